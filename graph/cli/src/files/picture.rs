@@ -1,0 +1,114 @@
+//! A picture in memory, and what its file said about it.
+
+use exr::meta::attribute::{AttributeValue, IntegerBounds, Text};
+use exr::meta::header::{ImageAttributes, LayerAttributes};
+use half::f16;
+use half::slice::HalfFloatSliceExt;
+
+/// Linear light with Rec.709 primaries and D65 white (or plain data), interleaved RGBA, rows from the top.
+///
+/// Values are as the file has them: negative, infinite and NaN values are kept for the guard at
+/// the head of every graph. Alpha is 1 where the file has none, 0 outside an EXR data window.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Picture {
+    /// Pixels in a row; never 0.
+    pub width: u32,
+    /// Rows; never 0.
+    pub height: u32,
+    /// `width` × `height` × 4 numbers.
+    pub pixels: Pixels,
+    /// The attributes of the file, to be written out again.
+    pub meta: Metadata,
+    /// What was ignored or assumed while reading, as sentences for the user.
+    pub notes: Vec<String>,
+}
+
+/// The numbers of a picture, as precise as its file was.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Pixels {
+    /// 16-bit floats, ready for `Rgba16Float`.
+    Half(Vec<f16>),
+    /// 32-bit floats.
+    Float(Vec<f32>),
+}
+
+impl Pixels {
+    /// Bytes of one channel of one pixel: 2 or 4.
+    pub fn bytes_per_channel(&self) -> usize {
+        match self {
+            Self::Half(_) => 2,
+            Self::Float(_) => 4,
+        }
+    }
+
+    /// How many numbers there are: four for each pixel.
+    pub fn len(&self) -> usize {
+        match self {
+            Self::Half(values) => values.len(),
+            Self::Float(values) => values.len(),
+        }
+    }
+
+    /// Whether there is no pixel at all.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// All numbers as 32-bit floats.
+    pub fn to_f32(&self) -> Vec<f32> {
+        match self {
+            Self::Half(values) => values.to_f32_vec(),
+            Self::Float(values) => values.clone(),
+        }
+    }
+}
+
+impl Picture {
+    /// A picture without a file. `pixels` holds `width` × `height` × 4 numbers.
+    pub fn new(width: u32, height: u32, pixels: Pixels) -> Self {
+        assert_eq!(pixels.len(), width as usize * height as usize * 4, "four numbers for a pixel");
+        let meta = Metadata::of_size(width, height);
+        Self { width, height, pixels, meta, notes: Vec::new() }
+    }
+
+    /// The four numbers of a pixel, for tests and reports.
+    pub fn pixel(&self, x: u32, y: u32) -> [f32; 4] {
+        let at = (y as usize * self.width as usize + x as usize) * 4;
+        match &self.pixels {
+            Pixels::Half(values) => std::array::from_fn(|c| values[at + c].to_f32()),
+            Pixels::Float(values) => std::array::from_fn(|c| values[at + c]),
+        }
+    }
+}
+
+/// Attributes in the terms of OpenEXR: windows, pixel aspect, primaries, camera, custom ones.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Metadata {
+    /// Display window, pixel aspect, primaries, time code.
+    pub image: ImageAttributes,
+    /// Data window's corner, owner, comments, camera, custom attributes.
+    pub layer: LayerAttributes,
+}
+
+impl Metadata {
+    /// Nothing but a window of that size, square pixels, no stated primaries.
+    pub fn of_size(width: u32, height: u32) -> Self {
+        let window = IntegerBounds::from_dimensions((width as usize, height as usize));
+        Self { image: ImageAttributes::new(window), layer: LayerAttributes::default() }
+    }
+
+    /// Sets a custom text attribute. Characters outside Latin-1 become `?`, as EXR text has none.
+    pub fn set_text(&mut self, name: &str, value: &str) {
+        self.layer.other.insert(text(name), AttributeValue::Text(text(value)));
+    }
+
+    /// Sets a custom number.
+    pub fn set_number(&mut self, name: &str, value: f32) {
+        self.layer.other.insert(text(name), AttributeValue::F32(value));
+    }
+}
+
+fn text(value: &str) -> Text {
+    let latin: String = value.chars().map(|c| if u32::from(c) < 256 { c } else { '?' }).collect();
+    Text::new_or_none(&latin).unwrap_or_default()
+}

@@ -1,0 +1,1 @@
+//! Conditions over facts: `when: "emissive and illuminance < 10"`.

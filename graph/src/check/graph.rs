@@ -1,0 +1,100 @@
+//! The graph: what a document means once every mistake is out of it.
+
+use petgraph::graph::DiGraph;
+
+use crate::image::{Format, State};
+use crate::node::{NodeKind, PortType};
+use crate::value::Value;
+
+use super::condition::Condition;
+
+/// A pipeline that makes sense: every wire has two ends of one type, every value is in its domain, nothing runs in a circle.
+#[derive(Clone, Debug)]
+pub struct Graph {
+    /// The images that the host gives.
+    pub inputs: Vec<GraphInput>,
+    /// The nodes, in the order of the file; those of a pipeline used as a node are called `outer/inner`.
+    pub nodes: Vec<GraphNode>,
+    /// What the host gets.
+    pub outputs: Vec<GraphOutput>,
+    /// An edge from each node to each that reads it in the same frame. The index of a node is its place in `nodes`.
+    pub wires: DiGraph<(), ()>,
+}
+
+/// An image that the host gives.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GraphInput {
+    /// Its name.
+    pub name: String,
+    /// What its numbers mean.
+    pub state: State,
+    /// Whether the host may leave it out.
+    pub optional: bool,
+    /// Whether negative numbers are meant.
+    pub signed: bool,
+}
+
+/// A node.
+#[derive(Clone, Debug)]
+pub struct GraphNode {
+    /// Its name in the file.
+    pub name: String,
+    /// Its kind.
+    pub kind: NodeKind,
+    /// Its parameter values, in the order of the kind's table.
+    pub values: Vec<Value>,
+    /// What is wired to its inputs, in the order of the kind's ports.
+    pub wires: Vec<Option<Source>>,
+    /// When it is needed; always if `None`.
+    pub when: Option<Condition>,
+    /// Whether a tier has switched it off.
+    pub off: bool,
+    /// The format that its results are stored in, if the file says.
+    pub format: Option<Format>,
+    /// The name that people shall see; the node's name otherwise.
+    pub label: Option<String>,
+    /// The state of each output, in the order of the kind's ports; `None` for what has none.
+    pub states: Vec<Option<State>>,
+}
+
+/// What the host gets.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GraphOutput {
+    /// Its name.
+    pub name: String,
+    /// Where it comes from.
+    pub source: Source,
+    /// What its numbers mean.
+    pub state: State,
+}
+
+/// Where a wire begins.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Source {
+    /// An input of the pipeline.
+    Input(usize),
+    /// An output of a node.
+    Node {
+        /// The node's place in the graph.
+        node: usize,
+        /// The output's place among the kind's ports.
+        output: usize,
+        /// How many frames ago; 0 for this one.
+        previous: u32,
+    },
+}
+
+impl Graph {
+    /// The node of that name and its place.
+    pub fn node(&self, name: &str) -> Option<(usize, &GraphNode)> {
+        self.nodes.iter().enumerate().find(|(_, node)| node.name == name)
+    }
+
+    /// The type of what a wire carries.
+    pub fn port_type(&self, source: Source) -> PortType {
+        match source {
+            Source::Input(_) => PortType::Image,
+            Source::Node { node, output, .. } => self.nodes[node].kind.outputs()[output].ty,
+        }
+    }
+}

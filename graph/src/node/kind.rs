@@ -1,0 +1,152 @@
+//! A kind of node: what a node author writes ([`Node`]) and what the framework sees ([`Kind`]).
+
+use super::params::Params;
+use super::ports::{Input, Output, StandIn};
+use super::recorder::Recorder;
+use crate::value::{Param, Value};
+
+/// What arrives at a node's inputs once the graph is specialised.
+#[derive(Clone, Debug, Default)]
+pub struct Arrivals {
+    zero: Vec<&'static str>,
+    absent: Vec<&'static str>,
+}
+
+impl Arrivals {
+    /// From the names of the inputs that are exactly zero and of those that are unwired or off.
+    pub fn new(zero: Vec<&'static str>, absent: Vec<&'static str>) -> Self {
+        Self { zero, absent }
+    }
+
+    /// Whether the input is known to be zero everywhere.
+    pub fn is_zero(&self, port: &str) -> bool {
+        self.zero.contains(&port)
+    }
+
+    /// Whether nothing arrives at the input.
+    pub fn is_absent(&self, port: &str) -> bool {
+        self.absent.contains(&port)
+    }
+}
+
+/// A node kind with typed parameters: what a node author implements, beside `params!`.
+pub trait Node: Params {
+    /// The input ports.
+    const INPUTS: &'static [Input];
+    /// The output ports, the main one first.
+    const OUTPUTS: &'static [Output];
+    /// What stands in for every output when the node is off.
+    const BYPASS: StandIn;
+
+    /// The exact stand-in at the present values and arrivals, if there is one: the node is then left out of the plan.
+    /// The result must be bit-identical to running the node, or more accurate.
+    fn stand_in(&self, arrivals: &Arrivals) -> Option<StandIn> {
+        let _ = arrivals;
+        None
+    }
+
+    /// Describes the passes of the node.
+    fn record(&self, pass: &mut Recorder<'_>);
+}
+
+/// A node kind as the framework sees it.
+pub trait Kind: Send + Sync + 'static {
+    /// The name in pipeline files.
+    fn name(&self) -> &'static str;
+    /// What it does, for the manual.
+    fn doc(&self) -> &'static str;
+    /// The parameters.
+    fn params(&self) -> &'static [Param];
+    /// The input ports.
+    fn inputs(&self) -> &'static [Input];
+    /// The output ports, the main one first.
+    fn outputs(&self) -> &'static [Output];
+    /// What stands in for every output when the node is off.
+    fn bypass(&self) -> StandIn;
+    /// The exact stand-in at these values and arrivals.
+    fn stand_in(&self, values: &[Value], arrivals: &Arrivals) -> Option<StandIn>;
+    /// Describes the passes of the node at these values.
+    fn record(&self, values: &[Value], pass: &mut Recorder<'_>);
+}
+
+struct Typed<N>(std::marker::PhantomData<fn() -> N>);
+
+fn typed<N: Node>(values: &[Value]) -> N {
+    N::from_values(values).expect("values of a checked graph have the types of their table")
+}
+
+impl<N: Node> Kind for Typed<N> {
+    fn name(&self) -> &'static str {
+        N::KIND
+    }
+    fn doc(&self) -> &'static str {
+        N::DOC
+    }
+    fn params(&self) -> &'static [Param] {
+        N::table()
+    }
+    fn inputs(&self) -> &'static [Input] {
+        N::INPUTS
+    }
+    fn outputs(&self) -> &'static [Output] {
+        N::OUTPUTS
+    }
+    fn bypass(&self) -> StandIn {
+        N::BYPASS
+    }
+    fn stand_in(&self, values: &[Value], arrivals: &Arrivals) -> Option<StandIn> {
+        typed::<N>(values).stand_in(arrivals)
+    }
+    fn record(&self, values: &[Value], pass: &mut Recorder<'_>) {
+        typed::<N>(values).record(pass);
+    }
+}
+
+/// A handle to a node kind: what tables of kinds hold.
+#[derive(Clone, Copy)]
+pub struct NodeKind(&'static dyn Kind);
+
+impl NodeKind {
+    /// The kind of a typed node.
+    pub const fn of<N: Node>() -> Self {
+        Self(const { &Typed::<N>(std::marker::PhantomData) })
+    }
+
+    /// Any other implementation.
+    pub const fn new(kind: &'static dyn Kind) -> Self {
+        Self(kind)
+    }
+
+    /// The main output's name.
+    pub fn main_output(self) -> &'static str {
+        self.outputs().first().expect("every kind has an output: the contract test holds it").name
+    }
+
+    /// The input port of that name.
+    pub fn input(self, name: &str) -> Option<&'static Input> {
+        self.inputs().iter().find(|port| port.name == name)
+    }
+
+    /// The output port of that name.
+    pub fn output(self, name: &str) -> Option<&'static Output> {
+        self.outputs().iter().find(|port| port.name == name)
+    }
+
+    /// The parameter of that name and its place in the table.
+    pub fn param(self, name: &str) -> Option<(usize, &'static Param)> {
+        self.params().iter().enumerate().find(|(_, param)| param.name == name)
+    }
+}
+
+impl std::ops::Deref for NodeKind {
+    type Target = dyn Kind;
+    fn deref(&self) -> &Self::Target {
+        self.0
+    }
+}
+
+impl std::fmt::Debug for NodeKind {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "NodeKind({})", self.name())
+    }
+}

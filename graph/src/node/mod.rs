@@ -1,0 +1,17 @@
+//! What a node is: its parameters, its ports, and the passes it records.
+
+mod kind;
+mod params;
+mod pass;
+mod ports;
+mod recorder;
+mod registry;
+
+pub use kind::{Arrivals, Kind, Node, NodeKind};
+pub use params::Params;
+pub use pass::{
+    Arg, Binding, BufferId, BufferLife, EntryCall, ImageId, Origin, Pass, Resource, Step, VirtualBuffer, VirtualImage, Work,
+};
+pub use ports::{Gives, Input, Output, PortType, StandIn};
+pub use recorder::{Arrival, ComputePass, FunctionPass, Recorder, RecorderContext, Recording};
+pub use registry::{DuplicateKind, Registry};

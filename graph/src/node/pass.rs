@@ -1,0 +1,209 @@
+//! Passes as data: what nodes record and what plans are made of.
+
+use std::sync::Arc;
+
+use crate::image::ImageDesc;
+use crate::shader::Shader;
+
+/// A virtual image of a recording.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct ImageId(pub u32);
+
+/// A virtual buffer of a recording.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct BufferId(pub u32);
+
+/// An image or a buffer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Resource {
+    /// An image.
+    Image(ImageId),
+    /// A buffer.
+    Buffer(BufferId),
+}
+
+/// Where an image comes from.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Origin {
+    /// Made and used within one frame; its memory is shared with others.
+    Transient,
+    /// Given by the host under this name.
+    Input(String),
+    /// Filled once, when the plan is set up.
+    Constant(Arc<[u8]>),
+    /// What `of` held so many frames ago.
+    Previous {
+        /// The image that is written in each frame.
+        of: ImageId,
+        /// How many frames ago.
+        frames: u32,
+    },
+}
+
+/// A virtual image: a description, and how it lives.
+#[derive(Clone, Debug, PartialEq)]
+pub struct VirtualImage {
+    /// `node.port`, for people.
+    pub label: String,
+    /// Size and format.
+    pub desc: ImageDesc,
+    /// Where it comes from.
+    pub origin: Origin,
+    /// Whether all its numbers are known to be finite and within half range.
+    pub finite: bool,
+    /// Whether negative numbers are meant (data), not noise.
+    pub signed: bool,
+}
+
+/// A virtual buffer.
+#[derive(Clone, Debug, PartialEq)]
+pub struct VirtualBuffer {
+    /// `node.name`, for people.
+    pub label: String,
+    /// Its size.
+    pub bytes: u64,
+    /// How it lives.
+    pub life: BufferLife,
+}
+
+/// How a buffer lives.
+#[derive(Clone, Debug, PartialEq)]
+pub enum BufferLife {
+    /// Written before it is read in every frame.
+    Frame,
+    /// All zero at the start of every frame.
+    Zeroed,
+    /// Keeps its contents from frame to frame; all zero at first and after a reset.
+    Persistent,
+    /// Filled once, when the plan is set up.
+    Constant(Arc<[u8]>),
+}
+
+/// One dispatch or draw.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Pass {
+    /// The nodes it works for; more than one after fusion.
+    pub nodes: Vec<String>,
+    /// What it does, for people.
+    pub label: String,
+    /// What runs.
+    pub work: Work,
+}
+
+/// What a pass runs.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Work {
+    /// Kernel functions, each feeding the next, the last one's value written to an image: the framework writes the entry point.
+    Steps {
+        /// The functions.
+        steps: Vec<Step>,
+        /// The image that takes the last one's value.
+        result: ImageId,
+    },
+    /// A whole compute entry point.
+    Entry(EntryCall),
+}
+
+/// One kernel function in a pass.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Step {
+    /// The node it works for.
+    pub node: String,
+    /// The module.
+    pub shader: &'static Shader,
+    /// The function's name.
+    pub function: &'static str,
+    /// What is passed to it, in order.
+    pub args: Vec<Arg>,
+    /// Bytes of its `params`; empty if it has none.
+    pub uniform: Vec<u8>,
+}
+
+/// What an argument of a kernel function is bound to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Arg {
+    /// The value of an earlier step of the same pass.
+    Step(usize),
+    /// This pixel of an image of the result's size.
+    Pixel(ImageId),
+    /// An image, read anywhere.
+    Texture(ImageId),
+    /// The linear, clamping sampler of the argument before.
+    Sampler,
+    /// The first components of a value.
+    Value(BufferId, u8),
+    /// Zero, with this many components.
+    Zero(u8),
+    /// The pixel's place.
+    Point,
+    /// The frame's time.
+    Frame,
+    /// The step's uniform.
+    Params,
+}
+
+/// A whole compute entry point and what its bindings hold.
+#[derive(Clone, Debug, PartialEq)]
+pub struct EntryCall {
+    /// The module.
+    pub shader: &'static Shader,
+    /// The entry point's name.
+    pub entry: &'static str,
+    /// What each binding holds, by the variable's name, and whether the pass writes it.
+    pub bindings: Vec<Binding>,
+    /// Override constants.
+    pub constants: Vec<(&'static str, f64)>,
+    /// Bytes of the uniform called `params`; empty if it has none.
+    pub uniform: Vec<u8>,
+    /// Workgroups.
+    pub groups: [u32; 3],
+}
+
+/// What a variable of a whole kernel holds.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Binding {
+    /// The variable's name.
+    pub name: String,
+    /// What it holds.
+    pub resource: Resource,
+    /// Whether the pass writes it.
+    pub writes: bool,
+    /// Whether the pass reads it.
+    pub reads: bool,
+}
+
+impl Pass {
+    /// Everything it reads, each once, in order of first mention.
+    pub fn reads(&self) -> Vec<Resource> {
+        let mut found = Vec::new();
+        let mut add = |resource| {
+            if !found.contains(&resource) {
+                found.push(resource);
+            }
+        };
+        match &self.work {
+            Work::Steps { steps, .. } => steps.iter().flat_map(|s| &s.args).filter_map(|a| a.resource()).for_each(&mut add),
+            Work::Entry(call) => call.bindings.iter().filter(|b| b.reads).for_each(|b| add(b.resource)),
+        }
+        found
+    }
+
+    /// Everything it writes.
+    pub fn writes(&self) -> Vec<Resource> {
+        match &self.work {
+            Work::Steps { result, .. } => vec![Resource::Image(*result)],
+            Work::Entry(call) => call.bindings.iter().filter(|b| b.writes).map(|b| b.resource).collect(),
+        }
+    }
+}
+
+impl Arg {
+    /// The resource it reads, if any.
+    pub fn resource(self) -> Option<Resource> {
+        match self {
+            Self::Pixel(image) | Self::Texture(image) => Some(Resource::Image(image)),
+            Self::Value(buffer, _) => Some(Resource::Buffer(buffer)),
+            _ => None,
+        }
+    }
+}

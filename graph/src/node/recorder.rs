@@ -1,0 +1,466 @@
+//! The recorder: all that a node can say. It describes passes as data and cannot reach a device.
+
+use std::sync::Arc;
+
+use super::kind::NodeKind;
+use super::pass::*;
+use crate::image::{Format, ImageDesc, Size};
+use crate::plan::Caps;
+use crate::shader::{ArgType, Function, GlobalKind, Reflection, Shader, UniformValue, pack};
+use crate::value::Value;
+
+/// What is wired to an input port of a node that runs.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Arrival {
+    /// An image or a volume.
+    Image(ImageId),
+    /// A pyramid, finest level first.
+    Pyramid(Vec<ImageId>),
+    /// A table or a value.
+    Buffer(BufferId),
+    /// An image that is zero everywhere.
+    Zero,
+    /// Nothing.
+    Absent,
+}
+
+/// What nodes have said so far.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Recording {
+    /// The images, by [`ImageId`].
+    pub images: Vec<VirtualImage>,
+    /// The buffers, by [`BufferId`].
+    pub buffers: Vec<VirtualBuffer>,
+    /// The passes, in the order in which they were recorded.
+    pub passes: Vec<Pass>,
+}
+
+impl Recording {
+    /// The image with that id.
+    pub fn image(&self, id: ImageId) -> &VirtualImage {
+        &self.images[id.0 as usize]
+    }
+
+    /// The buffer with that id.
+    pub fn buffer(&self, id: BufferId) -> &VirtualBuffer {
+        &self.buffers[id.0 as usize]
+    }
+
+    /// Adds an image.
+    pub fn add_image(&mut self, image: VirtualImage) -> ImageId {
+        self.images.push(image);
+        ImageId(self.images.len() as u32 - 1)
+    }
+
+    /// Adds a buffer.
+    pub fn add_buffer(&mut self, buffer: VirtualBuffer) -> BufferId {
+        self.buffers.push(buffer);
+        BufferId(self.buffers.len() as u32 - 1)
+    }
+}
+
+/// What a node is told, and where it writes what it does.
+pub struct Recorder<'a> {
+    node: &'a str,
+    kind: NodeKind,
+    values: &'a [Value],
+    arrivals: &'a [Arrival],
+    format: Option<Format>,
+    frame_size: Size,
+    caps: &'a Caps,
+    exact: bool,
+    wanted: &'a [bool],
+    recording: &'a mut Recording,
+    outputs: Vec<Arrival>,
+}
+
+/// Everything that a [`Recorder`] needs to know of its node; the planner fills it in.
+pub struct RecorderContext<'a> {
+    /// The node's name.
+    pub node: &'a str,
+    /// Its kind.
+    pub kind: NodeKind,
+    /// Its parameter values, in the order of the kind's table.
+    pub values: &'a [Value],
+    /// What arrives at its inputs, in the order of the kind's ports.
+    pub arrivals: &'a [Arrival],
+    /// The format that the file asks for.
+    pub format: Option<Format>,
+    /// The size of the frame, for nodes without an image input.
+    pub frame_size: Size,
+    /// What the device can do.
+    pub caps: &'a Caps,
+    /// Whether every intermediate is stored in 32 bits.
+    pub exact: bool,
+    /// Which outputs somebody reads, in the order of the kind's ports.
+    pub wanted: &'a [bool],
+}
+
+impl<'a> Recorder<'a> {
+    /// A recorder that adds to `recording`.
+    pub fn new(context: RecorderContext<'a>, recording: &'a mut Recording) -> Self {
+        let RecorderContext { node, kind, values, arrivals, format, frame_size, caps, exact, wanted } = context;
+        let outputs = vec![Arrival::Absent; kind.outputs().len()];
+        Self { node, kind, values, arrivals, format, frame_size, caps, exact, wanted, recording, outputs }
+    }
+
+    /// What each output port holds, in the order of the kind's ports.
+    pub fn finish(self) -> Vec<Arrival> {
+        self.outputs
+    }
+
+    fn arrival(&self, port: &str) -> &Arrival {
+        let index = self.kind.inputs().iter().position(|input| input.name == port);
+        &self.arrivals[index.unwrap_or_else(|| panic!("`{}` has no input `{port}`", self.kind.name()))]
+    }
+
+    /// Whether something arrives at an optional input.
+    pub fn wired(&self, port: &str) -> bool {
+        !matches!(self.arrival(port), Arrival::Absent)
+    }
+
+    /// Whether the input is known to be zero everywhere.
+    pub fn is_zero(&self, port: &str) -> bool {
+        matches!(self.arrival(port), Arrival::Zero)
+    }
+
+    /// Whether anybody reads the output.
+    pub fn wanted(&self, port: &str) -> bool {
+        let index = self.kind.outputs().iter().position(|output| output.name == port);
+        index.is_some_and(|index| self.wanted[index])
+    }
+
+    /// The image or volume at an input; one black texel where the input is zero.
+    pub fn image(&mut self, port: &str) -> ImageId {
+        match self.arrival(port).clone() {
+            Arrival::Image(image) => image,
+            Arrival::Zero => self.black(),
+            other => panic!("input `{port}` of `{}` is {other:?}, not an image", self.node),
+        }
+    }
+
+    /// The levels of the pyramid at an input, finest first; one black texel where the input is zero.
+    pub fn pyramid(&mut self, port: &str) -> Vec<ImageId> {
+        match self.arrival(port).clone() {
+            Arrival::Pyramid(levels) => levels,
+            Arrival::Zero => vec![self.black()],
+            other => panic!("input `{port}` of `{}` is {other:?}, not a pyramid", self.node),
+        }
+    }
+
+    /// The buffer of the table or value at an input.
+    pub fn buffer(&self, port: &str) -> BufferId {
+        match self.arrival(port) {
+            Arrival::Buffer(buffer) => *buffer,
+            other => panic!("input `{port}` of `{}` is {other:?}, not a buffer", self.node),
+        }
+    }
+
+    fn black(&mut self) -> ImageId {
+        self.constant("black", ImageDesc::new(Size::new(1, 1)), vec![0; 8])
+    }
+
+    /// The description of an image.
+    pub fn desc(&self, image: ImageId) -> ImageDesc {
+        self.recording.image(image).desc
+    }
+
+    /// The size of the frame: for nodes without an image input.
+    pub fn frame_size(&self) -> Size {
+        self.frame_size
+    }
+
+    /// What the device can do.
+    pub fn caps(&self) -> &Caps {
+        self.caps
+    }
+
+    /// Whether the truth is wanted: every quality switch at its most exact is the caller's part, intermediates in 32 bits the framework's.
+    pub fn exact(&self) -> bool {
+        self.exact
+    }
+
+    /// The format that the file asks for this node's results.
+    pub fn format(&self) -> Option<Format> {
+        self.format
+    }
+
+    fn stored(&self, desc: ImageDesc, is_output: bool) -> ImageDesc {
+        let asked = if is_output { self.format.unwrap_or(desc.format) } else { desc.format };
+        desc.format(if self.exact { asked.exact() } else { asked })
+    }
+
+    fn label(&self, what: &str) -> String {
+        format!("{}.{what}", self.node)
+    }
+
+    fn add_image(&mut self, label: String, desc: ImageDesc, origin: Origin) -> ImageId {
+        self.recording.add_image(VirtualImage { label, desc, origin, finite: true, signed: false })
+    }
+
+    /// An image between two passes of this node.
+    pub fn transient(&mut self, name: &str, desc: ImageDesc) -> ImageId {
+        let (label, desc) = (self.label(name), self.stored(desc, false));
+        self.add_image(label, desc, Origin::Transient)
+    }
+
+    /// An image that becomes a level of an output pyramid, or that is given to an output later.
+    pub fn level(&mut self, name: &str, desc: ImageDesc) -> ImageId {
+        let (label, desc) = (self.label(name), self.stored(desc, true));
+        self.add_image(label, desc, Origin::Transient)
+    }
+
+    /// An image of an output port, to be written by a pass of this node.
+    pub fn output(&mut self, port: &str, desc: ImageDesc) -> ImageId {
+        let image = self.level(port, desc);
+        self.give(port, Arrival::Image(image));
+        image
+    }
+
+    /// Gives something to an output port.
+    pub fn give(&mut self, port: &str, what: Arrival) {
+        let index = self.kind.outputs().iter().position(|output| output.name == port);
+        self.outputs[index.unwrap_or_else(|| panic!("`{}` has no output `{port}`", self.kind.name()))] = what;
+    }
+
+    /// An image whose texels are known now, in the format of `desc`.
+    pub fn constant(&mut self, name: &str, desc: ImageDesc, bytes: Vec<u8>) -> ImageId {
+        assert_eq!(bytes.len() as u64, desc.bytes(), "`{}.{name}` has the bytes of its description", self.node);
+        let label = self.label(name);
+        self.add_image(label, desc, Origin::Constant(bytes.into()))
+    }
+
+    /// A buffer of this node.
+    pub fn add_buffer(&mut self, name: &str, bytes: u64, life: BufferLife) -> BufferId {
+        let label = self.label(name);
+        self.recording.add_buffer(VirtualBuffer { label, bytes, life })
+    }
+
+    /// A buffer whose contents are known now.
+    pub fn constant_buffer(&mut self, name: &str, bytes: Vec<u8>) -> BufferId {
+        let bytes: Arc<[u8]> = bytes.into();
+        self.add_buffer(name, bytes.len() as u64, BufferLife::Constant(bytes))
+    }
+
+    /// The table of an output port.
+    pub fn output_table(&mut self, port: &str, bytes: u64, life: BufferLife) -> BufferId {
+        let buffer = self.add_buffer(port, bytes, life);
+        self.give(port, Arrival::Buffer(buffer));
+        buffer
+    }
+
+    /// The value of an output port: one `vec4f`.
+    pub fn output_value(&mut self, port: &str, life: BufferLife) -> BufferId {
+        self.output_table(port, 16, life)
+    }
+
+    /// A pass around one kernel function. Its image and value arguments are the inputs of the same names, unless `read` says otherwise.
+    pub fn function(&mut self, shader: &'static Shader, function: &'static str) -> FunctionPass<'_, 'a> {
+        FunctionPass { recorder: self, shader, function, label: function.to_owned(), reads: Vec::new(), set: Vec::new() }
+    }
+
+    /// A pass around a whole compute entry point. Its bindings are the inputs of the same names, unless `bind` says otherwise.
+    pub fn compute(&mut self, shader: &'static Shader, entry: &'static str) -> ComputePass<'_, 'a> {
+        ComputePass {
+            recorder: self,
+            shader,
+            entry,
+            label: entry.to_owned(),
+            bound: Vec::new(),
+            set: Vec::new(),
+            constants: Vec::new(),
+        }
+    }
+
+    fn reflection(&self, shader: &'static Shader) -> &'static Reflection {
+        shader.reflect().unwrap_or_else(|error| panic!("the contract test parses every shader: {error}"))
+    }
+
+    /// Packs a uniform from the parameters and what the node has computed.
+    fn uniform(&self, shader: &'static Shader, ty: &str, set: &[(&'static str, UniformValue)]) -> Vec<u8> {
+        let layout = self.reflection(shader).layout(ty).unwrap_or_else(|| panic!("{shader:?} has no struct `{ty}`"));
+        let params = self.kind.params().iter().zip(self.values);
+        let mut values: Vec<(&str, UniformValue)> = params.map(|(p, v)| (p.name, UniformValue::from(v))).collect();
+        values.extend(set.iter().map(|(name, value)| (*name, value.clone())));
+        pack(layout, &values).unwrap_or_else(|why| panic!("{shader:?}: {why}"))
+    }
+
+    fn push(&mut self, label: String, work: Work) {
+        self.recording.passes.push(Pass { nodes: vec![self.node.to_owned()], label, work });
+    }
+}
+
+/// A pass around one kernel function, as a sentence in the making.
+pub struct FunctionPass<'r, 'a> {
+    recorder: &'r mut Recorder<'a>,
+    shader: &'static Shader,
+    function: &'static str,
+    label: String,
+    reads: Vec<(&'static str, ImageId)>,
+    set: Vec<(&'static str, UniformValue)>,
+}
+
+impl FunctionPass<'_, '_> {
+    /// What the pass does, for people; the function's name by default.
+    pub fn label(mut self, label: impl Into<String>) -> Self {
+        self.label = label.into();
+        self
+    }
+
+    /// The image of an argument that is not an input's.
+    pub fn read(mut self, arg: &'static str, image: ImageId) -> Self {
+        self.reads.push((arg, image));
+        self
+    }
+
+    /// A number that the node computes for its uniform; replaces a parameter of the same name.
+    pub fn set(mut self, name: &'static str, value: impl Into<UniformValue>) -> Self {
+        self.set.push((name, value.into()));
+        self
+    }
+
+    /// Ends the sentence: the result is the image of an output port.
+    pub fn write(self, port: &str, desc: ImageDesc) -> ImageId {
+        let image = self.recorder.output(port, desc);
+        self.write_to(image);
+        image
+    }
+
+    /// Ends the sentence: the result goes to an image made before.
+    pub fn write_to(self, result: ImageId) {
+        let function = self.recorder.reflection(self.shader).function(self.function);
+        let function = function.unwrap_or_else(|| panic!("{:?} has no kernel function `{}`", self.shader, self.function));
+        let args = function.args.iter().enumerate().map(|(index, _)| self.arg(function, index)).collect();
+        let uniform = function.args.iter().find_map(|(name, ty)| match ty {
+            ArgType::Struct(ty) if name == "params" => Some(self.recorder.uniform(self.shader, ty, &self.set)),
+            _ => None,
+        });
+        let step = Step {
+            node: self.recorder.node.to_owned(),
+            shader: self.shader,
+            function: self.function,
+            args,
+            uniform: uniform.unwrap_or_default(),
+        };
+        self.recorder.push(self.label, Work::Steps { steps: vec![step], result });
+    }
+
+    fn arg(&self, function: &Function, index: usize) -> Arg {
+        let (name, ty) = &function.args[index];
+        match ty {
+            ArgType::Struct(_) if name == "params" => Arg::Params,
+            ArgType::Struct(ty) if ty == "Point" => Arg::Point,
+            ArgType::Struct(ty) if ty == "Frame" => Arg::Frame,
+            ArgType::Sampler => Arg::Sampler,
+            ArgType::Texture | ArgType::Volume => Arg::Texture(self.image(name)),
+            ArgType::Floats(n) => self.numbers(name, *n),
+            other => panic!("argument `{name}` of `{}` has a type that the framework does not know: {other:?}", self.function),
+        }
+    }
+
+    fn chosen(&self, name: &str) -> Option<ImageId> {
+        self.reads.iter().find(|(arg, _)| *arg == name).map(|(_, image)| *image)
+    }
+
+    fn image(&self, name: &str) -> ImageId {
+        self.chosen(name).unwrap_or_else(|| match self.recorder.arrival(name) {
+            Arrival::Image(image) => *image,
+            other => panic!("input `{name}` of `{}` is {other:?}: `read` an image for it", self.recorder.node),
+        })
+    }
+
+    fn numbers(&self, name: &str, components: u8) -> Arg {
+        if let Some(image) = self.chosen(name) {
+            return Arg::Pixel(image);
+        }
+        match self.recorder.arrival(name) {
+            Arrival::Image(image) => Arg::Pixel(*image),
+            Arrival::Buffer(buffer) => Arg::Value(*buffer, components),
+            Arrival::Zero | Arrival::Absent => Arg::Zero(components),
+            other @ Arrival::Pyramid(_) => panic!("input `{name}` of `{}` is {other:?}, not a pixel", self.recorder.node),
+        }
+    }
+}
+
+/// A pass around a whole compute entry point, as a sentence in the making.
+pub struct ComputePass<'r, 'a> {
+    recorder: &'r mut Recorder<'a>,
+    shader: &'static Shader,
+    entry: &'static str,
+    label: String,
+    bound: Vec<(&'static str, Resource)>,
+    set: Vec<(&'static str, UniformValue)>,
+    constants: Vec<(&'static str, f64)>,
+}
+
+impl ComputePass<'_, '_> {
+    /// What the pass does, for people; the entry point's name by default.
+    pub fn label(mut self, label: impl Into<String>) -> Self {
+        self.label = label.into();
+        self
+    }
+
+    /// What a variable of the module holds when it is not an input of the same name.
+    pub fn bind(mut self, variable: &'static str, resource: Resource) -> Self {
+        self.bound.push((variable, resource));
+        self
+    }
+
+    /// An image for a variable.
+    pub fn image(self, variable: &'static str, image: ImageId) -> Self {
+        self.bind(variable, Resource::Image(image))
+    }
+
+    /// A buffer for a variable.
+    pub fn buffer(self, variable: &'static str, buffer: BufferId) -> Self {
+        self.bind(variable, Resource::Buffer(buffer))
+    }
+
+    /// A number that the node computes for its uniform; replaces a parameter of the same name.
+    pub fn set(mut self, name: &'static str, value: impl Into<UniformValue>) -> Self {
+        self.set.push((name, value.into()));
+        self
+    }
+
+    /// An override constant of the module.
+    pub fn constant(mut self, name: &'static str, value: f64) -> Self {
+        self.constants.push((name, value));
+        self
+    }
+
+    /// Ends the sentence: runs so many workgroups.
+    pub fn dispatch(self, groups: [u32; 3]) {
+        let reflection = self.recorder.reflection(self.shader);
+        let mut bindings = Vec::new();
+        let mut uniform = Vec::new();
+        for global in &reflection.globals {
+            match &global.kind {
+                GlobalKind::Uniform(ty) if ty != "Frame" => uniform = self.recorder.uniform(self.shader, ty, &self.set),
+                kind => bindings.extend(self.resource(&global.name).map(|resource| binding(&global.name, kind, resource))),
+            }
+        }
+        let Self { recorder, shader, entry, label, constants, .. } = self;
+        recorder.push(label, Work::Entry(EntryCall { shader, entry, bindings, constants, uniform, groups }));
+    }
+
+    fn resource(&self, name: &str) -> Option<Resource> {
+        let bound = self.bound.iter().find(|(variable, _)| *variable == name).map(|(_, resource)| *resource);
+        bound.or_else(|| {
+            let index = self.recorder.kind.inputs().iter().position(|input| input.name == name)?;
+            match &self.recorder.arrivals[index] {
+                Arrival::Image(image) => Some(Resource::Image(*image)),
+                Arrival::Buffer(buffer) => Some(Resource::Buffer(*buffer)),
+                _ => None,
+            }
+        })
+    }
+}
+
+fn binding(name: &str, kind: &GlobalKind, resource: Resource) -> Binding {
+    let (reads, writes) = match kind {
+        GlobalKind::StorageTexture(_) => (false, true),
+        GlobalKind::Buffer(true) => (true, true),
+        _ => (true, false),
+    };
+    Binding { name: name.to_owned(), resource, writes, reads }
+}

@@ -1,0 +1,3 @@
+//! Graph to plan.
+mod caps;
+pub use caps::Caps;

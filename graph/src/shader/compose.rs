@@ -1,0 +1,380 @@
+//! Puts modules together into one that a device can run: constants that choose how textures are read, the modules with their
+//! imports, bindings, and an entry point around a chain of kernel functions.
+
+use std::fmt::Write as _;
+
+use super::import::{SourceMap, Text};
+use super::reflect::GlobalKind;
+use crate::image::Format;
+use crate::node::{Arg, BufferId, EntryCall, ImageId, Resource, Step};
+
+pub(super) const SETTINGS_FOR_REFLECTION: &str = "const TEXEL_GUARD: u32 = 0u;\nconst TAP_BY_HAND: bool = false;";
+
+/// How a module's textures are read.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Reading {
+    /// Finite numbers, filtered by the device.
+    #[default]
+    Plain,
+    /// Finite numbers that the device cannot filter.
+    ByHand,
+    /// Colours from outside: guarded, then filtered by hand.
+    Guarded,
+    /// Signed data from outside: guarded, then filtered by hand.
+    GuardedSigned,
+}
+
+impl Reading {
+    fn settings(self) -> String {
+        let guard = match self {
+            Self::Plain | Self::ByHand => 0,
+            Self::Guarded => 1,
+            Self::GuardedSigned => 2,
+        };
+        let by_hand = self != Self::Plain;
+        format!("const TEXEL_GUARD: u32 = {guard}u;\nconst TAP_BY_HAND: bool = {by_hand};")
+    }
+
+    fn guard_call(self) -> &'static str {
+        match self {
+            Self::Plain | Self::ByHand => "",
+            Self::Guarded => "guard",
+            Self::GuardedSigned => "guard_signed",
+        }
+    }
+}
+
+/// A mistake in a shader, at the author's file and line.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ShaderError {
+    /// The file.
+    pub file: String,
+    /// The line, from 1.
+    pub line: u32,
+    /// The column, from 1; 0 if unknown.
+    pub column: u32,
+    /// What is wrong.
+    pub message: String,
+}
+
+impl ShaderError {
+    pub(super) fn at(file: &str, line: u32, message: impl Into<String>) -> Self {
+        Self { file: file.into(), line, column: 0, message: message.into() }
+    }
+}
+
+impl std::fmt::Display for ShaderError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}:{}:{}: {}", self.file, self.line, self.column.max(1), self.message)
+    }
+}
+
+impl std::error::Error for ShaderError {}
+
+/// What a binding slot of a composed module holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Slot {
+    /// `@binding`; all are in group 0.
+    pub binding: u32,
+    /// What it holds.
+    pub kind: SlotKind,
+}
+
+/// The kinds of binding slots.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SlotKind {
+    /// The uniform with the frame's time.
+    Frame,
+    /// The pass's own uniform.
+    Params,
+    /// The linear, clamping sampler.
+    Sampler,
+    /// A sampled image.
+    Texture(ImageId),
+    /// A storage image that is written.
+    Storage(ImageId),
+    /// A storage buffer, and whether it is written.
+    Buffer(BufferId, bool),
+}
+
+/// A module that a device can run.
+#[derive(Clone, Debug)]
+pub struct Composed {
+    /// The text of the module.
+    pub source: String,
+    /// Where its lines come from.
+    pub map: SourceMap,
+    /// The compute entry point's name.
+    pub compute: &'static str,
+    /// The fragment entry point's name, with `vertex` as its vertex entry point, if it has one.
+    pub fragment: Option<&'static str>,
+    /// The bindings of the compute entry point. The fragment entry point has the same but the storage image.
+    pub slots: Vec<Slot>,
+    /// The workgroup's size.
+    pub workgroup: [u32; 3],
+}
+
+impl Composed {
+    /// Parses and validates the module; the first mistake, at the author's line, otherwise.
+    pub fn validate(&self) -> Result<naga::Module, ShaderError> {
+        validate(&self.source, &self.map)
+    }
+}
+
+pub(super) fn validated(text: &Text) -> Result<naga::Module, ShaderError> {
+    validate(&text.text, &text.map)
+}
+
+fn validate(source: &str, map: &SourceMap) -> Result<naga::Module, ShaderError> {
+    let module = naga::front::wgsl::parse_str(source).map_err(|error| {
+        let place = error.location(source);
+        place_error(map, place.map(|p| (p.line_number, p.line_position)), error.message().to_owned())
+    })?;
+    let capabilities = naga::valid::Capabilities::all();
+    let flags = naga::valid::ValidationFlags::all();
+    naga::valid::Validator::new(flags, capabilities).validate(&module).map_err(|error| {
+        let place = error.location(source);
+        place_error(map, place.map(|p| (p.line_number, p.line_position)), root_cause(error.as_inner()))
+    })?;
+    Ok(module)
+}
+
+fn root_cause(error: &dyn std::error::Error) -> String {
+    let mut parts = vec![error.to_string()];
+    let mut source = error.source();
+    while let Some(inner) = source {
+        parts.push(inner.to_string());
+        source = inner.source();
+    }
+    parts.join(": ")
+}
+
+fn place_error(map: &SourceMap, place: Option<(u32, u32)>, message: String) -> ShaderError {
+    let (line, column) = place.unwrap_or((0, 0));
+    let (file, line) = map.locate(line);
+    ShaderError { file: file.into(), line, column, message }
+}
+
+const FULL_SCREEN_TRIANGLE: &str = "
+@vertex
+fn vertex(@builtin(vertex_index) index: u32) -> @builtin(position) vec4f {
+    let uv = vec2f(f32(2u * (index & 1u)), f32(index & 2u));
+    return vec4f(2.0 * uv.x - 1.0, 1.0 - 2.0 * uv.y, 0.0, 1.0);
+}";
+
+/// A chain of kernel functions with its entry points.
+///
+/// `readings` says how each image is read, by its id; the strictest of a pass's textures holds for all of its taps.
+pub fn compose_steps(
+    steps: &[Step],
+    result: ImageId,
+    format: Format,
+    reading_of: &dyn Fn(ImageId) -> Reading,
+) -> Result<Composed, ShaderError> {
+    let mut writer = StepsWriter { slots: Vec::new(), declarations: String::new(), body: String::new(), reading_of };
+    let reading = writer.strictest(steps);
+    for (index, step) in steps.iter().enumerate() {
+        writer.step(index, step);
+    }
+    let has_uniform = steps.iter().any(|s| !s.uniform.is_empty());
+    let uniform_struct = if has_uniform { writer.uniform_struct(steps) } else { String::new() };
+    let storage = writer.slot(SlotKind::Storage(result));
+    let _ = writeln!(
+        writer.declarations,
+        "@group(0) @binding({storage}) var result_image: texture_storage_2d<{}, write>;",
+        format.wgsl()
+    );
+    let mut text = Text::default();
+    text.generated(&reading.settings());
+    for name in ["point", "guard", "sampling"] {
+        text.library(name).expect("the library has this file")?;
+    }
+    for step in steps {
+        text.module(step.shader)?;
+    }
+    text.generated(&uniform_struct);
+    text.generated(&writer.declarations);
+    text.generated(&entry_points(&writer.body, steps.len() - 1));
+    Ok(Composed {
+        source: text.text,
+        map: text.map,
+        compute: "compute",
+        fragment: Some("fragment"),
+        slots: writer.slots,
+        workgroup: [16, 16, 1],
+    })
+}
+
+fn entry_points(body: &str, last: usize) -> String {
+    format!(
+        "fn run(at: Point) -> vec4f {{
+{body}    return step{last};
+}}
+@compute @workgroup_size(16, 16)
+fn compute(@builtin(global_invocation_id) id: vec3u) {{
+    let size = textureDimensions(result_image);
+    if any(id.xy >= size) {{ return; }}
+    let pixel = vec2i(id.xy);
+    textureStore(result_image, pixel, run(Point(pixel, (vec2f(id.xy) + 0.5) / vec2f(size), vec2f(size))));
+}}
+{FULL_SCREEN_TRIANGLE}
+@group(0) @binding({FRAGMENT_SIZE_BINDING}) var<uniform> fragment_size: vec4f;
+@fragment
+fn fragment(@builtin(position) position: vec4f) -> @location(0) vec4f {{
+    return run(Point(vec2i(position.xy), position.xy / fragment_size.xy, fragment_size.xy));
+}}"
+    )
+}
+
+/// Where a fragment entry point finds the size of its result.
+pub const FRAGMENT_SIZE_BINDING: u32 = 63;
+
+struct StepsWriter<'a> {
+    slots: Vec<Slot>,
+    declarations: String,
+    body: String,
+    reading_of: &'a dyn Fn(ImageId) -> Reading,
+}
+
+impl StepsWriter<'_> {
+    fn strictest(&self, steps: &[Step]) -> Reading {
+        let textures = steps.iter().flat_map(|s| &s.args).filter_map(|arg| match arg {
+            Arg::Texture(image) => Some((self.reading_of)(*image)),
+            _ => None,
+        });
+        textures.max().unwrap_or_default()
+    }
+
+    /// The slot that holds `kind`, made at its first mention.
+    fn slot(&mut self, kind: SlotKind) -> u32 {
+        if let Some(slot) = self.slots.iter().find(|slot| slot.kind == kind) {
+            return slot.binding;
+        }
+        let binding = self.slots.len() as u32;
+        self.slots.push(Slot { binding, kind });
+        binding
+    }
+
+    /// The name of the variable in that slot, declared at its first mention.
+    fn variable(&mut self, kind: SlotKind, prefix: &str, declaration: &str) -> String {
+        let known = self.slots.len();
+        let binding = self.slot(kind);
+        let name = format!("{prefix}{binding}");
+        if self.slots.len() > known {
+            let declared = declaration.replace("NAME", &name);
+            let _ = writeln!(self.declarations, "@group(0) @binding({binding}) {declared}");
+        }
+        name
+    }
+
+    fn step(&mut self, index: usize, step: &Step) {
+        let function = step.shader.reflect().ok().and_then(|r| r.function(step.function));
+        let is_volume = |position: usize| {
+            function.is_some_and(|f| f.args.get(position).is_some_and(|(_, ty)| *ty == super::ArgType::Volume))
+        };
+        let args: Vec<String> =
+            step.args.iter().enumerate().map(|(position, arg)| self.arg(index, *arg, is_volume(position))).collect();
+        let _ = writeln!(self.body, "    let step{index} = {}({});", step.function, args.join(", "));
+    }
+
+    fn arg(&mut self, step: usize, arg: Arg, volume: bool) -> String {
+        match arg {
+            Arg::Step(earlier) => format!("step{earlier}"),
+            Arg::Point => "at".into(),
+            Arg::Params => {
+                self.variable(SlotKind::Params, "params", "var<uniform> NAME: PassUniform;") + &format!(".step{step}")
+            }
+            Arg::Frame => self.variable(SlotKind::Frame, "frame", "var<uniform> NAME: Frame;"),
+            Arg::Sampler => self.variable(SlotKind::Sampler, "linear", "var NAME: sampler;"),
+            Arg::Texture(image) => self.texture(image, volume),
+            Arg::Pixel(image) => {
+                let texture = self.texture(image, false);
+                format!("{}(textureLoad({texture}, at.pixel, 0))", (self.reading_of)(image).guard_call())
+            }
+            Arg::Value(buffer, components) => {
+                let declaration = "var<storage, read> NAME: array<vec4f>;";
+                let name = self.variable(SlotKind::Buffer(buffer, false), "value", declaration);
+                format!("{name}[0].{}", &"xyzw"[..usize::from(components)])
+            }
+            Arg::Zero(1) => "0.0".into(),
+            Arg::Zero(n) => format!("vec{n}f()"),
+        }
+    }
+
+    fn texture(&mut self, image: ImageId, volume: bool) -> String {
+        let declaration = if volume { "var NAME: texture_3d<f32>;" } else { "var NAME: texture_2d<f32>;" };
+        self.variable(SlotKind::Texture(image), "image", declaration)
+    }
+
+    fn uniform_struct(&self, steps: &[Step]) -> String {
+        let mut text = String::from("struct PassUniform {\n");
+        for (index, step) in steps.iter().enumerate().filter(|(_, s)| !s.uniform.is_empty()) {
+            let _ = writeln!(text, "    @align(16) step{index}: {},", params_struct(step));
+        }
+        text + "}"
+    }
+}
+
+fn params_struct(step: &Step) -> String {
+    let reflection = step.shader.reflect().expect("a recorded step has a valid shader");
+    let function = reflection.function(step.function).expect("a recorded step has a known function");
+    function
+        .args
+        .iter()
+        .find_map(|(name, ty)| match ty {
+            super::ArgType::Struct(ty) if name == "params" => Some(ty.clone()),
+            _ => None,
+        })
+        .expect("a step with a uniform has an argument called `params`")
+}
+
+/// A whole kernel, with the formats of its storage images set and its bindings resolved.
+pub fn compose_entry(
+    call: &EntryCall,
+    format_of: &dyn Fn(ImageId) -> Format,
+    reading_of: &dyn Fn(ImageId) -> Reading,
+) -> Result<Composed, ShaderError> {
+    let reflection = call.shader.reflect()?;
+    let resource = |name: &str| call.bindings.iter().find(|b| b.name == name).map(|b| b.resource);
+    let mut slots = Vec::new();
+    let mut formats = Vec::new();
+    let mut reading = Reading::default();
+    for global in &reflection.globals {
+        let kind = match (&global.kind, resource(&global.name)) {
+            (GlobalKind::Uniform(ty), None) if ty == "Frame" => SlotKind::Frame,
+            (GlobalKind::Uniform(_), None) => SlotKind::Params,
+            (GlobalKind::Sampler, None) => SlotKind::Sampler,
+            (GlobalKind::Texture(_), Some(Resource::Image(image))) => {
+                reading = reading.max(reading_of(image));
+                SlotKind::Texture(image)
+            }
+            (GlobalKind::StorageTexture(_), Some(Resource::Image(image))) => {
+                formats.push((global.name.clone(), format_of(image)));
+                SlotKind::Storage(image)
+            }
+            (GlobalKind::Buffer(writes), Some(Resource::Buffer(buffer))) => SlotKind::Buffer(buffer, *writes),
+            // A binding that this entry point does not use.
+            (_, None) => continue,
+            _ => return Err(ShaderError::at(call.shader.file(), 0, format!("`{}` holds another kind of resource", global.name))),
+        };
+        slots.push(Slot { binding: global.binding, kind });
+    }
+    let mut text = Text::default();
+    text.generated(&reading.settings());
+    for name in ["point", "guard", "sampling"] {
+        text.library(name).expect("the library has this file")?;
+    }
+    text.module(call.shader)?;
+    let source = formats.iter().fold(text.text, |source, (name, format)| set_storage_format(&source, name, *format));
+    let workgroup = reflection.entries.iter().find(|(name, _)| name == call.entry).map_or([1; 3], |(_, size)| *size);
+    Ok(Composed { source, map: text.map, compute: call.entry, fragment: None, slots, workgroup })
+}
+
+/// Replaces the format in `var NAME: texture_storage_2d<FORMAT, write>`, which a graph file may choose.
+fn set_storage_format(source: &str, name: &str, format: Format) -> String {
+    let declaration = format!("var {name}: texture_storage_");
+    let Some(start) = source.find(&declaration) else { return source.to_owned() };
+    let Some(open) = source[start..].find('<').map(|at| start + at + 1) else { return source.to_owned() };
+    let Some(comma) = source[open..].find(',').map(|at| open + at) else { return source.to_owned() };
+    format!("{}{}{}", &source[..open], format.wgsl(), &source[comma..])
+}

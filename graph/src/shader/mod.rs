@@ -1,0 +1,59 @@
+//! Shaders as values: a module of WGSL, what it declares, and how modules are put together.
+
+mod compose;
+mod import;
+mod reflect;
+mod uniform;
+
+use std::sync::OnceLock;
+
+pub use compose::{Composed, Reading, ShaderError, Slot, SlotKind, compose_entry, compose_steps};
+pub use import::SourceMap;
+pub use reflect::{ArgType, Function, Global, GlobalKind, Member, Reflection, ScalarKind, StructLayout};
+pub use uniform::{UniformValue, pack};
+
+/// One file of WGSL.
+pub struct Shader {
+    file: &'static str,
+    source: &'static str,
+    reflection: OnceLock<Result<Reflection, ShaderError>>,
+}
+
+impl Shader {
+    /// A module with the name of its file, as errors shall show it.
+    pub const fn new(file: &'static str, source: &'static str) -> Self {
+        Self { file, source, reflection: OnceLock::new() }
+    }
+
+    /// The file's name.
+    pub fn file(&self) -> &'static str {
+        self.file
+    }
+
+    /// The text of the file.
+    pub fn source(&self) -> &'static str {
+        self.source
+    }
+
+    /// What the module declares; parsed and validated once.
+    pub fn reflect(&self) -> Result<&Reflection, ShaderError> {
+        self.reflection.get_or_init(|| reflect::reflect(self)).as_ref().map_err(Clone::clone)
+    }
+
+    /// Whether the module reads textures by itself and not through `texel` and `tap`, so that the framework cannot guard what it reads.
+    pub fn reads_textures_itself(&self) -> bool {
+        ["textureLoad", "textureSample", "textureGather"].iter().any(|call| self.source.contains(call))
+    }
+}
+
+impl PartialEq for Shader {
+    fn eq(&self, other: &Self) -> bool {
+        std::ptr::eq(self, other) || (self.file == other.file && self.source == other.source)
+    }
+}
+
+impl std::fmt::Debug for Shader {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "Shader({})", self.file)
+    }
+}

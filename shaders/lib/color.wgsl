@@ -1,0 +1,12 @@
+// Colour facts of linear Rec.709 with D65 white.
+
+// Weights of ITU-R BT.709 to four digits: they sum to exactly 1.
+const LUMINANCE: vec3f = vec3f(0.2126, 0.7152, 0.0722);
+
+fn luminance(rgb: vec3f) -> f32 {
+    return dot(rgb, LUMINANCE);
+}
+
+fn brightest(rgb: vec3f) -> f32 {
+    return max(rgb.r, max(rgb.g, rgb.b));
+}

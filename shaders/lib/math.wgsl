@@ -1,0 +1,17 @@
+// Small functions that the language leaves undefined somewhere.
+
+// Hermite step from 0 at `lo` to 1 at `hi`; a hard step where the edges meet or are reversed, which the built-in leaves undefined.
+fn smooth_step(lo: f32, hi: f32, x: f32) -> f32 {
+    let width = hi - lo;
+    let t = clamp((x - lo) / max(width, 1e-30), 0.0, 1.0);
+    return select(t * t * (3.0 - 2.0 * t), select(0.0, 1.0, x >= hi), width <= 0.0);
+}
+
+// x^y for x >= 0, exactly 0 at 0: `pow` may be exp2(y * log2(x)).
+fn power(x: f32, y: f32) -> f32 {
+    return select(pow(max(x, 1e-30), y), 0.0, x <= 0.0);
+}
+
+fn power3(v: vec3f, y: f32) -> vec3f {
+    return vec3f(power(v.x, y), power(v.y, y), power(v.z, y));
+}

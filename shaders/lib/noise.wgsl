@@ -1,0 +1,26 @@
+// Noise from integers: the same bits on every device, unlike hashes made of sines.
+
+// PCG output permutation over one LCG step (Jarzynski and Olano, "Hash Functions for GPU Rendering", 2020).
+fn hash(v: u32) -> u32 {
+    let state = v * 747796405u + 2891336453u;
+    let word = ((state >> ((state >> 28u) + 4u)) ^ state) * 277803737u;
+    return (word >> 22u) ^ word;
+}
+
+// One number in [0, 1) for each cell of the plane: the top 24 bits, which a float holds exactly.
+fn hash_cell(cell: vec2i) -> f32 {
+    let h = hash(bitcast<u32>(cell.x) ^ hash(bitcast<u32>(cell.y)));
+    return f32(h >> 8u) * (1.0 / 16777216.0);
+}
+
+// Value noise in [0, 1), one cell per unit, smooth to the first derivative; constant beyond a million cells.
+fn noise(at: vec2f) -> f32 {
+    let p = clamp(at, vec2f(-1e6), vec2f(1e6));
+    let base = floor(p);
+    let i = vec2i(base);
+    let f = p - base;
+    let w = f * f * (3.0 - 2.0 * f);
+    let low = mix(hash_cell(i), hash_cell(i + vec2i(1, 0)), w.x);
+    let high = mix(hash_cell(i + vec2i(0, 1)), hash_cell(i + vec2i(1, 1)), w.x);
+    return mix(low, high, w.y);
+}

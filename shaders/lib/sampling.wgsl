@@ -1,0 +1,61 @@
+// The only ways to read a texture. The composer defines two constants before this text:
+// TEXEL_GUARD  0 when every texture is known to be finite, 1 to guard colours, 2 to guard signed data;
+// TAP_BY_HAND  true when a texture cannot be filtered by the device, or must be guarded before it is filtered
+//              (a filtered NaN is a NaN in four pixels).
+#import guard
+
+fn guarded(v: vec4f) -> vec4f {
+    if TEXEL_GUARD == 1u { return guard(v); }
+    if TEXEL_GUARD == 2u { return guard_signed(v); }
+    return v;
+}
+
+// One texel of a texture, the nearest inside it when `p` is outside.
+fn texel(t: texture_2d<f32>, p: vec2i) -> vec4f {
+    let last = vec2i(textureDimensions(t)) - 1;
+    return guarded(textureLoad(t, clamp(p, vec2i(0), last), 0));
+}
+
+// Bilinear, clamped to the edge.
+fn tap(t: texture_2d<f32>, s: sampler, uv: vec2f) -> vec4f {
+    if TAP_BY_HAND { return tap_by_hand(t, uv); }
+    return guarded(textureSampleLevel(t, s, uv, 0.0));
+}
+
+fn tap_by_hand(t: texture_2d<f32>, uv: vec2f) -> vec4f {
+    let size = vec2f(textureDimensions(t));
+    // Far outside, every coordinate means the edge; the clamp keeps the conversion to integers defined.
+    let p = clamp(uv * size - 0.5, vec2f(-1.0), size);
+    let base = floor(p);
+    let f = p - base;
+    let i = vec2i(base);
+    let top = mix(texel(t, i), texel(t, i + vec2i(1, 0)), f.x);
+    let bottom = mix(texel(t, i + vec2i(0, 1)), texel(t, i + vec2i(1, 1)), f.x);
+    return mix(top, bottom, f.y);
+}
+
+fn texel3(t: texture_3d<f32>, p: vec3i) -> vec4f {
+    let last = vec3i(textureDimensions(t)) - 1;
+    return textureLoad(t, clamp(p, vec3i(0), last), 0);
+}
+
+// Trilinear, clamped to the edge. Volumes are made inside the graph or decoded from files, so they are finite.
+fn tap3(t: texture_3d<f32>, s: sampler, uvw: vec3f) -> vec4f {
+    if TAP_BY_HAND { return tap3_by_hand(t, uvw); }
+    return textureSampleLevel(t, s, uvw, 0.0);
+}
+
+fn tap3_plane(t: texture_3d<f32>, i: vec3i, f: vec2f) -> vec4f {
+    let top = mix(texel3(t, i), texel3(t, i + vec3i(1, 0, 0)), f.x);
+    let bottom = mix(texel3(t, i + vec3i(0, 1, 0)), texel3(t, i + vec3i(1, 1, 0)), f.x);
+    return mix(top, bottom, f.y);
+}
+
+fn tap3_by_hand(t: texture_3d<f32>, uvw: vec3f) -> vec4f {
+    let size = vec3f(textureDimensions(t));
+    let p = clamp(uvw * size - 0.5, vec3f(-1.0), size);
+    let base = floor(p);
+    let f = p - base;
+    let i = vec3i(base);
+    return mix(tap3_plane(t, i, f.xy), tap3_plane(t, i + vec3i(0, 0, 1), f.xy), f.z);
+}

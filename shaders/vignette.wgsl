@@ -1,0 +1,16 @@
+#import math
+
+struct Vignette {
+    amount: f32,
+    intensity: f32,
+    smoothness: f32,
+    stretch: f32,
+}
+
+fn vignette(source: vec4f, at: Point, params: Vignette) -> vec4f {
+    let centered = (at.uv - 0.5) * vec2f(params.stretch, 1.0);
+    let radius = length(centered) * (1.0 + params.intensity);
+    // The rising step: reversed edges are undefined.
+    let light = 1.0 - smooth_step(0.5 - params.smoothness, 0.5, radius);
+    return vec4f(source.rgb * mix(1.0, light, params.amount), source.a);
+}

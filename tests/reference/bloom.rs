@@ -1,0 +1,170 @@
+//! Bloom: what glows, the chain of levels and the composite (formula book, 12); glare (14).
+
+use super::color::luminance;
+use super::image::{Image, mix4};
+use super::math::{Rgb, mix, smooth_step};
+use super::resample::{Down, Firefly, Up, downsample, downsample_karis, half_size, upsample};
+
+/// The factor of a colour of `brightness` under a threshold with a quadratic knee.
+pub(crate) fn knee_weight(brightness: f64, threshold: f64, knee: f64) -> f64 {
+    let (threshold, knee) = (threshold.max(0.0), knee.max(0.0));
+    let hard = (brightness - threshold).max(0.0);
+    let soft = if knee > 0.0 {
+        let s = (brightness - threshold + knee).clamp(0.0, 2.0 * knee);
+        s * s / (4.0 * knee)
+    } else {
+        0.0
+    };
+    hard.max(soft) / brightness.max(1e-5)
+}
+
+/// The factor of a gate that opens from `threshold − knee` to `threshold + knee`; without a knee
+/// a jump, which a brightness of 0 never passes.
+pub(crate) fn gate_weight(brightness: f64, threshold: f64, knee: f64) -> f64 {
+    if brightness <= 0.0 {
+        return 0.0;
+    }
+    smooth_step(threshold - knee, threshold + knee, brightness)
+}
+
+/// The glow of a pixel whose alpha is its emissive intensity: nothing up to `threshold`.
+pub(crate) fn select_emissive([r, g, b, a]: [f64; 4], threshold: f64, intensity: f64) -> Rgb {
+    if a > threshold { [r, g, b].map(|x| x * a * intensity) } else { [0.0; 3] }
+}
+
+/// The sizes of `count` levels, the first half of the image.
+pub(crate) fn level_sizes(width: usize, height: usize, count: usize) -> Vec<[usize; 2]> {
+    let next = |&[width, height]: &[usize; 2]| Some(half_size(width, height));
+    std::iter::successors(next(&[width, height]), next).take(count).collect()
+}
+
+/// The levels of a chain, the first half of the image; the firefly weighting acts on the first
+/// step alone.
+pub(crate) fn levels(image: &Image, count: usize, filter: Down, firefly: Firefly) -> Vec<Image> {
+    let mut levels: Vec<Image> = Vec::new();
+    for size in level_sizes(image.width, image.height, count) {
+        let level = match levels.last() {
+            None => downsample_karis(image, size, filter, firefly),
+            Some(above) => downsample(above, size, filter),
+        };
+        levels.push(level);
+    }
+    levels
+}
+
+/// Joins levels from the smallest up by `mix(level, upsampled, spread)`; the result has the size
+/// of the first level.
+pub(crate) fn lerp_chain(levels: &[Image], spread: f64, filter: Up, radius: f64) -> Image {
+    join(levels, filter, radius, |level, above| mix4(level, above, spread))
+}
+
+/// Joins levels from the smallest up by addition and divides by their number.
+pub(crate) fn additive_chain(levels: &[Image], filter: Up, radius: f64) -> Image {
+    let sum = join(levels, filter, radius, |a, b| [0, 1, 2, 3].map(|i| a[i] + b[i]));
+    sum.map(|pixel| pixel.map(|x| x / levels.len() as f64))
+}
+
+fn join(
+    levels: &[Image],
+    filter: Up,
+    radius: f64,
+    combine: impl Fn([f64; 4], [f64; 4]) -> [f64; 4],
+) -> Image {
+    let (smallest, finer) = levels.split_last().expect("a chain has a level");
+    finer.iter().rev().fold(smallest.clone(), |result, level| {
+        let wide = upsample(&result, [level.width, level.height], filter, radius);
+        let pixels = level.pixels.iter().zip(&wide.pixels);
+        Image { pixels: pixels.map(|(&a, &b)| combine(a, b)).collect(), ..*level }
+    })
+}
+
+/// The share of each level in [`lerp_chain`], finest first.
+pub(crate) fn lerp_weights(spread: f64, count: usize) -> Vec<f64> {
+    let share = |i: usize| {
+        let own = if i + 1 == count { 1.0 } else { 1.0 - spread };
+        own * spread.powi(i as i32)
+    };
+    (0..count).map(share).collect()
+}
+
+/// The five weights of the Unreal-style bloom of three.js.
+pub(crate) fn unreal_weights(radius: f64) -> [f64; 5] {
+    [1.0, 0.8, 0.6, 0.4, 0.2].map(|factor| mix(factor, 1.2 - factor, radius))
+}
+
+/// The settings of the energy-conserving blend of Bevy.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Conserving {
+    pub(crate) intensity: f64,
+    pub(crate) low_boost: f64,
+    pub(crate) low_curvature: f64,
+    pub(crate) high_pass: f64,
+}
+
+/// The blend factor of level `mip` of 0..=`last` in the energy-conserving blend of Bevy.
+pub(crate) fn conserving_factor(mip: f64, last: f64, settings: &Conserving) -> f64 {
+    let &Conserving { intensity, low_boost, low_curvature, high_pass } = settings;
+    let t = mip / last;
+    let boost = (1.0 - (1.0 - t).powf(1.0 / (1.0 - low_curvature))) * low_boost;
+    let passed = 1.0 - ((t - high_pass) / high_pass).clamp(0.0, 1.0);
+    (intensity + boost * (1.0 - intensity)) * passed
+}
+
+/// Replaces a share of the scene by its bloom; energy stays.
+pub(crate) fn composite_lerp(scene: Rgb, bloom: Rgb, strength: f64) -> Rgb {
+    [0, 1, 2].map(|i| mix(scene[i], bloom[i], strength))
+}
+
+/// Adds bloom to the scene.
+pub(crate) fn composite_add(scene: Rgb, bloom: Rgb, strength: f64) -> Rgb {
+    [0, 1, 2].map(|i| scene[i] + strength * bloom[i])
+}
+
+/// What glares in a colour that the exponential curve has mapped.
+pub(crate) fn glare(rgb: Rgb, exposure: f64) -> Rgb {
+    let mapped = rgb.map(|x| super::curves::exponential(x, exposure));
+    let gate = smooth_step(0.8, 1.0, luminance(mapped));
+    mapped.map(|x| x * gate * 2.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::reference::image::grey;
+
+    #[test]
+    fn chains_keep_a_constant_at_any_size() {
+        let image = Image::new(13, 6, |_, _| grey(3.0));
+        let levels = levels(&image, 4, Down::ThirteenTap, Firefly::Groups);
+        assert_eq!(levels.len(), 4);
+        for result in
+            [lerp_chain(&levels, 0.85, Up::Tent, 1.0), additive_chain(&levels, Up::Bilinear, 1.0)]
+        {
+            assert_eq!((result.width, result.height), (6, 3));
+            assert!(result.pixels.iter().all(|pixel| (pixel[0] - 3.0).abs() < 1e-12));
+        }
+    }
+
+    #[test]
+    fn a_chain_gives_each_level_its_weight() {
+        let sizes = level_sizes(32, 32, 4);
+        for (wanted, weight) in lerp_weights(0.7, 4).into_iter().enumerate() {
+            let levels: Vec<Image> = sizes
+                .iter()
+                .enumerate()
+                .map(|(i, &[w, h])| Image::new(w, h, |_, _| grey(f64::from(i == wanted))))
+                .collect();
+            let value = lerp_chain(&levels, 0.7, Up::Tent, 1.0).texel(8, 8)[0];
+            assert!((value - weight).abs() < 1e-14, "{wanted}: {value} {weight}");
+            let value = additive_chain(&levels, Up::Tent, 1.0).texel(8, 8)[0];
+            assert!((value - 0.25).abs() < 1e-14, "{wanted}: {value}");
+        }
+    }
+
+    #[test]
+    fn black_never_glows() {
+        assert_eq!(gate_weight(0.0, 0.0, 0.0), 0.0);
+        assert_eq!(gate_weight(1e-6, 0.0, 0.0), 1.0);
+        assert_eq!(knee_weight(0.0, 0.0, 0.0), 0.0);
+    }
+}

@@ -1,0 +1,202 @@
+//! Exposure values, the luminance histogram, temporal adaptation and other meters (formula
+//! book, 4).
+
+use super::color::luminance;
+use super::image::{Image, rgb};
+
+/// EV100 of a camera: aperture N, shutter time in seconds, ISO speed (ISO 2720).
+pub(crate) fn ev100_camera(aperture: f64, seconds: f64, iso: f64) -> f64 {
+    (aperture * aperture / seconds * 100.0 / iso).log2()
+}
+
+/// EV100 of a reflected-light meter with K = 12.5, for cd/m².
+pub(crate) fn ev100_from_luminance(luminance: f64) -> f64 {
+    (luminance * 100.0 / 12.5).log2()
+}
+
+/// EV100 of an incident-light meter with C = 250, for lux.
+pub(crate) fn ev100_from_illuminance(lux: f64) -> f64 {
+    (lux / 2.5).log2()
+}
+
+/// The multiplier that puts saturation at 1 (lens factor q = 0.65).
+pub(crate) fn multiplier_from_ev100(ev100: f64) -> f64 {
+    1.0 / (1.2 * ev100.exp2())
+}
+
+/// The stops that bring a metered mean of log2 luminance to `key`, with compensation; limited to
+/// ±24.
+pub(crate) fn auto_exposure_stops(mean: f64, key: f64, compensation: f64) -> f64 {
+    (key.log2() - mean + compensation).clamp(-24.0, 24.0)
+}
+
+/// Keeps a metered mean of log2 cd/m² between two limits given as EV100.
+pub(crate) fn limit_mean(mean: f64, min_ev100: f64, max_ev100: f64) -> f64 {
+    mean.clamp(min_ev100 - 3.0, max_ev100 - 3.0)
+}
+
+/// The bins of a luminance histogram; bin 0 holds what the meter leaves out.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Bins {
+    pub(crate) count: usize,
+    /// The range in log2 of luminance.
+    pub(crate) low: f64,
+    pub(crate) high: f64,
+    /// Luminance at or below this is left out.
+    pub(crate) black: f64,
+}
+
+impl Bins {
+    /// The bin of a luminance; NaN goes to bin 0, infinity to the last.
+    pub(crate) fn bin(&self, luminance: f64) -> usize {
+        if luminance.is_nan() || luminance <= self.black {
+            return 0;
+        }
+        let t = ((luminance.log2() - self.low) / (self.high - self.low)).clamp(0.0, 1.0);
+        1 + ((t * (self.count - 1) as f64).floor() as usize).min(self.count - 2)
+    }
+
+    /// The log2 luminance at the centre of bin i ≥ 1.
+    pub(crate) fn centre(&self, bin: usize) -> f64 {
+        self.low + (bin as f64 - 0.5) / (self.count - 1) as f64 * (self.high - self.low)
+    }
+
+    /// The histogram of an image; the sum of the bins is the number of pixels.
+    pub(crate) fn histogram(&self, image: &Image) -> Vec<u32> {
+        let mut counts = vec![0; self.count];
+        for &pixel in &image.pixels {
+            counts[self.bin(luminance(rgb(pixel)))] += 1;
+        }
+        counts
+    }
+
+    /// The mean of log2 luminance between two percentiles in [0, 1] of the pixels counted; the
+    /// quantile when the two are equal or swapped; `None`, to hold, when nothing was counted.
+    pub(crate) fn trimmed_mean(&self, counts: &[u32], low: f64, high: f64) -> Option<f64> {
+        let total: f64 = counts[1..].iter().map(|&count| f64::from(count)).sum();
+        let (a, b) = (low.clamp(0.0, 1.0) * total, high.clamp(0.0, 1.0) * total);
+        if total == 0.0 {
+            None
+        } else if b <= a {
+            Some(self.centre(quantile_bin(counts, a)))
+        } else {
+            Some(self.window_sum(counts, a, b) / (b - a))
+        }
+    }
+
+    /// The sum of bin centres, each as often as its pixels lie in ranks a..b.
+    fn window_sum(&self, counts: &[u32], a: f64, b: f64) -> f64 {
+        let mut sum = 0.0;
+        let mut below: f64 = 0.0;
+        for (bin, &count) in counts.iter().enumerate().skip(1) {
+            let through = below + f64::from(count);
+            sum += (through.clamp(a, b) - below.clamp(a, b)) * self.centre(bin);
+            below = through;
+        }
+        sum
+    }
+}
+
+/// The bin of the pixel with `rank` counted pixels below it, or the last one in use.
+fn quantile_bin(counts: &[u32], rank: f64) -> usize {
+    let mut through = 0.0;
+    let mut last = 1;
+    for (bin, &count) in counts.iter().enumerate().skip(1).filter(|(_, count)| **count > 0) {
+        through += f64::from(count);
+        last = bin;
+        if through > rank {
+            break;
+        }
+    }
+    last
+}
+
+/// Below this distance, in stops, adaptation arrives.
+const ARRIVAL: f64 = 1.0 / 1024.0;
+
+/// Exponential adaptation of `stops` towards `wanted` in `dt` seconds, rates in 1/s:
+/// `rate_dark` when the scene got darker and the gain must rise. Holds when dt is not positive or
+/// `wanted` is not finite; snaps when `stops` is not finite.
+pub(crate) fn adapt_exponential(
+    stops: f64,
+    wanted: f64,
+    dt: f64,
+    rate_dark: f64,
+    rate_bright: f64,
+) -> f64 {
+    let rate = if wanted > stops { rate_dark } else { rate_bright };
+    adapt(stops, wanted, dt, |distance| distance * (1.0 - (-rate * dt).exp()))
+}
+
+/// Linear adaptation of `stops` towards `wanted` in `dt` seconds, speeds in stops per second.
+/// Holds and snaps like [`adapt_exponential`].
+pub(crate) fn adapt_linear(
+    stops: f64,
+    wanted: f64,
+    dt: f64,
+    speed_dark: f64,
+    speed_bright: f64,
+) -> f64 {
+    adapt(stops, wanted, dt, |distance| distance.clamp(-speed_bright * dt, speed_dark * dt))
+}
+
+fn adapt(stops: f64, wanted: f64, dt: f64, step: impl Fn(f64) -> f64) -> f64 {
+    if dt.is_nan() || dt <= 0.0 || !wanted.is_finite() {
+        stops
+    } else if !stops.is_finite() || (wanted - stops).abs() < ARRIVAL {
+        wanted
+    } else {
+        stops + step(wanted - stops)
+    }
+}
+
+/// The illuminance in lux that gives a Lambertian surface of `albedo` its luminance.
+pub(crate) fn illuminance(luminance: f64, albedo: f64) -> f64 {
+    std::f64::consts::PI * luminance / albedo.clamp(0.04, 1.0)
+}
+
+/// The luminance that a grey card of 18 % would have in the same light: what the meter counts.
+pub(crate) fn grey_card_luminance(luminance: f64, albedo: f64) -> f64 {
+    0.18 * illuminance(luminance, albedo) / std::f64::consts::PI
+}
+
+/// The mean of log2 luminance over all pixels, none darker than `2^floor`: the top of a pyramid.
+pub(crate) fn pyramid_mean(luminances: &[f64], floor: f64) -> f64 {
+    let sum: f64 = luminances.iter().map(|y| y.max(floor.exp2()).log2()).sum();
+    sum / luminances.len() as f64
+}
+
+/// The number of levels of a full mip chain.
+pub(crate) fn mip_count(width: usize, height: usize) -> u32 {
+    width.max(height).ilog2() + 1
+}
+
+#[test]
+fn a_histogram_counts_every_pixel_and_meters_the_middle() {
+    let bins = Bins { count: 256, low: -10.0, high: 10.0, black: 2.0_f64.powi(-10) };
+    let image = Image::new(7, 5, |x, _| match x {
+        0 => [f64::NAN, 1.0, 1.0, 1.0],
+        1 => [0.0, 0.0, 0.0, 1.0],
+        _ => [0.25, 0.25, 0.25, 1.0],
+    });
+    let counts = bins.histogram(&image);
+    assert_eq!(counts.iter().sum::<u32>(), 35);
+    assert_eq!(counts[0], 10);
+    let mean = bins.trimmed_mean(&counts, 0.4, 0.95).expect("some pixels count");
+    assert!((mean + 2.0).abs() <= 0.5 * 20.0 / 255.0, "{mean}");
+}
+
+#[test]
+fn adaptation_snaps_holds_and_never_overshoots() {
+    assert_eq!(adapt_exponential(f64::NAN, 3.0, 0.1, 1.0, 3.0), 3.0);
+    assert_eq!(adapt_exponential(1.0, f64::NAN, 0.1, 1.0, 3.0), 1.0);
+    assert_eq!(adapt_exponential(1.0, 1.0005, 1e-9, 1.0, 3.0), 1.0005);
+    assert_eq!(adapt_linear(-2.0, 2.0, f64::INFINITY, 1.0, 3.0), 2.0);
+    assert_eq!(limit_mean(20.0, -4.0, 16.0), 13.0);
+}
+
+#[test]
+fn a_grey_card_meters_as_itself() {
+    assert!((grey_card_luminance(0.36, 0.18) - 0.36).abs() < 1e-15);
+    assert!((grey_card_luminance(0.36, 0.72) - 0.09).abs() < 1e-15);
+}

@@ -1,0 +1,100 @@
+//! An image in f64 with the two ways of reading that shaders have: one texel, one bilinear tap.
+
+/// Rows from the top, pixels from the left, four channels each.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Image {
+    pub(crate) width: usize,
+    pub(crate) height: usize,
+    pub(crate) pixels: Vec<[f64; 4]>,
+}
+
+impl Image {
+    /// An image whose pixel (x, y) is `pixel(x, y)`.
+    pub(crate) fn new(
+        width: usize,
+        height: usize,
+        pixel: impl Fn(usize, usize) -> [f64; 4],
+    ) -> Image {
+        assert!(width > 0 && height > 0, "an image has at least one pixel");
+        let pixels = (0..width * height).map(|i| pixel(i % width, i / width)).collect();
+        Image { width, height, pixels }
+    }
+
+    /// Calls `pixel` with the texture coordinate of every pixel's centre.
+    pub(crate) fn from_uv(
+        width: usize,
+        height: usize,
+        pixel: impl Fn([f64; 2]) -> [f64; 4],
+    ) -> Image {
+        Image::new(width, height, |x, y| pixel(centre_uv(x, y, width, height)))
+    }
+
+    /// The pixel at (x, y), clamped to the edge.
+    pub(crate) fn texel(&self, x: i64, y: i64) -> [f64; 4] {
+        let x = x.clamp(0, self.width as i64 - 1) as usize;
+        let y = y.clamp(0, self.height as i64 - 1) as usize;
+        self.pixels[y * self.width + x]
+    }
+
+    /// A bilinear sample at `uv` in [0, 1], clamped to the edge: WebGPU's linear filter without
+    /// the rounding of its weights.
+    pub(crate) fn tap(&self, uv: [f64; 2]) -> [f64; 4] {
+        let x = uv[0] * self.width as f64 - 0.5;
+        let y = uv[1] * self.height as f64 - 0.5;
+        let (left, top) = (x.floor() as i64, y.floor() as i64);
+        let row = |y| mix4(self.texel(left, y), self.texel(left + 1, y), x - x.floor());
+        mix4(row(top), row(top + 1), y - y.floor())
+    }
+
+    /// A bilinear sample at `uv` moved by an offset in texels of this image.
+    pub(crate) fn tap_offset(&self, uv: [f64; 2], [x, y]: [f64; 2]) -> [f64; 4] {
+        self.tap([uv[0] + x / self.width as f64, uv[1] + y / self.height as f64])
+    }
+
+    /// The same image with `f` applied to each pixel.
+    pub(crate) fn map(&self, f: impl Fn([f64; 4]) -> [f64; 4]) -> Image {
+        Image { pixels: self.pixels.iter().map(|&pixel| f(pixel)).collect(), ..*self }
+    }
+
+    /// The same image with `f` applied to the colour of each pixel, alpha untouched.
+    pub(crate) fn map_rgb(&self, f: impl Fn([f64; 3]) -> [f64; 3]) -> Image {
+        self.map(|[r, g, b, a]| {
+            let [r, g, b] = f([r, g, b]);
+            [r, g, b, a]
+        })
+    }
+}
+
+/// The texture coordinate of the centre of pixel (x, y).
+pub(crate) fn centre_uv(x: usize, y: usize, width: usize, height: usize) -> [f64; 2] {
+    [(x as f64 + 0.5) / width as f64, (y as f64 + 0.5) / height as f64]
+}
+
+/// The colour of a pixel without its alpha.
+pub(crate) fn rgb([r, g, b, _]: [f64; 4]) -> [f64; 3] {
+    [r, g, b]
+}
+
+/// An opaque grey pixel.
+pub(crate) fn grey(value: f64) -> [f64; 4] {
+    [value, value, value, 1.0]
+}
+
+/// `a` at t = 0, `b` at t = 1, in all four channels.
+pub(crate) fn mix4(a: [f64; 4], b: [f64; 4], t: f64) -> [f64; 4] {
+    [0, 1, 2, 3].map(|i| a[i] * (1.0 - t) + b[i] * t)
+}
+
+/// `total + pixel · weight`, the step of every filter.
+pub(crate) fn add_weighted(total: [f64; 4], pixel: [f64; 4], weight: f64) -> [f64; 4] {
+    [0, 1, 2, 3].map(|i| total[i] + pixel[i] * weight)
+}
+
+#[test]
+fn a_tap_hits_centres_and_halves_and_clamps() {
+    let image = Image::new(3, 2, |x, y| grey((x + 10 * y) as f64));
+    assert_eq!(image.tap([0.5, 0.25])[0], 1.0);
+    assert_eq!(image.tap([1.0 / 3.0, 0.5])[0], 5.5);
+    assert_eq!(image.tap([4.0, 4.0])[0], 12.0);
+    assert_eq!(image.tap([-1.0, 0.75])[0], 10.0);
+}

@@ -1,0 +1,33 @@
+//! The f64 twins: every operator once more, written as plainly as possible.
+//!
+//! A twin takes and gives numbers, triples or an [`image::Image`] and knows nothing of graphs or
+//! devices. Tests run a node on the GPU and compare it with its twin; [`vectors`] compares the
+//! twins themselves with printed numbers.
+
+pub(crate) mod math;
+
+pub(crate) mod image;
+
+pub(crate) mod guard;
+
+pub(crate) mod color;
+pub(crate) mod transfer;
+
+pub(crate) mod exposure;
+pub(crate) mod purkinje;
+
+pub(crate) mod gaussian;
+pub(crate) mod local;
+
+pub(crate) mod bloom;
+pub(crate) mod resample;
+
+pub(crate) mod agx;
+pub(crate) mod curves;
+pub(crate) mod gt7;
+
+pub(crate) mod grade;
+pub(crate) mod lut;
+pub(crate) mod vignette;
+
+mod vectors;

@@ -1,0 +1,226 @@
+//! Filters that halve and double images of any size (formula book, 12.3 to 12.5).
+//!
+//! The thirteen taps are those of Jimenez (SIGGRAPH 2014), the weighting that of Karis (2013).
+
+use super::image::{Image, add_weighted, rgb};
+use super::math::{Rgb, largest};
+
+/// A bilinear tap: its offset in texels of the source, and its weight.
+type Tap = ([f64; 2], f64);
+
+/// The filters of a downsample.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Down {
+    Box,
+    FourTap,
+    NineTap,
+    ThirteenTap,
+}
+
+/// How the first downsample holds back single bright pixels.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Firefly {
+    /// Not at all.
+    Off,
+    /// The thirteen taps in five groups of four; each tap of any other filter.
+    Groups,
+    /// Each tap by itself.
+    Taps,
+}
+
+/// The filters of an upsample.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Up {
+    Bilinear,
+    Tent,
+}
+
+/// Half of a size, never below one pixel.
+pub(crate) fn half_size(width: usize, height: usize) -> [usize; 2] {
+    [(width / 2).max(1), (height / 2).max(1)]
+}
+
+/// The taps of a filter; their weights sum to 1.
+fn taps(filter: Down) -> Vec<Tap> {
+    match filter {
+        Down::Box => vec![([0.0, 0.0], 1.0)],
+        Down::FourTap => corners([0.0, 0.0], 1.0, 1.0),
+        Down::NineTap => tent(1.0),
+        Down::ThirteenTap => groups(filter, Firefly::Groups).concat(),
+    }
+}
+
+/// Four taps in a square around `centre`, at distance `reach` in x and y, sharing `weight`.
+fn corners([x, y]: [f64; 2], reach: f64, weight: f64) -> Vec<Tap> {
+    [[-1.0, -1.0], [1.0, -1.0], [-1.0, 1.0], [1.0, 1.0]]
+        .map(|[i, j]| ([x + i * reach, y + j * reach], weight / 4.0))
+        .to_vec()
+}
+
+/// The tent of nine taps, [1 2 1]² / 16, spaced by `step` texels.
+fn tent(step: f64) -> Vec<Tap> {
+    let side = [(-1.0, 0.25), (0.0, 0.5), (1.0, 0.25)];
+    let row = |(y, b): (f64, f64)| side.map(|(x, a)| ([x * step, y * step], a * b));
+    side.into_iter().flat_map(row).collect()
+}
+
+/// The groups whose averages are weighted against each other.
+fn groups(filter: Down, firefly: Firefly) -> Vec<Vec<Tap>> {
+    if filter == Down::ThirteenTap && firefly == Firefly::Groups {
+        let mut groups = vec![corners([0.0, 0.0], 1.0, 0.5)];
+        groups.extend(corners([0.0, 0.0], 1.0, 0.5).into_iter().map(|(c, w)| corners(c, 1.0, w)));
+        return groups;
+    }
+    taps(filter).into_iter().map(|tap| vec![tap]).collect()
+}
+
+/// A smaller image of `size` pixels.
+pub(crate) fn downsample(image: &Image, size: [usize; 2], filter: Down) -> Image {
+    let taps = taps(filter);
+    Image::from_uv(size[0], size[1], |uv| gather(image, uv, &taps))
+}
+
+/// A smaller image of `size` pixels whose groups of taps weigh `1 / (1 + brightness)`, with
+/// brightness the largest channel, and the weights made to sum to 1 again.
+pub(crate) fn downsample_karis(
+    image: &Image,
+    size: [usize; 2],
+    filter: Down,
+    firefly: Firefly,
+) -> Image {
+    if firefly == Firefly::Off {
+        return downsample(image, size, filter);
+    }
+    let groups = groups(filter, firefly);
+    Image::from_uv(size[0], size[1], |uv| {
+        let mut sum = [0.0; 4];
+        let mut total = 0.0;
+        for group in &groups {
+            let share: f64 = group.iter().map(|(_, weight)| weight).sum();
+            let mean = gather(image, uv, group).map(|x| x / share);
+            let weight = share * karis_weight(rgb(mean), largest);
+            sum = add_weighted(sum, mean, weight);
+            total += weight;
+        }
+        sum.map(|x| x / total)
+    })
+}
+
+/// An image of `size` pixels; the tent's taps are `radius` texels of the source apart.
+pub(crate) fn upsample(image: &Image, size: [usize; 2], filter: Up, radius: f64) -> Image {
+    let taps = match filter {
+        Up::Bilinear => vec![([0.0, 0.0], 1.0)],
+        Up::Tent => tent(radius),
+    };
+    Image::from_uv(size[0], size[1], |uv| gather(image, uv, &taps))
+}
+
+fn gather(image: &Image, uv: [f64; 2], taps: &[Tap]) -> [f64; 4] {
+    taps.iter().fold([0.0; 4], |sum, &(offset, weight)| {
+        add_weighted(sum, image.tap_offset(uv, offset), weight)
+    })
+}
+
+/// `1 / (1 + brightness)`.
+pub(crate) fn karis_weight(rgb: Rgb, brightness: fn(Rgb) -> f64) -> f64 {
+    1.0 / (1.0 + brightness(rgb))
+}
+
+/// The mean of samples weighted by [`karis_weight`].
+pub(crate) fn karis_average(samples: &[Rgb], brightness: fn(Rgb) -> f64) -> Rgb {
+    let mut sum = [0.0; 3];
+    let mut total = 0.0;
+    for &sample in samples {
+        let weight = karis_weight(sample, brightness);
+        sum = [0, 1, 2].map(|i| sum[i] + weight * sample[i]);
+        total += weight;
+    }
+    sum.map(|x| x / total)
+}
+
+/// Each pixel of the result is the mean of the area it covers in the source, edges in part.
+pub(crate) fn area_average(image: &Image, size: [usize; 2]) -> Image {
+    let [width, height] = size;
+    Image::new(width, height, |x, y| {
+        let columns = cover(x, width, image.width);
+        let rows = cover(y, height, image.height);
+        let mut sum = [0.0; 4];
+        for &(row, down) in &rows {
+            for &(column, across) in &columns {
+                sum = add_weighted(sum, image.texel(column, row), across * down);
+            }
+        }
+        sum
+    })
+}
+
+/// The source texels that destination texel `i` of `n` covers, and the share of each.
+fn cover(i: usize, n: usize, source: usize) -> Vec<(i64, f64)> {
+    let scale = source as f64 / n as f64;
+    let (start, end) = (i as f64 * scale, (i + 1) as f64 * scale);
+    (start.floor() as usize..end.ceil() as usize)
+        .map(|texel| {
+            let share = end.min(texel as f64 + 1.0) - start.max(texel as f64);
+            (texel as i64, share / scale)
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::reference::image::grey;
+
+    const FILTERS: [Down; 4] = [Down::Box, Down::FourTap, Down::NineTap, Down::ThirteenTap];
+
+    #[test]
+    fn a_constant_survives_every_filter_at_odd_sizes() {
+        let image = Image::new(7, 3, |_, _| [5.0, 0.5, 2.0, 1.0]);
+        let same = |result: Image| {
+            result.pixels.iter().all(|pixel| {
+                (0..4).all(|i| (pixel[i] - image.pixels[0][i]).abs() < 1e-13)
+            })
+        };
+        for filter in FILTERS {
+            for firefly in [Firefly::Off, Firefly::Groups, Firefly::Taps] {
+                assert!(same(downsample_karis(&image, [3, 1], filter, firefly)), "{filter:?}");
+            }
+        }
+        assert!(same(upsample(&image, [15, 8], Up::Tent, 1.5)));
+        assert!(same(upsample(&image, [15, 8], Up::Bilinear, 1.0)));
+        assert!(same(area_average(&image, [3, 2])));
+    }
+
+    #[test]
+    fn karis_groups_keep_more_of_a_firefly_than_single_taps() {
+        let spike = Image::new(16, 16, |x, y| grey(if (x, y) == (7, 7) { 500.0 } else { 0.1 }));
+        let energy = |firefly, filter| {
+            let small = downsample_karis(&spike, [8, 8], filter, firefly);
+            small.pixels.iter().map(|pixel| pixel[0] - 0.1).sum::<f64>()
+        };
+        let off = energy(Firefly::Off, Down::ThirteenTap);
+        let groups = energy(Firefly::Groups, Down::ThirteenTap);
+        let taps = energy(Firefly::Taps, Down::FourTap);
+        assert!((groups / off - 0.32).abs() < 0.01, "{}", groups / off);
+        assert!((taps / off - 0.012).abs() < 0.003, "{}", taps / off);
+    }
+
+    #[test]
+    fn an_area_average_keeps_the_mean_at_any_size() {
+        let image = Image::new(7, 5, |x, y| grey((x * x + 3 * y) as f64));
+        let mean = |image: &Image| {
+            image.pixels.iter().map(|pixel| pixel[0]).sum::<f64>() / image.pixels.len() as f64
+        };
+        assert!((mean(&area_average(&image, [3, 2])) - mean(&image)).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_wider_tent_reaches_farther() {
+        let dot = Image::new(9, 9, |x, y| grey(if (x, y) == (4, 4) { 1.0 } else { 0.0 }));
+        let reach = |radius| {
+            let wide = upsample(&dot, [18, 18], Up::Tent, radius);
+            wide.pixels.iter().filter(|pixel| pixel[0] > 0.0).count()
+        };
+        assert!(reach(2.0) > reach(1.0), "{} {}", reach(2.0), reach(1.0));
+    }
+}
