@@ -80,8 +80,7 @@ pub(crate) fn polynomial7(t: f64) -> f64 {
 
 /// The sixth-degree fit of the formula book, 9.8, which meets 0 and 1.
 pub(crate) fn polynomial6_constrained(t: f64) -> f64 {
-    let coefficients =
-        [15.1220424, -38.901444, 30.3767436, -5.92929872, 0.207851246, 0.124105529, 0.0];
+    let coefficients = [15.1220424, -38.901444, 30.3767436, -5.92929872, 0.207851246, 0.124105529, 0.0];
     horner(&coefficients, t)
 }
 
@@ -93,9 +92,8 @@ fn horner(coefficients: &[f64], t: f64) -> f64 {
 /// The display value, still encoded for a display of gamma 2.2.
 pub(crate) fn encoded(rgb: Rgb, curve: impl Fn(f64) -> f64, look: &Look) -> Rgb {
     let (low, high) = (darkest(), brightest());
-    let inside = transform(&INSET, rgb.map(|x| x.max(0.0))).map(|v| {
-        curve(((v.max(1e-10).log2() - low) / (high - low)).clamp(0.0, 1.0))
-    });
+    let inside = transform(&INSET, rgb.map(|x| x.max(0.0)))
+        .map(|v| curve(((v.max(1e-10).log2() - low) / (high - low)).clamp(0.0, 1.0)));
     let looked = apply_look(inside, look);
     transform(&inverse(&INSET), looked).map(|x| x.clamp(0.0, 1.0))
 }

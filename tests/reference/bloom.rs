@@ -64,12 +64,7 @@ pub(crate) fn additive_chain(levels: &[Image], filter: Up, radius: f64) -> Image
     sum.map(|pixel| pixel.map(|x| x / levels.len() as f64))
 }
 
-fn join(
-    levels: &[Image],
-    filter: Up,
-    radius: f64,
-    combine: impl Fn([f64; 4], [f64; 4]) -> [f64; 4],
-) -> Image {
+fn join(levels: &[Image], filter: Up, radius: f64, combine: impl Fn([f64; 4], [f64; 4]) -> [f64; 4]) -> Image {
     let (smallest, finer) = levels.split_last().expect("a chain has a level");
     finer.iter().rev().fold(smallest.clone(), |result, level| {
         let wide = upsample(&result, [level.width, level.height], filter, radius);
@@ -137,9 +132,7 @@ mod tests {
         let image = Image::new(13, 6, |_, _| grey(3.0));
         let levels = levels(&image, 4, Down::ThirteenTap, Firefly::Groups);
         assert_eq!(levels.len(), 4);
-        for result in
-            [lerp_chain(&levels, 0.85, Up::Tent, 1.0), additive_chain(&levels, Up::Bilinear, 1.0)]
-        {
+        for result in [lerp_chain(&levels, 0.85, Up::Tent, 1.0), additive_chain(&levels, Up::Bilinear, 1.0)] {
             assert_eq!((result.width, result.height), (6, 3));
             assert!(result.pixels.iter().all(|pixel| (pixel[0] - 3.0).abs() < 1e-12));
         }

@@ -26,12 +26,10 @@ pub(crate) const D65: [f64; 2] = [0.3127, 0.3290];
 pub(crate) const ACES_WHITE: [f64; 2] = [0.32168, 0.33767];
 
 /// ITU-R BT.709.
-pub(crate) const REC709: Space =
-    Space { red: [0.640, 0.330], green: [0.300, 0.600], blue: [0.150, 0.060], white: D65 };
+pub(crate) const REC709: Space = Space { red: [0.640, 0.330], green: [0.300, 0.600], blue: [0.150, 0.060], white: D65 };
 
 /// SMPTE EG 432-1 with the white of D65.
-pub(crate) const P3_D65: Space =
-    Space { red: [0.680, 0.320], green: [0.265, 0.690], blue: [0.150, 0.060], white: D65 };
+pub(crate) const P3_D65: Space = Space { red: [0.680, 0.320], green: [0.265, 0.690], blue: [0.150, 0.060], white: D65 };
 
 /// ITU-R BT.2020.
 pub(crate) const REC2020: Space =
@@ -45,15 +43,11 @@ pub(crate) const AP1: Space =
 pub(crate) const CUSTOM: Space = Space { red: [0.750, 0.270], ..AP1 };
 
 /// The cone responses of the Bradford transform.
-pub(crate) const BRADFORD: Matrix =
-    [[0.8951, 0.2664, -0.1614], [-0.7502, 1.7135, 0.0367], [0.0389, -0.0685, 1.0296]];
+pub(crate) const BRADFORD: Matrix = [[0.8951, 0.2664, -0.1614], [-0.7502, 1.7135, 0.0367], [0.0389, -0.0685, 1.0296]];
 
 /// The cone responses of CAT16.
-pub(crate) const CAT16: Matrix = [
-    [0.401288, 0.650173, -0.051461],
-    [-0.250268, 1.204414, 0.045854],
-    [-0.002079, 0.048952, 0.953127],
-];
+pub(crate) const CAT16: Matrix =
+    [[0.401288, 0.650173, -0.051461], [-0.250268, 1.204414, 0.045854], [-0.002079, 0.048952, 0.953127]];
 
 /// The XYZ of a chromaticity at luminance 1.
 pub(crate) fn xyz([x, y]: [f64; 2]) -> Rgb {
@@ -62,8 +56,7 @@ pub(crate) fn xyz([x, y]: [f64; 2]) -> Rgb {
 
 /// `P · diag(P⁻¹ · W)`: linear RGB of `space` to XYZ, its white at Y = 1.
 pub(crate) fn to_xyz(space: &Space) -> Matrix {
-    let primaries =
-        transpose(&[space.red, space.green, space.blue].map(|[x, y]| [x, y, 1.0 - x - y]));
+    let primaries = transpose(&[space.red, space.green, space.blue].map(|[x, y]| [x, y, 1.0 - x - y]));
     let strengths = transform(&inverse(&primaries), xyz(space.white));
     product(&primaries, &diagonal(strengths))
 }
@@ -91,12 +84,12 @@ fn in_rec709(matrix: &Matrix) -> Matrix {
 }
 
 /// The Rec.709 matrix that turns white into `wanted` (formula book, 6: target mode). Components
-/// below 1e-4 are raised to it; `normalise` scales `wanted` to luminance 1 first.
+/// below 1e-4 are raised to it; `normalise` scales `wanted` to Y = 1 in XYZ first, because rounded
+/// luminance weights would brighten the image by some millionths.
 pub(crate) fn white_balance_target(cone: &Matrix, wanted: Rgb, normalise: bool) -> Matrix {
-    let wanted = wanted.map(|x| x.max(1e-4));
-    let scale = if normalise { 1.0 / luminance(wanted) } else { 1.0 };
-    let wanted = transform(&to_xyz(&REC709), wanted.map(|x| x * scale));
-    in_rec709(&adaptation(cone, xyz(D65), wanted))
+    let wanted = transform(&to_xyz(&REC709), wanted.map(|x| x.max(1e-4)));
+    let scale = if normalise { 1.0 / wanted[1] } else { 1.0 };
+    in_rec709(&adaptation(cone, xyz(D65), wanted.map(|x| x * scale)))
 }
 
 /// The Rec.709 matrix that turns a scene white of `kelvin` and `duv` into neutral D65 (formula
@@ -130,23 +123,19 @@ struct Locus {
 }
 
 fn daylight(kelvin: f64) -> Locus {
-    let x = if kelvin <= 7000.0 {
-        [-4.6070, 2.9678, 0.09911, 0.244063]
-    } else {
-        [-2.0064, 1.9018, 0.24748, 0.237040]
-    };
+    let x = if kelvin <= 7000.0 { [-4.6070, 2.9678, 0.09911, 0.244063] } else { [-2.0064, 1.9018, 0.24748, 0.237040] };
     Locus { x, y: [0.0, -3.0, 2.870, -0.275] }
 }
 
 fn planck(kelvin: f64) -> Locus {
-    let x = if kelvin < 4000.0 {
+    let x = if kelvin <= 4000.0 {
         [-0.2661239, -0.2343589, 0.8776956, 0.179910]
     } else {
         [-3.0258469, 2.1070379, 0.2226347, 0.240390]
     };
-    let y = if kelvin < 2222.0 {
+    let y = if kelvin <= 2222.0 {
         [-1.1063814, -1.34811020, 2.18555832, -0.20219683]
-    } else if kelvin < 4000.0 {
+    } else if kelvin <= 4000.0 {
         [-0.9549476, -1.37418593, 2.09137015, -0.16748867]
     } else {
         [3.0817580, -5.87338670, 3.75112997, -0.37001483]

@@ -47,9 +47,7 @@ pub(crate) const HILL_OUT: Matrix =
 
 /// Hill's fit of the ACES RRT and ODT, clamped to [0, 1].
 pub(crate) fn hill(rgb: Rgb) -> Rgb {
-    let fit = |v: f64| {
-        (v * (v + 0.0245786) - 0.000090537) / (v * (0.983729 * v + 0.4329510) + 0.238081)
-    };
+    let fit = |v: f64| (v * (v + 0.0245786) - 0.000090537) / (v * (0.983729 * v + 0.4329510) + 0.238081);
     display(transform(&HILL_OUT, transform(&HILL_IN, rgb).map(fit)))
 }
 
@@ -57,9 +55,7 @@ pub(crate) fn hill(rgb: Rgb) -> Rgb {
 /// The usual form subtracts two nearly equal numbers at black; this one has them folded.
 pub(crate) fn hable(x: f64, bias: f64, white: f64) -> f64 {
     let (a, b, c, d, e, f) = (0.15, 0.50, 0.10, 0.20, 0.02, 0.30);
-    let curve = |x: f64| {
-        x * (a * (1.0 - e / f) * x + (c - e / f) * b) / (x * (a * x + b) + d * f)
-    };
+    let curve = |x: f64| x * (a * (1.0 - e / f) * x + (c - e / f) * b) / (x * (a * x + b) + d * f);
     (curve(bias * x) / curve(white)).clamp(0.0, 1.0)
 }
 
@@ -81,14 +77,8 @@ pub(crate) struct Uchimura {
 }
 
 /// The published defaults.
-pub(crate) const UCHIMURA: Uchimura = Uchimura {
-    maximum: 1.0,
-    contrast: 1.0,
-    start: 0.22,
-    length: 0.4,
-    toe: 1.33,
-    pedestal: 0.0,
-};
+pub(crate) const UCHIMURA: Uchimura =
+    Uchimura { maximum: 1.0, contrast: 1.0, start: 0.22, length: 0.4, toe: 1.33, pedestal: 0.0 };
 
 /// Uchimura's curve: a toe, a line and a shoulder, blended.
 pub(crate) fn uchimura(x: f64, curve: &Uchimura) -> f64 {
@@ -135,9 +125,7 @@ pub(crate) fn in_space(rgb: Rgb, space: &Space, curve: impl Fn(f64) -> f64) -> R
 
 #[test]
 fn degenerate_uchimura_parameters_stay_finite() {
-    for broken in
-        [Uchimura { start: 0.0, ..UCHIMURA }, Uchimura { length: 1.0, ..UCHIMURA }]
-    {
+    for broken in [Uchimura { start: 0.0, ..UCHIMURA }, Uchimura { length: 1.0, ..UCHIMURA }] {
         for x in [0.0, 1e-30, 0.1, 1.0, 65504.0] {
             let y = uchimura(x, &broken);
             assert!(y.is_finite() && (0.0..=1.001).contains(&y), "{broken:?} at {x}: {y}");

@@ -9,8 +9,7 @@ pub(crate) fn radius(sigma: f64) -> usize {
 
 /// The weights of offsets 0..=radius; with both sides counted they sum to 1.
 pub(crate) fn taps(sigma: f64, radius: usize) -> Vec<f64> {
-    let raw: Vec<f64> =
-        (0..=radius).map(|i| (-((i * i) as f64) / (2.0 * sigma * sigma)).exp()).collect();
+    let raw: Vec<f64> = (0..=radius).map(|i| (-((i * i) as f64) / (2.0 * sigma * sigma)).exp()).collect();
     let total = raw[0] + 2.0 * raw[1..].iter().sum::<f64>();
     raw.iter().map(|weight| weight / total).collect()
 }

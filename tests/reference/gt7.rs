@@ -5,18 +5,12 @@ use super::math::{Matrix, Rgb, inverse, mix, smooth_step, transform};
 use super::transfer::{pq_decode, pq_encode};
 
 /// Rec.2020 to the cone responses of ICtCp (ITU-R BT.2100).
-pub(crate) const LMS_FROM_REC2020: Matrix = over_4096([
-    [1688.0, 2146.0, 262.0],
-    [683.0, 2951.0, 462.0],
-    [99.0, 309.0, 3688.0],
-]);
+pub(crate) const LMS_FROM_REC2020: Matrix =
+    over_4096([[1688.0, 2146.0, 262.0], [683.0, 2951.0, 462.0], [99.0, 309.0, 3688.0]]);
 
 /// PQ-encoded cone responses to ICtCp (ITU-R BT.2100).
-pub(crate) const ICTCP_FROM_LMS: Matrix = over_4096([
-    [2048.0, 2048.0, 0.0],
-    [6610.0, -13613.0, 7003.0],
-    [17933.0, -17390.0, -543.0],
-]);
+pub(crate) const ICTCP_FROM_LMS: Matrix =
+    over_4096([[2048.0, 2048.0, 0.0], [6610.0, -13613.0, 7003.0], [17933.0, -17390.0, -543.0]]);
 
 const fn over_4096(m: Matrix) -> Matrix {
     let [[a, b, c], [d, e, f], [g, h, i]] = m;
@@ -56,9 +50,9 @@ pub(crate) fn hdr(rgb: Rgb, nits: f64) -> Rgb {
     let peak = nits / 100.0;
     let rgb = rgb.map(|x| x.max(0.0));
     let skewed = rgb.map(|x| curve(x, peak));
-    let [intensity, ct, cp] = to_ictcp(skewed);
-    let fade = 1.0 - smooth_step(0.98, 1.16, to_ictcp(rgb)[0] / to_ictcp([peak; 3])[0]);
-    let scaled = from_ictcp([intensity, ct * fade, cp * fade]);
+    let [own, ct, cp] = to_ictcp(rgb);
+    let fade = 1.0 - smooth_step(0.98, 1.16, own / to_ictcp([peak; 3])[0]);
+    let scaled = from_ictcp([to_ictcp(skewed)[0], ct * fade, cp * fade]);
     [0, 1, 2].map(|i| mix(skewed[i], scaled[i], 0.6).min(peak))
 }
 

@@ -10,22 +10,14 @@ pub(crate) struct Image {
 
 impl Image {
     /// An image whose pixel (x, y) is `pixel(x, y)`.
-    pub(crate) fn new(
-        width: usize,
-        height: usize,
-        pixel: impl Fn(usize, usize) -> [f64; 4],
-    ) -> Image {
+    pub(crate) fn new(width: usize, height: usize, pixel: impl Fn(usize, usize) -> [f64; 4]) -> Image {
         assert!(width > 0 && height > 0, "an image has at least one pixel");
         let pixels = (0..width * height).map(|i| pixel(i % width, i / width)).collect();
         Image { width, height, pixels }
     }
 
     /// Calls `pixel` with the texture coordinate of every pixel's centre.
-    pub(crate) fn from_uv(
-        width: usize,
-        height: usize,
-        pixel: impl Fn([f64; 2]) -> [f64; 4],
-    ) -> Image {
+    pub(crate) fn from_uv(width: usize, height: usize, pixel: impl Fn([f64; 2]) -> [f64; 4]) -> Image {
         Image::new(width, height, |x, y| pixel(centre_uv(x, y, width, height)))
     }
 
@@ -97,4 +89,11 @@ fn a_tap_hits_centres_and_halves_and_clamps() {
     assert_eq!(image.tap([1.0 / 3.0, 0.5])[0], 5.5);
     assert_eq!(image.tap([4.0, 4.0])[0], 12.0);
     assert_eq!(image.tap([-1.0, 0.75])[0], 10.0);
+}
+
+#[test]
+fn a_map_of_colours_leaves_alpha() {
+    let image = Image::new(2, 1, |x, _| [1.0, 2.0, 3.0, x as f64]);
+    let doubled = image.map_rgb(|rgb| rgb.map(|x| 2.0 * x));
+    assert_eq!(doubled.pixels, [[2.0, 4.0, 6.0, 0.0], [2.0, 4.0, 6.0, 1.0]]);
 }

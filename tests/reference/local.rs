@@ -45,9 +45,16 @@ pub(crate) struct Grid {
     pub(crate) size: [usize; 3],
     pub(crate) range: Range,
     pub(crate) cells: Vec<[f64; 2]>,
+    /// The largest weight of a cell.
+    pub(crate) peak: f64,
 }
 
 impl Grid {
+    fn new(size: [usize; 3], range: Range, cells: Vec<[f64; 2]>) -> Grid {
+        let peak = cells.iter().map(|cell| cell[1]).fold(0.0, f64::max);
+        Grid { size, range, cells, peak }
+    }
+
     /// The grid of an image's luminance.
     pub(crate) fn build(image: &Image, size: [usize; 3], range: Range, splat: Splat) -> Grid {
         let mut cells = vec![[0.0; 2]; size.iter().product()];
@@ -65,14 +72,12 @@ impl Grid {
                 *total += weight;
             }
         }
-        Grid { size, range, cells }
+        Grid::new(size, range, cells)
     }
 
     /// Blurs along x, y and luminance with normalised Gaussians; outside the grid lies nothing.
     pub(crate) fn blurred(&self, sigmas: [f64; 3], radii: [usize; 3]) -> Grid {
-        (0..3).fold(self.clone(), |grid, axis| {
-            grid.blurred_along(axis, &gaussian::taps(sigmas[axis], radii[axis]))
-        })
+        (0..3).fold(self.clone(), |grid, axis| grid.blurred_along(axis, &gaussian::taps(sigmas[axis], radii[axis])))
     }
 
     fn blurred_along(&self, axis: usize, half: &[f64]) -> Grid {
@@ -91,7 +96,7 @@ impl Grid {
                 }
             }
         }
-        Grid { cells, ..*self }
+        Grid::new(self.size, self.range, cells)
     }
 
     /// The interpolated sums at `uv` and log2 luminance `l`.
@@ -105,9 +110,8 @@ impl Grid {
 
     /// The base at `uv` and `l`, or `otherwise` where the grid holds almost nothing.
     pub(crate) fn base(&self, uv: [f64; 2], l: f64, otherwise: f64) -> f64 {
-        let peak = self.cells.iter().map(|cell| cell[1]).fold(0.0, f64::max);
         let [sum, weight] = self.slice(uv, l);
-        if weight > 1e-4 * peak { self.range.low + sum / weight } else { otherwise }
+        if weight > 1e-4 * self.peak { self.range.low + sum / weight } else { otherwise }
     }
 }
 
@@ -135,10 +139,7 @@ pub(crate) fn trilinear(at: [f64; 3], size: [usize; 3]) -> Vec<([usize; 3], f64)
 fn linear(at: f64, size: usize) -> Vec<(usize, f64)> {
     let at = at.clamp(0.0, (size - 1) as f64);
     let (cell, fraction) = (at.floor() as usize, at - at.floor());
-    [(cell, 1.0 - fraction), (cell + 1, fraction)]
-        .into_iter()
-        .filter(|&(_, weight)| weight > 0.0)
-        .collect()
+    [(cell, 1.0 - fraction), (cell + 1, fraction)].into_iter().filter(|&(_, weight)| weight > 0.0).collect()
 }
 
 /// The cell that a grid coordinate lies in.
@@ -204,8 +205,7 @@ mod tests {
         let image = Image::new(9, 5, |x, y| grey(((x * y) as f64 - 12.0).exp2()));
         let settings = LocalToneMap { bilateral: 0.4, middle: -2.5, contrast: 0.6, detail: 0.6 };
         for splat in [Splat::Trilinear, Splat::Nearest] {
-            for (before, after) in image.pixels.iter().zip(mapped(&image, splat, &settings).pixels)
-            {
+            for (before, after) in image.pixels.iter().zip(mapped(&image, splat, &settings).pixels) {
                 let l = RANGE.log_luminance(rgb(*before));
                 let gain = ((0.6 - 1.0) * (l + 2.5)).exp2();
                 let wanted = (before[0] * gain).min(LARGEST_HALF);

@@ -47,9 +47,8 @@ impl Cube {
         let mut sum = [0.0; 3];
         for corner in 0..8 {
             let far = [0, 1, 2].map(|axis| (corner >> axis) & 1);
-            let weight: f64 = (0..3)
-                .map(|axis| if far[axis] == 1 { cells[axis].1 } else { 1.0 - cells[axis].1 })
-                .product();
+            let weight: f64 =
+                (0..3).map(|axis| if far[axis] == 1 { cells[axis].1 } else { 1.0 - cells[axis].1 }).product();
             let entry = self.entry([0, 1, 2].map(|axis| cells[axis].0 + far[axis]));
             sum = [0, 1, 2].map(|channel| sum[channel] + weight * entry[channel]);
         }
@@ -62,12 +61,7 @@ impl Cube {
         let mut axes = [0, 1, 2];
         axes.sort_by(|&a, &b| cells[b].1.total_cmp(&cells[a].1));
         let fractions = axes.map(|axis| cells[axis].1);
-        let weights = [
-            1.0 - fractions[0],
-            fractions[0] - fractions[1],
-            fractions[1] - fractions[2],
-            fractions[2],
-        ];
+        let weights = [1.0 - fractions[0], fractions[0] - fractions[1], fractions[1] - fractions[2], fractions[2]];
         let mut corner = cells.map(|(i, _)| i);
         let mut sum = [0.0; 3];
         for (step, weight) in weights.into_iter().enumerate() {

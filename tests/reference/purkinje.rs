@@ -6,11 +6,8 @@ use super::color::luminance;
 use super::math::{Matrix, Rgb, diagonal, dot, inverse, mix, product, smooth_step};
 
 /// Linear Rec.709 to the responses of the L, M and S cones under D65.
-pub(crate) const LMS_FROM_REC709: Matrix = [
-    [7.696847, 18.424824, 2.068096],
-    [2.431137, 18.697937, 3.012463],
-    [0.289117, 1.401833, 13.792292],
-];
+pub(crate) const LMS_FROM_REC709: Matrix =
+    [[7.696847, 18.424824, 2.068096], [2.431137, 18.697937, 3.012463], [0.289117, 1.401833, 13.792292]];
 
 /// Linear Rec.709 to the response of the rods under D65.
 pub(crate) const ROD_FROM_REC709: Rgb = [0.466386, 15.564362, 10.059963];
@@ -44,12 +41,9 @@ pub(crate) fn strength_linear(lux: f64) -> f64 {
 /// The matrix C: the regulated rod signal per cone pathway, to a change of linear Rec.709.
 pub(crate) fn rod_matrix() -> Matrix {
     let (k, s, k3, rw, p) = (45.0, 10.0, 0.6, 0.139, 0.6189);
-    let to_opponent: Matrix = [
-        [-(k3 + rw), 1.0 + k3 * rw, 0.0],
-        [p * k3, (1.0 - p) * k3, 1.0],
-        [p * s, (1.0 - p) * s, 0.0],
-    ]
-    .map(|row| row.map(|x: f64| x * k / s));
+    let to_opponent: Matrix =
+        [[-(k3 + rw), 1.0 + k3 * rw, 0.0], [p * k3, (1.0 - p) * k3, 1.0], [p * s, (1.0 - p) * s, 0.0]]
+            .map(|row| row.map(|x: f64| x * k / s));
     let strengths = [0, 1, 2].map(|i| ROD_STRENGTH[i] / SENSITIVITY[i]);
     let to_lms = product(&inverse(&OPPONENT), &product(&to_opponent, &diagonal(strengths)));
     product(&inverse(&LMS_FROM_REC709), &to_lms)

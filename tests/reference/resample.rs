@@ -82,12 +82,7 @@ pub(crate) fn downsample(image: &Image, size: [usize; 2], filter: Down) -> Image
 
 /// A smaller image of `size` pixels whose groups of taps weigh `1 / (1 + brightness)`, with
 /// brightness the largest channel, and the weights made to sum to 1 again.
-pub(crate) fn downsample_karis(
-    image: &Image,
-    size: [usize; 2],
-    filter: Down,
-    firefly: Firefly,
-) -> Image {
+pub(crate) fn downsample_karis(image: &Image, size: [usize; 2], filter: Down, firefly: Firefly) -> Image {
     if firefly == Firefly::Off {
         return downsample(image, size, filter);
     }
@@ -116,9 +111,7 @@ pub(crate) fn upsample(image: &Image, size: [usize; 2], filter: Up, radius: f64)
 }
 
 fn gather(image: &Image, uv: [f64; 2], taps: &[Tap]) -> [f64; 4] {
-    taps.iter().fold([0.0; 4], |sum, &(offset, weight)| {
-        add_weighted(sum, image.tap_offset(uv, offset), weight)
-    })
+    taps.iter().fold([0.0; 4], |sum, &(offset, weight)| add_weighted(sum, image.tap_offset(uv, offset), weight))
 }
 
 /// `1 / (1 + brightness)`.
@@ -177,9 +170,7 @@ mod tests {
     fn a_constant_survives_every_filter_at_odd_sizes() {
         let image = Image::new(7, 3, |_, _| [5.0, 0.5, 2.0, 1.0]);
         let same = |result: Image| {
-            result.pixels.iter().all(|pixel| {
-                (0..4).all(|i| (pixel[i] - image.pixels[0][i]).abs() < 1e-13)
-            })
+            result.pixels.iter().all(|pixel| (0..4).all(|i| (pixel[i] - image.pixels[0][i]).abs() < 1e-13))
         };
         for filter in FILTERS {
             for firefly in [Firefly::Off, Firefly::Groups, Firefly::Taps] {
@@ -208,9 +199,7 @@ mod tests {
     #[test]
     fn an_area_average_keeps_the_mean_at_any_size() {
         let image = Image::new(7, 5, |x, y| grey((x * x + 3 * y) as f64));
-        let mean = |image: &Image| {
-            image.pixels.iter().map(|pixel| pixel[0]).sum::<f64>() / image.pixels.len() as f64
-        };
+        let mean = |image: &Image| image.pixels.iter().map(|pixel| pixel[0]).sum::<f64>() / image.pixels.len() as f64;
         assert!((mean(&area_average(&image, [3, 2])) - mean(&image)).abs() < 1e-12);
     }
 

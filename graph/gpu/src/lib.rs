@@ -1,1 +1,18 @@
-//! Afterimage.
+//! Plan to pixels: the only user of wgpu.
+//!
+//! [`Gpu::open`] gives programs without a renderer a device; a renderer brings its own to [`Executor::new`]. [`Executor::load`] takes a
+//! [`Plan`](afterimage_graph::plan::Plan), and [`Executor::encode`] records a frame of it into the host's encoder.
+
+mod device;
+mod error;
+mod executor;
+mod layout;
+mod pipelines;
+mod store;
+mod timing;
+mod transfer;
+
+pub use device::{Gpu, Opening, caps, texture_format};
+pub use error::GpuError;
+pub use executor::{Executor, Frame};
+pub use transfer::{Texels, download, upload};

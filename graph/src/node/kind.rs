@@ -45,6 +45,12 @@ pub trait Node: Params {
         None
     }
 
+    /// Looks at what ranges cannot hold: whether a loaded file can be read, whether values go together. The error is one sentence, with
+    /// the line of the file it is about. A node whose values fail this is never recorded.
+    fn verify(&self) -> Result<(), String> {
+        Ok(())
+    }
+
     /// Describes the passes of the node.
     fn record(&self, pass: &mut Recorder<'_>);
 }
@@ -65,6 +71,8 @@ pub trait Kind: Send + Sync + 'static {
     fn bypass(&self) -> StandIn;
     /// The exact stand-in at these values and arrivals.
     fn stand_in(&self, values: &[Value], arrivals: &Arrivals) -> Option<StandIn>;
+    /// Whether the values go together and the files among them, which are loaded by now, can be read.
+    fn verify(&self, values: &[Value]) -> Result<(), String>;
     /// Describes the passes of the node at these values.
     fn record(&self, values: &[Value], pass: &mut Recorder<'_>);
 }
@@ -96,6 +104,9 @@ impl<N: Node> Kind for Typed<N> {
     }
     fn stand_in(&self, values: &[Value], arrivals: &Arrivals) -> Option<StandIn> {
         typed::<N>(values).stand_in(arrivals)
+    }
+    fn verify(&self, values: &[Value]) -> Result<(), String> {
+        typed::<N>(values).verify()
     }
     fn record(&self, values: &[Value], pass: &mut Recorder<'_>) {
         typed::<N>(values).record(pass);

@@ -47,6 +47,15 @@ impl Primaries {
         pairs.into_iter().all(|(a, b)| (a - b).abs().max_element() < 1e-3)
     }
 
+    /// The tristimulus values themselves. Their "white" is the equal-energy point by definition and
+    /// not a white that an eye adapted to, so nothing is to be carried over: OpenEXR's own test
+    /// images `XYZ.exr` and `Rec709.exr` agree only this way.
+    fn is_cie_xyz(&self) -> bool {
+        let [red, green] = [DVec2::X, DVec2::Y];
+        let white = DVec2::splat(1.0 / 3.0);
+        self.close_to(&Self { red, green, blue: DVec2::ZERO, white })
+    }
+
     fn to_xyz(self) -> Result<DMat3, NotAColourSpace> {
         let xyz = |at: DVec2| DVec3::new(at.x, at.y, 1.0 - at.x - at.y);
         let primaries = DMat3::from_cols(xyz(self.red), xyz(self.green), xyz(self.blue));
@@ -68,6 +77,9 @@ pub(crate) fn to_rec709(from: &Primaries) -> Result<Option<DMat3>, NotAColourSpa
     }
     let source = from.to_xyz()?;
     let rec709 = REC709.to_xyz()?;
+    if from.is_cie_xyz() {
+        return Ok(Some(rec709.inverse() * source));
+    }
     let cones = |to_xyz: DMat3| BRADFORD * to_xyz * DVec3::ONE;
     let gain = cones(rec709) / cones(source);
     let adapt = BRADFORD.inverse() * DMat3::from_diagonal(gain) * BRADFORD;

@@ -52,19 +52,16 @@ impl FileError {
     }
 
     pub(crate) fn reading(path: &Path, error: &io::Error) -> Self {
-        use FileErrorKind::{Broken, Machine, Missing, Unreadable};
+        use FileErrorKind::{Machine, Missing, Unreadable};
         match error.kind() {
             io::ErrorKind::NotFound => Self::new(path, Missing, "there is no such file")
                 .hint("check the spelling; names are relative to the folder you are in"),
-            io::ErrorKind::PermissionDenied => {
-                Self::new(path, Unreadable, "you may not read this file")
-                    .hint("change its permissions, or copy it to a place of your own")
-            }
+            io::ErrorKind::PermissionDenied => Self::new(path, Unreadable, "you may not read this file")
+                .hint("change its permissions, or copy it to a place of your own"),
             io::ErrorKind::IsADirectory => Self::folder(path),
             io::ErrorKind::UnexpectedEof => Self::cut_short(path),
-            io::ErrorKind::InvalidInput | io::ErrorKind::InvalidData => {
-                Self::new(path, Broken, format!("the file cannot be decoded: {error}"))
-            }
+            // A seek to a negative place.
+            io::ErrorKind::InvalidInput | io::ErrorKind::InvalidData => Self::broken(path, "it points outside itself"),
             _ => Self::new(path, Machine, format!("reading failed: {error}")),
         }
     }
@@ -73,14 +70,11 @@ impl FileError {
         use FileErrorKind::{Machine, Missing, Naming};
         match error.kind() {
             io::ErrorKind::NotFound => {
-                Self::new(path, Missing, "the folder of this output does not exist")
-                    .hint("create the folder first")
+                Self::new(path, Missing, "the folder of this output does not exist").hint("create the folder first")
             }
             io::ErrorKind::IsADirectory => Self::new(path, Naming, "the output is a folder")
                 .hint("name a file inside it, ending in `.png` or `.exr`"),
-            io::ErrorKind::NotADirectory => {
-                Self::new(path, Naming, "a part of this name is a file, not a folder")
-            }
+            io::ErrorKind::NotADirectory => Self::new(path, Naming, "a part of this name is a file, not a folder"),
             io::ErrorKind::InvalidFilename | io::ErrorKind::InvalidInput => {
                 Self::new(path, Naming, "the file system refuses this name")
             }
@@ -106,8 +100,7 @@ impl FileError {
     }
 
     pub(crate) fn broken(path: &Path, what: impl fmt::Display) -> Self {
-        Self::new(path, FileErrorKind::Broken, format!("the file is damaged: {what}"))
-            .hint("copy or render it again")
+        Self::new(path, FileErrorKind::Broken, format!("the file is damaged: {what}")).hint("copy or render it again")
     }
 }
 

@@ -15,11 +15,7 @@ pub const MAX_BYTES: u64 = 4 << 30;
 pub(crate) const MAX_BLOCK_BYTES: u64 = 1 << 30;
 
 /// Accepts a picture of `width` × `height` RGBA pixels with `bytes` per channel, or says why not.
-pub(crate) fn check_size(
-    path: &Path,
-    (width, height): (u64, u64),
-    bytes: u64,
-) -> Result<(), FileError> {
+pub(crate) fn check_size(path: &Path, (width, height): (u64, u64), bytes: u64) -> Result<(), FileError> {
     if width == 0 || height == 0 {
         return Err(FileError::broken(path, format!("its header says {width}×{height} pixels")));
     }
@@ -39,9 +35,8 @@ pub(crate) fn check_size(
 /// A vector of `len` copies of `value`, or an error where memory does not suffice.
 pub(crate) fn filled<T: Copy>(path: &Path, len: usize, value: T) -> Result<Vec<T>, FileError> {
     let mut vec = Vec::new();
-    vec.try_reserve_exact(len).map_err(|_| {
-        too_large(path, format!("this machine has no {} MiB free", (len * size_of::<T>()) >> 20))
-    })?;
+    vec.try_reserve_exact(len)
+        .map_err(|_| too_large(path, format!("this machine has no {} MiB free", (len * size_of::<T>()) >> 20)))?;
     vec.resize(len, value);
     Ok(vec)
 }

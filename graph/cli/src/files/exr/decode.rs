@@ -19,6 +19,7 @@ use super::super::FileError;
 use super::super::chromaticities::convert;
 use super::super::guard::no_panic;
 use super::super::limits::filled;
+use super::distrust::check_chunk;
 use super::explain;
 use super::read::ExrReader;
 use super::select::Choice;
@@ -78,27 +79,18 @@ struct Piece<T> {
 }
 
 /// Decodes the largest level of the chosen channels into the display window.
-pub(super) fn decode<T: Sample>(
-    path: &Path,
-    reader: ExrReader,
-    placement: &Placement,
-) -> Result<Vec<T>, FileError> {
+pub(super) fn decode<T: Sample>(path: &Path, reader: ExrReader, placement: &Placement) -> Result<Vec<T>, FileError> {
     let (width, height) = (placement.display.size.0, placement.display.size.1);
     let mut picture = filled(path, width * height * 4, T::ZERO)?;
     let mut chunks = reader
-        .filter_chunks(false, |_, tile, block| {
-            tile.level_index == Vec2(0, 0) && placement.shows(&block)
-        })
+        .filter_chunks(false, |_, tile, block| tile.level_index == Vec2(0, 0) && placement.shows(&block))
         .map_err(|error| explain(path, &error))?;
     let expected = chunks.expected_chunk_count();
     let batch_size = batch_size(&chunks.headers()[placement.choice.part]);
     let mut seen = BTreeSet::new();
     loop {
-        let batch: Vec<Chunk> = chunks
-            .by_ref()
-            .take(batch_size)
-            .collect::<Result<_, _>>()
-            .map_err(|error| explain(path, &error))?;
+        let batch: Vec<Chunk> =
+            chunks.by_ref().take(batch_size).collect::<Result<_, _>>().map_err(|error| explain(path, &error))?;
         if batch.is_empty() {
             break;
         }
@@ -167,13 +159,12 @@ impl Placement {
         batch.into_par_iter().map(guarded).collect()
     }
 
-    fn decode_chunk<T: Sample>(
-        &self,
-        path: &Path,
-        chunk: Chunk,
-        meta: &MetaData,
-    ) -> Result<Piece<T>, FileError> {
-        let block = UncompressedBlock::decompress_chunk(chunk, meta, false)
+    fn decode_chunk<T: Sample>(&self, path: &Path, chunk: Chunk, meta: &MetaData) -> Result<Piece<T>, FileError> {
+        let block = meta
+            .headers
+            .get(chunk.layer_index)
+            .map_or(Ok(()), |header| check_chunk(&chunk, header))
+            .and_then(|()| UncompressedBlock::decompress_chunk(chunk, meta, false))
             .map_err(|error| explain(path, &error))?;
         let index = block.index;
         if index.level != Vec2(0, 0) || !self.shows(&index) {
@@ -193,8 +184,7 @@ impl Placement {
         let line = block.index.pixel_size.0 * header.channels.bytes_per_pixel;
         for (slot, channel) in self.choice.slots.iter().enumerate() {
             let Some(channel) = *channel else { continue };
-            let before: usize =
-                header.channels.list[..channel].iter().map(|c| c.sample_type.bytes_per_sample()).sum();
+            let before: usize = header.channels.list[..channel].iter().map(|c| c.sample_type.bytes_per_sample()).sum();
             let sample_type = header.channels.list[channel].sample_type;
             let size = sample_type.bytes_per_sample();
             let start = block.index.pixel_size.0 * before;

@@ -2,6 +2,7 @@
 //! is allocated for pixels before the limits have passed.
 
 mod decode;
+mod distrust;
 mod read;
 mod select;
 mod write;
@@ -28,7 +29,8 @@ fn explain(path: &Path, error: &Error) -> FileError {
         Error::NotSupported(what) if what.contains("deep") => deep(path),
         Error::NotSupported(what) => unsupported(path, format!("this EXR cannot be read: {what}"))
             .hint("save it again as a flat, ZIP-compressed OpenEXR 2 file"),
-        other => FileError::broken(path, other),
+        Error::Invalid(what) => FileError::broken(path, what),
+        Error::Aborted => FileError::broken(path, error),
     }
 }
 

@@ -22,8 +22,7 @@ pub(super) type ExrReader = Reader<BufReader<File>>;
 
 /// Reads the chosen layer of an EXR file, placed in its display window.
 pub(crate) fn read(path: &Path, layer: Option<&str>) -> Result<Picture, FileError> {
-    no_panic(|| read_unguarded(path, layer))
-        .unwrap_or_else(|panic| Err(FileError::broken(path, panic)))
+    no_panic(|| read_unguarded(path, layer)).unwrap_or_else(|panic| Err(FileError::broken(path, panic)))
 }
 
 fn read_unguarded(path: &Path, layer: Option<&str>) -> Result<Picture, FileError> {
@@ -49,8 +48,7 @@ fn read_unguarded(path: &Path, layer: Option<&str>) -> Result<Picture, FileError
 fn open(path: &Path) -> Result<ExrReader, FileError> {
     let file = File::open(path).map_err(|error| FileError::reading(path, &error))?;
     let length = file.metadata().map_err(|error| FileError::reading(path, &error))?.len();
-    let reader = exr::block::read(BufReader::new(file), false)
-        .map_err(|error| explain(path, &error))?;
+    let reader = exr::block::read(BufReader::new(file), false).map_err(|error| explain(path, &error))?;
     for header in reader.headers() {
         check_header(path, header)?;
     }
@@ -75,9 +73,7 @@ fn check_header(path: &Path, header: &Header) -> Result<(), FileError> {
         BlockDescription::Tiles(tiles) => (tiles.tile_size.0 as u64, tiles.tile_size.1 as u64),
         BlockDescription::ScanLines => (width, header.compression.scan_lines_per_block() as u64),
     };
-    let block = (header.channels.bytes_per_pixel as u64)
-        .saturating_mul(block_width)
-        .saturating_mul(block_height);
+    let block = (header.channels.bytes_per_pixel as u64).saturating_mul(block_width).saturating_mul(block_height);
     if block > MAX_BLOCK_BYTES {
         return Err(too_large(path, format!("one of its blocks takes {} MiB", block >> 20))
             .hint(format!("a block may take at most {} MiB", MAX_BLOCK_BYTES >> 20)));
@@ -92,11 +88,7 @@ fn pixel_type(header: &Header, choice: &Choice) -> SampleType {
     if all_half { SampleType::F16 } else { SampleType::F32 }
 }
 
-fn colour_matrix(
-    path: &Path,
-    header: &Header,
-    choice: &Choice,
-) -> Result<Option<Mat3>, FileError> {
+fn colour_matrix(path: &Path, header: &Header, choice: &Choice) -> Result<Option<Mat3>, FileError> {
     let is_grey = choice.slots[0] == choice.slots[1];
     let stated = header.shared_attributes.chromaticities.filter(|_| choice.is_colour && !is_grey);
     let Some(stated) = stated else { return Ok(None) };

@@ -23,15 +23,11 @@ pub(super) struct Choice {
 }
 
 /// Finds what `layer` names, or the most likely picture of the file where it is `None`.
-pub(super) fn choose(
-    path: &Path,
-    headers: &[Header],
-    layer: Option<&str>,
-) -> Result<Choice, FileError> {
+pub(super) fn choose(path: &Path, headers: &[Header], layer: Option<&str>) -> Result<Choice, FileError> {
     let parts: Vec<Part> = headers.iter().enumerate().map(Part::new).collect();
     match layer {
         Some(name) => named(path, &parts, name),
-        None => likely(&parts).unwrap_or_else(|| Err(no_picture(path, &parts))),
+        None => likely(&parts).ok_or_else(|| no_picture(path, &parts)),
     }
     .map_err(|error| if is_luminance_chroma(&parts, &error) { subsampled(path) } else { error })
 }
@@ -127,13 +123,13 @@ fn grey(channel: usize, alpha: Option<usize>) -> [Option<usize>; 4] {
 }
 
 /// Plain colour channels first, then any colour layer, then whatever can be shown.
-fn likely(parts: &[Part]) -> Option<Result<Choice, FileError>> {
+fn likely(parts: &[Part]) -> Option<Choice> {
     let layers = || parts.iter().flat_map(|part| part.groups.iter().map(move |g| (part, g)));
     let colour = |choice: &Choice| choice.is_colour;
     let nameless = parts.iter().filter_map(|part| part.layer("")).find(colour);
     let any_colour = || layers().filter_map(|(part, g)| part.layer(&g.prefix)).find(colour);
     let anything = || parts.iter().find_map(Part::whole);
-    nameless.or_else(any_colour).or_else(anything).map(Ok)
+    nameless.or_else(any_colour).or_else(anything)
 }
 
 fn named(path: &Path, parts: &[Part], name: &str) -> Result<Choice, FileError> {
@@ -184,10 +180,14 @@ fn contents(parts: &[Part]) -> String {
     const ENOUGH: usize = 24;
     let mut names = Vec::new();
     for part in parts {
-        names.extend(part.name.iter().map(|name| format!("part `{name}`")));
-        names.extend(part.groups.iter().flat_map(Group::full_names));
+        let channels: Vec<String> = part.groups.iter().flat_map(Group::full_names).collect();
+        match &part.name {
+            Some(name) if parts.len() > 1 => {
+                names.push(format!("part `{name}` ({})", channels.join(", ")));
+            }
+            _ => names.extend(channels),
+        }
     }
-    names.dedup();
     let more = names.len().saturating_sub(ENOUGH);
     names.truncate(ENOUGH);
     if more > 0 {

@@ -1,0 +1,136 @@
+//! The adapter and the device, and what plans may rely on there.
+
+use afterimage_graph::image::Format;
+use afterimage_graph::plan::Caps;
+use wgpu::{Features, TextureFormat, TextureUsages};
+
+use crate::GpuError;
+
+/// A device of our own, for programs without a renderer.
+pub struct Gpu {
+    /// The adapter.
+    pub adapter: wgpu::Adapter,
+    /// The device.
+    pub device: wgpu::Device,
+    /// Its queue.
+    pub queue: wgpu::Queue,
+    /// What plans may rely on.
+    pub caps: Caps,
+}
+
+/// How a device is opened.
+#[derive(Clone, Debug, Default)]
+pub struct Opening {
+    /// Part of the adapter's name; the best adapter if `None`.
+    pub adapter: Option<String>,
+    /// Whether the Khronos validation layer is asked for.
+    pub validation: bool,
+}
+
+/// What a machine without an adapter needs.
+const ADVICE: &str = "no Vulkan, Metal or Direct3D 12 driver was found; on Debian or Ubuntu `apt-get install mesa-vulkan-drivers` brings \
+                      one that runs on the processor";
+
+/// The optional features that make plans faster; each is used where it is there.
+const WELCOME: Features = Features::TEXTURE_ADAPTER_SPECIFIC_FORMAT_FEATURES
+    .union(Features::FLOAT32_FILTERABLE)
+    .union(Features::RG11B10UFLOAT_RENDERABLE)
+    .union(Features::TIMESTAMP_QUERY)
+    .union(Features::TIMESTAMP_QUERY_INSIDE_ENCODERS)
+    .union(Features::TIMESTAMP_QUERY_INSIDE_PASSES)
+    .union(Features::SHADER_F16)
+    .union(Features::SUBGROUP)
+    .union(Features::PIPELINE_CACHE)
+    .union(Features::CLEAR_TEXTURE);
+
+impl Gpu {
+    /// Opens a device without a window.
+    pub fn open(opening: &Opening) -> Result<Self, GpuError> {
+        pollster::block_on(Self::open_async(opening))
+    }
+
+    async fn open_async(opening: &Opening) -> Result<Self, GpuError> {
+        let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
+        // Without DEBUG: naga's debug information makes older validation layers complain of every shader.
+        descriptor.flags =
+            if opening.validation { wgpu::InstanceFlags::VALIDATION } else { wgpu::InstanceFlags::empty() };
+        let instance = wgpu::Instance::new(descriptor);
+        let adapter = adapter(&instance, opening.adapter.as_deref()).await?;
+        let info = adapter.get_info();
+        let (device, queue) = adapter
+            .request_device(&wgpu::DeviceDescriptor {
+                label: Some("afterimage"),
+                required_features: adapter.features() & WELCOME,
+                required_limits: adapter.limits(),
+                memory_hints: wgpu::MemoryHints::Performance,
+                ..Default::default()
+            })
+            .await
+            .map_err(|error| GpuError::NoDevice { adapter: info.name, why: error.to_string() })?;
+        let caps = caps(&adapter, &device);
+        Ok(Self { adapter, device, queue, caps })
+    }
+
+    /// The adapter's name.
+    pub fn name(&self) -> String {
+        self.adapter.get_info().name
+    }
+}
+
+async fn adapter(instance: &wgpu::Instance, wanted: Option<&str>) -> Result<wgpu::Adapter, GpuError> {
+    let Some(wanted) = wanted else {
+        let options =
+            wgpu::RequestAdapterOptions { power_preference: wgpu::PowerPreference::HighPerformance, ..Default::default() };
+        let adapter = instance.request_adapter(&options).await;
+        return adapter.map_err(|_| GpuError::NoAdapter { wanted: None, advice: ADVICE.into() });
+    };
+    let adapters = instance.enumerate_adapters(wgpu::Backends::all()).await;
+    let names: Vec<String> = adapters.iter().map(|a| format!("`{}`", a.get_info().name)).collect();
+    let matches = |a: &wgpu::Adapter| a.get_info().name.to_lowercase().contains(&wanted.to_lowercase());
+    adapters.into_iter().find(matches).ok_or_else(|| GpuError::NoAdapter {
+        wanted: Some(wanted.to_owned()),
+        advice: if names.is_empty() { ADVICE.into() } else { format!("there are {}", names.join(", ")) },
+    })
+}
+
+/// What plans may rely on with this device of this adapter.
+pub fn caps(adapter: &wgpu::Adapter, device: &wgpu::Device) -> Caps {
+    let features = device.features();
+    let limits = device.limits();
+    let specific = features.contains(Features::TEXTURE_ADAPTER_SPECIFIC_FORMAT_FEATURES);
+    let allows = |format: Format, usage: TextureUsages| {
+        let format = texture_format(format);
+        let guaranteed = format.guaranteed_format_features(features).allowed_usages;
+        let offered = if specific { adapter.get_texture_format_features(format).allowed_usages } else { guaranteed };
+        offered.contains(usage)
+    };
+    let formats =
+        |usage: TextureUsages| Format::ALL.into_iter().filter(|f| allows(*f, usage | TextureUsages::TEXTURE_BINDING)).collect();
+    Caps {
+        storage: formats(TextureUsages::STORAGE_BINDING),
+        renderable: formats(TextureUsages::RENDER_ATTACHMENT),
+        filter_32_bit: features.contains(Features::FLOAT32_FILTERABLE),
+        max_side: limits.max_texture_dimension_2d,
+        max_volume_side: limits.max_texture_dimension_3d,
+        workgroup_bytes: limits.max_compute_workgroup_storage_size,
+        workgroup_invocations: limits.max_compute_invocations_per_workgroup,
+        max_buffer: limits.max_storage_buffer_binding_size,
+        max_storage_images: limits.max_storage_textures_per_shader_stage,
+        half_arithmetic: features.contains(Features::SHADER_F16),
+        subgroups: features.contains(Features::SUBGROUP),
+        prefer_fragment: false,
+    }
+}
+
+/// wgpu's name of a format.
+pub fn texture_format(format: Format) -> TextureFormat {
+    match format {
+        Format::Rgba8Unorm => TextureFormat::Rgba8Unorm,
+        Format::R16Float => TextureFormat::R16Float,
+        Format::Rg16Float => TextureFormat::Rg16Float,
+        Format::Rgba16Float => TextureFormat::Rgba16Float,
+        Format::Rg11b10Ufloat => TextureFormat::Rg11b10Ufloat,
+        Format::R32Float => TextureFormat::R32Float,
+        Format::Rgba32Float => TextureFormat::Rgba32Float,
+    }
+}

@@ -1,0 +1,79 @@
+//! From a composed shader's slots to bind group layouts and pipelines.
+
+use afterimage_graph::plan::{Plan, Stage};
+use afterimage_graph::shader::{Composed, FRAGMENT_SIZE_BINDING, Reading, Slot, SlotKind};
+use wgpu::{
+    BindGroupLayout, BindGroupLayoutEntry, BindingType, BufferBindingType, Device, SamplerBindingType, ShaderStages,
+    StorageTextureAccess, TextureSampleType, TextureViewDimension,
+};
+
+use crate::device::texture_format;
+
+/// A pipeline of either kind.
+#[derive(Clone)]
+pub(crate) enum Pipeline {
+    /// For dispatches.
+    Compute(wgpu::ComputePipeline),
+    /// For full-screen triangles.
+    Render(wgpu::RenderPipeline),
+}
+
+/// The layout of a pass's one bind group.
+pub(crate) fn bind_group_layout(device: &Device, plan: &Plan, composed: &Composed, stage: Stage) -> BindGroupLayout {
+    let mut entries: Vec<BindGroupLayoutEntry> =
+        bound_slots(composed, stage).map(|slot| entry(plan, composed, *slot, stage)).collect();
+    if stage == Stage::Fragment {
+        entries.push(layout_entry(FRAGMENT_SIZE_BINDING, ShaderStages::FRAGMENT, uniform()));
+    }
+    device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: None, entries: &entries })
+}
+
+/// The slots of that stage: a draw has an attachment where a dispatch has a storage image.
+pub(crate) fn bound_slots(composed: &Composed, stage: Stage) -> impl Iterator<Item = &Slot> {
+    composed.slots.iter().filter(move |slot| stage == Stage::Compute || !matches!(slot.kind, SlotKind::Storage(_)))
+}
+
+/// Whether a pass filters by hand, so that its sampler must not.
+pub(crate) fn by_hand(plan: &Plan, composed: &Composed) -> bool {
+    composed.slots.iter().any(|slot| match slot.kind {
+        SlotKind::Texture(image) => plan.readings[image.0 as usize] != Reading::Plain,
+        _ => false,
+    })
+}
+
+fn entry(plan: &Plan, composed: &Composed, slot: Slot, stage: Stage) -> BindGroupLayoutEntry {
+    let visibility = if stage == Stage::Compute { ShaderStages::COMPUTE } else { ShaderStages::FRAGMENT };
+    let ty = match slot.kind {
+        SlotKind::Frame | SlotKind::Params => uniform(),
+        SlotKind::Sampler if by_hand(plan, composed) => BindingType::Sampler(SamplerBindingType::NonFiltering),
+        SlotKind::Sampler => BindingType::Sampler(SamplerBindingType::Filtering),
+        SlotKind::Texture(image) => BindingType::Texture {
+            sample_type: TextureSampleType::Float { filterable: plan.readings[image.0 as usize] == Reading::Plain },
+            view_dimension: dimension(plan, image),
+            multisampled: false,
+        },
+        SlotKind::Storage(image) => BindingType::StorageTexture {
+            access: StorageTextureAccess::WriteOnly,
+            format: texture_format(plan.format(image)),
+            view_dimension: dimension(plan, image),
+        },
+        SlotKind::Buffer(_, writes) => BindingType::Buffer {
+            ty: BufferBindingType::Storage { read_only: !writes },
+            has_dynamic_offset: false,
+            min_binding_size: None,
+        },
+    };
+    layout_entry(slot.binding, visibility, ty)
+}
+
+fn layout_entry(binding: u32, visibility: ShaderStages, ty: BindingType) -> BindGroupLayoutEntry {
+    BindGroupLayoutEntry { binding, visibility, ty, count: None }
+}
+
+fn uniform() -> BindingType {
+    BindingType::Buffer { ty: BufferBindingType::Uniform, has_dynamic_offset: false, min_binding_size: None }
+}
+
+fn dimension(plan: &Plan, image: afterimage_graph::node::ImageId) -> TextureViewDimension {
+    if plan.recording.image(image).desc.volume { TextureViewDimension::D3 } else { TextureViewDimension::D2 }
+}

@@ -1,0 +1,129 @@
+//! Shaders to pipelines, each compiled once.
+
+use std::sync::Mutex;
+
+use afterimage_graph::plan::Stage;
+use afterimage_graph::shader::Composed;
+use rustc_hash::FxHashMap;
+
+use crate::layout::Pipeline;
+
+/// What makes two pipelines the same.
+#[derive(Clone, PartialEq, Eq, Hash)]
+pub(crate) struct PipelineKey {
+    pub(crate) source: String,
+    pub(crate) entry: &'static str,
+    pub(crate) constants: Vec<(&'static str, u64)>,
+    /// The attachment's format of a draw.
+    pub(crate) attachment: Option<wgpu::TextureFormat>,
+    /// How the layout reads its textures: two passes with one text may differ in what is filterable.
+    pub(crate) layout: String,
+}
+
+/// A pipeline and the layout of its bind group.
+#[derive(Clone)]
+pub(crate) struct Built {
+    pub(crate) pipeline: Pipeline,
+    pub(crate) layout: wgpu::BindGroupLayout,
+}
+
+/// Everything compiled so far.
+#[derive(Default)]
+pub(crate) struct Pipelines {
+    built: FxHashMap<PipelineKey, Built>,
+    pub(crate) cache: Option<wgpu::PipelineCache>,
+}
+
+/// A pipeline to be built.
+pub(crate) struct Order<'a> {
+    pub(crate) key: PipelineKey,
+    pub(crate) composed: &'a Composed,
+    pub(crate) stage: Stage,
+    pub(crate) layout: wgpu::BindGroupLayout,
+    pub(crate) label: &'a str,
+}
+
+impl Pipelines {
+    pub(crate) fn get(&self, key: &PipelineKey) -> Option<&Built> {
+        self.built.get(key)
+    }
+
+    /// Compiles what is missing, on as many threads as there are cores.
+    pub(crate) fn build(&mut self, device: &wgpu::Device, orders: Vec<Order<'_>>) {
+        let mut missing: Vec<Order<'_>> = Vec::new();
+        for order in orders {
+            if !self.built.contains_key(&order.key) && missing.iter().all(|known| known.key != order.key) {
+                missing.push(order);
+            }
+        }
+        let threads = std::thread::available_parallelism().map_or(1, usize::from).min(missing.len());
+        let queue = Mutex::new(missing);
+        let cache = self.cache.as_ref();
+        let done = Mutex::new(&mut self.built);
+        std::thread::scope(|scope| {
+            for _ in 0..threads {
+                scope.spawn(|| {
+                    while let Some(order) = pop(&queue) {
+                        let pipeline = compile(device, cache, &order);
+                        let built = Built { pipeline, layout: order.layout };
+                        done.lock().expect("no thread panics with the lock").insert(order.key, built);
+                    }
+                });
+            }
+        });
+    }
+}
+
+fn pop<'a>(queue: &Mutex<Vec<Order<'a>>>) -> Option<Order<'a>> {
+    queue.lock().expect("no thread panics with the lock").pop()
+}
+
+fn compile(device: &wgpu::Device, cache: Option<&wgpu::PipelineCache>, order: &Order<'_>) -> Pipeline {
+    let descriptor = wgpu::ShaderModuleDescriptor {
+        label: Some(order.label),
+        source: wgpu::ShaderSource::Wgsl(order.composed.source.as_str().into()),
+    };
+    let module = device.create_shader_module(descriptor);
+    let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+        label: Some(order.label),
+        bind_group_layouts: &[Some(&order.layout)],
+        immediate_size: 0,
+    });
+    let constants: Vec<(&str, f64)> =
+        order.key.constants.iter().map(|(name, bits)| (*name, f64::from_bits(*bits))).collect();
+    let compilation_options = wgpu::PipelineCompilationOptions { constants: &constants, ..Default::default() };
+    match order.stage {
+        Stage::Compute => Pipeline::Compute(device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+            label: Some(order.label),
+            layout: Some(&layout),
+            module: &module,
+            entry_point: Some(order.composed.compute),
+            compilation_options,
+            cache,
+        })),
+        Stage::Fragment => {
+            let format = order.key.attachment.expect("a draw has an attachment");
+            Pipeline::Render(device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+                label: Some(order.label),
+                layout: Some(&layout),
+                vertex: wgpu::VertexState {
+                    module: &module,
+                    entry_point: Some("vertex"),
+                    compilation_options: Default::default(),
+                    buffers: &[],
+                },
+                primitive: Default::default(),
+                depth_stencil: None,
+                multisample: Default::default(),
+                fragment: Some(wgpu::FragmentState {
+                    module: &module,
+                    entry_point: order.composed.fragment,
+                    compilation_options,
+                    targets: &[Some(format.into())],
+                }),
+                multiview_mask: None,
+                cache,
+            }))
+        }
+    }
+}

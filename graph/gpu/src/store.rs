@@ -1,0 +1,135 @@
+//! The textures and buffers that exist, and who may have which after a change of plan.
+
+use afterimage_graph::image::ImageDesc;
+use rustc_hash::FxHashMap;
+use slotmap::SlotMap;
+use wgpu::{TextureUsages, TextureViewDimension};
+
+use crate::device::texture_format;
+
+slotmap::new_key_type! {
+    /// A texture in the store. A key of a texture that is gone finds nothing, so nothing stale is ever bound.
+    pub(crate) struct TextureKey;
+}
+
+/// A texture and the one view that everybody binds.
+pub(crate) struct Stored {
+    pub(crate) texture: wgpu::Texture,
+    pub(crate) view: wgpu::TextureView,
+    pub(crate) desc: ImageDesc,
+}
+
+/// All textures of an executor.
+#[derive(Default)]
+pub(crate) struct Store {
+    textures: SlotMap<TextureKey, Stored>,
+    /// Textures of the plan before, to be taken by the plan that is being loaded.
+    spare: Vec<TextureKey>,
+    constants: FxHashMap<(ImageDesc, Vec<u8>), TextureKey>,
+}
+
+impl Store {
+    pub(crate) fn get(&self, key: TextureKey) -> &Stored {
+        &self.textures[key]
+    }
+
+    pub(crate) fn insert(&mut self, stored: Stored) -> TextureKey {
+        self.textures.insert(stored)
+    }
+
+    /// Offers textures of the old plan to the next.
+    pub(crate) fn retire(&mut self, keys: impl IntoIterator<Item = TextureKey>) {
+        self.spare.extend(keys);
+    }
+
+    /// A texture of that description: one of the old plan's, or a new one. What it holds is not defined.
+    pub(crate) fn take(&mut self, device: &wgpu::Device, desc: ImageDesc, label: &str) -> TextureKey {
+        let fits = |key: &TextureKey| self.textures.get(*key).is_some_and(|stored| stored.desc == desc);
+        match self.spare.iter().position(fits) {
+            Some(at) => self.spare.swap_remove(at),
+            None => self.insert(create(device, desc, label)),
+        }
+    }
+
+    /// The texture of constant texels, filled at its first mention.
+    pub(crate) fn constant(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, desc: ImageDesc, bytes: &[u8]) -> TextureKey {
+        let content = (desc, bytes.to_vec());
+        if let Some(key) = self.constants.get(&content) {
+            return *key;
+        }
+        let stored = create(device, desc, "constant");
+        upload(queue, &stored.texture, desc, bytes);
+        let key = self.insert(stored);
+        self.constants.insert(content, key);
+        key
+    }
+
+    /// Frees what nobody took.
+    pub(crate) fn sweep(&mut self) {
+        for key in std::mem::take(&mut self.spare) {
+            self.textures.remove(key);
+        }
+    }
+}
+
+/// The usages that any image of a plan may need in this format.
+fn usages(device: &wgpu::Device, format: wgpu::TextureFormat) -> TextureUsages {
+    let mut usage = TextureUsages::TEXTURE_BINDING | TextureUsages::COPY_SRC | TextureUsages::COPY_DST;
+    let features = device.features();
+    let guaranteed = format.guaranteed_format_features(features).allowed_usages;
+    let specific = features.contains(wgpu::Features::TEXTURE_ADAPTER_SPECIFIC_FORMAT_FEATURES);
+    for wanted in [TextureUsages::STORAGE_BINDING, TextureUsages::RENDER_ATTACHMENT] {
+        if guaranteed.contains(wanted) || specific && wanted == TextureUsages::STORAGE_BINDING {
+            usage |= wanted;
+        }
+    }
+    usage
+}
+
+/// A new texture.
+pub(crate) fn create(device: &wgpu::Device, desc: ImageDesc, label: &str) -> Stored {
+    let format = texture_format(desc.format);
+    let dimension = if desc.volume { wgpu::TextureDimension::D3 } else { wgpu::TextureDimension::D2 };
+    let mut usage = usages(device, format);
+    if desc.volume {
+        usage -= TextureUsages::RENDER_ATTACHMENT;
+    }
+    let texture = device.create_texture(&wgpu::TextureDescriptor {
+        label: Some(label),
+        size: extent(desc),
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension,
+        format,
+        usage,
+        view_formats: &[],
+    });
+    let view = view(&texture, desc);
+    Stored { texture, view, desc }
+}
+
+/// The whole of a texture, as shaders see it.
+pub(crate) fn view(texture: &wgpu::Texture, desc: ImageDesc) -> wgpu::TextureView {
+    texture.create_view(&wgpu::TextureViewDescriptor {
+        dimension: Some(if desc.volume { TextureViewDimension::D3 } else { TextureViewDimension::D2 }),
+        ..Default::default()
+    })
+}
+
+fn extent(desc: ImageDesc) -> wgpu::Extent3d {
+    wgpu::Extent3d { width: desc.size.width, height: desc.size.height, depth_or_array_layers: desc.size.depth }
+}
+
+/// Fills a texture from tightly packed texels.
+pub(crate) fn upload(queue: &wgpu::Queue, texture: &wgpu::Texture, desc: ImageDesc, bytes: &[u8]) {
+    queue.write_texture(
+        texture.as_image_copy(),
+        bytes,
+        wgpu::TexelCopyBufferLayout {
+            offset: 0,
+            bytes_per_row: Some(desc.size.width * desc.format.bytes() as u32),
+            rows_per_image: Some(desc.size.height),
+        },
+        extent(desc),
+    );
+}

@@ -1,0 +1,58 @@
+//! GPU time of every pass, by timestamps inside the one compute pass.
+
+use wgpu::util::DeviceExt as _;
+
+/// Timestamps around the passes of one frame.
+pub(crate) struct Timing {
+    pub(crate) queries: wgpu::QuerySet,
+    resolved: wgpu::Buffer,
+    readable: wgpu::Buffer,
+    count: u32,
+    period_ns: f32,
+}
+
+impl Timing {
+    /// Room for `passes` passes; `None` where the device has no timestamps inside passes.
+    pub(crate) fn new(device: &wgpu::Device, queue: &wgpu::Queue, passes: u32) -> Option<Self> {
+        let needed = wgpu::Features::TIMESTAMP_QUERY_INSIDE_PASSES | wgpu::Features::TIMESTAMP_QUERY_INSIDE_ENCODERS;
+        if !device.features().contains(needed) {
+            return None;
+        }
+        let count = passes + 1;
+        let queries = device.create_query_set(&wgpu::QuerySetDescriptor {
+            label: Some("pass times"),
+            ty: wgpu::QueryType::Timestamp,
+            count,
+        });
+        let buffer = |usage| {
+            device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+                label: Some("pass times"),
+                contents: &vec![0; count as usize * 8],
+                usage,
+            })
+        };
+        let resolved = buffer(wgpu::BufferUsages::QUERY_RESOLVE | wgpu::BufferUsages::COPY_SRC);
+        let readable = buffer(wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST);
+        Some(Self { queries, resolved, readable, count, period_ns: queue.get_timestamp_period() })
+    }
+
+    /// Copies the timestamps to where the host can read them.
+    pub(crate) fn resolve(&self, encoder: &mut wgpu::CommandEncoder) {
+        encoder.resolve_query_set(&self.queries, 0..self.count, &self.resolved, 0);
+        encoder.copy_buffer_to_buffer(&self.resolved, 0, &self.readable, 0, u64::from(self.count) * 8);
+    }
+
+    /// Milliseconds of each pass of the frame submitted last. Waits for it.
+    pub(crate) fn read(&self, device: &wgpu::Device) -> Option<Vec<f64>> {
+        let slice = self.readable.slice(..);
+        slice.map_async(wgpu::MapMode::Read, |_| {});
+        device.poll(wgpu::PollType::wait_indefinitely()).ok()?;
+        let ticks: Vec<u64> = {
+            let bytes = slice.get_mapped_range().ok()?;
+            bytes.chunks_exact(8).map(|b| u64::from_le_bytes(b.try_into().expect("chunks of eight"))).collect()
+        };
+        self.readable.unmap();
+        let ms = |w: &[u64]| w[1].saturating_sub(w[0]) as f64 * f64::from(self.period_ns) * 1e-6;
+        Some(ticks.windows(2).map(ms).collect())
+    }
+}

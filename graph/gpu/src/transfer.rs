@@ -1,0 +1,104 @@
+//! Pixels between the host and textures.
+
+use afterimage_graph::image::{Format, ImageDesc, Size};
+use half::f16;
+
+use crate::device::texture_format;
+use crate::{GpuError, store};
+
+/// Texels on the host, tightly packed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Texels {
+    /// Size and format.
+    pub desc: ImageDesc,
+    /// The bytes, row by row.
+    pub bytes: Vec<u8>,
+}
+
+impl Texels {
+    /// Four floats a texel, as they are.
+    pub fn from_floats(width: u32, height: u32, rgba: &[[f32; 4]]) -> Self {
+        let desc = ImageDesc::new(Size::new(width, height)).format(Format::Rgba32Float);
+        Self { desc, bytes: bytemuck::cast_slice(rgba).to_vec() }
+    }
+
+    /// Four half floats a texel, rounded; too large numbers become infinite.
+    pub fn from_floats_as_half(width: u32, height: u32, rgba: &[[f32; 4]]) -> Self {
+        let halves: Vec<f16> = rgba.as_flattened().iter().map(|x| f16::from_f32(*x)).collect();
+        Self { desc: ImageDesc::new(Size::new(width, height)), bytes: bytemuck::cast_slice(&halves).to_vec() }
+    }
+
+    /// Four floats a texel; channels that the format lacks are 0, alpha 1.
+    pub fn to_floats(&self) -> Vec<[f32; 4]> {
+        let texel = self.desc.format.bytes() as usize;
+        self.bytes.chunks_exact(texel).map(|bytes| decode(self.desc.format, bytes)).collect()
+    }
+}
+
+fn decode(format: Format, bytes: &[u8]) -> [f32; 4] {
+    let half = |i: usize| f16::from_le_bytes([bytes[2 * i], bytes[2 * i + 1]]).to_f32();
+    let float = |i: usize| f32::from_le_bytes([bytes[4 * i], bytes[4 * i + 1], bytes[4 * i + 2], bytes[4 * i + 3]]);
+    let unorm = |i: usize| f32::from(bytes[i]) / 255.0;
+    match format {
+        Format::Rgba8Unorm => std::array::from_fn(unorm),
+        Format::R16Float => [half(0), 0.0, 0.0, 1.0],
+        Format::Rg16Float => [half(0), half(1), 0.0, 1.0],
+        Format::Rgba16Float => std::array::from_fn(half),
+        Format::R32Float => [float(0), 0.0, 0.0, 1.0],
+        Format::Rgba32Float => std::array::from_fn(float),
+        Format::Rg11b10Ufloat => {
+            let word = u32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]);
+            [small_float(word, 6), small_float(word >> 11, 6), small_float(word >> 22, 5), 1.0]
+        }
+    }
+}
+
+/// An unsigned float with five bits of exponent and so many of mantissa: a half float without its sign and its last bits.
+fn small_float(word: u32, mantissa: u32) -> f32 {
+    let bits = word & ((1 << (5 + mantissa)) - 1);
+    f16::from_bits((bits << (10 - mantissa)) as u16).to_f32()
+}
+
+/// A texture with these texels, as an input of a pipeline.
+pub fn upload(device: &wgpu::Device, queue: &wgpu::Queue, texels: &Texels) -> wgpu::Texture {
+    let stored = store::create(device, texels.desc, "input");
+    store::upload(queue, &stored.texture, texels.desc, &texels.bytes);
+    stored.texture
+}
+
+/// The texels of a texture. Waits for the GPU.
+pub fn download(device: &wgpu::Device, queue: &wgpu::Queue, texture: &wgpu::Texture) -> Result<Texels, GpuError> {
+    let format = Format::ALL.into_iter().find(|format| texture_format(*format) == texture.format());
+    let format = format.ok_or_else(|| GpuError::Format { what: format!("reading {:?} back", texture.format()) })?;
+    let (width, height, depth) = (texture.width(), texture.height(), texture.depth_or_array_layers());
+    let row = width as usize * format.bytes() as usize;
+    let pitch = row.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT as usize);
+    let buffer = device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some("readback"),
+        size: (pitch * height as usize * depth as usize) as u64,
+        usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
+        mapped_at_creation: false,
+    });
+    let mut encoder = device.create_command_encoder(&Default::default());
+    encoder.copy_texture_to_buffer(
+        texture.as_image_copy(),
+        wgpu::TexelCopyBufferInfo {
+            buffer: &buffer,
+            layout: wgpu::TexelCopyBufferLayout {
+                offset: 0,
+                bytes_per_row: Some(pitch as u32),
+                rows_per_image: Some(height),
+            },
+        },
+        texture.size(),
+    );
+    queue.submit([encoder.finish()]);
+    buffer.slice(..).map_async(wgpu::MapMode::Read, |_| {});
+    let lost = |why: String| GpuError::DeviceLost { why };
+    device.poll(wgpu::PollType::wait_indefinitely()).map_err(|error| lost(error.to_string()))?;
+    let mapped = buffer.slice(..).get_mapped_range().map_err(|error| lost(error.to_string()))?;
+    let bytes = mapped.chunks_exact(pitch).flat_map(|line| &line[..row]).copied().collect();
+    let size = Size::volume(width, height, depth);
+    let volume = texture.dimension() == wgpu::TextureDimension::D3;
+    Ok(Texels { desc: ImageDesc { size, format, volume }, bytes })
+}

@@ -1,0 +1,61 @@
+//! Diagnostics for editors and scripts.
+
+use serde::Serialize;
+
+use super::{Diagnostic, Diagnostics, Label, Severity, Sources};
+
+#[derive(Serialize)]
+struct JsonDiagnostic<'a> {
+    code: &'a str,
+    severity: Severity,
+    message: &'a str,
+    labels: Vec<JsonLabel<'a>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    help: Option<&'a str>,
+}
+
+/// Lines and columns count from 1, columns in characters; `start` and `end` are bytes from 0.
+#[derive(Serialize)]
+struct JsonLabel<'a> {
+    file: &'a str,
+    line: usize,
+    column: usize,
+    end_line: usize,
+    end_column: usize,
+    start: usize,
+    end: usize,
+    primary: bool,
+    text: &'a str,
+}
+
+impl Diagnostics {
+    /// An array with one object for each: `code`, `severity` (`error` or `warning`), `message`, `labels` and perhaps `help`. A label has
+    /// `file`, `line`, `column`, `end_line`, `end_column` (from 1, columns in characters), `start`, `end` (bytes from 0), `primary` and
+    /// `text`.
+    pub fn to_json(&self) -> serde_json::Value {
+        let all: Vec<_> = self.iter().map(|d| diagnostic(d, &self.sources)).collect();
+        serde_json::to_value(all).expect("names, numbers and strings are all that is in it")
+    }
+}
+
+fn diagnostic<'a>(d: &'a Diagnostic, sources: &Sources) -> JsonDiagnostic<'a> {
+    let labels = d.labels.iter().map(|l| label(l, sources)).collect();
+    JsonDiagnostic { code: d.code, severity: d.severity, message: &d.message, labels, help: d.help.as_deref() }
+}
+
+fn label<'a>(label: &'a Label, sources: &Sources) -> JsonLabel<'a> {
+    let place = &label.place;
+    let at = |byte| sources.position(&place.file, byte).map_or((0, 0), |p| (p.line, p.column));
+    let ((line, column), (end_line, end_column)) = (at(place.start), at(place.end));
+    JsonLabel {
+        file: &place.file,
+        line,
+        column,
+        end_line,
+        end_column,
+        start: place.start,
+        end: place.end,
+        primary: label.primary,
+        text: &label.text,
+    }
+}

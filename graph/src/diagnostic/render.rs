@@ -1,0 +1,121 @@
+//! Diagnostics for people: the excerpt, the places underlined, the hint.
+
+use std::ops::Range;
+
+use annotate_snippets::{AnnotationKind, Element, Group, Level, Origin, Renderer, Snippet};
+
+use super::sources::floor;
+use super::{Diagnostic, Diagnostics, Label, Severity, Sources};
+
+/// How to print.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Style {
+    /// Text only.
+    #[default]
+    Plain,
+    /// With the colours of a terminal.
+    Coloured,
+}
+
+/// More than this many are counted, not shown: nobody reads the hundredth.
+const MOST_SHOWN: usize = 50;
+/// A line longer than this is not shown, only named.
+const LONGEST_LINE: usize = 2000;
+/// Places further apart than this in one file are shown without what lies between.
+const LONGEST_EXCERPT: usize = 1 << 16;
+
+impl Diagnostics {
+    /// All of them as a person reads them, errors and warnings alike, each with its excerpt, and their number when there are too many.
+    pub fn render(&self, style: Style) -> String {
+        let renderer = match style {
+            Style::Plain => Renderer::plain(),
+            Style::Coloured => Renderer::styled(),
+        };
+        let mut parts: Vec<String> = self.iter().take(MOST_SHOWN).map(|d| one(d, &self.sources, &renderer)).collect();
+        if self.len() > MOST_SHOWN {
+            parts.push(format!("and {} more like these", self.len() - MOST_SHOWN));
+        }
+        parts.iter().map(|part| part.trim_end().to_owned() + "\n").collect::<Vec<_>>().join("\n")
+    }
+}
+
+fn one(diagnostic: &Diagnostic, sources: &Sources, renderer: &Renderer) -> String {
+    let level = match diagnostic.severity {
+        Severity::Error => Level::ERROR,
+        Severity::Warning => Level::WARNING,
+    };
+    let title = level.primary_title(clean(&diagnostic.message)).id(diagnostic.code);
+    let mut group = Group::with_title(title).elements(excerpts(&diagnostic.labels, sources));
+    if let Some(help) = &diagnostic.help {
+        group = group.element(Level::HELP.message(clean(help)));
+    }
+    renderer.render(&[group])
+}
+
+/// Without the control characters that a file may smuggle into a terminal.
+fn clean(text: &str) -> String {
+    let escape = |c: char| if c.is_control() && c != '\n' { c.escape_default().to_string() } else { c.to_string() };
+    text.chars().map(escape).collect()
+}
+
+/// One excerpt per file, in the order in which the labels name the files.
+fn excerpts<'a>(labels: &'a [Label], sources: &'a Sources) -> Vec<Element<'a>> {
+    let mut files: Vec<&str> = Vec::new();
+    for label in labels {
+        if !files.contains(&&*label.place.file) {
+            files.push(&label.place.file);
+        }
+    }
+    let of = |file: &str| labels.iter().filter(|l| *l.place.file == *file).collect::<Vec<_>>();
+    files.into_iter().flat_map(|file| excerpt(file, &of(file), sources)).collect()
+}
+
+fn excerpt<'a>(file: &'a str, labels: &[&'a Label], sources: &'a Sources) -> Vec<Element<'a>> {
+    let Some(text) = sources.text(file) else { return vec![Origin::path(file).into()] };
+    let whole = window(text, labels.iter().map(|l| l.place.span()));
+    if whole.len() <= LONGEST_EXCERPT && shows(&text[whole.clone()]) {
+        return vec![snippet(file, text, whole, labels)];
+    }
+    labels.iter().map(|label| alone(file, text, label, sources)).collect()
+}
+
+/// A label without the others: the excerpt around it, or only its position when even its lines are too long.
+fn alone<'a>(file: &'a str, text: &'a str, label: &'a Label, sources: &Sources) -> Element<'a> {
+    let lines = window(text, [label.place.span()]);
+    if lines.len() <= LONGEST_EXCERPT && shows(&text[lines.clone()]) {
+        return snippet(file, text, lines, &[label]);
+    }
+    let origin = Origin::path(file);
+    match sources.position(file, label.place.start) {
+        Some(at) => origin.line(at.line).char_column(at.column).into(),
+        None => origin.into(),
+    }
+}
+
+fn shows(text: &str) -> bool {
+    text.lines().all(|line| line.len() <= LONGEST_LINE)
+}
+
+/// The whole lines that hold all of the spans.
+fn window(text: &str, spans: impl IntoIterator<Item = Range<usize>>) -> Range<usize> {
+    let (mut low, mut high) = (text.len(), 0);
+    for span in spans {
+        low = low.min(span.start);
+        high = high.max(span.end);
+    }
+    let (low, high) = (floor(text, low), floor(text, high.max(low)));
+    let start = text[..low].rfind('\n').map_or(0, |at| at + 1);
+    start..text[high..].find('\n').map_or(text.len(), |at| high + at)
+}
+
+fn snippet<'a>(file: &'a str, text: &'a str, lines: Range<usize>, labels: &[&'a Label]) -> Element<'a> {
+    let first = text[..lines.start].bytes().filter(|b| *b == b'\n').count() + 1;
+    let annotations = labels.iter().map(|label| {
+        let kind = if label.primary { AnnotationKind::Primary } else { AnnotationKind::Context };
+        let start = floor(text, label.place.start).clamp(lines.start, lines.end) - lines.start;
+        let end = floor(text, label.place.end).clamp(lines.start, lines.end) - lines.start;
+        let annotation = kind.span(start..end.max(start));
+        if label.text.is_empty() { annotation } else { annotation.label(clean(&label.text)) }
+    });
+    Snippet::source(&text[lines.clone()]).path(file).line_start(first).annotations(annotations).into()
+}

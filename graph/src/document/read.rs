@@ -1,0 +1,288 @@
+//! From the tree to the sections of a pipeline.
+
+use std::sync::Arc;
+
+use super::tree::{Field, Item, Tree};
+use super::{Document, InputEntry, NodeEntry, Setting, Tier};
+use crate::diagnostic::{Diagnostic, Diagnostics, Sources, Spanned, did_you_mean, list, quote};
+use crate::image::State;
+
+const SECTIONS: [&str; 7] = ["inputs", "nodes", "outputs", "set", "tiers", "extends", "facts"];
+
+const INPUT_TYPES: [(&str, State); 9] = [
+    ("Color", State::Scene),
+    ("Exposed", State::Exposed),
+    ("LogLuminance", State::LogLuminance),
+    ("DisplayLinear", State::DisplayLinear),
+    ("Encoded", State::Encoded),
+    ("Data", State::Data),
+    ("Depth", State::Data),
+    ("Normals", State::Data),
+    ("Mask", State::Data),
+];
+
+/// The document that a file's tree stands for; an error if it is no pipeline at all.
+pub(super) fn document(file: &Arc<str>, tree: Item, sources: &Sources) -> Result<Document, Diagnostic> {
+    let (name, fields) = pipeline(tree)?;
+    let mut reader = Reader { problems: Diagnostics::new(sources.clone()) };
+    let mut document = Document {
+        file: file.clone(),
+        place: name.place,
+        extends: None,
+        inputs: Vec::new(),
+        nodes: Vec::new(),
+        outputs: Vec::new(),
+        set: Vec::new(),
+        tiers: Vec::new(),
+        facts: None,
+        problems: Diagnostics::default(),
+    };
+    let sections = reader.unique(fields, "section");
+    reader.missing_sections(&document, &sections);
+    for (section, value) in sections {
+        reader.section(&mut document, &section, value);
+    }
+    document.problems = reader.problems;
+    Ok(document)
+}
+
+fn pipeline(tree: Item) -> Result<(Spanned<String>, Vec<Field>), Diagnostic> {
+    const SHAPE: &str = "a pipeline file is `Pipeline(inputs: { ... }, nodes: { ... }, outputs: { ... })`";
+    let wrong = |what: String| Diagnostic::error("not-a-pipeline", what).help(SHAPE);
+    match tree.value {
+        Tree::Struct(Some(name), fields) if name.value == "Pipeline" => Ok((name, fields)),
+        Tree::Struct(Some(name), _) | Tree::Tuple(Some(name), _) if name.value != "Pipeline" => {
+            Err(wrong(format!("the file holds {}, not a `Pipeline`", quote(&name.value))).at(&name.place, ""))
+        }
+        Tree::Tuple(Some(name), _) => Err(wrong("the sections of a `Pipeline` need names".into()).at(&name.place, "")),
+        Tree::Struct(None, _) => {
+            Err(wrong("the word `Pipeline` before the parenthesis is missing".into()).at(&tree.place.part(0..1), ""))
+        }
+        other => {
+            let first = tree.place.part(0..tree.place.span().len().min(1));
+            Err(wrong(format!("the file holds {}, not a `Pipeline`", other.describe())).at(&first, ""))
+        }
+    }
+}
+
+/// The changes of a map such as `set` or a tier.
+pub(crate) fn settings(item: Item, what: &str) -> Result<(Vec<Setting>, Vec<Diagnostic>), Diagnostic> {
+    let mut reader = Reader { problems: Diagnostics::default() };
+    let wrong = Diagnostic::error("wrong-shape", format!("{what} holds {}, not changes", item.value.describe()))
+        .at(&item.place, "")
+        .help("write it as `{ \"node.parameter\": value, \"node\": Off }`");
+    let Tree::Map(entries) = item.value else { return Err(wrong) };
+    let settings = reader.keyed(entries, "key").into_iter().map(|(key, value)| Setting { key, value }).collect();
+    Ok((settings, reader.problems.iter().cloned().collect()))
+}
+
+struct Reader {
+    problems: Diagnostics,
+}
+
+impl Reader {
+    /// The fields without those whose name has occurred before.
+    fn unique<T>(&mut self, fields: Vec<(Spanned<String>, T)>, what: &str) -> Vec<(Spanned<String>, T)> {
+        let mut seen = std::collections::BTreeMap::new();
+        let mut kept = Vec::new();
+        for (name, value) in fields {
+            match seen.get(&name.value) {
+                Some(first) => self.problems.push(doubled(&name, first, what)),
+                None => {
+                    seen.insert(name.value.clone(), name.place.clone());
+                    kept.push((name, value));
+                }
+            }
+        }
+        kept
+    }
+
+    fn missing_sections(&mut self, document: &Document, sections: &[(Spanned<String>, Item)]) {
+        let has = |name: &str| sections.iter().any(|(section, _)| section.value == name);
+        for name in ["nodes", "outputs"] {
+            // A file that extends another inherits what it leaves out.
+            if !has(name) && !has("extends") {
+                let help = match name {
+                    "nodes" => "add `nodes: { \"name\": Kind(source: \"scene\") }`; it may be empty, `nodes: {}`",
+                    _ => "add `outputs: { \"display\": \"node\" }` with the node that makes the picture",
+                };
+                let message = format!("the pipeline has no section {}", quote(name));
+                self.problems.push(Diagnostic::error("missing-section", message).at(&document.place, "").help(help));
+            }
+        }
+    }
+
+    fn section(&mut self, document: &mut Document, name: &Spanned<String>, value: Item) {
+        match name.value.as_str() {
+            "extends" => document.extends = self.text(value, "`extends`", "the name of a file in quotes"),
+            "inputs" => {
+                let entries = self.map(value, "inputs", "{ \"scene\": Color }");
+                document.inputs = entries.into_iter().filter_map(|(name, value)| self.input(name, value)).collect();
+            }
+            "nodes" => {
+                let entries = self.map(value, "nodes", "{ \"name\": Kind(source: \"scene\") }");
+                document.nodes = entries.into_iter().filter_map(|(name, value)| self.node(name, value)).collect();
+            }
+            "outputs" => {
+                let entries = self.map(value, "outputs", "{ \"display\": \"node\" }");
+                let wire = |(name, value): (Spanned<String>, Item)| {
+                    let what = format!("output {}", quote(&name.value));
+                    self.text(value, &what, "the name of a node or an input in quotes").map(|wire| (name, wire))
+                };
+                document.outputs = entries.into_iter().filter_map(wire).collect();
+            }
+            "set" => document.set = self.settings(value, "`set`"),
+            "tiers" => {
+                let entries = self.map(value, "tiers", "{ \"low\": { \"node.parameter\": value } }");
+                document.tiers = entries.into_iter().map(|(name, value)| self.tier(name, value)).collect();
+            }
+            "facts" => {
+                let entries = self.map(value, "facts", "{ \"emissive\": \"something in view emits light\" }");
+                let fact = |(name, value): (Spanned<String>, Item)| {
+                    let what = format!("fact {}", quote(&name.value));
+                    self.text(value, &what, "a sentence in quotes that says what it means").map(|doc| (name, doc.value))
+                };
+                document.facts = Some(entries.into_iter().filter_map(fact).collect());
+            }
+            other => self.problems.push(
+                Diagnostic::error("unknown-section", format!("a pipeline has no section {}", quote(other)))
+                    .at(&name.place, "")
+                    .help(format!("the sections are {}", list(SECTIONS, SECTIONS.len())))
+                    .maybe_help(did_you_mean(other, SECTIONS)),
+            ),
+        }
+    }
+
+    /// The entries of a section, each with a name of its own.
+    fn map(&mut self, item: Item, section: &str, shape: &str) -> Vec<(Spanned<String>, Item)> {
+        match item.value {
+            Tree::Map(entries) => self.keyed(entries, "name"),
+            other => {
+                let message = format!("`{section}` holds {}, not a map", other.describe());
+                let help = format!("write it as `{section}: {shape}`");
+                self.problems.push(Diagnostic::error("wrong-shape", message).at(&item.place, "").help(help));
+                Vec::new()
+            }
+        }
+    }
+
+    fn keyed(&mut self, entries: Vec<(Item, Item)>, what: &str) -> Vec<(Spanned<String>, Item)> {
+        let mut named = Vec::new();
+        for (key, value) in entries {
+            match key.value {
+                Tree::Text(text) => named.push((Spanned::new(text, key.place), value)),
+                other => self.problems.push(
+                    Diagnostic::error("wrong-shape", format!("a {what} here is a text in quotes, not {}", other.describe()))
+                        .at(&key.place, "")
+                        .help("write it as `\"name\": ...`"),
+                ),
+            }
+        }
+        self.unique(named, what)
+    }
+
+    fn text(&mut self, item: Item, what: &str, wanted: &str) -> Option<Spanned<String>> {
+        match item.value {
+            Tree::Text(text) => Some(Spanned::new(text, item.place)),
+            other => {
+                let message = format!("{what} is {wanted}, not {}", other.describe());
+                self.problems.push(Diagnostic::error("wrong-shape", message).at(&item.place, ""));
+                None
+            }
+        }
+    }
+
+    fn input(&mut self, name: Spanned<String>, value: Item) -> Option<InputEntry> {
+        let (ty, options) = match value.value {
+            Tree::Name(ty) => (Spanned::new(ty, value.place), Vec::new()),
+            Tree::Struct(Some(ty), options) => (ty, options),
+            other => {
+                let message = format!("input {} has {} for a type", quote(&name.value), other.describe());
+                let help = format!("the types are {}", list(INPUT_TYPES.map(|(name, _)| name), INPUT_TYPES.len()));
+                self.problems.push(Diagnostic::error("wrong-shape", message).at(&value.place, "").help(help));
+                return None;
+            }
+        };
+        let Some((_, state)) = INPUT_TYPES.into_iter().find(|(name, _)| *name == ty.value) else {
+            let names = INPUT_TYPES.map(|(name, _)| name);
+            self.problems.push(
+                Diagnostic::error("unknown-input-type", format!("no input type is called {}", quote(&ty.value)))
+                    .at(&ty.place, "")
+                    .help(format!("the types are {}", list(names, names.len())))
+                    .maybe_help(did_you_mean(&ty.value, names)),
+            );
+            return None;
+        };
+        let mut input = InputEntry { name, state, optional: false, signed: state == State::Data };
+        for (option, value) in self.unique(options, "option") {
+            self.input_option(&mut input, &option, &value);
+        }
+        Some(input)
+    }
+
+    fn input_option(&mut self, input: &mut InputEntry, option: &Spanned<String>, value: &Item) {
+        const OPTIONS: [&str; 2] = ["optional", "allow_negative"];
+        let place = match option.value.as_str() {
+            "optional" => &mut input.optional,
+            "allow_negative" => &mut input.signed,
+            other => {
+                return self.problems.push(
+                    Diagnostic::error("unknown-option", format!("an input has no option {}", quote(other)))
+                        .at(&option.place, "")
+                        .help(format!("the options are {}", list(OPTIONS, OPTIONS.len())))
+                        .maybe_help(did_you_mean(other, OPTIONS)),
+                );
+            }
+        };
+        match value.value {
+            Tree::Bool(flag) => *place = flag,
+            ref other => self.problems.push(
+                Diagnostic::error("wrong-type", format!("{} is `true` or `false`", quote(&option.value)))
+                    .at(&value.place, format!("this is {}", other.describe())),
+            ),
+        }
+    }
+
+    fn node(&mut self, name: Spanned<String>, value: Item) -> Option<NodeEntry> {
+        let what = match value.value {
+            Tree::Struct(Some(kind), fields) => return Some(NodeEntry { name, kind, fields }),
+            Tree::Name(kind) => {
+                return Some(NodeEntry { name, kind: Spanned::new(kind, value.place), fields: Vec::new() });
+            }
+            Tree::Tuple(Some(kind), _) => format!("the ports and parameters of {} need names", quote(&kind.value)),
+            other => format!("node {} is {}, not a kind with its fields", quote(&name.value), other.describe()),
+        };
+        let help = "write it as `\"name\": Kind(port: \"other\", parameter: value)`";
+        self.problems.push(Diagnostic::error("wrong-shape", what).at(&value.place, "").help(help));
+        None
+    }
+
+    fn settings(&mut self, value: Item, what: &str) -> Vec<Setting> {
+        match settings(value, what) {
+            Ok((settings, problems)) => {
+                problems.into_iter().for_each(|problem| self.problems.push(problem));
+                settings
+            }
+            Err(problem) => {
+                self.problems.push(problem);
+                Vec::new()
+            }
+        }
+    }
+
+    fn tier(&mut self, name: Spanned<String>, value: Item) -> (Spanned<String>, Tier) {
+        let tier = match value.value {
+            Tree::Text(file) => Tier::File(Spanned::new(file, value.place)),
+            _ => Tier::Settings(self.settings(value, &format!("tier {}", quote(&name.value)))),
+        };
+        (name, tier)
+    }
+}
+
+/// Two entries of one name.
+pub(crate) fn doubled(again: &Spanned<String>, first: &crate::diagnostic::Place, what: &str) -> Diagnostic {
+    Diagnostic::error("doubled", format!("the {what} {} is given twice", quote(&again.value)))
+        .at(&again.place, "given again here")
+        .also(first, "first given here")
+        .help("keep one of them")
+}

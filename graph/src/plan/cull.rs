@@ -1,0 +1,49 @@
+//! Step 2: what no output and no history needs does not run.
+
+use super::specialise::{LeftOut, Resolved, Special};
+use super::PlanError;
+use crate::check::{Graph, Source};
+
+/// Which nodes and which of their outputs somebody needs.
+pub(crate) struct Needed {
+    /// For each node and output port.
+    pub(crate) wanted: Vec<Vec<bool>>,
+    pub(crate) left_out: Vec<LeftOut>,
+}
+
+impl Needed {
+    /// Whether any output of the node is wanted.
+    pub(crate) fn node(&self, index: usize) -> bool {
+        self.wanted[index].iter().any(|wanted| *wanted)
+    }
+}
+
+pub(crate) fn cull(graph: &Graph, special: &Special) -> Result<Needed, PlanError> {
+    let mut wanted: Vec<Vec<bool>> = graph.nodes.iter().map(|n| vec![false; n.kind.outputs().len()]).collect();
+    let mut stack = Vec::new();
+    for output in &graph.outputs {
+        match special.resolve(Some(output.source)) {
+            Resolved::From(Source::Node { node, output, .. }) => stack.push((node, output)),
+            Resolved::From(Source::Input(_)) | Resolved::Zero => {}
+            Resolved::Absent => return Err(PlanError::NothingToShow(output.name.clone())),
+        }
+    }
+    while let Some((node, output)) = stack.pop() {
+        let first_visit = !wanted[node].iter().any(|wanted| *wanted);
+        wanted[node][output] = true;
+        if !first_visit {
+            continue;
+        }
+        for wire in &graph.nodes[node].wires {
+            if let Resolved::From(Source::Node { node, output, .. }) = special.resolve(*wire) {
+                stack.push((node, output));
+            }
+        }
+    }
+    let unread = |(index, _): &(usize, _)| special.runs[*index] && !wanted[*index].iter().any(|w| *w);
+    let left_out = graph.nodes.iter().enumerate().filter(unread).map(|(_, node)| LeftOut {
+        node: node.name.clone(),
+        why: "nobody needs it".into(),
+    });
+    Ok(Needed { left_out: left_out.collect(), wanted })
+}

@@ -1,0 +1,95 @@
+//! Downsample: a pyramid of images, each half the size of the one before.
+
+use afterimage_graph::prelude::*;
+
+static SHADER: Shader = Shader::new("shaders/downsample.wgsl", include_str!("../../shaders/downsample.wgsl"));
+
+choices! {
+    /// The filter of one halving, from the cheapest to the one that lets least aliasing through.
+    pub enum DownsampleFilter {
+        /// 2x2 texels, 1 read: fine bright detail flickers.
+        Box,
+        /// 4x4 texels of equal weight, 4 reads.
+        Tap4,
+        /// A 3x3 tent of reads, 4x4 texels: steadiest under a moving light.
+        Tap9,
+        /// Five overlapping squares, 6x6 texels, 13 reads: least aliasing (Jimenez, 2014).
+        Tap13,
+    }
+}
+
+choices! {
+    /// How the first halving tames single very bright pixels, which would flicker through the whole pyramid.
+    pub enum Firefly {
+        /// Not at all: small lights keep all of their energy.
+        Off,
+        /// The five squares of Tap13 are weighted against each other by 1 / (1 + brightness); with another filter, its taps.
+        Groups,
+        /// Each tap is weighted by 1 / (1 + brightness): strongest, and it dims small lights that are meant (Karis, 2013).
+        Taps,
+    }
+}
+
+params! {
+    /// Makes a pyramid: the first level is half the size of the source, each further one half the size of the level before, rounded down
+    /// and at least 1.
+    ///
+    /// Every filter has weights that sum to 1, so a constant image stays the same on every level; alpha is filtered like colour. Reads beyond
+    /// the edge see the edge.
+    pub struct Downsample {
+        /// How many levels; fewer where the source is too small: halving ends at one texel.
+        pub levels: u32 = 6 => within(1.0..=16.0), usually(2.0..=8.0);
+        /// The filter of each halving.
+        pub filter: DownsampleFilter = DownsampleFilter::Tap13
+            => quality(DownsampleFilter::Tap13, [DownsampleFilter::Tap9, DownsampleFilter::Tap4, DownsampleFilter::Box]);
+        /// How the first halving tames single very bright pixels. Brightness is the largest channel.
+        pub firefly: Firefly = Firefly::Off => neutral(Firefly::Off);
+    }
+}
+
+impl Downsample {
+    fn function(&self, is_first: bool) -> &'static str {
+        let firefly = if is_first { self.firefly } else { Firefly::Off };
+        match (self.filter, firefly) {
+            // A single tap outweighs nothing.
+            (DownsampleFilter::Box, _) => "downsample_box",
+            (DownsampleFilter::Tap4, Firefly::Off) => "downsample_tap4",
+            (DownsampleFilter::Tap4, Firefly::Groups | Firefly::Taps) => "downsample_tap4_taps",
+            (DownsampleFilter::Tap9, Firefly::Off) => "downsample_tap9",
+            (DownsampleFilter::Tap9, Firefly::Groups | Firefly::Taps) => "downsample_tap9_taps",
+            (DownsampleFilter::Tap13, Firefly::Off) => "downsample_tap13",
+            (DownsampleFilter::Tap13, Firefly::Groups) => "downsample_tap13_groups",
+            (DownsampleFilter::Tap13, Firefly::Taps) => "downsample_tap13_taps",
+        }
+    }
+}
+
+impl Node for Downsample {
+    const INPUTS: &'static [Input] = &[Input::image("source", "The image to make smaller.")];
+    const OUTPUTS: &'static [Output] = &[
+        Output::new("result", PortType::Pyramid, Gives::Same("source"), "The levels, finest first."),
+        Output::image("coarsest", Gives::Same("source"), "The last level alone: a small image for wide blurs."),
+    ];
+    const BYPASS: StandIn = StandIn::Zero;
+
+    fn stand_in(&self, arrivals: &Arrivals) -> Option<StandIn> {
+        arrivals.is_zero("source").then_some(StandIn::Zero)
+    }
+
+    fn record(&self, pass: &mut Recorder<'_>) {
+        let mut above = pass.image("source");
+        let mut desc = ImageDesc::new(pass.desc(above).size);
+        let count = self.levels.min(desc.size.levels()).max(1);
+        let mut levels = Vec::new();
+        for index in 0..count {
+            desc = desc.half();
+            let level = pass.level(&format!("result.{index}"), desc);
+            let function = self.function(index == 0);
+            pass.function(&SHADER, function).label(format!("{function} {}", desc.size)).read("source", above).write_to(level);
+            levels.push(level);
+            above = level;
+        }
+        pass.give("result", Arrival::Pyramid(levels));
+        pass.give("coarsest", Arrival::Image(above));
+    }
+}

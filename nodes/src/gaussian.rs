@@ -1,0 +1,165 @@
+//! Gaussian: a separable blur of an image, or of every level of a pyramid.
+
+use afterimage_graph::prelude::*;
+
+static SHADER: Shader = Shader::new("shaders/gaussian.wgsl", include_str!("../../shaders/gaussian.wgsl"));
+
+choices! {
+    /// The weights of a blur.
+    pub enum GaussianKernel {
+        /// A Gaussian of the given sigma and reach.
+        Sigma,
+        /// The nine taps of the Caracal document, which come to a sigma of 1.69 texels, not the 2 that it states.
+        Caracal9,
+        /// The 33 taps of the course deck: a Gaussian of 3.5119 texels to the last digit it prints.
+        Course33,
+    }
+}
+
+choices! {
+    /// How the weights are read.
+    pub enum GaussianTaps {
+        /// One read for each texel.
+        Exact,
+        /// One read for two texels, weighed by the sampler: half the reads, and off by up to 3e-4 of the range where the sampler has 8-bit weights.
+        Linear,
+    }
+}
+
+/// Declares a kind with the parameters of a blur.
+macro_rules! blur {
+    ($(#[doc = $doc:literal])* $kind:ident) => {
+        params! {
+            $(#[doc = $doc])*
+            pub struct $kind {
+                /// The weights.
+                pub kernel: GaussianKernel = GaussianKernel::Sigma;
+                /// Standard deviation for the kernel Sigma; at 0.2 and below the blur changes nothing. The work grows with it: to blur
+                /// wider, blur a smaller image.
+                pub sigma: f32 = 2.0 => within(0.0..=64.0), usually(0.0..=16.0), neutral(0.0), unit("texels");
+                /// How the weights are read.
+                pub taps: GaussianTaps = GaussianTaps::Exact => quality(GaussianTaps::Exact, [GaussianTaps::Linear]);
+                /// How far the kernel Sigma reaches; what lies beyond is left out: 3e-3 of all light at 3, 6e-5 at 4.
+                pub reach: f32 = 3.0 => within(1.0..=4.0), unit("sigmas"), quality(4.0f32, [3.0, 2.5, 2.0]);
+            }
+        }
+
+        impl $kind {
+            fn blur(&self) -> Blur {
+                Blur::new(self.kernel, self.taps, self.sigma, self.reach)
+            }
+        }
+    };
+}
+
+blur! {
+    /// Blurs an image by a Gaussian, one axis after the other.
+    ///
+    /// The weights sum to 1, so a constant image stays the same; reads beyond the edge see the edge. Alpha is blurred like colour.
+    Gaussian
+}
+
+blur! {
+    /// Blurs every level of a pyramid by the same number of its own texels, so that each level is blurred twice as wide as the one before.
+    ///
+    /// The weights sum to 1, so a constant image stays the same; reads beyond the edge see the edge. Alpha is blurred like colour.
+    GaussianPyramid
+}
+
+/// Below this sigma all but 4e-6 of the weight is in the middle.
+const NO_BLUR: f32 = 0.2;
+/// The sigma and radius of the course deck's kernel.
+const COURSE: (f32, u32) = (3.5119, 16);
+
+/// What a blur asks of the shader.
+struct Blur {
+    function: &'static str,
+    radius: u32,
+    falloff: f32,
+}
+
+impl Blur {
+    fn new(kernel: GaussianKernel, taps: GaussianTaps, sigma: f32, reach: f32) -> Self {
+        let function = match (kernel, taps) {
+            (GaussianKernel::Caracal9, GaussianTaps::Exact) => "gaussian_caracal_exact",
+            (GaussianKernel::Caracal9, GaussianTaps::Linear) => "gaussian_caracal_linear",
+            (_, GaussianTaps::Exact) => "gaussian_exact",
+            (_, GaussianTaps::Linear) => "gaussian_linear",
+        };
+        let (sigma, radius) = match kernel {
+            GaussianKernel::Course33 => COURSE,
+            _ if sigma <= NO_BLUR => (1.0, 0),
+            _ => (sigma, (reach * sigma).ceil() as u32),
+        };
+        let falloff = -std::f64::consts::LOG2_E / (2.0 * f64::from(sigma).powi(2));
+        Self { function, radius, falloff: falloff as f32 }
+    }
+
+    fn changes_nothing(&self) -> bool {
+        self.radius == 0 && !self.function.starts_with("gaussian_caracal")
+    }
+
+    /// Along x, then along y.
+    fn record(&self, pass: &mut Recorder<'_>, source: ImageId, result: ImageId) {
+        let between = pass.transient("across", pass.desc(result));
+        self.along(pass, [1, 0], source, between);
+        self.along(pass, [0, 1], between, result);
+    }
+
+    fn along(&self, pass: &mut Recorder<'_>, axis: [u32; 2], source: ImageId, result: ImageId) {
+        let direction = if axis[0] == 1 { "across" } else { "down" };
+        let size = pass.desc(result).size;
+        pass.function(&SHADER, self.function)
+            .label(format!("{} {direction} {size}", self.function))
+            .read("source", source)
+            .set("axis", axis)
+            .set("radius", self.radius)
+            .set("falloff", self.falloff)
+            .write_to(result);
+    }
+}
+
+impl Node for Gaussian {
+    const INPUTS: &'static [Input] = &[Input::image("source", "The image to blur.").takes(&[
+        State::Scene,
+        State::Exposed,
+        State::LogLuminance,
+        State::DisplayLinear,
+        State::Data,
+    ])];
+    const OUTPUTS: &'static [Output] = &[Output::image("result", Gives::Same("source"), "The blurred image.")];
+    const BYPASS: StandIn = StandIn::Input("source");
+
+    fn stand_in(&self, arrivals: &Arrivals) -> Option<StandIn> {
+        (arrivals.is_zero("source") || self.blur().changes_nothing()).then_some(Self::BYPASS)
+    }
+
+    fn record(&self, pass: &mut Recorder<'_>) {
+        let source = pass.image("source");
+        let desc = ImageDesc::new(pass.desc(source).size);
+        let result = pass.output("result", desc);
+        self.blur().record(pass, source, result);
+    }
+}
+
+impl Node for GaussianPyramid {
+    const INPUTS: &'static [Input] = &[Input::new("source", PortType::Pyramid, "The levels to blur.")];
+    const OUTPUTS: &'static [Output] =
+        &[Output::new("result", PortType::Pyramid, Gives::Same("source"), "The blurred levels, finest first.")];
+    const BYPASS: StandIn = StandIn::Input("source");
+
+    fn stand_in(&self, arrivals: &Arrivals) -> Option<StandIn> {
+        (arrivals.is_zero("source") || self.blur().changes_nothing()).then_some(Self::BYPASS)
+    }
+
+    fn record(&self, pass: &mut Recorder<'_>) {
+        let mut levels = Vec::new();
+        for (index, source) in pass.pyramid("source").into_iter().enumerate() {
+            let desc = ImageDesc::new(pass.desc(source).size);
+            let level = pass.level(&format!("result.{index}"), desc);
+            self.blur().record(pass, source, level);
+            levels.push(level);
+        }
+        pass.give("result", Arrival::Pyramid(levels));
+    }
+}

@@ -1,0 +1,111 @@
+//! Upsample: joins the levels of a pyramid into one image, from the coarsest up.
+
+use afterimage_graph::prelude::*;
+
+static SHADER: Shader = Shader::new("shaders/upsample.wgsl", include_str!("../../shaders/upsample.wgsl"));
+
+choices! {
+    /// The filter that makes an image larger.
+    pub enum UpsampleFilter {
+        /// 3x3 reads with the weights of a tent: no steps of the coarse grid to be seen.
+        Tent,
+        /// One read: the grid of the coarse image shows as diamonds.
+        Bilinear,
+    }
+}
+
+choices! {
+    /// How a level is joined with the coarser ones.
+    pub enum UpsampleBlend {
+        /// By a share: the coarser levels weigh `spread`, the level itself the rest. The weights of all levels sum to 1.
+        Mix,
+        /// By addition: all levels weigh the same.
+        Add,
+    }
+}
+
+params! {
+    /// Joins the levels of a pyramid into one image of the finest level's size, from the coarsest up, each step a filtered enlargement.
+    ///
+    /// With Mix, the level of index i among L weighs (1 - spread) spread^i and the coarsest spread^(L-1); with Add, each weighs 1/L, or 1 when
+    /// not normalised. A pyramid of one level is passed on as it is. Results are limited to 65504. Alpha is joined like colour.
+    pub struct Upsample {
+        /// How a level is joined with the coarser ones.
+        pub blend: UpsampleBlend = UpsampleBlend::Mix;
+        /// Weight of the coarser levels at each step of Mix; 0 keeps the finest level alone, 1 the coarsest.
+        pub spread: f32 = 0.7 => within(0.0..=1.0);
+        /// Whether Add divides by the number of levels, so that a constant stays the same and strength means the same for any number.
+        pub normalize: bool = true;
+        /// The filter of each enlargement.
+        pub filter: UpsampleFilter = UpsampleFilter::Tent => quality(UpsampleFilter::Tent, [UpsampleFilter::Bilinear]);
+        /// Distance of the tent's reads; above 1.5 the gaps between them begin to show.
+        pub radius: f32 = 1.0 => within(0.0..=4.0), usually(0.5..=1.5), unit("texels of the coarser level");
+    }
+}
+
+impl UpsampleFilter {
+    fn function(self) -> &'static str {
+        match self {
+            Self::Tent => "upsample_tent",
+            Self::Bilinear => "upsample_bilinear",
+        }
+    }
+}
+
+/// The weights of a level and of what the coarser ones have become.
+struct Shares {
+    own: f32,
+    rest: f32,
+}
+
+impl Upsample {
+    /// The weights of a level that has `coarser` levels below it.
+    fn shares(&self, coarser: usize) -> Shares {
+        match (self.blend, self.normalize) {
+            (UpsampleBlend::Mix, _) => Shares { own: 1.0 - self.spread, rest: self.spread },
+            // The mean so far, not a sum divided at the end: sums of bright levels do not fit into half floats.
+            (UpsampleBlend::Add, true) => {
+                let all = coarser as f32 + 1.0;
+                Shares { own: 1.0 / all, rest: coarser as f32 / all }
+            }
+            (UpsampleBlend::Add, false) => Shares { own: 1.0, rest: 1.0 },
+        }
+    }
+
+    fn is_finest_alone(&self) -> bool {
+        self.blend == UpsampleBlend::Mix && self.spread == 0.0
+    }
+}
+
+impl Node for Upsample {
+    const INPUTS: &'static [Input] = &[Input::new("source", PortType::Pyramid, "The levels to join.")];
+    const OUTPUTS: &'static [Output] =
+        &[Output::image("result", Gives::Same("source"), "One image of the size of the finest level.")];
+    const BYPASS: StandIn = StandIn::Zero;
+
+    fn stand_in(&self, arrivals: &Arrivals) -> Option<StandIn> {
+        arrivals.is_zero("source").then_some(StandIn::Zero)
+    }
+
+    fn record(&self, pass: &mut Recorder<'_>) {
+        let levels = pass.pyramid("source");
+        let used = if self.is_finest_alone() { &levels[..1] } else { &levels[..] };
+        let (coarsest, finer) = used.split_last().expect("a pyramid has a level");
+        let mut joined = *coarsest;
+        for (index, level) in finer.iter().enumerate().rev() {
+            let desc = ImageDesc::new(pass.desc(*level).size);
+            let result = pass.level(&format!("result.{index}"), desc);
+            let Shares { own, rest } = self.shares(finer.len() - index);
+            let function = self.filter.function();
+            pass.function(&SHADER, function)
+                .label(format!("{function} {}", desc.size))
+                .read("level", *level)
+                .read("coarser", joined)
+                .set("own", own)
+                .set("rest", rest)
+                .write_to(result);
+            joined = result;
+        }
+        pass.give("result", Arrival::Image(joined));
+    }
+}

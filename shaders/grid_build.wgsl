@@ -1,0 +1,99 @@
+// A bilateral grid (Chen, Paris and Durand, "Real-time Edge-Aware Image Processing with the Bilateral Grid", 2007) over x, y and
+// log2 luminance. One workgroup gathers one column of cells: it reads the pixels under the column, adds them up in its own
+// memory in fixed point, and stores the column. Integer additions commute, so the result does not depend on any order, and no
+// other workgroup writes these cells.
+#import color
+
+struct GridBuild {
+    lo: f32,
+    hi: f32,
+    size: vec3u,
+    // Steps of the fixed point in 1, chosen so that no sum can overflow.
+    unit: f32,
+    // From fixed-point sums to what is stored.
+    share: f32,
+}
+
+const GRID_BUILD_LANES: u32 = 256u;
+
+@group(0) @binding(0) var<uniform> params: GridBuild;
+@group(0) @binding(1) var source: texture_2d<f32>;
+// Stops in x; zero where the exposure is not metered here.
+@group(0) @binding(2) var<storage, read> exposure: array<vec4f>;
+// Sum of (log2 luminance - lo), sum of weights, lo, hi.
+@group(0) @binding(3) var result: texture_storage_3d<rgba16float, write>;
+
+var<workgroup> grid_build_sums: array<atomic<u32>, GRID_BUILD_LANES>;
+var<workgroup> grid_build_weights: array<atomic<u32>, GRID_BUILD_LANES>;
+
+fn grid_build_clear(lane: u32) {
+    atomicStore(&grid_build_sums[lane], 0u);
+    atomicStore(&grid_build_weights[lane], 0u);
+    workgroupBarrier();
+}
+
+fn grid_build_store(column: vec2u, lane: u32) {
+    workgroupBarrier();
+    if lane >= params.size.z { return; }
+    let sum = f32(atomicLoad(&grid_build_sums[lane])) * params.share;
+    let weight = f32(atomicLoad(&grid_build_weights[lane])) * params.share;
+    textureStore(result, vec3u(column, lane), vec4f(sum, weight, params.lo, params.hi));
+}
+
+// Stops above `lo`.
+fn grid_build_level(pixel: vec2u) -> f32 {
+    let light = luminance(texel(source, vec2i(pixel)).rgb);
+    return clamp(log2(max(light, 1e-30)) + exposure[0].x, params.lo, params.hi) - params.lo;
+}
+
+fn grid_build_add(bin: u32, weight: f32, level: f32) {
+    atomicAdd(&grid_build_sums[bin], u32(weight * level * params.unit + 0.5));
+    atomicAdd(&grid_build_weights[bin], u32(weight * params.unit + 0.5));
+}
+
+// The first pixel whose centre lies in the cell or beyond: the least p with (p + 1/2) / pixels * cells >= cell.
+fn grid_build_first(cell: vec2u, pixels: vec2u) -> vec2u {
+    let cells = params.size.xy;
+    return (max(2u * pixels * cell, cells) - cells + 2u * cells - 1u) / (2u * cells);
+}
+
+@compute @workgroup_size(256)
+fn grid_build_nearest(@builtin(workgroup_id) column: vec3u, @builtin(local_invocation_index) lane: u32) {
+    grid_build_clear(lane);
+    let pixels = textureDimensions(source);
+    let first = grid_build_first(column.xy, pixels);
+    let extent = grid_build_first(column.xy + 1u, pixels) - first;
+    for (var i = lane; i < extent.x * extent.y; i += GRID_BUILD_LANES) {
+        let level = grid_build_level(first + vec2u(i % extent.x, i / extent.x));
+        let bin = u32(level / (params.hi - params.lo) * f32(params.size.z));
+        grid_build_add(min(bin, params.size.z - 1u), 1.0, level);
+    }
+    grid_build_store(column.xy, lane);
+}
+
+@compute @workgroup_size(256)
+fn grid_build_trilinear(@builtin(workgroup_id) column: vec3u, @builtin(local_invocation_index) lane: u32) {
+    grid_build_clear(lane);
+    let pixels = textureDimensions(source);
+    let cells = params.size.xy;
+    // All pixels from the middle of the cell before to the middle of the one after; more do no harm, as they weigh nothing.
+    let first = grid_build_first(max(column.xy, vec2u(1u)) - 1u, pixels);
+    let extent = grid_build_first(min(column.xy + 2u, cells), pixels) - first;
+    for (var i = lane; i < extent.x * extent.y; i += GRID_BUILD_LANES) {
+        let pixel = first + vec2u(i % extent.x, i / extent.x);
+        let place = clamp((vec2f(pixel) + 0.5) / vec2f(pixels) * vec2f(cells) - 0.5, vec2f(0.0), vec2f(cells - 1u));
+        let near = max(1.0 - abs(place - vec2f(column.xy)), vec2f(0.0));
+        if near.x * near.y > 0.0 { grid_build_spread(near.x * near.y, grid_build_level(pixel)); }
+    }
+    grid_build_store(column.xy, lane);
+}
+
+// Shares a pixel between the two nearest bins of the column.
+fn grid_build_spread(weight: f32, level: f32) {
+    let last = params.size.z - 1u;
+    let place = clamp(level / (params.hi - params.lo) * f32(params.size.z) - 0.5, 0.0, f32(last));
+    let bin = u32(place);
+    let above = place - f32(bin);
+    grid_build_add(bin, weight * (1.0 - above), level);
+    if above > 0.0 { grid_build_add(min(bin + 1u, last), weight * above, level); }
+}

@@ -1,0 +1,100 @@
+// How often each luminance occurs. A workgroup counts a tile of 64x64 pixels in its own memory and then adds only the bins in
+// use to the table, so that the table sees at most 256 atomic additions for 4096 pixels. Integer additions commute: the result
+// does not depend on the order in which tiles run.
+#import color
+
+struct Histogram {
+    bins: u32,
+    lo: f32,
+    hi: f32,
+    black: f32,
+    step: u32,
+    center: vec2f,
+    radius: f32,
+    // Bins above the first for each stop, computed from the range.
+    bins_per_stop: f32,
+    // What a pixel of full weight counts for.
+    full_weight: f32,
+}
+
+override HISTOGRAM_CENTER: bool = false;
+override HISTOGRAM_MASK: bool = false;
+override HISTOGRAM_ALBEDO: bool = false;
+
+const HISTOGRAM_TILE: u32 = 64u;
+// The table's first four words are floats: the brightest channel of the frame, lo, hi and the number of bins.
+const HISTOGRAM_HEADER: u32 = 4u;
+
+@group(0) @binding(0) var<uniform> params: Histogram;
+@group(0) @binding(1) var source: texture_2d<f32>;
+@group(0) @binding(2) var albedo: texture_2d<f32>;
+@group(0) @binding(3) var mask: texture_2d<f32>;
+@group(0) @binding(4) var<storage, read_write> result: array<atomic<u32>>;
+
+var<workgroup> histogram_bins: array<atomic<u32>, 256>;
+var<workgroup> histogram_brightest: atomic<u32>;
+
+@compute @workgroup_size(256)
+fn histogram(@builtin(workgroup_id) tile: vec3u, @builtin(local_invocation_index) lane: u32) {
+    atomicStore(&histogram_bins[lane], 0u);
+    if lane == 0u { atomicStore(&histogram_brightest, 0u); }
+    workgroupBarrier();
+    let size = textureDimensions(source);
+    let picked = (size + params.step - 1u) / params.step;
+    var brightest = 0.0;
+    for (var row = 0u; row < HISTOGRAM_TILE; row += 4u) {
+        let cell = tile.xy * HISTOGRAM_TILE + vec2u(lane % HISTOGRAM_TILE, row + lane / HISTOGRAM_TILE);
+        if all(cell < picked) {
+            let pixel = min(cell * params.step + params.step / 2u, size - 1u);
+            brightest = max(brightest, histogram_count(vec2i(pixel), size));
+        }
+    }
+    // The bits of floats that are not negative order as whole numbers.
+    atomicMax(&histogram_brightest, bitcast<u32>(brightest));
+    workgroupBarrier();
+    let counted = atomicLoad(&histogram_bins[lane]);
+    if counted > 0u { atomicAdd(&result[HISTOGRAM_HEADER + lane], counted); }
+    if lane == 0u {
+        atomicMax(&result[0], atomicLoad(&histogram_brightest));
+        atomicStore(&result[1], bitcast<u32>(params.lo));
+        atomicStore(&result[2], bitcast<u32>(params.hi));
+        atomicStore(&result[3], bitcast<u32>(f32(params.bins)));
+    }
+}
+
+// Counts one pixel; gives its brightest channel.
+fn histogram_count(pixel: vec2i, size: vec2u) -> f32 {
+    let rgb = texel(source, pixel).rgb;
+    let uv = (vec2f(pixel) + 0.5) / vec2f(size);
+    atomicAdd(&histogram_bins[histogram_bin(histogram_metered(rgb, uv))], histogram_weight(uv, vec2f(size)));
+    return max(brightest(rgb), 0.0);
+}
+
+// The bin of a luminance; 0 for what the meter leaves out.
+fn histogram_bin(light: f32) -> u32 {
+    if light <= params.black { return 0u; }
+    let place = (log2(max(light, 1e-30)) - params.lo) * params.bins_per_stop;
+    return 1u + u32(clamp(place, 0.0, f32(params.bins) - 2.0));
+}
+
+// The luminance to count: of the pixel, or of a grey card in the same light, 0.18 L / albedo. Negative leaves it out.
+fn histogram_metered(rgb: vec3f, uv: vec2f) -> f32 {
+    let light = luminance(rgb);
+    if !HISTOGRAM_ALBEDO { return light; }
+    let surface = histogram_nearest(albedo, uv);
+    return select(-1.0, 0.18 * light / clamp(luminance(surface.rgb), 0.04, 1.0), surface.a >= 0.5);
+}
+
+fn histogram_weight(uv: vec2f, size: vec2f) -> u32 {
+    var weight = params.full_weight;
+    if HISTOGRAM_CENTER {
+        let away = (uv - params.center) * vec2f(size.x / size.y, 1.0) / params.radius;
+        weight *= exp2(-min(dot(away, away), 126.0));
+    }
+    if HISTOGRAM_MASK { weight *= clamp(histogram_nearest(mask, uv).r, 0.0, 1.0); }
+    return u32(weight + 0.5);
+}
+
+fn histogram_nearest(image: texture_2d<f32>, uv: vec2f) -> vec4f {
+    return texel(image, vec2i(uv * vec2f(textureDimensions(image))));
+}

@@ -1,0 +1,48 @@
+// What the loft's window looks out on: a low sun, a clear sky, hills and a city in haze.
+#import loft_lamps
+#import noise
+
+fn loft_sky(direction: vec3f) -> vec3f {
+    let height = max(direction.y, 0.0);
+    let base = mix(vec3f(8.5, 5.3, 3.1), vec3f(1.1, 2.3, 4.6), 1.0 - exp(-5.0 * height));
+    let away = acos(clamp(dot(direction, LOFT_SUN), -1.0, 1.0));
+    return base + vec3f(7.0, 4.6, 2.2) * exp(-5.0 * away) + vec3f(60.0, 46.0, 30.0) * exp(-60.0 * away);
+}
+
+// The disc, a little darker at its limb.
+fn loft_sun(direction: vec3f) -> vec3f {
+    let away = length(direction - LOFT_SUN) / LOFT_SUN_RADIUS;
+    return LOFT_SUN_DISC * (0.6 + 0.4 * sqrt(max(1.0 - away * away, 0.0))) * step(away, 1.0);
+}
+
+// One row of houses: coverage in w. `at` is the tangent of the angle across and up.
+fn loft_street(at: vec2f, row: i32, haze: vec3f) -> vec4f {
+    let nearness = f32(row) / 4.0;
+    let width = 0.026 * exp2(0.62 * f32(row));
+    let cell = floor(at.x / width + 0.37 * f32(row));
+    let inside = at.x / width + 0.37 * f32(row) - cell;
+    let chance = hash_cell(vec2i(i32(clamp(cell, -1e6, 1e6)), row));
+    let top = 0.022 - 0.042 * f32(row) + width * (0.1 + 1.5 * chance * chance);
+    let storey = vec2f(inside * 8.0, (top - at.y) / width * 6.0);
+    let pane = vec2i(clamp(storey, vec2f(-1e6), vec2f(1e6)));
+    let lit = hash_cell(pane + vec2i(i32(clamp(cell, -1e6, 1e6)) * 13, row * 71));
+    let opening = step(0.3, fract(storey.x)) * step(0.35, fract(storey.y)) * step(0.5, storey.y);
+    let wall = mix(vec3f(0.55, 0.46, 0.43), vec3f(0.14, 0.17, 0.23), fract(chance * 7.0)) * (0.7 + 0.6 * step(0.5, inside) * chance);
+    let glass = mix(wall * 0.55, vec3f(2.4, 1.7, 0.9), step(0.92, lit) * 0.7);
+    return vec4f(mix(haze, mix(wall, glass, opening), 0.22 + 0.6 * nearness), step(at.y, top));
+}
+
+fn loft_view(direction: vec3f, lamps: LoftLamps) -> vec3f {
+    let at = direction.xy / max(-direction.z, 1e-3);
+    var colour = loft_sky(direction) * lamps.sky;
+    let haze = loft_sky(vec3f(direction.x, 0.02, direction.z)) * 0.42;
+    let ridge = 0.066 + 0.025 * sin(at.x * 2.3 + 0.6) + 0.012 * sin(at.x * 6.1) + 0.004 * sin(at.x * 17.0);
+    let near = ridge - 0.02 - 0.016 * sin(at.x * 3.7 + 2.0);
+    if at.y < ridge { colour = haze * vec3f(0.92, 1.0, 1.12) * lamps.sky; }
+    if at.y < near { colour = haze * vec3f(0.66, 0.78, 0.92) * lamps.sky; }
+    for (var row = 0; row < 5; row++) {
+        let street = loft_street(at, row, haze * vec3f(0.75, 0.75, 0.8));
+        colour = mix(colour, street.rgb * lamps.sky, street.w);
+    }
+    return colour + loft_sun(direction) * lamps.sun * step(ridge, at.y);
+}

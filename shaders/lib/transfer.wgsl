@@ -1,0 +1,46 @@
+// Transfer functions. Every argument is finite; each function says what range it takes.
+#import math
+
+// Linear 0..1 to sRGB, exactly (IEC 61966-2-1).
+fn srgb_encode(x: f32) -> f32 {
+    return select(1.055 * power(x, 1.0 / 2.4) - 0.055, 12.92 * x, x <= 0.0031308);
+}
+
+fn srgb_encode3(v: vec3f) -> vec3f {
+    return vec3f(srgb_encode(v.x), srgb_encode(v.y), srgb_encode(v.z));
+}
+
+const PQ_M1: f32 = 0.1593017578125;
+const PQ_M2: f32 = 78.84375;
+const PQ_C1: f32 = 0.8359375;
+const PQ_C3: f32 = 18.6875;
+
+// log(1 - d) for d < 1: the built-in loses everything where d is small.
+fn log_one_minus(d: f32) -> f32 {
+    let series = -d * (1.0 + d * (1.0 / 2.0 + d * (1.0 / 3.0 + d * (1.0 / 4.0 + d * (1.0 / 5.0 + d / 6.0)))));
+    return select(log(max(1.0 - d, 1e-30)), series, abs(d) < 0.05);
+}
+
+// Light in cd/m2, 0 or more, to PQ (SMPTE ST 2084); 10000 gives 1. The usual quotient is 1 - d, because C1 = C3 - C2 + 1;
+// to take its 79th power through log(1 - d) is 75 times as exact in 32 bits.
+fn pq_encode(nits: f32) -> f32 {
+    let y = power(nits * 1e-4, PQ_M1);
+    let d = (1.0 - PQ_C1) * (1.0 - y) / (1.0 + PQ_C3 * y);
+    return exp(PQ_M2 * log_one_minus(d));
+}
+
+// PQ to cd/m2. Below 1 the argument is the standard's; up to 1.2 the curve goes on, further it stays. q is 1 - v^(1/M2), by series.
+fn pq_decode(v: f32) -> f32 {
+    let w = -log(clamp(v, 7.4e-7, 1.2)) / PQ_M2;
+    let q = w * (1.0 - w / 2.0 * (1.0 - w / 3.0 * (1.0 - w / 4.0 * (1.0 - w / 5.0 * (1.0 - w / 6.0)))));
+    return 10000.0 * power((1.0 - PQ_C1 - q) / (1.0 - PQ_C1 + PQ_C3 * q), 1.0 / PQ_M1);
+}
+
+const HLG_A: f32 = 0.17883277;
+const HLG_B: f32 = 0.28466892;
+const HLG_C: f32 = 0.55991073;
+
+// Linear scene light 0..1 to HLG (ITU-R BT.2100).
+fn hlg_encode(e: f32) -> f32 {
+    return select(HLG_A * log(max(12.0 * e - HLG_B, 1e-3)) + HLG_C, sqrt(3.0 * max(e, 0.0)), e <= 1.0 / 12.0);
+}

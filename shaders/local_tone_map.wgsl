@@ -1,0 +1,82 @@
+// Local tone mapping: less contrast between places, the same or more inside them. The base is a share of the bilateral grid and
+// the rest of the wide Gaussian: the grid alone rings on smooth gradients, the Gaussian alone has halos at edges.
+#import color
+#import math
+
+struct LocalToneMap {
+    contrast: f32,
+    detail: f32,
+    midpoint: f32,
+    share: f32,
+    lo: f32,
+    hi: f32,
+}
+
+const LOCAL_TONE_MAP_MAX_STOPS: f32 = 16.0;
+const LOCAL_TONE_MAP_MAX: f32 = 65504.0;
+// Between these weights the grid's answer gives way to the Gaussian's: below them no pixel was near enough to tell. A cell that
+// all of its pixels fell into has the weight 512.
+const LOCAL_TONE_MAP_EMPTY: f32 = 0.0025;
+const LOCAL_TONE_MAP_KNOWN: f32 = 0.01;
+
+fn local_tone_map_level(rgb: vec3f, params: LocalToneMap) -> f32 {
+    return clamp(log2(max(luminance(rgb), 1e-30)), params.lo, params.hi);
+}
+
+// o = midpoint + contrast (base - midpoint) + detail (level - base), as a multiplier; the chromaticity stays.
+fn local_tone_map_apply(source: vec4f, level: f32, base: f32, params: LocalToneMap) -> vec4f {
+    let mapped = params.midpoint + params.contrast * (base - params.midpoint) + params.detail * (level - base);
+    let gain = exp2(clamp(mapped - level, -LOCAL_TONE_MAP_MAX_STOPS, LOCAL_TONE_MAP_MAX_STOPS));
+    return vec4f(min(source.rgb * gain, vec3f(LOCAL_TONE_MAP_MAX)), source.a);
+}
+
+// The grid's base, or `otherwise` where the grid is empty. The grid knows its own range.
+fn local_tone_map_slice(grid: texture_3d<f32>, s: sampler, uv: vec2f, level: f32, otherwise: f32) -> f32 {
+    let range = texel3(grid, vec3i(0)).zw;
+    let sums = tap3(grid, s, vec3f(uv, (level - range.x) / max(range.y - range.x, 0.015625)));
+    let base = range.x + sums.x / max(sums.y, 1e-6);
+    return mix(otherwise, base, smooth_step(LOCAL_TONE_MAP_EMPTY, LOCAL_TONE_MAP_KNOWN, sums.y));
+}
+
+fn local_tone_map(
+    source: vec4f,
+    grid: texture_3d<f32>,
+    grid_sampler: sampler,
+    gaussian: texture_2d<f32>,
+    gaussian_sampler: sampler,
+    at: Point,
+    params: LocalToneMap,
+) -> vec4f {
+    let level = local_tone_map_level(source.rgb, params);
+    let wide = tap(gaussian, gaussian_sampler, at.uv).r;
+    let near = local_tone_map_slice(grid, grid_sampler, at.uv, level, wide);
+    return local_tone_map_apply(source, level, mix(wide, near, params.share), params);
+}
+
+fn local_tone_map_grid(
+    source: vec4f,
+    grid: texture_3d<f32>,
+    grid_sampler: sampler,
+    at: Point,
+    params: LocalToneMap,
+) -> vec4f {
+    let level = local_tone_map_level(source.rgb, params);
+    return local_tone_map_apply(source, level, local_tone_map_slice(grid, grid_sampler, at.uv, level, level), params);
+}
+
+fn local_tone_map_gaussian(
+    source: vec4f,
+    gaussian: texture_2d<f32>,
+    gaussian_sampler: sampler,
+    at: Point,
+    params: LocalToneMap,
+) -> vec4f {
+    let wide = tap(gaussian, gaussian_sampler, at.uv).r;
+    return local_tone_map_apply(source, local_tone_map_level(source.rgb, params), wide, params);
+}
+
+// Where contrast and detail are equal the base cancels out.
+fn local_tone_map_global(source: vec4f, params: LocalToneMap) -> vec4f {
+    let level = local_tone_map_level(source.rgb, params);
+    return local_tone_map_apply(source, level, level, params);
+}

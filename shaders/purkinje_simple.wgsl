@@ -1,0 +1,31 @@
+// A look rather than a model of night vision: greyer, bluer and brighter as the light fades.
+#import color
+#import math
+
+struct PurkinjeSimple {
+    grey: f32,
+    blue: f32,
+    boost: f32,
+    strength: f32,
+}
+
+fn purkinje_simple_seen(source: vec4f, grey: f32, blue: f32, boost: f32) -> vec4f {
+    let y = luminance(source.rgb);
+    let faded = mix(source.rgb, vec3f(y), grey);
+    let tinted = vec3f(mix(faded.r, 0.9 * y, blue), faded.g, mix(faded.b, 1.2 * y, blue));
+    return vec4f(clamp(tinted + boost * y, vec3f(0.0), vec3f(65504.0)), source.a);
+}
+
+fn purkinje_simple(source: vec4f, params: PurkinjeSimple) -> vec4f {
+    return purkinje_simple_seen(source, params.grey, params.blue, params.boost);
+}
+
+// `metered` is an exposure's result: lux in z, whether it is known in w.
+fn purkinje_simple_metered(source: vec4f, metered: vec4f, params: PurkinjeSimple) -> vec4f {
+    let lux = clamp(metered.z, 0.0, 1e6);
+    if metered.w <= 0.0 || lux >= 10.0 { return source; }
+    let grey = 0.7 * (1.0 - smooth_step(0.01, 10.0, lux));
+    let blue = 0.3 * (1.0 - smooth_step(0.01, 5.0, lux));
+    let boost = 0.5 * (1.0 - smooth_step(0.001, 1.0, lux));
+    return purkinje_simple_seen(source, params.strength * grey, params.strength * blue, params.strength * boost);
+}

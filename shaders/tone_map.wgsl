@@ -1,0 +1,366 @@
+// One curve a section: the curve on light that is 0 or more, and two kernels around it, one for each way back into the gamut.
+#import color
+#import math
+#import transfer
+
+struct ToneMap {
+    enter0: vec4f,  // rows: Rec.709 to the working space
+    enter1: vec4f,
+    enter2: vec4f,
+    leave0: vec4f,  // and back
+    leave1: vec4f,
+    leave2: vec4f,
+    peak: f32,
+    gamut_knee: f32,
+    white_level: f32,
+    gain: f32,
+    contrast: f32,
+    linear_start: f32,
+    toe: f32,
+    pedestal: f32,
+    shoulder: vec4f,  // Uchimura: where it starts, what it tends to, how far that is above its start, its steepness
+    look: vec4f,      // AgX: slope and power
+    saturation: f32,
+    gt7: vec4f,       // GT7: peak, then a + b * exp(c * x) above the line
+    gt7_intensity: f32,
+}
+
+// --- The way in and the two ways out ---
+
+fn tone_map_rows(row0: vec4f, row1: vec4f, row2: vec4f, v: vec3f) -> vec3f {
+    return vec3f(dot(row0.xyz, v), dot(row1.xyz, v), dot(row2.xyz, v));
+}
+
+fn tone_map_enter(source: vec4f, params: ToneMap) -> vec3f {
+    return max(tone_map_rows(params.enter0, params.enter1, params.enter2, source.rgb), vec3f(0.0));
+}
+
+fn tone_map_leave(v: vec3f, params: ToneMap) -> vec3f {
+    return tone_map_rows(params.leave0, params.leave1, params.leave2, v);
+}
+
+fn tone_map_clip(v: vec3f, params: ToneMap) -> vec3f {
+    return clamp(tone_map_leave(v, params), vec3f(0.0), vec3f(params.peak));
+}
+
+// Moves a colour towards the grey of its luminance. `reach` is 1 on the gamut's boundary; up to the knee nothing changes,
+// beyond it x/(1+x) takes what is left of the way, so that the boundary is approached and never passed.
+fn tone_map_compress(v: vec3f, params: ToneMap) -> vec3f {
+    let rgb = tone_map_leave(v, params);
+    let grey = clamp(luminance(rgb), 0.0, params.peak);
+    let away = rgb - grey;
+    let room = select(vec3f(grey), vec3f(params.peak - grey), away > vec3f(0.0));
+    let reach = brightest(abs(away) / max(room, vec3f(1e-7)));
+    let rest = 1.0 - params.gamut_knee;
+    let over = max(reach - params.gamut_knee, 0.0);
+    let pulled = params.gamut_knee + over * rest / max(rest + over, 1e-7);
+    let share = select(pulled / max(reach, 1e-7), 1.0, reach <= params.gamut_knee);
+    return clamp(grey + away * share, vec3f(0.0), vec3f(params.peak));
+}
+
+// --- None ---
+
+fn tone_map_none(source: vec4f, params: ToneMap) -> vec4f {
+    return vec4f(tone_map_clip(tone_map_enter(source, params), params), source.a);
+}
+
+fn tone_map_none_compressed(source: vec4f, params: ToneMap) -> vec4f {
+    return vec4f(tone_map_compress(tone_map_enter(source, params), params), source.a);
+}
+
+// --- Reinhard ---
+
+fn tone_map_reinhard_curve(v: vec3f) -> vec3f {
+    return v / (1.0 + v);
+}
+
+fn tone_map_reinhard(source: vec4f, params: ToneMap) -> vec4f {
+    return vec4f(tone_map_clip(tone_map_reinhard_curve(tone_map_enter(source, params)), params), source.a);
+}
+
+fn tone_map_reinhard_compressed(source: vec4f, params: ToneMap) -> vec4f {
+    return vec4f(tone_map_compress(tone_map_reinhard_curve(tone_map_enter(source, params)), params), source.a);
+}
+
+// --- Reinhard, extended: by channel, and by luminance without a division by it ---
+
+fn tone_map_reinhard_extended_curve(v: vec3f, params: ToneMap) -> vec3f {
+    return v * ((1.0 + v / (params.white_level * params.white_level)) / (1.0 + v));
+}
+
+fn tone_map_reinhard_extended(source: vec4f, params: ToneMap) -> vec4f {
+    return vec4f(tone_map_clip(tone_map_reinhard_extended_curve(tone_map_enter(source, params), params), params), source.a);
+}
+
+fn tone_map_reinhard_extended_compressed(source: vec4f, params: ToneMap) -> vec4f {
+    return vec4f(tone_map_compress(tone_map_reinhard_extended_curve(tone_map_enter(source, params), params), params), source.a);
+}
+
+fn tone_map_reinhard_luminance_curve(v: vec3f, params: ToneMap) -> vec3f {
+    let y = luminance(v);
+    return v * ((1.0 + y / (params.white_level * params.white_level)) / (1.0 + y));
+}
+
+fn tone_map_reinhard_luminance(source: vec4f, params: ToneMap) -> vec4f {
+    return vec4f(tone_map_clip(tone_map_reinhard_luminance_curve(tone_map_enter(source, params), params), params), source.a);
+}
+
+fn tone_map_reinhard_luminance_compressed(source: vec4f, params: ToneMap) -> vec4f {
+    return vec4f(tone_map_compress(tone_map_reinhard_luminance_curve(tone_map_enter(source, params), params), params), source.a);
+}
+
+// --- Exponential ---
+
+// 1 - exp(-x), by its series where the difference would cancel.
+fn tone_map_exponential_curve(v: vec3f, params: ToneMap) -> vec3f {
+    let x = v * params.gain;
+    let series = x * (1.0 - x * (1.0 / 2.0 - x * (1.0 / 6.0 - x / 24.0)));
+    return select(1.0 - exp(-min(x, vec3f(80.0))), series, x < vec3f(0.03));
+}
+
+fn tone_map_exponential(source: vec4f, params: ToneMap) -> vec4f {
+    return vec4f(tone_map_clip(tone_map_exponential_curve(tone_map_enter(source, params), params), params), source.a);
+}
+
+fn tone_map_exponential_compressed(source: vec4f, params: ToneMap) -> vec4f {
+    return vec4f(tone_map_compress(tone_map_exponential_curve(tone_map_enter(source, params), params), params), source.a);
+}
+
+// --- ACES, Narkowicz's fit ---
+
+fn tone_map_aces_curve(v: vec3f) -> vec3f {
+    return min(v * (2.51 * v + 0.03) / (v * (2.43 * v + 0.59) + 0.14), vec3f(1.0));
+}
+
+fn tone_map_aces(source: vec4f, params: ToneMap) -> vec4f {
+    return vec4f(tone_map_clip(tone_map_aces_curve(tone_map_enter(source, params)), params), source.a);
+}
+
+fn tone_map_aces_compressed(source: vec4f, params: ToneMap) -> vec4f {
+    return vec4f(tone_map_compress(tone_map_aces_curve(tone_map_enter(source, params)), params), source.a);
+}
+
+// --- ACES, Hill's fit: the matrices are the way in and out ---
+
+fn tone_map_aces_hill_curve(v: vec3f) -> vec3f {
+    return (v * (v + 0.0245786) - 0.000090537) / (v * (0.983729 * v + 0.4329510) + 0.238081);
+}
+
+fn tone_map_aces_hill(source: vec4f, params: ToneMap) -> vec4f {
+    return vec4f(tone_map_clip(tone_map_aces_hill_curve(tone_map_enter(source, params)), params), source.a);
+}
+
+fn tone_map_aces_hill_compressed(source: vec4f, params: ToneMap) -> vec4f {
+    return vec4f(tone_map_compress(tone_map_aces_hill_curve(tone_map_enter(source, params)), params), source.a);
+}
+
+// --- Hable: Uncharted 2's curve of 2x over its value at 11.2, with the subtraction at black folded in ---
+
+fn tone_map_hable_curve(v: vec3f) -> vec3f {
+    let x = 2.0 * v;
+    let y = x * (0.14 * x + 0.016666667) / (x * (0.15 * x + 0.5) + 0.06);
+    return min(y * 1.3790642, vec3f(1.0));
+}
+
+fn tone_map_hable(source: vec4f, params: ToneMap) -> vec4f {
+    return vec4f(tone_map_clip(tone_map_hable_curve(tone_map_enter(source, params)), params), source.a);
+}
+
+fn tone_map_hable_compressed(source: vec4f, params: ToneMap) -> vec4f {
+    return vec4f(tone_map_compress(tone_map_hable_curve(tone_map_enter(source, params)), params), source.a);
+}
+
+// --- Uchimura ---
+
+fn tone_map_uchimura_channel(x: f32, params: ToneMap) -> f32 {
+    let m = params.linear_start;
+    let toe = m * power(min(x, m) / m, params.toe) + params.pedestal;
+    let straight = m + params.contrast * (x - m);
+    let beyond = max(x - params.shoulder.x, 0.0);
+    let shoulder = params.shoulder.y - params.shoulder.z * exp(-min(params.shoulder.w * beyond, 80.0));
+    let blended = mix(toe, straight, smooth_step(0.0, m, x));
+    return max(select(blended, shoulder, x >= params.shoulder.x), 0.0);
+}
+
+fn tone_map_uchimura_curve(v: vec3f, params: ToneMap) -> vec3f {
+    return vec3f(
+        tone_map_uchimura_channel(v.r, params),
+        tone_map_uchimura_channel(v.g, params),
+        tone_map_uchimura_channel(v.b, params),
+    );
+}
+
+fn tone_map_uchimura(source: vec4f, params: ToneMap) -> vec4f {
+    return vec4f(tone_map_clip(tone_map_uchimura_curve(tone_map_enter(source, params), params), params), source.a);
+}
+
+fn tone_map_uchimura_compressed(source: vec4f, params: ToneMap) -> vec4f {
+    return vec4f(tone_map_compress(tone_map_uchimura_curve(tone_map_enter(source, params), params), params), source.a);
+}
+
+// --- Khronos PBR Neutral: below 0.8 the colour itself but for the Fresnel offset of 0.04 ---
+
+fn tone_map_khronos_neutral_curve(v: vec3f) -> vec3f {
+    let least = min(v.r, min(v.g, v.b));
+    let offset = select(0.04, least - 6.25 * least * least, least < 0.08);
+    let c = v - offset;
+    let peak = brightest(c);
+    let over = max(peak - 0.76, 0.0);
+    let pressed = 1.0 - 0.24 * 0.24 / (over + 0.24);
+    let grey = 1.0 - 1.0 / (0.15 * max(peak - pressed, 0.0) + 1.0);
+    return select(mix(c * (pressed / max(peak, 0.76)), vec3f(pressed), grey), c, peak < 0.76);
+}
+
+fn tone_map_khronos_neutral(source: vec4f, params: ToneMap) -> vec4f {
+    return vec4f(tone_map_clip(tone_map_khronos_neutral_curve(tone_map_enter(source, params)), params), source.a);
+}
+
+fn tone_map_khronos_neutral_compressed(source: vec4f, params: ToneMap) -> vec4f {
+    return vec4f(tone_map_compress(tone_map_khronos_neutral_curve(tone_map_enter(source, params)), params), source.a);
+}
+
+// --- AgX ---
+
+// Where light lies between ten stops below middle grey (0) and six and a half above (1), after the inset matrix.
+fn tone_map_agx_log(v: vec3f) -> vec3f {
+    let inset = vec3f(
+        dot(v, vec3f(0.842479062253, 0.078433600000, 0.079223745148)),
+        dot(v, vec3f(0.042328242261, 0.878468636470, 0.079166127461)),
+        dot(v, vec3f(0.042375654906, 0.078433600000, 0.879142973793)),
+    );
+    return clamp((log2(max(inset, vec3f(1e-10))) + 12.473931188) / 16.5, vec3f(0.0), vec3f(1.0));
+}
+
+// Two hyperbola-like arms of slope 2 about the pivot (10 / 16.5, 0.5), toe of power 3, shoulder of power 3.25; each arm's
+// scale makes it end in 0 and in 1.
+fn tone_map_agx_arm(reach: f32, scale: f32, exponent: f32) -> f32 {
+    let u = 2.0 * reach / scale;
+    return scale * u / power(1.0 + power(u, exponent), 1.0 / exponent);
+}
+
+fn tone_map_agx_sigmoid(t: f32) -> f32 {
+    let past = t - 0.60606060606;
+    let toe = 0.5 - tone_map_agx_arm(max(-past, 0.0), TONE_MAP_AGX_TOE, 3.0);
+    let shoulder = 0.5 + tone_map_agx_arm(max(past, 0.0), TONE_MAP_AGX_SHOULDER, 3.25);
+    return select(shoulder, toe, past < 0.0);
+}
+
+const TONE_MAP_AGX_TOE: f32 = 0.5;
+const TONE_MAP_AGX_SHOULDER: f32 = 0.5;
+
+fn tone_map_agx_exact(v: vec3f) -> vec3f {
+    let t = tone_map_agx_log(v);
+    return vec3f(tone_map_agx_sigmoid(t.r), tone_map_agx_sigmoid(t.g), tone_map_agx_sigmoid(t.b));
+}
+
+// A fit of the sixth degree that meets 0 and 1, rises everywhere, and is at most 0.0033 off.
+fn tone_map_agx_fitted(v: vec3f) -> vec3f {
+    let t = tone_map_agx_log(v);
+    return t * (0.124105529 + t * (0.207851246 + t * (-5.92929872 + t * (30.3767436 + t * (-38.901444 + t * 15.1220424)))));
+}
+
+fn tone_map_agx_look(s: vec3f, params: ToneMap) -> vec3f {
+    let powered = power3(s * params.look.xyz, params.look.w);
+    return mix(vec3f(luminance(powered)), powered, params.saturation);
+}
+
+// Through the inverse of the inset, out of the encoding of a display of gamma 2.2.
+fn tone_map_agx_finish(s: vec3f) -> vec3f {
+    let v = vec3f(
+        dot(s, vec3f(1.196879005120, -0.098020881140, -0.099029744080)),
+        dot(s, vec3f(-0.052896851757, 1.151903129904, -0.098961176845)),
+        dot(s, vec3f(-0.052971635514, -0.098043450117, 1.151073672641)),
+    );
+    return power3(min(v, vec3f(1.0)), 2.2);
+}
+
+fn tone_map_agx(source: vec4f, params: ToneMap) -> vec4f {
+    return vec4f(tone_map_clip(tone_map_agx_finish(tone_map_agx_exact(tone_map_enter(source, params))), params), source.a);
+}
+
+fn tone_map_agx_compressed(source: vec4f, params: ToneMap) -> vec4f {
+    return vec4f(tone_map_compress(tone_map_agx_finish(tone_map_agx_exact(tone_map_enter(source, params))), params), source.a);
+}
+
+fn tone_map_agx_looked(source: vec4f, params: ToneMap) -> vec4f {
+    let s = tone_map_agx_look(tone_map_agx_exact(tone_map_enter(source, params)), params);
+    return vec4f(tone_map_clip(tone_map_agx_finish(s), params), source.a);
+}
+
+fn tone_map_agx_looked_compressed(source: vec4f, params: ToneMap) -> vec4f {
+    let s = tone_map_agx_look(tone_map_agx_exact(tone_map_enter(source, params)), params);
+    return vec4f(tone_map_compress(tone_map_agx_finish(s), params), source.a);
+}
+
+fn tone_map_agx_fast(source: vec4f, params: ToneMap) -> vec4f {
+    return vec4f(tone_map_clip(tone_map_agx_finish(tone_map_agx_fitted(tone_map_enter(source, params))), params), source.a);
+}
+
+fn tone_map_agx_fast_compressed(source: vec4f, params: ToneMap) -> vec4f {
+    return vec4f(tone_map_compress(tone_map_agx_finish(tone_map_agx_fitted(tone_map_enter(source, params))), params), source.a);
+}
+
+fn tone_map_agx_fast_looked(source: vec4f, params: ToneMap) -> vec4f {
+    let s = tone_map_agx_look(tone_map_agx_fitted(tone_map_enter(source, params)), params);
+    return vec4f(tone_map_clip(tone_map_agx_finish(s), params), source.a);
+}
+
+fn tone_map_agx_fast_looked_compressed(source: vec4f, params: ToneMap) -> vec4f {
+    let s = tone_map_agx_look(tone_map_agx_fitted(tone_map_enter(source, params)), params);
+    return vec4f(tone_map_compress(tone_map_agx_finish(s), params), source.a);
+}
+
+// --- GT7: Rec.2020, 1 is 100 cd/m2; the result is in units of 250 cd/m2 ---
+
+fn tone_map_gt7_channel(x: f32, params: ToneMap) -> f32 {
+    let toe = 0.538 * power(min(x, 0.538) / 0.538, 1.28);
+    let low = mix(toe, x, smooth_step(0.0, 0.538, x));
+    let high = params.gt7.y + params.gt7.z * exp(max(params.gt7.w * x, -80.0));
+    return select(high, low, x < 0.444 * params.gt7.x);
+}
+
+// Light to I, Ct, Cp (ITU-R BT.2100).
+fn tone_map_ictcp(v: vec3f) -> vec3f {
+    let l = pq_encode(100.0 * dot(v, vec3f(0.412109375, 0.523925781250, 0.063964843750)));
+    let m = pq_encode(100.0 * dot(v, vec3f(0.166748046875, 0.720458984375, 0.112792968750)));
+    let s = pq_encode(100.0 * dot(v, vec3f(0.024169921875, 0.075439453125, 0.900390625)));
+    return vec3f(
+        0.5 * (l + m),
+        dot(vec3f(l, m, s), vec3f(1.61376953125, -3.323486328125, 1.709716796875)),
+        dot(vec3f(l, m, s), vec3f(4.378173828125, -4.245605468750, -0.132568359375)),
+    );
+}
+
+fn tone_map_from_ictcp(v: vec3f) -> vec3f {
+    let l = 0.01 * pq_decode(v.x + 0.008609037038 * v.y + 0.111029625003 * v.z);
+    let m = 0.01 * pq_decode(v.x - 0.008609037038 * v.y - 0.111029625003 * v.z);
+    let s = 0.01 * pq_decode(v.x + 0.560031335711 * v.y - 0.320627174987 * v.z);
+    let rgb = vec3f(
+        dot(vec3f(l, m, s), vec3f(3.436606694333, -2.506452118656, 0.069845424323)),
+        dot(vec3f(l, m, s), vec3f(-0.791329555599, 1.983600451792, -0.192270896193)),
+        dot(vec3f(l, m, s), vec3f(-0.025949899691, -0.098913714712, 1.124863614402)),
+    );
+    return max(rgb, vec3f(0.0));
+}
+
+// Each channel through the curve, which skews hues, blended with the same intensity in the source's own hue; chroma fades
+// near the peak.
+fn tone_map_gt7_curve(v: vec3f, params: ToneMap) -> vec3f {
+    let skewed = vec3f(
+        tone_map_gt7_channel(v.r, params),
+        tone_map_gt7_channel(v.g, params),
+        tone_map_gt7_channel(v.b, params),
+    );
+    let own = tone_map_ictcp(v);
+    let fade = 1.0 - smooth_step(0.98, 1.16, own.x / params.gt7_intensity);
+    let kept = tone_map_from_ictcp(vec3f(tone_map_ictcp(skewed).x, own.yz * fade));
+    return min(mix(skewed, kept, 0.6), vec3f(params.gt7.x)) / 2.5;
+}
+
+fn tone_map_gt7(source: vec4f, params: ToneMap) -> vec4f {
+    return vec4f(tone_map_clip(tone_map_gt7_curve(tone_map_enter(source, params), params), params), source.a);
+}
+
+fn tone_map_gt7_compressed(source: vec4f, params: ToneMap) -> vec4f {
+    return vec4f(tone_map_compress(tone_map_gt7_curve(tone_map_enter(source, params), params), params), source.a);
+}

@@ -1,0 +1,35 @@
+//! Halftone: prints the picture with dots of ink.
+
+use afterimage_graph::prelude::*;
+
+static SHADER: Shader = Shader::new("halftone.wgsl", include_str!("halftone.wgsl"));
+
+params! {
+    /// Prints the picture with round dots, whose area follows its luminance, as a newspaper does.
+    pub struct Halftone {
+        /// Share of the effect that is mixed in; 0 leaves the picture as it is.
+        pub amount: f32 = 1.0 => within(0.0..=1.0), neutral(0.0);
+        /// Distance from dot to dot.
+        pub pitch: f32 = 6.0 => within(2.0..=64.0), unit("px");
+        /// Direction of the rows of dots.
+        pub angle: f32 = 45.0 => within(0.0..=90.0), unit("degrees");
+    }
+}
+
+impl Node for Halftone {
+    const INPUTS: &'static [Input] =
+        &[Input::image("source", "The picture, after the tone curve.").takes(&[State::DisplayLinear])];
+    const OUTPUTS: &'static [Output] = &[Output::image("result", Gives::Same("source"), "The printed picture.")];
+    const BYPASS: StandIn = StandIn::Input("source");
+
+    fn stand_in(&self, _: &Arrivals) -> Option<StandIn> {
+        (self.amount == 0.0).then_some(Self::BYPASS)
+    }
+
+    fn record(&self, pass: &mut Recorder<'_>) {
+        let source = pass.image("source");
+        let desc = pass.desc(source);
+        let (sin, cos) = self.angle.to_radians().sin_cos();
+        pass.function(&SHADER, "halftone").set("across", [cos, sin]).write("result", desc);
+    }
+}

@@ -1,0 +1,132 @@
+//! The one place that knows how tests reach a GPU. No adapter is a failure, unless `AFTERIMAGE_NO_GPU=1`.
+
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock};
+
+use afterimage_gpu::{Executor, Frame, Gpu, Opening, Texels, download, upload};
+use afterimage_graph::check::{CheckOptions, Facts, Graph, NoFiles, check};
+use afterimage_graph::document::parse;
+use afterimage_graph::image::Size;
+use afterimage_graph::node::Registry;
+use afterimage_graph::plan::{GivenImage, Options, Plan, Requirement, Setting, plan};
+
+/// An image of four floats a pixel, as tests have it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Picture {
+    pub width: u32,
+    pub height: u32,
+    pub pixels: Vec<[f32; 4]>,
+}
+
+impl Picture {
+    pub fn new(width: u32, height: u32, mut pixel: impl FnMut(u32, u32) -> [f32; 4]) -> Self {
+        let pixels = (0..height).flat_map(|y| (0..width).map(move |x| (x, y))).map(|(x, y)| pixel(x, y)).collect();
+        Self { width, height, pixels }
+    }
+
+    pub fn at(&self, x: u32, y: u32) -> [f32; 4] {
+        self.pixels[(y * self.width + x) as usize]
+    }
+}
+
+/// The shared device; one test at a time has it.
+pub fn gpu() -> MutexGuard<'static, Gpu> {
+    static GPU: OnceLock<Mutex<Gpu>> = OnceLock::new();
+    let open = || match Gpu::open(&Opening { adapter: std::env::var("AFTERIMAGE_ADAPTER").ok(), validation: true }) {
+        Ok(gpu) => Mutex::new(gpu),
+        Err(error) => panic!("GPU tests need an adapter: {error}; AFTERIMAGE_NO_GPU=1 reports them as ignored"),
+    };
+    // A test that failed has not harmed the device.
+    GPU.get_or_init(open).lock().unwrap_or_else(|poisoned| poisoned.into_inner())
+}
+
+/// The built-in kinds and the plug-in's.
+pub fn registry() -> Registry {
+    Registry::new(&[afterimage_nodes::ALL]).expect("no two kinds share a name")
+}
+
+/// The graph of a text, or its diagnostics as a panic.
+pub fn graph(text: &str) -> Graph {
+    let document = parse("test.ron", text).unwrap_or_else(|errors| panic!("{errors:?}"));
+    let options = CheckOptions { tier: None, sets: Vec::new(), loader: &NoFiles };
+    check(&document, &registry(), &options).unwrap_or_else(|errors| panic!("{errors:?}")).0
+}
+
+/// How a test pipeline is run.
+pub struct Run<'a> {
+    pub graph: &'a Graph,
+    pub size: Size,
+    pub options: Options,
+    pub facts: Facts,
+    pub prefer_fragment: bool,
+    /// Whether inputs are stored as half floats; otherwise in 32 bits.
+    pub half_inputs: bool,
+}
+
+impl<'a> Run<'a> {
+    pub fn new(graph: &'a Graph) -> Self {
+        let size = Size::new(1, 1);
+        Self { graph, size, options: Options::default(), facts: Facts::default(), prefer_fragment: false, half_inputs: false }
+    }
+
+    /// Everything exact: 32-bit intermediates.
+    pub fn exact(mut self) -> Self {
+        self.options.exact = true;
+        self
+    }
+
+    pub fn plan(&self, gpu: &Gpu, inputs: &[(&str, &Picture)]) -> Plan {
+        let given: BTreeMap<String, GivenImage> = inputs
+            .iter()
+            .map(|(name, picture)| (name.to_string(), GivenImage { desc: self.texels(picture).desc, finite: false }))
+            .collect();
+        let size = inputs.first().map_or(self.size, |(_, picture)| Size::new(picture.width, picture.height));
+        let mut caps = gpu.caps.clone();
+        caps.prefer_fragment = self.prefer_fragment;
+        let requirement = &Requirement::typical;
+        let setting = Setting { size, inputs: given, facts: self.facts.clone(), caps, options: self.options, requirement };
+        plan(self.graph, &setting).unwrap_or_else(|error| panic!("{error}"))
+    }
+
+    fn texels(&self, picture: &Picture) -> Texels {
+        let make = if self.half_inputs { Texels::from_floats_as_half } else { Texels::from_floats };
+        make(picture.width, picture.height, &picture.pixels)
+    }
+
+    /// The outputs of one first frame, in the order of the file.
+    pub fn frame(&self, inputs: &[(&str, &Picture)]) -> Vec<Picture> {
+        self.frames(inputs, &[(0.0, true)]).pop().expect("one frame")
+    }
+
+    /// The outputs of several frames with the same inputs; each frame has a dt and a reset flag.
+    pub fn frames(&self, inputs: &[(&str, &Picture)], frames: &[(f32, bool)]) -> Vec<Vec<Picture>> {
+        let gpu = gpu();
+        let plan = Arc::new(self.plan(&gpu, inputs));
+        let mut executor = Executor::with_caps(&gpu.device, &gpu.queue, gpu.caps.clone());
+        executor.load(plan.clone()).unwrap_or_else(|error| panic!("{error}"));
+        let textures: Vec<_> = inputs.iter().map(|(_, p)| upload(&gpu.device, &gpu.queue, &self.texels(p))).collect();
+        let views: Vec<_> = textures.iter().map(|texture| texture.create_view(&Default::default())).collect();
+        let named: Vec<(&str, &wgpu::TextureView)> = inputs.iter().map(|(name, _)| *name).zip(&views).collect();
+        let mut results = Vec::new();
+        for (dt, reset) in frames {
+            let mut encoder = gpu.device.create_command_encoder(&Default::default());
+            let frame = Frame { inputs: &named, outputs: &[], time: 0.0, dt: *dt, reset: *reset };
+            executor.encode(&mut encoder, &frame).unwrap_or_else(|error| panic!("{error}"));
+            gpu.queue.submit([encoder.finish()]);
+            results.push(plan.outputs.iter().map(|output| read(&gpu, &executor, &output.name)).collect());
+        }
+        results
+    }
+}
+
+fn read(gpu: &Gpu, executor: &Executor, name: &str) -> Picture {
+    let texture = executor.output(name).expect("the executor keeps a texture for each output");
+    let texels = download(&gpu.device, &gpu.queue, texture).unwrap_or_else(|error| panic!("{error}"));
+    Picture { width: texels.desc.size.width, height: texels.desc.size.height, pixels: texels.to_floats() }
+}
+
+/// The outputs of one frame with 32-bit inputs and intermediates.
+pub fn run_exact(text: &str, inputs: &[(&str, &Picture)]) -> Vec<Picture> {
+    let graph = graph(text);
+    Run::new(&graph).exact().frame(inputs)
+}
