@@ -9,7 +9,7 @@ struct AutoExposure {
     lowest_mean: f32,
     highest_mean: f32,
     compensation: f32,
-    evs: vec4f,
+    curve_ev: vec4f,
     curve_stops: vec4f,
     rate_dark: f32,
     rate_bright: f32,
@@ -106,7 +106,7 @@ fn auto_exposure_meter(lane: u32) -> AutoExposureMetered {
 }
 
 fn auto_exposure_wanted(metered: AutoExposureMetered) -> f32 {
-    let curve = metering_curve(metered.mean + METERING_EV100, params.evs, params.curve_stops);
+    let curve = metering_curve(metered.mean + METERING_EV100, params.curve_ev, params.curve_stops);
     let compensation = params.compensation + curve;
     let stops = metering_stops(metered.mean, params.lowest_mean, params.highest_mean, params.key_log2, compensation);
     return max(min(stops, params.highlight_log2 - metered.bright), -METERING_MAX_STOPS);

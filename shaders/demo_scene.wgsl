@@ -1,6 +1,6 @@
 // The built-in scene: a loft at golden hour, a dim room with a bright window, a low sun, neon and fine detail.
 //
-// Linear Rec.709 radiance in units where the room's greys lie at 0.02 to 0.3. The same parameters make the same picture.
+// Linear Rec.709 radiance in units where the room's greys lie at 0.02 to 0.3. Equal parameters make equal pictures.
 #import color
 #import loft
 #import loft_lamps
@@ -92,7 +92,8 @@ fn demo_scene(at: Point, frame: Frame, params: DemoScene) -> vec4f {
         var offset = vec2f(0.125, 0.375);
         if (i & 1) == 1 { offset = vec2f(-offset.y, offset.x); }
         if (i & 2) == 2 { offset = -offset; }
-        sum += demo_scene_radiance(demo_scene_ray(camera, at, offset), demo_scene_pixel(at), loft_sun_point(offset), lamps);
+        let ray = demo_scene_ray(camera, at, offset);
+        sum += demo_scene_radiance(ray, demo_scene_pixel(at), loft_sun_point(offset), lamps);
     }
     return vec4f(min(sum.rgb * 0.25, vec3f(DEMO_SCENE_BRIGHTEST)), sum.a * 0.25);
 }

@@ -1,6 +1,7 @@
 // An image at half its size. Offsets are in texels of the source; at exactly 2:1 every tap falls on a corner between four texels
 // and is their mean. All filters sum to 1; alpha is filtered like colour.
 #import color
+#import tent
 
 // Colours with weights, on their way to an average.
 struct DownsampleSum {
@@ -43,11 +44,6 @@ fn downsample_groups(source: texture_2d<f32>, source_sampler: sampler, at: Point
     return DownsampleGroups(downsample_square(source, source_sampler, at, 0.0, 0.0), corners);
 }
 
-// The tent's weight at (x, y), each -1, 0 or 1.
-fn downsample_tent(x: i32, y: i32) -> f32 {
-    return f32((2 - abs(x)) * (2 - abs(y))) / 16.0;
-}
-
 // Weighs a colour by 1 / (1 + brightness), so that one very bright pixel cannot flicker through the whole chain:
 // Karis, "Tone Mapping", 2013.
 fn downsample_add(sum: ptr<function, DownsampleSum>, color: vec4f, share: f32) {
@@ -65,13 +61,7 @@ fn downsample_tap4(source: texture_2d<f32>, source_sampler: sampler, at: Point) 
 }
 
 fn downsample_tap9(source: texture_2d<f32>, source_sampler: sampler, at: Point) -> vec4f {
-    var sum = vec4f();
-    for (var y = -1; y <= 1; y++) {
-        for (var x = -1; x <= 1; x++) {
-            sum += downsample_tap(source, source_sampler, at, f32(x), f32(y)) * downsample_tent(x, y);
-        }
-    }
-    return sum;
+    return tap_tent(source, source_sampler, at.uv, 1.0);
 }
 
 fn downsample_tap13(source: texture_2d<f32>, source_sampler: sampler, at: Point) -> vec4f {
@@ -94,7 +84,7 @@ fn downsample_tap9_taps(source: texture_2d<f32>, source_sampler: sampler, at: Po
     var sum = DownsampleSum();
     for (var y = -1; y <= 1; y++) {
         for (var x = -1; x <= 1; x++) {
-            downsample_add(&sum, downsample_tap(source, source_sampler, at, f32(x), f32(y)), downsample_tent(x, y));
+            downsample_add(&sum, downsample_tap(source, source_sampler, at, f32(x), f32(y)), tent_weight(x, y));
         }
     }
     return sum.color / sum.weight;
@@ -105,7 +95,7 @@ fn downsample_tap13_taps(source: texture_2d<f32>, source_sampler: sampler, at: P
     for (var y = -1; y <= 1; y++) {
         for (var x = -1; x <= 1; x++) {
             let spread = downsample_tap(source, source_sampler, at, 2.0 * f32(x), 2.0 * f32(y));
-            downsample_add(&sum, spread, 0.5 * downsample_tent(x, y));
+            downsample_add(&sum, spread, 0.5 * tent_weight(x, y));
         }
     }
     for (var y = -1; y <= 1; y += 2) {

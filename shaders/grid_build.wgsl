@@ -7,6 +7,7 @@
 struct GridBuild {
     lo: f32,
     hi: f32,
+    stops: f32,
     size: vec3u,
     // Steps of the fixed point in 1, chosen so that no sum can overflow.
     unit: f32,
@@ -18,7 +19,7 @@ const GRID_BUILD_LANES: u32 = 256u;
 
 @group(0) @binding(0) var<uniform> params: GridBuild;
 @group(0) @binding(1) var source: texture_2d<f32>;
-// Stops in x; zero where the exposure is not metered here.
+// Stops in x, added to `stops`; zero where nothing is metered.
 @group(0) @binding(2) var<storage, read> exposure: array<vec4f>;
 // Sum of (log2 luminance - lo), sum of weights, lo, hi.
 @group(0) @binding(3) var result: texture_storage_3d<rgba16float, write>;
@@ -43,7 +44,7 @@ fn grid_build_store(column: vec2u, lane: u32) {
 // Stops above `lo`.
 fn grid_build_level(pixel: vec2u) -> f32 {
     let light = luminance(texel(source, vec2i(pixel)).rgb);
-    return clamp(log2(max(light, 1e-30)) + exposure[0].x, params.lo, params.hi) - params.lo;
+    return clamp(log2(max(light, 1e-30)) + params.stops + exposure[0].x, params.lo, params.hi) - params.lo;
 }
 
 fn grid_build_add(bin: u32, weight: f32, level: f32) {

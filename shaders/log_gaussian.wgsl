@@ -4,6 +4,7 @@
 struct LogGaussian {
     lo: f32,
     hi: f32,
+    stops: f32,
     axis: vec2i,
     radius: i32,
     // The weight of an offset of i texels is scale * 2^(falloff i^2); all within the radius sum to 1.
@@ -15,7 +16,7 @@ const LOG_GAUSSIAN_LANES: u32 = 64u;
 
 @group(0) @binding(0) var<uniform> params: LogGaussian;
 @group(0) @binding(1) var picture: texture_2d<f32>;
-// Stops in x; zero where the exposure is not metered here.
+// Stops in x, added to `stops`; zero where nothing is metered.
 @group(0) @binding(2) var<storage, read> exposure: array<vec4f>;
 @group(0) @binding(3) var result: texture_storage_2d<rgba16float, write>;
 
@@ -50,7 +51,7 @@ fn log_gaussian_average(@builtin(workgroup_id) group: vec3u, @builtin(local_invo
     for (var i = lane; i < extent.x * extent.y; i += LOG_GAUSSIAN_LANES) {
         let pixel = first + vec2u(i % extent.x, i / extent.x);
         let light = luminance(texel(picture, vec2i(pixel)).rgb);
-        let level = clamp(log2(max(light, 1e-30)) + exposure[0].x, params.lo, params.hi);
+        let level = clamp(log2(max(light, 1e-30)) + params.stops + exposure[0].x, params.lo, params.hi);
         sum += level * log_gaussian_overlap(pixel, cell, pixels, cells);
     }
     let area = vec2f(pixels) / vec2f(cells);

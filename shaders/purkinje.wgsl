@@ -4,13 +4,13 @@
 
 struct Purkinje {
     // How strongly each cone's gain is driven, the rods' response, and the rods' effect on Rec.709: rows folded from the model.
-    drive0: vec4f,
-    drive1: vec4f,
-    drive2: vec4f,
-    rods: vec4f,
-    effect0: vec4f,
-    effect1: vec4f,
-    effect2: vec4f,
+    drive0: vec3f,
+    drive1: vec3f,
+    drive2: vec3f,
+    rods: vec3f,
+    effect0: vec3f,
+    effect1: vec3f,
+    effect2: vec3f,
     strength: f32,
 }
 
@@ -18,10 +18,10 @@ const PURKINJE_LOG10_2: f32 = 0.30102999566;
 
 fn purkinje_seen(source: vec4f, strength: f32, params: Purkinje) -> vec4f {
     let light = max(source.rgb, vec3f(0.0));
-    let drive = vec3f(dot(params.drive0.xyz, light), dot(params.drive1.xyz, light), dot(params.drive2.xyz, light));
+    let drive = vec3f(dot(params.drive0, light), dot(params.drive1, light), dot(params.drive2, light));
     let gain = inverseSqrt(1.0 + max(drive, vec3f(0.0)));
-    let change = vec3f(dot(params.effect0.xyz, gain), dot(params.effect1.xyz, gain), dot(params.effect2.xyz, gain));
-    let shift = strength * dot(params.rods.xyz, light) * change;
+    let change = vec3f(dot(params.effect0, gain), dot(params.effect1, gain), dot(params.effect2, gain));
+    let shift = strength * dot(params.rods, light) * change;
     return vec4f(clamp(source.rgb + shift, vec3f(0.0), vec3f(65504.0)), source.a);
 }
 
@@ -29,12 +29,12 @@ fn purkinje(source: vec4f, params: Purkinje) -> vec4f {
     return purkinje_seen(source, params.strength, params);
 }
 
-// `metered` is an exposure's result: lux in z, whether it is known in w. The ramp is a Hermite step in log10 of lux from 0.01 to
+// `meter` is an exposure's result: lux in z, whether it is known in w. The ramp is a Hermite step in log10 of lux from 0.01 to
 // 10: mesopic vision spans decades.
-fn purkinje_metered(source: vec4f, metered: vec4f, params: Purkinje) -> vec4f {
-    let lux = clamp(metered.z, 1e-6, 1e6);
+fn purkinje_metered(source: vec4f, meter: vec4f, params: Purkinje) -> vec4f {
+    let lux = clamp(meter.z, 1e-6, 1e6);
     let dark = 1.0 - smooth_step(-2.0, 1.0, log2(lux) * PURKINJE_LOG10_2);
-    let strength = select(0.0, params.strength * dark, metered.w > 0.0 && lux < 10.0);
+    let strength = select(0.0, params.strength * dark, meter.w > 0.0 && lux < 10.0);
     if strength <= 0.0 { return source; }
     return purkinje_seen(source, strength, params);
 }

@@ -20,10 +20,10 @@ fn purkinje_simple(source: vec4f, params: PurkinjeSimple) -> vec4f {
     return purkinje_simple_seen(source, params.grey, params.blue, params.boost);
 }
 
-// `metered` is an exposure's result: lux in z, whether it is known in w.
-fn purkinje_simple_metered(source: vec4f, metered: vec4f, params: PurkinjeSimple) -> vec4f {
-    let lux = clamp(metered.z, 0.0, 1e6);
-    if metered.w <= 0.0 || lux >= 10.0 { return source; }
+// `meter` is an exposure's result: lux in z, whether it is known in w.
+fn purkinje_simple_metered(source: vec4f, meter: vec4f, params: PurkinjeSimple) -> vec4f {
+    let lux = clamp(meter.z, 0.0, 1e6);
+    if meter.w <= 0.0 || lux >= 10.0 { return source; }
     let grey = 0.7 * (1.0 - smooth_step(0.01, 10.0, lux));
     let blue = 0.3 * (1.0 - smooth_step(0.01, 5.0, lux));
     let boost = 0.5 * (1.0 - smooth_step(0.001, 1.0, lux));

@@ -13,7 +13,7 @@ struct ToneMap {
     peak: f32,
     gamut_knee: f32,
     white_level: f32,
-    gain: f32,
+    exposure: f32,
     contrast: f32,
     linear_start: f32,
     toe: f32,
@@ -113,7 +113,7 @@ fn tone_map_reinhard_luminance_compressed(source: vec4f, params: ToneMap) -> vec
 
 // 1 - exp(-x), by its series where the difference would cancel.
 fn tone_map_exponential_curve(v: vec3f, params: ToneMap) -> vec3f {
-    let x = v * params.gain;
+    let x = v * params.exposure;
     let series = x * (1.0 - x * (1.0 / 2.0 - x * (1.0 / 6.0 - x / 24.0)));
     return select(1.0 - exp(-min(x, vec3f(80.0))), series, x < vec3f(0.03));
 }
@@ -231,6 +231,9 @@ fn tone_map_agx_log(v: vec3f) -> vec3f {
     return clamp((log2(max(inset, vec3f(1e-10))) + 12.473931188) / 16.5, vec3f(0.0), vec3f(1.0));
 }
 
+const TONE_MAP_AGX_TOE: f32 = 0.5122773822930714;
+const TONE_MAP_AGX_SHOULDER: f32 = 0.5414641562781497;
+
 // Two hyperbola-like arms of slope 2 about the pivot (10 / 16.5, 0.5), toe of power 3, shoulder of power 3.25; each arm's
 // scale makes it end in 0 and in 1.
 fn tone_map_agx_arm(reach: f32, scale: f32, exponent: f32) -> f32 {
@@ -244,9 +247,6 @@ fn tone_map_agx_sigmoid(t: f32) -> f32 {
     let shoulder = 0.5 + tone_map_agx_arm(max(past, 0.0), TONE_MAP_AGX_SHOULDER, 3.25);
     return select(shoulder, toe, past < 0.0);
 }
-
-const TONE_MAP_AGX_TOE: f32 = 0.5;
-const TONE_MAP_AGX_SHOULDER: f32 = 0.5;
 
 fn tone_map_agx_exact(v: vec3f) -> vec3f {
     let t = tone_map_agx_log(v);

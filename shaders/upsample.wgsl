@@ -1,5 +1,6 @@
 // One step of the way back from a pyramid's coarsest level: a level joined with what all coarser ones have become.
 #import guard
+#import tent
 
 struct Upsample {
     radius: f32,
@@ -16,15 +17,6 @@ fn upsample_bilinear(level: vec4f, coarser: texture_2d<f32>, coarser_sampler: sa
     return upsample_join(level, tap(coarser, coarser_sampler, at.uv), params);
 }
 
-// Nine taps, `radius` texels of the coarser image apart, with the weights of a tent.
 fn upsample_tent(level: vec4f, coarser: texture_2d<f32>, coarser_sampler: sampler, at: Point, params: Upsample) -> vec4f {
-    let step = params.radius / vec2f(textureDimensions(coarser));
-    var sum = vec4f();
-    for (var y = -1; y <= 1; y++) {
-        for (var x = -1; x <= 1; x++) {
-            let weight = f32((2 - abs(x)) * (2 - abs(y))) / 16.0;
-            sum += weight * tap(coarser, coarser_sampler, at.uv + vec2f(f32(x), f32(y)) * step);
-        }
-    }
-    return upsample_join(level, sum, params);
+    return upsample_join(level, tap_tent(coarser, coarser_sampler, at.uv, params.radius), params);
 }

@@ -1,4 +1,7 @@
 //! Text to plan.
+pub mod check;
+pub mod diagnostic;
+pub mod document;
 pub mod image;
 pub mod node;
 pub mod plan;

@@ -85,7 +85,10 @@ impl Node for Downsample {
             desc = desc.half();
             let level = pass.level(&format!("result.{index}"), desc);
             let function = self.function(index == 0);
-            pass.function(&SHADER, function).label(format!("{function} {}", desc.size)).read("source", above).write_to(level);
+            pass.function(&SHADER, function)
+                .label(format!("{function} {}", desc.size))
+                .read("source", above)
+                .write_to(level);
             levels.push(level);
             above = level;
         }

@@ -30,7 +30,7 @@ impl Node for Exposure {
 
     fn record(&self, pass: &mut Recorder<'_>) {
         let source = pass.image("source");
-        let desc = pass.desc(source);
+        let desc = ImageDesc::new(pass.desc(source).size);
         let kernel = if pass.wired("meter") { "exposure_metered" } else { "exposure" };
         pass.function(&SHADER, kernel).set("gain", f64::from(self.stops).exp2()).write("result", desc);
     }

@@ -75,9 +75,11 @@ impl Extract {
 }
 
 impl Node for Extract {
-    const INPUTS: &'static [Input] = &[Input::image("source", "The picture, exposed if its threshold is to mean a brightness on the screen.")
-        .takes(&[State::Scene, State::Exposed, State::DisplayLinear])];
-    const OUTPUTS: &'static [Output] = &[Output::image("result", Gives::Same("source"), "The light that glows, black elsewhere.")];
+    const INPUTS: &'static [Input] =
+        &[Input::image("source", "The picture, exposed if its threshold is to mean a brightness on the screen.")
+            .takes(&[State::Scene, State::Exposed, State::DisplayLinear])];
+    const OUTPUTS: &'static [Output] =
+        &[Output::image("result", Gives::Same("source"), "The light that glows, black elsewhere.")];
     const BYPASS: StandIn = StandIn::Zero;
 
     fn stand_in(&self, arrivals: &Arrivals) -> Option<StandIn> {

@@ -2,21 +2,104 @@
 //!
 //! To add a kind: write `nodes/src/<kind>.rs` and `shaders/<kind>.wgsl`, and add the two lines below, in alphabetical order.
 
+mod adapt;
+mod auto_exposure;
+mod brightness;
+mod cdl;
+mod color;
+mod color_balance;
 mod composite;
+mod contrast;
+mod curves;
+mod demo_scene;
+mod dither;
 mod downsample;
+mod encode;
+mod exposure;
 mod extract;
+mod film_grain;
 mod gaussian;
+mod gaussian_weights;
+mod grid_blur;
+mod grid_build;
+mod histogram;
+mod lift_gamma_gain;
+mod local_tone_map;
+mod log_gaussian;
+mod mean_luminance;
+mod metering;
+mod purkinje;
+mod purkinje_simple;
+mod saturation;
+mod tone_map;
 mod upsample;
 mod vignette;
+mod white_balance;
 
 use afterimage_graph::node::NodeKind;
 
+pub use adapt::Adapt;
+pub use auto_exposure::{AutoExposure, AutoExposureHighlights};
+pub use brightness::Brightness as BrightnessKind;
+pub use cdl::Cdl;
+pub use color::Adaptation;
+pub use color_balance::ColorBalance;
 pub use composite::{Composite, CompositeBlend};
+pub use contrast::{Contrast, ContrastForm};
+pub use demo_scene::DemoScene;
+pub use dither::Dither;
 pub use downsample::{Downsample, DownsampleFilter, Firefly};
+pub use encode::{Encode, Primaries, Transfer};
+pub use exposure::Exposure;
 pub use extract::{Brightness, Extract, ExtractMethod};
+pub use film_grain::FilmGrain;
 pub use gaussian::{Gaussian, GaussianKernel, GaussianPyramid, GaussianTaps};
+pub use grid_blur::GridBlur;
+pub use grid_build::{GridBuild, GridBuildMethod};
+pub use histogram::{Histogram, HistogramWeight};
+pub use lift_gamma_gain::{LiftBy, LiftGammaGain};
+pub use local_tone_map::LocalToneMap;
+pub use log_gaussian::LogGaussian;
+pub use mean_luminance::{MeanLuminance, MeanLuminanceOf};
+pub use metering::Adaptation;
+pub use purkinje::Purkinje;
+pub use purkinje_simple::PurkinjeSimple;
+pub use saturation::Saturation;
+pub use tone_map::{AgxLook, Curve, Gamut, Sigmoid, ToneMap, WorkingSpace};
 pub use upsample::{Upsample, UpsampleBlend, UpsampleFilter};
 pub use vignette::Vignette;
+pub use white_balance::{WhiteBalance, WhiteBalanceMode};
 
 /// Every built-in kind.
-pub const ALL: &[NodeKind] = &[NodeKind::of::<Composite>(), NodeKind::of::<Downsample>(), NodeKind::of::<Extract>(), NodeKind::of::<Gaussian>(), NodeKind::of::<GaussianPyramid>(), NodeKind::of::<Upsample>(), NodeKind::of::<Vignette>()];
+pub const ALL: &[NodeKind] = &[
+    NodeKind::of::<Adapt>(),
+    NodeKind::of::<AutoExposure>(),
+    NodeKind::of::<BrightnessKind>(),
+    NodeKind::of::<Cdl>(),
+    NodeKind::of::<ColorBalance>(),
+    NodeKind::of::<Composite>(),
+    NodeKind::of::<Contrast>(),
+    NodeKind::of::<DemoScene>(),
+    NodeKind::of::<Dither>(),
+    NodeKind::of::<Downsample>(),
+    NodeKind::of::<Encode>(),
+    NodeKind::of::<Exposure>(),
+    NodeKind::of::<Extract>(),
+    NodeKind::of::<FilmGrain>(),
+    NodeKind::of::<Gaussian>(),
+    NodeKind::of::<GaussianPyramid>(),
+    NodeKind::of::<GridBlur>(),
+    NodeKind::of::<GridBuild>(),
+    NodeKind::of::<Histogram>(),
+    NodeKind::of::<LiftGammaGain>(),
+    NodeKind::of::<LocalToneMap>(),
+    NodeKind::of::<LogGaussian>(),
+    NodeKind::of::<MeanLuminance>(),
+    NodeKind::of::<Purkinje>(),
+    NodeKind::of::<PurkinjeSimple>(),
+    NodeKind::of::<Saturation>(),
+    NodeKind::of::<ToneMap>(),
+    NodeKind::of::<Upsample>(),
+    NodeKind::of::<Vignette>(),
+    NodeKind::of::<WhiteBalance>(),
+];

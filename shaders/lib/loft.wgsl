@@ -43,8 +43,8 @@ const LOFT_SLAT: f32 = 0.05;          // from one slat of the blind to the next
 const LOFT_RING = vec2f(2.66, 2.5);   // centre of the cyan ring; the magenta one is its afterimage
 const LOFT_RING_STEP = vec2f(0.4, -0.08);
 const LOFT_RING_RADIUS: f32 = 0.4;
-const LOFT_BAR_LOW = vec2f(2.3, 1.72);
-const LOFT_BAR_LENGTH: f32 = 1.2;
+const LOFT_UNDERLINE_LOW = vec2f(2.3, 1.72);
+const LOFT_UNDERLINE_LENGTH: f32 = 1.2;
 const LOFT_NEON_Z: f32 = -3.93;
 const LOFT_TUBE: f32 = 0.016;
 
@@ -55,7 +55,7 @@ fn loft_box(hit: ptr<function, LoftHit>, ray: Ray, low: vec3f, high: vec3f, what
         let p = ray.origin + ray.direction * t.x;
         let out = (p - 0.5 * (low + high)) / (high - low);
         let most = max(max(abs(out.x), abs(out.y)), abs(out.z));
-        *hit = LoftHit(t.x, sign(out) * step(vec3f(most), abs(out)), what);
+        *hit = LoftHit(t.x, normalize(sign(out) * step(vec3f(most), abs(out))), what);
     }
 }
 
@@ -142,9 +142,9 @@ fn loft_on_ring(p: vec2f, centre: vec2f) -> vec3f {
     return vec3f(centre + v * (LOFT_RING_RADIUS / far), abs(far - LOFT_RING_RADIUS));
 }
 
-fn loft_on_bar(p: vec2f) -> vec3f {
-    let x = clamp(p.x - LOFT_BAR_LOW.x, 0.0, LOFT_BAR_LENGTH);
-    let near = LOFT_BAR_LOW + vec2f(x, 0.0);
+fn loft_on_underline(p: vec2f) -> vec3f {
+    let x = clamp(p.x - LOFT_UNDERLINE_LOW.x, 0.0, LOFT_UNDERLINE_LENGTH);
+    let near = LOFT_UNDERLINE_LOW + vec2f(x, 0.0);
     return vec3f(near, length(p - near));
 }
 
@@ -152,7 +152,7 @@ fn loft_on_bar(p: vec2f) -> vec3f {
 fn loft_sign(p: vec2f) -> vec3f {
     let cyan = loft_on_ring(p, LOFT_RING).z;
     let magenta = loft_on_ring(p, LOFT_RING + LOFT_RING_STEP).z;
-    return vec3f(cyan, magenta, loft_on_bar(p).z);
+    return vec3f(cyan, magenta, loft_on_underline(p).z);
 }
 
 fn loft_neon(hit: ptr<function, LoftHit>, ray: Ray) {

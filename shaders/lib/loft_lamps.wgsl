@@ -33,7 +33,8 @@ struct LoftLamps {
 // A light so many stops above the room's grey at the reference range keeps its share of the stops at every range.
 fn loft_lamps(time: f32, range: f32) -> LoftLamps {
     let less = range / LOFT_REFERENCE - 1.0;
-    return LoftLamps(time, exp2(6.6 * less), exp2(7.0 * less), exp2(18.0 * less), loft_flicker(time) * exp2(7.0 * less));
+    let neon = loft_flicker(time) * exp2(7.0 * less);
+    return LoftLamps(time, exp2(6.6 * less), exp2(8.0 * less), exp2(18.0 * less), neon);
 }
 
 // The sign hums; its magenta ring has a loose contact.

@@ -15,23 +15,24 @@ fn loft_sun(direction: vec3f) -> vec3f {
     return LOFT_SUN_DISC * (0.6 + 0.4 * sqrt(max(1.0 - away * away, 0.0))) * step(away, 1.0);
 }
 
-// One row of houses: coverage in w. `at` is the tangent of the angle across and up.
+// One of five rows of houses, the nearest last; coverage in w. `at` is the tangent of the angle across and up.
 fn loft_street(at: vec2f, row: i32, haze: vec3f) -> vec4f {
-    let nearness = f32(row) / 4.0;
-    let width = 0.026 * exp2(0.62 * f32(row));
-    let cell = floor(at.x / width + 0.37 * f32(row));
-    let inside = at.x / width + 0.37 * f32(row) - cell;
-    let chance = hash_cell(vec2i(i32(clamp(cell, -1e6, 1e6)), row));
-    let top = 0.022 - 0.042 * f32(row) + width * (0.1 + 1.5 * chance * chance);
-    let storey = vec2f(inside * 8.0, (top - at.y) / width * 6.0);
-    let pane = vec2i(clamp(storey, vec2f(-1e6), vec2f(1e6)));
-    let lit = hash_cell(pane + vec2i(i32(clamp(cell, -1e6, 1e6)) * 13, row * 71));
-    let opening = step(0.3, fract(storey.x)) * step(0.35, fract(storey.y)) * step(0.5, storey.y);
-    let wall = mix(vec3f(0.55, 0.46, 0.43), vec3f(0.14, 0.17, 0.23), fract(chance * 7.0)) * (0.7 + 0.6 * step(0.5, inside) * chance);
-    let glass = mix(wall * 0.55, vec3f(2.4, 1.7, 0.9), step(0.92, lit) * 0.7);
-    return vec4f(mix(haze, mix(wall, glass, opening), 0.22 + 0.6 * nearness), step(at.y, top));
+    let rank = f32(row);
+    let width = 0.026 * exp2(0.62 * rank);
+    let across = at.x / width + 0.37 * rank;
+    let house = noise_cell(vec2f(across, rank));
+    let chance = hash_cell(house);
+    let top = 0.022 - 0.042 * rank + width * (0.1 + 1.5 * chance * chance);
+    let storey = vec2f(fract(across) * 8.0, (top - at.y) / width * 6.0);
+    let glazed = step(0.3, fract(storey.x)) * step(0.35, fract(storey.y)) * step(0.5, storey.y);
+    let lit = step(0.92, hash_cell(noise_cell(storey) + vec2i(house.x * 13, row * 71)));
+    let corner = 0.7 + 0.6 * step(0.5, fract(across)) * chance;
+    let wall = mix(vec3f(0.55, 0.46, 0.43), vec3f(0.14, 0.17, 0.23), fract(chance * 7.0)) * corner;
+    let glass = mix(wall * 0.55, vec3f(2.4, 1.7, 0.9), lit * 0.7);
+    return vec4f(mix(haze, mix(wall, glass, glazed), 0.22 + 0.15 * rank), step(at.y, top));
 }
 
+// Radiance from beyond the glass. All of it is far away: only the direction counts.
 fn loft_view(direction: vec3f, lamps: LoftLamps) -> vec3f {
     let at = direction.xy / max(-direction.z, 1e-3);
     var colour = loft_sky(direction) * lamps.sky;

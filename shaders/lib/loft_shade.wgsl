@@ -70,7 +70,7 @@ fn loft_tube_light(p: vec3f, n: vec3f, near: vec2f, reach: f32) -> f32 {
 fn loft_neon_light(p: vec3f, n: vec3f, lamps: LoftLamps) -> vec3f {
     let cyan = loft_on_ring(p.xy, LOFT_RING).xy;
     let magenta = loft_on_ring(p.xy, LOFT_RING + LOFT_RING_STEP).xy;
-    let amber = loft_on_bar(p.xy).xy;
+    let amber = loft_on_underline(p.xy).xy;
     return LOFT_CYAN * (lamps.neon.x * loft_tube_light(p, n, cyan, 1.2))
         + LOFT_MAGENTA * (lamps.neon.y * loft_tube_light(p, n, magenta, 1.2))
         + LOFT_AMBER * (lamps.neon.z * loft_tube_light(p, n, amber, 0.6));

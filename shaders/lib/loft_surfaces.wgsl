@@ -35,15 +35,10 @@ fn loft_line(d: f32, half_width: f32, pixel: f32) -> f32 {
     return clamp((half_width - d) / blur + 0.5, 0.0, 1.0) * min(1.0, 2.0 * half_width / blur);
 }
 
-// Whole numbers of a cell, kept in the range of integers.
-fn loft_cell(p: vec2f) -> vec2i {
-    return vec2i(clamp(floor(p), vec2f(-1e6), vec2f(1e6)));
-}
-
 // Ink of a printed page: words of three-by-five letters, `line` from one line to the next.
 fn loft_print(p: vec2f, line: f32) -> f32 {
     let place = p / vec2f(0.5 * line, line);
-    let letter = loft_cell(place);
+    let letter = noise_cell(place);
     let point = vec2i(fract(place) * vec2f(4.0, 8.0));
     let inked = hash_cell(letter * 16 + point) > 0.42 && point.x < 3 && point.y < 5;
     return select(0.0, 1.0, inked && hash_cell(letter + 977) > 0.17);
@@ -59,17 +54,20 @@ fn loft_wood(p: vec2f, dark: vec3f, light: vec3f, seed: f32) -> vec3f {
 // Boards of 17 cm, lacquered, each laid a little differently; on them the rug.
 fn loft_floor(p: vec3f, pixel: f32) -> LoftSurface {
     let rug = p.xz - vec2f(-2.75, -1.85);
-    if all(rug > vec2f(0.0)) && all(rug < vec2f(2.9, 2.5)) { return loft_matte(loft_rug(rug), vec3f(0.0, 1.0, 0.0)); }
+    if all(rug > vec2f(0.0)) && all(rug < vec2f(2.9, 2.5)) {
+        return loft_matte(loft_rug(rug), vec3f(0.0, 1.0, 0.0));
+    }
     let across = p.x / 0.17;
     let lane = floor(across);
-    let along = p.z / 1.9 + hash_cell(loft_cell(vec2f(lane, 3.0)));
+    let along = p.z / 1.9 + hash_cell(noise_cell(vec2f(lane, 3.0)));
     let board = floor(along);
-    let seed = hash_cell(loft_cell(vec2f(lane, board)));
+    let seed = hash_cell(noise_cell(vec2f(lane, board)));
     let seam = min(0.5 - abs(across - lane - 0.5), (0.5 - abs(along - board - 0.5)) * 11.0) * 0.17;
     let wood = loft_wood(p.xz, vec3f(0.075, 0.036, 0.019), vec3f(0.25, 0.14, 0.073), seed);
     let wave = (noise(p.xz * vec2f(31.0, 5.0)) - 0.5) * 0.003;
     let tilt = (vec2f(seed, fract(seed * 57.0)) - 0.5) * vec2f(0.003, 0.005) + wave;
-    return loft_glossy(wood * (1.0 - 0.8 * loft_line(seam, 0.003, pixel)), normalize(vec3f(tilt.x, 1.0, tilt.y)), 0.3);
+    let gap = loft_line(seam, 0.003, pixel);
+    return loft_glossy(wood * (1.0 - 0.8 * gap), normalize(vec3f(tilt.x, 1.0, tilt.y)), 0.3);
 }
 
 // Checks in a plain border, woven; `q` from the corner.
@@ -88,19 +86,22 @@ fn loft_brick(uv: vec2f, normal: vec3f, pixel: f32) -> LoftSurface {
     let course = floor(uv.y / 0.075);
     let along = uv.x / 0.23 + fract(course * 0.5);
     let stone = floor(along);
-    let seed = hash_cell(loft_cell(vec2f(stone, course)));
+    let seed = hash_cell(noise_cell(vec2f(stone, course)));
     let edge = min((0.5 - abs(along - stone - 0.5)) * 0.23, (0.5 - abs(uv.y / 0.075 - course - 0.5)) * 0.075);
     let joint = loft_line(edge, 0.005 + 0.004 * noise(uv * 60.0), pixel);
     let clay = mix(vec3f(0.14, 0.062, 0.045), vec3f(0.3, 0.16, 0.11), seed) * (0.65 + 0.6 * noise(uv * 37.0));
     let bump = vec2f(noise(uv * 55.0) - 0.5, noise(uv * 55.0 + 40.0) - 0.5) * 0.5 * (1.0 - joint);
     let tangent = vec3f(abs(normal.z), 0.0, abs(normal.x));
-    return loft_matte(mix(clay, vec3f(0.27, 0.245, 0.22), joint), normalize(normal + tangent * bump.x + vec3f(0.0, bump.y, 0.0)));
+    let uneven = normalize(normal + tangent * bump.x + vec3f(0.0, bump.y, 0.0));
+    return loft_matte(mix(clay, vec3f(0.27, 0.245, 0.22), joint), uneven);
 }
 
 fn loft_wall(p: vec3f, normal: vec3f, pixel: f32) -> LoftSurface {
     let uv = select(p.xy, p.zy, abs(normal.x) > 0.5);
     let page = uv - vec2f(-3.55, 1.25);
-    if normal.z > 0.5 && all(page > vec2f(0.0)) && all(page < vec2f(0.7, 1.0)) { return loft_matte(loft_poster(page), normal); }
+    if normal.z > 0.5 && all(page > vec2f(0.0)) && all(page < vec2f(0.7, 1.0)) {
+        return loft_matte(loft_poster(page), normal);
+    }
     return loft_brick(uv, normal, pixel);
 }
 
@@ -122,8 +123,8 @@ fn loft_books(p: vec3f, normal: vec3f) -> vec3f {
     if normal.x < 0.5 || y < 0.0 || bay < 0.014 || p.z > -0.73 || p.z < -3.27 { return walnut; }
     let place = p.z / 0.042;
     let book = vec2f(floor(place + 0.35 * sin(place * 1.7 + row)), row);
-    let size = hash_cell(loft_cell(book));
-    let kind = hash_cell(loft_cell(book + 50.0));
+    let size = hash_cell(noise_cell(book));
+    let kind = hash_cell(noise_cell(book + 50.0));
     let height = 0.2 + 0.15 * size;
     if y > height || kind < 0.12 { return walnut * 0.2; }
     let gilt = min(abs(y - height * 0.75), abs(y - height * 0.15)) < height * 0.03;
@@ -157,8 +158,11 @@ fn loft_walnut(p: vec3f, n: vec3f, pixel: f32) -> LoftSurface {
     // The grain lies along the longer side of a board: x on fronts and tops, z on ends.
     let uv = select(vec2f(p.y + p.z, p.x), vec2f(p.y, p.z), abs(n.x) > 0.5);
     let wood = loft_wood(uv, vec3f(0.045, 0.023, 0.013), vec3f(0.14, 0.076, 0.042), 0.4);
+    // The sideboard's front has three drawers above three.
     let drawer = vec2f(fract((p.x - 2.1) / 0.5667) * 0.5667, p.y - 0.4);
-    let gap = loft_line(min(min(drawer.x, 0.5667 - drawer.x), abs(drawer.y)), 0.004, pixel) * step(p.z, -3.5) * step(p.y, 0.7) * step(0.5, n.z);
+    let front = n.z > 0.5 && p.z < -3.5 && p.y < 0.7;
+    let edge = select(1.0, min(min(drawer.x, 0.5667 - drawer.x), abs(drawer.y)), front);
+    let gap = loft_line(edge, 0.004, pixel);
     // Only tops are polished: a mirror on every front would double the furniture.
     if n.y > 0.5 { return loft_glossy(wood, n, 0.35); }
     return loft_matte(wood * (1.0 - 0.85 * gap), n);
@@ -184,7 +188,10 @@ fn loft_surface(hit: LoftHit, p: vec3f, pixel: f32, lamps: LoftLamps) -> LoftSur
     switch hit.what {
         case LOFT_FLOOR: { return loft_floor(p, pixel); }
         case LOFT_CEILING: { return loft_matte(vec3f(0.46, 0.44, 0.41), n); }
-        case LOFT_PLASTER: { return loft_matte(vec3f(0.085, 0.135, 0.145) * (0.85 + 0.3 * noise(p.zy * 1.7) * noise(p.zy * 6.0)), n); }
+        case LOFT_PLASTER: {
+            let mottle = 0.85 + 0.3 * noise(p.zy * 1.7) * noise(p.zy * 6.0);
+            return loft_matte(vec3f(0.085, 0.135, 0.145) * mottle, n);
+        }
         case LOFT_BRICK: { return loft_wall(p, n, pixel); }
         case LOFT_REVEAL: { return loft_matte(vec3f(0.6, 0.58, 0.54), n); }
         case LOFT_FRAME: { return loft_matte(vec3f(0.035, 0.036, 0.04), n); }
@@ -201,7 +208,10 @@ fn loft_surface(hit: LoftHit, p: vec3f, pixel: f32, lamps: LoftLamps) -> LoftSur
         }
         case LOFT_PAPER: { return loft_paper(p, n); }
         case LOFT_LEAF: { return loft_thin(vec3f(0.045, 0.105, 0.03), n, 0.5); }
-        case LOFT_CLAY: { return loft_matte(mix(vec3f(0.3, 0.13, 0.075), vec3f(0.05, 0.035, 0.025), step(0.36, p.y)), n); }
+        case LOFT_CLAY: {
+            let soil = step(0.36, p.y);
+            return loft_matte(mix(vec3f(0.3, 0.13, 0.075), vec3f(0.05, 0.035, 0.025), soil), n);
+        }
         default: { return loft_neon_surface(p, lamps); }
     }
 }

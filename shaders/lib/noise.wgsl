@@ -13,12 +13,15 @@ fn hash_cell(cell: vec2i) -> f32 {
     return f32(h >> 8u) * (1.0 / 16777216.0);
 }
 
+// The unit cell around a point, kept in the range of integers.
+fn noise_cell(p: vec2f) -> vec2i {
+    return vec2i(clamp(floor(p), vec2f(-1e6), vec2f(1e6)));
+}
+
 // Value noise in [0, 1), one cell per unit, smooth to the first derivative; constant beyond a million cells.
 fn noise(at: vec2f) -> f32 {
-    let p = clamp(at, vec2f(-1e6), vec2f(1e6));
-    let base = floor(p);
-    let i = vec2i(base);
-    let f = p - base;
+    let i = noise_cell(at);
+    let f = clamp(at - vec2f(i), vec2f(0.0), vec2f(1.0));
     let w = f * f * (3.0 - 2.0 * f);
     let low = mix(hash_cell(i), hash_cell(i + vec2i(1, 0)), w.x);
     let high = mix(hash_cell(i + vec2i(0, 1)), hash_cell(i + vec2i(1, 1)), w.x);

@@ -6,6 +6,7 @@
 mod device;
 mod error;
 mod executor;
+mod heap;
 mod layout;
 mod pipelines;
 mod store;

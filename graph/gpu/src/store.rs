@@ -72,8 +72,9 @@ impl Store {
     }
 }
 
-/// The usages that any image of a plan may need in this format.
-fn usages(device: &wgpu::Device, format: wgpu::TextureFormat) -> TextureUsages {
+/// The usages that any image of that description may need.
+pub(crate) fn usages(device: &wgpu::Device, desc: ImageDesc) -> TextureUsages {
+    let format = texture_format(desc.format);
     let mut usage = TextureUsages::TEXTURE_BINDING | TextureUsages::COPY_SRC | TextureUsages::COPY_DST;
     let features = device.features();
     let guaranteed = format.guaranteed_format_features(features).allowed_usages;
@@ -83,17 +84,15 @@ fn usages(device: &wgpu::Device, format: wgpu::TextureFormat) -> TextureUsages {
             usage |= wanted;
         }
     }
-    usage
+    // Volumes are never drawn to.
+    if desc.volume { usage - TextureUsages::RENDER_ATTACHMENT } else { usage }
 }
 
 /// A new texture.
 pub(crate) fn create(device: &wgpu::Device, desc: ImageDesc, label: &str) -> Stored {
     let format = texture_format(desc.format);
     let dimension = if desc.volume { wgpu::TextureDimension::D3 } else { wgpu::TextureDimension::D2 };
-    let mut usage = usages(device, format);
-    if desc.volume {
-        usage -= TextureUsages::RENDER_ATTACHMENT;
-    }
+    let usage = usages(device, desc);
     let texture = device.create_texture(&wgpu::TextureDescriptor {
         label: Some(label),
         size: extent(desc),
@@ -116,7 +115,7 @@ pub(crate) fn view(texture: &wgpu::Texture, desc: ImageDesc) -> wgpu::TextureVie
     })
 }
 
-fn extent(desc: ImageDesc) -> wgpu::Extent3d {
+pub(crate) fn extent(desc: ImageDesc) -> wgpu::Extent3d {
     wgpu::Extent3d { width: desc.size.width, height: desc.size.height, depth_or_array_layers: desc.size.depth }
 }
 

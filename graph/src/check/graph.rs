@@ -1,12 +1,14 @@
 //! The graph: what a document means once every mistake is out of it.
 
+use std::collections::BTreeSet;
+
 use petgraph::graph::DiGraph;
 
 use crate::image::{Format, State};
 use crate::node::{NodeKind, PortType};
 use crate::value::Value;
 
-use super::condition::Condition;
+use super::condition::{Condition, FactKind};
 
 /// A pipeline that makes sense: every wire has two ends of one type, every value is in its domain, nothing runs in a circle.
 #[derive(Clone, Debug)]
@@ -88,6 +90,13 @@ impl Graph {
     /// The node of that name and its place.
     pub fn node(&self, name: &str) -> Option<(usize, &GraphNode)> {
         self.nodes.iter().enumerate().find(|(_, node)| node.name == name)
+    }
+
+    /// The facts that conditions ask for, by name, and what each is taken for.
+    pub fn facts(&self) -> Vec<(String, FactKind)> {
+        let asked = self.nodes.iter().filter_map(|node| node.when.as_ref()).flat_map(Condition::uses);
+        let all: BTreeSet<(String, FactKind)> = asked.map(|(name, kind)| (name.to_owned(), kind)).collect();
+        all.into_iter().collect()
     }
 
     /// The type of what a wire carries.

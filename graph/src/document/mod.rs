@@ -38,7 +38,7 @@ use std::sync::Arc;
 use crate::diagnostic::{Diagnostic, Diagnostics, Place, Sources, Spanned};
 use crate::image::State;
 
-pub(crate) use read::settings;
+pub(crate) use read::{doubled, settings};
 pub(crate) use tree::{Field, Item, Tree, read as read_tree};
 
 /// A pipeline file as it is written. It may be nonsense.

@@ -2,14 +2,27 @@
 //!
 //! [`plan()`] reads as the list of its steps.
 
+mod barriers;
 mod caps;
+mod checker;
 mod cull;
+mod diff;
+mod dot;
+mod flow;
 mod fuse;
 mod guard;
+mod hash;
+mod json;
+mod lists;
 mod memory;
+mod names;
 mod order;
 mod passes;
+mod placement;
+mod print;
 mod specialise;
+mod svg;
+mod waves;
 
 use std::collections::BTreeMap;
 
@@ -18,8 +31,12 @@ use crate::image::{Format, ImageDesc, Size, State};
 use crate::node::{ImageId, Origin, Recording};
 use crate::shader::Reading;
 
+pub use barriers::{HandOver, Transition, Use, WaveBarriers};
 pub use caps::Caps;
+pub use checker::{Fault, check_plan};
+pub use diff::{PlanDiff, diff};
 pub use fuse::Fused;
+pub use hash::PlanHash;
 pub use memory::{Lifetime, Memory, Requirement, Slot};
 pub use specialise::LeftOut;
 
@@ -87,10 +104,16 @@ pub struct Plan {
     pub recording: Recording,
     /// How each pass runs.
     pub stages: Vec<Stage>,
+    /// For each pass, its place in the order of recording, which says what each read must see.
+    pub recorded: Vec<usize>,
     /// How each image is read.
     pub readings: Vec<Reading>,
     /// Passes that need no barrier between them: ranges that cover all passes in order.
     pub waves: Vec<std::ops::Range<usize>>,
+    /// What must happen before each wave.
+    pub barriers: Vec<WaveBarriers>,
+    /// What hands the outputs to the host after the last wave.
+    pub exports: Vec<Transition>,
     /// When each image lives.
     pub lifetimes: Vec<Option<Lifetime>>,
     /// Where each image lies.
@@ -174,19 +197,25 @@ pub fn plan(graph: &Graph, setting: &Setting<'_>) -> Result<Plan, PlanError> {
     guard::guard(&mut draft);
     let fused = if setting.options.fuse { fuse::fuse(&mut draft) } else { Vec::new() };
     check_sizes(&draft.recording, &setting.caps)?;
-    order::order(&mut draft, setting);
-    let waves = order::waves(&draft.recording, setting.options.serial);
-    let lifetimes = memory::lifetimes(&draft);
-    let memory = memory::place(&draft.recording, &lifetimes, &waves, setting);
-    let stages = passes::stages(&mut draft.recording, &setting.caps);
+    // Stages come before memory: they may widen formats.
+    let mut stages = passes::stages(&mut draft.recording, &setting.caps);
     let readings = guard::readings(&draft.recording, &setting.caps);
+    let requirements = memory::requirements(&draft, setting);
+    let order::Order { recorded, waves } = order::order(&mut draft, &mut stages, &requirements, &setting.options);
+    let lifetimes = memory::lifetimes(&draft, &waves);
+    let memory = memory::place(&draft, &lifetimes, requirements, setting);
+    let (mut barriers, exports) = barriers::barriers(&draft.recording, &stages, &waves, &draft.outputs);
+    barriers::hand_over(&mut barriers, &memory, &lifetimes, setting.options.alias);
     let mut left_out = special.left_out;
     left_out.extend(needed.left_out);
     Ok(Plan {
         recording: draft.recording,
         stages,
+        recorded,
         readings,
         waves,
+        barriers,
+        exports,
         lifetimes,
         memory,
         inputs: draft.inputs,

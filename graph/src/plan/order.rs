@@ -1,34 +1,78 @@
 //! Step 5: the order of passes, and the waves they form.
+//!
+//! Several orders are tried (`lists`), each is grouped into waves (`waves`), and the best is kept; the order of recording is among them, so
+//! the result is never worse than it, and among equals the order of recording wins, so that small edits of a file move little.
 
 use std::ops::Range;
 
-use super::{Draft, Setting};
-use crate::node::{Pass, Recording, Resource};
+use super::flow::Flow;
+use super::{Draft, Options, Requirement, Stage, lists, waves};
+use crate::node::Pass;
 
-/// Passes stay in the order of recording, which is a topological order that follows the file.
-pub(crate) fn order(draft: &mut Draft, setting: &Setting<'_>) {
-    let _ = (draft, setting);
+/// At most so many orders of the same peak are grouped into waves.
+const GROUPED: usize = 4;
+
+/// What became of the passes.
+pub(crate) struct Order {
+    /// For each pass in the new order, its place in the recording.
+    pub(crate) recorded: Vec<usize>,
+    /// Ranges of the new order.
+    pub(crate) waves: Vec<Range<usize>>,
 }
 
-/// Runs of passes of which none touches what another of the run writes.
-pub(crate) fn waves(recording: &Recording, serial: bool) -> Vec<Range<usize>> {
-    let mut waves: Vec<Range<usize>> = Vec::new();
-    let mut touched: (Vec<Resource>, Vec<Resource>) = Default::default();
-    for (index, pass) in recording.passes.iter().enumerate() {
-        if index > 0 && !serial && independent(pass, &touched) {
-            waves.last_mut().expect("the first pass opens a wave").end = index + 1;
-        } else {
-            touched = Default::default();
-            waves.push(index..index + 1);
-        }
-        touched.0.extend(pass.reads());
-        touched.1.extend(pass.writes());
+/// Puts the passes, and the stages with them, into the order in which they run.
+pub(crate) fn order(
+    draft: &mut Draft,
+    stages: &mut Vec<Stage>,
+    requirements: &[Option<Requirement>],
+    options: &Options,
+) -> Order {
+    let flow = Flow::new(&draft.recording, requirements);
+    let mut chosen = choose(&flow, options);
+    group_stages(&mut chosen, stages);
+    let recorded: Vec<usize> = chosen.concat();
+    *stages = recorded.iter().map(|pass| stages[*pass]).collect();
+    let mut passes: Vec<Option<Pass>> = std::mem::take(&mut draft.recording.passes).into_iter().map(Some).collect();
+    draft.recording.passes =
+        recorded.iter().map(|at| passes[*at].take().expect("an order names each pass once")).collect();
+    let mut end = 0;
+    let mut next = |wave: &Vec<usize>| {
+        let start = end;
+        end += wave.len();
+        start..end
+    };
+    Order { waves: chosen.iter().map(&mut next).collect(), recorded }
+}
+
+fn choose(flow: &Flow, options: &Options) -> Vec<Vec<usize>> {
+    let mut orders: Vec<(u64, Vec<usize>)> =
+        lists::candidates(flow).into_iter().map(|order| (flow.peak(&order), order)).collect();
+    let least = orders.iter().map(|(peak, _)| *peak).min().unwrap_or(0);
+    orders.retain(|(peak, _)| *peak == least);
+    orders.truncate(GROUPED);
+    if options.serial {
+        let (_, order) = orders.swap_remove(0);
+        return order.into_iter().map(|pass| vec![pass]).collect();
     }
-    waves
+    let mut schedules: Vec<Vec<Vec<usize>>> =
+        orders.iter().map(|(peak, order)| waves::within(flow, order, *peak)).collect();
+    if options.waves_first {
+        schedules.extend(waves::fewest(flow));
+    }
+    let cost = |schedule: &Vec<Vec<usize>>| {
+        let peak = flow.peak_of_waves(&mut schedule.iter().map(Vec::as_slice));
+        let waves = schedule.len() as u64;
+        if options.waves_first { (waves, peak) } else { (peak, waves) }
+    };
+    schedules.into_iter().min_by_key(cost).unwrap_or_default()
 }
 
-fn independent(pass: &Pass, (read, written): &(Vec<Resource>, Vec<Resource>)) -> bool {
-    let reads_written = pass.reads().iter().any(|r| written.contains(r));
-    let writes_touched = pass.writes().iter().any(|w| written.contains(w) || read.contains(w));
-    !reads_written && !writes_touched
+/// Inside a wave the order is free: passes of one stage stand together, and a wave begins as the one before ended, because each change
+/// between dispatches and draws costs the executor a pass of the device.
+fn group_stages(waves: &mut [Vec<usize>], stages: &[Stage]) {
+    let mut running = Stage::Compute;
+    for wave in waves {
+        wave.sort_by_key(|pass| (stages[*pass] != running, *pass));
+        running = wave.last().map_or(running, |pass| stages[*pass]);
+    }
 }

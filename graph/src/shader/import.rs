@@ -5,10 +5,23 @@ use super::{Shader, ShaderError};
 /// The shared files, by name.
 const LIBRARY: &[(&str, &str)] = &[
     ("color", include_str!("../../../shaders/lib/color.wgsl")),
+    ("cube", include_str!("../../../shaders/lib/cube.wgsl")),
+    ("grade", include_str!("../../../shaders/lib/grade.wgsl")),
     ("guard", include_str!("../../../shaders/lib/guard.wgsl")),
+    ("loft", include_str!("../../../shaders/lib/loft.wgsl")),
+    ("loft_lamps", include_str!("../../../shaders/lib/loft_lamps.wgsl")),
+    ("loft_outside", include_str!("../../../shaders/lib/loft_outside.wgsl")),
+    ("loft_shade", include_str!("../../../shaders/lib/loft_shade.wgsl")),
+    ("loft_surfaces", include_str!("../../../shaders/lib/loft_surfaces.wgsl")),
     ("math", include_str!("../../../shaders/lib/math.wgsl")),
+    ("metering", include_str!("../../../shaders/lib/metering.wgsl")),
+    ("noise", include_str!("../../../shaders/lib/noise.wgsl")),
     ("point", include_str!("../../../shaders/lib/point.wgsl")),
+    ("ray", include_str!("../../../shaders/lib/ray.wgsl")),
     ("sampling", include_str!("../../../shaders/lib/sampling.wgsl")),
+    ("shaper", include_str!("../../../shaders/lib/shaper.wgsl")),
+    ("tent", include_str!("../../../shaders/lib/tent.wgsl")),
+    ("transfer", include_str!("../../../shaders/lib/transfer.wgsl")),
 ];
 
 /// The file that generated lines belong to.

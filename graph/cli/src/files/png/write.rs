@@ -5,7 +5,9 @@ use std::path::Path;
 use half::f16;
 use half::slice::HalfFloatSliceExt;
 use png::chunk::ChunkType;
-use png::{BitDepth, ColorType, Compression, Encoder, EncodingError, ScaledFloat, SrgbRenderingIntent};
+use png::{
+    BitDepth, ColorType, Compression, Encoder, EncodingError, ScaledFloat, SourceChromaticities, SrgbRenderingIntent,
+};
 use rayon::prelude::*;
 
 use super::super::limits::{check_size, filled};
@@ -202,7 +204,7 @@ fn pack((width, height): (u32, u32), bytes: &[u8], options: &PngOptions) -> Resu
     });
     encoder.set_compression(Compression::Fast);
     match options.colour {
-        PngColour::Srgb => encoder.set_source_srgb(SrgbRenderingIntent::Perceptual),
+        PngColour::Srgb => state_srgb(&mut encoder),
         PngColour::Gamma(gamma) => encoder.set_source_gamma(ScaledFloat::new(gamma)),
         PngColour::Cicp { .. } | PngColour::Unstated => {}
     }
@@ -214,4 +216,16 @@ fn pack((width, height): (u32, u32), bytes: &[u8], options: &PngOptions) -> Resu
     writer.write_image_data(bytes)?;
     writer.finish()?;
     Ok(file)
+}
+
+/// Beside `sRGB`, the values that the PNG specification (11.3.2.5) wants for older readers.
+fn state_srgb(encoder: &mut Encoder<'_, &mut Vec<u8>>) {
+    encoder.set_source_gamma(ScaledFloat::from_scaled(45455));
+    encoder.set_source_chromaticities(SourceChromaticities::new(
+        (0.3127, 0.3290),
+        (0.64, 0.33),
+        (0.30, 0.60),
+        (0.15, 0.06),
+    ));
+    encoder.set_source_srgb(SrgbRenderingIntent::Perceptual);
 }

@@ -1,6 +1,6 @@
 //! What is written is what is read back.
 
-use exr::meta::attribute::{AttributeValue, IntegerBounds, Text};
+use ::exr::meta::attribute::{AttributeValue, IntegerBounds, Text};
 use half::f16;
 
 use super::super::*;

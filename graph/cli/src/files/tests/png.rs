@@ -1,7 +1,7 @@
 //! PNG: codes, dither, colour chunks, and back to light.
 
+use ::png::{BitDepth, ColorType, Encoder, ScaledFloat};
 use half::f16;
-use png::{BitDepth, ColorType, Encoder, ScaledFloat};
 
 use super::super::png::test_dither as dithered;
 use super::super::*;
@@ -15,7 +15,7 @@ fn encoded(size: (u32, u32), pixels: EncodedPixels<'_>, options: &PngOptions) ->
 
 /// Codes as another reader sees them.
 fn codes(file: &[u8]) -> (ColorType, BitDepth, Vec<u8>) {
-    let mut reader = png::Decoder::new(std::io::Cursor::new(file)).read_info().unwrap();
+    let mut reader = ::png::Decoder::new(std::io::Cursor::new(file)).read_info().unwrap();
     let mut bytes = vec![0; reader.output_buffer_size().unwrap()];
     let info = reader.next_frame(&mut bytes).unwrap();
     bytes.truncate(info.buffer_size());

@@ -1,0 +1,209 @@
+//! The command line.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+
+/// Post-processing for HDR images: a pipeline is a RON file, its nodes are plug-ins.
+#[derive(Debug, Parser)]
+#[command(name = "afterimage", version, about, max_term_width = 100)]
+pub(crate) struct Arguments {
+    #[command(subcommand)]
+    pub(crate) command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    /// Render the built-in scene, and show it through every shipped pipeline
+    Demo(DemoArgs),
+    /// Render an image or a sequence through a pipeline
+    Render(RenderArgs),
+    /// Check pipeline files: all mistakes at once, with their places
+    Check(CheckArgs),
+    /// Show what a pipeline does on the GPU: passes, order, barriers, memory
+    Plan(PlanArgs),
+    /// The manual of the node kinds
+    Nodes(NodesArgs),
+}
+
+/// What every command that reads a pipeline takes.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct PipelineOptions {
+    /// Change a parameter: `--set bloom.strength=0.4`; the value is RON, as in the file
+    #[arg(long = "set", value_name = "NODE.PARAMETER=VALUE")]
+    pub(crate) sets: Vec<String>,
+    /// Say something of the scene: `--fact emissive=false`, `--fact illuminance=3.5`
+    #[arg(long = "fact", value_name = "NAME=VALUE")]
+    pub(crate) facts: Vec<String>,
+    /// The quality level to use
+    #[arg(long)]
+    pub(crate) tier: Option<String>,
+    /// A folder of shader-only node kinds (one folder with a `node.ron` and a `.wgsl` each)
+    #[arg(long, value_name = "DIR")]
+    pub(crate) nodes: Vec<PathBuf>,
+}
+
+/// What every command that plans takes.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct PlanOptions {
+    /// Give each image its own memory; `--no-alias=placed` still lets images of equal description take turns
+    #[arg(long, value_name = "WHICH", num_args = 0..=1, default_missing_value = "all", require_equals = true)]
+    pub(crate) no_alias: Option<NoAlias>,
+    /// Let no two passes overlap
+    #[arg(long)]
+    pub(crate) serial: bool,
+    /// Keep each kernel function in a pass of its own
+    #[arg(long)]
+    pub(crate) no_fuse: bool,
+    /// Choose the order for the fewest waves rather than the smallest memory
+    #[arg(long)]
+    pub(crate) fewest_waves: bool,
+    /// Store every intermediate in 32-bit floats
+    #[arg(long)]
+    pub(crate) exact: bool,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum NoAlias {
+    /// Every image has its own texture
+    All,
+    /// No heap, but images of equal description take turns
+    Placed,
+}
+
+/// What every command that runs on a GPU takes.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct DeviceOptions {
+    /// Part of the name of the graphics adapter to use
+    #[arg(long, value_name = "NAME")]
+    pub(crate) adapter: Option<String>,
+    /// Draw point passes instead of dispatching them
+    #[arg(long)]
+    pub(crate) fragment: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct DemoArgs {
+    /// The folder that pictures go to
+    #[arg(short, long, default_value = "out")]
+    pub(crate) out: PathBuf,
+    /// Pixels of the scene
+    #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = parse_size)]
+    pub(crate) size: (u32, u32),
+    /// Seconds into the scene's motion
+    #[arg(long, default_value_t = 0.0)]
+    pub(crate) time: f32,
+    #[command(flatten)]
+    pub(crate) device: DeviceOptions,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct RenderArgs {
+    /// The pipeline file
+    pub(crate) pipeline: PathBuf,
+    /// The image for the pipeline's first input: EXR, Radiance HDR or PNG; `shot.####.exr` is a sequence, `file.exr#layer` a layer
+    pub(crate) input: Option<String>,
+    /// Where the picture goes: `.png` for an encoded output, `.exr` for a linear one; `out.####.png` for a sequence
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) out: String,
+    /// The image for another input: `--input albedo=albedo.exr`
+    #[arg(long = "input", value_name = "NAME=FILE")]
+    pub(crate) inputs: Vec<String>,
+    /// Which output to write; otherwise the first that fits the file's ending
+    #[arg(long, value_name = "NAME")]
+    pub(crate) output: Option<String>,
+    /// Frames of a sequence: `1-96`, `1-96x2`, `7,12-20`
+    #[arg(long, value_name = "RANGE")]
+    pub(crate) frames: Option<String>,
+    /// Frames in a second, for what adapts over time
+    #[arg(long, default_value_t = 24.0)]
+    pub(crate) fps: f32,
+    /// Pixels to render, for a pipeline without inputs
+    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    pub(crate) size: Option<(u32, u32)>,
+    /// Bits of a channel: 8 or 16 in PNG, 16 or 32 in EXR; 8 and 16 by default
+    #[arg(long)]
+    pub(crate) depth: Option<u8>,
+    /// Round to 8 bits without dither
+    #[arg(long)]
+    pub(crate) no_dither: bool,
+    /// Say how long each stage and each pass took
+    #[arg(long)]
+    pub(crate) timings: bool,
+    #[command(flatten)]
+    pub(crate) options: PipelineOptions,
+    #[command(flatten)]
+    pub(crate) plan: PlanOptions,
+    #[command(flatten)]
+    pub(crate) device: DeviceOptions,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct CheckArgs {
+    /// The pipeline files
+    #[arg(required = true)]
+    pub(crate) pipelines: Vec<PathBuf>,
+    /// Print the diagnostics as JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+    /// Also plan each pipeline and prove the plan
+    #[arg(long)]
+    pub(crate) plan: bool,
+    #[command(flatten)]
+    pub(crate) options: PipelineOptions,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct PlanArgs {
+    /// The pipeline file
+    pub(crate) pipeline: PathBuf,
+    /// Pixels of the inputs
+    #[arg(long, value_name = "WxH", default_value = "1920x1080", value_parser = parse_size)]
+    pub(crate) size: (u32, u32),
+    /// How to print it
+    #[arg(long, value_enum, default_value_t = PlanFormat::Text)]
+    pub(crate) format: PlanFormat,
+    /// Say what differs from the plan of another file
+    #[arg(long, value_name = "OTHER")]
+    pub(crate) diff: Option<PathBuf>,
+    /// Say what differs from the plan of another tier of this file
+    #[arg(long, value_name = "TIER", conflicts_with = "diff")]
+    pub(crate) diff_tier: Option<String>,
+    /// Plan for this machine's graphics adapter instead of one that can do what most can
+    #[arg(long)]
+    pub(crate) device: bool,
+    #[command(flatten)]
+    pub(crate) options: PipelineOptions,
+    #[command(flatten)]
+    pub(crate) plan: PlanOptions,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum PlanFormat {
+    /// A table
+    Text,
+    /// Canonical JSON
+    Json,
+    /// Graphviz
+    Dot,
+    /// A timeline
+    Svg,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct NodesArgs {
+    /// The kind to explain; all are listed without it
+    pub(crate) kind: Option<String>,
+    /// A folder of shader-only node kinds
+    #[arg(long, value_name = "DIR")]
+    pub(crate) nodes: Vec<PathBuf>,
+}
+
+/// `1920x1080`.
+fn parse_size(text: &str) -> Result<(u32, u32), String> {
+    let parts = text.split_once(['x', 'X', '×']).and_then(|(w, h)| Some((w.trim().parse().ok()?, h.trim().parse().ok()?)));
+    match parts {
+        Some((width @ 1.., height @ 1..)) => Ok((width, height)),
+        _ => Err("a size is two whole numbers from 1, such as 1920x1080".into()),
+    }
+}

@@ -1,0 +1,119 @@
+//! `afterimage nodes`: the manual, built from the table of kinds.
+
+use std::fmt::Write as _;
+
+use afterimage_graph::image::State;
+use afterimage_graph::node::{Gives, Input, NodeKind, Output, Registry, StandIn};
+use afterimage_graph::value::{Param, Type};
+use anstyle::{AnsiColor, Style};
+
+use crate::args::NodesArgs;
+use crate::failure::Failure;
+use crate::pipeline::registry;
+use crate::terminal::say;
+
+const HEADING: Style = Style::new().bold();
+const NAME: Style = AnsiColor::Cyan.on_default().bold();
+
+pub(crate) fn run(args: &NodesArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
+    let registry = registry(tables, &args.nodes)?;
+    match &args.kind {
+        None => say(&list(&registry)),
+        Some(name) => say(&page(find(&registry, name)?)),
+    }
+    Ok(())
+}
+
+fn find(registry: &Registry, name: &str) -> Result<NodeKind, Failure> {
+    let by_letters = |kind: &NodeKind| kind.name().eq_ignore_ascii_case(name);
+    registry.get(name).or_else(|| registry.iter().find(by_letters)).ok_or_else(|| {
+        let failure = Failure::user(format!("no node kind is called `{name}`"));
+        match afterimage_graph::check::nearest(name, registry.names()) {
+            Some(near) => failure.hint(format!("did you mean `{near}`?")),
+            None => failure.hint("`afterimage nodes` lists them all"),
+        }
+    })
+}
+
+fn list(registry: &Registry) -> String {
+    let width = registry.names().map(str::len).max().unwrap_or(0);
+    let mut text = String::new();
+    for kind in registry.iter() {
+        let first = kind.doc().trim().lines().next().unwrap_or("").trim();
+        let _ = writeln!(text, "{NAME}{:width$}{NAME:#}  {first}", kind.name());
+    }
+    text + "\n`afterimage nodes KIND` explains one.\n"
+}
+
+fn page(kind: NodeKind) -> String {
+    let mut text = format!("{NAME}{}{NAME:#}\n\n{}\n", kind.name(), paragraph(kind.doc()));
+    let _ = writeln!(text, "{HEADING}Inputs{HEADING:#}");
+    if kind.inputs().is_empty() {
+        text += "  none: it makes its picture from nothing\n";
+    }
+    kind.inputs().iter().for_each(|port| text += &input(port));
+    let _ = writeln!(text, "\n{HEADING}Outputs{HEADING:#}");
+    kind.outputs().iter().for_each(|port| text += &output(port));
+    let _ = writeln!(text, "\n{HEADING}Parameters{HEADING:#}");
+    if kind.params().is_empty() {
+        text += "  none\n";
+    }
+    kind.params().iter().for_each(|param| text += &parameter(param));
+    let _ = writeln!(text, "\n{HEADING}When it is off{HEADING:#}\n  {}", bypass(kind.bypass()));
+    text
+}
+
+fn paragraph(doc: &str) -> String {
+    doc.lines().map(|line| line.strip_prefix(' ').unwrap_or(line)).collect::<Vec<_>>().join("\n")
+}
+
+fn states(states: &[State]) -> String {
+    let names: Vec<&str> = states.iter().map(|state| state.name()).collect();
+    if names.is_empty() { String::new() } else { format!(" ({})", names.join(", ")) }
+}
+
+fn input(port: &Input) -> String {
+    let optional = if port.optional { ", optional" } else { "" };
+    format!("  {NAME}{}{NAME:#}: {}{}{optional}\n      {}\n", port.name, port.ty.name(), states(port.states), port.doc)
+}
+
+fn output(port: &Output) -> String {
+    let state = match port.gives {
+        Gives::Always(state) => format!(" ({})", state.name()),
+        Gives::Same(input) => format!(" (in the state of `{input}`)"),
+        Gives::Nothing => String::new(),
+    };
+    format!("  {NAME}{}{NAME:#}: {}{state}\n      {}\n", port.name, port.ty.name(), port.doc)
+}
+
+fn parameter(param: &Param) -> String {
+    let mut facts = vec![format!("default {}", param.default)];
+    if let Some((low, high)) = param.domain {
+        facts.push(format!("from {low} to {high}{}", if param.unit.is_empty() { String::new() } else { format!(" {}", param.unit) }));
+    } else if !param.unit.is_empty() {
+        facts.push(format!("in {}", param.unit));
+    }
+    facts.extend(param.neutral.as_ref().map(|value| format!("neutral at {value}")));
+    if param.quality.is_some() {
+        facts.push("trades accuracy for speed".into());
+    }
+    facts.push(if param.replan { "a change needs a new plan" } else { "can change in every frame" }.into());
+    let mut text = format!("  {NAME}{}{NAME:#}: {}\n", param.name, facts.join("; "));
+    for line in param.doc.lines() {
+        let _ = writeln!(text, "      {}", line.trim());
+    }
+    if let Type::Choice(choices) = param.ty {
+        for choice in choices {
+            let _ = writeln!(text, "        {HEADING}{}{HEADING:#} {}", choice.name, choice.doc.trim());
+        }
+    }
+    text
+}
+
+fn bypass(stand_in: StandIn) -> String {
+    match stand_in {
+        StandIn::Input(port) => format!("its input `{port}` takes the place of its result"),
+        StandIn::Zero => "its result is black".into(),
+        StandIn::Absent => "its result is nothing, and what needs it is off too".into(),
+    }
+}

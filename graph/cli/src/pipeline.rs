@@ -1,0 +1,187 @@
+//! From a pipeline file to a graph and a plan, for every command.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::Arc;
+
+use afterimage_graph::check::{CheckOptions, Facts, Graph, Loader, check};
+use afterimage_graph::diagnostic::{Diagnostics, Style};
+use afterimage_graph::document::parse;
+use afterimage_graph::image::{Format, ImageDesc, Size};
+use afterimage_graph::node::{NodeKind, Registry, folder_kind};
+use afterimage_graph::plan::{Alias, Caps, GivenImage, Options, Plan, Requirement, Setting, plan};
+
+use crate::args::{NoAlias, PipelineOptions, PlanOptions};
+use crate::failure::Failure;
+use crate::terminal::note;
+
+/// Reads the files that a pipeline names.
+pub(crate) struct Files;
+
+impl Loader for Files {
+    fn load(&self, path: &str) -> Result<Arc<[u8]>, String> {
+        std::fs::read(path).map(Into::into).map_err(|error| error.to_string())
+    }
+}
+
+/// The kinds of the program and those of plug-in folders.
+pub(crate) fn registry(tables: &[&[NodeKind]], folders: &[std::path::PathBuf]) -> Result<Registry, Failure> {
+    let mut from_folders = Vec::new();
+    for folder in folders {
+        from_folders.extend(folder_kinds(folder)?);
+    }
+    let mut all = tables.to_vec();
+    all.push(&from_folders);
+    Registry::new(&all).map_err(Failure::user)
+}
+
+/// The kinds in a folder: the folder itself if it holds a `node.ron`, or each folder in it that does.
+fn folder_kinds(folder: &Path) -> Result<Vec<NodeKind>, Failure> {
+    if folder.join("node.ron").is_file() {
+        return Ok(vec![folder_node(folder)?]);
+    }
+    let entries = std::fs::read_dir(folder)
+        .map_err(|error| Failure::user(format!("`{}` holds no node kinds: {error}", folder.display())))?;
+    let mut folders: Vec<_> = entries.filter_map(|entry| Some(entry.ok()?.path())).collect();
+    folders.retain(|path| path.join("node.ron").is_file());
+    folders.sort();
+    if folders.is_empty() {
+        return Err(Failure::user(format!("no folder in `{}` holds a `node.ron`", folder.display())));
+    }
+    folders.iter().map(|folder| folder_node(folder)).collect()
+}
+
+fn folder_node(folder: &Path) -> Result<NodeKind, Failure> {
+    let read = |path: &Path| {
+        std::fs::read_to_string(path).map_err(|error| Failure::user(format!("`{}`: {error}", path.display())))
+    };
+    let ron_path = folder.join("node.ron");
+    let shader_path = shader_of(folder)?;
+    let (ron, shader) = (read(&ron_path)?, read(&shader_path)?);
+    Ok(folder_kind((&ron_path.to_string_lossy(), &ron), (&shader_path.to_string_lossy(), &shader))?)
+}
+
+fn shader_of(folder: &Path) -> Result<std::path::PathBuf, Failure> {
+    let entries = std::fs::read_dir(folder).map_err(|error| Failure::user(format!("`{}`: {error}", folder.display())))?;
+    let mut shaders: Vec<_> = entries.filter_map(|entry| Some(entry.ok()?.path())).collect();
+    shaders.retain(|path| path.extension().is_some_and(|ending| ending == "wgsl"));
+    match shaders.as_slice() {
+        [one] => Ok(one.clone()),
+        _ => Err(Failure::user(format!("`{}` needs exactly one `.wgsl` file beside its `node.ron`", folder.display()))),
+    }
+}
+
+/// A checked pipeline; its warnings are printed.
+pub(crate) fn load_graph(path: &Path, registry: &Registry, options: &PipelineOptions) -> Result<Graph, Failure> {
+    let (graph, warnings) = check_file(path, registry, options)?;
+    if !warnings.is_empty() {
+        note(&warnings.render(Style::Coloured));
+    }
+    Ok(graph)
+}
+
+/// A checked pipeline and its warnings.
+pub(crate) fn check_file(
+    path: &Path,
+    registry: &Registry,
+    options: &PipelineOptions,
+) -> Result<(Graph, Diagnostics), Failure> {
+    let text = std::fs::read_to_string(path)
+        .map_err(|error| Failure::user(format!("cannot read the pipeline `{}`: {error}", path.display())))?;
+    check_text(&path.to_string_lossy(), &text, registry, options)
+}
+
+/// A checked pipeline from its text, and its warnings.
+pub(crate) fn check_text(
+    name: &str,
+    text: &str,
+    registry: &Registry,
+    options: &PipelineOptions,
+) -> Result<(Graph, Diagnostics), Failure> {
+    let sets = options.sets.iter().map(|set| split(set, "--set")).collect::<Result<_, _>>()?;
+    let check_options = CheckOptions { tier: options.tier.clone(), sets, loader: &Files };
+    let (graph, warnings) = check(&parse(name, text)?, registry, &check_options)?;
+    refuse_unknown_facts(&graph, options)?;
+    Ok((graph, warnings))
+}
+
+/// `name=value`.
+pub(crate) fn split(text: &str, flag: &str) -> Result<(String, String), Failure> {
+    let (name, value) = text
+        .split_once('=')
+        .ok_or_else(|| Failure::user(format!("`{flag} {text}` has no `=`")).hint(format!("write `{flag} name=value`")))?;
+    Ok((name.trim().to_owned(), value.trim().to_owned()))
+}
+
+/// A fact that no condition asks is a slip of the pen, and silence would hide it.
+fn refuse_unknown_facts(graph: &Graph, options: &PipelineOptions) -> Result<(), Failure> {
+    let asked: Vec<String> =
+        graph.nodes.iter().filter_map(|node| node.when.as_ref()).flat_map(|when| when.facts()).map(str::to_owned).collect();
+    for fact in &options.facts {
+        let (name, _) = split(fact, "--fact")?;
+        if !asked.contains(&name) {
+            let mut known = asked.clone();
+            known.sort();
+            known.dedup();
+            let hint = if known.is_empty() { "it asks no facts at all".into() } else { format!("it asks `{}`", known.join("`, `")) };
+            return Err(Failure::user(format!("no `when` of this pipeline asks the fact `{name}`")).hint(hint));
+        }
+    }
+    Ok(())
+}
+
+/// What the command line says of the scene.
+pub(crate) fn facts(options: &PipelineOptions) -> Result<Facts, Failure> {
+    let mut facts = Facts::default();
+    for fact in &options.facts {
+        let (name, value) = split(fact, "--fact")?;
+        match (value.parse::<bool>(), value.parse::<f64>()) {
+            (Ok(flag), _) => facts.set(name, flag),
+            (_, Ok(number)) if number.is_finite() => facts.set(name, number),
+            _ => return Err(Failure::user(format!("`--fact {fact}`: a fact is `true`, `false` or a number"))),
+        }
+    }
+    Ok(facts)
+}
+
+/// The planner's switches.
+pub(crate) fn plan_options(options: &PlanOptions) -> Options {
+    let alias = match options.no_alias {
+        None => Alias::Placed,
+        Some(NoAlias::Placed) => Alias::Pool,
+        Some(NoAlias::All) => Alias::None,
+    };
+    Options {
+        fuse: !options.no_fuse,
+        alias,
+        serial: options.serial,
+        exact: options.exact,
+        waves_first: options.fewest_waves,
+    }
+}
+
+/// A plan without a device: for one that can store every format, on half-float inputs of that size.
+pub(crate) fn plan_without_device(
+    graph: &Graph,
+    size: Size,
+    facts: Facts,
+    options: Options,
+) -> Result<Plan, Failure> {
+    let caps = Caps { storage: Format::ALL.into(), max_side: 16384, ..Caps::default() };
+    Ok(plan(graph, &setting(graph, size, facts, options, caps, &Requirement::typical))?)
+}
+
+/// A setting with half-float images of one size at all required inputs.
+pub(crate) fn setting<'a>(
+    graph: &Graph,
+    size: Size,
+    facts: Facts,
+    options: Options,
+    caps: Caps,
+    requirement: &'a dyn Fn(&ImageDesc) -> Requirement,
+) -> Setting<'a> {
+    let given = GivenImage { desc: ImageDesc::new(size), finite: false };
+    let required = graph.inputs.iter().filter(|input| !input.optional);
+    let inputs: BTreeMap<String, GivenImage> = required.map(|input| (input.name.clone(), given)).collect();
+    Setting { size, inputs, facts, caps, options, requirement }
+}

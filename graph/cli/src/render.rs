@@ -1,0 +1,290 @@
+//! `afterimage render`: pictures through a pipeline. Reading, rendering and writing overlap.
+
+use std::path::{Path, PathBuf};
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::time::{Duration, Instant};
+
+use afterimage_gpu::{Gpu, Texels};
+use afterimage_graph::check::Graph;
+use afterimage_graph::image::Size;
+use afterimage_graph::node::NodeKind;
+use afterimage_graph::plan::PlanOutput;
+use indicatif::{ProgressBar, ProgressStyle};
+
+use crate::args::RenderArgs;
+use crate::failure::Failure;
+use crate::files::{self, Metadata, Picture, Source, sequence};
+use crate::pipeline::{facts, load_graph, plan_options, registry, split};
+use crate::save::{Saving, save};
+use crate::session::{Clock, Session, choose_output, open, upload_picture};
+use crate::terminal::note;
+
+/// Frames that wait between two stages: one that is being made and one that is ready.
+const AHEAD: usize = 2;
+
+pub(crate) fn run(args: &RenderArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
+    let registry = registry(tables, &args.options.nodes)?;
+    let graph = load_graph(&args.pipeline, &registry, &args.options)?;
+    let facts = facts(&args.options)?;
+    let saving = Saving::new(args)?;
+    let jobs = jobs(args, &graph)?;
+    let gpu = open(&args.device)?;
+    let mut session = Session::new(&gpu, graph, facts, plan_options(&args.plan));
+    let bar = progress(jobs.len());
+    let times = work(args, &jobs, &mut session, &saving, &bar)?;
+    bar.finish_and_clear();
+    if args.timings {
+        note(&times.to_string());
+    }
+    Ok(())
+}
+
+/// What one picture is made from, and where it goes.
+struct Job {
+    /// The pipeline's inputs and their files.
+    sources: Vec<(String, Source)>,
+    frame: Option<u32>,
+    out: PathBuf,
+}
+
+fn jobs(args: &RenderArgs, graph: &Graph) -> Result<Vec<Job>, Failure> {
+    let named = input_files(args, graph)?;
+    let mut inputs = Vec::new();
+    for (name, file) in named {
+        inputs.push((name, sequence::Input::find(&file, args.frames.as_deref().filter(|_| is_pattern(&file)))?));
+    }
+    let Some((_, first)) = inputs.first() else {
+        return Ok(vec![Job { sources: Vec::new(), frame: None, out: args.out.clone().into() }]);
+    };
+    let outs = first.outputs(&args.out)?;
+    let frames = first.sources();
+    let mut jobs = Vec::new();
+    for (index, ((frame, _), out)) in frames.into_iter().zip(outs).enumerate() {
+        let sources = inputs.iter().map(|(name, input)| Ok((name.clone(), source_at(input, index, frame, name)?)));
+        jobs.push(Job { sources: sources.collect::<Result<_, Failure>>()?, frame, out });
+    }
+    Ok(jobs)
+}
+
+fn is_pattern(file: &str) -> bool {
+    sequence::Pattern::parse(file.split('#').next().unwrap_or(file)).is_ok_and(|p| p.is_some()) || file.contains('#')
+}
+
+/// The file of an input in one frame: a single image serves all frames.
+fn source_at(input: &sequence::Input, index: usize, frame: Option<u32>, name: &str) -> Result<Source, Failure> {
+    match input {
+        sequence::Input::Single(source) => Ok(source.clone()),
+        sequence::Input::Sequence(frames) => match frames.iter().find(|(number, _)| Some(*number) == frame) {
+            Some((_, source)) => Ok(source.clone()),
+            None => {
+                let frame = frame.map_or_else(|| index.to_string(), |frame| frame.to_string());
+                Err(Failure::user(format!("input `{name}` has no frame {frame}")))
+            }
+        },
+    }
+}
+
+/// The files that the command line gives to the pipeline's inputs.
+fn input_files(args: &RenderArgs, graph: &Graph) -> Result<Vec<(String, String)>, Failure> {
+    let known: Vec<&str> = graph.inputs.iter().map(|input| input.name.as_str()).collect();
+    let mut files = Vec::new();
+    for input in &args.inputs {
+        let (name, file) = split(input, "--input")?;
+        if !known.contains(&name.as_str()) {
+            let hint = if known.is_empty() { "it has none".into() } else { format!("it has `{}`", known.join("`, `")) };
+            return Err(Failure::user(format!("the pipeline has no input `{name}`")).hint(hint));
+        }
+        files.push((name, file));
+    }
+    let given = |name: &str, files: &[(String, String)]| files.iter().any(|(known, _)| known == name);
+    if let Some(file) = &args.input {
+        let free = known.iter().find(|name| !given(name, &files));
+        let free = free.ok_or_else(|| Failure::user("the pipeline takes no further image").hint("leave the input file out"))?;
+        files.insert(0, ((*free).to_owned(), file.clone()));
+    }
+    match graph.inputs.iter().find(|input| !input.optional && !given(&input.name, &files)) {
+        None => Ok(files),
+        Some(input) => Err(Failure::user(format!("the pipeline needs an image for its input `{}`", input.name))
+            .hint(format!("name a file after the pipeline, or `--input {}=FILE`", input.name))),
+    }
+}
+
+fn progress(frames: usize) -> ProgressBar {
+    if frames < 2 {
+        return ProgressBar::hidden();
+    }
+    let style = ProgressStyle::with_template("{wide_bar} {pos}/{len} frames, {eta} left");
+    ProgressBar::new(frames as u64).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
+}
+
+/// A picture that was read, with its job's place in the list.
+type Read = Result<Vec<(String, Picture)>, Failure>;
+
+/// A picture that was rendered.
+struct Rendered {
+    texels: Texels,
+    output: PlanOutput,
+    meta: Option<Metadata>,
+    index: usize,
+}
+
+/// How long each stage worked.
+#[derive(Default)]
+struct Times {
+    read: Duration,
+    render: Duration,
+    write: Duration,
+    all: Duration,
+    frames: usize,
+    passes: Vec<(String, f64)>,
+}
+
+fn work(
+    args: &RenderArgs,
+    jobs: &[Job],
+    session: &mut Session<'_>,
+    saving: &Saving,
+    bar: &ProgressBar,
+) -> Result<Times, Failure> {
+    let start = Instant::now();
+    let (read_to, read_from) = sync_channel::<Read>(AHEAD);
+    let (write_to, write_from) = sync_channel::<Rendered>(AHEAD);
+    let mut times = std::thread::scope(|scope| {
+        let reader = scope.spawn(move || read_all(jobs, &read_to));
+        let writer = scope.spawn(move || write_all(jobs, saving, &write_from, bar));
+        let rendered = render_all(args, jobs, session, &read_from, &write_to);
+        // Both neighbours end when their channels do.
+        drop((read_from, write_to));
+        let read = reader.join().expect("the reader returns its errors");
+        let written = writer.join().expect("the writer returns its errors");
+        let (render, passes) = rendered?;
+        Ok::<_, Failure>(Times { read, render, write: written?, passes, frames: jobs.len(), ..Times::default() })
+    })?;
+    times.all = start.elapsed();
+    Ok(times)
+}
+
+fn read_all(jobs: &[Job], to: &SyncSender<Read>) -> Duration {
+    let mut busy = Duration::ZERO;
+    for job in jobs {
+        let start = Instant::now();
+        let pictures = job.sources.iter().map(|(name, source)| Ok((name.clone(), files::read(source)?))).collect::<Read>();
+        busy += start.elapsed();
+        let failed = pictures.is_err();
+        // A receiver that is gone has failed, and says so itself.
+        if to.send(pictures).is_err() || failed {
+            break;
+        }
+    }
+    busy
+}
+
+fn render_all(
+    args: &RenderArgs,
+    jobs: &[Job],
+    session: &mut Session<'_>,
+    from: &Receiver<Read>,
+    to: &SyncSender<Rendered>,
+) -> Result<(Duration, Vec<(String, f64)>), Failure> {
+    let mut busy = Duration::ZERO;
+    let mut passes = Vec::new();
+    let mut said = Vec::new();
+    for (index, pictures) in from.iter().enumerate() {
+        let pictures = pictures?;
+        for note_text in pictures.iter().flat_map(|(_, picture)| &picture.notes) {
+            if !said.contains(note_text) {
+                note(&format!("note: {note_text}"));
+                said.push(note_text.clone());
+            }
+        }
+        let start = Instant::now();
+        let step = jobs[index].frame.zip(index.checked_sub(1).and_then(|i| jobs[i].frame));
+        let dt = step.map_or(0.0, |(now, before)| now.saturating_sub(before) as f32 / args.fps);
+        let time = jobs[index].frame.map_or(0.0, |frame| frame as f32 / args.fps);
+        let rendered = render_one(args, session, &pictures, Clock { time, dt, reset: index == 0 }, index)?;
+        if args.timings && index == 0 {
+            passes = time_passes(session, args, &pictures)?;
+        }
+        busy += start.elapsed();
+        // A writer that is gone has failed, and says so itself.
+        if to.send(rendered).is_err() {
+            break;
+        }
+    }
+    Ok((busy, passes))
+}
+
+fn render_one(
+    args: &RenderArgs,
+    session: &mut Session<'_>,
+    pictures: &[(String, Picture)],
+    clock: Clock,
+    index: usize,
+) -> Result<Rendered, Failure> {
+    render_frame(args, session, pictures, clock)?;
+    let output = choose_output(session.plan(), args.output.as_deref(), Saving::is_png(&args.out))?;
+    let texels = session.output(&output.name)?;
+    let meta = pictures.first().map(|(_, picture)| picture.meta.clone());
+    Ok(Rendered { texels, output, meta, index })
+}
+
+fn render_frame(
+    args: &RenderArgs,
+    session: &mut Session<'_>,
+    pictures: &[(String, Picture)],
+    clock: Clock,
+) -> Result<(), Failure> {
+    let gpu: &Gpu = session.gpu;
+    let uploaded = pictures
+        .iter()
+        .map(|(name, picture)| upload_picture(gpu, picture).map(|(texture, desc)| (name.clone(), texture, desc)))
+        .collect::<Result<Vec<_>, _>>()?;
+    let inputs: Vec<_> = uploaded.iter().map(|(name, texture, desc)| (name.clone(), texture, *desc)).collect();
+    let (width, height) = args.size.unwrap_or((1920, 1080));
+    let size = inputs.first().map_or(Size::new(width, height), |(_, _, desc)| desc.size);
+    session.render(size, &inputs, clock)
+}
+
+/// GPU milliseconds of each pass, from a second rendering of the first frame.
+fn time_passes(
+    session: &mut Session<'_>,
+    args: &RenderArgs,
+    pictures: &[(String, Picture)],
+) -> Result<Vec<(String, f64)>, Failure> {
+    if !session.executor().enable_timing() {
+        return Ok(Vec::new());
+    }
+    render_frame(args, session, pictures, Clock { reset: true, ..Clock::default() })?;
+    let times = session.executor().pass_times().unwrap_or_default();
+    let labels = session.plan().recording.passes.iter().map(|pass| pass.label.clone());
+    Ok(labels.zip(times).collect())
+}
+
+fn write_all(
+    jobs: &[Job],
+    saving: &Saving,
+    from: &Receiver<Rendered>,
+    bar: &ProgressBar,
+) -> Result<Duration, Failure> {
+    let mut busy = Duration::ZERO;
+    for rendered in from {
+        let start = Instant::now();
+        let path: &Path = &jobs[rendered.index].out;
+        save(path, &rendered.texels, rendered.output.state, rendered.meta, saving)?;
+        busy += start.elapsed();
+        bar.inc(1);
+    }
+    Ok(busy)
+}
+
+impl std::fmt::Display for Times {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let ms = |time: Duration| time.as_secs_f64() * 1e3 / self.frames.max(1) as f64;
+        writeln!(f, "{} frames in {:.3} s; milliseconds a frame:", self.frames, self.all.as_secs_f64())?;
+        writeln!(f, "  read {:.1}, render {:.1}, write {:.1}", ms(self.read), ms(self.render), ms(self.write))?;
+        for (label, ms) in &self.passes {
+            writeln!(f, "  {ms:8.4} ms on the GPU: {label}")?;
+        }
+        Ok(())
+    }
+}

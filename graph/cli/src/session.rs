@@ -1,0 +1,154 @@
+//! A pipeline on a GPU, ready to take pictures.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use afterimage_gpu::{Executor, Frame, Gpu, Opening, Texels, download, upload};
+use afterimage_graph::check::{Facts, Graph};
+use afterimage_graph::image::{ImageDesc, Size, State};
+use afterimage_graph::plan::{GivenImage, Options, Plan, PlanOutput, Setting, plan};
+
+use crate::args::DeviceOptions;
+use crate::failure::Failure;
+use crate::files::{Picture, Pixels};
+
+/// Opens the GPU that the command line asks for.
+pub(crate) fn open(options: &DeviceOptions) -> Result<Gpu, Failure> {
+    let mut gpu = Gpu::open(&Opening { adapter: options.adapter.clone(), validation: false })?;
+    gpu.caps.prefer_fragment = options.fragment;
+    Ok(gpu)
+}
+
+/// A graph and what runs it; the plan follows the sizes of the pictures.
+pub(crate) struct Session<'g> {
+    pub(crate) gpu: &'g Gpu,
+    graph: Graph,
+    facts: Facts,
+    options: Options,
+    executor: Executor,
+    planned_for: Option<(Size, BTreeMap<String, GivenImage>)>,
+}
+
+/// The time of a frame.
+#[derive(Clone, Copy, Default)]
+pub(crate) struct Clock {
+    pub(crate) time: f32,
+    pub(crate) dt: f32,
+    pub(crate) reset: bool,
+}
+
+impl<'g> Session<'g> {
+    pub(crate) fn new(gpu: &'g Gpu, graph: Graph, facts: Facts, options: Options) -> Self {
+        let executor = Executor::with_caps(&gpu.device, &gpu.queue, gpu.caps.clone());
+        Self { gpu, graph, facts, options, executor, planned_for: None }
+    }
+
+    /// Renders one frame; the results stay on the GPU.
+    pub(crate) fn render(&mut self, size: Size, inputs: &[(String, &wgpu::Texture, ImageDesc)], clock: Clock) -> Result<(), Failure> {
+        let given = |desc: &ImageDesc| GivenImage { desc: *desc, finite: false };
+        let inputs_given = inputs.iter().map(|(name, _, desc)| (name.clone(), given(desc))).collect();
+        self.plan_for(size, inputs_given)?;
+        let views: Vec<wgpu::TextureView> =
+            inputs.iter().map(|(_, texture, _)| texture.create_view(&Default::default())).collect();
+        let named: Vec<(&str, &wgpu::TextureView)> =
+            inputs.iter().zip(&views).map(|((name, ..), view)| (name.as_str(), view)).collect();
+        let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
+        let frame = Frame { inputs: &named, outputs: &[], time: clock.time, dt: clock.dt, reset: clock.reset };
+        self.executor.encode(&mut encoder, &frame)?;
+        self.gpu.queue.submit([encoder.finish()]);
+        Ok(())
+    }
+
+    fn plan_for(&mut self, size: Size, inputs: BTreeMap<String, GivenImage>) -> Result<(), Failure> {
+        let wanted = Some((size, inputs));
+        if self.planned_for == wanted {
+            return Ok(());
+        }
+        let (size, inputs) = wanted.expect("made above");
+        let executor = &self.executor;
+        let requirement = |desc: &ImageDesc| executor.requirement(desc);
+        let setting = Setting {
+            size,
+            inputs: inputs.clone(),
+            facts: self.facts.clone(),
+            caps: self.gpu.caps.clone(),
+            options: self.options,
+            requirement: &requirement,
+        };
+        let plan = plan(&self.graph, &setting)?;
+        self.executor.load(Arc::new(plan))?;
+        self.planned_for = Some((size, inputs));
+        Ok(())
+    }
+
+    /// The plan in use.
+    pub(crate) fn plan(&self) -> &Arc<Plan> {
+        self.executor.plan().expect("a frame was rendered")
+    }
+
+    /// The executor.
+    pub(crate) fn executor(&mut self) -> &mut Executor {
+        &mut self.executor
+    }
+
+    /// The texels of an output of the last frame.
+    pub(crate) fn output(&self, name: &str) -> Result<Texels, Failure> {
+        let texture = self.executor.output(name).expect("the executor keeps a texture for each output");
+        Ok(download(&self.gpu.device, &self.gpu.queue, texture)?)
+    }
+
+    /// The texture of an output of the last frame.
+    pub(crate) fn output_texture(&self, name: &str) -> &wgpu::Texture {
+        self.executor.output(name).expect("the executor keeps a texture for each output")
+    }
+}
+
+/// The texels of a picture as its file had them.
+pub(crate) fn texels(picture: &Picture) -> Texels {
+    let desc = ImageDesc::new(Size::new(picture.width, picture.height));
+    match &picture.pixels {
+        Pixels::Half(halves) => Texels { desc, bytes: bytemuck::cast_slice(halves).to_vec() },
+        Pixels::Float(floats) => Texels {
+            desc: desc.format(afterimage_graph::image::Format::Rgba32Float),
+            bytes: bytemuck::cast_slice(floats).to_vec(),
+        },
+    }
+}
+
+/// A picture on the GPU, refused if the device cannot hold it.
+pub(crate) fn upload_picture(gpu: &Gpu, picture: &Picture) -> Result<(wgpu::Texture, ImageDesc), Failure> {
+    let limit = gpu.caps.max_side;
+    if picture.width.max(picture.height) > limit {
+        let message = format!("the image is {}x{}, but `{}` takes at most {limit} pixels a side", picture.width, picture.height, gpu.name());
+        return Err(Failure::user(message).hint("scale it down, or choose another device with `--adapter`"));
+    }
+    let texels = texels(picture);
+    Ok((upload(&gpu.device, &gpu.queue, &texels), texels.desc))
+}
+
+/// The output that goes to a file: the named one, or the first whose state suits the file's ending.
+pub(crate) fn choose_output(plan: &Plan, wanted: Option<&str>, png: bool) -> Result<PlanOutput, Failure> {
+    let names: Vec<String> = plan.outputs.iter().map(|o| format!("`{}` ({})", o.name, o.state.name())).collect();
+    let names = names.join(", ");
+    let suits = |output: &&PlanOutput| (output.state == State::Encoded) == png;
+    if let Some(wanted) = wanted {
+        let output = plan.output(Some(wanted)).ok_or_else(|| {
+            Failure::user(format!("the pipeline has no output `{wanted}`")).hint(format!("it has {names}"))
+        })?;
+        return match suits(&output) {
+            true => Ok(output.clone()),
+            false if png => Err(Failure::user(format!("output `{wanted}` is {}, and a PNG holds encoded pictures", output.state.name()))
+                .hint("write it to an `.exr` file, or add an `Encode` node")),
+            false => Err(Failure::user(format!("output `{wanted}` is Encoded, and an EXR holds linear light"))
+                .hint("write it to a `.png` file")),
+        };
+    }
+    plan.outputs.iter().find(suits).cloned().ok_or_else(|| {
+        let (kind, hint) = if png {
+            ("encoded", "write to an `.exr` file, or add an `Encode` node and an output for it")
+        } else {
+            ("linear", "write to a `.png` file, or add an output before the `Encode` node")
+        };
+        Failure::user(format!("the pipeline has no {kind} output for this file; it has {names}")).hint(hint)
+    })
+}

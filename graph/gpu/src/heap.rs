@@ -1,0 +1,178 @@
+//! One block of device memory in which images of any format and size lie at the plan's offsets.
+//!
+//! wgpu gives every texture memory of its own, so on Vulkan the images are made by hand, bound to one allocation, and handed to wgpu, which then tracks
+//! and destroys them like any other. Images that overlap are never alive at once: the plan says so, and its checker proves it. The hand-over from
+//! one resident to the next is a barrier that the executor causes by touching the newcomer (see [`Executor`](crate::Executor)).
+#![allow(unsafe_code, reason = "memory cannot be placed through wgpu's safe interface; every block has its proof beside it")]
+
+use afterimage_graph::image::ImageDesc;
+use afterimage_graph::plan::Requirement;
+use ash::vk;
+use wgpu::hal::api::Vulkan;
+
+use crate::device::texture_format;
+use crate::store::{Stored, extent, usages, view};
+
+/// The memory of one plan's transient images.
+pub(crate) struct Heap {
+    device: wgpu::Device,
+    memory: vk::DeviceMemory,
+    bytes: u64,
+}
+
+// `vk::DeviceMemory` is a number; what it names belongs to this heap alone.
+impl Heap {
+    /// An allocation of so many bytes that suits every image of the descriptions; `None` where the backend is not Vulkan or has no such memory.
+    pub(crate) fn new(device: &wgpu::Device, bytes: u64, descs: &[ImageDesc]) -> Option<Self> {
+        let types = descs.iter().try_fold(u32::MAX, |types, desc| Some(types & requirements(device, desc)?.memory_type_bits))?;
+        // SAFETY: the guard is dropped before this function returns, and the device is not destroyed through it.
+        let hal = unsafe { device.as_hal::<Vulkan>() }?;
+        let instance = hal.shared_instance().raw_instance();
+        // SAFETY: the physical device belongs to this instance.
+        let properties = unsafe { instance.get_physical_device_memory_properties(hal.raw_physical_device()) };
+        let suits = |index: &u32| {
+            let local = vk::MemoryPropertyFlags::DEVICE_LOCAL;
+            types & (1 << index) != 0 && properties.memory_types[*index as usize].property_flags.contains(local)
+        };
+        let memory_type = (0..properties.memory_type_count).find(suits)?;
+        let info = vk::MemoryAllocateInfo::default().allocation_size(bytes).memory_type_index(memory_type);
+        // SAFETY: the type index is one of the device's; the allocation is freed in `drop`.
+        let memory = unsafe { hal.raw_device().allocate_memory(&info, None) }.ok()?;
+        drop(hal);
+        Some(Self { device: device.clone(), memory, bytes })
+    }
+
+    /// Bytes of the block.
+    pub(crate) fn bytes(&self) -> u64 {
+        self.bytes
+    }
+
+    /// An image at an offset of the block.
+    pub(crate) fn place(&self, desc: ImageDesc, offset: u64, label: &str) -> Option<Stored> {
+        // SAFETY: as in `new`.
+        let hal = unsafe { self.device.as_hal::<Vulkan>() }?;
+        let image = create_image(hal.raw_device(), &self.device, &desc)?;
+        // SAFETY: the image is new and unbound; the plan's offset has the alignment and leaves the room that the driver asked for.
+        let bound = unsafe { hal.raw_device().bind_image_memory(image, self.memory, offset) };
+        if bound.is_err() {
+            // SAFETY: the image is ours and nothing uses it.
+            unsafe { hal.raw_device().destroy_image(image, None) };
+            return None;
+        }
+        let format = texture_format(desc.format);
+        let usage = usages(&self.device, desc);
+        let dimension = if desc.volume { wgpu::TextureDimension::D3 } else { wgpu::TextureDimension::D2 };
+        let hal_desc = wgpu::hal::TextureDescriptor {
+            label: Some(label),
+            size: extent(desc),
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension,
+            format,
+            usage: hal_usage(usage),
+            memory_flags: wgpu::hal::MemoryFlags::empty(),
+            view_formats: Vec::new(),
+        };
+        let memory = wgpu::hal::vulkan::TextureMemory::External;
+        // SAFETY: the image was created as `hal_desc` says; wgpu destroys it; its memory outlives it, since a heap is dropped after its textures.
+        let hal_texture = unsafe { hal.texture_from_raw(image, &hal_desc, None, memory) };
+        drop(hal);
+        let descriptor = wgpu::TextureDescriptor {
+            label: Some(label),
+            size: extent(desc),
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension,
+            format,
+            usage,
+            view_formats: &[],
+        };
+        // SAFETY: the texture comes from this device and matches the descriptor. Its contents count as undefined: the plan never reads an
+        // image before a pass has written all of it.
+        let texture = unsafe {
+            self.device.create_texture_from_hal::<Vulkan>(hal_texture, &descriptor, wgpu::TextureUses::UNINITIALIZED)
+        };
+        let view = view(&texture, desc);
+        Some(Stored { texture, view, desc })
+    }
+}
+
+impl Drop for Heap {
+    fn drop(&mut self) {
+        // The textures are gone from the store, but the GPU may still run with them.
+        if let Err(error) = self.device.poll(wgpu::PollType::wait_indefinitely()) {
+            log::error!("waiting for the device before its memory is freed: {error}");
+        }
+        // SAFETY: as in `new`.
+        let Some(hal) = (unsafe { self.device.as_hal::<Vulkan>() }) else { return };
+        // SAFETY: the device is idle, and the images in this block were destroyed with their textures.
+        unsafe { hal.raw_device().free_memory(self.memory, None) };
+    }
+}
+
+/// What the driver asks for an image of that description; a typical requirement where it cannot be asked.
+pub(crate) fn requirement(device: &wgpu::Device, desc: &ImageDesc) -> Requirement {
+    match requirements(device, desc) {
+        Some(asked) => Requirement { bytes: asked.size, alignment: asked.alignment },
+        None => Requirement::typical(desc),
+    }
+}
+
+fn requirements(device: &wgpu::Device, desc: &ImageDesc) -> Option<vk::MemoryRequirements> {
+    // SAFETY: as in `Heap::new`.
+    let hal = unsafe { device.as_hal::<Vulkan>() }?;
+    let image = create_image(hal.raw_device(), device, desc)?;
+    // SAFETY: the image was made above and nobody else knows it.
+    unsafe {
+        let requirements = hal.raw_device().get_image_memory_requirements(image);
+        hal.raw_device().destroy_image(image, None);
+        Some(requirements)
+    }
+}
+
+fn create_image(raw: &ash::Device, device: &wgpu::Device, desc: &ImageDesc) -> Option<vk::Image> {
+    let size = extent(*desc);
+    let info = vk::ImageCreateInfo::default()
+        .flags(vk::ImageCreateFlags::ALIAS)
+        .image_type(if desc.volume { vk::ImageType::TYPE_3D } else { vk::ImageType::TYPE_2D })
+        .format(vulkan_format(desc.format))
+        .extent(vk::Extent3D { width: size.width, height: size.height, depth: size.depth_or_array_layers })
+        .mip_levels(1)
+        .array_layers(1)
+        .samples(vk::SampleCountFlags::TYPE_1)
+        .tiling(vk::ImageTiling::OPTIMAL)
+        .usage(vulkan_usage(usages(device, *desc)))
+        .sharing_mode(vk::SharingMode::EXCLUSIVE)
+        .initial_layout(vk::ImageLayout::UNDEFINED);
+    // SAFETY: the description is complete and within the device's limits, which the planner checks.
+    unsafe { raw.create_image(&info, None) }.ok()
+}
+
+fn vulkan_format(format: afterimage_graph::image::Format) -> vk::Format {
+    use afterimage_graph::image::Format;
+    match format {
+        Format::Rgba8Unorm => vk::Format::R8G8B8A8_UNORM,
+        Format::R16Float => vk::Format::R16_SFLOAT,
+        Format::Rg16Float => vk::Format::R16G16_SFLOAT,
+        Format::Rgba16Float => vk::Format::R16G16B16A16_SFLOAT,
+        Format::Rg11b10Ufloat => vk::Format::B10G11R11_UFLOAT_PACK32,
+        Format::R32Float => vk::Format::R32_SFLOAT,
+        Format::Rgba32Float => vk::Format::R32G32B32A32_SFLOAT,
+    }
+}
+
+const USAGES: [(wgpu::TextureUsages, wgpu::TextureUses, vk::ImageUsageFlags); 5] = [
+    (wgpu::TextureUsages::COPY_SRC, wgpu::TextureUses::COPY_SRC, vk::ImageUsageFlags::TRANSFER_SRC),
+    (wgpu::TextureUsages::COPY_DST, wgpu::TextureUses::COPY_DST, vk::ImageUsageFlags::TRANSFER_DST),
+    (wgpu::TextureUsages::TEXTURE_BINDING, wgpu::TextureUses::RESOURCE, vk::ImageUsageFlags::SAMPLED),
+    (wgpu::TextureUsages::STORAGE_BINDING, wgpu::TextureUses::STORAGE_WRITE_ONLY, vk::ImageUsageFlags::STORAGE),
+    (wgpu::TextureUsages::RENDER_ATTACHMENT, wgpu::TextureUses::COLOR_TARGET, vk::ImageUsageFlags::COLOR_ATTACHMENT),
+];
+
+fn hal_usage(usage: wgpu::TextureUsages) -> wgpu::TextureUses {
+    USAGES.iter().filter(|(known, ..)| usage.contains(*known)).map(|(_, hal, _)| *hal).collect()
+}
+
+fn vulkan_usage(usage: wgpu::TextureUsages) -> vk::ImageUsageFlags {
+    USAGES.iter().filter(|(known, ..)| usage.contains(*known)).fold(vk::ImageUsageFlags::empty(), |all, (.., vk)| all | *vk)
+}

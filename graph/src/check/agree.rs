@@ -1,0 +1,219 @@
+//! Agreement of the two ends of every wire: the port's type and the state of the image.
+
+use std::collections::VecDeque;
+
+use super::build::{Builder, Feed, Wire};
+use super::suggest::{OnWire, between, either, path};
+use super::Source;
+use crate::diagnostic::{Diagnostic, Place, Spanned, quote};
+use crate::image::State;
+use crate::node::{Gives, Input, PortType};
+
+impl Builder<'_> {
+    /// Checks every wire.
+    pub(super) fn agree(&mut self) {
+        self.find_states();
+        for node in 0..self.drafts.len() {
+            let kind = self.drafts[node].kind;
+            for (index, port) in kind.inputs().iter().enumerate() {
+                if let Some(wire) = self.drafts[node].wires[index].clone() {
+                    self.agree_on(&wire, port, &format!("{} of {}", quote(port.name), quote(kind.name())));
+                }
+            }
+        }
+        self.agree_with_inner();
+        self.agree_with_outputs();
+        self.tell_unknown_states();
+    }
+
+    /// The state of what a wire carries; `None` while it is unknown.
+    pub(super) fn state(&self, wire: &Wire) -> Option<Option<State>> {
+        if let Some(declared) = wire.declared {
+            return Some(Some(declared));
+        }
+        match wire.source? {
+            Source::Input(input) => self.host_inputs().nth(input).map(|input| Some(input.state)),
+            Source::Node { node, output, .. } => self.drafts[node].states[output],
+        }
+    }
+
+    fn wire_type(&self, wire: &Wire) -> PortType {
+        match (wire.declared, wire.source) {
+            (None, Some(source)) => self.port_type(source),
+            _ => PortType::Image,
+        }
+    }
+
+    /// Finds the states of all outputs, each as soon as the input that it follows is known; `@previous` wires may go in circles.
+    fn find_states(&mut self) {
+        let mut readers = vec![Vec::new(); self.drafts.len()];
+        for (reader, draft) in self.drafts.iter().enumerate() {
+            for wire in draft.wires.iter().flatten() {
+                if let Some(Source::Node { node, .. }) = wire.source {
+                    readers[node].push(reader);
+                }
+            }
+        }
+        let mut queue: VecDeque<usize> = (0..self.drafts.len()).collect();
+        while let Some(node) = queue.pop_front() {
+            let states = self.states_of(node);
+            if states != self.drafts[node].states {
+                self.drafts[node].states = states;
+                queue.extend(&readers[node]);
+            }
+        }
+    }
+
+    fn states_of(&self, node: usize) -> Vec<Option<Option<State>>> {
+        let draft = &self.drafts[node];
+        let follow = |name: &str| {
+            let port = draft.kind.inputs().iter().position(|port| port.name == name)?;
+            self.state(draft.wires[port].as_ref()?)
+        };
+        let state = |gives: Gives| match gives {
+            Gives::Always(state) => Some(Some(state)),
+            Gives::Same(name) => follow(name),
+            Gives::Nothing => Some(None),
+        };
+        draft.kind.outputs().iter().map(|output| state(output.gives)).collect()
+    }
+
+    fn agree_on(&mut self, wire: &Wire, port: &Input, reader: &str) {
+        let on_wire = OnWire { ty: self.wire_type(wire), state: self.state(wire).flatten() };
+        if on_wire.ty != port.ty {
+            let diagnostic = self.type_conflict(wire, on_wire, port.ty, port.states, reader);
+            return self.tell(diagnostic);
+        }
+        match on_wire.state {
+            Some(state) if !port.states.is_empty() && !port.states.contains(&state) => {
+                let diagnostic = self.state_conflict(wire, on_wire, port.states, reader);
+                self.tell(diagnostic);
+            }
+            _ => {}
+        }
+    }
+
+    fn type_conflict(&self, wire: &Wire, found: OnWire, wanted: PortType, states: &[State], reader: &str) -> Diagnostic {
+        let message = format!("{reader} takes {}, but {} is {}", a(wanted), self.maker(wire), a(found.ty));
+        let fits = |state: Option<State>| state.is_none_or(|state| states.is_empty() || states.contains(&state));
+        let nodes = path(self.registry, found, |next| next.ty == wanted && fits(next.state));
+        let help = self.other_output(wire, wanted).or_else(|| nodes.map(|nodes| between(&nodes)));
+        self.ends(Diagnostic::error("type-conflict", message), wire, &format!("takes {}", a(wanted)), &format!("gives {}", a(found.ty)))
+            .maybe_help(help)
+    }
+
+    /// An output of the same node that would fit.
+    fn other_output(&self, wire: &Wire, wanted: PortType) -> Option<String> {
+        let Some(Source::Node { node, .. }) = wire.source else { return None };
+        let draft = &self.drafts[node];
+        let output = draft.kind.outputs().iter().find(|output| output.ty == wanted)?;
+        let name = &draft.name.value;
+        Some(format!("`\"{name}.{}\"` is {}", output.name, a(wanted)))
+    }
+
+    fn state_conflict(&self, wire: &Wire, found: OnWire, wanted: &[State], reader: &str) -> Diagnostic {
+        let state = found.state.map_or("nothing", State::name);
+        let message = format!("{reader} takes {}, but {} is {}", either(wanted), self.maker(wire), quote(state));
+        let takes = format!("takes {}", either(wanted));
+        let nodes = path(self.registry, found, |next| next.ty == found.ty && next.state.is_some_and(|s| wanted.contains(&s)));
+        let help = nodes.map_or_else(|| format!("wire it to an image from before it became {}", quote(state)), |nodes| between(&nodes));
+        self.ends(Diagnostic::error("state-conflict", message), wire, &takes, &format!("gives {}", quote(state))).help(help)
+    }
+
+    /// What is at the beginning of a wire, in words.
+    fn maker(&self, wire: &Wire) -> String {
+        match wire.source {
+            Some(Source::Node { node, output, .. }) => {
+                let draft = &self.drafts[node];
+                let name = &draft.name.value;
+                match output {
+                    0 => quote(name),
+                    _ => quote(&format!("{name}.{}", draft.kind.outputs()[output].name)),
+                }
+            }
+            Some(Source::Input(input)) => {
+                self.host_inputs().nth(input).map_or_else(String::new, |input| format!("the input {}", quote(&input.name.value)))
+            }
+            None => "the input".into(),
+        }
+    }
+
+    fn maker_place(&self, wire: &Wire) -> Option<Place> {
+        match wire.source? {
+            Source::Node { node, .. } => Some(self.drafts[node].kind_place.clone()),
+            Source::Input(input) => self.host_inputs().nth(input).map(|input| input.name.place.clone()),
+        }
+    }
+
+    /// Points at both ends of a wire.
+    fn ends(&self, diagnostic: Diagnostic, wire: &Wire, reader: &str, maker: &str) -> Diagnostic {
+        let diagnostic = diagnostic.at(&wire.place, format!("this port {reader}"));
+        match self.maker_place(wire).filter(|place| *place != wire.place) {
+            Some(place) => diagnostic.also(&place, format!("this {maker}")),
+            None => diagnostic,
+        }
+    }
+
+    /// The inputs that an inner pipeline declares, against what is wired to it.
+    fn agree_with_inner(&mut self) {
+        for scope in 1..self.scopes.len() {
+            let parent = self.scopes[scope].parent.unwrap_or(0);
+            let wired: Vec<(Spanned<String>, State, Spanned<String>)> = self.scopes[scope]
+                .inputs
+                .iter()
+                .filter_map(|(input, feed)| match feed {
+                    Feed::Wire(wire) => Some((input.name.clone(), input.state, wire.clone())),
+                    _ => None,
+                })
+                .collect();
+            for (input, state, asked) in wired {
+                let Some(wire) = self.connected(parent, &asked) else { continue };
+                let port = Input::image("", "");
+                let reader = format!("the input {} of {}", quote(&input.value), quote(&self.scopes[scope].name.value));
+                let on_wire = OnWire { ty: self.wire_type(&wire), state: self.state(&wire).flatten() };
+                let diagnostic = if on_wire.ty != port.ty {
+                    self.type_conflict(&wire, on_wire, port.ty, &[state], &reader)
+                } else if on_wire.state.is_some_and(|found| found != state) {
+                    self.state_conflict(&wire, on_wire, &[state], &reader)
+                } else {
+                    continue;
+                };
+                self.tell(diagnostic.also(&input.place, "the inner pipeline declares it here"));
+            }
+        }
+    }
+
+    fn agree_with_outputs(&mut self) {
+        for (name, wire) in self.outputs.clone() {
+            let Some(wire) = wire else { continue };
+            let ty = self.wire_type(&wire);
+            if ty != PortType::Image {
+                let state = self.state(&wire).flatten();
+                let output = format!("the output {}", quote(&name.value));
+                let diagnostic = self.type_conflict(&wire, OnWire { ty, state }, PortType::Image, &[], &output);
+                self.tell(diagnostic);
+            }
+        }
+    }
+
+    /// States that follow each other in a circle of `@previous` wires and begin nowhere.
+    fn tell_unknown_states(&mut self) {
+        if self.diagnostics.has_errors() {
+            return;
+        }
+        let lost = self.drafts.iter().find(|draft| draft.states.iter().any(Option::is_none));
+        if let Some(draft) = lost {
+            let message = format!("nothing says what the image of {} is", quote(&draft.name.value));
+            let diagnostic = Diagnostic::error("unknown-state", message)
+                .at(&draft.kind_place, "this follows its input, which follows it")
+                .help("let one node of the circle read an input, or a node that makes an image");
+            self.tell(diagnostic);
+        }
+    }
+}
+
+/// The type with its article.
+fn a(ty: PortType) -> String {
+    let article = if ty == PortType::Image { "an" } else { "a" };
+    format!("{article} {}", ty.name())
+}

@@ -1,0 +1,226 @@
+//! What the steps of the check work on: drafts of nodes, the scopes of names they live in, and what went wrong so far.
+
+use std::collections::BTreeMap;
+
+use petgraph::graph::{DiGraph, NodeIndex};
+
+use super::files::Files;
+use super::{Condition, FactKind, Graph, GraphInput, GraphNode, GraphOutput, Loader, Source};
+use crate::diagnostic::{Diagnostic, Diagnostics, Place, Spanned};
+use crate::document::{InputEntry, Setting};
+use crate::image::{Format, State};
+use crate::node::{NodeKind, PortType, Registry};
+use crate::value::Value;
+
+/// The check in progress.
+pub(super) struct Builder<'a> {
+    pub(super) registry: &'a Registry,
+    pub(super) files: Files<'a>,
+    pub(super) diagnostics: Diagnostics,
+    pub(super) scopes: Vec<Scope>,
+    pub(super) drafts: Vec<Draft>,
+    pub(super) changes: Vec<Change>,
+    pub(super) facts: BTreeMap<String, (FactKind, Place)>,
+    pub(super) outputs: Vec<(Spanned<String>, Option<Wire>)>,
+    pub(super) tier: Option<String>,
+    pub(super) is_full: bool,
+}
+
+/// A node in the making.
+pub(super) struct Draft {
+    pub(super) name: Spanned<String>,
+    pub(super) kind: NodeKind,
+    pub(super) kind_place: Place,
+    pub(super) scope: usize,
+    pub(super) values: Vec<Value>,
+    /// Where each value was written; `None` for defaults.
+    pub(super) written: Vec<Option<Place>>,
+    /// What the file wires to each input.
+    pub(super) asked: Vec<Option<Spanned<String>>>,
+    /// What each input is really wired to.
+    pub(super) wires: Vec<Option<Wire>>,
+    pub(super) when: Option<Condition>,
+    pub(super) off: bool,
+    pub(super) format: Option<Format>,
+    pub(super) label: Option<String>,
+    /// The state of each output once it is known.
+    pub(super) states: Vec<Option<Option<State>>>,
+}
+
+/// The names of one pipeline, at the top or used as a node.
+pub(super) struct Scope {
+    pub(super) parent: Option<usize>,
+    /// The name in the parent; empty at the top.
+    pub(super) name: Spanned<String>,
+    pub(super) inputs: Vec<(InputEntry, Feed)>,
+    pub(super) names: BTreeMap<String, Named>,
+    pub(super) outputs: Vec<(Spanned<String>, Spanned<String>)>,
+    pub(super) when: Option<Condition>,
+    pub(super) off: bool,
+    pub(super) label: Option<String>,
+    pub(super) facts: Option<Vec<String>>,
+}
+
+/// Where an input of a scope comes from.
+pub(super) enum Feed {
+    /// From the host.
+    Host(usize),
+    /// From a wire in the parent scope.
+    Wire(Spanned<String>),
+    /// From nowhere.
+    Absent,
+}
+
+/// What a name in a scope stands for.
+#[derive(Clone, Copy)]
+pub(super) enum Named {
+    Input(usize),
+    Node(usize),
+    Scope(usize),
+    /// Something whose mistake has been told already.
+    Broken,
+}
+
+/// A wire whose source has been found.
+#[derive(Clone)]
+pub(super) struct Wire {
+    /// Its source; `None` where the host of an inner pipeline leaves an optional input out.
+    pub(super) source: Option<Source>,
+    /// Where it is written.
+    pub(super) place: Place,
+    /// The state that an inner pipeline declares for the input which it comes from.
+    pub(super) declared: Option<State>,
+}
+
+/// Changes to nodes, waiting until all nodes are known.
+pub(super) struct Change {
+    pub(super) scope: usize,
+    pub(super) settings: Vec<Setting>,
+    /// Whether they are made; those of tiers that nobody asked for are only checked.
+    pub(super) is_made: bool,
+}
+
+impl<'a> Builder<'a> {
+    pub(super) fn new(registry: &'a Registry, loader: &'a dyn Loader, diagnostics: Diagnostics) -> Self {
+        Self {
+            registry,
+            files: Files::new(loader),
+            diagnostics,
+            scopes: Vec::new(),
+            drafts: Vec::new(),
+            changes: Vec::new(),
+            facts: BTreeMap::new(),
+            outputs: Vec::new(),
+            tier: None,
+            is_full: false,
+        }
+    }
+
+    pub(super) fn tell(&mut self, diagnostic: Diagnostic) {
+        self.diagnostics.push(diagnostic);
+    }
+
+    /// The inputs of the pipeline at the top.
+    pub(super) fn host_inputs(&self) -> impl Iterator<Item = &InputEntry> + '_ {
+        self.scopes.first().into_iter().flat_map(|top| top.inputs.iter().map(|(input, _)| input))
+    }
+
+    /// What a source gives.
+    pub(super) fn port_type(&self, source: Source) -> PortType {
+        match source {
+            Source::Input(_) => PortType::Image,
+            Source::Node { node, output, .. } => self.drafts[node].kind.outputs()[output].ty,
+        }
+    }
+
+    /// The name of a node from the top: `outer/inner`.
+    pub(super) fn full_name(&self, draft: &Draft) -> String {
+        self.inside(draft.scope, draft.name.value.clone(), |scope| Some(scope.name.value.clone()))
+    }
+
+    fn full_label(&self, draft: &Draft) -> Option<String> {
+        let shown = |scope: &Scope| Some(scope.label.clone().unwrap_or_else(|| scope.name.value.clone()));
+        let labelled = draft.label.is_some() || self.scopes_around(draft.scope).any(|scope| scope.label.is_some());
+        labelled.then(|| {
+            let own = draft.label.clone().unwrap_or_else(|| draft.name.value.clone());
+            self.inside(draft.scope, own, shown)
+        })
+    }
+
+    fn inside(&self, scope: usize, name: String, shown: impl Fn(&Scope) -> Option<String>) -> String {
+        let outer = self.scopes_around(scope).filter(|scope| scope.parent.is_some()).filter_map(shown);
+        outer.fold(name, |name, outer| format!("{outer}/{name}"))
+    }
+
+    /// The scope and those around it, from the inside.
+    pub(super) fn scopes_around(&self, scope: usize) -> impl Iterator<Item = &Scope> + '_ {
+        std::iter::successors(Some(&self.scopes[scope]), |scope| scope.parent.map(|parent| &self.scopes[parent]))
+    }
+
+    /// The graph and the warnings; all diagnostics if one of them is an error.
+    pub(super) fn finish(mut self) -> Result<(Graph, Diagnostics), Diagnostics> {
+        let diagnostics = std::mem::take(&mut self.diagnostics).sorted();
+        if diagnostics.has_errors() {
+            return Err(diagnostics);
+        }
+        Ok((self.graph(), diagnostics))
+    }
+
+    fn graph(&self) -> Graph {
+        let inputs = self.host_inputs().map(|input| GraphInput {
+            name: input.name.value.clone(),
+            state: input.state,
+            optional: input.optional,
+            signed: input.signed,
+        });
+        Graph {
+            inputs: inputs.collect(),
+            nodes: self.drafts.iter().map(|draft| self.graph_node(draft)).collect(),
+            outputs: self.outputs.iter().filter_map(|(name, wire)| self.graph_output(name, wire.as_ref()?)).collect(),
+            wires: self.same_frame(),
+        }
+    }
+
+    fn graph_node(&self, draft: &Draft) -> GraphNode {
+        let outer = self.scopes_around(draft.scope).filter_map(|scope| scope.when.clone());
+        GraphNode {
+            name: self.full_name(draft),
+            kind: draft.kind,
+            values: draft.values.clone(),
+            wires: draft.wires.iter().map(|wire| wire.as_ref().and_then(|wire| wire.source)).collect(),
+            when: draft.when.clone().into_iter().chain(outer).reduce(Condition::and),
+            off: draft.off || self.scopes_around(draft.scope).any(|scope| scope.off),
+            format: draft.format,
+            label: self.full_label(draft),
+            states: draft.states.iter().map(|state| state.flatten()).collect(),
+        }
+    }
+
+    fn graph_output(&self, name: &Spanned<String>, wire: &Wire) -> Option<GraphOutput> {
+        let state = self.state(wire).flatten().unwrap_or(State::Data);
+        Some(GraphOutput { name: name.value.clone(), source: wire.source?, state })
+    }
+
+    /// An edge from each node to each that reads it in the same frame.
+    pub(super) fn same_frame(&self) -> DiGraph<(), ()> {
+        let mut graph = DiGraph::new();
+        let indices: Vec<NodeIndex> = self.drafts.iter().map(|_| graph.add_node(())).collect();
+        for (reader, draft) in self.drafts.iter().enumerate() {
+            let mut made: Vec<usize> = draft.wires.iter().flatten().filter_map(Wire::same_frame_node).collect();
+            made.sort_unstable();
+            made.dedup();
+            graph.extend_with_edges(made.into_iter().map(|maker| (indices[maker], indices[reader])));
+        }
+        graph
+    }
+}
+
+impl Wire {
+    /// The node whose result of this frame it carries.
+    pub(super) fn same_frame_node(&self) -> Option<usize> {
+        match self.source {
+            Some(Source::Node { node, previous: 0, .. }) => Some(node),
+            _ => None,
+        }
+    }
+}

@@ -1,0 +1,228 @@
+//! Wires: from `"node.port@previous:2"` to the source that is meant.
+
+use super::build::{Builder, Feed, Named, Wire};
+use super::{DEEPEST, MOST_PREVIOUS, Source};
+use crate::diagnostic::{Diagnostic, Spanned, did_you_mean, list, quote};
+use crate::image::State;
+use crate::node::PortType;
+
+/// The parts of a wire's text.
+struct WireText<'a> {
+    node: &'a str,
+    port: Option<&'a str>,
+    previous: u32,
+}
+
+/// A wire followed to its source.
+#[derive(Clone, Copy)]
+struct Found {
+    source: Option<Source>,
+    declared: Option<State>,
+}
+
+impl Builder<'_> {
+    /// Finds the source of every wire.
+    pub(super) fn connect(&mut self) {
+        for node in 0..self.drafts.len() {
+            let scope = self.drafts[node].scope;
+            for port in 0..self.drafts[node].asked.len() {
+                let asked = self.drafts[node].asked[port].clone();
+                self.drafts[node].wires[port] = asked.and_then(|asked| self.connected(scope, &asked));
+            }
+        }
+        for (name, asked) in self.scopes[0].outputs.clone() {
+            let wire = self.connected(0, &asked);
+            self.outputs.push((name, wire));
+        }
+        // Outputs of inner pipelines may be read by nobody; their mistakes are told nevertheless.
+        for scope in 1..self.scopes.len() {
+            for (_, asked) in self.scopes[scope].outputs.clone() {
+                self.connected(scope, &asked);
+            }
+        }
+        self.tell_no_outputs();
+    }
+
+    fn tell_no_outputs(&mut self) {
+        let top = &self.scopes[0];
+        if top.outputs.is_empty() && !self.diagnostics.has_errors() {
+            let diagnostic = Diagnostic::error("no-outputs", "the pipeline has no outputs").at(&top.name.place, "");
+            self.tell(diagnostic.help("add `outputs: { \"display\": \"node\" }` with the node that makes the picture"));
+        }
+    }
+
+    /// The wire of a text; `None` once its mistake has been told.
+    pub(super) fn connected(&mut self, scope: usize, asked: &Spanned<String>) -> Option<Wire> {
+        let found = self.follow(scope, asked, 0)?;
+        self.previous_is_possible(found.source, asked)?;
+        Some(Wire { source: found.source, place: asked.place.clone(), declared: found.declared })
+    }
+
+    fn follow(&mut self, scope: usize, asked: &Spanned<String>, depth: usize) -> Option<Found> {
+        let wire = match WireText::parse(&asked.value) {
+            Ok(wire) => wire,
+            Err((message, help)) => {
+                self.tell(Diagnostic::error("bad-wire", message).at(&asked.place, "").help(help));
+                return None;
+            }
+        };
+        if depth > 2 * DEEPEST + 2 {
+            let message = format!("the wire {} leads through pipelines back to itself", quote(&asked.value));
+            self.tell(Diagnostic::error("cycle", message).at(&asked.place, "").help("wire it to a node that makes an image"));
+            return None;
+        }
+        let found = match self.scopes[scope].names.get(wire.node).copied() {
+            Some(Named::Broken) => return None,
+            Some(Named::Node(node)) => self.node_output(node, &wire, asked)?,
+            Some(Named::Input(input)) => self.input(scope, input, &wire, asked, depth)?,
+            Some(Named::Scope(inner)) => self.inner_output(inner, &wire, asked, depth)?,
+            None => {
+                self.tell_unknown(scope, &wire, asked);
+                return None;
+            }
+        };
+        self.earlier(found, wire.previous, asked)
+    }
+
+    fn tell_unknown(&mut self, scope: usize, wire: &WireText<'_>, asked: &Spanned<String>) {
+        let names: Vec<&str> = self.scopes[scope].names.keys().map(String::as_str).collect();
+        let help = match names.as_slice() {
+            [] => "the pipeline has neither inputs nor nodes".into(),
+            names => format!("there are {}", list(names.iter().copied(), 12)),
+        };
+        let message = format!("no input or node is called {}", quote(wire.node));
+        let diagnostic = Diagnostic::error("unknown-name", message).at(&asked.place, "");
+        let diagnostic = diagnostic.help(help).maybe_help(did_you_mean(wire.node, names));
+        self.tell(diagnostic);
+    }
+
+    fn node_output(&mut self, node: usize, wire: &WireText<'_>, asked: &Spanned<String>) -> Option<Found> {
+        let outputs = self.drafts[node].kind.outputs();
+        let output = match wire.port {
+            None => Some(0),
+            Some(port) => outputs.iter().position(|output| output.name == port),
+        };
+        let Some(output) = output else {
+            let kind = self.drafts[node].kind;
+            let names = || outputs.iter().map(|output| output.name);
+            let message = format!("{} is no output of {}", quote(wire.port.unwrap_or_default()), quote(kind.name()));
+            let diagnostic = Diagnostic::error("unknown-output", message)
+                .at(&asked.place, "")
+                .also(&self.drafts[node].kind_place, "the node is of this kind")
+                .help(format!("its outputs are {}", list(names(), 8)))
+                .maybe_help(wire.port.and_then(|port| did_you_mean(port, names())));
+            self.tell(diagnostic);
+            return None;
+        };
+        Some(Found { source: Some(Source::Node { node, output, previous: 0 }), declared: None })
+    }
+
+    fn input(&mut self, scope: usize, input: usize, wire: &WireText<'_>, asked: &Spanned<String>, depth: usize) -> Option<Found> {
+        if let Some(port) = wire.port {
+            let message = format!("{} is an input and has no output {}", quote(wire.node), quote(port));
+            let help = format!("write `\"{}\"`", wire.node);
+            self.tell(Diagnostic::error("unknown-output", message).at(&asked.place, "").help(help));
+            return None;
+        }
+        let (entry, feed) = &self.scopes[scope].inputs[input];
+        let state = entry.state;
+        match feed {
+            Feed::Host(host) => Some(Found { source: Some(Source::Input(*host)), declared: None }),
+            Feed::Absent => Some(Found { source: None, declared: Some(state) }),
+            Feed::Wire(outer) => {
+                let (outer, parent) = (outer.clone(), self.scopes[scope].parent.unwrap_or(0));
+                let found = self.follow(parent, &outer, depth + 1)?;
+                Some(Found { declared: Some(state), ..found })
+            }
+        }
+    }
+
+    fn inner_output(&mut self, inner: usize, wire: &WireText<'_>, asked: &Spanned<String>, depth: usize) -> Option<Found> {
+        let outputs = &self.scopes[inner].outputs;
+        let output = match wire.port {
+            None => outputs.first(),
+            Some(port) => outputs.iter().find(|(name, _)| name.value == port),
+        };
+        let Some((_, inside)) = output.cloned() else {
+            let names: Vec<&str> = outputs.iter().map(|(name, _)| name.value.as_str()).collect();
+            let help = format!("its outputs are {}", list(names.iter().copied(), 8));
+            let message = format!("the pipeline {} has no output {}", quote(wire.node), quote(wire.port.unwrap_or("display")));
+            let diagnostic = Diagnostic::error("unknown-output", message).at(&asked.place, "");
+            let near = wire.port.and_then(|port| did_you_mean(port, names.iter().copied()));
+            let diagnostic = if names.is_empty() { diagnostic } else { diagnostic.help(help) };
+            self.tell(diagnostic.maybe_help(near));
+            return None;
+        };
+        self.follow(inner, &inside, depth + 1)
+    }
+
+    /// The same source so many frames earlier.
+    fn earlier(&mut self, found: Found, frames: u32, asked: &Spanned<String>) -> Option<Found> {
+        let source = match found.source {
+            Some(Source::Node { node, output, previous }) if frames + previous <= MOST_PREVIOUS => {
+                Source::Node { node, output, previous: previous + frames }
+            }
+            source if frames == 0 => return Some(Found { source, ..found }),
+            None => return Some(found),
+            Some(source) => {
+                let diagnostic = match source {
+                    Source::Input(_) => Diagnostic::error("bad-previous", "an input has no previous frame")
+                        .help("only what a node makes is kept: put a node between"),
+                    Source::Node { .. } => too_far_back(),
+                };
+                self.tell(diagnostic.at(&asked.place, ""));
+                return None;
+            }
+        };
+        Some(Found { source: Some(source), ..found })
+    }
+
+    /// Only images are kept from frame to frame.
+    fn previous_is_possible(&mut self, source: Option<Source>, asked: &Spanned<String>) -> Option<()> {
+        let Some(source @ Source::Node { node, previous: 1.., .. }) = source else { return Some(()) };
+        let ty = self.port_type(source);
+        if matches!(ty, PortType::Image | PortType::Volume) {
+            return Some(());
+        }
+        let message = format!("{} is a {}, which is not kept from frame to frame", quote(&asked.value), ty.name());
+        let diagnostic = Diagnostic::error("bad-previous", message)
+            .at(&asked.place, "")
+            .also(&self.drafts[node].kind_place, format!("this gives a {}", ty.name()))
+            .help("only images have a previous frame; kinds that adapt keep what they need by themselves");
+        self.tell(diagnostic);
+        None
+    }
+}
+
+fn too_far_back() -> Diagnostic {
+    Diagnostic::error("bad-previous", format!("the wire reaches back more than {MOST_PREVIOUS} frames"))
+        .help(format!("every frame that is kept costs a whole image; the limit is {MOST_PREVIOUS}"))
+}
+
+const SHAPE: &str = "a wire is `\"node\"`, `\"node.port\"`, `\"node@previous\"` or `\"node.port@previous:2\"`";
+
+impl<'a> WireText<'a> {
+    fn parse(text: &'a str) -> Result<Self, (String, String)> {
+        let wrong = |message: String| Err((message, SHAPE.to_owned()));
+        let (path, time) = text.split_once('@').map_or((text, None), |(path, time)| (path, Some(time)));
+        let (node, port) = path.split_once('.').map_or((path, None), |(node, port)| (node, Some(port)));
+        if node.is_empty() || port == Some("") {
+            return wrong(format!("{} names nothing", quote(text)));
+        }
+        if node.contains('/') {
+            return wrong(format!("{} looks into a pipeline: only its outputs can be read", quote(text)));
+        }
+        let previous = match time {
+            None => 0,
+            Some("previous") => 1,
+            Some(time) => match time.strip_prefix("previous:").map(str::parse) {
+                Some(Ok(frames)) if (1..=MOST_PREVIOUS).contains(&frames) => frames,
+                Some(Ok(_) | Err(_)) => {
+                    return wrong(format!("the number of frames in {} is not 1 to {MOST_PREVIOUS}", quote(text)));
+                }
+                None => return wrong(format!("{} is no time: only `previous` is", quote(time))),
+            },
+        };
+        Ok(Self { node, port, previous })
+    }
+}

@@ -1,0 +1,177 @@
+//! Files that a pipeline names: inherited ones, tiers, pipelines used as nodes, and parameters.
+
+use std::collections::BTreeMap;
+use std::rc::Rc;
+use std::sync::Arc;
+
+use super::build::Builder;
+use super::{DEEPEST, Loader};
+use crate::diagnostic::{Diagnostic, Spanned, did_you_mean, list, quote};
+use crate::document::{self, Document, Tier};
+
+/// Files that have been read, so that each is read once and its mistakes are told once.
+pub(super) struct Files<'a> {
+    loader: &'a dyn Loader,
+    bytes: BTreeMap<String, Result<Arc<[u8]>, String>>,
+    documents: BTreeMap<String, Option<Rc<Document>>>,
+}
+
+impl<'a> Files<'a> {
+    pub(super) fn new(loader: &'a dyn Loader) -> Self {
+        Self { loader, bytes: BTreeMap::new(), documents: BTreeMap::new() }
+    }
+
+    /// The bytes of a file by its joined path.
+    pub(super) fn bytes(&mut self, path: &str) -> Result<Arc<[u8]>, String> {
+        let load = || self.loader.load(path);
+        self.bytes.entry(path.to_owned()).or_insert_with(load).clone()
+    }
+}
+
+/// A path that is relative to the folder of `from`, joined to it, without `.` and `..` where they can be resolved.
+pub(super) fn join(from: &str, path: &str) -> String {
+    let is_absolute = path.starts_with(['/', '\\']) || path.get(1..2) == Some(":");
+    let folder = if is_absolute { None } else { from.rfind('/').map(|at| &from[..=at]) };
+    let joined = format!("{}{path}", folder.unwrap_or_default());
+    let mut parts: Vec<&str> = Vec::new();
+    for part in joined.split('/') {
+        match (part, parts.last()) {
+            (".", _) => {}
+            ("", Some(_)) => {}
+            ("..", Some(&last)) if last != ".." && !last.is_empty() => drop(parts.pop()),
+            _ => parts.push(part),
+        }
+    }
+    parts.join("/")
+}
+
+impl Builder<'_> {
+    /// The document of a file that another one names; its mistakes are told the first time.
+    pub(super) fn document(&mut self, named: &Spanned<String>) -> Option<Rc<Document>> {
+        let path = join(&named.place.file, &named.value);
+        if let Some(known) = self.files.documents.get(&path) {
+            return known.clone();
+        }
+        let document = self.read_document(&path, named);
+        self.files.documents.insert(path, document.clone());
+        document
+    }
+
+    fn read_document(&mut self, path: &str, named: &Spanned<String>) -> Option<Rc<Document>> {
+        let text = match self.files.bytes(path).map(|bytes| String::from_utf8(bytes.to_vec())) {
+            Ok(Ok(text)) => text,
+            Ok(Err(_)) => {
+                let message = format!("{} is not a text file", quote(&named.value));
+                self.tell(Diagnostic::error("unreadable-file", message).at(&named.place, ""));
+                return None;
+            }
+            Err(why) => {
+                self.tell(unreadable(named, &why));
+                return None;
+            }
+        };
+        match document::parse(path, &text) {
+            Ok(document) => {
+                self.diagnostics.absorb(document.problems.clone());
+                Some(Rc::new(document))
+            }
+            Err(problems) => {
+                self.diagnostics.absorb(problems);
+                None
+            }
+        }
+    }
+
+    /// The document with what it inherits.
+    pub(super) fn inherited(&mut self, document: &Document) -> Document {
+        let mut chain = vec![join("", &document.file)];
+        self.inherit(document.clone(), &mut chain)
+    }
+
+    fn inherit(&mut self, document: Document, chain: &mut Vec<String>) -> Document {
+        let Some(named) = document.extends.clone() else { return document };
+        let path = join(&named.place.file, &named.value);
+        if chain.contains(&path) || chain.len() >= DEEPEST {
+            self.tell(extends_itself(&named, &path, chain));
+            return document;
+        }
+        let Some(base) = self.document(&named) else { return document };
+        chain.push(path);
+        let base = self.inherit(Rc::unwrap_or_clone(base), chain);
+        merge(base, document)
+    }
+
+    /// The document of the tier that is asked for. Its own changes wait until the nodes are known.
+    pub(super) fn tier(&mut self, document: Document, asked: Option<&str>) -> Document {
+        let Some(asked) = asked else { return document };
+        let Some((_, tier)) = document.tiers.iter().find(|(name, _)| name.value == asked) else {
+            let names = || document.tiers.iter().map(|(name, _)| name.value.as_str());
+            let help = match document.tiers.len() {
+                0 => "it has no tiers at all".to_owned(),
+                _ => format!("its tiers are {}", list(names(), 8)),
+            };
+            self.tell(
+                Diagnostic::error("unknown-tier", format!("the pipeline has no tier {}", quote(asked)))
+                    .at(&document.place, "")
+                    .help(help)
+                    .maybe_help(did_you_mean(asked, names())),
+            );
+            return document;
+        };
+        match tier {
+            Tier::Settings(_) => {
+                self.tier = Some(asked.to_owned());
+                document
+            }
+            Tier::File(named) => {
+                let named = named.clone();
+                self.document(&named).map_or(document, |other| self.inherited(&other))
+            }
+        }
+    }
+}
+
+pub(super) fn unreadable(named: &Spanned<String>, why: &str) -> Diagnostic {
+    Diagnostic::error("unreadable-file", format!("cannot read {}: {why}", quote(&named.value)))
+        .at(&named.place, "")
+        .help("paths are relative to the file that names them")
+}
+
+fn extends_itself(named: &Spanned<String>, path: &str, chain: &[String]) -> Diagnostic {
+    let from = chain.iter().position(|known| known == path);
+    let message = match from {
+        Some(from) => {
+            let names: Vec<&str> = chain[from..].iter().map(String::as_str).chain([path]).collect();
+            format!("a file extends itself: {}", names.join(" -> "))
+        }
+        None => format!("files extend each other more than {DEEPEST} times"),
+    };
+    Diagnostic::error("extends-cycle", message).at(&named.place, "").help("let the shared part be a file that extends nothing")
+}
+
+/// What `base` has, changed by what `own` has.
+fn merge(base: Document, own: Document) -> Document {
+    let facts = match (base.facts, own.facts) {
+        (Some(base), Some(own)) => Some(replace(base, own, |(name, _)| &name.value)),
+        (base, own) => own.or(base),
+    };
+    Document {
+        file: own.file,
+        place: own.place,
+        extends: own.extends,
+        inputs: replace(base.inputs, own.inputs, |input| &input.name.value),
+        nodes: replace(base.nodes, own.nodes, |node| &node.name.value),
+        outputs: replace(base.outputs, own.outputs, |(name, _)| &name.value),
+        set: base.set.into_iter().chain(own.set).collect(),
+        tiers: replace(base.tiers, own.tiers, |(name, _)| &name.value),
+        facts,
+        problems: own.problems,
+    }
+}
+
+/// The base's entries, each replaced by the own one of the same name, and the own ones that are new.
+fn replace<T>(base: Vec<T>, own: Vec<T>, name: impl Fn(&T) -> &String) -> Vec<T> {
+    let mut all: indexmap::IndexMap<String, T> = base.into_iter().map(|entry| (name(&entry).clone(), entry)).collect();
+    all.extend(own.into_iter().map(|entry| (name(&entry).clone(), entry)));
+    all.into_values().collect()
+}

@@ -1,0 +1,216 @@
+//! Changes to nodes: `set` sections, tiers and `--set`.
+
+use std::sync::Arc;
+
+use super::build::{Builder, Change, Draft, Named, Scope};
+use super::expand::COMMON;
+use crate::diagnostic::{Diagnostic, Place, Spanned, did_you_mean, list, quote};
+use crate::document::{Item, Setting, Tree, read_tree};
+
+/// The name of the text that `--set` options are shown in.
+const COMMAND_LINE: &str = "--set";
+
+/// What a key names.
+enum Target {
+    Node(usize),
+    Scope(usize),
+}
+
+impl Builder<'_> {
+    /// Takes the changes of the command line as if they stood in a file, one a line.
+    pub(super) fn command_line(&mut self, sets: &[(String, String)]) {
+        if sets.is_empty() {
+            return;
+        }
+        let lines: Vec<String> = sets.iter().map(|(key, value)| format!("{key}={value}")).collect();
+        let text = lines.join("\n");
+        let file = self.diagnostics.sources.insert(COMMAND_LINE, &text);
+        let mut start = 0;
+        let mut settings = Vec::new();
+        for (key, value) in sets {
+            let value_start = start + key.len() + 1;
+            let place = Place::new(&file, value_start..value_start + value.len());
+            let key_place = Place::new(&file, start..start + key.len());
+            start = value_start + value.len() + 1;
+            match command_line_value(&file, value, &place) {
+                Ok(item) => settings.push(Setting { key: Spanned::new(key.clone(), key_place), value: item }),
+                Err(diagnostic) => self.tell(diagnostic),
+            }
+        }
+        self.changes.push(Change { scope: 0, settings, is_made: true });
+    }
+
+    /// Makes all changes: those of inner pipelines first, then those of the pipelines around them, the command line's last.
+    pub(super) fn change(&mut self) {
+        for change in std::mem::take(&mut self.changes) {
+            for setting in &change.settings {
+                self.setting(change.scope, setting, change.is_made);
+            }
+        }
+    }
+
+    fn setting(&mut self, scope: usize, setting: &Setting, is_made: bool) {
+        let key = &setting.key;
+        let (path, field) = match key.value.split_once('.') {
+            Some((path, field)) => (path, Some(field)),
+            None => (key.value.as_str(), None),
+        };
+        let Some(found) = self.find(scope, path, key) else { return };
+        match (found, field) {
+            (Target::Node(node), None) => {
+                if let Some(off) = self.switch(setting) {
+                    self.drafts[node].off = if is_made { off } else { self.drafts[node].off };
+                }
+            }
+            (Target::Scope(inner), None) => {
+                if let Some(off) = self.switch(setting) {
+                    self.scopes[inner].off = if is_made { off } else { self.scopes[inner].off };
+                }
+            }
+            (Target::Node(node), Some(field)) => self.node_setting(node, field, setting, is_made),
+            (Target::Scope(inner), Some(field)) => self.scope_setting(inner, field, setting, is_made),
+        }
+    }
+
+    /// The node or inner pipeline that a path such as `outer/inner` names.
+    fn find(&mut self, scope: usize, path: &str, key: &Spanned<String>) -> Option<Target> {
+        let mut scope = scope;
+        let mut parts = path.split('/').peekable();
+        while let Some(part) = parts.next() {
+            let is_last = parts.peek().is_none();
+            match self.scopes[scope].names.get(part) {
+                Some(Named::Node(node)) if is_last => return Some(Target::Node(*node)),
+                Some(Named::Scope(inner)) if is_last => return Some(Target::Scope(*inner)),
+                Some(Named::Scope(inner)) => scope = *inner,
+                Some(Named::Broken) => return None,
+                _ => {
+                    self.tell(no_such_node(&self.scopes[scope], part, key));
+                    return None;
+                }
+            }
+        }
+        None
+    }
+
+    /// What `"node": Off` says.
+    fn switch(&mut self, setting: &Setting) -> Option<bool> {
+        match &setting.value.value {
+            Tree::Name(name) if name == "Off" => Some(true),
+            Tree::Name(name) if name == "On" => Some(false),
+            other => {
+                let name = &setting.key.value;
+                let diagnostic = Diagnostic::error("wrong-type", format!("{} can be set to `On` or `Off`", quote(name)))
+                    .at(&setting.value.place, format!("this is {}", other.describe()))
+                    .help(format!("a parameter of it is set by `\"{name}.parameter\": value`"));
+                self.tell(diagnostic);
+                None
+            }
+        }
+    }
+
+    fn node_setting(&mut self, node: usize, field: &str, setting: &Setting, is_made: bool) {
+        let mut draft = self.drafts[node].copy();
+        if self.change_field(&mut draft, field, &setting.value) {
+            if is_made {
+                self.drafts[node] = draft;
+            }
+            return;
+        }
+        let kind = draft.kind;
+        let known = || kind.params().iter().map(|param| param.name).chain(COMMON);
+        let name = quote(&draft.name.value);
+        let diagnostic = if kind.input(field).is_some() {
+            Diagnostic::error("unknown-field", format!("{} is a port of {name}, and wires cannot be set", quote(field)))
+                .help("write the node anew in a file that `extends` this one")
+        } else {
+            Diagnostic::error("unknown-field", format!("{name} has no parameter {}", quote(field)))
+                .help(format!("{} has {}", quote(kind.name()), list(known(), 16)))
+                .maybe_help(did_you_mean(field, known()))
+        };
+        self.tell(diagnostic.at(&setting.key.place, ""));
+    }
+
+    fn scope_setting(&mut self, inner: usize, field: &str, setting: &Setting, is_made: bool) {
+        match field {
+            "when" => {
+                let parent = self.scopes[inner].parent.unwrap_or(0);
+                let when = self.condition(parent, &setting.value);
+                self.scopes[inner].when = if is_made { when } else { self.scopes[inner].when.take() };
+            }
+            "label" => {
+                let label = self.label(&setting.value);
+                self.scopes[inner].label = if is_made { label } else { self.scopes[inner].label.take() };
+            }
+            _ => {
+                let name = &self.scopes[inner].name.value;
+                let message = format!("{} is a pipeline and has no parameter {}", quote(name), quote(field));
+                let nodes: Vec<String> = node_names(&self.scopes[inner]).map(|node| format!("{name}/{node}")).collect();
+                let help = format!("name a node inside it: {}", list(nodes.iter().map(String::as_str), 6));
+                self.tell(Diagnostic::error("unknown-field", message).at(&setting.key.place, "").help(help));
+            }
+        }
+    }
+}
+
+impl Draft {
+    fn copy(&self) -> Self {
+        Self {
+            name: self.name.clone(),
+            kind: self.kind,
+            kind_place: self.kind_place.clone(),
+            scope: self.scope,
+            values: self.values.clone(),
+            written: self.written.clone(),
+            asked: self.asked.clone(),
+            wires: self.wires.clone(),
+            when: self.when.clone(),
+            off: self.off,
+            format: self.format,
+            label: self.label.clone(),
+            states: self.states.clone(),
+        }
+    }
+}
+
+fn node_names(scope: &Scope) -> impl Iterator<Item = &str> + '_ {
+    scope.names.iter().filter(|(_, named)| !matches!(named, Named::Input(_))).map(|(name, _)| name.as_str())
+}
+
+fn no_such_node(scope: &Scope, part: &str, key: &Spanned<String>) -> Diagnostic {
+    let message = match scope.names.get(part) {
+        Some(Named::Input(_)) => format!("{} is an input, not a node", quote(part)),
+        Some(_) => format!("{} is a node, not a pipeline: nothing is inside it", quote(part)),
+        None if part.is_empty() => "the name of the node is missing".into(),
+        None => format!("no node is called {}", quote(part)),
+    };
+    let help = match node_names(scope).next() {
+        None => "there are no nodes".into(),
+        Some(_) => format!("the nodes are {}", list(node_names(scope), 12)),
+    };
+    let diagnostic = Diagnostic::error("unknown-node", message).at(&key.place, "").help(help);
+    diagnostic.maybe_help(did_you_mean(part, node_names(scope)))
+}
+
+/// The value of a `--set`, with its place in the text that all of them make.
+fn command_line_value(file: &Arc<str>, value: &str, place: &Place) -> Result<Item, Diagnostic> {
+    const HELP: &str = "write it as a pipeline file would: `--set bloom.strength=0.5`, `--set tone.curve=Aces`, `--set lut.file='\"film.cube\"'`";
+    let moved = |item: Item| shift(item, place.start);
+    read_tree(file, value).map(moved).map_err(|unreadable| {
+        let at = place.start + unreadable.at.min(value.len());
+        let message = format!("{} is not a value", quote(value));
+        let place = if value.is_empty() { place.clone() } else { Place::new(file, at..place.end.max(at)) };
+        Diagnostic::error("set-syntax", message).at(&place, "").help(HELP)
+    })
+}
+
+/// The same tree, so many bytes further on.
+fn shift(mut item: Item, by: usize) -> Item {
+    item.place.start += by;
+    item.place.end += by;
+    item.value = match item.value {
+        Tree::Tuple(name, items) => Tree::Tuple(name, items.into_iter().map(|item| shift(item, by)).collect()),
+        Tree::List(items) => Tree::List(items.into_iter().map(|item| shift(item, by)).collect()),
+        other => other,
+    };
+    item
+}

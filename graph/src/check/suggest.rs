@@ -1,0 +1,76 @@
+//! Hints from the table of kinds: the name that was meant, the node that is missing on a wire.
+
+use std::collections::VecDeque;
+
+use crate::diagnostic::{did_you_mean, list, quote};
+use crate::image::State;
+use crate::node::{Gives, NodeKind, PortType, Registry};
+
+/// The type and the state of what is on a wire.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct OnWire {
+    pub(super) ty: PortType,
+    pub(super) state: Option<State>,
+}
+
+pub(super) fn kinds_near(registry: &Registry, name: &str) -> Option<String> {
+    did_you_mean(name, registry.names())
+}
+
+pub(super) fn known_kinds(registry: &Registry) -> String {
+    format!("the kinds are {}", list(registry.names(), 40))
+}
+
+/// The kinds that lead from one thing to another in as few nodes as possible, the first one next to the source.
+pub(super) fn path(registry: &Registry, from: OnWire, is_goal: impl Fn(OnWire) -> bool) -> Option<Vec<NodeKind>> {
+    let mut kinds: Vec<NodeKind> = registry.iter().collect();
+    // The plainest kind is the likeliest: fewest wires, then the shortest name.
+    kinds.sort_by_key(|kind| (required(*kind), kind.inputs().len(), kind.name().len(), kind.name()));
+    let mut seen = vec![from];
+    let mut queue: VecDeque<(OnWire, Vec<NodeKind>)> = VecDeque::from([(from, Vec::new())]);
+    while let Some((on_wire, path)) = queue.pop_front() {
+        for kind in &kinds {
+            let Some(next) = through(*kind, on_wire).filter(|next| !seen.contains(next)) else { continue };
+            let path: Vec<NodeKind> = path.iter().copied().chain([*kind]).collect();
+            if is_goal(next) {
+                return Some(path);
+            }
+            seen.push(next);
+            queue.push_back((next, path));
+        }
+    }
+    None
+}
+
+fn required(kind: NodeKind) -> usize {
+    kind.inputs().iter().filter(|port| !port.optional).count()
+}
+
+/// What comes out of a kind's main output when this is wired to its first input.
+fn through(kind: NodeKind, on_wire: OnWire) -> Option<OnWire> {
+    let port = kind.inputs().first()?;
+    let output = kind.outputs().first()?;
+    let takes = port.ty == on_wire.ty
+        && on_wire.state.is_none_or(|state| port.states.is_empty() || port.states.contains(&state));
+    let state = match output.gives {
+        Gives::Always(state) => Some(state),
+        Gives::Same(name) if name == port.name => on_wire.state,
+        Gives::Same(_) | Gives::Nothing => None,
+    };
+    takes.then_some(OnWire { ty: output.ty, state })
+}
+
+/// "put a `ToneMap` between".
+pub(super) fn between(path: &[NodeKind]) -> String {
+    let names = list(path.iter().map(|kind| kind.name()), 8);
+    match path {
+        [_] => format!("put a node {names} between them"),
+        _ => format!("put the nodes {names} between them, in this order"),
+    }
+}
+
+/// Alternatives in words: `Scene` or `Exposed`.
+pub(super) fn either(states: &[State]) -> String {
+    let names: Vec<String> = states.iter().map(|state| quote(state.name())).collect();
+    names.join(" or ")
+}

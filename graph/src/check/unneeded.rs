@@ -1,0 +1,74 @@
+//! What nobody needs: warnings, since a file in the making is full of it.
+
+use super::Source;
+use super::build::{Builder, Feed};
+use crate::diagnostic::{Diagnostic, quote};
+
+impl Builder<'_> {
+    /// Warns of nodes that no output needs and of inputs that nothing reads; only in the file that is checked, not in those that it uses.
+    pub(super) fn tell_unneeded(&mut self) {
+        // With a node missing, everything before it would look unneeded.
+        if self.diagnostics.has_errors() {
+            return;
+        }
+        let needed = self.needed();
+        let file = self.scopes[0].name.place.file.clone();
+        let read: Vec<bool> = self.read_nodes();
+        let unneeded = self.drafts.iter().enumerate().filter(|(node, draft)| !needed[*node] && draft.scope == 0);
+        let nodes = unneeded.filter(|(_, draft)| draft.name.place.file == file).map(|(node, draft)| {
+            let name = quote(&draft.name.value);
+            let message = if read[node] { format!("no output needs {name}") } else { format!("nobody reads {name}") };
+            Diagnostic::warning("unneeded-node", message).at(&draft.name.place, "").help("the node is left out of every plan")
+        });
+        let mut warnings: Vec<Diagnostic> = nodes.collect();
+        warnings.extend(self.unneeded_inputs());
+        warnings.into_iter().for_each(|warning| self.tell(warning));
+    }
+
+    fn sources(&self) -> impl Iterator<Item = Source> + '_ {
+        let of_outputs = self.outputs.iter().filter_map(|(_, wire)| wire.as_ref()?.source);
+        let of_nodes = self.drafts.iter().flat_map(|draft| draft.wires.iter().flatten().filter_map(|wire| wire.source));
+        of_outputs.chain(of_nodes)
+    }
+
+    fn read_nodes(&self) -> Vec<bool> {
+        let mut read = vec![false; self.drafts.len()];
+        for source in self.sources() {
+            if let Source::Node { node, .. } = source {
+                read[node] = true;
+            }
+        }
+        read
+    }
+
+    /// The nodes that an output needs, in this frame or a later one.
+    fn needed(&self) -> Vec<bool> {
+        let mut needed = vec![false; self.drafts.len()];
+        let mut waiting: Vec<Source> = self.outputs.iter().filter_map(|(_, wire)| wire.as_ref()?.source).collect();
+        while let Some(source) = waiting.pop() {
+            if let Source::Node { node, .. } = source
+                && !std::mem::replace(&mut needed[node], true)
+            {
+                waiting.extend(self.drafts[node].wires.iter().flatten().filter_map(|wire| wire.source));
+            }
+        }
+        needed
+    }
+
+    fn unneeded_inputs(&self) -> Vec<Diagnostic> {
+        let read: Vec<usize> = self.sources().filter_map(|s| if let Source::Input(i) = s { Some(i) } else { None }).collect();
+        // An input may also be handed to an inner pipeline that ignores it: that is the inner one's affair.
+        let handed = |name: &str| {
+            let feeds = self.scopes.iter().skip(1).filter(|scope| scope.parent == Some(0)).flat_map(|scope| &scope.inputs);
+            feeds.into_iter().any(|(_, feed)| matches!(feed, Feed::Wire(wire) if wire.value == name))
+        };
+        let inputs = self.scopes[0].inputs.iter().enumerate();
+        let unread = inputs.filter(|(index, (input, _))| !read.contains(index) && !handed(&input.name.value));
+        let own = unread.filter(|(_, (input, _))| input.name.place.file == self.scopes[0].name.place.file);
+        own.map(|(_, (input, _))| {
+            let message = format!("nothing reads the input {}", quote(&input.name.value));
+            Diagnostic::warning("unread-input", message).at(&input.name.place, "").help("the host would have to give it for nothing")
+        })
+        .collect()
+    }
+}

@@ -1,0 +1,214 @@
+//! Values of parameters, conditions and formats: from what is written to what is meant.
+
+use super::build::Builder;
+use super::condition::{Condition, FactKind};
+use super::files::{join, unreadable};
+use crate::diagnostic::{Diagnostic, Place, Spanned, did_you_mean, list, quote};
+use crate::document::{Item, Tree};
+use crate::image::Format;
+use crate::node::NodeKind;
+use crate::value::{ChoiceName, FileValue, Param, Type, Value};
+
+impl Builder<'_> {
+    /// The value of a parameter; tells what is wrong with it otherwise.
+    pub(super) fn value(&mut self, kind: NodeKind, param: &Param, item: &Item) -> Option<Value> {
+        let value = match self.typed(kind, param, item) {
+            Ok(value) => value,
+            Err(diagnostic) => {
+                self.tell(diagnostic);
+                return None;
+            }
+        };
+        if let Err(why) = param.accepts(&value) {
+            let diagnostic = Diagnostic::error("out-of-domain", why).at(&item.place, "");
+            self.tell(diagnostic.help(about(param)));
+            return None;
+        }
+        Some(value)
+    }
+
+    fn typed(&mut self, kind: NodeKind, param: &Param, item: &Item) -> Result<Value, Diagnostic> {
+        Ok(match (param.ty, &item.value) {
+            (Type::Bool, Tree::Bool(flag)) => Value::Bool(*flag),
+            (Type::Int, Tree::Int(whole)) => Value::Int(*whole),
+            (Type::Float, Tree::Int(_) | Tree::Float(_)) => Value::Float(number(item).unwrap_or_default()),
+            (Type::Vector(n), Tree::Tuple(None, items)) => vector(kind, param, n, items, &item.place)?,
+            (Type::Choice(choices), Tree::Name(name)) => match choices.iter().find(|choice| choice.name == name) {
+                Some(choice) => Value::Choice(choice.name),
+                None => return Err(unknown_choice(param, choices, name, &item.place)),
+            },
+            (Type::File, Tree::Text(path)) => self.file(&Spanned::new(path.clone(), item.place.clone()))?,
+            _ => return Err(wrong_type(kind, param, item)),
+        })
+    }
+
+    fn file(&mut self, named: &Spanned<String>) -> Result<Value, Diagnostic> {
+        let path = named.value.clone();
+        if path.is_empty() {
+            return Ok(Value::File(FileValue::default()));
+        }
+        let bytes = self.files.bytes(&join(&named.place.file, &path)).map_err(|why| unreadable(named, &why))?;
+        Ok(Value::File(FileValue { path, bytes: Some(bytes) }))
+    }
+
+    /// What `when` says.
+    pub(super) fn condition(&mut self, scope: usize, item: &Item) -> Option<Condition> {
+        let Tree::Text(text) = &item.value else {
+            let message = format!("`when` is a condition in quotes, not {}", item.value.describe());
+            let help = "write it as `when: \"emissive and illuminance < 10\"`";
+            self.tell(Diagnostic::error("wrong-type", message).at(&item.place, "").help(help));
+            return None;
+        };
+        let inner = self.inner_place(item, text);
+        match Condition::parse(text) {
+            Ok(condition) => {
+                self.facts_of(scope, &condition, inner.as_ref().unwrap_or(&item.place));
+                Some(condition)
+            }
+            Err(error) => {
+                let place = inner.map_or(item.place.clone(), |inner| inner.part(error.span));
+                self.tell(Diagnostic::error("condition", error.message).at(&place, "").help(error.help));
+                None
+            }
+        }
+    }
+
+    /// The place of a text within its quotes; `None` if escapes make it longer than it is.
+    fn inner_place(&self, item: &Item, text: &str) -> Option<Place> {
+        let written = self.diagnostics.sources.text(&item.place.file)?.get(item.place.span())?;
+        let start = written.find(text)?;
+        Some(item.place.part(start..start + text.len()))
+    }
+
+    /// Facts must be declared where the file declares facts, and be of one kind everywhere.
+    fn facts_of(&mut self, scope: usize, condition: &Condition, place: &Place) {
+        for (name, kind) in condition.uses() {
+            let place = self.fact_place(place, name);
+            if let Some(known) = &self.scopes[scope].facts
+                && !known.iter().any(|known| known == name)
+            {
+                let help = if known.is_empty() {
+                    "the section `facts` is empty".into()
+                } else {
+                    format!("the section `facts` has {}", list(known.iter().map(String::as_str), 8))
+                };
+                let diagnostic = Diagnostic::error("unknown-fact", format!("no fact is called {}", quote(name)))
+                    .at(&place, "")
+                    .help(help)
+                    .maybe_help(did_you_mean(name, known.iter().map(String::as_str)));
+                self.tell(diagnostic);
+                continue;
+            }
+            self.fact_kind(name, kind, &place);
+        }
+    }
+
+    fn fact_place(&self, condition: &Place, name: &str) -> Place {
+        let text = self.diagnostics.sources.text(&condition.file).and_then(|text| text.get(condition.span()));
+        match text.and_then(|text| text.find(name)) {
+            Some(start) => condition.part(start..start + name.len()),
+            None => condition.clone(),
+        }
+    }
+
+    fn fact_kind(&mut self, name: &str, kind: FactKind, place: &Place) {
+        let (known, first) = self.facts.entry(name.to_owned()).or_insert_with(|| (kind, place.clone()));
+        if *known != kind {
+            let message = format!("the fact {} is used as {} and as {}", quote(name), known.describe(), kind.describe());
+            let diagnostic = Diagnostic::error("fact-kind", message)
+                .at(place, format!("here it is {}", kind.describe()))
+                .also(first, format!("here it is {}", known.describe()));
+            self.tell(diagnostic.help("the host can tell it only one way: use two names"));
+        }
+    }
+
+    /// What `format` says.
+    pub(super) fn format(&mut self, item: &Item) -> Option<Format> {
+        let names = Format::ALL.map(Format::name);
+        let diagnostic = match &item.value {
+            Tree::Name(name) => match Format::named(name) {
+                Some(format) => return Some(format),
+                None => Diagnostic::error("unknown-format", format!("no format is called {}", quote(name)))
+                    .at(&item.place, "")
+                    .help(format!("the formats are {}", list(names, names.len())))
+                    .maybe_help(did_you_mean(name, names)),
+            },
+            Tree::Text(name) if Format::named(name).is_some() => {
+                Diagnostic::error("wrong-type", "`format` is the bare name of a format")
+                    .at(&item.place, "this is a text in quotes")
+                    .help(format!("write {} without quotes", quote(name)))
+            }
+            other => Diagnostic::error("wrong-type", "`format` is the bare name of a format")
+                .at(&item.place, format!("this is {}", other.describe()))
+                .help(format!("the formats are {}", list(names, names.len()))),
+        };
+        self.tell(diagnostic);
+        None
+    }
+
+    /// What `label` says.
+    pub(super) fn label(&mut self, item: &Item) -> Option<String> {
+        if let Tree::Text(label) = &item.value {
+            return Some(label.clone());
+        }
+        let diagnostic = Diagnostic::error("wrong-type", "`label` is a text in quotes");
+        self.tell(diagnostic.at(&item.place, format!("this is {}", item.value.describe())));
+        None
+    }
+}
+
+fn number(item: &Item) -> Option<f64> {
+    match item.value {
+        Tree::Int(whole) => Some(whole as f64),
+        Tree::Float(number) => Some(number),
+        _ => None,
+    }
+}
+
+fn vector(kind: NodeKind, param: &Param, n: usize, items: &[Item], place: &Place) -> Result<Value, Diagnostic> {
+    if items.len() != n {
+        let message = format!("{} of {} takes {n} numbers, not {}", quote(param.name), quote(kind.name()), items.len());
+        return Err(Diagnostic::error("wrong-type", message).at(place, "").help(about(param)));
+    }
+    let mut numbers = [0.0; 4];
+    for (slot, item) in numbers.iter_mut().zip(items) {
+        *slot = number(item).ok_or_else(|| {
+            let message = format!("{} of {} takes {n} numbers", quote(param.name), quote(kind.name()));
+            let seen = format!("this is {}", item.value.describe());
+            Diagnostic::error("wrong-type", message).at(&item.place, seen).help(about(param))
+        })?;
+    }
+    Ok(Value::Vector(numbers, n))
+}
+
+fn unknown_choice(param: &Param, choices: &[ChoiceName], name: &str, place: &Place) -> Diagnostic {
+    let names = || choices.iter().map(|choice| choice.name);
+    Diagnostic::error("unknown-choice", format!("{} has no value {}", quote(param.name), quote(name)))
+        .at(place, "")
+        .help(format!("its values are {}", list(names(), 16)))
+        .maybe_help(did_you_mean(name, names()))
+}
+
+fn wrong_type(kind: NodeKind, param: &Param, item: &Item) -> Diagnostic {
+    let message = format!("{} of {} is {}", quote(param.name), quote(kind.name()), param.ty.describe());
+    let diagnostic = Diagnostic::error("wrong-type", message).at(&item.place, format!("this is {}", item.value.describe()));
+    match (param.ty, &item.value) {
+        (Type::Choice(choices), Tree::Text(name)) if choices.iter().any(|choice| choice.name == name) => {
+            diagnostic.help(format!("write {} without quotes", quote(name)))
+        }
+        (Type::Bool, Tree::Name(name)) if name.eq_ignore_ascii_case("true") || name.eq_ignore_ascii_case("false") => {
+            diagnostic.help(format!("write {}", quote(&name.to_lowercase())))
+        }
+        (Type::Int, Tree::Float(x)) if x.fract() == 0.0 && x.abs() < 1e15 => diagnostic.help(format!("write `{x:.0}`")),
+        (Type::Vector(n), Tree::List(items)) if items.len() == n => diagnostic.help("write parentheses, not brackets"),
+        (_, Tree::Text(_)) => diagnostic.help("only ports take the name of a node; a parameter takes a value"),
+        _ => diagnostic.help(about(param)),
+    }
+}
+
+/// The first sentence of the parameter's manual, and its default.
+fn about(param: &Param) -> String {
+    let doc = param.doc.replace('\n', " ");
+    let sentence = doc.split_inclusive(". ").next().unwrap_or_default().trim().trim_end_matches('.').to_owned();
+    format!("{} is: {sentence} (default {})", quote(param.name), param.default)
+}

@@ -1,0 +1,21 @@
+//! The kinds' own questions about their values: whether a file holds what it should, whether two parameters fit each other.
+
+use super::build::{Builder, Draft};
+use crate::diagnostic::{Diagnostic, quote};
+use crate::value::Type;
+
+impl Builder<'_> {
+    /// Asks every kind about the values of its nodes.
+    pub(super) fn verify(&mut self) {
+        let doubts: Vec<Diagnostic> = self.drafts.iter().filter_map(doubt).collect();
+        doubts.into_iter().for_each(|doubt| self.tell(doubt));
+    }
+}
+
+fn doubt(draft: &Draft) -> Option<Diagnostic> {
+    let why = draft.kind.verify(&draft.values).err()?;
+    let message = format!("{} cannot use its parameters: {why}", quote(&draft.name.value));
+    let files = draft.kind.params().iter().zip(&draft.written).filter(|(param, _)| param.ty == Type::File);
+    let file = files.filter_map(|(_, written)| written.as_ref()).next();
+    Some(Diagnostic::error("unusable", message).at(file.unwrap_or(&draft.kind_place), ""))
+}

@@ -1,0 +1,32 @@
+//! Brightness: adds to every channel.
+
+use afterimage_graph::prelude::*;
+
+static SHADER: Shader = Shader::new("shaders/brightness.wgsl", include_str!("../../shaders/brightness.wgsl"));
+
+params! {
+    /// Adds to every channel, as the brightness of a picture editor does.
+    ///
+    /// Made for encoded values, where a step looks alike in shadows and lights. To brighten light, use `Exposure`.
+    pub struct Brightness {
+        /// Added; 0 changes nothing. Results below 0 become 0.
+        pub amount: f32 = 0.0 => within(-1.0..=1.0), usually(-0.25..=0.25), neutral(0.0);
+    }
+}
+
+impl Node for Brightness {
+    const INPUTS: &'static [Input] =
+        &[Input::image("source", "The picture after the tone curve.").takes(&[State::DisplayLinear, State::Encoded])];
+    const OUTPUTS: &'static [Output] = &[Output::image("result", Gives::Same("source"), "The picture, 0 or more.")];
+    const BYPASS: StandIn = StandIn::Input("source");
+
+    fn stand_in(&self, _: &Arrivals) -> Option<StandIn> {
+        (self.amount == 0.0).then_some(Self::BYPASS)
+    }
+
+    fn record(&self, pass: &mut Recorder<'_>) {
+        let source = pass.image("source");
+        let desc = ImageDesc::new(pass.desc(source).size);
+        pass.function(&SHADER, "brightness").write("result", desc);
+    }
+}

@@ -1,0 +1,57 @@
+//! ColorBalance: tints shadows, midtones and highlights.
+
+use afterimage_graph::prelude::*;
+use glam::DVec3;
+
+use crate::color::LUMINANCE;
+
+static SHADER: Shader = Shader::new("shaders/color_balance.wgsl", include_str!("../../shaders/color_balance.wgsl"));
+
+params! {
+    /// Tints shadows, midtones and highlights separately, and scales the channels.
+    ///
+    /// The channels are multiplied first; then each range's shift is added by weights of luminance y that overlap smoothly: (1-y)^2,
+    /// 2y(1-y) and y^2. They sum to 1, so equal shifts move the whole picture.
+    pub struct ColorBalance {
+        /// Multiplies the channels.
+        pub multiply: [f32; 3] = [1.0, 1.0, 1.0] => within(0.0..=4.0), usually(0.5..=1.5), neutral([1.0, 1.0, 1.0]);
+        /// Added to the dark parts.
+        pub shadows: [f32; 3] = [0.0, 0.0, 0.0] => within(-1.0..=1.0), usually(-0.2..=0.2), neutral([0.0, 0.0, 0.0]);
+        /// Added to the middle.
+        pub midtones: [f32; 3] = [0.0, 0.0, 0.0] => within(-1.0..=1.0), usually(-0.2..=0.2), neutral([0.0, 0.0, 0.0]);
+        /// Added to the bright parts.
+        pub highlights: [f32; 3] = [0.0, 0.0, 0.0] => within(-1.0..=1.0), usually(-0.2..=0.2), neutral([0.0, 0.0, 0.0]);
+        /// Whether shifts only tint: the luminance that they would add is taken out of them. `multiply` is left as it is.
+        pub keep_luminance: bool = true => live();
+    }
+}
+
+impl Node for ColorBalance {
+    const INPUTS: &'static [Input] = &[Input::image("source", "The picture after the tone curve; best encoded.")
+        .takes(&[State::DisplayLinear, State::Encoded])];
+    const OUTPUTS: &'static [Output] = &[Output::image("result", Gives::Same("source"), "The tinted picture, 0 or more.")];
+    const BYPASS: StandIn = StandIn::Input("source");
+
+    fn stand_in(&self, _: &Arrivals) -> Option<StandIn> {
+        let still = [self.shadows, self.midtones, self.highlights] == [[0.0; 3]; 3];
+        (still && self.multiply == [1.0; 3]).then_some(Self::BYPASS)
+    }
+
+    fn record(&self, pass: &mut Recorder<'_>) {
+        let source = pass.image("source");
+        let desc = ImageDesc::new(pass.desc(source).size);
+        pass.function(&SHADER, "color_balance")
+            .set("shadows", self.shift(self.shadows))
+            .set("midtones", self.shift(self.midtones))
+            .set("highlights", self.shift(self.highlights))
+            .write("result", desc);
+    }
+}
+
+impl ColorBalance {
+    fn shift(&self, added: [f32; 3]) -> [f64; 3] {
+        let added = DVec3::from(added.map(f64::from));
+        let light = if self.keep_luminance { LUMINANCE.dot(added) } else { 0.0 };
+        (added - light).to_array()
+    }
+}

@@ -1,0 +1,234 @@
+//! The tone curves in double precision: what `BakedGrade` evaluates, and the constants that shaders are given.
+
+use glam::{DMat3, DVec3, dvec3};
+
+use crate::color::LUMINANCE;
+use crate::tone_map::{AgxLook, Curve, Sigmoid, ToneMap};
+
+/// The input matrix of Hill's fit, as published.
+pub(crate) const HILL_IN: DMat3 =
+    DMat3::from_cols(dvec3(0.59719, 0.07600, 0.02840), dvec3(0.35458, 0.90834, 0.13383), dvec3(0.04823, 0.01566, 0.83777));
+
+/// The output matrix of Hill's fit, as published.
+pub(crate) const HILL_OUT: DMat3 = DMat3::from_cols(
+    dvec3(1.60475, -0.10208, -0.00327),
+    dvec3(-0.53108, 1.10813, -0.07276),
+    dvec3(-0.07367, -0.00605, 1.07602),
+);
+
+/// The part of Uchimura's curve that follows from its parameters.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Shoulder {
+    /// Where the line begins, never 0.
+    pub(crate) line_from: f64,
+    /// Where the shoulder begins.
+    pub(crate) from: f64,
+    /// What it tends to.
+    pub(crate) limit: f64,
+    /// How far its beginning is below that.
+    pub(crate) gap: f64,
+    /// How fast the gap closes.
+    pub(crate) steepness: f64,
+}
+
+impl Shoulder {
+    /// Of maximum P, contrast a, linear start m and length l. A line over the whole range would leave no room for a shoulder.
+    pub(crate) fn new(maximum: f64, contrast: f64, start: f64, length: f64) -> Self {
+        let line_from = start.max(1e-4);
+        let line = (maximum - line_from) * length.min(0.999) / contrast;
+        let gap = maximum - (line_from + contrast * line);
+        Self { line_from, from: line_from + line, limit: maximum, gap, steepness: contrast / gap }
+    }
+}
+
+/// A look of AgX: slope, power and saturation.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Agx {
+    pub(crate) slope: DVec3,
+    pub(crate) power: f64,
+    pub(crate) saturation: f64,
+}
+
+impl Agx {
+    pub(crate) const BASE: Self = Self { slope: DVec3::ONE, power: 1.0, saturation: 1.0 };
+    pub(crate) const PUNCHY: Self = Self { slope: DVec3::ONE, power: 1.35, saturation: 1.4 };
+    pub(crate) const GOLDEN: Self = Self { slope: dvec3(1.0, 0.9, 0.5), power: 0.8, saturation: 0.8 };
+}
+
+/// The constants of GT7's curve for a display.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Gt7 {
+    /// The display's peak in units of 100 cd/m².
+    pub(crate) peak: f64,
+    /// Above the line: `offset + scale * exp(rate * x)`.
+    pub(crate) offset: f64,
+    pub(crate) scale: f64,
+    pub(crate) rate: f64,
+    /// The ICtCp intensity of a white at the peak.
+    pub(crate) intensity: f64,
+}
+
+impl Gt7 {
+    pub(crate) fn new(peak: f64) -> Self {
+        let k = (0.444 - 1.0) / (0.25 - 1.0);
+        Self {
+            peak,
+            offset: peak * (0.444 + k),
+            scale: -peak * k * (0.444_f64 / k).exp(),
+            rate: -1.0 / (k * peak),
+            intensity: pq_encode(100.0 * peak),
+        }
+    }
+}
+
+/// cd/m² to PQ (SMPTE ST 2084).
+pub(crate) fn pq_encode(nits: f64) -> f64 {
+    let y = (nits.max(0.0) / 10000.0).powf(2610.0 / 16384.0);
+    ((0.8359375 + 18.8515625 * y) / (1.0 + 18.6875 * y)).powf(78.84375)
+}
+
+fn pq_decode(v: f64) -> f64 {
+    let root = v.max(0.0).powf(1.0 / 78.84375);
+    10000.0 * ((root - 0.8359375).max(0.0) / (18.8515625 - 18.6875 * root)).powf(16384.0 / 2610.0)
+}
+
+impl ToneMap {
+    /// The whole operator on one colour of exposed light, with the gamut clipped.
+    pub(crate) fn clipped(&self, exposed: DVec3) -> DVec3 {
+        let [enter, leave] = self.ways();
+        let inside = (enter * exposed).max(DVec3::ZERO);
+        (leave * self.bend(inside)).clamp(DVec3::ZERO, DVec3::splat(f64::from(self.peak)))
+    }
+
+    /// The curve itself, in its space.
+    fn bend(&self, v: DVec3) -> DVec3 {
+        let white = f64::from(self.white_level).powi(2);
+        match self.curve {
+            Curve::None => v,
+            Curve::Reinhard => each(v, |x| x / (1.0 + x)),
+            Curve::ReinhardExtended => each(v, |x| x * (1.0 + x / white) / (1.0 + x)),
+            Curve::ReinhardLuminance => {
+                let y = LUMINANCE.dot(v);
+                v * ((1.0 + y / white) / (1.0 + y))
+            }
+            Curve::Exponential => each(v, |x| -(-f64::from(self.exposure) * x).exp_m1()),
+            Curve::Aces => each(v, |x| (x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14)).min(1.0)),
+            Curve::AcesHill => each(v, |x| (x * (x + 0.0245786) - 0.000090537) / (x * (0.983729 * x + 0.4329510) + 0.238081)),
+            Curve::Hable => each(v, |x| (hable(2.0 * x) / hable(11.2)).min(1.0)),
+            Curve::Uchimura => each(v, |x| self.uchimura(x)),
+            Curve::KhronosNeutral => khronos_neutral(v),
+            Curve::AgX => self.agx_bend(v),
+            Curve::Gt7 => self.gt7_bend(v),
+        }
+    }
+
+    fn uchimura(&self, x: f64) -> f64 {
+        let Shoulder { line_from: m, from, limit, gap, steepness } = self.shoulder();
+        if x >= from {
+            return (limit - gap * (-steepness * (x - from)).exp()).max(0.0);
+        }
+        let toe = m * (x.min(m) / m).powf(f64::from(self.toe)) + f64::from(self.pedestal);
+        let line = m + f64::from(self.contrast) * (x - m);
+        let share = smooth_step(0.0, m, x);
+        (toe + (line - toe) * share).max(0.0)
+    }
+
+    fn agx_bend(&self, v: DVec3) -> DVec3 {
+        let (low, high) = (0.18_f64.log2() - 10.0, 0.18_f64.log2() + 6.5);
+        let curve = if self.sigmoid == Sigmoid::Exact { agx_sigmoid } else { agx_polynomial };
+        let bent = each(AGX_INSET * v, |x| curve(((x.max(1e-10).log2() - low) / (high - low)).clamp(0.0, 1.0)));
+        let looked = if self.look == AgxLook::Base { bent } else { agx_look(bent, self.agx()) };
+        each(AGX_INSET.inverse() * looked, |x| x.clamp(0.0, 1.0).powf(2.2))
+    }
+
+    fn gt7_bend(&self, v: DVec3) -> DVec3 {
+        let gt7 = self.gt7();
+        let skewed = each(v, |x| gt7_channel(x, gt7));
+        let own = to_ictcp(v);
+        let fade = 1.0 - smooth_step(0.98, 1.16, own.x / gt7.intensity);
+        let kept = from_ictcp(dvec3(to_ictcp(skewed).x, own.y * fade, own.z * fade));
+        skewed.lerp(kept, 0.6).min(DVec3::splat(gt7.peak)) / 2.5
+    }
+}
+
+fn each(v: DVec3, f: impl Fn(f64) -> f64) -> DVec3 {
+    dvec3(f(v.x), f(v.y), f(v.z))
+}
+
+fn smooth_step(low: f64, high: f64, x: f64) -> f64 {
+    let t = ((x - low) / (high - low)).clamp(0.0, 1.0);
+    t * t * (3.0 - 2.0 * t)
+}
+
+fn hable(x: f64) -> f64 {
+    x * (0.14 * x + 0.05 / 3.0) / (x * (0.15 * x + 0.5) + 0.06)
+}
+
+fn khronos_neutral(v: DVec3) -> DVec3 {
+    let least = v.min_element();
+    let c = v - if least < 0.08 { least - 6.25 * least * least } else { 0.04 };
+    let peak = c.max_element();
+    if peak < 0.76 {
+        return c;
+    }
+    let pressed = 1.0 - 0.24 * 0.24 / (peak + 0.24 - 0.76);
+    let grey = 1.0 - 1.0 / (0.15 * (peak - pressed) + 1.0);
+    (c * (pressed / peak)).lerp(DVec3::splat(pressed), grey)
+}
+
+const AGX_INSET: DMat3 = DMat3::from_cols(
+    dvec3(0.842479062253094, 0.0423282422610123, 0.0423756549057051),
+    dvec3(0.0784335999999992, 0.878468636469772, 0.0784336),
+    dvec3(0.0792237451477643, 0.0791661274605434, 0.879142973793104),
+);
+
+/// Sobotka's sigmoid on normalised log2: slope 2 at (10/16.5, 0.5), toe of power 3, shoulder of power 3.25.
+fn agx_sigmoid(t: f64) -> f64 {
+    let pivot = 10.0 / 16.5;
+    if t < pivot { 0.5 - agx_arm(pivot - t, pivot, 3.0) } else { 0.5 + agx_arm(t - pivot, 1.0 - pivot, 3.25) }
+}
+
+/// How far an arm that rises by 0.5 over `run` has risen after `reach`.
+fn agx_arm(reach: f64, run: f64, exponent: f64) -> f64 {
+    let scale = (((4.0 * run).powf(exponent) - 1.0) / (2.0 * run).powf(exponent)).powf(-1.0 / exponent);
+    let u = 2.0 * reach / scale;
+    scale * u / (1.0 + u.powf(exponent)).powf(1.0 / exponent)
+}
+
+fn agx_polynomial(t: f64) -> f64 {
+    t * (0.124105529 + t * (0.207851246 + t * (-5.92929872 + t * (30.3767436 + t * (-38.901444 + t * 15.1220424)))))
+}
+
+fn agx_look(v: DVec3, look: Agx) -> DVec3 {
+    let powered = each(v * look.slope, |x| x.max(0.0).powf(look.power));
+    DVec3::splat(LUMINANCE.dot(powered)).lerp(powered, look.saturation)
+}
+
+fn gt7_channel(x: f64, gt7: Gt7) -> f64 {
+    if x >= 0.444 * gt7.peak {
+        return gt7.offset + gt7.scale * (gt7.rate * x).exp();
+    }
+    let toe = 0.538 * (x.min(0.538) / 0.538).powf(1.28);
+    toe + (x - toe) * smooth_step(0.0, 0.538, x)
+}
+
+const LMS_FROM_REC2020: DMat3 = DMat3::from_cols(
+    dvec3(1688.0 / 4096.0, 683.0 / 4096.0, 99.0 / 4096.0),
+    dvec3(2146.0 / 4096.0, 2951.0 / 4096.0, 309.0 / 4096.0),
+    dvec3(262.0 / 4096.0, 462.0 / 4096.0, 3688.0 / 4096.0),
+);
+
+const ICTCP_FROM_LMS: DMat3 = DMat3::from_cols(
+    dvec3(2048.0 / 4096.0, 6610.0 / 4096.0, 17933.0 / 4096.0),
+    dvec3(2048.0 / 4096.0, -13613.0 / 4096.0, -17390.0 / 4096.0),
+    dvec3(0.0, 7003.0 / 4096.0, -543.0 / 4096.0),
+);
+
+fn to_ictcp(v: DVec3) -> DVec3 {
+    ICTCP_FROM_LMS * each(LMS_FROM_REC2020 * v, |x| pq_encode(100.0 * x))
+}
+
+fn from_ictcp(v: DVec3) -> DVec3 {
+    let lms = each(ICTCP_FROM_LMS.inverse() * v, |x| pq_decode(x.min(1.2)) / 100.0);
+    (LMS_FROM_REC2020.inverse() * lms).max(DVec3::ZERO)
+}

@@ -1,0 +1,43 @@
+//! DemoScene: a picture to try pipelines on, made from nothing.
+
+use afterimage_graph::prelude::*;
+
+static SHADER: Shader = Shader::new("shaders/demo_scene.wgsl", include_str!("../../shaders/demo_scene.wgsl"));
+
+params! {
+    /// The built-in scene: a loft at golden hour, with a dim room, a bright window, a low sun, neon and fine detail.
+    ///
+    /// It is ray traced by formulas, so it needs no files, has any size, and equal parameters give equal pictures. One unit is the room's light: its
+    /// greys lie at 0.02 to 0.3, the sky near 6, the neon near 11, the sun's disc at 18900. Alpha is the emissive strength, 0 for all that does not
+    /// glow by itself.
+    pub struct DemoScene {
+        /// Time of the scene's motion: the neon hums, dust drifts.
+        pub time: f32 = 0.0 => within(0.0..=1e6), unit("s");
+        /// Stops from the room's grey to the sun's disc; 0 flattens all light.
+        pub range: f32 = 18.0 => within(0.0..=24.0), unit("stops");
+        /// Where the camera stands: 0 is deep in the room, 1 in front of the window.
+        pub walk: f32 = 0.0 => within(0.0..=1.0);
+    }
+}
+
+impl Node for DemoScene {
+    const INPUTS: &'static [Input] = &[];
+    const OUTPUTS: &'static [Output] = &[
+        Output::image("result", Gives::Always(State::Scene), "The scene's light; alpha is the emissive strength."),
+        Output::image("depth", Gives::Always(State::Data), "Distance along the view axis in metres, 1000 for the sky, in x."),
+        Output::image("normal", Gives::Always(State::Data), "The view-space normal; (0, 0, 1) for the sky."),
+        Output::image("albedo", Gives::Always(State::Data), "Diffuse albedo; alpha is 1 where metering should count the pixel."),
+    ];
+    const BYPASS: StandIn = StandIn::Zero;
+
+    fn record(&self, pass: &mut Recorder<'_>) {
+        let desc = ImageDesc::new(pass.frame_size());
+        let kernels =
+            [("result", "demo_scene"), ("depth", "demo_scene_depth"), ("normal", "demo_scene_normal"), ("albedo", "demo_scene_albedo")];
+        for (port, function) in kernels {
+            if pass.wanted(port) {
+                pass.function(&SHADER, function).write(port, desc);
+            }
+        }
+    }
+}

@@ -1,0 +1,107 @@
+//! Encode: the transfer function and the primaries of a display or a file.
+
+use afterimage_graph::prelude::*;
+
+use crate::color::{DISPLAY_P3, REC709, REC2020, Space, conversion, rows};
+
+static SHADER: Shader = Shader::new("shaders/encode.wgsl", include_str!("../../shaders/encode.wgsl"));
+
+choices! {
+    /// Transfer functions.
+    pub enum Transfer {
+        /// sRGB by its exact definition (IEC 61966-2-1).
+        Srgb,
+        /// x^(1/gamma). With 2.2 it is up to 8.6 codes of 8 bits away from sRGB, in the shadows.
+        Gamma,
+        /// None: for files that hold linear light.
+        Linear,
+        /// Perceptual quantiser (SMPTE ST 2084): absolute light, for HDR10.
+        Pq,
+        /// Hybrid log-gamma (ITU-R BT.2100): HDR relative to the display's peak.
+        Hlg,
+    }
+}
+
+choices! {
+    /// The primaries of the display.
+    pub enum Primaries {
+        /// sRGB and HDTV.
+        Rec709,
+        /// Display P3, white D65.
+        DisplayP3,
+        /// UHDTV and HDR. `Hlg` and `Pq` are defined with these.
+        Rec2020,
+    }
+}
+
+impl Primaries {
+    fn space(self) -> Space {
+        match self {
+            Self::Rec709 => REC709,
+            Self::DisplayP3 => DISPLAY_P3,
+            Self::Rec2020 => REC2020,
+        }
+    }
+}
+
+params! {
+    /// Encodes linear light of a display for a file or a screen. Exactly one of these belongs into a pipeline.
+    ///
+    /// The result is stored in half floats unless `format` says otherwise, so that a `Dither` behind it still sees what lies between two
+    /// codes; the framework runs both in one pass, and the writer of the file rounds. Write to an `-srgb` texture with `transfer: Linear`:
+    /// the device encodes then. `Srgb`, `Gamma` and `Linear` hold 0 to 1; `Pq` and `Hlg` take more, up to `peak_nits`.
+    pub struct Encode {
+        /// The transfer function.
+        pub transfer: Transfer = Transfer::Srgb;
+        /// The primaries.
+        pub primaries: Primaries = Primaries::Rec709;
+        /// For `Gamma`: the display's gamma; 1 is linear.
+        pub gamma: f32 = 2.2 => within(0.1..=10.0), usually(1.8..=2.6), neutral(1.0);
+        /// For `Pq` and `Hlg`: the light of display-linear 1, the white of a page. 203 is the reference of ITU-R BT.2408.
+        pub white_nits: f32 = 203.0 => within(1.0..=10000.0), usually(80.0..=400.0), unit("cd/m2");
+        /// For `Pq`: light above is cut off. For `Hlg`: the peak of the display, which signal 1 is.
+        pub peak_nits: f32 = 1000.0 => within(100.0..=10000.0), usually(400.0..=4000.0), unit("cd/m2");
+    }
+}
+
+impl Node for Encode {
+    const INPUTS: &'static [Input] =
+        &[Input::image("source", "Linear light of the display, Rec.709.").takes(&[State::DisplayLinear])];
+    const OUTPUTS: &'static [Output] =
+        &[Output::image("result", Gives::Always(State::Encoded), "The signal, 0 to 1.")];
+    const BYPASS: StandIn = StandIn::Input("source");
+
+    fn record(&self, pass: &mut Recorder<'_>) {
+        let source = pass.image("source");
+        let desc = ImageDesc::new(pass.desc(source).size);
+        let to_display = rows(conversion(REC709, self.primaries.space()));
+        pass.function(&SHADER, self.kernel())
+            .set("row0", to_display[0])
+            .set("row1", to_display[1])
+            .set("row2", to_display[2])
+            .set("system_power", hlg_power(f64::from(self.peak_nits)))
+            .write("result", desc);
+    }
+}
+
+impl Encode {
+    fn kernel(&self) -> &'static str {
+        match self.transfer {
+            Transfer::Srgb => "encode_srgb",
+            Transfer::Gamma => "encode_gamma",
+            Transfer::Linear => "encode_linear",
+            Transfer::Pq => "encode_pq",
+            Transfer::Hlg => "encode_hlg",
+        }
+    }
+}
+
+/// The power of luminance that undoes the system gamma of an HLG display (ITU-R BT.2100, and BT.2390 outside of 400 to 2000 cd/m²).
+fn hlg_power(peak: f64) -> f64 {
+    let gamma = if (400.0..=2000.0).contains(&peak) {
+        1.2 + 0.42 * (peak / 1000.0).log10()
+    } else {
+        1.2 * 1.111_f64.powf((peak / 1000.0).log2())
+    };
+    (1.0 - gamma) / gamma
+}

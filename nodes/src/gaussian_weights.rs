@@ -1,0 +1,27 @@
+//! The weights of a Gaussian kernel as three numbers, from which shaders make each weight.
+
+/// The weight of offset i is `scale * 2^(falloff * i^2)`; all within the radius sum to 1.
+pub(crate) struct GaussianWeights {
+    /// The largest offset.
+    pub(crate) radius: u32,
+    /// What multiplies the square of the offset in the exponent; negative.
+    pub(crate) falloff: f64,
+    /// The weight of the middle.
+    pub(crate) scale: f64,
+}
+
+/// Below this sigma all but 4e-6 of the weight is in the middle.
+const NO_BLUR: f32 = 0.2;
+
+impl GaussianWeights {
+    /// The kernel of standard deviation `sigma` up to `reach` sigmas; `None` where a blur changes nothing.
+    pub(crate) fn new(sigma: f32, reach: f32) -> Option<Self> {
+        if sigma <= NO_BLUR {
+            return None;
+        }
+        let radius = (reach * sigma).ceil() as u32;
+        let falloff = -std::f64::consts::LOG2_E / (2.0 * f64::from(sigma).powi(2));
+        let side: f64 = (1..=radius).map(|i| (falloff * f64::from(i * i)).exp2()).sum();
+        Some(Self { radius, falloff, scale: 1.0 / (1.0 + 2.0 * side) })
+    }
+}

@@ -1,0 +1,67 @@
+//! GridBlur: makes a bilateral grid smooth.
+
+use afterimage_graph::prelude::*;
+
+use crate::gaussian_weights::GaussianWeights;
+
+static SHADER: Shader = Shader::new("shaders/grid_blur.wgsl", include_str!("../../shaders/grid_blur.wgsl"));
+
+params! {
+    /// Blurs a bilateral grid by a Gaussian along x, y and luminance.
+    ///
+    /// Outside the grid lies nothing, and sums and weights are blurred alike: the quotient that readers take is a mean of the cells that
+    /// exist, at the borders too. The kernel ends at three sigmas. A sigma of at most 0.2 leaves its axis as it is.
+    pub struct GridBlur {
+        /// Standard deviations along x, y and luminance; 0 leaves an axis as it is.
+        pub sigma: [f32; 3] = [2.5, 1.25, 1.5] => within(0.0..=16.0), usually(0.0..=4.0), unit("cells"), neutral([0.0f32; 3]);
+    }
+}
+
+const REACH: f32 = 3.0;
+const GROUP: [u32; 3] = [8, 8, 4];
+
+impl GridBlur {
+    /// The axes that are blurred, with their kernels.
+    fn axes(&self) -> Vec<(usize, GaussianWeights)> {
+        (0..3).filter_map(|axis| Some((axis, GaussianWeights::new(self.sigma[axis], REACH)?))).collect()
+    }
+}
+
+impl Node for GridBlur {
+    const INPUTS: &'static [Input] = &[Input::new("source", PortType::Volume, "The result of a GridBuild.")];
+    const OUTPUTS: &'static [Output] =
+        &[Output::new("result", PortType::Volume, Gives::Same("source"), "The blurred grid.")];
+    const BYPASS: StandIn = StandIn::Input("source");
+
+    fn stand_in(&self, _: &Arrivals) -> Option<StandIn> {
+        self.axes().is_empty().then_some(Self::BYPASS)
+    }
+
+    fn record(&self, pass: &mut Recorder<'_>) {
+        let mut cells = pass.image("source");
+        let desc = pass.desc(cells);
+        let size = desc.size;
+        let axes = self.axes();
+        for (index, (axis, weights)) in axes.iter().enumerate() {
+            let last = index + 1 == axes.len();
+            let name = ["x", "y", "z"][*axis];
+            let result = if last { pass.output("result", desc) } else { pass.transient(name, desc) };
+            let mut along = [0_u32; 3];
+            along[*axis] = 1;
+            pass.compute(&SHADER, "grid_blur")
+                .label(format!("grid_blur {name}"))
+                .image("cells", cells)
+                .image("result", result)
+                .set("axis", along)
+                .set("radius", weights.radius)
+                .set("falloff", weights.falloff)
+                .set("scale", weights.scale)
+                .dispatch([
+                    size.width.div_ceil(GROUP[0]),
+                    size.height.div_ceil(GROUP[1]),
+                    size.depth.div_ceil(GROUP[2]),
+                ]);
+            cells = result;
+        }
+    }
+}

@@ -1,0 +1,97 @@
+//! LogGaussian: a small, widely blurred image of log2 luminance.
+
+use afterimage_graph::prelude::*;
+
+use crate::gaussian_weights::GaussianWeights;
+
+static SHADER: Shader = Shader::new("shaders/log_gaussian.wgsl", include_str!("../../shaders/log_gaussian.wgsl"));
+
+params! {
+    /// Averages log2 luminance down to a small image and blurs it widely: how bright the surroundings are, with no regard to edges.
+    ///
+    /// Each pixel counts once, by its area, at any size. The blur is a true circle in the picture. `source` is an exposed picture, or
+    /// the scene with `meter` and `stops` set as for the Exposure.
+    pub struct LogGaussian {
+        /// Texels across.
+        pub width: u32 = 256 => within(4.0..=1024.0), usually(64.0..=512.0), unit("texels"), quality(256u32, [128]);
+        /// Texels down.
+        pub height: u32 = 128 => within(4.0..=1024.0), usually(32.0..=256.0), unit("texels"), quality(128u32, [64]);
+        /// Standard deviation of the blur.
+        pub sigma: f32 = 0.06 => within(0.0..=0.25), usually(0.02..=0.12), unit("picture widths"), neutral(0.0);
+        /// Darker pixels count as this.
+        pub lo: f32 = -10.5 => within(-32.0..=32.0), unit("log2 of luminance");
+        /// Brighter pixels count as this.
+        pub hi: f32 = 5.5 => within(-32.0..=32.0), unit("log2 of luminance");
+        /// Stops to add to the picture's luminance; 0 for an exposed picture.
+        pub stops: f32 = 0.0 => within(-24.0..=24.0), unit("stops"), neutral(0.0);
+    }
+}
+
+const REACH: f32 = 3.0;
+const GROUP: u32 = 16;
+
+impl LogGaussian {
+    /// The sigmas along x and y in texels of the small image, whose texels need not be square in the picture.
+    fn sigmas(&self, picture: Size) -> [f32; 2] {
+        let across = self.sigma * self.width as f32;
+        [across, self.sigma * self.height as f32 * picture.aspect() as f32]
+    }
+
+    fn average(&self, pass: &mut Recorder<'_>, picture: ImageId, result: ImageId) {
+        let exposure =
+            if pass.wired("meter") { pass.buffer("meter") } else { pass.constant_buffer("unmetered", vec![0; 16]) };
+        pass.compute(&SHADER, "log_gaussian_average")
+            .image("picture", picture)
+            .buffer("exposure", exposure)
+            .image("result", result)
+            .set("axis", [0_u32; 2])
+            .set("radius", 0_u32)
+            .set("falloff", 0.0)
+            .set("scale", 0.0)
+            .dispatch([self.width, self.height, 1]);
+    }
+
+    fn blur(pass: &mut Recorder<'_>, axis: usize, weights: &GaussianWeights, picture: ImageId, result: ImageId) {
+        let groups = pass.desc(result).size.div_up(GROUP);
+        let mut along = [0_u32; 2];
+        along[axis] = 1;
+        pass.compute(&SHADER, "log_gaussian_blur")
+            .label(format!("log_gaussian_blur {}", ["x", "y"][axis]))
+            .image("picture", picture)
+            .image("result", result)
+            .set("axis", along)
+            .set("radius", weights.radius)
+            .set("falloff", weights.falloff)
+            .set("scale", weights.scale)
+            .dispatch([groups.width, groups.height, 1]);
+    }
+}
+
+impl Node for LogGaussian {
+    const INPUTS: &'static [Input] = &[
+        Input::image("source", "The exposed picture, or the scene with `meter`.").takes(&[State::Exposed, State::Scene]),
+        Input::new("meter", PortType::Value, "Stops to add, in x: the result of a metering node.").optional(),
+    ];
+    const OUTPUTS: &'static [Output] =
+        &[Output::image("result", Gives::Always(State::LogLuminance), "The surroundings, in red, green and blue alike.")];
+    const BYPASS: StandIn = StandIn::Absent;
+
+    fn verify(&self) -> Result<(), String> {
+        if self.lo < self.hi { Ok(()) } else { Err("`hi` must be above `lo`".into()) }
+    }
+
+    fn record(&self, pass: &mut Recorder<'_>) {
+        let picture = pass.image("source");
+        let sigmas = self.sigmas(pass.desc(picture).size);
+        let kernels: Vec<(usize, GaussianWeights)> =
+            (0..2).filter_map(|axis| Some((axis, GaussianWeights::new(sigmas[axis], REACH)?))).collect();
+        let desc = ImageDesc::new(Size::new(self.width, self.height));
+        let images: Vec<ImageId> = (0..=kernels.len())
+            .map(|i| if i == kernels.len() { pass.output("result", desc) } else { pass.transient("small", desc) })
+            .collect();
+        self.average(pass, picture, images[0]);
+        for (i, (axis, weights)) in kernels.iter().enumerate() {
+            Self::blur(pass, *axis, weights, images[i], images[i + 1]);
+        }
+    }
+}

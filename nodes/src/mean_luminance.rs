@@ -1,0 +1,70 @@
+//! MeanLuminance: one number for the brightness of a picture.
+
+use afterimage_graph::prelude::*;
+
+static SHADER: Shader = Shader::new("shaders/mean_luminance.wgsl", include_str!("../../shaders/mean_luminance.wgsl"));
+
+choices! {
+    /// Which mean.
+    pub enum MeanLuminanceOf {
+        /// Of the logarithm: how bright a typical pixel is.
+        Log,
+        /// Of the light itself: how much light there is. One lamp can outweigh a dark room by stops.
+        Linear,
+    }
+}
+
+params! {
+    /// The mean luminance of a picture, as log2: what the top of a luminance pyramid holds, at any size and in two passes.
+    ///
+    /// It has no percentiles, so bright lights and black borders count in full: Histogram and AutoExposure are the better meter, this
+    /// with Adapt the cheaper one. Each pixel counts once and sums are trees of a fixed shape.
+    ///
+    /// The result is (log2 of the mean, brightest luminance, 0, 1 if any pixel is brighter than 2^lo).
+    pub struct MeanLuminance {
+        /// Which mean.
+        pub mean: MeanLuminanceOf = MeanLuminanceOf::Log;
+        /// Darker pixels count as this; the mean is not below it.
+        pub lo: f32 = -10.0 => within(-24.0..=16.0), unit("log2 of luminance");
+    }
+}
+
+/// The sides of a workgroup's tile.
+const TILE: u32 = 64;
+
+impl Node for MeanLuminance {
+    const INPUTS: &'static [Input] =
+        &[Input::image("source", "The picture. Metering belongs before the exposure.").takes(&[State::Scene, State::Exposed])];
+    const OUTPUTS: &'static [Output] = &[Output::new(
+        "result",
+        PortType::Value,
+        Gives::Nothing,
+        "log2 of the mean, the brightest luminance, 0, and 1 unless all is dark.",
+    )];
+    const BYPASS: StandIn = StandIn::Absent;
+
+    fn record(&self, pass: &mut Recorder<'_>) {
+        let source = pass.image("source");
+        let size = pass.desc(source).size;
+        let groups = size.div_up(TILE);
+        let tiles = groups.width * groups.height;
+        let sums = pass.add_buffer("sums", 8 * u64::from(tiles), BufferLife::Frame);
+        let result = pass.output_value("result", BufferLife::Frame);
+        let (of_tiles, of_all) = match self.mean {
+            MeanLuminanceOf::Log => ("mean_luminance_log", "mean_luminance_of_logs"),
+            MeanLuminanceOf::Linear => ("mean_luminance_linear", "mean_luminance_log_of_mean"),
+        };
+        pass.compute(&SHADER, of_tiles)
+            .image("picture", source)
+            .buffer("written", sums)
+            .set("pixels", size.texels() as f32)
+            .set("tiles", tiles)
+            .dispatch([groups.width, groups.height, 1]);
+        pass.compute(&SHADER, of_all)
+            .buffer("tiles", sums)
+            .buffer("result", result)
+            .set("pixels", size.texels() as f32)
+            .set("tiles", tiles)
+            .dispatch([1, 1, 1]);
+    }
+}

@@ -1,0 +1,129 @@
+//! Purkinje: how colours look in the dark.
+
+use afterimage_graph::prelude::*;
+use glam::{DMat3, DVec3};
+
+static SHADER: Shader = Shader::new("shaders/purkinje.wgsl", include_str!("../../shaders/purkinje.wgsl"));
+
+params! {
+    /// The Purkinje shift by a model of rods and cones: in dim light the rods act on the pathways of the cones, so that the picture
+    /// turns blue, dark reds go out and differences of hue fade.
+    ///
+    /// The model is that of Cao, Pokorny and Smith (2008) with the regulation of Kirk and O'Brien (2011), as used in games by Patry
+    /// (2021); responses are those of linear Rec.709 under D65. It is the identity at 10 lux and above, full at 0.01 lux and below,
+    /// and in between a Hermite step of log10 of lux. Black stays black. It wants exposed light before any curve.
+    pub struct Purkinje {
+        /// Illuminance of the scene, while `meter` is not wired; 10 and more changes nothing.
+        pub illuminance: f32 = 0.1 => within(0.0..=100000.0), usually(0.0..=10.0), unit("lux"), neutral(10.0);
+        /// Share of the effect; 0 changes nothing, 1 is what the model says.
+        pub strength: f32 = 1.0 => within(0.0..=1.0), neutral(0.0);
+        /// Brings an exposed luminance of 1 to the level of the model's receptors: more makes rods count less.
+        pub scale: f32 = 380.0 => within(1.0..=10000.0), usually(50.0..=2000.0);
+    }
+}
+
+/// Illuminance in lux at which the effect is gone, and at which it is full.
+pub(crate) const PHOTOPIC_LUX: f32 = 10.0;
+const SCOTOPIC_LUX: f32 = 0.01;
+
+/// Linear Rec.709 to the responses of the L, M and S cones under D65, row by row (spectral integration published with Filament).
+const LMS: [[f64; 3]; 3] =
+    [[7.696847, 18.424824, 2.068096], [2.431137, 18.697937, 3.012463], [0.289117, 1.401833, 13.792292]];
+/// Linear Rec.709 to the response of the rods.
+const RODS: [f64; 3] = [0.466386, 15.564362, 10.059963];
+/// Largest sensitivities of the cones, and how strongly rods act on each cone's pathway (Cao et al.).
+const SENSITIVITY: DVec3 = DVec3::new(0.63721, 0.39242, 1.6064);
+const ROD_STRENGTH: DVec3 = DVec3::new(0.2, 0.2, 0.3);
+/// The opponent channels M - L, S - (L + M) and L + M, row by row.
+const OPPONENT: [[f64; 3]; 3] = [[-1.0, 1.0, 0.0], [-1.0, -1.0, 1.0], [1.0, 1.0, 0.0]];
+/// What rods add to the opponent channels (Cao et al.): overall gain K over S, then k3, rw and p.
+const GAIN: f64 = 45.0;
+const SURROUND: f64 = 10.0;
+const K3: f64 = 0.6;
+const RW: f64 = 0.139;
+const P: f64 = 0.6189;
+
+fn rows(rows: [[f64; 3]; 3]) -> DMat3 {
+    DMat3::from_cols_array_2d(&rows).transpose()
+}
+
+/// The model as two matrices and a row: what drives each cone's gain, what the gains times the rods do to Rec.709, and the rods.
+struct Folded {
+    drive: DMat3,
+    effect: DMat3,
+    rods: DVec3,
+}
+
+impl Folded {
+    fn new(scale: f64) -> Self {
+        let rods = DVec3::from(RODS);
+        let from_rods = DMat3::from_cols(ROD_STRENGTH * rods.x, ROD_STRENGTH * rods.y, ROD_STRENGTH * rods.z);
+        let regulation = DMat3::from_diagonal(0.33 / SENSITIVITY * scale);
+        let to_opponent = rows([
+            [-(K3 + RW), 1.0 + K3 * RW, 0.0],
+            [P * K3, (1.0 - P) * K3, 1.0],
+            [P * SURROUND, (1.0 - P) * SURROUND, 0.0],
+        ]) * (GAIN / SURROUND);
+        let strengths = DMat3::from_diagonal(ROD_STRENGTH / SENSITIVITY);
+        let effect = rows(LMS).inverse() * rows(OPPONENT).inverse() * to_opponent * strengths;
+        Self { drive: regulation * (rows(LMS) + from_rods), effect, rods }
+    }
+}
+
+fn row(matrix: DMat3, index: usize) -> [f64; 3] {
+    matrix.row(index).to_array()
+}
+
+/// The Hermite step from 0 at 0 to 1 at 1.
+fn hermite(t: f64) -> f64 {
+    let t = t.clamp(0.0, 1.0);
+    t * t * (3.0 - 2.0 * t)
+}
+
+/// How far into the dark: 1 at 0.01 lux, 0 at 10.
+fn darkness(lux: f32) -> f64 {
+    let lux = f64::from(lux.clamp(SCOTOPIC_LUX, PHOTOPIC_LUX));
+    1.0 - hermite((lux.log10() + 2.0) / 3.0)
+}
+
+/// Whether a kind that only acts in the dark is the identity.
+pub(crate) fn acts_not(strength: f32, illuminance: f32, arrivals: &Arrivals) -> bool {
+    let bright = illuminance >= PHOTOPIC_LUX && arrivals.is_absent("meter");
+    strength == 0.0 || bright || arrivals.is_zero("source")
+}
+
+/// The ports of the kinds that act in the dark.
+pub(crate) const INPUTS: &[Input] = &[
+    Input::image("source", "The exposed picture.").takes(&[State::Exposed]),
+    Input::new("meter", PortType::Value, "Lux in z: the result of a metering node. It replaces `illuminance`.").optional(),
+];
+
+impl Node for Purkinje {
+    const INPUTS: &'static [Input] = INPUTS;
+    const OUTPUTS: &'static [Output] =
+        &[Output::image("result", Gives::Same("source"), "The picture as it is seen in the dark.")];
+    const BYPASS: StandIn = StandIn::Input("source");
+
+    fn stand_in(&self, arrivals: &Arrivals) -> Option<StandIn> {
+        acts_not(self.strength, self.illuminance, arrivals).then_some(Self::BYPASS)
+    }
+
+    fn record(&self, pass: &mut Recorder<'_>) {
+        let source = pass.image("source");
+        let desc = pass.desc(source);
+        let folded = Folded::new(f64::from(self.scale));
+        let metered = pass.wired("meter");
+        let function = if metered { "purkinje_metered" } else { "purkinje" };
+        let darkness = if metered { 1.0 } else { darkness(self.illuminance) };
+        pass.function(&SHADER, function)
+            .set("drive0", row(folded.drive, 0))
+            .set("drive1", row(folded.drive, 1))
+            .set("drive2", row(folded.drive, 2))
+            .set("rods", folded.rods.to_array())
+            .set("effect0", row(folded.effect, 0))
+            .set("effect1", row(folded.effect, 1))
+            .set("effect2", row(folded.effect, 2))
+            .set("strength", f64::from(self.strength) * darkness)
+            .write("result", desc);
+    }
+}

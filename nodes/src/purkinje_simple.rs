@@ -1,0 +1,50 @@
+//! PurkinjeSimple: a look of the dark.
+
+use afterimage_graph::prelude::*;
+
+use crate::purkinje::{INPUTS, acts_not};
+
+static SHADER: Shader = Shader::new("shaders/purkinje_simple.wgsl", include_str!("../../shaders/purkinje_simple.wgsl"));
+
+params! {
+    /// Night vision as a look: greyer, bluer, less red and brighter as the light fades.
+    ///
+    /// It is the identity at 10 lux and above. Colours fade to grey by up to 70 % below 10 lux, blue rises and red falls by up to 30 %
+    /// of the way below 5 lux, and up to half of the luminance is added below 1 lux; each ramp is a Hermite step. About a third of the
+    /// work of Purkinje, and a different look, not an approximation of it. It wants exposed light before any curve.
+    pub struct PurkinjeSimple {
+        /// Illuminance of the scene, while `meter` is not wired; 10 and more changes nothing.
+        pub illuminance: f32 = 0.1 => within(0.0..=100000.0), usually(0.0..=10.0), unit("lux"), neutral(10.0);
+        /// Share of the effect; 0 changes nothing.
+        pub strength: f32 = 1.0 => within(0.0..=1.0), neutral(0.0);
+    }
+}
+
+/// How much of a ramp is left at `lux`: all at `lo`, nothing at `hi`.
+fn fading(lo: f32, hi: f32, lux: f32) -> f32 {
+    let t = ((lux - lo) / (hi - lo)).clamp(0.0, 1.0);
+    1.0 - t * t * (3.0 - 2.0 * t)
+}
+
+impl Node for PurkinjeSimple {
+    const INPUTS: &'static [Input] = INPUTS;
+    const OUTPUTS: &'static [Output] =
+        &[Output::image("result", Gives::Same("source"), "The picture with the look of the dark.")];
+    const BYPASS: StandIn = StandIn::Input("source");
+
+    fn stand_in(&self, arrivals: &Arrivals) -> Option<StandIn> {
+        acts_not(self.strength, self.illuminance, arrivals).then_some(Self::BYPASS)
+    }
+
+    fn record(&self, pass: &mut Recorder<'_>) {
+        let source = pass.image("source");
+        let desc = pass.desc(source);
+        let function = if pass.wired("meter") { "purkinje_simple_metered" } else { "purkinje_simple" };
+        let lux = self.illuminance;
+        pass.function(&SHADER, function)
+            .set("grey", 0.7 * self.strength * fading(0.01, 10.0, lux))
+            .set("blue", 0.3 * self.strength * fading(0.01, 5.0, lux))
+            .set("boost", 0.5 * self.strength * fading(0.001, 1.0, lux))
+            .write("result", desc);
+    }
+}

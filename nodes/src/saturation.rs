@@ -1,0 +1,35 @@
+//! Saturation: moves colours away from grey or towards it.
+
+use afterimage_graph::prelude::*;
+
+static SHADER: Shader = Shader::new("shaders/saturation.wgsl", include_str!("../../shaders/saturation.wgsl"));
+
+params! {
+    /// Moves every colour away from the grey of its luminance, or towards it.
+    ///
+    /// The luminance of linear light stays as it is, unless a channel would fall below 0 and is cut off there.
+    pub struct Saturation {
+        /// 0 is grey, 1 changes nothing, 2 doubles the distance from grey.
+        pub amount: f32 = 1.0 => within(0.0..=8.0), usually(0.0..=2.0), neutral(1.0);
+    }
+}
+
+impl Node for Saturation {
+    const INPUTS: &'static [Input] = &[Input::image("source", "Linear light, before or after the tone curve.").takes(&[
+        State::Scene,
+        State::Exposed,
+        State::DisplayLinear,
+    ])];
+    const OUTPUTS: &'static [Output] = &[Output::image("result", Gives::Same("source"), "The light, 0 or more.")];
+    const BYPASS: StandIn = StandIn::Input("source");
+
+    fn stand_in(&self, _: &Arrivals) -> Option<StandIn> {
+        (self.amount == 1.0).then_some(Self::BYPASS)
+    }
+
+    fn record(&self, pass: &mut Recorder<'_>) {
+        let source = pass.image("source");
+        let desc = ImageDesc::new(pass.desc(source).size);
+        pass.function(&SHADER, "saturation").write("result", desc);
+    }
+}

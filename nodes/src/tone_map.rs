@@ -1,0 +1,252 @@
+//! ToneMap: brings exposed light into the range of a display by a curve, in a working space of chosen primaries.
+
+use afterimage_graph::prelude::*;
+use glam::DMat3;
+
+use crate::color::{AP1, REC709, REC2020, Space, TSUSHIMA, chromaticity, conversion, rows};
+use crate::curves::{Agx, Gt7, HILL_IN, HILL_OUT, Shoulder};
+
+static SHADER: Shader = Shader::new("shaders/tone_map.wgsl", include_str!("../../shaders/tone_map.wgsl"));
+
+choices! {
+    /// The tone curves.
+    pub enum Curve {
+        /// Cuts off above the peak.
+        None,
+        /// x / (1 + x) on each channel (Reinhard et al. 2002, equation 3): soft, never reaches white.
+        Reinhard,
+        /// The same, but `white_level` becomes 1 (equation 4), on each channel.
+        ReinhardExtended,
+        /// The same on luminance: hues stay, saturated lights are cut off.
+        ReinhardLuminance,
+        /// 1 - exp(-exposure * x): a simple model of film.
+        Exponential,
+        /// Narkowicz's fit of ACES (2016): contrasty, hues skew in the highlights. It is brighter than ACES: 1 becomes 0.8.
+        Aces,
+        /// Hill's fit of the ACES RRT and ODT: desaturates highlights. Light below 0.0033 becomes black.
+        AcesHill,
+        /// Hable's curve of Uncharted 2 (2010), exposure bias 2, white 11.2: long toe, soft.
+        Hable,
+        /// Uchimura's curve (CEDEC 2017): toe, line and shoulder can be set.
+        Uchimura,
+        /// Khronos PBR Neutral: true colours below 0.8, for product pictures.
+        KhronosNeutral,
+        /// AgX (Sobotka): wide range, lights go to white like film.
+        AgX,
+        /// The curve of Gran Turismo 7 (Uchimura 2025): keeps hues; works in Rec.2020, also for HDR displays.
+        Gt7,
+    }
+}
+
+impl Curve {
+    /// Whether the curve is defined in a space of its own.
+    pub(crate) fn has_own_space(self) -> bool {
+        matches!(self, Self::ReinhardLuminance | Self::AcesHill | Self::KhronosNeutral | Self::AgX | Self::Gt7)
+    }
+}
+
+choices! {
+    /// The primaries in which a curve works on each channel. Wider ones keep bright saturated lights from clipping to one primary.
+    pub enum WorkingSpace {
+        /// The space of the scene.
+        Rec709,
+        /// ACEScg, primaries AP1.
+        AcesCg,
+        /// AP1 with a redder red, after the talk on Ghost of Tsushima.
+        Tsushima,
+        /// ITU-R BT.2020.
+        Rec2020,
+        /// The parameters `red`, `green`, `blue` and `white`.
+        Custom,
+    }
+}
+
+choices! {
+    /// What happens to colours that the display's gamut cannot hold.
+    pub enum Gamut {
+        /// Each channel is cut off: bright and simple, hues may shift.
+        Clip,
+        /// Colours move towards the grey of their luminance, softly from `gamut_knee` on: hues and gradients stay.
+        Compress,
+    }
+}
+
+choices! {
+    /// A grade inside AgX.
+    pub enum AgxLook {
+        /// None.
+        Base,
+        /// More contrast and saturation.
+        Punchy,
+        /// Warm and lighter.
+        Golden,
+    }
+}
+
+choices! {
+    /// How AgX's sigmoid is computed.
+    pub enum Sigmoid {
+        /// By its definition.
+        Exact,
+        /// A polynomial of degree 6: at most 1.35 codes of 8 bits off, 0.45 on average, and two powers a channel cheaper.
+        Polynomial,
+    }
+}
+
+params! {
+    /// Brings exposed light into the range of a display by a tone curve.
+    ///
+    /// The light goes into the working space, through the curve, back to Rec.709 and into the gamut. Greys stay grey on the way in and
+    /// out, so a grey ramp is the curve itself. The result is linear and lies in 0 to `peak`. `AcesHill`, `KhronosNeutral`, `AgX`, `Gt7` and
+    /// `ReinhardLuminance` are defined in a space of their own: with them `space` must stay `Rec709`. No curve here encodes: `Encode` does.
+    pub struct ToneMap {
+        /// The curve.
+        pub curve: Curve = Curve::Aces;
+        /// The space in which the curve works on each channel.
+        pub space: WorkingSpace = WorkingSpace::Rec709;
+        /// How colours come back into the display's gamut.
+        pub gamut: Gamut = Gamut::Clip;
+        /// For `gamut: Compress`: how far from grey (0) to the gamut's boundary (1) colours are left exactly as they are; 1 is the hardest.
+        pub gamut_knee: f32 = 0.8 => within(0.0..=1.0);
+        /// The largest value of the result, in units of SDR white: 1 for SDR. Only `None`, `ReinhardExtended`, `Uchimura` (with a
+        /// `maximum` above 1) and `Gt7` make use of more.
+        pub peak: f32 = 1.0 => within(1.0..=100.0), unit("of SDR white");
+        /// For `ReinhardExtended` and `ReinhardLuminance`: the light that becomes 1.
+        pub white_level: f32 = 4.0 => within(1e-3..=65504.0), usually(1.0..=16.0);
+        /// For `Exponential`: light is multiplied by this.
+        pub exposure: f32 = 1.0 => within(0.0..=64.0), usually(0.25..=4.0);
+        /// For `Uchimura`: P, what bright light tends to.
+        pub maximum: f32 = 1.0 => within(0.1..=100.0), unit("of SDR white");
+        /// For `Uchimura`: a, the slope of the line.
+        pub contrast: f32 = 1.0 => within(0.1..=4.0), usually(0.5..=2.0);
+        /// For `Uchimura`: m, where the line begins.
+        pub linear_start: f32 = 0.22 => within(0.0..=0.99), usually(0.1..=0.5);
+        /// For `Uchimura`: l, the share of the range above `linear_start` that is a line.
+        pub linear_length: f32 = 0.4 => within(0.0..=1.0);
+        /// For `Uchimura`: c, the power of the toe; 1 is a line, more darkens the shadows.
+        pub toe: f32 = 1.33 => within(1.0..=4.0), usually(1.0..=3.0);
+        /// For `Uchimura`: b, what the toe adds to black.
+        pub pedestal: f32 = 0.0 => within(0.0..=0.5), neutral(0.0);
+        /// For `AgX`: the look.
+        pub look: AgxLook = AgxLook::Base;
+        /// For `AgX`: how its sigmoid is computed.
+        pub sigmoid: Sigmoid = Sigmoid::Exact => quality(Sigmoid::Exact, [Sigmoid::Polynomial]);
+        /// For `space: Custom`: the red primary. The defaults are the Tsushima primaries.
+        pub red: [f32; 2] = [0.750, 0.270] => within(-1.0..=2.0), unit("xy");
+        /// For `space: Custom`: the green primary.
+        pub green: [f32; 2] = [0.165, 0.830] => within(-1.0..=2.0), unit("xy");
+        /// For `space: Custom`: the blue primary.
+        pub blue: [f32; 2] = [0.128, 0.044] => within(-1.0..=2.0), unit("xy");
+        /// For `space: Custom`: the white, matched to D65 by Bradford.
+        pub white: [f32; 2] = [0.32168, 0.33767] => within(1e-3..=1.0), unit("xy");
+    }
+}
+
+impl Node for ToneMap {
+    const INPUTS: &'static [Input] = &[Input::image("source", "Exposed light.").takes(&[State::Exposed])];
+    const OUTPUTS: &'static [Output] =
+        &[Output::image("result", Gives::Always(State::DisplayLinear), "Linear light of the display, 0 to `peak`.")];
+    const BYPASS: StandIn = StandIn::Input("source");
+
+    fn verify(&self) -> Result<(), String> {
+        if self.curve.has_own_space() && self.space != WorkingSpace::Rec709 {
+            let curve = self.curve.name();
+            return Err(format!("`{curve}` brings its own working space: leave out `space`, or choose a curve of single channels"));
+        }
+        if self.space == WorkingSpace::Custom && !self.custom().is_usable() {
+            return Err("`red`, `green` and `blue` lie on a line: three primaries must span a triangle".into());
+        }
+        if self.curve == Curve::Uchimura && self.maximum <= self.linear_start {
+            return Err("`maximum` must be above `linear_start`, where the line begins".into());
+        }
+        Ok(())
+    }
+
+    fn record(&self, pass: &mut Recorder<'_>) {
+        let source = pass.image("source");
+        let desc = ImageDesc::new(pass.desc(source).size);
+        let [enter, leave] = self.ways();
+        let [enter, leave] = [rows(enter), rows(leave)];
+        let (shoulder, agx, gt7) = (self.shoulder(), self.agx(), self.gt7());
+        pass.function(&SHADER, self.kernel())
+            .set("enter0", enter[0])
+            .set("enter1", enter[1])
+            .set("enter2", enter[2])
+            .set("leave0", leave[0])
+            .set("leave1", leave[1])
+            .set("leave2", leave[2])
+            .set("linear_start", shoulder.line_from)
+            .set("shoulder", [shoulder.from, shoulder.limit, shoulder.gap, shoulder.steepness])
+            .set("look", agx.slope.extend(agx.power).to_array())
+            .set("saturation", agx.saturation)
+            .set("gt7", [gt7.peak, gt7.offset, gt7.scale, gt7.rate])
+            .set("gt7_intensity", gt7.intensity)
+            .write("result", desc);
+    }
+}
+
+impl ToneMap {
+    fn kernel(&self) -> &'static str {
+        let [clip, compress] = match self.curve {
+            Curve::None => ["tone_map_none", "tone_map_none_compressed"],
+            Curve::Reinhard => ["tone_map_reinhard", "tone_map_reinhard_compressed"],
+            Curve::ReinhardExtended => ["tone_map_reinhard_extended", "tone_map_reinhard_extended_compressed"],
+            Curve::ReinhardLuminance => ["tone_map_reinhard_luminance", "tone_map_reinhard_luminance_compressed"],
+            Curve::Exponential => ["tone_map_exponential", "tone_map_exponential_compressed"],
+            Curve::Aces => ["tone_map_aces", "tone_map_aces_compressed"],
+            Curve::AcesHill => ["tone_map_aces_hill", "tone_map_aces_hill_compressed"],
+            Curve::Hable => ["tone_map_hable", "tone_map_hable_compressed"],
+            Curve::Uchimura => ["tone_map_uchimura", "tone_map_uchimura_compressed"],
+            Curve::KhronosNeutral => ["tone_map_khronos_neutral", "tone_map_khronos_neutral_compressed"],
+            Curve::AgX => self.agx_kernels(),
+            Curve::Gt7 => ["tone_map_gt7", "tone_map_gt7_compressed"],
+        };
+        if self.gamut == Gamut::Compress { compress } else { clip }
+    }
+
+    fn agx_kernels(&self) -> [&'static str; 2] {
+        match (self.sigmoid, self.look) {
+            (Sigmoid::Exact, AgxLook::Base) => ["tone_map_agx", "tone_map_agx_compressed"],
+            (Sigmoid::Exact, _) => ["tone_map_agx_looked", "tone_map_agx_looked_compressed"],
+            (Sigmoid::Polynomial, AgxLook::Base) => ["tone_map_agx_fast", "tone_map_agx_fast_compressed"],
+            (Sigmoid::Polynomial, _) => ["tone_map_agx_fast_looked", "tone_map_agx_fast_looked_compressed"],
+        }
+    }
+
+    fn custom(&self) -> Space {
+        let [red, green, blue, white] = [self.red, self.green, self.blue, self.white].map(chromaticity);
+        Space { red, green, blue, white }
+    }
+
+    /// The matrices into the curve's space and back to Rec.709.
+    pub(crate) fn ways(&self) -> [DMat3; 2] {
+        let space = match (self.curve, self.space) {
+            (Curve::AcesHill, _) => return [HILL_IN, HILL_OUT],
+            (Curve::Gt7, _) | (_, WorkingSpace::Rec2020) => REC2020,
+            (curve, _) if curve.has_own_space() => REC709,
+            (_, WorkingSpace::Rec709) => REC709,
+            (_, WorkingSpace::AcesCg) => AP1,
+            (_, WorkingSpace::Tsushima) => TSUSHIMA,
+            (_, WorkingSpace::Custom) => self.custom(),
+        };
+        [conversion(REC709, space), conversion(space, REC709)]
+    }
+
+    pub(crate) fn shoulder(&self) -> Shoulder {
+        let [maximum, contrast, start, length] =
+            [self.maximum, self.contrast, self.linear_start, self.linear_length].map(f64::from);
+        Shoulder::new(maximum, contrast, start, length)
+    }
+
+    pub(crate) fn agx(&self) -> Agx {
+        match self.look {
+            AgxLook::Base => Agx::BASE,
+            AgxLook::Punchy => Agx::PUNCHY,
+            AgxLook::Golden => Agx::GOLDEN,
+        }
+    }
+
+    pub(crate) fn gt7(&self) -> Gt7 {
+        Gt7::new(2.5 * f64::from(self.peak))
+    }
+}

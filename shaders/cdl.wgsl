@@ -1,0 +1,17 @@
+#import color
+#import grade
+
+struct Cdl {
+    slope: vec3f,
+    offset: vec3f,
+    power: vec3f,
+    saturation: f32,
+}
+
+// What is not positive has no power and goes on as it is, as the standard says.
+fn cdl(source: vec4f, params: Cdl) -> vec4f {
+    let moved = source.rgb * params.slope + params.offset;
+    let powered = select(moved, bounded_power3(moved, params.power), moved > vec3f(0.0));
+    let grey = vec3f(luminance(powered));
+    return vec4f(bounded(grey + params.saturation * (powered - grey)), source.a);
+}

@@ -1,0 +1,17 @@
+#import color
+#import grade
+
+struct ColorBalance {
+    multiply: vec3f,
+    shadows: vec3f,
+    midtones: vec3f,
+    highlights: vec3f,
+}
+
+// The three weights are (1 - y)^2, 2y(1 - y) and y^2: smooth, and 1 together, so that equal shifts are one plain shift.
+fn color_balance(source: vec4f, params: ColorBalance) -> vec4f {
+    let rgb = source.rgb * params.multiply;
+    let y = clamp(luminance(rgb), 0.0, 1.0);
+    let shift = mix(mix(params.shadows, params.midtones, y), mix(params.midtones, params.highlights, y), y);
+    return vec4f(bounded_light(rgb + shift), source.a);
+}

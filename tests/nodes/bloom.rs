@@ -1,0 +1,400 @@
+//! Extract, Downsample, Upsample, Gaussian and Composite on the GPU against their f64 twins.
+
+use afterimage_graph::node::Work;
+
+use crate::reference::bloom::{self, composite_add, composite_lerp, gate_weight, knee_weight, select_emissive};
+use crate::reference::color::luminance;
+use crate::reference::gaussian;
+use crate::reference::image::{Image, rgb};
+use crate::reference::math::largest;
+use crate::reference::resample::{Down, Firefly, Up, upsample};
+use crate::support::gpu::{Picture, Run, gpu, graph, run_exact};
+
+/// One texel, thinner than a filter, odd in both directions, a power of two, a frame with odd sides.
+const SIZES: [[u32; 2]; 5] = [[1, 1], [2, 3], [5, 3], [64, 64], [641, 359]];
+
+/// The brightest number that a half float holds.
+const BRIGHTEST: f64 = 65504.0;
+
+/// What a result may be off by, as a share of the brightest expected value within four pixels.
+#[derive(Clone, Copy)]
+struct Tolerance {
+    /// With every image in 32 bits.
+    exact: f64,
+    /// With half floats between the passes.
+    half: f64,
+}
+
+/// Texels are read whole.
+const WHOLE: Tolerance = Tolerance { exact: 1e-5, half: 2e-3 };
+/// Texels are weighed by the sampler, in which a device may round weights to 1/256.
+const SAMPLED: Tolerance = Tolerance { exact: 4e-3, half: 7e-3 };
+
+/// Numbers from 0 to below 1, the same in every run.
+struct Numbers(u64);
+
+impl Numbers {
+    fn next(&mut self) -> f64 {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 7;
+        self.0 ^= self.0 << 17;
+        (self.0 >> 40) as f64 / (1u64 << 24) as f64
+    }
+}
+
+/// Scene light up to 8 with alpha in 0..1. Each of the `spikes` is the brightest number, in one channel of one pixel in fifty.
+fn picture([width, height]: [u32; 2], spikes: bool) -> Picture {
+    let mut numbers = Numbers(0x2545_f491_4f6c_dd1d);
+    Picture::new(width, height, |x, y| {
+        let light = 8.0 * numbers.next() * numbers.next();
+        let mut pixel = [light * numbers.next(), light * numbers.next(), light * numbers.next(), numbers.next()];
+        if spikes && numbers.next() < 0.02 {
+            pixel[(x + y) as usize % 3] = BRIGHTEST;
+        }
+        pixel.map(|v| v as f32)
+    })
+}
+
+fn image(picture: &Picture) -> Image {
+    let pixels = picture.pixels.iter().map(|pixel| pixel.map(f64::from)).collect();
+    Image { width: picture.width as usize, height: picture.height as usize, pixels }
+}
+
+fn bounded(image: Image) -> Image {
+    image.map(|pixel| pixel.map(|v| v.min(BRIGHTEST)))
+}
+
+/// A pipeline from `scene`, and `light` where it is read, to the node `result`, or to what stands after an arrow.
+fn pipeline(nodes: &str) -> String {
+    let (nodes, output) = nodes.split_once(" -> ").unwrap_or((nodes, "result"));
+    let light = if nodes.contains("\"light\"") { ", \"light\": Color" } else { "" };
+    format!(r#"Pipeline(inputs: {{ "scene": Color{light} }}, nodes: {{ {nodes} }}, outputs: {{ "out": "{output}" }})"#)
+}
+
+fn assert_near(what: &str, got: &Picture, want: &Image, tolerance: f64) {
+    assert_eq!([got.width as usize, got.height as usize], [want.width, want.height], "{what}");
+    for (index, (got, expected)) in got.pixels.iter().zip(&want.pixels).enumerate() {
+        let (x, y) = ((index % want.width) as i64, (index / want.width) as i64);
+        for channel in 0..4 {
+            let error = (f64::from(got[channel]) - expected[channel]).abs();
+            let near = || {
+                let around = (-4..=4).flat_map(|j| (-4..=4).map(move |i| (x + i, y + j)));
+                around.map(|(x, y)| want.texel(x, y)[channel].abs()).fold(1e-3, f64::max)
+            };
+            assert!(
+                error <= tolerance * expected[channel].abs() || error <= tolerance * near(),
+                "{what}: channel {channel} of ({x}, {y}) is {}, expected {}",
+                got[channel],
+                expected[channel]
+            );
+        }
+    }
+}
+
+/// Runs `nodes` on one picture, with 32 bits between passes and with 16.
+fn check_on(nodes: &str, scene: &Picture, want: &Image, tolerance: Tolerance) {
+    let text = pipeline(nodes);
+    let what = format!("{}x{}: {nodes}", scene.width, scene.height);
+    assert_near(&format!("exact {what}"), &run_exact(&text, &[("scene", scene)])[0], want, tolerance.exact);
+    let half = Run::new(&graph(&text)).frame(&[("scene", scene)]);
+    assert_near(&what, &half[0], want, tolerance.half);
+}
+
+/// Runs `nodes` at every size, without and with spikes.
+fn check(nodes: &str, tolerance: Tolerance, twin: impl Fn(&Image) -> Image) {
+    for size in SIZES {
+        for spikes in [false, true] {
+            let scene = picture(size, spikes);
+            check_on(nodes, &scene, &bounded(twin(&image(&scene))), tolerance);
+        }
+    }
+}
+
+fn scaled(weight: impl Fn([f64; 4]) -> f64) -> impl Fn(&Image) -> Image {
+    move |image| {
+        image.map(|pixel| {
+            let weight = weight(pixel);
+            [pixel[0] * weight, pixel[1] * weight, pixel[2] * weight, pixel[3]]
+        })
+    }
+}
+
+#[test]
+fn extract_weighs_as_its_twin() {
+    let brightness: [(&str, fn([f64; 3]) -> f64); 2] = [("Max", largest), ("Luminance", luminance)];
+    for (name, of) in brightness {
+        let text = |method| {
+            format!(
+                r#""result": Extract(source: "scene", method: {method}, brightness: {name},
+                    threshold: 0.5, knee: 0.25, intensity: 1.5)"#
+            )
+        };
+        check(&text("Knee"), WHOLE, scaled(|pixel| 1.5 * knee_weight(of(rgb(pixel)), 0.5, 0.25)));
+        check(&text("Gate"), WHOLE, scaled(|pixel| 1.5 * gate_weight(of(rgb(pixel)), 0.5, 0.25)));
+    }
+    check(r#""result": Extract(source: "scene", method: All, intensity: 0.25)"#, WHOLE, scaled(|_| 0.25));
+    let hard = scaled(|pixel| knee_weight(largest(rgb(pixel)), 1.0, 0.0));
+    check(r#""result": Extract(source: "scene", knee: 0.0)"#, WHOLE, hard);
+}
+
+#[test]
+fn extract_takes_emission_from_alpha() {
+    let nodes = r#""result": Extract(source: "scene", method: Emissive, threshold: 0.5, intensity: 2.0)"#;
+    check(nodes, WHOLE, |image| {
+        image.map(|pixel| {
+            let [r, g, b] = select_emissive(pixel, 0.5, 2.0);
+            [r, g, b, pixel[3]]
+        })
+    });
+}
+
+#[test]
+fn a_gate_without_edges_lets_all_but_black_pass() {
+    let scene = Picture::new(2, 1, |x, _| [x as f32 * 1e-3, 0.0, 0.0, 1.0]);
+    let nodes = r#""result": Extract(source: "scene", method: Gate, threshold: 0.0, knee: 0.0)"#;
+    check_on(nodes, &scene, &image(&scene), WHOLE);
+}
+
+/// The deck's clamp is the exponential curve and then a gate: the vectors `glare_extract` of the formula book.
+#[test]
+fn the_clamp_after_the_exponential_curve_is_the_deck_s() {
+    let scene = Picture::new(6, 1, |x, _| {
+        [[0.0; 3], [1.0; 3], [2.0; 3], [3.0; 3], [10.0; 3], [5.0, 0.2, 0.1]].map(|[r, g, b]| [r, g, b, 1.0])[x as usize]
+    });
+    let nodes = r#"
+        "exposed": Exposure(source: "scene", stops: 0.0),
+        "mapped": ToneMap(source: "exposed", curve: Exponential),
+        "result": Extract(source: "mapped", method: Clamp)"#;
+    let result = &run_exact(&pipeline(nodes), &[("scene", &scene)])[0];
+    let printed = [0.0, 0.0, 0.425441201, 1.6057573, 1.99990889, 0.0];
+    for (x, want) in printed.into_iter().enumerate() {
+        let got = f64::from(result.pixels[x][0]);
+        assert!((got - want).abs() <= 2e-6 + 1e-5 * want, "{x}: {got}, expected {want}");
+        let twin = bloom::glare(rgb(scene.pixels[x].map(f64::from)), 1.0)[0];
+        assert!((got - twin).abs() <= 2e-6 + 1e-5 * twin, "{x}: {got}, the twin has {twin}");
+    }
+}
+
+const FILTERS: [(&str, Down); 4] =
+    [("Box", Down::Box), ("Tap4", Down::FourTap), ("Tap9", Down::NineTap), ("Tap13", Down::ThirteenTap)];
+
+/// As many levels as are asked for and the size allows.
+fn levels(image: &Image, asked: usize, filter: Down, firefly: Firefly) -> Vec<Image> {
+    let most = image.width.max(image.height).ilog2() as usize;
+    bloom::levels(image, asked.min(most).max(1), filter, firefly)
+}
+
+fn coarsest(image: &Image, asked: usize, filter: Down, firefly: Firefly) -> Image {
+    levels(image, asked, filter, firefly).pop().expect("a pyramid has a level")
+}
+
+#[test]
+fn downsample_filters_as_its_twin() {
+    for (name, filter) in FILTERS {
+        for count in [1, 3] {
+            let nodes =
+                format!(r#""mips": Downsample(source: "scene", levels: {count}, filter: {name}) -> mips.coarsest"#);
+            check(&nodes, SAMPLED, |image| coarsest(image, count, filter, Firefly::Off));
+        }
+    }
+}
+
+#[test]
+fn downsample_tames_fireflies_as_its_twin() {
+    for (name, filter) in FILTERS {
+        for (how, firefly) in [("Groups", Firefly::Groups), ("Taps", Firefly::Taps)] {
+            let nodes = format!(
+                r#""mips": Downsample(source: "scene", levels: 2, filter: {name}, firefly: {how}) -> mips.coarsest"#
+            );
+            for size in SIZES {
+                // A light leaks out of its texel by the rounding of the sampler's weights; next to the brightest number
+                // that is light enough to change what its neighbours weigh, except where taps fall on corners.
+                let steady = size.iter().all(|side| side % 2 == 0 || *side == 1);
+                for spikes in [false, true].into_iter().filter(|spikes| steady || !spikes) {
+                    let scene = picture(size, spikes);
+                    check_on(&nodes, &scene, &coarsest(&image(&scene), 2, filter, firefly), SAMPLED);
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn upsample_joins_levels_as_its_twin() {
+    let nodes = |rest: &str| {
+        format!(
+            r#""mips": Downsample(source: "scene", levels: 4, filter: Tap4),
+            "result": Upsample(source: "mips", {rest})"#
+        )
+    };
+    let mips = |image: &Image| levels(image, 4, Down::FourTap, Firefly::Off);
+    for (name, up) in [("Tent", Up::Tent), ("Bilinear", Up::Bilinear)] {
+        let mixed = nodes(&format!("blend: Mix, spread: 0.7, filter: {name}, radius: 0.85"));
+        check(&mixed, SAMPLED, |image| bloom::lerp_chain(&mips(image), 0.7, up, 0.85));
+        let added = nodes(&format!("blend: Add, filter: {name}, radius: 1.25"));
+        check(&added, SAMPLED, |image| bloom::additive_chain(&mips(image), up, 1.25));
+    }
+    check(&nodes("spread: 0.0"), SAMPLED, |image| mips(image).swap_remove(0));
+    check(&nodes("spread: 1.0"), SAMPLED, |image| bloom::lerp_chain(&mips(image), 1.0, Up::Tent, 1.0));
+}
+
+#[test]
+fn levels_that_are_not_normalised_are_summed() {
+    let nodes = r#"
+        "mips": Downsample(source: "scene", levels: 3, filter: Tap4),
+        "result": Upsample(source: "mips", blend: Add, normalize: false)"#;
+    let scene = picture([40, 24], false);
+    let mips = levels(&image(&scene), 3, Down::FourTap, Firefly::Off);
+    let sum = bloom::additive_chain(&mips, Up::Tent, 1.0).map(|pixel| pixel.map(|v| 3.0 * v));
+    check_on(nodes, &scene, &sum, SAMPLED);
+}
+
+fn blurred(half: &[f64]) -> impl Fn(&Image) -> Image {
+    move |image| gaussian::blur_axis(&gaussian::blur_axis(image, half, [1, 0]), half, [0, 1])
+}
+
+#[test]
+fn gaussian_blurs_as_its_twin() {
+    let nodes = |rest: &str| format!(r#""result": Gaussian(source: "scene", {rest})"#);
+    for (taps, tolerance) in [("Exact", WHOLE), ("Linear", SAMPLED)] {
+        for sigma in [0.6, 2.5] {
+            let half = gaussian::taps(sigma, gaussian::radius(sigma));
+            check(&nodes(&format!("sigma: {sigma}, taps: {taps}")), tolerance, blurred(&half));
+        }
+        let caracal = printed(&[0.227027, 0.194596, 0.121621, 0.054054, 0.016216]);
+        check(&nodes(&format!("kernel: Caracal9, taps: {taps}")), tolerance, blurred(&caracal));
+    }
+}
+
+/// Half a kernel as a document prints it, made to sum to 1.
+fn printed(half: &[f64]) -> Vec<f64> {
+    let total = half[0] + 2.0 * half[1..].iter().sum::<f64>();
+    half.iter().map(|weight| weight / total).collect()
+}
+
+#[test]
+fn the_deck_s_33_taps_are_those_it_prints() {
+    let deck = printed(&[
+        0.113597, 0.109084, 0.096593, 0.07887, 0.059384, 0.04123, 0.026396, 0.015583, 0.008483, 0.004258, 0.001971,
+        0.000841, 0.000331, 0.00012, 0.00004, 0.000012, 0.000004,
+    ]);
+    for (taps, tolerance) in [("Exact", WHOLE), ("Linear", SAMPLED)] {
+        let nodes = format!(r#""result": Gaussian(source: "scene", kernel: Course33, taps: {taps})"#);
+        check(&nodes, tolerance, blurred(&deck));
+    }
+}
+
+#[test]
+fn the_widest_blur_is_still_a_gaussian() {
+    let half = gaussian::taps(64.0, 256);
+    let scene = picture([64, 64], false);
+    let nodes = r#""result": Gaussian(source: "scene", sigma: 64.0, reach: 4.0)"#;
+    check_on(nodes, &scene, &blurred(&half)(&image(&scene)), WHOLE);
+}
+
+#[test]
+fn a_pyramid_is_blurred_level_by_level() {
+    let nodes = r#"
+        "mips": Downsample(source: "scene", levels: 3, filter: Tap4),
+        "soft": GaussianPyramid(source: "mips", kernel: Caracal9),
+        "result": Upsample(source: "soft", spread: 0.85, filter: Bilinear)"#;
+    let half = printed(&[0.227027, 0.194596, 0.121621, 0.054054, 0.016216]);
+    check(nodes, SAMPLED, |image| {
+        let soft: Vec<Image> = levels(image, 3, Down::FourTap, Firefly::Off).iter().map(blurred(&half)).collect();
+        bloom::lerp_chain(&soft, 0.85, Up::Bilinear, 1.0)
+    });
+}
+
+#[test]
+fn composite_lays_light_over_the_picture_as_its_twin() {
+    for ([width, height], spikes) in SIZES.into_iter().flat_map(|size| [(size, false), (size, true)]) {
+        let scene = picture([width, height], spikes);
+        let light = picture([width.div_ceil(2), height.div_ceil(2)], spikes);
+        for (filter, up) in [("Tent", Up::Tent), ("Bilinear", Up::Bilinear)] {
+            let large = upsample(&image(&light), [width as usize, height as usize], up, 1.0);
+            for (blend, twin) in [("Add", composite_add as fn(_, _, _) -> _), ("Mix", composite_lerp)] {
+                let nodes = format!(
+                    r#""result": Composite(base: "scene", bloom: "light",
+                        blend: {blend}, filter: {filter}, strength: 0.3)"#
+                );
+                let pairs = scene.pixels.iter().zip(&large.pixels);
+                let pixels = pairs.map(|(base, light)| {
+                    let base = base.map(f64::from);
+                    let [r, g, b] = twin(rgb(base), rgb(*light), 0.3);
+                    [r, g, b, base[3]]
+                });
+                let want = Image { pixels: pixels.collect(), ..large };
+                let got = run_exact(&pipeline(&nodes), &[("scene", &scene), ("light", &light)]);
+                assert_near(&format!("{width}x{height}: {nodes}"), &got[0], &bounded(want), SAMPLED.exact);
+            }
+        }
+    }
+}
+
+#[test]
+fn the_brightest_lights_stay_within_half_range() {
+    let scene = Picture::new(9, 7, |_, _| [BRIGHTEST as f32, BRIGHTEST as f32, 0.0, 1.0]);
+    let nodes = r#"
+        "bright": Extract(source: "scene", intensity: 64.0),
+        "mips": Downsample(source: "bright", levels: 3),
+        "bloom": Upsample(source: "mips", blend: Add, normalize: false),
+        "result": Composite(base: "scene", bloom: "bloom", strength: 8.0)"#;
+    check_on(nodes, &scene, &image(&scene), WHOLE);
+}
+
+#[test]
+fn nan_and_infinity_of_a_picture_do_not_spread() {
+    let mut scene = picture([37, 21], false);
+    scene.pixels[37 * 10 + 18] = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, f32::NAN];
+    let mut guarded = image(&scene);
+    guarded.pixels[37 * 10 + 18] = [0.0, BRIGHTEST, 0.0, 0.0];
+    let nodes = r#"
+        "mips": Downsample(source: "scene", levels: 3, filter: Tap13),
+        "result": Upsample(source: "mips", spread: 0.5)"#;
+    let mips = levels(&guarded, 3, Down::ThirteenTap, Firefly::Off);
+    check_on(nodes, &scene, &bloom::lerp_chain(&mips, 0.5, Up::Tent, 1.0), SAMPLED);
+}
+
+/// The nodes that the plan leaves out, and its number of passes.
+fn left_out(nodes: &str) -> (Vec<String>, usize) {
+    let graph = graph(&pipeline(nodes));
+    let scene = picture([64, 64], false);
+    let plan = Run::new(&graph).plan(&gpu(), &[("scene", &scene)]);
+    assert!(plan.recording.passes.iter().all(|pass| matches!(pass.work, Work::Steps { .. })));
+    (plan.left_out.iter().map(|left_out| left_out.node.clone()).collect(), plan.recording.passes.len())
+}
+
+#[test]
+fn what_changes_nothing_is_left_out_with_all_that_feeds_it() {
+    let chain = |strength: &str| {
+        format!(
+            r#""bright": Extract(source: "scene"),
+            "mips": Downsample(source: "bright", levels: 3),
+            "bloom": Upsample(source: "mips"),
+            "lit": Composite(base: "scene", bloom: "bloom", strength: {strength}),
+            "result": Vignette(source: "lit")"#
+        )
+    };
+    let (mut nodes, passes) = left_out(&chain("0.0"));
+    nodes.sort();
+    assert_eq!((nodes, passes), (["bloom", "bright", "lit", "mips"].map(String::from).to_vec(), 1));
+    assert_eq!(left_out(&chain("0.5")), (Vec::new(), 7));
+    let blur = r#""blur": Gaussian(source: "scene", sigma: 0.2), "result": Vignette(source: "blur")"#;
+    assert_eq!(left_out(blur), (vec!["blur".into()], 1));
+    let all = r#""all": Extract(source: "scene", method: All), "result": Vignette(source: "all")"#;
+    assert_eq!(left_out(all), (vec!["all".into()], 1));
+}
+
+#[test]
+fn one_level_needs_no_way_back() {
+    let nodes = |levels: u32, spread: f32| {
+        format!(
+            r#""mips": Downsample(source: "scene", levels: {levels}),
+            "bloom": Upsample(source: "mips", spread: {spread}),
+            "result": Vignette(source: "bloom")"#
+        )
+    };
+    // The vignette reads a pixel of the last pass before it and becomes a part of it.
+    assert_eq!(left_out(&nodes(1, 0.7)).1, 1);
+    assert_eq!(left_out(&nodes(4, 0.7)).1, 4 + 3);
+}

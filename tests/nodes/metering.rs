@@ -1,0 +1,289 @@
+//! Histogram, AutoExposure, MeanLuminance and Adapt against their twins.
+
+use std::sync::Arc;
+
+use afterimage_gpu::{Executor, Frame, Texels, download, upload};
+use afterimage_graph::check::Graph;
+
+use super::probes::{SIZES, pipeline, scene, shown, shown_with, twin};
+use crate::reference::color::luminance;
+use crate::reference::exposure::{
+    Bins, adapt_exponential, adapt_linear, auto_exposure_stops, grey_card_luminance, limit_mean, pyramid_mean,
+};
+use crate::reference::image::{Image, rgb};
+use crate::support::gpu::{Picture, Run, gpu};
+
+const BINS: Bins = Bins { count: 256, low: -10.0, high: 10.0, black: 0.0009765625 };
+
+/// The header and the bins of a shown table.
+fn read_table(shown: &Picture) -> ([f32; 4], Vec<u32>) {
+    let header = [0, 1, 2, 3].map(|i| shown.at(i, 0)[0]);
+    let words = (4..4 + header[3] as u32).map(|i| shown.at(i, 0));
+    (header, words.map(|[low, high, ..]| low as u32 + ((high as u32) << 16)).collect())
+}
+
+/// Bins may differ where the logarithm of a pixel falls on a border: few pixels, by one bin.
+fn assert_close(found: &[u32], wanted: &[u32], what: &str) {
+    let total: u32 = wanted.iter().sum();
+    assert_eq!(found.iter().sum::<u32>(), total, "{what}: every pixel counts once");
+    assert_eq!(found[0], wanted[0], "{what}: pixels left out");
+    let mut ahead = 0_i64;
+    let moved: i64 = found.iter().zip(wanted).map(|(f, w)| {
+        ahead += i64::from(*f) - i64::from(*w);
+        ahead.abs()
+    }).sum();
+    assert!(moved <= i64::from(total) / 2000 + 1, "{what}: {moved} of {total} in another bin");
+}
+
+fn picked(image: &Image, step: usize) -> Image {
+    Image::new(image.width.div_ceil(step), image.height.div_ceil(step), |x, y| {
+        let along = |cell: usize, side: usize| (cell * step + step / 2).min(side - 1) as i64;
+        image.texel(along(x, image.width), along(y, image.height))
+    })
+}
+
+#[test]
+fn a_histogram_is_its_twin_at_every_size_and_step() {
+    for (width, height) in SIZES {
+        let scene = scene(width, height);
+        for step in [1, 2, 4] {
+            let nodes = format!("\"h\": Histogram(source: \"scene\", step: {step}), \"seen\": ProbeTable(table: \"h\")");
+            let (header, bins) = read_table(&shown(&nodes, &scene));
+            let image = picked(&twin(&scene), step);
+            assert_close(&bins, &BINS.histogram(&image), &format!("{width}x{height} step {step}"));
+            let brightest = image.pixels.iter().flat_map(|p| rgb(*p)).fold(0.0, f64::max);
+            assert_eq!(header, [brightest as f32, -10.0, 10.0, 256.0]);
+        }
+    }
+}
+
+#[test]
+fn a_histogram_has_the_bins_and_the_range_it_is_told() {
+    let scene = scene(97, 53);
+    let text = "\"h\": Histogram(source: \"scene\", bins: 64, lo: -6.0, hi: 4.0, black: 0.0), \"seen\": ProbeTable(table: \"h\")";
+    let (header, bins) = read_table(&shown(text, &scene));
+    assert_eq!(&header[1..], [-6.0, 4.0, 64.0]);
+    let wanted = Bins { count: 64, low: -6.0, high: 4.0, black: 0.0 }.histogram(&twin(&scene));
+    assert!(wanted[1] > 100 && wanted[63] > 0, "the range cuts both ends: {wanted:?}");
+    assert_close(&bins, &wanted, "64 bins");
+}
+
+#[test]
+fn an_albedo_meters_light_and_not_paint() {
+    let painted = Picture::new(70, 41, |x, y| {
+        let albedo = if (x / 7 + y / 5) % 2 == 0 { 0.06 } else { 0.8 };
+        let light = (f64::from(x) / 10.0 - 4.0).exp2() as f32;
+        [albedo * light, albedo * light, albedo * light, 1.0]
+    });
+    let albedo = Picture::new(70, 41, |x, y| {
+        let albedo = if (x / 7 + y / 5) % 2 == 0 { 0.06 } else { 0.8 };
+        [albedo, albedo, albedo, if y < 4 { 0.0 } else { 1.0 }]
+    });
+    let text = "\"h\": Histogram(source: \"scene\", albedo: \"albedo\"), \"seen\": ProbeTable(table: \"h\")";
+    let (_, bins) = read_table(&shown_with(text, &painted, "albedo", &albedo));
+    let mut wanted = vec![0; 256];
+    for (surface, pixel) in twin(&albedo).pixels.iter().zip(&twin(&painted).pixels) {
+        let light = grey_card_luminance(luminance(rgb(*pixel)), luminance(rgb(*surface)));
+        wanted[if surface[3] < 0.5 { 0 } else { BINS.bin(light) }] += 1;
+    }
+    assert!(wanted[0] >= 4 * 70);
+    // A column of the picture has one illuminance, whatever it is painted with: half the bins stay empty.
+    assert_close(&bins, &wanted, "albedo");
+}
+
+#[test]
+fn a_mask_and_the_distance_from_the_middle_weigh_pixels() {
+    let scene = Picture::new(64, 48, |x, _| if x < 32 { [0.25, 0.25, 0.25, 1.0] } else { [4.0, 4.0, 4.0, 1.0] });
+    let mask = Picture::new(64, 48, |x, _| if x < 32 { [1.0, 0.0, 0.0, 1.0] } else { [0.2, 0.0, 0.0, 1.0] });
+    let (quarter, four) = (BINS.bin(0.25), BINS.bin(4.0));
+    let text = "\"h\": Histogram(source: \"scene\", mask: \"mask\"), \"seen\": ProbeTable(table: \"h\")";
+    let (_, bins) = read_table(&shown_with(text, &scene, "mask", &mask));
+    assert_eq!((bins[quarter], bins[four]), (32 * 48 * 255, 32 * 48 * 51));
+    let text = "\"h\": Histogram(source: \"scene\", weight: Center, center: (0.25, 0.5), radius: 0.5), \
+                \"seen\": ProbeTable(table: \"h\")";
+    let (_, bins) = read_table(&shown(text, &scene));
+    let weight = |x: u32, y: u32| {
+        let away = [(f64::from(x) + 0.5) / 64.0 - 0.25, (f64::from(y) + 0.5) / 48.0 - 0.5];
+        let squared = ((away[0] * 64.0 / 48.0).powi(2) + away[1].powi(2)) / 0.25;
+        255.0 * (-squared).exp2()
+    };
+    let total = |from: u32| (from..from + 32).flat_map(|x| (0..48).map(move |y| weight(x, y))).sum::<f64>();
+    for (bin, wanted) in [(quarter, total(0)), (four, total(32))] {
+        assert!((f64::from(bins[bin]) / wanted - 1.0).abs() < 0.003, "{} {wanted}", bins[bin]);
+    }
+}
+
+/// One pixel of each frame of a sequence of pictures.
+fn sequence(graph: &Graph, frames: &[(&Picture, f32, bool)]) -> Vec<[f32; 4]> {
+    let gpu = gpu();
+    let run = Run::new(graph).exact();
+    let plan = Arc::new(run.plan(&gpu, &[("scene", frames[0].0)]));
+    let mut executor = Executor::with_caps(&gpu.device, &gpu.queue, gpu.caps.clone());
+    executor.load(plan).unwrap_or_else(|error| panic!("{error}"));
+    let mut values = Vec::new();
+    for (picture, dt, reset) in frames {
+        let texels = Texels::from_floats(picture.width, picture.height, &picture.pixels);
+        let view = upload(&gpu.device, &gpu.queue, &texels).create_view(&Default::default());
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
+        let frame = Frame { inputs: &[("scene", &view)], outputs: &[], time: 0.0, dt: *dt, reset: *reset };
+        executor.encode(&mut encoder, &frame).unwrap_or_else(|error| panic!("{error}"));
+        gpu.queue.submit([encoder.finish()]);
+        let texture = executor.output("out").expect("the executor keeps a texture for each output");
+        let texels = download(&gpu.device, &gpu.queue, texture).unwrap_or_else(|error| panic!("{error}"));
+        values.push(texels.to_floats()[0]);
+    }
+    values
+}
+
+fn grey(value: f32) -> Picture {
+    Picture::new(8, 8, |_, _| [value, value, value, 1.0])
+}
+
+fn auto(parameters: &str) -> String {
+    format!(
+        "\"h\": Histogram(source: \"scene\"), \"auto\": AutoExposure(histogram: \"h\", {parameters}), \
+         \"seen\": ProbeValue(value: \"auto\")"
+    )
+}
+
+#[test]
+fn percentiles_cut_where_the_twin_cuts() {
+    for (width, height) in SIZES {
+        let scene = scene(width, height);
+        let counts = BINS.histogram(&twin(&scene));
+        for (low, high) in [(0.4, 0.95), (0.0, 1.0), (0.5, 0.5), (0.9, 0.2), (1.0, 1.0), (0.31, 0.3100001)] {
+            let value = shown(&auto(&format!("low: {low}, high: {high}")), &scene).at(0, 0);
+            let Some(mean) = BINS.trimmed_mean(&counts, low, high) else { panic!("some pixels count") };
+            // One bin is 0.078 stops wide; a quantile may fall on either side of a border.
+            let tolerance = if low >= high || high - low < 1e-6 { 0.08 } else { 2e-4 };
+            assert!((f64::from(value[1]) - mean).abs() < tolerance, "{width}x{height} {low} {high}: {value:?} {mean}");
+            let stops = auto_exposure_stops(limit_mean(mean, -4.0, 16.0), 0.18, 0.0);
+            assert!((f64::from(value[0]) - stops).abs() < tolerance + 1e-4, "{value:?} {stops}");
+            let lux = std::f64::consts::PI / 0.18 * f64::from(value[1]).exp2();
+            assert!((f64::from(value[2]) / lux - 1.0).abs() < 1e-4, "{value:?} {lux}");
+            assert_eq!(value[3], 1.0);
+        }
+    }
+}
+
+#[test]
+fn limits_compensation_and_highlights_move_the_exposure() {
+    let centre = |light: f64| BINS.centre(BINS.bin(light));
+    let key = 0.18_f64.log2();
+    for (parameters, light, wanted) in [
+        ("compensation: 1.5", 0.5, key - centre(0.5) + 1.5),
+        ("min_ev: 5.0", 0.5, key - 2.0),
+        ("max_ev: 1.0", 0.5, key + 2.0),
+        ("key: 1.0", 4.0, -centre(4.0)),
+        // EV100 is log2 of luminance plus 3: the light 2^-2 is at EV 1, half way from -1 (2 stops) to 3 (-1 stop).
+        ("curve_ev: (-3.0, -1.0, 3.0, 5.0), curve_stops: (4.0, 2.0, -1.0, 0.0)", 0.25, key - centre(0.25) + 0.5
+            - 0.75 * (centre(0.25) + 2.0)),
+        ("highlights: Protect, highlight_threshold: 0.125", 0.5, -3.0 - (centre(0.5) + 0.45 * 20.0 / 255.0)),
+        ("highlights: Protect, highlight_threshold: 10.0", 0.5, key - centre(0.5)),
+    ] {
+        let value = shown(&auto(parameters), &grey(light as f32)).at(0, 0);
+        assert!((f64::from(value[0]) - wanted).abs() < 1e-4, "{parameters}: {value:?} {wanted}");
+    }
+}
+
+#[test]
+fn exposure_snaps_holds_arrives_and_follows() {
+    let (dim, bright, black) = (grey(0.25), grey(16.0), grey(0.0));
+    let nothing = f32::NAN;
+    let frames: Vec<(&Picture, f32, bool)> = vec![
+        (&black, 0.1, true),
+        (&dim, 0.0, false),
+        (&bright, 0.25, false),
+        (&bright, 0.0, false),
+        (&bright, -1.0, false),
+        (&bright, nothing, false),
+        (&black, 0.25, false),
+        (&dim, 0.5, false),
+        (&dim, f32::INFINITY, false),
+        (&dim, 0.1, false),
+        (&bright, 0.1, true),
+        (&black, 0.1, true),
+        (&dim, 0.1, false),
+    ];
+    let wanted = |light: f64| 0.18_f64.log2() - BINS.centre(BINS.bin(light));
+    let (of_dim, of_bright) = (wanted(0.25), wanted(16.0));
+    for (mode, follow) in [
+        ("Exponential", adapt_exponential as fn(f64, f64, f64, f64, f64) -> f64),
+        ("Linear", adapt_linear as fn(f64, f64, f64, f64, f64) -> f64),
+    ] {
+        let first = follow(of_dim, of_bright, 0.25, 1.0, 3.0);
+        let second = follow(first, of_dim, 0.5, 1.0, 3.0);
+        let expected =
+            [0.0, of_dim, first, first, first, first, first, second, of_dim, of_dim, of_bright, 0.0, of_dim];
+        let graph = pipeline("", &auto(&format!("adaptation: {mode}")));
+        for (index, (value, wanted)) in sequence(&graph, &frames).iter().zip(expected).enumerate() {
+            assert!((f64::from(value[0]) - wanted).abs() < 1e-4, "{mode} frame {index}: {value:?} {wanted}");
+            assert_eq!(value[3] > 0.0, index != 0 && index != 11, "{mode} frame {index}: {value:?}");
+        }
+    }
+}
+
+#[test]
+fn adaptation_does_not_depend_on_the_frame_rate() {
+    let (dim, bright) = (grey(0.25), grey(16.0));
+    let graph = pipeline("", &auto(""));
+    let after = |rate: usize| {
+        let mut frames = vec![(&bright, 0.0, true)];
+        frames.extend(std::iter::repeat_n((&dim, 1.0 / rate as f32, false), rate));
+        f64::from(sequence(&graph, &frames).last().expect("frames")[0])
+    };
+    let wanted = 6.0 * (1.0 - (-1.0_f64).exp()) + 0.18_f64.log2() - BINS.centre(BINS.bin(16.0));
+    for rate in [24, 60, 144] {
+        assert!((after(rate) - wanted).abs() < 0.02, "{rate}: {} {wanted}", after(rate));
+    }
+}
+
+#[test]
+fn a_mean_is_the_top_of_a_pyramid_and_adapt_follows_it() {
+    for (width, height) in SIZES {
+        let scene = scene(width, height);
+        let lights: Vec<f64> = twin(&scene).pixels.iter().map(|p| luminance(rgb(*p))).collect();
+        let log = pyramid_mean(&lights, -10.0);
+        let linear = (lights.iter().sum::<f64>() / lights.len() as f64).max(2.0_f64.powi(-10)).log2();
+        for (mean, wanted) in [("Log", log), ("Linear", linear)] {
+            let nodes = format!(
+                "\"mean\": MeanLuminance(source: \"scene\", mean: {mean}), \"auto\": Adapt(mean: \"mean\"), \
+                 \"seen\": ProbeValue(value: \"auto\")"
+            );
+            let value = shown(&nodes, &scene).at(0, 0);
+            assert!((f64::from(value[1]) - wanted).abs() < 1e-4, "{width}x{height} {mean}: {value:?} {wanted}");
+            let stops = auto_exposure_stops(limit_mean(wanted, -4.0, 16.0), 0.18, 0.0);
+            assert!((f64::from(value[0]) - stops).abs() < 1e-4, "{value:?} {stops}");
+        }
+    }
+}
+
+#[test]
+fn adapt_holds_in_the_dark_and_snaps_after_a_cut() {
+    let (dim, bright, black) = (grey(0.25), grey(16.0), grey(0.0));
+    let graph = pipeline(
+        "",
+        "\"mean\": MeanLuminance(source: \"scene\"), \"auto\": Adapt(mean: \"mean\"), \"seen\": ProbeValue(value: \"auto\")",
+    );
+    let frames = [(&black, 0.1, true), (&dim, 0.1, false), (&bright, 0.25, false), (&black, 9.0, false), (&dim, 0.1, true)];
+    let (of_dim, of_bright) = (0.18_f64.log2() + 2.0, 0.18_f64.log2() - 4.0);
+    let followed = adapt_exponential(of_dim, of_bright, 0.25, 1.0, 3.0);
+    for (value, wanted) in sequence(&graph, &frames).iter().zip([0.0, of_dim, followed, followed, of_dim]) {
+        assert!((f64::from(value[0]) - wanted).abs() < 1e-4, "{value:?} {wanted}");
+    }
+}
+
+#[test]
+fn an_exposure_without_a_meter_is_manual() {
+    let nodes = "\"h\": Histogram(source: \"scene\"), \"auto\": AutoExposure(histogram: \"h\", when: \"metered\"), \
+                 \"exposed\": Exposure(source: \"scene\", meter: \"auto\", stops: 2.0), \
+                 \"seen\": Purkinje(source: \"exposed\", meter: \"auto\", illuminance: 50.0)";
+    let text = format!(
+        "Pipeline(inputs: {{ \"scene\": Color }}, facts: {{ \"metered\": \"whether the exposure is automatic\" }}, \
+         nodes: {{ {nodes} }}, outputs: {{ \"out\": \"seen\" }})"
+    );
+    let graph = super::probes::graph(&text);
+    let mut run = Run::new(&graph).exact();
+    run.facts.insert("metered".into(), 0.0.into());
+    assert_eq!(run.frame(&[("scene", &grey(0.25))])[0].at(3, 3), [1.0, 1.0, 1.0, 1.0]);
+}

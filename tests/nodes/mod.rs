@@ -1,0 +1,3 @@
+//! Each kind on the GPU against its f64 twin.
+
+mod bloom;
