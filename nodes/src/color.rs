@@ -69,7 +69,7 @@ fn xyz(white: DVec2) -> DVec3 {
 
 choices! {
     /// The cone responses in which light is scaled to change its white.
-    pub enum Adaptation {
+    pub enum Cones {
         /// Lam's Bradford transform (1985), the usual choice.
         Bradford,
         /// CAT16 (Li et al. 2017): better for strongly coloured lights.
@@ -77,7 +77,7 @@ choices! {
     }
 }
 
-impl Adaptation {
+impl Cones {
     fn cones(self) -> DMat3 {
         let rows = match self {
             Self::Bradford => [[0.8951, 0.2664, -0.1614], [-0.7502, 1.7135, 0.0367], [0.0389, -0.0685, 1.0296]],
@@ -98,7 +98,7 @@ pub(crate) fn conversion(source: Space, destination: Space) -> DMat3 {
     if source == destination {
         return DMat3::IDENTITY;
     }
-    let adapt = Adaptation::Bradford.adapt(xyz(source.white), xyz(destination.white));
+    let adapt = Cones::Bradford.adapt(xyz(source.white), xyz(destination.white));
     destination.to_xyz().inverse() * adapt * source.to_xyz()
 }
 
@@ -111,7 +111,7 @@ fn in_rec709(matrix: DMat3) -> DMat3 {
 pub(crate) const LEAST_TARGET: f32 = 1e-4;
 
 /// The Rec.709 matrix that turns white into `target`, scaled to the luminance of white if that is kept.
-pub(crate) fn white_to(target: [f32; 3], adaptation: Adaptation, keep_luminance: bool) -> DMat3 {
+pub(crate) fn white_to(target: [f32; 3], adaptation: Cones, keep_luminance: bool) -> DMat3 {
     let target = DVec3::from(target.map(|x| f64::from(x.max(LEAST_TARGET))));
     let target = REC709.to_xyz() * target;
     let scale = if keep_luminance { 1.0 / target.y } else { 1.0 };
@@ -120,7 +120,7 @@ pub(crate) fn white_to(target: [f32; 3], adaptation: Adaptation, keep_luminance:
 
 /// The Rec.709 matrix that makes a light of this temperature neutral. `duv` is how far the light lies off the locus in CIE 1960 uv, positive
 /// towards green.
-pub(crate) fn white_from(kelvin: f64, duv: f64, adaptation: Adaptation) -> DMat3 {
+pub(crate) fn white_from(kelvin: f64, duv: f64, adaptation: Cones) -> DMat3 {
     in_rec709(adaptation.adapt(xyz(light(kelvin, duv)), xyz(D65)))
 }
 

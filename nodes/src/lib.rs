@@ -4,10 +4,13 @@
 
 mod adapt;
 mod auto_exposure;
+mod bake;
+mod baked_grade;
 mod brightness;
 mod cdl;
 mod color;
 mod color_balance;
+mod color_lut;
 mod composite;
 mod contrast;
 mod curves;
@@ -26,11 +29,13 @@ mod histogram;
 mod lift_gamma_gain;
 mod local_tone_map;
 mod log_gaussian;
+mod lut;
 mod mean_luminance;
 mod metering;
 mod purkinje;
 mod purkinje_simple;
 mod saturation;
+mod shaper;
 mod tone_map;
 mod upsample;
 mod vignette;
@@ -40,10 +45,12 @@ use afterimage_graph::node::NodeKind;
 
 pub use adapt::Adapt;
 pub use auto_exposure::{AutoExposure, AutoExposureHighlights};
+pub use baked_grade::{BakedGrade, BakedShaper, BakedTransfer};
 pub use brightness::Brightness as BrightnessKind;
 pub use cdl::Cdl;
-pub use color::Adaptation;
+pub use color::Cones;
 pub use color_balance::ColorBalance;
+pub use color_lut::{ColorLut, Interpolation, LutPrecision};
 pub use composite::{Composite, CompositeBlend};
 pub use contrast::{Contrast, ContrastForm};
 pub use demo_scene::DemoScene;
@@ -60,11 +67,13 @@ pub use histogram::{Histogram, HistogramWeight};
 pub use lift_gamma_gain::{LiftBy, LiftGammaGain};
 pub use local_tone_map::LocalToneMap;
 pub use log_gaussian::LogGaussian;
+pub use lut::{Lut, LutError, PngLayout, Table, parse_cube, parse_png};
 pub use mean_luminance::{MeanLuminance, MeanLuminanceOf};
 pub use metering::Adaptation;
 pub use purkinje::Purkinje;
 pub use purkinje_simple::PurkinjeSimple;
 pub use saturation::Saturation;
+pub use shaper::Shaper;
 pub use tone_map::{AgxLook, Curve, Gamut, Sigmoid, ToneMap, WorkingSpace};
 pub use upsample::{Upsample, UpsampleBlend, UpsampleFilter};
 pub use vignette::Vignette;
@@ -74,9 +83,11 @@ pub use white_balance::{WhiteBalance, WhiteBalanceMode};
 pub const ALL: &[NodeKind] = &[
     NodeKind::of::<Adapt>(),
     NodeKind::of::<AutoExposure>(),
+    NodeKind::of::<BakedGrade>(),
     NodeKind::of::<BrightnessKind>(),
     NodeKind::of::<Cdl>(),
     NodeKind::of::<ColorBalance>(),
+    NodeKind::of::<ColorLut>(),
     NodeKind::of::<Composite>(),
     NodeKind::of::<Contrast>(),
     NodeKind::of::<DemoScene>(),

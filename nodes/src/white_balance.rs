@@ -3,7 +3,7 @@
 use afterimage_graph::prelude::*;
 use glam::DMat3;
 
-use crate::color::{Adaptation, LEAST_TARGET, rows, white_from, white_to};
+use crate::color::{Cones, LEAST_TARGET, rows, white_from, white_to};
 
 static SHADER: Shader = Shader::new("shaders/white_balance.wgsl", include_str!("../../shaders/white_balance.wgsl"));
 
@@ -29,7 +29,7 @@ params! {
         /// Which of the parameters count.
         pub mode: WhiteBalanceMode = WhiteBalanceMode::Target;
         /// The model of adaptation.
-        pub adaptation: Adaptation = Adaptation::Bradford;
+        pub adaptation: Cones = Cones::Bradford;
         /// For `Target`: what white becomes, in linear Rec.709. Components are raised to at least 0.0001.
         pub target: [f32; 3] = [1.0, 1.0, 1.0] => within(0.0..=16.0), usually(0.0..=1.0), neutral([1.0, 1.0, 1.0]);
         /// For `Target`: whether only the colour of `target` counts, and white stays as bright as it was.

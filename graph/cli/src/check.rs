@@ -62,8 +62,8 @@ fn json(args: &CheckArgs, registry: &afterimage_graph::node::Registry) -> Result
         let checked = parse(&name, &text).and_then(|document| {
             afterimage_graph::check::check(&document, registry, &options).map(|(_, warnings)| warnings)
         });
-        all.extend(checked.unwrap_or_else(|errors| errors));
+        all.absorb(checked.unwrap_or_else(|errors| errors));
     }
-    say(&all.to_json());
+    say(&format!("{:#}", all.to_json()));
     if all.has_errors() { Err(Failure { text: String::new(), status: 1 }) } else { Ok(()) }
 }

@@ -2,6 +2,7 @@
 
 use std::fmt::Write as _;
 
+use afterimage_graph::diagnostic::did_you_mean;
 use afterimage_graph::image::State;
 use afterimage_graph::node::{Gives, Input, NodeKind, Output, Registry, StandIn};
 use afterimage_graph::value::{Param, Type};
@@ -28,10 +29,7 @@ fn find(registry: &Registry, name: &str) -> Result<NodeKind, Failure> {
     let by_letters = |kind: &NodeKind| kind.name().eq_ignore_ascii_case(name);
     registry.get(name).or_else(|| registry.iter().find(by_letters)).ok_or_else(|| {
         let failure = Failure::user(format!("no node kind is called `{name}`"));
-        match afterimage_graph::check::nearest(name, registry.names()) {
-            Some(near) => failure.hint(format!("did you mean `{near}`?")),
-            None => failure.hint("`afterimage nodes` lists them all"),
-        }
+        failure.hint(did_you_mean(name, registry.names()).unwrap_or_else(|| "`afterimage nodes` lists them all".into()))
     })
 }
 

@@ -3,11 +3,8 @@
 /// Name and text of every file in `pipelines/` that renders one colour image.
 pub(crate) const PIPELINES: &[(&str, &str)] = &[
     ("caracal", include_str!("../../../pipelines/caracal.ron")),
-    ("exposure", include_str!("../../../pipelines/exposure.ron")),
     ("glare", include_str!("../../../pipelines/glare.ron")),
     ("lynx", include_str!("../../../pipelines/lynx.ron")),
-    ("tsushima", include_str!("../../../pipelines/tsushima.ron")),
-    ("tsushima-night", include_str!("../../../pipelines/tsushima-night.ron")),
 ];
 
 /// The built-in scene, with all that it knows.

@@ -3,12 +3,14 @@
 use std::sync::Arc;
 
 use afterimage_graph::node::{BufferLife, ImageId, Origin, Resource, Work};
-use afterimage_graph::plan::{Caps, Plan, PlanOutput, Stage};
+use afterimage_graph::image::ImageDesc;
+use afterimage_graph::plan::{Alias, Caps, Plan, PlanOutput, Requirement, Stage, Use};
 use afterimage_graph::shader::{Composed, FRAGMENT_SIZE_BINDING, SlotKind, compose_entry, compose_steps};
 use rustc_hash::FxHashMap;
 use wgpu::{BindGroup, BindGroupEntry, BindingResource, Buffer, BufferUsages, CommandEncoder, Device, Queue, TextureView};
 
 use crate::device::texture_format;
+use crate::heap::{self, Heap};
 use crate::layout::{Pipeline, bind_group_layout, bound_slots, by_hand};
 use crate::pipelines::{Built, Order, PipelineKey, Pipelines};
 use crate::store::{Store, TextureKey};
@@ -70,6 +72,13 @@ struct Loaded {
     phases: u32,
     sets: Vec<HostSet>,
     timing: Option<Timing>,
+    placed: Option<Placed>,
+}
+
+/// The heap of a plan and the textures in it. The textures go before the heap does.
+struct Placed {
+    keys: Vec<TextureKey>,
+    heap: Heap,
 }
 
 struct LoadedPass {
@@ -85,6 +94,14 @@ struct LoadedPass {
 struct HostSet {
     views: Vec<TextureView>,
     runs: Vec<Run>,
+    /// For each pass that opens a wave, what must be brought into its state before the wave, for each phase.
+    touches: Vec<Vec<Vec<Touch>>>,
+}
+
+/// A texture and the state that a wave wants it in.
+struct Touch {
+    view: TextureView,
+    state: wgpu::TextureUses,
 }
 
 struct Run {
@@ -146,6 +163,11 @@ impl Executor {
     /// What plans for this executor may rely on.
     pub fn caps(&self) -> &Caps {
         &self.caps
+    }
+
+    /// What the device wants for an image: the planner asks this through [`Setting`](afterimage_graph::plan::Setting).
+    pub fn requirement(&self, desc: &ImageDesc) -> Requirement {
+        heap::requirement(&self.device, desc)
     }
 
     /// The plan in use.
@@ -268,6 +290,7 @@ fn record(loaded: &Loaded, set: &HostSet, phase: usize, encoder: &mut CommandEnc
         match &set.runs[index].pipeline {
             Pipeline::Compute(_) => index = record_dispatches(loaded, set, phase, index, encoder),
             Pipeline::Render(pipeline) => {
+                touch_for_draw(&set.touches[index], phase, encoder);
                 record_draw(loaded, &set.runs[index], pipeline, phase, index, encoder);
                 index += 1;
             }
@@ -287,6 +310,14 @@ fn record_dispatches(loaded: &Loaded, set: &HostSet, phase: usize, from: usize, 
     }
     while let Some(Run { pipeline: Pipeline::Compute(pipeline), groups, .. }) = set.runs.get(index) {
         let [x, y, z] = loaded.passes[index].groups;
+        if let Some(touches) = set.touches[index].get(phase) {
+            let textures = touches.iter().map(|touch| wgpu::TextureTransition {
+                texture: &touch.view,
+                selector: None,
+                state: touch.state,
+            });
+            pass.transition_resources(std::iter::empty(), textures);
+        }
         pass.set_pipeline(pipeline);
         pass.set_bind_group(0, &groups[phase], &[]);
         pass.dispatch_workgroups(x, y, z);
@@ -296,6 +327,18 @@ fn record_dispatches(loaded: &Loaded, set: &HostSet, phase: usize, from: usize, 
         }
     }
     index
+}
+
+/// Before a draw there is no compute pass to touch things in. Reading is the state from which a barrier waits for all shaders before.
+fn touch_for_draw(touches: &[Vec<Touch>], phase: usize, encoder: &mut CommandEncoder) {
+    let Some(touches) = touches.get(phase) else { return };
+    let new = touches.iter().filter(|touch| touch.state != wgpu::TextureUses::RESOURCE);
+    let textures = new.map(|touch| wgpu::TextureTransition {
+        texture: touch.view.texture(),
+        selector: None,
+        state: wgpu::TextureUses::RESOURCE,
+    });
+    encoder.transition_resources(std::iter::empty(), textures);
 }
 
 fn record_draw(
@@ -349,7 +392,8 @@ impl Executor {
         self.queue.write_buffer(&uniforms, 0, &uniform_bytes(plan, &passes));
         let old = self.loaded.take();
         let (buffers, old_holdings, timed) = self.make_buffers(plan, old);
-        let holdings = self.hold(plan, old_holdings);
+        let placed = self.place(plan);
+        let holdings = self.hold(plan, old_holdings, placed.as_ref());
         let lives = |wanted: fn(&BufferLife) -> bool| {
             let buffers = plan.recording.buffers.iter().enumerate();
             buffers.filter(|(_, b)| wanted(&b.life)).map(|(index, _)| index).collect::<Vec<_>>()
@@ -365,6 +409,7 @@ impl Executor {
             buffers,
             sets: Vec::new(),
             timing: None,
+            placed,
         };
         if timed {
             loaded.timing = Timing::new(&self.device, &self.queue, loaded.passes.len() as u32);
@@ -378,7 +423,13 @@ impl Executor {
         let mut kept: FxHashMap<(String, u64), Buffer> = FxHashMap::default();
         let mut rings = FxHashMap::default();
         let timed = old.as_ref().is_some_and(|old| old.timing.is_some());
-        if let Some(old) = old {
+        if let Some(mut old) = old {
+            // Bind groups hold views; they go before the heap under the textures does.
+            old.sets.clear();
+            if let Some(Placed { keys, heap }) = old.placed.take() {
+                keys.into_iter().for_each(|key| self.store.remove(key));
+                drop(heap);
+            }
             for (virtual_buffer, buffer) in old.plan.recording.buffers.iter().zip(old.buffers) {
                 if virtual_buffer.life == BufferLife::Persistent {
                     kept.insert((virtual_buffer.label.clone(), virtual_buffer.bytes), buffer);
@@ -390,7 +441,9 @@ impl Executor {
                         rings.insert(image.label.clone(), keys);
                     }
                     Holding::Output(_, key) => self.store.retire([key]),
-                    Holding::Fixed(key) if image.origin == Origin::Transient => self.store.retire([key]),
+                    Holding::Fixed(key) if image.origin == Origin::Transient && self.store.has(key) => {
+                        self.store.retire([key]);
+                    }
                     _ => {}
                 }
             }
@@ -402,7 +455,35 @@ impl Executor {
         (plan.recording.buffers.iter().map(make).collect(), rings, timed)
     }
 
-    fn hold(&mut self, plan: &Plan, mut old_rings: FxHashMap<String, Vec<TextureKey>>) -> Vec<Holding> {
+    /// The plan's transient images in one heap, where the plan and the backend allow it.
+    fn place(&mut self, plan: &Plan) -> Option<Placed> {
+        let residents = plan.memory.offset_of.iter().enumerate().filter_map(|(index, at)| Some((index, (*at)?)));
+        let residents: Vec<(usize, u64)> = residents.collect();
+        if plan.options.alias != Alias::Placed || residents.is_empty() {
+            return None;
+        }
+        let descs: Vec<ImageDesc> = residents.iter().map(|(index, _)| plan.recording.images[*index].desc).collect();
+        let heap = Heap::new(&self.device, plan.memory.heap, &descs)?;
+        let mut keys = Vec::new();
+        for ((index, offset), desc) in residents.iter().zip(descs) {
+            match heap.place(desc, *offset, &plan.recording.images[*index].label) {
+                Some(stored) => keys.push(self.store.insert(stored)),
+                None => {
+                    keys.into_iter().for_each(|key| self.store.remove(key));
+                    return None;
+                }
+            }
+        }
+        Some(Placed { keys, heap })
+    }
+
+    fn hold(
+        &mut self,
+        plan: &Plan,
+        mut old_rings: FxHashMap<String, Vec<TextureKey>>,
+        placed: Option<&Placed>,
+    ) -> Vec<Holding> {
+        let mut in_heap = placed.map(|placed| placed.keys.iter().copied());
         let mut slots: Vec<Option<TextureKey>> = vec![None; plan.memory.slots.len()];
         let mut holdings: Vec<Holding> = Vec::with_capacity(plan.recording.images.len());
         let length = phases(plan);
@@ -435,6 +516,10 @@ impl Executor {
                 }
                 (Origin::Transient, _) => match output {
                     Some(output) => Holding::Output(output, self.store.take(&self.device, image.desc, &image.label)),
+                    None if plan.memory.offset_of[index].is_some() && in_heap.is_some() => {
+                        let next = in_heap.as_mut().and_then(Iterator::next);
+                        Holding::Fixed(next.expect("the heap was filled in the order of the images"))
+                    }
                     None => {
                         let slot = plan.memory.slot_of[index].expect("a transient that is used has a slot") as usize;
                         let key = *slots[slot].get_or_insert_with(|| {
@@ -518,8 +603,39 @@ impl Executor {
     fn make_set(&mut self, views: Vec<TextureView>) -> HostSet {
         let loaded = self.loaded.take().expect("a plan is loaded");
         let runs = (0..loaded.passes.len()).map(|index| self.make_run(&loaded, index, &views)).collect();
+        let touches = (0..loaded.passes.len()).map(|index| self.make_touches(&loaded, index, &views)).collect();
         self.loaded = Some(loaded);
-        HostSet { views, runs }
+        HostSet { views, runs, touches }
+    }
+
+    /// What must happen before the wave that this pass opens. Images that several passes of the wave read change their state in one batch, so
+    /// that the passes can overlap. A new resident of shared memory is touched: its first mention in the frame records a state only, and the
+    /// write that follows is then a second one, before which the device must wait for all that ran before.
+    fn make_touches(&self, loaded: &Loaded, index: usize, views: &[TextureView]) -> Vec<Vec<Touch>> {
+        let plan = &loaded.plan;
+        let Some(wave) = plan.waves.iter().position(|wave| wave.start == index) else { return Vec::new() };
+        let mut wanted: Vec<(ImageId, wgpu::TextureUses)> = Vec::new();
+        if plan.waves[wave].len() > 1 {
+            let read = plan.barriers[wave].transitions.iter().filter(|t| t.to == Use::Read);
+            wanted.extend(read.filter_map(|t| match t.resource {
+                Resource::Image(image) => Some((image, wgpu::TextureUses::RESOURCE)),
+                Resource::Buffer(_) => None,
+            }));
+        }
+        if loaded.placed.is_some() {
+            let new = plan.barriers[wave].hand_overs.iter().map(|hand_over| hand_over.image);
+            wanted.extend(new.map(|image| (image, wgpu::TextureUses::STORAGE_WRITE_ONLY)));
+        }
+        if wanted.is_empty() {
+            return Vec::new();
+        }
+        let touch = |(image, state): &(ImageId, wgpu::TextureUses), phase| {
+            let view = self.view(loaded, *image, views, phase).clone();
+            let storable = view.texture().usage().contains(wgpu::TextureUsages::STORAGE_BINDING);
+            let state = if storable { *state } else { wgpu::TextureUses::RESOURCE };
+            Touch { view, state }
+        };
+        (0..loaded.phases).map(|phase| wanted.iter().map(|wanted| touch(wanted, phase)).collect()).collect()
     }
 
     fn make_run(&mut self, loaded: &Loaded, index: usize, views: &[TextureView]) -> Run {

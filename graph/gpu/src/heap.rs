@@ -17,10 +17,8 @@ use crate::store::{Stored, extent, usages, view};
 pub(crate) struct Heap {
     device: wgpu::Device,
     memory: vk::DeviceMemory,
-    bytes: u64,
 }
 
-// `vk::DeviceMemory` is a number; what it names belongs to this heap alone.
 impl Heap {
     /// An allocation of so many bytes that suits every image of the descriptions; `None` where the backend is not Vulkan or has no such memory.
     pub(crate) fn new(device: &wgpu::Device, bytes: u64, descs: &[ImageDesc]) -> Option<Self> {
@@ -39,12 +37,7 @@ impl Heap {
         // SAFETY: the type index is one of the device's; the allocation is freed in `drop`.
         let memory = unsafe { hal.raw_device().allocate_memory(&info, None) }.ok()?;
         drop(hal);
-        Some(Self { device: device.clone(), memory, bytes })
-    }
-
-    /// Bytes of the block.
-    pub(crate) fn bytes(&self) -> u64 {
-        self.bytes
+        Some(Self { device: device.clone(), memory })
     }
 
     /// An image at an offset of the block.

@@ -37,6 +37,14 @@ impl Store {
         self.textures.insert(stored)
     }
 
+    pub(crate) fn has(&self, key: TextureKey) -> bool {
+        self.textures.contains_key(key)
+    }
+
+    pub(crate) fn remove(&mut self, key: TextureKey) {
+        self.textures.remove(key);
+    }
+
     /// Offers textures of the old plan to the next.
     pub(crate) fn retire(&mut self, keys: impl IntoIterator<Item = TextureKey>) {
         self.spare.extend(keys);

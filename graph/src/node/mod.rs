@@ -1,5 +1,6 @@
 //! What a node is: its parameters, its ports, and the passes it records.
 
+mod contract;
 mod kind;
 mod params;
 mod pass;
@@ -7,6 +8,7 @@ mod ports;
 mod recorder;
 mod registry;
 
+pub use contract::contract;
 pub use kind::{Arrivals, Kind, Node, NodeKind};
 pub use params::Params;
 pub use pass::{

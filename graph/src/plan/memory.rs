@@ -100,8 +100,10 @@ fn kept(draft: &Draft) -> BTreeMap<ImageId, u64> {
     let mut kept: BTreeMap<ImageId, u64> = draft.outputs.iter().map(|output| (output.image, 1)).collect();
     for image in &draft.recording.images {
         if let Origin::Previous { of, frames } = image.origin {
+            // The past of a node that is off is one image that nobody writes.
+            let ring = if draft.recording.image(of).origin == Origin::Transient { u64::from(frames) + 1 } else { 1 };
             let textures = kept.entry(of).or_default();
-            *textures = (*textures).max(u64::from(frames) + 1);
+            *textures = (*textures).max(ring);
         }
     }
     kept

@@ -1,13 +1,20 @@
-//! Plans as text.
+//! Plans as text: what runs, in which order, where its images lie, and what was left out and why.
 
-use super::{Fused, LeftOut, Plan, Stage};
+use std::fmt::Write;
+
 use super::names::Names;
-use crate::node::{ImageId, Resource, Work};
+use super::{Alias, Plan};
+use crate::node::{ImageId, Origin, Resource};
 
 /// Bytes in MiB with one digit; small numbers with three.
 pub(super) fn mebibytes(bytes: u64) -> String {
     let mebibytes = bytes as f64 / f64::from(1 << 20);
     if bytes == 0 || mebibytes >= 0.1 { format!("{mebibytes:.1} MiB") } else { format!("{mebibytes:.3} MiB") }
+}
+
+/// A number of things, with the plural where it is due.
+pub(super) fn count(number: usize, one: &str) -> String {
+    if number == 1 { format!("1 {one}") } else { format!("{number} {one}{}", if one.ends_with('s') { "es" } else { "s" }) }
 }
 
 impl Plan {
@@ -29,4 +36,146 @@ impl Plan {
             Resource::Buffer(_) => 0,
         }
     }
+
+    /// The plan as a table for people, with the memory that it needs and what it left out.
+    pub fn to_text(&self) -> String {
+        let names = Names::new(self);
+        let mut text = self.heading();
+        text += &table(&self.rows(&names));
+        text += &self.left_out_text();
+        text += &self.fused_text();
+        text += &self.memory_text();
+        let _ = writeln!(text, "\nhash {}", self.hash());
+        text
+    }
+
+    fn heading(&self) -> String {
+        let passes = count(self.recording.passes.len(), "pass");
+        let waves = count(self.waves.len(), "wave");
+        let transitions: usize = self.barriers.iter().map(|wave| wave.transitions.len()).sum();
+        let hand_overs: usize = self.barriers.iter().map(|wave| wave.hand_overs.len()).sum();
+        format!(
+            "{passes} in {waves} at {}; {}, {}; {} moved a frame\n\n",
+            self.size,
+            count(transitions, "transition"),
+            count(hand_overs, "hand-over"),
+            mebibytes(self.bytes_moved())
+        )
+    }
+
+    fn rows(&self, names: &Names) -> Vec<Vec<String>> {
+        let heading = ["wave", "nodes", "does", "stage", "size", "format", "reads", "writes"];
+        let mut rows = vec![heading.map(str::to_owned).to_vec()];
+        for (wave, passes) in self.waves.iter().enumerate() {
+            for at in passes.clone() {
+                let number = if at == passes.start { wave.to_string() } else { String::new() };
+                rows.push(self.row(names, number, at));
+            }
+        }
+        rows
+    }
+
+    fn row(&self, names: &Names, wave: String, at: usize) -> Vec<String> {
+        let pass = &self.recording.passes[at];
+        let list = |resources: Vec<Resource>| {
+            let named: Vec<&str> = resources.into_iter().map(|resource| names.of(resource)).collect();
+            named.join(", ")
+        };
+        let target = pass.writes().into_iter().find_map(|resource| match resource {
+            Resource::Image(image) => Some(self.recording.image(image).desc),
+            Resource::Buffer(_) => None,
+        });
+        vec![
+            wave,
+            pass.nodes.join(" + "),
+            pass.label.clone(),
+            format!("{:?}", self.stages[at]).to_lowercase(),
+            target.map_or(String::new(), |desc| desc.size.to_string()),
+            target.map_or(String::new(), |desc| desc.format.name().to_owned()),
+            list(pass.reads()),
+            list(pass.writes()),
+        ]
+    }
+
+    fn left_out_text(&self) -> String {
+        let rows: Vec<Vec<String>> =
+            self.left_out.iter().map(|left| vec![format!("  {}", left.node), left.why.clone()]).collect();
+        if rows.is_empty() { String::new() } else { format!("\nleft out\n{}", table(&rows)) }
+    }
+
+    fn fused_text(&self) -> String {
+        if self.fused.is_empty() {
+            return String::new();
+        }
+        let row = |fused: &super::Fused| vec![format!("  {}", fused.image), format!("{} less", mebibytes(fused.bytes_saved))];
+        let saved = self.fused.iter().map(|fused| fused.bytes_saved).sum();
+        let rows: Vec<Vec<String>> = self.fused.iter().map(row).collect();
+        format!("\nnever stored, because their passes are fused: {} less moved a frame\n{}", mebibytes(saved), table(&rows))
+    }
+
+    fn memory_text(&self) -> String {
+        let memory = &self.memory;
+        let share = |bytes: u64| match memory.unaliased {
+            0 => String::new(),
+            all => format!("{:.1} %", 100.0 * bytes as f64 / all as f64),
+        };
+        let row = |name: &str, bytes: u64, alias: Option<Alias>| {
+            let used = if alias == Some(self.options.alias) { "in use" } else { "" };
+            vec![format!("  {name}"), mebibytes(bytes), share(bytes), used.to_owned()]
+        };
+        let rows = [
+            row("without sharing", memory.unaliased, Some(Alias::None)),
+            row("pooled", memory.pooled, Some(Alias::Pool)),
+            row("placed", memory.placed, Some(Alias::Placed)),
+            row("lower bound", memory.lower_bound, None),
+        ];
+        let mut text = format!("\nmemory of transient images\n{}", right(&rows, &[1, 2]));
+        let _ = writeln!(text, "  {}", self.verdict());
+        if memory.kept > 0 {
+            let _ = writeln!(text, "  outputs and histories have {} of their own", mebibytes(memory.kept));
+        }
+        text
+    }
+
+    fn verdict(&self) -> String {
+        let (placed, bound) = (self.memory.placed, self.memory.lower_bound);
+        if placed == bound {
+            return "the placement is the best there is for this order".to_owned();
+        }
+        let gap = 100.0 * (placed - bound) as f64 / bound as f64;
+        format!("the placement is within {gap:.2} % of the best that this order allows")
+    }
+
+    /// Where an image comes from, in a word or two.
+    pub(super) fn origin_text(&self, image: ImageId) -> &'static str {
+        match self.recording.image(image).origin {
+            Origin::Input(_) => "input",
+            Origin::Constant(_) => "constant",
+            Origin::Previous { .. } => "earlier frame",
+            Origin::Transient if self.outputs.iter().any(|output| output.image == image) => "output",
+            Origin::Transient if self.memory.requirement_of[image.0 as usize].is_none() => "history",
+            Origin::Transient => "transient",
+        }
+    }
+}
+
+/// Columns two spaces apart, without spaces at the ends of lines.
+fn table(rows: &[Vec<String>]) -> String {
+    right(rows, &[])
+}
+
+/// The same with some columns aligned to the right.
+fn right(rows: &[Vec<String>], right: &[usize]) -> String {
+    let columns = rows.iter().map(Vec::len).max().unwrap_or(0);
+    let width = |column: usize| rows.iter().filter_map(|row| row.get(column)).map(|cell| cell.chars().count()).max();
+    let widths: Vec<usize> = (0..columns).map(|column| width(column).unwrap_or(0)).collect();
+    let mut text = String::new();
+    for row in rows {
+        let cells = row.iter().zip(&widths).enumerate().map(|(column, (cell, width))| {
+            if right.contains(&column) { format!("{cell:>width$}") } else { format!("{cell:<width$}") }
+        });
+        let line = cells.collect::<Vec<String>>().join("  ");
+        let _ = writeln!(text, "{}", line.trim_end());
+    }
+    text
 }

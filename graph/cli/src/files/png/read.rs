@@ -10,7 +10,7 @@ use png::{BitDepth, Decoder, DecodingError, Info, Limits, Transformations};
 
 use super::super::chromaticities::{Primaries, REC709, convert, to_rec709};
 use super::super::guard::no_panic;
-use super::super::limits::{MAX_BYTES, check_size, filled};
+use super::super::limits::{MAX_BYTES, check_size, filled, too_large};
 use super::super::{FileError, FileErrorKind, Picture, Pixels};
 
 /// The first eight bytes of every PNG.
@@ -184,6 +184,7 @@ fn stated_primaries(info: &Info<'_>) -> Primaries {
 fn explain(path: &Path, error: &DecodingError) -> FileError {
     match error {
         DecodingError::IoError(error) => FileError::reading(path, error),
+        DecodingError::LimitsExceeded => too_large(path, "decoding it needs too much memory"),
         other => FileError::broken(path, other),
     }
 }

@@ -1,0 +1,122 @@
+//! What a kind declares: names, manual, ports, parameters.
+
+use std::collections::BTreeSet;
+
+use super::Complaints;
+use super::names::{is_free_in_wgsl, is_pascal, is_snake};
+use crate::node::{Gives, Input, NodeKind, Output, PortType, StandIn};
+use crate::value::{Param, Type, Value};
+
+/// Names that pipeline files use for other things.
+const TAKEN: [&str; 9] = ["when", "format", "label", "file", "set", "at", "frame", "params", "previous"];
+
+pub(super) fn look(kind: NodeKind, complaints: &mut Complaints) {
+    complaints.require(is_pascal(kind.name()), || "the name is not in PascalCase".into());
+    complaints.require(!["Pipeline", "Off", "On"].contains(&kind.name()), || "pipeline files use this name themselves".into());
+    complaints.require(!kind.doc().trim().is_empty(), || "there is no doc".into());
+    names(kind, complaints);
+    kind.inputs().iter().for_each(|port| input(port, complaints));
+    complaints.require(!kind.outputs().is_empty(), || "there is no output".into());
+    kind.outputs().iter().for_each(|port| output(kind, port, complaints));
+    bypass(kind, complaints);
+    kind.params().iter().for_each(|param| parameter(param, complaints));
+}
+
+fn names(kind: NodeKind, complaints: &mut Complaints) {
+    let inputs = kind.inputs().iter().map(|port| port.name);
+    let params = kind.params().iter().map(|param| param.name);
+    distinct(inputs.chain(params), complaints);
+    distinct(kind.outputs().iter().map(|port| port.name), complaints);
+}
+
+fn distinct(names: impl Iterator<Item = &'static str>, complaints: &mut Complaints) {
+    let mut seen = BTreeSet::new();
+    for name in names {
+        complaints.require(seen.insert(name), || format!("the name `{name}` is given twice"));
+        complaints.require(is_snake(name), || format!("the name `{name}` is not in snake_case"));
+        complaints.require(!TAKEN.contains(&name), || format!("`{name}` means something else in every node"));
+    }
+}
+
+fn is_image(ty: PortType) -> bool {
+    matches!(ty, PortType::Image | PortType::Pyramid)
+}
+
+fn is_number(ty: PortType) -> bool {
+    matches!(ty, PortType::Table | PortType::Value)
+}
+
+/// Ports are arguments and bindings of shaders. Parameters need not be: a number that stays on the CPU may have any name, and one that
+/// goes into a uniform is seen by naga.
+fn port_name(name: &str, complaints: &mut Complaints) {
+    complaints.require(is_free_in_wgsl(name), || format!("`{name}` is a word of WGSL and cannot be the name of a port"));
+}
+
+fn input(port: &Input, complaints: &mut Complaints) {
+    let name = port.name;
+    port_name(name, complaints);
+    complaints.require(!port.doc.trim().is_empty(), || format!("the input `{name}` has no doc"));
+    complaints.require(!is_number(port.ty) || port.states.is_empty(), || {
+        format!("the input `{name}` is a {} and has no image state", port.ty.name())
+    });
+}
+
+fn output(kind: NodeKind, port: &Output, complaints: &mut Complaints) {
+    let name = port.name;
+    port_name(name, complaints);
+    complaints.require(!port.doc.trim().is_empty(), || format!("the output `{name}` has no doc"));
+    match port.gives {
+        Gives::Nothing => {
+            complaints.require(!is_image(port.ty), || format!("the output `{name}` is an image and must say its state"));
+        }
+        Gives::Always(_) => {
+            complaints.require(!is_number(port.ty), || format!("the output `{name}` is a {} and has no image state", port.ty.name()));
+        }
+        Gives::Same(source) => {
+            let fits = kind.input(source).is_some_and(|input| !is_number(input.ty) && !input.optional);
+            complaints.require(fits, || format!("the state of `{name}` follows `{source}`, which is no required image input"));
+        }
+    }
+}
+
+fn bypass(kind: NodeKind, complaints: &mut Complaints) {
+    let (StandIn::Input(name), Some(main)) = (kind.bypass(), kind.outputs().first()) else { return };
+    match kind.input(name) {
+        None => complaints.add(format!("the stand-in `{name}` is no input")),
+        Some(input) => complaints.require(input.ty == main.ty, || {
+            format!("the stand-in `{name}` is a {}, but `{}` is a {}", input.ty.name(), main.name, main.ty.name())
+        }),
+    }
+}
+
+fn parameter(param: &Param, complaints: &mut Complaints) {
+    let name = param.name;
+    complaints.require(!param.doc.trim().is_empty(), || format!("the parameter `{name}` has no doc"));
+    if let Some((low, high)) = param.domain {
+        complaints.require(low.is_finite() && high.is_finite() && low < high, || format!("the domain of `{name}` is not finite"));
+    }
+    if let (Some((low, high)), Some((from, to))) = (param.usual, param.domain) {
+        complaints.require(from <= low && low < high && high <= to, || format!("the usual range of `{name}` leaves its domain"));
+    }
+    if matches!(param.ty, Type::Int | Type::Float | Type::Vector(_)) {
+        complaints.require(param.domain.is_some(), || format!("the numbers of `{name}` have no domain"));
+    }
+    let quality = param.quality.iter().flat_map(|quality| std::iter::once(&quality.exact).chain(&quality.cheaper));
+    for (what, value) in [("default", &param.default)].into_iter().chain(param.neutral.iter().map(|v| ("neutral value", v))) {
+        acceptable(param, what, value, complaints);
+    }
+    quality.for_each(|value| acceptable(param, "quality level", value, complaints));
+    if let Type::Choice(choices) = param.ty {
+        complaints.require(!choices.is_empty(), || format!("the parameter `{name}` has no choices"));
+        for choice in choices {
+            complaints.require(is_pascal(choice.name), || format!("the choice `{}` of `{name}` is not in PascalCase", choice.name));
+            complaints.require(!choice.doc.trim().is_empty(), || format!("the choice `{}` of `{name}` has no doc", choice.name));
+        }
+    }
+}
+
+fn acceptable(param: &Param, what: &str, value: &Value, complaints: &mut Complaints) {
+    if let Err(why) = param.accepts(value) {
+        complaints.add(format!("the {what} of `{}` is not acceptable: {why}", param.name));
+    }
+}

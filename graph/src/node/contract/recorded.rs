@@ -1,0 +1,216 @@
+//! What a kind records, and whether the passes are fit for a device.
+
+use std::collections::BTreeSet;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+use super::Complaints;
+use super::names::{items, pascal, snake, stem};
+use crate::image::{Format, ImageDesc, Size};
+use crate::node::{
+    Arrival, Arrivals, BufferLife, ImageId, NodeKind, Origin, Pass, PortType, Recorder, RecorderContext, Recording, Resource, VirtualBuffer,
+    VirtualImage, Work,
+};
+use crate::plan::Caps;
+use crate::shader::{Composed, Reading, Shader, ShaderError, compose_entry, compose_steps};
+use crate::value::{Param, Type, Value};
+
+/// One way of using a kind.
+struct Use<'a> {
+    values: &'a [Value],
+    size: Size,
+    is_fully_wired: bool,
+    is_exact: bool,
+}
+
+/// What one recording came to.
+#[derive(PartialEq)]
+struct Recorded {
+    outputs: Vec<Arrival>,
+    recording: Recording,
+    given: usize,
+}
+
+pub(super) fn look(kind: NodeKind, complaints: &mut Complaints) {
+    let mut modules = BTreeSet::new();
+    for values in variants(kind) {
+        for size in [Size::new(64, 36), Size::new(1, 1)] {
+            for (is_fully_wired, is_exact) in [(true, false), (false, false), (true, true)] {
+                let way = Use { values: &values, size, is_fully_wired, is_exact };
+                if is_recorded(kind, &way) {
+                    one(kind, &way, &mut modules, complaints);
+                }
+            }
+        }
+    }
+}
+
+/// Values that the kind refuses, such as a file that is not there, and those at which something stands in for it never reach a recorder.
+fn is_recorded(kind: NodeKind, way: &Use<'_>) -> bool {
+    let absent = kind.inputs().iter().filter(|port| port.optional && !way.is_fully_wired).map(|port| port.name);
+    let arrivals = Arrivals::new(Vec::new(), absent.collect());
+    kind.verify(way.values).is_ok() && kind.stand_in(way.values, &arrivals).is_none()
+}
+
+fn one(kind: NodeKind, way: &Use<'_>, modules: &mut BTreeSet<String>, complaints: &mut Complaints) {
+    let Some(first) = record(kind, way, complaints) else { return };
+    if let Some(second) = record(kind, way, complaints) {
+        complaints.require(first == second, || "two recordings at equal values differ".into());
+    }
+    for (port, given) in kind.outputs().iter().zip(&first.outputs) {
+        let fits = matches!(
+            (port.ty, given),
+            (PortType::Image | PortType::Volume, Arrival::Image(_) | Arrival::Zero)
+                | (PortType::Pyramid, Arrival::Pyramid(_) | Arrival::Zero)
+                | (PortType::Table | PortType::Value, Arrival::Buffer(_))
+        );
+        complaints.require(fits, || format!("the output `{}` is wanted and not given as a {}", port.name, port.ty.name()));
+    }
+    for pass in &first.recording.passes {
+        writes_its_own(pass, &first, complaints);
+        module(pass, &first.recording, modules, complaints);
+    }
+}
+
+/// Every parameter at its extremes, one at a time, the defaults first.
+fn variants(kind: NodeKind) -> Vec<Vec<Value>> {
+    let defaults: Vec<Value> = kind.params().iter().map(|param| param.default.clone()).collect();
+    let mut all = vec![defaults.clone()];
+    for (index, param) in kind.params().iter().enumerate() {
+        for value in extremes(param).into_iter().filter(|value| *value != param.default) {
+            let mut values = defaults.clone();
+            values[index] = value;
+            all.push(values);
+        }
+    }
+    all
+}
+
+fn extremes(param: &Param) -> Vec<Value> {
+    let (low, high) = param.domain.unwrap_or_default();
+    match (param.ty, param.domain) {
+        (Type::Bool, _) => vec![Value::Bool(false), Value::Bool(true)],
+        (Type::Choice(choices), _) => choices.iter().map(|choice| Value::Choice(choice.name)).collect(),
+        (Type::Int, Some(_)) => vec![Value::Int(low as i64), Value::Int(high as i64)],
+        (Type::Float, Some(_)) => vec![Value::Float(low), Value::Float(high)],
+        (Type::Vector(n), Some(_)) => [low, high].map(|x| Value::Vector(std::array::from_fn(|i| if i < n { x } else { 0.0 }), n)).into(),
+        _ => Vec::new(),
+    }
+}
+
+fn record(kind: NodeKind, way: &Use<'_>, complaints: &mut Complaints) -> Option<Recorded> {
+    let attempt = catch_unwind(AssertUnwindSafe(|| recorded(kind, way)));
+    attempt.map_err(|panic| complaints.add(format!("recording fails: {}", reason(&*panic)))).ok()
+}
+
+fn reason(panic: &(dyn std::any::Any + Send)) -> String {
+    let text = panic.downcast_ref::<String>().map(String::as_str).or_else(|| panic.downcast_ref::<&str>().copied());
+    text.unwrap_or("it panics").to_owned()
+}
+
+fn recorded(kind: NodeKind, way: &Use<'_>) -> Recorded {
+    let mut recording = Recording::default();
+    let arrivals: Vec<Arrival> = kind
+        .inputs()
+        .iter()
+        .map(|port| match port.optional && !way.is_fully_wired {
+            true => Arrival::Absent,
+            false => arrival(port.ty, port.name, way.size, &mut recording),
+        })
+        .collect();
+    let given = recording.images.len();
+    let wanted = vec![true; kind.outputs().len()];
+    let caps = Caps::default();
+    let context = RecorderContext {
+        node: "node",
+        kind,
+        values: way.values,
+        arrivals: &arrivals,
+        format: None,
+        frame_size: way.size,
+        caps: &caps,
+        exact: way.is_exact,
+        wanted: &wanted,
+    };
+    let mut recorder = Recorder::new(context, &mut recording);
+    kind.record(way.values, &mut recorder);
+    let outputs = recorder.finish();
+    Recorded { outputs, recording, given }
+}
+
+/// Something plausible at an input.
+fn arrival(ty: PortType, name: &str, size: Size, recording: &mut Recording) -> Arrival {
+    let mut image = |desc: ImageDesc| {
+        let origin = Origin::Input(name.to_owned());
+        recording.add_image(VirtualImage { label: name.to_owned(), desc, origin, finite: false, signed: false })
+    };
+    match ty {
+        PortType::Image => Arrival::Image(image(ImageDesc::new(size))),
+        PortType::Volume => Arrival::Image(image(ImageDesc::volume(Size::volume(16, 9, 8)))),
+        PortType::Pyramid => {
+            let levels = size.levels().clamp(1, 4);
+            let sizes = std::iter::successors(Some(size.half()), |size| Some(size.half()));
+            Arrival::Pyramid(sizes.take(levels as usize).map(|size| image(ImageDesc::new(size))).collect())
+        }
+        PortType::Table | PortType::Value => {
+            let bytes = if ty == PortType::Value { 16 } else { 64 << 10 };
+            let buffer = VirtualBuffer { label: name.to_owned(), bytes, life: BufferLife::Frame };
+            Arrival::Buffer(recording.add_buffer(buffer))
+        }
+    }
+}
+
+/// A pass must not write to what it was given, nor to what is constant.
+fn writes_its_own(pass: &Pass, recorded: &Recorded, complaints: &mut Complaints) {
+    for resource in pass.writes() {
+        if let Resource::Image(image) = resource {
+            let is_foreign = (image.0 as usize) < recorded.given;
+            let is_constant = matches!(recorded.recording.image(image).origin, Origin::Constant(_));
+            complaints.require(!is_foreign && !is_constant, || format!("the pass `{}` writes an image that is not its own", pass.label));
+        }
+    }
+}
+
+/// The pass as a module, for every way in which its textures may be read.
+fn module(pass: &Pass, recording: &Recording, modules: &mut BTreeSet<String>, complaints: &mut Complaints) {
+    let format_of = |image: ImageId| recording.image(image).desc.format;
+    for reading in [Reading::Plain, Reading::ByHand, Reading::Guarded, Reading::GuardedSigned] {
+        let composed = composed(pass, &format_of, &|_| reading);
+        match composed {
+            Ok(composed) if modules.insert(composed.source.clone()) => {
+                if let Err(error) = composed.validate() {
+                    complaints.add(format!("the pass `{}` is no valid module: {error}", pass.label));
+                }
+            }
+            Ok(_) => {}
+            Err(error) => complaints.add(format!("the pass `{}` is no module: {error}", pass.label)),
+        }
+    }
+    shaders(pass).into_iter().for_each(|shader| item_names(shader, complaints));
+}
+
+fn composed(pass: &Pass, format_of: &dyn Fn(ImageId) -> Format, reading_of: &dyn Fn(ImageId) -> Reading) -> Result<Composed, ShaderError> {
+    match &pass.work {
+        Work::Steps { steps, result } => compose_steps(steps, *result, format_of(*result), reading_of),
+        Work::Entry(call) => compose_entry(call, format_of, reading_of),
+    }
+}
+
+fn shaders(pass: &Pass) -> Vec<&'static Shader> {
+    match &pass.work {
+        Work::Steps { steps, .. } => steps.iter().map(|step| step.shader).collect(),
+        Work::Entry(call) => vec![call.shader],
+    }
+}
+
+/// The items of a file begin with its name, so that files can stand side by side in one module; and the file is called after a kind.
+fn item_names(shader: &Shader, complaints: &mut Complaints) {
+    let stem = stem(shader.file());
+    let kind = pascal(stem);
+    let file = shader.file();
+    complaints.require(snake(&kind) == stem, || format!("the file `{file}` is not called after a kind, in snake_case"));
+    for item in items(shader.source()) {
+        let rest = [stem, &kind, &stem.to_uppercase()].into_iter().filter_map(|prefix| item.strip_prefix(prefix)).next();
+        let fits = rest.is_some_and(|rest| !rest.starts_with(|c: char| c.is_ascii_lowercase()));
+        complaints.require(fits, || format!("`{item}` in `{file}` does not begin with `{stem}`, `{kind}` or `{}`", stem.to_uppercase()));
+    }
+}

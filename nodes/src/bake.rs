@@ -1,0 +1,54 @@
+//! Evaluates a chain of colour nodes in double precision at the nodes of a 3-D table.
+
+use glam::DVec3;
+
+use crate::lift_gamma_gain::LiftGammaGain;
+use crate::lut::Lut;
+use crate::shaper::Shape;
+use crate::tone_map::ToneMap;
+use crate::white_balance::WhiteBalance;
+
+/// Linear light of the display to its signal, both 0 to 1.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Signal {
+    Srgb,
+    Gamma(f64),
+    Linear,
+}
+
+impl Signal {
+    fn encode(self, x: f64) -> f64 {
+        match self {
+            Self::Srgb if x <= 0.0031308 => 12.92 * x,
+            Self::Srgb => 1.055 * x.powf(1.0 / 2.4) - 0.055,
+            Self::Gamma(gamma) => x.powf(1.0 / gamma),
+            Self::Linear => x,
+        }
+    }
+}
+
+/// White balance, tone curve, lift-gamma-gain, transfer function: each the node of that name.
+#[derive(Clone, Debug)]
+pub(crate) struct Chain {
+    pub(crate) balance: WhiteBalance,
+    pub(crate) curve: ToneMap,
+    pub(crate) grade: LiftGammaGain,
+    pub(crate) signal: Signal,
+}
+
+impl Chain {
+    /// Exposed light to the signal.
+    fn encode(&self, exposed: DVec3) -> DVec3 {
+        let balanced = (self.balance.matrix() * exposed).max(DVec3::ZERO);
+        let graded = self.grade.by_luminance(self.curve.clipped(balanced)).min(DVec3::ONE);
+        DVec3::from(graded.to_array().map(|x| self.signal.encode(x)))
+    }
+
+    /// The chain as a table whose axes are spaced by `shape`.
+    pub(crate) fn bake(&self, size: usize, shape: Shape) -> Lut {
+        Lut::of(size, |place| {
+            let exposed = DVec3::from(place.map(|t| shape.light(t)));
+            self.encode(exposed).as_vec3().to_array()
+        })
+    }
+}

@@ -1,0 +1,179 @@
+//! ColorLut: grades by a look-up table from a file.
+
+use afterimage_graph::prelude::*;
+
+use crate::lut::{Lut, LutError, PngLayout, Table, parse_cube, parse_png};
+use crate::shaper::{Shape, Shaper};
+
+static SHADER: Shader = Shader::new("shaders/color_lut.wgsl", include_str!("../../shaders/color_lut.wgsl"));
+
+const PNG_SIGNATURE: &[u8] = b"\x89PNG";
+
+/// The longest row of a 1-D table's texture; longer tables have several.
+const ROW: usize = 4096;
+
+choices! {
+    /// How a 3-D table is read between its entries.
+    pub enum Interpolation {
+        /// From the four corners of a tetrahedron: greys stay grey and gradients straight. What grading programs do.
+        Tetrahedral,
+        /// From the eight corners of a cell.
+        Trilinear,
+    }
+}
+
+choices! {
+    /// What a table's numbers and weights are computed in.
+    pub enum LutPrecision {
+        /// 32 bits throughout.
+        Exact,
+        /// Entries in 16 bits; trilinear weights in the 8 bits of the device's filter, which take one fetch instead of eight.
+        Fast,
+    }
+}
+
+params! {
+    /// Grades by a look-up table from a file: `.cube` with a 1-D table, a 3-D table or both, or a PNG of tiles or HALD.
+    ///
+    /// What the table expects and gives is the maker's choice: wire it where the picture is in that state. Most looks are made on encoded
+    /// pictures. For light above 1, say how the table's axes are spaced with `shaper`; the table's own domain counts after that. Colours
+    /// outside end at its border. A broken file is told with its line. A table that changes nothing is left out, as is strength 0.
+    pub struct ColorLut {
+        /// The file. Without one, nothing changes.
+        pub file: FileValue = FileValue::default();
+        /// For a PNG: how the table is drawn.
+        pub layout: PngLayout = PngLayout::Tiles;
+        /// How colours become places in the table.
+        pub shaper: Shaper = Shaper::None;
+        /// For `Log2`: the darkest light that the table tells apart.
+        pub low: f32 = -12.0 => within(-24.0..=4.0), usually(-16.0..=-6.0), unit("stops from 1");
+        /// For `Log2` and `LogC`: the brightest light that the table tells apart.
+        pub high: f32 = 6.0 => within(5.0..=16.0), usually(5.0..=10.0), unit("stops from 1");
+        /// How a 3-D table is read between its entries.
+        pub interpolation: Interpolation = Interpolation::Tetrahedral;
+        /// How exactly it is read.
+        pub precision: LutPrecision = LutPrecision::Exact => quality(LutPrecision::Exact, [LutPrecision::Fast]);
+        /// Share of the table's result; 0 leaves the picture as it is.
+        pub strength: f32 = 1.0 => within(0.0..=1.0), neutral(0.0);
+    }
+}
+
+impl Node for ColorLut {
+    const INPUTS: &'static [Input] = &[Input::image("source", "The picture, in the state that the table was made for.").takes(&[
+        State::Exposed,
+        State::DisplayLinear,
+        State::Encoded,
+    ])];
+    const OUTPUTS: &'static [Output] = &[Output::image("result", Gives::Same("source"), "The graded picture.")];
+    const BYPASS: StandIn = StandIn::Input("source");
+
+    fn stand_in(&self, _: &Arrivals) -> Option<StandIn> {
+        let does_nothing = || self.shaper == Shaper::None && self.table().is_ok_and(|lut| lut.is_identity());
+        (self.strength == 0.0 || self.file.bytes.is_none() || does_nothing()).then_some(Self::BYPASS)
+    }
+
+    fn verify(&self) -> Result<(), String> {
+        let lut = self.table().map_err(|error| format!("`{}`: {error}", self.file.path))?;
+        if self.shaper != Shaper::None && lut.curve.is_some() && lut.cube.is_some() {
+            return Err(format!("`{}` brings a 1-D table as its shaper: leave out `shaper`", self.file.path));
+        }
+        Ok(())
+    }
+
+    fn record(&self, pass: &mut Recorder<'_>) {
+        // A file that cannot be read never gets here: `verify` has told its mistake.
+        let lut = self.table().unwrap_or_else(|_| Lut::identity());
+        let source = pass.image("source");
+        let desc = ImageDesc::new(pass.desc(source).size);
+        let half = self.precision == LutPrecision::Fast && !pass.exact();
+        let curve = lut.curve.as_ref().map(|table| curve_texture(pass, table, half));
+        let cube = lut.cube.as_ref().map(|table| cube_texture(pass, table, half));
+        let ([curve_low, curve_scale], [cube_low, cube_scale]) = (domain(&lut.curve), domain(&lut.cube));
+        let shape = self.shape();
+        let mut kernel = pass
+            .function(&SHADER, self.kernel(&lut))
+            .set("line", shape.line)
+            .set("shaper_curve", shape.curve)
+            .set("curve_count", lut.curve.as_ref().map_or(2, |table| table.size as u32))
+            .set("curve_low", curve_low)
+            .set("curve_scale", curve_scale)
+            .set("cube_low", cube_low)
+            .set("cube_scale", cube_scale);
+        if let Some(curve) = curve {
+            kernel = kernel.read("curve", curve);
+        }
+        if let Some(cube) = cube {
+            kernel = kernel.read("cube", cube);
+        }
+        kernel.write("result", desc);
+    }
+}
+
+impl ColorLut {
+    fn table(&self) -> Result<Lut, LutError> {
+        let Some(bytes) = &self.file.bytes else { return Ok(Lut::identity()) };
+        if bytes.starts_with(PNG_SIGNATURE) {
+            return parse_png(bytes, self.layout);
+        }
+        match std::str::from_utf8(bytes) {
+            Ok(text) => parse_cube(text),
+            Err(_) => Err(LutError { line: 0, message: "the file is neither a .cube table nor a PNG".into() }),
+        }
+    }
+
+    fn shape(&self) -> Shape {
+        match self.shaper {
+            Shaper::None | Shaper::Srgb => Shape::NONE,
+            Shaper::Log2 => Shape::log2(f64::from(self.low), f64::from(self.high)),
+            Shaper::LogC => Shape::log_c(f64::from(self.high)),
+        }
+    }
+
+    fn kernel(&self, lut: &Lut) -> &'static str {
+        let [plain, srgb] = match (lut.curve.is_some(), lut.cube.is_some()) {
+            (true, false) => ["color_lut_curve", "color_lut_curve_srgb"],
+            (true, true) => [self.kernel_of_both(); 2],
+            _ => self.kernels_of_cube(),
+        };
+        if self.shaper == Shaper::Srgb { srgb } else { plain }
+    }
+
+    fn kernels_of_cube(&self) -> [&'static str; 2] {
+        match (self.interpolation, self.precision) {
+            (Interpolation::Tetrahedral, _) => ["color_lut_tetrahedral", "color_lut_tetrahedral_srgb"],
+            (Interpolation::Trilinear, LutPrecision::Exact) => ["color_lut_trilinear", "color_lut_trilinear_srgb"],
+            (Interpolation::Trilinear, LutPrecision::Fast) => ["color_lut_fetched", "color_lut_fetched_srgb"],
+        }
+    }
+
+    fn kernel_of_both(&self) -> &'static str {
+        match (self.interpolation, self.precision) {
+            (Interpolation::Tetrahedral, _) => "color_lut_both_tetrahedral",
+            (Interpolation::Trilinear, LutPrecision::Exact) => "color_lut_both_trilinear",
+            (Interpolation::Trilinear, LutPrecision::Fast) => "color_lut_both_fetched",
+        }
+    }
+}
+
+fn domain(table: &Option<Table>) -> [[f64; 3]; 2] {
+    match table {
+        Some(table) => [table.low.map(f64::from), table.scale()],
+        None => [[0.0; 3], [1.0; 3]],
+    }
+}
+
+fn stored(desc: ImageDesc, half: bool) -> ImageDesc {
+    desc.format(if half { Format::Rgba16Float } else { Format::Rgba32Float })
+}
+
+fn curve_texture(pass: &mut Recorder<'_>, table: &Table, half: bool) -> ImageId {
+    let (width, rows) = (table.size.min(ROW), table.size.div_ceil(ROW));
+    let desc = stored(ImageDesc::new(Size::new(width as u32, rows as u32)), half);
+    pass.constant("curve", desc, table.bytes(half, width * rows))
+}
+
+fn cube_texture(pass: &mut Recorder<'_>, table: &Table, half: bool) -> ImageId {
+    let side = table.size as u32;
+    let desc = stored(ImageDesc::volume(Size::volume(side, side, side)), half);
+    pass.constant("cube", desc, table.bytes(half, table.entries.len()))
+}

@@ -1,0 +1,115 @@
+//! Look-up tables as data, and the files that hold them.
+
+mod cube;
+mod png;
+mod text;
+
+use half::f16;
+
+pub use cube::parse_cube;
+pub use png::{PngLayout, parse_png};
+
+/// The largest number that a picture may hold; entries beyond it end there.
+const LARGEST: f32 = 65504.0;
+
+/// What a file of a look-up table holds: one table or, in some `.cube` files, a 1-D one before a 3-D one.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Lut {
+    /// One curve for each channel.
+    pub curve: Option<Table>,
+    /// A table over colours; red varies fastest.
+    pub cube: Option<Table>,
+    /// Half of the step in which the file's numbers are written: smaller differences mean nothing.
+    pub tolerance: f32,
+}
+
+/// Entries at even steps over a domain.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Table {
+    /// Entries of one side.
+    pub size: usize,
+    /// The entries: `size` of a curve, `size` cubed of a cube.
+    pub entries: Vec<[f32; 3]>,
+    /// Which input the first entry is for.
+    pub low: [f32; 3],
+    /// Which input the last entry is for.
+    pub high: [f32; 3],
+}
+
+/// A mistake in the file of a look-up table.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct LutError {
+    /// The line, from 1; 0 where a file has no lines.
+    pub line: usize,
+    /// What is wrong, and what would be right.
+    pub message: String,
+}
+
+impl LutError {
+    fn new(line: usize, message: impl Into<String>) -> Self {
+        Self { line, message: message.into() }
+    }
+}
+
+impl std::fmt::Display for LutError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self.line {
+            0 => f.write_str(&self.message),
+            line => write!(f, "line {line}: {}", self.message),
+        }
+    }
+}
+
+impl std::error::Error for LutError {}
+
+impl Lut {
+    /// A table of a function of colour.
+    pub(crate) fn of(size: usize, color: impl Fn([f64; 3]) -> [f32; 3]) -> Self {
+        let level = |index: usize| (index % size) as f64 / (size - 1) as f64;
+        let entry = |i: usize| color([level(i), level(i / size), level(i / size / size)]);
+        let entries = (0..size * size * size).map(entry).collect();
+        let cube = Table { size, entries, low: [0.0; 3], high: [1.0; 3] };
+        Self { curve: None, cube: Some(cube), tolerance: 1e-6 }
+    }
+
+    /// The table that changes nothing.
+    pub(crate) fn identity() -> Self {
+        Self::of(2, |rgb| rgb.map(|x| x as f32))
+    }
+
+    /// Whether it changes nothing within its domain, up to the rounding of the file.
+    pub fn is_identity(&self) -> bool {
+        let flat = |table: &Option<Table>| table.as_ref().is_none_or(|table| table.is_identity(self.tolerance));
+        flat(&self.curve) && flat(&self.cube)
+    }
+}
+
+impl Table {
+    fn is_identity(&self, tolerance: f32) -> bool {
+        let is_cube = self.entries.len() > self.size;
+        self.entries.iter().enumerate().all(|(index, entry)| {
+            let steps = if is_cube { [index, index / self.size, index / self.size / self.size] } else { [index; 3] };
+            (0..3).all(|channel| (entry[channel] - self.input(channel, steps[channel] % self.size)).abs() <= tolerance)
+        })
+    }
+
+    /// Which input a step of a channel is for.
+    fn input(&self, channel: usize, step: usize) -> f32 {
+        let share = step as f64 / (self.size - 1) as f64;
+        let (low, high) = (f64::from(self.low[channel]), f64::from(self.high[channel]));
+        (low + share * (high - low)) as f32
+    }
+
+    /// What one unit of the input is of the domain.
+    pub(crate) fn scale(&self) -> [f64; 3] {
+        std::array::from_fn(|channel| 1.0 / (f64::from(self.high[channel]) - f64::from(self.low[channel])))
+    }
+
+    /// The texels, in halves or in 32 bits, filled up with black to `texels` of them.
+    pub(crate) fn bytes(&self, half: bool, texels: usize) -> Vec<u8> {
+        let padding = std::iter::repeat_n(&[0.0; 3], texels - self.entries.len());
+        let channels = self.entries.iter().chain(padding).flat_map(|[r, g, b]| [*r, *g, *b, 1.0]);
+        let finite = channels.map(|x| x.clamp(-LARGEST, LARGEST));
+        if half { finite.flat_map(|x| f16::from_f32(x).to_le_bytes()).collect() } else { finite.flat_map(f32::to_le_bytes).collect() }
+    }
+}

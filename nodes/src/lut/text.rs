@@ -1,0 +1,73 @@
+//! Lines of a `.cube` file, and the numbers in them.
+
+use super::LutError;
+
+/// What a line says.
+pub(super) enum Line<'a> {
+    /// A keyword and the rest of its line.
+    Keyword(&'a str, &'a str),
+    /// An entry of the table.
+    Entry([f32; 3]),
+}
+
+/// The lines that say something, with their numbers from 1: no comments, no blank lines.
+pub(super) fn lines(text: &str) -> impl Iterator<Item = (usize, &str)> {
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    // Old files of the Mac end lines with a return alone; the last of a pair makes a blank line, which is left out after counting.
+    let separator = if text.contains('\n') { '\n' } else { '\r' };
+    let say = |(index, line)| (index + 1, content(line));
+    text.split(separator).enumerate().map(say).filter(|(_, line)| !line.is_empty())
+}
+
+/// The line without its comment. A `#` in a quoted title is part of the title.
+fn content(line: &str) -> &str {
+    let is_title = line.trim_start().starts_with("TITLE");
+    let line = if is_title { line } else { line.split('#').next().unwrap_or_default() };
+    line.trim()
+}
+
+/// What the line says.
+pub(super) fn read(number: usize, line: &str) -> Result<Line<'_>, LutError> {
+    if line.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_') && parse(line).is_none() {
+        let (keyword, rest) = line.split_once(char::is_whitespace).unwrap_or((line, ""));
+        return Ok(Line::Keyword(keyword, rest.trim()));
+    }
+    numbers(number, line, "an entry").map(Line::Entry)
+}
+
+/// Exactly so many finite numbers.
+pub(super) fn numbers<const N: usize>(number: usize, text: &str, what: &str) -> Result<[f32; N], LutError> {
+    let mut found = [0.0; N];
+    let mut words = text.split_ascii_whitespace();
+    for (index, slot) in found.iter_mut().enumerate() {
+        let word = words.next().ok_or_else(|| count(number, what, N, index))?;
+        *slot = finite(number, word)?;
+    }
+    match words.count() {
+        0 => Ok(found),
+        more => Err(count(number, what, N, N + more)),
+    }
+}
+
+fn count(number: usize, what: &str, wanted: usize, found: usize) -> LutError {
+    LutError::new(number, format!("{what} has {wanted} numbers, not {found}"))
+}
+
+fn finite(number: usize, word: &str) -> Result<f32, LutError> {
+    match word.parse::<f32>() {
+        Ok(x) if x.is_finite() => Ok(x),
+        Ok(_) => Err(LutError::new(number, format!("`{}` is not finite", short(word)))),
+        Err(_) => Err(LutError::new(number, format!("`{}` is not a number", short(word)))),
+    }
+}
+
+/// `nan` and `inf` look like keywords but are numbers, wrong ones.
+fn parse(line: &str) -> Option<f32> {
+    line.split_ascii_whitespace().next()?.parse().ok()
+}
+
+/// A word of the file, short enough for a message.
+pub(super) fn short(word: &str) -> String {
+    const MOST: usize = 24;
+    if word.chars().count() <= MOST { word.to_owned() } else { word.chars().take(MOST).chain(['…']).collect() }
+}

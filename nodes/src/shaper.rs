@@ -1,0 +1,55 @@
+//! Shapers: how light of any range is spread over the nodes of a table.
+
+use afterimage_graph::prelude::*;
+
+choices! {
+    /// How a colour becomes the place in a table.
+    pub enum Shaper {
+        /// As it is: for tables of encoded or display-linear colours.
+        None,
+        /// Log2, from 2^`low` to 2^`high`: even in stops. Everything darker counts as 2^`low`.
+        Log2,
+        /// A camera's logarithm with a straight foot, from 0 to 2^`high`: finer near black than `Log2`, and exact at black.
+        LogC,
+        /// The sRGB curve, for display-linear light and tables made on encoded pictures.
+        Srgb,
+    }
+}
+
+/// A line up to a point, and a logarithm above it: the form in which shaders compute every shaper but that of sRGB.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Shape {
+    /// Slope, offset, where the line ends.
+    pub(crate) line: [f64; 4],
+    /// a, b, c, d of `c * log2(a * x + b) + d`.
+    pub(crate) curve: [f64; 4],
+}
+
+impl Shape {
+    /// Changes nothing.
+    pub(crate) const NONE: Self = Self { line: [1.0, 0.0, 3e38, 0.0], curve: [0.0, 1.0, 0.0, 0.0] };
+
+    /// 2^low to 2^high, in stops.
+    pub(crate) fn log2(low: f64, high: f64) -> Self {
+        let scale = 1.0 / (high - low);
+        Self { line: [0.0, 0.0, low.exp2(), 0.0], curve: [1.0, 0.0, scale, -low * scale] }
+    }
+
+    /// 0 to 2^high by the logarithm of a film camera (ARRI's LogC, EI 200), scaled so that its ends are 0 and 1.
+    pub(crate) fn log_c(high: f64) -> Self {
+        let (a, b, c, d) = (5.555556, 0.047996, 0.244161 * 2.0_f64.log10(), 0.386036);
+        let cut = 0.011361;
+        let raw = |x: f64| c * (a * x + b).log2() + d;
+        let slope = c * a / (std::f64::consts::LN_2 * (a * cut + b));
+        let foot = raw(cut) - slope * cut;
+        let scale = 1.0 / (raw(high.exp2()) - foot);
+        Self { line: [slope * scale, 0.0, cut, 0.0], curve: [a, b, c * scale, (d - foot) * scale] }
+    }
+
+    /// The light whose place is `t`: what a table's node is for.
+    pub(crate) fn light(&self, t: f64) -> f64 {
+        let [slope, offset, end, _] = self.line;
+        let [a, b, c, d] = self.curve;
+        if slope > 0.0 && t <= slope * end + offset { (t - offset) / slope } else { (((t - d) / c).exp2() - b) / a }
+    }
+}

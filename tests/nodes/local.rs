@@ -1,0 +1,280 @@
+//! The bilateral grid, the wide Gaussian, local tone mapping and night vision against their twins.
+
+use super::probes::{SIZES, pipeline, scene, shown, twin};
+use crate::reference::exposure::Bins;
+use crate::reference::gaussian::{blur_axis, radius, taps};
+use crate::reference::image::Image;
+use crate::reference::local::{Grid, LocalToneMap, Range, Splat};
+use crate::reference::purkinje::{full, simple, strength_log};
+use crate::reference::resample::area_average;
+use crate::support::gpu::{Picture, Run};
+
+const RANGE: Range = Range { low: -10.5, high: 5.5 };
+const SIZE: [usize; 3] = [64, 32, 64];
+const SIGMAS: [f64; 3] = [2.5, 1.25, 1.5];
+const GRID: &str = "\"exposed\": Exposure(source: \"scene\"), \"grid\": GridBuild(source: \"exposed\", method: METHOD)";
+const METHODS: [(&str, Splat); 2] = [("Nearest", Splat::Nearest), ("Trilinear", Splat::Trilinear)];
+
+fn built(scene: &Picture, splat: Splat) -> Grid {
+    Grid::build(&twin(scene), SIZE, RANGE, splat)
+}
+
+fn blurred(scene: &Picture, splat: Splat) -> Grid {
+    built(scene, splat).blurred(SIGMAS, SIGMAS.map(radius))
+}
+
+/// The cell (sum, weight) of a shown volume, with the weight of one pixel as the unit.
+fn cell(shown: &Picture, scene: &Picture, index: usize) -> [f64; 2] {
+    let capacity = scene.width.div_ceil(64) * scene.height.div_ceil(32);
+    let [sum, weight, low, high] = shown.at((index % (64 * 32)) as u32, (index / (64 * 32)) as u32);
+    assert_eq!([low, high], [-10.5, 5.5], "every cell knows the range");
+    [sum, weight].map(|x| f64::from(x) * f64::from(capacity) / 512.0)
+}
+
+#[test]
+fn a_grid_is_built_like_its_twin() {
+    for (width, height) in SIZES {
+        let scene = scene(width, height);
+        for (method, splat) in METHODS {
+            let nodes = format!("{}, \"seen\": ProbeVolume(volume: \"grid\")", GRID.replace("METHOD", method));
+            let shown = shown(&nodes, &scene);
+            let wanted = built(&scene, splat);
+            let mut moved = 0.0;
+            let mut total = 0.0;
+            for (index, wanted) in wanted.cells.iter().enumerate() {
+                let found = cell(&shown, &scene, index);
+                total += found[1];
+                moved += (found[1] - wanted[1]).abs();
+                // Where no pixel has crossed a border of cells, the sums agree as well.
+                if (found[1] - wanted[1]).abs() < 0.01 {
+                    assert!((found[0] - wanted[0]).abs() < 0.01 + 1e-4 * wanted[0], "{method} {index}: {found:?} {wanted:?}");
+                }
+            }
+            let pixels = f64::from(width * height);
+            assert!((total - pixels).abs() < 1e-3 * pixels, "{method}: {total} of {pixels} pixels");
+            assert!(moved <= 1e-3 * pixels, "{width}x{height} {method}: {moved} in another cell");
+        }
+    }
+}
+
+#[test]
+fn a_grid_is_blurred_like_its_twin() {
+    let scene = scene(641, 359);
+    for (method, splat) in METHODS {
+        let nodes = format!(
+            "{}, \"blurred\": GridBlur(source: \"grid\"), \"seen\": ProbeVolume(volume: \"blurred\")",
+            GRID.replace("METHOD", method)
+        );
+        let shown = shown(&nodes, &scene);
+        let wanted = blurred(&scene, splat);
+        let peak = wanted.cells.iter().map(|cell| cell[1]).fold(0.0, f64::max);
+        for (index, wanted) in wanted.cells.iter().enumerate().filter(|(_, cell)| cell[1] > 1e-3 * peak) {
+            let found = cell(&shown, &scene, index);
+            assert!((found[1] - wanted[1]).abs() < 0.02 * wanted[1] + 1e-4 * peak, "{method} {index}: {found:?} {wanted:?}");
+            let (found, wanted) = (found[0] / found[1], wanted[0] / wanted[1]);
+            assert!((found - wanted).abs() < 0.01, "{method} {index}: {found} {wanted}");
+        }
+    }
+}
+
+#[test]
+fn a_grid_may_be_coarse_and_blurred_along_one_axis() {
+    let scene = scene(37, 23);
+    let nodes = "\"exposed\": Exposure(source: \"scene\"), \
+                 \"grid\": GridBuild(source: \"exposed\", method: Trilinear, width: 5, height: 4, depth: 9), \
+                 \"blurred\": GridBlur(source: \"grid\", sigma: (0.0, 0.9, 0.0)), \"seen\": ProbeVolume(volume: \"blurred\")";
+    let shown = shown(nodes, &scene);
+    let wanted = Grid::build(&twin(&scene), [5, 4, 9], RANGE, Splat::Trilinear).blurred([1.0, 0.9, 1.0], [0, 3, 0]);
+    for (index, wanted) in wanted.cells.iter().enumerate() {
+        let [sum, weight, ..] = shown.at((index % 20) as u32, (index / 20) as u32).map(|x| f64::from(x) * 48.0 / 512.0);
+        assert!((weight - wanted[1]).abs() < 0.01 && (sum - wanted[0]).abs() < 0.05, "{index}: {sum} {weight} {wanted:?}");
+    }
+}
+
+/// The twin of LogGaussian at its default size and sigma.
+fn wide(scene: &Picture) -> Image {
+    let logs = twin(scene).map(|[r, g, b, _]| [RANGE.log_luminance([r, g, b]); 4]);
+    let aspect = f64::from(scene.width) / f64::from(scene.height);
+    let [across, down] = [0.06 * 256.0, 0.06 * 128.0 * aspect].map(|sigma| taps(sigma, radius(sigma)));
+    blur_axis(&blur_axis(&area_average(&logs, [256, 128]), &across, [1, 0]), &down, [0, 1])
+}
+
+#[test]
+fn the_wide_gaussian_is_its_twin() {
+    for (width, height) in SIZES {
+        let scene = scene(width, height);
+        let shown = shown("\"seen\": LogGaussian(source: \"scene\")", &scene);
+        for (found, wanted) in shown.pixels.iter().zip(&wide(&scene).pixels) {
+            assert!((f64::from(found[0]) - wanted[0]).abs() < 1e-3, "{width}x{height}: {found:?} {wanted:?}");
+        }
+    }
+}
+
+fn mapped(parameters: &str) -> String {
+    format!(
+        "\"exposed\": Exposure(source: \"scene\"), \"grid\": GridBuild(source: \"exposed\"), \
+         \"blurred\": GridBlur(source: \"grid\"), \"around\": LogGaussian(source: \"exposed\"), \
+         \"seen\": LocalToneMap(source: \"exposed\", grid: \"blurred\", gaussian: \"around\", {parameters})"
+    )
+}
+
+/// How far two pictures are apart in stops: at most, and on average; where both are black, not at all.
+fn apart(found: &Picture, wanted: &Image) -> [f64; 2] {
+    let mut worst = 0.0_f64;
+    let mut sum = 0.0;
+    for (found, wanted) in found.pixels.iter().zip(&wanted.pixels) {
+        for channel in 0..3 {
+            let (a, b) = (f64::from(found[channel]), wanted[channel]);
+            let stops = if b == 0.0 { a } else { (a / b).log2().abs() };
+            worst = worst.max(stops);
+            sum += stops;
+        }
+        assert_eq!(f64::from(found[3]), wanted[3], "alpha is untouched");
+    }
+    [worst, sum / (3 * found.pixels.len()) as f64]
+}
+
+#[test]
+fn local_tone_mapping_is_its_twin() {
+    for (width, height) in SIZES {
+        let scene = scene(width, height);
+        let (grid, wide) = (blurred(&scene, Splat::Nearest), wide(&scene));
+        for (share, contrast, detail) in [(0.4, 0.5, 1.0), (1.0, 0.5, 1.5), (0.0, 0.3, 1.0), (0.4, 0.6, 0.6)] {
+            let shown = shown(&mapped(&format!("share: {share}, contrast: {contrast}, detail: {detail}")), &scene);
+            let settings = LocalToneMap { bilateral: share, middle: 0.18_f64.log2(), contrast, detail };
+            let [worst, mean] = apart(&shown, &settings.apply(&twin(&scene), &grid, &wide));
+            assert!(worst < 0.02 && mean < 1e-3, "{width}x{height} {share} {contrast} {detail}: {worst} {mean}");
+        }
+    }
+}
+
+#[test]
+fn half_floats_between_the_nodes_cost_little() {
+    let scene = scene(641, 359);
+    let graph = pipeline("", &mapped(""));
+    let exact = Run::new(&graph).exact().frame(&[("scene", &scene)]).remove(0);
+    let half = Run::new(&graph).frame(&[("scene", &scene)]).remove(0);
+    let exact = Image::new(641, 359, |x, y| exact.at(x as u32, y as u32).map(f64::from));
+    let [worst, mean] = apart(&half, &exact);
+    assert!(worst < 0.06 && mean < 2e-3, "{worst} {mean}");
+}
+
+#[test]
+fn neutral_local_tone_mapping_gives_the_picture_back() {
+    let scene = scene(64, 36);
+    let shown = shown(&mapped("contrast: 1.0, detail: 1.0"), &scene);
+    for (found, wanted) in shown.pixels.iter().zip(&twin(&scene).pixels) {
+        assert_eq!(found.map(f64::from), *wanted);
+    }
+}
+
+#[test]
+fn two_runs_have_the_same_bits() {
+    let scene = scene(641, 359);
+    let graph = pipeline("", &mapped("share: 1.0"));
+    let run = || Run::new(&graph).frame(&[("scene", &scene)]).remove(0);
+    let bits = |picture: Picture| picture.pixels.iter().flatten().map(|x| x.to_bits()).collect::<Vec<_>>();
+    assert_eq!(bits(run()), bits(run()));
+}
+
+/// A room, a window nine stops brighter in its right half, and a texture of a quarter stop in both.
+fn room(width: u32, height: u32) -> Picture {
+    Picture::new(width, height, |x, y| {
+        let texture = if (x / 2 + y / 2) % 2 == 0 { 0.25 } else { 0.0 };
+        let light = f32::exp2(if x < width / 2 { -6.0 } else { 3.0 } + texture);
+        [light, light, light, 1.0]
+    })
+}
+
+/// How much the mean brightness of a column strays from that of the middle of its half, in stops.
+fn halo(picture: &Picture) -> f64 {
+    let (w, h) = (picture.width, picture.height);
+    let column = |x: u32| (0..h).map(|y| f64::from(picture.at(x, y)[0]).log2()).sum::<f64>() / f64::from(h);
+    let stray = |x: u32, middle: u32| (column(x) - column(middle)).abs();
+    let dark = (0..w / 2).map(|x| stray(x, 4));
+    let bright = (w / 2..w).map(|x| stray(x, w - 5));
+    dark.chain(bright).fold(0.0, f64::max)
+}
+
+#[test]
+fn a_window_has_no_halo_but_the_gaussian_s() {
+    let room = room(320, 180);
+    let halo = |share: f64| halo(&shown(&mapped(&format!("share: {share}")), &room));
+    let [grid, hybrid, gaussian] = [1.0, 0.4, 0.0].map(halo);
+    assert!(grid < 0.05, "the grid keeps the edge: {grid}");
+    assert!(hybrid < 1.5 && gaussian > 2.0, "the Gaussian's share of the halo: {hybrid} {gaussian}");
+}
+
+#[test]
+fn detail_survives_in_room_and_window() {
+    let picture = shown(&mapped("contrast: 0.3"), &room(320, 180));
+    for x in [40, 280] {
+        let stops = |x: u32| f64::from(picture.at(x, 90)[0]).log2();
+        assert!(((stops(x) - stops(x + 2)).abs() - 0.25).abs() < 0.08, "{} {}", stops(x), stops(x + 2));
+    }
+}
+
+#[test]
+fn a_smooth_gradient_stays_smooth() {
+    let ramp = Picture::new(512, 64, |x, _| {
+        let light = f32::exp2(-8.0 + 12.0 * x as f32 / 511.0);
+        [light, light, light, 1.0]
+    });
+    // The second difference of the result in stops: a straight ramp has none.
+    let ringing = |share: f64| {
+        let picture = shown(&mapped(&format!("share: {share}")), &ramp);
+        let stops = |x: u32| f64::from(picture.at(x, 32)[0]).log2();
+        (80..432).map(|x| (stops(x + 8) - 2.0 * stops(x) + stops(x - 8)).abs()).fold(0.0, f64::max)
+    };
+    let [grid, hybrid] = [1.0, 0.4].map(ringing);
+    assert!(hybrid < 0.6 * grid, "the Gaussian calms the grid's ringing: {hybrid} {grid}");
+    assert!(hybrid < 0.03, "{hybrid}");
+}
+
+fn seen_at_night(kind: &str, parameters: &str) -> String {
+    format!("\"exposed\": Exposure(source: \"scene\"), \"seen\": {kind}(source: \"exposed\", {parameters})")
+}
+
+fn assert_colours(found: &Picture, wanted: &Image, what: &str) {
+    for (found, wanted) in found.pixels.iter().zip(&wanted.pixels) {
+        for channel in 0..3 {
+            let (found, wanted) = (f64::from(found[channel]), wanted[channel].min(65504.0));
+            assert!((found - wanted).abs() < 1e-6 + 2e-4 * wanted, "{what}: {found} {wanted}");
+        }
+    }
+}
+
+#[test]
+fn night_vision_is_its_twin() {
+    for (width, height) in SIZES {
+        let scene = scene(width, height);
+        for lux in [0.0, 0.03, 0.8, 4.0, 9.99, 10.0, 500.0] {
+            let parameters = format!("illuminance: {lux:.3}");
+            let seen = shown(&seen_at_night("Purkinje", &parameters), &scene);
+            let wanted = twin(&scene).map_rgb(|rgb| full(rgb, strength_log(lux), 380.0));
+            assert_colours(&seen, &wanted, &format!("full, {lux} lux"));
+            let seen = shown(&seen_at_night("PurkinjeSimple", &parameters), &scene);
+            assert_colours(&seen, &twin(&scene).map_rgb(|rgb| simple(rgb, lux)), &format!("simple, {lux} lux"));
+        }
+    }
+}
+
+#[test]
+fn a_metered_night_is_the_night_that_the_meter_reads() {
+    let bins = Bins { count: 256, low: -16.0, high: 10.0, black: 0.0 };
+    for light in [0.0002_f32, 0.02, 0.2, 0.5, 3.0] {
+        let scene = Picture::new(9, 5, |_, _| [light * 1.2, light, light * 0.4, 0.25]);
+        let image = twin(&scene);
+        let metered = crate::reference::color::luminance(crate::reference::image::rgb(image.pixels[0]));
+        let lux = std::f64::consts::PI / 0.18 * bins.centre(bins.bin(metered)).exp2();
+        let night = |kind: &str| {
+            let nodes = format!(
+                "\"h\": Histogram(source: \"scene\", lo: -16.0, black: 0.0), \"auto\": AutoExposure(histogram: \"h\"), \
+                 \"exposed\": Exposure(source: \"scene\"), \"seen\": {kind}(source: \"exposed\", meter: \"auto\")"
+            );
+            shown(&nodes, &scene)
+        };
+        assert_colours(&night("Purkinje"), &image.map_rgb(|rgb| full(rgb, strength_log(lux), 380.0)), "full, metered");
+        assert_colours(&night("PurkinjeSimple"), &image.map_rgb(|rgb| simple(rgb, lux)), "simple, metered");
+    }
+}
