@@ -33,7 +33,8 @@ fn purkinje(source: vec4f, params: Purkinje) -> vec4f {
 // 10: mesopic vision spans decades.
 fn purkinje_metered(source: vec4f, meter: vec4f, params: Purkinje) -> vec4f {
     let lux = clamp(meter.z, 1e-6, 1e6);
-    let dark = 1.0 - smooth_step(-2.0, 1.0, log2(lux) * PURKINJE_LOG10_2);
+    // Counted from the bright end, so that nothing cancels where the effect is weak.
+    let dark = smooth_step(-1.0, 2.0, -log2(lux) * PURKINJE_LOG10_2);
     let strength = select(0.0, params.strength * dark, meter.w > 0.0 && lux < 10.0);
     if strength <= 0.0 { return source; }
     return purkinje_seen(source, strength, params);

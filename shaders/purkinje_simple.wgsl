@@ -24,8 +24,9 @@ fn purkinje_simple(source: vec4f, params: PurkinjeSimple) -> vec4f {
 fn purkinje_simple_metered(source: vec4f, meter: vec4f, params: PurkinjeSimple) -> vec4f {
     let lux = clamp(meter.z, 0.0, 1e6);
     if meter.w <= 0.0 || lux >= 10.0 { return source; }
-    let grey = 0.7 * (1.0 - smooth_step(0.01, 10.0, lux));
-    let blue = 0.3 * (1.0 - smooth_step(0.01, 5.0, lux));
-    let boost = 0.5 * (1.0 - smooth_step(0.001, 1.0, lux));
+    // Counted from the bright end, so that nothing cancels where the effect is weak.
+    let grey = 0.7 * smooth_step(-10.0, -0.01, -lux);
+    let blue = 0.3 * smooth_step(-5.0, -0.01, -lux);
+    let boost = 0.5 * smooth_step(-1.0, -0.001, -lux);
     return purkinje_simple_seen(source, params.strength * grey, params.strength * blue, params.strength * boost);
 }

@@ -62,9 +62,14 @@ params! {
 const NO_LIMIT: f32 = 256.0;
 
 impl Node for AutoExposure {
-    const INPUTS: &'static [Input] = &[Input::new("histogram", PortType::Table, "The result of a Histogram, with its range.")];
-    const OUTPUTS: &'static [Output] =
-        &[Output::new("result", PortType::Value, Gives::Nothing, "Stops, metered mean, lux, and 1 once they are known.")];
+    const INPUTS: &'static [Input] =
+        &[Input::new("histogram", PortType::Table, "The result of a Histogram, with its range.")];
+    const OUTPUTS: &'static [Output] = &[Output::new(
+        "result",
+        PortType::Value,
+        Gives::Nothing,
+        "Stops, metered mean, lux, and 1 once they are known.",
+    )];
     const BYPASS: StandIn = StandIn::Absent;
 
     fn verify(&self) -> Result<(), String> {

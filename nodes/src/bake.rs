@@ -38,17 +38,18 @@ pub(crate) struct Chain {
 
 impl Chain {
     /// Exposed light to the signal.
-    fn encode(&self, exposed: DVec3) -> DVec3 {
-        let balanced = (self.balance.matrix() * exposed).max(DVec3::ZERO);
-        let graded = self.grade.by_luminance(self.curve.clipped(balanced)).min(DVec3::ONE);
-        DVec3::from(graded.to_array().map(|x| self.signal.encode(x)))
+    fn encoder(&self) -> impl Fn(DVec3) -> DVec3 {
+        let (balance, curve) = (self.balance.matrix(), self.curve.clipped());
+        move |exposed| {
+            let balanced = (balance * exposed).max(DVec3::ZERO);
+            let graded = self.grade.by_luminance(curve(balanced)).min(DVec3::ONE);
+            DVec3::from(graded.to_array().map(|x| self.signal.encode(x)))
+        }
     }
 
     /// The chain as a table whose axes are spaced by `shape`.
     pub(crate) fn bake(&self, size: usize, shape: Shape) -> Lut {
-        Lut::of(size, |place| {
-            let exposed = DVec3::from(place.map(|t| shape.light(t)));
-            self.encode(exposed).as_vec3().to_array()
-        })
+        let encode = self.encoder();
+        Lut::of(size, |place| encode(DVec3::from(place.map(|t| shape.light(t)))).as_vec3().to_array())
     }
 }

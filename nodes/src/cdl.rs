@@ -22,16 +22,14 @@ params! {
 }
 
 impl Node for Cdl {
-    const INPUTS: &'static [Input] = &[Input::image("source", "The picture, in the state that the list was made for.").takes(&[
-        State::Exposed,
-        State::DisplayLinear,
-        State::Encoded,
-    ])];
+    const INPUTS: &'static [Input] = &[Input::image("source", "The picture, in the state that the list was made for.")
+        .takes(&[State::Exposed, State::DisplayLinear, State::Encoded])];
     const OUTPUTS: &'static [Output] = &[Output::image("result", Gives::Same("source"), "The graded picture.")];
     const BYPASS: StandIn = StandIn::Input("source");
 
     fn stand_in(&self, _: &Arrivals) -> Option<StandIn> {
-        let neutral = self.slope == [1.0; 3] && self.offset == [0.0; 3] && self.power == [1.0; 3] && self.saturation == 1.0;
+        let neutral =
+            self.slope == [1.0; 3] && self.offset == [0.0; 3] && self.power == [1.0; 3] && self.saturation == 1.0;
         neutral.then_some(Self::BYPASS)
     }
 

@@ -23,16 +23,28 @@ pub(crate) struct Space {
 }
 
 /// ITU-R BT.709, also sRGB: what the graph's colours are in.
-pub(crate) const REC709: Space =
-    Space { red: DVec2::new(0.640, 0.330), green: DVec2::new(0.300, 0.600), blue: DVec2::new(0.150, 0.060), white: D65 };
+pub(crate) const REC709: Space = Space {
+    red: DVec2::new(0.640, 0.330),
+    green: DVec2::new(0.300, 0.600),
+    blue: DVec2::new(0.150, 0.060),
+    white: D65,
+};
 
 /// SMPTE EG 432-1 with the white of D65.
-pub(crate) const DISPLAY_P3: Space =
-    Space { red: DVec2::new(0.680, 0.320), green: DVec2::new(0.265, 0.690), blue: DVec2::new(0.150, 0.060), white: D65 };
+pub(crate) const DISPLAY_P3: Space = Space {
+    red: DVec2::new(0.680, 0.320),
+    green: DVec2::new(0.265, 0.690),
+    blue: DVec2::new(0.150, 0.060),
+    white: D65,
+};
 
 /// ITU-R BT.2020.
-pub(crate) const REC2020: Space =
-    Space { red: DVec2::new(0.708, 0.292), green: DVec2::new(0.170, 0.797), blue: DVec2::new(0.131, 0.046), white: D65 };
+pub(crate) const REC2020: Space = Space {
+    red: DVec2::new(0.708, 0.292),
+    green: DVec2::new(0.170, 0.797),
+    blue: DVec2::new(0.131, 0.046),
+    white: D65,
+};
 
 /// The primaries AP1 of ACEScg (SMPTE ST 2065 family, S-2014-004).
 pub(crate) const AP1: Space = Space {
@@ -81,7 +93,9 @@ impl Cones {
     fn cones(self) -> DMat3 {
         let rows = match self {
             Self::Bradford => [[0.8951, 0.2664, -0.1614], [-0.7502, 1.7135, 0.0367], [0.0389, -0.0685, 1.0296]],
-            Self::Cat16 => [[0.401288, 0.650173, -0.051461], [-0.250268, 1.204414, 0.045854], [-0.002079, 0.048952, 0.953127]],
+            Self::Cat16 => {
+                [[0.401288, 0.650173, -0.051461], [-0.250268, 1.204414, 0.045854], [-0.002079, 0.048952, 0.953127]]
+            }
         };
         DMat3::from_cols_array_2d(&rows).transpose()
     }

@@ -29,7 +29,8 @@ params! {
 impl Node for ColorBalance {
     const INPUTS: &'static [Input] = &[Input::image("source", "The picture after the tone curve; best encoded.")
         .takes(&[State::DisplayLinear, State::Encoded])];
-    const OUTPUTS: &'static [Output] = &[Output::image("result", Gives::Same("source"), "The tinted picture, 0 or more.")];
+    const OUTPUTS: &'static [Output] =
+        &[Output::image("result", Gives::Same("source"), "The tinted picture, 0 or more.")];
     const BYPASS: StandIn = StandIn::Input("source");
 
     fn stand_in(&self, _: &Arrivals) -> Option<StandIn> {

@@ -59,11 +59,12 @@ params! {
 }
 
 impl Node for ColorLut {
-    const INPUTS: &'static [Input] = &[Input::image("source", "The picture, in the state that the table was made for.").takes(&[
-        State::Exposed,
-        State::DisplayLinear,
-        State::Encoded,
-    ])];
+    const INPUTS: &'static [Input] =
+        &[Input::image("source", "The picture, in the state that the table was made for.").takes(&[
+            State::Exposed,
+            State::DisplayLinear,
+            State::Encoded,
+        ])];
     const OUTPUTS: &'static [Output] = &[Output::image("result", Gives::Same("source"), "The graded picture.")];
     const BYPASS: StandIn = StandIn::Input("source");
 

@@ -29,12 +29,10 @@ params! {
 }
 
 impl Node for Contrast {
-    const INPUTS: &'static [Input] = &[Input::image("source", "Exposed light, or a picture after the tone curve.").takes(&[
-        State::Exposed,
-        State::DisplayLinear,
-        State::Encoded,
-    ])];
-    const OUTPUTS: &'static [Output] = &[Output::image("result", Gives::Same("source"), "The spread values, 0 or more.")];
+    const INPUTS: &'static [Input] = &[Input::image("source", "Exposed light, or a picture after the tone curve.")
+        .takes(&[State::Exposed, State::DisplayLinear, State::Encoded])];
+    const OUTPUTS: &'static [Output] =
+        &[Output::image("result", Gives::Same("source"), "The spread values, 0 or more.")];
     const BYPASS: StandIn = StandIn::Input("source");
 
     fn stand_in(&self, _: &Arrivals) -> Option<StandIn> {

@@ -1,13 +1,18 @@
 //! The tone curves in double precision: what `BakedGrade` evaluates, and the constants that shaders are given.
 
+use std::sync::LazyLock;
+
 use glam::{DMat3, DVec3, dvec3};
 
 use crate::color::LUMINANCE;
 use crate::tone_map::{AgxLook, Curve, Sigmoid, ToneMap};
 
 /// The input matrix of Hill's fit, as published.
-pub(crate) const HILL_IN: DMat3 =
-    DMat3::from_cols(dvec3(0.59719, 0.07600, 0.02840), dvec3(0.35458, 0.90834, 0.13383), dvec3(0.04823, 0.01566, 0.83777));
+pub(crate) const HILL_IN: DMat3 = DMat3::from_cols(
+    dvec3(0.59719, 0.07600, 0.02840),
+    dvec3(0.35458, 0.90834, 0.13383),
+    dvec3(0.04823, 0.01566, 0.83777),
+);
 
 /// The output matrix of Hill's fit, as published.
 pub(crate) const HILL_OUT: DMat3 = DMat3::from_cols(
@@ -93,11 +98,14 @@ fn pq_decode(v: f64) -> f64 {
 }
 
 impl ToneMap {
-    /// The whole operator on one colour of exposed light, with the gamut clipped.
-    pub(crate) fn clipped(&self, exposed: DVec3) -> DVec3 {
+    /// The whole operator on exposed light, with the gamut clipped.
+    pub(crate) fn clipped(&self) -> impl Fn(DVec3) -> DVec3 {
         let [enter, leave] = self.ways();
-        let inside = (enter * exposed).max(DVec3::ZERO);
-        (leave * self.bend(inside)).clamp(DVec3::ZERO, DVec3::splat(f64::from(self.peak)))
+        let peak = DVec3::splat(f64::from(self.peak));
+        move |exposed| {
+            let inside = (enter * exposed).max(DVec3::ZERO);
+            (leave * self.bend(inside)).clamp(DVec3::ZERO, peak)
+        }
     }
 
     /// The curve itself, in its space.
@@ -113,7 +121,9 @@ impl ToneMap {
             }
             Curve::Exponential => each(v, |x| -(-f64::from(self.exposure) * x).exp_m1()),
             Curve::Aces => each(v, |x| (x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14)).min(1.0)),
-            Curve::AcesHill => each(v, |x| (x * (x + 0.0245786) - 0.000090537) / (x * (0.983729 * x + 0.4329510) + 0.238081)),
+            Curve::AcesHill => {
+                each(v, |x| (x * (x + 0.0245786) - 0.000090537) / (x * (0.983729 * x + 0.4329510) + 0.238081))
+            }
             Curve::Hable => each(v, |x| (hable(2.0 * x) / hable(11.2)).min(1.0)),
             Curve::Uchimura => each(v, |x| self.uchimura(x)),
             Curve::KhronosNeutral => khronos_neutral(v),
@@ -138,7 +148,7 @@ impl ToneMap {
         let curve = if self.sigmoid == Sigmoid::Exact { agx_sigmoid } else { agx_polynomial };
         let bent = each(AGX_INSET * v, |x| curve(((x.max(1e-10).log2() - low) / (high - low)).clamp(0.0, 1.0)));
         let looked = if self.look == AgxLook::Base { bent } else { agx_look(bent, self.agx()) };
-        each(AGX_INSET.inverse() * looked, |x| x.clamp(0.0, 1.0).powf(2.2))
+        each(AGX_INSET_INVERSE.mul_vec3(looked), |x| x.clamp(0.0, 1.0).powf(2.2))
     }
 
     fn gt7_bend(&self, v: DVec3) -> DVec3 {
@@ -182,6 +192,8 @@ const AGX_INSET: DMat3 = DMat3::from_cols(
     dvec3(0.0792237451477643, 0.0791661274605434, 0.879142973793104),
 );
 
+static AGX_INSET_INVERSE: LazyLock<DMat3> = LazyLock::new(|| AGX_INSET.inverse());
+
 /// Sobotka's sigmoid on normalised log2: slope 2 at (10/16.5, 0.5), toe of power 3, shoulder of power 3.25.
 fn agx_sigmoid(t: f64) -> f64 {
     let pivot = 10.0 / 16.5;
@@ -224,11 +236,15 @@ const ICTCP_FROM_LMS: DMat3 = DMat3::from_cols(
     dvec3(0.0, 7003.0 / 4096.0, -543.0 / 4096.0),
 );
 
+static REC2020_FROM_LMS: LazyLock<DMat3> = LazyLock::new(|| LMS_FROM_REC2020.inverse());
+
+static LMS_FROM_ICTCP: LazyLock<DMat3> = LazyLock::new(|| ICTCP_FROM_LMS.inverse());
+
 fn to_ictcp(v: DVec3) -> DVec3 {
     ICTCP_FROM_LMS * each(LMS_FROM_REC2020 * v, |x| pq_encode(100.0 * x))
 }
 
 fn from_ictcp(v: DVec3) -> DVec3 {
-    let lms = each(ICTCP_FROM_LMS.inverse() * v, |x| pq_decode(x.min(1.2)) / 100.0);
-    (LMS_FROM_REC2020.inverse() * lms).max(DVec3::ZERO)
+    let lms = each(LMS_FROM_ICTCP.mul_vec3(v), |x| pq_decode(x.min(1.2)) / 100.0);
+    REC2020_FROM_LMS.mul_vec3(lms).max(DVec3::ZERO)
 }

@@ -47,6 +47,17 @@ params! {
     }
 }
 
+impl DownsampleFilter {
+    /// How far its taps lie from the middle, in texels.
+    fn reach(self) -> f32 {
+        match self {
+            Self::Box => 0.0,
+            Self::Tap4 | Self::Tap9 => 1.0,
+            Self::Tap13 => 2.0,
+        }
+    }
+}
+
 impl Downsample {
     fn function(&self, is_first: bool) -> &'static str {
         let firefly = if is_first { self.firefly } else { Firefly::Off };
@@ -88,6 +99,7 @@ impl Node for Downsample {
             pass.function(&SHADER, function)
                 .label(format!("{function} {}", desc.size))
                 .read("source", above)
+                .reach(self.filter.reach())
                 .write_to(level);
             levels.push(level);
             above = level;

@@ -67,8 +67,7 @@ params! {
 impl Node for Encode {
     const INPUTS: &'static [Input] =
         &[Input::image("source", "Linear light of the display, Rec.709.").takes(&[State::DisplayLinear])];
-    const OUTPUTS: &'static [Output] =
-        &[Output::image("result", Gives::Always(State::Encoded), "The signal, 0 to 1.")];
+    const OUTPUTS: &'static [Output] = &[Output::image("result", Gives::Always(State::Encoded), "The signal, 0 to 1.")];
     const BYPASS: StandIn = StandIn::Input("source");
 
     fn record(&self, pass: &mut Recorder<'_>) {

@@ -7,7 +7,7 @@ static SHADER: Shader = Shader::new("shaders/grid_build.wgsl", include_str!("../
 choices! {
     /// How a pixel is put into the grid.
     pub enum GridBuildMethod {
-        /// Into the one cell that it lies in: each pixel is read once. After the blur at most 0.024 stops from Trilinear.
+        /// Into the one cell that it lies in: each pixel is read once. After the blur at most 0.03 stops from Trilinear.
         Nearest,
         /// Into the eight cells around it, by distance: each pixel is read by four workgroups.
         Trilinear,
@@ -70,7 +70,8 @@ impl GridBuild {
 
 impl Node for GridBuild {
     const INPUTS: &'static [Input] = &[
-        Input::image("source", "The exposed picture, or the scene with `meter`.").takes(&[State::Exposed, State::Scene]),
+        Input::image("source", "The exposed picture, or the scene with `meter`.")
+            .takes(&[State::Exposed, State::Scene]),
         Input::new("meter", PortType::Value, "Stops to add, in x: the result of a metering node.").optional(),
     ];
     const OUTPUTS: &'static [Output] =

@@ -70,11 +70,14 @@ impl Histogram {
 
 impl Node for Histogram {
     const INPUTS: &'static [Input] = &[
-        Input::image("source", "The picture. Metering belongs before the exposure.").takes(&[State::Scene, State::Exposed]),
+        Input::image("source", "The picture. Metering belongs before the exposure.")
+            .takes(&[State::Scene, State::Exposed]),
         Input::image("albedo", "Diffuse albedo, linear; alpha 0 where a pixel shall not count: sky, lamps, metal.")
             .takes(&[State::Data, State::Scene])
             .optional(),
-        Input::image("mask", "How much each pixel counts, 0 to 1, in red.").takes(&[State::Data, State::Scene]).optional(),
+        Input::image("mask", "How much each pixel counts, 0 to 1, in red.")
+            .takes(&[State::Data, State::Scene])
+            .optional(),
     ];
     const OUTPUTS: &'static [Output] = &[
         Output::new("result", PortType::Table, Gives::Nothing, "The range and the bins."),

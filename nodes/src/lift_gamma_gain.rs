@@ -43,7 +43,8 @@ impl Node for LiftGammaGain {
         State::DisplayLinear,
         State::Encoded,
     ])];
-    const OUTPUTS: &'static [Output] = &[Output::image("result", Gives::Same("source"), "The graded picture, 0 or more.")];
+    const OUTPUTS: &'static [Output] =
+        &[Output::image("result", Gives::Same("source"), "The graded picture, 0 or more.")];
     const BYPASS: StandIn = StandIn::Input("source");
 
     fn stand_in(&self, _: &Arrivals) -> Option<StandIn> {

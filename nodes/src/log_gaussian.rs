@@ -69,11 +69,15 @@ impl LogGaussian {
 
 impl Node for LogGaussian {
     const INPUTS: &'static [Input] = &[
-        Input::image("source", "The exposed picture, or the scene with `meter`.").takes(&[State::Exposed, State::Scene]),
+        Input::image("source", "The exposed picture, or the scene with `meter`.")
+            .takes(&[State::Exposed, State::Scene]),
         Input::new("meter", PortType::Value, "Stops to add, in x: the result of a metering node.").optional(),
     ];
-    const OUTPUTS: &'static [Output] =
-        &[Output::image("result", Gives::Always(State::LogLuminance), "The surroundings, in red, green and blue alike.")];
+    const OUTPUTS: &'static [Output] = &[Output::image(
+        "result",
+        Gives::Always(State::LogLuminance),
+        "The surroundings, in red, green and blue alike.",
+    )];
     const BYPASS: StandIn = StandIn::Absent;
 
     fn verify(&self) -> Result<(), String> {

@@ -33,8 +33,8 @@ params! {
 const TILE: u32 = 64;
 
 impl Node for MeanLuminance {
-    const INPUTS: &'static [Input] =
-        &[Input::image("source", "The picture. Metering belongs before the exposure.").takes(&[State::Scene, State::Exposed])];
+    const INPUTS: &'static [Input] = &[Input::image("source", "The picture. Metering belongs before the exposure.")
+        .takes(&[State::Scene, State::Exposed])];
     const OUTPUTS: &'static [Output] = &[Output::new(
         "result",
         PortType::Value,

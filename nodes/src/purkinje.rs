@@ -74,16 +74,11 @@ fn row(matrix: DMat3, index: usize) -> [f64; 3] {
     matrix.row(index).to_array()
 }
 
-/// The Hermite step from 0 at 0 to 1 at 1.
-fn hermite(t: f64) -> f64 {
-    let t = t.clamp(0.0, 1.0);
-    t * t * (3.0 - 2.0 * t)
-}
-
-/// How far into the dark: 1 at 0.01 lux, 0 at 10.
+/// How far into the dark: 1 at 0.01 lux, 0 at 10, by a Hermite step of the logarithm.
 fn darkness(lux: f32) -> f64 {
     let lux = f64::from(lux.clamp(SCOTOPIC_LUX, PHOTOPIC_LUX));
-    1.0 - hermite((lux.log10() + 2.0) / 3.0)
+    let t = ((1.0 - lux.log10()) / 3.0).clamp(0.0, 1.0);
+    t * t * (3.0 - 2.0 * t)
 }
 
 /// Whether a kind that only acts in the dark is the identity.
@@ -95,7 +90,8 @@ pub(crate) fn acts_not(strength: f32, illuminance: f32, arrivals: &Arrivals) -> 
 /// The ports of the kinds that act in the dark.
 pub(crate) const INPUTS: &[Input] = &[
     Input::image("source", "The exposed picture.").takes(&[State::Exposed]),
-    Input::new("meter", PortType::Value, "Lux in z: the result of a metering node. It replaces `illuminance`.").optional(),
+    Input::new("meter", PortType::Value, "Lux in z: the result of a metering node. It replaces `illuminance`.")
+        .optional(),
 ];
 
 impl Node for Purkinje {

@@ -21,9 +21,9 @@ params! {
 }
 
 /// How much of a ramp is left at `lux`: all at `lo`, nothing at `hi`.
-fn fading(lo: f32, hi: f32, lux: f32) -> f32 {
-    let t = ((lux - lo) / (hi - lo)).clamp(0.0, 1.0);
-    1.0 - t * t * (3.0 - 2.0 * t)
+fn fading(lo: f64, hi: f64, lux: f32) -> f64 {
+    let t = ((hi - f64::from(lux)) / (hi - lo)).clamp(0.0, 1.0);
+    t * t * (3.0 - 2.0 * t)
 }
 
 impl Node for PurkinjeSimple {
@@ -40,11 +40,11 @@ impl Node for PurkinjeSimple {
         let source = pass.image("source");
         let desc = pass.desc(source);
         let function = if pass.wired("meter") { "purkinje_simple_metered" } else { "purkinje_simple" };
-        let lux = self.illuminance;
+        let (lux, strength) = (self.illuminance, f64::from(self.strength));
         pass.function(&SHADER, function)
-            .set("grey", 0.7 * self.strength * fading(0.01, 10.0, lux))
-            .set("blue", 0.3 * self.strength * fading(0.01, 5.0, lux))
-            .set("boost", 0.5 * self.strength * fading(0.001, 1.0, lux))
+            .set("grey", 0.7 * strength * fading(0.01, 10.0, lux))
+            .set("blue", 0.3 * strength * fading(0.01, 5.0, lux))
+            .set("boost", 0.5 * strength * fading(0.001, 1.0, lux))
             .write("result", desc);
     }
 }

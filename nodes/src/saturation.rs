@@ -15,11 +15,8 @@ params! {
 }
 
 impl Node for Saturation {
-    const INPUTS: &'static [Input] = &[Input::image("source", "Linear light, before or after the tone curve.").takes(&[
-        State::Scene,
-        State::Exposed,
-        State::DisplayLinear,
-    ])];
+    const INPUTS: &'static [Input] = &[Input::image("source", "Linear light, before or after the tone curve.")
+        .takes(&[State::Scene, State::Exposed, State::DisplayLinear])];
     const OUTPUTS: &'static [Output] = &[Output::image("result", Gives::Same("source"), "The light, 0 or more.")];
     const BYPASS: StandIn = StandIn::Input("source");
 

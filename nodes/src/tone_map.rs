@@ -151,7 +151,9 @@ impl Node for ToneMap {
     fn verify(&self) -> Result<(), String> {
         if self.curve.has_own_space() && self.space != WorkingSpace::Rec709 {
             let curve = self.curve.name();
-            return Err(format!("`{curve}` brings its own working space: leave out `space`, or choose a curve of single channels"));
+            return Err(format!(
+                "`{curve}` brings its own working space: leave out `space`, or choose a curve of single channels"
+            ));
         }
         if self.space == WorkingSpace::Custom && !self.custom().is_usable() {
             return Err("`red`, `green` and `blue` lie on a line: three primaries must span a triangle".into());

@@ -101,6 +101,7 @@ impl Node for Upsample {
                 .label(format!("{function} {}", desc.size))
                 .read("level", *level)
                 .read("coarser", joined)
+                .reach(if self.filter == UpsampleFilter::Tent { self.radius } else { 0.0 })
                 .set("own", own)
                 .set("rest", rest)
                 .write_to(result);

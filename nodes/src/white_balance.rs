@@ -44,7 +44,8 @@ params! {
 impl Node for WhiteBalance {
     const INPUTS: &'static [Input] =
         &[Input::image("source", "Light before the tone curve.").takes(&[State::Scene, State::Exposed])];
-    const OUTPUTS: &'static [Output] = &[Output::image("result", Gives::Same("source"), "The balanced light, 0 or more.")];
+    const OUTPUTS: &'static [Output] =
+        &[Output::image("result", Gives::Same("source"), "The balanced light, 0 or more.")];
     const BYPASS: StandIn = StandIn::Input("source");
 
     fn stand_in(&self, _: &Arrivals) -> Option<StandIn> {
@@ -55,7 +56,11 @@ impl Node for WhiteBalance {
         let source = pass.image("source");
         let desc = ImageDesc::new(pass.desc(source).size);
         let [row0, row1, row2] = rows(self.matrix());
-        pass.function(&SHADER, "white_balance").set("row0", row0).set("row1", row1).set("row2", row2).write("result", desc);
+        pass.function(&SHADER, "white_balance")
+            .set("row0", row0)
+            .set("row1", row1)
+            .set("row2", row2)
+            .write("result", desc);
     }
 }
 
@@ -76,7 +81,9 @@ impl WhiteBalance {
         match self.mode {
             _ if self.is_neutral() => DMat3::IDENTITY,
             WhiteBalanceMode::Target => white_to(self.target, self.adaptation, self.keep_luminance),
-            WhiteBalanceMode::Temperature => white_from(f64::from(self.temperature), f64::from(self.tint), self.adaptation),
+            WhiteBalanceMode::Temperature => {
+                white_from(f64::from(self.temperature), f64::from(self.tint), self.adaptation)
+            }
         }
     }
 }

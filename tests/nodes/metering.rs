@@ -28,10 +28,14 @@ fn assert_close(found: &[u32], wanted: &[u32], what: &str) {
     assert_eq!(found.iter().sum::<u32>(), total, "{what}: every pixel counts once");
     assert_eq!(found[0], wanted[0], "{what}: pixels left out");
     let mut ahead = 0_i64;
-    let moved: i64 = found.iter().zip(wanted).map(|(f, w)| {
-        ahead += i64::from(*f) - i64::from(*w);
-        ahead.abs()
-    }).sum();
+    let moved: i64 = found
+        .iter()
+        .zip(wanted)
+        .map(|(f, w)| {
+            ahead += i64::from(*f) - i64::from(*w);
+            ahead.abs()
+        })
+        .sum();
     assert!(moved <= i64::from(total) / 2000 + 1, "{what}: {moved} of {total} in another bin");
 }
 
@@ -47,7 +51,8 @@ fn a_histogram_is_its_twin_at_every_size_and_step() {
     for (width, height) in SIZES {
         let scene = scene(width, height);
         for step in [1, 2, 4] {
-            let nodes = format!("\"h\": Histogram(source: \"scene\", step: {step}), \"seen\": ProbeTable(table: \"h\")");
+            let nodes =
+                format!("\"h\": Histogram(source: \"scene\", step: {step}), \"seen\": ProbeTable(table: \"h\")");
             let (header, bins) = read_table(&shown(&nodes, &scene));
             let image = picked(&twin(&scene), step);
             assert_close(&bins, &BINS.histogram(&image), &format!("{width}x{height} step {step}"));
@@ -176,8 +181,11 @@ fn limits_compensation_and_highlights_move_the_exposure() {
         ("max_ev: 1.0", 0.5, key + 2.0),
         ("key: 1.0", 4.0, -centre(4.0)),
         // EV100 is log2 of luminance plus 3: the light 2^-2 is at EV 1, half way from -1 (2 stops) to 3 (-1 stop).
-        ("curve_ev: (-3.0, -1.0, 3.0, 5.0), curve_stops: (4.0, 2.0, -1.0, 0.0)", 0.25, key - centre(0.25) + 0.5
-            - 0.75 * (centre(0.25) + 2.0)),
+        (
+            "curve_ev: (-3.0, -1.0, 3.0, 5.0), curve_stops: (4.0, 2.0, -1.0, 0.0)",
+            0.25,
+            key - centre(0.25) + 0.5 - 0.75 * (centre(0.25) + 2.0),
+        ),
         ("highlights: Protect, highlight_threshold: 0.125", 0.5, -3.0 - (centre(0.5) + 0.45 * 20.0 / 255.0)),
         ("highlights: Protect, highlight_threshold: 10.0", 0.5, key - centre(0.5)),
     ] {
@@ -213,8 +221,7 @@ fn exposure_snaps_holds_arrives_and_follows() {
     ] {
         let first = follow(of_dim, of_bright, 0.25, 1.0, 3.0);
         let second = follow(first, of_dim, 0.5, 1.0, 3.0);
-        let expected =
-            [0.0, of_dim, first, first, first, first, first, second, of_dim, of_dim, of_bright, 0.0, of_dim];
+        let expected = [0.0, of_dim, first, first, first, first, first, second, of_dim, of_dim, of_bright, 0.0, of_dim];
         let graph = pipeline("", &auto(&format!("adaptation: {mode}")));
         for (index, (value, wanted)) in sequence(&graph, &frames).iter().zip(expected).enumerate() {
             assert!((f64::from(value[0]) - wanted).abs() < 1e-4, "{mode} frame {index}: {value:?} {wanted}");
@@ -232,9 +239,10 @@ fn adaptation_does_not_depend_on_the_frame_rate() {
         frames.extend(std::iter::repeat_n((&dim, 1.0 / rate as f32, false), rate));
         f64::from(sequence(&graph, &frames).last().expect("frames")[0])
     };
-    let wanted = 6.0 * (1.0 - (-1.0_f64).exp()) + 0.18_f64.log2() - BINS.centre(BINS.bin(16.0));
+    let [from, to] = [16.0, 0.25].map(|light| 0.18_f64.log2() - BINS.centre(BINS.bin(light)));
+    let wanted = from + (to - from) * (1.0 - (-1.0_f64).exp());
     for rate in [24, 60, 144] {
-        assert!((after(rate) - wanted).abs() < 0.02, "{rate}: {} {wanted}", after(rate));
+        assert!((after(rate) - wanted).abs() < 1e-3, "{rate}: {} {wanted}", after(rate));
     }
 }
 
@@ -265,7 +273,8 @@ fn adapt_holds_in_the_dark_and_snaps_after_a_cut() {
         "",
         "\"mean\": MeanLuminance(source: \"scene\"), \"auto\": Adapt(mean: \"mean\"), \"seen\": ProbeValue(value: \"auto\")",
     );
-    let frames = [(&black, 0.1, true), (&dim, 0.1, false), (&bright, 0.25, false), (&black, 9.0, false), (&dim, 0.1, true)];
+    let frames =
+        [(&black, 0.1, true), (&dim, 0.1, false), (&bright, 0.25, false), (&black, 9.0, false), (&dim, 0.1, true)];
     let (of_dim, of_bright) = (0.18_f64.log2() + 2.0, 0.18_f64.log2() - 4.0);
     let followed = adapt_exponential(of_dim, of_bright, 0.25, 1.0, 3.0);
     for (value, wanted) in sequence(&graph, &frames).iter().zip([0.0, of_dim, followed, followed, of_dim]) {
@@ -284,6 +293,6 @@ fn an_exposure_without_a_meter_is_manual() {
     );
     let graph = super::probes::graph(&text);
     let mut run = Run::new(&graph).exact();
-    run.facts.insert("metered".into(), 0.0.into());
+    run.facts.set("metered", false);
     assert_eq!(run.frame(&[("scene", &grey(0.25))])[0].at(3, 3), [1.0, 1.0, 1.0, 1.0]);
 }

@@ -1,6 +1,7 @@
 //! Each kind on the GPU against its f64 twin.
 
 mod bloom;
+mod color;
 mod local;
 mod metering;
 mod probes;

@@ -22,8 +22,7 @@ fn probe_table(@builtin(global_invocation_id) id: vec3u) {
     textureStore(result, vec2u(id.x, 0u), select(count, header, id.x < 4u));
 }",
 );
-static VALUE: Shader =
-    Shader::new("probe_value.wgsl", "fn probe_value(value: vec4f) -> vec4f { return value; }");
+static VALUE: Shader = Shader::new("probe_value.wgsl", "fn probe_value(value: vec4f) -> vec4f { return value; }");
 static VOLUME: Shader = Shader::new(
     "probe_volume.wgsl",
     "@group(0) @binding(0) var volume: texture_3d<f32>;
@@ -105,7 +104,9 @@ pub(crate) fn graph(text: &str) -> Graph {
 
 /// A pipeline from `scene` (and `more` inputs) over some nodes to the node `seen`.
 pub(crate) fn pipeline(more: &str, nodes: &str) -> Graph {
-    graph(&format!("Pipeline(inputs: {{ \"scene\": Color, {more} }}, nodes: {{ {nodes} }}, outputs: {{ \"out\": \"seen\" }})"))
+    graph(&format!(
+        "Pipeline(inputs: {{ \"scene\": Color, {more} }}, nodes: {{ {nodes} }}, outputs: {{ \"out\": \"seen\" }})"
+    ))
 }
 
 /// What the node `seen` shows in the first frame, with 32 bits between all nodes.

@@ -8,7 +8,7 @@ use afterimage_graph::check::{CheckOptions, Facts, Graph, NoFiles, check};
 use afterimage_graph::document::parse;
 use afterimage_graph::image::Size;
 use afterimage_graph::node::Registry;
-use afterimage_graph::plan::{GivenImage, Options, Plan, Requirement, Setting, plan};
+use afterimage_graph::plan::{GivenImage, Options, Plan, Setting, plan};
 
 /// An image of four floats a pixel, as tests have it.
 #[derive(Clone, Debug, PartialEq)]
@@ -59,6 +59,8 @@ pub struct Run<'a> {
     pub options: Options,
     pub facts: Facts,
     pub prefer_fragment: bool,
+    /// Whether chains of images are made in workgroup memory, as on a GPU.
+    pub tiles: bool,
     /// Whether inputs are stored as half floats; otherwise in 32 bits.
     pub half_inputs: bool,
 }
@@ -66,7 +68,7 @@ pub struct Run<'a> {
 impl<'a> Run<'a> {
     pub fn new(graph: &'a Graph) -> Self {
         let size = Size::new(1, 1);
-        Self { graph, size, options: Options::default(), facts: Facts::default(), prefer_fragment: false, half_inputs: false }
+        Self { graph, size, options: Options::default(), facts: Facts::default(), prefer_fragment: false, tiles: false, half_inputs: false }
     }
 
     /// Everything exact: 32-bit intermediates.
@@ -83,7 +85,9 @@ impl<'a> Run<'a> {
         let size = inputs.first().map_or(self.size, |(_, picture)| Size::new(picture.width, picture.height));
         let mut caps = gpu.caps.clone();
         caps.prefer_fragment = self.prefer_fragment;
-        let requirement = &Requirement::typical;
+        caps.tiles = self.tiles;
+        let executor = Executor::with_caps(&gpu.device, &gpu.queue, gpu.caps.clone());
+        let requirement = &|desc: &_| executor.requirement(desc);
         let setting = Setting { size, inputs: given, facts: self.facts.clone(), caps, options: self.options, requirement };
         plan(self.graph, &setting).unwrap_or_else(|error| panic!("{error}"))
     }

@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
+use crate::measure::args::{MeasureArgs, TuneArgs};
+
 /// Post-processing for HDR images: a pipeline is a RON file, its nodes are plug-ins.
 #[derive(Debug, Parser)]
 #[command(name = "afterimage", version, about, max_term_width = 100)]
@@ -24,6 +26,12 @@ pub(crate) enum Command {
     Plan(PlanArgs),
     /// The manual of the node kinds
     Nodes(NodesArgs),
+    /// Time against error, for every tier and every quality switch of a pipeline
+    Measure(MeasureArgs),
+    /// Search the quality switches for the best pipeline within a time or an error
+    Tune(TuneArgs),
+    /// Measure a pipeline on this machine's graphics adapter
+    Bench(BenchArgs),
 }
 
 /// What every command that reads a pipeline takes.
@@ -55,6 +63,9 @@ pub(crate) struct PlanOptions {
     /// Keep each kernel function in a pass of its own
     #[arg(long)]
     pub(crate) no_fuse: bool,
+    /// Give each image of a pyramid a pass of its own
+    #[arg(long)]
+    pub(crate) no_tile: bool,
     /// Choose the order for the fewest waves rather than the smallest memory
     #[arg(long)]
     pub(crate) fewest_waves: bool,
@@ -199,8 +210,36 @@ pub(crate) struct NodesArgs {
     pub(crate) nodes: Vec<PathBuf>,
 }
 
+#[derive(Debug, Args)]
+pub(crate) struct BenchArgs {
+    /// The pipeline file
+    #[arg(required_unless_present_any = ["calibrate", "grow"])]
+    pub(crate) pipeline: Option<PathBuf>,
+    /// Pixels of a frame
+    #[arg(long, value_name = "WxH", default_value = "1920x1080", value_parser = parse_size)]
+    pub(crate) size: (u32, u32),
+    /// Measured frames; medians are taken over them
+    #[arg(long, default_value_t = 100, value_parser = clap::value_parser!(u32).range(1..))]
+    pub(crate) frames: u32,
+    /// Also write the figures as JSON
+    #[arg(long, value_name = "FILE")]
+    pub(crate) json: Option<PathBuf>,
+    /// Measure whether this adapter draws or dispatches faster, and remember it
+    #[arg(long)]
+    pub(crate) calibrate: bool,
+    /// Measure how time and memory grow with pixels and nodes; a table and a plot go to the folder
+    #[arg(long, value_name = "DIR")]
+    pub(crate) grow: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) options: PipelineOptions,
+    #[command(flatten)]
+    pub(crate) plan: PlanOptions,
+    #[command(flatten)]
+    pub(crate) device: DeviceOptions,
+}
+
 /// `1920x1080`.
-fn parse_size(text: &str) -> Result<(u32, u32), String> {
+pub(crate) fn parse_size(text: &str) -> Result<(u32, u32), String> {
     let parts = text.split_once(['x', 'X', '×']).and_then(|(w, h)| Some((w.trim().parse().ok()?, h.trim().parse().ok()?)));
     match parts {
         Some((width @ 1.., height @ 1..)) => Ok((width, height)),

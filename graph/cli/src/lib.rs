@@ -1,10 +1,13 @@
 //! The program `afterimage`, as a library: a plug-in author's own program is three lines around [`main()`].
 
 mod args;
+mod bench;
+mod cache;
 mod check;
 mod demo;
 mod failure;
 pub mod files;
+mod measure;
 mod nodes;
 mod pipeline;
 mod plan;
@@ -15,6 +18,8 @@ mod shipped;
 mod terminal;
 
 use std::process::ExitCode;
+
+pub use measure::metrics;
 
 use afterimage_graph::node::NodeKind;
 use clap::Parser as _;
@@ -42,6 +47,9 @@ pub fn run(tables: &[&[NodeKind]], arguments: impl IntoIterator<Item = std::ffi:
         Command::Check(args) => check::run(args, tables),
         Command::Plan(args) => plan::run(args, tables),
         Command::Nodes(args) => nodes::run(args, tables),
+        Command::Measure(args) => measure::run(args, tables),
+        Command::Tune(args) => measure::tune::run(args, tables),
+        Command::Bench(args) => bench::run(args, tables),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

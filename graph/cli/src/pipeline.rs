@@ -153,6 +153,7 @@ pub(crate) fn plan_options(options: &PlanOptions) -> Options {
     };
     Options {
         fuse: !options.no_fuse,
+        tile: !options.no_tile,
         alias,
         serial: options.serial,
         exact: options.exact,

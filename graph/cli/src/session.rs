@@ -9,13 +9,15 @@ use afterimage_graph::image::{ImageDesc, Size, State};
 use afterimage_graph::plan::{GivenImage, Options, Plan, PlanOutput, Setting, plan};
 
 use crate::args::DeviceOptions;
+use crate::cache;
 use crate::failure::Failure;
 use crate::files::{Picture, Pixels};
 
 /// Opens the GPU that the command line asks for.
 pub(crate) fn open(options: &DeviceOptions) -> Result<Gpu, Failure> {
     let mut gpu = Gpu::open(&Opening { adapter: options.adapter.clone(), validation: false })?;
-    gpu.caps.prefer_fragment = options.fragment;
+    let calibrated = cache::calibration(&gpu).is_some_and(|calibration| calibration.prefers_fragment());
+    gpu.caps.prefer_fragment = options.fragment || calibrated;
     Ok(gpu)
 }
 
@@ -26,6 +28,8 @@ pub(crate) struct Session<'g> {
     facts: Facts,
     options: Options,
     executor: Executor,
+    /// The driver's pipelines that were there already.
+    known_pipelines: Vec<u8>,
     planned_for: Option<(Size, BTreeMap<String, GivenImage>)>,
 }
 
@@ -39,8 +43,9 @@ pub(crate) struct Clock {
 
 impl<'g> Session<'g> {
     pub(crate) fn new(gpu: &'g Gpu, graph: Graph, facts: Facts, options: Options) -> Self {
-        let executor = Executor::with_caps(&gpu.device, &gpu.queue, gpu.caps.clone());
-        Self { gpu, graph, facts, options, executor, planned_for: None }
+        let known_pipelines = cache::pipelines(gpu);
+        let executor = Executor::with_caps(&gpu.device, &gpu.queue, gpu.caps.clone()).with_pipeline_cache(&known_pipelines);
+        Self { gpu, graph, facts, options, executor, known_pipelines, planned_for: None }
     }
 
     /// Renders one frame; the results stay on the GPU.
@@ -77,6 +82,7 @@ impl<'g> Session<'g> {
         };
         let plan = plan(&self.graph, &setting)?;
         self.executor.load(Arc::new(plan))?;
+        cache::keep_pipelines(self.gpu, &self.executor, &self.known_pipelines);
         self.planned_for = Some((size, inputs));
         Ok(())
     }

@@ -118,6 +118,7 @@ pub fn caps(adapter: &wgpu::Adapter, device: &wgpu::Device) -> Caps {
         max_storage_images: limits.max_storage_textures_per_shader_stage,
         half_arithmetic: features.contains(Features::SHADER_F16),
         subgroups: features.contains(Features::SUBGROUP),
+        tiles: adapter.get_info().device_type != wgpu::DeviceType::Cpu,
         prefer_fragment: false,
     }
 }

@@ -1,14 +1,16 @@
 //! The executor: a loaded plan becomes commands in the host's encoder.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use afterimage_graph::node::{BufferLife, ImageId, Origin, Resource, Work};
 use afterimage_graph::image::ImageDesc;
 use afterimage_graph::plan::{Alias, Caps, Plan, PlanOutput, Requirement, Stage, Use};
-use afterimage_graph::shader::{Composed, FRAGMENT_SIZE_BINDING, SlotKind, compose_entry, compose_steps};
+use afterimage_graph::shader::{Composed, FRAGMENT_SIZE_BINDING, SlotKind, compose_entry, compose_steps, compose_tiling};
 use rustc_hash::FxHashMap;
 use wgpu::{BindGroup, BindGroupEntry, BindingResource, Buffer, BufferUsages, CommandEncoder, Device, Queue, TextureView};
 
+use crate::cache;
 use crate::device::texture_format;
 use crate::heap::{self, Heap};
 use crate::layout::{Pipeline, bind_group_layout, bound_slots, by_hand};
@@ -160,6 +162,19 @@ impl Executor {
         }
     }
 
+    /// The same executor with a cache of the driver's pipelines, which begins with what [`pipeline_cache_data`](Self::pipeline_cache_data) gave
+    /// once: then the driver need not compile them again. Bytes that are damaged, or of another adapter, driver or version, are left aside, and so is
+    /// the cache where the device has none.
+    pub fn with_pipeline_cache(mut self, data: &[u8]) -> Self {
+        self.pipelines.cache = cache::open(&self.device, data);
+        self
+    }
+
+    /// The driver's pipelines as bytes, for the next run of the program; `None` without a cache.
+    pub fn pipeline_cache_data(&self) -> Option<Vec<u8>> {
+        cache::seal(self.pipelines.cache.as_ref()?)
+    }
+
     /// What plans for this executor may rely on.
     pub fn caps(&self) -> &Caps {
         &self.caps
@@ -227,6 +242,19 @@ impl Executor {
         }
     }
 
+    /// Records one pass of a frame and no other, for measurements on devices whose timestamps cannot be trusted. What it reads is what the frames
+    /// before have left, and time does not go on.
+    pub fn encode_pass(&mut self, encoder: &mut CommandEncoder, frame: &Frame<'_>, pass: usize) -> Result<(), GpuError> {
+        if self.loaded.is_none() {
+            return Err(GpuError::NoPlan);
+        }
+        let set = self.host_set(frame)?;
+        let loaded = self.loaded.as_ref().expect("checked above");
+        let phase = (self.frame_index % loaded.phases) as usize;
+        record(loaded, &loaded.sets[set], phase, pass..pass + 1, encoder);
+        Ok(())
+    }
+
     /// Records one frame.
     pub fn encode(&mut self, encoder: &mut CommandEncoder, frame: &Frame<'_>) -> Result<(), GpuError> {
         if self.loaded.is_none() {
@@ -243,7 +271,10 @@ impl Executor {
             encoder.clear_buffer(&loaded.buffers[buffer], 0, None);
         }
         let phase = (self.frame_index % loaded.phases) as usize;
-        record(loaded, &loaded.sets[set], phase, encoder);
+        record(loaded, &loaded.sets[set], phase, 0..loaded.passes.len(), encoder);
+        if let Some(timing) = &loaded.timing {
+            timing.resolve(encoder);
+        }
         self.frame_index = self.frame_index.wrapping_add(1);
         self.fresh = false;
         Ok(())
@@ -263,6 +294,9 @@ fn differs_in_uniforms_only(old: &Plan, new: &Plan) -> bool {
         for pass in &mut plan.recording.passes {
             match &mut pass.work {
                 Work::Steps { steps, .. } => steps.iter_mut().for_each(|step| step.uniform.fill(0)),
+                Work::Tiled(tiling) => {
+                    tiling.stages.iter_mut().flat_map(|s| &mut s.steps).for_each(|step| step.uniform.fill(0));
+                }
                 Work::Entry(call) => call.uniform.fill(0),
             }
         }
@@ -284,11 +318,11 @@ fn clear_memory(store: &Store, loaded: &Loaded, encoder: &mut CommandEncoder) {
     }
 }
 
-fn record(loaded: &Loaded, set: &HostSet, phase: usize, encoder: &mut CommandEncoder) {
-    let mut index = 0;
-    while index < set.runs.len() {
+fn record(loaded: &Loaded, set: &HostSet, phase: usize, passes: Range<usize>, encoder: &mut CommandEncoder) {
+    let mut index = passes.start;
+    while index < passes.end {
         match &set.runs[index].pipeline {
-            Pipeline::Compute(_) => index = record_dispatches(loaded, set, phase, index, encoder),
+            Pipeline::Compute(_) => index = record_dispatches(loaded, set, phase, index..passes.end, encoder),
             Pipeline::Render(pipeline) => {
                 touch_for_draw(&set.touches[index], phase, encoder);
                 record_draw(loaded, &set.runs[index], pipeline, phase, index, encoder);
@@ -296,19 +330,22 @@ fn record(loaded: &Loaded, set: &HostSet, phase: usize, encoder: &mut CommandEnc
             }
         }
     }
-    if let Some(timing) = &loaded.timing {
-        timing.resolve(encoder);
-    }
 }
 
-/// One compute pass for a run of dispatches; the index after it.
-fn record_dispatches(loaded: &Loaded, set: &HostSet, phase: usize, from: usize, encoder: &mut CommandEncoder) -> usize {
+/// One compute pass for the dispatches that these passes begin with; the index after it.
+fn record_dispatches(
+    loaded: &Loaded,
+    set: &HostSet,
+    phase: usize,
+    passes: Range<usize>,
+    encoder: &mut CommandEncoder,
+) -> usize {
     let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor { label: Some("afterimage"), timestamp_writes: None });
-    let mut index = from;
+    let mut index = passes.start;
     if let Some(timing) = &loaded.timing {
         pass.write_timestamp(&timing.queries, index as u32);
     }
-    while let Some(Run { pipeline: Pipeline::Compute(pipeline), groups, .. }) = set.runs.get(index) {
+    while let Some(Run { pipeline: Pipeline::Compute(pipeline), groups, .. }) = set.runs[..passes.end].get(index) {
         let [x, y, z] = loaded.passes[index].groups;
         if let Some(touches) = set.touches[index].get(phase) {
             let textures = touches.iter().map(|touch| wgpu::TextureTransition {
@@ -550,7 +587,7 @@ impl Executor {
         let stage = if attachment.is_some() { Stage::Fragment } else { Stage::Compute };
         let constants = match &plan.recording.passes[index].work {
             Work::Entry(call) => call.constants.iter().map(|(name, value)| (*name, value.to_bits())).collect(),
-            Work::Steps { .. } => Vec::new(),
+            Work::Steps { .. } | Work::Tiled(_) => Vec::new(),
         };
         let readings = pass.composed.slots.iter().map(|slot| match slot.kind {
             SlotKind::Texture(image) => format!("{:?}", plan.readings[image.0 as usize]),
@@ -569,6 +606,8 @@ impl Executor {
             stage,
             layout: bind_group_layout(&self.device, plan, &pass.composed, stage),
             label: &plan.recording.passes[index].label,
+            // Tilings write every texel of a tile that they read; whole kernels are their authors' own.
+            zero_workgroup_memory: matches!(plan.recording.passes[index].work, Work::Entry(_)),
         }
     }
 
@@ -738,6 +777,10 @@ fn load_pass(plan: &Plan, index: usize, offset: u64) -> Result<LoadedPass, GpuEr
             let size = plan.recording.image(*result).desc.size.div_up(16);
             (composed, [size.width, size.height, 1])
         }
+        Work::Tiled(tiling) => {
+            let last = tiling.stages.last().expect("a tiling has stages").size.div_up(tiling.tile);
+            (compose_tiling(tiling, &format, &reading), [last.width, last.height, 1])
+        }
         Work::Entry(call) => (compose_entry(call, &format, &reading), call.groups),
     };
     let composed = composed.map_err(GpuError::Shader)?;
@@ -745,7 +788,7 @@ fn load_pass(plan: &Plan, index: usize, offset: u64) -> Result<LoadedPass, GpuEr
         Resource::Image(image) => Some(image),
         Resource::Buffer(_) => None,
     });
-    let by_hand = by_hand(plan, &composed);
+    let by_hand = by_hand(&composed);
     Ok(LoadedPass { composed, groups, uniform: (offset, pass_uniform(&pass.work).len() as u64), writes_image, by_hand })
 }
 
@@ -754,6 +797,13 @@ fn pass_uniform(work: &Work) -> Vec<u8> {
     let mut bytes = Vec::new();
     let parts: Vec<&[u8]> = match work {
         Work::Steps { steps, .. } => steps.iter().map(|step| step.uniform.as_slice()).collect(),
+        Work::Tiled(tiling) => {
+            for stage in &tiling.stages {
+                let size = [stage.size.width, stage.size.height, 0, 0];
+                bytes.extend(size.iter().flat_map(|x| x.to_le_bytes()));
+            }
+            tiling.stages.iter().flat_map(|stage| &stage.steps).map(|step| step.uniform.as_slice()).collect()
+        }
         Work::Entry(call) => vec![&call.uniform],
     };
     for part in parts.into_iter().filter(|part| !part.is_empty()) {

@@ -34,21 +34,19 @@ pub(crate) fn bound_slots(composed: &Composed, stage: Stage) -> impl Iterator<It
 }
 
 /// Whether a pass filters by hand, so that its sampler must not.
-pub(crate) fn by_hand(plan: &Plan, composed: &Composed) -> bool {
-    composed.slots.iter().any(|slot| match slot.kind {
-        SlotKind::Texture(image) => plan.readings[image.0 as usize] != Reading::Plain,
-        _ => false,
-    })
+pub(crate) fn by_hand(composed: &Composed) -> bool {
+    composed.reading != Reading::Plain
 }
 
 fn entry(plan: &Plan, composed: &Composed, slot: Slot, stage: Stage) -> BindGroupLayoutEntry {
     let visibility = if stage == Stage::Compute { ShaderStages::COMPUTE } else { ShaderStages::FRAGMENT };
     let ty = match slot.kind {
         SlotKind::Frame | SlotKind::Params => uniform(),
-        SlotKind::Sampler if by_hand(plan, composed) => BindingType::Sampler(SamplerBindingType::NonFiltering),
+        SlotKind::Sampler if by_hand(composed) => BindingType::Sampler(SamplerBindingType::NonFiltering),
         SlotKind::Sampler => BindingType::Sampler(SamplerBindingType::Filtering),
         SlotKind::Texture(image) => BindingType::Texture {
-            sample_type: TextureSampleType::Float { filterable: plan.readings[image.0 as usize] == Reading::Plain },
+            // A pass that filters by hand takes textures of either sort.
+            sample_type: TextureSampleType::Float { filterable: !by_hand(composed) && is_filterable(plan, image) },
             view_dimension: dimension(plan, image),
             multisampled: false,
         },
@@ -76,4 +74,8 @@ fn uniform() -> BindingType {
 
 fn dimension(plan: &Plan, image: afterimage_graph::node::ImageId) -> TextureViewDimension {
     if plan.recording.image(image).desc.volume { TextureViewDimension::D3 } else { TextureViewDimension::D2 }
+}
+
+fn is_filterable(plan: &Plan, image: afterimage_graph::node::ImageId) -> bool {
+    plan.readings[image.0 as usize] == Reading::Plain
 }

@@ -3,6 +3,7 @@
 //! [`Gpu::open`] gives programs without a renderer a device; a renderer brings its own to [`Executor::new`]. [`Executor::load`] takes a
 //! [`Plan`](afterimage_graph::plan::Plan), and [`Executor::encode`] records a frame of it into the host's encoder.
 
+mod cache;
 mod device;
 mod error;
 mod executor;

@@ -41,6 +41,8 @@ pub(crate) struct Order<'a> {
     pub(crate) stage: Stage,
     pub(crate) layout: wgpu::BindGroupLayout,
     pub(crate) label: &'a str,
+    /// Whether the shader may read workgroup memory that it has not written.
+    pub(crate) zero_workgroup_memory: bool,
 }
 
 impl Pipelines {
@@ -91,7 +93,10 @@ fn compile(device: &wgpu::Device, cache: Option<&wgpu::PipelineCache>, order: &O
     });
     let constants: Vec<(&str, f64)> =
         order.key.constants.iter().map(|(name, bits)| (*name, f64::from_bits(*bits))).collect();
-    let compilation_options = wgpu::PipelineCompilationOptions { constants: &constants, ..Default::default() };
+    let compilation_options = wgpu::PipelineCompilationOptions {
+        constants: &constants,
+        zero_initialize_workgroup_memory: order.zero_workgroup_memory,
+    };
     match order.stage {
         Stage::Compute => Pipeline::Compute(device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
             label: Some(order.label),

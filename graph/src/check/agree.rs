@@ -2,9 +2,9 @@
 
 use std::collections::VecDeque;
 
+use super::Source;
 use super::build::{Builder, Feed, Wire};
 use super::suggest::{OnWire, between, either, path};
-use super::Source;
 use crate::diagnostic::{Diagnostic, Place, Spanned, quote};
 use crate::image::State;
 use crate::node::{Gives, Input, PortType};
@@ -68,7 +68,10 @@ impl Builder<'_> {
         let draft = &self.drafts[node];
         let follow = |name: &str| {
             let port = draft.kind.inputs().iter().position(|port| port.name == name)?;
-            self.state(draft.wires[port].as_ref()?)
+            let state = self.state(draft.wires[port].as_ref()?)?;
+            let takes = draft.kind.inputs()[port].states;
+            // A state that the port refuses is told there; what follows from it would be told in vain.
+            Some(state.filter(|state| takes.is_empty() || takes.contains(state)))
         };
         let state = |gives: Gives| match gives {
             Gives::Always(state) => Some(Some(state)),
@@ -93,13 +96,26 @@ impl Builder<'_> {
         }
     }
 
-    fn type_conflict(&self, wire: &Wire, found: OnWire, wanted: PortType, states: &[State], reader: &str) -> Diagnostic {
+    fn type_conflict(
+        &self,
+        wire: &Wire,
+        found: OnWire,
+        wanted: PortType,
+        states: &[State],
+        reader: &str,
+    ) -> Diagnostic {
         let message = format!("{reader} takes {}, but {} is {}", a(wanted), self.maker(wire), a(found.ty));
         let fits = |state: Option<State>| state.is_none_or(|state| states.is_empty() || states.contains(&state));
         let nodes = path(self.registry, found, |next| next.ty == wanted && fits(next.state));
         let help = self.other_output(wire, wanted).or_else(|| nodes.map(|nodes| between(&nodes)));
-        self.ends(Diagnostic::error("type-conflict", message), wire, &format!("takes {}", a(wanted)), &format!("gives {}", a(found.ty)))
-            .maybe_help(help)
+        let help = help.unwrap_or_else(|| format!("wire it to a node that gives {}", a(wanted)));
+        self.ends(
+            Diagnostic::error("type-conflict", message),
+            wire,
+            &format!("takes {}", a(wanted)),
+            &format!("gives {}", a(found.ty)),
+        )
+        .help(help)
     }
 
     /// An output of the same node that would fit.
@@ -115,9 +131,17 @@ impl Builder<'_> {
         let state = found.state.map_or("nothing", State::name);
         let message = format!("{reader} takes {}, but {} is {}", either(wanted), self.maker(wire), quote(state));
         let takes = format!("takes {}", either(wanted));
-        let nodes = path(self.registry, found, |next| next.ty == found.ty && next.state.is_some_and(|s| wanted.contains(&s)));
-        let help = nodes.map_or_else(|| format!("wire it to an image from before it became {}", quote(state)), |nodes| between(&nodes));
-        self.ends(Diagnostic::error("state-conflict", message), wire, &takes, &format!("gives {}", quote(state))).help(help)
+        let nodes =
+            path(self.registry, found, |next| next.ty == found.ty && next.state.is_some_and(|s| wanted.contains(&s)));
+        let otherwise = || match wire.source {
+            Some(Source::Input(_)) => {
+                format!("wire it to an image that is {}, or correct the type of the input", either(wanted))
+            }
+            _ => format!("wire it to an image from before it became {}", quote(state)),
+        };
+        let help = nodes.map_or_else(otherwise, |nodes| between(&nodes));
+        self.ends(Diagnostic::error("state-conflict", message), wire, &takes, &format!("gives {}", quote(state)))
+            .help(help)
     }
 
     /// What is at the beginning of a wire, in words.
@@ -131,9 +155,10 @@ impl Builder<'_> {
                     _ => quote(&format!("{name}.{}", draft.kind.outputs()[output].name)),
                 }
             }
-            Some(Source::Input(input)) => {
-                self.host_inputs().nth(input).map_or_else(String::new, |input| format!("the input {}", quote(&input.name.value)))
-            }
+            Some(Source::Input(input)) => self
+                .host_inputs()
+                .nth(input)
+                .map_or_else(String::new, |input| format!("the input {}", quote(&input.name.value))),
             None => "the input".into(),
         }
     }
@@ -147,7 +172,7 @@ impl Builder<'_> {
 
     /// Points at both ends of a wire.
     fn ends(&self, diagnostic: Diagnostic, wire: &Wire, reader: &str, maker: &str) -> Diagnostic {
-        let diagnostic = diagnostic.at(&wire.place, format!("this port {reader}"));
+        let diagnostic = diagnostic.at(&wire.place, format!("this {reader}"));
         match self.maker_place(wire).filter(|place| *place != wire.place) {
             Some(place) => diagnostic.also(&place, format!("this {maker}")),
             None => diagnostic,

@@ -59,6 +59,8 @@ pub(super) struct Scope {
     pub(super) off: bool,
     pub(super) label: Option<String>,
     pub(super) facts: Option<Vec<String>>,
+    /// Whether names are missing because of mistakes that have been told.
+    pub(super) is_partial: bool,
 }
 
 /// Where an input of a scope comes from.

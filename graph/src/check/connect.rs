@@ -68,7 +68,9 @@ impl Builder<'_> {
         };
         if depth > 2 * DEEPEST + 2 {
             let message = format!("the wire {} leads through pipelines back to itself", quote(&asked.value));
-            self.tell(Diagnostic::error("cycle", message).at(&asked.place, "").help("wire it to a node that makes an image"));
+            self.tell(
+                Diagnostic::error("cycle", message).at(&asked.place, "").help("wire it to a node that makes an image"),
+            );
             return None;
         }
         let found = match self.scopes[scope].names.get(wire.node).copied() {
@@ -85,6 +87,9 @@ impl Builder<'_> {
     }
 
     fn tell_unknown(&mut self, scope: usize, wire: &WireText<'_>, asked: &Spanned<String>) {
+        if self.scopes[scope].is_partial {
+            return;
+        }
         let names: Vec<&str> = self.scopes[scope].names.keys().map(String::as_str).collect();
         let help = match names.as_slice() {
             [] => "the pipeline has neither inputs nor nodes".into(),
@@ -117,7 +122,14 @@ impl Builder<'_> {
         Some(Found { source: Some(Source::Node { node, output, previous: 0 }), declared: None })
     }
 
-    fn input(&mut self, scope: usize, input: usize, wire: &WireText<'_>, asked: &Spanned<String>, depth: usize) -> Option<Found> {
+    fn input(
+        &mut self,
+        scope: usize,
+        input: usize,
+        wire: &WireText<'_>,
+        asked: &Spanned<String>,
+        depth: usize,
+    ) -> Option<Found> {
         if let Some(port) = wire.port {
             let message = format!("{} is an input and has no output {}", quote(wire.node), quote(port));
             let help = format!("write `\"{}\"`", wire.node);
@@ -137,7 +149,13 @@ impl Builder<'_> {
         }
     }
 
-    fn inner_output(&mut self, inner: usize, wire: &WireText<'_>, asked: &Spanned<String>, depth: usize) -> Option<Found> {
+    fn inner_output(
+        &mut self,
+        inner: usize,
+        wire: &WireText<'_>,
+        asked: &Spanned<String>,
+        depth: usize,
+    ) -> Option<Found> {
         let outputs = &self.scopes[inner].outputs;
         let output = match wire.port {
             None => outputs.first(),
@@ -146,7 +164,8 @@ impl Builder<'_> {
         let Some((_, inside)) = output.cloned() else {
             let names: Vec<&str> = outputs.iter().map(|(name, _)| name.value.as_str()).collect();
             let help = format!("its outputs are {}", list(names.iter().copied(), 8));
-            let message = format!("the pipeline {} has no output {}", quote(wire.node), quote(wire.port.unwrap_or("display")));
+            let message =
+                format!("the pipeline {} has no output {}", quote(wire.node), quote(wire.port.unwrap_or("display")));
             let diagnostic = Diagnostic::error("unknown-output", message).at(&asked.place, "");
             let near = wire.port.and_then(|port| did_you_mean(port, names.iter().copied()));
             let diagnostic = if names.is_empty() { diagnostic } else { diagnostic.help(help) };
@@ -206,8 +225,11 @@ impl<'a> WireText<'a> {
         let wrong = |message: String| Err((message, SHAPE.to_owned()));
         let (path, time) = text.split_once('@').map_or((text, None), |(path, time)| (path, Some(time)));
         let (node, port) = path.split_once('.').map_or((path, None), |(node, port)| (node, Some(port)));
+        if text.is_empty() {
+            return wrong("the wire is empty".into());
+        }
         if node.is_empty() || port == Some("") {
-            return wrong(format!("{} names nothing", quote(text)));
+            return wrong(format!("a name is missing in {}", quote(text)));
         }
         if node.contains('/') {
             return wrong(format!("{} looks into a pipeline: only its outputs can be read", quote(text)));

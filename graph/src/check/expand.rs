@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 
 use super::build::{Builder, Change, Draft, Feed, Named, Scope};
 use super::files::join;
-use super::suggest::{known_kinds, kinds_near};
+use super::suggest::{kinds_near, known_kinds};
 use super::{Condition, DEEPEST, MOST_NODES};
-use crate::diagnostic::{Diagnostic, Place, Spanned, did_you_mean, list, quote};
+use crate::diagnostic::{Diagnostic, Place, Spanned, did_you_mean, list, nearest, quote};
 use crate::document::{Document, Field, Item, NodeEntry, Tier, Tree, doubled, settings};
 use crate::node::NodeKind;
 
@@ -47,16 +47,19 @@ impl Builder<'_> {
             off: false,
             label,
             facts,
+            is_partial: document.is_partial,
         });
+        for name in &document.unread {
+            self.scopes[scope].names.insert(name.clone(), Named::Broken);
+        }
         self.inputs(scope, document, ports);
         for entry in &document.nodes {
             if !self.has_room(&entry.name.place) {
                 break;
             }
-            if self.good_name(&entry.name, "node") && self.is_free(scope, &entry.name) {
-                let named = self.entry(scope, entry, files);
-                self.scopes[scope].names.insert(entry.name.value.clone(), named);
-            }
+            let is_good = self.good_name(&entry.name, "node") && self.is_free(scope, &entry.name);
+            let named = if is_good { self.entry(scope, entry, files) } else { Named::Broken };
+            self.scopes[scope].names.insert(entry.name.value.clone(), named);
         }
         for (name, _) in &document.outputs {
             self.good_name(name, "output");
@@ -164,7 +167,8 @@ impl Builder<'_> {
                 let name = &entry.kind.value;
                 let message = format!("no node kind is called {}", quote(name));
                 let near = kinds_near(self.registry, name);
-                let help = near.or_else(|| did_you_mean(name, [PIPELINE])).unwrap_or_else(|| known_kinds(self.registry));
+                let help =
+                    near.or_else(|| did_you_mean(name, [PIPELINE])).unwrap_or_else(|| known_kinds(self.registry));
                 self.tell(Diagnostic::error("unknown-kind", message).at(&entry.kind.place, "").help(help));
                 Named::Broken
             }
@@ -250,7 +254,8 @@ impl Builder<'_> {
             return Some(Spanned::new(text.clone(), item.place.clone()));
         }
         let message = format!("the port {} takes the name of a node or an input in quotes", quote(port));
-        let diagnostic = Diagnostic::error("wrong-type", message).at(&item.place, format!("this is {}", item.value.describe()));
+        let diagnostic =
+            Diagnostic::error("wrong-type", message).at(&item.place, format!("this is {}", item.value.describe()));
         self.tell(match &item.value {
             Tree::Name(name) => diagnostic.help(format!("write `{port}: \"{name}\"`")),
             _ => diagnostic.help(format!("write `{port}: \"name\"`")),
@@ -259,8 +264,13 @@ impl Builder<'_> {
     }
 
     fn tell_missing_ports(&mut self, draft: &Draft, fields: &[Field]) {
+        let ports = || draft.kind.inputs().iter().map(|port| port.name);
+        // A misspelt port has been told with the right name as a hint.
+        let is_meant = |name: &str, port: &str| {
+            name == port || (draft.kind.param(name).is_none() && nearest(name, ports()) == Some(port))
+        };
         for port in draft.kind.inputs() {
-            if !port.optional && !fields.iter().any(|(name, _)| name.value == port.name) {
+            if !port.optional && !fields.iter().any(|(name, _)| is_meant(&name.value, port.name)) {
                 let message = format!("{} has no {}", quote(&draft.name.value), quote(port.name));
                 let place = &draft.kind_place;
                 let needs = format!("{} needs it", quote(draft.kind.name()));
@@ -319,7 +329,9 @@ impl Builder<'_> {
             Some(Item { value: Tree::Text(file), place }) => Spanned::new(file, place),
             Some(item) => {
                 let seen = format!("this is {}", item.value.describe());
-                self.tell(Diagnostic::error("wrong-type", "`file` is a path in quotes").at(&item.place, seen).help(help));
+                self.tell(
+                    Diagnostic::error("wrong-type", "`file` is a path in quotes").at(&item.place, seen).help(help),
+                );
                 return None;
             }
             None => {

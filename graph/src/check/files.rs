@@ -93,9 +93,9 @@ impl Builder<'_> {
         let path = join(&named.place.file, &named.value);
         if chain.contains(&path) || chain.len() >= DEEPEST {
             self.tell(extends_itself(&named, &path, chain));
-            return document;
+            return Document { is_partial: true, ..document };
         }
-        let Some(base) = self.document(&named) else { return document };
+        let Some(base) = self.document(&named) else { return Document { is_partial: true, ..document } };
         chain.push(path);
         let base = self.inherit(Rc::unwrap_or_clone(base), chain);
         merge(base, document)
@@ -146,7 +146,9 @@ fn extends_itself(named: &Spanned<String>, path: &str, chain: &[String]) -> Diag
         }
         None => format!("files extend each other more than {DEEPEST} times"),
     };
-    Diagnostic::error("extends-cycle", message).at(&named.place, "").help("let the shared part be a file that extends nothing")
+    Diagnostic::error("extends-cycle", message)
+        .at(&named.place, "")
+        .help("let the shared part be a file that extends nothing")
 }
 
 /// What `base` has, changed by what `own` has.
@@ -166,6 +168,8 @@ fn merge(base: Document, own: Document) -> Document {
         tiers: replace(base.tiers, own.tiers, |(name, _)| &name.value),
         facts,
         problems: own.problems,
+        unread: base.unread.into_iter().chain(own.unread).collect(),
+        is_partial: base.is_partial || own.is_partial,
     }
 }
 

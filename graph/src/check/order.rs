@@ -15,7 +15,8 @@ impl Builder<'_> {
     /// Tells every circle of nodes that read each other in the same frame.
     pub(super) fn order(&mut self) {
         let graph = self.same_frame();
-        let mut circles: Vec<Vec<usize>> = tarjan_scc(&graph).into_iter().filter_map(|part| circle(&graph, &part)).collect();
+        let mut circles: Vec<Vec<usize>> =
+            tarjan_scc(&graph).into_iter().filter_map(|part| circle(&graph, &part)).collect();
         circles.sort();
         for circle in circles {
             let diagnostic = self.cycle(&circle);
@@ -25,7 +26,8 @@ impl Builder<'_> {
 
     /// The nodes of a circle, each read by the next and the last by the first.
     fn cycle(&self, circle: &[usize]) -> Diagnostic {
-        let names: Vec<String> = circle.iter().chain(&circle[..1]).map(|node| quote(&self.full_name(&self.drafts[*node]))).collect();
+        let names: Vec<String> =
+            circle.iter().chain(&circle[..1]).map(|node| quote(&self.full_name(&self.drafts[*node]))).collect();
         let told = match names.len() {
             0..=12 => names.join(" -> "),
             n => format!("{} -> ... ({} more) -> {}", names[..8].join(" -> "), n - 9, names[n - 1]),
@@ -35,8 +37,16 @@ impl Builder<'_> {
             let maker = circle[(index + circle.len() - 1) % circle.len()];
             let wires = self.drafts[*reader].wires.iter().flatten();
             let Some(wire) = wires.clone().find(|wire| wire.same_frame_node() == Some(maker)) else { continue };
-            let text = format!("{} waits for {}", quote(&self.drafts[*reader].name.value), quote(&self.drafts[maker].name.value));
-            diagnostic = if diagnostic.labels.is_empty() { diagnostic.at(&wire.place, text) } else { diagnostic.also(&wire.place, text) };
+            let text = format!(
+                "{} waits for {}",
+                quote(&self.drafts[*reader].name.value),
+                quote(&self.drafts[maker].name.value)
+            );
+            diagnostic = if diagnostic.labels.is_empty() {
+                diagnostic.at(&wire.place, text)
+            } else {
+                diagnostic.also(&wire.place, text)
+            };
         }
         let last = &self.drafts[circle[circle.len() - 1]].name.value;
         diagnostic.help(format!("read what one of them held in the frame before: `\"{last}@previous\"`"))

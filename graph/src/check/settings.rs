@@ -84,7 +84,9 @@ impl Builder<'_> {
                 Some(Named::Scope(inner)) => scope = *inner,
                 Some(Named::Broken) => return None,
                 _ => {
-                    self.tell(no_such_node(&self.scopes[scope], part, key));
+                    if !self.scopes[scope].is_partial {
+                        self.tell(no_such_node(&self.scopes[scope], part, key));
+                    }
                     return None;
                 }
             }
@@ -99,9 +101,14 @@ impl Builder<'_> {
             Tree::Name(name) if name == "On" => Some(false),
             other => {
                 let name = &setting.key.value;
-                let diagnostic = Diagnostic::error("wrong-type", format!("{} can be set to `On` or `Off`", quote(name)))
-                    .at(&setting.value.place, format!("this is {}", other.describe()))
-                    .help(format!("a parameter of it is set by `\"{name}.parameter\": value`"));
+                let diagnostic =
+                    Diagnostic::error("wrong-type", format!("{} can be set to `On` or `Off`", quote(name)))
+                        .at(&setting.value.place, format!("this is {}", other.describe()))
+                        .help(format!("a parameter of it is set by `\"{name}.parameter\": value`"))
+                        .maybe_help(match other {
+                            Tree::Name(word) => did_you_mean(word, ["Off", "On"]),
+                            _ => None,
+                        });
                 self.tell(diagnostic);
                 None
             }
@@ -179,7 +186,11 @@ fn node_names(scope: &Scope) -> impl Iterator<Item = &str> + '_ {
 fn no_such_node(scope: &Scope, part: &str, key: &Spanned<String>) -> Diagnostic {
     let message = match scope.names.get(part) {
         Some(Named::Input(_)) => format!("{} is an input, not a node", quote(part)),
-        Some(_) => format!("{} is a node, not a pipeline: nothing is inside it", quote(part)),
+        Some(_) => {
+            let message = format!("{} is a node, not a pipeline: nothing is inside it", quote(part));
+            let help = format!("a parameter of it is `{part}.parameter`");
+            return Diagnostic::error("unknown-node", message).at(&key.place, "").help(help);
+        }
         None if part.is_empty() => "the name of the node is missing".into(),
         None => format!("no node is called {}", quote(part)),
     };
@@ -197,7 +208,10 @@ fn command_line_value(file: &Arc<str>, value: &str, place: &Place) -> Result<Ite
     let moved = |item: Item| shift(item, place.start);
     read_tree(file, value).map(moved).map_err(|unreadable| {
         let at = place.start + unreadable.at.min(value.len());
-        let message = format!("{} is not a value", quote(value));
+        let message = match value {
+            "" => "the value is missing".to_owned(),
+            value => format!("{} is not a value", quote(value)),
+        };
         let place = if value.is_empty() { place.clone() } else { Place::new(file, at..place.end.max(at)) };
         Diagnostic::error("set-syntax", message).at(&place, "").help(HELP)
     })

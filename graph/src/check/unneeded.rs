@@ -18,7 +18,9 @@ impl Builder<'_> {
         let nodes = unneeded.filter(|(_, draft)| draft.name.place.file == file).map(|(node, draft)| {
             let name = quote(&draft.name.value);
             let message = if read[node] { format!("no output needs {name}") } else { format!("nobody reads {name}") };
-            Diagnostic::warning("unneeded-node", message).at(&draft.name.place, "").help("the node is left out of every plan")
+            Diagnostic::warning("unneeded-node", message)
+                .at(&draft.name.place, "")
+                .help("the node is left out of every plan")
         });
         let mut warnings: Vec<Diagnostic> = nodes.collect();
         warnings.extend(self.unneeded_inputs());
@@ -56,10 +58,12 @@ impl Builder<'_> {
     }
 
     fn unneeded_inputs(&self) -> Vec<Diagnostic> {
-        let read: Vec<usize> = self.sources().filter_map(|s| if let Source::Input(i) = s { Some(i) } else { None }).collect();
+        let read: Vec<usize> =
+            self.sources().filter_map(|s| if let Source::Input(i) = s { Some(i) } else { None }).collect();
         // An input may also be handed to an inner pipeline that ignores it: that is the inner one's affair.
         let handed = |name: &str| {
-            let feeds = self.scopes.iter().skip(1).filter(|scope| scope.parent == Some(0)).flat_map(|scope| &scope.inputs);
+            let feeds =
+                self.scopes.iter().skip(1).filter(|scope| scope.parent == Some(0)).flat_map(|scope| &scope.inputs);
             feeds.into_iter().any(|(_, feed)| matches!(feed, Feed::Wire(wire) if wire.value == name))
         };
         let inputs = self.scopes[0].inputs.iter().enumerate();
@@ -67,7 +71,9 @@ impl Builder<'_> {
         let own = unread.filter(|(_, (input, _))| input.name.place.file == self.scopes[0].name.place.file);
         own.map(|(_, (input, _))| {
             let message = format!("nothing reads the input {}", quote(&input.name.value));
-            Diagnostic::warning("unread-input", message).at(&input.name.place, "").help("the host would have to give it for nothing")
+            Diagnostic::warning("unread-input", message)
+                .at(&input.name.place, "")
+                .help("the host would have to give it for nothing")
         })
         .collect()
     }

@@ -114,7 +114,8 @@ impl Builder<'_> {
     fn fact_kind(&mut self, name: &str, kind: FactKind, place: &Place) {
         let (known, first) = self.facts.entry(name.to_owned()).or_insert_with(|| (kind, place.clone()));
         if *known != kind {
-            let message = format!("the fact {} is used as {} and as {}", quote(name), known.describe(), kind.describe());
+            let message =
+                format!("the fact {} is used as {} and as {}", quote(name), known.describe(), kind.describe());
             let diagnostic = Diagnostic::error("fact-kind", message)
                 .at(place, format!("here it is {}", kind.describe()))
                 .also(first, format!("here it is {}", known.describe()));
@@ -191,7 +192,8 @@ fn unknown_choice(param: &Param, choices: &[ChoiceName], name: &str, place: &Pla
 
 fn wrong_type(kind: NodeKind, param: &Param, item: &Item) -> Diagnostic {
     let message = format!("{} of {} is {}", quote(param.name), quote(kind.name()), param.ty.describe());
-    let diagnostic = Diagnostic::error("wrong-type", message).at(&item.place, format!("this is {}", item.value.describe()));
+    let diagnostic =
+        Diagnostic::error("wrong-type", message).at(&item.place, format!("this is {}", item.value.describe()));
     match (param.ty, &item.value) {
         (Type::Choice(choices), Tree::Text(name)) if choices.iter().any(|choice| choice.name == name) => {
             diagnostic.help(format!("write {} without quotes", quote(name)))
@@ -200,6 +202,7 @@ fn wrong_type(kind: NodeKind, param: &Param, item: &Item) -> Diagnostic {
             diagnostic.help(format!("write {}", quote(&name.to_lowercase())))
         }
         (Type::Int, Tree::Float(x)) if x.fract() == 0.0 && x.abs() < 1e15 => diagnostic.help(format!("write `{x:.0}`")),
+        (Type::Int, Tree::Float(x)) if x.fract() == 0.0 => diagnostic.help("the number is too large"),
         (Type::Vector(n), Tree::List(items)) if items.len() == n => diagnostic.help("write parentheses, not brackets"),
         (_, Tree::Text(_)) => diagnostic.help("only ports take the name of a node; a parameter takes a value"),
         _ => diagnostic.help(about(param)),
@@ -210,5 +213,5 @@ fn wrong_type(kind: NodeKind, param: &Param, item: &Item) -> Diagnostic {
 fn about(param: &Param) -> String {
     let doc = param.doc.replace('\n', " ");
     let sentence = doc.split_inclusive(". ").next().unwrap_or_default().trim().trim_end_matches('.').to_owned();
-    format!("{} is: {sentence} (default {})", quote(param.name), param.default)
+    format!("{}: {sentence} (default {})", quote(param.name), param.default)
 }

@@ -261,7 +261,11 @@ pub(crate) fn nearest<'a>(wrong: &str, names: impl IntoIterator<Item = &'a str>)
     let plain = |name: &str| name.to_lowercase().replace(['_', '-', ' '], "");
     let meant = plain(wrong);
     let allowed = (wrong.chars().count() / 3).max(1);
-    let distance = |name: &str| strsim::damerau_levenshtein(&meant, &plain(name));
+    let distance = |name: &str| {
+        let plain = plain(name);
+        let is_beginning = meant.len() >= 4 && plain.starts_with(&meant);
+        if is_beginning { 1 } else { strsim::damerau_levenshtein(&meant, &plain) }
+    };
     let near = names.into_iter().filter(|name| name.len() <= LONGEST).map(|name| (distance(name), name));
     near.filter(|(distance, _)| *distance <= allowed).min().map(|(_, name)| name)
 }

@@ -64,6 +64,10 @@ pub struct Document {
     pub facts: Option<Vec<(Spanned<String>, String)>>,
     /// Mistakes that can be seen without knowing any node kind.
     pub problems: Diagnostics,
+    /// Names whose entries could not be read, so that nobody is told twice.
+    pub(crate) unread: Vec<String>,
+    /// Whether more names are missing than `unread` knows.
+    pub(crate) is_partial: bool,
 }
 
 /// An image that the host gives.
@@ -123,8 +127,13 @@ pub fn parse(file_name: &str, text: &str) -> Result<Document, Diagnostics> {
         all
     };
     check_length(&file, text).map_err(fail)?;
-    let tree = tree::read(&file, text).map_err(|why| fail(syntax::diagnose(&file, text, &why)))?;
+    let tree = read_file(&file, text).map_err(fail)?;
     read::document(&file, tree, &sources).map_err(fail)
+}
+
+/// The tree of any RON file, with the wording of a pipeline's syntax errors.
+pub(crate) fn read_file(file: &Arc<str>, text: &str) -> Result<Item, Diagnostic> {
+    tree::read(file, text).map_err(|why| syntax::diagnose(file, text, &why))
 }
 
 fn check_length(file: &Arc<str>, text: &str) -> Result<(), Diagnostic> {
@@ -141,7 +150,8 @@ fn check_length(file: &Arc<str>, text: &str) -> Result<(), Diagnostic> {
     Ok(())
 }
 
-const SMALLEST: &str = "the smallest pipeline is `Pipeline(inputs: { \"scene\": Color }, nodes: {}, outputs: { \"display\": \"scene\" })`";
+const SMALLEST: &str =
+    "the smallest pipeline is `Pipeline(inputs: { \"scene\": Color }, nodes: {}, outputs: { \"display\": \"scene\" })`";
 
 /// Whether there is nothing but spaces and comments.
 fn is_blank(text: &str) -> bool {

@@ -24,7 +24,7 @@ const INPUT_TYPES: [(&str, State); 9] = [
 /// The document that a file's tree stands for; an error if it is no pipeline at all.
 pub(super) fn document(file: &Arc<str>, tree: Item, sources: &Sources) -> Result<Document, Diagnostic> {
     let (name, fields) = pipeline(tree)?;
-    let mut reader = Reader { problems: Diagnostics::new(sources.clone()) };
+    let mut reader = Reader { problems: Diagnostics::new(sources.clone()), unread: Vec::new(), is_partial: false };
     let mut document = Document {
         file: file.clone(),
         place: name.place,
@@ -36,14 +36,16 @@ pub(super) fn document(file: &Arc<str>, tree: Item, sources: &Sources) -> Result
         tiers: Vec::new(),
         facts: None,
         problems: Diagnostics::default(),
+        unread: Vec::new(),
+        is_partial: false,
     };
     let sections = reader.unique(fields, "section");
     reader.missing_sections(&document, &sections);
     for (section, value) in sections {
         reader.section(&mut document, &section, value);
     }
-    document.problems = reader.problems;
-    Ok(document)
+    let Reader { problems, unread, is_partial } = reader;
+    Ok(Document { problems, unread, is_partial, ..document })
 }
 
 fn pipeline(tree: Item) -> Result<(Spanned<String>, Vec<Field>), Diagnostic> {
@@ -67,7 +69,7 @@ fn pipeline(tree: Item) -> Result<(Spanned<String>, Vec<Field>), Diagnostic> {
 
 /// The changes of a map such as `set` or a tier.
 pub(crate) fn settings(item: Item, what: &str) -> Result<(Vec<Setting>, Vec<Diagnostic>), Diagnostic> {
-    let mut reader = Reader { problems: Diagnostics::default() };
+    let mut reader = Reader { problems: Diagnostics::default(), unread: Vec::new(), is_partial: false };
     let wrong = Diagnostic::error("wrong-shape", format!("{what} holds {}, not changes", item.value.describe()))
         .at(&item.place, "")
         .help("write it as `{ \"node.parameter\": value, \"node\": Off }`");
@@ -78,6 +80,8 @@ pub(crate) fn settings(item: Item, what: &str) -> Result<(Vec<Setting>, Vec<Diag
 
 struct Reader {
     problems: Diagnostics,
+    unread: Vec<String>,
+    is_partial: bool,
 }
 
 impl Reader {
@@ -117,11 +121,13 @@ impl Reader {
             "extends" => document.extends = self.text(value, "`extends`", "the name of a file in quotes"),
             "inputs" => {
                 let entries = self.map(value, "inputs", "{ \"scene\": Color }");
-                document.inputs = entries.into_iter().filter_map(|(name, value)| self.input(name, value)).collect();
+                document.inputs =
+                    entries.into_iter().filter_map(|(name, value)| self.read(name, value, Self::input)).collect();
             }
             "nodes" => {
                 let entries = self.map(value, "nodes", "{ \"name\": Kind(source: \"scene\") }");
-                document.nodes = entries.into_iter().filter_map(|(name, value)| self.node(name, value)).collect();
+                document.nodes =
+                    entries.into_iter().filter_map(|(name, value)| self.read(name, value, Self::node)).collect();
             }
             "outputs" => {
                 let entries = self.map(value, "outputs", "{ \"display\": \"node\" }");
@@ -161,6 +167,7 @@ impl Reader {
                 let message = format!("`{section}` holds {}, not a map", other.describe());
                 let help = format!("write it as `{section}: {shape}`");
                 self.problems.push(Diagnostic::error("wrong-shape", message).at(&item.place, "").help(help));
+                self.is_partial = true;
                 Vec::new()
             }
         }
@@ -171,11 +178,17 @@ impl Reader {
         for (key, value) in entries {
             match key.value {
                 Tree::Text(text) => named.push((Spanned::new(text, key.place), value)),
-                other => self.problems.push(
-                    Diagnostic::error("wrong-shape", format!("a {what} here is a text in quotes, not {}", other.describe()))
-                        .at(&key.place, "")
-                        .help("write it as `\"name\": ...`"),
-                ),
+                other => {
+                    let message = format!("a {what} here is a text in quotes, not {}", other.describe());
+                    let diagnostic = Diagnostic::error("wrong-shape", message).at(&key.place, "");
+                    self.problems.push(match other {
+                        Tree::Name(name) => {
+                            self.unread.push(name.clone());
+                            diagnostic.help(format!("write `\"{name}\": ...`"))
+                        }
+                        _ => diagnostic.help("write it as `\"name\": ...`"),
+                    });
+                }
             }
         }
         self.unique(named, what)
@@ -190,6 +203,21 @@ impl Reader {
                 None
             }
         }
+    }
+
+    /// An entry; its name is remembered when it cannot be read.
+    fn read<T>(
+        &mut self,
+        name: Spanned<String>,
+        value: Item,
+        entry: fn(&mut Self, Spanned<String>, Item) -> Option<T>,
+    ) -> Option<T> {
+        let text = name.value.clone();
+        let entry = entry(self, name, value);
+        if entry.is_none() {
+            self.unread.push(text);
+        }
+        entry
     }
 
     fn input(&mut self, name: Spanned<String>, value: Item) -> Option<InputEntry> {

@@ -9,7 +9,7 @@ use crate::diagnostic::{Diagnostic, Place, quote};
 
 /// The error, at its place, with the bracket that is still open where that explains it.
 pub(super) fn diagnose(file: &Arc<str>, text: &str, unreadable: &Unreadable) -> Diagnostic {
-    let at = unreadable.at.min(text.len());
+    let at = start_of(text, unreadable);
     let next = text[at..].chars().next();
     let end = at + next.map_or(0, char::len_utf8);
     let place = Place::new(file, at..end);
@@ -30,6 +30,19 @@ pub(super) fn diagnose(file: &Arc<str>, text: &str, unreadable: &Unreadable) -> 
     }
 }
 
+/// Where the eye should go: the next sign, not the space before it.
+fn start_of(text: &str, unreadable: &Unreadable) -> usize {
+    let at = unreadable.at.min(text.len());
+    if matches!(unreadable.why, Error::UnclosedBlockComment) {
+        return text[..at].rfind("/*").unwrap_or(at);
+    }
+    let rest = &text[at..];
+    match rest.trim_start() {
+        "" => at,
+        sign => at + rest.len() - sign.len(),
+    }
+}
+
 fn wants_end(why: &Error) -> bool {
     matches!(
         why,
@@ -47,7 +60,6 @@ fn wants_end(why: &Error) -> bool {
 fn found(next: Option<char>) -> String {
     match next {
         None => "the file ends".into(),
-        Some('\n' | '\r') => "the line ends".into(),
         Some(c) => format!("there is {}", quote(&c.to_string())),
     }
 }
@@ -64,13 +76,17 @@ fn wording(why: &Error, next: Option<char>) -> (String, Option<String>) {
             (expected("`)`"), "separate fields by commas, and close what you open")
         }
         Error::ExpectedMapColon => (expected("a colon"), "an entry is written `name: value`"),
-        Error::ExpectedIdentifier => (expected("a name"), "a field is written `name: value`, its name without quotes"),
+        Error::ExpectedIdentifier => (
+            expected("a name"),
+            "a field is written `name: value`, its name without quotes; or a `)` is missing before it",
+        ),
         Error::ExpectedString => (expected("a text in quotes"), "keys of a map are written in quotes"),
         Error::ExpectedStringEnd => ("a text in quotes does not end".into(), "close it with `\"`"),
         Error::UnclosedBlockComment => ("a comment does not end".into(), "close it with `*/`"),
-        Error::TrailingCharacters => {
-            (format!("after the end of the pipeline, {found}"), "a file holds one `Pipeline( ... )` and nothing after it")
-        }
+        Error::TrailingCharacters => (
+            format!("after the end of the pipeline, {found}"),
+            "a file holds one `Pipeline( ... )` and nothing after it",
+        ),
         Error::ExceededRecursionLimit => {
             ("brackets are nested too deeply".into(), "a pipeline needs about five levels of brackets")
         }

@@ -195,7 +195,8 @@ fn name_length(value: &str) -> Option<usize> {
         None => (0, value),
     };
     let first = rest.chars().next()?;
-    let is_quoted = rest.starts_with("r\"") || rest.starts_with("b\"") || rest.starts_with("b'") || rest.starts_with("br");
+    let is_quoted =
+        rest.starts_with("r\"") || rest.starts_with("b\"") || rest.starts_with("b'") || rest.starts_with("br");
     if !(first.is_alphabetic() || first == '_') || (is_quoted && is_closed_by_quote(value)) {
         return None;
     }

@@ -1,6 +1,7 @@
 //! What a node is: its parameters, its ports, and the passes it records.
 
 mod contract;
+mod folder;
 mod kind;
 mod params;
 mod pass;
@@ -9,10 +10,11 @@ mod recorder;
 mod registry;
 
 pub use contract::contract;
+pub use folder::folder_kind;
 pub use kind::{Arrivals, Kind, Node, NodeKind};
 pub use params::Params;
 pub use pass::{
-    Arg, Binding, BufferId, BufferLife, EntryCall, ImageId, Origin, Pass, Resource, Step, VirtualBuffer, VirtualImage, Work,
+    Arg, Binding, BufferId, BufferLife, EntryCall, ImageId, Origin, Pass, Resource, Step, TileStage, Tiling, VirtualBuffer, VirtualImage, Work,
 };
 pub use ports::{Gives, Input, Output, PortType, StandIn};
 pub use recorder::{Arrival, ComputePass, FunctionPass, Recorder, RecorderContext, Recording};

@@ -100,8 +100,39 @@ pub enum Work {
         /// The image that takes the last one's value.
         result: ImageId,
     },
+    /// Several images in one dispatch, each made from the one before in workgroup memory: the framework writes the entry point.
+    Tiled(Tiling),
     /// A whole compute entry point.
     Entry(EntryCall),
+}
+
+/// A chain of images that one dispatch makes, tile by tile.
+///
+/// A workgroup makes one tile of the last image. Of each image before it, it makes as much as the next one reads, keeps that in workgroup
+/// memory, and stores its own share where somebody else reads the image.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Tiling {
+    /// The images, first to last.
+    pub stages: Vec<TileStage>,
+    /// Texels of the last image that a workgroup makes, each way.
+    pub tile: u32,
+    /// Whether workgroup memory holds half floats.
+    pub halves: bool,
+}
+
+/// One image of a [`Tiling`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct TileStage {
+    /// What makes a texel; [`Arg::Tile`] is the image before.
+    pub steps: Vec<Step>,
+    /// The whole image's size.
+    pub size: crate::image::Size,
+    /// Texels that a workgroup makes, across and down.
+    pub extent: [u32; 2],
+    /// How far the next image reads from its own place, in texels of this one.
+    pub reach: f32,
+    /// Where the image is stored, if anybody else reads it.
+    pub result: Option<ImageId>,
 }
 
 /// One kernel function in a pass.
@@ -117,6 +148,8 @@ pub struct Step {
     pub args: Vec<Arg>,
     /// Bytes of its `params`; empty if it has none.
     pub uniform: Vec<u8>,
+    /// How far it reads its texture from its own place, in texels; `None` where that is not known.
+    pub reach: Option<f32>,
 }
 
 /// What an argument of a kernel function is bound to.
@@ -128,6 +161,8 @@ pub enum Arg {
     Pixel(ImageId),
     /// An image, read anywhere.
     Texture(ImageId),
+    /// The image before in a [`Tiling`], read as far as its reach.
+    Tile,
     /// The linear, clamping sampler of the argument before.
     Sampler,
     /// The first components of a value.
@@ -182,7 +217,8 @@ impl Pass {
             }
         };
         match &self.work {
-            Work::Steps { steps, .. } => steps.iter().flat_map(|s| &s.args).filter_map(|a| a.resource()).for_each(&mut add),
+            Work::Steps { steps, .. } => resources(steps).for_each(&mut add),
+            Work::Tiled(tiling) => tiling.stages.iter().flat_map(|s| resources(&s.steps)).for_each(&mut add),
             Work::Entry(call) => call.bindings.iter().filter(|b| b.reads).for_each(|b| add(b.resource)),
         }
         found
@@ -192,9 +228,14 @@ impl Pass {
     pub fn writes(&self) -> Vec<Resource> {
         match &self.work {
             Work::Steps { result, .. } => vec![Resource::Image(*result)],
+            Work::Tiled(tiling) => tiling.stages.iter().filter_map(|s| s.result).map(Resource::Image).collect(),
             Work::Entry(call) => call.bindings.iter().filter(|b| b.writes).map(|b| b.resource).collect(),
         }
     }
+}
+
+fn resources(steps: &[Step]) -> impl Iterator<Item = Resource> + '_ {
+    steps.iter().flat_map(|step| &step.args).filter_map(|arg| arg.resource())
 }
 
 impl Arg {

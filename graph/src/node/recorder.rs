@@ -256,7 +256,7 @@ impl<'a> Recorder<'a> {
 
     /// A pass around one kernel function. Its image and value arguments are the inputs of the same names, unless `read` says otherwise.
     pub fn function(&mut self, shader: &'static Shader, function: &'static str) -> FunctionPass<'_, 'a> {
-        FunctionPass { recorder: self, shader, function, label: function.to_owned(), reads: Vec::new(), set: Vec::new() }
+        FunctionPass { recorder: self, shader, function, label: function.to_owned(), reads: Vec::new(), set: Vec::new(), reach: None }
     }
 
     /// A pass around a whole compute entry point. Its bindings are the inputs of the same names, unless `bind` says otherwise.
@@ -298,6 +298,7 @@ pub struct FunctionPass<'r, 'a> {
     label: String,
     reads: Vec<(&'static str, ImageId)>,
     set: Vec<(&'static str, UniformValue)>,
+    reach: Option<f32>,
 }
 
 impl FunctionPass<'_, '_> {
@@ -316,6 +317,13 @@ impl FunctionPass<'_, '_> {
     /// A number that the node computes for its uniform; replaces a parameter of the same name.
     pub fn set(mut self, name: &'static str, value: impl Into<UniformValue>) -> Self {
         self.set.push((name, value.into()));
+        self
+    }
+
+    /// Promises that the function's taps lie within so many texels of its own place in the texture, so that the framework may keep what it
+    /// reads in workgroup memory. A tap farther away reads the nearest texel that is there.
+    pub fn reach(mut self, texels: f32) -> Self {
+        self.reach = Some(texels);
         self
     }
 
@@ -341,6 +349,7 @@ impl FunctionPass<'_, '_> {
             function: self.function,
             args,
             uniform: uniform.unwrap_or_default(),
+            reach: self.reach,
         };
         self.recorder.push(self.label, Work::Steps { steps: vec![step], result });
     }

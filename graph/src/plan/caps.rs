@@ -31,6 +31,8 @@ pub struct Caps {
     pub half_arithmetic: bool,
     /// Whether shaders have subgroup operations.
     pub subgroups: bool,
+    /// Whether a dispatch costs so much beside arithmetic that chains of images are made in workgroup memory.
+    pub tiles: bool,
     /// Whether point and gather passes draw instead of dispatching.
     pub prefer_fragment: bool,
 }
@@ -58,6 +60,7 @@ impl Default for Caps {
             max_storage_images: 4,
             half_arithmetic: false,
             subgroups: false,
+            tiles: false,
             prefer_fragment: false,
         }
     }

@@ -1,8 +1,9 @@
 //! Step 2: what no output and no history needs does not run.
 
 use super::specialise::{LeftOut, Resolved, Special};
-use super::PlanError;
+use super::{Draft, PlanError};
 use crate::check::{Graph, Source};
+use crate::node::{BufferLife, Resource};
 
 /// Which nodes and which of their outputs somebody needs.
 pub(crate) struct Needed {
@@ -46,4 +47,26 @@ pub(crate) fn cull(graph: &Graph, special: &Special) -> Result<Needed, PlanError
         why: "nobody needs it".into(),
     });
     Ok(Needed { left_out: left_out.collect(), wanted })
+}
+
+/// Takes out passes that write nothing which is read, remembered or shown: a node may record more than its present readers need.
+pub(crate) fn prune(draft: &mut Draft) {
+    loop {
+        let passes = &draft.recording.passes;
+        let read: Vec<Resource> = passes.iter().flat_map(|pass| pass.reads()).collect();
+        let matters = |resource: &Resource| match resource {
+            Resource::Image(image) => read.contains(resource) || draft.is_kept(*image),
+            Resource::Buffer(buffer) => {
+                // What a kernel writes it may also read, so another pass must be among the readers.
+                let readers = passes.iter().filter(|pass| pass.reads().contains(resource)).count();
+                readers > 1 || draft.recording.buffer(*buffer).life == BufferLife::Persistent
+            }
+        };
+        let needed: Vec<bool> = passes.iter().map(|pass| pass.writes().iter().any(matters)).collect();
+        if needed.iter().all(|needed| *needed) {
+            return;
+        }
+        let mut needed = needed.into_iter();
+        draft.recording.passes.retain(|_| needed.next().unwrap_or(true));
+    }
 }

@@ -114,6 +114,7 @@ struct OptionsView {
     exact: bool,
     fuse: bool,
     serial: bool,
+    tile: bool,
     waves_first: bool,
 }
 
@@ -265,8 +266,8 @@ impl MemoryView {
 
 impl OptionsView {
     fn new(options: &Options) -> Self {
-        let Options { fuse, alias, serial, exact, waves_first } = *options;
-        Self { alias: format!("{alias:?}"), exact, fuse, serial, waves_first }
+        let Options { fuse, tile, alias, serial, exact, waves_first } = *options;
+        Self { alias: format!("{alias:?}"), exact, fuse, serial, tile, waves_first }
     }
 }
 
@@ -286,6 +287,10 @@ impl<'a> PassView<'a> {
             reads: named(pass.reads()),
             runs: match &pass.work {
                 Work::Steps { steps, .. } => steps.iter().map(|step| KernelView::of_step(step, names)).collect(),
+                Work::Tiled(tiling) => {
+                    let steps = tiling.stages.iter().flat_map(|stage| &stage.steps);
+                    steps.map(|step| KernelView::of_step(step, names)).collect()
+                }
                 Work::Entry(call) => vec![KernelView::of_entry(call, &pass.nodes, names)],
             },
             size: target.map(|desc| desc.size.to_string()),
@@ -324,6 +329,7 @@ impl<'a> KernelView<'a> {
 fn argument(arg: Arg, names: &Names) -> String {
     match arg {
         Arg::Step(step) => format!("step {step}"),
+        Arg::Tile => "tile of the image before".into(),
         Arg::Pixel(image) => format!("pixel of {}", names.of(Resource::Image(image))),
         Arg::Texture(image) => format!("texture {}", names.of(Resource::Image(image))),
         Arg::Value(buffer, components) => format!("{components} of {}", names.of(Resource::Buffer(buffer))),

@@ -20,8 +20,10 @@ mod order;
 mod passes;
 mod placement;
 mod print;
+mod skyline;
 mod specialise;
 mod svg;
+mod tile;
 mod waves;
 
 use std::collections::BTreeMap;
@@ -70,6 +72,8 @@ pub struct GivenImage {
 pub struct Options {
     /// Whether point kernels are fused.
     pub fuse: bool,
+    /// Whether gather kernels are chained through workgroup memory, where the device gains by it.
+    pub tile: bool,
     /// How transient images share memory.
     pub alias: Alias,
     /// Whether each pass is a wave of its own.
@@ -82,7 +86,7 @@ pub struct Options {
 
 impl Default for Options {
     fn default() -> Self {
-        Self { fuse: true, alias: Alias::Placed, serial: false, exact: false, waves_first: false }
+        Self { fuse: true, tile: true, alias: Alias::Placed, serial: false, exact: false, waves_first: false }
     }
 }
 
@@ -194,8 +198,12 @@ pub fn plan(graph: &Graph, setting: &Setting<'_>) -> Result<Plan, PlanError> {
     let special = specialise::specialise(graph, setting);
     let needed = cull::cull(graph, &special)?;
     let mut draft = passes::record(graph, setting, &special, &needed)?;
+    cull::prune(&mut draft);
     guard::guard(&mut draft);
-    let fused = if setting.options.fuse { fuse::fuse(&mut draft) } else { Vec::new() };
+    let mut fused = if setting.options.fuse { fuse::fuse(&mut draft) } else { Vec::new() };
+    if setting.options.tile && setting.caps.tiles {
+        fused.extend(tile::tile(&mut draft, &setting.caps));
+    }
     check_sizes(&draft.recording, &setting.caps)?;
     // Stages come before memory: they may widen formats.
     let mut stages = passes::stages(&mut draft.recording, &setting.caps);

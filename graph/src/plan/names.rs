@@ -24,16 +24,15 @@ impl Plan {
     }
 }
 
-/// The names of everything in a plan.
+/// The names of all images and buffers of a plan.
 pub(super) struct Names {
     pub(super) images: Vec<String>,
     pub(super) buffers: Vec<String>,
-    pub(super) passes: Vec<String>,
 }
 
 impl Names {
     pub(super) fn new(plan: &Plan) -> Self {
-        Self { images: plan.image_names(), buffers: plan.buffer_names(), passes: plan.pass_names() }
+        Self { images: plan.image_names(), buffers: plan.buffer_names() }
     }
 
     pub(super) fn of(&self, resource: Resource) -> &str {

@@ -11,6 +11,8 @@ use crate::node::Pass;
 
 /// At most so many orders of the same peak are grouped into waves.
 const GROUPED: usize = 4;
+/// At most so often are the orders that grouping has made grouped again.
+const ROUNDS: usize = 4;
 
 /// What became of the passes.
 pub(crate) struct Order {
@@ -45,17 +47,12 @@ pub(crate) fn order(
 }
 
 fn choose(flow: &Flow, options: &Options) -> Vec<Vec<usize>> {
-    let mut orders: Vec<(u64, Vec<usize>)> =
-        lists::candidates(flow).into_iter().map(|order| (flow.peak(&order), order)).collect();
-    let least = orders.iter().map(|(peak, _)| *peak).min().unwrap_or(0);
-    orders.retain(|(peak, _)| *peak == least);
-    orders.truncate(GROUPED);
+    let mut schedules = schedules(flow);
     if options.serial {
-        let (_, order) = orders.swap_remove(0);
+        let orders = schedules.iter().map(|schedule| schedule.concat());
+        let order = orders.min_by_key(|order| flow.peak(order)).unwrap_or_default();
         return order.into_iter().map(|pass| vec![pass]).collect();
     }
-    let mut schedules: Vec<Vec<Vec<usize>>> =
-        orders.iter().map(|(peak, order)| waves::within(flow, order, *peak)).collect();
     if options.waves_first {
         schedules.extend(waves::fewest(flow));
     }
@@ -65,6 +62,33 @@ fn choose(flow: &Flow, options: &Options) -> Vec<Vec<usize>> {
         if options.waves_first { (waves, peak) } else { (peak, waves) }
     };
     schedules.into_iter().min_by_key(cost).unwrap_or_default()
+}
+
+/// The orders of the smallest peak, grouped into waves. Grouping pulls passes forward, and what these free may lower the peak: then the orders
+/// that came of it are grouped again, within less.
+fn schedules(flow: &Flow) -> Vec<Vec<Vec<usize>>> {
+    let mut orders = least(flow, lists::candidates(flow));
+    let mut schedules = Vec::new();
+    for _ in 0..ROUNDS {
+        let before = orders.first().map(|(peak, _)| *peak);
+        let grouped: Vec<Vec<Vec<usize>>> =
+            orders.iter().map(|(peak, order)| waves::within(flow, order, *peak)).collect();
+        orders = least(flow, grouped.iter().map(|schedule| schedule.concat()).collect());
+        schedules.extend(grouped);
+        if orders.first().map(|(peak, _)| *peak) >= before {
+            break;
+        }
+    }
+    schedules
+}
+
+/// The orders whose peak is the smallest, a few at most, with it.
+fn least(flow: &Flow, orders: Vec<Vec<usize>>) -> Vec<(u64, Vec<usize>)> {
+    let mut orders: Vec<(u64, Vec<usize>)> = orders.into_iter().map(|order| (flow.peak(&order), order)).collect();
+    let least = orders.iter().map(|(peak, _)| *peak).min().unwrap_or(0);
+    orders.retain(|(peak, _)| *peak == least);
+    orders.truncate(GROUPED);
+    orders
 }
 
 /// Inside a wave the order is free: passes of one stage stand together, and a wave begins as the one before ended, because each change

@@ -201,7 +201,7 @@ impl<'a> Round<'a> {
             finite: true,
             signed: false,
         });
-        let step = Step { node: name.to_owned(), shader: &COPY, function: "copy", args: vec![arg], uniform: Vec::new() };
+        let step = Step { node: name.to_owned(), shader: &COPY, function: "copy", args: vec![arg], uniform: Vec::new(), reach: None };
         recording.passes.push(copy_pass(name, step, image));
         image
     }
@@ -213,7 +213,7 @@ pub(crate) fn copy_pass(node: &str, step: Step, result: ImageId) -> Pass {
 
 /// A step that copies a pixel of `source`.
 pub(crate) fn copy_step(node: &str, source: ImageId) -> Step {
-    Step { node: node.to_owned(), shader: &COPY, function: "copy", args: vec![Arg::Pixel(source)], uniform: Vec::new() }
+    Step { node: node.to_owned(), shader: &COPY, function: "copy", args: vec![Arg::Pixel(source)], uniform: Vec::new(), reach: None }
 }
 
 /// How each pass runs. Formats that a device can neither store nor draw become wider.

@@ -1,13 +1,13 @@
 //! Offsets in one heap: images are rectangles, as high as their bytes and as long as their lives, that may not overlap.
 //!
 //! The least height is the most bytes that live at once, and no placement can be lower. Finding the best placement is NP-hard; the largest
-//! first, each into the smallest gap that holds it, nearly always reaches the bound on graphs of image passes. Where it does not, other
-//! orders are tried, and those images that stuck out go first in the next try.
+//! first, each into the smallest gap that holds it, reaches the bound on most graphs of image passes. Where it does not, other orders are
+//! tried, and then a search for a better skyline (`skyline`).
 
 use std::cmp::Reverse;
 use std::collections::BTreeSet;
 
-use super::{Alias, Plan, barriers, memory};
+use super::{Alias, Plan, barriers, memory, skyline};
 
 /// An image as the placement sees it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -31,11 +31,6 @@ pub(crate) struct Placement {
     pub(crate) end: u64,
 }
 
-/// Further tries in which the blocks that stuck out go first.
-const TRIES: usize = 24;
-/// Above so many blocks there are fewer tries: one try takes milliseconds then.
-const MANY: usize = 2048;
-
 /// The most bytes that live at once.
 pub(crate) fn lower_bound(blocks: &[Block]) -> u64 {
     let waves = blocks.iter().map(|block| block.last + 1).max().unwrap_or(0);
@@ -51,45 +46,35 @@ pub(crate) fn lower_bound(blocks: &[Block]) -> u64 {
     live.max().unwrap_or(0)
 }
 
-/// The lowest placement that a handful of orders finds; `bound` is [`lower_bound`].
+/// The lowest placement that a handful of orders and a short search find; `bound` is [`lower_bound`].
 pub(crate) fn place(blocks: &[Block], bound: u64) -> Placement {
-    let mut order: Vec<usize> = (0..blocks.len()).collect();
-    order.sort_by_key(|at| (Reverse(blocks[*at].bytes), blocks[*at].first, *at));
+    let life = |at: usize| blocks[at].last + 1 - blocks[at].first;
+    let area = |at: usize| u128::from(blocks[at].bytes) * life(at) as u128;
+    let mut order = by_size(blocks);
     let mut best = place_in(blocks, &order);
-    if best.end == bound {
-        return best;
-    }
-    let mut others = [order.clone(), order.clone(), order.clone()];
-    others[0].sort_by_key(|at| Reverse(blocks[*at].last - blocks[*at].first));
-    others[1].sort_by_key(|at| Reverse(u128::from(blocks[*at].bytes) * (blocks[*at].last - blocks[*at].first + 1) as u128));
-    others[2].sort_by_key(|at| blocks[*at].first);
-    for other in others {
-        let placement = improved(blocks, other, bound);
-        if placement.end < best.end {
-            best = placement;
+    let mut rules: [&mut dyn FnMut(&mut Vec<usize>); 3] = [
+        &mut |order| order.sort_by_key(|at| Reverse(life(*at))),
+        &mut |order| order.sort_by_key(|at| Reverse(area(*at))),
+        &mut |order| order.sort_by_key(|at| blocks[*at].first),
+    ];
+    for rule in &mut rules {
+        if best.end > bound {
+            rule(&mut order);
+            best = lower(best, place_in(blocks, &order));
         }
     }
-    let improved = improved(blocks, order, bound);
-    if improved.end < best.end { improved } else { best }
+    if best.end > bound { lower(best, skyline::search(blocks, bound)) } else { best }
 }
 
-/// Tries an order, and again and again with what stuck out above the bound moved to the front.
-fn improved(blocks: &[Block], mut order: Vec<usize>, bound: u64) -> Placement {
-    let mut best = place_in(blocks, &order);
-    let tries = if blocks.len() > MANY { 1 } else { TRIES };
-    let mut last = best.clone();
-    for _ in 0..tries {
-        if best.end == bound {
-            break;
-        }
-        let sticks_out = |at: &usize| last.offsets[*at] + blocks[*at].bytes > bound;
-        order.sort_by_key(|at| !sticks_out(at));
-        last = place_in(blocks, &order);
-        if last.end < best.end {
-            best = last.clone();
-        }
-    }
-    best
+fn lower(first: Placement, second: Placement) -> Placement {
+    if second.end < first.end { second } else { first }
+}
+
+/// The largest first; of equals the one that is used first.
+fn by_size(blocks: &[Block]) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..blocks.len()).collect();
+    order.sort_by_key(|at| (Reverse(blocks[*at].bytes), blocks[*at].first, *at));
+    order
 }
 
 fn place_in(blocks: &[Block], order: &[usize]) -> Placement {
@@ -100,13 +85,10 @@ fn place_in(blocks: &[Block], order: &[usize]) -> Placement {
 
 /// Places the blocks that have an old offset there if it still fits, and the others around them.
 fn place_around(blocks: &[Block], old: &[Option<u64>]) -> Placement {
-    let mut order: Vec<usize> = (0..blocks.len()).collect();
-    order.sort_by_key(|at| (Reverse(blocks[*at].bytes), blocks[*at].first, *at));
     let mut room = Room::new(blocks);
-    let (kept, fresh): (Vec<usize>, Vec<usize>) =
-        order.into_iter().partition(|at| old[*at].is_some_and(|offset| room.place_at(*at, offset)));
-    debug_assert_eq!(kept.len() + fresh.len(), blocks.len());
-    fresh.into_iter().for_each(|at| room.place(at));
+    let keeps = |at: &usize| old[*at].is_some_and(|offset| room.place_at(*at, offset));
+    let (_, homeless): (Vec<usize>, Vec<usize>) = by_size(blocks).into_iter().partition(keeps);
+    homeless.into_iter().for_each(|at| room.place(at));
     room.placement()
 }
 

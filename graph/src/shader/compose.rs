@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 
 use super::import::{SourceMap, Text};
 use super::reflect::GlobalKind;
+use super::tiles::{TILED, is_tiled};
 use crate::image::Format;
 use crate::node::{Arg, BufferId, EntryCall, ImageId, Resource, Step};
 
@@ -25,7 +26,7 @@ pub enum Reading {
 }
 
 impl Reading {
-    fn settings(self) -> String {
+    pub(super) fn settings(self) -> String {
         let guard = match self {
             Self::Plain | Self::ByHand => 0,
             Self::Guarded => 1,
@@ -112,6 +113,8 @@ pub struct Composed {
     pub slots: Vec<Slot>,
     /// The workgroup's size.
     pub workgroup: [u32; 3],
+    /// How its taps read textures.
+    pub reading: Reading,
 }
 
 impl Composed {
@@ -171,19 +174,13 @@ pub fn compose_steps(
     format: Format,
     reading_of: &dyn Fn(ImageId) -> Reading,
 ) -> Result<Composed, ShaderError> {
-    let mut writer = StepsWriter { slots: Vec::new(), declarations: String::new(), body: String::new(), reading_of };
+    let mut writer = StepsWriter::new(reading_of);
     let reading = writer.strictest(steps);
-    for (index, step) in steps.iter().enumerate() {
-        writer.step(index, step);
-    }
+    writer.stage(0, steps, 0);
     let has_uniform = steps.iter().any(|s| !s.uniform.is_empty());
-    let uniform_struct = if has_uniform { writer.uniform_struct(steps) } else { String::new() };
-    let storage = writer.slot(SlotKind::Storage(result));
-    let _ = writeln!(
-        writer.declarations,
-        "@group(0) @binding({storage}) var result_image: texture_storage_2d<{}, write>;",
-        format.wgsl()
-    );
+    let uniform_struct = if has_uniform { uniform_struct(steps) } else { String::new() };
+    let function = writer.take_function("run", steps.len() - 1);
+    let storage = writer.storage(result, format);
     let mut text = Text::default();
     text.generated(&reading.settings());
     for name in ["point", "guard", "sampling"] {
@@ -194,7 +191,8 @@ pub fn compose_steps(
     }
     text.generated(&uniform_struct);
     text.generated(&writer.declarations);
-    text.generated(&entry_points(&writer.body, steps.len() - 1));
+    text.generated(&function);
+    text.generated(&entry_points(&storage));
     Ok(Composed {
         source: text.text,
         map: text.map,
@@ -202,20 +200,18 @@ pub fn compose_steps(
         fragment: Some("fragment"),
         slots: writer.slots,
         workgroup: [16, 16, 1],
+        reading,
     })
 }
 
-fn entry_points(body: &str, last: usize) -> String {
+fn entry_points(result: &str) -> String {
     format!(
-        "fn run(at: Point) -> vec4f {{
-{body}    return step{last};
-}}
-@compute @workgroup_size(16, 16)
+        "@compute @workgroup_size(16, 16)
 fn compute(@builtin(global_invocation_id) id: vec3u) {{
-    let size = textureDimensions(result_image);
+    let size = textureDimensions({result});
     if any(id.xy >= size) {{ return; }}
     let pixel = vec2i(id.xy);
-    textureStore(result_image, pixel, run(Point(pixel, (vec2f(id.xy) + 0.5) / vec2f(size), vec2f(size))));
+    textureStore({result}, pixel, run(Point(pixel, (vec2f(id.xy) + 0.5) / vec2f(size), vec2f(size))));
 }}
 {FULL_SCREEN_TRIANGLE}
 @group(0) @binding({FRAGMENT_SIZE_BINDING}) var<uniform> fragment_size: vec4f;
@@ -229,20 +225,58 @@ fn fragment(@builtin(position) position: vec4f) -> @location(0) vec4f {{
 /// Where a fragment entry point finds the size of its result.
 pub const FRAGMENT_SIZE_BINDING: u32 = 63;
 
-struct StepsWriter<'a> {
+/// Writes calls of kernel functions and the bindings that they need.
+pub(super) struct StepsWriter<'a> {
     slots: Vec<Slot>,
     declarations: String,
     body: String,
     reading_of: &'a dyn Fn(ImageId) -> Reading,
 }
 
-impl StepsWriter<'_> {
-    fn strictest(&self, steps: &[Step]) -> Reading {
-        let textures = steps.iter().flat_map(|s| &s.args).filter_map(|arg| match arg {
+impl<'a> StepsWriter<'a> {
+    pub(super) fn new(reading_of: &'a dyn Fn(ImageId) -> Reading) -> Self {
+        Self { slots: Vec::new(), declarations: String::new(), body: String::new(), reading_of }
+    }
+
+    pub(super) fn declarations(&self) -> &str {
+        &self.declarations
+    }
+
+    pub(super) fn into_slots(self) -> Vec<Slot> {
+        self.slots
+    }
+
+    /// How the textures of the steps must be read.
+    pub(super) fn strictest<'s>(&self, steps: impl IntoIterator<Item = &'s Step>) -> Reading {
+        let textures = steps.into_iter().flat_map(|s| &s.args).filter_map(|arg| match arg {
             Arg::Texture(image) => Some((self.reading_of)(*image)),
             _ => None,
         });
         textures.max().unwrap_or_default()
+    }
+
+    /// The steps of a stage, the first of which is number `first` of the pass.
+    pub(super) fn stage(&mut self, stage: usize, steps: &[Step], first: usize) {
+        for (index, step) in steps.iter().enumerate() {
+            self.step(stage, first, first + index, step);
+        }
+    }
+
+    /// The steps written since the last call, as a function that returns the value of step `last`.
+    pub(super) fn take_function(&mut self, name: &str, last: usize) -> String {
+        let body = std::mem::take(&mut self.body);
+        format!("fn {name}(at: Point) -> vec4f {{\n{body}    return step{last};\n}}")
+    }
+
+    /// The variable of a storage image.
+    pub(super) fn storage(&mut self, image: ImageId, format: Format) -> String {
+        let declaration = format!("var NAME: texture_storage_2d<{}, write>;", format.wgsl());
+        self.variable(SlotKind::Storage(image), "result", &declaration)
+    }
+
+    /// The variable of the pass's uniform.
+    pub(super) fn params_variable(&mut self) -> String {
+        self.variable(SlotKind::Params, "params", "var<uniform> NAME: PassUniform;")
     }
 
     /// The slot that holds `kind`, made at its first mention.
@@ -267,23 +301,24 @@ impl StepsWriter<'_> {
         name
     }
 
-    fn step(&mut self, index: usize, step: &Step) {
+    fn step(&mut self, stage: usize, first: usize, index: usize, step: &Step) {
         let function = step.shader.reflect().ok().and_then(|r| r.function(step.function));
         let is_volume = |position: usize| {
             function.is_some_and(|f| f.args.get(position).is_some_and(|(_, ty)| *ty == super::ArgType::Volume))
         };
         let args: Vec<String> =
-            step.args.iter().enumerate().map(|(position, arg)| self.arg(index, *arg, is_volume(position))).collect();
-        let _ = writeln!(self.body, "    let step{index} = {}({});", step.function, args.join(", "));
+            step.args.iter().enumerate().map(|(position, arg)| self.arg(stage, first, index, step, *arg, is_volume(position))).collect();
+        let suffix = if is_tiled(step) { TILED } else { "" };
+        let _ = writeln!(self.body, "    let step{index} = {}{suffix}({});", step.function, args.join(", "));
     }
 
-    fn arg(&mut self, step: usize, arg: Arg, volume: bool) -> String {
+    fn arg(&mut self, stage: usize, first: usize, index: usize, step: &Step, arg: Arg, volume: bool) -> String {
         match arg {
-            Arg::Step(earlier) => format!("step{earlier}"),
+            Arg::Step(earlier) => format!("step{}", first + earlier),
+            Arg::Tile => format!("{}u", stage.saturating_sub(1)),
+            Arg::Sampler if is_tiled(step) => "0u".into(),
             Arg::Point => "at".into(),
-            Arg::Params => {
-                self.variable(SlotKind::Params, "params", "var<uniform> NAME: PassUniform;") + &format!(".step{step}")
-            }
+            Arg::Params => self.params_variable() + &format!(".step{index}"),
             Arg::Frame => self.variable(SlotKind::Frame, "frame", "var<uniform> NAME: Frame;"),
             Arg::Sampler => self.variable(SlotKind::Sampler, "linear", "var NAME: sampler;"),
             Arg::Texture(image) => self.texture(image, volume),
@@ -305,23 +340,25 @@ impl StepsWriter<'_> {
         let declaration = if volume { "var NAME: texture_3d<f32>;" } else { "var NAME: texture_2d<f32>;" };
         self.variable(SlotKind::Texture(image), "image", declaration)
     }
-
-    fn uniform_struct(&self, steps: &[Step]) -> String {
-        let mut text = String::from("struct PassUniform {\n");
-        for (index, step) in steps.iter().enumerate().filter(|(_, s)| !s.uniform.is_empty()) {
-            let _ = writeln!(text, "    @align(16) step{index}: {},", params_struct(step));
-        }
-        text + "}"
-    }
 }
 
-fn params_struct(step: &Step) -> String {
+fn uniform_struct(steps: &[Step]) -> String {
+    let mut text = String::from("struct PassUniform {\n");
+    for (index, step) in steps.iter().enumerate().filter(|(_, s)| !s.uniform.is_empty()) {
+        let _ = writeln!(text, "    @align(16) step{index}: {},", params_struct(step));
+    }
+    text + "}"
+}
+
+/// The type of a step's uniform.
+pub(super) fn params_struct(step: &Step) -> String {
     let reflection = step.shader.reflect().expect("a recorded step has a valid shader");
     let function = reflection.function(step.function).expect("a recorded step has a known function");
     function
         .args
         .iter()
         .find_map(|(name, ty)| match ty {
+            super::ArgType::Struct(ty) if name == "params" && is_tiled(step) => Some(format!("{ty}{TILED}")),
             super::ArgType::Struct(ty) if name == "params" => Some(ty.clone()),
             _ => None,
         })
@@ -367,7 +404,7 @@ pub fn compose_entry(
     text.module(call.shader)?;
     let source = formats.iter().fold(text.text, |source, (name, format)| set_storage_format(&source, name, *format));
     let workgroup = reflection.entries.iter().find(|(name, _)| name == call.entry).map_or([1; 3], |(_, size)| *size);
-    Ok(Composed { source, map: text.map, compute: call.entry, fragment: None, slots, workgroup })
+    Ok(Composed { source, map: text.map, compute: call.entry, fragment: None, slots, workgroup, reading })
 }
 
 /// Replaces the format in `var NAME: texture_storage_2d<FORMAT, write>`, which a graph file may choose.

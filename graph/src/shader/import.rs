@@ -47,6 +47,7 @@ pub(super) struct Text {
     pub(super) text: String,
     pub(super) map: SourceMap,
     included: Vec<&'static str>,
+    tiled: Vec<&'static str>,
 }
 
 impl Text {
@@ -74,6 +75,31 @@ impl Text {
         Some(self.file(file, source))
     }
 
+    /// Adds a module and those of its imports that take textures a second time, with textures as numbers of tiles.
+    pub(super) fn tiled_module(&mut self, shader: &Shader) -> Result<(), ShaderError> {
+        let mut files = Vec::new();
+        collect_tiled(shader.file(), shader.source(), &mut files);
+        let names: Vec<&str> = files.iter().flat_map(|(_, source)| declared(source)).collect();
+        for (file, source) in files {
+            if self.tiled.contains(&file) {
+                continue;
+            }
+            self.tiled.push(file);
+            for (number, line) in source.lines().enumerate() {
+                let number = number as u32 + 1;
+                match line.trim().strip_prefix("#import ") {
+                    Some(name) if !takes_textures(name.trim()) => {
+                        let known = self.library(name.trim());
+                        known.unwrap_or_else(|| Err(ShaderError::at(file, number, format!("no shared file is called `{name}`"))))?;
+                    }
+                    Some(_) => {}
+                    None => self.line(&tiled_line(line, &names), file, number),
+                }
+            }
+        }
+        Ok(())
+    }
+
     fn file(&mut self, file: &'static str, source: &'static str) -> Result<(), ShaderError> {
         if self.included.contains(&file) {
             return Ok(());
@@ -93,4 +119,72 @@ impl Text {
         }
         Ok(())
     }
+}
+
+/// Whether a shared file, other than the one that reads textures, has functions that take them.
+fn takes_textures(name: &str) -> bool {
+    name != "sampling" && LIBRARY.iter().any(|(known, source)| *known == name && source.contains("texture_2d<"))
+}
+
+/// A file and its imports that take textures, what is imported first.
+fn collect_tiled(file: &'static str, source: &'static str, files: &mut Vec<(&'static str, &'static str)>) {
+    for name in source.lines().filter_map(|line| line.trim().strip_prefix("#import ")) {
+        let known = LIBRARY.iter().find(|(known, _)| *known == name.trim() && takes_textures(known));
+        if let Some((file, source)) = known
+            && files.iter().all(|(other, _)| other != file)
+        {
+            collect_tiled(file, source, files);
+        }
+    }
+    files.push((file, source));
+}
+
+/// The names that a file declares.
+fn declared(source: &str) -> impl Iterator<Item = &str> {
+    source.lines().filter_map(|line| {
+        let rest = ["fn ", "struct ", "const ", "alias ", "override "].iter().find_map(|word| line.strip_prefix(word))?;
+        let end = rest.find(|c: char| !c.is_alphanumeric() && c != '_').unwrap_or(rest.len());
+        Some(&rest[..end])
+    })
+}
+
+/// A line with textures as numbers of tiles, and with the names of its file changed.
+fn tiled_line(line: &str, names: &[&str]) -> String {
+    let mut out = String::with_capacity(line.len() + 16);
+    let mut rest = line.split("//").next().unwrap_or(line);
+    while let Some(c) = rest.chars().next() {
+        if !(c.is_alphabetic() || c == '_') {
+            out.push(c);
+            rest = &rest[c.len_utf8()..];
+            // A number's suffix and a member's name are no names of the file.
+            if c.is_ascii_digit() || c == '.' {
+                let end = rest.find(|c: char| !c.is_alphanumeric() && c != '_').unwrap_or(rest.len());
+                out.push_str(&rest[..end]);
+                rest = &rest[end..];
+            }
+            continue;
+        }
+        let end = rest.find(|c: char| !c.is_alphanumeric() && c != '_').unwrap_or(rest.len());
+        let (word, after) = rest.split_at(end);
+        rest = after;
+        match word {
+            "texture_2d" if rest.starts_with("<f32>") => {
+                out.push_str("u32");
+                rest = &rest["<f32>".len()..];
+            }
+            "sampler" => out.push_str("u32"),
+            "textureDimensions" => out.push_str("tile_size"),
+            "tap" | "texel" => {
+                out.push_str("tile_");
+                out.push_str(word);
+            }
+            _ => {
+                out.push_str(word);
+                if names.contains(&word) {
+                    out.push_str(super::tiles::TILED);
+                }
+            }
+        }
+    }
+    out
 }

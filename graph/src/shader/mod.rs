@@ -3,6 +3,7 @@
 mod compose;
 mod import;
 mod reflect;
+mod tiles;
 mod uniform;
 
 use std::sync::OnceLock;
@@ -10,6 +11,7 @@ use std::sync::OnceLock;
 pub use compose::{Composed, FRAGMENT_SIZE_BINDING, Reading, ShaderError, Slot, SlotKind, compose_entry, compose_steps};
 pub use import::SourceMap;
 pub use reflect::{ArgType, Function, Global, GlobalKind, Member, Reflection, ScalarKind, StructLayout};
+pub use tiles::compose_tiling;
 pub use uniform::{UniformValue, pack};
 
 /// One file of WGSL.

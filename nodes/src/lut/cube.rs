@@ -45,7 +45,10 @@ struct Reader {
 impl Reader {
     fn keyword(&mut self, number: usize, keyword: &str, rest: &str) -> Result<(), LutError> {
         if !self.entries.is_empty() {
-            return Err(LutError::new(number, format!("`{}` comes after the first entry: keywords go before", short(keyword))));
+            return Err(LutError::new(
+                number,
+                format!("`{}` comes after the first entry: keywords go before", short(keyword)),
+            ));
         }
         match keyword {
             "TITLE" => Ok(()),
@@ -64,7 +67,10 @@ impl Reader {
             return Err(LutError::new(number, "an entry comes before `LUT_3D_SIZE` or `LUT_1D_SIZE`"));
         }
         if self.entries.len() == self.expected() {
-            return Err(LutError::new(number, format!("there are more than the {} entries of the table", self.expected())));
+            return Err(LutError::new(
+                number,
+                format!("there are more than the {} entries of the table", self.expected()),
+            ));
         }
         self.entries.push(entry);
         Ok(())
@@ -94,8 +100,10 @@ impl Reader {
 
     /// The domain of a table: its own range, else that of the file, else 0 to 1.
     fn domain(&self, range: Option<[Bound; 2]>) -> Result<[[f32; 3]; 2], LutError> {
-        let [low, high] = range.unwrap_or([self.low.unwrap_or(Bound([0.0; 3], 1)), self.high.unwrap_or(Bound([1.0; 3], 1))]);
-        let extends = (0..3).all(|channel| high.0[channel] > low.0[channel] && (high.0[channel] - low.0[channel]).is_finite());
+        let [low, high] =
+            range.unwrap_or([self.low.unwrap_or(Bound([0.0; 3], 1)), self.high.unwrap_or(Bound([1.0; 3], 1))]);
+        let extends =
+            (0..3).all(|channel| high.0[channel] > low.0[channel] && (high.0[channel] - low.0[channel]).is_finite());
         match extends {
             true => Ok([low.0, high.0]),
             false => Err(LutError::new(low.1.max(high.1), "the domain must end above its beginning in every channel")),
@@ -112,7 +120,9 @@ fn once<T>(slot: &mut Option<T>, number: usize, keyword: &str, value: T) -> Resu
 
 fn size(number: usize, text: &str, most: usize) -> Result<usize, LutError> {
     let size = text.parse::<usize>().ok().filter(|size| (2..=most).contains(size));
-    size.ok_or_else(|| LutError::new(number, format!("the size must be a whole number from 2 to {most}, not `{}`", short(text))))
+    size.ok_or_else(|| {
+        LutError::new(number, format!("the size must be a whole number from 2 to {most}, not `{}`", short(text)))
+    })
 }
 
 fn range(number: usize, keyword: &str, text: &str) -> Result<[Bound; 2], LutError> {

@@ -1,13 +1,13 @@
 //! Look-up tables as data, and the files that hold them.
 
 mod cube;
-mod png;
+mod picture;
 mod text;
 
 use half::f16;
 
 pub use cube::parse_cube;
-pub use png::{PngLayout, parse_png};
+pub use picture::{PngLayout, parse_png};
 
 /// The largest number that a picture may hold; entries beyond it end there.
 const LARGEST: f32 = 65504.0;
@@ -110,6 +110,10 @@ impl Table {
         let padding = std::iter::repeat_n(&[0.0; 3], texels - self.entries.len());
         let channels = self.entries.iter().chain(padding).flat_map(|[r, g, b]| [*r, *g, *b, 1.0]);
         let finite = channels.map(|x| x.clamp(-LARGEST, LARGEST));
-        if half { finite.flat_map(|x| f16::from_f32(x).to_le_bytes()).collect() } else { finite.flat_map(f32::to_le_bytes).collect() }
+        if half {
+            finite.flat_map(|x| f16::from_f32(x).to_le_bytes()).collect()
+        } else {
+            finite.flat_map(f32::to_le_bytes).collect()
+        }
     }
 }

@@ -28,9 +28,9 @@ fn content(line: &str) -> &str {
 
 /// What the line says.
 pub(super) fn read(number: usize, line: &str) -> Result<Line<'_>, LutError> {
-    if line.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_') && parse(line).is_none() {
-        let (keyword, rest) = line.split_once(char::is_whitespace).unwrap_or((line, ""));
-        return Ok(Line::Keyword(keyword, rest.trim()));
+    let (word, rest) = line.split_once(char::is_whitespace).unwrap_or((line, ""));
+    if is_keyword(word) {
+        return Ok(Line::Keyword(word, rest.trim()));
     }
     numbers(number, line, "an entry").map(Line::Entry)
 }
@@ -61,9 +61,10 @@ fn finite(number: usize, word: &str) -> Result<f32, LutError> {
     }
 }
 
-/// `nan` and `inf` look like keywords but are numbers, wrong ones.
-fn parse(line: &str) -> Option<f32> {
-    line.split_ascii_whitespace().next()?.parse().ok()
+/// Keywords are written in capitals; `nan` and `inf` are numbers, wrong ones.
+fn is_keyword(word: &str) -> bool {
+    let capital = |c: char| c.is_ascii_uppercase() || c.is_ascii_digit() || c == '_';
+    word.starts_with(|c: char| c.is_ascii_uppercase()) && word.chars().all(capital) && word.parse::<f32>().is_err()
 }
 
 /// A word of the file, short enough for a message.

@@ -244,7 +244,9 @@ impl fmt::Display for Expression {
             Self::Constant(value) => write!(f, "{value}"),
             Self::Flag(name) => f.write_str(name),
             Self::Compare(left, comparison, right) => write!(f, "{left} {} {right}", comparison.sign()),
-            Self::Not(inner) if matches!(**inner, Self::Flag(_) | Self::Constant(_) | Self::Not(_)) => write!(f, "not {inner}"),
+            Self::Not(inner) if matches!(**inner, Self::Flag(_) | Self::Constant(_) | Self::Not(_)) => {
+                write!(f, "not {inner}")
+            }
             Self::Not(inner) => write!(f, "not ({inner})"),
             Self::And(a, b) => {
                 a.fmt_inside_and(f)?;

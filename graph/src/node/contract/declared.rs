@@ -7,12 +7,14 @@ use super::names::{is_free_in_wgsl, is_pascal, is_snake};
 use crate::node::{Gives, Input, NodeKind, Output, PortType, StandIn};
 use crate::value::{Param, Type, Value};
 
-/// Names that pipeline files use for other things.
-const TAKEN: [&str; 9] = ["when", "format", "label", "file", "set", "at", "frame", "params", "previous"];
+/// Names that pipeline files and shaders use for other things.
+const TAKEN: [&str; 6] = ["when", "format", "label", "at", "frame", "params"];
 
 pub(super) fn look(kind: NodeKind, complaints: &mut Complaints) {
     complaints.require(is_pascal(kind.name()), || "the name is not in PascalCase".into());
-    complaints.require(!["Pipeline", "Off", "On"].contains(&kind.name()), || "pipeline files use this name themselves".into());
+    complaints.require(!["Pipeline", "Off", "On"].contains(&kind.name()), || {
+        "pipeline files use this name themselves".into()
+    });
     complaints.require(!kind.doc().trim().is_empty(), || "there is no doc".into());
     names(kind, complaints);
     kind.inputs().iter().for_each(|port| input(port, complaints));
@@ -34,7 +36,9 @@ fn distinct(names: impl Iterator<Item = &'static str>, complaints: &mut Complain
     for name in names {
         complaints.require(seen.insert(name), || format!("the name `{name}` is given twice"));
         complaints.require(is_snake(name), || format!("the name `{name}` is not in snake_case"));
-        complaints.require(!TAKEN.contains(&name), || format!("`{name}` means something else in every node"));
+        complaints.require(!TAKEN.contains(&name), || {
+            format!("`{name}` means something else in every pipeline file or shader")
+        });
     }
 }
 
@@ -49,7 +53,8 @@ fn is_number(ty: PortType) -> bool {
 /// Ports are arguments and bindings of shaders. Parameters need not be: a number that stays on the CPU may have any name, and one that
 /// goes into a uniform is seen by naga.
 fn port_name(name: &str, complaints: &mut Complaints) {
-    complaints.require(is_free_in_wgsl(name), || format!("`{name}` is a word of WGSL and cannot be the name of a port"));
+    complaints
+        .require(is_free_in_wgsl(name), || format!("`{name}` is a word of WGSL and cannot be the name of a port"));
 }
 
 fn input(port: &Input, complaints: &mut Complaints) {
@@ -67,14 +72,19 @@ fn output(kind: NodeKind, port: &Output, complaints: &mut Complaints) {
     complaints.require(!port.doc.trim().is_empty(), || format!("the output `{name}` has no doc"));
     match port.gives {
         Gives::Nothing => {
-            complaints.require(!is_image(port.ty), || format!("the output `{name}` is an image and must say its state"));
+            complaints
+                .require(!is_image(port.ty), || format!("the output `{name}` is an image and must say its state"));
         }
         Gives::Always(_) => {
-            complaints.require(!is_number(port.ty), || format!("the output `{name}` is a {} and has no image state", port.ty.name()));
+            complaints.require(!is_number(port.ty), || {
+                format!("the output `{name}` is a {} and has no image state", port.ty.name())
+            });
         }
         Gives::Same(source) => {
             let fits = kind.input(source).is_some_and(|input| !is_number(input.ty) && !input.optional);
-            complaints.require(fits, || format!("the state of `{name}` follows `{source}`, which is no required image input"));
+            complaints.require(fits, || {
+                format!("the state of `{name}` follows `{source}`, which is no required image input")
+            });
         }
     }
 }
@@ -93,24 +103,34 @@ fn parameter(param: &Param, complaints: &mut Complaints) {
     let name = param.name;
     complaints.require(!param.doc.trim().is_empty(), || format!("the parameter `{name}` has no doc"));
     if let Some((low, high)) = param.domain {
-        complaints.require(low.is_finite() && high.is_finite() && low < high, || format!("the domain of `{name}` is not finite"));
+        complaints.require(low.is_finite() && high.is_finite() && low < high, || {
+            format!("the domain of `{name}` is not finite")
+        });
     }
     if let (Some((low, high)), Some((from, to))) = (param.usual, param.domain) {
-        complaints.require(from <= low && low < high && high <= to, || format!("the usual range of `{name}` leaves its domain"));
+        complaints.require(from <= low && low < high && high <= to, || {
+            format!("the usual range of `{name}` leaves its domain")
+        });
     }
     if matches!(param.ty, Type::Int | Type::Float | Type::Vector(_)) {
         complaints.require(param.domain.is_some(), || format!("the numbers of `{name}` have no domain"));
     }
     let quality = param.quality.iter().flat_map(|quality| std::iter::once(&quality.exact).chain(&quality.cheaper));
-    for (what, value) in [("default", &param.default)].into_iter().chain(param.neutral.iter().map(|v| ("neutral value", v))) {
+    for (what, value) in
+        [("default", &param.default)].into_iter().chain(param.neutral.iter().map(|v| ("neutral value", v)))
+    {
         acceptable(param, what, value, complaints);
     }
     quality.for_each(|value| acceptable(param, "quality level", value, complaints));
     if let Type::Choice(choices) = param.ty {
         complaints.require(!choices.is_empty(), || format!("the parameter `{name}` has no choices"));
         for choice in choices {
-            complaints.require(is_pascal(choice.name), || format!("the choice `{}` of `{name}` is not in PascalCase", choice.name));
-            complaints.require(!choice.doc.trim().is_empty(), || format!("the choice `{}` of `{name}` has no doc", choice.name));
+            complaints.require(is_pascal(choice.name), || {
+                format!("the choice `{}` of `{name}` is not in PascalCase", choice.name)
+            });
+            complaints.require(!choice.doc.trim().is_empty(), || {
+                format!("the choice `{}` of `{name}` has no doc", choice.name)
+            });
         }
     }
 }

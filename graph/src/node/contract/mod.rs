@@ -17,6 +17,8 @@ use std::collections::BTreeSet;
 
 use super::kind::NodeKind;
 
+pub(super) use names::snake;
+
 /// Looks at all that a table of kinds promises.
 ///
 /// * Everything has a manual text: kinds, ports, parameters, choices.

@@ -8,11 +8,14 @@ pub(super) fn is_pascal(name: &str) -> bool {
 /// `tone_map`.
 pub(super) fn is_snake(name: &str) -> bool {
     let inner = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_';
-    name.starts_with(|c: char| c.is_ascii_lowercase()) && name.chars().all(inner) && !name.contains("__") && !name.ends_with('_')
+    name.starts_with(|c: char| c.is_ascii_lowercase())
+        && name.chars().all(inner)
+        && !name.contains("__")
+        && !name.ends_with('_')
 }
 
 /// `ToneMap` as `tone_map`.
-pub(super) fn snake(pascal: &str) -> String {
+pub(in crate::node) fn snake(pascal: &str) -> String {
     let mut snake = String::new();
     for c in pascal.chars() {
         if c.is_ascii_uppercase() && !snake.is_empty() {
@@ -25,7 +28,9 @@ pub(super) fn snake(pascal: &str) -> String {
 
 /// `tone_map` as `ToneMap`.
 pub(super) fn pascal(snake: &str) -> String {
-    let word = |word: &str| word.chars().take(1).map(|c| c.to_ascii_uppercase()).chain(word.chars().skip(1)).collect::<String>();
+    let word = |word: &str| {
+        word.chars().take(1).map(|c| c.to_ascii_uppercase()).chain(word.chars().skip(1)).collect::<String>()
+    };
     snake.split('_').map(word).collect()
 }
 

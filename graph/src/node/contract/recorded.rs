@@ -7,11 +7,11 @@ use super::Complaints;
 use super::names::{items, pascal, snake, stem};
 use crate::image::{Format, ImageDesc, Size};
 use crate::node::{
-    Arrival, Arrivals, BufferLife, ImageId, NodeKind, Origin, Pass, PortType, Recorder, RecorderContext, Recording, Resource, VirtualBuffer,
-    VirtualImage, Work,
+    Arrival, Arrivals, BufferLife, ImageId, NodeKind, Origin, Pass, PortType, Recorder, RecorderContext, Recording,
+    Resource, VirtualBuffer, VirtualImage, Work,
 };
 use crate::plan::Caps;
-use crate::shader::{Composed, Reading, Shader, ShaderError, compose_entry, compose_steps};
+use crate::shader::{Composed, Reading, Shader, ShaderError, compose_entry, compose_steps, compose_tiling};
 use crate::value::{Param, Type, Value};
 
 /// One way of using a kind.
@@ -31,17 +31,27 @@ struct Recorded {
 }
 
 pub(super) fn look(kind: NodeKind, complaints: &mut Complaints) {
-    let mut modules = BTreeSet::new();
-    for values in variants(kind) {
+    let mut known = Known::default();
+    for (index, values) in variants(kind).into_iter().enumerate() {
+        // The defaults are used in every way; each extreme with everything wired, which is where it can do most.
+        let ways: &[(bool, bool)] =
+            if index == 0 { &[(true, false), (false, false), (true, true)] } else { &[(true, false)] };
         for size in [Size::new(64, 36), Size::new(1, 1)] {
-            for (is_fully_wired, is_exact) in [(true, false), (false, false), (true, true)] {
+            for (is_fully_wired, is_exact) in ways.iter().copied() {
                 let way = Use { values: &values, size, is_fully_wired, is_exact };
                 if is_recorded(kind, &way) {
-                    one(kind, &way, &mut modules, complaints);
+                    one(kind, &way, &mut known, complaints);
                 }
             }
         }
     }
+}
+
+/// What has been looked at before, so that it is looked at once.
+#[derive(Default)]
+struct Known {
+    shapes: BTreeSet<String>,
+    modules: BTreeSet<String>,
 }
 
 /// Values that the kind refuses, such as a file that is not there, and those at which something stands in for it never reach a recorder.
@@ -51,7 +61,7 @@ fn is_recorded(kind: NodeKind, way: &Use<'_>) -> bool {
     kind.verify(way.values).is_ok() && kind.stand_in(way.values, &arrivals).is_none()
 }
 
-fn one(kind: NodeKind, way: &Use<'_>, modules: &mut BTreeSet<String>, complaints: &mut Complaints) {
+fn one(kind: NodeKind, way: &Use<'_>, known: &mut Known, complaints: &mut Complaints) {
     let Some(first) = record(kind, way, complaints) else { return };
     if let Some(second) = record(kind, way, complaints) {
         complaints.require(first == second, || "two recordings at equal values differ".into());
@@ -63,11 +73,14 @@ fn one(kind: NodeKind, way: &Use<'_>, modules: &mut BTreeSet<String>, complaints
                 | (PortType::Pyramid, Arrival::Pyramid(_) | Arrival::Zero)
                 | (PortType::Table | PortType::Value, Arrival::Buffer(_))
         );
-        complaints.require(fits, || format!("the output `{}` is wanted and not given as a {}", port.name, port.ty.name()));
+        complaints
+            .require(fits, || format!("the output `{}` is wanted and not given as a {}", port.name, port.ty.name()));
     }
     for pass in &first.recording.passes {
         writes_its_own(pass, &first, complaints);
-        module(pass, &first.recording, modules, complaints);
+        if known.shapes.insert(shape(pass, &first.recording)) {
+            module(pass, &first.recording, &mut known.modules, complaints);
+        }
     }
 }
 
@@ -92,7 +105,9 @@ fn extremes(param: &Param) -> Vec<Value> {
         (Type::Choice(choices), _) => choices.iter().map(|choice| Value::Choice(choice.name)).collect(),
         (Type::Int, Some(_)) => vec![Value::Int(low as i64), Value::Int(high as i64)],
         (Type::Float, Some(_)) => vec![Value::Float(low), Value::Float(high)],
-        (Type::Vector(n), Some(_)) => [low, high].map(|x| Value::Vector(std::array::from_fn(|i| if i < n { x } else { 0.0 }), n)).into(),
+        (Type::Vector(n), Some(_)) => {
+            [low, high].map(|x| Value::Vector(std::array::from_fn(|i| if i < n { x } else { 0.0 }), n)).into()
+        }
         _ => Vec::new(),
     }
 }
@@ -165,8 +180,30 @@ fn writes_its_own(pass: &Pass, recorded: &Recorded, complaints: &mut Complaints)
         if let Resource::Image(image) = resource {
             let is_foreign = (image.0 as usize) < recorded.given;
             let is_constant = matches!(recorded.recording.image(image).origin, Origin::Constant(_));
-            complaints.require(!is_foreign && !is_constant, || format!("the pass `{}` writes an image that is not its own", pass.label));
+            complaints.require(!is_foreign && !is_constant, || {
+                format!("the pass `{}` writes an image that is not its own", pass.label)
+            });
         }
+    }
+}
+
+/// All of a pass that its module depends on.
+fn shape(pass: &Pass, recording: &Recording) -> String {
+    let formats: Vec<Option<Format>> = pass
+        .writes()
+        .into_iter()
+        .map(|resource| match resource {
+            Resource::Image(image) => Some(recording.image(image).desc.format),
+            Resource::Buffer(_) => None,
+        })
+        .collect();
+    match &pass.work {
+        Work::Steps { steps, .. } => {
+            let calls: Vec<_> = steps.iter().map(|step| (step.shader, step.function, &step.args)).collect();
+            format!("{calls:?} {formats:?}")
+        }
+        Work::Tiled(tiling) => format!("{tiling:?} {formats:?}"),
+        Work::Entry(call) => format!("{:?} {} {:?} {formats:?}", call.shader, call.entry, call.bindings),
     }
 }
 
@@ -188,9 +225,14 @@ fn module(pass: &Pass, recording: &Recording, modules: &mut BTreeSet<String>, co
     shaders(pass).into_iter().for_each(|shader| item_names(shader, complaints));
 }
 
-fn composed(pass: &Pass, format_of: &dyn Fn(ImageId) -> Format, reading_of: &dyn Fn(ImageId) -> Reading) -> Result<Composed, ShaderError> {
+fn composed(
+    pass: &Pass,
+    format_of: &dyn Fn(ImageId) -> Format,
+    reading_of: &dyn Fn(ImageId) -> Reading,
+) -> Result<Composed, ShaderError> {
     match &pass.work {
         Work::Steps { steps, result } => compose_steps(steps, *result, format_of(*result), reading_of),
+        Work::Tiled(tiling) => compose_tiling(tiling, format_of, reading_of),
         Work::Entry(call) => compose_entry(call, format_of, reading_of),
     }
 }
@@ -198,6 +240,7 @@ fn composed(pass: &Pass, format_of: &dyn Fn(ImageId) -> Format, reading_of: &dyn
 fn shaders(pass: &Pass) -> Vec<&'static Shader> {
     match &pass.work {
         Work::Steps { steps, .. } => steps.iter().map(|step| step.shader).collect(),
+        Work::Tiled(tiling) => tiling.stages.iter().flat_map(|s| &s.steps).map(|step| step.shader).collect(),
         Work::Entry(call) => vec![call.shader],
     }
 }
@@ -209,8 +252,11 @@ fn item_names(shader: &Shader, complaints: &mut Complaints) {
     let file = shader.file();
     complaints.require(snake(&kind) == stem, || format!("the file `{file}` is not called after a kind, in snake_case"));
     for item in items(shader.source()) {
-        let rest = [stem, &kind, &stem.to_uppercase()].into_iter().filter_map(|prefix| item.strip_prefix(prefix)).next();
+        let rest =
+            [stem, &kind, &stem.to_uppercase()].into_iter().filter_map(|prefix| item.strip_prefix(prefix)).next();
         let fits = rest.is_some_and(|rest| !rest.starts_with(|c: char| c.is_ascii_lowercase()));
-        complaints.require(fits, || format!("`{item}` in `{file}` does not begin with `{stem}`, `{kind}` or `{}`", stem.to_uppercase()));
+        complaints.require(fits, || {
+            format!("`{item}` in `{file}` does not begin with `{stem}`, `{kind}` or `{}`", stem.to_uppercase())
+        });
     }
 }

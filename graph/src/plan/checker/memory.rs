@@ -84,18 +84,21 @@ fn replay(walk: &Walk<'_>, extents: &[Option<Range<u64>>], place: &str, faults: 
     let mut cuts: Vec<u64> = extents.iter().flatten().flat_map(|extent| [extent.start, extent.end]).collect();
     cuts.sort_unstable();
     cuts.dedup();
-    let mut pieces: Vec<Option<usize>> = vec![None; cuts.len()];
+    let mut pieces: Vec<Vec<usize>> = vec![Vec::new(); cuts.len()];
     let mut found = vec![BTreeSet::new(); extents.len()];
     let mut arrivals: Vec<(usize, usize)> = walk.spans.iter().enumerate().filter_map(|(i, s)| Some(((*s)?.0, i))).collect();
     arrivals.sort_unstable();
+    let last_of = |image: usize| walk.spans[image].map_or(0, |(_, last)| last);
     for (first, image) in arrivals {
         let Some(extent) = &extents[image] else { continue };
         let range = cuts.partition_point(|cut| *cut < extent.start)..cuts.partition_point(|cut| *cut < extent.end);
         for piece in &mut pieces[range] {
-            found[image].extend(piece.replace(image));
+            found[image].extend(piece.iter().copied());
+            piece.retain(|other| last_of(*other) >= first);
+            piece.push(image);
         }
         for other in &found[image] {
-            let last = walk.spans[*other].map_or(0, |(_, last)| last);
+            let last = last_of(*other);
             if last >= first {
                 let (name, other) = (&walk.images[image], &walk.images[*other]);
                 faults.add(format!("`{name}` begins in wave {first} in {place} where `{other}` lives until wave {last}"));

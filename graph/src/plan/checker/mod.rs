@@ -123,6 +123,13 @@ fn accesses(work: &Work) -> Vec<Access> {
             steps.iter().flat_map(|step| &step.args).filter_map(|arg| arg.resource()).for_each(|r| note(r, true, false));
             note(Resource::Image(*result), false, true);
         }
+        Work::Tiled(tiling) => {
+            for stage in &tiling.stages {
+                let args = stage.steps.iter().flat_map(|step| &step.args);
+                args.filter_map(|arg| arg.resource()).for_each(|r| note(r, true, false));
+                stage.result.iter().for_each(|image| note(Resource::Image(*image), false, true));
+            }
+        }
         Work::Entry(call) => call.bindings.iter().for_each(|b| note(b.resource, b.reads, b.writes)),
     }
     found.into_values().collect()

@@ -57,7 +57,10 @@ fn colors(pixels: &[u8], color: ColorType, depth: BitDepth) -> Result<Vec<[f32; 
         let code = |pixel: &[u8], c: usize| f32::from(u16::from_be_bytes([pixel[2 * c], pixel[2 * c + 1]])) / 65535.0;
         pixels.chunks_exact(2 * channels).map(|pixel| [code(pixel, 0), code(pixel, 1), code(pixel, 2)]).collect()
     } else {
-        pixels.chunks_exact(channels).map(|pixel| [pixel[0], pixel[1], pixel[2]].map(|code| f32::from(code) / 255.0)).collect()
+        pixels
+            .chunks_exact(channels)
+            .map(|pixel| [pixel[0], pixel[1], pixel[2]].map(|code| f32::from(code) / 255.0))
+            .collect()
     })
 }
 

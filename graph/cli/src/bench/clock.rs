@@ -1,0 +1,151 @@
+//! How long frames take: by the GPU's own clock where it can be trusted, by the host's otherwise.
+
+use std::time::{Duration, Instant};
+
+use afterimage_gpu::{Gpu, GpuError};
+use wgpu::{BufferUsages, CommandEncoder, Features};
+
+use crate::failure::Failure;
+
+/// A GPU sleeps until there is work: so long is it woken before anything is measured.
+const WAKING: Duration = Duration::from_millis(60);
+
+/// Measures work on one GPU.
+pub(crate) struct Stopwatch<'g> {
+    gpu: &'g Gpu,
+    stamps: Option<Stamps>,
+}
+
+/// The two timestamps around a frame. Nothing is written between them, so that the passes may overlap as they always do.
+struct Stamps {
+    queries: wgpu::QuerySet,
+    resolved: wgpu::Buffer,
+    readable: wgpu::Buffer,
+    milliseconds: f64,
+}
+
+impl Stamps {
+    fn new(gpu: &Gpu) -> Option<Self> {
+        let needed = Features::TIMESTAMP_QUERY | Features::TIMESTAMP_QUERY_INSIDE_ENCODERS;
+        // A driver on the processor stamps the time of recording, not of execution.
+        if is_processor(gpu) || !gpu.device.features().contains(needed) {
+            return None;
+        }
+        let queries = gpu.device.create_query_set(&wgpu::QuerySetDescriptor {
+            label: Some("frame"),
+            ty: wgpu::QueryType::Timestamp,
+            count: 2,
+        });
+        let buffer = |usage| {
+            gpu.device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some("frame"),
+                size: 16,
+                usage,
+                mapped_at_creation: false,
+            })
+        };
+        Some(Self {
+            queries,
+            resolved: buffer(BufferUsages::QUERY_RESOLVE | BufferUsages::COPY_SRC),
+            readable: buffer(BufferUsages::MAP_READ | BufferUsages::COPY_DST),
+            milliseconds: f64::from(gpu.queue.get_timestamp_period()) * 1e-6,
+        })
+    }
+
+    fn resolve(&self, encoder: &mut CommandEncoder) {
+        encoder.resolve_query_set(&self.queries, 0..2, &self.resolved, 0);
+        encoder.copy_buffer_to_buffer(&self.resolved, 0, &self.readable, 0, 16);
+    }
+
+    fn read(&self, gpu: &Gpu) -> Result<f64, Failure> {
+        self.readable.slice(..).map_async(wgpu::MapMode::Read, |_| {});
+        wait(gpu)?;
+        let words: [u64; 2] = {
+            let mapped = self.readable.slice(..).get_mapped_range().map_err(|error| lost(&error))?;
+            bytemuck::pod_read_unaligned(&mapped)
+        };
+        self.readable.unmap();
+        Ok(words[1].saturating_sub(words[0]) as f64 * self.milliseconds)
+    }
+}
+
+/// Whether the adapter is the processor itself.
+pub(crate) fn is_processor(gpu: &Gpu) -> bool {
+    gpu.adapter.get_info().device_type == wgpu::DeviceType::Cpu
+}
+
+/// Waits until the GPU has nothing more to do.
+pub(crate) fn wait(gpu: &Gpu) -> Result<(), Failure> {
+    gpu.device.poll(wgpu::PollType::wait_indefinitely()).map(drop).map_err(|error| lost(&error))
+}
+
+fn lost(error: &dyn std::fmt::Display) -> Failure {
+    GpuError::DeviceLost { why: error.to_string() }.into()
+}
+
+/// The middle value; the mean of the two middle ones of an even number.
+pub(crate) fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    let middle = values.len() / 2;
+    match values.len() {
+        0 => 0.0,
+        n if n % 2 == 1 => values[middle],
+        _ => 0.5 * (values[middle - 1] + values[middle]),
+    }
+}
+
+impl<'g> Stopwatch<'g> {
+    pub(crate) fn new(gpu: &'g Gpu) -> Self {
+        Self { gpu, stamps: Stamps::new(gpu) }
+    }
+
+    /// Whether it is the GPU's clock.
+    pub(crate) fn is_gpu(&self) -> bool {
+        self.stamps.is_some()
+    }
+
+    /// The median of `frames` frames in milliseconds, each alone on the GPU, after a warm-up.
+    pub(crate) fn median(
+        &self,
+        frames: u32,
+        mut record: impl FnMut(&mut CommandEncoder) -> Result<(), Failure>,
+    ) -> Result<f64, Failure> {
+        let start = Instant::now();
+        self.once(&mut record)?;
+        while self.is_gpu() && start.elapsed() < WAKING {
+            self.once(&mut record)?;
+        }
+        let times = (0..frames).map(|_| self.once(&mut record)).collect::<Result<_, _>>()?;
+        Ok(median(times))
+    }
+
+    fn once(&self, record: &mut impl FnMut(&mut CommandEncoder) -> Result<(), Failure>) -> Result<f64, Failure> {
+        let start = Instant::now();
+        let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
+        if let Some(stamps) = &self.stamps {
+            encoder.write_timestamp(&stamps.queries, 0);
+        }
+        record(&mut encoder)?;
+        if let Some(stamps) = &self.stamps {
+            encoder.write_timestamp(&stamps.queries, 1);
+            stamps.resolve(&mut encoder);
+        }
+        self.gpu.queue.submit([encoder.finish()]);
+        wait(self.gpu)?;
+        match &self.stamps {
+            Some(stamps) => stamps.read(self.gpu),
+            None => Ok(start.elapsed().as_secs_f64() * 1e3),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::median;
+
+    #[test]
+    fn medians() {
+        assert_eq!(median(vec![3.0, 1.0, 2.0]), 2.0);
+        assert_eq!(median(vec![4.0, 1.0, 3.0, 2.0]), 2.5);
+    }
+}

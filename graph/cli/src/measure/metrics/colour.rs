@@ -1,0 +1,57 @@
+//! Colour spaces that the metrics need. Matrices follow from the primaries of ITU-R BT.709 and the white D65 (0.3127, 0.3290).
+
+use glam::{DMat3, DVec3};
+
+/// Linear Rec.709 to XYZ, Y of white 1; columns are the primaries.
+pub(super) const XYZ: DMat3 = DMat3::from_cols(
+    DVec3::new(0.412_390_799_265_96, 0.212_639_005_871_51, 0.019_330_818_715_59),
+    DVec3::new(0.357_584_339_383_88, 0.715_168_678_767_76, 0.119_194_779_794_63),
+    DVec3::new(0.180_480_788_401_83, 0.072_192_315_360_73, 0.950_532_152_249_66),
+);
+
+/// XYZ of white.
+pub(super) fn white() -> DVec3 {
+    XYZ * DVec3::ONE
+}
+
+/// Light of an sRGB signal (IEC 61966-2-1), both 0 to 1.
+pub fn srgb_decode(signal: f64) -> f64 {
+    if signal <= 0.04045 { signal / 12.92 } else { ((signal + 0.055) / 1.055).powf(2.4) }
+}
+
+/// The sRGB signal of light, both 0 to 1.
+pub fn srgb_encode(light: f64) -> f64 {
+    if light <= 0.003_130_8 { light * 12.92 } else { 1.055 * light.powf(1.0 / 2.4) - 0.055 }
+}
+
+/// CIELAB of an sRGB signal, white D65.
+pub fn lab_of_srgb(signal: [f32; 3]) -> [f64; 3] {
+    let light = DVec3::from_array(signal.map(|x| srgb_decode(f64::from(x))));
+    lab(XYZ * light)
+}
+
+/// CIELAB (CIE 15) of XYZ with the white of sRGB.
+pub(super) fn lab(xyz: DVec3) -> [f64; 3] {
+    const DELTA: f64 = 6.0 / 29.0;
+    let f = |t: f64| if t > DELTA * DELTA * DELTA { t.cbrt() } else { t / (3.0 * DELTA * DELTA) + 4.0 / 29.0 };
+    let [x, y, z] = (xyz / white()).to_array().map(f);
+    [116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)]
+}
+
+const M1: f64 = 2610.0 / 16384.0;
+const M2: f64 = 2523.0 / 4096.0 * 128.0;
+const C1: f64 = 3424.0 / 4096.0;
+const C2: f64 = 2413.0 / 4096.0 * 32.0;
+const C3: f64 = 2392.0 / 4096.0 * 32.0;
+
+/// The PQ signal of light in cd/m² (SMPTE ST 2084).
+pub(super) fn pq_of_nits(nits: f64) -> f64 {
+    let power = (nits / 10_000.0).clamp(0.0, 1.0).powf(M1);
+    ((C1 + C2 * power) / (1.0 + C3 * power)).powf(M2)
+}
+
+/// Light in cd/m² of a PQ signal.
+pub fn nits_of_pq(signal: f64) -> f64 {
+    let power = signal.clamp(0.0, 1.0).powf(1.0 / M2);
+    10_000.0 * ((power - C1).max(0.0) / (C2 - C3 * power)).powf(1.0 / M1)
+}

@@ -1,0 +1,209 @@
+//! `afterimage measure`: what each quality switch of a pipeline costs and what it saves. `afterimage tune`: the best choice of them.
+//!
+//! Everything is derived from the table of node kinds: the truth, the switches, the variants. Plug-ins are measured like all others.
+
+pub(crate) mod args;
+mod clips;
+mod csv;
+mod errors;
+mod heat;
+mod json;
+mod judge;
+pub mod metrics;
+mod plot;
+mod report;
+mod runner;
+mod table;
+pub(crate) mod tune;
+mod variants;
+mod view;
+
+use std::path::Path;
+
+use afterimage_gpu::Gpu;
+use afterimage_graph::check::Graph;
+use afterimage_graph::node::{NodeKind, Registry};
+use afterimage_graph::plan::Plan;
+use indicatif::{ProgressBar, ProgressStyle};
+
+use crate::failure::Failure;
+use crate::files::write_whole;
+use crate::pipeline::{facts, load_graph, registry};
+use crate::session::open;
+use crate::terminal::say;
+use args::{MeasureArgs, Material};
+use clips::{Clip, ClipSource};
+use errors::Errors;
+use judge::{Figures, Truth};
+use report::{ClipInfo, Report, Row};
+use runner::Runner;
+use variants::{Variant, VariantKind, variants};
+use view::View;
+
+pub(crate) fn run(args: &MeasureArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
+    args.plot.iter().try_for_each(|path| plot::check_name(path))?;
+    if let Some(folder) = &args.error_image {
+        std::fs::create_dir_all(folder)
+            .map_err(|error| Failure::machine(format!("cannot make the folder `{}`: {error}", folder.display())))?;
+    }
+    let material = &args.material;
+    let registry = registry(tables, &material.options.nodes)?;
+    let written = load_graph(&args.pipeline, &registry, &material.options)?;
+    let all = variants(&args.pipeline, &registry, &material.options, &written)?;
+    let sources = clips::sources(material, &written)?;
+    let gpu = open(&material.device)?;
+    let runner = Runner::new(&gpu, facts(&material.options)?, material.repeats);
+    let mut work = Work { gpu: &gpu, registry: &registry, args, written: &written, runner };
+    let report = work.measure(all, &sources)?;
+    say(&table::table(&report));
+    write(args, &report)
+}
+
+fn write(args: &MeasureArgs, report: &Report) -> Result<(), Failure> {
+    if let Some(path) = &args.json {
+        write_whole(path, format!("{:#}\n", json::json(report)).as_bytes())?;
+    }
+    if let Some(path) = &args.csv {
+        write_whole(path, csv::csv(report).as_bytes())?;
+    }
+    args.plot.iter().try_for_each(|path| plot::write(path, report))
+}
+
+/// What a measurement needs throughout.
+struct Work<'a> {
+    gpu: &'a Gpu,
+    registry: &'a Registry,
+    args: &'a MeasureArgs,
+    written: &'a Graph,
+    runner: Runner<'a>,
+}
+
+impl Work<'_> {
+    fn measure(&mut self, all: Vec<Variant>, sources: &[ClipSource]) -> Result<Report, Failure> {
+        let material = &self.args.material;
+        let output = judge::output(self.written, material.output.as_deref())?;
+        let view = View::of(self.written, output)?;
+        let mut chosen: Option<(Vec<Variant>, Vec<String>)> = None;
+        let mut rows: Vec<Row> = Vec::new();
+        let mut infos = Vec::new();
+        let bar = progress((all.len() * sources.len()) as u64);
+        for source in sources {
+            let clip = load(source, self.gpu, self.registry, &self.runner, self.written, material)?;
+            infos.push(info(&clip));
+            if chosen.is_none() {
+                let (with_effect, without) = with_effect(&all, &self.runner, &clip)?;
+                rows = with_effect.iter().map(|variant| Row::new(&variant.name, variant.kind)).collect();
+                bar.set_length((with_effect.len() * sources.len()) as u64);
+                chosen = Some((with_effect, without));
+            }
+            let (variants, _) = chosen.as_ref().expect("chosen above");
+            self.clip(variants, &clip, view, &output.name, &mut rows, &bar)?;
+        }
+        bar.finish_and_clear();
+        let mut report = Report {
+            pipeline: self.args.pipeline.to_string_lossy().into_owned(),
+            output: output.name.clone(),
+            range: view.range(),
+            adapter: self.gpu.name(),
+            watch: self.runner.watch(),
+            repeats: self.runner.repeats(),
+            clips: infos,
+            rows,
+            without_effect: chosen.map(|(_, without)| without).unwrap_or_default(),
+        };
+        report.mark_pareto();
+        Ok(report)
+    }
+
+    /// All variants on one clip; the first is the truth.
+    fn clip(
+        &mut self,
+        variants: &[Variant],
+        clip: &Clip,
+        view: View,
+        output: &str,
+        rows: &mut [Row],
+        bar: &ProgressBar,
+    ) -> Result<(), Failure> {
+        let mut truth: Option<Truth> = None;
+        for (variant, row) in variants.iter().zip(rows) {
+            bar.set_message(format!("{}: {}", clip.name, variant.name));
+            let plan = self.runner.plan(&variant.graph, clip, variant.is_exact())?;
+            self.runner.load(plan)?;
+            let errors = match &truth {
+                Some(truth) => self.errors(truth, variant, clip, view)?,
+                None => {
+                    truth = Some(Truth::render(&mut self.runner, clip, view, output)?);
+                    Errors::NONE
+                }
+            };
+            row.clips.push(Figures { cost: self.runner.cost(clip)?, errors });
+            bar.inc(1);
+        }
+        Ok(())
+    }
+
+    fn errors(&mut self, truth: &Truth, variant: &Variant, clip: &Clip, view: View) -> Result<Errors, Failure> {
+        let folder = self.args.error_image.as_deref();
+        truth.errors(&mut self.runner, clip, view, |frame, shown| match folder {
+            Some(folder) => {
+                let number = if clip.len() > 1 { format!("-{frame:04}") } else { String::new() };
+                let name = format!("{}{number}-{}.png", file_name(&clip.name), file_name(&variant.name));
+                heat::write_heat(&folder.join(name), &truth.frames[frame], shown)
+            }
+            None => Ok(()),
+        })
+    }
+}
+
+/// Loads a clip; a still gets several frames if the pipeline remembers.
+fn load(
+    source: &ClipSource,
+    gpu: &Gpu,
+    registry: &Registry,
+    runner: &Runner<'_>,
+    graph: &Graph,
+    material: &Material,
+) -> Result<Clip, Failure> {
+    let clip = source.load(gpu, registry, graph, material)?;
+    let remembers = runner::remembers(&runner.plan(graph, &clip, false)?);
+    if remembers && clip.len() == 1 { Ok(clip.standing(material)) } else { Ok(clip) }
+}
+
+fn info(clip: &Clip) -> ClipInfo {
+    ClipInfo { name: clip.name.clone(), width: clip.size.width, height: clip.size.height, frames: clip.len() }
+}
+
+/// The variants that differ from the file as it is, and the names of the others.
+fn with_effect(all: &[Variant], runner: &Runner<'_>, clip: &Clip) -> Result<(Vec<Variant>, Vec<String>), Failure> {
+    let mut written: Option<Plan> = None;
+    let (mut with, mut without) = (Vec::new(), Vec::new());
+    for variant in all {
+        let is_switch = matches!(variant.kind, VariantKind::Switch | VariantKind::Format);
+        let plan = runner.plan(&variant.graph, clip, variant.is_exact())?;
+        if is_switch && written.as_ref() == Some(&plan) {
+            without.push(variant.name.clone());
+            continue;
+        }
+        with.push(variant.clone());
+        if variant.kind == VariantKind::Written {
+            written = Some(plan);
+        }
+    }
+    Ok((with, without))
+}
+
+/// A name without what file systems mind.
+fn file_name(name: &str) -> String {
+    name.chars().map(|c| if c.is_alphanumeric() || matches!(c, '.' | '-' | '=') { c } else { '-' }).collect()
+}
+
+fn progress(steps: u64) -> ProgressBar {
+    let style = ProgressStyle::with_template("{wide_bar} {pos}/{len}, {eta} left; {msg}");
+    ProgressBar::new(steps).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
+}
+
+/// Whether a path ends so.
+fn ends_with(path: &Path, ending: &str) -> bool {
+    path.extension().is_some_and(|found| found.eq_ignore_ascii_case(ending))
+}

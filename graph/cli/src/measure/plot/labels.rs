@@ -1,0 +1,71 @@
+//! Names beside dots, none on top of another.
+
+use super::canvas::Anchor;
+
+/// Left, top, right, bottom.
+type Box4 = [f64; 4];
+
+/// Width of a letter in parts of the font's size, on average.
+const LETTER: f64 = 0.53;
+
+/// Where names are already.
+pub(super) struct Labels {
+    taken: Vec<Box4>,
+    bounds: Box4,
+}
+
+/// A place for a name.
+pub(super) struct Spot {
+    pub(super) at: (f64, f64),
+    pub(super) anchor: Anchor,
+}
+
+impl Labels {
+    /// No name lies on one of the dots, nor outside of the bounds.
+    pub(super) fn new(dots: &[(f64, f64)], bounds: Box4) -> Self {
+        let around = |(x, y): &(f64, f64)| [x - 7.0, y - 7.0, x + 7.0, y + 7.0];
+        Self { taken: dots.iter().map(around).collect(), bounds }
+    }
+
+    /// The first free place around a dot, which is taken then.
+    pub(super) fn place(&mut self, (x, y): (f64, f64), size: f64, text: &str) -> Option<Spot> {
+        let middle = y + 0.35 * size;
+        let (above, below) = (y - 11.0, y + 11.0 + 0.75 * size);
+        let places = [
+            (x + 12.0, middle, Anchor::Start),
+            (x - 12.0, middle, Anchor::End),
+            (x, above, Anchor::Middle),
+            (x, below, Anchor::Middle),
+            (x + 9.0, above, Anchor::Start),
+            (x + 9.0, below, Anchor::Start),
+            (x - 9.0, above, Anchor::End),
+            (x - 9.0, below, Anchor::End),
+        ];
+        let width = LETTER * size * text.chars().count() as f64;
+        for (x, y, anchor) in places {
+            let wanted = extent((x, y), anchor, width, size);
+            if inside(wanted, self.bounds) && !self.taken.iter().any(|taken| meet(*taken, wanted)) {
+                self.taken.push(wanted);
+                return Some(Spot { at: (x, y), anchor });
+            }
+        }
+        None
+    }
+}
+
+fn extent((x, y): (f64, f64), anchor: Anchor, width: f64, size: f64) -> Box4 {
+    let left = match anchor {
+        Anchor::Start => x,
+        Anchor::Middle => x - width / 2.0,
+        Anchor::End => x - width,
+    };
+    [left, y - 0.8 * size, left + width, y + 0.25 * size]
+}
+
+fn inside(a: Box4, bounds: Box4) -> bool {
+    a[0] >= bounds[0] && a[1] >= bounds[1] && a[2] <= bounds[2] && a[3] <= bounds[3]
+}
+
+fn meet(a: Box4, b: Box4) -> bool {
+    a[0] < b[2] && b[0] < a[2] && a[1] < b[3] && b[1] < a[3]
+}

@@ -1,0 +1,175 @@
+//! Frames on the GPU, and what they cost.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use std::time::Instant;
+
+use afterimage_gpu::{Executor, Frame, Gpu, Texels, download};
+use afterimage_graph::check::{Facts, Graph};
+use afterimage_graph::image::ImageDesc;
+use afterimage_graph::node::{BufferLife, Origin};
+use afterimage_graph::plan::{GivenImage, Options, Plan, Setting, plan};
+
+use super::clips::Clip;
+use crate::failure::Failure;
+
+/// Frames before the first that is timed: clocks rise and caches fill.
+const WARM_UP: u32 = 3;
+
+/// Which clock times frames.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Watch {
+    /// Timestamps on the GPU.
+    Gpu,
+    /// From submission to completion, as the host sees it.
+    Host,
+}
+
+impl Watch {
+    /// The name in tables and files.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Gpu => "gpu",
+            Self::Host => "host",
+        }
+    }
+}
+
+/// What a frame of a variant costs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Cost {
+    /// Milliseconds of the median frame.
+    pub(crate) ms: f64,
+    /// The most bytes that transient images hold.
+    pub(crate) bytes: u64,
+    /// Bytes that passes read and write in a frame.
+    pub(crate) moved: u64,
+    /// How many passes there are.
+    pub(crate) passes: usize,
+}
+
+impl Cost {
+    /// The larger of each.
+    pub(crate) fn worst(self, other: Self) -> Self {
+        Self {
+            ms: self.ms.max(other.ms),
+            bytes: self.bytes.max(other.bytes),
+            moved: self.moved.max(other.moved),
+            passes: self.passes.max(other.passes),
+        }
+    }
+}
+
+/// Runs one graph after the other on the same device.
+pub(crate) struct Runner<'g> {
+    gpu: &'g Gpu,
+    executor: Executor,
+    facts: Facts,
+    repeats: Option<u32>,
+    watch: Watch,
+}
+
+impl<'g> Runner<'g> {
+    pub(crate) fn new(gpu: &'g Gpu, facts: Facts, repeats: Option<u32>) -> Self {
+        let is_processor = gpu.adapter.get_info().device_type == wgpu::DeviceType::Cpu;
+        // Timestamps of a processor say when commands were recorded by the driver's threads, not what they took.
+        let watch = if is_processor { Watch::Host } else { Watch::Gpu };
+        let executor = Executor::with_caps(&gpu.device, &gpu.queue, gpu.caps.clone());
+        Self { gpu, executor, facts, repeats, watch }
+    }
+
+    /// Which clock times frames; a device without timestamps turns out when the first plan is loaded.
+    pub(crate) fn watch(&self) -> Watch {
+        self.watch
+    }
+
+    /// How often the frame is timed.
+    pub(crate) fn repeats(&self) -> u32 {
+        self.repeats.unwrap_or(if self.watch == Watch::Gpu { 50 } else { 7 })
+    }
+
+    /// The plan of a graph for the images of a clip; `exact` for 32-bit intermediates.
+    pub(crate) fn plan(&self, graph: &Graph, clip: &Clip, exact: bool) -> Result<Plan, Failure> {
+        let given = |desc: ImageDesc| GivenImage { desc, finite: false };
+        let inputs: BTreeMap<_, _> = clip.images(0).iter().map(|image| (image.input.clone(), given(image.desc))).collect();
+        let requirement = |desc: &ImageDesc| self.executor.requirement(desc);
+        let setting = Setting {
+            size: clip.size,
+            inputs,
+            facts: self.facts.clone(),
+            caps: self.gpu.caps.clone(),
+            options: Options { exact, ..Options::default() },
+            requirement: &requirement,
+        };
+        Ok(plan(graph, &setting)?)
+    }
+
+    /// Makes a plan the one that runs.
+    pub(crate) fn load(&mut self, plan: Plan) -> Result<(), Failure> {
+        self.executor.load(Arc::new(plan))?;
+        if self.watch == Watch::Gpu && !self.executor.enable_timing() {
+            self.watch = Watch::Host;
+        }
+        Ok(())
+    }
+
+    /// Renders a frame of the clip.
+    pub(crate) fn render(&mut self, clip: &Clip, frame: usize) -> Result<(), Failure> {
+        let clock = clip.clock(frame);
+        let images = clip.images(frame);
+        let views: Vec<_> = images.iter().map(|image| image.texture.create_view(&Default::default())).collect();
+        let inputs: Vec<_> = images.iter().map(|image| image.input.as_str()).zip(&views).collect();
+        let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
+        let frame = Frame { inputs: &inputs, outputs: &[], time: clock.time, dt: clock.dt, reset: clock.reset };
+        self.executor.encode(&mut encoder, &frame)?;
+        self.gpu.queue.submit([encoder.finish()]);
+        Ok(())
+    }
+
+    /// The texels of an output of the last frame.
+    pub(crate) fn output(&self, name: &str) -> Result<Texels, Failure> {
+        let texture = self.executor.output(name).expect("the executor keeps a texture for each output");
+        Ok(download(&self.gpu.device, &self.gpu.queue, texture)?)
+    }
+
+    /// What the last frame of the clip costs with the plan in use.
+    pub(crate) fn cost(&mut self, clip: &Clip) -> Result<Cost, Failure> {
+        let mut times = Vec::new();
+        for round in 0..WARM_UP + self.repeats() {
+            let ms = self.timed(clip)?;
+            if round >= WARM_UP {
+                times.push(ms);
+            }
+        }
+        times.sort_by(f64::total_cmp);
+        let plan = self.executor.plan().expect("a plan was loaded");
+        Ok(Cost {
+            ms: times[times.len() / 2],
+            bytes: plan.memory.bytes(plan.options.alias),
+            moved: plan.bytes_moved(),
+            passes: plan.recording.passes.len(),
+        })
+    }
+
+    /// Milliseconds of one frame.
+    fn timed(&mut self, clip: &Clip) -> Result<f64, Failure> {
+        let start = Instant::now();
+        self.render(clip, clip.len() - 1)?;
+        let on_gpu = match self.watch {
+            Watch::Gpu => self.executor.pass_times(),
+            Watch::Host => None,
+        };
+        if let Some(passes) = on_gpu {
+            return Ok(passes.iter().sum());
+        }
+        let waited = self.gpu.device.poll(wgpu::PollType::wait_indefinitely());
+        waited.map_err(|error| Failure::machine(format!("the GPU did not finish: {error}")))?;
+        Ok(start.elapsed().as_secs_f64() * 1e3)
+    }
+}
+
+/// Whether a plan's frames depend on earlier ones.
+pub(crate) fn remembers(plan: &Plan) -> bool {
+    let images = plan.recording.images.iter().any(|image| matches!(image.origin, Origin::Previous { .. }));
+    images || plan.recording.buffers.iter().any(|buffer| buffer.life == BufferLife::Persistent)
+}

@@ -1,0 +1,251 @@
+//! The search: from the most exact pipeline, always the step that saves most for its error; then whatever is better nearby.
+//!
+//! Steps are tried in the order of the switches and ties go to the first, so equal figures lead to equal results.
+
+use serde::{Deserialize, Serialize};
+
+use super::space::Space;
+use crate::failure::Failure;
+use crate::measure::args::GoalArgs;
+use crate::measure::report::beats;
+
+/// A step must save at least this share of the time to count: less is noise.
+const LEAST_SAVING: f64 = 0.01;
+/// Errors below this many codes are all alike.
+const LEAST_ERROR: f64 = 1e-3;
+
+/// What a tuned pipeline must keep.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Goal {
+    /// Milliseconds at most; the smallest error within is wanted.
+    Budget(f64),
+    /// Codes at most; the shortest time within is wanted.
+    Error(f64),
+}
+
+/// What is weighed.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Measured {
+    /// Milliseconds of the median frame.
+    pub(crate) ms: f64,
+    /// The 99.9 percentile of the error, in codes.
+    pub(crate) p999: f64,
+    /// The largest error.
+    pub(crate) max: f64,
+    /// Bytes of transient images.
+    pub(crate) bytes: u64,
+}
+
+impl Measured {
+    /// The worse of each.
+    pub(super) fn worst(self, other: Self) -> Self {
+        Self {
+            ms: self.ms.max(other.ms),
+            p999: self.p999.max(other.p999),
+            max: self.max.max(other.max),
+            bytes: self.bytes.max(other.bytes),
+        }
+    }
+
+    fn point(&self) -> (f64, f64) {
+        (self.ms, self.p999.max(LEAST_ERROR))
+    }
+}
+
+impl Goal {
+    pub(super) fn of(args: &GoalArgs) -> Self {
+        match (args.budget, args.error) {
+            (Some(budget), _) => Self::Budget(budget),
+            (None, error) => Self::Error(error.unwrap_or(0.0)),
+        }
+    }
+
+    /// Whether the figures keep it.
+    pub(super) fn is_met(self, measured: &Measured) -> bool {
+        match self {
+            Self::Budget(ms) => measured.ms <= ms,
+            Self::Error(codes) => measured.p999 <= codes,
+        }
+    }
+
+    /// Whether `a` serves it better than `b`: what keeps it before what does not, then the smaller rest, then the smaller other figure.
+    fn prefers(self, a: &Measured, b: &Measured) -> bool {
+        match (self.is_met(a), self.is_met(b)) {
+            (true, true) => self.rest(a) < self.rest(b),
+            (false, false) => self.kept(a) < self.kept(b),
+            (a, _) => a,
+        }
+    }
+
+    /// What shall be small once the goal is kept, and what decides between equals.
+    fn rest(self, measured: &Measured) -> (Ordered, Ordered) {
+        let (ms, error) = measured.point();
+        match self {
+            Self::Budget(_) => (Ordered(error), Ordered(ms)),
+            Self::Error(_) => (Ordered(ms), Ordered(error)),
+        }
+    }
+
+    /// What must become small for the goal to be kept.
+    fn kept(self, measured: &Measured) -> (Ordered, Ordered) {
+        let (first, second) = self.rest(measured);
+        (second, first)
+    }
+}
+
+impl std::fmt::Display for Goal {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Budget(ms) => write!(f, "within {ms} ms"),
+            Self::Error(codes) => write!(f, "within {codes} codes"),
+        }
+    }
+}
+
+/// Numbers in their total order.
+#[derive(Clone, Copy, PartialEq)]
+struct Ordered(f64);
+
+impl PartialOrd for Ordered {
+    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
+        Some(self.0.total_cmp(&other.0))
+    }
+}
+
+type Oracle<'o> = dyn FnMut(&[usize]) -> Result<Measured, Failure> + 'o;
+
+/// A choice and its figures.
+type Candidate = (Vec<usize>, Measured);
+
+/// The choice that serves the goal best of all that the search meets.
+pub(super) fn search(space: &Space, goal: Goal, oracle: &mut Oracle<'_>) -> Result<Candidate, Failure> {
+    search_sizes(&space.sizes(), goal, oracle)
+}
+
+/// The same for switches with so many choices each.
+fn search_sizes(sizes: &[usize], goal: Goal, oracle: &mut Oracle<'_>) -> Result<Candidate, Failure> {
+    let mut met = Vec::new();
+    descend(sizes, goal, oracle, &mut met)?;
+    let mut best = best_of(&met, goal);
+    loop {
+        let mut near = vec![best.clone()];
+        for choice in neighbours(&best.0, sizes) {
+            let measured = oracle(&choice)?;
+            near.push((choice, measured));
+        }
+        let better = best_of(&near, goal);
+        if !goal.prefers(&better.1, &best.1) {
+            return Ok(best);
+        }
+        best = better;
+    }
+}
+
+/// Steps from the most exact choice to ever faster ones, until the goal says stop or nothing saves time. All that was met is kept.
+fn descend(sizes: &[usize], goal: Goal, oracle: &mut Oracle<'_>, met: &mut Vec<Candidate>) -> Result<(), Failure> {
+    let exact = vec![0; sizes.len()];
+    let mut here = (exact.clone(), oracle(&exact)?);
+    met.push(here.clone());
+    while !matches!(goal, Goal::Budget(ms) if here.1.ms <= ms) {
+        let mut steps = Vec::new();
+        for choice in neighbours(&here.0, sizes).into_iter().filter(|choice| is_cheaper(choice, &here.0)) {
+            let measured = oracle(&choice)?;
+            steps.push((choice, measured));
+        }
+        met.extend(steps.iter().cloned());
+        let allowed = |(_, m): &&Candidate| {
+            let saves = m.ms < here.1.ms * (1.0 - LEAST_SAVING);
+            saves && !matches!(goal, Goal::Error(codes) if m.p999 > codes)
+        };
+        let gain = |(_, m): &Candidate| (here.1.ms - m.ms) / (m.point().1 - here.1.point().1).max(LEAST_ERROR);
+        let Some(next) = first_largest(steps.iter().filter(allowed), gain) else { return Ok(()) };
+        here = next.clone();
+    }
+    Ok(())
+}
+
+/// The first of those that no other beats and that serves the goal best.
+fn best_of(all: &[Candidate], goal: Goal) -> Candidate {
+    let on_front = |a: &&Candidate| !all.iter().any(|b| beats(b.1.point(), a.1.point()));
+    let mut front = all.iter().filter(on_front);
+    let first = front.next().expect("of some candidates, at least one is on the front");
+    front.fold(first, |best, next| if goal.prefers(&next.1, &best.1) { next } else { best }).clone()
+}
+
+fn first_largest<'c>(all: impl Iterator<Item = &'c Candidate>, gain: impl Fn(&Candidate) -> f64) -> Option<&'c Candidate> {
+    all.fold(None, |best, next| match best {
+        Some(best) if gain(next) <= gain(best) => Some(best),
+        _ => Some(next),
+    })
+}
+
+/// Every choice that differs in one switch, in the order of the switches.
+fn neighbours(from: &[usize], sizes: &[usize]) -> Vec<Vec<usize>> {
+    let mut all = Vec::new();
+    for (switch, size) in sizes.iter().enumerate() {
+        for at in (0..*size).filter(|at| *at != from[switch]) {
+            let mut choice = from.to_vec();
+            choice[switch] = at;
+            all.push(choice);
+        }
+    }
+    all
+}
+
+fn is_cheaper(choice: &[usize], than: &[usize]) -> bool {
+    choice.iter().zip(than).all(|(a, b)| a >= b)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Three switches: what each choice costs in time and in error.
+    const COSTS: [&[(f64, f64)]; 3] = [&[(4.0, 0.0), (2.0, 0.3), (1.0, 4.0)], &[(3.0, 0.0), (1.5, 0.1)], &[(1.0, 0.0), (0.9, 2.0)]];
+    const SIZES: [usize; 3] = [3, 2, 2];
+
+    fn figures(choice: &[usize]) -> Measured {
+        let parts = || COSTS.iter().zip(choice).map(|(costs, at)| costs[*at]);
+        let (ms, p999) = (parts().map(|p| p.0).sum(), parts().map(|p| p.1).sum());
+        Measured { ms, p999, max: 2.0 * p999, bytes: 0 }
+    }
+
+    fn every_choice() -> Vec<Vec<usize>> {
+        (0..12).map(|i| vec![i / 4, i / 2 % 2, i % 2]).collect()
+    }
+
+    fn best_by_trying_all(goal: Goal) -> Measured {
+        let all: Vec<Candidate> = every_choice().into_iter().map(|choice| (choice.clone(), figures(&choice))).collect();
+        best_of(&all, goal).1
+    }
+
+    #[test]
+    fn finds_what_trying_everything_finds() {
+        for goal in [Goal::Budget(8.0), Goal::Budget(6.5), Goal::Budget(4.6), Goal::Budget(3.6), Goal::Error(0.0), Goal::Error(0.4), Goal::Error(5.0)] {
+            let (choice, found) = search_sizes(&SIZES, goal, &mut |choice| Ok(figures(choice))).unwrap();
+            assert!(goal.is_met(&found), "{goal}: {choice:?}");
+            assert_eq!(found, best_by_trying_all(goal), "{goal}: {choice:?}");
+        }
+    }
+
+    #[test]
+    fn comes_closest_where_the_goal_is_out_of_reach() {
+        let goal = Goal::Budget(1.0);
+        let (choice, found) = search_sizes(&SIZES, goal, &mut |choice| Ok(figures(choice))).unwrap();
+        assert!(!goal.is_met(&found));
+        assert_eq!(choice, [2, 1, 1]);
+    }
+
+    #[test]
+    fn equal_figures_lead_to_equal_choices() {
+        let run = || {
+            let mut asked = Vec::new();
+            let found = search_sizes(&SIZES, Goal::Budget(4.6), &mut |choice| {
+                asked.push(choice.to_vec());
+                Ok(figures(choice))
+            });
+            (found.unwrap(), asked)
+        };
+        assert_eq!(run(), run());
+    }
+}

@@ -1,0 +1,383 @@
+//! Reading a `node.ron`.
+
+use super::{Declaration, DeclaredOutput, SizeRule, leak};
+use crate::diagnostic::{Diagnostic, Diagnostics, Place, Spanned, did_you_mean, list, quote};
+use crate::document::{Field, Item, Tree, doubled};
+use crate::image::State;
+use crate::node::contract::snake;
+use crate::node::{Gives, Input, Output, PortType, StandIn};
+use crate::value::{Param, Type, Value};
+
+const SHAPE: &str =
+    "a node file is `Kind(name: \"...\", doc: \"...\", inputs: { ... }, outputs: { ... }, parameters: { ... })`";
+
+/// What the file declares; `None` once it is clear that no kind can come of it.
+pub(super) fn declaration(tree: Item, diagnostics: &mut Diagnostics) -> Option<Declaration> {
+    let mut fields = match tree.value {
+        Tree::Struct(Some(word), fields) if word.value == "Kind" => {
+            Fields::new(word.place, "a node file", fields, diagnostics)
+        }
+        other => {
+            let message = format!("the file holds {}, not a `Kind`", other.describe());
+            diagnostics.push(Diagnostic::error("not-a-kind", message).at(&tree.place.part(0..1), "").help(SHAPE));
+            return None;
+        }
+    };
+    let name = fields.text("name");
+    let doc = fields.text("doc");
+    let inputs: Vec<_> =
+        fields.map("inputs").into_iter().filter_map(|(name, item)| input(&name, item, fields.diagnostics)).collect();
+    let function = name.as_ref().map(|name| Spanned::new(snake(&name.value), name.place.clone()));
+    let outputs = match (fields.map("outputs"), function) {
+        (outputs, Some(function)) => {
+            outputs.into_iter().filter_map(|(name, item)| output(&name, item, &function, fields.diagnostics)).collect()
+        }
+        _ => Vec::new(),
+    };
+    let params = match fields.take("parameters") {
+        Some(item) => fields.entries("parameters", item),
+        None => Vec::new(),
+    };
+    let params = params.into_iter().filter_map(|(name, item)| parameter(&name, item, fields.diagnostics)).collect();
+    let bypass = fields.take("bypass");
+    let bypass = stand_in(bypass, &inputs, fields.diagnostics);
+    fields.finish(&["name", "doc", "inputs", "outputs", "parameters", "bypass"]);
+    Some(Declaration { name: name?, doc: doc?.value, inputs, outputs, params, bypass })
+}
+
+fn stand_in(item: Option<Item>, inputs: &[(Input, Place)], diagnostics: &mut Diagnostics) -> StandIn {
+    let images = || inputs.iter().filter(|(port, _)| port.ty == PortType::Image).map(|(port, _)| port.name);
+    let Some(item) = item else { return images().next().map_or(StandIn::Zero, StandIn::Input) };
+    match &item.value {
+        Tree::Name(name) if name == "Zero" => StandIn::Zero,
+        Tree::Name(name) if name == "Absent" => StandIn::Absent,
+        Tree::Text(name) if images().any(|port| port == name) => StandIn::Input(leak(name)),
+        _ => {
+            let help = format!("write `Zero`, `Absent` or one of the image inputs in quotes: {}", list(images(), 8));
+            diagnostics.push(Diagnostic::error("wrong-type", "`bypass` is no stand-in").at(&item.place, "").help(help));
+            StandIn::Zero
+        }
+    }
+}
+
+/// The name and the fields of `Type(...)`.
+fn typed(
+    name: &Spanned<String>,
+    item: Item,
+    what: &str,
+    diagnostics: &mut Diagnostics,
+) -> Option<(Spanned<String>, Vec<Field>)> {
+    match item.value {
+        Tree::Struct(Some(ty), fields) => Some((ty, fields)),
+        Tree::Name(ty) => Some((Spanned::new(ty, item.place), Vec::new())),
+        other => {
+            let message = format!("the {what} {} has {} for a type", quote(&name.value), other.describe());
+            diagnostics.push(
+                Diagnostic::error("wrong-shape", message)
+                    .at(&item.place, "")
+                    .help("write it as `\"name\": Type(doc: \"...\")`"),
+            );
+            None
+        }
+    }
+}
+
+/// The one of some named things that a name means.
+fn one_of<T: Copy, const N: usize>(
+    ty: &Spanned<String>,
+    what: &str,
+    known: [(&'static str, T); N],
+    diagnostics: &mut Diagnostics,
+) -> Option<T> {
+    let found = known.iter().find(|(name, _)| *name == ty.value).map(|(_, value)| *value);
+    if found.is_none() {
+        let names = known.map(|(name, _)| name);
+        let diagnostic =
+            Diagnostic::error("unknown-type", format!("no {what} is called {}", quote(&ty.value))).at(&ty.place, "");
+        let help = format!("there are {}", list(names, N));
+        diagnostics.push(diagnostic.help(help).maybe_help(did_you_mean(&ty.value, names)));
+    }
+    found
+}
+
+const STATES: [(&str, State); 6] = [
+    ("Scene", State::Scene),
+    ("Exposed", State::Exposed),
+    ("LogLuminance", State::LogLuminance),
+    ("DisplayLinear", State::DisplayLinear),
+    ("Encoded", State::Encoded),
+    ("Data", State::Data),
+];
+
+fn input(name: &Spanned<String>, item: Item, diagnostics: &mut Diagnostics) -> Option<(Input, Place)> {
+    const TYPES: [(&str, PortType); 3] =
+        [("Image", PortType::Image), ("Volume", PortType::Volume), ("Value", PortType::Value)];
+    let (ty, fields) = typed(name, item, "input", diagnostics)?;
+    let port = one_of(&ty, "type of input", TYPES, diagnostics);
+    let mut fields = Fields::new(ty.place, "an input", fields, diagnostics);
+    let doc = fields.text("doc");
+    let optional = fields.flag("optional");
+    let states = fields.states();
+    fields.finish(&["doc", "optional", "states"]);
+    let input = Input { name: leak(&name.value), ty: port?, states: states.leak(), optional, doc: leak(&doc?.value) };
+    Some((input, name.place.clone()))
+}
+
+fn output(
+    name: &Spanned<String>,
+    item: Item,
+    otherwise: &Spanned<String>,
+    diagnostics: &mut Diagnostics,
+) -> Option<DeclaredOutput> {
+    let (ty, fields) = typed(name, item, "output", diagnostics)?;
+    let image = one_of(&ty, "type of output", [("Image", PortType::Image)], diagnostics);
+    let mut fields = Fields::new(ty.place, "an output", fields, diagnostics);
+    let doc = fields.text("doc");
+    let gives = fields.gives();
+    let function = if fields.has("function") { fields.text("function") } else { Some(otherwise.clone()) };
+    let size = fields.size();
+    fields.finish(&["doc", "gives", "function", "size"]);
+    let port = Output { name: leak(&name.value), ty: image?, gives: gives?, doc: leak(&doc?.value) };
+    Some(DeclaredOutput { port, function: function?, size: size? })
+}
+
+fn parameter(name: &Spanned<String>, item: Item, diagnostics: &mut Diagnostics) -> Option<(Param, Place)> {
+    const TYPES: [(&str, Type); 6] = [
+        ("Bool", Type::Bool),
+        ("Int", Type::Int),
+        ("Float", Type::Float),
+        ("Vector2", Type::Vector(2)),
+        ("Vector3", Type::Vector(3)),
+        ("Vector4", Type::Vector(4)),
+    ];
+    let (word, fields) = typed(name, item, "parameter", diagnostics)?;
+    let ty = one_of(&word, "type of parameter", TYPES, diagnostics);
+    let mut fields = Fields::new(word.place, "a parameter", fields, diagnostics);
+    let doc = fields.text("doc");
+    let default = fields.value("default", ty?, true);
+    let neutral = fields.value("neutral", ty?, false);
+    let within = fields.range("within", ty? != Type::Bool);
+    let usually = fields.range("usually", false);
+    let unit = if fields.has("unit") { fields.text("unit") } else { None };
+    fields.finish(&["doc", "default", "neutral", "within", "usually", "unit"]);
+    // The numbers of a folder kind are uniforms: no change of theirs needs a new plan.
+    let mut param = Param::new(leak(&name.value), &doc?.value, ty?, default?).live();
+    param.domain = within;
+    param.usual = usually;
+    param.neutral = neutral;
+    param.unit = unit.map_or("", |unit| leak(&unit.value));
+    Some((param, name.place.clone()))
+}
+
+/// The fields of a thing, taken one by one; what is left in the end is a mistake.
+struct Fields<'d> {
+    place: Place,
+    what: &'static str,
+    left: Vec<Field>,
+    diagnostics: &'d mut Diagnostics,
+}
+
+impl<'d> Fields<'d> {
+    fn new(place: Place, what: &'static str, fields: Vec<Field>, diagnostics: &'d mut Diagnostics) -> Self {
+        let mut left: Vec<Field> = Vec::new();
+        for (name, item) in fields {
+            match left.iter().find(|(known, _)| known.value == name.value) {
+                Some((first, _)) => diagnostics.push(doubled(&name, &first.place, "field")),
+                None => left.push((name, item)),
+            }
+        }
+        Self { place, what, left, diagnostics }
+    }
+
+    fn has(&self, name: &str) -> bool {
+        self.left.iter().any(|(field, _)| field.value == name)
+    }
+
+    fn take(&mut self, name: &str) -> Option<Item> {
+        let at = self.left.iter().position(|(field, _)| field.value == name)?;
+        Some(self.left.remove(at).1)
+    }
+
+    fn required(&mut self, name: &str) -> Option<Item> {
+        let item = self.take(name);
+        if item.is_none() {
+            let message = format!("{} needs {}", self.what, quote(name));
+            self.diagnostics.push(Diagnostic::error("missing-field", message).at(&self.place, ""));
+        }
+        item
+    }
+
+    fn wrong(&mut self, name: &str, item: &Item, wanted: &str) {
+        let message = format!("{} is {wanted}", quote(name));
+        let seen = format!("this is {}", item.value.describe());
+        self.diagnostics.push(Diagnostic::error("wrong-type", message).at(&item.place, seen));
+    }
+
+    fn text(&mut self, name: &str) -> Option<Spanned<String>> {
+        let item = self.required(name)?;
+        match &item.value {
+            Tree::Text(text) if !text.trim().is_empty() => Some(Spanned::new(text.clone(), item.place)),
+            _ => {
+                self.wrong(name, &item, "a text in quotes that is not empty");
+                None
+            }
+        }
+    }
+
+    fn flag(&mut self, name: &str) -> bool {
+        match self.take(name) {
+            Some(Item { value: Tree::Bool(flag), .. }) => flag,
+            Some(item) => {
+                self.wrong(name, &item, "`true` or `false`");
+                false
+            }
+            None => false,
+        }
+    }
+
+    fn map(&mut self, name: &str) -> Vec<(Spanned<String>, Item)> {
+        self.required(name).map_or_else(Vec::new, |item| self.entries(name, item))
+    }
+
+    fn entries(&mut self, name: &str, item: Item) -> Vec<(Spanned<String>, Item)> {
+        let Tree::Map(entries) = item.value else {
+            self.wrong(name, &item, "a map, `{ \"name\": Type(...) }`");
+            return Vec::new();
+        };
+        let mut named: Vec<(Spanned<String>, Item)> = Vec::new();
+        for (key, value) in entries {
+            match key.value {
+                Tree::Text(text) => {
+                    let key = Spanned::new(text, key.place);
+                    match named.iter().find(|(known, _)| known.value == key.value) {
+                        Some((first, _)) => self.diagnostics.push(doubled(&key, &first.place, "name")),
+                        None => named.push((key, value)),
+                    }
+                }
+                _ => self.wrong(name, &key, "a map whose names are in quotes"),
+            }
+        }
+        named
+    }
+
+    fn states(&mut self) -> Vec<State> {
+        match self.take("states") {
+            None => Vec::new(),
+            Some(Item { value: Tree::List(items), .. }) => {
+                items.into_iter().filter_map(|item| self.state(item)).collect()
+            }
+            Some(item) => {
+                self.wrong("states", &item, "a list of states, `[Scene, Exposed]`");
+                Vec::new()
+            }
+        }
+    }
+
+    fn state(&mut self, item: Item) -> Option<State> {
+        match item.value {
+            Tree::Name(name) => one_of(&Spanned::new(name, item.place), "image state", STATES, self.diagnostics),
+            _ => {
+                self.wrong("state", &item, "the bare name of an image state");
+                None
+            }
+        }
+    }
+
+    fn gives(&mut self) -> Option<Gives> {
+        let item = self.required("gives")?;
+        match &item.value {
+            Tree::Name(_) => self.state(item).map(Gives::Always),
+            Tree::Tuple(Some(word), items) if word.value == "Same" => match items.as_slice() {
+                [Item { value: Tree::Text(input), .. }] => Some(Gives::Same(leak(input))),
+                _ => {
+                    self.wrong("gives", &item, "`Same(\"input\")` or an image state");
+                    None
+                }
+            },
+            _ => {
+                self.wrong("gives", &item, "`Same(\"input\")` or an image state");
+                None
+            }
+        }
+    }
+
+    fn size(&mut self) -> Option<SizeRule> {
+        const RULES: [(&str, SizeRule); 3] =
+            [("Same", SizeRule::Same), ("Half", SizeRule::Half), ("Double", SizeRule::Double)];
+        let Some(item) = self.take("size") else { return Some(SizeRule::Same) };
+        match &item.value {
+            Tree::Name(name) => {
+                one_of(&Spanned::new(name.clone(), item.place.clone()), "size", RULES, self.diagnostics)
+            }
+            Tree::Tuple(Some(word), items) if word.value == "Fixed" => match items.as_slice() {
+                [
+                    Item { value: Tree::Int(width @ 1..=16384), .. },
+                    Item { value: Tree::Int(height @ 1..=16384), .. },
+                ] => Some(SizeRule::Fixed(*width as u32, *height as u32)),
+                _ => {
+                    self.wrong("size", &item, "`Fixed(width, height)` with sides of 1 to 16384");
+                    None
+                }
+            },
+            _ => {
+                self.wrong("size", &item, "`Same`, `Half`, `Double` or `Fixed(width, height)`");
+                None
+            }
+        }
+    }
+
+    fn value(&mut self, name: &str, ty: Type, is_required: bool) -> Option<Value> {
+        let item = if is_required { self.required(name)? } else { self.take(name)? };
+        let value = match (ty, &item.value) {
+            (Type::Bool, Tree::Bool(flag)) => Some(Value::Bool(*flag)),
+            (Type::Int, Tree::Int(whole)) => Some(Value::Int(*whole)),
+            (Type::Float, _) => number(&item).map(Value::Float),
+            (Type::Vector(n), Tree::Tuple(None, items)) if items.len() == n => vector(items),
+            _ => None,
+        };
+        if value.is_none() {
+            self.wrong(name, &item, &ty.describe());
+        }
+        value
+    }
+
+    fn range(&mut self, name: &str, is_required: bool) -> Option<(f64, f64)> {
+        let item = if is_required { self.required(name)? } else { self.take(name)? };
+        let range = match &item.value {
+            Tree::Tuple(None, ends) => match ends.as_slice() {
+                [low, high] => number(low).zip(number(high)),
+                _ => None,
+            },
+            _ => None,
+        };
+        if range.is_none() {
+            self.wrong(name, &item, "the least and the greatest number in parentheses, `(0.0, 1.0)`");
+        }
+        range
+    }
+
+    fn finish(self, known: &[&str]) {
+        for (name, _) in &self.left {
+            let message = format!("{} has no field {}", self.what, quote(&name.value));
+            let diagnostic = Diagnostic::error("unknown-field", message).at(&name.place, "");
+            let diagnostic = diagnostic.help(format!("its fields are {}", list(known.iter().copied(), known.len())));
+            self.diagnostics.push(diagnostic.maybe_help(did_you_mean(&name.value, known.iter().copied())));
+        }
+    }
+}
+
+fn number(item: &Item) -> Option<f64> {
+    match item.value {
+        Tree::Int(whole) => Some(whole as f64),
+        Tree::Float(number) => Some(number),
+        _ => None,
+    }
+}
+
+fn vector(items: &[Item]) -> Option<Value> {
+    let mut numbers = [0.0; 4];
+    for (slot, item) in numbers.iter_mut().zip(items) {
+        *slot = number(item)?;
+    }
+    Some(Value::Vector(numbers, items.len()))
+}

@@ -1,0 +1,138 @@
+//! The program as a user runs it: arguments in; pictures, words and an exit status out.
+
+mod broken;
+mod hostile;
+mod mistakes;
+mod pictures;
+mod sequences;
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+
+use afterimage::files::{ExrOptions, Picture, Pixels, write_exr};
+
+/// A folder of one test, removed at its end.
+pub(crate) struct Folder(PathBuf);
+
+impl Folder {
+    fn new(test: &str) -> Self {
+        let path = std::env::temp_dir().join(format!("afterimage-cli-{}-{test}", std::process::id()));
+        fs::create_dir_all(&path).expect("a temporary folder");
+        Self(path)
+    }
+
+    fn file(&self, name: &str) -> PathBuf {
+        self.0.join(name)
+    }
+
+    fn with(&self, name: &str, bytes: &[u8]) -> PathBuf {
+        fs::write(self.file(name), bytes).expect("a temporary file");
+        self.file(name)
+    }
+
+    /// The names of all files, sorted.
+    fn names(&self) -> Vec<String> {
+        let entries = fs::read_dir(&self.0).expect("the folder");
+        let mut names: Vec<String> =
+            entries.map(|entry| entry.expect("an entry").file_name().to_string_lossy().into_owned()).collect();
+        names.sort();
+        names
+    }
+
+    /// Runs the program in this folder with the words of `line`; `{name}` stands for a shipped pipeline.
+    fn run(&self, line: &str) -> Told {
+        let output = self.command(line).output().expect("the program starts");
+        Told::of(&output)
+    }
+
+    fn command(&self, line: &str) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_afterimage-under-test"));
+        command.current_dir(&self.0).stdin(Stdio::null()).env("XDG_CACHE_HOME", self.file(".cache"));
+        for word in line.split(' ') {
+            match word.strip_prefix('{').and_then(|word| word.strip_suffix('}')) {
+                Some(name) => command.arg(shipped(name)),
+                None => command.arg(word),
+            };
+        }
+        command
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        let _ = fs::remove_dir_all(&self.0);
+    }
+}
+
+/// What the program said, and its exit status.
+#[derive(Debug)]
+struct Told {
+    status: Option<i32>,
+    out: String,
+    err: String,
+}
+
+impl Told {
+    fn of(output: &Output) -> Self {
+        let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+        Self { status: output.status.code(), out: text(&output.stdout), err: text(&output.stderr) }
+    }
+
+    /// That it went well; what it wrote to standard output.
+    #[track_caller]
+    fn good(self) -> String {
+        assert_eq!(self.status, Some(0), "{}", self.err);
+        self.out
+    }
+
+    /// That it stopped with this status and these words, to the letter.
+    #[track_caller]
+    fn fails(self, status: i32, words: &str) {
+        assert_eq!((self.status, self.err.trim_end()), (Some(status), words));
+    }
+
+    /// That it stopped with this status and said all of this.
+    #[track_caller]
+    fn fails_saying(self, status: i32, parts: &[&str]) {
+        assert_eq!(self.status, Some(status), "{}", self.err);
+        for part in parts {
+            assert!(self.err.contains(part), "`{part}` is not in:\n{}", self.err);
+        }
+    }
+}
+
+fn shipped(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../pipelines").join(format!("{name}.ron"))
+}
+
+/// Middle grey, with a white lamp of four pixels in it and light that grows from left to right.
+fn room(width: u32, height: u32) -> Picture {
+    let mut pixels = Vec::new();
+    for y in 0..height {
+        for x in 0..width {
+            let light = 0.05 + 0.4 * x as f32 / width as f32;
+            let lamp = x.abs_diff(width / 2) < 2 && y.abs_diff(height / 2) < 2;
+            let [r, g, b] = if lamp { [40.0, 30.0, 20.0] } else { [light, light * 0.8, light * 0.6] };
+            pixels.extend([r, g, b, 1.0]);
+        }
+    }
+    Picture::new(width, height, Pixels::Float(pixels))
+}
+
+fn save(path: &Path, picture: &Picture) {
+    write_exr(path, picture, &ExrOptions::default()).expect("a picture of a test can be written");
+}
+
+#[test]
+fn help_version_and_nonsense() {
+    let folder = Folder::new("help");
+    let help = folder.run("--help").good();
+    for command in ["demo", "render", "check", "plan", "nodes", "stress"] {
+        assert!(help.contains(command), "{help}");
+    }
+    assert!(folder.run("--version").good().starts_with("afterimage "));
+    folder.run("rendr").fails_saying(1, &["rendr", "render"]);
+    folder.run("render").fails_saying(1, &["<PIPELINE>", "--out <FILE>"]);
+    assert!(folder.names().iter().all(|name| name == ".cache"), "{:?}", folder.names());
+}

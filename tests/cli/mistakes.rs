@@ -1,0 +1,147 @@
+//! Slips of the command line, each with its words and its exit status: 1 for the user's, 2 for the machine's.
+
+use std::io::Read as _;
+use std::process::Stdio;
+
+use super::{Folder, room, save};
+
+fn folder(test: &str) -> Folder {
+    let folder = Folder::new(test);
+    save(&folder.file("room.exr"), &room(12, 8));
+    folder
+}
+
+#[test]
+fn slips_are_told_with_a_hint() {
+    let folder = folder("slips");
+    folder.with("notes.txt", b"room.exr is the good one");
+    let table = [
+        (
+            "render {glare} rom.exr -o out.png",
+            "error: rom.exr: there is no such file\n  hint: check the spelling; names are relative to the folder you are in",
+        ),
+        (
+            "render {glare} room.exr -o out.jpg",
+            "error: `out.jpg` ends neither in `.png` nor in `.exr`\n  hint: `.png` takes an encoded output, `.exr` a linear one",
+        ),
+        ("render {glare} room.exr -o out.png --depth 12", "error: a PNG has 8 or 16 bits, not 12"),
+        (
+            "render {glare} room.exr -o out.exr",
+            "error: the pipeline has no linear output for this file; it has `display` (Encoded)\n  hint: write to a `.png` file, or add \
+             an output before the `Encode` node",
+        ),
+        (
+            "render {glare} room.exr -o out.png --output final",
+            "error: the pipeline has no output `final`\n  hint: it has `display` (Encoded)",
+        ),
+        (
+            "render {glare} room.exr -o nowhere/out.png",
+            "error: nowhere/out.png: the folder of this output does not exist\n  hint: create the folder first",
+        ),
+        (
+            "render {glare} -o out.png",
+            "error: the pipeline needs an image for its input `scene`\n  hint: name a file after the pipeline, or `--input scene=FILE`",
+        ),
+        (
+            "render {glare} -o out.png --input seen=room.exr",
+            "error: the pipeline has no input `seen`\n  hint: it has `scene`",
+        ),
+        (
+            "render {glare} -o out.png --input room.exr",
+            "error: `--input room.exr` has no `=`\n  hint: write `--input name=value`",
+        ),
+        (
+            "render {glare} room.exr#depth -o out.png",
+            "error: room.exr: it has no layer, part or channel `depth`\n  hint: it has `R`, `G`, `B`, `A`",
+        ),
+        (
+            "render {glare} notes.txt -o out.png",
+            "error: notes.txt: this is not an image that this program knows\n  hint: EXR, Radiance HDR and PNG files are read; convert \
+             it to one of them",
+        ),
+        (
+            "render {glare} . -o out.png",
+            "error: .: this is a folder, not an image\n  hint: name a file; a sequence in a folder is written `folder/shot.####.exr`",
+        ),
+    ];
+    for (line, words) in table {
+        folder.run(line).fails(1, words);
+    }
+    assert_eq!(folder.names(), [".cache", "notes.txt", "room.exr"]);
+}
+
+#[test]
+fn facts_tiers_and_parameters_are_checked() {
+    let folder = folder("facts");
+    folder.run("render {caracal} room.exr -o out.png --fact emisive=false").fails_saying(1, &["emisive", "`emissive`"]);
+    folder.run("render {caracal} room.exr -o out.png --fact emissive=often").fails_saying(1, &["emissive", "often"]);
+    folder.run("render {glare} room.exr -o out.png --fact emissive=false").fails_saying(1, &["emissive"]);
+    folder.run("render {tsushima} room.exr -o out.png --tier cheap").fails_saying(1, &["no tier `cheap`", "low"]);
+    folder.run("render {glare} room.exr -o out.png --set lit.strenth=1").fails_saying(1, &["strenth", "strength"]);
+    folder.run("render {glare} room.exr -o out.png --set lit.strength=9").fails_saying(1, &["strength", "8"]);
+    folder.run("render nothing.ron room.exr -o out.png").fails_saying(1, &["cannot read the pipeline `nothing.ron`"]);
+    assert_eq!(folder.names(), [".cache", "room.exr"]);
+}
+
+#[test]
+fn an_unknown_adapter_is_told_with_those_there_are() {
+    let folder = folder("adapter");
+    let told = folder.run("render {glare} room.exr -o out.png --adapter Voodoo2");
+    told.fails_saying(1, &["error: no graphics adapter called `Voodoo2`: there are `"]);
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn no_adapter_is_the_machines_fault_and_names_the_package() {
+    let folder = folder("no-adapter");
+    let mut command = folder.command("render {glare} room.exr -o out.png");
+    command.env("VK_DRIVER_FILES", "/nonexistent").env("VK_ICD_FILENAMES", "/nonexistent");
+    let told = super::Told::of(&command.output().expect("the program starts"));
+    told.fails_saying(2, &["no graphics adapter", "apt-get install mesa-vulkan-drivers"]);
+    assert!(!folder.file("out.png").exists());
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn a_full_disk_is_the_machines_fault() {
+    let folder = folder("full");
+    std::os::unix::fs::symlink("/dev/full", folder.file("out.png")).expect("a link");
+    let told = folder.run("render {glare} room.exr -o out.png");
+    told.fails(2, "error: out.png: the disk is full\n  hint: nothing was left half written");
+}
+
+#[test]
+fn a_failure_leaves_the_old_picture_alone() {
+    let folder = folder("old");
+    folder.with("out.png", b"the picture of yesterday");
+    let mut cut = std::fs::read(folder.file("room.exr")).expect("a picture");
+    cut.truncate(cut.len() - 20);
+    folder.with("cut.exr", &cut);
+    folder.run("render {glare} cut.exr -o out.png").fails_saying(1, &["cut.exr"]);
+    assert_eq!(std::fs::read(folder.file("out.png")).expect("still there"), b"the picture of yesterday");
+    assert_eq!(folder.names(), [".cache", "cut.exr", "out.png", "room.exr"]);
+}
+
+#[test]
+fn a_reader_that_goes_away_is_no_failure() {
+    let folder = Folder::new("pipe");
+    for line in ["nodes", "plan {tsushima} --format json", "plan {tsushima} --format svg"] {
+        let mut child = folder.command(line).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("it starts");
+        // Reads one byte and hangs up, as `head` does.
+        let mut out = child.stdout.take().expect("a pipe");
+        out.read_exact(&mut [0]).expect("it speaks");
+        drop(out);
+        let told = super::Told::of(&child.wait_with_output().expect("it ends"));
+        assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{line}");
+    }
+}
+
+#[test]
+fn a_broken_pipeline_is_told_at_its_place() {
+    let folder = folder("pipeline");
+    folder.with("bad.ron", b"Pipeline(\n    inputs: { \"scene\": Color },\n    nodes: { \"a\": Blurr(source: \"scene\") },\n    outputs: { \"display\": \"a\" },\n)");
+    let told = folder.run("check bad.ron");
+    told.fails_saying(1, &["error[unknown-kind]", "Blurr", "bad.ron:3"]);
+    folder.run("render bad.ron room.exr -o out.png").fails_saying(1, &["Blurr", "bad.ron:3"]);
+    assert!(!folder.file("out.png").exists());
+}

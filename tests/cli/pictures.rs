@@ -1,0 +1,110 @@
+//! Pictures that the program makes.
+
+use std::fs;
+
+use afterimage::files::{Source, read};
+
+use super::{Folder, room, save};
+
+/// Width, height and RGB bytes of a PNG.
+fn png(path: &std::path::Path) -> (u32, u32, Vec<[u8; 3]>) {
+    let file = std::io::BufReader::new(fs::File::open(path).expect("the picture was written"));
+    let mut reader = png::Decoder::new(file).read_info().expect("a PNG");
+    let mut bytes = vec![0; reader.output_buffer_size().expect("a size")];
+    let info = reader.next_frame(&mut bytes).expect("whole pixels");
+    let channels = info.color_type.samples();
+    assert_eq!(info.bit_depth, png::BitDepth::Eight);
+    let pixels = bytes[..info.buffer_size()].chunks_exact(channels).map(|pixel| [pixel[0], pixel[1], pixel[2]]);
+    (info.width, info.height, pixels.collect())
+}
+
+#[test]
+fn demo_writes_the_scene_every_pipeline_and_a_sheet() {
+    let folder = Folder::new("demo");
+    let said = folder.run("demo --size 64x36 --out made").good();
+    let names = |said: &str| said.lines().map(str::to_owned).collect::<Vec<_>>();
+    for name in ["scene.exr", "caracal.png", "glare.png", "lynx.png", "contact-sheet.png"] {
+        let path = folder.file("made").join(name);
+        assert!(names(&said).iter().any(|line| line.ends_with(name)), "{said}");
+        assert!(path.is_file(), "{name}");
+    }
+    let scene = read(&Source::file(folder.file("made/scene.exr"))).expect("a scene");
+    assert_eq!((scene.width, scene.height), (64, 36));
+    let brightest = scene.pixels.to_f32().into_iter().fold(0.0, f32::max);
+    assert!(brightest > 10.0, "a scene worth processing has lights: {brightest}");
+    let (width, height, pixels) = png(&folder.file("made/lynx.png"));
+    assert_eq!((width, height), (64, 36));
+    let (dark, light) = (pixels.iter().flatten().min(), pixels.iter().flatten().max());
+    assert!(dark < Some(&60) && light > Some(&200), "{dark:?} to {light:?}");
+}
+
+#[test]
+fn an_exr_becomes_a_png() {
+    let folder = Folder::new("png");
+    save(&folder.file("room.exr"), &room(61, 33));
+    assert_eq!(folder.run("render {glare} room.exr -o room.png").good(), "");
+    let (width, height, pixels) = png(&folder.file("room.png"));
+    assert_eq!((width, height), (61, 33));
+    let at = |x: usize, y: usize| pixels[y * 61 + x];
+    assert!(at(30, 16).iter().all(|code| *code > 240), "the lamp is white: {:?}", at(30, 16));
+    let [r, g, b] = at(10, 30);
+    assert!(r > g && g > b && b > 40 && r < 160, "the wall is warm and dim: {:?}", at(10, 30));
+    assert!(at(55, 30)[1] > g + 20, "light grows to the right: {:?}", at(55, 30));
+    assert_eq!(folder.names(), [".cache", "room.exr", "room.png"]);
+}
+
+#[test]
+fn a_linear_output_becomes_an_exr_and_can_be_read_again() {
+    let folder = Folder::new("exr");
+    save(&folder.file("room.exr"), &room(20, 10));
+    let pipeline = "Pipeline(inputs: { \"scene\": Color }, nodes: { \"bright\": Exposure(source: \"scene\", stops: 1.0) }, \
+                    outputs: { \"light\": \"bright\" })";
+    folder.with("twice.ron", pipeline.as_bytes());
+    folder.run("render twice.ron room.exr -o twice.exr --depth 32").good();
+    folder.run("render twice.ron room.exr -o half.exr --set bright.stops=-1").good();
+    let (before, after) = (room(20, 10).pixels.to_f32(), floats(&folder, "twice.exr"));
+    for (x, y) in before.chunks(4).zip(after.chunks(4)) {
+        assert!((0..3).all(|c| (2.0 * x[c] - y[c]).abs() < 0.002 * x[c]), "{x:?} {y:?}");
+        assert_eq!(y[3], 1.0);
+    }
+    let darker = floats(&folder, "half.exr");
+    assert!((darker[0] - before[0] / 2.0).abs() < 1e-4, "{} {}", darker[0], before[0]);
+}
+
+fn floats(folder: &Folder, name: &str) -> Vec<f32> {
+    read(&Source::file(folder.file(name))).expect("the picture was written").pixels.to_f32()
+}
+
+#[test]
+fn drawing_and_dispatching_give_the_same_picture() {
+    let folder = Folder::new("stages");
+    save(&folder.file("room.exr"), &room(61, 33));
+    folder.run("render {lynx} room.exr -o dispatched.png --no-dither").good();
+    folder.run("render {lynx} room.exr -o drawn.png --no-dither --fragment --no-fuse --no-alias").good();
+    let (dispatched, drawn) = (png(&folder.file("dispatched.png")).2, png(&folder.file("drawn.png")).2);
+    let differences = dispatched.as_flattened().iter().zip(drawn.as_flattened()).map(|(a, b)| a.abs_diff(*b));
+    assert!(differences.max() <= Some(1));
+    assert!(dispatched.as_flattened().iter().any(|code| *code > 100));
+}
+
+#[test]
+fn nothing_but_nan_gives_a_black_picture() {
+    let folder = Folder::new("nan");
+    let mut picture = room(16, 16);
+    picture.pixels = afterimage::files::Pixels::Float(vec![f32::NAN; 16 * 16 * 4]);
+    save(&folder.file("nan.exr"), &picture);
+    folder.run("render {glare} nan.exr -o black.png --no-dither").good();
+    assert_eq!(png(&folder.file("black.png")).2, [[0; 3]; 256]);
+}
+
+#[test]
+fn a_pipeline_without_inputs_renders_at_any_size() {
+    let folder = Folder::new("source");
+    let text = "Pipeline(inputs: {}, nodes: { \"scene\": DemoScene() }, outputs: { \"scene\": \"scene\", \"depth\": \"scene.depth\" })";
+    folder.with("scene.ron", text.as_bytes());
+    folder.run("render scene.ron --size 31x17 -o depth.exr --output depth --depth 32").good();
+    let depth = read(&Source::file(folder.file("depth.exr"))).expect("the picture was written");
+    assert_eq!((depth.width, depth.height), (31, 17));
+    let far = depth.pixels.to_f32().chunks(4).map(|pixel| pixel[0]).fold(0.0, f32::max);
+    assert!(far > 1.0 && far <= 1000.0, "{far}");
+}

@@ -1,0 +1,76 @@
+//! Conditions over facts.
+
+use afterimage_graph::check::{Condition, Fact, Facts};
+
+fn holds(condition: &str, facts: &[(&str, Fact)]) -> bool {
+    let facts: Facts = facts.iter().copied().collect();
+    Condition::parse(condition).unwrap_or_else(|error| panic!("{condition}: {}", error.message)).holds(&facts)
+}
+
+#[test]
+fn and_binds_tighter_than_or_and_not_tighter_than_both() {
+    let facts = [("a", true.into()), ("b", false.into()), ("c", false.into())];
+    assert!(holds("a or b and c", &facts));
+    assert!(!holds("(a or b) and c", &facts));
+    assert!(holds("not b and a", &facts));
+    assert!(!holds("not (b or a)", &facts));
+}
+
+#[test]
+fn all_comparisons() {
+    let facts = [("x", 10.0.into())];
+    for (condition, expected) in [
+        ("x < 10", false),
+        ("x <= 10", true),
+        ("x > 10", false),
+        ("x >= 10", true),
+        ("x == 10", true),
+        ("x != 10", false),
+        ("9.5 < x", true),
+        ("-1e1 < x", true),
+        ("x<.5", false),
+        ("x == x", true),
+    ] {
+        assert_eq!(holds(condition, &facts), expected, "{condition}");
+    }
+}
+
+#[test]
+fn what_is_not_told_may_be_either_way() {
+    assert!(holds("a", &[]) && holds("not a", &[]) && holds("x < 1", &[]) && holds("not x < 1", &[]));
+    assert!(!holds("a and b", &[("b", false.into())]), "one false part is enough, whatever the other is");
+    assert!(holds("a and b", &[("b", true.into())]));
+    assert!(!holds("not (a or b)", &[("b", true.into())]));
+}
+
+#[test]
+fn nonsense_from_the_host_counts_as_untold() {
+    assert!(holds("x < 1", &[("x", f64::NAN.into())]) && holds("not x < 1", &[("x", f64::NAN.into())]));
+    assert!(holds("a", &[("a", 0.0.into())]) && holds("x < 1", &[("x", true.into())]));
+}
+
+#[test]
+fn a_printed_condition_reads_the_same() {
+    for condition in
+        ["a", "not a", "not (a and b)", "a and (b or c)", "a or b and c", "x < 10", "not (x >= -0.5)", "not not a"]
+    {
+        let read = Condition::parse(condition).expect("it is well formed");
+        assert_eq!(read.to_string(), condition);
+        assert_eq!(Condition::parse(&read.to_string()).expect("it is well formed"), read);
+    }
+}
+
+#[test]
+fn facts_are_listed_once() {
+    let condition = Condition::parse("b and (a or not b) and x < y").expect("it is well formed");
+    assert_eq!(condition.facts(), ["a", "b", "x", "y"]);
+}
+
+#[test]
+fn endless_conditions_are_refused() {
+    for condition in
+        [format!("{}a", "not ".repeat(100_000)), format!("{}a", "(".repeat(100_000)), vec!["a"; 100_000].join(" or ")]
+    {
+        assert_eq!(Condition::parse(&condition).expect_err("it is endless").message, "the condition is too long");
+    }
+}

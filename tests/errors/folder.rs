@@ -1,0 +1,115 @@
+//! Node kinds of two files and no Rust: one that works, and what is told when either file is wrong.
+
+use afterimage_graph::node::folder_kind;
+
+const DECLARATION: &str = r#"Kind(
+    name: "Posterize",
+    doc: "Leaves only a few levels of each colour.",
+    inputs: {
+        "source": Image(doc: "The picture after the tone curve.", states: [DisplayLinear]),
+        "mask":   Image(doc: "Where.", optional: true),
+    },
+    outputs: { "result": Image(doc: "The picture in levels.", gives: Same("source")) },
+    parameters: {
+        "levels": Float(doc: "Levels of each channel.", default: 4.0, within: (2, 256), usually: (2.0, 16.0)),
+    },
+)
+"#;
+
+const SHADER: &str = "struct Posterize { levels: f32 }
+
+fn posterize(source: vec4f, mask: texture_2d<f32>, mask_sampler: sampler, at: Point, params: Posterize) -> vec4f {
+    let steps = params.levels - 1.0;
+    let levels = round(source.rgb * steps) / steps;
+    return vec4f(mix(levels, source.rgb, tap(mask, mask_sampler, at.uv).x), source.a);
+}
+";
+
+fn told(declaration: &str, shader: &str) -> String {
+    let kind = folder_kind(("posterize/node.ron", declaration), ("posterize/posterize.wgsl", shader));
+    kind.map_or_else(|told| told.to_string(), |kind| panic!("{kind:?} is accepted"))
+}
+
+#[test]
+fn a_folder_becomes_a_kind() {
+    let kind =
+        folder_kind(("node.ron", DECLARATION), ("posterize.wgsl", SHADER)).unwrap_or_else(|told| panic!("{told}"));
+    assert_eq!((kind.name(), kind.main_output(), kind.inputs().len()), ("Posterize", "result", 2));
+    let (_, levels) = kind.param("levels").expect("it is declared");
+    assert_eq!((levels.domain, levels.usual, levels.replan), (Some((2.0, 256.0)), Some((2.0, 16.0)), false));
+}
+
+#[test]
+fn mistakes_of_the_shader_are_told_at_its_lines() {
+    for (from, to, message, place) in [
+        ("params.levels -", "parms.levels -", "no definition in scope for identifier: `parms`", "posterize.wgsl:4:17"),
+        (
+            "levels: f32",
+            "level: f32, levels: f32",
+            "`level` of `Posterize` is no parameter of the node",
+            "posterize.wgsl:1:20",
+        ),
+        (
+            "(source: vec4f",
+            "(at_: Point, source: vec4f",
+            "the argument `at_` is no input of the node",
+            "posterize.wgsl:3:14",
+        ),
+        (
+            "fn posterize",
+            "fn posterise",
+            "the shader has no function `posterize` that gives a `vec4f`",
+            "node.ron:2:11",
+        ),
+        ("mask_sampler", "samp", "the sampler `samp` does not follow its texture", "posterize.wgsl:3:52"),
+        (
+            "struct",
+            "fn helper() {}\nstruct",
+            "`helper` in `posterize/posterize.wgsl` does not begin with",
+            "node.ron:2:11",
+        ),
+    ] {
+        let told = told(DECLARATION, &SHADER.replace(from, to));
+        assert!(told.contains(message) && told.contains(place), "{from} -> {to}:\n{told}");
+    }
+}
+
+#[test]
+fn mistakes_of_the_declaration_are_told_at_its_lines() {
+    for (from, to, message, place) in [
+        ("Kind(", "Node(", "the file holds a name with parentheses, not a `Kind`", "node.ron:1:1"),
+        ("Float(", "Flaot(", "no type of parameter is called `Flaot`", "node.ron:10:19"),
+        ("within: (2, 256)", "witin: (2, 256)", "a parameter needs `within`", "node.ron:10:19"),
+        (
+            "within: (2, 256)",
+            "within: 2",
+            "`within` is the least and the greatest number in parentheses",
+            "node.ron:10:79",
+        ),
+        ("default: 4.0", "default: 1.0", "the default of `levels` is not acceptable", "node.ron:2:11"),
+        ("[DisplayLinear]", "[Displaylinear]", "no image state is called `Displaylinear`", "node.ron:5:76"),
+        ("Same(\"source\")", "Same(\"sauce\")", "the state of `result` follows `sauce`", "node.ron:2:11"),
+        ("name: \"Posterize\"", "name: \"\"", "`name` is a text in quotes that is not empty", "node.ron:2:11"),
+        (
+            "\"mask\":   Image",
+            "\"other\": Image(doc: \"O.\"), \"mask\": Image",
+            "the shader does not read the input `other`",
+            "node.ron:6:9",
+        ),
+        ("    parameters: {", "    bypass: \"levels\", parameters: {", "`bypass` is no stand-in", "node.ron:9:13"),
+        ("doc: \"Where.\"", "dok: \"Where.\"", "an input needs `doc`", "node.ron:6:19"),
+    ] {
+        let told = told(&DECLARATION.replace(from, to), SHADER);
+        assert!(told.contains(message) && told.contains(place), "{from} -> {to}:\n{told}");
+    }
+}
+
+#[test]
+fn no_text_makes_it_panic() {
+    for cut in (0..DECLARATION.len() - 2).step_by(7) {
+        told(&DECLARATION[..cut], SHADER);
+    }
+    for cut in (0..SHADER.len() - 2).step_by(7) {
+        told(DECLARATION, &SHADER[..cut]);
+    }
+}

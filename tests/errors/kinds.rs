@@ -1,0 +1,165 @@
+//! A small world of node kinds that stays as it is, so that messages which list kinds and parameters do too.
+
+use afterimage_graph::prelude::*;
+
+choices! {
+    /// Tone curves.
+    pub enum Curve {
+        /// The film industry's.
+        Aces,
+        /// x / (1 + x).
+        Reinhard,
+    }
+}
+
+params! {
+    /// Multiplies light by a power of two.
+    pub struct Exposure {
+        /// Powers of two; 0 changes nothing.
+        pub stops: f32 = 0.0 => within(-32.0..=32.0), unit("stops"), neutral(0.0);
+    }
+}
+
+params! {
+    /// Measures light.
+    pub struct Meter {
+    }
+}
+
+params! {
+    /// Keeps bright light.
+    pub struct Extract {
+        /// Light below this is dropped.
+        pub threshold: f32 = 1.0 => within(0.0..=65504.0);
+        /// Width of the soft step.
+        pub knee: f32 = 0.1 => within(0.0..=1.0);
+    }
+}
+
+params! {
+    /// Halves a picture again and again.
+    pub struct Downsample {
+        /// How often.
+        pub levels: u32 = 5 => within(1.0..=12.0);
+    }
+}
+
+params! {
+    /// Adds up a pyramid.
+    pub struct Upsample {
+        /// Width of the filter.
+        pub radius: f32 = 0.85 => within(0.0..=4.0);
+    }
+}
+
+params! {
+    /// Adds light to a picture.
+    pub struct Composite {
+        /// Share of the light; 0 changes nothing.
+        pub strength: f32 = 0.5 => within(0.0..=16.0), neutral(0.0);
+    }
+}
+
+params! {
+    /// Colours a picture.
+    pub struct Tint {
+        /// Factors of red, green and blue.
+        pub color: [f32; 3] = [1.0, 1.0, 1.0] => within(0.0..=16.0);
+        /// Whether brightness stays.
+        pub keep: bool = true;
+    }
+}
+
+params! {
+    /// Maps colours by a table.
+    pub struct Grade {
+        /// The table.
+        pub table: FileValue = FileValue::default();
+    }
+}
+
+params! {
+    /// Bends scene light into what a display can show.
+    pub struct ToneMap {
+        /// The curve.
+        pub curve: Curve = Curve::Aces;
+    }
+}
+
+params! {
+    /// Applies the transfer function of a display.
+    pub struct Encode {
+    }
+}
+
+macro_rules! node {
+    ($kind:ident, [$($input:expr),*], [$($output:expr),*] $(, $verify:item)?) => {
+        impl Node for $kind {
+            const INPUTS: &'static [Input] = &[$($input),*];
+            const OUTPUTS: &'static [Output] = &[$($output),*];
+            const BYPASS: StandIn = StandIn::Zero;
+            $($verify)?
+            fn record(&self, _: &mut Recorder<'_>) {}
+        }
+    };
+}
+
+const LIGHT: &[State] = &[State::Scene, State::Exposed];
+const SOURCE: Input = Input::image("source", "The picture.");
+const SAME: Output = Output::image("result", Gives::Same("source"), "The picture.");
+
+node!(
+    Exposure,
+    [SOURCE.takes(&[State::Scene]), Input::new("meter", PortType::Value, "Measured light.").optional()],
+    [Output::image("result", Gives::Always(State::Exposed), "The exposed picture.")]
+);
+node!(
+    Meter,
+    [SOURCE.takes(LIGHT)],
+    [
+        Output::new("histogram", PortType::Table, Gives::Nothing, "How often each brightness occurs."),
+        Output::new("exposure", PortType::Value, Gives::Nothing, "The exposure that fits.")
+    ]
+);
+node!(Extract, [SOURCE.takes(LIGHT)], [SAME]);
+node!(Downsample, [SOURCE], [Output::new("result", PortType::Pyramid, Gives::Same("source"), "The levels.")]);
+node!(Upsample, [Input::new("source", PortType::Pyramid, "The levels.")], [SAME]);
+node!(
+    Composite,
+    [Input::image("base", "The picture.").takes(LIGHT), Input::image("bloom", "The light.").takes(LIGHT)],
+    [Output::image("result", Gives::Same("base"), "Their sum.")]
+);
+node!(Tint, [SOURCE], [SAME]);
+node!(
+    Grade,
+    [SOURCE],
+    [SAME],
+    fn verify(&self) -> Result<(), String> {
+        let bytes = self.table.bytes.as_deref().unwrap_or(b"1");
+        if bytes.is_empty() { Err("the table is empty".into()) } else { Ok(()) }
+    }
+);
+node!(
+    ToneMap,
+    [SOURCE.takes(&[State::Exposed])],
+    [Output::image("result", Gives::Always(State::DisplayLinear), "The picture for a display.")]
+);
+node!(
+    Encode,
+    [SOURCE.takes(&[State::DisplayLinear])],
+    [Output::image("result", Gives::Always(State::Encoded), "The picture for a file.")]
+);
+
+/// All of them.
+pub(super) const ALL: &[NodeKind] = &[
+    NodeKind::of::<Composite>(),
+    NodeKind::of::<Downsample>(),
+    NodeKind::of::<Encode>(),
+    NodeKind::of::<Exposure>(),
+    NodeKind::of::<Extract>(),
+    NodeKind::of::<Grade>(),
+    NodeKind::of::<Meter>(),
+    NodeKind::of::<Tint>(),
+    NodeKind::of::<ToneMap>(),
+    NodeKind::of::<Upsample>(),
+];

@@ -1,0 +1,77 @@
+//! BakedGrade against the nodes that it bakes.
+
+use super::{light, run};
+use crate::reference::color::{BRADFORD, CUSTOM, REC709, Space, white_balance_target};
+use crate::reference::curves::*;
+use crate::reference::grade::LiftGammaGain;
+use crate::reference::math::{Rgb, transform};
+use crate::reference::transfer::srgb_encode;
+use crate::reference::{agx, math};
+use crate::support::gpu::Picture;
+use afterimage_graph::check::NoFiles;
+
+const GRADE: LiftGammaGain = LiftGammaGain { lift: [0.01, 0.0, 0.0], gamma: [1.05, 1.0, 1.0], gain: [1.0, 1.0, 1.02] };
+
+/// The chain in f64, in 8-bit codes before rounding.
+fn codes(rgb: Rgb, curve: &dyn Fn(Rgb) -> Rgb) -> Rgb {
+    let target = [1.0, 0.93, 0.82].map(|x: f64| f64::from(x as f32));
+    let balanced = transform(&white_balance_target(&BRADFORD, target, true), rgb).map(|x| x.max(0.0));
+    GRADE.apply(curve(balanced)).map(|x| 255.0 * srgb_encode(x.min(1.0)))
+}
+
+/// Colours of the formula book's population A: each channel on its own, log-uniform from 1e-4 to 60.
+fn population() -> Picture {
+    let mut numbers = super::Numbers(0x1234_5678_9abc_def1);
+    let (low, high) = (1e-4_f64.log2(), 60.0_f64.log2());
+    super::picture([128, 100], move |_| [0, 1, 2].map(|_| (low + (high - low) * numbers.next()).exp2()))
+}
+
+/// The error that 99 of 100 channels stay below, and the largest, in codes.
+fn error(rest: &str, curve: &dyn Fn(Rgb) -> Rgb) -> (f64, f64) {
+    let input = population();
+    let grade = "target: (1.0, 0.93, 0.82), lift: (0.01, 0.0, 0.0), gamma: (1.05, 1.0, 1.0), gain: (1.0, 1.0, 1.02)";
+    let output = run("Exposed", &format!("BakedGrade({grade}, {rest})"), &NoFiles, &input);
+    let difference = |(&from, &to): (&[f32; 4], &[f32; 4])| {
+        math::zip(codes(super::rgb(from), curve), super::rgb(to), |wanted, found| (wanted - 255.0 * found).abs())
+    };
+    let mut errors: Vec<f64> = input.pixels.iter().zip(&output.pixels).flat_map(difference).collect();
+    errors.sort_by(f64::total_cmp);
+    (errors[errors.len() * 99 / 100], errors[errors.len() - 1])
+}
+
+#[test]
+fn the_error_is_what_the_manual_says() {
+    let channel = |space: &'static Space, curve: fn(f64) -> f64| move |rgb: Rgb| in_space(rgb, space, curve);
+    let uchimura = channel(&CUSTOM, |x| uchimura(x, &UCHIMURA));
+    let aces = channel(&REC709, narkowicz);
+    let agx = |rgb: Rgb| agx::linear(rgb, agx::sigmoid, &agx::BASE);
+    let neutral = |rgb: Rgb| display(pbr_neutral(rgb, 0.8, 0.15));
+    let cases: [(&str, &dyn Fn(Rgb) -> Rgb, f64, f64); 7] = [
+        ("curve: Uchimura, space: Tsushima", &uchimura, 0.72, 9.0),
+        ("curve: Aces", &aces, 0.4, 20.5),
+        ("curve: AgX", &agx, 0.5, 2.0),
+        ("curve: KhronosNeutral", &neutral, 1.45, 9.0),
+        ("curve: KhronosNeutral, interpolation: Tetrahedral", &neutral, 0.9, 9.0),
+        ("curve: Uchimura, space: Tsushima, size: 32", &uchimura, 2.8, 17.0),
+        ("curve: Uchimura, space: Tsushima, shaper: Log2", &uchimura, 1.6, 13.0),
+    ];
+    for (rest, curve, most_of, largest) in cases {
+        let (found, worst) = error(rest, curve);
+        assert!(found <= most_of && worst <= largest, "{rest}: 99 % below {found:.2}, largest {worst:.2}");
+        assert!(found > 0.01, "{rest}: a table of half floats cannot be as close as {found}");
+    }
+}
+
+#[test]
+fn extremes_stay_finite_and_in_range() {
+    let input = light([61, 37]);
+    for rest in
+        ["", "shaper: Log2", "interpolation: Tetrahedral", "transfer: Linear, size: 8", "transfer: Gamma, curve: Gt7"]
+    {
+        let output = run("Exposed", &format!("BakedGrade({rest})"), &NoFiles, &input);
+        assert!(output.pixels.iter().flat_map(|p| &p[..3]).all(|x| (0.0..=1.0).contains(x)), "{rest}");
+        let black = super::rgb(output.at(1, 0));
+        assert!(math::largest(black) < 2e-3, "{rest}: black is {black:?}");
+        assert!(output.at(3, 0)[1] > 0.97, "{rest}: the brightest white is {:?}", output.at(3, 0));
+    }
+}

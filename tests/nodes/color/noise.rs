@@ -1,0 +1,121 @@
+//! Dither and FilmGrain.
+
+use super::{run, unit};
+use crate::reference::transfer::{dither, quantise};
+use crate::support::gpu::{Picture, Run};
+use afterimage_graph::check::NoFiles;
+
+/// The hash of the shaders, once more.
+fn hash(v: u32) -> u32 {
+    let state = v.wrapping_mul(747796405).wrapping_add(2891336453);
+    let word = ((state >> ((state >> 28) + 4)) ^ state).wrapping_mul(277803737);
+    (word >> 22) ^ word
+}
+
+/// The two random numbers of a channel of a pixel.
+fn random(x: u32, y: u32, channel: u32, seed: u32) -> [f64; 2] {
+    let h = hash(x ^ hash(y ^ hash(seed * 3 + channel)));
+    [f64::from(h >> 16) / 65536.0, f64::from(h & 0xffff) / 65536.0]
+}
+
+fn codes(pixel: [f32; 4], bits: u32) -> [f64; 3] {
+    [0, 1, 2].map(|channel| quantise(f64::from(pixel[channel]), bits))
+}
+
+#[test]
+fn dither_gives_the_codes_of_its_twin() {
+    let input = unit([61, 37]);
+    for (bits, seed) in [(8, 0), (10, 7), (1, 65535)] {
+        let output = run("Encoded", &format!("Dither(bits: {bits}, seed: {seed})"), &NoFiles, &input);
+        let mut off = 0;
+        for y in 0..37 {
+            for x in 0..61 {
+                let found = codes(output.at(x, y), bits);
+                for channel in 0..3 {
+                    let [u1, u2] = random(x, y, channel as u32, seed);
+                    let expected = dither(f64::from(input.at(x, y)[channel]), u1, u2, bits);
+                    assert!((found[channel] - expected).abs() <= 1.0);
+                    off += usize::from(found[channel] != expected);
+                }
+            }
+        }
+        // A value that lies on the border of two codes in 64 bits may lie beside it in 32.
+        assert!(off <= 3, "{off} of 6771 codes at {bits} bits");
+    }
+}
+
+#[test]
+fn dithered_values_are_codes_even_in_half_floats() {
+    let text = "Pipeline(inputs: { \"in\": Encoded }, nodes: { \"out\": Dither(source: \"in\", bits: 10) }, outputs: { \"out\": \"out\" })";
+    let graph = crate::support::gpu::graph(text);
+    let input = unit([61, 37]);
+    let halves = Run::new(&graph).frame(&[("in", &input)]).remove(0);
+    let exact = Run::new(&graph).exact().frame(&[("in", &input)]).remove(0);
+    for (half, exact) in halves.pixels.iter().zip(&exact.pixels) {
+        assert_eq!(codes(*half, 10), codes(*exact, 10));
+    }
+}
+
+#[test]
+fn solid_black_and_white_stay_solid_and_flat_areas_keep_their_mean() {
+    for (value, code) in [(0.0, Some(0.0)), (1.0, Some(255.0)), (0.30137, None), (0.00261, None)] {
+        let flat = Picture::new(128, 128, |_, _| [value, value, value, 1.0]);
+        let output = run("Encoded", "Dither()", &NoFiles, &flat);
+        let all: Vec<f64> = output.pixels.iter().flat_map(|pixel| codes(*pixel, 8)).collect();
+        match code {
+            Some(code) => assert!(all.iter().all(|found| *found == code)),
+            None => {
+                let mean = all.iter().sum::<f64>() / all.len() as f64;
+                assert!((mean - f64::from(value) * 255.0).abs() < 0.01, "{value}: {mean}");
+                assert!(all.iter().any(|found| *found != all[0]));
+            }
+        }
+    }
+}
+
+#[test]
+fn only_animated_noise_changes_from_frame_to_frame() {
+    let input = unit([31, 17]);
+    let frames = |node: &str| {
+        let graph = crate::support::gpu::graph(&super::pipeline("Encoded", node));
+        let frames = Run::new(&graph).exact().frames(&[("in", &input)], &[(0.0, true), (0.04, false)]);
+        (frames[0][0].clone(), frames[1][0].clone())
+    };
+    for kind in ["Dither", "FilmGrain"] {
+        let (first, second) = frames(&format!("{kind}(animate: true)"));
+        assert!(first != second, "{kind}");
+        let (first, second) = frames(&format!("{kind}(animate: false)"));
+        assert!(first == second, "{kind}");
+    }
+}
+
+#[test]
+fn grain_keeps_black_white_and_the_mean_and_stays_in_range() {
+    for size in ["1.0", "1.5", "7.3"] {
+        let node = format!("FilmGrain(amount: 1.0, size: {size}, color: 0.5, animate: false)");
+        for (value, least_spread, most_spread) in
+            [(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.5, 0.02, 0.25), (0.1, 0.005, 0.09)]
+        {
+            let flat = Picture::new(256, 256, |_, _| [value, value, value, 0.7]);
+            let output = run("Encoded", &node, &NoFiles, &flat);
+            let all: Vec<f64> =
+                output.pixels.iter().flat_map(|pixel| [pixel[0], pixel[1], pixel[2]].map(f64::from)).collect();
+            assert!(all.iter().all(|x| (0.0..=1.0).contains(x)), "{node} at {value}");
+            let mean = all.iter().sum::<f64>() / all.len() as f64;
+            let spread = (all.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / all.len() as f64).sqrt();
+            assert!((mean - f64::from(value)).abs() < 0.01, "{node} at {value}: mean {mean}");
+            assert!((least_spread..=most_spread).contains(&spread), "{node} at {value}: spread {spread}");
+            assert!(output.pixels.iter().all(|pixel| pixel[3] == 0.7));
+        }
+    }
+}
+
+#[test]
+fn grain_of_silver_has_no_colour_and_a_seed_of_its_own() {
+    let flat = Picture::new(64, 64, |_, _| [0.4, 0.4, 0.4, 1.0]);
+    let grain = |seed: u32| run("Encoded", &format!("FilmGrain(color: 0.0, seed: {seed})"), &NoFiles, &flat);
+    let (one, other) = (grain(1), grain(2));
+    assert!(one.pixels.iter().all(|[r, g, b, _]| r == g && g == b));
+    let same = one.pixels.iter().zip(&other.pixels).filter(|(a, b)| a == b).count();
+    assert!(same < 64, "{same} pixels of two seeds are equal");
+}

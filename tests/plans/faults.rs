@@ -1,0 +1,204 @@
+//! Faults planted in good plans: the checker finds each of them and names who is to blame.
+
+use afterimage_graph::node::{Origin, Resource};
+use afterimage_graph::plan::{Alias, Options, Plan, check_plan};
+
+use super::random::Recipe;
+
+const SEEDS: std::ops::Range<u64> = 0..12;
+
+fn plans(options: Options) -> impl Iterator<Item = Plan> {
+    let recipe = |seed| Recipe { seed, nodes: 40, histories: 3, off: 5 };
+    SEEDS.map(move |seed| recipe(seed).plan(options).expect("the graph can be planned"))
+}
+
+/// The sentences about a plan; it must have some.
+fn faults(plan: &Plan, what: &str) -> String {
+    let faults = check_plan(plan).expect_err(what);
+    faults.iter().map(ToString::to_string).collect::<Vec<String>>().join("\n")
+}
+
+fn assert_says(said: &str, parts: &[&str]) {
+    let says = said.lines().any(|line| parts.iter().all(|part| line.contains(part)));
+    assert!(says, "no line has all of {parts:?}:\n{said}");
+}
+
+#[test]
+fn a_barrier_dropped() {
+    for plan in plans(Options::default()) {
+        for wave in 0..plan.waves.len() {
+            for at in 0..plan.barriers[wave].transitions.len() {
+                let mut broken = plan.clone();
+                let dropped = broken.barriers[wave].transitions.remove(at);
+                let name = match dropped.resource {
+                    Resource::Image(image) => &plan.image_names()[image.0 as usize],
+                    Resource::Buffer(buffer) => &plan.buffer_names()[buffer.0 as usize],
+                };
+                let said = faults(&broken, "a barrier is missing");
+                assert_says(&said, &[&format!("wave {wave} uses `{name}`"), "no barrier"]);
+            }
+        }
+    }
+}
+
+#[test]
+fn an_export_dropped() {
+    for mut plan in plans(Options::default()) {
+        plan.exports.clear();
+        assert_says(&faults(&plan, "nothing hands the output out"), &["the end of the frame uses", "no barrier"]);
+    }
+}
+
+#[test]
+fn a_hand_over_not_touched() {
+    for alias in [Alias::Placed, Alias::Pool] {
+        for plan in plans(Options { alias, ..Options::default() }) {
+            let wave = plan.barriers.iter().position(|wave| !wave.hand_overs.is_empty()).expect("memory changes hands");
+            let mut broken = plan.clone();
+            let dropped = broken.barriers[wave].hand_overs.remove(0);
+            let name = &plan.image_names()[dropped.image.0 as usize];
+            let said = faults(&broken, "a hand-over is missing");
+            assert_says(&said, &[&format!("`{name}` takes over"), "nothing separates them"]);
+        }
+    }
+}
+
+/// Two shared images that are alive in the same wave.
+fn alive_together(plan: &Plan) -> (usize, usize) {
+    let shared = |image: &usize| plan.memory.offset_of[*image].is_some();
+    let lives: Vec<(usize, _)> =
+        (0..plan.lifetimes.len()).filter(shared).filter_map(|image| Some((image, plan.lifetimes[image]?))).collect();
+    for (a, first) in &lives {
+        for (b, second) in &lives {
+            if a < b && first.first <= second.last && second.first <= first.last {
+                return (*a, *b);
+            }
+        }
+    }
+    panic!("some pass reads one shared image and writes another")
+}
+
+#[test]
+fn two_live_images_overlap_in_the_heap() {
+    for plan in plans(Options::default()) {
+        let (a, b) = alive_together(&plan);
+        let mut broken = plan.clone();
+        broken.memory.offset_of[a] = broken.memory.offset_of[b];
+        let said = faults(&broken, "two images overlap");
+        let names = plan.image_names();
+        assert_says(&said, &[&format!("`{}`", names[a]), &format!("`{}`", names[b]), "in the heap where"]);
+    }
+}
+
+#[test]
+fn two_live_images_share_a_texture() {
+    for plan in plans(Options { alias: Alias::Pool, ..Options::default() }) {
+        let (a, b) = alive_together(&plan);
+        let mut broken = plan.clone();
+        broken.memory.slot_of[a] = broken.memory.slot_of[b];
+        assert_says(&faults(&broken, "two images share"), &["in the pool where"]);
+    }
+}
+
+#[test]
+fn a_place_off_its_alignment_or_beyond_the_heap() {
+    let plan = plans(Options::default()).next().expect("there is a plan");
+    let image = plan.memory.offset_of.iter().position(Option::is_some).expect("an image is placed");
+    let mut crooked = plan.clone();
+    crooked.memory.offset_of[image] = crooked.memory.offset_of[image].map(|offset| offset + 4);
+    assert_says(&faults(&crooked, "an offset is not aligned"), &["is no multiple of"]);
+    let mut outside = plan.clone();
+    outside.memory.offset_of[image] = Some(plan.memory.heap);
+    assert_says(&faults(&outside, "an image is outside"), &["beyond the heap"]);
+}
+
+/// A pass and a later one that reads what it writes, the first in the wave before the second.
+fn neighbours(plan: &Plan) -> Option<(usize, usize, usize)> {
+    plan.waves.windows(2).enumerate().find_map(|(wave, pair)| {
+        let reads = |reader: usize, writer: usize| {
+            let writes = plan.recording.passes[writer].writes();
+            plan.recording.passes[reader].reads().iter().any(|resource| writes.contains(resource))
+        };
+        let pairs = pair[0].clone().flat_map(|writer| pair[1].clone().map(move |reader| (writer, reader)));
+        pairs.into_iter().find(|(writer, reader)| reads(*reader, *writer)).map(|(writer, reader)| (wave, writer, reader))
+    })
+}
+
+#[test]
+fn two_passes_exchanged() {
+    for plan in plans(Options::default()) {
+        let (_, writer, reader) = neighbours(&plan).expect("some wave needs the one before");
+        let mut broken = plan.clone();
+        broken.recording.passes.swap(writer, reader);
+        broken.stages.swap(writer, reader);
+        broken.recorded.swap(writer, reader);
+        let said = faults(&broken, "a read comes before its write");
+        let name = &plan.pass_names()[reader];
+        assert!(said.contains(&format!("pass `{name}` reads")) || said.contains("recorded before it"), "{said}");
+    }
+}
+
+#[test]
+fn a_boundary_between_waves_removed() {
+    for plan in plans(Options::default()) {
+        let (wave, ..) = neighbours(&plan).expect("some wave needs the one before");
+        let mut broken = plan.clone();
+        let second = broken.waves.remove(wave + 1);
+        broken.waves[wave].end = second.end;
+        let moved = broken.barriers.remove(wave + 1);
+        broken.barriers[wave].transitions.extend(moved.transitions);
+        broken.barriers[wave].hand_overs.extend(moved.hand_overs);
+        for lifetime in broken.lifetimes.iter_mut().flatten() {
+            lifetime.first -= usize::from(lifetime.first > wave);
+            lifetime.last -= usize::from(lifetime.last > wave);
+        }
+        assert_says(&faults(&broken, "two waves became one"), &["of the same wave uses it"]);
+    }
+}
+
+#[test]
+fn waves_that_leave_a_pass_out() {
+    let mut plan = plans(Options::default()).next().expect("there is a plan");
+    let last = plan.waves.len() - 1;
+    plan.waves[last].end -= 1;
+    assert_says(&faults(&plan, "a pass is in no wave"), &["the waves end at pass"]);
+}
+
+#[test]
+fn a_history_or_an_output_that_nobody_writes() {
+    let plan = plans(Options { fuse: false, ..Options::default() }).find(|plan| past(plan).is_some());
+    let plan = plan.expect("some graph has a history");
+    let of = past(&plan).expect("it was found above");
+    let writer = plan.recording.passes.iter().position(|pass| pass.writes().contains(&of)).expect("histories are written");
+    let mut broken = plan.clone();
+    broken.recording.passes[writer] = broken.recording.passes[(writer + 1) % plan.recording.passes.len()].clone();
+    assert_says(&faults(&broken, "a history is not written"), &["is the past of", "is written by 0 passes"]);
+    let mut broken = plan.clone();
+    let unwritten = plan.inputs[0].1;
+    broken.outputs[0].image = unwritten;
+    assert_says(&faults(&broken, "an output is not written"), &["no pass writes", "is the output"]);
+}
+
+fn past(plan: &Plan) -> Option<Resource> {
+    let made = |of: afterimage_graph::node::ImageId| plan.recording.image(of).origin == Origin::Transient;
+    plan.recording.images.iter().find_map(|image| match image.origin {
+        Origin::Previous { of, .. } if made(of) => Some(Resource::Image(of)),
+        _ => None,
+    })
+}
+
+#[test]
+fn figures_that_do_not_add_up() {
+    let plan = plans(Options::default()).next().expect("there is a plan");
+    let changes: [fn(&mut Plan); 4] = [
+        |plan| plan.memory.lower_bound -= 1,
+        |plan| plan.memory.placed += 1,
+        |plan| plan.memory.pooled += 1,
+        |plan| plan.memory.unaliased -= 1,
+    ];
+    for change in changes {
+        let mut broken = plan.clone();
+        change(&mut broken);
+        assert_says(&faults(&broken, "a figure is wrong"), &["the plan states", "bytes for"]);
+    }
+}

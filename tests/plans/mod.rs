@@ -1,0 +1,6 @@
+//! Plans: whatever the graph, the checker has nothing to say; and what is wrong, it finds.
+
+mod faults;
+mod printing;
+mod properties;
+mod random;

@@ -1,0 +1,99 @@
+//! Plans as text, JSON, Graphviz and SVG, their hashes and their differences.
+
+use afterimage_graph::image::Size;
+use afterimage_graph::plan::{Alias, Options, Plan, diff};
+
+use super::random::{Recipe, plan_at};
+
+const RECIPE: Recipe = Recipe { seed: 5, nodes: 24, histories: 2, off: 12 };
+
+fn example() -> Plan {
+    RECIPE.plan(Options::default()).expect("the graph can be planned")
+}
+
+#[test]
+fn the_text_tells_of_every_pass_and_node() {
+    let plan = example();
+    let text = plan.to_text();
+    for pass in &plan.recording.passes {
+        assert!(text.lines().any(|line| line.contains(&pass.nodes.join(" + ")) && line.contains(&pass.label)), "{text}");
+    }
+    for left in &plan.left_out {
+        assert!(text.lines().any(|line| line.contains(&left.node) && line.ends_with(&left.why)), "{text}");
+    }
+    assert!(!plan.left_out.is_empty() && text.contains("lower bound") && text.contains(&plan.hash().to_string()));
+    assert!(text.lines().all(|line| line == line.trim_end()), "no spaces at the ends of lines");
+}
+
+#[test]
+fn the_json_is_canonical() {
+    let plan = example();
+    let json: serde_json::Value = serde_json::from_str(&plan.to_json()).expect("JSON can be read");
+    for key in ["hash", "passes", "waves", "barriers", "left_out", "memory"] {
+        assert!(json.get(key).is_some(), "no `{key}`");
+    }
+    let memory = ["unaliased", "pooled", "placed", "lower_bound"].map(|key| json["memory"][key].as_u64());
+    let m = &plan.memory;
+    assert_eq!(memory, [m.unaliased, m.pooled, m.placed, m.lower_bound].map(Some));
+    assert_eq!(json["hash"], plan.hash().to_string());
+    assert_eq!(json["passes"].as_array().map(Vec::len), Some(plan.recording.passes.len()));
+    assert_eq!(json["waves"].as_array().map(Vec::len), json["barriers"].as_array().map(Vec::len));
+    // Reading sorts the keys; writing again gives the same text only if they were sorted.
+    assert_eq!(serde_json::to_string_pretty(&json).expect("JSON can be written"), plan.to_json());
+}
+
+#[test]
+fn the_hash_tells_plans_apart_and_nothing_else() {
+    let plan = example();
+    assert_eq!(plan.hash(), example().hash());
+    let others = [
+        RECIPE.plan(Options { alias: Alias::Pool, ..Options::default() }),
+        RECIPE.plan(Options { fuse: false, ..Options::default() }),
+        Recipe { seed: 6, ..RECIPE }.plan(Options::default()),
+        plan_at(&RECIPE.graph(), Size::new(641, 360), Options::default()),
+    ];
+    for other in others {
+        assert_ne!(plan.hash(), other.expect("the graph can be planned").hash());
+    }
+}
+
+#[test]
+fn a_plan_does_not_differ_from_itself() {
+    let (plan, unfused) = (example(), RECIPE.plan(Options { fuse: false, ..Options::default() }).expect("plans"));
+    assert!(diff(&plan, &example()).is_empty());
+    let change = diff(&unfused, &plan);
+    assert!(!change.added.is_empty() && !change.removed.is_empty());
+    let (passes, moved) = (change.passes, change.bytes_moved);
+    assert_eq!(passes.0 as usize - passes.1 as usize, change.removed.len() - change.added.len());
+    let saved: u64 = plan.fused.iter().map(|fused| fused.bytes_saved).sum();
+    assert!(moved.0 >= moved.1 + saved, "fusion moves less: {moved:?}, {saved} less");
+    let back = diff(&plan, &unfused);
+    assert_eq!((back.added, back.removed), (change.removed.clone(), change.added.clone()));
+    let text = change.to_string();
+    assert!(change.removed.iter().all(|pass| text.contains(&format!("- {pass}\n"))), "{text}");
+}
+
+#[test]
+fn the_graphviz_text_has_every_pass_once() {
+    let plan = example();
+    let dot = plan.to_dot();
+    for pass in 0..plan.recording.passes.len() {
+        assert_eq!(dot.matches(&format!("\n    pass{pass} [label=")).count(), 1, "{dot}");
+    }
+    assert_eq!(dot.matches('{').count(), dot.matches('}').count());
+}
+
+#[test]
+fn the_picture_shows_every_image_of_the_heap() {
+    let plan = example();
+    let svg = plan.to_svg();
+    for (name, offset) in plan.image_names().iter().zip(&plan.memory.offset_of) {
+        assert!(offset.is_none() || svg.contains(&format!("<title>{name}\n")), "no bar for {name}");
+    }
+    assert!(svg.starts_with("<svg ") && svg.ends_with("</svg>\n"));
+    for tag in ["text", "title", "rect", "circle", "path"] {
+        let opened = svg.matches(&format!("<{tag} ")).count() + svg.matches(&format!("<{tag}>")).count();
+        let closed = svg.matches(&format!("</{tag}>")).count() + svg.matches("fill=\"#ffffff\"/>").count() * usize::from(tag == "rect");
+        assert_eq!(opened, closed, "{tag}");
+    }
+}

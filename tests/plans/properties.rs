@@ -1,0 +1,143 @@
+//! What holds for the plan of every graph.
+
+use afterimage_graph::image::Size;
+use afterimage_graph::node::StandIn;
+use afterimage_graph::plan::{Alias, Options, Plan, check_plan};
+use proptest::prelude::*;
+
+use super::random::{Dice, Recipe, plan_at};
+
+fn recipes(nodes: std::ops::Range<usize>) -> impl Strategy<Value = Recipe> {
+    (any::<u64>(), nodes, 0_usize..6, 0_u64..30)
+        .prop_map(|(seed, nodes, histories, off)| Recipe { seed, nodes, histories, off })
+}
+
+fn options() -> impl Strategy<Value = Options> {
+    let alias = prop_oneof![Just(Alias::None), Just(Alias::Pool), Just(Alias::Placed)];
+    (any::<[bool; 4]>(), alias).prop_map(|([fuse, serial, exact, waves_first], alias)| Options {
+        fuse,
+        alias,
+        serial,
+        exact,
+        waves_first,
+        ..Options::default()
+    })
+}
+
+fn checked(recipe: Recipe, options: Options) -> Plan {
+    let plan = recipe.plan(options).unwrap_or_else(|error| panic!("{recipe:?}: {error}"));
+    if let Err(faults) = check_plan(&plan) {
+        panic!("{recipe:?}, {options:?}: {} faults, the first: {}", faults.len(), faults[0]);
+    }
+    plan
+}
+
+/// The most bytes of shared images alive at once if the passes ran one by one in the order of recording.
+fn peak_as_recorded(plan: &Plan) -> u64 {
+    let mut order: Vec<usize> = (0..plan.recorded.len()).collect();
+    order.sort_by_key(|pass| plan.recorded[*pass]);
+    let touches = |pass: usize, image: usize| {
+        let pass = &plan.recording.passes[pass];
+        let image = afterimage_graph::node::Resource::Image(afterimage_graph::node::ImageId(image as u32));
+        pass.reads().contains(&image) || pass.writes().contains(&image)
+    };
+    let mut alive = vec![0_u64; order.len()];
+    for (image, wants) in plan.memory.requirement_of.iter().enumerate() {
+        let Some(wants) = wants else { continue };
+        let first = order.iter().position(|pass| touches(*pass, image)).expect("a shared image is used");
+        let last = order.iter().rposition(|pass| touches(*pass, image)).expect("a shared image is used");
+        alive[first..=last].iter_mut().for_each(|bytes| *bytes += wants.bytes);
+    }
+    alive.into_iter().max().unwrap_or(0)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(96) })]
+
+    #[test]
+    fn the_checker_finds_no_fault_in_any_plan(recipe in recipes(1..160), options in options()) {
+        let plan = checked(recipe, options);
+        prop_assert!(plan.memory.lower_bound <= plan.memory.placed);
+        prop_assert!(plan.memory.pooled <= plan.memory.unaliased);
+        prop_assert_eq!(plan.memory.heap, plan.memory.placed);
+    }
+
+    #[test]
+    fn the_same_graph_gives_the_same_plan(recipe in recipes(1..100), options in options()) {
+        let (first, second) = (recipe.plan(options), recipe.plan(options));
+        prop_assert_eq!(first.as_ref().map(Plan::hash), second.as_ref().map(Plan::hash));
+        prop_assert_eq!(first, second);
+    }
+
+    #[test]
+    fn the_order_never_needs_more_than_that_of_the_recording(recipe in recipes(2..80)) {
+        let plan = checked(recipe, Options::default());
+        prop_assert!(plan.memory.lower_bound <= peak_as_recorded(&plan));
+    }
+
+    #[test]
+    fn memory_first_needs_no_more_memory_and_waves_first_no_more_waves(recipe in recipes(2..120)) {
+        let small = checked(recipe, Options::default());
+        let fast = checked(recipe, Options { waves_first: true, ..Options::default() });
+        let serial = checked(recipe, Options { serial: true, ..Options::default() });
+        prop_assert!(small.memory.lower_bound <= fast.memory.lower_bound);
+        prop_assert!(fast.waves.len() <= small.waves.len());
+        prop_assert_eq!(serial.waves.len(), serial.recording.passes.len());
+        prop_assert!(serial.memory.lower_bound <= small.memory.lower_bound);
+    }
+
+    #[test]
+    fn the_heap_is_within_a_tenth_of_the_lower_bound(recipe in recipes(20..200)) {
+        let memory = checked(recipe, Options::default()).memory;
+        prop_assert!(memory.placed as f64 <= 1.1 * memory.lower_bound as f64, "{} of {}", memory.placed, memory.lower_bound);
+    }
+
+    #[test]
+    fn old_places_are_kept_where_they_fit(recipe in recipes(10..80), switched in any::<u64>()) {
+        let old = checked(recipe, Options::default());
+        let mut graph = recipe.graph();
+        let can_be_off: Vec<usize> =
+            (0..graph.nodes.len()).filter(|at| graph.nodes[*at].kind.bypass() != StandIn::Absent).collect();
+        let at = can_be_off[Dice::new(switched).below(can_be_off.len())];
+        graph.nodes[at].off = !graph.nodes[at].off;
+        let fresh = plan_at(&graph, Size::new(640, 360), Options::default()).expect("the graph can be planned");
+        let mut kept = fresh.clone();
+        kept.place_keeping(&old);
+        prop_assert_eq!(check_plan(&kept), Ok(()));
+        let same = in_place(&kept, &old);
+        prop_assert!(same >= in_place(&fresh, &old), "{same} images in place");
+        prop_assert!(kept == fresh || kept.memory.heap == old.memory.heap);
+    }
+
+    #[test]
+    fn an_equal_plan_keeps_every_place(recipe in recipes(10..80)) {
+        let old = checked(recipe, Options::default());
+        let mut kept = old.clone();
+        kept.place_keeping(&old);
+        prop_assert_eq!(kept, old);
+    }
+}
+
+/// How many images of the old plan lie where they lay.
+fn in_place(plan: &Plan, old: &Plan) -> usize {
+    let places = |plan: &Plan| -> Vec<(String, u64)> {
+        let named = plan.image_names().into_iter().zip(&plan.memory.offset_of);
+        named.filter_map(|(name, offset)| Some((name, (*offset)?))).collect()
+    };
+    let old = places(old);
+    places(plan).iter().filter(|place| old.contains(place)).count()
+}
+
+#[test]
+fn a_chain_of_equal_images_needs_room_for_two() {
+    let text_of = |plan: &Plan| plan.to_text();
+    let plan = checked(Recipe { seed: 11, nodes: 30, histories: 0, off: 0 }, Options { fuse: false, ..Options::default() });
+    assert!(plan.memory.placed < plan.memory.unaliased / 3, "{}", text_of(&plan));
+}
+
+#[test]
+fn large_graphs_are_planned_too() {
+    let plan = checked(Recipe { seed: 3, nodes: 1000, histories: 5, off: 3 }, Options::default());
+    assert!(plan.recording.passes.len() > 700, "only {} passes", plan.recording.passes.len());
+    assert!(plan.memory.placed as f64 <= 1.1 * plan.memory.lower_bound as f64);
+}
