@@ -1,10 +1,18 @@
 //! Every test of the workspace, in one binary.
 #![allow(unreachable_pub, missing_docs, clippy::unwrap_used, reason = "a test binary has no outside")]
 
+/// The figures of `afterimage bench`.
+mod bench;
 /// The program as a user runs it.
 mod cli;
+/// Time against error, and the search for the best of both.
+mod measure;
+/// The figures that `measure` gives, against published ones.
+mod metrics;
 /// Each kind on the GPU against its f64 twin.
 mod nodes;
+/// Every shipped pipeline: checked, planned, proved, rendered under the validation layer.
+mod pipelines;
 /// Naive f64 twins of the operators, and the vectors that prove them.
 mod reference;
 /// What tests share.

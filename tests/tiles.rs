@@ -1,6 +1,8 @@
 //! Chains in workgroup memory against the same passes one by one.
 
-use crate::support::gpu::{Picture, Run, graph, gpu};
+use afterimage_graph::plan::Tiles;
+
+use crate::support::gpu::{Picture, Run, gpu, graph};
 
 /// Light with sharp edges, a spike and a smooth ramp: whatever a tile gets wrong at its border shows.
 fn scene(width: u32, height: u32) -> Picture {
@@ -35,10 +37,10 @@ fn both(text: &str, size: (u32, u32), exact: bool) -> (Picture, Picture, usize) 
     let picture = scene(size.0, size.1);
     let mut apart = Run::new(&graph);
     apart.options.exact = exact;
-    apart.options.tile = false;
+    apart.options.tile = Tiles::Never;
     let mut joined = Run::new(&graph);
     joined.options.exact = exact;
-    joined.tiles = true;
+    joined.options.tile = Tiles::Always;
     let inputs = [("scene", &picture)];
     let passes = joined.plan(&gpu(), &inputs).recording.passes.len();
     (apart.frame(&inputs).remove(0), joined.frame(&inputs).remove(0), passes)

@@ -50,6 +50,7 @@ impl Chain {
     /// The chain as a table whose axes are spaced by `shape`.
     pub(crate) fn bake(&self, size: usize, shape: Shape) -> Lut {
         let encode = self.encoder();
-        Lut::of(size, |place| encode(DVec3::from(place.map(|t| shape.light(t)))).as_vec3().to_array())
+        let lights: Vec<f64> = (0..size).map(|step| shape.light(step as f64 / (size - 1) as f64)).collect();
+        Lut::of(size, |steps| encode(DVec3::from(steps.map(|step| lights[step]))).as_vec3().to_array())
     }
 }

@@ -73,6 +73,9 @@ impl LiftGammaGain {
 
     /// The same in double precision, with the lift by luminance: for baking.
     pub(crate) fn by_luminance(&self, rgb: DVec3) -> DVec3 {
+        if self.is_neutral() {
+            return rgb;
+        }
         let [lift, gain] = [self.lift, self.gain].map(|v| DVec3::from(v.map(f64::from)));
         let gained = rgb * gain;
         let lifted = (gained + lift * (1.0 - LUMINANCE.dot(gained)).clamp(0.0, 1.0)).max(DVec3::ZERO);

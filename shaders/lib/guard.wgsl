@@ -4,27 +4,22 @@
 // The largest finite half float, the bound of every image that kernels read.
 const GUARD_MAX: f32 = 65504.0;
 
-fn guard_channel(x: f32, lowest: f32) -> f32 {
-    let magnitude = bitcast<u32>(x) & 0x7fffffffu;
-    let is_nan = magnitude > 0x7f800000u;
-    let is_infinite = magnitude == 0x7f800000u;
-    let is_negative = (bitcast<u32>(x) >> 31u) == 1u;
-    let bound = select(GUARD_MAX, lowest, is_negative);
-    let finite = clamp(select(x, 0.0, is_infinite), lowest, GUARD_MAX);
-    return select(select(finite, bound, is_infinite), 0.0, is_nan);
-}
+// Its bits. Bits of positive floats are in the order of the floats, infinity and NaN last.
+const GUARD_MAX_BITS: u32 = 0x477fe000u;
+const GUARD_INFINITY_BITS: u32 = 0x7f800000u;
+const GUARD_SIGN_BIT: u32 = 0x80000000u;
 
-// NaN becomes 0, infinities and large values the bound, negatives 0.
+// NaN becomes 0, infinities and large values the bound, negatives 0. All negatives and NaN have bits above those of infinity.
 fn guard(v: vec4f) -> vec4f {
-    return vec4f(guard_channel(v.x, 0.0), guard_channel(v.y, 0.0), guard_channel(v.z, 0.0), guard_channel(v.w, 0.0));
+    let bits = bitcast<vec4u>(v);
+    let bounded = min(bits, vec4u(GUARD_MAX_BITS));
+    return bitcast<vec4f>(select(bounded, vec4u(), bits > vec4u(GUARD_INFINITY_BITS)));
 }
 
 // The same for data and wide-gamut colour, which may be negative.
 fn guard_signed(v: vec4f) -> vec4f {
-    return vec4f(
-        guard_channel(v.x, -GUARD_MAX),
-        guard_channel(v.y, -GUARD_MAX),
-        guard_channel(v.z, -GUARD_MAX),
-        guard_channel(v.w, -GUARD_MAX),
-    );
+    let bits = bitcast<vec4u>(v);
+    let magnitude = bits & vec4u(~GUARD_SIGN_BIT);
+    let bounded = min(magnitude, vec4u(GUARD_MAX_BITS)) | (bits & vec4u(GUARD_SIGN_BIT));
+    return bitcast<vec4f>(select(bounded, vec4u(), magnitude > vec4u(GUARD_INFINITY_BITS)));
 }

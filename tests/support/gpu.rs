@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock};
 
 use afterimage_gpu::{Executor, Frame, Gpu, Opening, Texels, download, upload};
-use afterimage_graph::check::{CheckOptions, Facts, Graph, NoFiles, check};
+use afterimage_graph::check::{CheckOptions, Facts, Graph, Loader, NoFiles, check};
 use afterimage_graph::document::parse;
 use afterimage_graph::image::Size;
 use afterimage_graph::node::Registry;
@@ -32,6 +32,7 @@ impl Picture {
 /// The shared device; one test at a time has it.
 pub fn gpu() -> MutexGuard<'static, Gpu> {
     static GPU: OnceLock<Mutex<Gpu>> = OnceLock::new();
+    super::layer::listen();
     let open = || match Gpu::open(&Opening { adapter: std::env::var("AFTERIMAGE_ADAPTER").ok(), validation: true }) {
         Ok(gpu) => Mutex::new(gpu),
         Err(error) => panic!("GPU tests need an adapter: {error}; AFTERIMAGE_NO_GPU=1 reports them as ignored"),
@@ -43,6 +44,29 @@ pub fn gpu() -> MutexGuard<'static, Gpu> {
 /// The built-in kinds and the plug-in's.
 pub fn registry() -> Registry {
     Registry::new(&[afterimage_nodes::ALL]).expect("no two kinds share a name")
+}
+
+/// Reads files of the repository, for pipelines that name some.
+pub struct Repository;
+
+impl Loader for Repository {
+    fn load(&self, path: &str) -> Result<Arc<[u8]>, String> {
+        std::fs::read(path).map(Into::into).map_err(|error| error.to_string())
+    }
+}
+
+/// The folder of shipped pipelines.
+pub fn pipelines() -> std::path::PathBuf {
+    std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../pipelines")
+}
+
+/// The graph of a shipped pipeline.
+pub fn shipped(name: &str, tier: Option<&str>) -> Graph {
+    let path = pipelines().join(name);
+    let text = std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+    let document = parse(&path.to_string_lossy(), &text).unwrap_or_else(|errors| panic!("{errors:?}"));
+    let options = CheckOptions { tier: tier.map(str::to_owned), sets: Vec::new(), loader: &Repository };
+    check(&document, &registry(), &options).unwrap_or_else(|errors| panic!("{name}: {errors:?}")).0
 }
 
 /// The graph of a text, or its diagnostics as a panic.
@@ -59,8 +83,6 @@ pub struct Run<'a> {
     pub options: Options,
     pub facts: Facts,
     pub prefer_fragment: bool,
-    /// Whether chains of images are made in workgroup memory, as on a GPU.
-    pub tiles: bool,
     /// Whether inputs are stored as half floats; otherwise in 32 bits.
     pub half_inputs: bool,
 }
@@ -68,7 +90,7 @@ pub struct Run<'a> {
 impl<'a> Run<'a> {
     pub fn new(graph: &'a Graph) -> Self {
         let size = Size::new(1, 1);
-        Self { graph, size, options: Options::default(), facts: Facts::default(), prefer_fragment: false, tiles: false, half_inputs: false }
+        Self { graph, size, options: Options::default(), facts: Facts::default(), prefer_fragment: false, half_inputs: false }
     }
 
     /// Everything exact: 32-bit intermediates.
@@ -85,7 +107,6 @@ impl<'a> Run<'a> {
         let size = inputs.first().map_or(self.size, |(_, picture)| Size::new(picture.width, picture.height));
         let mut caps = gpu.caps.clone();
         caps.prefer_fragment = self.prefer_fragment;
-        caps.tiles = self.tiles;
         let executor = Executor::with_caps(&gpu.device, &gpu.queue, gpu.caps.clone());
         let requirement = &|desc: &_| executor.requirement(desc);
         let setting = Setting { size, inputs: given, facts: self.facts.clone(), caps, options: self.options, requirement };

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use crate::measure::args::{MeasureArgs, TuneArgs};
+use crate::stress::args::StressArgs;
 
 /// Post-processing for HDR images: a pipeline is a RON file, its nodes are plug-ins.
 #[derive(Debug, Parser)]
@@ -32,6 +33,8 @@ pub(crate) enum Command {
     Tune(TuneArgs),
     /// Measure a pipeline on this machine's graphics adapter
     Bench(BenchArgs),
+    /// Try every pipeline and every kind with every extreme
+    Stress(StressArgs),
 }
 
 /// What every command that reads a pipeline takes.
@@ -63,15 +66,25 @@ pub(crate) struct PlanOptions {
     /// Keep each kernel function in a pass of its own
     #[arg(long)]
     pub(crate) no_fuse: bool,
-    /// Give each image of a pyramid a pass of its own
-    #[arg(long)]
-    pub(crate) no_tile: bool,
+    /// Whether chains of images are made in one dispatch, through workgroup memory
+    #[arg(long, value_enum, default_value_t = TileChoice::Auto)]
+    pub(crate) tiles: TileChoice,
     /// Choose the order for the fewest waves rather than the smallest memory
     #[arg(long)]
     pub(crate) fewest_waves: bool,
     /// Store every intermediate in 32-bit floats
     #[arg(long)]
     pub(crate) exact: bool,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum TileChoice {
+    /// Each image has a pass of its own
+    Never,
+    /// Where it is faster on this device
+    Auto,
+    /// Wherever it is possible
+    Always,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]

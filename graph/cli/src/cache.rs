@@ -39,7 +39,8 @@ impl Calibration {
 /// The folder of everything remembered: `$XDG_CACHE_HOME/afterimage`, or where the system keeps such things.
 fn folder() -> Option<PathBuf> {
     let from = |variable: &str| std::env::var_os(variable).map(PathBuf::from).filter(|path| path.is_absolute());
-    let base = from("XDG_CACHE_HOME").or_else(|| from("LOCALAPPDATA")).or_else(|| Some(from("HOME")?.join(".cache")))?;
+    let base =
+        from("XDG_CACHE_HOME").or_else(|| from("LOCALAPPDATA")).or_else(|| Some(from("HOME")?.join(".cache")))?;
     Some(base.join("afterimage"))
 }
 
@@ -60,7 +61,10 @@ fn pipelines_file(gpu: &Gpu) -> Option<PathBuf> {
 
 /// The driver's pipelines of earlier runs; empty if there are none.
 pub(crate) fn pipelines(gpu: &Gpu) -> Vec<u8> {
-    pipelines_file(gpu).and_then(|path| std::fs::read(path).ok()).filter(|bytes| bytes.len() <= MOST_BYTES).unwrap_or_default()
+    pipelines_file(gpu)
+        .and_then(|path| std::fs::read(path).ok())
+        .filter(|bytes| bytes.len() <= MOST_BYTES)
+        .unwrap_or_default()
 }
 
 /// Keeps the driver's pipelines for the next run, if there are others than `known`.
@@ -107,7 +111,8 @@ mod tests {
 
     #[test]
     fn drawing_must_win_by_more_than_noise() {
-        let of = |compute_ms, fragment_ms| Calibration { formats: [("f".into(), Pair { compute_ms, fragment_ms })].into() };
+        let of =
+            |compute_ms, fragment_ms| Calibration { formats: [("f".into(), Pair { compute_ms, fragment_ms })].into() };
         assert!(of(1.0, 0.9).prefers_fragment());
         assert!(!of(1.0, 0.97).prefers_fragment());
         assert!(!of(1.0, 20.0).prefers_fragment());

@@ -15,6 +15,7 @@ mod render;
 mod save;
 mod session;
 mod shipped;
+pub mod stress;
 mod terminal;
 
 use std::process::ExitCode;
@@ -50,6 +51,7 @@ pub fn run(tables: &[&[NodeKind]], arguments: impl IntoIterator<Item = std::ffi:
         Command::Measure(args) => measure::run(args, tables),
         Command::Tune(args) => measure::tune::run(args, tables),
         Command::Bench(args) => bench::run(args, tables),
+        Command::Stress(args) => stress::run(args, tables),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

@@ -9,9 +9,9 @@ use afterimage_graph::diagnostic::{Diagnostics, Style};
 use afterimage_graph::document::parse;
 use afterimage_graph::image::{Format, ImageDesc, Size};
 use afterimage_graph::node::{NodeKind, Registry, folder_kind};
-use afterimage_graph::plan::{Alias, Caps, GivenImage, Options, Plan, Requirement, Setting, plan};
+use afterimage_graph::plan::{Alias, Caps, GivenImage, Options, Plan, Requirement, Setting, Tiles, plan};
 
-use crate::args::{NoAlias, PipelineOptions, PlanOptions};
+use crate::args::{NoAlias, PipelineOptions, PlanOptions, TileChoice};
 use crate::failure::Failure;
 use crate::terminal::note;
 
@@ -36,7 +36,7 @@ pub(crate) fn registry(tables: &[&[NodeKind]], folders: &[std::path::PathBuf]) -
 }
 
 /// The kinds in a folder: the folder itself if it holds a `node.ron`, or each folder in it that does.
-fn folder_kinds(folder: &Path) -> Result<Vec<NodeKind>, Failure> {
+pub(crate) fn folder_kinds(folder: &Path) -> Result<Vec<NodeKind>, Failure> {
     if folder.join("node.ron").is_file() {
         return Ok(vec![folder_node(folder)?]);
     }
@@ -153,7 +153,11 @@ pub(crate) fn plan_options(options: &PlanOptions) -> Options {
     };
     Options {
         fuse: !options.no_fuse,
-        tile: !options.no_tile,
+        tile: match options.tiles {
+            TileChoice::Never => Tiles::Never,
+            TileChoice::Auto => Tiles::WhereItPays,
+            TileChoice::Always => Tiles::Always,
+        },
         alias,
         serial: options.serial,
         exact: options.exact,

@@ -12,7 +12,8 @@ pub(crate) fn open(device: &wgpu::Device, sealed: &[u8]) -> Option<wgpu::Pipelin
     if !device.features().contains(wgpu::Features::PIPELINE_CACHE) {
         return None;
     }
-    let descriptor = wgpu::PipelineCacheDescriptor { label: Some("afterimage"), data: contents(sealed), fallback: true };
+    let descriptor =
+        wgpu::PipelineCacheDescriptor { label: Some("afterimage"), data: contents(sealed), fallback: true };
     // SAFETY: the bytes came from `get_data`, since only `seal` writes this magic word and the hash shows that nothing has changed since;
     // with `fallback`, bytes of another version, adapter or driver give an empty cache. Who can forge the hash can also write the
     // program's files.

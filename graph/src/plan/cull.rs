@@ -1,5 +1,7 @@
 //! Step 2: what no output and no history needs does not run.
 
+use std::collections::BTreeSet;
+
 use super::specialise::{LeftOut, Resolved, Special};
 use super::{Draft, PlanError};
 use crate::check::{Graph, Source};
@@ -49,24 +51,24 @@ pub(crate) fn cull(graph: &Graph, special: &Special) -> Result<Needed, PlanError
     Ok(Needed { left_out: left_out.collect(), wanted })
 }
 
-/// Takes out passes that write nothing which is read, remembered or shown: a node may record more than its present readers need.
+/// Takes out passes that write nothing which is read later, remembered or shown: a node may record more than its present readers need.
 pub(crate) fn prune(draft: &mut Draft) {
-    loop {
-        let passes = &draft.recording.passes;
-        let read: Vec<Resource> = passes.iter().flat_map(|pass| pass.reads()).collect();
+    let kept = draft.kept();
+    let buffers = &draft.recording.buffers;
+    let mut read: BTreeSet<Resource> = BTreeSet::new();
+    let mut needed = Vec::new();
+    for pass in draft.recording.passes.iter().rev() {
         let matters = |resource: &Resource| match resource {
-            Resource::Image(image) => read.contains(resource) || draft.is_kept(*image),
+            Resource::Image(image) => read.contains(resource) || kept.contains(image),
             Resource::Buffer(buffer) => {
-                // What a kernel writes it may also read, so another pass must be among the readers.
-                let readers = passes.iter().filter(|pass| pass.reads().contains(resource)).count();
-                readers > 1 || draft.recording.buffer(*buffer).life == BufferLife::Persistent
+                read.contains(resource) || buffers[buffer.0 as usize].life == BufferLife::Persistent
             }
         };
-        let needed: Vec<bool> = passes.iter().map(|pass| pass.writes().iter().any(matters)).collect();
-        if needed.iter().all(|needed| *needed) {
-            return;
+        let matters = pass.writes().iter().any(matters);
+        needed.push(matters);
+        if matters {
+            read.extend(pass.reads());
         }
-        let mut needed = needed.into_iter();
-        draft.recording.passes.retain(|_| needed.next().unwrap_or(true));
     }
+    draft.recording.passes.retain(|_| needed.pop().unwrap_or(true));
 }

@@ -1,7 +1,10 @@
 //! Step 4: a kernel function whose result is read only as "this pixel" becomes part of its reader; the image between them is never stored.
+//!
+//! A light one, which does little to one pixel, becomes part of each of several readers: to do it again costs less than to store it.
 
 use super::Draft;
-use crate::node::{Arg, ImageId, Origin, Pass, Resource, Step, Work};
+use super::web::Web;
+use crate::node::{Arg, ImageId, Origin, Pass, Recording, Resource, Step, Work};
 
 /// An image that fusion has removed.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -16,67 +19,79 @@ pub struct Fused {
 
 /// More bindings than this in one pass, and a small device refuses it.
 const MOST_TEXTURES: usize = 12;
+/// Readers that a light pass is copied into.
+const MOST_COPIES: usize = 4;
 
 pub(crate) fn fuse(draft: &mut Draft) -> Vec<Fused> {
+    let mut web = Web::new(draft);
     let mut fused = Vec::new();
-    let mut producer_at = 0;
-    while producer_at < draft.recording.passes.len() {
-        match only_reader(draft, producer_at) {
-            Some(reader_at) => {
-                let producer = draft.recording.passes.remove(producer_at);
-                fused.push(merge(draft, producer, reader_at - 1));
-                // What the merged pass holds may now be fusable from the beginning.
-                producer_at = 0;
-            }
-            None => producer_at += 1,
+    let mut pending: Vec<usize> = (0..web.len()).rev().collect();
+    while let Some(number) = pending.pop() {
+        let readers = pixel_readers(&web, &draft.recording, number);
+        if readers.is_empty() {
+            continue;
+        }
+        let producer = web.take(number).expect("a producer was found");
+        for reader in readers {
+            fused.push(merge(&mut web, &draft.recording, producer.clone(), reader));
+            // Two readers of one image may have become one: who makes that image may follow.
+            let reads = web.get(reader).map(Pass::reads).unwrap_or_default();
+            pending.extend(reads.into_iter().flat_map(|resource| web.writers(resource).collect::<Vec<_>>()));
         }
     }
+    web.finish(draft);
     fused
 }
 
-/// The one later pass that reads this pass's result, if the two can be one.
-fn only_reader(draft: &Draft, producer_at: usize) -> Option<usize> {
-    let passes = &draft.recording.passes;
-    let Work::Steps { steps, result } = &passes[producer_at].work else { return None };
-    let image = draft.recording.image(*result);
-    if image.origin != Origin::Transient || draft.is_kept(*result) {
-        return None;
+/// The passes that this one can become part of: all that read its result, or none.
+fn pixel_readers(web: &Web, recording: &Recording, number: usize) -> Vec<usize> {
+    let Some(Work::Steps { steps, result }) = web.get(number).map(|pass| &pass.work) else { return Vec::new() };
+    let image = recording.image(*result);
+    if image.origin != Origin::Transient || web.is_kept(*result) {
+        return Vec::new();
     }
-    let mut readers = (0..passes.len()).filter(|at| passes[*at].reads().contains(&Resource::Image(*result)));
-    let reader_at = readers.next()?;
-    if readers.next().is_some() || reader_at < producer_at {
-        return None;
-    }
-    let Work::Steps { steps: reader_steps, result: reader_result } = &passes[reader_at].work else { return None };
-    let only_pixels = reader_steps.iter().flat_map(|s| &s.args).all(|arg| *arg != Arg::Texture(*result));
-    let same_size = draft.recording.image(*reader_result).desc.size == image.desc.size;
-    let room = textures(steps) + textures(reader_steps) <= MOST_TEXTURES;
-    (only_pixels && same_size && room).then_some(reader_at)
+    let readers: Vec<usize> = web.readers(Resource::Image(*result)).collect();
+    let takes = |reader: &usize| {
+        let Some(Work::Steps { steps: reader_steps, result: reader_result }) = web.get(*reader).map(|pass| &pass.work) else {
+            return false;
+        };
+        let only_pixels = reader_steps.iter().flat_map(|s| &s.args).all(|arg| *arg != Arg::Texture(*result));
+        let same_size = recording.image(*reader_result).desc.size == image.desc.size;
+        only_pixels && same_size && textures(steps) + textures(reader_steps) <= MOST_TEXTURES
+    };
+    let few = readers.len() == 1 || readers.len() <= MOST_COPIES && is_light(steps);
+    if few && readers.iter().all(takes) { readers } else { Vec::new() }
+}
+
+/// Whether doing the steps again for each reader costs less than storing what they give: they are few and look at one pixel of one image.
+fn is_light(steps: &[Step]) -> bool {
+    let args = || steps.iter().flat_map(|step| &step.args);
+    let pixels = args().filter(|arg| matches!(arg, Arg::Pixel(_))).count();
+    steps.len() <= 2 && pixels <= 1 && !args().any(|arg| matches!(arg, Arg::Texture(_)))
 }
 
 fn textures(steps: &[Step]) -> usize {
     steps.iter().flat_map(|s| &s.args).filter(|arg| arg.resource().is_some()).count()
 }
 
-fn merge(draft: &mut Draft, producer: Pass, reader_at: usize) -> Fused {
-    let Pass { nodes, label, work: Work::Steps { mut steps, result: between } } = producer else {
+fn merge(web: &mut Web, recording: &Recording, producer: Pass, reader_number: usize) -> Fused {
+    let Pass { mut nodes, label, work: Work::Steps { mut steps, result: between } } = producer else {
         unreachable!("only passes of steps are fused")
     };
-    let reader = &mut draft.recording.passes[reader_at];
-    let Work::Steps { steps: reader_steps, .. } = &mut reader.work else {
+    let reader = web.take(reader_number).expect("a reader was found");
+    let Work::Steps { steps: reader_steps, result } = reader.work else {
         unreachable!("only passes of steps are fused")
     };
     let before = steps.len();
-    for mut step in std::mem::take(reader_steps) {
+    for mut step in reader_steps {
         step.args.iter_mut().for_each(|arg| *arg = moved(*arg, between, before));
         steps.push(step);
     }
-    *reader_steps = steps;
-    reader.nodes.splice(0..0, nodes);
-    reader.nodes.dedup();
-    reader.label = format!("{label} + {}", reader.label);
-    let nodes = reader.nodes.clone();
-    let image = draft.recording.image(between);
+    nodes.extend(reader.nodes);
+    nodes.dedup();
+    let label = format!("{label} + {}", reader.label);
+    web.put(reader_number, Pass { nodes: nodes.clone(), label, work: Work::Steps { steps, result } });
+    let image = recording.image(between);
     Fused { image: image.label.clone(), nodes, bytes_saved: 2 * image.desc.bytes() }
 }
 
@@ -88,4 +103,3 @@ fn moved(arg: Arg, between: ImageId, before: usize) -> Arg {
         other => other,
     }
 }
-

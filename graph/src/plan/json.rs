@@ -114,7 +114,7 @@ struct OptionsView {
     exact: bool,
     fuse: bool,
     serial: bool,
-    tile: bool,
+    tile: String,
     waves_first: bool,
 }
 
@@ -267,7 +267,7 @@ impl MemoryView {
 impl OptionsView {
     fn new(options: &Options) -> Self {
         let Options { fuse, tile, alias, serial, exact, waves_first } = *options;
-        Self { alias: format!("{alias:?}"), exact, fuse, serial, tile, waves_first }
+        Self { alias: format!("{alias:?}"), exact, fuse, serial, tile: format!("{tile:?}"), waves_first }
     }
 }
 

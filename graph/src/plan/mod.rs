@@ -25,8 +25,9 @@ mod specialise;
 mod svg;
 mod tile;
 mod waves;
+mod web;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use crate::check::{Facts, Graph};
 use crate::image::{Format, ImageDesc, Size, State};
@@ -72,8 +73,8 @@ pub struct GivenImage {
 pub struct Options {
     /// Whether point kernels are fused.
     pub fuse: bool,
-    /// Whether gather kernels are chained through workgroup memory, where the device gains by it.
-    pub tile: bool,
+    /// Whether gather kernels are chained through workgroup memory.
+    pub tile: Tiles,
     /// How transient images share memory.
     pub alias: Alias,
     /// Whether each pass is a wave of its own.
@@ -86,8 +87,19 @@ pub struct Options {
 
 impl Default for Options {
     fn default() -> Self {
-        Self { fuse: true, tile: true, alias: Alias::Placed, serial: false, exact: false, waves_first: false }
+        Self { fuse: true, tile: Tiles::WhereItPays, alias: Alias::Placed, serial: false, exact: false, waves_first: false }
     }
+}
+
+/// Whether chains of images are made in one dispatch, through workgroup memory.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Tiles {
+    /// Each image has a pass of its own.
+    Never,
+    /// Where the cost model says that it is faster, on a device that has such memory.
+    WhereItPays,
+    /// Wherever it is possible: for tests and measurements.
+    Always,
 }
 
 /// How transient images share memory.
@@ -201,19 +213,25 @@ pub fn plan(graph: &Graph, setting: &Setting<'_>) -> Result<Plan, PlanError> {
     cull::prune(&mut draft);
     guard::guard(&mut draft);
     let mut fused = if setting.options.fuse { fuse::fuse(&mut draft) } else { Vec::new() };
-    if setting.options.tile && setting.caps.tiles {
-        fused.extend(tile::tile(&mut draft, &setting.caps));
+    let always = setting.options.tile == Tiles::Always;
+    if always || setting.options.tile == Tiles::WhereItPays && setting.caps.tiles {
+        fused.extend(tile::tile(&mut draft, &setting.caps, always));
     }
     check_sizes(&draft.recording, &setting.caps)?;
     // Stages come before memory: they may widen formats.
     let mut stages = passes::stages(&mut draft.recording, &setting.caps);
     let readings = guard::readings(&draft.recording, &setting.caps);
+    let mut options = setting.options;
+    if stages.contains(&Stage::Fragment) {
+        // What is drawn to has layouts of its own, and images that overlap would disagree on them.
+        options.alias = options.alias.min(Alias::Pool);
+    }
     let requirements = memory::requirements(&draft, setting);
     let order::Order { recorded, waves } = order::order(&mut draft, &mut stages, &requirements, &setting.options);
     let lifetimes = memory::lifetimes(&draft, &waves);
     let memory = memory::place(&draft, &lifetimes, requirements, setting);
     let (mut barriers, exports) = barriers::barriers(&draft.recording, &stages, &waves, &draft.outputs);
-    barriers::hand_over(&mut barriers, &memory, &lifetimes, setting.options.alias);
+    barriers::hand_over(&mut barriers, &memory, &lifetimes, options.alias);
     let mut left_out = special.left_out;
     left_out.extend(needed.left_out);
     Ok(Plan {
@@ -231,7 +249,7 @@ pub fn plan(graph: &Graph, setting: &Setting<'_>) -> Result<Plan, PlanError> {
         left_out,
         fused,
         size: setting.size,
-        options: setting.options,
+        options,
     })
 }
 
@@ -243,6 +261,16 @@ pub(crate) struct Draft {
 }
 
 impl Draft {
+    /// The images that outlive the frame or leave it.
+    pub(crate) fn kept(&self) -> BTreeSet<ImageId> {
+        let outputs = self.outputs.iter().map(|output| output.image);
+        let remembered = self.recording.images.iter().filter_map(|image| match image.origin {
+            Origin::Previous { of, .. } => Some(of),
+            _ => None,
+        });
+        outputs.chain(remembered).collect()
+    }
+
     /// Images that outlive the frame or leave it: nothing may be removed from under them.
     pub(crate) fn is_kept(&self, image: ImageId) -> bool {
         let previous = |v: &crate::node::VirtualImage| matches!(v.origin, Origin::Previous { of, .. } if of == image);

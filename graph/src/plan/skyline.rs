@@ -16,7 +16,7 @@ struct Level {
 /// Tries of one rule at most.
 const TRIES: usize = 200;
 /// Steps that all tries of a rule may take together: above some hundred blocks there are fewer tries.
-const STEPS: usize = 8_000_000;
+const STEPS: usize = 4_000_000;
 
 /// Searches for a placement as low as `bound`: the ranks of one rule after the other are shaken a little, and a change that does no harm is kept.
 pub(super) fn search(blocks: &[Block], bound: u64) -> Placement {
@@ -24,6 +24,7 @@ pub(super) fn search(blocks: &[Block], bound: u64) -> Placement {
     let rules: [&dyn Fn(usize) -> f64; 3] =
         [&life, &|at| blocks[at].bytes as f64, &|at| blocks[at].bytes as f64 * life(at)];
     let tries = (STEPS / (blocks.len() * blocks.len()).max(1)).min(TRIES);
+    let alive = alive(blocks);
     let mut shaker = Shaker(1);
     let mut best = Placement { end: u64::MAX, offsets: Vec::new() };
     for rule in rules {
@@ -31,11 +32,9 @@ pub(super) fn search(blocks: &[Block], bound: u64) -> Placement {
         let mut lowest = u64::MAX;
         for _ in 0..tries {
             let shaken = shaker.shake(&ranks);
-            let placement = place(blocks, &shaken);
-            if placement.end <= lowest {
-                lowest = placement.end;
-                ranks = shaken;
-            }
+            let Some(placement) = place(blocks, &alive, &shaken, lowest) else { continue };
+            lowest = placement.end;
+            ranks = shaken;
             if placement.end < best.end {
                 best = placement;
             }
@@ -45,6 +44,16 @@ pub(super) fn search(blocks: &[Block], bound: u64) -> Placement {
         }
     }
     best
+}
+
+/// Bytes that live in each wave.
+fn alive(blocks: &[Block]) -> Vec<u64> {
+    let waves = blocks.iter().map(|block| block.last + 1).max().unwrap_or(0);
+    let mut alive = vec![0; waves];
+    for block in blocks {
+        alive[block.first..=block.last].iter_mut().for_each(|bytes| *bytes += block.bytes);
+    }
+    alive
 }
 
 /// Changes that look random and are always the same: a linear congruential generator (Knuth's MMIX constants).
@@ -69,10 +78,11 @@ impl Shaker {
     }
 }
 
-/// Places all blocks; of those that fit, the one with the highest rank goes first.
-fn place(blocks: &[Block], ranks: &[f64]) -> Placement {
-    let waves = blocks.iter().map(|block| block.last + 1).max().unwrap_or(0);
-    let mut skyline = vec![Level { start: 0, end: waves, height: 0 }];
+/// Places all blocks; of those that fit, the one with the highest rank goes first. `None` as soon as it is certain to be higher than `limit`.
+fn place(blocks: &[Block], alive: &[u64], ranks: &[f64], limit: u64) -> Option<Placement> {
+    let mut skyline = vec![Level { start: 0, end: alive.len(), height: 0 }];
+    // What is filled up is lost: in no wave may it and all that lives there exceed the limit.
+    let mut needed = alive.to_vec();
     let mut offsets = vec![0; blocks.len()];
     let mut left: Vec<usize> = (0..blocks.len()).collect();
     left.sort_by(|a, b| ranks[*b].total_cmp(&ranks[*a]).then(a.cmp(b)));
@@ -80,17 +90,20 @@ fn place(blocks: &[Block], ranks: &[f64]) -> Placement {
         let lowest = (0..skyline.len()).min_by_key(|at| skyline[*at].height).expect("the skyline covers all time");
         let Level { start, end, height } = skyline[lowest];
         let fits = |at: &usize| start <= blocks[*at].first && blocks[*at].last < end;
-        match left.iter().position(fits) {
-            Some(found) => {
-                let at = left.remove(found);
-                offsets[at] = height.next_multiple_of(blocks[at].alignment);
-                cover(&mut skyline, lowest, &blocks[at], offsets[at] + blocks[at].bytes);
+        if let Some(found) = left.iter().position(fits) {
+            let at = left.remove(found);
+            offsets[at] = height.next_multiple_of(blocks[at].alignment);
+            cover(&mut skyline, lowest, &blocks[at], offsets[at] + blocks[at].bytes);
+        } else {
+            let raised = fill(&mut skyline, lowest);
+            needed[start..end].iter_mut().for_each(|bytes| *bytes += raised);
+            if needed[start..end].iter().any(|bytes| *bytes > limit) {
+                return None;
             }
-            None => fill(&mut skyline, lowest),
         }
     }
     let end = skyline.iter().map(|level| level.height).max().unwrap_or(0);
-    Placement { end, offsets }
+    (end <= limit).then_some(Placement { end, offsets })
 }
 
 /// Lays a block upon a level.
@@ -105,13 +118,16 @@ fn cover(skyline: &mut Vec<Level>, at: usize, block: &Block, height: u64) {
     join(skyline);
 }
 
-/// Raises a level to its lower neighbour.
-fn fill(skyline: &mut Vec<Level>, at: usize) {
+/// Raises a level to its lower neighbour, and tells by how much.
+fn fill(skyline: &mut Vec<Level>, at: usize) -> u64 {
     let left = at.checked_sub(1).map(|at| skyline[at].height);
     let right = skyline.get(at + 1).map(|level| level.height);
     let neighbour = left.into_iter().chain(right).min();
-    skyline[at].height = neighbour.expect("a level over all time holds every block");
+    let neighbour = neighbour.expect("a level over all time holds every block");
+    let raised = neighbour - skyline[at].height;
+    skyline[at].height = neighbour;
     join(skyline);
+    raised
 }
 
 fn join(skyline: &mut Vec<Level>) {

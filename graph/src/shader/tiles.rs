@@ -94,24 +94,24 @@ fn memory(tiling: &Tiling, params: &str) -> String {
     };
     format!(
         "var<workgroup> tile_memory: array<{cell}, {texels}>;
-var<private> tile_base: i32;
-var<private> tile_extent: vec2i;
-var<private> tile_origin: vec2i;
-var<private> tile_bounds: vec2i;
+// Where texel (0, 0) of the image before lies or would lie, the texels in a row, and the image's size.
+var<private> tile_zero: i32;
+var<private> tile_row: i32;
+var<private> tile_bounds: vec2f;
 fn tile_pack(v: vec4f) -> {cell} {{ return {pack}; }}
-fn tile_unpack(cell: {cell}) -> vec4f {{ return {unpack}; }}
-fn tile_size(t: u32) -> vec2u {{ return vec2u(tile_bounds); }}
-fn tile_texel(t: u32, p: vec2i) -> vec4f {{
-    let local = clamp(clamp(p, vec2i(0), tile_bounds - 1) - tile_origin, vec2i(0), tile_extent - 1);
-    return tile_unpack(tile_memory[tile_base + local.y * tile_extent.x + local.x]);
+fn tile_cell(index: i32) -> vec4f {{
+    let cell = tile_memory[index];
+    return {unpack};
 }}
+fn tile_size(t: u32) -> vec2u {{ return vec2u(tile_bounds); }}
+fn tile_texel(t: u32, p: vec2i) -> vec4f {{ return tile_cell(tile_zero + p.y * tile_row + p.x); }}
 fn tile_tap(t: u32, s: u32, uv: vec2f) -> vec4f {{
-    let p = uv * vec2f(tile_bounds) - 0.5;
+    let p = uv * tile_bounds - 0.5;
     let corner = floor(p);
     let f = p - corner;
-    let i = vec2i(corner);
-    let top = mix(tile_texel(t, i), tile_texel(t, i + vec2i(1, 0)), f.x);
-    let bottom = mix(tile_texel(t, i + vec2i(0, 1)), tile_texel(t, i + vec2i(1, 1)), f.x);
+    let i = tile_zero + i32(corner.y) * tile_row + i32(corner.x);
+    let top = mix(tile_cell(i), tile_cell(i + 1), f.x);
+    let bottom = mix(tile_cell(i + tile_row), tile_cell(i + tile_row + 1), f.x);
     return mix(top, bottom, f.y);
 }}
 fn tile_start(next: vec2i, next_size: vec2i, size: vec2i, reach: f32) -> vec2i {{
@@ -143,14 +143,13 @@ fn entry(tiling: &Tiling, stores: &[Option<String>], params: &str) -> String {
     }
     for (index, stage) in tiling.stages.iter().enumerate() {
         if index > 0 {
-            let [width, height] = tiling.stages[index - 1].extent;
+            let [width, _] = tiling.stages[index - 1].extent;
             let _ = writeln!(
                 body,
                 "    workgroupBarrier();
-    tile_base = {base};
-    tile_extent = vec2i({width}, {height});
-    tile_origin = origin{before};
-    tile_bounds = tile_size_of({before});",
+    tile_row = {width};
+    tile_zero = {base} - origin{before}.y * {width} - origin{before}.x;
+    tile_bounds = vec2f(tile_size_of({before}));",
                 base = bases[index - 1],
                 before = index - 1
             );
@@ -165,6 +164,7 @@ fn compute(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index)
     )
 }
 
+/// Makes a stage's texels. Those outside of the image hold its edge, so that taps need not be kept inside.
 fn stage_loop(index: usize, stage: &TileStage, store: Option<&str>, base: Option<u32>) -> String {
     let [width, height] = stage.extent;
     let mut text = format!(
@@ -172,9 +172,8 @@ fn stage_loop(index: usize, stage: &TileStage, store: Option<&str>, base: Option
     let from{index} = tile_share(vec2i(group.xy), size{index}, last);
     let to{index} = tile_share(vec2i(group.xy) + 1, size{index}, last);
     for (var k = thread; k < {count}u; k += 256u) {{
-        let local = vec2i(i32(k % {width}u), i32(k / {width}u));
-        let p = origin{index} + local;
-        if any(p < vec2i(0)) || any(p >= size{index}) {{ continue; }}
+        let q = origin{index} + vec2i(i32(k % {width}u), i32(k / {width}u));
+        let p = clamp(q, vec2i(0), size{index} - 1);
         let value = stage{index}(Point(p, (vec2f(p) + 0.5) / vec2f(size{index}), vec2f(size{index})));
 ",
         count = width * height
@@ -185,7 +184,7 @@ fn stage_loop(index: usize, stage: &TileStage, store: Option<&str>, base: Option
     if let Some(store) = store {
         let _ = writeln!(
             text,
-            "        if all(p >= from{index}) && all(p < to{index}) {{ textureStore({store}, p, value); }}"
+            "        if all(q >= from{index}) && all(q < to{index}) {{ textureStore({store}, p, value); }}"
         );
     }
     text + "    }\n"

@@ -63,18 +63,17 @@ impl std::fmt::Display for LutError {
 impl std::error::Error for LutError {}
 
 impl Lut {
-    /// A table of a function of colour.
-    pub(crate) fn of(size: usize, color: impl Fn([f64; 3]) -> [f32; 3]) -> Self {
-        let level = |index: usize| (index % size) as f64 / (size - 1) as f64;
-        let entry = |i: usize| color([level(i), level(i / size), level(i / size / size)]);
-        let entries = (0..size * size * size).map(entry).collect();
+    /// A table of a function of the three steps.
+    pub(crate) fn of(size: usize, entry: impl Fn([usize; 3]) -> [f32; 3]) -> Self {
+        let steps = |i: usize| [i % size, i / size % size, i / size / size];
+        let entries = (0..size * size * size).map(|i| entry(steps(i))).collect();
         let cube = Table { size, entries, low: [0.0; 3], high: [1.0; 3] };
         Self { curve: None, cube: Some(cube), tolerance: 1e-6 }
     }
 
     /// The table that changes nothing.
     pub(crate) fn identity() -> Self {
-        Self::of(2, |rgb| rgb.map(|x| x as f32))
+        Self::of(2, |steps| steps.map(|step| step as f32))
     }
 
     /// Whether it changes nothing within its domain, up to the rounding of the file.

@@ -1,6 +1,6 @@
 //! WhiteBalance, LiftGammaGain, Cdl, Saturation, Contrast, Brightness and ColorBalance.
 
-use super::{ARITHMETIC, LARGEST, TRANSCENDENTAL, compare, is_left_out, light, stored, stored_light, unit};
+use super::{ARITHMETIC, TRANSCENDENTAL, compare, is_left_out, light, stored, stored_light, unit};
 use crate::reference::color::{BRADFORD, CAT16, luminance, white_balance_scene, white_balance_target};
 use crate::reference::grade::*;
 use crate::reference::math::{Matrix, Rgb, transform, zip};
@@ -163,5 +163,4 @@ fn d65_is_the_identity_to_a_millionth() {
     // Just beside the neutral temperature's name the matrix is computed, and still all but the identity.
     let node = "WhiteBalance(target: (0.7, 0.7, 0.70000005))";
     compare("Exposed", node, unit, super::Tolerance { absolute: 1e-6, relative: 0.0 }, |rgb| rgb);
-    assert!(LARGEST > 65503.0);
 }

@@ -5,16 +5,25 @@ use crate::reference::transfer::{dither, quantise};
 use crate::support::gpu::{Picture, Run};
 use afterimage_graph::check::NoFiles;
 
-/// The hash of the shaders, once more.
-fn hash(v: u32) -> u32 {
-    let state = v.wrapping_mul(747796405).wrapping_add(2891336453);
-    let word = ((state >> ((state >> 28) + 4)) ^ state).wrapping_mul(277803737);
-    (word >> 22) ^ word
+/// PCG3D, once more.
+fn hash3(seed: [u32; 3]) -> [u32; 3] {
+    let [mut x, mut y, mut z] = seed.map(|v| v.wrapping_mul(1664525).wrapping_add(1013904223));
+    let round = |x: &mut u32, y: &mut u32, z: &mut u32| {
+        *x = x.wrapping_add(y.wrapping_mul(*z));
+        *y = y.wrapping_add(z.wrapping_mul(*x));
+        *z = z.wrapping_add(x.wrapping_mul(*y));
+    };
+    round(&mut x, &mut y, &mut z);
+    for v in [&mut x, &mut y, &mut z] {
+        *v ^= *v >> 16;
+    }
+    round(&mut x, &mut y, &mut z);
+    [x, y, z]
 }
 
 /// The two random numbers of a channel of a pixel.
-fn random(x: u32, y: u32, channel: u32, seed: u32) -> [f64; 2] {
-    let h = hash(x ^ hash(y ^ hash(seed * 3 + channel)));
+fn random(x: u32, y: u32, channel: usize, seed: u32) -> [f64; 2] {
+    let h = hash3([x, y, seed])[channel];
     [f64::from(h >> 16) / 65536.0, f64::from(h & 0xffff) / 65536.0]
 }
 
@@ -32,7 +41,7 @@ fn dither_gives_the_codes_of_its_twin() {
             for x in 0..61 {
                 let found = codes(output.at(x, y), bits);
                 for channel in 0..3 {
-                    let [u1, u2] = random(x, y, channel as u32, seed);
+                    let [u1, u2] = random(x, y, channel, seed);
                     let expected = dither(f64::from(input.at(x, y)[channel]), u1, u2, bits);
                     assert!((found[channel] - expected).abs() <= 1.0);
                     off += usize::from(found[channel] != expected);

@@ -7,8 +7,9 @@ use std::time::Instant;
 use afterimage_gpu::{Executor, Gpu};
 use afterimage_graph::image::Size;
 use afterimage_graph::node::Registry;
+use afterimage_graph::plan::Requirement;
 
-use super::clock::{Stopwatch, median, wait};
+use super::clock::{Stopwatch, is_processor, median, wait};
 use super::inputs::Inputs;
 use super::plot::{Chart, Line, page};
 use super::runner::Runner;
@@ -21,8 +22,12 @@ use crate::pipeline::check_text;
 const HEIGHTS: [u32; 7] = [720, 1080, 1440, 2160, 4320, 5760, 8640];
 /// Nodes of a chain.
 const LENGTHS: [usize; 8] = [2, 5, 10, 20, 50, 100, 200, 500];
-/// The size of the frame that chains work on.
-const CHAIN_SIZE: (u32, u32) = (1280, 720);
+/// The height of the frame that chains work on.
+const CHAIN_HEIGHT: u32 = 720;
+/// The largest heights that a processor is asked for: it would take minutes for more.
+const PATIENCE: (u32, u32) = (1440, 90);
+/// How often each graph is planned.
+const PLANS: usize = 7;
 
 /// One measured graph.
 struct Growth {
@@ -44,16 +49,15 @@ struct Growth {
 pub(super) fn run(gpu: &Gpu, registry: &Registry, frames: u32, folder: &Path) -> Result<String, Failure> {
     let stopwatch = Stopwatch::new(gpu);
     let mut all = Vec::new();
-    for height in HEIGHTS {
-        let size = Size::new(height / 9 * 16, height);
+    let (highest, chain_height) = if is_processor(gpu) { PATIENCE } else { (u32::MAX, CHAIN_HEIGHT) };
+    for size in HEIGHTS.into_iter().filter(|height| *height <= highest).map(wide) {
         if size.width <= gpu.caps.max_side {
             all.push(measure(gpu, registry, &stopwatch, "pixels", &pyramid(), size, frames)?);
         }
     }
     for length in LENGTHS {
-        let size = Size::new(CHAIN_SIZE.0, CHAIN_SIZE.1);
         for (series, text) in [("point nodes", points(length)), ("gather nodes", gathers(length))] {
-            all.push(measure(gpu, registry, &stopwatch, series, &text, size, frames)?);
+            all.push(measure(gpu, registry, &stopwatch, series, &text, wide(chain_height), frames)?);
         }
     }
     std::fs::create_dir_all(folder)
@@ -62,6 +66,11 @@ pub(super) fn run(gpu: &Gpu, registry: &Registry, frames: u32, folder: &Path) ->
     write_whole(&folder.join("growth.csv"), csv.as_bytes())?;
     write_whole(&folder.join("growth.svg"), plot(&all, &gpu.name(), stopwatch.is_gpu()).as_bytes())?;
     Ok(csv)
+}
+
+/// 16:9.
+fn wide(height: u32) -> Size {
+    Size::new(height / 9 * 16, height)
 }
 
 /// Bloom, a curve and the way to the display: seven nodes, most of whose passes are small.
@@ -84,19 +93,19 @@ fn pyramid() -> String {
 
 /// A chain of kernels that only look at their own pixel: all become one pass.
 fn points(length: usize) -> String {
-    chain(length, |at| if at % 2 == 0 { "Exposure(stops: 0.01, " } else { "Saturation(amount: 0.99, " })
+    chain(length, "Saturation(amount: 0.99")
 }
 
 /// A chain of blurs, none of which can be joined with the next.
 fn gathers(length: usize) -> String {
-    chain(length, |_| "Gaussian(sigma: 1.0, ")
+    chain(length, "Gaussian(sigma: 1.0")
 }
 
-fn chain(length: usize, node: impl Fn(usize) -> &'static str) -> String {
+fn chain(length: usize, node: &str) -> String {
     let mut text = "Pipeline(inputs: { \"scene\": Color }, nodes: {\n".to_owned();
     for at in 0..length {
         let source = if at == 0 { "scene".to_owned() } else { format!("n{}", at - 1) };
-        let _ = writeln!(text, "    \"n{at}\": {}source: \"{source}\"),", node(at));
+        let _ = writeln!(text, "    \"n{at}\": {node}, source: \"{source}\"),");
     }
     let _ = write!(text, "}}, outputs: {{ \"out\": \"n{}\" }})", length - 1);
     text
@@ -111,15 +120,9 @@ fn measure(
     size: Size,
     frames: u32,
 ) -> Result<Growth, Failure> {
-    let options = PipelineOptions { sets: Vec::new(), facts: Vec::new(), tier: None, nodes: Vec::new() };
-    let (graph, _) = check_text("growth.ron", text, registry, &options)?;
+    let (graph, _) = check_text("growth.ron", text, registry, &no_options())?;
     let inputs = Inputs::new(gpu, registry, &graph, size)?;
-    let begun = Instant::now();
-    let (graph, _) = check_text("growth.ron", text, registry, &options)?;
-    Runner::plan_of(gpu, &inputs, &graph, Default::default(), Default::default(), |desc| {
-        afterimage_graph::plan::Requirement::typical(desc)
-    })?;
-    let plan_ms = begun.elapsed().as_secs_f64() * 1e3;
+    let plan_ms = plan_time(gpu, registry, &inputs, text)?;
     let executor = Executor::with_caps(&gpu.device, &gpu.queue, gpu.caps.clone());
     let mut runner = Runner::new(gpu, &inputs, &graph, Default::default(), Default::default(), executor)?;
     let gpu_ms = stopwatch.median(frames, |encoder| runner.encode(encoder))?;
@@ -138,6 +141,22 @@ fn measure(
     })
 }
 
+/// From the text to the plan.
+fn plan_time(gpu: &Gpu, registry: &Registry, inputs: &Inputs, text: &str) -> Result<f64, Failure> {
+    let mut times = Vec::new();
+    for _ in 0..PLANS {
+        let begun = Instant::now();
+        let (graph, _) = check_text("growth.ron", text, registry, &no_options())?;
+        Runner::plan_of(gpu, inputs, &graph, Default::default(), Default::default(), Requirement::typical)?;
+        times.push(begun.elapsed().as_secs_f64() * 1e3);
+    }
+    Ok(median(times))
+}
+
+fn no_options() -> PipelineOptions {
+    PipelineOptions { sets: Vec::new(), facts: Vec::new(), tier: None, nodes: Vec::new() }
+}
+
 fn record_times(gpu: &Gpu, runner: &mut Runner<'_>, frames: u32) -> Result<f64, Failure> {
     let mut times = Vec::new();
     for _ in 0..frames {
@@ -153,8 +172,7 @@ fn record_times(gpu: &Gpu, runner: &mut Runner<'_>, frames: u32) -> Result<f64, 
 }
 
 fn csv(all: &[Growth]) -> String {
-    let mut text =
-        "series,nodes,width,height,passes,plan ms,frame ms,record us,placed MiB,one by one MiB\n".to_owned();
+    let mut text = "series,nodes,width,height,passes,plan ms,frame ms,record us,placed MiB,one by one MiB\n".to_owned();
     for row in all {
         let mebibytes = |bytes: u64| bytes as f64 / f64::from(1 << 20);
         let Growth { series, nodes, size, passes, plan_ms, gpu_ms, record_us, placed, unshared } = row;
@@ -182,16 +200,23 @@ fn plot(all: &[Growth], adapter: &str, gpu_clock: bool) -> String {
         vec![line("point nodes", of("point nodes", nodes, y)), line("gather nodes", of("gather nodes", nodes, y))]
     };
     let charts = [
-        Chart { title: clock, x: "megapixels, bloom and a curve", lines: vec![line("a frame", of("pixels", pixels, |r| r.gpu_ms))] },
+        Chart {
+            title: clock,
+            x: "megapixels, bloom and a curve",
+            lines: vec![line("a frame", of("pixels", pixels, |r| r.gpu_ms))],
+        },
         Chart {
             title: "MiB of images inside",
             x: "megapixels, bloom and a curve",
-            lines: vec![line("placed", of("pixels", pixels, mebibytes)), line("one by one", of("pixels", pixels, unshared))],
+            lines: vec![
+                line("placed", of("pixels", pixels, mebibytes)),
+                line("one by one", of("pixels", pixels, unshared)),
+            ],
         },
-        Chart { title: clock, x: "nodes in a chain at 1280x720", lines: both(|r| r.gpu_ms) },
+        Chart { title: clock, x: "nodes in a chain", lines: both(|r| r.gpu_ms) },
         Chart { title: "microseconds to record", x: "nodes in a chain", lines: both(|r| r.record_us) },
         Chart { title: "milliseconds from text to plan", x: "nodes in a chain", lines: both(|r| r.plan_ms) },
-        Chart { title: "MiB of images inside", x: "nodes in a chain at 1280x720", lines: both(mebibytes) },
+        Chart { title: "MiB of images inside", x: "nodes in a chain", lines: both(mebibytes) },
     ];
     page(adapter, &charts)
 }

@@ -35,6 +35,8 @@ pub(super) struct Chain {
     knee: f32,
     radius: f32,
     strength: f32,
+    /// Whether the glow is laid over the picture through a tent, not bilinearly.
+    tent: bool,
     gain: f32,
 }
 
@@ -42,11 +44,16 @@ impl Chain {
     /// The rival's settings if the graph is the chain that it was written for.
     pub(super) fn of(graph: &Graph) -> Option<Self> {
         let wanted = ["Exposure", "Extract", "Downsample", "Upsample", "Composite", "ToneMap", "Encode"];
-        let kinds: Vec<&str> = graph.nodes.iter().map(|node| node.kind.name()).collect();
+        // The last bits of its picture may be dithered; the rival does without.
+        let nodes = match graph.nodes.as_slice() {
+            [nodes @ .., last] if last.kind.name() == "Dither" => nodes,
+            nodes => nodes,
+        };
+        let kinds: Vec<&str> = nodes.iter().map(|node| node.kind.name()).collect();
         if kinds != wanted || graph.nodes.iter().any(|node| node.off || node.when.is_some()) {
             return None;
         }
-        let [exposure, extract, downsample, upsample, composite, tone_map, encode] = graph.nodes.as_slice() else {
+        let [exposure, extract, downsample, upsample, composite, tone_map, encode] = nodes else {
             return None;
         };
         let choices = [
@@ -67,6 +74,7 @@ impl Chain {
             knee: number(extract, "knee")?,
             radius: number(upsample, "radius")?,
             strength: number(composite, "strength")?,
+            tent: value(composite, "filter") == Some(&Value::Choice("Tent")),
             gain: number(exposure, "stops")?.exp2(),
         })
     }
@@ -164,7 +172,8 @@ impl Peer {
         let display = target(gpu, full, TextureFormat::Rgba8Unorm, usage);
         let mut peer = Self { dispatches: Vec::new(), draws: Vec::new(), display: display.clone() };
         let storage = if format == TextureFormat::Rg11b10Ufloat { "rg11b10ufloat" } else { "rgba16float" };
-        let module = module(gpu, &include_str!("peer.wgsl").replace("LEVEL", storage));
+        let glow = if chain.tent { "tent(uv, 1.0)" } else { "near(uv)" };
+        let module = module(gpu, &include_str!("peer.wgsl").replace("LEVEL", storage).replace("GLOW", glow));
         for step in steps(scene, &down, &up, &display) {
             peer.add(gpu, chain, &module, way, &step);
         }

@@ -1,5 +1,6 @@
 // Threshold bloom with a filmic curve as one writes it by hand: light is picked out at half size, four halvings, four enlargements, and
-// one last pass that adds the glow, maps and encodes. LEVEL stands for the format of the levels.
+// one last pass that adds the glow, maps and encodes. LEVEL stands for the format of the levels, GLOW for how the glow is
+// read: through a tent, or bilinearly.
 
 struct Settings {
     low: f32,      // where the gate begins to open
@@ -61,6 +62,10 @@ fn tent(uv: vec2f, radius: f32) -> vec3f {
     return sum;
 }
 
+fn near(uv: vec2f) -> vec3f {
+    return textureSampleLevel(second, linear, uv, 0.0).rgb;
+}
+
 fn enlarge(p: vec2u, uv: vec2f) -> vec4f {
     let own = textureLoad(first, p, 0).rgb;
     return vec4f(settings.own * own + settings.rest * tent(uv, settings.radius), 1.0);
@@ -68,7 +73,7 @@ fn enlarge(p: vec2u, uv: vec2f) -> vec4f {
 
 fn finish(p: vec2u, uv: vec2f) -> vec4f {
     let scene = textureLoad(first, p, 0);
-    let v = min(max(scene.rgb * settings.gain + settings.strength * tent(uv, 1.0), vec3f(0.0)), vec3f(65504.0));
+    let v = min(max(scene.rgb * settings.gain + settings.strength * GLOW, vec3f(0.0)), vec3f(65504.0));
     let mapped = min(v * (2.51 * v + 0.03) / (v * (2.43 * v + 0.59) + 0.14), vec3f(1.0));
     let encoded = select(1.055 * pow(mapped, vec3f(1.0 / 2.4)) - 0.055, 12.92 * mapped, mapped <= vec3f(0.0031308));
     return vec4f(encoded, scene.a);

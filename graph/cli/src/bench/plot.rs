@@ -96,7 +96,12 @@ fn draw(chart: &Chart, svg: &mut String) {
         let _ = writeln!(svg, "<text x=\"{at:.1}\" y=\"{}\" text-anchor=\"middle\">{power}</text>", foot + 14.0);
     }
     let middle = LEFT + 0.5 * (WIDTH - LEFT - RIGHT);
-    let _ = writeln!(svg, "<text x=\"{middle}\" y=\"{}\" text-anchor=\"middle\">{}</text>", HEIGHT - 12.0, escaped(chart.x));
+    let _ = writeln!(
+        svg,
+        "<text x=\"{middle}\" y=\"{}\" text-anchor=\"middle\">{}</text>",
+        HEIGHT - 12.0,
+        escaped(chart.x)
+    );
     for (index, (line, colour)) in chart.lines.iter().zip(COLOURS).enumerate() {
         let path: Vec<String> = line.points.iter().map(|p| format!("{:.1} {:.1}", x(p.0), y(p.1))).collect();
         let _ = writeln!(svg, "<path d=\"M{}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"2\"/>", path.join("L"));

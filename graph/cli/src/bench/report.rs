@@ -63,7 +63,7 @@ pub(super) struct PassReport {
 /// A table whose columns after the first are numbers.
 pub(super) fn table(header: &[&str], rows: impl IntoIterator<Item = Vec<String>>) -> Table {
     let mut table = Table::new();
-    table.load_style(presets::UTF8_HORIZONTAL_ONLY).set_content_arrangement(ContentArrangement::Dynamic);
+    table.load_style(presets::ASCII_MARKDOWN).set_content_arrangement(ContentArrangement::Dynamic);
     table.set_header(header.to_vec());
     table.add_rows(rows);
     table.column_iter_mut().skip(1).for_each(|column| column.set_cell_alignment(CellAlignment::Right));
@@ -90,7 +90,7 @@ impl Report {
     }
 
     fn peer_lines(&self, peer: &PeerReport, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let times = |time: f64| format!("{time:.4} ms ({:.2} of it is ours)", self.gpu_ms / time);
+        let times = |time: f64| format!("{time:.4} ms; ours takes {:.2} of that", self.gpu_ms / time);
         writeln!(f, "hand-written, draws        {}", times(peer.fragment_ms))?;
         writeln!(f, "hand-written, dispatches   {}", times(peer.compute_ms))?;
         if let Some(packed) = peer.compute_rg11b10_ms {
@@ -104,7 +104,11 @@ impl Report {
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let [width, height] = self.size;
-        writeln!(f, "{} at {width}x{height} on {} ({}), medians of {}", self.pipeline, self.adapter, self.driver, self.frames)?;
+        writeln!(
+            f,
+            "{} at {width}x{height} on {} ({}), medians of {}",
+            self.pipeline, self.adapter, self.driver, self.frames
+        )?;
         writeln!(f, "{}", self.passes())?;
         let clock = if self.clock == "gpu" { "GPU, a frame              " } else { "host wall clock, a frame  " };
         writeln!(f, "{clock} {:.4} ms, {} of copying", self.gpu_ms, percent(self.share))?;
@@ -113,13 +117,7 @@ impl fmt::Display for Report {
         writeln!(f, "this device copies         {:.0} GB/s", self.copy_gbps)?;
         writeln!(f, "memory                     {} MB", megabytes(self.memory))?;
         let FirstFrame { cold, warm } = self.first_frame_ms;
-        write!(f, "text to first frame        {cold:.1} ms, {warm:.1} ms with the driver's pipelines at hand")?;
-        match &self.peer {
-            Some(peer) => {
-                writeln!(f)?;
-                self.peer_lines(peer, f)
-            }
-            None => Ok(()),
-        }
+        writeln!(f, "text to first frame        {cold:.1} ms, {warm:.1} ms with the driver's pipelines at hand")?;
+        self.peer.as_ref().map_or(Ok(()), |peer| self.peer_lines(peer, f))
     }
 }

@@ -26,6 +26,7 @@ use std::path::{Path, PathBuf};
 pub use chromaticities::{Primaries, REC709};
 pub use error::{FileError, FileErrorKind};
 pub use exr::{ExrCompression, ExrOptions, encode_exr, write_exr};
+pub(crate) use guard::no_panic;
 pub use picture::{Metadata, Picture, Pixels};
 pub use png::{EncodedPixels, PngColour, PngDepth, PngOptions, encode_png, write_png};
 pub use whole::write_whole;

@@ -9,7 +9,8 @@ use crate::args::{DeviceOptions, PipelineOptions, parse_size};
 /// What each figure means, below the options.
 const FIGURES: &str = "\
 The truth is the same pipeline with every intermediate in 32 bits and every quality switch at its most exact.
-Each figure is the worst over the images; JSON and CSV have those of each image too.
+Each figure is the worst over the images; JSON and CSV have those of each image too. Errors are those of an encoded output
+before it is dithered and rounded to codes.
 
   time      the median frame, on the GPU; `host` where its timestamps cannot be trusted, as on a processor
   memory    the most bytes that images between hold at once; moved: what all passes read and write in a frame

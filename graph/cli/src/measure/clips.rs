@@ -133,7 +133,13 @@ impl ClipSource {
     }
 
     /// Brings the images to the GPU.
-    pub(crate) fn load(&self, gpu: &Gpu, registry: &Registry, graph: &Graph, material: &Material) -> Result<Clip, Failure> {
+    pub(crate) fn load(
+        &self,
+        gpu: &Gpu,
+        registry: &Registry,
+        graph: &Graph,
+        material: &Material,
+    ) -> Result<Clip, Failure> {
         let (name, images) = match self {
             Self::Files { name, inputs } => (name.clone(), file_images(gpu, inputs)?),
             Self::Scene => (self.name().to_owned(), scene_images(gpu, registry, graph, material)?),
@@ -146,7 +152,11 @@ impl ClipSource {
 }
 
 fn clocks(frames: usize, fps: f32) -> Vec<Clock> {
-    let clock = |frame: usize| Clock { time: frame as f32 / fps, dt: if frame == 0 { 0.0 } else { 1.0 / fps }, reset: frame == 0 };
+    let clock = |frame: usize| Clock {
+        time: frame as f32 / fps,
+        dt: if frame == 0 { 0.0 } else { 1.0 / fps },
+        reset: frame == 0,
+    };
     (0..frames).map(clock).collect()
 }
 
@@ -159,9 +169,15 @@ fn file_image(gpu: &Gpu, name: &str, input: &sequence::Input, frame: usize) -> R
     let sources = input.sources();
     let source = match sources.as_slice() {
         [(_, still)] => still,
-        frames => &frames.get(frame).ok_or_else(|| {
-            Failure::user(format!("input `{name}` has only {} frames", frames.len())).hint("shorten the others with `--frames`")
-        })?.1,
+        frames => {
+            &frames
+                .get(frame)
+                .ok_or_else(|| {
+                    Failure::user(format!("input `{name}` has only {} frames", frames.len()))
+                        .hint("shorten the others with `--frames`")
+                })?
+                .1
+        }
     };
     let (texture, desc) = upload_picture(gpu, &files::read(source)?)?;
     Ok(Given { input: name.to_owned(), texture, desc })
@@ -170,7 +186,12 @@ fn file_image(gpu: &Gpu, name: &str, input: &sequence::Input, frame: usize) -> R
 /// How much of the walk through the scene a second takes.
 const PACE: f64 = 0.2;
 
-fn scene_images(gpu: &Gpu, registry: &Registry, graph: &Graph, material: &Material) -> Result<Vec<Vec<Given>>, Failure> {
+fn scene_images(
+    gpu: &Gpu,
+    registry: &Registry,
+    graph: &Graph,
+    material: &Material,
+) -> Result<Vec<Vec<Given>>, Failure> {
     let ports = scene_ports(&graph.inputs)?;
     if ports.is_empty() {
         return Ok(vec![Vec::new()]);
@@ -183,8 +204,14 @@ fn scene_images(gpu: &Gpu, registry: &Registry, graph: &Graph, material: &Materi
         let seconds = f64::from(frame) / f64::from(material.fps);
         set(&mut scene, "time", seconds);
         set(&mut scene, "walk", (seconds * PACE).min(1.0));
-        let setting =
-            setting(&scene, Size::new(width, height), Facts::default(), Default::default(), gpu.caps.clone(), &Requirement::typical);
+        let setting = setting(
+            &scene,
+            Size::new(width, height),
+            Facts::default(),
+            Default::default(),
+            gpu.caps.clone(),
+            &Requirement::typical,
+        );
         executor.load(Arc::new(plan(&scene, &setting)?))?;
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
         executor.encode(&mut encoder, &Frame { reset: true, ..Frame::default() })?;
@@ -210,7 +237,8 @@ fn set(scene: &mut Graph, name: &str, value: f64) {
 fn scene_graph(registry: &Registry, ports: &[(String, &str)]) -> Result<Graph, Failure> {
     let mut outputs: Vec<String> = ports.iter().map(|(_, port)| format!("\"{port}\": \"scene.{port}\"")).collect();
     outputs.dedup();
-    let text = format!("Pipeline(inputs: {{}}, nodes: {{ \"scene\": DemoScene() }}, outputs: {{ {} }})", outputs.join(", "));
+    let text =
+        format!("Pipeline(inputs: {{}}, nodes: {{ \"scene\": DemoScene() }}, outputs: {{ {} }})", outputs.join(", "));
     let options = PipelineOptions { sets: Vec::new(), facts: Vec::new(), tier: None, nodes: Vec::new() };
     Ok(check_text("the built-in scene", &text, registry, &options)?.0)
 }

@@ -36,9 +36,22 @@ pub(crate) struct Flicker {
 }
 
 impl Errors {
-    /// Those of a perfect copy.
-    pub(crate) const NONE: Self =
-        Self { max: 0.0, p999: 0.0, psnr: f64::INFINITY, ssim: 1.0, colour: 0.0, colour_p999: 0.0, flip: 0.0, flicker: None };
+    /// Those of a perfect copy of one frame.
+    pub(crate) const NONE: Self = Self {
+        max: 0.0,
+        p999: 0.0,
+        psnr: f64::INFINITY,
+        ssim: 1.0,
+        colour: 0.0,
+        colour_p999: 0.0,
+        flip: 0.0,
+        flicker: None,
+    };
+
+    /// Those of a perfect copy of so many frames.
+    pub(crate) fn none(frames: usize) -> Self {
+        Self { flicker: (frames > 1).then_some(Flicker { max: 0.0, p999: 0.0 }), ..Self::NONE }
+    }
 
     /// The worse of each.
     pub(crate) fn worst(self, other: Self) -> Self {

@@ -11,8 +11,14 @@ const DARK: f32 = 1.0 / 16.0;
 const BRIGHT: f32 = 64.0;
 
 /// The colours of the scale, at even steps from dark to bright: black, indigo, red, orange, yellow, white.
-const SCALE: [[f32; 3]; 6] =
-    [[0.0, 0.0, 0.0], [58.0, 20.0, 110.0], [200.0, 30.0, 60.0], [245.0, 125.0, 20.0], [252.0, 215.0, 80.0], [255.0, 255.0, 255.0]];
+const SCALE: [[f32; 3]; 6] = [
+    [0.0, 0.0, 0.0],
+    [58.0, 20.0, 110.0],
+    [200.0, 30.0, 60.0],
+    [245.0, 125.0, 20.0],
+    [252.0, 215.0, 80.0],
+    [255.0, 255.0, 255.0],
+];
 
 /// Writes the error of each pixel in colours.
 pub(crate) fn write_heat(path: &Path, truth: &Shown, shown: &Shown) -> Result<(), Failure> {

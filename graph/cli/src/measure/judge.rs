@@ -1,6 +1,7 @@
 //! One variant on one clip, beside the truth.
 
-use afterimage_graph::check::{Graph, GraphOutput};
+use afterimage_graph::check::{Graph, GraphOutput, Source};
+use afterimage_graph::image::{Format, State};
 
 use super::clips::Clip;
 use super::errors::{Errors, Follower, SHARE, errors};
@@ -32,7 +33,7 @@ impl Figures {
 
 /// The output to judge: the named one, the first encoded one, or the first.
 pub(crate) fn output<'g>(graph: &'g Graph, wanted: Option<&str>) -> Result<&'g GraphOutput, Failure> {
-    let encoded = graph.outputs.iter().find(|output| output.state == afterimage_graph::image::State::Encoded);
+    let encoded = graph.outputs.iter().find(|output| output.state == State::Encoded);
     match wanted {
         None => encoded.or(graph.outputs.first()).ok_or_else(|| Failure::user("the pipeline has no output to judge")),
         Some(name) => graph.outputs.iter().find(|output| output.name == name).ok_or_else(|| {
@@ -40,6 +41,32 @@ pub(crate) fn output<'g>(graph: &'g Graph, wanted: Option<&str>) -> Result<&'g G
             Failure::user(format!("the pipeline has no output `{name}`")).hint(format!("it has {}", known.join(", ")))
         }),
     }
+}
+
+/// The pipeline as its errors are judged: an encoded output before it is dithered and rounded to codes.
+///
+/// Dither moves a thousandth of a code to a whole one in one pixel of a thousand, so behind it no error is between 0 and 1.
+pub(crate) fn judged(graph: &Graph, output: &str) -> Graph {
+    let mut graph = graph.clone();
+    let Some(output) = graph.outputs.iter().find(|known| known.name == output) else { return graph };
+    let (mut source, is_encoded) = (output.source, output.state == State::Encoded);
+    while let Source::Node { node, .. } = source
+        && is_encoded
+    {
+        let node = &mut graph.nodes[node];
+        let wire = node.wires.iter().flatten().next().copied();
+        match wire.filter(|_| node.kind.name() == "Dither") {
+            Some(wire) => {
+                node.off = true;
+                source = wire;
+            }
+            None => {
+                node.format = Some(Format::Rgba32Float);
+                break;
+            }
+        }
+    }
+    graph
 }
 
 impl Truth {
@@ -53,8 +80,19 @@ impl Truth {
         Ok(truth)
     }
 
+    /// The name of the output that is judged.
+    pub(crate) fn output(&self) -> &str {
+        &self.output
+    }
+
     /// Renders a frame of the loaded plan.
-    pub(crate) fn shown(&self, runner: &mut Runner<'_>, clip: &Clip, view: View, frame: usize) -> Result<Shown, Failure> {
+    pub(crate) fn shown(
+        &self,
+        runner: &mut Runner<'_>,
+        clip: &Clip,
+        view: View,
+        frame: usize,
+    ) -> Result<Shown, Failure> {
         runner.render(clip, frame)?;
         let shown = view.shown(&runner.output(&self.output)?).ok_or_else(|| {
             Failure::user(format!("the output `{}` has numbers that are not finite, on `{}`", self.output, clip.name))

@@ -31,7 +31,7 @@ use crate::files::write_whole;
 use crate::pipeline::{facts, load_graph, registry};
 use crate::session::open;
 use crate::terminal::say;
-use args::{MeasureArgs, Material};
+use args::{Material, MeasureArgs};
 use clips::{Clip, ClipSource};
 use errors::Errors;
 use judge::{Figures, Truth};
@@ -128,15 +128,15 @@ impl Work<'_> {
         let mut truth: Option<Truth> = None;
         for (variant, row) in variants.iter().zip(rows) {
             bar.set_message(format!("{}: {}", clip.name, variant.name));
-            let plan = self.runner.plan(&variant.graph, clip, variant.is_exact())?;
-            self.runner.load(plan)?;
+            self.runner.load(self.runner.plan(&judge::judged(&variant.graph, output), clip, variant.is_exact())?)?;
             let errors = match &truth {
                 Some(truth) => self.errors(truth, variant, clip, view)?,
                 None => {
                     truth = Some(Truth::render(&mut self.runner, clip, view, output)?);
-                    Errors::NONE
+                    Errors::none(clip.len())
                 }
             };
+            self.runner.load(self.runner.plan(&variant.graph, clip, variant.is_exact())?)?;
             row.clips.push(Figures { cost: self.runner.cost(clip)?, errors });
             bar.inc(1);
         }
@@ -181,7 +181,7 @@ fn with_effect(all: &[Variant], runner: &Runner<'_>, clip: &Clip) -> Result<(Vec
     for variant in all {
         let is_switch = matches!(variant.kind, VariantKind::Switch | VariantKind::Format);
         let plan = runner.plan(&variant.graph, clip, variant.is_exact())?;
-        if is_switch && written.as_ref() == Some(&plan) {
+        if is_switch && written.as_ref().is_some_and(|written| runner::run_alike(written, &plan)) {
             without.push(variant.name.clone());
             continue;
         }

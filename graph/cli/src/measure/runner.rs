@@ -7,7 +7,7 @@ use std::time::Instant;
 use afterimage_gpu::{Executor, Frame, Gpu, Texels, download};
 use afterimage_graph::check::{Facts, Graph};
 use afterimage_graph::image::ImageDesc;
-use afterimage_graph::node::{BufferLife, Origin};
+use afterimage_graph::node::{BufferLife, Origin, Resource};
 use afterimage_graph::plan::{GivenImage, Options, Plan, Setting, plan};
 
 use super::clips::Clip;
@@ -91,7 +91,8 @@ impl<'g> Runner<'g> {
     /// The plan of a graph for the images of a clip; `exact` for 32-bit intermediates.
     pub(crate) fn plan(&self, graph: &Graph, clip: &Clip, exact: bool) -> Result<Plan, Failure> {
         let given = |desc: ImageDesc| GivenImage { desc, finite: false };
-        let inputs: BTreeMap<_, _> = clip.images(0).iter().map(|image| (image.input.clone(), given(image.desc))).collect();
+        let inputs: BTreeMap<_, _> =
+            clip.images(0).iter().map(|image| (image.input.clone(), given(image.desc))).collect();
         let requirement = |desc: &ImageDesc| self.executor.requirement(desc);
         let setting = Setting {
             size: clip.size,
@@ -166,6 +167,19 @@ impl<'g> Runner<'g> {
         waited.map_err(|error| Failure::machine(format!("the GPU did not finish: {error}")))?;
         Ok(start.elapsed().as_secs_f64() * 1e3)
     }
+}
+
+/// Whether two plans do the same: the same passes on images of the same formats. Images that fusion has removed do not matter.
+pub(crate) fn run_alike(a: &Plan, b: &Plan) -> bool {
+    let desc = |plan: &Plan, resource: Resource| match resource {
+        Resource::Image(image) => Some(plan.recording.image(image).desc),
+        Resource::Buffer(_) => None,
+    };
+    let touched = |plan: &Plan| -> Vec<Option<ImageDesc>> {
+        let resources = plan.recording.passes.iter().flat_map(|pass| pass.reads().into_iter().chain(pass.writes()));
+        resources.map(|resource| desc(plan, resource)).collect()
+    };
+    a.recording.passes == b.recording.passes && a.stages == b.stages && touched(a) == touched(b)
 }
 
 /// Whether a plan's frames depend on earlier ones.

@@ -96,7 +96,8 @@ fn legend(report: &Report) -> String {
         Watch::Gpu => format!("time on the GPU, the median of {} frames", report.repeats),
         Watch::Host => format!("time as the host sees it, the median of {} frames", report.repeats),
     };
-    let mut text = format!("\n● no other variant is both faster and more accurate; errors in {}; {time}", report.unit());
+    let mut text =
+        format!("\n● no other variant is both faster and more accurate; errors in {}; {time}", report.unit());
     if !report.without_effect.is_empty() {
         text += &format!("\nwithout effect here: {}", report.without_effect.join(", "));
     }

@@ -176,11 +176,19 @@ pub(crate) fn most_exact(graph: &Graph) -> Result<Graph, Failure> {
 
 /// Whether the values of each node go together.
 pub(crate) fn verify(graph: &Graph) -> Result<(), String> {
-    graph.nodes.iter().try_for_each(|node| node.kind.verify(&node.values).map_err(|why| format!("`{}`: {why}", node.name)))
+    graph
+        .nodes
+        .iter()
+        .try_for_each(|node| node.kind.verify(&node.values).map_err(|why| format!("`{}`: {why}", node.name)))
 }
 
 /// The truth, the file as it is, its tiers, and each switch turned on its own.
-pub(crate) fn variants(path: &Path, registry: &Registry, options: &PipelineOptions, written: &Graph) -> Result<Vec<Variant>, Failure> {
+pub(crate) fn variants(
+    path: &Path,
+    registry: &Registry,
+    options: &PipelineOptions,
+    written: &Graph,
+) -> Result<Vec<Variant>, Failure> {
     let variant = |name: &str, kind, graph| Variant { name: name.to_owned(), kind, graph };
     let name = options.tier.as_ref().map_or("as written".to_owned(), |tier| format!("as written, tier {tier}"));
     let mut all = vec![

@@ -38,7 +38,9 @@ impl View {
     /// The view of an output: by its state and by the `Encode` node that it comes from. A signal of any other node counts as sRGB.
     pub(crate) fn of(graph: &Graph, output: &GraphOutput) -> Result<Self, Failure> {
         match output.state {
-            State::Encoded => Ok(encoder(graph, output.source).map_or(Self { signal: Signal::Srgb, wide: false }, Self::behind)),
+            State::Encoded => {
+                Ok(encoder(graph, output.source).map_or(Self { signal: Signal::Srgb, wide: false }, Self::behind))
+            }
             State::Scene | State::Exposed | State::DisplayLinear => Ok(Self { signal: Signal::Linear, wide: false }),
             State::LogLuminance | State::Data => {
                 let message = format!("output `{}` is {}, which is no picture", output.name, output.state.name());
@@ -106,7 +108,9 @@ fn hlg_light(signal: DVec3, peak: f64) -> DVec3 {
     const A: f64 = 0.178_832_77;
     const B: f64 = 1.0 - 4.0 * A;
     let c = 0.5 - A * (4.0 * A).ln();
-    let scene = signal.clamp(DVec3::ZERO, DVec3::ONE).map(|x| if x <= 0.5 { x * x / 3.0 } else { (((x - c) / A).exp() + B) / 12.0 });
+    let scene = signal
+        .clamp(DVec3::ZERO, DVec3::ONE)
+        .map(|x| if x <= 0.5 { x * x / 3.0 } else { (((x - c) / A).exp() + B) / 12.0 });
     let gamma = match (400.0..=2000.0).contains(&peak) {
         true => 1.2 + 0.42 * (peak / 1000.0).log10(),
         false => 1.2 * 1.111_f64.powf((peak / 1000.0).log2()),

@@ -53,8 +53,11 @@ struct Seen {
 
 impl Seen {
     fn new(shown: &Shown, pixels_per_degree: f64, light: &(dyn Fn(f64) -> f64 + Sync)) -> Self {
-        let linear: Vec<DVec3> =
-            shown.pixels.par_iter().map(|p| DVec3::from_array(p.map(|x| light(f64::from(x)).clamp(0.0, 1.0)))).collect();
+        let linear: Vec<DVec3> = shown
+            .pixels
+            .par_iter()
+            .map(|p| DVec3::from_array(p.map(|x| light(f64::from(x)).clamp(0.0, 1.0))))
+            .collect();
         let opponent: Vec<[f32; 3]> = linear.par_iter().map(|rgb| opponent(XYZ * *rgb).map(|x| x as f32)).collect();
         let plane = |c: usize| Plane::new(shown.width, opponent.iter().map(|pixel| pixel[c]).collect());
         let planes = [plane(0), plane(1), plane(2)];
@@ -180,11 +183,15 @@ fn film(x: f64) -> f64 {
 
 /// Stops between the exposure at which the brightest pixel of the truth, and that at which its median, come out at 0.85.
 fn exposures(truth: &Shown) -> Vec<f64> {
-    let mut luminance: Vec<f64> =
-        truth.pixels.iter().map(|p| 0.2126 * f64::from(p[0]) + 0.7152 * f64::from(p[1]) + 0.0722 * f64::from(p[2])).collect();
+    let mut luminance: Vec<f64> = truth
+        .pixels
+        .iter()
+        .map(|p| 0.2126 * f64::from(p[0]) + 0.7152 * f64::from(p[1]) + 0.0722 * f64::from(p[2]))
+        .collect();
     luminance.sort_by(f64::total_cmp);
     let middle = luminance.len() / 2;
-    let median = if luminance.len() % 2 == 1 { luminance[middle] } else { (luminance[middle - 1] + luminance[middle]) / 2.0 };
+    let median =
+        if luminance.len() % 2 == 1 { luminance[middle] } else { (luminance[middle - 1] + luminance[middle]) / 2.0 };
     let brightest = luminance[luminance.len() - 1];
     if brightest <= 0.0 {
         return vec![0.0];

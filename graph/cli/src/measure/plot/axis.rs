@@ -28,7 +28,8 @@ impl Even {
     pub(super) fn marks(&self) -> (Vec<f64>, usize) {
         let span = self.high - self.low;
         let decade = 10.0_f64.powf((span / FEWEST_MARKS).log10().floor());
-        let step = [5.0, 2.0, 1.0].into_iter().map(|s| s * decade).find(|step| span / step >= FEWEST_MARKS).unwrap_or(decade);
+        let step =
+            [5.0, 2.0, 1.0].into_iter().map(|s| s * decade).find(|step| span / step >= FEWEST_MARKS).unwrap_or(decade);
         let first = (self.low / step).ceil() as i64;
         let last = (self.high / step).floor() as i64;
         let places = (-step.log10().floor()).max(0.0) as usize;

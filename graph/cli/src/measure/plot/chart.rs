@@ -17,7 +17,6 @@ const BOTTOM: f64 = 610.0;
 
 const INK: &str = "#1c2128";
 const SOFT: &str = "#6b7480";
-const FAINT: &str = "#9aa3ad";
 const GRID: &str = "#e3e6ea";
 const FINE_GRID: &str = "#f1f3f5";
 const FRONT: &str = "#2f6f4f";
@@ -50,9 +49,10 @@ pub(super) fn svg(report: &Report) -> String {
     };
     chart.heading();
     chart.grid();
-    chart.front();
+    let steps = chart.steps();
+    chart.canvas.steps(&steps, FRONT);
     chart.dots();
-    chart.names();
+    chart.names(&steps);
     chart.legend();
     chart.canvas.finish()
 }
@@ -99,18 +99,19 @@ impl Chart<'_> {
         self.canvas.text(((LEFT + RIGHT) / 2.0, BOTTOM + 54.0), 16.0, Anchor::Middle, INK, &time);
     }
 
-    /// What error the best variant within each time has.
-    fn front(&mut self) {
-        let mut best: Vec<(f64, f64)> = self.report.rows.iter().filter(|row| row.pareto).map(|row| self.place(row)).collect();
+    /// What error the best variant within each time has: the corners of a line of steps.
+    fn steps(&self) -> Vec<(f64, f64)> {
+        let mut best: Vec<(f64, f64)> =
+            self.report.rows.iter().filter(|row| row.pareto).map(|row| self.place(row)).collect();
         best.sort_by(|a, b| a.0.total_cmp(&b.0).then(b.1.total_cmp(&a.1)));
-        let Some(first) = best.first() else { return };
+        let Some(first) = best.first() else { return Vec::new() };
         let mut steps = vec![(first.0, TOP), *first];
         for pair in best.windows(2) {
             steps.push((pair[1].0, pair[0].1));
             steps.push(pair[1]);
         }
         steps.push((RIGHT, steps[steps.len() - 1].1));
-        self.canvas.steps(&steps, FRONT);
+        steps
     }
 
     fn dots(&mut self) {
@@ -118,7 +119,8 @@ impl Chart<'_> {
         let (best, others): (Vec<&Row>, Vec<&Row>) = self.report.rows.iter().partition(|row| row.pareto);
         for row in others.into_iter().chain(best) {
             let (ms, error) = row.point();
-            let hint = format!("{}: {} ms, {} {}", row.variant, significant(ms), significant(error), self.report.unit());
+            let hint =
+                format!("{}: {} ms, {} {}", row.variant, significant(ms), significant(error), self.report.unit());
             let colour = colour(row.kind);
             let (radius, fill) = if row.pareto { (7.0, colour) } else { (4.5, "#ffffff") };
             self.canvas.dot(self.place(row), radius, fill, colour, &hint);
@@ -126,10 +128,10 @@ impl Chart<'_> {
     }
 
     /// Names of the best, then of the others as far as there is room.
-    fn names(&mut self) {
+    fn names(&mut self, steps: &[(f64, f64)]) {
         let dots: Vec<(f64, f64)> = self.report.rows.iter().map(|row| self.place(row)).collect();
-        let mut labels = Labels::new(&dots, [8.0, TOP - 14.0, WIDTH - 8.0, BOTTOM + 2.0]);
-        for (is_best, size, colour) in [(true, 16.0, INK), (false, 12.5, FAINT)] {
+        let mut labels = Labels::new(&dots, steps, [8.0, TOP - 14.0, WIDTH - 8.0, BOTTOM + 2.0]);
+        for (is_best, size, colour) in [(true, 16.0, INK), (false, 12.5, SOFT)] {
             for (row, dot) in self.report.rows.iter().zip(&dots).filter(|(row, _)| row.pareto == is_best) {
                 if let Some(spot) = labels.place(*dot, size, &row.variant) {
                     self.canvas.text(spot.at, size, spot.anchor, colour, &row.variant);
@@ -145,7 +147,7 @@ impl Chart<'_> {
             if self.report.rows.iter().any(|row| row.kind == kind) {
                 self.canvas.dot((x, y - 5.0), 5.0, colour, colour, "");
                 self.canvas.text((x + 13.0, y), 14.0, Anchor::Start, SOFT, name);
-                x += 42.0 + 7.2 * name.chars().count() as f64;
+                x += 40.0 + 6.8 * name.chars().count() as f64;
             }
         }
         self.canvas.line((x, y - 5.0), (x + 26.0, y - 5.0), FRONT, false);

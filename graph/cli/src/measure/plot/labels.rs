@@ -21,10 +21,14 @@ pub(super) struct Spot {
 }
 
 impl Labels {
-    /// No name lies on one of the dots, nor outside of the bounds.
-    pub(super) fn new(dots: &[(f64, f64)], bounds: Box4) -> Self {
+    /// No name lies on one of the dots, on the line of steps, or outside of the bounds.
+    pub(super) fn new(dots: &[(f64, f64)], steps: &[(f64, f64)], bounds: Box4) -> Self {
         let around = |(x, y): &(f64, f64)| [x - 7.0, y - 7.0, x + 7.0, y + 7.0];
-        Self { taken: dots.iter().map(around).collect(), bounds }
+        let along = |pair: &[(f64, f64)]| {
+            let ((x0, y0), (x1, y1)) = (pair[0], pair[1]);
+            [x0.min(x1) - 1.0, y0.min(y1) - 1.0, x0.max(x1) + 1.0, y0.max(y1) + 1.0]
+        };
+        Self { taken: dots.iter().map(around).chain(steps.windows(2).map(along)).collect(), bounds }
     }
 
     /// The first free place around a dot, which is taken then.

@@ -35,7 +35,12 @@ pub(crate) fn write(path: &Path, report: &Report) -> Result<(), Failure> {
     let picture = drawn(&svg)?;
     let size = (picture.width(), picture.height());
     // The paper is opaque, so that premultiplied colours are the colours.
-    Ok(write_png(path, size, EncodedPixels::Byte(picture.data()), &PngOptions { dither: None, ..PngOptions::default() })?)
+    Ok(write_png(
+        path,
+        size,
+        EncodedPixels::Byte(picture.data()),
+        &PngOptions { dither: None, ..PngOptions::default() },
+    )?)
 }
 
 /// The pixels of an SVG. The font is ours, so that the picture is the same on every machine.

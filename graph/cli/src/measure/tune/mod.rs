@@ -23,8 +23,8 @@ use crate::files::write_whole;
 use crate::pipeline::{facts, load_graph, registry};
 use crate::session::open;
 use crate::terminal::{note, say};
-pub(crate) use search::{Goal, Measured};
 use search::search;
+pub(crate) use search::{Goal, Measured};
 use space::Space;
 use state::State;
 
@@ -68,7 +68,7 @@ fn refuse_changes(options: &PipelineOptions) -> Result<(), Failure> {
 
 fn unreachable_goal(goal: Goal, best: &Measured) -> Failure {
     let reached = format!("the closest found takes {:.3} ms and is {:.3} codes off", best.ms, best.p999);
-    let failure = Failure::user(format!("no choice of the quality switches keeps {goal}: {reached}"));
+    let failure = Failure::user(format!("no choice of the quality switches stays {goal}: {reached}"));
     failure.hint(match goal {
         Goal::Budget(_) => "allow more time, or change what the pipeline does: fewer levels, a smaller picture",
         Goal::Error(_) => "allow more error; what is left comes from intermediates of half floats",
@@ -98,7 +98,7 @@ impl<'a> Bench<'a> {
         let mut ready = Vec::new();
         for source in clips::sources(&args.material, written)? {
             let clip = load(&source, gpu, registry, &runner, written, &args.material)?;
-            let plan = runner.plan(&exact, &clip, true)?;
+            let plan = runner.plan(&judge::judged(&exact, &output.name), &clip, true)?;
             runner.load(plan)?;
             let truth = Truth::render(&mut runner, &clip, view, &output.name)?;
             ready.push((clip, truth));
@@ -128,7 +128,13 @@ impl<'a> Bench<'a> {
     }
 
     /// The figures of a choice, measured unless they are known.
-    fn measured(&mut self, space: &Space, choice: &[usize], state: &mut State, bar: &ProgressBar) -> Result<Measured, Failure> {
+    fn measured(
+        &mut self,
+        space: &Space,
+        choice: &[usize],
+        state: &mut State,
+        bar: &ProgressBar,
+    ) -> Result<Measured, Failure> {
         let name = space.key(choice);
         if let Some(known) = state.get(&name) {
             return Ok(known);
@@ -137,9 +143,9 @@ impl<'a> Bench<'a> {
         let graph = space.graph(self.written, choice);
         let mut worst: Option<Measured> = None;
         for (clip, truth) in &self.clips {
-            let plan = self.runner.plan(&graph, clip, false)?;
-            self.runner.load(plan)?;
+            self.runner.load(self.runner.plan(&judge::judged(&graph, truth.output()), clip, false)?)?;
             let (p999, max) = truth.codes_off(&mut self.runner, clip, self.view)?;
+            self.runner.load(self.runner.plan(&graph, clip, false)?)?;
             let cost = self.runner.cost(clip)?;
             let here = Measured { ms: cost.ms, p999, max, bytes: cost.bytes };
             worst = Some(worst.map_or(here, |worst| worst.worst(here)));
@@ -154,7 +160,8 @@ impl<'a> Bench<'a> {
     /// Where and on what it was measured.
     fn words(&self) -> String {
         let clock = if self.runner.watch() == super::runner::Watch::Gpu { "GPU time" } else { "host time" };
-        let images: Vec<String> = self.clips.iter().map(|(clip, _)| format!("{} at {}", clip.name, clip.size)).collect();
+        let images: Vec<String> =
+            self.clips.iter().map(|(clip, _)| format!("{} at {}", clip.name, clip.size)).collect();
         format!("{clock} on {}; worst of: {}", self.adapter, images.join(", "))
     }
 }

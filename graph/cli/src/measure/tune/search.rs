@@ -172,7 +172,10 @@ fn best_of(all: &[Candidate], goal: Goal) -> Candidate {
     front.fold(first, |best, next| if goal.prefers(&next.1, &best.1) { next } else { best }).clone()
 }
 
-fn first_largest<'c>(all: impl Iterator<Item = &'c Candidate>, gain: impl Fn(&Candidate) -> f64) -> Option<&'c Candidate> {
+fn first_largest<'c>(
+    all: impl Iterator<Item = &'c Candidate>,
+    gain: impl Fn(&Candidate) -> f64,
+) -> Option<&'c Candidate> {
     all.fold(None, |best, next| match best {
         Some(best) if gain(next) <= gain(best) => Some(best),
         _ => Some(next),
@@ -197,11 +200,13 @@ fn is_cheaper(choice: &[usize], than: &[usize]) -> bool {
 }
 
 #[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test may stop at the first surprise")]
 mod tests {
     use super::*;
 
     /// Three switches: what each choice costs in time and in error.
-    const COSTS: [&[(f64, f64)]; 3] = [&[(4.0, 0.0), (2.0, 0.3), (1.0, 4.0)], &[(3.0, 0.0), (1.5, 0.1)], &[(1.0, 0.0), (0.9, 2.0)]];
+    const COSTS: [&[(f64, f64)]; 3] =
+        [&[(4.0, 0.0), (2.0, 0.3), (1.0, 4.0)], &[(3.0, 0.0), (1.5, 0.1)], &[(1.0, 0.0), (0.9, 2.0)]];
     const SIZES: [usize; 3] = [3, 2, 2];
 
     fn figures(choice: &[usize]) -> Measured {
@@ -221,7 +226,15 @@ mod tests {
 
     #[test]
     fn finds_what_trying_everything_finds() {
-        for goal in [Goal::Budget(8.0), Goal::Budget(6.5), Goal::Budget(4.6), Goal::Budget(3.6), Goal::Error(0.0), Goal::Error(0.4), Goal::Error(5.0)] {
+        for goal in [
+            Goal::Budget(8.0),
+            Goal::Budget(6.5),
+            Goal::Budget(4.6),
+            Goal::Budget(3.6),
+            Goal::Error(0.0),
+            Goal::Error(0.4),
+            Goal::Error(5.0),
+        ] {
             let (choice, found) = search_sizes(&SIZES, goal, &mut |choice| Ok(figures(choice))).unwrap();
             assert!(goal.is_met(&found), "{goal}: {choice:?}");
             assert_eq!(found, best_by_trying_all(goal), "{goal}: {choice:?}");

@@ -4,6 +4,7 @@ use afterimage_graph::check::Graph;
 use afterimage_graph::plan::Plan;
 
 use crate::failure::Failure;
+use crate::measure::runner::run_alike;
 use crate::measure::variants::{Switch, switches, verify};
 
 /// The switches that change something, each with at least two choices. A choice of all is the place of each switch's choice.
@@ -27,7 +28,7 @@ impl Space {
                     continue;
                 }
                 let plan = plan(&graph)?;
-                if !plans.contains(&plan) {
+                if !plans.iter().any(|known| run_alike(known, &plan)) {
                     plans.push(plan);
                     kept.push(at);
                 }
@@ -55,15 +56,17 @@ impl Space {
     /// The choice in words: what differs from the most exact.
     pub(super) fn key(&self, choice: &[usize]) -> String {
         let turned = self.switches.iter().zip(choice).filter(|(_, at)| **at > 0);
-        let words: Vec<String> =
-            turned.map(|(switch, at)| format!("{}={}", switch.key, switch.choices[*at].text().unwrap_or_default())).collect();
+        let words: Vec<String> = turned
+            .map(|(switch, at)| format!("{}={}", switch.key, switch.choices[*at].text().unwrap_or_default()))
+            .collect();
         if words.is_empty() { "most exact".to_owned() } else { words.join(" ") }
     }
 
     /// Names of all choices of all switches.
     pub(super) fn names(&self) -> Vec<String> {
         let name = |switch: &Switch| {
-            let choices: Vec<String> = switch.choices.iter().map(|choice| choice.text().unwrap_or("(own)".into())).collect();
+            let choices: Vec<String> =
+                switch.choices.iter().map(|choice| choice.text().unwrap_or("(own)".into())).collect();
             format!("{}: {}", switch.key, choices.join(", "))
         };
         self.switches.iter().map(name).collect()

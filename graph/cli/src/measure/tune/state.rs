@@ -58,11 +58,14 @@ fn read(path: &Path, problem: &Value) -> Result<Content, Failure> {
     let shown = path.display();
     let text = std::fs::read_to_string(path)
         .map_err(|error| Failure::user(format!("cannot read the state `{shown}`: {error}")))?;
-    let content: Content = serde_json::from_str(&text)
-        .map_err(|error| Failure::user(format!("`{shown}` is no state of a search: {error}")).hint("name another file"))?;
+    let content: Content = serde_json::from_str(&text).map_err(|error| {
+        Failure::user(format!("`{shown}` is no state of a search: {error}")).hint("name another file")
+    })?;
     if content.problem != *problem {
-        return Err(Failure::user(format!("the state `{shown}` is of another pipeline, other images or another device"))
-            .hint("remove it, or name another file"));
+        return Err(Failure::user(format!(
+            "the state `{shown}` is of another pipeline, other images or another device"
+        ))
+        .hint("remove it, or name another file"));
     }
     Ok(content)
 }

@@ -39,9 +39,13 @@ impl Tier<'_> {
 
 /// Refuses a name that RON could not hold as it is, and an output over the pipeline itself.
 pub(super) fn check_name(args: &TuneArgs, registry: &Registry) -> Result<(), Failure> {
-    let same = |out: &PathBuf| std::fs::canonicalize(out).ok().filter(|out| Some(out) == std::fs::canonicalize(&args.pipeline).ok().as_ref());
+    let same = |out: &PathBuf| {
+        std::fs::canonicalize(out).ok().filter(|out| Some(out) == std::fs::canonicalize(&args.pipeline).ok().as_ref())
+    };
     if let Some(out) = args.out.as_ref().and_then(same) {
-        return Err(Failure::user(format!("`{}` is the pipeline that is tuned", out.display())).hint("name another file"));
+        return Err(
+            Failure::user(format!("`{}` is the pipeline that is tuned", out.display())).hint("name another file")
+        );
     }
     let text = document(args, "", &[]);
     let document = parse("the tuned pipeline", &text)?;
@@ -68,7 +72,10 @@ fn document(args: &TuneArgs, comment: &str, entries: &[String]) -> String {
     let indented: String = comment.lines().map(|line| format!("        {line}\n")).collect();
     let list: String = entries.iter().map(|entry| format!("            {entry},\n")).collect();
     let body = if list.is_empty() { "{}".to_owned() } else { format!("{{\n{list}        }}") };
-    format!("Pipeline(\n    extends: {base:?},\n    tiers: {{\n{indented}        {:?}: {body},\n    }},\n)\n", args.name)
+    format!(
+        "Pipeline(\n    extends: {base:?},\n    tiers: {{\n{indented}        {:?}: {body},\n    }},\n)\n",
+        args.name
+    )
 }
 
 /// The pipeline as the new file names it: relative to its folder where both share a root.

@@ -1,0 +1,254 @@
+//! How much an error of the input grows: each kind is given light and the same light one half-float unit brighter.
+
+use afterimage_gpu::Gpu;
+use afterimage_graph::image::{Size, State};
+use afterimage_graph::node::Registry;
+use comfy_table::Table;
+use comfy_table::presets::NOTHING;
+use serde::{Deserialize, Serialize};
+
+use super::args::StressArgs;
+use super::images::Extreme;
+use super::lab::{Bench, Lab, Shot, Shown};
+use super::settings::{sweep, words};
+use super::subject::{Sets, Subject};
+use crate::failure::Failure;
+use crate::files::write_whole;
+use crate::terminal::say;
+
+/// The conditioning of one kind.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Conditioning {
+    /// The kind's name.
+    pub kind: String,
+    /// What the output's error is counted in.
+    pub unit: Unit,
+    /// The growth that half of all lights stay below, at the defaults.
+    pub typical: f64,
+    /// The worst light at the defaults.
+    pub worst: Worst,
+    /// The worst light at the worst value of any one parameter.
+    pub over_domain: Worst,
+}
+
+/// What errors of an output are counted in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Unit {
+    /// The distance from one half float to the next, at the output's own magnitude and at least that at 2^-14.
+    Half,
+    /// A 255th: the picture is ready for a screen.
+    Code,
+}
+
+impl Unit {
+    /// The name in tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Half => "half-float units",
+            Self::Code => "8-bit codes",
+        }
+    }
+}
+
+/// Where an error grows most.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Worst {
+    /// Units at the output for one half-float unit at the input.
+    pub growth: f64,
+    /// The light in red; green and blue are equal to it, or a quarter and a sixteenth of it.
+    pub light: f64,
+    /// Whether green and blue are equal to red.
+    pub grey: bool,
+    /// The parameter that is not at its default, as `--set` takes it; empty at the defaults.
+    pub set: String,
+}
+
+/// One light of the measurement.
+#[derive(Clone, Copy)]
+struct Light {
+    red: f32,
+    grey: bool,
+}
+
+const SIZE: Size = Size { width: 4, height: 4, depth: 1 };
+/// The lights reach from the least normal half float to the brightest power of two.
+const DARKEST: i32 = -14;
+const BRIGHTEST: i32 = 15;
+
+/// The distance from one half float to the next at this magnitude.
+fn half_unit(x: f64) -> f64 {
+    x.abs().max(2_f64.powi(DARKEST)).log2().floor().exp2() / 1024.0
+}
+
+impl Light {
+    fn all(per_octave: i32) -> Vec<Self> {
+        let steps = (BRIGHTEST - DARKEST) * per_octave;
+        let red = |step: i32| half::f16::from_f32((DARKEST as f32 + step as f32 / per_octave as f32).exp2()).to_f32();
+        (0..=steps).flat_map(|step| [true, false].map(|grey| Self { red: red(step), grey })).collect()
+    }
+
+    /// The light, with each channel so many half floats brighter.
+    fn shot(self, units: f32) -> Shot {
+        let channels = if self.grey { [1.0; 3] } else { [1.0, 0.25, 0.0625] };
+        let brighter = |share: f32| {
+            let light = self.red * share;
+            light + units * half_unit(f64::from(light)) as f32
+        };
+        let [r, g, b] = channels.map(brighter);
+        Shot::still(Extreme::constant([r, g, b, 1.0]))
+    }
+}
+
+/// Measures the kinds among the subjects that take a picture; `begins` is told the title of each.
+pub fn conditioning(gpu: &Gpu, registry: &Registry, subjects: &[Subject], begins: &dyn Fn(&str)) -> Vec<Conditioning> {
+    let mut lab = Lab::new(gpu);
+    let mut all: Vec<Conditioning> = Vec::new();
+    for subject in subjects.iter().filter(|subject| subject.is_kind && !subject.bare) {
+        begins(&subject.title);
+        all.extend(of_kind(&mut lab, registry, subject));
+    }
+    all
+}
+
+fn of_kind(lab: &mut Lab<'_>, registry: &Registry, subject: &Subject) -> Option<Conditioning> {
+    let graph = subject.graph(registry, &Sets::new()).ok()?;
+    if graph.inputs.is_empty() {
+        return None;
+    }
+    let mut bench = lab.bench(|_, options| options.exact = true, false);
+    let (growths, unit) = growths(lab, &mut bench, registry, subject, &Sets::new(), 4)?;
+    let worst = worst(&growths, &Sets::new())?;
+    let mut over_domain = worst.clone();
+    for change in sweep(subject, &graph, 0).iter().skip(1).filter(|change| change.sets.len() == 1) {
+        let Some((growths, _)) = self::growths(lab, &mut bench, registry, subject, &change.sets, 1) else { continue };
+        let found = self::worst(&growths, &change.sets).filter(|found| found.growth > over_domain.growth);
+        over_domain = found.unwrap_or(over_domain);
+    }
+    let mut sorted: Vec<f64> = growths.iter().map(|(growth, _)| *growth).collect();
+    sorted.sort_by(f64::total_cmp);
+    let typical = round(sorted[sorted.len() / 2]);
+    Some(Conditioning { kind: subject.title.clone(), unit, typical, worst, over_domain })
+}
+
+/// The growth of each light, in the unit of the kind's first output.
+fn growths(
+    lab: &mut Lab<'_>,
+    bench: &mut Bench,
+    registry: &Registry,
+    subject: &Subject,
+    sets: &Sets,
+    per_octave: i32,
+) -> Option<(Vec<(f64, Light)>, Unit)> {
+    let graph = subject.graph(registry, sets).ok()?;
+    let lights = Light::all(per_octave);
+    let shots: Vec<Shot> = lights.iter().flat_map(|light| [light.shot(0.0), light.shot(1.0)]).collect();
+    let ran = lab.run(bench, (subject, &graph), SIZE, &shots, true).ok()?;
+    let first = |frame: &Vec<Shown>| frame.first().cloned();
+    let mut unit = Unit::Half;
+    let mut all = Vec::new();
+    for (light, pair) in lights.iter().zip(ran.frames.chunks_exact(2)) {
+        let (exact, off) = (first(&pair[0])?, first(&pair[1])?);
+        unit = unit_of(exact.state);
+        all.push((growth(&exact, &off, unit), *light));
+    }
+    Some((all, unit))
+}
+
+fn unit_of(state: State) -> Unit {
+    match state {
+        State::DisplayLinear | State::Encoded => Unit::Code,
+        _ => Unit::Half,
+    }
+}
+
+/// The largest error of a colour, in units.
+fn growth(exact: &Shown, off: &Shown, unit: Unit) -> f64 {
+    let pairs = exact.pixels.iter().zip(&off.pixels).flat_map(|(a, b)| a[..3].iter().zip(&b[..3]));
+    let errors = pairs.map(|(a, b)| {
+        let (a, b) = (f64::from(*a), f64::from(*b));
+        match unit {
+            Unit::Half => (a - b).abs() / half_unit(a),
+            Unit::Code => (a - b).abs() * 255.0,
+        }
+    });
+    errors.fold(0.0, f64::max)
+}
+
+fn worst(growths: &[(f64, Light)], sets: &Sets) -> Option<Worst> {
+    let (growth, light) = growths.iter().max_by(|a, b| a.0.total_cmp(&b.0))?;
+    let set = words(sets).trim_start_matches(" --set ").replace("it.", "").replace('\'', "");
+    Some(Worst { growth: round(*growth), light: round(f64::from(light.red)), grey: light.grey, set })
+}
+
+/// Three digits: drivers differ in the rest.
+fn round(x: f64) -> f64 {
+    format!("{x:.2e}").parse().unwrap_or(x)
+}
+
+pub(crate) fn report(args: &StressArgs, all: &[Conditioning]) -> Result<(), Failure> {
+    say(&table(all).to_string());
+    if let Some(path) = &args.json {
+        let text = serde_json::to_string_pretty(all).expect("names and numbers are JSON");
+        write_whole(path, format!("{text}\n").as_bytes())?;
+    }
+    Ok(())
+}
+
+fn table(all: &[Conditioning]) -> Table {
+    let mut table = Table::new();
+    table.load_style(NOTHING).set_header(["", "typical", "worst", "at", "over the domain", "at", "in"]);
+    for row in all {
+        let over = match row.over_domain.set.as_str() {
+            "" => place(&row.over_domain),
+            set => format!("{}, {set}", place(&row.over_domain)),
+        };
+        table.add_row([
+            row.kind.clone(),
+            row.typical.to_string(),
+            row.worst.growth.to_string(),
+            place(&row.worst),
+            row.over_domain.growth.to_string(),
+            over,
+            row.unit.name().to_owned(),
+        ]);
+    }
+    table
+}
+
+fn place(worst: &Worst) -> String {
+    format!("{} {}", if worst.grey { "grey" } else { "red" }, worst.light)
+}
+
+/// The figures of a kind, for its page in the manual: measured by `stress --conditioning --json`, kept with the program.
+pub(crate) fn figures(kind: &str) -> Option<String> {
+    let kept: Vec<Conditioning> = serde_json::from_str(include_str!("../../../docs/conditioning.json")).ok()?;
+    let found = kept.into_iter().find(|row| row.kind == kind)?;
+    let unit = found.unit.name();
+    let mut text = format!("  typically {} {unit}; at worst {} (light {})", found.typical, found.worst.growth, place(&found.worst));
+    if found.over_domain != found.worst {
+        let Worst { growth, set, .. } = &found.over_domain;
+        text += &format!(",\n  and {growth} with `{set}` (light {})", place(&found.over_domain));
+    }
+    Some(text)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Light, half_unit};
+
+    #[test]
+    fn units_are_those_of_half_floats() {
+        assert_eq!(half_unit(1.0), 1.0 / 1024.0);
+        assert_eq!(half_unit(1.99), 1.0 / 1024.0);
+        assert_eq!(half_unit(0.0), 2_f64.powi(-24));
+        assert_eq!(half_unit(-65504.0), 32.0);
+    }
+
+    #[test]
+    fn lights_cover_the_range_of_halves() {
+        let lights = Light::all(1);
+        assert_eq!(lights.len(), 60);
+        assert_eq!(lights[0].red, 2_f32.powi(-14));
+        assert_eq!(lights[59].red, 32768.0);
+    }
+}

@@ -1,0 +1,105 @@
+//! What stress has found: a table, and one line for each failed case with the command that shows it again.
+
+use std::fmt::Write as _;
+
+use afterimage_graph::image::Size;
+use comfy_table::presets::NOTHING;
+use comfy_table::{CellAlignment, Table};
+
+use super::settings::words;
+use super::subject::{Sets, Subject};
+
+/// What came out of all cases.
+#[derive(Clone, Debug, Default)]
+pub struct Report {
+    /// One for each pipeline and kind.
+    pub tallies: Vec<Tally>,
+}
+
+/// The cases of one pipeline or kind.
+#[derive(Clone, Debug)]
+pub struct Tally {
+    /// Its title.
+    pub title: String,
+    /// Cases that were run: frames and sequences that had a verdict.
+    pub cases: usize,
+    /// Settings that the kind itself refuses.
+    pub refused: usize,
+    /// The cases that failed.
+    pub failures: Vec<Failed>,
+}
+
+/// A case that failed.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Failed {
+    /// The image or the sequence.
+    pub case: String,
+    /// What is wrong.
+    pub why: String,
+    /// The arguments of the program that run it again.
+    pub command: String,
+}
+
+impl Tally {
+    pub(crate) fn new(subject: &Subject) -> Self {
+        Self { title: subject.title.clone(), cases: 0, refused: 0, failures: Vec::new() }
+    }
+
+    /// Counts a case, and keeps it if something is wrong with it.
+    pub(crate) fn count(&mut self, subject: &Subject, sets: &Sets, size: Size, case: &str, wrong: Vec<String>) {
+        self.cases += 1;
+        if wrong.is_empty() {
+            return;
+        }
+        let mut all = subject.base.clone();
+        all.extend(sets.iter().cloned());
+        let chosen = if all.is_empty() { " --defaults".to_owned() } else { words(&all) };
+        let command = format!("afterimage stress {}{chosen} --size {size} --case {case}", subject.words);
+        self.failures.push(Failed { case: case.to_owned(), why: wrong.join("; "), command });
+    }
+}
+
+impl Report {
+    /// All cases.
+    pub fn cases(&self) -> usize {
+        self.tallies.iter().map(|tally| tally.cases).sum()
+    }
+
+    /// All failed cases.
+    pub fn failures(&self) -> impl Iterator<Item = &Failed> {
+        self.tallies.iter().flat_map(|tally| &tally.failures)
+    }
+
+    /// The table, and a line for each failed case; at most `most` for each pipeline and kind.
+    pub fn to_text(&self, most: usize) -> String {
+        let mut text = self.table().to_string();
+        text.push('\n');
+        for tally in self.tallies.iter().filter(|tally| !tally.failures.is_empty()) {
+            let _ = writeln!(text, "\n{}", tally.title);
+            for failed in tally.failures.iter().take(most) {
+                let _ = writeln!(text, "  {}: {}\n    {}", failed.case, failed.why, failed.command);
+            }
+            if tally.failures.len() > most {
+                let _ = writeln!(text, "  and {} more; `--all` lists them", tally.failures.len() - most);
+            }
+        }
+        let failures = self.failures().count();
+        let _ = writeln!(text, "\n{} cases, {failures} failed", self.cases());
+        text
+    }
+
+    fn table(&self) -> Table {
+        let mut table = Table::new();
+        table.load_style(NOTHING).set_header(["", "cases", "failed", "settings refused by the kind"]);
+        for tally in &self.tallies {
+            let failed = tally.failures.len();
+            table.add_row([tally.title.clone(), tally.cases.to_string(), failed.to_string(), tally.refused.to_string()]);
+        }
+        for column in 1..4 {
+            if let Some(column) = table.column_mut(column) {
+                column.set_cell_alignment(CellAlignment::Right);
+            }
+        }
+        table
+    }
+}

@@ -1,0 +1,196 @@
+//! One pipeline or kind through all its cases.
+
+use afterimage_graph::check::Graph;
+use afterimage_graph::image::{Size, State};
+use afterimage_graph::node::Registry;
+
+use super::images::{ALL, Extreme};
+use super::lab::{Bench, Lab, Ran, Shot, Shown};
+use super::promises::Promises;
+use super::report::Tally;
+use super::settings::{Change, sweep};
+use super::subject::{Sets, Subject};
+use super::verdicts::{Tolerance, broken_promises, different, finite, in_range};
+use super::wiring::NODE;
+use super::{time, variants};
+
+/// Which cases are run.
+#[derive(Clone, Debug)]
+pub struct Choice {
+    /// Only the image or sequence of this name.
+    pub case: Option<String>,
+    /// Only this size.
+    pub size: Option<(u32, u32)>,
+    /// Whether parameters stay as they are.
+    pub defaults: bool,
+    /// Fewer sizes, and no pairs of extremes.
+    pub quick: bool,
+}
+
+/// The size at which parameters are swept: both sides odd, and no power of two near.
+const SWEPT: Size = Size { width: 17, height: 13, depth: 1 };
+/// One pixel, lines, odd and even sides, primes; large enough for all levels of a pyramid in the last.
+const SIZES: [(u32, u32); 8] = [(1, 1), (1, 7), (7, 1), (2, 2), (5, 3), (16, 16), (31, 29), (127, 67)];
+/// Sizes of a quick run.
+const FEW_SIZES: [(u32, u32); 2] = [(1, 1), (5, 3)];
+/// Pairs of extremes for each pipeline and kind.
+const PAIRS: usize = 160;
+/// The images that pairs of extremes see.
+const TELLING: [&str; 5] = ["black", "nan", "firefly", "ramp", "primaries"];
+/// The images that lines as long as the device allows see.
+const LONG: [&str; 2] = ["ramp", "inf"];
+
+impl Choice {
+    /// Whether a case of this name is run.
+    pub(crate) fn takes(&self, case: &str) -> bool {
+        self.case.as_ref().is_none_or(|wanted| wanted == case)
+    }
+
+    fn images(&self, change: &Change) -> Vec<Extreme> {
+        let is_wanted = |image: &&Extreme| change.is_single || self.case.is_some() || TELLING.contains(&image.name);
+        ALL.iter().filter(is_wanted).filter(|image| self.takes(image.name)).copied().collect()
+    }
+
+    fn sizes(&self) -> Vec<Size> {
+        let list: &[(u32, u32)] = if self.quick { &FEW_SIZES } else { &SIZES };
+        list.iter().map(|(width, height)| Size::new(*width, *height)).collect()
+    }
+
+    fn swept(&self) -> Size {
+        self.size.map_or(SWEPT, |(width, height)| Size::new(width, height))
+    }
+}
+
+/// All that one subject's cases share.
+pub(crate) struct Stand<'a, 'g> {
+    pub(crate) lab: &'a mut Lab<'g>,
+    pub(crate) registry: &'a Registry,
+    pub(crate) subject: &'a Subject,
+    pub(crate) choice: &'a Choice,
+    pub(crate) tally: Tally,
+}
+
+/// Runs all cases of a subject.
+pub(crate) fn stress(lab: &mut Lab<'_>, registry: &Registry, subject: &Subject, choice: &Choice) -> Tally {
+    let mut stand = Stand { lab, registry, subject, choice, tally: Tally::new(subject) };
+    match subject.graph(registry, &Sets::new()) {
+        Ok(graph) => stand.all(&graph),
+        Err(told) => {
+            let first = told.iter().next().map_or_else(String::new, |one| one.message.clone());
+            stand.count(&Sets::new(), SWEPT, "check", vec![first]);
+        }
+    }
+    stand.tally
+}
+
+impl Stand<'_, '_> {
+    pub(crate) fn count(&mut self, sets: &Sets, size: Size, case: &str, wrong: Vec<String>) {
+        self.tally.count(self.subject, sets, size, case, wrong);
+    }
+
+    fn all(&mut self, graph: &Graph) {
+        let mut bench = self.lab.bench(|_, _| {}, false);
+        let pairs = if self.choice.quick { 0 } else { PAIRS };
+        let mut changes = sweep(self.subject, graph, pairs);
+        if self.choice.defaults || !self.subject.sweep {
+            changes.truncate(1);
+        }
+        self.sweep(&mut bench, &changes);
+        if self.choice.size.is_none() {
+            self.sizes(&mut bench, graph);
+        }
+        variants::compare(self, &changes);
+        time::sequences(self, graph);
+    }
+
+    fn sweep(&mut self, bench: &mut Bench, changes: &[Change]) {
+        let mut forced = self.lab.bench(|_, _| {}, false);
+        let size = self.choice.swept();
+        for change in changes {
+            let Ok(graph) = self.subject.graph(self.registry, &change.sets) else {
+                self.tally.refused += 1;
+                continue;
+            };
+            let images = self.choice.images(change);
+            let Some(ran) = self.stills(bench, &graph, &change.sets, size, &images) else { continue };
+            if self.subject.is_kind && ran.left_out.iter().any(|node| node == NODE) {
+                self.identity(&mut forced, &ran, &change.sets, size, &images);
+            }
+        }
+    }
+
+    fn sizes(&mut self, bench: &mut Bench, graph: &Graph) {
+        let images = |names: Option<&[&str]>| -> Vec<Extreme> {
+            let is_wanted = |image: &&Extreme| names.is_none_or(|names| names.contains(&image.name));
+            ALL.iter().filter(is_wanted).filter(|image| self.choice.takes(image.name)).copied().collect()
+        };
+        let (all, long) = (images(None), images(Some(&LONG)));
+        for size in self.choice.sizes() {
+            self.stills(bench, graph, &Sets::new(), size, &all);
+        }
+        let mut half = self.lab.bench(|_, _| {}, true);
+        self.stills(&mut half, graph, &Sets::new(), SWEPT, &all);
+        if !self.choice.quick {
+            let longest = bench.longest_side();
+            for size in [Size::new(longest, 1), Size::new(1, longest)] {
+                self.stills(bench, graph, &Sets::new(), size, &long);
+            }
+        }
+    }
+
+    /// Renders first frames and counts a case for each; `None` if there is nothing to look at.
+    fn stills(&mut self, bench: &mut Bench, graph: &Graph, sets: &Sets, size: Size, images: &[Extreme]) -> Option<Ran> {
+        if images.is_empty() {
+            return None;
+        }
+        // Beside each image what the guard must make of it: both must come out alike.
+        let guarded = images.iter().map(|image| Shot { guarded: true, ..Shot::still(*image) });
+        let shots: Vec<Shot> = images.iter().map(|image| Shot::still(*image)).chain(guarded).collect();
+        let ran = match self.lab.run(bench, (self.subject, graph), size, &shots, true) {
+            Ok(ran) => ran,
+            Err(why) => {
+                self.count(sets, size, images[0].name, vec![why]);
+                return None;
+            }
+        };
+        let promises = Promises::of(graph);
+        let signed = graph.inputs.iter().any(|input| input.signed && input.state != State::Data);
+        for (index, image) in images.iter().enumerate() {
+            let (shown, clean) = (&ran.frames[index], &ran.frames[images.len() + index]);
+            let mut wrong = Vec::new();
+            for (shown, clean) in shown.iter().zip(clean) {
+                wrong.extend(judge(shown, signed));
+                wrong.extend(broken_promises(shown, *image, size, &promises));
+                let spread = different(shown, clean, Tolerance::NONE);
+                wrong.extend(spread.filter(|_| finite(shown).is_none()).map(|what| format!("poison spreads: {what} without it")));
+            }
+            self.count(sets, size, image.name, wrong);
+        }
+        Some(ran)
+    }
+
+    /// A node that is left out because it changes nothing must change nothing when it does run.
+    fn identity(&mut self, bench: &mut Bench, left_out: &Ran, sets: &Sets, size: Size, images: &[Extreme]) {
+        let Some(graph) = self.subject.forced(self.registry, sets) else { return };
+        let shots: Vec<Shot> = images.iter().map(|image| Shot::still(*image)).collect();
+        let ran = match self.lab.run(bench, (self.subject, &graph), size, &shots, true) {
+            Ok(ran) if !ran.left_out.iter().any(|node| node == NODE) => ran,
+            _ => return,
+        };
+        for (index, image) in images.iter().enumerate() {
+            let pairs = left_out.frames[index].iter().filter_map(|out| Some((named(&ran.frames[index], &out.name)?, out)));
+            let wrong = pairs.filter_map(|(ran, out)| different(ran, out, Tolerance::HALF));
+            let wrong = wrong.map(|what| format!("left out as an identity, yet it gives {what}")).collect();
+            self.count(sets, size, image.name, wrong);
+        }
+    }
+}
+
+fn named<'s>(frame: &'s [Shown], name: &str) -> Option<&'s Shown> {
+    frame.iter().find(|shown| shown.name == name)
+}
+
+/// What is wrong with any picture by itself.
+pub(crate) fn judge(shown: &Shown, may_be_negative: bool) -> Vec<String> {
+    finite(shown).into_iter().chain(in_range(shown, may_be_negative)).collect()
+}

@@ -1,0 +1,181 @@
+//! What a steady frame allocates, told apart by who asked.
+//!
+//! A counting allocator looks at the call stack of every allocation while a frame is recorded and submitted. Going outwards from the allocator, the
+//! first function of one of our crates or of a graphics crate is the one that asked: what wgpu allocates inside its own calls is wgpu's, whatever we
+//! call it with. Where the compiler has put a function of wgpu into one of ours, the allocation counts as ours, so ours is never too small.
+//!
+//! Ends with an error if the framework allocates anything: run it with `cargo bench -p afterimage-gpu --bench steady`.
+#![allow(unsafe_code, reason = "an allocator is unsafe by nature; this one only counts and hands on")]
+#![allow(clippy::print_stdout, reason = "a benchmark's figures are its output")]
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::backtrace::Backtrace;
+use std::cell::{Cell, RefCell};
+use std::collections::BTreeMap;
+use std::process::ExitCode;
+use std::sync::Arc;
+
+use afterimage_gpu::{Executor, Frame, Gpu, Opening, Texels, upload};
+use afterimage_graph::check::{CheckOptions, NoFiles, check};
+use afterimage_graph::document::parse;
+use afterimage_graph::image::{ImageDesc, Size};
+use afterimage_graph::node::Registry;
+use afterimage_graph::plan::{GivenImage, Setting, plan};
+
+const WARM_UP: u32 = 8;
+const FRAMES: u32 = 20;
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+struct Counting;
+
+thread_local! {
+    static COUNTS: Cell<bool> = const { Cell::new(false) };
+    /// Bytes and calls by the crate that asked.
+    static ASKED: RefCell<BTreeMap<&'static str, (usize, usize)>> = const { RefCell::new(BTreeMap::new()) };
+}
+
+// SAFETY: every call is handed on to the system's allocator as it came; counting switches itself off while it works, so it never calls itself.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        count(layout.size());
+        // SAFETY: the caller keeps the contract of `GlobalAlloc`, which is the system's too.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        // SAFETY: as above; the pointer came from the system's allocator.
+        unsafe { System.dealloc(pointer, layout) }
+    }
+
+    unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, size: usize) -> *mut u8 {
+        count(size);
+        // SAFETY: as above.
+        unsafe { System.realloc(pointer, layout, size) }
+    }
+}
+
+fn count(bytes: usize) {
+    if !COUNTS.try_with(|counts| counts.replace(false)).unwrap_or(false) {
+        return;
+    }
+    let who = asker(&Backtrace::force_capture().to_string());
+    ASKED.with_borrow_mut(|asked| {
+        let (all, calls) = asked.entry(who).or_default();
+        *all += bytes;
+        *calls += 1;
+    });
+    COUNTS.set(true);
+}
+
+const OURS: &str = "the framework";
+const THEIRS: &str = "wgpu";
+const HOST: &str = "this program";
+
+/// Whose function stands first on a call stack, from the allocator outwards.
+fn asker(stack: &str) -> &'static str {
+    for line in stack.lines() {
+        // `   7: <afterimage_gpu::store::Store as core::ops::Drop>::drop`
+        let Some((_, function)) = line.split_once(": ") else { continue };
+        let function = function.trim_start_matches(['<', '&', '[']);
+        let krate = function.split("::").next().unwrap_or_default();
+        match krate {
+            "afterimage_gpu" | "afterimage_graph" | "afterimage_nodes" => return OURS,
+            "wgpu" | "wgpu_core" | "wgpu_hal" | "wgpu_types" | "naga" | "ash" | "gpu_allocator" => return THEIRS,
+            // `steady::count` and the allocator itself are this crate's, too.
+            "steady" if function.starts_with("steady::frame") => return HOST,
+            _ => {}
+        }
+    }
+    HOST
+}
+
+fn main() -> ExitCode {
+    // `cargo test` runs benchmarks with this flag, to see that they start.
+    let frames = if std::env::args().any(|argument| argument == "--test") { 1 } else { FRAMES };
+    match measure(frames) {
+        Ok(true) => ExitCode::SUCCESS,
+        Ok(false) => ExitCode::FAILURE,
+        Err(error) => {
+            println!("{error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// Prints what a frame allocates; whether the framework's part is nothing.
+fn measure(frames: u32) -> Result<bool, Box<dyn std::error::Error>> {
+    let gpu = Gpu::open(&Opening::default())?;
+    let size = Size::new(256, 144);
+    let (executor, input) = load(&gpu, size)?;
+    let view = input.create_view(&Default::default());
+    let inputs = [("scene", &view)];
+    let mut executor = executor;
+    // The first frame makes the bind groups, which allocates: a counter that misses that would miss everything.
+    let first = counted(1, || frame(&gpu, &mut executor, &inputs))?;
+    if !first.contains_key(OURS) {
+        return Err("the counter does not see the framework's allocations".into());
+    }
+    for _ in 0..WARM_UP {
+        frame(&gpu, &mut executor, &inputs)?;
+    }
+    let asked = counted(frames, || frame(&gpu, &mut executor, &inputs))?;
+    println!("bytes and allocations of one steady frame of lynx.ron, {frames} frames, on {}:", gpu.name());
+    for who in [OURS, THEIRS, HOST] {
+        let (bytes, calls) = asked.get(who).copied().unwrap_or_default();
+        let mean = |all: usize| all as f64 / f64::from(frames);
+        println!("  {who:14} {:10.1} bytes in {:6.1} allocations", mean(bytes), mean(calls));
+    }
+    Ok(!asked.contains_key(OURS))
+}
+
+/// Bytes and calls by who asked, while `work` runs so many times.
+fn counted(
+    times: u32,
+    mut work: impl FnMut() -> Result<(), Box<dyn std::error::Error>>,
+) -> Result<BTreeMap<&'static str, (usize, usize)>, Box<dyn std::error::Error>> {
+    for _ in 0..times {
+        COUNTS.set(true);
+        let done = work();
+        COUNTS.set(false);
+        done?;
+    }
+    Ok(ASKED.take())
+}
+
+fn load(gpu: &Gpu, size: Size) -> Result<(Executor, wgpu::Texture), Box<dyn std::error::Error>> {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../pipelines/lynx.ron");
+    let registry = Registry::new(&[afterimage_nodes::ALL])?;
+    let refuse = |errors: afterimage_graph::diagnostic::Diagnostics| format!("{errors:?}");
+    let document = parse("lynx.ron", &std::fs::read_to_string(path)?).map_err(refuse)?;
+    let options = CheckOptions { tier: None, sets: Vec::new(), loader: &NoFiles };
+    let (graph, _) = check(&document, &registry, &options).map_err(refuse)?;
+    let mut executor = Executor::with_caps(&gpu.device, &gpu.queue, gpu.caps.clone());
+    let requirement = |desc: &ImageDesc| executor.requirement(desc);
+    let setting = Setting {
+        size,
+        inputs: [("scene".to_owned(), GivenImage { desc: ImageDesc::new(size), finite: false })].into(),
+        facts: Default::default(),
+        caps: gpu.caps.clone(),
+        options: Default::default(),
+        requirement: &requirement,
+    };
+    let plan = plan(&graph, &setting)?;
+    executor.load(Arc::new(plan))?;
+    let pixels = (0..size.width * size.height).map(|at| [at as f32 * 1e-4, 0.5, 2.0, 1.0]).collect::<Vec<_>>();
+    let texels = Texels::from_floats_as_half(size.width, size.height, &pixels);
+    Ok((executor, upload(&gpu.device, &gpu.queue, &texels)))
+}
+
+fn frame(
+    gpu: &Gpu,
+    executor: &mut Executor,
+    inputs: &[(&str, &wgpu::TextureView)],
+) -> Result<(), Box<dyn std::error::Error>> {
+    let mut encoder = gpu.device.create_command_encoder(&Default::default());
+    executor.encode(&mut encoder, &Frame { inputs, dt: 1.0 / 60.0, ..Frame::default() })?;
+    gpu.queue.submit([encoder.finish()]);
+    gpu.device.poll(wgpu::PollType::wait_indefinitely())?;
+    Ok(())
+}

@@ -1,0 +1,99 @@
+//! A renderer's side of the framework: its own device, its own encoder, its own images.
+//!
+//! `cargo run -p afterimage-gpu --example embed` renders one frame and tells the colour in its middle.
+#![allow(clippy::print_stdout, reason = "an example shows its result")]
+
+use std::error::Error;
+use std::sync::Arc;
+
+use afterimage_gpu::{Executor, Frame, Gpu, GpuError, Opening, Texels, caps, download, upload};
+use afterimage_graph::check::{CheckOptions, Facts, Graph, check};
+use afterimage_graph::document::parse;
+use afterimage_graph::image::{ImageDesc, Size};
+use afterimage_graph::node::Registry;
+use afterimage_graph::plan::{GivenImage, Options, Setting, plan};
+
+const PIPELINE: &str = include_str!("../../../pipelines/lynx.ron");
+
+/// The part of a renderer that post-processes.
+struct Post {
+    graph: Graph,
+    executor: Executor,
+}
+
+impl Post {
+    /// Once. What `caps` says of the device decides which formats and kernels plans use.
+    fn new(adapter: &wgpu::Adapter, device: &wgpu::Device, queue: &wgpu::Queue) -> Result<Self, Box<dyn Error>> {
+        let kinds = Registry::new(&[afterimage_nodes::ALL])?;
+        let (graph, _warnings) = check(&parse("lynx.ron", PIPELINE)?, &kinds, &CheckOptions::default())?;
+        let executor = Executor::with_caps(device, queue, caps(adapter, device));
+        Ok(Self { graph, executor })
+    }
+
+    /// After a resize, and when a fact or a parameter changes. What is equal in the old plan and the new one is kept.
+    fn plan(&mut self, size: Size, facts: Facts) -> Result<(), Box<dyn Error>> {
+        let scene = GivenImage { desc: ImageDesc::new(size), finite: false };
+        let executor = &self.executor;
+        let setting = Setting {
+            size,
+            inputs: [("scene".to_owned(), scene)].into(),
+            facts,
+            caps: executor.caps().clone(),
+            options: Options::default(),
+            requirement: &|desc| executor.requirement(desc),
+        };
+        let plan = plan(&self.graph, &setting)?;
+        self.executor.load(Arc::new(plan))?;
+        Ok(())
+    }
+
+    /// In every frame, into the renderer's encoder.
+    fn draw(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        scene: &wgpu::TextureView,
+        screen: &wgpu::TextureView,
+        (time, dt): (f32, f32),
+    ) -> Result<(), GpuError> {
+        let (inputs, outputs) = (&[("scene", scene)], &[("display", screen)]);
+        self.executor.encode(encoder, &Frame { inputs, outputs, time, dt, reset: false })
+    }
+}
+
+fn main() -> Result<(), Box<dyn Error>> {
+    // A renderer has these already.
+    let Gpu { adapter, device, queue, .. } = Gpu::open(&Opening::default())?;
+    let size = Size::new(64, 64);
+    let scene = upload(&device, &queue, &grey(size, 0.18));
+    let screen = screen(&device, size);
+
+    let mut post = Post::new(&adapter, &device, &queue)?;
+    post.plan(size, Facts::default())?;
+    let mut encoder = device.create_command_encoder(&Default::default());
+    let (scene_view, screen_view) = (scene.create_view(&Default::default()), screen.create_view(&Default::default()));
+    post.draw(&mut encoder, &scene_view, &screen_view, (0.0, 1.0 / 60.0))?;
+    queue.submit([encoder.finish()]);
+
+    let pixels = download(&device, &queue, &screen)?.to_floats();
+    println!("middle grey is {:?} on the screen", pixels[pixels.len() / 2]);
+    Ok(())
+}
+
+/// What the renderer has drawn: a surface of one luminance.
+fn grey(size: Size, light: f32) -> Texels {
+    Texels::from_floats_as_half(size.width, size.height, &vec![[light, light, light, 1.0]; size.texels() as usize])
+}
+
+/// An image that can be drawn to and not stored to, as those of a swap chain.
+fn screen(device: &wgpu::Device, size: Size) -> wgpu::Texture {
+    device.create_texture(&wgpu::TextureDescriptor {
+        label: Some("screen"),
+        size: wgpu::Extent3d { width: size.width, height: size.height, depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: wgpu::TextureFormat::Rgba8Unorm,
+        usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
+        view_formats: &[],
+    })
+}

@@ -1,0 +1,119 @@
+//! `afterimage bench`: what it measures is there, agrees with itself, and is remembered.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use serde_json::Value;
+
+/// A folder of one test with a cache of its own, removed at its end.
+struct Folder(PathBuf);
+
+impl Folder {
+    fn new(test: &str) -> Self {
+        let path = std::env::temp_dir().join(format!("afterimage-bench-{}-{test}", std::process::id()));
+        fs::create_dir_all(&path).unwrap();
+        Self(path)
+    }
+
+    fn bench(&self, arguments: &[&str]) -> Output {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_afterimage-under-test"));
+        command.arg("bench").args(arguments).current_dir(&self.0).env("XDG_CACHE_HOME", self.0.join("cache"));
+        command.output().unwrap()
+    }
+
+    /// The figures of a shipped pipeline in a small frame, as JSON.
+    fn figures(&self, pipeline: &str, arguments: &[&str]) -> Value {
+        let pipeline = shipped(pipeline);
+        let pipeline = pipeline.to_string_lossy();
+        let small = ["--size", "96x64", "--frames", "3", "--json", "figures.json"];
+        let output = self.bench(&[&[pipeline.as_ref()], small.as_slice(), arguments].concat());
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        serde_json::from_slice(&fs::read(self.0.join("figures.json")).unwrap()).unwrap()
+    }
+
+    fn remembered(&self, ending: &str) -> Vec<PathBuf> {
+        let entries = fs::read_dir(self.0.join("cache/afterimage")).unwrap().map(|entry| entry.unwrap().path());
+        entries.filter(|path| path.to_string_lossy().ends_with(ending)).collect()
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        let _ = fs::remove_dir_all(&self.0);
+    }
+}
+
+fn shipped(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../pipelines").join(format!("{name}.ron"))
+}
+
+fn number(value: &Value) -> f64 {
+    value.as_f64().unwrap_or_else(|| panic!("{value} is no number"))
+}
+
+#[test]
+fn every_figure_is_there_and_agrees_with_the_others() {
+    let folder = Folder::new("figures");
+    let figures = folder.figures("lynx", &[]);
+    for key in ["gpu_ms", "host_us", "copy_gbps"] {
+        assert!(number(&figures[key]) > 0.0, "{key}: {figures}");
+    }
+    let passes = figures["passes"].as_array().unwrap();
+    let bytes: f64 = passes.iter().map(|pass| number(&pass["bytes"])).sum();
+    assert_eq!(bytes, number(&figures["bytes"]));
+    // The scene is read and a picture of the same size is written, whatever the passes in between do.
+    assert!(bytes >= 96.0 * 64.0 * (8.0 + 4.0), "{bytes} bytes");
+    for pass in passes {
+        assert!(!pass["name"].as_str().unwrap().is_empty());
+        let reached = number(&pass["bytes"]) * 1e-6 / number(&pass["ms"]);
+        let share = number(&pass["share"]);
+        assert!((reached / number(&figures["copy_gbps"]) - share).abs() <= 1e-9 + 1e-6 * share, "{pass}");
+    }
+}
+
+#[test]
+fn the_hand_written_chain_looks_like_ours_and_stands_beside_no_other_pipeline() {
+    let folder = Folder::new("peer");
+    let peer = folder.figures("lynx", &[])["peer"].clone();
+    for key in ["fragment_ms", "compute_ms"] {
+        assert!(number(&peer[key]) > 0.0, "{key}: {peer}");
+    }
+    // Its light comes from half the pixels' means, so bright edges differ; a chain that is wired wrongly is off by far more on average.
+    assert!(number(&peer["mean_difference"]) < 0.03, "{peer}");
+    assert!(folder.figures("lynx", &["--set", "mapped.curve=Reinhard"])["peer"].is_null());
+    assert!(folder.figures("caracal", &[])["peer"].is_null());
+}
+
+#[test]
+fn a_calibration_is_remembered() {
+    let folder = Folder::new("calibrate");
+    let output = folder.bench(&["--calibrate", "--frames", "1"]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let [file] = folder.remembered("calibration.json").try_into().unwrap();
+    let all: Value = serde_json::from_slice(&fs::read(file).unwrap()).unwrap();
+    let adapters: Vec<&Value> = all.as_object().unwrap().values().collect();
+    assert_eq!(adapters.len(), 1, "{all}");
+    let halves = &adapters[0]["formats"]["Rgba16Float"];
+    assert!(number(&halves["compute_ms"]) > 0.0 && number(&halves["fragment_ms"]) > 0.0, "{all}");
+}
+
+#[test]
+fn a_damaged_store_of_pipelines_is_replaced() {
+    let folder = Folder::new("pipelines");
+    folder.figures("lynx", &[]);
+    // Only Vulkan has such a store.
+    let Some(file) = folder.remembered(".pipelines").pop() else { return };
+    let good = fs::read(&file).unwrap();
+    fs::write(&file, &good[..good.len() / 2]).unwrap();
+    folder.figures("lynx", &[]);
+    assert!(fs::read(&file).unwrap().len() > good.len() / 2);
+}
+
+#[test]
+fn a_pipeline_must_be_named() {
+    let folder = Folder::new("nothing");
+    let output = folder.bench(&[]);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("<PIPELINE>"));
+}

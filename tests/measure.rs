@@ -1,0 +1,307 @@
+//! `measure` and `tune` as a user runs them, on a tiny picture.
+
+use std::path::{Path, PathBuf};
+
+use afterimage::files::{ExrOptions, Picture, Pixels, write_exr};
+use serde_json::Value;
+
+/// A pipeline whose every switch matters: bloom, with a tier that is the file itself and one that is cheap.
+const PIPELINE: &str = r#"Pipeline(
+    inputs: { "scene": Color },
+    nodes: {
+        "mips": Downsample(source: "scene", levels: 3, filter: Tap13),
+        "bloom": Upsample(source: "mips", blend: Mix, filter: Tent),
+        "lit": Composite(base: "scene", bloom: "bloom", blend: Mix, strength: 0.5),
+        "exposed": Exposure(source: "lit", stops: 0.0),
+        "mapped": ToneMap(source: "exposed", curve: Aces),
+        "display": Encode(source: "mapped", transfer: Srgb),
+    },
+    outputs: { "display": "display" },
+    tiers: { "same": {}, "cheap": { "mips.filter": Box, "bloom.filter": Bilinear } },
+)"#;
+
+/// A folder of its own for each test, removed in the end.
+struct Folder(PathBuf);
+
+impl Folder {
+    fn new(name: &str) -> Self {
+        let path = std::env::temp_dir().join(format!("afterimage-measure-{name}-{}", std::process::id()));
+        std::fs::create_dir_all(&path).unwrap();
+        let folder = Self(path);
+        std::fs::write(folder.file("glow.ron"), PIPELINE).unwrap();
+        folder
+    }
+
+    fn file(&self, name: &str) -> PathBuf {
+        self.0.join(name)
+    }
+
+    fn arg(&self, name: &str) -> String {
+        self.file(name).to_str().unwrap().to_owned()
+    }
+
+    fn json(&self, name: &str) -> Value {
+        serde_json::from_slice(&std::fs::read(self.file(name)).unwrap()).unwrap()
+    }
+
+    fn text(&self, name: &str) -> String {
+        std::fs::read_to_string(self.file(name)).unwrap()
+    }
+
+    /// A dim slope with a lamp that moves from frame to frame.
+    fn picture(&self, name: &str, frame: u32) {
+        let (width, height) = (41, 29);
+        let pixel = |x: u32, y: u32| {
+            let lamp = if x / 2 == 8 + frame && y / 3 == 4 { 40.0 } else { 0.0 };
+            [0.02 * x as f32 + lamp, 0.01 * y as f32 + lamp, 0.1 + 0.5 * lamp, 1.0]
+        };
+        let pixels = (0..height).flat_map(|y| (0..width).flat_map(move |x| pixel(x, y))).collect();
+        write_exr(&self.file(name), &Picture::new(width, height, Pixels::Float(pixels)), &ExrOptions::default())
+            .unwrap();
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        std::fs::remove_dir_all(&self.0).unwrap();
+    }
+}
+
+/// Runs the program; whether it went well.
+fn run(arguments: &[&str]) -> bool {
+    let adapter = std::env::var("AFTERIMAGE_ADAPTER").ok();
+    let adapter: Vec<&str> = adapter.iter().flat_map(|name| ["--adapter", name.as_str()]).collect();
+    let all = ["afterimage"].iter().chain(arguments).chain(&adapter).map(Into::into);
+    let code = afterimage::run(&[afterimage_nodes::ALL], all);
+    format!("{code:?}") == format!("{:?}", std::process::ExitCode::SUCCESS)
+}
+
+fn row<'v>(report: &'v Value, variant: &str) -> &'v Value {
+    let rows = report["rows"].as_array().unwrap();
+    rows.iter()
+        .find(|row| row["variant"] == variant)
+        .unwrap_or_else(|| panic!("no row is called {variant}: {report:#}"))
+}
+
+fn number(row: &Value, name: &str) -> f64 {
+    row[name].as_f64().unwrap_or_else(|| panic!("`{name}` is no number in {row:#}"))
+}
+
+#[test]
+fn every_variant_stands_beside_the_truth() {
+    let folder = Folder::new("variants");
+    folder.picture("in.exr", 0);
+    assert!(run(&[
+        "measure",
+        &folder.arg("glow.ron"),
+        &folder.arg("in.exr"),
+        "--repeats",
+        "1",
+        "--json",
+        &folder.arg("out.json")
+    ]));
+    let report = folder.json("out.json");
+    assert!(["gpu", "host"].contains(&report["clock"].as_str().unwrap()));
+    let truth = row(&report, "truth");
+    for name in ["max", "p999", "ciede2000_mean", "ciede2000_p999", "flip"] {
+        assert_eq!(number(truth, name), 0.0, "{name}");
+    }
+    assert_eq!(number(truth, "ssim"), 1.0);
+    assert!(truth["psnr"].is_null(), "equal pictures have an infinite PSNR");
+    let (written, same, cheap) = (row(&report, "as written"), row(&report, "tier same"), row(&report, "tier cheap"));
+    for name in ["max", "p999", "psnr", "ssim", "ciede2000_mean", "flip", "bytes", "bytes_moved"] {
+        assert_eq!(number(written, name), number(same, name), "{name}");
+    }
+    // Half floats are off by a fraction of a code, the cheap filters by several.
+    assert!((0.0..0.5).contains(&number(written, "p999")) && number(written, "max") > 0.0);
+    for name in ["max", "p999", "ciede2000_mean", "flip"] {
+        assert!(number(cheap, name) > 4.0 * number(written, name), "{name}");
+    }
+    assert!(number(cheap, "psnr") < number(written, "psnr") - 6.0 && number(cheap, "ssim") < number(written, "ssim"));
+    assert!(number(truth, "bytes") > number(written, "bytes"));
+    assert!(written["flicker_p999"].is_null(), "a single frame cannot flicker");
+}
+
+#[test]
+fn each_switch_is_turned_on_its_own() {
+    let folder = Folder::new("switches");
+    folder.picture("in.exr", 0);
+    assert!(run(&[
+        "measure",
+        &folder.arg("glow.ron"),
+        &folder.arg("in.exr"),
+        "--repeats",
+        "1",
+        "--json",
+        &folder.arg("out.json")
+    ]));
+    let report = folder.json("out.json");
+    let names: Vec<&str> =
+        report["rows"].as_array().unwrap().iter().map(|row| row["variant"].as_str().unwrap()).collect();
+    let switches = ["mips.filter=Tap9", "mips.filter=Tap4", "mips.filter=Box", "bloom.filter=Bilinear"];
+    assert_eq!(names[..4], ["truth", "as written", "tier same", "tier cheap"]);
+    assert_eq!(names[4..8], switches);
+    assert!(names.contains(&"mips.format=Rg11b10Ufloat"), "{names:?}");
+    // The tone map is fused into what follows, so its format is never stored.
+    let without: Vec<&str> =
+        report["without_effect"].as_array().unwrap().iter().map(|name| name.as_str().unwrap()).collect();
+    assert!(without.contains(&"mapped.format=Rg11b10Ufloat"), "{without:?}");
+    let written = row(&report, "as written");
+    let packed = row(&report, "mips.format=Rg11b10Ufloat");
+    assert!(number(packed, "bytes") < number(written, "bytes") && number(packed, "p999") > number(written, "p999"));
+    let best: Vec<bool> = report["rows"].as_array().unwrap().iter().map(|row| row["pareto"] == true).collect();
+    assert!(!best[0] && best[1..].contains(&true));
+}
+
+#[test]
+fn sequences_show_what_flickers() {
+    let folder = Folder::new("sequence");
+    (0..3).for_each(|frame| folder.picture(&format!("in.{frame:04}.exr"), frame));
+    assert!(run(&[
+        "measure",
+        &folder.arg("glow.ron"),
+        &folder.arg("in.####.exr"),
+        "--repeats",
+        "1",
+        "--json",
+        &folder.arg("out.json")
+    ]));
+    let report = folder.json("out.json");
+    assert_eq!(report["images"][0]["frames"], 3);
+    let (written, cheap) = (row(&report, "as written"), row(&report, "tier cheap"));
+    assert_eq!(number(row(&report, "truth"), "flicker_max"), 0.0);
+    assert!(number(cheap, "flicker_p999") > 4.0 * number(written, "flicker_p999"));
+}
+
+#[test]
+fn reports_are_written_in_every_format() {
+    let folder = Folder::new("formats");
+    folder.picture("a.exr", 0);
+    folder.picture("b.exr", 3);
+    let files = ["out.csv", "out.svg", "out.png", "errors"].map(|name| folder.arg(name));
+    let [csv, svg, png, errors] = files.each_ref().map(String::as_str);
+    let (pipeline, a, b) = (folder.arg("glow.ron"), folder.arg("a.exr"), folder.arg("b.exr"));
+    assert!(run(&[
+        "measure",
+        &pipeline,
+        &a,
+        &b,
+        "--repeats",
+        "1",
+        "--csv",
+        csv,
+        "--plot",
+        svg,
+        "--plot",
+        png,
+        "--error-image",
+        errors
+    ]));
+    let csv = folder.text("out.csv");
+    let columns = csv.lines().next().unwrap().split(',').count();
+    assert!(csv.lines().all(|line| line.split(',').count() == columns));
+    for image in ["worst", "a", "b"] {
+        assert_eq!(
+            csv.lines().filter(|line| line.starts_with("tier cheap,") && line.contains(&format!(",{image},"))).count(),
+            1
+        );
+    }
+    let svg = folder.text("out.svg");
+    assert!(svg.starts_with("<svg ") && svg.contains("tier cheap: "));
+    let decoder = png::Decoder::new(std::io::BufReader::new(std::fs::File::open(folder.file("out.png")).unwrap()));
+    let info = decoder.read_info().unwrap();
+    assert_eq!((info.info().width, info.info().height), (2560, 1440));
+    assert!(folder.file("errors").join("a-tier-cheap.png").is_file());
+}
+
+#[test]
+fn what_is_no_picture_cannot_be_judged() {
+    let folder = Folder::new("depth");
+    let text = r#"Pipeline(inputs: {}, nodes: { "scene": DemoScene() }, outputs: { "depth": "scene.depth", "light": "scene" })"#;
+    std::fs::write(folder.file("depth.ron"), text).unwrap();
+    let pipeline = folder.arg("depth.ron");
+    let measure = |output| {
+        run(&[
+            "measure",
+            &pipeline,
+            "--size",
+            "16x12",
+            "--repeats",
+            "1",
+            "--output",
+            output,
+            "--json",
+            &folder.arg("out.json"),
+        ])
+    };
+    assert!(!measure("depth") && !measure("nothing"));
+    assert!(!folder.file("out.json").exists());
+    // Linear light is judged as an HDR screen shows it.
+    assert!(measure("light"));
+    let written = row(&folder.json("out.json"), "as written").clone();
+    assert!(
+        number(&written, "max") > 0.0 && number(&written, "deitp_p999") < 1.0 && written["ciede2000_mean"].is_null()
+    );
+}
+
+/// The arguments of a search on the picture, with more of them.
+fn tune(folder: &Folder, more: &[&str]) -> bool {
+    let (pipeline, picture) = (folder.arg("glow.ron"), folder.arg("in.exr"));
+    let mut arguments = vec!["tune", &pipeline, &picture, "--repeats", "1"];
+    arguments.extend(more);
+    run(&arguments)
+}
+
+#[test]
+fn tuning_writes_a_tier_that_keeps_its_promise() {
+    let folder = Folder::new("tune");
+    folder.picture("in.exr", 0);
+    let (out, state) = (folder.arg("tuned.ron"), folder.arg("state.json"));
+    assert!(tune(&folder, &["--error", "1000", "-o", &out, "--state", &state]));
+    let text = folder.text("tuned.ron");
+    assert!(text.contains("extends: \"glow.ron\"") && text.contains("// ") && text.contains(" ms, "), "{text}");
+    let render =
+        |tier: &str| run(&["render", &out, &folder.arg("in.exr"), "-o", &folder.arg("out.png"), "--tier", tier]);
+    assert!(render("tuned") && render("cheap") && !render("unknown"));
+    assert!(!tune(&folder, &["--error", "0.0", "--state", &state]), "half floats cannot be without error");
+}
+
+#[test]
+fn a_search_goes_on_where_it_was_interrupted() {
+    let folder = Folder::new("resume");
+    folder.picture("in.exr", 0);
+    let (out, state) = (folder.arg("tuned.ron"), folder.arg("state.json"));
+    let search = || {
+        assert!(tune(&folder, &["--error", "2", "-o", &out, "--state", &state]));
+        (folder.text("tuned.ron"), folder.json("state.json"))
+    };
+    let (_, mut content) = search();
+    let measured = content["measured"].as_object_mut().unwrap();
+    assert!(measured.len() > 4);
+    // The exact pipeline is forgotten and measured anew; the figures of all others stay as they are.
+    let exact = measured.remove("most exact").unwrap();
+    let kept = measured.clone();
+    std::fs::write(folder.file("state.json"), content.to_string()).unwrap();
+    let (text, after) = search();
+    assert_eq!(after["measured"]["most exact"]["p999"], exact["p999"]);
+    kept.iter().for_each(|(choice, figures)| assert_eq!(after["measured"][choice], *figures, "{choice}"));
+    // With every figure known nothing is left to chance.
+    assert_eq!(search(), (text, after));
+}
+
+#[test]
+fn figures_of_another_problem_are_refused() {
+    let folder = Folder::new("state");
+    folder.picture("in.exr", 0);
+    let state = folder.arg("state.json");
+    assert!(tune(&folder, &["--error", "1000", "-o", &folder.arg("tuned.ron"), "--state", &state]));
+    std::fs::write(folder.file("glow.ron"), PIPELINE.replace("levels: 3", "levels: 2")).unwrap();
+    assert!(!tune(&folder, &["--error", "1000", "--state", &state]));
+    std::fs::write(folder.file("state.json"), "{}").unwrap();
+    assert!(!tune(&folder, &["--error", "1000", "--state", &state]));
+    assert!(
+        !tune(&folder, &["--error", "1000", "-o", &folder.arg("glow.ron")]),
+        "the pipeline itself is not overwritten"
+    );
+    assert!(!Path::new(&folder.arg("out.ron")).exists());
+}

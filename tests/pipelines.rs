@@ -1,0 +1,106 @@
+//! Every shipped pipeline: checked, planned, proved, and rendered under the validation layer.
+
+use afterimage_graph::check::Graph;
+use afterimage_graph::plan::{Alias, Options, Tiles, check_plan};
+
+use crate::support::gpu::{Picture, Run, gpu, graph, pipelines, shipped};
+use crate::support::layer;
+
+/// The files in the folder: a new one is tested without being named here.
+fn files() -> Vec<String> {
+    let entries = std::fs::read_dir(pipelines()).expect("the repository has pipelines");
+    let mut names: Vec<String> =
+        entries.filter_map(|entry| entry.ok()?.file_name().into_string().ok()).filter(|name| name.ends_with(".ron")).collect();
+    names.sort();
+    assert!(names.len() >= 6, "only {names:?}");
+    names
+}
+
+/// The built-in scene.
+fn scene(width: u32, height: u32) -> Picture {
+    let graph = graph(r#"Pipeline(inputs: {}, nodes: { "scene": DemoScene() }, outputs: { "scene": "scene" })"#);
+    let mut run = Run::new(&graph);
+    run.size = afterimage_graph::image::Size::new(width, height);
+    run.frame(&[]).remove(0)
+}
+
+fn required<'p>(graph: &Graph, picture: &'p Picture) -> Vec<(String, &'p Picture)> {
+    graph.inputs.iter().filter(|input| !input.optional).map(|input| (input.name.clone(), picture)).collect()
+}
+
+fn frame(run: &Run<'_>, picture: &Picture) -> Vec<Picture> {
+    let inputs = required(run.graph, picture);
+    let inputs: Vec<(&str, &Picture)> = inputs.iter().map(|(name, picture)| (name.as_str(), *picture)).collect();
+    run.frames(&inputs, &[(0.0, true), (1.0 / 24.0, false)]).pop().expect("two frames")
+}
+
+fn worst(a: &[Picture], b: &[Picture]) -> f32 {
+    let pixels = |pictures: &[Picture]| pictures.iter().flat_map(|p| p.pixels.as_flattened().to_vec()).collect::<Vec<f32>>();
+    pixels(a).iter().zip(pixels(b)).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max)
+}
+
+/// Half floats and the eight-bit weights of filters allow this much; display values lie in 0..1.
+const ONE_CODE: f32 = 1.0 / 255.0;
+
+#[test]
+fn each_renders_a_picture_without_a_word_from_the_layer() {
+    assert!(layer::is_installed(), "the validation layer is missing: apt-get install vulkan-validationlayers");
+    let scene = scene(192, 108);
+    layer::said();
+    for name in files() {
+        let graph = shipped(&name, None);
+        for pictures in [frame(&Run::new(&graph), &scene)] {
+            let values = pictures[0].pixels.as_flattened();
+            assert!(values.iter().all(|x| x.is_finite()), "{name}: not finite");
+            let mean = values.iter().sum::<f32>() / values.len() as f32;
+            assert!((0.1..0.9).contains(&mean), "{name}: a mean of {mean} is no picture");
+        }
+        assert_eq!(layer::said(), Vec::<String>::new(), "{name}");
+    }
+}
+
+#[test]
+fn every_way_to_run_a_pipeline_makes_the_same_picture() {
+    let scene = scene(160, 90);
+    layer::said();
+    for name in files() {
+        let graph = shipped(&name, None);
+        let reference = frame(&Run::new(&graph), &scene);
+        let with = |change: fn(&mut Run<'_>)| {
+            let mut run = Run::new(&graph);
+            change(&mut run);
+            frame(&run, &scene)
+        };
+        let same = |way: &str, pictures: &[Picture], tolerance: f32| {
+            let worst = worst(&reference, pictures);
+            assert!(worst <= tolerance, "{name}, {way}: differs by {worst}");
+            assert_eq!(layer::said(), Vec::<String>::new(), "{name}, {way}");
+        };
+        same("without aliasing", &with(|run| run.options.alias = Alias::None), 0.0);
+        same("with the pool", &with(|run| run.options.alias = Alias::Pool), 0.0);
+        same("serial", &with(|run| run.options.serial = true), 0.0);
+        same("fewest waves", &with(|run| run.options.waves_first = true), 0.0);
+        same("in fragments", &with(|run| run.prefer_fragment = true), ONE_CODE);
+        same("not fused", &with(|run| run.options.fuse = false), 2.0 * ONE_CODE);
+        // Taps by hand have all bits of the weights, those of the device eight; the dither then decides for one code or the next.
+        same("in tiles", &with(|run| run.options.tile = Tiles::Always), 1.5 * ONE_CODE);
+        same("again", &with(|_| {}), 0.0);
+    }
+}
+
+#[test]
+fn every_plan_is_proved_and_planned_alike_twice() {
+    let picture = Picture::new(1, 1, |_, _| [0.0; 4]);
+    for name in files() {
+        let graph = shipped(&name, None);
+        let inputs = required(&graph, &picture);
+        let inputs: Vec<(&str, &Picture)> = inputs.iter().map(|(name, picture)| (name.as_str(), *picture)).collect();
+        for options in [Options::default(), Options { serial: true, ..Options::default() }] {
+            let mut run = Run::new(&graph);
+            run.options = options;
+            let plan = run.plan(&gpu(), &inputs);
+            check_plan(&plan).unwrap_or_else(|faults| panic!("{name}: {faults:?}"));
+            assert_eq!(plan.hash(), run.plan(&gpu(), &inputs).hash(), "{name}");
+        }
+    }
+}
