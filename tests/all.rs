@@ -5,17 +5,25 @@
 mod bench;
 /// The program as a user runs it.
 mod cli;
+/// Mistakes in files, and what is said of them.
+mod errors;
 /// Time against error, and the search for the best of both.
 mod measure;
+/// The executor as a host meets it.
+mod executor;
 /// The figures that `measure` gives, against published ones.
 mod metrics;
 /// Each kind on the GPU against its f64 twin.
 mod nodes;
 /// Every shipped pipeline: checked, planned, proved, rendered under the validation layer.
 mod pipelines;
+/// Plans of every graph, and the judge that finds what is wrong with one.
+mod plans;
 /// Naive f64 twins of the operators, and the vectors that prove them.
 mod reference;
 /// What tests share.
 mod support;
 /// Chains in workgroup memory against the same passes one by one.
 mod tiles;
+/// The richest pipeline as a whole.
+mod tsushima;

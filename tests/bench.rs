@@ -22,11 +22,11 @@ impl Folder {
         command.output().unwrap()
     }
 
-    /// The figures of a shipped pipeline in a small frame, as JSON.
-    fn figures(&self, pipeline: &str, arguments: &[&str]) -> Value {
+    /// The figures of a shipped pipeline, as JSON.
+    fn figures(&self, pipeline: &str, size: &str, arguments: &[&str]) -> Value {
         let pipeline = shipped(pipeline);
         let pipeline = pipeline.to_string_lossy();
-        let small = ["--size", "96x64", "--frames", "3", "--json", "figures.json"];
+        let small = ["--size", size, "--frames", "3", "--json", "figures.json"];
         let output = self.bench(&[&[pipeline.as_ref()], small.as_slice(), arguments].concat());
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
         serde_json::from_slice(&fs::read(self.0.join("figures.json")).unwrap()).unwrap()
@@ -44,6 +44,8 @@ impl Drop for Folder {
     }
 }
 
+const SMALL: &str = "96x64";
+
 fn shipped(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../pipelines").join(format!("{name}.ron"))
 }
@@ -55,7 +57,7 @@ fn number(value: &Value) -> f64 {
 #[test]
 fn every_figure_is_there_and_agrees_with_the_others() {
     let folder = Folder::new("figures");
-    let figures = folder.figures("lynx", &[]);
+    let figures = folder.figures("lynx", SMALL, &[]);
     for key in ["gpu_ms", "host_us", "copy_gbps"] {
         assert!(number(&figures[key]) > 0.0, "{key}: {figures}");
     }
@@ -75,14 +77,14 @@ fn every_figure_is_there_and_agrees_with_the_others() {
 #[test]
 fn the_hand_written_chain_looks_like_ours_and_stands_beside_no_other_pipeline() {
     let folder = Folder::new("peer");
-    let peer = folder.figures("lynx", &[])["peer"].clone();
+    let peer = folder.figures("lynx", "320x180", &[])["peer"].clone();
     for key in ["fragment_ms", "compute_ms"] {
         assert!(number(&peer[key]) > 0.0, "{key}: {peer}");
     }
     // Its light comes from half the pixels' means, so bright edges differ; a chain that is wired wrongly is off by far more on average.
     assert!(number(&peer["mean_difference"]) < 0.03, "{peer}");
-    assert!(folder.figures("lynx", &["--set", "mapped.curve=Reinhard"])["peer"].is_null());
-    assert!(folder.figures("caracal", &[])["peer"].is_null());
+    assert!(folder.figures("lynx", SMALL, &["--set", "mapped.curve=Reinhard"])["peer"].is_null());
+    assert!(folder.figures("caracal", SMALL, &[])["peer"].is_null());
 }
 
 #[test]
@@ -101,12 +103,12 @@ fn a_calibration_is_remembered() {
 #[test]
 fn a_damaged_store_of_pipelines_is_replaced() {
     let folder = Folder::new("pipelines");
-    folder.figures("lynx", &[]);
+    folder.figures("lynx", SMALL, &[]);
     // Only Vulkan has such a store.
     let Some(file) = folder.remembered(".pipelines").pop() else { return };
     let good = fs::read(&file).unwrap();
     fs::write(&file, &good[..good.len() / 2]).unwrap();
-    folder.figures("lynx", &[]);
+    folder.figures("lynx", SMALL, &[]);
     assert!(fs::read(&file).unwrap().len() > good.len() / 2);
 }
 

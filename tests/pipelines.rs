@@ -49,12 +49,11 @@ fn each_renders_a_picture_without_a_word_from_the_layer() {
     layer::said();
     for name in files() {
         let graph = shipped(&name, None);
-        for pictures in [frame(&Run::new(&graph), &scene)] {
-            let values = pictures[0].pixels.as_flattened();
-            assert!(values.iter().all(|x| x.is_finite()), "{name}: not finite");
-            let mean = values.iter().sum::<f32>() / values.len() as f32;
-            assert!((0.1..0.9).contains(&mean), "{name}: a mean of {mean} is no picture");
-        }
+        let pictures = frame(&Run::new(&graph), &scene);
+        let values = pictures[0].pixels.as_flattened();
+        assert!(values.iter().all(|x| x.is_finite()), "{name}: not finite");
+        let mean = values.iter().sum::<f32>() / values.len() as f32;
+        assert!((0.1..0.9).contains(&mean), "{name}: a mean of {mean} is no picture");
         assert_eq!(layer::said(), Vec::<String>::new(), "{name}");
     }
 }
@@ -104,3 +103,42 @@ fn every_plan_is_proved_and_planned_alike_twice() {
         }
     }
 }
+
+/// A second Vulkan, with small limits: four bind groups, 256 invocations, no half-precision arithmetic.
+#[test]
+#[cfg(not(no_swiftshader))]
+fn small_limits_make_the_same_pictures() {
+    let folder = std::env::temp_dir().join(format!("afterimage-swiftshader-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).expect("a temporary folder");
+    let picture = scene(96, 54);
+    let pixels = picture.pixels.as_flattened().to_vec();
+    let source = folder.join("scene.exr");
+    let exr = afterimage::files::Picture::new(96, 54, afterimage::files::Pixels::Float(pixels));
+    let options = afterimage::files::ExrOptions { float: true, ..Default::default() };
+    afterimage::files::write_exr(&source, &exr, &options).expect("a temporary file");
+    for name in files() {
+        let render = |driver: Option<&str>, out: &str| {
+            let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_afterimage-under-test"));
+            command.arg("render").arg(pipelines().join(&name)).arg(&source).arg("-o").arg(folder.join(out));
+            command.env("XDG_CACHE_HOME", &folder);
+            if let Some(driver) = driver {
+                command.env("VK_ICD_FILENAMES", driver).env("VK_DRIVER_FILES", driver);
+            }
+            let output = command.output().expect("the program starts");
+            assert!(output.status.success(), "{name}: {}", String::from_utf8_lossy(&output.stderr));
+            let picture = afterimage::files::read(&afterimage::files::Source::file(folder.join(out)));
+            picture.expect("a picture was written").pixels.to_f32()
+        };
+        let (here, there) = (render(None, "here.png"), render(Some(env!("SWIFTSHADER")), "there.png"));
+        // Files are read back as light; compared as the codes they hold.
+        let code = |x: f32| (255.0 * x.max(0.0).powf(1.0 / 2.2)).round();
+        let worst = here.iter().zip(&there).map(|(a, b)| (code(*a) - code(*b)).abs()).fold(0.0, f32::max);
+        assert!(worst <= 2.0, "{name}: differs by {worst} codes");
+    }
+    std::fs::remove_dir_all(&folder).expect("the folder is ours");
+}
+
+#[test]
+#[cfg(no_swiftshader)]
+#[ignore = "SwiftShader is not installed: apt-get install chromium brings it"]
+fn small_limits_make_the_same_pictures() {}

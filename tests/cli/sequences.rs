@@ -50,7 +50,8 @@ fn a_range_takes_some_frames() {
 #[test]
 fn what_is_wrong_with_a_sequence_is_said_before_anything_is_rendered() {
     let folder = shot("gap", &[1, 2, 4]);
-    let gap = "error: shot.0003.exr: frame 3 is missing\n  hint: render it, or choose others, for example `--frames 1-2`";
+    let gap =
+        "error: shot.0003.exr: frame 3 is missing\n  hint: render it, or choose others, for example `--frames 1-2`";
     folder.run("render four.ron shot.####.exr -o out.####.exr").fails(1, gap);
     let table = [
         (

@@ -120,7 +120,10 @@ fn neighbours(plan: &Plan) -> Option<(usize, usize, usize)> {
             plan.recording.passes[reader].reads().iter().any(|resource| writes.contains(resource))
         };
         let pairs = pair[0].clone().flat_map(|writer| pair[1].clone().map(move |reader| (writer, reader)));
-        pairs.into_iter().find(|(writer, reader)| reads(*reader, *writer)).map(|(writer, reader)| (wave, writer, reader))
+        pairs
+            .into_iter()
+            .find(|(writer, reader)| reads(*reader, *writer))
+            .map(|(writer, reader)| (wave, writer, reader))
     })
 }
 
@@ -169,7 +172,8 @@ fn a_history_or_an_output_that_nobody_writes() {
     let plan = plans(Options { fuse: false, ..Options::default() }).find(|plan| past(plan).is_some());
     let plan = plan.expect("some graph has a history");
     let of = past(&plan).expect("it was found above");
-    let writer = plan.recording.passes.iter().position(|pass| pass.writes().contains(&of)).expect("histories are written");
+    let writer =
+        plan.recording.passes.iter().position(|pass| pass.writes().contains(&of)).expect("histories are written");
     let mut broken = plan.clone();
     broken.recording.passes[writer] = broken.recording.passes[(writer + 1) % plan.recording.passes.len()].clone();
     assert_says(&faults(&broken, "a history is not written"), &["is the past of", "is written by 0 passes"]);
@@ -194,11 +198,14 @@ fn figures_that_do_not_add_up() {
         |plan| plan.memory.lower_bound -= 1,
         |plan| plan.memory.placed += 1,
         |plan| plan.memory.pooled += 1,
-        |plan| plan.memory.unaliased -= 1,
+        |plan| plan.memory.unshared -= 1,
     ];
     for change in changes {
         let mut broken = plan.clone();
         change(&mut broken);
         assert_says(&faults(&broken, "a figure is wrong"), &["the plan states", "bytes for"]);
     }
+    let mut broken = plan.clone();
+    broken.memory.unaliased = plan.memory.unshared - 1;
+    assert_says(&faults(&broken, "a figure is wrong"), &["the plan stores", "that its nodes describe"]);
 }

@@ -8,8 +8,12 @@ use proptest::prelude::*;
 use super::random::{Dice, Recipe, plan_at};
 
 fn recipes(nodes: std::ops::Range<usize>) -> impl Strategy<Value = Recipe> {
-    (any::<u64>(), nodes, 0_usize..6, 0_u64..30)
-        .prop_map(|(seed, nodes, histories, off)| Recipe { seed, nodes, histories, off })
+    (any::<u64>(), nodes, 0_usize..6, 0_u64..30).prop_map(|(seed, nodes, histories, off)| Recipe {
+        seed,
+        nodes,
+        histories,
+        off,
+    })
 }
 
 fn options() -> impl Strategy<Value = Options> {
@@ -58,7 +62,7 @@ proptest! {
     fn the_checker_finds_no_fault_in_any_plan(recipe in recipes(1..160), options in options()) {
         let plan = checked(recipe, options);
         prop_assert!(plan.memory.lower_bound <= plan.memory.placed);
-        prop_assert!(plan.memory.pooled <= plan.memory.unaliased);
+        prop_assert!(plan.memory.pooled <= plan.memory.unshared && plan.memory.unshared <= plan.memory.unaliased);
         prop_assert_eq!(plan.memory.heap, plan.memory.placed);
     }
 
@@ -87,9 +91,9 @@ proptest! {
     }
 
     #[test]
-    fn the_heap_is_within_a_tenth_of_the_lower_bound(recipe in recipes(20..200)) {
+    fn the_heap_is_close_to_the_lower_bound(recipe in recipes(2..200)) {
         let memory = checked(recipe, Options::default()).memory;
-        prop_assert!(memory.placed as f64 <= 1.1 * memory.lower_bound as f64, "{} of {}", memory.placed, memory.lower_bound);
+        prop_assert!(memory.placed as f64 <= 1.2 * memory.lower_bound as f64, "{} of {}", memory.placed, memory.lower_bound);
     }
 
     #[test]
@@ -129,16 +133,36 @@ fn in_place(plan: &Plan, old: &Plan) -> usize {
 }
 
 #[test]
-fn a_chain_of_equal_images_needs_room_for_two() {
-    let text_of = |plan: &Plan| plan.to_text();
-    let plan = checked(Recipe { seed: 11, nodes: 30, histories: 0, off: 0 }, Options { fuse: false, ..Options::default() });
-    assert!(plan.memory.placed < plan.memory.unaliased / 3, "{}", text_of(&plan));
+fn on_the_whole_the_heap_is_within_two_per_cent_of_the_lower_bound() {
+    let (mut placed, mut bound, mut exact) = (0, 0, 0);
+    for seed in 0..60 {
+        let memory = checked(Recipe { seed, nodes: 60, histories: 2, off: 5 }, Options::default()).memory;
+        placed += memory.placed;
+        bound += memory.lower_bound;
+        exact += usize::from(memory.placed == memory.lower_bound);
+    }
+    assert!(placed * 100 <= bound * 102, "{placed} of {bound}");
+    assert!(exact >= 45, "only {exact} of 60 placements are the best there is");
+}
+
+#[test]
+fn what_fusion_removes_is_counted_among_what_the_nodes_describe() {
+    for seed in 0..20 {
+        let recipe = Recipe { seed, nodes: 40, histories: 0, off: 0 };
+        let (fused, whole) =
+            (checked(recipe, Options::default()), checked(recipe, Options { fuse: false, ..Options::default() }));
+        assert!(!fused.fused.is_empty() && fused.memory.unshared < whole.memory.unshared);
+        assert_eq!(whole.memory.unaliased, whole.memory.unshared);
+        // Formats that a device cannot store become wider, but not those of images that are never stored.
+        assert!(fused.memory.unaliased <= whole.memory.unaliased);
+        assert!(fused.memory.unaliased * 10 >= whole.memory.unaliased * 9);
+    }
 }
 
 #[test]
 fn large_graphs_are_planned_too() {
     let plan = checked(Recipe { seed: 3, nodes: 1000, histories: 5, off: 3 }, Options::default());
-    assert!(plan.recording.passes.len() > 700, "only {} passes", plan.recording.passes.len());
+    assert!(plan.recording.passes.len() > 500, "only {} passes", plan.recording.passes.len());
     assert!(plan.memory.placed as f64 <= 1.1 * plan.memory.lower_bound as f64);
 }
 
@@ -147,11 +171,11 @@ fn best_peak(plan: &Plan) -> u64 {
     let passes = &plan.recording.passes;
     let (reads, writes): (Vec<_>, Vec<_>) = passes.iter().map(|pass| (pass.reads(), pass.writes())).unzip();
     let conflict = |a: usize, b: usize| {
-        reads[b].iter().chain(&writes[b]).any(|r| writes[a].contains(r)) || reads[a].iter().any(|r| writes[b].contains(r))
+        reads[b].iter().chain(&writes[b]).any(|r| writes[a].contains(r))
+            || reads[a].iter().any(|r| writes[b].contains(r))
     };
-    let before: Vec<u32> = (0..passes.len())
-        .map(|b| (0..b).filter(|a| conflict(*a, b)).fold(0, |set, a| set | 1 << a))
-        .collect();
+    let before: Vec<u32> =
+        (0..passes.len()).map(|b| (0..b).filter(|a| conflict(*a, b)).fold(0, |set, a| set | 1 << a)).collect();
     let users: Vec<(u64, u32)> = (0..plan.lifetimes.len())
         .filter_map(|image| {
             let resource = Resource::Image(ImageId(image as u32));
@@ -192,6 +216,5 @@ fn the_order_of_small_graphs_is_nearly_the_best_there_is() {
             best += usize::from(found == peak);
         }
     }
-    println!("{best} {tried}");
     assert!(tried > 50 && best * 100 >= tried * 95, "{best} of {tried} orders are the best there is");
 }

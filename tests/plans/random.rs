@@ -9,7 +9,8 @@ use afterimage_graph::plan::{Caps, GivenImage, Options, Plan, PlanError, Require
 use afterimage_graph::prelude::*;
 use petgraph::graph::{DiGraph, NodeIndex};
 
-static TINT: Shader = Shader::new("tint", "fn tint(source: vec4f) -> vec4f { return source * vec4f(0.5, 0.75, 1.0, 1.0); }");
+static TINT: Shader =
+    Shader::new("tint", "fn tint(source: vec4f) -> vec4f { return source * vec4f(0.5, 0.75, 1.0, 1.0); }");
 static LAY: Shader = Shader::new(
     "lay",
     "fn lay(base: vec4f, over: texture_2d<f32>, over_sampler: sampler, at: Point) -> vec4f {
@@ -49,8 +50,10 @@ static METER: Shader = Shader::new(
     @compute @workgroup_size(1)
     fn meter_keep() { value[0] = sum[0]; }",
 );
-static SCALE: Shader =
-    Shader::new("scale", "fn scale(source: vec4f, value: vec4f) -> vec4f { return source * (0.5 + 0.5 * fract(value)); }");
+static SCALE: Shader = Shader::new(
+    "scale",
+    "fn scale(source: vec4f, value: vec4f) -> vec4f { return source * (0.5 + 0.5 * fract(value)); }",
+);
 
 const ANY: Gives = Gives::Same("source");
 

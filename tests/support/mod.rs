@@ -2,3 +2,4 @@
 
 pub mod gpu;
 pub mod layer;
+pub mod player;

@@ -30,10 +30,12 @@ static ALLOCATOR: Counting = Counting;
 
 struct Counting;
 
+/// Bytes and calls by who asked.
+type Asked = BTreeMap<&'static str, (usize, usize)>;
+
 thread_local! {
     static COUNTS: Cell<bool> = const { Cell::new(false) };
-    /// Bytes and calls by the crate that asked.
-    static ASKED: RefCell<BTreeMap<&'static str, (usize, usize)>> = const { RefCell::new(BTreeMap::new()) };
+    static ASKED: RefCell<Asked> = const { RefCell::new(BTreeMap::new()) };
 }
 
 // SAFETY: every call is handed on to the system's allocator as it came; counting switches itself off while it works, so it never calls itself.
@@ -134,7 +136,7 @@ fn measure(frames: u32) -> Result<bool, Box<dyn std::error::Error>> {
 fn counted(
     times: u32,
     mut work: impl FnMut() -> Result<(), Box<dyn std::error::Error>>,
-) -> Result<BTreeMap<&'static str, (usize, usize)>, Box<dyn std::error::Error>> {
+) -> Result<Asked, Box<dyn std::error::Error>> {
     for _ in 0..times {
         COUNTS.set(true);
         let done = work();

@@ -321,7 +321,7 @@ impl FunctionPass<'_, '_> {
     }
 
     /// Promises that the function's taps lie within so many texels of its own place in the texture, so that the framework may keep what it
-    /// reads in workgroup memory. A tap farther away reads the nearest texel that is there.
+    /// reads in workgroup memory. A tap farther away reads some other texel of the tile.
     pub fn reach(mut self, texels: f32) -> Self {
         self.reach = Some(texels);
         self

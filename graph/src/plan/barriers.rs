@@ -157,12 +157,7 @@ pub(crate) fn renew_hand_overs(plan: &mut Plan) {
 }
 
 /// States whose memory changes hands before each wave.
-pub(crate) fn hand_over(
-    barriers: &mut [WaveBarriers],
-    memory: &Memory,
-    lifetimes: &[Option<Lifetime>],
-    alias: Alias,
-) {
+pub(crate) fn hand_over(barriers: &mut [WaveBarriers], memory: &Memory, lifetimes: &[Option<Lifetime>], alias: Alias) {
     let mut arrivals: Vec<(usize, usize, Range<u64>)> = (0..lifetimes.len())
         .filter_map(|image| Some((lifetimes[image]?.first, image, extent(memory, alias, image)?)))
         .collect();
@@ -198,7 +193,8 @@ impl Residents {
     fn replace(&mut self, extent: Range<u64>, image: ImageId) -> Vec<ImageId> {
         let before_start = self.0.range(..extent.start).next_back().map(|(start, _)| *start);
         let first = before_start.filter(|start| self.0[start].0 > extent.start).unwrap_or(extent.start);
-        let old: Vec<(u64, (u64, ImageId))> = self.0.range(first..extent.end).map(|(start, rest)| (*start, *rest)).collect();
+        let old: Vec<(u64, (u64, ImageId))> =
+            self.0.range(first..extent.end).map(|(start, rest)| (*start, *rest)).collect();
         let mut residents = BTreeSet::new();
         for (start, (end, resident)) in old {
             residents.insert(resident);

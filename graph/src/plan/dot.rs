@@ -11,7 +11,8 @@ impl Plan {
     /// The plan in Graphviz's language: `dot -Tsvg` draws it.
     pub fn to_dot(&self) -> String {
         let names = Names::new(self);
-        let mut dot = String::from("digraph plan {\n  rankdir=LR;\n  node [shape=box, fontname=\"sans-serif\", fontsize=10];\n");
+        let mut dot =
+            String::from("digraph plan {\n  rankdir=LR;\n  node [shape=box, fontname=\"sans-serif\", fontsize=10];\n");
         dot += "  edge [fontname=\"sans-serif\", fontsize=8];\n";
         for (wave, passes) in self.waves.iter().enumerate() {
             let _ = writeln!(dot, "  subgraph cluster_wave_{wave} {{\n    label=\"wave {wave}\"; color=grey80;");

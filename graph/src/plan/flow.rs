@@ -81,7 +81,7 @@ impl Flow {
     }
 
     /// The most bytes that live at once if the passes of a wave run together.
-    pub(super) fn peak_of_waves<'a>(&self, waves: &mut dyn Iterator<Item = &'a [usize]>) -> u64 {
+    pub(super) fn peak_of_waves(&self, waves: &mut dyn Iterator<Item = &[usize]>) -> u64 {
         let mut left: Vec<usize> = self.items.iter().map(|item| item.users.len()).collect();
         let (mut live, mut peak) = (0, 0);
         for wave in waves {

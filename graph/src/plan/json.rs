@@ -106,6 +106,7 @@ struct MemoryView {
     placed: u64,
     pooled: u64,
     unaliased: u64,
+    unshared: u64,
 }
 
 #[derive(Serialize)]
@@ -214,7 +215,8 @@ fn outputs<'a>(plan: &'a Plan, names: &'a Names) -> Vec<OutputView<'a>> {
 }
 
 fn passes<'a>(plan: &'a Plan, names: &'a Names) -> Vec<PassView<'a>> {
-    let with_waves = plan.waves.iter().enumerate().flat_map(|(wave, passes)| passes.clone().map(move |pass| (wave, pass)));
+    let with_waves =
+        plan.waves.iter().enumerate().flat_map(|(wave, passes)| passes.clone().map(move |pass| (wave, pass)));
     with_waves.map(|(wave, pass)| PassView::new(plan, names, wave, pass)).collect()
 }
 
@@ -260,6 +262,7 @@ impl MemoryView {
             placed: memory.placed,
             pooled: memory.pooled,
             unaliased: memory.unaliased,
+            unshared: memory.unshared,
         }
     }
 }

@@ -6,7 +6,7 @@ use std::ops::Range;
 use serde::Serialize;
 
 use super::placement::{self, Block};
-use super::{Alias, Draft, Setting};
+use super::{Alias, Draft, Fused, Setting};
 use crate::image::ImageDesc;
 use crate::node::{ImageId, Origin, Resource};
 
@@ -59,8 +59,10 @@ pub struct Memory {
     pub offset_of: Vec<Option<u64>>,
     /// Bytes of the heap; more than `placed` where the heap of an earlier plan is kept.
     pub heap: u64,
-    /// Bytes if each image had its own texture.
+    /// Bytes if every image that the nodes describe had its own texture, those included that fusion has removed from the plan.
     pub unaliased: u64,
+    /// Bytes if each image that this plan stores had its own texture.
+    pub unshared: u64,
     /// Bytes of the pool if images of equal description take turns.
     pub pooled: u64,
     /// Bytes of the heap that this plan uses.
@@ -75,7 +77,7 @@ impl Memory {
     /// Bytes of transient images under that way of sharing.
     pub fn bytes(&self, alias: Alias) -> u64 {
         match alias {
-            Alias::None => self.unaliased,
+            Alias::None => self.unshared,
             Alias::Pool => self.pooled,
             Alias::Placed => self.placed,
         }
@@ -134,8 +136,10 @@ pub(crate) fn place(
     draft: &Draft,
     lifetimes: &[Option<Lifetime>],
     mut requirement_of: Vec<Option<Requirement>>,
+    fused: &[Fused],
     setting: &Setting<'_>,
 ) -> Memory {
+    let unaliased = described_bytes(draft, &requirement_of, lifetimes, fused);
     for (requirement, lifetime) in requirement_of.iter_mut().zip(lifetimes) {
         *requirement = requirement.filter(|_| lifetime.is_some());
     }
@@ -147,13 +151,27 @@ pub(crate) fn place(
         heap: placement.end,
         placed: placement.end,
         lower_bound,
-        unaliased: blocks.iter().map(|block| block.bytes).sum(),
+        unaliased,
+        unshared: blocks.iter().map(|block| block.bytes).sum(),
         kept: kept_bytes(draft, setting),
         requirement_of,
         ..Memory::default()
     };
     pool(&mut memory, draft, lifetimes, &images, setting.options.alias);
     memory
+}
+
+/// Bytes of all transient images that a pass mentions, or mentioned before it was fused with another.
+fn described_bytes(
+    draft: &Draft,
+    requirement_of: &[Option<Requirement>],
+    lifetimes: &[Option<Lifetime>],
+    fused: &[Fused],
+) -> u64 {
+    let removed: BTreeSet<&str> = fused.iter().map(|fused| fused.image.as_str()).collect();
+    let images = draft.recording.images.iter().zip(lifetimes).zip(requirement_of);
+    let described = images.filter(|((image, life), _)| life.is_some() || removed.contains(image.label.as_str()));
+    described.filter_map(|(_, requirement)| requirement.map(|requirement| requirement.bytes)).sum()
 }
 
 /// The images that take part, and the room that each takes up.

@@ -229,7 +229,7 @@ pub fn plan(graph: &Graph, setting: &Setting<'_>) -> Result<Plan, PlanError> {
     let requirements = memory::requirements(&draft, setting);
     let order::Order { recorded, waves } = order::order(&mut draft, &mut stages, &requirements, &setting.options);
     let lifetimes = memory::lifetimes(&draft, &waves);
-    let memory = memory::place(&draft, &lifetimes, requirements, setting);
+    let memory = memory::place(&draft, &lifetimes, requirements, &fused, setting);
     let (mut barriers, exports) = barriers::barriers(&draft.recording, &stages, &waves, &draft.outputs);
     barriers::hand_over(&mut barriers, &memory, &lifetimes, options.alias);
     let mut left_out = special.left_out;

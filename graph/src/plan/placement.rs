@@ -48,18 +48,15 @@ pub(crate) fn lower_bound(blocks: &[Block]) -> u64 {
 
 /// The lowest placement that a handful of orders and a short search find; `bound` is [`lower_bound`].
 pub(crate) fn place(blocks: &[Block], bound: u64) -> Placement {
-    let life = |at: usize| blocks[at].last + 1 - blocks[at].first;
-    let area = |at: usize| u128::from(blocks[at].bytes) * life(at) as u128;
+    let life = |at: usize| (blocks[at].last + 1 - blocks[at].first) as u128;
+    let area = |at: usize| u128::from(blocks[at].bytes) * life(at);
+    let soon = |at: usize| u128::MAX - blocks[at].first as u128;
     let mut order = by_size(blocks);
     let mut best = place_in(blocks, &order);
-    let mut rules: [&mut dyn FnMut(&mut Vec<usize>); 3] = [
-        &mut |order| order.sort_by_key(|at| Reverse(life(*at))),
-        &mut |order| order.sort_by_key(|at| Reverse(area(*at))),
-        &mut |order| order.sort_by_key(|at| blocks[*at].first),
-    ];
-    for rule in &mut rules {
+    let rules: [&dyn Fn(usize) -> u128; 3] = [&life, &area, &soon];
+    for rule in rules {
         if best.end > bound {
-            rule(&mut order);
+            order.sort_by_key(|at| Reverse(rule(*at)));
             best = lower(best, place_in(blocks, &order));
         }
     }
@@ -134,7 +131,7 @@ impl<'a> Room<'a> {
     fn place_at(&mut self, at: usize, offset: u64) -> bool {
         let block = self.blocks[at];
         let is_free = |(start, stop): &(u64, u64)| offset + block.bytes <= *start || *stop <= offset;
-        let fits = offset % block.alignment == 0 && self.taken(&block).iter().all(is_free);
+        let fits = offset.is_multiple_of(block.alignment) && self.taken(&block).iter().all(is_free);
         if fits {
             self.put(at, offset);
         }

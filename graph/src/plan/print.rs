@@ -14,7 +14,11 @@ pub(super) fn mebibytes(bytes: u64) -> String {
 
 /// A number of things, with the plural where it is due.
 pub(super) fn count(number: usize, one: &str) -> String {
-    if number == 1 { format!("1 {one}") } else { format!("{number} {one}{}", if one.ends_with('s') { "es" } else { "s" }) }
+    if number == 1 {
+        format!("1 {one}")
+    } else {
+        format!("{number} {one}{}", if one.ends_with('s') { "es" } else { "s" })
+    }
 }
 
 impl Plan {
@@ -64,18 +68,19 @@ impl Plan {
     }
 
     fn rows(&self, names: &Names) -> Vec<Vec<String>> {
-        let heading = ["wave", "nodes", "does", "stage", "size", "format", "reads", "writes"];
+        let heading = ["wave", "node", "does", "stage", "size", "format", "reads -> writes"];
         let mut rows = vec![heading.map(str::to_owned).to_vec()];
         for (wave, passes) in self.waves.iter().enumerate() {
             for at in passes.clone() {
                 let number = if at == passes.start { wave.to_string() } else { String::new() };
-                rows.push(self.row(names, number, at));
+                rows.extend(self.pass_rows(names, number, at));
             }
         }
         rows
     }
 
-    fn row(&self, names: &Names, wave: String, at: usize) -> Vec<String> {
+    /// One row for a pass, and one more for each further pass that fusion has put into it.
+    fn pass_rows(&self, names: &Names, wave: String, at: usize) -> Vec<Vec<String>> {
         let pass = &self.recording.passes[at];
         let list = |resources: Vec<Resource>| {
             let named: Vec<&str> = resources.into_iter().map(|resource| names.of(resource)).collect();
@@ -85,16 +90,23 @@ impl Plan {
             Resource::Image(image) => Some(self.recording.image(image).desc),
             Resource::Buffer(_) => None,
         });
-        vec![
+        let labels: Vec<&str> = pass.label.split(" + ").collect();
+        let nodes: Vec<&str> = pass.nodes.iter().map(String::as_str).collect();
+        let one_each = labels.len() == nodes.len();
+        let (node, label) =
+            if one_each { (nodes[0].to_owned(), labels[0]) } else { (nodes.join(" + "), pass.label.as_str()) };
+        let mut rows = vec![vec![
             wave,
-            pass.nodes.join(" + "),
-            pass.label.clone(),
+            node,
+            label.to_owned(),
             format!("{:?}", self.stages[at]).to_lowercase(),
             target.map_or(String::new(), |desc| desc.size.to_string()),
             target.map_or(String::new(), |desc| desc.format.name().to_owned()),
-            list(pass.reads()),
-            list(pass.writes()),
-        ]
+            format!("{} -> {}", list(pass.reads()), list(pass.writes())).trim_start().to_owned(),
+        ]];
+        let further = nodes.iter().zip(&labels).skip(1).filter(|_| one_each);
+        rows.extend(further.map(|(node, label)| vec![String::new(), format!("+ {node}"), (*label).to_owned()]));
+        rows
     }
 
     fn left_out_text(&self) -> String {
@@ -107,10 +119,15 @@ impl Plan {
         if self.fused.is_empty() {
             return String::new();
         }
-        let row = |fused: &super::Fused| vec![format!("  {}", fused.image), format!("{} less", mebibytes(fused.bytes_saved))];
+        let row =
+            |fused: &super::Fused| vec![format!("  {}", fused.image), format!("{} less", mebibytes(fused.bytes_saved))];
         let saved = self.fused.iter().map(|fused| fused.bytes_saved).sum();
         let rows: Vec<Vec<String>> = self.fused.iter().map(row).collect();
-        format!("\nnever stored, because their passes are fused: {} less moved a frame\n{}", mebibytes(saved), table(&rows))
+        format!(
+            "\nnever stored, because their passes are fused: {} less moved a frame\n{}",
+            mebibytes(saved),
+            table(&rows)
+        )
     }
 
     fn memory_text(&self) -> String {
@@ -124,9 +141,10 @@ impl Plan {
             vec![format!("  {name}"), mebibytes(bytes), share(bytes), used.to_owned()]
         };
         let rows = [
-            row("without sharing", memory.unaliased, Some(Alias::None)),
-            row("pooled", memory.pooled, Some(Alias::Pool)),
-            row("placed", memory.placed, Some(Alias::Placed)),
+            row("all that nodes describe", memory.unaliased, None),
+            row("stored, without sharing", memory.unshared, Some(Alias::None)),
+            row("stored, pooled", memory.pooled, Some(Alias::Pool)),
+            row("stored, placed", memory.placed, Some(Alias::Placed)),
             row("lower bound", memory.lower_bound, None),
         ];
         let mut text = format!("\nmemory of transient images\n{}", right(&rows, &[1, 2]));

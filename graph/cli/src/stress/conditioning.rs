@@ -224,7 +224,12 @@ pub(crate) fn figures(kind: &str) -> Option<String> {
     let kept: Vec<Conditioning> = serde_json::from_str(include_str!("../../../docs/conditioning.json")).ok()?;
     let found = kept.into_iter().find(|row| row.kind == kind)?;
     let unit = found.unit.name();
-    let mut text = format!("  typically {} {unit}; at worst {} (light {})", found.typical, found.worst.growth, place(&found.worst));
+    let mut text = format!(
+        "  typically {} {unit}; at worst {} (light {})",
+        found.typical,
+        found.worst.growth,
+        place(&found.worst)
+    );
     if found.over_domain != found.worst {
         let Worst { growth, set, .. } = &found.over_domain;
         text += &format!(",\n  and {growth} with `{set}` (light {})", place(&found.over_domain));

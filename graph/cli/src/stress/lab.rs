@@ -146,7 +146,8 @@ impl<'g> Lab<'g> {
     ) -> Result<Ran, String> {
         let plan = Arc::new(bench.plan(subject, graph, size)?);
         bench.executor.load(plan.clone()).map_err(|error| one_line(&error.to_string()))?;
-        let outputs: Vec<ImageDesc> = plan.outputs.iter().map(|output| plan.recording.image(output.image).desc).collect();
+        let outputs: Vec<ImageDesc> =
+            plan.outputs.iter().map(|output| plan.recording.image(output.image).desc).collect();
         let frame_bytes: u64 = outputs.iter().map(pitched).sum();
         let buffer = self.readback(frame_bytes * shots.len() as u64);
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
@@ -154,7 +155,9 @@ impl<'g> Lab<'g> {
             let views: Vec<(&str, TextureView)> = plan
                 .inputs
                 .iter()
-                .map(|(name, image)| (name.as_str(), self.view(*shot, size, plan.recording.image(*image).signed, bench.half)))
+                .map(|(name, image)| {
+                    (name.as_str(), self.view(*shot, size, plan.recording.image(*image).signed, bench.half))
+                })
                 .collect();
             let inputs: Vec<(&str, &TextureView)> = views.iter().map(|(name, view)| (*name, view)).collect();
             let frame = Frame { inputs: &inputs, outputs: &[], time: 0.0, dt: shot.dt, reset: shot.reset };

@@ -114,7 +114,8 @@ fn is_case(name: &str) -> bool {
 
 fn unknown_case(case: &str) -> Failure {
     let names: Vec<&str> = images::ALL.iter().map(|image| image.name).chain(time::names()).collect();
-    let hint = did_you_mean(case, names.iter().copied()).unwrap_or_else(|| format!("the cases are `{}`", names.join("`, `")));
+    let hint =
+        did_you_mean(case, names.iter().copied()).unwrap_or_else(|| format!("the cases are `{}`", names.join("`, `")));
     Failure::user(format!("no case is called `{case}`")).hint(hint)
 }
 
@@ -174,7 +175,9 @@ fn one_kind(registry: &Registry, name: &str) -> Result<Vec<Subject>, Failure> {
     })?;
     let subjects = kinds(registry, &[&[kind]]);
     if subjects.is_empty() {
-        return Err(Failure::user(format!("no wires from images reach all inputs of `{name}`, so it cannot run alone")));
+        return Err(Failure::user(format!(
+            "no wires from images reach all inputs of `{name}`, so it cannot run alone"
+        )));
     }
     Ok(subjects)
 }

@@ -68,6 +68,7 @@ fn value<'n>(node: &'n GraphNode, parameter: &str) -> Option<&'n Value> {
 
 fn keeps(node: &GraphNode) -> bool {
     // A sum of levels is brighter than each of them.
-    let sums = value(node, "normalize") == Some(&Value::Bool(false)) && value(node, "blend") == Some(&Value::Choice("Add"));
+    let sums =
+        value(node, "normalize") == Some(&Value::Bool(false)) && value(node, "blend") == Some(&Value::Choice("Add"));
     is_one_of(node, KEEPING) && !sums
 }

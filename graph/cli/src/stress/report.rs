@@ -93,7 +93,12 @@ impl Report {
         table.load_style(NOTHING).set_header(["", "cases", "failed", "settings refused by the kind"]);
         for tally in &self.tallies {
             let failed = tally.failures.len();
-            table.add_row([tally.title.clone(), tally.cases.to_string(), failed.to_string(), tally.refused.to_string()]);
+            table.add_row([
+                tally.title.clone(),
+                tally.cases.to_string(),
+                failed.to_string(),
+                tally.refused.to_string(),
+            ]);
         }
         for column in 1..4 {
             if let Some(column) = table.column_mut(column) {

@@ -162,7 +162,9 @@ impl Stand<'_, '_> {
                 wrong.extend(judge(shown, signed));
                 wrong.extend(broken_promises(shown, *image, size, &promises));
                 let spread = different(shown, clean, Tolerance::NONE);
-                wrong.extend(spread.filter(|_| finite(shown).is_none()).map(|what| format!("poison spreads: {what} without it")));
+                wrong.extend(
+                    spread.filter(|_| finite(shown).is_none()).map(|what| format!("poison spreads: {what} without it")),
+                );
             }
             self.count(sets, size, image.name, wrong);
         }
@@ -178,7 +180,8 @@ impl Stand<'_, '_> {
             _ => return,
         };
         for (index, image) in images.iter().enumerate() {
-            let pairs = left_out.frames[index].iter().filter_map(|out| Some((named(&ran.frames[index], &out.name)?, out)));
+            let pairs =
+                left_out.frames[index].iter().filter_map(|out| Some((named(&ran.frames[index], &out.name)?, out)));
             let wrong = pairs.filter_map(|(ran, out)| different(ran, out, Tolerance::HALF));
             let wrong = wrong.map(|what| format!("left out as an identity, yet it gives {what}")).collect();
             self.count(sets, size, image.name, wrong);

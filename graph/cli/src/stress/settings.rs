@@ -113,7 +113,8 @@ mod tests {
         let graph = subject.graph(&registry, &Vec::new()).expect("defaults are right");
         let all: Vec<String> = sweep(&subject, &graph, 3).iter().map(|change| words(&change.sets)).collect();
         assert_eq!(all[0], "");
-        for wanted in [" --set it.amount=0.0", " --set it.amount=8.0", " --set it.pivot=16.0", " --set it.form=Linear"] {
+        for wanted in [" --set it.amount=0.0", " --set it.amount=8.0", " --set it.pivot=16.0", " --set it.form=Linear"]
+        {
             assert!(all.iter().any(|words| words == wanted), "{all:?}");
         }
         assert_eq!(all.iter().filter(|words| words.matches("--set").count() == 2).count(), 3);

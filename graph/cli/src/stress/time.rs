@@ -113,7 +113,9 @@ pub(crate) fn sequences(stand: &mut Stand<'_, '_>, graph: &Graph) {
             wrong.extend(last(&frames, &others, wanted, stand.subject.is_kind));
         }
         if sequence.name == "thousand-frames" && applies(stand, &promises) {
-            wrong.extend(frames.iter().map(|frame| frame[0].pixels[0][0]).collect::<Vec<_>>().windows(2).find_map(turns));
+            wrong.extend(
+                frames.iter().map(|frame| frame[0].pixels[0][0]).collect::<Vec<_>>().windows(2).find_map(turns),
+            );
         }
         stand.count(&Sets::new(), SIZE, sequence.name, wrong);
     }

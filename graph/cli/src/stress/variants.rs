@@ -36,7 +36,8 @@ fn tolerance(state: State) -> Tolerance {
 
 /// Compares all ways at the defaults and at every choice and whole number: these change what is compiled.
 pub(crate) fn compare(stand: &mut Stand<'_, '_>, changes: &[Change]) {
-    let images: Vec<Extreme> = TELLING.iter().filter(|name| stand.choice.takes(name)).filter_map(|n| Extreme::named(n)).collect();
+    let images: Vec<Extreme> =
+        TELLING.iter().filter(|name| stand.choice.takes(name)).filter_map(|n| Extreme::named(n)).collect();
     if images.is_empty() {
         return;
     }
@@ -54,7 +55,9 @@ pub(crate) fn compare(stand: &mut Stand<'_, '_>, changes: &[Change]) {
         (Some((width, height)), _) => vec![Size::new(width, height)],
         (None, quick) => SIZES.iter().take(if quick { 1 } else { 2 }).map(|(w, h)| Size::new(*w, *h)).collect(),
     };
-    for change in changes.iter().filter(|change| is_compiled(change) && !(stand.choice.quick && !change.sets.is_empty())) {
+    for change in
+        changes.iter().filter(|change| is_compiled(change) && !(stand.choice.quick && !change.sets.is_empty()))
+    {
         for size in &sizes {
             one(stand, &mut plain, &mut others, &change.sets, *size, &images);
         }
@@ -82,7 +85,9 @@ fn one(
     let mut wrong = vec![Vec::new(); images.len()];
     for (name, bench) in others.iter_mut() {
         match stand.lab.run(bench, subject, size, &shots, true) {
-            Ok(ran) => differences(&ran, &wanted).for_each(|(index, what)| wrong[index].push(format!("{name}: {what}"))),
+            Ok(ran) => {
+                differences(&ran, &wanted).for_each(|(index, what)| wrong[index].push(format!("{name}: {what}")))
+            }
             Err(why) => wrong[0].push(format!("{name}: {why}")),
         }
     }

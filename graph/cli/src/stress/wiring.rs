@@ -40,7 +40,9 @@ pub(crate) fn alone(registry: &Registry, kind: NodeKind, bare: bool, file: &str,
         }
     }
     let Wiring { inputs, nodes, outputs, .. } = wiring;
-    Some(format!("Pipeline(\n    inputs: {{\n{inputs}    }},\n    nodes: {{\n{nodes}    }},\n    outputs: {{\n{outputs}    }},\n)\n"))
+    Some(format!(
+        "Pipeline(\n    inputs: {{\n{inputs}    }},\n    nodes: {{\n{nodes}    }},\n    outputs: {{\n{outputs}    }},\n)\n"
+    ))
 }
 
 impl Wiring<'_> {
@@ -92,7 +94,13 @@ impl Wiring<'_> {
         let node = format!("{name}-reader");
         let _ = writeln!(self.nodes, "        \"{node}\": {}({}: \"{wire}\"),", reader.name(), port.name);
         for port in reader.outputs() {
-            self.show_wire(port, reader, &format!("{node}.{}", port.name), &format!("{name}-{}", port.name), depth + 1)?;
+            self.show_wire(
+                port,
+                reader,
+                &format!("{node}.{}", port.name),
+                &format!("{name}-{}", port.name),
+                depth + 1,
+            )?;
         }
         Some(())
     }
@@ -121,7 +129,8 @@ fn maker(registry: &Registry, port: &Input) -> Option<(NodeKind, &'static Output
     let is_named = |kind: &NodeKind| port.doc.contains(kind.name());
     let named = registry.iter().filter(is_named).find_map(|kind| Some((kind, gives(&kind)?)));
     named.or_else(|| {
-        let from_images = |kind: &NodeKind| kind.inputs().iter().all(|input| input.optional || input.ty == PortType::Image);
+        let from_images =
+            |kind: &NodeKind| kind.inputs().iter().all(|input| input.optional || input.ty == PortType::Image);
         // A value is what metering gives once it has followed the picture; all else is best made from images at once.
         let is_preferred = |kind: &NodeKind| from_images(kind) != (port.ty == PortType::Value);
         let makers = || registry.iter().filter(|kind| gives(kind).is_some_and(|output| is_main(*kind, output)));
@@ -136,6 +145,8 @@ fn is_main(kind: NodeKind, output: &Output) -> bool {
 
 /// A kind that reads the tables of another, and the port that takes them.
 fn reader(registry: &Registry, maker: NodeKind) -> Option<(NodeKind, &'static Input)> {
-    let takes = |kind: NodeKind| kind.inputs().iter().find(|port| port.ty == PortType::Table && port.doc.contains(maker.name()));
+    let takes = |kind: NodeKind| {
+        kind.inputs().iter().find(|port| port.ty == PortType::Table && port.doc.contains(maker.name()))
+    };
     registry.iter().find_map(|kind| Some((kind, takes(kind)?)))
 }

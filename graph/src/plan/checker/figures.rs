@@ -12,7 +12,7 @@ pub(super) fn check(walk: &Walk<'_>, faults: &mut Faults) {
     let all: u64 = wants.iter().map(|(_, bytes)| bytes).sum();
     let placed = wants.iter().filter_map(|(image, bytes)| Some(memory.offset_of[*image]? + bytes)).max().unwrap_or(0);
     let mut figures = vec![
-        ("without sharing", memory.unaliased, all),
+        ("without sharing", memory.unshared, all),
         ("placed", memory.placed, placed),
         ("lower bound", memory.lower_bound, most_alive(walk, &wants)),
     ];
@@ -23,6 +23,10 @@ pub(super) fn check(walk: &Walk<'_>, faults: &mut Faults) {
     }
     for (name, stated, found) in figures.into_iter().filter(|(_, stated, found)| stated != found) {
         faults.add(format!("the plan states {stated} bytes for `{name}`, but its places come to {found}"));
+    }
+    if memory.unaliased < memory.unshared || (walk.plan.fused.is_empty() && memory.unaliased != memory.unshared) {
+        faults
+            .add(format!("the plan stores {} bytes of {} that its nodes describe", memory.unshared, memory.unaliased));
     }
     if memory.placed > memory.heap {
         faults.add(format!("the plan places {} bytes in a heap of {}", memory.placed, memory.heap));

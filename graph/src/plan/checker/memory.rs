@@ -86,7 +86,8 @@ fn replay(walk: &Walk<'_>, extents: &[Option<Range<u64>>], place: &str, faults: 
     cuts.dedup();
     let mut pieces: Vec<Vec<usize>> = vec![Vec::new(); cuts.len()];
     let mut found = vec![BTreeSet::new(); extents.len()];
-    let mut arrivals: Vec<(usize, usize)> = walk.spans.iter().enumerate().filter_map(|(i, s)| Some(((*s)?.0, i))).collect();
+    let mut arrivals: Vec<(usize, usize)> =
+        walk.spans.iter().enumerate().filter_map(|(i, s)| Some(((*s)?.0, i))).collect();
     arrivals.sort_unstable();
     let last_of = |image: usize| walk.spans[image].map_or(0, |(_, last)| last);
     for (first, image) in arrivals {
@@ -101,7 +102,8 @@ fn replay(walk: &Walk<'_>, extents: &[Option<Range<u64>>], place: &str, faults: 
             let last = last_of(*other);
             if last >= first {
                 let (name, other) = (&walk.images[image], &walk.images[*other]);
-                faults.add(format!("`{name}` begins in wave {first} in {place} where `{other}` lives until wave {last}"));
+                faults
+                    .add(format!("`{name}` begins in wave {first} in {place} where `{other}` lives until wave {last}"));
             }
         }
     }

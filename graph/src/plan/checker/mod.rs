@@ -82,7 +82,8 @@ impl<'a> Walk<'a> {
             wave_of[passes.clone()].fill(wave);
         }
         let mut spans = vec![None; plan.recording.images.len()];
-        for (access, wave) in accesses.iter().zip(&wave_of).flat_map(|(all, wave)| all.iter().map(move |a| (a, *wave))) {
+        for (access, wave) in accesses.iter().zip(&wave_of).flat_map(|(all, wave)| all.iter().map(move |a| (a, *wave)))
+        {
             if let Resource::Image(image) = access.resource {
                 let (first, last) = spans[image.0 as usize].unwrap_or((wave, wave));
                 spans[image.0 as usize] = Some((first.min(wave), last.max(wave)));
@@ -120,7 +121,11 @@ fn accesses(work: &Work) -> Vec<Access> {
     };
     match work {
         Work::Steps { steps, result } => {
-            steps.iter().flat_map(|step| &step.args).filter_map(|arg| arg.resource()).for_each(|r| note(r, true, false));
+            steps
+                .iter()
+                .flat_map(|step| &step.args)
+                .filter_map(|arg| arg.resource())
+                .for_each(|r| note(r, true, false));
             note(Resource::Image(*result), false, true);
         }
         Work::Tiled(tiling) => {

@@ -61,9 +61,11 @@ fn check_numbers(plan: &Plan, faults: &mut Faults) {
 
 /// Images that the plan mentions beside its passes.
 fn outside(plan: &Plan) -> impl Iterator<Item = Resource> + '_ {
-    let handed = plan.barriers.iter().flat_map(|wave| &wave.hand_overs).flat_map(|hand_over| {
-        hand_over.residents.iter().chain(std::iter::once(&hand_over.image))
-    });
+    let handed = plan
+        .barriers
+        .iter()
+        .flat_map(|wave| &wave.hand_overs)
+        .flat_map(|hand_over| hand_over.residents.iter().chain(std::iter::once(&hand_over.image)));
     let outputs = plan.outputs.iter().map(|output| &output.image);
     let pasts = plan.recording.images.iter().filter_map(|image| match &image.origin {
         Origin::Previous { of, .. } => Some(of),

@@ -56,7 +56,8 @@ fn check_batch(
 }
 
 fn wanted(walk: &Walk<'_>, pass: usize, access: Access) -> Use {
-    let draws = walk.plan.stages[pass] == Stage::Fragment && matches!(walk.plan.recording.passes[pass].work, Work::Steps { .. });
+    let draws = walk.plan.stages[pass] == Stage::Fragment
+        && matches!(walk.plan.recording.passes[pass].work, Work::Steps { .. });
     match (access.writes, access.resource) {
         (false, _) => Use::Read,
         (true, Resource::Buffer(_)) => Use::StorageReadWrite,

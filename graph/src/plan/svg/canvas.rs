@@ -102,7 +102,10 @@ impl Canvas {
     pub(super) fn area(&mut self, points: &[(f64, f64)], fill: &str, edge: &str) {
         let points: Vec<String> = points.iter().map(|(x, y)| format!("{x:.1},{y:.1}")).collect();
         let points = points.join(" ");
-        let _ = writeln!(self.0, "<polygon points=\"{points}\" fill=\"{fill}\" stroke=\"{edge}\" stroke-linejoin=\"round\"/>");
+        let _ = writeln!(
+            self.0,
+            "<polygon points=\"{points}\" fill=\"{fill}\" stroke=\"{edge}\" stroke-linejoin=\"round\"/>"
+        );
     }
 
     pub(super) fn finish(self, width: f64, height: f64) -> String {
@@ -120,9 +123,14 @@ fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
+/// About how wide so many letters of this size are.
+pub(super) fn width_of(letters: usize, size: f64) -> f64 {
+    0.6 * size * letters as f64
+}
+
 /// The text, shortened to what fits into a width at this size of letters.
 pub(super) fn fitting(text: &str, width: f64, size: f64) -> String {
-    let room = (width / (0.56 * size)).max(0.0) as usize;
+    let room = (width / width_of(1, size)).max(0.0) as usize;
     let length = text.chars().count();
     match room {
         _ if length <= room => text.to_owned(),

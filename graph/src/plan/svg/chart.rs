@@ -63,7 +63,14 @@ fn bar(picture: &Picture<'_>, canvas: &mut Canvas, image: usize, place: [f64; 4]
         canvas.text(x + 5.0, middle - 2.0, 10.0, Anchor::Start, Paint::bold(INK), &fitting(name, width - 8.0, 10.0));
         canvas.text(x + 5.0, middle + 10.0, 8.5, Anchor::Start, Paint::plain(INK), &fitting(&text, width - 8.0, 8.5));
     } else if height >= 8.0 {
-        canvas.text(x + 5.0, middle + size * 0.36, size, Anchor::Start, Paint::plain(INK), &fitting(name, width - 8.0, size));
+        canvas.text(
+            x + 5.0,
+            middle + size * 0.36,
+            size,
+            Anchor::Start,
+            Paint::plain(INK),
+            &fitting(name, width - 8.0, size),
+        );
     }
 }
 

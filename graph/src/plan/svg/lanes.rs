@@ -1,6 +1,6 @@
 //! What stands above the memory: passes, barriers, bytes moved, and images with memory of their own.
 
-use super::canvas::{Anchor, Canvas, Paint, fitting};
+use super::canvas::{Anchor, Canvas, Paint, fitting, width_of};
 use super::{BAND, BARRIER, GREY, HAND_OVER, INK, LEFT, LINE, Picture};
 use crate::node::{ImageId, Origin};
 use crate::plan::print::mebibytes;
@@ -19,8 +19,8 @@ fn name_of(picture: &Picture<'_>, pass: usize) -> String {
 /// The room that the slanted names of the passes need.
 pub(super) fn height_of_names(picture: &Picture<'_>) -> f64 {
     let longest = (0..picture.plan.recording.passes.len()).map(|pass| name_of(picture, pass).chars().count()).max();
-    // 0.79 is the sine of the slant, 5.6 the width of a letter.
-    longest.unwrap_or(0) as f64 * 5.6 * 0.79 + 18.0
+    // 0.79 is the sine of the slant.
+    width_of(longest.unwrap_or(0), 10.0) * 0.79 + 18.0
 }
 
 fn heading(canvas: &mut Canvas, y: f64, text: &str) {
@@ -78,7 +78,8 @@ fn number(canvas: &mut Canvas, x: f64, y: f64, number: usize) {
 }
 
 fn transitions_hint(picture: &Picture<'_>, barriers: &WaveBarriers) -> String {
-    let line = |t: &crate::plan::Transition| format!("{}: {} to {}", picture.names.of(t.resource), t.from.name(), t.to.name());
+    let line =
+        |t: &crate::plan::Transition| format!("{}: {} to {}", picture.names.of(t.resource), t.from.name(), t.to.name());
     barriers.transitions.iter().map(line).collect::<Vec<String>>().join("\n")
 }
 
@@ -140,7 +141,9 @@ pub(super) fn kept(picture: &Picture<'_>, canvas: &mut Canvas, y: f64) {
         let text = format!("{name}  {} {}", desc.size, desc.format.name());
         heading(canvas, y + 9.5, picture.plan.origin_text(ImageId(image as u32)));
         canvas.bar([left + 1.5, y, right - left - 3.0, LANE - 3.0], picture.color(name), None, &text);
-        // A short bar has room to its right: nothing else is in its lane.
-        canvas.text(left + 6.0, y + 9.2, 9.0, Anchor::Start, Paint::plain(INK), &fitting(&text, picture.width() - left, 9.0));
+        // Nothing else is in the lane: what is too long for its bar stands beside it.
+        let fits = width_of(text.chars().count(), 9.0) < right - left - 8.0;
+        let x = if fits { left + 6.0 } else { right + 3.0 };
+        canvas.text(x, y + 9.2, 9.0, Anchor::Start, Paint::plain(INK), &fitting(&text, picture.width() - x, 9.0));
     }
 }

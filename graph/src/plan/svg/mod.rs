@@ -10,7 +10,7 @@ use super::names::Names;
 use super::print::{count, mebibytes};
 use super::{Alias, Plan};
 
-const LEFT: f64 = 92.0;
+const LEFT: f64 = 112.0;
 /// Slanted names of the last passes reach so far to the right.
 const RIGHT: f64 = 150.0;
 const TITLE: f64 = 74.0;
@@ -112,7 +112,7 @@ fn heading(picture: &Picture<'_>, canvas: &mut Canvas) {
         Alias::None => "each with its own memory",
     };
     let line = format!(
-        "transient images: {} {how}, {share:.1} % of {} without sharing; lower bound {}; {} moved a frame",
+        "transient images: {} {how}, {share:.1} % of the {} that the nodes describe; lower bound {}; {} moved a frame",
         mebibytes(used),
         mebibytes(memory.unaliased),
         mebibytes(memory.lower_bound),

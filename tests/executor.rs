@@ -1,0 +1,44 @@
+//! The executor as a host meets it: histories, host textures, changes of plan, and nothing left over between frames.
+
+mod changes;
+mod hazards;
+mod histories;
+mod host;
+mod leftovers;
+
+use afterimage_graph::check::{CheckOptions, Graph, NoFiles, check};
+use afterimage_graph::document::parse;
+
+use crate::support::gpu::{Picture, registry};
+
+/// The graph of a text at a tier.
+fn at_tier(text: &str, tier: Option<&str>) -> Graph {
+    let document = parse("test.ron", text).unwrap_or_else(|errors| panic!("{errors:?}"));
+    let options = CheckOptions { tier: tier.map(str::to_owned), sets: Vec::new(), loader: &NoFiles };
+    check(&document, &registry(), &options).unwrap_or_else(|errors| panic!("{errors:?}")).0
+}
+
+/// A picture of one grey.
+fn flat(width: u32, height: u32, light: f32) -> Picture {
+    Picture::new(width, height, |_, _| [light, light, light, 1.0])
+}
+
+/// Light with edges and gradients, all of it different from pixel to pixel.
+fn lively(width: u32, height: u32) -> Picture {
+    Picture::new(width, height, |x, y| {
+        let (u, v) = (x as f32 / width as f32, y as f32 / height as f32);
+        let window = if u > 0.6 && v < 0.5 { 20.0 } else { 1.0 };
+        [0.1 + u * window, 0.2 + v, 0.3 + (u * 40.0).sin().abs() * v * window, 1.0]
+    })
+}
+
+/// The one colour of a picture of one colour.
+fn level(picture: &Picture) -> f32 {
+    let first = picture.at(0, 0);
+    assert!(picture.pixels.iter().all(|pixel| *pixel == first), "the picture is not of one colour");
+    first[0]
+}
+
+fn bits(picture: &Picture) -> Vec<u32> {
+    picture.pixels.as_flattened().iter().map(|x| x.to_bits()).collect()
+}

@@ -1,0 +1,140 @@
+//! What a node made in earlier frames.
+
+use afterimage_gpu::Gpu;
+
+use super::{at_tier, flat, level};
+use crate::support::gpu::{Picture, Run, gpu};
+use crate::support::player::Player;
+
+/// Half of what comes and half of what was.
+const TRAIL: &str = r#"Pipeline(
+    inputs: { "scene": Color },
+    nodes: { "trail": Composite(base: "scene", bloom: "trail@previous", blend: Mix, strength: 0.5, filter: Bilinear) },
+    outputs: { "out": "trail" },
+)"#;
+
+/// The trail with a node behind it.
+const BRIGHTER: &str = r#"Pipeline(
+    inputs: { "scene": Color },
+    nodes: {
+        "trail": Composite(base: "scene", bloom: "trail@previous", blend: Mix, strength: 0.5, filter: Bilinear),
+        "brighter": Exposure(source: "trail", stops: 1.0),
+    },
+    outputs: { "out": "brighter" },
+)"#;
+
+fn load(player: &mut Player, text: &str, scene: &Picture) {
+    let graph = at_tier(text, None);
+    player.load(&Run::new(&graph), &[("scene", scene)]);
+}
+
+fn step(player: &mut Player, scene: &Picture, reset: bool) -> f32 {
+    player.frame(&[("scene", scene)], 0.1, reset);
+    level(&player.output("out"))
+}
+
+#[test]
+fn the_past_of_a_first_frame_is_black_and_then_what_was_made() {
+    let scene = flat(8, 4, 1.0);
+    let mut player = Player::new();
+    load(&mut player, TRAIL, &scene);
+    let levels: Vec<f32> = [false, false, false, true, false].map(|reset| step(&mut player, &scene, reset)).into();
+    assert_eq!(levels, [0.5, 0.75, 0.875, 0.5, 0.75]);
+    player.executor.reset();
+    assert_eq!(step(&mut player, &scene, false), 0.5);
+}
+
+#[test]
+fn a_wire_reaches_back_as_far_as_it_says() {
+    let text = r#"Pipeline(
+        inputs: { "scene": Color },
+        nodes: { "twice": Exposure(source: "scene", stops: 1.0) },
+        outputs: { "now": "twice", "one": "twice@previous", "three": "twice@previous:3" },
+    )"#;
+    let graph = at_tier(text, None);
+    let mut player = Player::new();
+    player.load(&Run::new(&graph), &[("scene", &flat(8, 4, 0.0))]);
+    let frames = (1..=8).map(|frame| {
+        player.frame(&[("scene", &flat(8, 4, frame as f32))], 0.1, frame == 6);
+        ["now", "one", "three"].map(|name| level(&player.output(name)))
+    });
+    let frames: Vec<[f32; 3]> = frames.collect();
+    let then = |frame: f32| 2.0 * frame;
+    let wanted = [
+        [then(1.0), 0.0, 0.0],
+        [then(2.0), then(1.0), 0.0],
+        [then(3.0), then(2.0), 0.0],
+        [then(4.0), then(3.0), then(1.0)],
+        [then(5.0), then(4.0), then(2.0)],
+        [then(6.0), 0.0, 0.0],
+        [then(7.0), then(6.0), 0.0],
+        [then(8.0), then(7.0), 0.0],
+    ];
+    assert_eq!(frames, wanted);
+}
+
+#[test]
+fn another_plan_keeps_a_history_that_is_in_both() {
+    let scene = flat(8, 4, 1.0);
+    let mut player = Player::new();
+    load(&mut player, TRAIL, &scene);
+    [(); 2].map(|()| step(&mut player, &scene, false));
+    load(&mut player, BRIGHTER, &scene);
+    assert_eq!(step(&mut player, &scene, false), 2.0 * 0.875);
+    // Another number of the same node: only its uniform differs.
+    load(&mut player, &BRIGHTER.replace("0.5", "0.25"), &scene);
+    assert_eq!(step(&mut player, &scene, false), 2.0 * (0.75 + 0.25 * 0.875));
+}
+
+#[test]
+fn a_history_of_another_size_begins_anew() {
+    let (small, large) = (flat(8, 4, 1.0), flat(16, 8, 1.0));
+    let mut player = Player::new();
+    for scene in [&small, &large, &small] {
+        load(&mut player, TRAIL, scene);
+        let levels = [(); 2].map(|()| step(&mut player, scene, false));
+        assert_eq!(levels, [0.5, 0.75], "{}x{}", scene.width, scene.height);
+    }
+}
+
+#[test]
+fn the_past_of_a_node_that_is_off_is_black() {
+    let text = r#"Pipeline(
+        inputs: { "scene": Color },
+        nodes: {
+            "twice": Exposure(source: "scene", stops: 1.0),
+            "other": Exposure(source: "scene", stops: 2.0),
+        },
+        outputs: { "now": "other", "past": "twice@previous" },
+        tiers: { "low": { "twice": Off } },
+    )"#;
+    let scene = flat(8, 4, 1.0);
+    let mut player = Player::new();
+    let [high, low] = [None, Some("low")].map(|tier| at_tier(text, tier));
+    for graph in [&high, &low, &low, &high] {
+        player.load(&Run::new(graph), &[("scene", &scene)]);
+        for frame in 0..3 {
+            player.frame(&[("scene", &scene)], 0.1, false);
+            let past = level(&player.output("past"));
+            let runs = graph.node("twice").is_some_and(|(_, node)| !node.off);
+            assert_eq!(past, if runs && frame > 0 { 2.0 } else { 0.0 }, "frame {frame}, running: {runs}");
+        }
+    }
+}
+
+/// A device with nothing beyond what WebGPU promises.
+#[test]
+fn histories_need_no_feature_of_the_device() {
+    let plain = {
+        let gpu = gpu();
+        let descriptor = wgpu::DeviceDescriptor { required_limits: gpu.adapter.limits(), ..Default::default() };
+        let (device, queue) = pollster::block_on(gpu.adapter.request_device(&descriptor)).expect("a plain device");
+        let caps = afterimage_gpu::caps(&gpu.adapter, &device);
+        Gpu { adapter: gpu.adapter.clone(), device, queue, caps }
+    };
+    let mut player = Player::on(plain);
+    let scene = flat(8, 4, 1.0);
+    load(&mut player, TRAIL, &scene);
+    let levels = [false, false, true].map(|reset| step(&mut player, &scene, reset));
+    assert_eq!(levels, [0.5, 0.75, 0.5]);
+}

@@ -1,0 +1,162 @@
+//! The host's own textures, and what it is told when they do not fit.
+
+use afterimage_gpu::{Frame, Gpu, GpuError, Opening};
+use wgpu::{TextureFormat, TextureUsages};
+
+use super::{at_tier, bits, flat, lively};
+use crate::support::gpu::{Picture, Run, shipped};
+use crate::support::player::Player;
+
+const LYNX: &str = "lynx.ron";
+
+/// A texture of the host, and its view.
+fn texture(player: &Player, size: (u32, u32), format: TextureFormat, usage: TextureUsages) -> wgpu::TextureView {
+    let texture = player.gpu.device.create_texture(&wgpu::TextureDescriptor {
+        label: Some("host"),
+        size: wgpu::Extent3d { width: size.0, height: size.1, depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format,
+        usage: usage | TextureUsages::COPY_SRC,
+        view_formats: &[],
+    });
+    texture.create_view(&Default::default())
+}
+
+/// A player with the pipeline loaded, its input, and what it shows in a texture of its own.
+fn reference(scene: &Picture) -> (Player, wgpu::TextureView, Picture) {
+    let graph = shipped(LYNX, None);
+    let mut player = Player::new();
+    player.load(&Run::new(&graph), &[("scene", scene)]);
+    let input = player.upload(scene);
+    player.run(&Frame { inputs: &[("scene", &input)], ..Frame::default() }).expect("the scene renders");
+    let picture = player.output("display");
+    (player, input, picture)
+}
+
+#[test]
+fn an_output_goes_to_the_host_s_own_texture() {
+    let (mut player, input, wanted) = reference(&lively(64, 36));
+    let planned = player.executor.output("display").expect("it is an output").format();
+    for usage in [TextureUsages::STORAGE_BINDING, TextureUsages::RENDER_ATTACHMENT] {
+        let view = texture(&player, (64, 36), planned, usage);
+        let frame = Frame { inputs: &[("scene", &input)], outputs: &[("display", &view)], ..Frame::default() };
+        player.run(&frame).expect("the host's texture fits");
+        let found = player.read(view.texture());
+        let off = found.pixels.as_flattened().iter().zip(wanted.pixels.as_flattened());
+        let off = off.map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+        // Drawn and dispatched kernels may round differently, by a code where the dither tips over.
+        assert!(off <= 1.01 / 255.0, "{usage:?}: {off}");
+        if usage == TextureUsages::STORAGE_BINDING {
+            assert_eq!(bits(&found), bits(&wanted));
+        }
+    }
+}
+
+/// The texels of an 8-bit texture of 64 texels a row, as bytes.
+fn bytes(player: &Player, texture: &wgpu::Texture) -> Vec<u8> {
+    let (width, height) = (texture.width(), texture.height());
+    assert_eq!(width, 64, "rows of buffers are multiples of 256 bytes");
+    let device = &player.gpu.device;
+    let buffer = device.create_buffer(&wgpu::BufferDescriptor {
+        label: None,
+        size: u64::from(4 * width * height),
+        usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
+        mapped_at_creation: false,
+    });
+    let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(4 * width), rows_per_image: None };
+    let mut encoder = device.create_command_encoder(&Default::default());
+    let to = wgpu::TexelCopyBufferInfo { buffer: &buffer, layout };
+    encoder.copy_texture_to_buffer(texture.as_image_copy(), to, texture.size());
+    player.gpu.queue.submit([encoder.finish()]);
+    buffer.slice(..).map_async(wgpu::MapMode::Read, |_| {});
+    device.poll(wgpu::PollType::wait_indefinitely()).expect("the device answers");
+    buffer.slice(..).get_mapped_range().expect("it is mapped").to_vec()
+}
+
+#[test]
+fn a_surface_s_format_is_drawn_to() {
+    let (mut player, input, wanted) = reference(&lively(64, 36));
+    let view = texture(&player, (64, 36), TextureFormat::Bgra8Unorm, TextureUsages::RENDER_ATTACHMENT);
+    let frame = Frame { inputs: &[("scene", &input)], outputs: &[("display", &view)], ..Frame::default() };
+    player.run(&frame).expect("the host's texture can be drawn to");
+    let texels = bytes(&player, view.texture());
+    for (texel, pixel) in texels.chunks_exact(4).zip(&wanted.pixels) {
+        let swapped = [texel[2], texel[1], texel[0]];
+        for (code, value) in swapped.into_iter().zip(pixel) {
+            assert!((f32::from(code) - 255.0 * value).abs() <= 1.01, "{texel:?} {pixel:?}");
+        }
+    }
+}
+
+#[test]
+fn any_number_of_host_textures_may_take_turns() {
+    let (mut player, input, wanted) = reference(&lively(64, 36));
+    let format = player.executor.output("display").expect("it is an output").format();
+    let views: Vec<_> =
+        (0..7).map(|_| texture(&player, (64, 36), format, TextureUsages::STORAGE_BINDING)).collect();
+    for view in views.iter().chain(&views) {
+        let frame = Frame { inputs: &[("scene", &input)], outputs: &[("display", view)], ..Frame::default() };
+        player.run(&frame).expect("the host's texture fits");
+        assert_eq!(bits(&player.read(view.texture())), bits(&wanted));
+    }
+    // Another input, after many frames with the first.
+    let dark = player.upload(&flat(64, 36, 0.0));
+    let frame = Frame { inputs: &[("scene", &dark)], outputs: &[("display", &views[0])], ..Frame::default() };
+    player.run(&frame).expect("the host's texture fits");
+    assert!(player.read(views[0].texture()).pixels.iter().all(|pixel| pixel[..3] == [0.0; 3]));
+}
+
+fn said(result: Result<(), GpuError>) -> String {
+    result.expect_err("it does not fit").to_string()
+}
+
+#[test]
+fn what_does_not_fit_is_told_and_harms_nothing() {
+    let (mut player, input, wanted) = reference(&lively(64, 36));
+    let small = player.upload(&flat(32, 36, 1.0));
+    let halves = texture(&player, (64, 36), TextureFormat::Rgba16Float, TextureUsages::TEXTURE_BINDING);
+    let narrow = texture(&player, (64, 35), TextureFormat::Rgba16Float, TextureUsages::STORAGE_BINDING);
+    let none = Frame::default();
+    assert_eq!(said(player.run(&none)), "no image was given for input `scene`");
+    let wrong = said(player.run(&Frame { inputs: &[("scene", &small)], ..none }));
+    assert_eq!(wrong, "the image given for `scene` is 32x36 Rgba32Float, but the plan was made for 64x36 Rgba32Float");
+    let wrong = said(player.run(&Frame { inputs: &[("scene", &halves)], ..none }));
+    assert_eq!(wrong, "the image given for `scene` is 64x36 Rgba16Float, but the plan was made for 64x36 Rgba32Float");
+    let wrong = said(player.run(&Frame { inputs: &[("scene", &input)], outputs: &[("display", &narrow)], ..none }));
+    assert!(wrong.starts_with("the image given for `display` is 64x35 Rgba16Float"), "{wrong}");
+    player.run(&Frame { inputs: &[("scene", &input)], ..none }).expect("the right input still works");
+    assert_eq!(bits(&player.output("display")), bits(&wanted));
+    player.renew();
+    assert_eq!(said(player.run(&none)), "no plan is loaded");
+}
+
+/// A whole kernel stores its result and cannot draw it.
+#[test]
+fn a_texture_that_no_pass_can_write_is_told() {
+    let text = r#"Pipeline(
+        inputs: { "scene": Exposed },
+        nodes: { "around": LogGaussian(source: "scene", width: 64, height: 32) },
+        outputs: { "around": "around" },
+    )"#;
+    let graph = at_tier(text, None);
+    let mut player = Player::new();
+    let scene = lively(64, 36);
+    player.load(&Run::new(&graph), &[("scene", &scene)]);
+    let input = player.upload(&scene);
+    let view = texture(&player, (64, 32), TextureFormat::Bgra8Unorm, TextureUsages::RENDER_ATTACHMENT);
+    let frame = Frame { inputs: &[("scene", &input)], outputs: &[("around", &view)], ..Frame::default() };
+    let wrong = said(player.run(&frame));
+    assert!(wrong.starts_with("the image given for `around` is 64x32 Bgra8Unorm"), "{wrong}");
+}
+
+#[test]
+fn an_adapter_that_is_not_there_is_told_with_those_that_are() {
+    let opening = Opening { adapter: Some("voodoo 2".into()), validation: false };
+    let Err(error) = Gpu::open(&opening) else { panic!("there is no such adapter") };
+    let name = crate::support::gpu::gpu().name();
+    let text = error.to_string();
+    assert!(text.starts_with("no graphics adapter called `voodoo 2`: there are "), "{text}");
+    assert!(text.contains(&name), "{text} does not name {name}");
+}

@@ -1,0 +1,88 @@
+//! What memory held before a frame must not be seen in it.
+
+use std::sync::Arc;
+
+use afterimage_graph::node::{Arg, ImageId, Origin, Step, Work};
+use afterimage_graph::plan::{Alias, Plan, Tiles};
+use afterimage_graph::shader::Shader;
+
+use super::{bits, lively};
+use crate::support::gpu::{Picture, Run, shipped};
+use crate::support::player::Player;
+
+static POISON: Shader = Shader::new(
+    "poison.wgsl",
+    "fn poison(at: Point) -> vec4f { return vec4f(bitcast<f32>(0x7fc00000u + u32(at.pixel.x & 1))); }",
+);
+
+/// The same images and passes, but every pass that writes one image fills it with NaN.
+fn poisoned(plan: &Plan) -> (Plan, usize) {
+    let mut plan = plan.clone();
+    let mut filled = 0;
+    for pass in &mut plan.recording.passes {
+        let result = match &pass.work {
+            Work::Steps { result, .. } => *result,
+            Work::Tiled(_) | Work::Entry(_) => continue,
+        };
+        let step = Step {
+            node: "poison".into(),
+            shader: &POISON,
+            function: "poison",
+            args: vec![Arg::Point],
+            uniform: Vec::new(),
+            reach: None,
+        };
+        pass.work = Work::Steps { steps: vec![step], result };
+        filled += 1;
+    }
+    (plan, filled)
+}
+
+fn transients(plan: &Plan) -> usize {
+    let made = |index: &usize| plan.recording.image(ImageId(*index as u32)).origin == Origin::Transient;
+    (0..plan.recording.images.len()).filter(made).count()
+}
+
+/// In a texture of its own each image finds what the plan before has left in it.
+#[test]
+fn images_full_of_nan_before_a_frame_are_not_seen_in_it() {
+    let scene = lively(96, 54);
+    for name in ["tsushima.ron", "lynx.ron", "caracal.ron", "glare.ron"] {
+        let graph = shipped(name, None);
+        let mut run = Run::new(&graph);
+        run.options.alias = Alias::None;
+        run.options.tile = Tiles::Never;
+        let mut player = Player::new();
+        let inputs = [("scene", &scene)];
+        let plan = player.load(&run, &inputs);
+        player.frame(&inputs, 0.0, true);
+        let clean = player.output("display");
+        player.renew();
+        let (poison, filled) = poisoned(&plan);
+        assert!(2 * filled > transients(&plan), "{name}: only {filled} images are poisoned");
+        player.executor.load(Arc::new(poison)).unwrap_or_else(|error| panic!("{name}: {error}"));
+        player.frame(&inputs, 0.0, true);
+        player.executor.load(plan).unwrap_or_else(|error| panic!("{name}: {error}"));
+        player.frame(&inputs, 0.0, true);
+        assert_eq!(bits(&player.output("display")), bits(&clean), "{name}");
+    }
+}
+
+/// In shared memory each image finds what another one has left in this frame or the one before.
+#[test]
+fn a_frame_does_not_see_the_one_before() {
+    let (bright, dim) = (lively(96, 54), super::flat(96, 54, 0.01));
+    for name in ["tsushima.ron", "lynx.ron", "caracal.ron", "glare.ron", "exposure.ron", "grade.ron"] {
+        let graph = shipped(name, None);
+        let mut player = Player::new();
+        let mut show = |scenes: &[&Picture]| {
+            player.renew();
+            player.load(&Run::new(&graph), &[("scene", &dim)]);
+            for scene in scenes {
+                player.frame(&[("scene", scene)], 0.0, true);
+            }
+            bits(&player.output("display"))
+        };
+        assert_eq!(show(&[&bright, &dim]), show(&[&dim]), "{name}");
+    }
+}
