@@ -55,6 +55,7 @@ fn number(value: &Value) -> f64 {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn every_figure_is_there_and_agrees_with_the_others() {
     let folder = Folder::new("figures");
     let figures = folder.figures("lynx", SMALL, &[]);
@@ -75,6 +76,7 @@ fn every_figure_is_there_and_agrees_with_the_others() {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn the_hand_written_chain_looks_like_ours_and_stands_beside_no_other_pipeline() {
     let folder = Folder::new("peer");
     let peer = folder.figures("lynx", "320x180", &[])["peer"].clone();
@@ -88,6 +90,7 @@ fn the_hand_written_chain_looks_like_ours_and_stands_beside_no_other_pipeline() 
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_calibration_is_remembered() {
     let folder = Folder::new("calibrate");
     let output = folder.bench(&["--calibrate", "--frames", "1"]);
@@ -101,6 +104,7 @@ fn a_calibration_is_remembered() {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_damaged_store_of_pipelines_is_replaced() {
     let folder = Folder::new("pipelines");
     folder.figures("lynx", SMALL, &[]);
@@ -113,6 +117,7 @@ fn a_damaged_store_of_pipelines_is_replaced() {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_pipeline_must_be_named() {
     let folder = Folder::new("nothing");
     let output = folder.bench(&[]);

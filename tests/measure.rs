@@ -88,6 +88,7 @@ fn number(row: &Value, name: &str) -> f64 {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn every_variant_stands_beside_the_truth() {
     let folder = Folder::new("variants");
     folder.picture("in.exr", 0);
@@ -123,6 +124,7 @@ fn every_variant_stands_beside_the_truth() {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn each_switch_is_turned_on_its_own() {
     let folder = Folder::new("switches");
     folder.picture("in.exr", 0);
@@ -154,6 +156,7 @@ fn each_switch_is_turned_on_its_own() {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn sequences_show_what_flickers() {
     let folder = Folder::new("sequence");
     (0..3).for_each(|frame| folder.picture(&format!("in.{frame:04}.exr"), frame));
@@ -174,6 +177,7 @@ fn sequences_show_what_flickers() {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn reports_are_written_in_every_format() {
     let folder = Folder::new("formats");
     folder.picture("a.exr", 0);
@@ -215,6 +219,7 @@ fn reports_are_written_in_every_format() {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn what_is_no_picture_cannot_be_judged() {
     let folder = Folder::new("depth");
     let text = r#"Pipeline(inputs: {}, nodes: { "scene": DemoScene() }, outputs: { "depth": "scene.depth", "light": "scene" })"#;
@@ -253,6 +258,7 @@ fn tune(folder: &Folder, more: &[&str]) -> bool {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn tuning_writes_a_tier_that_keeps_its_promise() {
     let folder = Folder::new("tune");
     folder.picture("in.exr", 0);
@@ -267,6 +273,7 @@ fn tuning_writes_a_tier_that_keeps_its_promise() {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_search_goes_on_where_it_was_interrupted() {
     let folder = Folder::new("resume");
     folder.picture("in.exr", 0);
@@ -290,6 +297,7 @@ fn a_search_goes_on_where_it_was_interrupted() {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn figures_of_another_problem_are_refused() {
     let folder = Folder::new("state");
     folder.picture("in.exr", 0);

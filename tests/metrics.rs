@@ -15,7 +15,7 @@ const HEIGHT: usize = 48;
 /// 8-bit codes of the truth and of a picture with noise and a pattern of brighter squares.
 fn codes(x: usize, y: usize, channel: usize) -> [i64; 2] {
     let mixed = (x as u64 * 73856093) ^ (y as u64 * 19349663) ^ (channel as u64 * 83492791);
-    let hash = (mixed * 2654435761 & 0xffff_ffff) as i64;
+    let hash = ((mixed * 2654435761) & 0xffff_ffff) as i64;
     let first = (x * 3 + y * 2 + channel * 40) as i64 % 200 + (hash >> 24) % 40;
     let square = if (x / 8 + y / 8) % 2 == 1 { 10 } else { 0 };
     [first, (first + (hash >> 16 & 15) - 8 + square).clamp(0, 255)]

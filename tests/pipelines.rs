@@ -43,6 +43,7 @@ fn worst(a: &[Picture], b: &[Picture]) -> f32 {
 const ONE_CODE: f32 = 1.0 / 255.0;
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn each_renders_a_picture_without_a_word_from_the_layer() {
     assert!(layer::is_installed(), "the validation layer is missing: apt-get install vulkan-validationlayers");
     let scene = scene(192, 108);
@@ -59,6 +60,7 @@ fn each_renders_a_picture_without_a_word_from_the_layer() {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn every_way_to_run_a_pipeline_makes_the_same_picture() {
     let scene = scene(160, 90);
     layer::said();
@@ -88,6 +90,7 @@ fn every_way_to_run_a_pipeline_makes_the_same_picture() {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn every_plan_is_proved_and_planned_alike_twice() {
     let picture = Picture::new(1, 1, |_, _| [0.0; 4]);
     for name in files() {
@@ -106,6 +109,7 @@ fn every_plan_is_proved_and_planned_alike_twice() {
 
 /// A second Vulkan, with small limits: four bind groups, 256 invocations, no half-precision arithmetic.
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 #[cfg(not(no_swiftshader))]
 fn small_limits_make_the_same_pictures() {
     let folder = std::env::temp_dir().join(format!("afterimage-swiftshader-{}", std::process::id()));

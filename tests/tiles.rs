@@ -47,6 +47,7 @@ fn both(text: &str, size: (u32, u32), exact: bool) -> (Picture, Picture, usize) 
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_bloom_in_tiles_is_the_bloom_pass_by_pass() {
     for size in [(64, 64), (256, 128), (641, 359), (33, 7), (5, 3), (2, 3), (1, 1), (1, 40)] {
         let (apart, joined, passes) = both(BLOOM, size, true);
@@ -57,6 +58,7 @@ fn a_bloom_in_tiles_is_the_bloom_pass_by_pass() {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn half_floats_in_tiles_round_like_half_floats_in_memory() {
     for size in [(256, 256), (641, 359)] {
         let (apart, joined, _) = both(BLOOM, size, false);

@@ -21,7 +21,7 @@ impl GaussianWeights {
         }
         let radius = (reach * sigma).ceil() as u32;
         let falloff = -std::f64::consts::LOG2_E / (2.0 * f64::from(sigma).powi(2));
-        let side: f64 = (1..=radius).map(|i| (falloff * f64::from(i * i)).exp2()).sum();
+        let side: f64 = (1..=radius).map(|i| (falloff * f64::from(i).powi(2)).exp2()).sum();
         Some(Self { radius, falloff, scale: 1.0 / (1.0 + 2.0 * side) })
     }
 }

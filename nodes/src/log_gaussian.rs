@@ -31,10 +31,11 @@ const REACH: f32 = 3.0;
 const GROUP: u32 = 16;
 
 impl LogGaussian {
-    /// The sigmas along x and y in texels of the small image, whose texels need not be square in the picture.
+    /// The sigmas along x and y in texels of the small image, whose texels need not be square in the picture. No blur need be wider than
+    /// the image: in a picture of two rows and thousands of columns the circle would be thousands of rows high.
     fn sigmas(&self, picture: Size) -> [f32; 2] {
-        let across = self.sigma * self.width as f32;
-        [across, self.sigma * self.height as f32 * picture.aspect() as f32]
+        let (width, height) = (self.width as f32, self.height as f32);
+        [self.sigma * width, (self.sigma * height * picture.aspect() as f32).min(height)]
     }
 
     fn average(&self, pass: &mut Recorder<'_>, picture: ImageId, result: ImageId) {

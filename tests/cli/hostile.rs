@@ -20,6 +20,7 @@ fn unknown(what: &str) -> String {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn every_broken_image_has_its_words() {
     let folder = Folder::new("hostile");
     let table: Vec<(&str, Vec<u8>, String)> = vec![
@@ -67,6 +68,7 @@ fn every_broken_image_has_its_words() {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn an_image_larger_than_the_device_names_the_limit() {
     let folder = Folder::new("large");
     let width = 65_000;

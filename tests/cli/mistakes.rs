@@ -12,6 +12,7 @@ fn folder(test: &str) -> Folder {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn slips_are_told_with_a_hint() {
     let folder = folder("slips");
     folder.with("notes.txt", b"room.exr is the good one");
@@ -71,6 +72,7 @@ fn slips_are_told_with_a_hint() {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn facts_tiers_and_parameters_are_checked() {
     let folder = folder("facts");
     folder.run("render {caracal} room.exr -o out.png --fact emisive=false").fails_saying(1, &["emisive", "`emissive`"]);
@@ -84,6 +86,7 @@ fn facts_tiers_and_parameters_are_checked() {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn an_unknown_adapter_is_told_with_those_there_are() {
     let folder = folder("adapter");
     let told = folder.run("render {glare} room.exr -o out.png --adapter Voodoo2");
@@ -91,6 +94,7 @@ fn an_unknown_adapter_is_told_with_those_there_are() {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 #[cfg(target_os = "linux")]
 fn no_adapter_is_the_machines_fault_and_names_the_package() {
     let folder = folder("no-adapter");
@@ -102,6 +106,7 @@ fn no_adapter_is_the_machines_fault_and_names_the_package() {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 #[cfg(target_os = "linux")]
 fn a_full_disk_is_the_machines_fault() {
     let folder = folder("full");
@@ -111,6 +116,7 @@ fn a_full_disk_is_the_machines_fault() {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_failure_leaves_the_old_picture_alone() {
     let folder = folder("old");
     folder.with("out.png", b"the picture of yesterday");
@@ -123,6 +129,7 @@ fn a_failure_leaves_the_old_picture_alone() {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_reader_that_goes_away_is_no_failure() {
     let folder = Folder::new("pipe");
     for line in ["nodes", "plan {tsushima} --format json", "plan {tsushima} --format svg"] {
@@ -137,6 +144,7 @@ fn a_reader_that_goes_away_is_no_failure() {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_broken_pipeline_is_told_at_its_place() {
     let folder = folder("pipeline");
     folder.with("bad.ron", b"Pipeline(\n    inputs: { \"scene\": Color },\n    nodes: { \"a\": Blurr(source: \"scene\") },\n    outputs: { \"display\": \"a\" },\n)");

@@ -19,6 +19,7 @@ fn png(path: &std::path::Path) -> (u32, u32, Vec<[u8; 3]>) {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn demo_writes_the_scene_every_pipeline_and_a_sheet() {
     let folder = Folder::new("demo");
     let said = folder.run("demo --size 64x36 --out made").good();
@@ -39,6 +40,7 @@ fn demo_writes_the_scene_every_pipeline_and_a_sheet() {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn an_exr_becomes_a_png() {
     let folder = Folder::new("png");
     save(&folder.file("room.exr"), &room(61, 33));
@@ -54,6 +56,7 @@ fn an_exr_becomes_a_png() {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_linear_output_becomes_an_exr_and_can_be_read_again() {
     let folder = Folder::new("exr");
     save(&folder.file("room.exr"), &room(20, 10));
@@ -76,6 +79,7 @@ fn floats(folder: &Folder, name: &str) -> Vec<f32> {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn drawing_and_dispatching_give_the_same_picture() {
     let folder = Folder::new("stages");
     save(&folder.file("room.exr"), &room(61, 33));
@@ -88,6 +92,7 @@ fn drawing_and_dispatching_give_the_same_picture() {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn nothing_but_nan_gives_a_black_picture() {
     let folder = Folder::new("nan");
     let mut picture = room(16, 16);
@@ -98,6 +103,7 @@ fn nothing_but_nan_gives_a_black_picture() {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_pipeline_without_inputs_renders_at_any_size() {
     let folder = Folder::new("source");
     let text = "Pipeline(inputs: {}, nodes: { \"scene\": DemoScene() }, outputs: { \"scene\": \"scene\", \"depth\": \"scene.depth\" })";

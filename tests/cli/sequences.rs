@@ -28,6 +28,7 @@ fn first_number(folder: &Folder, name: &str) -> f32 {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn every_frame_is_rendered_and_none_is_mixed_up() {
     let folder = shot("all", &[1, 2, 3, 4]);
     folder.run("render four.ron shot.####.exr -o out.####.exr").good();
@@ -39,6 +40,7 @@ fn every_frame_is_rendered_and_none_is_mixed_up() {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_range_takes_some_frames() {
     let folder = shot("range", &[1, 2, 3, 4]);
     folder.run("render four.ron shot.%04d.exr -o out.##.exr --frames 1-4x2").good();
@@ -48,6 +50,7 @@ fn a_range_takes_some_frames() {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn what_is_wrong_with_a_sequence_is_said_before_anything_is_rendered() {
     let folder = shot("gap", &[1, 2, 4]);
     let gap =
@@ -83,6 +86,7 @@ fn what_is_wrong_with_a_sequence_is_said_before_anything_is_rendered() {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn frames_before_a_broken_one_are_whole() {
     let folder = shot("broken", &[1, 2, 3]);
     folder.with("shot.0003.exr", b"");

@@ -4,24 +4,37 @@ use std::sync::Arc;
 
 use afterimage_graph::plan::{Tiles, check_plan};
 
-use super::lively;
-use crate::support::gpu::{Run, shipped};
+use super::{at_tier, lively};
+use crate::support::gpu::Run;
 use crate::support::layer;
 use crate::support::player::Player;
 
+/// Two blurs that have nothing to do with each other: what is between the passes of one lies where that of the other has lain.
+const TWO_BLURS: &str = r#"Pipeline(
+    inputs: { "scene": Color },
+    nodes: {
+        "narrow": Gaussian(source: "scene", kernel: Sigma, sigma: 2.0),
+        "wide": Gaussian(source: "scene", kernel: Sigma, sigma: 5.0),
+    },
+    outputs: { "narrow": "narrow", "wide": "wide" },
+)"#;
+
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn memory_that_changes_hands_untouched_is_seen_by_the_checker_and_by_the_layer() {
     assert!(layer::is_installed(), "the validation layer is missing: apt-get install vulkan-validationlayers");
-    let graph = shipped("tsushima.ron", None);
+    let graph = at_tier(TWO_BLURS, None);
     let scene = lively(256, 144);
     let mut player = Player::new();
     let mut run = Run::new(&graph);
     run.options.tile = Tiles::Never;
+    run.options.serial = true;
     let plan = player.load(&run, &[("scene", &scene)]);
     check_plan(&plan).expect("the plan is good");
+    assert!(plan.barriers.iter().any(|barriers| !barriers.hand_overs.is_empty()), "memory changes hands");
     layer::said();
     player.frame(&[("scene", &scene)], 0.0, true);
-    player.output("display");
+    player.output("wide");
     assert_eq!(layer::said(), Vec::<String>::new());
 
     let mut broken = (*plan).clone();
@@ -31,7 +44,7 @@ fn memory_that_changes_hands_untouched_is_seen_by_the_checker_and_by_the_layer()
     player.renew();
     player.executor.load(Arc::new(broken)).expect("the executor runs what it is given");
     player.frame(&[("scene", &scene)], 0.0, true);
-    player.output("display");
+    player.output("wide");
     let said = layer::said();
     assert!(said.iter().any(|line| line.contains("SYNC-HAZARD")), "the layer has nothing to say: {said:?}");
 }

@@ -34,6 +34,7 @@ fn step(player: &mut Player, scene: &Picture, reset: bool) -> f32 {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn the_past_of_a_first_frame_is_black_and_then_what_was_made() {
     let scene = flat(8, 4, 1.0);
     let mut player = Player::new();
@@ -45,6 +46,7 @@ fn the_past_of_a_first_frame_is_black_and_then_what_was_made() {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_wire_reaches_back_as_far_as_it_says() {
     let text = r#"Pipeline(
         inputs: { "scene": Color },
@@ -74,11 +76,12 @@ fn a_wire_reaches_back_as_far_as_it_says() {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn another_plan_keeps_a_history_that_is_in_both() {
     let scene = flat(8, 4, 1.0);
     let mut player = Player::new();
     load(&mut player, TRAIL, &scene);
-    [(); 2].map(|()| step(&mut player, &scene, false));
+    assert_eq!([(); 2].map(|()| step(&mut player, &scene, false)), [0.5, 0.75]);
     load(&mut player, BRIGHTER, &scene);
     assert_eq!(step(&mut player, &scene, false), 2.0 * 0.875);
     // Another number of the same node: only its uniform differs.
@@ -87,6 +90,7 @@ fn another_plan_keeps_a_history_that_is_in_both() {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_history_of_another_size_begins_anew() {
     let (small, large) = (flat(8, 4, 1.0), flat(16, 8, 1.0));
     let mut player = Player::new();
@@ -98,6 +102,7 @@ fn a_history_of_another_size_begins_anew() {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn the_past_of_a_node_that_is_off_is_black() {
     let text = r#"Pipeline(
         inputs: { "scene": Color },
@@ -124,6 +129,7 @@ fn the_past_of_a_node_that_is_off_is_black() {
 
 /// A device with nothing beyond what WebGPU promises.
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn histories_need_no_feature_of_the_device() {
     let plain = {
         let gpu = gpu();

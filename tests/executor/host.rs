@@ -36,6 +36,7 @@ fn reference(scene: &Picture) -> (Player, wgpu::TextureView, Picture) {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn an_output_goes_to_the_host_s_own_texture() {
     let (mut player, input, wanted) = reference(&lively(64, 36));
     let planned = player.executor.output("display").expect("it is an output").format();
@@ -76,6 +77,7 @@ fn bytes(player: &Player, texture: &wgpu::Texture) -> Vec<u8> {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_surface_s_format_is_drawn_to() {
     let (mut player, input, wanted) = reference(&lively(64, 36));
     let view = texture(&player, (64, 36), TextureFormat::Bgra8Unorm, TextureUsages::RENDER_ATTACHMENT);
@@ -91,6 +93,7 @@ fn a_surface_s_format_is_drawn_to() {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn any_number_of_host_textures_may_take_turns() {
     let (mut player, input, wanted) = reference(&lively(64, 36));
     let format = player.executor.output("display").expect("it is an output").format();
@@ -113,6 +116,7 @@ fn said(result: Result<(), GpuError>) -> String {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn what_does_not_fit_is_told_and_harms_nothing() {
     let (mut player, input, wanted) = reference(&lively(64, 36));
     let small = player.upload(&flat(32, 36, 1.0));
@@ -134,6 +138,7 @@ fn what_does_not_fit_is_told_and_harms_nothing() {
 
 /// A whole kernel stores its result and cannot draw it.
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_texture_that_no_pass_can_write_is_told() {
     let text = r#"Pipeline(
         inputs: { "scene": Exposed },
@@ -152,6 +157,7 @@ fn a_texture_that_no_pass_can_write_is_told() {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn an_adapter_that_is_not_there_is_told_with_those_that_are() {
     let opening = Opening { adapter: Some("voodoo 2".into()), validation: false };
     let Err(error) = Gpu::open(&opening) else { panic!("there is no such adapter") };

@@ -120,8 +120,10 @@ fn scaled(weight: impl Fn([f64; 4]) -> f64) -> impl Fn(&Image) -> Image {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn extract_weighs_as_its_twin() {
-    let brightness: [(&str, fn([f64; 3]) -> f64); 2] = [("Max", largest), ("Luminance", luminance)];
+    type Brightness = fn([f64; 3]) -> f64;
+    let brightness: [(&str, Brightness); 2] = [("Max", largest), ("Luminance", luminance)];
     for (name, of) in brightness {
         let text = |method| {
             format!(
@@ -138,6 +140,7 @@ fn extract_weighs_as_its_twin() {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn extract_takes_emission_from_alpha() {
     let nodes = r#""result": Extract(source: "scene", method: Emissive, threshold: 0.5, intensity: 2.0)"#;
     check(nodes, WHOLE, |image| {
@@ -149,6 +152,7 @@ fn extract_takes_emission_from_alpha() {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_gate_without_edges_lets_all_but_black_pass() {
     let scene = Picture::new(2, 1, |x, _| [x as f32 * 1e-3, 0.0, 0.0, 1.0]);
     let nodes = r#""result": Extract(source: "scene", method: Gate, threshold: 0.0, knee: 0.0)"#;
@@ -157,6 +161,7 @@ fn a_gate_without_edges_lets_all_but_black_pass() {
 
 /// The deck's clamp is the exponential curve and then a gate: the vectors `glare_extract` of the formula book.
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn the_clamp_after_the_exponential_curve_is_the_deck_s() {
     let scene = Picture::new(6, 1, |x, _| {
         [[0.0; 3], [1.0; 3], [2.0; 3], [3.0; 3], [10.0; 3], [5.0, 0.2, 0.1]].map(|[r, g, b]| [r, g, b, 1.0])[x as usize]
@@ -189,6 +194,7 @@ fn coarsest(image: &Image, asked: usize, filter: Down, firefly: Firefly) -> Imag
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn downsample_filters_as_its_twin() {
     for (name, filter) in FILTERS {
         for count in [1, 3] {
@@ -200,6 +206,7 @@ fn downsample_filters_as_its_twin() {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn downsample_tames_fireflies_as_its_twin() {
     for (name, filter) in FILTERS {
         for (how, firefly) in [("Groups", Firefly::Groups), ("Taps", Firefly::Taps)] {
@@ -220,6 +227,7 @@ fn downsample_tames_fireflies_as_its_twin() {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn upsample_joins_levels_as_its_twin() {
     let nodes = |rest: &str| {
         format!(
@@ -239,6 +247,7 @@ fn upsample_joins_levels_as_its_twin() {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn levels_that_are_not_normalised_are_summed() {
     let nodes = r#"
         "mips": Downsample(source: "scene", levels: 3, filter: Tap4),
@@ -254,6 +263,7 @@ fn blurred(half: &[f64]) -> impl Fn(&Image) -> Image {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn gaussian_blurs_as_its_twin() {
     let nodes = |rest: &str| format!(r#""result": Gaussian(source: "scene", {rest})"#);
     for (taps, tolerance) in [("Exact", WHOLE), ("Linear", SAMPLED)] {
@@ -273,6 +283,7 @@ fn printed(half: &[f64]) -> Vec<f64> {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn the_deck_s_33_taps_are_those_it_prints() {
     let deck = printed(&[
         0.113597, 0.109084, 0.096593, 0.07887, 0.059384, 0.04123, 0.026396, 0.015583, 0.008483, 0.004258, 0.001971,
@@ -289,6 +300,7 @@ fn the_deck_s_33_taps_are_those_it_prints() {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn the_widest_blur_is_still_a_gaussian() {
     let half = gaussian::taps(64.0, 256);
     let scene = picture([64, 64], false);
@@ -297,6 +309,7 @@ fn the_widest_blur_is_still_a_gaussian() {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_pyramid_is_blurred_level_by_level() {
     let nodes = r#"
         "mips": Downsample(source: "scene", levels: 3, filter: Tap4),
@@ -310,6 +323,7 @@ fn a_pyramid_is_blurred_level_by_level() {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn composite_lays_light_over_the_picture_as_its_twin() {
     for ([width, height], spikes) in SIZES.into_iter().flat_map(|size| [(size, false), (size, true)]) {
         let scene = picture([width, height], spikes);
@@ -336,6 +350,7 @@ fn composite_lays_light_over_the_picture_as_its_twin() {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn the_brightest_lights_stay_within_half_range() {
     let scene = Picture::new(9, 7, |_, _| [BRIGHTEST as f32, BRIGHTEST as f32, 0.0, 1.0]);
     let nodes = r#"
@@ -347,6 +362,7 @@ fn the_brightest_lights_stay_within_half_range() {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn nan_and_infinity_of_a_picture_do_not_spread() {
     let mut scene = picture([37, 21], false);
     scene.pixels[37 * 10 + 18] = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, f32::NAN];
@@ -360,6 +376,7 @@ fn nan_and_infinity_of_a_picture_do_not_spread() {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn bloom_is_the_same_drawn_and_dispatched() {
     let nodes = r#"
         "bright": Extract(source: "scene", method: Gate),
@@ -384,6 +401,7 @@ fn left_out(nodes: &str) -> (Vec<String>, usize) {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn what_changes_nothing_is_left_out_with_all_that_feeds_it() {
     let chain = |strength: &str| {
         format!(
@@ -405,6 +423,7 @@ fn what_changes_nothing_is_left_out_with_all_that_feeds_it() {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn one_level_is_not_joined_with_any() {
     let nodes = |levels: u32, spread: f32| {
         format!(

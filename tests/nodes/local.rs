@@ -32,6 +32,7 @@ fn cell(shown: &Picture, scene: &Picture, index: usize) -> [f64; 2] {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_grid_is_built_like_its_twin() {
     for (width, height) in SIZES {
         let scene = scene(width, height);
@@ -61,6 +62,7 @@ fn a_grid_is_built_like_its_twin() {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_grid_is_blurred_like_its_twin() {
     let scene = scene(641, 359);
     for (method, splat) in METHODS {
@@ -84,6 +86,7 @@ fn a_grid_is_blurred_like_its_twin() {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_grid_may_be_coarse_and_blurred_along_one_axis() {
     let scene = scene(37, 23);
     let nodes = "\"exposed\": Exposure(source: \"scene\"), \
@@ -109,6 +112,7 @@ fn wide(scene: &Picture) -> Image {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn the_wide_gaussian_is_its_twin() {
     for (width, height) in SIZES {
         let scene = scene(width, height);
@@ -144,6 +148,7 @@ fn apart(found: &Picture, wanted: &Image) -> [f64; 2] {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn local_tone_mapping_is_its_twin() {
     for (width, height) in SIZES {
         let scene = scene(width, height);
@@ -158,6 +163,7 @@ fn local_tone_mapping_is_its_twin() {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn the_cheaper_splat_stays_near_the_exact_one() {
     let scene = scene(641, 359);
     let trilinear = mapped("").replace("GridBuild(", "GridBuild(method: Trilinear, ");
@@ -168,6 +174,7 @@ fn the_cheaper_splat_stays_near_the_exact_one() {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn half_floats_between_the_nodes_cost_little() {
     let scene = scene(641, 359);
     let graph = pipeline("", &mapped(""));
@@ -179,6 +186,7 @@ fn half_floats_between_the_nodes_cost_little() {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn neutral_local_tone_mapping_gives_the_picture_back() {
     let scene = scene(64, 36);
     let shown = shown(&mapped("contrast: 1.0, detail: 1.0"), &scene);
@@ -188,6 +196,7 @@ fn neutral_local_tone_mapping_gives_the_picture_back() {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn two_runs_have_the_same_bits() {
     let scene = scene(641, 359);
     let graph = pipeline("", &mapped("share: 1.0"));
@@ -216,6 +225,7 @@ fn halo(picture: &Picture) -> f64 {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_window_has_no_halo_but_the_gaussian_s() {
     let room = room(320, 180);
     let halo = |share: f64| halo(&shown(&mapped(&format!("share: {share}")), &room));
@@ -225,6 +235,7 @@ fn a_window_has_no_halo_but_the_gaussian_s() {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn detail_survives_in_room_and_window() {
     let picture = shown(&mapped("contrast: 0.3"), &room(320, 180));
     for x in [40, 280] {
@@ -234,6 +245,7 @@ fn detail_survives_in_room_and_window() {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_smooth_gradient_stays_smooth() {
     let ramp = Picture::new(512, 64, |x, _| {
         let light = f32::exp2(-8.0 + 12.0 * x as f32 / 511.0);
@@ -264,6 +276,7 @@ fn assert_colours(found: &Picture, wanted: &Image, what: &str) {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn night_vision_is_its_twin() {
     for (width, height) in SIZES {
         let scene = scene(width, height);
@@ -279,6 +292,7 @@ fn night_vision_is_its_twin() {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_metered_night_is_the_night_that_the_meter_reads() {
     let bins = Bins { count: 256, low: -16.0, high: 10.0, black: 0.0 };
     for light in [0.0002_f32, 0.02, 0.2, 0.5, 3.0] {

@@ -47,6 +47,7 @@ fn picked(image: &Image, step: usize) -> Image {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_histogram_is_its_twin_at_every_size_and_step() {
     for (width, height) in SIZES {
         let scene = scene(width, height);
@@ -63,6 +64,7 @@ fn a_histogram_is_its_twin_at_every_size_and_step() {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_histogram_has_the_bins_and_the_range_it_is_told() {
     let scene = scene(97, 53);
     let text = "\"h\": Histogram(source: \"scene\", bins: 64, lo: -6.0, hi: 4.0, black: 0.0), \"seen\": ProbeTable(table: \"h\")";
@@ -74,6 +76,7 @@ fn a_histogram_has_the_bins_and_the_range_it_is_told() {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn an_albedo_meters_light_and_not_paint() {
     let painted = Picture::new(70, 41, |x, y| {
         let albedo = if (x / 7 + y / 5) % 2 == 0 { 0.06 } else { 0.8 };
@@ -97,6 +100,7 @@ fn an_albedo_meters_light_and_not_paint() {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_mask_and_the_distance_from_the_middle_weigh_pixels() {
     let scene = Picture::new(64, 48, |x, _| if x < 32 { [0.25, 0.25, 0.25, 1.0] } else { [4.0, 4.0, 4.0, 1.0] });
     let mask = Picture::new(64, 48, |x, _| if x < 32 { [1.0, 0.0, 0.0, 1.0] } else { [0.2, 0.0, 0.0, 1.0] });
@@ -152,6 +156,7 @@ fn auto(parameters: &str) -> String {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn percentiles_cut_where_the_twin_cuts() {
     for (width, height) in SIZES {
         let scene = scene(width, height);
@@ -172,6 +177,7 @@ fn percentiles_cut_where_the_twin_cuts() {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn limits_compensation_and_highlights_move_the_exposure() {
     let centre = |light: f64| BINS.centre(BINS.bin(light));
     let key = 0.18_f64.log2();
@@ -195,6 +201,7 @@ fn limits_compensation_and_highlights_move_the_exposure() {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn exposure_snaps_holds_arrives_and_follows() {
     let (dim, bright, black) = (grey(0.25), grey(16.0), grey(0.0));
     let nothing = f32::NAN;
@@ -231,6 +238,7 @@ fn exposure_snaps_holds_arrives_and_follows() {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn adaptation_does_not_depend_on_the_frame_rate() {
     let (dim, bright) = (grey(0.25), grey(16.0));
     let graph = pipeline("", &auto(""));
@@ -247,6 +255,7 @@ fn adaptation_does_not_depend_on_the_frame_rate() {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_mean_is_the_top_of_a_pyramid_and_adapt_follows_it() {
     for (width, height) in SIZES {
         let scene = scene(width, height);
@@ -267,6 +276,7 @@ fn a_mean_is_the_top_of_a_pyramid_and_adapt_follows_it() {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn adapt_holds_in_the_dark_and_snaps_after_a_cut() {
     let (dim, bright, black) = (grey(0.25), grey(16.0), grey(0.0));
     let graph = pipeline(
@@ -283,6 +293,7 @@ fn adapt_holds_in_the_dark_and_snaps_after_a_cut() {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn an_exposure_without_a_meter_is_manual() {
     let nodes = "\"h\": Histogram(source: \"scene\"), \"auto\": AutoExposure(histogram: \"h\", when: \"metered\"), \
                  \"exposed\": Exposure(source: \"scene\", meter: \"auto\", stops: 2.0), \

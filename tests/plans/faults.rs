@@ -1,6 +1,6 @@
 //! Faults planted in good plans: the checker finds each of them and names who is to blame.
 
-use afterimage_graph::node::{Origin, Resource};
+use afterimage_graph::node::{ImageId, Origin, Resource};
 use afterimage_graph::plan::{Alias, Options, Plan, check_plan};
 
 use super::random::Recipe;
@@ -184,7 +184,7 @@ fn a_history_or_an_output_that_nobody_writes() {
 }
 
 fn past(plan: &Plan) -> Option<Resource> {
-    let made = |of: afterimage_graph::node::ImageId| plan.recording.image(of).origin == Origin::Transient;
+    let made = |of: ImageId| plan.recording.image(of).origin == Origin::Transient;
     plan.recording.images.iter().find_map(|image| match image.origin {
         Origin::Previous { of, .. } if made(of) => Some(Resource::Image(of)),
         _ => None,

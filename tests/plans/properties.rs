@@ -1,11 +1,12 @@
 //! What holds for the plan of every graph.
 
-use afterimage_graph::image::Size;
+use afterimage_graph::check::Graph;
+use afterimage_graph::image::{Format, Size};
 use afterimage_graph::node::{ImageId, Resource, StandIn};
-use afterimage_graph::plan::{Alias, Options, Plan, check_plan};
+use afterimage_graph::plan::{Alias, Caps, Options, Plan, Stage, check_plan};
 use proptest::prelude::*;
 
-use super::random::{Dice, Recipe, plan_at};
+use super::random::{Dice, Recipe, plan_at, plan_on};
 
 fn recipes(nodes: std::ops::Range<usize>) -> impl Strategy<Value = Recipe> {
     (any::<u64>(), nodes, 0_usize..6, 0_u64..30).prop_map(|(seed, nodes, histories, off)| Recipe {
@@ -29,7 +30,12 @@ fn options() -> impl Strategy<Value = Options> {
 }
 
 fn checked(recipe: Recipe, options: Options) -> Plan {
-    let plan = recipe.plan(options).unwrap_or_else(|error| panic!("{recipe:?}: {error}"));
+    checked_on(recipe, options, Caps { storage: Format::ALL.into(), ..Caps::default() })
+}
+
+fn checked_on(recipe: Recipe, options: Options, caps: Caps) -> Plan {
+    let plan = plan_on(&recipe.graph(), Size::new(640, 360), options, caps);
+    let plan = plan.unwrap_or_else(|error| panic!("{recipe:?}: {error}"));
     if let Err(faults) = check_plan(&plan) {
         panic!("{recipe:?}, {options:?}: {} faults, the first: {}", faults.len(), faults[0]);
     }
@@ -42,7 +48,7 @@ fn peak_as_recorded(plan: &Plan) -> u64 {
     order.sort_by_key(|pass| plan.recorded[*pass]);
     let touches = |pass: usize, image: usize| {
         let pass = &plan.recording.passes[pass];
-        let image = afterimage_graph::node::Resource::Image(afterimage_graph::node::ImageId(image as u32));
+        let image = Resource::Image(ImageId(image as u32));
         pass.reads().contains(&image) || pass.writes().contains(&image)
     };
     let mut alive = vec![0_u64; order.len()];
@@ -64,6 +70,12 @@ proptest! {
         prop_assert!(plan.memory.lower_bound <= plan.memory.placed);
         prop_assert!(plan.memory.pooled <= plan.memory.unshared && plan.memory.unshared <= plan.memory.unaliased);
         prop_assert_eq!(plan.memory.heap, plan.memory.placed);
+    }
+
+    #[test]
+    fn nor_in_one_for_a_device_that_must_draw(recipe in recipes(1..160), options in options(), draws in any::<bool>()) {
+        let plan = checked_on(recipe, options, Caps { prefer_fragment: draws, tiles: !draws, ..Caps::default() });
+        prop_assert!(!draws || plan.stages.contains(&Stage::Fragment));
     }
 
     #[test]
@@ -100,16 +112,11 @@ proptest! {
     fn old_places_are_kept_where_they_fit(recipe in recipes(10..80), switched in any::<u64>()) {
         let old = checked(recipe, Options::default());
         let mut graph = recipe.graph();
-        let can_be_off: Vec<usize> =
-            (0..graph.nodes.len()).filter(|at| graph.nodes[*at].kind.bypass() != StandIn::Absent).collect();
-        let at = can_be_off[Dice::new(switched).below(can_be_off.len())];
-        graph.nodes[at].off = !graph.nodes[at].off;
+        switch_one(&mut graph, switched);
         let fresh = plan_at(&graph, Size::new(640, 360), Options::default()).expect("the graph can be planned");
         let mut kept = fresh.clone();
         kept.place_keeping(&old);
         prop_assert_eq!(check_plan(&kept), Ok(()));
-        let same = in_place(&kept, &old);
-        prop_assert!(same >= in_place(&fresh, &old), "{same} images in place");
         prop_assert!(kept == fresh || kept.memory.heap == old.memory.heap);
     }
 
@@ -120,6 +127,30 @@ proptest! {
         kept.place_keeping(&old);
         prop_assert_eq!(kept, old);
     }
+}
+
+/// Switches a node off, or on.
+fn switch_one(graph: &mut Graph, seed: u64) {
+    let can_be_off: Vec<usize> =
+        (0..graph.nodes.len()).filter(|at| graph.nodes[*at].kind.bypass() != StandIn::Absent).collect();
+    let at = can_be_off[Dice::new(seed).below(can_be_off.len())];
+    graph.nodes[at].off = !graph.nodes[at].off;
+}
+
+#[test]
+fn more_images_stay_where_they_lay_than_in_a_fresh_plan() {
+    let (mut moved, mut stayed) = (0, 0);
+    for seed in 0..40 {
+        let recipe = Recipe { seed, nodes: 40, histories: 1, off: 5 };
+        let old = checked(recipe, Options::default());
+        let mut graph = recipe.graph();
+        switch_one(&mut graph, seed);
+        let mut plan = plan_at(&graph, Size::new(640, 360), Options::default()).expect("the graph can be planned");
+        moved += in_place(&plan, &old);
+        plan.place_keeping(&old);
+        stayed += in_place(&plan, &old);
+    }
+    assert!(stayed * 4 > moved * 5, "{stayed} images in place, {moved} without keeping");
 }
 
 /// How many images of the old plan lie where they lay.
@@ -153,9 +184,7 @@ fn what_fusion_removes_is_counted_among_what_the_nodes_describe() {
             (checked(recipe, Options::default()), checked(recipe, Options { fuse: false, ..Options::default() }));
         assert!(!fused.fused.is_empty() && fused.memory.unshared < whole.memory.unshared);
         assert_eq!(whole.memory.unaliased, whole.memory.unshared);
-        // Formats that a device cannot store become wider, but not those of images that are never stored.
-        assert!(fused.memory.unaliased <= whole.memory.unaliased);
-        assert!(fused.memory.unaliased * 10 >= whole.memory.unaliased * 9);
+        assert_eq!(fused.memory.unaliased, whole.memory.unaliased);
     }
 }
 

@@ -301,12 +301,16 @@ impl Recipe {
     }
 }
 
-/// The plan of a random graph for a frame of that size.
+/// The plan of a random graph for a frame of that size, on a device that can store every format.
 pub fn plan_at(graph: &Graph, size: Size, options: Options) -> Result<Plan, PlanError> {
+    plan_on(graph, size, options, Caps { storage: Format::ALL.into(), ..Caps::default() })
+}
+
+pub fn plan_on(graph: &Graph, size: Size, options: Options, caps: Caps) -> Result<Plan, PlanError> {
     let given = GivenImage { desc: ImageDesc::new(size), finite: true };
     let inputs = BTreeMap::from([("picture".to_owned(), given)]);
     let requirement = &Requirement::typical;
-    plan(graph, &Setting { size, inputs, facts: Facts::default(), caps: Caps::default(), options, requirement })
+    plan(graph, &Setting { size, inputs, facts: Facts::default(), caps, options, requirement })
 }
 
 impl Growing {

@@ -20,6 +20,7 @@ fn works(plan: &Plan) -> Vec<&str> {
 const GLOW: [&str; 5] = ["glowing", "mips", "soft", "bloom", "lit"];
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_caracal_without_lights_in_view_has_no_pass_for_its_glow() {
     let lit = plan("caracal.ron", |run| run.facts.set("emissive", true));
     assert!(GLOW.iter().all(|node| works(&lit).contains(node)), "{:?}", works(&lit));
@@ -32,12 +33,14 @@ fn a_caracal_without_lights_in_view_has_no_pass_for_its_glow() {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_noon_has_no_night_vision_and_a_night_has() {
     assert!(!works(&plan("tsushima.ron", |_| {})).contains(&"seen"));
     assert!(works(&plan("tsushima-night.ron", |_| {})).contains(&"seen"));
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn neutral_grading_is_left_out_of_a_plan_and_says_so() {
     let plan = plan("tsushima.ron", |_| {});
     for node in ["seen", "white", "graded", "look", "grain"] {

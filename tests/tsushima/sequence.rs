@@ -92,6 +92,7 @@ fn gain(scene: &Picture, exposed: &Picture) -> f64 {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn an_exposure_follows_a_walk_never_passes_its_aim_and_arrives() {
     let mut walk = Walk::new();
     let mut before = walk.cut();
@@ -132,19 +133,19 @@ fn at_rate(walk: &mut Walk, rate: u32) -> Vec<f64> {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn an_exposure_is_the_same_at_24_60_and_144_frames_in_a_second() {
     let mut walk = Walk::new();
     let [film, screen, fast] = [24, 60, 144].map(|rate| at_rate(&mut walk, rate));
     assert!((film[0] - film[60]).abs() > 3.0, "the exposure moves: {film:?}");
-    for (index, truth) in fast.iter().enumerate() {
-        for other in [film[index], screen[index]] {
-            let off = ((other - truth).exp2() - 1.0).abs();
-            assert!(off < 0.01, "after {index} twelfths of a second: {other} and {truth} stops, {off} off");
-        }
+    for (name, other) in [("24", film), ("60", screen)] {
+        let off = other.iter().zip(&fast).map(|(a, b)| ((a - b).exp2() - 1.0).abs()).fold(0.0, f64::max);
+        assert!(off < 0.01, "{name} frames in a second are off by {off}");
     }
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_declared_cut_is_right_at_once() {
     let mut walk = Walk::new();
     walk.cut();
@@ -156,6 +157,7 @@ fn a_declared_cut_is_right_at_once() {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn two_runs_of_a_sequence_have_the_same_bits() {
     let graph = shipped(super::PIPELINE, None);
     let scenes = [0.0, 0.5, 1.0].map(|walk| scene(96, 54, walk));
@@ -175,6 +177,7 @@ fn two_runs_of_a_sequence_have_the_same_bits() {
 
 /// What of a plan's memory an earlier frame has left must not be seen: the same frame in another executor has the same bits.
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_frame_after_a_cut_remembers_nothing() {
     let graph = shipped(super::PIPELINE, None);
     let [dim, bright] = [0.0, 1.0].map(|walk| scene(96, 54, walk));

@@ -13,6 +13,7 @@ use crate::files::{
 };
 
 /// How pictures are saved.
+#[derive(Default)]
 pub(crate) struct Saving {
     png: PngOptions,
     exr: ExrOptions,
@@ -44,12 +45,6 @@ impl Saving {
     /// Whether a file's name asks for a PNG.
     pub(crate) fn is_png(out: &str) -> bool {
         ends_with(out, ".png")
-    }
-}
-
-impl Default for Saving {
-    fn default() -> Self {
-        Self { png: PngOptions::default(), exr: ExrOptions::default() }
     }
 }
 

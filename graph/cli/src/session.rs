@@ -65,11 +65,9 @@ impl<'g> Session<'g> {
     }
 
     fn plan_for(&mut self, size: Size, inputs: BTreeMap<String, GivenImage>) -> Result<(), Failure> {
-        let wanted = Some((size, inputs));
-        if self.planned_for == wanted {
+        if self.planned_for.as_ref().is_some_and(|planned| *planned == (size, inputs.clone())) {
             return Ok(());
         }
-        let (size, inputs) = wanted.expect("made above");
         let executor = &self.executor;
         let requirement = |desc: &ImageDesc| executor.requirement(desc);
         let setting = Setting {

@@ -15,7 +15,7 @@ use crate::device::texture_format;
 use crate::heap::{self, Heap};
 use crate::layout::{Pipeline, bind_group_layout, bound_slots, by_hand};
 use crate::pipelines::{Built, Order, PipelineKey, Pipelines};
-use crate::store::{Store, TextureKey};
+use crate::store::{self, Store, TextureKey};
 use crate::timing::Timing;
 use crate::GpuError;
 
@@ -191,7 +191,7 @@ impl Executor {
     }
 
     /// Makes a plan the one that runs. Textures, histories, buffers and pipelines that are equal in both are kept.
-    /// On an error the old plan stays.
+    /// On an error the old plan stays; where it was the device that refused the new one, the old one's histories and adaptation begin anew.
     pub fn load(&mut self, plan: Arc<Plan>) -> Result<(), GpuError> {
         if let Some(loaded) = self.loaded.as_mut().filter(|loaded| differs_in_uniforms_only(&loaded.plan, &plan)) {
             let bytes = uniform_bytes(&plan, &loaded.passes);
@@ -199,20 +199,38 @@ impl Executor {
             loaded.plan = plan;
             return Ok(());
         }
-        let memory = self.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
-        let validation = self.device.push_error_scope(wgpu::ErrorFilter::Validation);
-        let loaded = self.prepare(&plan);
-        let refused = pollster::block_on(validation.pop());
-        let out_of_memory = pollster::block_on(memory.pop());
-        if let Some(error) = out_of_memory {
-            return Err(GpuError::OutOfMemory { what: format!("the images of the plan ({error})") });
-        }
+        let before = self.loaded.as_ref().map(|loaded| loaded.plan.clone());
+        let (loaded, refused) = self.prepare_watched(&plan);
         if let Some(error) = refused {
-            return Err(GpuError::Refused { what: "the plan".into(), why: error.to_string() });
+            self.restore(before);
+            return Err(error);
         }
         self.loaded = Some(loaded?);
         self.store.sweep();
         Ok(())
+    }
+
+    /// A plan made ready, and what the device said against it.
+    fn prepare_watched(&mut self, plan: &Arc<Plan>) -> (Result<Loaded, GpuError>, Option<GpuError>) {
+        let memory = self.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
+        let validation = self.device.push_error_scope(wgpu::ErrorFilter::Validation);
+        let loaded = self.prepare(plan);
+        let refused = pollster::block_on(validation.pop());
+        let out_of_memory = pollster::block_on(memory.pop());
+        let out_of_memory =
+            out_of_memory.map(|error| GpuError::OutOfMemory { what: format!("the images of the plan ({error})") });
+        let refused = refused.map(|error| GpuError::Refused { what: "the plan".into(), why: error.to_string() });
+        (loaded, out_of_memory.or(refused))
+    }
+
+    /// Brings the old plan back, on textures of its own: some of those it had may be in the plan that was refused, and broken.
+    fn restore(&mut self, plan: Option<Arc<Plan>>) {
+        self.store = Store::default();
+        self.fresh = true;
+        self.loaded = plan.and_then(|plan| match self.prepare_watched(&plan) {
+            (Ok(loaded), None) => Some(loaded),
+            _ => None,
+        });
     }
 
     /// Starts histories and adaptation anew with the next frame.
@@ -265,7 +283,7 @@ impl Executor {
         let set = self.host_set(frame)?;
         let loaded = self.loaded.as_ref().expect("checked above");
         if reset {
-            clear_memory(&self.store, loaded, encoder);
+            clear_memory(&self.device, &self.store, loaded, encoder);
         }
         for &buffer in &loaded.zeroed {
             encoder.clear_buffer(&loaded.buffers[buffer], 0, None);
@@ -305,15 +323,14 @@ fn differs_in_uniforms_only(old: &Plan, new: &Plan) -> bool {
     blank(old) == blank(new)
 }
 
-fn clear_memory(store: &Store, loaded: &Loaded, encoder: &mut CommandEncoder) {
+fn clear_memory(device: &Device, store: &Store, loaded: &Loaded, encoder: &mut CommandEncoder) {
     for &buffer in &loaded.persistent {
         encoder.clear_buffer(&loaded.buffers[buffer], 0, None);
     }
     for holding in &loaded.holdings {
         let Holding::Ring(keys, 0) = holding else { continue };
         for key in keys {
-            let stored = store.get(*key);
-            encoder.clear_texture(&stored.texture, &wgpu::ImageSubresourceRange::default());
+            store::blacken(device, store.get(*key), encoder);
         }
     }
 }
@@ -478,7 +495,7 @@ impl Executor {
                         rings.insert(image.label.clone(), keys);
                     }
                     Holding::Output(_, key) => self.store.retire([key]),
-                    Holding::Fixed(key) if image.origin == Origin::Transient && self.store.has(key) => {
+                    Holding::Fixed(key) if !matches!(image.origin, Origin::Constant(_)) && self.store.has(key) => {
                         self.store.retire([key]);
                     }
                     _ => {}
@@ -573,9 +590,9 @@ impl Executor {
             if let Holding::Ring(keys, _) = &holdings[of.0 as usize] {
                 holdings[index] = Holding::Ring(keys.clone(), frames);
             } else {
-                // The image is never written in this plan: its past is black.
-                let key = self.store.take(&self.device, image.desc, &image.label);
-                holdings[index] = Holding::Fixed(key);
+                // The image is never written in this plan: its past is black, as a new texture is.
+                let black = store::create(&self.device, image.desc, &image.label);
+                holdings[index] = Holding::Fixed(self.store.insert(black));
             }
         }
         self.store.retire(old_rings.into_values().flatten());
@@ -870,7 +887,12 @@ fn chosen_views(store: &Store, loaded: &Loaded, frame: &Frame<'_>) -> Result<Vec
 fn check_host_image(plan: &Plan, port: &str, image: ImageId, view: &TextureView, is_input: bool) -> Result<(), GpuError> {
     let (texture, desc) = (view.texture(), plan.recording.image(image).desc);
     let same_size = (texture.width(), texture.height()) == (desc.size.width, desc.size.height);
-    if same_size && (!is_input || texture.format() == texture_format(desc.format)) {
+    let suits = if is_input {
+        texture.format() == texture_format(desc.format)
+    } else {
+        !must_be_drawn(plan, image, texture) || can_be_drawn(plan, image)
+    };
+    if same_size && suits {
         return Ok(());
     }
     Err(GpuError::WrongImage {
@@ -880,11 +902,20 @@ fn check_host_image(plan: &Plan, port: &str, image: ImageId, view: &TextureView,
     })
 }
 
-/// The attachment's format if the host's output image must be drawn to: it has another format, or cannot be stored to.
+/// Whether passes cannot store to the host's image for an output: it has another format, or is not made for it.
+fn must_be_drawn(plan: &Plan, image: ImageId, texture: &wgpu::Texture) -> bool {
+    let storable = texture.usage().contains(wgpu::TextureUsages::STORAGE_BINDING);
+    texture.format() != texture_format(plan.format(image)) || !storable
+}
+
+/// Whether kernel functions make the image: whole kernels store, and cannot draw.
+fn can_be_drawn(plan: &Plan, image: ImageId) -> bool {
+    plan.recording.passes.iter().any(|pass| matches!(pass.work, Work::Steps { result, .. } if result == image))
+}
+
+/// The attachment's format if the host's output image must be drawn to.
 fn attachment_of_host(loaded: &Loaded, image: ImageId, views: &[TextureView]) -> Option<wgpu::TextureFormat> {
     let Holding::Output(index, _) = &loaded.holdings[image.0 as usize] else { return None };
     let texture = views[loaded.plan.inputs.len() + index].texture();
-    let storable = texture.usage().contains(wgpu::TextureUsages::STORAGE_BINDING);
-    let planned = texture_format(loaded.plan.format(image));
-    (texture.format() != planned || !storable).then(|| texture.format())
+    must_be_drawn(&loaded.plan, image, texture).then(|| texture.format())
 }

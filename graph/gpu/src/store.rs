@@ -45,9 +45,13 @@ impl Store {
         self.textures.remove(key);
     }
 
-    /// Offers textures of the old plan to the next.
+    /// Offers textures of the old plan to the next, each once: images that took turns in one name it more than once.
     pub(crate) fn retire(&mut self, keys: impl IntoIterator<Item = TextureKey>) {
-        self.spare.extend(keys);
+        for key in keys {
+            if !self.spare.contains(&key) {
+                self.spare.push(key);
+            }
+        }
     }
 
     /// A texture of that description: one of the old plan's, or a new one. What it holds is not defined.
@@ -139,4 +143,25 @@ pub(crate) fn upload(queue: &wgpu::Queue, texture: &wgpu::Texture, desc: ImageDe
         },
         extent(desc),
     );
+}
+
+/// Makes a texture zero everywhere. Not every device has a command for it.
+pub(crate) fn blacken(device: &wgpu::Device, stored: &Stored, encoder: &mut wgpu::CommandEncoder) {
+    if device.features().contains(wgpu::Features::CLEAR_TEXTURE) {
+        encoder.clear_texture(&stored.texture, &wgpu::ImageSubresourceRange::default());
+        return;
+    }
+    let size = stored.desc.size;
+    let row = size.width * stored.desc.format.bytes() as u32;
+    let pitch = row.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
+    let zeros = device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some("zeros"),
+        size: u64::from(pitch) * u64::from(size.height) * u64::from(size.depth),
+        usage: wgpu::BufferUsages::COPY_SRC,
+        mapped_at_creation: false,
+    });
+    let layout =
+        wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(pitch), rows_per_image: Some(size.height) };
+    let zeros = wgpu::TexelCopyBufferInfo { buffer: &zeros, layout };
+    encoder.copy_buffer_to_texture(zeros, stored.texture.as_image_copy(), extent(stored.desc));
 }

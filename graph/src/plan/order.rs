@@ -47,14 +47,11 @@ pub(crate) fn order(
 }
 
 fn choose(flow: &Flow, options: &Options) -> Vec<Vec<usize>> {
-    let mut schedules = schedules(flow);
+    let schedules = schedules(flow);
     if options.serial {
         let orders = schedules.iter().map(|schedule| schedule.concat());
         let order = orders.min_by_key(|order| flow.peak(order)).unwrap_or_default();
         return order.into_iter().map(|pass| vec![pass]).collect();
-    }
-    if options.waves_first {
-        schedules.extend(waves::fewest(flow));
     }
     let cost = |schedule: &Vec<Vec<usize>>| {
         let peak = flow.peak_of_waves(&mut schedule.iter().map(Vec::as_slice));
@@ -64,10 +61,12 @@ fn choose(flow: &Flow, options: &Options) -> Vec<Vec<usize>> {
     schedules.into_iter().min_by_key(cost).unwrap_or_default()
 }
 
-/// The orders of the smallest peak, grouped into waves. Grouping pulls passes forward, and what these free may lower the peak: then the orders
-/// that came of it are grouped again, within less.
+/// The orders of the smallest peak, grouped into waves, and after them the fewest waves that there can be. Grouping pulls passes forward, and
+/// what these free may lower the peak: then the orders that came of it are grouped again, within less.
 fn schedules(flow: &Flow) -> Vec<Vec<Vec<usize>>> {
-    let mut orders = least(flow, lists::candidates(flow));
+    let fewest = waves::fewest(flow);
+    let listed = lists::candidates(flow).into_iter();
+    let mut orders = least(flow, listed.chain(fewest.iter().map(|schedule| schedule.concat())).collect());
     let mut schedules = Vec::new();
     for _ in 0..ROUNDS {
         let before = orders.first().map(|(peak, _)| *peak);
@@ -79,6 +78,7 @@ fn schedules(flow: &Flow) -> Vec<Vec<Vec<usize>>> {
             break;
         }
     }
+    schedules.extend(fewest);
     schedules
 }
 

@@ -74,8 +74,11 @@ impl<'a> Round<'a> {
                 self.node(index);
             }
         }
+        // Outputs may ask for histories too, and must know all of them: an image that is remembered is not theirs.
+        let outputs = self.graph.outputs.iter();
+        let shown = outputs.map(|output| self.arrival(Some(output.source))).collect();
         self.link_histories();
-        self.add_outputs();
+        self.add_outputs(shown);
         Ok(())
     }
 
@@ -171,9 +174,8 @@ impl<'a> Round<'a> {
         })
     }
 
-    fn add_outputs(&mut self) {
-        for output in &self.graph.outputs {
-            let arrival = self.arrival(Some(output.source));
+    fn add_outputs(&mut self, shown: Vec<Arrival>) {
+        for (output, arrival) in self.graph.outputs.iter().zip(shown) {
             // An image that is remembered, or that is an output already, cannot be the host's: it gets a copy.
             let taken = |image: ImageId| self.draft.is_kept(image);
             let image = match arrival {

@@ -99,7 +99,7 @@ pub fn pack(layout: &StructLayout, values: &[(&str, UniformValue)]) -> Result<Ve
 
 fn write_member(bytes: &mut [u8], member: &Member, value: &UniformValue) -> Result<(), String> {
     let (width, count) = (member.width as usize, member.count as usize);
-    if value.len() > width * count || value.len() % width != 0 {
+    if value.len() > width * count || !value.len().is_multiple_of(width) {
         return Err(format!("takes {} numbers, not {}", width * count, value.len()));
     }
     for index in 0..value.len() {

@@ -40,13 +40,15 @@ fn error(rest: &str, curve: &dyn Fn(Rgb) -> Rgb) -> (f64, f64) {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn the_error_is_what_the_manual_says() {
     let channel = |space: &'static Space, curve: fn(f64) -> f64| move |rgb: Rgb| in_space(rgb, space, curve);
     let uchimura = channel(&CUSTOM, |x| uchimura(x, &UCHIMURA));
     let aces = channel(&REC709, narkowicz);
     let agx = |rgb: Rgb| agx::linear(rgb, agx::sigmoid, &agx::BASE);
     let neutral = |rgb: Rgb| display(pbr_neutral(rgb, 0.8, 0.15));
-    let cases: [(&str, &dyn Fn(Rgb) -> Rgb, f64, f64); 7] = [
+    type Case<'a> = (&'a str, &'a dyn Fn(Rgb) -> Rgb, f64, f64);
+    let cases: [Case<'_>; 7] = [
         ("curve: Uchimura, space: Tsushima", &uchimura, 0.72, 9.0),
         ("curve: Aces", &aces, 0.4, 20.5),
         ("curve: AgX", &agx, 0.5, 2.0),
@@ -63,6 +65,7 @@ fn the_error_is_what_the_manual_says() {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn extremes_stay_finite_and_in_range() {
     let input = light([61, 37]);
     for rest in

@@ -12,6 +12,7 @@ use crate::support::gpu::{Picture, Run};
 use afterimage_graph::check::NoFiles;
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn exposure_scales_by_powers_of_two() {
     for stops in [-24.0, -1.5, 0.25, 3.0, 24.0_f64] {
         let node = format!("Exposure(stops: {stops:?})");
@@ -20,12 +21,14 @@ fn exposure_scales_by_powers_of_two() {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn exposure_is_left_out_only_at_zero() {
     assert!(is_left_out("Color", "Exposure(stops: 0.0)", &NoFiles));
     assert!(!is_left_out("Color", "Exposure(stops: 0.001)", &NoFiles));
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_metered_exposure_adds_its_stops() {
     let text = |stops: f64| {
         format!(
@@ -44,6 +47,7 @@ fn a_metered_exposure_adds_its_stops() {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn curves_of_single_channels_match() {
     let each = |curve: fn(f64) -> f64| move |rgb: Rgb| display(rgb.map(curve));
     let check =
@@ -66,6 +70,7 @@ fn curves_of_single_channels_match() {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn curves_of_whole_colours_match() {
     let check = |curve: &str, twin: fn(Rgb) -> Rgb| compare("Exposed", &tone_map(curve), light, TRANSCENDENTAL, twin);
     check("ReinhardLuminance", |rgb| display(reinhard_luminance(rgb, 4.0)));
@@ -79,6 +84,7 @@ fn curves_of_whole_colours_match() {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn gt7_matches_for_sdr_and_hdr() {
     let in_rec2020 = |rgb: Rgb, curve: &dyn Fn(Rgb) -> Rgb, peak: f64| {
         let mapped = curve(transform(&conversion(&REC709, &REC2020), rgb));
@@ -90,6 +96,7 @@ fn gt7_matches_for_sdr_and_hdr() {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn curves_work_in_other_primaries() {
     let spaces: [(&str, Space); 4] = [
         ("AcesCg", AP1),
@@ -111,6 +118,7 @@ fn curves_work_in_other_primaries() {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_peak_above_white_lets_light_through() {
     let node = tone_map("None, peak: 12.5");
     compare("Exposed", &node, light, ARITHMETIC, |rgb| rgb.map(|x| x.min(12.5)));
@@ -124,6 +132,7 @@ fn reach(rgb: Rgb) -> f64 {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn compression_keeps_inner_colours_and_the_luminance_of_outer_ones() {
     let size = [61, 37];
     // Colours around the middle of the range, up to twice as far from grey as the gamut goes.
@@ -156,6 +165,7 @@ fn compression_keeps_inner_colours_and_the_luminance_of_outer_ones() {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn every_curve_and_gamut_stays_finite_and_in_range() {
     let input = light([61, 37]);
     let curves = [
@@ -191,6 +201,7 @@ fn every_curve_and_gamut_stays_finite_and_in_range() {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn greys_stay_grey_in_every_space() {
     let ramp = Picture::new(64, 1, |x, _| {
         let grey = (x as f32 * 0.25 - 12.0).exp2();
@@ -210,6 +221,7 @@ fn greys_stay_grey_in_every_space() {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn values_that_make_no_sense_together_are_told() {
     use afterimage_graph::prelude::Node;
     use afterimage_nodes::{Curve, ToneMap, WorkingSpace};

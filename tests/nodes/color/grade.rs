@@ -7,6 +7,7 @@ use crate::reference::math::{Matrix, Rgb, transform, zip};
 use afterimage_graph::check::NoFiles;
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn white_balance_turns_white_into_its_target() {
     let cones: [(&str, &Matrix); 2] = [("Bradford", &BRADFORD), ("Cat16", &CAT16)];
     for (name, cone) in cones {
@@ -33,6 +34,7 @@ fn white_balance_turns_white_into_its_target() {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn lift_gamma_gain_matches() {
     let text = |v: Rgb| format!("({:?}, {:?}, {:?})", v[0], v[1], v[2]);
     let grades = [
@@ -58,6 +60,7 @@ fn lift_gamma_gain_matches() {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn cdl_matches() {
     let cdl = Cdl { slope: [1.1, 1.0, 0.9], offset: [0.01, 0.0, -0.05], power: [0.9, 1.0, 1.1], saturation: 1.2 };
     let node = "Cdl(slope: (1.1, 1.0, 0.9), offset: (0.01, 0.0, -0.05), power: (0.9, 1.0, 1.1), saturation: 1.2)";
@@ -71,6 +74,7 @@ fn cdl_matches() {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn saturation_matches() {
     for amount in [0.0, 0.5, 2.5] {
         let node = format!("Saturation(amount: {amount:?})");
@@ -79,6 +83,7 @@ fn saturation_matches() {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn contrast_matches_in_both_forms() {
     for (amount, pivot) in [(1.5, 0.18), (0.5, 0.18), (3.0, 1.0), (8.0, 0.01), (0.0, 0.18)] {
         let values = format!("amount: {amount:?}, pivot: {pivot:?}");
@@ -94,6 +99,7 @@ fn contrast_matches_in_both_forms() {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn brightness_adds() {
     for amount in [0.1, -0.3] {
         let node = format!("Brightness(amount: {amount:?})");
@@ -102,6 +108,7 @@ fn brightness_adds() {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn color_balance_tints_by_luminance() {
     let multiply = [1.1, 1.0, 0.9];
     let shifts = [[0.1, 0.0, -0.1], [0.0, 0.05, 0.0], [-0.05, 0.0, 0.2]];
@@ -124,6 +131,7 @@ fn color_balance_tints_by_luminance() {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn neutral_parameters_leave_nodes_out() {
     let neutral = [
         ("Exposed", "WhiteBalance()"),
@@ -159,6 +167,7 @@ fn neutral_parameters_leave_nodes_out() {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn d65_is_the_identity_to_a_millionth() {
     // Just beside the neutral temperature's name the matrix is computed, and still all but the identity.
     let node = "WhiteBalance(target: (0.7, 0.7, 0.70000005))";

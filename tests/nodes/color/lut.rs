@@ -23,6 +23,7 @@ fn file(cube: &Cube) -> OneFile {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn cubes_of_every_size_match_in_both_interpolations() {
     for size in [2, 3, 17, 32] {
         let cube = Cube::new(size, look);
@@ -39,6 +40,7 @@ fn cubes_of_every_size_match_in_both_interpolations() {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn the_fast_way_stays_close() {
     let cube = Cube::new(17, look);
     let node = "ColorLut(file: \"look.cube\", precision: Fast, interpolation: Trilinear)";
@@ -48,6 +50,7 @@ fn the_fast_way_stays_close() {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn colours_outside_of_the_domain_end_at_its_border() {
     let cube = Cube::new(5, look);
     let text = cube.text().replacen('\n', "\nDOMAIN_MIN 0.1 0 -1\nDOMAIN_MAX 0.9 2 1\n", 1);
@@ -61,6 +64,7 @@ fn colours_outside_of_the_domain_end_at_its_border() {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn shapers_place_light_of_any_range() {
     let cube = Cube::new(9, look);
     let node = |shaper: &str| format!("ColorLut(file: \"look.cube\", shaper: {shaper}, high: 8.0)");
@@ -85,6 +89,7 @@ fn log_c(x: f64, high: f64) -> f64 {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn one_dimensional_tables_match_alone_and_before_a_cube() {
     let entries = 5000;
     let level = |i: usize| i as f64 / (entries - 1) as f64;
@@ -135,6 +140,7 @@ fn encoded(pixels: &[u8], side: u32, color: png::ColorType) -> Vec<u8> {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn tables_drawn_as_pictures_match() {
     let cube = Cube::new(64, |rgb| look(rgb).map(|x| (x * 255.0).round() / 255.0));
     for layout in [PngLayout::Tiles, PngLayout::Hald] {
@@ -144,6 +150,7 @@ fn tables_drawn_as_pictures_match() {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn tables_that_change_nothing_are_left_out() {
     let files = [
         ("cube", identity_text(2).into_bytes()),
@@ -162,6 +169,7 @@ fn tables_that_change_nothing_are_left_out() {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn broken_tables_are_told_with_their_line() {
     let two = "0 0 0\n1 1 1\n";
     let table = [
@@ -197,6 +205,7 @@ fn broken_tables_are_told_with_their_line() {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn broken_pictures_are_told() {
     let complaint = |bytes: &[u8]| parse_png(bytes, PngLayout::Tiles).expect_err("a mistake").to_string();
     let sides = complaint(&encoded(&[0; 100 * 100 * 3], 100, png::ColorType::Rgb));
@@ -211,6 +220,7 @@ fn broken_pictures_are_told() {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_pipeline_with_a_broken_table_names_the_file_and_its_line() {
     use afterimage_graph::check::{CheckOptions, check};
     let text = super::pipeline("Encoded", "ColorLut(file: \"broken.cube\")");
@@ -223,6 +233,7 @@ fn a_pipeline_with_a_broken_table_names_the_file_and_its_line() {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn old_line_ends_and_marks_are_read() {
     let plain: Lut = parse_cube("LUT_1D_SIZE 2\n0 0 0\n1 1 0.5\n").expect("a table");
     for text in [
@@ -247,6 +258,7 @@ fn dusk(rgb: Rgb) -> Rgb {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn the_shipped_look_is_its_formula() {
     let text = include_str!("../../../pipelines/looks/dusk.cube");
     let table = parse_cube(text).expect("a good table").cube.expect("a cube");

@@ -10,6 +10,7 @@ fn clamped(rgb: Rgb, high: f64) -> Rgb {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn sdr_transfer_functions_match_in_all_primaries() {
     let primaries: [(&str, Space); 3] = [("Rec709", REC709), ("DisplayP3", P3_D65), ("Rec2020", REC2020)];
     for (name, space) in primaries {
@@ -31,6 +32,7 @@ fn sdr_transfer_functions_match_in_all_primaries() {
 
 /// PQ in 32 bits by the quotient would be 1.2e-5 off; by the logarithm it has the tolerance of every other function.
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn pq_is_exact_in_32_bits() {
     for (white, peak) in [(203.0, 1000.0), (100.0, 10000.0), (400.0, 100.0)] {
         let node = format!("Encode(transfer: Pq, primaries: Rec2020, white_nits: {white:?}, peak_nits: {peak:?})");
@@ -44,6 +46,7 @@ fn pq_is_exact_in_32_bits() {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn hlg_matches_at_every_peak() {
     for (white, peak) in [(203.0, 1000.0), (203.0, 400.0), (100.0, 100.0), (203.0, 4000.0)] {
         let node = format!("Encode(transfer: Hlg, primaries: Rec2020, white_nits: {white:?}, peak_nits: {peak:?})");
@@ -65,6 +68,7 @@ fn hlg_encode_clipped(nits: Rgb, peak: f64) -> Rgb {
 }
 
 #[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn reference_white_has_the_levels_of_bt_2408() {
     let white = crate::support::gpu::Picture::new(1, 1, |_, _| [1.0; 4]);
     let level = |transfer: &str| {

@@ -12,7 +12,7 @@ The truth is the same pipeline with every intermediate in 32 bits and every qual
 Each figure is the worst over the images; JSON and CSV have those of each image too. Errors are those of an encoded output
 before it is dithered and rounded to codes.
 
-  time      the median frame, on the GPU; `host` where its timestamps cannot be trusted, as on a processor
+  time      the median frame, on the GPU at its full clocks; `host` where timestamps cannot be trusted, as on a processor
   memory    the most bytes that images between hold at once; moved: what all passes read and write in a frame
   max       the largest error of a channel, in 8-bit codes (PU21 codes for HDR outputs, 256 of them up to 100 cd/m2)
   p99.9     the error that one pixel in a thousand exceeds, in codes

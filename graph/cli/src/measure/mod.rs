@@ -86,14 +86,14 @@ impl Work<'_> {
         let mut chosen: Option<(Vec<Variant>, Vec<String>)> = None;
         let mut rows: Vec<Row> = Vec::new();
         let mut infos = Vec::new();
-        let bar = progress((all.len() * sources.len()) as u64);
+        let bar = progress(2 * (all.len() * sources.len()) as u64);
         for source in sources {
             let clip = load(source, self.gpu, self.registry, &self.runner, self.written, material)?;
             infos.push(info(&clip));
             if chosen.is_none() {
                 let (with_effect, without) = with_effect(&all, &self.runner, &clip)?;
                 rows = with_effect.iter().map(|variant| Row::new(&variant.name, variant.kind)).collect();
-                bar.set_length((with_effect.len() * sources.len()) as u64);
+                bar.set_length(2 * (with_effect.len() * sources.len()) as u64);
                 chosen = Some((with_effect, without));
             }
             let (variants, _) = chosen.as_ref().expect("chosen above");
@@ -115,7 +115,7 @@ impl Work<'_> {
         Ok(report)
     }
 
-    /// All variants on one clip; the first is the truth.
+    /// All variants on one clip; the first is the truth. Times come last, one after the other, so that the GPU stays awake between them.
     fn clip(
         &mut self,
         variants: &[Variant],
@@ -126,16 +126,21 @@ impl Work<'_> {
         bar: &ProgressBar,
     ) -> Result<(), Failure> {
         let mut truth: Option<Truth> = None;
-        for (variant, row) in variants.iter().zip(rows) {
-            bar.set_message(format!("{}: {}", clip.name, variant.name));
+        let mut errors = Vec::new();
+        for variant in variants {
+            bar.set_message(format!("{}: errors of {}", clip.name, variant.name));
             self.runner.load(self.runner.plan(&judge::judged(&variant.graph, output), clip, variant.is_exact())?)?;
-            let errors = match &truth {
+            errors.push(match &truth {
                 Some(truth) => self.errors(truth, variant, clip, view)?,
                 None => {
                     truth = Some(Truth::render(&mut self.runner, clip, view, output)?);
                     Errors::none(clip.len())
                 }
-            };
+            });
+            bar.inc(1);
+        }
+        for ((variant, row), errors) in variants.iter().zip(rows).zip(errors) {
+            bar.set_message(format!("{}: time of {}", clip.name, variant.name));
             self.runner.load(self.runner.plan(&variant.graph, clip, variant.is_exact())?)?;
             row.clips.push(Figures { cost: self.runner.cost(clip)?, errors });
             bar.inc(1);

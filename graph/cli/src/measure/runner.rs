@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use afterimage_gpu::{Executor, Frame, Gpu, Texels, download};
 use afterimage_graph::check::{Facts, Graph};
@@ -13,8 +13,19 @@ use afterimage_graph::plan::{GivenImage, Options, Plan, Setting, plan};
 use super::clips::Clip;
 use crate::failure::Failure;
 
-/// Frames before the first that is timed: clocks rise and caches fill.
-const WARM_UP: u32 = 3;
+/// A processor's frames before the first that is timed: caches fill.
+const WARM_UP: u32 = 2;
+
+/// A GPU with little to do lowers its clocks, an H200 to a fifth, and raises them only under work without gaps, in steps of up to 0.3 s.
+/// When no frame was faster for so long, there is no step left.
+const SETTLED: Duration = Duration::from_millis(500);
+/// No GPU is worked longer than this before it is measured.
+const MOST_HEATING: Duration = Duration::from_secs(4);
+/// How long a GPU keeps its clocks without work.
+const STAYS_HOT: Duration = Duration::from_secs(1);
+/// Frames that are handed over at once, so that there are no gaps, and about how long they may take together.
+const BATCH: f64 = 16.0;
+const BATCH_MS: f64 = 20.0;
 
 /// Which clock times frames.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -67,6 +78,8 @@ pub(crate) struct Runner<'g> {
     facts: Facts,
     repeats: Option<u32>,
     watch: Watch,
+    /// When the GPU was last known to run at its full clocks.
+    hot: Option<Instant>,
 }
 
 impl<'g> Runner<'g> {
@@ -75,7 +88,7 @@ impl<'g> Runner<'g> {
         // Timestamps of a processor say when commands were recorded by the driver's threads, not what they took.
         let watch = if is_processor { Watch::Host } else { Watch::Gpu };
         let executor = Executor::with_caps(&gpu.device, &gpu.queue, gpu.caps.clone());
-        Self { gpu, executor, facts, repeats, watch }
+        Self { gpu, executor, facts, repeats, watch, hot: None }
     }
 
     /// Which clock times frames; a device without timestamps turns out when the first plan is loaded.
@@ -135,13 +148,9 @@ impl<'g> Runner<'g> {
 
     /// What the last frame of the clip costs with the plan in use.
     pub(crate) fn cost(&mut self, clip: &Clip) -> Result<Cost, Failure> {
-        let mut times = Vec::new();
-        for round in 0..WARM_UP + self.repeats() {
-            let ms = self.timed(clip)?;
-            if round >= WARM_UP {
-                times.push(ms);
-            }
-        }
+        let batch = self.heat(clip)?;
+        let mut times = (0..self.repeats()).map(|_| self.timed(clip, batch)).collect::<Result<Vec<f64>, _>>()?;
+        self.hot = Some(Instant::now());
         times.sort_by(f64::total_cmp);
         let plan = self.executor.plan().expect("a plan was loaded");
         Ok(Cost {
@@ -152,8 +161,29 @@ impl<'g> Runner<'g> {
         })
     }
 
-    /// Milliseconds of one frame.
-    fn timed(&mut self, clip: &Clip) -> Result<f64, Failure> {
+    /// Works the device until it runs at its full clocks; how many frames shall be handed over at once.
+    fn heat(&mut self, clip: &Clip) -> Result<u32, Failure> {
+        let first = self.timed(clip, WARM_UP)?;
+        if self.watch == Watch::Host {
+            return Ok(1);
+        }
+        let batch = (BATCH_MS / first).clamp(2.0, BATCH) as u32;
+        let is_hot = self.hot.is_some_and(|hot| hot.elapsed() < STAYS_HOT);
+        let (start, mut best, mut since) = (Instant::now(), f64::INFINITY, Instant::now());
+        while !is_hot && since.elapsed() < SETTLED && start.elapsed() < MOST_HEATING {
+            let ms = self.timed(clip, batch)?;
+            if ms < 0.97 * best {
+                (best, since) = (ms, Instant::now());
+            }
+        }
+        Ok(batch)
+    }
+
+    /// Milliseconds of the last of so many frames, one right after the other.
+    fn timed(&mut self, clip: &Clip, frames: u32) -> Result<f64, Failure> {
+        for _ in 1..frames {
+            self.render(clip, clip.len() - 1)?;
+        }
         let start = Instant::now();
         self.render(clip, clip.len() - 1)?;
         let on_gpu = match self.watch {

@@ -28,6 +28,9 @@ pub(crate) struct StressArgs {
     /// Only without images for optional inputs
     #[arg(long)]
     pub(crate) bare: bool,
+    /// Only with light that may be negative
+    #[arg(long)]
+    pub(crate) signed: bool,
     /// Only this image or sequence
     #[arg(long, value_name = "NAME")]
     pub(crate) case: Option<String>,

@@ -115,6 +115,12 @@ impl Extreme {
         }
     }
 
+    /// Whether the guard at the head of every graph changes it.
+    pub(crate) fn needs_guard(self, size: Size) -> bool {
+        let bits = |pixel: [f32; 4]| pixel.map(f32::to_bits);
+        self.pixels(size).into_iter().any(|pixel| bits(guarded(pixel, false)) != bits(pixel))
+    }
+
     /// One colour everywhere.
     pub(crate) fn constant(pixel: [f32; 4]) -> Self {
         Self { name: "constant", rule: Rule::Constant(pixel) }

@@ -129,10 +129,12 @@ impl<'g> Lab<'g> {
     ) -> Result<Ran, String> {
         let ran = no_panic(|| self.run_unguarded(bench, subject, graph, size, shots, together));
         let ran = ran.unwrap_or_else(|panic| Err(format!("panics: {panic}")));
-        match self.refused() {
-            Some(refused) => Err(format!("the device refuses it: {}", one_line(&refused))),
-            None => ran,
+        let ran = self.refused().map_or(ran, |refused| Err(format!("the device refuses it: {}", one_line(&refused))));
+        if ran.is_err() {
+            // What went wrong here must not colour the cases that follow.
+            bench.executor = Executor::with_caps(&self.gpu.device, &self.gpu.queue, bench.caps.clone());
         }
+        ran
     }
 
     fn run_unguarded(
@@ -196,6 +198,12 @@ impl Bench {
     /// The longest side that an image can have.
     pub(crate) fn longest_side(&self) -> u32 {
         self.caps.max_side
+    }
+
+    /// Texels of all images that a frame of this size needs.
+    pub(crate) fn texels(&self, subject: &Subject, graph: &Graph, size: Size) -> u64 {
+        let all = |plan: Plan| plan.recording.images.iter().map(|image| image.desc.size.texels()).sum();
+        self.plan(subject, graph, size).map_or(0, all)
     }
 
     /// Whether anything outlives a frame.

@@ -51,13 +51,15 @@ pub fn registry(tables: &[&[NodeKind]]) -> Result<Registry, DuplicateKind> {
     Registry::new(&all)
 }
 
-/// Every kind of these tables on its own, with its optional inputs and, where it has any, without; those that no wires can reach are left out.
+/// Every kind of these tables on its own: with its optional inputs, with light that may be negative, and without optional inputs where it
+/// has any. Kinds that no wires from images reach are left out.
 pub fn kinds(registry: &Registry, tables: &[&[NodeKind]]) -> Vec<Subject> {
     let mut subjects = Vec::new();
     for kind in tables.iter().copied().flatten() {
-        subjects.extend(Subject::kind(registry, *kind, false));
+        subjects.extend(Subject::kind(registry, *kind, false, false));
+        subjects.extend(Subject::kind(registry, *kind, false, true).filter(Subject::takes_pictures));
         if kind.inputs().iter().any(|port| port.optional) {
-            subjects.extend(Subject::kind(registry, *kind, true));
+            subjects.extend(Subject::kind(registry, *kind, true, false));
         }
     }
     subjects
@@ -145,9 +147,7 @@ fn subjects(args: &StressArgs, registry: &Registry, tables: &[&[NodeKind]]) -> R
     for name in &args.kind {
         subjects.extend(one_kind(registry, name)?);
     }
-    if args.bare {
-        subjects.retain(|subject| subject.bare);
-    }
+    subjects.retain(|subject| (subject.bare || !args.bare) && (subject.signed || !args.signed));
     let base = args.options.sets.iter().map(|set| split(set, "--set")).collect::<Result<Vec<_>, _>>()?;
     let facts: Facts = facts(&args.options)?;
     subjects.iter_mut().for_each(|subject| (subject.base, subject.facts) = (base.clone(), facts.clone()));

@@ -18,6 +18,8 @@ const SPREADING: &[&str] = &["Gaussian"];
 const RISING: &[&str] = &["Brightness", "Contrast", "Encode", "Exposure", "Saturation", "ToneMap", "WhiteBalance"];
 /// Kinds that follow the brightness of the frames over time, and nothing else.
 const FOLLOWING: &[&str] = &["Adapt", "AutoExposure"];
+/// Kinds that say that they may give negative light.
+const NEGATIVE: &[&str] = &["Cdl"];
 /// Kinds without any effect of their own here.
 const PROBES: &[&str] = &["ProbeLevel", "ProbeValue", "ProbeVolume"];
 
@@ -34,6 +36,8 @@ pub(crate) struct Promises {
     pub(crate) spreads: bool,
     /// A rising ramp of greys comes out rising.
     pub(crate) rises: bool,
+    /// Light may come out negative.
+    pub(crate) negative: bool,
     /// What it remembers is an exposure that follows the picture.
     pub(crate) follows: bool,
 }
@@ -49,6 +53,7 @@ impl Promises {
             symmetric: all(|node| is_known(node) && !is_one_of(node, LOPSIDED)),
             spreads: all(|node| is_one_of(node, SPREADING)),
             rises: all(|node| is_one_of(node, RISING)),
+            negative: graph.nodes.iter().any(|node| is_one_of(node, NEGATIVE)),
             follows: all(|node| is_known(node)) && graph.nodes.iter().any(|node| is_one_of(node, FOLLOWING)),
         }
     }

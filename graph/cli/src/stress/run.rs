@@ -31,12 +31,18 @@ pub struct Choice {
 const SWEPT: Size = Size { width: 17, height: 13, depth: 1 };
 /// One pixel, lines, odd and even sides, primes; large enough for all levels of a pyramid in the last.
 const SIZES: [(u32, u32); 8] = [(1, 1), (1, 7), (7, 1), (2, 2), (5, 3), (16, 16), (31, 29), (127, 67)];
-/// Sizes of a quick run.
+/// Sizes of a quick run, and of heavy subjects.
 const FEW_SIZES: [(u32, u32); 2] = [(1, 1), (5, 3)];
 /// Pairs of extremes for each pipeline and kind.
 const PAIRS: usize = 160;
+/// Texels of all images of a subject that makes many from few pixels; fewer of its cases are run.
+const HEAVY: u64 = 50_000;
+/// Pairs of extremes for such a subject.
+const FEW_PAIRS: usize = 8;
 /// The images that pairs of extremes see.
 const TELLING: [&str; 5] = ["black", "nan", "firefly", "ramp", "primaries"];
+/// The images with negative numbers.
+const NEGATIVE: [&str; 2] = ["negative", "minus-inf"];
 /// The images that lines as long as the device allows see.
 const LONG: [&str; 2] = ["ramp", "inf"];
 
@@ -46,13 +52,15 @@ impl Choice {
         self.case.as_ref().is_none_or(|wanted| wanted == case)
     }
 
-    fn images(&self, change: &Change) -> Vec<Extreme> {
-        let is_wanted = |image: &&Extreme| change.is_single || self.case.is_some() || TELLING.contains(&image.name);
-        ALL.iter().filter(is_wanted).filter(|image| self.takes(image.name)).copied().collect()
+    fn images(&self, change: &Change, is_heavy: bool, is_signed: bool) -> Vec<Extreme> {
+        let all = self.case.is_some() || change.sets.is_empty() || (change.is_single && !is_heavy);
+        let is_wanted = |image: &&Extreme| all || TELLING.contains(&image.name);
+        let fits = |image: &&Extreme| self.takes(image.name) && (!is_signed || NEGATIVE.contains(&image.name));
+        ALL.iter().filter(is_wanted).filter(fits).copied().collect()
     }
 
-    fn sizes(&self) -> Vec<Size> {
-        let list: &[(u32, u32)] = if self.quick { &FEW_SIZES } else { &SIZES };
+    fn sizes(&self, is_heavy: bool) -> Vec<Size> {
+        let list: &[(u32, u32)] = if self.quick || is_heavy { &FEW_SIZES } else { &SIZES };
         list.iter().map(|(width, height)| Size::new(*width, *height)).collect()
     }
 
@@ -68,11 +76,12 @@ pub(crate) struct Stand<'a, 'g> {
     pub(crate) subject: &'a Subject,
     pub(crate) choice: &'a Choice,
     pub(crate) tally: Tally,
+    is_heavy: bool,
 }
 
 /// Runs all cases of a subject.
 pub(crate) fn stress(lab: &mut Lab<'_>, registry: &Registry, subject: &Subject, choice: &Choice) -> Tally {
-    let mut stand = Stand { lab, registry, subject, choice, tally: Tally::new(subject) };
+    let mut stand = Stand { lab, registry, subject, choice, tally: Tally::new(subject), is_heavy: false };
     match subject.graph(registry, &Sets::new()) {
         Ok(graph) => stand.all(&graph),
         Err(told) => {
@@ -90,12 +99,21 @@ impl Stand<'_, '_> {
 
     fn all(&mut self, graph: &Graph) {
         let mut bench = self.lab.bench(|_, _| {}, false);
-        let pairs = if self.choice.quick { 0 } else { PAIRS };
+        self.is_heavy = bench.texels(self.subject, graph, SWEPT) > HEAVY;
+        let pairs = match (self.choice.quick, self.is_heavy) {
+            (true, _) => 0,
+            (false, true) => FEW_PAIRS,
+            (false, false) => PAIRS,
+        };
+        let pairs = if self.subject.signed { 0 } else { pairs };
         let mut changes = sweep(self.subject, graph, pairs);
         if self.choice.defaults || !self.subject.sweep {
             changes.truncate(1);
         }
         self.sweep(&mut bench, &changes);
+        if self.subject.signed {
+            return;
+        }
         if self.choice.size.is_none() {
             self.sizes(&mut bench, graph);
         }
@@ -111,7 +129,7 @@ impl Stand<'_, '_> {
                 self.tally.refused += 1;
                 continue;
             };
-            let images = self.choice.images(change);
+            let images = self.choice.images(change, self.is_heavy, self.subject.signed);
             let Some(ran) = self.stills(bench, &graph, &change.sets, size, &images) else { continue };
             if self.subject.is_kind && ran.left_out.iter().any(|node| node == NODE) {
                 self.identity(&mut forced, &ran, &change.sets, size, &images);
@@ -125,7 +143,7 @@ impl Stand<'_, '_> {
             ALL.iter().filter(is_wanted).filter(|image| self.choice.takes(image.name)).copied().collect()
         };
         let (all, long) = (images(None), images(Some(&LONG)));
-        for size in self.choice.sizes() {
+        for size in self.choice.sizes(self.is_heavy) {
             self.stills(bench, graph, &Sets::new(), size, &all);
         }
         let mut half = self.lab.bench(|_, _| {}, true);
@@ -143,9 +161,10 @@ impl Stand<'_, '_> {
         if images.is_empty() {
             return None;
         }
-        // Beside each image what the guard must make of it: both must come out alike.
-        let guarded = images.iter().map(|image| Shot { guarded: true, ..Shot::still(*image) });
-        let shots: Vec<Shot> = images.iter().map(|image| Shot::still(*image)).chain(guarded).collect();
+        // Behind the images what the guard must make of some of them: both must come out alike.
+        let guarded: Vec<usize> = (0..images.len()).filter(|index| images[*index].needs_guard(size)).collect();
+        let clean = guarded.iter().map(|index| Shot { guarded: true, ..Shot::still(images[*index]) });
+        let shots: Vec<Shot> = images.iter().map(|image| Shot::still(*image)).chain(clean).collect();
         let ran = match self.lab.run(bench, (self.subject, graph), size, &shots, true) {
             Ok(ran) => ran,
             Err(why) => {
@@ -154,17 +173,15 @@ impl Stand<'_, '_> {
             }
         };
         let promises = Promises::of(graph);
-        let signed = graph.inputs.iter().any(|input| input.signed && input.state != State::Data);
+        let signed = promises.negative || graph.inputs.iter().any(|input| input.signed && input.state != State::Data);
         for (index, image) in images.iter().enumerate() {
-            let (shown, clean) = (&ran.frames[index], &ran.frames[images.len() + index]);
             let mut wrong = Vec::new();
-            for (shown, clean) in shown.iter().zip(clean) {
+            for shown in &ran.frames[index] {
                 wrong.extend(judge(shown, signed));
                 wrong.extend(broken_promises(shown, *image, size, &promises));
-                let spread = different(shown, clean, Tolerance::NONE);
-                wrong.extend(
-                    spread.filter(|_| finite(shown).is_none()).map(|what| format!("poison spreads: {what} without it")),
-                );
+            }
+            if let Some(clean) = guarded.iter().position(|guarded| *guarded == index) {
+                wrong.extend(poison(&ran.frames[index], &ran.frames[images.len() + clean]));
             }
             self.count(sets, size, image.name, wrong);
         }
@@ -187,6 +204,13 @@ impl Stand<'_, '_> {
             self.count(sets, size, image.name, wrong);
         }
     }
+}
+
+/// Where outside numbers show that the guard should have taken out.
+fn poison(frame: &[Shown], clean: &[Shown]) -> Option<String> {
+    let pairs = frame.iter().zip(clean).filter(|(shown, _)| finite(shown).is_none());
+    let mut spread = pairs.filter_map(|(shown, clean)| different(shown, clean, Tolerance::NONE));
+    spread.next().map(|what| format!("poison spreads: {what} without it"))
 }
 
 fn named<'s>(frame: &'s [Shown], name: &str) -> Option<&'s Shown> {

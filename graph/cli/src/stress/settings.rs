@@ -103,7 +103,7 @@ mod tests {
         let tables = [afterimage_nodes::ALL, super::super::probes::ALL];
         let registry = Registry::new(&tables).expect("no two kinds share a name");
         let kind = registry.get(kind).expect("a built-in kind");
-        let subject = Subject::kind(&registry, kind, false).expect("every built-in kind can run alone");
+        let subject = Subject::kind(&registry, kind, false, false).expect("every built-in kind can run alone");
         (registry, subject)
     }
 
@@ -123,9 +123,9 @@ mod tests {
     #[test]
     fn every_built_in_kind_can_run_alone() {
         for kind in afterimage_nodes::ALL {
-            for bare in [false, true] {
+            for (bare, signed) in [(false, false), (true, false), (false, true), (true, true)] {
                 let (registry, _) = subject("Contrast");
-                let subject = Subject::kind(&registry, *kind, bare).unwrap_or_else(|| panic!("{kind:?}"));
+                let subject = Subject::kind(&registry, *kind, bare, signed).unwrap_or_else(|| panic!("{kind:?}"));
                 let graph = subject.graph(&registry, &Vec::new());
                 assert!(graph.is_ok(), "{kind:?}: {}", graph.expect_err("checked"));
             }

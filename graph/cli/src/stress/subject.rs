@@ -7,7 +7,7 @@ use afterimage_graph::diagnostic::Diagnostics;
 use afterimage_graph::document::parse;
 use afterimage_graph::node::{NodeKind, PortType, Registry};
 
-use super::wiring::{NODE, alone};
+use super::wiring::{NODE, Wires, alone};
 use crate::pipeline::Files;
 
 /// Changes of parameters: `node.parameter` and its value, as `--set` takes them.
@@ -31,6 +31,8 @@ pub struct Subject {
     pub(crate) shows_value: bool,
     /// Whether optional inputs stay without an image.
     pub(crate) bare: bool,
+    /// Whether light may be negative: only images with negative numbers are run.
+    pub(crate) signed: bool,
     /// Whether its parameters are swept over their domains.
     pub(crate) sweep: bool,
     /// Changes that are always made.
@@ -64,30 +66,44 @@ impl Subject {
             is_kind: false,
             shows_value: false,
             bare: false,
+            signed: false,
             sweep: tier.is_none(),
             base: Sets::new(),
             facts: Facts::default(),
         }
     }
 
-    /// A kind on its own, with or without its optional inputs; `None` where nothing makes what it needs or shows what it gives.
-    pub fn kind(registry: &Registry, kind: NodeKind, bare: bool) -> Option<Self> {
+    /// A kind on its own, with its optional inputs, or `bare` without; `signed` light may be negative. `None` where nothing makes what
+    /// the kind needs, or shows what it gives.
+    pub fn kind(registry: &Registry, kind: NodeKind, bare: bool, signed: bool) -> Option<Self> {
         let name = kind.name();
-        let flag = if bare { " --bare" } else { "" };
+        let (title, flag) = match (bare, signed) {
+            (false, false) => ("", ""),
+            (true, false) => (" (bare)", " --bare"),
+            (false, true) => (" (signed)", " --signed"),
+            (true, true) => (" (bare, signed)", " --bare --signed"),
+        };
+        let wires = Wires { bare, signed, forced: false, file: CUBE };
         Some(Self {
-            title: format!("{name}{}", if bare { " (bare)" } else { "" }),
+            title: format!("{name}{title}"),
             words: format!("--kind {name}{flag}"),
             file: format!("{name}.ron"),
-            text: alone(registry, kind, bare, CUBE, false)?,
-            forced: alone(registry, kind, bare, CUBE, true),
+            text: alone(registry, kind, wires)?,
+            forced: alone(registry, kind, Wires { forced: true, ..wires }),
             tier: None,
             is_kind: true,
             shows_value: kind.output(kind.main_output()).is_some_and(|output| output.ty == PortType::Value),
             bare,
+            signed,
             sweep: true,
             base: Sets::new(),
             facts: Facts::default(),
         })
+    }
+
+    /// Whether anything is given to it.
+    pub(crate) fn takes_pictures(&self) -> bool {
+        self.text.contains("allow_negative")
     }
 
     /// The pipeline without images for its optional inputs.

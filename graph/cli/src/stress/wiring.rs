@@ -13,17 +13,29 @@ const LONGEST: usize = 6;
 /// The text in the making.
 struct Wiring<'r> {
     registry: &'r Registry,
+    signed: bool,
     inputs: String,
     nodes: String,
     outputs: String,
 }
 
-/// The pipeline that runs a kind alone, with or without its optional inputs; `None` if no kind makes or shows what it needs.
-///
-/// `file` is given to parameters that take a file. The node's own outputs that are images are read once more from the frame before if
-/// `forced`, so that no identity leaves the node out.
-pub(crate) fn alone(registry: &Registry, kind: NodeKind, bare: bool, file: &str, forced: bool) -> Option<String> {
-    let mut wiring = Wiring { registry, inputs: String::new(), nodes: String::new(), outputs: String::new() };
+/// How a kind is wired.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Wires<'f> {
+    /// Whether optional inputs stay without a wire.
+    pub(crate) bare: bool,
+    /// Whether light may be negative.
+    pub(crate) signed: bool,
+    /// Whether the node's images are read once more from the frame before, so that no identity leaves it out.
+    pub(crate) forced: bool,
+    /// What parameters that take a file are given.
+    pub(crate) file: &'f str,
+}
+
+/// The pipeline that runs a kind alone; `None` if no kind makes or shows what it needs.
+pub(crate) fn alone(registry: &Registry, kind: NodeKind, wires: Wires<'_>) -> Option<String> {
+    let Wires { bare, signed, forced, file } = wires;
+    let mut wiring = Wiring { registry, signed, inputs: String::new(), nodes: String::new(), outputs: String::new() };
     let mut fields = String::new();
     for port in kind.inputs().iter().filter(|port| !(bare && port.optional)) {
         let wire = wiring.feed(port, port.name, 0)?;
@@ -50,7 +62,8 @@ impl Wiring<'_> {
     fn feed(&mut self, port: &Input, name: &str, depth: usize) -> Option<String> {
         if port.ty == PortType::Image {
             let state = port.states.first().copied().unwrap_or(State::Scene);
-            let _ = writeln!(self.inputs, "        \"{name}\": {},", input_type(state));
+            let options = if self.signed { "(allow_negative: true)" } else { "" };
+            let _ = writeln!(self.inputs, "        \"{name}\": {}{options},", input_type(state));
             return Some(name.to_owned());
         }
         if depth == LONGEST {

@@ -1,6 +1,6 @@
 //! What stands above the memory: passes, barriers, bytes moved, and images with memory of their own.
 
-use super::canvas::{Anchor, Canvas, Paint, fitting, width_of};
+use super::canvas::{Anchor, Canvas, Paint, width_of};
 use super::{BAND, BARRIER, GREY, HAND_OVER, INK, LEFT, LINE, Picture};
 use crate::node::{ImageId, Origin};
 use crate::plan::print::mebibytes;
@@ -142,8 +142,12 @@ pub(super) fn kept(picture: &Picture<'_>, canvas: &mut Canvas, y: f64) {
         heading(canvas, y + 9.5, picture.plan.origin_text(ImageId(image as u32)));
         canvas.bar([left + 1.5, y, right - left - 3.0, LANE - 3.0], picture.color(name), None, &text);
         // Nothing else is in the lane: what is too long for its bar stands beside it.
-        let fits = width_of(text.chars().count(), 9.0) < right - left - 8.0;
-        let x = if fits { left + 6.0 } else { right + 3.0 };
-        canvas.text(x, y + 9.2, 9.0, Anchor::Start, Paint::plain(INK), &fitting(&text, picture.width() - x, 9.0));
+        let room = width_of(text.chars().count(), 9.0) + 8.0;
+        let (x, anchor) = match () {
+            () if room < right - left => (left + 6.0, Anchor::Start),
+            () if right + room < picture.width() => (right + 3.0, Anchor::Start),
+            () => (left - 4.0, Anchor::End),
+        };
+        canvas.text(x, y + 9.2, 9.0, anchor, Paint::plain(INK), &text);
     }
 }

@@ -231,7 +231,7 @@ fn crc32(bytes: &[u8]) -> u32 {
 
 #[test]
 fn panics_become_errors() {
-    let caught = guard::no_panic(|| -> u32 { panic!("block {}", 7) });
+    let caught = no_panic(|| -> u32 { panic!("block {}", 7) });
     assert_eq!(caught, Err("block 7".to_owned()));
     let folder = Folder::new("after-panic");
     fs::write(folder.file("a"), small_exr()).unwrap();
