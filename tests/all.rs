@@ -7,10 +7,10 @@ mod bench;
 mod cli;
 /// Mistakes in files, and what is said of them.
 mod errors;
-/// Time against error, and the search for the best of both.
-mod measure;
 /// The executor as a host meets it.
 mod executor;
+/// Time against error, and the search for the best of both.
+mod measure;
 /// The figures that `measure` gives, against published ones.
 mod metrics;
 /// Each kind on the GPU against its f64 twin.

@@ -9,8 +9,10 @@ use crate::support::layer;
 /// The files in the folder: a new one is tested without being named here.
 fn files() -> Vec<String> {
     let entries = std::fs::read_dir(pipelines()).expect("the repository has pipelines");
-    let mut names: Vec<String> =
-        entries.filter_map(|entry| entry.ok()?.file_name().into_string().ok()).filter(|name| name.ends_with(".ron")).collect();
+    let mut names: Vec<String> = entries
+        .filter_map(|entry| entry.ok()?.file_name().into_string().ok())
+        .filter(|name| name.ends_with(".ron"))
+        .collect();
     names.sort();
     assert!(names.len() >= 6, "only {names:?}");
     names
@@ -35,7 +37,8 @@ fn frame(run: &Run<'_>, picture: &Picture) -> Vec<Picture> {
 }
 
 fn worst(a: &[Picture], b: &[Picture]) -> f32 {
-    let pixels = |pictures: &[Picture]| pictures.iter().flat_map(|p| p.pixels.as_flattened().to_vec()).collect::<Vec<f32>>();
+    let pixels =
+        |pictures: &[Picture]| pictures.iter().flat_map(|p| p.pixels.as_flattened().to_vec()).collect::<Vec<f32>>();
     pixels(a).iter().zip(pixels(b)).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max)
 }
 

@@ -6,7 +6,8 @@ use crate::support::gpu::{Picture, Run, gpu, graph};
 
 /// Light with sharp edges, a spike and a smooth ramp: whatever a tile gets wrong at its border shows.
 fn scene(width: u32, height: u32) -> Picture {
-    let hash = |x: u32, y: u32| (x.wrapping_mul(0x9E37_79B1) ^ y.wrapping_mul(0x85EB_CA77)).wrapping_mul(0xC2B2_AE3D) >> 8;
+    let hash =
+        |x: u32, y: u32| (x.wrapping_mul(0x9E37_79B1) ^ y.wrapping_mul(0x85EB_CA77)).wrapping_mul(0xC2B2_AE3D) >> 8;
     Picture::new(width, height, |x, y| {
         let noise = hash(x, y) as f32 / (1 << 24) as f32;
         let ramp = x as f32 / width as f32;

@@ -22,7 +22,9 @@ fn scene(width: u32, height: u32, walk: f64) -> Picture {
 }
 
 fn camera(walk: f64) -> String {
-    format!(r#"Pipeline(inputs: {{}}, nodes: {{ "scene": DemoScene(walk: {walk:?}) }}, outputs: {{ "scene": "scene" }})"#)
+    format!(
+        r#"Pipeline(inputs: {{}}, nodes: {{ "scene": DemoScene(walk: {walk:?}) }}, outputs: {{ "scene": "scene" }})"#
+    )
 }
 
 /// The pipeline up to a node, whose result is the only output.

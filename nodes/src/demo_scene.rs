@@ -24,16 +24,28 @@ impl Node for DemoScene {
     const INPUTS: &'static [Input] = &[];
     const OUTPUTS: &'static [Output] = &[
         Output::image("result", Gives::Always(State::Scene), "The scene's light; alpha is the emissive strength."),
-        Output::image("depth", Gives::Always(State::Data), "Distance along the view axis in metres, 1000 for the sky, in x."),
+        Output::image(
+            "depth",
+            Gives::Always(State::Data),
+            "Distance along the view axis in metres, 1000 for the sky, in x.",
+        ),
         Output::image("normal", Gives::Always(State::Data), "The view-space normal; (0, 0, 1) for the sky."),
-        Output::image("albedo", Gives::Always(State::Data), "Diffuse albedo; alpha is 1 where metering should count the pixel."),
+        Output::image(
+            "albedo",
+            Gives::Always(State::Data),
+            "Diffuse albedo; alpha is 1 where metering should count the pixel.",
+        ),
     ];
     const BYPASS: StandIn = StandIn::Zero;
 
     fn record(&self, pass: &mut Recorder<'_>) {
         let desc = ImageDesc::new(pass.frame_size());
-        let kernels =
-            [("result", "demo_scene"), ("depth", "demo_scene_depth"), ("normal", "demo_scene_normal"), ("albedo", "demo_scene_albedo")];
+        let kernels = [
+            ("result", "demo_scene"),
+            ("depth", "demo_scene_depth"),
+            ("normal", "demo_scene_normal"),
+            ("albedo", "demo_scene_albedo"),
+        ];
         for (port, function) in kernels {
             if pass.wanted(port) {
                 pass.function(&SHADER, function).write(port, desc);

@@ -23,11 +23,8 @@ params! {
 }
 
 impl Node for Vignette {
-    const INPUTS: &'static [Input] = &[Input::image("source", "The picture, before or after the tone curve.").takes(&[
-        State::Scene,
-        State::Exposed,
-        State::DisplayLinear,
-    ])];
+    const INPUTS: &'static [Input] = &[Input::image("source", "The picture, before or after the tone curve.")
+        .takes(&[State::Scene, State::Exposed, State::DisplayLinear])];
     const OUTPUTS: &'static [Output] = &[Output::image("result", Gives::Same("source"), "The darkened picture.")];
     const BYPASS: StandIn = StandIn::Input("source");
 

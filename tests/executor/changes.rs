@@ -127,7 +127,8 @@ fn a_plan_that_the_device_refuses_leaves_the_old_one_running() {
     player.frame(&[("scene", &scene)], 0.0, false);
     let before = player.output("out");
     let mut impossible = (*plan).clone();
-    let used = |index: &usize| plan.lifetimes[*index].is_some() && plan.recording.images[*index].origin == Origin::Transient;
+    let used =
+        |index: &usize| plan.lifetimes[*index].is_some() && plan.recording.images[*index].origin == Origin::Transient;
     let image = (0..plan.lifetimes.len()).find(used).expect("the plan makes images");
     let too_large = Size::new(1 << 20, 1);
     impossible.recording.images[image].desc.size = too_large;

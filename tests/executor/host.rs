@@ -97,8 +97,7 @@ fn a_surface_s_format_is_drawn_to() {
 fn any_number_of_host_textures_may_take_turns() {
     let (mut player, input, wanted) = reference(&lively(64, 36));
     let format = player.executor.output("display").expect("it is an output").format();
-    let views: Vec<_> =
-        (0..7).map(|_| texture(&player, (64, 36), format, TextureUsages::STORAGE_BINDING)).collect();
+    let views: Vec<_> = (0..7).map(|_| texture(&player, (64, 36), format, TextureUsages::STORAGE_BINDING)).collect();
     for view in views.iter().chain(&views) {
         let frame = Frame { inputs: &[("scene", &input)], outputs: &[("display", view)], ..Frame::default() };
         player.run(&frame).expect("the host's texture fits");

@@ -90,7 +90,14 @@ pub struct Run<'a> {
 impl<'a> Run<'a> {
     pub fn new(graph: &'a Graph) -> Self {
         let size = Size::new(1, 1);
-        Self { graph, size, options: Options::default(), facts: Facts::default(), prefer_fragment: false, half_inputs: false }
+        Self {
+            graph,
+            size,
+            options: Options::default(),
+            facts: Facts::default(),
+            prefer_fragment: false,
+            half_inputs: false,
+        }
     }
 
     /// Everything exact: 32-bit intermediates.
@@ -109,7 +116,8 @@ impl<'a> Run<'a> {
         caps.prefer_fragment = self.prefer_fragment;
         let executor = Executor::with_caps(&gpu.device, &gpu.queue, gpu.caps.clone());
         let requirement = &|desc: &_| executor.requirement(desc);
-        let setting = Setting { size, inputs: given, facts: self.facts.clone(), caps, options: self.options, requirement };
+        let setting =
+            Setting { size, inputs: given, facts: self.facts.clone(), caps, options: self.options, requirement };
         plan(self.graph, &setting).unwrap_or_else(|error| panic!("{error}"))
     }
 

@@ -39,6 +39,10 @@ pub fn said() -> Vec<String> {
 
 /// Whether the layer is installed: without it, silence proves nothing.
 pub fn is_installed() -> bool {
-    let folders = ["/usr/share/vulkan/explicit_layer.d", "/usr/local/share/vulkan/explicit_layer.d", "/etc/vulkan/explicit_layer.d"];
+    let folders = [
+        "/usr/share/vulkan/explicit_layer.d",
+        "/usr/local/share/vulkan/explicit_layer.d",
+        "/etc/vulkan/explicit_layer.d",
+    ];
     folders.iter().any(|folder| std::path::Path::new(folder).join("VkLayer_khronos_validation.json").exists())
 }

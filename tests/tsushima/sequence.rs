@@ -111,7 +111,10 @@ fn an_exposure_follows_a_walk_never_passes_its_aim_and_arrives() {
     // The eye rests: from here on the way left gets shorter with every frame, until there is none.
     for frame in 0..72 {
         let after = walk.follow(1.0 / 24.0);
-        assert!((after - wanted).abs() <= (before - wanted).abs() + 1e-6, "held frame {frame}: {before} {after} {wanted}");
+        assert!(
+            (after - wanted).abs() <= (before - wanted).abs() + 1e-6,
+            "held frame {frame}: {before} {after} {wanted}"
+        );
         assert!((after - wanted) * (before - wanted) >= -1e-6, "held frame {frame}: {before} {after} {wanted}");
         before = after;
     }

@@ -27,7 +27,8 @@ fn undithered(sets: &[(&str, &str)]) -> Graph {
     let path = pipelines().join(super::PIPELINE);
     let text = std::fs::read_to_string(&path).expect("the pipeline is there");
     let document = parse(&path.to_string_lossy(), &text).unwrap_or_else(|errors| panic!("{errors:?}"));
-    let sets = sets.iter().chain(&[("display", "Off")]).map(|(node, value)| ((*node).into(), (*value).into())).collect();
+    let sets =
+        sets.iter().chain(&[("display", "Off")]).map(|(node, value)| ((*node).into(), (*value).into())).collect();
     let options = CheckOptions { tier: None, sets, loader: &Repository };
     check(&document, &registry(), &options).unwrap_or_else(|errors| panic!("{errors:?}")).0
 }
@@ -84,7 +85,8 @@ fn seen(graph: &Graph, scene: &Image) -> Image {
     let Range { low, high } = counted.range();
     let bins = Bins { count: counted.whole("bins"), low, high, black: counted.number("black") };
     let mean = bins.trimmed_mean(&bins.histogram(scene), metered.number("low"), metered.number("high"));
-    let limited = limit_mean(mean.expect("the picture is not black"), metered.number("min_ev"), metered.number("max_ev"));
+    let limited =
+        limit_mean(mean.expect("the picture is not black"), metered.number("min_ev"), metered.number("max_ev"));
     let gain = auto_exposure_stops(limited, metered.number("key"), metered.number("compensation")).exp2();
     let night = strength_log(Node(graph, "seen").number("illuminance"));
     let scale = Node(graph, "seen").number("scale");
@@ -104,8 +106,7 @@ fn local(graph: &Graph, seen: &Image) -> Image {
     let logs = seen.map(|pixel| [range.log_luminance(rgb(pixel)); 4]);
     let aspect = seen.width as f64 / seen.height as f64;
     let sigma = around.number("sigma");
-    let [across, down] =
-        [sigma * width as f64, sigma * height as f64 * aspect].map(|sigma| taps(sigma, radius(sigma)));
+    let [across, down] = [sigma * width as f64, sigma * height as f64 * aspect].map(|sigma| taps(sigma, radius(sigma)));
     let wide = blur_axis(&blur_axis(&area_average(&logs, [width, height]), &across, [1, 0]), &down, [0, 1]);
     let node = Node(graph, "local");
     let [bilateral, middle, contrast, detail] =
@@ -212,7 +213,8 @@ fn synthetic(width: u32, height: u32) -> Picture {
     Picture::new(width, height, |x, y| {
         let (u, v) = (f64::from(x) / f64::from(width), f64::from(y) / f64::from(height));
         let window = if u > 0.6 && v < 0.55 { 6.0 } else { 0.0 };
-        let light = (-6.0 + 3.0 * u + 1.5 * (7.0 * v).sin() + window + 0.3 * (50.0 * u).sin() * (37.0 * v).cos()).exp2();
+        let light =
+            (-6.0 + 3.0 * u + 1.5 * (7.0 * v).sin() + window + 0.3 * (50.0 * u).sin() * (37.0 * v).cos()).exp2();
         let hue = [0.0, 2.1, 4.2].map(|phase| (light * (1.0 + 0.6 * (9.0 * u + 4.0 * v + phase).cos())) as f32);
         match (x, y) {
             (30, 20) => [900.0, 400.0, 90.0, 1.0],

@@ -253,7 +253,8 @@ pub(crate) struct BenchArgs {
 
 /// `1920x1080`.
 pub(crate) fn parse_size(text: &str) -> Result<(u32, u32), String> {
-    let parts = text.split_once(['x', 'X', '×']).and_then(|(w, h)| Some((w.trim().parse().ok()?, h.trim().parse().ok()?)));
+    let parts =
+        text.split_once(['x', 'X', '×']).and_then(|(w, h)| Some((w.trim().parse().ok()?, h.trim().parse().ok()?)));
     match parts {
         Some((width @ 1.., height @ 1..)) => Ok((width, height)),
         _ => Err("a size is two whole numbers from 1, such as 1920x1080".into()),

@@ -57,8 +57,7 @@ fn json(args: &CheckArgs, registry: &afterimage_graph::node::Registry) -> Result
         let text = std::fs::read_to_string(path)
             .map_err(|error| Failure::user(format!("cannot read the pipeline `{name}`: {error}")))?;
         let sets = args.options.sets.iter().map(|set| split(set, "--set")).collect::<Result<_, _>>()?;
-        let options =
-            afterimage_graph::check::CheckOptions { tier: args.options.tier.clone(), sets, loader: &Files };
+        let options = afterimage_graph::check::CheckOptions { tier: args.options.tier.clone(), sets, loader: &Files };
         let checked = parse(&name, &text).and_then(|document| {
             afterimage_graph::check::check(&document, registry, &options).map(|(_, warnings)| warnings)
         });

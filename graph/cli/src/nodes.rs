@@ -59,7 +59,8 @@ fn page(kind: NodeKind) -> String {
     kind.params().iter().for_each(|param| text += &parameter(param));
     let _ = writeln!(text, "\n{HEADING}When it is off{HEADING:#}\n  {}", bypass(kind.bypass()));
     if let Some(figures) = crate::stress::figures(kind.name()) {
-        let _ = writeln!(text, "\n{HEADING}What one half-float unit of error at the input becomes{HEADING:#}\n{figures}");
+        let _ =
+            writeln!(text, "\n{HEADING}What one half-float unit of error at the input becomes{HEADING:#}\n{figures}");
     }
     text
 }
@@ -90,7 +91,10 @@ fn output(port: &Output) -> String {
 fn parameter(param: &Param) -> String {
     let mut facts = vec![format!("default {}", param.default)];
     if let Some((low, high)) = param.domain {
-        facts.push(format!("from {low} to {high}{}", if param.unit.is_empty() { String::new() } else { format!(" {}", param.unit) }));
+        facts.push(format!(
+            "from {low} to {high}{}",
+            if param.unit.is_empty() { String::new() } else { format!(" {}", param.unit) }
+        ));
     } else if !param.unit.is_empty() {
         facts.push(format!("in {}", param.unit));
     }

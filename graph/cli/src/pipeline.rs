@@ -62,7 +62,8 @@ fn folder_node(folder: &Path) -> Result<NodeKind, Failure> {
 }
 
 fn shader_of(folder: &Path) -> Result<std::path::PathBuf, Failure> {
-    let entries = std::fs::read_dir(folder).map_err(|error| Failure::user(format!("`{}`: {error}", folder.display())))?;
+    let entries =
+        std::fs::read_dir(folder).map_err(|error| Failure::user(format!("`{}`: {error}", folder.display())))?;
     let mut shaders: Vec<_> = entries.filter_map(|entry| Some(entry.ok()?.path())).collect();
     shaders.retain(|path| path.extension().is_some_and(|ending| ending == "wgsl"));
     match shaders.as_slice() {
@@ -107,23 +108,32 @@ pub(crate) fn check_text(
 
 /// `name=value`.
 pub(crate) fn split(text: &str, flag: &str) -> Result<(String, String), Failure> {
-    let (name, value) = text
-        .split_once('=')
-        .ok_or_else(|| Failure::user(format!("`{flag} {text}` has no `=`")).hint(format!("write `{flag} name=value`")))?;
+    let (name, value) = text.split_once('=').ok_or_else(|| {
+        Failure::user(format!("`{flag} {text}` has no `=`")).hint(format!("write `{flag} name=value`"))
+    })?;
     Ok((name.trim().to_owned(), value.trim().to_owned()))
 }
 
 /// A fact that no condition asks is a slip of the pen, and silence would hide it.
 fn refuse_unknown_facts(graph: &Graph, options: &PipelineOptions) -> Result<(), Failure> {
-    let asked: Vec<String> =
-        graph.nodes.iter().filter_map(|node| node.when.as_ref()).flat_map(|when| when.facts()).map(str::to_owned).collect();
+    let asked: Vec<String> = graph
+        .nodes
+        .iter()
+        .filter_map(|node| node.when.as_ref())
+        .flat_map(|when| when.facts())
+        .map(str::to_owned)
+        .collect();
     for fact in &options.facts {
         let (name, _) = split(fact, "--fact")?;
         if !asked.contains(&name) {
             let mut known = asked.clone();
             known.sort();
             known.dedup();
-            let hint = if known.is_empty() { "it asks no facts at all".into() } else { format!("it asks `{}`", known.join("`, `")) };
+            let hint = if known.is_empty() {
+                "it asks no facts at all".into()
+            } else {
+                format!("it asks `{}`", known.join("`, `"))
+            };
             return Err(Failure::user(format!("no `when` of this pipeline asks the fact `{name}`")).hint(hint));
         }
     }
@@ -166,12 +176,7 @@ pub(crate) fn plan_options(options: &PlanOptions) -> Options {
 }
 
 /// A plan without a device: for one that can store every format, on half-float inputs of that size.
-pub(crate) fn plan_without_device(
-    graph: &Graph,
-    size: Size,
-    facts: Facts,
-    options: Options,
-) -> Result<Plan, Failure> {
+pub(crate) fn plan_without_device(graph: &Graph, size: Size, facts: Facts, options: Options) -> Result<Plan, Failure> {
     let caps = Caps { storage: Format::ALL.into(), max_side: 16384, ..Caps::default() };
     Ok(plan(graph, &setting(graph, size, facts, options, caps, &Requirement::typical))?)
 }

@@ -99,7 +99,8 @@ fn input_files(args: &RenderArgs, graph: &Graph) -> Result<Vec<(String, String)>
     let given = |name: &str, files: &[(String, String)]| files.iter().any(|(known, _)| known == name);
     if let Some(file) = &args.input {
         let free = known.iter().find(|name| !given(name, &files));
-        let free = free.ok_or_else(|| Failure::user("the pipeline takes no further image").hint("leave the input file out"))?;
+        let free =
+            free.ok_or_else(|| Failure::user("the pipeline takes no further image").hint("leave the input file out"))?;
         files.insert(0, ((*free).to_owned(), file.clone()));
     }
     match graph.inputs.iter().find(|input| !input.optional && !given(&input.name, &files)) {
@@ -168,7 +169,8 @@ fn read_all(jobs: &[Job], to: &SyncSender<Read>) -> Duration {
     let mut busy = Duration::ZERO;
     for job in jobs {
         let start = Instant::now();
-        let pictures = job.sources.iter().map(|(name, source)| Ok((name.clone(), files::read(source)?))).collect::<Read>();
+        let pictures =
+            job.sources.iter().map(|(name, source)| Ok((name.clone(), files::read(source)?))).collect::<Read>();
         busy += start.elapsed();
         let failed = pictures.is_err();
         // A receiver that is gone has failed, and says so itself.
@@ -260,12 +262,7 @@ fn time_passes(
     Ok(labels.zip(times).collect())
 }
 
-fn write_all(
-    jobs: &[Job],
-    saving: &Saving,
-    from: &Receiver<Rendered>,
-    bar: &ProgressBar,
-) -> Result<Duration, Failure> {
+fn write_all(jobs: &[Job], saving: &Saving, from: &Receiver<Rendered>, bar: &ProgressBar) -> Result<Duration, Failure> {
     let mut busy = Duration::ZERO;
     for rendered in from {
         let start = Instant::now();

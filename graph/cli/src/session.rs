@@ -44,12 +44,18 @@ pub(crate) struct Clock {
 impl<'g> Session<'g> {
     pub(crate) fn new(gpu: &'g Gpu, graph: Graph, facts: Facts, options: Options) -> Self {
         let known_pipelines = cache::pipelines(gpu);
-        let executor = Executor::with_caps(&gpu.device, &gpu.queue, gpu.caps.clone()).with_pipeline_cache(&known_pipelines);
+        let executor =
+            Executor::with_caps(&gpu.device, &gpu.queue, gpu.caps.clone()).with_pipeline_cache(&known_pipelines);
         Self { gpu, graph, facts, options, executor, known_pipelines, planned_for: None }
     }
 
     /// Renders one frame; the results stay on the GPU.
-    pub(crate) fn render(&mut self, size: Size, inputs: &[(String, &wgpu::Texture, ImageDesc)], clock: Clock) -> Result<(), Failure> {
+    pub(crate) fn render(
+        &mut self,
+        size: Size,
+        inputs: &[(String, &wgpu::Texture, ImageDesc)],
+        clock: Clock,
+    ) -> Result<(), Failure> {
         let given = |desc: &ImageDesc| GivenImage { desc: *desc, finite: false };
         let inputs_given = inputs.iter().map(|(name, _, desc)| (name.clone(), given(desc))).collect();
         self.plan_for(size, inputs_given)?;
@@ -123,7 +129,12 @@ pub(crate) fn texels(picture: &Picture) -> Texels {
 pub(crate) fn upload_picture(gpu: &Gpu, picture: &Picture) -> Result<(wgpu::Texture, ImageDesc), Failure> {
     let limit = gpu.caps.max_side;
     if picture.width.max(picture.height) > limit {
-        let message = format!("the image is {}x{}, but `{}` takes at most {limit} pixels a side", picture.width, picture.height, gpu.name());
+        let message = format!(
+            "the image is {}x{}, but `{}` takes at most {limit} pixels a side",
+            picture.width,
+            picture.height,
+            gpu.name()
+        );
         return Err(Failure::user(message).hint("scale it down, or choose another device with `--adapter`"));
     }
     let texels = texels(picture);
@@ -141,8 +152,11 @@ pub(crate) fn choose_output(plan: &Plan, wanted: Option<&str>, png: bool) -> Res
         })?;
         return match suits(&output) {
             true => Ok(output.clone()),
-            false if png => Err(Failure::user(format!("output `{wanted}` is {}, and a PNG holds encoded pictures", output.state.name()))
-                .hint("write it to an `.exr` file, or add an `Encode` node")),
+            false if png => Err(Failure::user(format!(
+                "output `{wanted}` is {}, and a PNG holds encoded pictures",
+                output.state.name()
+            ))
+            .hint("write it to an `.exr` file, or add an `Encode` node")),
             false => Err(Failure::user(format!("output `{wanted}` is Encoded, and an EXR holds linear light"))
                 .hint("write it to a `.png` file")),
         };

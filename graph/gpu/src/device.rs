@@ -79,8 +79,10 @@ impl Gpu {
 
 async fn adapter(instance: &wgpu::Instance, wanted: Option<&str>) -> Result<wgpu::Adapter, GpuError> {
     let Some(wanted) = wanted else {
-        let options =
-            wgpu::RequestAdapterOptions { power_preference: wgpu::PowerPreference::HighPerformance, ..Default::default() };
+        let options = wgpu::RequestAdapterOptions {
+            power_preference: wgpu::PowerPreference::HighPerformance,
+            ..Default::default()
+        };
         let adapter = instance.request_adapter(&options).await;
         return adapter.map_err(|_| GpuError::NoAdapter { wanted: None, advice: ADVICE.into() });
     };
@@ -104,8 +106,9 @@ pub fn caps(adapter: &wgpu::Adapter, device: &wgpu::Device) -> Caps {
         let offered = if specific { adapter.get_texture_format_features(format).allowed_usages } else { guaranteed };
         offered.contains(usage)
     };
-    let formats =
-        |usage: TextureUsages| Format::ALL.into_iter().filter(|f| allows(*f, usage | TextureUsages::TEXTURE_BINDING)).collect();
+    let formats = |usage: TextureUsages| {
+        Format::ALL.into_iter().filter(|f| allows(*f, usage | TextureUsages::TEXTURE_BINDING)).collect()
+    };
     Caps {
         storage: formats(TextureUsages::STORAGE_BINDING),
         renderable: formats(TextureUsages::RENDER_ATTACHMENT),

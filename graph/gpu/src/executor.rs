@@ -3,13 +3,18 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use afterimage_graph::node::{BufferLife, ImageId, Origin, Resource, Work};
 use afterimage_graph::image::ImageDesc;
+use afterimage_graph::node::{BufferLife, ImageId, Origin, Resource, Work};
 use afterimage_graph::plan::{Alias, Caps, Plan, PlanOutput, Requirement, Stage, Use};
-use afterimage_graph::shader::{Composed, FRAGMENT_SIZE_BINDING, SlotKind, compose_entry, compose_steps, compose_tiling};
+use afterimage_graph::shader::{
+    Composed, FRAGMENT_SIZE_BINDING, SlotKind, compose_entry, compose_steps, compose_tiling,
+};
 use rustc_hash::FxHashMap;
-use wgpu::{BindGroup, BindGroupEntry, BindingResource, Buffer, BufferUsages, CommandEncoder, Device, Queue, TextureView};
+use wgpu::{
+    BindGroup, BindGroupEntry, BindingResource, Buffer, BufferUsages, CommandEncoder, Device, Queue, TextureView,
+};
 
+use crate::GpuError;
 use crate::cache;
 use crate::device::texture_format;
 use crate::heap::{self, Heap};
@@ -17,7 +22,6 @@ use crate::layout::{Pipeline, bind_group_layout, bound_slots, by_hand};
 use crate::pipelines::{Built, Order, PipelineKey, Pipelines};
 use crate::store::{self, Store, TextureKey};
 use crate::timing::Timing;
-use crate::GpuError;
 
 /// One frame's inputs, outputs and time.
 #[derive(Clone, Copy, Default)]
@@ -262,7 +266,12 @@ impl Executor {
 
     /// Records one pass of a frame and no other, for measurements on devices whose timestamps cannot be trusted. What it reads is what the frames
     /// before have left, and time does not go on.
-    pub fn encode_pass(&mut self, encoder: &mut CommandEncoder, frame: &Frame<'_>, pass: usize) -> Result<(), GpuError> {
+    pub fn encode_pass(
+        &mut self,
+        encoder: &mut CommandEncoder,
+        frame: &Frame<'_>,
+        pass: usize,
+    ) -> Result<(), GpuError> {
         if self.loaded.is_none() {
             return Err(GpuError::NoPlan);
         }
@@ -357,7 +366,8 @@ fn record_dispatches(
     passes: Range<usize>,
     encoder: &mut CommandEncoder,
 ) -> usize {
-    let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor { label: Some("afterimage"), timestamp_writes: None });
+    let mut pass =
+        encoder.begin_compute_pass(&wgpu::ComputePassDescriptor { label: Some("afterimage"), timestamp_writes: None });
     let mut index = passes.start;
     if let Some(timing) = &loaded.timing {
         pass.write_timestamp(&timing.queries, index as u32);
@@ -473,7 +483,11 @@ impl Executor {
     }
 
     /// Buffers of the plan; those that outlive frames keep what they hold where the old plan had the same.
-    fn make_buffers(&mut self, plan: &Plan, old: Option<Loaded>) -> (Vec<Buffer>, FxHashMap<String, Vec<TextureKey>>, bool) {
+    fn make_buffers(
+        &mut self,
+        plan: &Plan,
+        old: Option<Loaded>,
+    ) -> (Vec<Buffer>, FxHashMap<String, Vec<TextureKey>>, bool) {
         let mut kept: FxHashMap<(String, u64), Buffer> = FxHashMap::default();
         let mut rings = FxHashMap::default();
         let timed = old.as_ref().is_some_and(|old| old.timing.is_some());
@@ -559,9 +573,8 @@ impl Executor {
                 (Origin::Previous { .. }, _) => Holding::Unused,
                 (Origin::Transient, _) if remembered => {
                     let known = old_rings.remove(&image.label);
-                    let fits = known.filter(|keys| {
-                        keys.len() == length as usize && self.store.get(keys[0]).desc == image.desc
-                    });
+                    let fits = known
+                        .filter(|keys| keys.len() == length as usize && self.store.get(keys[0]).desc == image.desc);
                     let ring = fits.unwrap_or_else(|| {
                         self.fresh = true;
                         (0..length).map(|_| self.store.take(&self.device, image.desc, &image.label)).collect()
@@ -855,12 +868,18 @@ fn named<'a>(views: &[(&str, &'a TextureView)], name: &str) -> Option<&'a Textur
 fn same_views(store: &Store, loaded: &Loaded, set: &HostSet, frame: &Frame<'_>) -> bool {
     let (inputs, outputs) = set.views.split_at(loaded.plan.inputs.len());
     let same_input = |((name, _), view): (&(String, ImageId), &TextureView)| named(frame.inputs, name) == Some(view);
-    let same_output = |(output, view): (&PlanOutput, &TextureView)| output_view(store, loaded, output, frame) == Some(view);
+    let same_output =
+        |(output, view): (&PlanOutput, &TextureView)| output_view(store, loaded, output, frame) == Some(view);
     loaded.plan.inputs.iter().zip(inputs).all(same_input) && loaded.plan.outputs.iter().zip(outputs).all(same_output)
 }
 
 /// Where an output goes: to the host's image, or to ours.
-fn output_view<'a>(store: &'a Store, loaded: &Loaded, output: &PlanOutput, frame: &Frame<'a>) -> Option<&'a TextureView> {
+fn output_view<'a>(
+    store: &'a Store,
+    loaded: &Loaded,
+    output: &PlanOutput,
+    frame: &Frame<'a>,
+) -> Option<&'a TextureView> {
     named(frame.outputs, &output.name).or_else(|| match &loaded.holdings[output.image.0 as usize] {
         Holding::Output(_, key) => Some(&store.get(*key).view),
         _ => None,
@@ -877,14 +896,21 @@ fn chosen_views(store: &Store, loaded: &Loaded, frame: &Frame<'_>) -> Result<Vec
         views.push(view.clone());
     }
     for output in &plan.outputs {
-        let view = output_view(store, loaded, output, frame).expect("the planner gives each output an image of its own");
+        let view =
+            output_view(store, loaded, output, frame).expect("the planner gives each output an image of its own");
         check_host_image(plan, &output.name, output.image, view, false)?;
         views.push(view.clone());
     }
     Ok(views)
 }
 
-fn check_host_image(plan: &Plan, port: &str, image: ImageId, view: &TextureView, is_input: bool) -> Result<(), GpuError> {
+fn check_host_image(
+    plan: &Plan,
+    port: &str,
+    image: ImageId,
+    view: &TextureView,
+    is_input: bool,
+) -> Result<(), GpuError> {
     let (texture, desc) = (view.texture(), plan.recording.image(image).desc);
     let same_size = (texture.width(), texture.height()) == (desc.size.width, desc.size.height);
     let suits = if is_input {

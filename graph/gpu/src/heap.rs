@@ -3,7 +3,10 @@
 //! wgpu gives every texture memory of its own, so on Vulkan the images are made by hand, bound to one allocation, and handed to wgpu, which then tracks
 //! and destroys them like any other. Images that overlap are never alive at once: the plan says so, and its checker proves it. The hand-over from
 //! one resident to the next is a barrier that the executor causes by touching the newcomer (see [`Executor`](crate::Executor)).
-#![allow(unsafe_code, reason = "memory cannot be placed through wgpu's safe interface; every block has its proof beside it")]
+#![allow(
+    unsafe_code,
+    reason = "memory cannot be placed through wgpu's safe interface; every block has its proof beside it"
+)]
 
 use afterimage_graph::image::ImageDesc;
 use afterimage_graph::plan::Requirement;
@@ -22,7 +25,9 @@ pub(crate) struct Heap {
 impl Heap {
     /// An allocation of so many bytes that suits every image of the descriptions; `None` where the backend is not Vulkan or has no such memory.
     pub(crate) fn new(device: &wgpu::Device, bytes: u64, descs: &[ImageDesc]) -> Option<Self> {
-        let types = descs.iter().try_fold(u32::MAX, |types, desc| Some(types & requirements(device, desc)?.memory_type_bits))?;
+        let types = descs
+            .iter()
+            .try_fold(u32::MAX, |types, desc| Some(types & requirements(device, desc)?.memory_type_bits))?;
         // SAFETY: the guard is dropped before this function returns, and the device is not destroyed through it.
         let hal = unsafe { device.as_hal::<Vulkan>() }?;
         let instance = hal.shared_instance().raw_instance();
@@ -167,5 +172,8 @@ fn hal_usage(usage: wgpu::TextureUsages) -> wgpu::TextureUses {
 }
 
 fn vulkan_usage(usage: wgpu::TextureUsages) -> vk::ImageUsageFlags {
-    USAGES.iter().filter(|(known, ..)| usage.contains(*known)).fold(vk::ImageUsageFlags::empty(), |all, (.., vk)| all | *vk)
+    USAGES
+        .iter()
+        .filter(|(known, ..)| usage.contains(*known))
+        .fold(vk::ImageUsageFlags::empty(), |all, (.., vk)| all | *vk)
 }

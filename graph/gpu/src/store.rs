@@ -64,7 +64,13 @@ impl Store {
     }
 
     /// The texture of constant texels, filled at its first mention.
-    pub(crate) fn constant(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, desc: ImageDesc, bytes: &[u8]) -> TextureKey {
+    pub(crate) fn constant(
+        &mut self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        desc: ImageDesc,
+        bytes: &[u8],
+    ) -> TextureKey {
         let content = (desc, bytes.to_vec());
         if let Some(key) = self.constants.get(&content) {
             return *key;

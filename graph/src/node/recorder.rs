@@ -256,7 +256,15 @@ impl<'a> Recorder<'a> {
 
     /// A pass around one kernel function. Its image and value arguments are the inputs of the same names, unless `read` says otherwise.
     pub fn function(&mut self, shader: &'static Shader, function: &'static str) -> FunctionPass<'_, 'a> {
-        FunctionPass { recorder: self, shader, function, label: function.to_owned(), reads: Vec::new(), set: Vec::new(), reach: None }
+        FunctionPass {
+            recorder: self,
+            shader,
+            function,
+            label: function.to_owned(),
+            reads: Vec::new(),
+            set: Vec::new(),
+            reach: None,
+        }
     }
 
     /// A pass around a whole compute entry point. Its bindings are the inputs of the same names, unless `bind` says otherwise.
@@ -337,7 +345,8 @@ impl FunctionPass<'_, '_> {
     /// Ends the sentence: the result goes to an image made before.
     pub fn write_to(self, result: ImageId) {
         let function = self.recorder.reflection(self.shader).function(self.function);
-        let function = function.unwrap_or_else(|| panic!("{:?} has no kernel function `{}`", self.shader, self.function));
+        let function =
+            function.unwrap_or_else(|| panic!("{:?} has no kernel function `{}`", self.shader, self.function));
         let args = function.args.iter().enumerate().map(|(index, _)| self.arg(function, index)).collect();
         let uniform = function.args.iter().find_map(|(name, ty)| match ty {
             ArgType::Struct(ty) if name == "params" => Some(self.recorder.uniform(self.shader, ty, &self.set)),
@@ -363,7 +372,10 @@ impl FunctionPass<'_, '_> {
             ArgType::Sampler => Arg::Sampler,
             ArgType::Texture | ArgType::Volume => Arg::Texture(self.image(name)),
             ArgType::Floats(n) => self.numbers(name, *n),
-            other => panic!("argument `{name}` of `{}` has a type that the framework does not know: {other:?}", self.function),
+            other => panic!(
+                "argument `{name}` of `{}` has a type that the framework does not know: {other:?}",
+                self.function
+            ),
         }
     }
 
@@ -386,7 +398,9 @@ impl FunctionPass<'_, '_> {
             Arrival::Image(image) => Arg::Pixel(*image),
             Arrival::Buffer(buffer) => Arg::Value(*buffer, components),
             Arrival::Zero | Arrival::Absent => Arg::Zero(components),
-            other @ Arrival::Pyramid(_) => panic!("input `{name}` of `{}` is {other:?}, not a pixel", self.recorder.node),
+            other @ Arrival::Pyramid(_) => {
+                panic!("input `{name}` of `{}` is {other:?}, not a pixel", self.recorder.node)
+            }
         }
     }
 }
@@ -445,7 +459,9 @@ impl ComputePass<'_, '_> {
         for global in &reflection.globals {
             match &global.kind {
                 GlobalKind::Uniform(ty) if ty != "Frame" => uniform = self.recorder.uniform(self.shader, ty, &self.set),
-                kind => bindings.extend(self.resource(&global.name).map(|resource| binding(&global.name, kind, resource))),
+                kind => {
+                    bindings.extend(self.resource(&global.name).map(|resource| binding(&global.name, kind, resource)))
+                }
             }
         }
         let Self { recorder, shader, entry, label, constants, .. } = self;

@@ -44,10 +44,12 @@ pub(crate) fn cull(graph: &Graph, special: &Special) -> Result<Needed, PlanError
         }
     }
     let unread = |(index, _): &(usize, _)| special.runs[*index] && !wanted[*index].iter().any(|w| *w);
-    let left_out = graph.nodes.iter().enumerate().filter(unread).map(|(_, node)| LeftOut {
-        node: node.name.clone(),
-        why: "nobody needs it".into(),
-    });
+    let left_out = graph
+        .nodes
+        .iter()
+        .enumerate()
+        .filter(unread)
+        .map(|(_, node)| LeftOut { node: node.name.clone(), why: "nobody needs it".into() });
     Ok(Needed { left_out: left_out.collect(), wanted })
 }
 

@@ -52,7 +52,8 @@ fn pixel_readers(web: &Web, recording: &Recording, number: usize) -> Vec<usize> 
     }
     let readers: Vec<usize> = web.readers(Resource::Image(*result)).collect();
     let takes = |reader: &usize| {
-        let Some(Work::Steps { steps: reader_steps, result: reader_result }) = web.get(*reader).map(|pass| &pass.work) else {
+        let Some(Work::Steps { steps: reader_steps, result: reader_result }) = web.get(*reader).map(|pass| &pass.work)
+        else {
             return false;
         };
         let only_pixels = reader_steps.iter().flat_map(|s| &s.args).all(|arg| *arg != Arg::Texture(*result));

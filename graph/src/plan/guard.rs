@@ -16,7 +16,8 @@ pub(crate) fn guard(draft: &mut Draft) {
         }
         let Some(first) = draft.recording.passes.iter().position(|pass| reads_by_itself(pass, image)) else { continue };
         let source = draft.recording.image(image);
-        let desc = source.desc.format(if source.desc.format.is_32_bit() { source.desc.format } else { Format::Rgba16Float });
+        let desc =
+            source.desc.format(if source.desc.format.is_32_bit() { source.desc.format } else { Format::Rgba16Float });
         let copy = VirtualImage {
             label: format!("{name}.guarded"),
             desc,

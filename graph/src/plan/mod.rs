@@ -87,7 +87,14 @@ pub struct Options {
 
 impl Default for Options {
     fn default() -> Self {
-        Self { fuse: true, tile: Tiles::WhereItPays, alias: Alias::Placed, serial: false, exact: false, waves_first: false }
+        Self {
+            fuse: true,
+            tile: Tiles::WhereItPays,
+            alias: Alias::Placed,
+            serial: false,
+            exact: false,
+            waves_first: false,
+        }
     }
 }
 

@@ -28,12 +28,11 @@ pub(crate) fn record(
     for _ in 0..ROUNDS {
         let mut round = Round::new(graph, setting, special, needed, &guesses);
         round.run()?;
-        match round.wrong_guess() {
-            None => return Ok(round.draft),
-            Some((node, output, desc)) => {
-                unstable.clone_from(&graph.nodes[node].name);
-                guesses[node][output] = desc;
-            }
+        let wrong = round.wrong_guesses();
+        let Some((node, ..)) = wrong.first() else { return Ok(round.draft) };
+        unstable.clone_from(&graph.nodes[*node].name);
+        for (node, output, desc) in wrong {
+            guesses[node][output] = desc;
         }
     }
     Err(PlanError::UnstableHistory(unstable))
@@ -166,12 +165,13 @@ impl<'a> Round<'a> {
         }
     }
 
-    fn wrong_guess(&self) -> Option<(usize, usize, ImageDesc)> {
-        self.histories.iter().find_map(|(node, output, _, image)| {
+    fn wrong_guesses(&self) -> Vec<(usize, usize, ImageDesc)> {
+        let wrong = self.histories.iter().filter_map(|(node, output, _, image)| {
             let Some(Arrival::Image(of)) = self.made[*node].get(*output) else { return None };
             let desc = self.draft.recording.image(*of).desc;
             (self.draft.recording.image(*image).desc != desc).then_some((*node, *output, desc))
-        })
+        });
+        wrong.collect()
     }
 
     fn add_outputs(&mut self, shown: Vec<Arrival>) {
@@ -179,7 +179,9 @@ impl<'a> Round<'a> {
             // An image that is remembered, or that is an output already, cannot be the host's: it gets a copy.
             let taken = |image: ImageId| self.draft.is_kept(image);
             let image = match arrival {
-                Arrival::Image(image) if self.draft.recording.image(image).origin == Origin::Transient && !taken(image) => {
+                Arrival::Image(image)
+                    if self.draft.recording.image(image).origin == Origin::Transient && !taken(image) =>
+                {
                     image
                 }
                 other => self.copy(&output.name, &other),
@@ -203,7 +205,14 @@ impl<'a> Round<'a> {
             finite: true,
             signed: false,
         });
-        let step = Step { node: name.to_owned(), shader: &COPY, function: "copy", args: vec![arg], uniform: Vec::new(), reach: None };
+        let step = Step {
+            node: name.to_owned(),
+            shader: &COPY,
+            function: "copy",
+            args: vec![arg],
+            uniform: Vec::new(),
+            reach: None,
+        };
         recording.passes.push(copy_pass(name, step, image));
         image
     }
@@ -215,7 +224,14 @@ pub(crate) fn copy_pass(node: &str, step: Step, result: ImageId) -> Pass {
 
 /// A step that copies a pixel of `source`.
 pub(crate) fn copy_step(node: &str, source: ImageId) -> Step {
-    Step { node: node.to_owned(), shader: &COPY, function: "copy", args: vec![Arg::Pixel(source)], uniform: Vec::new(), reach: None }
+    Step {
+        node: node.to_owned(),
+        shader: &COPY,
+        function: "copy",
+        args: vec![Arg::Pixel(source)],
+        uniform: Vec::new(),
+        reach: None,
+    }
 }
 
 /// How each pass runs. Formats that a device can neither store nor draw become wider.

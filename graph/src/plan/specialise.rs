@@ -58,8 +58,13 @@ pub(crate) fn specialise(graph: &Graph, setting: &Setting<'_>) -> Special {
     let order = stable_order(graph);
     let count = graph.nodes.len();
     let given = graph.inputs.iter().map(|input| setting.inputs.contains_key(&input.name)).collect();
-    let mut special =
-        Special { order: Vec::new(), runs: vec![false; count], outputs: vec![Vec::new(); count], given, left_out: Vec::new() };
+    let mut special = Special {
+        order: Vec::new(),
+        runs: vec![false; count],
+        outputs: vec![Vec::new(); count],
+        given,
+        left_out: Vec::new(),
+    };
     let remembered = remembered(graph);
     for &index in &order {
         let verdict = verdict(graph, setting, &special, index, remembered.contains(&index));

@@ -101,7 +101,9 @@ impl Loom<'_> {
         }
         self.web.readers(Resource::Image(result)).find(|number| {
             let Some((_, steps)) = self.link(*number) else { return false };
-            reader_of(steps, result).is_some() && !members.contains(number) && !self.depends_otherwise(members, *number, result)
+            reader_of(steps, result).is_some()
+                && !members.contains(number)
+                && !self.depends_otherwise(members, *number, result)
         })
     }
 
@@ -183,7 +185,10 @@ impl Loom<'_> {
             let (this, next) = (sizes[index], sizes[index + 1]);
             // The texels under the next tile, the reach on both sides, the second texel of a filtered tap, and one for rounding.
             let across = |extent: u32, ratio: f64| (f64::from(extent - 1) * ratio + 2.0 * reach).ceil() as u32 + 3;
-            extents.insert(0, [across(width, ratio(this.width, next.width)), across(height, ratio(this.height, next.height))]);
+            extents.insert(
+                0,
+                [across(width, ratio(this.width, next.width)), across(height, ratio(this.height, next.height))],
+            );
         }
         let texel_bytes = if self.halves(members) { 8 } else { 16 };
         if tile_memory(&extents) * texel_bytes > self.caps.workgroup_bytes {
@@ -226,13 +231,19 @@ impl Loom<'_> {
         let mut joint = None;
         for (index, number) in members.iter().enumerate() {
             let pass = self.web.take(*number).expect("members of chains are there");
-            let Work::Steps { mut steps, result } = pass.work else { unreachable!("members of chains are passes of steps") };
+            let Work::Steps { mut steps, result } = pass.work else {
+                unreachable!("members of chains are passes of steps")
+            };
             let args = steps.iter_mut().flat_map(|step| &mut step.args);
             args.filter(|arg| joint == Some(**arg)).for_each(|arg| *arg = Arg::Tile);
             let image = self.recording.image(result);
             if *number != last {
                 let trips = if stored[index] { 1 } else { 2 };
-                fused.push(Fused { image: image.label.clone(), nodes: Vec::new(), bytes_saved: trips * image.desc.bytes() });
+                fused.push(Fused {
+                    image: image.label.clone(),
+                    nodes: Vec::new(),
+                    bytes_saved: trips * image.desc.bytes(),
+                });
             }
             let result_if_read = stored[index].then_some(result);
             stages.push(TileStage {

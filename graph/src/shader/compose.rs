@@ -306,8 +306,12 @@ impl<'a> StepsWriter<'a> {
         let is_volume = |position: usize| {
             function.is_some_and(|f| f.args.get(position).is_some_and(|(_, ty)| *ty == super::ArgType::Volume))
         };
-        let args: Vec<String> =
-            step.args.iter().enumerate().map(|(position, arg)| self.arg(stage, first, index, step, *arg, is_volume(position))).collect();
+        let args: Vec<String> = step
+            .args
+            .iter()
+            .enumerate()
+            .map(|(position, arg)| self.arg(stage, first, index, step, *arg, is_volume(position)))
+            .collect();
         let suffix = if is_tiled(step) { TILED } else { "" };
         let _ = writeln!(self.body, "    let step{index} = {}{suffix}({});", step.function, args.join(", "));
     }
@@ -392,7 +396,13 @@ pub fn compose_entry(
             (GlobalKind::Buffer(writes), Some(Resource::Buffer(buffer))) => SlotKind::Buffer(buffer, *writes),
             // A binding that this entry point does not use.
             (_, None) => continue,
-            _ => return Err(ShaderError::at(call.shader.file(), 0, format!("`{}` holds another kind of resource", global.name))),
+            _ => {
+                return Err(ShaderError::at(
+                    call.shader.file(),
+                    0,
+                    format!("`{}` holds another kind of resource", global.name),
+                ));
+            }
         };
         slots.push(Slot { binding: global.binding, kind });
     }

@@ -90,7 +90,9 @@ impl Text {
                 match line.trim().strip_prefix("#import ") {
                     Some(name) if !takes_textures(name.trim()) => {
                         let known = self.library(name.trim());
-                        known.unwrap_or_else(|| Err(ShaderError::at(file, number, format!("no shared file is called `{name}`"))))?;
+                        known.unwrap_or_else(|| {
+                            Err(ShaderError::at(file, number, format!("no shared file is called `{name}`")))
+                        })?;
                     }
                     Some(_) => {}
                     None => self.line(&tiled_line(line, &names), file, number),
@@ -110,7 +112,11 @@ impl Text {
             let Some(name) = line.trim().strip_prefix("#import ") else { continue };
             let known = || LIBRARY.iter().map(|(known, _)| *known).collect::<Vec<_>>().join("`, `");
             self.library(name.trim()).unwrap_or_else(|| {
-                Err(ShaderError::at(file, number, format!("no shared file is called `{name}`; there are `{}`", known())))
+                Err(ShaderError::at(
+                    file,
+                    number,
+                    format!("no shared file is called `{name}`; there are `{}`", known()),
+                ))
             })?;
         }
         for (number, line) in source.lines().enumerate() {
@@ -142,7 +148,8 @@ fn collect_tiled(file: &'static str, source: &'static str, files: &mut Vec<(&'st
 /// The names that a file declares.
 fn declared(source: &str) -> impl Iterator<Item = &str> {
     source.lines().filter_map(|line| {
-        let rest = ["fn ", "struct ", "const ", "alias ", "override "].iter().find_map(|word| line.strip_prefix(word))?;
+        let rest =
+            ["fn ", "struct ", "const ", "alias ", "override "].iter().find_map(|word| line.strip_prefix(word))?;
         let end = rest.find(|c: char| !c.is_alphanumeric() && c != '_').unwrap_or(rest.len());
         Some(&rest[..end])
     })

@@ -8,7 +8,9 @@ mod uniform;
 
 use std::sync::OnceLock;
 
-pub use compose::{Composed, FRAGMENT_SIZE_BINDING, Reading, ShaderError, Slot, SlotKind, compose_entry, compose_steps};
+pub use compose::{
+    Composed, FRAGMENT_SIZE_BINDING, Reading, ShaderError, Slot, SlotKind, compose_entry, compose_steps,
+};
 pub use import::SourceMap;
 pub use reflect::{ArgType, Function, Global, GlobalKind, Member, Reflection, ScalarKind, StructLayout};
 pub use tiles::compose_tiling;

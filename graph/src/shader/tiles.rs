@@ -30,7 +30,8 @@ pub fn compose_tiling(
         functions += &writer.take_function(&format!("stage{index}"), first + stage.steps.len() - 1);
         first += stage.steps.len();
     }
-    let stores: Vec<Option<String>> = tiling.stages.iter().map(|stage| stage.result.map(|image| writer.storage(image, format_of(image)))).collect();
+    let stores: Vec<Option<String>> =
+        tiling.stages.iter().map(|stage| stage.result.map(|image| writer.storage(image, format_of(image)))).collect();
     let mut text = Text::default();
     text.generated(&reading.settings());
     for name in ["point", "guard", "sampling"] {
@@ -132,7 +133,8 @@ fn tile_share(group: vec2i, size: vec2i, last: vec2i) -> vec2i {{
 fn entry(tiling: &Tiling, stores: &[Option<String>], params: &str) -> String {
     let last = tiling.stages.len() - 1;
     let (bases, _) = bases(tiling);
-    let mut body = format!("    let last = tile_size_of({last});\n    let origin{last} = vec2i(group.xy) * {};\n", tiling.tile);
+    let mut body =
+        format!("    let last = tile_size_of({last});\n    let origin{last} = vec2i(group.xy) * {};\n", tiling.tile);
     for index in (0..last).rev() {
         let reach = tiling.stages[index].reach;
         let _ = writeln!(

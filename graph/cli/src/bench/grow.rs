@@ -137,7 +137,7 @@ fn measure(
         gpu_ms,
         record_us,
         placed: plan.memory.placed,
-        unshared: plan.memory.unaliased,
+        unshared: plan.memory.unshared,
     })
 }
 

@@ -133,3 +133,36 @@ fn encoder(graph: &Graph, from: Source) -> Option<&GraphNode> {
     }
     None
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn shown(view: View, signal: f32) -> [f32; 3] {
+        view.pixel(&if view.wide { REC2020.inverse() } else { DMat3::IDENTITY }, [signal; 3])
+    }
+
+    #[track_caller]
+    fn close(found: [f32; 3], expected: f32) {
+        assert!(found.iter().all(|x| (x - expected).abs() < 5e-4 * expected.max(1.0)), "{found:?} is not {expected}");
+    }
+
+    #[test]
+    fn white_of_a_page_has_the_levels_of_bt_2408() {
+        // 203 cd/m² are 58 % of the PQ signal and 75 % of the HLG signal of a display of 1000 cd/m².
+        for wide in [false, true] {
+            close(shown(View { signal: Signal::Pq, wide }, 0.580_69), 203.0);
+            close(shown(View { signal: Signal::Hlg(1000.0), wide }, 0.749_88), 203.0);
+            close(shown(View { signal: Signal::Hlg(1000.0), wide }, 1.0), 1000.0);
+        }
+        close(shown(View { signal: Signal::Linear, wide: false }, 1.0), 203.0);
+    }
+
+    #[test]
+    fn signals_of_other_curves_become_srgb() {
+        close(shown(View { signal: Signal::Srgb, wide: false }, 0.5), 0.5);
+        close(shown(View { signal: Signal::Gamma(1.0), wide: false }, 0.214_041), 0.5);
+        close(shown(View { signal: Signal::Gamma(2.2), wide: false }, 0.496_1), 0.499_87);
+        close(shown(View { signal: Signal::Srgb, wide: false }, 1.5), 1.0);
+    }
+}

@@ -38,7 +38,9 @@ const PAIRS: usize = 160;
 /// Texels of all images of a subject that makes many from few pixels; fewer of its cases are run.
 const HEAVY: u64 = 50_000;
 /// Pairs of extremes for such a subject.
-const FEW_PAIRS: usize = 8;
+const FEW_PAIRS: usize = 4;
+/// The images that its parameters see.
+const MOST_TELLING: [&str; 2] = ["nan", "ramp"];
 /// The images that pairs of extremes see.
 const TELLING: [&str; 5] = ["black", "nan", "firefly", "ramp", "primaries"];
 /// The images with negative numbers.
@@ -54,7 +56,8 @@ impl Choice {
 
     fn images(&self, change: &Change, is_heavy: bool, is_signed: bool) -> Vec<Extreme> {
         let all = self.case.is_some() || change.sets.is_empty() || (change.is_single && !is_heavy);
-        let is_wanted = |image: &&Extreme| all || TELLING.contains(&image.name);
+        let some: &[&str] = if is_heavy { &MOST_TELLING } else { &TELLING };
+        let is_wanted = |image: &&Extreme| all || is_signed || some.contains(&image.name);
         let fits = |image: &&Extreme| self.takes(image.name) && (!is_signed || NEGATIVE.contains(&image.name));
         ALL.iter().filter(is_wanted).filter(fits).copied().collect()
     }
@@ -76,7 +79,8 @@ pub(crate) struct Stand<'a, 'g> {
     pub(crate) subject: &'a Subject,
     pub(crate) choice: &'a Choice,
     pub(crate) tally: Tally,
-    is_heavy: bool,
+    /// Whether it makes many texels from few pixels.
+    pub(crate) is_heavy: bool,
 }
 
 /// Runs all cases of a subject.

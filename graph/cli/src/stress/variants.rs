@@ -55,9 +55,9 @@ pub(crate) fn compare(stand: &mut Stand<'_, '_>, changes: &[Change]) {
         (Some((width, height)), _) => vec![Size::new(width, height)],
         (None, quick) => SIZES.iter().take(if quick { 1 } else { 2 }).map(|(w, h)| Size::new(*w, *h)).collect(),
     };
-    for change in
-        changes.iter().filter(|change| is_compiled(change) && !(stand.choice.quick && !change.sets.is_empty()))
-    {
+    let only_defaults = stand.choice.quick || stand.is_heavy;
+    let is_wanted = |change: &&Change| is_compiled(change) && (change.sets.is_empty() || !only_defaults);
+    for change in changes.iter().filter(is_wanted) {
         for size in &sizes {
             one(stand, &mut plain, &mut others, &change.sets, *size, &images);
         }
