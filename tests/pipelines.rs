@@ -48,6 +48,7 @@ const ONE_CODE: f32 = 1.0 / 255.0;
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn each_renders_a_picture_without_a_word_from_the_layer() {
+    let _alone = layer::alone();
     assert!(layer::is_installed(), "the validation layer is missing: apt-get install vulkan-validationlayers");
     let scene = scene(192, 108);
     layer::said();
@@ -65,6 +66,7 @@ fn each_renders_a_picture_without_a_word_from_the_layer() {
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn every_way_to_run_a_pipeline_makes_the_same_picture() {
+    let _alone = layer::alone();
     let scene = scene(160, 90);
     layer::said();
     for name in files() {

@@ -22,6 +22,7 @@ const TWO_BLURS: &str = r#"Pipeline(
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn memory_that_changes_hands_untouched_is_seen_by_the_checker_and_by_the_layer() {
+    let _alone = layer::alone();
     assert!(layer::is_installed(), "the validation layer is missing: apt-get install vulkan-validationlayers");
     let graph = at_tier(TWO_BLURS, None);
     let scene = lively(256, 144);

@@ -137,7 +137,7 @@ fn one_pixel_and_one_line_are_pictures_too() {
         let [first, again, after] = around(&plain(width, height));
         assert_fit_to_show("small", &first);
         assert!((0.05..0.95).contains(&mean(&first)), "{width}x{height}: {}", mean(&first));
-        assert_eq!(super::bits(&[first.clone()]), super::bits(&[again]), "{width}x{height}");
+        assert_eq!(super::bits(std::slice::from_ref(&first)), super::bits(&[again]), "{width}x{height}");
         assert_eq!(super::bits(&[first]), super::bits(&[after]), "{width}x{height}");
         let [_, hot, _] = around(&spoilt(width, height, |x, _| (x == width / 2).then_some(f32::NAN)));
         assert_fit_to_show("small and spoilt", &hot);

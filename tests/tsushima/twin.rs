@@ -73,14 +73,15 @@ fn whole(graph: &Graph, picture: &Picture) -> Image {
     let guarded = Image::new(picture.width as usize, picture.height as usize, |x, y| {
         picture.at(x as u32, y as u32).map(|value| guard(f64::from(value), LARGEST_HALF))
     });
-    let seen = seen(graph, &guarded);
-    let local = local(graph, &seen);
+    let exposed = exposed(graph, &guarded);
+    let seen = seen(graph, &exposed);
+    let local = local(graph, &exposed, &seen);
     let lit = lit(graph, &seen, &local);
     let graded = lit.map_rgb(|color| graded(graph, color));
     shown(graph, &graded)
 }
 
-fn seen(graph: &Graph, scene: &Image) -> Image {
+fn exposed(graph: &Graph, scene: &Image) -> Image {
     let (counted, metered) = (Node(graph, "counted"), Node(graph, "metered"));
     let Range { low, high } = counted.range();
     let bins = Bins { count: counted.whole("bins"), low, high, black: counted.number("black") };
@@ -88,22 +89,24 @@ fn seen(graph: &Graph, scene: &Image) -> Image {
     let limited =
         limit_mean(mean.expect("the picture is not black"), metered.number("min_ev"), metered.number("max_ev"));
     let gain = auto_exposure_stops(limited, metered.number("key"), metered.number("compensation")).exp2();
-    let night = strength_log(Node(graph, "seen").number("illuminance"));
-    let scale = Node(graph, "seen").number("scale");
-    scene.map_rgb(|color| {
-        let exposed = color.map(|x| guard(x * gain, LARGEST_HALF));
-        if night > 0.0 { full(exposed, night, scale) } else { exposed }
-    })
+    scene.map_rgb(|color| color.map(|x| guard(x * gain, LARGEST_HALF)))
 }
 
-fn local(graph: &Graph, seen: &Image) -> Image {
+fn seen(graph: &Graph, exposed: &Image) -> Image {
+    let night = strength_log(Node(graph, "seen").number("illuminance"));
+    let scale = Node(graph, "seen").number("scale");
+    exposed.map_rgb(|color| if night > 0.0 { full(color, night, scale) } else { color })
+}
+
+/// What is bright around a place is judged before night vision, as the pipeline has it.
+fn local(graph: &Graph, exposed: &Image, seen: &Image) -> Image {
     let (build, blur, around) = (Node(graph, "grid"), Node(graph, "smooth"), Node(graph, "around"));
     let size = ["width", "height", "depth"].map(|side| build.whole(side));
     let sigmas = blur.triple("sigma");
-    let grid = Grid::build(seen, size, build.range(), Splat::Nearest).blurred(sigmas, sigmas.map(radius));
+    let grid = Grid::build(exposed, size, build.range(), Splat::Nearest).blurred(sigmas, sigmas.map(radius));
     let [width, height] = ["width", "height"].map(|side| around.whole(side));
     let range = around.range();
-    let logs = seen.map(|pixel| [range.log_luminance(rgb(pixel)); 4]);
+    let logs = exposed.map(|pixel| [range.log_luminance(rgb(pixel)); 4]);
     let aspect = seen.width as f64 / seen.height as f64;
     let sigma = around.number("sigma");
     let [across, down] = [sigma * width as f64, sigma * height as f64 * aspect].map(|sigma| taps(sigma, radius(sigma)));

@@ -51,9 +51,9 @@ impl Gpu {
 
     async fn open_async(opening: &Opening) -> Result<Self, GpuError> {
         let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
-        // Without DEBUG: naga's debug information makes older validation layers complain of every shader.
-        descriptor.flags =
-            if opening.validation { wgpu::InstanceFlags::VALIDATION } else { wgpu::InstanceFlags::empty() };
+        // Without DEBUG wgpu does not listen to the layer. With it, a layer older than the driver complains of every shader's source language.
+        let judged = wgpu::InstanceFlags::VALIDATION | wgpu::InstanceFlags::DEBUG;
+        descriptor.flags = if opening.validation { judged } else { wgpu::InstanceFlags::empty() };
         let instance = wgpu::Instance::new(descriptor);
         let adapter = adapter(&instance, opening.adapter.as_deref()).await?;
         let info = adapter.get_info();

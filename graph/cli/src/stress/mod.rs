@@ -1,6 +1,6 @@
 //! `afterimage stress`: every pipeline and every kind against every extreme.
 //!
-//! [`subjects`] lists what is put under stress, [`stress`] runs it and gives a [`Report`]. Images are small and many are rendered in one
+//! `subjects` lists what is put under stress, [`stress`] runs it and gives a [`Report`]. Images are small and many are rendered in one
 //! submission, so that tens of thousands of cases take minutes on a processor.
 
 pub(crate) mod args;

@@ -54,7 +54,7 @@ impl Promises {
             spreads: all(|node| is_one_of(node, SPREADING)),
             rises: all(|node| is_one_of(node, RISING)),
             negative: graph.nodes.iter().any(|node| is_one_of(node, NEGATIVE)),
-            follows: all(|node| is_known(node)) && graph.nodes.iter().any(|node| is_one_of(node, FOLLOWING)),
+            follows: all(is_known) && graph.nodes.iter().any(|node| is_one_of(node, FOLLOWING)),
         }
     }
 }

@@ -128,7 +128,8 @@ fn rising(shown: &Shown) -> Option<String> {
 /// Light is neither lost nor made, where the spread light does not reach the border.
 fn spread(shown: &Shown, given: &[[f32; 4]]) -> Option<String> {
     let (width, height) = (shown.size.width as usize, shown.size.height as usize);
-    let on_border = |i: usize| i % width == 0 || i % width == width - 1 || i / width == 0 || i / width == height - 1;
+    let on_border =
+        |i: usize| i.is_multiple_of(width) || i % width == width - 1 || i / width == 0 || i / width == height - 1;
     if (0..given.len()).any(|i| on_border(i) && (shown.pixels[i][0] != 0.0 || given[i][0] != 0.0)) {
         return None;
     }
