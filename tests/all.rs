@@ -23,6 +23,8 @@ mod plans;
 mod reference;
 /// What tests share.
 mod support;
+/// A node kind from another crate.
+mod third_party;
 /// Chains in workgroup memory against the same passes one by one.
 mod tiles;
 /// The richest pipeline as a whole.

@@ -43,7 +43,7 @@ pub fn gpu() -> MutexGuard<'static, Gpu> {
 
 /// The built-in kinds and the plug-in's.
 pub fn registry() -> Registry {
-    Registry::new(&[afterimage_nodes::ALL]).expect("no two kinds share a name")
+    Registry::new(&[afterimage_nodes::ALL, halftone::ALL]).expect("no two kinds share a name")
 }
 
 /// Reads files of the repository, for pipelines that name some.
