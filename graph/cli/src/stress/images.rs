@@ -90,6 +90,7 @@ pub(crate) const ALL: &[Extreme] = &[
     Extreme { name: "checkerboard", rule: Rule::Place(|place| constant(((place.x + place.y) % 2) as f32)) },
     Extreme { name: "ramp", rule: Rule::Place(|place| constant((24.0 * place.along() - 12.0).exp2())) },
     Extreme { name: "primaries", rule: Rule::Place(primaries) },
+    Extreme { name: "mixed", rule: Rule::Place(mixed) },
     Extreme { name: "clear", rule: Rule::Place(|place| [1.0, 0.5, 0.25, f32::from(u8::from(place.is_first_half()))]) },
 ];
 
@@ -98,6 +99,17 @@ fn primaries(place: Place) -> [f32; 4] {
     let index = place.x + place.y * 3;
     let channel = |c: u32| if (index % 6 + 1) >> c & 1 == 1 { LARGEST_HALF } else { 0.0 };
     [channel(0), channel(1), channel(2), 1.0]
+}
+
+/// A ramp with every bad number in it, for what is too large to see all images.
+fn mixed(place: Place) -> [f32; 4] {
+    const ODD: [f32; 7] = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, -1000.0, f32::MAX, LEAST_HALF, -0.0];
+    let index = (place.x + place.y * place.size.width) as usize;
+    match index % 5 {
+        3 => [ODD[index / 5 % 7]; 4],
+        4 if index.is_multiple_of(2) => primaries(place),
+        _ => constant((24.0 * place.along() - 12.0).exp2()),
+    }
 }
 
 impl Extreme {

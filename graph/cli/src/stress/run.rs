@@ -40,7 +40,9 @@ const HEAVY: u64 = 50_000;
 /// Pairs of extremes for such a subject.
 const FEW_PAIRS: usize = 4;
 /// The images that its parameters see.
-const MOST_TELLING: [&str; 2] = ["nan", "ramp"];
+const MOST_TELLING: [&str; 1] = ["mixed"];
+/// Texels beyond which a pair of extremes is not tried and a single one is seen with one image.
+const TOO_HEAVY: u64 = 400_000;
 /// The images that pairs of extremes see.
 const TELLING: [&str; 5] = ["black", "nan", "firefly", "ramp", "primaries"];
 /// The images with negative numbers.
@@ -133,7 +135,14 @@ impl Stand<'_, '_> {
                 self.tally.refused += 1;
                 continue;
             };
-            let images = self.choice.images(change, self.is_heavy, self.subject.signed);
+            let texels = if self.is_heavy { bench.texels(self.subject, &graph, size) } else { 0 };
+            if texels > TOO_HEAVY && !change.is_single && self.choice.case.is_none() {
+                continue;
+            }
+            let mut images = self.choice.images(change, self.is_heavy, self.subject.signed);
+            if texels > TOO_HEAVY {
+                images.truncate(1);
+            }
             let Some(ran) = self.stills(bench, &graph, &change.sets, size, &images) else { continue };
             if self.subject.is_kind && ran.left_out.iter().any(|node| node == NODE) {
                 self.identity(&mut forced, &ran, &change.sets, size, &images);
