@@ -5,6 +5,7 @@ mod hazards;
 mod histories;
 mod host;
 mod leftovers;
+mod reload;
 
 use afterimage_graph::check::{CheckOptions, Graph, NoFiles, check};
 use afterimage_graph::document::parse;

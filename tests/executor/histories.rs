@@ -7,14 +7,14 @@ use crate::support::gpu::{Picture, Run, gpu};
 use crate::support::player::Player;
 
 /// Half of what comes and half of what was.
-const TRAIL: &str = r#"Pipeline(
+pub(super) const TRAIL: &str = r#"Pipeline(
     inputs: { "scene": Color },
     nodes: { "trail": Composite(base: "scene", bloom: "trail@previous", blend: Mix, strength: 0.5, filter: Bilinear) },
     outputs: { "out": "trail" },
 )"#;
 
 /// The trail with a node behind it.
-const BRIGHTER: &str = r#"Pipeline(
+pub(super) const BRIGHTER: &str = r#"Pipeline(
     inputs: { "scene": Color },
     nodes: {
         "trail": Composite(base: "scene", bloom: "trail@previous", blend: Mix, strength: 0.5, filter: Bilinear),

@@ -1,6 +1,7 @@
 //! Plans: whatever the graph, the checker has nothing to say; and what is wrong, it finds.
 
 mod faults;
+mod known;
 mod printing;
 mod properties;
 mod random;

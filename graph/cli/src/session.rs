@@ -6,7 +6,7 @@ use std::sync::Arc;
 use afterimage_gpu::{Executor, Frame, Gpu, Opening, Texels, download, upload};
 use afterimage_graph::check::{Facts, Graph};
 use afterimage_graph::image::{ImageDesc, Size, State};
-use afterimage_graph::plan::{GivenImage, Options, Plan, PlanOutput, Setting, plan};
+use afterimage_graph::plan::{GivenImage, Options, Plan, PlanOutput, Plans, Setting};
 
 use crate::args::DeviceOptions;
 use crate::cache;
@@ -24,13 +24,13 @@ pub(crate) fn open(options: &DeviceOptions) -> Result<Gpu, Failure> {
 /// A graph and what runs it; the plan follows the sizes of the pictures.
 pub(crate) struct Session<'g> {
     pub(crate) gpu: &'g Gpu,
-    graph: Graph,
+    plans: Plans,
     facts: Facts,
     options: Options,
     executor: Executor,
     /// The driver's pipelines that were there already.
     known_pipelines: Vec<u8>,
-    planned_for: Option<(Size, BTreeMap<String, GivenImage>)>,
+    planned: Option<Arc<Plan>>,
 }
 
 /// The time of a frame.
@@ -46,7 +46,7 @@ impl<'g> Session<'g> {
         let known_pipelines = cache::pipelines(gpu);
         let executor =
             Executor::with_caps(&gpu.device, &gpu.queue, gpu.caps.clone()).with_pipeline_cache(&known_pipelines);
-        Self { gpu, graph, facts, options, executor, known_pipelines, planned_for: None }
+        Self { gpu, plans: Plans::new(graph), facts, options, executor, known_pipelines, planned: None }
     }
 
     /// Renders one frame; the results stay on the GPU.
@@ -71,23 +71,22 @@ impl<'g> Session<'g> {
     }
 
     fn plan_for(&mut self, size: Size, inputs: BTreeMap<String, GivenImage>) -> Result<(), Failure> {
-        if self.planned_for.as_ref().is_some_and(|planned| *planned == (size, inputs.clone())) {
-            return Ok(());
-        }
         let executor = &self.executor;
         let requirement = |desc: &ImageDesc| executor.requirement(desc);
         let setting = Setting {
             size,
-            inputs: inputs.clone(),
+            inputs,
             facts: self.facts.clone(),
             caps: self.gpu.caps.clone(),
             options: self.options,
             requirement: &requirement,
         };
-        let plan = plan(&self.graph, &setting)?;
-        self.executor.load(Arc::new(plan))?;
-        cache::keep_pipelines(self.gpu, &self.executor, &self.known_pipelines);
-        self.planned_for = Some((size, inputs));
+        let plan = self.plans.plan(&setting)?;
+        if self.planned.as_ref().is_none_or(|planned| !Arc::ptr_eq(planned, &plan)) {
+            self.executor.load(plan.clone())?;
+            cache::keep_pipelines(self.gpu, &self.executor, &self.known_pipelines);
+            self.planned = Some(plan);
+        }
         Ok(())
     }
 

@@ -1,37 +1,51 @@
 //! A renderer's side of the framework: its own device, its own encoder, its own images.
 //!
-//! `cargo run -p afterimage-gpu --example embed` renders one frame and tells the colour in its middle.
+//! `cargo run -p afterimage-gpu --example embed` renders a few frames, changes the plan meanwhile, and tells the colour in the middle.
 #![allow(clippy::print_stdout, reason = "an example shows its result")]
 
 use std::error::Error;
 use std::sync::Arc;
 
-use afterimage_gpu::{Executor, Frame, Gpu, GpuError, Opening, Texels, caps, download, upload};
+use afterimage_gpu::{Executor, Frame, Gpu, GpuError, Opening, Preparation, Texels, caps, download, upload};
 use afterimage_graph::check::{CheckOptions, Facts, Graph, check};
 use afterimage_graph::document::parse;
 use afterimage_graph::image::{ImageDesc, Size};
 use afterimage_graph::node::Registry;
-use afterimage_graph::plan::{GivenImage, Options, Setting, plan};
+use afterimage_graph::plan::{GivenImage, Options, Plan, Setting, plan};
 
-const PIPELINE: &str = include_str!("../../../pipelines/lynx.ron");
+const PIPELINE: &str = include_str!("../../../pipelines/caracal.ron");
 
 /// The part of a renderer that post-processes.
 struct Post {
     graph: Graph,
     executor: Executor,
+    next: Option<Preparation>,
 }
 
 impl Post {
     /// Once. What `caps` says of the device decides which formats and kernels plans use.
     fn new(adapter: &wgpu::Adapter, device: &wgpu::Device, queue: &wgpu::Queue) -> Result<Self, Box<dyn Error>> {
         let kinds = Registry::new(&[afterimage_nodes::ALL])?;
-        let (graph, _warnings) = check(&parse("lynx.ron", PIPELINE)?, &kinds, &CheckOptions::default())?;
+        let (graph, _warnings) = check(&parse("caracal.ron", PIPELINE)?, &kinds, &CheckOptions::default())?;
         let executor = Executor::with_caps(device, queue, caps(adapter, device));
-        Ok(Self { graph, executor })
+        Ok(Self { graph, executor, next: None })
     }
 
-    /// After a resize, and when a fact or a parameter changes. What is equal in the old plan and the new one is kept.
-    fn plan(&mut self, size: Size, facts: Facts) -> Result<(), Box<dyn Error>> {
+    /// When a fact, a parameter or the pipeline changes: the new plan is compiled beside the frames, and taken up by one of the next. What is equal in
+    /// both plans is kept.
+    fn change(&mut self, size: Size, facts: Facts) -> Result<(), Box<dyn Error>> {
+        self.next = Some(self.executor.prepare(self.plan(size, facts)?));
+        Ok(())
+    }
+
+    /// At the start and after a resize: no frame can be drawn with the old plan, so this one is waited for.
+    fn resize(&mut self, size: Size, facts: Facts) -> Result<(), Box<dyn Error>> {
+        self.next = None;
+        let plan = self.plan(size, facts)?;
+        Ok(self.executor.load(plan)?)
+    }
+
+    fn plan(&self, size: Size, facts: Facts) -> Result<Arc<Plan>, Box<dyn Error>> {
         let scene = GivenImage { desc: ImageDesc::new(size), finite: false };
         let executor = &self.executor;
         let setting = Setting {
@@ -42,9 +56,7 @@ impl Post {
             options: Options::default(),
             requirement: &|desc| executor.requirement(desc),
         };
-        let plan = plan(&self.graph, &setting)?;
-        self.executor.load(Arc::new(plan))?;
-        Ok(())
+        Ok(Arc::new(plan(&self.graph, &setting)?))
     }
 
     /// In every frame, into the renderer's encoder.
@@ -55,6 +67,9 @@ impl Post {
         screen: &wgpu::TextureView,
         (time, dt): (f32, f32),
     ) -> Result<(), GpuError> {
+        if let Some(next) = self.next.take_if(|next| next.is_ready()) {
+            self.executor.swap(next)?;
+        }
         let (inputs, outputs) = (&[("scene", scene)], &[("display", screen)]);
         self.executor.encode(encoder, &Frame { inputs, outputs, time, dt, reset: false })
     }
@@ -68,11 +83,18 @@ fn main() -> Result<(), Box<dyn Error>> {
     let screen = screen(&device, size);
 
     let mut post = Post::new(&adapter, &device, &queue)?;
-    post.plan(size, Facts::default())?;
-    let mut encoder = device.create_command_encoder(&Default::default());
+    post.resize(size, Facts::default())?;
     let (scene_view, screen_view) = (scene.create_view(&Default::default()), screen.create_view(&Default::default()));
-    post.draw(&mut encoder, &scene_view, &screen_view, (0.0, 1.0 / 60.0))?;
-    queue.submit([encoder.finish()]);
+    for frame in 0..4_u8 {
+        let mut encoder = device.create_command_encoder(&Default::default());
+        post.draw(&mut encoder, &scene_view, &screen_view, (f32::from(frame) / 60.0, 1.0 / 60.0))?;
+        queue.submit([encoder.finish()]);
+        if frame == 0 {
+            let mut facts = Facts::default();
+            facts.set("emissive", false);
+            post.change(size, facts)?;
+        }
+    }
 
     let pixels = download(&device, &queue, &screen)?.to_floats();
     println!("middle grey is {:?} on the screen", pixels[pixels.len() / 2]);

@@ -1,12 +1,14 @@
 //! One block of device memory in which images of any format and size lie at the plan's offsets.
 //!
 //! wgpu gives every texture memory of its own, so on Vulkan the images are made by hand, bound to one allocation, and handed to wgpu, which then tracks
-//! and destroys them like any other. Images that overlap are never alive at once: the plan says so, and its checker proves it. The hand-over from
+//! and lets them go when the GPU has done with them, like any other. Images that overlap are never alive at once: the plan says so, and its checker proves it. The hand-over from
 //! one resident to the next is a barrier that the executor causes by touching the newcomer (see [`Executor`](crate::Executor)).
 #![allow(
     unsafe_code,
     reason = "memory cannot be placed through wgpu's safe interface; every block has its proof beside it"
 )]
+
+use std::sync::Arc;
 
 use afterimage_graph::image::ImageDesc;
 use afterimage_graph::plan::Requirement;
@@ -16,18 +18,67 @@ use wgpu::hal::api::Vulkan;
 use crate::device::texture_format;
 use crate::store::{Stored, extent, usages, view};
 
-/// The memory of one plan's transient images.
+/// Memory for the transient images of a plan, and of the plan after it where they fit.
 pub(crate) struct Heap {
+    // Before the device: memory must not outlive it.
+    block: Arc<Block>,
     device: wgpu::Device,
+    bytes: u64,
+    memory_type: u32,
+}
+
+/// An allocation. Every image in it holds on to it, and so does its heap; the last of them frees it.
+struct Block {
+    raw: ash::Device,
     memory: vk::DeviceMemory,
 }
 
-impl Heap {
-    /// An allocation of so many bytes that suits every image of the descriptions; `None` where the backend is not Vulkan or has no such memory.
-    pub(crate) fn new(device: &wgpu::Device, bytes: u64, descs: &[ImageDesc]) -> Option<Self> {
-        let types = descs
+impl Drop for Block {
+    fn drop(&mut self) {
+        // SAFETY: the heap keeps the device alive, and wgpu destroys textures while their device is; wgpu does so only once the GPU has done
+        // with them, so nobody uses the memory any more.
+        unsafe { self.raw.free_memory(self.memory, None) };
+    }
+}
+
+/// The images of a plan in a heap, in the order of the plan's images, with their offsets.
+#[derive(Clone)]
+pub(crate) struct Placed {
+    pub(crate) heap: Arc<Heap>,
+    pub(crate) images: Vec<(u64, Stored)>,
+}
+
+impl Placed {
+    /// The images of those places in one heap of so many bytes: the old one's if it is as large and suits them, with those of its images that lie
+    /// where they shall. `None` where images cannot be placed.
+    pub(crate) fn new(
+        device: &wgpu::Device,
+        bytes: u64,
+        places: &[(u64, ImageDesc, &str)],
+        old: Option<&Self>,
+    ) -> Option<Self> {
+        let types = places
             .iter()
-            .try_fold(u32::MAX, |types, desc| Some(types & requirements(device, desc)?.memory_type_bits))?;
+            .try_fold(u32::MAX, |types, (_, desc, _)| Some(types & requirements(device, desc)?.memory_type_bits))?;
+        let old = old.filter(|old| old.heap.bytes == bytes && types & (1 << old.heap.memory_type) != 0);
+        let heap = match old {
+            Some(old) => old.heap.clone(),
+            None => Arc::new(Heap::new(device, bytes, types)?),
+        };
+        let mut left = old.map_or(Vec::new(), |old| old.images.clone());
+        let image = |(offset, desc, label): &(u64, ImageDesc, &str)| {
+            let same = left.iter().position(|(at, stored)| at == offset && stored.desc == *desc);
+            let stored = same.map(|at| left.swap_remove(at).1).or_else(|| heap.place(*desc, *offset, label))?;
+            Some((*offset, stored))
+        };
+        let images = places.iter().map(image).collect::<Option<Vec<_>>>()?;
+        Some(Self { heap, images })
+    }
+}
+
+impl Heap {
+    /// An allocation in a memory of one of these types; `None` where the backend is not Vulkan or has no such memory.
+    fn new(device: &wgpu::Device, bytes: u64, types: u32) -> Option<Self> {
         // SAFETY: the guard is dropped before this function returns, and the device is not destroyed through it.
         let hal = unsafe { device.as_hal::<Vulkan>() }?;
         let instance = hal.shared_instance().raw_instance();
@@ -39,19 +90,20 @@ impl Heap {
         };
         let memory_type = (0..properties.memory_type_count).find(suits)?;
         let info = vk::MemoryAllocateInfo::default().allocation_size(bytes).memory_type_index(memory_type);
-        // SAFETY: the type index is one of the device's; the allocation is freed in `drop`.
+        // SAFETY: the type index is one of the device's; the allocation is freed by `Block`.
         let memory = unsafe { hal.raw_device().allocate_memory(&info, None) }.ok()?;
+        let block = Arc::new(Block { raw: hal.raw_device().clone(), memory });
         drop(hal);
-        Some(Self { device: device.clone(), memory })
+        Some(Self { block, device: device.clone(), bytes, memory_type })
     }
 
     /// An image at an offset of the block.
-    pub(crate) fn place(&self, desc: ImageDesc, offset: u64, label: &str) -> Option<Stored> {
+    fn place(&self, desc: ImageDesc, offset: u64, label: &str) -> Option<Stored> {
         // SAFETY: as in `new`.
         let hal = unsafe { self.device.as_hal::<Vulkan>() }?;
         let image = create_image(hal.raw_device(), &self.device, &desc)?;
         // SAFETY: the image is new and unbound; the plan's offset has the alignment and leaves the room that the driver asked for.
-        let bound = unsafe { hal.raw_device().bind_image_memory(image, self.memory, offset) };
+        let bound = unsafe { hal.raw_device().bind_image_memory(image, self.block.memory, offset) };
         if bound.is_err() {
             // SAFETY: the image is ours and nothing uses it.
             unsafe { hal.raw_device().destroy_image(image, None) };
@@ -72,8 +124,14 @@ impl Heap {
             view_formats: Vec::new(),
         };
         let memory = wgpu::hal::vulkan::TextureMemory::External;
-        // SAFETY: the image was created as `hal_desc` says; wgpu destroys it; its memory outlives it, since a heap is dropped after its textures.
-        let hal_texture = unsafe { hal.texture_from_raw(image, &hal_desc, None, memory) };
+        let block = self.block.clone();
+        let destroy = move || {
+            // SAFETY: wgpu calls this once, when the GPU has done with the image and before the device goes.
+            unsafe { block.raw.destroy_image(image, None) };
+            drop(block);
+        };
+        // SAFETY: the image was created as `hal_desc` says; `destroy` destroys it, and holds on to its memory until then.
+        let hal_texture = unsafe { hal.texture_from_raw(image, &hal_desc, Some(Box::new(destroy)), memory) };
         drop(hal);
         let descriptor = wgpu::TextureDescriptor {
             label: Some(label),
@@ -92,19 +150,6 @@ impl Heap {
         };
         let view = view(&texture, desc);
         Some(Stored { texture, view, desc })
-    }
-}
-
-impl Drop for Heap {
-    fn drop(&mut self) {
-        // The textures are gone from the store, but the GPU may still run with them.
-        if let Err(error) = self.device.poll(wgpu::PollType::wait_indefinitely()) {
-            log::error!("waiting for the device before its memory is freed: {error}");
-        }
-        // SAFETY: as in `new`.
-        let Some(hal) = (unsafe { self.device.as_hal::<Vulkan>() }) else { return };
-        // SAFETY: the device is idle, and the images in this block were destroyed with their textures.
-        unsafe { hal.raw_device().free_memory(self.memory, None) };
     }
 }
 

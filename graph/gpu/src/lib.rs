@@ -1,7 +1,8 @@
 //! Plan to pixels: the only user of wgpu.
 //!
 //! [`Gpu::open`] gives programs without a renderer a device; a renderer brings its own to [`Executor::new`]. [`Executor::load`] takes a
-//! [`Plan`](afterimage_graph::plan::Plan), and [`Executor::encode`] records a frame of it into the host's encoder.
+//! [`Plan`](afterimage_graph::plan::Plan), and [`Executor::encode`] records a frame of it into the host's encoder. While it renders,
+//! [`Executor::prepare`] compiles another plan, which [`Executor::swap`] puts in between two frames.
 
 mod cache;
 mod device;
@@ -16,5 +17,5 @@ mod transfer;
 
 pub use device::{Gpu, Opening, caps, texture_format};
 pub use error::GpuError;
-pub use executor::{Executor, Frame};
+pub use executor::{Executor, Frame, Preparation};
 pub use transfer::{Texels, download, upload};

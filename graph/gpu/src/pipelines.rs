@@ -6,6 +6,7 @@ use afterimage_graph::plan::Stage;
 use afterimage_graph::shader::Composed;
 use rustc_hash::FxHashMap;
 
+use crate::GpuError;
 use crate::layout::Pipeline;
 
 /// What makes two pipelines the same.
@@ -27,10 +28,10 @@ pub(crate) struct Built {
     pub(crate) layout: wgpu::BindGroupLayout,
 }
 
-/// Everything compiled so far.
+/// Everything compiled so far, by whichever thread.
 #[derive(Default)]
 pub(crate) struct Pipelines {
-    built: FxHashMap<PipelineKey, Built>,
+    built: Mutex<FxHashMap<PipelineKey, Built>>,
     pub(crate) cache: Option<wgpu::PipelineCache>,
 }
 
@@ -46,38 +47,71 @@ pub(crate) struct Order<'a> {
 }
 
 impl Pipelines {
-    pub(crate) fn get(&self, key: &PipelineKey) -> Option<&Built> {
-        self.built.get(key)
+    /// With the driver's cache.
+    pub(crate) fn with_cache(cache: Option<wgpu::PipelineCache>) -> Self {
+        Self { built: Mutex::default(), cache }
     }
 
-    /// Compiles what is missing, on as many threads as there are cores.
-    pub(crate) fn build(&mut self, device: &wgpu::Device, orders: Vec<Order<'_>>) {
+    pub(crate) fn get(&self, key: &PipelineKey) -> Option<Built> {
+        self.built.lock().expect(UNBROKEN).get(key).cloned()
+    }
+
+    /// Compiles what is missing, on so many threads; the first refusal of the device, if there is one.
+    pub(crate) fn build(&self, device: &wgpu::Device, orders: Vec<Order<'_>>, threads: usize) -> Result<(), GpuError> {
         let mut missing: Vec<Order<'_>> = Vec::new();
         for order in orders {
-            if !self.built.contains_key(&order.key) && missing.iter().all(|known| known.key != order.key) {
+            if self.get(&order.key).is_none() && missing.iter().all(|known| known.key != order.key) {
                 missing.push(order);
             }
         }
-        let threads = std::thread::available_parallelism().map_or(1, usize::from).min(missing.len());
-        let queue = Mutex::new(missing);
-        let cache = self.cache.as_ref();
-        let done = Mutex::new(&mut self.built);
+        let threads = threads.min(missing.len());
+        let (queue, refused) = (Mutex::new(missing), Mutex::new(None));
         std::thread::scope(|scope| {
             for _ in 0..threads {
                 scope.spawn(|| {
                     while let Some(order) = pop(&queue) {
-                        let pipeline = compile(device, cache, &order);
-                        let built = Built { pipeline, layout: order.layout };
-                        done.lock().expect("no thread panics with the lock").insert(order.key, built);
+                        if let Err(error) = self.build_one(device, order) {
+                            refused.lock().expect(UNBROKEN).get_or_insert(error);
+                        }
                     }
                 });
             }
         });
+        refused.into_inner().expect(UNBROKEN).map_or(Ok(()), Err)
+    }
+
+    fn build_one(&self, device: &wgpu::Device, order: Order<'_>) -> Result<(), GpuError> {
+        let what = format!("the shader of `{}`", order.label);
+        let pipeline = watched(device, &what, || Ok(compile(device, self.cache.as_ref(), &order)))?;
+        let built = Built { pipeline, layout: order.layout };
+        self.built.lock().expect(UNBROKEN).insert(order.key, built);
+        Ok(())
+    }
+}
+
+const UNBROKEN: &str = "no thread panics with the lock";
+
+/// What `make` gives, unless the device has something against it. Errors of a device belong to the thread that causes them.
+pub(crate) fn watched<T>(
+    device: &wgpu::Device,
+    what: &str,
+    make: impl FnOnce() -> Result<T, GpuError>,
+) -> Result<T, GpuError> {
+    let memory = device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
+    let validation = device.push_error_scope(wgpu::ErrorFilter::Validation);
+    let made = make();
+    let refused = pollster::block_on(validation.pop());
+    if let Some(error) = pollster::block_on(memory.pop()) {
+        return Err(GpuError::OutOfMemory { what: format!("{what} ({error})") });
+    }
+    match refused {
+        Some(error) => Err(GpuError::Refused { what: what.to_owned(), why: error.to_string() }),
+        None => made,
     }
 }
 
 fn pop<'a>(queue: &Mutex<Vec<Order<'a>>>) -> Option<Order<'a>> {
-    queue.lock().expect("no thread panics with the lock").pop()
+    queue.lock().expect(UNBROKEN).pop()
 }
 
 fn compile(device: &wgpu::Device, cache: Option<&wgpu::PipelineCache>, order: &Order<'_>) -> Pipeline {

@@ -13,6 +13,7 @@ slotmap::new_key_type! {
 }
 
 /// A texture and the one view that everybody binds.
+#[derive(Clone)]
 pub(crate) struct Stored {
     pub(crate) texture: wgpu::Texture,
     pub(crate) view: wgpu::TextureView,
@@ -25,7 +26,11 @@ pub(crate) struct Store {
     textures: SlotMap<TextureKey, Stored>,
     /// Textures of the plan before, to be taken by the plan that is being loaded.
     spare: Vec<TextureKey>,
+    /// What was made for the plan that is being loaded.
+    new: Vec<TextureKey>,
     constants: FxHashMap<(ImageDesc, Vec<u8>), TextureKey>,
+    /// The constants of the plan that is being loaded.
+    wanted: Vec<TextureKey>,
 }
 
 impl Store {
@@ -34,11 +39,14 @@ impl Store {
     }
 
     pub(crate) fn insert(&mut self, stored: Stored) -> TextureKey {
-        self.textures.insert(stored)
+        let key = self.textures.insert(stored);
+        self.new.push(key);
+        key
     }
 
-    pub(crate) fn has(&self, key: TextureKey) -> bool {
-        self.textures.contains_key(key)
+    /// A texture that holds zeros.
+    pub(crate) fn black(&mut self, device: &wgpu::Device, desc: ImageDesc, label: &str) -> TextureKey {
+        self.insert(create(device, desc, label))
     }
 
     pub(crate) fn remove(&mut self, key: TextureKey) {
@@ -73,20 +81,35 @@ impl Store {
     ) -> TextureKey {
         let content = (desc, bytes.to_vec());
         if let Some(key) = self.constants.get(&content) {
+            self.wanted.push(*key);
             return *key;
         }
         let stored = create(device, desc, "constant");
         upload(queue, &stored.texture, desc, bytes);
         let key = self.insert(stored);
         self.constants.insert(content, key);
+        self.wanted.push(key);
         key
     }
 
-    /// Frees what nobody took.
+    /// The plan is loaded: frees what it did not take.
     pub(crate) fn sweep(&mut self) {
-        for key in std::mem::take(&mut self.spare) {
+        self.new.clear();
+        let wanted = std::mem::take(&mut self.wanted);
+        let unwanted = self.constants.extract_if(|_, key| !wanted.contains(key)).map(|(_, key)| key);
+        for key in std::mem::take(&mut self.spare).into_iter().chain(unwanted) {
             self.textures.remove(key);
         }
+    }
+
+    /// The plan was refused: frees what was made for it, and leaves the old plan what it had.
+    pub(crate) fn abandon(&mut self) {
+        self.spare.clear();
+        self.wanted.clear();
+        for key in std::mem::take(&mut self.new) {
+            self.textures.remove(key);
+        }
+        self.constants.retain(|_, key| self.textures.contains_key(*key));
     }
 }
 

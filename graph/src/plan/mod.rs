@@ -13,6 +13,7 @@ mod fuse;
 mod guard;
 mod hash;
 mod json;
+mod known;
 mod lists;
 mod memory;
 mod names;
@@ -40,6 +41,7 @@ pub use checker::{Fault, check_plan};
 pub use diff::{PlanDiff, diff};
 pub use fuse::Fused;
 pub use hash::PlanHash;
+pub use known::Plans;
 pub use memory::{Lifetime, Memory, Requirement, Slot};
 pub use specialise::LeftOut;
 

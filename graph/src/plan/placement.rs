@@ -195,19 +195,20 @@ impl Plan {
     /// where they lay need not be made again. Leaves the plan as it is where the old heap is too small, or more than twice too large.
     ///
     /// Images are the same if their names and their requirements are.
-    pub fn place_keeping(&mut self, old: &Plan) {
+    pub fn place_keeping(&mut self, old: &Plan) -> bool {
         if self.options.alias != Alias::Placed || old.options.alias != Alias::Placed {
-            return;
+            return false;
         }
         let (images, blocks) = memory::blocks(&self.memory.requirement_of, &self.lifetimes);
         let placement = place_around(&blocks, &self.old_places(old, &images));
         if placement.end > old.memory.heap || old.memory.heap / 2 > self.memory.placed {
-            return;
+            return false;
         }
         self.memory.offset_of = memory::spread(self.lifetimes.len(), &images, &placement.offsets);
         self.memory.placed = placement.end;
         self.memory.heap = old.memory.heap;
         barriers::renew_hand_overs(self);
+        true
     }
 
     fn old_places(&self, old: &Plan, images: &[usize]) -> Vec<Option<u64>> {

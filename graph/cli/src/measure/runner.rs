@@ -75,6 +75,8 @@ impl Cost {
 pub(crate) struct Runner<'g> {
     gpu: &'g Gpu,
     executor: Executor,
+    /// The plan in use as it was made: the executor's may lie in the heap of the one before.
+    planned: Option<Arc<Plan>>,
     facts: Facts,
     repeats: Option<u32>,
     watch: Watch,
@@ -88,7 +90,7 @@ impl<'g> Runner<'g> {
         // Timestamps of a processor say when commands were recorded by the driver's threads, not what they took.
         let watch = if is_processor { Watch::Host } else { Watch::Gpu };
         let executor = Executor::with_caps(&gpu.device, &gpu.queue, gpu.caps.clone());
-        Self { gpu, executor, facts, repeats, watch, hot: None }
+        Self { gpu, executor, planned: None, facts, repeats, watch, hot: None }
     }
 
     /// Which clock times frames; a device without timestamps turns out when the first plan is loaded.
@@ -120,7 +122,9 @@ impl<'g> Runner<'g> {
 
     /// Makes a plan the one that runs.
     pub(crate) fn load(&mut self, plan: Plan) -> Result<(), Failure> {
-        self.executor.load(Arc::new(plan))?;
+        let plan = Arc::new(plan);
+        self.executor.load(plan.clone())?;
+        self.planned = Some(plan);
         if self.watch == Watch::Gpu && !self.executor.enable_timing() {
             self.watch = Watch::Host;
         }
@@ -152,7 +156,7 @@ impl<'g> Runner<'g> {
         let mut times = (0..self.repeats()).map(|_| self.timed(clip, batch)).collect::<Result<Vec<f64>, _>>()?;
         self.hot = Some(Instant::now());
         times.sort_by(f64::total_cmp);
-        let plan = self.executor.plan().expect("a plan was loaded");
+        let plan = self.planned.as_ref().expect("a plan was loaded");
         Ok(Cost {
             ms: times[times.len() / 2],
             bytes: plan.memory.bytes(plan.options.alias),

@@ -1,0 +1,233 @@
+//! Bind groups: a loaded plan meets the images that the host gives for a frame.
+
+use afterimage_graph::node::{ImageId, Resource, Work};
+use afterimage_graph::plan::{Plan, PlanOutput, Stage, Use};
+use afterimage_graph::shader::{FRAGMENT_SIZE_BINDING, SlotKind};
+use wgpu::{BindGroup, BindGroupEntry, BindingResource, TextureView};
+
+use super::loaded::{Holding, HostSet, Loaded, Run, Touch, planned_attachment};
+use super::prepare::order;
+use super::{Executor, Frame, uniforms};
+use crate::GpuError;
+use crate::device::texture_format;
+use crate::layout::bound_slots;
+use crate::pipelines::Built;
+use crate::store::Store;
+
+/// How many choices of host images are remembered: the images of a swap chain.
+const MOST_SETS: usize = 4;
+
+impl Executor {
+    /// The bind groups for this frame's host images: remembered, or made.
+    pub(super) fn host_set(&mut self, frame: &Frame<'_>) -> Result<usize, GpuError> {
+        let loaded = self.loaded.as_ref().ok_or(GpuError::NoPlan)?;
+        if let Some(known) = loaded.sets.iter().position(|set| same_views(&self.store, loaded, set, frame)) {
+            return Ok(known);
+        }
+        let views = chosen_views(&self.store, loaded, frame)?;
+        let set = self.make_set(loaded, views)?;
+        self.drawn = drawn(loaded, &set);
+        let loaded = self.loaded.as_mut().expect("it was there above");
+        if loaded.sets.len() == MOST_SETS {
+            loaded.sets.remove(0);
+        }
+        loaded.sets.push(set);
+        Ok(loaded.sets.len() - 1)
+    }
+
+    fn make_set(&self, loaded: &Loaded, views: Vec<TextureView>) -> Result<HostSet, GpuError> {
+        let passes = 0..loaded.passes.len();
+        let runs = passes.clone().map(|index| self.make_run(loaded, index, &views)).collect::<Result<_, _>>()?;
+        let touches = passes.map(|index| self.make_touches(loaded, index, &views)).collect();
+        Ok(HostSet { views, runs, touches })
+    }
+
+    /// What must happen before the wave that this pass opens. Images that several passes of the wave read change their state in one batch, so
+    /// that the passes can overlap. A new resident of shared memory is touched: its first mention in the frame records a state only, and the
+    /// write that follows is then a second one, before which the device must wait for all that ran before.
+    fn make_touches(&self, loaded: &Loaded, index: usize, views: &[TextureView]) -> Vec<Vec<Touch>> {
+        let plan = &loaded.plan;
+        let Some(wave) = plan.waves.iter().position(|wave| wave.start == index) else { return Vec::new() };
+        let mut wanted: Vec<(ImageId, wgpu::TextureUses)> = Vec::new();
+        if plan.waves[wave].len() > 1 {
+            let read = plan.barriers[wave].transitions.iter().filter(|t| t.to == Use::Read);
+            wanted.extend(read.filter_map(|t| match t.resource {
+                Resource::Image(image) => Some((image, wgpu::TextureUses::RESOURCE)),
+                Resource::Buffer(_) => None,
+            }));
+        }
+        if loaded.placed.is_some() {
+            let new = plan.barriers[wave].hand_overs.iter().map(|hand_over| hand_over.image);
+            wanted.extend(new.map(|image| (image, wgpu::TextureUses::STORAGE_WRITE_ONLY)));
+        }
+        if wanted.is_empty() {
+            return Vec::new();
+        }
+        let touch = |(image, state): &(ImageId, wgpu::TextureUses), phase| {
+            let view = loaded.view(&self.store, *image, views, phase).clone();
+            let storable = view.texture().usage().contains(wgpu::TextureUsages::STORAGE_BINDING);
+            let state = if storable { *state } else { wgpu::TextureUses::RESOURCE };
+            Touch { view, state }
+        };
+        (0..loaded.phases).map(|phase| wanted.iter().map(|wanted| touch(wanted, phase)).collect()).collect()
+    }
+
+    fn make_run(&self, loaded: &Loaded, index: usize, views: &[TextureView]) -> Result<Run, GpuError> {
+        let pass = &loaded.passes[index];
+        let host_attachment = pass.writes_image.and_then(|image| attachment_of_host(loaded, image, views));
+        let attachment = host_attachment.or_else(|| planned_attachment(&loaded.plan, index, pass.writes_image));
+        let Built { pipeline, layout } = match host_attachment {
+            None => pass.built.clone(),
+            Some(format) => self.drawing(loaded, index, format)?,
+        };
+        let stage = if attachment.is_some() { Stage::Fragment } else { Stage::Compute };
+        let phases = 0..loaded.phases;
+        let groups = phases.clone().map(|phase| self.bind_group(loaded, index, stage, &layout, views, phase)).collect();
+        let target = |phase| match (stage, pass.writes_image) {
+            (Stage::Fragment, Some(image)) => Some(loaded.view(&self.store, image, views, phase).clone()),
+            _ => None,
+        };
+        Ok(Run { pipeline, groups, attachments: phases.map(target).collect() })
+    }
+
+    /// The pipeline that draws a pass's result into the host's image.
+    fn drawing(&self, loaded: &Loaded, index: usize, format: wgpu::TextureFormat) -> Result<Built, GpuError> {
+        let pipelines = &self.workshop.pipelines;
+        let order = order(&self.workshop.device, &loaded.plan, index, &loaded.passes[index].composed, Some(format));
+        let key = order.key.clone();
+        pipelines.build(&self.workshop.device, vec![order], 1)?;
+        Ok(pipelines.get(&key).expect("it was built above"))
+    }
+
+    fn bind_group(
+        &self,
+        loaded: &Loaded,
+        index: usize,
+        stage: Stage,
+        layout: &wgpu::BindGroupLayout,
+        views: &[TextureView],
+        phase: u32,
+    ) -> BindGroup {
+        let pass = &loaded.passes[index];
+        let (offset, bytes) = pass.uniform;
+        let region = |offset, bytes| {
+            BindingResource::Buffer(wgpu::BufferBinding {
+                buffer: &loaded.uniforms,
+                offset,
+                size: std::num::NonZeroU64::new(bytes),
+            })
+        };
+        let frame = &self.frame_uniforms[usize::from(loaded.uses_newborn(index))];
+        let resource = |kind| match kind {
+            SlotKind::Frame => frame.as_entire_binding(),
+            SlotKind::Params => region(offset, bytes),
+            SlotKind::Sampler => BindingResource::Sampler(if pass.by_hand { &self.nearest } else { &self.linear }),
+            SlotKind::Texture(image) | SlotKind::Storage(image) => {
+                BindingResource::TextureView(loaded.view(&self.store, image, views, phase))
+            }
+            SlotKind::Buffer(buffer, _) => loaded.buffers[buffer.0 as usize].as_entire_binding(),
+        };
+        let mut entries: Vec<BindGroupEntry<'_>> = bound_slots(&pass.composed, stage)
+            .map(|slot| BindGroupEntry { binding: slot.binding, resource: resource(slot.kind) })
+            .collect();
+        if stage == Stage::Fragment {
+            let size_at = offset + bytes.next_multiple_of(uniforms::ALIGNMENT);
+            entries.push(BindGroupEntry { binding: FRAGMENT_SIZE_BINDING, resource: region(size_at, 16) });
+        }
+        let device = &self.workshop.device;
+        device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries: &entries })
+    }
+}
+
+/// The outputs that must be drawn into the host's images, and in which format.
+fn drawn(loaded: &Loaded, set: &HostSet) -> Vec<(String, wgpu::TextureFormat)> {
+    let outputs = loaded.plan.outputs.iter();
+    let format = |output: &PlanOutput| attachment_of_host(loaded, output.image, &set.views);
+    outputs.filter_map(|output| Some((output.name.clone(), format(output)?))).collect()
+}
+
+fn named<'a>(views: &[(&str, &'a TextureView)], name: &str) -> Option<&'a TextureView> {
+    views.iter().find(|(known, _)| *known == name).map(|(_, view)| *view)
+}
+
+/// Whether a set was made for exactly these host images.
+fn same_views(store: &Store, loaded: &Loaded, set: &HostSet, frame: &Frame<'_>) -> bool {
+    let (inputs, outputs) = set.views.split_at(loaded.plan.inputs.len());
+    let same_input = |((name, _), view): (&(String, ImageId), &TextureView)| named(frame.inputs, name) == Some(view);
+    let same_output =
+        |(output, view): (&PlanOutput, &TextureView)| output_view(store, loaded, output, frame) == Some(view);
+    loaded.plan.inputs.iter().zip(inputs).all(same_input) && loaded.plan.outputs.iter().zip(outputs).all(same_output)
+}
+
+/// Where an output goes: to the host's image, or to ours.
+fn output_view<'a>(
+    store: &'a Store,
+    loaded: &Loaded,
+    output: &PlanOutput,
+    frame: &Frame<'a>,
+) -> Option<&'a TextureView> {
+    named(frame.outputs, &output.name).or_else(|| match &loaded.holdings[output.image.0 as usize] {
+        Holding::Output(_, key) => Some(&store.get(*key).view),
+        _ => None,
+    })
+}
+
+/// The views of all inputs, then of all outputs; ours where the host gives none.
+fn chosen_views(store: &Store, loaded: &Loaded, frame: &Frame<'_>) -> Result<Vec<TextureView>, GpuError> {
+    let plan = &loaded.plan;
+    let mut views = Vec::with_capacity(plan.inputs.len() + plan.outputs.len());
+    for (name, image) in &plan.inputs {
+        let view = named(frame.inputs, name).ok_or_else(|| GpuError::MissingInput(name.clone()))?;
+        check_host_image(plan, name, *image, view, true)?;
+        views.push(view.clone());
+    }
+    for output in &plan.outputs {
+        let view =
+            output_view(store, loaded, output, frame).expect("the planner gives each output an image of its own");
+        check_host_image(plan, &output.name, output.image, view, false)?;
+        views.push(view.clone());
+    }
+    Ok(views)
+}
+
+fn check_host_image(
+    plan: &Plan,
+    port: &str,
+    image: ImageId,
+    view: &TextureView,
+    is_input: bool,
+) -> Result<(), GpuError> {
+    let (texture, desc) = (view.texture(), plan.recording.image(image).desc);
+    let same_size = (texture.width(), texture.height()) == (desc.size.width, desc.size.height);
+    let suits = if is_input {
+        texture.format() == texture_format(desc.format)
+    } else {
+        !must_be_drawn(plan, image, texture) || can_be_drawn(plan, image)
+    };
+    if same_size && suits {
+        return Ok(());
+    }
+    Err(GpuError::WrongImage {
+        port: port.to_owned(),
+        given: format!("{}x{} {:?}", texture.width(), texture.height(), texture.format()),
+        planned: format!("{} {}", desc.size, desc.format.name()),
+    })
+}
+
+/// Whether passes cannot store to the host's image for an output: it has another format, or is not made for it.
+fn must_be_drawn(plan: &Plan, image: ImageId, texture: &wgpu::Texture) -> bool {
+    let storable = texture.usage().contains(wgpu::TextureUsages::STORAGE_BINDING);
+    texture.format() != texture_format(plan.format(image)) || !storable
+}
+
+/// Whether kernel functions make the image: whole kernels store, and cannot draw.
+fn can_be_drawn(plan: &Plan, image: ImageId) -> bool {
+    plan.recording.passes.iter().any(|pass| matches!(pass.work, Work::Steps { result, .. } if result == image))
+}
+
+/// The attachment's format if the host's output image must be drawn to.
+fn attachment_of_host(loaded: &Loaded, image: ImageId, views: &[TextureView]) -> Option<wgpu::TextureFormat> {
+    let Holding::Output(index, _) = &loaded.holdings[image.0 as usize] else { return None };
+    let texture = views[loaded.plan.inputs.len() + index].texture();
+    must_be_drawn(&loaded.plan, image, texture).then(|| texture.format())
+}

@@ -1,0 +1,117 @@
+//! A plan that is ready to run, and what it runs on.
+
+use std::sync::Arc;
+
+use afterimage_graph::node::{ImageId, Resource};
+use afterimage_graph::plan::{Plan, Stage};
+use afterimage_graph::shader::Composed;
+use wgpu::{BindGroup, Buffer, TextureView};
+
+use crate::device::texture_format;
+use crate::heap::Placed;
+use crate::layout::Pipeline;
+use crate::pipelines::Built;
+use crate::store::{Store, TextureKey};
+use crate::timing::Timing;
+
+/// Where an image of the plan lies.
+pub(super) enum Holding {
+    /// No pass mentions it.
+    Unused,
+    /// The host's image for this input.
+    Input(usize),
+    /// The host's image for this output, or else ours.
+    Output(usize, TextureKey),
+    /// Always the same texture.
+    Fixed(TextureKey),
+    /// A texture of a ring, so many frames behind the newest.
+    Ring(Vec<TextureKey>, u32),
+}
+
+pub(super) struct Loaded {
+    pub(super) plan: Arc<Plan>,
+    pub(super) passes: Vec<LoadedPass>,
+    pub(super) uniforms: Buffer,
+    pub(super) holdings: Vec<Holding>,
+    pub(super) buffers: Vec<Buffer>,
+    pub(super) zeroed: Vec<usize>,
+    pub(super) persistent: Vec<usize>,
+    pub(super) phases: u32,
+    pub(super) sets: Vec<HostSet>,
+    pub(super) timing: Option<Timing>,
+    pub(super) placed: Option<Placed>,
+    /// The textures of the heap.
+    pub(super) residents: Vec<TextureKey>,
+    /// Memory that no frame has written yet, though other memory goes on: the passes that use it begin anew in the first frame.
+    pub(super) newborn: Vec<Resource>,
+    /// Whether the first frame finds traces of another plan in the heap.
+    pub(super) moved_in: bool,
+}
+
+pub(super) struct LoadedPass {
+    pub(super) composed: Composed,
+    pub(super) groups: [u32; 3],
+    /// Where its uniform begins in the one uniform buffer, and its bytes.
+    pub(super) uniform: (u64, u64),
+    pub(super) writes_image: Option<ImageId>,
+    pub(super) by_hand: bool,
+    /// Its pipeline, unless the host wants the result drawn in a format of its own.
+    pub(super) built: Built,
+}
+
+/// The bind groups for one choice of host images.
+pub(super) struct HostSet {
+    pub(super) views: Vec<TextureView>,
+    pub(super) runs: Vec<Run>,
+    /// For each pass that opens a wave, what must be brought into its state before the wave, for each phase.
+    pub(super) touches: Vec<Vec<Vec<Touch>>>,
+}
+
+/// A texture and the state that a wave wants it in.
+pub(super) struct Touch {
+    pub(super) view: TextureView,
+    pub(super) state: wgpu::TextureUses,
+}
+
+pub(super) struct Run {
+    pub(super) pipeline: Pipeline,
+    /// For each phase.
+    pub(super) groups: Vec<BindGroup>,
+    /// The attachments of a draw, for each phase.
+    pub(super) attachments: Vec<Option<TextureView>>,
+}
+
+impl Loaded {
+    /// The view of an image in that phase; `views` are those of the host.
+    pub(super) fn view<'a>(
+        &'a self,
+        store: &'a Store,
+        image: ImageId,
+        views: &'a [TextureView],
+        phase: u32,
+    ) -> &'a TextureView {
+        match &self.holdings[image.0 as usize] {
+            Holding::Input(index) => &views[*index],
+            Holding::Output(index, _) => &views[self.plan.inputs.len() + index],
+            Holding::Fixed(key) => &store.get(*key).view,
+            Holding::Ring(keys, behind) => {
+                let length = keys.len() as u32;
+                &store.get(keys[((phase + length - behind % length) % length) as usize]).view
+            }
+            Holding::Unused => panic!("image {image:?} is bound but no pass mentions it"),
+        }
+    }
+
+    /// Whether the pass uses memory that begins with this plan.
+    pub(super) fn uses_newborn(&self, index: usize) -> bool {
+        let pass = &self.plan.recording.passes[index];
+        let is_newborn = |resource: &Resource| self.newborn.contains(resource);
+        !self.newborn.is_empty() && (pass.reads().iter().any(is_newborn) || pass.writes().iter().any(is_newborn))
+    }
+}
+
+/// The format that the plan draws a pass's image in; `None` for a dispatch.
+pub(super) fn planned_attachment(plan: &Plan, index: usize, writes: Option<ImageId>) -> Option<wgpu::TextureFormat> {
+    let image = writes.filter(|_| plan.stages[index] == Stage::Fragment)?;
+    Some(texture_format(plan.format(image)))
+}

@@ -1,0 +1,293 @@
+//! The executor: a loaded plan becomes commands in the host's encoder.
+
+mod bind;
+mod hold;
+mod loaded;
+mod prepare;
+mod record;
+mod uniforms;
+
+use std::sync::Arc;
+
+use afterimage_graph::image::ImageDesc;
+use afterimage_graph::plan::{Caps, Plan, Requirement};
+use wgpu::{Buffer, BufferUsages, CommandEncoder, Device, Queue, TextureFormat, TextureView};
+
+use crate::GpuError;
+use crate::cache;
+use crate::heap;
+use crate::pipelines::{Pipelines, watched};
+use crate::store::Store;
+use crate::timing::Timing;
+use hold::Move;
+use loaded::{Holding, Loaded};
+pub use prepare::Preparation;
+use prepare::{Before, Parts, Prepared, Workshop};
+use record::{clear_memory, record, take_over};
+use uniforms::uniform_bytes;
+
+/// One frame's inputs, outputs and time.
+#[derive(Clone, Copy, Default)]
+pub struct Frame<'a> {
+    /// The host's images, by the names of the pipeline's inputs.
+    pub inputs: &'a [(&'a str, &'a TextureView)],
+    /// Where the host wants outputs, by their names; the executor keeps a texture for each output that is not named.
+    pub outputs: &'a [(&'a str, &'a TextureView)],
+    /// Seconds since the start.
+    pub time: f32,
+    /// Seconds since the frame before.
+    pub dt: f32,
+    /// Whether this frame has nothing to do with the one before: a cut, a teleport.
+    pub reset: bool,
+}
+
+/// Runs plans on the host's device.
+pub struct Executor {
+    workshop: Workshop,
+    queue: Queue,
+    caps: Caps,
+    store: Store,
+    linear: wgpu::Sampler,
+    nearest: wgpu::Sampler,
+    /// What shaders know of the frame; the second tells passes that a first frame is theirs alone.
+    frame_uniforms: [Buffer; 2],
+    loaded: Option<Loaded>,
+    /// Outputs that the last frame drew, and in which format: the next plan will, too.
+    drawn: Vec<(String, TextureFormat)>,
+    frame_index: u32,
+    fresh: bool,
+}
+
+impl Executor {
+    /// An executor on the host's device, which relies only on what every device has.
+    pub fn new(device: &Device, queue: &Queue) -> Self {
+        let caps = Caps {
+            filter_32_bit: device.features().contains(wgpu::Features::FLOAT32_FILTERABLE),
+            max_side: device.limits().max_texture_dimension_2d,
+            max_volume_side: device.limits().max_texture_dimension_3d,
+            ..Caps::default()
+        };
+        Self::with_caps(device, queue, caps)
+    }
+
+    /// An executor that relies on `caps`, from [`caps`](crate::caps).
+    pub fn with_caps(device: &Device, queue: &Queue, caps: Caps) -> Self {
+        let sampler = |filter| {
+            device.create_sampler(&wgpu::SamplerDescriptor {
+                label: Some("afterimage"),
+                mag_filter: filter,
+                min_filter: filter,
+                ..Default::default()
+            })
+        };
+        let frame_uniform = || {
+            device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some("frame"),
+                size: 16,
+                usage: BufferUsages::UNIFORM | BufferUsages::COPY_DST,
+                mapped_at_creation: false,
+            })
+        };
+        Self {
+            linear: sampler(wgpu::FilterMode::Linear),
+            nearest: sampler(wgpu::FilterMode::Nearest),
+            workshop: Workshop { device: device.clone(), pipelines: Arc::default() },
+            queue: queue.clone(),
+            caps,
+            store: Store::default(),
+            frame_uniforms: [frame_uniform(), frame_uniform()],
+            loaded: None,
+            drawn: Vec::new(),
+            frame_index: 0,
+            fresh: true,
+        }
+    }
+
+    /// The same executor with a cache of the driver's pipelines, which begins with what [`pipeline_cache_data`](Self::pipeline_cache_data) gave
+    /// once: then the driver need not compile them again. Bytes that are damaged, or of another adapter, driver or version, are left aside, and so is
+    /// the cache where the device has none.
+    pub fn with_pipeline_cache(mut self, data: &[u8]) -> Self {
+        let cache = cache::open(&self.workshop.device, data);
+        self.workshop.pipelines = Arc::new(Pipelines::with_cache(cache));
+        self
+    }
+
+    /// The driver's pipelines as bytes, for the next run of the program; `None` without a cache.
+    pub fn pipeline_cache_data(&self) -> Option<Vec<u8>> {
+        cache::seal(self.workshop.pipelines.cache.as_ref()?)
+    }
+
+    /// What plans for this executor may rely on.
+    pub fn caps(&self) -> &Caps {
+        &self.caps
+    }
+
+    /// What the device wants for an image: the planner asks this through [`Setting`](afterimage_graph::plan::Setting).
+    pub fn requirement(&self, desc: &ImageDesc) -> Requirement {
+        heap::requirement(&self.workshop.device, desc)
+    }
+
+    /// The plan in use.
+    pub fn plan(&self) -> Option<&Arc<Plan>> {
+        self.loaded.as_ref().map(|loaded| &loaded.plan)
+    }
+
+    /// Makes a plan the one that runs, at once: what it needs is compiled before this returns. Between two frames of a program that must not wait,
+    /// [`prepare`](Self::prepare) and [`swap`](Self::swap) do the same.
+    pub fn load(&mut self, plan: Arc<Plan>) -> Result<(), GpuError> {
+        let prepared = self.workshop.prepare(plan, &self.before(), cores())?;
+        self.put_in(prepared)
+    }
+
+    /// Begins to make a plan ready on threads of its own, while the plan in use goes on rendering. One core is left to the renderer.
+    pub fn prepare(&self, plan: Arc<Plan>) -> Preparation {
+        let (workshop, before) = (self.workshop.clone(), self.before());
+        let work = move || workshop.prepare(plan, &before, cores().saturating_sub(1).max(1));
+        Preparation { worker: std::thread::spawn(work) }
+    }
+
+    /// Makes a prepared plan the one that runs from the next frame on; waits for it if it is not ready.
+    ///
+    /// Textures, histories and buffers that are equal in both plans are kept. Memory that begins with the new plan begins as in a first frame, and
+    /// only that. On an error the old plan stays as it is, with all that it remembers.
+    pub fn swap(&mut self, preparation: Preparation) -> Result<(), GpuError> {
+        match preparation.worker.join() {
+            Ok(prepared) => self.put_in(prepared?),
+            Err(panic) => std::panic::resume_unwind(panic),
+        }
+    }
+
+    /// What the plan in use has to offer to the next.
+    fn before(&self) -> Before {
+        let loaded = self.loaded.as_ref();
+        Before {
+            plan: loaded.map(|loaded| loaded.plan.clone()),
+            placed: loaded.and_then(|loaded| loaded.placed.clone()),
+            drawn: self.drawn.clone(),
+        }
+    }
+
+    fn put_in(&mut self, prepared: Prepared) -> Result<(), GpuError> {
+        match prepared {
+            Prepared::Whole(parts) => self.settle(*parts),
+            Prepared::Numbers(plan, base) => match &mut self.loaded {
+                Some(loaded) if Arc::ptr_eq(&loaded.plan, &base) => {
+                    let bytes = uniform_bytes(&plan, loaded.passes.iter().map(|pass| pass.writes_image));
+                    self.queue.write_buffer(&loaded.uniforms, 0, &bytes);
+                    loaded.plan = plan;
+                    Ok(())
+                }
+                // Another plan has come in between.
+                _ => self.load(plan),
+            },
+        }
+    }
+
+    fn settle(&mut self, parts: Parts) -> Result<(), GpuError> {
+        let Self { workshop, queue, store, loaded: old, frame_index, .. } = self;
+        let device = &workshop.device;
+        let changing = Move { device, queue, store, old: old.as_ref(), frame: *frame_index, newborn: Vec::new() };
+        match watched(device, "the images of the plan", || Ok(changing.settle(parts))) {
+            Ok(mut new) => {
+                if self.fresh {
+                    // All memory begins with the next frame, and every pass is told.
+                    new.newborn.clear();
+                }
+                let left = old.replace(new).map_or(Vec::new(), |old| old.residents);
+                left.into_iter().for_each(|key| self.store.remove(key));
+                self.store.sweep();
+                Ok(())
+            }
+            Err(error) => {
+                self.store.abandon();
+                Err(error)
+            }
+        }
+    }
+
+    /// Starts histories and adaptation anew with the next frame.
+    pub fn reset(&mut self) {
+        self.fresh = true;
+    }
+
+    /// Measures the GPU time of each pass from now on, if the device can.
+    pub fn enable_timing(&mut self) -> bool {
+        let Some(loaded) = &mut self.loaded else { return false };
+        loaded.timing = Timing::new(&self.workshop.device, &self.queue, loaded.passes.len() as u32);
+        loaded.timing.is_some()
+    }
+
+    /// Milliseconds of each pass of the last submitted frame. Waits for it.
+    pub fn pass_times(&self) -> Option<Vec<f64>> {
+        self.loaded.as_ref()?.timing.as_ref()?.read(&self.workshop.device)
+    }
+
+    /// The texture of an output that the host gave no image for.
+    pub fn output(&self, name: &str) -> Option<&wgpu::Texture> {
+        let loaded = self.loaded.as_ref()?;
+        let output = loaded.plan.output(Some(name))?;
+        match &loaded.holdings[output.image.0 as usize] {
+            Holding::Output(_, key) => Some(&self.store.get(*key).texture),
+            _ => None,
+        }
+    }
+
+    /// Records one pass of a frame and no other, for measurements on devices whose timestamps cannot be trusted. What it reads is what the frames
+    /// before have left, and time does not go on.
+    pub fn encode_pass(
+        &mut self,
+        encoder: &mut CommandEncoder,
+        frame: &Frame<'_>,
+        pass: usize,
+    ) -> Result<(), GpuError> {
+        let set = self.host_set(frame)?;
+        let loaded = self.loaded.as_ref().ok_or(GpuError::NoPlan)?;
+        let phase = (self.frame_index % loaded.phases) as usize;
+        record(loaded, &loaded.sets[set], phase, pass..pass + 1, encoder);
+        Ok(())
+    }
+
+    /// Records one frame. Submit it before the next is recorded: both would otherwise run at the time of the second.
+    pub fn encode(&mut self, encoder: &mut CommandEncoder, frame: &Frame<'_>) -> Result<(), GpuError> {
+        let set = self.host_set(frame)?;
+        let reset = self.fresh || frame.reset;
+        self.write_frame(frame, reset);
+        let loaded = self.loaded.as_mut().ok_or(GpuError::NoPlan)?;
+        if reset {
+            clear_memory(&self.workshop.device, &self.store, loaded, encoder);
+        }
+        if std::mem::take(&mut loaded.moved_in) {
+            take_over(&self.store, loaded, encoder);
+        }
+        for &buffer in &loaded.zeroed {
+            encoder.clear_buffer(&loaded.buffers[buffer], 0, None);
+        }
+        let phase = (self.frame_index % loaded.phases) as usize;
+        record(loaded, &loaded.sets[set], phase, 0..loaded.passes.len(), encoder);
+        if let Some(timing) = &loaded.timing {
+            timing.resolve(encoder);
+        }
+        if !std::mem::take(&mut loaded.newborn).is_empty() {
+            // Their passes are told of a first frame no more.
+            loaded.sets.clear();
+        }
+        self.frame_index = self.frame_index.wrapping_add(1);
+        self.fresh = false;
+        Ok(())
+    }
+
+    fn write_frame(&self, frame: &Frame<'_>, reset: bool) {
+        let write = |uniform: &Buffer, reset: bool| {
+            let words = [frame.time.to_bits(), frame.dt.to_bits(), self.frame_index, u32::from(reset)];
+            self.queue.write_buffer(uniform, 0, words.map(u32::to_le_bytes).as_flattened());
+        };
+        write(&self.frame_uniforms[0], reset);
+        if self.loaded.as_ref().is_some_and(|loaded| !loaded.newborn.is_empty()) {
+            write(&self.frame_uniforms[1], true);
+        }
+    }
+}
+
+fn cores() -> usize {
+    std::thread::available_parallelism().map_or(1, usize::from)
+}

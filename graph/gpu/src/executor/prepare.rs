@@ -1,0 +1,208 @@
+//! Everything of a plan that takes long, made on any thread while another plan runs: shaders, pipelines, and the images of its heap.
+
+use std::sync::Arc;
+use std::thread::JoinHandle;
+
+use afterimage_graph::image::ImageDesc;
+use afterimage_graph::node::{ImageId, Resource, Work};
+use afterimage_graph::plan::{Alias, Plan, Stage};
+use afterimage_graph::shader::{Composed, SlotKind, compose_entry, compose_steps, compose_tiling};
+use wgpu::util::DeviceExt as _;
+use wgpu::{Buffer, BufferUsages, Device, TextureFormat};
+
+use super::loaded::{LoadedPass, planned_attachment};
+use super::uniforms::{differs_in_uniforms_only, pass_uniform, stride, uniform_bytes};
+use crate::GpuError;
+use crate::heap::Placed;
+use crate::layout::{bind_group_layout, by_hand};
+use crate::pipelines::{Order, PipelineKey, Pipelines, watched};
+
+/// A plan that is being made ready on a thread of its own, from [`Executor::prepare`](crate::Executor::prepare). Dropped, it is forgotten;
+/// what it has compiled until then is not lost.
+pub struct Preparation {
+    pub(super) worker: JoinHandle<Result<Prepared, GpuError>>,
+}
+
+impl Preparation {
+    /// Whether [`Executor::swap`](crate::Executor::swap) would not have to wait, be it for a plan or for an error.
+    pub fn is_ready(&self) -> bool {
+        self.worker.is_finished()
+    }
+}
+
+/// A plan that can be swapped in.
+pub(super) enum Prepared {
+    /// The plan differs from the running one (the second) only in numbers.
+    Numbers(Arc<Plan>, Arc<Plan>),
+    Whole(Box<Parts>),
+}
+
+/// What a plan needs that no other plan has.
+pub(super) struct Parts {
+    pub(super) plan: Arc<Plan>,
+    pub(super) passes: Vec<LoadedPass>,
+    pub(super) uniforms: Buffer,
+    pub(super) placed: Option<Placed>,
+    /// Whether the heap is that of the plan before.
+    pub(super) moved_in: bool,
+}
+
+/// What plans are made ready with.
+#[derive(Clone)]
+pub(super) struct Workshop {
+    pub(super) device: Device,
+    pub(super) pipelines: Arc<Pipelines>,
+}
+
+/// What the plan that runs has to offer.
+#[derive(Clone, Default)]
+pub(super) struct Before {
+    pub(super) plan: Option<Arc<Plan>>,
+    pub(super) placed: Option<Placed>,
+    /// Outputs that the host's images make the last passes draw, and in which format.
+    pub(super) drawn: Vec<(String, TextureFormat)>,
+}
+
+impl Workshop {
+    /// Makes the plan ready with so many threads. Its images keep their places in the heap where those still fit.
+    pub(super) fn prepare(&self, plan: Arc<Plan>, before: &Before, threads: usize) -> Result<Prepared, GpuError> {
+        let plan = keep_places(plan, before);
+        if let Some(old) = before.plan.as_ref().filter(|old| differs_in_uniforms_only(old, &plan)) {
+            return Ok(Prepared::Numbers(plan, old.clone()));
+        }
+        let drafts = (0..plan.recording.passes.len()).map(|at| Draft::new(&plan, at)).collect::<Result<Vec<_>, _>>()?;
+        let orders = drafts.iter().enumerate().flat_map(|(at, draft)| self.orders(&plan, at, draft, &before.drawn));
+        self.pipelines.build(&self.device, orders.collect(), threads)?;
+        let (mut passes, mut offset) = (Vec::with_capacity(drafts.len()), 0);
+        for (at, draft) in drafts.into_iter().enumerate() {
+            passes.push(self.finish(&plan, at, draft, offset));
+            offset += stride(passes[at].uniform.1);
+        }
+        watched(&self.device, "the memory of the plan", || {
+            let placed = self.place(&plan, before.placed.as_ref());
+            let same = |old: &Placed| placed.as_ref().is_some_and(|placed| Arc::ptr_eq(&placed.heap, &old.heap));
+            let moved_in = before.placed.as_ref().is_some_and(same);
+            let uniforms = self.uniforms(&plan, &passes);
+            Ok(Prepared::Whole(Box::new(Parts { plan, passes, uniforms, placed, moved_in })))
+        })
+    }
+
+    /// The pipelines that a pass may need: the planned one, and the one for the host's image.
+    fn orders<'a>(
+        &self,
+        plan: &'a Plan,
+        index: usize,
+        draft: &'a Draft,
+        drawn: &[(String, TextureFormat)],
+    ) -> impl Iterator<Item = Order<'a>> + use<'a> {
+        let output = plan.outputs.iter().find(|output| Some(output.image) == draft.writes_image);
+        let asked = drawn.iter().find(|(name, _)| output.is_some_and(|output| output.name == *name));
+        let is_function = matches!(plan.recording.passes[index].work, Work::Steps { .. });
+        let extra = asked.filter(|_| is_function).map(|(_, format)| Some(*format));
+        let planned = planned_attachment(plan, index, draft.writes_image);
+        let attachments: Vec<_> = std::iter::once(planned).chain(extra).collect();
+        let device = self.device.clone();
+        attachments.into_iter().map(move |attachment| order(&device, plan, index, &draft.composed, attachment))
+    }
+
+    fn finish(&self, plan: &Plan, index: usize, draft: Draft, offset: u64) -> LoadedPass {
+        let Draft { composed, groups, writes_image } = draft;
+        let key = order(&self.device, plan, index, &composed, planned_attachment(plan, index, writes_image)).key;
+        let built = self.pipelines.get(&key).expect("every planned pipeline was built");
+        let bytes = pass_uniform(&plan.recording.passes[index].work).len() as u64;
+        let by_hand = by_hand(&composed);
+        LoadedPass { composed, groups, uniform: (offset, bytes), writes_image, by_hand, built }
+    }
+
+    fn uniforms(&self, plan: &Plan, passes: &[LoadedPass]) -> Buffer {
+        self.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+            label: Some("uniforms"),
+            contents: &uniform_bytes(plan, passes.iter().map(|pass| pass.writes_image)),
+            usage: BufferUsages::UNIFORM | BufferUsages::COPY_DST,
+        })
+    }
+
+    /// The plan's transient images in one heap, where the plan and the backend allow it.
+    fn place(&self, plan: &Plan, old: Option<&Placed>) -> Option<Placed> {
+        let images = plan.recording.images.iter().zip(&plan.memory.offset_of);
+        let places: Vec<(u64, ImageDesc, &str)> =
+            images.filter_map(|(image, offset)| Some(((*offset)?, image.desc, image.label.as_str()))).collect();
+        if plan.options.alias != Alias::Placed || places.is_empty() {
+            return None;
+        }
+        Placed::new(&self.device, plan.memory.heap, &places, old)
+    }
+}
+
+fn keep_places(plan: Arc<Plan>, before: &Before) -> Arc<Plan> {
+    let Some((old, _)) = before.plan.as_ref().zip(before.placed.as_ref()) else { return plan };
+    let mut kept = (*plan).clone();
+    if kept.place_keeping(old) { Arc::new(kept) } else { plan }
+}
+
+/// A pass whose pipeline is not compiled yet.
+struct Draft {
+    composed: Composed,
+    groups: [u32; 3],
+    writes_image: Option<ImageId>,
+}
+
+impl Draft {
+    fn new(plan: &Plan, index: usize) -> Result<Self, GpuError> {
+        let pass = &plan.recording.passes[index];
+        let reading = |image: ImageId| plan.readings[image.0 as usize];
+        let format = |image: ImageId| plan.format(image);
+        let (composed, groups) = match &pass.work {
+            Work::Steps { steps, result } => {
+                let composed = compose_steps(steps, *result, format(*result), &reading);
+                let size = plan.recording.image(*result).desc.size.div_up(16);
+                (composed, [size.width, size.height, 1])
+            }
+            Work::Tiled(tiling) => {
+                let last = tiling.stages.last().expect("a tiling has stages").size.div_up(tiling.tile);
+                (compose_tiling(tiling, &format, &reading), [last.width, last.height, 1])
+            }
+            Work::Entry(call) => (compose_entry(call, &format, &reading), call.groups),
+        };
+        let writes_image = pass.writes().into_iter().find_map(|resource| match resource {
+            Resource::Image(image) => Some(image),
+            Resource::Buffer(_) => None,
+        });
+        Ok(Self { composed: composed.map_err(GpuError::Shader)?, groups, writes_image })
+    }
+}
+
+/// What must be compiled for a pass; drawn if there is an attachment.
+pub(super) fn order<'a>(
+    device: &Device,
+    plan: &'a Plan,
+    index: usize,
+    composed: &'a Composed,
+    attachment: Option<TextureFormat>,
+) -> Order<'a> {
+    let stage = if attachment.is_some() { Stage::Fragment } else { Stage::Compute };
+    let constants = match &plan.recording.passes[index].work {
+        Work::Entry(call) => call.constants.iter().map(|(name, value)| (*name, value.to_bits())).collect(),
+        Work::Steps { .. } | Work::Tiled(_) => Vec::new(),
+    };
+    let readings = composed.slots.iter().map(|slot| match slot.kind {
+        SlotKind::Texture(image) => format!("{:?}", plan.readings[image.0 as usize]),
+        _ => String::new(),
+    });
+    let layout: Vec<String> = readings.collect();
+    Order {
+        key: PipelineKey {
+            source: composed.source.clone(),
+            entry: composed.compute,
+            constants,
+            attachment,
+            layout: layout.join(","),
+        },
+        composed,
+        stage,
+        layout: bind_group_layout(device, plan, composed, stage),
+        label: &plan.recording.passes[index].label,
+        // Tilings write every texel of a tile that they read; whole kernels are their authors' own.
+        zero_workgroup_memory: matches!(plan.recording.passes[index].work, Work::Entry(_)),
+    }
+}

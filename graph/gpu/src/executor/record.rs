@@ -1,0 +1,125 @@
+//! Commands: a loaded plan and its bind groups into the host's encoder.
+
+use std::ops::Range;
+
+use wgpu::{CommandEncoder, Device};
+
+use super::loaded::{Holding, HostSet, Loaded, Run, Touch};
+use crate::layout::Pipeline;
+use crate::store::{self, Store};
+
+/// Histories and adaptation as they are before a first frame: zero.
+pub(super) fn clear_memory(device: &Device, store: &Store, loaded: &Loaded, encoder: &mut CommandEncoder) {
+    for &buffer in &loaded.persistent {
+        encoder.clear_buffer(&loaded.buffers[buffer], 0, None);
+    }
+    for holding in &loaded.holdings {
+        let Holding::Ring(keys, 0) = holding else { continue };
+        for key in keys {
+            store::blacken(device, store.get(*key), encoder);
+        }
+    }
+}
+
+/// Separates the first frame on a heap from the plan that had it before: after this, the first write of each image waits for all that ran.
+pub(super) fn take_over(store: &Store, loaded: &Loaded, encoder: &mut CommandEncoder) {
+    let textures = loaded.residents.iter().map(|key| wgpu::TextureTransition {
+        texture: &store.get(*key).texture,
+        selector: None,
+        state: wgpu::TextureUses::STORAGE_WRITE_ONLY,
+    });
+    encoder.transition_resources(std::iter::empty(), textures);
+}
+
+pub(super) fn record(loaded: &Loaded, set: &HostSet, phase: usize, passes: Range<usize>, encoder: &mut CommandEncoder) {
+    let mut index = passes.start;
+    while index < passes.end {
+        match &set.runs[index].pipeline {
+            Pipeline::Compute(_) => index = record_dispatches(loaded, set, phase, index..passes.end, encoder),
+            Pipeline::Render(pipeline) => {
+                touch_for_draw(&set.touches[index], phase, encoder);
+                record_draw(loaded, &set.runs[index], pipeline, phase, index, encoder);
+                index += 1;
+            }
+        }
+    }
+}
+
+/// One compute pass for the dispatches that these passes begin with; the index after it.
+fn record_dispatches(
+    loaded: &Loaded,
+    set: &HostSet,
+    phase: usize,
+    passes: Range<usize>,
+    encoder: &mut CommandEncoder,
+) -> usize {
+    let mut pass =
+        encoder.begin_compute_pass(&wgpu::ComputePassDescriptor { label: Some("afterimage"), timestamp_writes: None });
+    let mut index = passes.start;
+    if let Some(timing) = &loaded.timing {
+        pass.write_timestamp(&timing.queries, index as u32);
+    }
+    while let Some(Run { pipeline: Pipeline::Compute(pipeline), groups, .. }) = set.runs[..passes.end].get(index) {
+        let [x, y, z] = loaded.passes[index].groups;
+        if let Some(touches) = set.touches[index].get(phase) {
+            let textures = touches.iter().map(|touch| wgpu::TextureTransition {
+                texture: &touch.view,
+                selector: None,
+                state: touch.state,
+            });
+            pass.transition_resources(std::iter::empty(), textures);
+        }
+        pass.set_pipeline(pipeline);
+        pass.set_bind_group(0, &groups[phase], &[]);
+        pass.dispatch_workgroups(x, y, z);
+        index += 1;
+        if let Some(timing) = &loaded.timing {
+            pass.write_timestamp(&timing.queries, index as u32);
+        }
+    }
+    index
+}
+
+/// Before a draw there is no compute pass to touch things in. Reading is the state from which a barrier waits for all shaders before.
+fn touch_for_draw(touches: &[Vec<Touch>], phase: usize, encoder: &mut CommandEncoder) {
+    let Some(touches) = touches.get(phase) else { return };
+    let new = touches.iter().filter(|touch| touch.state != wgpu::TextureUses::RESOURCE);
+    let textures = new.map(|touch| wgpu::TextureTransition {
+        texture: touch.view.texture(),
+        selector: None,
+        state: wgpu::TextureUses::RESOURCE,
+    });
+    encoder.transition_resources(std::iter::empty(), textures);
+}
+
+fn record_draw(
+    loaded: &Loaded,
+    run: &Run,
+    pipeline: &wgpu::RenderPipeline,
+    phase: usize,
+    index: usize,
+    encoder: &mut CommandEncoder,
+) {
+    let view = run.attachments[phase].as_ref().expect("a draw has an attachment");
+    if let Some(timing) = &loaded.timing {
+        encoder.write_timestamp(&timing.queries, index as u32);
+    }
+    let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+        label: Some("afterimage"),
+        color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+            view,
+            depth_slice: None,
+            resolve_target: None,
+            // The triangle covers every pixel.
+            ops: wgpu::Operations { load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT), store: wgpu::StoreOp::Store },
+        })],
+        ..Default::default()
+    });
+    pass.set_pipeline(pipeline);
+    pass.set_bind_group(0, &run.groups[phase], &[]);
+    pass.draw(0..3, 0..1);
+    drop(pass);
+    if let Some(timing) = &loaded.timing {
+        encoder.write_timestamp(&timing.queries, index as u32 + 1);
+    }
+}

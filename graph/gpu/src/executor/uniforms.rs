@@ -1,0 +1,71 @@
+//! The numbers of a plan: one buffer with the uniform of each pass and the size of its result.
+
+use afterimage_graph::node::{ImageId, Work};
+use afterimage_graph::plan::Plan;
+
+/// Uniform offsets are multiples of this everywhere.
+pub(super) const ALIGNMENT: u64 = 256;
+
+/// Bytes that a pass of so many uniform bytes takes up in the buffer: they and the size of its result.
+pub(super) fn stride(bytes: u64) -> u64 {
+    bytes.next_multiple_of(ALIGNMENT) + ALIGNMENT
+}
+
+/// Whether the new plan can run with the resources of the old one and other uniforms.
+pub(super) fn differs_in_uniforms_only(old: &Plan, new: &Plan) -> bool {
+    old.waves == new.waves && old.memory == new.memory && blank(old) == blank(new)
+}
+
+/// The plan with zeros for all its numbers.
+fn blank(plan: &Plan) -> Plan {
+    let mut plan = plan.clone();
+    for pass in &mut plan.recording.passes {
+        match &mut pass.work {
+            Work::Steps { steps, .. } => steps.iter_mut().for_each(|step| step.uniform.fill(0)),
+            Work::Tiled(tiling) => {
+                tiling.stages.iter_mut().flat_map(|s| &mut s.steps).for_each(|step| step.uniform.fill(0));
+            }
+            Work::Entry(call) => call.uniform.fill(0),
+        }
+    }
+    plan
+}
+
+/// The uniform of a pass: its steps' structs, each at a multiple of 16.
+pub(super) fn pass_uniform(work: &Work) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    let parts: Vec<&[u8]> = match work {
+        Work::Steps { steps, .. } => steps.iter().map(|step| step.uniform.as_slice()).collect(),
+        Work::Tiled(tiling) => {
+            for stage in &tiling.stages {
+                let size = [stage.size.width, stage.size.height, 0, 0];
+                bytes.extend(size.iter().flat_map(|x| x.to_le_bytes()));
+            }
+            tiling.stages.iter().flat_map(|stage| &stage.steps).map(|step| step.uniform.as_slice()).collect()
+        }
+        Work::Entry(call) => vec![&call.uniform],
+    };
+    for part in parts.into_iter().filter(|part| !part.is_empty()) {
+        bytes.resize(bytes.len().next_multiple_of(16), 0);
+        bytes.extend_from_slice(part);
+    }
+    bytes.resize(bytes.len().next_multiple_of(16), 0);
+    bytes
+}
+
+/// The contents of the one uniform buffer: for each pass its uniform, then the size of the image that it writes.
+pub(super) fn uniform_bytes(plan: &Plan, written: impl Iterator<Item = Option<ImageId>>) -> Vec<u8> {
+    let mut all = Vec::new();
+    for (pass, written) in plan.recording.passes.iter().zip(written) {
+        all.extend(pass_uniform(&pass.work));
+        all.resize(all.len().next_multiple_of(ALIGNMENT as usize), 0);
+        let size = written.map_or([1.0; 2], |image| {
+            let size = plan.recording.image(image).desc.size;
+            [size.width as f32, size.height as f32]
+        });
+        all.extend(size.iter().flat_map(|x| x.to_le_bytes()));
+        all.resize(all.len().next_multiple_of(ALIGNMENT as usize), 0);
+    }
+    all.resize(all.len().max(ALIGNMENT as usize), 0);
+    all
+}
