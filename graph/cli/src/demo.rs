@@ -8,7 +8,7 @@ use crate::args::{DemoArgs, PipelineOptions};
 use crate::failure::Failure;
 use crate::pipeline::{check_text, registry};
 use crate::save::{Saving, save};
-use crate::session::{Clock, Session, choose_output, open};
+use crate::session::{Clock, Given, Session, choose_output, open};
 use crate::shipped::{PIPELINES, SCENE};
 use crate::terminal::say;
 
@@ -27,12 +27,12 @@ pub(crate) fn run(args: &DemoArgs, tables: &[&[NodeKind]]) -> Result<(), Failure
         Ok::<_, Failure>(())
     };
     saved("scene", &scene.output("scene")?, State::Scene, "exr")?;
-    let source = scene.output_texture("scene");
-    let desc = ImageDesc::new(size);
+    let view = scene.output_texture("scene").create_view(&Default::default());
+    let scene = [Given { input: "scene".into(), view, desc: ImageDesc::new(size) }];
     let mut tiles = Vec::new();
     for (name, text) in PIPELINES {
         let mut pipeline = session(&gpu, &registry, name, text, &[])?;
-        pipeline.render(size, &[("scene".into(), source, desc)], Clock { reset: true, ..Clock::default() })?;
+        pipeline.render(size, &scene, Clock { reset: true, ..Clock::default() })?;
         let output = choose_output(pipeline.plan(), None, true)?;
         let texels = pipeline.output(&output.name)?;
         saved(name, &texels, State::Encoded, "png")?;

@@ -1,11 +1,13 @@
 //! `afterimage render`: pictures through a pipeline. Reading, rendering and writing overlap.
 
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-use afterimage_gpu::{Gpu, Texels};
-use afterimage_graph::check::Graph;
+use afterimage_gpu::Texels;
+use afterimage_graph::check::{Facts, Graph};
 use afterimage_graph::image::Size;
 use afterimage_graph::node::NodeKind;
 use afterimage_graph::plan::PlanOutput;
@@ -16,11 +18,13 @@ use crate::failure::Failure;
 use crate::files::{self, Metadata, Picture, Source, sequence};
 use crate::pipeline::{facts, load_graph, plan_options, registry, split};
 use crate::save::{Saving, save};
-use crate::session::{Clock, Session, choose_output, open, upload_picture};
+use crate::session::{Clock, Session, choose_output, open};
 use crate::terminal::note;
 
 /// Frames that wait between two stages: one that is being made and one that is ready.
 const AHEAD: usize = 2;
+/// Packing a PNG keeps one core busy, so pictures are written on a quarter of the cores, but on no more than this many: each holds a frame.
+const MOST_WRITERS: usize = 4;
 
 pub(crate) fn run(args: &RenderArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
     let registry = registry(tables, &args.options.nodes)?;
@@ -28,10 +32,8 @@ pub(crate) fn run(args: &RenderArgs, tables: &[&[NodeKind]]) -> Result<(), Failu
     let facts = facts(&args.options)?;
     let saving = Saving::new(args)?;
     let jobs = jobs(args, &graph)?;
-    let gpu = open(&args.device)?;
-    let mut session = Session::new(&gpu, graph, facts, plan_options(&args.plan));
     let bar = progress(jobs.len());
-    let times = work(args, &jobs, &mut session, &saving, &bar)?;
+    let times = work(args, &jobs, (graph, facts), &saving, &bar)?;
     bar.finish_and_clear();
     if args.timings {
         note(&times.to_string());
@@ -132,9 +134,13 @@ struct Rendered {
 /// How long each stage worked.
 #[derive(Default)]
 struct Times {
+    /// Until the device is open; pictures are read in the meantime.
+    start: Duration,
     read: Duration,
     render: Duration,
+    /// Of all writers together.
     write: Duration,
+    writers: usize,
     all: Duration,
     frames: usize,
     passes: Vec<(String, f64)>,
@@ -143,34 +149,43 @@ struct Times {
 fn work(
     args: &RenderArgs,
     jobs: &[Job],
-    session: &mut Session<'_>,
+    (graph, facts): (Graph, Facts),
     saving: &Saving,
     bar: &ProgressBar,
 ) -> Result<Times, Failure> {
     let start = Instant::now();
     let (read_to, read_from) = sync_channel::<Read>(AHEAD);
     let (write_to, write_from) = sync_channel::<Rendered>(AHEAD);
+    let writers = std::thread::available_parallelism().map_or(1, |cores| cores.get() / 4).clamp(1, MOST_WRITERS);
     let mut times = std::thread::scope(|scope| {
         let reader = scope.spawn(move || read_all(jobs, &read_to));
-        let writer = scope.spawn(move || write_all(jobs, saving, &write_from, bar));
-        let rendered = render_all(args, jobs, session, &read_from, &write_to);
-        // Both neighbours end when their channels do.
-        drop((read_from, write_to));
+        let queue = Arc::new(Queue { from: Mutex::new(write_from), failed: AtomicBool::new(false) });
+        let spawn = |_| {
+            let queue = queue.clone();
+            scope.spawn(move || write_all(jobs, saving, &queue, bar))
+        };
+        let writing: Vec<_> = (0..writers).map(spawn).collect();
+        drop(queue);
+        let rendered = render_all(args, jobs, (graph, facts), read_from, write_to);
         let read = reader.join().expect("the reader returns its errors");
-        let written = writer.join().expect("the writer returns its errors");
-        let (render, passes) = rendered?;
-        Ok::<_, Failure>(Times { read, render, write: written?, passes, frames: jobs.len(), ..Times::default() })
+        let written = writing.into_iter().map(|writer| writer.join().expect("a writer returns its errors"));
+        let written = written.collect::<Result<Vec<Duration>, _>>();
+        let rendered = rendered?;
+        Ok::<_, Failure>(Times { read, write: written?.iter().sum(), writers, frames: jobs.len(), ..rendered })
     })?;
     times.all = start.elapsed();
     Ok(times)
+}
+
+fn read_job(job: &Job) -> Read {
+    job.sources.iter().map(|(name, source)| Ok((name.clone(), files::read(source)?))).collect()
 }
 
 fn read_all(jobs: &[Job], to: &SyncSender<Read>) -> Duration {
     let mut busy = Duration::ZERO;
     for job in jobs {
         let start = Instant::now();
-        let pictures =
-            job.sources.iter().map(|(name, source)| Ok((name.clone(), files::read(source)?))).collect::<Read>();
+        let pictures = read_job(job);
         busy += start.elapsed();
         let failed = pictures.is_err();
         // A receiver that is gone has failed, and says so itself.
@@ -181,15 +196,18 @@ fn read_all(jobs: &[Job], to: &SyncSender<Read>) -> Duration {
     busy
 }
 
+/// Opens the device and renders what is read. Both neighbours end when it does; it frees the device while the last picture is written.
 fn render_all(
     args: &RenderArgs,
     jobs: &[Job],
-    session: &mut Session<'_>,
-    from: &Receiver<Read>,
-    to: &SyncSender<Rendered>,
-) -> Result<(Duration, Vec<(String, f64)>), Failure> {
-    let mut busy = Duration::ZERO;
-    let mut passes = Vec::new();
+    (graph, facts): (Graph, Facts),
+    from: Receiver<Read>,
+    to: SyncSender<Rendered>,
+) -> Result<Times, Failure> {
+    let begun = Instant::now();
+    let gpu = open(&args.device)?;
+    let mut session = Session::new(&gpu, graph, facts, plan_options(&args.plan));
+    let mut times = Times { start: begun.elapsed(), ..Times::default() };
     let mut said = Vec::new();
     for (index, pictures) in from.iter().enumerate() {
         let pictures = pictures?;
@@ -200,33 +218,41 @@ fn render_all(
             }
         }
         let start = Instant::now();
-        let step = jobs[index].frame.zip(index.checked_sub(1).and_then(|i| jobs[i].frame));
-        let dt = step.map_or(0.0, |(now, before)| now.saturating_sub(before) as f32 / args.fps);
-        let time = jobs[index].frame.map_or(0.0, |frame| frame as f32 / args.fps);
-        let rendered = render_one(args, session, &pictures, Clock { time, dt, reset: index == 0 }, index)?;
+        let rendered = render_one(args, &mut session, pictures, clock(args, jobs, index), index)?;
+        times.render += start.elapsed();
         if args.timings && index == 0 {
-            passes = time_passes(session, args, &pictures)?;
+            times.passes = time_passes(&mut session, args, jobs)?;
         }
-        busy += start.elapsed();
         // A writer that is gone has failed, and says so itself.
         if to.send(rendered).is_err() {
             break;
         }
     }
-    Ok((busy, passes))
+    // Nothing more comes: the writers may end before the device is freed.
+    drop(to);
+    Ok(times)
+}
+
+/// The time of a frame of a sequence, by its number.
+fn clock(args: &RenderArgs, jobs: &[Job], index: usize) -> Clock {
+    let step = jobs[index].frame.zip(index.checked_sub(1).and_then(|i| jobs[i].frame));
+    let dt = step.map_or(0.0, |(now, before)| now.saturating_sub(before) as f32 / args.fps);
+    let time = jobs[index].frame.map_or(0.0, |frame| frame as f32 / args.fps);
+    Clock { time, dt, reset: index == 0 }
 }
 
 fn render_one(
     args: &RenderArgs,
     session: &mut Session<'_>,
-    pictures: &[(String, Picture)],
+    pictures: Vec<(String, Picture)>,
     clock: Clock,
     index: usize,
 ) -> Result<Rendered, Failure> {
-    render_frame(args, session, pictures, clock)?;
+    render_frame(args, session, &pictures, clock)?;
+    // The pictures are on their way to the GPU: their memory can be had again while it works.
+    let meta = pictures.into_iter().next().map(|(_, picture)| picture.meta);
     let output = choose_output(session.plan(), args.output.as_deref(), Saving::is_png(&args.out))?;
     let texels = session.output(&output.name)?;
-    let meta = pictures.first().map(|(_, picture)| picture.meta.clone());
     Ok(Rendered { texels, output, meta, index })
 }
 
@@ -236,38 +262,46 @@ fn render_frame(
     pictures: &[(String, Picture)],
     clock: Clock,
 ) -> Result<(), Failure> {
-    let gpu: &Gpu = session.gpu;
-    let uploaded = pictures
-        .iter()
-        .map(|(name, picture)| upload_picture(gpu, picture).map(|(texture, desc)| (name.clone(), texture, desc)))
-        .collect::<Result<Vec<_>, _>>()?;
-    let inputs: Vec<_> = uploaded.iter().map(|(name, texture, desc)| (name.clone(), texture, *desc)).collect();
+    let inputs = pictures.iter().map(|(name, picture)| session.feed(name, picture)).collect::<Result<Vec<_>, _>>()?;
     let (width, height) = args.size.unwrap_or((1920, 1080));
-    let size = inputs.first().map_or(Size::new(width, height), |(_, _, desc)| desc.size);
+    let size = inputs.first().map_or(Size::new(width, height), |given| given.desc.size);
     session.render(size, &inputs, clock)
 }
 
 /// GPU milliseconds of each pass, from a second rendering of the first frame.
-fn time_passes(
-    session: &mut Session<'_>,
-    args: &RenderArgs,
-    pictures: &[(String, Picture)],
-) -> Result<Vec<(String, f64)>, Failure> {
+fn time_passes(session: &mut Session<'_>, args: &RenderArgs, jobs: &[Job]) -> Result<Vec<(String, f64)>, Failure> {
     if !session.executor().enable_timing() {
         return Ok(Vec::new());
     }
-    render_frame(args, session, pictures, Clock { reset: true, ..Clock::default() })?;
+    let Some(first) = jobs.first() else { return Ok(Vec::new()) };
+    render_frame(args, session, &read_job(first)?, Clock { reset: true, ..Clock::default() })?;
     let times = session.executor().pass_times().unwrap_or_default();
     let labels = session.plan().recording.passes.iter().map(|pass| pass.label.clone());
     Ok(labels.zip(times).collect())
 }
 
-fn write_all(jobs: &[Job], saving: &Saving, from: &Receiver<Rendered>, bar: &ProgressBar) -> Result<Duration, Failure> {
+/// What the writers share: where pictures come from, and whether one of them has failed, so that the others need not go on.
+struct Queue {
+    from: Mutex<Receiver<Rendered>>,
+    failed: AtomicBool,
+}
+
+impl Queue {
+    /// The next picture, unless there is none or another writer has failed.
+    fn next(&self) -> Option<Rendered> {
+        let next = self.from.lock().expect("no writer panics with the lock").recv().ok();
+        next.filter(|_| !self.failed.load(Ordering::Relaxed))
+    }
+}
+
+fn write_all(jobs: &[Job], saving: &Saving, queue: &Queue, bar: &ProgressBar) -> Result<Duration, Failure> {
     let mut busy = Duration::ZERO;
-    for rendered in from {
+    while let Some(rendered) = queue.next() {
         let start = Instant::now();
         let path: &Path = &jobs[rendered.index].out;
-        save(path, &rendered.texels, rendered.output.state, rendered.meta, saving)?;
+        let saved = save(path, &rendered.texels, rendered.output.state, rendered.meta, saving);
+        queue.failed.fetch_or(saved.is_err(), Ordering::Relaxed);
+        saved?;
         busy += start.elapsed();
         bar.inc(1);
     }
@@ -278,7 +312,14 @@ impl std::fmt::Display for Times {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let ms = |time: Duration| time.as_secs_f64() * 1e3 / self.frames.max(1) as f64;
         writeln!(f, "{} frames in {:.3} s; milliseconds a frame:", self.frames, self.all.as_secs_f64())?;
-        writeln!(f, "  read {:.1}, render {:.1}, write {:.1}", ms(self.read), ms(self.render), ms(self.write))?;
+        let write = ms(self.write) / self.writers.max(1) as f64;
+        writeln!(f, "  read {:.1}, render {:.1}, write {write:.1}", ms(self.read), ms(self.render))?;
+        writeln!(
+            f,
+            "  {} at a time are written; the device opened in {:.1}",
+            self.writers,
+            self.start.as_secs_f64() * 1e3
+        )?;
         for (label, ms) in &self.passes {
             writeln!(f, "  {ms:8.4} ms on the GPU: {label}")?;
         }

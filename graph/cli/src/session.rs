@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use afterimage_gpu::{Executor, Frame, Gpu, Opening, Texels, download, upload};
+use afterimage_gpu::{Executor, Feed, Frame, Gpu, Opening, Readback, Texels, upload_bytes};
 use afterimage_graph::check::{Facts, Graph};
-use afterimage_graph::image::{ImageDesc, Size, State};
+use afterimage_graph::image::{Format, ImageDesc, Size, State};
 use afterimage_graph::plan::{GivenImage, Options, Plan, PlanOutput, Plans, Setting};
 
 use crate::args::DeviceOptions;
@@ -28,9 +28,19 @@ pub(crate) struct Session<'g> {
     facts: Facts,
     options: Options,
     executor: Executor,
+    /// Where the pictures of the inputs go, by the names of these.
+    feeds: BTreeMap<String, Feed>,
+    readback: Readback,
     /// The driver's pipelines that were there already.
     known_pipelines: Vec<u8>,
     planned: Option<Arc<Plan>>,
+}
+
+/// An image on the GPU for an input of a pipeline.
+pub(crate) struct Given {
+    pub(crate) input: String,
+    pub(crate) view: wgpu::TextureView,
+    pub(crate) desc: ImageDesc,
 }
 
 /// The time of a frame.
@@ -46,23 +56,32 @@ impl<'g> Session<'g> {
         let known_pipelines = cache::pipelines(gpu);
         let executor =
             Executor::with_caps(&gpu.device, &gpu.queue, gpu.caps.clone()).with_pipeline_cache(&known_pipelines);
-        Self { gpu, plans: Plans::new(graph), facts, options, executor, known_pipelines, planned: None }
+        let readback = Readback::new(&gpu.device, &gpu.queue);
+        let feeds = BTreeMap::new();
+        let plans = Plans::new(graph);
+        Self { gpu, plans, facts, options, executor, feeds, readback, known_pipelines, planned: None }
+    }
+
+    /// Brings an input's next picture to the GPU. Pictures of one size go to one texture.
+    pub(crate) fn feed(&mut self, input: &str, picture: &Picture) -> Result<Given, Failure> {
+        check_fits(self.gpu, picture)?;
+        let (desc, bytes) = texels(picture);
+        let mut feed = match self.feeds.remove(input) {
+            Some(feed) if feed.desc() == desc => feed,
+            _ => Feed::new(&self.gpu.device, &self.gpu.queue, desc),
+        };
+        feed.fill(bytes)?;
+        let given = Given { input: input.to_owned(), view: feed.view().clone(), desc };
+        self.feeds.insert(input.to_owned(), feed);
+        Ok(given)
     }
 
     /// Renders one frame; the results stay on the GPU.
-    pub(crate) fn render(
-        &mut self,
-        size: Size,
-        inputs: &[(String, &wgpu::Texture, ImageDesc)],
-        clock: Clock,
-    ) -> Result<(), Failure> {
-        let given = |desc: &ImageDesc| GivenImage { desc: *desc, finite: false };
-        let inputs_given = inputs.iter().map(|(name, _, desc)| (name.clone(), given(desc))).collect();
-        self.plan_for(size, inputs_given)?;
-        let views: Vec<wgpu::TextureView> =
-            inputs.iter().map(|(_, texture, _)| texture.create_view(&Default::default())).collect();
+    pub(crate) fn render(&mut self, size: Size, inputs: &[Given], clock: Clock) -> Result<(), Failure> {
+        let image = |given: &Given| (given.input.clone(), GivenImage { desc: given.desc, finite: false });
+        self.plan_for(size, inputs.iter().map(image).collect())?;
         let named: Vec<(&str, &wgpu::TextureView)> =
-            inputs.iter().zip(&views).map(|((name, ..), view)| (name.as_str(), view)).collect();
+            inputs.iter().map(|given| (given.input.as_str(), &given.view)).collect();
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
         let frame = Frame { inputs: &named, outputs: &[], time: clock.time, dt: clock.dt, reset: clock.reset };
         self.executor.encode(&mut encoder, &frame)?;
@@ -101,9 +120,9 @@ impl<'g> Session<'g> {
     }
 
     /// The texels of an output of the last frame.
-    pub(crate) fn output(&self, name: &str) -> Result<Texels, Failure> {
+    pub(crate) fn output(&mut self, name: &str) -> Result<Texels, Failure> {
         let texture = self.executor.output(name).expect("the executor keeps a texture for each output");
-        Ok(download(&self.gpu.device, &self.gpu.queue, texture)?)
+        Ok(self.readback.download(texture)?)
     }
 
     /// The texture of an output of the last frame.
@@ -113,31 +132,33 @@ impl<'g> Session<'g> {
 }
 
 /// The texels of a picture as its file had them.
-pub(crate) fn texels(picture: &Picture) -> Texels {
+fn texels(picture: &Picture) -> (ImageDesc, &[u8]) {
     let desc = ImageDesc::new(Size::new(picture.width, picture.height));
     match &picture.pixels {
-        Pixels::Half(halves) => Texels { desc, bytes: bytemuck::cast_slice(halves).to_vec() },
-        Pixels::Float(floats) => Texels {
-            desc: desc.format(afterimage_graph::image::Format::Rgba32Float),
-            bytes: bytemuck::cast_slice(floats).to_vec(),
-        },
+        Pixels::Half(halves) => (desc, bytemuck::cast_slice(halves)),
+        Pixels::Float(floats) => (desc.format(Format::Rgba32Float), bytemuck::cast_slice(floats)),
     }
+}
+
+fn check_fits(gpu: &Gpu, picture: &Picture) -> Result<(), Failure> {
+    let limit = gpu.caps.max_side;
+    if picture.width.max(picture.height) <= limit {
+        return Ok(());
+    }
+    let message = format!(
+        "the image is {}x{}, but `{}` takes at most {limit} pixels a side",
+        picture.width,
+        picture.height,
+        gpu.name()
+    );
+    Err(Failure::user(message).hint("scale it down, or choose another device with `--adapter`"))
 }
 
 /// A picture on the GPU, refused if the device cannot hold it.
 pub(crate) fn upload_picture(gpu: &Gpu, picture: &Picture) -> Result<(wgpu::Texture, ImageDesc), Failure> {
-    let limit = gpu.caps.max_side;
-    if picture.width.max(picture.height) > limit {
-        let message = format!(
-            "the image is {}x{}, but `{}` takes at most {limit} pixels a side",
-            picture.width,
-            picture.height,
-            gpu.name()
-        );
-        return Err(Failure::user(message).hint("scale it down, or choose another device with `--adapter`"));
-    }
-    let texels = texels(picture);
-    Ok((upload(&gpu.device, &gpu.queue, &texels), texels.desc))
+    check_fits(gpu, picture)?;
+    let (desc, bytes) = texels(picture);
+    Ok((upload_bytes(&gpu.device, &gpu.queue, desc, bytes), desc))
 }
 
 /// The output that goes to a file: the named one, or the first whose state suits the file's ending.

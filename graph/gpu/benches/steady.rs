@@ -1,4 +1,4 @@
-//! What a steady frame allocates, told apart by who asked.
+//! What a steady frame costs the host: what it allocates, told apart by who asked, and how long it takes to record and to submit.
 //!
 //! A counting allocator looks at the call stack of every allocation while a frame is recorded and submitted. Going outwards from the allocator, the
 //! first function of one of our crates or of a graphics crate is the one that asked: what wgpu allocates inside its own calls is wgpu's, whatever we
@@ -14,6 +14,7 @@ use std::cell::{Cell, RefCell};
 use std::collections::BTreeMap;
 use std::process::ExitCode;
 use std::sync::Arc;
+use std::time::Instant;
 
 use afterimage_gpu::{Executor, Frame, Gpu, Opening, Texels, upload};
 use afterimage_graph::check::{CheckOptions, NoFiles, check};
@@ -24,6 +25,8 @@ use afterimage_graph::plan::{GivenImage, Setting, plan};
 
 const WARM_UP: u32 = 8;
 const FRAMES: u32 = 20;
+/// Frames whose times give one median.
+const TIMED: usize = 300;
 
 #[global_allocator]
 static ALLOCATOR: Counting = Counting;
@@ -110,7 +113,10 @@ fn main() -> ExitCode {
 fn measure(frames: u32) -> Result<bool, Box<dyn std::error::Error>> {
     let gpu = Gpu::open(&Opening::default())?;
     let size = Size::new(256, 144);
-    let (executor, input) = load(&gpu, size)?;
+    for pipeline in ["lynx", "exposure", "tsushima"] {
+        time(&gpu, pipeline, size, if frames == 1 { 1 } else { TIMED })?;
+    }
+    let (executor, input) = load(&gpu, "lynx", size)?;
     let view = input.create_view(&Default::default());
     let inputs = [("scene", &view)];
     let mut executor = executor;
@@ -146,11 +152,42 @@ fn counted(
     Ok(ASKED.take())
 }
 
-fn load(gpu: &Gpu, size: Size) -> Result<(Executor, wgpu::Texture), Box<dyn std::error::Error>> {
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../pipelines/lynx.ron");
+/// Prints the median microseconds of a frame's recording, finishing and submitting. The frame before has always ended.
+fn time(gpu: &Gpu, pipeline: &str, size: Size, frames: usize) -> Result<(), Box<dyn std::error::Error>> {
+    let (mut executor, input) = load(gpu, pipeline, size)?;
+    let view = input.create_view(&Default::default());
+    let inputs = [("scene", &view)];
+    let mut times: [Vec<f64>; 3] = Default::default();
+    for _ in 0..WARM_UP {
+        frame(gpu, &mut executor, &inputs)?;
+    }
+    for number in 0..frames {
+        let start = Instant::now();
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
+        let time = number as f32 / 60.0;
+        executor.encode(&mut encoder, &Frame { inputs: &inputs, time, dt: 1.0 / 60.0, ..Frame::default() })?;
+        let recorded = Instant::now();
+        let commands = encoder.finish();
+        let finished = Instant::now();
+        gpu.queue.submit([commands]);
+        let spans = [recorded - start, finished - recorded, finished.elapsed()];
+        times.iter_mut().zip(spans).for_each(|(times, span)| times.push(span.as_secs_f64() * 1e6));
+        gpu.device.poll(wgpu::PollType::wait_indefinitely())?;
+    }
+    let [record, finish, submit] = times.map(|mut times| {
+        times.sort_by(f64::total_cmp);
+        times[times.len() / 2]
+    });
+    let passes = executor.plan().map_or(0, |plan| plan.recording.passes.len());
+    println!("{pipeline}.ron, {passes} passes: {record:.1} us to record, {finish:.1} to finish, {submit:.1} to submit");
+    Ok(())
+}
+
+fn load(gpu: &Gpu, pipeline: &str, size: Size) -> Result<(Executor, wgpu::Texture), Box<dyn std::error::Error>> {
+    let path = format!(concat!(env!("CARGO_MANIFEST_DIR"), "/../../pipelines/{}.ron"), pipeline);
     let registry = Registry::new(&[afterimage_nodes::ALL])?;
     let refuse = |errors: afterimage_graph::diagnostic::Diagnostics| format!("{errors:?}");
-    let document = parse("lynx.ron", &std::fs::read_to_string(path)?).map_err(refuse)?;
+    let document = parse(&path, &std::fs::read_to_string(&path)?).map_err(refuse)?;
     let options = CheckOptions { tier: None, sets: Vec::new(), loader: &NoFiles };
     let (graph, _) = check(&document, &registry, &options).map_err(refuse)?;
     let mut executor = Executor::with_caps(&gpu.device, &gpu.queue, gpu.caps.clone());

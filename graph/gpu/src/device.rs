@@ -75,6 +75,11 @@ impl Gpu {
     pub fn name(&self) -> String {
         self.adapter.get_info().name
     }
+
+    /// Whether the adapter is the processor itself.
+    pub fn is_processor(&self) -> bool {
+        self.adapter.get_info().device_type == wgpu::DeviceType::Cpu
+    }
 }
 
 async fn adapter(instance: &wgpu::Instance, wanted: Option<&str>) -> Result<wgpu::Adapter, GpuError> {

@@ -12,10 +12,12 @@ mod heap;
 mod layout;
 mod pipelines;
 mod store;
+mod stream;
 mod timing;
 mod transfer;
 
 pub use device::{Gpu, Opening, caps, texture_format};
 pub use error::GpuError;
 pub use executor::{Executor, Frame, Preparation};
-pub use transfer::{Texels, download, upload};
+pub use stream::{Feed, Readback};
+pub use transfer::{Texels, download, upload, upload_bytes};

@@ -3,8 +3,7 @@
 use afterimage_graph::image::{Format, ImageDesc, Size};
 use half::f16;
 
-use crate::device::texture_format;
-use crate::{GpuError, store};
+use crate::{GpuError, Readback, store};
 
 /// Texels on the host, tightly packed.
 #[derive(Clone, Debug, PartialEq)]
@@ -61,44 +60,17 @@ fn small_float(word: u32, mantissa: u32) -> f32 {
 
 /// A texture with these texels, as an input of a pipeline.
 pub fn upload(device: &wgpu::Device, queue: &wgpu::Queue, texels: &Texels) -> wgpu::Texture {
-    let stored = store::create(device, texels.desc, "input");
-    store::upload(queue, &stored.texture, texels.desc, &texels.bytes);
+    upload_bytes(device, queue, texels.desc, &texels.bytes)
+}
+
+/// The same for texels that lie elsewhere, row by row without gaps.
+pub fn upload_bytes(device: &wgpu::Device, queue: &wgpu::Queue, desc: ImageDesc, bytes: &[u8]) -> wgpu::Texture {
+    let stored = store::create(device, desc, "input");
+    store::upload(queue, &stored.texture, desc, bytes);
     stored.texture
 }
 
-/// The texels of a texture. Waits for the GPU.
+/// The texels of a texture. Waits for the GPU; [`Readback`] is for many of them.
 pub fn download(device: &wgpu::Device, queue: &wgpu::Queue, texture: &wgpu::Texture) -> Result<Texels, GpuError> {
-    let format = Format::ALL.into_iter().find(|format| texture_format(*format) == texture.format());
-    let format = format.ok_or_else(|| GpuError::Format { what: format!("reading {:?} back", texture.format()) })?;
-    let (width, height, depth) = (texture.width(), texture.height(), texture.depth_or_array_layers());
-    let row = width as usize * format.bytes() as usize;
-    let pitch = row.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT as usize);
-    let buffer = device.create_buffer(&wgpu::BufferDescriptor {
-        label: Some("readback"),
-        size: (pitch * height as usize * depth as usize) as u64,
-        usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
-        mapped_at_creation: false,
-    });
-    let mut encoder = device.create_command_encoder(&Default::default());
-    encoder.copy_texture_to_buffer(
-        texture.as_image_copy(),
-        wgpu::TexelCopyBufferInfo {
-            buffer: &buffer,
-            layout: wgpu::TexelCopyBufferLayout {
-                offset: 0,
-                bytes_per_row: Some(pitch as u32),
-                rows_per_image: Some(height),
-            },
-        },
-        texture.size(),
-    );
-    queue.submit([encoder.finish()]);
-    buffer.slice(..).map_async(wgpu::MapMode::Read, |_| {});
-    let lost = |why: String| GpuError::DeviceLost { why };
-    device.poll(wgpu::PollType::wait_indefinitely()).map_err(|error| lost(error.to_string()))?;
-    let mapped = buffer.slice(..).get_mapped_range().map_err(|error| lost(error.to_string()))?;
-    let bytes = mapped.chunks_exact(pitch).flat_map(|line| &line[..row]).copied().collect();
-    let size = Size::volume(width, height, depth);
-    let volume = texture.dimension() == wgpu::TextureDimension::D3;
-    Ok(Texels { desc: ImageDesc { size, format, volume }, bytes })
+    Readback::new(device, queue).download(texture)
 }

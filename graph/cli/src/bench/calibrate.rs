@@ -4,7 +4,7 @@ use afterimage_gpu::{Gpu, texture_format};
 use afterimage_graph::image::{Format, Size};
 use wgpu::{BindGroupEntry, BindingResource, TextureUsages, TextureView};
 
-use super::clock::{Stopwatch, is_processor};
+use super::clock::Stopwatch;
 use super::plain::{compute_pipeline, draw, draw_pipeline, group, groups, module, target};
 use super::report::table;
 use crate::cache::{Calibration, Pair, keep_calibration};
@@ -13,7 +13,7 @@ use crate::failure::Failure;
 /// Measures, remembers, and says what was found.
 pub(super) fn run(gpu: &Gpu, frames: u32) -> Result<String, Failure> {
     let stopwatch = Stopwatch::new(gpu);
-    let side = if is_processor(gpu) { (1280, 720) } else { (3840, 2160) };
+    let side = if gpu.is_processor() { (1280, 720) } else { (3840, 2160) };
     let size = Size::new(side.0.min(gpu.caps.max_side), side.1.min(gpu.caps.max_side));
     let usage = TextureUsages::TEXTURE_BINDING | TextureUsages::RENDER_ATTACHMENT;
     let source = target(gpu, size, wgpu::TextureFormat::Rgba16Float, usage);

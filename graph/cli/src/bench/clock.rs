@@ -28,7 +28,7 @@ impl Stamps {
     fn new(gpu: &Gpu) -> Option<Self> {
         let needed = Features::TIMESTAMP_QUERY | Features::TIMESTAMP_QUERY_INSIDE_ENCODERS;
         // A driver on the processor stamps the time of recording, not of execution.
-        if is_processor(gpu) || !gpu.device.features().contains(needed) {
+        if gpu.is_processor() || !gpu.device.features().contains(needed) {
             return None;
         }
         let queries = gpu.device.create_query_set(&wgpu::QuerySetDescriptor {
@@ -67,11 +67,6 @@ impl Stamps {
         self.readable.unmap();
         Ok(words[1].saturating_sub(words[0]) as f64 * self.milliseconds)
     }
-}
-
-/// Whether the adapter is the processor itself.
-pub(crate) fn is_processor(gpu: &Gpu) -> bool {
-    gpu.adapter.get_info().device_type == wgpu::DeviceType::Cpu
 }
 
 /// Waits until the GPU has nothing more to do.

@@ -4,7 +4,7 @@ use afterimage_gpu::Gpu;
 use afterimage_graph::image::Size;
 use wgpu::{BufferUsages, TextureUsages};
 
-use super::clock::{Stopwatch, is_processor};
+use super::clock::Stopwatch;
 use super::plain::{compute_pipeline, group, module, target};
 use crate::failure::Failure;
 
@@ -16,7 +16,7 @@ const RUNS: u32 = 15;
 
 /// Gigabytes a second, read and written ones counted both: the better of a compute shader that copies half-float colours and of a buffer copy.
 pub(crate) fn bandwidth(gpu: &Gpu, stopwatch: &Stopwatch<'_>) -> Result<f64, Failure> {
-    let size = if is_processor(gpu) { SMALL } else { LARGE };
+    let size = if gpu.is_processor() { SMALL } else { LARGE };
     let side = |length: u32| length.min(gpu.caps.max_side);
     let size = Size::new(side(size.width), side(size.height));
     Ok(by_shader(gpu, stopwatch, size)?.max(by_buffers(gpu, stopwatch, size)?))

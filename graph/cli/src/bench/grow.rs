@@ -9,7 +9,7 @@ use afterimage_graph::image::Size;
 use afterimage_graph::node::Registry;
 use afterimage_graph::plan::Requirement;
 
-use super::clock::{Stopwatch, is_processor, median, wait};
+use super::clock::{Stopwatch, median, wait};
 use super::inputs::Inputs;
 use super::plot::{Chart, Line, page};
 use super::runner::Runner;
@@ -49,7 +49,7 @@ struct Growth {
 pub(super) fn run(gpu: &Gpu, registry: &Registry, frames: u32, folder: &Path) -> Result<String, Failure> {
     let stopwatch = Stopwatch::new(gpu);
     let mut all = Vec::new();
-    let (highest, chain_height) = if is_processor(gpu) { PATIENCE } else { (u32::MAX, CHAIN_HEIGHT) };
+    let (highest, chain_height) = if gpu.is_processor() { PATIENCE } else { (u32::MAX, CHAIN_HEIGHT) };
     for size in HEIGHTS.into_iter().filter(|height| *height <= highest).map(wide) {
         if size.width <= gpu.caps.max_side {
             all.push(measure(gpu, registry, &stopwatch, "pixels", &pyramid(), size, frames)?);

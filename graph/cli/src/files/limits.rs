@@ -41,6 +41,12 @@ pub(crate) fn filled<T: Copy>(path: &Path, len: usize, value: T) -> Result<Vec<T
     Ok(vec)
 }
 
+/// A vector of `len` zeros, or an error where memory does not suffice. The system's fresh pages are zero already: none is touched.
+pub(crate) fn zeroed<T: bytemuck::Zeroable>(path: &Path, len: usize) -> Result<Vec<T>, FileError> {
+    bytemuck::allocation::try_zeroed_vec(len)
+        .map_err(|()| too_large(path, format!("this machine has no {} MiB free", (len * size_of::<T>()) >> 20)))
+}
+
 pub(crate) fn too_large(path: &Path, what: impl Into<String>) -> FileError {
     FileError::new(path, FileErrorKind::TooLarge, format!("the image is too large: {}", what.into()))
 }

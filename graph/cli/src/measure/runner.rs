@@ -86,7 +86,7 @@ pub(crate) struct Runner<'g> {
 
 impl<'g> Runner<'g> {
     pub(crate) fn new(gpu: &'g Gpu, facts: Facts, repeats: Option<u32>) -> Self {
-        let is_processor = gpu.adapter.get_info().device_type == wgpu::DeviceType::Cpu;
+        let is_processor = gpu.is_processor();
         // Timestamps of a processor say when commands were recorded by the driver's threads, not what they took.
         let watch = if is_processor { Watch::Host } else { Watch::Gpu };
         let executor = Executor::with_caps(&gpu.device, &gpu.queue, gpu.caps.clone());

@@ -18,7 +18,7 @@ use rayon::prelude::*;
 use super::super::FileError;
 use super::super::chromaticities::convert;
 use super::super::guard::no_panic;
-use super::super::limits::filled;
+use super::super::limits::zeroed;
 use super::distrust::check_chunk;
 use super::explain;
 use super::read::ExrReader;
@@ -33,7 +33,7 @@ pub(super) struct Placement {
 }
 
 /// A number of the picture: half or float.
-pub(super) trait Sample: Copy + Send + Sync {
+pub(super) trait Sample: Copy + Send + Sync + bytemuck::Zeroable {
     const ZERO: Self;
     const ONE: Self;
     fn from_half(value: f16) -> Self;
@@ -81,7 +81,7 @@ struct Piece<T> {
 /// Decodes the largest level of the chosen channels into the display window.
 pub(super) fn decode<T: Sample>(path: &Path, reader: ExrReader, placement: &Placement) -> Result<Vec<T>, FileError> {
     let (width, height) = (placement.display.size.0, placement.display.size.1);
-    let mut picture = filled(path, width * height * 4, T::ZERO)?;
+    let mut picture = zeroed::<T>(path, width * height * 4)?;
     let mut chunks = reader
         .filter_chunks(false, |_, tile, block| tile.level_index == Vec2(0, 0) && placement.shows(&block))
         .map_err(|error| explain(path, &error))?;
@@ -94,19 +94,42 @@ pub(super) fn decode<T: Sample>(path: &Path, reader: ExrReader, placement: &Plac
         if batch.is_empty() {
             break;
         }
-        for piece in placement.decode_batch(path, batch, chunks.meta_data())? {
-            seen.insert((piece.block.0, piece.block.1));
-            paste(&mut picture, width, &piece);
-        }
+        let mut pieces = placement.decode_batch(path, batch, chunks.meta_data())?;
+        seen.extend(pieces.iter().map(|piece| (piece.block.0, piece.block.1)));
+        pieces.sort_by_key(|piece| piece.y);
+        paste_all(&mut picture, width, &pieces);
     }
     // A table that points twice at one block would leave a hole elsewhere.
     if seen.len() == expected { Ok(picture) } else { Err(missing_blocks(path)) }
 }
 
-/// As many chunks as fill 64 MiB when decompressed: enough for every core, bounded in memory.
+/// As many chunks as fill 16 MiB when decompressed: enough for every core, and little enough for the next batch to find the memory of the
+/// last one still in the caches.
 fn batch_size(header: &Header) -> usize {
-    const BATCH_BYTES: usize = 64 << 20;
+    const BATCH_BYTES: usize = 16 << 20;
     (BATCH_BYTES / header.max_block_byte_size().max(1)).clamp(1, 4096)
+}
+
+/// Puts pieces, sorted by their rows, into place: on all cores if they are bands of whole rows.
+fn paste_all<T: Sample>(picture: &mut [T], width: usize, pieces: &[Piece<T>]) {
+    match bands(picture, width, pieces) {
+        Some(bands) => bands.into_par_iter().zip(pieces).for_each(|(band, piece)| band.copy_from_slice(&piece.values)),
+        None => pieces.iter().for_each(|piece| paste(picture, width, piece)),
+    }
+}
+
+/// The rows of the picture for each piece; `None` unless every piece is as wide as the picture and begins after the one before.
+fn bands<'p, T>(picture: &'p mut [T], width: usize, pieces: &[Piece<T>]) -> Option<Vec<&'p mut [T]>> {
+    let (mut rest, mut at) = (picture, 0);
+    let mut bands = Vec::with_capacity(pieces.len());
+    for piece in pieces.iter() {
+        let start = piece.y * width * 4;
+        let (_, after) = rest.split_at_mut_checked(start.checked_sub(at).filter(|_| piece.width == width)?)?;
+        let (band, after) = after.split_at_mut_checked(piece.values.len())?;
+        bands.push(band);
+        (rest, at) = (after, start + piece.values.len());
+    }
+    Some(bands)
 }
 
 fn paste<T: Sample>(picture: &mut [T], width: usize, piece: &Piece<T>) {

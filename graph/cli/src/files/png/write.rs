@@ -10,7 +10,7 @@ use png::{
 };
 use rayon::prelude::*;
 
-use super::super::limits::{check_size, filled};
+use super::super::limits::{check_size, zeroed};
 use super::super::{FileError, FileErrorKind, write_whole};
 use super::dither::{Noise, dithered, quantise};
 
@@ -103,7 +103,7 @@ fn codes(
 ) -> Result<Vec<u8>, FileError> {
     let row_length = width as usize * 4;
     assert_eq!(pixels.len(), row_length * height as usize, "four numbers for a pixel");
-    let mut bytes = filled(path, width as usize * height as usize * options.pixel_bytes(), 0_u8)?;
+    let mut bytes = zeroed::<u8>(path, width as usize * height as usize * options.pixel_bytes())?;
     let rows = bytes.par_chunks_exact_mut(width as usize * options.pixel_bytes()).enumerate();
     rows.for_each_init(
         || vec![0.0; row_length],

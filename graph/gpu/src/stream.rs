@@ -1,0 +1,158 @@
+//! One picture after another between the host and textures. What a picture needs on its way is made once: pinning tens of megabytes anew for
+//! each frame of a sequence costs more than copying them.
+
+use afterimage_graph::image::{Format, ImageDesc, Size};
+
+use crate::device::texture_format;
+use crate::{GpuError, Texels, store};
+
+/// A texture that takes one picture after another, as an input of a pipeline. It stays the same, and so do the bind groups around it.
+pub struct Feed {
+    device: wgpu::Device,
+    queue: wgpu::Queue,
+    stored: store::Stored,
+    /// From the second picture on: a single one is not worth it.
+    staging: Option<wgpu::Buffer>,
+    is_filled: bool,
+}
+
+impl Feed {
+    /// A feed of pictures of that description.
+    pub fn new(device: &wgpu::Device, queue: &wgpu::Queue, desc: ImageDesc) -> Self {
+        let stored = store::create(device, desc, "input");
+        Self { device: device.clone(), queue: queue.clone(), stored, staging: None, is_filled: false }
+    }
+
+    /// What its pictures are.
+    pub fn desc(&self) -> ImageDesc {
+        self.stored.desc
+    }
+
+    /// The texture's view.
+    pub fn view(&self) -> &wgpu::TextureView {
+        &self.stored.view
+    }
+
+    /// The next picture, row by row without gaps. Frames that were submitted before still see the last one.
+    ///
+    /// # Errors
+    /// [`GpuError::DeviceLost`] if the device is gone.
+    pub fn fill(&mut self, bytes: &[u8]) -> Result<(), GpuError> {
+        if !self.is_filled {
+            store::upload(&self.queue, &self.stored.texture, self.stored.desc, bytes);
+            self.is_filled = true;
+            return Ok(());
+        }
+        let size = self.stored.desc.size;
+        let (row, pitch) = row_and_pitch(size, self.stored.desc.format);
+        let staging = match self.staging.take() {
+            Some(staging) => staging,
+            None => self.device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some("upload"),
+                size: (pitch * rows(size)) as u64,
+                usage: wgpu::BufferUsages::MAP_WRITE | wgpu::BufferUsages::COPY_SRC,
+                mapped_at_creation: false,
+            }),
+        };
+        map(&self.device, &staging, wgpu::MapMode::Write)?;
+        let mut mapped = staging.slice(..).get_mapped_range_mut().map_err(|error| lost(&error))?;
+        if row == pitch {
+            mapped.slice(..).copy_from_slice(bytes);
+        } else {
+            let lines = bytes.chunks_exact(row).enumerate();
+            lines.for_each(|(y, line)| mapped.slice(y * pitch..y * pitch + row).copy_from_slice(line));
+        }
+        drop(mapped);
+        staging.unmap();
+        let mut encoder = self.device.create_command_encoder(&Default::default());
+        let from = wgpu::TexelCopyBufferInfo { buffer: &staging, layout: layout(size, pitch) };
+        encoder.copy_buffer_to_texture(from, self.stored.texture.as_image_copy(), self.stored.texture.size());
+        self.queue.submit([encoder.finish()]);
+        self.staging = Some(staging);
+        Ok(())
+    }
+}
+
+/// Reads textures back, one after another.
+pub struct Readback {
+    device: wgpu::Device,
+    queue: wgpu::Queue,
+    buffer: Option<wgpu::Buffer>,
+}
+
+impl Readback {
+    /// Of textures of this device.
+    pub fn new(device: &wgpu::Device, queue: &wgpu::Queue) -> Self {
+        Self { device: device.clone(), queue: queue.clone(), buffer: None }
+    }
+
+    /// The texels of a texture. Waits for the GPU.
+    ///
+    /// # Errors
+    /// [`GpuError::Format`] for a texture in none of the formats of images, [`GpuError::DeviceLost`] if the device is gone.
+    pub fn download(&mut self, texture: &wgpu::Texture) -> Result<Texels, GpuError> {
+        let format = Format::ALL.into_iter().find(|format| texture_format(*format) == texture.format());
+        let format = format.ok_or_else(|| GpuError::Format { what: format!("reading {:?} back", texture.format()) })?;
+        let size = Size::volume(texture.width(), texture.height(), texture.depth_or_array_layers());
+        let (row, pitch) = row_and_pitch(size, format);
+        let buffer = self.buffer_of((pitch * rows(size)) as u64);
+        let mut encoder = self.device.create_command_encoder(&Default::default());
+        let to = wgpu::TexelCopyBufferInfo { buffer: &buffer, layout: layout(size, pitch) };
+        encoder.copy_texture_to_buffer(texture.as_image_copy(), to, texture.size());
+        self.queue.submit([encoder.finish()]);
+        map(&self.device, &buffer, wgpu::MapMode::Read)?;
+        let bytes = {
+            let mapped = buffer.slice(..).get_mapped_range().map_err(|error| lost(&error))?;
+            without_gaps(&mapped, row, pitch)
+        };
+        buffer.unmap();
+        self.buffer = Some(buffer);
+        let volume = texture.dimension() == wgpu::TextureDimension::D3;
+        Ok(Texels { desc: ImageDesc { size, format, volume }, bytes })
+    }
+
+    /// The buffer of the last time if it is of this size, or a new one.
+    fn buffer_of(&mut self, bytes: u64) -> wgpu::Buffer {
+        self.buffer.take().filter(|buffer| buffer.size() == bytes).unwrap_or_else(|| {
+            self.device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some("readback"),
+                size: bytes,
+                usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
+                mapped_at_creation: false,
+            })
+        })
+    }
+}
+
+fn map(device: &wgpu::Device, buffer: &wgpu::Buffer, mode: wgpu::MapMode) -> Result<(), GpuError> {
+    buffer.slice(..).map_async(mode, |_| {});
+    device.poll(wgpu::PollType::wait_indefinitely()).map(drop).map_err(|error| lost(&error))
+}
+
+fn lost(error: &dyn std::fmt::Display) -> GpuError {
+    GpuError::DeviceLost { why: error.to_string() }
+}
+
+/// Bytes of a row of texels, and from one row to the next in a buffer.
+fn row_and_pitch(size: Size, format: Format) -> (usize, usize) {
+    let row = size.width as usize * format.bytes() as usize;
+    (row, row.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT as usize))
+}
+
+fn rows(size: Size) -> usize {
+    size.height as usize * size.depth as usize
+}
+
+fn layout(size: Size, pitch: usize) -> wgpu::TexelCopyBufferLayout {
+    wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(pitch as u32), rows_per_image: Some(size.height) }
+}
+
+/// The rows without what lies between them.
+fn without_gaps(padded: &[u8], row: usize, pitch: usize) -> Vec<u8> {
+    if row == pitch {
+        return padded.to_vec();
+    }
+    let mut bytes = Vec::with_capacity(padded.len() / pitch * row);
+    padded.chunks_exact(pitch).for_each(|line| bytes.extend_from_slice(&line[..row]));
+    bytes
+}
