@@ -89,6 +89,9 @@ pub(crate) fn median(mut values: Vec<f64>) -> f64 {
     }
 }
 
+/// Work that is recorded again for every measurement.
+pub(crate) type Record<'r> = Box<dyn FnMut(&mut CommandEncoder) -> Result<(), Failure> + 'r>;
+
 impl<'g> Stopwatch<'g> {
     pub(crate) fn new(gpu: &'g Gpu) -> Self {
         Self { gpu, stamps: Stamps::new(gpu) }
@@ -112,6 +115,25 @@ impl<'g> Stopwatch<'g> {
         }
         let times = (0..frames).map(|_| self.once(&mut record)).collect::<Result<_, _>>()?;
         Ok(median(times))
+    }
+
+    /// The medians of several works that are compared. By the host's clock they take turns, so that whatever else the processor does in the
+    /// meantime slows all of them alike; the GPU is ours alone, and there one comes after the other, as in a program that does nothing else.
+    pub(crate) fn medians(&self, frames: u32, works: &mut [Record<'_>]) -> Result<Vec<f64>, Failure> {
+        if self.is_gpu() {
+            return works.iter_mut().map(|record| self.median(frames, record)).collect();
+        }
+        let mut times = vec![Vec::new(); works.len()];
+        for round in 0..=frames {
+            for (record, times) in works.iter_mut().zip(&mut times) {
+                let time = self.once(record)?;
+                // The first round warms up.
+                if round > 0 {
+                    times.push(time);
+                }
+            }
+        }
+        Ok(times.into_iter().map(median).collect())
     }
 
     fn once(&self, record: &mut impl FnMut(&mut CommandEncoder) -> Result<(), Failure>) -> Result<f64, Failure> {

@@ -58,10 +58,9 @@ fn measure(args: &BenchArgs, pipeline: &Path, registry: &Registry, gpu: &Gpu) ->
     let inputs = Inputs::new(gpu, registry, &graph, size)?;
     let (first_frame, mut runner) = starts(args, pipeline, registry, gpu, &inputs)?;
     let stopwatch = Stopwatch::new(gpu);
-    let gpu_ms = stopwatch.median(args.frames, |encoder| runner.encode(encoder))?;
+    let (gpu_ms, peer) = frame_times(args, &graph, gpu, &stopwatch, &inputs, &mut runner)?;
     let host = host_times(gpu, &mut runner, args.frames)?;
     let copy_gbps = copy::bandwidth(gpu, &stopwatch)?;
-    let peer = measure_peer(args, &graph, gpu, &stopwatch, &inputs, &runner)?;
     let times = runner.pass_times(&stopwatch, args.frames)?;
     let plan = runner.plan();
     let info = gpu.adapter.get_info();
@@ -147,15 +146,18 @@ fn host_times(gpu: &Gpu, runner: &mut Runner<'_>, frames: u32) -> Result<HostRep
     Ok(HostReport { encode_us: clock::median(encode), submit_us: clock::median(submit) })
 }
 
-fn measure_peer(
+/// Milliseconds of a frame, and of the hand-written chains if the pipeline is the one that they were written for.
+fn frame_times(
     args: &BenchArgs,
     graph: &Graph,
     gpu: &Gpu,
     stopwatch: &Stopwatch<'_>,
     inputs: &Inputs,
-    runner: &Runner<'_>,
-) -> Result<Option<PeerReport>, Failure> {
-    let (Some(chain), Some(scene)) = (Chain::of(graph), inputs.first()) else { return Ok(None) };
-    let ours = runner.picture()?;
-    peer::measure(stopwatch, gpu, &chain, scene, args.frames, &ours).map(Some)
+    runner: &mut Runner<'_>,
+) -> Result<(f64, Option<PeerReport>), Failure> {
+    let (Some(chain), Some(scene)) = (Chain::of(graph), inputs.first()) else {
+        return Ok((stopwatch.median(args.frames, |encoder| runner.encode(encoder))?, None));
+    };
+    let (ours, peer) = peer::measure(stopwatch, gpu, &chain, scene, args.frames, runner)?;
+    Ok((ours, Some(peer)))
 }

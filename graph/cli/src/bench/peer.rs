@@ -1,6 +1,6 @@
 //! The hand-written rival of `lynx.ron`: a chain of plain wgpu passes, drawn or dispatched, with all that its author knows about the pipeline.
 
-use afterimage_gpu::{Gpu, Texels, download};
+use afterimage_gpu::{Gpu, download};
 use afterimage_graph::check::{Graph, GraphNode};
 use afterimage_graph::image::{Format, Size};
 use afterimage_graph::value::Value;
@@ -8,13 +8,24 @@ use serde::Serialize;
 use wgpu::util::DeviceExt as _;
 use wgpu::{BindGroupEntry, BindingResource, TextureFormat, TextureUsages, TextureView};
 
-use super::clock::{Stopwatch, wait};
+use super::clock::{Record, Stopwatch, wait};
 use super::plain::{compute_pipeline, draw, draw_pipeline, group, groups, module, target};
+use super::runner::Runner;
 use crate::failure::Failure;
 
-/// What the rival took, in milliseconds, and how far its picture is from ours.
+/// What the rivals took, in milliseconds, and how far their pictures are from ours.
 #[derive(Debug, Serialize)]
 pub(super) struct PeerReport {
+    /// As one writes it by hand: from half the pixels, with four loads each, and without dither.
+    #[serde(flatten)]
+    pub(super) light: Times,
+    /// With all the work of the pipeline: filters, weights, guards and dither.
+    pub(super) same: Times,
+}
+
+/// One chain in its ways.
+#[derive(Debug, Serialize)]
+pub(super) struct Times {
     /// Draws, half-float levels.
     pub(super) fragment_ms: f64,
     /// Dispatches in one compute pass, half-float levels.
@@ -99,32 +110,42 @@ fn number(node: &GraphNode, name: &str) -> Option<f32> {
     }
 }
 
-/// Times the rival on the same scene, and compares its picture with ours.
+/// Times the rivals and ours on the same scene, and compares the pictures. Returns the time of ours too.
 pub(super) fn measure(
     stopwatch: &Stopwatch<'_>,
     gpu: &Gpu,
     chain: &Chain,
     scene: &TextureView,
     frames: u32,
-    ours: &Texels,
-) -> Result<PeerReport, Failure> {
-    let time = |way, format| -> Result<(f64, Peer), Failure> {
-        let peer = Peer::new(gpu, chain, scene, way, format);
-        let time = stopwatch.median(frames, |encoder| {
+    ours: &mut Runner<'_>,
+) -> Result<(f64, PeerReport), Failure> {
+    let half = TextureFormat::Rgba16Float;
+    let mut ways = vec![(Way::Draw, half), (Way::Dispatch, half)];
+    if gpu.caps.storage.contains(&Format::Rg11b10Ufloat) {
+        ways.push((Way::Dispatch, TextureFormat::Rg11b10Ufloat));
+    }
+    let of = |work| ways.iter().map(move |(way, format)| Peer::new(gpu, chain, scene, work, *way, *format));
+    let peers: Vec<Peer> = of(Work::Light).chain(of(Work::Same)).collect();
+    let mut records: Vec<Record<'_>> = vec![Box::new(|encoder| ours.encode(encoder))];
+    for peer in &peers {
+        records.push(Box::new(|encoder| {
             peer.record(encoder);
             Ok(())
-        })?;
-        Ok((time, peer))
-    };
-    let (fragment_ms, _) = time(Way::Draw, TextureFormat::Rgba16Float)?;
-    let (compute_ms, peer) = time(Way::Dispatch, TextureFormat::Rgba16Float)?;
-    let packed = gpu.caps.storage.contains(&Format::Rg11b10Ufloat);
-    let compute_rg11b10_ms =
-        packed.then(|| time(Way::Dispatch, TextureFormat::Rg11b10Ufloat)).transpose()?.map(|(time, _)| time);
+        }));
+    }
+    let times = stopwatch.medians(frames, &mut records)?;
+    drop(records);
     wait(gpu)?;
-    let theirs = download(&gpu.device, &gpu.queue, peer.display.texture())?;
-    let (max_difference, mean_difference) = difference(&ours.to_floats(), &theirs.to_floats());
-    Ok(PeerReport { fragment_ms, compute_ms, compute_rg11b10_ms, max_difference, mean_difference })
+    let picture = ours.picture()?.to_floats();
+    let (light, same) = peers.split_at(ways.len());
+    let report = |peers: &[Peer], times: &[f64]| -> Result<Times, Failure> {
+        let theirs = download(&gpu.device, &gpu.queue, peers[1].display.texture())?;
+        let (max_difference, mean_difference) = difference(&picture, &theirs.to_floats());
+        let compute_rg11b10_ms = times.get(2).copied();
+        Ok(Times { fragment_ms: times[0], compute_ms: times[1], compute_rg11b10_ms, max_difference, mean_difference })
+    };
+    let (first, second) = times[1..].split_at(ways.len());
+    Ok((times[0], PeerReport { light: report(light, first)?, same: report(same, second)? }))
 }
 
 /// The largest and the mean difference of a channel.
@@ -132,6 +153,13 @@ fn difference(ours: &[[f32; 4]], theirs: &[[f32; 4]]) -> (f32, f32) {
     let differences = ours.iter().zip(theirs).flat_map(|(a, b)| [0, 1, 2].map(|c| (a[c] - b[c]).abs()));
     let (largest, sum) = differences.fold((0.0_f32, 0.0), |(largest, sum), d| (largest.max(d), sum + f64::from(d)));
     (largest, (sum / (3 * ours.len().max(1)) as f64) as f32)
+}
+
+/// How much of the pipeline's work a rival does.
+#[derive(Clone, Copy, PartialEq)]
+enum Work {
+    Light,
+    Same,
 }
 
 #[derive(Clone, Copy, PartialEq)]
@@ -157,7 +185,7 @@ struct Step<'a> {
 }
 
 impl Peer {
-    fn new(gpu: &Gpu, chain: &Chain, scene: &TextureView, way: Way, format: TextureFormat) -> Self {
+    fn new(gpu: &Gpu, chain: &Chain, scene: &TextureView, work: Work, way: Way, format: TextureFormat) -> Self {
         let usage = match way {
             Way::Draw => TextureUsages::RENDER_ATTACHMENT,
             Way::Dispatch => TextureUsages::STORAGE_BINDING,
@@ -173,8 +201,11 @@ impl Peer {
         let mut peer = Self { dispatches: Vec::new(), draws: Vec::new(), display: display.clone() };
         let storage = if format == TextureFormat::Rg11b10Ufloat { "rg11b10ufloat" } else { "rgba16float" };
         let glow = if chain.tent { "tent(uv, 1.0)" } else { "near(uv)" };
-        let module = module(gpu, &include_str!("peer.wgsl").replace("LEVEL", storage).replace("GLOW", glow));
-        for step in steps(scene, &down, &up, &display) {
+        let same = (work == Work::Same).to_string();
+        let source = include_str!("peer.wgsl").replace("LEVEL", storage).replace("GLOW", glow);
+        let module = module(gpu, &source.replace("SAME_WORK", &same));
+        let picked = (work == Work::Same).then(|| level(&full));
+        for step in steps(scene, picked.as_ref(), &down, &up, &display) {
             peer.add(gpu, chain, &module, way, &step);
         }
         peer
@@ -193,10 +224,10 @@ impl Peer {
         });
         let mut entries = Vec::new();
         let mut bind = |binding, resource| entries.push(BindGroupEntry { binding, resource });
-        if step.name != "extract" {
+        if !matches!(step.name, "extract" | "pick") {
             bind(0, BindingResource::Sampler(&sampler));
         }
-        if step.name != "halve" {
+        if !matches!(step.name, "halve" | "tame") {
             bind(1, uniform.as_entire_binding());
         }
         bind(2, BindingResource::TextureView(step.first));
@@ -234,12 +265,19 @@ impl Peer {
 
 fn steps<'a>(
     scene: &'a TextureView,
+    picked: Option<&'a TextureView>,
     down: &'a [TextureView],
     up: &'a [TextureView],
     display: &'a TextureView,
 ) -> Vec<Step<'a>> {
     let last = down.len() - 1;
-    let mut steps = vec![Step { name: "extract", coarser: 0, first: scene, second: None, to: &down[0] }];
+    let mut steps = match picked {
+        None => vec![Step { name: "extract", coarser: 0, first: scene, second: None, to: &down[0] }],
+        Some(picked) => vec![
+            Step { name: "pick", coarser: 0, first: scene, second: None, to: picked },
+            Step { name: "tame", coarser: 0, first: picked, second: None, to: &down[0] },
+        ],
+    };
     for at in 1..down.len() {
         steps.push(Step { name: "halve", coarser: 0, first: &down[at - 1], second: None, to: &down[at] });
     }

@@ -1,6 +1,7 @@
 // Threshold bloom with a filmic curve as one writes it by hand: light is picked out at half size, four halvings, four enlargements, and
 // one last pass that adds the glow, maps and encodes. LEVEL stands for the format of the levels, GLOW for how the glow is
-// read: through a tent, or bilinearly.
+// read: through a tent, or bilinearly. With SAME it does all that the pipeline does: light is picked at full size, the first halving has
+// thirteen taps in five squares weighed against fireflies, what is not finite is kept out, and the result is dithered.
 
 struct Settings {
     low: f32,      // where the gate begins to open
@@ -18,6 +19,8 @@ struct Settings {
 @group(0) @binding(3) var second: texture_2d<f32>;
 @group(0) @binding(4) var level: texture_storage_2d<LEVEL, write>;
 @group(0) @binding(5) var display: texture_storage_2d<rgba8unorm, write>;
+
+const SAME: bool = SAME_WORK;
 
 fn brightest(rgb: vec3f) -> f32 {
     return max(rgb.r, max(rgb.g, rgb.b));
@@ -37,6 +40,54 @@ fn extract(p: vec2u) -> vec4f {
         weights += weight;
     }
     return vec4f(sum.rgb / weights, 1.0);
+}
+
+// The nearest colour that can be computed with: bits of positive floats are in the order of the floats, those of negative ones above.
+fn sane(v: vec4f) -> vec4f {
+    if !SAME { return v; }
+    let bits = bitcast<vec4u>(v);
+    return bitcast<vec4f>(select(min(bits, vec4u(0x477fe000u)), vec4u(), bits > vec4u(0x7f800000u)));
+}
+
+fn pick(p: vec2u) -> vec4f {
+    let texel = sane(textureLoad(first, p, 0)) * settings.gain;
+    return vec4f(texel.rgb * smoothstep(settings.low, settings.high, brightest(texel.rgb)), texel.a);
+}
+
+fn weighed(rgb: vec3f, share: f32) -> vec4f {
+    return vec4f(rgb, 1.0) * (share / (1.0 + brightest(rgb)));
+}
+
+fn tame(uv: vec2f) -> vec4f {
+    let a = around(uv, -2.0, -2.0);
+    let b = around(uv, 0.0, -2.0);
+    let c = around(uv, 2.0, -2.0);
+    let d = around(uv, -2.0, 0.0);
+    let e = around(uv, 0.0, 0.0);
+    let f = around(uv, 2.0, 0.0);
+    let g = around(uv, -2.0, 2.0);
+    let h = around(uv, 0.0, 2.0);
+    let i = around(uv, 2.0, 2.0);
+    let inner = around(uv, -1.0, -1.0) + around(uv, 1.0, -1.0) + around(uv, -1.0, 1.0) + around(uv, 1.0, 1.0);
+    let sum = weighed(0.25 * inner, 0.5) + weighed(0.25 * (a + b + d + e), 0.125) + weighed(0.25 * (b + c + e + f), 0.125)
+        + weighed(0.25 * (d + e + g + h), 0.125) + weighed(0.25 * (e + f + h + i), 0.125);
+    return vec4f(sum.rgb / sum.w, 1.0);
+}
+
+// Triangular noise of one code, from PCG3D (Jarzynski and Olano 2020).
+fn dithered(rgb: vec3f, p: vec2u) -> vec3f {
+    var v = vec3u(p, 0u) * 1664525u + 1013904223u;
+    v.x += v.y * v.z;
+    v.y += v.z * v.x;
+    v.z += v.x * v.y;
+    v ^= v >> vec3u(16u);
+    v.x += v.y * v.z;
+    v.y += v.z * v.x;
+    v.z += v.x * v.y;
+    let noise = (vec3f(v >> vec3u(16u)) + vec3f(v & vec3u(0xffffu))) / 65536.0 - 1.0;
+    let code = clamp(rgb, vec3f(0.0), vec3f(1.0)) * 255.0;
+    let room = clamp(2.0 * min(code, 255.0 - code), vec3f(0.0), vec3f(1.0));
+    return floor(clamp(code + noise * room, vec3f(0.0), vec3f(255.0)) + 0.5) / 255.0;
 }
 
 fn around(uv: vec2f, x: f32, y: f32) -> vec3f {
@@ -72,10 +123,11 @@ fn enlarge(p: vec2u, uv: vec2f) -> vec4f {
 }
 
 fn finish(p: vec2u, uv: vec2f) -> vec4f {
-    let scene = textureLoad(first, p, 0);
+    let scene = sane(textureLoad(first, p, 0));
     let v = min(max(scene.rgb * settings.gain + settings.strength * GLOW, vec3f(0.0)), vec3f(65504.0));
     let mapped = min(v * (2.51 * v + 0.03) / (v * (2.43 * v + 0.59) + 0.14), vec3f(1.0));
     let encoded = select(1.055 * pow(mapped, vec3f(1.0 / 2.4)) - 0.055, 12.92 * mapped, mapped <= vec3f(0.0031308));
+    if SAME { return vec4f(dithered(encoded, p), scene.a); }
     return vec4f(encoded, scene.a);
 }
 
@@ -87,6 +139,19 @@ fn center(p: vec2u, size: vec2u) -> vec2f {
 fn extract_dispatch(@builtin(global_invocation_id) id: vec3u) {
     if any(id.xy >= textureDimensions(level)) { return; }
     textureStore(level, id.xy, extract(id.xy));
+}
+
+@compute @workgroup_size(16, 16)
+fn pick_dispatch(@builtin(global_invocation_id) id: vec3u) {
+    if any(id.xy >= textureDimensions(level)) { return; }
+    textureStore(level, id.xy, pick(id.xy));
+}
+
+@compute @workgroup_size(16, 16)
+fn tame_dispatch(@builtin(global_invocation_id) id: vec3u) {
+    let size = textureDimensions(level);
+    if any(id.xy >= size) { return; }
+    textureStore(level, id.xy, tame(center(id.xy, size)));
 }
 
 @compute @workgroup_size(16, 16)
@@ -124,6 +189,16 @@ fn triangle(@builtin(vertex_index) index: u32) -> Corner {
 @fragment
 fn extract_draw(corner: Corner) -> @location(0) vec4f {
     return extract(vec2u(corner.position.xy));
+}
+
+@fragment
+fn pick_draw(corner: Corner) -> @location(0) vec4f {
+    return pick(vec2u(corner.position.xy));
+}
+
+@fragment
+fn tame_draw(corner: Corner) -> @location(0) vec4f {
+    return tame(corner.uv);
 }
 
 @fragment

@@ -5,7 +5,7 @@ use std::fmt;
 use comfy_table::{CellAlignment, ContentArrangement, Table, presets};
 use serde::Serialize;
 
-use super::peer::PeerReport;
+use super::peer::{PeerReport, Times};
 
 /// Everything about one pipeline at one size. Times are medians.
 #[derive(Debug, Serialize)]
@@ -89,10 +89,11 @@ impl Report {
         table(&["pass", "ms", "MB", "of copy"], self.passes.iter().map(row).chain([all]))
     }
 
-    fn peer_lines(&self, peer: &PeerReport, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+    fn peer_lines(&self, peer: &Times, what: &str, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let times = |time: f64| format!("{time:.4} ms; ours takes {:.2} of that", self.gpu_ms / time);
-        writeln!(f, "hand-written, draws        {}", times(peer.fragment_ms))?;
-        writeln!(f, "hand-written, dispatches   {}", times(peer.compute_ms))?;
+        writeln!(f, "{what}")?;
+        writeln!(f, "  draws                    {}", times(peer.fragment_ms))?;
+        writeln!(f, "  dispatches               {}", times(peer.compute_ms))?;
         if let Some(packed) = peer.compute_rg11b10_ms {
             writeln!(f, "  with levels in rg11b10   {}", times(packed))?;
         }
@@ -118,6 +119,8 @@ impl fmt::Display for Report {
         writeln!(f, "memory                     {} MB", megabytes(self.memory))?;
         let FirstFrame { cold, warm } = self.first_frame_ms;
         writeln!(f, "text to first frame        {cold:.1} ms, {warm:.1} ms with the driver's pipelines at hand")?;
-        self.peer.as_ref().map_or(Ok(()), |peer| self.peer_lines(peer, f))
+        let Some(peer) = &self.peer else { return Ok(()) };
+        self.peer_lines(&peer.same, "written by hand, the same work", f)?;
+        self.peer_lines(&peer.light, "written by hand, less work: half the pixels, four plain loads each, no dither", f)
     }
 }
