@@ -5,17 +5,20 @@ struct Dither {
     seed: u32,
 }
 
+// 16 bits as a number from -1/2 to 1/2, exactly: they become the mantissa of a number from 1 to 2, which is cheaper than a conversion.
+fn dither_number(bits: vec3u) -> vec3f {
+    return bitcast<vec3f>(vec3u(0x3f800000u) | (bits << vec3u(7u))) - 1.5;
+}
+
 // Triangular noise of one code to either side, fading to half a code of even noise at black and white, which stay solid.
 // `random` holds two numbers of 16 bits for each channel.
 fn dither_with(source: vec4f, pixel: vec2i, bits: u32, seed: u32) -> vec4f {
     let random = hash3(vec3u(bitcast<vec2u>(pixel), seed));
-    let first = vec3f(random >> vec3u(16u)) * (1.0 / 65536.0);
-    let second = vec3f(random & vec3u(0xffffu)) * (1.0 / 65536.0);
     let last = f32((1u << bits) - 1u);
     let code = clamp(source.rgb, vec3f(0.0), vec3f(1.0)) * last;
     let inside = clamp(2.0 * min(code, last - code), vec3f(0.0), vec3f(1.0));
-    let noise = mix(first - 0.5, first + second - 1.0, inside);
-    return vec4f(floor(clamp(code + noise, vec3f(0.0), vec3f(last)) + 0.5) * (1.0 / last), source.a);
+    let noise = dither_number(random >> vec3u(16u)) + inside * dither_number(random & vec3u(0xffffu));
+    return vec4f(clamp(floor(code + noise + 0.5) * (1.0 / last), vec3f(0.0), vec3f(1.0)), source.a);
 }
 
 fn dither(source: vec4f, at: Point, params: Dither) -> vec4f {

@@ -11,8 +11,12 @@ struct Encode {
     system_power: f32,     // HLG: (1 - gamma) / gamma of the display
 }
 
+// Whether the display has the primaries of the scene, so that the rows are those of the identity.
+const ENCODE_SAME_PRIMARIES: bool = false;
+
 // Negative light is no light; what is too bright is left to each transfer function.
 fn encode_primaries(source: vec4f, params: Encode) -> vec3f {
+    if ENCODE_SAME_PRIMARIES { return max(source.rgb, vec3f(0.0)); }
     let rgb = vec3f(dot(params.row0.xyz, source.rgb), dot(params.row1.xyz, source.rgb), dot(params.row2.xyz, source.rgb));
     return max(rgb, vec3f(0.0));
 }

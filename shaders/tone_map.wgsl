@@ -27,7 +27,11 @@ struct ToneMap {
 
 // --- The way in and the two ways out ---
 
+// Whether the curve works in the space of the scene, so that all rows are those of the identity.
+const TONE_MAP_SAME_SPACE: bool = false;
+
 fn tone_map_rows(row0: vec4f, row1: vec4f, row2: vec4f, v: vec3f) -> vec3f {
+    if TONE_MAP_SAME_SPACE { return v; }
     return vec3f(dot(row0.xyz, v), dot(row1.xyz, v), dot(row2.xyz, v));
 }
 

@@ -86,6 +86,7 @@ fn every_way_to_run_a_pipeline_makes_the_same_picture() {
         same("with the pool", &with(|run| run.options.alias = Alias::Pool), 0.0);
         same("serial", &with(|run| run.options.serial = true), 0.0);
         same("fewest waves", &with(|run| run.options.waves_first = true), 0.0);
+        same("checked", &with(|run| run.options.bounds_checks = true), 0.0);
         same("in fragments", &with(|run| run.prefer_fragment = true), ONE_CODE);
         same("not fused", &with(|run| run.options.fuse = false), 2.0 * ONE_CODE);
         // Taps by hand have all bits of the weights, those of the device eight; the dither then decides for one code or the next.

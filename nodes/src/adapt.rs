@@ -4,7 +4,7 @@ use afterimage_graph::prelude::*;
 
 use crate::metering::{Adaptation, EV100_OF_LUMINANCE};
 
-static SHADER: Shader = Shader::new("shaders/adapt.wgsl", include_str!("../../shaders/adapt.wgsl"));
+static SHADER: Shader = shader!("adapt");
 
 params! {
     /// Finds the exposure that brings a mean luminance to the key, and follows it over time, in stops.

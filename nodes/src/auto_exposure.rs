@@ -4,7 +4,7 @@ use afterimage_graph::prelude::*;
 
 use crate::metering::{Adaptation, EV100_OF_LUMINANCE};
 
-static SHADER: Shader = Shader::new("shaders/auto_exposure.wgsl", include_str!("../../shaders/auto_exposure.wgsl"));
+static SHADER: Shader = shader!("auto_exposure");
 
 choices! {
     /// What bright lights may do to the exposure.

@@ -10,7 +10,7 @@ use crate::shaper::Shape;
 use crate::tone_map::{Curve, ToneMap, WorkingSpace};
 use crate::white_balance::{WhiteBalance, WhiteBalanceMode};
 
-static SHADER: Shader = Shader::new("shaders/baked_grade.wgsl", include_str!("../../shaders/baked_grade.wgsl"));
+static SHADER: Shader = shader!("baked_grade");
 
 choices! {
     /// How the axes of a baked table are spaced.

@@ -2,7 +2,7 @@
 
 use afterimage_graph::prelude::*;
 
-static SHADER: Shader = Shader::new("shaders/brightness.wgsl", include_str!("../../shaders/brightness.wgsl"));
+static SHADER: Shader = shader!("brightness");
 
 params! {
     /// Adds to every channel, as the brightness of a picture editor does.

@@ -2,7 +2,7 @@
 
 use afterimage_graph::prelude::*;
 
-static SHADER: Shader = Shader::new("shaders/cdl.wgsl", include_str!("../../shaders/cdl.wgsl"));
+static SHADER: Shader = shader!("cdl");
 
 params! {
     /// A colour decision list of the ASC: slope, offset, power and saturation, as cameras and grading programs exchange them.

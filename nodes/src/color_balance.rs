@@ -5,7 +5,7 @@ use glam::DVec3;
 
 use crate::color::LUMINANCE;
 
-static SHADER: Shader = Shader::new("shaders/color_balance.wgsl", include_str!("../../shaders/color_balance.wgsl"));
+static SHADER: Shader = shader!("color_balance");
 
 params! {
     /// Tints shadows, midtones and highlights separately, and scales the channels.

@@ -5,7 +5,7 @@ use afterimage_graph::prelude::*;
 use crate::lut::{Lut, LutError, PngLayout, Table, parse_cube, parse_png};
 use crate::shaper::{Shape, Shaper};
 
-static SHADER: Shader = Shader::new("shaders/color_lut.wgsl", include_str!("../../shaders/color_lut.wgsl"));
+static SHADER: Shader = shader!("color_lut");
 
 const PNG_SIGNATURE: &[u8] = b"\x89PNG";
 

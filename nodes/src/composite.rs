@@ -4,7 +4,7 @@ use afterimage_graph::prelude::*;
 
 use crate::upsample::UpsampleFilter;
 
-static SHADER: Shader = Shader::new("shaders/composite.wgsl", include_str!("../../shaders/composite.wgsl"));
+static SHADER: Shader = shader!("composite");
 
 choices! {
     /// How light is laid over the picture.

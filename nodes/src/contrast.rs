@@ -2,7 +2,7 @@
 
 use afterimage_graph::prelude::*;
 
-static SHADER: Shader = Shader::new("shaders/contrast.wgsl", include_str!("../../shaders/contrast.wgsl"));
+static SHADER: Shader = shader!("contrast");
 
 choices! {
     /// In which numbers contrast is a line.

@@ -2,7 +2,7 @@
 
 use afterimage_graph::prelude::*;
 
-static SHADER: Shader = Shader::new("shaders/demo_scene.wgsl", include_str!("../../shaders/demo_scene.wgsl"));
+static SHADER: Shader = shader!("demo_scene");
 
 params! {
     /// The built-in scene: a loft at golden hour, with a dim room, a bright window, a low sun, neon and fine detail.

@@ -2,7 +2,7 @@
 
 use afterimage_graph::prelude::*;
 
-static SHADER: Shader = Shader::new("shaders/dither.wgsl", include_str!("../../shaders/dither.wgsl"));
+static SHADER: Shader = shader!("dither");
 
 params! {
     /// Rounds an encoded picture to the codes of a file or a screen, with noise that keeps smooth gradients from banding.

@@ -2,7 +2,8 @@
 
 use afterimage_graph::prelude::*;
 
-static SHADER: Shader = Shader::new("shaders/downsample.wgsl", include_str!("../../shaders/downsample.wgsl"));
+static SHADER: Shader = shader!("downsample");
+static ROWS: Shader = shader!("downsample_rows");
 
 choices! {
     /// The filter of one halving, from the cheapest to the one that lets least aliasing through.
@@ -75,6 +76,17 @@ impl Downsample {
     }
 }
 
+impl Downsample {
+    fn by_rows(&self, is_first: bool) -> Option<ByRows> {
+        let function = match self.function(is_first) {
+            "downsample_tap13" => "downsample_rows_tap13",
+            "downsample_tap13_groups" => "downsample_rows_tap13_groups",
+            _ => return None,
+        };
+        Some(ByRows { shader: &ROWS, function, state: "DownsampleRows" })
+    }
+}
+
 impl Node for Downsample {
     const INPUTS: &'static [Input] = &[Input::image("source", "The image to make smaller.")];
     const OUTPUTS: &'static [Output] = &[
@@ -100,6 +112,7 @@ impl Node for Downsample {
                 .label(format!("{function} {}", desc.size))
                 .read("source", above)
                 .reach(self.filter.reach())
+                .by_rows(self.by_rows(index == 0))
                 .write_to(level);
             levels.push(level);
             above = level;

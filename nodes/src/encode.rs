@@ -4,7 +4,7 @@ use afterimage_graph::prelude::*;
 
 use crate::color::{DISPLAY_P3, REC709, REC2020, Space, conversion, rows};
 
-static SHADER: Shader = Shader::new("shaders/encode.wgsl", include_str!("../../shaders/encode.wgsl"));
+static SHADER: Shader = shader!("encode");
 
 choices! {
     /// Transfer functions.
@@ -79,6 +79,7 @@ impl Node for Encode {
             .set("row1", to_display[1])
             .set("row2", to_display[2])
             .set("system_power", hlg_power(f64::from(self.peak_nits)))
+            .promise("ENCODE_SAME_PRIMARIES", self.primaries == Primaries::Rec709)
             .write("result", desc);
     }
 }

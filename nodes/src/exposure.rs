@@ -2,7 +2,7 @@
 
 use afterimage_graph::prelude::*;
 
-static SHADER: Shader = Shader::new("shaders/exposure.wgsl", include_str!("../../shaders/exposure.wgsl"));
+static SHADER: Shader = shader!("exposure");
 
 params! {
     /// Scales the light of the scene by 2^stops, so that what matters lies where the tone curve is best.

@@ -2,7 +2,7 @@
 
 use afterimage_graph::prelude::*;
 
-static SHADER: Shader = Shader::new("shaders/extract.wgsl", include_str!("../../shaders/extract.wgsl"));
+static SHADER: Shader = shader!("extract");
 
 choices! {
     /// How the light that glows is told from the rest.

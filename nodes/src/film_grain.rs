@@ -2,7 +2,7 @@
 
 use afterimage_graph::prelude::*;
 
-static SHADER: Shader = Shader::new("shaders/film_grain.wgsl", include_str!("../../shaders/film_grain.wgsl"));
+static SHADER: Shader = shader!("film_grain");
 
 params! {
     /// Adds the grain of film: random, but the same on every device for the same seed and frame.

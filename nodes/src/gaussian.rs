@@ -2,7 +2,7 @@
 
 use afterimage_graph::prelude::*;
 
-static SHADER: Shader = Shader::new("shaders/gaussian.wgsl", include_str!("../../shaders/gaussian.wgsl"));
+static SHADER: Shader = shader!("gaussian");
 
 choices! {
     /// The weights of a blur.

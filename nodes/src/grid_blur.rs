@@ -4,7 +4,7 @@ use afterimage_graph::prelude::*;
 
 use crate::gaussian_weights::GaussianWeights;
 
-static SHADER: Shader = Shader::new("shaders/grid_blur.wgsl", include_str!("../../shaders/grid_blur.wgsl"));
+static SHADER: Shader = shader!("grid_blur");
 
 params! {
     /// Blurs a bilateral grid by a Gaussian along x, y and luminance.

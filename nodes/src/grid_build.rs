@@ -2,7 +2,7 @@
 
 use afterimage_graph::prelude::*;
 
-static SHADER: Shader = Shader::new("shaders/grid_build.wgsl", include_str!("../../shaders/grid_build.wgsl"));
+static SHADER: Shader = shader!("grid_build");
 
 choices! {
     /// How a pixel is put into the grid.

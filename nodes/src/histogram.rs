@@ -2,7 +2,7 @@
 
 use afterimage_graph::prelude::*;
 
-static SHADER: Shader = Shader::new("shaders/histogram.wgsl", include_str!("../../shaders/histogram.wgsl"));
+static SHADER: Shader = shader!("histogram");
 
 choices! {
     /// How much each pixel counts.

@@ -2,6 +2,20 @@
 //!
 //! To add a kind: write `nodes/src/<kind>.rs` and `shaders/<kind>.wgsl`, and add the two lines below, in alphabetical order.
 
+/// The shader of that name.
+macro_rules! shader {
+    ($name:literal) => {{
+        let (file, source) = (concat!("shaders/", $name, ".wgsl"), include_str!(concat!("../../shaders/", $name, ".wgsl")));
+        // SAFETY: all of `shaders/` was read with these promises in mind: texels are loaded through `texel`, which clamps, or where a result
+        // of equal size is made; indices are invocation numbers or clamped to the last element; loops are bounded by constants or by
+        // parameters within their domains; what workgroups read they have written.
+        #[allow(unsafe_code, reason = "the shaders of this workspace were audited")]
+        unsafe {
+            Shader::audited(file, source)
+        }
+    }};
+}
+
 mod adapt;
 mod auto_exposure;
 mod bake;

@@ -5,7 +5,7 @@ use glam::DVec3;
 
 use crate::color::LUMINANCE;
 
-static SHADER: Shader = Shader::new("shaders/lift_gamma_gain.wgsl", include_str!("../../shaders/lift_gamma_gain.wgsl"));
+static SHADER: Shader = shader!("lift_gamma_gain");
 
 /// Below it, 1 / gamma would be a cliff.
 const LEAST_GAMMA: f32 = 1e-3;

@@ -2,7 +2,7 @@
 
 use afterimage_graph::prelude::*;
 
-static SHADER: Shader = Shader::new("shaders/local_tone_map.wgsl", include_str!("../../shaders/local_tone_map.wgsl"));
+static SHADER: Shader = shader!("local_tone_map");
 
 params! {
     /// Compresses the contrast between dark and bright places while the detail inside them stays, so that a room and what is seen

@@ -4,7 +4,7 @@ use afterimage_graph::prelude::*;
 
 use crate::gaussian_weights::GaussianWeights;
 
-static SHADER: Shader = Shader::new("shaders/log_gaussian.wgsl", include_str!("../../shaders/log_gaussian.wgsl"));
+static SHADER: Shader = shader!("log_gaussian");
 
 params! {
     /// Averages log2 luminance down to a small image and blurs it widely: how bright the surroundings are, with no regard to edges.

@@ -2,7 +2,7 @@
 
 use afterimage_graph::prelude::*;
 
-static SHADER: Shader = Shader::new("shaders/mean_luminance.wgsl", include_str!("../../shaders/mean_luminance.wgsl"));
+static SHADER: Shader = shader!("mean_luminance");
 
 choices! {
     /// Which mean.

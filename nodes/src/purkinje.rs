@@ -3,7 +3,7 @@
 use afterimage_graph::prelude::*;
 use glam::{DMat3, DVec3};
 
-static SHADER: Shader = Shader::new("shaders/purkinje.wgsl", include_str!("../../shaders/purkinje.wgsl"));
+static SHADER: Shader = shader!("purkinje");
 
 params! {
     /// The Purkinje shift by a model of rods and cones: in dim light the rods act on the pathways of the cones, so that the picture

@@ -4,7 +4,7 @@ use afterimage_graph::prelude::*;
 
 use crate::purkinje::{INPUTS, acts_not};
 
-static SHADER: Shader = Shader::new("shaders/purkinje_simple.wgsl", include_str!("../../shaders/purkinje_simple.wgsl"));
+static SHADER: Shader = shader!("purkinje_simple");
 
 params! {
     /// Night vision as a look: greyer, bluer, less red and brighter as the light fades.

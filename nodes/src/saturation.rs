@@ -2,7 +2,7 @@
 
 use afterimage_graph::prelude::*;
 
-static SHADER: Shader = Shader::new("shaders/saturation.wgsl", include_str!("../../shaders/saturation.wgsl"));
+static SHADER: Shader = shader!("saturation");
 
 params! {
     /// Moves every colour away from the grey of its luminance, or towards it.

@@ -6,7 +6,7 @@ use glam::DMat3;
 use crate::color::{AP1, REC709, REC2020, Space, TSUSHIMA, chromaticity, conversion, rows};
 use crate::curves::{Agx, Gt7, HILL_IN, HILL_OUT, Shoulder};
 
-static SHADER: Shader = Shader::new("shaders/tone_map.wgsl", include_str!("../../shaders/tone_map.wgsl"));
+static SHADER: Shader = shader!("tone_map");
 
 choices! {
     /// The tone curves.
@@ -167,8 +167,9 @@ impl Node for ToneMap {
     fn record(&self, pass: &mut Recorder<'_>) {
         let source = pass.image("source");
         let desc = ImageDesc::new(pass.desc(source).size);
-        let [enter, leave] = self.ways();
-        let [enter, leave] = [rows(enter), rows(leave)];
+        let ways = self.ways();
+        let is_same_space = ways == [DMat3::IDENTITY; 2];
+        let [enter, leave] = ways.map(rows);
         let (shoulder, agx, gt7) = (self.shoulder(), self.agx(), self.gt7());
         pass.function(&SHADER, self.kernel())
             .set("enter0", enter[0])
@@ -183,6 +184,7 @@ impl Node for ToneMap {
             .set("saturation", agx.saturation)
             .set("gt7", [gt7.peak, gt7.offset, gt7.scale, gt7.rate])
             .set("gt7_intensity", gt7.intensity)
+            .promise("TONE_MAP_SAME_SPACE", is_same_space)
             .write("result", desc);
     }
 }

@@ -2,7 +2,7 @@
 
 use afterimage_graph::prelude::*;
 
-static SHADER: Shader = Shader::new("shaders/upsample.wgsl", include_str!("../../shaders/upsample.wgsl"));
+static SHADER: Shader = shader!("upsample");
 
 choices! {
     /// The filter that makes an image larger.

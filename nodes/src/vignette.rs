@@ -2,7 +2,7 @@
 
 use afterimage_graph::prelude::*;
 
-static SHADER: Shader = Shader::new("shaders/vignette.wgsl", include_str!("../../shaders/vignette.wgsl"));
+static SHADER: Shader = shader!("vignette");
 
 params! {
     /// Darkens the picture towards its corners, as a lens does.

@@ -5,7 +5,7 @@ use glam::DMat3;
 
 use crate::color::{Cones, LEAST_TARGET, rows, white_from, white_to};
 
-static SHADER: Shader = Shader::new("shaders/white_balance.wgsl", include_str!("../../shaders/white_balance.wgsl"));
+static SHADER: Shader = shader!("white_balance");
 
 /// The temperature that stands for D65 itself: the daylight formula at 6504 K is some ten-thousandths off.
 const NEUTRAL_KELVIN: f32 = 6500.0;

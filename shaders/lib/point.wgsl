@@ -14,3 +14,11 @@ struct Frame {
     index: u32,
     reset: u32,
 }
+
+// The four texels of an image twice as large that lie under one texel.
+struct Square {
+    upper_left: vec4f,
+    upper_right: vec4f,
+    lower_left: vec4f,
+    lower_right: vec4f,
+}

@@ -8,6 +8,7 @@ fn tent_weight(x: i32, y: i32) -> f32 {
 
 // Nine bilinear taps, `radius` texels apart.
 fn tap_tent(t: texture_2d<f32>, s: sampler, uv: vec2f, radius: f32) -> vec4f {
+    if radius <= 1.0 { return tap_narrow_tent(t, s, uv, radius); }
     let spacing = radius / vec2f(textureDimensions(t));
     var sum = vec4f();
     for (var y = -1; y <= 1; y++) {
@@ -16,4 +17,29 @@ fn tap_tent(t: texture_2d<f32>, s: sampler, uv: vec2f, radius: f32) -> vec4f {
         }
     }
     return sum;
+}
+
+// What the nine taps together give each of the four texels in a row from `first` on, around `center`, all in texels.
+fn tent_shares(center: f32, radius: f32, first: f32) -> vec4f {
+    let away = first + vec4f(0.0, 1.0, 2.0, 3.0) - center;
+    let middle = max(1.0 - abs(away), vec4f());
+    let sides = max(1.0 - abs(away + radius), vec4f()) + max(1.0 - abs(away - radius), vec4f());
+    return 0.5 * middle + 0.25 * sides;
+}
+
+// The same sum in four taps: up to a radius of 1 it spans 4x4 texels, and a tap between two texels weighs both.
+fn tap_narrow_tent(t: texture_2d<f32>, s: sampler, uv: vec2f, radius: f32) -> vec4f {
+    let size = vec2f(textureDimensions(t));
+    let center = uv * size - 0.5;
+    let first = floor(center - radius);
+    let x = tent_shares(center.x, radius, first.x);
+    let y = tent_shares(center.y, radius, first.y);
+    let across = vec2f(x.x + x.y, x.z + x.w);
+    let down = vec2f(y.x + y.y, y.z + y.w);
+    // A pair without weight is read where it is, and counts for nothing.
+    let u = (first.x + vec2f(0.5, 2.5) + vec2f(x.y, x.w) / max(across, vec2f(1e-6))) / size.x;
+    let v = (first.y + vec2f(0.5, 2.5) + vec2f(y.y, y.w) / max(down, vec2f(1e-6))) / size.y;
+    let upper = across.x * tap(t, s, vec2f(u.x, v.x)) + across.y * tap(t, s, vec2f(u.y, v.x));
+    let lower = across.x * tap(t, s, vec2f(u.x, v.y)) + across.y * tap(t, s, vec2f(u.y, v.y));
+    return down.x * upper + down.y * lower;
 }

@@ -1,9 +1,12 @@
 // Transfer functions. Every argument is finite; each function says what range it takes.
 #import math
 
+// Where sRGB's line ends and its power begins.
+const SRGB_LINE: f32 = 0.0031308;
+
 // Linear 0..1 to sRGB, exactly (IEC 61966-2-1).
 fn srgb_encode(x: f32) -> f32 {
-    return select(1.055 * power(x, 1.0 / 2.4) - 0.055, 12.92 * x, x <= 0.0031308);
+    return select(1.055 * pow(max(x, SRGB_LINE), 1.0 / 2.4) - 0.055, 12.92 * x, x <= SRGB_LINE);
 }
 
 fn srgb_encode3(v: vec3f) -> vec3f {

@@ -22,7 +22,7 @@ fn poisoned(plan: &Plan) -> (Plan, usize) {
     for pass in &mut plan.recording.passes {
         let result = match &pass.work {
             Work::Steps { result, .. } => *result,
-            Work::Tiled(_) | Work::Entry(_) => continue,
+            Work::Tiled(_) | Work::Rows(_) | Work::Entry(_) => continue,
         };
         let step = Step {
             node: "poison".into(),
@@ -31,6 +31,8 @@ fn poisoned(plan: &Plan) -> (Plan, usize) {
             args: vec![Arg::Point],
             uniform: Vec::new(),
             reach: None,
+            promises: Vec::new(),
+            by_rows: None,
         };
         pass.work = Work::Steps { steps: vec![step], result };
         filled += 1;

@@ -213,8 +213,16 @@ fn broken(plan: &Plan) -> Plan {
     });
     let steps = functions.last().expect("the plan has functions");
     let args = vec![Arg::Point];
-    *steps =
-        vec![Step { node: "torn".into(), shader: &TORN, function: "torn", args, uniform: Vec::new(), reach: None }];
+    *steps = vec![Step {
+        node: "torn".into(),
+        shader: &TORN,
+        function: "torn",
+        args,
+        uniform: Vec::new(),
+        reach: None,
+        promises: Vec::new(),
+        by_rows: None,
+    }];
     plan
 }
 

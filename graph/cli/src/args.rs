@@ -75,6 +75,9 @@ pub(crate) struct PlanOptions {
     /// Store every intermediate in 32-bit floats
     #[arg(long)]
     pub(crate) exact: bool,
+    /// Let the driver check every index and loop of the built-in kernels too
+    #[arg(long)]
+    pub(crate) bounds_checks: bool,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]

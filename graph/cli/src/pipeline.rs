@@ -172,6 +172,7 @@ pub(crate) fn plan_options(options: &PlanOptions) -> Options {
         serial: options.serial,
         exact: options.exact,
         waves_first: options.fewest_waves,
+        bounds_checks: options.bounds_checks,
     }
 }
 

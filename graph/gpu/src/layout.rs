@@ -1,7 +1,7 @@
 //! From a composed shader's slots to bind group layouts and pipelines.
 
 use afterimage_graph::plan::{Plan, Stage};
-use afterimage_graph::shader::{Composed, FRAGMENT_SIZE_BINDING, Reading, Slot, SlotKind};
+use afterimage_graph::shader::{Composed, Reading, Slot, SlotKind};
 use wgpu::{
     BindGroupLayout, BindGroupLayoutEntry, BindingType, BufferBindingType, Device, SamplerBindingType, ShaderStages,
     StorageTextureAccess, TextureSampleType, TextureViewDimension,
@@ -20,11 +20,8 @@ pub(crate) enum Pipeline {
 
 /// The layout of a pass's one bind group.
 pub(crate) fn bind_group_layout(device: &Device, plan: &Plan, composed: &Composed, stage: Stage) -> BindGroupLayout {
-    let mut entries: Vec<BindGroupLayoutEntry> =
+    let entries: Vec<BindGroupLayoutEntry> =
         bound_slots(composed, stage).map(|slot| entry(plan, composed, *slot, stage)).collect();
-    if stage == Stage::Fragment {
-        entries.push(layout_entry(FRAGMENT_SIZE_BINDING, ShaderStages::FRAGMENT, uniform()));
-    }
     device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: None, entries: &entries })
 }
 
@@ -41,7 +38,7 @@ pub(crate) fn by_hand(composed: &Composed) -> bool {
 fn entry(plan: &Plan, composed: &Composed, slot: Slot, stage: Stage) -> BindGroupLayoutEntry {
     let visibility = if stage == Stage::Compute { ShaderStages::COMPUTE } else { ShaderStages::FRAGMENT };
     let ty = match slot.kind {
-        SlotKind::Frame | SlotKind::Params => uniform(),
+        SlotKind::Frame | SlotKind::Params | SlotKind::Extent => uniform(),
         SlotKind::Sampler if by_hand(composed) => BindingType::Sampler(SamplerBindingType::NonFiltering),
         SlotKind::Sampler => BindingType::Sampler(SamplerBindingType::Filtering),
         SlotKind::Texture(image) => BindingType::Texture {

@@ -19,6 +19,8 @@ pub(crate) struct PipelineKey {
     pub(crate) attachment: Option<wgpu::TextureFormat>,
     /// How the layout reads its textures: two passes with one text may differ in what is filterable.
     pub(crate) layout: String,
+    /// Whether the driver adds checks of indices and loops.
+    pub(crate) checked: bool,
 }
 
 /// A pipeline and the layout of its bind group.
@@ -114,12 +116,20 @@ fn pop<'a>(queue: &Mutex<Vec<Order<'a>>>) -> Option<Order<'a>> {
     queue.lock().expect(UNBROKEN).pop()
 }
 
+/// A module without checks of indices and loops: on an H200 kernels with loops take up to two fifths less time.
+#[allow(unsafe_code, reason = "the promise of audited shaders is what the checks would enforce")]
+fn trusted(device: &wgpu::Device, descriptor: wgpu::ShaderModuleDescriptor<'_>) -> wgpu::ShaderModule {
+    // SAFETY: every part of the module was made by `Shader::audited`, whose callers promise that all accesses lie inside and all loops
+    // end, or by the composer, which loads texels only within the result's size.
+    unsafe { device.create_shader_module_trusted(descriptor, wgpu::ShaderRuntimeChecks::unchecked()) }
+}
+
 fn compile(device: &wgpu::Device, cache: Option<&wgpu::PipelineCache>, order: &Order<'_>) -> Pipeline {
     let descriptor = wgpu::ShaderModuleDescriptor {
         label: Some(order.label),
         source: wgpu::ShaderSource::Wgsl(order.composed.source.as_str().into()),
     };
-    let module = device.create_shader_module(descriptor);
+    let module = if order.key.checked { device.create_shader_module(descriptor) } else { trusted(device, descriptor) };
     let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
         label: Some(order.label),
         bind_group_layouts: &[Some(&order.layout)],

@@ -102,6 +102,8 @@ pub enum Work {
     },
     /// Several images in one dispatch, each made from the one before in workgroup memory: the framework writes the entry point.
     Tiled(Tiling),
+    /// An image at half the size of its source, row by row: the framework writes the entry point.
+    Rows(Rows),
     /// A whole compute entry point.
     Entry(EntryCall),
 }
@@ -135,6 +137,38 @@ pub struct TileStage {
     pub result: Option<ImageId>,
 }
 
+/// A halving by workgroups of one row of invocations that walk down the source.
+///
+/// At each step an invocation makes the four texels under one texel of the result, and hands what its neighbours need through workgroup
+/// memory; so each texel of the source is made about once, and never stored.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Rows {
+    /// What makes a texel of the source, which is exactly twice as large as the result.
+    pub source: Vec<Step>,
+    /// What makes a texel of the result.
+    pub by: ByRows,
+    /// The result.
+    pub result: ImageId,
+    /// Rows of the result that a workgroup makes.
+    pub rows: u32,
+}
+
+/// The form by rows of a function that halves an image.
+///
+/// It is called by all invocations of the workgroup, once for the row above its first and then for each row and the one below its last, with
+/// the texels under one texel of that row; the result of a call is the texel of the row before. It may wait for the others
+/// (`workgroupBarrier`), and takes no parameters:
+/// `fn name(state: ptr<function, State>, square: Square, lane: u32) -> vec4f`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ByRows {
+    /// The module.
+    pub shader: &'static Shader,
+    /// The function's name.
+    pub function: &'static str,
+    /// The struct in which an invocation keeps what it needs of the rows before, all zero at first.
+    pub state: &'static str,
+}
+
 /// One kernel function in a pass.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Step {
@@ -150,6 +184,10 @@ pub struct Step {
     pub uniform: Vec<u8>,
     /// How far it reads its texture from its own place, in texels; `None` where that is not known.
     pub reach: Option<f32>,
+    /// Constants of the module that hold here: see [`FunctionPass::promise`](super::FunctionPass::promise).
+    pub promises: Vec<&'static str>,
+    /// Its form by rows, if it has one.
+    pub by_rows: Option<ByRows>,
 }
 
 /// What an argument of a kernel function is bound to.
@@ -219,6 +257,7 @@ impl Pass {
         match &self.work {
             Work::Steps { steps, .. } => resources(steps).for_each(&mut add),
             Work::Tiled(tiling) => tiling.stages.iter().flat_map(|s| resources(&s.steps)).for_each(&mut add),
+            Work::Rows(rows) => resources(&rows.source).for_each(&mut add),
             Work::Entry(call) => call.bindings.iter().filter(|b| b.reads).for_each(|b| add(b.resource)),
         }
         found
@@ -229,6 +268,7 @@ impl Pass {
         match &self.work {
             Work::Steps { result, .. } => vec![Resource::Image(*result)],
             Work::Tiled(tiling) => tiling.stages.iter().filter_map(|s| s.result).map(Resource::Image).collect(),
+            Work::Rows(rows) => vec![Resource::Image(rows.result)],
             Work::Entry(call) => call.bindings.iter().filter(|b| b.writes).map(|b| b.resource).collect(),
         }
     }

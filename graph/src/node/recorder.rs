@@ -264,6 +264,8 @@ impl<'a> Recorder<'a> {
             reads: Vec::new(),
             set: Vec::new(),
             reach: None,
+            promises: Vec::new(),
+            by_rows: None,
         }
     }
 
@@ -307,6 +309,8 @@ pub struct FunctionPass<'r, 'a> {
     reads: Vec<(&'static str, ImageId)>,
     set: Vec<(&'static str, UniformValue)>,
     reach: Option<f32>,
+    promises: Vec<&'static str>,
+    by_rows: Option<ByRows>,
 }
 
 impl FunctionPass<'_, '_> {
@@ -335,6 +339,19 @@ impl FunctionPass<'_, '_> {
         self
     }
 
+    /// A second form of a function that halves an image, without parameters, for workgroups that walk down it: see [`ByRows`].
+    pub fn by_rows(mut self, form: Option<ByRows>) -> Self {
+        self.by_rows = form;
+        self
+    }
+
+    /// Promises that something holds which lets the function do less, if it does. `constant` is a line `const NAME: bool = false;` of the
+    /// module; it becomes true where every function of the module in a pass makes the promise. The result must not depend on it.
+    pub fn promise(mut self, constant: &'static str, holds: bool) -> Self {
+        self.promises.extend(holds.then_some(constant));
+        self
+    }
+
     /// Ends the sentence: the result is the image of an output port.
     pub fn write(self, port: &str, desc: ImageDesc) -> ImageId {
         let image = self.recorder.output(port, desc);
@@ -359,6 +376,8 @@ impl FunctionPass<'_, '_> {
             args,
             uniform: uniform.unwrap_or_default(),
             reach: self.reach,
+            promises: self.promises,
+            by_rows: self.by_rows,
         };
         self.recorder.push(self.label, Work::Steps { steps: vec![step], result });
     }

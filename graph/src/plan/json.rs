@@ -8,7 +8,7 @@ use super::hash::fnv1a;
 use super::names::Names;
 use super::{HandOver, Options, Plan, Transition};
 use crate::image::ImageDesc;
-use crate::node::{Arg, BufferLife, EntryCall, Origin, Resource, Step, Work};
+use crate::node::{Arg, BufferLife, ByRows, EntryCall, Origin, Resource, Step, Work};
 
 impl Plan {
     /// The whole plan as indented JSON: the canonical content and its hash.
@@ -112,6 +112,7 @@ struct MemoryView {
 #[derive(Serialize)]
 struct OptionsView {
     alias: String,
+    bounds_checks: bool,
     exact: bool,
     fuse: bool,
     serial: bool,
@@ -269,8 +270,8 @@ impl MemoryView {
 
 impl OptionsView {
     fn new(options: &Options) -> Self {
-        let Options { fuse, tile, alias, serial, exact, waves_first } = *options;
-        Self { alias: format!("{alias:?}"), exact, fuse, serial, tile: format!("{tile:?}"), waves_first }
+        let Options { fuse, tile, alias, serial, exact, waves_first, bounds_checks } = *options;
+        Self { alias: format!("{alias:?}"), exact, fuse, serial, tile: format!("{tile:?}"), waves_first, bounds_checks }
     }
 }
 
@@ -294,6 +295,10 @@ impl<'a> PassView<'a> {
                     let steps = tiling.stages.iter().flat_map(|stage| &stage.steps);
                     steps.map(|step| KernelView::of_step(step, names)).collect()
                 }
+                Work::Rows(rows) => {
+                    let source = rows.source.iter().map(|step| KernelView::of_step(step, names));
+                    source.chain([KernelView::by_rows(&rows.by, &pass.nodes)]).collect()
+                }
                 Work::Entry(call) => vec![KernelView::of_entry(call, &pass.nodes, names)],
             },
             size: target.map(|desc| desc.size.to_string()),
@@ -313,6 +318,17 @@ impl<'a> KernelView<'a> {
             groups: None,
             node: &step.node,
             shader: step.shader.file(),
+        }
+    }
+
+    fn by_rows(by: &ByRows, nodes: &'a [String]) -> Self {
+        Self {
+            arguments: vec!["texels of the source".into()],
+            constants: BTreeMap::new(),
+            function: by.function,
+            groups: None,
+            node: nodes.last().map_or("", String::as_str),
+            shader: by.shader.file(),
         }
     }
 

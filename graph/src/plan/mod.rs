@@ -18,9 +18,10 @@ mod lists;
 mod memory;
 mod names;
 mod order;
-mod passes;
+pub(crate) mod passes;
 mod placement;
 mod print;
+mod rows;
 mod skyline;
 mod specialise;
 mod svg;
@@ -85,6 +86,8 @@ pub struct Options {
     pub exact: bool,
     /// Whether fewest waves come before smallest memory in the choice of the order.
     pub waves_first: bool,
+    /// Whether audited shaders too run with the driver's checks of indices and loops. Pixels are the same.
+    pub bounds_checks: bool,
 }
 
 impl Default for Options {
@@ -96,6 +99,7 @@ impl Default for Options {
             serial: false,
             exact: false,
             waves_first: false,
+            bounds_checks: false,
         }
     }
 }
@@ -224,6 +228,7 @@ pub fn plan(graph: &Graph, setting: &Setting<'_>) -> Result<Plan, PlanError> {
     let mut fused = if setting.options.fuse { fuse::fuse(&mut draft) } else { Vec::new() };
     let always = setting.options.tile == Tiles::Always;
     if always || setting.options.tile == Tiles::WhereItPays && setting.caps.tiles {
+        fused.extend(rows::rows(&mut draft, always));
         fused.extend(tile::tile(&mut draft, &setting.caps, always));
     }
     check_sizes(&draft.recording, &setting.caps)?;

@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 use super::import::{SourceMap, Text};
 use super::reflect::GlobalKind;
 use super::tiles::{TILED, is_tiled};
-use crate::image::Format;
+use crate::image::{Format, ImageDesc, Size};
 use crate::node::{Arg, BufferId, EntryCall, ImageId, Resource, Step};
 
 pub(super) const SETTINGS_FOR_REFLECTION: &str = "const TEXEL_GUARD: u32 = 0u;\nconst TAP_BY_HAND: bool = false;";
@@ -88,6 +88,8 @@ pub enum SlotKind {
     Frame,
     /// The pass's own uniform.
     Params,
+    /// A uniform with the size of the result in texels: two floats. To ask the texture for it takes longer.
+    Extent,
     /// The linear, clamping sampler.
     Sampler,
     /// A sampled image.
@@ -113,6 +115,10 @@ pub struct Composed {
     pub slots: Vec<Slot>,
     /// The workgroup's size.
     pub workgroup: [u32; 3],
+    /// Texels of the result that a workgroup of kernel functions makes, across and down; whole kernels say themselves how many they need.
+    pub covers: [u32; 2],
+    /// Whether every part of the module was audited: see [`Shader::audited`](super::Shader::audited).
+    pub audited: bool,
     /// How its taps read textures.
     pub reading: Reading,
 }
@@ -167,11 +173,11 @@ fn vertex(@builtin(vertex_index) index: u32) -> @builtin(position) vec4f {
 
 /// A chain of kernel functions with its entry points.
 ///
-/// `readings` says how each image is read, by its id; the strictest of a pass's textures holds for all of its taps.
+/// `desc` describes the result. `readings` says how each image is read, by its id; the strictest of a pass's textures holds for all of its taps.
 pub fn compose_steps(
     steps: &[Step],
     result: ImageId,
-    format: Format,
+    desc: ImageDesc,
     reading_of: &dyn Fn(ImageId) -> Reading,
 ) -> Result<Composed, ShaderError> {
     let mut writer = StepsWriter::new(reading_of);
@@ -180,8 +186,10 @@ pub fn compose_steps(
     let has_uniform = steps.iter().any(|s| !s.uniform.is_empty());
     let uniform_struct = if has_uniform { uniform_struct(steps) } else { String::new() };
     let function = writer.take_function("run", steps.len() - 1);
-    let storage = writer.storage(result, format);
-    let mut text = Text::default();
+    let storage = writer.storage(result, desc.format);
+    let extent = writer.extent();
+    let rows = rows_of(desc.size);
+    let mut text = Text::promising(steps);
     text.generated(&reading.settings());
     for name in ["point", "guard", "sampling"] {
         text.library(name).expect("the library has this file")?;
@@ -192,38 +200,64 @@ pub fn compose_steps(
     text.generated(&uniform_struct);
     text.generated(&writer.declarations);
     text.generated(&function);
-    text.generated(&entry_points(&storage));
+    text.generated(&entry_points(&storage, &extent, rows));
     Ok(Composed {
         source: text.text,
         map: text.map,
         compute: "compute",
         fragment: Some("fragment"),
         slots: writer.slots,
-        workgroup: [16, 16, 1],
+        workgroup: [SIDE, SIDE, 1],
+        covers: [SIDE, SIDE * rows],
+        audited: steps.iter().all(|step| step.shader.is_audited()),
         reading,
     })
 }
 
-fn entry_points(result: &str) -> String {
-    format!(
-        "@compute @workgroup_size(16, 16)
-fn compute(@builtin(global_invocation_id) id: vec3u) {{
-    let size = textureDimensions({result});
-    if any(id.xy >= size) {{ return; }}
-    let pixel = vec2i(id.xy);
-    textureStore({result}, pixel, run(Point(pixel, (vec2f(id.xy) + 0.5) / vec2f(size), vec2f(size))));
-}}
-{FULL_SCREEN_TRIANGLE}
-@group(0) @binding({FRAGMENT_SIZE_BINDING}) var<uniform> fragment_size: vec4f;
-@fragment
-fn fragment(@builtin(position) position: vec4f) -> @location(0) vec4f {{
-    return run(Point(vec2i(position.xy), position.xy / fragment_size.xy, fragment_size.xy));
-}}"
-    )
+/// Invocations of a workgroup, across and down.
+const SIDE: u32 = 16;
+
+/// Texels that an invocation makes, one below the other. Several in flight hide each other's waiting (at 4K an H200 takes a third less time
+/// for four than for one), but a small image needs all of its texels to occupy the device.
+fn rows_of(size: Size) -> u32 {
+    match size.texels() {
+        0..0x4_0000 => 1,
+        0x4_0000..0x10_0000 => 2,
+        _ => 4,
+    }
 }
 
-/// Where a fragment entry point finds the size of its result.
-pub const FRAGMENT_SIZE_BINDING: u32 = 63;
+fn entry_points(result: &str, extent: &str, rows: u32) -> String {
+    let every = |line: &dyn Fn(u32) -> String| (0..rows).map(line).collect::<String>();
+    // Texels below the last row are made like the last row, and not stored: a branch around each would let none overlap another.
+    let made = every(&|row| {
+        let offset = row * SIDE;
+        format!("    let value{row} = run(point_at(min(first + vec2i(0, {offset}), last)));\n")
+    });
+    let stored = every(&|row| {
+        let offset = row * SIDE;
+        format!(
+            "    if first.y + {offset} <= last.y {{ textureStore({result}, first + vec2i(0, {offset}), value{row}); }}\n"
+        )
+    });
+    format!(
+        "fn point_at(pixel: vec2i) -> Point {{
+    return Point(pixel, (vec2f(pixel) + 0.5) / {extent}, {extent});
+}}
+@compute @workgroup_size({SIDE}, {SIDE})
+fn compute(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) local: vec3u) {{
+    let first = vec2i(group.xy * vec2u({SIDE}u, {}u) + local.xy);
+    let last = vec2i({extent}) - 1;
+    if first.x > last.x {{ return; }}
+{made}{stored}}}
+{FULL_SCREEN_TRIANGLE}
+@fragment
+fn fragment(@builtin(position) position: vec4f) -> @location(0) vec4f {{
+    return run(point_at(vec2i(position.xy)));
+}}",
+        SIDE * rows
+    )
+}
 
 /// Writes calls of kernel functions and the bindings that they need.
 pub(super) struct StepsWriter<'a> {
@@ -272,6 +306,11 @@ impl<'a> StepsWriter<'a> {
     pub(super) fn storage(&mut self, image: ImageId, format: Format) -> String {
         let declaration = format!("var NAME: texture_storage_2d<{}, write>;", format.wgsl());
         self.variable(SlotKind::Storage(image), "result", &declaration)
+    }
+
+    /// The variable of the uniform with the result's size.
+    pub(super) fn extent(&mut self) -> String {
+        self.variable(SlotKind::Extent, "extent", "var<uniform> NAME: vec2f;")
     }
 
     /// The variable of the pass's uniform.
@@ -346,7 +385,7 @@ impl<'a> StepsWriter<'a> {
     }
 }
 
-fn uniform_struct(steps: &[Step]) -> String {
+pub(super) fn uniform_struct(steps: &[Step]) -> String {
     let mut text = String::from("struct PassUniform {\n");
     for (index, step) in steps.iter().enumerate().filter(|(_, s)| !s.uniform.is_empty()) {
         let _ = writeln!(text, "    @align(16) step{index}: {},", params_struct(step));
@@ -414,7 +453,17 @@ pub fn compose_entry(
     text.module(call.shader)?;
     let source = formats.iter().fold(text.text, |source, (name, format)| set_storage_format(&source, name, *format));
     let workgroup = reflection.entries.iter().find(|(name, _)| name == call.entry).map_or([1; 3], |(_, size)| *size);
-    Ok(Composed { source, map: text.map, compute: call.entry, fragment: None, slots, workgroup, reading })
+    Ok(Composed {
+        source,
+        map: text.map,
+        compute: call.entry,
+        fragment: None,
+        slots,
+        workgroup,
+        covers: [workgroup[0], workgroup[1]],
+        audited: call.shader.is_audited(),
+        reading,
+    })
 }
 
 /// Replaces the format in `var NAME: texture_storage_2d<FORMAT, write>`, which a graph file may choose.

@@ -1,6 +1,9 @@
 //! `#import name`: the only directive. Brings in a file of `shaders/lib` once, and keeps the map of lines.
 
+use std::collections::BTreeSet;
+
 use super::{Shader, ShaderError};
+use crate::node::Step;
 
 /// The shared files, by name.
 const LIBRARY: &[(&str, &str)] = &[
@@ -48,9 +51,23 @@ pub(super) struct Text {
     pub(super) map: SourceMap,
     included: Vec<&'static str>,
     tiled: Vec<&'static str>,
+    promised: Vec<&'static str>,
 }
 
 impl Text {
+    /// A text in which the promises hold that all steps of a module make: one that does not needs the general code.
+    pub(super) fn promising<'s>(steps: impl IntoIterator<Item = &'s Step>) -> Self {
+        let mut common: Vec<(&str, BTreeSet<&'static str>)> = Vec::new();
+        for step in steps {
+            let made: BTreeSet<&'static str> = step.promises.iter().copied().collect();
+            match common.iter_mut().find(|(file, _)| *file == step.shader.file()) {
+                Some((_, known)) => known.retain(|promise| made.contains(promise)),
+                None => common.push((step.shader.file(), made)),
+            }
+        }
+        Self { promised: common.into_iter().flat_map(|(_, promises)| promises).collect(), ..Self::default() }
+    }
+
     /// Adds lines of the framework's own.
     pub(super) fn generated(&mut self, lines: &str) {
         for (index, line) in lines.lines().enumerate() {
@@ -59,7 +76,8 @@ impl Text {
     }
 
     fn line(&mut self, line: &str, file: &'static str, number: u32) {
-        self.text.push_str(line);
+        let kept = self.promised.iter().any(|name| is_promise(line, name));
+        self.text.push_str(&if kept { line.replacen("false", "true", 1) } else { line.to_owned() });
         self.text.push('\n');
         self.map.lines.push((file, number));
     }
@@ -125,6 +143,12 @@ impl Text {
         }
         Ok(())
     }
+}
+
+/// Whether a line declares that promise, as not made.
+fn is_promise(line: &str, name: &str) -> bool {
+    let rest = line.strip_prefix("const ").and_then(|rest| rest.strip_prefix(name));
+    rest.is_some_and(|rest| rest.trim_start_matches(super::tiles::TILED).starts_with(": bool = false;"))
 }
 
 /// Whether a shared file, other than the one that reads textures, has functions that take them.

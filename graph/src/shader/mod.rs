@@ -3,16 +3,16 @@
 mod compose;
 mod import;
 mod reflect;
+mod rows;
 mod tiles;
 mod uniform;
 
 use std::sync::OnceLock;
 
-pub use compose::{
-    Composed, FRAGMENT_SIZE_BINDING, Reading, ShaderError, Slot, SlotKind, compose_entry, compose_steps,
-};
+pub use compose::{Composed, Reading, ShaderError, Slot, SlotKind, compose_entry, compose_steps};
 pub use import::SourceMap;
 pub use reflect::{ArgType, Function, Global, GlobalKind, Member, Reflection, ScalarKind, StructLayout};
+pub use rows::{ROW_LANES, compose_rows};
 pub use tiles::compose_tiling;
 pub use uniform::{UniformValue, pack};
 
@@ -20,13 +20,30 @@ pub use uniform::{UniformValue, pack};
 pub struct Shader {
     file: &'static str,
     source: &'static str,
+    audited: bool,
     reflection: OnceLock<Result<Reflection, ShaderError>>,
 }
 
 impl Shader {
     /// A module with the name of its file, as errors shall show it.
     pub const fn new(file: &'static str, source: &'static str) -> Self {
-        Self { file, source, reflection: OnceLock::new() }
+        Self { file, source, audited: false, reflection: OnceLock::new() }
+    }
+
+    /// A module that may run without the checks of indices and loops that a driver otherwise adds to it.
+    ///
+    /// # Safety
+    ///
+    /// Whatever its inputs and parameters hold, NaN and the largest integers among them, every index into an array and every texel that is
+    /// loaded must lie inside, every loop must end, and no memory of a workgroup may be read before it is written.
+    #[allow(unsafe_code, reason = "the promise is the author's, and breaking it is undefined behaviour on the device")]
+    pub const unsafe fn audited(file: &'static str, source: &'static str) -> Self {
+        Self { file, source, audited: true, reflection: OnceLock::new() }
+    }
+
+    /// Whether the module was made by [`audited`](Self::audited).
+    pub fn is_audited(&self) -> bool {
+        self.audited
     }
 
     /// The file's name.

@@ -32,7 +32,7 @@ pub fn compose_tiling(
     }
     let stores: Vec<Option<String>> =
         tiling.stages.iter().map(|stage| stage.result.map(|image| writer.storage(image, format_of(image)))).collect();
-    let mut text = Text::default();
+    let mut text = Text::promising(steps.iter().copied());
     text.generated(&reading.settings());
     for name in ["point", "guard", "sampling"] {
         text.library(name).expect("the library has this file")?;
@@ -55,6 +55,8 @@ pub fn compose_tiling(
         fragment: None,
         slots: writer.into_slots(),
         workgroup: [16, 16, 1],
+        covers: [tiling.tile; 2],
+        audited: steps.iter().all(|step| step.shader.is_audited()),
         reading,
     })
 }

@@ -2,7 +2,7 @@
 
 use afterimage_graph::node::{ImageId, Resource, Work};
 use afterimage_graph::plan::{Plan, PlanOutput, Stage, Use};
-use afterimage_graph::shader::{FRAGMENT_SIZE_BINDING, SlotKind};
+use afterimage_graph::shader::SlotKind;
 use wgpu::{BindGroup, BindGroupEntry, BindingResource, TextureView};
 
 use super::loaded::{Holding, HostSet, Loaded, Run, Touch, planned_attachment};
@@ -121,19 +121,16 @@ impl Executor {
         let resource = |kind| match kind {
             SlotKind::Frame => frame.as_entire_binding(),
             SlotKind::Params => region(offset, bytes),
+            SlotKind::Extent => region(offset + bytes.next_multiple_of(uniforms::ALIGNMENT), uniforms::EXTENT_BYTES),
             SlotKind::Sampler => BindingResource::Sampler(if pass.by_hand { &self.nearest } else { &self.linear }),
             SlotKind::Texture(image) | SlotKind::Storage(image) => {
                 BindingResource::TextureView(loaded.view(&self.store, image, views, phase))
             }
             SlotKind::Buffer(buffer, _) => loaded.buffers[buffer.0 as usize].as_entire_binding(),
         };
-        let mut entries: Vec<BindGroupEntry<'_>> = bound_slots(&pass.composed, stage)
+        let entries: Vec<BindGroupEntry<'_>> = bound_slots(&pass.composed, stage)
             .map(|slot| BindGroupEntry { binding: slot.binding, resource: resource(slot.kind) })
             .collect();
-        if stage == Stage::Fragment {
-            let size_at = offset + bytes.next_multiple_of(uniforms::ALIGNMENT);
-            entries.push(BindGroupEntry { binding: FRAGMENT_SIZE_BINDING, resource: region(size_at, 16) });
-        }
         let device = &self.workshop.device;
         device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries: &entries })
     }

@@ -3,10 +3,12 @@
 use std::sync::Arc;
 use std::thread::JoinHandle;
 
-use afterimage_graph::image::ImageDesc;
+use afterimage_graph::image::{ImageDesc, Size};
 use afterimage_graph::node::{ImageId, Resource, Work};
 use afterimage_graph::plan::{Alias, Plan, Stage};
-use afterimage_graph::shader::{Composed, SlotKind, compose_entry, compose_steps, compose_tiling};
+use afterimage_graph::shader::{
+    Composed, ShaderError, SlotKind, compose_entry, compose_rows, compose_steps, compose_tiling,
+};
 use wgpu::util::DeviceExt as _;
 use wgpu::{Buffer, BufferUsages, Device, TextureFormat};
 
@@ -154,13 +156,19 @@ impl Draft {
         let format = |image: ImageId| plan.format(image);
         let (composed, groups) = match &pass.work {
             Work::Steps { steps, result } => {
-                let composed = compose_steps(steps, *result, format(*result), &reading);
-                let size = plan.recording.image(*result).desc.size.div_up(16);
-                (composed, [size.width, size.height, 1])
+                let desc = plan.recording.image(*result).desc;
+                let composed = compose_steps(steps, *result, desc, &reading);
+                let groups = groups(&composed, desc.size);
+                (composed, groups)
             }
             Work::Tiled(tiling) => {
                 let last = tiling.stages.last().expect("a tiling has stages").size.div_up(tiling.tile);
                 (compose_tiling(tiling, &format, &reading), [last.width, last.height, 1])
+            }
+            Work::Rows(rows) => {
+                let composed = compose_rows(rows, format(rows.result), &reading);
+                let groups = groups(&composed, plan.recording.image(rows.result).desc.size);
+                (composed, groups)
             }
             Work::Entry(call) => (compose_entry(call, &format, &reading), call.groups),
         };
@@ -170,6 +178,12 @@ impl Draft {
         });
         Ok(Self { composed: composed.map_err(GpuError::Shader)?, groups, writes_image })
     }
+}
+
+/// The workgroups that cover an image.
+fn groups(composed: &Result<Composed, ShaderError>, size: Size) -> [u32; 3] {
+    let covers = composed.as_ref().map_or([1; 2], |composed| composed.covers);
+    [size.width.div_ceil(covers[0]), size.height.div_ceil(covers[1]), 1]
 }
 
 /// What must be compiled for a pass; drawn if there is an attachment.
@@ -183,7 +197,7 @@ pub(super) fn order<'a>(
     let stage = if attachment.is_some() { Stage::Fragment } else { Stage::Compute };
     let constants = match &plan.recording.passes[index].work {
         Work::Entry(call) => call.constants.iter().map(|(name, value)| (*name, value.to_bits())).collect(),
-        Work::Steps { .. } | Work::Tiled(_) => Vec::new(),
+        Work::Steps { .. } | Work::Tiled(_) | Work::Rows(_) => Vec::new(),
     };
     let readings = composed.slots.iter().map(|slot| match slot.kind {
         SlotKind::Texture(image) => format!("{:?}", plan.readings[image.0 as usize]),
@@ -197,12 +211,13 @@ pub(super) fn order<'a>(
             constants,
             attachment,
             layout: layout.join(","),
+            checked: plan.options.bounds_checks || !composed.audited,
         },
         composed,
         stage,
         layout: bind_group_layout(device, plan, composed, stage),
         label: &plan.recording.passes[index].label,
         // Tilings write every texel of a tile that they read; whole kernels are their authors' own.
-        zero_workgroup_memory: matches!(plan.recording.passes[index].work, Work::Entry(_)),
+        zero_workgroup_memory: !composed.audited && matches!(plan.recording.passes[index].work, Work::Entry(_)),
     }
 }

@@ -6,6 +6,9 @@ use afterimage_graph::plan::Plan;
 /// Uniform offsets are multiples of this everywhere.
 pub(super) const ALIGNMENT: u64 = 256;
 
+/// Bytes of a result's size.
+pub(super) const EXTENT_BYTES: u64 = 8;
+
 /// Bytes that a pass of so many uniform bytes takes up in the buffer: they and the size of its result.
 pub(super) fn stride(bytes: u64) -> u64 {
     bytes.next_multiple_of(ALIGNMENT) + ALIGNMENT
@@ -25,6 +28,7 @@ fn blank(plan: &Plan) -> Plan {
             Work::Tiled(tiling) => {
                 tiling.stages.iter_mut().flat_map(|s| &mut s.steps).for_each(|step| step.uniform.fill(0));
             }
+            Work::Rows(rows) => rows.source.iter_mut().for_each(|step| step.uniform.fill(0)),
             Work::Entry(call) => call.uniform.fill(0),
         }
     }
@@ -43,6 +47,7 @@ pub(super) fn pass_uniform(work: &Work) -> Vec<u8> {
             }
             tiling.stages.iter().flat_map(|stage| &stage.steps).map(|step| step.uniform.as_slice()).collect()
         }
+        Work::Rows(rows) => rows.source.iter().map(|step| step.uniform.as_slice()).collect(),
         Work::Entry(call) => vec![&call.uniform],
     };
     for part in parts.into_iter().filter(|part| !part.is_empty()) {
@@ -59,11 +64,11 @@ pub(super) fn uniform_bytes(plan: &Plan, written: impl Iterator<Item = Option<Im
     for (pass, written) in plan.recording.passes.iter().zip(written) {
         all.extend(pass_uniform(&pass.work));
         all.resize(all.len().next_multiple_of(ALIGNMENT as usize), 0);
-        let size = written.map_or([1.0; 2], |image| {
+        let [width, height] = written.map_or([1.0; 2], |image| {
             let size = plan.recording.image(image).desc.size;
             [size.width as f32, size.height as f32]
         });
-        all.extend(size.iter().flat_map(|x| x.to_le_bytes()));
+        all.extend([width, height].iter().flat_map(|x| x.to_le_bytes()));
         all.resize(all.len().next_multiple_of(ALIGNMENT as usize), 0);
     }
     all.resize(all.len().max(ALIGNMENT as usize), 0);

@@ -7,11 +7,14 @@ use super::Complaints;
 use super::names::{items, pascal, snake, stem};
 use crate::image::{Format, ImageDesc, Size};
 use crate::node::{
-    Arrival, Arrivals, BufferLife, ImageId, NodeKind, Origin, Pass, PortType, Recorder, RecorderContext, Recording,
-    Resource, VirtualBuffer, VirtualImage, Work,
+    Arg, Arrival, Arrivals, BufferLife, ImageId, NodeKind, Origin, Pass, PortType, Recorder, RecorderContext,
+    Recording, Resource, Rows, VirtualBuffer, VirtualImage, Work,
 };
 use crate::plan::Caps;
-use crate::shader::{Composed, Reading, Shader, ShaderError, compose_entry, compose_steps, compose_tiling};
+use crate::plan::passes::copy_step;
+use crate::shader::{
+    Composed, Reading, Shader, ShaderError, compose_entry, compose_rows, compose_steps, compose_tiling,
+};
 use crate::value::{Param, Type, Value};
 
 /// One way of using a kind.
@@ -204,15 +207,16 @@ fn shape(pass: &Pass, recording: &Recording) -> String {
             format!("{calls:?} {formats:?}")
         }
         Work::Tiled(tiling) => format!("{tiling:?} {formats:?}"),
+        Work::Rows(rows) => format!("{rows:?} {formats:?}"),
         Work::Entry(call) => format!("{:?} {} {:?} {formats:?}", call.shader, call.entry, call.bindings),
     }
 }
 
 /// The pass as a module, for every way in which its textures may be read.
 fn module(pass: &Pass, recording: &Recording, modules: &mut BTreeSet<String>, complaints: &mut Complaints) {
-    let format_of = |image: ImageId| recording.image(image).desc.format;
+    let desc_of = |image: ImageId| recording.image(image).desc;
     for reading in [Reading::Plain, Reading::ByHand, Reading::Guarded, Reading::GuardedSigned] {
-        let composed = composed(pass, &format_of, &|_| reading);
+        let composed = composed(pass, &desc_of, &|_| reading);
         match composed {
             Ok(composed) if modules.insert(composed.source.clone()) => {
                 if let Err(error) = composed.validate() {
@@ -223,18 +227,34 @@ fn module(pass: &Pass, recording: &Recording, modules: &mut BTreeSet<String>, co
             Err(error) => complaints.add(format!("the pass `{}` is no module: {error}", pass.label)),
         }
     }
+    by_rows(pass).into_iter().for_each(|pass| module(&pass, recording, modules, complaints));
     shaders(pass).into_iter().for_each(|shader| item_names(shader, complaints));
+}
+
+/// The pass in its form by rows, if it has one.
+fn by_rows(pass: &Pass) -> Option<Pass> {
+    let Work::Steps { steps, result } = &pass.work else { return None };
+    let [step] = steps.as_slice() else { return None };
+    let source = step.args.iter().find_map(|arg| match arg {
+        Arg::Texture(image) => Some(*image),
+        _ => None,
+    })?;
+    let work =
+        Work::Rows(Rows { source: vec![copy_step(&step.node, source)], by: step.by_rows?, result: *result, rows: 1 });
+    Some(Pass { work, ..pass.clone() })
 }
 
 fn composed(
     pass: &Pass,
-    format_of: &dyn Fn(ImageId) -> Format,
+    desc_of: &dyn Fn(ImageId) -> ImageDesc,
     reading_of: &dyn Fn(ImageId) -> Reading,
 ) -> Result<Composed, ShaderError> {
+    let format_of = |image| desc_of(image).format;
     match &pass.work {
-        Work::Steps { steps, result } => compose_steps(steps, *result, format_of(*result), reading_of),
-        Work::Tiled(tiling) => compose_tiling(tiling, format_of, reading_of),
-        Work::Entry(call) => compose_entry(call, format_of, reading_of),
+        Work::Steps { steps, result } => compose_steps(steps, *result, desc_of(*result), reading_of),
+        Work::Tiled(tiling) => compose_tiling(tiling, &format_of, reading_of),
+        Work::Rows(rows) => compose_rows(rows, desc_of(rows.result).format, reading_of),
+        Work::Entry(call) => compose_entry(call, &format_of, reading_of),
     }
 }
 
@@ -242,6 +262,7 @@ fn shaders(pass: &Pass) -> Vec<&'static Shader> {
     match &pass.work {
         Work::Steps { steps, .. } => steps.iter().map(|step| step.shader).collect(),
         Work::Tiled(tiling) => tiling.stages.iter().flat_map(|s| &s.steps).map(|step| step.shader).collect(),
+        Work::Rows(rows) => rows.source.iter().map(|step| step.shader).chain([rows.by.shader]).collect(),
         Work::Entry(call) => vec![call.shader],
     }
 }

@@ -135,6 +135,11 @@ fn accesses(work: &Work) -> Vec<Access> {
                 stage.result.iter().for_each(|image| note(Resource::Image(*image), false, true));
             }
         }
+        Work::Rows(rows) => {
+            let args = rows.source.iter().flat_map(|step| &step.args);
+            args.filter_map(|arg| arg.resource()).for_each(|r| note(r, true, false));
+            note(Resource::Image(rows.result), false, true);
+        }
         Work::Entry(call) => call.bindings.iter().for_each(|b| note(b.resource, b.reads, b.writes)),
     }
     found.into_values().collect()

@@ -1,0 +1,106 @@
+// The thirteen-tap halving by a row of invocations that walks down the image together. An invocation has one column of squares, each
+// the four texels under one texel of the result. Every tap of the filter is the mean of such a square or of the four texels where
+// four squares meet; both are made once and handed on to the neighbours through workgroup memory, as half floats.
+
+const DOWNSAMPLE_ROWS_LANES: u32 = 64u;
+
+// What an invocation remembers of the square above, and of the corner to the upper right of it.
+struct DownsampleRows {
+    lower_left: vec4f,
+    lower_right: vec4f,
+    mean: vec4f,
+    inner: vec4f,   // of the four texels at the corner
+    outer: vec4f,   // of the four squares around the corner, times its weight
+    weight: f32,
+}
+
+// Numbers lie apart by kind, so that neighbours never wait for the same bank of memory.
+var<workgroup> downsample_rows_to_left: array<u32, 4u * DOWNSAMPLE_ROWS_LANES>;
+var<workgroup> downsample_rows_to_right: array<u32, 5u * DOWNSAMPLE_ROWS_LANES>;
+
+fn downsample_rows_put_left(slot: u32, v: vec4f) {
+    downsample_rows_to_left[slot] = pack2x16float(v.xy);
+    downsample_rows_to_left[slot + DOWNSAMPLE_ROWS_LANES] = pack2x16float(v.zw);
+}
+
+fn downsample_rows_take_left(slot: u32) -> vec4f {
+    let lower = unpack2x16float(downsample_rows_to_left[slot]);
+    return vec4f(lower, unpack2x16float(downsample_rows_to_left[slot + DOWNSAMPLE_ROWS_LANES]));
+}
+
+fn downsample_rows_put_right(slot: u32, v: vec4f) {
+    downsample_rows_to_right[slot] = pack2x16float(v.xy);
+    downsample_rows_to_right[slot + DOWNSAMPLE_ROWS_LANES] = pack2x16float(v.zw);
+}
+
+fn downsample_rows_take_right(slot: u32) -> vec4f {
+    let lower = unpack2x16float(downsample_rows_to_right[slot]);
+    return vec4f(lower, unpack2x16float(downsample_rows_to_right[slot + DOWNSAMPLE_ROWS_LANES]));
+}
+
+fn downsample_rows_mean(square: Square) -> vec4f {
+    return 0.25 * (square.upper_left + square.upper_right + (square.lower_left + square.lower_right));
+}
+
+// The invocations beside this one. The outermost have none on one side: what they make there is not used.
+fn downsample_rows_after(lane: u32) -> u32 {
+    return min(lane + 1u, DOWNSAMPLE_ROWS_LANES - 1u);
+}
+
+fn downsample_rows_before(lane: u32) -> u32 {
+    return max(lane, 1u) - 1u;
+}
+
+// Gives the texel of the row before.
+fn downsample_rows_tap13(state: ptr<function, DownsampleRows>, square: Square, lane: u32) -> vec4f {
+    let mean = downsample_rows_mean(square);
+    let means = mean + (*state).mean;
+    downsample_rows_put_left(lane, 0.25 * ((*state).lower_left + square.upper_left + means));
+    workgroupBarrier();
+    let here = 0.25 * ((*state).lower_right + square.upper_right + means);
+    let corner = 0.125 * (here + downsample_rows_take_left(downsample_rows_after(lane)));
+    let edge = corner + (*state).inner;
+    downsample_rows_put_right(lane, edge);
+    workgroupBarrier();
+    (*state).lower_left = square.lower_left;
+    (*state).lower_right = square.lower_right;
+    (*state).mean = mean;
+    (*state).inner = corner;
+    return edge + downsample_rows_take_right(downsample_rows_before(lane));
+}
+
+// 1 / (1 + brightness), as in the taps.
+fn downsample_rows_weight(color: vec4f) -> f32 {
+    return 1.0 / (1.0 + max(max(color.r, max(color.g, color.b)), 0.0));
+}
+
+// The same with the five squares of the filter weighted against each other; the inner one counts four times.
+fn downsample_rows_tap13_groups(state: ptr<function, DownsampleRows>, square: Square, lane: u32) -> vec4f {
+    const SECOND = 2u * DOWNSAMPLE_ROWS_LANES;
+    const THIRD = 4u * DOWNSAMPLE_ROWS_LANES;
+    let mean = downsample_rows_mean(square);
+    let texels = 0.25 * ((*state).lower_left + square.upper_left);
+    let means = 0.25 * ((*state).mean + mean);
+    downsample_rows_put_left(lane, texels);
+    downsample_rows_put_left(lane + SECOND, means);
+    workgroupBarrier();
+    let after = downsample_rows_after(lane);
+    let inner = 0.25 * ((*state).lower_right + square.upper_right) + downsample_rows_take_left(after);
+    let squares = means + downsample_rows_take_left(after + SECOND);
+    let weight = downsample_rows_weight(squares);
+    let outer = squares * weight;
+    let inner_edge = 0.25 * ((*state).inner + inner);
+    let outer_edge = (*state).outer + outer;
+    let weight_edge = (*state).weight + weight;
+    downsample_rows_put_right(lane, inner_edge);
+    downsample_rows_put_right(lane + SECOND, outer_edge);
+    downsample_rows_to_right[lane + THIRD] = bitcast<u32>(weight_edge);
+    workgroupBarrier();
+    (*state) = DownsampleRows(square.lower_left, square.lower_right, mean, inner, outer, weight);
+    let before = downsample_rows_before(lane);
+    let middle = inner_edge + downsample_rows_take_right(before);
+    let middle_weight = 4.0 * downsample_rows_weight(middle);
+    let sum = middle * middle_weight + outer_edge + downsample_rows_take_right(before + SECOND);
+    let weights = middle_weight + weight_edge + bitcast<f32>(downsample_rows_to_right[before + THIRD]);
+    return sum * (1.0 / weights);
+}
