@@ -1,5 +1,6 @@
 //! The executor as a host meets it: histories, host textures, changes of plan, and nothing left over between frames.
 
+mod any_plan;
 mod changes;
 mod hazards;
 mod histories;

@@ -4,4 +4,4 @@ mod faults;
 mod known;
 mod printing;
 mod properties;
-mod random;
+pub mod random;

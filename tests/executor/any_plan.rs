@@ -1,0 +1,279 @@
+//! Whatever way a graph is planned, its pixels are the same to the bit: another order, another placement, no sharing of memory, no
+//! overlap, and memory full of NaN wherever it changes hands.
+
+use std::sync::Arc;
+
+use afterimage_graph::check::{Condition, Graph, Source};
+use afterimage_graph::node::{Arg, ImageId, Resource, StandIn, Step, Work};
+use afterimage_graph::plan::{Alias, Options, Plan, Stage, Tiles, WaveBarriers, check_plan};
+use afterimage_graph::shader::Shader;
+use petgraph::graph::{DiGraph, NodeIndex};
+
+use super::{bits, lively};
+use crate::plans::random::{Dice, Recipe};
+use crate::support::gpu::{Picture, Run, shipped};
+use crate::support::player::Player;
+
+const SEEDS: std::ops::Range<u64> = 1..7;
+
+/// Pyramids, volumes, values and two outputs among at most forty nodes, with wires to earlier frames.
+fn graph(seed: u64) -> Graph {
+    Recipe { seed: seed + 100, nodes: 14 + 3 * seed as usize, histories: 3, off: 8 }.graph()
+}
+
+/// What three frames of a moving picture show at all outputs: the second of them is a cut.
+fn film(player: &mut Player, plan: &Arc<Plan>, input: &str) -> Vec<Vec<u32>> {
+    player.executor.load(plan.clone()).unwrap_or_else(|error| panic!("{error}"));
+    player.executor.reset();
+    let mut shown = Vec::new();
+    for (frame, scene) in scenes().iter().enumerate() {
+        player.frame(&[(input, scene)], 0.1, frame == 1);
+        shown.extend(plan.outputs.iter().map(|output| bits(&player.output(&output.name))));
+    }
+    shown
+}
+
+fn scenes() -> [Picture; 3] {
+    let lively = lively(53, 37);
+    [1.0_f32, 0.25, 3.0].map(|light| {
+        let lit = |x, y| lively.at(x, y).map(|channel| channel * light);
+        Picture::new(lively.width, lively.height, lit)
+    })
+}
+
+fn planned(player: &Player, graph: &Graph, input: &str, change: impl Fn(&mut Run<'_>)) -> Arc<Plan> {
+    let mut run = Run::new(graph);
+    run.options.tile = Tiles::Never;
+    change(&mut run);
+    let plan = run.plan(&player.gpu, &[(input, &scenes()[0])]);
+    assert_eq!(check_plan(&plan), Ok(()));
+    Arc::new(plan)
+}
+
+const ALIASES: [Alias; 3] = [Alias::None, Alias::Pool, Alias::Placed];
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn every_way_to_run_a_random_graph_gives_the_same_bits() {
+    let mut player = Player::new();
+    let mut changing = 0;
+    for seed in SEEDS {
+        let graph = graph(seed);
+        let plan = planned(&player, &graph, "picture", |_| {});
+        let wanted = film(&mut player, &plan, "picture");
+        changing += usize::from(wanted[0] != wanted[2 * graph.outputs.len()]);
+        for alias in ALIASES {
+            for [serial, waves_first] in [[false, false], [true, false], [false, true]] {
+                let options = Options { alias, serial, waves_first, tile: Tiles::Never, ..Options::default() };
+                let plan = planned(&player, &graph, "picture", |run| run.options = options);
+                assert_eq!(film(&mut player, &plan, "picture"), wanted, "seed {seed}, {options:?}");
+            }
+        }
+        let other = planned(&player, &shuffled(&graph, seed), "picture", |_| {});
+        assert_eq!(film(&mut player, &other, "picture"), wanted, "seed {seed} in another order");
+    }
+    assert!(changing > 3, "most films show something that changes");
+}
+
+/// The same graph with its nodes written down in another order.
+fn shuffled(graph: &Graph, seed: u64) -> Graph {
+    let mut dice = Dice::new(seed);
+    let mut order: Vec<usize> = (0..graph.nodes.len()).collect();
+    (1..order.len()).rev().for_each(|at| order.swap(at, dice.below(at + 1)));
+    let mut place = vec![0; order.len()];
+    order.iter().enumerate().for_each(|(new, old)| place[*old] = new);
+    let mut graph = graph.clone();
+    let moved = |source: &mut Source| {
+        if let Source::Node { node, .. } = source {
+            *node = place[*node];
+        }
+    };
+    graph.nodes.iter_mut().flat_map(|node| &mut node.wires).flatten().for_each(moved);
+    graph.outputs.iter_mut().for_each(|output| moved(&mut output.source));
+    graph.nodes = order.iter().map(|old| graph.nodes[*old].clone()).collect();
+    let mut wires = DiGraph::new();
+    for _ in &graph.nodes {
+        wires.add_node(());
+    }
+    for edge in graph.wires.raw_edges() {
+        let [from, to] = [edge.source(), edge.target()].map(|node| NodeIndex::new(place[node.index()]));
+        wires.add_edge(from, to, ());
+    }
+    graph.wires = wires;
+    graph
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn every_placement_gives_the_same_bits() {
+    let mut player = Player::new();
+    for seed in SEEDS {
+        let plan = planned(&player, &graph(seed), "picture", |_| {});
+        let wanted = film(&mut player, &plan, "picture");
+        for (what, places) in [("upside down", upside_down(&plan)), ("moved up", moved_up(&plan))] {
+            let mut moved = (*plan).clone();
+            assert!(moved.place_keeping(&places), "seed {seed}: {what}");
+            assert_eq!(check_plan(&moved), Ok(()), "seed {seed}: {what}");
+            assert_ne!(moved.memory.offset_of, plan.memory.offset_of);
+            player.renew();
+            assert_eq!(film(&mut player, &Arc::new(moved), "picture"), wanted, "seed {seed}: {what}");
+        }
+    }
+}
+
+/// What lay at the bottom of the heap lies at its top.
+fn upside_down(plan: &Plan) -> Plan {
+    let mut turned = plan.clone();
+    for (offset, wants) in turned.memory.offset_of.iter_mut().zip(&plan.memory.requirement_of) {
+        if let (Some(offset), Some(wants)) = (offset, wants) {
+            let from_top = plan.memory.heap - *offset - wants.bytes;
+            *offset = from_top - from_top % wants.alignment;
+        }
+    }
+    turned
+}
+
+/// A larger heap whose beginning nobody uses.
+fn moved_up(plan: &Plan) -> Plan {
+    let mut moved = plan.clone();
+    let step = plan.memory.requirement_of.iter().flatten().map(|wants| wants.alignment).max().unwrap_or(1);
+    moved.memory.heap += step;
+    moved.memory.offset_of.iter_mut().flatten().for_each(|offset| *offset += step);
+    moved
+}
+
+/// A compiler that sees two steps at once may contract a product and a sum; more than that it may not do.
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn fusion_changes_nothing_but_the_last_bits_where_nothing_is_rounded_between() {
+    let mut player = Player::new();
+    let mut fused = 0;
+    for seed in SEEDS {
+        let mut graph = graph(seed);
+        graph.nodes.iter_mut().for_each(|node| node.format = None);
+        let exact = |fuse| Options { exact: true, fuse, tile: Tiles::Never, ..Options::default() };
+        let [whole, apart] =
+            [true, false].map(|fuse| planned(&player, &graph, "picture", |run| run.options = exact(fuse)));
+        fused += apart.recording.passes.len() - whole.recording.passes.len();
+        let [whole, apart] = [whole, apart].map(|plan| film(&mut player, &plan, "picture"));
+        let pixels = whole.iter().flatten().zip(apart.iter().flatten());
+        for (a, b) in pixels.map(|(a, b)| (f32::from_bits(*a), f32::from_bits(*b))) {
+            assert!((a - b).abs() <= 4.0 * f32::EPSILON * a.abs(), "seed {seed}: {a} and {b}");
+        }
+    }
+    assert!(fused > 12, "only {fused} passes were fused");
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_condition_that_does_not_hold_is_a_node_that_is_off() {
+    let mut player = Player::new();
+    let mut seen = 0;
+    for seed in SEEDS {
+        let (mut conditional, mut off) = (graph(seed), graph(seed));
+        for at in (0..off.nodes.len()).filter(|at| at % 5 == 2) {
+            if off.nodes[at].kind.bypass() != StandIn::Absent {
+                off.nodes[at].off = true;
+                conditional.nodes[at].when = Some(Condition::parse("fog > 0.5").expect("a condition"));
+            }
+        }
+        let show = |player: &mut Player, graph: &Graph, fog: f64| {
+            let plan = planned(player, graph, "picture", |run| run.facts.set("fog", fog));
+            film(player, &plan, "picture")
+        };
+        let clear = show(&mut player, &conditional, 0.0);
+        assert_eq!(clear, show(&mut player, &off, 1.0), "seed {seed}");
+        seen += usize::from(clear != show(&mut player, &conditional, 1.0));
+    }
+    assert!(seen > 3, "the nodes do something");
+}
+
+static POISON: Shader = Shader::new(
+    "poison.wgsl",
+    "fn poison(at: Point) -> vec4f { return vec4f(bitcast<f32>(0x7fc00000u + u32(at.pixel.x & 1))); }",
+);
+
+/// The plan with a pass before each wave for every flat image whose life begins in it, which fills the image with NaN.
+fn poisoned(plan: &Plan) -> (Plan, usize) {
+    let mut poisoned = plan.clone();
+    poisoned.recording.passes.clear();
+    poisoned.stages.clear();
+    poisoned.waves.clear();
+    poisoned.barriers.clear();
+    let mut filled = 0;
+    for (wave, passes) in plan.waves.iter().enumerate() {
+        let mut before = plan.barriers[wave].clone();
+        for image in born(plan, wave) {
+            // Only the first pass after the hand-over must wait for the resident before.
+            let hand_overs = before.hand_overs.extract_if(.., |hand_over| hand_over.image == image).collect();
+            poisoned.barriers.push(WaveBarriers { transitions: Vec::new(), hand_overs });
+            let at = poisoned.recording.passes.len();
+            poisoned.waves.push(at..at + 1);
+            poisoned.stages.push(Stage::Compute);
+            let mut pass = plan.recording.passes[passes.start].clone();
+            pass.work = Work::Steps { steps: vec![poison()], result: image };
+            poisoned.recording.passes.push(pass);
+            filled += 1;
+        }
+        let at = poisoned.recording.passes.len();
+        poisoned.waves.push(at..at + passes.len());
+        poisoned.barriers.push(before);
+        poisoned.stages.extend_from_slice(&plan.stages[passes.clone()]);
+        poisoned.recording.passes.extend_from_slice(&plan.recording.passes[passes.clone()]);
+    }
+    (poisoned, filled)
+}
+
+/// The flat images that no wave before has mentioned and whose memory others use, too.
+fn born(plan: &Plan, wave: usize) -> Vec<ImageId> {
+    let writes = plan.waves[wave].clone().flat_map(|pass| plan.recording.passes[pass].writes());
+    let images = writes.filter_map(|resource| match resource {
+        Resource::Image(image) => Some(image),
+        Resource::Buffer(_) => None,
+    });
+    let is_born = |image: &ImageId| {
+        let shares = plan.memory.offset_of[image.0 as usize].is_some();
+        let begins = plan.lifetimes[image.0 as usize].is_some_and(|life| life.first == wave);
+        shares && begins && !plan.recording.image(*image).desc.volume
+    };
+    images.filter(is_born).collect()
+}
+
+fn poison() -> Step {
+    let args = vec![Arg::Point];
+    Step { node: "poison".into(), shader: &POISON, function: "poison", args, uniform: Vec::new(), reach: None }
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn nan_at_every_hand_over_is_never_seen() {
+    let mut player = Player::new();
+    for seed in SEEDS {
+        for alias in ALIASES {
+            let plan = planned(&player, &graph(seed), "picture", |run| run.options.alias = alias);
+            let wanted = film(&mut player, &plan, "picture");
+            let (poisoned, filled) = poisoned(&plan);
+            assert!(filled > 0, "seed {seed}: nothing is poisoned");
+            assert_eq!(film(&mut player, &Arc::new(poisoned), "picture"), wanted, "seed {seed}, {alias:?}");
+        }
+    }
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn nor_in_any_shipped_pipeline() {
+    let mut player = Player::new();
+    for name in
+        ["tsushima.ron", "tsushima-night.ron", "lynx.ron", "caracal.ron", "glare.ron", "exposure.ron", "grade.ron"]
+    {
+        for tile in [Tiles::Never, Tiles::Always] {
+            let plan = planned(&player, &shipped(name, None), "scene", |run| run.options.tile = tile);
+            // Grain follows the number of the frame, so both films begin with the first.
+            player.renew();
+            let wanted = film(&mut player, &plan, "scene");
+            let (poisoned, _) = poisoned(&plan);
+            player.renew();
+            assert_eq!(film(&mut player, &Arc::new(poisoned), "scene"), wanted, "{name}, {tile:?}");
+        }
+    }
+}
