@@ -2,6 +2,7 @@
 
 mod broken;
 mod hostile;
+mod memory;
 mod mistakes;
 mod pictures;
 mod sequences;

@@ -182,8 +182,9 @@ pub(crate) struct CheckArgs {
 
 #[derive(Debug, Args)]
 pub(crate) struct PlanArgs {
-    /// The pipeline file
-    pub(crate) pipeline: PathBuf,
+    /// The pipeline file; several with `--memory`
+    #[arg(required = true)]
+    pub(crate) pipelines: Vec<PathBuf>,
     /// Pixels of the inputs
     #[arg(long, value_name = "WxH", default_value = "1920x1080", value_parser = parse_size)]
     pub(crate) size: (u32, u32),
@@ -196,6 +197,9 @@ pub(crate) struct PlanArgs {
     /// Say what differs from the plan of another tier of this file
     #[arg(long, value_name = "TIER", conflicts_with = "diff")]
     pub(crate) diff_tier: Option<String>,
+    /// Print a table in Markdown instead: bytes of transient images of each pipeline at 1080p, 4K and 8K
+    #[arg(long, conflicts_with_all = ["size", "format", "diff", "diff_tier", "device"])]
+    pub(crate) memory: bool,
     /// Plan for this machine's graphics adapter instead of one that can do what most can
     #[arg(long)]
     pub(crate) device: bool,

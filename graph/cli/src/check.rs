@@ -1,14 +1,17 @@
-//! `afterimage check`.
+//! `afterimage check`: each pipeline as it is written, and at each of its tiers.
 
+use std::path::Path;
+
+use afterimage_graph::check::{CheckOptions, Graph, check};
 use afterimage_graph::diagnostic::{Diagnostics, Style};
 use afterimage_graph::document::parse;
 use afterimage_graph::image::Size;
-use afterimage_graph::node::NodeKind;
+use afterimage_graph::node::{NodeKind, Registry};
 use afterimage_graph::plan::check_plan;
 
-use crate::args::CheckArgs;
+use crate::args::{CheckArgs, PipelineOptions};
 use crate::failure::Failure;
-use crate::pipeline::{Files, check_file, facts, plan_without_device, registry, split};
+use crate::pipeline::{Files, check_file, facts, plan_without_device, registry, split, tier_names};
 use crate::terminal::{note, say};
 
 pub(crate) fn run(args: &CheckArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
@@ -18,18 +21,13 @@ pub(crate) fn run(args: &CheckArgs, tables: &[&[NodeKind]]) -> Result<(), Failur
     }
     let mut failed = 0;
     for path in &args.pipelines {
-        match check_file(path, &registry, &args.options) {
-            Ok((graph, warnings)) => {
-                if !warnings.is_empty() {
-                    note(&warnings.render(Style::Coloured));
-                }
-                let verdict = if args.plan { prove(&graph, args)? } else { String::new() };
-                say(&format!("{}: good{verdict}", path.display()));
-            }
-            Err(failure) => {
+        match one(path, args, &registry) {
+            Ok(verdict) => say(&format!("{}: good{verdict}", path.display())),
+            Err(failure) if failure.status == 1 => {
                 note(&failure.text);
                 failed += 1;
             }
+            Err(failure) => return Err(failure),
         }
     }
     match failed {
@@ -38,31 +36,74 @@ pub(crate) fn run(args: &CheckArgs, tables: &[&[NodeKind]]) -> Result<(), Failur
     }
 }
 
+/// What is to be said of a good pipeline.
+fn one(path: &Path, args: &CheckArgs, registry: &Registry) -> Result<String, Failure> {
+    let (written, mut warnings) = check_file(path, registry, &args.options)?;
+    let mut graphs = vec![(String::new(), written)];
+    let tiers = other_tiers(path, &args.options)?;
+    for tier in &tiers {
+        let (graph, more) = check_file(path, registry, &at_tier(&args.options, tier))?;
+        warnings.absorb(more);
+        graphs.push((format!(" of tier `{tier}`"), graph));
+    }
+    let warnings = warnings.sorted();
+    if !warnings.is_empty() {
+        note(&warnings.render(Style::Coloured));
+    }
+    if args.plan {
+        graphs.iter().try_for_each(|(tier, graph)| prove(graph, tier, args))?;
+    }
+    let named: Vec<String> = tiers.iter().map(|tier| format!("`{tier}`")).collect();
+    let tiers = if named.is_empty() { String::new() } else { format!(", and so with {}", named.join(", ")) };
+    Ok(format!("{tiers}{}", if args.plan { "; its plans are proved" } else { "" }))
+}
+
+/// The tiers to be checked beside the file as it is written; none if the command line asks for one.
+fn other_tiers(path: &Path, options: &PipelineOptions) -> Result<Vec<String>, Failure> {
+    if options.tier.is_some() { Ok(Vec::new()) } else { tier_names(path) }
+}
+
+/// The options for a tier. It may be another file, which need not ask the facts that this one asks.
+fn at_tier(options: &PipelineOptions, tier: &str) -> PipelineOptions {
+    PipelineOptions { tier: Some(tier.to_owned()), facts: Vec::new(), ..options.clone() }
+}
+
 /// Plans the pipeline at three sizes and lets the checker replay each plan.
-fn prove(graph: &afterimage_graph::check::Graph, args: &CheckArgs) -> Result<String, Failure> {
+fn prove(graph: &Graph, tier: &str, args: &CheckArgs) -> Result<(), Failure> {
     for size in [Size::new(1, 1), Size::new(641, 359), Size::new(3840, 2160)] {
         let plan = plan_without_device(graph, size, facts(&args.options)?, Default::default())?;
         check_plan(&plan).map_err(|faults| {
             let lines: Vec<String> = faults.iter().map(ToString::to_string).collect();
-            Failure::machine(format!("the plan at {size} is wrong: {}", lines.join("; ")))
+            Failure::machine(format!("the plan{tier} at {size} is wrong: {}", lines.join("; ")))
         })?;
     }
-    Ok(", and its plans are proved".into())
+    Ok(())
 }
 
-fn json(args: &CheckArgs, registry: &afterimage_graph::node::Registry) -> Result<(), Failure> {
+fn json(args: &CheckArgs, registry: &Registry) -> Result<(), Failure> {
     let mut all = Diagnostics::default();
     for path in &args.pipelines {
-        let name = path.to_string_lossy();
-        let text = std::fs::read_to_string(path)
-            .map_err(|error| Failure::user(format!("cannot read the pipeline `{name}`: {error}")))?;
-        let sets = args.options.sets.iter().map(|set| split(set, "--set")).collect::<Result<_, _>>()?;
-        let options = afterimage_graph::check::CheckOptions { tier: args.options.tier.clone(), sets, loader: &Files };
-        let checked = parse(&name, &text).and_then(|document| {
-            afterimage_graph::check::check(&document, registry, &options).map(|(_, warnings)| warnings)
-        });
-        all.absorb(checked.unwrap_or_else(|errors| errors));
+        let written = said(path, registry, &args.options)?;
+        let is_good = !written.has_errors();
+        all.absorb(written);
+        // Where the file itself is wrong, so are its tiers.
+        for tier in if is_good { other_tiers(path, &args.options)? } else { Vec::new() } {
+            all.absorb(said(path, registry, &at_tier(&args.options, &tier))?);
+        }
     }
+    let all = all.sorted();
     say(&format!("{:#}", all.to_json()));
     if all.has_errors() { Err(Failure { text: String::new(), status: 1 }) } else { Ok(()) }
+}
+
+/// All that a check says of a file.
+fn said(path: &Path, registry: &Registry, options: &PipelineOptions) -> Result<Diagnostics, Failure> {
+    let name = path.to_string_lossy();
+    let text = std::fs::read_to_string(path)
+        .map_err(|error| Failure::user(format!("cannot read the pipeline `{name}`: {error}")))?;
+    let sets = options.sets.iter().map(|set| split(set, "--set")).collect::<Result<_, _>>()?;
+    let options = CheckOptions { tier: options.tier.clone(), sets, loader: &Files };
+    let checked =
+        parse(&name, &text).and_then(|document| check(&document, registry, &options).map(|(_, warnings)| warnings));
+    Ok(checked.unwrap_or_else(|errors| errors))
 }

@@ -8,6 +8,7 @@ mod demo;
 mod failure;
 pub mod files;
 mod measure;
+mod memory;
 mod nodes;
 mod pipeline;
 mod plan;

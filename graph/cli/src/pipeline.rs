@@ -106,6 +106,25 @@ pub(crate) fn check_text(
     Ok((graph, warnings))
 }
 
+/// The tiers of a file and of those that it extends, its own first.
+pub(crate) fn tier_names(path: &Path) -> Result<Vec<String>, Failure> {
+    let mut names: Vec<String> = Vec::new();
+    let mut next = Some(path.to_owned());
+    while let Some(path) = next.take() {
+        let text = std::fs::read_to_string(&path)
+            .map_err(|error| Failure::user(format!("cannot read the pipeline `{}`: {error}", path.display())))?;
+        let document = parse(&path.to_string_lossy(), &text)?;
+        for (name, _) in &document.tiers {
+            if !names.contains(&name.value) {
+                names.push(name.value.clone());
+            }
+        }
+        // Whoever asks has checked the file, so the chain ends.
+        next = document.extends.map(|base| path.with_file_name("").join(base.value));
+    }
+    Ok(names)
+}
+
 /// `name=value`.
 pub(crate) fn split(text: &str, flag: &str) -> Result<(String, String), Failure> {
     let (name, value) = text.split_once('=').ok_or_else(|| {

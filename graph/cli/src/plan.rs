@@ -8,20 +8,28 @@ use afterimage_graph::plan::{Plan, diff, plan};
 
 use crate::args::{PipelineOptions, PlanArgs, PlanFormat};
 use crate::failure::Failure;
+use crate::memory::table;
 use crate::pipeline::{facts, load_graph, plan_options, plan_without_device, registry, setting};
 use crate::terminal::say;
 
 pub(crate) fn run(args: &PlanArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
     let registry = registry(tables, &args.options.nodes)?;
+    if args.memory {
+        say(&table(args, &registry)?);
+        return Ok(());
+    }
+    let [pipeline] = args.pipelines.as_slice() else {
+        return Err(Failure::user("this shows one pipeline at a time").hint("compare two with `--diff OTHER`"));
+    };
     let make = |path: &std::path::Path, options: &PipelineOptions| {
         let graph = load_graph(path, &registry, options)?;
         plan_of(&graph, args)
     };
-    let this = make(&args.pipeline, &args.options)?;
+    let this = make(pipeline, &args.options)?;
     let other = match (&args.diff, &args.diff_tier) {
         (Some(path), _) => Some(make(path, &args.options)?),
         (None, Some(tier)) => {
-            Some(make(&args.pipeline, &PipelineOptions { tier: Some(tier.clone()), ..args.options.clone() })?)
+            Some(make(pipeline, &PipelineOptions { tier: Some(tier.clone()), ..args.options.clone() })?)
         }
         (None, None) => None,
     };

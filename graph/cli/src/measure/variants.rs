@@ -3,14 +3,13 @@
 use std::path::Path;
 
 use afterimage_graph::check::{Graph, GraphNode};
-use afterimage_graph::document::{Document, parse};
 use afterimage_graph::image::{Format, State};
 use afterimage_graph::node::{PortType, Registry};
 use afterimage_graph::value::Value;
 
 use crate::args::PipelineOptions;
 use crate::failure::Failure;
-use crate::pipeline::check_file;
+use crate::pipeline::{check_file, tier_names};
 
 /// What kind of variant it is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -218,23 +217,4 @@ fn turned(switch: &Switch, kind: VariantKind, written: &Graph) -> Vec<Variant> {
         Some(Variant { name: format!("{}={}", switch.key, choice.text()?), kind, graph })
     };
     others.filter_map(variant).collect()
-}
-
-/// The tiers of a file and of those that it extends, its own first.
-fn tier_names(path: &Path) -> Result<Vec<String>, Failure> {
-    let mut names: Vec<String> = Vec::new();
-    let mut next = Some(path.to_owned());
-    while let Some(path) = next.take() {
-        let text = std::fs::read_to_string(&path)
-            .map_err(|error| Failure::user(format!("cannot read the pipeline `{}`: {error}", path.display())))?;
-        let document: Document = parse(&path.to_string_lossy(), &text)?;
-        for (name, _) in &document.tiers {
-            if !names.contains(&name.value) {
-                names.push(name.value.clone());
-            }
-        }
-        // The check has followed this chain before, so it ends.
-        next = document.extends.map(|base| path.with_file_name("").join(base.value));
-    }
-    Ok(names)
 }
