@@ -240,8 +240,16 @@ fn born(plan: &Plan, wave: usize) -> Vec<ImageId> {
 }
 
 fn poison() -> Step {
-    let args = vec![Arg::Point];
-    Step { node: "poison".into(), shader: &POISON, function: "poison", args, uniform: Vec::new(), reach: None }
+    Step {
+        node: "poison".into(),
+        shader: &POISON,
+        function: "poison",
+        args: vec![Arg::Point],
+        uniform: Vec::new(),
+        reach: None,
+        promises: Vec::new(),
+        by_rows: None,
+    }
 }
 
 #[test]
