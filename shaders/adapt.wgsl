@@ -16,27 +16,34 @@ struct Adapt {
 @group(0) @binding(2) var<storage, read> mean: array<vec4f>;
 // Stops, mean, lux and whether they hold anything.
 @group(0) @binding(3) var<storage, read_write> result: array<vec4f>;
+// The stops that were wanted in the frame before.
+@group(0) @binding(4) var<storage, read_write> wanted_before: array<f32>;
 
-fn adapt_wanted() -> f32 {
-    return metering_stops(mean[0].x, params.lowest_mean, params.highest_mean, params.key_log2, params.compensation);
+fn adapt_aim() -> MeteringAim {
+    let wanted = metering_stops(mean[0].x, params.lowest_mean, params.highest_mean, params.key_log2, params.compensation);
+    return MeteringAim(wanted_before[0], wanted);
 }
 
 fn adapt_write(adapted: f32, wanted: f32) {
     let known = result[0].w > 0.0 && frame.reset == 0u;
+    let metered = mean[0].w > 0.0;
     let next = vec4f(select(wanted, adapted, known), mean[0].x, metering_lux(mean[0].x), 1.0);
-    result[0] = select(select(vec4f(), result[0], known), next, mean[0].w > 0.0);
+    result[0] = select(select(vec4f(), result[0], known), next, metered);
+    if metered { wanted_before[0] = wanted; }
 }
 
 @compute @workgroup_size(1)
 fn adapt_exponential() {
-    let wanted = adapt_wanted();
+    let aim = adapt_aim();
     let dt = metering_seconds(frame.dt);
-    adapt_write(metering_exponential(result[0].x, wanted, dt, params.rate_dark, params.rate_bright), wanted);
+    let adapted = metering_exponential(result[0].x, aim, dt, params.rate_dark, params.rate_bright);
+    adapt_write(adapted, aim.wanted);
 }
 
 @compute @workgroup_size(1)
 fn adapt_linear() {
-    let wanted = adapt_wanted();
+    let aim = adapt_aim();
     let dt = metering_seconds(frame.dt);
-    adapt_write(metering_linear(result[0].x, wanted, dt, params.rate_dark, params.rate_bright), wanted);
+    let adapted = metering_linear(result[0].x, aim, dt, params.rate_dark, params.rate_bright);
+    adapt_write(adapted, aim.wanted);
 }

@@ -23,6 +23,8 @@ const AUTO_EXPOSURE_BINS: u32 = 256u;
 @group(0) @binding(2) var<storage, read> histogram: array<u32>;
 // Stops, mean, lux and whether they hold anything; kept from frame to frame.
 @group(0) @binding(3) var<storage, read_write> result: array<vec4f>;
+// The stops that were wanted in the frame before.
+@group(0) @binding(4) var<storage, read_write> wanted_before: array<f32>;
 
 struct AutoExposureBins {
     count: u32,
@@ -105,11 +107,12 @@ fn auto_exposure_meter(lane: u32) -> AutoExposureMetered {
     return AutoExposureMetered(total > 0u, mean, auto_exposure_bright);
 }
 
-fn auto_exposure_wanted(metered: AutoExposureMetered) -> f32 {
+fn auto_exposure_aim(metered: AutoExposureMetered) -> MeteringAim {
     let curve = metering_curve(metered.mean + METERING_EV100, params.curve_ev, params.curve_stops);
     let compensation = params.compensation + curve;
     let stops = metering_stops(metered.mean, params.lowest_mean, params.highest_mean, params.key_log2, compensation);
-    return max(min(stops, params.highlight_log2 - metered.bright), -METERING_MAX_STOPS);
+    let wanted = max(min(stops, params.highlight_log2 - metered.bright), -METERING_MAX_STOPS);
+    return MeteringAim(wanted_before[0], wanted);
 }
 
 fn auto_exposure_write(metered: AutoExposureMetered, adapted: f32, wanted: f32) {
@@ -117,15 +120,17 @@ fn auto_exposure_write(metered: AutoExposureMetered, adapted: f32, wanted: f32) 
     let next = vec4f(select(wanted, adapted, known), metered.mean, metering_lux(metered.mean), 1.0);
     let held = select(vec4f(), result[0], known);
     result[0] = select(held, next, metered.counted);
+    if metered.counted { wanted_before[0] = wanted; }
 }
 
 @compute @workgroup_size(256)
 fn auto_exposure_exponential(@builtin(local_invocation_index) lane: u32) {
     let metered = auto_exposure_meter(lane);
     if lane == 0u {
-        let wanted = auto_exposure_wanted(metered);
+        let aim = auto_exposure_aim(metered);
         let dt = metering_seconds(frame.dt);
-        auto_exposure_write(metered, metering_exponential(result[0].x, wanted, dt, params.rate_dark, params.rate_bright), wanted);
+        let adapted = metering_exponential(result[0].x, aim, dt, params.rate_dark, params.rate_bright);
+        auto_exposure_write(metered, adapted, aim.wanted);
     }
 }
 
@@ -133,8 +138,9 @@ fn auto_exposure_exponential(@builtin(local_invocation_index) lane: u32) {
 fn auto_exposure_linear(@builtin(local_invocation_index) lane: u32) {
     let metered = auto_exposure_meter(lane);
     if lane == 0u {
-        let wanted = auto_exposure_wanted(metered);
+        let aim = auto_exposure_aim(metered);
         let dt = metering_seconds(frame.dt);
-        auto_exposure_write(metered, metering_linear(result[0].x, wanted, dt, params.rate_dark, params.rate_bright), wanted);
+        let adapted = metering_linear(result[0].x, aim, dt, params.rate_dark, params.rate_bright);
+        auto_exposure_write(metered, adapted, aim.wanted);
     }
 }

@@ -2,7 +2,7 @@
 
 use afterimage_graph::prelude::*;
 
-use crate::metering::{Adaptation, EV100_OF_LUMINANCE};
+use crate::metering::{Adaptation, EV100_OF_LUMINANCE, wanted_before};
 
 static SHADER: Shader = shader!("adapt");
 
@@ -41,12 +41,14 @@ impl Node for Adapt {
 
     fn record(&self, pass: &mut Recorder<'_>) {
         let result = pass.output_value("result", BufferLife::Persistent);
+        let before = wanted_before(pass);
         let entry = match self.adaptation {
             Adaptation::Exponential => "adapt_exponential",
             Adaptation::Linear => "adapt_linear",
         };
         pass.compute(&SHADER, entry)
             .buffer("result", result)
+            .buffer("wanted_before", before)
             .set("key_log2", self.key.log2())
             .set("lowest_mean", self.min_ev - EV100_OF_LUMINANCE)
             .set("highest_mean", self.max_ev - EV100_OF_LUMINANCE)

@@ -2,7 +2,7 @@
 
 use afterimage_graph::prelude::*;
 
-use crate::metering::{Adaptation, EV100_OF_LUMINANCE};
+use crate::metering::{Adaptation, EV100_OF_LUMINANCE, wanted_before};
 
 static SHADER: Shader = shader!("auto_exposure");
 
@@ -21,9 +21,14 @@ params! {
     ///
     /// The mean is taken over the counted pixels only and cut exactly at the percentiles, with parts of a bin where they fall inside
     /// one; equal or swapped percentiles meter the quantile `low`. Where nothing was counted the last exposure is held, 0 stops if there
-    /// is none. The first frame and the first after a cut snap to what they ask for, and so does an exposure within 1/1024 stop. A
-    /// step of zero, negative or unknown time changes nothing; a very long one arrives and never overshoots. Nothing is read back
-    /// from the device, and sums have a fixed order: the same frames give the same bits.
+    /// is none. The first frame and the first after a cut snap to what they ask for, and so does an exposure within 1/1024 stop
+    /// of an aim that rests. A step of zero, negative or unknown time changes nothing; a very long one arrives and never overshoots.
+    /// Nothing is read back from the device, and sums have a fixed order: the same frames give the same bits.
+    ///
+    /// Between two frames the aim is taken to move in a straight line, from what the frame before asked for to what this one does, and
+    /// `Exponential` follows that line exactly: e + (a - e) s + (b - a) (1 - s / (r dt)), s = 1 - exp(-r dt), for an aim from a to b. So
+    /// the same walk is exposed alike at 24 and at 144 frames in a second, which an aim held for a frame is not. The rate r goes by
+    /// whether this frame asks for more or less than the exposure has, and the result stays between the two.
     ///
     /// The result is (stops, metered mean of log2 luminance, lux, 1), all 0 before anything was metered. Lux is the illuminance of a
     /// grey card of 18 % with the metered luminance, pi L / 0.18: right where luminance is in cd/m2 and the histogram had an albedo,
@@ -81,6 +86,7 @@ impl Node for AutoExposure {
 
     fn record(&self, pass: &mut Recorder<'_>) {
         let result = pass.output_value("result", BufferLife::Persistent);
+        let before = wanted_before(pass);
         let entry = match self.adaptation {
             Adaptation::Exponential => "auto_exposure_exponential",
             Adaptation::Linear => "auto_exposure_linear",
@@ -91,6 +97,7 @@ impl Node for AutoExposure {
         };
         pass.compute(&SHADER, entry)
             .buffer("result", result)
+            .buffer("wanted_before", before)
             .set("key_log2", self.key.log2())
             .set("lowest_mean", self.min_ev - EV100_OF_LUMINANCE)
             .set("highest_mean", self.max_ev - EV100_OF_LUMINANCE)

@@ -38,18 +38,35 @@ fn metering_share(x: f32) -> f32 {
     return select(1.0 - exp(-min(x, 80.0)), x * (1.0 - x * (0.5 - x / 6.0)), x < 0.02);
 }
 
-// One step towards the wanted stops; rates in 1/s, `dark` when the scene got darker and the gain must rise.
-fn metering_exponential(stops: f32, wanted: f32, dt: f32, dark: f32, bright: f32) -> f32 {
-    let rate = select(bright, dark, wanted > stops);
-    return metering_arrive(stops, wanted, dt, (wanted - stops) * metering_share(rate * dt));
+// 1 - metering_share(x) / x: how much of a way that was gone evenly during the time x is followed by its end.
+fn metering_share_of_line(x: f32) -> f32 {
+    let series = x * (1.0 / 2.0 - x * (1.0 / 6.0 - x * (1.0 / 24.0 - x * (1.0 / 120.0 - x / 720.0))));
+    return select(1.0 - metering_share(x) / max(x, 0.25), series, x < 0.25);
 }
 
-// The same at a constant speed; speeds in stops per second.
-fn metering_linear(stops: f32, wanted: f32, dt: f32, dark: f32, bright: f32) -> f32 {
-    return metering_arrive(stops, wanted, dt, clamp(wanted - stops, -bright * dt, dark * dt));
+// What is wanted is known once a frame. Between two frames it is taken to go in a straight line, from `before` to `wanted`: held
+// for a whole frame it would be followed half a frame late, so that the frame rate would show.
+struct MeteringAim {
+    before: f32,
+    wanted: f32,
 }
 
-fn metering_arrive(stops: f32, wanted: f32, dt: f32, step: f32) -> f32 {
+// One step of e' = rate (aim - e), solved for an aim on a line; rates in 1/s, `dark` when the scene got darker and the gain must rise.
+fn metering_exponential(stops: f32, aim: MeteringAim, dt: f32, dark: f32, bright: f32) -> f32 {
+    let x = select(bright, dark, aim.wanted > stops) * dt;
+    let step = (aim.before - stops) * metering_share(x) + (aim.wanted - aim.before) * metering_share_of_line(x);
+    return metering_arrive(stops, aim, dt, step);
+}
+
+// The same at a constant speed; speeds in stops per second. Wherever the aim was on its way, the speed is the same.
+fn metering_linear(stops: f32, aim: MeteringAim, dt: f32, dark: f32, bright: f32) -> f32 {
+    return metering_arrive(stops, aim, dt, clamp(aim.wanted - stops, -bright * dt, dark * dt));
+}
+
+// Never away from what is wanted now, never past it. Only an aim that rests is arrived at: to snap to a slow one in each frame
+// would follow it faster the more frames there are.
+fn metering_arrive(stops: f32, aim: MeteringAim, dt: f32, step: f32) -> f32 {
     if dt <= 0.0 { return stops; }
-    return select(stops + step, wanted, abs(wanted - stops) < METERING_ARRIVAL);
+    if aim.before == aim.wanted && abs(aim.wanted - stops) < METERING_ARRIVAL { return aim.wanted; }
+    return clamp(stops + step, min(stops, aim.wanted), max(stops, aim.wanted));
 }

@@ -8,7 +8,7 @@ use afterimage_graph::check::Graph;
 use super::probes::{SIZES, pipeline, scene, shown, shown_with, twin};
 use crate::reference::color::luminance;
 use crate::reference::exposure::{
-    Bins, adapt_exponential, adapt_linear, auto_exposure_stops, grey_card_luminance, limit_mean, pyramid_mean,
+    Aim, Bins, adapt_exponential, adapt_linear, auto_exposure_stops, grey_card_luminance, limit_mean, pyramid_mean,
 };
 use crate::reference::image::{Image, rgb};
 use crate::support::gpu::{Picture, Run, gpu};
@@ -223,11 +223,11 @@ fn exposure_snaps_holds_arrives_and_follows() {
     let wanted = |light: f64| 0.18_f64.log2() - BINS.centre(BINS.bin(light));
     let (of_dim, of_bright) = (wanted(0.25), wanted(16.0));
     for (mode, follow) in [
-        ("Exponential", adapt_exponential as fn(f64, f64, f64, f64, f64) -> f64),
-        ("Linear", adapt_linear as fn(f64, f64, f64, f64, f64) -> f64),
+        ("Exponential", adapt_exponential as fn(f64, Aim, f64, f64, f64) -> f64),
+        ("Linear", adapt_linear as fn(f64, Aim, f64, f64, f64) -> f64),
     ] {
-        let first = follow(of_dim, of_bright, 0.25, 1.0, 3.0);
-        let second = follow(first, of_dim, 0.5, 1.0, 3.0);
+        let first = follow(of_dim, Aim { before: of_dim, wanted: of_bright }, 0.25, 1.0, 3.0);
+        let second = follow(first, Aim { before: of_bright, wanted: of_dim }, 0.5, 1.0, 3.0);
         let expected = [0.0, of_dim, first, first, first, first, first, second, of_dim, of_dim, of_bright, 0.0, of_dim];
         let graph = pipeline("", &auto(&format!("adaptation: {mode}")));
         for (index, (value, wanted)) in sequence(&graph, &frames).iter().zip(expected).enumerate() {
@@ -243,7 +243,8 @@ fn adaptation_does_not_depend_on_the_frame_rate() {
     let (dim, bright) = (grey(0.25), grey(16.0));
     let graph = pipeline("", &auto(""));
     let after = |rate: usize| {
-        let mut frames = vec![(&bright, 0.0, true)];
+        // The light goes out in no time: over a whole frame it would go out more slowly the fewer frames there are.
+        let mut frames = vec![(&bright, 0.0, true), (&dim, 0.0, false)];
         frames.extend(std::iter::repeat_n((&dim, 1.0 / rate as f32, false), rate));
         f64::from(sequence(&graph, &frames).last().expect("frames")[0])
     };
@@ -286,7 +287,7 @@ fn adapt_holds_in_the_dark_and_snaps_after_a_cut() {
     let frames =
         [(&black, 0.1, true), (&dim, 0.1, false), (&bright, 0.25, false), (&black, 9.0, false), (&dim, 0.1, true)];
     let (of_dim, of_bright) = (0.18_f64.log2() + 2.0, 0.18_f64.log2() - 4.0);
-    let followed = adapt_exponential(of_dim, of_bright, 0.25, 1.0, 3.0);
+    let followed = adapt_exponential(of_dim, Aim { before: of_dim, wanted: of_bright }, 0.25, 1.0, 3.0);
     for (value, wanted) in sequence(&graph, &frames).iter().zip([0.0, of_dim, followed, followed, of_dim]) {
         assert!((f64::from(value[0]) - wanted).abs() < 1e-4, "{value:?} {wanted}");
     }

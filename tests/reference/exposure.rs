@@ -114,27 +114,48 @@ fn quantile_bin(counts: &[u32], rank: f64) -> usize {
 /// Below this distance, in stops, adaptation arrives.
 const ARRIVAL: f64 = 1.0 / 1024.0;
 
-/// Exponential adaptation of `stops` towards `wanted` in `dt` seconds, rates in 1/s:
-/// `rate_dark` when the scene got darker and the gain must rise. Holds when dt is not positive or
-/// `wanted` is not finite; snaps when `stops` is not finite.
-pub(crate) fn adapt_exponential(stops: f64, wanted: f64, dt: f64, rate_dark: f64, rate_bright: f64) -> f64 {
-    let rate = if wanted > stops { rate_dark } else { rate_bright };
-    adapt(stops, wanted, dt, |distance| distance * (1.0 - (-rate * dt).exp()))
+/// What an exposure is to become, in stops: it moves in a straight line from what the frame before
+/// wanted to what this one does.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Aim {
+    pub(crate) before: f64,
+    pub(crate) wanted: f64,
 }
 
-/// Linear adaptation of `stops` towards `wanted` in `dt` seconds, speeds in stops per second.
-/// Holds and snaps like [`adapt_exponential`].
-pub(crate) fn adapt_linear(stops: f64, wanted: f64, dt: f64, speed_dark: f64, speed_bright: f64) -> f64 {
-    adapt(stops, wanted, dt, |distance| distance.clamp(-speed_bright * dt, speed_dark * dt))
+impl Aim {
+    /// One that does not move, as in the formula book.
+    pub(crate) fn at(wanted: f64) -> Self {
+        Self { before: wanted, wanted }
+    }
 }
 
-fn adapt(stops: f64, wanted: f64, dt: f64, step: impl Fn(f64) -> f64) -> f64 {
+/// Exponential adaptation of `stops` to an aim in `dt` seconds, rates in 1/s: `rate_dark` when the
+/// scene got darker and the gain must rise. The solution of e' = r (aim - e) with the aim on its
+/// line. Holds when dt is not positive or the aim is not finite; snaps when `stops` is not finite.
+pub(crate) fn adapt_exponential(stops: f64, aim: Aim, dt: f64, rate_dark: f64, rate_bright: f64) -> f64 {
+    let x = dt * if aim.wanted > stops { rate_dark } else { rate_bright };
+    let share = -(-x).exp_m1();
+    let of_line = if x > 0.0 { 1.0 - share / x } else { 0.0 };
+    adapt(stops, aim, dt, (aim.before - stops) * share + (aim.wanted - aim.before) * of_line)
+}
+
+/// Linear adaptation of `stops` to an aim in `dt` seconds, speeds in stops per second. Holds and
+/// snaps like [`adapt_exponential`].
+pub(crate) fn adapt_linear(stops: f64, aim: Aim, dt: f64, speed_dark: f64, speed_bright: f64) -> f64 {
+    if dt.is_nan() || dt <= 0.0 {
+        return stops;
+    }
+    adapt(stops, aim, dt, (aim.wanted - stops).clamp(-speed_bright * dt, speed_dark * dt))
+}
+
+fn adapt(stops: f64, aim: Aim, dt: f64, step: f64) -> f64 {
+    let Aim { before, wanted } = aim;
     if dt.is_nan() || dt <= 0.0 || !wanted.is_finite() {
         stops
-    } else if !stops.is_finite() || (wanted - stops).abs() < ARRIVAL {
+    } else if !stops.is_finite() || (before == wanted && (wanted - stops).abs() < ARRIVAL) {
         wanted
     } else {
-        stops + step(wanted - stops)
+        (stops + step).clamp(stops.min(wanted), stops.max(wanted))
     }
 }
 
@@ -176,11 +197,37 @@ fn a_histogram_counts_every_pixel_and_meters_the_middle() {
 
 #[test]
 fn adaptation_snaps_holds_and_never_overshoots() {
-    assert_eq!(adapt_exponential(f64::NAN, 3.0, 0.1, 1.0, 3.0), 3.0);
-    assert_eq!(adapt_exponential(1.0, f64::NAN, 0.1, 1.0, 3.0), 1.0);
-    assert_eq!(adapt_exponential(1.0, 1.0005, 1e-9, 1.0, 3.0), 1.0005);
-    assert_eq!(adapt_linear(-2.0, 2.0, f64::INFINITY, 1.0, 3.0), 2.0);
+    assert_eq!(adapt_exponential(f64::NAN, Aim::at(3.0), 0.1, 1.0, 3.0), 3.0);
+    assert_eq!(adapt_exponential(1.0, Aim::at(f64::NAN), 0.1, 1.0, 3.0), 1.0);
+    assert_eq!(adapt_exponential(1.0, Aim::at(1.0005), 1e-9, 1.0, 3.0), 1.0005);
+    assert_eq!(adapt_linear(-2.0, Aim::at(2.0), f64::INFINITY, 1.0, 3.0), 2.0);
     assert_eq!(limit_mean(20.0, -4.0, 16.0), 13.0);
+}
+
+#[test]
+fn a_line_followed_in_many_frames_is_the_line_followed_in_one() {
+    for (stops, from, to) in [(-1.0, 0.5, 2.0), (3.0, 2.0, -4.0), (0.0, 0.0, 1.0), (0.0, 0.0, -1.0)] {
+        let whole = adapt_exponential(stops, Aim { before: from, wanted: to }, 0.25, 1.0, 3.0);
+        for count in [2, 6, 1000] {
+            let on_line = |index: i32| from + (to - from) * f64::from(index) / f64::from(count);
+            let in_parts = (0..count).fold(stops, |stops, index| {
+                let aim = Aim { before: on_line(index), wanted: on_line(index + 1) };
+                adapt_exponential(stops, aim, 0.25 / f64::from(count), 1.0, 3.0)
+            });
+            assert!((in_parts - whole).abs() < 1e-12, "{stops} to {from}..{to} in {count}: {in_parts} {whole}");
+        }
+    }
+}
+
+#[test]
+fn an_aim_that_turns_back_never_pulls_away_or_past() {
+    for (stops, from, to) in [(0.0, 1.0, -0.1), (0.0, -1.0, 0.1), (0.0, 5.0, 0.2), (0.0, -5.0, -0.2), (0.0, 1.0, 0.0)] {
+        for dt in [1e-6, 1.0 / 24.0, 1.0, 1e6] {
+            let after = adapt_exponential(stops, Aim { before: from, wanted: to }, dt, 1.0, 3.0);
+            let share = if to == stops { after } else { (after - stops) / (to - stops) };
+            assert!((0.0..=1.0).contains(&share), "{stops} to {from}..{to} in {dt}: {after}");
+        }
+    }
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use super::{Case, Op, flat};
 use crate::reference::exposure::{
-    Bins, adapt_exponential, adapt_linear, auto_exposure_stops, ev100_camera, ev100_from_illuminance,
+    Aim, Bins, adapt_exponential, adapt_linear, auto_exposure_stops, ev100_camera, ev100_from_illuminance,
     ev100_from_luminance, illuminance, mip_count, multiplier_from_ev100, pyramid_mean,
 };
 
@@ -24,11 +24,11 @@ pub(super) const OPS: &[Op] = &[
     ("adapt_exp", |case| {
         let [stops, wanted, dt] = case.array();
         let (dark, bright) = (case.param("rate_dark"), case.param("rate_bright"));
-        vec![adapt_exponential(stops, wanted, dt, dark, bright)]
+        vec![adapt_exponential(stops, Aim::at(wanted), dt, dark, bright)]
     }),
     ("adapt_linear", |case| {
         let [stops, wanted, dt] = case.array();
-        vec![adapt_linear(stops, wanted, dt, 1.5, 1.5)]
+        vec![adapt_linear(stops, Aim::at(wanted), dt, 1.5, 1.5)]
     }),
     ("illuminance_lambert", |case| {
         let [luminance, albedo] = case.array();
