@@ -6,7 +6,7 @@ use super::color::luminance;
 use super::gaussian;
 use super::guard::LARGEST_HALF;
 use super::image::{Image, centre_uv, rgb};
-use super::math::{Rgb, mix};
+use super::math::{Rgb, mix, smooth_step};
 use super::resample::area_average;
 
 /// A range of log2 luminance, in stops.
@@ -47,12 +47,18 @@ pub(crate) struct Grid {
     pub(crate) cells: Vec<[f64; 2]>,
     /// The largest weight of a cell.
     pub(crate) peak: f64,
+    /// The weight of a cell that all pixels around it fall into.
+    full: f64,
 }
 
+/// Shares of a full cell: below the first a grid knows nothing, from the second on all that it can.
+const EMPTY: f64 = 0.0025 / 512.0;
+const KNOWN: f64 = 0.01 / 512.0;
+
 impl Grid {
-    fn new(size: [usize; 3], range: Range, cells: Vec<[f64; 2]>) -> Grid {
+    fn new(size: [usize; 3], range: Range, cells: Vec<[f64; 2]>, full: f64) -> Grid {
         let peak = cells.iter().map(|cell| cell[1]).fold(0.0, f64::max);
-        Grid { size, range, cells, peak }
+        Grid { size, range, cells, peak, full }
     }
 
     /// The grid of an image's luminance.
@@ -72,7 +78,8 @@ impl Grid {
                 *total += weight;
             }
         }
-        Grid::new(size, range, cells)
+        let full = image.width.div_ceil(size[0]) * image.height.div_ceil(size[1]);
+        Grid::new(size, range, cells, full as f64)
     }
 
     /// Blurs along x, y and luminance with normalised Gaussians; outside the grid lies nothing.
@@ -96,7 +103,7 @@ impl Grid {
                 }
             }
         }
-        Grid::new(self.size, self.range, cells)
+        Grid::new(self.size, self.range, cells, self.full)
     }
 
     /// The interpolated sums at `uv` and log2 luminance `l`.
@@ -108,10 +115,18 @@ impl Grid {
         })
     }
 
-    /// The base at `uv` and `l`, or `otherwise` where the grid holds almost nothing.
+    /// The base at `uv` and `l`, or `otherwise` where the grid holds almost nothing, as the formula book has it.
     pub(crate) fn base(&self, uv: [f64; 2], l: f64, otherwise: f64) -> f64 {
         let [sum, weight] = self.slice(uv, l);
         if weight > 1e-4 * self.peak { self.range.low + sum / weight } else { otherwise }
+    }
+
+    /// The same without the jump where the grid begins to know something, and without the grid's peak, which a shader would have to
+    /// find first: the node's rule.
+    pub(crate) fn faded_base(&self, uv: [f64; 2], l: f64, otherwise: f64) -> f64 {
+        let [sum, weight] = self.slice(uv, l);
+        let known = smooth_step(EMPTY, KNOWN, weight / self.full);
+        if known > 0.0 { mix(otherwise, self.range.low + sum / weight, known) } else { otherwise }
     }
 }
 
@@ -179,7 +194,7 @@ impl LocalToneMap {
             let [r, g, b, a] = image.texel(x as i64, y as i64);
             let l = grid.range.log_luminance([r, g, b]);
             let around = wide.tap(uv)[0];
-            let base = mix(around, grid.base(uv, l, around), self.bilateral);
+            let base = mix(around, grid.faded_base(uv, l, around), self.bilateral);
             let gain = scale(l, base, self.middle, self.contrast, self.detail);
             let [r, g, b] = [r, g, b].map(|x| (x * gain).min(LARGEST_HALF));
             [r, g, b, a]
