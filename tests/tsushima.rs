@@ -2,6 +2,7 @@
 
 mod extremes;
 mod needs;
+mod order;
 mod sequence;
 mod twin;
 
