@@ -4,7 +4,7 @@ use std::fs;
 
 use afterimage::files::{Source, read};
 
-use super::{Folder, room, save};
+use super::{Folder, Told, room, save};
 
 /// Width, height and RGB bytes of a PNG.
 fn png(path: &std::path::Path) -> (u32, u32, Vec<[u8; 3]>) {
@@ -37,6 +37,37 @@ fn demo_writes_the_scene_every_pipeline_and_a_sheet() {
     assert_eq!((width, height), (64, 36));
     let (dark, light) = (pixels.iter().flatten().min(), pixels.iter().flatten().max());
     assert!(dark < Some(&60) && light > Some(&200), "{dark:?} to {light:?}");
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn demo_plots_a_walk_that_is_the_same_at_every_frame_rate() {
+    let folder = Folder::new("walk");
+    let said = folder.run("demo --walk walk.svg").good();
+    let figures: Vec<f64> = said.split(" % ").filter_map(|part| part.rsplit(' ').next()?.parse().ok()).collect();
+    assert!(figures.len() == 2 && figures.iter().all(|percent| *percent < 1.0), "{said}");
+    let plot = fs::read_to_string(folder.file("walk.svg")).expect("the plot was written");
+    assert!(plot.starts_with("<svg") && plot.contains("144 frames in a second"));
+    folder.run("demo --walk walk.png").fails(1, "error: `--walk walk.png` does not end in `.svg`");
+    assert_eq!(folder.names(), ["walk.svg"]);
+}
+
+/// A driver on the processor works a dispatch off in an order that its number of threads makes, and Mesa's reads it from here. With
+/// other drivers these are runs of their own.
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn the_number_of_threads_does_not_show() {
+    let folder = Folder::new("threads");
+    save(&folder.file("room.exr"), &room(331, 187));
+    let picture = |threads: &str| {
+        let mut command = folder.command("render {tsushima} room.exr -o room.png");
+        Told::of(&command.env("LP_NUM_THREADS", threads).output().expect("the program starts")).good();
+        png(&folder.file("room.png"))
+    };
+    let one = picture("0");
+    for threads in ["1", "2", "7"] {
+        assert!(one == picture(threads), "with {threads} threads the picture has other bits");
+    }
 }
 
 #[test]

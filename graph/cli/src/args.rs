@@ -120,6 +120,9 @@ pub(crate) struct DemoArgs {
     /// Seconds into the scene's motion
     #[arg(long, default_value_t = 0.0)]
     pub(crate) time: f32,
+    /// Instead, walk the camera to the window at 24, 60 and 144 frames in a second and plot how the exposure follows
+    #[arg(long, value_name = "FILE.svg", conflicts_with_all = ["out", "size", "time"])]
+    pub(crate) walk: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) device: DeviceOptions,
 }

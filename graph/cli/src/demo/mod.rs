@@ -1,11 +1,17 @@
 //! `afterimage demo`: the built-in scene through every shipped pipeline.
 
+mod chart;
+mod walk;
+
+use std::path::Path;
+
 use afterimage_gpu::{Gpu, Texels};
 use afterimage_graph::image::{ImageDesc, Size, State};
 use afterimage_graph::node::{NodeKind, Registry};
 
 use crate::args::{DemoArgs, PipelineOptions};
 use crate::failure::Failure;
+use crate::files::write_whole;
 use crate::pipeline::{check_text, registry};
 use crate::save::{Saving, save};
 use crate::session::{Clock, Given, Session, choose_output, open};
@@ -14,6 +20,9 @@ use crate::terminal::say;
 
 pub(crate) fn run(args: &DemoArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
     let registry = registry(tables, &[])?;
+    if let Some(file) = &args.walk {
+        return plot_walk(args, &registry, file);
+    }
     let gpu = open(&args.device)?;
     let size = Size::new(args.size.0, args.size.1);
     std::fs::create_dir_all(&args.out)
@@ -39,6 +48,16 @@ pub(crate) fn run(args: &DemoArgs, tables: &[&[NodeKind]]) -> Result<(), Failure
         tiles.push(texels);
     }
     saved("contact-sheet", &contact_sheet(&tiles), State::Encoded, "png")
+}
+
+fn plot_walk(args: &DemoArgs, registry: &Registry, file: &Path) -> Result<(), Failure> {
+    if !file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("svg")) {
+        return Err(Failure::user(format!("`--walk {}` does not end in `.svg`", file.display())));
+    }
+    let walk = walk::measure(&open(&args.device)?, registry)?;
+    write_whole(file, chart::svg(&walk).as_bytes())?;
+    say(&walk.summary());
+    Ok(())
 }
 
 fn session<'g>(

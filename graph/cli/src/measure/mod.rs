@@ -10,7 +10,7 @@ mod heat;
 mod json;
 mod judge;
 pub mod metrics;
-mod plot;
+pub(crate) mod plot;
 mod report;
 mod runner;
 mod table;

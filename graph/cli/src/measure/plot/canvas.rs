@@ -6,18 +6,18 @@ use std::fmt::Write;
 const FONTS: &str = "Ubuntu, 'Segoe UI', 'Helvetica Neue', Arial, sans-serif";
 
 /// A picture in the making.
-pub(super) struct Canvas(String);
+pub(crate) struct Canvas(String);
 
 /// Which point of a text its position is.
 #[derive(Clone, Copy, PartialEq)]
-pub(super) enum Anchor {
+pub(crate) enum Anchor {
     Start,
     Middle,
     End,
 }
 
 impl Canvas {
-    pub(super) fn new(width: f64, height: f64) -> Self {
+    pub(crate) fn new(width: f64, height: f64) -> Self {
         let mut text = String::new();
         let _ = writeln!(
             text,
@@ -27,11 +27,11 @@ impl Canvas {
         Self(text)
     }
 
-    pub(super) fn finish(self) -> String {
+    pub(crate) fn finish(self) -> String {
         self.0 + "</svg>\n"
     }
 
-    pub(super) fn text(&mut self, (x, y): (f64, f64), size: f64, anchor: Anchor, colour: &str, text: &str) {
+    pub(crate) fn text(&mut self, (x, y): (f64, f64), size: f64, anchor: Anchor, colour: &str, text: &str) {
         let anchor = match anchor {
             Anchor::Start => "start",
             Anchor::Middle => "middle",
@@ -44,7 +44,7 @@ impl Canvas {
         );
     }
 
-    pub(super) fn line(&mut self, from: (f64, f64), to: (f64, f64), colour: &str, dashed: bool) {
+    pub(crate) fn line(&mut self, from: (f64, f64), to: (f64, f64), colour: &str, dashed: bool) {
         let dashes = if dashed { " stroke-dasharray=\"6 5\"" } else { "" };
         let _ = writeln!(
             self.0,
@@ -53,7 +53,8 @@ impl Canvas {
         );
     }
 
-    pub(super) fn steps(&mut self, points: &[(f64, f64)], colour: &str) {
+    /// Straight lines from point to point.
+    pub(crate) fn path(&mut self, points: &[(f64, f64)], colour: &str) {
         let list: Vec<String> = points.iter().map(|(x, y)| format!("{x:.1},{y:.1}")).collect();
         let _ = writeln!(
             self.0,
@@ -63,7 +64,7 @@ impl Canvas {
     }
 
     /// A dot that says `hint` under the pointer.
-    pub(super) fn dot(&mut self, (x, y): (f64, f64), radius: f64, fill: &str, edge: &str, hint: &str) {
+    pub(crate) fn dot(&mut self, (x, y): (f64, f64), radius: f64, fill: &str, edge: &str, hint: &str) {
         let hint = if hint.is_empty() { String::new() } else { format!("<title>{}</title>", escaped(hint)) };
         let _ = writeln!(
             self.0,

@@ -50,7 +50,7 @@ pub(super) fn svg(report: &Report) -> String {
     chart.heading();
     chart.grid();
     let steps = chart.steps();
-    chart.canvas.steps(&steps, FRONT);
+    chart.canvas.path(&steps, FRONT);
     chart.dots();
     chart.names(&steps);
     chart.legend();

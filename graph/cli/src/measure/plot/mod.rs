@@ -1,7 +1,7 @@
 //! Time against error as a picture for a slide: SVG, or PNG drawn from it.
 
 mod axis;
-mod canvas;
+pub(crate) mod canvas;
 mod chart;
 mod labels;
 

@@ -1,0 +1,130 @@
+//! The walk as a picture: the exposure over time, and below it what the frame rate changes.
+
+use super::walk::{CUT, END, Track, WALK, Walk};
+use crate::measure::plot::canvas::{Anchor, Canvas};
+
+const WIDTH: f64 = 1280.0;
+const HEIGHT: f64 = 800.0;
+const LEFT: f64 = 90.0;
+const RIGHT: f64 = 1240.0;
+/// From the bottom to the top of both charts.
+const EXPOSURE: (f64, f64) = (530.0, 130.0);
+const DIFFERENCE: (f64, f64) = (720.0, 600.0);
+/// Per cent that the frame rate may change.
+const MOST: f64 = 1.0;
+
+const INK: &str = "#1c2128";
+const SOFT: &str = "#6b7480";
+const GRID: &str = "#e3e6ea";
+const WANTED: &str = "#a9b1bb";
+const UNDECLARED: &str = "#c9621b";
+/// Of each rate.
+const COLOURS: [&str; 3] = ["#c2347c", "#3563c9", "#2f6f4f"];
+
+/// An even axis: what lies between `low` and `high` goes between two places.
+#[derive(Clone, Copy)]
+struct Axis {
+    low: f64,
+    high: f64,
+    places: (f64, f64),
+}
+
+impl Axis {
+    fn place(self, number: f64) -> f64 {
+        let (from, to) = self.places;
+        from + (number - self.low) / (self.high - self.low) * (to - from)
+    }
+
+    fn whole_numbers(self) -> impl Iterator<Item = f64> {
+        (self.low.ceil() as i32..=self.high.floor() as i32).map(f64::from)
+    }
+}
+
+const SECONDS: Axis = Axis { low: 0.0, high: END, places: (LEFT, RIGHT) };
+
+/// The charts as a whole SVG file.
+pub(super) fn svg(walk: &Walk) -> String {
+    let mut canvas = Canvas::new(WIDTH, HEIGHT);
+    canvas.text((40.0, 52.0), 28.0, Anchor::Start, INK, "An exposure follows a camera from the room to the window");
+    exposure(&mut canvas, walk);
+    difference(&mut canvas, walk);
+    canvas.finish()
+}
+
+fn exposure(canvas: &mut Canvas, walk: &Walk) {
+    let stops: Vec<f64> = walk.wanted.stops.iter().chain(&walk.undeclared.stops).copied().collect();
+    let (low, high) = (stops.iter().copied().fold(f64::MAX, f64::min), stops.iter().copied().fold(f64::MIN, f64::max));
+    let up = Axis { low: low.floor(), high: high.ceil(), places: EXPOSURE };
+    grid(canvas, up, "stops");
+    events(canvas);
+    let line = |points: &mut dyn Iterator<Item = (f64, f64)>| points.map(|point| place(up, point)).collect::<Vec<_>>();
+    canvas.path(&line(&mut walk.wanted.points()), WANTED);
+    canvas.path(&line(&mut walk.undeclared.points().filter(|(seconds, _)| *seconds >= CUT)), UNDECLARED);
+    if let Some((highest, others)) = walk.followed.split_last() {
+        canvas.path(&line(&mut highest.points()), COLOURS[others.len()]);
+        dots(canvas, up, others.iter().map(|track| track.common().collect()));
+    }
+    legend(canvas, walk);
+}
+
+fn difference(canvas: &mut Canvas, walk: &Walk) {
+    let up = Axis { low: -MOST, high: MOST, places: DIFFERENCE };
+    let highest = walk.followed.last().map_or(0, |track| track.rate);
+    grid(canvas, up, &format!("per cent of light more or less than at {highest} frames in a second"));
+    let (_, others) = walk.followed.split_last().expect("there are several rates");
+    dots(canvas, up, others.iter().map(|track| walk.difference(track)));
+    for second in SECONDS.whole_numbers() {
+        let at = (SECONDS.place(second), DIFFERENCE.0 + 24.0);
+        canvas.text(at, 15.0, Anchor::Middle, SOFT, &second.to_string());
+    }
+    let middle = f64::midpoint(LEFT, RIGHT);
+    canvas.text((middle, DIFFERENCE.0 + 54.0), 16.0, Anchor::Middle, INK, "seconds");
+}
+
+fn place(up: Axis, (seconds, number): (f64, f64)) -> (f64, f64) {
+    (SECONDS.place(seconds), up.place(number))
+}
+
+fn grid(canvas: &mut Canvas, up: Axis, name: &str) {
+    let (bottom, top) = up.places;
+    for number in up.whole_numbers() {
+        let y = up.place(number);
+        canvas.line((LEFT, y), (RIGHT, y), GRID, false);
+        canvas.text((LEFT - 12.0, y + 5.0), 15.0, Anchor::End, SOFT, &number.to_string());
+    }
+    for second in SECONDS.whole_numbers() {
+        let x = SECONDS.place(second);
+        canvas.line((x, bottom), (x, top), GRID, false);
+    }
+    canvas.text((40.0, top - 16.0), 16.0, Anchor::Start, INK, name);
+}
+
+/// What happens when.
+fn events(canvas: &mut Canvas) {
+    for (seconds, what) in [(WALK, "at the window"), (CUT, "cut to the room")] {
+        let x = SECONDS.place(seconds);
+        canvas.line((x, EXPOSURE.0), (x, EXPOSURE.1), SOFT, true);
+        canvas.text((x, EXPOSURE.1 - 8.0), 15.0, Anchor::Middle, SOFT, what);
+    }
+}
+
+/// Two tracks that may lie on each other: rings around small dots.
+fn dots(canvas: &mut Canvas, up: Axis, tracks: impl Iterator<Item = Vec<(f64, f64)>>) {
+    for ((points, colour), (radius, fill)) in tracks.zip(COLOURS).zip([(5.0, "none"), (1.5, COLOURS[1])]) {
+        for point in points {
+            canvas.dot(place(up, point), radius, fill, colour, "");
+        }
+    }
+}
+
+fn legend(canvas: &mut Canvas, walk: &Walk) {
+    let frames = |track: &Track| format!("{} frames in a second", track.rate);
+    let rates = walk.followed.iter().map(frames).zip(COLOURS);
+    let others = [("what the picture asks for".to_owned(), WANTED), ("a cut not declared".to_owned(), UNDECLARED)];
+    let mut x = 46.0;
+    for (name, colour) in rates.chain(others) {
+        canvas.dot((x, 78.0), 5.0, colour, colour, "");
+        canvas.text((x + 13.0, 83.0), 14.0, Anchor::Start, SOFT, &name);
+        x += 44.0 + 6.8 * name.chars().count() as f64;
+    }
+}
