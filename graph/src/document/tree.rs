@@ -1,7 +1,7 @@
 //! RON as a tree in which everything knows its place.
 //!
 //! `ron` reads; this only keeps the places. A value is read as a borrowed [`RawValue`], so its place is the difference of two addresses,
-//! and every level is read again by itself. Three traps are avoided here, once: repeated keys are kept, not overwritten; a comment after
+//! and every level is read again by itself; what is plain enough to be taken as it stands is not read once more. Three traps are avoided here, once: repeated keys are kept, not overwritten; a comment after
 //! a value does not belong to its place; and whole numbers stay apart from others.
 
 use std::sync::Arc;
@@ -79,8 +79,9 @@ pub(crate) fn read(file: &Arc<str>, text: &str) -> Result<Item, Unreadable> {
     let mut whole = reader.open(text)?;
     let start = whole.remainder();
     IgnoredAny::deserialize(&mut whole).map_err(|why| reader.unreadable(text, whole.span_error(why)))?;
+    let value = &start[..start.len() - whole.remainder().len()];
     whole.end().map_err(|why| reader.unreadable(text, whole.span_error(why)))?;
-    reader.item(start)
+    reader.value(value)
 }
 
 fn options() -> Options {
@@ -113,12 +114,19 @@ impl<'a> Reader<'a> {
         Unreadable { at: self.offset(part) + at, why: error.code }
     }
 
-    /// The first value in `part`, and nothing of what surrounds it.
+    /// The one value in `part`, without the space and the comments around it.
     fn item(&self, part: &'a str) -> Result<Item, Unreadable> {
+        if !part.contains('/') {
+            return self.value(part.trim_matches(is_space));
+        }
         let mut rest = self.open(part)?;
         let start = rest.remainder();
         IgnoredAny::deserialize(&mut rest).map_err(|why| self.unreadable(part, rest.span_error(why)))?;
-        let value = &start[..start.len() - rest.remainder().len()];
+        self.value(&start[..start.len() - rest.remainder().len()])
+    }
+
+    /// A value with nothing around it.
+    fn value(&self, value: &'a str) -> Result<Item, Unreadable> {
         match name_length(value) {
             Some(length) => self.named(&value[..length], &value[length..]),
             None => Ok(Spanned::new(self.unnamed(value)?, self.place(value))),
@@ -151,7 +159,10 @@ impl<'a> Reader<'a> {
     fn unnamed(&self, value: &'a str) -> Result<Tree, Unreadable> {
         let is_text = value.starts_with('"') || value.starts_with("r\"") || value.starts_with("r#");
         Ok(match value.chars().next() {
-            _ if is_text => ron::from_str(value).map_or(Tree::Other, Tree::Text),
+            _ if is_text => match plain_text(value) {
+                Some(plain) => Tree::Text(plain.to_owned()),
+                None => ron::from_str(value).map_or(Tree::Other, Tree::Text),
+            },
             Some('[' | '{' | '(') => match self.parts(value)? {
                 Parts::Fields(fields) => Tree::Struct(None, fields),
                 Parts::Entries(entries) => Tree::Map(entries),
@@ -208,7 +219,32 @@ fn is_closed_by_quote(value: &str) -> bool {
     value.ends_with(['"', '\'', '#'])
 }
 
+/// What `ron` takes for space between values.
+fn is_space(c: char) -> bool {
+    matches!(c, ' ' | '\t'..='\r' | '\u{85}' | '\u{200E}' | '\u{200F}' | '\u{2028}' | '\u{2029}')
+}
+
+/// What is between quotes where it stands for itself.
+fn plain_text(value: &str) -> Option<&str> {
+    let inside = value.strip_prefix('"')?.strip_suffix('"')?;
+    (!inside.contains(['\\', '"'])).then_some(inside)
+}
+
+/// A decimal number as everybody writes it.
+fn plain_number(value: &str) -> Option<Tree> {
+    let digits = value.strip_prefix('-').unwrap_or(value);
+    let are_digits = |part: &str| !part.is_empty() && part.bytes().all(|byte| byte.is_ascii_digit());
+    match digits.split_once('.') {
+        Some((whole, rest)) if are_digits(whole) && are_digits(rest) => value.parse().ok().map(Tree::Float),
+        None if are_digits(digits) && !digits.starts_with('0') => value.parse().ok().map(Tree::Int),
+        _ => None,
+    }
+}
+
 fn number(value: &str) -> Tree {
+    if let Some(plain) = plain_number(value) {
+        return plain;
+    }
     // `ron` reads a byte literal as a number too.
     if value.starts_with('b') {
         return Tree::Other;
@@ -267,5 +303,46 @@ impl<'de> Visitor<'de> for PartsVisitor {
 
     fn visit_unit<E: de::Error>(self) -> Result<Self::Value, E> {
         Ok(RawParts::Items(Vec::new()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::{Tree, number, plain_number, plain_text, read};
+
+    /// What is taken as it stands is what `ron` would have read.
+    #[test]
+    fn plain_numbers_and_texts_are_those_of_ron() {
+        let digits = ["0", "-0", "7", "-7", "007", "1_000", "0x1F", "+3", "9223372036854775807", "9223372036854775808"];
+        let floats =
+            ["1.5", "-0.0", "0.1", "00.5", ".5", "5.", "1e3", "1.5e-3", "1.0.0", "123456789.123456789123456789"];
+        let mut taken = 0;
+        for text in digits.into_iter().chain(floats) {
+            let Some(plain) = plain_number(text) else { continue };
+            let whole = ron::from_str::<i64>(text).ok().map(Tree::Int);
+            let read = whole.or_else(|| ron::from_str::<f64>(text).ok().map(Tree::Float));
+            assert_eq!(Some(&plain), read.as_ref(), "{text}");
+            assert_eq!(plain, number(text), "{text}");
+            taken += 1;
+        }
+        assert!(taken >= 8, "only {taken} numbers are plain");
+        for text in ["\"\"", "\"a b\"", "\"ü\n\"", "\"a\\tb\"", "\"\\\"\"", "\"/* no comment */\""] {
+            let plain = plain_text(text).map(str::to_owned);
+            assert!(plain.is_none_or(|plain| Ok(plain) == ron::from_str::<String>(text)), "{text}");
+        }
+    }
+
+    #[test]
+    fn places_are_those_of_the_values_alone() {
+        let text = "\u{200E}( \"a\":\u{2028}1.5 // a / comment\n, \"b\" : /* one */ \"x//y\" /* two */ , \"c\":\t[ 1,2 ]\u{85})"
+            .replace('(', "{")
+            .replace(')', "}");
+        let file: Arc<str> = "test".into();
+        let Ok(tree) = read(&file, &text) else { panic!("{text} is good RON") };
+        let Tree::Map(entries) = tree.value else { panic!("{text} is a map") };
+        let values: Vec<&str> = entries.iter().map(|(_, value)| &text[value.place.span()]).collect();
+        assert_eq!(values, ["1.5", "\"x//y\"", "[ 1,2 ]"]);
     }
 }
