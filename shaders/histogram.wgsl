@@ -42,11 +42,25 @@ fn histogram(@builtin(workgroup_id) tile: vec3u, @builtin(local_invocation_index
     let size = textureDimensions(source);
     let picked = (size + params.step - 1u) / params.step;
     var brightest = 0.0;
-    for (var row = 0u; row < HISTOGRAM_TILE; row += 4u) {
+    for (var row = 0u; row < HISTOGRAM_TILE; row += 16u) {
         let cell = tile.xy * HISTOGRAM_TILE + vec2u(lane % HISTOGRAM_TILE, row + lane / HISTOGRAM_TILE);
-        if all(cell < picked) {
-            let pixel = min(cell * params.step + params.step / 2u, size - 1u);
-            brightest = max(brightest, histogram_count(vec2i(pixel), size));
+        // All four are asked for before the first is counted, so that they travel together.
+        let pixels = array(
+            histogram_pixel(cell, size),
+            histogram_pixel(cell + vec2u(0u, 4u), size),
+            histogram_pixel(cell + vec2u(0u, 8u), size),
+            histogram_pixel(cell + vec2u(0u, 12u), size),
+        );
+        let colors = array(
+            texel(source, pixels[0]).rgb,
+            texel(source, pixels[1]).rgb,
+            texel(source, pixels[2]).rgb,
+            texel(source, pixels[3]).rgb,
+        );
+        for (var k = 0u; k < 4u; k++) {
+            if all(cell + vec2u(0u, 4u * k) < picked) {
+                brightest = max(brightest, histogram_count(colors[k], pixels[k], size));
+            }
         }
     }
     // The bits of floats that are not negative order as whole numbers.
@@ -62,9 +76,13 @@ fn histogram(@builtin(workgroup_id) tile: vec3u, @builtin(local_invocation_index
     }
 }
 
+// The pixel that stands for a cell of `step` pixels each way; the last one for cells outside.
+fn histogram_pixel(cell: vec2u, size: vec2u) -> vec2i {
+    return vec2i(min(cell * params.step + params.step / 2u, size - 1u));
+}
+
 // Counts one pixel; gives its brightest channel.
-fn histogram_count(pixel: vec2i, size: vec2u) -> f32 {
-    let rgb = texel(source, pixel).rgb;
+fn histogram_count(rgb: vec3f, pixel: vec2i, size: vec2u) -> f32 {
     let uv = (vec2f(pixel) + 0.5) / vec2f(size);
     atomicAdd(&histogram_bins[histogram_bin(histogram_metered(rgb, uv))], histogram_weight(uv, vec2f(size)));
     return max(brightest(rgb), 0.0);

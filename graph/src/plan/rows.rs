@@ -7,10 +7,17 @@ use super::web::Web;
 use super::{Draft, Fused};
 use crate::node::{Arg, ImageId, Origin, Pass, Recording, Resource, Rows, Step, Work};
 
-/// Results with fewer texels leave most of the device idle, and are left to chains of tiles.
-const FEWEST_TEXELS: u64 = 200_000;
-/// From so many texels on, a workgroup walks far; fewer are shared among more workgroups.
-const MANY_TEXELS: u64 = 1_000_000;
+/// Results with fewer texels leave most of the device idle, and are filtered by its texture units or in tiles.
+const FEWEST_TEXELS: u64 = 100_000;
+
+/// Rows of the result that a workgroup walks down: the more, the less is made twice; the fewer, the more workgroups share a small result.
+fn rows_of(texels: u64) -> u32 {
+    match texels {
+        0..300_000 => 4,
+        300_000..1_000_000 => 8,
+        _ => 16,
+    }
+}
 
 pub(crate) fn rows(draft: &mut Draft, always: bool) -> Vec<Fused> {
     let mut web = Web::new(draft);
@@ -45,8 +52,7 @@ fn walk(web: &mut Web, recording: &Recording, number: usize, source: ImageId) ->
     let halving = web.take(number).expect("a halving was found");
     let Work::Steps { steps, result } = halving.work else { unreachable!("halvings are passes of steps") };
     let by = steps[0].by_rows.expect("a halving has a form by rows");
-    let texels = recording.image(result).desc.size.texels();
-    let rows = if texels >= MANY_TEXELS { 16 } else { 4 };
+    let rows = rows_of(recording.image(result).desc.size.texels());
     let is_brought = brought.is_some();
     let (mut nodes, label, source_steps) = match brought {
         Some(Pass { nodes, label, work: Work::Steps { steps, .. } }) => {

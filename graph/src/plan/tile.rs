@@ -12,7 +12,7 @@ use crate::image::{ImageDesc, Size};
 use crate::node::{Arg, ImageId, Origin, Pass, Recording, Resource, Step, TileStage, Tiling, Work};
 
 /// What a dispatch costs however little it does, in nanoseconds.
-const DISPATCH_NS: f64 = 6000.0;
+const DISPATCH_NS: f64 = 2700.0;
 /// What one byte through memory costs.
 const BYTE_NS: f64 = 0.00037;
 /// What one texel costs that is read through the device's filter, all units at work.
@@ -20,7 +20,7 @@ const TEXTURE_READ_NS: f64 = 0.0007;
 /// What one texel costs that is read from a tile: it must be found, unpacked and filtered by hand.
 const TILE_READ_NS: f64 = 0.0024;
 /// What one read costs a workgroup that has nobody to hide behind.
-const LONE_READ_NS: f64 = 1.5;
+const LONE_READ_NS: f64 = 30.0;
 /// Invocations of a workgroup.
 const INVOCATIONS: f64 = 256.0;
 /// Sides of tiles that are tried.
