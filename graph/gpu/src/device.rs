@@ -41,6 +41,7 @@ const WELCOME: Features = Features::TEXTURE_ADAPTER_SPECIFIC_FORMAT_FEATURES
     .union(Features::SHADER_F16)
     .union(Features::SUBGROUP)
     .union(Features::PIPELINE_CACHE)
+    .union(Features::IMMEDIATES)
     .union(Features::CLEAR_TEXTURE);
 
 impl Gpu {

@@ -43,6 +43,8 @@ pub(crate) struct Order<'a> {
     pub(crate) composed: &'a Composed,
     pub(crate) stage: Stage,
     pub(crate) layout: wgpu::BindGroupLayout,
+    /// Bytes of immediates that the shader reads.
+    pub(crate) immediate_bytes: u32,
     pub(crate) label: &'a str,
     /// Whether the shader may read workgroup memory that it has not written.
     pub(crate) zero_workgroup_memory: bool,
@@ -133,7 +135,7 @@ fn compile(device: &wgpu::Device, cache: Option<&wgpu::PipelineCache>, order: &O
     let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
         label: Some(order.label),
         bind_group_layouts: &[Some(&order.layout)],
-        immediate_size: 0,
+        immediate_size: order.immediate_bytes,
     });
     let constants: Vec<(&str, f64)> =
         order.key.constants.iter().map(|(name, bits)| (*name, f64::from_bits(*bits))).collect();

@@ -93,7 +93,9 @@ impl Executor {
     /// The pipeline that draws a pass's result into the host's image.
     fn drawing(&self, loaded: &Loaded, index: usize, format: wgpu::TextureFormat) -> Result<Built, GpuError> {
         let pipelines = &self.workshop.pipelines;
-        let order = order(&self.workshop.device, &loaded.plan, index, &loaded.passes[index].composed, Some(format));
+        let pass = &loaded.passes[index];
+        let shader = (&pass.composed, pass.immediate);
+        let order = order(&self.workshop.device, &loaded.plan, index, shader, Some(format));
         let key = order.key.clone();
         pipelines.build(&self.workshop.device, vec![order], 1)?;
         Ok(pipelines.get(&key).expect("it was built above"))

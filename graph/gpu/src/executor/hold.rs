@@ -2,6 +2,7 @@
 
 use afterimage_graph::node::{BufferId, BufferLife, ImageId, Origin, Resource, VirtualBuffer, VirtualImage};
 use afterimage_graph::plan::Plan;
+use afterimage_graph::shader::SlotKind;
 use rustc_hash::FxHashMap;
 use wgpu::{Buffer, BufferUsages, Device, Queue};
 
@@ -34,6 +35,7 @@ impl Move<'_> {
             let buffers = plan.recording.buffers.iter().enumerate();
             buffers.filter(|(_, b)| wanted(&b.life)).map(|(index, _)| index).collect::<Vec<_>>()
         };
+        let binds_frame = passes.iter().any(|pass| pass.composed.slots.iter().any(|slot| slot.kind == SlotKind::Frame));
         let timed = self.old.is_some_and(|old| old.timing.is_some());
         Loaded {
             zeroed: lives(|life| *life == BufferLife::Zeroed),
@@ -47,6 +49,7 @@ impl Move<'_> {
             buffers,
             sets: Vec::new(),
             placed,
+            binds_frame,
             residents,
             newborn: self.newborn,
             moved_in,

@@ -40,6 +40,8 @@ pub(super) struct Loaded {
     pub(super) sets: Vec<HostSet>,
     pub(super) timing: Option<Timing>,
     pub(super) placed: Option<Placed>,
+    /// Whether a pass has the frame in its bind group.
+    pub(super) binds_frame: bool,
     /// The textures of the heap.
     pub(super) residents: Vec<TextureKey>,
     /// Memory that no frame has written yet, though other memory goes on: the passes that use it begin anew in the first frame.
@@ -55,6 +57,8 @@ pub(super) struct LoadedPass {
     pub(super) uniform: (u64, u64),
     pub(super) writes_image: Option<ImageId>,
     pub(super) by_hand: bool,
+    /// Whether it takes the frame from immediates.
+    pub(super) immediate: bool,
     /// Its pipeline, unless the host wants the result drawn in a format of its own.
     pub(super) built: Built,
 }

@@ -3,6 +3,7 @@
 mod bind;
 mod hold;
 mod loaded;
+mod moment;
 mod prepare;
 mod record;
 mod uniforms;
@@ -21,6 +22,7 @@ use crate::store::Store;
 use crate::timing::Timing;
 use hold::Move;
 use loaded::{Holding, Loaded};
+use moment::Moment;
 pub use prepare::Preparation;
 use prepare::{Before, Parts, Prepared, Workshop};
 use record::{clear_memory, record, take_over};
@@ -49,7 +51,9 @@ pub struct Executor {
     store: Store,
     linear: wgpu::Sampler,
     nearest: wgpu::Sampler,
-    /// What shaders know of the frame; the second tells passes that a first frame is theirs alone.
+    /// What shaders know of the last frame, and the same for those that want it from a buffer; the second tells passes that a first frame is
+    /// theirs alone.
+    moment: Moment,
     frame_uniforms: [Buffer; 2],
     loaded: Option<Loaded>,
     /// Outputs that the last frame drew, and in which format: the next plan will, too.
@@ -83,7 +87,7 @@ impl Executor {
         let frame_uniform = || {
             device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some("frame"),
-                size: 16,
+                size: u64::from(moment::BYTES),
                 usage: BufferUsages::UNIFORM | BufferUsages::COPY_DST,
                 mapped_at_creation: false,
             })
@@ -91,10 +95,15 @@ impl Executor {
         Self {
             linear: sampler(wgpu::FilterMode::Linear),
             nearest: sampler(wgpu::FilterMode::Nearest),
-            workshop: Workshop { device: device.clone(), pipelines: Arc::default() },
+            workshop: Workshop {
+                device: device.clone(),
+                pipelines: Arc::default(),
+                immediates: moment::has_immediates(device),
+            },
             queue: queue.clone(),
             caps,
             store: Store::default(),
+            moment: Moment::default(),
             frame_uniforms: [frame_uniform(), frame_uniform()],
             loaded: None,
             drawn: Vec::new(),
@@ -243,7 +252,7 @@ impl Executor {
         let set = self.host_set(frame)?;
         let loaded = self.loaded.as_ref().ok_or(GpuError::NoPlan)?;
         let phase = (self.frame_index % loaded.phases) as usize;
-        record(loaded, &loaded.sets[set], phase, pass..pass + 1, encoder);
+        record(loaded, &loaded.sets[set], (phase, &self.moment), pass..pass + 1, encoder);
         Ok(())
     }
 
@@ -251,7 +260,8 @@ impl Executor {
     pub fn encode(&mut self, encoder: &mut CommandEncoder, frame: &Frame<'_>) -> Result<(), GpuError> {
         let set = self.host_set(frame)?;
         let reset = self.fresh || frame.reset;
-        self.write_frame(frame, reset);
+        self.moment = Moment::new(frame, self.frame_index, reset);
+        self.write_moment();
         let loaded = self.loaded.as_mut().ok_or(GpuError::NoPlan)?;
         if reset {
             clear_memory(&self.workshop.device, &self.store, loaded, encoder);
@@ -263,7 +273,7 @@ impl Executor {
             encoder.clear_buffer(&loaded.buffers[buffer], 0, None);
         }
         let phase = (self.frame_index % loaded.phases) as usize;
-        record(loaded, &loaded.sets[set], phase, 0..loaded.passes.len(), encoder);
+        record(loaded, &loaded.sets[set], (phase, &self.moment), 0..loaded.passes.len(), encoder);
         if let Some(timing) = &loaded.timing {
             timing.resolve(encoder);
         }
@@ -276,14 +286,12 @@ impl Executor {
         Ok(())
     }
 
-    fn write_frame(&self, frame: &Frame<'_>, reset: bool) {
-        let write = |uniform: &Buffer, reset: bool| {
-            let words = [frame.time.to_bits(), frame.dt.to_bits(), self.frame_index, u32::from(reset)];
-            self.queue.write_buffer(uniform, 0, words.map(u32::to_le_bytes).as_flattened());
-        };
-        write(&self.frame_uniforms[0], reset);
-        if self.loaded.as_ref().is_some_and(|loaded| !loaded.newborn.is_empty()) {
-            write(&self.frame_uniforms[1], true);
+    /// Tells those passes of the frame that want it from a buffer.
+    fn write_moment(&self) {
+        let Some(loaded) = self.loaded.as_ref().filter(|loaded| loaded.binds_frame) else { return };
+        self.queue.write_buffer(&self.frame_uniforms[0], 0, self.moment.bytes(false));
+        if !loaded.newborn.is_empty() {
+            self.queue.write_buffer(&self.frame_uniforms[1], 0, self.moment.bytes(true));
         }
     }
 }

@@ -13,6 +13,7 @@ use wgpu::util::DeviceExt as _;
 use wgpu::{Buffer, BufferUsages, Device, TextureFormat};
 
 use super::loaded::{LoadedPass, planned_attachment};
+use super::moment::{self, take_immediates};
 use super::uniforms::{differs_in_uniforms_only, pass_uniform, stride, uniform_bytes};
 use crate::GpuError;
 use crate::heap::Placed;
@@ -54,6 +55,8 @@ pub(super) struct Parts {
 pub(super) struct Workshop {
     pub(super) device: Device,
     pub(super) pipelines: Arc<Pipelines>,
+    /// Whether passes are told of the frame by immediates.
+    pub(super) immediates: bool,
 }
 
 /// What the plan that runs has to offer.
@@ -72,7 +75,9 @@ impl Workshop {
         if let Some(old) = before.plan.as_ref().filter(|old| differs_in_uniforms_only(old, &plan)) {
             return Ok(Prepared::Numbers(plan, old.clone()));
         }
-        let drafts = (0..plan.recording.passes.len()).map(|at| Draft::new(&plan, at)).collect::<Result<Vec<_>, _>>()?;
+        let drafts = (0..plan.recording.passes.len())
+            .map(|at| Draft::new(&plan, at, self.immediates))
+            .collect::<Result<Vec<_>, _>>()?;
         let orders = drafts.iter().enumerate().flat_map(|(at, draft)| self.orders(&plan, at, draft, &before.drawn));
         self.pipelines.build(&self.device, orders.collect(), threads)?;
         let (mut passes, mut offset) = (Vec::with_capacity(drafts.len()), 0);
@@ -104,16 +109,19 @@ impl Workshop {
         let planned = planned_attachment(plan, index, draft.writes_image);
         let attachments: Vec<_> = std::iter::once(planned).chain(extra).collect();
         let device = self.device.clone();
-        attachments.into_iter().map(move |attachment| order(&device, plan, index, &draft.composed, attachment))
+        attachments
+            .into_iter()
+            .map(move |attachment| order(&device, plan, index, (&draft.composed, draft.immediate), attachment))
     }
 
     fn finish(&self, plan: &Plan, index: usize, draft: Draft, offset: u64) -> LoadedPass {
-        let Draft { composed, groups, writes_image } = draft;
-        let key = order(&self.device, plan, index, &composed, planned_attachment(plan, index, writes_image)).key;
+        let Draft { composed, groups, writes_image, immediate } = draft;
+        let attachment = planned_attachment(plan, index, writes_image);
+        let key = order(&self.device, plan, index, (&composed, immediate), attachment).key;
         let built = self.pipelines.get(&key).expect("every planned pipeline was built");
         let bytes = pass_uniform(&plan.recording.passes[index].work).len() as u64;
         let by_hand = by_hand(&composed);
-        LoadedPass { composed, groups, uniform: (offset, bytes), writes_image, by_hand, built }
+        LoadedPass { composed, groups, uniform: (offset, bytes), writes_image, by_hand, immediate, built }
     }
 
     fn uniforms(&self, plan: &Plan, passes: &[LoadedPass]) -> Buffer {
@@ -147,10 +155,11 @@ struct Draft {
     composed: Composed,
     groups: [u32; 3],
     writes_image: Option<ImageId>,
+    immediate: bool,
 }
 
 impl Draft {
-    fn new(plan: &Plan, index: usize) -> Result<Self, GpuError> {
+    fn new(plan: &Plan, index: usize, immediates: bool) -> Result<Self, GpuError> {
         let pass = &plan.recording.passes[index];
         let reading = |image: ImageId| plan.readings[image.0 as usize];
         let format = |image: ImageId| plan.format(image);
@@ -176,7 +185,9 @@ impl Draft {
             Resource::Image(image) => Some(image),
             Resource::Buffer(_) => None,
         });
-        Ok(Self { composed: composed.map_err(GpuError::Shader)?, groups, writes_image })
+        let mut composed = composed.map_err(GpuError::Shader)?;
+        let immediate = immediates && take_immediates(&mut composed);
+        Ok(Self { composed, groups, writes_image, immediate })
     }
 }
 
@@ -186,12 +197,12 @@ fn groups(composed: &Result<Composed, ShaderError>, size: Size) -> [u32; 3] {
     [size.width.div_ceil(covers[0]), size.height.div_ceil(covers[1]), 1]
 }
 
-/// What must be compiled for a pass; drawn if there is an attachment.
+/// What must be compiled for a pass, whether or not it takes the frame from immediates; drawn if there is an attachment.
 pub(super) fn order<'a>(
     device: &Device,
     plan: &'a Plan,
     index: usize,
-    composed: &'a Composed,
+    (composed, immediate): (&'a Composed, bool),
     attachment: Option<TextureFormat>,
 ) -> Order<'a> {
     let stage = if attachment.is_some() { Stage::Fragment } else { Stage::Compute };
@@ -216,6 +227,7 @@ pub(super) fn order<'a>(
         composed,
         stage,
         layout: bind_group_layout(device, plan, composed, stage),
+        immediate_bytes: if immediate { moment::BYTES } else { 0 },
         label: &plan.recording.passes[index].label,
         // Tilings write every texel of a tile that they read; whole kernels are their authors' own.
         zero_workgroup_memory: !composed.audited && matches!(plan.recording.passes[index].work, Work::Entry(_)),

@@ -5,6 +5,7 @@ use std::ops::Range;
 use wgpu::{CommandEncoder, Device};
 
 use super::loaded::{Holding, HostSet, Loaded, Run, Touch};
+use super::moment::Moment;
 use crate::layout::Pipeline;
 use crate::store::{self, Store};
 
@@ -31,14 +32,17 @@ pub(super) fn take_over(store: &Store, loaded: &Loaded, encoder: &mut CommandEnc
     encoder.transition_resources(std::iter::empty(), textures);
 }
 
-pub(super) fn record(loaded: &Loaded, set: &HostSet, phase: usize, passes: Range<usize>, encoder: &mut CommandEncoder) {
+/// Where in the rings and when a frame is.
+type Now<'m> = (usize, &'m Moment);
+
+pub(super) fn record(loaded: &Loaded, set: &HostSet, now: Now<'_>, passes: Range<usize>, encoder: &mut CommandEncoder) {
     let mut index = passes.start;
     while index < passes.end {
         match &set.runs[index].pipeline {
-            Pipeline::Compute(_) => index = record_dispatches(loaded, set, phase, index..passes.end, encoder),
+            Pipeline::Compute(_) => index = record_dispatches(loaded, set, now, index..passes.end, encoder),
             Pipeline::Render(pipeline) => {
-                touch_for_draw(&set.touches[index], phase, encoder);
-                record_draw(loaded, &set.runs[index], pipeline, phase, index, encoder);
+                touch_for_draw(&set.touches[index], now.0, encoder);
+                record_draw(loaded, &set.runs[index], pipeline, now, index, encoder);
                 index += 1;
             }
         }
@@ -49,7 +53,7 @@ pub(super) fn record(loaded: &Loaded, set: &HostSet, phase: usize, passes: Range
 fn record_dispatches(
     loaded: &Loaded,
     set: &HostSet,
-    phase: usize,
+    (phase, moment): Now<'_>,
     passes: Range<usize>,
     encoder: &mut CommandEncoder,
 ) -> usize {
@@ -71,6 +75,9 @@ fn record_dispatches(
         }
         pass.set_pipeline(pipeline);
         pass.set_bind_group(0, &groups[phase], &[]);
+        if loaded.passes[index].immediate {
+            pass.set_immediates(0, moment.bytes(loaded.uses_newborn(index)));
+        }
         pass.dispatch_workgroups(x, y, z);
         index += 1;
         if let Some(timing) = &loaded.timing {
@@ -96,7 +103,7 @@ fn record_draw(
     loaded: &Loaded,
     run: &Run,
     pipeline: &wgpu::RenderPipeline,
-    phase: usize,
+    (phase, moment): Now<'_>,
     index: usize,
     encoder: &mut CommandEncoder,
 ) {
@@ -117,6 +124,9 @@ fn record_draw(
     });
     pass.set_pipeline(pipeline);
     pass.set_bind_group(0, &run.groups[phase], &[]);
+    if loaded.passes[index].immediate {
+        pass.set_immediates(0, moment.bytes(loaded.uses_newborn(index)));
+    }
     pass.draw(0..3, 0..1);
     drop(pass);
     if let Some(timing) = &loaded.timing {
