@@ -71,7 +71,13 @@ impl Stamps {
 
 /// Waits until the GPU has nothing more to do.
 pub(crate) fn wait(gpu: &Gpu) -> Result<(), Failure> {
-    gpu.device.poll(wgpu::PollType::wait_indefinitely()).map(drop).map_err(|error| lost(&error))
+    wait_for(gpu, None)
+}
+
+/// Waits for the end of a submission; of the last one if none is named.
+pub(crate) fn wait_for(gpu: &Gpu, submission_index: Option<wgpu::SubmissionIndex>) -> Result<(), Failure> {
+    let wait = wgpu::PollType::Wait { submission_index, timeout: None };
+    gpu.device.poll(wait).map(drop).map_err(|error| lost(&error))
 }
 
 fn lost(error: &dyn std::fmt::Display) -> Failure {
