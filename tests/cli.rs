@@ -5,6 +5,7 @@ mod hostile;
 mod memory;
 mod mistakes;
 mod pictures;
+mod plans;
 mod sequences;
 
 use std::fs;

@@ -5,3 +5,4 @@ mod known;
 mod printing;
 mod properties;
 pub mod random;
+mod stability;

@@ -1,0 +1,64 @@
+//! `plan` as a user reads it: switches, tiers, facts, and what differs.
+
+use super::Folder;
+
+fn plan(line: &str) -> String {
+    Folder::new(&format!("plan-{}", line.replace(['{', '}', ' ', '='], ""))).run(&format!("plan {line}")).good()
+}
+
+/// Passes and waves, from the first line.
+fn counts(text: &str) -> (usize, usize) {
+    let mut numbers = text.split(' ').filter_map(|word| word.parse().ok());
+    (numbers.next().expect("passes"), numbers.next().expect("waves"))
+}
+
+#[test]
+fn switches_turn_off_what_they_say() {
+    let (passes, waves) = counts(&plan("{tsushima}"));
+    assert!(waves < passes, "some passes overlap");
+    assert_eq!(counts(&plan("{tsushima} --serial")), (passes, passes));
+    let (fewer_passes, fewer_waves) = counts(&plan("{tsushima} --fewest-waves"));
+    assert!(fewer_passes == passes && fewer_waves <= waves);
+    assert!(counts(&plan("{tsushima} --no-fuse")).0 > passes);
+    let in_use = |flag: &str| {
+        let text = plan(&format!("{{tsushima}} {flag}"));
+        let line = text.lines().find(|line| line.ends_with("in use")).expect("one row is marked");
+        line.split("  ").find(|cell| !cell.is_empty()).expect("the row has a name").trim().to_owned()
+    };
+    assert_eq!(in_use("--no-alias"), "stored, without sharing");
+    assert_eq!(in_use("--no-alias=placed"), "stored, pooled");
+    assert_eq!(in_use("--serial"), "stored, placed");
+}
+
+#[test]
+fn a_fact_leaves_a_branch_out_and_the_plan_says_why() {
+    let dark = plan("{caracal} --fact emissive=false");
+    assert!(dark.contains("left out\n") && dark.contains("`when: emissive` does not hold"), "{dark}");
+    let passes: Vec<&str> = dark.lines().take_while(|line| *line != "left out").collect();
+    assert!(!passes.iter().any(|line| line.contains("downsample") || line.contains("upsample")), "{passes:?}");
+    assert!(plan("{caracal} --fact emissive=true").contains("downsample"));
+}
+
+#[test]
+fn plans_of_tiers_and_files_are_compared() {
+    let tiers = plan("{tsushima} --diff-tier low");
+    assert!(tiers.contains("passes ") && tiers.contains("bytes moved ") && tiers.contains("peak memory "), "{tiers}");
+    assert!(tiers.lines().any(|line| line.starts_with("- bloom: ")), "{tiers}");
+    let files = plan("{tsushima} --diff {lynx}");
+    assert!(files.lines().any(|line| line.starts_with("- metered: ")), "{files}");
+    assert_eq!(plan("{lynx} --diff {lynx}"), "the plans do the same work in the same memory\n");
+}
+
+#[test]
+fn the_json_has_all_that_programs_ask_for() {
+    let text = plan("{tsushima} --format json --size 3840x2160");
+    let json: serde_json::Value = serde_json::from_str(&text).expect("it is JSON");
+    for list in ["passes", "waves", "barriers", "left_out"] {
+        assert!(json[list].as_array().is_some_and(|list| !list.is_empty()), "{list}");
+    }
+    assert!(json["hash"].as_str().is_some_and(|hash| hash.len() >= 16), "{}", json["hash"]);
+    let bytes = ["unaliased", "pooled", "placed", "lower_bound"]
+        .map(|key| json["memory"][key].as_u64().unwrap_or_else(|| panic!("{key} is missing")));
+    assert!(bytes.is_sorted_by(|a, b| a >= b) && bytes[3] > 0, "{bytes:?}");
+    assert!(bytes[2] as f64 <= 0.45 * bytes[0] as f64 && bytes[2] as f64 <= 1.02 * bytes[3] as f64, "{bytes:?}");
+}
