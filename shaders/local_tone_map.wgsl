@@ -1,6 +1,7 @@
 // Local tone mapping: less contrast between places, the same or more inside them. The base is a share of the bilateral grid and
 // the rest of the wide Gaussian: the grid alone rings on smooth gradients, the Gaussian alone has halos at edges.
 #import color
+#import grade
 #import math
 
 struct LocalToneMap {
@@ -13,7 +14,6 @@ struct LocalToneMap {
 }
 
 const LOCAL_TONE_MAP_MAX_STOPS: f32 = 16.0;
-const LOCAL_TONE_MAP_MAX: f32 = 65504.0;
 // Between these weights the grid's answer gives way to the Gaussian's: below them no pixel was near enough to tell. A cell that
 // all of its pixels fell into has the weight 512.
 const LOCAL_TONE_MAP_EMPTY: f32 = 0.0025;
@@ -27,7 +27,7 @@ fn local_tone_map_level(rgb: vec3f, params: LocalToneMap) -> f32 {
 fn local_tone_map_apply(source: vec4f, level: f32, base: f32, params: LocalToneMap) -> vec4f {
     let mapped = params.midpoint + params.contrast * (base - params.midpoint) + params.detail * (level - base);
     let gain = exp2(clamp(mapped - level, -LOCAL_TONE_MAP_MAX_STOPS, LOCAL_TONE_MAP_MAX_STOPS));
-    return vec4f(min(source.rgb * gain, vec3f(LOCAL_TONE_MAP_MAX)), source.a);
+    return vec4f(bounded(source.rgb * gain), source.a);
 }
 
 // The grid's base, or `otherwise` where the grid is empty. The grid knows its own range.

@@ -9,6 +9,8 @@ mod cli;
 mod errors;
 /// The executor as a host meets it.
 mod executor;
+/// A few seconds of what `fuzz` runs for hours.
+mod fuzzing;
 /// Time against error, and the search for the best of both.
 mod measure;
 /// The figures that `measure` gives, against published ones.
@@ -21,6 +23,8 @@ mod pipelines;
 mod plans;
 /// Naive f64 twins of the operators, and the vectors that prove them.
 mod reference;
+/// Faults that `stress` must find, and what must have none.
+mod stress;
 /// What tests share.
 mod support;
 /// A node kind from another crate.

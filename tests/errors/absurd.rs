@@ -55,6 +55,8 @@ fn control_characters_do_not_reach_the_terminal() {
     let told =
         told("absurd.ron", "Pipeline(nodes: { \"a\": Tint(source: \"\\u{1b}[31m\u{7}\") }, outputs: { \"d\": \"a\" })");
     assert!(told.chars().all(|c| c == '\n' || !c.is_control()), "{told:?}");
+    let told = super::told("ab\u{1b}[31m.ron", "Pipeline(nodes: { \"a\": Tint() }, outputs: { \"d\": \"a\" })");
+    assert!(told.contains("ab\\u{1b}[31m.ron") && !told.contains('\u{1b}'), "{told:?}");
 }
 
 #[test]

@@ -58,7 +58,11 @@ fn page(kind: NodeKind) -> String {
     }
     kind.params().iter().for_each(|param| text += &parameter(param));
     let _ = writeln!(text, "\n{HEADING}When it is off{HEADING:#}\n  {}", bypass(kind.bypass()));
-    if let Some(figures) = crate::stress::figures(kind.name()) {
+    let figures = match kind.inputs() {
+        [] => Some("  nothing: it has no input".to_owned()),
+        _ => crate::stress::figures(kind.name()),
+    };
+    if let Some(figures) = figures {
         let _ =
             writeln!(text, "\n{HEADING}What one half-float unit of error at the input becomes{HEADING:#}\n{figures}");
     }

@@ -71,7 +71,7 @@ fn excerpts<'a>(labels: &'a [Label], sources: &'a Sources) -> Vec<Element<'a>> {
 }
 
 fn excerpt<'a>(file: &'a str, labels: &[&'a Label], sources: &'a Sources) -> Vec<Element<'a>> {
-    let Some(text) = sources.text(file) else { return vec![Origin::path(file).into()] };
+    let Some(text) = sources.text(file) else { return vec![Origin::path(clean(file)).into()] };
     let whole = window(text, labels.iter().map(|l| l.place.span()));
     if whole.len() <= LONGEST_EXCERPT && shows(&text[whole.clone()]) {
         return vec![snippet(file, text, whole, labels)];
@@ -85,7 +85,7 @@ fn alone<'a>(file: &'a str, text: &'a str, label: &'a Label, sources: &Sources) 
     if lines.len() <= LONGEST_EXCERPT && shows(&text[lines.clone()]) {
         return snippet(file, text, lines, &[label]);
     }
-    let origin = Origin::path(file);
+    let origin = Origin::path(clean(file));
     match sources.position(file, label.place.start) {
         Some(at) => origin.line(at.line).char_column(at.column).into(),
         None => origin.into(),
@@ -117,5 +117,5 @@ fn snippet<'a>(file: &'a str, text: &'a str, lines: Range<usize>, labels: &[&'a 
         let annotation = kind.span(start..end.max(start));
         if label.text.is_empty() { annotation } else { annotation.label(clean(&label.text)) }
     });
-    Snippet::source(&text[lines.clone()]).path(file).line_start(first).annotations(annotations).into()
+    Snippet::source(&text[lines.clone()]).path(clean(file)).line_start(first).annotations(annotations).into()
 }

@@ -43,9 +43,15 @@ pub(crate) struct StressArgs {
     /// A part of the cases that takes seconds
     #[arg(long)]
     pub(crate) quick: bool,
+    /// Leave out the guard of the images: shows what it guards from, and fails
+    #[arg(long)]
+    pub(crate) unguarded: bool,
     /// List every failed case
     #[arg(long)]
     pub(crate) all: bool,
+    /// Write the tables as Markdown
+    #[arg(long, value_name = "FILE", conflicts_with = "conditioning")]
+    pub(crate) markdown: Option<PathBuf>,
     /// Measure instead how much an input error grows in each kind
     #[arg(long)]
     pub(crate) conditioning: bool,

@@ -2,7 +2,7 @@
 
 use afterimage_gpu::Gpu;
 use afterimage_graph::image::{Size, State};
-use afterimage_graph::node::Registry;
+use afterimage_graph::node::{NodeKind, PortType, Registry};
 use comfy_table::Table;
 use comfy_table::presets::NOTHING;
 use serde::{Deserialize, Serialize};
@@ -38,6 +38,8 @@ pub enum Unit {
     Half,
     /// A 255th: the picture is ready for a screen.
     Code,
+    /// A 1024th, of the number itself where it is above 1: stops, logarithms and sums, which may be 0 without being dark.
+    Fixed,
 }
 
 impl Unit {
@@ -46,6 +48,7 @@ impl Unit {
         match self {
             Self::Half => "half-float units",
             Self::Code => "8-bit codes",
+            Self::Fixed => "1024ths",
         }
     }
 }
@@ -74,6 +77,8 @@ const SIZE: Size = Size { width: 4, height: 4, depth: 1 };
 /// The lights reach from the least normal half float to the brightest power of two.
 const DARKEST: i32 = -14;
 const BRIGHTEST: i32 = 15;
+/// What a screen shows ends here.
+const WHITE: i32 = 0;
 
 /// The distance from one half float to the next at this magnitude.
 fn half_unit(x: f64) -> f64 {
@@ -81,8 +86,9 @@ fn half_unit(x: f64) -> f64 {
 }
 
 impl Light {
-    fn all(per_octave: i32) -> Vec<Self> {
-        let steps = (BRIGHTEST - DARKEST) * per_octave;
+    /// All lights up to a power of two.
+    fn all(brightest: i32, per_octave: i32) -> Vec<Self> {
+        let steps = (brightest - DARKEST) * per_octave;
         let red = |step: i32| half::f16::from_f32((DARKEST as f32 + step as f32 / per_octave as f32).exp2()).to_f32();
         (0..=steps).flat_map(|step| [true, false].map(|grey| Self { red: red(step), grey })).collect()
     }
@@ -99,18 +105,28 @@ impl Light {
     }
 }
 
-/// Measures the kinds among the subjects that take a picture; `begins` is told the title of each.
+/// Measures the kinds among the subjects that take a picture, each once; `begins` is told the title of each. What optional values would
+/// bring is left out: it is the kind's own error that counts, not that of a metering before it.
 pub fn conditioning(gpu: &Gpu, registry: &Registry, subjects: &[Subject], begins: &dyn Fn(&str)) -> Vec<Conditioning> {
-    let mut lab = Lab::new(gpu);
+    let mut lab = Lab::new(gpu, false);
     let mut all: Vec<Conditioning> = Vec::new();
-    for subject in subjects.iter().filter(|subject| subject.is_kind && !subject.bare) {
-        begins(&subject.title);
-        all.extend(of_kind(&mut lab, registry, subject));
+    for subject in subjects.iter().filter(|subject| subject.is_kind && !subject.signed) {
+        let name = subject.title.trim_end_matches(" (bare)");
+        if registry.get(name).is_some_and(|kind| has_only_optional_values(kind) == subject.bare) {
+            begins(&subject.title);
+            all.extend(of_kind(&mut lab, registry, subject, name));
+        }
     }
     all
 }
 
-fn of_kind(lab: &mut Lab<'_>, registry: &Registry, subject: &Subject) -> Option<Conditioning> {
+/// Whether there are optional inputs, all of them values.
+fn has_only_optional_values(kind: NodeKind) -> bool {
+    let mut optional = kind.inputs().iter().filter(|port| port.optional).peekable();
+    optional.peek().is_some() && optional.all(|port| port.ty == PortType::Value)
+}
+
+fn of_kind(lab: &mut Lab<'_>, registry: &Registry, subject: &Subject, name: &str) -> Option<Conditioning> {
     let graph = subject.graph(registry, &Sets::new()).ok()?;
     if graph.inputs.is_empty() {
         return None;
@@ -127,7 +143,7 @@ fn of_kind(lab: &mut Lab<'_>, registry: &Registry, subject: &Subject) -> Option<
     let mut sorted: Vec<f64> = growths.iter().map(|(growth, _)| *growth).collect();
     sorted.sort_by(f64::total_cmp);
     let typical = round(sorted[sorted.len() / 2]);
-    Some(Conditioning { kind: subject.title.clone(), unit, typical, worst, over_domain })
+    Some(Conditioning { kind: name.to_owned(), unit, typical, worst, over_domain })
 }
 
 /// The growth of each light, in the unit of the kind's first output.
@@ -140,7 +156,8 @@ fn growths(
     per_octave: i32,
 ) -> Option<(Vec<(f64, Light)>, Unit)> {
     let graph = subject.graph(registry, sets).ok()?;
-    let lights = Light::all(per_octave);
+    let is_shown = graph.inputs.iter().any(|input| unit_of(input.state) == Unit::Code);
+    let lights = Light::all(if is_shown { WHITE } else { BRIGHTEST }, per_octave);
     let shots: Vec<Shot> = lights.iter().flat_map(|light| [light.shot(0.0), light.shot(1.0)]).collect();
     let ran = lab.run(bench, (subject, &graph), SIZE, &shots, true).ok()?;
     let first = |frame: &Vec<Shown>| frame.first().cloned();
@@ -157,6 +174,7 @@ fn growths(
 fn unit_of(state: State) -> Unit {
     match state {
         State::DisplayLinear | State::Encoded => Unit::Code,
+        State::Data | State::LogLuminance => Unit::Fixed,
         _ => Unit::Half,
     }
 }
@@ -169,6 +187,7 @@ fn growth(exact: &Shown, off: &Shown, unit: Unit) -> f64 {
         match unit {
             Unit::Half => (a - b).abs() / half_unit(a),
             Unit::Code => (a - b).abs() * 255.0,
+            Unit::Fixed => (a - b).abs() / a.abs().max(1.0) * 1024.0,
         }
     });
     errors.fold(0.0, f64::max)
@@ -239,7 +258,7 @@ pub(crate) fn figures(kind: &str) -> Option<String> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Light, half_unit};
+    use super::{BRIGHTEST, Light, half_unit};
 
     #[test]
     fn units_are_those_of_half_floats() {
@@ -251,7 +270,7 @@ mod tests {
 
     #[test]
     fn lights_cover_the_range_of_halves() {
-        let lights = Light::all(1);
+        let lights = Light::all(BRIGHTEST, 1);
         assert_eq!(lights.len(), 60);
         assert_eq!(lights[0].red, 2_f32.powi(-14));
         assert_eq!(lights[59].red, 32768.0);

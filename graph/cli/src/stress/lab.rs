@@ -48,6 +48,8 @@ pub(crate) struct Lab<'g> {
     pub(crate) gpu: &'g Gpu,
     images: BTreeMap<Key, TextureView>,
     refusals: Arc<Mutex<Vec<String>>>,
+    /// Whether images are promised to be finite, whatever is in them: then nothing guards them.
+    unguarded: bool,
 }
 
 /// A view that differs from others of its image in size, guard and format.
@@ -67,6 +69,7 @@ pub(crate) struct Bench {
     options: Options,
     /// Whether images are given in half floats.
     half: bool,
+    unguarded: bool,
 }
 
 /// What a graph makes of some frames.
@@ -78,13 +81,13 @@ pub(crate) struct Ran {
 }
 
 impl<'g> Lab<'g> {
-    pub(crate) fn new(gpu: &'g Gpu) -> Self {
+    pub(crate) fn new(gpu: &'g Gpu, unguarded: bool) -> Self {
         let refusals = Arc::new(Mutex::new(Vec::new()));
         let told = refusals.clone();
         gpu.device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
             told.lock().unwrap_or_else(|poisoned| poisoned.into_inner()).push(error.to_string());
         }));
-        Self { gpu, images: BTreeMap::new(), refusals }
+        Self { gpu, images: BTreeMap::new(), refusals, unguarded }
     }
 
     /// A way of running: with changed capabilities and options.
@@ -92,7 +95,7 @@ impl<'g> Lab<'g> {
         let (mut caps, mut options) = (self.gpu.caps.clone(), Options::default());
         change(&mut caps, &mut options);
         let executor = Executor::with_caps(&self.gpu.device, &self.gpu.queue, caps.clone());
-        Bench { executor, caps, options, half }
+        Bench { executor, caps, options, half, unguarded: self.unguarded }
     }
 
     fn view(&mut self, shot: Shot, size: Size, signed: bool, half: bool) -> TextureView {
@@ -213,7 +216,7 @@ impl Bench {
 
     fn plan(&self, subject: &Subject, graph: &Graph, size: Size) -> Result<Plan, String> {
         let format = if self.half { Format::Rgba16Float } else { Format::Rgba32Float };
-        let given = GivenImage { desc: ImageDesc::new(size).format(format), finite: false };
+        let given = GivenImage { desc: ImageDesc::new(size).format(format), finite: self.unguarded };
         let wanted = graph.inputs.iter().filter(|input| !(input.optional && subject.bare));
         let inputs = wanted.map(|input| (input.name.clone(), given)).collect();
         let executor = &self.executor;

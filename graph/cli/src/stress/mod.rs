@@ -32,6 +32,7 @@ pub use run::Choice;
 pub use subject::Subject;
 
 use crate::failure::Failure;
+use crate::files::write_whole;
 use crate::pipeline::{facts, split};
 use crate::session::open;
 use crate::shipped::PIPELINES;
@@ -67,7 +68,7 @@ pub fn kinds(registry: &Registry, tables: &[&[NodeKind]]) -> Vec<Subject> {
 
 /// Runs the chosen cases of each subject; `begins` is told the title of each.
 pub fn stress(gpu: &Gpu, registry: &Registry, subjects: &[Subject], choice: &Choice, begins: &dyn Fn(&str)) -> Report {
-    let mut lab = lab::Lab::new(gpu);
+    let mut lab = lab::Lab::new(gpu, choice.unguarded);
     let mut report = Report::default();
     for subject in subjects {
         begins(&subject.title);
@@ -99,10 +100,19 @@ pub(crate) fn run(args: &StressArgs, tables: &[&[NodeKind]]) -> Result<(), Failu
         bar.finish_and_clear();
         return conditioning::report(args, &all);
     }
-    let choice = Choice { case: args.case.clone(), size: args.size, defaults: args.defaults, quick: args.quick };
+    let choice = Choice {
+        case: args.case.clone(),
+        size: args.size,
+        defaults: args.defaults,
+        quick: args.quick,
+        unguarded: args.unguarded,
+    };
     let choice = Choice { defaults: choice.defaults || !args.options.sets.is_empty(), ..choice };
     let report = stress(&gpu, &registry, &subjects, &choice, &begins);
     bar.finish_and_clear();
+    if let Some(path) = &args.markdown {
+        write_whole(path, report.to_markdown(&gpu.name()).as_bytes())?;
+    }
     say(&report.to_text(if args.all { usize::MAX } else { LISTED }));
     match report.failures().count() {
         0 => Ok(()),

@@ -1,5 +1,6 @@
 //! What stress has found: a table, and one line for each failed case with the command that shows it again.
 
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use afterimage_graph::image::Size;
@@ -25,6 +26,8 @@ pub struct Tally {
     pub cases: usize,
     /// Settings that the kind itself refuses.
     pub refused: usize,
+    /// How often each promise was looked at. That numbers are finite and in range is looked at in every case.
+    pub verdicts: BTreeMap<&'static str, usize>,
     /// The cases that failed.
     pub failures: Vec<Failed>,
 }
@@ -42,7 +45,12 @@ pub struct Failed {
 
 impl Tally {
     pub(crate) fn new(subject: &Subject) -> Self {
-        Self { title: subject.title.clone(), cases: 0, refused: 0, failures: Vec::new() }
+        Self { title: subject.title.clone(), cases: 0, refused: 0, verdicts: BTreeMap::new(), failures: Vec::new() }
+    }
+
+    /// Counts a look at a promise.
+    pub(crate) fn judged(&mut self, verdict: &'static str) {
+        *self.verdicts.entry(verdict).or_default() += 1;
     }
 
     /// Counts a case, and keeps it if something is wrong with it.
@@ -85,6 +93,31 @@ impl Report {
         }
         let failures = self.failures().count();
         let _ = writeln!(text, "\n{} cases, {failures} failed", self.cases());
+        text
+    }
+
+    /// How often each promise was looked at, by its name.
+    pub fn verdicts(&self) -> BTreeMap<&'static str, usize> {
+        let mut all = BTreeMap::from([("finite", self.cases()), ("in range", self.cases())]);
+        for (verdict, count) in self.tallies.iter().flat_map(|tally| &tally.verdicts) {
+            *all.entry(*verdict).or_default() += count;
+        }
+        all
+    }
+
+    /// The same as tables in Markdown, for the documentation: by verdict, then by pipeline and kind.
+    pub fn to_markdown(&self, device: &str) -> String {
+        let mut text = format!("Measured on {device}: {} cases, {} failed.\n", self.cases(), self.failures().count());
+        text += "\n| verdict | looked at |\n| --- | ---: |\n";
+        for (verdict, count) in self.verdicts() {
+            let _ = writeln!(text, "| {verdict} | {count} |");
+        }
+        text +=
+            "\n| pipeline or kind | cases | failed | settings refused by the kind |\n| --- | ---: | ---: | ---: |\n";
+        for tally in &self.tallies {
+            let Tally { title, cases, refused, failures, .. } = tally;
+            let _ = writeln!(text, "| {title} | {cases} | {} | {refused} |", failures.len());
+        }
         text
     }
 

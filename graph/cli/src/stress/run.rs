@@ -10,7 +10,7 @@ use super::promises::Promises;
 use super::report::Tally;
 use super::settings::{Change, sweep};
 use super::subject::{Sets, Subject};
-use super::verdicts::{Tolerance, broken_promises, different, finite, in_range};
+use super::verdicts::{Tolerance, different, finite, in_range, promised};
 use super::wiring::NODE;
 use super::{time, variants};
 
@@ -25,6 +25,8 @@ pub struct Choice {
     pub defaults: bool,
     /// Fewer sizes, and no pairs of extremes.
     pub quick: bool,
+    /// Whether nothing guards what kinds read from bad numbers in the images. Then `stress` must fail.
+    pub unguarded: bool,
 }
 
 /// The size at which parameters are swept: both sides odd, and no power of two near.
@@ -57,8 +59,9 @@ impl Choice {
     }
 
     fn images(&self, change: &Change, is_heavy: bool, is_signed: bool) -> Vec<Extreme> {
-        let all = self.case.is_some() || change.sets.is_empty() || (change.is_single && !is_heavy);
-        let some: &[&str] = if is_heavy { &MOST_TELLING } else { &TELLING };
+        let is_default = change.sets.is_empty();
+        let all = self.case.is_some() || (is_default && !(self.quick && is_heavy)) || (change.is_single && !is_heavy);
+        let some: &[&str] = if is_heavy && !is_default { &MOST_TELLING } else { &TELLING };
         let is_wanted = |image: &&Extreme| all || is_signed || some.contains(&image.name);
         let fits = |image: &&Extreme| self.takes(image.name) && (!is_signed || NEGATIVE.contains(&image.name));
         ALL.iter().filter(is_wanted).filter(fits).copied().collect()
@@ -67,6 +70,11 @@ impl Choice {
     fn sizes(&self, is_heavy: bool) -> Vec<Size> {
         let list: &[(u32, u32)] = if self.quick || is_heavy { &FEW_SIZES } else { &SIZES };
         list.iter().map(|(width, height)| Size::new(*width, *height)).collect()
+    }
+
+    /// Texels beyond which a change of parameters is left out, or seen with one image.
+    fn too_heavy(&self) -> u64 {
+        if self.quick { TOO_HEAVY / 2 } else { TOO_HEAVY }
     }
 
     fn swept(&self) -> Size {
@@ -87,6 +95,8 @@ pub(crate) struct Stand<'a, 'g> {
 
 /// Runs all cases of a subject.
 pub(crate) fn stress(lab: &mut Lab<'_>, registry: &Registry, subject: &Subject, choice: &Choice) -> Tally {
+    let flag = if choice.unguarded { " --unguarded" } else { "" };
+    let subject = &subject.with_words(flag);
     let mut stand = Stand { lab, registry, subject, choice, tally: Tally::new(subject), is_heavy: false };
     match subject.graph(registry, &Sets::new()) {
         Ok(graph) => stand.all(&graph),
@@ -136,11 +146,12 @@ impl Stand<'_, '_> {
                 continue;
             };
             let texels = if self.is_heavy { bench.texels(self.subject, &graph, size) } else { 0 };
-            if texels > TOO_HEAVY && !change.is_single && self.choice.case.is_none() {
+            let is_worth_it = change.is_single && !self.choice.quick;
+            if texels > self.choice.too_heavy() && !is_worth_it && self.choice.case.is_none() {
                 continue;
             }
             let mut images = self.choice.images(change, self.is_heavy, self.subject.signed);
-            if texels > TOO_HEAVY {
+            if texels > self.choice.too_heavy() {
                 images.truncate(1);
             }
             let Some(ran) = self.stills(bench, &graph, &change.sets, size, &images) else { continue };
@@ -155,7 +166,8 @@ impl Stand<'_, '_> {
             let is_wanted = |image: &&Extreme| names.is_none_or(|names| names.contains(&image.name));
             ALL.iter().filter(is_wanted).filter(|image| self.choice.takes(image.name)).copied().collect()
         };
-        let (all, long) = (images(None), images(Some(&LONG)));
+        let is_slow = self.choice.quick && self.is_heavy;
+        let (all, long) = (images(is_slow.then_some(&MOST_TELLING)), images(Some(&LONG)));
         for size in self.choice.sizes(self.is_heavy) {
             self.stills(bench, graph, &Sets::new(), size, &all);
         }
@@ -191,9 +203,13 @@ impl Stand<'_, '_> {
             let mut wrong = Vec::new();
             for shown in &ran.frames[index] {
                 wrong.extend(judge(shown, signed));
-                wrong.extend(broken_promises(shown, *image, size, &promises));
+                for (promise, broken) in promised(shown, *image, size, &promises) {
+                    self.tally.judged(promise);
+                    wrong.extend(broken);
+                }
             }
             if let Some(clean) = guarded.iter().position(|guarded| *guarded == index) {
+                self.tally.judged("no poison in space");
                 wrong.extend(poison(&ran.frames[index], &ran.frames[images.len() + clean]));
             }
             self.count(sets, size, image.name, wrong);
@@ -201,7 +217,8 @@ impl Stand<'_, '_> {
         Some(ran)
     }
 
-    /// A node that is left out because it changes nothing must change nothing when it does run.
+    /// A node that is left out because it changes nothing must change nothing when it does run. What gives no negative light takes it
+    /// away where it runs; left out it does not.
     fn identity(&mut self, bench: &mut Bench, left_out: &Ran, sets: &Sets, size: Size, images: &[Extreme]) {
         let Some(graph) = self.subject.forced(self.registry, sets) else { return };
         let shots: Vec<Shot> = images.iter().map(|image| Shot::still(*image)).collect();
@@ -209,14 +226,27 @@ impl Stand<'_, '_> {
             Ok(ran) if !ran.left_out.iter().any(|node| node == NODE) => ran,
             _ => return,
         };
+        let cuts = self.subject.signed && !Promises::of(&graph).negative;
+        let wanted = |out: &Shown| if cuts { without_negatives(out) } else { out.clone() };
         for (index, image) in images.iter().enumerate() {
-            let pairs =
-                left_out.frames[index].iter().filter_map(|out| Some((named(&ran.frames[index], &out.name)?, out)));
-            let wrong = pairs.filter_map(|(ran, out)| different(ran, out, Tolerance::HALF));
+            let pairs = left_out.frames[index]
+                .iter()
+                .filter_map(|out| Some((named(&ran.frames[index], &out.name)?, wanted(out))));
+            let wrong = pairs.filter_map(|(ran, out)| {
+                let ran = if cuts { without_negatives(ran) } else { ran.clone() };
+                different(&ran, &out, Tolerance::HALF)
+            });
             let wrong = wrong.map(|what| format!("left out as an identity, yet it gives {what}")).collect();
+            self.tally.judged("neutral");
             self.count(sets, size, image.name, wrong);
         }
     }
+}
+
+fn without_negatives(shown: &Shown) -> Shown {
+    let mut shown = shown.clone();
+    shown.pixels.iter_mut().flat_map(|pixel| &mut pixel[..3]).for_each(|x| *x = x.max(0.0));
+    shown
 }
 
 /// Where outside numbers show that the guard should have taken out.

@@ -112,6 +112,11 @@ impl Subject {
         Self { title, words, bare: true, sweep: false, ..self.clone() }
     }
 
+    /// The same, chosen by more words.
+    pub(crate) fn with_words(&self, more: &str) -> Self {
+        Self { words: format!("{}{more}", self.words), ..self.clone() }
+    }
+
     /// The graph with these changes; what is wrong with them otherwise.
     pub(crate) fn graph(&self, registry: &Registry, sets: &Sets) -> Result<Graph, Diagnostics> {
         self.checked(&self.text, registry, sets)

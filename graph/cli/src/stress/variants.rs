@@ -5,7 +5,8 @@ use afterimage_graph::plan::{Alias, Caps, Options};
 
 use super::images::Extreme;
 use super::lab::{Bench, Ran, Shot};
-use super::run::Stand;
+use super::promises::Promises;
+use super::run::{Stand, judge};
 use super::settings::Change;
 use super::subject::Sets;
 use super::verdicts::{Tolerance, different};
@@ -49,7 +50,7 @@ pub(crate) fn compare(stand: &mut Stand<'_, '_>, changes: &[Change]) {
         }
     };
     let mut plain = stand.lab.bench(exactly(|_, _| {}), false);
-    let mut others: Vec<(&str, Bench)> =
+    let mut others: Vec<(&'static str, Bench)> =
         WAYS.iter().map(|way| (way.name, stand.lab.bench(exactly(way.change), false))).collect();
     let sizes = match (stand.choice.size, stand.choice.quick) {
         (Some((width, height)), _) => vec![Size::new(width, height)],
@@ -72,7 +73,7 @@ fn is_compiled(change: &Change) -> bool {
 fn one(
     stand: &mut Stand<'_, '_>,
     plain: &mut Bench,
-    others: &mut [(&str, Bench)],
+    others: &mut [(&'static str, Bench)],
     sets: &Sets,
     size: Size,
     images: &[Extreme],
@@ -82,10 +83,14 @@ fn one(
     let subject = (stand.subject, &graph);
     // What fails in itself has been told by the stills.
     let Ok(wanted) = stand.lab.run(plain, subject, size, &shots, true) else { return };
-    let mut wrong = vec![Vec::new(); images.len()];
+    // In 32 bits nothing hides a number that a half float cannot hold: some devices round those to the largest one.
+    let signed = Promises::of(&graph).negative;
+    let mut wrong: Vec<Vec<String>> =
+        wanted.frames.iter().map(|frame| frame.iter().flat_map(|shown| judge(shown, signed)).collect()).collect();
     for (name, bench) in others.iter_mut() {
         match stand.lab.run(bench, subject, size, &shots, true) {
             Ok(ran) => {
+                images.iter().for_each(|_| stand.tally.judged(name));
                 differences(&ran, &wanted).for_each(|(index, what)| wrong[index].push(format!("{name}: {what}")))
             }
             Err(why) => wrong[0].push(format!("{name}: {why}")),

@@ -1,0 +1,116 @@
+//! What mutation begins with: the shipped pipelines, the broken documents of the tests, and tables.
+
+use std::path::{Path, PathBuf};
+
+/// Texts, and words that none of them need have.
+#[derive(Default)]
+pub(crate) struct Corpus {
+    pub(crate) texts: Vec<String>,
+    pub(crate) words: Vec<String>,
+}
+
+/// Words of pipeline files that the shipped ones do not use.
+const WORDS: &[&str] = &[
+    "extends",
+    "set",
+    "tiers",
+    "facts",
+    "when",
+    "off",
+    "label",
+    "format",
+    "optional",
+    "allow_negative",
+    "true",
+    "false",
+    "None",
+    "Some",
+    "@previous",
+    "@previous(2)",
+    "@previous(17)",
+    "night",
+    "night > 0.5",
+    "!(a && b) || c",
+    "unit",
+    "Color",
+    "Data",
+    "Pipeline",
+    "self.ron",
+    "lynx.ron",
+    "/*",
+    "*/",
+    "//",
+    "r#\"",
+    "\"#",
+    "b'",
+    "\\u{10ffff}",
+    "ä",
+    "\u{1F600}",
+    "\0",
+    "\u{feff}",
+];
+
+/// Tables of each sort.
+const CUBES: &[&str] = &[
+    "LUT_3D_SIZE 2\n0 0 0\n1 0 0\n0 1 0\n1 1 0\n0 0 1\n1 0 1\n0 1 1\n1 1 1\n",
+    "TITLE \"a curve\"\nLUT_1D_SIZE 4\nDOMAIN_MIN -0.1 0 0\nDOMAIN_MAX 1 2 100\n0 0 0\n.25 .5 0.75\n5e-1 +1.0 -0.1\n1 1 1\n",
+    "# both\nLUT_1D_SIZE 2\nLUT_1D_INPUT_RANGE 0.0 4.0\nLUT_3D_SIZE 2\nLUT_3D_INPUT_RANGE 0.0 1.0\n0 0 0\n1 1 1\n\
+     0 0 0\n1 0 0\n0 1 0\n1 1 0\n0 0 1\n1 0 1\n0 1 1\n1 1 1\n",
+    "LUT_3D_SIZE 2\r\nDOMAIN_MIN 0 0 0\r\nDOMAIN_MAX 1 1 1\r\n\r\n0 0 0\r\n1 0 0\r\n0 1 0\r\n1 1 0\r\n0 0 1\r\n1 0 1\r\n0 1 1\r\n1 1 1",
+    "LUT_1D_SIZE 2\n0 0 0\n1 1 1\n",
+    "",
+];
+
+fn here(path: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
+}
+
+/// The pipelines of a folder with their names, in order.
+fn files(folder: &str) -> Vec<(String, String)> {
+    let entries = std::fs::read_dir(here(folder)).into_iter().flatten().flatten();
+    let mut paths: Vec<PathBuf> = entries.map(|entry| entry.path()).collect();
+    paths.retain(|path| path.extension().is_some_and(|extension| extension == "ron"));
+    paths.sort();
+    let named =
+        |path: PathBuf| Some((path.file_name()?.to_string_lossy().into_owned(), std::fs::read_to_string(&path).ok()?));
+    paths.into_iter().filter_map(named).collect()
+}
+
+/// The shipped pipelines with their names.
+pub(crate) fn shipped() -> Vec<(String, String)> {
+    files("../../pipelines")
+}
+
+impl Corpus {
+    /// Shipped pipelines, broken documents, and every name of the built-in kinds.
+    pub(crate) fn documents() -> Self {
+        let files = shipped().into_iter().chain(files("../errors"));
+        let mut words: Vec<String> = WORDS.iter().map(|word| (*word).to_owned()).collect();
+        for kind in afterimage_nodes::ALL {
+            words.push(kind.name().to_owned());
+            words.extend(kind.params().iter().map(|param| param.name.to_owned()));
+            words.extend(kind.inputs().iter().map(|port| port.name.to_owned()));
+            words.extend(kind.outputs().iter().map(|port| port.name.to_owned()));
+        }
+        Self { texts: files.map(|(_, text)| text).collect(), words }
+    }
+
+    /// Tables of each sort.
+    pub(crate) fn cubes() -> Self {
+        let words = [
+            "LUT_1D_SIZE",
+            "LUT_3D_SIZE",
+            "DOMAIN_MIN",
+            "DOMAIN_MAX",
+            "LUT_3D_INPUT_RANGE",
+            "TITLE",
+            "#",
+            "\t",
+            "\u{feff}",
+        ];
+        Self {
+            texts: CUBES.iter().map(|text| (*text).to_owned()).collect(),
+            words: words.iter().map(|word| (*word).to_owned()).collect(),
+        }
+    }
+}

@@ -1,0 +1,89 @@
+//! Fuzzing without a device: what is read from outside is refused with words or accepted, and never panics.
+//!
+//! The same targets run under cargo-fuzz (`cargo +nightly fuzz run document --fuzz-dir tests/fuzz --features libfuzzer`) and, with
+//! inputs that follow from a seed, on any compiler: `cargo run --profile fuzz -p afterimage-fuzz -- --runs 10000000`.
+
+mod corpus;
+mod cube;
+mod dice;
+mod document;
+mod mutate;
+mod plan;
+mod tokens;
+
+use corpus::Corpus;
+use dice::{Bytes, Dice};
+use mutate::Mutator;
+
+/// What is fuzzed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Target {
+    /// The text of a pipeline: parsed, checked, planned; what is told of it, in every form.
+    Document,
+    /// A shipped pipeline changed by settings, tiers and switches, planned for any device and frame, and proved.
+    Plan,
+    /// The text of a `.cube` file.
+    Cube,
+}
+
+impl Target {
+    /// Every target.
+    pub const ALL: [Self; 3] = [Self::Document, Self::Plan, Self::Cube];
+
+    /// The name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Document => "document",
+            Self::Plan => "plan",
+            Self::Cube => "cube",
+        }
+    }
+
+    /// Executions out of ten of a mixed run: plans take longest, and texts have most ways to be wrong.
+    pub fn share(self) -> u64 {
+        match self {
+            Self::Document | Self::Cube => 4,
+            Self::Plan => 2,
+        }
+    }
+
+    /// One execution.
+    ///
+    /// # Panics
+    /// If the product does, or breaks a promise: that is what fuzzing looks for.
+    pub fn run(self, input: &[u8]) -> bool {
+        match self {
+            Self::Document => std::str::from_utf8(input).is_ok_and(document::survives),
+            Self::Plan => plan::survives(&mut Bytes::new(input)),
+            Self::Cube => std::str::from_utf8(input).is_ok_and(cube::survives),
+        }
+    }
+}
+
+/// Inputs of a target, each of which follows from its number alone.
+pub struct Inputs {
+    target: Target,
+    seed: u64,
+    mutator: Mutator,
+}
+
+impl Inputs {
+    /// The inputs of a target under a seed.
+    pub fn new(target: Target, seed: u64) -> Self {
+        let corpus = match target {
+            Target::Document => Corpus::documents(),
+            Target::Plan => Corpus::default(),
+            Target::Cube => Corpus::cubes(),
+        };
+        Self { target, seed, mutator: Mutator::new(&corpus) }
+    }
+
+    /// The input of that number.
+    pub fn get(&self, number: u64) -> Vec<u8> {
+        let mut dice = Dice::new(self.seed.wrapping_mul(0x2545_f491_4f6c_dd1d) ^ number);
+        match self.target {
+            Target::Plan => (0..plan::MOST_CHOICES).map(|_| dice.below(256) as u8).collect(),
+            Target::Document | Target::Cube => self.mutator.text(&mut dice).into_bytes(),
+        }
+    }
+}

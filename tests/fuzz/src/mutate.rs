@@ -1,0 +1,173 @@
+//! Mutation that knows what a text is made of.
+
+use std::collections::BTreeMap;
+
+use crate::corpus::Corpus;
+use crate::dice::Dice;
+use crate::tokens::{Class, Token, group, tokens};
+
+/// Numbers that parsers and arithmetic stumble over.
+const NUMBERS: &[&str] = &[
+    "0",
+    "-0.0",
+    "1",
+    "2",
+    "-1",
+    "3",
+    "17",
+    "0.5",
+    "1e-45",
+    "1e38",
+    "1e39",
+    "-1e308",
+    "1e309",
+    "NaN",
+    "inf",
+    "-inf",
+    "255",
+    "256",
+    "257",
+    "65504.0",
+    "65536",
+    "4294967295",
+    "4294967296",
+    "9223372036854775808",
+    "18446744073709551616",
+    "0x10",
+    "1_000",
+    "1.",
+    ".5",
+    "1e",
+    "--1",
+    "1..2",
+    "0.1.2",
+    "1e+400",
+    "00",
+    "1e-400",
+];
+/// Changes of one text.
+const MOST_CHANGES: usize = 4;
+/// The longest texts, from which most is learnt.
+const MOST_TELLING: usize = 8;
+/// A text that grows beyond this is cut.
+const LONGEST: usize = 32 << 10;
+
+/// Makes texts out of those of a corpus.
+pub(crate) struct Mutator {
+    seeds: Vec<Vec<Token>>,
+    dictionary: BTreeMap<Class, Vec<Token>>,
+}
+
+impl Mutator {
+    pub(crate) fn new(corpus: &Corpus) -> Self {
+        let mut seeds: Vec<Vec<Token>> = corpus.texts.iter().map(|text| tokens(text)).collect();
+        seeds.sort_by_key(|seed| std::cmp::Reverse(seed.len()));
+        let mut dictionary: BTreeMap<Class, Vec<Token>> = BTreeMap::new();
+        let others = corpus.words.iter().map(String::as_str).chain(NUMBERS.iter().copied()).map(Token::new);
+        for token in seeds.iter().flatten().cloned().chain(others) {
+            let class = dictionary.entry(token.class).or_default();
+            if !class.contains(&token) {
+                class.push(token);
+            }
+        }
+        Self { seeds, dictionary }
+    }
+
+    /// A text with a few changes.
+    pub(crate) fn text(&self, dice: &mut Dice) -> String {
+        // Half of all texts begin with one of the longest, which are right in most places.
+        let among =
+            if dice.below(2) == 0 { &self.seeds[..self.seeds.len().min(MOST_TELLING)] } else { &self.seeds[..] };
+        let mut tokens = dice.one_of(among).cloned().unwrap_or_default();
+        for _ in 0..=dice.below(MOST_CHANGES) {
+            self.change(&mut tokens, dice);
+        }
+        let mut text: String = tokens.iter().map(|token| token.text.as_str()).collect();
+        if dice.below(8) == 0 {
+            change_character(&mut text, dice);
+        }
+        while text.len() > LONGEST {
+            text.pop();
+        }
+        text
+    }
+
+    fn change(&self, tokens: &mut Vec<Token>, dice: &mut Dice) {
+        let at = dice.below(tokens.len().max(1));
+        match dice.below(10) {
+            0 if !tokens.is_empty() => drop(tokens.remove(at)),
+            1 => drop(tokens.drain(group(tokens, at))),
+            2 => self.repeat(tokens, at, dice),
+            3 if !tokens.is_empty() => {
+                let other = dice.below(tokens.len());
+                tokens.swap(at, other);
+            }
+            4 => tokens.truncate(at),
+            5 => tokens.splice(at..at, self.any(dice)).for_each(drop),
+            6 => self.exchange_group(tokens, at, dice),
+            _ => self.exchange(tokens, at, dice),
+        }
+    }
+
+    /// A group once more, or very often.
+    fn repeat(&self, tokens: &mut Vec<Token>, at: usize, dice: &mut Dice) {
+        let again = tokens[group(tokens, at)].to_vec();
+        let times = if dice.below(50) == 0 { 400 } else { 1 + dice.below(3) };
+        for _ in 0..times.min(LONGEST / again.len().max(1)) {
+            tokens.splice(at..at, again.iter().cloned());
+        }
+    }
+
+    /// Another token of the same class: a name for a name, an extreme for a number.
+    fn exchange(&self, tokens: &mut [Token], at: usize, dice: &mut Dice) {
+        // Spaces matter least.
+        let telling = (at..tokens.len()).find(|at| !matches!(tokens[*at].class, Class::Space | Class::LineEnd));
+        let Some(token) = telling.map(|at| &mut tokens[at]) else { return };
+        let others = self.dictionary.get(&token.class).map_or(&[][..], Vec::as_slice);
+        *token = dice.one_of(others).cloned().unwrap_or_else(|| token.clone());
+    }
+
+    /// A group of another text in place of one of this.
+    fn exchange_group(&self, tokens: &mut Vec<Token>, at: usize, dice: &mut Dice) {
+        let Some(other) = dice.one_of(&self.seeds).filter(|other| !other.is_empty()) else { return };
+        let taken = other[group(other, dice.below(other.len()))].iter().cloned();
+        tokens.splice(group(tokens, at), taken);
+    }
+
+    fn any(&self, dice: &mut Dice) -> Option<Token> {
+        let classes: Vec<&Vec<Token>> = self.dictionary.values().collect();
+        let class = dice.one_of(&classes)?;
+        dice.one_of(class).cloned()
+    }
+}
+
+/// One character replaced by one that is special to some reader.
+fn change_character(text: &mut String, dice: &mut Dice) {
+    const SIGNS: [char; 20] = [
+        '(',
+        ')',
+        '{',
+        '}',
+        '[',
+        ']',
+        '"',
+        '\'',
+        ',',
+        ':',
+        '\\',
+        '/',
+        '*',
+        '#',
+        '\0',
+        '\r',
+        '\u{b}',
+        '\u{feff}',
+        '\u{202e}',
+        '\u{1F600}',
+    ];
+    let starts: Vec<usize> = text.char_indices().map(|(at, _)| at).collect();
+    if let Some(at) = dice.one_of(&starts) {
+        text.remove(*at);
+        text.insert(*at, SIGNS[dice.below(SIGNS.len())]);
+    }
+}

@@ -1,0 +1,125 @@
+//! `stress` finds planted faults, and finds none in what is shipped.
+
+mod planted;
+
+use afterimage::stress::{Choice, Report, Subject, kinds, registry, stress};
+use afterimage_graph::node::NodeKind;
+
+use crate::support::gpu::gpu;
+
+const QUICK: Choice = Choice { case: None, size: None, defaults: false, quick: true, unguarded: false };
+
+/// Every kind of the tables alone, through the chosen cases.
+fn stressed(tables: &[&[NodeKind]], choice: &Choice) -> Report {
+    let registry = registry(tables).expect("no two kinds share a name");
+    let subjects = kinds(&registry, tables);
+    assert!(subjects.len() >= tables.iter().map(|table| table.len()).sum(), "some kinds cannot run alone");
+    stress(&gpu(), &registry, &subjects, choice, &|_| {})
+}
+
+fn reproduced(report: &Report) -> String {
+    report.failures().map(|failed| format!("{}: {}\n{}\n", failed.case, failed.why, failed.command)).collect()
+}
+
+#[test]
+fn built_in_kinds_and_the_plugin_have_no_faults() {
+    let report = stressed(&[afterimage_nodes::ALL, halftone::ALL], &QUICK);
+    assert!(report.cases() > 10_000, "only {} cases", report.cases());
+    assert_eq!(report.failures().count(), 0, "{}", reproduced(&report));
+}
+
+#[test]
+fn a_shipped_pipeline_has_no_faults() {
+    let registry = registry(&[afterimage_nodes::ALL]).expect("no two kinds share a name");
+    let subjects: Vec<Subject> = ["lynx", "exposure"]
+        .map(|name| {
+            let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("../pipelines/{name}.ron"));
+            let text = std::fs::read_to_string(path).expect("a shipped pipeline");
+            Subject::pipeline(name, name, &text, None)
+        })
+        .into();
+    let choice = Choice { defaults: true, ..QUICK };
+    let report = stress(&gpu(), &registry, &subjects, &choice, &|_| {});
+    assert!(report.cases() > 100, "only {} cases", report.cases());
+    assert_eq!(report.failures().count(), 0, "{}", reproduced(&report));
+}
+
+#[test]
+fn every_planted_fault_is_found() {
+    let mut missed = Vec::new();
+    for planted in planted::ALL {
+        let report = stressed(&[&[planted.kind]], &QUICK);
+        let found =
+            |failed: &&afterimage::stress::Failed| failed.case == planted.case && failed.why.contains(planted.verdict);
+        if !report.failures().any(|failed| found(&failed)) {
+            missed.push(format!("{}\n{}", planted.kind.doc(), reproduced(&report)));
+        }
+    }
+    assert!(missed.is_empty(), "{}", missed.join("\n"));
+}
+
+#[test]
+fn without_the_guard_of_images_poison_spreads_in_space_and_time() {
+    let registry = registry(&[afterimage_nodes::ALL]).expect("no two kinds share a name");
+    let of = |name: &str, case: &str, unguarded: bool| {
+        let kind = registry.get(name).expect("a built-in kind");
+        let choice = Choice { case: Some(case.into()), defaults: true, unguarded, ..QUICK };
+        stress(&gpu(), &registry, &kinds(&registry, &[&[kind]]), &choice, &|_| {})
+    };
+    for (kind, case, verdict) in [
+        ("Gaussian", "nan", "not finite"),
+        ("Gaussian", "negative", "out of range"),
+        ("AutoExposure", "mixed", "poison spreads"),
+        ("AutoExposure", "poisoned-frame", "after 4 frames"),
+    ] {
+        assert_eq!(of(kind, case, false).failures().count(), 0, "{kind} fails by itself");
+        let report = of(kind, case, true);
+        let found = report.failures().any(|failed| failed.why.contains(verdict));
+        assert!(found, "{kind}, {case}: {}", reproduced(&report));
+        assert!(report.failures().all(|failed| failed.command.contains(" --unguarded ")));
+    }
+}
+
+#[test]
+fn a_failed_case_comes_with_the_command_that_shows_it_again() {
+    let planted = planted::ALL.iter().find(|planted| planted.kind.name() == "KneeOfNothing").expect("a planted fault");
+    let report = stressed(&[&[planted.kind]], &QUICK);
+    let failed =
+        report.failures().find(|failed| failed.command.contains("--set")).expect("it fails at an end of its domain");
+    assert_eq!(
+        failed.command,
+        format!("afterimage stress --kind KneeOfNothing --set it.knee=0.0 --size 17x13 --case {}", failed.case)
+    );
+    let text = report.to_text(1);
+    assert!(text.contains(&failed.command) && text.contains("more; `--all` lists them"), "{text}");
+    assert!(
+        text.trim_end().ends_with(&format!("{} cases, {} failed", report.cases(), report.failures().count())),
+        "{text}"
+    );
+}
+
+#[test]
+fn the_page_of_every_kind_says_how_errors_grow_in_it() {
+    for kind in afterimage_nodes::ALL {
+        let mut program = std::process::Command::new(env!("CARGO_BIN_EXE_afterimage-under-test"));
+        let output = program.args(["nodes", kind.name()]).output().expect("the program starts");
+        let page = String::from_utf8(output.stdout).expect("pages are text");
+        let figures = page.split("What one half-float unit of error at the input becomes").nth(1);
+        let figures = figures.unwrap_or_else(|| panic!("{page}"));
+        let wanted = if kind.inputs().is_empty() { "nothing: it has no input" } else { "at worst" };
+        assert!(figures.contains(wanted), "{page}");
+    }
+}
+
+#[test]
+fn figures_of_conditioning_are_those_of_kinds_that_exist() {
+    let file = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../graph/docs/conditioning.json");
+    let text = std::fs::read_to_string(file).expect("the repository has the figures");
+    let rows: Vec<afterimage::stress::Conditioning> = serde_json::from_str(&text).expect("the figures are rows");
+    let names: Vec<&str> = rows.iter().map(|row| row.kind.as_str()).collect();
+    let wanted = afterimage_nodes::ALL.iter().filter(|kind| !kind.inputs().is_empty());
+    assert_eq!(names, wanted.map(|kind| kind.name()).collect::<Vec<_>>());
+    for row in &rows {
+        assert!(row.typical <= row.worst.growth && row.worst.growth <= row.over_domain.growth, "{row:?}");
+    }
+}

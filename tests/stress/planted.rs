@@ -1,0 +1,415 @@
+//! Kinds that each lack one guard. Some carry the name of a built-in kind, whose promises they then break.
+
+use afterimage_graph::prelude::*;
+
+/// A fault and the words by which it must be found.
+pub(super) struct Planted {
+    pub(super) kind: NodeKind,
+    /// The image or sequence that shows it.
+    pub(super) case: &'static str,
+    /// A part of the verdict.
+    pub(super) verdict: &'static str,
+}
+
+const fn planted<N: Node>(case: &'static str, verdict: &'static str) -> Planted {
+    Planted { kind: NodeKind::of::<N>(), case, verdict }
+}
+
+pub(super) const ALL: &[Planted] = &[
+    planted::<DividesByLight>("black", "not finite"),
+    planted::<LogOfNothing>("black", "not finite"),
+    planted::<KneeOfNothing>("white", "not finite"),
+    planted::<Unbounded>("primaries", "out of range for Scene"),
+    planted::<BelowBlack>("grey", "out of range for Scene"),
+    planted::<AboveWhite>("bright", "out of range for Encoded"),
+    planted::<FalseIdentity>("grey", "left out as an identity"),
+    planted::<PowerOfNegative>("negative", "not finite"),
+    planted::<CountsTooFar>("grey", "panics"),
+    planted::<dark_edges::Gaussian>("white", "a constant becomes another"),
+    planted::<uneven::Saturation>("white", "a constant image does not stay constant"),
+    planted::<cut_off::Gaussian>("firefly", "the sum of"),
+    planted::<leaning::Saturation>("firefly", "a symmetric image does not stay symmetric"),
+    planted::<falling::Contrast>("ramp", "more light becomes less"),
+    planted::<restless::Adapt>("time-backwards", "after 3 frames"),
+    planted::<restless::Adapt>("time-huge", "after 2 frames"),
+    planted::<DrawsOtherwise>("ramp", "when drawn"),
+    planted::<HandsOver>("edge", "when not fused"),
+];
+
+const SOURCE: &[Input] = &[Input::image("source", "Light.").takes(&[State::Scene])];
+const RESULT: &[Output] = &[Output::image("result", Gives::Same("source"), "Light.")];
+
+/// A kind of one function that is named after its shader's text.
+macro_rules! faulty {
+    ($kind:ident, $function:literal, $outputs:expr, $stand_in:expr, $wgsl:literal) => {
+        impl Node for $kind {
+            const INPUTS: &'static [Input] = SOURCE;
+            const OUTPUTS: &'static [Output] = $outputs;
+            const BYPASS: StandIn = StandIn::Input("source");
+
+            fn stand_in(&self, _: &Arrivals) -> Option<StandIn> {
+                let is_neutral: fn(&Self) -> bool = $stand_in;
+                is_neutral(self).then_some(Self::BYPASS)
+            }
+
+            fn record(&self, pass: &mut Recorder<'_>) {
+                static SHADER: Shader = Shader::new(concat!($function, ".wgsl"), $wgsl);
+                let source = pass.image("source");
+                let desc = ImageDesc::new(pass.desc(source).size);
+                pass.function(&SHADER, $function).write("result", desc);
+            }
+        }
+    };
+}
+
+params! {
+    /// Divides by a luminance that may be 0.
+    pub struct DividesByLight {}
+}
+faulty!(
+    DividesByLight,
+    "divides_by_light",
+    RESULT,
+    |_| false,
+    "fn divides_by_light(source: vec4f) -> vec4f {
+    return vec4f(source.rgb * (source.g / (source.r + source.g + source.b)), source.a);
+}"
+);
+
+params! {
+    /// Takes the logarithm of 0.
+    pub struct LogOfNothing {}
+}
+faulty!(
+    LogOfNothing,
+    "log_of_nothing",
+    RESULT,
+    |_| false,
+    "fn log_of_nothing(source: vec4f) -> vec4f {
+    return vec4f(abs(source.rgb * log2(source.rgb)) / 16.0, source.a);
+}"
+);
+
+params! {
+    /// A knee whose width is divided by.
+    pub struct KneeOfNothing {
+        /// Width.
+        pub knee: f32 = 0.5 => within(0.0..=1.0);
+    }
+}
+faulty!(
+    KneeOfNothing,
+    "knee_of_nothing",
+    RESULT,
+    |_| false,
+    "struct KneeOfNothing { knee: f32 }
+fn knee_of_nothing(source: vec4f, params: KneeOfNothing) -> vec4f {
+    let share = clamp((source.rgb - 1.0) / params.knee, vec3f(0.0), vec3f(60000.0));
+    return vec4f(min(source.rgb / params.knee, vec3f(65504.0 / params.knee)) * min(share, vec3f(1.0)) * 0.5, source.a);
+}"
+);
+
+params! {
+    /// Makes bright light brighter than a half float can hold.
+    pub struct Unbounded {}
+}
+faulty!(
+    Unbounded,
+    "unbounded",
+    RESULT,
+    |_| false,
+    "fn unbounded(source: vec4f) -> vec4f {
+    return vec4f(source.rgb * 4.0, source.a);
+}"
+);
+
+params! {
+    /// Takes away more light than there is.
+    pub struct BelowBlack {}
+}
+faulty!(
+    BelowBlack,
+    "below_black",
+    RESULT,
+    |_| false,
+    "fn below_black(source: vec4f) -> vec4f {
+    return vec4f(source.rgb - 0.5, source.a);
+}"
+);
+
+params! {
+    /// Encodes and does not stop at white.
+    pub struct AboveWhite {}
+}
+faulty!(
+    AboveWhite,
+    "above_white",
+    &[Output::image("result", Gives::Always(State::Encoded), "The signal.")],
+    |_| false,
+    "fn above_white(source: vec4f) -> vec4f {
+    return vec4f(sqrt(source.rgb), source.a);
+}"
+);
+
+params! {
+    /// Says that it changes nothing at 0, and does.
+    pub struct FalseIdentity {
+        /// Share of the effect.
+        pub amount: f32 = 1.0 => within(0.0..=1.0), neutral(0.0);
+    }
+}
+faulty!(
+    FalseIdentity,
+    "false_identity",
+    RESULT,
+    |me| me.amount == 0.0,
+    "struct FalseIdentity { amount: f32 }
+fn false_identity(source: vec4f, params: FalseIdentity) -> vec4f {
+    return vec4f(source.rgb * (0.9 - 0.5 * params.amount), source.a);
+}"
+);
+
+params! {
+    /// Raises to a power what may be negative.
+    pub struct PowerOfNegative {}
+}
+faulty!(
+    PowerOfNegative,
+    "power_of_negative",
+    RESULT,
+    |_| false,
+    "fn power_of_negative(source: vec4f) -> vec4f {
+    return vec4f(pow(source.rgb, vec3f(0.4)), source.a);
+}"
+);
+
+params! {
+    /// Counts beyond the end of a table while it is recorded.
+    pub struct CountsTooFar {
+        /// How far.
+        pub levels: u32 = 2 => within(1.0..=8.0);
+    }
+}
+
+impl Node for CountsTooFar {
+    const INPUTS: &'static [Input] = SOURCE;
+    const OUTPUTS: &'static [Output] = RESULT;
+    const BYPASS: StandIn = StandIn::Input("source");
+
+    fn record(&self, pass: &mut Recorder<'_>) {
+        const WEIGHTS: [f32; 4] = [0.4, 0.3, 0.2, 0.1];
+        static SHADER: Shader = Shader::new(
+            "counts_too_far.wgsl",
+            "struct CountsTooFar { weight: f32 }
+fn counts_too_far(source: vec4f, params: CountsTooFar) -> vec4f { return source * params.weight; }",
+        );
+        let source = pass.image("source");
+        let desc = ImageDesc::new(pass.desc(source).size);
+        let weight = WEIGHTS[self.levels as usize - 1];
+        pass.function(&SHADER, "counts_too_far").set("weight", weight).write("result", desc);
+    }
+}
+
+params! {
+    /// Has another curve for devices that draw.
+    pub struct DrawsOtherwise {}
+}
+
+impl Node for DrawsOtherwise {
+    const INPUTS: &'static [Input] = SOURCE;
+    const OUTPUTS: &'static [Output] = RESULT;
+    const BYPASS: StandIn = StandIn::Input("source");
+
+    fn record(&self, pass: &mut Recorder<'_>) {
+        static SHADER: Shader = Shader::new(
+            "draws_otherwise.wgsl",
+            "fn draws_otherwise(source: vec4f) -> vec4f { return vec4f(sqrt(source.rgb), source.a); }
+fn draws_otherwise_fast(source: vec4f) -> vec4f {
+    let bits = (bitcast<vec3u>(source.rgb) >> vec3u(1u)) + vec3u(0x1fc00000u);
+    return vec4f(select(vec3f(0.0), bitcast<vec3f>(bits), source.rgb > vec3f(0.0)), source.a);
+}",
+        );
+        let source = pass.image("source");
+        let desc = ImageDesc::new(pass.desc(source).size);
+        let function = if pass.caps().prefer_fragment { "draws_otherwise_fast" } else { "draws_otherwise" };
+        pass.function(&SHADER, function).write("result", desc);
+    }
+}
+
+params! {
+    /// Hands a number from one pass to the next behind the back of the images.
+    pub struct HandsOver {}
+}
+
+impl Node for HandsOver {
+    const INPUTS: &'static [Input] = SOURCE;
+    const OUTPUTS: &'static [Output] = RESULT;
+    const BYPASS: StandIn = StandIn::Input("source");
+
+    fn record(&self, pass: &mut Recorder<'_>) {
+        static SHADER: Shader = Shader::new(
+            "hands_over.wgsl",
+            "var<private> hands_over_peak: f32;
+fn hands_over_take(source: vec4f) -> vec4f {
+    hands_over_peak = max(source.r, max(source.g, source.b));
+    return source;
+}
+fn hands_over_give(taken: vec4f) -> vec4f { return vec4f(taken.rgb / (1.0 + hands_over_peak), taken.a); }",
+        );
+        let source = pass.image("source");
+        let desc = ImageDesc::new(pass.desc(source).size);
+        let taken = pass.transient("taken", desc);
+        pass.function(&SHADER, "hands_over_take").write_to(taken);
+        pass.function(&SHADER, "hands_over_give").read("taken", taken).write("result", desc);
+    }
+}
+
+mod dark_edges {
+    //! A blur whose taps outside the picture are black.
+    use super::*;
+
+    params! {
+        /// Lets the dark in at the border.
+        pub struct Gaussian {}
+    }
+
+    impl Node for Gaussian {
+        const INPUTS: &'static [Input] = SOURCE;
+        const OUTPUTS: &'static [Output] = RESULT;
+        const BYPASS: StandIn = StandIn::Input("source");
+
+        fn record(&self, pass: &mut Recorder<'_>) {
+            static SHADER: Shader = Shader::new(
+                "gaussian.wgsl",
+                "#import sampling
+fn gaussian_inside(source: texture_2d<f32>, p: vec2i) -> vec4f {
+    let is_inside = p.x >= 0 && p.x < i32(textureDimensions(source).x);
+    return select(vec4f(0.0), texel(source, p), is_inside);
+}
+fn gaussian(source: texture_2d<f32>, source_sampler: sampler, at: Point) -> vec4f {
+    let sides = gaussian_inside(source, at.pixel - vec2i(1, 0)) + gaussian_inside(source, at.pixel + vec2i(1, 0));
+    return 0.5 * texel(source, at.pixel) + 0.25 * sides;
+}",
+            );
+            let source = pass.image("source");
+            let desc = ImageDesc::new(pass.desc(source).size);
+            pass.function(&SHADER, "gaussian").write("result", desc);
+        }
+    }
+}
+
+mod cut_off {
+    //! A blur that takes the brightest light for a mistake.
+    use super::*;
+
+    params! {
+        /// Loses what a firefly shines.
+        pub struct Gaussian {}
+    }
+    faulty!(
+        Gaussian,
+        "gaussian",
+        RESULT,
+        |_| false,
+        "fn gaussian(source: vec4f) -> vec4f { return vec4f(min(source.rgb, vec3f(1000.0)), source.a); }"
+    );
+}
+
+mod uneven {
+    //! A kind of one pixel that looks at where it is.
+    use super::*;
+
+    params! {
+        /// Darker to the right.
+        pub struct Saturation {}
+    }
+    faulty!(
+        Saturation,
+        "saturation",
+        RESULT,
+        |_| false,
+        "fn saturation(source: vec4f, at: Point) -> vec4f { return vec4f(source.rgb * (1.0 - 0.25 * at.uv.x), source.a); }"
+    );
+}
+
+mod leaning {
+    //! A kind of one pixel that looks at its neighbour.
+    use super::*;
+
+    params! {
+        /// Mixes in the pixel to the left.
+        pub struct Saturation {}
+    }
+
+    impl Node for Saturation {
+        const INPUTS: &'static [Input] = SOURCE;
+        const OUTPUTS: &'static [Output] = RESULT;
+        const BYPASS: StandIn = StandIn::Input("source");
+
+        fn record(&self, pass: &mut Recorder<'_>) {
+            static SHADER: Shader = Shader::new(
+                "saturation.wgsl",
+                "#import sampling
+fn saturation(source: texture_2d<f32>, source_sampler: sampler, at: Point) -> vec4f {
+    return mix(texel(source, at.pixel), texel(source, at.pixel - vec2i(1, 0)), 0.25);
+}",
+            );
+            let source = pass.image("source");
+            let desc = ImageDesc::new(pass.desc(source).size);
+            pass.function(&SHADER, "saturation").write("result", desc);
+        }
+    }
+}
+
+mod falling {
+    //! A curve that turns round.
+    use super::*;
+
+    params! {
+        /// Falls above middle grey.
+        pub struct Contrast {}
+    }
+    faulty!(
+        Contrast,
+        "contrast",
+        RESULT,
+        |_| false,
+        "fn contrast(source: vec4f) -> vec4f {
+    return vec4f(source.rgb / (1.0 + source.rgb * source.rgb), source.a);
+}"
+    );
+}
+
+mod restless {
+    //! Adaptation that trusts the clock.
+    use super::*;
+
+    params! {
+        /// Follows the light of one pixel by a step that it does not look at.
+        pub struct Adapt {}
+    }
+
+    impl Node for Adapt {
+        const INPUTS: &'static [Input] = SOURCE;
+        const OUTPUTS: &'static [Output] = &[Output::new("result", PortType::Value, Gives::Nothing, "Stops.")];
+        const BYPASS: StandIn = StandIn::Absent;
+
+        fn record(&self, pass: &mut Recorder<'_>) {
+            static SHADER: Shader = Shader::new(
+                "adapt.wgsl",
+                "#import point
+@group(0) @binding(0) var source: texture_2d<f32>;
+@group(0) @binding(1) var<storage, read_write> result: vec4f;
+@group(0) @binding(2) var<uniform> frame: Frame;
+@compute @workgroup_size(1)
+fn adapt() {
+    let wanted = log2(max(textureLoad(source, vec2i(0), 0).g, 1e-4));
+    let share = select(frame.dt * 3.0, 1.0, frame.reset == 1u);
+    result = vec4f(mix(result.x, wanted, min(share, 0.5 + f32(frame.reset))), 0.0, 0.0, 1.0);
+}",
+            );
+            let result = pass.output_value("result", BufferLife::Persistent);
+            pass.compute(&SHADER, "adapt").buffer("result", result).dispatch([1, 1, 1]);
+        }
+    }
+}
