@@ -61,6 +61,12 @@ fn mistakes_of_the_shader_are_told_at_its_lines() {
             "the shader has no function `posterize` that gives a `vec4f`",
             "node.ron:2:11",
         ),
+        (
+            "fn posterize",
+            "const POSTERIZE_PAIR = vec2f(1.0, 2.0);\nfn posterize_twice(x: f32) -> vec3f { return vec3f(POSTERIZE_PAIR, x); }\nfn posterize",
+            "a vector constant of the module cannot be a part of a larger vector: write its components",
+            "posterize.wgsl:4:46",
+        ),
         ("mask_sampler", "samp", "the sampler `samp` does not follow its texture", "posterize.wgsl:3:52"),
         (
             "struct",

@@ -4,6 +4,7 @@
 use std::fmt::Write as _;
 
 use super::import::{SourceMap, Text};
+use super::pitfalls;
 use super::reflect::GlobalKind;
 use super::tiles::{TILED, is_tiled};
 use crate::image::{Format, ImageDesc, Size};
@@ -145,6 +146,10 @@ fn validate(source: &str, map: &SourceMap) -> Result<naga::Module, ShaderError> 
         let place = error.location(source);
         place_error(map, place.map(|p| (p.line_number, p.line_position)), root_cause(error.as_inner()))
     })?;
+    if let Some(span) = pitfalls::constant_part(&module) {
+        let place = span.location(source);
+        return Err(place_error(map, Some((place.line_number, place.line_position)), pitfalls::CONSTANT_PART.into()));
+    }
     Ok(module)
 }
 

@@ -2,6 +2,7 @@
 
 mod compose;
 mod import;
+mod pitfalls;
 mod reflect;
 mod rows;
 mod tiles;

@@ -1,4 +1,6 @@
 //! Tables from arbitrary text.
 #![no_main]
 
-libfuzzer_sys::fuzz_target!(|bytes: &[u8]| afterimage_fuzz::Target::Cube.run(bytes));
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
+    afterimage_fuzz::Target::Cube.run(bytes);
+});
