@@ -105,6 +105,6 @@ fn one(
 fn differences<'r>(ran: &'r Ran, wanted: &'r Ran) -> impl Iterator<Item = (usize, String)> + 'r {
     ran.frames.iter().zip(&wanted.frames).enumerate().flat_map(|(index, (frame, wanted))| {
         let pairs = frame.iter().zip(wanted);
-        pairs.filter_map(move |(a, b)| Some((index, different(a, b, tolerance(a.state))?)))
+        pairs.filter_map(move |(a, b)| Some((index, different(a, b, tolerance(a.state).leaking(a))?)))
     })
 }
