@@ -44,12 +44,17 @@ fn downsample_groups(source: texture_2d<f32>, source_sampler: sampler, at: Point
     return DownsampleGroups(downsample_square(source, source_sampler, at, 0.0, 0.0), corners);
 }
 
+// Weighs a colour by 1 / (1 + the brightness of what is around it).
+fn downsample_add_among(sum: ptr<function, DownsampleSum>, color: vec4f, around: vec4f, share: f32) {
+    let weight = share / (1.0 + max(brightest(around.rgb), 0.0));
+    (*sum).color += color * weight;
+    (*sum).weight += weight;
+}
+
 // Weighs a colour by 1 / (1 + brightness), so that one very bright pixel cannot flicker through the whole chain:
 // Karis, "Tone Mapping", 2013.
 fn downsample_add(sum: ptr<function, DownsampleSum>, color: vec4f, share: f32) {
-    let weight = share / (1.0 + max(brightest(color.rgb), 0.0));
-    (*sum).color += color * weight;
-    (*sum).weight += weight;
+    downsample_add_among(sum, color, color, share);
 }
 
 fn downsample_box(source: texture_2d<f32>, source_sampler: sampler, at: Point) -> vec4f {
@@ -114,5 +119,20 @@ fn downsample_tap13_groups(source: texture_2d<f32>, source_sampler: sampler, at:
     downsample_add(&sum, groups.corners[1], 0.125);
     downsample_add(&sum, groups.corners[2], 0.125);
     downsample_add(&sum, groups.corners[3], 0.125);
+    return sum.color / sum.weight;
+}
+
+// The same look from five taps. Each corner is weighed as a square that it shares with the middle, which counts four times: a bright
+// pixel in the middle is in all of the squares and stays, one at a corner is in a single square and is held back. Four times is what
+// came nearest to the thirteen taps on pictures of rooms, streets and suns.
+fn downsample_tap4_groups(source: texture_2d<f32>, source_sampler: sampler, at: Point) -> vec4f {
+    let middle = 0.8 * tap(source, source_sampler, at.uv);
+    var sum = DownsampleSum();
+    for (var y = -1; y <= 1; y += 2) {
+        for (var x = -1; x <= 1; x += 2) {
+            let corner = downsample_tap(source, source_sampler, at, f32(x), f32(y));
+            downsample_add_among(&sum, corner, 0.2 * corner + middle, 0.25);
+        }
+    }
     return sum.color / sum.weight;
 }

@@ -24,7 +24,8 @@ choices! {
     pub enum Firefly {
         /// Not at all: small lights keep all of their energy.
         Off,
-        /// The five squares of Tap13 are weighted against each other by 1 / (1 + brightness); with another filter, its taps.
+        /// The five squares of Tap13 are weighted against each other by 1 / (1 + brightness). With a cheaper filter the first halving is a
+        /// Tap4 whose corners are weighted together with the middle, 5 reads, so that the filter can change and the look stays.
         Groups,
         /// Each tap is weighted by 1 / (1 + brightness): strongest, and it dims small lights that are meant (Karis, 2013).
         Taps,
@@ -63,20 +64,27 @@ impl Downsample {
     fn function(&self, is_first: bool) -> &'static str {
         let firefly = if is_first { self.firefly } else { Firefly::Off };
         match (self.filter, firefly) {
+            (DownsampleFilter::Tap13, Firefly::Groups) => "downsample_tap13_groups",
+            (_, Firefly::Groups) => "downsample_tap4_groups",
             // A single tap outweighs nothing.
             (DownsampleFilter::Box, _) => "downsample_box",
             (DownsampleFilter::Tap4, Firefly::Off) => "downsample_tap4",
-            (DownsampleFilter::Tap4, Firefly::Groups | Firefly::Taps) => "downsample_tap4_taps",
+            (DownsampleFilter::Tap4, Firefly::Taps) => "downsample_tap4_taps",
             (DownsampleFilter::Tap9, Firefly::Off) => "downsample_tap9",
-            (DownsampleFilter::Tap9, Firefly::Groups | Firefly::Taps) => "downsample_tap9_taps",
+            (DownsampleFilter::Tap9, Firefly::Taps) => "downsample_tap9_taps",
             (DownsampleFilter::Tap13, Firefly::Off) => "downsample_tap13",
-            (DownsampleFilter::Tap13, Firefly::Groups) => "downsample_tap13_groups",
             (DownsampleFilter::Tap13, Firefly::Taps) => "downsample_tap13_taps",
         }
     }
 }
 
 impl Downsample {
+    /// How far the taps of a halving lie from the middle, in texels.
+    fn reach(&self, is_first: bool) -> f32 {
+        let weighs = is_first && self.firefly == Firefly::Groups;
+        if weighs { self.filter.reach().max(1.0) } else { self.filter.reach() }
+    }
+
     fn by_rows(&self, is_first: bool) -> Option<ByRows> {
         let function = match self.function(is_first) {
             "downsample_tap13" => "downsample_rows_tap13",
@@ -111,7 +119,7 @@ impl Node for Downsample {
             pass.function(&SHADER, function)
                 .label(format!("{function} {}", desc.size))
                 .read("source", above)
-                .reach(self.filter.reach())
+                .reach(self.reach(index == 0))
                 .by_rows(self.by_rows(index == 0))
                 .write_to(level);
             levels.push(level);

@@ -226,6 +226,36 @@ fn downsample_tames_fireflies_as_its_twin() {
     }
 }
 
+/// A dim picture with a lamp of many pixels and single bright pixels at every place that a filter tells apart.
+fn lamps() -> Picture {
+    Picture::new(64, 64, |x, y| {
+        let lamp = (20..28).contains(&x) && (36..44).contains(&y);
+        let spark = y % 16 == x / 16 && x % 16 == 5 + y / 16;
+        let light = if spark { 500.0 } else { f32::from(u8::from(lamp)) * 30.0 + 0.1 };
+        [light, 0.5 * light, 0.25 * light, 1.0]
+    })
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_cheaper_filter_holds_fireflies_back_as_the_thirteen_taps_do() {
+    let lamps = lamps();
+    let glow = |filter: &str, firefly: &str| {
+        let nodes = format!(
+            r#""mips": Downsample(source: "scene", levels: 4, filter: {filter}, firefly: {firefly}) -> mips.coarsest"#
+        );
+        let level = Run::new(&graph(&pipeline(&nodes))).frame(&[("scene", &lamps)]).remove(0);
+        level.pixels.iter().map(|pixel| f64::from(pixel[0])).sum::<f64>()
+    };
+    let wanted = glow("Tap13", "Groups");
+    for filter in ["Tap9", "Tap4", "Box"] {
+        let ratio = glow(filter, "Groups") / wanted;
+        assert!((0.85..1.15).contains(&ratio), "{filter}: {ratio}");
+    }
+    // Each tap by itself dims more, and no weights at all far less.
+    assert!(glow("Tap4", "Taps") < 0.8 * wanted && glow("Tap4", "Off") > 1.2 * wanted);
+}
+
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn upsample_joins_levels_as_its_twin() {

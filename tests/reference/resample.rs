@@ -22,7 +22,8 @@ pub(crate) enum Down {
 pub(crate) enum Firefly {
     /// Not at all.
     Off,
-    /// The thirteen taps in five groups of four; each tap of any other filter.
+    /// The thirteen taps in five groups of four. Instead of any other filter, four taps, each weighted as a fifth of itself and four
+    /// fifths of the tap in the middle.
     Groups,
     /// Each tap by itself.
     Taps,
@@ -83,8 +84,10 @@ pub(crate) fn downsample(image: &Image, size: [usize; 2], filter: Down) -> Image
 /// A smaller image of `size` pixels whose groups of taps weigh `1 / (1 + brightness)`, with
 /// brightness the largest channel, and the weights made to sum to 1 again.
 pub(crate) fn downsample_karis(image: &Image, size: [usize; 2], filter: Down, firefly: Firefly) -> Image {
-    if firefly == Firefly::Off {
-        return downsample(image, size, filter);
+    match firefly {
+        Firefly::Off => return downsample(image, size, filter),
+        Firefly::Groups if filter != Down::ThirteenTap => return downsample_corners(image, size),
+        Firefly::Groups | Firefly::Taps => {}
     }
     let groups = groups(filter, firefly);
     Image::from_uv(size[0], size[1], |uv| {
@@ -95,6 +98,23 @@ pub(crate) fn downsample_karis(image: &Image, size: [usize; 2], filter: Down, fi
             let mean = gather(image, uv, group).map(|x| x / share);
             let weight = share * karis_weight(rgb(mean), largest);
             sum = add_weighted(sum, mean, weight);
+            total += weight;
+        }
+        sum.map(|x| x / total)
+    })
+}
+
+/// The weighting of the thirteen taps' groups, with four taps and the one between them.
+fn downsample_corners(image: &Image, size: [usize; 2]) -> Image {
+    Image::from_uv(size[0], size[1], |uv| {
+        let middle = image.tap_offset(uv, [0.0, 0.0]);
+        let mut sum = [0.0; 4];
+        let mut total = 0.0;
+        for (offset, share) in taps(Down::FourTap) {
+            let corner = image.tap_offset(uv, offset);
+            let square = [0, 1, 2, 3].map(|i| 0.2 * corner[i] + 0.8 * middle[i]);
+            let weight = share * karis_weight(rgb(square), largest);
+            sum = add_weighted(sum, corner, weight);
             total += weight;
         }
         sum.map(|x| x / total)
@@ -191,8 +211,10 @@ mod tests {
         };
         let off = energy(Firefly::Off, Down::ThirteenTap);
         let groups = energy(Firefly::Groups, Down::ThirteenTap);
+        let corners = energy(Firefly::Groups, Down::FourTap);
         let taps = energy(Firefly::Taps, Down::FourTap);
         assert!((groups / off - 0.32).abs() < 0.01, "{}", groups / off);
+        assert!((corners / off - 0.25).abs() < 0.02, "{}", corners / off);
         assert!((taps / off - 0.012).abs() < 0.003, "{}", taps / off);
     }
 
