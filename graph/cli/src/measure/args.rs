@@ -59,10 +59,16 @@ pub(crate) struct Material {
 #[derive(Debug, Args)]
 #[command(after_help = FIGURES)]
 pub(crate) struct MeasureArgs {
-    /// The pipeline file
+    /// The pipeline file, or with `--docs` a folder of them
     pub(crate) pipeline: PathBuf,
     #[command(flatten)]
     pub(crate) material: Material,
+    /// Only the tiers, not each switch on its own
+    #[arg(long)]
+    pub(crate) tiers: bool,
+    /// Write a manual's page: this adapter's figures, plots, and a `README.md` that has the figures of every adapter in the folder
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["json", "csv", "plot", "error_image"])]
+    pub(crate) docs: Option<PathBuf>,
     /// Write all figures as JSON
     #[arg(long, value_name = "FILE")]
     pub(crate) json: Option<PathBuf>,

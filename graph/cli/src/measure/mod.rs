@@ -3,6 +3,7 @@
 //! Everything is derived from the table of node kinds: the truth, the switches, the variants. Plug-ins are measured like all others.
 
 pub(crate) mod args;
+mod book;
 mod clips;
 mod csv;
 mod errors;
@@ -46,17 +47,27 @@ pub(crate) fn run(args: &MeasureArgs, tables: &[&[NodeKind]]) -> Result<(), Fail
         std::fs::create_dir_all(folder)
             .map_err(|error| Failure::machine(format!("cannot make the folder `{}`: {error}", folder.display())))?;
     }
-    let material = &args.material;
-    let registry = registry(tables, &material.options.nodes)?;
-    let written = load_graph(&args.pipeline, &registry, &material.options)?;
-    let all = variants(&args.pipeline, &registry, &material.options, &written)?;
-    let sources = clips::sources(material, &written)?;
-    let gpu = open(&material.device)?;
-    let runner = Runner::new(&gpu, facts(&material.options)?, material.repeats);
-    let mut work = Work { gpu: &gpu, registry: &registry, args, written: &written, runner };
-    let report = work.measure(all, &sources)?;
+    let registry = registry(tables, &args.material.options.nodes)?;
+    let gpu = open(&args.material.device)?;
+    if let Some(folder) = &args.docs {
+        return book::write(folder, args, &gpu, &registry);
+    }
+    let report = report(args, &args.pipeline, &gpu, &registry)?;
     say(&table::table(&report));
     write(args, &report)
+}
+
+/// All variants of a pipeline on all images.
+fn report(args: &MeasureArgs, pipeline: &Path, gpu: &Gpu, registry: &Registry) -> Result<Report, Failure> {
+    let material = &args.material;
+    let written = load_graph(pipeline, registry, &material.options)?;
+    let mut all = variants(pipeline, registry, &material.options, &written)?;
+    if args.tiers {
+        all.retain(|variant| !matches!(variant.kind, VariantKind::Switch | VariantKind::Format));
+    }
+    let sources = clips::sources(material, &written)?;
+    let runner = Runner::new(gpu, facts(&material.options)?, material.repeats);
+    Work { gpu, registry, args, pipeline, written: &written, runner }.measure(all, &sources)
 }
 
 fn write(args: &MeasureArgs, report: &Report) -> Result<(), Failure> {
@@ -74,6 +85,7 @@ struct Work<'a> {
     gpu: &'a Gpu,
     registry: &'a Registry,
     args: &'a MeasureArgs,
+    pipeline: &'a Path,
     written: &'a Graph,
     runner: Runner<'a>,
 }
@@ -101,7 +113,7 @@ impl Work<'_> {
         }
         bar.finish_and_clear();
         let mut report = Report {
-            pipeline: self.args.pipeline.to_string_lossy().into_owned(),
+            pipeline: self.pipeline.to_string_lossy().into_owned(),
             output: output.name.clone(),
             range: view.range(),
             adapter: self.gpu.name(),

@@ -163,6 +163,34 @@ fn format_switch(graph: &Graph, index: usize) -> Option<Switch> {
     Some(Switch { node: index, turns: Turns::Format, key: format!("{}.format", node.name), choices, written })
 }
 
+/// The entries of a tier that makes one graph of another: `"node.parameter": value`. Both have the same nodes and wires.
+pub(crate) fn changes(from: &Graph, to: &Graph) -> Vec<String> {
+    from.nodes.iter().zip(&to.nodes).flat_map(|(from, to)| node_changes(from, to)).collect()
+}
+
+fn node_changes(from: &GraphNode, to: &GraphNode) -> Vec<String> {
+    let mut all = Vec::new();
+    if from.off != to.off {
+        all.push(format!("{:?}: {}", to.name, if to.off { "Off" } else { "On" }));
+    }
+    let mut set = |name: &str, value: Option<String>| {
+        all.extend(value.map(|value| format!("{:?}: {value}", format!("{}.{name}", to.name))));
+    };
+    for ((before, after), param) in from.values.iter().zip(&to.values).zip(to.kind.params()) {
+        set(param.name, (before != after).then(|| after.to_string()));
+    }
+    if from.when != to.when {
+        set("when", to.when.as_ref().map(|when| format!("{:?}", when.to_string())));
+    }
+    if from.format != to.format {
+        set("format", to.format.map(|format| format.name().to_owned()));
+    }
+    if from.label != to.label {
+        set("label", to.label.as_ref().map(|label| format!("{label:?}")));
+    }
+    all
+}
+
 /// The graph with every quality switch at its most exact. The planner's option `exact` does the formats.
 pub(crate) fn most_exact(graph: &Graph) -> Result<Graph, Failure> {
     let mut exact = graph.clone();

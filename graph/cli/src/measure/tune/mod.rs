@@ -14,13 +14,13 @@ use super::args::TuneArgs;
 use super::clips::{self, Clip};
 use super::judge::{self, Truth};
 use super::runner::Runner;
-use super::variants::most_exact;
+use super::variants::{changes, most_exact};
 use super::view::View;
 use super::{load, progress};
 use crate::args::PipelineOptions;
 use crate::failure::Failure;
 use crate::files::write_whole;
-use crate::pipeline::{facts, load_graph, registry};
+use crate::pipeline::{check_file, facts, load_graph, registry};
 use crate::session::open;
 use crate::terminal::{note, say};
 use search::search;
@@ -31,9 +31,9 @@ use state::State;
 pub(crate) fn run(args: &TuneArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
     let goal = Goal::of(&args.goal);
     let material = &args.material;
-    refuse_changes(&material.options)?;
     let registry = registry(tables, &material.options.nodes)?;
     let written = load_graph(&args.pipeline, &registry, &material.options)?;
+    let plain = without_changes(args, &registry, &written)?;
     write::check_name(args, &registry)?;
     let gpu = open(&material.device)?;
     let runner = Runner::new(&gpu, facts(&material.options)?, material.repeats);
@@ -47,7 +47,8 @@ pub(crate) fn run(args: &TuneArgs, tables: &[&[NodeKind]]) -> Result<(), Failure
     if !goal.is_met(&measured) {
         return Err(unreachable_goal(goal, &measured));
     }
-    let tier = write::Tier { space: &space, choice: &choice, measured, bench: bench.words() };
+    let tuned = space.graph(&written, &choice);
+    let tier = write::Tier { entries: changes(&plain, &tuned), measured, bench: bench.words() };
     let text = write::text(args, &registry, &tier)?;
     match &args.out {
         Some(path) => write_whole(path, text.as_bytes())?,
@@ -57,13 +58,19 @@ pub(crate) fn run(args: &TuneArgs, tables: &[&[NodeKind]]) -> Result<(), Failure
     Ok(())
 }
 
-/// The new tier stands on the file as it is.
-fn refuse_changes(options: &PipelineOptions) -> Result<(), Failure> {
-    if options.tier.is_none() && options.sets.is_empty() {
-        return Ok(());
+/// The pipeline as its file is, which the new tier stands on: what `--tier` and `--set` change becomes part of the new tier.
+fn without_changes(args: &TuneArgs, registry: &Registry, written: &Graph) -> Result<Graph, Failure> {
+    let options = PipelineOptions { tier: None, sets: Vec::new(), ..args.material.options.clone() };
+    let (plain, _) = check_file(&args.pipeline, registry, &options)?;
+    let frame = |graph: &Graph| -> Vec<_> {
+        graph.nodes.iter().map(|node| (node.name.clone(), node.kind.name(), node.wires.clone())).collect()
+    };
+    if frame(&plain) == frame(written) {
+        return Ok(plain);
     }
-    Err(Failure::user("`tune` takes the pipeline as its file is, without `--tier` and `--set`")
-        .hint("write a file that `extends` it and holds the changes in its `set`, and tune that"))
+    let tier = args.material.options.tier.as_deref().unwrap_or_default();
+    Err(Failure::user(format!("the tier `{tier}` is another pipeline, not a choice of numbers"))
+        .hint("tune the file that the tier names"))
 }
 
 fn unreachable_goal(goal: Goal, best: &Measured) -> Failure {
@@ -75,12 +82,20 @@ fn unreachable_goal(goal: Goal, best: &Measured) -> Failure {
     })
 }
 
+/// What errors are measured against: `--set` asks for another look, but a tier is a compromise, and what it leaves out is missing.
+fn ideal(args: &TuneArgs, registry: &Registry) -> Result<Graph, Failure> {
+    let options = PipelineOptions { tier: None, ..args.material.options.clone() };
+    Ok(check_file(&args.pipeline, registry, &options)?.0)
+}
+
 /// All clips with their truths, ready for one candidate after the other.
 struct Bench<'a> {
     runner: Runner<'a>,
     written: &'a Graph,
     view: View,
     clips: Vec<(Clip, Truth)>,
+    /// What the truths were made by, one for each clip.
+    truths: Vec<String>,
     adapter: String,
 }
 
@@ -94,16 +109,18 @@ impl<'a> Bench<'a> {
     ) -> Result<Self, Failure> {
         let output = judge::output(written, args.material.output.as_deref())?;
         let view = View::of(written, output)?;
-        let exact = most_exact(written)?;
+        let exact = most_exact(&ideal(args, registry)?)?;
+        let mut truths = Vec::new();
         let mut ready = Vec::new();
         for source in clips::sources(&args.material, written)? {
             let clip = load(&source, gpu, registry, &runner, written, &args.material)?;
             let plan = runner.plan(&judge::judged(&exact, &output.name), &clip, true)?;
+            truths.push(plan.hash().to_string());
             runner.load(plan)?;
             let truth = Truth::render(&mut runner, &clip, view, &output.name)?;
             ready.push((clip, truth));
         }
-        Ok(Self { runner, written, view, clips: ready, adapter: gpu.name() })
+        Ok(Self { runner, written, view, clips: ready, truths, adapter: gpu.name() })
     }
 
     fn space(&self, written: &Graph) -> Result<Space, Failure> {
@@ -124,6 +141,7 @@ impl<'a> Bench<'a> {
             "switches": space.names(),
             "facts": args.material.options.facts,
             "images": clips,
+            "truths": self.truths,
         }))
     }
 

@@ -13,6 +13,8 @@ use crate::measure::report::beats;
 const LEAST_SAVING: f64 = 0.01;
 /// Errors below this many codes are all alike.
 const LEAST_ERROR: f64 = 1e-3;
+/// An error that is smaller by less is luck: half floats round one way or the other.
+const LEAST_GAIN: f64 = 0.05;
 
 /// What a tuned pipeline must keep.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -77,6 +79,16 @@ impl Goal {
         }
     }
 
+    /// Whether `a` serves it better than `b` by more than noise.
+    fn gains(self, a: &Measured, b: &Measured) -> bool {
+        let (now, before) = (a.point(), b.point());
+        let counts = match (self, self.is_met(b)) {
+            (Self::Budget(_), true) | (Self::Error(_), false) => now.1 < before.1 - LEAST_GAIN,
+            (Self::Error(_), true) | (Self::Budget(_), false) => now.0 < before.0 * (1.0 - LEAST_SAVING),
+        };
+        self.prefers(a, b) && counts
+    }
+
     /// What shall be small once the goal is kept, and what decides between equals.
     fn rest(self, measured: &Measured) -> (Ordered, Ordered) {
         let (ms, error) = measured.point();
@@ -134,11 +146,30 @@ fn search_sizes(sizes: &[usize], goal: Goal, oracle: &mut Oracle<'_>) -> Result<
             near.push((choice, measured));
         }
         let better = best_of(&near, goal);
-        if !goal.prefers(&better.1, &best.1) {
-            return Ok(best);
+        if !goal.gains(&better.1, &best.1) {
+            return frugal(best, goal, oracle);
         }
         best = better;
     }
+}
+
+/// The choice without steps that save nothing: each switch goes back to where it is more exact while that costs no time.
+fn frugal(best: Candidate, goal: Goal, oracle: &mut Oracle<'_>) -> Result<Candidate, Failure> {
+    let mut best = best;
+    // All steps back together may cost no more than one step must save.
+    let most = best.1.ms / (1.0 - LEAST_SAVING);
+    for switch in 0..best.0.len() {
+        for at in 0..best.0[switch] {
+            let mut choice = best.0.clone();
+            choice[switch] = at;
+            let measured = oracle(&choice)?;
+            if measured.ms <= most && measured.point().1 <= best.1.point().1 && goal.is_met(&measured) {
+                best = (choice, measured);
+                break;
+            }
+        }
+    }
+    Ok(best)
 }
 
 /// Steps from the most exact choice to ever faster ones, until the goal says stop or nothing saves time. All that was met is kept.

@@ -7,33 +7,25 @@ use afterimage_graph::document::parse;
 use afterimage_graph::node::Registry;
 
 use super::search::Measured;
-use super::space::Space;
 use crate::failure::Failure;
 use crate::measure::args::TuneArgs;
 use crate::pipeline::Files;
 
 /// A choice to write down.
-pub(super) struct Tier<'a> {
-    pub(super) space: &'a Space,
-    pub(super) choice: &'a [usize],
+pub(super) struct Tier {
+    /// What differs from the file.
+    pub(super) entries: Vec<String>,
     pub(super) measured: Measured,
     /// Where and on what it was measured.
     pub(super) bench: String,
 }
 
-impl Tier<'_> {
+impl Tier {
     /// The figures in words.
     pub(super) fn figures(&self) -> String {
         let Measured { ms, p999, max, bytes } = self.measured;
         let mebibytes = bytes as f64 / f64::from(1 << 20);
         format!("{ms:.3} ms, 99.9 % of pixels within {p999:.3} codes and all within {max:.3}, {mebibytes:.1} MiB")
-    }
-
-    /// The entries of the tier: what differs from the file.
-    fn entries(&self) -> Vec<String> {
-        let chosen = self.space.switches.iter().zip(self.choice).map(|(switch, at)| (switch, &switch.choices[*at]));
-        let turned = chosen.filter(|(switch, choice)| **choice != switch.written);
-        turned.filter_map(|(switch, choice)| Some(format!("\"{}\": {}", switch.key, choice.text()?))).collect()
     }
 }
 
@@ -58,9 +50,9 @@ pub(super) fn check_name(args: &TuneArgs, registry: &Registry) -> Result<(), Fai
 }
 
 /// The file: it extends the pipeline, and holds the tier with its figures in a comment.
-pub(super) fn text(args: &TuneArgs, registry: &Registry, tier: &Tier<'_>) -> Result<String, Failure> {
+pub(super) fn text(args: &TuneArgs, registry: &Registry, tier: &Tier) -> Result<String, Failure> {
     let comment = format!("// {}\n// {}\n", tier.figures(), tier.bench);
-    let text = document(args, &comment, &tier.entries());
+    let text = document(args, &comment, &tier.entries);
     let place = args.out.clone().unwrap_or_else(|| args.pipeline.with_file_name("tuned.ron"));
     let options = CheckOptions { tier: Some(args.name.clone()), sets: Vec::new(), loader: &Files };
     check(&parse(&place.to_string_lossy(), &text)?, registry, &options)?;
