@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use afterimage_gpu::Gpu;
 use afterimage_graph::node::Registry;
-use serde_json::{Map, Value, json};
+use serde_json::{Value, json};
 
 use super::args::MeasureArgs;
 use super::report::Report;
@@ -32,17 +32,20 @@ pub(super) fn write(folder: &Path, args: &MeasureArgs, gpu: &Gpu, registry: &Reg
     std::fs::create_dir_all(folder)
         .map_err(|error| Failure::machine(format!("cannot make the folder `{}`: {error}", folder.display())))?;
     let adapter = file_name(&gpu.name());
-    let mut lines = Vec::new();
+    let file = folder.join(format!("{adapter}.json"));
+    let mut known = if file.exists() { read(&file)?.pipelines } else { Vec::new() };
     for path in pipelines(&args.pipeline)? {
         note(&path.to_string_lossy());
         let report = report(args, &path, gpu, registry)?;
         if !args.tiers {
             plot::write(&folder.join(format!("{}-{adapter}.svg", stem(&path))), &report)?;
         }
-        lines.push(of_report(&report, &path));
+        let name = stem(&path);
+        known.retain(|pipeline| pipeline["pipeline"] != name.as_str());
+        known.push(of_report(&report, &name));
+        known.sort_by_key(|pipeline| pipeline["pipeline"].as_str().unwrap_or_default().to_owned());
         // After each pipeline, so that an interruption loses one.
-        let text = format!("[\n{}\n]\n", lines.join(",\n"));
-        write_whole(&folder.join(format!("{adapter}.json")), text.as_bytes())?;
+        write_whole(&file, text(&known).as_bytes())?;
     }
     Ok(write_whole(&folder.join("README.md"), page(folder)?.as_bytes())?)
 }
@@ -78,25 +81,34 @@ fn file_name(adapter: &str) -> String {
     name.chars().map(|c| if c.is_alphanumeric() { c } else { '-' }).collect()
 }
 
-/// One pipeline's figures, the worst over the images, a row a line.
-fn of_report(report: &Report, path: &Path) -> String {
+/// One pipeline's figures, the worst over the images.
+fn of_report(report: &Report, name: &str) -> Value {
     let mut all = json::json(report);
-    let rows = all["rows"].take();
-    let mut lines = Vec::new();
-    for (row, value) in report.rows.iter().zip(rows.as_array().into_iter().flatten()) {
-        let mut row_of: Map<String, Value> = value.as_object().cloned().unwrap_or_default();
-        row_of.remove("images");
-        row_of.insert("worst_on".into(), json!(report.clips[row.worst_clip()].name));
-        lines.push(format!("    {}", Value::Object(row_of)));
+    let mut rows = all["rows"].take();
+    for (row, value) in report.rows.iter().zip(rows.as_array_mut().into_iter().flatten()) {
+        if let Some(object) = value.as_object_mut() {
+            object.remove("images");
+            object.remove("clock");
+            object.insert("worst_on".into(), json!(report.clips[row.worst_clip()].name));
+        }
     }
-    let head = json!({
-        "pipeline": stem(path),
+    json!({
+        "pipeline": name,
         "adapter": report.adapter,
         "clock": report.watch.name(),
         "images": all["images"],
-    });
-    let head = head.to_string();
-    format!("  {}, \"rows\": [\n{}\n  ]}}", &head[..head.len() - 1], lines.join(",\n"))
+        "rows": rows,
+    })
+}
+
+/// The figures of several pipelines, a row a line.
+fn text(pipelines: &[Value]) -> String {
+    let one = |pipeline: &Value| {
+        let lines: Vec<String> = rows(pipeline).iter().map(|row| format!("      {row}")).collect();
+        let fields = ["pipeline", "adapter", "clock", "images"].map(|name| format!("    {name:?}: {}", pipeline[name]));
+        format!("  {{\n{},\n    \"rows\": [\n{}\n    ]\n  }}", fields.join(",\n"), lines.join(",\n"))
+    };
+    format!("[\n{}\n]\n", pipelines.iter().map(one).collect::<Vec<_>>().join(",\n"))
 }
 
 /// What one adapter's file says.
