@@ -178,6 +178,58 @@ fn sequences_show_what_flickers() {
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn grain_is_no_error() {
+    let folder = Folder::new("grain");
+    (0..2).for_each(|frame| folder.picture(&format!("in.{frame:04}.exr"), frame));
+    let grain =
+        r#""encoded": Encode(source: "mapped", transfer: Srgb), "display": FilmGrain(source: "encoded", amount: 0.5),"#;
+    let text = PIPELINE.replace(r#""display": Encode(source: "mapped", transfer: Srgb),"#, grain);
+    std::fs::write(folder.file("glow.ron"), text).unwrap();
+    let (pipeline, picture, out) = (folder.arg("glow.ron"), folder.arg("in.####.exr"), folder.arg("out.json"));
+    assert!(run(&["measure", &pipeline, &picture, "--repeats", "1", "--tiers", "--json", &out]));
+    let report = folder.json("out.json");
+    assert_eq!(report["rows"].as_array().unwrap().len(), 4, "the truth, the file, two tiers");
+    let (written, cheap) = (row(&report, "as written"), row(&report, "tier cheap"));
+    assert!(number(written, "p999") < 0.5 && number(written, "flicker_p999") < 0.5, "{written:#}");
+    assert!(number(cheap, "p999") > 4.0 * number(written, "p999"));
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn the_manual_s_page_keeps_what_was_measured_before() {
+    let folder = Folder::new("docs");
+    folder.picture("in.exr", 0);
+    let pipelines = folder.file("pipelines");
+    std::fs::create_dir_all(&pipelines).unwrap();
+    for name in ["glow.ron", "other.ron"] {
+        std::fs::write(pipelines.join(name), PIPELINE).unwrap();
+    }
+    let docs = folder.arg("docs");
+    let measure = |pipelines: &str, more: &[&str]| {
+        let picture = folder.arg("in.exr");
+        let mut arguments = vec!["measure", pipelines, &picture, "--repeats", "1", "--docs", &docs];
+        arguments.extend(more);
+        assert!(run(&arguments));
+        std::fs::read_to_string(folder.file("docs").join("README.md")).unwrap()
+    };
+    let page = measure(pipelines.to_str().unwrap(), &["--tiers"]);
+    for row in ["| glow | as written |", "| glow | cheap |", "| other | same |"] {
+        assert!(page.contains(row), "{page}");
+    }
+    assert!(!page.contains("## glow"));
+    let page = measure(pipelines.join("glow.ron").to_str().unwrap(), &[]);
+    assert!(
+        page.contains("| other | cheap |") && page.contains("mips.filter=Box") && page.contains("## glow"),
+        "{page}"
+    );
+    let plots = std::fs::read_dir(folder.file("docs")).unwrap();
+    let names: Vec<String> = plots.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+    assert!(names.iter().any(|name| name.starts_with("glow-") && name.ends_with(".svg")), "{names:?}");
+    assert!(names.iter().all(|name| !name.starts_with("other-")));
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn reports_are_written_in_every_format() {
     let folder = Folder::new("formats");
     folder.picture("a.exr", 0);
@@ -270,6 +322,26 @@ fn tuning_writes_a_tier_that_keeps_its_promise() {
         |tier: &str| run(&["render", &out, &folder.arg("in.exr"), "-o", &folder.arg("out.png"), "--tier", tier]);
     assert!(render("tuned") && render("cheap") && !render("unknown"));
     assert!(!tune(&folder, &["--error", "0.0", "--state", &state]), "half floats cannot be without error");
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_tuned_tier_holds_what_the_command_line_and_another_tier_change() {
+    let folder = Folder::new("stack");
+    folder.picture("in.exr", 0);
+    let more = r#"tiers: { "small": { "mips.levels": 2, "mips.filter": Box }, "film": "film.ron","#;
+    std::fs::write(folder.file("glow.ron"), PIPELINE.replace("tiers: {", more)).unwrap();
+    let film = PIPELINE.replace(r#"Exposure(source: "lit""#, r#"Exposure(source: "scene""#);
+    std::fs::write(folder.file("film.ron"), film).unwrap();
+    let out = folder.arg("tuned.ron");
+    // The error of fewer levels counts, and no filter makes up for it; what `--set` asks for is no error.
+    assert!(!tune(&folder, &["--tier", "small", "--error", "0.5"]));
+    assert!(tune(&folder, &["--tier", "small", "--set", "exposed.stops=-1.5", "--budget", "10000ms", "-o", &out]));
+    let text = folder.text("tuned.ron");
+    assert!(text.contains("\"mips.levels\": 2") && text.contains("\"exposed.stops\": -1.5"), "{text}");
+    assert!(!text.contains("mips.filter"), "the most accurate filter is the file's: {text}");
+    assert!(tune(&folder, &["--set", "exposed.stops=-1.5", "--error", "0.5", "-o", &out]));
+    assert!(!tune(&folder, &["--tier", "film", "--error", "1000"]), "another pipeline");
 }
 
 #[test]

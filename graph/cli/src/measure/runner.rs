@@ -120,9 +120,10 @@ impl<'g> Runner<'g> {
         Ok(plan(graph, &setting)?)
     }
 
-    /// Makes a plan the one that runs.
+    /// Makes a plan the one that runs, from its first frame: all have the same grain in the same frame.
     pub(crate) fn load(&mut self, plan: Plan) -> Result<(), Failure> {
         let plan = Arc::new(plan);
+        self.executor.count_from(0);
         self.executor.load(plan.clone())?;
         self.planned = Some(plan);
         if self.watch == Watch::Gpu && !self.executor.enable_timing() {

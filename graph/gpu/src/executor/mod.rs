@@ -219,6 +219,13 @@ impl Executor {
         self.fresh = true;
     }
 
+    /// Gives the next frame a number; further ones count on. Noise is drawn from the number, so frames of equal numbers have equal grain.
+    /// Histories and adaptation start anew: what earlier frames left is found by their numbers.
+    pub fn count_from(&mut self, index: u32) {
+        self.frame_index = index;
+        self.fresh = true;
+    }
+
     /// Measures the GPU time of each pass from now on, if the device can.
     pub fn enable_timing(&mut self) -> bool {
         let Some(loaded) = &mut self.loaded else { return false };
