@@ -2,6 +2,7 @@
 // log2 luminance. One workgroup gathers one column of cells: it reads the pixels under the column, adds them up in its own
 // memory in fixed point, and stores the column. Integer additions commute, so the result does not depend on any order, and no
 // other workgroup writes these cells.
+#import cells
 #import color
 
 struct GridBuild {
@@ -42,9 +43,13 @@ fn grid_build_store(column: vec2u, lane: u32) {
 }
 
 // Stops above `lo`.
-fn grid_build_level(pixel: vec2u) -> f32 {
-    let light = luminance(texel(source, vec2i(pixel)).rgb);
+fn grid_build_level(color: vec4f) -> f32 {
+    let light = luminance(color.rgb);
     return clamp(log2(max(light, 1e-30)) + params.stops + exposure[0].x, params.lo, params.hi) - params.lo;
+}
+
+fn grid_build_bin(level: f32) -> u32 {
+    return min(u32(level / (params.hi - params.lo) * f32(params.size.z)), params.size.z - 1u);
 }
 
 fn grid_build_add(bin: u32, weight: f32, level: f32) {
@@ -52,22 +57,15 @@ fn grid_build_add(bin: u32, weight: f32, level: f32) {
     atomicAdd(&grid_build_weights[bin], u32(weight * params.unit + 0.5));
 }
 
-// The first pixel whose centre lies in the cell or beyond: the least p with (p + 1/2) / pixels * cells >= cell.
-fn grid_build_first(cell: vec2u, pixels: vec2u) -> vec2u {
-    let cells = params.size.xy;
-    return (max(2u * pixels * cell, cells) - cells + 2u * cells - 1u) / (2u * cells);
-}
-
 @compute @workgroup_size(256)
 fn grid_build_nearest(@builtin(workgroup_id) column: vec3u, @builtin(local_invocation_index) lane: u32) {
     grid_build_clear(lane);
     let pixels = textureDimensions(source);
-    let first = grid_build_first(column.xy, pixels);
-    let extent = grid_build_first(column.xy + 1u, pixels) - first;
+    let first = cell_first(column.xy, pixels, params.size.xy);
+    let extent = cell_first(column.xy + 1u, pixels, params.size.xy) - first;
     for (var i = lane; i < extent.x * extent.y; i += GRID_BUILD_LANES) {
-        let level = grid_build_level(first + vec2u(i % extent.x, i / extent.x));
-        let bin = u32(level / (params.hi - params.lo) * f32(params.size.z));
-        grid_build_add(min(bin, params.size.z - 1u), 1.0, level);
+        let level = grid_build_level(texel(source, vec2i(first + vec2u(i % extent.x, i / extent.x))));
+        grid_build_add(grid_build_bin(level), 1.0, level);
     }
     grid_build_store(column.xy, lane);
 }
@@ -78,13 +76,13 @@ fn grid_build_trilinear(@builtin(workgroup_id) column: vec3u, @builtin(local_inv
     let pixels = textureDimensions(source);
     let cells = params.size.xy;
     // All pixels from the middle of the cell before to the middle of the one after; more do no harm, as they weigh nothing.
-    let first = grid_build_first(max(column.xy, vec2u(1u)) - 1u, pixels);
-    let extent = grid_build_first(min(column.xy + 2u, cells), pixels) - first;
+    let first = cell_first(max(column.xy, vec2u(1u)) - 1u, pixels, cells);
+    let extent = cell_first(min(column.xy + 2u, cells), pixels, cells) - first;
     for (var i = lane; i < extent.x * extent.y; i += GRID_BUILD_LANES) {
         let pixel = first + vec2u(i % extent.x, i / extent.x);
         let place = clamp((vec2f(pixel) + 0.5) / vec2f(pixels) * vec2f(cells) - 0.5, vec2f(0.0), vec2f(cells - 1u));
         let near = max(1.0 - abs(place - vec2f(column.xy)), vec2f(0.0));
-        if near.x * near.y > 0.0 { grid_build_spread(near.x * near.y, grid_build_level(pixel)); }
+        if near.x * near.y > 0.0 { grid_build_spread(near.x * near.y, grid_build_level(texel(source, vec2i(pixel)))); }
     }
     grid_build_store(column.xy, lane);
 }
@@ -97,4 +95,40 @@ fn grid_build_spread(weight: f32, level: f32) {
     let above = place - f32(bin);
     grid_build_add(bin, weight * (1.0 - above), level);
     if above > 0.0 { grid_build_add(min(bin + 1u, last), weight * above, level); }
+}
+
+// Pixels of one bin that an invocation has met one after the other: neighbours mostly share their bin, and an addition in a register costs
+// less than one that the others must wait for.
+struct GridBuildRun {
+    bin: u32,
+    sum: u32,
+    weight: u32,
+}
+
+fn grid_build_flush(run: ptr<function, GridBuildRun>) {
+    if (*run).weight == 0u { return; }
+    atomicAdd(&grid_build_sums[(*run).bin], (*run).sum);
+    atomicAdd(&grid_build_weights[(*run).bin], (*run).weight);
+}
+
+fn grid_build_begin(cell: Cell) -> GridBuildRun {
+    grid_build_clear(cell.lane);
+    return GridBuildRun();
+}
+
+fn grid_build_visit(run: ptr<function, GridBuildRun>, cell: Cell, seen: Seen) {
+    if !seen.centred { return; }
+    let level = grid_build_level(seen.color);
+    let bin = grid_build_bin(level);
+    if bin != (*run).bin {
+        grid_build_flush(run);
+        *run = GridBuildRun(bin, 0u, 0u);
+    }
+    (*run).sum += u32(level * params.unit + 0.5);
+    (*run).weight += u32(params.unit + 0.5);
+}
+
+fn grid_build_finish(run: ptr<function, GridBuildRun>, cell: Cell) {
+    grid_build_flush(run);
+    grid_build_store(cell.place, cell.lane);
 }

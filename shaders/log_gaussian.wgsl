@@ -1,4 +1,5 @@
 // The wide, small Gaussian of log2 luminance: an average over areas, then a blur along each axis.
+#import cells
 #import color
 
 struct LogGaussian {
@@ -13,6 +14,8 @@ struct LogGaussian {
 }
 
 const LOG_GAUSSIAN_LANES: u32 = 64u;
+// Of a workgroup that makes several cells.
+const LOG_GAUSSIAN_ALL_LANES: u32 = 256u;
 
 @group(0) @binding(0) var<uniform> params: LogGaussian;
 @group(0) @binding(1) var picture: texture_2d<f32>;
@@ -20,23 +23,27 @@ const LOG_GAUSSIAN_LANES: u32 = 64u;
 @group(0) @binding(2) var<storage, read> exposure: array<vec4f>;
 @group(0) @binding(3) var result: texture_storage_2d<rgba16float, write>;
 
-var<workgroup> log_gaussian_sums: array<f32, LOG_GAUSSIAN_LANES>;
+var<workgroup> log_gaussian_sums: array<f32, LOG_GAUSSIAN_ALL_LANES>;
 
-// How much of a pixel lies in a cell, in parts of a pixel: whole numbers before the division, so nothing is lost or counted twice.
-fn log_gaussian_overlap(pixel: vec2u, cell: vec2u, pixels: vec2u, cells: vec2u) -> f32 {
-    let overlap = min((pixel + 1u) * cells, (cell + 1u) * pixels) - max(pixel * cells, cell * pixels);
-    let share = vec2f(overlap) / vec2f(cells);
-    return share.x * share.y;
+fn log_gaussian_level(color: vec4f) -> f32 {
+    let light = luminance(color.rgb);
+    return clamp(log2(max(light, 1e-30)) + params.stops + exposure[0].x, params.lo, params.hi);
 }
 
-fn log_gaussian_tree(lane: u32, value: f32) -> f32 {
-    log_gaussian_sums[lane] = value;
-    for (var half = LOG_GAUSSIAN_LANES / 2u; half > 0u; half /= 2u) {
+// The invocations of a cell bring their sums together, always in the same order, and one of them stores the mean.
+fn log_gaussian_store(cell: Cell, sum: f32) {
+    let first = cell.slot * cell.lanes;
+    let own = first + cell.lane;
+    log_gaussian_sums[own] = sum;
+    for (var half = cell.lanes / 2u; half > 0u; half /= 2u) {
         workgroupBarrier();
-        if lane < half { log_gaussian_sums[lane] += log_gaussian_sums[lane + half]; }
+        if cell.lane < half { log_gaussian_sums[own] += log_gaussian_sums[own + half]; }
     }
-    workgroupBarrier();
-    return log_gaussian_sums[0];
+    if cell.lane == 0u {
+        let area = vec2f(textureDimensions(picture)) / vec2f(textureDimensions(result));
+        let mean = log_gaussian_sums[own] / (area.x * area.y);
+        textureStore(result, cell.place, vec4f(mean, mean, mean, 1.0));
+    }
 }
 
 // One workgroup averages one texel of the small image.
@@ -50,13 +57,22 @@ fn log_gaussian_average(@builtin(workgroup_id) group: vec3u, @builtin(local_invo
     var sum = 0.0;
     for (var i = lane; i < extent.x * extent.y; i += LOG_GAUSSIAN_LANES) {
         let pixel = first + vec2u(i % extent.x, i / extent.x);
-        let light = luminance(texel(picture, vec2i(pixel)).rgb);
-        let level = clamp(log2(max(light, 1e-30)) + params.stops + exposure[0].x, params.lo, params.hi);
-        sum += level * log_gaussian_overlap(pixel, cell, pixels, cells);
+        let share = cell_share(pixel, cell, pixels, cells);
+        sum += log_gaussian_level(texel(picture, vec2i(pixel))) * (share.x * share.y);
     }
-    let area = vec2f(pixels) / vec2f(cells);
-    let mean = log_gaussian_tree(lane, sum) / (area.x * area.y);
-    if lane == 0u { textureStore(result, cell, vec4f(mean, mean, mean, 1.0)); }
+    log_gaussian_store(Cell(cell, lane, LOG_GAUSSIAN_LANES, 0u), sum);
+}
+
+fn log_gaussian_begin(cell: Cell) -> f32 {
+    return 0.0;
+}
+
+fn log_gaussian_visit(sum: ptr<function, f32>, cell: Cell, seen: Seen) {
+    *sum += log_gaussian_level(seen.color) * seen.share;
+}
+
+fn log_gaussian_finish(sum: ptr<function, f32>, cell: Cell) {
+    log_gaussian_store(cell, *sum);
 }
 
 @compute @workgroup_size(16, 16)

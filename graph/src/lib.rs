@@ -47,8 +47,8 @@ pub mod prelude {
     //! What node authors need.
     pub use crate::image::{Format, ImageDesc, Size, State};
     pub use crate::node::{
-        Arrival, Arrivals, BufferId, BufferLife, ByRows, Gives, ImageId, Input, Node, NodeKind, Output, Params,
-        PortType, Recorder, Resource, StandIn,
+        Arrival, Arrivals, BufferId, BufferLife, ByCells, ByRows, Gives, ImageId, Input, Node, NodeKind, Output,
+        Params, PortType, Recorder, Resource, StandIn,
     };
     pub use crate::shader::Shader;
     pub use crate::value::{FileValue, ParamType, Value};

@@ -95,7 +95,9 @@ impl Node for GridBuild {
             GridBuildMethod::Trilinear => "grid_build_trilinear",
         };
         let ([lo, hi], unit) = (self.range(), self.unit(capacity));
+        let by_cells = ByCells { form: "grid_build", source: "source", cells: [self.width, self.height], together: 1 };
         pass.compute(&SHADER, entry)
+            .by_cells((self.method == GridBuildMethod::Nearest).then_some(by_cells))
             .buffer("exposure", exposure)
             .image("result", result)
             .set("lo", lo)

@@ -41,7 +41,10 @@ impl LogGaussian {
     fn average(&self, pass: &mut Recorder<'_>, picture: ImageId, result: ImageId) {
         let exposure =
             if pass.wired("meter") { pass.buffer("meter") } else { pass.constant_buffer("unmetered", vec![0; 16]) };
+        let by_cells =
+            ByCells { form: "log_gaussian", source: "picture", cells: [self.width, self.height], together: 64 };
         pass.compute(&SHADER, "log_gaussian_average")
+            .by_cells(Some(by_cells))
             .image("picture", picture)
             .buffer("exposure", exposure)
             .image("result", result)

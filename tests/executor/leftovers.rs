@@ -22,7 +22,7 @@ fn poisoned(plan: &Plan) -> (Plan, usize) {
     for pass in &mut plan.recording.passes {
         let result = match &pass.work {
             Work::Steps { result, .. } => *result,
-            Work::Tiled(_) | Work::Rows(_) | Work::Entry(_) => continue,
+            Work::Tiled(_) | Work::Rows(_) | Work::Cells(_) | Work::Entry(_) => continue,
         };
         let step = Step {
             node: "poison".into(),

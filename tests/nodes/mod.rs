@@ -5,3 +5,4 @@ mod color;
 mod local;
 mod metering;
 mod probes;
+mod shared;

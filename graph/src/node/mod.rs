@@ -14,8 +14,8 @@ pub use folder::folder_kind;
 pub use kind::{Arrivals, Kind, Node, NodeKind};
 pub use params::Params;
 pub use pass::{
-    Arg, Binding, BufferId, BufferLife, ByRows, EntryCall, ImageId, Origin, Pass, Resource, Rows, Step, TileStage,
-    Tiling, VirtualBuffer, VirtualImage, Work,
+    Arg, Binding, BufferId, BufferLife, ByCells, ByRows, Cells, CellsReader, EntryCall, ImageId, Origin, Pass,
+    Resource, Rows, Step, TileStage, Tiling, VirtualBuffer, VirtualImage, Work,
 };
 pub use ports::{Gives, Input, Output, PortType, StandIn};
 pub use recorder::{Arrival, ComputePass, FunctionPass, Recorder, RecorderContext, Recording};

@@ -104,6 +104,8 @@ pub enum Work {
     Tiled(Tiling),
     /// An image at half the size of its source, row by row: the framework writes the entry point.
     Rows(Rows),
+    /// Several whole kernels that sum up one image cell by cell: the framework writes the entry point.
+    Cells(Cells),
     /// A whole compute entry point.
     Entry(EntryCall),
 }
@@ -169,6 +171,58 @@ pub struct ByRows {
     pub state: &'static str,
 }
 
+/// Whole kernels that sum up one image cell by cell, each on a lattice of its own, and see every pixel in one dispatch.
+///
+/// A workgroup makes one cell of the coarsest lattice. Its invocations are shared out evenly among the cells of the finest lattice in it, and
+/// walk over the pixels that touch their cell.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Cells {
+    /// The image that all of them read.
+    pub source: ImageId,
+    /// The kernels.
+    pub readers: Vec<CellsReader>,
+    /// Cells across and down that a workgroup makes one of; each side of every lattice is a multiple of it.
+    pub coarsest: [u32; 2],
+    /// Cells across and down whose sides are multiples of those of every lattice.
+    pub finest: [u32; 2],
+    /// Invocations for one of the finest cells, across and down.
+    pub lanes: [u32; 2],
+}
+
+/// One of the kernels of [`Cells`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct CellsReader {
+    /// The node it works for.
+    pub node: String,
+    /// The kernel as it would run alone.
+    pub call: EntryCall,
+    /// Its form by cells.
+    pub by: ByCells,
+}
+
+/// The form by cells of a whole kernel that sums up an image over each cell of a lattice: with it the framework lets several such kernels
+/// read each pixel together.
+///
+/// The cells divide the image evenly, whatever its size, so that a pixel may lie in several. The module imports `cells`, which has the structs
+/// `Cell` and `Seen`, keeps each binding on a line of its own, and gives no name of its own or of a binding to anything else. It has three
+/// functions, which all [`CELLS_LANES`](crate::shader::CELLS_LANES) invocations of a workgroup call:
+///
+/// - `fn FORM_begin(cell: Cell) -> State` before the first pixel, to clear the cell's workgroup memory; a barrier follows;
+/// - `fn FORM_visit(state: ptr<function, State>, cell: Cell, seen: Seen)` for each pixel that the invocation sees, where it must not wait for
+///   others. A pixel is seen once for each of the finest cells that it touches: shares of it add up to its area, and in one it is `centred`;
+/// - `fn FORM_finish(state: ptr<function, State>, cell: Cell)` after the last, to bring the invocations' states together and store the cell.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ByCells {
+    /// What the three functions' names begin with.
+    pub form: &'static str,
+    /// The variable that holds the image.
+    pub source: &'static str,
+    /// Cells across and down.
+    pub cells: [u32; 2],
+    /// The most cells that one workgroup's memory has room for.
+    pub together: u32,
+}
+
 /// One kernel function in a pass.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Step {
@@ -230,6 +284,8 @@ pub struct EntryCall {
     pub uniform: Vec<u8>,
     /// Workgroups.
     pub groups: [u32; 3],
+    /// Its form by cells, if it has one.
+    pub by_cells: Option<ByCells>,
 }
 
 /// What a variable of a whole kernel holds.
@@ -258,6 +314,7 @@ impl Pass {
             Work::Steps { steps, .. } => resources(steps).for_each(&mut add),
             Work::Tiled(tiling) => tiling.stages.iter().flat_map(|s| resources(&s.steps)).for_each(&mut add),
             Work::Rows(rows) => resources(&rows.source).for_each(&mut add),
+            Work::Cells(cells) => cells.bindings().filter(|b| b.reads).for_each(|b| add(b.resource)),
             Work::Entry(call) => call.bindings.iter().filter(|b| b.reads).for_each(|b| add(b.resource)),
         }
         found
@@ -269,8 +326,16 @@ impl Pass {
             Work::Steps { result, .. } => vec![Resource::Image(*result)],
             Work::Tiled(tiling) => tiling.stages.iter().filter_map(|s| s.result).map(Resource::Image).collect(),
             Work::Rows(rows) => vec![Resource::Image(rows.result)],
+            Work::Cells(cells) => cells.bindings().filter(|b| b.writes).map(|b| b.resource).collect(),
             Work::Entry(call) => call.bindings.iter().filter(|b| b.writes).map(|b| b.resource).collect(),
         }
+    }
+}
+
+impl Cells {
+    /// What the bindings of all readers hold.
+    fn bindings(&self) -> impl Iterator<Item = &Binding> {
+        self.readers.iter().flat_map(|reader| &reader.call.bindings)
     }
 }
 

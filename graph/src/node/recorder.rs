@@ -279,6 +279,7 @@ impl<'a> Recorder<'a> {
             bound: Vec::new(),
             set: Vec::new(),
             constants: Vec::new(),
+            by_cells: None,
         }
     }
 
@@ -433,6 +434,7 @@ pub struct ComputePass<'r, 'a> {
     bound: Vec<(&'static str, Resource)>,
     set: Vec<(&'static str, UniformValue)>,
     constants: Vec<(&'static str, f64)>,
+    by_cells: Option<ByCells>,
 }
 
 impl ComputePass<'_, '_> {
@@ -470,6 +472,13 @@ impl ComputePass<'_, '_> {
         self
     }
 
+    /// A second form of a kernel that sums up an image over the cells of a lattice, for passes that read the image for several such kernels:
+    /// see [`ByCells`]. Its results must be those of the kernel, to rounding. A kernel with override constants stays alone.
+    pub fn by_cells(mut self, form: Option<ByCells>) -> Self {
+        self.by_cells = form;
+        self
+    }
+
     /// Ends the sentence: runs so many workgroups.
     pub fn dispatch(self, groups: [u32; 3]) {
         let reflection = self.recorder.reflection(self.shader);
@@ -483,8 +492,8 @@ impl ComputePass<'_, '_> {
                 }
             }
         }
-        let Self { recorder, shader, entry, label, constants, .. } = self;
-        recorder.push(label, Work::Entry(EntryCall { shader, entry, bindings, constants, uniform, groups }));
+        let Self { recorder, shader, entry, label, constants, by_cells, .. } = self;
+        recorder.push(label, Work::Entry(EntryCall { shader, entry, bindings, constants, uniform, groups, by_cells }));
     }
 
     fn resource(&self, name: &str) -> Option<Resource> {

@@ -41,7 +41,7 @@ fn reads_by_itself(pass: &Pass, image: ImageId) -> bool {
             steps.iter().any(|s| s.args.contains(&Arg::Texture(image)) && s.shader.reads_textures_itself())
         }
         // These come after this step.
-        Work::Tiled(_) | Work::Rows(_) => false,
+        Work::Tiled(_) | Work::Rows(_) | Work::Cells(_) => false,
         Work::Entry(call) => {
             call.shader.reads_textures_itself() && call.bindings.iter().any(|b| b.resource == Resource::Image(image))
         }
@@ -54,7 +54,7 @@ fn redirect(pass: &mut Pass, old: ImageId, new: ImageId) {
             let args = steps.iter_mut().flat_map(|s| &mut s.args).filter(|arg| **arg == Arg::Texture(old));
             args.for_each(|arg| *arg = Arg::Texture(new));
         }
-        Work::Tiled(_) | Work::Rows(_) => {}
+        Work::Tiled(_) | Work::Rows(_) | Work::Cells(_) => {}
         Work::Entry(call) => {
             let bindings = call.bindings.iter_mut().filter(|b| b.resource == Resource::Image(old));
             bindings.for_each(|binding| binding.resource = Resource::Image(new));

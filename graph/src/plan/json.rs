@@ -39,6 +39,7 @@ struct Content<'a> {
     options: OptionsView,
     outputs: Vec<OutputView<'a>>,
     passes: Vec<PassView<'a>>,
+    read_once: Vec<FusedView<'a>>,
     size: [u32; 2],
     waves: Vec<Vec<usize>>,
 }
@@ -167,6 +168,7 @@ impl<'a> Content<'a> {
             options: OptionsView::new(&plan.options),
             outputs: outputs(plan, names),
             passes: passes(plan, names),
+            read_once: plan.read_once.iter().map(FusedView::from).collect(),
             size: [plan.size.width, plan.size.height],
             waves: plan.waves.iter().map(|wave| wave.clone().collect()).collect(),
         }
@@ -224,6 +226,12 @@ fn passes<'a>(plan: &'a Plan, names: &'a Names) -> Vec<PassView<'a>> {
 impl<'a> From<&'a super::Fused> for FusedView<'a> {
     fn from(fused: &'a super::Fused) -> Self {
         Self { bytes_saved: fused.bytes_saved, image: &fused.image, nodes: &fused.nodes }
+    }
+}
+
+impl<'a> From<&'a super::ReadOnce> for FusedView<'a> {
+    fn from(read: &'a super::ReadOnce) -> Self {
+        Self { bytes_saved: read.bytes_saved, image: &read.image, nodes: &read.nodes }
     }
 }
 
@@ -299,7 +307,15 @@ impl<'a> PassView<'a> {
                     let source = rows.source.iter().map(|step| KernelView::of_step(step, names));
                     source.chain([KernelView::by_rows(&rows.by, &pass.nodes)]).collect()
                 }
-                Work::Entry(call) => vec![KernelView::of_entry(call, &pass.nodes, names)],
+                Work::Cells(cells) => {
+                    let groups = [cells.coarsest[0], cells.coarsest[1], 1];
+                    let readers = cells.readers.iter();
+                    readers.map(|reader| KernelView::of_entry(&reader.call, groups, &reader.node, names)).collect()
+                }
+                Work::Entry(call) => {
+                    let node = pass.nodes.first().map_or("", String::as_str);
+                    vec![KernelView::of_entry(call, call.groups, node, names)]
+                }
             },
             size: target.map(|desc| desc.size.to_string()),
             stage: format!("{:?}", plan.stages[at]),
@@ -332,14 +348,14 @@ impl<'a> KernelView<'a> {
         }
     }
 
-    fn of_entry(call: &EntryCall, nodes: &'a [String], names: &Names) -> Self {
+    fn of_entry(call: &EntryCall, groups: [u32; 3], node: &'a str, names: &Names) -> Self {
         let binding = |b: &crate::node::Binding| format!("{} = {}", b.name, names.of(b.resource));
         Self {
             arguments: call.bindings.iter().map(binding).collect(),
             constants: call.constants.iter().copied().collect(),
             function: call.entry,
-            groups: Some(call.groups),
-            node: nodes.first().map_or("", String::as_str),
+            groups: Some(groups),
+            node,
             shader: call.shader.file(),
         }
     }

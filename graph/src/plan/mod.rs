@@ -4,6 +4,7 @@
 
 mod barriers;
 mod caps;
+mod cells;
 mod checker;
 mod cull;
 mod diff;
@@ -38,6 +39,7 @@ use crate::shader::Reading;
 
 pub use barriers::{HandOver, Transition, Use, WaveBarriers};
 pub use caps::Caps;
+pub use cells::ReadOnce;
 pub use checker::{Fault, check_plan};
 pub use diff::{PlanDiff, diff};
 pub use fuse::Fused;
@@ -74,7 +76,7 @@ pub struct GivenImage {
 /// Switches of the planner.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Options {
-    /// Whether point kernels are fused.
+    /// Whether point kernels are fused, and kernels joined that sum up one image.
     pub fuse: bool,
     /// Whether gather kernels are chained through workgroup memory.
     pub tile: Tiles,
@@ -155,6 +157,8 @@ pub struct Plan {
     pub left_out: Vec<LeftOut>,
     /// Images that fusion has removed.
     pub fused: Vec<Fused>,
+    /// Images that several kernels read together in one pass.
+    pub read_once: Vec<ReadOnce>,
     /// The size of the frame.
     pub size: Size,
     /// The switches it was made with.
@@ -231,6 +235,7 @@ pub fn plan(graph: &Graph, setting: &Setting<'_>) -> Result<Plan, PlanError> {
         fused.extend(rows::rows(&mut draft, always));
         fused.extend(tile::tile(&mut draft, &setting.caps, always));
     }
+    let read_once = if setting.options.fuse { cells::cells(&mut draft, &setting.caps) } else { Vec::new() };
     check_sizes(&draft.recording, &setting.caps)?;
     // Stages come before memory: they may widen formats.
     let mut stages = passes::stages(&mut draft.recording, &setting.caps);
@@ -262,6 +267,7 @@ pub fn plan(graph: &Graph, setting: &Setting<'_>) -> Result<Plan, PlanError> {
         outputs: draft.outputs,
         left_out,
         fused,
+        read_once,
         size: setting.size,
         options,
     })

@@ -48,6 +48,7 @@ impl Plan {
         text += &table(&self.rows(&names));
         text += &self.left_out_text();
         text += &self.fused_text();
+        text += &self.read_once_text();
         text += &self.memory_text();
         let _ = writeln!(text, "\nhash {}", self.hash());
         text
@@ -116,18 +117,13 @@ impl Plan {
     }
 
     fn fused_text(&self) -> String {
-        if self.fused.is_empty() {
-            return String::new();
-        }
-        let row =
-            |fused: &super::Fused| vec![format!("  {}", fused.image), format!("{} less", mebibytes(fused.bytes_saved))];
-        let saved = self.fused.iter().map(|fused| fused.bytes_saved).sum();
-        let rows: Vec<Vec<String>> = self.fused.iter().map(row).collect();
-        format!(
-            "\nnever stored, because their passes are fused: {} less moved a frame\n{}",
-            mebibytes(saved),
-            table(&rows)
-        )
+        let saved = self.fused.iter().map(|fused| (fused.image.as_str(), fused.bytes_saved));
+        savings("never stored, because their passes are fused", saved.collect())
+    }
+
+    fn read_once_text(&self) -> String {
+        let saved = self.read_once.iter().map(|read| (read.image.as_str(), read.bytes_saved));
+        savings("read once by passes that are joined", saved.collect())
     }
 
     fn memory_text(&self) -> String {
@@ -175,6 +171,17 @@ impl Plan {
             Origin::Transient => "transient",
         }
     }
+}
+
+/// Images and the bytes that each of them saves, under a heading with their sum; nothing if there are none.
+fn savings(why: &str, saved: Vec<(&str, u64)>) -> String {
+    if saved.is_empty() {
+        return String::new();
+    }
+    let row = |(image, bytes): &(&str, u64)| vec![format!("  {image}"), format!("{} less", mebibytes(*bytes))];
+    let rows: Vec<Vec<String>> = saved.iter().map(row).collect();
+    let sum = saved.iter().map(|(_, bytes)| bytes).sum();
+    format!("\n{why}: {} less moved a frame\n{}", mebibytes(sum), table(&rows))
 }
 
 /// Columns two spaces apart, without spaces at the ends of lines.

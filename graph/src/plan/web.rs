@@ -101,7 +101,7 @@ impl Web {
 
     /// The passes that must come before a pass: who writes what it reads, and, for buffers, which are written in place, every earlier one that
     /// touches what it writes.
-    fn before(&self, number: usize) -> BTreeSet<usize> {
+    pub(crate) fn before(&self, number: usize) -> BTreeSet<usize> {
         let Some(pass) = self.get(number) else { return BTreeSet::new() };
         let mut before = BTreeSet::new();
         for resource in pass.reads().into_iter().chain(pass.writes()) {

@@ -420,36 +420,7 @@ pub fn compose_entry(
     reading_of: &dyn Fn(ImageId) -> Reading,
 ) -> Result<Composed, ShaderError> {
     let reflection = call.shader.reflect()?;
-    let resource = |name: &str| call.bindings.iter().find(|b| b.name == name).map(|b| b.resource);
-    let mut slots = Vec::new();
-    let mut formats = Vec::new();
-    let mut reading = Reading::default();
-    for global in &reflection.globals {
-        let kind = match (&global.kind, resource(&global.name)) {
-            (GlobalKind::Uniform(ty), None) if ty == "Frame" => SlotKind::Frame,
-            (GlobalKind::Uniform(_), None) => SlotKind::Params,
-            (GlobalKind::Sampler, None) => SlotKind::Sampler,
-            (GlobalKind::Texture(_), Some(Resource::Image(image))) => {
-                reading = reading.max(reading_of(image));
-                SlotKind::Texture(image)
-            }
-            (GlobalKind::StorageTexture(_), Some(Resource::Image(image))) => {
-                formats.push((global.name.clone(), format_of(image)));
-                SlotKind::Storage(image)
-            }
-            (GlobalKind::Buffer(writes), Some(Resource::Buffer(buffer))) => SlotKind::Buffer(buffer, *writes),
-            // A binding that this entry point does not use.
-            (_, None) => continue,
-            _ => {
-                return Err(ShaderError::at(
-                    call.shader.file(),
-                    0,
-                    format!("`{}` holds another kind of resource", global.name),
-                ));
-            }
-        };
-        slots.push(Slot { binding: global.binding, kind });
-    }
+    let Bound { slots, formats, reading } = Bound::new(call, format_of, reading_of)?;
     let mut text = Text::default();
     text.generated(&reading.settings());
     for name in ["point", "guard", "sampling"] {
@@ -471,8 +442,56 @@ pub fn compose_entry(
     })
 }
 
+/// What the bindings of a whole kernel hold.
+pub(super) struct Bound {
+    pub(super) slots: Vec<Slot>,
+    /// The formats of the storage images, by the variables' names.
+    pub(super) formats: Vec<(String, Format)>,
+    /// How the textures must be read.
+    pub(super) reading: Reading,
+}
+
+impl Bound {
+    pub(super) fn new(
+        call: &EntryCall,
+        format_of: &dyn Fn(ImageId) -> Format,
+        reading_of: &dyn Fn(ImageId) -> Reading,
+    ) -> Result<Self, ShaderError> {
+        let resource = |name: &str| call.bindings.iter().find(|b| b.name == name).map(|b| b.resource);
+        let mut bound = Self { slots: Vec::new(), formats: Vec::new(), reading: Reading::default() };
+        let Self { slots, formats, reading } = &mut bound;
+        for global in &call.shader.reflect()?.globals {
+            let kind = match (&global.kind, resource(&global.name)) {
+                (GlobalKind::Uniform(ty), None) if ty == "Frame" => SlotKind::Frame,
+                (GlobalKind::Uniform(_), None) => SlotKind::Params,
+                (GlobalKind::Sampler, None) => SlotKind::Sampler,
+                (GlobalKind::Texture(_), Some(Resource::Image(image))) => {
+                    *reading = (*reading).max(reading_of(image));
+                    SlotKind::Texture(image)
+                }
+                (GlobalKind::StorageTexture(_), Some(Resource::Image(image))) => {
+                    formats.push((global.name.clone(), format_of(image)));
+                    SlotKind::Storage(image)
+                }
+                (GlobalKind::Buffer(writes), Some(Resource::Buffer(buffer))) => SlotKind::Buffer(buffer, *writes),
+                // A binding that this entry point does not use.
+                (_, None) => continue,
+                _ => {
+                    return Err(ShaderError::at(
+                        call.shader.file(),
+                        0,
+                        format!("`{}` holds another kind of resource", global.name),
+                    ));
+                }
+            };
+            slots.push(Slot { binding: global.binding, kind });
+        }
+        Ok(bound)
+    }
+}
+
 /// Replaces the format in `var NAME: texture_storage_2d<FORMAT, write>`, which a graph file may choose.
-fn set_storage_format(source: &str, name: &str, format: Format) -> String {
+pub(super) fn set_storage_format(source: &str, name: &str, format: Format) -> String {
     let declaration = format!("var {name}: texture_storage_");
     let Some(start) = source.find(&declaration) else { return source.to_owned() };
     let Some(open) = source[start..].find('<').map(|at| start + at + 1) else { return source.to_owned() };

@@ -8,6 +8,7 @@ use crate::node::Step;
 /// The shared files, by name.
 const LIBRARY: &[(&str, &str)] = &[
     ("color", include_str!("../../../shaders/lib/color.wgsl")),
+    ("cells", include_str!("../../../shaders/lib/cells.wgsl")),
     ("cube", include_str!("../../../shaders/lib/cube.wgsl")),
     ("grade", include_str!("../../../shaders/lib/grade.wgsl")),
     ("guard", include_str!("../../../shaders/lib/guard.wgsl")),
@@ -120,11 +121,35 @@ impl Text {
         Ok(())
     }
 
+    /// Adds a module, each line as `change` makes it, and before it what it imports.
+    pub(super) fn changed_module(
+        &mut self,
+        shader: &'static Shader,
+        change: &dyn Fn(&str) -> String,
+    ) -> Result<(), ShaderError> {
+        self.imports(shader.file(), shader.source())?;
+        for (number, line) in shader.source().lines().enumerate() {
+            let line = if line.trim().starts_with("#import ") { String::new() } else { change(line) };
+            self.line(&line, shader.file(), number as u32 + 1);
+        }
+        Ok(())
+    }
+
     fn file(&mut self, file: &'static str, source: &'static str) -> Result<(), ShaderError> {
         if self.included.contains(&file) {
             return Ok(());
         }
         self.included.push(file);
+        self.imports(file, source)?;
+        for (number, line) in source.lines().enumerate() {
+            let directive = line.trim().starts_with("#import ");
+            self.line(if directive { "" } else { line }, file, number as u32 + 1);
+        }
+        Ok(())
+    }
+
+    /// Adds what a file imports.
+    fn imports(&mut self, file: &'static str, source: &'static str) -> Result<(), ShaderError> {
         for (number, line) in source.lines().enumerate() {
             let number = number as u32 + 1;
             let Some(name) = line.trim().strip_prefix("#import ") else { continue };
@@ -136,10 +161,6 @@ impl Text {
                     format!("no shared file is called `{name}`; there are `{}`", known()),
                 ))
             })?;
-        }
-        for (number, line) in source.lines().enumerate() {
-            let directive = line.trim().starts_with("#import ");
-            self.line(if directive { "" } else { line }, file, number as u32 + 1);
         }
         Ok(())
     }
@@ -169,11 +190,13 @@ fn collect_tiled(file: &'static str, source: &'static str, files: &mut Vec<(&'st
     files.push((file, source));
 }
 
-/// The names that a file declares.
-fn declared(source: &str) -> impl Iterator<Item = &str> {
+/// What a line begins with that declares a name.
+const DECLARING: [&str; 7] = ["fn ", "struct ", "const ", "alias ", "override ", "var<workgroup> ", "var<private> "];
+
+/// The names that a file declares, but its bindings.
+pub(super) fn declared(source: &str) -> impl Iterator<Item = &str> {
     source.lines().filter_map(|line| {
-        let rest =
-            ["fn ", "struct ", "const ", "alias ", "override "].iter().find_map(|word| line.strip_prefix(word))?;
+        let rest = DECLARING.iter().find_map(|word| line.strip_prefix(word))?;
         let end = rest.find(|c: char| !c.is_alphanumeric() && c != '_').unwrap_or(rest.len());
         Some(&rest[..end])
     })
@@ -181,41 +204,31 @@ fn declared(source: &str) -> impl Iterator<Item = &str> {
 
 /// A line with textures as numbers of tiles, and with the names of its file changed.
 fn tiled_line(line: &str, names: &[&str]) -> String {
+    let line = line.replace("texture_2d<f32>", "u32");
+    change_words(&line, |word| match word {
+        "sampler" => Some("u32".into()),
+        "textureDimensions" => Some("tile_size".into()),
+        "tap" | "texel" => Some(format!("tile_{word}")),
+        _ => names.contains(&word).then(|| format!("{word}{}", super::tiles::TILED)),
+    })
+}
+
+/// A line without its comment, with other words for some.
+pub(super) fn change_words(line: &str, change: impl Fn(&str) -> Option<String>) -> String {
     let mut out = String::with_capacity(line.len() + 16);
     let mut rest = line.split("//").next().unwrap_or(line);
     while let Some(c) = rest.chars().next() {
-        if !(c.is_alphabetic() || c == '_') {
-            out.push(c);
-            rest = &rest[c.len_utf8()..];
-            // A number's suffix and a member's name are no names of the file.
-            if c.is_ascii_digit() || c == '.' {
-                let end = rest.find(|c: char| !c.is_alphanumeric() && c != '_').unwrap_or(rest.len());
-                out.push_str(&rest[..end]);
-                rest = &rest[end..];
-            }
-            continue;
+        let is_word = c.is_alphabetic() || c == '_';
+        // A number's suffix and a member's name are no names of the file.
+        let is_fixed = c.is_ascii_digit() || c == '.';
+        let start = if is_word { 0 } else { c.len_utf8() };
+        let length = rest[start..].find(|c: char| !c.is_alphanumeric() && c != '_').unwrap_or(rest.len() - start);
+        let (text, after) = rest.split_at(if is_word || is_fixed { start + length } else { start });
+        match change(text).filter(|_| is_word) {
+            Some(other) => out.push_str(&other),
+            None => out.push_str(text),
         }
-        let end = rest.find(|c: char| !c.is_alphanumeric() && c != '_').unwrap_or(rest.len());
-        let (word, after) = rest.split_at(end);
         rest = after;
-        match word {
-            "texture_2d" if rest.starts_with("<f32>") => {
-                out.push_str("u32");
-                rest = &rest["<f32>".len()..];
-            }
-            "sampler" => out.push_str("u32"),
-            "textureDimensions" => out.push_str("tile_size"),
-            "tap" | "texel" => {
-                out.push_str("tile_");
-                out.push_str(word);
-            }
-            _ => {
-                out.push_str(word);
-                if names.contains(&word) {
-                    out.push_str(super::tiles::TILED);
-                }
-            }
-        }
     }
     out
 }

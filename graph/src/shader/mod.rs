@@ -1,5 +1,6 @@
 //! Shaders as values: a module of WGSL, what it declares, and how modules are put together.
 
+mod cells;
 mod compose;
 mod import;
 mod pitfalls;
@@ -10,6 +11,7 @@ mod uniform;
 
 use std::sync::OnceLock;
 
+pub use cells::{CELLS_LANES, compose_cells};
 pub use compose::{Composed, Reading, ShaderError, Slot, SlotKind, compose_entry, compose_steps};
 pub use import::SourceMap;
 pub use reflect::{ArgType, Function, Global, GlobalKind, Member, Reflection, ScalarKind, StructLayout};

@@ -7,7 +7,7 @@ use afterimage_graph::image::{ImageDesc, Size};
 use afterimage_graph::node::{ImageId, Resource, Work};
 use afterimage_graph::plan::{Alias, Plan, Stage};
 use afterimage_graph::shader::{
-    Composed, ShaderError, SlotKind, compose_entry, compose_rows, compose_steps, compose_tiling,
+    Composed, ShaderError, SlotKind, compose_cells, compose_entry, compose_rows, compose_steps, compose_tiling,
 };
 use wgpu::util::DeviceExt as _;
 use wgpu::{Buffer, BufferUsages, Device, TextureFormat};
@@ -179,6 +179,10 @@ impl Draft {
                 let groups = groups(&composed, plan.recording.image(rows.result).desc.size);
                 (composed, groups)
             }
+            Work::Cells(cells) => {
+                let [across, down] = cells.coarsest;
+                (compose_cells(cells, &format, &reading), [across, down, 1])
+            }
             Work::Entry(call) => (compose_entry(call, &format, &reading), call.groups),
         };
         let writes_image = pass.writes().into_iter().find_map(|resource| match resource {
@@ -208,7 +212,7 @@ pub(super) fn order<'a>(
     let stage = if attachment.is_some() { Stage::Fragment } else { Stage::Compute };
     let constants = match &plan.recording.passes[index].work {
         Work::Entry(call) => call.constants.iter().map(|(name, value)| (*name, value.to_bits())).collect(),
-        Work::Steps { .. } | Work::Tiled(_) | Work::Rows(_) => Vec::new(),
+        Work::Steps { .. } | Work::Tiled(_) | Work::Rows(_) | Work::Cells(_) => Vec::new(),
     };
     let readings = composed.slots.iter().map(|slot| match slot.kind {
         SlotKind::Texture(image) => format!("{:?}", plan.readings[image.0 as usize]),
@@ -230,6 +234,7 @@ pub(super) fn order<'a>(
         immediate_bytes: if immediate { moment::BYTES } else { 0 },
         label: &plan.recording.passes[index].label,
         // Tilings write every texel of a tile that they read; whole kernels are their authors' own.
-        zero_workgroup_memory: !composed.audited && matches!(plan.recording.passes[index].work, Work::Entry(_)),
+        zero_workgroup_memory: !composed.audited
+            && matches!(plan.recording.passes[index].work, Work::Entry(_) | Work::Cells(_)),
     }
 }

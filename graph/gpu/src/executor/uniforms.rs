@@ -29,6 +29,7 @@ fn blank(plan: &Plan) -> Plan {
                 tiling.stages.iter_mut().flat_map(|s| &mut s.steps).for_each(|step| step.uniform.fill(0));
             }
             Work::Rows(rows) => rows.source.iter_mut().for_each(|step| step.uniform.fill(0)),
+            Work::Cells(cells) => cells.readers.iter_mut().for_each(|reader| reader.call.uniform.fill(0)),
             Work::Entry(call) => call.uniform.fill(0),
         }
     }
@@ -48,6 +49,7 @@ pub(super) fn pass_uniform(work: &Work) -> Vec<u8> {
             tiling.stages.iter().flat_map(|stage| &stage.steps).map(|step| step.uniform.as_slice()).collect()
         }
         Work::Rows(rows) => rows.source.iter().map(|step| step.uniform.as_slice()).collect(),
+        Work::Cells(cells) => cells.readers.iter().map(|reader| reader.call.uniform.as_slice()).collect(),
         Work::Entry(call) => vec![&call.uniform],
     };
     for part in parts.into_iter().filter(|part| !part.is_empty()) {

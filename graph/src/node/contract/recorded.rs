@@ -7,13 +7,14 @@ use super::Complaints;
 use super::names::{items, pascal, snake, stem};
 use crate::image::{Format, ImageDesc, Size};
 use crate::node::{
-    Arg, Arrival, Arrivals, BufferLife, ImageId, NodeKind, Origin, Pass, PortType, Recorder, RecorderContext,
-    Recording, Resource, Rows, VirtualBuffer, VirtualImage, Work,
+    Arg, Arrival, Arrivals, BufferLife, Cells, CellsReader, ImageId, NodeKind, Origin, Pass, PortType, Recorder,
+    RecorderContext, Recording, Resource, Rows, VirtualBuffer, VirtualImage, Work,
 };
 use crate::plan::Caps;
 use crate::plan::passes::copy_step;
 use crate::shader::{
-    Composed, Reading, Shader, ShaderError, compose_entry, compose_rows, compose_steps, compose_tiling,
+    CELLS_LANES, Composed, Reading, Shader, ShaderError, compose_cells, compose_entry, compose_rows, compose_steps,
+    compose_tiling,
 };
 use crate::value::{Param, Type, Value};
 
@@ -208,6 +209,7 @@ fn shape(pass: &Pass, recording: &Recording) -> String {
         }
         Work::Tiled(tiling) => format!("{tiling:?} {formats:?}"),
         Work::Rows(rows) => format!("{rows:?} {formats:?}"),
+        Work::Cells(cells) => format!("{cells:?} {formats:?}"),
         Work::Entry(call) => format!("{:?} {} {:?} {formats:?}", call.shader, call.entry, call.bindings),
     }
 }
@@ -227,7 +229,7 @@ fn module(pass: &Pass, recording: &Recording, modules: &mut BTreeSet<String>, co
             Err(error) => complaints.add(format!("the pass `{}` is no module: {error}", pass.label)),
         }
     }
-    by_rows(pass).into_iter().for_each(|pass| module(&pass, recording, modules, complaints));
+    by_rows(pass).into_iter().chain(by_cells(pass)).for_each(|pass| module(&pass, recording, modules, complaints));
     shaders(pass).into_iter().for_each(|shader| item_names(shader, complaints));
 }
 
@@ -244,6 +246,21 @@ fn by_rows(pass: &Pass) -> Option<Pass> {
     Some(Pass { work, ..pass.clone() })
 }
 
+/// The pass in its form by cells, twice, so that names which the framework does not tell apart clash.
+fn by_cells(pass: &Pass) -> Option<Pass> {
+    let Work::Entry(call) = &pass.work else { return None };
+    let by = call.by_cells?;
+    let source = call.bindings.iter().find_map(|binding| match binding.resource {
+        Resource::Image(image) if binding.name == by.source => Some(image),
+        _ => None,
+    })?;
+    let reader = CellsReader { node: pass.nodes[0].clone(), call: call.clone(), by };
+    let readers = vec![reader.clone(), reader];
+    let lanes = [CELLS_LANES, 1];
+    let work = Work::Cells(Cells { source, readers, coarsest: by.cells, finest: by.cells, lanes });
+    Some(Pass { work, ..pass.clone() })
+}
+
 fn composed(
     pass: &Pass,
     desc_of: &dyn Fn(ImageId) -> ImageDesc,
@@ -254,6 +271,7 @@ fn composed(
         Work::Steps { steps, result } => compose_steps(steps, *result, desc_of(*result), reading_of),
         Work::Tiled(tiling) => compose_tiling(tiling, &format_of, reading_of),
         Work::Rows(rows) => compose_rows(rows, desc_of(rows.result).format, reading_of),
+        Work::Cells(cells) => compose_cells(cells, &format_of, reading_of),
         Work::Entry(call) => compose_entry(call, &format_of, reading_of),
     }
 }
@@ -263,6 +281,7 @@ fn shaders(pass: &Pass) -> Vec<&'static Shader> {
         Work::Steps { steps, .. } => steps.iter().map(|step| step.shader).collect(),
         Work::Tiled(tiling) => tiling.stages.iter().flat_map(|s| &s.steps).map(|step| step.shader).collect(),
         Work::Rows(rows) => rows.source.iter().map(|step| step.shader).chain([rows.by.shader]).collect(),
+        Work::Cells(cells) => cells.readers.iter().map(|reader| reader.call.shader).collect(),
         Work::Entry(call) => vec![call.shader],
     }
 }

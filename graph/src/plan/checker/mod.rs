@@ -140,6 +140,10 @@ fn accesses(work: &Work) -> Vec<Access> {
             args.filter_map(|arg| arg.resource()).for_each(|r| note(r, true, false));
             note(Resource::Image(rows.result), false, true);
         }
+        Work::Cells(cells) => {
+            let bindings = cells.readers.iter().flat_map(|reader| &reader.call.bindings);
+            bindings.for_each(|b| note(b.resource, b.reads, b.writes));
+        }
         Work::Entry(call) => call.bindings.iter().for_each(|b| note(b.resource, b.reads, b.writes)),
     }
     found.into_values().collect()
