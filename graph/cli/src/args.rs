@@ -160,6 +160,9 @@ pub(crate) struct RenderArgs {
     /// Say how long each stage and each pass took
     #[arg(long)]
     pub(crate) timings: bool,
+    /// Render again whenever the pipeline, a file beside it, a shader of `--nodes` or an image changes
+    #[arg(long)]
+    pub(crate) watch: bool,
     #[command(flatten)]
     pub(crate) options: PipelineOptions,
     #[command(flatten)]

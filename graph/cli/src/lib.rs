@@ -18,6 +18,7 @@ mod session;
 mod shipped;
 pub mod stress;
 mod terminal;
+mod watch;
 
 use std::process::ExitCode;
 

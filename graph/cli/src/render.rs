@@ -20,6 +20,7 @@ use crate::pipeline::{facts, load_graph, plan_options, registry, split};
 use crate::save::{Saving, save};
 use crate::session::{Clock, Session, choose_output, open};
 use crate::terminal::note;
+use crate::watch::watch;
 
 /// Frames that wait between two stages: one that is being made and one that is ready.
 const AHEAD: usize = 2;
@@ -27,6 +28,13 @@ const AHEAD: usize = 2;
 const MOST_WRITERS: usize = 4;
 
 pub(crate) fn run(args: &RenderArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
+    if args.watch {
+        watch(args, || once(args, tables));
+    }
+    once(args, tables)
+}
+
+fn once(args: &RenderArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
     let registry = registry(tables, &args.options.nodes)?;
     let graph = load_graph(&args.pipeline, &registry, &args.options)?;
     let facts = facts(&args.options)?;

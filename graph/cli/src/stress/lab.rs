@@ -166,6 +166,10 @@ impl<'g> Lab<'g> {
                 .collect();
             let inputs: Vec<(&str, &TextureView)> = views.iter().map(|(name, view)| (*name, view)).collect();
             let frame = Frame { inputs: &inputs, outputs: &[], time: 0.0, dt: shot.dt, reset: shot.reset };
+            if shot.reset {
+                // What begins anew has the grain of a first frame, so that it can be compared with another beginning.
+                bench.executor.count_from(0);
+            }
             bench.executor.encode(&mut encoder, &frame).map_err(|error| one_line(&error.to_string()))?;
             copy_outputs(&bench.executor, &plan, &mut encoder, &buffer, frame_bytes * index as u64);
             if !together {
