@@ -13,9 +13,6 @@ use crate::node::{Cells, CellsReader, ImageId};
 /// Invocations of a workgroup.
 pub const CELLS_LANES: u32 = 256;
 
-/// Pixels that an invocation loads before it looks at the first of them, so that they travel together.
-const IN_FLIGHT: u32 = 4;
-
 /// Kernels in their form by cells, with their entry point.
 pub fn compose_cells(
     cells: &Cells,
@@ -182,11 +179,11 @@ fn entry(cells: &Cells, parts: &[Part<'_>]) -> String {
         let (number, finish) = (part.number, part.named(&format!("{}_finish", part.reader.by.form)));
         format!("    {finish}(&state{number}, cell{number});\n")
     });
-    let rows = || (0..IN_FLIGHT).map(|k| k * down);
-    let loads: String = rows()
-        .map(|row| format!("            let color{row} = cells_texel(vec2u(x, min(y + {row}u, end.y - 1u)));\n"))
-        .collect();
-    let visits: String = rows().map(|row| visit(row, parts)).collect();
+    let visits = every(&|part| {
+        let (number, visit) = (part.number, part.named(&format!("{}_visit", part.reader.by.form)));
+        format!("            {visit}(&state{number}, cell{number}, seen);\n")
+    });
+    // To load several pixels before the first is looked at made it slower on an H200: the other invocations hide the waiting.
     format!(
         "fn cells_texel(pixel: vec2u) -> vec4f {{ return guarded(textureLoad({source}, vec2i(pixel), 0)); }}
 @compute @workgroup_size({CELLS_LANES})
@@ -203,8 +200,12 @@ fn compute(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index)
     let beyond = cell_first(place + 1u, size, lattice);
 {begins}    workgroupBarrier();
     for (var x = first.x + lane % {across}u; x < end.x; x += {across}u) {{
-        for (var y = first.y + lane / {across}u; y < end.y; y += {step}u) {{
-{loads}{visits}        }}
+        for (var y = first.y + lane / {across}u; y < end.y; y += {down}u) {{
+            let pixel = vec2u(x, y);
+            let share = cell_share(pixel, place, size, lattice);
+            let is_centred = all(pixel >= centred) && all(pixel < beyond);
+            let seen = Seen(vec2i(pixel), cells_texel(pixel), share.x * share.y, is_centred);
+{visits}        }}
     }}
 {finishes}}}",
         finest[0],
@@ -214,7 +215,6 @@ fn compute(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index)
         inner[0],
         inner[1],
         own = across * down,
-        step = IN_FLIGHT * down,
     )
 }
 
@@ -235,23 +235,5 @@ fn begin(part: &Part<'_>, cells: &Cells, inner: [u32; 2]) -> String {
         wide * high * own,
         inner[0] / wide,
         part.named(&format!("{}_begin", by.form)),
-    )
-}
-
-/// Shows all readers the pixel that many rows below the first of those in flight.
-fn visit(row: u32, parts: &[Part<'_>]) -> String {
-    let visits = parts.iter().map(|part| {
-        let (number, visit) = (part.number, part.named(&format!("{}_visit", part.reader.by.form)));
-        format!("                {visit}(&state{number}, cell{number}, seen);\n")
-    });
-    format!(
-        "            if y + {row}u < end.y {{
-                let pixel = vec2u(x, y + {row}u);
-                let share = cell_share(pixel, place, size, lattice);
-                let is_centred = all(pixel >= centred) && all(pixel < beyond);
-                let seen = Seen(vec2i(pixel), color{row}, share.x * share.y, is_centred);
-{}            }}
-",
-        visits.collect::<String>()
     )
 }
