@@ -68,6 +68,7 @@ fn look(place: &Path, depth: u32, found: &mut Vec<Stamp>) {
 }
 
 #[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test may stop at the first surprise")]
 mod tests {
     use super::*;
 
