@@ -95,6 +95,31 @@ fn every_way_to_run_a_pipeline_makes_the_same_picture() {
     }
 }
 
+/// Codes that one value in a thousand exceeds.
+fn codes_off(a: &[Picture], b: &[Picture]) -> f32 {
+    let values =
+        |pictures: &[Picture]| pictures.iter().flat_map(|p| p.pixels.as_flattened().to_vec()).collect::<Vec<f32>>();
+    let mut off: Vec<f32> = values(a).iter().zip(values(b)).map(|(a, b)| 255.0 * (a - b).abs()).collect();
+    off.sort_by(f32::total_cmp);
+    off[off.len() - 1 - off.len() / 1000]
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn each_has_four_tiers_that_keep_its_look() {
+    let scene = scene(160, 90);
+    for name in files() {
+        let [ultra, high, medium, low] =
+            ["ultra", "high", "medium", "low"].map(|tier| frame(&Run::new(&shipped(&name, Some(tier))), &scene));
+        // What they state, and two codes for the dither on either side. The cheapest ways of Tsushima lack a part of the chain.
+        let without_the_grid = if name.starts_with("tsushima") { 70.0 } else { 17.0 };
+        for (tier, picture, most) in [("high", high, 3.5), ("medium", medium, 7.0), ("low", low, without_the_grid)] {
+            let off = codes_off(&ultra, &picture);
+            assert!(off <= most, "{name}, {tier}: {off} codes");
+        }
+    }
+}
+
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn every_plan_is_proved_and_planned_alike_twice() {
