@@ -1,0 +1,98 @@
+//! A pass around a whole compute entry point, said in one sentence.
+
+use super::super::pass::*;
+use super::{Arrival, Recorder};
+use crate::shader::{GlobalKind, Shader, UniformValue};
+
+/// A pass around a whole compute entry point, as a sentence in the making.
+pub struct ComputePass<'r, 'a> {
+    pub(super) recorder: &'r mut Recorder<'a>,
+    pub(super) shader: &'static Shader,
+    pub(super) entry: &'static str,
+    pub(super) label: String,
+    pub(super) bound: Vec<(&'static str, Resource)>,
+    pub(super) set: Vec<(&'static str, UniformValue)>,
+    pub(super) constants: Vec<(&'static str, f64)>,
+    pub(super) by_cells: Option<ByCells>,
+}
+
+impl ComputePass<'_, '_> {
+    /// What the pass does, for people; the entry point's name by default.
+    pub fn label(mut self, label: impl Into<String>) -> Self {
+        self.label = label.into();
+        self
+    }
+
+    /// What a variable of the module holds when it is not an input of the same name.
+    pub fn bind(mut self, variable: &'static str, resource: Resource) -> Self {
+        self.bound.push((variable, resource));
+        self
+    }
+
+    /// An image for a variable.
+    pub fn image(self, variable: &'static str, image: ImageId) -> Self {
+        self.bind(variable, Resource::Image(image))
+    }
+
+    /// A buffer for a variable.
+    pub fn buffer(self, variable: &'static str, buffer: BufferId) -> Self {
+        self.bind(variable, Resource::Buffer(buffer))
+    }
+
+    /// A number that the node computes for its uniform; replaces a parameter of the same name.
+    pub fn set(mut self, name: &'static str, value: impl Into<UniformValue>) -> Self {
+        self.set.push((name, value.into()));
+        self
+    }
+
+    /// An override constant of the module.
+    pub fn constant(mut self, name: &'static str, value: f64) -> Self {
+        self.constants.push((name, value));
+        self
+    }
+
+    /// A second form of a kernel that sums up an image over the cells of a lattice, for passes that read the image for several such kernels:
+    /// see [`ByCells`]. Its results must be those of the kernel, to rounding. A kernel with override constants stays alone.
+    pub fn by_cells(mut self, form: Option<ByCells>) -> Self {
+        self.by_cells = form;
+        self
+    }
+
+    /// Ends the sentence: runs so many workgroups.
+    pub fn dispatch(self, groups: [u32; 3]) {
+        let reflection = self.recorder.reflection(self.shader);
+        let mut bindings = Vec::new();
+        let mut uniform = Vec::new();
+        for global in &reflection.globals {
+            match &global.kind {
+                GlobalKind::Uniform(ty) if ty != "Frame" => uniform = self.recorder.uniform(self.shader, ty, &self.set),
+                kind => {
+                    bindings.extend(self.resource(&global.name).map(|resource| binding(&global.name, kind, resource)))
+                }
+            }
+        }
+        let Self { recorder, shader, entry, label, constants, by_cells, .. } = self;
+        recorder.push(label, Work::Entry(EntryCall { shader, entry, bindings, constants, uniform, groups, by_cells }));
+    }
+
+    fn resource(&self, name: &str) -> Option<Resource> {
+        let bound = self.bound.iter().find(|(variable, _)| *variable == name).map(|(_, resource)| *resource);
+        bound.or_else(|| {
+            let index = self.recorder.kind.inputs().iter().position(|input| input.name == name)?;
+            match &self.recorder.arrivals[index] {
+                Arrival::Image(image) => Some(Resource::Image(*image)),
+                Arrival::Buffer(buffer) => Some(Resource::Buffer(*buffer)),
+                _ => None,
+            }
+        })
+    }
+}
+
+fn binding(name: &str, kind: &GlobalKind, resource: Resource) -> Binding {
+    let (reads, writes) = match kind {
+        GlobalKind::StorageTexture(_) => (false, true),
+        GlobalKind::Buffer(true) => (true, true),
+        _ => (true, false),
+    };
+    Binding { name: name.to_owned(), resource, writes, reads }
+}

@@ -1,0 +1,130 @@
+//! A pass around one kernel function, said in one sentence.
+
+use super::super::pass::*;
+use super::{Arrival, Recorder};
+use crate::image::ImageDesc;
+use crate::shader::{ArgType, Function, Shader, UniformValue};
+
+/// A pass around one kernel function, as a sentence in the making.
+pub struct FunctionPass<'r, 'a> {
+    pub(super) recorder: &'r mut Recorder<'a>,
+    pub(super) shader: &'static Shader,
+    pub(super) function: &'static str,
+    pub(super) label: String,
+    pub(super) reads: Vec<(&'static str, ImageId)>,
+    pub(super) set: Vec<(&'static str, UniformValue)>,
+    pub(super) reach: Option<f32>,
+    pub(super) promises: Vec<&'static str>,
+    pub(super) by_rows: Option<ByRows>,
+}
+
+impl FunctionPass<'_, '_> {
+    /// What the pass does, for people; the function's name by default.
+    pub fn label(mut self, label: impl Into<String>) -> Self {
+        self.label = label.into();
+        self
+    }
+
+    /// The image of an argument that is not an input's.
+    pub fn read(mut self, arg: &'static str, image: ImageId) -> Self {
+        self.reads.push((arg, image));
+        self
+    }
+
+    /// A number that the node computes for its uniform; replaces a parameter of the same name.
+    pub fn set(mut self, name: &'static str, value: impl Into<UniformValue>) -> Self {
+        self.set.push((name, value.into()));
+        self
+    }
+
+    /// Promises that the function's taps lie within so many texels of its own place in the texture, so that the framework may keep what it
+    /// reads in workgroup memory. A tap farther away reads some other texel of the tile.
+    pub fn reach(mut self, texels: f32) -> Self {
+        self.reach = Some(texels);
+        self
+    }
+
+    /// A second form of a function that halves an image, without parameters, for workgroups that walk down it: see [`ByRows`].
+    pub fn by_rows(mut self, form: Option<ByRows>) -> Self {
+        self.by_rows = form;
+        self
+    }
+
+    /// Promises that something holds which lets the function do less, if it does. `constant` is a line `const NAME: bool = false;` of the
+    /// module; it becomes true where every function of the module in a pass makes the promise. The result must not depend on it.
+    pub fn promise(mut self, constant: &'static str, holds: bool) -> Self {
+        self.promises.extend(holds.then_some(constant));
+        self
+    }
+
+    /// Ends the sentence: the result is the image of an output port.
+    pub fn write(self, port: &str, desc: ImageDesc) -> ImageId {
+        let image = self.recorder.output(port, desc);
+        self.write_to(image);
+        image
+    }
+
+    /// Ends the sentence: the result goes to an image made before.
+    pub fn write_to(self, result: ImageId) {
+        let function = self.recorder.reflection(self.shader).function(self.function);
+        let function =
+            function.unwrap_or_else(|| panic!("{:?} has no kernel function `{}`", self.shader, self.function));
+        let args = function.args.iter().enumerate().map(|(index, _)| self.arg(function, index)).collect();
+        let uniform = function.args.iter().find_map(|(name, ty)| match ty {
+            ArgType::Struct(ty) if name == "params" => Some(self.recorder.uniform(self.shader, ty, &self.set)),
+            _ => None,
+        });
+        let step = Step {
+            node: self.recorder.node.to_owned(),
+            shader: self.shader,
+            function: self.function,
+            args,
+            uniform: uniform.unwrap_or_default(),
+            reach: self.reach,
+            promises: self.promises,
+            by_rows: self.by_rows,
+        };
+        self.recorder.push(self.label, Work::Steps { steps: vec![step], result });
+    }
+
+    fn arg(&self, function: &Function, index: usize) -> Arg {
+        let (name, ty) = &function.args[index];
+        match ty {
+            ArgType::Struct(_) if name == "params" => Arg::Params,
+            ArgType::Struct(ty) if ty == "Point" => Arg::Point,
+            ArgType::Struct(ty) if ty == "Frame" => Arg::Frame,
+            ArgType::Sampler => Arg::Sampler,
+            ArgType::Texture | ArgType::Volume => Arg::Texture(self.image(name)),
+            ArgType::Floats(n) => self.numbers(name, *n),
+            other => panic!(
+                "argument `{name}` of `{}` has a type that the framework does not know: {other:?}",
+                self.function
+            ),
+        }
+    }
+
+    fn chosen(&self, name: &str) -> Option<ImageId> {
+        self.reads.iter().find(|(arg, _)| *arg == name).map(|(_, image)| *image)
+    }
+
+    fn image(&self, name: &str) -> ImageId {
+        self.chosen(name).unwrap_or_else(|| match self.recorder.arrival(name) {
+            Arrival::Image(image) => *image,
+            other => panic!("input `{name}` of `{}` is {other:?}: `read` an image for it", self.recorder.node),
+        })
+    }
+
+    fn numbers(&self, name: &str, components: u8) -> Arg {
+        if let Some(image) = self.chosen(name) {
+            return Arg::Pixel(image);
+        }
+        match self.recorder.arrival(name) {
+            Arrival::Image(image) => Arg::Pixel(*image),
+            Arrival::Buffer(buffer) => Arg::Value(*buffer, components),
+            Arrival::Zero | Arrival::Absent => Arg::Zero(components),
+            other @ Arrival::Pyramid(_) => {
+                panic!("input `{name}` of `{}` is {other:?}, not a pixel", self.recorder.node)
+            }
+        }
+    }
+}
