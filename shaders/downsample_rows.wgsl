@@ -1,4 +1,4 @@
-// The thirteen-tap halving by a row of invocations that walks down the image together. An invocation has one column of squares, each
+// Halvings by a row of invocations that walks down the image together. An invocation has one column of squares, each
 // the four texels under one texel of the result. Every tap of the filter is the mean of such a square or of the four texels where
 // four squares meet; both are made once and handed on to the neighbours through workgroup memory, as half floats.
 
@@ -51,7 +51,28 @@ fn downsample_rows_before(lane: u32) -> u32 {
     return max(lane, 1u) - 1u;
 }
 
-// Gives the texel of the row before.
+// All of these give the texel of the row before. The mean of a square needs no neighbour.
+fn downsample_rows_box(state: ptr<function, DownsampleRows>, square: Square, lane: u32) -> vec4f {
+    let above = (*state).mean;
+    (*state).mean = downsample_rows_mean(square);
+    return above;
+}
+
+// The mean of the four corners.
+fn downsample_rows_tap4(state: ptr<function, DownsampleRows>, square: Square, lane: u32) -> vec4f {
+    downsample_rows_put_left(lane, 0.25 * ((*state).lower_left + square.upper_left));
+    workgroupBarrier();
+    let here = 0.25 * ((*state).lower_right + square.upper_right);
+    let corner = 0.25 * (here + downsample_rows_take_left(downsample_rows_after(lane)));
+    let edge = corner + (*state).inner;
+    downsample_rows_put_right(lane, edge);
+    workgroupBarrier();
+    (*state).lower_left = square.lower_left;
+    (*state).lower_right = square.lower_right;
+    (*state).inner = corner;
+    return edge + downsample_rows_take_right(downsample_rows_before(lane));
+}
+
 fn downsample_rows_tap13(state: ptr<function, DownsampleRows>, square: Square, lane: u32) -> vec4f {
     let mean = downsample_rows_mean(square);
     let means = mean + (*state).mean;

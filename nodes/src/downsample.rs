@@ -87,6 +87,8 @@ impl Downsample {
 
     fn by_rows(&self, is_first: bool) -> Option<ByRows> {
         let function = match self.function(is_first) {
+            "downsample_box" => "downsample_rows_box",
+            "downsample_tap4" => "downsample_rows_tap4",
             "downsample_tap13" => "downsample_rows_tap13",
             "downsample_tap13_groups" => "downsample_rows_tap13_groups",
             _ => return None,

@@ -10,6 +10,9 @@ use crate::node::{Arg, ImageId, Origin, Pass, Recording, Resource, Rows, Step, W
 /// Results with fewer texels leave most of the device idle, and are filtered by its texture units or in tiles.
 const FEWEST_TEXELS: u64 = 100_000;
 
+/// Filters that reach less far take so few taps that they gain nothing, unless their source need not be stored.
+const WIDE: f32 = 2.0;
+
 /// Rows of the result that a workgroup walks down: the more, the less is made twice; the fewer, the more workgroups share a small result.
 fn rows_of(texels: u64) -> u32 {
     match texels {
@@ -23,8 +26,10 @@ pub(crate) fn rows(draft: &mut Draft, always: bool) -> Vec<Fused> {
     let mut web = Web::new(draft);
     let mut fused = Vec::new();
     for number in 0..web.len() {
-        if let Some(source) = halved(&web, &draft.recording, number, always) {
-            fused.extend(walk(&mut web, &draft.recording, number, source));
+        let Some(source) = halved(&web, &draft.recording, number, always) else { continue };
+        let maker = maker(&web, &draft.recording, number, source);
+        if always || maker.is_some() || reach(&web, number) >= WIDE {
+            fused.extend(walk(&mut web, &draft.recording, number, source, maker));
         }
     }
     web.finish(draft);
@@ -47,8 +52,15 @@ fn halved(web: &Web, recording: &Recording, number: usize, always: bool) -> Opti
     (is_exact_half && is_half_float && (always || to.size.texels() >= FEWEST_TEXELS)).then_some(source)
 }
 
-fn walk(web: &mut Web, recording: &Recording, number: usize, source: ImageId) -> Option<Fused> {
-    let brought = maker(web, recording, number, source).and_then(|maker| web.take(maker));
+fn reach(web: &Web, number: usize) -> f32 {
+    match web.get(number).map(|pass| &pass.work) {
+        Some(Work::Steps { steps, .. }) => steps[0].reach.unwrap_or_default(),
+        _ => 0.0,
+    }
+}
+
+fn walk(web: &mut Web, recording: &Recording, number: usize, source: ImageId, maker: Option<usize>) -> Option<Fused> {
+    let brought = maker.and_then(|maker| web.take(maker));
     let halving = web.take(number).expect("a halving was found");
     let Work::Steps { steps, result } = halving.work else { unreachable!("halvings are passes of steps") };
     let by = steps[0].by_rows.expect("a halving has a form by rows");
