@@ -14,28 +14,24 @@ struct DownsampleRows {
     weight: f32,
 }
 
-// Numbers lie apart by kind, so that neighbours never wait for the same bank of memory.
-var<workgroup> downsample_rows_to_left: array<u32, 4u * DOWNSAMPLE_ROWS_LANES>;
-var<workgroup> downsample_rows_to_right: array<u32, 5u * DOWNSAMPLE_ROWS_LANES>;
+// What neighbours hand on: two vectors to the left in slots 0 to 3; two vectors and a weight to the right in slots 4 to 8. A slot has a
+// number of each invocation, side by side, so that neighbours never wait for the same bank of memory.
+var<workgroup> downsample_rows_handed: array<u32, 9u * DOWNSAMPLE_ROWS_LANES>;
 
-fn downsample_rows_put_left(slot: u32, v: vec4f) {
-    downsample_rows_to_left[slot] = pack2x16float(v.xy);
-    downsample_rows_to_left[slot + DOWNSAMPLE_ROWS_LANES] = pack2x16float(v.zw);
+const DOWNSAMPLE_ROWS_LEFT: u32 = 0u;
+const DOWNSAMPLE_ROWS_LEFT_SECOND: u32 = 2u * DOWNSAMPLE_ROWS_LANES;
+const DOWNSAMPLE_ROWS_RIGHT: u32 = 4u * DOWNSAMPLE_ROWS_LANES;
+const DOWNSAMPLE_ROWS_RIGHT_SECOND: u32 = 6u * DOWNSAMPLE_ROWS_LANES;
+const DOWNSAMPLE_ROWS_RIGHT_WEIGHT: u32 = 8u * DOWNSAMPLE_ROWS_LANES;
+
+fn downsample_rows_put(slot: u32, v: vec4f) {
+    downsample_rows_handed[slot] = pack2x16float(v.xy);
+    downsample_rows_handed[slot + DOWNSAMPLE_ROWS_LANES] = pack2x16float(v.zw);
 }
 
-fn downsample_rows_take_left(slot: u32) -> vec4f {
-    let lower = unpack2x16float(downsample_rows_to_left[slot]);
-    return vec4f(lower, unpack2x16float(downsample_rows_to_left[slot + DOWNSAMPLE_ROWS_LANES]));
-}
-
-fn downsample_rows_put_right(slot: u32, v: vec4f) {
-    downsample_rows_to_right[slot] = pack2x16float(v.xy);
-    downsample_rows_to_right[slot + DOWNSAMPLE_ROWS_LANES] = pack2x16float(v.zw);
-}
-
-fn downsample_rows_take_right(slot: u32) -> vec4f {
-    let lower = unpack2x16float(downsample_rows_to_right[slot]);
-    return vec4f(lower, unpack2x16float(downsample_rows_to_right[slot + DOWNSAMPLE_ROWS_LANES]));
+fn downsample_rows_take(slot: u32) -> vec4f {
+    let lower = unpack2x16float(downsample_rows_handed[slot]);
+    return vec4f(lower, unpack2x16float(downsample_rows_handed[slot + DOWNSAMPLE_ROWS_LANES]));
 }
 
 fn downsample_rows_mean(square: Square) -> vec4f {
@@ -60,34 +56,34 @@ fn downsample_rows_box(state: ptr<function, DownsampleRows>, square: Square, lan
 
 // The mean of the four corners.
 fn downsample_rows_tap4(state: ptr<function, DownsampleRows>, square: Square, lane: u32) -> vec4f {
-    downsample_rows_put_left(lane, 0.25 * ((*state).lower_left + square.upper_left));
+    downsample_rows_put(DOWNSAMPLE_ROWS_LEFT + lane, 0.25 * ((*state).lower_left + square.upper_left));
     workgroupBarrier();
     let here = 0.25 * ((*state).lower_right + square.upper_right);
-    let corner = 0.25 * (here + downsample_rows_take_left(downsample_rows_after(lane)));
+    let corner = 0.25 * (here + downsample_rows_take(DOWNSAMPLE_ROWS_LEFT + downsample_rows_after(lane)));
     let edge = corner + (*state).inner;
-    downsample_rows_put_right(lane, edge);
+    downsample_rows_put(DOWNSAMPLE_ROWS_RIGHT + lane, edge);
     workgroupBarrier();
     (*state).lower_left = square.lower_left;
     (*state).lower_right = square.lower_right;
     (*state).inner = corner;
-    return edge + downsample_rows_take_right(downsample_rows_before(lane));
+    return edge + downsample_rows_take(DOWNSAMPLE_ROWS_RIGHT + downsample_rows_before(lane));
 }
 
 fn downsample_rows_tap13(state: ptr<function, DownsampleRows>, square: Square, lane: u32) -> vec4f {
     let mean = downsample_rows_mean(square);
     let means = mean + (*state).mean;
-    downsample_rows_put_left(lane, 0.25 * ((*state).lower_left + square.upper_left + means));
+    downsample_rows_put(DOWNSAMPLE_ROWS_LEFT + lane, 0.25 * ((*state).lower_left + square.upper_left + means));
     workgroupBarrier();
     let here = 0.25 * ((*state).lower_right + square.upper_right + means);
-    let corner = 0.125 * (here + downsample_rows_take_left(downsample_rows_after(lane)));
+    let corner = 0.125 * (here + downsample_rows_take(DOWNSAMPLE_ROWS_LEFT + downsample_rows_after(lane)));
     let edge = corner + (*state).inner;
-    downsample_rows_put_right(lane, edge);
+    downsample_rows_put(DOWNSAMPLE_ROWS_RIGHT + lane, edge);
     workgroupBarrier();
     (*state).lower_left = square.lower_left;
     (*state).lower_right = square.lower_right;
     (*state).mean = mean;
     (*state).inner = corner;
-    return edge + downsample_rows_take_right(downsample_rows_before(lane));
+    return edge + downsample_rows_take(DOWNSAMPLE_ROWS_RIGHT + downsample_rows_before(lane));
 }
 
 // 1 / (1 + brightness), as in the taps.
@@ -97,31 +93,29 @@ fn downsample_rows_weight(color: vec4f) -> f32 {
 
 // The same with the five squares of the filter weighted against each other; the inner one counts four times.
 fn downsample_rows_tap13_groups(state: ptr<function, DownsampleRows>, square: Square, lane: u32) -> vec4f {
-    const SECOND = 2u * DOWNSAMPLE_ROWS_LANES;
-    const THIRD = 4u * DOWNSAMPLE_ROWS_LANES;
     let mean = downsample_rows_mean(square);
     let texels = 0.25 * ((*state).lower_left + square.upper_left);
     let means = 0.25 * ((*state).mean + mean);
-    downsample_rows_put_left(lane, texels);
-    downsample_rows_put_left(lane + SECOND, means);
+    downsample_rows_put(DOWNSAMPLE_ROWS_LEFT + lane, texels);
+    downsample_rows_put(DOWNSAMPLE_ROWS_LEFT_SECOND + lane, means);
     workgroupBarrier();
     let after = downsample_rows_after(lane);
-    let inner = 0.25 * ((*state).lower_right + square.upper_right) + downsample_rows_take_left(after);
-    let squares = means + downsample_rows_take_left(after + SECOND);
+    let inner = 0.25 * ((*state).lower_right + square.upper_right) + downsample_rows_take(DOWNSAMPLE_ROWS_LEFT + after);
+    let squares = means + downsample_rows_take(DOWNSAMPLE_ROWS_LEFT_SECOND + after);
     let weight = downsample_rows_weight(squares);
     let outer = squares * weight;
     let inner_edge = 0.25 * ((*state).inner + inner);
     let outer_edge = (*state).outer + outer;
     let weight_edge = (*state).weight + weight;
-    downsample_rows_put_right(lane, inner_edge);
-    downsample_rows_put_right(lane + SECOND, outer_edge);
-    downsample_rows_to_right[lane + THIRD] = bitcast<u32>(weight_edge);
+    downsample_rows_put(DOWNSAMPLE_ROWS_RIGHT + lane, inner_edge);
+    downsample_rows_put(DOWNSAMPLE_ROWS_RIGHT_SECOND + lane, outer_edge);
+    downsample_rows_handed[DOWNSAMPLE_ROWS_RIGHT_WEIGHT + lane] = bitcast<u32>(weight_edge);
     workgroupBarrier();
     (*state) = DownsampleRows(square.lower_left, square.lower_right, mean, inner, outer, weight);
     let before = downsample_rows_before(lane);
-    let middle = inner_edge + downsample_rows_take_right(before);
+    let middle = inner_edge + downsample_rows_take(DOWNSAMPLE_ROWS_RIGHT + before);
     let middle_weight = 4.0 * downsample_rows_weight(middle);
-    let sum = middle * middle_weight + outer_edge + downsample_rows_take_right(before + SECOND);
-    let weights = middle_weight + weight_edge + bitcast<f32>(downsample_rows_to_right[before + THIRD]);
+    let sum = middle * middle_weight + outer_edge + downsample_rows_take(DOWNSAMPLE_ROWS_RIGHT_SECOND + before);
+    let weights = middle_weight + weight_edge + bitcast<f32>(downsample_rows_handed[DOWNSAMPLE_ROWS_RIGHT_WEIGHT + before]);
     return sum * (1.0 / weights);
 }

@@ -240,16 +240,7 @@ fn born(plan: &Plan, wave: usize) -> Vec<ImageId> {
 }
 
 fn poison() -> Step {
-    Step {
-        node: "poison".into(),
-        shader: &POISON,
-        function: "poison",
-        args: vec![Arg::Point],
-        uniform: Vec::new(),
-        reach: None,
-        promises: Vec::new(),
-        by_rows: None,
-    }
+    Step::new("poison", &POISON, "poison", vec![Arg::Point])
 }
 
 #[test]

@@ -24,16 +24,7 @@ fn poisoned(plan: &Plan) -> (Plan, usize) {
             Work::Steps { result, .. } => *result,
             Work::Tiled(_) | Work::Rows(_) | Work::Cells(_) | Work::Entry(_) => continue,
         };
-        let step = Step {
-            node: "poison".into(),
-            shader: &POISON,
-            function: "poison",
-            args: vec![Arg::Point],
-            uniform: Vec::new(),
-            reach: None,
-            promises: Vec::new(),
-            by_rows: None,
-        };
+        let step = Step::new("poison", &POISON, "poison", vec![Arg::Point]);
         pass.work = Work::Steps { steps: vec![step], result };
         filled += 1;
     }

@@ -301,6 +301,14 @@ pub struct Binding {
     pub reads: bool,
 }
 
+impl Step {
+    /// A function without numbers of its own, promises or other forms.
+    pub fn new(node: &str, shader: &'static Shader, function: &'static str, args: Vec<Arg>) -> Self {
+        let (uniform, promises) = (Vec::new(), Vec::new());
+        Self { node: node.to_owned(), shader, function, args, uniform, reach: None, promises, by_rows: None }
+    }
+}
+
 impl Pass {
     /// Everything it reads, each once, in order of first mention.
     pub fn reads(&self) -> Vec<Resource> {

@@ -207,17 +207,7 @@ impl<'a> Round<'a> {
             finite: true,
             signed: false,
         });
-        let step = Step {
-            node: name.to_owned(),
-            shader: &COPY,
-            function: "copy",
-            args: vec![arg],
-            uniform: Vec::new(),
-            reach: None,
-            promises: Vec::new(),
-            by_rows: None,
-        };
-        recording.passes.push(copy_pass(name, step, image));
+        recording.passes.push(copy_pass(name, Step::new(name, &COPY, "copy", vec![arg]), image));
         image
     }
 }
@@ -228,16 +218,7 @@ pub(crate) fn copy_pass(node: &str, step: Step, result: ImageId) -> Pass {
 
 /// A step that copies a pixel of `source`.
 pub(crate) fn copy_step(node: &str, source: ImageId) -> Step {
-    Step {
-        node: node.to_owned(),
-        shader: &COPY,
-        function: "copy",
-        args: vec![Arg::Pixel(source)],
-        uniform: Vec::new(),
-        reach: None,
-        promises: Vec::new(),
-        by_rows: None,
-    }
+    Step::new(node, &COPY, "copy", vec![Arg::Pixel(source)])
 }
 
 /// How each pass runs. Formats that a device can neither store nor draw become wider.

@@ -27,11 +27,8 @@ pub fn compose_cells(
         parts.push(part);
     }
     let reading = parts.iter().map(|part| part.bound.reading).max().unwrap_or_default();
-    let mut text = Text::default();
-    text.generated(&reading.settings());
-    for name in ["point", "guard", "sampling", "cells"] {
-        text.library(name).expect("the library has this file")?;
-    }
+    let mut text = Text::default().reading(reading)?;
+    text.library("cells").expect("the library has this file")?;
     for part in &parts {
         text.changed_module(part.reader.call.shader, &|line| part.line(line))?;
     }

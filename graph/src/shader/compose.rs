@@ -10,8 +10,6 @@ use super::tiles::{TILED, is_tiled};
 use crate::image::{Format, ImageDesc, Size};
 use crate::node::{Arg, BufferId, EntryCall, ImageId, Resource, Step};
 
-pub(super) const SETTINGS_FOR_REFLECTION: &str = "const TEXEL_GUARD: u32 = 0u;\nconst TAP_BY_HAND: bool = false;";
-
 /// How a module's textures are read.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Reading {
@@ -188,21 +186,15 @@ pub fn compose_steps(
     let mut writer = StepsWriter::new(reading_of);
     let reading = writer.strictest(steps);
     writer.stage(0, steps, 0);
-    let has_uniform = steps.iter().any(|s| !s.uniform.is_empty());
-    let uniform_struct = if has_uniform { uniform_struct(steps) } else { String::new() };
     let function = writer.take_function("run", steps.len() - 1);
     let storage = writer.storage(result, desc.format);
     let extent = writer.extent();
     let rows = rows_of(desc.size);
-    let mut text = Text::promising(steps);
-    text.generated(&reading.settings());
-    for name in ["point", "guard", "sampling"] {
-        text.library(name).expect("the library has this file")?;
-    }
+    let mut text = Text::promising(steps).reading(reading)?;
     for step in steps {
         text.module(step.shader)?;
     }
-    text.generated(&uniform_struct);
+    text.generated(&uniform_struct(steps));
     text.generated(&writer.declarations);
     text.generated(&function);
     text.generated(&entry_points(&storage, &extent, rows));
@@ -390,7 +382,11 @@ impl<'a> StepsWriter<'a> {
     }
 }
 
+/// The struct of a pass's uniform; nothing for steps without numbers.
 pub(super) fn uniform_struct(steps: &[Step]) -> String {
+    if steps.iter().all(|step| step.uniform.is_empty()) {
+        return String::new();
+    }
     let mut text = String::from("struct PassUniform {\n");
     for (index, step) in steps.iter().enumerate().filter(|(_, s)| !s.uniform.is_empty()) {
         let _ = writeln!(text, "    @align(16) step{index}: {},", params_struct(step));
@@ -421,11 +417,7 @@ pub fn compose_entry(
 ) -> Result<Composed, ShaderError> {
     let reflection = call.shader.reflect()?;
     let Bound { slots, formats, reading } = Bound::new(call, format_of, reading_of)?;
-    let mut text = Text::default();
-    text.generated(&reading.settings());
-    for name in ["point", "guard", "sampling"] {
-        text.library(name).expect("the library has this file")?;
-    }
+    let mut text = Text::default().reading(reading)?;
     text.module(call.shader)?;
     let source = formats.iter().fold(text.text, |source, (name, format)| set_storage_format(&source, name, *format));
     let workgroup = reflection.entries.iter().find(|(name, _)| name == call.entry).map_or([1; 3], |(_, size)| *size);

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use super::{Shader, ShaderError};
+use super::{Reading, Shader, ShaderError};
 use crate::node::Step;
 
 /// The shared files, by name.
@@ -67,6 +67,15 @@ impl Text {
             }
         }
         Self { promised: common.into_iter().flat_map(|(_, promises)| promises).collect(), ..Self::default() }
+    }
+
+    /// Begins with what every module has: how it reads textures, and the shared files that do.
+    pub(super) fn reading(mut self, reading: Reading) -> Result<Self, ShaderError> {
+        self.generated(&reading.settings());
+        for name in ["point", "guard", "sampling"] {
+            self.library(name).expect("the library has this file")?;
+        }
+        Ok(self)
     }
 
     /// Adds lines of the framework's own.

@@ -2,9 +2,9 @@
 
 use naga::{AddressSpace, ImageClass, ImageDimension, ScalarKind as NagaKind, TypeInner};
 
-use super::compose::{SETTINGS_FOR_REFLECTION, validated};
+use super::compose::validated;
 use super::import::Text;
-use super::{Shader, ShaderError};
+use super::{Reading, Shader, ShaderError};
 
 /// The functions, structs and bindings of a module.
 #[derive(Clone, Debug, Default)]
@@ -127,11 +127,7 @@ impl Reflection {
 }
 
 pub(super) fn reflect(shader: &Shader) -> Result<Reflection, ShaderError> {
-    let mut text = Text::default();
-    text.generated(SETTINGS_FOR_REFLECTION);
-    for name in ["point", "sampling"] {
-        text.library(name).expect("the library has this file")?;
-    }
+    let mut text = Text::default().reading(Reading::Plain)?;
     text.module(shader)?;
     let module = validated(&text)?;
     Ok(Reflection {

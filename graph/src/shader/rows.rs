@@ -17,21 +17,15 @@ pub fn compose_rows(
     let mut writer = StepsWriter::new(reading_of);
     let reading = writer.strictest(&rows.source);
     writer.stage(0, &rows.source, 0);
-    let has_uniform = rows.source.iter().any(|step| !step.uniform.is_empty());
-    let uniform_struct = if has_uniform { uniform_struct(&rows.source) } else { String::new() };
     let function = writer.take_function("run", rows.source.len() - 1);
     let storage = writer.storage(rows.result, format);
     let extent = writer.extent();
-    let mut text = Text::promising(&rows.source);
-    text.generated(&reading.settings());
-    for name in ["point", "guard", "sampling"] {
-        text.library(name).expect("the library has this file")?;
-    }
+    let mut text = Text::promising(&rows.source).reading(reading)?;
     for step in &rows.source {
         text.module(step.shader)?;
     }
     text.module(rows.by.shader)?;
-    text.generated(&uniform_struct);
+    text.generated(&uniform_struct(&rows.source));
     text.generated(writer.declarations());
     text.generated(&function);
     text.generated(&entry(rows, &storage, &extent));

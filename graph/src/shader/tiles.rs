@@ -32,11 +32,7 @@ pub fn compose_tiling(
     }
     let stores: Vec<Option<String>> =
         tiling.stages.iter().map(|stage| stage.result.map(|image| writer.storage(image, format_of(image)))).collect();
-    let mut text = Text::promising(steps.iter().copied());
-    text.generated(&reading.settings());
-    for name in ["point", "guard", "sampling"] {
-        text.library(name).expect("the library has this file")?;
-    }
+    let mut text = Text::promising(steps.iter().copied()).reading(reading)?;
     for step in steps.iter().filter(|step| !is_tiled(step)) {
         text.module(step.shader)?;
     }
