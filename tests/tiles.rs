@@ -61,13 +61,14 @@ fn a_bloom_in_tiles_is_the_bloom_pass_by_pass() {
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn half_floats_in_tiles_round_like_half_floats_in_memory() {
+    // A texture unit weighs texels with eight bits of fraction, which shows beside the spike; Mesa on the processor has more of them.
+    let allowed = if gpu().is_processor() { 6e-3 } else { 4e-2 };
     for filter in ["filter: Tap13, firefly: Groups", "filter: Tap13", "filter: Tap4", "filter: Box"] {
         let text = BLOOM.replace("filter: Tap13, firefly: Groups", filter);
         for size in [(256, 256), (640, 360), (641, 359)] {
             let (apart, joined, _) = both(&text, size, false);
-            // A filter of the device has eight bits of fraction; by hand it has all.
             let worst = difference(&apart, &joined);
-            assert!(worst < 6e-3, "{filter} at {size:?}: differs by {worst}");
+            assert!(worst < allowed, "{filter} at {size:?}: differs by {worst}");
         }
     }
 }

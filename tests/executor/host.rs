@@ -1,6 +1,7 @@
 //! The host's own textures, and what it is told when they do not fit.
 
 use afterimage_gpu::{Frame, Gpu, GpuError, Opening};
+use afterimage_graph::plan::Tiles;
 use wgpu::{TextureFormat, TextureUsages};
 
 use super::{at_tier, bits, flat, lively};
@@ -26,9 +27,15 @@ fn texture(player: &Player, size: (u32, u32), format: TextureFormat, usage: Text
 
 /// A player with the pipeline loaded, its input, and what it shows in a texture of its own.
 fn reference(scene: &Picture) -> (Player, wgpu::TextureView, Picture) {
+    reference_in(scene, Tiles::WhereItPays)
+}
+
+fn reference_in(scene: &Picture, tile: Tiles) -> (Player, wgpu::TextureView, Picture) {
     let graph = shipped(LYNX, None);
     let mut player = Player::new();
-    player.load(&Run::new(&graph), &[("scene", scene)]);
+    let mut run = Run::new(&graph);
+    run.options.tile = tile;
+    player.load(&run, &[("scene", scene)]);
     let input = player.upload(scene);
     player.run(&Frame { inputs: &[("scene", &input)], ..Frame::default() }).expect("the scene renders");
     let picture = player.output("display");
@@ -79,7 +86,12 @@ fn bytes(player: &Player, texture: &wgpu::Texture) -> Vec<u8> {
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_surface_s_format_is_drawn_to() {
-    let (mut player, input, wanted) = reference(&lively(64, 36));
+    for tile in [Tiles::Never, Tiles::Always] {
+        is_drawn_to(reference_in(&lively(64, 36), tile));
+    }
+}
+
+fn is_drawn_to((mut player, input, wanted): (Player, wgpu::TextureView, Picture)) {
     let view = texture(&player, (64, 36), TextureFormat::Bgra8Unorm, TextureUsages::RENDER_ATTACHMENT);
     let frame = Frame { inputs: &[("scene", &input)], outputs: &[("display", &view)], ..Frame::default() };
     player.run(&frame).expect("the host's texture can be drawn to");
@@ -152,7 +164,7 @@ fn a_texture_that_no_pass_can_write_is_told() {
     let view = texture(&player, (64, 32), TextureFormat::Bgra8Unorm, TextureUsages::RENDER_ATTACHMENT);
     let frame = Frame { inputs: &[("scene", &input)], outputs: &[("around", &view)], ..Frame::default() };
     let wrong = said(player.run(&frame));
-    assert!(wrong.starts_with("the image given for `around` is 64x32 Bgra8Unorm"), "{wrong}");
+    assert!(wrong.starts_with("the image given for `around` is 64x32 Bgra8Unorm without `STORAGE_BINDING`"), "{wrong}");
 }
 
 #[test]

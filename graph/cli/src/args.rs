@@ -72,7 +72,7 @@ pub(crate) struct PlanOptions {
     /// Choose the order for the fewest waves rather than the smallest memory
     #[arg(long)]
     pub(crate) fewest_waves: bool,
-    /// Store every intermediate in 32-bit floats
+    /// Store every intermediate in 32-bit floats, and filter them by hand
     #[arg(long)]
     pub(crate) exact: bool,
     /// Let the driver check every index and loop of the built-in kernels too

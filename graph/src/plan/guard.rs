@@ -62,11 +62,11 @@ fn redirect(pass: &mut Pass, old: ImageId, new: ImageId) {
     }
 }
 
-/// How each image is read on this device.
-pub(crate) fn readings(recording: &Recording, caps: &Caps) -> Vec<Reading> {
+/// How each image is read on this device. Where results must be exact, all filtering is done by hand: a device's own has eight bits of fraction.
+pub(crate) fn readings(recording: &Recording, caps: &Caps, exact: bool) -> Vec<Reading> {
     let reading = |image: &VirtualImage| {
         let outside = matches!(image.origin, Origin::Input(_)) && !image.finite;
-        match (outside, image.signed, image.desc.format.is_32_bit() && !caps.filter_32_bit) {
+        match (outside, image.signed, exact || image.desc.format.is_32_bit() && !caps.filter_32_bit) {
             (true, true, _) => Reading::GuardedSigned,
             (true, false, _) => Reading::Guarded,
             (false, _, true) => Reading::ByHand,

@@ -84,7 +84,8 @@ pub struct Options {
     pub alias: Alias,
     /// Whether each pass is a wave of its own.
     pub serial: bool,
-    /// Whether every intermediate is stored in 32 bits: the truth of `measure`.
+    /// Whether every intermediate is stored in 32 bits and filtered with all of them, where a device's own filter has eight bits of fraction: the
+    /// truth of `measure`.
     pub exact: bool,
     /// Whether fewest waves come before smallest memory in the choice of the order.
     pub waves_first: bool,
@@ -239,7 +240,7 @@ pub fn plan(graph: &Graph, setting: &Setting<'_>) -> Result<Plan, PlanError> {
     check_sizes(&draft.recording, &setting.caps)?;
     // Stages come before memory: they may widen formats.
     let mut stages = passes::stages(&mut draft.recording, &setting.caps);
-    let readings = guard::readings(&draft.recording, &setting.caps);
+    let readings = guard::readings(&draft.recording, &setting.caps, setting.options.exact);
     let mut options = setting.options;
     if stages.contains(&Stage::Fragment) {
         // What is drawn to has layouts of its own, and images that overlap would disagree on them.

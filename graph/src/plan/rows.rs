@@ -40,7 +40,7 @@ pub(crate) fn rows(draft: &mut Draft, always: bool) -> Vec<Fused> {
 fn halved(web: &Web, recording: &Recording, number: usize, always: bool) -> Option<ImageId> {
     let Work::Steps { steps, result } = &web.get(number)?.work else { return None };
     let [step] = steps.as_slice() else { return None };
-    step.by_rows?;
+    step.by_rows.filter(|_| !web.is_output(*result))?;
     let source = step.args.iter().find_map(|arg| match arg {
         Arg::Texture(image) => Some(*image),
         _ => None,

@@ -84,7 +84,10 @@ impl Loom<'_> {
     /// What a pass of steps offers to a chain: its result and the steps.
     fn link(&self, number: usize) -> Option<(ImageId, &[Step])> {
         match &self.web.get(number)?.work {
-            Work::Steps { steps, result } if !self.recording.image(*result).desc.volume => Some((*result, steps)),
+            Work::Steps { steps, result } => {
+                let suits = !self.recording.image(*result).desc.volume && !self.web.is_output(*result);
+                suits.then_some((*result, steps))
+            }
             _ => None,
         }
     }

@@ -12,14 +12,16 @@ pub(crate) struct Web {
     readers: BTreeMap<Resource, BTreeSet<usize>>,
     writers: BTreeMap<Resource, BTreeSet<usize>>,
     kept: BTreeSet<ImageId>,
+    outputs: BTreeSet<ImageId>,
 }
 
 impl Web {
     /// Takes the passes out of a draft.
     pub(crate) fn new(draft: &mut Draft) -> Self {
         let kept = draft.kept();
+        let outputs = draft.outputs.iter().map(|output| output.image).collect();
         let passes = std::mem::take(&mut draft.recording.passes);
-        let mut web = Self { passes: Vec::new(), readers: BTreeMap::new(), writers: BTreeMap::new(), kept };
+        let mut web = Self { passes: Vec::new(), readers: BTreeMap::new(), writers: BTreeMap::new(), kept, outputs };
         for (number, pass) in passes.into_iter().enumerate() {
             web.passes.push(None);
             web.put(number, pass);
@@ -73,6 +75,11 @@ impl Web {
     /// Whether an image outlives the frame or leaves it.
     pub(crate) fn is_kept(&self, image: ImageId) -> bool {
         self.kept.contains(&image)
+    }
+
+    /// Whether an image is given to the host, who may ask that it be drawn: whole dispatches cannot do that.
+    pub(crate) fn is_output(&self, image: ImageId) -> bool {
+        self.outputs.contains(&image)
     }
 
     /// Gives the passes back, each behind what it reads, and otherwise in the order of their numbers.

@@ -206,17 +206,21 @@ fn check_host_image(
     if same_size && suits {
         return Ok(());
     }
+    let usage = if is_input || is_storable(texture) { "" } else { " without `STORAGE_BINDING`" };
     Err(GpuError::WrongImage {
         port: port.to_owned(),
-        given: format!("{}x{} {:?}", texture.width(), texture.height(), texture.format()),
+        given: format!("{}x{} {:?}{usage}", texture.width(), texture.height(), texture.format()),
         planned: format!("{} {}", desc.size, desc.format.name()),
     })
 }
 
 /// Whether passes cannot store to the host's image for an output: it has another format, or is not made for it.
 fn must_be_drawn(plan: &Plan, image: ImageId, texture: &wgpu::Texture) -> bool {
-    let storable = texture.usage().contains(wgpu::TextureUsages::STORAGE_BINDING);
-    texture.format() != texture_format(plan.format(image)) || !storable
+    texture.format() != texture_format(plan.format(image)) || !is_storable(texture)
+}
+
+fn is_storable(texture: &wgpu::Texture) -> bool {
+    texture.usage().contains(wgpu::TextureUsages::STORAGE_BINDING)
 }
 
 /// Whether kernel functions make the image: whole kernels store, and cannot draw.
