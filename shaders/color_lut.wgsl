@@ -1,5 +1,6 @@
 #import cube
 #import grade
+#import math
 #import shaper
 #import transfer
 
@@ -44,7 +45,7 @@ fn color_lut_placed(rgb: vec3f, params: ColorLut) -> vec3f {
 }
 
 fn color_lut_mixed(source: vec4f, looked: vec3f, params: ColorLut) -> vec4f {
-    return vec4f(bounded(mix(source.rgb, looked, params.strength)), source.a);
+    return vec4f(bounded(between3(source.rgb, looked, params.strength)), source.a);
 }
 
 // --- A 1-D table ---

@@ -1,5 +1,6 @@
 // Light laid over a picture. Alpha is the picture's.
 #import guard
+#import math
 #import tent
 
 struct Composite {
@@ -13,7 +14,7 @@ fn composite_sum(base: vec4f, light: vec3f, params: Composite) -> vec4f {
 }
 
 fn composite_mean(base: vec4f, light: vec3f, params: Composite) -> vec4f {
-    return vec4f(mix(base.rgb, light, params.strength), base.a);
+    return vec4f(between3(base.rgb, light, params.strength), base.a);
 }
 
 fn composite_add_bilinear(base: vec4f, bloom: texture_2d<f32>, bloom_sampler: sampler, at: Point, params: Composite) -> vec4f {

@@ -11,7 +11,7 @@ struct PurkinjeSimple {
 
 fn purkinje_simple_seen(source: vec4f, grey: f32, blue: f32, boost: f32) -> vec4f {
     let y = luminance(source.rgb);
-    let faded = mix(source.rgb, vec3f(y), grey);
+    let faded = between3(source.rgb, vec3f(y), grey);
     let tinted = vec3f(mix(faded.r, 0.9 * y, blue), faded.g, mix(faded.b, 1.2 * y, blue));
     return vec4f(clamp(tinted + boost * y, vec3f(0.0), vec3f(65504.0)), source.a);
 }

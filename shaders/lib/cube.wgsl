@@ -8,7 +8,7 @@ fn cube_trilinear(table: texture_3d<f32>, rgb: vec3f) -> vec3f {
     let base = min(floor(p), last - 1.0);
     let i = vec3i(base);
     let f = p - base;
-    return mix(tap3_plane(table, i, f.xy), tap3_plane(table, i + vec3i(0, 0, 1), f.xy), f.z).rgb;
+    return between(tap3_plane(table, i, f.xy), tap3_plane(table, i + vec3i(0, 0, 1), f.xy), f.z).rgb;
 }
 
 // The same by the device's filter, whose weights have 8 bits.

@@ -7,6 +7,15 @@ fn smooth_step(lo: f32, hi: f32, x: f32) -> f32 {
     return select(t * t * (3.0 - 2.0 * t), select(0.0, 1.0, x >= hi), width <= 0.0);
 }
 
+// From `a` at 0 to `b` at 1, and exactly there: the built-in may be a + (b - a) * t, which loses a small `b` beside a large `a`.
+fn between(a: vec4f, b: vec4f, t: f32) -> vec4f {
+    return a * (1.0 - t) + b * t;
+}
+
+fn between3(a: vec3f, b: vec3f, t: f32) -> vec3f {
+    return a * (1.0 - t) + b * t;
+}
+
 // x^y for x >= 0, exactly 0 at 0: `pow` may be exp2(y * log2(x)).
 fn power(x: f32, y: f32) -> f32 {
     return select(pow(max(x, 1e-30), y), 0.0, x <= 0.0);

@@ -3,6 +3,7 @@
 // TAP_BY_HAND  true when a texture cannot be filtered by the device, or must be guarded before it is filtered
 //              (a filtered NaN is a NaN in four pixels).
 #import guard
+#import math
 
 fn guarded(v: vec4f) -> vec4f {
     if TEXEL_GUARD == 1u { return guard(v); }
@@ -29,9 +30,9 @@ fn tap_by_hand(t: texture_2d<f32>, uv: vec2f) -> vec4f {
     let base = floor(p);
     let f = p - base;
     let i = vec2i(base);
-    let top = mix(texel(t, i), texel(t, i + vec2i(1, 0)), f.x);
-    let bottom = mix(texel(t, i + vec2i(0, 1)), texel(t, i + vec2i(1, 1)), f.x);
-    return mix(top, bottom, f.y);
+    let top = between(texel(t, i), texel(t, i + vec2i(1, 0)), f.x);
+    let bottom = between(texel(t, i + vec2i(0, 1)), texel(t, i + vec2i(1, 1)), f.x);
+    return between(top, bottom, f.y);
 }
 
 fn texel3(t: texture_3d<f32>, p: vec3i) -> vec4f {
@@ -46,9 +47,9 @@ fn tap3(t: texture_3d<f32>, s: sampler, uvw: vec3f) -> vec4f {
 }
 
 fn tap3_plane(t: texture_3d<f32>, i: vec3i, f: vec2f) -> vec4f {
-    let top = mix(texel3(t, i), texel3(t, i + vec3i(1, 0, 0)), f.x);
-    let bottom = mix(texel3(t, i + vec3i(0, 1, 0)), texel3(t, i + vec3i(1, 1, 0)), f.x);
-    return mix(top, bottom, f.y);
+    let top = between(texel3(t, i), texel3(t, i + vec3i(1, 0, 0)), f.x);
+    let bottom = between(texel3(t, i + vec3i(0, 1, 0)), texel3(t, i + vec3i(1, 1, 0)), f.x);
+    return between(top, bottom, f.y);
 }
 
 fn tap3_by_hand(t: texture_3d<f32>, uvw: vec3f) -> vec4f {
@@ -57,5 +58,5 @@ fn tap3_by_hand(t: texture_3d<f32>, uvw: vec3f) -> vec4f {
     let base = floor(p);
     let f = p - base;
     let i = vec3i(base);
-    return mix(tap3_plane(t, i, f.xy), tap3_plane(t, i + vec3i(0, 0, 1), f.xy), f.z);
+    return between(tap3_plane(t, i, f.xy), tap3_plane(t, i + vec3i(0, 0, 1), f.xy), f.z);
 }

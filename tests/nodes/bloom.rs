@@ -73,6 +73,10 @@ fn pipeline(nodes: &str) -> String {
 }
 
 fn assert_near(what: &str, got: &Picture, want: &Image, tolerance: f64) {
+    assert_within(what, got, want, tolerance, 0.0);
+}
+
+fn assert_within(what: &str, got: &Picture, want: &Image, tolerance: f64, slack: f64) {
     assert_eq!([got.width as usize, got.height as usize], [want.width, want.height], "{what}");
     for (index, (got, expected)) in got.pixels.iter().zip(&want.pixels).enumerate() {
         let (x, y) = ((index % want.width) as i64, (index / want.width) as i64);
@@ -83,7 +87,7 @@ fn assert_near(what: &str, got: &Picture, want: &Image, tolerance: f64) {
                 around.map(|(x, y)| want.texel(x, y)[channel].abs()).fold(1e-3, f64::max)
             };
             assert!(
-                error <= tolerance * expected[channel].abs() || error <= tolerance * near(),
+                error <= slack || error <= tolerance * expected[channel].abs() || error <= tolerance * near(),
                 "{what}: channel {channel} of ({x}, {y}) is {}, expected {}",
                 got[channel],
                 expected[channel]
@@ -92,13 +96,21 @@ fn assert_near(what: &str, got: &Picture, want: &Image, tolerance: f64) {
     }
 }
 
+/// How far a result may be off because its taps are: a GPU divides with an error of two and a half units in the last place, which at a side
+/// of 641 texels moves a tap by some 0.00005 of one.
+fn misplaced(scene: &Picture) -> f64 {
+    let brightest = scene.pixels.iter().flat_map(|pixel| &pixel[..3]).copied().fold(0.0, f32::max);
+    if gpu().is_processor() { 0.0 } else { 5e-5 * f64::from(brightest) }
+}
+
 /// Runs `nodes` on one picture, with 32 bits between passes and with 16.
 fn check_on(nodes: &str, scene: &Picture, want: &Image, tolerance: Tolerance) {
     let text = pipeline(nodes);
     let what = format!("{}x{}: {nodes}", scene.width, scene.height);
-    assert_near(&format!("exact {what}"), &run_exact(&text, &[("scene", scene)])[0], want, tolerance.exact);
+    let slack = misplaced(scene);
+    assert_within(&format!("exact {what}"), &run_exact(&text, &[("scene", scene)])[0], want, tolerance.exact, slack);
     let half = Run::new(&graph(&text)).frame(&[("scene", scene)]);
-    assert_near(&what, &half[0], want, tolerance.half);
+    assert_within(&what, &half[0], want, tolerance.half, slack);
 }
 
 /// Runs `nodes` at every size, without and with spikes.
