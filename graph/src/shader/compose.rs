@@ -227,16 +227,15 @@ fn rows_of(size: Size) -> u32 {
 
 fn entry_points(result: &str, extent: &str, rows: u32) -> String {
     let every = |line: &dyn Fn(u32) -> String| (0..rows).map(line).collect::<String>();
-    // Texels below the last row are made like the last row, and not stored: a branch around each would let none overlap another.
+    // From the bottom up, because what the pass before has read last is still in the cache. Texels above the first row are made like the
+    // first row, and not stored: a branch around each would let none overlap another.
     let made = every(&|row| {
         let offset = row * HEIGHT;
-        format!("    let value{row} = run(point_at(min(first + vec2i(0, {offset}), last)));\n")
+        format!("    let value{row} = run(point_at(max(first - vec2i(0, {offset}), vec2i())));\n")
     });
     let stored = every(&|row| {
         let offset = row * HEIGHT;
-        format!(
-            "    if first.y + {offset} <= last.y {{ textureStore({result}, first + vec2i(0, {offset}), value{row}); }}\n"
-        )
+        format!("    if first.y >= {offset} {{ textureStore({result}, first - vec2i(0, {offset}), value{row}); }}\n")
     });
     format!(
         "fn point_at(pixel: vec2i) -> Point {{
@@ -244,9 +243,10 @@ fn entry_points(result: &str, extent: &str, rows: u32) -> String {
 }}
 @compute @workgroup_size({WIDTH}, {HEIGHT})
 fn compute(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) local: vec3u) {{
-    let first = vec2i(group.xy * vec2u({WIDTH}u, {}u) + local.xy);
-    let last = vec2i({extent}) - 1;
-    if first.x > last.x {{ return; }}
+    let away = vec2i(group.xy * vec2u({WIDTH}u, {}u) + local.xy);
+    let size = vec2i({extent});
+    let first = vec2i(away.x, size.y - 1 - away.y);
+    if first.x >= size.x {{ return; }}
 {made}{stored}}}
 {FULL_SCREEN_TRIANGLE}
 @fragment
