@@ -1,6 +1,7 @@
 //! `measure` and `tune` as a user runs them, on a tiny picture.
 
 use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
 
 use afterimage::files::{ExrOptions, Picture, Pixels, write_exr};
 use serde_json::Value;
@@ -76,6 +77,24 @@ fn run(arguments: &[&str]) -> bool {
     format!("{code:?}") == format!("{:?}", std::process::ExitCode::SUCCESS)
 }
 
+/// What `measure` says of the folder's pipeline on a picture.
+fn report(folder: &Folder, picture: &str, more: &[&str]) -> Value {
+    let (pipeline, picture, out) = (folder.arg("glow.ron"), folder.arg(picture), folder.arg("out.json"));
+    let arguments = ["measure", &pipeline, &picture, "--repeats", "1", "--json", &out];
+    assert!(run(&[&arguments, more].concat()));
+    folder.json("out.json")
+}
+
+/// Every variant on one picture: what several tests look at, measured once.
+fn report_of_a_still() -> &'static Value {
+    static REPORT: OnceLock<Value> = OnceLock::new();
+    REPORT.get_or_init(|| {
+        let folder = Folder::new("still");
+        folder.picture("in.exr", 0);
+        report(&folder, "in.exr", &[])
+    })
+}
+
 fn row<'v>(report: &'v Value, variant: &str) -> &'v Value {
     let rows = report["rows"].as_array().unwrap();
     rows.iter()
@@ -90,26 +109,15 @@ fn number(row: &Value, name: &str) -> f64 {
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn every_variant_stands_beside_the_truth() {
-    let folder = Folder::new("variants");
-    folder.picture("in.exr", 0);
-    assert!(run(&[
-        "measure",
-        &folder.arg("glow.ron"),
-        &folder.arg("in.exr"),
-        "--repeats",
-        "1",
-        "--json",
-        &folder.arg("out.json")
-    ]));
-    let report = folder.json("out.json");
+    let report = report_of_a_still();
     assert!(["gpu", "host"].contains(&report["clock"].as_str().unwrap()));
-    let truth = row(&report, "truth");
+    let truth = row(report, "truth");
     for name in ["max", "p999", "ciede2000_mean", "ciede2000_p999", "flip"] {
         assert_eq!(number(truth, name), 0.0, "{name}");
     }
     assert_eq!(number(truth, "ssim"), 1.0);
     assert!(truth["psnr"].is_null(), "equal pictures have an infinite PSNR");
-    let (written, same, cheap) = (row(&report, "as written"), row(&report, "tier same"), row(&report, "tier cheap"));
+    let (written, same, cheap) = (row(report, "as written"), row(report, "tier same"), row(report, "tier cheap"));
     for name in ["max", "p999", "psnr", "ssim", "ciede2000_mean", "flip", "bytes", "bytes_moved"] {
         assert_eq!(number(written, name), number(same, name), "{name}");
     }
@@ -126,18 +134,7 @@ fn every_variant_stands_beside_the_truth() {
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn each_switch_is_turned_on_its_own() {
-    let folder = Folder::new("switches");
-    folder.picture("in.exr", 0);
-    assert!(run(&[
-        "measure",
-        &folder.arg("glow.ron"),
-        &folder.arg("in.exr"),
-        "--repeats",
-        "1",
-        "--json",
-        &folder.arg("out.json")
-    ]));
-    let report = folder.json("out.json");
+    let report = report_of_a_still();
     let names: Vec<&str> =
         report["rows"].as_array().unwrap().iter().map(|row| row["variant"].as_str().unwrap()).collect();
     let switches = ["mips.filter=Tap9", "mips.filter=Tap4", "mips.filter=Box", "bloom.filter=Bilinear"];
@@ -148,8 +145,8 @@ fn each_switch_is_turned_on_its_own() {
     let without: Vec<&str> =
         report["without_effect"].as_array().unwrap().iter().map(|name| name.as_str().unwrap()).collect();
     assert!(without.contains(&"mapped.format=Rg11b10Ufloat"), "{without:?}");
-    let written = row(&report, "as written");
-    let packed = row(&report, "mips.format=Rg11b10Ufloat");
+    let written = row(report, "as written");
+    let packed = row(report, "mips.format=Rg11b10Ufloat");
     assert!(number(packed, "bytes") < number(written, "bytes") && number(packed, "p999") > number(written, "p999"));
     let best: Vec<bool> = report["rows"].as_array().unwrap().iter().map(|row| row["pareto"] == true).collect();
     assert!(!best[0] && best[1..].contains(&true));
@@ -160,16 +157,7 @@ fn each_switch_is_turned_on_its_own() {
 fn sequences_show_what_flickers() {
     let folder = Folder::new("sequence");
     (0..3).for_each(|frame| folder.picture(&format!("in.{frame:04}.exr"), frame));
-    assert!(run(&[
-        "measure",
-        &folder.arg("glow.ron"),
-        &folder.arg("in.####.exr"),
-        "--repeats",
-        "1",
-        "--json",
-        &folder.arg("out.json")
-    ]));
-    let report = folder.json("out.json");
+    let report = report(&folder, "in.####.exr", &[]);
     assert_eq!(report["images"][0]["frames"], 3);
     let (written, cheap) = (row(&report, "as written"), row(&report, "tier cheap"));
     assert_eq!(number(row(&report, "truth"), "flicker_max"), 0.0);
@@ -185,9 +173,7 @@ fn grain_is_no_error() {
         r#""encoded": Encode(source: "mapped", transfer: Srgb), "display": FilmGrain(source: "encoded", amount: 0.5),"#;
     let text = PIPELINE.replace(r#""display": Encode(source: "mapped", transfer: Srgb),"#, grain);
     std::fs::write(folder.file("glow.ron"), text).unwrap();
-    let (pipeline, picture, out) = (folder.arg("glow.ron"), folder.arg("in.####.exr"), folder.arg("out.json"));
-    assert!(run(&["measure", &pipeline, &picture, "--repeats", "1", "--tiers", "--json", &out]));
-    let report = folder.json("out.json");
+    let report = report(&folder, "in.####.exr", &["--tiers"]);
     assert_eq!(report["rows"].as_array().unwrap().len(), 4, "the truth, the file, two tiers");
     let (written, cheap) = (row(&report, "as written"), row(&report, "tier cheap"));
     assert!(number(written, "p999") < 0.5 && number(written, "flicker_p999") < 0.5, "{written:#}");
