@@ -12,17 +12,25 @@ const LYNX: &str = "lynx.ron";
 
 /// A texture of the host, and its view.
 fn texture(player: &Player, size: (u32, u32), format: TextureFormat, usage: TextureUsages) -> wgpu::TextureView {
-    let texture = player.gpu.device.create_texture(&wgpu::TextureDescriptor {
+    let plain = described(size, format, usage);
+    player.gpu.device.create_texture(&plain).create_view(&Default::default())
+}
+
+fn described(
+    (width, height): (u32, u32),
+    format: TextureFormat,
+    usage: TextureUsages,
+) -> wgpu::TextureDescriptor<'static> {
+    wgpu::TextureDescriptor {
         label: Some("host"),
-        size: wgpu::Extent3d { width: size.0, height: size.1, depth_or_array_layers: 1 },
+        size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
         mip_level_count: 1,
         sample_count: 1,
         dimension: wgpu::TextureDimension::D2,
         format,
         usage: usage | TextureUsages::COPY_SRC,
         view_formats: &[],
-    });
-    texture.create_view(&Default::default())
+    }
 }
 
 /// A player with the pipeline loaded, its input, and what it shows in a texture of its own.
@@ -102,6 +110,73 @@ fn is_drawn_to((mut player, input, wanted): (Player, wgpu::TextureView, Picture)
             assert!((f32::from(code) - 255.0 * value).abs() <= 1.01, "{texel:?} {pixel:?}");
         }
     }
+}
+
+/// What a texture that encodes by itself makes of a number.
+fn encoded(value: f32) -> f32 {
+    if value <= 0.003_130_8 { 12.92 * value } else { 1.055 * value.powf(1.0 / 2.4) - 0.055 }
+}
+
+/// Renderers keep a swap chain in one format and draw to it in another.
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_view_with_another_encoding_than_its_texture_is_drawn_to() {
+    let (mut player, input, wanted) = reference(&lively(64, 36));
+    let (plain, encodes) = (TextureFormat::Bgra8Unorm, TextureFormat::Bgra8UnormSrgb);
+    for (of_texture, of_view) in [(plain, encodes), (encodes, plain)] {
+        let described = described((64, 36), of_texture, TextureUsages::RENDER_ATTACHMENT);
+        let view_formats = &[of_view];
+        let texture = player.gpu.device.create_texture(&wgpu::TextureDescriptor { view_formats, ..described });
+        let view = texture.create_view(&wgpu::TextureViewDescriptor { format: Some(of_view), ..Default::default() });
+        let frame = Frame { inputs: &[("scene", &input)], outputs: &[("display", &view)], ..Frame::default() };
+        player.run(&frame).expect("the host's view can be drawn to");
+        for (texel, pixel) in bytes(&player, &texture).chunks_exact(4).zip(&wanted.pixels) {
+            let value = if of_view == encodes { encoded(pixel[0]) } else { pixel[0] };
+            // The encoding is steep in the dark, where a code more in its argument is many in its value.
+            let off = if of_view == encodes { 13.0 } else { 1.01 };
+            assert!((f32::from(texel[2]) - 255.0 * value).abs() <= off, "{of_view:?}: {texel:?} {pixel:?}");
+        }
+    }
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn what_a_device_would_refuse_is_told_as_an_error() {
+    let (mut player, input, wanted) = reference(&lively(64, 36));
+    let (drawn, read) = (TextureUsages::RENDER_ATTACHMENT, TextureUsages::TEXTURE_BINDING);
+    let screen = |usage| described((64, 36), TextureFormat::Bgra8Unorm, usage);
+    let make = |described: &wgpu::TextureDescriptor<'_>| {
+        player.gpu.device.create_texture(described).create_view(&Default::default())
+    };
+    let layers = wgpu::Extent3d { depth_or_array_layers: 2, ..screen(drawn).size };
+    let many_samples = wgpu::TextureDescriptor { sample_count: 4, usage: drawn, ..screen(drawn) };
+    let outputs = [
+        (make(&screen(read)), "lacks the usage `RENDER_ATTACHMENT`"),
+        (make(&many_samples), "the device refused the image given for `display`"),
+        (
+            make(&wgpu::TextureDescriptor { mip_level_count: 3, ..screen(drawn) }),
+            "the device refused the image given for `display`",
+        ),
+        (make(&described((64, 36), TextureFormat::R32Uint, drawn)), "the device refused"),
+    ];
+    let floats = |usage| described((64, 36), TextureFormat::Rgba32Float, usage);
+    let inputs = [
+        (make(&floats(drawn)), "`scene` cannot be used: its texture lacks the usage `TEXTURE_BINDING`"),
+        (make(&wgpu::TextureDescriptor { size: layers, ..floats(read) }), "the device refused the images of the host"),
+    ];
+    for (view, words) in &outputs {
+        let frame = Frame { inputs: &[("scene", &input)], outputs: &[("display", view)], ..Frame::default() };
+        let told = said(player.run(&frame));
+        assert!(told.contains(words), "{told}");
+    }
+    for (view, words) in &inputs {
+        let told = said(player.run(&Frame { inputs: &[("scene", view)], ..Frame::default() }));
+        assert!(told.contains(words), "{told}");
+    }
+    let misspelt = Frame { inputs: &[("scene", &input)], outputs: &[("dispaly", &outputs[0].0)], ..Frame::default() };
+    assert_eq!(said(player.run(&misspelt)), "the plan has no output `dispaly`; it has `display`");
+    player.run(&Frame { inputs: &[("scene", &input)], ..Frame::default() }).expect("the right images still work");
+    assert_eq!(bits(&player.output("display")), bits(&wanted));
 }
 
 #[test]

@@ -63,6 +63,22 @@ pub enum GpuError {
         /// What was planned.
         planned: String,
     },
+    /// The host's image for a port has the planned size and format, and still cannot be used.
+    #[error("the image given for `{port}` cannot be used: {why}")]
+    UnfitImage {
+        /// The port.
+        port: String,
+        /// What it lacks.
+        why: String,
+    },
+    /// The host gave an image for an output that the plan does not have.
+    #[error("the plan has no output `{name}`; it has {known}")]
+    UnknownOutput {
+        /// The name that was given.
+        name: String,
+        /// Those that there are.
+        known: String,
+    },
     /// No plan is loaded.
     #[error("no plan is loaded")]
     NoPlan,

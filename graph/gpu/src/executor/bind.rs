@@ -1,17 +1,17 @@
 //! Bind groups: a loaded plan meets the images that the host gives for a frame.
 
-use afterimage_graph::node::{ImageId, Resource, Work};
-use afterimage_graph::plan::{Plan, PlanOutput, Stage, Use};
+use afterimage_graph::node::{ImageId, Resource};
+use afterimage_graph::plan::{PlanOutput, Stage, Use};
 use afterimage_graph::shader::SlotKind;
 use wgpu::{BindGroup, BindGroupEntry, BindingResource, TextureView};
 
 use super::loaded::{Holding, HostSet, Loaded, Run, Touch, planned_attachment};
+use super::outside::{Formats, check_input, check_names, check_output, must_be_drawn};
 use super::prepare::order;
 use super::{Executor, Frame, uniforms};
 use crate::GpuError;
-use crate::device::texture_format;
 use crate::layout::bound_slots;
-use crate::pipelines::Built;
+use crate::pipelines::{Built, watched};
 use crate::store::Store;
 
 /// How many choices of host images are remembered: the images of a swap chain.
@@ -21,12 +21,15 @@ impl Executor {
     /// The bind groups for this frame's host images: remembered, or made.
     pub(super) fn host_set(&mut self, frame: &Frame<'_>) -> Result<usize, GpuError> {
         let loaded = self.loaded.as_ref().ok_or(GpuError::NoPlan)?;
+        check_names(&loaded.plan, frame)?;
         if let Some(known) = loaded.sets.iter().position(|set| same_views(&self.store, loaded, set, frame)) {
             return Ok(known);
         }
         let views = chosen_views(&self.store, loaded, frame)?;
-        let set = self.make_set(loaded, views)?;
-        self.drawn = drawn(loaded, &set);
+        let drawn = drawn(&self.workshop.device, &mut self.formats, loaded, &views)?;
+        let set = watched(&self.workshop.device, "the images of the host", || self.make_set(loaded, views, &drawn))?;
+        let names = loaded.plan.outputs.iter().map(|output| output.name.clone());
+        self.drawn = names.zip(drawn).filter_map(|(name, format)| Some((name, format?))).collect();
         let loaded = self.loaded.as_mut().expect("it was there above");
         if loaded.sets.len() == MOST_SETS {
             loaded.sets.remove(0);
@@ -35,9 +38,9 @@ impl Executor {
         Ok(loaded.sets.len() - 1)
     }
 
-    fn make_set(&self, loaded: &Loaded, views: Vec<TextureView>) -> Result<HostSet, GpuError> {
+    fn make_set(&self, loaded: &Loaded, views: Vec<TextureView>, drawn: &Drawn) -> Result<HostSet, GpuError> {
         let passes = 0..loaded.passes.len();
-        let runs = passes.clone().map(|index| self.make_run(loaded, index, &views)).collect::<Result<_, _>>()?;
+        let runs = passes.clone().map(|index| self.make_run(loaded, index, &views, drawn)).collect::<Result<_, _>>()?;
         let touches = passes.map(|index| self.make_touches(loaded, index, &views)).collect();
         Ok(HostSet { views, runs, touches })
     }
@@ -72,9 +75,9 @@ impl Executor {
         (0..loaded.phases).map(|phase| wanted.iter().map(|wanted| touch(wanted, phase)).collect()).collect()
     }
 
-    fn make_run(&self, loaded: &Loaded, index: usize, views: &[TextureView]) -> Result<Run, GpuError> {
+    fn make_run(&self, loaded: &Loaded, index: usize, views: &[TextureView], drawn: &Drawn) -> Result<Run, GpuError> {
         let pass = &loaded.passes[index];
-        let host_attachment = pass.writes_image.and_then(|image| attachment_of_host(loaded, image, views));
+        let host_attachment = pass.writes_image.and_then(|image| attachment_of_host(loaded, image, drawn));
         let attachment = host_attachment.or_else(|| planned_attachment(&loaded.plan, index, pass.writes_image));
         let Built { pipeline, layout } = match host_attachment {
             None => pass.built.clone(),
@@ -138,11 +141,21 @@ impl Executor {
     }
 }
 
-/// The outputs that must be drawn into the host's images, and in which format.
-fn drawn(loaded: &Loaded, set: &HostSet) -> Vec<(String, wgpu::TextureFormat)> {
-    let outputs = loaded.plan.outputs.iter();
-    let format = |output: &PlanOutput| attachment_of_host(loaded, output.image, &set.views);
-    outputs.filter_map(|output| Some((output.name.clone(), format(output)?))).collect()
+/// For each output the format in which the host's image for it is drawn; `None` for one that is stored to.
+type Drawn = [Option<wgpu::TextureFormat>];
+
+fn drawn(
+    device: &wgpu::Device,
+    formats: &mut Formats,
+    loaded: &Loaded,
+    views: &[TextureView],
+) -> Result<Vec<Option<wgpu::TextureFormat>>, GpuError> {
+    let outputs = loaded.plan.outputs.iter().zip(&views[loaded.plan.inputs.len()..]);
+    let format = |(output, view): (&PlanOutput, &TextureView)| {
+        let is_drawn = must_be_drawn(&loaded.plan, output.image, view.texture());
+        is_drawn.then(|| formats.of(device, &output.name, view)).transpose()
+    };
+    outputs.map(format).collect()
 }
 
 fn named<'a>(views: &[(&str, &'a TextureView)], name: &str) -> Option<&'a TextureView> {
@@ -177,60 +190,20 @@ fn chosen_views(store: &Store, loaded: &Loaded, frame: &Frame<'_>) -> Result<Vec
     let mut views = Vec::with_capacity(plan.inputs.len() + plan.outputs.len());
     for (name, image) in &plan.inputs {
         let view = named(frame.inputs, name).ok_or_else(|| GpuError::MissingInput(name.clone()))?;
-        check_host_image(plan, name, *image, view, true)?;
+        check_input(plan, name, *image, view)?;
         views.push(view.clone());
     }
     for output in &plan.outputs {
         let view =
             output_view(store, loaded, output, frame).expect("the planner gives each output an image of its own");
-        check_host_image(plan, &output.name, output.image, view, false)?;
+        check_output(plan, &output.name, output.image, view)?;
         views.push(view.clone());
     }
     Ok(views)
 }
 
-fn check_host_image(
-    plan: &Plan,
-    port: &str,
-    image: ImageId,
-    view: &TextureView,
-    is_input: bool,
-) -> Result<(), GpuError> {
-    let (texture, desc) = (view.texture(), plan.recording.image(image).desc);
-    let same_size = (texture.width(), texture.height()) == (desc.size.width, desc.size.height);
-    let suits = if is_input {
-        texture.format() == texture_format(desc.format)
-    } else {
-        !must_be_drawn(plan, image, texture) || can_be_drawn(plan, image)
-    };
-    if same_size && suits {
-        return Ok(());
-    }
-    let usage = if is_input || is_storable(texture) { "" } else { " without `STORAGE_BINDING`" };
-    Err(GpuError::WrongImage {
-        port: port.to_owned(),
-        given: format!("{}x{} {:?}{usage}", texture.width(), texture.height(), texture.format()),
-        planned: format!("{} {}", desc.size, desc.format.name()),
-    })
-}
-
-/// Whether passes cannot store to the host's image for an output: it has another format, or is not made for it.
-fn must_be_drawn(plan: &Plan, image: ImageId, texture: &wgpu::Texture) -> bool {
-    texture.format() != texture_format(plan.format(image)) || !is_storable(texture)
-}
-
-fn is_storable(texture: &wgpu::Texture) -> bool {
-    texture.usage().contains(wgpu::TextureUsages::STORAGE_BINDING)
-}
-
-/// Whether kernel functions make the image: whole kernels store, and cannot draw.
-fn can_be_drawn(plan: &Plan, image: ImageId) -> bool {
-    plan.recording.passes.iter().any(|pass| matches!(pass.work, Work::Steps { result, .. } if result == image))
-}
-
-/// The attachment's format if the host's output image must be drawn to.
-fn attachment_of_host(loaded: &Loaded, image: ImageId, views: &[TextureView]) -> Option<wgpu::TextureFormat> {
+/// The attachment's format if the image is an output that is drawn into the host's.
+fn attachment_of_host(loaded: &Loaded, image: ImageId, drawn: &Drawn) -> Option<wgpu::TextureFormat> {
     let Holding::Output(index, _) = &loaded.holdings[image.0 as usize] else { return None };
-    let texture = views[loaded.plan.inputs.len() + index].texture();
-    must_be_drawn(&loaded.plan, image, texture).then(|| texture.format())
+    drawn[*index]
 }

@@ -4,6 +4,7 @@ mod bind;
 mod hold;
 mod loaded;
 mod moment;
+mod outside;
 mod prepare;
 mod record;
 mod uniforms;
@@ -23,6 +24,7 @@ use crate::timing::Timing;
 use hold::Move;
 use loaded::{Holding, Loaded};
 use moment::Moment;
+use outside::Formats;
 pub use prepare::Preparation;
 use prepare::{Before, Parts, Prepared, Workshop};
 use record::{clear_memory, record, take_over};
@@ -31,9 +33,10 @@ use uniforms::uniform_bytes;
 /// One frame's inputs, outputs and time.
 #[derive(Clone, Copy, Default)]
 pub struct Frame<'a> {
-    /// The host's images, by the names of the pipeline's inputs.
+    /// The host's images, by the names of the pipeline's inputs; names that the plan has no need of are passed over.
     pub inputs: &'a [(&'a str, &'a TextureView)],
-    /// Where the host wants outputs, by their names; the executor keeps a texture for each output that is not named.
+    /// Where the host wants outputs, by their names; the executor keeps a texture for each output that is not named. A view of one level and
+    /// one layer, of a texture that is none of the inputs: a pass may read those while it writes.
     pub outputs: &'a [(&'a str, &'a TextureView)],
     /// Seconds since the start.
     pub time: f32,
@@ -58,6 +61,7 @@ pub struct Executor {
     loaded: Option<Loaded>,
     /// Outputs that the last frame drew, and in which format: the next plan will, too.
     drawn: Vec<(String, TextureFormat)>,
+    formats: Formats,
     frame_index: u32,
     fresh: bool,
 }
@@ -107,6 +111,7 @@ impl Executor {
             frame_uniforms: [frame_uniform(), frame_uniform()],
             loaded: None,
             drawn: Vec::new(),
+            formats: Formats::default(),
             frame_index: 0,
             fresh: true,
         }
