@@ -40,6 +40,13 @@ fn a_folder_becomes_a_kind() {
 }
 
 #[test]
+fn a_byte_order_mark_at_the_beginning_is_no_mistake() {
+    let marked = |text: &str| format!("\u{feff}{text}");
+    let kind = folder_kind(("node.ron", &marked(DECLARATION)), ("posterize.wgsl", &marked(SHADER)));
+    assert_eq!(kind.unwrap_or_else(|told| panic!("{told}")).name(), "Posterize");
+}
+
+#[test]
 fn mistakes_of_the_shader_are_told_at_its_lines() {
     for (from, to, message, place) in [
         ("params.levels -", "parms.levels -", "no definition in scope for identifier: `parms`", "posterize.wgsl:4:17"),
@@ -68,11 +75,19 @@ fn mistakes_of_the_shader_are_told_at_its_lines() {
             "posterize.wgsl:4:46",
         ),
         ("mask_sampler", "samp", "the sampler `samp` does not follow its texture", "posterize.wgsl:3:52"),
+        ("struct", "fn helper() {}\nstruct", "`helper` does not begin with the name of its file", "posterize.wgsl:1:4"),
         (
-            "struct",
-            "fn helper() {}\nstruct",
-            "`helper` in `posterize/posterize.wgsl` does not begin with",
-            "node.ron:2:11",
+            "tap(mask, mask_sampler, at.uv)",
+            "textureSample(mask, mask_sampler, at.uv)",
+            "read textures through `tap(source, source_sampler, uv)`",
+            "posterize.wgsl:6:42",
+        ),
+        ("    let steps", "    loop { }\n    let steps", "this loop never ends", "posterize.wgsl:4:5"),
+        (
+            "let levels",
+            "var pair = array<f32, 2>(1.0, 2.0);\n    let far = pair[5];\n    let levels",
+            "index 5 is out of",
+            "posterize.wgsl:6:15",
         ),
     ] {
         let told = told(DECLARATION, &SHADER.replace(from, to));
@@ -92,9 +107,18 @@ fn mistakes_of_the_declaration_are_told_at_its_lines() {
             "`within` is the least and the greatest number in parentheses",
             "node.ron:10:79",
         ),
-        ("default: 4.0", "default: 1.0", "the default of `levels` is not acceptable", "node.ron:2:11"),
+        (
+            "default: 4.0",
+            "default: 1.0",
+            "`default` of `levels` is not acceptable: `levels` must be within 2 and 256",
+            "node.ron:10:9",
+        ),
+        ("(2, 256)", "(256, 2)", "`within` is the least and the greatest number", "node.ron:10:79"),
+        ("Same(\"source\")", "Same(\"mask\")", "`mask` is no image input that must be wired", "node.ron:8:75"),
+        ("\"Posterize\"", "\"posterize\"", "`posterize` is no name of a kind", "node.ron:2:11"),
+        ("\"Posterize\"", "\"Vignette\"", "the shader of `Vignette` is called `posterize.wgsl`", "node.ron:2:11"),
         ("[DisplayLinear]", "[Displaylinear]", "no image state is called `Displaylinear`", "node.ron:5:76"),
-        ("Same(\"source\")", "Same(\"sauce\")", "the state of `result` follows `sauce`", "node.ron:2:11"),
+        ("Same(\"source\")", "Same(\"sauce\")", "`sauce` is no image input that must be wired", "node.ron:8:75"),
         ("name: \"Posterize\"", "name: \"\"", "`name` is a text in quotes that is not empty", "node.ron:2:11"),
         (
             "\"mask\":   Image",

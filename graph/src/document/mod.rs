@@ -119,6 +119,7 @@ pub const LONGEST_FILE: usize = 4 << 20;
 /// # Errors
 /// When the text is not RON, or not a `Pipeline( ... )`; other mistakes are kept in [`Document::problems`] for the check to tell.
 pub fn parse(file_name: &str, text: &str) -> Result<Document, Diagnostics> {
+    let text = without_mark(text);
     let mut sources = Sources::default();
     let file = sources.insert(file_name, if text.len() > LONGEST_FILE { "" } else { text });
     let fail = |diagnostic| {
@@ -129,6 +130,11 @@ pub fn parse(file_name: &str, text: &str) -> Result<Document, Diagnostics> {
     check_length(&file, text).map_err(fail)?;
     let tree = read_file(&file, text).map_err(fail)?;
     read::document(&file, tree, &sources).map_err(fail)
+}
+
+/// The text without the byte order mark that some editors begin a file with.
+pub(crate) fn without_mark(text: &str) -> &str {
+    text.strip_prefix('\u{feff}').unwrap_or(text)
 }
 
 /// The tree of any RON file, with the wording of a pipeline's syntax errors.

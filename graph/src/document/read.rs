@@ -102,7 +102,11 @@ impl Reader {
     }
 
     fn missing_sections(&mut self, document: &Document, sections: &[(Spanned<String>, Item)]) {
-        let has = |name: &str| sections.iter().any(|(section, _)| section.value == name);
+        // A slip of the keys is told at its own place.
+        let means = |section: &str, name: &str| {
+            section == name || !SECTIONS.contains(&section) && did_you_mean(section, [name]).is_some()
+        };
+        let has = |name: &str| sections.iter().any(|(section, _)| means(&section.value, name));
         for name in ["nodes", "outputs"] {
             // A file that extends another inherits what it leaves out.
             if !has(name) && !has("extends") {
@@ -150,12 +154,15 @@ impl Reader {
                 };
                 document.facts = Some(entries.into_iter().filter_map(fact).collect());
             }
-            other => self.problems.push(
-                Diagnostic::error("unknown-section", format!("a pipeline has no section {}", quote(other)))
-                    .at(&name.place, "")
-                    .help(format!("the sections are {}", list(SECTIONS, SECTIONS.len())))
-                    .maybe_help(did_you_mean(other, SECTIONS)),
-            ),
+            other => {
+                self.is_partial = true;
+                self.problems.push(
+                    Diagnostic::error("unknown-section", format!("a pipeline has no section {}", quote(other)))
+                        .at(&name.place, "")
+                        .help(format!("the sections are {}", list(SECTIONS, SECTIONS.len())))
+                        .maybe_help(did_you_mean(other, SECTIONS)),
+                );
+            }
         }
     }
 

@@ -220,7 +220,7 @@ fn is_closed_by_quote(value: &str) -> bool {
 }
 
 /// What `ron` takes for space between values.
-fn is_space(c: char) -> bool {
+pub(super) fn is_space(c: char) -> bool {
     matches!(c, ' ' | '\t'..='\r' | '\u{85}' | '\u{200E}' | '\u{200F}' | '\u{2028}' | '\u{2029}')
 }
 

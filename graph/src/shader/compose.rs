@@ -140,14 +140,18 @@ fn validate(source: &str, map: &SourceMap) -> Result<naga::Module, ShaderError> 
     })?;
     let capabilities = naga::valid::Capabilities::all();
     let flags = naga::valid::ValidationFlags::all();
+    if let Some((span, why)) = pitfalls::first(&module) {
+        let place = span.location(source);
+        return Err(place_error(map, Some((place.line_number, place.line_position)), why.into()));
+    }
     naga::valid::Validator::new(flags, capabilities).validate(&module).map_err(|error| {
-        let place = error.location(source);
+        // Of all the places that the error goes through, the narrowest says most.
+        let spans =
+            error.spans().map(|(span, _)| *span).filter(|span| span.to_range().is_some_and(|range| !range.is_empty()));
+        let narrowest = spans.min_by_key(|span| span.to_range().map_or(usize::MAX, |range| range.len()));
+        let place = narrowest.map(|span| span.location(source)).or_else(|| error.location(source));
         place_error(map, place.map(|p| (p.line_number, p.line_position)), root_cause(error.as_inner()))
     })?;
-    if let Some(span) = pitfalls::constant_part(&module) {
-        let place = span.location(source);
-        return Err(place_error(map, Some((place.line_number, place.line_position)), pitfalls::CONSTANT_PART.into()));
-    }
     Ok(module)
 }
 
@@ -158,7 +162,10 @@ fn root_cause(error: &dyn std::error::Error) -> String {
         parts.push(inner.to_string());
         source = inner.source();
     }
-    parts.join(": ")
+    // "Function [10] is invalid" and the like only lead to what is said last.
+    let last = parts.len() - 1;
+    let says_more = |(at, part): &(usize, String)| *at == last || !part.ends_with("is invalid");
+    parts.into_iter().enumerate().filter(says_more).map(|(_, part)| part).collect::<Vec<_>>().join(": ")
 }
 
 fn place_error(map: &SourceMap, place: Option<(u32, u32)>, message: String) -> ShaderError {

@@ -17,7 +17,7 @@ use std::collections::BTreeSet;
 
 use super::kind::NodeKind;
 
-pub(super) use names::snake;
+pub(super) use names::{belongs, is_pascal, items, snake, stem};
 
 /// Looks at all that a table of kinds promises.
 ///

@@ -1,7 +1,7 @@
 //! Well-formed names, and the names in a file of WGSL.
 
 /// `ToneMap`.
-pub(super) fn is_pascal(name: &str) -> bool {
+pub(in crate::node) fn is_pascal(name: &str) -> bool {
     name.starts_with(|c: char| c.is_ascii_uppercase()) && name.chars().all(|c| c.is_ascii_alphanumeric())
 }
 
@@ -40,13 +40,20 @@ pub(super) fn is_free_in_wgsl(name: &str) -> bool {
 }
 
 /// The name of a file without folders and ending.
-pub(super) fn stem(file: &str) -> &str {
+pub(in crate::node) fn stem(file: &str) -> &str {
     let name = file.rsplit(['/', '\\']).next().unwrap_or(file);
     name.split('.').next().unwrap_or(name)
 }
 
+/// Whether an item's name begins with the name of its file, in whichever case it is written.
+pub(in crate::node) fn belongs(item: &str, stem: &str) -> bool {
+    let prefixes = [stem, &pascal(stem), &stem.to_uppercase()];
+    let rest = prefixes.into_iter().find_map(|prefix| item.strip_prefix(prefix));
+    rest.is_some_and(|rest| !rest.starts_with(|c: char| c.is_ascii_lowercase()))
+}
+
 /// The names of a file's own items: functions, structs, constants and variables, but not the bindings of whole kernels.
-pub(super) fn items(source: &str) -> Vec<String> {
+pub(in crate::node) fn items(source: &str) -> Vec<String> {
     let mut items = Vec::new();
     let mut depth = 0_i32;
     let mut is_bound = false;

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use super::Complaints;
-use super::names::{items, pascal, snake, stem};
+use super::names::{belongs, items, pascal, snake, stem};
 use crate::image::{Format, ImageDesc, Size};
 use crate::node::{
     Arg, Arrival, Arrivals, BufferLife, Cells, CellsReader, ImageId, NodeKind, Origin, Pass, PortType, Recorder,
@@ -293,10 +293,7 @@ fn item_names(shader: &Shader, complaints: &mut Complaints) {
     let file = shader.file();
     complaints.require(snake(&kind) == stem, || format!("the file `{file}` is not called after a kind, in snake_case"));
     for item in items(shader.source()) {
-        let rest =
-            [stem, &kind, &stem.to_uppercase()].into_iter().filter_map(|prefix| item.strip_prefix(prefix)).next();
-        let fits = rest.is_some_and(|rest| !rest.starts_with(|c: char| c.is_ascii_lowercase()));
-        complaints.require(fits, || {
+        complaints.require(belongs(&item, stem), || {
             format!("`{item}` in `{file}` does not begin with `{stem}`, `{kind}` or `{}`", stem.to_uppercase())
         });
     }

@@ -6,11 +6,13 @@ use std::sync::Arc;
 use super::{Declaration, DeclaredOutput};
 use crate::diagnostic::{Diagnostic, Diagnostics, Place, did_you_mean, list, quote};
 use crate::node::PortType;
+use crate::node::contract::{belongs, is_pascal, items, snake, stem};
 use crate::shader::{ArgType, Function, Member, Reflection, ScalarKind, Shader, StructLayout};
 use crate::value::{Param, Type};
 
 pub(super) fn look(declared: &Declaration, shader: &Shader, reflection: &Reflection, diagnostics: &mut Diagnostics) {
     let mut pair = Pair { declared, file: shader.file().into(), source: shader.source(), diagnostics };
+    pair.names();
     let mut used = BTreeSet::new();
     for output in &declared.outputs {
         if let Some(function) = pair.function(output, reflection) {
@@ -39,6 +41,28 @@ impl Pair<'_> {
         });
         let start = found.unwrap_or(from);
         Place::new(&self.file, start..(start + word.len()).min(self.source.len()))
+    }
+
+    /// The file is called after the kind, and its items after the file.
+    fn names(&mut self) {
+        let name = &self.declared.name;
+        let (file, wanted) = (stem(&self.file).to_owned(), snake(&name.value));
+        if !is_pascal(&name.value) {
+            let message = format!("{} is no name of a kind", quote(&name.value));
+            let help = "it begins with a capital letter and holds letters and digits only, as `ToneMap` does";
+            return self.diagnostics.push(Diagnostic::error("bad-name", message).at(&name.place, "").help(help));
+        }
+        if file != wanted {
+            let message = format!("the shader of {} is called `{file}.wgsl`", quote(&name.value));
+            let diagnostic = Diagnostic::error("file-name", message).at(&name.place, "");
+            return self.diagnostics.push(diagnostic.help(format!("rename it to `{wanted}.wgsl`")));
+        }
+        for item in items(self.source).into_iter().filter(|item| !belongs(item, &file)) {
+            let place = self.word(&item, "");
+            let message = format!("{} does not begin with the name of its file", quote(&item));
+            let help = format!("call it `{file}_{item}`: shaders of several kinds stand side by side in one module");
+            self.diagnostics.push(Diagnostic::error("item-name", message).at(&place, "").help(help));
+        }
     }
 
     fn function<'r>(&mut self, output: &DeclaredOutput, reflection: &'r Reflection) -> Option<&'r Function> {

@@ -45,6 +45,7 @@ use crate::value::{Param, Value};
 /// # Errors
 /// All mistakes of both files, each at its place.
 pub fn folder_kind(declaration: (&str, &str), shader: (&str, &str)) -> Result<NodeKind, Diagnostics> {
+    let [declaration, shader] = [declaration, shader].map(|(file, text)| (file, document::without_mark(text)));
     let mut sources = Sources::default();
     let file = sources.insert(declaration.0, declaration.1);
     sources.insert(shader.0, shader.1);

@@ -29,9 +29,10 @@ pub(super) fn declaration(tree: Item, diagnostics: &mut Diagnostics) -> Option<D
         fields.map("inputs").into_iter().filter_map(|(name, item)| input(&name, item, fields.diagnostics)).collect();
     let function = name.as_ref().map(|name| Spanned::new(snake(&name.value), name.place.clone()));
     let outputs = match (fields.map("outputs"), function) {
-        (outputs, Some(function)) => {
-            outputs.into_iter().filter_map(|(name, item)| output(&name, item, &function, fields.diagnostics)).collect()
-        }
+        (outputs, Some(function)) => outputs
+            .into_iter()
+            .filter_map(|(name, item)| output(&name, item, &function, &inputs, fields.diagnostics))
+            .collect(),
         _ => Vec::new(),
     };
     let params = match fields.take("parameters") {
@@ -127,13 +128,14 @@ fn output(
     name: &Spanned<String>,
     item: Item,
     otherwise: &Spanned<String>,
+    inputs: &[(Input, Place)],
     diagnostics: &mut Diagnostics,
 ) -> Option<DeclaredOutput> {
     let (ty, fields) = typed(name, item, "output", diagnostics)?;
     let image = one_of(&ty, "type of output", [("Image", PortType::Image)], diagnostics);
     let mut fields = Fields::new(ty.place, "an output", fields, diagnostics);
     let doc = fields.text("doc");
-    let gives = fields.gives();
+    let gives = fields.gives(inputs);
     let function = if fields.has("function") { fields.text("function") } else { Some(otherwise.clone()) };
     let size = fields.size();
     fields.finish(&["doc", "gives", "function", "size"]);
@@ -166,6 +168,12 @@ fn parameter(name: &Spanned<String>, item: Item, diagnostics: &mut Diagnostics) 
     param.usual = usually;
     param.neutral = neutral;
     param.unit = unit.map_or("", |unit| leak(&unit.value));
+    for (what, value) in [("default", Some(&param.default)), ("neutral", param.neutral.as_ref())] {
+        if let Some(Err(why)) = value.map(|value| param.accepts(value)) {
+            let message = format!("{} of {} is not acceptable: {why}", quote(what), quote(&name.value));
+            diagnostics.push(Diagnostic::error("out-of-domain", message).at(&name.place, ""));
+        }
+    }
     Some((param, name.place.clone()))
 }
 
@@ -283,12 +291,15 @@ impl<'d> Fields<'d> {
         }
     }
 
-    fn gives(&mut self) -> Option<Gives> {
+    fn gives(&mut self, inputs: &[(Input, Place)]) -> Option<Gives> {
         let item = self.required("gives")?;
         match &item.value {
             Tree::Name(_) => self.state(item).map(Gives::Always),
             Tree::Tuple(Some(word), items) if word.value == "Same" => match items.as_slice() {
-                [Item { value: Tree::Text(input), .. }] => Some(Gives::Same(leak(input))),
+                [Item { value: Tree::Text(input), place }] => {
+                    self.is_required_image(input, place, inputs);
+                    Some(Gives::Same(leak(input)))
+                }
                 _ => {
                     self.wrong("gives", &item, "`Same(\"input\")` or an image state");
                     None
@@ -299,6 +310,23 @@ impl<'d> Fields<'d> {
                 None
             }
         }
+    }
+
+    /// A state can follow only an input that is always there.
+    fn is_required_image(&mut self, input: &str, place: &Place, inputs: &[(Input, Place)]) {
+        let fits = |port: &&Input| port.ty == PortType::Image && !port.optional;
+        let names = || inputs.iter().map(|(port, _)| port).filter(fits).map(|port| port.name);
+        // An input that could not be read would be missed here once more.
+        if names().any(|name| name == input) || self.diagnostics.has_errors() {
+            return;
+        }
+        let help = match names().next() {
+            None => "write the state itself, such as `gives: DisplayLinear`".to_owned(),
+            Some(_) => format!("there is {}", list(names(), 8)),
+        };
+        let message = format!("{} is no image input that must be wired", quote(input));
+        let diagnostic = Diagnostic::error("unknown-name", message).at(place, "").help(help);
+        self.diagnostics.push(diagnostic.maybe_help(did_you_mean(input, names())));
     }
 
     fn size(&mut self) -> Option<SizeRule> {
@@ -345,7 +373,7 @@ impl<'d> Fields<'d> {
         let item = if is_required { self.required(name)? } else { self.take(name)? };
         let range = match &item.value {
             Tree::Tuple(None, ends) => match ends.as_slice() {
-                [low, high] => number(low).zip(number(high)),
+                [low, high] => number(low).zip(number(high)).filter(|(low, high)| low <= high),
                 _ => None,
             },
             _ => None,
