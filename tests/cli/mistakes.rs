@@ -112,7 +112,7 @@ fn a_full_disk_is_the_machines_fault() {
     let folder = folder("full");
     std::os::unix::fs::symlink("/dev/full", folder.file("out.png")).expect("a link");
     let told = folder.run("render {glare} room.exr -o out.png");
-    told.fails(2, "error: out.png: the disk is full\n  hint: nothing was left half written");
+    told.fails(2, "error: out.png: the disk is full\n  hint: make room; no file was left half written");
 }
 
 #[test]
@@ -152,4 +152,69 @@ fn a_broken_pipeline_is_told_at_its_place() {
     told.fails_saying(1, &["error[unknown-kind]", "Blurr", "bad.ron:3"]);
     folder.run("render bad.ron room.exr -o out.png").fails_saying(1, &["Blurr", "bad.ron:3"]);
     assert!(!folder.file("out.png").exists());
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn options_that_would_change_nothing_are_refused() {
+    let folder = folder("idle");
+    let table = [
+        (
+            "render {glare} room.exr -o out.png --size 3x3",
+            "error: `--size` is for pipelines without inputs; here the picture has the size of its input\n  hint: leave it out, or scale \
+             the input",
+        ),
+        (
+            "render {glare} room.exr -o out.png --frames 1-3",
+            "error: `--frames` needs a numbered input\n  hint: put a placeholder into the name, for example `shot.####.exr`",
+        ),
+    ];
+    for (line, words) in table {
+        folder.run(line).fails(1, words);
+    }
+    for fps in ["0", "-24", "NaN", "inf", "1e-40"] {
+        let told = folder.run(&format!("render {{glare}} room.exr -o out.png --fps={fps}"));
+        told.fails_saying(1, &["frames in a second are a number above 0"]);
+    }
+    assert_eq!(folder.names(), ["room.exr"]);
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_picture_does_not_take_the_place_of_its_input() {
+    let folder = folder("overwrite");
+    let light = "Pipeline(inputs: { \"scene\": Color }, nodes: {}, outputs: { \"light\": \"scene\" })";
+    folder.with("light.ron", light.as_bytes());
+    let before = std::fs::read(folder.file("room.exr")).expect("a picture");
+    let told = folder.run("render light.ron room.exr -o ./room.exr");
+    told.fails(1, "error: ./room.exr: this is the image of input `scene`\n  hint: choose another name for the output");
+    assert_eq!(std::fs::read(folder.file("room.exr")).expect("still there"), before);
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+#[cfg(target_os = "linux")]
+fn a_result_that_cannot_be_printed_is_no_success() {
+    let folder = Folder::new("unsaid");
+    for line in ["nodes", "plan {lynx}", "check {lynx}"] {
+        let full = std::fs::File::options().write(true).open("/dev/full").expect("the device of a full disk");
+        let output = folder.command(line).stdout(full).output().expect("the program starts");
+        super::Told::of(&output)
+            .fails(2, "error: standard output: the disk is full\n  hint: make room; no file was left half written");
+    }
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn files_that_are_no_text_are_told_in_words() {
+    let folder = folder("no-text");
+    folder.with("latin.ron", b"Pipeline(\n    // gr\xf6\xdfer\n)");
+    folder.with("lut.ron", b"Pipeline(\n    inputs: { \"scene\": DisplayLinear },\n    nodes: { \"a\": ColorLut(source: \"scene\", file: \"none.cube\") },\n    outputs: { \"display\": \"a\" },\n)");
+    folder.run("check latin.ron").fails_saying(
+        1,
+        &["error: cannot read the pipeline `latin.ron`: line 2 is no text in UTF-8\n  hint: save the file in that encoding"],
+    );
+    folder.run("check .").fails_saying(1, &["error: cannot read the pipeline `.`: it is a folder"]);
+    folder.run("check none.ron").fails_saying(1, &["`none.ron`: there is no such file"]);
+    folder.run("check lut.ron").fails_saying(1, &["cannot read `none.cube`: there is no such file", "lut.ron:3"]);
 }

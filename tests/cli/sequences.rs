@@ -97,3 +97,25 @@ fn frames_before_a_broken_one_are_whole() {
     assert!(!made(&folder).iter().any(|name| name.contains("0003")), "{:?}", folder.names());
     assert!(!folder.names().iter().any(|name| name.ends_with(".part")), "{:?}", folder.names());
 }
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_pipeline_without_inputs_makes_the_frames_that_are_asked_for() {
+    let folder = Folder::new("made-up");
+    let pipeline = "Pipeline(inputs: {}, nodes: { \"scene\": DemoScene(), \"lit\": Exposure(source: \"scene\"), \
+                    \"mapped\": ToneMap(source: \"lit\"), \"film\": FilmGrain(source: \"mapped\", amount: 1.0) }, \
+                    outputs: { \"light\": \"film\" })";
+    folder.with("scene.ron", pipeline.as_bytes());
+    folder.run("render scene.ron -o out.##.exr --frames 1,48 --size 32x18").good();
+    assert_eq!(made(&folder), ["out.01.exr", "out.48.exr"]);
+    let frame = |name: &str| read(&Source::file(folder.file(name))).expect("it was written").pixels.to_f32();
+    assert!(frame("out.01.exr") != frame("out.48.exr"), "each frame has grain of its own");
+    folder.run("render scene.ron -o out.##.exr").fails(
+        1,
+        "error: out.##.exr: the output is numbered, but no frames are named\n  hint: name them, for example `--frames 1-48`",
+    );
+    folder.run("render scene.ron -o out.exr --frames 1-2").fails(
+        1,
+        "error: out.exr: frames need a numbered output\n  hint: write `out.####.png`, or leave `--frames` out",
+    );
+}

@@ -142,11 +142,11 @@ pub(crate) struct RenderArgs {
     /// Which output to write; otherwise the first that fits the file's ending
     #[arg(long, value_name = "NAME")]
     pub(crate) output: Option<String>,
-    /// Frames of a sequence: `1-96`, `1-96x2`, `7,12-20`
+    /// Frames of a sequence: `1-96`, `1-96x2`, `7,12-20`; a pipeline without inputs needs them to make one
     #[arg(long, value_name = "RANGE")]
     pub(crate) frames: Option<String>,
     /// Frames in a second, for what adapts over time
-    #[arg(long, default_value_t = 24.0)]
+    #[arg(long, default_value_t = 24.0, value_parser = parse_fps)]
     pub(crate) fps: f32,
     /// Pixels to render, for a pipeline without inputs
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
@@ -160,7 +160,7 @@ pub(crate) struct RenderArgs {
     /// Say how long each stage and each pass took
     #[arg(long)]
     pub(crate) timings: bool,
-    /// Render again whenever the pipeline, a file beside it, a shader of `--nodes` or an image changes
+    /// Render again whenever the pipeline, a file that it names, a shader of `--nodes` or an image changes
     #[arg(long)]
     pub(crate) watch: bool,
     #[command(flatten)]
@@ -272,4 +272,10 @@ pub(crate) fn parse_size(text: &str) -> Result<(u32, u32), String> {
         Some((width @ 1.., height @ 1..)) => Ok((width, height)),
         _ => Err("a size is two whole numbers from 1, such as 1920x1080".into()),
     }
+}
+
+/// Frames in a second: some, and not without end.
+fn parse_fps(text: &str) -> Result<f32, String> {
+    let fps = text.parse().ok().filter(|fps: &f32| fps.is_normal() && *fps > 0.0);
+    fps.ok_or_else(|| "frames in a second are a number above 0, such as 24 or 23.976".into())
 }

@@ -11,7 +11,7 @@ use afterimage_graph::plan::check_plan;
 
 use crate::args::{CheckArgs, PipelineOptions};
 use crate::failure::Failure;
-use crate::pipeline::{Files, check_file, facts, plan_without_device, registry, split, tier_names};
+use crate::pipeline::{Files, check_file, facts, plan_without_device, read_text, registry, split, tier_names};
 use crate::terminal::{note, say};
 
 pub(crate) fn run(args: &CheckArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
@@ -99,8 +99,7 @@ fn json(args: &CheckArgs, registry: &Registry) -> Result<(), Failure> {
 /// All that a check says of a file.
 fn said(path: &Path, registry: &Registry, options: &PipelineOptions) -> Result<Diagnostics, Failure> {
     let name = path.to_string_lossy();
-    let text = std::fs::read_to_string(path)
-        .map_err(|error| Failure::user(format!("cannot read the pipeline `{name}`: {error}")))?;
+    let text = read_text(path, "pipeline")?;
     let sets = options.sets.iter().map(|set| split(set, "--set")).collect::<Result<_, _>>()?;
     let options = CheckOptions { tier: options.tier.clone(), sets, loader: &Files };
     let checked =

@@ -36,7 +36,9 @@ impl Failure {
 
     /// Prints it and gives the exit status.
     pub(crate) fn report(&self) -> ExitCode {
-        crate::terminal::note(&self.text);
+        if !self.text.is_empty() {
+            crate::terminal::note(&self.text);
+        }
         ExitCode::from(self.status)
     }
 }

@@ -55,7 +55,7 @@ pub fn run(tables: &[&[NodeKind]], arguments: impl IntoIterator<Item = std::ffi:
         Command::Bench(args) => bench::run(args, tables),
         Command::Stress(args) => stress::run(args, tables),
     };
-    match done {
+    match done.and_then(|()| terminal::all_was_said()) {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => failure.report(),
     }

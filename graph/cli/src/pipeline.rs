@@ -1,7 +1,8 @@
 //! From a pipeline file to a graph and a plan, for every command.
 
-use std::collections::BTreeMap;
-use std::path::Path;
+use std::cell::RefCell;
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use afterimage_graph::check::{CheckOptions, Facts, Graph, Loader, check};
@@ -20,12 +21,63 @@ pub(crate) struct Files;
 
 impl Loader for Files {
     fn load(&self, path: &str) -> Result<Arc<[u8]>, String> {
-        std::fs::read(path).map(Into::into).map_err(|error| error.to_string())
+        std::fs::read(path).map(Into::into).map_err(|error| why_not(Path::new(path), &error))
+    }
+}
+
+/// Remembers which files were asked for, whether they are there or not.
+#[derive(Default)]
+struct Noted(RefCell<BTreeSet<PathBuf>>);
+
+impl Loader for Noted {
+    fn load(&self, path: &str) -> Result<Arc<[u8]>, String> {
+        self.0.borrow_mut().insert(path.into());
+        Files.load(path)
+    }
+}
+
+/// The pipeline's file and all that it names: those that it extends or uses, looks, tables. As far as it can be read.
+pub(crate) fn files_of(path: &Path, tables: &[&[NodeKind]], options: &PipelineOptions) -> BTreeSet<PathBuf> {
+    let noted = Noted::default();
+    if let (Ok(registry), Ok(text)) = (registry(tables, &options.nodes), read_text(path, "pipeline"))
+        && let Ok(document) = parse(&path.to_string_lossy(), &text)
+    {
+        let options = CheckOptions { tier: options.tier.clone(), sets: Vec::new(), loader: &noted };
+        // Whatever is wrong is told by those who want the pipeline.
+        let _ = check(&document, &registry, &options);
+    }
+    let mut files = noted.0.into_inner();
+    files.insert(path.to_owned());
+    files
+}
+
+/// The text of a file; the failure says what it was needed for.
+pub(crate) fn read_text(path: &Path, what: &str) -> Result<String, Failure> {
+    let failed = |why: String| Failure::user(format!("cannot read the {what} `{}`: {why}", path.display()));
+    let bytes = std::fs::read(path).map_err(|error| failed(why_not(path, &error)))?;
+    String::from_utf8(bytes).map_err(|error| {
+        let whole = &error.as_bytes()[..error.utf8_error().valid_up_to()];
+        let line = whole.iter().filter(|byte| **byte == b'\n').count() + 1;
+        failed(format!("line {line} is no text in UTF-8")).hint("save the file in that encoding")
+    })
+}
+
+/// Why a file cannot be read, in the words of its user.
+fn why_not(path: &Path, error: &std::io::Error) -> String {
+    use std::io::ErrorKind;
+    // An empty path is the folder itself.
+    if path.is_dir() || path.as_os_str().is_empty() {
+        return "it is a folder".into();
+    }
+    match error.kind() {
+        ErrorKind::NotFound => "there is no such file".into(),
+        ErrorKind::PermissionDenied => "you may not read it".into(),
+        _ => error.to_string(),
     }
 }
 
 /// The kinds of the program and those of plug-in folders.
-pub(crate) fn registry(tables: &[&[NodeKind]], folders: &[std::path::PathBuf]) -> Result<Registry, Failure> {
+pub(crate) fn registry(tables: &[&[NodeKind]], folders: &[PathBuf]) -> Result<Registry, Failure> {
     let mut from_folders = Vec::new();
     for folder in folders {
         from_folders.extend(folder_kinds(folder)?);
@@ -52,23 +104,23 @@ pub(crate) fn folder_kinds(folder: &Path) -> Result<Vec<NodeKind>, Failure> {
 }
 
 fn folder_node(folder: &Path) -> Result<NodeKind, Failure> {
-    let read = |path: &Path| {
-        std::fs::read_to_string(path).map_err(|error| Failure::user(format!("`{}`: {error}", path.display())))
-    };
     let ron_path = folder.join("node.ron");
     let shader_path = shader_of(folder)?;
-    let (ron, shader) = (read(&ron_path)?, read(&shader_path)?);
+    let (ron, shader) = (read_text(&ron_path, "node kind")?, read_text(&shader_path, "shader")?);
     Ok(folder_kind((&ron_path.to_string_lossy(), &ron), (&shader_path.to_string_lossy(), &shader))?)
 }
 
-fn shader_of(folder: &Path) -> Result<std::path::PathBuf, Failure> {
+fn shader_of(folder: &Path) -> Result<PathBuf, Failure> {
     let entries =
         std::fs::read_dir(folder).map_err(|error| Failure::user(format!("`{}`: {error}", folder.display())))?;
     let mut shaders: Vec<_> = entries.filter_map(|entry| Some(entry.ok()?.path())).collect();
     shaders.retain(|path| path.extension().is_some_and(|ending| ending == "wgsl"));
     match shaders.as_slice() {
         [one] => Ok(one.clone()),
-        _ => Err(Failure::user(format!("`{}` needs exactly one `.wgsl` file beside its `node.ron`", folder.display()))),
+        more => {
+            Err(Failure::user(format!("`{}` has {} `.wgsl` files beside its `node.ron`", folder.display(), more.len()))
+                .hint("a kind has exactly one, called like the kind in snake case: `posterize.wgsl` for `Posterize`"))
+        }
     }
 }
 
@@ -87,8 +139,7 @@ pub(crate) fn check_file(
     registry: &Registry,
     options: &PipelineOptions,
 ) -> Result<(Graph, Diagnostics), Failure> {
-    let text = std::fs::read_to_string(path)
-        .map_err(|error| Failure::user(format!("cannot read the pipeline `{}`: {error}", path.display())))?;
+    let text = read_text(path, "pipeline")?;
     check_text(&path.to_string_lossy(), &text, registry, options)
 }
 
@@ -111,8 +162,7 @@ pub(crate) fn tier_names(path: &Path) -> Result<Vec<String>, Failure> {
     let mut names: Vec<String> = Vec::new();
     let mut next = Some(path.to_owned());
     while let Some(path) = next.take() {
-        let text = std::fs::read_to_string(&path)
-            .map_err(|error| Failure::user(format!("cannot read the pipeline `{}`: {error}", path.display())))?;
+        let text = read_text(&path, "pipeline")?;
         let document = parse(&path.to_string_lossy(), &text)?;
         for (name, _) in &document.tiers {
             if !names.contains(&name.value) {

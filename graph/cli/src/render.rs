@@ -29,7 +29,7 @@ const MOST_WRITERS: usize = 4;
 
 pub(crate) fn run(args: &RenderArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
     if args.watch {
-        watch(args, || once(args, tables));
+        watch(args, tables, || once(args, tables));
     }
     once(args, tables)
 }
@@ -63,17 +63,60 @@ fn jobs(args: &RenderArgs, graph: &Graph) -> Result<Vec<Job>, Failure> {
     for (name, file) in named {
         inputs.push((name, sequence::Input::find(&file, args.frames.as_deref().filter(|_| is_pattern(&file)))?));
     }
-    let Some((_, first)) = inputs.first() else {
-        return Ok(vec![Job { sources: Vec::new(), frame: None, out: args.out.clone().into() }]);
-    };
+    let Some((_, first)) = inputs.first() else { return made_up(args) };
+    refuse_idle_options(args, &inputs)?;
     let outs = first.outputs(&args.out)?;
     let frames = first.sources();
     let mut jobs = Vec::new();
     for (index, ((frame, _), out)) in frames.into_iter().zip(outs).enumerate() {
         let sources = inputs.iter().map(|(name, input)| Ok((name.clone(), source_at(input, index, frame, name)?)));
-        jobs.push(Job { sources: sources.collect::<Result<_, Failure>>()?, frame, out });
+        let sources: Vec<(String, Source)> = sources.collect::<Result<_, Failure>>()?;
+        refuse_overwriting(&sources, &out)?;
+        jobs.push(Job { sources, frame, out });
     }
     Ok(jobs)
+}
+
+/// The pictures of a pipeline without inputs: one, or the frames that are asked for.
+fn made_up(args: &RenderArgs) -> Result<Vec<Job>, Failure> {
+    let job = |frame, out| Job { sources: Vec::new(), frame, out };
+    match (sequence::Pattern::parse(&args.out)?, &args.frames) {
+        (None, None) => Ok(vec![job(None, args.out.clone().into())]),
+        (Some(pattern), Some(frames)) => {
+            Ok(sequence::parse_frames(frames)?.into_iter().map(|frame| job(Some(frame), pattern.at(frame))).collect())
+        }
+        (Some(_), None) => Err(Failure::user(format!("{}: the output is numbered, but no frames are named", args.out))
+            .hint("name them, for example `--frames 1-48`")),
+        (None, Some(_)) => Err(Failure::user(format!("{}: frames need a numbered output", args.out))
+            .hint("write `out.####.png`, or leave `--frames` out")),
+    }
+}
+
+/// Options that would change nothing are slips, and silence would hide them.
+fn refuse_idle_options(args: &RenderArgs, inputs: &[(String, sequence::Input)]) -> Result<(), Failure> {
+    if args.size.is_some() {
+        return Err(Failure::user(
+            "`--size` is for pipelines without inputs; here the picture has the size of its input",
+        )
+        .hint("leave it out, or scale the input"));
+    }
+    let is_numbered = |(_, input): &(String, sequence::Input)| matches!(input, sequence::Input::Sequence(_));
+    if args.frames.is_some() && !inputs.iter().any(is_numbered) {
+        return Err(Failure::user("`--frames` needs a numbered input")
+            .hint("put a placeholder into the name, for example `shot.####.exr`"));
+    }
+    Ok(())
+}
+
+/// A picture in the place of what it was made from could not be made again.
+fn refuse_overwriting(sources: &[(String, Source)], out: &Path) -> Result<(), Failure> {
+    let Ok(target) = std::fs::canonicalize(out) else { return Ok(()) };
+    let same = |source: &&(String, Source)| std::fs::canonicalize(&source.1.path).is_ok_and(|path| path == target);
+    match sources.iter().find(same) {
+        None => Ok(()),
+        Some((name, _)) => Err(Failure::user(format!("{}: this is the image of input `{name}`", out.display()))
+            .hint("choose another name for the output")),
+    }
 }
 
 fn is_pattern(file: &str) -> bool {

@@ -1,21 +1,28 @@
 //! `render --watch`: the picture again, each time that a file changes which it is made from.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime};
 
+use afterimage_graph::node::NodeKind;
+
 use crate::args::RenderArgs;
 use crate::failure::Failure;
+use crate::files::sequence;
+use crate::pipeline::files_of;
 use crate::terminal::note;
 
 /// How often files are looked at: soon enough for an eye, and too seldom for a load.
 const LOOK: Duration = Duration::from_millis(100);
-/// How deep folders are looked into: `looks/dusk.cube` beside a pipeline, `kind/kind.wgsl` in a folder of kinds.
+/// How deep folders of kinds are looked into: `kinds/posterize/posterize.wgsl`.
 const DEPTH: u32 = 2;
 
 /// Renders, and renders again after each change; mistakes are told and waited for. Never returns.
-pub(crate) fn watch(args: &RenderArgs, mut render: impl FnMut() -> Result<(), Failure>) -> ! {
-    let places = places(args);
+pub(crate) fn watch(args: &RenderArgs, tables: &[&[NodeKind]], mut render: impl FnMut() -> Result<(), Failure>) -> ! {
+    let mut places = BTreeSet::new();
     loop {
+        // While a file is broken, those that it named before may be where it is mended.
+        places.extend(self::places(args, tables));
         let before = stamps(&places);
         match render() {
             Ok(()) => note(&format!("wrote `{}`; waiting for changes, Ctrl-C ends it", args.out)),
@@ -30,35 +37,36 @@ pub(crate) fn watch(args: &RenderArgs, mut render: impl FnMut() -> Result<(), Fa
     }
 }
 
-/// What a picture is made from: the pipeline's folder with its looks and subgraphs, folders of kinds, and the images.
-fn places(args: &RenderArgs) -> Vec<PathBuf> {
-    let folder = match args.pipeline.parent() {
-        Some(parent) if parent != Path::new("") => parent,
-        _ => Path::new("."),
-    };
+/// What a picture is made from: the pipeline with all that it names, folders of kinds, and the images.
+fn places(args: &RenderArgs, tables: &[&[NodeKind]]) -> BTreeSet<PathBuf> {
+    let mut places = files_of(&args.pipeline, tables, &args.options);
+    places.extend(args.options.nodes.iter().cloned());
     let named = args.inputs.iter().filter_map(|input| input.split_once('=')).map(|(_, file)| file);
-    let images = args.input.as_deref().into_iter().chain(named).map(|file| file.split('#').next().unwrap_or(file));
-    let folders = std::iter::once(folder.to_owned()).chain(args.options.nodes.iter().cloned());
-    folders.chain(images.map(PathBuf::from)).collect()
+    for file in args.input.as_deref().into_iter().chain(named) {
+        match sequence::Input::find(file, args.frames.as_deref()).or_else(|_| sequence::Input::find(file, None)) {
+            Ok(input) => places.extend(input.sources().into_iter().map(|(_, source)| source.path)),
+            Err(_) => drop(places.insert(file.into())),
+        }
+    }
+    places
 }
 
 /// A file, when it was changed, and its bytes.
 type Stamp = (PathBuf, Option<SystemTime>, u64);
 
-fn stamps(places: &[PathBuf]) -> Vec<Stamp> {
+fn stamps(places: &BTreeSet<PathBuf>) -> Vec<Stamp> {
     let mut found = Vec::new();
     places.iter().for_each(|place| look(place, DEPTH, &mut found));
     found.sort();
     found
 }
 
-/// Only files that pictures are made from: the picture itself may lie beside them.
+/// A file itself; of a folder only what kinds are made of, for the picture may lie in it.
 fn look(place: &Path, depth: u32, found: &mut Vec<Stamp>) {
     let Ok(meta) = std::fs::metadata(place) else { return };
     if meta.is_file() {
-        let is_of_a_pipeline =
-            ["ron", "wgsl", "cube"].into_iter().any(|ending| place.extension() == Some(ending.as_ref()));
-        if is_of_a_pipeline || depth == DEPTH {
+        let is_of_a_kind = ["ron", "wgsl"].into_iter().any(|ending| place.extension() == Some(ending.as_ref()));
+        if is_of_a_kind || depth == DEPTH {
             found.push((place.to_owned(), meta.modified().ok(), meta.len()));
         }
     } else if depth > 0 {
@@ -70,23 +78,45 @@ fn look(place: &Path, depth: u32, found: &mut Vec<Stamp>) {
 #[cfg(test)]
 #[allow(clippy::unwrap_used, reason = "a test may stop at the first surprise")]
 mod tests {
+    use clap::Parser as _;
+
     use super::*;
+    use crate::args::{Arguments, Command};
+
+    fn places_of(words: &[&str]) -> BTreeSet<PathBuf> {
+        match Arguments::try_parse_from(["afterimage", "render"].iter().chain(words)).unwrap().command {
+            Command::Render(args) => places(&args, &[afterimage_nodes::ALL]),
+            other => panic!("{other:?}"),
+        }
+    }
 
     #[test]
     fn what_a_picture_is_made_from_is_seen_to_change_and_the_picture_is_not() {
         let folder = std::env::temp_dir().join(format!("afterimage-watch-{}", std::process::id()));
-        std::fs::create_dir_all(folder.join("looks")).unwrap();
-        std::fs::write(folder.join("a.ron"), "one").unwrap();
-        let places = vec![folder.clone()];
-        let first = stamps(&places);
-        assert_eq!(first.len(), 1);
-        std::fs::write(folder.join("out.png"), "a picture").unwrap();
-        assert_eq!(stamps(&places), first);
-        std::fs::write(folder.join("looks/dusk.cube"), "a look").unwrap();
-        let second = stamps(&places);
-        assert_eq!(second.len(), 2);
-        std::fs::write(folder.join("a.ron"), "another").unwrap();
-        assert_ne!(stamps(&places), second);
+        let file = |name: &str| folder.join(name).to_str().unwrap().to_owned();
+        std::fs::create_dir_all(folder.join("kinds/grey")).unwrap();
+        std::fs::create_dir_all(folder.join("night")).unwrap();
+        let base = "Pipeline(inputs: { \"scene\": Encoded }, nodes: { \"look\": ColorLut(source: \"scene\", file: \"dusk.png\") }, \
+                    outputs: { \"display\": \"look\" })";
+        std::fs::write(file("base.ron"), base).unwrap();
+        std::fs::write(file("night/a.ron"), "Pipeline(extends: \"../base.ron\")").unwrap();
+        std::fs::write(file("shot.0001.exr"), "a picture").unwrap();
+        let (kinds, pipeline, shot, out) =
+            (file("kinds"), file("night/a.ron"), file("shot.####.exr"), file("kinds/o.png"));
+        let words = [pipeline.as_str(), &shot, "-o", &out];
+        let places = places_of(&[&words[..], &["--nodes", &kinds]].concat());
+        // A folder without kinds is a mistake, and is waited for all the same.
+        assert!(places.contains(&folder.join("kinds")) && places.contains(&folder.join("night/a.ron")), "{places:?}");
+        let places: BTreeSet<PathBuf> = places.into_iter().chain(places_of(&words)).collect();
+        let mut before = stamps(&places);
+        for name in ["base.ron", "dusk.png", "night/a.ron", "shot.0001.exr", "kinds/grey/grey.wgsl"] {
+            std::fs::write(file(name), "something of another length").unwrap();
+            let now = stamps(&places);
+            assert_ne!(now, before, "{name}");
+            before = now;
+        }
+        std::fs::write(&out, "the picture").unwrap();
+        assert_eq!(stamps(&places), before);
         std::fs::remove_dir_all(folder).unwrap();
     }
 }

@@ -29,7 +29,7 @@ use self::runner::Runner;
 use crate::args::BenchArgs;
 use crate::failure::Failure;
 use crate::files::write_whole;
-use crate::pipeline::{check_text, facts, load_graph, plan_options, registry};
+use crate::pipeline::{check_text, facts, load_graph, plan_options, read_text, registry};
 use crate::session::open;
 use crate::terminal::say;
 
@@ -117,8 +117,7 @@ fn starts<'a>(
     let start = |known: &[u8]| -> Result<(f64, Runner<'a>), Failure> {
         let executor = Executor::with_caps(&gpu.device, &gpu.queue, gpu.caps.clone()).with_pipeline_cache(known);
         let begun = Instant::now();
-        let text = std::fs::read_to_string(pipeline)
-            .map_err(|error| Failure::user(format!("cannot read the pipeline `{}`: {error}", pipeline.display())))?;
+        let text = read_text(pipeline, "pipeline")?;
         let (graph, _) = check_text(&pipeline.to_string_lossy(), &text, registry, &args.options)?;
         let options = plan_options(&args.plan);
         let mut runner = Runner::new(gpu, inputs, &graph, facts(&args.options)?, options, executor)?;

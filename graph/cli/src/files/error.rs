@@ -79,7 +79,7 @@ impl FileError {
                 Self::new(path, Naming, "the file system refuses this name")
             }
             io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => {
-                Self::new(path, Machine, "the disk is full").hint("nothing was left half written")
+                Self::new(path, Machine, "the disk is full").hint("make room; no file was left half written")
             }
             io::ErrorKind::PermissionDenied | io::ErrorKind::ReadOnlyFilesystem => {
                 Self::new(path, Machine, "this program may not write here")

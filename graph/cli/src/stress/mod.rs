@@ -33,7 +33,7 @@ pub use subject::Subject;
 
 use crate::failure::Failure;
 use crate::files::write_whole;
-use crate::pipeline::{facts, split};
+use crate::pipeline::{facts, read_text, split};
 use crate::session::open;
 use crate::shipped::PIPELINES;
 use crate::terminal::say;
@@ -142,8 +142,7 @@ fn subjects(args: &StressArgs, registry: &Registry, tables: &[&[NodeKind]]) -> R
     let mut subjects = Vec::new();
     for path in &args.pipelines {
         let file = path.to_string_lossy();
-        let text = std::fs::read_to_string(path)
-            .map_err(|error| Failure::user(format!("cannot read the pipeline `{file}`: {error}")))?;
+        let text = read_text(path, "pipeline")?;
         subjects.extend(pipelines(&file, &file, &text, args.options.tier.as_deref())?);
     }
     if everything {
