@@ -75,13 +75,28 @@ fn log_gaussian_finish(sum: ptr<function, f32>, cell: Cell) {
     log_gaussian_store(cell, *sum);
 }
 
-@compute @workgroup_size(16, 16)
-fn log_gaussian_blur(@builtin(global_invocation_id) id: vec3u) {
-    if any(id.xy >= textureDimensions(result)) { return; }
+// The image has so few texels, and a texel so many neighbours, that four invocations share the neighbours of one.
+const LOG_GAUSSIAN_PARTS: i32 = 4;
+const LOG_GAUSSIAN_TEXELS: u32 = 64u;
+
+@compute @workgroup_size(64, 4)
+fn log_gaussian_blur(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) local: vec3u) {
+    let pixel = group.xy * vec2u(16u, 4u) + vec2u(local.x % 16u, local.x / 16u);
     var sum = 0.0;
-    for (var offset = -params.radius; offset <= params.radius; offset++) {
-        let weight = params.scale * exp2(params.falloff * f32(offset * offset));
-        sum += weight * texel(picture, vec2i(id.xy) + params.axis * offset).r;
+    for (var offset = i32(local.y) - params.radius; offset <= params.radius; offset += LOG_GAUSSIAN_PARTS) {
+        let weight = exp2(params.falloff * f32(offset * offset));
+        sum += weight * texel(picture, vec2i(pixel) + params.axis * offset).r;
     }
-    textureStore(result, id.xy, vec4f(sum, sum, sum, 1.0));
+    log_gaussian_sums[local.y * LOG_GAUSSIAN_TEXELS + local.x] = sum;
+    workgroupBarrier();
+    if local.y == 0u && all(pixel < textureDimensions(result)) {
+        let parts = vec4f(
+            log_gaussian_sums[local.x],
+            log_gaussian_sums[local.x + LOG_GAUSSIAN_TEXELS],
+            log_gaussian_sums[local.x + 2u * LOG_GAUSSIAN_TEXELS],
+            log_gaussian_sums[local.x + 3u * LOG_GAUSSIAN_TEXELS],
+        );
+        let level = params.scale * dot(parts, vec4f(1.0));
+        textureStore(result, pixel, vec4f(level, level, level, 1.0));
+    }
 }

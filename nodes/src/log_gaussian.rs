@@ -28,7 +28,8 @@ params! {
 }
 
 const REACH: f32 = 3.0;
-const GROUP: u32 = 16;
+/// Texels of the small image that a workgroup blurs, across and down.
+const GROUP: [u32; 2] = [16, 4];
 
 impl LogGaussian {
     /// The sigmas along x and y in texels of the small image, whose texels need not be square in the picture. No blur need be wider than
@@ -56,7 +57,7 @@ impl LogGaussian {
     }
 
     fn blur(pass: &mut Recorder<'_>, axis: usize, weights: &GaussianWeights, picture: ImageId, result: ImageId) {
-        let groups = pass.desc(result).size.div_up(GROUP);
+        let size = pass.desc(result).size;
         let mut along = [0_u32; 2];
         along[axis] = 1;
         pass.compute(&SHADER, "log_gaussian_blur")
@@ -67,7 +68,7 @@ impl LogGaussian {
             .set("radius", weights.radius)
             .set("falloff", weights.falloff)
             .set("scale", weights.scale)
-            .dispatch([groups.width, groups.height, 1]);
+            .dispatch([size.width.div_ceil(GROUP[0]), size.height.div_ceil(GROUP[1]), 1]);
     }
 }
 

@@ -12,7 +12,7 @@ use crate::image::{ImageDesc, Size};
 use crate::node::{Arg, ImageId, Origin, Pass, Recording, Resource, Step, TileStage, Tiling, Work};
 
 /// What a dispatch costs however little it does, in nanoseconds.
-const DISPATCH_NS: f64 = 2700.0;
+const DISPATCH_NS: f64 = 2000.0;
 /// What one byte through memory costs.
 const BYTE_NS: f64 = 0.00037;
 /// What one texel costs that is read through the device's filter, all units at work.
