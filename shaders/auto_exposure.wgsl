@@ -1,5 +1,6 @@
 // From a histogram to stops: one workgroup scans the bins, takes the mean between two percentiles and lets the exposure follow
-// it. Counts are whole numbers and the sums form a fixed tree, so every run gives the same bits.
+// it. Counts are whole numbers and the sums have a fixed shape, so every run gives the same bits.
+#import lanes
 #import metering
 
 struct AutoExposure {
@@ -39,8 +40,6 @@ struct AutoExposureMetered {
     bright: f32,
 }
 
-var<workgroup> auto_exposure_through: array<u32, AUTO_EXPOSURE_BINS>;
-var<workgroup> auto_exposure_sums: array<vec2f, AUTO_EXPOSURE_BINS>;
 var<workgroup> auto_exposure_quantile: f32;
 var<workgroup> auto_exposure_bright: f32;
 
@@ -50,59 +49,38 @@ fn auto_exposure_bins() -> AutoExposureBins {
     return AutoExposureBins(count, lo, (bitcast<f32>(histogram[2]) - lo) / f32(max(count, 2u) - 1u));
 }
 
-// How many pixels are in this lane's bin or a darker one.
-fn auto_exposure_scan(lane: u32, count: u32) -> u32 {
-    var through = count;
-    auto_exposure_through[lane] = through;
-    for (var reach = 1u; reach < AUTO_EXPOSURE_BINS; reach *= 2u) {
-        workgroupBarrier();
-        let before = select(0u, auto_exposure_through[max(lane, reach) - reach], lane >= reach);
-        workgroupBarrier();
-        through += before;
-        auto_exposure_through[lane] = through;
-    }
-    workgroupBarrier();
-    return through;
-}
-
-fn auto_exposure_sum(lane: u32, value: vec2f) -> vec2f {
-    auto_exposure_sums[lane] = value;
-    for (var half = AUTO_EXPOSURE_BINS / 2u; half > 0u; half /= 2u) {
-        workgroupBarrier();
-        if lane < half { auto_exposure_sums[lane] += auto_exposure_sums[lane + half]; }
-    }
-    workgroupBarrier();
-    return auto_exposure_sums[0];
-}
-
 // Whether the pixel with `rank` counted pixels below it is in this bin; the last bin in use holds all ranks beyond.
 fn auto_exposure_holds(rank: f32, below: u32, through: u32, total: u32) -> bool {
     let in_use = through > below && f32(below) <= rank;
     return in_use && (rank < f32(through) || through == total);
 }
 
-fn auto_exposure_meter(lane: u32) -> AutoExposureMetered {
+fn auto_exposure_meter(lane: Lane) -> AutoExposureMetered {
     // What no lane finds must still be a number: nothing may have been counted.
-    if lane == 0u {
+    if lane.index == 0u {
         auto_exposure_quantile = 0.0;
         auto_exposure_bright = 0.0;
     }
     let bins = auto_exposure_bins();
-    let used = lane > 0u && lane < bins.count;
-    let count = select(0u, histogram[4u + min(lane, bins.count - 1u)], used);
-    let through = auto_exposure_scan(lane, count);
-    let total = auto_exposure_through[AUTO_EXPOSURE_BINS - 1u];
+    // Each invocation has a bin, and the scan goes from the darkest to the brightest.
+    let bin = lanes_place(lane);
+    let used = bin > 0u && bin < bins.count;
+    let count = select(0u, histogram[4u + min(bin, bins.count - 1u)], used);
+    // How many pixels are in this bin or a darker one, and in all.
+    let scanned = lanes_scan(lane, AUTO_EXPOSURE_BINS, count);
+    let through = scanned.x;
+    let total = scanned.y;
     let below = through - count;
     let first = params.low * f32(total);
     let last = params.high * f32(total);
-    let edge = bins.lo + (f32(lane) - 1.0) * bins.per_bin;
+    let edge = bins.lo + (f32(bin) - 1.0) * bins.per_bin;
     if auto_exposure_holds(first, below, through, total) { auto_exposure_quantile = edge + 0.5 * bins.per_bin; }
     if auto_exposure_holds(last, below, through, total) {
         let part = clamp((last - f32(below)) / f32(count), 0.0, 1.0);
         auto_exposure_bright = edge + part * bins.per_bin;
     }
     let weight = clamp(f32(through), first, max(first, last)) - clamp(f32(below), first, max(first, last));
-    let sums = auto_exposure_sum(lane, vec2f(weight * (edge + 0.5 * bins.per_bin), weight));
+    let sums = lanes_sum(lane, AUTO_EXPOSURE_BINS, vec2f(weight * (edge + 0.5 * bins.per_bin), weight));
     let mean = select(auto_exposure_quantile, sums.x / max(sums.y, 1e-30), last > first && sums.y > 0.0);
     return AutoExposureMetered(total > 0u, mean, auto_exposure_bright);
 }
@@ -124,9 +102,9 @@ fn auto_exposure_write(metered: AutoExposureMetered, adapted: f32, wanted: f32) 
 }
 
 @compute @workgroup_size(256)
-fn auto_exposure_exponential(@builtin(local_invocation_index) lane: u32) {
+fn auto_exposure_exponential(lane: Lane) {
     let metered = auto_exposure_meter(lane);
-    if lane == 0u {
+    if lane.index == 0u {
         let aim = auto_exposure_aim(metered);
         let dt = metering_seconds(frame.dt);
         let adapted = metering_exponential(result[0].x, aim, dt, params.rate_dark, params.rate_bright);
@@ -135,9 +113,9 @@ fn auto_exposure_exponential(@builtin(local_invocation_index) lane: u32) {
 }
 
 @compute @workgroup_size(256)
-fn auto_exposure_linear(@builtin(local_invocation_index) lane: u32) {
+fn auto_exposure_linear(lane: Lane) {
     let metered = auto_exposure_meter(lane);
-    if lane == 0u {
+    if lane.index == 0u {
         let aim = auto_exposure_aim(metered);
         let dt = metering_seconds(frame.dt);
         let adapted = metering_linear(result[0].x, aim, dt, params.rate_dark, params.rate_bright);

@@ -1,15 +1,16 @@
 // Halvings by a row of invocations that walks down the image together. An invocation has one column of squares, each
 // the four texels under one texel of the result. Every tap of the filter is the mean of such a square or of the four texels where
 // four squares meet; both are made once and handed on to the neighbours through workgroup memory, as half floats.
+#import real
 
 const DOWNSAMPLE_ROWS_LANES: u32 = 64u;
 
 // What an invocation remembers of the square above, and of the corner to the upper right of it.
 struct DownsampleRows {
-    lower_left: vec4f,
-    lower_right: vec4f,
-    mean: vec4f,
-    inner: vec4f,   // of the four texels at the corner
+    lower_left: real4,
+    lower_right: real4,
+    mean: real4,
+    inner: real4,   // of the four texels at the corner
     outer: vec4f,   // of the four squares around the corner, times its weight
     weight: f32,
 }
@@ -34,8 +35,31 @@ fn downsample_rows_take(slot: u32) -> vec4f {
     return vec4f(lower, unpack2x16float(downsample_rows_handed[slot + DOWNSAMPLE_ROWS_LANES]));
 }
 
-fn downsample_rows_mean(square: Square) -> vec4f {
-    return 0.25 * (square.upper_left + square.upper_right + (square.lower_left + square.lower_right));
+// The same for parts of means.
+fn downsample_rows_put_part(slot: u32, v: real4) {
+    downsample_rows_put(slot, vec4f(v));
+}
+
+fn downsample_rows_take_part(slot: u32) -> real4 {
+    return real4(downsample_rows_take(slot));
+}
+
+// A square on its way into means.
+struct DownsampleRowsSquare {
+    upper_left: real4,
+    upper_right: real4,
+    lower_left: real4,
+    lower_right: real4,
+    mean: real4,
+}
+
+fn downsample_rows_square(square: Square) -> DownsampleRowsSquare {
+    let upper_left = to_real(square.upper_left);
+    let upper_right = to_real(square.upper_right);
+    let lower_left = to_real(square.lower_left);
+    let lower_right = to_real(square.lower_right);
+    let mean = 0.25 * (upper_left + upper_right + (lower_left + lower_right));
+    return DownsampleRowsSquare(upper_left, upper_right, lower_left, lower_right, mean);
 }
 
 // The invocations beside this one. The outermost have none on one side: what they make there is not used.
@@ -48,42 +72,43 @@ fn downsample_rows_before(lane: u32) -> u32 {
 }
 
 // All of these give the texel of the row before. The mean of a square needs no neighbour.
-fn downsample_rows_box(state: ptr<function, DownsampleRows>, square: Square, lane: u32) -> vec4f {
+fn downsample_rows_box(state: ptr<function, DownsampleRows>, texels: Square, lane: u32) -> vec4f {
     let above = (*state).mean;
-    (*state).mean = downsample_rows_mean(square);
-    return above;
+    (*state).mean = downsample_rows_square(texels).mean;
+    return of_real(above);
 }
 
 // The mean of the four corners.
-fn downsample_rows_tap4(state: ptr<function, DownsampleRows>, square: Square, lane: u32) -> vec4f {
-    downsample_rows_put(DOWNSAMPLE_ROWS_LEFT + lane, 0.25 * ((*state).lower_left + square.upper_left));
+fn downsample_rows_tap4(state: ptr<function, DownsampleRows>, texels: Square, lane: u32) -> vec4f {
+    let square = downsample_rows_square(texels);
+    downsample_rows_put_part(DOWNSAMPLE_ROWS_LEFT + lane, 0.25 * ((*state).lower_left + square.upper_left));
     workgroupBarrier();
     let here = 0.25 * ((*state).lower_right + square.upper_right);
-    let corner = 0.25 * (here + downsample_rows_take(DOWNSAMPLE_ROWS_LEFT + downsample_rows_after(lane)));
+    let corner = 0.25 * (here + downsample_rows_take_part(DOWNSAMPLE_ROWS_LEFT + downsample_rows_after(lane)));
     let edge = corner + (*state).inner;
-    downsample_rows_put(DOWNSAMPLE_ROWS_RIGHT + lane, edge);
+    downsample_rows_put_part(DOWNSAMPLE_ROWS_RIGHT + lane, edge);
     workgroupBarrier();
     (*state).lower_left = square.lower_left;
     (*state).lower_right = square.lower_right;
     (*state).inner = corner;
-    return edge + downsample_rows_take(DOWNSAMPLE_ROWS_RIGHT + downsample_rows_before(lane));
+    return of_real(edge + downsample_rows_take_part(DOWNSAMPLE_ROWS_RIGHT + downsample_rows_before(lane)));
 }
 
-fn downsample_rows_tap13(state: ptr<function, DownsampleRows>, square: Square, lane: u32) -> vec4f {
-    let mean = downsample_rows_mean(square);
-    let means = mean + (*state).mean;
-    downsample_rows_put(DOWNSAMPLE_ROWS_LEFT + lane, 0.25 * ((*state).lower_left + square.upper_left + means));
+fn downsample_rows_tap13(state: ptr<function, DownsampleRows>, texels: Square, lane: u32) -> vec4f {
+    let square = downsample_rows_square(texels);
+    let means = square.mean + (*state).mean;
+    downsample_rows_put_part(DOWNSAMPLE_ROWS_LEFT + lane, 0.25 * ((*state).lower_left + square.upper_left + means));
     workgroupBarrier();
     let here = 0.25 * ((*state).lower_right + square.upper_right + means);
-    let corner = 0.125 * (here + downsample_rows_take(DOWNSAMPLE_ROWS_LEFT + downsample_rows_after(lane)));
+    let corner = 0.125 * (here + downsample_rows_take_part(DOWNSAMPLE_ROWS_LEFT + downsample_rows_after(lane)));
     let edge = corner + (*state).inner;
-    downsample_rows_put(DOWNSAMPLE_ROWS_RIGHT + lane, edge);
+    downsample_rows_put_part(DOWNSAMPLE_ROWS_RIGHT + lane, edge);
     workgroupBarrier();
     (*state).lower_left = square.lower_left;
     (*state).lower_right = square.lower_right;
-    (*state).mean = mean;
+    (*state).mean = square.mean;
     (*state).inner = corner;
-    return edge + downsample_rows_take(DOWNSAMPLE_ROWS_RIGHT + downsample_rows_before(lane));
+    return of_real(edge + downsample_rows_take_part(DOWNSAMPLE_ROWS_RIGHT + downsample_rows_before(lane)));
 }
 
 // 1 / (1 + brightness), as in the taps.
@@ -92,28 +117,29 @@ fn downsample_rows_weight(color: vec4f) -> f32 {
 }
 
 // The same with the five squares of the filter weighted against each other; the inner one counts four times.
-fn downsample_rows_tap13_groups(state: ptr<function, DownsampleRows>, square: Square, lane: u32) -> vec4f {
-    let mean = downsample_rows_mean(square);
-    let texels = 0.25 * ((*state).lower_left + square.upper_left);
-    let means = 0.25 * ((*state).mean + mean);
-    downsample_rows_put(DOWNSAMPLE_ROWS_LEFT + lane, texels);
-    downsample_rows_put(DOWNSAMPLE_ROWS_LEFT_SECOND + lane, means);
+fn downsample_rows_tap13_groups(state: ptr<function, DownsampleRows>, texels: Square, lane: u32) -> vec4f {
+    let square = downsample_rows_square(texels);
+    let left = 0.25 * ((*state).lower_left + square.upper_left);
+    let means = 0.25 * ((*state).mean + square.mean);
+    downsample_rows_put_part(DOWNSAMPLE_ROWS_LEFT + lane, left);
+    downsample_rows_put_part(DOWNSAMPLE_ROWS_LEFT_SECOND + lane, means);
     workgroupBarrier();
     let after = downsample_rows_after(lane);
-    let inner = 0.25 * ((*state).lower_right + square.upper_right) + downsample_rows_take(DOWNSAMPLE_ROWS_LEFT + after);
-    let squares = means + downsample_rows_take(DOWNSAMPLE_ROWS_LEFT_SECOND + after);
+    let right = 0.25 * ((*state).lower_right + square.upper_right);
+    let inner = right + downsample_rows_take_part(DOWNSAMPLE_ROWS_LEFT + after);
+    let squares = of_real(means + downsample_rows_take_part(DOWNSAMPLE_ROWS_LEFT_SECOND + after));
     let weight = downsample_rows_weight(squares);
     let outer = squares * weight;
     let inner_edge = 0.25 * ((*state).inner + inner);
     let outer_edge = (*state).outer + outer;
     let weight_edge = (*state).weight + weight;
-    downsample_rows_put(DOWNSAMPLE_ROWS_RIGHT + lane, inner_edge);
+    downsample_rows_put_part(DOWNSAMPLE_ROWS_RIGHT + lane, inner_edge);
     downsample_rows_put(DOWNSAMPLE_ROWS_RIGHT_SECOND + lane, outer_edge);
     downsample_rows_handed[DOWNSAMPLE_ROWS_RIGHT_WEIGHT + lane] = bitcast<u32>(weight_edge);
     workgroupBarrier();
-    (*state) = DownsampleRows(square.lower_left, square.lower_right, mean, inner, outer, weight);
+    (*state) = DownsampleRows(square.lower_left, square.lower_right, square.mean, inner, outer, weight);
     let before = downsample_rows_before(lane);
-    let middle = inner_edge + downsample_rows_take(DOWNSAMPLE_ROWS_RIGHT + before);
+    let middle = of_real(inner_edge + downsample_rows_take_part(DOWNSAMPLE_ROWS_RIGHT + before));
     let middle_weight = 4.0 * downsample_rows_weight(middle);
     let sum = middle * middle_weight + outer_edge + downsample_rows_take(DOWNSAMPLE_ROWS_RIGHT_SECOND + before);
     let weights = middle_weight + weight_edge + bitcast<f32>(downsample_rows_handed[DOWNSAMPLE_ROWS_RIGHT_WEIGHT + before]);

@@ -1,4 +1,5 @@
 // A blur along one axis; two passes, one for each axis, make it round. Edges are continued outwards.
+#import real
 
 struct Gaussian {
     axis: vec2i,
@@ -53,17 +54,21 @@ fn gaussian_linear(source: texture_2d<f32>, source_sampler: sampler, at: Point, 
 }
 
 fn gaussian_caracal_exact(source: texture_2d<f32>, at: Point, params: Gaussian) -> vec4f {
-    return GAUSSIAN_CARACAL_CENTER * texel(source, at.pixel)
-        + GAUSSIAN_CARACAL_SIDE.x * gaussian_pair(source, at, 1, params)
-        + GAUSSIAN_CARACAL_SIDE.y * gaussian_pair(source, at, 2, params)
-        + GAUSSIAN_CARACAL_SIDE.z * gaussian_pair(source, at, 3, params)
-        + GAUSSIAN_CARACAL_SIDE.w * gaussian_pair(source, at, 4, params);
+    return of_real(
+        real(GAUSSIAN_CARACAL_CENTER) * to_real(texel(source, at.pixel))
+            + real(GAUSSIAN_CARACAL_SIDE.x) * to_real(gaussian_pair(source, at, 1, params))
+            + real(GAUSSIAN_CARACAL_SIDE.y) * to_real(gaussian_pair(source, at, 2, params))
+            + real(GAUSSIAN_CARACAL_SIDE.z) * to_real(gaussian_pair(source, at, 3, params))
+            + real(GAUSSIAN_CARACAL_SIDE.w) * to_real(gaussian_pair(source, at, 4, params)),
+    );
 }
 
 fn gaussian_caracal_linear(source: texture_2d<f32>, source_sampler: sampler, at: Point, params: Gaussian) -> vec4f {
     let near = GAUSSIAN_CARACAL_SIDE.x + GAUSSIAN_CARACAL_SIDE.y;
     let far = GAUSSIAN_CARACAL_SIDE.z + GAUSSIAN_CARACAL_SIDE.w;
-    return GAUSSIAN_CARACAL_CENTER * texel(source, at.pixel)
-        + near * gaussian_tap_pair(source, source_sampler, at, 1.0 + GAUSSIAN_CARACAL_SIDE.y / near, params)
-        + far * gaussian_tap_pair(source, source_sampler, at, 3.0 + GAUSSIAN_CARACAL_SIDE.w / far, params);
+    return of_real(
+        real(GAUSSIAN_CARACAL_CENTER) * to_real(texel(source, at.pixel))
+            + real(near) * to_real(gaussian_tap_pair(source, source_sampler, at, 1.0 + GAUSSIAN_CARACAL_SIDE.y / near, params))
+            + real(far) * to_real(gaussian_tap_pair(source, source_sampler, at, 3.0 + GAUSSIAN_CARACAL_SIDE.w / far, params)),
+    );
 }

@@ -2,6 +2,7 @@
 // use to the table, so that the table sees at most 256 atomic additions for 4096 pixels. Integer additions commute: the result
 // does not depend on the order in which tiles run.
 #import color
+#import lanes
 
 struct Histogram {
     bins: u32,
@@ -35,7 +36,8 @@ var<workgroup> histogram_bins: array<atomic<u32>, 256>;
 var<workgroup> histogram_brightest: atomic<u32>;
 
 @compute @workgroup_size(256)
-fn histogram(@builtin(workgroup_id) tile: vec3u, @builtin(local_invocation_index) lane: u32) {
+fn histogram(@builtin(workgroup_id) tile: vec3u, own: Lane) {
+    let lane = own.index;
     atomicStore(&histogram_bins[lane], 0u);
     if lane == 0u { atomicStore(&histogram_brightest, 0u); }
     workgroupBarrier();
@@ -64,7 +66,8 @@ fn histogram(@builtin(workgroup_id) tile: vec3u, @builtin(local_invocation_index
         }
     }
     // The bits of floats that are not negative order as whole numbers.
-    atomicMax(&histogram_brightest, bitcast<u32>(brightest));
+    let near = lanes_most_near(brightest);
+    if lanes_speaks(own) { atomicMax(&histogram_brightest, bitcast<u32>(near)); }
     workgroupBarrier();
     let counted = atomicLoad(&histogram_bins[lane]);
     if counted > 0u { atomicAdd(&result[HISTOGRAM_HEADER + lane], counted); }

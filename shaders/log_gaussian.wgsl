@@ -1,6 +1,7 @@
 // The wide, small Gaussian of log2 luminance: an average over areas, then a blur along each axis.
 #import cells
 #import color
+#import lanes
 
 struct LogGaussian {
     lo: f32,
@@ -30,7 +31,8 @@ fn log_gaussian_level(color: vec4f) -> f32 {
     return clamp(log2(max(light, 1e-30)) + params.stops + exposure[0].x, params.lo, params.hi);
 }
 
-// The invocations of a cell bring their sums together, always in the same order, and one of them stores the mean.
+// The invocations of a cell bring their sums together, always in the same order, and one of them stores the mean. Several cells share a
+// workgroup, and where one ends no subgroup need end, so this goes through workgroup memory on every device.
 fn log_gaussian_store(cell: Cell, sum: f32) {
     let first = cell.slot * cell.lanes;
     let own = first + cell.lane;
@@ -39,28 +41,31 @@ fn log_gaussian_store(cell: Cell, sum: f32) {
         workgroupBarrier();
         if cell.lane < half { log_gaussian_sums[own] += log_gaussian_sums[own + half]; }
     }
-    if cell.lane == 0u {
-        let area = vec2f(textureDimensions(picture)) / vec2f(textureDimensions(result));
-        let mean = log_gaussian_sums[own] / (area.x * area.y);
-        textureStore(result, cell.place, vec4f(mean, mean, mean, 1.0));
-    }
+    if cell.lane == 0u { log_gaussian_give(cell.place, log_gaussian_sums[own]); }
+}
+
+fn log_gaussian_give(place: vec2u, sum: f32) {
+    let area = vec2f(textureDimensions(picture)) / vec2f(textureDimensions(result));
+    let mean = sum / (area.x * area.y);
+    textureStore(result, place, vec4f(mean, mean, mean, 1.0));
 }
 
 // One workgroup averages one texel of the small image.
 @compute @workgroup_size(64)
-fn log_gaussian_average(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lane: u32) {
+fn log_gaussian_average(@builtin(workgroup_id) group: vec3u, lane: Lane) {
     let pixels = textureDimensions(picture);
     let cells = textureDimensions(result);
     let cell = group.xy;
     let first = cell * pixels / cells;
     let extent = ((cell + 1u) * pixels + cells - 1u) / cells - first;
     var sum = 0.0;
-    for (var i = lane; i < extent.x * extent.y; i += LOG_GAUSSIAN_LANES) {
+    for (var i = lane.index; i < extent.x * extent.y; i += LOG_GAUSSIAN_LANES) {
         let pixel = first + vec2u(i % extent.x, i / extent.x);
         let share = cell_share(pixel, cell, pixels, cells);
         sum += log_gaussian_level(texel(picture, vec2i(pixel))) * (share.x * share.y);
     }
-    log_gaussian_store(Cell(cell, lane, LOG_GAUSSIAN_LANES, 0u), sum);
+    let all = lanes_sum(lane, LOG_GAUSSIAN_LANES, vec2f(sum, 0.0));
+    if lane.index == 0u { log_gaussian_give(cell, all.x); }
 }
 
 fn log_gaussian_begin(cell: Cell) -> f32 {

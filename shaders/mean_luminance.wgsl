@@ -1,6 +1,7 @@
-// The mean luminance of a picture: each workgroup sums a tile of 64x64 pixels, one workgroup sums the tiles. Both sums are
-// trees of a fixed shape, and the divisor is the true number of pixels, so that no size needs padding.
+// The mean luminance of a picture: each workgroup sums a tile of 64x64 pixels, one workgroup sums the tiles. Both sums have
+// a fixed shape, and the divisor is the true number of pixels, so that no size needs padding.
 #import color
+#import lanes
 
 struct MeanLuminance {
     lo: f32,
@@ -19,22 +20,8 @@ const MEAN_LUMINANCE_TILE: u32 = 64u;
 @group(0) @binding(3) var<storage, read> tiles: array<vec2f>;
 @group(0) @binding(4) var<storage, read_write> result: array<vec4f>;
 
-var<workgroup> mean_luminance_lanes: array<vec2f, MEAN_LUMINANCE_LANES>;
-
 fn mean_luminance_join(a: vec2f, b: vec2f) -> vec2f {
     return vec2f(a.x + b.x, max(a.y, b.y));
-}
-
-fn mean_luminance_tree(lane: u32, value: vec2f) -> vec2f {
-    mean_luminance_lanes[lane] = value;
-    for (var half = MEAN_LUMINANCE_LANES / 2u; half > 0u; half /= 2u) {
-        workgroupBarrier();
-        if lane < half {
-            mean_luminance_lanes[lane] = mean_luminance_join(mean_luminance_lanes[lane], mean_luminance_lanes[lane + half]);
-        }
-    }
-    workgroupBarrier();
-    return mean_luminance_lanes[0];
 }
 
 // A pixel of the tile, row by row: the luminance, or a negative number outside the picture.
@@ -44,20 +31,20 @@ fn mean_luminance_of(tile: vec2u, lane: u32, row: u32) -> f32 {
     return select(-1.0, light, all(cell < textureDimensions(picture)));
 }
 
-fn mean_luminance_write(group: vec2u, groups: u32, lane: u32, sum: vec2f) {
-    let joined = mean_luminance_tree(lane, sum);
-    if lane == 0u { written[group.y * groups + group.x] = joined; }
+fn mean_luminance_write(group: vec2u, groups: u32, lane: Lane, sum: vec2f) {
+    let joined = lanes_sum_and_most(lane, MEAN_LUMINANCE_LANES, sum);
+    if lane.index == 0u { written[group.y * groups + group.x] = joined; }
 }
 
 @compute @workgroup_size(256)
 fn mean_luminance_log(
     @builtin(workgroup_id) group: vec3u,
     @builtin(num_workgroups) groups: vec3u,
-    @builtin(local_invocation_index) lane: u32,
+    lane: Lane,
 ) {
     var sum = vec2f();
     for (var row = 0u; row < MEAN_LUMINANCE_TILE; row += 4u) {
-        let light = mean_luminance_of(group.xy, lane, row);
+        let light = mean_luminance_of(group.xy, lane.index, row);
         let logarithm = max(log2(max(light, 1e-30)), params.lo);
         sum = mean_luminance_join(sum, vec2f(select(0.0, logarithm, light >= 0.0), light));
     }
@@ -68,22 +55,22 @@ fn mean_luminance_log(
 fn mean_luminance_linear(
     @builtin(workgroup_id) group: vec3u,
     @builtin(num_workgroups) groups: vec3u,
-    @builtin(local_invocation_index) lane: u32,
+    lane: Lane,
 ) {
     var sum = vec2f();
     for (var row = 0u; row < MEAN_LUMINANCE_TILE; row += 4u) {
-        let light = mean_luminance_of(group.xy, lane, row);
+        let light = mean_luminance_of(group.xy, lane.index, row);
         sum = mean_luminance_join(sum, vec2f(max(light, 0.0), light));
     }
     mean_luminance_write(group.xy, groups.x, lane, sum);
 }
 
-fn mean_luminance_total(lane: u32) -> vec2f {
+fn mean_luminance_total(lane: Lane) -> vec2f {
     var sum = vec2f();
-    for (var tile = lane; tile < params.tiles; tile += MEAN_LUMINANCE_LANES) {
+    for (var tile = lane.index; tile < params.tiles; tile += MEAN_LUMINANCE_LANES) {
         sum = mean_luminance_join(sum, tiles[tile]);
     }
-    return mean_luminance_tree(lane, sum);
+    return lanes_sum_and_most(lane, MEAN_LUMINANCE_LANES, sum);
 }
 
 // The mean as log2, the brightest pixel, and whether anything is brighter than the floor.
@@ -92,13 +79,13 @@ fn mean_luminance_give(mean: f32, brightest: f32) {
 }
 
 @compute @workgroup_size(256)
-fn mean_luminance_of_logs(@builtin(local_invocation_index) lane: u32) {
+fn mean_luminance_of_logs(lane: Lane) {
     let total = mean_luminance_total(lane);
-    if lane == 0u { mean_luminance_give(total.x / params.pixels, total.y); }
+    if lane.index == 0u { mean_luminance_give(total.x / params.pixels, total.y); }
 }
 
 @compute @workgroup_size(256)
-fn mean_luminance_log_of_mean(@builtin(local_invocation_index) lane: u32) {
+fn mean_luminance_log_of_mean(lane: Lane) {
     let total = mean_luminance_total(lane);
-    if lane == 0u { mean_luminance_give(log2(max(total.x / params.pixels, 1e-30)), total.y); }
+    if lane.index == 0u { mean_luminance_give(log2(max(total.x / params.pixels, 1e-30)), total.y); }
 }

@@ -4,10 +4,14 @@ mod planted;
 
 use afterimage::stress::{Choice, Report, Subject, kinds, registry, stress};
 use afterimage_graph::node::NodeKind;
+use afterimage_graph::plan::Options;
 
 use crate::support::gpu::gpu;
 
-const QUICK: Choice = Choice { case: None, size: None, defaults: false, quick: true, unguarded: false };
+/// A part of the cases, with the planner's switches as they are by default.
+fn quick() -> Choice {
+    Choice { case: None, size: None, defaults: false, quick: true, unguarded: false, options: Options::default() }
+}
 
 /// Every kind of the tables alone, through the chosen cases.
 fn stressed(tables: &[&[NodeKind]], choice: &Choice) -> Report {
@@ -23,7 +27,7 @@ fn reproduced(report: &Report) -> String {
 
 #[test]
 fn built_in_kinds_and_the_plugin_have_no_faults() {
-    let report = stressed(&[afterimage_nodes::ALL, halftone::ALL], &QUICK);
+    let report = stressed(&[afterimage_nodes::ALL, halftone::ALL], &quick());
     assert!(report.cases() > 10_000, "only {} cases", report.cases());
     assert_eq!(report.failures().count(), 0, "{}", reproduced(&report));
 }
@@ -38,9 +42,30 @@ fn a_shipped_pipeline_has_no_faults() {
             Subject::pipeline(name, name, &text, None)
         })
         .into();
-    let choice = Choice { defaults: true, ..QUICK };
+    let choice = Choice { defaults: true, ..quick() };
     let report = stress(&gpu(), &registry, &subjects, &choice, &|_| {});
     assert!(report.cases() > 100, "only {} cases", report.cases());
+    assert_eq!(report.failures().count(), 0, "{}", reproduced(&report));
+}
+
+#[test]
+fn half_floats_and_subgroups_have_no_faults() {
+    let registry = registry(&[afterimage_nodes::ALL]).expect("no two kinds share a name");
+    let summing = [
+        "Downsample",
+        "Upsample",
+        "Gaussian",
+        "GaussianPyramid",
+        "Composite",
+        "Histogram",
+        "AutoExposure",
+        "MeanLuminance",
+        "LogGaussian",
+    ];
+    let tables: Vec<NodeKind> = summing.iter().map(|name| registry.get(name).expect("a built-in kind")).collect();
+    let options = Options { half: true, subgroups: true, ..Options::default() };
+    let report = stressed(&[&tables], &Choice { options, ..quick() });
+    assert!(report.cases() > 1000, "only {} cases", report.cases());
     assert_eq!(report.failures().count(), 0, "{}", reproduced(&report));
 }
 
@@ -48,7 +73,7 @@ fn a_shipped_pipeline_has_no_faults() {
 fn every_planted_fault_is_found() {
     let mut missed = Vec::new();
     for planted in planted::ALL {
-        let report = stressed(&[&[planted.kind]], &QUICK);
+        let report = stressed(&[&[planted.kind]], &quick());
         let found =
             |failed: &&afterimage::stress::Failed| failed.case == planted.case && failed.why.contains(planted.verdict);
         if !report.failures().any(|failed| found(&failed)) {
@@ -63,7 +88,7 @@ fn without_the_guard_of_images_poison_spreads_in_space_and_time() {
     let registry = registry(&[afterimage_nodes::ALL]).expect("no two kinds share a name");
     let of = |name: &str, case: &str, unguarded: bool| {
         let kind = registry.get(name).expect("a built-in kind");
-        let choice = Choice { case: Some(case.into()), defaults: true, unguarded, ..QUICK };
+        let choice = Choice { case: Some(case.into()), defaults: true, unguarded, ..quick() };
         stress(&gpu(), &registry, &kinds(&registry, &[&[kind]]), &choice, &|_| {})
     };
     for (kind, case, verdict) in [
@@ -83,7 +108,7 @@ fn without_the_guard_of_images_poison_spreads_in_space_and_time() {
 #[test]
 fn a_failed_case_comes_with_the_command_that_shows_it_again() {
     let planted = planted::ALL.iter().find(|planted| planted.kind.name() == "KneeOfNothing").expect("a planted fault");
-    let report = stressed(&[&[planted.kind]], &QUICK);
+    let report = stressed(&[&[planted.kind]], &quick());
     let failed =
         report.failures().find(|failed| failed.command.contains("--set")).expect("it fails at an end of its domain");
     assert_eq!(

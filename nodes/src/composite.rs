@@ -81,7 +81,7 @@ impl Node for Composite {
         };
         pass.function(&SHADER, self.function())
             .read("bloom", bloom)
-            .reach(if self.filter == UpsampleFilter::Tent { 1.0 } else { 0.0 })
+            .reach(if self.filter == UpsampleFilter::Tent { self.radius } else { 0.0 })
             .set("strength", strength)
             .write("result", ImageDesc::new(size));
     }

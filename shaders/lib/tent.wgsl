@@ -1,4 +1,5 @@
 // A tent: 1 2 1 in x times 1 2 1 in y.
+#import real
 #import sampling
 
 // The weight of the tap at (x, y), each -1, 0 or 1; all nine sum to 1.
@@ -10,13 +11,14 @@ fn tent_weight(x: i32, y: i32) -> f32 {
 fn tap_tent(t: texture_2d<f32>, s: sampler, uv: vec2f, radius: f32) -> vec4f {
     if radius <= 1.0 { return tap_narrow_tent(t, s, uv, radius); }
     let spacing = radius / vec2f(textureDimensions(t));
-    var sum = vec4f();
+    var sum = real4();
     for (var y = -1; y <= 1; y++) {
         for (var x = -1; x <= 1; x++) {
-            sum += tent_weight(x, y) * tap(t, s, uv + vec2f(f32(x), f32(y)) * spacing);
+            let color = tap(t, s, uv + vec2f(f32(x), f32(y)) * spacing);
+            sum += real(tent_weight(x, y)) * to_real(color);
         }
     }
-    return sum;
+    return of_real(sum);
 }
 
 // What the nine taps together give each of the four texels in a row from `first` on, around `center`, all in texels.
@@ -39,7 +41,9 @@ fn tap_narrow_tent(t: texture_2d<f32>, s: sampler, uv: vec2f, radius: f32) -> ve
     // A pair without weight is read where it is, and counts for nothing.
     let u = (first.x + vec2f(0.5, 2.5) + vec2f(x.y, x.w) / max(across, vec2f(1e-6))) / size.x;
     let v = (first.y + vec2f(0.5, 2.5) + vec2f(y.y, y.w) / max(down, vec2f(1e-6))) / size.y;
-    let upper = across.x * tap(t, s, vec2f(u.x, v.x)) + across.y * tap(t, s, vec2f(u.y, v.x));
-    let lower = across.x * tap(t, s, vec2f(u.x, v.y)) + across.y * tap(t, s, vec2f(u.y, v.y));
-    return down.x * upper + down.y * lower;
+    let columns = real_shares(across);
+    let rows = real_shares(down);
+    let upper = columns.x * to_real(tap(t, s, vec2f(u.x, v.x))) + columns.y * to_real(tap(t, s, vec2f(u.y, v.x)));
+    let lower = columns.x * to_real(tap(t, s, vec2f(u.x, v.y))) + columns.y * to_real(tap(t, s, vec2f(u.y, v.y)));
+    return of_real(rows.x * upper + rows.y * lower);
 }

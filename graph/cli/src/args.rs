@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use afterimage_graph::plan::Options;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use crate::measure::args::{MeasureArgs, TuneArgs};
@@ -80,6 +81,37 @@ pub(crate) struct PlanOptions {
     pub(crate) bounds_checks: bool,
 }
 
+/// What shaders may use beyond what every device has; what is not given is as `bench --calibrate` found it to be faster, and off without it.
+#[derive(Clone, Copy, Debug, Default, Args)]
+pub(crate) struct ArithmeticOptions {
+    /// Sum colours in half floats, where the device has them
+    #[arg(long, value_name = "WHICH", num_args = 0..=1, default_missing_value = "on", require_equals = true)]
+    pub(crate) half: Option<Use>,
+    /// Sum over workgroups by operations of subgroups, where the device has them
+    #[arg(long, value_name = "WHICH", num_args = 0..=1, default_missing_value = "on", require_equals = true)]
+    pub(crate) subgroups: Option<Use>,
+}
+
+impl ArithmeticOptions {
+    /// The planner's switches with those that are given.
+    pub(crate) fn over(&self, options: Options) -> Options {
+        let chosen = |given: Option<Use>, otherwise| given.map_or(otherwise, |given| given == Use::On);
+        Options {
+            half: chosen(self.half, options.half),
+            subgroups: chosen(self.subgroups, options.subgroups),
+            ..options
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Use {
+    /// Where the device has it
+    On,
+    /// Never
+    Off,
+}
+
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum TileChoice {
     /// Each image has a pass of its own
@@ -107,6 +139,8 @@ pub(crate) struct DeviceOptions {
     /// Draw point passes instead of dispatching them
     #[arg(long)]
     pub(crate) fragment: bool,
+    #[command(flatten)]
+    pub(crate) arithmetic: ArithmeticOptions,
 }
 
 #[derive(Debug, Args)]
@@ -209,6 +243,8 @@ pub(crate) struct PlanArgs {
     /// Plan for this machine's graphics adapter instead of one that can do what most can
     #[arg(long)]
     pub(crate) device: bool,
+    #[command(flatten)]
+    pub(crate) arithmetic: ArithmeticOptions,
     #[command(flatten)]
     pub(crate) options: PipelineOptions,
     #[command(flatten)]

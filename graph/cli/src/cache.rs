@@ -18,7 +18,30 @@ const MOST_BYTES: usize = 64 << 20;
 pub(crate) struct Calibration {
     /// By the format's name: dispatched, and drawn.
     pub(crate) formats: BTreeMap<String, Pair>,
+    /// Half floats in the sums of a pyramid, where the adapter has them.
+    #[serde(default)]
+    pub(crate) half: Option<Gain>,
+    /// Subgroups in the reductions of a meter, where the adapter has them.
+    #[serde(default)]
+    pub(crate) subgroups: Option<Gain>,
 }
+
+/// The same work without a switch and with it, in milliseconds.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Gain {
+    pub(crate) without_ms: f64,
+    pub(crate) with_ms: f64,
+}
+
+impl Gain {
+    /// Whether it is faster with it, and by more than the noise of a measurement.
+    pub(crate) fn pays(self) -> bool {
+        self.with_ms < NOISE * self.without_ms
+    }
+}
+
+/// What is not below this share of another time may be equal to it.
+const NOISE: f64 = 0.95;
 
 /// The same work in both ways, in milliseconds.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -32,7 +55,7 @@ impl Calibration {
     pub(crate) fn prefers_fragment(&self) -> bool {
         let compute: f64 = self.formats.values().map(|pair| pair.compute_ms).sum();
         let fragment: f64 = self.formats.values().map(|pair| pair.fragment_ms).sum();
-        fragment < 0.95 * compute
+        fragment < NOISE * compute
     }
 }
 
@@ -102,7 +125,7 @@ pub(crate) fn keep_calibration(gpu: &Gpu, calibration: &Calibration) -> Option<P
 
 #[cfg(test)]
 mod tests {
-    use super::{Calibration, Pair, file_name};
+    use super::{Calibration, Gain, Pair, file_name};
 
     #[test]
     fn file_names_are_plain() {
@@ -111,11 +134,26 @@ mod tests {
 
     #[test]
     fn drawing_must_win_by_more_than_noise() {
-        let of =
-            |compute_ms, fragment_ms| Calibration { formats: [("f".into(), Pair { compute_ms, fragment_ms })].into() };
+        let of = |compute_ms, fragment_ms| Calibration {
+            formats: [("f".into(), Pair { compute_ms, fragment_ms })].into(),
+            ..Calibration::default()
+        };
         assert!(of(1.0, 0.9).prefers_fragment());
         assert!(!of(1.0, 0.97).prefers_fragment());
         assert!(!of(1.0, 20.0).prefers_fragment());
         assert!(!Calibration::default().prefers_fragment());
+    }
+
+    #[test]
+    fn so_must_a_switch() {
+        let gain = |with_ms| Gain { without_ms: 1.0, with_ms };
+        assert_eq!([0.5, 0.94, 0.96, 1.1].map(|with_ms| gain(with_ms).pays()), [true, true, false, false]);
+    }
+
+    #[test]
+    fn calibrations_of_earlier_versions_are_read() {
+        let known =
+            serde_json::from_str::<Calibration>(r#"{"formats": {}}"#).expect("what is missing was not measured");
+        assert_eq!(known, Calibration::default());
     }
 }

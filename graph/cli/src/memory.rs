@@ -35,10 +35,11 @@ Outputs and images that a later frame reads have memory of their own in all colu
 /// The table, as Markdown.
 pub(crate) fn table(args: &PlanArgs, registry: &Registry) -> Result<String, Failure> {
     let mut text = HEADING.to_owned();
+    let options = args.arithmetic.over(plan_options(&args.plan));
     for path in &args.pipelines {
         let graph = load_graph(path, registry, &args.options)?;
         for size in SIZES {
-            let plan = plan_without_device(&graph, size, facts(&args.options)?, plan_options(&args.plan))?;
+            let plan = plan_without_device(&graph, size, facts(&args.options)?, options)?;
             let name = path.file_stem().unwrap_or_default().to_string_lossy();
             text += &row(&name, &plan);
         }

@@ -242,12 +242,19 @@ pub(crate) fn plan_options(options: &PlanOptions) -> Options {
         exact: options.exact,
         waves_first: options.fewest_waves,
         bounds_checks: options.bounds_checks,
+        ..Options::default()
     }
 }
 
-/// A plan without a device: for one that can store every format, on half-float inputs of that size.
+/// A plan without a device: for one that can store every format and has half-precision arithmetic and subgroups, on half-float inputs of that size.
 pub(crate) fn plan_without_device(graph: &Graph, size: Size, facts: Facts, options: Options) -> Result<Plan, Failure> {
-    let caps = Caps { storage: Format::ALL.into(), max_side: 16384, ..Caps::default() };
+    let caps = Caps {
+        storage: Format::ALL.into(),
+        max_side: 16384,
+        half_arithmetic: true,
+        subgroups: true,
+        ..Caps::default()
+    };
     Ok(plan(graph, &setting(graph, size, facts, options, caps, &Requirement::typical))?)
 }
 

@@ -48,7 +48,7 @@ pub(crate) fn run(args: &PlanArgs, tables: &[&[NodeKind]]) -> Result<(), Failure
 
 fn plan_of(graph: &Graph, args: &PlanArgs) -> Result<Plan, Failure> {
     let size = Size::new(args.size.0, args.size.1);
-    let (facts, options) = (facts(&args.options)?, plan_options(&args.plan));
+    let (facts, options) = (facts(&args.options)?, args.arithmetic.over(plan_options(&args.plan)));
     if !args.device {
         return plan_without_device(graph, size, facts, options);
     }

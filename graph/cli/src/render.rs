@@ -18,7 +18,7 @@ use crate::failure::Failure;
 use crate::files::{self, Metadata, Picture, Source, sequence};
 use crate::pipeline::{facts, load_graph, plan_options, registry, split};
 use crate::save::{Saving, save};
-use crate::session::{Clock, Session, choose_output, open};
+use crate::session::{Clock, Session, choose_output, open, options_on};
 use crate::terminal::note;
 use crate::watch::watch;
 
@@ -257,7 +257,8 @@ fn render_all(
 ) -> Result<Times, Failure> {
     let begun = Instant::now();
     let gpu = open(&args.device)?;
-    let mut session = Session::new(&gpu, graph, facts, plan_options(&args.plan));
+    let options = options_on(&gpu, plan_options(&args.plan), &args.device.arithmetic);
+    let mut session = Session::new(&gpu, graph, facts, options);
     let mut times = Times { start: begun.elapsed(), ..Times::default() };
     let mut said = Vec::new();
     for (index, pictures) in from.iter().enumerate() {

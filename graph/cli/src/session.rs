@@ -8,10 +8,11 @@ use afterimage_graph::check::{Facts, Graph};
 use afterimage_graph::image::{Format, ImageDesc, Size, State};
 use afterimage_graph::plan::{GivenImage, Options, Plan, PlanOutput, Plans, Setting};
 
-use crate::args::DeviceOptions;
-use crate::cache;
+use crate::args::{ArithmeticOptions, DeviceOptions};
+use crate::cache::{self, Gain};
 use crate::failure::Failure;
 use crate::files::{Picture, Pixels};
+use crate::terminal::note;
 
 /// Opens the GPU that the command line asks for.
 pub(crate) fn open(options: &DeviceOptions) -> Result<Gpu, Failure> {
@@ -20,6 +21,18 @@ pub(crate) fn open(options: &DeviceOptions) -> Result<Gpu, Failure> {
     let drawn = cache::calibration(&gpu).map_or(gpu.is_processor(), |calibration| calibration.prefers_fragment());
     gpu.caps.prefer_fragment = options.fragment || drawn;
     Ok(gpu)
+}
+
+/// The planner's switches on this device: what the command line leaves open is on where a calibration has found it to be faster. Says which of
+/// those that are asked for have no effect.
+pub(crate) fn options_on(gpu: &Gpu, asked: Options, arithmetic: &ArithmeticOptions) -> Options {
+    let calibration = cache::calibration(gpu).unwrap_or_default();
+    let pays = |gain: Option<Gain>| gain.is_some_and(Gain::pays);
+    let found =
+        Options { half: pays(calibration.half) && !asked.exact, subgroups: pays(calibration.subgroups), ..asked };
+    let (options, ignored) = arithmetic.over(found).granted(&gpu.caps);
+    ignored.iter().for_each(|ignored| note(&format!("note: `--{}` has no effect: {}", ignored.switch, ignored.why)));
+    options
 }
 
 /// A graph and what runs it; the plan follows the sizes of the pictures.

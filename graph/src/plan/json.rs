@@ -33,6 +33,7 @@ struct Content<'a> {
     fused: Vec<FusedView<'a>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     hash: Option<String>,
+    ignored: Vec<IgnoredView>,
     images: Vec<ImageView<'a>>,
     left_out: Vec<LeftOutView<'a>>,
     memory: MemoryView,
@@ -78,6 +79,12 @@ struct FusedView<'a> {
 }
 
 #[derive(Serialize)]
+struct IgnoredView {
+    switch: &'static str,
+    why: &'static str,
+}
+
+#[derive(Serialize)]
 struct ImageView<'a> {
     bytes: u64,
     format: &'static str,
@@ -116,7 +123,9 @@ struct OptionsView {
     bounds_checks: bool,
     exact: bool,
     fuse: bool,
+    half: bool,
     serial: bool,
+    subgroups: bool,
     tile: String,
     waves_first: bool,
 }
@@ -163,6 +172,7 @@ impl<'a> Content<'a> {
             fused: plan.fused.iter().map(FusedView::from).collect(),
             hash: None,
             images: (0..names.images.len()).map(|image| ImageView::new(plan, names, image)).collect(),
+            ignored: plan.ignored.iter().map(|i| IgnoredView { switch: i.switch, why: i.why }).collect(),
             left_out: plan.left_out.iter().map(|left| LeftOutView { node: &left.node, why: &left.why }).collect(),
             memory: MemoryView::new(plan),
             options: OptionsView::new(&plan.options),
@@ -278,8 +288,9 @@ impl MemoryView {
 
 impl OptionsView {
     fn new(options: &Options) -> Self {
-        let Options { fuse, tile, alias, serial, exact, waves_first, bounds_checks } = *options;
-        Self { alias: format!("{alias:?}"), exact, fuse, serial, tile: format!("{tile:?}"), waves_first, bounds_checks }
+        let Options { fuse, tile, alias, serial, exact, waves_first, bounds_checks, half, subgroups } = *options;
+        let (alias, tile) = (format!("{alias:?}"), format!("{tile:?}"));
+        Self { alias, exact, fuse, serial, tile, waves_first, bounds_checks, half, subgroups }
     }
 }
 

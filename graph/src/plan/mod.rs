@@ -7,6 +7,7 @@ mod caps;
 mod cells;
 mod checker;
 mod cull;
+mod dialect;
 mod diff;
 mod dot;
 mod flow;
@@ -41,6 +42,7 @@ pub use barriers::{HandOver, Transition, Use, WaveBarriers};
 pub use caps::Caps;
 pub use cells::ReadOnce;
 pub use checker::{Fault, check_plan};
+pub use dialect::Ignored;
 pub use diff::{PlanDiff, diff};
 pub use fuse::Fused;
 pub use hash::PlanHash;
@@ -91,6 +93,12 @@ pub struct Options {
     pub waves_first: bool,
     /// Whether audited shaders too run with the driver's checks of indices and loops. Pixels are the same.
     pub bounds_checks: bool,
+    /// Whether sums of weighted colours (halvings, tents, the filter of Caracal) are made in half floats, where the device has them and no image of
+    /// the pass is in 32 bits. What is stored in between has 11 bits anyway; a sum of them loses about one more.
+    pub half: bool,
+    /// Whether sums over a workgroup (of meters and of the wide logarithmic mean) are made by operations of subgroups, where the device has them.
+    /// They add in another order, so results differ by roundings of 32-bit floats.
+    pub subgroups: bool,
 }
 
 impl Default for Options {
@@ -103,6 +111,8 @@ impl Default for Options {
             exact: false,
             waves_first: false,
             bounds_checks: false,
+            half: false,
+            subgroups: false,
         }
     }
 }
@@ -156,6 +166,8 @@ pub struct Plan {
     pub outputs: Vec<PlanOutput>,
     /// Nodes that are not in the plan, and why.
     pub left_out: Vec<LeftOut>,
+    /// Switches that have no effect here.
+    pub ignored: Vec<Ignored>,
     /// Images that fusion has removed.
     pub fused: Vec<Fused>,
     /// Images that several kernels read together in one pass.
@@ -241,7 +253,7 @@ pub fn plan(graph: &Graph, setting: &Setting<'_>) -> Result<Plan, PlanError> {
     // Stages come before memory: they may widen formats.
     let mut stages = passes::stages(&mut draft.recording, &setting.caps);
     let readings = guard::readings(&draft.recording, &setting.caps, setting.options.exact);
-    let mut options = setting.options;
+    let (mut options, ignored) = setting.options.granted(&setting.caps);
     if stages.contains(&Stage::Fragment) {
         // What is drawn to has layouts of its own, and images that overlap would disagree on them.
         options.alias = options.alias.min(Alias::Pool);
@@ -267,6 +279,7 @@ pub fn plan(graph: &Graph, setting: &Setting<'_>) -> Result<Plan, PlanError> {
         inputs: draft.inputs,
         outputs: draft.outputs,
         left_out,
+        ignored,
         fused,
         read_once,
         size: setting.size,

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use super::names::Names;
-use super::{Alias, Plan};
+use super::{Alias, Ignored, Plan};
 use crate::node::{ImageId, Origin, Resource};
 
 /// Bytes in MiB with one digit; small numbers with three.
@@ -47,6 +47,7 @@ impl Plan {
         let mut text = self.heading();
         text += &table(&self.rows(&names));
         text += &self.left_out_text();
+        text += &self.ignored_text();
         text += &self.fused_text();
         text += &self.read_once_text();
         text += &self.memory_text();
@@ -114,6 +115,12 @@ impl Plan {
         let rows: Vec<Vec<String>> =
             self.left_out.iter().map(|left| vec![format!("  {}", left.node), left.why.clone()]).collect();
         if rows.is_empty() { String::new() } else { format!("\nleft out\n{}", table(&rows)) }
+    }
+
+    fn ignored_text(&self) -> String {
+        let row = |ignored: &Ignored| vec![format!("  {}", ignored.switch), ignored.why.to_owned()];
+        let rows: Vec<Vec<String>> = self.ignored.iter().map(row).collect();
+        if rows.is_empty() { String::new() } else { format!("\nignored\n{}", table(&rows)) }
     }
 
     fn fused_text(&self) -> String {

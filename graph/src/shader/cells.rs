@@ -6,7 +6,7 @@ use std::collections::BTreeSet;
 
 use super::compose::{Bound, Composed, Reading, ShaderError, Slot, SlotKind, set_storage_format};
 use super::import::{Text, change_words, declared};
-use super::{GlobalKind, Reflection};
+use super::{Dialect, GlobalKind, Reflection};
 use crate::image::Format;
 use crate::node::{Cells, CellsReader, ImageId};
 
@@ -18,6 +18,7 @@ pub fn compose_cells(
     cells: &Cells,
     format_of: &dyn Fn(ImageId) -> Format,
     reading_of: &dyn Fn(ImageId) -> Reading,
+    dialect: Dialect,
 ) -> Result<Composed, ShaderError> {
     let mut slots: Vec<Slot> = Vec::new();
     let mut parts = Vec::new();
@@ -27,7 +28,7 @@ pub fn compose_cells(
         parts.push(part);
     }
     let reading = parts.iter().map(|part| part.bound.reading).max().unwrap_or_default();
-    let mut text = Text::default().reading(reading)?;
+    let mut text = Text::default().reading(reading, dialect)?;
     text.library("cells").expect("the library has this file")?;
     for part in &parts {
         text.changed_module(part.reader.call.shader, &|line| part.line(line))?;

@@ -4,9 +4,9 @@
 use std::fmt::Write as _;
 
 use super::import::{SourceMap, Text};
-use super::pitfalls;
 use super::reflect::GlobalKind;
 use super::tiles::{TILED, is_tiled};
+use super::{Dialect, pitfalls};
 use crate::image::{Format, ImageDesc, Size};
 use crate::node::{Arg, BufferId, EntryCall, ImageId, Resource, Step};
 
@@ -189,6 +189,7 @@ pub fn compose_steps(
     result: ImageId,
     desc: ImageDesc,
     reading_of: &dyn Fn(ImageId) -> Reading,
+    dialect: Dialect,
 ) -> Result<Composed, ShaderError> {
     let mut writer = StepsWriter::new(reading_of);
     let reading = writer.strictest(steps);
@@ -197,7 +198,7 @@ pub fn compose_steps(
     let storage = writer.storage(result, desc.format);
     let extent = writer.extent();
     let rows = rows_of(desc.size);
-    let mut text = Text::promising(steps).reading(reading)?;
+    let mut text = Text::promising(steps).reading(reading, dialect)?;
     for step in steps {
         text.module(step.shader)?;
     }
@@ -422,10 +423,11 @@ pub fn compose_entry(
     call: &EntryCall,
     format_of: &dyn Fn(ImageId) -> Format,
     reading_of: &dyn Fn(ImageId) -> Reading,
+    dialect: Dialect,
 ) -> Result<Composed, ShaderError> {
     let reflection = call.shader.reflect()?;
     let Bound { slots, formats, reading } = Bound::new(call, format_of, reading_of)?;
-    let mut text = Text::default().reading(reading)?;
+    let mut text = Text::default().reading(reading, dialect)?;
     text.module(call.shader)?;
     let source = formats.iter().fold(text.text, |source, (name, format)| set_storage_format(&source, name, *format));
     let workgroup = reflection.entries.iter().find(|(name, _)| name == call.entry).map_or([1; 3], |(_, size)| *size);

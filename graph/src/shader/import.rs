@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use super::{Reading, Shader, ShaderError};
+use super::{Dialect, Reading, Shader, ShaderError};
 use crate::node::Step;
 
 /// The shared files, by name.
@@ -12,6 +12,8 @@ const LIBRARY: &[(&str, &str)] = &[
     ("cube", include_str!("../../../shaders/lib/cube.wgsl")),
     ("grade", include_str!("../../../shaders/lib/grade.wgsl")),
     ("guard", include_str!("../../../shaders/lib/guard.wgsl")),
+    ("lanes", include_str!("../../../shaders/lib/lanes.wgsl")),
+    ("lanes_subgroups", include_str!("../../../shaders/lib/lanes_subgroups.wgsl")),
     ("loft", include_str!("../../../shaders/lib/loft.wgsl")),
     ("loft_lamps", include_str!("../../../shaders/lib/loft_lamps.wgsl")),
     ("loft_outside", include_str!("../../../shaders/lib/loft_outside.wgsl")),
@@ -22,6 +24,7 @@ const LIBRARY: &[(&str, &str)] = &[
     ("noise", include_str!("../../../shaders/lib/noise.wgsl")),
     ("point", include_str!("../../../shaders/lib/point.wgsl")),
     ("ray", include_str!("../../../shaders/lib/ray.wgsl")),
+    ("real", include_str!("../../../shaders/lib/real.wgsl")),
     ("sampling", include_str!("../../../shaders/lib/sampling.wgsl")),
     ("shaper", include_str!("../../../shaders/lib/shaper.wgsl")),
     ("tent", include_str!("../../../shaders/lib/tent.wgsl")),
@@ -51,6 +54,7 @@ pub(super) struct Text {
     pub(super) text: String,
     pub(super) map: SourceMap,
     included: Vec<&'static str>,
+    dialect: Dialect,
     tiled: Vec<&'static str>,
     promised: Vec<&'static str>,
 }
@@ -69,8 +73,10 @@ impl Text {
         Self { promised: common.into_iter().flat_map(|(_, promises)| promises).collect(), ..Self::default() }
     }
 
-    /// Begins with what every module has: how it reads textures, and the shared files that do.
-    pub(super) fn reading(mut self, reading: Reading) -> Result<Self, ShaderError> {
+    /// Begins with what every module has: what its numbers are, how it reads textures, and the shared files that do.
+    pub(super) fn reading(mut self, reading: Reading, dialect: Dialect) -> Result<Self, ShaderError> {
+        self.dialect = dialect;
+        self.generated(&dialect.settings());
         self.generated(&reading.settings());
         for name in ["point", "guard", "sampling"] {
             self.library(name).expect("the library has this file")?;
@@ -99,6 +105,7 @@ impl Text {
 
     /// Adds a file of the library, unless it is there.
     pub(super) fn library(&mut self, name: &str) -> Option<Result<(), ShaderError>> {
+        let name = self.dialect.stands_for(name);
         let (file, source) = LIBRARY.iter().find(|(known, _)| *known == name)?;
         Some(self.file(file, source))
     }

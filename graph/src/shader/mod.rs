@@ -2,6 +2,7 @@
 
 mod cells;
 mod compose;
+mod dialect;
 mod import;
 mod pitfalls;
 mod reflect;
@@ -13,6 +14,7 @@ use std::sync::OnceLock;
 
 pub use cells::{CELLS_LANES, compose_cells};
 pub use compose::{Composed, Reading, ShaderError, Slot, SlotKind, compose_entry, compose_steps};
+pub use dialect::Dialect;
 pub use import::SourceMap;
 pub use reflect::{ArgType, Function, Global, GlobalKind, Member, Reflection, ScalarKind, StructLayout};
 pub use rows::{ROW_LANES, compose_rows};

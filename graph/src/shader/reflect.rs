@@ -4,7 +4,7 @@ use naga::{AddressSpace, ImageClass, ImageDimension, ScalarKind as NagaKind, Typ
 
 use super::compose::validated;
 use super::import::Text;
-use super::{Reading, Shader, ShaderError};
+use super::{Dialect, Reading, Shader, ShaderError};
 
 /// The functions, structs and bindings of a module.
 #[derive(Clone, Debug, Default)]
@@ -127,7 +127,7 @@ impl Reflection {
 }
 
 pub(super) fn reflect(shader: &Shader) -> Result<Reflection, ShaderError> {
-    let mut text = Text::default().reading(Reading::Plain)?;
+    let mut text = Text::default().reading(Reading::Plain, Dialect::default())?;
     text.module(shader)?;
     let module = validated(&text)?;
     Ok(Reflection {

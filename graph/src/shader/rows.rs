@@ -1,5 +1,6 @@
 //! The entry point of a halving by rows: a workgroup walks down its columns, and each step gives one row of the result.
 
+use super::Dialect;
 use super::compose::{Composed, Reading, ShaderError, StepsWriter, uniform_struct};
 use super::import::Text;
 use crate::image::Format;
@@ -13,6 +14,7 @@ pub fn compose_rows(
     rows: &Rows,
     format: Format,
     reading_of: &dyn Fn(ImageId) -> Reading,
+    dialect: Dialect,
 ) -> Result<Composed, ShaderError> {
     let mut writer = StepsWriter::new(reading_of);
     let reading = writer.strictest(&rows.source);
@@ -20,7 +22,7 @@ pub fn compose_rows(
     let function = writer.take_function("run", rows.source.len() - 1);
     let storage = writer.storage(rows.result, format);
     let extent = writer.extent();
-    let mut text = Text::promising(&rows.source).reading(reading)?;
+    let mut text = Text::promising(&rows.source).reading(reading, dialect)?;
     for step in &rows.source {
         text.module(step.shader)?;
     }

@@ -5,6 +5,7 @@
 
 use std::fmt::Write as _;
 
+use super::Dialect;
 use super::compose::{Composed, Reading, ShaderError, StepsWriter};
 use super::import::Text;
 use crate::image::Format;
@@ -18,6 +19,7 @@ pub fn compose_tiling(
     tiling: &Tiling,
     format_of: &dyn Fn(ImageId) -> Format,
     reading_of: &dyn Fn(ImageId) -> Reading,
+    dialect: Dialect,
 ) -> Result<Composed, ShaderError> {
     let steps: Vec<&Step> = tiling.stages.iter().flat_map(|stage| &stage.steps).collect();
     let mut writer = StepsWriter::new(reading_of);
@@ -32,7 +34,7 @@ pub fn compose_tiling(
     }
     let stores: Vec<Option<String>> =
         tiling.stages.iter().map(|stage| stage.result.map(|image| writer.storage(image, format_of(image)))).collect();
-    let mut text = Text::promising(steps.iter().copied()).reading(reading)?;
+    let mut text = Text::promising(steps.iter().copied()).reading(reading, dialect)?;
     for step in steps.iter().filter(|step| !is_tiled(step)) {
         text.module(step.shader)?;
     }

@@ -1,17 +1,23 @@
-//! Whether this adapter draws or dispatches a point pass faster, by the format of the result.
+//! Whether this adapter draws or dispatches a point pass faster, by the format of the result, and whether half floats and subgroups make it faster.
 
-use afterimage_gpu::{Gpu, texture_format};
+use afterimage_gpu::{Executor, Gpu, texture_format};
 use afterimage_graph::image::{Format, Size};
+use afterimage_graph::node::Registry;
+use afterimage_graph::plan::Options;
 use wgpu::{BindGroupEntry, BindingResource, TextureUsages, TextureView};
 
 use super::clock::Stopwatch;
+use super::inputs::Inputs;
 use super::plain::{compute_pipeline, draw, draw_pipeline, group, groups, module, target};
 use super::report::table;
-use crate::cache::{Calibration, Pair, keep_calibration};
+use super::runner::Runner;
+use crate::args::PipelineOptions;
+use crate::cache::{Calibration, Gain, Pair, keep_calibration};
 use crate::failure::Failure;
+use crate::pipeline::check_text;
 
 /// Measures, remembers, and says what was found.
-pub(super) fn run(gpu: &Gpu, frames: u32) -> Result<String, Failure> {
+pub(super) fn run(gpu: &Gpu, registry: &Registry, frames: u32) -> Result<String, Failure> {
     let stopwatch = Stopwatch::new(gpu);
     let side = if gpu.is_processor() { (1280, 720) } else { (3840, 2160) };
     let size = Size::new(side.0.min(gpu.caps.max_side), side.1.min(gpu.caps.max_side));
@@ -23,6 +29,13 @@ pub(super) fn run(gpu: &Gpu, frames: u32) -> Result<String, Failure> {
             let pair = compare(gpu, &stopwatch, &source, size, format, frames)?;
             calibration.formats.insert(format.name().to_owned(), pair);
         }
+    }
+    let timed = |text, options| time(gpu, registry, &stopwatch, (text, size), frames, options);
+    if gpu.caps.half_arithmetic {
+        calibration.half = Some(gain(&|half| timed(PYRAMID, Options { half, ..Options::default() }))?);
+    }
+    if gpu.caps.subgroups {
+        calibration.subgroups = Some(gain(&|subgroups| timed(METER, Options { subgroups, ..Options::default() }))?);
     }
     let kept = keep_calibration(gpu, &calibration);
     Ok(describe(&calibration, &gpu.name(), size, kept.as_deref()))
@@ -59,12 +72,68 @@ fn compare(
     Ok(Pair { compute_ms, fragment_ms })
 }
 
+/// Sums of taps and little else.
+const PYRAMID: &str = r#"Pipeline(
+    inputs: { "scene": Color },
+    nodes: {
+        "mips": Downsample(source: "scene", levels: 6, filter: Tap13),
+        "bloom": Upsample(source: "mips", filter: Tent, radius: 1.0),
+        "lit": Composite(base: "scene", bloom: "bloom", blend: Mix, strength: 0.1),
+    },
+    outputs: { "lit": "lit" },
+)"#;
+
+/// Sums over workgroups and little else.
+const METER: &str = r#"Pipeline(
+    inputs: { "scene": Color },
+    nodes: {
+        "mean": MeanLuminance(source: "scene"),
+        "lit": Exposure(source: "scene", meter: "mean"),
+    },
+    outputs: { "lit": "lit" },
+)"#;
+
+/// The same work without a switch and with it.
+fn gain(timed: &dyn Fn(bool) -> Result<f64, Failure>) -> Result<Gain, Failure> {
+    Ok(Gain { without_ms: timed(false)?, with_ms: timed(true)? })
+}
+
+/// The median frame of a pipeline.
+fn time(
+    gpu: &Gpu,
+    registry: &Registry,
+    stopwatch: &Stopwatch<'_>,
+    (text, size): (&str, Size),
+    frames: u32,
+    options: Options,
+) -> Result<f64, Failure> {
+    let none = PipelineOptions { sets: Vec::new(), facts: Vec::new(), tier: None, nodes: Vec::new() };
+    let (graph, _) = check_text("calibration.ron", text, registry, &none)?;
+    let inputs = Inputs::new(gpu, registry, &graph, size)?;
+    let executor = Executor::with_caps(&gpu.device, &gpu.queue, gpu.caps.clone());
+    let mut runner = Runner::new(gpu, &inputs, &graph, Default::default(), options, executor)?;
+    stopwatch.median(frames, |encoder| runner.encode(encoder))
+}
+
 fn describe(calibration: &Calibration, adapter: &str, size: Size, kept: Option<&std::path::Path>) -> String {
     let row = |(format, pair): (&String, &Pair)| {
         vec![format.clone(), format!("{:.4}", pair.compute_ms), format!("{:.4}", pair.fragment_ms)]
     };
     let table = table(&["result", "dispatched, ms", "drawn, ms"], calibration.formats.iter().map(row));
     let verdict = if calibration.prefers_fragment() { "drawn" } else { "dispatched" };
+    let switches = [("half", "a pyramid", calibration.half), ("subgroups", "a meter", calibration.subgroups)];
+    let gains: String =
+        switches.iter().filter_map(|(switch, work, gain)| Some(sentence(switch, work, (*gain)?))).collect();
     let memory = kept.map_or("nothing could be remembered".into(), |path| format!("remembered in {}", path.display()));
-    format!("one point pass at {size} on {adapter}\n{table}\npoint passes are {verdict} here from now on; {memory}")
+    format!(
+        "one point pass at {size} on {adapter}\n{table}\npoint passes are {verdict} here from now on\n{gains}{memory}"
+    )
+}
+
+fn sentence(switch: &str, work: &str, gain: Gain) -> String {
+    let Gain { without_ms, with_ms } = gain;
+    let verdict = if gain.pays() { "on" } else { "off" };
+    format!(
+        "{work} takes {with_ms:.4} ms with `--{switch}` and {without_ms:.4} without: {verdict} from now on where it is not given\n"
+    )
 }

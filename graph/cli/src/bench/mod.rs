@@ -19,7 +19,7 @@ use afterimage_gpu::{Executor, Gpu};
 use afterimage_graph::check::Graph;
 use afterimage_graph::image::Size;
 use afterimage_graph::node::{NodeKind, Registry};
-use afterimage_graph::plan::{Plan, Stage};
+use afterimage_graph::plan::{Options, Plan, Stage};
 
 use self::clock::Stopwatch;
 use self::inputs::Inputs;
@@ -30,14 +30,14 @@ use crate::args::BenchArgs;
 use crate::failure::Failure;
 use crate::files::write_whole;
 use crate::pipeline::{check_text, facts, load_graph, plan_options, read_text, registry};
-use crate::session::open;
+use crate::session::{open, options_on};
 use crate::terminal::say;
 
 pub(crate) fn run(args: &BenchArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
     let registry = registry(tables, &args.options.nodes)?;
     let gpu = open(&args.device)?;
     if args.calibrate {
-        say(&calibrate::run(&gpu, args.frames)?);
+        say(&calibrate::run(&gpu, &registry, args.frames)?);
     }
     if let Some(folder) = &args.grow {
         say(&grow::run(&gpu, &registry, args.frames, folder)?);
@@ -57,7 +57,8 @@ fn measure(args: &BenchArgs, pipeline: &Path, registry: &Registry, gpu: &Gpu) ->
     let graph = load_graph(pipeline, registry, &args.options)?;
     let size = Size::new(args.size.0, args.size.1);
     let inputs = Inputs::new(gpu, registry, &graph, size)?;
-    let (first_frame, mut runner) = starts(args, pipeline, registry, gpu, &inputs)?;
+    let options = options_on(gpu, plan_options(&args.plan), &args.device.arithmetic);
+    let (first_frame, mut runner) = starts(args, pipeline, (registry, options), gpu, &inputs)?;
     let stopwatch = Stopwatch::new(gpu);
     let (gpu_ms, peer) = frame_times(args, &graph, gpu, &stopwatch, &inputs, &mut runner)?;
     let host = host_times(gpu, &mut runner, args.frames)?;
@@ -110,7 +111,7 @@ fn passes(plan: &Plan, times: &[f64], copy_gbps: f64) -> Vec<PassReport> {
 fn starts<'a>(
     args: &BenchArgs,
     pipeline: &Path,
-    registry: &Registry,
+    (registry, options): (&Registry, Options),
     gpu: &'a Gpu,
     inputs: &'a Inputs,
 ) -> Result<(FirstFrame, Runner<'a>), Failure> {
@@ -119,7 +120,6 @@ fn starts<'a>(
         let begun = Instant::now();
         let text = read_text(pipeline, "pipeline")?;
         let (graph, _) = check_text(&pipeline.to_string_lossy(), &text, registry, &args.options)?;
-        let options = plan_options(&args.plan);
         let mut runner = Runner::new(gpu, inputs, &graph, facts(&args.options)?, options, executor)?;
         runner.frame()?;
         Ok((begun.elapsed().as_secs_f64() * 1e3, runner))

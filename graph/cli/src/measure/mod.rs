@@ -24,13 +24,13 @@ use std::path::Path;
 use afterimage_gpu::Gpu;
 use afterimage_graph::check::Graph;
 use afterimage_graph::node::{NodeKind, Registry};
-use afterimage_graph::plan::Plan;
+use afterimage_graph::plan::{Options, Plan};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::failure::Failure;
 use crate::files::write_whole;
 use crate::pipeline::{facts, load_graph, registry};
-use crate::session::open;
+use crate::session::{open, options_on};
 use crate::terminal::say;
 use args::{Material, MeasureArgs};
 use clips::{Clip, ClipSource};
@@ -66,7 +66,8 @@ fn report(args: &MeasureArgs, pipeline: &Path, gpu: &Gpu, registry: &Registry) -
         all.retain(|variant| !matches!(variant.kind, VariantKind::Switch | VariantKind::Format));
     }
     let sources = clips::sources(material, &written)?;
-    let runner = Runner::new(gpu, facts(&material.options)?, material.repeats);
+    let options = options_on(gpu, Options::default(), &material.device.arithmetic);
+    let runner = Runner::new(gpu, facts(&material.options)?, options, material.repeats);
     Work { gpu, registry, args, pipeline, written: &written, runner }.measure(all, &sources)
 }
 

@@ -78,6 +78,7 @@ pub(crate) struct Runner<'g> {
     /// The plan in use as it was made: the executor's may lie in the heap of the one before.
     planned: Option<Arc<Plan>>,
     facts: Facts,
+    options: Options,
     repeats: Option<u32>,
     watch: Watch,
     /// When the GPU was last known to run at its full clocks.
@@ -85,12 +86,13 @@ pub(crate) struct Runner<'g> {
 }
 
 impl<'g> Runner<'g> {
-    pub(crate) fn new(gpu: &'g Gpu, facts: Facts, repeats: Option<u32>) -> Self {
+    /// Plans are made with these options; the truth is exact beside that.
+    pub(crate) fn new(gpu: &'g Gpu, facts: Facts, options: Options, repeats: Option<u32>) -> Self {
         let is_processor = gpu.is_processor();
         // Timestamps of a processor say when commands were recorded by the driver's threads, not what they took.
         let watch = if is_processor { Watch::Host } else { Watch::Gpu };
         let executor = Executor::with_caps(&gpu.device, &gpu.queue, gpu.caps.clone());
-        Self { gpu, executor, planned: None, facts, repeats, watch, hot: None }
+        Self { gpu, executor, planned: None, facts, options, repeats, watch, hot: None }
     }
 
     /// Which clock times frames; a device without timestamps turns out when the first plan is loaded.
@@ -114,7 +116,7 @@ impl<'g> Runner<'g> {
             inputs,
             facts: self.facts.clone(),
             caps: self.gpu.caps.clone(),
-            options: Options { exact, ..Options::default() },
+            options: Options { exact, ..self.options },
             requirement: &requirement,
         };
         Ok(plan(graph, &setting)?)

@@ -3,6 +3,7 @@
 use afterimage_gpu::Gpu;
 use afterimage_graph::image::{Size, State};
 use afterimage_graph::node::{NodeKind, PortType, Registry};
+use afterimage_graph::plan::Options;
 use comfy_table::Table;
 use comfy_table::presets::NOTHING;
 use serde::{Deserialize, Serialize};
@@ -108,7 +109,7 @@ impl Light {
 /// Measures the kinds among the subjects that take a picture, each once; `begins` is told the title of each. What optional values would
 /// bring is left out: it is the kind's own error that counts, not that of a metering before it.
 pub fn conditioning(gpu: &Gpu, registry: &Registry, subjects: &[Subject], begins: &dyn Fn(&str)) -> Vec<Conditioning> {
-    let mut lab = Lab::new(gpu, false);
+    let mut lab = Lab::new(gpu, false, Options::default());
     let mut all: Vec<Conditioning> = Vec::new();
     for subject in subjects.iter().filter(|subject| subject.is_kind && !subject.signed) {
         let name = subject.title.trim_end_matches(" (bare)");

@@ -50,6 +50,8 @@ pub(crate) struct Lab<'g> {
     refusals: Arc<Mutex<Vec<String>>>,
     /// Whether images are promised to be finite, whatever is in them: then nothing guards them.
     unguarded: bool,
+    /// What plans are made with before a way of making them changes it.
+    options: Options,
 }
 
 /// A view that differs from others of its image in size, guard and format.
@@ -81,18 +83,18 @@ pub(crate) struct Ran {
 }
 
 impl<'g> Lab<'g> {
-    pub(crate) fn new(gpu: &'g Gpu, unguarded: bool) -> Self {
+    pub(crate) fn new(gpu: &'g Gpu, unguarded: bool, options: Options) -> Self {
         let refusals = Arc::new(Mutex::new(Vec::new()));
         let told = refusals.clone();
         gpu.device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
             told.lock().unwrap_or_else(|poisoned| poisoned.into_inner()).push(error.to_string());
         }));
-        Self { gpu, images: BTreeMap::new(), refusals, unguarded }
+        Self { gpu, images: BTreeMap::new(), refusals, unguarded, options }
     }
 
     /// A way of running: with changed capabilities and options.
     pub(crate) fn bench(&self, change: impl FnOnce(&mut Caps, &mut Options), half: bool) -> Bench {
-        let (mut caps, mut options) = (self.gpu.caps.clone(), Options::default());
+        let (mut caps, mut options) = (self.gpu.caps.clone(), self.options);
         change(&mut caps, &mut options);
         let executor = Executor::with_caps(&self.gpu.device, &self.gpu.queue, caps.clone());
         Bench { executor, caps, options, half, unguarded: self.unguarded }

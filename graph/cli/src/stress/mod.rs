@@ -23,6 +23,7 @@ use afterimage_graph::check::Facts;
 use afterimage_graph::diagnostic::did_you_mean;
 use afterimage_graph::document::parse;
 use afterimage_graph::node::{DuplicateKind, NodeKind, Registry};
+use afterimage_graph::plan::Options;
 use indicatif::{ProgressBar, ProgressStyle};
 
 pub(crate) use conditioning::figures;
@@ -34,7 +35,7 @@ pub use subject::Subject;
 use crate::failure::Failure;
 use crate::files::write_whole;
 use crate::pipeline::{facts, read_text, split};
-use crate::session::open;
+use crate::session::{open, options_on};
 use crate::shipped::PIPELINES;
 use crate::terminal::say;
 use args::StressArgs;
@@ -68,7 +69,7 @@ pub fn kinds(registry: &Registry, tables: &[&[NodeKind]]) -> Vec<Subject> {
 
 /// Runs the chosen cases of each subject; `begins` is told the title of each.
 pub fn stress(gpu: &Gpu, registry: &Registry, subjects: &[Subject], choice: &Choice, begins: &dyn Fn(&str)) -> Report {
-    let mut lab = lab::Lab::new(gpu, choice.unguarded);
+    let mut lab = lab::Lab::new(gpu, choice.unguarded, choice.options);
     let mut report = Report::default();
     for subject in subjects {
         begins(&subject.title);
@@ -106,6 +107,7 @@ pub(crate) fn run(args: &StressArgs, tables: &[&[NodeKind]]) -> Result<(), Failu
         defaults: args.defaults,
         quick: args.quick,
         unguarded: args.unguarded,
+        options: options_on(&gpu, Options::default(), &args.device.arithmetic),
     };
     let choice = Choice { defaults: choice.defaults || !args.options.sets.is_empty(), ..choice };
     let report = stress(&gpu, &registry, &subjects, &choice, &begins);

@@ -3,6 +3,7 @@
 use afterimage_graph::check::Graph;
 use afterimage_graph::image::{Size, State};
 use afterimage_graph::node::Registry;
+use afterimage_graph::plan::Options;
 
 use super::images::{ALL, Extreme};
 use super::lab::{Bench, Lab, Ran, Shot, Shown};
@@ -27,6 +28,8 @@ pub struct Choice {
     pub quick: bool,
     /// Whether nothing guards what kinds read from bad numbers in the images. Then `stress` must fail.
     pub unguarded: bool,
+    /// What plans are made with.
+    pub options: Options,
 }
 
 /// The size at which parameters are swept: both sides odd, and no power of two near.
@@ -95,8 +98,13 @@ pub(crate) struct Stand<'a, 'g> {
 
 /// Runs all cases of a subject.
 pub(crate) fn stress(lab: &mut Lab<'_>, registry: &Registry, subject: &Subject, choice: &Choice) -> Tally {
-    let flag = if choice.unguarded { " --unguarded" } else { "" };
-    let subject = &subject.with_words(flag);
+    let flags = [
+        (choice.unguarded, " --unguarded"),
+        (choice.options.half, " --half"),
+        (choice.options.subgroups, " --subgroups"),
+    ];
+    let words: String = flags.iter().filter_map(|(given, flag)| given.then_some(*flag)).collect();
+    let subject = &subject.with_words(&words);
     let mut stand = Stand { lab, registry, subject, choice, tally: Tally::new(subject), is_heavy: false };
     match subject.graph(registry, &Sets::new()) {
         Ok(graph) => stand.all(&graph),
@@ -114,7 +122,7 @@ impl Stand<'_, '_> {
     }
 
     fn all(&mut self, graph: &Graph) {
-        let mut bench = self.lab.bench(|_, _| {}, false);
+        let mut bench = self.lab.bench(|_, _| {}, self.choice.options.half);
         self.is_heavy = bench.texels(self.subject, graph, SWEPT) > HEAVY;
         let pairs = match (self.choice.quick, self.is_heavy) {
             (true, _) => 0,
@@ -138,7 +146,7 @@ impl Stand<'_, '_> {
     }
 
     fn sweep(&mut self, bench: &mut Bench, changes: &[Change]) {
-        let mut forced = self.lab.bench(|_, _| {}, false);
+        let mut forced = self.lab.bench(|_, _| {}, self.choice.options.half);
         let size = self.choice.swept();
         for change in changes {
             let Ok(graph) = self.subject.graph(self.registry, &change.sets) else {

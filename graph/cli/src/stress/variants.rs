@@ -17,10 +17,11 @@ struct Way {
     change: fn(&mut Caps, &mut Options),
 }
 
-const WAYS: [Way; 4] = [
+const WAYS: [Way; 5] = [
     Way { name: "when drawn", change: |caps, _| caps.prefer_fragment = true },
     Way { name: "when not fused", change: |_, options| options.fuse = false },
     Way { name: "when made in tiles", change: |caps, _| caps.tiles = true },
+    Way { name: "with subgroups", change: |_, options| options.subgroups = true },
     Way { name: "with memory of its own for each image", change: |_, options| options.alias = Alias::None },
 ];
 

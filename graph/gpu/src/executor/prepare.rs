@@ -163,27 +163,28 @@ impl Draft {
         let pass = &plan.recording.passes[index];
         let reading = |image: ImageId| plan.readings[image.0 as usize];
         let format = |image: ImageId| plan.format(image);
+        let dialect = plan.dialect(index);
         let (composed, groups) = match &pass.work {
             Work::Steps { steps, result } => {
                 let desc = plan.recording.image(*result).desc;
-                let composed = compose_steps(steps, *result, desc, &reading);
+                let composed = compose_steps(steps, *result, desc, &reading, dialect);
                 let groups = groups(&composed, desc.size);
                 (composed, groups)
             }
             Work::Tiled(tiling) => {
                 let last = tiling.stages.last().expect("a tiling has stages").size.div_up(tiling.tile);
-                (compose_tiling(tiling, &format, &reading), [last.width, last.height, 1])
+                (compose_tiling(tiling, &format, &reading, dialect), [last.width, last.height, 1])
             }
             Work::Rows(rows) => {
-                let composed = compose_rows(rows, format(rows.result), &reading);
+                let composed = compose_rows(rows, format(rows.result), &reading, dialect);
                 let groups = groups(&composed, plan.recording.image(rows.result).desc.size);
                 (composed, groups)
             }
             Work::Cells(cells) => {
                 let [across, down] = cells.coarsest;
-                (compose_cells(cells, &format, &reading), [across, down, 1])
+                (compose_cells(cells, &format, &reading, dialect), [across, down, 1])
             }
-            Work::Entry(call) => (compose_entry(call, &format, &reading), call.groups),
+            Work::Entry(call) => (compose_entry(call, &format, &reading, dialect), call.groups),
         };
         let writes_image = pass.writes().into_iter().find_map(|resource| match resource {
             Resource::Image(image) => Some(image),

@@ -13,8 +13,8 @@ use crate::node::{
 use crate::plan::Caps;
 use crate::plan::passes::copy_step;
 use crate::shader::{
-    CELLS_LANES, Composed, Reading, Shader, ShaderError, compose_cells, compose_entry, compose_rows, compose_steps,
-    compose_tiling,
+    CELLS_LANES, Composed, Dialect, Reading, Shader, ShaderError, compose_cells, compose_entry, compose_rows,
+    compose_steps, compose_tiling,
 };
 use crate::value::{Param, Type, Value};
 
@@ -214,11 +214,24 @@ fn shape(pass: &Pass, recording: &Recording) -> String {
     }
 }
 
-/// The pass as a module, for every way in which its textures may be read.
+/// What every device understands.
+const PLAIN: Dialect = Dialect { half: false, subgroups: false };
+/// What few do not.
+const RICH: Dialect = Dialect { half: true, subgroups: true };
+/// Every way in which a module may be composed.
+const WAYS: [(Reading, Dialect); 5] = [
+    (Reading::Plain, PLAIN),
+    (Reading::ByHand, PLAIN),
+    (Reading::Guarded, PLAIN),
+    (Reading::GuardedSigned, PLAIN),
+    (Reading::Plain, RICH),
+];
+
+/// The pass as a module, for every way in which its textures may be read and its numbers may be made.
 fn module(pass: &Pass, recording: &Recording, modules: &mut BTreeSet<String>, complaints: &mut Complaints) {
     let desc_of = |image: ImageId| recording.image(image).desc;
-    for reading in [Reading::Plain, Reading::ByHand, Reading::Guarded, Reading::GuardedSigned] {
-        let composed = composed(pass, &desc_of, &|_| reading);
+    for (reading, dialect) in WAYS {
+        let composed = composed(pass, &desc_of, &|_| reading, dialect);
         match composed {
             Ok(composed) if modules.insert(composed.source.clone()) => {
                 if let Err(error) = composed.validate() {
@@ -265,14 +278,15 @@ fn composed(
     pass: &Pass,
     desc_of: &dyn Fn(ImageId) -> ImageDesc,
     reading_of: &dyn Fn(ImageId) -> Reading,
+    dialect: Dialect,
 ) -> Result<Composed, ShaderError> {
     let format_of = |image| desc_of(image).format;
     match &pass.work {
-        Work::Steps { steps, result } => compose_steps(steps, *result, desc_of(*result), reading_of),
-        Work::Tiled(tiling) => compose_tiling(tiling, &format_of, reading_of),
-        Work::Rows(rows) => compose_rows(rows, desc_of(rows.result).format, reading_of),
-        Work::Cells(cells) => compose_cells(cells, &format_of, reading_of),
-        Work::Entry(call) => compose_entry(call, &format_of, reading_of),
+        Work::Steps { steps, result } => compose_steps(steps, *result, desc_of(*result), reading_of, dialect),
+        Work::Tiled(tiling) => compose_tiling(tiling, &format_of, reading_of, dialect),
+        Work::Rows(rows) => compose_rows(rows, desc_of(rows.result).format, reading_of, dialect),
+        Work::Cells(cells) => compose_cells(cells, &format_of, reading_of, dialect),
+        Work::Entry(call) => compose_entry(call, &format_of, reading_of, dialect),
     }
 }
 

@@ -8,6 +8,7 @@ mod write;
 use afterimage_gpu::Gpu;
 use afterimage_graph::check::Graph;
 use afterimage_graph::node::{NodeKind, Registry};
+use afterimage_graph::plan::Options;
 use indicatif::ProgressBar;
 
 use super::args::TuneArgs;
@@ -21,7 +22,7 @@ use crate::args::PipelineOptions;
 use crate::failure::Failure;
 use crate::files::write_whole;
 use crate::pipeline::{check_file, facts, load_graph, registry};
-use crate::session::open;
+use crate::session::{open, options_on};
 use crate::terminal::{note, say};
 use search::search;
 pub(crate) use search::{Goal, Measured};
@@ -36,7 +37,8 @@ pub(crate) fn run(args: &TuneArgs, tables: &[&[NodeKind]]) -> Result<(), Failure
     let plain = without_changes(args, &registry, &written)?;
     write::check_name(args, &registry)?;
     let gpu = open(&material.device)?;
-    let runner = Runner::new(&gpu, facts(&material.options)?, material.repeats);
+    let options = options_on(&gpu, Options::default(), &material.device.arithmetic);
+    let runner = Runner::new(&gpu, facts(&material.options)?, options, material.repeats);
     let mut bench = Bench::prepare(args, &gpu, &registry, &written, runner)?;
     let space = bench.space(&written)?;
     let mut state = State::open(args.state.as_deref(), bench.problem(args, &space)?)?;
