@@ -31,6 +31,16 @@ fn switches_turn_off_what_they_say() {
 }
 
 #[test]
+fn arithmetic_is_as_it_is_asked_for() {
+    let text = plan("{lynx} --half --subgroups");
+    assert!(text.contains("  half       sums of colours may be in half floats in "), "{text}");
+    assert!(text.contains("  subgroups  sums over workgroups"), "{text}");
+    let exact = plan("{lynx} --half=on --subgroups=off --exact");
+    assert!(exact.contains("ignored\n  half  `exact` wants all bits") && !exact.contains("subgroups"), "{exact}");
+    assert!(!plan("{lynx}").contains("arithmetic\n"));
+}
+
+#[test]
 fn a_fact_leaves_a_branch_out_and_the_plan_says_why() {
     let dark = plan("{caracal} --fact emissive=false");
     assert!(dark.contains("left out\n") && dark.contains("`when: emissive` does not hold"), "{dark}");

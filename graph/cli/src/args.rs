@@ -286,7 +286,7 @@ pub(crate) struct BenchArgs {
     /// Also write the figures as JSON
     #[arg(long, value_name = "FILE")]
     pub(crate) json: Option<PathBuf>,
-    /// Measure whether this adapter draws or dispatches faster, and remember it
+    /// Measure whether this adapter draws or dispatches faster, and whether half floats and subgroups pay, and remember it
     #[arg(long)]
     pub(crate) calibrate: bool,
     /// Measure how time and memory grow with pixels and nodes; a table and a plot go to the folder

@@ -47,6 +47,7 @@ impl Plan {
         let mut text = self.heading();
         text += &table(&self.rows(&names));
         text += &self.left_out_text();
+        text += &self.arithmetic_text();
         text += &self.ignored_text();
         text += &self.fused_text();
         text += &self.read_once_text();
@@ -115,6 +116,19 @@ impl Plan {
         let rows: Vec<Vec<String>> =
             self.left_out.iter().map(|left| vec![format!("  {}", left.node), left.why.clone()]).collect();
         if rows.is_empty() { String::new() } else { format!("\nleft out\n{}", table(&rows)) }
+    }
+
+    fn arithmetic_text(&self) -> String {
+        let passes = self.recording.passes.len();
+        let halves = (0..passes).filter(|pass| self.dialect(*pass).half).count();
+        let half = format!("sums of colours may be in half floats in {halves} of {}", count(passes, "pass"));
+        let used = [
+            (self.options.half, "  half", half.as_str()),
+            (self.options.subgroups, "  subgroups", "sums over workgroups are made by subgroups"),
+        ];
+        let row = |(_, switch, what): &(bool, &str, &str)| vec![(*switch).to_owned(), (*what).to_owned()];
+        let rows: Vec<Vec<String>> = used.iter().filter(|(used, ..)| *used).map(row).collect();
+        if rows.is_empty() { String::new() } else { format!("\narithmetic\n{}", table(&rows)) }
     }
 
     fn ignored_text(&self) -> String {
