@@ -1,6 +1,6 @@
-// How often each luminance occurs. A workgroup counts a tile of 64x64 pixels in its own memory and then adds only the bins in
-// use to the table, so that the table sees at most 256 atomic additions for 4096 pixels. Integer additions commute: the result
-// does not depend on the order in which tiles run.
+// How often each luminance occurs. A workgroup counts a tile, 64 pixels wide, in its own memory and then adds only the bins in use to
+// the table: there all workgroups wait for each other. Integer additions commute: the result does not depend on the order in which
+// tiles run.
 #import color
 #import lanes
 
@@ -22,7 +22,10 @@ override HISTOGRAM_CENTER: bool = false;
 override HISTOGRAM_MASK: bool = false;
 override HISTOGRAM_ALBEDO: bool = false;
 
-const HISTOGRAM_TILE: u32 = 64u;
+// The rows of a tile, a multiple of 16.
+override HISTOGRAM_ROWS: u32 = 64;
+
+const HISTOGRAM_COLUMNS: u32 = 64u;
 // The table's first four words are floats: the brightest channel of the frame, lo, hi and the number of bins.
 const HISTOGRAM_HEADER: u32 = 4u;
 
@@ -44,8 +47,8 @@ fn histogram(@builtin(workgroup_id) tile: vec3u, own: Lane) {
     let size = textureDimensions(source);
     let picked = (size + params.step - 1u) / params.step;
     var brightest = 0.0;
-    for (var row = 0u; row < HISTOGRAM_TILE; row += 16u) {
-        let cell = tile.xy * HISTOGRAM_TILE + vec2u(lane % HISTOGRAM_TILE, row + lane / HISTOGRAM_TILE);
+    for (var row = 0u; row < HISTOGRAM_ROWS; row += 16u) {
+        let cell = tile.xy * vec2u(HISTOGRAM_COLUMNS, HISTOGRAM_ROWS) + vec2u(lane % HISTOGRAM_COLUMNS, row + lane / HISTOGRAM_COLUMNS);
         // All four are asked for before the first is counted, so that they travel together.
         let pixels = array(
             histogram_pixel(cell, size),
@@ -71,8 +74,8 @@ fn histogram(@builtin(workgroup_id) tile: vec3u, own: Lane) {
     workgroupBarrier();
     let counted = atomicLoad(&histogram_bins[lane]);
     if counted > 0u { atomicAdd(&result[HISTOGRAM_HEADER + lane], counted); }
-    if lane == 0u {
-        atomicMax(&result[0], atomicLoad(&histogram_brightest));
+    if lane == 0u { atomicMax(&result[0], atomicLoad(&histogram_brightest)); }
+    if lane == 0u && all(tile.xy == vec2u()) {
         atomicStore(&result[1], bitcast<u32>(params.lo));
         atomicStore(&result[2], bitcast<u32>(params.hi));
         atomicStore(&result[3], bitcast<u32>(f32(params.bins)));

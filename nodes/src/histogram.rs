@@ -51,8 +51,17 @@ params! {
 
 /// Floats before the bins.
 const HEADER: u64 = 4;
-/// The sides of a workgroup's tile, in counted pixels.
-const TILE: u32 = 64;
+/// How wide a workgroup's tile is, in counted pixels.
+const COLUMNS: u32 = 64;
+
+/// Rows of a workgroup's tile: more leave the table alone for longer, fewer give a small picture to more workgroups.
+fn rows(picked: Size) -> u32 {
+    match picked.texels() {
+        0..0x40_0000 => 64,
+        0x40_0000..0x100_0000 => 128,
+        _ => 256,
+    }
+}
 
 impl Histogram {
     /// What a pixel of full weight counts for.
@@ -106,7 +115,7 @@ impl Node for Histogram {
         let bytes = (4 * (HEADER + u64::from(self.bins))).next_multiple_of(16);
         let table = pass.output_table("result", bytes, BufferLife::Zeroed);
         pass.give("brightest", Arrival::Buffer(table));
-        let tiles = picked.div_up(TILE);
+        let rows = rows(picked);
         pass.compute(&SHADER, "histogram")
             .image("albedo", albedo_image)
             .image("mask", mask_image)
@@ -116,6 +125,7 @@ impl Node for Histogram {
             .constant("HISTOGRAM_ALBEDO", f64::from(u8::from(albedo)))
             .constant("HISTOGRAM_MASK", f64::from(u8::from(mask)))
             .constant("HISTOGRAM_CENTER", f64::from(u8::from(center)))
-            .dispatch([tiles.width, tiles.height, 1]);
+            .constant("HISTOGRAM_ROWS", f64::from(rows))
+            .dispatch([picked.width.div_ceil(COLUMNS), picked.height.div_ceil(rows), 1]);
     }
 }

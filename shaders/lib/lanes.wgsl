@@ -7,11 +7,16 @@ struct Lane {
     @builtin(local_invocation_index) index: u32,
 }
 
-// The most invocations.
+// The most invocations; always a multiple of the invocations of a row.
 const LANES_MOST: u32 = 256u;
+// Rows of the workgroup add up by themselves, then all rows do: two barriers, where a tree needs eight.
+const LANES_ROW: u32 = 16u;
+const LANES_ROWS: u32 = LANES_MOST / LANES_ROW;
 
 var<workgroup> lanes_counts: array<u32, LANES_MOST>;
-var<workgroup> lanes_sums: array<vec2f, LANES_MOST>;
+var<workgroup> lanes_row_counts: array<u32, LANES_ROWS>;
+var<workgroup> lanes_values: array<vec2f, LANES_MOST>;
+var<workgroup> lanes_row_values: array<vec2f, LANES_ROWS>;
 
 // A number of the invocation's own below that of all invocations, in the order in which `lanes_scan` adds up.
 fn lanes_place(lane: Lane) -> u32 {
@@ -20,43 +25,55 @@ fn lanes_place(lane: Lane) -> u32 {
 
 // The count of this invocation and of all before it, and of all.
 fn lanes_scan(lane: Lane, lanes: u32, count: u32) -> vec2u {
-    var through = count;
-    lanes_counts[lane.index] = through;
-    for (var reach = 1u; reach < lanes; reach *= 2u) {
-        workgroupBarrier();
-        let before = select(0u, lanes_counts[max(lane.index, reach) - reach], lane.index >= reach);
-        workgroupBarrier();
-        through += before;
-        lanes_counts[lane.index] = through;
-    }
+    let row = lane.index / LANES_ROW;
+    lanes_counts[lane.index] = count;
     workgroupBarrier();
-    return vec2u(through, lanes_counts[lanes - 1u]);
+    var through = 0u;
+    for (var other = row * LANES_ROW; other <= lane.index; other++) { through += lanes_counts[other]; }
+    if lane.index % LANES_ROW == LANES_ROW - 1u { lanes_row_counts[row] = through; }
+    workgroupBarrier();
+    var all = 0u;
+    for (var other = 0u; other < lanes / LANES_ROW; other++) {
+        through += select(0u, lanes_row_counts[other], other < row);
+        all += lanes_row_counts[other];
+    }
+    return vec2u(through, all);
 }
 
-// The sums of both numbers over a power of two of invocations: a tree of a fixed shape.
+// The sums of both numbers over all invocations, always in the same order.
 fn lanes_sum(lane: Lane, lanes: u32, value: vec2f) -> vec2f {
-    lanes_sums[lane.index] = value;
-    for (var half = lanes / 2u; half > 0u; half /= 2u) {
-        workgroupBarrier();
-        if lane.index < half { lanes_sums[lane.index] += lanes_sums[lane.index + half]; }
+    lanes_values[lane.index] = value;
+    workgroupBarrier();
+    if lane.index < lanes / LANES_ROW {
+        var part = vec2f();
+        for (var other = 0u; other < LANES_ROW; other++) { part += lanes_values[lane.index * LANES_ROW + other]; }
+        lanes_row_values[lane.index] = part;
     }
     workgroupBarrier();
-    return lanes_sums[0];
+    var sum = vec2f();
+    for (var other = 0u; other < lanes / LANES_ROW; other++) { sum += lanes_row_values[other]; }
+    return sum;
+}
+
+fn lanes_joined(a: vec2f, b: vec2f) -> vec2f {
+    return vec2f(a.x + b.x, max(a.y, b.y));
 }
 
 // The sum of the first number and the largest second one.
 fn lanes_sum_and_most(lane: Lane, lanes: u32, value: vec2f) -> vec2f {
-    lanes_sums[lane.index] = value;
-    for (var half = lanes / 2u; half > 0u; half /= 2u) {
-        workgroupBarrier();
-        if lane.index < half {
-            let other = lanes_sums[lane.index + half];
-            let own = lanes_sums[lane.index];
-            lanes_sums[lane.index] = vec2f(own.x + other.x, max(own.y, other.y));
+    lanes_values[lane.index] = value;
+    workgroupBarrier();
+    if lane.index < lanes / LANES_ROW {
+        var part = lanes_values[lane.index * LANES_ROW];
+        for (var other = 1u; other < LANES_ROW; other++) {
+            part = lanes_joined(part, lanes_values[lane.index * LANES_ROW + other]);
         }
+        lanes_row_values[lane.index] = part;
     }
     workgroupBarrier();
-    return lanes_sums[0];
+    var joined = lanes_row_values[0];
+    for (var other = 1u; other < lanes / LANES_ROW; other++) { joined = lanes_joined(joined, lanes_row_values[other]); }
+    return joined;
 }
 
 // The largest number of the invocations for which this one speaks, if it speaks for any.
