@@ -10,6 +10,7 @@ use crate::reference::image::{Image, rgb};
 use crate::reference::math::largest;
 use crate::reference::resample::{Down, Firefly, Up, upsample};
 use crate::support::gpu::{Picture, Run, gpu, graph, run_exact};
+use crate::support::numbers::Numbers;
 
 /// One texel, thinner than a filter, odd in both directions, a power of two, a frame with odd sides.
 const SIZES: [[u32; 2]; 5] = [[1, 1], [2, 3], [5, 3], [64, 64], [641, 359]];
@@ -30,18 +31,6 @@ struct Tolerance {
 const WHOLE: Tolerance = Tolerance { exact: 1e-5, half: 2e-3 };
 /// Texels are weighed by the sampler, in which a device may round weights to 1/256.
 const SAMPLED: Tolerance = Tolerance { exact: 4e-3, half: 7e-3 };
-
-/// Numbers from 0 to below 1, the same in every run.
-struct Numbers(u64);
-
-impl Numbers {
-    fn next(&mut self) -> f64 {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        (self.0 >> 40) as f64 / (1u64 << 24) as f64
-    }
-}
 
 /// Scene light up to 8 with alpha in 0..1. Each of the `spikes` is the brightest number, in one channel of one pixel in fifty.
 fn picture([width, height]: [u32; 2], spikes: bool) -> Picture {

@@ -14,6 +14,7 @@ use afterimage_graph::document::parse;
 
 use crate::reference::math::{Rgb, largest};
 use crate::support::gpu::{Picture, Run, registry};
+use crate::support::numbers::Numbers;
 
 /// One texel, fewer texels than a workgroup, odd sides that no workgroup divides.
 const SIZES: [[u32; 2]; 3] = [[1, 1], [2, 3], [61, 37]];
@@ -32,18 +33,6 @@ struct Tolerance {
 const ARITHMETIC: Tolerance = Tolerance { absolute: 1e-6, relative: 2e-6 };
 /// Powers, exponentials and logarithms.
 const TRANSCENDENTAL: Tolerance = Tolerance { absolute: 2e-6, relative: 1e-5 };
-
-/// Numbers from 0 to below 1, the same in every run.
-struct Numbers(u64);
-
-impl Numbers {
-    fn next(&mut self) -> f64 {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        (self.0 >> 40) as f64 / (1u64 << 24) as f64
-    }
-}
 
 /// Colours that curves are known to stumble over.
 const SPECIAL: [Rgb; 16] = [

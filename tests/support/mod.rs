@@ -2,4 +2,5 @@
 
 pub mod gpu;
 pub mod layer;
+pub mod numbers;
 pub mod player;

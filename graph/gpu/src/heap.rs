@@ -15,8 +15,7 @@ use afterimage_graph::plan::Requirement;
 use ash::vk;
 use wgpu::hal::api::Vulkan;
 
-use crate::device::texture_format;
-use crate::store::{Stored, extent, usages, view};
+use crate::store::{self, Stored, extent, usages, view};
 
 /// Memory for the transient images of a plan, and of the plan after it where they fit.
 pub(crate) struct Heap {
@@ -109,17 +108,15 @@ impl Heap {
             unsafe { hal.raw_device().destroy_image(image, None) };
             return None;
         }
-        let format = texture_format(desc.format);
-        let usage = usages(&self.device, desc);
-        let dimension = if desc.volume { wgpu::TextureDimension::D3 } else { wgpu::TextureDimension::D2 };
+        let descriptor = store::descriptor(&self.device, desc, label);
         let hal_desc = wgpu::hal::TextureDescriptor {
-            label: Some(label),
-            size: extent(desc),
-            mip_level_count: 1,
-            sample_count: 1,
-            dimension,
-            format,
-            usage: hal_usage(usage),
+            label: descriptor.label,
+            size: descriptor.size,
+            mip_level_count: descriptor.mip_level_count,
+            sample_count: descriptor.sample_count,
+            dimension: descriptor.dimension,
+            format: descriptor.format,
+            usage: hal_usage(descriptor.usage),
             memory_flags: wgpu::hal::MemoryFlags::empty(),
             view_formats: Vec::new(),
         };
@@ -133,16 +130,6 @@ impl Heap {
         // SAFETY: the image was created as `hal_desc` says; `destroy` destroys it, and holds on to its memory until then.
         let hal_texture = unsafe { hal.texture_from_raw(image, &hal_desc, Some(Box::new(destroy)), memory) };
         drop(hal);
-        let descriptor = wgpu::TextureDescriptor {
-            label: Some(label),
-            size: extent(desc),
-            mip_level_count: 1,
-            sample_count: 1,
-            dimension,
-            format,
-            usage,
-            view_formats: &[],
-        };
         // SAFETY: the texture comes from this device and matches the descriptor. Its contents count as undefined: the plan never reads an
         // image before a pass has written all of it.
         let texture = unsafe {

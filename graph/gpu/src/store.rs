@@ -129,21 +129,23 @@ pub(crate) fn usages(device: &wgpu::Device, desc: ImageDesc) -> TextureUsages {
     if desc.volume { usage - TextureUsages::RENDER_ATTACHMENT } else { usage }
 }
 
-/// A new texture.
-pub(crate) fn create(device: &wgpu::Device, desc: ImageDesc, label: &str) -> Stored {
-    let format = texture_format(desc.format);
-    let dimension = if desc.volume { wgpu::TextureDimension::D3 } else { wgpu::TextureDimension::D2 };
-    let usage = usages(device, desc);
-    let texture = device.create_texture(&wgpu::TextureDescriptor {
+/// How wgpu describes an image, with all that passes may do with it.
+pub(crate) fn descriptor<'l>(device: &wgpu::Device, desc: ImageDesc, label: &'l str) -> wgpu::TextureDescriptor<'l> {
+    wgpu::TextureDescriptor {
         label: Some(label),
         size: extent(desc),
         mip_level_count: 1,
         sample_count: 1,
-        dimension,
-        format,
-        usage,
+        dimension: if desc.volume { wgpu::TextureDimension::D3 } else { wgpu::TextureDimension::D2 },
+        format: texture_format(desc.format),
+        usage: usages(device, desc),
         view_formats: &[],
-    });
+    }
+}
+
+/// A new texture.
+pub(crate) fn create(device: &wgpu::Device, desc: ImageDesc, label: &str) -> Stored {
+    let texture = device.create_texture(&descriptor(device, desc, label));
     let view = view(&texture, desc);
     Stored { texture, view, desc }
 }
