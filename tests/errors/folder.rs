@@ -82,6 +82,18 @@ fn mistakes_of_the_shader_are_told_at_its_lines() {
             "read textures through `tap(source, source_sampler, uv)`",
             "posterize.wgsl:6:42",
         ),
+        (
+            "fn posterize",
+            "@group(0) @binding(0) var posterize_t: texture_2d<f32>;\nfn posterize",
+            "`posterize_t` is bound to a resource, which the framework makes by itself",
+            "posterize.wgsl:3:27",
+        ),
+        (
+            "fn posterize",
+            "@compute @workgroup_size(1) fn posterize_all() { }\nfn posterize",
+            "`posterize_all` is an entry point",
+            "posterize.wgsl:3:32",
+        ),
         ("    let steps", "    loop { }\n    let steps", "this loop never ends", "posterize.wgsl:4:5"),
         (
             "let levels",

@@ -84,7 +84,8 @@ pub(crate) fn registry(tables: &[&[NodeKind]], folders: &[PathBuf]) -> Result<Re
     }
     let mut all = tables.to_vec();
     all.push(&from_folders);
-    Registry::new(&all).map_err(Failure::user)
+    let hint = "a kind of `--nodes` needs a name that no other kind has; `afterimage nodes` lists the built-in ones";
+    Registry::new(&all).map_err(|error| Failure::user(error).hint(hint))
 }
 
 /// The kinds in a folder: the folder itself if it holds a `node.ron`, or each folder in it that does.

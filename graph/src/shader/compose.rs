@@ -168,7 +168,12 @@ fn root_cause(error: &dyn std::error::Error) -> String {
     parts.into_iter().enumerate().filter(says_more).map(|(_, part)| part).collect::<Vec<_>>().join(": ")
 }
 
-fn place_error(map: &SourceMap, place: Option<(u32, u32)>, message: String) -> ShaderError {
+fn place_error(map: &SourceMap, place: Option<(u32, u32)>, mut message: String) -> ShaderError {
+    // naga's sentences begin with a capital letter, ours do not; names stay as they are.
+    let is_sentence = message.chars().nth(1).is_some_and(|second| second.is_ascii_lowercase() || second == ' ');
+    if let Some(first) = message.get_mut(..1).filter(|_| is_sentence) {
+        first.make_ascii_lowercase();
+    }
     let (line, column) = place.unwrap_or((0, 0));
     let (file, line) = map.locate(line);
     ShaderError { file: file.into(), line, column, message }

@@ -13,6 +13,7 @@ use crate::value::{Param, Type};
 pub(super) fn look(declared: &Declaration, shader: &Shader, reflection: &Reflection, diagnostics: &mut Diagnostics) {
     let mut pair = Pair { declared, file: shader.file().into(), source: shader.source(), diagnostics };
     pair.names();
+    pair.own_bindings(reflection);
     let mut used = BTreeSet::new();
     for output in &declared.outputs {
         if let Some(function) = pair.function(output, reflection) {
@@ -60,8 +61,24 @@ impl Pair<'_> {
         for item in items(self.source).into_iter().filter(|item| !belongs(item, &file)) {
             let place = self.word(&item, "");
             let message = format!("{} does not begin with the name of its file", quote(&item));
-            let help = format!("call it `{file}_{item}`: shaders of several kinds stand side by side in one module");
+            let prefixes = [file.clone(), self.declared.name.value.clone(), file.to_uppercase()];
+            let help = format!(
+                "begin it with {}: shaders of several kinds stand side by side in one module",
+                list(prefixes.iter().map(String::as_str), 3)
+            );
             self.diagnostics.push(Diagnostic::error("item-name", message).at(&place, "").help(help));
+        }
+    }
+
+    /// The framework binds what arguments ask for, and writes the entry points: others would clash with its own.
+    fn own_bindings(&mut self, reflection: &Reflection) {
+        let bound = reflection.globals.iter().map(|global| (&global.name, "is bound to a resource"));
+        let entries = reflection.entries.iter().map(|(name, _)| (name, "is an entry point"));
+        for (name, what) in bound.chain(entries) {
+            let place = self.word(name, "");
+            let message = format!("{} {what}, which the framework makes by itself", quote(name));
+            let help = "a kind without Rust is functions; what they read are their arguments";
+            self.diagnostics.push(Diagnostic::error("shader-binding", message).at(&place, "").help(help));
         }
     }
 
