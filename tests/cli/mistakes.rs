@@ -206,6 +206,17 @@ fn a_result_that_cannot_be_printed_is_no_success() {
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+#[cfg(target_os = "linux")]
+fn a_pipe_is_no_image() {
+    let folder = Folder::new("stream");
+    folder.run("render {glare} /dev/zero -o out.png").fails(
+        1,
+        "error: /dev/zero: this is a pipe or a device, not a file\n  hint: save the image to a file first: it is read in more than one go",
+    );
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn files_that_are_no_text_are_told_in_words() {
     let folder = folder("no-text");
     folder.with("latin.ron", b"Pipeline(\n    // gr\xf6\xdfer\n)");

@@ -91,6 +91,10 @@ fn first_bytes(path: &Path) -> Result<Vec<u8>, FileError> {
     if path.is_dir() {
         return Err(FileError::folder(path));
     }
+    if path.metadata().is_ok_and(|meta| !meta.is_file()) {
+        return Err(FileError::new(path, FileErrorKind::Unsupported, "this is a pipe or a device, not a file")
+            .hint("save the image to a file first: it is read in more than one go"));
+    }
     let mut start = Vec::new();
     File::open(path).map_err(failed)?.take(16).read_to_end(&mut start).map_err(failed)?;
     Ok(start)

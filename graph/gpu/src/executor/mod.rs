@@ -231,7 +231,8 @@ impl Executor {
         self.fresh = true;
     }
 
-    /// Measures the GPU time of each pass from now on, if the device can.
+    /// Measures the GPU time of each pass from now on, in this plan and those after it. `false` before a plan is loaded, and where the device
+    /// has no timestamps inside passes.
     pub fn enable_timing(&mut self) -> bool {
         let Some(loaded) = &mut self.loaded else { return false };
         loaded.timing = Timing::new(&self.workshop.device, &self.queue, loaded.passes.len() as u32);
