@@ -158,12 +158,14 @@ fn what_a_device_would_refuse_is_told_as_an_error() {
             "the device refused the image given for `display`",
         ),
         (make(&described((64, 36), TextureFormat::R32Uint, drawn)), "the device refused"),
+        (make(&described((64, 36), TextureFormat::Depth32Float, drawn)), "is 64x36 Depth32Float"),
     ];
     let floats = |usage| described((64, 36), TextureFormat::Rgba32Float, usage);
     let inputs = [
         (make(&floats(drawn)), "`scene` cannot be used: its texture lacks the usage `TEXTURE_BINDING`"),
         (make(&wgpu::TextureDescriptor { size: layers, ..floats(read) }), "the device refused the images of the host"),
     ];
+    let both = make(&floats(drawn | read));
     for (view, words) in &outputs {
         let frame = Frame { inputs: &[("scene", &input)], outputs: &[("display", view)], ..Frame::default() };
         let told = said(player.run(&frame));
@@ -173,6 +175,9 @@ fn what_a_device_would_refuse_is_told_as_an_error() {
         let told = said(player.run(&Frame { inputs: &[("scene", view)], ..Frame::default() }));
         assert!(told.contains(words), "{told}");
     }
+    let told =
+        said(player.run(&Frame { inputs: &[("scene", &both)], outputs: &[("display", &both)], ..Frame::default() }));
+    assert!(told.contains("`display` cannot be used: it is the image of input `scene`, which `"), "{told}");
     let misspelt = Frame { inputs: &[("scene", &input)], outputs: &[("dispaly", &outputs[0].0)], ..Frame::default() };
     assert_eq!(said(player.run(&misspelt)), "the plan has no output `dispaly`; it has `display`");
     player.run(&Frame { inputs: &[("scene", &input)], ..Frame::default() }).expect("the right images still work");

@@ -6,7 +6,7 @@ use afterimage_graph::shader::SlotKind;
 use wgpu::{BindGroup, BindGroupEntry, BindingResource, TextureView};
 
 use super::loaded::{Holding, HostSet, Loaded, Run, Touch, planned_attachment};
-use super::outside::{Formats, check_input, check_names, check_output, must_be_drawn};
+use super::outside::{Formats, check_apart, check_input, check_names, check_output, must_be_drawn};
 use super::prepare::order;
 use super::{Executor, Frame, uniforms};
 use crate::GpuError;
@@ -199,6 +199,7 @@ fn chosen_views(store: &Store, loaded: &Loaded, frame: &Frame<'_>) -> Result<Vec
         check_output(plan, &output.name, output.image, view)?;
         views.push(view.clone());
     }
+    check_apart(plan, &views)?;
     Ok(views)
 }
 

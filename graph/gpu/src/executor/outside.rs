@@ -1,6 +1,6 @@
 //! The host's images: whether they suit the plan, and in which format an output is drawn into one.
 
-use afterimage_graph::node::{ImageId, Work};
+use afterimage_graph::node::{ImageId, Pass, Resource, Work};
 use afterimage_graph::plan::Plan;
 use wgpu::{Device, Texture, TextureFormat, TextureUsages, TextureView};
 
@@ -36,12 +36,32 @@ pub(super) fn check_input(plan: &Plan, port: &str, image: ImageId, view: &Textur
 pub(super) fn check_output(plan: &Plan, port: &str, image: ImageId, view: &TextureView) -> Result<(), GpuError> {
     let texture = view.texture();
     let is_drawn = must_be_drawn(plan, image, texture);
-    check_desc(plan, port, image, texture, !is_drawn || can_be_drawn(plan, image))?;
+    // Not even trying is allowed with a format of depth.
+    let has_colour = !texture.format().is_depth_stencil_format();
+    check_desc(plan, port, image, texture, has_colour && (!is_drawn || can_be_drawn(plan, image)))?;
     if !is_drawn || texture.usage().contains(TextureUsages::RENDER_ATTACHMENT) {
         return Ok(());
     }
     let why = "its texture lacks the usage `RENDER_ATTACHMENT`, or `STORAGE_BINDING` in the planned format";
     Err(GpuError::UnfitImage { port: port.to_owned(), why: why.into() })
+}
+
+/// No pass may read an image of the host's while it writes to it. `views` are those of the inputs, then of the outputs.
+pub(super) fn check_apart(plan: &Plan, views: &[TextureView]) -> Result<(), GpuError> {
+    let (inputs, outputs) = views.split_at(plan.inputs.len());
+    let is_whole = |texture: &Texture| texture.mip_level_count() == 1 && texture.depth_or_array_layers() == 1;
+    for (output, view) in plan.outputs.iter().zip(outputs) {
+        let same = |(_, given): &(_, &TextureView)| given.texture() == view.texture() && is_whole(view.texture());
+        for ((name, input), _) in plan.inputs.iter().zip(inputs).filter(same) {
+            let (read, written) = (Resource::Image(*input), Resource::Image(output.image));
+            let both = |pass: &&Pass| pass.reads().contains(&read) && pass.writes().contains(&written);
+            if let Some(pass) = plan.recording.passes.iter().find(both) {
+                let why = format!("it is the image of input `{name}`, which `{}` reads while it writes", pass.label);
+                return Err(GpuError::UnfitImage { port: output.name.clone(), why });
+            }
+        }
+    }
+    Ok(())
 }
 
 fn check_desc(plan: &Plan, port: &str, image: ImageId, texture: &Texture, suits: bool) -> Result<(), GpuError> {
