@@ -24,7 +24,13 @@ fn demo_writes_the_scene_every_pipeline_and_a_sheet() {
     let folder = Folder::new("demo");
     let said = folder.run("demo --size 64x36 --out made").good();
     let names = |said: &str| said.lines().map(str::to_owned).collect::<Vec<_>>();
-    for name in ["scene.exr", "caracal.png", "glare.png", "lynx.png", "contact-sheet.png"] {
+    let shown = fs::read_dir(super::shipped("lynx").with_file_name("")).expect("the shipped pipelines");
+    let shown =
+        shown.map(|entry| entry.expect("an entry").path()).filter(|path| path.extension().is_some_and(|e| e == "ron"));
+    let shown =
+        shown.map(|path| path.with_extension("png").file_name().map(|name| name.to_string_lossy().into_owned()));
+    let more = ["scene.exr", "contact-sheet.png"].map(|name| Some(name.to_owned()));
+    for name in &shown.chain(more).flatten().collect::<Vec<_>>() {
         let path = folder.file("made").join(name);
         assert!(names(&said).iter().any(|line| line.ends_with(name)), "{said}");
         assert!(path.is_file(), "{name}");

@@ -151,8 +151,19 @@ pub(crate) fn check_text(
     registry: &Registry,
     options: &PipelineOptions,
 ) -> Result<(Graph, Diagnostics), Failure> {
+    check_with(&Files, name, text, registry, options)
+}
+
+/// The same with files from elsewhere.
+pub(crate) fn check_with(
+    loader: &dyn Loader,
+    name: &str,
+    text: &str,
+    registry: &Registry,
+    options: &PipelineOptions,
+) -> Result<(Graph, Diagnostics), Failure> {
     let sets = options.sets.iter().map(|set| split(set, "--set")).collect::<Result<_, _>>()?;
-    let check_options = CheckOptions { tier: options.tier.clone(), sets, loader: &Files };
+    let check_options = CheckOptions { tier: options.tier.clone(), sets, loader };
     let (graph, warnings) = check(&parse(name, text)?, registry, &check_options)?;
     refuse_unknown_facts(&graph, options)?;
     Ok((graph, warnings))

@@ -1,5 +1,9 @@
 //! The pipelines that come with the program.
 
+use std::sync::Arc;
+
+use afterimage_graph::check::Loader;
+
 /// Name and text of every file in `pipelines/` that needs no other file.
 pub(crate) const PIPELINES: &[(&str, &str)] = &[
     ("caracal", include_str!("../../../pipelines/caracal.ron")),
@@ -8,6 +12,25 @@ pub(crate) const PIPELINES: &[(&str, &str)] = &[
     ("lynx", include_str!("../../../pipelines/lynx.ron")),
     ("tsushima", include_str!("../../../pipelines/tsushima.ron")),
 ];
+
+/// The same of those that extend another file or name a table.
+pub(crate) const WITH_FILES: &[(&str, &str)] = &[
+    ("grade", include_str!("../../../pipelines/grade.ron")),
+    ("tsushima-night", include_str!("../../../pipelines/tsushima-night.ron")),
+];
+
+/// Gives shipped pipelines the files that they name, wherever the program runs.
+pub(crate) struct Shipped;
+
+impl Loader for Shipped {
+    fn load(&self, path: &str) -> Result<Arc<[u8]>, String> {
+        let pipeline = || PIPELINES.iter().find(|(name, _)| path.strip_suffix(".ron") == Some(name));
+        match path {
+            "looks/dusk.cube" => Ok(include_bytes!("../../../pipelines/looks/dusk.cube").as_slice().into()),
+            _ => pipeline().map(|(_, text)| text.as_bytes().into()).ok_or_else(|| "it is not shipped".into()),
+        }
+    }
+}
 
 /// The built-in scene.
 pub(crate) const SCENE: &str = r#"Pipeline(

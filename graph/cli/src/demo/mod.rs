@@ -12,10 +12,10 @@ use afterimage_graph::node::{NodeKind, Registry};
 use crate::args::{DemoArgs, PipelineOptions};
 use crate::failure::Failure;
 use crate::files::write_whole;
-use crate::pipeline::{check_text, registry};
+use crate::pipeline::{check_with, registry};
 use crate::save::{Saving, save};
 use crate::session::{Clock, Given, Session, choose_output, open};
-use crate::shipped::{PIPELINES, SCENE};
+use crate::shipped::{PIPELINES, SCENE, Shipped, WITH_FILES};
 use crate::terminal::say;
 
 pub(crate) fn run(args: &DemoArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
@@ -39,7 +39,7 @@ pub(crate) fn run(args: &DemoArgs, tables: &[&[NodeKind]]) -> Result<(), Failure
     let view = scene.output_texture("scene").create_view(&Default::default());
     let scene = [Given { input: "scene".into(), view, desc: ImageDesc::new(size) }];
     let mut tiles = Vec::new();
-    for (name, text) in PIPELINES {
+    for (name, text) in PIPELINES.iter().chain(WITH_FILES) {
         let mut pipeline = session(&gpu, &registry, name, text, &[])?;
         pipeline.render(size, &scene, Clock { reset: true, ..Clock::default() })?;
         let output = choose_output(pipeline.plan(), None, true)?;
@@ -68,7 +68,7 @@ fn session<'g>(
     sets: &[String],
 ) -> Result<Session<'g>, Failure> {
     let options = PipelineOptions { sets: sets.to_vec(), facts: Vec::new(), tier: None, nodes: Vec::new() };
-    let (graph, _) = check_text(&format!("{name}.ron"), text, registry, &options)?;
+    let (graph, _) = check_with(&Shipped, &format!("{name}.ron"), text, registry, &options)?;
     Ok(Session::new(gpu, graph, Default::default(), Default::default()))
 }
 
