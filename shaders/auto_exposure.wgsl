@@ -85,40 +85,54 @@ fn auto_exposure_meter(lane: Lane) -> AutoExposureMetered {
     return AutoExposureMetered(total > 0u, mean, auto_exposure_bright);
 }
 
-fn auto_exposure_aim(metered: AutoExposureMetered) -> MeteringAim {
+// What is left of the frame before: the result, and the stops that were wanted.
+struct AutoExposureBefore {
+    result: vec4f,
+    wanted: f32,
+}
+
+fn auto_exposure_before() -> AutoExposureBefore {
+    return AutoExposureBefore(result[0], wanted_before[0]);
+}
+
+fn auto_exposure_aim(metered: AutoExposureMetered, before: AutoExposureBefore) -> MeteringAim {
     let curve = metering_curve(metered.mean + METERING_EV100, params.curve_ev, params.curve_stops);
     let compensation = params.compensation + curve;
     let stops = metering_stops(metered.mean, params.lowest_mean, params.highest_mean, params.key_log2, compensation);
     let wanted = max(min(stops, params.highlight_log2 - metered.bright), -METERING_MAX_STOPS);
-    return MeteringAim(wanted_before[0], wanted);
+    return MeteringAim(before.wanted, wanted);
 }
 
-fn auto_exposure_write(metered: AutoExposureMetered, adapted: f32, wanted: f32) {
-    let known = result[0].w > 0.0 && frame.reset == 0u;
+fn auto_exposure_write(metered: AutoExposureMetered, before: AutoExposureBefore, adapted: f32, wanted: f32) {
+    let known = before.result.w > 0.0 && frame.reset == 0u;
     let next = vec4f(select(wanted, adapted, known), metered.mean, metering_lux(metered.mean), 1.0);
-    let held = select(vec4f(), result[0], known);
+    let held = select(vec4f(), before.result, known);
     result[0] = select(held, next, metered.counted);
     if metered.counted { wanted_before[0] = wanted; }
 }
 
 @compute @workgroup_size(256)
 fn auto_exposure_exponential(lane: Lane) {
+    // Asked for before it is needed, so that it travels while the bins are summed.
+    let before = auto_exposure_before();
     let metered = auto_exposure_meter(lane);
     if lane.index == 0u {
-        let aim = auto_exposure_aim(metered);
+        let aim = auto_exposure_aim(metered, before);
         let dt = metering_seconds(frame.dt);
-        let adapted = metering_exponential(result[0].x, aim, dt, params.rate_dark, params.rate_bright);
-        auto_exposure_write(metered, adapted, aim.wanted);
+        let adapted = metering_exponential(before.result.x, aim, dt, params.rate_dark, params.rate_bright);
+        auto_exposure_write(metered, before, adapted, aim.wanted);
     }
 }
 
 @compute @workgroup_size(256)
 fn auto_exposure_linear(lane: Lane) {
+    // Asked for before it is needed, so that it travels while the bins are summed.
+    let before = auto_exposure_before();
     let metered = auto_exposure_meter(lane);
     if lane.index == 0u {
-        let aim = auto_exposure_aim(metered);
+        let aim = auto_exposure_aim(metered, before);
         let dt = metering_seconds(frame.dt);
-        let adapted = metering_linear(result[0].x, aim, dt, params.rate_dark, params.rate_bright);
-        auto_exposure_write(metered, adapted, aim.wanted);
+        let adapted = metering_linear(before.result.x, aim, dt, params.rate_dark, params.rate_bright);
+        auto_exposure_write(metered, before, adapted, aim.wanted);
     }
 }

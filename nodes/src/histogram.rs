@@ -54,13 +54,10 @@ const HEADER: u64 = 4;
 /// How wide a workgroup's tile is, in counted pixels.
 const COLUMNS: u32 = 64;
 
-/// Rows of a workgroup's tile: more leave the table alone for longer, fewer give a small picture to more workgroups.
+/// Rows of a workgroup's tile: more leave the table alone for longer, fewer keep together in the cache what is read at the same time, where a
+/// picture does fit.
 fn rows(picked: Size) -> u32 {
-    match picked.texels() {
-        0..0x40_0000 => 64,
-        0x40_0000..0x100_0000 => 128,
-        _ => 256,
-    }
+    if picked.texels() < 0x100_0000 { 64 } else { 128 }
 }
 
 impl Histogram {
