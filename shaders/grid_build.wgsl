@@ -10,6 +10,7 @@ struct GridBuild {
     hi: f32,
     stops: f32,
     size: vec3u,
+    bins_per_stop: f32,
     // Steps of the fixed point in 1, chosen so that no sum can overflow.
     unit: f32,
     // From fixed-point sums to what is stored.
@@ -49,7 +50,7 @@ fn grid_build_level(color: vec4f) -> f32 {
 }
 
 fn grid_build_bin(level: f32) -> u32 {
-    return min(u32(level / (params.hi - params.lo) * f32(params.size.z)), params.size.z - 1u);
+    return min(u32(level * params.bins_per_stop), params.size.z - 1u);
 }
 
 fn grid_build_add(bin: u32, weight: f32, level: f32) {
@@ -90,7 +91,7 @@ fn grid_build_trilinear(@builtin(workgroup_id) column: vec3u, @builtin(local_inv
 // Shares a pixel between the two nearest bins of the column.
 fn grid_build_spread(weight: f32, level: f32) {
     let last = params.size.z - 1u;
-    let place = clamp(level / (params.hi - params.lo) * f32(params.size.z) - 0.5, 0.0, f32(last));
+    let place = clamp(level * params.bins_per_stop - 0.5, 0.0, f32(last));
     let bin = u32(place);
     let above = place - f32(bin);
     grid_build_add(bin, weight * (1.0 - above), level);

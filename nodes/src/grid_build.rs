@@ -103,6 +103,7 @@ impl Node for GridBuild {
             .set("lo", lo)
             .set("hi", hi)
             .set("size", [self.width, self.height, self.depth])
+            .set("bins_per_stop", self.depth as f32 / (hi - lo))
             .set("unit", unit)
             .set("share", FULL_CELL / (unit * capacity as f64))
             .dispatch([self.width, self.height, 1]);
