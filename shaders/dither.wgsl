@@ -5,9 +5,10 @@ struct Dither {
     seed: u32,
 }
 
-// 16 bits as a number from -1/2 to 1/2, exactly: they become the mantissa of a number from 1 to 2, which is cheaper than a conversion.
+// 16 bits as a number from -1/2 to 1/2, exactly: they become the end of the mantissa of a number from 1 on, which is cheaper than a
+// conversion.
 fn dither_number(bits: vec3u) -> vec3f {
-    return bitcast<vec3f>(vec3u(0x3f800000u) | (bits << vec3u(7u))) - 1.5;
+    return bitcast<vec3f>(vec3u(0x3f800000u) | bits) * 128.0 - 128.5;
 }
 
 // Triangular noise of one code to either side, fading to half a code of even noise at black and white, which stay solid.
