@@ -36,7 +36,7 @@ use crate::failure::Failure;
 use crate::files::write_whole;
 use crate::pipeline::{facts, read_text, split};
 use crate::session::{open, options_on};
-use crate::shipped::PIPELINES;
+use crate::shipped::{PIPELINES, WITH_FILES};
 use crate::terminal::say;
 use args::StressArgs;
 
@@ -145,11 +145,13 @@ fn subjects(args: &StressArgs, registry: &Registry, tables: &[&[NodeKind]]) -> R
     for path in &args.pipelines {
         let file = path.to_string_lossy();
         let text = read_text(path, "pipeline")?;
-        subjects.extend(pipelines(&file, &file, &text, args.options.tier.as_deref())?);
+        let subject = |tier: Option<&str>| Subject::pipeline(&file, &file, &text, tier);
+        subjects.extend(pipelines(&file, &text, args.options.tier.as_deref(), subject)?);
     }
     if everything {
-        for (name, text) in PIPELINES {
-            subjects.extend(pipelines(name, &format!("pipelines/{name}.ron"), text, args.options.tier.as_deref())?);
+        for (name, text) in PIPELINES.iter().chain(WITH_FILES) {
+            let subject = |tier: Option<&str>| Subject::shipped(name, text, tier);
+            subjects.extend(pipelines(name, text, args.options.tier.as_deref(), subject)?);
         }
     }
     if everything || args.kinds {
@@ -166,16 +168,21 @@ fn subjects(args: &StressArgs, registry: &Registry, tables: &[&[NodeKind]]) -> R
 }
 
 /// A pipeline, without its optional inputs, and in each of its tiers; or in the one that is asked for.
-fn pipelines(title: &str, file: &str, text: &str, tier: Option<&str>) -> Result<Vec<Subject>, Failure> {
+fn pipelines(
+    file: &str,
+    text: &str,
+    tier: Option<&str>,
+    subject: impl Fn(Option<&str>) -> Subject,
+) -> Result<Vec<Subject>, Failure> {
     if tier.is_some() {
-        return Ok(vec![Subject::pipeline(title, file, text, tier)]);
+        return Ok(vec![subject(tier)]);
     }
-    let whole = Subject::pipeline(title, file, text, None);
+    let whole = subject(None);
     let document = parse(file, text)?;
     let has_optional = document.inputs.iter().any(|input| input.optional);
     let mut subjects = vec![whole.clone()];
     subjects.extend(has_optional.then(|| whole.without_optional()));
-    subjects.extend(document.tiers.iter().map(|(name, _)| Subject::pipeline(title, file, text, Some(&name.value))));
+    subjects.extend(document.tiers.iter().map(|(name, _)| subject(Some(&name.value))));
     Ok(subjects)
 }
 

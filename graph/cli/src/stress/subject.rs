@@ -9,6 +9,7 @@ use afterimage_graph::node::{NodeKind, PortType, Registry};
 
 use super::wiring::{NODE, Wires, alone};
 use crate::pipeline::Files;
+use crate::shipped::Shipped;
 
 /// Changes of parameters: `node.parameter` and its value, as `--set` takes them.
 pub(crate) type Sets = Vec<(String, String)>;
@@ -25,6 +26,8 @@ pub struct Subject {
     /// The text in which no identity leaves the node out; for kinds with image outputs.
     forced: Option<String>,
     tier: Option<String>,
+    /// Whether the files that it names come with the program.
+    is_shipped: bool,
     /// Whether it is one kind.
     pub(crate) is_kind: bool,
     /// Whether it is a kind whose main output is a value.
@@ -63,6 +66,7 @@ impl Subject {
             text: text.to_owned(),
             forced: None,
             tier: tier.map(str::to_owned),
+            is_shipped: false,
             is_kind: false,
             shows_value: false,
             bare: false,
@@ -71,6 +75,12 @@ impl Subject {
             base: Sets::new(),
             facts: Facts::default(),
         }
+    }
+
+    /// A pipeline that comes with the program.
+    pub(crate) fn shipped(name: &str, text: &str, tier: Option<&str>) -> Self {
+        let file = format!("{name}.ron");
+        Self { is_shipped: true, file, ..Self::pipeline(name, &format!("pipelines/{name}.ron"), text, tier) }
     }
 
     /// A kind on its own, with its optional inputs, or `bare` without; `signed` light may be negative. `None` where nothing makes what
@@ -91,6 +101,7 @@ impl Subject {
             text: alone(registry, kind, wires)?,
             forced: alone(registry, kind, Wires { forced: true, ..wires }),
             tier: None,
+            is_shipped: false,
             is_kind: true,
             shows_value: kind.output(kind.main_output()).is_some_and(|output| output.ty == PortType::Value),
             bare,
@@ -129,7 +140,8 @@ impl Subject {
 
     fn checked(&self, text: &str, registry: &Registry, sets: &Sets) -> Result<Graph, Diagnostics> {
         let sets = self.base.iter().chain(sets).cloned().collect();
-        let options = CheckOptions { tier: self.tier.clone(), sets, loader: &StressFiles };
+        let loader: &dyn Loader = if self.is_shipped { &Shipped } else { &StressFiles };
+        let options = CheckOptions { tier: self.tier.clone(), sets, loader };
         Ok(check(&parse(&self.file, text)?, registry, &options)?.0)
     }
 
