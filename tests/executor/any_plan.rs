@@ -1,11 +1,12 @@
 //! Whatever way a graph is planned, its pixels are the same to the bit: another order, another placement, no sharing of memory, no
 //! overlap, and memory full of NaN wherever it changes hands.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use afterimage_graph::check::{Condition, Graph, Source};
 use afterimage_graph::node::{Arg, ImageId, Resource, StandIn, Step, Work};
-use afterimage_graph::plan::{Alias, Options, Plan, Stage, Tiles, WaveBarriers, check_plan};
+use afterimage_graph::plan::{Alias, Lifetime, Options, Plan, Stage, Tiles, WaveBarriers, check_plan};
 use afterimage_graph::shader::Shader;
 use petgraph::graph::{DiGraph, NodeIndex};
 
@@ -14,7 +15,7 @@ use crate::plans::random::{Dice, Recipe};
 use crate::support::gpu::{Picture, Run, shipped};
 use crate::support::player::Player;
 
-const SEEDS: std::ops::Range<u64> = 1..7;
+const SEEDS: Range<u64> = 1..7;
 
 /// Pyramids, volumes, values and two outputs among at most forty nodes, with wires to earlier frames.
 fn graph(seed: u64) -> Graph {
@@ -201,7 +202,9 @@ fn poisoned(plan: &Plan) -> (Plan, usize) {
     poisoned.waves.clear();
     poisoned.barriers.clear();
     let mut filled = 0;
+    let mut now: Vec<Range<usize>> = Vec::new();
     for (wave, passes) in plan.waves.iter().enumerate() {
+        let first = poisoned.waves.len();
         let mut before = plan.barriers[wave].clone();
         for image in born(plan, wave) {
             // Only the first pass after the hand-over must wait for the resident before.
@@ -220,6 +223,12 @@ fn poisoned(plan: &Plan) -> (Plan, usize) {
         poisoned.barriers.push(before);
         poisoned.stages.extend_from_slice(&plan.stages[passes.clone()]);
         poisoned.recording.passes.extend_from_slice(&plan.recording.passes[passes.clone()]);
+        now.push(first..poisoned.waves.len() - 1);
+    }
+    for life in poisoned.lifetimes.iter_mut().flatten() {
+        // What leaves the frame lives until after its last wave.
+        let last = now.get(life.last).map_or(poisoned.waves.len(), |waves| waves.end);
+        *life = Lifetime { first: now[life.first].start, last };
     }
     (poisoned, filled)
 }

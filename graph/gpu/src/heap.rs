@@ -40,7 +40,8 @@ impl Drop for Block {
     }
 }
 
-/// The images of a plan in a heap, in the order of the plan's images, with their offsets.
+/// The images of a plan in a heap, in the order of the plan's images, with their offsets. Images of one description at one offset are one texture,
+/// so wgpu knows by itself when one follows the other.
 #[derive(Clone)]
 pub(crate) struct Placed {
     pub(crate) heap: Arc<Heap>,
@@ -64,13 +65,13 @@ impl Placed {
             Some(old) => old.heap.clone(),
             None => Arc::new(Heap::new(device, bytes, types)?),
         };
-        let mut left = old.map_or(Vec::new(), |old| old.images.clone());
-        let image = |(offset, desc, label): &(u64, ImageDesc, &str)| {
-            let same = left.iter().position(|(at, stored)| at == offset && stored.desc == *desc);
-            let stored = same.map(|at| left.swap_remove(at).1).or_else(|| heap.place(*desc, *offset, label))?;
-            Some((*offset, stored))
-        };
-        let images = places.iter().map(image).collect::<Option<Vec<_>>>()?;
+        let old = old.map_or(&[][..], |old| &old.images);
+        let mut images: Vec<(u64, Stored)> = Vec::with_capacity(places.len());
+        for (offset, desc, label) in places {
+            let is_same = |(at, stored): &&(u64, Stored)| at == offset && stored.desc == *desc;
+            let known = images.iter().chain(old).find(is_same).map(|(_, stored)| stored.clone());
+            images.push((*offset, known.or_else(|| heap.place(*desc, *offset, label))?));
+        }
         Some(Self { heap, images })
     }
 }

@@ -1,13 +1,14 @@
 //! Bind groups: a loaded plan meets the images that the host gives for a frame.
 
-use afterimage_graph::node::{ImageId, Resource};
-use afterimage_graph::plan::{PlanOutput, Stage, Use};
+use afterimage_graph::node::ImageId;
+use afterimage_graph::plan::{PlanOutput, Stage};
 use afterimage_graph::shader::SlotKind;
 use wgpu::{BindGroup, BindGroupEntry, BindingResource, TextureView};
 
-use super::loaded::{Holding, HostSet, Loaded, Run, Touch, planned_attachment};
+use super::loaded::{Holding, HostSet, Loaded, Run, planned_attachment};
 use super::outside::{Formats, check_apart, check_input, check_names, check_output, must_be_drawn};
 use super::prepare::order;
+use super::touch::touches;
 use super::{Executor, Frame, uniforms};
 use crate::GpuError;
 use crate::layout::bound_slots;
@@ -40,39 +41,9 @@ impl Executor {
 
     fn make_set(&self, loaded: &Loaded, views: Vec<TextureView>, drawn: &Drawn) -> Result<HostSet, GpuError> {
         let passes = 0..loaded.passes.len();
-        let runs = passes.clone().map(|index| self.make_run(loaded, index, &views, drawn)).collect::<Result<_, _>>()?;
-        let touches = passes.map(|index| self.make_touches(loaded, index, &views)).collect();
+        let runs = passes.map(|index| self.make_run(loaded, index, &views, drawn)).collect::<Result<Vec<_>, _>>()?;
+        let touches = touches(loaded, &self.store, &runs, &views);
         Ok(HostSet { views, runs, touches })
-    }
-
-    /// What must happen before the wave that this pass opens. Images that several passes of the wave read change their state in one batch, so
-    /// that the passes can overlap. A new resident of shared memory is touched: its first mention in the frame records a state only, and the
-    /// write that follows is then a second one, before which the device must wait for all that ran before.
-    fn make_touches(&self, loaded: &Loaded, index: usize, views: &[TextureView]) -> Vec<Vec<Touch>> {
-        let plan = &loaded.plan;
-        let Some(wave) = plan.waves.iter().position(|wave| wave.start == index) else { return Vec::new() };
-        let mut wanted: Vec<(ImageId, wgpu::TextureUses)> = Vec::new();
-        if plan.waves[wave].len() > 1 {
-            let read = plan.barriers[wave].transitions.iter().filter(|t| t.to == Use::Read);
-            wanted.extend(read.filter_map(|t| match t.resource {
-                Resource::Image(image) => Some((image, wgpu::TextureUses::RESOURCE)),
-                Resource::Buffer(_) => None,
-            }));
-        }
-        if loaded.placed.is_some() {
-            let new = plan.barriers[wave].hand_overs.iter().map(|hand_over| hand_over.image);
-            wanted.extend(new.map(|image| (image, wgpu::TextureUses::STORAGE_WRITE_ONLY)));
-        }
-        if wanted.is_empty() {
-            return Vec::new();
-        }
-        let touch = |(image, state): &(ImageId, wgpu::TextureUses), phase| {
-            let view = loaded.view(&self.store, *image, views, phase).clone();
-            let storable = view.texture().usage().contains(wgpu::TextureUsages::STORAGE_BINDING);
-            let state = if storable { *state } else { wgpu::TextureUses::RESOURCE };
-            Touch { view, state }
-        };
-        (0..loaded.phases).map(|phase| wanted.iter().map(|wanted| touch(wanted, phase)).collect()).collect()
     }
 
     fn make_run(&self, loaded: &Loaded, index: usize, views: &[TextureView], drawn: &Drawn) -> Result<Run, GpuError> {

@@ -7,6 +7,7 @@ mod moment;
 mod outside;
 mod prepare;
 mod record;
+mod touch;
 mod uniforms;
 
 use std::sync::Arc;
