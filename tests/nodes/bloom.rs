@@ -85,6 +85,9 @@ fn assert_within(what: &str, got: &Picture, want: &Image, tolerance: f64, slack:
     }
 }
 
+/// A texture unit weighs two texels in steps of 1/256; by hand, as in exact pipelines, a tap is misplaced by less than a hundredth of that.
+const WEIGHT_STEPS: f64 = 100.0;
+
 /// How far a result may be off because its taps are: a GPU divides with an error of two and a half units in the last place, which at a side
 /// of 641 texels moves a tap by some 0.00005 of one.
 fn misplaced(scene: &Picture) -> f64 {
@@ -99,7 +102,7 @@ fn check_on(nodes: &str, scene: &Picture, want: &Image, tolerance: Tolerance) {
     let slack = misplaced(scene);
     assert_within(&format!("exact {what}"), &run_exact(&text, &[("scene", scene)])[0], want, tolerance.exact, slack);
     let half = Run::new(&graph(&text)).frame(&[("scene", scene)]);
-    assert_within(&what, &half[0], want, tolerance.half, slack);
+    assert_within(&what, &half[0], want, tolerance.half, slack * WEIGHT_STEPS);
 }
 
 /// Runs `nodes` at every size, without and with spikes.

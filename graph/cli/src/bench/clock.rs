@@ -1,5 +1,6 @@
 //! How long frames take: by the GPU's own clock where it can be trusted, by the host's otherwise.
 
+use std::cell::Cell;
 use std::time::{Duration, Instant};
 
 use afterimage_gpu::{Gpu, GpuError};
@@ -7,13 +8,22 @@ use wgpu::{BufferUsages, CommandEncoder, Features};
 
 use crate::failure::Failure;
 
-/// A GPU sleeps until there is work: so long is it woken before anything is measured.
-const WAKING: Duration = Duration::from_millis(60);
+/// A GPU sleeps until there is work: so long is it kept busy before anything is measured.
+const WARMING: Duration = Duration::from_millis(60);
+/// After so long without work it may have fallen asleep, and its clock rises by steps: it is awake once so long nothing has become faster.
+const DOZING: Duration = Duration::from_millis(80);
+const STEADY: Duration = Duration::from_millis(300);
+/// A clock that has not risen by then will not.
+const LONGEST: Duration = Duration::from_secs(3);
+/// Frames at once while it is woken: one that waits for the host after each frame sleeps on.
+const CROWD: u32 = 16;
 
 /// Measures work on one GPU.
 pub(crate) struct Stopwatch<'g> {
     gpu: &'g Gpu,
     stamps: Option<Stamps>,
+    /// When the last measurement ended.
+    last: Cell<Option<Instant>>,
 }
 
 /// The two timestamps around a frame. Nothing is written between them, so that the passes may overlap as they always do.
@@ -100,7 +110,7 @@ pub(crate) type Record<'r> = Box<dyn FnMut(&mut CommandEncoder) -> Result<(), Fa
 
 impl<'g> Stopwatch<'g> {
     pub(crate) fn new(gpu: &'g Gpu) -> Self {
-        Self { gpu, stamps: Stamps::new(gpu) }
+        Self { gpu, stamps: Stamps::new(gpu), last: Cell::new(None) }
     }
 
     /// Whether it is the GPU's clock.
@@ -114,13 +124,36 @@ impl<'g> Stopwatch<'g> {
         frames: u32,
         mut record: impl FnMut(&mut CommandEncoder) -> Result<(), Failure>,
     ) -> Result<f64, Failure> {
+        if self.is_gpu() && self.last.get().is_none_or(|last| last.elapsed() > DOZING) {
+            self.wake(&mut record)?;
+        }
         let start = Instant::now();
         self.once(&mut record)?;
-        while self.is_gpu() && start.elapsed() < WAKING {
+        while self.is_gpu() && start.elapsed() < WARMING {
             self.once(&mut record)?;
         }
         let times = (0..frames).map(|_| self.once(&mut record)).collect::<Result<_, _>>()?;
+        self.last.set(Some(Instant::now()));
         Ok(median(times))
+    }
+
+    /// Keeps the GPU busy until frames no longer become faster.
+    fn wake(&self, record: &mut impl FnMut(&mut CommandEncoder) -> Result<(), Failure>) -> Result<(), Failure> {
+        let start = Instant::now();
+        let (mut fastest, mut since) = (Duration::MAX, start);
+        while since.elapsed() < STEADY && start.elapsed() < LONGEST {
+            let begin = Instant::now();
+            for _ in 0..CROWD {
+                let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
+                record(&mut encoder)?;
+                self.gpu.queue.submit([encoder.finish()]);
+            }
+            wait(self.gpu)?;
+            if begin.elapsed() < fastest.saturating_sub(fastest / 20) {
+                (fastest, since) = (begin.elapsed(), Instant::now());
+            }
+        }
+        Ok(())
     }
 
     /// The medians of several works that are compared. By the host's clock they take turns, so that whatever else the processor does in the
