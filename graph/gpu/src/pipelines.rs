@@ -1,4 +1,4 @@
-//! Shaders to pipelines, each compiled once.
+//! Shaders to pipelines, each compiled once while plans ask for it.
 
 use std::sync::Mutex;
 
@@ -30,11 +30,48 @@ pub(crate) struct Built {
     pub(crate) layout: wgpu::BindGroupLayout,
 }
 
-/// Everything compiled so far, by whichever thread.
+/// Pipelines that none of so many calls of [`Pipelines::build`] asked for are dropped: who edits a shader for hours keeps the last versions. Plans
+/// that are loaded hold their own.
+const KEPT: u64 = 64;
+
+/// What was compiled, by whichever thread.
 #[derive(Default)]
 pub(crate) struct Pipelines {
-    built: Mutex<FxHashMap<PipelineKey, Built>>,
+    shelf: Mutex<Shelf<Built>>,
     pub(crate) cache: Option<wgpu::PipelineCache>,
+}
+
+/// Pipelines, with the number of the call that last asked for each.
+struct Shelf<T> {
+    calls: u64,
+    built: FxHashMap<PipelineKey, (T, u64)>,
+}
+
+impl<T> Default for Shelf<T> {
+    fn default() -> Self {
+        Self { calls: 0, built: FxHashMap::default() }
+    }
+}
+
+impl<T: Clone> Shelf<T> {
+    /// Notes one more call, and drops what was not asked for in a long time.
+    fn begin<'k>(&mut self, asked: impl Iterator<Item = &'k PipelineKey>) {
+        self.calls += 1;
+        for key in asked {
+            if let Some((_, call)) = self.built.get_mut(key) {
+                *call = self.calls;
+            }
+        }
+        self.built.retain(|_, (_, call)| *call + KEPT > self.calls);
+    }
+
+    fn put(&mut self, key: PipelineKey, built: T) {
+        self.built.insert(key, (built, self.calls));
+    }
+
+    fn get(&self, key: &PipelineKey) -> Option<T> {
+        self.built.get(key).map(|(built, _)| built.clone())
+    }
 }
 
 /// A pipeline to be built.
@@ -53,15 +90,16 @@ pub(crate) struct Order<'a> {
 impl Pipelines {
     /// With the driver's cache.
     pub(crate) fn with_cache(cache: Option<wgpu::PipelineCache>) -> Self {
-        Self { built: Mutex::default(), cache }
+        Self { shelf: Mutex::default(), cache }
     }
 
     pub(crate) fn get(&self, key: &PipelineKey) -> Option<Built> {
-        self.built.lock().expect(UNBROKEN).get(key).cloned()
+        self.shelf.lock().expect(UNBROKEN).get(key)
     }
 
     /// Compiles what is missing, on so many threads; the first refusal of the device, if there is one.
     pub(crate) fn build(&self, device: &wgpu::Device, orders: Vec<Order<'_>>, threads: usize) -> Result<(), GpuError> {
+        self.shelf.lock().expect(UNBROKEN).begin(orders.iter().map(|order| &order.key));
         let mut missing: Vec<Order<'_>> = Vec::new();
         for order in orders {
             if self.get(&order.key).is_none() && missing.iter().all(|known| known.key != order.key) {
@@ -88,7 +126,7 @@ impl Pipelines {
         let what = format!("the shader of `{}`", order.label);
         let pipeline = watched(device, &what, || Ok(compile(device, self.cache.as_ref(), &order)))?;
         let built = Built { pipeline, layout: order.layout };
-        self.built.lock().expect(UNBROKEN).insert(order.key, built);
+        self.shelf.lock().expect(UNBROKEN).put(order.key, built);
         Ok(())
     }
 }
@@ -176,5 +214,38 @@ fn compile(device: &wgpu::Device, cache: Option<&wgpu::PipelineCache>, order: &O
                 cache,
             }))
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{KEPT, PipelineKey, Shelf};
+
+    fn key(source: &str) -> PipelineKey {
+        PipelineKey {
+            source: source.to_owned(),
+            entry: "compute",
+            constants: Vec::new(),
+            attachment: None,
+            layout: String::new(),
+            checked: true,
+        }
+    }
+
+    #[test]
+    fn what_plans_still_ask_for_stays_and_old_versions_go() {
+        let mut shelf = Shelf::default();
+        let asked = key("asked for by every plan");
+        shelf.begin([&asked].into_iter());
+        shelf.put(asked.clone(), "asked");
+        for version in 0..3 * KEPT {
+            let edited = key(&version.to_string());
+            shelf.begin([&asked, &edited].into_iter());
+            shelf.put(edited, "edited");
+        }
+        assert_eq!(shelf.get(&asked), Some("asked"));
+        assert_eq!(shelf.built.len() as u64, KEPT + 1);
+        assert_eq!(shelf.get(&key(&(2 * KEPT).to_string())), Some("edited"));
+        assert_eq!(shelf.get(&key("0")), None);
     }
 }
