@@ -170,7 +170,9 @@ fn options(choices: &mut Bytes<'_>) -> Options {
         serial: choices.flag(),
         exact: choices.flag(),
         waves_first: choices.flag(),
-        ..Options::default()
+        bounds_checks: choices.flag(),
+        half: choices.flag(),
+        subgroups: choices.flag(),
     }
 }
 
