@@ -20,10 +20,6 @@ const MEAN_LUMINANCE_TILE: u32 = 64u;
 @group(0) @binding(3) var<storage, read> tiles: array<vec2f>;
 @group(0) @binding(4) var<storage, read_write> result: array<vec4f>;
 
-fn mean_luminance_join(a: vec2f, b: vec2f) -> vec2f {
-    return vec2f(a.x + b.x, max(a.y, b.y));
-}
-
 // A pixel of the tile, row by row: the luminance, or a negative number outside the picture.
 fn mean_luminance_of(tile: vec2u, lane: u32, row: u32) -> f32 {
     let cell = tile * MEAN_LUMINANCE_TILE + vec2u(lane % MEAN_LUMINANCE_TILE, row + lane / MEAN_LUMINANCE_TILE);
@@ -46,7 +42,7 @@ fn mean_luminance_log(
     for (var row = 0u; row < MEAN_LUMINANCE_TILE; row += 4u) {
         let light = mean_luminance_of(group.xy, lane.index, row);
         let logarithm = max(log2(max(light, 1e-30)), params.lo);
-        sum = mean_luminance_join(sum, vec2f(select(0.0, logarithm, light >= 0.0), light));
+        sum = lanes_joined(sum, vec2f(select(0.0, logarithm, light >= 0.0), light));
     }
     mean_luminance_write(group.xy, groups.x, lane, sum);
 }
@@ -60,7 +56,7 @@ fn mean_luminance_linear(
     var sum = vec2f();
     for (var row = 0u; row < MEAN_LUMINANCE_TILE; row += 4u) {
         let light = mean_luminance_of(group.xy, lane.index, row);
-        sum = mean_luminance_join(sum, vec2f(max(light, 0.0), light));
+        sum = lanes_joined(sum, vec2f(max(light, 0.0), light));
     }
     mean_luminance_write(group.xy, groups.x, lane, sum);
 }
@@ -68,7 +64,7 @@ fn mean_luminance_linear(
 fn mean_luminance_total(lane: Lane) -> vec2f {
     var sum = vec2f();
     for (var tile = lane.index; tile < params.tiles; tile += MEAN_LUMINANCE_LANES) {
-        sum = mean_luminance_join(sum, tiles[tile]);
+        sum = lanes_joined(sum, tiles[tile]);
     }
     return lanes_sum_and_most(lane, MEAN_LUMINANCE_LANES, sum);
 }

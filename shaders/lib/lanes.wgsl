@@ -55,11 +55,12 @@ fn lanes_sum(lane: Lane, lanes: u32, value: vec2f) -> vec2f {
     return sum;
 }
 
+// The sum of the first numbers and the larger of the second ones.
 fn lanes_joined(a: vec2f, b: vec2f) -> vec2f {
     return vec2f(a.x + b.x, max(a.y, b.y));
 }
 
-// The sum of the first number and the largest second one.
+// The same of all invocations.
 fn lanes_sum_and_most(lane: Lane, lanes: u32, value: vec2f) -> vec2f {
     lanes_values[lane.index] = value;
     workgroupBarrier();

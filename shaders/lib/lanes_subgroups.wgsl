@@ -45,6 +45,10 @@ fn lanes_sum(lane: Lane, lanes: u32, value: vec2f) -> vec2f {
     return sum;
 }
 
+fn lanes_joined(a: vec2f, b: vec2f) -> vec2f {
+    return vec2f(a.x + b.x, max(a.y, b.y));
+}
+
 fn lanes_sum_and_most(lane: Lane, lanes: u32, value: vec2f) -> vec2f {
     let part = vec2f(subgroupAdd(value.x), subgroupMax(value.y));
     workgroupBarrier();
@@ -52,8 +56,7 @@ fn lanes_sum_and_most(lane: Lane, lanes: u32, value: vec2f) -> vec2f {
     workgroupBarrier();
     var joined = lanes_sums[0];
     for (var other = 1u; other < lane.subgroups; other++) {
-        let next = lanes_sums[other];
-        joined = vec2f(joined.x + next.x, max(joined.y, next.y));
+        joined = lanes_joined(joined, lanes_sums[other]);
     }
     return joined;
 }

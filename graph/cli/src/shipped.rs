@@ -4,17 +4,13 @@ use std::sync::Arc;
 
 use afterimage_graph::check::Loader;
 
-/// Name and text of every file in `pipelines/` that needs no other file.
+/// Name and text of every file in `pipelines/`; the last ones extend another or name a table, which [`Shipped`] gives them.
 pub(crate) const PIPELINES: &[(&str, &str)] = &[
     ("caracal", include_str!("../../../pipelines/caracal.ron")),
     ("exposure", include_str!("../../../pipelines/exposure.ron")),
     ("glare", include_str!("../../../pipelines/glare.ron")),
     ("lynx", include_str!("../../../pipelines/lynx.ron")),
     ("tsushima", include_str!("../../../pipelines/tsushima.ron")),
-];
-
-/// The same of those that extend another file or name a table.
-pub(crate) const WITH_FILES: &[(&str, &str)] = &[
     ("grade", include_str!("../../../pipelines/grade.ron")),
     ("tsushima-night", include_str!("../../../pipelines/tsushima-night.ron")),
 ];

@@ -6,7 +6,7 @@ use afterimage_graph::node::Registry;
 use afterimage_graph::plan::Options;
 use wgpu::{BindGroupEntry, BindingResource, TextureUsages, TextureView};
 
-use super::clock::Stopwatch;
+use super::clock::{Record, Stopwatch};
 use super::inputs::Inputs;
 use super::plain::{compute_pipeline, draw, draw_pipeline, group, groups, module, target};
 use super::report::table;
@@ -30,12 +30,12 @@ pub(super) fn run(gpu: &Gpu, registry: &Registry, frames: u32) -> Result<String,
             calibration.formats.insert(format.name().to_owned(), pair);
         }
     }
-    let timed = |text, options| time(gpu, registry, &stopwatch, (text, size), frames, options);
+    let gain = |text, switched| gain(gpu, registry, &stopwatch, (text, size), frames, switched);
     if gpu.caps.half_arithmetic {
-        calibration.half = Some(gain(&|half| timed(PYRAMID, Options { half, ..Options::default() }))?);
+        calibration.half = Some(gain(PYRAMID, Options { half: true, ..Options::default() })?);
     }
     if gpu.caps.subgroups {
-        calibration.subgroups = Some(gain(&|subgroups| timed(METER, Options { subgroups, ..Options::default() }))?);
+        calibration.subgroups = Some(gain(METER, Options { subgroups: true, ..Options::default() })?);
     }
     let kept = keep_calibration(gpu, &calibration);
     Ok(describe(&calibration, &gpu.name(), size, kept.as_deref()))
@@ -94,26 +94,27 @@ const METER: &str = r#"Pipeline(
 )"#;
 
 /// The same work without a switch and with it, twice by turns: what is slow for another reason once is hardly so again.
-fn gain(timed: &dyn Fn(bool) -> Result<f64, Failure>) -> Result<Gain, Failure> {
-    let (without, with) = (timed(false)?, timed(true)?);
-    Ok(Gain { without_ms: without.min(timed(false)?), with_ms: with.min(timed(true)?) })
-}
-
-/// The median frame of a pipeline.
-fn time(
+fn gain(
     gpu: &Gpu,
     registry: &Registry,
     stopwatch: &Stopwatch<'_>,
     (text, size): (&str, Size),
     frames: u32,
-    options: Options,
-) -> Result<f64, Failure> {
+    switched: Options,
+) -> Result<Gain, Failure> {
     let none = PipelineOptions { sets: Vec::new(), facts: Vec::new(), tier: None, nodes: Vec::new() };
     let (graph, _) = check_text("calibration.ron", text, registry, &none)?;
     let inputs = Inputs::new(gpu, registry, &graph, size)?;
-    let executor = Executor::with_caps(&gpu.device, &gpu.queue, gpu.caps.clone());
-    let mut runner = Runner::new(gpu, &inputs, &graph, Default::default(), options, executor)?;
-    stopwatch.median(frames, |encoder| runner.encode(encoder))
+    let runner = |options| {
+        let executor = Executor::with_caps(&gpu.device, &gpu.queue, gpu.caps.clone());
+        Runner::new(gpu, &inputs, &graph, Default::default(), options, executor)
+    };
+    let (mut without, mut with) = (runner(Options::default())?, runner(switched)?);
+    let mut works: [Record<'_>; 2] =
+        [Box::new(|encoder| without.encode(encoder)), Box::new(|encoder| with.encode(encoder))];
+    let mut round = || stopwatch.medians(frames, &mut works);
+    let (first, second) = (round()?, round()?);
+    Ok(Gain { without_ms: first[0].min(second[0]), with_ms: first[1].min(second[1]) })
 }
 
 fn describe(calibration: &Calibration, adapter: &str, size: Size, kept: Option<&std::path::Path>) -> String {

@@ -15,7 +15,7 @@ use crate::files::write_whole;
 use crate::pipeline::{check_with, registry};
 use crate::save::{Saving, save};
 use crate::session::{Clock, Given, Session, choose_output, open};
-use crate::shipped::{PIPELINES, SCENE, Shipped, WITH_FILES};
+use crate::shipped::{PIPELINES, SCENE, Shipped};
 use crate::terminal::say;
 
 pub(crate) fn run(args: &DemoArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
@@ -39,7 +39,7 @@ pub(crate) fn run(args: &DemoArgs, tables: &[&[NodeKind]]) -> Result<(), Failure
     let view = scene.output_texture("scene").create_view(&Default::default());
     let scene = [Given { input: "scene".into(), view, desc: ImageDesc::new(size) }];
     let mut tiles = Vec::new();
-    for (name, text) in PIPELINES.iter().chain(WITH_FILES) {
+    for (name, text) in PIPELINES {
         let mut pipeline = session(&gpu, &registry, name, text, &[])?;
         pipeline.render(size, &scene, Clock { reset: true, ..Clock::default() })?;
         let output = choose_output(pipeline.plan(), None, true)?;

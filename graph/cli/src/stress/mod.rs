@@ -36,7 +36,7 @@ use crate::failure::Failure;
 use crate::files::write_whole;
 use crate::pipeline::{facts, read_text, split};
 use crate::session::{open, options_on};
-use crate::shipped::{PIPELINES, WITH_FILES};
+use crate::shipped::PIPELINES;
 use crate::terminal::say;
 use args::StressArgs;
 
@@ -149,7 +149,7 @@ fn subjects(args: &StressArgs, registry: &Registry, tables: &[&[NodeKind]]) -> R
         subjects.extend(pipelines(&file, &text, args.options.tier.as_deref(), subject)?);
     }
     if everything {
-        for (name, text) in PIPELINES.iter().chain(WITH_FILES) {
+        for (name, text) in PIPELINES {
             let subject = |tier: Option<&str>| Subject::shipped(name, text, tier);
             subjects.extend(pipelines(name, text, args.options.tier.as_deref(), subject)?);
         }
