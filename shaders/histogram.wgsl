@@ -3,6 +3,7 @@
 // tiles run.
 #import color
 #import lanes
+#import picks
 
 struct Histogram {
     bins: u32,
@@ -45,16 +46,16 @@ fn histogram(@builtin(workgroup_id) tile: vec3u, own: Lane) {
     if lane == 0u { atomicStore(&histogram_brightest, 0u); }
     workgroupBarrier();
     let size = textureDimensions(source);
-    let picked = (size + params.step - 1u) / params.step;
+    let picked = picked_size(size, params.step);
     var brightest = 0.0;
     for (var row = 0u; row < HISTOGRAM_ROWS; row += 16u) {
         let cell = tile.xy * vec2u(HISTOGRAM_COLUMNS, HISTOGRAM_ROWS) + vec2u(lane % HISTOGRAM_COLUMNS, row + lane / HISTOGRAM_COLUMNS);
         // All four are asked for before the first is counted, so that they travel together.
         let pixels = array(
-            histogram_pixel(cell, size),
-            histogram_pixel(cell + vec2u(0u, 4u), size),
-            histogram_pixel(cell + vec2u(0u, 8u), size),
-            histogram_pixel(cell + vec2u(0u, 12u), size),
+            picked_pixel(cell, size, params.step),
+            picked_pixel(cell + vec2u(0u, 4u), size, params.step),
+            picked_pixel(cell + vec2u(0u, 8u), size, params.step),
+            picked_pixel(cell + vec2u(0u, 12u), size, params.step),
         );
         let colors = array(
             texel(source, pixels[0]).rgb,
@@ -80,11 +81,6 @@ fn histogram(@builtin(workgroup_id) tile: vec3u, own: Lane) {
         atomicStore(&result[2], bitcast<u32>(params.hi));
         atomicStore(&result[3], bitcast<u32>(f32(params.bins)));
     }
-}
-
-// The pixel that stands for a cell of `step` pixels each way; the last one for cells outside.
-fn histogram_pixel(cell: vec2u, size: vec2u) -> vec2i {
-    return vec2i(min(cell * params.step + params.step / 2u, size - 1u));
 }
 
 // Counts one pixel; gives its brightest channel.

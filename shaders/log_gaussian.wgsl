@@ -2,6 +2,7 @@
 #import cells
 #import color
 #import lanes
+#import picks
 
 struct LogGaussian {
     lo: f32,
@@ -12,6 +13,7 @@ struct LogGaussian {
     // The weight of an offset of i texels is scale * 2^(falloff i^2); all within the radius sum to 1.
     falloff: f32,
     scale: f32,
+    step: u32,
 }
 
 const LOG_GAUSSIAN_LANES: u32 = 64u;
@@ -45,7 +47,7 @@ fn log_gaussian_store(cell: Cell, sum: f32) {
 }
 
 fn log_gaussian_give(place: vec2u, sum: f32) {
-    let area = vec2f(textureDimensions(picture)) / vec2f(textureDimensions(result));
+    let area = vec2f(picked_size(textureDimensions(picture), params.step)) / vec2f(textureDimensions(result));
     let mean = sum / (area.x * area.y);
     textureStore(result, place, vec4f(mean, mean, mean, 1.0));
 }
@@ -53,7 +55,8 @@ fn log_gaussian_give(place: vec2u, sum: f32) {
 // One workgroup averages one texel of the small image.
 @compute @workgroup_size(64)
 fn log_gaussian_average(@builtin(workgroup_id) group: vec3u, lane: Lane) {
-    let pixels = textureDimensions(picture);
+    let size = textureDimensions(picture);
+    let pixels = picked_size(size, params.step);
     let cells = textureDimensions(result);
     let cell = group.xy;
     let first = cell * pixels / cells;
@@ -62,7 +65,7 @@ fn log_gaussian_average(@builtin(workgroup_id) group: vec3u, lane: Lane) {
     for (var i = lane.index; i < extent.x * extent.y; i += LOG_GAUSSIAN_LANES) {
         let pixel = first + vec2u(i % extent.x, i / extent.x);
         let share = cell_share(pixel, cell, pixels, cells);
-        sum += log_gaussian_level(texel(picture, vec2i(pixel))) * (share.x * share.y);
+        sum += log_gaussian_level(texel(picture, picked_pixel(pixel, size, params.step))) * (share.x * share.y);
     }
     let all = lanes_sum(lane, LOG_GAUSSIAN_LANES, vec2f(sum, 0.0));
     if lane.index == 0u { log_gaussian_give(cell, all.x); }

@@ -38,6 +38,8 @@ params! {
         /// How a pixel is put into the grid.
         pub method: GridBuildMethod =
             GridBuildMethod::Nearest => quality(GridBuildMethod::Trilinear, [GridBuildMethod::Nearest]);
+        /// Looks at every pixel at 1, at every second of every second row at 2, and so on. What falls between them is missing in the grid.
+        pub step: u32 = 1 => within(1.0..=8.0), quality(1u32, [2, 4]);
     }
 }
 
@@ -54,8 +56,9 @@ impl GridBuild {
         [exact_in_half(self.lo), exact_in_half(self.hi)]
     }
 
-    /// Pixels in a full cell.
-    fn capacity(&self, size: Size) -> u64 {
+    /// Pixels in a full cell, of those that are looked at.
+    fn capacity(&self, picture: Size) -> u64 {
+        let size = picture.div_up(self.step);
         u64::from(size.width.div_ceil(self.width)) * u64::from(size.height.div_ceil(self.height))
     }
 
@@ -95,7 +98,8 @@ impl Node for GridBuild {
             GridBuildMethod::Trilinear => "grid_build_trilinear",
         };
         let ([lo, hi], unit) = (self.range(), self.unit(capacity));
-        let by_cells = ByCells { form: "grid_build", source: "source", cells: [self.width, self.height], together: 1 };
+        let cells = [self.width, self.height];
+        let by_cells = ByCells { form: "grid_build", source: "source", cells, together: 1, step: self.step };
         pass.compute(&SHADER, entry)
             .by_cells((self.method == GridBuildMethod::Nearest).then_some(by_cells))
             .buffer("exposure", exposure)

@@ -24,6 +24,8 @@ params! {
         pub hi: f32 = 5.5 => within(-32.0..=32.0), unit("log2 of luminance");
         /// Stops to add to the picture's luminance; 0 for an exposed picture.
         pub stops: f32 = 0.0 => within(-24.0..=24.0), unit("stops"), neutral(0.0);
+        /// Looks at every pixel at 1, at every second of every second row at 2, and so on.
+        pub step: u32 = 1 => within(1.0..=8.0), quality(1u32, [2, 4]);
     }
 }
 
@@ -42,8 +44,8 @@ impl LogGaussian {
     fn average(&self, pass: &mut Recorder<'_>, picture: ImageId, result: ImageId) {
         let exposure =
             if pass.wired("meter") { pass.buffer("meter") } else { pass.constant_buffer("unmetered", vec![0; 16]) };
-        let by_cells =
-            ByCells { form: "log_gaussian", source: "picture", cells: [self.width, self.height], together: 64 };
+        let cells = [self.width, self.height];
+        let by_cells = ByCells { form: "log_gaussian", source: "picture", cells, together: 64, step: self.step };
         pass.compute(&SHADER, "log_gaussian_average")
             .by_cells(Some(by_cells))
             .image("picture", picture)

@@ -61,6 +61,40 @@ fn a_grid_is_built_like_its_twin() {
     }
 }
 
+/// The pixels that a node with that step looks at.
+fn picked(scene: &Picture, step: u32) -> Picture {
+    Picture::new(scene.width.div_ceil(step), scene.height.div_ceil(step), |x, y| {
+        let [x, y] = [x, y].map(|place| place * step + step / 2);
+        scene.at(x.min(scene.width - 1), y.min(scene.height - 1))
+    })
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_step_is_a_smaller_picture() {
+    let whole = scene(641, 359);
+    for step in [2, 3, 8] {
+        let seen = picked(&whole, step);
+        for method in ["Nearest", "Trilinear"] {
+            let nodes = |step: u32| {
+                format!(
+                    "{}, \"seen\": ProbeVolume(volume: \"grid\")",
+                    GRID.replace("METHOD", &format!("{method}, width: 16, height: 9, step: {step}"))
+                )
+            };
+            let [found, wanted] = [shown(&nodes(step), &whole), shown(&nodes(1), &seen)];
+            assert!(found.pixels == wanted.pixels, "{method}, {step}");
+        }
+        // Unblurred, because the blur is a circle in the picture, whose sides the step rounds up.
+        let around = |step: u32| {
+            format!("\"seen\": LogGaussian(source: \"scene\", width: 64, height: 32, sigma: 0.0, step: {step})")
+        };
+        let [found, wanted] = [shown(&around(step), &whole), shown(&around(1), &seen)];
+        assert!(found.pixels == wanted.pixels, "the average, {step}");
+        assert_ne!(found.pixels, shown(&around(1), &whole).pixels, "the step changes something");
+    }
+}
+
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_grid_is_blurred_like_its_twin() {

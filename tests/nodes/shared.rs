@@ -20,8 +20,9 @@ fn pipeline(nodes: &str) -> afterimage_graph::check::Graph {
 
 const PLAIN: &str = "\"grid\": GridBuild(source: \"scene\"), \"around\": LogGaussian(source: \"scene\", sigma: 0.0)";
 
-/// What is read as in the richest pipeline, lattices of one size, lattices with few invocations for each cell and with sides of their own.
-const WAYS: [&str; 5] = [
+/// What is read as in the richest pipeline, lattices of one size, lattices with few invocations for each cell and with sides of their own,
+/// every third pixel of every third row.
+const WAYS: [&str; 6] = [
     PLAIN,
     "\"counted\": Histogram(source: \"scene\"), \"metered\": AutoExposure(histogram: \"counted\"), \
      \"grid\": GridBuild(source: \"scene\", meter: \"metered\", stops: 0.5), \
@@ -32,6 +33,7 @@ const WAYS: [&str; 5] = [
      \"around\": LogGaussian(source: \"scene\", sigma: 0.0, width: 72, height: 40)",
     "\"grid\": GridBuild(source: \"scene\", width: 16, height: 24), \
      \"around\": LogGaussian(source: \"scene\", sigma: 0.0, width: 256, height: 24)",
+    "\"grid\": GridBuild(source: \"scene\", step: 3), \"around\": LogGaussian(source: \"scene\", sigma: 0.0, step: 3)",
 ];
 
 fn cells(plan: &Plan) -> Vec<&Cells> {
@@ -147,7 +149,7 @@ fn wrong_lattices_and_lost_pixels_are_seen() {
     let [joined, alone] = plans(&player, PLAIN, &scene);
     let alone = shown(&mut player, &alone, &scene);
     let plants: [fn(&mut Cells); 3] = [
-        |cells| cells.lanes[0] *= 2,
+        |cells| cells.step = 2,
         |cells| cells.readers[1].by.cells = [64, 32],
         |cells| cells.readers[0].call.uniform[0] ^= 0x80,
     ];
@@ -210,6 +212,7 @@ fn what_waits_for_other_things_stays_apart() {
          \"around\": LogGaussian(source: \"scene\", width: 64, sigma: 0.0)",
         "\"grid\": GridBuild(source: \"scene\", method: Trilinear), \
          \"around\": LogGaussian(source: \"scene\", sigma: 0.0)",
+        "\"grid\": GridBuild(source: \"scene\", step: 2), \"around\": LogGaussian(source: \"scene\", sigma: 0.0)",
     ];
     let player = Player::new();
     for nodes in apart {

@@ -187,6 +187,8 @@ pub struct Cells {
     pub finest: [u32; 2],
     /// Invocations for one of the finest cells, across and down.
     pub lanes: [u32; 2],
+    /// Every so manyth pixel of every so manyth row is looked at; the cells divide the picture that these make up.
+    pub step: u32,
 }
 
 /// One of the kernels of [`Cells`].
@@ -205,7 +207,7 @@ pub struct CellsReader {
 ///
 /// The cells divide the image evenly, whatever its size, so that a pixel may lie in several. The module imports `cells`, which has the structs
 /// `Cell` and `Seen`, keeps each binding on a line of its own, and gives no name of its own or of a binding to anything else. It has three
-/// functions, which all [`CELLS_LANES`](crate::shader::CELLS_LANES) invocations of a workgroup call:
+/// functions, which all invocations of a workgroup call, at most [`CELLS_LANES`](crate::shader::CELLS_LANES):
 ///
 /// - `fn FORM_begin(cell: Cell) -> State` before the first pixel, to clear the cell's workgroup memory; a barrier follows;
 /// - `fn FORM_visit(state: ptr<function, State>, cell: Cell, seen: Seen)` for each pixel that the invocation sees, where it must not wait for
@@ -221,6 +223,8 @@ pub struct ByCells {
     pub cells: [u32; 2],
     /// The most cells that one workgroup's memory has room for.
     pub together: u32,
+    /// It looks at every so manyth pixel of every so manyth row, as `picks` of the shader library has it.
+    pub step: u32,
 }
 
 /// One kernel function in a pass.
@@ -341,6 +345,12 @@ impl Pass {
 }
 
 impl Cells {
+    /// Invocations of a workgroup.
+    pub fn workgroup(&self) -> u32 {
+        let inside = [0, 1].map(|axis| self.finest[axis] / self.coarsest[axis]);
+        self.lanes[0] * self.lanes[1] * inside[0] * inside[1]
+    }
+
     /// What the bindings of all readers hold.
     fn bindings(&self) -> impl Iterator<Item = &Binding> {
         self.readers.iter().flat_map(|reader| &reader.call.bindings)

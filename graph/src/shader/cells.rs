@@ -10,7 +10,7 @@ use super::{Dialect, GlobalKind, Reflection};
 use crate::image::Format;
 use crate::node::{Cells, CellsReader, ImageId};
 
-/// Invocations of a workgroup.
+/// The most invocations of a workgroup.
 pub const CELLS_LANES: u32 = 256;
 
 /// Kernels in their form by cells, with their entry point.
@@ -29,7 +29,9 @@ pub fn compose_cells(
     }
     let reading = parts.iter().map(|part| part.bound.reading).max().unwrap_or_default();
     let mut text = Text::default().reading(reading, dialect)?;
-    text.library("cells").expect("the library has this file")?;
+    for file in ["cells", "picks"] {
+        text.library(file).expect("the library has this file")?;
+    }
     for part in &parts {
         text.changed_module(part.reader.call.shader, &|line| part.line(line))?;
     }
@@ -49,7 +51,7 @@ pub fn compose_cells(
         compute: "compute",
         fragment: None,
         slots,
-        workgroup: [CELLS_LANES, 1, 1],
+        workgroup: [cells.workgroup(), 1, 1],
         covers: [1; 2],
         audited: cells.readers.iter().all(|reader| reader.call.shader.is_audited()),
         reading,
@@ -168,7 +170,7 @@ fn uniform(parts: &[Part<'_>]) -> Option<String> {
 }
 
 fn entry(cells: &Cells, parts: &[Part<'_>]) -> String {
-    let Cells { finest, coarsest, lanes: [across, down], .. } = *cells;
+    let Cells { finest, coarsest, lanes: [across, down], step, .. } = *cells;
     let inner = [finest[0] / coarsest[0], finest[1] / coarsest[1]];
     let source = parts[0].named(parts[0].reader.by.source);
     let every = |line: &dyn Fn(&Part<'_>) -> String| parts.iter().map(line).collect::<String>();
@@ -181,12 +183,18 @@ fn entry(cells: &Cells, parts: &[Part<'_>]) -> String {
         let (number, visit) = (part.number, part.named(&format!("{}_visit", part.reader.by.form)));
         format!("            {visit}(&state{number}, cell{number}, seen);\n")
     });
+    // A picture of which every pixel is looked at needs no clamp.
+    let picked = match step {
+        1 => "vec2i(pixel)".to_owned(),
+        _ => format!("picked_pixel(pixel, whole, {step}u)"),
+    };
     // To load several pixels before the first is looked at made it slower on an H200: the other invocations hide the waiting.
     format!(
-        "fn cells_texel(pixel: vec2u) -> vec4f {{ return guarded(textureLoad({source}, vec2i(pixel), 0)); }}
-@compute @workgroup_size({CELLS_LANES})
+        "fn cells_texel(pixel: vec2i) -> vec4f {{ return guarded(textureLoad({source}, pixel, 0)); }}
+@compute @workgroup_size({})
 fn compute(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) invocation: u32) {{
-    let size = textureDimensions({source});
+    let whole = textureDimensions({source});
+    let size = picked_size(whole, {step}u);
     let lattice = vec2u({}u, {}u);
     let number = invocation / {own}u;
     let lane = invocation % {own}u;
@@ -202,10 +210,12 @@ fn compute(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index)
             let pixel = vec2u(x, y);
             let share = cell_share(pixel, place, size, lattice);
             let is_centred = all(pixel >= centred) && all(pixel < beyond);
-            let seen = Seen(vec2i(pixel), cells_texel(pixel), share.x * share.y, is_centred);
+            let picked = {picked};
+            let seen = Seen(picked, cells_texel(picked), share.x * share.y, is_centred);
 {visits}        }}
     }}
 {finishes}}}",
+        cells.workgroup(),
         finest[0],
         finest[1],
         inner[0],

@@ -22,6 +22,7 @@ const LIBRARY: &[(&str, &str)] = &[
     ("math", include_str!("../../../shaders/lib/math.wgsl")),
     ("metering", include_str!("../../../shaders/lib/metering.wgsl")),
     ("noise", include_str!("../../../shaders/lib/noise.wgsl")),
+    ("picks", include_str!("../../../shaders/lib/picks.wgsl")),
     ("point", include_str!("../../../shaders/lib/point.wgsl")),
     ("ray", include_str!("../../../shaders/lib/ray.wgsl")),
     ("real", include_str!("../../../shaders/lib/real.wgsl")),

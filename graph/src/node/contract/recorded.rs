@@ -270,7 +270,7 @@ fn by_cells(pass: &Pass) -> Option<Pass> {
     let reader = CellsReader { node: pass.nodes[0].clone(), call: call.clone(), by };
     let readers = vec![reader.clone(), reader];
     let lanes = [CELLS_LANES, 1];
-    let work = Work::Cells(Cells { source, readers, coarsest: by.cells, finest: by.cells, lanes });
+    let work = Work::Cells(Cells { source, readers, coarsest: by.cells, finest: by.cells, lanes, step: by.step });
     Some(Pass { work, ..pass.clone() })
 }
 
