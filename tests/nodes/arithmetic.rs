@@ -2,9 +2,8 @@
 
 use afterimage_graph::check::{Facts, Graph};
 use afterimage_graph::image::{Format, ImageDesc, Size};
-use afterimage_graph::node::{ImageId, Pass, Work};
+
 use afterimage_graph::plan::{Caps, GivenImage, Options, Plan, Requirement, Setting, Tiles, plan};
-use afterimage_graph::shader::{compose_cells, compose_entry, compose_rows, compose_steps, compose_tiling};
 
 use super::probes::{pipeline, scene};
 use crate::support::gpu::{Picture, Run, gpu, shipped};
@@ -101,24 +100,10 @@ fn sums_in_half_floats_are_off_by_two_of_their_last_digits() {
     }
 }
 
-/// The text of every pass, as the device gets it.
+/// The text of every launch, as the device gets it.
 fn sources(plan: &Plan) -> Vec<String> {
-    let reading = |image: ImageId| plan.readings[image.0 as usize];
-    let format = |image: ImageId| plan.format(image);
-    let composed = |(index, pass): (usize, &Pass)| {
-        let dialect = plan.dialect(index);
-        let composed = match &pass.work {
-            Work::Steps { steps, result } => {
-                compose_steps(steps, *result, plan.recording.image(*result).desc, &reading, dialect)
-            }
-            Work::Tiled(tiling) => compose_tiling(tiling, &format, &reading, dialect),
-            Work::Rows(rows) => compose_rows(rows, format(rows.result), &reading, dialect),
-            Work::Cells(cells) => compose_cells(cells, &format, &reading, dialect),
-            Work::Entry(call) => compose_entry(call, &format, &reading, dialect),
-        };
-        composed.unwrap_or_else(|error| panic!("{error}")).source
-    };
-    plan.recording.passes.iter().enumerate().map(composed).collect()
+    let composed = |launch| plan.compose(launch).unwrap_or_else(|error| panic!("{error}")).source;
+    (0..plan.launches.len()).map(composed).collect()
 }
 
 /// A plan for a device that has everything, or lacks what `change` takes away.

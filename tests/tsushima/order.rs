@@ -11,7 +11,7 @@ use crate::plans::random::Dice;
 use crate::support::gpu::{Picture, Run, shipped};
 use crate::support::player::Player;
 
-/// The plan with the passes of each wave in another order.
+/// The plan with the passes of each wave in another order, each on its own.
 fn shuffled(plan: &Plan, dice: &mut Dice) -> Plan {
     let mut order: Vec<usize> = (0..plan.recording.passes.len()).collect();
     for wave in &plan.waves {
@@ -20,6 +20,7 @@ fn shuffled(plan: &Plan, dice: &mut Dice) -> Plan {
         }
     }
     let mut other = plan.clone();
+    other.launches = (0..order.len()).map(|pass| pass..pass + 1).collect();
     other.recording.passes = order.iter().map(|at| plan.recording.passes[*at].clone()).collect();
     other.stages = order.iter().map(|at| plan.stages[*at]).collect();
     other.recorded = order.iter().map(|at| plan.recorded[*at]).collect();

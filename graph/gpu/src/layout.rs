@@ -38,7 +38,9 @@ pub(crate) fn by_hand(composed: &Composed) -> bool {
 fn entry(plan: &Plan, composed: &Composed, slot: Slot, stage: Stage) -> BindGroupLayoutEntry {
     let visibility = if stage == Stage::Compute { ShaderStages::COMPUTE } else { ShaderStages::FRAGMENT };
     let ty = match slot.kind {
-        SlotKind::Frame | SlotKind::Params | SlotKind::Extent => uniform(),
+        SlotKind::Frame | SlotKind::Params | SlotKind::Extent | SlotKind::Uniforms => {
+            buffer(BufferBindingType::Uniform)
+        }
         SlotKind::Sampler if by_hand(composed) => BindingType::Sampler(SamplerBindingType::NonFiltering),
         SlotKind::Sampler => BindingType::Sampler(SamplerBindingType::Filtering),
         SlotKind::Texture(image) => BindingType::Texture {
@@ -52,11 +54,7 @@ fn entry(plan: &Plan, composed: &Composed, slot: Slot, stage: Stage) -> BindGrou
             format: texture_format(plan.format(image)),
             view_dimension: dimension(plan, image),
         },
-        SlotKind::Buffer(_, writes) => BindingType::Buffer {
-            ty: BufferBindingType::Storage { read_only: !writes },
-            has_dynamic_offset: false,
-            min_binding_size: None,
-        },
+        SlotKind::Buffer(_, writes) => buffer(BufferBindingType::Storage { read_only: !writes }),
     };
     layout_entry(slot.binding, visibility, ty)
 }
@@ -65,8 +63,8 @@ fn layout_entry(binding: u32, visibility: ShaderStages, ty: BindingType) -> Bind
     BindGroupLayoutEntry { binding, visibility, ty, count: None }
 }
 
-fn uniform() -> BindingType {
-    BindingType::Buffer { ty: BufferBindingType::Uniform, has_dynamic_offset: false, min_binding_size: None }
+fn buffer(ty: BufferBindingType) -> BindingType {
+    BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None }
 }
 
 fn dimension(plan: &Plan, image: afterimage_graph::node::ImageId) -> TextureViewDimension {

@@ -82,7 +82,7 @@ pub(crate) struct Order<'a> {
     pub(crate) layout: wgpu::BindGroupLayout,
     /// Bytes of immediates that the shader reads.
     pub(crate) immediate_bytes: u32,
-    pub(crate) label: &'a str,
+    pub(crate) label: String,
     /// Whether the shader may read workgroup memory that it has not written.
     pub(crate) zero_workgroup_memory: bool,
 }
@@ -166,12 +166,12 @@ fn trusted(device: &wgpu::Device, descriptor: wgpu::ShaderModuleDescriptor<'_>) 
 
 fn compile(device: &wgpu::Device, cache: Option<&wgpu::PipelineCache>, order: &Order<'_>) -> Pipeline {
     let descriptor = wgpu::ShaderModuleDescriptor {
-        label: Some(order.label),
+        label: Some(&order.label),
         source: wgpu::ShaderSource::Wgsl(order.composed.source.as_str().into()),
     };
     let module = if order.key.checked { device.create_shader_module(descriptor) } else { trusted(device, descriptor) };
     let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-        label: Some(order.label),
+        label: Some(&order.label),
         bind_group_layouts: &[Some(&order.layout)],
         immediate_size: order.immediate_bytes,
     });
@@ -183,7 +183,7 @@ fn compile(device: &wgpu::Device, cache: Option<&wgpu::PipelineCache>, order: &O
     };
     match order.stage {
         Stage::Compute => Pipeline::Compute(device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-            label: Some(order.label),
+            label: Some(&order.label),
             layout: Some(&layout),
             module: &module,
             entry_point: Some(order.composed.compute),
@@ -193,7 +193,7 @@ fn compile(device: &wgpu::Device, cache: Option<&wgpu::PipelineCache>, order: &O
         Stage::Fragment => {
             let format = order.key.attachment.expect("a draw has an attachment");
             Pipeline::Render(device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-                label: Some(order.label),
+                label: Some(&order.label),
                 layout: Some(&layout),
                 vertex: wgpu::VertexState {
                     module: &module,

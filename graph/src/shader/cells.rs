@@ -14,7 +14,7 @@ use crate::node::{Cells, CellsReader, ImageId};
 pub const CELLS_LANES: u32 = 256;
 
 /// Kernels in their form by cells, with their entry point.
-pub fn compose_cells(
+pub(super) fn compose_cells(
     cells: &Cells,
     format_of: &dyn Fn(ImageId) -> Format,
     reading_of: &dyn Fn(ImageId) -> Reading,
@@ -52,7 +52,6 @@ pub fn compose_cells(
         fragment: None,
         slots,
         workgroup: [cells.workgroup(), 1, 1],
-        covers: [1; 2],
         audited: cells.readers.iter().all(|reader| reader.call.shader.is_audited()),
         reading,
     })

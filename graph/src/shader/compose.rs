@@ -3,12 +3,14 @@
 
 use std::fmt::Write as _;
 
+use super::cells::compose_cells;
 use super::import::{SourceMap, Text};
 use super::reflect::GlobalKind;
-use super::tiles::{TILED, is_tiled};
+use super::rows::compose_rows;
+use super::tiles::{TILED, compose_tiling, is_tiled};
 use super::{Dialect, pitfalls};
 use crate::image::{Format, ImageDesc, Size};
-use crate::node::{Arg, BufferId, EntryCall, ImageId, Resource, Step};
+use crate::node::{Arg, BufferId, EntryCall, ImageId, Pass, Resource, Step, Work};
 
 /// How a module's textures are read.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -89,6 +91,9 @@ pub enum SlotKind {
     Params,
     /// A uniform with the size of the result in texels: two floats. To ask the texture for it takes longer.
     Extent,
+    /// The uniforms of all passes that run in the same dispatch, one after the other: each at a multiple of [`UNIFORM_ALIGNMENT`](super::UNIFORM_ALIGNMENT), its
+    /// params, if it has any, and then the size of its result and, from byte 16 on, its workgroups: three whole numbers.
+    Uniforms,
     /// The linear, clamping sampler.
     Sampler,
     /// A sampled image.
@@ -114,8 +119,6 @@ pub struct Composed {
     pub slots: Vec<Slot>,
     /// The workgroup's size.
     pub workgroup: [u32; 3],
-    /// Texels of the result that a workgroup of kernel functions makes, across and down; whole kernels say themselves how many they need.
-    pub covers: [u32; 2],
     /// Whether every part of the module was audited: see [`Shader::audited`](super::Shader::audited).
     pub audited: bool,
     /// How its taps read textures.
@@ -189,7 +192,7 @@ fn vertex(@builtin(vertex_index) index: u32) -> @builtin(position) vec4f {
 /// A chain of kernel functions with its entry points.
 ///
 /// `desc` describes the result. `readings` says how each image is read, by its id; the strictest of a pass's textures holds for all of its taps.
-pub fn compose_steps(
+fn compose_steps(
     steps: &[Step],
     result: ImageId,
     desc: ImageDesc,
@@ -218,7 +221,6 @@ pub fn compose_steps(
         fragment: Some("fragment"),
         slots: writer.slots,
         workgroup: [WIDTH, HEIGHT, 1],
-        covers: [WIDTH, HEIGHT * rows],
         audited: steps.iter().all(|step| step.shader.is_audited()),
         reading,
     })
@@ -227,6 +229,14 @@ pub fn compose_steps(
 /// Invocations of a workgroup, across and down. On an H200 half as many take 2 per cent less time than 16x16 do, because their waiting overlaps more.
 const WIDTH: u32 = 16;
 const HEIGHT: u32 = 8;
+
+/// The same together.
+pub(crate) const STEPS_LANES: u32 = WIDTH * HEIGHT;
+
+/// Texels of a result of that size that a workgroup makes, across and down.
+pub(crate) fn steps_cover(size: Size) -> [u32; 2] {
+    [WIDTH, HEIGHT * rows_of(size)]
+}
 
 /// Texels that an invocation makes, one below the other. Several in flight hide each other's waiting (at 4K an H200 takes a third less time
 /// for four than for one), but a small image needs all of its texels to occupy the device.
@@ -423,8 +433,25 @@ pub(super) fn params_struct(step: &Step) -> String {
         .expect("a step with a uniform has an argument called `params`")
 }
 
+/// A pass of any kind.
+pub fn compose_pass(
+    pass: &Pass,
+    desc_of: &dyn Fn(ImageId) -> ImageDesc,
+    reading_of: &dyn Fn(ImageId) -> Reading,
+    dialect: Dialect,
+) -> Result<Composed, ShaderError> {
+    let format_of = |image| desc_of(image).format;
+    match &pass.work {
+        Work::Steps { steps, result } => compose_steps(steps, *result, desc_of(*result), reading_of, dialect),
+        Work::Tiled(tiling) => compose_tiling(tiling, &format_of, reading_of, dialect),
+        Work::Rows(rows) => compose_rows(rows, desc_of(rows.result).format, reading_of, dialect),
+        Work::Cells(cells) => compose_cells(cells, &format_of, reading_of, dialect),
+        Work::Entry(call) => compose_entry(call, &format_of, reading_of, dialect),
+    }
+}
+
 /// A whole kernel, with the formats of its storage images set and its bindings resolved.
-pub fn compose_entry(
+fn compose_entry(
     call: &EntryCall,
     format_of: &dyn Fn(ImageId) -> Format,
     reading_of: &dyn Fn(ImageId) -> Reading,
@@ -443,7 +470,6 @@ pub fn compose_entry(
         fragment: None,
         slots,
         workgroup,
-        covers: [workgroup[0], workgroup[1]],
         audited: call.shader.is_audited(),
         reading,
     })

@@ -35,6 +35,30 @@ const LIBRARY: &[(&str, &str)] = &[
 /// The file that generated lines belong to.
 const GENERATED: &str = "(generated)";
 
+/// A text and the shared files that it imports, and those that these import.
+pub(super) fn with_imports(source: &'static str) -> Vec<&'static str> {
+    let mut all = vec![source];
+    let mut at = 0;
+    while let Some(source) = all.get(at) {
+        let names = source.lines().filter_map(|line| line.trim().strip_prefix("#import "));
+        let imported = names.filter_map(|name| LIBRARY.iter().find(|(known, _)| *known == name.trim()));
+        let new: Vec<&'static str> = imported.map(|(_, source)| *source).filter(|text| !all.contains(text)).collect();
+        all.extend(new);
+        at += 1;
+    }
+    all
+}
+
+/// Whether lines of that file are the framework's own.
+pub(super) fn is_generated(file: &str) -> bool {
+    file == GENERATED
+}
+
+/// Whether that is a shared file.
+pub(super) fn is_library(file: &str) -> bool {
+    LIBRARY.iter().any(|(known, _)| *known == file)
+}
+
 /// Which line of which file each line of a composed module came from.
 #[derive(Clone, Debug, Default)]
 pub struct SourceMap {
@@ -46,6 +70,11 @@ impl SourceMap {
     pub fn locate(&self, line: u32) -> (&'static str, u32) {
         let index = (line as usize).saturating_sub(1);
         self.lines.get(index).copied().unwrap_or((GENERATED, line))
+    }
+
+    /// The file and the number of each line.
+    pub(super) fn lines(&self) -> impl Iterator<Item = (&'static str, u32)> {
+        self.lines.iter().copied()
     }
 }
 
@@ -92,7 +121,8 @@ impl Text {
         }
     }
 
-    fn line(&mut self, line: &str, file: &'static str, number: u32) {
+    /// Adds a line of a file.
+    pub(super) fn line(&mut self, line: &str, file: &'static str, number: u32) {
         let kept = self.promised.iter().any(|name| is_promise(line, name));
         self.text.push_str(&if kept { line.replacen("false", "true", 1) } else { line.to_owned() });
         self.text.push('\n');

@@ -3,6 +3,7 @@
 mod cells;
 mod compose;
 mod dialect;
+mod horizontal;
 mod import;
 mod pitfalls;
 mod reflect;
@@ -12,13 +13,15 @@ mod uniform;
 
 use std::sync::OnceLock;
 
-pub use cells::{CELLS_LANES, compose_cells};
-pub use compose::{Composed, Reading, ShaderError, Slot, SlotKind, compose_entry, compose_steps};
+pub use cells::CELLS_LANES;
+pub use compose::{Composed, Reading, ShaderError, Slot, SlotKind, compose_pass};
+pub(crate) use compose::{STEPS_LANES, steps_cover};
 pub use dialect::Dialect;
+pub use horizontal::{Beside, UNIFORM_ALIGNMENT, compose_beside};
 pub use import::SourceMap;
 pub use reflect::{ArgType, Function, Global, GlobalKind, Member, Reflection, ScalarKind, StructLayout};
-pub use rows::{ROW_LANES, compose_rows};
-pub use tiles::compose_tiling;
+pub use rows::ROW_LANES;
+pub(crate) use tiles::TILE_LANES;
 pub use uniform::{UniformValue, pack};
 
 /// One file of WGSL.
@@ -64,6 +67,17 @@ impl Shader {
     /// What the module declares; parsed and validated once.
     pub fn reflect(&self) -> Result<&Reflection, ShaderError> {
         self.reflection.get_or_init(|| reflect::reflect(self)).as_ref().map_err(Clone::clone)
+    }
+
+    /// The invocations of a workgroup of an entry point; 1 for one that it does not have.
+    pub(crate) fn lanes(&self, entry: &str) -> u32 {
+        let known = self.reflect().ok().and_then(|known| known.entries.iter().find(|(name, _)| name == entry));
+        known.map_or(1, |(_, size)| size.iter().product())
+    }
+
+    /// Whether invocations may wait for each other, in the module or in what it imports.
+    pub fn waits(&self) -> bool {
+        import::with_imports(self.source).iter().any(|source| horizontal::has_barriers(source))
     }
 
     /// Whether the module reads textures by itself and not through `texel` and `tap`, so that the framework cannot guard what it reads.

@@ -17,6 +17,8 @@ pub struct Reflection {
     pub structs: Vec<StructLayout>,
     /// Bound variables of whole kernels.
     pub globals: Vec<Global>,
+    /// Bytes of workgroup memory.
+    pub workgroup_bytes: u32,
 }
 
 /// A kernel function.
@@ -135,7 +137,13 @@ pub(super) fn reflect(shader: &Shader) -> Result<Reflection, ShaderError> {
         entries: module.entry_points.iter().map(|e| (e.name.clone(), e.workgroup_size)).collect(),
         structs: module.types.iter().filter_map(|(_, ty)| layout(&module, ty)).collect(),
         globals: module.global_variables.iter().filter_map(|(_, g)| global(&module, g)).collect(),
+        workgroup_bytes: workgroup_bytes(&module),
     })
+}
+
+fn workgroup_bytes(module: &naga::Module) -> u32 {
+    let shared = module.global_variables.iter().filter(|(_, global)| global.space == AddressSpace::WorkGroup);
+    shared.map(|(_, global)| module.types[global.ty].inner.size(module.to_ctx())).sum()
 }
 
 fn function(module: &naga::Module, function: &naga::Function) -> Option<Function> {

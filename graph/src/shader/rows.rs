@@ -6,11 +6,11 @@ use super::import::Text;
 use crate::image::Format;
 use crate::node::{ImageId, Rows};
 
-/// Invocations of a workgroup. The first and the last only bring what their neighbours need.
+/// Invocations of a workgroup, the fewest that there are. The first and the last only bring what their neighbours need.
 pub const ROW_LANES: u32 = 64;
 
 /// A halving by rows with its entry point.
-pub fn compose_rows(
+pub(super) fn compose_rows(
     rows: &Rows,
     format: Format,
     reading_of: &dyn Fn(ImageId) -> Reading,
@@ -31,14 +31,14 @@ pub fn compose_rows(
     text.generated(writer.declarations());
     text.generated(&function);
     text.generated(&entry(rows, &storage, &extent));
+    let lanes = |count: u32| format!("const {}: u32 = {count}u;", rows.by.lanes);
     Ok(Composed {
-        source: text.text,
+        source: text.text.replacen(&lanes(ROW_LANES), &lanes(rows.lanes), 1),
         map: text.map,
         compute: "compute",
         fragment: None,
         slots: writer.into_slots(),
-        workgroup: [ROW_LANES, 1, 1],
-        covers: [ROW_LANES - 2, rows.rows],
+        workgroup: [rows.lanes, 1, 1],
         audited: rows.by.shader.is_audited() && rows.source.iter().all(|step| step.shader.is_audited()),
         reading,
     })
@@ -51,7 +51,7 @@ fn entry(rows: &Rows, result: &str, extent: &str) -> String {
     let inside = clamp(pixel, vec2i(0), vec2i(size) - 1);
     return run(Point(inside, (vec2f(inside) + 0.5) / size, size));
 }}
-@compute @workgroup_size({ROW_LANES})
+@compute @workgroup_size({lanes})
 fn compute(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lane: u32) {{
     let last = vec2i({extent}) - 1;
     let column = i32(group.x) * {covered} + i32(lane) - 1;
@@ -72,8 +72,9 @@ fn compute(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index)
         }}
     }}
 }}",
-        covered = ROW_LANES - 2,
-        last_lane = ROW_LANES - 1,
+        lanes = rows.lanes,
+        covered = rows.lanes - 2,
+        last_lane = rows.lanes - 1,
         count = rows.rows,
         state = rows.by.state,
         function = rows.by.function,

@@ -11,11 +11,17 @@ use super::import::Text;
 use crate::image::Format;
 use crate::node::{Arg, ImageId, Step, TileStage, Tiling};
 
+/// Invocations of a workgroup, across and down.
+const TILE_SIDE: u32 = 16;
+
+/// The same together.
+pub(crate) const TILE_LANES: u32 = TILE_SIDE * TILE_SIDE;
+
 /// What the names of a file written for tiles end in.
 pub(super) const TILED: &str = "_tiled";
 
 /// A tiling with its entry point.
-pub fn compose_tiling(
+pub(super) fn compose_tiling(
     tiling: &Tiling,
     format_of: &dyn Fn(ImageId) -> Format,
     reading_of: &dyn Fn(ImageId) -> Reading,
@@ -52,8 +58,7 @@ pub fn compose_tiling(
         compute: "compute",
         fragment: None,
         slots: writer.into_slots(),
-        workgroup: [16, 16, 1],
-        covers: [tiling.tile; 2],
+        workgroup: [TILE_SIDE, TILE_SIDE, 1],
         audited: steps.iter().all(|step| step.shader.is_audited()),
         reading,
     })

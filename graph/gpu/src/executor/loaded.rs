@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use afterimage_graph::node::{ImageId, Resource};
+use afterimage_graph::node::{ImageId, Pass, Resource};
 use afterimage_graph::plan::{Plan, Stage};
 use afterimage_graph::shader::Composed;
 use wgpu::{BindGroup, Buffer, TextureView};
@@ -30,8 +30,10 @@ pub(super) enum Holding {
 
 pub(super) struct Loaded {
     pub(super) plan: Arc<Plan>,
-    pub(super) passes: Vec<LoadedPass>,
+    pub(super) launches: Vec<LoadedLaunch>,
     pub(super) uniforms: Buffer,
+    /// Where the uniform of each pass begins in the buffer, and its bytes.
+    pub(super) regions: Vec<(u64, u64)>,
     pub(super) holdings: Vec<Holding>,
     pub(super) buffers: Vec<Buffer>,
     pub(super) zeroed: Vec<usize>,
@@ -40,7 +42,7 @@ pub(super) struct Loaded {
     pub(super) sets: Vec<HostSet>,
     pub(super) timing: Option<Timing>,
     pub(super) placed: Option<Placed>,
-    /// Whether a pass has the frame in its bind group.
+    /// Whether a launch has the frame in its bind group.
     pub(super) binds_frame: bool,
     /// The textures of the heap.
     pub(super) residents: Vec<TextureKey>,
@@ -50,11 +52,11 @@ pub(super) struct Loaded {
     pub(super) moved_in: bool,
 }
 
-pub(super) struct LoadedPass {
+/// What one draw or dispatch needs: one pass, or several side by side.
+pub(super) struct LoadedLaunch {
     pub(super) composed: Composed,
-    pub(super) groups: [u32; 3],
-    /// Where its uniform begins in the one uniform buffer, and its bytes.
-    pub(super) uniform: (u64, u64),
+    pub(super) workgroups: [u32; 3],
+    /// The first image that its first pass writes.
     pub(super) writes_image: Option<ImageId>,
     pub(super) by_hand: bool,
     /// Whether it takes the frame from immediates.
@@ -67,7 +69,7 @@ pub(super) struct LoadedPass {
 pub(super) struct HostSet {
     pub(super) views: Vec<TextureView>,
     pub(super) runs: Vec<Run>,
-    /// For each pass that opens a wave, what must be brought into its state before the wave, for each phase.
+    /// For each launch that opens a wave, what must be brought into its state before the wave, for each phase.
     pub(super) touches: Vec<Vec<Vec<Touch>>>,
 }
 
@@ -106,16 +108,16 @@ impl Loaded {
         }
     }
 
-    /// Whether the pass uses memory that begins with this plan.
-    pub(super) fn uses_newborn(&self, index: usize) -> bool {
-        let pass = &self.plan.recording.passes[index];
+    /// Whether the launch uses memory that begins with this plan.
+    pub(super) fn uses_newborn(&self, launch: usize) -> bool {
         let is_newborn = |resource: &Resource| self.newborn.contains(resource);
-        !self.newborn.is_empty() && (pass.reads().iter().any(is_newborn) || pass.writes().iter().any(is_newborn))
+        let uses = |pass: &Pass| pass.reads().iter().any(is_newborn) || pass.writes().iter().any(is_newborn);
+        !self.newborn.is_empty() && self.plan.recording.passes[self.plan.launches[launch].clone()].iter().any(uses)
     }
 }
 
-/// The format that the plan draws a pass's image in; `None` for a dispatch.
-pub(super) fn planned_attachment(plan: &Plan, index: usize, writes: Option<ImageId>) -> Option<wgpu::TextureFormat> {
-    let image = writes.filter(|_| plan.stages[index] == Stage::Fragment)?;
+/// The format that the plan draws a launch's image in; `None` for a dispatch.
+pub(super) fn planned_attachment(plan: &Plan, launch: usize, writes: Option<ImageId>) -> Option<wgpu::TextureFormat> {
+    let image = writes.filter(|_| plan.stages[plan.launches[launch].start] == Stage::Fragment)?;
     Some(texture_format(plan.format(image)))
 }

@@ -3,18 +3,16 @@
 use std::sync::Arc;
 use std::thread::JoinHandle;
 
-use afterimage_graph::image::{ImageDesc, Size};
-use afterimage_graph::node::{ImageId, Resource, Work};
+use afterimage_graph::image::ImageDesc;
+use afterimage_graph::node::{ImageId, Pass, Resource, Work};
 use afterimage_graph::plan::{Alias, Plan, Stage};
-use afterimage_graph::shader::{
-    Composed, ShaderError, SlotKind, compose_cells, compose_entry, compose_rows, compose_steps, compose_tiling,
-};
+use afterimage_graph::shader::{Composed, SlotKind};
 use wgpu::util::DeviceExt as _;
 use wgpu::{Buffer, BufferUsages, Device, TextureFormat};
 
-use super::loaded::{LoadedPass, planned_attachment};
+use super::loaded::{LoadedLaunch, planned_attachment};
 use super::moment::{self, take_immediates};
-use super::uniforms::{differs_in_uniforms_only, pass_uniform, stride, uniform_bytes};
+use super::uniforms::{differs_in_uniforms_only, regions, uniform_bytes};
 use crate::GpuError;
 use crate::heap::Placed;
 use crate::layout::{bind_group_layout, by_hand};
@@ -43,8 +41,10 @@ pub(super) enum Prepared {
 /// What a plan needs that no other plan has.
 pub(super) struct Parts {
     pub(super) plan: Arc<Plan>,
-    pub(super) passes: Vec<LoadedPass>,
+    pub(super) launches: Vec<LoadedLaunch>,
     pub(super) uniforms: Buffer,
+    /// Where the uniform of each pass begins in the buffer, and its bytes.
+    pub(super) regions: Vec<(u64, u64)>,
     pub(super) placed: Option<Placed>,
     /// Whether the heap is that of the plan before.
     pub(super) moved_in: bool,
@@ -75,26 +75,21 @@ impl Workshop {
         if let Some(old) = before.plan.as_ref().filter(|old| differs_in_uniforms_only(old, &plan)) {
             return Ok(Prepared::Numbers(plan, old.clone()));
         }
-        let drafts = (0..plan.recording.passes.len())
-            .map(|at| Draft::new(&plan, at, self.immediates))
-            .collect::<Result<Vec<_>, _>>()?;
+        let drafts =
+            (0..plan.launches.len()).map(|at| Draft::new(&plan, at, self.immediates)).collect::<Result<Vec<_>, _>>()?;
         let orders = drafts.iter().enumerate().flat_map(|(at, draft)| self.orders(&plan, at, draft, &before.drawn));
         self.pipelines.build(&self.device, orders.collect(), threads)?;
-        let (mut passes, mut offset) = (Vec::with_capacity(drafts.len()), 0);
-        for (at, draft) in drafts.into_iter().enumerate() {
-            passes.push(self.finish(&plan, at, draft, offset));
-            offset += stride(passes[at].uniform.1);
-        }
+        let launches = drafts.into_iter().enumerate().map(|(at, draft)| self.finish(&plan, at, draft)).collect();
         watched(&self.device, "the memory of the plan", || {
             let placed = self.place(&plan, before.placed.as_ref());
             let same = |old: &Placed| placed.as_ref().is_some_and(|placed| Arc::ptr_eq(&placed.heap, &old.heap));
             let moved_in = before.placed.as_ref().is_some_and(same);
-            let uniforms = self.uniforms(&plan, &passes);
-            Ok(Prepared::Whole(Box::new(Parts { plan, passes, uniforms, placed, moved_in })))
+            let (uniforms, regions) = (self.uniforms(&plan), regions(&plan));
+            Ok(Prepared::Whole(Box::new(Parts { plan, launches, uniforms, regions, placed, moved_in })))
         })
     }
 
-    /// The pipelines that a pass may need: the planned one, and the one for the host's image.
+    /// The pipelines that a launch may need: the planned one, and the one for the host's image.
     fn orders<'a>(
         &self,
         plan: &'a Plan,
@@ -104,7 +99,7 @@ impl Workshop {
     ) -> impl Iterator<Item = Order<'a>> + use<'a> {
         let output = plan.outputs.iter().find(|output| Some(output.image) == draft.writes_image);
         let asked = drawn.iter().find(|(name, _)| output.is_some_and(|output| output.name == *name));
-        let is_function = matches!(plan.recording.passes[index].work, Work::Steps { .. });
+        let is_function = matches!(plan.recording.passes[plan.launches[index].start].work, Work::Steps { .. });
         let extra = asked.filter(|_| is_function).map(|(_, format)| Some(*format));
         let planned = planned_attachment(plan, index, draft.writes_image);
         let attachments: Vec<_> = std::iter::once(planned).chain(extra).collect();
@@ -114,20 +109,19 @@ impl Workshop {
             .map(move |attachment| order(&device, plan, index, (&draft.composed, draft.immediate), attachment))
     }
 
-    fn finish(&self, plan: &Plan, index: usize, draft: Draft, offset: u64) -> LoadedPass {
-        let Draft { composed, groups, writes_image, immediate } = draft;
+    fn finish(&self, plan: &Plan, index: usize, draft: Draft) -> LoadedLaunch {
+        let Draft { composed, workgroups, writes_image, immediate } = draft;
         let attachment = planned_attachment(plan, index, writes_image);
         let key = order(&self.device, plan, index, (&composed, immediate), attachment).key;
         let built = self.pipelines.get(&key).expect("every planned pipeline was built");
-        let bytes = pass_uniform(&plan.recording.passes[index].work).len() as u64;
         let by_hand = by_hand(&composed);
-        LoadedPass { composed, groups, uniform: (offset, bytes), writes_image, by_hand, immediate, built }
+        LoadedLaunch { composed, workgroups, writes_image, by_hand, immediate, built }
     }
 
-    fn uniforms(&self, plan: &Plan, passes: &[LoadedPass]) -> Buffer {
+    fn uniforms(&self, plan: &Plan) -> Buffer {
         self.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
             label: Some("uniforms"),
-            contents: &uniform_bytes(plan, passes.iter().map(|pass| pass.writes_image)),
+            contents: &uniform_bytes(plan),
             usage: BufferUsages::UNIFORM | BufferUsages::COPY_DST,
         })
     }
@@ -150,59 +144,32 @@ fn keep_places(plan: Arc<Plan>, before: &Before) -> Arc<Plan> {
     if kept.place_keeping(old) { Arc::new(kept) } else { plan }
 }
 
-/// A pass whose pipeline is not compiled yet.
+/// A launch whose pipeline is not compiled yet.
 struct Draft {
     composed: Composed,
-    groups: [u32; 3],
+    workgroups: [u32; 3],
     writes_image: Option<ImageId>,
     immediate: bool,
 }
 
 impl Draft {
     fn new(plan: &Plan, index: usize, immediates: bool) -> Result<Self, GpuError> {
-        let pass = &plan.recording.passes[index];
-        let reading = |image: ImageId| plan.readings[image.0 as usize];
-        let format = |image: ImageId| plan.format(image);
-        let dialect = plan.dialect(index);
-        let (composed, groups) = match &pass.work {
-            Work::Steps { steps, result } => {
-                let desc = plan.recording.image(*result).desc;
-                let composed = compose_steps(steps, *result, desc, &reading, dialect);
-                let groups = groups(&composed, desc.size);
-                (composed, groups)
-            }
-            Work::Tiled(tiling) => {
-                let last = tiling.stages.last().expect("a tiling has stages").size.div_up(tiling.tile);
-                (compose_tiling(tiling, &format, &reading, dialect), [last.width, last.height, 1])
-            }
-            Work::Rows(rows) => {
-                let composed = compose_rows(rows, format(rows.result), &reading, dialect);
-                let groups = groups(&composed, plan.recording.image(rows.result).desc.size);
-                (composed, groups)
-            }
-            Work::Cells(cells) => {
-                let [across, down] = cells.coarsest;
-                (compose_cells(cells, &format, &reading, dialect), [across, down, 1])
-            }
-            Work::Entry(call) => (compose_entry(call, &format, &reading, dialect), call.groups),
-        };
-        let writes_image = pass.writes().into_iter().find_map(|resource| match resource {
-            Resource::Image(image) => Some(image),
-            Resource::Buffer(_) => None,
-        });
-        let mut composed = composed.map_err(GpuError::Shader)?;
+        let mut composed = plan.compose(index).map_err(GpuError::Shader)?;
+        let writes_image = written(&plan.recording.passes[plan.launches[index].start]);
         let immediate = immediates && take_immediates(&mut composed);
-        Ok(Self { composed, groups, writes_image, immediate })
+        Ok(Self { composed, workgroups: plan.launch_workgroups(index), writes_image, immediate })
     }
 }
 
-/// The workgroups that cover an image.
-fn groups(composed: &Result<Composed, ShaderError>, size: Size) -> [u32; 3] {
-    let covers = composed.as_ref().map_or([1; 2], |composed| composed.covers);
-    [size.width.div_ceil(covers[0]), size.height.div_ceil(covers[1]), 1]
+/// The first image that a pass writes.
+pub(super) fn written(pass: &Pass) -> Option<ImageId> {
+    pass.writes().into_iter().find_map(|resource| match resource {
+        Resource::Image(image) => Some(image),
+        Resource::Buffer(_) => None,
+    })
 }
 
-/// What must be compiled for a pass, whether or not it takes the frame from immediates; drawn if there is an attachment.
+/// What must be compiled for a launch, whether or not it takes the frame from immediates; drawn if there is an attachment.
 pub(super) fn order<'a>(
     device: &Device,
     plan: &'a Plan,
@@ -211,9 +178,13 @@ pub(super) fn order<'a>(
     attachment: Option<TextureFormat>,
 ) -> Order<'a> {
     let stage = if attachment.is_some() { Stage::Fragment } else { Stage::Compute };
-    let constants = match &plan.recording.passes[index].work {
-        Work::Entry(call) => call.constants.iter().map(|(name, value)| (*name, value.to_bits())).collect(),
-        Work::Steps { .. } | Work::Tiled(_) | Work::Rows(_) | Work::Cells(_) => Vec::new(),
+    let passes = &plan.recording.passes[plan.launches[index].clone()];
+    let constants = match passes {
+        [Pass { work: Work::Entry(call), .. }] => {
+            call.constants.iter().map(|(name, value)| (*name, value.to_bits())).collect()
+        }
+        // Where passes run side by side, constants stand in the text.
+        _ => Vec::new(),
     };
     let readings = composed.slots.iter().map(|slot| match slot.kind {
         SlotKind::Texture(image) => format!("{:?}", plan.readings[image.0 as usize]),
@@ -233,9 +204,9 @@ pub(super) fn order<'a>(
         stage,
         layout: bind_group_layout(device, plan, composed, stage),
         immediate_bytes: if immediate { moment::BYTES } else { 0 },
-        label: &plan.recording.passes[index].label,
+        label: plan.launch_label(index),
         // Tilings write every texel of a tile that they read; whole kernels are their authors' own.
         zero_workgroup_memory: !composed.audited
-            && matches!(plan.recording.passes[index].work, Work::Entry(_) | Work::Cells(_)),
+            && passes.iter().any(|pass| matches!(pass.work, Work::Entry(_) | Work::Cells(_))),
     }
 }

@@ -1,17 +1,26 @@
 //! The numbers of a plan: one buffer with the uniform of each pass and the size of its result.
 
-use afterimage_graph::node::{ImageId, Work};
+use afterimage_graph::node::{Pass, Work};
 use afterimage_graph::plan::Plan;
+use afterimage_graph::shader::UNIFORM_ALIGNMENT;
 
-/// Uniform offsets are multiples of this everywhere.
-pub(super) const ALIGNMENT: u64 = 256;
+use super::prepare::written;
+
+/// Uniform offsets are multiples of this.
+pub(super) const ALIGNMENT: u64 = UNIFORM_ALIGNMENT as u64;
 
 /// Bytes of a result's size.
 pub(super) const EXTENT_BYTES: u64 = 8;
 
-/// Bytes that a pass of so many uniform bytes takes up in the buffer: they and the size of its result.
-pub(super) fn stride(bytes: u64) -> u64 {
-    bytes.next_multiple_of(ALIGNMENT) + ALIGNMENT
+/// Where each pass's uniform begins in the one buffer, and its bytes. Behind it lie the size of its result and its workgroups.
+pub(super) fn regions(plan: &Plan) -> Vec<(u64, u64)> {
+    let mut offset = 0;
+    let mut region = |pass: &Pass| {
+        let (start, bytes) = (offset, pass_uniform(&pass.work).len() as u64);
+        offset += bytes.next_multiple_of(ALIGNMENT) + ALIGNMENT;
+        (start, bytes)
+    };
+    plan.recording.passes.iter().map(&mut region).collect()
 }
 
 /// Whether the new plan can run with the resources of the old one and other uniforms.
@@ -60,17 +69,19 @@ pub(super) fn pass_uniform(work: &Work) -> Vec<u8> {
     bytes
 }
 
-/// The contents of the one uniform buffer: for each pass its uniform, then the size of the image that it writes.
-pub(super) fn uniform_bytes(plan: &Plan, written: impl Iterator<Item = Option<ImageId>>) -> Vec<u8> {
+/// The contents of the one uniform buffer: for each pass its uniform, then the size of the image that it writes and its workgroups.
+pub(super) fn uniform_bytes(plan: &Plan) -> Vec<u8> {
     let mut all = Vec::new();
-    for (pass, written) in plan.recording.passes.iter().zip(written) {
+    for pass in &plan.recording.passes {
         all.extend(pass_uniform(&pass.work));
         all.resize(all.len().next_multiple_of(ALIGNMENT as usize), 0);
-        let [width, height] = written.map_or([1.0; 2], |image| {
+        let [width, height] = written(pass).map_or([1.0; 2], |image| {
             let size = plan.recording.image(image).desc.size;
             [size.width as f32, size.height as f32]
         });
-        all.extend([width, height].iter().flat_map(|x| x.to_le_bytes()));
+        let [x, y, z] = plan.recording.workgroups(pass).count;
+        let words = [width.to_bits(), height.to_bits(), 0, 0, x, y, z, 0];
+        all.extend(words.iter().flat_map(|word| word.to_le_bytes()));
         all.resize(all.len().next_multiple_of(ALIGNMENT as usize), 0);
     }
     all.resize(all.len().max(ALIGNMENT as usize), 0);

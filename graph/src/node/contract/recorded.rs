@@ -12,10 +12,7 @@ use crate::node::{
 };
 use crate::plan::Caps;
 use crate::plan::passes::copy_step;
-use crate::shader::{
-    CELLS_LANES, Composed, Dialect, Reading, Shader, ShaderError, compose_cells, compose_entry, compose_rows,
-    compose_steps, compose_tiling,
-};
+use crate::shader::{CELLS_LANES, Dialect, ROW_LANES, Reading, Shader, compose_pass};
 use crate::value::{Param, Type, Value};
 
 /// One way of using a kind.
@@ -231,7 +228,7 @@ const WAYS: [(Reading, Dialect); 5] = [
 fn module(pass: &Pass, recording: &Recording, modules: &mut BTreeSet<String>, complaints: &mut Complaints) {
     let desc_of = |image: ImageId| recording.image(image).desc;
     for (reading, dialect) in WAYS {
-        let composed = composed(pass, &desc_of, &|_| reading, dialect);
+        let composed = compose_pass(pass, &desc_of, &|_| reading, dialect);
         match composed {
             Ok(composed) if modules.insert(composed.source.clone()) => {
                 if let Err(error) = composed.validate() {
@@ -254,8 +251,8 @@ fn by_rows(pass: &Pass) -> Option<Pass> {
         Arg::Texture(image) => Some(*image),
         _ => None,
     })?;
-    let work =
-        Work::Rows(Rows { source: vec![copy_step(&step.node, source)], by: step.by_rows?, result: *result, rows: 1 });
+    let source = vec![copy_step(&step.node, source)];
+    let work = Work::Rows(Rows { source, by: step.by_rows?, result: *result, rows: 1, lanes: ROW_LANES });
     Some(Pass { work, ..pass.clone() })
 }
 
@@ -272,22 +269,6 @@ fn by_cells(pass: &Pass) -> Option<Pass> {
     let lanes = [CELLS_LANES, 1];
     let work = Work::Cells(Cells { source, readers, coarsest: by.cells, finest: by.cells, lanes, step: by.step });
     Some(Pass { work, ..pass.clone() })
-}
-
-fn composed(
-    pass: &Pass,
-    desc_of: &dyn Fn(ImageId) -> ImageDesc,
-    reading_of: &dyn Fn(ImageId) -> Reading,
-    dialect: Dialect,
-) -> Result<Composed, ShaderError> {
-    let format_of = |image| desc_of(image).format;
-    match &pass.work {
-        Work::Steps { steps, result } => compose_steps(steps, *result, desc_of(*result), reading_of, dialect),
-        Work::Tiled(tiling) => compose_tiling(tiling, &format_of, reading_of, dialect),
-        Work::Rows(rows) => compose_rows(rows, desc_of(rows.result).format, reading_of, dialect),
-        Work::Cells(cells) => compose_cells(cells, &format_of, reading_of, dialect),
-        Work::Entry(call) => compose_entry(call, &format_of, reading_of, dialect),
-    }
 }
 
 fn shaders(pass: &Pass) -> Vec<&'static Shader> {

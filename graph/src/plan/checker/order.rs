@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::{Access, Faults, Walk};
 use crate::node::{ImageId, Origin, Resource};
-use crate::plan::Plan;
+use crate::plan::{Plan, Stage};
 
 /// Whether the plan's lists fit together at all.
 pub(super) fn check_shape(plan: &Plan, faults: &mut Faults) {
@@ -28,6 +28,7 @@ pub(super) fn check_shape(plan: &Plan, faults: &mut Faults) {
         faults.add("the places in the recording do not name every pass once".into());
     }
     check_cover(plan, faults);
+    check_launches(plan, faults);
     check_numbers(plan, faults);
 }
 
@@ -41,6 +42,34 @@ fn check_cover(plan: &Plan, faults: &mut Faults) {
     }
     if end != plan.recording.passes.len() {
         faults.add(format!("the waves end at pass {end}, but there are {} passes", plan.recording.passes.len()));
+    }
+}
+
+/// Launches cover the passes, each inside one wave, and only dispatches of what no host can want drawn have several.
+fn check_launches(plan: &Plan, faults: &mut Faults) {
+    let mut end = 0;
+    for launch in &plan.launches {
+        if launch.start != end || launch.is_empty() {
+            faults.add(format!("a launch is of passes {launch:?}, but those before it end at pass {end}"));
+        }
+        end = launch.end;
+        if launch.len() < 2 {
+            continue;
+        }
+        if !plan.waves.iter().any(|wave| wave.start <= launch.start && launch.end <= wave.end) {
+            faults.add(format!("passes {launch:?} share a launch and no wave"));
+        }
+        let stages = plan.stages.get(launch.clone()).unwrap_or_default();
+        let passes = plan.recording.passes.get(launch.clone()).unwrap_or_default();
+        let mut written = passes.iter().flat_map(|pass| pass.writes());
+        if stages.contains(&Stage::Fragment)
+            || written.any(|resource| plan.outputs.iter().any(|output| Resource::Image(output.image) == resource))
+        {
+            faults.add(format!("passes {launch:?} share a launch, but one of them draws or may have to"));
+        }
+    }
+    if end != plan.recording.passes.len() {
+        faults.add(format!("the launches end at pass {end}, but there are {} passes", plan.recording.passes.len()));
     }
 }
 
