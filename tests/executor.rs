@@ -5,6 +5,7 @@ mod changes;
 mod hazards;
 mod histories;
 mod host;
+mod launches;
 mod leftovers;
 mod reload;
 

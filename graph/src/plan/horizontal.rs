@@ -174,7 +174,9 @@ impl Demand {
         }
         let workgroups = recording.workgroups(pass);
         let all = workgroups.count.iter().map(|n| u64::from(*n)).product::<u64>();
-        if options.horizontal == Horizontal::Small && all * u64::from(workgroups.lanes) > SMALL {
+        // A halving by rows is at its best in small workgroups, which it would not have.
+        let is_small = all * u64::from(workgroups.lanes) <= SMALL && !matches!(pass.work, Work::Rows(_));
+        if options.horizontal == Horizontal::Small && !is_small {
             return None;
         }
         let grows = match &pass.work {

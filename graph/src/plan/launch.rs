@@ -1,8 +1,10 @@
 //! The module of a launch, and its workgroups.
 
+use std::collections::BTreeSet;
+
 use super::Plan;
 use crate::image::ImageDesc;
-use crate::node::{ImageId, Pass, Work};
+use crate::node::{ImageId, Pass, Resource, Work};
 use crate::shader::{Beside, Composed, Reading, ShaderError, compose_beside, compose_pass};
 
 impl Plan {
@@ -25,7 +27,7 @@ impl Plan {
         let alone = self.launches[launch].clone().map(compose).collect::<Result<Vec<_>, _>>()?;
         match <[Composed; 1]>::try_from(alone) {
             Ok([composed]) => Ok(composed),
-            Err(several) => compose_beside(&self.beside(launch, &several)),
+            Err(several) => compose_beside(&self.beside(launch, &several), self.reads_together(launch)),
         }
     }
 
@@ -43,6 +45,13 @@ impl Plan {
                 [packed.sum(), 1, 1]
             }
         }
+    }
+
+    /// Whether several passes of a launch read one image.
+    fn reads_together(&self, launch: usize) -> bool {
+        let images = |pass: &Pass| pass.reads().into_iter().filter(|read| matches!(read, Resource::Image(_)));
+        let mut seen = BTreeSet::new();
+        self.launched(launch).iter().flat_map(images).any(|image| !seen.insert(image))
     }
 
     fn launched(&self, launch: usize) -> &[Pass] {

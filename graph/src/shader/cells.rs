@@ -4,7 +4,7 @@
 
 use std::collections::BTreeSet;
 
-use super::compose::{Bound, Composed, Reading, ShaderError, Slot, SlotKind, set_storage_format};
+use super::compose::{Bound, Composed, Reading, ShaderError, Slot, SlotKind, free, set_storage_format};
 use super::import::{Text, change_words, declared};
 use super::{Dialect, GlobalKind, Reflection};
 use crate::image::Format;
@@ -55,11 +55,6 @@ pub(super) fn compose_cells(
         audited: cells.readers.iter().all(|reader| reader.call.shader.is_audited()),
         reading,
     })
-}
-
-/// The first binding that none of the slots has.
-fn free(slots: &[Slot]) -> u32 {
-    slots.iter().map(|slot| slot.binding + 1).max().unwrap_or(0)
 }
 
 /// Another slot, by its binding.

@@ -82,6 +82,11 @@ pub struct Slot {
     pub kind: SlotKind,
 }
 
+/// The first binding that none of the slots has.
+pub(super) fn free(slots: &[Slot]) -> u32 {
+    slots.iter().map(|slot| slot.binding + 1).max().unwrap_or(0)
+}
+
 /// The kinds of binding slots.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SlotKind {

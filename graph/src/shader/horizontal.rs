@@ -8,7 +8,7 @@ use std::fmt::Write as _;
 
 use naga::{BuiltIn, TypeInner};
 
-use super::compose::{Composed, ShaderError, Slot, SlotKind};
+use super::compose::{Composed, ShaderError, Slot, SlotKind, free};
 use super::import::{Text, change_words, declared, is_generated, is_library};
 
 /// What a uniform begins at a multiple of, everywhere.
@@ -35,9 +35,10 @@ impl Beside<'_> {
     }
 }
 
-/// Modules of one dialect as one; those with taps read textures in one way. Modules that do not pack must have the largest workgroup of all; the sizes of all
+/// Modules of one dialect as one; those with taps read textures in one way. By turns, the workgroups of all modules go over an image that several of
+/// them read at the same time. Modules that do not pack must have the largest workgroup of all; the sizes of all
 /// others divide it.
-pub fn compose_beside(modules: &[Beside<'_>]) -> Result<Composed, ShaderError> {
+pub fn compose_beside(modules: &[Beside<'_>], by_turns: bool) -> Result<Composed, ShaderError> {
     let reading = modules.iter().map(|module| module.composed.reading).max().unwrap_or_default();
     let lanes = modules.iter().map(Beside::lanes).max().unwrap_or(1);
     let mut slots = Vec::new();
@@ -69,7 +70,7 @@ pub fn compose_beside(modules: &[Beside<'_>]) -> Result<Composed, ShaderError> {
     for part in &parts {
         entry += &part.caller(lanes)?;
     }
-    entry += &dispatcher(&parts, lanes);
+    entry += &dispatcher(&parts, lanes, by_turns);
     text.generated(&entry);
     Ok(Composed {
         source: text.text,
@@ -81,11 +82,6 @@ pub fn compose_beside(modules: &[Beside<'_>]) -> Result<Composed, ShaderError> {
         audited: modules.iter().all(|module| module.composed.audited),
         reading,
     })
-}
-
-/// The first binding that none of the slots has.
-fn free(slots: &[Slot]) -> u32 {
-    slots.iter().map(|slot| slot.binding + 1).max().unwrap_or(0)
 }
 
 /// A module on its way into the joined one.
@@ -311,41 +307,43 @@ fn without_builtins(line: &str) -> String {
     text + rest
 }
 
-/// The entry point. The workgroups of all modules take turns, each module's as often as it has some, so that modules that go over one image read
-/// the same part of it at the same time.
-fn dispatcher(parts: &[Part<'_>], lanes: u32) -> String {
+/// The entry point: the workgroups of the last module come first, or those of all by turns.
+fn dispatcher(parts: &[Part<'_>], lanes: u32, by_turns: bool) -> String {
+    let all = parts.len();
     let counts: String =
         parts.iter().map(|part| format!("    let count{0} = beside_count_{0}();\n", part.number)).collect();
     let sum: Vec<String> = parts.iter().map(|part| format!("count{}", part.number)).collect();
     let mut text = format!(
         "@compute @workgroup_size({lanes})
-fn compute(
-    @builtin(workgroup_id) group: vec3u,
-    @builtin(num_workgroups) groups: vec3u,
-    @builtin(local_invocation_index) invocation: u32,
-) {{
-{counts}    let at{} = group.y * groups.x + group.x;
-    let all{} = {};
-    if at{} >= all{} {{ return; }}
+fn compute(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) invocation: u32) {{
+{counts}    let at{all} = group.x;
+    let all{all} = {};
 ",
-        parts.len(),
-        parts.len(),
         sum.join(" + "),
-        parts.len(),
-        parts.len(),
     );
     for part in parts.iter().skip(1).rev() {
         let (number, rest) = (part.number, part.number + 1);
-        let _ = writeln!(
-            text,
-            "    let before{number} = at{rest} * count{number} / all{rest};
+        text += &if by_turns {
+            format!(
+                "    let before{number} = at{rest} * count{number} / all{rest};
     if (at{rest} + 1u) * count{number} / all{rest} > before{number} {{
         beside_{number}(before{number}, invocation);
         return;
     }}
     let at{number} = at{rest} - before{number};
-    let all{number} = all{rest} - count{number};"
-        );
+    let all{number} = all{rest} - count{number};
+"
+            )
+        } else {
+            format!(
+                "    if at{rest} < count{number} {{
+        beside_{number}(at{rest}, invocation);
+        return;
+    }}
+    let at{number} = at{rest} - count{number};
+"
+            )
+        };
     }
     text + "    beside_0(at1, invocation);\n}"
 }

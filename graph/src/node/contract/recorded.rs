@@ -12,7 +12,10 @@ use crate::node::{
 };
 use crate::plan::Caps;
 use crate::plan::passes::copy_step;
-use crate::shader::{CELLS_LANES, Dialect, ROW_LANES, Reading, Shader, compose_pass};
+use crate::shader::{
+    Beside, CELLS_LANES, Composed, Dialect, ROW_LANES, Reading, Shader, ShaderError, SlotKind, compose_beside,
+    compose_pass,
+};
 use crate::value::{Param, Type, Value};
 
 /// One way of using a kind.
@@ -231,7 +234,8 @@ fn module(pass: &Pass, recording: &Recording, modules: &mut BTreeSet<String>, co
         let composed = compose_pass(pass, &desc_of, &|_| reading, dialect);
         match composed {
             Ok(composed) if modules.insert(composed.source.clone()) => {
-                if let Err(error) = composed.validate() {
+                let valid = composed.validate().and_then(|_| beside_itself(pass, &composed, dialect));
+                if let Err(error) = valid {
                     complaints.add(format!("the pass `{}` is no valid module: {error}", pass.label));
                 }
             }
@@ -241,6 +245,20 @@ fn module(pass: &Pass, recording: &Recording, modules: &mut BTreeSet<String>, co
     }
     by_rows(pass).into_iter().chain(by_cells(pass)).for_each(|pass| module(&pass, recording, modules, complaints));
     shaders(pass).into_iter().for_each(|shader| item_names(shader, complaints));
+}
+
+/// Whether the module can stand beside another like it, if the planner may ever want that: names that the framework does not tell apart clash.
+fn beside_itself(pass: &Pass, composed: &Composed, dialect: Dialect) -> Result<(), ShaderError> {
+    let knows_time = composed.slots.iter().any(|slot| slot.kind == SlotKind::Frame);
+    if !composed.audited || knows_time || dialect.subgroups || matches!(pass.work, Work::Tiled(_)) {
+        return Ok(());
+    }
+    let constants: &[(&str, f64)] = match &pass.work {
+        Work::Entry(call) => &call.constants,
+        _ => &[],
+    };
+    let twice = [(); 2].map(|()| Beside { composed, constants, packs: false });
+    [false, true].iter().try_for_each(|by_turns| compose_beside(&twice, *by_turns)?.validate().map(|_| ()))
 }
 
 /// The pass in its form by rows, if it has one.
