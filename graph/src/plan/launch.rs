@@ -27,7 +27,7 @@ impl Plan {
         let alone = self.launches[launch].clone().map(compose).collect::<Result<Vec<_>, _>>()?;
         match <[Composed; 1]>::try_from(alone) {
             Ok([composed]) => Ok(composed),
-            Err(several) => compose_beside(&self.beside(launch, &several), self.reads_together(launch)),
+            Err(several) => Ok(compose_beside(&self.beside(launch, &several), self.reads_together(launch))),
         }
     }
 

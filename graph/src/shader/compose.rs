@@ -3,12 +3,14 @@
 
 use std::fmt::Write as _;
 
+use naga::BuiltIn;
+
 use super::cells::compose_cells;
 use super::import::{SourceMap, Text};
 use super::reflect::GlobalKind;
 use super::rows::compose_rows;
 use super::tiles::{TILED, compose_tiling, is_tiled};
-use super::{Dialect, pitfalls};
+use super::{Dialect, Told, pitfalls};
 use crate::image::{Format, ImageDesc, Size};
 use crate::node::{Arg, BufferId, EntryCall, ImageId, Pass, Resource, Step, Work};
 
@@ -82,6 +84,11 @@ pub struct Slot {
     pub kind: SlotKind,
 }
 
+/// What the entry points of kernels are told that number their invocations.
+pub(super) fn told_of_lanes() -> Vec<Told> {
+    [BuiltIn::WorkGroupId, BuiltIn::LocalInvocationIndex].map(Told::One).into()
+}
+
 /// The first binding that none of the slots has.
 pub(super) fn free(slots: &[Slot]) -> u32 {
     slots.iter().map(|slot| slot.binding + 1).max().unwrap_or(0)
@@ -124,6 +131,8 @@ pub struct Composed {
     pub slots: Vec<Slot>,
     /// The workgroup's size.
     pub workgroup: [u32; 3],
+    /// What the compute entry point is told of an invocation.
+    pub told: Vec<Told>,
     /// Whether every part of the module was audited: see [`Shader::audited`](super::Shader::audited).
     pub audited: bool,
     /// How its taps read textures.
@@ -226,6 +235,7 @@ fn compose_steps(
         fragment: Some("fragment"),
         slots: writer.slots,
         workgroup: [WIDTH, HEIGHT, 1],
+        told: [BuiltIn::WorkGroupId, BuiltIn::LocalInvocationId].map(Told::One).into(),
         audited: steps.iter().all(|step| step.shader.is_audited()),
         reading,
     })
@@ -467,14 +477,15 @@ fn compose_entry(
     let mut text = Text::default().reading(reading, dialect)?;
     text.module(call.shader)?;
     let source = formats.iter().fold(text.text, |source, (name, format)| set_storage_format(&source, name, *format));
-    let workgroup = reflection.entries.iter().find(|(name, _)| name == call.entry).map_or([1; 3], |(_, size)| *size);
+    let entry = reflection.entry(call.entry);
     Ok(Composed {
         source,
         map: text.map,
         compute: call.entry,
         fragment: None,
         slots,
-        workgroup,
+        workgroup: entry.map_or([1; 3], |entry| entry.workgroup),
+        told: entry.map_or_else(Vec::new, |entry| entry.told.clone()),
         audited: call.shader.is_audited(),
         reading,
     })

@@ -6,9 +6,10 @@
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
-use naga::{BuiltIn, TypeInner};
+use naga::BuiltIn;
 
-use super::compose::{Composed, ShaderError, Slot, SlotKind, free};
+use super::Told;
+use super::compose::{Composed, Slot, SlotKind, free, told_of_lanes};
 use super::import::{Text, change_words, declared, is_generated, is_library};
 
 /// What a uniform begins at a multiple of, everywhere.
@@ -38,7 +39,7 @@ impl Beside<'_> {
 /// Modules of one dialect as one; those with taps read textures in one way. By turns, the workgroups of all modules go over an image that several of
 /// them read at the same time. Modules that do not pack must have the largest workgroup of all; the sizes of all
 /// others divide it.
-pub fn compose_beside(modules: &[Beside<'_>], by_turns: bool) -> Result<Composed, ShaderError> {
+pub fn compose_beside(modules: &[Beside<'_>], by_turns: bool) -> Composed {
     let reading = modules.iter().map(|module| module.composed.reading).max().unwrap_or_default();
     let lanes = modules.iter().map(Beside::lanes).max().unwrap_or(1);
     let mut slots = Vec::new();
@@ -68,20 +69,21 @@ pub fn compose_beside(modules: &[Beside<'_>], by_turns: bool) -> Result<Composed
     let mut entry = uniforms(&parts);
     let _ = writeln!(entry, "@group(0) @binding({uniform}) var<uniform> beside: Beside;");
     for part in &parts {
-        entry += &part.caller(lanes)?;
+        entry += &part.caller(lanes);
     }
     entry += &dispatcher(&parts, lanes, by_turns);
     text.generated(&entry);
-    Ok(Composed {
+    Composed {
         source: text.text,
         map: text.map,
         compute: "compute",
         fragment: None,
         slots,
         workgroup: [lanes, 1, 1],
+        told: told_of_lanes(),
         audited: modules.iter().all(|module| module.composed.audited),
         reading,
-    })
+    }
 }
 
 /// A module on its way into the joined one.
@@ -201,12 +203,9 @@ impl<'a> Part<'a> {
     }
 
     /// A function that does what a workgroup of the module does, or what several do.
-    fn caller(&self, lanes: u32) -> Result<String, ShaderError> {
+    fn caller(&self, lanes: u32) -> String {
         let composed = self.module.composed;
-        let module = composed.validate()?;
-        let entry = module.entry_points.iter().find(|entry| entry.name == composed.compute);
-        let arguments = &entry.expect("a composed module has its entry point").function.arguments;
-        let values: Vec<String> = arguments.iter().map(|argument| self.value(&module, argument)).collect();
+        let values: Vec<String> = composed.told.iter().map(|told| self.value(told)).collect();
         let [wide, high, deep] = composed.workgroup;
         let (number, own) = (self.number, wide * high * deep);
         let packed = self.module.packed(lanes);
@@ -240,31 +239,29 @@ fn beside_{number}(at: u32, invocation: u32) {{
             self.named(composed.compute),
             values.join(", "),
         );
-        Ok(text)
+        text
     }
 
-    /// What the entry point is given for an argument, in terms of the function that calls it.
-    fn value(&self, module: &naga::Module, argument: &naga::FunctionArgument) -> String {
-        if let Some(binding) = &argument.binding {
-            return self.builtin(binding);
+    /// What the entry point is told, in terms of the function that calls it.
+    fn value(&self, told: &Told) -> String {
+        match told {
+            Told::One(builtin) => self.builtin(*builtin),
+            Told::Struct(name, members) => {
+                let values: Vec<String> = members.iter().map(|builtin| self.builtin(*builtin)).collect();
+                let name = if self.names.contains(name.as_str()) { self.named(name) } else { name.clone() };
+                format!("{name}({})", values.join(", "))
+            }
         }
-        let ty = &module.types[argument.ty];
-        let TypeInner::Struct { members, .. } = &ty.inner else { unreachable!("naga has seen to it") };
-        let values: Vec<String> =
-            members.iter().filter_map(|member| member.binding.as_ref()).map(|binding| self.builtin(binding)).collect();
-        let name = ty.name.as_deref().unwrap_or_default();
-        let name = if self.names.contains(name) { self.named(name) } else { name.to_owned() };
-        format!("{name}({})", values.join(", "))
     }
 
-    fn builtin(&self, binding: &naga::Binding) -> String {
+    fn builtin(&self, builtin: BuiltIn) -> String {
         let [wide, high, deep] = self.module.composed.workgroup;
-        match binding {
-            naga::Binding::BuiltIn(BuiltIn::WorkGroupId) => "group".into(),
-            naga::Binding::BuiltIn(BuiltIn::NumWorkGroups) => "groups".into(),
-            naga::Binding::BuiltIn(BuiltIn::LocalInvocationId) => "local".into(),
-            naga::Binding::BuiltIn(BuiltIn::LocalInvocationIndex) => "lane".into(),
-            naga::Binding::BuiltIn(BuiltIn::GlobalInvocationId) => {
+        match builtin {
+            BuiltIn::WorkGroupId => "group".into(),
+            BuiltIn::NumWorkGroups => "groups".into(),
+            BuiltIn::LocalInvocationId => "local".into(),
+            BuiltIn::LocalInvocationIndex => "lane".into(),
+            BuiltIn::GlobalInvocationId => {
                 format!("group * vec3u({wide}u, {high}u, {deep}u) + local")
             }
             other => unreachable!("the planner joins no kernel that asks for {other:?}"),

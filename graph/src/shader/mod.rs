@@ -19,7 +19,9 @@ pub(crate) use compose::{STEPS_LANES, steps_cover};
 pub use dialect::Dialect;
 pub use horizontal::{Beside, UNIFORM_ALIGNMENT, compose_beside};
 pub use import::SourceMap;
-pub use reflect::{ArgType, Function, Global, GlobalKind, Member, Reflection, ScalarKind, StructLayout};
+pub use reflect::{
+    ArgType, EntryPoint, Function, Global, GlobalKind, Member, Reflection, ScalarKind, StructLayout, Told,
+};
 pub use rows::ROW_LANES;
 pub(crate) use tiles::TILE_LANES;
 pub use uniform::{UniformValue, pack};
@@ -71,8 +73,8 @@ impl Shader {
 
     /// The invocations of a workgroup of an entry point; 1 for one that it does not have.
     pub(crate) fn lanes(&self, entry: &str) -> u32 {
-        let known = self.reflect().ok().and_then(|known| known.entries.iter().find(|(name, _)| name == entry));
-        known.map_or(1, |(_, size)| size.iter().product())
+        let known = self.reflect().ok().and_then(|known| known.entry(entry));
+        known.map_or(1, |entry| entry.workgroup.iter().product())
     }
 
     /// Whether invocations may wait for each other, in the module or in what it imports.

@@ -1,6 +1,6 @@
 //! What a module declares, read from naga's view of it.
 
-use naga::{AddressSpace, ImageClass, ImageDimension, ScalarKind as NagaKind, TypeInner};
+use naga::{AddressSpace, BuiltIn, ImageClass, ImageDimension, ScalarKind as NagaKind, TypeInner};
 
 use super::compose::validated;
 use super::import::Text;
@@ -11,14 +11,34 @@ use super::{Dialect, Reading, Shader, ShaderError};
 pub struct Reflection {
     /// Functions that return a `vec4f`: the kernel functions.
     pub functions: Vec<Function>,
-    /// Entry points: name and workgroup size.
-    pub entries: Vec<(String, [u32; 3])>,
+    /// Entry points.
+    pub entries: Vec<EntryPoint>,
     /// Structs that can be uniforms.
     pub structs: Vec<StructLayout>,
     /// Bound variables of whole kernels.
     pub globals: Vec<Global>,
     /// Bytes of workgroup memory.
     pub workgroup_bytes: u32,
+}
+
+/// The entry point of a whole kernel.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct EntryPoint {
+    /// Its name.
+    pub name: String,
+    /// Invocations of a workgroup, in each direction.
+    pub workgroup: [u32; 3],
+    /// What it is told.
+    pub told: Vec<Told>,
+}
+
+/// What an entry point is told of an invocation by one argument.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Told {
+    /// One thing.
+    One(BuiltIn),
+    /// Several, in the struct of that name.
+    Struct(String, Vec<BuiltIn>),
 }
 
 /// A kernel function.
@@ -117,6 +137,11 @@ pub enum GlobalKind {
 }
 
 impl Reflection {
+    /// The entry point of that name.
+    pub fn entry(&self, name: &str) -> Option<&EntryPoint> {
+        self.entries.iter().find(|entry| entry.name == name)
+    }
+
     /// The kernel function of that name.
     pub fn function(&self, name: &str) -> Option<&Function> {
         self.functions.iter().find(|f| f.name == name)
@@ -134,11 +159,33 @@ pub(super) fn reflect(shader: &Shader) -> Result<Reflection, ShaderError> {
     let module = validated(&text)?;
     Ok(Reflection {
         functions: module.functions.iter().filter_map(|(_, f)| function(&module, f)).collect(),
-        entries: module.entry_points.iter().map(|e| (e.name.clone(), e.workgroup_size)).collect(),
+        entries: module.entry_points.iter().map(|entry| entry_point(&module, entry)).collect(),
         structs: module.types.iter().filter_map(|(_, ty)| layout(&module, ty)).collect(),
         globals: module.global_variables.iter().filter_map(|(_, g)| global(&module, g)).collect(),
         workgroup_bytes: workgroup_bytes(&module),
     })
+}
+
+fn entry_point(module: &naga::Module, entry: &naga::EntryPoint) -> EntryPoint {
+    let builtin = |binding: &Option<naga::Binding>| match binding {
+        Some(naga::Binding::BuiltIn(builtin)) => Some(*builtin),
+        _ => None,
+    };
+    let told = |argument: &naga::FunctionArgument| {
+        let ty = &module.types[argument.ty];
+        match (builtin(&argument.binding), &ty.inner) {
+            (None, TypeInner::Struct { members, .. }) => {
+                let members = members.iter().filter_map(|member| builtin(&member.binding)).collect();
+                Some(Told::Struct(ty.name.clone().unwrap_or_default(), members))
+            }
+            (one, _) => one.map(Told::One),
+        }
+    };
+    EntryPoint {
+        name: entry.name.clone(),
+        workgroup: entry.workgroup_size,
+        told: entry.function.arguments.iter().filter_map(told).collect(),
+    }
 }
 
 fn workgroup_bytes(module: &naga::Module) -> u32 {

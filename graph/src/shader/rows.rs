@@ -1,7 +1,7 @@
 //! The entry point of a halving by rows: a workgroup walks down its columns, and each step gives one row of the result.
 
 use super::Dialect;
-use super::compose::{Composed, Reading, ShaderError, StepsWriter, uniform_struct};
+use super::compose::{Composed, Reading, ShaderError, StepsWriter, told_of_lanes, uniform_struct};
 use super::import::Text;
 use crate::image::Format;
 use crate::node::{ImageId, Rows};
@@ -39,6 +39,7 @@ pub(super) fn compose_rows(
         fragment: None,
         slots: writer.into_slots(),
         workgroup: [rows.lanes, 1, 1],
+        told: told_of_lanes(),
         audited: rows.by.shader.is_audited() && rows.source.iter().all(|step| step.shader.is_audited()),
         reading,
     })

@@ -6,7 +6,7 @@
 use std::fmt::Write as _;
 
 use super::Dialect;
-use super::compose::{Composed, Reading, ShaderError, StepsWriter};
+use super::compose::{Composed, Reading, ShaderError, StepsWriter, told_of_lanes};
 use super::import::Text;
 use crate::image::Format;
 use crate::node::{Arg, ImageId, Step, TileStage, Tiling};
@@ -59,6 +59,7 @@ pub(super) fn compose_tiling(
         fragment: None,
         slots: writer.into_slots(),
         workgroup: [TILE_SIDE, TILE_SIDE, 1],
+        told: told_of_lanes(),
         audited: steps.iter().all(|step| step.shader.is_audited()),
         reading,
     })

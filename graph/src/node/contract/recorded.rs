@@ -258,7 +258,7 @@ fn beside_itself(pass: &Pass, composed: &Composed, dialect: Dialect) -> Result<(
         _ => &[],
     };
     let twice = [(); 2].map(|()| Beside { composed, constants, packs: false });
-    [false, true].iter().try_for_each(|by_turns| compose_beside(&twice, *by_turns)?.validate().map(|_| ()))
+    [false, true].iter().try_for_each(|by_turns| compose_beside(&twice, *by_turns).validate().map(|_| ()))
 }
 
 /// The pass in its form by rows, if it has one.

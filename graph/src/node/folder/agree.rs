@@ -73,7 +73,7 @@ impl Pair<'_> {
     /// The framework binds what arguments ask for, and writes the entry points: others would clash with its own.
     fn own_bindings(&mut self, reflection: &Reflection) {
         let bound = reflection.globals.iter().map(|global| (&global.name, "is bound to a resource"));
-        let entries = reflection.entries.iter().map(|(name, _)| (name, "is an entry point"));
+        let entries = reflection.entries.iter().map(|entry| (&entry.name, "is an entry point"));
         for (name, what) in bound.chain(entries) {
             let place = self.word(name, "");
             let message = format!("{} {what}, which the framework makes by itself", quote(name));
