@@ -28,14 +28,14 @@ pub(crate) fn fuse(draft: &mut Draft) -> Vec<Fused> {
     let mut pending: Vec<usize> = (0..web.len()).rev().collect();
     while let Some(number) = pending.pop() {
         let readers = pixel_readers(&web, &draft.recording, number);
-        if readers.is_empty() {
-            continue;
-        }
+        let Some((last, others)) = readers.split_last() else { continue };
         let producer = web.take(number).expect("a producer was found");
-        for reader in readers {
-            fused.push(merge(&mut web, &draft.recording, producer.clone(), reader));
+        // Copies for all but the last, so that a long chain is not copied at every link.
+        let copies: Vec<Pass> = others.iter().map(|_| producer.clone()).collect();
+        for (reader, producer) in others.iter().zip(copies).chain([(last, producer)]) {
+            fused.push(merge(&mut web, &draft.recording, producer, *reader));
             // Two readers of one image may have become one: who makes that image may follow.
-            let reads = web.get(reader).map(Pass::reads).unwrap_or_default();
+            let reads = web.get(*reader).map(Pass::reads).unwrap_or_default();
             pending.extend(reads.into_iter().flat_map(|resource| web.writers(resource).collect::<Vec<_>>()));
         }
     }

@@ -66,9 +66,11 @@ pub(super) fn launches(
             end += group.passes.len();
         }
         let moved: Vec<usize> = groups.into_iter().flat_map(|group| group.passes).collect();
-        rearrange(&mut draft.recording.passes, &wave, &moved);
-        rearrange(stages, &wave, &moved);
-        rearrange(&mut order.recorded, &wave, &moved);
+        if moved.iter().copied().ne(wave.clone()) {
+            rearrange(&mut draft.recording.passes, &wave, &moved);
+            rearrange(stages, &wave, &moved);
+            rearrange(&mut order.recorded, &wave, &moved);
+        }
     }
     launches
 }
