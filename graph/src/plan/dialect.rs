@@ -1,7 +1,7 @@
 //! What shaders may use beyond what every device has: what was asked for, as far as the device has it, and pass by pass.
 
 use super::{Caps, Horizontal, Options, Plan};
-use crate::node::{Resource, Work};
+use crate::node::{Pass, Recording, Resource, Work};
 use crate::shader::Dialect;
 
 /// A switch of [`Options`] that has no effect on this device or beside another switch.
@@ -40,15 +40,19 @@ impl Options {
 }
 
 impl Plan {
-    /// What the shader of a pass may use. Half floats are not for passes that read an image in 32 bits: its numbers may have more bits and be larger.
+    /// What the shader of a pass may use.
     pub fn dialect(&self, pass: usize) -> Dialect {
-        let pass = &self.recording.passes[pass];
-        let fits = |resource: &Resource| match resource {
-            Resource::Image(image) => !self.format(*image).is_32_bit(),
-            Resource::Buffer(_) => true,
-        };
-        let tiles_fit = !matches!(&pass.work, Work::Tiled(tiling) if !tiling.halves);
-        let half = self.options.half && tiles_fit && pass.reads().iter().all(fits);
-        Dialect { half, subgroups: self.options.subgroups }
+        dialect(&self.recording, &self.options, &self.recording.passes[pass])
     }
+}
+
+/// Half floats are not for passes that read an image in 32 bits: its numbers may have more bits and be larger.
+pub(super) fn dialect(recording: &Recording, options: &Options, pass: &Pass) -> Dialect {
+    let fits = |resource: &Resource| match resource {
+        Resource::Image(image) => !recording.image(*image).desc.format.is_32_bit(),
+        Resource::Buffer(_) => true,
+    };
+    let tiles_fit = !matches!(&pass.work, Work::Tiled(tiling) if !tiling.halves);
+    let half = options.half && tiles_fit && pass.reads().iter().all(fits);
+    Dialect { half, subgroups: options.subgroups }
 }

@@ -7,11 +7,12 @@
 
 use std::ops::Range;
 
+use super::dialect::dialect;
 use super::launch::packs;
 use super::order::Order;
 use super::{Caps, Draft, Options, Stage};
 use crate::node::{Arg, EntryCall, ImageId, Pass, Recording, Resource, Step, Work};
-use crate::shader::{CELLS_LANES, GlobalKind, ROW_LANES, Reading, Shader};
+use crate::shader::{CELLS_LANES, Dialect, GlobalKind, ROW_LANES, Reading, Shader, can_tell};
 
 /// Which passes share a dispatch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -104,7 +105,7 @@ impl Group {
             ..*all
         };
         let reads_alike = all.reading.is_none() || one.reading.is_none() || all.reading == one.reading;
-        let alike = reads_alike && all.half == one.half;
+        let alike = reads_alike && all.dialect == one.dialect;
         let fits = self.passes.len() < MOST_PASSES
             && sum.workgroups <= MOST_WORKGROUPS
             && sum.textures <= MOST_TEXTURES
@@ -153,8 +154,7 @@ impl Lanes {
 struct Demand {
     /// How taps read textures, if there are any.
     reading: Option<Reading>,
-    /// Whether sums are made in half floats.
-    half: bool,
+    dialect: Dialect,
     lanes: Lanes,
     workgroups: u64,
     textures: usize,
@@ -171,7 +171,8 @@ impl Demand {
         let pass = &recording.passes[number];
         // The host may want an output drawn.
         let is_output = |resource: &Resource| draft.outputs.iter().any(|out| Resource::Image(out.image) == *resource);
-        if stage != Stage::Compute || pass.writes().iter().any(is_output) || !is_trusted(pass) || knows_time(pass) {
+        let is_free = stage == Stage::Compute && !pass.writes().iter().any(is_output);
+        if !is_free || !is_trusted(pass) || knows_time(pass) || !can_be_told(pass) {
             return None;
         }
         let workgroups = recording.workgroups(pass);
@@ -189,13 +190,9 @@ impl Demand {
         };
         let is_image = |resource: &Resource| matches!(resource, Resource::Image(_));
         let (reads, writes) = (pass.reads(), pass.writes());
-        let reads_32_bits = reads.iter().any(|resource| match resource {
-            Resource::Image(image) => recording.image(*image).desc.format.is_32_bit(),
-            Resource::Buffer(_) => false,
-        });
         Some(Self {
             reading: tapped(pass).into_iter().map(|image| readings[image.0 as usize]).max(),
-            half: options.half && !reads_32_bits,
+            dialect: dialect(recording, options, pass),
             lanes: Lanes { count: workgroups.lanes, grows },
             workgroups: all,
             textures: reads.iter().filter(|resource| is_image(resource)).count().max(tapped(pass).len()),
@@ -243,6 +240,13 @@ fn knows_time(pass: &Pass) -> bool {
         globals.iter().any(|global| matches!(&global.kind, GlobalKind::Uniform(ty) if ty == "Frame"))
     };
     steps(pass).iter().any(|step| step.args.contains(&Arg::Frame)) || calls(pass).into_iter().any(binds_frame)
+}
+
+/// Whether its entry point can be told what it asks for beside others.
+fn can_be_told(pass: &Pass) -> bool {
+    let Work::Entry(call) = &pass.work else { return true };
+    let entry = call.shader.reflect().ok().and_then(|known| known.entry(call.entry));
+    entry.is_some_and(|entry| entry.told.iter().all(can_tell))
 }
 
 /// The images that are read by taps, once for each binding.

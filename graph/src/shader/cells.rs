@@ -5,7 +5,7 @@
 use std::collections::BTreeSet;
 
 use super::compose::{Bound, Composed, Reading, ShaderError, Slot, SlotKind, free, set_storage_format, told_of_lanes};
-use super::import::{Text, change_words, declared};
+use super::import::{Text, bound_from, change_words, declared};
 use super::{Dialect, GlobalKind, Reflection};
 use crate::image::Format;
 use crate::node::{Cells, CellsReader, ImageId};
@@ -128,7 +128,7 @@ impl<'a> Part<'a> {
         let (params, frame) = (self.params().map(|(name, _)| name), self.frame());
         let formats = self.bound.formats.iter();
         let line =
-            formats.fold(self.bound_again(line), |line, (name, format)| set_storage_format(&line, name, *format));
+            formats.fold(bound_from(line, self.first), |line, (name, format)| set_storage_format(&line, name, *format));
         change_words(&line, |word| {
             if params == Some(word) {
                 return Some(format!("cells_params.reader{}", self.number));
@@ -138,19 +138,6 @@ impl<'a> Part<'a> {
             }
             self.names.contains(word).then(|| self.named(word))
         })
-    }
-
-    /// The line with its binding, if it has one, counted from the part's first.
-    fn bound_again(&self, line: &str) -> String {
-        let number = line.split_once("@binding(").and_then(|(_, rest)| rest.split_once(')')).map(|(number, _)| number);
-        match number.and_then(|number| number.trim().parse::<u32>().ok()) {
-            Some(binding) => {
-                let (before, rest) = line.split_once("@binding(").expect("it was found above");
-                let after = rest.split_once(')').map_or("", |(_, after)| after);
-                format!("{before}@binding({}){after}", self.first + binding)
-            }
-            None => line.to_owned(),
-        }
     }
 }
 

@@ -10,7 +10,7 @@ use naga::BuiltIn;
 
 use super::Told;
 use super::compose::{Composed, Slot, SlotKind, free, told_of_lanes};
-use super::import::{Text, change_words, declared, is_generated, is_library};
+use super::import::{Text, bound_from, change_words, declared, is_generated, is_library};
 
 /// What a uniform begins at a multiple of, everywhere.
 pub const UNIFORM_ALIGNMENT: u32 = 256;
@@ -33,6 +33,18 @@ impl Beside<'_> {
 
     fn lanes(&self) -> u32 {
         self.composed.workgroup.iter().product()
+    }
+}
+
+/// Whether an entry point that is told this can stand beside others.
+pub(crate) fn can_tell(told: &Told) -> bool {
+    let is_known = |builtin: &BuiltIn| {
+        use BuiltIn::{GlobalInvocationId, LocalInvocationId, LocalInvocationIndex, NumWorkGroups, WorkGroupId};
+        matches!(builtin, WorkGroupId | NumWorkGroups | LocalInvocationId | LocalInvocationIndex | GlobalInvocationId)
+    };
+    match told {
+        Told::One(builtin) => is_known(builtin),
+        Told::Struct(_, members) => members.iter().all(is_known),
     }
 }
 
@@ -157,7 +169,7 @@ impl<'a> Part<'a> {
                 Some((name, ty)) if is_member => format!("{name}:{}", self.renamed(ty)),
                 _ if line.text.starts_with("@compute") || self.is_uniform(line.text) => String::new(),
                 _ if line.text.starts_with("override ") => self.constant(line.text),
-                _ => self.bound_again(&self.renamed(&without_builtins(line.text))),
+                _ => bound_from(&self.renamed(&without_builtins(line.text)), self.first),
             };
             text.line(&changed, line.file, line.number);
         }
@@ -190,16 +202,6 @@ impl<'a> Part<'a> {
             (Some((_, value)), ty) => format!("{ty}({value})"),
         };
         format!("const {}: {} = {value};", self.named(name.trim()), ty.trim())
-    }
-
-    /// The line with its binding, if it has one, counted from the part's first.
-    fn bound_again(&self, line: &str) -> String {
-        let Some((before, rest)) = line.split_once("@binding(") else { return line.to_owned() };
-        let Some((binding, after)) = rest.split_once(')') else { return line.to_owned() };
-        match binding.trim().parse::<u32>() {
-            Ok(binding) => format!("{before}@binding({}){after}", self.first + binding),
-            Err(_) => line.to_owned(),
-        }
     }
 
     /// A function that does what a workgroup of the module does, or what several do.
@@ -261,10 +263,8 @@ fn beside_{number}(at: u32, invocation: u32) {{
             BuiltIn::NumWorkGroups => "groups".into(),
             BuiltIn::LocalInvocationId => "local".into(),
             BuiltIn::LocalInvocationIndex => "lane".into(),
-            BuiltIn::GlobalInvocationId => {
-                format!("group * vec3u({wide}u, {high}u, {deep}u) + local")
-            }
-            other => unreachable!("the planner joins no kernel that asks for {other:?}"),
+            BuiltIn::GlobalInvocationId => format!("group * vec3u({wide}u, {high}u, {deep}u) + local"),
+            other => unreachable!("`can_tell` knows nothing of {other:?}"),
         }
     }
 }

@@ -260,6 +260,16 @@ fn tiled_line(line: &str, names: &[&str]) -> String {
     })
 }
 
+/// The line with its binding, if it has one, counted from `first`.
+pub(super) fn bound_from(line: &str, first: u32) -> String {
+    let Some((before, rest)) = line.split_once("@binding(") else { return line.to_owned() };
+    let Some((binding, after)) = rest.split_once(')') else { return line.to_owned() };
+    match binding.trim().parse::<u32>() {
+        Ok(binding) => format!("{before}@binding({}){after}", first + binding),
+        Err(_) => line.to_owned(),
+    }
+}
+
 /// A line without its comment, with other words for some.
 pub(super) fn change_words(line: &str, change: impl Fn(&str) -> Option<String>) -> String {
     let mut out = String::with_capacity(line.len() + 16);

@@ -17,6 +17,7 @@ pub use cells::CELLS_LANES;
 pub use compose::{Composed, Reading, ShaderError, Slot, SlotKind, compose_pass};
 pub(crate) use compose::{STEPS_LANES, steps_cover};
 pub use dialect::Dialect;
+pub(crate) use horizontal::can_tell;
 pub use horizontal::{Beside, UNIFORM_ALIGNMENT, compose_beside};
 pub use import::SourceMap;
 pub use reflect::{
@@ -40,7 +41,9 @@ impl Shader {
         Self { file, source, audited: false, reflection: OnceLock::new() }
     }
 
-    /// A module that may run without the checks of indices and loops that a driver otherwise adds to it.
+    /// A module that may run without the checks of indices and loops that a driver otherwise adds to it, and beside others in one dispatch: its
+    /// bindings then stand on lines of their own, and the names that it declares are given to nothing else ([`contract`](crate::node::contract())
+    /// tries it).
     ///
     /// # Safety
     ///

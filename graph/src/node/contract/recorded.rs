@@ -13,8 +13,8 @@ use crate::node::{
 use crate::plan::Caps;
 use crate::plan::passes::copy_step;
 use crate::shader::{
-    Beside, CELLS_LANES, Composed, Dialect, ROW_LANES, Reading, Shader, ShaderError, SlotKind, compose_beside,
-    compose_pass,
+    Beside, CELLS_LANES, Composed, Dialect, ROW_LANES, Reading, Shader, ShaderError, SlotKind, can_tell,
+    compose_beside, compose_pass,
 };
 use crate::value::{Param, Type, Value};
 
@@ -250,7 +250,8 @@ fn module(pass: &Pass, recording: &Recording, modules: &mut BTreeSet<String>, co
 /// Whether the module can stand beside another like it, if the planner may ever want that: names that the framework does not tell apart clash.
 fn beside_itself(pass: &Pass, composed: &Composed, dialect: Dialect) -> Result<(), ShaderError> {
     let knows_time = composed.slots.iter().any(|slot| slot.kind == SlotKind::Frame);
-    if !composed.audited || knows_time || dialect.subgroups || matches!(pass.work, Work::Tiled(_)) {
+    let is_told = composed.told.iter().all(can_tell);
+    if !composed.audited || knows_time || !is_told || dialect.subgroups || matches!(pass.work, Work::Tiled(_)) {
         return Ok(());
     }
     let constants: &[(&str, f64)] = match &pass.work {
