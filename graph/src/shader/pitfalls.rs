@@ -1,6 +1,6 @@
 //! What a validator lets through and a device does not survive.
 
-use naga::{Block, Expression, Function, Module, SampleLevel, Span, Statement, TypeInner};
+use naga::{Block, Expression, Function, Literal, Module, SampleLevel, Span, Statement, TypeInner};
 
 const CONSTANT_PART: &str =
     "a vector constant of the module cannot be a part of a larger vector: write its components, `NAME.x, NAME.y`";
@@ -18,7 +18,7 @@ pub(super) fn first(module: &Module) -> Option<(Span, &'static str)> {
         told(constant_part(module, function), CONSTANT_PART)
             .or_else(|| told(neighbours(function), NEIGHBOURS))
             .or_else(|| told(find(&function.body, &is_discard), DISCARD))
-            .or_else(|| told(find(&function.body, &is_endless), ENDLESS))
+            .or_else(|| told(find(&function.body, &|statement| is_endless(function, statement)), ENDLESS))
     })
 }
 
@@ -39,23 +39,29 @@ fn is_discard(statement: &Statement) -> bool {
 }
 
 /// A loop that nothing in it ends.
-fn is_endless(statement: &Statement) -> bool {
+fn is_endless(function: &Function, statement: &Statement) -> bool {
     match statement {
-        Statement::Loop { body, break_if: None, .. } => !leaves(body, true),
+        Statement::Loop { body, break_if: None, .. } => !leaves(function, body, true),
         _ => false,
     }
 }
 
 /// Whether something in the block leaves the function, or the loop that the block belongs to.
-fn leaves(block: &Block, is_own: bool) -> bool {
+fn leaves(function: &Function, block: &Block, is_own: bool) -> bool {
+    let inside = |block: &Block, is_own: bool| leaves(function, block, is_own);
     block.iter().any(|statement| match statement {
         Statement::Break => is_own,
         Statement::Return { .. } | Statement::Kill => true,
         // Their `break` ends them and no other.
-        Statement::Loop { body, continuing, .. } => leaves(body, false) || leaves(continuing, false),
-        Statement::Switch { cases, .. } => cases.iter().any(|case| leaves(&case.body, false)),
-        Statement::If { accept, reject, .. } => leaves(accept, is_own) || leaves(reject, is_own),
-        Statement::Block(block) => leaves(block, is_own),
+        Statement::Loop { body, continuing, .. } => inside(body, false) || inside(continuing, false),
+        Statement::Switch { cases, .. } => cases.iter().any(|case| inside(&case.body, false)),
+        // `while true` is a branch whose other side, which breaks, is never taken.
+        Statement::If { condition, accept, reject } => match function.expressions[*condition] {
+            Expression::Literal(Literal::Bool(true)) => inside(accept, is_own),
+            Expression::Literal(Literal::Bool(false)) => inside(reject, is_own),
+            _ => inside(accept, is_own) || inside(reject, is_own),
+        },
+        Statement::Block(block) => inside(block, is_own),
         _ => false,
     })
 }
@@ -113,10 +119,21 @@ mod tests {
 
     #[test]
     fn loops_without_an_end_are_found() {
-        for body in ["loop { }", "for (;;) { y += 1.0; }", "if x > 0.0 { loop { switch 1 { default { break; } } } }"] {
+        for body in [
+            "loop { }",
+            "for (;;) { y += 1.0; }",
+            "while true { y += 1.0; }",
+            "while (true) { }",
+            "if x > 0.0 { loop { switch 1 { default { break; } } } }",
+        ] {
             assert_eq!(in_body(body), Some(ENDLESS), "{body}");
         }
-        for body in ["loop { if y > 9.0 { break; } y += 1.0; }", "loop { return y; }", "while y < 9.0 { y += 1.0; }"] {
+        for body in [
+            "loop { if y > 9.0 { break; } y += 1.0; }",
+            "loop { return y; }",
+            "while y < 9.0 { y += 1.0; }",
+            "while true { if y > 9.0 { break; } y += 1.0; }",
+        ] {
             assert_eq!(in_body(body), None, "{body}");
         }
     }
