@@ -11,7 +11,7 @@ const VERDICTS: &str = "\
 Every image must come out finite, in the range of its state, and as if the guard's work on NaN, infinities and negatives had been done
 before; a constant must stay constant, a symmetric image symmetric, a ramp rising, and light must be kept, by the kinds that promise it.
 A node that is left out as an identity must be one. The picture must be the same dispatched and drawn, fused and not, in tiles and not,
-by subgroups and not.
+side by side in one dispatch and not, by subgroups and not.
 What remembers must hold still in steps of no time, arrive in long ones, forget at a cut, and recover from a frame of NaN.";
 
 #[derive(Debug, Args)]
