@@ -29,6 +29,8 @@ pub enum Horizontal {
 const SMALL: u64 = 1 << 17;
 /// More would hardly save anything, and cost the registers of all.
 const MOST_PASSES: usize = 4;
+/// A pass joins one of so many groups before it, which keeps a wave of thousands linear.
+const OPEN: usize = 16;
 /// What every device has room for.
 const MOST_TEXTURES: usize = 16;
 const MOST_BUFFERS: usize = 8;
@@ -50,9 +52,9 @@ pub(super) fn launches(
     for wave in order.waves.clone() {
         let mut groups: Vec<Group> = Vec::new();
         for pass in wave.clone() {
-            let demand = Demand::new(draft, stages[pass], readings, options, pass).filter(|_| is_asked);
-            match groups.iter_mut().find_map(|group| group.joined(demand.as_ref()?, caps).map(|joined| (group, joined)))
-            {
+            let demand = if is_asked { Demand::new(draft, stages[pass], readings, options, pass) } else { None };
+            let mut latest = groups.iter_mut().rev().take(OPEN);
+            match latest.find_map(|group| group.joined(demand.as_ref()?, caps).map(|joined| (group, joined))) {
                 Some((group, joined)) => {
                     group.passes.push(pass);
                     group.demand = Some(joined);
