@@ -349,3 +349,83 @@ fn compute(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index)
 pub(super) fn has_barriers(source: &str) -> bool {
     source.lines().any(|line| line.split("//").next().unwrap_or(line).contains("Barrier("))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{Beside, compose_beside};
+    use crate::image::{ImageDesc, Size};
+    use crate::node::{Binding, BufferId, EntryCall, Pass, Resource, Work};
+    use crate::shader::{Dialect, Reading, Shader, compose_pass};
+
+    /// A member called like a binding, a head of several lines, a struct of what is told, constants with and without a value, a name of the library.
+    static TRICKY: Shader = Shader::new(
+        "tricky.wgsl",
+        "#import color
+struct Tricky {
+    tiles: f32, // of all: bright ones
+    lo: f32,
+}
+override TRICKY_ON: bool = false;
+override TRICKY_SHARE: f32 = 0.25;
+override TRICKY_ROWS: u32 = 4u; // of a tile
+struct TrickyTold {
+    @builtin(local_invocation_index) index: u32,
+}
+@group(0) @binding(0) var<uniform> params: Tricky;
+@group(0) @binding(1) var<storage, read_write> tiles: array<vec4f>;
+var<workgroup> tricky_sums: array<f32, 64>;
+fn tricky_light(tiles_of: vec3f) -> f32 { return luminance(tiles_of) * params.tiles; }
+@compute @workgroup_size(64)
+fn tricky(
+    @builtin(workgroup_id) group: vec3u,
+    @builtin(num_workgroups) groups: vec3u,
+    told: TrickyTold,
+) {
+    tricky_sums[told.index] = select(params.lo, tricky_light(tiles[0].rgb), TRICKY_ON);
+    workgroupBarrier();
+    if told.index < TRICKY_ROWS { tiles[group.y * groups.x + group.x].x = TRICKY_SHARE * tricky_sums[told.index]; }
+}",
+    );
+
+    fn pass() -> Pass {
+        let resource = Resource::Buffer(BufferId(0));
+        let call = EntryCall {
+            shader: &TRICKY,
+            entry: "tricky",
+            bindings: vec![Binding { name: "tiles".into(), resource, writes: true, reads: true }],
+            constants: vec![("TRICKY_ON", 1.0), ("TRICKY_SHARE", 0.5)],
+            uniform: vec![0; 8],
+            groups: [3, 2, 1],
+            by_cells: None,
+        };
+        Pass { nodes: vec!["a".into()], label: "tricky".into(), work: Work::Entry(call) }
+    }
+
+    #[test]
+    fn names_members_and_constants_survive_beside_themselves() {
+        let desc = |_| ImageDesc::new(Size::new(1, 1));
+        let pass = pass();
+        let Work::Entry(call) = &pass.work else { unreachable!("it was made so") };
+        let composed = compose_pass(&pass, &desc, &|_| Reading::Plain, Dialect::default());
+        let composed = composed.unwrap_or_else(|error| panic!("{error}"));
+        let twice = [(); 2].map(|()| Beside { composed: &composed, constants: &call.constants, packs: false });
+        for by_turns in [false, true] {
+            let joined = compose_beside(&twice, by_turns);
+            joined.validate().unwrap_or_else(|error| panic!("{error}\n{}", joined.source));
+            for (text, times) in [
+                ("const TRICKY_ON_0: bool = true;", 1),
+                ("const TRICKY_SHARE_1: f32 = f32(0.5);", 1),
+                ("const TRICKY_ROWS_1: u32 = 4u;", 1),
+                ("    tiles: f32,", 2),
+                ("fn luminance(", 1),
+                ("tricky_1(group, groups, TrickyTold_1(lane))", 1),
+                ("beside.params_0.tiles", 1),
+            ] {
+                assert_eq!(joined.source.matches(text).count(), times, "{text}\n{}", joined.source);
+            }
+            assert_eq!(joined.slots.len(), 3, "two buffers and the one uniform");
+            let line = joined.source.lines().position(|line| line.contains("fn tricky_light_1")).expect("it is there");
+            assert_eq!(joined.map.locate(line as u32 + 1), ("tricky.wgsl", 15), "errors are told at the author's line");
+        }
+    }
+}
