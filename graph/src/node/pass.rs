@@ -346,6 +346,25 @@ impl Pass {
             Work::Entry(call) => call.bindings.iter().filter(|b| b.writes).map(|b| b.resource).collect(),
         }
     }
+
+    /// The modules that it is made of.
+    pub(crate) fn shaders(&self) -> Vec<&'static Shader> {
+        match &self.work {
+            Work::Steps { steps, .. } => steps.iter().map(|step| step.shader).collect(),
+            Work::Tiled(tiling) => tiling.stages.iter().flat_map(|s| &s.steps).map(|step| step.shader).collect(),
+            Work::Rows(rows) => rows.source.iter().map(|step| step.shader).chain([rows.by.shader]).collect(),
+            Work::Cells(cells) => cells.readers.iter().map(|reader| reader.call.shader).collect(),
+            Work::Entry(call) => vec![call.shader],
+        }
+    }
+
+    /// Its override constants.
+    pub fn constants(&self) -> &[(&'static str, f64)] {
+        match &self.work {
+            Work::Entry(call) => &call.constants,
+            Work::Steps { .. } | Work::Tiled(_) | Work::Rows(_) | Work::Cells(_) => &[],
+        }
+    }
 }
 
 impl Cells {

@@ -8,7 +8,6 @@
 use std::ops::Range;
 
 use super::dialect::dialect;
-use super::launch::packs;
 use super::order::Order;
 use super::{Caps, Draft, Options, Stage};
 use crate::node::{Arg, EntryCall, ImageId, Pass, Recording, Resource, Step, Work};
@@ -185,19 +184,20 @@ impl Demand {
             return None;
         }
         let grows = match &pass.work {
-            Work::Steps { .. } | Work::Entry(_) => packs(pass),
-            Work::Rows(_) | Work::Cells(_) => true,
+            // Invocations that never wait for each other can be those of several workgroups.
+            Work::Entry(call) => call.shader.reflect().is_ok_and(|known| !known.waits),
+            Work::Steps { .. } | Work::Rows(_) | Work::Cells(_) => true,
             // Its memory is filled by itself.
             Work::Tiled(_) => return None,
         };
         let is_image = |resource: &Resource| matches!(resource, Resource::Image(_));
-        let (reads, writes) = (pass.reads(), pass.writes());
+        let (reads, writes, tapped) = (pass.reads(), pass.writes(), tapped(pass));
         Some(Self {
-            reading: tapped(pass).into_iter().map(|image| readings[image.0 as usize]).max(),
+            reading: tapped.iter().map(|image| readings[image.0 as usize]).max(),
             dialect: dialect(recording, options, pass),
             lanes: Lanes { count: workgroups.lanes, grows },
             workgroups: all,
-            textures: reads.iter().filter(|resource| is_image(resource)).count().max(tapped(pass).len()),
+            textures: reads.iter().filter(|resource| is_image(resource)).count().max(tapped.len()),
             storage: writes.iter().filter(|resource| is_image(resource)).count(),
             buffers: reads.iter().chain(&writes).filter(|resource| !is_image(resource)).count(),
             bytes: workgroup_bytes(pass),
@@ -221,18 +221,9 @@ fn steps(pass: &Pass) -> &[Step] {
     }
 }
 
-fn shaders(pass: &Pass) -> impl Iterator<Item = &'static Shader> {
-    let rows = match &pass.work {
-        Work::Rows(rows) => Some(rows.by.shader),
-        _ => None,
-    };
-    let own = steps(pass).iter().map(|step| step.shader);
-    own.chain(calls(pass).into_iter().map(|call| call.shader)).chain(rows)
-}
-
 /// Whether the names and the loops of all of its modules are known to be in order.
 fn is_trusted(pass: &Pass) -> bool {
-    shaders(pass).all(Shader::is_audited)
+    pass.shaders().into_iter().all(Shader::is_audited)
 }
 
 /// Whether the frame's time must be brought to it.
@@ -267,6 +258,7 @@ fn tapped(pass: &Pass) -> Vec<ImageId> {
 
 /// Bytes of workgroup memory that its modules declare, with the most invocations.
 fn workgroup_bytes(pass: &Pass) -> u32 {
-    let declared: u32 = shaders(pass).map(|shader| shader.reflect().map_or(0, |known| known.workgroup_bytes)).sum();
+    let bytes = |shader: &Shader| shader.reflect().map_or(0, |known| known.workgroup_bytes);
+    let declared: u32 = pass.shaders().into_iter().map(bytes).sum();
     if matches!(pass.work, Work::Rows(_)) { declared * (CELLS_LANES / ROW_LANES) } else { declared }
 }

@@ -2,9 +2,9 @@
 
 use std::collections::BTreeSet;
 
-use super::Plan;
+use super::{Plan, Workgroups};
 use crate::image::ImageDesc;
-use crate::node::{ImageId, Pass, Resource, Work};
+use crate::node::{ImageId, Pass, Resource};
 use crate::shader::{Beside, Composed, Reading, ShaderError, compose_beside, compose_pass};
 
 impl Plan {
@@ -27,22 +27,24 @@ impl Plan {
         let alone = self.launches[launch].clone().map(compose).collect::<Result<Vec<_>, _>>()?;
         match <[Composed; 1]>::try_from(alone) {
             Ok([composed]) => Ok(composed),
-            Err(several) => Ok(compose_beside(&self.beside(launch, &several), self.reads_together(launch))),
+            Err(several) => {
+                let passes = self.launched(launch).iter().zip(&several);
+                let modules: Vec<Beside<'_>> =
+                    passes.map(|(pass, composed)| Beside { composed, constants: pass.constants() }).collect();
+                Ok(compose_beside(&modules, self.reads_together(launch)))
+            }
         }
     }
 
-    /// The workgroups of a launch that dispatches.
+    /// The workgroups of a launch that dispatches. The largest of its passes do the work of several of smaller ones.
     pub fn launch_workgroups(&self, launch: usize) -> [u32; 3] {
-        match self.launched(launch) {
-            [pass] => self.recording.workgroups(pass).count,
-            passes => {
-                let all = passes.iter().map(|pass| self.recording.workgroups(pass));
-                let lanes = all.clone().map(|own| own.lanes).max().unwrap_or(1);
-                let packed = all.zip(passes).map(|(own, pass)| {
-                    let count: u32 = own.count.iter().product();
-                    if packs(pass) { count.div_ceil(lanes / own.lanes) } else { count }
-                });
-                [packed.sum(), 1, 1]
+        let all: Vec<Workgroups> = self.launched(launch).iter().map(|pass| self.recording.workgroups(pass)).collect();
+        match all.as_slice() {
+            [alone] => alone.count,
+            several => {
+                let lanes = several.iter().map(|own| own.lanes).max().unwrap_or(1);
+                let shared = several.iter().map(|own| own.count.iter().product::<u32>().div_ceil(lanes / own.lanes));
+                [shared.sum(), 1, 1]
             }
         }
     }
@@ -56,26 +58,5 @@ impl Plan {
 
     fn launched(&self, launch: usize) -> &[Pass] {
         &self.recording.passes[self.launches[launch].clone()]
-    }
-
-    fn beside<'a>(&'a self, launch: usize, several: &'a [Composed]) -> Vec<Beside<'a>> {
-        let beside = |(pass, composed): (&'a Pass, &'a Composed)| Beside {
-            composed,
-            constants: match &pass.work {
-                Work::Entry(call) => &call.constants,
-                _ => &[],
-            },
-            packs: packs(pass),
-        };
-        self.launched(launch).iter().zip(several).map(beside).collect()
-    }
-}
-
-/// Whether the invocations of a pass never wait for each other.
-pub(super) fn packs(pass: &Pass) -> bool {
-    match &pass.work {
-        Work::Steps { .. } => true,
-        Work::Entry(call) => !call.shader.waits(),
-        Work::Tiled(_) | Work::Rows(_) | Work::Cells(_) => false,
     }
 }

@@ -83,7 +83,7 @@ pub struct GivenImage {
 /// Switches of the planner.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Options {
-    /// Whether point kernels are fused, and kernels joined that sum up one image.
+    /// Whether point kernels are fused, kernels joined that sum up one image, and dispatches shared.
     pub fuse: bool,
     /// Whether gather kernels are chained through workgroup memory.
     pub tile: Tiles,

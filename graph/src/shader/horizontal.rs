@@ -21,14 +21,12 @@ pub struct Beside<'a> {
     pub composed: &'a Composed,
     /// Its override constants.
     pub constants: &'a [(&'static str, f64)],
-    /// Whether its invocations never wait for each other, so that a workgroup can do the work of several of its own.
-    pub packs: bool,
 }
 
 impl Beside<'_> {
     /// How many of its workgroups one of so many invocations works off.
     pub fn packed(&self, lanes: u32) -> u32 {
-        if self.packs { lanes / self.lanes() } else { 1 }
+        lanes / self.lanes()
     }
 
     fn lanes(&self) -> u32 {
@@ -38,19 +36,28 @@ impl Beside<'_> {
 
 /// Whether an entry point that is told this can stand beside others.
 pub(crate) fn can_tell(told: &Told) -> bool {
-    let is_known = |builtin: &BuiltIn| {
-        use BuiltIn::{GlobalInvocationId, LocalInvocationId, LocalInvocationIndex, NumWorkGroups, WorkGroupId};
-        matches!(builtin, WorkGroupId | NumWorkGroups | LocalInvocationId | LocalInvocationIndex | GlobalInvocationId)
-    };
+    let is_known = |builtin: &BuiltIn| said(*builtin, [1; 3]).is_some();
     match told {
         Told::One(builtin) => is_known(builtin),
         Told::Struct(_, members) => members.iter().all(is_known),
     }
 }
 
+/// A built-in value of a module with such workgroups, in terms of the function that calls its entry point.
+fn said(builtin: BuiltIn, [wide, high, deep]: [u32; 3]) -> Option<String> {
+    match builtin {
+        BuiltIn::WorkGroupId => Some("group".into()),
+        BuiltIn::NumWorkGroups => Some("groups".into()),
+        BuiltIn::LocalInvocationId => Some("local".into()),
+        BuiltIn::LocalInvocationIndex => Some("lane".into()),
+        BuiltIn::GlobalInvocationId => Some(format!("group * vec3u({wide}u, {high}u, {deep}u) + local")),
+        _ => None,
+    }
+}
+
 /// Modules of one dialect as one; those with taps read textures in one way. By turns, the workgroups of all modules go over an image that several of
-/// them read at the same time. Modules that do not pack must have the largest workgroup of all; the sizes of all
-/// others divide it.
+/// them read at the same time. Where the invocations of a module wait for each other it must have the largest workgroup of all; the sizes of all
+/// others divide it, and a workgroup does the work of several of theirs.
 pub fn compose_beside(modules: &[Beside<'_>], by_turns: bool) -> Composed {
     let reading = modules.iter().map(|module| module.composed.reading).max().unwrap_or_default();
     let lanes = modules.iter().map(Beside::lanes).max().unwrap_or(1);
@@ -257,15 +264,7 @@ fn beside_{number}(at: u32, invocation: u32) {{
     }
 
     fn builtin(&self, builtin: BuiltIn) -> String {
-        let [wide, high, deep] = self.module.composed.workgroup;
-        match builtin {
-            BuiltIn::WorkGroupId => "group".into(),
-            BuiltIn::NumWorkGroups => "groups".into(),
-            BuiltIn::LocalInvocationId => "local".into(),
-            BuiltIn::LocalInvocationIndex => "lane".into(),
-            BuiltIn::GlobalInvocationId => format!("group * vec3u({wide}u, {high}u, {deep}u) + local"),
-            other => unreachable!("`can_tell` knows nothing of {other:?}"),
-        }
+        said(builtin, self.module.composed.workgroup).expect("no module is joined that asks for more")
     }
 }
 
@@ -345,11 +344,6 @@ fn compute(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index)
     text + "    beside_0(at1, invocation);\n}"
 }
 
-/// Whether a text of that source has a barrier.
-pub(super) fn has_barriers(source: &str) -> bool {
-    source.lines().any(|line| line.split("//").next().unwrap_or(line).contains("Barrier("))
-}
-
 #[cfg(test)]
 mod tests {
     use super::{Beside, compose_beside};
@@ -408,7 +402,7 @@ fn tricky(
         let Work::Entry(call) = &pass.work else { unreachable!("it was made so") };
         let composed = compose_pass(&pass, &desc, &|_| Reading::Plain, Dialect::default());
         let composed = composed.unwrap_or_else(|error| panic!("{error}"));
-        let twice = [(); 2].map(|()| Beside { composed: &composed, constants: &call.constants, packs: false });
+        let twice = [(); 2].map(|()| Beside { composed: &composed, constants: &call.constants });
         for by_turns in [false, true] {
             let joined = compose_beside(&twice, by_turns);
             joined.validate().unwrap_or_else(|error| panic!("{error}\n{}", joined.source));

@@ -35,20 +35,6 @@ const LIBRARY: &[(&str, &str)] = &[
 /// The file that generated lines belong to.
 const GENERATED: &str = "(generated)";
 
-/// A text and the shared files that it imports, and those that these import.
-pub(super) fn with_imports(source: &'static str) -> Vec<&'static str> {
-    let mut all = vec![source];
-    let mut at = 0;
-    while let Some(source) = all.get(at) {
-        let names = source.lines().filter_map(|line| line.trim().strip_prefix("#import "));
-        let imported = names.filter_map(|name| LIBRARY.iter().find(|(known, _)| *known == name.trim()));
-        let new: Vec<&'static str> = imported.map(|(_, source)| *source).filter(|text| !all.contains(text)).collect();
-        all.extend(new);
-        at += 1;
-    }
-    all
-}
-
 /// Whether lines of that file are the framework's own.
 pub(super) fn is_generated(file: &str) -> bool {
     file == GENERATED

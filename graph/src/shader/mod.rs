@@ -80,11 +80,6 @@ impl Shader {
         known.map_or(1, |entry| entry.workgroup.iter().product())
     }
 
-    /// Whether invocations may wait for each other, in the module or in what it imports.
-    pub fn waits(&self) -> bool {
-        import::with_imports(self.source).iter().any(|source| horizontal::has_barriers(source))
-    }
-
     /// Whether the module reads textures by itself and not through `texel` and `tap`, so that the framework cannot guard what it reads.
     pub fn reads_textures_itself(&self) -> bool {
         ["textureLoad", "textureSample", "textureGather"].iter().any(|call| self.source.contains(call))

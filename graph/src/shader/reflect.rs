@@ -19,6 +19,8 @@ pub struct Reflection {
     pub globals: Vec<Global>,
     /// Bytes of workgroup memory.
     pub workgroup_bytes: u32,
+    /// Whether invocations may wait for each other, in the module or in what it imports.
+    pub waits: bool,
 }
 
 /// The entry point of a whole kernel.
@@ -163,6 +165,7 @@ pub(super) fn reflect(shader: &Shader) -> Result<Reflection, ShaderError> {
         structs: module.types.iter().filter_map(|(_, ty)| layout(&module, ty)).collect(),
         globals: module.global_variables.iter().filter_map(|(_, g)| global(&module, g)).collect(),
         workgroup_bytes: workgroup_bytes(&module),
+        waits: text.text.lines().any(has_barrier),
     })
 }
 
@@ -186,6 +189,10 @@ fn entry_point(module: &naga::Module, entry: &naga::EntryPoint) -> EntryPoint {
         workgroup: entry.workgroup_size,
         told: entry.function.arguments.iter().filter_map(told).collect(),
     }
+}
+
+fn has_barrier(line: &str) -> bool {
+    line.split("//").next().unwrap_or(line).contains("Barrier(")
 }
 
 fn workgroup_bytes(module: &naga::Module) -> u32 {

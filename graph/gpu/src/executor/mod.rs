@@ -232,8 +232,8 @@ impl Executor {
         self.fresh = true;
     }
 
-    /// Measures the GPU time of each of the plan's launches from now on, in this plan and those after it. `false` before a plan is loaded, and where the device
-    /// has no timestamps inside passes.
+    /// Measures the GPU time of each of the plan's launches from now on, in this plan and those after it. `false` before a plan is loaded, and
+    /// where the device has no timestamps inside passes.
     pub fn enable_timing(&mut self) -> bool {
         let Some(loaded) = &mut self.loaded else { return false };
         loaded.timing = Timing::new(&self.workshop.device, &self.queue, loaded.launches.len() as u32);
@@ -255,8 +255,8 @@ impl Executor {
         }
     }
 
-    /// Records one launch of a frame and no other, for measurements on devices whose timestamps cannot be trusted. What it reads is what the frames
-    /// before have left, and time does not go on.
+    /// Records one launch of a frame and no other, for measurements on devices whose timestamps cannot be trusted. What it reads is what the
+    /// frames before have left, and time does not go on.
     pub fn encode_launch(
         &mut self,
         encoder: &mut CommandEncoder,

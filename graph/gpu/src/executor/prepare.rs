@@ -180,9 +180,7 @@ pub(super) fn order<'a>(
     let stage = if attachment.is_some() { Stage::Fragment } else { Stage::Compute };
     let passes = &plan.recording.passes[plan.launches[index].clone()];
     let constants = match passes {
-        [Pass { work: Work::Entry(call), .. }] => {
-            call.constants.iter().map(|(name, value)| (*name, value.to_bits())).collect()
-        }
+        [pass] => pass.constants().iter().map(|(name, value)| (*name, value.to_bits())).collect(),
         // Where passes run side by side, constants stand in the text.
         _ => Vec::new(),
     };

@@ -244,7 +244,7 @@ fn module(pass: &Pass, recording: &Recording, modules: &mut BTreeSet<String>, co
         }
     }
     by_rows(pass).into_iter().chain(by_cells(pass)).for_each(|pass| module(&pass, recording, modules, complaints));
-    shaders(pass).into_iter().for_each(|shader| item_names(shader, complaints));
+    pass.shaders().into_iter().for_each(|shader| item_names(shader, complaints));
 }
 
 /// Whether the module can stand beside another like it, if the planner may ever want that: names that the framework does not tell apart clash.
@@ -254,11 +254,7 @@ fn beside_itself(pass: &Pass, composed: &Composed, dialect: Dialect) -> Result<(
     if !composed.audited || knows_time || !is_told || dialect.subgroups || matches!(pass.work, Work::Tiled(_)) {
         return Ok(());
     }
-    let constants: &[(&str, f64)] = match &pass.work {
-        Work::Entry(call) => &call.constants,
-        _ => &[],
-    };
-    let twice = [(); 2].map(|()| Beside { composed, constants, packs: false });
+    let twice = [(); 2].map(|()| Beside { composed, constants: pass.constants() });
     [false, true].iter().try_for_each(|by_turns| compose_beside(&twice, *by_turns).validate().map(|_| ()))
 }
 
@@ -288,16 +284,6 @@ fn by_cells(pass: &Pass) -> Option<Pass> {
     let lanes = [CELLS_LANES, 1];
     let work = Work::Cells(Cells { source, readers, coarsest: by.cells, finest: by.cells, lanes, step: by.step });
     Some(Pass { work, ..pass.clone() })
-}
-
-fn shaders(pass: &Pass) -> Vec<&'static Shader> {
-    match &pass.work {
-        Work::Steps { steps, .. } => steps.iter().map(|step| step.shader).collect(),
-        Work::Tiled(tiling) => tiling.stages.iter().flat_map(|s| &s.steps).map(|step| step.shader).collect(),
-        Work::Rows(rows) => rows.source.iter().map(|step| step.shader).chain([rows.by.shader]).collect(),
-        Work::Cells(cells) => cells.readers.iter().map(|reader| reader.call.shader).collect(),
-        Work::Entry(call) => vec![call.shader],
-    }
 }
 
 /// The items of a file begin with its name, so that files can stand side by side in one module; and the file is called after a kind.

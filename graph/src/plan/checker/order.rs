@@ -1,6 +1,7 @@
 //! Order: waves cover the passes and are free of conflicts, every read sees its last write, and what must be written is.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 use super::{Access, Faults, Walk};
 use crate::node::{ImageId, Origin, Resource};
@@ -27,35 +28,29 @@ pub(super) fn check_shape(plan: &Plan, faults: &mut Faults) {
     if seen.iter().enumerate().any(|(at, place)| at != *place) {
         faults.add("the places in the recording do not name every pass once".into());
     }
-    check_cover(plan, faults);
+    check_cover(plan, ("wave", "waves"), &plan.waves, faults);
+    check_cover(plan, ("launch", "launches"), &plan.launches, faults);
     check_launches(plan, faults);
     check_numbers(plan, faults);
 }
 
-fn check_cover(plan: &Plan, faults: &mut Faults) {
+/// Whether ranges cover the passes in order.
+fn check_cover(plan: &Plan, (one, many): (&str, &str), ranges: &[Range<usize>], faults: &mut Faults) {
     let mut end = 0;
-    for (wave, passes) in plan.waves.iter().enumerate() {
+    for (number, passes) in ranges.iter().enumerate() {
         if passes.start != end || passes.is_empty() {
-            faults.add(format!("wave {wave} is {passes:?}, but the waves before it end at pass {end}"));
+            faults.add(format!("{one} {number} is {passes:?}, but the {many} before it end at pass {end}"));
         }
         end = passes.end;
     }
     if end != plan.recording.passes.len() {
-        faults.add(format!("the waves end at pass {end}, but there are {} passes", plan.recording.passes.len()));
+        faults.add(format!("the {many} end at pass {end}, but there are {} passes", plan.recording.passes.len()));
     }
 }
 
-/// Launches cover the passes, each inside one wave, and only dispatches of what no host can want drawn have several.
+/// A launch is inside one wave, and only dispatches of what no host can want drawn have several passes.
 fn check_launches(plan: &Plan, faults: &mut Faults) {
-    let mut end = 0;
-    for launch in &plan.launches {
-        if launch.start != end || launch.is_empty() {
-            faults.add(format!("a launch is of passes {launch:?}, but those before it end at pass {end}"));
-        }
-        end = launch.end;
-        if launch.len() < 2 {
-            continue;
-        }
+    for launch in plan.launches.iter().filter(|launch| launch.len() > 1) {
         if !plan.waves.iter().any(|wave| wave.start <= launch.start && launch.end <= wave.end) {
             faults.add(format!("passes {launch:?} share a launch and no wave"));
         }
@@ -67,9 +62,6 @@ fn check_launches(plan: &Plan, faults: &mut Faults) {
         {
             faults.add(format!("passes {launch:?} share a launch, but one of them draws or may have to"));
         }
-    }
-    if end != plan.recording.passes.len() {
-        faults.add(format!("the launches end at pass {end}, but there are {} passes", plan.recording.passes.len()));
     }
 }
 
