@@ -1,7 +1,7 @@
 //! Every shipped pipeline: checked, planned, proved, and rendered under the validation layer.
 
 use afterimage_graph::check::Graph;
-use afterimage_graph::plan::{Alias, Horizontal, Options, Tiles, check_plan};
+use afterimage_graph::plan::{Alias, Options, Tiles, check_plan};
 
 use crate::support::gpu::{Picture, Run, gpu, graph, pipelines, shipped};
 use crate::support::layer;
@@ -86,11 +86,6 @@ fn every_way_to_run_a_pipeline_makes_the_same_picture() {
         same("with the pool", &with(|run| run.options.alias = Alias::Pool), 0.0);
         same("serial", &with(|run| run.options.serial = true), 0.0);
         same("fewest waves", &with(|run| run.options.waves_first = true), 0.0);
-        same("each pass alone", &with(|run| run.options.horizontal = Horizontal::Never), 0.0);
-        let together = |run: &mut Run<'_>| {
-            (run.options.horizontal, run.options.waves_first) = (Horizontal::Always, true);
-        };
-        same("side by side", &with(together), 0.0);
         same("checked", &with(|run| run.options.bounds_checks = true), 0.0);
         same("in fragments", &with(|run| run.prefer_fragment = true), ONE_CODE);
         same("not fused", &with(|run| run.options.fuse = false), 2.0 * ONE_CODE);

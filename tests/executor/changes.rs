@@ -85,8 +85,8 @@ fn another_number_rewrites_a_uniform_and_nothing_else() {
     let texture = player.executor.output("out").expect("it is an output").clone();
     player.load(&Run::new(&stronger), &[("scene", &scene)]);
     let mut encoder = player.gpu.device.create_command_encoder(&Default::default());
-    let last = plan.launches.len() - 1;
-    player.executor.encode_launch(&mut encoder, &frame, last).expect("one pass");
+    let last = plan.recording.passes.len() - 1;
+    player.executor.encode_pass(&mut encoder, &frame, last).expect("one pass");
     player.gpu.queue.submit([encoder.finish()]);
     let alone = player.output("out");
     assert_eq!(player.executor.output("out"), Some(&texture));

@@ -100,10 +100,10 @@ fn sums_in_half_floats_are_off_by_two_of_their_last_digits() {
     }
 }
 
-/// The text of every launch, as the device gets it.
+/// The text of every pass, as the device gets it.
 fn sources(plan: &Plan) -> Vec<String> {
-    let composed = |launch| plan.compose(launch).unwrap_or_else(|error| panic!("{error}")).source;
-    (0..plan.launches.len()).map(composed).collect()
+    let composed = |pass| plan.compose(pass).unwrap_or_else(|error| panic!("{error}")).source;
+    (0..plan.recording.passes.len()).map(composed).collect()
 }
 
 /// A plan for a device that has everything, or lacks what `change` takes away.

@@ -20,7 +20,6 @@ fn shuffled(plan: &Plan, dice: &mut Dice) -> Plan {
         }
     }
     let mut other = plan.clone();
-    other.launches = (0..order.len()).map(|pass| pass..pass + 1).collect();
     other.recording.passes = order.iter().map(|at| plan.recording.passes[*at].clone()).collect();
     other.stages = order.iter().map(|at| plan.stages[*at]).collect();
     other.recorded = order.iter().map(|at| plan.recorded[*at]).collect();

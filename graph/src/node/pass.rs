@@ -153,8 +153,6 @@ pub struct Rows {
     pub result: ImageId,
     /// Rows of the result that a workgroup makes.
     pub rows: u32,
-    /// Invocations of a workgroup.
-    pub lanes: u32,
 }
 
 /// The form by rows of a function that halves an image.
@@ -171,8 +169,6 @@ pub struct ByRows {
     pub function: &'static str,
     /// The struct in which an invocation keeps what it needs of the rows before, all zero at first.
     pub state: &'static str,
-    /// The constant of the module that holds the number of invocations, declared as `const NAME: u32 = 64u;`. There may be more.
-    pub lanes: &'static str,
 }
 
 /// Whole kernels that sum up one image cell by cell, each on a lattice of its own, and see every pixel in one dispatch.

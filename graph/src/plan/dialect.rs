@@ -1,6 +1,6 @@
 //! What shaders may use beyond what every device has: what was asked for, as far as the device has it, and pass by pass.
 
-use super::{Caps, Horizontal, Options, Plan};
+use super::{Caps, Options, Plan};
 use crate::node::{Pass, Recording, Resource, Work};
 use crate::shader::Dialect;
 
@@ -21,10 +21,6 @@ impl Options {
         if self.subgroups && !caps.subgroups {
             options.subgroups = false;
             ignored.push(Ignored { switch: "subgroups", why: "the device has no operations of subgroups" });
-        }
-        if options.subgroups && self.horizontal == Horizontal::Always {
-            options.horizontal = Horizontal::Never;
-            ignored.push(Ignored { switch: "horizontal", why: "a subgroup must not belong to two passes" });
         }
         let half = match (self.exact, caps.half_arithmetic) {
             (true, _) => Some("`exact` wants all bits"),

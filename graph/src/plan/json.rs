@@ -124,7 +124,6 @@ struct OptionsView {
     exact: bool,
     fuse: bool,
     half: bool,
-    horizontal: String,
     serial: bool,
     subgroups: bool,
     tile: String,
@@ -143,7 +142,6 @@ struct PassView<'a> {
     bytes_moved: u64,
     format: Option<&'static str>,
     label: &'a str,
-    launch: usize,
     nodes: &'a [String],
     reads: Vec<&'a str>,
     runs: Vec<KernelView<'a>>,
@@ -290,10 +288,9 @@ impl MemoryView {
 
 impl OptionsView {
     fn new(options: &Options) -> Self {
-        let Options { fuse, tile, horizontal, alias, serial, exact, waves_first, bounds_checks, half, subgroups } =
-            *options;
-        let (alias, tile, horizontal) = (format!("{alias:?}"), format!("{tile:?}"), format!("{horizontal:?}"));
-        Self { alias, exact, fuse, horizontal, serial, tile, waves_first, bounds_checks, half, subgroups }
+        let Options { fuse, tile, alias, serial, exact, waves_first, bounds_checks, half, subgroups } = *options;
+        let (alias, tile) = (format!("{alias:?}"), format!("{tile:?}"));
+        Self { alias, exact, fuse, serial, tile, waves_first, bounds_checks, half, subgroups }
     }
 }
 
@@ -309,7 +306,6 @@ impl<'a> PassView<'a> {
             bytes_moved: plan.bytes_moved_by(at),
             format: target.map(|desc| desc.format.name()),
             label: &pass.label,
-            launch: plan.launch_of(at),
             nodes: &pass.nodes,
             reads: named(pass.reads()),
             runs: match &pass.work {

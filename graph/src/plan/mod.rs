@@ -14,12 +14,11 @@ mod flow;
 mod fuse;
 mod guard;
 mod hash;
-mod horizontal;
 mod json;
 mod known;
-mod launch;
 mod lists;
 mod memory;
+mod module;
 mod names;
 mod order;
 pub(crate) mod passes;
@@ -49,11 +48,9 @@ pub use dialect::Ignored;
 pub use diff::{PlanDiff, diff};
 pub use fuse::Fused;
 pub use hash::PlanHash;
-pub use horizontal::Horizontal;
 pub use known::Plans;
 pub use memory::{Lifetime, Memory, Requirement, Slot};
 pub use specialise::LeftOut;
-pub use workgroups::Workgroups;
 
 /// What a plan is made for, beside the graph: the frame, the scene and the device.
 pub struct Setting<'a> {
@@ -83,12 +80,10 @@ pub struct GivenImage {
 /// Switches of the planner.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Options {
-    /// Whether point kernels are fused, kernels joined that sum up one image, and dispatches shared.
+    /// Whether point kernels are fused, and kernels joined that sum up one image.
     pub fuse: bool,
     /// Whether gather kernels are chained through workgroup memory.
     pub tile: Tiles,
-    /// Which passes that wait for nothing from each other share a dispatch.
-    pub horizontal: Horizontal,
     /// How transient images share memory.
     pub alias: Alias,
     /// Whether each pass is a wave of its own.
@@ -113,7 +108,6 @@ impl Default for Options {
         Self {
             fuse: true,
             tile: Tiles::WhereItPays,
-            horizontal: Horizontal::Small,
             alias: Alias::Placed,
             serial: false,
             exact: false,
@@ -160,8 +154,6 @@ pub struct Plan {
     pub readings: Vec<Reading>,
     /// Passes that need no barrier between them: ranges that cover all passes in order.
     pub waves: Vec<std::ops::Range<usize>>,
-    /// Passes that one dispatch runs side by side, or that one draw or dispatch runs alone: ranges that cover all passes in order.
-    pub launches: Vec<std::ops::Range<usize>>,
     /// What must happen before each wave.
     pub barriers: Vec<WaveBarriers>,
     /// What hands the outputs to the host after the last wave.
@@ -269,9 +261,7 @@ pub fn plan(graph: &Graph, setting: &Setting<'_>) -> Result<Plan, PlanError> {
         options.alias = options.alias.min(Alias::Pool);
     }
     let requirements = memory::requirements(&draft, setting);
-    let mut order = order::order(&mut draft, &mut stages, &requirements, &setting.options);
-    let launches = horizontal::launches(&mut draft, &mut stages, &mut order, &readings, &setting.caps, &options);
-    let order::Order { recorded, waves } = order;
+    let order::Order { recorded, waves } = order::order(&mut draft, &mut stages, &requirements, &setting.options);
     let lifetimes = memory::lifetimes(&draft, &waves);
     let memory = memory::place(&draft, &lifetimes, requirements, &fused, setting);
     let (mut barriers, exports) = barriers::barriers(&draft.recording, &stages, &waves, &draft.outputs);
@@ -284,7 +274,6 @@ pub fn plan(graph: &Graph, setting: &Setting<'_>) -> Result<Plan, PlanError> {
         recorded,
         readings,
         waves,
-        launches,
         barriers,
         exports,
         lifetimes,

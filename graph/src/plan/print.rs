@@ -62,12 +62,8 @@ impl Plan {
         let transitions: usize = self.barriers.iter().map(|wave| wave.transitions.len()).sum();
         let hand_overs: usize = self.barriers.iter().map(|wave| wave.hand_overs.len()).sum();
         format!(
-            "{passes} in {waves} at {}, launched {}; {}, {}; {} moved a frame\n\n",
+            "{passes} in {waves} at {}; {}, {}; {} moved a frame\n\n",
             self.size,
-            match self.launches.len() {
-                1 => "once".to_owned(),
-                launches => format!("{launches} times"),
-            },
             count(transitions, "transition"),
             count(hand_overs, "hand-over"),
             mebibytes(self.bytes_moved())
@@ -97,7 +93,6 @@ impl Plan {
             Resource::Image(image) => Some(self.recording.image(image).desc),
             Resource::Buffer(_) => None,
         });
-        let is_beside = self.launches[self.launch_of(at)].start < at;
         let labels: Vec<&str> = pass.label.split(" + ").collect();
         let nodes: Vec<&str> = pass.nodes.iter().map(String::as_str).collect();
         let one_each = labels.len() == nodes.len();
@@ -107,7 +102,7 @@ impl Plan {
             wave,
             node,
             label.to_owned(),
-            if is_beside { "beside".to_owned() } else { format!("{:?}", self.stages[at]).to_lowercase() },
+            format!("{:?}", self.stages[at]).to_lowercase(),
             target.map_or(String::new(), |desc| desc.size.to_string()),
             target.map_or(String::new(), |desc| desc.format.name().to_owned()),
             format!("{} -> {}", list(pass.reads()), list(pass.writes())).trim_start().to_owned(),

@@ -6,7 +6,6 @@ use super::passes::copy_step;
 use super::web::Web;
 use super::{Draft, Fused};
 use crate::node::{Arg, ImageId, Origin, Pass, Recording, Resource, Rows, Step, Work};
-use crate::shader::ROW_LANES;
 
 /// Results with fewer texels leave most of the device idle, and are filtered by its texture units or in tiles.
 const FEWEST_TEXELS: u64 = 100_000;
@@ -75,7 +74,7 @@ fn walk(web: &mut Web, recording: &Recording, number: usize, source: ImageId, ma
     };
     nodes.extend(halving.nodes);
     nodes.dedup();
-    let work = Work::Rows(Rows { source: source_steps, by, result, rows, lanes: ROW_LANES });
+    let work = Work::Rows(Rows { source: source_steps, by, result, rows });
     web.put(number, Pass { nodes: nodes.clone(), label, work });
     let image = recording.image(source);
     is_brought.then(|| Fused { image: image.label.clone(), nodes, bytes_saved: 2 * image.desc.bytes() })

@@ -4,7 +4,7 @@
 
 use std::collections::BTreeSet;
 
-use super::compose::{Bound, Composed, Reading, ShaderError, Slot, SlotKind, free, set_storage_format, told_of_lanes};
+use super::compose::{Bound, Composed, Reading, ShaderError, Slot, SlotKind, free, set_storage_format};
 use super::import::{Text, bound_from, change_words, declared};
 use super::{Dialect, GlobalKind, Reflection};
 use crate::image::Format;
@@ -52,7 +52,6 @@ pub(super) fn compose_cells(
         fragment: None,
         slots,
         workgroup: [cells.workgroup(), 1, 1],
-        told: told_of_lanes(),
         audited: cells.readers.iter().all(|reader| reader.call.shader.is_audited()),
         reading,
     })

@@ -3,14 +3,12 @@
 
 use std::fmt::Write as _;
 
-use naga::BuiltIn;
-
 use super::cells::compose_cells;
 use super::import::{SourceMap, Text};
 use super::reflect::GlobalKind;
 use super::rows::compose_rows;
 use super::tiles::{TILED, compose_tiling, is_tiled};
-use super::{Dialect, Told, pitfalls};
+use super::{Dialect, pitfalls};
 use crate::image::{Format, ImageDesc, Size};
 use crate::node::{Arg, BufferId, EntryCall, ImageId, Pass, Resource, Step, Work};
 
@@ -84,11 +82,6 @@ pub struct Slot {
     pub kind: SlotKind,
 }
 
-/// What the entry points of kernels are told that number their invocations.
-pub(super) fn told_of_lanes() -> Vec<Told> {
-    [BuiltIn::WorkGroupId, BuiltIn::LocalInvocationIndex].map(Told::One).into()
-}
-
 /// The first binding that none of the slots has.
 pub(super) fn free(slots: &[Slot]) -> u32 {
     slots.iter().map(|slot| slot.binding + 1).max().unwrap_or(0)
@@ -103,9 +96,6 @@ pub enum SlotKind {
     Params,
     /// A uniform with the size of the result in texels: two floats. To ask the texture for it takes longer.
     Extent,
-    /// The uniforms of all passes that run in the same dispatch, one after the other: each at a multiple of [`UNIFORM_ALIGNMENT`](super::UNIFORM_ALIGNMENT), its
-    /// params, if it has any, and then the size of its result and, from byte 16 on, its workgroups: three whole numbers.
-    Uniforms,
     /// The linear, clamping sampler.
     Sampler,
     /// A sampled image.
@@ -131,8 +121,6 @@ pub struct Composed {
     pub slots: Vec<Slot>,
     /// The workgroup's size.
     pub workgroup: [u32; 3],
-    /// What the compute entry point is told of an invocation.
-    pub told: Vec<Told>,
     /// Whether every part of the module was audited: see [`Shader::audited`](super::Shader::audited).
     pub audited: bool,
     /// How its taps read textures.
@@ -235,7 +223,6 @@ fn compose_steps(
         fragment: Some("fragment"),
         slots: writer.slots,
         workgroup: [WIDTH, HEIGHT, 1],
-        told: [BuiltIn::WorkGroupId, BuiltIn::LocalInvocationId].map(Told::One).into(),
         audited: steps.iter().all(|step| step.shader.is_audited()),
         reading,
     })
@@ -244,9 +231,6 @@ fn compose_steps(
 /// Invocations of a workgroup, across and down. On an H200 half as many take 2 per cent less time than 16x16 do, because their waiting overlaps more.
 const WIDTH: u32 = 16;
 const HEIGHT: u32 = 8;
-
-/// The same together.
-pub(crate) const STEPS_LANES: u32 = WIDTH * HEIGHT;
 
 /// Texels of a result of that size that a workgroup makes, across and down.
 pub(crate) fn steps_cover(size: Size) -> [u32; 2] {
@@ -485,7 +469,6 @@ fn compose_entry(
         fragment: None,
         slots,
         workgroup: entry.map_or([1; 3], |entry| entry.workgroup),
-        told: entry.map_or_else(Vec::new, |entry| entry.told.clone()),
         audited: call.shader.is_audited(),
         reading,
     })

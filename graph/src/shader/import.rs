@@ -35,16 +35,6 @@ const LIBRARY: &[(&str, &str)] = &[
 /// The file that generated lines belong to.
 const GENERATED: &str = "(generated)";
 
-/// Whether lines of that file are the framework's own.
-pub(super) fn is_generated(file: &str) -> bool {
-    file == GENERATED
-}
-
-/// Whether that is a shared file.
-pub(super) fn is_library(file: &str) -> bool {
-    LIBRARY.iter().any(|(known, _)| *known == file)
-}
-
 /// Which line of which file each line of a composed module came from.
 #[derive(Clone, Debug, Default)]
 pub struct SourceMap {
@@ -56,11 +46,6 @@ impl SourceMap {
     pub fn locate(&self, line: u32) -> (&'static str, u32) {
         let index = (line as usize).saturating_sub(1);
         self.lines.get(index).copied().unwrap_or((GENERATED, line))
-    }
-
-    /// The file and the number of each line.
-    pub(super) fn lines(&self) -> impl Iterator<Item = (&'static str, u32)> {
-        self.lines.iter().copied()
     }
 }
 

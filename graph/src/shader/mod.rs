@@ -3,7 +3,6 @@
 mod cells;
 mod compose;
 mod dialect;
-mod horizontal;
 mod import;
 mod pitfalls;
 mod reflect;
@@ -14,17 +13,12 @@ mod uniform;
 use std::sync::OnceLock;
 
 pub use cells::CELLS_LANES;
+pub(crate) use compose::steps_cover;
 pub use compose::{Composed, Reading, ShaderError, Slot, SlotKind, compose_pass};
-pub(crate) use compose::{STEPS_LANES, steps_cover};
 pub use dialect::Dialect;
-pub(crate) use horizontal::can_tell;
-pub use horizontal::{Beside, UNIFORM_ALIGNMENT, compose_beside};
 pub use import::SourceMap;
-pub use reflect::{
-    ArgType, EntryPoint, Function, Global, GlobalKind, Member, Reflection, ScalarKind, StructLayout, Told,
-};
+pub use reflect::{ArgType, EntryPoint, Function, Global, GlobalKind, Member, Reflection, ScalarKind, StructLayout};
 pub use rows::ROW_LANES;
-pub(crate) use tiles::TILE_LANES;
 pub use uniform::{UniformValue, pack};
 
 /// One file of WGSL.
@@ -41,9 +35,7 @@ impl Shader {
         Self { file, source, audited: false, reflection: OnceLock::new() }
     }
 
-    /// A module that may run without the checks of indices and loops that a driver otherwise adds to it, and beside others in one dispatch: its
-    /// bindings then stand on lines of their own, and the names that it declares are given to nothing else ([`contract`](crate::node::contract())
-    /// tries it).
+    /// A module that runs without the bounds checks of indices and loops that a driver otherwise adds to it.
     ///
     /// # Safety
     ///
@@ -72,12 +64,6 @@ impl Shader {
     /// What the module declares; parsed and validated once.
     pub fn reflect(&self) -> Result<&Reflection, ShaderError> {
         self.reflection.get_or_init(|| reflect::reflect(self)).as_ref().map_err(Clone::clone)
-    }
-
-    /// The invocations of a workgroup of an entry point; 1 for one that it does not have.
-    pub(crate) fn lanes(&self, entry: &str) -> u32 {
-        let known = self.reflect().ok().and_then(|known| known.entry(entry));
-        known.map_or(1, |entry| entry.workgroup.iter().product())
     }
 
     /// Whether the module reads textures by itself and not through `texel` and `tap`, so that the framework cannot guard what it reads.

@@ -1,6 +1,6 @@
 //! What a module declares, read from naga's view of it.
 
-use naga::{AddressSpace, BuiltIn, ImageClass, ImageDimension, ScalarKind as NagaKind, TypeInner};
+use naga::{AddressSpace, ImageClass, ImageDimension, ScalarKind as NagaKind, TypeInner};
 
 use super::compose::validated;
 use super::import::Text;
@@ -17,10 +17,6 @@ pub struct Reflection {
     pub structs: Vec<StructLayout>,
     /// Bound variables of whole kernels.
     pub globals: Vec<Global>,
-    /// Bytes of workgroup memory.
-    pub workgroup_bytes: u32,
-    /// Whether invocations may wait for each other, in the module or in what it imports.
-    pub waits: bool,
 }
 
 /// The entry point of a whole kernel.
@@ -30,17 +26,6 @@ pub struct EntryPoint {
     pub name: String,
     /// Invocations of a workgroup, in each direction.
     pub workgroup: [u32; 3],
-    /// What it is told.
-    pub told: Vec<Told>,
-}
-
-/// What an entry point is told of an invocation by one argument.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Told {
-    /// One thing.
-    One(BuiltIn),
-    /// Several, in the struct of that name.
-    Struct(String, Vec<BuiltIn>),
 }
 
 /// A kernel function.
@@ -161,43 +146,14 @@ pub(super) fn reflect(shader: &Shader) -> Result<Reflection, ShaderError> {
     let module = validated(&text)?;
     Ok(Reflection {
         functions: module.functions.iter().filter_map(|(_, f)| function(&module, f)).collect(),
-        entries: module.entry_points.iter().map(|entry| entry_point(&module, entry)).collect(),
+        entries: module.entry_points.iter().map(entry_point).collect(),
         structs: module.types.iter().filter_map(|(_, ty)| layout(&module, ty)).collect(),
         globals: module.global_variables.iter().filter_map(|(_, g)| global(&module, g)).collect(),
-        workgroup_bytes: workgroup_bytes(&module),
-        waits: text.text.lines().any(has_barrier),
     })
 }
 
-fn entry_point(module: &naga::Module, entry: &naga::EntryPoint) -> EntryPoint {
-    let builtin = |binding: &Option<naga::Binding>| match binding {
-        Some(naga::Binding::BuiltIn(builtin)) => Some(*builtin),
-        _ => None,
-    };
-    let told = |argument: &naga::FunctionArgument| {
-        let ty = &module.types[argument.ty];
-        match (builtin(&argument.binding), &ty.inner) {
-            (None, TypeInner::Struct { members, .. }) => {
-                let members = members.iter().filter_map(|member| builtin(&member.binding)).collect();
-                Some(Told::Struct(ty.name.clone().unwrap_or_default(), members))
-            }
-            (one, _) => one.map(Told::One),
-        }
-    };
-    EntryPoint {
-        name: entry.name.clone(),
-        workgroup: entry.workgroup_size,
-        told: entry.function.arguments.iter().filter_map(told).collect(),
-    }
-}
-
-fn has_barrier(line: &str) -> bool {
-    line.split("//").next().unwrap_or(line).contains("Barrier(")
-}
-
-fn workgroup_bytes(module: &naga::Module) -> u32 {
-    let shared = module.global_variables.iter().filter(|(_, global)| global.space == AddressSpace::WorkGroup);
-    shared.map(|(_, global)| module.types[global.ty].inner.size(module.to_ctx())).sum()
+fn entry_point(entry: &naga::EntryPoint) -> EntryPoint {
+    EntryPoint { name: entry.name.clone(), workgroup: entry.workgroup_size }
 }
 
 fn function(module: &naga::Module, function: &naga::Function) -> Option<Function> {

@@ -1,7 +1,7 @@
 //! The entry point of a halving by rows: a workgroup walks down its columns, and each step gives one row of the result.
 
 use super::Dialect;
-use super::compose::{Composed, Reading, ShaderError, StepsWriter, told_of_lanes, uniform_struct};
+use super::compose::{Composed, Reading, ShaderError, StepsWriter, uniform_struct};
 use super::import::Text;
 use crate::image::Format;
 use crate::node::{ImageId, Rows};
@@ -31,15 +31,13 @@ pub(super) fn compose_rows(
     text.generated(writer.declarations());
     text.generated(&function);
     text.generated(&entry(rows, &storage, &extent));
-    let lanes = |count: u32| format!("const {}: u32 = {count}u;", rows.by.lanes);
     Ok(Composed {
-        source: text.text.replacen(&lanes(ROW_LANES), &lanes(rows.lanes), 1),
+        source: text.text,
         map: text.map,
         compute: "compute",
         fragment: None,
         slots: writer.into_slots(),
-        workgroup: [rows.lanes, 1, 1],
-        told: told_of_lanes(),
+        workgroup: [ROW_LANES, 1, 1],
         audited: rows.by.shader.is_audited() && rows.source.iter().all(|step| step.shader.is_audited()),
         reading,
     })
@@ -73,9 +71,9 @@ fn compute(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index)
         }}
     }}
 }}",
-        lanes = rows.lanes,
-        covered = rows.lanes - 2,
-        last_lane = rows.lanes - 1,
+        lanes = ROW_LANES,
+        covered = ROW_LANES - 2,
+        last_lane = ROW_LANES - 1,
         count = rows.rows,
         state = rows.by.state,
         function = rows.by.function,

@@ -6,16 +6,13 @@
 use std::fmt::Write as _;
 
 use super::Dialect;
-use super::compose::{Composed, Reading, ShaderError, StepsWriter, told_of_lanes};
+use super::compose::{Composed, Reading, ShaderError, StepsWriter};
 use super::import::Text;
 use crate::image::Format;
 use crate::node::{Arg, ImageId, Step, TileStage, Tiling};
 
 /// Invocations of a workgroup, across and down.
 const TILE_SIDE: u32 = 16;
-
-/// The same together.
-pub(crate) const TILE_LANES: u32 = TILE_SIDE * TILE_SIDE;
 
 /// What the names of a file written for tiles end in.
 pub(super) const TILED: &str = "_tiled";
@@ -59,7 +56,6 @@ pub(super) fn compose_tiling(
         fragment: None,
         slots: writer.into_slots(),
         workgroup: [TILE_SIDE, TILE_SIDE, 1],
-        told: told_of_lanes(),
         audited: steps.iter().all(|step| step.shader.is_audited()),
         reading,
     })

@@ -7,7 +7,7 @@ use afterimage_graph::document::{Document, parse};
 use afterimage_graph::image::{Format, ImageDesc, Size};
 use afterimage_graph::node::{NodeKind, StandIn};
 use afterimage_graph::plan::{
-    Alias, Caps, GivenImage, Horizontal, Options, Plan, PlanError, Requirement, Setting, Tiles, check_plan, diff, plan,
+    Alias, Caps, GivenImage, Options, Plan, PlanError, Requirement, Setting, Tiles, check_plan, diff, plan,
 };
 use afterimage_graph::value::{Param, Type};
 
@@ -166,7 +166,6 @@ fn options(choices: &mut Bytes<'_>) -> Options {
     Options {
         fuse: choices.flag(),
         tile: choices.one_of(&[Tiles::Never, Tiles::WhereItPays, Tiles::Always]),
-        horizontal: choices.one_of(&[Horizontal::Never, Horizontal::Small, Horizontal::Always]),
         alias: choices.one_of(&[Alias::None, Alias::Pool, Alias::Placed]),
         serial: choices.flag(),
         exact: choices.flag(),

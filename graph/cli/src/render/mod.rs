@@ -216,10 +216,9 @@ fn time_passes(session: &mut Session<'_>, args: &RenderArgs, jobs: &[Job]) -> Re
     }
     let Some(first) = jobs.first() else { return Ok(Vec::new()) };
     render_frame(args, session, &read_job(first)?, Clock { reset: true, ..Clock::default() })?;
-    let times = session.executor().launch_times().unwrap_or_default();
-    let plan = session.plan();
-    let labels = (0..plan.launches.len()).map(|launch| plan.launch_label(launch));
-    Ok(labels.zip(times).collect())
+    let times = session.executor().pass_times().unwrap_or_default();
+    let passes = session.plan().recording.passes.iter();
+    Ok(passes.map(|pass| pass.label.clone()).zip(times).collect())
 }
 
 /// What the writers share: where pictures come from, and whether one of them has failed, so that the others need not go on.

@@ -1,7 +1,7 @@
-//! The same picture in every way of making it: dispatched and drawn, fused and not, in tiles and not, side by side and not.
+//! The same picture in every way of making it: dispatched and drawn, fused and not, in tiles and not.
 
 use afterimage_graph::image::{Size, State};
-use afterimage_graph::plan::{Alias, Caps, Horizontal, Options};
+use afterimage_graph::plan::{Alias, Caps, Options};
 
 use super::images::Extreme;
 use super::lab::{Bench, Ran, Shot};
@@ -21,10 +21,6 @@ const WAYS: [Way; 6] = [
     Way { name: "when drawn", change: |caps, _| caps.prefer_fragment = true },
     Way { name: "when not fused", change: |_, options| options.fuse = false },
     Way { name: "when made in tiles", change: |caps, _| caps.tiles = true },
-    Way {
-        name: "side by side",
-        change: |_, options| (options.horizontal, options.waves_first) = (Horizontal::Always, true),
-    },
     Way { name: "with subgroups", change: |_, options| options.subgroups = true },
     Way { name: "with memory of its own for each image", change: |_, options| options.alias = Alias::None },
 ];

@@ -26,7 +26,7 @@ pub(super) struct Move<'a> {
 impl Move<'_> {
     /// The plan on textures and buffers of its own and of the old plan.
     pub(super) fn settle(mut self, parts: Parts) -> Loaded {
-        let Parts { plan, launches, uniforms, regions, placed, moved_in } = parts;
+        let Parts { plan, passes, uniforms, regions, placed, moved_in } = parts;
         let rings = self.retire();
         let buffers = self.buffers(&plan);
         let residents = self.move_in(placed.as_ref());
@@ -35,16 +35,15 @@ impl Move<'_> {
             let buffers = plan.recording.buffers.iter().enumerate();
             buffers.filter(|(_, b)| wanted(&b.life)).map(|(index, _)| index).collect::<Vec<_>>()
         };
-        let binds_frame =
-            launches.iter().any(|launch| launch.composed.slots.iter().any(|slot| slot.kind == SlotKind::Frame));
+        let binds_frame = passes.iter().any(|pass| pass.composed.slots.iter().any(|slot| slot.kind == SlotKind::Frame));
         let timed = self.old.is_some_and(|old| old.timing.is_some());
         Loaded {
             zeroed: lives(|life| *life == BufferLife::Zeroed),
             persistent: lives(|life| *life == BufferLife::Persistent),
             phases: phases(&plan),
-            timing: timed.then(|| Timing::new(self.device, self.queue, launches.len() as u32)).flatten(),
+            timing: timed.then(|| Timing::new(self.device, self.queue, passes.len() as u32)).flatten(),
             plan,
-            launches,
+            passes,
             uniforms,
             regions,
             holdings,

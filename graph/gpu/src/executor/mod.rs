@@ -232,16 +232,16 @@ impl Executor {
         self.fresh = true;
     }
 
-    /// Measures the GPU time of each of the plan's launches from now on, in this plan and those after it. `false` before a plan is loaded, and
+    /// Measures the GPU time of each of the plan's passes from now on, in this plan and those after it. `false` before a plan is loaded, and
     /// where the device has no timestamps inside passes.
     pub fn enable_timing(&mut self) -> bool {
         let Some(loaded) = &mut self.loaded else { return false };
-        loaded.timing = Timing::new(&self.workshop.device, &self.queue, loaded.launches.len() as u32);
+        loaded.timing = Timing::new(&self.workshop.device, &self.queue, loaded.passes.len() as u32);
         loaded.timing.is_some()
     }
 
-    /// Milliseconds of each launch of the last submitted frame. Waits for it.
-    pub fn launch_times(&self) -> Option<Vec<f64>> {
+    /// Milliseconds of each pass of the last submitted frame. Waits for it.
+    pub fn pass_times(&self) -> Option<Vec<f64>> {
         self.loaded.as_ref()?.timing.as_ref()?.read(&self.workshop.device)
     }
 
@@ -255,18 +255,18 @@ impl Executor {
         }
     }
 
-    /// Records one launch of a frame and no other, for measurements on devices whose timestamps cannot be trusted. What it reads is what the
+    /// Records one pass of a frame and no other, for measurements on devices whose timestamps cannot be trusted. What it reads is what the
     /// frames before have left, and time does not go on.
-    pub fn encode_launch(
+    pub fn encode_pass(
         &mut self,
         encoder: &mut CommandEncoder,
         frame: &Frame<'_>,
-        launch: usize,
+        pass: usize,
     ) -> Result<(), GpuError> {
         let set = self.host_set(frame)?;
         let loaded = self.loaded.as_ref().ok_or(GpuError::NoPlan)?;
         let phase = (self.frame_index % loaded.phases) as usize;
-        record(loaded, &loaded.sets[set], (phase, &self.moment), launch..launch + 1, encoder);
+        record(loaded, &loaded.sets[set], (phase, &self.moment), pass..pass + 1, encoder);
         Ok(())
     }
 
@@ -287,7 +287,7 @@ impl Executor {
             encoder.clear_buffer(&loaded.buffers[buffer], 0, None);
         }
         let phase = (self.frame_index % loaded.phases) as usize;
-        record(loaded, &loaded.sets[set], (phase, &self.moment), 0..loaded.launches.len(), encoder);
+        record(loaded, &loaded.sets[set], (phase, &self.moment), 0..loaded.passes.len(), encoder);
         if let Some(timing) = &loaded.timing {
             timing.resolve(encoder);
         }

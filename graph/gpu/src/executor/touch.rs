@@ -14,20 +14,19 @@ use super::loaded::{Loaded, Run, Touch};
 use crate::layout::Pipeline;
 use crate::store::Store;
 
-/// For each launch, what must be touched before it, for each phase; nothing at all for most.
+/// For each pass, what must be touched before it, for each phase; nothing at all for most.
 pub(super) fn touches(loaded: &Loaded, store: &Store, runs: &[Run], views: &[TextureView]) -> Vec<Vec<Vec<Touch>>> {
     let plan = &loaded.plan;
     let mut touches: Vec<Vec<Vec<Touch>>> = runs.iter().map(|_| Vec::new()).collect();
     let mut finished = vec![false; plan.recording.images.len()];
     for (wave, barriers) in plan.waves.iter().zip(&plan.barriers) {
         // A draw ends the pass of the dispatches before it. The next begins with the barriers of all that follows, which are then missing there.
-        let first = plan.launch_of(wave.start);
-        let is_dispatched =
-            runs[..=plan.launch_of(wave.end - 1)].iter().all(|run| matches!(run.pipeline, Pipeline::Compute(_)));
+        let first = wave.start;
+        let is_dispatched = runs[..wave.end].iter().all(|run| matches!(run.pipeline, Pipeline::Compute(_)));
         let made: Vec<ImageId> = images_to_read(barriers).filter(|(_, from)| from.writes()).map(|(i, _)| i).collect();
         let mut wanted = Vec::new();
         if !is_dispatched || !all_read_by(plan, first, &made) {
-            let batch = images_to_read(barriers).filter(|_| wave.len() > plan.launches[first].len());
+            let batch = images_to_read(barriers).filter(|_| wave.len() > 1);
             wanted.extend(batch.map(|(image, _)| (image, TextureUses::RESOURCE)));
         }
         if loaded.placed.is_some() {
@@ -50,10 +49,9 @@ fn images_to_read(barriers: &WaveBarriers) -> impl Iterator<Item = (ImageId, Use
     })
 }
 
-/// Whether one launch reads all of these images: then its own barrier is the batch.
-fn all_read_by(plan: &Plan, launch: usize, images: &[ImageId]) -> bool {
-    let passes = &plan.recording.passes[plan.launches[launch].clone()];
-    let reads: Vec<Resource> = passes.iter().flat_map(|pass| pass.reads()).collect();
+/// Whether one pass reads all of these images: then its own barrier is the batch.
+fn all_read_by(plan: &Plan, pass: usize, images: &[ImageId]) -> bool {
+    let reads = plan.recording.passes[pass].reads();
     images.iter().all(|image| reads.contains(&Resource::Image(*image)))
 }
 

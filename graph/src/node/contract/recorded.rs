@@ -12,10 +12,7 @@ use crate::node::{
 };
 use crate::plan::Caps;
 use crate::plan::passes::copy_step;
-use crate::shader::{
-    Beside, CELLS_LANES, Composed, Dialect, ROW_LANES, Reading, Shader, ShaderError, SlotKind, can_tell,
-    compose_beside, compose_pass,
-};
+use crate::shader::{CELLS_LANES, Dialect, Reading, Shader, compose_pass};
 use crate::value::{Param, Type, Value};
 
 /// One way of using a kind.
@@ -234,8 +231,7 @@ fn module(pass: &Pass, recording: &Recording, modules: &mut BTreeSet<String>, co
         let composed = compose_pass(pass, &desc_of, &|_| reading, dialect);
         match composed {
             Ok(composed) if modules.insert(composed.source.clone()) => {
-                let valid = composed.validate().and_then(|_| beside_itself(pass, &composed, dialect));
-                if let Err(error) = valid {
+                if let Err(error) = composed.validate() {
                     complaints.add(format!("the pass `{}` is no valid module: {error}", pass.label));
                 }
             }
@@ -247,17 +243,6 @@ fn module(pass: &Pass, recording: &Recording, modules: &mut BTreeSet<String>, co
     pass.shaders().into_iter().for_each(|shader| item_names(shader, complaints));
 }
 
-/// Whether the module can stand beside another like it, if the planner may ever want that: names that the framework does not tell apart clash.
-fn beside_itself(pass: &Pass, composed: &Composed, dialect: Dialect) -> Result<(), ShaderError> {
-    let knows_time = composed.slots.iter().any(|slot| slot.kind == SlotKind::Frame);
-    let is_told = composed.told.iter().all(can_tell);
-    if !composed.audited || knows_time || !is_told || dialect.subgroups || matches!(pass.work, Work::Tiled(_)) {
-        return Ok(());
-    }
-    let twice = [(); 2].map(|()| Beside { composed, constants: pass.constants() });
-    [false, true].iter().try_for_each(|by_turns| compose_beside(&twice, *by_turns).validate().map(|_| ()))
-}
-
 /// The pass in its form by rows, if it has one.
 fn by_rows(pass: &Pass) -> Option<Pass> {
     let Work::Steps { steps, result } = &pass.work else { return None };
@@ -267,7 +252,7 @@ fn by_rows(pass: &Pass) -> Option<Pass> {
         _ => None,
     })?;
     let source = vec![copy_step(&step.node, source)];
-    let work = Work::Rows(Rows { source, by: step.by_rows?, result: *result, rows: 1, lanes: ROW_LANES });
+    let work = Work::Rows(Rows { source, by: step.by_rows?, result: *result, rows: 1 });
     Some(Pass { work, ..pass.clone() })
 }
 

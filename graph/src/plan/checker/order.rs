@@ -1,11 +1,10 @@
 //! Order: waves cover the passes and are free of conflicts, every read sees its last write, and what must be written is.
 
 use std::collections::BTreeMap;
-use std::ops::Range;
 
 use super::{Access, Faults, Walk};
 use crate::node::{ImageId, Origin, Resource};
-use crate::plan::{Plan, Stage};
+use crate::plan::Plan;
 
 /// Whether the plan's lists fit together at all.
 pub(super) fn check_shape(plan: &Plan, faults: &mut Faults) {
@@ -28,40 +27,21 @@ pub(super) fn check_shape(plan: &Plan, faults: &mut Faults) {
     if seen.iter().enumerate().any(|(at, place)| at != *place) {
         faults.add("the places in the recording do not name every pass once".into());
     }
-    check_cover(plan, ("wave", "waves"), &plan.waves, faults);
-    check_cover(plan, ("launch", "launches"), &plan.launches, faults);
-    check_launches(plan, faults);
+    check_cover(plan, faults);
     check_numbers(plan, faults);
 }
 
-/// Whether ranges cover the passes in order.
-fn check_cover(plan: &Plan, (one, many): (&str, &str), ranges: &[Range<usize>], faults: &mut Faults) {
+/// Whether the waves cover the passes in order.
+fn check_cover(plan: &Plan, faults: &mut Faults) {
     let mut end = 0;
-    for (number, passes) in ranges.iter().enumerate() {
+    for (number, passes) in plan.waves.iter().enumerate() {
         if passes.start != end || passes.is_empty() {
-            faults.add(format!("{one} {number} is {passes:?}, but the {many} before it end at pass {end}"));
+            faults.add(format!("wave {number} is {passes:?}, but the waves before it end at pass {end}"));
         }
         end = passes.end;
     }
     if end != plan.recording.passes.len() {
-        faults.add(format!("the {many} end at pass {end}, but there are {} passes", plan.recording.passes.len()));
-    }
-}
-
-/// A launch is inside one wave, and only dispatches of what no host can want drawn have several passes.
-fn check_launches(plan: &Plan, faults: &mut Faults) {
-    for launch in plan.launches.iter().filter(|launch| launch.len() > 1) {
-        if !plan.waves.iter().any(|wave| wave.start <= launch.start && launch.end <= wave.end) {
-            faults.add(format!("passes {launch:?} share a launch and no wave"));
-        }
-        let stages = plan.stages.get(launch.clone()).unwrap_or_default();
-        let passes = plan.recording.passes.get(launch.clone()).unwrap_or_default();
-        let mut written = passes.iter().flat_map(|pass| pass.writes());
-        if stages.contains(&Stage::Fragment)
-            || written.any(|resource| plan.outputs.iter().any(|output| Resource::Image(output.image) == resource))
-        {
-            faults.add(format!("passes {launch:?} share a launch, but one of them draws or may have to"));
-        }
+        faults.add(format!("the waves end at pass {end}, but there are {} passes", plan.recording.passes.len()));
     }
 }
 
