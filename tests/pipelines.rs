@@ -1,7 +1,7 @@
 //! Every shipped pipeline: checked, planned, proved, and rendered under the validation layer.
 
 use afterimage_graph::check::Graph;
-use afterimage_graph::plan::{Alias, Options, Tiles, check_plan};
+use afterimage_plan::{Alias, Options, Tiles, check_plan};
 
 use crate::support::gpu::{Picture, Run, gpu, graph, pipelines, shipped};
 use crate::support::layer;

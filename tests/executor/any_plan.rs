@@ -6,8 +6,8 @@ use std::sync::Arc;
 
 use afterimage_graph::check::{Condition, Graph, Source};
 use afterimage_graph::node::{Arg, ImageId, Resource, StandIn, Step, Work};
-use afterimage_graph::plan::{Alias, Lifetime, Options, Plan, Stage, Tiles, WaveBarriers, check_plan};
-use afterimage_graph::shader::Shader;
+use afterimage_plan::{Alias, Lifetime, Options, Plan, Stage, Tiles, WaveBarriers, check_plan};
+use afterimage_wgsl::Shader;
 use petgraph::graph::{DiGraph, NodeIndex};
 
 use super::{bits, lively};

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use afterimage_gpu::{Frame, GpuError};
 use afterimage_graph::image::Size;
 use afterimage_graph::node::Origin;
-use afterimage_graph::plan::{Alias, Options};
+use afterimage_plan::{Alias, Options};
 
 use super::{at_tier, bits, lively};
 use crate::support::gpu::{Picture, Run, shipped};

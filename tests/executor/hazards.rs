@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use afterimage_graph::plan::{Tiles, check_plan};
+use afterimage_plan::{Tiles, check_plan};
 
 use super::{at_tier, lively};
 use crate::support::gpu::Run;

@@ -3,7 +3,7 @@
 use afterimage_graph::check::{Facts, Graph};
 use afterimage_graph::image::{Format, ImageDesc, Size};
 
-use afterimage_graph::plan::{Caps, GivenImage, Options, Plan, Requirement, Setting, Tiles, plan};
+use afterimage_plan::{Caps, GivenImage, Options, Plan, Requirement, Setting, Tiles, plan};
 
 use super::probes::{pipeline, scene};
 use crate::support::gpu::{Picture, Run, gpu, shipped};

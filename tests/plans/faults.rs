@@ -1,7 +1,7 @@
 //! Faults planted in good plans: the checker finds each of them and names who is to blame.
 
 use afterimage_graph::node::{ImageId, Origin, Resource};
-use afterimage_graph::plan::{Alias, Options, Plan, check_plan};
+use afterimage_plan::{Alias, Options, Plan, check_plan};
 
 use super::random::Recipe;
 

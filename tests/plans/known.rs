@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use afterimage_graph::check::Facts;
 use afterimage_graph::image::{Format, ImageDesc, Size};
-use afterimage_graph::plan::{Caps, GivenImage, Options, Plan, Plans, Requirement, Setting};
+use afterimage_plan::{Caps, GivenImage, Options, Plan, Plans, Requirement, Setting};
 
 use crate::support::gpu::{graph, shipped};
 

@@ -3,7 +3,7 @@
 use afterimage_graph::check::Graph;
 use afterimage_graph::image::{Format, Size};
 use afterimage_graph::node::{ImageId, Resource, StandIn};
-use afterimage_graph::plan::{Alias, Caps, Options, Plan, Stage, check_plan};
+use afterimage_plan::{Alias, Caps, Options, Plan, Stage, check_plan};
 use proptest::prelude::*;
 
 use super::random::{Dice, Recipe, plan_at, plan_on};

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use afterimage_graph::check::{Facts, Graph, GraphInput, GraphNode, GraphOutput, Source};
 use afterimage_graph::node::{ImageId, NodeKind};
-use afterimage_graph::plan::{Caps, GivenImage, Options, Plan, PlanError, Requirement, Setting, plan};
+use afterimage_plan::{Caps, GivenImage, Options, Plan, PlanError, Requirement, Setting, plan};
 use afterimage_graph::prelude::*;
 use petgraph::graph::{DiGraph, NodeIndex};
 

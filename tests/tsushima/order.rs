@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use afterimage_gpu::Frame;
-use afterimage_graph::plan::{Options, Plan, check_plan};
+use afterimage_plan::{Options, Plan, check_plan};
 
 use super::{bits, scene};
 use crate::plans::random::Dice;

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use afterimage_graph::plan::Options;
+use afterimage_plan::Options;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use crate::measure::args::{MeasureArgs, TuneArgs};

@@ -7,7 +7,7 @@ use afterimage_graph::diagnostic::{Diagnostics, Style};
 use afterimage_graph::document::parse;
 use afterimage_graph::image::Size;
 use afterimage_graph::node::{NodeKind, Registry};
-use afterimage_graph::plan::check_plan;
+use afterimage_plan::check_plan;
 
 use crate::args::{CheckArgs, PipelineOptions};
 use crate::failure::Failure;

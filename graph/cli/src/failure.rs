@@ -4,7 +4,7 @@ use std::process::ExitCode;
 
 use afterimage_gpu::GpuError;
 use afterimage_graph::diagnostic::{Diagnostics, Style};
-use afterimage_graph::plan::PlanError;
+use afterimage_plan::PlanError;
 
 use crate::files::FileError;
 

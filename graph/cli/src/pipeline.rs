@@ -10,7 +10,7 @@ use afterimage_graph::diagnostic::{Diagnostics, Style};
 use afterimage_graph::document::parse;
 use afterimage_graph::image::{Format, ImageDesc, Size};
 use afterimage_graph::node::{NodeKind, Registry, folder_kind};
-use afterimage_graph::plan::{Alias, Caps, GivenImage, Options, Plan, Requirement, Setting, Tiles, plan};
+use afterimage_plan::{Alias, Caps, GivenImage, Options, Plan, Requirement, Setting, Tiles, plan};
 
 use crate::args::{NoAlias, PipelineOptions, PlanOptions, TileChoice};
 use crate::failure::Failure;

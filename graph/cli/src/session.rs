@@ -6,7 +6,7 @@ use std::sync::Arc;
 use afterimage_gpu::{Executor, Feed, Frame, Gpu, Opening, Readback, Texels, upload_bytes};
 use afterimage_graph::check::{Facts, Graph};
 use afterimage_graph::image::{Format, ImageDesc, Size, State};
-use afterimage_graph::plan::{GivenImage, Options, Plan, PlanOutput, Plans, Setting};
+use afterimage_plan::{GivenImage, Options, Plan, PlanOutput, Plans, Setting};
 
 use crate::args::{ArithmeticOptions, DeviceOptions};
 use crate::cache::{self, Gain};

@@ -1,7 +1,8 @@
 //! From a composed shader's slots to bind group layouts and pipelines.
 
-use afterimage_graph::plan::{Plan, Stage};
-use afterimage_graph::shader::{Composed, Reading, Slot, SlotKind};
+use afterimage_plan::{Plan, Stage};
+use afterimage_plan::codegen::{Composed, Slot, SlotKind};
+use afterimage_wgsl::Reading;
 use wgpu::{
     BindGroupLayout, BindGroupLayoutEntry, BindingType, BufferBindingType, Device, SamplerBindingType, ShaderStages,
     StorageTextureAccess, TextureSampleType, TextureViewDimension,

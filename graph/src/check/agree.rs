@@ -5,8 +5,8 @@ use std::collections::VecDeque;
 use super::Source;
 use super::build::{Builder, Feed, Wire};
 use super::suggest::{OnWire, between, either, path};
-use crate::diagnostic::{Diagnostic, Place, Spanned, quote};
-use crate::image::State;
+use afterimage_base::diagnostic::{Diagnostic, Place, Spanned, quote};
+use afterimage_base::image::State;
 use crate::node::{Gives, Input, PortType};
 
 impl Builder<'_> {

@@ -2,8 +2,8 @@
 
 use super::build::{Builder, Feed, Named, Wire};
 use super::{DEEPEST, MOST_PREVIOUS, Source};
-use crate::diagnostic::{Diagnostic, Spanned, did_you_mean, list, quote};
-use crate::image::State;
+use afterimage_base::diagnostic::{Diagnostic, Spanned, did_you_mean, list, quote};
+use afterimage_base::image::State;
 use crate::node::PortType;
 
 /// The parts of a wire's text.

@@ -6,7 +6,7 @@ use super::build::{Builder, Change, Draft, Feed, Named, Scope};
 use super::files::join;
 use super::suggest::{kinds_near, known_kinds};
 use super::{Condition, DEEPEST, MOST_NODES};
-use crate::diagnostic::{Diagnostic, Place, Spanned, did_you_mean, list, nearest, quote};
+use afterimage_base::diagnostic::{Diagnostic, Place, Spanned, did_you_mean, list, nearest, quote};
 use crate::document::{Document, Field, Item, NodeEntry, Tier, Tree, doubled, settings};
 use crate::node::NodeKind;
 

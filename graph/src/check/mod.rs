@@ -21,7 +21,7 @@ mod verify;
 
 use std::sync::Arc;
 
-use crate::diagnostic::Diagnostics;
+use afterimage_base::diagnostic::Diagnostics;
 use crate::document::Document;
 use crate::node::Registry;
 

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::build::{Builder, Change, Draft, Named, Scope};
 use super::expand::COMMON;
-use crate::diagnostic::{Diagnostic, Place, Spanned, did_you_mean, list, quote};
+use afterimage_base::diagnostic::{Diagnostic, Place, Spanned, did_you_mean, list, quote};
 use crate::document::{Item, Setting, Tree, read_tree};
 
 /// The name of the text that `--set` options are shown in.

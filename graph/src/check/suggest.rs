@@ -2,8 +2,8 @@
 
 use std::collections::VecDeque;
 
-use crate::diagnostic::{did_you_mean, list, quote};
-use crate::image::State;
+use afterimage_base::diagnostic::{did_you_mean, list, quote};
+use afterimage_base::image::State;
 use crate::node::{Gives, NodeKind, PortType, Registry};
 
 /// The type and the state of what is on a wire.

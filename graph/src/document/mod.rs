@@ -35,8 +35,8 @@ mod tree;
 
 use std::sync::Arc;
 
-use crate::diagnostic::{Diagnostic, Diagnostics, Place, Sources, Spanned};
-use crate::image::State;
+use afterimage_base::diagnostic::{Diagnostic, Diagnostics, Place, Sources, Spanned};
+use afterimage_base::image::State;
 
 pub(crate) use read::{doubled, settings};
 pub(crate) use tree::{Field, Item, Tree, read as read_tree};

@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use super::tree::{Field, Item, Tree};
 use super::{Document, InputEntry, NodeEntry, Setting, Tier};
-use crate::diagnostic::{Diagnostic, Diagnostics, Sources, Spanned, did_you_mean, list, quote};
-use crate::image::State;
+use afterimage_base::diagnostic::{Diagnostic, Diagnostics, Sources, Spanned, did_you_mean, list, quote};
+use afterimage_base::image::State;
 
 const SECTIONS: [&str; 7] = ["inputs", "nodes", "outputs", "set", "tiers", "extends", "facts"];
 

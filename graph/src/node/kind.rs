@@ -3,7 +3,7 @@
 use super::params::Params;
 use super::ports::{Input, Output, StandIn};
 use super::recorder::Recorder;
-use crate::value::{Param, Value};
+use afterimage_base::value::{Param, Value};
 
 /// What arrives at a node's inputs once the graph is specialised.
 #[derive(Clone, Debug, Default)]

@@ -9,7 +9,7 @@ mod ports;
 mod recorder;
 mod registry;
 
-pub use contract::contract;
+pub use contract::{contract, for_each_recording};
 pub use folder::folder_kind;
 pub use kind::{Arrivals, Kind, Node, NodeKind};
 pub use params::Params;

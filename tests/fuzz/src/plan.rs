@@ -6,7 +6,7 @@ use afterimage_graph::check::{CheckOptions, FactKind, Facts, Graph, check};
 use afterimage_graph::document::{Document, parse};
 use afterimage_graph::image::{Format, ImageDesc, Size};
 use afterimage_graph::node::{NodeKind, StandIn};
-use afterimage_graph::plan::{
+use afterimage_plan::{
     Alias, Caps, GivenImage, Options, Plan, PlanError, Requirement, Setting, Tiles, check_plan, diff, plan,
 };
 use afterimage_graph::value::{Param, Type};

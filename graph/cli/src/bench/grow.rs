@@ -7,7 +7,7 @@ use std::time::Instant;
 use afterimage_gpu::{Executor, Gpu};
 use afterimage_graph::image::Size;
 use afterimage_graph::node::Registry;
-use afterimage_graph::plan::Requirement;
+use afterimage_plan::Requirement;
 
 use super::clock::{Stopwatch, median, wait};
 use super::inputs::Inputs;

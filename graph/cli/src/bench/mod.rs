@@ -19,7 +19,7 @@ use afterimage_gpu::{Executor, Gpu};
 use afterimage_graph::check::Graph;
 use afterimage_graph::image::Size;
 use afterimage_graph::node::{NodeKind, Registry};
-use afterimage_graph::plan::{Options, Plan, Stage};
+use afterimage_plan::{Options, Plan, Stage};
 
 use self::clock::Stopwatch;
 use self::inputs::Inputs;

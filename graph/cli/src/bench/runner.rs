@@ -5,7 +5,7 @@ use std::sync::Arc;
 use afterimage_gpu::{Executor, Frame, Gpu, Texels, download};
 use afterimage_graph::check::{Facts, Graph};
 use afterimage_graph::image::ImageDesc;
-use afterimage_graph::plan::{GivenImage, Options, Plan, Requirement, Setting, plan};
+use afterimage_plan::{GivenImage, Options, Plan, Requirement, Setting, plan};
 use wgpu::{CommandEncoder, TextureView};
 
 use super::clock::{Stopwatch, median, wait};

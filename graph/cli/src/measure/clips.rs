@@ -7,7 +7,7 @@ use afterimage_gpu::{Executor, Frame, Gpu, download, upload};
 use afterimage_graph::check::{Facts, Graph, GraphInput};
 use afterimage_graph::image::{ImageDesc, Size, State};
 use afterimage_graph::node::Registry;
-use afterimage_graph::plan::{Requirement, plan};
+use afterimage_plan::{Requirement, plan};
 use afterimage_graph::value::Value;
 
 use super::args::Material;

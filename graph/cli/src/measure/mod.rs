@@ -24,7 +24,7 @@ use std::path::Path;
 use afterimage_gpu::Gpu;
 use afterimage_graph::check::Graph;
 use afterimage_graph::node::{NodeKind, Registry};
-use afterimage_graph::plan::{Options, Plan};
+use afterimage_plan::{Options, Plan};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::failure::Failure;

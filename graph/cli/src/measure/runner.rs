@@ -8,7 +8,7 @@ use afterimage_gpu::{Executor, Frame, Gpu, Texels, download};
 use afterimage_graph::check::{Facts, Graph};
 use afterimage_graph::image::ImageDesc;
 use afterimage_graph::node::{BufferLife, Origin, Resource};
-use afterimage_graph::plan::{GivenImage, Options, Plan, Setting, plan};
+use afterimage_plan::{GivenImage, Options, Plan, Setting, plan};
 
 use super::clips::Clip;
 use crate::failure::Failure;

@@ -12,7 +12,7 @@ use afterimage_gpu::Texels;
 use afterimage_graph::check::{Facts, Graph};
 use afterimage_graph::image::Size;
 use afterimage_graph::node::NodeKind;
-use afterimage_graph::plan::PlanOutput;
+use afterimage_plan::PlanOutput;
 use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::args::RenderArgs;

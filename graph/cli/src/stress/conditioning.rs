@@ -3,7 +3,7 @@
 use afterimage_gpu::Gpu;
 use afterimage_graph::image::{Size, State};
 use afterimage_graph::node::{NodeKind, PortType, Registry};
-use afterimage_graph::plan::Options;
+use afterimage_plan::Options;
 use comfy_table::Table;
 use comfy_table::presets::NOTHING;
 use serde::{Deserialize, Serialize};

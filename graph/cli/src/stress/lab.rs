@@ -7,7 +7,7 @@ use afterimage_gpu::{Executor, Frame, Gpu, Texels, texture_format, upload};
 use afterimage_graph::check::{Graph, Source};
 use afterimage_graph::image::{Format, ImageDesc, Size, State};
 use afterimage_graph::node::{BufferLife, Gives, Origin};
-use afterimage_graph::plan::{Caps, GivenImage, Options, Plan, Setting, plan};
+use afterimage_plan::{Caps, GivenImage, Options, Plan, Setting, plan};
 use afterimage_graph::value::Value;
 use wgpu::{Buffer, CommandEncoder, TextureView};
 

@@ -23,7 +23,7 @@ use afterimage_graph::check::Facts;
 use afterimage_graph::diagnostic::did_you_mean;
 use afterimage_graph::document::parse;
 use afterimage_graph::node::{DuplicateKind, NodeKind, Registry};
-use afterimage_graph::plan::Options;
+use afterimage_plan::Options;
 use indicatif::{ProgressBar, ProgressStyle};
 
 pub(crate) use conditioning::figures;

@@ -3,7 +3,7 @@
 use afterimage_graph::check::Graph;
 use afterimage_graph::image::{Size, State};
 use afterimage_graph::node::Registry;
-use afterimage_graph::plan::Options;
+use afterimage_plan::Options;
 
 use super::images::{ALL, Extreme};
 use super::lab::{Bench, Lab, Ran, Shot, Shown};

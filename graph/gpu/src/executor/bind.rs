@@ -1,8 +1,8 @@
 //! Bind groups: a loaded plan meets the images that the host gives for a frame.
 
 use afterimage_graph::node::ImageId;
-use afterimage_graph::plan::{PlanOutput, Stage};
-use afterimage_graph::shader::SlotKind;
+use afterimage_plan::{PlanOutput, Stage};
+use afterimage_plan::codegen::SlotKind;
 use wgpu::{BindGroup, BindGroupEntry, BindingResource, TextureView};
 
 use super::loaded::{Holding, HostSet, Loaded, Run, planned_attachment};

@@ -1,8 +1,8 @@
 //! Between two frames: the textures and buffers of a new plan, those of the old one taken over where they are the same.
 
 use afterimage_graph::node::{BufferId, BufferLife, ImageId, Origin, Resource, VirtualBuffer, VirtualImage};
-use afterimage_graph::plan::Plan;
-use afterimage_graph::shader::SlotKind;
+use afterimage_plan::Plan;
+use afterimage_plan::codegen::SlotKind;
 use rustc_hash::FxHashMap;
 use wgpu::{Buffer, BufferUsages, Device, Queue};
 

@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use afterimage_graph::node::{ImageId, Pass, Resource};
-use afterimage_graph::plan::{Plan, Stage};
-use afterimage_graph::shader::Composed;
+use afterimage_plan::{Plan, Stage};
+use afterimage_plan::codegen::Composed;
 use wgpu::{BindGroup, Buffer, TextureView};
 
 use crate::device::texture_format;

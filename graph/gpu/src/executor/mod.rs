@@ -13,7 +13,7 @@ mod uniforms;
 use std::sync::Arc;
 
 use afterimage_graph::image::ImageDesc;
-use afterimage_graph::plan::{Caps, Plan, Requirement};
+use afterimage_plan::{Caps, Plan, Requirement};
 use wgpu::{Buffer, BufferUsages, CommandEncoder, Device, Queue, TextureFormat, TextureView};
 
 use crate::GpuError;
@@ -137,7 +137,7 @@ impl Executor {
         &self.caps
     }
 
-    /// What the device wants for an image: the planner asks this through [`Setting`](afterimage_graph::plan::Setting).
+    /// What the device wants for an image: the planner asks this through [`Setting`](afterimage_plan::Setting).
     pub fn requirement(&self, desc: &ImageDesc) -> Requirement {
         heap::requirement(&self.workshop.device, desc)
     }

@@ -1,7 +1,7 @@
 //! What shaders know of the frame: its time and its number. It is another one in every frame, so where the device has immediates it travels with
 //! the commands; a buffer would have to be filled by a copy of its own.
 
-use afterimage_graph::shader::{Composed, SlotKind};
+use afterimage_plan::codegen::{Composed, SlotKind};
 use wgpu::{Device, Features};
 
 use super::Frame;

@@ -1,7 +1,7 @@
 //! The host's images: whether they suit the plan, and in which format an output is drawn into one.
 
 use afterimage_graph::node::{ImageId, Pass, Resource, Work};
-use afterimage_graph::plan::Plan;
+use afterimage_plan::Plan;
 use wgpu::{Device, Texture, TextureFormat, TextureUsages, TextureView};
 
 use super::Frame;

@@ -5,8 +5,8 @@ use std::thread::JoinHandle;
 
 use afterimage_graph::image::ImageDesc;
 use afterimage_graph::node::{ImageId, Pass, Resource, Work};
-use afterimage_graph::plan::{Alias, Plan, Stage};
-use afterimage_graph::shader::{Composed, SlotKind};
+use afterimage_plan::{Alias, Plan, Stage};
+use afterimage_plan::codegen::{Composed, SlotKind, workgroups};
 use wgpu::util::DeviceExt as _;
 use wgpu::{Buffer, BufferUsages, Device, TextureFormat};
 
@@ -160,7 +160,7 @@ impl Draft {
         let immediate = immediates && take_immediates(&mut composed);
         Ok(Self {
             composed,
-            workgroups: plan.recording.workgroups(&plan.recording.passes[index]),
+            workgroups: workgroups(&plan.recording, &plan.recording.passes[index]),
             writes_image,
             immediate,
         })

@@ -7,7 +7,7 @@
 //! touch costs the host as much as half a dispatch, and a barrier of its own.
 
 use afterimage_graph::node::{ImageId, Resource};
-use afterimage_graph::plan::{HandOver, Plan, Use, WaveBarriers};
+use afterimage_plan::{HandOver, Plan, Use, WaveBarriers};
 use wgpu::{TextureUsages, TextureUses, TextureView};
 
 use super::loaded::{Loaded, Run, Touch};

@@ -1,7 +1,7 @@
 //! The numbers of a plan: one buffer with the uniform of each pass and the size of its result.
 
 use afterimage_graph::node::{Pass, Work};
-use afterimage_graph::plan::Plan;
+use afterimage_plan::Plan;
 
 use super::prepare::written;
 

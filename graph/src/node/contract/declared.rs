@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use super::Complaints;
 use super::names::{is_free_in_wgsl, is_pascal, is_snake};
 use crate::node::{Gives, Input, NodeKind, Output, PortType, StandIn};
-use crate::value::{Param, Type, Value};
+use afterimage_base::value::{Param, Type, Value};
 
 /// Names that pipeline files and shaders use for other things.
 const TAKEN: [&str; 6] = ["when", "format", "label", "at", "frame", "params"];

@@ -32,11 +32,11 @@ use super::kind::{Arrivals, Kind, NodeKind};
 use super::pass::ImageId;
 use super::ports::{Input, Output, PortType, StandIn};
 use super::recorder::Recorder;
-use crate::diagnostic::{Diagnostic, Diagnostics, Place, Sources, Spanned};
+use afterimage_base::diagnostic::{Diagnostic, Diagnostics, Place, Sources, Spanned};
 use crate::document;
-use crate::image::{ImageDesc, Size};
-use crate::shader::{ArgType, Shader};
-use crate::value::{Param, Value};
+use afterimage_base::image::{ImageDesc, Size};
+use afterimage_wgsl::{ArgType, Shader};
+use afterimage_base::value::{Param, Value};
 
 /// Makes a node kind of the text of a `node.ron` and the text of its shader, each with its file's name in front.
 ///
@@ -64,7 +64,7 @@ pub fn folder_kind(declaration: (&str, &str), shader: (&str, &str)) -> Result<No
             agree::look(declared, shader, reflection, &mut diagnostics);
         }
         (Ok(_), _) => {}
-        (Err(error), _) => diagnostics.push_shader(&error, shader),
+        (Err(error), _) => error.report(shader, &mut diagnostics),
     }
     match declared {
         Some(declared) if !diagnostics.has_errors() => contracted(declared, shader, diagnostics),

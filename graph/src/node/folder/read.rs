@@ -1,12 +1,12 @@
 //! Reading a `node.ron`.
 
 use super::{Declaration, DeclaredOutput, SizeRule, leak};
-use crate::diagnostic::{Diagnostic, Diagnostics, Place, Spanned, did_you_mean, list, quote};
+use afterimage_base::diagnostic::{Diagnostic, Diagnostics, Place, Spanned, did_you_mean, list, quote};
 use crate::document::{Field, Item, Tree, doubled};
-use crate::image::State;
+use afterimage_base::image::State;
 use crate::node::contract::snake;
 use crate::node::{Gives, Input, Output, PortType, StandIn};
-use crate::value::{Param, Type, Value};
+use afterimage_base::value::{Param, Type, Value};
 
 const SHAPE: &str =
     "a node file is `Kind(name: \"...\", doc: \"...\", inputs: { ... }, outputs: { ... }, parameters: { ... })`";

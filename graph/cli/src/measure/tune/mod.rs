@@ -8,7 +8,7 @@ mod write;
 use afterimage_gpu::Gpu;
 use afterimage_graph::check::Graph;
 use afterimage_graph::node::{NodeKind, Registry};
-use afterimage_graph::plan::Options;
+use afterimage_plan::Options;
 use indicatif::ProgressBar;
 
 use super::args::TuneArgs;
