@@ -70,9 +70,9 @@ pub(crate) struct PlanOptions {
     /// Whether chains of images are made in one dispatch, through workgroup memory
     #[arg(long, value_enum, default_value_t = TileChoice::Auto)]
     pub(crate) tiles: TileChoice,
-    /// Choose the order for the fewest waves rather than the smallest memory
+    /// Choose the order for the fewest batches rather than the smallest memory
     #[arg(long)]
-    pub(crate) fewest_waves: bool,
+    pub(crate) fewest_batches: bool,
     /// Store every intermediate in 32-bit floats, and filter them by hand
     #[arg(long)]
     pub(crate) exact: bool,

@@ -4,15 +4,15 @@
 
 use std::collections::BTreeSet;
 
-use crate::web::Web;
-use crate::{Caps, Draft};
+use crate::codegen::CELLS_LANES;
+use crate::pass_graph::PassGraph;
+use crate::{Caps, PlanBuilder};
 use afterimage_base::image::Size;
 use afterimage_graph::node::{ByCells, Cells, CellsReader, EntryCall, ImageId, Pass, Recording, Resource, Work};
-use crate::codegen::CELLS_LANES;
 
 /// An image that several kernels read together.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct ReadOnce {
+pub struct SharedRead {
     /// The image, as `node.port`.
     pub image: String,
     /// The nodes of the pass that reads it.
@@ -24,21 +24,21 @@ pub struct ReadOnce {
 /// Cells of the finest lattice that a workgroup makes at most: with more, the invocations of each are too few to read rows of pixels.
 const MOST_CELLS: u32 = 64;
 
-pub(crate) fn cells(draft: &mut Draft, caps: &Caps) -> Vec<ReadOnce> {
-    let mut web = Web::new(draft);
-    let mut read_once = Vec::new();
+pub(crate) fn cells(draft: &mut PlanBuilder, caps: &Caps) -> Vec<SharedRead> {
+    let mut web = PassGraph::new(draft);
+    let mut shared_reads = Vec::new();
     if caps.workgroup_invocations >= CELLS_LANES {
         for first in 0..web.len() {
             let group = Group::around(&web, &draft.recording, caps, first).filter(|group| group.members.len() > 1);
-            read_once.extend(group.map(|group| join(&mut web, &draft.recording, group)));
+            shared_reads.extend(group.map(|group| join(&mut web, &draft.recording, group)));
         }
     }
     web.finish(draft);
-    read_once
+    shared_reads
 }
 
 /// A whole kernel that has a form by cells, with the image that it sums up.
-fn reader<'a>(web: &'a Web, recording: &Recording, number: usize) -> Option<(ByCells, &'a EntryCall, ImageId)> {
+fn reader<'a>(web: &'a PassGraph, recording: &Recording, number: usize) -> Option<(ByCells, &'a EntryCall, ImageId)> {
     let Work::Entry(call) = &web.get(number)?.work else { return None };
     let by = call.by_cells?;
     let source = call.bindings.iter().find_map(|binding| match binding.resource {
@@ -62,7 +62,7 @@ struct Group {
 
 impl Group {
     /// The largest group that begins with a pass.
-    fn around(web: &Web, recording: &Recording, caps: &Caps, first: usize) -> Option<Self> {
+    fn around(web: &PassGraph, recording: &Recording, caps: &Caps, first: usize) -> Option<Self> {
         let (by, call, source) = reader(web, recording, first)?;
         let mut group =
             Self { source, members: vec![first], forms: vec![by], before: web.before(first), results: results(call) };
@@ -72,7 +72,7 @@ impl Group {
         Some(group)
     }
 
-    fn take_in(&mut self, web: &Web, recording: &Recording, caps: &Caps, number: usize) {
+    fn take_in(&mut self, web: &PassGraph, recording: &Recording, caps: &Caps, number: usize) {
         let Some((by, call, source)) = reader(web, recording, number) else { return };
         let results = self.results + results(call);
         let mut forms = self.forms.clone();
@@ -88,7 +88,7 @@ impl Group {
     }
 
     /// Whether a pass between the first member and a later one writes, in place, a buffer that one of them reads.
-    fn is_disturbed(&self, web: &Web, later: usize) -> bool {
+    fn is_disturbed(&self, web: &PassGraph, later: usize) -> bool {
         let first = self.members[0];
         let members = self.members.iter().chain([&later]).filter_map(|number| web.get(*number));
         let mut buffers = members.flat_map(Pass::reads).filter(|read| matches!(read, Resource::Buffer(_)));
@@ -128,7 +128,7 @@ fn lanes(size: Size, coarsest: [u32; 2], finest: [u32; 2]) -> [u32; 2] {
     [across, lanes / across]
 }
 
-fn join(web: &mut Web, recording: &Recording, group: Group) -> ReadOnce {
+fn join(web: &mut PassGraph, recording: &Recording, group: Group) -> SharedRead {
     let image = recording.image(group.source);
     let (coarsest, finest) = lattices(&group.forms).expect("a group's lattices were tried");
     let (mut readers, mut nodes, mut labels) = (Vec::new(), Vec::new(), Vec::new());
@@ -147,5 +147,5 @@ fn join(web: &mut Web, recording: &Recording, group: Group) -> ReadOnce {
     let work = Work::Cells(Cells { source: group.source, readers, coarsest, finest, lanes, step });
     let last = *group.members.last().expect("a group has members");
     web.put(last, Pass { nodes: nodes.clone(), label: labels.join(" & "), work });
-    ReadOnce { image: image.label.clone(), nodes, bytes_saved: again * image.desc.bytes() }
+    SharedRead { image: image.label.clone(), nodes, bytes_saved: again * image.desc.bytes() }
 }

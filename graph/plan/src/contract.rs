@@ -6,7 +6,7 @@ use afterimage_base::image::Format;
 use afterimage_graph::node::{
     Arg, Cells, CellsReader, ImageId, NodeKind, Pass, Recording, Resource, Rows, Work, for_each_recording,
 };
-use afterimage_wgsl::{Dialect, Reading};
+use afterimage_wgsl::{SampleMode, ShaderFeatures};
 
 use crate::codegen::{CELLS_LANES, compose_pass};
 use crate::passes::copy_step;
@@ -64,23 +64,23 @@ fn shape(pass: &Pass, recording: &Recording) -> String {
 }
 
 /// What every device understands.
-const PLAIN: Dialect = Dialect { half: false, subgroups: false };
+const PLAIN: ShaderFeatures = ShaderFeatures { half: false, subgroups: false };
 /// What few do not.
-const RICH: Dialect = Dialect { half: true, subgroups: true };
+const RICH: ShaderFeatures = ShaderFeatures { half: true, subgroups: true };
 /// Every way in which a module may be composed.
-const WAYS: [(Reading, Dialect); 5] = [
-    (Reading::Plain, PLAIN),
-    (Reading::ByHand, PLAIN),
-    (Reading::Guarded, PLAIN),
-    (Reading::GuardedSigned, PLAIN),
-    (Reading::Plain, RICH),
+const WAYS: [(SampleMode, ShaderFeatures); 5] = [
+    (SampleMode::Plain, PLAIN),
+    (SampleMode::ByHand, PLAIN),
+    (SampleMode::Guarded, PLAIN),
+    (SampleMode::GuardedSigned, PLAIN),
+    (SampleMode::Plain, RICH),
 ];
 
 /// The pass as a module, for every way in which its textures may be read and its numbers may be made.
 fn module(pass: &Pass, recording: &Recording, modules: &mut BTreeSet<String>, complaints: &mut Vec<String>) {
     let desc_of = |image: ImageId| recording.image(image).desc;
-    for (reading, dialect) in WAYS {
-        let composed = compose_pass(pass, &desc_of, &|_| reading, dialect);
+    for (reading, features) in WAYS {
+        let composed = compose_pass(pass, &desc_of, &|_| reading, features);
         match composed {
             Ok(composed) if modules.insert(composed.source.clone()) => {
                 if let Err(error) = composed.validate() {
@@ -121,4 +121,3 @@ fn by_cells(pass: &Pass) -> Option<Pass> {
     let work = Work::Cells(Cells { source, readers, coarsest: by.cells, finest: by.cells, lanes, step: by.step });
     Some(Pass { work, ..pass.clone() })
 }
-

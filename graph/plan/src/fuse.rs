@@ -2,8 +2,8 @@
 //!
 //! A light one, which does little to one pixel, becomes part of each of several readers: to do it again costs less than to store it.
 
-use crate::Draft;
-use crate::web::Web;
+use crate::PlanBuilder;
+use crate::pass_graph::PassGraph;
 use afterimage_graph::node::{Arg, ImageId, Origin, Pass, Recording, Resource, Step, Work};
 
 /// An image that fusion has removed.
@@ -22,8 +22,8 @@ const MOST_TEXTURES: usize = 12;
 /// Readers that a light pass is copied into.
 const MOST_COPIES: usize = 4;
 
-pub(crate) fn fuse(draft: &mut Draft) -> Vec<Fused> {
-    let mut web = Web::new(draft);
+pub(crate) fn fuse(draft: &mut PlanBuilder) -> Vec<Fused> {
+    let mut web = PassGraph::new(draft);
     let mut fused = Vec::new();
     let mut pending: Vec<usize> = (0..web.len()).rev().collect();
     while let Some(number) = pending.pop() {
@@ -44,7 +44,7 @@ pub(crate) fn fuse(draft: &mut Draft) -> Vec<Fused> {
 }
 
 /// The passes that this one can become part of: all that read its result, or none.
-fn pixel_readers(web: &Web, recording: &Recording, number: usize) -> Vec<usize> {
+fn pixel_readers(web: &PassGraph, recording: &Recording, number: usize) -> Vec<usize> {
     let Some(Work::Steps { steps, result }) = web.get(number).map(|pass| &pass.work) else { return Vec::new() };
     let image = recording.image(*result);
     if image.origin != Origin::Transient || web.is_kept(*result) {
@@ -75,7 +75,7 @@ fn textures(steps: &[Step]) -> usize {
     steps.iter().flat_map(|s| &s.args).filter(|arg| arg.resource().is_some()).count()
 }
 
-fn merge(web: &mut Web, recording: &Recording, producer: Pass, reader_number: usize) -> Fused {
+fn merge(web: &mut PassGraph, recording: &Recording, producer: Pass, reader_number: usize) -> Fused {
     let Pass { mut nodes, label, work: Work::Steps { mut steps, result: between } } = producer else {
         unreachable!("only passes of steps are fused")
     };

@@ -1,29 +1,29 @@
 //! Step 3: every node that runs records its passes; the virtual images and buffers come to be.
 
-use crate::cull::Needed;
-use crate::specialise::{Resolved, Special};
-use crate::{Caps, Draft, PlanError, PlanOutput, Setting, Stage};
+use crate::cull::LiveNodes;
+use crate::specialize::{SpecializedGraph, WireSource};
+use crate::{Caps, PlanBuilder, PlanError, PlanOutput, PlanRequest, Stage};
+use afterimage_base::image::{ColorState, Format, ImageDesc};
 use afterimage_graph::check::{Graph, Source};
-use afterimage_base::image::{Format, ImageDesc, State};
 use afterimage_graph::node::{
     Arg, Arrival, ImageId, Origin, Pass, Recorder, RecorderContext, Recording, Step, VirtualImage, Work,
 };
 use afterimage_wgsl::Shader;
 
 /// What a node without work of its own needs: an output that is an input of the host must still be written.
-#[allow(unsafe_code, reason = "the shader was audited")]
+#[allow(unsafe_code, reason = "the shader was unchecked")]
 // SAFETY: it reads nothing.
-static COPY: Shader = unsafe { Shader::audited("copy.wgsl", "fn copy(source: vec4f) -> vec4f { return source; }") };
+static COPY: Shader = unsafe { Shader::unchecked("copy.wgsl", "fn copy(source: vec4f) -> vec4f { return source; }") };
 
 /// How often sizes of histories may be inferred anew before they are said not to settle.
 const ROUNDS: usize = 8;
 
 pub(crate) fn record(
     graph: &Graph,
-    setting: &Setting<'_>,
-    special: &Special,
-    needed: &Needed,
-) -> Result<Draft, PlanError> {
+    setting: &PlanRequest<'_>,
+    special: &SpecializedGraph,
+    needed: &LiveNodes,
+) -> Result<PlanBuilder, PlanError> {
     let default = ImageDesc::new(setting.size);
     let mut guesses: Vec<Vec<ImageDesc>> = graph.nodes.iter().map(|n| vec![default; n.kind.outputs().len()]).collect();
     let mut unstable = String::new();
@@ -43,11 +43,11 @@ pub(crate) fn record(
 /// One attempt at recording, with guessed descriptions of what earlier frames left.
 struct Round<'a> {
     graph: &'a Graph,
-    setting: &'a Setting<'a>,
-    special: &'a Special,
-    needed: &'a Needed,
+    setting: &'a PlanRequest<'a>,
+    special: &'a SpecializedGraph,
+    needed: &'a LiveNodes,
     guesses: &'a [Vec<ImageDesc>],
-    draft: Draft,
+    draft: PlanBuilder,
     made: Vec<Vec<Arrival>>,
     given: Vec<Option<ImageId>>,
     /// Histories that were asked for: node, output, frames ago, image.
@@ -57,12 +57,12 @@ struct Round<'a> {
 impl<'a> Round<'a> {
     fn new(
         graph: &'a Graph,
-        setting: &'a Setting<'a>,
-        special: &'a Special,
-        needed: &'a Needed,
+        setting: &'a PlanRequest<'a>,
+        special: &'a SpecializedGraph,
+        needed: &'a LiveNodes,
         guesses: &'a [Vec<ImageDesc>],
     ) -> Self {
-        let draft = Draft { recording: Recording::default(), inputs: Vec::new(), outputs: Vec::new() };
+        let draft = PlanBuilder { recording: Recording::default(), inputs: Vec::new(), outputs: Vec::new() };
         let made = vec![Vec::new(); graph.nodes.len()];
         let given = vec![None; graph.inputs.len()];
         Self { graph, setting, special, needed, guesses, draft, made, given, histories: Vec::new() }
@@ -96,7 +96,7 @@ impl<'a> Round<'a> {
                 desc: given.desc,
                 origin: Origin::Input(input.name.clone()),
                 finite: given.finite,
-                signed: input.signed || input.state == State::Data,
+                signed: input.signed || input.state == ColorState::Data,
             });
             self.given[index] = Some(image);
             self.draft.inputs.push((input.name.clone(), image));
@@ -106,11 +106,11 @@ impl<'a> Round<'a> {
 
     fn arrival(&mut self, wire: Option<Source>) -> Arrival {
         match self.special.resolve(wire) {
-            Resolved::Zero => Arrival::Zero,
-            Resolved::Absent => Arrival::Absent,
-            Resolved::From(Source::Input(input)) => self.given[input].map_or(Arrival::Absent, Arrival::Image),
-            Resolved::From(Source::Node { node, output, previous: 0 }) => self.made[node][output].clone(),
-            Resolved::From(Source::Node { node, output, previous }) => {
+            WireSource::Zero => Arrival::Zero,
+            WireSource::Absent => Arrival::Absent,
+            WireSource::From(Source::Input(input)) => self.given[input].map_or(Arrival::Absent, Arrival::Image),
+            WireSource::From(Source::Node { node, output, previous: 0 }) => self.made[node][output].clone(),
+            WireSource::From(Source::Node { node, output, previous }) => {
                 Arrival::Image(self.history(node, output, previous))
             }
         }
@@ -151,7 +151,7 @@ impl<'a> Round<'a> {
         let mut recorder = Recorder::new(context, &mut self.draft.recording);
         node.kind.record(&node.values, &mut recorder);
         self.made[index] = recorder.finish();
-        let signed = node.states.iter().flatten().any(|s| matches!(s, State::Data | State::LogLuminance));
+        let signed = node.states.iter().flatten().any(|s| matches!(s, ColorState::Data | ColorState::LogLuminance));
         self.draft.recording.images[first_image..].iter_mut().for_each(|image| image.signed = signed);
     }
 

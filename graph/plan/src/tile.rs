@@ -6,8 +6,8 @@
 
 use std::collections::BTreeSet;
 
-use crate::web::Web;
-use crate::{Caps, Draft, Fused};
+use crate::pass_graph::PassGraph;
+use crate::{Caps, Fused, PlanBuilder};
 use afterimage_base::image::{ImageDesc, Size};
 use afterimage_graph::node::{Arg, ImageId, Origin, Pass, Recording, Resource, Step, TileStage, Tiling, Work};
 
@@ -26,8 +26,8 @@ const INVOCATIONS: f64 = 256.0;
 /// Sides of tiles that are tried.
 const TILES: [u32; 3] = [32, 16, 8];
 
-pub(crate) fn tile(draft: &mut Draft, caps: &Caps, always: bool) -> Vec<Fused> {
-    let web = Web::new(draft);
+pub(crate) fn tile(draft: &mut PlanBuilder, caps: &Caps, always: bool) -> Vec<Fused> {
+    let web = PassGraph::new(draft);
     let mut loom = Loom { web, recording: &draft.recording, caps, always };
     let mut fused = Vec::new();
     for first in 0..loom.web.len() {
@@ -42,7 +42,7 @@ pub(crate) fn tile(draft: &mut Draft, caps: &Caps, always: bool) -> Vec<Fused> {
 
 /// The passes, and what is known of them.
 struct Loom<'a> {
-    web: Web,
+    web: PassGraph,
     recording: &'a Recording,
     caps: &'a Caps,
     /// Whether chains are made even where they do not pay.

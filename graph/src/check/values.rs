@@ -3,10 +3,10 @@
 use super::build::Builder;
 use super::condition::{Condition, FactKind};
 use super::files::{join, unreadable};
-use afterimage_base::diagnostic::{Diagnostic, Place, Spanned, did_you_mean, list, quote};
 use crate::document::{Item, Tree};
-use afterimage_base::image::Format;
 use crate::node::NodeKind;
+use afterimage_base::diagnostic::{Diagnostic, Place, Spanned, did_you_mean, list, quote};
+use afterimage_base::image::Format;
 use afterimage_base::value::{ChoiceName, FileValue, Param, Type, Value};
 
 impl Builder<'_> {

@@ -4,7 +4,7 @@ use afterimage_base::diagnostic::{Diagnostic, Diagnostics};
 
 use crate::Shader;
 use crate::import::SourceMap;
-use crate::pitfalls;
+use crate::lints;
 
 /// A mistake in a shader, at the author's file and line.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -58,7 +58,7 @@ pub fn validate(source: &str, map: &SourceMap) -> Result<naga::Module, ShaderErr
     })?;
     let capabilities = naga::valid::Capabilities::all();
     let flags = naga::valid::ValidationFlags::all();
-    if let Some((span, why)) = pitfalls::first(&module) {
+    if let Some((span, why)) = lints::first(&module) {
         let place = span.location(source);
         return Err(place_error(map, Some((place.line_number, place.line_position)), why.into()));
     }
@@ -96,4 +96,3 @@ fn place_error(map: &SourceMap, place: Option<(u32, u32)>, mut message: String) 
     let (file, line) = map.locate(line);
     ShaderError { file: file.into(), line, column, message }
 }
-

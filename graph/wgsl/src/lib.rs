@@ -1,20 +1,20 @@
 //! Shaders as values: a module of WGSL, what it declares, and how modules are put together.
 
-mod dialect;
 mod error;
+mod features;
 mod import;
-mod pitfalls;
-mod reading;
+mod lints;
 mod reflect;
+mod sample_mode;
 mod uniform;
 
 use std::sync::OnceLock;
 
-pub use dialect::Dialect;
 pub use error::{ShaderError, validate};
+pub use features::ShaderFeatures;
 pub use import::{SourceMap, TILED, Text, bound_from, change_words, declared};
-pub use reading::Reading;
 pub use reflect::{ArgType, EntryPoint, Function, Global, GlobalKind, Member, Reflection, ScalarKind, StructLayout};
+pub use sample_mode::SampleMode;
 pub use uniform::{UniformValue, pack};
 
 /// Whether a name may be declared in a module: it is no word that WGSL reserves.
@@ -26,14 +26,14 @@ pub fn is_free_name(name: &str) -> bool {
 pub struct Shader {
     file: &'static str,
     source: &'static str,
-    audited: bool,
+    unchecked: bool,
     reflection: OnceLock<Result<Reflection, ShaderError>>,
 }
 
 impl Shader {
     /// A module with the name of its file, as errors shall show it.
     pub const fn new(file: &'static str, source: &'static str) -> Self {
-        Self { file, source, audited: false, reflection: OnceLock::new() }
+        Self { file, source, unchecked: false, reflection: OnceLock::new() }
     }
 
     /// A module that runs without the bounds checks of indices and loops that a driver otherwise adds to it.
@@ -43,13 +43,13 @@ impl Shader {
     /// Whatever its inputs and parameters hold, NaN and the largest integers among them, every index into an array and every texel that is
     /// loaded must lie inside, every loop must end, and no memory of a workgroup may be read before it is written.
     #[allow(unsafe_code, reason = "the promise is the author's, and breaking it is undefined behaviour on the device")]
-    pub const unsafe fn audited(file: &'static str, source: &'static str) -> Self {
-        Self { file, source, audited: true, reflection: OnceLock::new() }
+    pub const unsafe fn unchecked(file: &'static str, source: &'static str) -> Self {
+        Self { file, source, unchecked: true, reflection: OnceLock::new() }
     }
 
-    /// Whether the module was made by [`audited`](Self::audited).
-    pub fn is_audited(&self) -> bool {
-        self.audited
+    /// Whether the module was made by [`unchecked`](Self::unchecked).
+    pub fn is_unchecked(&self) -> bool {
+        self.unchecked
     }
 
     /// The file's name.

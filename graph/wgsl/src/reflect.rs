@@ -4,7 +4,7 @@ use naga::{AddressSpace, ImageClass, ImageDimension, ScalarKind as NagaKind, Typ
 
 use crate::error::validate;
 use crate::import::Text;
-use crate::{Dialect, Reading, Shader, ShaderError};
+use crate::{SampleMode, Shader, ShaderError, ShaderFeatures};
 
 /// The functions, structs and bindings of a module.
 #[derive(Clone, Debug, Default)]
@@ -141,7 +141,7 @@ impl Reflection {
 }
 
 pub(crate) fn reflect(shader: &Shader) -> Result<Reflection, ShaderError> {
-    let mut text = Text::default().reading(Reading::Plain, Dialect::default())?;
+    let mut text = Text::default().reading(SampleMode::Plain, ShaderFeatures::default())?;
     text.module(shader)?;
     let module = validate(&text.text, &text.map)?;
     Ok(Reflection {

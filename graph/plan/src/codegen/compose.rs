@@ -6,9 +6,11 @@ use std::fmt::Write as _;
 use super::cells::compose_cells;
 use super::rows::compose_rows;
 use super::tiles::{compose_tiling, is_tiled};
-use afterimage_wgsl::{ArgType, Dialect, GlobalKind, Reading, Shader, ShaderError, SourceMap, TILED, Text, validate};
 use afterimage_base::image::{Format, ImageDesc, Size};
 use afterimage_graph::node::{Arg, BufferId, EntryCall, ImageId, Pass, Resource, Step, Work};
+use afterimage_wgsl::{
+    ArgType, GlobalKind, SampleMode, Shader, ShaderError, ShaderFeatures, SourceMap, TILED, Text, validate,
+};
 
 /// What a binding slot of a composed module holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -58,10 +60,10 @@ pub struct Composed {
     pub slots: Vec<Slot>,
     /// The workgroup's size.
     pub workgroup: [u32; 3],
-    /// Whether every part of the module was audited: see [`Shader::audited`](afterimage_wgsl::Shader::audited).
-    pub audited: bool,
+    /// Whether every part of the module was unchecked: see [`Shader::unchecked`](afterimage_wgsl::Shader::unchecked).
+    pub unchecked: bool,
     /// How its taps read textures.
-    pub reading: Reading,
+    pub reading: SampleMode,
 }
 
 impl Composed {
@@ -80,22 +82,22 @@ fn vertex(@builtin(vertex_index) index: u32) -> @builtin(position) vec4f {
 
 /// A chain of kernel functions with its entry points.
 ///
-/// `desc` describes the result. `readings` says how each image is read, by its id; the strictest of a pass's textures holds for all of its taps.
+/// `desc` describes the result. `sample_modes` says how each image is read, by its id; the strictest of a pass's textures holds for all of its taps.
 fn compose_steps(
     steps: &[Step],
     result: ImageId,
     desc: ImageDesc,
-    reading_of: &dyn Fn(ImageId) -> Reading,
-    dialect: Dialect,
+    sample_mode_of: &dyn Fn(ImageId) -> SampleMode,
+    features: ShaderFeatures,
 ) -> Result<Composed, ShaderError> {
-    let mut writer = StepsWriter::new(reading_of);
+    let mut writer = StepsWriter::new(sample_mode_of);
     let reading = writer.strictest(steps);
     writer.stage(0, steps, 0);
     let function = writer.take_function("run", steps.len() - 1);
     let storage = writer.storage(result, desc.format);
     let extent = writer.extent();
     let rows = rows_of(desc.size);
-    let mut text = Text::promising(promises(steps)).reading(reading, dialect)?;
+    let mut text = Text::promising(promises(steps)).reading(reading, features)?;
     for step in steps {
         text.module(step.shader)?;
     }
@@ -110,7 +112,7 @@ fn compose_steps(
         fragment: Some("fragment"),
         slots: writer.slots,
         workgroup: [WIDTH, HEIGHT, 1],
-        audited: steps.iter().all(|step| step.shader.is_audited()),
+        unchecked: steps.iter().all(|step| step.shader.is_unchecked()),
         reading,
     })
 }
@@ -171,12 +173,12 @@ pub(crate) struct StepsWriter<'a> {
     slots: Vec<Slot>,
     declarations: String,
     body: String,
-    reading_of: &'a dyn Fn(ImageId) -> Reading,
+    sample_mode_of: &'a dyn Fn(ImageId) -> SampleMode,
 }
 
 impl<'a> StepsWriter<'a> {
-    pub(crate) fn new(reading_of: &'a dyn Fn(ImageId) -> Reading) -> Self {
-        Self { slots: Vec::new(), declarations: String::new(), body: String::new(), reading_of }
+    pub(crate) fn new(sample_mode_of: &'a dyn Fn(ImageId) -> SampleMode) -> Self {
+        Self { slots: Vec::new(), declarations: String::new(), body: String::new(), sample_mode_of }
     }
 
     pub(crate) fn declarations(&self) -> &str {
@@ -188,9 +190,9 @@ impl<'a> StepsWriter<'a> {
     }
 
     /// How the textures of the steps must be read.
-    pub(crate) fn strictest<'s>(&self, steps: impl IntoIterator<Item = &'s Step>) -> Reading {
+    pub(crate) fn strictest<'s>(&self, steps: impl IntoIterator<Item = &'s Step>) -> SampleMode {
         let textures = steps.into_iter().flat_map(|s| &s.args).filter_map(|arg| match arg {
-            Arg::Texture(image) => Some((self.reading_of)(*image)),
+            Arg::Texture(image) => Some((self.sample_mode_of)(*image)),
             _ => None,
         });
         textures.max().unwrap_or_default()
@@ -274,7 +276,7 @@ impl<'a> StepsWriter<'a> {
             Arg::Texture(image) => self.texture(image, volume),
             Arg::Pixel(image) => {
                 let texture = self.texture(image, false);
-                format!("{}(textureLoad({texture}, at.pixel, 0))", (self.reading_of)(image).guard_call())
+                format!("{}(textureLoad({texture}, at.pixel, 0))", (self.sample_mode_of)(image).guard_call())
             }
             Arg::Value(buffer, components) => {
                 let declaration = "var<storage, read> NAME: array<vec4f>;";
@@ -323,16 +325,16 @@ pub(crate) fn params_struct(step: &Step) -> String {
 pub fn compose_pass(
     pass: &Pass,
     desc_of: &dyn Fn(ImageId) -> ImageDesc,
-    reading_of: &dyn Fn(ImageId) -> Reading,
-    dialect: Dialect,
+    sample_mode_of: &dyn Fn(ImageId) -> SampleMode,
+    features: ShaderFeatures,
 ) -> Result<Composed, ShaderError> {
     let format_of = |image| desc_of(image).format;
     match &pass.work {
-        Work::Steps { steps, result } => compose_steps(steps, *result, desc_of(*result), reading_of, dialect),
-        Work::Tiled(tiling) => compose_tiling(tiling, &format_of, reading_of, dialect),
-        Work::Rows(rows) => compose_rows(rows, desc_of(rows.result).format, reading_of, dialect),
-        Work::Cells(cells) => compose_cells(cells, &format_of, reading_of, dialect),
-        Work::Entry(call) => compose_entry(call, &format_of, reading_of, dialect),
+        Work::Steps { steps, result } => compose_steps(steps, *result, desc_of(*result), sample_mode_of, features),
+        Work::Tiled(tiling) => compose_tiling(tiling, &format_of, sample_mode_of, features),
+        Work::Rows(rows) => compose_rows(rows, desc_of(rows.result).format, sample_mode_of, features),
+        Work::Cells(cells) => compose_cells(cells, &format_of, sample_mode_of, features),
+        Work::Entry(call) => compose_entry(call, &format_of, sample_mode_of, features),
     }
 }
 
@@ -340,12 +342,12 @@ pub fn compose_pass(
 fn compose_entry(
     call: &EntryCall,
     format_of: &dyn Fn(ImageId) -> Format,
-    reading_of: &dyn Fn(ImageId) -> Reading,
-    dialect: Dialect,
+    sample_mode_of: &dyn Fn(ImageId) -> SampleMode,
+    features: ShaderFeatures,
 ) -> Result<Composed, ShaderError> {
     let reflection = call.shader.reflect()?;
-    let Bound { slots, formats, reading } = Bound::new(call, format_of, reading_of)?;
-    let mut text = Text::default().reading(reading, dialect)?;
+    let Bound { slots, formats, reading } = Bound::new(call, format_of, sample_mode_of)?;
+    let mut text = Text::default().reading(reading, features)?;
     text.module(call.shader)?;
     let source = formats.iter().fold(text.text, |source, (name, format)| set_storage_format(&source, name, *format));
     let entry = reflection.entry(call.entry);
@@ -356,7 +358,7 @@ fn compose_entry(
         fragment: None,
         slots,
         workgroup: entry.map_or([1; 3], |entry| entry.workgroup),
-        audited: call.shader.is_audited(),
+        unchecked: call.shader.is_unchecked(),
         reading,
     })
 }
@@ -367,17 +369,17 @@ pub(crate) struct Bound {
     /// The formats of the storage images, by the variables' names.
     pub(crate) formats: Vec<(String, Format)>,
     /// How the textures must be read.
-    pub(crate) reading: Reading,
+    pub(crate) reading: SampleMode,
 }
 
 impl Bound {
     pub(crate) fn new(
         call: &EntryCall,
         format_of: &dyn Fn(ImageId) -> Format,
-        reading_of: &dyn Fn(ImageId) -> Reading,
+        sample_mode_of: &dyn Fn(ImageId) -> SampleMode,
     ) -> Result<Self, ShaderError> {
         let resource = |name: &str| call.bindings.iter().find(|b| b.name == name).map(|b| b.resource);
-        let mut bound = Self { slots: Vec::new(), formats: Vec::new(), reading: Reading::default() };
+        let mut bound = Self { slots: Vec::new(), formats: Vec::new(), reading: SampleMode::default() };
         let Self { slots, formats, reading } = &mut bound;
         for global in &call.shader.reflect()?.globals {
             let kind = match (&global.kind, resource(&global.name)) {
@@ -385,7 +387,7 @@ impl Bound {
                 (GlobalKind::Uniform(_), None) => SlotKind::Params,
                 (GlobalKind::Sampler, None) => SlotKind::Sampler,
                 (GlobalKind::Texture(_), Some(Resource::Image(image))) => {
-                    *reading = (*reading).max(reading_of(image));
+                    *reading = (*reading).max(sample_mode_of(image));
                     SlotKind::Texture(image)
                 }
                 (GlobalKind::StorageTexture(_), Some(Resource::Image(image))) => {
@@ -419,6 +421,8 @@ pub(crate) fn set_storage_format(source: &str, name: &str, format: Format) -> St
 }
 
 /// The modules of the steps, and the promises that each step makes of its module.
-pub(crate) fn promises<'s>(steps: impl IntoIterator<Item = &'s Step>) -> impl Iterator<Item = (&'s Shader, &'s [&'static str])> {
+pub(crate) fn promises<'s>(
+    steps: impl IntoIterator<Item = &'s Step>,
+) -> impl Iterator<Item = (&'s Shader, &'s [&'static str])> {
     steps.into_iter().map(|step| (step.shader, step.promises.as_slice()))
 }

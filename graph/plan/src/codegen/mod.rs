@@ -9,7 +9,7 @@ mod workgroups;
 
 use afterimage_base::image::ImageDesc;
 use afterimage_graph::node::ImageId;
-use afterimage_wgsl::{Reading, ShaderError};
+use afterimage_wgsl::{SampleMode, ShaderError};
 
 use crate::Plan;
 
@@ -23,7 +23,7 @@ impl Plan {
     /// The module that a pass runs.
     pub fn compose(&self, pass: usize) -> Result<Composed, ShaderError> {
         let desc = |image: ImageId| -> ImageDesc { self.recording.image(image).desc };
-        let reading = |image: ImageId| -> Reading { self.readings[image.0 as usize] };
-        compose_pass(&self.recording.passes[pass], &desc, &reading, self.dialect(pass))
+        let reading = |image: ImageId| -> SampleMode { self.sample_modes[image.0 as usize] };
+        compose_pass(&self.recording.passes[pass], &desc, &reading, self.features(pass))
     }
 }

@@ -1,9 +1,9 @@
 //! The entry point of a halving by rows: a workgroup walks down its columns, and each step gives one row of the result.
 
 use super::compose::{Composed, StepsWriter, promises, uniform_struct};
-use afterimage_wgsl::{Dialect, Reading, ShaderError, Text};
 use afterimage_base::image::Format;
 use afterimage_graph::node::{ImageId, Rows};
+use afterimage_wgsl::{SampleMode, ShaderError, ShaderFeatures, Text};
 
 /// Invocations of a workgroup, the fewest that there are. The first and the last only bring what their neighbours need.
 pub const ROW_LANES: u32 = 64;
@@ -12,16 +12,16 @@ pub const ROW_LANES: u32 = 64;
 pub(crate) fn compose_rows(
     rows: &Rows,
     format: Format,
-    reading_of: &dyn Fn(ImageId) -> Reading,
-    dialect: Dialect,
+    sample_mode_of: &dyn Fn(ImageId) -> SampleMode,
+    features: ShaderFeatures,
 ) -> Result<Composed, ShaderError> {
-    let mut writer = StepsWriter::new(reading_of);
+    let mut writer = StepsWriter::new(sample_mode_of);
     let reading = writer.strictest(&rows.source);
     writer.stage(0, &rows.source, 0);
     let function = writer.take_function("run", rows.source.len() - 1);
     let storage = writer.storage(rows.result, format);
     let extent = writer.extent();
-    let mut text = Text::promising(promises(&rows.source)).reading(reading, dialect)?;
+    let mut text = Text::promising(promises(&rows.source)).reading(reading, features)?;
     for step in &rows.source {
         text.module(step.shader)?;
     }
@@ -37,7 +37,7 @@ pub(crate) fn compose_rows(
         fragment: None,
         slots: writer.into_slots(),
         workgroup: [ROW_LANES, 1, 1],
-        audited: rows.by.shader.is_audited() && rows.source.iter().all(|step| step.shader.is_audited()),
+        unchecked: rows.by.shader.is_unchecked() && rows.source.iter().all(|step| step.shader.is_unchecked()),
         reading,
     })
 }

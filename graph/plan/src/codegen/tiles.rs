@@ -6,9 +6,9 @@
 use std::fmt::Write as _;
 
 use super::compose::{Composed, StepsWriter, promises};
-use afterimage_wgsl::{Dialect, Reading, ShaderError, Text};
 use afterimage_base::image::Format;
 use afterimage_graph::node::{Arg, ImageId, Step, TileStage, Tiling};
+use afterimage_wgsl::{SampleMode, ShaderError, ShaderFeatures, Text};
 
 /// Invocations of a workgroup, across and down.
 const TILE_SIDE: u32 = 16;
@@ -17,11 +17,11 @@ const TILE_SIDE: u32 = 16;
 pub(crate) fn compose_tiling(
     tiling: &Tiling,
     format_of: &dyn Fn(ImageId) -> Format,
-    reading_of: &dyn Fn(ImageId) -> Reading,
-    dialect: Dialect,
+    sample_mode_of: &dyn Fn(ImageId) -> SampleMode,
+    features: ShaderFeatures,
 ) -> Result<Composed, ShaderError> {
     let steps: Vec<&Step> = tiling.stages.iter().flat_map(|stage| &stage.steps).collect();
-    let mut writer = StepsWriter::new(reading_of);
+    let mut writer = StepsWriter::new(sample_mode_of);
     let reading = writer.strictest(steps.iter().copied());
     let params = writer.params_variable();
     let mut functions = String::new();
@@ -33,7 +33,7 @@ pub(crate) fn compose_tiling(
     }
     let stores: Vec<Option<String>> =
         tiling.stages.iter().map(|stage| stage.result.map(|image| writer.storage(image, format_of(image)))).collect();
-    let mut text = Text::promising(promises(steps.iter().copied())).reading(reading, dialect)?;
+    let mut text = Text::promising(promises(steps.iter().copied())).reading(reading, features)?;
     for step in steps.iter().filter(|step| !is_tiled(step)) {
         text.module(step.shader)?;
     }
@@ -52,7 +52,7 @@ pub(crate) fn compose_tiling(
         fragment: None,
         slots: writer.into_slots(),
         workgroup: [TILE_SIDE, TILE_SIDE, 1],
-        audited: steps.iter().all(|step| step.shader.is_audited()),
+        unchecked: steps.iter().all(|step| step.shader.is_unchecked()),
         reading,
     })
 }

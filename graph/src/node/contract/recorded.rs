@@ -4,14 +4,14 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use super::Complaints;
 use super::names::{belongs, items, pascal, snake, stem};
-use afterimage_base::image::{ImageDesc, Size};
 use crate::node::{
     Arrival, Arrivals, BufferLife, NodeKind, Origin, Pass, PortType, Recorder, RecorderContext, Recording, Resource,
     VirtualBuffer, VirtualImage,
 };
 use afterimage_base::caps::Caps;
-use afterimage_wgsl::Shader;
+use afterimage_base::image::{ImageDesc, Size};
 use afterimage_base::value::{Param, Type, Value};
+use afterimage_wgsl::Shader;
 
 /// One way of using a kind.
 struct Use<'a> {
@@ -50,7 +50,7 @@ pub(super) fn look(kind: NodeKind, complaints: &mut Complaints, seen: &mut dyn F
 fn is_recorded(kind: NodeKind, way: &Use<'_>) -> bool {
     let absent = kind.inputs().iter().filter(|port| port.optional && !way.is_fully_wired).map(|port| port.name);
     let arrivals = Arrivals::new(Vec::new(), absent.collect());
-    kind.verify(way.values).is_ok() && kind.stand_in(way.values, &arrivals).is_none()
+    kind.verify(way.values).is_ok() && kind.identity(way.values, &arrivals).is_none()
 }
 
 fn one(kind: NodeKind, way: &Use<'_>, complaints: &mut Complaints, seen: &mut dyn FnMut(&Recording)) {

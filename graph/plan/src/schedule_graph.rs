@@ -5,7 +5,7 @@ use afterimage_graph::node::{Recording, Resource};
 
 /// Passes by their places in the recording, and what ties them together.
 #[derive(Clone, Debug)]
-pub(crate) struct Flow {
+pub(crate) struct ScheduleGraph {
     /// For each pass, those that it waits for, in ascending order.
     pub(crate) before: Vec<Vec<usize>>,
     /// For each pass, those that wait for it, in ascending order.
@@ -32,7 +32,7 @@ struct Touched {
     readers: Vec<usize>,
 }
 
-impl Flow {
+impl ScheduleGraph {
     /// A pass waits for the writer of what it reads, and whoever writes waits for all who read or wrote before: what the passes do in the
     /// order of recording is what they do in every order that keeps to this.
     pub(crate) fn new(recording: &Recording, requirements: &[Option<Requirement>]) -> Self {
@@ -76,17 +76,17 @@ impl Flow {
 
     /// The most bytes that live at once if each pass runs by itself, in this order.
     pub(crate) fn peak(&self, order: &[usize]) -> u64 {
-        let mut waves = order.iter().map(std::slice::from_ref);
-        self.peak_of_waves(&mut waves)
+        let mut batches = order.iter().map(std::slice::from_ref);
+        self.peak_of_batches(&mut batches)
     }
 
-    /// The most bytes that live at once if the passes of a wave run together.
-    pub(crate) fn peak_of_waves(&self, waves: &mut dyn Iterator<Item = &[usize]>) -> u64 {
+    /// The most bytes that live at once if the passes of a batch run together.
+    pub(crate) fn peak_of_batches(&self, batches: &mut dyn Iterator<Item = &[usize]>) -> u64 {
         let mut left: Vec<usize> = self.items.iter().map(|item| item.users.len()).collect();
         let (mut live, mut peak) = (0, 0);
-        for wave in waves {
+        for batch in batches {
             let mut freed = 0;
-            for item in wave.iter().flat_map(|pass| &self.touches[*pass]) {
+            for item in batch.iter().flat_map(|pass| &self.touches[*pass]) {
                 let Item { bytes, users } = &self.items[*item];
                 if left[*item] == users.len() {
                     live += bytes;

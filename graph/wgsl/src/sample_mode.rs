@@ -2,7 +2,7 @@
 
 /// How a module's textures are read.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Reading {
+pub enum SampleMode {
     /// Finite numbers, filtered by the device.
     #[default]
     Plain,
@@ -14,7 +14,7 @@ pub enum Reading {
     GuardedSigned,
 }
 
-impl Reading {
+impl SampleMode {
     pub(crate) fn settings(self) -> String {
         let guard = match self {
             Self::Plain | Self::ByHand => 0,
@@ -34,4 +34,3 @@ impl Reading {
         }
     }
 }
-

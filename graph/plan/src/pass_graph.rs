@@ -3,11 +3,11 @@
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BTreeSet, BinaryHeap};
 
-use crate::Draft;
+use crate::PlanBuilder;
 use afterimage_graph::node::{ImageId, Pass, Resource};
 
 /// The passes of a draft while they are being joined.
-pub(crate) struct Web {
+pub(crate) struct PassGraph {
     passes: Vec<Option<Pass>>,
     readers: BTreeMap<Resource, BTreeSet<usize>>,
     writers: BTreeMap<Resource, BTreeSet<usize>>,
@@ -15,9 +15,9 @@ pub(crate) struct Web {
     outputs: BTreeSet<ImageId>,
 }
 
-impl Web {
+impl PassGraph {
     /// Takes the passes out of a draft.
-    pub(crate) fn new(draft: &mut Draft) -> Self {
+    pub(crate) fn new(draft: &mut PlanBuilder) -> Self {
         let kept = draft.kept();
         let outputs = draft.outputs.iter().map(|output| output.image).collect();
         let passes = std::mem::take(&mut draft.recording.passes);
@@ -82,8 +82,8 @@ impl Web {
         self.outputs.contains(&image)
     }
 
-    /// Gives the passes back, each behind what it reads, and otherwise in the order of their numbers.
-    pub(crate) fn finish(mut self, draft: &mut Draft) {
+    /// OutputState the passes back, each behind what it reads, and otherwise in the order of their numbers.
+    pub(crate) fn finish(mut self, draft: &mut PlanBuilder) {
         let mut waiting: Vec<usize> = (0..self.len()).map(|number| self.before(number).len()).collect();
         let mut after: Vec<Vec<usize>> = vec![Vec::new(); self.len()];
         for number in 0..self.len() {

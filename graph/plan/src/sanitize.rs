@@ -3,12 +3,12 @@
 //! Pixels and taps are guarded where they are read (see `shaders/lib/sampling.wgsl`). A shader that reads textures by itself gets a guarded copy.
 
 use crate::passes::{copy_pass, copy_step};
-use crate::{Caps, Draft};
+use crate::{Caps, PlanBuilder};
 use afterimage_base::image::Format;
 use afterimage_graph::node::{Arg, ImageId, Origin, Pass, Recording, Resource, VirtualImage, Work};
-use afterimage_wgsl::Reading;
+use afterimage_wgsl::SampleMode;
 
-pub(crate) fn guard(draft: &mut Draft) {
+pub(crate) fn sanitize(draft: &mut PlanBuilder) {
     for input in 0..draft.inputs.len() {
         let (name, image) = draft.inputs[input].clone();
         if draft.recording.image(image).finite {
@@ -63,14 +63,14 @@ fn redirect(pass: &mut Pass, old: ImageId, new: ImageId) {
 }
 
 /// How each image is read on this device. Where results must be exact, all filtering is done by hand: a device's own has eight bits of fraction.
-pub(crate) fn readings(recording: &Recording, caps: &Caps, exact: bool) -> Vec<Reading> {
+pub(crate) fn sample_modes(recording: &Recording, caps: &Caps, exact: bool) -> Vec<SampleMode> {
     let reading = |image: &VirtualImage| {
         let outside = matches!(image.origin, Origin::Input(_)) && !image.finite;
         match (outside, image.signed, exact || image.desc.format.is_32_bit() && !caps.filter_32_bit) {
-            (true, true, _) => Reading::GuardedSigned,
-            (true, false, _) => Reading::Guarded,
-            (false, _, true) => Reading::ByHand,
-            (false, _, false) => Reading::Plain,
+            (true, true, _) => SampleMode::GuardedSigned,
+            (true, false, _) => SampleMode::Guarded,
+            (false, _, true) => SampleMode::ByHand,
+            (false, _, false) => SampleMode::Plain,
         }
     };
     recording.images.iter().map(reading).collect()

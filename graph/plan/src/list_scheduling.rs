@@ -5,10 +5,10 @@
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-use crate::flow::Flow;
+use crate::schedule_graph::ScheduleGraph;
 
 /// The order of recording first, then the others, none twice.
-pub(crate) fn candidates(flow: &Flow) -> Vec<Vec<usize>> {
+pub(crate) fn candidates(flow: &ScheduleGraph) -> Vec<Vec<usize>> {
     let backwards = flow.reversed();
     let recorded: Vec<usize> = (0..flow.len()).collect();
     let mut orders = vec![recorded, greedy(flow, false), reverse(greedy(&backwards, true)), demanded(flow)];
@@ -32,7 +32,7 @@ fn reverse(mut order: Vec<usize>) -> Vec<usize> {
 }
 
 /// Always the ready pass that adds the fewest bytes to what lives; among equals the one recorded first, or last.
-fn greedy(flow: &Flow, last_first: bool) -> Vec<usize> {
+fn greedy(flow: &ScheduleGraph, last_first: bool) -> Vec<usize> {
     let mut state = Greedy::new(flow, last_first);
     let mut order = Vec::with_capacity(flow.len());
     while let Some(Reverse((bytes, _, pass))) = state.ready.pop() {
@@ -45,7 +45,7 @@ fn greedy(flow: &Flow, last_first: bool) -> Vec<usize> {
 }
 
 struct Greedy<'a> {
-    flow: &'a Flow,
+    flow: &'a ScheduleGraph,
     last_first: bool,
     /// Bytes by which what lives grows when the pass runs next.
     adds: Vec<i64>,
@@ -59,7 +59,7 @@ struct Greedy<'a> {
 }
 
 impl<'a> Greedy<'a> {
-    fn new(flow: &'a Flow, last_first: bool) -> Self {
+    fn new(flow: &'a ScheduleGraph, last_first: bool) -> Self {
         let kept = |item: &usize| if flow.items[*item].users.len() > 1 { flow.items[*item].bytes as i64 } else { 0 };
         let mut state = Self {
             flow,
@@ -113,7 +113,7 @@ impl<'a> Greedy<'a> {
 
 /// Depth first from what nobody waits for, those first whose making needs the most room beyond what they leave behind (Sethi and Ullman's
 /// rule for expression trees, "The Generation of Optimal Code for Arithmetic Expressions", 1970).
-fn demanded(flow: &Flow) -> Vec<usize> {
+fn demanded(flow: &ScheduleGraph) -> Vec<usize> {
     let made = |pass: usize| -> u64 {
         let items = flow.touches[pass].iter().map(|item| &flow.items[*item]);
         items.filter(|item| item.users[0] == pass).map(|item| item.bytes).sum()
@@ -156,7 +156,7 @@ fn depth_first(inputs: &[Vec<usize>], ends: impl Iterator<Item = usize>) -> Vec<
 }
 
 /// Moves each pass to just before the first that waits for it, unless it frees more than it brings to life.
-fn late(flow: &Flow, order: &[usize]) -> Vec<usize> {
+fn late(flow: &ScheduleGraph, order: &[usize]) -> Vec<usize> {
     let mut place = vec![0; order.len()];
     order.iter().enumerate().for_each(|(at, pass)| place[*pass] = at);
     let mut keeps = vec![0_i64; order.len()];

@@ -1,10 +1,10 @@
-//! Order: waves cover the passes and are free of conflicts, every read sees its last write, and what must be written is.
+//! Order: batches cover the passes and are free of conflicts, every read sees its last write, and what must be written is.
 
 use std::collections::BTreeMap;
 
 use super::{Access, Faults, Walk};
-use afterimage_graph::node::{ImageId, Origin, Resource};
 use crate::Plan;
+use afterimage_graph::node::{ImageId, Origin, Resource};
 
 /// Whether the plan's lists fit together at all.
 pub(crate) fn check_shape(plan: &Plan, faults: &mut Faults) {
@@ -12,12 +12,12 @@ pub(crate) fn check_shape(plan: &Plan, faults: &mut Faults) {
     let lists = [
         ("stages", plan.stages.len(), passes),
         ("places in the recording", plan.recorded.len(), passes),
-        ("readings", plan.readings.len(), images),
+        ("sample_modes", plan.sample_modes.len(), images),
         ("lifetimes", plan.lifetimes.len(), images),
         ("requirements", plan.memory.requirement_of.len(), images),
         ("offsets", plan.memory.offset_of.len(), images),
         ("slots of images", plan.memory.slot_of.len(), images),
-        ("batches of barriers", plan.barriers.len(), plan.waves.len()),
+        ("batches of barriers", plan.barriers.len(), plan.batches.len()),
     ];
     for (what, has, wants) in lists.into_iter().filter(|(_, has, wants)| has != wants) {
         faults.add(format!("the plan has {has} {what} where it needs {wants}"));
@@ -31,23 +31,24 @@ pub(crate) fn check_shape(plan: &Plan, faults: &mut Faults) {
     check_numbers(plan, faults);
 }
 
-/// Whether the waves cover the passes in order.
+/// Whether the batches cover the passes in order.
 fn check_cover(plan: &Plan, faults: &mut Faults) {
     let mut end = 0;
-    for (number, passes) in plan.waves.iter().enumerate() {
+    for (number, passes) in plan.batches.iter().enumerate() {
         if passes.start != end || passes.is_empty() {
-            faults.add(format!("wave {number} is {passes:?}, but the waves before it end at pass {end}"));
+            faults.add(format!("batch {number} is {passes:?}, but the batches before it end at pass {end}"));
         }
         end = passes.end;
     }
     if end != plan.recording.passes.len() {
-        faults.add(format!("the waves end at pass {end}, but there are {} passes", plan.recording.passes.len()));
+        faults.add(format!("the batches end at pass {end}, but there are {} passes", plan.recording.passes.len()));
     }
 }
 
 fn check_numbers(plan: &Plan, faults: &mut Faults) {
     let mentioned = plan.recording.passes.iter().flat_map(|pass| pass.reads().into_iter().chain(pass.writes()));
-    let in_barriers = plan.barriers.iter().flat_map(|wave| &wave.transitions).chain(&plan.exports).map(|t| t.resource);
+    let in_barriers =
+        plan.barriers.iter().flat_map(|batch| &batch.transitions).chain(&plan.exports).map(|t| t.resource);
     let outside = outside(plan);
     for resource in mentioned.chain(in_barriers).chain(outside) {
         let known = match resource {
@@ -65,7 +66,7 @@ fn outside(plan: &Plan) -> impl Iterator<Item = Resource> + '_ {
     let handed = plan
         .barriers
         .iter()
-        .flat_map(|wave| &wave.hand_overs)
+        .flat_map(|batch| &batch.aliasing)
         .flat_map(|hand_over| hand_over.residents.iter().chain(std::iter::once(&hand_over.image)));
     let outputs = plan.outputs.iter().map(|output| &output.image);
     let pasts = plan.recording.images.iter().filter_map(|image| match &image.origin {
@@ -87,16 +88,16 @@ pub(crate) fn check(walk: &Walk<'_>, faults: &mut Faults) {
     check_outputs(walk, faults);
 }
 
-/// Nothing that a pass writes is touched by another pass of its wave.
+/// Nothing that a pass writes is touched by another pass of its batch.
 fn check_conflicts(walk: &Walk<'_>, resource: Resource, history: &[(usize, Access)], faults: &mut Faults) {
-    for pair in history.chunk_by(|a, b| walk.wave_of[a.0] == walk.wave_of[b.0]) {
+    for pair in history.chunk_by(|a, b| walk.batch_of[a.0] == walk.batch_of[b.0]) {
         let Some((writer, _)) = pair.iter().find(|(_, access)| access.writes) else { continue };
         for (other, _) in pair.iter().filter(|(pass, _)| pass != writer) {
             faults.add(format!(
-                "pass `{}` writes `{}` in wave {} while pass `{}` of the same wave uses it",
+                "pass `{}` writes `{}` in batch {} while pass `{}` of the same batch uses it",
                 walk.passes[*writer],
                 walk.name(resource),
-                walk.wave_of[*writer],
+                walk.batch_of[*writer],
                 walk.passes[*other]
             ));
         }
