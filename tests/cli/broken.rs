@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use afterimage::files::{EncodedPixels, ExrOptions, PngOptions, encode_exr, encode_png};
+use afterimage_media::{EncodedPixels, ExrOptions, PngOptions, encode_exr, encode_png};
 
 use super::room;
 

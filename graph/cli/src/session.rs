@@ -11,7 +11,7 @@ use afterimage_graph::plan::{GivenImage, Options, Plan, PlanOutput, Plans, Setti
 use crate::args::{ArithmeticOptions, DeviceOptions};
 use crate::cache::{self, Gain};
 use crate::failure::Failure;
-use crate::files::{Picture, Pixels};
+use afterimage_media::{Picture, Pixels};
 use crate::terminal::note;
 
 /// Opens the GPU that the command line asks for.

@@ -8,7 +8,7 @@ use afterimage_graph::node::NodeKind;
 
 use crate::args::RenderArgs;
 use crate::failure::Failure;
-use crate::files::sequence;
+use afterimage_media::sequence;
 use crate::pipeline::files_of;
 use crate::terminal::note;
 

@@ -5,7 +5,7 @@ use afterimage_graph::image::{Format, State};
 
 use super::clips::Clip;
 use super::errors::{Errors, Follower, SHARE, errors};
-use super::metrics::{Shown, difference, percentile};
+use afterimage_lab::metrics::{Shown, difference, percentile};
 use super::runner::{Cost, Runner};
 use super::view::View;
 use crate::failure::Failure;

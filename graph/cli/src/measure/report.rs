@@ -1,7 +1,7 @@
 //! All that was measured, and which of it is worth having.
 
 use super::judge::Figures;
-use super::metrics::Range;
+use afterimage_lab::metrics::Range;
 use super::runner::Watch;
 use super::variants::VariantKind;
 

@@ -3,7 +3,7 @@
 use comfy_table::presets::NOTHING;
 use comfy_table::{Attribute, Cell, CellAlignment, Color, Table};
 
-use super::metrics::Range;
+use afterimage_lab::metrics::Range;
 use super::report::{Report, Row};
 use super::runner::Watch;
 use super::variants::VariantKind;

@@ -7,7 +7,7 @@ use afterimage_graph::value::Value;
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
-use super::metrics::{REC2020, Range, Shown, nits_of_pq, srgb_encode};
+use afterimage_lab::metrics::{REC2020, Range, Shown, nits_of_pq, srgb_encode};
 use crate::failure::Failure;
 
 /// Light of linear 1: the white of a page (ITU-R BT.2408).

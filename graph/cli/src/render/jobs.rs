@@ -6,7 +6,7 @@ use afterimage_graph::check::Graph;
 
 use crate::args::RenderArgs;
 use crate::failure::Failure;
-use crate::files::{Source, sequence};
+use afterimage_media::{Source, sequence};
 use crate::pipeline::split;
 
 /// What one picture is made from, and where it goes.
