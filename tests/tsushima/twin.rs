@@ -1,9 +1,9 @@
 //! The whole chain against its f64 twins, with the numbers that the pipeline's file has.
 
-use afterimage_media::{Source, read};
 use afterimage_graph::check::{CheckOptions, Graph, check};
 use afterimage_graph::document::parse;
 use afterimage_graph::value::Value;
+use afterimage_media::{Source, read};
 
 use super::scene;
 use crate::reference::bloom::{additive_chain, composite_add, knee_weight, levels};

@@ -15,8 +15,8 @@ use super::plot::{Chart, Line, page};
 use super::runner::Runner;
 use crate::args::PipelineOptions;
 use crate::failure::Failure;
-use afterimage_media::write_atomic;
 use crate::pipeline::check_text;
+use afterimage_media::write_atomic;
 
 /// 720p to 16K, all 16:9.
 const HEIGHTS: [u32; 7] = [720, 1080, 1440, 2160, 4320, 5760, 8640];

@@ -28,10 +28,10 @@ use self::report::{FirstFrame, HostReport, PassReport, Report};
 use self::runner::Runner;
 use crate::args::BenchArgs;
 use crate::failure::Failure;
-use afterimage_media::write_atomic;
 use crate::pipeline::{check_text, facts, load_graph, plan_options, read_text, registry};
 use crate::session::{open, options_on};
 use crate::terminal::say;
+use afterimage_media::write_atomic;
 
 pub(crate) fn run(args: &BenchArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
     let registry = registry(tables, &args.options.nodes)?;

@@ -11,12 +11,12 @@ use afterimage_graph::node::{NodeKind, Registry};
 
 use crate::args::{DemoArgs, PipelineOptions};
 use crate::failure::Failure;
-use afterimage_media::write_atomic;
 use crate::pipeline::{check_with, registry};
 use crate::save::{Saving, save};
 use crate::session::{Clock, Given, Session, choose_output, open};
 use crate::shipped::{PIPELINES, SCENE, Shipped};
 use crate::terminal::say;
+use afterimage_media::write_atomic;
 
 pub(crate) fn run(args: &DemoArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
     let registry = registry(tables, &[])?;

@@ -13,8 +13,8 @@ use super::report::Report;
 use super::table::significant;
 use super::{json, plot, report};
 use crate::failure::Failure;
-use afterimage_media::write_atomic;
 use crate::terminal::note;
+use afterimage_media::write_atomic;
 
 const HEADING: &str = "\
 # Tiers and switches, measured

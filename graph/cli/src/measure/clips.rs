@@ -13,9 +13,9 @@ use afterimage_graph::value::Value;
 use super::args::Material;
 use crate::args::PipelineOptions;
 use crate::failure::Failure;
-use afterimage_media::sequence;
 use crate::pipeline::{check_text, setting, split};
 use crate::session::{Clock, upload_picture};
+use afterimage_media::sequence;
 
 /// An image for one of the pipeline's inputs, on the GPU.
 pub(crate) struct Given {

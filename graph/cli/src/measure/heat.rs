@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use afterimage_lab::metrics::{Shown, difference};
 use crate::failure::Failure;
+use afterimage_lab::metrics::{Shown, difference};
 use afterimage_media::{EncodedPixels, PngOptions, write_png};
 
 /// Codes of error at the ends of the scale, which is logarithmic.

@@ -27,10 +27,10 @@ use afterimage_graph::plan::{Options, Plan};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::failure::Failure;
-use afterimage_media::write_atomic;
 use crate::pipeline::{facts, load_graph, registry};
 use crate::session::{open, options_on};
 use crate::terminal::say;
+use afterimage_media::write_atomic;
 use args::{Material, MeasureArgs};
 use clips::{Clip, ClipSource};
 use errors::Errors;

@@ -17,12 +17,12 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::args::RenderArgs;
 use crate::failure::Failure;
-use afterimage_media::{Metadata, Picture};
 use crate::pipeline::{facts, load_graph, plan_options, registry};
 use crate::save::{Saving, save};
 use crate::session::{Clock, Session, choose_output, open, options_on};
 use crate::terminal::note;
 use crate::watch::watch;
+use afterimage_media::{Metadata, Picture};
 use jobs::{Job, jobs};
 
 /// Frames that wait between two stages: one that is being made and one that is ready.

@@ -14,8 +14,8 @@ use super::lab::{Bench, Lab, Shot, Shown};
 use super::settings::{sweep, words};
 use super::subject::{Sets, Subject};
 use crate::failure::Failure;
-use afterimage_media::write_atomic;
 use crate::terminal::say;
+use afterimage_media::write_atomic;
 
 /// The conditioning of one kind.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

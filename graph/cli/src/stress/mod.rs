@@ -33,11 +33,11 @@ pub use run::Choice;
 pub use subject::Subject;
 
 use crate::failure::Failure;
-use afterimage_media::write_atomic;
 use crate::pipeline::{facts, read_text, split};
 use crate::session::{open, options_on};
 use crate::shipped::PIPELINES;
 use crate::terminal::say;
+use afterimage_media::write_atomic;
 use args::StressArgs;
 
 /// Failed cases that are listed for each pipeline and kind, unless all are asked for.

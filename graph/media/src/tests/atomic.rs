@@ -1,9 +1,10 @@
 //! Output files appear whole or not at all.
 
 use std::fs;
+use std::path::Path;
 
-use crate::*;
 use super::Folder;
+use crate::*;
 
 fn names(folder: &Folder) -> Vec<String> {
     let entries = fs::read_dir(&folder.0).unwrap();
@@ -33,7 +34,7 @@ fn a_long_name_leaves_room_for_the_temporary_one() {
 fn places_that_cannot_be_written_are_the_users_or_the_machines() {
     let folder = Folder::new("unwritable");
     let missing = write_atomic(&folder.file("no/such/out.png"), b"x").unwrap_err();
-    assert_eq!((missing.kind, missing.exit()), (FileErrorKind::Missing, 1));
+    assert_eq!((missing.kind, missing.exit()), (ErrorKind::Missing, 1));
     assert_eq!(missing.message, "the folder of this output does not exist");
     let into_folder = write_atomic(&folder.0, b"x").unwrap_err();
     assert_eq!(into_folder.message, "the output is a folder");

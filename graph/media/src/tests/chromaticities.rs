@@ -2,7 +2,7 @@
 
 use glam::{DMat3, DVec2, DVec3, Mat3};
 
-use crate::chromaticities::{NotAColourSpace, Primaries, REC709, convert, to_rec709};
+use crate::codec::{NotAColourSpace, Primaries, REC709, convert, to_rec709};
 
 fn primaries(red: (f64, f64), green: (f64, f64), blue: (f64, f64), white: (f64, f64)) -> Primaries {
     Primaries { red: red.into(), green: green.into(), blue: blue.into(), white: white.into() }

@@ -1,5 +1,7 @@
 //! EXR files as other programs write them: parts, layers, windows, tiles, levels, types.
 
+use std::path::PathBuf;
+
 use ::exr::block::samples::IntoNativeSample;
 use ::exr::image::{AnyChannel, AnyChannels, Blocks, Encoding, FlatSamples, Image, Layer, Levels};
 use ::exr::math::{RoundingMode, Vec2};
@@ -8,8 +10,8 @@ use ::exr::meta::header::{ImageAttributes, LayerAttributes};
 use ::exr::prelude::{SmallVec, WritableImage};
 use half::f16;
 
-use crate::*;
 use super::{Folder, read_layer, told};
+use crate::*;
 
 const SIZE: (usize, usize) = (5, 4);
 
@@ -115,7 +117,7 @@ fn parts_count_as_layers() {
     assert_eq!(first("extra"), [1.0, 2.0, 0.0]);
     assert_eq!(first("extra.spec.G"), [2.0, 2.0, 2.0]);
     let error = read_layer(&path, "beuty").unwrap_err();
-    assert_eq!(error.kind, FileErrorKind::Missing);
+    assert_eq!(error.kind, ErrorKind::Missing);
     assert_eq!(
         told(&error),
         "it has no layer or channel `beuty`; it has part `depth` (`Z`), \

@@ -3,14 +3,14 @@
 use ::exr::meta::attribute::{AttributeValue, IntegerBounds, Text};
 use half::f16;
 
-use crate::*;
 use super::{Folder, ODD_SIZES, numbers, picture};
+use crate::*;
 
 const ALL: [ExrCompression; 5] =
     [ExrCompression::None, ExrCompression::Rle, ExrCompression::Zip, ExrCompression::Zips, ExrCompression::Piz];
 
 fn encoded(picture: &Picture, options: &ExrOptions) -> Vec<u8> {
-    encode_exr(Path::new("test.exr"), picture, options).unwrap()
+    encode_exr(picture, options).unwrap()
 }
 
 fn bits(pixels: &Pixels) -> Vec<u32> {

@@ -8,11 +8,11 @@ use ::exr::meta::BlockDescription;
 use ::exr::meta::attribute::{ChannelDescription, Compression, LineOrder, SampleType};
 use ::exr::meta::header::Header;
 
-use crate::*;
 use super::{Folder, picture, told};
+use crate::*;
 
 fn small_exr() -> Vec<u8> {
-    encode_exr(Path::new("test.exr"), &picture(33, 17), &ExrOptions::default()).unwrap()
+    encode_exr(&picture(33, 17), &ExrOptions::default()).unwrap()
 }
 
 /// Where the value of an attribute begins: after name, type and length.
@@ -44,14 +44,14 @@ fn with_window(name: &str, corners: [i32; 4]) -> Vec<u8> {
 fn absurd_windows_are_refused_before_decoding() {
     let folder = Folder::new("absurd");
     let table = [
-        ("dataWindow", [0, 0, 999_999_999, 999_999_999], FileErrorKind::TooLarge),
-        ("displayWindow", [0, 0, 999_999_999, 999_999_999], FileErrorKind::TooLarge),
-        ("dataWindow", [0, 0, 70_000, 16], FileErrorKind::TooLarge),
-        ("displayWindow", [0, 0, 60_000, 60_000], FileErrorKind::TooLarge),
-        ("dataWindow", [0, 0, 32, 60_000], FileErrorKind::Broken),
-        ("dataWindow", [0, 0, -5, -5], FileErrorKind::Broken),
-        ("displayWindow", [0, 0, i32::MAX, i32::MIN], FileErrorKind::Broken),
-        ("dataWindow", [i32::MIN, i32::MIN, i32::MAX, i32::MAX], FileErrorKind::Broken),
+        ("dataWindow", [0, 0, 999_999_999, 999_999_999], ErrorKind::TooLarge),
+        ("displayWindow", [0, 0, 999_999_999, 999_999_999], ErrorKind::TooLarge),
+        ("dataWindow", [0, 0, 70_000, 16], ErrorKind::TooLarge),
+        ("displayWindow", [0, 0, 60_000, 60_000], ErrorKind::TooLarge),
+        ("dataWindow", [0, 0, 32, 60_000], ErrorKind::Broken),
+        ("dataWindow", [0, 0, -5, -5], ErrorKind::Broken),
+        ("displayWindow", [0, 0, i32::MAX, i32::MIN], ErrorKind::Broken),
+        ("dataWindow", [i32::MIN, i32::MIN, i32::MAX, i32::MAX], ErrorKind::Broken),
     ];
     for (window, corners, kind) in table {
         let error = folder.read(&with_window(window, corners)).unwrap_err();
@@ -91,7 +91,7 @@ fn subsampled_and_deep_files_say_so() {
     put(&mut file, at - 4, &[12]);
     file.splice(at..at + 13, *b"deepscanline");
     let error = folder.read(&file).unwrap_err();
-    assert_eq!(error.kind, FileErrorKind::Unsupported);
+    assert_eq!(error.kind, ErrorKind::Unsupported);
     assert_eq!(
         told(&error),
         "deep EXR (many samples in a pixel) is not supported; \
@@ -103,19 +103,14 @@ fn subsampled_and_deep_files_say_so() {
 fn a_file_cut_anywhere_is_an_error() {
     let folder = Folder::new("cut");
     let pixels = numbers_as_bytes();
-    let png = encode_png(
-        Path::new("a.png"),
-        (16, 9),
-        EncodedPixels::Byte(&pixels),
-        &PngOptions { alpha: true, ..PngOptions::default() },
-    );
+    let png = encode_png((16, 9), EncodedPixels::Byte(&pixels), &PngOptions { alpha: true, ..PngOptions::default() });
     let tiny_hdr = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 40 +X 7\n".to_vec();
     let hdr = [tiny_hdr, vec![77; 40 * 7 * 4]].concat();
     for (file, step) in [(small_exr(), 97), (png.unwrap(), 7), (hdr, 31)] {
         assert!(folder.read(&file).is_ok());
         for length in (0..file.len() - 12).step_by(step) {
             let error = folder.read(&file[..length]).unwrap_err();
-            let kinds = [FileErrorKind::Broken, FileErrorKind::Unsupported];
+            let kinds = [ErrorKind::Broken, ErrorKind::Unsupported];
             assert!(kinds.contains(&error.kind), "{length}: {error}");
         }
     }
@@ -210,16 +205,14 @@ fn dwa_exr() -> Vec<u8> {
 fn other_formats_are_held_to_the_same_size() {
     let folder = Folder::new("sizes");
     let hdr = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 60000 +X 60000\n".to_vec();
-    let mut png =
-        encode_png(Path::new("a.png"), (16, 9), EncodedPixels::Byte(&numbers_as_bytes()), &PngOptions::default())
-            .unwrap();
+    let mut png = encode_png((16, 9), EncodedPixels::Byte(&numbers_as_bytes()), &PngOptions::default()).unwrap();
     png[16..24].copy_from_slice(&[0, 1, 0, 0, 0, 1, 0, 0]);
     // The checksum of the header chunk, CRC-32 of its type and the changed body.
     let crc = crc32(&png[12..29]);
     png[29..33].copy_from_slice(&crc.to_be_bytes());
     for file in [hdr, png] {
         let error = folder.read(&file).unwrap_err();
-        assert_eq!(error.kind, FileErrorKind::TooLarge, "{error}");
+        assert_eq!(error.kind, ErrorKind::TooLarge, "{error}");
     }
 }
 

@@ -2,6 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test may stop at the first surprise")]
 
+mod atomic;
 mod chromaticities;
 mod exr_read;
 mod exr_write;
@@ -9,14 +10,13 @@ mod formats;
 mod hostile;
 mod png;
 mod sequence;
-mod atomic;
 
 use std::env;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process;
 
-use super::{FileError, Picture, Pixels, Source, read};
+use crate::{FileError, Picture, Pixels, Source, read};
 
 /// A folder of one test, removed at its end.
 struct Folder(PathBuf);

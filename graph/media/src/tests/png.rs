@@ -3,14 +3,14 @@
 use ::png::{BitDepth, ColorType, Encoder, ScaledFloat};
 use half::f16;
 
-use crate::png::test_dither as dithered;
-use crate::*;
 use super::{Folder, ODD_SIZES};
+use crate::codec::test_dither as dithered;
+use crate::*;
 
 const PLAIN: PngOptions = PngOptions { depth: PngDepth::Eight, alpha: true, dither: None, colour: PngColour::Srgb };
 
 fn encoded(size: (u32, u32), pixels: EncodedPixels<'_>, options: &PngOptions) -> Vec<u8> {
-    encode_png(Path::new("test.png"), size, pixels, options).unwrap()
+    encode_png(size, pixels, options).unwrap()
 }
 
 /// Codes as another reader sees them.
@@ -196,6 +196,6 @@ fn stated_colour_codings_are_heeded_or_refused() {
     let p3 = folder.read(&file(12, 13)).unwrap().pixel(0, 0);
     assert!((p3[0] - 1.2249).abs() < 1e-3 && (p3[1] + 0.0421).abs() < 1e-3, "{p3:?}");
     let error = folder.read(&file(9, 16)).unwrap_err();
-    assert_eq!(error.kind, FileErrorKind::Unsupported);
+    assert_eq!(error.kind, ErrorKind::Unsupported);
     assert!(error.message.contains("`cICP`"));
 }

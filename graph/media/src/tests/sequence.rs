@@ -1,8 +1,8 @@
 //! Frame numbers in names.
 
+use super::{Folder, told};
 use crate::sequence::{Input, Pattern, parse_frames};
 use crate::*;
-use super::{Folder, told};
 
 /// A folder with empty files `shot.NNNN.exr`.
 fn shots(test: &str, frames: &[u32]) -> Folder {

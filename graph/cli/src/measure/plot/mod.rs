@@ -13,7 +13,7 @@ use resvg::usvg;
 
 use super::report::Report;
 use crate::failure::Failure;
-use afterimage_media::{EncodedPixels, PngOptions, write_png, write_atomic};
+use afterimage_media::{EncodedPixels, PngOptions, write_atomic, write_png};
 
 /// Pixels of a PNG for each unit of the SVG.
 const SHARPNESS: f32 = 2.0;

@@ -4,8 +4,8 @@ mod dither;
 mod read;
 mod write;
 
-pub(crate) use read::{MAGIC, read};
-pub use write::{EncodedPixels, PngColour, PngDepth, PngOptions, encode_png, write_png};
+pub(crate) use read::{MAGIC, decode};
+pub use write::{EncodedPixels, PngColour, PngDepth, PngOptions, encode_png};
 
 #[cfg(test)]
 pub(crate) use dither::dithered as test_dither;

@@ -1,43 +1,35 @@
 //! Radiance `.hdr`: eight bits for each colour and a shared exponent.
 
-use std::fs::File;
-use std::io::BufReader;
-use std::path::Path;
+use std::io::{BufRead, Seek};
 
 use glam::DVec2;
 use image::codecs::hdr::{HdrDecoder, HdrMetadata};
 use image::{ImageDecoder, ImageError};
 
-use crate::chromaticities::{Primaries, convert, to_rec709};
-use crate::panics::catch_panic;
-use crate::limits::{check_size, filled};
-use crate::{FileError, FileErrorKind, Picture, Pixels};
+use crate::codec::chromaticities::{Primaries, convert, to_rec709};
+use crate::codec::limits::{check_size, filled};
+use crate::codec::{CodecError, ErrorKind, Picture, Pixels};
 
-/// Both signatures that Radiance and its heirs write.
+/// The two signatures in use.
 pub(crate) const MAGICS: [&[u8]; 2] = [b"#?RADIANCE", b"#?RGBE"];
 
-/// Reads a Radiance file as 32-bit floats with alpha 1. `PRIMARIES` are honoured, `EXPOSURE` is
-/// not: the numbers are taken as they stand, as most programs do.
-pub(crate) fn read(path: &Path) -> Result<Picture, FileError> {
-    catch_panic(|| read_unguarded(path)).unwrap_or_else(|panic| Err(FileError::broken(path, panic)))
-}
-
-fn read_unguarded(path: &Path) -> Result<Picture, FileError> {
-    let file = File::open(path).map_err(|error| FileError::reading(path, &error))?;
-    // Strict mode knows one of the two signatures only.
-    let decoder = HdrDecoder::new_nonstrict(BufReader::new(file)).map_err(|error| explain(path, error))?;
+/// Decodes a Radiance file to 32-bit floats with alpha 1. `PRIMARIES` is applied. `EXPOSURE` is not
+/// applied: the values are used as stored, as most programs do.
+pub(crate) fn decode(reader: impl BufRead + Seek) -> Result<Picture, CodecError> {
+    // Strict mode accepts only one of the two signatures.
+    let decoder = HdrDecoder::new_nonstrict(reader).map_err(explain)?;
     let (width, height) = decoder.dimensions();
-    check_size(path, (width.into(), height.into()), 4)?;
+    check_size((width.into(), height.into()), 4)?;
     let meta = decoder.metadata();
-    let mut bytes = filled(path, width as usize * height as usize * 12, 0_u8)?;
-    decoder.read_image(&mut bytes).map_err(|error| explain(path, error))?;
-    let mut picture = Picture::new(width, height, Pixels::Float(rgba(path, &bytes)?));
+    let mut bytes = filled(width as usize * height as usize * 12, 0_u8)?;
+    decoder.read_image(&mut bytes).map_err(explain)?;
+    let mut picture = Picture::new(width, height, Pixels::Float(rgba(&bytes)?));
     apply(&meta, &mut picture);
     Ok(picture)
 }
 
-fn rgba(path: &Path, rgb: &[u8]) -> Result<Vec<f32>, FileError> {
-    let mut values = filled(path, rgb.len() / 3, 1.0_f32)?;
+fn rgba(rgb: &[u8]) -> Result<Vec<f32>, CodecError> {
+    let mut values = filled(rgb.len() / 3, 1.0_f32)?;
     let (pixels, _) = rgb.as_chunks::<12>();
     for (out, bytes) in values.as_chunks_mut::<4>().0.iter_mut().zip(pixels) {
         let (numbers, _) = bytes.as_chunks::<4>();
@@ -49,14 +41,14 @@ fn rgba(path: &Path, rgb: &[u8]) -> Result<Vec<f32>, FileError> {
 }
 
 fn apply(meta: &HdrMetadata, picture: &mut Picture) {
-    // Radiance states height by width, EXR width by height.
+    // Radiance stores height / width, EXR width / height.
     if let Some(aspect) = meta.pixel_aspect_ratio.filter(|a| (1e-6..=1e6).contains(a)) {
         picture.meta.image.pixel_aspect = 1.0 / aspect;
     }
     if let Some(exposure) = meta.exposure.filter(|exposure| *exposure != 1.0) {
         picture.notes.push(format!("`EXPOSURE={exposure}` of its header is not divided out"));
     }
-    // Some programs write eight zeros, which say nothing.
+    // Some programs write eight zeros instead of primaries.
     let matrix = stated_primaries(meta).and_then(|stated| to_rec709(&stated).ok().flatten());
     if let (Some(matrix), Pixels::Float(values)) = (matrix, &mut picture.pixels) {
         let matrix = matrix.as_mat3();
@@ -78,13 +70,13 @@ fn stated_primaries(meta: &HdrMetadata) -> Option<Primaries> {
     })
 }
 
-fn explain(path: &Path, error: ImageError) -> FileError {
+fn explain(error: ImageError) -> CodecError {
     match error {
-        ImageError::IoError(error) => FileError::reading(path, &error),
+        ImageError::IoError(error) => CodecError::reading(&error),
         ImageError::Unsupported(what) => {
-            FileError::new(path, FileErrorKind::Unsupported, format!("this Radiance file cannot be read: {what}"))
+            CodecError::new(ErrorKind::Unsupported, format!("this Radiance file cannot be read: {what}"))
                 .hint("save it again as RGBE with rows from top to bottom, or as EXR")
         }
-        other => FileError::broken(path, other),
+        other => CodecError::broken(other),
     }
 }

@@ -4,7 +4,6 @@
 //! the attributes, which the `exr` crate takes from a hash map, are sorted by name afterwards.
 
 use std::io::Cursor;
-use std::path::Path;
 
 use exr::block::writer::ChunksWriter;
 use exr::block::{BlockIndex, UncompressedBlock, enumerate_ordered_header_block_indices};
@@ -16,11 +15,11 @@ use exr::meta::header::{Header, ImageAttributes, LayerAttributes, standard_names
 use half::f16;
 use rayon::prelude::*;
 
-use crate::panics::catch_panic;
-use crate::limits::check_size;
-use crate::{FileError, FileErrorKind, Picture, Pixels, write_atomic};
 use super::explain;
 use super::read::rec709_attribute;
+use crate::codec::limits::check_size;
+use crate::codec::panics::catch_panic;
+use crate::codec::{CodecError, ErrorKind, Picture, Pixels};
 
 /// How an EXR file is written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -70,41 +69,36 @@ impl ExrCompression {
     }
 }
 
-/// Writes `picture` to `path`, whole or not at all.
-pub fn write_exr(path: &Path, picture: &Picture, options: &ExrOptions) -> Result<(), FileError> {
-    write_atomic(path, &encode_exr(path, picture, options)?)
-}
-
-/// The bytes of an EXR file. `path` is named in errors only.
-pub fn encode_exr(path: &Path, picture: &Picture, options: &ExrOptions) -> Result<Vec<u8>, FileError> {
+/// Encodes an EXR file.
+pub fn encode_exr(picture: &Picture, options: &ExrOptions) -> Result<Vec<u8>, CodecError> {
     let bytes = if options.float { 4 } else { 2 };
-    check_size(path, (picture.width.into(), picture.height.into()), bytes)?;
+    check_size((picture.width.into(), picture.height.into()), bytes)?;
     let header = header(picture, options);
-    catch_panic(|| encode(path, picture, header)).unwrap_or_else(|panic| Err(ours(path, &panic)))
+    catch_panic(|| encode(picture, header)).unwrap_or_else(|panic| Err(ours(&panic)))
 }
 
-fn encode(path: &Path, picture: &Picture, header: Header) -> Result<Vec<u8>, FileError> {
+fn encode(picture: &Picture, header: Header) -> Result<Vec<u8>, CodecError> {
     let headers = std::slice::from_ref(&header);
     let blocks: Vec<_> = enumerate_ordered_header_block_indices(headers).collect();
     let compress = |(index, block): (usize, BlockIndex)| {
         let data = planes(picture, &header, &block);
         let chunk = catch_panic(|| UncompressedBlock { index: block, data }.compress_to_chunk(headers))
-            .map_err(|panic| ours(path, &panic))?;
-        chunk.map(|chunk| (index, chunk)).map_err(|error| explain(path, &error))
+            .map_err(|panic| ours(&panic))?;
+        chunk.map(|chunk| (index, chunk)).map_err(|error| explain(&error))
     };
     let chunks: Vec<_> = blocks.into_par_iter().map(compress).collect::<Result<_, _>>()?;
     let mut file = Cursor::new(Vec::new());
     exr::block::write(&mut file, [header.clone()].into_iter().collect(), false, |_, writer| {
         chunks.into_iter().try_for_each(|(index, chunk)| writer.write_chunk(index, chunk))
     })
-    .map_err(|error| explain(path, &error))?;
+    .map_err(|error| explain(&error))?;
     let mut bytes = file.into_inner();
     sort_attributes(&mut bytes);
     Ok(bytes)
 }
 
-fn ours(path: &Path, panic: &str) -> FileError {
-    FileError::new(path, FileErrorKind::Machine, format!("packing the EXR failed: {panic}"))
+fn ours(panic: &str) -> CodecError {
+    CodecError::new(ErrorKind::Machine, format!("packing the EXR failed: {panic}"))
 }
 
 /// EXR channels are stored in alphabetical order; this is where each lies in RGBA.

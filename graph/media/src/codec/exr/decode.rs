@@ -1,11 +1,11 @@
 //! Blocks to pixels: chunks are read in order, decompressed on all cores, and pasted into place.
 
 use std::collections::BTreeSet;
+use std::io::{Read, Seek};
 use std::ops::Range;
-use std::path::Path;
 
 use exr::block::chunk::Chunk;
-use exr::block::reader::ChunksReader;
+use exr::block::reader::{ChunksReader, Reader};
 use exr::block::{BlockIndex, UncompressedBlock};
 use exr::math::Vec2;
 use exr::meta::MetaData;
@@ -15,14 +15,13 @@ use glam::Mat3;
 use half::f16;
 use rayon::prelude::*;
 
-use crate::FileError;
-use crate::chromaticities::convert;
-use crate::panics::catch_panic;
-use crate::limits::zeroed;
 use super::counters::check_chunk;
 use super::explain;
-use super::read::ExrReader;
 use super::select::Choice;
+use crate::codec::CodecError;
+use crate::codec::chromaticities::convert;
+use crate::codec::limits::zeroed;
+use crate::codec::panics::catch_panic;
 
 /// What to read, and where it lies on the display window.
 pub(super) struct Placement {
@@ -79,28 +78,31 @@ struct Piece<T> {
 }
 
 /// Decodes the largest level of the chosen channels into the display window.
-pub(super) fn decode<T: Sample>(path: &Path, reader: ExrReader, placement: &Placement) -> Result<Vec<T>, FileError> {
+pub(super) fn decode_blocks<T: Sample, R: Read + Seek>(
+    reader: Reader<R>,
+    placement: &Placement,
+) -> Result<Vec<T>, CodecError> {
     let (width, height) = (placement.display.size.0, placement.display.size.1);
-    let mut picture = zeroed::<T>(path, width * height * 4)?;
+    let mut picture = zeroed::<T>(width * height * 4)?;
     let mut chunks = reader
         .filter_chunks(false, |_, tile, block| tile.level_index == Vec2(0, 0) && placement.shows(&block))
-        .map_err(|error| explain(path, &error))?;
+        .map_err(|error| explain(&error))?;
     let expected = chunks.expected_chunk_count();
     let batch_size = batch_size(&chunks.headers()[placement.choice.part]);
     let mut seen = BTreeSet::new();
     loop {
         let batch: Vec<Chunk> =
-            chunks.by_ref().take(batch_size).collect::<Result<_, _>>().map_err(|error| explain(path, &error))?;
+            chunks.by_ref().take(batch_size).collect::<Result<_, _>>().map_err(|error| explain(&error))?;
         if batch.is_empty() {
             break;
         }
-        let mut pieces = placement.decode_batch(path, batch, chunks.meta_data())?;
+        let mut pieces = placement.decode_batch(batch, chunks.meta_data())?;
         seen.extend(pieces.iter().map(|piece| (piece.block.0, piece.block.1)));
         pieces.sort_by_key(|piece| piece.y);
         paste_all(&mut picture, width, &pieces);
     }
     // A table that points twice at one block would leave a hole elsewhere.
-    if seen.len() == expected { Ok(picture) } else { Err(missing_blocks(path)) }
+    if seen.len() == expected { Ok(picture) } else { Err(missing_blocks()) }
 }
 
 /// As many chunks as fill 16 MiB when decompressed: enough for every core, and little enough for the next batch to find the memory of the
@@ -143,8 +145,8 @@ fn paste<T: Sample>(picture: &mut [T], width: usize, piece: &Piece<T>) {
     }
 }
 
-fn missing_blocks(path: &Path) -> FileError {
-    FileError::broken(path, "blocks of the image are missing or stored twice")
+fn missing_blocks() -> CodecError {
+    CodecError::broken("blocks of the image are missing or stored twice")
 }
 
 impl Placement {
@@ -169,33 +171,27 @@ impl Placement {
         block.layer == self.choice.part && !columns.is_empty() && !rows.is_empty()
     }
 
-    fn decode_batch<T: Sample>(
-        &self,
-        path: &Path,
-        batch: Vec<Chunk>,
-        meta: &MetaData,
-    ) -> Result<Vec<Piece<T>>, FileError> {
+    fn decode_batch<T: Sample>(&self, batch: Vec<Chunk>, meta: &MetaData) -> Result<Vec<Piece<T>>, CodecError> {
         let guarded = |chunk| {
-            catch_panic(|| self.decode_chunk(path, chunk, meta))
-                .unwrap_or_else(|panic| Err(FileError::broken(path, panic)))
+            catch_panic(|| self.decode_chunk(chunk, meta)).unwrap_or_else(|panic| Err(CodecError::broken(panic)))
         };
         batch.into_par_iter().map(guarded).collect()
     }
 
-    fn decode_chunk<T: Sample>(&self, path: &Path, chunk: Chunk, meta: &MetaData) -> Result<Piece<T>, FileError> {
+    fn decode_chunk<T: Sample>(&self, chunk: Chunk, meta: &MetaData) -> Result<Piece<T>, CodecError> {
         let block = meta
             .headers
             .get(chunk.layer_index)
             .map_or(Ok(()), |header| check_chunk(&chunk, header))
             .and_then(|()| UncompressedBlock::decompress_chunk(chunk, meta, false))
-            .map_err(|error| explain(path, &error))?;
+            .map_err(|error| explain(&error))?;
         let index = block.index;
         if index.level != Vec2(0, 0) || !self.shows(&index) {
-            return Err(missing_blocks(path));
+            return Err(missing_blocks());
         }
         let header = &meta.headers[self.choice.part];
         if block.data.len() != index.pixel_size.area() * header.channels.bytes_per_pixel {
-            return Err(FileError::broken(path, "a block has the wrong size"));
+            return Err(CodecError::broken("a block has the wrong size"));
         }
         Ok(self.interleave(header, &block))
     }

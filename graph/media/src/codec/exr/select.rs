@@ -4,12 +4,10 @@
 //! to layer `diffuse` and `R` to the nameless one. The name of a part counts as a layer around
 //! its channels.
 
-use std::path::Path;
-
 use exr::meta::header::Header;
 
-use crate::{FileError, FileErrorKind};
 use super::{subsampled, unsupported};
+use crate::codec::{CodecError, ErrorKind};
 
 /// Where each of red, green, blue and alpha is read from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -23,13 +21,13 @@ pub(super) struct Choice {
 }
 
 /// Finds what `layer` names, or the most likely picture of the file where it is `None`.
-pub(super) fn choose(path: &Path, headers: &[Header], layer: Option<&str>) -> Result<Choice, FileError> {
+pub(super) fn choose(headers: &[Header], layer: Option<&str>) -> Result<Choice, CodecError> {
     let parts: Vec<Part> = headers.iter().enumerate().map(Part::new).collect();
     match layer {
-        Some(name) => named(path, &parts, name),
-        None => likely(&parts).ok_or_else(|| no_picture(path, &parts)),
+        Some(name) => named(&parts, name),
+        None => likely(&parts).ok_or_else(|| no_picture(&parts)),
     }
-    .map_err(|error| if is_luminance_chroma(&parts, &error) { subsampled(path) } else { error })
+    .map_err(|error| if is_luminance_chroma(&parts, &error) { subsampled() } else { error })
 }
 
 struct Part {
@@ -132,7 +130,7 @@ fn likely(parts: &[Part]) -> Option<Choice> {
     nameless.or_else(any_colour).or_else(anything)
 }
 
-fn named(path: &Path, parts: &[Part], name: &str) -> Result<Choice, FileError> {
+fn named(parts: &[Part], name: &str) -> Result<Choice, CodecError> {
     let below = || parts.iter().filter_map(|part| part.below(name).map(|rest| (part, rest)));
     parts
         .iter()
@@ -141,28 +139,28 @@ fn named(path: &Path, parts: &[Part], name: &str) -> Result<Choice, FileError> {
         .or_else(|| parts.iter().find_map(|part| part.channel(name)))
         .or_else(|| below().find_map(|(part, rest)| part.channel(rest)))
         .or_else(|| below().filter(|(_, rest)| rest.is_empty()).find_map(|(part, _)| part.whole()))
-        .ok_or_else(|| unknown(path, parts, name))
+        .ok_or_else(|| unknown(parts, name))
 }
 
-fn unknown(path: &Path, parts: &[Part], name: &str) -> FileError {
+fn unknown(parts: &[Part], name: &str) -> CodecError {
     let group = parts.iter().flat_map(|part| &part.groups).find(|group| group.prefix == name);
     if let Some(group) = group {
-        return unsupported(path, format!("layer `{name}` is neither a colour nor a vector"))
+        return unsupported(format!("layer `{name}` is neither a colour nor a vector"))
             .hint(format!("name one of its channels: {}", group.full_names().join(", ")));
     }
-    FileError::new(path, FileErrorKind::Missing, format!("it has no layer or channel `{name}`"))
+    CodecError::new(ErrorKind::Missing, format!("it has no layer or channel `{name}`"))
         .hint(format!("it has {}", contents(parts)))
 }
 
-fn no_picture(path: &Path, parts: &[Part]) -> FileError {
-    unsupported(path, "no layer of this EXR is a colour picture")
+fn no_picture(parts: &[Part]) -> CodecError {
+    unsupported("no layer of this EXR is a colour picture")
         .hint(format!("name a channel after `#`, for example `file.exr#Z`; it has {}", contents(parts)))
 }
 
 /// Luminance-chroma channels at full size pass the decoder's own check for subsampling.
-fn is_luminance_chroma(parts: &[Part], error: &FileError) -> bool {
+fn is_luminance_chroma(parts: &[Part], error: &CodecError) -> bool {
     let mut groups = parts.iter().flat_map(|part| &part.groups);
-    error.kind == FileErrorKind::Unsupported && groups.any(|g| g.find(&["RY", "BY"]).is_some())
+    error.kind == ErrorKind::Unsupported && groups.any(|g| g.find(&["RY", "BY"]).is_some())
 }
 
 impl Group {

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process;
 use std::sync::atomic::{AtomicU32, Ordering};
 
-use crate::FileError;
+use crate::files::FileError;
 
 /// Writes `bytes` to `path`. Whatever fails, the file that was there before stays as it was and
 /// nothing half written is left. Through a symbolic link the file behind it is replaced; devices

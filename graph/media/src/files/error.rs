@@ -1,44 +1,32 @@
-//! What can go wrong with a file, said to the person who named it.
+//! Errors of files, with the path that the user gave.
 
 use std::fmt;
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// A file that could not be read or written, and what to do about it.
+use crate::codec::{CodecError, ErrorKind};
+
+/// Why a file could not be read or written, and what the user can do.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct FileError {
     /// The file as the user named it.
     pub path: PathBuf,
-    /// What sort of trouble it is; decides the exit status.
-    pub kind: FileErrorKind,
+    /// The class of the error; decides the exit status.
+    pub kind: ErrorKind,
     /// One sentence without a full stop.
     pub message: String,
-    /// What the user can do, when that is known.
+    /// What the user can do, if that is known.
     pub hint: Option<String>,
 }
 
-/// Sorts of trouble. All but [`FileErrorKind::Machine`] are the user's to mend.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum FileErrorKind {
-    /// No such file, folder, frame or layer.
-    Missing,
-    /// It exists, but it is not a file that this user may read.
-    Unreadable,
-    /// A well-formed file that uses something this program does not read.
-    Unsupported,
-    /// The bytes contradict themselves or end too early.
-    Broken,
-    /// Larger than the limits of [`crate::limits`], or than memory allows.
-    TooLarge,
-    /// The name or pattern itself makes no sense here.
-    Naming,
-    /// The machine's fault: disk full, no permission to write, a failing device.
-    Machine,
-}
-
 impl FileError {
-    pub(crate) fn new(path: &Path, kind: FileErrorKind, message: impl Into<String>) -> Self {
+    pub(crate) fn new(path: &Path, kind: ErrorKind, message: impl Into<String>) -> Self {
         Self { path: path.into(), kind, message: message.into(), hint: None }
+    }
+
+    /// An error of encoding or decoding the file at `path`.
+    pub(crate) fn at(path: &Path, CodecError { kind, message, hint }: CodecError) -> Self {
+        Self { path: path.into(), kind, message, hint }
     }
 
     pub(crate) fn hint(mut self, hint: impl Into<String>) -> Self {
@@ -46,29 +34,26 @@ impl FileError {
         self
     }
 
-    /// The exit status that this error deserves: 1 for the user's input, 2 for the machine.
+    /// The exit status of the program: 1 for an error of the input, 2 for an error of the machine.
     pub fn exit(&self) -> u8 {
-        if self.kind == FileErrorKind::Machine { 2 } else { 1 }
+        if self.kind == ErrorKind::Machine { 2 } else { 1 }
     }
 
     pub(crate) fn reading(path: &Path, error: &io::Error) -> Self {
-        use FileErrorKind::{Machine, Missing, Unreadable};
+        use ErrorKind::{Missing, Unreadable};
         match error.kind() {
             io::ErrorKind::NotFound => Self::new(path, Missing, "there is no such file")
                 .hint("check the spelling; names are relative to the folder you are in"),
             io::ErrorKind::PermissionDenied => Self::new(path, Unreadable, "you may not read this file")
                 .hint("change its permissions, or copy it to a place of your own"),
             io::ErrorKind::IsADirectory => Self::folder(path),
-            io::ErrorKind::UnexpectedEof => Self::cut_short(path),
-            // A seek to a negative place.
-            io::ErrorKind::InvalidInput | io::ErrorKind::InvalidData => Self::broken(path, "it points outside itself"),
-            _ => Self::new(path, Machine, format!("reading failed: {error}")),
+            _ => Self::at(path, CodecError::reading(error)),
         }
     }
 
     /// The error of an operation that writes `path`.
     pub fn writing(path: &Path, error: &io::Error) -> Self {
-        use FileErrorKind::{Machine, Missing, Naming};
+        use ErrorKind::{Machine, Missing, Naming};
         match error.kind() {
             io::ErrorKind::NotFound => {
                 Self::new(path, Missing, "the folder of this output does not exist").hint("create the folder first")
@@ -91,17 +76,8 @@ impl FileError {
     }
 
     pub(crate) fn folder(path: &Path) -> Self {
-        Self::new(path, FileErrorKind::Unreadable, "this is a folder, not an image")
+        Self::new(path, ErrorKind::Unreadable, "this is a folder, not an image")
             .hint("name a file; a sequence in a folder is written `folder/shot.####.exr`")
-    }
-
-    pub(crate) fn cut_short(path: &Path) -> Self {
-        Self::new(path, FileErrorKind::Broken, "the file ends too early")
-            .hint("it was cut short or is still being written; copy or render it again")
-    }
-
-    pub(crate) fn broken(path: &Path, what: impl fmt::Display) -> Self {
-        Self::new(path, FileErrorKind::Broken, format!("the file is damaged: {what}")).hint("copy or render it again")
     }
 }
 

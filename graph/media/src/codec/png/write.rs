@@ -1,7 +1,5 @@
 //! Encoded pixels to PNG. Rows are converted on all cores; the packing is the fast kind.
 
-use std::path::Path;
-
 use half::f16;
 use half::slice::HalfFloatSliceExt;
 use png::chunk::ChunkType;
@@ -10,9 +8,9 @@ use png::{
 };
 use rayon::prelude::*;
 
-use crate::limits::{check_size, zeroed};
-use crate::{FileError, FileErrorKind, write_atomic};
 use super::dither::{Noise, dithered, quantise};
+use crate::codec::limits::{check_size, zeroed};
+use crate::codec::{CodecError, ErrorKind};
 
 /// Interleaved RGBA after the transfer function: numbers in [0, 1], or codes of eight bits.
 #[derive(Debug, Clone, Copy)]
@@ -72,38 +70,18 @@ pub enum PngColour {
     Unstated,
 }
 
-/// Writes a PNG to `path`, whole or not at all.
-pub fn write_png(
-    path: &Path,
-    size: (u32, u32),
-    pixels: EncodedPixels<'_>,
-    options: &PngOptions,
-) -> Result<(), FileError> {
-    write_atomic(path, &encode_png(path, size, pixels, options)?)
-}
-
-/// The bytes of a PNG of `size` (width, height). `path` is named in errors only.
-pub fn encode_png(
-    path: &Path,
-    size: (u32, u32),
-    pixels: EncodedPixels<'_>,
-    options: &PngOptions,
-) -> Result<Vec<u8>, FileError> {
-    check_size(path, (size.0.into(), size.1.into()), 2)?;
-    let bytes = codes(path, size, pixels, options)?;
+/// Encodes a PNG of `size` (width, height).
+pub fn encode_png(size: (u32, u32), pixels: EncodedPixels<'_>, options: &PngOptions) -> Result<Vec<u8>, CodecError> {
+    check_size((size.0.into(), size.1.into()), 2)?;
+    let bytes = codes(size, pixels, options)?;
     pack(size, &bytes, options)
-        .map_err(|error| FileError::new(path, FileErrorKind::Machine, format!("packing the PNG failed: {error}")))
+        .map_err(|error| CodecError::new(ErrorKind::Machine, format!("packing the PNG failed: {error}")))
 }
 
-fn codes(
-    path: &Path,
-    (width, height): (u32, u32),
-    pixels: EncodedPixels<'_>,
-    options: &PngOptions,
-) -> Result<Vec<u8>, FileError> {
+fn codes((width, height): (u32, u32), pixels: EncodedPixels<'_>, options: &PngOptions) -> Result<Vec<u8>, CodecError> {
     let row_length = width as usize * 4;
     assert_eq!(pixels.len(), row_length * height as usize, "four numbers for a pixel");
-    let mut bytes = zeroed::<u8>(path, width as usize * height as usize * options.pixel_bytes())?;
+    let mut bytes = zeroed::<u8>(width as usize * height as usize * options.pixel_bytes())?;
     let rows = bytes.par_chunks_exact_mut(width as usize * options.pixel_bytes()).enumerate();
     rows.for_each_init(
         || vec![0.0; row_length],

@@ -1,8 +1,6 @@
 //! From the file's header to a picture.
 
-use std::fs::File;
-use std::io::BufReader;
-use std::path::Path;
+use std::io::{Read, Seek, SeekFrom};
 
 use exr::block::reader::Reader;
 use exr::meta::BlockDescription;
@@ -10,34 +8,27 @@ use exr::meta::attribute::{Chromaticities, IntegerBounds, SampleType};
 use exr::meta::header::Header;
 use glam::{DVec2, Mat3};
 
-use crate::chromaticities::{self, Primaries, REC709};
-use crate::panics::catch_panic;
-use crate::limits::{MAX_BLOCK_BYTES, MAX_SIDE, check_size, too_large};
-use crate::{FileError, Metadata, Picture, Pixels};
-use super::decode::{Placement, decode};
+use super::decode::{Placement, decode_blocks};
 use super::select::{Choice, choose};
 use super::{explain, unsupported};
+use crate::codec::chromaticities::{self, Primaries, REC709};
+use crate::codec::limits::{MAX_BLOCK_BYTES, MAX_SIDE, check_size, too_large};
+use crate::codec::{CodecError, Metadata, Picture, Pixels};
 
-pub(super) type ExrReader = Reader<BufReader<File>>;
-
-/// Reads the chosen layer of an EXR file, placed in its display window.
-pub(crate) fn read(path: &Path, layer: Option<&str>) -> Result<Picture, FileError> {
-    catch_panic(|| read_unguarded(path, layer)).unwrap_or_else(|panic| Err(FileError::broken(path, panic)))
-}
-
-fn read_unguarded(path: &Path, layer: Option<&str>) -> Result<Picture, FileError> {
-    let reader = open(path)?;
-    let choice = choose(path, reader.headers(), layer)?;
+/// Decodes the chosen layer of an EXR file, placed in its display window.
+pub(crate) fn decode(reader: impl Read + Seek, layer: Option<&str>) -> Result<Picture, CodecError> {
+    let reader = open(reader)?;
+    let choice = choose(reader.headers(), layer)?;
     let header = reader.headers()[choice.part].clone();
-    let colour = colour_matrix(path, &header, &choice)?;
+    let colour = colour_matrix(&header, &choice)?;
     let display = header.shared_attributes.display_window;
     let pixel_type = pixel_type(&header, &choice);
     let bytes = if pixel_type == SampleType::F16 { 2 } else { 4 };
-    check_size(path, (display.size.0 as u64, display.size.1 as u64), bytes)?;
+    check_size((display.size.0 as u64, display.size.1 as u64), bytes)?;
     let placement = Placement { choice, display, data: header.data_window(), colour };
     let pixels = match pixel_type {
-        SampleType::F16 => Pixels::Half(decode(path, reader, &placement)?),
-        _ => Pixels::Float(decode(path, reader, &placement)?),
+        SampleType::F16 => Pixels::Half(decode_blocks(reader, &placement)?),
+        _ => Pixels::Float(decode_blocks(reader, &placement)?),
     };
     let (width, height) = (display.size.0 as u32, display.size.1 as u32);
     let notes = notes(&header, &placement);
@@ -45,28 +36,29 @@ fn read_unguarded(path: &Path, layer: Option<&str>) -> Result<Picture, FileError
 }
 
 /// Reads the headers and refuses what would exhaust memory later.
-fn open(path: &Path) -> Result<ExrReader, FileError> {
-    let file = File::open(path).map_err(|error| FileError::reading(path, &error))?;
-    let length = file.metadata().map_err(|error| FileError::reading(path, &error))?.len();
-    let reader = exr::block::read(BufReader::new(file), false).map_err(|error| explain(path, &error))?;
+fn open<R: Read + Seek>(mut reader: R) -> Result<Reader<R>, CodecError> {
+    let failed = |error| CodecError::reading(&error);
+    let length = reader.seek(SeekFrom::End(0)).map_err(failed)?;
+    reader.rewind().map_err(failed)?;
+    let reader = exr::block::read(reader, false).map_err(|error| explain(&error))?;
     for header in reader.headers() {
-        check_header(path, header)?;
+        check_header(header)?;
     }
     // The file begins with a table of eight bytes for each block.
     let blocks: u64 = reader.headers().iter().map(|header| header.chunk_count as u64).sum();
     if blocks.saturating_mul(8) > length {
-        return Err(FileError::cut_short(path));
+        return Err(CodecError::cut_short());
     }
     Ok(reader)
 }
 
-fn check_header(path: &Path, header: &Header) -> Result<(), FileError> {
+fn check_header(header: &Header) -> Result<(), CodecError> {
     let (width, height) = (header.layer_size.0 as u64, header.layer_size.1 as u64);
     if width == 0 || height == 0 {
-        return Err(FileError::broken(path, "a data window is empty"));
+        return Err(CodecError::broken("a data window is empty"));
     }
     if width > MAX_SIDE || height > MAX_SIDE {
-        return Err(too_large(path, format!("a data window has {width}×{height} pixels"))
+        return Err(too_large(format!("a data window has {width}×{height} pixels"))
             .hint(format!("a side may have at most {MAX_SIDE} pixels")));
     }
     let (block_width, block_height) = match header.blocks {
@@ -75,7 +67,7 @@ fn check_header(path: &Path, header: &Header) -> Result<(), FileError> {
     };
     let block = (header.channels.bytes_per_pixel as u64).saturating_mul(block_width).saturating_mul(block_height);
     if block > MAX_BLOCK_BYTES {
-        return Err(too_large(path, format!("one of its blocks takes {} MiB", block >> 20))
+        return Err(too_large(format!("one of its blocks takes {} MiB", block >> 20))
             .hint(format!("a block may take at most {} MiB", MAX_BLOCK_BYTES >> 20)));
     }
     Ok(())
@@ -88,12 +80,12 @@ fn pixel_type(header: &Header, choice: &Choice) -> SampleType {
     if all_half { SampleType::F16 } else { SampleType::F32 }
 }
 
-fn colour_matrix(path: &Path, header: &Header, choice: &Choice) -> Result<Option<Mat3>, FileError> {
+fn colour_matrix(header: &Header, choice: &Choice) -> Result<Option<Mat3>, CodecError> {
     let is_grey = choice.slots[0] == choice.slots[1];
     let stated = header.shared_attributes.chromaticities.filter(|_| choice.is_colour && !is_grey);
     let Some(stated) = stated else { return Ok(None) };
     let matrix = chromaticities::to_rec709(&primaries(&stated)).map_err(|_| {
-        unsupported(path, "its `chromaticities` attribute describes no colour space")
+        unsupported("its `chromaticities` attribute describes no colour space")
             .hint("correct or remove that attribute; without it, Rec.709 is assumed")
     })?;
     Ok(matrix.map(|matrix| matrix.as_mat3()))

@@ -1,53 +1,45 @@
 //! PNG to linear Rec.709: halves for 8 bits, which hold every code apart, floats for 16.
 
-use std::fs::File;
-use std::io::BufReader;
-use std::path::Path;
+use std::io::{BufRead, Seek};
 
 use glam::{DMat3, DVec2};
 use half::f16;
 use png::{BitDepth, Decoder, DecodingError, Info, Limits, Transformations};
 
-use crate::chromaticities::{Primaries, REC709, convert, to_rec709};
-use crate::panics::catch_panic;
-use crate::limits::{MAX_BYTES, check_size, filled, too_large};
-use crate::{FileError, FileErrorKind, Picture, Pixels};
+use crate::codec::chromaticities::{Primaries, REC709, convert, to_rec709};
+use crate::codec::limits::{MAX_BYTES, check_size, filled, too_large};
+use crate::codec::{CodecError, ErrorKind, Picture, Pixels};
 
 /// The first eight bytes of every PNG.
 pub(crate) const MAGIC: [u8; 8] = *b"\x89PNG\r\n\x1a\n";
 
-/// Reads a PNG as linear light. `cICP`, `sRGB`, `gAMA` and `cHRM` are honoured, in that order; an
-/// ICC profile is not, and a note says so. Alpha stays as it is, not multiplied in.
-pub(crate) fn read(path: &Path) -> Result<Picture, FileError> {
-    catch_panic(|| read_unguarded(path)).unwrap_or_else(|panic| Err(FileError::broken(path, panic)))
-}
-
-fn read_unguarded(path: &Path) -> Result<Picture, FileError> {
-    let file = File::open(path).map_err(|error| FileError::reading(path, &error))?;
+/// Decodes a PNG to linear light. `cICP`, `sRGB`, `gAMA` and `cHRM` are applied, in this order of
+/// priority. An ICC profile is ignored, with a note. Alpha is not multiplied in.
+pub(crate) fn decode(reader: impl BufRead + Seek) -> Result<Picture, CodecError> {
     let limits = Limits { bytes: MAX_BYTES as usize };
-    let mut decoder = Decoder::new_with_limits(BufReader::new(file), limits);
+    let mut decoder = Decoder::new_with_limits(reader, limits);
     decoder.set_transformations(Transformations::EXPAND);
-    let header = decoder.read_header_info().map_err(|error| explain(path, &error))?;
+    let header = decoder.read_header_info().map_err(|error| explain(&error))?;
     let (width, height) = (header.width, header.height);
-    check_size(path, (width.into(), height.into()), 4)?;
-    let mut reader = decoder.read_info().map_err(|error| explain(path, &error))?;
-    let colours = Colours::of(path, reader.info())?;
+    check_size((width.into(), height.into()), 4)?;
+    let mut reader = decoder.read_info().map_err(|error| explain(&error))?;
+    let colours = Colours::of(reader.info())?;
     let (colour_type, depth) = reader.output_color_type();
-    let size = reader.output_buffer_size().ok_or_else(|| FileError::broken(path, "no size"))?;
-    let mut bytes = filled(path, size, 0_u8)?;
-    reader.next_frame(&mut bytes).map_err(|error| explain(path, &error))?;
+    let size = reader.output_buffer_size().ok_or_else(|| CodecError::broken("no size"))?;
+    let mut bytes = filled(size, 0_u8)?;
+    reader.next_frame(&mut bytes).map_err(|error| explain(&error))?;
     let count = width as usize * height as usize;
     let channels = colour_type.samples();
     let pixels = if depth == BitDepth::Sixteen {
         let (codes, _) = bytes.as_chunks::<2>();
         let codes = codes.iter().map(|code| usize::from(u16::from_be_bytes(*code)));
-        let mut values = filled(path, count * 4, 1.0_f32)?;
+        let mut values = filled(count * 4, 1.0_f32)?;
         linearise(codes, channels, &colours.table(65535), |v| v, &mut values);
         colours.convert(&mut values);
         Pixels::Float(values)
     } else {
         let codes = bytes.iter().map(|code| usize::from(*code));
-        let mut values = filled(path, count * 4, f16::ONE)?;
+        let mut values = filled(count * 4, f16::ONE)?;
         linearise(codes, channels, &colours.table(255), f16::from_f32, &mut values);
         colours.convert_halves(&mut values);
         Pixels::Half(values)
@@ -96,14 +88,14 @@ struct Colours {
 }
 
 impl Colours {
-    fn of(path: &Path, info: &Info<'_>) -> Result<Self, FileError> {
+    fn of(info: &Info<'_>) -> Result<Self, CodecError> {
         let (transfer, primaries) = match info.coding_independent_code_points {
-            Some(cicp) => from_cicp(path, cicp.color_primaries, cicp.transfer_function)?,
+            Some(cicp) => from_cicp(cicp.color_primaries, cicp.transfer_function)?,
             None if info.srgb.is_some() || info.icc_profile.is_some() => (Transfer::Srgb, REC709),
             None => (from_gamma(info), stated_primaries(info)),
         };
         let matrix =
-            to_rec709(&primaries).map_err(|_| FileError::broken(path, "its `cHRM` chunk describes no colour space"))?;
+            to_rec709(&primaries).map_err(|_| CodecError::broken("its `cHRM` chunk describes no colour space"))?;
         let mut notes = Vec::new();
         if info.icc_profile.is_some() && info.coding_independent_code_points.is_none() {
             notes.push("its ICC profile is not applied; the colours are taken as sRGB".to_owned());
@@ -141,7 +133,7 @@ impl Colours {
 }
 
 /// Numbers of ITU-T H.273.
-fn from_cicp(path: &Path, primaries: u8, transfer: u8) -> Result<(Transfer, Primaries), FileError> {
+fn from_cicp(primaries: u8, transfer: u8) -> Result<(Transfer, Primaries), CodecError> {
     let with = |red, green, blue| Primaries { red, green, blue, ..REC709 };
     let xy = DVec2::new;
     let primaries = match primaries {
@@ -157,7 +149,7 @@ fn from_cicp(path: &Path, primaries: u8, transfer: u8) -> Result<(Transfer, Prim
     };
     transfer.zip(primaries).ok_or_else(|| {
         let what = "the `cICP` chunk of this PNG names a colour coding that is not read";
-        FileError::new(path, FileErrorKind::Unsupported, what).hint("save it again as sRGB, or as linear EXR")
+        CodecError::new(ErrorKind::Unsupported, what).hint("save it again as sRGB, or as linear EXR")
     })
 }
 
@@ -181,10 +173,10 @@ fn stated_primaries(info: &Info<'_>) -> Primaries {
     }
 }
 
-fn explain(path: &Path, error: &DecodingError) -> FileError {
+fn explain(error: &DecodingError) -> CodecError {
     match error {
-        DecodingError::IoError(error) => FileError::reading(path, error),
-        DecodingError::LimitsExceeded => too_large(path, "decoding it needs too much memory"),
-        other => FileError::broken(path, other),
+        DecodingError::IoError(error) => CodecError::reading(error),
+        DecodingError::LimitsExceeded => too_large("decoding it needs too much memory"),
+        other => CodecError::broken(other),
     }
 }

@@ -9,7 +9,8 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use crate::{FileError, FileErrorKind, Source};
+use crate::codec::ErrorKind;
+use crate::{FileError, Source};
 
 /// What an input argument stands for.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -120,7 +121,7 @@ impl Pattern {
     fn discover(&self) -> Result<Vec<u32>, FileError> {
         let folder = if self.folder.as_os_str().is_empty() { Path::new(".") } else { &self.folder };
         let entries = fs::read_dir(folder).map_err(|error| match error.kind() {
-            std::io::ErrorKind::NotFound => FileError::new(folder, FileErrorKind::Missing, "there is no such folder"),
+            std::io::ErrorKind::NotFound => FileError::new(folder, ErrorKind::Missing, "there is no such folder"),
             _ => FileError::reading(folder, &error),
         })?;
         let names = entries.filter_map(|entry| entry.ok()?.file_name().into_string().ok());
@@ -128,7 +129,7 @@ impl Pattern {
         let frames: Vec<u32> = frames.into_iter().collect();
         if frames.is_empty() {
             let pattern = self.folder.join(self.shown());
-            return Err(FileError::new(&pattern, FileErrorKind::Missing, "no file fits this pattern")
+            return Err(FileError::new(&pattern, ErrorKind::Missing, "no file fits this pattern")
                 .hint("check the folder, and that there is a `#` for each digit"));
         }
         match frames.windows(2).find(|pair| pair[1] != pair[0] + 1) {
@@ -250,11 +251,11 @@ fn naming_frames(text: &str, message: String) -> FileError {
 }
 
 fn naming(name: &str, message: impl Into<String>) -> FileError {
-    FileError::new(Path::new(name), FileErrorKind::Naming, message)
+    FileError::new(Path::new(name), ErrorKind::Naming, message)
 }
 
 fn missing(path: &Path, frame: u32) -> FileError {
-    FileError::new(path, FileErrorKind::Missing, format!("frame {frame} is missing"))
+    FileError::new(path, ErrorKind::Missing, format!("frame {frame} is missing"))
 }
 
 /// `out.png` as `out.####.png`.
