@@ -148,9 +148,9 @@ fn small_limits_make_the_same_pictures() {
     let picture = scene(96, 54);
     let pixels = picture.pixels.as_flattened().to_vec();
     let source = folder.join("scene.exr");
-    let exr = afterimage::files::Picture::new(96, 54, afterimage::files::Pixels::Float(pixels));
-    let options = afterimage::files::ExrOptions { float: true, ..Default::default() };
-    afterimage::files::write_exr(&source, &exr, &options).expect("a temporary file");
+    let exr = afterimage_media::Picture::new(96, 54, afterimage_media::Pixels::Float(pixels));
+    let options = afterimage_media::ExrOptions { float: true, ..Default::default() };
+    afterimage_media::write_exr(&source, &exr, &options).expect("a temporary file");
     for name in files() {
         let render = |driver: Option<&str>, out: &str| {
             let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_afterimage-under-test"));
@@ -161,7 +161,7 @@ fn small_limits_make_the_same_pictures() {
             }
             let output = command.output().expect("the program starts");
             assert!(output.status.success(), "{name}: {}", String::from_utf8_lossy(&output.stderr));
-            let picture = afterimage::files::read(&afterimage::files::Source::file(folder.join(out)));
+            let picture = afterimage_media::read(&afterimage_media::Source::file(folder.join(out)));
             picture.expect("a picture was written").pixels.to_f32()
         };
         let (here, there) = (render(None, "here.png"), render(Some(env!("SWIFTSHADER")), "there.png"));

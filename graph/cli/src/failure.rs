@@ -6,7 +6,7 @@ use afterimage_gpu::GpuError;
 use afterimage_graph::diagnostic::{Diagnostics, Style};
 use afterimage_plan::PlanError;
 
-use crate::files::FileError;
+use afterimage_media::FileError;
 
 /// What stopped a command.
 #[derive(Debug)]

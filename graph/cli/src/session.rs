@@ -11,8 +11,8 @@ use afterimage_plan::{GivenImage, Options, Plan, PlanCache, PlanOutput, PlanRequ
 use crate::args::{ArithmeticOptions, DeviceOptions};
 use crate::cache::{self, Gain};
 use crate::failure::Failure;
-use crate::files::{Picture, Pixels};
 use crate::terminal::note;
+use afterimage_media::{Picture, Pixels};
 
 /// Opens the GPU that the command line asks for.
 pub(crate) fn open(options: &DeviceOptions) -> Result<Gpu, Failure> {

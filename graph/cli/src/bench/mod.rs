@@ -28,10 +28,10 @@ use self::report::{FirstFrame, HostReport, PassReport, Report};
 use self::runner::Runner;
 use crate::args::BenchArgs;
 use crate::failure::Failure;
-use crate::files::write_whole;
 use crate::pipeline::{check_text, facts, load_graph, plan_options, read_text, registry};
 use crate::session::{open, options_on};
 use crate::terminal::say;
+use afterimage_media::write_atomic;
 
 pub(crate) fn run(args: &BenchArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
     let registry = registry(tables, &args.options.nodes)?;
@@ -47,7 +47,7 @@ pub(crate) fn run(args: &BenchArgs, tables: &[&[NodeKind]]) -> Result<(), Failur
     say(&report.to_string());
     if let Some(file) = &args.json {
         let json = serde_json::to_vec_pretty(&report).expect("names and finite numbers are JSON");
-        write_whole(file, &json)?;
+        write_atomic(file, &json)?;
     }
     Ok(())
 }

@@ -5,10 +5,10 @@ use afterimage_graph::image::{ColorState, Format};
 
 use super::clips::Clip;
 use super::errors::{Errors, Follower, SHARE, errors};
-use super::metrics::{Shown, difference, percentile};
 use super::runner::{Cost, Runner};
 use super::view::View;
 use crate::failure::Failure;
+use afterimage_lab::metrics::{Shown, difference, percentile};
 
 /// The frames of the truth on one clip.
 pub(crate) struct Truth {

@@ -7,8 +7,8 @@ use afterimage_graph::value::Value;
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
-use super::metrics::{REC2020, Range, Shown, nits_of_pq, srgb_encode};
 use crate::failure::Failure;
+use afterimage_lab::metrics::{REC2020, Range, Shown, nits_of_pq, srgb_encode};
 
 /// Light of linear 1: the white of a page (ITU-R BT.2408).
 const WHITE_NITS: f64 = 203.0;

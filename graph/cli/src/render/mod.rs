@@ -17,12 +17,12 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::args::RenderArgs;
 use crate::failure::Failure;
-use crate::files::{self, Metadata, Picture};
 use crate::pipeline::{facts, load_graph, plan_options, registry};
 use crate::save::{Saving, save};
 use crate::session::{Clock, Session, choose_output, open, options_on};
 use crate::terminal::note;
 use crate::watch::watch;
+use afterimage_media::{Metadata, Picture};
 use jobs::{Job, jobs};
 
 /// Frames that wait between two stages: one that is being made and one that is ready.
@@ -118,7 +118,7 @@ fn work(
 }
 
 fn read_job(job: &Job) -> Read {
-    job.sources.iter().map(|(name, source)| Ok((name.clone(), files::read(source)?))).collect()
+    job.sources.iter().map(|(name, source)| Ok((name.clone(), afterimage_media::read(source)?))).collect()
 }
 
 fn read_all(jobs: &[Job], to: &SyncSender<Read>) -> Duration {

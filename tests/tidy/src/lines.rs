@@ -1,0 +1,143 @@
+//! Lines of code by crate, of the work tree or of a revision.
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use proc_macro2::{Delimiter, TokenTree};
+
+use crate::files;
+use crate::modules::Tree;
+use crate::tokens::product_tokens;
+use crate::workspace::{Crate, Workspace, files_in, read};
+
+/// Lines of a crate or of the shared shaders.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Lines {
+    /// Lines with code, without tests, comments and blank lines.
+    pub code: usize,
+    /// All lines of all files, tests inside the crate included.
+    pub all: usize,
+}
+
+/// The lines of each crate of the product and of `shaders/`, by name.
+pub fn by_crate(workspace: &Workspace) -> Vec<(String, Lines)> {
+    let mut counts: Vec<(String, Lines)> = workspace.product().map(|one| (one.name.clone(), of_crate(one))).collect();
+    let shaders = files_in(&workspace.root.join("shaders"), &["wgsl"]);
+    let code = shaders.iter().map(|file| wgsl(&read(file))).sum();
+    counts.push(("shaders".to_owned(), Lines { code, all: all_lines(&shaders) }));
+    counts
+}
+
+/// The lines at a revision of git. The files are unpacked into a temporary folder, which is removed afterwards.
+///
+/// # Panics
+///
+/// Panics if git does not know the revision.
+pub fn at_revision(workspace: &Workspace, revision: &str) -> Vec<(String, Lines)> {
+    let folder = std::env::temp_dir().join(format!("afterimage-tidy-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).expect("a temporary folder");
+    let archive = folder.join("archive.tar");
+    run(Command::new("git").args(["archive", revision, "--output"]).arg(&archive).current_dir(&workspace.root));
+    run(Command::new("tar").arg("xf").arg(&archive).current_dir(&folder));
+    let counts = by_crate(&Workspace::at(&folder));
+    std::fs::remove_dir_all(&folder).expect("the folder can be removed");
+    counts
+}
+
+fn run(command: &mut Command) {
+    let status = command.status();
+    assert!(status.is_ok_and(|status| status.success()), "{command:?} fails");
+}
+
+fn of_crate(member: &Crate) -> Lines {
+    let trees: Vec<Tree> = member.roots.iter().map(|root| Tree::of(root)).collect();
+    let product: BTreeSet<&Path> = trees.iter().flat_map(Tree::files).collect();
+    let shaders: Vec<PathBuf> = files_in(&member.folder.join("src"), &["wgsl"]);
+    let code = product.iter().map(|file| rust(&read(file), file)).sum::<usize>();
+    let code = code + shaders.iter().map(|file| wgsl(&read(file))).sum::<usize>();
+    Lines { code, all: all_lines(&files::of_crate(member)) }
+}
+
+fn all_lines(files: &[PathBuf]) -> usize {
+    files.iter().map(|file| read(file).lines().count()).sum()
+}
+
+/// Lines of Rust with code outside of tests.
+fn rust(text: &str, name: &Path) -> usize {
+    let mut lines = BTreeSet::new();
+    note_lines(&product_tokens(text, name), &mut lines);
+    lines.len()
+}
+
+fn note_lines(tokens: &[TokenTree], lines: &mut BTreeSet<usize>) {
+    for token in tokens.iter().filter(|token| !is_comment(token)) {
+        match token {
+            TokenTree::Group(group) => {
+                let inner: Vec<TokenTree> = group.stream().into_iter().collect();
+                note_lines(&inner, lines);
+                if group.delimiter() != Delimiter::None {
+                    lines.extend([group.span_open().start().line, group.span_close().end().line]);
+                }
+            }
+            _ => lines.extend(token.span().start().line..=token.span().end().line),
+        }
+    }
+}
+
+/// Whether the token is part of a doc comment, which the compiler reads as an attribute.
+fn is_comment(token: &TokenTree) -> bool {
+    let may_be = match token {
+        TokenTree::Punct(punct) => matches!(punct.as_char(), '#' | '!'),
+        TokenTree::Group(group) => group.delimiter() == Delimiter::Bracket,
+        _ => false,
+    };
+    may_be && token.span().source_text().is_some_and(|text| text.starts_with("//") || text.starts_with("/*"))
+}
+
+/// Lines of WGSL with code.
+fn wgsl(text: &str) -> usize {
+    let mut depth = 0_usize;
+    text.lines().filter(|line| has_wgsl_code(line, &mut depth)).count()
+}
+
+/// Whether a line has code; `depth` is the number of block comments that are open, which nest in WGSL.
+fn has_wgsl_code(line: &str, depth: &mut usize) -> bool {
+    let mut has_code = false;
+    let mut rest = line;
+    while let Some(first) = rest.chars().next() {
+        let length = match rest {
+            _ if rest.starts_with("/*") => {
+                *depth += 1;
+                2
+            }
+            _ if *depth > 0 && rest.starts_with("*/") => {
+                *depth -= 1;
+                2
+            }
+            _ if *depth == 0 && rest.starts_with("//") => break,
+            _ => {
+                has_code |= *depth == 0 && !first.is_whitespace();
+                first.len_utf8()
+            }
+        };
+        rest = &rest[length..];
+    }
+    has_code
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn comments_blank_lines_and_tests_are_no_code() {
+        let text = "//! Docs.\n\n// Why.\nfn a() {\n    /* b */\n    c(\"d\n e\"); // f\n}\n/// G.\n#[inline]\nfn h() {}\n#[cfg(test)]\nmod tests {\n}\n";
+        assert_eq!(rust(text, Path::new("a.rs")), 6);
+    }
+
+    #[test]
+    fn comments_nest_in_shaders() {
+        assert_eq!(wgsl("// a\n\nfn b() { /* c /* d */\ne */ }\n/* f\ng */\nconst h = 1; // i\n"), 3);
+    }
+}
