@@ -158,9 +158,14 @@ impl Station {
         found.ok_or_else(|| format!("{} does not exist", self.name()))
     }
 
+    /// The function; where several `impl`s of a type have one of this name, all of them as one.
     fn find_in(&self, text: &str) -> Option<Function> {
         let is_this = |f: &Function| f.name == self.function && (self.owner.is_none() || f.owner == self.owner);
-        in_text(text, Path::new(&self.file)).into_iter().find(is_this)
+        let found = in_text(text, Path::new(&self.file)).into_iter().filter(is_this);
+        found.reduce(|mut one, other| {
+            one.names.extend(other.names);
+            one
+        })
     }
 }
 

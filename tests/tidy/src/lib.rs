@@ -21,6 +21,7 @@ pub mod layers;
 pub mod lines;
 pub mod modules;
 mod paths;
+pub mod revision;
 mod scopes;
 pub mod tokens;
 pub mod words;

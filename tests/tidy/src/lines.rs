@@ -2,7 +2,6 @@
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
-use std::process::Command;
 
 use proc_macro2::{Delimiter, TokenTree};
 
@@ -27,27 +26,6 @@ pub fn by_crate(workspace: &Workspace) -> Vec<(String, Lines)> {
     let code = shaders.iter().map(|file| wgsl(&read(file))).sum();
     counts.push(("shaders".to_owned(), Lines { code, all: all_lines(&shaders) }));
     counts
-}
-
-/// The lines at a revision of git. The files are unpacked into a temporary folder, which is removed afterwards.
-///
-/// # Panics
-///
-/// Panics if git does not know the revision.
-pub fn at_revision(workspace: &Workspace, revision: &str) -> Vec<(String, Lines)> {
-    let folder = std::env::temp_dir().join(format!("afterimage-tidy-{}", std::process::id()));
-    std::fs::create_dir_all(&folder).expect("a temporary folder");
-    let archive = folder.join("archive.tar");
-    run(Command::new("git").args(["archive", revision, "--output"]).arg(&archive).current_dir(&workspace.root));
-    run(Command::new("tar").arg("xf").arg(&archive).current_dir(&folder));
-    let counts = by_crate(&Workspace::at(&folder));
-    std::fs::remove_dir_all(&folder).expect("the folder can be removed");
-    counts
-}
-
-fn run(command: &mut Command) {
-    let status = command.status();
-    assert!(status.is_ok_and(|status| status.success()), "{command:?} fails");
 }
 
 fn of_crate(member: &Crate) -> Lines {

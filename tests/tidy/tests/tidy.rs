@@ -45,7 +45,10 @@ fn old_words_are_gone() {
 #[test]
 fn flows_are_as_written_and_short() {
     let root = Workspace::this().root;
-    let flows = files_in(&root.join("tests/tidy/flows"), &["txt"]);
+    let folder = root.join("tests/tidy/flows");
+    let mut flows = files_in(&folder, &["txt"]);
+    // Subfolders hold the flows of earlier revisions.
+    flows.retain(|file| file.parent() == Some(&folder));
     let of_file = |file: &std::path::PathBuf| Flow::parse(&read(file)).violations(&root);
     assert_none(&flows.iter().flat_map(of_file).collect::<Vec<_>>());
 }
