@@ -11,8 +11,13 @@ pub const MAX_WIDTH: usize = 120;
 
 /// The Rust and WGSL files of a crate, tests inside the crate included.
 pub fn of_crate(member: &Crate) -> Vec<PathBuf> {
-    let folders = ["src", "examples", "benches", "tests"].map(|folder| member.folder.join(folder));
-    folders.iter().flat_map(|folder| files_in(folder, &["rs", "wgsl"])).collect()
+    let others = ["examples", "benches", "tests"].map(|folder| member.folder.join(folder));
+    let folders = member.folders().into_iter().chain(others.iter().map(PathBuf::as_path));
+    let mut files: Vec<PathBuf> = folders.flat_map(|folder| files_in(folder, &["rs", "wgsl"])).collect();
+    files.extend(member.roots.iter().cloned());
+    files.sort();
+    files.dedup();
+    files
 }
 
 /// The Rust and WGSL files of the product: its crates and the shared shaders.

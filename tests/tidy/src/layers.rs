@@ -2,31 +2,21 @@
 
 use crate::workspace::Crate;
 
-/// Each crate of the product from the lowest layer up, with the crates that it may name as normal dependencies.
+/// Each crate of the product from the lowest layer up, with the crates that it is built on.
 ///
-/// A member that is missing here is an error, so that a new crate gets its place in the list.
+/// It may name these and those below them as normal dependencies. A member that is missing here is an error, so that a
+/// new crate gets its place in the list.
 pub const LAYERS: &[(&str, &[&str])] = &[
+    ("afterimage-shaders", &[]),
     ("afterimage-base", &[]),
-    ("afterimage-wgsl", &["afterimage-base"]),
+    ("afterimage-wgsl", &["afterimage-base", "afterimage-shaders"]),
     ("afterimage-graph", &["afterimage-base", "afterimage-wgsl"]),
     ("afterimage-plan", &["afterimage-base", "afterimage-wgsl", "afterimage-graph"]),
-    ("afterimage-nodes", &["afterimage-graph"]),
+    ("afterimage-nodes", &["afterimage-graph", "afterimage-shaders"]),
     ("afterimage-gpu", &["afterimage-plan"]),
     ("afterimage-media", &["afterimage-base"]),
     ("afterimage-lab", &["afterimage-gpu", "afterimage-media", "afterimage-plan"]),
-    (
-        "afterimage",
-        &[
-            "afterimage-base",
-            "afterimage-wgsl",
-            "afterimage-graph",
-            "afterimage-plan",
-            "afterimage-nodes",
-            "afterimage-gpu",
-            "afterimage-media",
-            "afterimage-lab",
-        ],
-    ),
+    ("afterimage", &["afterimage-lab", "afterimage-nodes"]),
 ];
 
 /// External crates that only some crates may name as normal dependencies.
@@ -39,21 +29,27 @@ pub fn violations(crates: &[&Crate]) -> Vec<String> {
 }
 
 fn of_crate(one: &Crate) -> Vec<String> {
-    let Some((_, allowed)) = LAYERS.iter().find(|(name, _)| *name == one.name) else {
+    if !LAYERS.iter().any(|(name, _)| *name == one.name) {
         return vec![format!("crate `{}` has no place in the list of layers", one.name)];
-    };
-    let normal = one.dependencies.iter().filter(|dependency| !dependency.dev);
-    normal.filter_map(|dependency| refused(&one.name, &dependency.name, allowed)).collect()
+    }
+    let normal = one.dependencies.iter().filter(|dependency| !dependency.dev).map(|dependency| &dependency.name);
+    let refused = normal.filter(|used| !is_allowed(&one.name, used));
+    refused.map(|used| format!("`{}` must not depend on `{used}`", one.name)).collect()
 }
 
-fn refused(user: &str, used: &str, allowed: &[&str]) -> Option<String> {
+fn is_allowed(user: &str, used: &str) -> bool {
     let reserved = RESERVED.iter().find(|(name, _)| *name == used).map(|(_, users)| *users);
     let is_member = used == "afterimage" || used.starts_with("afterimage-");
-    let refused = match reserved {
-        Some(users) => !users.contains(&user),
-        None => is_member && !allowed.contains(&used),
-    };
-    refused.then(|| format!("`{user}` must not depend on `{used}`"))
+    match reserved {
+        Some(users) => users.contains(&user),
+        None => !is_member || is_below(used, user),
+    }
+}
+
+/// Whether one crate is built on the other, directly or not.
+fn is_below(lower: &str, upper: &str) -> bool {
+    let direct = LAYERS.iter().find(|(name, _)| *name == upper).map_or(&[][..], |(_, direct)| direct);
+    direct.iter().any(|name| *name == lower || is_below(lower, name))
 }
 
 #[cfg(test)]
@@ -71,6 +67,13 @@ mod tests {
     fn an_edge_to_a_higher_layer_is_found() {
         let graph = crate_with("afterimage-graph", &["afterimage-base", "afterimage-plan", "ron"], &[]);
         assert_eq!(violations(&[&graph]), ["`afterimage-graph` must not depend on `afterimage-plan`"]);
+    }
+
+    #[test]
+    fn crates_below_those_of_the_list_may_be_named() {
+        let gpu = crate_with("afterimage-gpu", &["afterimage-plan", "afterimage-base"], &[]);
+        let media = crate_with("afterimage-media", &["afterimage-graph"], &[]);
+        assert_eq!(violations(&[&gpu, &media]), ["`afterimage-media` must not depend on `afterimage-graph`"]);
     }
 
     #[test]

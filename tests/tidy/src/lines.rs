@@ -19,22 +19,28 @@ pub struct Lines {
     pub all: usize,
 }
 
-/// The lines of each crate of the product and of `shaders/`, by name.
+/// The lines of each crate of the product, by name.
 pub fn by_crate(workspace: &Workspace) -> Vec<(String, Lines)> {
+    let folder = workspace.root.join("shaders");
     let mut counts: Vec<(String, Lines)> = workspace.product().map(|one| (one.name.clone(), of_crate(one))).collect();
-    let shaders = files_in(&workspace.root.join("shaders"), &["wgsl"]);
-    let code = shaders.iter().map(|file| wgsl(&read(file))).sum();
-    counts.push(("shaders".to_owned(), Lines { code, all: all_lines(&shaders) }));
+    // Early revisions have the shared shaders in no crate.
+    if !workspace.product().any(|member| member.folder == folder) {
+        let shaders = files_in(&folder, &["wgsl"]);
+        counts.push(("shaders".to_owned(), Lines { code: wgsl_lines(&shaders), all: all_lines(&shaders) }));
+    }
     counts
 }
 
 fn of_crate(member: &Crate) -> Lines {
     let trees: Vec<Tree> = member.roots.iter().map(|root| Tree::of(root)).collect();
     let product: BTreeSet<&Path> = trees.iter().flat_map(Tree::files).collect();
-    let shaders: Vec<PathBuf> = files_in(&member.folder.join("src"), &["wgsl"]);
+    let shaders = member.folders().into_iter().flat_map(|folder| files_in(folder, &["wgsl"])).collect::<Vec<_>>();
     let code = product.iter().map(|file| rust(&read(file), file)).sum::<usize>();
-    let code = code + shaders.iter().map(|file| wgsl(&read(file))).sum::<usize>();
-    Lines { code, all: all_lines(&files::of_crate(member)) }
+    Lines { code: code + wgsl_lines(&shaders), all: all_lines(&files::of_crate(member)) }
+}
+
+fn wgsl_lines(files: &[PathBuf]) -> usize {
+    files.iter().map(|file| wgsl(&read(file))).sum()
 }
 
 fn all_lines(files: &[PathBuf]) -> usize {

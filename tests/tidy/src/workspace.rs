@@ -1,5 +1,6 @@
 //! The crates of a workspace, as `cargo metadata` lists them.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -20,7 +21,7 @@ pub struct Crate {
     pub name: String,
     /// The folder of its manifest.
     pub folder: PathBuf,
-    /// The root files of its library and its programs.
+    /// The root files of its library, its programs and its build script.
     pub roots: Vec<PathBuf>,
     /// What it depends on.
     pub dependencies: Vec<Dependency>,
@@ -71,11 +72,17 @@ impl Workspace {
 }
 
 impl Crate {
+    /// The folders of its code: where the root files lie. The manifest's folder counts if a library lies there.
+    pub fn folders(&self) -> BTreeSet<&Path> {
+        let roots = self.roots.iter().filter(|root| !root.ends_with("build.rs"));
+        roots.map(|root| root.parent().expect("a file lies in a folder")).collect()
+    }
+
     fn read(package: &Value) -> Self {
         let manifest = PathBuf::from(string(package, "manifest_path"));
         let is_root = |target: &&Value| {
             let kinds = list(target, "kind");
-            kinds.iter().any(|kind| kind == "lib" || kind == "bin" || kind == "proc-macro")
+            kinds.iter().any(|kind| kind == "lib" || kind == "bin" || kind == "custom-build")
         };
         Self {
             name: string(package, "name"),
