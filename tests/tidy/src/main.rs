@@ -10,6 +10,7 @@ use afterimage_tidy::functions::{self, Lengths};
 use afterimage_tidy::lines::{self, Lines};
 use afterimage_tidy::modules::Tree;
 use afterimage_tidy::revision::Revision;
+use afterimage_tidy::words::Words;
 use afterimage_tidy::workspace::{Crate, Workspace, files_in, read};
 use afterimage_tidy::{files, layers, words};
 
@@ -47,7 +48,10 @@ fn answer(command: &str, workspace: &Workspace, revision: &str) -> Option<String
         "cycles" => of_cycles(workspace),
         "files" => list(&files::violations(workspace, &files::of_product(workspace))),
         "functions" => of_functions(workspace),
-        "words" => list(&words::violations(workspace, &[words::REPLACED, words::PENDING].concat())),
+        "words" => {
+            let Words { replaced, pending } = Words::this();
+            list(&words::violations(workspace, &[replaced, pending].concat()))
+        }
         "flows" => of_flows(workspace, &Workspace::this().root.join("tests/tidy/flows").join(revision)),
         "lines" => of_lines(&lines::by_crate(workspace)),
         _ => return None,

@@ -5,69 +5,42 @@ use std::path::{Path, PathBuf};
 use crate::files;
 use crate::workspace::{Workspace, files_in, read};
 
-/// Words that must not occur, with what replaces them.
-///
-/// A word with a capital letter or an underscore matches in this case only, any other in every case. A word matches
-/// whole: no part of an identifier may touch it.
-pub const REPLACED: &[(&str, &str)] = &[];
+/// The list of `tests/tidy/words.txt`.
+#[derive(Debug, Default)]
+pub struct Words {
+    /// Words that must not occur, with what replaces them.
+    pub replaced: Vec<(String, String)>,
+    /// Words that still occur.
+    pub pending: Vec<(String, String)>,
+}
 
-/// Words of the old vocabulary that still occur. A line moves up to [`REPLACED`] as soon as its word is gone.
-pub const PENDING: &[(&str, &str)] = &[
-    // Identifiers.
-    ("FALLBACK", "FALLBACK"),
-    ("ShaderFeatures", "ShaderFeatures"),
-    ("features", "shader features"),
-    ("Draft", "PlanBuilder, NodeDraft, UncompiledDispatch"),
-    ("OutputState::", "OutputState"),
-    ("AliasingBarrier", "aliasing barrier"),
-    ("hand_over", "aliasing barrier"),
-    ("Holding::", "residency"),
-    ("Skipped", "Skipped"),
-    ("skipped", "skipped"),
-    ("launch", "command"),
-    ("launches", "commands"),
-    ("Moment::", "FrameConstants"),
-    ("SharedRead", "SharedRead"),
-    ("shared_reads", "shared reads"),
-    ("SampleMode::", "SampleMode"),
-    ("PlanRequest<", "PlanRequest"),
-    ("PlanRequest {", "PlanRequest, Override"),
-    ("Fallback", "Fallback"),
-    ("fallback", "fallback"),
-    ("Told::", "BuiltinArg"),
-    ("can_tell", "supported"),
-    (".accepts(", "accepts"),
-    ("specialize", "specialize"),
-    ("BatchBarriers", "BatchBarriers"),
-    ("batch", "batch"),
-    ("batches", "batches"),
-    ("Workshop", "PlanCompiler"),
-    // Phrases.
-    ("are told", "are reported"),
-    ("unchecked", "unchecked"),
-    ("hand-over", "aliasing barrier"),
-    ("hands over", "passes"),
-    ("is told", "is reported"),
-    ("newborn", "uninitialized"),
-    ("of so many", "of N"),
-    ("peer", "baseline"),
-    ("pitfall", "lint"),
-    ("lints", "lints"),
-    ("resident", "alias owner"),
-    ("so manyth", "stride"),
-    ("stand-in", "fallback"),
-    ("stands in for", "is the fallback of"),
-    ("take turns", "share"),
-    ("takes turns", "shares"),
-    ("the rooms", "the layout"),
-    ("the truth", "the reference"),
-    ("twin", "CPU reference"),
-    ("twins", "CPU references"),
-    ("what becomes of", "the result of"),
-];
+impl Words {
+    /// The list of this crate.
+    pub fn this() -> Self {
+        Self::parse(&read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("words.txt")))
+    }
+
+    /// Reads a list.
+    ///
+    /// # Panics
+    ///
+    /// Panics at a line that is neither `OLD -> NEW` nor `pending` nor a comment.
+    pub fn parse(text: &str) -> Self {
+        let mut words = Self::default();
+        let mut list = &mut words.replaced;
+        for line in text.lines().filter(|line| !line.starts_with('#')) {
+            match line.split_once(" -> ") {
+                Some((old, new)) => list.push((old.to_owned(), new.to_owned())),
+                None if line == "pending" => list = &mut words.pending,
+                None => panic!("`{line}` is no `OLD -> NEW`"),
+            }
+        }
+        words
+    }
+}
 
 /// Where the words of a list occur: `file:line: word, replacement`.
-pub fn violations(workspace: &Workspace, words: &[(&str, &str)]) -> Vec<String> {
+pub fn violations(workspace: &Workspace, words: &[(String, String)]) -> Vec<String> {
     let files = searched(workspace);
     files.iter().flat_map(|file| in_text(workspace.short(file), &read(file), words)).collect()
 }
@@ -82,7 +55,7 @@ fn searched(workspace: &Workspace) -> Vec<PathBuf> {
     files
 }
 
-fn in_text(file: &Path, text: &str, words: &[(&str, &str)]) -> Vec<String> {
+fn in_text(file: &Path, text: &str, words: &[(String, String)]) -> Vec<String> {
     let in_line = |(number, line): (usize, &str)| {
         let found = words.iter().filter(|(old, _)| occurs(line, old));
         found.map(|(old, new)| format!("{}:{}: `{old}`, now {new}", file.display(), number + 1)).collect::<Vec<_>>()
@@ -111,17 +84,11 @@ mod tests {
 
     #[test]
     fn old_words_are_found_whole() {
-        let words = [("Fallback", "Fallback"), ("take turns", "share"), ("Told::", "BuiltinArg")];
-        let text =
-            "let x = Fallback::None;\n// Images TAKE TURNS in\nlet StandIns = standin(Untold::A, Told);\nTold::B\n";
+        let words = Words::parse("# Comment\nOldName -> NewName\ntake turns -> share\npending\nOld:: -> New\n");
+        let text = "let x = OldName::None;\n// Images TAKE TURNS in\nlet OldNames = oldname(Unold::A, Old);\nOld::B\n";
         let expected =
-            ["a.rs:1: `Fallback`, now Fallback", "a.rs:2: `take turns`, now share", "a.rs:4: `Told::`, now BuiltinArg"];
-        assert_eq!(in_text(Path::new("a.rs"), text, &words), expected);
-    }
-
-    #[test]
-    fn no_word_is_on_both_lists() {
-        let both = PENDING.iter().filter(|(old, _)| REPLACED.iter().any(|(word, _)| word == old));
-        assert_eq!(both.count(), 0);
+            ["a.rs:1: `OldName`, now NewName", "a.rs:2: `take turns`, now share", "a.rs:4: `Old::`, now New"];
+        let all = [words.replaced, words.pending].concat();
+        assert_eq!(in_text(Path::new("a.rs"), text, &all), expected);
     }
 }

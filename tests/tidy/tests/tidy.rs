@@ -4,6 +4,7 @@
 use afterimage_tidy::cycles::{cycles, describe};
 use afterimage_tidy::flows::Flow;
 use afterimage_tidy::modules::Tree;
+use afterimage_tidy::words::Words;
 use afterimage_tidy::workspace::{Crate, Workspace, files_in, read};
 use afterimage_tidy::{files, functions, layers, words};
 
@@ -39,7 +40,7 @@ fn functions_are_short() {
 
 #[test]
 fn old_words_are_gone() {
-    assert_none(&words::violations(&Workspace::this(), words::REPLACED));
+    assert_none(&words::violations(&Workspace::this(), &Words::this().replaced));
 }
 
 #[test]
