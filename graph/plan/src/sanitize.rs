@@ -38,12 +38,12 @@ pub(crate) fn sanitize(draft: &mut PlanBuilder) {
 fn reads_by_itself(pass: &Pass, image: ImageId) -> bool {
     match &pass.work {
         Work::Steps { steps, .. } => {
-            steps.iter().any(|s| s.args.contains(&Arg::Texture(image)) && s.shader.reads_textures_itself())
+            steps.iter().any(|s| s.args.contains(&Arg::Texture(image)) && s.shader.reads_textures_itself(s.function))
         }
         // These come after this step.
         Work::Tiled(_) | Work::Rows(_) | Work::Cells(_) => false,
         Work::Entry(call) => {
-            call.shader.reads_textures_itself() && call.bindings.iter().any(|b| b.resource == Resource::Image(image))
+            call.shader.reads_textures_itself(call.entry) && call.bindings.iter().any(|b| b.resource == Resource::Image(image))
         }
     }
 }

@@ -1,5 +1,6 @@
 //! Shaders as values: a module of WGSL, what it declares, and how modules are put together.
 
+mod direct_reads;
 mod error;
 mod features;
 mod import;
@@ -67,9 +68,10 @@ impl Shader {
         self.reflection.get_or_init(|| reflect::reflect(self)).as_ref().map_err(Clone::clone)
     }
 
-    /// Whether the module reads textures by itself and not through `texel` and `tap`, so that the framework cannot guard what it reads.
-    pub fn reads_textures_itself(&self) -> bool {
-        ["textureLoad", "textureSample", "textureGather"].iter().any(|call| self.source.contains(call))
+    /// Whether a function or an entry point of the module reads textures directly, and not through `texel` and `tap`, so
+    /// that the framework cannot sanitize what it reads.
+    pub fn reads_textures_itself(&self, function: &str) -> bool {
+        self.reflect().is_ok_and(|reflection| reflection.direct_reads.iter().any(|name| name == function))
     }
 }
 

@@ -2,6 +2,7 @@
 
 use naga::{AddressSpace, ImageClass, ImageDimension, ScalarKind as NagaKind, TypeInner};
 
+use crate::direct_reads::direct_reads;
 use crate::error::validate;
 use crate::import::Text;
 use crate::{SampleMode, Shader, ShaderError, ShaderFeatures};
@@ -17,6 +18,8 @@ pub struct Reflection {
     pub structs: Vec<StructLayout>,
     /// Bound variables of whole kernels.
     pub globals: Vec<Global>,
+    /// Functions and entry points of the file that read textures directly, and not through `texel` and `tap`.
+    pub direct_reads: Vec<String>,
 }
 
 /// The entry point of a whole kernel.
@@ -149,6 +152,7 @@ pub(crate) fn reflect(shader: &Shader) -> Result<Reflection, ShaderError> {
         entries: module.entry_points.iter().map(entry_point).collect(),
         structs: module.types.iter().filter_map(|(_, ty)| layout(&module, ty)).collect(),
         globals: module.global_variables.iter().filter_map(|(_, g)| global(&module, g)).collect(),
+        direct_reads: direct_reads(&module, &text.text, &text.map, shader.file()),
     })
 }
 
