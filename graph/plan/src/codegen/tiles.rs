@@ -1,50 +1,53 @@
-//! The entry point of a tiling: a chain of images, each kept in workgroup memory for the next.
+//! The entry point of a tiled chain: images, each kept in workgroup memory for the next.
 //!
-//! Kernel functions read textures through `texel` and `tap`. For a function that reads the image before, its file is written a second time under
-//! other names, in which a texture is a number and those two read workgroup memory.
+//! Kernel functions read textures through `texel` and `tap`. For a function that reads the image before, its file is
+//! written a second time under other names, in which a texture is a number and those two read workgroup memory.
 
 use std::fmt::Write as _;
 
-use super::compose::{Composed, StepsWriter, promises};
+use super::functions::{KernelWriter, is_tiled, params_struct, promises};
+use super::module::Composed;
+use super::uniforms::uniform_struct;
 use afterimage_base::image::Format;
-use afterimage_graph::node::{Arg, ImageId, Step, TileStage, Tiling};
-use afterimage_wgsl::{SampleMode, ShaderError, ShaderFeatures, Text};
+use afterimage_graph::node::{ImageId, Pass, TileStage, TiledChain};
+use afterimage_wgsl::{SampleMode, Shader, ShaderError, ShaderFeatures, Text};
 
 /// Invocations of a workgroup, across and down.
 const TILE_SIDE: u32 = 16;
 
-/// A tiling with its entry point.
-pub(crate) fn compose_tiling(
-    tiling: &Tiling,
+/// A tiled chain with its entry point.
+pub(super) fn compose_tiled_chain(
+    pass: &Pass,
+    chain: &TiledChain,
     format_of: &dyn Fn(ImageId) -> Format,
     sample_mode_of: &dyn Fn(ImageId) -> SampleMode,
     features: ShaderFeatures,
 ) -> Result<Composed, ShaderError> {
-    let steps: Vec<&Step> = tiling.stages.iter().flat_map(|stage| &stage.steps).collect();
-    let mut writer = StepsWriter::new(sample_mode_of);
-    let reading = writer.strictest(steps.iter().copied());
+    let kernels = &pass.kernels;
+    let mut writer = KernelWriter::new(sample_mode_of);
+    let reading = writer.strictest(kernels);
     let params = writer.params_variable();
     let mut functions = String::new();
-    let mut first = 0;
-    for (index, stage) in tiling.stages.iter().enumerate() {
-        writer.stage(index, &stage.steps, first);
-        functions += &writer.take_function(&format!("stage{index}"), first + stage.steps.len() - 1);
-        first += stage.steps.len();
+    for (index, stage) in chain.stages.iter().enumerate() {
+        writer.kernels(index, &kernels[stage.kernels.clone()], stage.kernels.start);
+        functions += &writer.take_function(&format!("stage{index}"), stage.last_kernel());
     }
+    let stored = |stage: &TileStage| pass.results.iter().find(|result| result.kernel == stage.last_kernel());
+    let images = chain.stages.iter().map(|stage| stored(stage).map(|result| result.image));
     let stores: Vec<Option<String>> =
-        tiling.stages.iter().map(|stage| stage.result.map(|image| writer.storage(image, format_of(image)))).collect();
-    let mut text = Text::promising(promises(steps.iter().copied())).reading(reading, features)?;
-    for step in steps.iter().filter(|step| !is_tiled(step)) {
-        text.module(step.shader)?;
+        images.map(|image| image.map(|image| writer.storage(image, format_of(image)))).collect();
+    let mut text = Text::promising(promises(kernels)).reading(reading, features)?;
+    for kernel in kernels.iter().filter(|kernel| !is_tiled(kernel)) {
+        text.module(kernel.shader)?;
     }
-    text.generated(&uniform_struct(tiling, &steps));
+    text.generated(&uniform_struct(pass, &|at| params_struct(&kernels[at])));
     text.generated(writer.declarations());
-    text.generated(&memory(tiling, &params));
-    for step in steps.iter().filter(|step| is_tiled(step)) {
-        text.tiled_module(step.shader)?;
+    text.generated(&memory(chain, &params));
+    for kernel in kernels.iter().filter(|kernel| is_tiled(kernel)) {
+        text.tiled_module(kernel.shader)?;
     }
     text.generated(&functions);
-    text.generated(&entry(tiling, &stores, &params));
+    text.generated(&entry(chain, &stores));
     Ok(Composed {
         source: text.text,
         map: text.map,
@@ -52,27 +55,16 @@ pub(crate) fn compose_tiling(
         fragment: None,
         slots: writer.into_slots(),
         workgroup: [TILE_SIDE, TILE_SIDE, 1],
-        unchecked: steps.iter().all(|step| step.shader.is_unchecked()),
+        unchecked: pass.shaders().all(Shader::is_unchecked),
         reading,
+        // Every texel of a tile is written before it is read.
+        zero_workgroup_memory: false,
     })
 }
 
-/// Whether a step reads the image before.
-pub(crate) fn is_tiled(step: &Step) -> bool {
-    step.args.contains(&Arg::Tile)
-}
-
-fn uniform_struct(tiling: &Tiling, steps: &[&Step]) -> String {
-    let mut text = format!("struct PassUniform {{\n    sizes: array<vec4i, {}>,\n", tiling.stages.len());
-    for (index, step) in steps.iter().enumerate().filter(|(_, step)| !step.uniform.is_empty()) {
-        let _ = writeln!(text, "    @align(16) step{index}: {},", super::compose::params_struct(step));
-    }
-    text + "}"
-}
-
-/// Where the image of each stage begins in workgroup memory: they lie in it by turns.
-fn bases(tiling: &Tiling) -> (Vec<u32>, u32) {
-    let kept = &tiling.stages[..tiling.stages.len() - 1];
+/// Where the image of each stage begins in workgroup memory: images alternate between its two parts.
+fn bases(chain: &TiledChain) -> (Vec<u32>, u32) {
+    let kept = &chain.stages[..chain.stages.len() - 1];
     let area = |stage: &TileStage| stage.extent[0] * stage.extent[1];
     let even = kept.iter().step_by(2).map(area).max().unwrap_or(0);
     let odd = kept.iter().skip(1).step_by(2).map(area).max().unwrap_or(0);
@@ -80,9 +72,9 @@ fn bases(tiling: &Tiling) -> (Vec<u32>, u32) {
     (bases, even + odd)
 }
 
-fn memory(tiling: &Tiling, params: &str) -> String {
-    let (_, texels) = bases(tiling);
-    let (cell, pack, unpack) = if tiling.halves {
+fn memory(chain: &TiledChain, params: &str) -> String {
+    let (_, texels) = bases(chain);
+    let (cell, pack, unpack) = if chain.halves {
         (
             "vec2u",
             "vec2u(pack2x16float(v.xy), pack2x16float(v.zw))",
@@ -124,26 +116,26 @@ fn tile_share(group: vec2i, size: vec2i, last: vec2i) -> vec2i {{
     let whole = group * {tile} >= last;
     return select(vec2i(vec2u(group * {tile}) * vec2u(size) / vec2u(last)), size, whole);
 }}",
-        tile = tiling.tile
+        tile = chain.tile
     )
 }
 
-fn entry(tiling: &Tiling, stores: &[Option<String>], params: &str) -> String {
-    let last = tiling.stages.len() - 1;
-    let (bases, _) = bases(tiling);
+fn entry(chain: &TiledChain, stores: &[Option<String>]) -> String {
+    let last = chain.stages.len() - 1;
+    let (bases, _) = bases(chain);
     let mut body =
-        format!("    let last = tile_size_of({last});\n    let origin{last} = vec2i(group.xy) * {};\n", tiling.tile);
+        format!("    let last = tile_size_of({last});\n    let origin{last} = vec2i(group.xy) * {};\n", chain.tile);
     for index in (0..last).rev() {
-        let reach = tiling.stages[index].reach;
+        let reach = chain.stages[index].reach;
         let _ = writeln!(
             body,
             "    let origin{index} = tile_start(origin{next}, tile_size_of({next}), tile_size_of({index}), {reach:?});",
             next = index + 1
         );
     }
-    for (index, stage) in tiling.stages.iter().enumerate() {
+    for (index, stage) in chain.stages.iter().enumerate() {
         if index > 0 {
-            let [width, _] = tiling.stages[index - 1].extent;
+            let [width, _] = chain.stages[index - 1].extent;
             let _ = writeln!(
                 body,
                 "    workgroupBarrier();
@@ -156,7 +148,6 @@ fn entry(tiling: &Tiling, stores: &[Option<String>], params: &str) -> String {
         }
         body += &stage_loop(index, stage, stores[index].as_deref(), bases.get(index).copied());
     }
-    let _ = params;
     format!(
         "@compute @workgroup_size(16, 16)
 fn compute(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) thread: u32) {{

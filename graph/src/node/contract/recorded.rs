@@ -70,7 +70,7 @@ fn one(kind: NodeKind, way: &Use<'_>, complaints: &mut Complaints, seen: &mut dy
     }
     for pass in &first.recording.passes {
         writes_its_own(pass, &first, complaints);
-        pass.shaders().into_iter().for_each(|shader| item_names(shader, complaints));
+        pass.shaders().for_each(|shader| item_names(shader, complaints));
     }
     seen(&first.recording);
 }

@@ -29,7 +29,7 @@ mod read;
 
 use super::contract::contract;
 use super::kind::{Arrivals, Kind, NodeKind};
-use super::pass::ImageId;
+use super::resource::ImageId;
 use super::ports::{Fallback, Input, Output, PortType};
 use super::recorder::Recorder;
 use crate::document;
