@@ -165,7 +165,7 @@ fn change_character(text: &mut String, rng: &mut Rng) {
         '\u{202e}',
         '\u{1F600}',
     ];
-    let starts: Vec<usize> = text.char_inrngs().map(|(at, _)| at).collect();
+    let starts: Vec<usize> = text.char_indices().map(|(at, _)| at).collect();
     if let Some(at) = rng.one_of(&starts) {
         text.remove(*at);
         text.insert(*at, SIGNS[rng.below(SIGNS.len())]);
