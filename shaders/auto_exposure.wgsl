@@ -1,6 +1,6 @@
 // From a histogram to stops: one workgroup scans the bins, takes the mean between two percentiles and lets the exposure follow
 // it. Counts are whole numbers and the sums have a fixed shape, so every run gives the same bits.
-#import lanes
+#import workgroup
 #import metering
 
 struct AutoExposure {
@@ -55,19 +55,19 @@ fn auto_exposure_holds(rank: f32, below: u32, through: u32, total: u32) -> bool 
     return in_use && (rank < f32(through) || through == total);
 }
 
-fn auto_exposure_meter(lane: Lane) -> AutoExposureMetered {
-    // What no lane finds must still be a number: nothing may have been counted.
-    if lane.index == 0u {
+fn auto_exposure_meter(invocation: Invocation) -> AutoExposureMetered {
+    // What no invocation finds must still be a number: nothing may have been counted.
+    if invocation.index == 0u {
         auto_exposure_quantile = 0.0;
         auto_exposure_bright = 0.0;
     }
     let bins = auto_exposure_bins();
     // Each invocation has a bin, and the scan goes from the darkest to the brightest.
-    let bin = lanes_place(lane);
+    let bin = workgroup_rank(invocation);
     let used = bin > 0u && bin < bins.count;
     let count = select(0u, histogram[4u + min(bin, bins.count - 1u)], used);
     // How many pixels are in this bin or a darker one, and in all.
-    let scanned = lanes_scan(lane, AUTO_EXPOSURE_BINS, count);
+    let scanned = workgroup_scan(invocation, AUTO_EXPOSURE_BINS, count);
     let through = scanned.x;
     let total = scanned.y;
     let below = through - count;
@@ -80,7 +80,7 @@ fn auto_exposure_meter(lane: Lane) -> AutoExposureMetered {
         auto_exposure_bright = edge + part * bins.per_bin;
     }
     let weight = clamp(f32(through), first, max(first, last)) - clamp(f32(below), first, max(first, last));
-    let sums = lanes_sum(lane, AUTO_EXPOSURE_BINS, vec2f(weight * (edge + 0.5 * bins.per_bin), weight));
+    let sums = workgroup_sum(invocation, AUTO_EXPOSURE_BINS, vec2f(weight * (edge + 0.5 * bins.per_bin), weight));
     let mean = select(auto_exposure_quantile, sums.x / max(sums.y, 1e-30), last > first && sums.y > 0.0);
     return AutoExposureMetered(total > 0u, mean, auto_exposure_bright);
 }
@@ -112,11 +112,11 @@ fn auto_exposure_write(metered: AutoExposureMetered, before: AutoExposureBefore,
 }
 
 @compute @workgroup_size(256)
-fn auto_exposure_exponential(lane: Lane) {
+fn auto_exposure_exponential(invocation: Invocation) {
     // Asked for before it is needed, so that it travels while the bins are summed.
     let before = auto_exposure_before();
-    let metered = auto_exposure_meter(lane);
-    if lane.index == 0u {
+    let metered = auto_exposure_meter(invocation);
+    if invocation.index == 0u {
         let aim = auto_exposure_aim(metered, before);
         let dt = metering_seconds(frame.dt);
         let adapted = metering_exponential(before.result.x, aim, dt, params.rate_dark, params.rate_bright);
@@ -125,11 +125,11 @@ fn auto_exposure_exponential(lane: Lane) {
 }
 
 @compute @workgroup_size(256)
-fn auto_exposure_linear(lane: Lane) {
+fn auto_exposure_linear(invocation: Invocation) {
     // Asked for before it is needed, so that it travels while the bins are summed.
     let before = auto_exposure_before();
-    let metered = auto_exposure_meter(lane);
-    if lane.index == 0u {
+    let metered = auto_exposure_meter(invocation);
+    if invocation.index == 0u {
         let aim = auto_exposure_aim(metered, before);
         let dt = metering_seconds(frame.dt);
         let adapted = metering_linear(before.result.x, aim, dt, params.rate_dark, params.rate_bright);

@@ -1,5 +1,5 @@
 // Light laid over a picture. Alpha is the picture's.
-#import guard
+#import sanitize
 #import math
 #import tent
 
@@ -10,7 +10,7 @@ struct Composite {
 
 // Bounded, because a sum of bright lights may pass the largest half float.
 fn composite_sum(base: vec4f, light: vec3f, params: Composite) -> vec4f {
-    return vec4f(min(base.rgb + params.strength * light, vec3f(GUARD_MAX)), base.a);
+    return vec4f(min(base.rgb + params.strength * light, vec3f(HALF_MAX)), base.a);
 }
 
 fn composite_mean(base: vec4f, light: vec3f, params: Composite) -> vec4f {

@@ -1,6 +1,6 @@
 // What glows in a picture: each colour times a weight. Alpha passes through.
 #import color
-#import guard
+#import sanitize
 #import math
 
 struct Extract {
@@ -11,7 +11,7 @@ struct Extract {
 
 // Bounded, because alpha and intensity may multiply a bright colour past the largest half float.
 fn extract_scaled(source: vec4f, weight: f32) -> vec4f {
-    return vec4f(min(source.rgb * weight, vec3f(GUARD_MAX)), source.a);
+    return vec4f(min(source.rgb * weight, vec3f(HALF_MAX)), source.a);
 }
 
 // The share of the brightness above the threshold, with a parabola of width 2 * knee that meets both straight parts smoothly.

@@ -2,8 +2,8 @@
 // the table: there all workgroups wait for each other. Integer additions commute: the result does not depend on the order in which
 // tiles run.
 #import color
-#import lanes
-#import picks
+#import workgroup
+#import stride
 
 struct Histogram {
     bins: u32,
@@ -40,22 +40,23 @@ var<workgroup> histogram_bins: array<atomic<u32>, 256>;
 var<workgroup> histogram_brightest: atomic<u32>;
 
 @compute @workgroup_size(256)
-fn histogram(@builtin(workgroup_id) tile: vec3u, own: Lane) {
-    let lane = own.index;
-    atomicStore(&histogram_bins[lane], 0u);
-    if lane == 0u { atomicStore(&histogram_brightest, 0u); }
+fn histogram(@builtin(workgroup_id) tile: vec3u, own: Invocation) {
+    let invocation = own.index;
+    atomicStore(&histogram_bins[invocation], 0u);
+    if invocation == 0u { atomicStore(&histogram_brightest, 0u); }
     workgroupBarrier();
     let size = textureDimensions(source);
-    let picked = picked_size(size, params.step);
+    let picked = stride_size(size, params.step);
     var brightest = 0.0;
     for (var row = 0u; row < HISTOGRAM_ROWS; row += 16u) {
-        let cell = tile.xy * vec2u(HISTOGRAM_COLUMNS, HISTOGRAM_ROWS) + vec2u(lane % HISTOGRAM_COLUMNS, row + lane / HISTOGRAM_COLUMNS);
+        let cell = tile.xy * vec2u(HISTOGRAM_COLUMNS, HISTOGRAM_ROWS)
+            + vec2u(invocation % HISTOGRAM_COLUMNS, row + invocation / HISTOGRAM_COLUMNS);
         // All four are asked for before the first is counted, so that they travel together.
         let pixels = array(
-            picked_pixel(cell, size, params.step),
-            picked_pixel(cell + vec2u(0u, 4u), size, params.step),
-            picked_pixel(cell + vec2u(0u, 8u), size, params.step),
-            picked_pixel(cell + vec2u(0u, 12u), size, params.step),
+            stride_pixel(cell, size, params.step),
+            stride_pixel(cell + vec2u(0u, 4u), size, params.step),
+            stride_pixel(cell + vec2u(0u, 8u), size, params.step),
+            stride_pixel(cell + vec2u(0u, 12u), size, params.step),
         );
         let colors = array(
             texel(source, pixels[0]).rgb,
@@ -70,13 +71,13 @@ fn histogram(@builtin(workgroup_id) tile: vec3u, own: Lane) {
         }
     }
     // The bits of floats that are not negative order as whole numbers.
-    let near = lanes_most_near(brightest);
-    if lanes_speaks(own) { atomicMax(&histogram_brightest, bitcast<u32>(near)); }
+    let near = subgroup_max(brightest);
+    if is_subgroup_leader(own) { atomicMax(&histogram_brightest, bitcast<u32>(near)); }
     workgroupBarrier();
-    let counted = atomicLoad(&histogram_bins[lane]);
-    if counted > 0u { atomicAdd(&result[HISTOGRAM_HEADER + lane], counted); }
-    if lane == 0u { atomicMax(&result[0], atomicLoad(&histogram_brightest)); }
-    if lane == 0u && all(tile.xy == vec2u()) {
+    let counted = atomicLoad(&histogram_bins[invocation]);
+    if counted > 0u { atomicAdd(&result[HISTOGRAM_HEADER + invocation], counted); }
+    if invocation == 0u { atomicMax(&result[0], atomicLoad(&histogram_brightest)); }
+    if invocation == 0u && all(tile.xy == vec2u()) {
         atomicStore(&result[1], bitcast<u32>(params.lo));
         atomicStore(&result[2], bitcast<u32>(params.hi));
         atomicStore(&result[3], bitcast<u32>(f32(params.bins)));

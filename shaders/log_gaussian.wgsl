@@ -1,8 +1,8 @@
 // The wide, small Gaussian of log2 luminance: an average over areas, then a blur along each axis.
 #import cells
 #import color
-#import lanes
-#import picks
+#import workgroup
+#import stride
 
 struct LogGaussian {
     lo: f32,
@@ -16,9 +16,9 @@ struct LogGaussian {
     step: u32,
 }
 
-const LOG_GAUSSIAN_LANES: u32 = 64u;
+const LOG_GAUSSIAN_INVOCATIONS: u32 = 64u;
 // Of a workgroup that makes several cells.
-const LOG_GAUSSIAN_ALL_LANES: u32 = 256u;
+const LOG_GAUSSIAN_ALL_INVOCATIONS: u32 = 256u;
 
 @group(0) @binding(0) var<uniform> params: LogGaussian;
 @group(0) @binding(1) var picture: texture_2d<f32>;
@@ -26,7 +26,7 @@ const LOG_GAUSSIAN_ALL_LANES: u32 = 256u;
 @group(0) @binding(2) var<storage, read> exposure: array<vec4f>;
 @group(0) @binding(3) var result: texture_storage_2d<rgba16float, write>;
 
-var<workgroup> log_gaussian_sums: array<f32, LOG_GAUSSIAN_ALL_LANES>;
+var<workgroup> log_gaussian_sums: array<f32, LOG_GAUSSIAN_ALL_INVOCATIONS>;
 
 fn log_gaussian_level(color: vec4f) -> f32 {
     let light = luminance(color.rgb);
@@ -36,39 +36,39 @@ fn log_gaussian_level(color: vec4f) -> f32 {
 // The invocations of a cell bring their sums together, always in the same order, and one of them stores the mean. Several cells share a
 // workgroup, and where one ends no subgroup need end, so this goes through workgroup memory on every device.
 fn log_gaussian_store(cell: Cell, sum: f32) {
-    let first = cell.slot * cell.lanes;
-    let own = first + cell.lane;
+    let first = cell.slot * cell.invocations;
+    let own = first + cell.invocation;
     log_gaussian_sums[own] = sum;
-    for (var half = cell.lanes / 2u; half > 0u; half /= 2u) {
+    for (var half = cell.invocations / 2u; half > 0u; half /= 2u) {
         workgroupBarrier();
-        if cell.lane < half { log_gaussian_sums[own] += log_gaussian_sums[own + half]; }
+        if cell.invocation < half { log_gaussian_sums[own] += log_gaussian_sums[own + half]; }
     }
-    if cell.lane == 0u { log_gaussian_give(cell.place, log_gaussian_sums[own]); }
+    if cell.invocation == 0u { log_gaussian_give(cell.place, log_gaussian_sums[own]); }
 }
 
 fn log_gaussian_give(place: vec2u, sum: f32) {
-    let area = vec2f(picked_size(textureDimensions(picture), params.step)) / vec2f(textureDimensions(result));
+    let area = vec2f(stride_size(textureDimensions(picture), params.step)) / vec2f(textureDimensions(result));
     let mean = sum / (area.x * area.y);
     textureStore(result, place, vec4f(mean, mean, mean, 1.0));
 }
 
 // One workgroup averages one texel of the small image.
 @compute @workgroup_size(64)
-fn log_gaussian_average(@builtin(workgroup_id) group: vec3u, lane: Lane) {
+fn log_gaussian_average(@builtin(workgroup_id) group: vec3u, invocation: Invocation) {
     let size = textureDimensions(picture);
-    let pixels = picked_size(size, params.step);
+    let pixels = stride_size(size, params.step);
     let cells = textureDimensions(result);
     let cell = group.xy;
     let first = cell * pixels / cells;
     let extent = ((cell + 1u) * pixels + cells - 1u) / cells - first;
     var sum = 0.0;
-    for (var i = lane.index; i < extent.x * extent.y; i += LOG_GAUSSIAN_LANES) {
+    for (var i = invocation.index; i < extent.x * extent.y; i += LOG_GAUSSIAN_INVOCATIONS) {
         let pixel = first + vec2u(i % extent.x, i / extent.x);
         let share = cell_share(pixel, cell, pixels, cells);
-        sum += log_gaussian_level(texel(picture, picked_pixel(pixel, size, params.step))) * (share.x * share.y);
+        sum += log_gaussian_level(texel(picture, stride_pixel(pixel, size, params.step))) * (share.x * share.y);
     }
-    let all = lanes_sum(lane, LOG_GAUSSIAN_LANES, vec2f(sum, 0.0));
-    if lane.index == 0u { log_gaussian_give(cell, all.x); }
+    let all = workgroup_sum(invocation, LOG_GAUSSIAN_INVOCATIONS, vec2f(sum, 0.0));
+    if invocation.index == 0u { log_gaussian_give(cell, all.x); }
 }
 
 fn log_gaussian_begin(cell: Cell) -> f32 {

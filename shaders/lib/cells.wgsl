@@ -5,8 +5,8 @@ struct Cell {
     // Its column and row.
     place: vec2u,
     // The number of the invocation among those of the cell, which are a power of two.
-    lane: u32,
-    lanes: u32,
+    invocation: u32,
+    invocations: u32,
     // The number of the cell among those of the workgroup.
     slot: u32,
 }

@@ -5,7 +5,7 @@
 // A half float ends at 65504, which a colour may be. So sums are of quarters: four colours can be added before they are weighed, and
 // rounded weights that sum to a little more than 1 do no harm. More than four colours must not share a weight: compilers may add them
 // up first and weigh the sum, whatever is written.
-#import guard
+#import sanitize
 
 // A colour on its way into a sum.
 fn to_real(v: vec4f) -> real4 {
@@ -15,7 +15,7 @@ fn to_real(v: vec4f) -> real4 {
 
 // The colour that a sum of weighted ones has become.
 fn of_real(v: real4) -> vec4f {
-    if REAL_IS_HALF { return clamp(4.0 * vec4f(v), vec4f(-GUARD_MAX), vec4f(GUARD_MAX)); }
+    if REAL_IS_HALF { return clamp(4.0 * vec4f(v), vec4f(-HALF_MAX), vec4f(HALF_MAX)); }
     return vec4f(v);
 }
 

@@ -1,26 +1,26 @@
 // The only ways to read a texture. The composer defines two constants before this text:
-// TEXEL_GUARD  0 when every texture is known to be finite, 1 to guard colours, 2 to guard signed data;
+// TEXEL_SANITIZE  0 when every texture is known to be finite, 1 to guard colours, 2 to guard signed data;
 // TAP_BY_HAND  true when a texture cannot be filtered by the device, or must be guarded before it is filtered
 //              (a filtered NaN is a NaN in four pixels).
-#import guard
+#import sanitize
 #import math
 
-fn guarded(v: vec4f) -> vec4f {
-    if TEXEL_GUARD == 1u { return guard(v); }
-    if TEXEL_GUARD == 2u { return guard_signed(v); }
+fn sanitized(v: vec4f) -> vec4f {
+    if TEXEL_SANITIZE == 1u { return sanitize(v); }
+    if TEXEL_SANITIZE == 2u { return sanitize_signed(v); }
     return v;
 }
 
 // One texel of a texture, the nearest inside it when `p` is outside.
 fn texel(t: texture_2d<f32>, p: vec2i) -> vec4f {
     let last = vec2i(textureDimensions(t)) - 1;
-    return guarded(textureLoad(t, clamp(p, vec2i(0), last), 0));
+    return sanitized(textureLoad(t, clamp(p, vec2i(0), last), 0));
 }
 
 // Bilinear, clamped to the edge.
 fn tap(t: texture_2d<f32>, s: sampler, uv: vec2f) -> vec4f {
     if TAP_BY_HAND { return tap_by_hand(t, uv); }
-    return guarded(textureSampleLevel(t, s, uv, 0.0));
+    return sanitized(textureSampleLevel(t, s, uv, 0.0));
 }
 
 fn tap_by_hand(t: texture_2d<f32>, uv: vec2f) -> vec4f {
