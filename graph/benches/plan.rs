@@ -10,7 +10,7 @@ use afterimage_graph::check::{CheckOptions, Facts, Graph, Loader, check};
 use afterimage_graph::document::parse;
 use afterimage_graph::image::{Format, ImageDesc, Size};
 use afterimage_graph::node::Registry;
-use afterimage_graph::plan::{Caps, GivenImage, Options, Plan, Requirement, Setting, plan};
+use afterimage_graph::plan::{Caps, GivenImage, Options, Plan, Requirement, PlanRequest, plan};
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 
 #[allow(dead_code, reason = "the tests of plans use all of it")]
@@ -37,7 +37,7 @@ fn checked(path: &Path, text: &str, registry: &Registry) -> Graph {
 fn planned(graph: &Graph) -> Plan {
     let given = GivenImage { desc: ImageDesc::new(FOUR_K), finite: false };
     let required = graph.inputs.iter().filter(|input| !input.optional);
-    let setting = Setting {
+    let setting = PlanRequest {
         size: FOUR_K,
         inputs: required.map(|input| (input.name.clone(), given)).collect::<BTreeMap<_, _>>(),
         facts: Facts::default(),

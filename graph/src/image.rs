@@ -154,7 +154,7 @@ impl std::fmt::Display for Size {
 
 /// What the numbers of an image mean; part of the type of a wire.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
-pub enum State {
+pub enum ColorState {
     /// Linear light of the scene, not exposed.
     Scene,
     /// Scene light times 2^stops.
@@ -169,7 +169,7 @@ pub enum State {
     Data,
 }
 
-impl State {
+impl ColorState {
     /// The name in files and messages.
     pub fn name(self) -> &'static str {
         match self {

@@ -72,10 +72,10 @@ impl Node for AutoExposure {
     const OUTPUTS: &'static [Output] = &[Output::new(
         "result",
         PortType::Value,
-        Gives::Nothing,
+        OutputState::Nothing,
         "Stops, metered mean, lux, and 1 once they are known.",
     )];
-    const BYPASS: StandIn = StandIn::Absent;
+    const FALLBACK: Fallback = Fallback::Absent;
 
     fn verify(&self) -> Result<(), String> {
         if self.min_ev > self.max_ev {

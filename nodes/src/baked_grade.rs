@@ -75,10 +75,10 @@ params! {
 }
 
 impl Node for BakedGrade {
-    const INPUTS: &'static [Input] = &[Input::image("source", "Exposed light.").takes(&[State::Exposed])];
+    const INPUTS: &'static [Input] = &[Input::image("source", "Exposed light.").accepts(&[ColorState::Exposed])];
     const OUTPUTS: &'static [Output] =
-        &[Output::image("result", Gives::Always(State::Encoded), "The signal, Rec.709, 0 to 1.")];
-    const BYPASS: StandIn = StandIn::Input("source");
+        &[Output::image("result", OutputState::Always(ColorState::Encoded), "The signal, Rec.709, 0 to 1.")];
+    const FALLBACK: Fallback = Fallback::Input("source");
 
     fn verify(&self) -> Result<(), String> {
         self.tone_map().verify()

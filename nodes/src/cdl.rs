@@ -23,14 +23,14 @@ params! {
 
 impl Node for Cdl {
     const INPUTS: &'static [Input] = &[Input::image("source", "The picture, in the state that the list was made for.")
-        .takes(&[State::Exposed, State::DisplayLinear, State::Encoded])];
-    const OUTPUTS: &'static [Output] = &[Output::image("result", Gives::Same("source"), "The graded picture.")];
-    const BYPASS: StandIn = StandIn::Input("source");
+        .accepts(&[ColorState::Exposed, ColorState::DisplayLinear, ColorState::Encoded])];
+    const OUTPUTS: &'static [Output] = &[Output::image("result", OutputState::Same("source"), "The graded picture.")];
+    const FALLBACK: Fallback = Fallback::Input("source");
 
-    fn stand_in(&self, _: &Arrivals) -> Option<StandIn> {
+    fn identity(&self, _: &Arrivals) -> Option<Fallback> {
         let neutral =
             self.slope == [1.0; 3] && self.offset == [0.0; 3] && self.power == [1.0; 3] && self.saturation == 1.0;
-        neutral.then_some(Self::BYPASS)
+        neutral.then_some(Self::FALLBACK)
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {

@@ -28,14 +28,14 @@ params! {
 
 impl Node for ColorBalance {
     const INPUTS: &'static [Input] = &[Input::image("source", "The picture after the tone curve; best encoded.")
-        .takes(&[State::DisplayLinear, State::Encoded])];
+        .accepts(&[ColorState::DisplayLinear, ColorState::Encoded])];
     const OUTPUTS: &'static [Output] =
-        &[Output::image("result", Gives::Same("source"), "The tinted picture, 0 or more.")];
-    const BYPASS: StandIn = StandIn::Input("source");
+        &[Output::image("result", OutputState::Same("source"), "The tinted picture, 0 or more.")];
+    const FALLBACK: Fallback = Fallback::Input("source");
 
-    fn stand_in(&self, _: &Arrivals) -> Option<StandIn> {
+    fn identity(&self, _: &Arrivals) -> Option<Fallback> {
         let still = [self.shadows, self.midtones, self.highlights] == [[0.0; 3]; 3];
-        (still && self.multiply == [1.0; 3]).then_some(Self::BYPASS)
+        (still && self.multiply == [1.0; 3]).then_some(Self::FALLBACK)
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {

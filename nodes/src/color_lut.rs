@@ -60,17 +60,17 @@ params! {
 
 impl Node for ColorLut {
     const INPUTS: &'static [Input] =
-        &[Input::image("source", "The picture, in the state that the table was made for.").takes(&[
-            State::Exposed,
-            State::DisplayLinear,
-            State::Encoded,
+        &[Input::image("source", "The picture, in the state that the table was made for.").accepts(&[
+            ColorState::Exposed,
+            ColorState::DisplayLinear,
+            ColorState::Encoded,
         ])];
-    const OUTPUTS: &'static [Output] = &[Output::image("result", Gives::Same("source"), "The graded picture.")];
-    const BYPASS: StandIn = StandIn::Input("source");
+    const OUTPUTS: &'static [Output] = &[Output::image("result", OutputState::Same("source"), "The graded picture.")];
+    const FALLBACK: Fallback = Fallback::Input("source");
 
-    fn stand_in(&self, _: &Arrivals) -> Option<StandIn> {
+    fn identity(&self, _: &Arrivals) -> Option<Fallback> {
         let does_nothing = || self.shaper == Shaper::None && self.table().is_ok_and(|lut| lut.is_identity());
-        (self.strength == 0.0 || self.file.bytes.is_none() || does_nothing()).then_some(Self::BYPASS)
+        (self.strength == 0.0 || self.file.bytes.is_none() || does_nothing()).then_some(Self::FALLBACK)
     }
 
     fn verify(&self) -> Result<(), String> {

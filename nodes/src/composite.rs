@@ -33,7 +33,7 @@ params! {
     }
 }
 
-const STATES: &[State] = &[State::Scene, State::Exposed, State::DisplayLinear];
+const STATES: &[ColorState] = &[ColorState::Scene, ColorState::Exposed, ColorState::DisplayLinear];
 
 impl Composite {
     fn function(&self) -> &'static str {
@@ -55,16 +55,16 @@ impl Composite {
 
 impl Node for Composite {
     const INPUTS: &'static [Input] = &[
-        Input::image("base", "The picture.").takes(STATES),
-        Input::image("bloom", "The light to lay over it, of any size.").takes(STATES).optional(),
+        Input::image("base", "The picture.").accepts(STATES),
+        Input::image("bloom", "The light to lay over it, of any size.").accepts(STATES).optional(),
     ];
-    const OUTPUTS: &'static [Output] = &[Output::image("result", Gives::Same("base"), "The picture with the light.")];
-    const BYPASS: StandIn = StandIn::Input("base");
+    const OUTPUTS: &'static [Output] = &[Output::image("result", OutputState::Same("base"), "The picture with the light.")];
+    const FALLBACK: Fallback = Fallback::Input("base");
 
-    fn stand_in(&self, arrivals: &Arrivals) -> Option<StandIn> {
+    fn identity(&self, arrivals: &Arrivals) -> Option<Fallback> {
         let adds_nothing = arrivals.is_zero("bloom") && (self.blend == CompositeBlend::Add || arrivals.is_zero("base"));
         let leaves_base = self.strength == 0.0 || arrivals.is_absent("bloom") || adds_nothing;
-        leaves_base.then_some(Self::BYPASS)
+        leaves_base.then_some(Self::FALLBACK)
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {

@@ -30,13 +30,13 @@ params! {
 
 impl Node for Contrast {
     const INPUTS: &'static [Input] = &[Input::image("source", "Exposed light, or a picture after the tone curve.")
-        .takes(&[State::Exposed, State::DisplayLinear, State::Encoded])];
+        .accepts(&[ColorState::Exposed, ColorState::DisplayLinear, ColorState::Encoded])];
     const OUTPUTS: &'static [Output] =
-        &[Output::image("result", Gives::Same("source"), "The spread values, 0 or more.")];
-    const BYPASS: StandIn = StandIn::Input("source");
+        &[Output::image("result", OutputState::Same("source"), "The spread values, 0 or more.")];
+    const FALLBACK: Fallback = Fallback::Input("source");
 
-    fn stand_in(&self, _: &Arrivals) -> Option<StandIn> {
-        (self.amount == 1.0).then_some(Self::BYPASS)
+    fn identity(&self, _: &Arrivals) -> Option<Fallback> {
+        (self.amount == 1.0).then_some(Self::FALLBACK)
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {

@@ -23,20 +23,20 @@ params! {
 impl Node for DemoScene {
     const INPUTS: &'static [Input] = &[];
     const OUTPUTS: &'static [Output] = &[
-        Output::image("result", Gives::Always(State::Scene), "The scene's light; alpha is the emissive strength."),
+        Output::image("result", OutputState::Always(ColorState::Scene), "The scene's light; alpha is the emissive strength."),
         Output::image(
             "depth",
-            Gives::Always(State::Data),
+            OutputState::Always(ColorState::Data),
             "Distance along the view axis in metres, 1000 for the sky, in x.",
         ),
-        Output::image("normal", Gives::Always(State::Data), "The view-space normal; (0, 0, 1) for the sky."),
+        Output::image("normal", OutputState::Always(ColorState::Data), "The view-space normal; (0, 0, 1) for the sky."),
         Output::image(
             "albedo",
-            Gives::Always(State::Data),
+            OutputState::Always(ColorState::Data),
             "Diffuse albedo; alpha is 1 where metering should count the pixel.",
         ),
     ];
-    const BYPASS: StandIn = StandIn::Zero;
+    const FALLBACK: Fallback = Fallback::Zero;
 
     fn record(&self, pass: &mut Recorder<'_>) {
         let desc = ImageDesc::new(pass.frame_size());

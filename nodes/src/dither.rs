@@ -21,10 +21,10 @@ params! {
 }
 
 impl Node for Dither {
-    const INPUTS: &'static [Input] = &[Input::image("source", "The encoded picture.").takes(&[State::Encoded])];
+    const INPUTS: &'static [Input] = &[Input::image("source", "The encoded picture.").accepts(&[ColorState::Encoded])];
     const OUTPUTS: &'static [Output] =
-        &[Output::image("result", Gives::Always(State::Encoded), "The picture in whole codes, 0 to 1.")];
-    const BYPASS: StandIn = StandIn::Input("source");
+        &[Output::image("result", OutputState::Always(ColorState::Encoded), "The picture in whole codes, 0 to 1.")];
+    const FALLBACK: Fallback = Fallback::Input("source");
 
     fn record(&self, pass: &mut Recorder<'_>) {
         let source = pass.image("source");

@@ -100,13 +100,13 @@ impl Downsample {
 impl Node for Downsample {
     const INPUTS: &'static [Input] = &[Input::image("source", "The image to make smaller.")];
     const OUTPUTS: &'static [Output] = &[
-        Output::new("result", PortType::Pyramid, Gives::Same("source"), "The levels, finest first."),
-        Output::image("coarsest", Gives::Same("source"), "The last level alone: a small image for wide blurs."),
+        Output::new("result", PortType::Pyramid, OutputState::Same("source"), "The levels, finest first."),
+        Output::image("coarsest", OutputState::Same("source"), "The last level alone: a small image for wide blurs."),
     ];
-    const BYPASS: StandIn = StandIn::Zero;
+    const FALLBACK: Fallback = Fallback::Zero;
 
-    fn stand_in(&self, arrivals: &Arrivals) -> Option<StandIn> {
-        arrivals.is_zero("source").then_some(StandIn::Zero)
+    fn identity(&self, arrivals: &Arrivals) -> Option<Fallback> {
+        arrivals.is_zero("source").then_some(Fallback::Zero)
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {

@@ -17,15 +17,15 @@ params! {
 
 impl Node for Exposure {
     const INPUTS: &'static [Input] = &[
-        Input::image("source", "Light of the scene.").takes(&[State::Scene]),
+        Input::image("source", "Light of the scene.").accepts(&[ColorState::Scene]),
         Input::new("meter", PortType::Value, "Stops to add, in x: the result of a metering node.").optional(),
     ];
     const OUTPUTS: &'static [Output] =
-        &[Output::image("result", Gives::Always(State::Exposed), "The light times 2^stops, at most 65504.")];
-    const BYPASS: StandIn = StandIn::Input("source");
+        &[Output::image("result", OutputState::Always(ColorState::Exposed), "The light times 2^stops, at most 65504.")];
+    const FALLBACK: Fallback = Fallback::Input("source");
 
-    fn stand_in(&self, arrivals: &Arrivals) -> Option<StandIn> {
-        (self.stops == 0.0 && arrivals.is_absent("meter")).then_some(Self::BYPASS)
+    fn identity(&self, arrivals: &Arrivals) -> Option<Fallback> {
+        (self.stops == 0.0 && arrivals.is_absent("meter")).then_some(Self::FALLBACK)
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {

@@ -77,16 +77,16 @@ impl Extract {
 impl Node for Extract {
     const INPUTS: &'static [Input] =
         &[Input::image("source", "The picture, exposed if its threshold is to mean a brightness on the screen.")
-            .takes(&[State::Scene, State::Exposed, State::DisplayLinear])];
+            .accepts(&[ColorState::Scene, ColorState::Exposed, ColorState::DisplayLinear])];
     const OUTPUTS: &'static [Output] =
-        &[Output::image("result", Gives::Same("source"), "The light that glows, black elsewhere.")];
-    const BYPASS: StandIn = StandIn::Zero;
+        &[Output::image("result", OutputState::Same("source"), "The light that glows, black elsewhere.")];
+    const FALLBACK: Fallback = Fallback::Zero;
 
-    fn stand_in(&self, arrivals: &Arrivals) -> Option<StandIn> {
+    fn identity(&self, arrivals: &Arrivals) -> Option<Fallback> {
         let keeps_all = self.method == ExtractMethod::All && self.intensity == 1.0;
         match arrivals.is_zero("source") {
-            true => Some(StandIn::Zero),
-            false => keeps_all.then_some(StandIn::Input("source")),
+            true => Some(Fallback::Zero),
+            false => keeps_all.then_some(Fallback::Input("source")),
         }
     }
 

@@ -31,12 +31,12 @@ params! {
 
 impl Node for FilmGrain {
     const INPUTS: &'static [Input] =
-        &[Input::image("source", "The picture after the tone curve.").takes(&[State::DisplayLinear, State::Encoded])];
-    const OUTPUTS: &'static [Output] = &[Output::image("result", Gives::Same("source"), "The picture with grain.")];
-    const BYPASS: StandIn = StandIn::Input("source");
+        &[Input::image("source", "The picture after the tone curve.").accepts(&[ColorState::DisplayLinear, ColorState::Encoded])];
+    const OUTPUTS: &'static [Output] = &[Output::image("result", OutputState::Same("source"), "The picture with grain.")];
+    const FALLBACK: Fallback = Fallback::Input("source");
 
-    fn stand_in(&self, _: &Arrivals) -> Option<StandIn> {
-        (self.amount == 0.0).then_some(Self::BYPASS)
+    fn identity(&self, _: &Arrivals) -> Option<Fallback> {
+        (self.amount == 0.0).then_some(Self::FALLBACK)
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {

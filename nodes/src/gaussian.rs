@@ -120,18 +120,18 @@ impl Blur {
 }
 
 impl Node for Gaussian {
-    const INPUTS: &'static [Input] = &[Input::image("source", "The image to blur.").takes(&[
-        State::Scene,
-        State::Exposed,
-        State::LogLuminance,
-        State::DisplayLinear,
-        State::Data,
+    const INPUTS: &'static [Input] = &[Input::image("source", "The image to blur.").accepts(&[
+        ColorState::Scene,
+        ColorState::Exposed,
+        ColorState::LogLuminance,
+        ColorState::DisplayLinear,
+        ColorState::Data,
     ])];
-    const OUTPUTS: &'static [Output] = &[Output::image("result", Gives::Same("source"), "The blurred image.")];
-    const BYPASS: StandIn = StandIn::Input("source");
+    const OUTPUTS: &'static [Output] = &[Output::image("result", OutputState::Same("source"), "The blurred image.")];
+    const FALLBACK: Fallback = Fallback::Input("source");
 
-    fn stand_in(&self, arrivals: &Arrivals) -> Option<StandIn> {
-        (arrivals.is_zero("source") || self.blur().changes_nothing()).then_some(Self::BYPASS)
+    fn identity(&self, arrivals: &Arrivals) -> Option<Fallback> {
+        (arrivals.is_zero("source") || self.blur().changes_nothing()).then_some(Self::FALLBACK)
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {
@@ -145,11 +145,11 @@ impl Node for Gaussian {
 impl Node for GaussianPyramid {
     const INPUTS: &'static [Input] = &[Input::new("source", PortType::Pyramid, "The levels to blur.")];
     const OUTPUTS: &'static [Output] =
-        &[Output::new("result", PortType::Pyramid, Gives::Same("source"), "The blurred levels, finest first.")];
-    const BYPASS: StandIn = StandIn::Input("source");
+        &[Output::new("result", PortType::Pyramid, OutputState::Same("source"), "The blurred levels, finest first.")];
+    const FALLBACK: Fallback = Fallback::Input("source");
 
-    fn stand_in(&self, arrivals: &Arrivals) -> Option<StandIn> {
-        (arrivals.is_zero("source") || self.blur().changes_nothing()).then_some(Self::BYPASS)
+    fn identity(&self, arrivals: &Arrivals) -> Option<Fallback> {
+        (arrivals.is_zero("source") || self.blur().changes_nothing()).then_some(Self::FALLBACK)
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {

@@ -30,11 +30,11 @@ impl GridBlur {
 impl Node for GridBlur {
     const INPUTS: &'static [Input] = &[Input::new("source", PortType::Volume, "The result of a GridBuild.")];
     const OUTPUTS: &'static [Output] =
-        &[Output::new("result", PortType::Volume, Gives::Same("source"), "The blurred grid.")];
-    const BYPASS: StandIn = StandIn::Input("source");
+        &[Output::new("result", PortType::Volume, OutputState::Same("source"), "The blurred grid.")];
+    const FALLBACK: Fallback = Fallback::Input("source");
 
-    fn stand_in(&self, _: &Arrivals) -> Option<StandIn> {
-        self.axes().is_empty().then_some(Self::BYPASS)
+    fn identity(&self, _: &Arrivals) -> Option<Fallback> {
+        self.axes().is_empty().then_some(Self::FALLBACK)
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {

@@ -74,12 +74,12 @@ impl GridBuild {
 impl Node for GridBuild {
     const INPUTS: &'static [Input] = &[
         Input::image("source", "The exposed picture, or the scene with `meter`.")
-            .takes(&[State::Exposed, State::Scene]),
+            .accepts(&[ColorState::Exposed, ColorState::Scene]),
         Input::new("meter", PortType::Value, "Stops to add, in x: the result of a metering node.").optional(),
     ];
     const OUTPUTS: &'static [Output] =
-        &[Output::new("result", PortType::Volume, Gives::Always(State::Data), "Sums, weights and the range.")];
-    const BYPASS: StandIn = StandIn::Absent;
+        &[Output::new("result", PortType::Volume, OutputState::Always(ColorState::Data), "Sums, weights and the range.")];
+    const FALLBACK: Fallback = Fallback::Absent;
 
     fn verify(&self) -> Result<(), String> {
         let [lo, hi] = self.range();

@@ -77,24 +77,24 @@ impl Histogram {
 impl Node for Histogram {
     const INPUTS: &'static [Input] = &[
         Input::image("source", "The picture. Metering belongs before the exposure.")
-            .takes(&[State::Scene, State::Exposed]),
+            .accepts(&[ColorState::Scene, ColorState::Exposed]),
         Input::image("albedo", "Diffuse albedo, linear; alpha 0 where a pixel shall not count: sky, lamps, metal.")
-            .takes(&[State::Data, State::Scene])
+            .accepts(&[ColorState::Data, ColorState::Scene])
             .optional(),
         Input::image("mask", "How much each pixel counts, 0 to 1, in red.")
-            .takes(&[State::Data, State::Scene])
+            .accepts(&[ColorState::Data, ColorState::Scene])
             .optional(),
     ];
     const OUTPUTS: &'static [Output] = &[
-        Output::new("result", PortType::Table, Gives::Nothing, "The range and the bins."),
+        Output::new("result", PortType::Table, OutputState::Nothing, "The range and the bins."),
         Output::new(
             "brightest",
             PortType::Value,
-            Gives::Nothing,
+            OutputState::Nothing,
             "x: the largest channel of the pixels counted; y, z: the range in log2; w: the number of bins.",
         ),
     ];
-    const BYPASS: StandIn = StandIn::Absent;
+    const FALLBACK: Fallback = Fallback::Absent;
 
     fn verify(&self) -> Result<(), String> {
         if self.lo < self.hi { Ok(()) } else { Err("`hi` must be above `lo`".into()) }

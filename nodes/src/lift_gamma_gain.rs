@@ -38,17 +38,17 @@ params! {
 }
 
 impl Node for LiftGammaGain {
-    const INPUTS: &'static [Input] = &[Input::image("source", "The picture; best 0 to 1.").takes(&[
-        State::Exposed,
-        State::DisplayLinear,
-        State::Encoded,
+    const INPUTS: &'static [Input] = &[Input::image("source", "The picture; best 0 to 1.").accepts(&[
+        ColorState::Exposed,
+        ColorState::DisplayLinear,
+        ColorState::Encoded,
     ])];
     const OUTPUTS: &'static [Output] =
-        &[Output::image("result", Gives::Same("source"), "The graded picture, 0 or more.")];
-    const BYPASS: StandIn = StandIn::Input("source");
+        &[Output::image("result", OutputState::Same("source"), "The graded picture, 0 or more.")];
+    const FALLBACK: Fallback = Fallback::Input("source");
 
-    fn stand_in(&self, _: &Arrivals) -> Option<StandIn> {
-        self.is_neutral().then_some(Self::BYPASS)
+    fn identity(&self, _: &Arrivals) -> Option<Fallback> {
+        self.is_neutral().then_some(Self::FALLBACK)
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {

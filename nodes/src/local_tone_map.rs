@@ -49,21 +49,21 @@ impl LocalToneMap {
 
 impl Node for LocalToneMap {
     const INPUTS: &'static [Input] = &[
-        Input::image("source", "The exposed picture.").takes(&[State::Exposed]),
+        Input::image("source", "The exposed picture.").accepts(&[ColorState::Exposed]),
         Input::new("grid", PortType::Volume, "The picture's bilateral grid, blurred.").optional(),
-        Input::image("gaussian", "The picture's wide Gaussian.").takes(&[State::LogLuminance]).optional(),
+        Input::image("gaussian", "The picture's wide Gaussian.").accepts(&[ColorState::LogLuminance]).optional(),
     ];
     const OUTPUTS: &'static [Output] =
-        &[Output::image("result", Gives::Same("source"), "The picture with its places brought together.")];
-    const BYPASS: StandIn = StandIn::Input("source");
+        &[Output::image("result", OutputState::Same("source"), "The picture with its places brought together.")];
+    const FALLBACK: Fallback = Fallback::Input("source");
 
     fn verify(&self) -> Result<(), String> {
         if self.lo < self.hi { Ok(()) } else { Err("`hi` must be above `lo`".into()) }
     }
 
-    fn stand_in(&self, arrivals: &Arrivals) -> Option<StandIn> {
+    fn identity(&self, arrivals: &Arrivals) -> Option<Fallback> {
         let identity = self.contrast == 1.0 && self.detail == 1.0;
-        (identity || arrivals.is_zero("source")).then_some(Self::BYPASS)
+        (identity || arrivals.is_zero("source")).then_some(Self::FALLBACK)
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {

@@ -77,15 +77,15 @@ impl LogGaussian {
 impl Node for LogGaussian {
     const INPUTS: &'static [Input] = &[
         Input::image("source", "The exposed picture, or the scene with `meter`.")
-            .takes(&[State::Exposed, State::Scene]),
+            .accepts(&[ColorState::Exposed, ColorState::Scene]),
         Input::new("meter", PortType::Value, "Stops to add, in x: the result of a metering node.").optional(),
     ];
     const OUTPUTS: &'static [Output] = &[Output::image(
         "result",
-        Gives::Always(State::LogLuminance),
+        OutputState::Always(ColorState::LogLuminance),
         "The surroundings, in red, green and blue alike.",
     )];
-    const BYPASS: StandIn = StandIn::Absent;
+    const FALLBACK: Fallback = Fallback::Absent;
 
     fn verify(&self) -> Result<(), String> {
         if self.lo < self.hi { Ok(()) } else { Err("`hi` must be above `lo`".into()) }

@@ -34,14 +34,14 @@ const TILE: u32 = 64;
 
 impl Node for MeanLuminance {
     const INPUTS: &'static [Input] = &[Input::image("source", "The picture. Metering belongs before the exposure.")
-        .takes(&[State::Scene, State::Exposed])];
+        .accepts(&[ColorState::Scene, ColorState::Exposed])];
     const OUTPUTS: &'static [Output] = &[Output::new(
         "result",
         PortType::Value,
-        Gives::Nothing,
+        OutputState::Nothing,
         "log2 of the mean, the brightest luminance, 0, and 1 unless all is dark.",
     )];
-    const BYPASS: StandIn = StandIn::Absent;
+    const FALLBACK: Fallback = Fallback::Absent;
 
     fn record(&self, pass: &mut Recorder<'_>) {
         let source = pass.image("source");

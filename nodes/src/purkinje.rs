@@ -89,7 +89,7 @@ pub(crate) fn acts_not(strength: f32, illuminance: f32, arrivals: &Arrivals) -> 
 
 /// The ports of the kinds that act in the dark.
 pub(crate) const INPUTS: &[Input] = &[
-    Input::image("source", "The exposed picture.").takes(&[State::Exposed]),
+    Input::image("source", "The exposed picture.").accepts(&[ColorState::Exposed]),
     Input::new("meter", PortType::Value, "Lux in z: the result of a metering node. It replaces `illuminance`.")
         .optional(),
 ];
@@ -97,11 +97,11 @@ pub(crate) const INPUTS: &[Input] = &[
 impl Node for Purkinje {
     const INPUTS: &'static [Input] = INPUTS;
     const OUTPUTS: &'static [Output] =
-        &[Output::image("result", Gives::Same("source"), "The picture as it is seen in the dark.")];
-    const BYPASS: StandIn = StandIn::Input("source");
+        &[Output::image("result", OutputState::Same("source"), "The picture as it is seen in the dark.")];
+    const FALLBACK: Fallback = Fallback::Input("source");
 
-    fn stand_in(&self, arrivals: &Arrivals) -> Option<StandIn> {
-        acts_not(self.strength, self.illuminance, arrivals).then_some(Self::BYPASS)
+    fn identity(&self, arrivals: &Arrivals) -> Option<Fallback> {
+        acts_not(self.strength, self.illuminance, arrivals).then_some(Self::FALLBACK)
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {

@@ -16,12 +16,12 @@ params! {
 
 impl Node for Saturation {
     const INPUTS: &'static [Input] = &[Input::image("source", "Linear light, before or after the tone curve.")
-        .takes(&[State::Scene, State::Exposed, State::DisplayLinear])];
-    const OUTPUTS: &'static [Output] = &[Output::image("result", Gives::Same("source"), "The light, 0 or more.")];
-    const BYPASS: StandIn = StandIn::Input("source");
+        .accepts(&[ColorState::Scene, ColorState::Exposed, ColorState::DisplayLinear])];
+    const OUTPUTS: &'static [Output] = &[Output::image("result", OutputState::Same("source"), "The light, 0 or more.")];
+    const FALLBACK: Fallback = Fallback::Input("source");
 
-    fn stand_in(&self, _: &Arrivals) -> Option<StandIn> {
-        (self.amount == 1.0).then_some(Self::BYPASS)
+    fn identity(&self, _: &Arrivals) -> Option<Fallback> {
+        (self.amount == 1.0).then_some(Self::FALLBACK)
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {

@@ -143,10 +143,10 @@ params! {
 }
 
 impl Node for ToneMap {
-    const INPUTS: &'static [Input] = &[Input::image("source", "Exposed light.").takes(&[State::Exposed])];
+    const INPUTS: &'static [Input] = &[Input::image("source", "Exposed light.").accepts(&[ColorState::Exposed])];
     const OUTPUTS: &'static [Output] =
-        &[Output::image("result", Gives::Always(State::DisplayLinear), "Linear light of the display, 0 to `peak`.")];
-    const BYPASS: StandIn = StandIn::Input("source");
+        &[Output::image("result", OutputState::Always(ColorState::DisplayLinear), "Linear light of the display, 0 to `peak`.")];
+    const FALLBACK: Fallback = Fallback::Input("source");
 
     fn verify(&self) -> Result<(), String> {
         if self.curve.has_own_space() && self.space != WorkingSpace::Rec709 {

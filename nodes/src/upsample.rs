@@ -80,11 +80,11 @@ impl Upsample {
 impl Node for Upsample {
     const INPUTS: &'static [Input] = &[Input::new("source", PortType::Pyramid, "The levels to join.")];
     const OUTPUTS: &'static [Output] =
-        &[Output::image("result", Gives::Same("source"), "One image of the size of the finest level.")];
-    const BYPASS: StandIn = StandIn::Zero;
+        &[Output::image("result", OutputState::Same("source"), "One image of the size of the finest level.")];
+    const FALLBACK: Fallback = Fallback::Zero;
 
-    fn stand_in(&self, arrivals: &Arrivals) -> Option<StandIn> {
-        arrivals.is_zero("source").then_some(StandIn::Zero)
+    fn identity(&self, arrivals: &Arrivals) -> Option<Fallback> {
+        arrivals.is_zero("source").then_some(Fallback::Zero)
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use afterimage_graph::node::{Resource, Work};
-use afterimage_graph::plan::{Horizontal, Plan, Tiles, check_plan};
+use afterimage_graph::plan::{Horizontal, Plan, Tiles, verify};
 
 use super::{at_tier, lively};
 use crate::support::gpu::{Picture, Run, shipped};
@@ -11,10 +11,10 @@ use crate::support::player::Player;
 
 fn planned(player: &Player, graph: &afterimage_graph::check::Graph, scene: &Picture, horizontal: Horizontal) -> Plan {
     let mut run = Run::new(graph);
-    // Where passes are not made in tiles there are more of them to share a wave, and rows are walked at any size.
-    (run.options.horizontal, run.options.waves_first, run.options.tile) = (horizontal, true, Tiles::Never);
+    // Where passes are not made in tiles there are more of them to share a batch, and rows are walked at any size.
+    (run.options.horizontal, run.options.batches_first, run.options.tile) = (horizontal, true, Tiles::Never);
     let plan = run.plan(&player.gpu, &[("scene", scene)]);
-    assert_eq!(check_plan(&plan), Ok(()));
+    assert_eq!(verify(&plan), Ok(()));
     plan
 }
 
@@ -83,7 +83,7 @@ fn the_readers_of_a_scene_share_a_dispatch() {
     let scene = lively(1024, 512);
     let plans = [Horizontal::Never, Horizontal::Always].map(|horizontal| {
         let mut run = Run::new(&graph);
-        (run.options.horizontal, run.options.waves_first, run.options.tile) = (horizontal, true, Tiles::Always);
+        (run.options.horizontal, run.options.batches_first, run.options.tile) = (horizontal, true, Tiles::Always);
         run.plan(&player.gpu, &[("scene", &scene)])
     });
     let [alone, together] = &plans;

@@ -100,7 +100,7 @@ fn images_keep_their_places_in_the_heap() {
     player.executor.load(new.clone()).expect("the second plan");
     let running = player.executor.plan().expect("a plan is loaded").clone();
     assert_eq!(running.memory.heap, old.memory.heap);
-    assert_eq!(afterimage_graph::plan::check_plan(&running), Ok(()));
+    assert_eq!(afterimage_graph::plan::verify(&running), Ok(()));
     let (kept, fresh) = (in_place(&running, &old), in_place(&new, &old));
     assert!(kept > fresh, "{kept} images lie where they lay, {fresh} without keeping");
     player.executor.reset();

@@ -3,7 +3,7 @@
 use afterimage_graph::check::{Facts, Graph};
 use afterimage_graph::image::{Format, ImageDesc, Size};
 
-use afterimage_graph::plan::{Caps, GivenImage, Options, Plan, Requirement, Setting, Tiles, plan};
+use afterimage_graph::plan::{Caps, GivenImage, Options, Plan, Requirement, PlanRequest, Tiles, plan};
 
 use super::probes::{pipeline, scene};
 use crate::support::gpu::{Picture, Run, gpu, shipped};
@@ -115,7 +115,7 @@ fn planned(graph: &Graph, options: Options, half_inputs: bool, change: fn(&mut C
     let format = if half_inputs { Format::Rgba16Float } else { Format::Rgba32Float };
     let given = GivenImage { desc: ImageDesc::new(size).format(format), finite: false };
     let inputs = [("scene".to_owned(), given)].into();
-    let setting = Setting { size, inputs, facts: Facts::default(), caps, options, requirement: &Requirement::typical };
+    let setting = PlanRequest { size, inputs, facts: Facts::default(), caps, options, requirement: &Requirement::typical };
     plan(graph, &setting).unwrap_or_else(|error| panic!("{error}"))
 }
 

@@ -73,9 +73,9 @@ pub(crate) struct PlanOptions {
     /// Which passes that wait for nothing from each other share a dispatch: horizontal fusion
     #[arg(long, value_enum, default_value_t = HorizontalChoice::Small)]
     pub(crate) horizontal: HorizontalChoice,
-    /// Choose the order for the fewest waves rather than the smallest memory
+    /// Choose the order for the fewest batches rather than the smallest memory
     #[arg(long)]
-    pub(crate) fewest_waves: bool,
+    pub(crate) fewest_batches: bool,
     /// Store every intermediate in 32-bit floats, and filter them by hand
     #[arg(long)]
     pub(crate) exact: bool,

@@ -7,7 +7,7 @@ use afterimage_graph::diagnostic::{Diagnostics, Style};
 use afterimage_graph::document::parse;
 use afterimage_graph::image::Size;
 use afterimage_graph::node::{NodeKind, Registry};
-use afterimage_graph::plan::check_plan;
+use afterimage_graph::plan::verify;
 
 use crate::args::{CheckArgs, PipelineOptions};
 use crate::failure::Failure;
@@ -68,11 +68,11 @@ fn at_tier(options: &PipelineOptions, tier: &str) -> PipelineOptions {
     PipelineOptions { tier: Some(tier.to_owned()), facts: Vec::new(), ..options.clone() }
 }
 
-/// Plans the pipeline at three sizes and lets the checker replay each plan.
+/// PlanCache the pipeline at three sizes and lets the checker replay each plan.
 fn prove(graph: &Graph, tier: &str, args: &CheckArgs) -> Result<(), Failure> {
     for size in [Size::new(1, 1), Size::new(641, 359), Size::new(3840, 2160)] {
         let plan = plan_without_device(graph, size, facts(&args.options)?, Default::default())?;
-        check_plan(&plan).map_err(|faults| {
+        verify(&plan).map_err(|faults| {
             let lines: Vec<String> = faults.iter().map(ToString::to_string).collect();
             Failure::machine(format!("the plan{tier} at {size} is wrong: {}", lines.join("; ")))
         })?;

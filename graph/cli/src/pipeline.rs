@@ -10,7 +10,7 @@ use afterimage_graph::diagnostic::{Diagnostics, Style};
 use afterimage_graph::document::parse;
 use afterimage_graph::image::{Format, ImageDesc, Size};
 use afterimage_graph::node::{NodeKind, Registry, folder_kind};
-use afterimage_graph::plan::{Alias, Caps, GivenImage, Horizontal, Options, Plan, Requirement, Setting, Tiles, plan};
+use afterimage_graph::plan::{Alias, Caps, GivenImage, Horizontal, Options, Plan, Requirement, PlanRequest, Tiles, plan};
 
 use crate::args::{HorizontalChoice, NoAlias, PipelineOptions, PlanOptions, TileChoice};
 use crate::failure::Failure;
@@ -257,7 +257,7 @@ pub(crate) fn plan_options(options: &PlanOptions) -> Options {
         alias,
         serial: options.serial,
         exact: options.exact,
-        waves_first: options.fewest_waves,
+        batches_first: options.fewest_batches,
         bounds_checks: options.bounds_checks,
         ..Options::default()
     }
@@ -283,9 +283,9 @@ pub(crate) fn setting<'a>(
     options: Options,
     caps: Caps,
     requirement: &'a dyn Fn(&ImageDesc) -> Requirement,
-) -> Setting<'a> {
+) -> PlanRequest<'a> {
     let given = GivenImage { desc: ImageDesc::new(size), finite: false };
     let required = graph.inputs.iter().filter(|input| !input.optional);
     let inputs: BTreeMap<String, GivenImage> = required.map(|input| (input.name.clone(), given)).collect();
-    Setting { size, inputs, facts, caps, options, requirement }
+    PlanRequest { size, inputs, facts, caps, options, requirement }
 }

@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use afterimage_gpu::{Executor, Feed, Frame, Gpu, Opening, Readback, Texels, upload_bytes};
 use afterimage_graph::check::{Facts, Graph};
-use afterimage_graph::image::{Format, ImageDesc, Size, State};
-use afterimage_graph::plan::{GivenImage, Options, Plan, PlanOutput, Plans, Setting};
+use afterimage_graph::image::{Format, ImageDesc, Size, ColorState};
+use afterimage_graph::plan::{GivenImage, Options, Plan, PlanOutput, PlanCache, PlanRequest};
 
 use crate::args::{ArithmeticOptions, DeviceOptions};
 use crate::cache::{self, Gain};
@@ -38,7 +38,7 @@ pub(crate) fn options_on(gpu: &Gpu, asked: Options, arithmetic: &ArithmeticOptio
 /// A graph and what runs it; the plan follows the sizes of the pictures.
 pub(crate) struct Session<'g> {
     pub(crate) gpu: &'g Gpu,
-    plans: Plans,
+    plans: PlanCache,
     facts: Facts,
     options: Options,
     executor: Executor,
@@ -72,7 +72,7 @@ impl<'g> Session<'g> {
             Executor::with_caps(&gpu.device, &gpu.queue, gpu.caps.clone()).with_pipeline_cache(&known_pipelines);
         let readback = Readback::new(&gpu.device, &gpu.queue);
         let feeds = BTreeMap::new();
-        let plans = Plans::new(graph);
+        let plans = PlanCache::new(graph);
         Self { gpu, plans, facts, options, executor, feeds, readback, known_pipelines, planned: None }
     }
 
@@ -106,7 +106,7 @@ impl<'g> Session<'g> {
     fn plan_for(&mut self, size: Size, inputs: BTreeMap<String, GivenImage>) -> Result<(), Failure> {
         let executor = &self.executor;
         let requirement = |desc: &ImageDesc| executor.requirement(desc);
-        let setting = Setting {
+        let setting = PlanRequest {
             size,
             inputs,
             facts: self.facts.clone(),
@@ -179,7 +179,7 @@ pub(crate) fn upload_picture(gpu: &Gpu, picture: &Picture) -> Result<(wgpu::Text
 pub(crate) fn choose_output(plan: &Plan, wanted: Option<&str>, png: bool) -> Result<PlanOutput, Failure> {
     let names: Vec<String> = plan.outputs.iter().map(|o| format!("`{}` ({})", o.name, o.state.name())).collect();
     let names = names.join(", ");
-    let suits = |output: &&PlanOutput| (output.state == State::Encoded) == png;
+    let suits = |output: &&PlanOutput| (output.state == ColorState::Encoded) == png;
     if let Some(wanted) = wanted {
         let output = plan.output(Some(wanted)).ok_or_else(|| {
             Failure::user(format!("the pipeline has no output `{wanted}`")).hint(format!("it has {names}"))

@@ -15,7 +15,7 @@ pub(crate) const PIPELINES: &[(&str, &str)] = &[
     ("tsushima-night", include_str!("../../../pipelines/tsushima-night.ron")),
 ];
 
-/// Gives shipped pipelines the files that they name, wherever the program runs.
+/// OutputState shipped pipelines the files that they name, wherever the program runs.
 pub(crate) struct Shipped;
 
 impl Loader for Shipped {

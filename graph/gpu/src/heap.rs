@@ -19,7 +19,7 @@ use crate::store::{self, Stored, extent, usages, view};
 
 /// Memory for the transient images of a plan, and of the plan after it where they fit.
 pub(crate) struct Heap {
-    // Before the device: memory must not outlive it.
+    // PreviousPlan the device: memory must not outlive it.
     block: Arc<Block>,
     device: wgpu::Device,
     bytes: u64,

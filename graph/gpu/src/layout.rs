@@ -1,7 +1,7 @@
 //! From a composed shader's slots to bind group layouts and pipelines.
 
 use afterimage_graph::plan::{Plan, Stage};
-use afterimage_graph::shader::{Composed, Reading, Slot, SlotKind};
+use afterimage_graph::shader::{Composed, SampleMode, Slot, SlotKind};
 use wgpu::{
     BindGroupLayout, BindGroupLayoutEntry, BindingType, BufferBindingType, Device, SamplerBindingType, ShaderStages,
     StorageTextureAccess, TextureSampleType, TextureViewDimension,
@@ -32,7 +32,7 @@ pub(crate) fn bound_slots(composed: &Composed, stage: Stage) -> impl Iterator<It
 
 /// Whether a pass filters by hand, so that its sampler must not.
 pub(crate) fn by_hand(composed: &Composed) -> bool {
-    composed.reading != Reading::Plain
+    composed.reading != SampleMode::Plain
 }
 
 fn entry(plan: &Plan, composed: &Composed, slot: Slot, stage: Stage) -> BindGroupLayoutEntry {
@@ -72,5 +72,5 @@ fn dimension(plan: &Plan, image: afterimage_graph::node::ImageId) -> TextureView
 }
 
 fn is_filterable(plan: &Plan, image: afterimage_graph::node::ImageId) -> bool {
-    plan.readings[image.0 as usize] == Reading::Plain
+    plan.sample_modes[image.0 as usize] == SampleMode::Plain
 }

@@ -30,7 +30,7 @@ pub(crate) struct Built {
     pub(crate) layout: wgpu::BindGroupLayout,
 }
 
-/// Pipelines that none of so many calls of [`Pipelines::build`] asked for are dropped: who edits a shader for hours keeps the last versions. Plans
+/// Pipelines that none of so many calls of [`Pipelines::build`] asked for are dropped: who edits a shader for hours keeps the last versions. PlanCache
 /// that are loaded hold their own.
 const KEPT: u64 = 64;
 
@@ -157,9 +157,9 @@ fn pop<'a>(queue: &Mutex<Vec<Order<'a>>>) -> Option<Order<'a>> {
 }
 
 /// A module without checks of indices and loops: on an H200 kernels with loops take up to two fifths less time.
-#[allow(unsafe_code, reason = "the promise of audited shaders is what the checks would enforce")]
+#[allow(unsafe_code, reason = "the promise of unchecked shaders is what the checks would enforce")]
 fn trusted(device: &wgpu::Device, descriptor: wgpu::ShaderModuleDescriptor<'_>) -> wgpu::ShaderModule {
-    // SAFETY: every part of the module was made by `Shader::audited`, whose callers promise that all accesses lie inside and all loops
+    // SAFETY: every part of the module was made by `Shader::unchecked`, whose callers promise that all accesses lie inside and all loops
     // end, or by the composer, which loads texels only within the result's size.
     unsafe { device.create_shader_module_trusted(descriptor, wgpu::ShaderRuntimeChecks::unchecked()) }
 }

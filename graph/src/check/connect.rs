@@ -3,7 +3,7 @@
 use super::build::{Builder, Feed, Named, Wire};
 use super::{DEEPEST, MOST_PREVIOUS, Source};
 use crate::diagnostic::{Diagnostic, Spanned, did_you_mean, list, quote};
-use crate::image::State;
+use crate::image::ColorState;
 use crate::node::PortType;
 
 /// The parts of a wire's text.
@@ -17,7 +17,7 @@ struct WireText<'a> {
 #[derive(Clone, Copy)]
 struct Found {
     source: Option<Source>,
-    declared: Option<State>,
+    declared: Option<ColorState>,
 }
 
 impl Builder<'_> {

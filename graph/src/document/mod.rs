@@ -43,7 +43,7 @@ mod tests;
 use std::sync::Arc;
 
 use crate::diagnostic::{Diagnostic, Diagnostics, Place, Sources, Spanned};
-use crate::image::State;
+use crate::image::ColorState;
 
 use parser::Parsed;
 
@@ -67,7 +67,7 @@ pub struct Document {
     /// The images that the host gets: name and wire.
     pub outputs: Vec<(Spanned<String>, Spanned<String>)>,
     /// Changes to nodes, in the order in which they are made.
-    pub set: Vec<Setting>,
+    pub set: Vec<Override>,
     /// The quality levels.
     pub tiers: Vec<(Spanned<String>, Tier)>,
     /// The facts that conditions may ask and what each says; `None` where the file does not say which they are.
@@ -86,7 +86,7 @@ pub struct InputEntry {
     /// Its name.
     pub name: Spanned<String>,
     /// What its numbers mean.
-    pub state: State,
+    pub state: ColorState,
     /// Whether the host may leave it out.
     pub optional: bool,
     /// Whether negative numbers are meant.
@@ -106,7 +106,7 @@ pub struct NodeEntry {
 
 /// A change to a node: `"mips.levels": 3` or `"local": Off`.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Setting {
+pub struct Override {
     /// `node.parameter`, `node`, or either of them behind `outer/`.
     pub key: Spanned<String>,
     pub(crate) value: Item,
@@ -116,7 +116,7 @@ pub struct Setting {
 #[derive(Clone, Debug, PartialEq)]
 pub enum Tier {
     /// The same pipeline with changes.
-    Settings(Vec<Setting>),
+    Settings(Vec<Override>),
     /// Another file.
     File(Spanned<String>),
 }
@@ -126,7 +126,7 @@ pub const LONGEST_FILE: usize = 4 << 20;
 
 /// Reads a pipeline file. The name is the one that messages show, and that files named in it are relative to.
 ///
-/// Reading goes on after a syntax error: what could be read is in the document, the errors in [`Document::problems`].
+/// SampleMode goes on after a syntax error: what could be read is in the document, the errors in [`Document::problems`].
 ///
 /// # Errors
 /// When the text holds no `Pipeline( ... )`.

@@ -162,7 +162,7 @@ pub struct Rows {
 /// It is called by all invocations of the workgroup, once for the row above its first and then for each row and the one below its last, with
 /// the texels under one texel of that row; the result of a call is the texel of the row before. It may wait for the others
 /// (`workgroupBarrier`), and takes no parameters:
-/// `fn name(state: ptr<function, State>, square: Square, lane: u32) -> vec4f`.
+/// `fn name(state: ptr<function, ColorState>, square: Square, lane: u32) -> vec4f`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ByRows {
     /// The module.
@@ -213,10 +213,10 @@ pub struct CellsReader {
 /// `Cell` and `Seen`, keeps each binding on a line of its own, and gives no name of its own or of a binding to anything else. It has three
 /// functions, which all invocations of a workgroup call, at most [`CELLS_LANES`](crate::shader::CELLS_LANES):
 ///
-/// - `fn FORM_begin(cell: Cell) -> State` before the first pixel, to clear the cell's workgroup memory; a barrier follows;
-/// - `fn FORM_visit(state: ptr<function, State>, cell: Cell, seen: Seen)` for each pixel that the invocation sees, where it must not wait for
+/// - `fn FORM_begin(cell: Cell) -> ColorState` before the first pixel, to clear the cell's workgroup memory; a barrier follows;
+/// - `fn FORM_visit(state: ptr<function, ColorState>, cell: Cell, seen: Seen)` for each pixel that the invocation sees, where it must not wait for
 ///   others. A pixel is seen once for each of the finest cells that it touches: shares of it add up to its area, and in one it is `centred`;
-/// - `fn FORM_finish(state: ptr<function, State>, cell: Cell)` after the last, to bring the invocations' states together and store the cell.
+/// - `fn FORM_finish(state: ptr<function, ColorState>, cell: Cell)` after the last, to bring the invocations' states together and store the cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ByCells {
     /// What the three functions' names begin with.

@@ -1,4 +1,4 @@
-//! Step 6: what must happen between two waves, stated for every image and buffer.
+//! Step 6: what must happen between two batches, stated for every image and buffer.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
@@ -53,47 +53,47 @@ pub struct Transition {
     /// What is used.
     #[serde(skip)]
     pub resource: Resource,
-    /// Its use before the wave.
+    /// Its use before the batch.
     pub from: Use,
-    /// Its use in the wave.
+    /// Its use in the batch.
     pub to: Use,
 }
 
-/// Memory that changes hands: the new resident must be touched before the wave, because the device orders nothing between two textures
+/// Memory that changes hands: the new resident must be touched before the batch, because the device orders nothing between two textures
 /// of one memory by itself.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct HandOver {
-    /// The image whose life begins in this wave.
+pub struct AliasingBarrier {
+    /// The image whose life begins in this batch.
     pub image: ImageId,
     /// The images that were the last to use the memory, in ascending order.
     pub residents: Vec<ImageId>,
 }
 
-/// All that must happen before a wave runs: one batch.
+/// All that must happen before a batch runs: one batch.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct WaveBarriers {
+pub struct BatchBarriers {
     /// Changes of use, images before buffers, by number.
     pub transitions: Vec<Transition>,
     /// Memory that changes hands, by number.
-    pub hand_overs: Vec<HandOver>,
+    pub aliasing: Vec<AliasingBarrier>,
 }
 
-/// The barriers of all waves, and the transitions that hand the outputs to the host.
+/// The barriers of all batches, and the transitions that hand the outputs to the host.
 pub(crate) fn barriers(
     recording: &Recording,
     stages: &[Stage],
-    waves: &[Range<usize>],
+    batches: &[Range<usize>],
     outputs: &[PlanOutput],
-) -> (Vec<WaveBarriers>, Vec<Transition>) {
+) -> (Vec<BatchBarriers>, Vec<Transition>) {
     let mut states = States::new(recording);
-    let mut barriers = Vec::with_capacity(waves.len());
-    for wave in waves {
+    let mut barriers = Vec::with_capacity(batches.len());
+    for batch in batches {
         let mut uses: BTreeMap<Resource, Use> = BTreeMap::new();
-        for pass in wave.clone() {
+        for pass in batch.clone() {
             uses.extend(uses_of(&recording.passes[pass], stages[pass]));
         }
         let transitions = uses.into_iter().filter_map(|(resource, to)| states.change(resource, to)).collect();
-        barriers.push(WaveBarriers { transitions, hand_overs: Vec::new() });
+        barriers.push(BatchBarriers { transitions, aliasing: Vec::new() });
     }
     let images: BTreeSet<ImageId> = outputs.iter().map(|output| output.image).collect();
     let exports = images.into_iter().filter_map(|image| states.change(Resource::Image(image), Use::Host));
@@ -148,26 +148,26 @@ impl States {
     }
 }
 
-/// States anew whose memory changes hands before each wave: after a change of places.
+/// States anew whose memory changes hands before each batch: after a change of places.
 pub(crate) fn renew_hand_overs(plan: &mut Plan) {
     for barriers in &mut plan.barriers {
-        barriers.hand_overs.clear();
+        barriers.aliasing.clear();
     }
     hand_over(&mut plan.barriers, &plan.memory, &plan.lifetimes, plan.options.alias);
 }
 
-/// States whose memory changes hands before each wave.
-pub(crate) fn hand_over(barriers: &mut [WaveBarriers], memory: &Memory, lifetimes: &[Option<Lifetime>], alias: Alias) {
+/// States whose memory changes hands before each batch.
+pub(crate) fn hand_over(barriers: &mut [BatchBarriers], memory: &Memory, lifetimes: &[Option<Lifetime>], alias: Alias) {
     let mut arrivals: Vec<(usize, usize, Range<u64>)> = (0..lifetimes.len())
         .filter_map(|image| Some((lifetimes[image]?.first, image, extent(memory, alias, image)?)))
         .collect();
     arrivals.sort_by_key(|(first, image, _)| (*first, *image));
     let mut residents = Residents::default();
-    for (wave, image, extent) in arrivals {
+    for (batch, image, extent) in arrivals {
         let image = ImageId(image as u32);
         let before = residents.replace(extent, image);
         if !before.is_empty() {
-            barriers[wave].hand_overs.push(HandOver { image, residents: before });
+            barriers[batch].aliasing.push(AliasingBarrier { image, residents: before });
         }
     }
 }

@@ -12,7 +12,7 @@ use crate::shader::CELLS_LANES;
 
 /// An image that several kernels read together.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct ReadOnce {
+pub struct SharedRead {
     /// The image, as `node.port`.
     pub image: String,
     /// The nodes of the pass that reads it.
@@ -24,17 +24,17 @@ pub struct ReadOnce {
 /// Cells of the finest lattice that a workgroup makes at most: with more, the invocations of each are too few to read rows of pixels.
 const MOST_CELLS: u32 = 64;
 
-pub(crate) fn cells(draft: &mut Draft, caps: &Caps) -> Vec<ReadOnce> {
+pub(crate) fn cells(draft: &mut Draft, caps: &Caps) -> Vec<SharedRead> {
     let mut web = Web::new(draft);
-    let mut read_once = Vec::new();
+    let mut shared_reads = Vec::new();
     if caps.workgroup_invocations >= CELLS_LANES {
         for first in 0..web.len() {
             let group = Group::around(&web, &draft.recording, caps, first).filter(|group| group.members.len() > 1);
-            read_once.extend(group.map(|group| join(&mut web, &draft.recording, group)));
+            shared_reads.extend(group.map(|group| join(&mut web, &draft.recording, group)));
         }
     }
     web.finish(draft);
-    read_once
+    shared_reads
 }
 
 /// A whole kernel that has a form by cells, with the image that it sums up.
@@ -128,7 +128,7 @@ fn lanes(size: Size, coarsest: [u32; 2], finest: [u32; 2]) -> [u32; 2] {
     [across, lanes / across]
 }
 
-fn join(web: &mut Web, recording: &Recording, group: Group) -> ReadOnce {
+fn join(web: &mut Web, recording: &Recording, group: Group) -> SharedRead {
     let image = recording.image(group.source);
     let (coarsest, finest) = lattices(&group.forms).expect("a group's lattices were tried");
     let (mut readers, mut nodes, mut labels) = (Vec::new(), Vec::new(), Vec::new());
@@ -147,5 +147,5 @@ fn join(web: &mut Web, recording: &Recording, group: Group) -> ReadOnce {
     let work = Work::Cells(Cells { source: group.source, readers, coarsest, finest, lanes, step });
     let last = *group.members.last().expect("a group has members");
     web.put(last, Pass { nodes: nodes.clone(), label: labels.join(" & "), work });
-    ReadOnce { image: image.label.clone(), nodes, bytes_saved: again * image.desc.bytes() }
+    SharedRead { image: image.label.clone(), nodes, bytes_saved: again * image.desc.bytes() }
 }

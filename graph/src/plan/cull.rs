@@ -2,33 +2,33 @@
 
 use std::collections::BTreeSet;
 
-use super::specialise::{LeftOut, Resolved, Special};
+use super::specialize::{Skipped, WireSource, SpecializedGraph};
 use super::{Draft, PlanError};
 use crate::check::{Graph, Source};
 use crate::node::{BufferLife, Resource};
 
 /// Which nodes and which of their outputs somebody needs.
-pub(crate) struct Needed {
+pub(crate) struct LiveNodes {
     /// For each node and output port.
     pub(crate) wanted: Vec<Vec<bool>>,
-    pub(crate) left_out: Vec<LeftOut>,
+    pub(crate) skipped: Vec<Skipped>,
 }
 
-impl Needed {
+impl LiveNodes {
     /// Whether any output of the node is wanted.
     pub(crate) fn node(&self, index: usize) -> bool {
         self.wanted[index].iter().any(|wanted| *wanted)
     }
 }
 
-pub(crate) fn cull(graph: &Graph, special: &Special) -> Result<Needed, PlanError> {
+pub(crate) fn cull(graph: &Graph, special: &SpecializedGraph) -> Result<LiveNodes, PlanError> {
     let mut wanted: Vec<Vec<bool>> = graph.nodes.iter().map(|n| vec![false; n.kind.outputs().len()]).collect();
     let mut stack = Vec::new();
     for output in &graph.outputs {
         match special.resolve(Some(output.source)) {
-            Resolved::From(Source::Node { node, output, .. }) => stack.push((node, output)),
-            Resolved::From(Source::Input(_)) | Resolved::Zero => {}
-            Resolved::Absent => return Err(PlanError::NothingToShow(output.name.clone())),
+            WireSource::From(Source::Node { node, output, .. }) => stack.push((node, output)),
+            WireSource::From(Source::Input(_)) | WireSource::Zero => {}
+            WireSource::Absent => return Err(PlanError::NothingToShow(output.name.clone())),
         }
     }
     while let Some((node, output)) = stack.pop() {
@@ -38,19 +38,19 @@ pub(crate) fn cull(graph: &Graph, special: &Special) -> Result<Needed, PlanError
             continue;
         }
         for wire in &graph.nodes[node].wires {
-            if let Resolved::From(Source::Node { node, output, .. }) = special.resolve(*wire) {
+            if let WireSource::From(Source::Node { node, output, .. }) = special.resolve(*wire) {
                 stack.push((node, output));
             }
         }
     }
     let unread = |(index, _): &(usize, _)| special.runs[*index] && !wanted[*index].iter().any(|w| *w);
-    let left_out = graph
+    let skipped = graph
         .nodes
         .iter()
         .enumerate()
         .filter(unread)
-        .map(|(_, node)| LeftOut { node: node.name.clone(), why: "nobody needs it".into() });
-    Ok(Needed { left_out: left_out.collect(), wanted })
+        .map(|(_, node)| Skipped { node: node.name.clone(), why: "nobody needs it".into() });
+    Ok(LiveNodes { skipped: skipped.collect(), wanted })
 }
 
 /// Takes out passes that write nothing which is read later, remembered or shown: a node may record more than its present readers need.

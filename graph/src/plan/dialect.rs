@@ -2,7 +2,7 @@
 
 use super::{Caps, Horizontal, Options, Plan};
 use crate::node::{Pass, Recording, Resource, Work};
-use crate::shader::Dialect;
+use crate::shader::ShaderFeatures;
 
 /// A switch of [`Options`] that has no effect on this device or beside another switch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -14,7 +14,7 @@ pub struct Ignored {
 }
 
 impl Options {
-    /// The options without what this device lacks or another of them excludes, which is told beside them. Plans are made with these.
+    /// The options without what this device lacks or another of them excludes, which is told beside them. PlanCache are made with these.
     pub fn granted(self, caps: &Caps) -> (Self, Vec<Ignored>) {
         let mut options = self;
         let mut ignored = Vec::new();
@@ -41,18 +41,18 @@ impl Options {
 
 impl Plan {
     /// What the shader of a pass may use.
-    pub fn dialect(&self, pass: usize) -> Dialect {
-        dialect(&self.recording, &self.options, &self.recording.passes[pass])
+    pub fn features(&self, pass: usize) -> ShaderFeatures {
+        features(&self.recording, &self.options, &self.recording.passes[pass])
     }
 }
 
 /// Half floats are not for passes that read an image in 32 bits: its numbers may have more bits and be larger.
-pub(super) fn dialect(recording: &Recording, options: &Options, pass: &Pass) -> Dialect {
+pub(super) fn features(recording: &Recording, options: &Options, pass: &Pass) -> ShaderFeatures {
     let fits = |resource: &Resource| match resource {
         Resource::Image(image) => !recording.image(*image).desc.format.is_32_bit(),
         Resource::Buffer(_) => true,
     };
     let tiles_fit = !matches!(&pass.work, Work::Tiled(tiling) if !tiling.halves);
     let half = options.half && tiles_fit && pass.reads().iter().all(fits);
-    Dialect { half, subgroups: options.subgroups }
+    ShaderFeatures { half, subgroups: options.subgroups }
 }

@@ -16,8 +16,8 @@ pub struct PlanDiff {
     pub resized: Vec<(String, String, String)>,
     /// How many passes each has.
     pub passes: (u64, u64),
-    /// How many waves each has.
-    pub waves: (u64, u64),
+    /// How many batches each has.
+    pub batches: (u64, u64),
     /// Bytes that each moves in one frame.
     pub bytes_moved: (u64, u64),
     /// Bytes of transient images that each needs.
@@ -33,7 +33,7 @@ pub fn diff(first: &Plan, second: &Plan) -> PlanDiff {
         removed: missing(&first_passes, &second_passes),
         resized: resized(first, second),
         passes: (first_passes.len() as u64, second_passes.len() as u64),
-        waves: (first.waves.len() as u64, second.waves.len() as u64),
+        batches: (first.batches.len() as u64, second.batches.len() as u64),
         bytes_moved: (first.bytes_moved(), second.bytes_moved()),
         peak_memory: (transient(first), transient(second)),
     }
@@ -46,7 +46,7 @@ impl PlanDiff {
         self.added.is_empty()
             && self.removed.is_empty()
             && self.resized.is_empty()
-            && [self.passes, self.waves, self.bytes_moved, self.peak_memory].into_iter().all(same)
+            && [self.passes, self.batches, self.bytes_moved, self.peak_memory].into_iter().all(same)
     }
 }
 
@@ -79,7 +79,7 @@ impl std::fmt::Display for PlanDiff {
             format!("{} -> {}{}", mebibytes(before), mebibytes(after), change(before, after))
         };
         writeln!(f, "passes       {}", count(self.passes))?;
-        writeln!(f, "waves        {}", count(self.waves))?;
+        writeln!(f, "batches        {}", count(self.batches))?;
         writeln!(f, "bytes moved  {} a frame", bytes(self.bytes_moved))?;
         writeln!(f, "peak memory  {}", bytes(self.peak_memory))?;
         self.removed.iter().try_for_each(|pass| writeln!(f, "- {pass}"))?;

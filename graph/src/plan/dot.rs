@@ -1,4 +1,4 @@
-//! Plans for Graphviz: passes as boxes, wave by wave, and the images between them as edges.
+//! PlanCache for Graphviz: passes as boxes, batch by batch, and the images between them as edges.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -14,8 +14,8 @@ impl Plan {
         let mut dot =
             String::from("digraph plan {\n  rankdir=LR;\n  node [shape=box, fontname=\"sans-serif\", fontsize=10];\n");
         dot += "  edge [fontname=\"sans-serif\", fontsize=8];\n";
-        for (wave, passes) in self.waves.iter().enumerate() {
-            let _ = writeln!(dot, "  subgraph cluster_wave_{wave} {{\n    label=\"wave {wave}\"; color=grey80;");
+        for (batch, passes) in self.batches.iter().enumerate() {
+            let _ = writeln!(dot, "  subgraph cluster_wave_{batch} {{\n    label=\"batch {batch}\"; color=grey80;");
             passes.clone().for_each(|pass| dot += &self.dot_pass(pass));
             dot += "  }\n";
         }

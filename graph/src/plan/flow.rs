@@ -76,17 +76,17 @@ impl Flow {
 
     /// The most bytes that live at once if each pass runs by itself, in this order.
     pub(super) fn peak(&self, order: &[usize]) -> u64 {
-        let mut waves = order.iter().map(std::slice::from_ref);
-        self.peak_of_waves(&mut waves)
+        let mut batches = order.iter().map(std::slice::from_ref);
+        self.peak_of_batches(&mut batches)
     }
 
-    /// The most bytes that live at once if the passes of a wave run together.
-    pub(super) fn peak_of_waves(&self, waves: &mut dyn Iterator<Item = &[usize]>) -> u64 {
+    /// The most bytes that live at once if the passes of a batch run together.
+    pub(super) fn peak_of_batches(&self, batches: &mut dyn Iterator<Item = &[usize]>) -> u64 {
         let mut left: Vec<usize> = self.items.iter().map(|item| item.users.len()).collect();
         let (mut live, mut peak) = (0, 0);
-        for wave in waves {
+        for batch in batches {
             let mut freed = 0;
-            for item in wave.iter().flat_map(|pass| &self.touches[*pass]) {
+            for item in batch.iter().flat_map(|pass| &self.touches[*pass]) {
                 let Item { bytes, users } = &self.items[*item];
                 if left[*item] == users.len() {
                     live += bytes;

@@ -6,7 +6,7 @@ use super::passes::{copy_pass, copy_step};
 use super::{Caps, Draft};
 use crate::image::Format;
 use crate::node::{Arg, ImageId, Origin, Pass, Recording, Resource, VirtualImage, Work};
-use crate::shader::Reading;
+use crate::shader::SampleMode;
 
 pub(crate) fn guard(draft: &mut Draft) {
     for input in 0..draft.inputs.len() {
@@ -63,14 +63,14 @@ fn redirect(pass: &mut Pass, old: ImageId, new: ImageId) {
 }
 
 /// How each image is read on this device. Where results must be exact, all filtering is done by hand: a device's own has eight bits of fraction.
-pub(crate) fn readings(recording: &Recording, caps: &Caps, exact: bool) -> Vec<Reading> {
+pub(crate) fn sample_modes(recording: &Recording, caps: &Caps, exact: bool) -> Vec<SampleMode> {
     let reading = |image: &VirtualImage| {
         let outside = matches!(image.origin, Origin::Input(_)) && !image.finite;
         match (outside, image.signed, exact || image.desc.format.is_32_bit() && !caps.filter_32_bit) {
-            (true, true, _) => Reading::GuardedSigned,
-            (true, false, _) => Reading::Guarded,
-            (false, _, true) => Reading::ByHand,
-            (false, _, false) => Reading::Plain,
+            (true, true, _) => SampleMode::GuardedSigned,
+            (true, false, _) => SampleMode::Guarded,
+            (false, _, true) => SampleMode::ByHand,
+            (false, _, false) => SampleMode::Plain,
         }
     };
     recording.images.iter().map(reading).collect()

@@ -1,4 +1,4 @@
-//! Step 5b: horizontal fusion. Passes of one wave wait for nothing from each other, so that one dispatch can run several side by side: its workgroups
+//! Step 5b: horizontal fusion. Passes of one batch wait for nothing from each other, so that one dispatch can run several side by side: its workgroups
 //! are shared out among them.
 //!
 //! Where each of them is too small to fill the device this saves a dispatch. Passes over the whole picture read it at the same time, each
@@ -7,11 +7,11 @@
 
 use std::ops::Range;
 
-use super::dialect::dialect;
+use super::features::features;
 use super::order::Order;
 use super::{Caps, Draft, Options, Stage};
 use crate::node::{Arg, EntryCall, ImageId, Pass, Recording, Resource, Step, Work};
-use crate::shader::{CELLS_LANES, Dialect, GlobalKind, ROW_LANES, Reading, Shader, can_tell};
+use crate::shader::{CELLS_LANES, ShaderFeatures, GlobalKind, ROW_LANES, SampleMode, Shader, can_tell};
 
 /// Which passes share a dispatch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -20,7 +20,7 @@ pub enum Horizontal {
     Never,
     /// Those that are too small to fill a device.
     Small,
-    /// All that can: passes of one wave read large images together.
+    /// All that can: passes of one batch read large images together.
     Always,
 }
 
@@ -28,7 +28,7 @@ pub enum Horizontal {
 const SMALL: u64 = 1 << 17;
 /// More would hardly save anything, and cost the registers of all.
 const MOST_PASSES: usize = 4;
-/// A pass joins one of so many groups before it, which keeps a wave of thousands linear.
+/// A pass joins one of so many groups before it, which keeps a batch of thousands linear.
 const OPEN: usize = 16;
 /// What every device has room for.
 const MOST_TEXTURES: usize = 16;
@@ -36,22 +36,22 @@ const MOST_BUFFERS: usize = 8;
 /// Workgroups of one dispatch, so that a product of two of their numbers fits into 32 bits.
 const MOST_WORKGROUPS: u64 = 0xffff;
 
-/// Brings the passes that share a dispatch together inside their waves. The passes of each dispatch or draw.
+/// Brings the passes that share a dispatch together inside their batches. The passes of each dispatch or draw.
 pub(super) fn launches(
     draft: &mut Draft,
     stages: &mut [Stage],
     order: &mut Order,
-    readings: &[Reading],
+    sample_modes: &[SampleMode],
     caps: &Caps,
     options: &Options,
 ) -> Vec<Range<usize>> {
     // Invocations of a subgroup would have to be those of one pass.
     let is_asked = options.horizontal != Horizontal::Never && options.fuse && !options.subgroups;
     let mut launches = Vec::new();
-    for wave in order.waves.clone() {
+    for batch in order.batches.clone() {
         let mut groups: Vec<Group> = Vec::new();
-        for pass in wave.clone() {
-            let demand = if is_asked { Demand::new(draft, stages[pass], readings, options, pass) } else { None };
+        for pass in batch.clone() {
+            let demand = if is_asked { Demand::new(draft, stages[pass], sample_modes, options, pass) } else { None };
             let mut latest = groups.iter_mut().rev().take(OPEN);
             match latest.find_map(|group| group.joined(demand.as_ref()?, caps).map(|joined| (group, joined))) {
                 Some((group, joined)) => {
@@ -61,17 +61,17 @@ pub(super) fn launches(
                 None => groups.push(Group { passes: vec![pass], demand }),
             }
         }
-        let mut end = wave.start;
+        let mut end = batch.start;
         for group in &groups {
             group.adapt(&mut draft.recording);
             launches.push(end..end + group.passes.len());
             end += group.passes.len();
         }
         let moved: Vec<usize> = groups.into_iter().flat_map(|group| group.passes).collect();
-        if moved.iter().copied().ne(wave.clone()) {
-            rearrange(&mut draft.recording.passes, &wave, &moved);
-            rearrange(stages, &wave, &moved);
-            rearrange(&mut order.recorded, &wave, &moved);
+        if moved.iter().copied().ne(batch.clone()) {
+            rearrange(&mut draft.recording.passes, &batch, &moved);
+            rearrange(stages, &batch, &moved);
+            rearrange(&mut order.recorded, &batch, &moved);
         }
     }
     launches
@@ -106,7 +106,7 @@ impl Group {
             ..*all
         };
         let reads_alike = all.reading.is_none() || one.reading.is_none() || all.reading == one.reading;
-        let alike = reads_alike && all.dialect == one.dialect;
+        let alike = reads_alike && all.features == one.features;
         let fits = self.passes.len() < MOST_PASSES
             && sum.workgroups <= MOST_WORKGROUPS
             && sum.textures <= MOST_TEXTURES
@@ -117,7 +117,7 @@ impl Group {
         (alike && fits).then_some(sum)
     }
 
-    /// Gives those passes as many invocations as the others have that can do with any number.
+    /// OutputState those passes as many invocations as the others have that can do with any number.
     fn adapt(&self, recording: &mut Recording) {
         let Some(lanes) = self.demand.as_ref().map(|demand| demand.lanes.count).filter(|_| self.passes.len() > 1)
         else {
@@ -154,8 +154,8 @@ impl Lanes {
 #[derive(Clone, Copy)]
 struct Demand {
     /// How taps read textures, if there are any.
-    reading: Option<Reading>,
-    dialect: Dialect,
+    reading: Option<SampleMode>,
+    features: ShaderFeatures,
     lanes: Lanes,
     workgroups: u64,
     textures: usize,
@@ -167,7 +167,7 @@ struct Demand {
 
 impl Demand {
     /// `None` for a pass that must stay alone.
-    fn new(draft: &Draft, stage: Stage, readings: &[Reading], options: &Options, number: usize) -> Option<Self> {
+    fn new(draft: &Draft, stage: Stage, sample_modes: &[SampleMode], options: &Options, number: usize) -> Option<Self> {
         let recording = &draft.recording;
         let pass = &recording.passes[number];
         // The host may want an output drawn.
@@ -193,8 +193,8 @@ impl Demand {
         let is_image = |resource: &Resource| matches!(resource, Resource::Image(_));
         let (reads, writes, tapped) = (pass.reads(), pass.writes(), tapped(pass));
         Some(Self {
-            reading: tapped.iter().map(|image| readings[image.0 as usize]).max(),
-            dialect: dialect(recording, options, pass),
+            reading: tapped.iter().map(|image| sample_modes[image.0 as usize]).max(),
+            features: features(recording, options, pass),
             lanes: Lanes { count: workgroups.lanes, grows },
             workgroups: all,
             textures: reads.iter().filter(|resource| is_image(resource)).count().max(tapped.len()),
@@ -223,7 +223,7 @@ fn steps(pass: &Pass) -> &[Step] {
 
 /// Whether the names and the loops of all of its modules are known to be in order.
 fn is_trusted(pass: &Pass) -> bool {
-    pass.shaders().into_iter().all(Shader::is_audited)
+    pass.shaders().into_iter().all(Shader::is_unchecked)
 }
 
 /// Whether the frame's time must be brought to it.

@@ -1,4 +1,4 @@
-//! Plans as canonical JSON: keys in alphabetical order, lists in the order of the plan, no number that depends on the machine.
+//! PlanCache as canonical JSON: keys in alphabetical order, lists in the order of the plan, no number that depends on the machine.
 
 use std::collections::BTreeMap;
 
@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::hash::fnv1a;
 use super::names::Names;
-use super::{HandOver, Options, Plan, Transition};
+use super::{AliasingBarrier, Options, Plan, Transition};
 use crate::image::ImageDesc;
 use crate::node::{Arg, BufferLife, ByRows, EntryCall, Origin, Resource, Step, Work};
 
@@ -35,19 +35,19 @@ struct Content<'a> {
     hash: Option<String>,
     ignored: Vec<IgnoredView>,
     images: Vec<ImageView<'a>>,
-    left_out: Vec<LeftOutView<'a>>,
+    skipped: Vec<LeftOutView<'a>>,
     memory: MemoryView,
     options: OptionsView,
     outputs: Vec<OutputView<'a>>,
     passes: Vec<PassView<'a>>,
-    read_once: Vec<FusedView<'a>>,
+    shared_reads: Vec<FusedView<'a>>,
     size: [u32; 2],
-    waves: Vec<Vec<usize>>,
+    batches: Vec<Vec<usize>>,
 }
 
 #[derive(Serialize)]
 struct BarriersView<'a> {
-    hand_overs: Vec<HandOverView<'a>>,
+    aliasing: Vec<HandOverView<'a>>,
     transitions: Vec<TransitionView<'a>>,
 }
 
@@ -88,7 +88,7 @@ struct IgnoredView {
 struct ImageView<'a> {
     bytes: u64,
     format: &'static str,
-    /// The first and the last wave; the number of waves for what leaves the frame.
+    /// The first and the last batch; the number of batches for what leaves the frame.
     lives: Option<[usize; 2]>,
     name: &'a str,
     offset: Option<u64>,
@@ -128,7 +128,7 @@ struct OptionsView {
     serial: bool,
     subgroups: bool,
     tile: String,
-    waves_first: bool,
+    batches_first: bool,
 }
 
 #[derive(Serialize)]
@@ -149,7 +149,7 @@ struct PassView<'a> {
     runs: Vec<KernelView<'a>>,
     size: Option<String>,
     stage: String,
-    wave: usize,
+    batch: usize,
     writes: Vec<&'a str>,
 }
 
@@ -175,28 +175,28 @@ impl<'a> Content<'a> {
             hash: None,
             images: (0..names.images.len()).map(|image| ImageView::new(plan, names, image)).collect(),
             ignored: plan.ignored.iter().map(|i| IgnoredView { switch: i.switch, why: i.why }).collect(),
-            left_out: plan.left_out.iter().map(|left| LeftOutView { node: &left.node, why: &left.why }).collect(),
+            skipped: plan.skipped.iter().map(|left| LeftOutView { node: &left.node, why: &left.why }).collect(),
             memory: MemoryView::new(plan),
             options: OptionsView::new(&plan.options),
             outputs: outputs(plan, names),
             passes: passes(plan, names),
-            read_once: plan.read_once.iter().map(FusedView::from).collect(),
+            shared_reads: plan.shared_reads.iter().map(FusedView::from).collect(),
             size: [plan.size.width, plan.size.height],
-            waves: plan.waves.iter().map(|wave| wave.clone().collect()).collect(),
+            batches: plan.batches.iter().map(|batch| batch.clone().collect()).collect(),
         }
     }
 }
 
 fn barriers<'a>(plan: &'a Plan, names: &'a Names) -> Vec<BarriersView<'a>> {
-    let hand_over = |hand_over: &HandOver| HandOverView {
+    let hand_over = |hand_over: &AliasingBarrier| HandOverView {
         image: names.of(Resource::Image(hand_over.image)),
         residents: hand_over.residents.iter().map(|image| names.of(Resource::Image(*image))).collect(),
     };
-    let waves = plan.barriers.iter().map(|wave| BarriersView {
-        hand_overs: wave.hand_overs.iter().map(hand_over).collect(),
-        transitions: transitions(&wave.transitions, names),
+    let batches = plan.barriers.iter().map(|batch| BarriersView {
+        aliasing: batch.aliasing.iter().map(hand_over).collect(),
+        transitions: transitions(&batch.transitions, names),
     });
-    waves.collect()
+    batches.collect()
 }
 
 fn transitions<'a>(transitions: &[Transition], names: &'a Names) -> Vec<TransitionView<'a>> {
@@ -231,8 +231,8 @@ fn outputs<'a>(plan: &'a Plan, names: &'a Names) -> Vec<OutputView<'a>> {
 
 fn passes<'a>(plan: &'a Plan, names: &'a Names) -> Vec<PassView<'a>> {
     let with_waves =
-        plan.waves.iter().enumerate().flat_map(|(wave, passes)| passes.clone().map(move |pass| (wave, pass)));
-    with_waves.map(|(wave, pass)| PassView::new(plan, names, wave, pass)).collect()
+        plan.batches.iter().enumerate().flat_map(|(batch, passes)| passes.clone().map(move |pass| (batch, pass)));
+    with_waves.map(|(batch, pass)| PassView::new(plan, names, batch, pass)).collect()
 }
 
 impl<'a> From<&'a super::Fused> for FusedView<'a> {
@@ -241,8 +241,8 @@ impl<'a> From<&'a super::Fused> for FusedView<'a> {
     }
 }
 
-impl<'a> From<&'a super::ReadOnce> for FusedView<'a> {
-    fn from(read: &'a super::ReadOnce) -> Self {
+impl<'a> From<&'a super::SharedRead> for FusedView<'a> {
+    fn from(read: &'a super::SharedRead) -> Self {
         Self { bytes_saved: read.bytes_saved, image: &read.image, nodes: &read.nodes }
     }
 }
@@ -264,7 +264,7 @@ impl<'a> ImageView<'a> {
             name: &names.images[at],
             offset: plan.memory.offset_of[at],
             origin,
-            reading: format!("{:?}", plan.readings[at]),
+            reading: format!("{:?}", plan.sample_modes[at]),
             required: plan.memory.requirement_of[at].map(|requirement| requirement.bytes),
             size: size.to_string(),
             slot: plan.memory.slot_of[at],
@@ -290,15 +290,15 @@ impl MemoryView {
 
 impl OptionsView {
     fn new(options: &Options) -> Self {
-        let Options { fuse, tile, horizontal, alias, serial, exact, waves_first, bounds_checks, half, subgroups } =
+        let Options { fuse, tile, horizontal, alias, serial, exact, batches_first, bounds_checks, half, subgroups } =
             *options;
         let (alias, tile, horizontal) = (format!("{alias:?}"), format!("{tile:?}"), format!("{horizontal:?}"));
-        Self { alias, exact, fuse, horizontal, serial, tile, waves_first, bounds_checks, half, subgroups }
+        Self { alias, exact, fuse, horizontal, serial, tile, batches_first, bounds_checks, half, subgroups }
     }
 }
 
 impl<'a> PassView<'a> {
-    fn new(plan: &'a Plan, names: &'a Names, wave: usize, at: usize) -> Self {
+    fn new(plan: &'a Plan, names: &'a Names, batch: usize, at: usize) -> Self {
         let pass = &plan.recording.passes[at];
         let target = pass.writes().into_iter().find_map(|resource| match resource {
             Resource::Image(image) => Some(plan.recording.image(image).desc),
@@ -334,7 +334,7 @@ impl<'a> PassView<'a> {
             },
             size: target.map(|desc| desc.size.to_string()),
             stage: format!("{:?}", plan.stages[at]),
-            wave,
+            batch,
             writes: named(pass.writes()),
         }
     }

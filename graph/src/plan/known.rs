@@ -3,19 +3,19 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use super::{Caps, GivenImage, Options, Plan, PlanError, Setting, plan};
+use super::{Caps, GivenImage, Options, Plan, PlanError, PlanRequest, plan};
 use crate::check::{Facts, Graph};
 use crate::image::Size;
 
-/// Plans that are remembered: the answers of a few conditions at two or three sizes.
+/// PlanCache that are remembered: the answers of a few conditions at two or three sizes.
 const MOST: usize = 32;
 
 /// A graph and its plans, each made once.
 ///
 /// Facts matter only through the conditions that ask them, so a fact that changes in every frame asks for no new plan until some `when` answers
 /// otherwise. The plan that was asked for least recently makes room for a new one. All settings must come with the same device's
-/// [`requirement`](Setting::requirement).
-pub struct Plans {
+/// [`requirement`](PlanRequest::requirement).
+pub struct PlanCache {
     graph: Graph,
     /// The one asked for last stands last.
     known: Vec<(Key, Arc<Plan>)>,
@@ -32,7 +32,7 @@ struct Key {
     options: Options,
 }
 
-impl Plans {
+impl PlanCache {
     /// No plans yet.
     pub fn new(graph: Graph) -> Self {
         Self { graph, known: Vec::new() }
@@ -44,7 +44,7 @@ impl Plans {
     }
 
     /// The plan for this setting: the same `Arc` as before where nothing has changed that matters to it.
-    pub fn plan(&mut self, setting: &Setting<'_>) -> Result<Arc<Plan>, PlanError> {
+    pub fn plan(&mut self, setting: &PlanRequest<'_>) -> Result<Arc<Plan>, PlanError> {
         let key = Key {
             size: setting.size,
             inputs: setting.inputs.clone(),

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use super::{Plan, Workgroups};
 use crate::image::ImageDesc;
 use crate::node::{ImageId, Pass, Resource};
-use crate::shader::{Beside, Composed, Reading, ShaderError, compose_beside, compose_pass};
+use crate::shader::{Beside, Composed, SampleMode, ShaderError, compose_beside, compose_pass};
 
 impl Plan {
     /// The number of the launch that a pass belongs to.
@@ -22,8 +22,8 @@ impl Plan {
     /// The module that a launch runs.
     pub fn compose(&self, launch: usize) -> Result<Composed, ShaderError> {
         let desc = |image: ImageId| -> ImageDesc { self.recording.image(image).desc };
-        let reading = |image: ImageId| -> Reading { self.readings[image.0 as usize] };
-        let compose = |pass: usize| compose_pass(&self.recording.passes[pass], &desc, &reading, self.dialect(pass));
+        let reading = |image: ImageId| -> SampleMode { self.sample_modes[image.0 as usize] };
+        let compose = |pass: usize| compose_pass(&self.recording.passes[pass], &desc, &reading, self.features(pass));
         let alone = self.launches[launch].clone().map(compose).collect::<Result<Vec<_>, _>>()?;
         match <[Composed; 1]>::try_from(alone) {
             Ok([composed]) => Ok(composed),

@@ -6,16 +6,16 @@ use std::ops::Range;
 use serde::Serialize;
 
 use super::placement::{self, Block};
-use super::{Alias, Draft, Fused, Setting};
+use super::{Alias, Draft, Fused, PlanRequest};
 use crate::image::ImageDesc;
 use crate::node::{ImageId, Origin, Resource};
 
-/// When an image is in use: from the first wave that mentions it to the last.
+/// When an image is in use: from the first batch that mentions it to the last.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct Lifetime {
-    /// The first wave.
+    /// The first batch.
     pub first: usize,
-    /// The last wave; past the end for what leaves the frame.
+    /// The last batch; past the end for what leaves the frame.
     pub last: usize,
 }
 
@@ -46,7 +46,7 @@ pub struct Slot {
 /// Where transient images lie, and what that saves.
 ///
 /// Images that leave the frame, histories, constants and what the host gives have memory of their own and take no part. Two images share
-/// memory only if no wave mentions both, so that the barrier between two waves separates them.
+/// memory only if no batch mentions both, so that the barrier between two batches separates them.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Memory {
     /// What the device wants for each image that takes part.
@@ -85,7 +85,7 @@ impl Memory {
 }
 
 /// What the device wants for each image that takes part in the sharing of memory.
-pub(crate) fn requirements(draft: &Draft, setting: &Setting<'_>) -> Vec<Option<Requirement>> {
+pub(crate) fn requirements(draft: &Draft, setting: &PlanRequest<'_>) -> Vec<Option<Requirement>> {
     let mut asked = BTreeMap::new();
     let kept = kept(draft);
     let images = draft.recording.images.iter().enumerate();
@@ -112,20 +112,20 @@ fn kept(draft: &Draft) -> BTreeMap<ImageId, u64> {
 }
 
 /// When each image that a pass mentions lives.
-pub(crate) fn lifetimes(draft: &Draft, waves: &[Range<usize>]) -> Vec<Option<Lifetime>> {
+pub(crate) fn lifetimes(draft: &Draft, batches: &[Range<usize>]) -> Vec<Option<Lifetime>> {
     let mut lifetimes: Vec<Option<Lifetime>> = vec![None; draft.recording.images.len()];
-    for (wave, passes) in waves.iter().enumerate() {
+    for (batch, passes) in batches.iter().enumerate() {
         for pass in &draft.recording.passes[passes.clone()] {
             for resource in pass.reads().into_iter().chain(pass.writes()) {
                 let Resource::Image(image) = resource else { continue };
-                let lifetime = lifetimes[image.0 as usize].get_or_insert(Lifetime { first: wave, last: wave });
-                lifetime.last = wave;
+                let lifetime = lifetimes[image.0 as usize].get_or_insert(Lifetime { first: batch, last: batch });
+                lifetime.last = batch;
             }
         }
     }
     for image in kept(draft).into_keys() {
         if let Some(lifetime) = &mut lifetimes[image.0 as usize] {
-            lifetime.last = waves.len();
+            lifetime.last = batches.len();
         }
     }
     lifetimes
@@ -137,7 +137,7 @@ pub(crate) fn place(
     lifetimes: &[Option<Lifetime>],
     mut requirement_of: Vec<Option<Requirement>>,
     fused: &[Fused],
-    setting: &Setting<'_>,
+    setting: &PlanRequest<'_>,
 ) -> Memory {
     let unaliased = described_bytes(draft, &requirement_of, lifetimes, fused);
     for (requirement, lifetime) in requirement_of.iter_mut().zip(lifetimes) {
@@ -194,7 +194,7 @@ pub(crate) fn spread<T: Copy>(count: usize, images: &[usize], values: &[T]) -> V
     all
 }
 
-fn kept_bytes(draft: &Draft, setting: &Setting<'_>) -> u64 {
+fn kept_bytes(draft: &Draft, setting: &PlanRequest<'_>) -> u64 {
     let textures = kept(draft).into_iter();
     textures.map(|(image, count)| count * (setting.requirement)(&draft.recording.image(image).desc).bytes).sum()
 }

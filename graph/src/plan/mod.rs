@@ -7,7 +7,7 @@ mod caps;
 mod cells;
 mod checker;
 mod cull;
-mod dialect;
+mod features;
 mod diff;
 mod dot;
 mod flow;
@@ -27,36 +27,36 @@ mod placement;
 mod print;
 mod rows;
 mod skyline;
-mod specialise;
+mod specialize;
 mod svg;
 mod tile;
-mod waves;
+mod batches;
 mod web;
 mod workgroups;
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::check::{Facts, Graph};
-use crate::image::{Format, ImageDesc, Size, State};
+use crate::image::{Format, ImageDesc, Size, ColorState};
 use crate::node::{ImageId, Origin, Recording};
-use crate::shader::Reading;
+use crate::shader::SampleMode;
 
-pub use barriers::{HandOver, Transition, Use, WaveBarriers};
+pub use barriers::{AliasingBarrier, Transition, Use, BatchBarriers};
 pub use caps::Caps;
-pub use cells::ReadOnce;
-pub use checker::{Fault, check_plan};
-pub use dialect::Ignored;
+pub use cells::SharedRead;
+pub use checker::{Fault, verify};
+pub use features::Ignored;
 pub use diff::{PlanDiff, diff};
 pub use fuse::Fused;
 pub use hash::PlanHash;
 pub use horizontal::Horizontal;
-pub use known::Plans;
+pub use known::PlanCache;
 pub use memory::{Lifetime, Memory, Requirement, Slot};
-pub use specialise::LeftOut;
+pub use specialize::Skipped;
 pub use workgroups::Workgroups;
 
 /// What a plan is made for, beside the graph: the frame, the scene and the device.
-pub struct Setting<'a> {
+pub struct PlanRequest<'a> {
     /// The size of the frame, for nodes without an image input.
     pub size: Size,
     /// The images that the host gives, by the name of the pipeline's input.
@@ -91,14 +91,14 @@ pub struct Options {
     pub horizontal: Horizontal,
     /// How transient images share memory.
     pub alias: Alias,
-    /// Whether each pass is a wave of its own.
+    /// Whether each pass is a batch of its own.
     pub serial: bool,
     /// Whether every intermediate is stored in 32 bits and filtered with all of them, where a device's own filter has eight bits of fraction: the
     /// truth of `measure`.
     pub exact: bool,
-    /// Whether fewest waves come before smallest memory in the choice of the order.
-    pub waves_first: bool,
-    /// Whether audited shaders too run with the driver's checks of indices and loops. Pixels are the same.
+    /// Whether fewest batches come before smallest memory in the choice of the order.
+    pub batches_first: bool,
+    /// Whether unchecked shaders too run with the driver's checks of indices and loops. Pixels are the same.
     pub bounds_checks: bool,
     /// Whether sums of weighted colours (halvings, tents, the filter of Caracal) are made in half floats, where the device has them and no image of
     /// the pass is in 32 bits. What is stored in between has 11 bits anyway; a sum of them loses about one more.
@@ -117,7 +117,7 @@ impl Default for Options {
             alias: Alias::Placed,
             serial: false,
             exact: false,
-            waves_first: false,
+            batches_first: false,
             bounds_checks: false,
             half: false,
             subgroups: false,
@@ -157,14 +157,14 @@ pub struct Plan {
     /// For each pass, its place in the order of recording, which says what each read must see.
     pub recorded: Vec<usize>,
     /// How each image is read.
-    pub readings: Vec<Reading>,
+    pub sample_modes: Vec<SampleMode>,
     /// Passes that need no barrier between them: ranges that cover all passes in order.
-    pub waves: Vec<std::ops::Range<usize>>,
+    pub batches: Vec<std::ops::Range<usize>>,
     /// Passes that one dispatch runs side by side, or that one draw or dispatch runs alone: ranges that cover all passes in order.
     pub launches: Vec<std::ops::Range<usize>>,
-    /// What must happen before each wave.
-    pub barriers: Vec<WaveBarriers>,
-    /// What hands the outputs to the host after the last wave.
+    /// What must happen before each batch.
+    pub barriers: Vec<BatchBarriers>,
+    /// What hands the outputs to the host after the last batch.
     pub exports: Vec<Transition>,
     /// When each image lives.
     pub lifetimes: Vec<Option<Lifetime>>,
@@ -175,13 +175,13 @@ pub struct Plan {
     /// What the host gets.
     pub outputs: Vec<PlanOutput>,
     /// Nodes that are not in the plan, and why.
-    pub left_out: Vec<LeftOut>,
+    pub skipped: Vec<Skipped>,
     /// Switches that have no effect here.
     pub ignored: Vec<Ignored>,
     /// Images that fusion has removed.
     pub fused: Vec<Fused>,
     /// Images that several kernels read together in one pass.
-    pub read_once: Vec<ReadOnce>,
+    pub shared_reads: Vec<SharedRead>,
     /// The size of the frame.
     pub size: Size,
     /// The switches it was made with.
@@ -196,7 +196,7 @@ pub struct PlanOutput {
     /// The image.
     pub image: ImageId,
     /// What its numbers mean.
-    pub state: State,
+    pub state: ColorState,
 }
 
 /// How a pass runs.
@@ -246,8 +246,8 @@ impl std::fmt::Display for PlanError {
 impl std::error::Error for PlanError {}
 
 /// Makes the plan of a graph.
-pub fn plan(graph: &Graph, setting: &Setting<'_>) -> Result<Plan, PlanError> {
-    let special = specialise::specialise(graph, setting);
+pub fn plan(graph: &Graph, setting: &PlanRequest<'_>) -> Result<Plan, PlanError> {
+    let special = specialize::specialize(graph, setting);
     let needed = cull::cull(graph, &special)?;
     let mut draft = passes::record(graph, setting, &special, &needed)?;
     cull::prune(&mut draft);
@@ -258,11 +258,11 @@ pub fn plan(graph: &Graph, setting: &Setting<'_>) -> Result<Plan, PlanError> {
         fused.extend(rows::rows(&mut draft, always));
         fused.extend(tile::tile(&mut draft, &setting.caps, always));
     }
-    let read_once = if setting.options.fuse { cells::cells(&mut draft, &setting.caps) } else { Vec::new() };
+    let shared_reads = if setting.options.fuse { cells::cells(&mut draft, &setting.caps) } else { Vec::new() };
     check_sizes(&draft.recording, &setting.caps)?;
     // Stages come before memory: they may widen formats.
     let mut stages = passes::stages(&mut draft.recording, &setting.caps);
-    let readings = guard::readings(&draft.recording, &setting.caps, setting.options.exact);
+    let sample_modes = guard::sample_modes(&draft.recording, &setting.caps, setting.options.exact);
     let (mut options, ignored) = setting.options.granted(&setting.caps);
     if stages.contains(&Stage::Fragment) {
         // What is drawn to has layouts of its own, and images that overlap would disagree on them.
@@ -270,20 +270,20 @@ pub fn plan(graph: &Graph, setting: &Setting<'_>) -> Result<Plan, PlanError> {
     }
     let requirements = memory::requirements(&draft, setting);
     let mut order = order::order(&mut draft, &mut stages, &requirements, &setting.options);
-    let launches = horizontal::launches(&mut draft, &mut stages, &mut order, &readings, &setting.caps, &options);
-    let order::Order { recorded, waves } = order;
-    let lifetimes = memory::lifetimes(&draft, &waves);
+    let launches = horizontal::launches(&mut draft, &mut stages, &mut order, &sample_modes, &setting.caps, &options);
+    let order::Order { recorded, batches } = order;
+    let lifetimes = memory::lifetimes(&draft, &batches);
     let memory = memory::place(&draft, &lifetimes, requirements, &fused, setting);
-    let (mut barriers, exports) = barriers::barriers(&draft.recording, &stages, &waves, &draft.outputs);
+    let (mut barriers, exports) = barriers::barriers(&draft.recording, &stages, &batches, &draft.outputs);
     barriers::hand_over(&mut barriers, &memory, &lifetimes, options.alias);
-    let mut left_out = special.left_out;
-    left_out.extend(needed.left_out);
+    let mut skipped = special.skipped;
+    skipped.extend(needed.skipped);
     Ok(Plan {
         recording: draft.recording,
         stages,
         recorded,
-        readings,
-        waves,
+        sample_modes,
+        batches,
         launches,
         barriers,
         exports,
@@ -291,10 +291,10 @@ pub fn plan(graph: &Graph, setting: &Setting<'_>) -> Result<Plan, PlanError> {
         memory,
         inputs: draft.inputs,
         outputs: draft.outputs,
-        left_out,
+        skipped,
         ignored,
         fused,
-        read_once,
+        shared_reads,
         size: setting.size,
         options,
     })

@@ -1,15 +1,15 @@
-//! Step 5: the order of passes, and the waves they form.
+//! Step 5: the order of passes, and the batches they form.
 //!
-//! Several orders are tried (`lists`), each is grouped into waves (`waves`), and the best is kept; the order of recording is among them, so
+//! Several orders are tried (`lists`), each is grouped into batches (`batches`), and the best is kept; the order of recording is among them, so
 //! the result is never worse than it, and among equals the order of recording wins, so that small edits of a file move little.
 
 use std::ops::Range;
 
 use super::flow::Flow;
-use super::{Draft, Options, Requirement, Stage, lists, waves};
+use super::{Draft, Options, Requirement, Stage, lists, batches};
 use crate::node::Pass;
 
-/// At most so many orders of the same peak are grouped into waves.
+/// At most so many orders of the same peak are grouped into batches.
 const GROUPED: usize = 4;
 /// At most so often are the orders that grouping has made grouped again.
 const ROUNDS: usize = 4;
@@ -19,7 +19,7 @@ pub(crate) struct Order {
     /// For each pass in the new order, its place in the recording.
     pub(crate) recorded: Vec<usize>,
     /// Ranges of the new order.
-    pub(crate) waves: Vec<Range<usize>>,
+    pub(crate) batches: Vec<Range<usize>>,
 }
 
 /// Puts the passes, and the stages with them, into the order in which they run.
@@ -38,12 +38,12 @@ pub(crate) fn order(
     draft.recording.passes =
         recorded.iter().map(|at| passes[*at].take().expect("an order names each pass once")).collect();
     let mut end = 0;
-    let mut next = |wave: &Vec<usize>| {
+    let mut next = |batch: &Vec<usize>| {
         let start = end;
-        end += wave.len();
+        end += batch.len();
         start..end
     };
-    Order { waves: chosen.iter().map(&mut next).collect(), recorded }
+    Order { batches: chosen.iter().map(&mut next).collect(), recorded }
 }
 
 fn choose(flow: &Flow, options: &Options) -> Vec<Vec<usize>> {
@@ -54,24 +54,24 @@ fn choose(flow: &Flow, options: &Options) -> Vec<Vec<usize>> {
         return order.into_iter().map(|pass| vec![pass]).collect();
     }
     let cost = |schedule: &Vec<Vec<usize>>| {
-        let peak = flow.peak_of_waves(&mut schedule.iter().map(Vec::as_slice));
-        let waves = schedule.len() as u64;
-        if options.waves_first { (waves, peak) } else { (peak, waves) }
+        let peak = flow.peak_of_batches(&mut schedule.iter().map(Vec::as_slice));
+        let batches = schedule.len() as u64;
+        if options.batches_first { (batches, peak) } else { (peak, batches) }
     };
     schedules.into_iter().min_by_key(cost).unwrap_or_default()
 }
 
-/// The orders of the smallest peak, grouped into waves, and after them the fewest waves that there can be. Grouping pulls passes forward, and
+/// The orders of the smallest peak, grouped into batches, and after them the fewest batches that there can be. Grouping pulls passes forward, and
 /// what these free may lower the peak: then the orders that came of it are grouped again, within less.
 fn schedules(flow: &Flow) -> Vec<Vec<Vec<usize>>> {
-    let fewest = waves::fewest(flow);
+    let fewest = batches::fewest(flow);
     let listed = lists::candidates(flow).into_iter();
     let mut orders = least(flow, listed.chain(fewest.iter().map(|schedule| schedule.concat())).collect());
     let mut schedules = Vec::new();
     for _ in 0..ROUNDS {
         let before = orders.first().map(|(peak, _)| *peak);
         let grouped: Vec<Vec<Vec<usize>>> =
-            orders.iter().map(|(peak, order)| waves::within(flow, order, *peak)).collect();
+            orders.iter().map(|(peak, order)| batches::within(flow, order, *peak)).collect();
         orders = least(flow, grouped.iter().map(|schedule| schedule.concat()).collect());
         schedules.extend(grouped);
         if orders.first().map(|(peak, _)| *peak) >= before {
@@ -91,12 +91,12 @@ fn least(flow: &Flow, orders: Vec<Vec<usize>>) -> Vec<(u64, Vec<usize>)> {
     orders
 }
 
-/// Inside a wave the order is free: passes of one stage stand together, and a wave begins as the one before ended, because each change
+/// Inside a batch the order is free: passes of one stage stand together, and a batch begins as the one before ended, because each change
 /// between dispatches and draws costs the executor a pass of the device.
-fn group_stages(waves: &mut [Vec<usize>], stages: &[Stage]) {
+fn group_stages(batches: &mut [Vec<usize>], stages: &[Stage]) {
     let mut running = Stage::Compute;
-    for wave in waves {
-        wave.sort_by_key(|pass| (stages[*pass] != running, *pass));
-        running = wave.last().map_or(running, |pass| stages[*pass]);
+    for batch in batches {
+        batch.sort_by_key(|pass| (stages[*pass] != running, *pass));
+        running = batch.last().map_or(running, |pass| stages[*pass]);
     }
 }

@@ -1,28 +1,28 @@
 //! Step 3: every node that runs records its passes; the virtual images and buffers come to be.
 
-use super::cull::Needed;
-use super::specialise::{Resolved, Special};
-use super::{Caps, Draft, PlanError, PlanOutput, Setting, Stage};
+use super::cull::LiveNodes;
+use super::specialize::{WireSource, SpecializedGraph};
+use super::{Caps, Draft, PlanError, PlanOutput, PlanRequest, Stage};
 use crate::check::{Graph, Source};
-use crate::image::{Format, ImageDesc, State};
+use crate::image::{Format, ImageDesc, ColorState};
 use crate::node::{
     Arg, Arrival, ImageId, Origin, Pass, Recorder, RecorderContext, Recording, Step, VirtualImage, Work,
 };
 use crate::shader::Shader;
 
 /// What a node without work of its own needs: an output that is an input of the host must still be written.
-#[allow(unsafe_code, reason = "the shader was audited")]
+#[allow(unsafe_code, reason = "the shader was unchecked")]
 // SAFETY: it reads nothing.
-static COPY: Shader = unsafe { Shader::audited("copy.wgsl", "fn copy(source: vec4f) -> vec4f { return source; }") };
+static COPY: Shader = unsafe { Shader::unchecked("copy.wgsl", "fn copy(source: vec4f) -> vec4f { return source; }") };
 
 /// How often sizes of histories may be inferred anew before they are said not to settle.
 const ROUNDS: usize = 8;
 
 pub(crate) fn record(
     graph: &Graph,
-    setting: &Setting<'_>,
-    special: &Special,
-    needed: &Needed,
+    setting: &PlanRequest<'_>,
+    special: &SpecializedGraph,
+    needed: &LiveNodes,
 ) -> Result<Draft, PlanError> {
     let default = ImageDesc::new(setting.size);
     let mut guesses: Vec<Vec<ImageDesc>> = graph.nodes.iter().map(|n| vec![default; n.kind.outputs().len()]).collect();
@@ -43,9 +43,9 @@ pub(crate) fn record(
 /// One attempt at recording, with guessed descriptions of what earlier frames left.
 struct Round<'a> {
     graph: &'a Graph,
-    setting: &'a Setting<'a>,
-    special: &'a Special,
-    needed: &'a Needed,
+    setting: &'a PlanRequest<'a>,
+    special: &'a SpecializedGraph,
+    needed: &'a LiveNodes,
     guesses: &'a [Vec<ImageDesc>],
     draft: Draft,
     made: Vec<Vec<Arrival>>,
@@ -57,9 +57,9 @@ struct Round<'a> {
 impl<'a> Round<'a> {
     fn new(
         graph: &'a Graph,
-        setting: &'a Setting<'a>,
-        special: &'a Special,
-        needed: &'a Needed,
+        setting: &'a PlanRequest<'a>,
+        special: &'a SpecializedGraph,
+        needed: &'a LiveNodes,
         guesses: &'a [Vec<ImageDesc>],
     ) -> Self {
         let draft = Draft { recording: Recording::default(), inputs: Vec::new(), outputs: Vec::new() };
@@ -96,7 +96,7 @@ impl<'a> Round<'a> {
                 desc: given.desc,
                 origin: Origin::Input(input.name.clone()),
                 finite: given.finite,
-                signed: input.signed || input.state == State::Data,
+                signed: input.signed || input.state == ColorState::Data,
             });
             self.given[index] = Some(image);
             self.draft.inputs.push((input.name.clone(), image));
@@ -106,11 +106,11 @@ impl<'a> Round<'a> {
 
     fn arrival(&mut self, wire: Option<Source>) -> Arrival {
         match self.special.resolve(wire) {
-            Resolved::Zero => Arrival::Zero,
-            Resolved::Absent => Arrival::Absent,
-            Resolved::From(Source::Input(input)) => self.given[input].map_or(Arrival::Absent, Arrival::Image),
-            Resolved::From(Source::Node { node, output, previous: 0 }) => self.made[node][output].clone(),
-            Resolved::From(Source::Node { node, output, previous }) => {
+            WireSource::Zero => Arrival::Zero,
+            WireSource::Absent => Arrival::Absent,
+            WireSource::From(Source::Input(input)) => self.given[input].map_or(Arrival::Absent, Arrival::Image),
+            WireSource::From(Source::Node { node, output, previous: 0 }) => self.made[node][output].clone(),
+            WireSource::From(Source::Node { node, output, previous }) => {
                 Arrival::Image(self.history(node, output, previous))
             }
         }
@@ -151,7 +151,7 @@ impl<'a> Round<'a> {
         let mut recorder = Recorder::new(context, &mut self.draft.recording);
         node.kind.record(&node.values, &mut recorder);
         self.made[index] = recorder.finish();
-        let signed = node.states.iter().flatten().any(|s| matches!(s, State::Data | State::LogLuminance));
+        let signed = node.states.iter().flatten().any(|s| matches!(s, ColorState::Data | ColorState::LogLuminance));
         self.draft.recording.images[first_image..].iter_mut().for_each(|image| image.signed = signed);
     }
 

@@ -16,9 +16,9 @@ pub(crate) struct Block {
     pub(crate) bytes: u64,
     /// Alignment of its offset; a power of two.
     pub(crate) alignment: u64,
-    /// The first wave of its life.
+    /// The first batch of its life.
     pub(crate) first: usize,
-    /// The last wave of its life.
+    /// The last batch of its life.
     pub(crate) last: usize,
 }
 
@@ -33,8 +33,8 @@ pub(crate) struct Placement {
 
 /// The most bytes that live at once.
 pub(crate) fn lower_bound(blocks: &[Block]) -> u64 {
-    let waves = blocks.iter().map(|block| block.last + 1).max().unwrap_or(0);
-    let mut steps = vec![(0_u64, 0_u64); waves + 1];
+    let batches = blocks.iter().map(|block| block.last + 1).max().unwrap_or(0);
+    let mut steps = vec![(0_u64, 0_u64); batches + 1];
     for block in blocks {
         steps[block.first].0 += block.bytes;
         steps[block.last + 1].1 += block.bytes;
@@ -98,8 +98,8 @@ struct Room<'a> {
 
 impl<'a> Room<'a> {
     fn new(blocks: &'a [Block]) -> Self {
-        let waves = blocks.iter().map(|block| block.last + 1).max().unwrap_or(0);
-        Self { blocks, offsets: vec![0; blocks.len()], placed: Placed::new(waves) }
+        let batches = blocks.iter().map(|block| block.last + 1).max().unwrap_or(0);
+        Self { blocks, offsets: vec![0; blocks.len()], placed: Placed::new(batches) }
     }
 
     /// The stretches that are taken at some time of the block's life, in ascending order.
@@ -158,8 +158,8 @@ struct Placed {
 }
 
 impl Placed {
-    fn new(waves: usize) -> Self {
-        let leaves = waves.next_power_of_two();
+    fn new(batches: usize) -> Self {
+        let leaves = batches.next_power_of_two();
         Self { leaves, alive: vec![Vec::new(); 2 * leaves], starts: BTreeSet::new() }
     }
 

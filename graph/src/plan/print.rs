@@ -1,4 +1,4 @@
-//! Plans as text: what runs, in which order, where its images lie, and what was left out and why.
+//! PlanCache as text: what runs, in which order, where its images lie, and what was left out and why.
 
 use std::fmt::Write;
 
@@ -58,28 +58,28 @@ impl Plan {
 
     fn heading(&self) -> String {
         let passes = count(self.recording.passes.len(), "pass");
-        let waves = count(self.waves.len(), "wave");
-        let transitions: usize = self.barriers.iter().map(|wave| wave.transitions.len()).sum();
-        let hand_overs: usize = self.barriers.iter().map(|wave| wave.hand_overs.len()).sum();
+        let batches = count(self.batches.len(), "batch");
+        let transitions: usize = self.barriers.iter().map(|batch| batch.transitions.len()).sum();
+        let aliasing: usize = self.barriers.iter().map(|batch| batch.aliasing.len()).sum();
         format!(
-            "{passes} in {waves} at {}, launched {}; {}, {}; {} moved a frame\n\n",
+            "{passes} in {batches} at {}, launched {}; {}, {}; {} moved a frame\n\n",
             self.size,
             match self.launches.len() {
                 1 => "once".to_owned(),
                 launches => format!("{launches} times"),
             },
             count(transitions, "transition"),
-            count(hand_overs, "hand-over"),
+            count(aliasing, "hand-over"),
             mebibytes(self.bytes_moved())
         )
     }
 
     fn rows(&self, names: &Names) -> Vec<Vec<String>> {
-        let heading = ["wave", "node", "does", "stage", "size", "format", "reads -> writes"];
+        let heading = ["batch", "node", "does", "stage", "size", "format", "reads -> writes"];
         let mut rows = vec![heading.map(str::to_owned).to_vec()];
-        for (wave, passes) in self.waves.iter().enumerate() {
+        for (batch, passes) in self.batches.iter().enumerate() {
             for at in passes.clone() {
-                let number = if at == passes.start { wave.to_string() } else { String::new() };
+                let number = if at == passes.start { batch.to_string() } else { String::new() };
                 rows.extend(self.pass_rows(names, number, at));
             }
         }
@@ -87,7 +87,7 @@ impl Plan {
     }
 
     /// One row for a pass, and one more for each further pass that fusion has put into it.
-    fn pass_rows(&self, names: &Names, wave: String, at: usize) -> Vec<Vec<String>> {
+    fn pass_rows(&self, names: &Names, batch: String, at: usize) -> Vec<Vec<String>> {
         let pass = &self.recording.passes[at];
         let list = |resources: Vec<Resource>| {
             let named: Vec<&str> = resources.into_iter().map(|resource| names.of(resource)).collect();
@@ -104,7 +104,7 @@ impl Plan {
         let (node, label) =
             if one_each { (nodes[0].to_owned(), labels[0]) } else { (nodes.join(" + "), pass.label.as_str()) };
         let mut rows = vec![vec![
-            wave,
+            batch,
             node,
             label.to_owned(),
             if is_beside { "beside".to_owned() } else { format!("{:?}", self.stages[at]).to_lowercase() },
@@ -119,13 +119,13 @@ impl Plan {
 
     fn left_out_text(&self) -> String {
         let rows: Vec<Vec<String>> =
-            self.left_out.iter().map(|left| vec![format!("  {}", left.node), left.why.clone()]).collect();
+            self.skipped.iter().map(|left| vec![format!("  {}", left.node), left.why.clone()]).collect();
         if rows.is_empty() { String::new() } else { format!("\nleft out\n{}", table(&rows)) }
     }
 
     fn arithmetic_text(&self) -> String {
         let passes = self.recording.passes.len();
-        let halves = (0..passes).filter(|pass| self.dialect(*pass).half).count();
+        let halves = (0..passes).filter(|pass| self.features(*pass).half).count();
         let half = format!("sums of colours may be in half floats in {halves} of {}", count(passes, "pass"));
         let used = [
             (self.options.half, "  half", half.as_str()),
@@ -148,7 +148,7 @@ impl Plan {
     }
 
     fn read_once_text(&self) -> String {
-        let saved = self.read_once.iter().map(|read| (read.image.as_str(), read.bytes_saved));
+        let saved = self.shared_reads.iter().map(|read| (read.image.as_str(), read.bytes_saved));
         savings("read once by passes that are joined", saved.collect())
     }
 

@@ -46,10 +46,10 @@ pub(super) fn search(blocks: &[Block], bound: u64) -> Placement {
     best
 }
 
-/// Bytes that live in each wave.
+/// Bytes that live in each batch.
 fn alive(blocks: &[Block]) -> Vec<u64> {
-    let waves = blocks.iter().map(|block| block.last + 1).max().unwrap_or(0);
-    let mut alive = vec![0; waves];
+    let batches = blocks.iter().map(|block| block.last + 1).max().unwrap_or(0);
+    let mut alive = vec![0; batches];
     for block in blocks {
         alive[block.first..=block.last].iter_mut().for_each(|bytes| *bytes += block.bytes);
     }
@@ -81,7 +81,7 @@ impl Shaker {
 /// Places all blocks; of those that fit, the one with the highest rank goes first. `None` as soon as it is certain to be higher than `limit`.
 fn place(blocks: &[Block], alive: &[u64], ranks: &[f64], limit: u64) -> Option<Placement> {
     let mut skyline = vec![Level { start: 0, end: alive.len(), height: 0 }];
-    // What is filled up is lost: in no wave may it and all that lives there exceed the limit.
+    // What is filled up is lost: in no batch may it and all that lives there exceed the limit.
     let mut needed = alive.to_vec();
     let mut offsets = vec![0; blocks.len()];
     let mut left: Vec<usize> = (0..blocks.len()).collect();

@@ -5,13 +5,13 @@ use std::collections::BTreeSet;
 use petgraph::Direction;
 use petgraph::graph::NodeIndex;
 
-use super::Setting;
+use super::PlanRequest;
 use crate::check::{Graph, Source};
-use crate::node::{Arrivals, PortType, StandIn};
+use crate::node::{Arrivals, PortType, Fallback};
 
 /// A node that is not in the plan.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct LeftOut {
+pub struct Skipped {
     /// Its name.
     pub node: String,
     /// Why.
@@ -20,7 +20,7 @@ pub struct LeftOut {
 
 /// What a wire carries once stand-ins are in place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Resolved {
+pub(crate) enum WireSource {
     /// What a node makes or the host gives.
     From(Source),
     /// Zero everywhere.
@@ -30,58 +30,58 @@ pub(crate) enum Resolved {
 }
 
 /// The graph with the stand-ins in place.
-pub(crate) struct Special {
+pub(crate) struct SpecializedGraph {
     /// The order in which nodes can be recorded.
     pub(crate) order: Vec<usize>,
     /// Which nodes run.
     pub(crate) runs: Vec<bool>,
     /// For each node and output port, what its readers get.
-    outputs: Vec<Vec<Resolved>>,
+    outputs: Vec<Vec<WireSource>>,
     /// Whether the host gives each input.
     given: Vec<bool>,
-    pub(crate) left_out: Vec<LeftOut>,
+    pub(crate) skipped: Vec<Skipped>,
 }
 
-impl Special {
+impl SpecializedGraph {
     /// What arrives through a wire.
-    pub(crate) fn resolve(&self, wire: Option<Source>) -> Resolved {
+    pub(crate) fn resolve(&self, wire: Option<Source>) -> WireSource {
         match wire {
-            None => Resolved::Absent,
-            Some(Source::Input(input)) if !self.given[input] => Resolved::Absent,
-            Some(source @ (Source::Input(_) | Source::Node { previous: 1.., .. })) => Resolved::From(source),
+            None => WireSource::Absent,
+            Some(Source::Input(input)) if !self.given[input] => WireSource::Absent,
+            Some(source @ (Source::Input(_) | Source::Node { previous: 1.., .. })) => WireSource::From(source),
             Some(Source::Node { node, output, .. }) => self.outputs[node][output],
         }
     }
 }
 
-pub(crate) fn specialise(graph: &Graph, setting: &Setting<'_>) -> Special {
+pub(crate) fn specialize(graph: &Graph, setting: &PlanRequest<'_>) -> SpecializedGraph {
     let order = stable_order(graph);
     let count = graph.nodes.len();
     let given = graph.inputs.iter().map(|input| setting.inputs.contains_key(&input.name)).collect();
-    let mut special = Special {
+    let mut special = SpecializedGraph {
         order: Vec::new(),
         runs: vec![false; count],
         outputs: vec![Vec::new(); count],
         given,
-        left_out: Vec::new(),
+        skipped: Vec::new(),
     };
     let remembered = remembered(graph);
     for &index in &order {
         let verdict = verdict(graph, setting, &special, index, remembered.contains(&index));
         special.outputs[index] = match &verdict {
             None => ports_of(index, graph.nodes[index].kind.outputs().len()),
-            Some((stand_in, _)) => replace(graph, &special, index, *stand_in),
+            Some((fallback, _)) => replace(graph, &special, index, *fallback),
         };
         special.runs[index] = verdict.is_none();
         let node = graph.nodes[index].name.clone();
-        special.left_out.extend(verdict.map(|(_, why)| LeftOut { node, why }));
+        special.skipped.extend(verdict.map(|(_, why)| Skipped { node, why }));
     }
     special.order = order;
     special
 }
 
-fn ports_of(node: usize, count: usize) -> Vec<Resolved> {
-    (0..count).map(|output| Resolved::From(Source::Node { node, output, previous: 0 })).collect()
+fn ports_of(node: usize, count: usize) -> Vec<WireSource> {
+    (0..count).map(|output| WireSource::From(Source::Node { node, output, previous: 0 })).collect()
 }
 
 /// Nodes whose results of earlier frames somebody reads: their memory must go on, so no identity removes them.
@@ -100,44 +100,44 @@ fn remembered(graph: &Graph) -> BTreeSet<usize> {
 /// The stand-in of a node and the reason, or `None` if it runs.
 fn verdict(
     graph: &Graph,
-    setting: &Setting<'_>,
-    special: &Special,
+    setting: &PlanRequest<'_>,
+    special: &SpecializedGraph,
     index: usize,
     remembered: bool,
-) -> Option<(StandIn, String)> {
+) -> Option<(Fallback, String)> {
     let node = &graph.nodes[index];
     if node.off {
-        return Some((node.kind.bypass(), "switched off".into()));
+        return Some((node.kind.fallback(), "switched off".into()));
     }
     if let Some(condition) = node.when.as_ref().filter(|condition| !condition.holds(&setting.facts)) {
-        return Some((node.kind.bypass(), format!("`when: {condition}` does not hold")));
+        return Some((node.kind.fallback(), format!("`when: {condition}` does not hold")));
     }
     let mut zero = Vec::new();
     let mut absent = Vec::new();
     for (port, wire) in node.kind.inputs().iter().zip(&node.wires) {
         match special.resolve(*wire) {
-            Resolved::Zero => zero.push(port.name),
-            Resolved::Absent => absent.push(port.name),
-            Resolved::From(_) => {}
+            WireSource::Zero => zero.push(port.name),
+            WireSource::Absent => absent.push(port.name),
+            WireSource::From(_) => {}
         }
     }
     let arrivals = Arrivals::new(zero, absent);
-    if !remembered && let Some(stand_in) = node.kind.stand_in(&node.values, &arrivals) {
-        return Some((stand_in, "changes nothing here".into()));
+    if !remembered && let Some(fallback) = node.kind.identity(&node.values, &arrivals) {
+        return Some((fallback, "changes nothing here".into()));
     }
     let starved = node.kind.inputs().iter().find(|port| !port.optional && arrivals.is_absent(port.name))?;
-    Some((StandIn::Absent, format!("nothing arrives at its input `{}`", starved.name)))
+    Some((Fallback::Absent, format!("nothing arrives at its input `{}`", starved.name)))
 }
 
-fn replace(graph: &Graph, special: &Special, index: usize, stand_in: StandIn) -> Vec<Resolved> {
+fn replace(graph: &Graph, special: &SpecializedGraph, index: usize, fallback: Fallback) -> Vec<WireSource> {
     let node = &graph.nodes[index];
-    let of_port = |ty: PortType| match stand_in {
-        StandIn::Absent => Resolved::Absent,
-        StandIn::Zero if matches!(ty, PortType::Image | PortType::Pyramid) => Resolved::Zero,
-        StandIn::Zero => Resolved::Absent,
-        StandIn::Input(name) => {
+    let of_port = |ty: PortType| match fallback {
+        Fallback::Absent => WireSource::Absent,
+        Fallback::Zero if matches!(ty, PortType::Image | PortType::Pyramid) => WireSource::Zero,
+        Fallback::Zero => WireSource::Absent,
+        Fallback::Input(name) => {
             let port = node.kind.inputs().iter().position(|input| input.name == name && input.ty == ty);
-            port.map_or(Resolved::Absent, |port| special.resolve(node.wires[port]))
+            port.map_or(WireSource::Absent, |port| special.resolve(node.wires[port]))
         }
     };
     node.kind.outputs().iter().map(|output| of_port(output.ty)).collect()

@@ -1,10 +1,10 @@
-//! Waves: groups of passes that may run side by side.
+//! Batches: groups of passes that may run side by side.
 
 use std::collections::BTreeSet;
 
 use super::flow::Flow;
 
-/// After so many ready passes that do not fit, a wave is closed: it keeps the search linear.
+/// After so many ready passes that do not fit, a batch is closed: it keeps the search linear.
 const MISSES: usize = 16;
 
 /// Runs the passes in this order, but lets as many as possible run together as long as no more than `budget` bytes ever live at once.
@@ -13,25 +13,25 @@ const MISSES: usize = 16;
 /// result never needs more than the budget.
 pub(super) fn within(flow: &Flow, order: &[usize], budget: u64) -> Vec<Vec<usize>> {
     let mut state = Within::new(flow, order, budget);
-    let mut waves = Vec::new();
+    let mut batches = Vec::new();
     while !state.ready.is_empty() {
-        waves.push(state.wave());
+        batches.push(state.batch());
     }
-    waves
+    batches
 }
 
 struct Within<'a> {
     flow: &'a Flow,
     order: &'a [usize],
     budget: i64,
-    /// Places in the order of passes that wait for nothing outside of earlier waves.
+    /// Places in the order of passes that wait for nothing outside of earlier batches.
     ready: BTreeSet<usize>,
     waiting: Vec<usize>,
     place: Vec<usize>,
     done: Vec<bool>,
     /// Bytes that live at each place if all that is left runs one by one.
     profile: Profile,
-    /// Bytes that earlier waves have left alive.
+    /// Bytes that earlier batches have left alive.
     live: i64,
     left: Vec<usize>,
     /// For each item, the places of its users, the last one at the end; users that have run are dropped.
@@ -69,23 +69,23 @@ impl<'a> Within<'a> {
         }
     }
 
-    fn wave(&mut self) -> Vec<usize> {
-        let mut wave = Vec::new();
+    fn batch(&mut self) -> Vec<usize> {
+        let mut batch = Vec::new();
         let mut misses = 0;
         let mut at = self.ready.first().copied();
         while let Some(place) = at.filter(|_| misses < MISSES) {
             let pass = self.order[place];
             let born = self.born(pass);
-            if wave.is_empty() || self.has_room(place, born) {
+            if batch.is_empty() || self.has_room(place, born) {
                 self.take(place, born);
-                wave.push(pass);
+                batch.push(pass);
             } else {
                 misses += 1;
             }
             at = self.ready.range(place + 1..).next().copied();
         }
-        self.close(&wave);
-        wave
+        self.close(&batch);
+        batch
     }
 
     fn born(&self, pass: usize) -> i64 {
@@ -120,8 +120,8 @@ impl<'a> Within<'a> {
         }
     }
 
-    fn close(&mut self, wave: &[usize]) {
-        for pass in wave {
+    fn close(&mut self, batch: &[usize]) {
+        for pass in batch {
             for item in &self.flow.touches[*pass] {
                 self.left[*item] -= 1;
                 if self.left[*item] == 0 {
@@ -210,7 +210,7 @@ impl Profile {
     }
 }
 
-/// The fewest waves that there can be, with each pass as early, as late, or as cheap as it can be.
+/// The fewest batches that there can be, with each pass as early, as late, or as cheap as it can be.
 pub(super) fn fewest(flow: &Flow) -> Vec<Vec<Vec<usize>>> {
     let latest = latest(flow);
     let soon = by_wave(&earliest(flow));
@@ -219,27 +219,27 @@ pub(super) fn fewest(flow: &Flow) -> Vec<Vec<Vec<usize>>> {
 }
 
 fn earliest(flow: &Flow) -> Vec<usize> {
-    let mut wave = vec![0; flow.len()];
+    let mut batch = vec![0; flow.len()];
     for pass in 0..flow.len() {
-        wave[pass] = flow.before[pass].iter().map(|earlier| wave[*earlier] + 1).max().unwrap_or(0);
+        batch[pass] = flow.before[pass].iter().map(|earlier| batch[*earlier] + 1).max().unwrap_or(0);
     }
-    wave
+    batch
 }
 
 fn latest(flow: &Flow) -> Vec<usize> {
     let deepest = earliest(flow).into_iter().max().unwrap_or(0);
-    let mut wave = vec![deepest; flow.len()];
+    let mut batch = vec![deepest; flow.len()];
     for pass in (0..flow.len()).rev() {
-        wave[pass] = flow.after[pass].iter().map(|later| wave[*later] - 1).min().unwrap_or(deepest);
+        batch[pass] = flow.after[pass].iter().map(|later| batch[*later] - 1).min().unwrap_or(deepest);
     }
-    wave
+    batch
 }
 
-fn by_wave(wave_of: &[usize]) -> Vec<Vec<usize>> {
-    let count = wave_of.iter().max().map_or(0, |last| last + 1);
-    let mut waves = vec![Vec::new(); count];
-    wave_of.iter().enumerate().for_each(|(pass, wave)| waves[*wave].push(pass));
-    waves
+fn by_wave(batch_of: &[usize]) -> Vec<Vec<usize>> {
+    let count = batch_of.iter().max().map_or(0, |last| last + 1);
+    let mut batches = vec![Vec::new(); count];
+    batch_of.iter().enumerate().for_each(|(pass, batch)| batches[*batch].push(pass));
+    batches
 }
 
 /// A pass runs at once if it frees at least what it brings to life, at the last moment otherwise.
@@ -250,26 +250,26 @@ fn lazy(flow: &Flow, latest: &[usize]) -> Vec<Vec<usize>> {
     let mut left: Vec<usize> = flow.items.iter().map(|item| item.users.len()).collect();
     let mut done = vec![false; flow.len()];
     let mut fresh: Vec<usize> = (0..flow.len()).filter(|pass| waiting[*pass] == 0).collect();
-    let mut waves = Vec::with_capacity(count);
+    let mut batches = Vec::with_capacity(count);
     for due in &mut due {
-        let mut wave = std::mem::take(due);
-        wave.retain(|pass| !done[*pass]);
-        wave.extend(fresh.drain(..).filter(|pass| !done[*pass] && frees(flow, &left, *pass)));
-        wave.sort_unstable();
-        wave.dedup();
-        for pass in &wave {
+        let mut batch = std::mem::take(due);
+        batch.retain(|pass| !done[*pass]);
+        batch.extend(fresh.drain(..).filter(|pass| !done[*pass] && frees(flow, &left, *pass)));
+        batch.sort_unstable();
+        batch.dedup();
+        for pass in &batch {
             done[*pass] = true;
             flow.touches[*pass].iter().for_each(|item| left[*item] -= 1);
         }
-        for later in wave.iter().flat_map(|pass| &flow.after[*pass]) {
+        for later in batch.iter().flat_map(|pass| &flow.after[*pass]) {
             waiting[*later] -= 1;
             if waiting[*later] == 0 {
                 fresh.push(*later);
             }
         }
-        waves.push(wave);
+        batches.push(batch);
     }
-    waves
+    batches
 }
 
 fn frees(flow: &Flow, left: &[usize], pass: usize) -> bool {

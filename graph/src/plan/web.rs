@@ -82,7 +82,7 @@ impl Web {
         self.outputs.contains(&image)
     }
 
-    /// Gives the passes back, each behind what it reads, and otherwise in the order of their numbers.
+    /// OutputState the passes back, each behind what it reads, and otherwise in the order of their numbers.
     pub(crate) fn finish(mut self, draft: &mut Draft) {
         let mut waiting: Vec<usize> = (0..self.len()).map(|number| self.before(number).len()).collect();
         let mut after: Vec<Vec<usize>> = vec![Vec::new(); self.len()];

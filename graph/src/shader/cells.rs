@@ -4,9 +4,9 @@
 
 use std::collections::BTreeSet;
 
-use super::compose::{Bound, Composed, Reading, ShaderError, Slot, SlotKind, free, set_storage_format, told_of_lanes};
+use super::compose::{Bound, Composed, SampleMode, ShaderError, Slot, SlotKind, free, set_storage_format, told_of_lanes};
 use super::import::{Text, bound_from, change_words, declared};
-use super::{Dialect, GlobalKind, Reflection};
+use super::{ShaderFeatures, GlobalKind, Reflection};
 use crate::image::Format;
 use crate::node::{Cells, CellsReader, ImageId};
 
@@ -17,18 +17,18 @@ pub const CELLS_LANES: u32 = 256;
 pub(super) fn compose_cells(
     cells: &Cells,
     format_of: &dyn Fn(ImageId) -> Format,
-    reading_of: &dyn Fn(ImageId) -> Reading,
-    dialect: Dialect,
+    sample_mode_of: &dyn Fn(ImageId) -> SampleMode,
+    features: ShaderFeatures,
 ) -> Result<Composed, ShaderError> {
     let mut slots: Vec<Slot> = Vec::new();
     let mut parts = Vec::new();
     for (number, reader) in cells.readers.iter().enumerate() {
-        let part = Part::new(number, free(&slots), reader, format_of, reading_of)?;
+        let part = Part::new(number, free(&slots), reader, format_of, sample_mode_of)?;
         slots.extend(part.slots());
         parts.push(part);
     }
     let reading = parts.iter().map(|part| part.bound.reading).max().unwrap_or_default();
-    let mut text = Text::default().reading(reading, dialect)?;
+    let mut text = Text::default().reading(reading, features)?;
     for file in ["cells", "picks"] {
         text.library(file).expect("the library has this file")?;
     }
@@ -53,7 +53,7 @@ pub(super) fn compose_cells(
         slots,
         workgroup: [cells.workgroup(), 1, 1],
         told: told_of_lanes(),
-        audited: cells.readers.iter().all(|reader| reader.call.shader.is_audited()),
+        unchecked: cells.readers.iter().all(|reader| reader.call.shader.is_unchecked()),
         reading,
     })
 }
@@ -82,11 +82,11 @@ impl<'a> Part<'a> {
         first: u32,
         reader: &'a CellsReader,
         format_of: &dyn Fn(ImageId) -> Format,
-        reading_of: &dyn Fn(ImageId) -> Reading,
+        sample_mode_of: &dyn Fn(ImageId) -> SampleMode,
     ) -> Result<Self, ShaderError> {
         let shader = reader.call.shader;
         let reflection = shader.reflect()?;
-        let bound = Bound::new(&reader.call, format_of, reading_of)?;
+        let bound = Bound::new(&reader.call, format_of, sample_mode_of)?;
         let globals = reflection.globals.iter().map(|global| global.name.as_str());
         let names = declared(shader.source()).chain(globals).collect();
         Ok(Self { number, reader, reflection, bound, first, names })

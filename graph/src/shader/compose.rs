@@ -10,13 +10,13 @@ use super::import::{SourceMap, Text};
 use super::reflect::GlobalKind;
 use super::rows::compose_rows;
 use super::tiles::{TILED, compose_tiling, is_tiled};
-use super::{Dialect, Told, pitfalls};
+use super::{ShaderFeatures, Told, lints};
 use crate::image::{Format, ImageDesc, Size};
 use crate::node::{Arg, BufferId, EntryCall, ImageId, Pass, Resource, Step, Work};
 
 /// How a module's textures are read.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Reading {
+pub enum SampleMode {
     /// Finite numbers, filtered by the device.
     #[default]
     Plain,
@@ -28,7 +28,7 @@ pub enum Reading {
     GuardedSigned,
 }
 
-impl Reading {
+impl SampleMode {
     pub(super) fn settings(self) -> String {
         let guard = match self {
             Self::Plain | Self::ByHand => 0,
@@ -133,10 +133,10 @@ pub struct Composed {
     pub workgroup: [u32; 3],
     /// What the compute entry point is told of an invocation.
     pub told: Vec<Told>,
-    /// Whether every part of the module was audited: see [`Shader::audited`](super::Shader::audited).
-    pub audited: bool,
+    /// Whether every part of the module was unchecked: see [`Shader::unchecked`](super::Shader::unchecked).
+    pub unchecked: bool,
     /// How its taps read textures.
-    pub reading: Reading,
+    pub reading: SampleMode,
 }
 
 impl Composed {
@@ -157,7 +157,7 @@ fn validate(source: &str, map: &SourceMap) -> Result<naga::Module, ShaderError> 
     })?;
     let capabilities = naga::valid::Capabilities::all();
     let flags = naga::valid::ValidationFlags::all();
-    if let Some((span, why)) = pitfalls::first(&module) {
+    if let Some((span, why)) = lints::first(&module) {
         let place = span.location(source);
         return Err(place_error(map, Some((place.line_number, place.line_position)), why.into()));
     }
@@ -205,22 +205,22 @@ fn vertex(@builtin(vertex_index) index: u32) -> @builtin(position) vec4f {
 
 /// A chain of kernel functions with its entry points.
 ///
-/// `desc` describes the result. `readings` says how each image is read, by its id; the strictest of a pass's textures holds for all of its taps.
+/// `desc` describes the result. `sample_modes` says how each image is read, by its id; the strictest of a pass's textures holds for all of its taps.
 fn compose_steps(
     steps: &[Step],
     result: ImageId,
     desc: ImageDesc,
-    reading_of: &dyn Fn(ImageId) -> Reading,
-    dialect: Dialect,
+    sample_mode_of: &dyn Fn(ImageId) -> SampleMode,
+    features: ShaderFeatures,
 ) -> Result<Composed, ShaderError> {
-    let mut writer = StepsWriter::new(reading_of);
+    let mut writer = StepsWriter::new(sample_mode_of);
     let reading = writer.strictest(steps);
     writer.stage(0, steps, 0);
     let function = writer.take_function("run", steps.len() - 1);
     let storage = writer.storage(result, desc.format);
     let extent = writer.extent();
     let rows = rows_of(desc.size);
-    let mut text = Text::promising(steps).reading(reading, dialect)?;
+    let mut text = Text::promising(steps).reading(reading, features)?;
     for step in steps {
         text.module(step.shader)?;
     }
@@ -236,7 +236,7 @@ fn compose_steps(
         slots: writer.slots,
         workgroup: [WIDTH, HEIGHT, 1],
         told: [BuiltIn::WorkGroupId, BuiltIn::LocalInvocationId].map(Told::One).into(),
-        audited: steps.iter().all(|step| step.shader.is_audited()),
+        unchecked: steps.iter().all(|step| step.shader.is_unchecked()),
         reading,
     })
 }
@@ -300,12 +300,12 @@ pub(super) struct StepsWriter<'a> {
     slots: Vec<Slot>,
     declarations: String,
     body: String,
-    reading_of: &'a dyn Fn(ImageId) -> Reading,
+    sample_mode_of: &'a dyn Fn(ImageId) -> SampleMode,
 }
 
 impl<'a> StepsWriter<'a> {
-    pub(super) fn new(reading_of: &'a dyn Fn(ImageId) -> Reading) -> Self {
-        Self { slots: Vec::new(), declarations: String::new(), body: String::new(), reading_of }
+    pub(super) fn new(sample_mode_of: &'a dyn Fn(ImageId) -> SampleMode) -> Self {
+        Self { slots: Vec::new(), declarations: String::new(), body: String::new(), sample_mode_of }
     }
 
     pub(super) fn declarations(&self) -> &str {
@@ -317,9 +317,9 @@ impl<'a> StepsWriter<'a> {
     }
 
     /// How the textures of the steps must be read.
-    pub(super) fn strictest<'s>(&self, steps: impl IntoIterator<Item = &'s Step>) -> Reading {
+    pub(super) fn strictest<'s>(&self, steps: impl IntoIterator<Item = &'s Step>) -> SampleMode {
         let textures = steps.into_iter().flat_map(|s| &s.args).filter_map(|arg| match arg {
-            Arg::Texture(image) => Some((self.reading_of)(*image)),
+            Arg::Texture(image) => Some((self.sample_mode_of)(*image)),
             _ => None,
         });
         textures.max().unwrap_or_default()
@@ -403,7 +403,7 @@ impl<'a> StepsWriter<'a> {
             Arg::Texture(image) => self.texture(image, volume),
             Arg::Pixel(image) => {
                 let texture = self.texture(image, false);
-                format!("{}(textureLoad({texture}, at.pixel, 0))", (self.reading_of)(image).guard_call())
+                format!("{}(textureLoad({texture}, at.pixel, 0))", (self.sample_mode_of)(image).guard_call())
             }
             Arg::Value(buffer, components) => {
                 let declaration = "var<storage, read> NAME: array<vec4f>;";
@@ -452,16 +452,16 @@ pub(super) fn params_struct(step: &Step) -> String {
 pub fn compose_pass(
     pass: &Pass,
     desc_of: &dyn Fn(ImageId) -> ImageDesc,
-    reading_of: &dyn Fn(ImageId) -> Reading,
-    dialect: Dialect,
+    sample_mode_of: &dyn Fn(ImageId) -> SampleMode,
+    features: ShaderFeatures,
 ) -> Result<Composed, ShaderError> {
     let format_of = |image| desc_of(image).format;
     match &pass.work {
-        Work::Steps { steps, result } => compose_steps(steps, *result, desc_of(*result), reading_of, dialect),
-        Work::Tiled(tiling) => compose_tiling(tiling, &format_of, reading_of, dialect),
-        Work::Rows(rows) => compose_rows(rows, desc_of(rows.result).format, reading_of, dialect),
-        Work::Cells(cells) => compose_cells(cells, &format_of, reading_of, dialect),
-        Work::Entry(call) => compose_entry(call, &format_of, reading_of, dialect),
+        Work::Steps { steps, result } => compose_steps(steps, *result, desc_of(*result), sample_mode_of, features),
+        Work::Tiled(tiling) => compose_tiling(tiling, &format_of, sample_mode_of, features),
+        Work::Rows(rows) => compose_rows(rows, desc_of(rows.result).format, sample_mode_of, features),
+        Work::Cells(cells) => compose_cells(cells, &format_of, sample_mode_of, features),
+        Work::Entry(call) => compose_entry(call, &format_of, sample_mode_of, features),
     }
 }
 
@@ -469,12 +469,12 @@ pub fn compose_pass(
 fn compose_entry(
     call: &EntryCall,
     format_of: &dyn Fn(ImageId) -> Format,
-    reading_of: &dyn Fn(ImageId) -> Reading,
-    dialect: Dialect,
+    sample_mode_of: &dyn Fn(ImageId) -> SampleMode,
+    features: ShaderFeatures,
 ) -> Result<Composed, ShaderError> {
     let reflection = call.shader.reflect()?;
-    let Bound { slots, formats, reading } = Bound::new(call, format_of, reading_of)?;
-    let mut text = Text::default().reading(reading, dialect)?;
+    let Bound { slots, formats, reading } = Bound::new(call, format_of, sample_mode_of)?;
+    let mut text = Text::default().reading(reading, features)?;
     text.module(call.shader)?;
     let source = formats.iter().fold(text.text, |source, (name, format)| set_storage_format(&source, name, *format));
     let entry = reflection.entry(call.entry);
@@ -486,7 +486,7 @@ fn compose_entry(
         slots,
         workgroup: entry.map_or([1; 3], |entry| entry.workgroup),
         told: entry.map_or_else(Vec::new, |entry| entry.told.clone()),
-        audited: call.shader.is_audited(),
+        unchecked: call.shader.is_unchecked(),
         reading,
     })
 }
@@ -497,17 +497,17 @@ pub(super) struct Bound {
     /// The formats of the storage images, by the variables' names.
     pub(super) formats: Vec<(String, Format)>,
     /// How the textures must be read.
-    pub(super) reading: Reading,
+    pub(super) reading: SampleMode,
 }
 
 impl Bound {
     pub(super) fn new(
         call: &EntryCall,
         format_of: &dyn Fn(ImageId) -> Format,
-        reading_of: &dyn Fn(ImageId) -> Reading,
+        sample_mode_of: &dyn Fn(ImageId) -> SampleMode,
     ) -> Result<Self, ShaderError> {
         let resource = |name: &str| call.bindings.iter().find(|b| b.name == name).map(|b| b.resource);
-        let mut bound = Self { slots: Vec::new(), formats: Vec::new(), reading: Reading::default() };
+        let mut bound = Self { slots: Vec::new(), formats: Vec::new(), reading: SampleMode::default() };
         let Self { slots, formats, reading } = &mut bound;
         for global in &call.shader.reflect()?.globals {
             let kind = match (&global.kind, resource(&global.name)) {
@@ -515,7 +515,7 @@ impl Bound {
                 (GlobalKind::Uniform(_), None) => SlotKind::Params,
                 (GlobalKind::Sampler, None) => SlotKind::Sampler,
                 (GlobalKind::Texture(_), Some(Resource::Image(image))) => {
-                    *reading = (*reading).max(reading_of(image));
+                    *reading = (*reading).max(sample_mode_of(image));
                     SlotKind::Texture(image)
                 }
                 (GlobalKind::StorageTexture(_), Some(Resource::Image(image))) => {

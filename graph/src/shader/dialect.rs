@@ -2,14 +2,14 @@
 
 /// The arithmetic and the operations that a module may use beyond what every device has. The default is what every device has.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub struct Dialect {
+pub struct ShaderFeatures {
     /// Whether `real` and its vectors are half floats: eleven bits, from 2^-14 (some devices take less for 0) to 65504.
     pub half: bool,
     /// Whether the invocations of a workgroup are brought together by operations of subgroups: `lanes_subgroups` stands for `lanes`.
     pub subgroups: bool,
 }
 
-impl Dialect {
+impl ShaderFeatures {
     /// The file of the library that stands for one.
     pub(super) fn stands_for(self, name: &str) -> &str {
         if self.subgroups && name == "lanes" { "lanes_subgroups" } else { name }

@@ -55,7 +55,7 @@ fn said(builtin: BuiltIn, [wide, high, deep]: [u32; 3]) -> Option<String> {
     }
 }
 
-/// Modules of one dialect as one; those with taps read textures in one way. By turns, the workgroups of all modules go over an image that several of
+/// Modules of one features as one; those with taps read textures in one way. By turns, the workgroups of all modules go over an image that several of
 /// them read at the same time. Where the invocations of a module wait for each other it must have the largest workgroup of all; the sizes of all
 /// others divide it, and a workgroup does the work of several of theirs.
 pub fn compose_beside(modules: &[Beside<'_>], by_turns: bool) -> Composed {
@@ -100,7 +100,7 @@ pub fn compose_beside(modules: &[Beside<'_>], by_turns: bool) -> Composed {
         slots,
         workgroup: [lanes, 1, 1],
         told: told_of_lanes(),
-        audited: modules.iter().all(|module| module.composed.audited),
+        unchecked: modules.iter().all(|module| module.composed.unchecked),
         reading,
     }
 }
@@ -349,7 +349,7 @@ mod tests {
     use super::{Beside, compose_beside};
     use crate::image::{ImageDesc, Size};
     use crate::node::{Binding, BufferId, EntryCall, Pass, Resource, Work};
-    use crate::shader::{Dialect, Reading, Shader, compose_pass};
+    use crate::shader::{ShaderFeatures, SampleMode, Shader, compose_pass};
 
     /// A member called like a binding, a head of several lines, a struct of what is told, constants with and without a value, a name of the library.
     static TRICKY: Shader = Shader::new(
@@ -400,7 +400,7 @@ fn tricky(
         let desc = |_| ImageDesc::new(Size::new(1, 1));
         let pass = pass();
         let Work::Entry(call) = &pass.work else { unreachable!("it was made so") };
-        let composed = compose_pass(&pass, &desc, &|_| Reading::Plain, Dialect::default());
+        let composed = compose_pass(&pass, &desc, &|_| SampleMode::Plain, ShaderFeatures::default());
         let composed = composed.unwrap_or_else(|error| panic!("{error}"));
         let twice = [(); 2].map(|()| Beside { composed: &composed, constants: &call.constants });
         for by_turns in [false, true] {

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use super::{Dialect, Reading, Shader, ShaderError};
+use super::{ShaderFeatures, SampleMode, Shader, ShaderError};
 use crate::node::Step;
 
 /// The shared files, by name.
@@ -70,7 +70,7 @@ pub(super) struct Text {
     pub(super) text: String,
     pub(super) map: SourceMap,
     included: Vec<&'static str>,
-    dialect: Dialect,
+    features: ShaderFeatures,
     tiled: Vec<&'static str>,
     promised: Vec<&'static str>,
 }
@@ -90,9 +90,9 @@ impl Text {
     }
 
     /// Begins with what every module has: what its numbers are, how it reads textures, and the shared files that do.
-    pub(super) fn reading(mut self, reading: Reading, dialect: Dialect) -> Result<Self, ShaderError> {
-        self.dialect = dialect;
-        self.generated(&dialect.settings());
+    pub(super) fn reading(mut self, reading: SampleMode, features: ShaderFeatures) -> Result<Self, ShaderError> {
+        self.features = features;
+        self.generated(&features.settings());
         self.generated(&reading.settings());
         for name in ["point", "guard", "sampling"] {
             self.library(name).expect("the library has this file")?;
@@ -122,7 +122,7 @@ impl Text {
 
     /// Adds a file of the library, unless it is there.
     pub(super) fn library(&mut self, name: &str) -> Option<Result<(), ShaderError>> {
-        let name = self.dialect.stands_for(name);
+        let name = self.features.stands_for(name);
         let (file, source) = LIBRARY.iter().find(|(known, _)| *known == name)?;
         Some(self.file(file, source))
     }

@@ -2,10 +2,10 @@
 
 mod cells;
 mod compose;
-mod dialect;
+mod features;
 mod horizontal;
 mod import;
-mod pitfalls;
+mod lints;
 mod reflect;
 mod rows;
 mod tiles;
@@ -14,9 +14,9 @@ mod uniform;
 use std::sync::OnceLock;
 
 pub use cells::CELLS_LANES;
-pub use compose::{Composed, Reading, ShaderError, Slot, SlotKind, compose_pass};
+pub use compose::{Composed, SampleMode, ShaderError, Slot, SlotKind, compose_pass};
 pub(crate) use compose::{STEPS_LANES, steps_cover};
-pub use dialect::Dialect;
+pub use features::ShaderFeatures;
 pub(crate) use horizontal::can_tell;
 pub use horizontal::{Beside, UNIFORM_ALIGNMENT, compose_beside};
 pub use import::SourceMap;
@@ -31,14 +31,14 @@ pub use uniform::{UniformValue, pack};
 pub struct Shader {
     file: &'static str,
     source: &'static str,
-    audited: bool,
+    unchecked: bool,
     reflection: OnceLock<Result<Reflection, ShaderError>>,
 }
 
 impl Shader {
     /// A module with the name of its file, as errors shall show it.
     pub const fn new(file: &'static str, source: &'static str) -> Self {
-        Self { file, source, audited: false, reflection: OnceLock::new() }
+        Self { file, source, unchecked: false, reflection: OnceLock::new() }
     }
 
     /// A module that may run without the checks of indices and loops that a driver otherwise adds to it, and beside others in one dispatch: its
@@ -50,13 +50,13 @@ impl Shader {
     /// Whatever its inputs and parameters hold, NaN and the largest integers among them, every index into an array and every texel that is
     /// loaded must lie inside, every loop must end, and no memory of a workgroup may be read before it is written.
     #[allow(unsafe_code, reason = "the promise is the author's, and breaking it is undefined behaviour on the device")]
-    pub const unsafe fn audited(file: &'static str, source: &'static str) -> Self {
-        Self { file, source, audited: true, reflection: OnceLock::new() }
+    pub const unsafe fn unchecked(file: &'static str, source: &'static str) -> Self {
+        Self { file, source, unchecked: true, reflection: OnceLock::new() }
     }
 
-    /// Whether the module was made by [`audited`](Self::audited).
-    pub fn is_audited(&self) -> bool {
-        self.audited
+    /// Whether the module was made by [`unchecked`](Self::unchecked).
+    pub fn is_unchecked(&self) -> bool {
+        self.unchecked
     }
 
     /// The file's name.

@@ -4,7 +4,7 @@ use naga::{AddressSpace, BuiltIn, ImageClass, ImageDimension, ScalarKind as Naga
 
 use super::compose::validated;
 use super::import::Text;
-use super::{Dialect, Reading, Shader, ShaderError};
+use super::{ShaderFeatures, SampleMode, Shader, ShaderError};
 
 /// The functions, structs and bindings of a module.
 #[derive(Clone, Debug, Default)]
@@ -156,7 +156,7 @@ impl Reflection {
 }
 
 pub(super) fn reflect(shader: &Shader) -> Result<Reflection, ShaderError> {
-    let mut text = Text::default().reading(Reading::Plain, Dialect::default())?;
+    let mut text = Text::default().reading(SampleMode::Plain, ShaderFeatures::default())?;
     text.module(shader)?;
     let module = validated(&text)?;
     Ok(Reflection {

@@ -1,7 +1,7 @@
 //! The entry point of a halving by rows: a workgroup walks down its columns, and each step gives one row of the result.
 
-use super::Dialect;
-use super::compose::{Composed, Reading, ShaderError, StepsWriter, told_of_lanes, uniform_struct};
+use super::ShaderFeatures;
+use super::compose::{Composed, SampleMode, ShaderError, StepsWriter, told_of_lanes, uniform_struct};
 use super::import::Text;
 use crate::image::Format;
 use crate::node::{ImageId, Rows};
@@ -13,16 +13,16 @@ pub const ROW_LANES: u32 = 64;
 pub(super) fn compose_rows(
     rows: &Rows,
     format: Format,
-    reading_of: &dyn Fn(ImageId) -> Reading,
-    dialect: Dialect,
+    sample_mode_of: &dyn Fn(ImageId) -> SampleMode,
+    features: ShaderFeatures,
 ) -> Result<Composed, ShaderError> {
-    let mut writer = StepsWriter::new(reading_of);
+    let mut writer = StepsWriter::new(sample_mode_of);
     let reading = writer.strictest(&rows.source);
     writer.stage(0, &rows.source, 0);
     let function = writer.take_function("run", rows.source.len() - 1);
     let storage = writer.storage(rows.result, format);
     let extent = writer.extent();
-    let mut text = Text::promising(&rows.source).reading(reading, dialect)?;
+    let mut text = Text::promising(&rows.source).reading(reading, features)?;
     for step in &rows.source {
         text.module(step.shader)?;
     }
@@ -40,7 +40,7 @@ pub(super) fn compose_rows(
         slots: writer.into_slots(),
         workgroup: [rows.lanes, 1, 1],
         told: told_of_lanes(),
-        audited: rows.by.shader.is_audited() && rows.source.iter().all(|step| step.shader.is_audited()),
+        unchecked: rows.by.shader.is_unchecked() && rows.source.iter().all(|step| step.shader.is_unchecked()),
         reading,
     })
 }

@@ -5,8 +5,8 @@
 
 use std::fmt::Write as _;
 
-use super::Dialect;
-use super::compose::{Composed, Reading, ShaderError, StepsWriter, told_of_lanes};
+use super::ShaderFeatures;
+use super::compose::{Composed, SampleMode, ShaderError, StepsWriter, told_of_lanes};
 use super::import::Text;
 use crate::image::Format;
 use crate::node::{Arg, ImageId, Step, TileStage, Tiling};
@@ -24,11 +24,11 @@ pub(super) const TILED: &str = "_tiled";
 pub(super) fn compose_tiling(
     tiling: &Tiling,
     format_of: &dyn Fn(ImageId) -> Format,
-    reading_of: &dyn Fn(ImageId) -> Reading,
-    dialect: Dialect,
+    sample_mode_of: &dyn Fn(ImageId) -> SampleMode,
+    features: ShaderFeatures,
 ) -> Result<Composed, ShaderError> {
     let steps: Vec<&Step> = tiling.stages.iter().flat_map(|stage| &stage.steps).collect();
-    let mut writer = StepsWriter::new(reading_of);
+    let mut writer = StepsWriter::new(sample_mode_of);
     let reading = writer.strictest(steps.iter().copied());
     let params = writer.params_variable();
     let mut functions = String::new();
@@ -40,7 +40,7 @@ pub(super) fn compose_tiling(
     }
     let stores: Vec<Option<String>> =
         tiling.stages.iter().map(|stage| stage.result.map(|image| writer.storage(image, format_of(image)))).collect();
-    let mut text = Text::promising(steps.iter().copied()).reading(reading, dialect)?;
+    let mut text = Text::promising(steps.iter().copied()).reading(reading, features)?;
     for step in steps.iter().filter(|step| !is_tiled(step)) {
         text.module(step.shader)?;
     }
@@ -60,7 +60,7 @@ pub(super) fn compose_tiling(
         slots: writer.into_slots(),
         workgroup: [TILE_SIDE, TILE_SIDE, 1],
         told: told_of_lanes(),
-        audited: steps.iter().all(|step| step.shader.is_audited()),
+        unchecked: steps.iter().all(|step| step.shader.is_unchecked()),
         reading,
     })
 }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use afterimage_gpu::{Executor, Frame, Gpu, Texels, download};
 use afterimage_graph::check::{Facts, Graph};
 use afterimage_graph::image::ImageDesc;
-use afterimage_graph::plan::{GivenImage, Options, Plan, Requirement, Setting, plan};
+use afterimage_graph::plan::{GivenImage, Options, Plan, Requirement, PlanRequest, plan};
 use wgpu::{CommandEncoder, TextureView};
 
 use super::clock::{Stopwatch, median, wait};
@@ -23,7 +23,7 @@ pub(super) struct Runner<'a> {
 }
 
 impl<'a> Runner<'a> {
-    /// Plans the graph for these inputs and loads the plan.
+    /// PlanCache the graph for these inputs and loads the plan.
     pub(super) fn new(
         gpu: &'a Gpu,
         inputs: &'a Inputs,
@@ -48,7 +48,7 @@ impl<'a> Runner<'a> {
         requirement: impl Fn(&ImageDesc) -> Requirement,
     ) -> Result<Plan, Failure> {
         let given = |desc: &ImageDesc| GivenImage { desc: *desc, finite: false };
-        let setting = Setting {
+        let setting = PlanRequest {
             size: inputs.size,
             inputs: inputs.images.iter().map(|(name, _, desc)| (name.clone(), given(desc))).collect(),
             facts,

@@ -6,7 +6,7 @@ mod walk;
 use std::path::Path;
 
 use afterimage_gpu::{Gpu, Texels};
-use afterimage_graph::image::{ImageDesc, Size, State};
+use afterimage_graph::image::{ImageDesc, Size, ColorState};
 use afterimage_graph::node::{NodeKind, Registry};
 
 use crate::args::{DemoArgs, PipelineOptions};
@@ -29,13 +29,13 @@ pub(crate) fn run(args: &DemoArgs, tables: &[&[NodeKind]]) -> Result<(), Failure
         .map_err(|error| Failure::machine(format!("cannot make the folder `{}`: {error}", args.out.display())))?;
     let mut scene = session(&gpu, &registry, "scene", SCENE, &[format!("scene.time={:?}", args.time)])?;
     scene.render(size, &[], Clock { reset: true, ..Clock::default() })?;
-    let saved = |name: &str, texels: &Texels, state: State, ending: &str| {
+    let saved = |name: &str, texels: &Texels, state: ColorState, ending: &str| {
         let path = args.out.join(format!("{name}.{ending}"));
         save(&path, texels, state, None, &Saving::default())?;
         say(&path.display().to_string());
         Ok::<_, Failure>(())
     };
-    saved("scene", &scene.output("scene")?, State::Scene, "exr")?;
+    saved("scene", &scene.output("scene")?, ColorState::Scene, "exr")?;
     let view = scene.output_texture("scene").create_view(&Default::default());
     let scene = [Given { input: "scene".into(), view, desc: ImageDesc::new(size) }];
     let mut tiles = Vec::new();
@@ -44,10 +44,10 @@ pub(crate) fn run(args: &DemoArgs, tables: &[&[NodeKind]]) -> Result<(), Failure
         pipeline.render(size, &scene, Clock { reset: true, ..Clock::default() })?;
         let output = choose_output(pipeline.plan(), None, true)?;
         let texels = pipeline.output(&output.name)?;
-        saved(name, &texels, State::Encoded, "png")?;
+        saved(name, &texels, ColorState::Encoded, "png")?;
         tiles.push(texels);
     }
-    saved("contact-sheet", &contact_sheet(&tiles), State::Encoded, "png")
+    saved("contact-sheet", &contact_sheet(&tiles), ColorState::Encoded, "png")
 }
 
 fn plot_walk(args: &DemoArgs, registry: &Registry, file: &Path) -> Result<(), Failure> {

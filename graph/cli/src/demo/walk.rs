@@ -6,7 +6,7 @@ use afterimage_gpu::{Executor, Frame, Gpu, Texels, download, upload};
 use afterimage_graph::check::{Facts, Graph};
 use afterimage_graph::image::{ImageDesc, Size};
 use afterimage_graph::node::Registry;
-use afterimage_graph::plan::{GivenImage, Options, Setting, plan};
+use afterimage_graph::plan::{GivenImage, Options, PlanRequest, plan};
 
 use crate::args::PipelineOptions;
 use crate::failure::Failure;
@@ -181,7 +181,7 @@ fn load(
 ) -> Result<(), Failure> {
     let requirement = |desc: &ImageDesc| executor.requirement(desc);
     let given = |(name, desc): &(&str, ImageDesc)| ((*name).to_owned(), GivenImage { desc: *desc, finite: false });
-    let setting = Setting {
+    let setting = PlanRequest {
         size: Size::new(WIDTH, HEIGHT),
         inputs: inputs.iter().map(given).collect(),
         facts: Facts::default(),

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use afterimage_gpu::{Executor, Frame, Gpu, download, upload};
 use afterimage_graph::check::{Facts, Graph, GraphInput};
-use afterimage_graph::image::{ImageDesc, Size, State};
+use afterimage_graph::image::{ImageDesc, Size, ColorState};
 use afterimage_graph::node::Registry;
 use afterimage_graph::plan::{Requirement, plan};
 use afterimage_graph::value::Value;
@@ -248,7 +248,7 @@ fn scene_ports(inputs: &[GraphInput]) -> Result<Vec<(String, &'static str)>, Fai
     let mut ports = Vec::new();
     for input in inputs {
         let named = ["depth", "normal", "albedo"].into_iter().find(|port| input.name.contains(port));
-        let is_light = matches!(input.state, State::Scene | State::Exposed | State::DisplayLinear);
+        let is_light = matches!(input.state, ColorState::Scene | ColorState::Exposed | ColorState::DisplayLinear);
         match named.or((is_light && ports.iter().all(|(_, port)| *port != "result")).then_some("result")) {
             Some(port) => ports.push((input.name.clone(), port)),
             None if input.optional => {}

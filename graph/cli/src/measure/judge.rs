@@ -1,7 +1,7 @@
 //! One variant on one clip, beside the truth.
 
 use afterimage_graph::check::{Graph, GraphOutput, Source};
-use afterimage_graph::image::{Format, State};
+use afterimage_graph::image::{Format, ColorState};
 
 use super::clips::Clip;
 use super::errors::{Errors, Follower, SHARE, errors};
@@ -33,7 +33,7 @@ impl Figures {
 
 /// The output to judge: the named one, the first encoded one, or the first.
 pub(crate) fn output<'g>(graph: &'g Graph, wanted: Option<&str>) -> Result<&'g GraphOutput, Failure> {
-    let encoded = graph.outputs.iter().find(|output| output.state == State::Encoded);
+    let encoded = graph.outputs.iter().find(|output| output.state == ColorState::Encoded);
     match wanted {
         None => encoded.or(graph.outputs.first()).ok_or_else(|| Failure::user("the pipeline has no output to judge")),
         Some(name) => graph.outputs.iter().find(|output| output.name == name).ok_or_else(|| {
@@ -49,7 +49,7 @@ pub(crate) fn output<'g>(graph: &'g Graph, wanted: Option<&str>) -> Result<&'g G
 pub(crate) fn judged(graph: &Graph, output: &str) -> Graph {
     let mut graph = graph.clone();
     let Some(output) = graph.outputs.iter().find(|known| known.name == output) else { return graph };
-    let (mut source, is_encoded) = (output.source, output.state == State::Encoded);
+    let (mut source, is_encoded) = (output.source, output.state == ColorState::Encoded);
     while let Source::Node { node, .. } = source
         && is_encoded
     {

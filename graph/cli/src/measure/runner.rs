@@ -8,7 +8,7 @@ use afterimage_gpu::{Executor, Frame, Gpu, Texels, download};
 use afterimage_graph::check::{Facts, Graph};
 use afterimage_graph::image::ImageDesc;
 use afterimage_graph::node::{BufferLife, Origin, Resource};
-use afterimage_graph::plan::{GivenImage, Options, Plan, Setting, plan};
+use afterimage_graph::plan::{GivenImage, Options, Plan, PlanRequest, plan};
 
 use super::clips::Clip;
 use crate::failure::Failure;
@@ -86,7 +86,7 @@ pub(crate) struct Runner<'g> {
 }
 
 impl<'g> Runner<'g> {
-    /// Plans are made with these options; the truth is exact beside that.
+    /// PlanCache are made with these options; the truth is exact beside that.
     pub(crate) fn new(gpu: &'g Gpu, facts: Facts, options: Options, repeats: Option<u32>) -> Self {
         let is_processor = gpu.is_processor();
         // Timestamps of a processor say when commands were recorded by the driver's threads, not what they took.
@@ -111,7 +111,7 @@ impl<'g> Runner<'g> {
         let inputs: BTreeMap<_, _> =
             clip.images(0).iter().map(|image| (image.input.clone(), given(image.desc))).collect();
         let requirement = |desc: &ImageDesc| self.executor.requirement(desc);
-        let setting = Setting {
+        let setting = PlanRequest {
             size: clip.size,
             inputs,
             facts: self.facts.clone(),

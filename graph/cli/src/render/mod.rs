@@ -1,4 +1,4 @@
-//! `afterimage render`: pictures through a pipeline. Reading, rendering and writing overlap.
+//! `afterimage render`: pictures through a pipeline. SampleMode, rendering and writing overlap.
 
 mod jobs;
 

@@ -1,7 +1,7 @@
 //! How much an error of the input grows: each kind is given light and the same light one half-float unit brighter.
 
 use afterimage_gpu::Gpu;
-use afterimage_graph::image::{Size, State};
+use afterimage_graph::image::{Size, ColorState};
 use afterimage_graph::node::{NodeKind, PortType, Registry};
 use afterimage_graph::plan::Options;
 use comfy_table::Table;
@@ -172,10 +172,10 @@ fn growths(
     Some((all, unit))
 }
 
-fn unit_of(state: State) -> Unit {
+fn unit_of(state: ColorState) -> Unit {
     match state {
-        State::DisplayLinear | State::Encoded => Unit::Code,
-        State::Data | State::LogLuminance => Unit::Fixed,
+        ColorState::DisplayLinear | ColorState::Encoded => Unit::Code,
+        ColorState::Data | ColorState::LogLuminance => Unit::Fixed,
         _ => Unit::Half,
     }
 }

@@ -5,9 +5,9 @@ use std::sync::{Arc, Mutex};
 
 use afterimage_gpu::{Executor, Frame, Gpu, Texels, texture_format, upload};
 use afterimage_graph::check::{Graph, Source};
-use afterimage_graph::image::{Format, ImageDesc, Size, State};
-use afterimage_graph::node::{BufferLife, Gives, Origin};
-use afterimage_graph::plan::{Caps, GivenImage, Options, Plan, Setting, plan};
+use afterimage_graph::image::{Format, ImageDesc, Size, ColorState};
+use afterimage_graph::node::{BufferLife, OutputState, Origin};
+use afterimage_graph::plan::{Caps, GivenImage, Options, Plan, PlanRequest, plan};
 use afterimage_graph::value::Value;
 use wgpu::{Buffer, CommandEncoder, TextureView};
 
@@ -36,7 +36,7 @@ impl Shot {
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Shown {
     pub(crate) name: String,
-    pub(crate) state: State,
+    pub(crate) state: ColorState,
     /// The largest colour that its maker promises; `None` if it promises no more than a finite half float.
     pub(crate) limit: Option<f64>,
     pub(crate) size: Size,
@@ -79,7 +79,7 @@ pub(crate) struct Ran {
     /// For each frame its outputs.
     pub(crate) frames: Vec<Vec<Shown>>,
     /// Nodes that the plan leaves out because they change nothing.
-    pub(crate) left_out: Vec<String>,
+    pub(crate) skipped: Vec<String>,
 }
 
 impl<'g> Lab<'g> {
@@ -182,8 +182,8 @@ impl<'g> Lab<'g> {
         self.gpu.queue.submit([encoder.finish()]);
         let bytes = self.read(&buffer)?;
         let frames = bytes.chunks_exact(frame_bytes as usize).map(|bytes| shown(&plan, graph, bytes)).collect();
-        let left_out = plan.left_out.iter().map(|left| left.node.clone()).collect();
-        Ok(Ran { frames, left_out })
+        let skipped = plan.skipped.iter().map(|left| left.node.clone()).collect();
+        Ok(Ran { frames, skipped })
     }
 
     fn readback(&self, size: u64) -> Buffer {
@@ -227,7 +227,7 @@ impl Bench {
         let inputs = wanted.map(|input| (input.name.clone(), given)).collect();
         let executor = &self.executor;
         let requirement = |desc: &ImageDesc| executor.requirement(desc);
-        let setting = Setting {
+        let setting = PlanRequest {
             size,
             inputs,
             facts: subject.facts.clone(),
@@ -294,8 +294,8 @@ fn limit(plan: &Plan, graph: &Graph, source: Source) -> Option<f64> {
     let Source::Node { node, output, .. } = source else { return None };
     let node = &graph.nodes[node];
     let gives = node.kind.outputs()[output].gives;
-    let is_limited = matches!(gives, Gives::Always(State::DisplayLinear | State::Encoded));
-    let runs = !plan.left_out.iter().any(|left| left.node == node.name);
+    let is_limited = matches!(gives, OutputState::Always(ColorState::DisplayLinear | ColorState::Encoded));
+    let runs = !plan.skipped.iter().any(|left| left.node == node.name);
     let peak = node.kind.param("peak").map(|(index, _)| &node.values[index]);
     match peak {
         _ if !(is_limited && runs) => None,

@@ -1,7 +1,7 @@
 //! One pipeline or kind through all its cases.
 
 use afterimage_graph::check::Graph;
-use afterimage_graph::image::{Size, State};
+use afterimage_graph::image::{Size, ColorState};
 use afterimage_graph::node::Registry;
 use afterimage_graph::plan::Options;
 
@@ -57,7 +57,7 @@ const LONG: [&str; 2] = ["ramp", "inf"];
 
 impl Choice {
     /// Whether a case of this name is run.
-    pub(crate) fn takes(&self, case: &str) -> bool {
+    pub(crate) fn accepts(&self, case: &str) -> bool {
         self.case.as_ref().is_none_or(|wanted| wanted == case)
     }
 
@@ -66,7 +66,7 @@ impl Choice {
         let all = self.case.is_some() || (is_default && !(self.quick && is_heavy)) || (change.is_single && !is_heavy);
         let some: &[&str] = if is_heavy && !is_default { &MOST_TELLING } else { &TELLING };
         let is_wanted = |image: &&Extreme| all || is_signed || some.contains(&image.name);
-        let fits = |image: &&Extreme| self.takes(image.name) && (!is_signed || NEGATIVE.contains(&image.name));
+        let fits = |image: &&Extreme| self.accepts(image.name) && (!is_signed || NEGATIVE.contains(&image.name));
         ALL.iter().filter(is_wanted).filter(fits).copied().collect()
     }
 
@@ -163,7 +163,7 @@ impl Stand<'_, '_> {
                 images.truncate(1);
             }
             let Some(ran) = self.stills(bench, &graph, &change.sets, size, &images) else { continue };
-            if self.subject.is_kind && ran.left_out.iter().any(|node| node == NODE) {
+            if self.subject.is_kind && ran.skipped.iter().any(|node| node == NODE) {
                 self.identity(&mut forced, &ran, &change.sets, size, &images);
             }
         }
@@ -172,7 +172,7 @@ impl Stand<'_, '_> {
     fn sizes(&mut self, bench: &mut Bench, graph: &Graph) {
         let images = |names: Option<&[&str]>| -> Vec<Extreme> {
             let is_wanted = |image: &&Extreme| names.is_none_or(|names| names.contains(&image.name));
-            ALL.iter().filter(is_wanted).filter(|image| self.choice.takes(image.name)).copied().collect()
+            ALL.iter().filter(is_wanted).filter(|image| self.choice.accepts(image.name)).copied().collect()
         };
         let is_slow = self.choice.quick && self.is_heavy;
         let (all, long) = (images(is_slow.then_some(&MOST_TELLING)), images(Some(&LONG)));
@@ -206,7 +206,7 @@ impl Stand<'_, '_> {
             }
         };
         let promises = Promises::of(graph);
-        let signed = promises.negative || graph.inputs.iter().any(|input| input.signed && input.state != State::Data);
+        let signed = promises.negative || graph.inputs.iter().any(|input| input.signed && input.state != ColorState::Data);
         for (index, image) in images.iter().enumerate() {
             let mut wrong = Vec::new();
             for shown in &ran.frames[index] {
@@ -227,17 +227,17 @@ impl Stand<'_, '_> {
 
     /// A node that is left out because it changes nothing must change nothing when it does run. What gives no negative light takes it
     /// away where it runs; left out it does not.
-    fn identity(&mut self, bench: &mut Bench, left_out: &Ran, sets: &Sets, size: Size, images: &[Extreme]) {
+    fn identity(&mut self, bench: &mut Bench, skipped: &Ran, sets: &Sets, size: Size, images: &[Extreme]) {
         let Some(graph) = self.subject.forced(self.registry, sets) else { return };
         let shots: Vec<Shot> = images.iter().map(|image| Shot::still(*image)).collect();
         let ran = match self.lab.run(bench, (self.subject, &graph), size, &shots, true) {
-            Ok(ran) if !ran.left_out.iter().any(|node| node == NODE) => ran,
+            Ok(ran) if !ran.skipped.iter().any(|node| node == NODE) => ran,
             _ => return,
         };
         let cuts = self.subject.signed && !Promises::of(&graph).negative;
         let wanted = |out: &Shown| if cuts { without_negatives(out) } else { out.clone() };
         for (index, image) in images.iter().enumerate() {
-            let pairs = left_out.frames[index]
+            let pairs = skipped.frames[index]
                 .iter()
                 .filter_map(|out| Some((named(&ran.frames[index], &out.name)?, wanted(out))));
             let wrong = pairs.filter_map(|(ran, out)| {

@@ -1,6 +1,6 @@
 //! The same picture in every way of making it: dispatched and drawn, fused and not, in tiles and not, side by side and not.
 
-use afterimage_graph::image::{Size, State};
+use afterimage_graph::image::{Size, ColorState};
 use afterimage_graph::plan::{Alias, Caps, Horizontal, Options};
 
 use super::images::Extreme;
@@ -23,7 +23,7 @@ const WAYS: [Way; 6] = [
     Way { name: "when made in tiles", change: |caps, _| caps.tiles = true },
     Way {
         name: "side by side",
-        change: |_, options| (options.horizontal, options.waves_first) = (Horizontal::Always, true),
+        change: |_, options| (options.horizontal, options.batches_first) = (Horizontal::Always, true),
     },
     Way { name: "with subgroups", change: |_, options| options.subgroups = true },
     Way { name: "with memory of its own for each image", change: |_, options| options.alias = Alias::None },
@@ -35,15 +35,15 @@ const TELLING: [&str; 4] = ["nan", "edge", "ramp", "primaries"];
 const SIZES: [(u32, u32); 2] = [(37, 23), (1, 1)];
 
 /// Intermediates are in 32 bits, so what is left are roundings of 32-bit numbers; an encoded picture may be one code off.
-fn tolerance(state: State) -> Tolerance {
+fn tolerance(state: ColorState) -> Tolerance {
     let code = 1.01 / 255.0;
-    Tolerance { share: 2e-3, beside: if state == State::Encoded { code } else { 1e-3 } }
+    Tolerance { share: 2e-3, beside: if state == ColorState::Encoded { code } else { 1e-3 } }
 }
 
 /// Compares all ways at the defaults and at every choice and whole number: these change what is compiled.
 pub(crate) fn compare(stand: &mut Stand<'_, '_>, changes: &[Change]) {
     let images: Vec<Extreme> =
-        TELLING.iter().filter(|name| stand.choice.takes(name)).filter_map(|n| Extreme::named(n)).collect();
+        TELLING.iter().filter(|name| stand.choice.accepts(name)).filter_map(|n| Extreme::named(n)).collect();
     if images.is_empty() {
         return;
     }

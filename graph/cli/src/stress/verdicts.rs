@@ -1,6 +1,6 @@
 //! What is wrong with a picture, if anything is.
 
-use afterimage_graph::image::{Size, State};
+use afterimage_graph::image::{Size, ColorState};
 
 use super::images::{Extreme, guarded};
 use super::lab::Shown;
@@ -55,7 +55,7 @@ pub(crate) fn finite(shown: &Shown) -> Option<String> {
 
 /// Colours are in the range of their state.
 pub(crate) fn in_range(shown: &Shown, may_be_negative: bool) -> Option<String> {
-    let is_light = !matches!(shown.state, State::Data | State::LogLuminance);
+    let is_light = !matches!(shown.state, ColorState::Data | ColorState::LogLuminance);
     if !is_light || shown.pixels.iter().flatten().any(|x| !x.is_finite()) {
         return None;
     }
@@ -84,7 +84,7 @@ pub(crate) type Kept = (&'static str, Option<String>);
 /// What the promises of the graph say of a still image.
 pub(crate) fn promised(shown: &Shown, image: Extreme, size: Size, promises: &Promises) -> Vec<Kept> {
     // Data is not light: sums in a grid go by how many pixels fall into a cell.
-    if finite(shown).is_some() || shown.state == State::Data {
+    if finite(shown).is_some() || shown.state == ColorState::Data {
         return Vec::new();
     }
     let given: Vec<[f32; 4]> = image.pixels(size).into_iter().map(|pixel| guarded(pixel, false)).collect();
@@ -156,7 +156,7 @@ fn spread(shown: &Shown, given: &[[f32; 4]]) -> Option<String> {
 
 #[cfg(test)]
 mod tests {
-    use afterimage_graph::image::{Size, State};
+    use afterimage_graph::image::{Size, ColorState};
 
     use super::super::images::Extreme;
     use super::super::lab::Shown;
@@ -166,7 +166,7 @@ mod tests {
     fn picture(values: &[f32], width: u32) -> Shown {
         let pixels: Vec<[f32; 4]> = values.iter().map(|x| [*x, *x, *x, 1.0]).collect();
         let size = Size::new(width, values.len() as u32 / width);
-        Shown { name: "result".into(), state: State::Encoded, limit: Some(1.0), size, pixels }
+        Shown { name: "result".into(), state: ColorState::Encoded, limit: Some(1.0), size, pixels }
     }
 
     #[test]

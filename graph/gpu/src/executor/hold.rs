@@ -6,31 +6,31 @@ use afterimage_graph::shader::SlotKind;
 use rustc_hash::FxHashMap;
 use wgpu::{Buffer, BufferUsages, Device, Queue};
 
-use super::loaded::{Holding, Loaded};
-use super::prepare::Parts;
+use super::loaded::{ImageBinding, Loaded};
+use super::prepare::CompiledPlan;
 use crate::heap::Placed;
 use crate::store::{Store, TextureKey};
 use crate::timing::Timing;
 
 /// A swap in the making. The old plan stays as it is until the new one has all that it needs.
-pub(super) struct Move<'a> {
+pub(super) struct PlanSwap<'a> {
     pub(super) device: &'a Device,
     pub(super) queue: &'a Queue,
     pub(super) store: &'a mut Store,
     pub(super) old: Option<&'a Loaded>,
     /// The number of the frame that comes next.
     pub(super) frame: u32,
-    pub(super) newborn: Vec<Resource>,
+    pub(super) uninitialized: Vec<Resource>,
 }
 
-impl Move<'_> {
+impl PlanSwap<'_> {
     /// The plan on textures and buffers of its own and of the old plan.
-    pub(super) fn settle(mut self, parts: Parts) -> Loaded {
-        let Parts { plan, launches, uniforms, regions, placed, moved_in } = parts;
+    pub(super) fn settle(mut self, parts: CompiledPlan) -> Loaded {
+        let CompiledPlan { plan, launches, uniforms, regions, placed, moved_in } = parts;
         let rings = self.retire();
         let buffers = self.buffers(&plan);
         let residents = self.move_in(placed.as_ref());
-        let holdings = self.hold(&plan, rings, &residents);
+        let bindings = self.hold(&plan, rings, &residents);
         let lives = |wanted: fn(&BufferLife) -> bool| {
             let buffers = plan.recording.buffers.iter().enumerate();
             buffers.filter(|(_, b)| wanted(&b.life)).map(|(index, _)| index).collect::<Vec<_>>()
@@ -41,19 +41,19 @@ impl Move<'_> {
         Loaded {
             zeroed: lives(|life| *life == BufferLife::Zeroed),
             persistent: lives(|life| *life == BufferLife::Persistent),
-            phases: phases(&plan),
+            ring_length: ring_length(&plan),
             timing: timed.then(|| Timing::new(self.device, self.queue, launches.len() as u32)).flatten(),
             plan,
             launches,
             uniforms,
             regions,
-            holdings,
+            bindings,
             buffers,
             sets: Vec::new(),
             placed,
             binds_frame,
             residents,
-            newborn: self.newborn,
+            uninitialized: self.uninitialized,
             moved_in,
         }
     }
@@ -62,13 +62,13 @@ impl Move<'_> {
     fn retire(&mut self) -> FxHashMap<String, Vec<TextureKey>> {
         let mut rings = FxHashMap::default();
         let Some(old) = self.old else { return rings };
-        for (image, holding) in old.plan.recording.images.iter().zip(&old.holdings) {
-            match holding {
-                Holding::Ring(keys, 0) => {
+        for (image, binding) in old.plan.recording.images.iter().zip(&old.bindings) {
+            match binding {
+                ImageBinding::Ring(keys, 0) => {
                     rings.insert(image.label.clone(), keys.clone());
                 }
-                Holding::Output(_, key) => self.store.retire([*key]),
-                Holding::Fixed(key) if !matches!(image.origin, Origin::Constant(_)) && !old.residents.contains(key) => {
+                ImageBinding::Output(_, key) => self.store.retire([*key]),
+                ImageBinding::Fixed(key) if !matches!(image.origin, Origin::Constant(_)) && !old.residents.contains(key) => {
                     self.store.retire([*key]);
                 }
                 _ => {}
@@ -92,7 +92,7 @@ impl Move<'_> {
             let lasts = described.life == BufferLife::Persistent;
             let known = lasts.then(|| kept.remove(&(described.label.as_str(), described.bytes))).flatten();
             if lasts && known.is_none() {
-                self.newborn.push(Resource::Buffer(BufferId(index as u32)));
+                self.uninitialized.push(Resource::Buffer(BufferId(index as u32)));
             }
             buffers.push(known.unwrap_or_else(|| make_buffer(self.device, self.queue, described)));
         }
@@ -110,40 +110,40 @@ impl Move<'_> {
         plan: &Plan,
         mut rings: FxHashMap<String, Vec<TextureKey>>,
         residents: &[TextureKey],
-    ) -> Vec<Holding> {
+    ) -> Vec<ImageBinding> {
         let mut in_heap = residents.iter().copied();
         let mut slots: Vec<Option<TextureKey>> = vec![None; plan.memory.slots.len()];
-        let mut holdings: Vec<Holding> = Vec::with_capacity(plan.recording.images.len());
+        let mut bindings: Vec<ImageBinding> = Vec::with_capacity(plan.recording.images.len());
         let remembered: Vec<ImageId> = plan.recording.images.iter().filter_map(past_of).collect();
         for (index, image) in plan.recording.images.iter().enumerate() {
             let id = ImageId(index as u32);
             let output = plan.outputs.iter().position(|output| output.image == id);
-            let holding = match (&image.origin, plan.lifetimes[index], output) {
+            let binding = match (&image.origin, plan.lifetimes[index], output) {
                 // Pasts are filled in below, once the image that they are the past of has its ring.
-                (_, None, _) | (Origin::Previous { .. }, ..) => Holding::Unused,
+                (_, None, _) | (Origin::Previous { .. }, ..) => ImageBinding::Unused,
                 (Origin::Input(name), ..) => {
                     let input = plan.inputs.iter().position(|(input, _)| input == name);
-                    Holding::Input(input.expect("every input image is listed"))
+                    ImageBinding::Input(input.expect("every input image is listed"))
                 }
                 (Origin::Constant(bytes), ..) => {
-                    Holding::Fixed(self.store.constant(self.device, self.queue, image.desc, bytes))
+                    ImageBinding::Fixed(self.store.constant(self.device, self.queue, image.desc, bytes))
                 }
                 (Origin::Transient, ..) if remembered.contains(&id) => {
                     let known = rings.remove(&image.label);
-                    Holding::Ring(self.ring(plan, id, known), 0)
+                    ImageBinding::Ring(self.ring(plan, id, known), 0)
                 }
                 (Origin::Transient, _, Some(output)) => {
-                    Holding::Output(output, self.store.take(self.device, image.desc, &image.label))
+                    ImageBinding::Output(output, self.store.take(self.device, image.desc, &image.label))
                 }
                 (Origin::Transient, Some(_), None) => {
-                    Holding::Fixed(self.transient(plan, index, &mut in_heap, &mut slots))
+                    ImageBinding::Fixed(self.transient(plan, index, &mut in_heap, &mut slots))
                 }
             };
-            holdings.push(holding);
+            bindings.push(binding);
         }
-        self.hold_pasts(plan, &mut holdings);
+        self.hold_pasts(plan, &mut bindings);
         self.store.retire(rings.into_values().flatten());
-        holdings
+        bindings
     }
 
     /// The texture of an image that lives within the frame.
@@ -171,11 +171,11 @@ impl Move<'_> {
         };
         self.store.retire(unfit);
         if known.is_empty() {
-            self.newborn.push(Resource::Image(id));
+            self.uninitialized.push(Resource::Image(id));
             let pasts = plan.recording.images.iter().enumerate().filter(|(_, image)| past_of(image) == Some(id));
-            self.newborn.extend(pasts.map(|(index, _)| Resource::Image(ImageId(index as u32))));
+            self.uninitialized.extend(pasts.map(|(index, _)| Resource::Image(ImageId(index as u32))));
         }
-        let length = phases(plan) as usize;
+        let length = ring_length(plan) as usize;
         let at = |age: usize, length: usize| (self.frame as usize % length + length - age % length) % length;
         let mut ring = vec![TextureKey::default(); length];
         for age in 0..length {
@@ -189,16 +189,16 @@ impl Move<'_> {
         ring
     }
 
-    fn hold_pasts(&mut self, plan: &Plan, holdings: &mut [Holding]) {
+    fn hold_pasts(&mut self, plan: &Plan, bindings: &mut [ImageBinding]) {
         for (index, image) in plan.recording.images.iter().enumerate() {
             let Origin::Previous { of, frames } = image.origin else { continue };
             if plan.lifetimes[index].is_none() {
                 continue;
             }
-            holdings[index] = match &holdings[of.0 as usize] {
-                Holding::Ring(keys, _) => Holding::Ring(keys.clone(), frames),
+            bindings[index] = match &bindings[of.0 as usize] {
+                ImageBinding::Ring(keys, _) => ImageBinding::Ring(keys.clone(), frames),
                 // The image is never written in this plan: its past is black.
-                _ => Holding::Fixed(self.store.black(self.device, image.desc, &image.label)),
+                _ => ImageBinding::Fixed(self.store.black(self.device, image.desc, &image.label)),
             };
         }
     }
@@ -211,8 +211,8 @@ fn past_of(image: &VirtualImage) -> Option<ImageId> {
     }
 }
 
-/// Ring length: one texture for this frame and one for each that is remembered. All rings have the same, so that one phase fits all.
-fn phases(plan: &Plan) -> u32 {
+/// Ring length: one texture for this frame and one for each that is remembered. All rings have the same, so that one ring_index fits all.
+fn ring_length(plan: &Plan) -> u32 {
     let depth = plan.recording.images.iter().map(|image| match image.origin {
         Origin::Previous { frames, .. } => frames,
         _ => 0,

@@ -11,9 +11,9 @@ pub(super) const BYTES: u32 = 16;
 
 /// The struct `Frame` of one frame, for most passes and for those whose memory begins in it.
 #[derive(Clone, Copy, Default)]
-pub(super) struct Moment([[u8; BYTES as usize]; 2]);
+pub(super) struct FrameConstants([[u8; BYTES as usize]; 2]);
 
-impl Moment {
+impl FrameConstants {
     pub(super) fn new(frame: &Frame<'_>, index: u32, reset: bool) -> Self {
         let words = |reset: bool| [frame.time.to_bits(), frame.dt.to_bits(), index, u32::from(reset)];
         Self([reset, true].map(|reset| bytemuck::cast(words(reset).map(u32::to_le))))

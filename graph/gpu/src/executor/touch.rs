@@ -1,48 +1,48 @@
-//! Textures that are brought into their state before a wave, where the dispatches would not do so by themselves in time.
+//! Textures that are brought into their state before a batch, where the dispatches would not do so by themselves in time.
 //!
 //! wgpu puts a barrier before a dispatch that uses an image in another way than the frame did before; an image's first mention in a frame records
-//! its state and waits for nothing. Two things are left to us. Images that several passes of a wave read must change in one batch, or the second
+//! its state and waits for nothing. Two things are left to us. Images that several passes of a batch read must change in one batch, or the second
 //! pass would wait for the first. And a new resident of shared memory is strange to wgpu: before its first write the device must wait for
-//! whoever used the memory. Every barrier waits for all dispatches before it, so where the wave begins with one anyway, nothing is touched for that: each
-//! touch costs the host as much as half a dispatch, and a barrier of its own.
+//! whoever used the memory. Every barrier waits for all dispatches before it, so where the batch begins with one anyway, nothing is touched for that: each
+//! transition costs the host as much as half a dispatch, and a barrier of its own.
 
 use afterimage_graph::node::{ImageId, Resource};
-use afterimage_graph::plan::{HandOver, Plan, Use, WaveBarriers};
+use afterimage_graph::plan::{AliasingBarrier, Plan, Use, BatchBarriers};
 use wgpu::{TextureUsages, TextureUses, TextureView};
 
-use super::loaded::{Loaded, Run, Touch};
+use super::loaded::{Loaded, Run, ExplicitTransition};
 use crate::layout::Pipeline;
 use crate::store::Store;
 
-/// For each launch, what must be touched before it, for each phase; nothing at all for most.
-pub(super) fn touches(loaded: &Loaded, store: &Store, runs: &[Run], views: &[TextureView]) -> Vec<Vec<Vec<Touch>>> {
+/// For each launch, what must be touched before it, for each ring_index; nothing at all for most.
+pub(super) fn explicit_transitions(loaded: &Loaded, store: &Store, runs: &[Run], views: &[TextureView]) -> Vec<Vec<Vec<ExplicitTransition>>> {
     let plan = &loaded.plan;
-    let mut touches: Vec<Vec<Vec<Touch>>> = runs.iter().map(|_| Vec::new()).collect();
+    let mut explicit_transitions: Vec<Vec<Vec<ExplicitTransition>>> = runs.iter().map(|_| Vec::new()).collect();
     let mut finished = vec![false; plan.recording.images.len()];
-    for (wave, barriers) in plan.waves.iter().zip(&plan.barriers) {
+    for (batch, barriers) in plan.batches.iter().zip(&plan.barriers) {
         // A draw ends the pass of the dispatches before it. The next begins with the barriers of all that follows, which are then missing there.
-        let first = plan.launch_of(wave.start);
+        let first = plan.launch_of(batch.start);
         let is_dispatched =
-            runs[..=plan.launch_of(wave.end - 1)].iter().all(|run| matches!(run.pipeline, Pipeline::Compute(_)));
+            runs[..=plan.launch_of(batch.end - 1)].iter().all(|run| matches!(run.pipeline, Pipeline::Compute(_)));
         let made: Vec<ImageId> = images_to_read(barriers).filter(|(_, from)| from.writes()).map(|(i, _)| i).collect();
         let mut wanted = Vec::new();
         if !is_dispatched || !all_read_by(plan, first, &made) {
-            let batch = images_to_read(barriers).filter(|_| wave.len() > plan.launches[first].len());
+            let batch = images_to_read(barriers).filter(|_| batch.len() > plan.launches[first].len());
             wanted.extend(batch.map(|(image, _)| (image, TextureUses::RESOURCE)));
         }
         if loaded.placed.is_some() {
             let waits = is_dispatched && !made.is_empty();
-            let strange = barriers.hand_overs.iter().filter(|new| !(waits && were_read(new, &finished)));
+            let strange = barriers.aliasing.iter().filter(|new| !(waits && were_read(new, &finished)));
             wanted.extend(strange.map(|new| (new.image, TextureUses::STORAGE_WRITE_ONLY)));
         }
-        touches[first] = for_each_phase(loaded, store, views, &wanted);
+        explicit_transitions[first] = for_each_phase(loaded, store, views, &wanted);
         images_to_read(barriers).for_each(|(image, _)| finished[image.0 as usize] = true);
     }
-    touches
+    explicit_transitions
 }
 
-/// The images that begin to be read in the wave, and their use before.
-fn images_to_read(barriers: &WaveBarriers) -> impl Iterator<Item = (ImageId, Use)> {
+/// The images that begin to be read in the batch, and their use before.
+fn images_to_read(barriers: &BatchBarriers) -> impl Iterator<Item = (ImageId, Use)> {
     let read = barriers.transitions.iter().filter(|transition| transition.to == Use::Read);
     read.filter_map(|transition| match transition.resource {
         Resource::Image(image) => Some((image, transition.from)),
@@ -58,7 +58,7 @@ fn all_read_by(plan: &Plan, launch: usize, images: &[ImageId]) -> bool {
 }
 
 /// Whether the residents before were read after they were written: only then is waiting enough, without a barrier for their writes.
-fn were_read(new: &HandOver, finished: &[bool]) -> bool {
+fn were_read(new: &AliasingBarrier, finished: &[bool]) -> bool {
     new.residents.iter().all(|resident| finished[resident.0 as usize])
 }
 
@@ -67,15 +67,15 @@ fn for_each_phase(
     store: &Store,
     views: &[TextureView],
     wanted: &[(ImageId, TextureUses)],
-) -> Vec<Vec<Touch>> {
+) -> Vec<Vec<ExplicitTransition>> {
     if wanted.is_empty() {
         return Vec::new();
     }
-    let touch = |(image, state): &(ImageId, TextureUses), phase| {
-        let view = loaded.view(store, *image, views, phase).clone();
+    let transition = |(image, state): &(ImageId, TextureUses), ring_index| {
+        let view = loaded.view(store, *image, views, ring_index).clone();
         let storable = view.texture().usage().contains(TextureUsages::STORAGE_BINDING);
         let state = if storable { *state } else { TextureUses::RESOURCE };
-        Touch { view, state }
+        ExplicitTransition { view, state }
     };
-    (0..loaded.phases).map(|phase| wanted.iter().map(|wanted| touch(wanted, phase)).collect()).collect()
+    (0..loaded.ring_length).map(|ring_index| wanted.iter().map(|wanted| transition(wanted, ring_index)).collect()).collect()
 }

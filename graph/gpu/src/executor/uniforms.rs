@@ -25,7 +25,7 @@ pub(super) fn regions(plan: &Plan) -> Vec<(u64, u64)> {
 
 /// Whether the new plan can run with the resources of the old one and other uniforms.
 pub(super) fn differs_in_uniforms_only(old: &Plan, new: &Plan) -> bool {
-    old.waves == new.waves && old.memory == new.memory && blank(old) == blank(new)
+    old.batches == new.batches && old.memory == new.memory && blank(old) == blank(new)
 }
 
 /// The plan with zeros for all its numbers.

@@ -1,4 +1,4 @@
-//! Reading conditions.
+//! SampleMode conditions.
 //!
 //! ```text
 //! condition  = both { "or" both }

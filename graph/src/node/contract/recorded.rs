@@ -13,7 +13,7 @@ use crate::node::{
 use crate::plan::Caps;
 use crate::plan::passes::copy_step;
 use crate::shader::{
-    Beside, CELLS_LANES, Composed, Dialect, ROW_LANES, Reading, Shader, ShaderError, SlotKind, can_tell,
+    Beside, CELLS_LANES, Composed, ShaderFeatures, ROW_LANES, SampleMode, Shader, ShaderError, SlotKind, can_tell,
     compose_beside, compose_pass,
 };
 use crate::value::{Param, Type, Value};
@@ -63,7 +63,7 @@ struct Known {
 fn is_recorded(kind: NodeKind, way: &Use<'_>) -> bool {
     let absent = kind.inputs().iter().filter(|port| port.optional && !way.is_fully_wired).map(|port| port.name);
     let arrivals = Arrivals::new(Vec::new(), absent.collect());
-    kind.verify(way.values).is_ok() && kind.stand_in(way.values, &arrivals).is_none()
+    kind.verify(way.values).is_ok() && kind.identity(way.values, &arrivals).is_none()
 }
 
 fn one(kind: NodeKind, way: &Use<'_>, known: &mut Known, complaints: &mut Complaints) {
@@ -215,26 +215,26 @@ fn shape(pass: &Pass, recording: &Recording) -> String {
 }
 
 /// What every device understands.
-const PLAIN: Dialect = Dialect { half: false, subgroups: false };
+const PLAIN: ShaderFeatures = ShaderFeatures { half: false, subgroups: false };
 /// What few do not.
-const RICH: Dialect = Dialect { half: true, subgroups: true };
+const RICH: ShaderFeatures = ShaderFeatures { half: true, subgroups: true };
 /// Every way in which a module may be composed.
-const WAYS: [(Reading, Dialect); 5] = [
-    (Reading::Plain, PLAIN),
-    (Reading::ByHand, PLAIN),
-    (Reading::Guarded, PLAIN),
-    (Reading::GuardedSigned, PLAIN),
-    (Reading::Plain, RICH),
+const WAYS: [(SampleMode, ShaderFeatures); 5] = [
+    (SampleMode::Plain, PLAIN),
+    (SampleMode::ByHand, PLAIN),
+    (SampleMode::Guarded, PLAIN),
+    (SampleMode::GuardedSigned, PLAIN),
+    (SampleMode::Plain, RICH),
 ];
 
 /// The pass as a module, for every way in which its textures may be read and its numbers may be made.
 fn module(pass: &Pass, recording: &Recording, modules: &mut BTreeSet<String>, complaints: &mut Complaints) {
     let desc_of = |image: ImageId| recording.image(image).desc;
-    for (reading, dialect) in WAYS {
-        let composed = compose_pass(pass, &desc_of, &|_| reading, dialect);
+    for (reading, features) in WAYS {
+        let composed = compose_pass(pass, &desc_of, &|_| reading, features);
         match composed {
             Ok(composed) if modules.insert(composed.source.clone()) => {
-                let valid = composed.validate().and_then(|_| beside_itself(pass, &composed, dialect));
+                let valid = composed.validate().and_then(|_| beside_itself(pass, &composed, features));
                 if let Err(error) = valid {
                     complaints.add(format!("the pass `{}` is no valid module: {error}", pass.label));
                 }
@@ -248,10 +248,10 @@ fn module(pass: &Pass, recording: &Recording, modules: &mut BTreeSet<String>, co
 }
 
 /// Whether the module can stand beside another like it, if the planner may ever want that: names that the framework does not tell apart clash.
-fn beside_itself(pass: &Pass, composed: &Composed, dialect: Dialect) -> Result<(), ShaderError> {
+fn beside_itself(pass: &Pass, composed: &Composed, features: ShaderFeatures) -> Result<(), ShaderError> {
     let knows_time = composed.slots.iter().any(|slot| slot.kind == SlotKind::Frame);
     let is_told = composed.told.iter().all(can_tell);
-    if !composed.audited || knows_time || !is_told || dialect.subgroups || matches!(pass.work, Work::Tiled(_)) {
+    if !composed.unchecked || knows_time || !is_told || features.subgroups || matches!(pass.work, Work::Tiled(_)) {
         return Ok(());
     }
     let twice = [(); 2].map(|()| Beside { composed, constants: pass.constants() });

@@ -30,7 +30,7 @@ mod read;
 use super::contract::contract;
 use super::kind::{Arrivals, Kind, NodeKind};
 use super::pass::ImageId;
-use super::ports::{Input, Output, PortType, StandIn};
+use super::ports::{Input, Output, PortType, Fallback};
 use super::recorder::Recorder;
 use crate::diagnostic::{Diagnostic, Diagnostics, Place, Sources, Spanned};
 use crate::document;
@@ -95,7 +95,7 @@ struct Declaration {
     inputs: Vec<(Input, Place)>,
     outputs: Vec<DeclaredOutput>,
     params: Vec<(Param, Place)>,
-    bypass: StandIn,
+    bypass: Fallback,
 }
 
 /// An output and how it is made.
@@ -113,7 +113,7 @@ struct FolderKind {
     inputs: &'static [Input],
     outputs: &'static [Output],
     made: Vec<(&'static str, SizeRule)>,
-    bypass: StandIn,
+    bypass: Fallback,
     shader: &'static Shader,
 }
 
@@ -153,10 +153,10 @@ impl Kind for FolderKind {
     fn outputs(&self) -> &'static [Output] {
         self.outputs
     }
-    fn bypass(&self) -> StandIn {
+    fn fallback(&self) -> Fallback {
         self.bypass
     }
-    fn stand_in(&self, _: &[Value], _: &Arrivals) -> Option<StandIn> {
+    fn identity(&self, _: &[Value], _: &Arrivals) -> Option<Fallback> {
         None
     }
     fn verify(&self, _: &[Value]) -> Result<(), String> {

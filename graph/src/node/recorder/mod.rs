@@ -223,7 +223,7 @@ impl<'a> Recorder<'a> {
         image
     }
 
-    /// Gives something to an output port.
+    /// OutputState something to an output port.
     pub fn give(&mut self, port: &str, what: Arrival) {
         let index = self.kind.outputs().iter().position(|output| output.name == port);
         self.outputs[index.unwrap_or_else(|| panic!("`{}` has no output `{port}`", self.kind.name()))] = what;

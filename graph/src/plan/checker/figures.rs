@@ -33,7 +33,7 @@ pub(super) fn check(walk: &Walk<'_>, faults: &mut Faults) {
     }
 }
 
-/// The most bytes of shared images that any wave keeps alive.
+/// The most bytes of shared images that any batch keeps alive.
 fn most_alive(walk: &Walk<'_>, wants: &[(usize, u64)]) -> u64 {
     let mut change: BTreeMap<usize, i128> = BTreeMap::new();
     for (image, bytes) in wants {

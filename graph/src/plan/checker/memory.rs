@@ -34,7 +34,7 @@ fn leaves(walk: &Walk<'_>, image: usize) -> bool {
 
 fn check_lifetimes(walk: &Walk<'_>, faults: &mut Faults) {
     for (image, (stated, span)) in walk.plan.lifetimes.iter().zip(&walk.spans).enumerate() {
-        let end = |last: usize| if leaves(walk, image) { walk.plan.waves.len() } else { last };
+        let end = |last: usize| if leaves(walk, image) { walk.plan.batches.len() } else { last };
         let found = span.map(|(first, last)| Lifetime { first, last: end(last) });
         if *stated != found {
             faults.add(format!("`{}` lives {found:?}, but the plan says {stated:?}", walk.images[image]));
@@ -78,7 +78,7 @@ fn extents(walk: &Walk<'_>, alias: Alias) -> Vec<Option<Range<u64>>> {
     (0..walk.images.len()).map(extent).collect()
 }
 
-/// Lets every image move in at the first wave of its life, and returns for each the images that it finds there. Memory is cut at every end
+/// Lets every image move in at the first batch of its life, and returns for each the images that it finds there. Memory is cut at every end
 /// of every image; whoever moves in must find each piece empty or left.
 fn replay(walk: &Walk<'_>, extents: &[Option<Range<u64>>], place: &str, faults: &mut Faults) -> Vec<BTreeSet<usize>> {
     let mut cuts: Vec<u64> = extents.iter().flatten().flat_map(|extent| [extent.start, extent.end]).collect();
@@ -103,20 +103,20 @@ fn replay(walk: &Walk<'_>, extents: &[Option<Range<u64>>], place: &str, faults: 
             if last >= first {
                 let (name, other) = (&walk.images[image], &walk.images[*other]);
                 faults
-                    .add(format!("`{name}` begins in wave {first} in {place} where `{other}` lives until wave {last}"));
+                    .add(format!("`{name}` begins in batch {first} in {place} where `{other}` lives until batch {last}"));
             }
         }
     }
     found
 }
 
-/// Every image that finds others in its memory is touched before its first wave, and the plan knows whom it follows.
+/// Every image that finds others in its memory is touched before its first batch, and the plan knows whom it follows.
 fn check_hand_overs(walk: &Walk<'_>, found: &[BTreeSet<usize>], faults: &mut Faults) {
     let mut stated = vec![None; found.len()];
-    for (wave, barriers) in walk.plan.barriers.iter().enumerate() {
-        for hand_over in &barriers.hand_overs {
+    for (batch, barriers) in walk.plan.barriers.iter().enumerate() {
+        for hand_over in &barriers.aliasing {
             let residents: BTreeSet<usize> = hand_over.residents.iter().map(|resident| resident.0 as usize).collect();
-            stated[hand_over.image.0 as usize] = Some((wave, residents));
+            stated[hand_over.image.0 as usize] = Some((batch, residents));
         }
     }
     for (image, (found, stated)) in found.iter().zip(&stated).enumerate() {
@@ -125,14 +125,14 @@ fn check_hand_overs(walk: &Walk<'_>, found: &[BTreeSet<usize>], faults: &mut Fau
             images.iter().map(|image| format!("`{}`", walk.images[*image])).collect::<Vec<String>>().join(", ")
         };
         match stated {
-            Some((wave, residents)) if *wave != first || residents != found => faults.add(format!(
-                "`{}` takes over the memory of {} in wave {first}, but the plan says of {} in wave {wave}",
+            Some((batch, residents)) if *batch != first || residents != found => faults.add(format!(
+                "`{}` takes over the memory of {} in batch {first}, but the plan says of {} in batch {batch}",
                 walk.images[image],
                 names(found),
                 names(residents)
             )),
             None if !found.is_empty() => faults.add(format!(
-                "`{}` takes over the memory of {} in wave {first} and nothing separates them",
+                "`{}` takes over the memory of {} in batch {first} and nothing separates them",
                 walk.images[image],
                 names(found)
             )),

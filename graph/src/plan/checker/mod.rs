@@ -29,7 +29,7 @@ impl std::error::Error for Fault {}
 ///
 /// # Errors
 /// Every fault that was found, in the order of the walk; a plan whose lists do not fit together is not walked any further.
-pub fn check_plan(plan: &Plan) -> Result<(), Vec<Fault>> {
+pub fn verify(plan: &Plan) -> Result<(), Vec<Fault>> {
     let mut faults = Faults::default();
     order::check_shape(plan, &mut faults);
     if faults.0.is_empty() {
@@ -52,17 +52,17 @@ impl Faults {
     }
 }
 
-/// A plan, with what follows from its passes and waves alone.
+/// A plan, with what follows from its passes and batches alone.
 struct Walk<'a> {
     plan: &'a Plan,
     images: Vec<String>,
     buffers: Vec<String>,
     passes: Vec<String>,
-    /// The wave of each pass.
-    wave_of: Vec<usize>,
+    /// The batch of each pass.
+    batch_of: Vec<usize>,
     /// What each pass reads and writes.
     accesses: Vec<Vec<Access>>,
-    /// First and last wave of each image that a pass mentions.
+    /// First and last batch of each image that a pass mentions.
     spans: Vec<Option<(usize, usize)>>,
 }
 
@@ -77,20 +77,20 @@ struct Access {
 impl<'a> Walk<'a> {
     fn new(plan: &'a Plan) -> Self {
         let accesses: Vec<Vec<Access>> = plan.recording.passes.iter().map(|pass| accesses(&pass.work)).collect();
-        let mut wave_of = vec![0; accesses.len()];
-        for (wave, passes) in plan.waves.iter().enumerate() {
-            wave_of[passes.clone()].fill(wave);
+        let mut batch_of = vec![0; accesses.len()];
+        for (batch, passes) in plan.batches.iter().enumerate() {
+            batch_of[passes.clone()].fill(batch);
         }
         let mut spans = vec![None; plan.recording.images.len()];
-        for (access, wave) in accesses.iter().zip(&wave_of).flat_map(|(all, wave)| all.iter().map(move |a| (a, *wave)))
+        for (access, batch) in accesses.iter().zip(&batch_of).flat_map(|(all, batch)| all.iter().map(move |a| (a, *batch)))
         {
             if let Resource::Image(image) = access.resource {
-                let (first, last) = spans[image.0 as usize].unwrap_or((wave, wave));
-                spans[image.0 as usize] = Some((first.min(wave), last.max(wave)));
+                let (first, last) = spans[image.0 as usize].unwrap_or((batch, batch));
+                spans[image.0 as usize] = Some((first.min(batch), last.max(batch)));
             }
         }
         let (images, buffers, passes) = (plan.image_names(), plan.buffer_names(), plan.pass_names());
-        Self { plan, images, buffers, passes, wave_of, accesses, spans }
+        Self { plan, images, buffers, passes, batch_of, accesses, spans }
     }
 
     fn name(&self, resource: Resource) -> &str {

@@ -1,4 +1,4 @@
-//! Order: waves cover the passes and are free of conflicts, every read sees its last write, and what must be written is.
+//! Order: batches cover the passes and are free of conflicts, every read sees its last write, and what must be written is.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -13,12 +13,12 @@ pub(super) fn check_shape(plan: &Plan, faults: &mut Faults) {
     let lists = [
         ("stages", plan.stages.len(), passes),
         ("places in the recording", plan.recorded.len(), passes),
-        ("readings", plan.readings.len(), images),
+        ("sample_modes", plan.sample_modes.len(), images),
         ("lifetimes", plan.lifetimes.len(), images),
         ("requirements", plan.memory.requirement_of.len(), images),
         ("offsets", plan.memory.offset_of.len(), images),
         ("slots of images", plan.memory.slot_of.len(), images),
-        ("batches of barriers", plan.barriers.len(), plan.waves.len()),
+        ("batches of barriers", plan.barriers.len(), plan.batches.len()),
     ];
     for (what, has, wants) in lists.into_iter().filter(|(_, has, wants)| has != wants) {
         faults.add(format!("the plan has {has} {what} where it needs {wants}"));
@@ -28,7 +28,7 @@ pub(super) fn check_shape(plan: &Plan, faults: &mut Faults) {
     if seen.iter().enumerate().any(|(at, place)| at != *place) {
         faults.add("the places in the recording do not name every pass once".into());
     }
-    check_cover(plan, ("wave", "waves"), &plan.waves, faults);
+    check_cover(plan, ("batch", "batches"), &plan.batches, faults);
     check_cover(plan, ("launch", "launches"), &plan.launches, faults);
     check_launches(plan, faults);
     check_numbers(plan, faults);
@@ -48,11 +48,11 @@ fn check_cover(plan: &Plan, (one, many): (&str, &str), ranges: &[Range<usize>], 
     }
 }
 
-/// A launch is inside one wave, and only dispatches of what no host can want drawn have several passes.
+/// A launch is inside one batch, and only dispatches of what no host can want drawn have several passes.
 fn check_launches(plan: &Plan, faults: &mut Faults) {
     for launch in plan.launches.iter().filter(|launch| launch.len() > 1) {
-        if !plan.waves.iter().any(|wave| wave.start <= launch.start && launch.end <= wave.end) {
-            faults.add(format!("passes {launch:?} share a launch and no wave"));
+        if !plan.batches.iter().any(|batch| batch.start <= launch.start && launch.end <= batch.end) {
+            faults.add(format!("passes {launch:?} share a launch and no batch"));
         }
         let stages = plan.stages.get(launch.clone()).unwrap_or_default();
         let passes = plan.recording.passes.get(launch.clone()).unwrap_or_default();
@@ -67,7 +67,7 @@ fn check_launches(plan: &Plan, faults: &mut Faults) {
 
 fn check_numbers(plan: &Plan, faults: &mut Faults) {
     let mentioned = plan.recording.passes.iter().flat_map(|pass| pass.reads().into_iter().chain(pass.writes()));
-    let in_barriers = plan.barriers.iter().flat_map(|wave| &wave.transitions).chain(&plan.exports).map(|t| t.resource);
+    let in_barriers = plan.barriers.iter().flat_map(|batch| &batch.transitions).chain(&plan.exports).map(|t| t.resource);
     let outside = outside(plan);
     for resource in mentioned.chain(in_barriers).chain(outside) {
         let known = match resource {
@@ -85,7 +85,7 @@ fn outside(plan: &Plan) -> impl Iterator<Item = Resource> + '_ {
     let handed = plan
         .barriers
         .iter()
-        .flat_map(|wave| &wave.hand_overs)
+        .flat_map(|batch| &batch.aliasing)
         .flat_map(|hand_over| hand_over.residents.iter().chain(std::iter::once(&hand_over.image)));
     let outputs = plan.outputs.iter().map(|output| &output.image);
     let pasts = plan.recording.images.iter().filter_map(|image| match &image.origin {
@@ -107,16 +107,16 @@ pub(super) fn check(walk: &Walk<'_>, faults: &mut Faults) {
     check_outputs(walk, faults);
 }
 
-/// Nothing that a pass writes is touched by another pass of its wave.
+/// Nothing that a pass writes is touched by another pass of its batch.
 fn check_conflicts(walk: &Walk<'_>, resource: Resource, history: &[(usize, Access)], faults: &mut Faults) {
-    for pair in history.chunk_by(|a, b| walk.wave_of[a.0] == walk.wave_of[b.0]) {
+    for pair in history.chunk_by(|a, b| walk.batch_of[a.0] == walk.batch_of[b.0]) {
         let Some((writer, _)) = pair.iter().find(|(_, access)| access.writes) else { continue };
         for (other, _) in pair.iter().filter(|(pass, _)| pass != writer) {
             faults.add(format!(
-                "pass `{}` writes `{}` in wave {} while pass `{}` of the same wave uses it",
+                "pass `{}` writes `{}` in batch {} while pass `{}` of the same batch uses it",
                 walk.passes[*writer],
                 walk.name(resource),
-                walk.wave_of[*writer],
+                walk.batch_of[*writer],
                 walk.passes[*other]
             ));
         }

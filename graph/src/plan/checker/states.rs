@@ -1,4 +1,4 @@
-//! States: before every wave a barrier has brought each image and buffer to the use that the wave makes of it.
+//! States: before every batch a barrier has brought each image and buffer to the use that the batch makes of it.
 
 use std::collections::BTreeMap;
 
@@ -8,15 +8,15 @@ use crate::plan::{Stage, Transition, Use};
 
 pub(super) fn check(walk: &Walk<'_>, faults: &mut Faults) {
     let mut states: BTreeMap<Resource, Use> = BTreeMap::new();
-    for (wave, passes) in walk.plan.waves.iter().enumerate() {
+    for (batch, passes) in walk.plan.batches.iter().enumerate() {
         let mut wants: BTreeMap<Resource, Use> = BTreeMap::new();
         for pass in passes.clone() {
             for access in &walk.accesses[pass] {
                 wants.insert(access.resource, wanted(walk, pass, *access));
             }
         }
-        let place = format!("wave {wave}");
-        check_batch(walk, &place, &wants, &walk.plan.barriers[wave].transitions, &mut states, faults);
+        let place = format!("batch {batch}");
+        check_batch(walk, &place, &wants, &walk.plan.barriers[batch].transitions, &mut states, faults);
     }
     let outputs = walk.plan.outputs.iter().map(|output| (Resource::Image(output.image), Use::Host)).collect();
     check_batch(walk, "the end of the frame", &outputs, &walk.plan.exports, &mut states, faults);

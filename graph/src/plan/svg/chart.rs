@@ -1,4 +1,4 @@
-//! The memory of transient images: bars at their offsets, and how many bytes live in each wave.
+//! The memory of transient images: bars at their offsets, and how many bytes live in each batch.
 
 use super::canvas::{Anchor, Canvas, Paint, fitting};
 use super::{BOUND, GREY, INK, LEFT, LINE, Picture};
@@ -95,10 +95,10 @@ fn bound(picture: &Picture<'_>, canvas: &mut Canvas, y: f64, text: &str) {
     canvas.text(picture.right() + 12.0, y + 3.5, 10.0, Anchor::Start, Paint::plain(BOUND), text);
 }
 
-/// Bytes that live in each wave.
+/// Bytes that live in each batch.
 pub(super) fn alive(picture: &Picture<'_>, canvas: &mut Canvas, y: f64) {
     let plan = picture.plan;
-    let mut alive = vec![0_u64; plan.waves.len()];
+    let mut alive = vec![0_u64; plan.batches.len()];
     for (wants, lifetime) in plan.memory.requirement_of.iter().zip(&plan.lifetimes) {
         if let (Some(wants), Some(lifetime)) = (wants, lifetime) {
             alive[lifetime.first..=lifetime.last].iter_mut().for_each(|bytes| *bytes += wants.bytes);
@@ -107,9 +107,9 @@ pub(super) fn alive(picture: &Picture<'_>, canvas: &mut Canvas, y: f64) {
     let most = plan.memory.lower_bound.max(1);
     let base = y + ALIVE_HEIGHT;
     let mut points = vec![(picture.right(), base), (LEFT, base)];
-    for (wave, bytes) in plan.waves.iter().zip(&alive) {
+    for (batch, bytes) in plan.batches.iter().zip(&alive) {
         let top = base - ALIVE_HEIGHT * *bytes as f64 / most as f64;
-        points.extend([(picture.x(wave.start), top), (picture.x(wave.end), top)]);
+        points.extend([(picture.x(batch.start), top), (picture.x(batch.end), top)]);
     }
     canvas.text(LEFT, y - 10.0, 11.0, Anchor::Start, Paint::bold(INK), "bytes alive");
     canvas.area(&points, "#d9e2ec", "#829ab1");

@@ -4,7 +4,7 @@ use super::canvas::{Anchor, Canvas, Paint, width_of};
 use super::{BAND, BARRIER, GREY, HAND_OVER, INK, LEFT, LINE, Picture};
 use crate::node::{ImageId, Origin};
 use crate::plan::print::mebibytes;
-use crate::plan::{Stage, WaveBarriers};
+use crate::plan::{Stage, BatchBarriers};
 
 const LANE: f64 = 15.0;
 const LONGEST_NAME: usize = 34;
@@ -27,17 +27,17 @@ fn heading(canvas: &mut Canvas, y: f64, text: &str) {
     canvas.text(LEFT - 12.0, y, 10.0, Anchor::End, Paint::plain(GREY), text);
 }
 
-/// Every other wave has a tinted ground.
+/// Every other batch has a tinted ground.
 pub(super) fn bands(picture: &Picture<'_>, canvas: &mut Canvas, y: std::ops::Range<f64>) {
-    for (number, wave) in picture.plan.waves.iter().enumerate() {
-        let (left, right) = (picture.x(wave.start), picture.x(wave.end));
+    for (number, batch) in picture.plan.batches.iter().enumerate() {
+        let (left, right) = (picture.x(batch.start), picture.x(batch.end));
         if number % 2 == 0 {
             canvas.bar([left, y.start, right - left, y.end - y.start], BAND, None, "");
         }
     }
 }
 
-/// Passes as boxes with their names above and the numbers of the waves below; what is drawn and not dispatched has an edge.
+/// Passes as boxes with their names above and the numbers of the batches below; what is drawn and not dispatched has an edge.
 pub(super) fn passes(picture: &Picture<'_>, canvas: &mut Canvas, y: f64) {
     heading(canvas, y + 11.0, "passes");
     for (at, pass) in picture.plan.recording.passes.iter().enumerate() {
@@ -48,27 +48,27 @@ pub(super) fn passes(picture: &Picture<'_>, canvas: &mut Canvas, y: f64) {
         canvas.bar([x + 1.5, y, picture.column - 3.0, 15.0], color, edge, &hint);
         canvas.slanted(x + picture.column / 2.0 - 1.0, y - 7.0, 10.0, INK, &name_of(picture, at));
     }
-    heading(canvas, y + 27.0, "wave");
-    for (number, wave) in picture.plan.waves.iter().enumerate() {
-        let middle = (picture.x(wave.start) + picture.x(wave.end)) / 2.0;
+    heading(canvas, y + 27.0, "batch");
+    for (number, batch) in picture.plan.batches.iter().enumerate() {
+        let middle = (picture.x(batch.start) + picture.x(batch.end)) / 2.0;
         canvas.text(middle, y + 27.0, 9.0, Anchor::Middle, Paint::plain(GREY), &number.to_string());
     }
 }
 
-/// At the beginning of each wave how many uses change and, in orange, how many images take over memory.
+/// At the beginning of each batch how many uses change and, in orange, how many images take over memory.
 pub(super) fn barriers(picture: &Picture<'_>, canvas: &mut Canvas, y: f64) {
     heading(canvas, y + 14.0, "barriers");
     heading(canvas, y + 31.0, "hand-overs");
-    for (wave, barriers) in picture.plan.waves.iter().zip(&picture.plan.barriers) {
-        let x = picture.x(wave.start) + 9.0;
-        let WaveBarriers { transitions, hand_overs } = barriers;
+    for (batch, barriers) in picture.plan.batches.iter().zip(&picture.plan.barriers) {
+        let x = picture.x(batch.start) + 9.0;
+        let BatchBarriers { transitions, aliasing } = barriers;
         if !transitions.is_empty() {
             canvas.disc(x, y + 10.0, 7.0, BARRIER, &transitions_hint(picture, barriers));
             number(canvas, x, y + 13.2, transitions.len());
         }
-        if !hand_overs.is_empty() {
+        if !aliasing.is_empty() {
             canvas.diamond(x, y + 27.0, 9.0, HAND_OVER, &hand_overs_hint(picture, barriers));
-            number(canvas, x, y + 30.2, hand_overs.len());
+            number(canvas, x, y + 30.2, aliasing.len());
         }
     }
 }
@@ -77,19 +77,19 @@ fn number(canvas: &mut Canvas, x: f64, y: f64, number: usize) {
     canvas.text(x, y, 9.0, Anchor::Middle, Paint::bold("#ffffff"), &number.to_string());
 }
 
-fn transitions_hint(picture: &Picture<'_>, barriers: &WaveBarriers) -> String {
+fn transitions_hint(picture: &Picture<'_>, barriers: &BatchBarriers) -> String {
     let line =
         |t: &crate::plan::Transition| format!("{}: {} to {}", picture.names.of(t.resource), t.from.name(), t.to.name());
     barriers.transitions.iter().map(line).collect::<Vec<String>>().join("\n")
 }
 
-fn hand_overs_hint(picture: &Picture<'_>, barriers: &WaveBarriers) -> String {
+fn hand_overs_hint(picture: &Picture<'_>, barriers: &BatchBarriers) -> String {
     let name = |image: &ImageId| picture.names.images[image.0 as usize].clone();
-    let line = |hand_over: &crate::plan::HandOver| {
+    let line = |hand_over: &crate::plan::AliasingBarrier| {
         let residents: Vec<String> = hand_over.residents.iter().map(name).collect();
         format!("{} follows {}", name(&hand_over.image), residents.join(", "))
     };
-    barriers.hand_overs.iter().map(line).collect::<Vec<String>>().join("\n")
+    barriers.aliasing.iter().map(line).collect::<Vec<String>>().join("\n")
 }
 
 /// Bytes that each pass moves, as columns.

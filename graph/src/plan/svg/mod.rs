@@ -1,4 +1,4 @@
-//! Plans as a picture: the passes along x, wave by wave; below them what each moves, and the images as bars at their places in memory.
+//! PlanCache as a picture: the passes along x, batch by batch; below them what each moves, and the images as bars at their places in memory.
 
 mod canvas;
 mod chart;
@@ -88,8 +88,8 @@ impl<'a> Picture<'a> {
     /// The left and the right edge of a life; what leaves the frame ends a little beyond the last pass.
     fn life(&self, image: usize) -> Option<(f64, f64)> {
         let lifetime = self.plan.lifetimes[image]?;
-        let end = self.plan.waves.get(lifetime.last).map_or(self.right() + 8.0, |wave| self.x(wave.end));
-        Some((self.x(self.plan.waves[lifetime.first].start), end))
+        let end = self.plan.batches.get(lifetime.last).map_or(self.right() + 8.0, |batch| self.x(batch.end));
+        Some((self.x(self.plan.batches[lifetime.first].start), end))
     }
 
     /// The colour of a node; images have that of the node in front of the point in their names.
@@ -101,8 +101,8 @@ impl<'a> Picture<'a> {
 
 fn heading(picture: &Picture<'_>, canvas: &mut Canvas) {
     let plan = picture.plan;
-    let (passes, waves) = (count(plan.recording.passes.len(), "pass"), count(plan.waves.len(), "wave"));
-    canvas.text(LEFT, 30.0, 18.0, Anchor::Start, Paint::bold(INK), &format!("{passes} in {waves} at {}", plan.size));
+    let (passes, batches) = (count(plan.recording.passes.len(), "pass"), count(plan.batches.len(), "batch"));
+    canvas.text(LEFT, 30.0, 18.0, Anchor::Start, Paint::bold(INK), &format!("{passes} in {batches} at {}", plan.size));
     let memory = &plan.memory;
     let used = memory.bytes(plan.options.alias);
     let share = if memory.unaliased == 0 { 100.0 } else { 100.0 * used as f64 / memory.unaliased as f64 };

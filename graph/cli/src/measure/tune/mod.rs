@@ -27,7 +27,7 @@ use crate::terminal::{note, say};
 use search::search;
 pub(crate) use search::{Goal, Measured};
 use space::Space;
-use state::State;
+use state::SearchState;
 
 pub(crate) fn run(args: &TuneArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
     let goal = Goal::of(&args.goal);
@@ -41,7 +41,7 @@ pub(crate) fn run(args: &TuneArgs, tables: &[&[NodeKind]]) -> Result<(), Failure
     let runner = Runner::new(&gpu, facts(&material.options)?, options, material.repeats);
     let mut bench = Bench::prepare(args, &gpu, &registry, &written, runner)?;
     let space = bench.space(&written)?;
-    let mut state = State::open(args.state.as_deref(), bench.problem(args, &space)?)?;
+    let mut state = SearchState::open(args.state.as_deref(), bench.problem(args, &space)?)?;
     let bar = progress(0);
     let found = search(&space, goal, &mut |choice| bench.measured(&space, choice, &mut state, &bar));
     bar.finish_and_clear();
@@ -152,7 +152,7 @@ impl<'a> Bench<'a> {
         &mut self,
         space: &Space,
         choice: &[usize],
-        state: &mut State,
+        state: &mut SearchState,
         bar: &ProgressBar,
     ) -> Result<Measured, Failure> {
         let name = space.key(choice);

@@ -11,7 +11,7 @@ use crate::failure::Failure;
 use crate::files::write_whole;
 
 /// Figures by the choice that they belong to.
-pub(super) struct State {
+pub(super) struct SearchState {
     path: Option<PathBuf>,
     content: Content,
 }
@@ -23,7 +23,7 @@ struct Content {
     measured: BTreeMap<String, Measured>,
 }
 
-impl State {
+impl SearchState {
     /// Goes on from a file, if there is one and it is about the same problem.
     pub(super) fn open(path: Option<&Path>, problem: Value) -> Result<Self, Failure> {
         let fresh = Content { problem, measured: BTreeMap::new() };
