@@ -12,7 +12,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
-use afterimage::files::{ExrOptions, Picture, Pixels, write_exr};
+use afterimage_media::{ExrOptions, Picture, Pixels, write_exr};
 
 /// Where the program keeps what it may forget.
 const CACHE: &str = ".cache";

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
-use afterimage::files::{ExrOptions, Picture, Pixels, write_exr};
+use afterimage_media::{ExrOptions, Picture, Pixels, write_exr};
 use serde_json::Value;
 
 /// A pipeline whose every switch matters: bloom, with a tier that is the file itself and one that is cheap.

@@ -4,7 +4,7 @@
 //! other programs come from scikit-image 0.26.0 (SSIM and PSNR), colour-science 0.4.7 (CIEDE2000 and dE ITP) and flip-evaluator 1.7
 //! (FLIP), all on Python 3.11.
 
-use afterimage::metrics::{
+use afterimage_lab::metrics::{
     PIXELS_PER_DEGREE, Range, Shown, ciede2000, ciede2000_of, delta_e_itp, delta_e_itp_of, difference, flip,
     lab_of_srgb, mean, nits_of_pq, percentile, psnr, pu21, ssim,
 };

@@ -1,7 +1,7 @@
 //! Every shipped pipeline: checked, planned, proved, and rendered under the validation layer.
 
 use afterimage_graph::check::Graph;
-use afterimage_graph::plan::{Alias, Horizontal, Options, Tiles, verify};
+use afterimage_plan::{Alias, Options, Tiles, verify};
 
 use crate::support::gpu::{Picture, Run, gpu, graph, pipelines, shipped};
 use crate::support::layer;
@@ -86,11 +86,6 @@ fn every_way_to_run_a_pipeline_makes_the_same_picture() {
         same("with the pool", &with(|run| run.options.alias = Alias::Pool), 0.0);
         same("serial", &with(|run| run.options.serial = true), 0.0);
         same("fewest batches", &with(|run| run.options.batches_first = true), 0.0);
-        same("each pass alone", &with(|run| run.options.horizontal = Horizontal::Never), 0.0);
-        let together = |run: &mut Run<'_>| {
-            (run.options.horizontal, run.options.batches_first) = (Horizontal::Always, true);
-        };
-        same("side by side", &with(together), 0.0);
         same("checked", &with(|run| run.options.bounds_checks = true), 0.0);
         same("in fragments", &with(|run| run.prefer_fragment = true), ONE_CODE);
         same("not fused", &with(|run| run.options.fuse = false), 2.0 * ONE_CODE);
@@ -153,9 +148,9 @@ fn small_limits_make_the_same_pictures() {
     let picture = scene(96, 54);
     let pixels = picture.pixels.as_flattened().to_vec();
     let source = folder.join("scene.exr");
-    let exr = afterimage::files::Picture::new(96, 54, afterimage::files::Pixels::Float(pixels));
-    let options = afterimage::files::ExrOptions { float: true, ..Default::default() };
-    afterimage::files::write_exr(&source, &exr, &options).expect("a temporary file");
+    let exr = afterimage_media::Picture::new(96, 54, afterimage_media::Pixels::Float(pixels));
+    let options = afterimage_media::ExrOptions { float: true, ..Default::default() };
+    afterimage_media::write_exr(&source, &exr, &options).expect("a temporary file");
     for name in files() {
         let render = |driver: Option<&str>, out: &str| {
             let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_afterimage-under-test"));
@@ -166,7 +161,7 @@ fn small_limits_make_the_same_pictures() {
             }
             let output = command.output().expect("the program starts");
             assert!(output.status.success(), "{name}: {}", String::from_utf8_lossy(&output.stderr));
-            let picture = afterimage::files::read(&afterimage::files::Source::file(folder.join(out)));
+            let picture = afterimage_media::read(&afterimage_media::Source::file(folder.join(out)));
             picture.expect("a picture was written").pixels.to_f32()
         };
         let (here, there) = (render(None, "here.png"), render(Some(env!("SWIFTSHADER")), "there.png"));

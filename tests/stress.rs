@@ -4,7 +4,7 @@ mod planted;
 
 use afterimage::stress::{Choice, Report, Subject, kinds, registry, stress};
 use afterimage_graph::node::NodeKind;
-use afterimage_graph::plan::Options;
+use afterimage_plan::Options;
 
 use crate::support::gpu::gpu;
 

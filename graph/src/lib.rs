@@ -36,21 +36,20 @@
 //! | bypass, stand-in | what takes the place of a node that is off, or of one that changes nothing at its present values |
 
 pub mod check;
-pub mod diagnostic;
 pub mod document;
-pub mod image;
 pub mod node;
-pub mod plan;
-pub mod shader;
-pub mod value;
+
+pub use afterimage_base::{caps, diagnostic, image, value};
+pub use afterimage_wgsl as wgsl;
+
 pub mod prelude {
     //! What node authors need.
-    pub use crate::image::{Format, ImageDesc, Size, ColorState};
     pub use crate::node::{
-        Arrival, Arrivals, BufferId, BufferLife, ByCells, ByRows, OutputState, ImageId, Input, Node, NodeKind, Output,
-        Params, PortType, Recorder, Resource, Fallback,
+        Arrival, Arrivals, BufferId, BufferLife, ByCells, ByRows, Fallback, ImageId, Input, Node, NodeKind, Output,
+        OutputState, Params, PortType, Recorder, Resource,
     };
-    pub use crate::shader::Shader;
-    pub use crate::value::{FileValue, ParamType, Value};
     pub use crate::{choices, params};
+    pub use afterimage_base::image::{ColorState, Format, ImageDesc, Size};
+    pub use afterimage_base::value::{FileValue, ParamType, Value};
+    pub use afterimage_wgsl::Shader;
 }

@@ -58,7 +58,8 @@ impl Node for Composite {
         Input::image("base", "The picture.").accepts(STATES),
         Input::image("bloom", "The light to lay over it, of any size.").accepts(STATES).optional(),
     ];
-    const OUTPUTS: &'static [Output] = &[Output::image("result", OutputState::Same("base"), "The picture with the light.")];
+    const OUTPUTS: &'static [Output] =
+        &[Output::image("result", OutputState::Same("base"), "The picture with the light.")];
     const FALLBACK: Fallback = Fallback::Input("base");
 
     fn identity(&self, arrivals: &Arrivals) -> Option<Fallback> {

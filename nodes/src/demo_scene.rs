@@ -23,7 +23,11 @@ params! {
 impl Node for DemoScene {
     const INPUTS: &'static [Input] = &[];
     const OUTPUTS: &'static [Output] = &[
-        Output::image("result", OutputState::Always(ColorState::Scene), "The scene's light; alpha is the emissive strength."),
+        Output::image(
+            "result",
+            OutputState::Always(ColorState::Scene),
+            "The scene's light; alpha is the emissive strength.",
+        ),
         Output::image(
             "depth",
             OutputState::Always(ColorState::Data),

@@ -93,7 +93,7 @@ impl Downsample {
             "downsample_tap13_groups" => "downsample_rows_tap13_groups",
             _ => return None,
         };
-        Some(ByRows { shader: &ROWS, function, state: "DownsampleRows", lanes: "DOWNSAMPLE_ROWS_LANES" })
+        Some(ByRows { shader: &ROWS, function, state: "DownsampleRows" })
     }
 }
 

@@ -67,7 +67,8 @@ params! {
 impl Node for Encode {
     const INPUTS: &'static [Input] =
         &[Input::image("source", "Linear light of the display, Rec.709.").accepts(&[ColorState::DisplayLinear])];
-    const OUTPUTS: &'static [Output] = &[Output::image("result", OutputState::Always(ColorState::Encoded), "The signal, 0 to 1.")];
+    const OUTPUTS: &'static [Output] =
+        &[Output::image("result", OutputState::Always(ColorState::Encoded), "The signal, 0 to 1.")];
     const FALLBACK: Fallback = Fallback::Input("source");
 
     fn record(&self, pass: &mut Recorder<'_>) {

@@ -30,9 +30,10 @@ params! {
 }
 
 impl Node for FilmGrain {
-    const INPUTS: &'static [Input] =
-        &[Input::image("source", "The picture after the tone curve.").accepts(&[ColorState::DisplayLinear, ColorState::Encoded])];
-    const OUTPUTS: &'static [Output] = &[Output::image("result", OutputState::Same("source"), "The picture with grain.")];
+    const INPUTS: &'static [Input] = &[Input::image("source", "The picture after the tone curve.")
+        .accepts(&[ColorState::DisplayLinear, ColorState::Encoded])];
+    const OUTPUTS: &'static [Output] =
+        &[Output::image("result", OutputState::Same("source"), "The picture with grain.")];
     const FALLBACK: Fallback = Fallback::Input("source");
 
     fn identity(&self, _: &Arrivals) -> Option<Fallback> {

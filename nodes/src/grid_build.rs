@@ -77,8 +77,12 @@ impl Node for GridBuild {
             .accepts(&[ColorState::Exposed, ColorState::Scene]),
         Input::new("meter", PortType::Value, "Stops to add, in x: the result of a metering node.").optional(),
     ];
-    const OUTPUTS: &'static [Output] =
-        &[Output::new("result", PortType::Volume, OutputState::Always(ColorState::Data), "Sums, weights and the range.")];
+    const OUTPUTS: &'static [Output] = &[Output::new(
+        "result",
+        PortType::Volume,
+        OutputState::Always(ColorState::Data),
+        "Sums, weights and the range.",
+    )];
     const FALLBACK: Fallback = Fallback::Absent;
 
     fn verify(&self) -> Result<(), String> {

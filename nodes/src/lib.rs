@@ -5,7 +5,7 @@
 /// The shader of that name.
 macro_rules! shader {
     ($name:literal) => {{
-        let (file, source) = (concat!("shaders/", $name, ".wgsl"), include_str!(concat!("../../shaders/", $name, ".wgsl")));
+        let (file, source) = (concat!("shaders/", $name, ".wgsl"), afterimage_shaders::kind($name));
         // SAFETY: all of `shaders/` was read with these promises in mind: texels are loaded through `texel`, which clamps, or where a result
         // of equal size is made; indices are invocation numbers or clamped to the last element; loops are bounded by constants or by
         // parameters within their domains; what workgroups read they have written.

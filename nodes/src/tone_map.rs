@@ -144,8 +144,11 @@ params! {
 
 impl Node for ToneMap {
     const INPUTS: &'static [Input] = &[Input::image("source", "Exposed light.").accepts(&[ColorState::Exposed])];
-    const OUTPUTS: &'static [Output] =
-        &[Output::image("result", OutputState::Always(ColorState::DisplayLinear), "Linear light of the display, 0 to `peak`.")];
+    const OUTPUTS: &'static [Output] = &[Output::image(
+        "result",
+        OutputState::Always(ColorState::DisplayLinear),
+        "Linear light of the display, 0 to `peak`.",
+    )];
     const FALLBACK: Fallback = Fallback::Input("source");
 
     fn verify(&self) -> Result<(), String> {

@@ -1,21 +1,19 @@
 //! Files that are broken or lie, made from whole ones.
 
-use std::path::Path;
-
-use afterimage::files::{EncodedPixels, ExrOptions, PngOptions, encode_exr, encode_png};
+use afterimage_media::{EncodedPixels, ExrOptions, PngOptions, encode_exr, encode_png};
 
 use super::room;
 
 /// An EXR of two blocks.
 pub(super) fn exr() -> Vec<u8> {
     let options = ExrOptions::default();
-    encode_exr(Path::new("room.exr"), &room(33, 17), &options).expect("a picture of a test can be encoded")
+    encode_exr(&room(33, 17), &options).expect("a picture of a test can be encoded")
 }
 
 pub(super) fn png() -> Vec<u8> {
     let codes: Vec<u8> = (0..16 * 9 * 4).map(|i| (i * 37 % 251) as u8).collect();
     let options = PngOptions::default();
-    encode_png(Path::new("room.png"), (16, 9), EncodedPixels::Byte(&codes), &options).expect("a picture can be encoded")
+    encode_png((16, 9), EncodedPixels::Byte(&codes), &options).expect("a picture can be encoded")
 }
 
 pub(super) fn hdr(width: u32, height: u32, bytes: usize) -> Vec<u8> {

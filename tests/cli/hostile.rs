@@ -1,6 +1,6 @@
 //! Images that are broken or lie: each is refused in its own words, soon, and nothing is written.
 
-use afterimage::files::{ExrOptions, Picture, Pixels, write_exr};
+use afterimage_media::{ExrOptions, Picture, Pixels, write_exr};
 
 use super::Folder;
 use super::broken::{

@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use afterimage::files::{Source, read};
+use afterimage_media::{Source, read};
 
 use super::{Folder, Told, room, save};
 
@@ -133,7 +133,7 @@ fn drawing_and_dispatching_give_the_same_picture() {
 fn nothing_but_nan_gives_a_black_picture() {
     let folder = Folder::new("nan");
     let mut picture = room(16, 16);
-    picture.pixels = afterimage::files::Pixels::Float(vec![f32::NAN; 16 * 16 * 4]);
+    picture.pixels = afterimage_media::Pixels::Float(vec![f32::NAN; 16 * 16 * 4]);
     save(&folder.file("nan.exr"), &picture);
     folder.run("render {glare} nan.exr -o black.png --no-dither").good();
     assert_eq!(png(&folder.file("black.png")).2, [[0; 3]; 256]);

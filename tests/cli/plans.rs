@@ -31,21 +31,6 @@ fn switches_turn_off_what_they_say() {
 }
 
 #[test]
-fn passes_share_dispatches_as_it_is_asked_for() {
-    let launches = |flags: &str| -> usize {
-        let text = plan(&format!("{{tsushima}} --fewest-batches {flags}"));
-        let (_, launched) = text.split_once(", launched ").expect("the first line says it");
-        launched.split(' ').next().and_then(|word| word.parse().ok()).expect("a number of times")
-    };
-    let (passes, _) = counts(&plan("{tsushima} --fewest-batches"));
-    let [never, small, always] = ["never", "small", "always"].map(|which| launches(&format!("--horizontal {which}")));
-    assert!(never == passes && small < never && always <= small, "{passes} {never} {small} {always}");
-    assert_eq!(launches("--no-fuse"), counts(&plan("{tsushima} --fewest-batches --no-fuse")).0);
-    let ignored = plan("{tsushima} --horizontal always --subgroups");
-    assert!(ignored.contains("ignored\n  horizontal  a subgroup must not belong to two passes"), "{ignored}");
-}
-
-#[test]
 fn arithmetic_is_as_it_is_asked_for() {
     let text = plan("{lynx} --half --subgroups");
     assert!(text.contains("  half       sums of colours may be in half floats in "), "{text}");

@@ -1,6 +1,6 @@
 //! Numbered pictures.
 
-use afterimage::files::{Source, read};
+use afterimage_media::{Source, read};
 
 use super::{Folder, room, save};
 
@@ -10,7 +10,7 @@ fn shot(test: &str, frames: &[u32]) -> Folder {
     for frame in frames {
         let mut picture = room(12, 8);
         let brighter = picture.pixels.to_f32().iter().map(|x| x * 2_f32.powi(*frame as i32)).collect();
-        picture.pixels = afterimage::files::Pixels::Float(brighter);
+        picture.pixels = afterimage_media::Pixels::Float(brighter);
         save(&folder.file(&format!("shot.{frame:04}.exr")), &picture);
     }
     let pipeline = "Pipeline(inputs: { \"scene\": Color }, nodes: { \"same\": Exposure(source: \"scene\", stops: 2.0) }, \

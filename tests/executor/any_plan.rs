@@ -5,9 +5,9 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use afterimage_graph::check::{Condition, Graph, Source};
-use afterimage_graph::node::{Arg, ImageId, Resource, Fallback, Step, Work};
-use afterimage_graph::plan::{Alias, Horizontal, Lifetime, Options, Plan, Stage, Tiles, BatchBarriers, verify};
-use afterimage_graph::shader::Shader;
+use afterimage_graph::node::{Arg, Fallback, ImageId, Resource, Step, Work};
+use afterimage_plan::{Alias, BatchBarriers, Lifetime, Options, Plan, Stage, Tiles, verify};
+use afterimage_wgsl::Shader;
 use petgraph::graph::{DiGraph, NodeIndex};
 
 use super::{bits, lively};
@@ -65,9 +65,8 @@ fn every_way_to_run_a_random_graph_gives_the_same_bits() {
         changing += usize::from(wanted[0] != wanted[2 * graph.outputs.len()]);
         for alias in ALIASES {
             for [serial, batches_first] in [[false, false], [true, false], [false, true]] {
-                let horizontal = if batches_first { Horizontal::Always } else { Horizontal::Never };
                 let tile = Tiles::Never;
-                let options = Options { alias, serial, batches_first, horizontal, tile, ..Options::default() };
+                let options = Options { alias, serial, batches_first, tile, ..Options::default() };
                 let plan = planned(&player, &graph, "picture", |run| run.options = options);
                 assert_eq!(film(&mut player, &plan, "picture"), wanted, "seed {seed}, {options:?}");
             }
@@ -202,7 +201,6 @@ fn poisoned(plan: &Plan) -> (Plan, usize) {
     poisoned.recording.passes.clear();
     poisoned.stages.clear();
     poisoned.batches.clear();
-    poisoned.launches.clear();
     poisoned.barriers.clear();
     let mut filled = 0;
     let mut now: Vec<Range<usize>> = Vec::new();
@@ -215,7 +213,6 @@ fn poisoned(plan: &Plan) -> (Plan, usize) {
             poisoned.barriers.push(BatchBarriers { transitions: Vec::new(), aliasing });
             let at = poisoned.recording.passes.len();
             poisoned.batches.push(at..at + 1);
-            poisoned.launches.push(at..at + 1);
             poisoned.stages.push(Stage::Compute);
             let mut pass = plan.recording.passes[passes.start].clone();
             pass.work = Work::Steps { steps: vec![poison()], result: image };
@@ -224,9 +221,6 @@ fn poisoned(plan: &Plan) -> (Plan, usize) {
         }
         let at = poisoned.recording.passes.len();
         poisoned.batches.push(at..at + passes.len());
-        let launches = plan.launches.iter().filter(|launch| passes.contains(&launch.start));
-        let moved = |pass: usize| pass - passes.start + at;
-        poisoned.launches.extend(launches.map(|launch| moved(launch.start)..moved(launch.end)));
         poisoned.barriers.push(before);
         poisoned.stages.extend_from_slice(&plan.stages[passes.clone()]);
         poisoned.recording.passes.extend_from_slice(&plan.recording.passes[passes.clone()]);

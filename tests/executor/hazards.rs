@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use afterimage_graph::plan::{Tiles, verify};
+use afterimage_plan::{Tiles, verify};
 
 use super::{at_tier, lively};
 use crate::support::gpu::Run;

@@ -1,7 +1,7 @@
 //! Extract, Downsample, Upsample, Gaussian and Composite on the GPU against their f64 twins.
 
 use afterimage_graph::node::Work;
-use afterimage_graph::plan::Tiles;
+use afterimage_plan::Tiles;
 
 use crate::reference::bloom::{self, composite_add, composite_lerp, gate_weight, knee_weight, select_emissive};
 use crate::reference::color::luminance;

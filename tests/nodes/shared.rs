@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use afterimage_graph::node::{Cells, Resource, Work};
-use afterimage_graph::plan::{Plan, verify};
+use afterimage_plan::{Plan, verify};
 use half::f16;
 
 use super::probes::{graph, scene};

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use afterimage_graph::check::Facts;
 use afterimage_graph::image::{Format, ImageDesc, Size};
-use afterimage_graph::plan::{Caps, GivenImage, Options, Plan, PlanCache, Requirement, PlanRequest};
+use afterimage_plan::{Caps, GivenImage, Options, Plan, PlanCache, PlanRequest, Requirement};
 
 use crate::support::gpu::{graph, shipped};
 

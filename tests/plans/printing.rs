@@ -1,7 +1,7 @@
 //! PlanCache as text, JSON, Graphviz and SVG, their hashes and their differences.
 
 use afterimage_graph::image::Size;
-use afterimage_graph::plan::{Alias, Options, Plan, diff};
+use afterimage_plan::{Alias, Options, Plan, diff};
 
 use super::random::{Recipe, plan_at};
 

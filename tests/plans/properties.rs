@@ -2,8 +2,8 @@
 
 use afterimage_graph::check::Graph;
 use afterimage_graph::image::{Format, Size};
-use afterimage_graph::node::{ImageId, Resource, Fallback};
-use afterimage_graph::plan::{Alias, Caps, Horizontal, Options, Plan, Stage, verify};
+use afterimage_graph::node::{Fallback, ImageId, Resource};
+use afterimage_plan::{Alias, Caps, Options, Plan, Stage, verify};
 use proptest::prelude::*;
 
 use super::random::{Dice, Recipe, plan_at, plan_on};
@@ -19,9 +19,13 @@ fn recipes(nodes: std::ops::Range<usize>) -> impl Strategy<Value = Recipe> {
 
 fn options() -> impl Strategy<Value = Options> {
     let alias = prop_oneof![Just(Alias::None), Just(Alias::Pool), Just(Alias::Placed)];
-    let horizontal = prop_oneof![Just(Horizontal::Never), Just(Horizontal::Small), Just(Horizontal::Always)];
-    (any::<[bool; 4]>(), alias, horizontal).prop_map(|([fuse, serial, exact, batches_first], alias, horizontal)| {
-        Options { fuse, horizontal, alias, serial, exact, batches_first, ..Options::default() }
+    (any::<[bool; 4]>(), alias).prop_map(|([fuse, serial, exact, batches_first], alias)| Options {
+        fuse,
+        alias,
+        serial,
+        exact,
+        batches_first,
+        ..Options::default()
     })
 }
 

@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 
 use afterimage_graph::check::{Facts, Graph, GraphInput, GraphNode, GraphOutput, Source};
 use afterimage_graph::node::{ImageId, NodeKind};
-use afterimage_graph::plan::{Caps, GivenImage, Options, Plan, PlanError, Requirement, PlanRequest, plan};
 use afterimage_graph::prelude::*;
+use afterimage_plan::{Caps, GivenImage, Options, Plan, PlanError, PlanRequest, Requirement, plan};
 use petgraph::graph::{DiGraph, NodeIndex};
 
 static TINT: Shader =

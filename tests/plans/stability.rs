@@ -2,8 +2,8 @@
 
 use afterimage_graph::check::{Graph, Source};
 use afterimage_graph::image::{Format, Size};
-use afterimage_graph::node::{PortType, Fallback};
-use afterimage_graph::plan::{Caps, Options, Plan};
+use afterimage_graph::node::{Fallback, PortType};
+use afterimage_plan::{Caps, Options, Plan};
 
 use super::random::{Dice, Recipe, plan_on};
 

@@ -8,7 +8,7 @@ use afterimage_graph::check::{CheckOptions, Facts, Graph, Loader, NoFiles, check
 use afterimage_graph::document::parse;
 use afterimage_graph::image::Size;
 use afterimage_graph::node::Registry;
-use afterimage_graph::plan::{GivenImage, Options, Plan, PlanRequest, plan};
+use afterimage_plan::{GivenImage, Options, Plan, PlanRequest, plan};
 
 /// An image of four floats a pixel, as tests have it.
 #[derive(Clone, Debug, PartialEq)]

@@ -4,7 +4,7 @@ use std::ops::Deref;
 use std::sync::Arc;
 
 use afterimage_gpu::{Executor, Frame, Gpu, GpuError, Texels, download, upload};
-use afterimage_graph::plan::Plan;
+use afterimage_plan::Plan;
 
 use super::gpu::{Picture, Run, gpu};
 

@@ -1,6 +1,6 @@
 //! What the scene does not need costs nothing.
 
-use afterimage_graph::plan::Plan;
+use afterimage_plan::Plan;
 
 use crate::support::gpu::{Picture, Run, gpu, shipped};
 

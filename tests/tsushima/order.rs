@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use afterimage_gpu::Frame;
-use afterimage_graph::plan::{Options, Plan, verify};
+use afterimage_plan::{Options, Plan, verify};
 
 use super::{bits, scene};
 use crate::plans::random::Dice;
@@ -20,7 +20,6 @@ fn shuffled(plan: &Plan, dice: &mut Dice) -> Plan {
         }
     }
     let mut other = plan.clone();
-    other.launches = (0..order.len()).map(|pass| pass..pass + 1).collect();
     other.recording.passes = order.iter().map(|at| plan.recording.passes[*at].clone()).collect();
     other.stages = order.iter().map(|at| plan.stages[*at]).collect();
     other.recorded = order.iter().map(|at| plan.recorded[*at]).collect();

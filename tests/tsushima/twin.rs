@@ -1,9 +1,9 @@
 //! The whole chain against its f64 twins, with the numbers that the pipeline's file has.
 
-use afterimage::files::{self, Source};
 use afterimage_graph::check::{CheckOptions, Graph, check};
 use afterimage_graph::document::parse;
 use afterimage_graph::value::Value;
+use afterimage_media::{Source, read};
 
 use super::scene;
 use crate::reference::bloom::{additive_chain, composite_add, knee_weight, levels};
@@ -262,7 +262,7 @@ fn the_whole_chain_is_its_twin_on_the_built_in_scene() {
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn the_whole_chain_is_its_twin_on_pictures_of_your_own() {
     for path in std::env::var_os("AFTERIMAGE_PICTURES").iter().flat_map(std::env::split_paths) {
-        let file = files::read(&Source::file(&path)).unwrap_or_else(|error| panic!("{error}"));
+        let file = read(&Source::file(&path)).unwrap_or_else(|error| panic!("{error}"));
         let numbers = file.pixels.to_f32();
         let pixels = numbers.chunks_exact(4).map(|pixel| [pixel[0], pixel[1], pixel[2], pixel[3]]).collect();
         let picture = Picture { width: file.width, height: file.height, pixels };

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use afterimage_graph::plan::Options;
+use afterimage_plan::Options;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use crate::measure::args::{MeasureArgs, TuneArgs};
@@ -70,9 +70,6 @@ pub(crate) struct PlanOptions {
     /// Whether chains of images are made in one dispatch, through workgroup memory
     #[arg(long, value_enum, default_value_t = TileChoice::Auto)]
     pub(crate) tiles: TileChoice,
-    /// Which passes that wait for nothing from each other share a dispatch: horizontal fusion
-    #[arg(long, value_enum, default_value_t = HorizontalChoice::Small)]
-    pub(crate) horizontal: HorizontalChoice,
     /// Choose the order for the fewest batches rather than the smallest memory
     #[arg(long)]
     pub(crate) fewest_batches: bool,
@@ -113,16 +110,6 @@ pub(crate) enum Use {
     On,
     /// Never
     Off,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum HorizontalChoice {
-    /// None
-    Never,
-    /// Those that are too small to fill a device
-    Small,
-    /// All that can, so that they read large images together
-    Always,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]

@@ -8,7 +8,7 @@ use std::path::PathBuf;
 use afterimage_gpu::{Executor, Gpu};
 use serde::{Deserialize, Serialize};
 
-use crate::files::write_whole;
+use afterimage_media::write_atomic;
 
 /// Drivers only ever add to their caches; beyond this one it is better to start anew.
 const MOST_BYTES: usize = 64 << 20;
@@ -99,7 +99,7 @@ pub(crate) fn keep_pipelines(gpu: &Gpu, executor: &Executor, known: &[u8]) {
 
 fn keep(path: &std::path::Path, bytes: &[u8]) {
     let made = path.parent().map_or(Ok(()), std::fs::create_dir_all);
-    if made.is_err() || write_whole(path, bytes).is_err() {
+    if made.is_err() || write_atomic(path, bytes).is_err() {
         log::info!("`{}` cannot be written; the next start will be as slow as this one", path.display());
     }
 }

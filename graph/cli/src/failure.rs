@@ -4,9 +4,9 @@ use std::process::ExitCode;
 
 use afterimage_gpu::GpuError;
 use afterimage_graph::diagnostic::{Diagnostics, Style};
-use afterimage_graph::plan::PlanError;
+use afterimage_plan::PlanError;
 
-use crate::files::FileError;
+use afterimage_media::FileError;
 
 /// What stopped a command.
 #[derive(Debug)]

@@ -6,7 +6,6 @@ mod cache;
 mod check;
 mod demo;
 mod failure;
-pub mod files;
 mod measure;
 mod memory;
 mod nodes;
@@ -21,8 +20,6 @@ mod terminal;
 mod watch;
 
 use std::process::ExitCode;
-
-pub use measure::metrics;
 
 use afterimage_graph::node::NodeKind;
 use clap::Parser as _;

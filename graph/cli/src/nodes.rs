@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use afterimage_graph::diagnostic::did_you_mean;
 use afterimage_graph::image::ColorState;
-use afterimage_graph::node::{OutputState, Input, NodeKind, Output, Registry, Fallback};
+use afterimage_graph::node::{Fallback, Input, NodeKind, Output, OutputState, Registry};
 use afterimage_graph::value::{Param, Type};
 use anstyle::{AnsiColor, Style};
 

@@ -10,9 +10,9 @@ use afterimage_graph::diagnostic::{Diagnostics, Style};
 use afterimage_graph::document::parse;
 use afterimage_graph::image::{Format, ImageDesc, Size};
 use afterimage_graph::node::{NodeKind, Registry, folder_kind};
-use afterimage_graph::plan::{Alias, Caps, GivenImage, Horizontal, Options, Plan, Requirement, PlanRequest, Tiles, plan};
+use afterimage_plan::{Alias, Caps, GivenImage, Options, Plan, PlanRequest, Requirement, Tiles, plan};
 
-use crate::args::{HorizontalChoice, NoAlias, PipelineOptions, PlanOptions, TileChoice};
+use crate::args::{NoAlias, PipelineOptions, PlanOptions, TileChoice};
 use crate::failure::Failure;
 use crate::terminal::note;
 
@@ -248,11 +248,6 @@ pub(crate) fn plan_options(options: &PlanOptions) -> Options {
             TileChoice::Never => Tiles::Never,
             TileChoice::Auto => Tiles::WhereItPays,
             TileChoice::Always => Tiles::Always,
-        },
-        horizontal: match options.horizontal {
-            HorizontalChoice::Never => Horizontal::Never,
-            HorizontalChoice::Small => Horizontal::Small,
-            HorizontalChoice::Always => Horizontal::Always,
         },
         alias,
         serial: options.serial,

@@ -4,7 +4,7 @@ use afterimage_gpu::{Executor, Gpu, Opening};
 use afterimage_graph::check::Graph;
 use afterimage_graph::image::Size;
 use afterimage_graph::node::NodeKind;
-use afterimage_graph::plan::{Plan, diff, plan};
+use afterimage_plan::{Plan, diff, plan};
 
 use crate::args::{PipelineOptions, PlanArgs, PlanFormat};
 use crate::failure::Failure;

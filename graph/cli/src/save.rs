@@ -3,12 +3,14 @@
 use std::path::Path;
 
 use afterimage_gpu::Texels;
-use afterimage_graph::image::{Format, ColorState};
+use afterimage_graph::image::{ColorState, Format};
 use half::f16;
 
 use crate::args::RenderArgs;
 use crate::failure::Failure;
-use crate::files::{EncodedPixels, ExrOptions, Metadata, Picture, Pixels, PngDepth, PngOptions, write_exr, write_png};
+use afterimage_media::{
+    EncodedPixels, ExrOptions, Metadata, Picture, Pixels, PngDepth, PngOptions, write_exr, write_png,
+};
 
 /// How pictures are saved.
 #[derive(Default)]

@@ -5,14 +5,14 @@ use std::sync::Arc;
 
 use afterimage_gpu::{Executor, Feed, Frame, Gpu, Opening, Readback, Texels, upload_bytes};
 use afterimage_graph::check::{Facts, Graph};
-use afterimage_graph::image::{Format, ImageDesc, Size, ColorState};
-use afterimage_graph::plan::{GivenImage, Options, Plan, PlanOutput, PlanCache, PlanRequest};
+use afterimage_graph::image::{ColorState, Format, ImageDesc, Size};
+use afterimage_plan::{GivenImage, Options, Plan, PlanCache, PlanOutput, PlanRequest};
 
 use crate::args::{ArithmeticOptions, DeviceOptions};
 use crate::cache::{self, Gain};
 use crate::failure::Failure;
-use crate::files::{Picture, Pixels};
 use crate::terminal::note;
+use afterimage_media::{Picture, Pixels};
 
 /// Opens the GPU that the command line asks for.
 pub(crate) fn open(options: &DeviceOptions) -> Result<Gpu, Failure> {

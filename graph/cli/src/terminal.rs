@@ -6,7 +6,7 @@ use std::path::Path;
 use std::sync::Mutex;
 
 use crate::failure::Failure;
-use crate::files::FileError;
+use afterimage_media::FileError;
 
 /// Why a result did not get where it should.
 static UNSAID: Mutex<Option<FileError>> = Mutex::new(None);

@@ -8,9 +8,9 @@ use afterimage_graph::node::NodeKind;
 
 use crate::args::RenderArgs;
 use crate::failure::Failure;
-use crate::files::sequence;
 use crate::pipeline::files_of;
 use crate::terminal::note;
+use afterimage_media::sequence;
 
 /// How often files are looked at: soon enough for an eye, and too seldom for a load.
 const LOOK: Duration = Duration::from_millis(100);

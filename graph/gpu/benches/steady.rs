@@ -21,7 +21,7 @@ use afterimage_graph::check::{CheckOptions, NoFiles, check};
 use afterimage_graph::document::parse;
 use afterimage_graph::image::{ImageDesc, Size};
 use afterimage_graph::node::Registry;
-use afterimage_graph::plan::{GivenImage, PlanRequest, plan};
+use afterimage_plan::{GivenImage, PlanRequest, plan};
 
 const WARM_UP: u32 = 8;
 const FRAMES: u32 = 20;

@@ -11,7 +11,7 @@ use afterimage_graph::check::{CheckOptions, Facts, Graph, check};
 use afterimage_graph::document::parse;
 use afterimage_graph::image::{ImageDesc, Size};
 use afterimage_graph::node::Registry;
-use afterimage_graph::plan::{GivenImage, Options, Plan, PlanRequest, plan};
+use afterimage_plan::{GivenImage, Options, Plan, PlanRequest, plan};
 
 const PIPELINE: &str = include_str!("../../../pipelines/caracal.ron");
 

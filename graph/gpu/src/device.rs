@@ -1,7 +1,7 @@
 //! The adapter and the device, and what plans may rely on there.
 
 use afterimage_graph::image::Format;
-use afterimage_graph::plan::Caps;
+use afterimage_plan::Caps;
 use wgpu::{Features, TextureFormat, TextureUsages};
 
 use crate::GpuError;

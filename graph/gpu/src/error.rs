@@ -1,6 +1,6 @@
 //! What can go wrong on a device, as values.
 
-use afterimage_graph::shader::ShaderError;
+use afterimage_wgsl::ShaderError;
 
 /// Why nothing was rendered.
 #[derive(Debug, Clone, thiserror::Error)]

@@ -11,7 +11,7 @@
 use std::sync::Arc;
 
 use afterimage_graph::image::ImageDesc;
-use afterimage_graph::plan::Requirement;
+use afterimage_plan::Requirement;
 use ash::vk;
 use wgpu::hal::api::Vulkan;
 

@@ -1,7 +1,8 @@
 //! From a composed shader's slots to bind group layouts and pipelines.
 
-use afterimage_graph::plan::{Plan, Stage};
-use afterimage_graph::shader::{Composed, SampleMode, Slot, SlotKind};
+use afterimage_plan::codegen::{Composed, Slot, SlotKind};
+use afterimage_plan::{Plan, Stage};
+use afterimage_wgsl::SampleMode;
 use wgpu::{
     BindGroupLayout, BindGroupLayoutEntry, BindingType, BufferBindingType, Device, SamplerBindingType, ShaderStages,
     StorageTextureAccess, TextureSampleType, TextureViewDimension,
@@ -38,9 +39,7 @@ pub(crate) fn by_hand(composed: &Composed) -> bool {
 fn entry(plan: &Plan, composed: &Composed, slot: Slot, stage: Stage) -> BindGroupLayoutEntry {
     let visibility = if stage == Stage::Compute { ShaderStages::COMPUTE } else { ShaderStages::FRAGMENT };
     let ty = match slot.kind {
-        SlotKind::Frame | SlotKind::Params | SlotKind::Extent | SlotKind::Uniforms => {
-            buffer(BufferBindingType::Uniform)
-        }
+        SlotKind::Frame | SlotKind::Params | SlotKind::Extent => buffer(BufferBindingType::Uniform),
         SlotKind::Sampler if by_hand(composed) => BindingType::Sampler(SamplerBindingType::NonFiltering),
         SlotKind::Sampler => BindingType::Sampler(SamplerBindingType::Filtering),
         SlotKind::Texture(image) => BindingType::Texture {

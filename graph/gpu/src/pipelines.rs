@@ -2,8 +2,8 @@
 
 use std::sync::Mutex;
 
-use afterimage_graph::plan::Stage;
-use afterimage_graph::shader::Composed;
+use afterimage_plan::Stage;
+use afterimage_plan::codegen::Composed;
 use rustc_hash::FxHashMap;
 
 use crate::GpuError;

@@ -5,9 +5,9 @@ use std::collections::VecDeque;
 use super::Source;
 use super::build::{Builder, Feed, Wire};
 use super::suggest::{OnWire, between, either, path};
-use crate::diagnostic::{Diagnostic, Place, Spanned, quote};
-use crate::image::ColorState;
-use crate::node::{OutputState, Input, PortType};
+use crate::node::{Input, OutputState, PortType};
+use afterimage_base::diagnostic::{Diagnostic, Place, Spanned, quote};
+use afterimage_base::image::ColorState;
 
 impl Builder<'_> {
     /// Checks every wire.

@@ -6,11 +6,11 @@ use petgraph::graph::{DiGraph, NodeIndex};
 
 use super::files::Files;
 use super::{Condition, FactKind, Graph, GraphInput, GraphNode, GraphOutput, Loader, Source};
-use crate::diagnostic::{Diagnostic, Diagnostics, Place, Spanned};
 use crate::document::{InputEntry, Override};
-use crate::image::{Format, ColorState};
 use crate::node::{NodeKind, PortType, Registry};
-use crate::value::Value;
+use afterimage_base::diagnostic::{Diagnostic, Diagnostics, Place, Spanned};
+use afterimage_base::image::{ColorState, Format};
+use afterimage_base::value::Value;
 
 /// The check in progress.
 pub(super) struct Builder<'a> {

@@ -2,13 +2,13 @@
 
 use std::collections::BTreeMap;
 
-use super::build::{Builder, Change, NodeDraft, Feed, Named, Scope};
+use super::build::{Builder, Change, Feed, Named, NodeDraft, Scope};
 use super::files::join;
 use super::suggest::{kinds_near, known_kinds};
 use super::{Condition, DEEPEST, MOST_NODES};
-use crate::diagnostic::{Diagnostic, Place, Spanned, did_you_mean, list, nearest, quote};
 use crate::document::{Document, Field, Group, Item, NodeEntry, Tier, Tree, doubled, settings};
 use crate::node::NodeKind;
+use afterimage_base::diagnostic::{Diagnostic, Place, Spanned, did_you_mean, list, nearest, quote};
 
 /// The kind name of a pipeline used as a node.
 const PIPELINE: &str = "Pipeline";

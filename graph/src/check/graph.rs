@@ -4,9 +4,9 @@ use std::collections::BTreeSet;
 
 use petgraph::graph::DiGraph;
 
-use crate::image::{Format, ColorState};
 use crate::node::{NodeKind, PortType};
-use crate::value::Value;
+use afterimage_base::image::{ColorState, Format};
+use afterimage_base::value::Value;
 
 use super::condition::{Condition, FactKind};
 

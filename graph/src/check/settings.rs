@@ -2,10 +2,10 @@
 
 use std::sync::Arc;
 
-use super::build::{Builder, Change, NodeDraft, Named, Scope};
+use super::build::{Builder, Change, Named, NodeDraft, Scope};
 use super::expand::COMMON;
-use crate::diagnostic::{Diagnostic, Place, Spanned, did_you_mean, list, quote};
 use crate::document::{Item, Override, Tree, read_tree};
+use afterimage_base::diagnostic::{Diagnostic, Place, Spanned, did_you_mean, list, quote};
 
 /// The name of the text that `--set` options are shown in.
 const COMMAND_LINE: &str = "--set";

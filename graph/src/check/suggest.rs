@@ -2,9 +2,9 @@
 
 use std::collections::VecDeque;
 
-use crate::diagnostic::{did_you_mean, list, quote};
-use crate::image::ColorState;
-use crate::node::{OutputState, NodeKind, PortType, Registry};
+use crate::node::{NodeKind, OutputState, PortType, Registry};
+use afterimage_base::diagnostic::{did_you_mean, list, quote};
+use afterimage_base::image::ColorState;
 
 /// The type and the state of what is on a wire.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

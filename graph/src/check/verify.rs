@@ -1,8 +1,8 @@
 //! The kinds' own questions about their values: whether a file holds what it should, whether two parameters fit each other.
 
 use super::build::{Builder, NodeDraft};
-use crate::diagnostic::{Diagnostic, quote};
-use crate::value::Type;
+use afterimage_base::diagnostic::{Diagnostic, quote};
+use afterimage_base::value::Type;
 
 impl Builder<'_> {
     /// Asks every kind about the values of its nodes.

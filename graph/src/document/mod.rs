@@ -42,8 +42,8 @@ mod tests;
 
 use std::sync::Arc;
 
-use crate::diagnostic::{Diagnostic, Diagnostics, Place, Sources, Spanned};
-use crate::image::ColorState;
+use afterimage_base::diagnostic::{Diagnostic, Diagnostics, Place, Sources, Spanned};
+use afterimage_base::image::ColorState;
 
 use parser::Parsed;
 

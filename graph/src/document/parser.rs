@@ -11,7 +11,7 @@ use super::quotes::is_foreign_quote;
 use super::syntax;
 use super::token::{Bracket, Kind, Lexer, Token};
 use super::tree::{Field, Group, Item, Tree, plain_name};
-use crate::diagnostic::{Diagnostic, Place, Spanned};
+use afterimage_base::diagnostic::{Diagnostic, Place, Spanned};
 
 /// Brackets within brackets; a pipeline needs about five.
 const DEEPEST: usize = 32;
@@ -68,7 +68,19 @@ impl<'a> Parser<'a> {
         let mut lexer = Lexer::new(file, text);
         let (next, second) = (lexer.next(), lexer.next());
         let open = Vec::new();
-        Self { file, text, lexer, next, second, end: 0, open, lossy: 0, balance, needs_no_comma: false, has_misfit: false }
+        Self {
+            file,
+            text,
+            lexer,
+            next,
+            second,
+            end: 0,
+            open,
+            lossy: 0,
+            balance,
+            needs_no_comma: false,
+            has_misfit: false,
+        }
     }
 
     fn whole(mut self) -> Parsed {

@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use super::tree::{Field, Group, Item, Tree};
 use super::{Document, InputEntry, NodeEntry, Override, Tier};
-use crate::diagnostic::{Diagnostic, Diagnostics, Spanned, did_you_mean, list, quote};
-use crate::image::ColorState;
+use afterimage_base::diagnostic::{Diagnostic, Diagnostics, Spanned, did_you_mean, list, quote};
+use afterimage_base::image::ColorState;
 
 const SECTIONS: [&str; 7] = ["inputs", "nodes", "outputs", "set", "tiers", "extends", "facts"];
 
@@ -348,7 +348,7 @@ impl Reader {
 }
 
 /// Two entries of one name.
-pub(crate) fn doubled(again: &Spanned<String>, first: &crate::diagnostic::Place, what: &str) -> Diagnostic {
+pub(crate) fn doubled(again: &Spanned<String>, first: &afterimage_base::diagnostic::Place, what: &str) -> Diagnostic {
     Diagnostic::error("doubled", format!("the {what} {} is given twice", quote(&again.value)))
         .at(&again.place, "given again here")
         .also(first, "first given here")

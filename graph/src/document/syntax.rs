@@ -1,7 +1,7 @@
 //! Syntax errors in words, and how many of them are kept.
 
 use super::token::Bracket;
-use crate::diagnostic::{Diagnostic, Place, quote};
+use afterimage_base::diagnostic::{Diagnostic, Place, quote};
 
 /// More syntax errors than this are not collected: the text is no RON then.
 const MOST_ERRORS: usize = 128;

@@ -9,7 +9,7 @@ use serde::de::IgnoredAny;
 
 use super::parser::read;
 use super::tree::Tree;
-use crate::diagnostic::Diagnostic;
+use afterimage_base::diagnostic::Diagnostic;
 
 /// Whether `ron` reads the text as one value.
 fn ron_reads(text: &str) -> bool {
@@ -38,7 +38,8 @@ fn a_file_with_every_form_is_read() {
 
 #[test]
 fn places_are_those_of_the_values_alone() {
-    let text = "\u{200E}{ \"a\":\u{2028}1.5 // a / comment\n, \"b\" : /* one */ \"x//y\" /* two */ , \"c\":\t[ 1,2 ]\u{85}}";
+    let text =
+        "\u{200E}{ \"a\":\u{2028}1.5 // a / comment\n, \"b\" : /* one */ \"x//y\" /* two */ , \"c\":\t[ 1,2 ]\u{85}}";
     let file: Arc<str> = "test".into();
     let parsed = read(&file, text);
     assert!(parsed.errors.is_empty(), "{text} is good RON");

@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use super::quotes::{LineQuotes, foreign_end, is_foreign_quote, raw_end, text_end};
 use super::syntax::{self, Errors};
-use crate::diagnostic::Place;
+use afterimage_base::diagnostic::Place;
 
 /// The three pairs of brackets.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -162,7 +162,7 @@ impl<'a> Lexer<'a> {
         self.rest().find('\n').map_or(self.text.len(), |at| self.at + at)
     }
 
-    fn foreign_space(&mut self, c: char, report: fn(&Place, char) -> crate::diagnostic::Diagnostic) -> usize {
+    fn foreign_space(&mut self, c: char, report: fn(&Place, char) -> afterimage_base::diagnostic::Diagnostic) -> usize {
         let end = self.rest().find(|other| other != c).map_or(self.text.len(), |length| self.at + length);
         self.errors.push(report(&self.place(self.at, end), c));
         end

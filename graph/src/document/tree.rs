@@ -3,7 +3,7 @@
 //! Repeated keys are kept, a comment after a value does not belong to its place, and whole numbers stay apart from
 //! others. What could not be read is [`Tree::Broken`], and its error has been reported: nobody reports it again.
 
-use crate::diagnostic::Spanned;
+use afterimage_base::diagnostic::Spanned;
 
 /// A value and its place.
 pub(crate) type Item = Spanned<Tree>;

@@ -1,9 +1,9 @@
 //! A kind of node: what a node author writes ([`Node`]) and what the framework sees ([`Kind`]).
 
 use super::params::Params;
-use super::ports::{Input, Output, Fallback};
+use super::ports::{Fallback, Input, Output};
 use super::recorder::Recorder;
-use crate::value::{Param, Value};
+use afterimage_base::value::{Param, Value};
 
 /// What arrives at a node's inputs once the graph is specialised.
 #[derive(Clone, Debug, Default)]

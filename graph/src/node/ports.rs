@@ -1,6 +1,6 @@
 //! Ports: what goes into a node and what comes out, with the type and the state of each.
 
-use crate::image::ColorState;
+use afterimage_base::image::ColorState;
 
 /// What travels on a wire.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]

@@ -2,7 +2,7 @@
 
 use afterimage_graph::check::{CheckOptions, Facts, Graph, Source, check};
 use afterimage_graph::document::parse;
-use afterimage_graph::image::{Format, ColorState};
+use afterimage_graph::image::{ColorState, Format};
 use afterimage_graph::node::Registry;
 use afterimage_graph::value::Value;
 

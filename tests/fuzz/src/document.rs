@@ -7,7 +7,7 @@ use afterimage_graph::diagnostic::Diagnostics;
 use afterimage_graph::document::parse;
 use afterimage_graph::image::Size;
 use afterimage_graph::node::Registry;
-use afterimage_graph::plan::{Caps, Options, verify};
+use afterimage_plan::{Caps, Options, verify};
 
 use crate::corpus::shipped;
 use crate::plan::planned;

@@ -5,11 +5,11 @@ use std::collections::BTreeMap;
 use afterimage_graph::check::{CheckOptions, FactKind, Facts, Graph, check};
 use afterimage_graph::document::{Document, parse};
 use afterimage_graph::image::{Format, ImageDesc, Size};
-use afterimage_graph::node::{NodeKind, Fallback};
-use afterimage_graph::plan::{
-    Alias, Caps, GivenImage, Horizontal, Options, Plan, PlanError, Requirement, PlanRequest, Tiles, verify, diff, plan,
-};
+use afterimage_graph::node::{Fallback, NodeKind};
 use afterimage_graph::value::{Param, Type};
+use afterimage_plan::{
+    Alias, Caps, GivenImage, Options, Plan, PlanError, PlanRequest, Requirement, Tiles, diff, plan, verify,
+};
 
 use crate::dice::Bytes;
 use crate::document::{Few, all_shipped, registry};
@@ -166,7 +166,6 @@ fn options(choices: &mut Bytes<'_>) -> Options {
     Options {
         fuse: choices.flag(),
         tile: choices.one_of(&[Tiles::Never, Tiles::WhereItPays, Tiles::Always]),
-        horizontal: choices.one_of(&[Horizontal::Never, Horizontal::Small, Horizontal::Always]),
         alias: choices.one_of(&[Alias::None, Alias::Pool, Alias::Placed]),
         serial: choices.flag(),
         exact: choices.flag(),

@@ -3,7 +3,7 @@
 use afterimage_gpu::{Executor, Gpu, texture_format};
 use afterimage_graph::image::{Format, Size};
 use afterimage_graph::node::Registry;
-use afterimage_graph::plan::Options;
+use afterimage_plan::Options;
 use wgpu::{BindGroupEntry, BindingResource, TextureUsages, TextureView};
 
 use super::clock::{Record, Stopwatch};

@@ -7,7 +7,7 @@ use std::time::Instant;
 use afterimage_gpu::{Executor, Gpu};
 use afterimage_graph::image::Size;
 use afterimage_graph::node::Registry;
-use afterimage_graph::plan::Requirement;
+use afterimage_plan::Requirement;
 
 use super::clock::{Stopwatch, median, wait};
 use super::inputs::Inputs;
@@ -15,8 +15,8 @@ use super::plot::{Chart, Line, page};
 use super::runner::Runner;
 use crate::args::PipelineOptions;
 use crate::failure::Failure;
-use crate::files::write_whole;
 use crate::pipeline::check_text;
+use afterimage_media::write_atomic;
 
 /// 720p to 16K, all 16:9.
 const HEIGHTS: [u32; 7] = [720, 1080, 1440, 2160, 4320, 5760, 8640];
@@ -63,8 +63,8 @@ pub(super) fn run(gpu: &Gpu, registry: &Registry, frames: u32, folder: &Path) ->
     std::fs::create_dir_all(folder)
         .map_err(|error| Failure::machine(format!("cannot make the folder `{}`: {error}", folder.display())))?;
     let csv = csv(&all);
-    write_whole(&folder.join("growth.csv"), csv.as_bytes())?;
-    write_whole(&folder.join("growth.svg"), plot(&all, &gpu.name(), stopwatch.is_gpu()).as_bytes())?;
+    write_atomic(&folder.join("growth.csv"), csv.as_bytes())?;
+    write_atomic(&folder.join("growth.svg"), plot(&all, &gpu.name(), stopwatch.is_gpu()).as_bytes())?;
     Ok(csv)
 }
 

@@ -19,7 +19,7 @@ use afterimage_gpu::{Executor, Gpu};
 use afterimage_graph::check::Graph;
 use afterimage_graph::image::Size;
 use afterimage_graph::node::{NodeKind, Registry};
-use afterimage_graph::plan::{Options, Plan, Stage};
+use afterimage_plan::{Options, Plan, Stage};
 
 use self::clock::Stopwatch;
 use self::inputs::Inputs;
@@ -28,10 +28,10 @@ use self::report::{FirstFrame, HostReport, PassReport, Report};
 use self::runner::Runner;
 use crate::args::BenchArgs;
 use crate::failure::Failure;
-use crate::files::write_whole;
 use crate::pipeline::{check_text, facts, load_graph, plan_options, read_text, registry};
 use crate::session::{open, options_on};
 use crate::terminal::say;
+use afterimage_media::write_atomic;
 
 pub(crate) fn run(args: &BenchArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
     let registry = registry(tables, &args.options.nodes)?;
@@ -47,7 +47,7 @@ pub(crate) fn run(args: &BenchArgs, tables: &[&[NodeKind]]) -> Result<(), Failur
     say(&report.to_string());
     if let Some(file) = &args.json {
         let json = serde_json::to_vec_pretty(&report).expect("names and finite numbers are JSON");
-        write_whole(file, &json)?;
+        write_atomic(file, &json)?;
     }
     Ok(())
 }
@@ -63,7 +63,7 @@ fn measure(args: &BenchArgs, pipeline: &Path, registry: &Registry, gpu: &Gpu) ->
     let (gpu_ms, peer) = frame_times(args, &graph, gpu, &stopwatch, &inputs, &mut runner)?;
     let host = host_times(gpu, &mut runner, args.frames)?;
     let copy_gbps = copy::bandwidth(gpu, &stopwatch)?;
-    let times = runner.launch_times(&stopwatch, args.frames)?;
+    let times = runner.pass_times(&stopwatch, args.frames)?;
     let plan = runner.plan();
     let info = gpu.adapter.get_info();
     Ok(Report {
@@ -93,13 +93,12 @@ fn share(bytes: u64, milliseconds: f64, copy_gbps: f64) -> f64 {
 
 fn passes(plan: &Plan, times: &[f64], copy_gbps: f64) -> Vec<PassReport> {
     let report = |(index, ms): (usize, &f64)| {
-        let launch = plan.launches[index].clone();
-        let bytes = launch.clone().map(|pass| plan.bytes_moved_by(pass)).sum();
-        let passes = &plan.recording.passes[launch.clone()];
+        let bytes = plan.bytes_moved_by(index);
+        let pass = &plan.recording.passes[index];
         PassReport {
-            name: plan.launch_label(index),
-            nodes: passes.iter().flat_map(|pass| pass.nodes.clone()).collect(),
-            stage: if plan.stages[launch.start] == Stage::Compute { "compute" } else { "fragment" },
+            name: pass.label.clone(),
+            nodes: pass.nodes.clone(),
+            stage: if plan.stages[index] == Stage::Compute { "compute" } else { "fragment" },
             ms: *ms,
             bytes,
             share: share(bytes, *ms, copy_gbps),

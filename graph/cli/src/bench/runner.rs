@@ -5,7 +5,7 @@ use std::sync::Arc;
 use afterimage_gpu::{Executor, Frame, Gpu, Texels, download};
 use afterimage_graph::check::{Facts, Graph};
 use afterimage_graph::image::ImageDesc;
-use afterimage_graph::plan::{GivenImage, Options, Plan, Requirement, PlanRequest, plan};
+use afterimage_plan::{GivenImage, Options, Plan, PlanRequest, Requirement, plan};
 use wgpu::{CommandEncoder, TextureView};
 
 use super::clock::{Stopwatch, median, wait};
@@ -75,20 +75,20 @@ impl<'a> Runner<'a> {
         wait(self.gpu)
     }
 
-    /// Median milliseconds of each launch: by timestamps between them, or, where those cannot be trusted, each submitted alone.
-    pub(super) fn launch_times(&mut self, stopwatch: &Stopwatch<'_>, frames: u32) -> Result<Vec<f64>, Failure> {
-        let launches = self.plan().launches.len();
+    /// Median milliseconds of each pass: by timestamps between them, or, where those cannot be trusted, each submitted alone.
+    pub(super) fn pass_times(&mut self, stopwatch: &Stopwatch<'_>, frames: u32) -> Result<Vec<f64>, Failure> {
+        let passes = self.plan().recording.passes.len();
         if !stopwatch.is_gpu() || !self.executor.enable_timing() {
             let (inputs, now, executor) = (&self.inputs, self.frames, &mut self.executor);
-            let mut alone = |launch| {
-                stopwatch.median(frames, |encoder| Ok(executor.encode_launch(encoder, &frame(inputs, now), launch)?))
+            let mut alone = |pass| {
+                stopwatch.median(frames, |encoder| Ok(executor.encode_pass(encoder, &frame(inputs, now), pass)?))
             };
-            return (0..launches).map(&mut alone).collect();
+            return (0..passes).map(&mut alone).collect();
         }
-        let mut samples = vec![Vec::new(); launches];
+        let mut samples = vec![Vec::new(); passes];
         for _ in 0..frames {
             self.frame()?;
-            let times = self.executor.launch_times().unwrap_or_default();
+            let times = self.executor.pass_times().unwrap_or_default();
             samples.iter_mut().zip(times).for_each(|(samples, time)| samples.push(time));
         }
         Ok(samples.into_iter().map(median).collect())

@@ -6,17 +6,17 @@ mod walk;
 use std::path::Path;
 
 use afterimage_gpu::{Gpu, Texels};
-use afterimage_graph::image::{ImageDesc, Size, ColorState};
+use afterimage_graph::image::{ColorState, ImageDesc, Size};
 use afterimage_graph::node::{NodeKind, Registry};
 
 use crate::args::{DemoArgs, PipelineOptions};
 use crate::failure::Failure;
-use crate::files::write_whole;
 use crate::pipeline::{check_with, registry};
 use crate::save::{Saving, save};
 use crate::session::{Clock, Given, Session, choose_output, open};
 use crate::shipped::{PIPELINES, SCENE, Shipped};
 use crate::terminal::say;
+use afterimage_media::write_atomic;
 
 pub(crate) fn run(args: &DemoArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
     let registry = registry(tables, &[])?;
@@ -55,7 +55,7 @@ fn plot_walk(args: &DemoArgs, registry: &Registry, file: &Path) -> Result<(), Fa
         return Err(Failure::user(format!("`--walk {}` does not end in `.svg`", file.display())));
     }
     let walk = walk::measure(&open(&args.device)?, registry)?;
-    write_whole(file, chart::svg(&walk).as_bytes())?;
+    write_atomic(file, chart::svg(&walk).as_bytes())?;
     say(&walk.summary());
     Ok(())
 }

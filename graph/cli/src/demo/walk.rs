@@ -6,7 +6,7 @@ use afterimage_gpu::{Executor, Frame, Gpu, Texels, download, upload};
 use afterimage_graph::check::{Facts, Graph};
 use afterimage_graph::image::{ImageDesc, Size};
 use afterimage_graph::node::Registry;
-use afterimage_graph::plan::{GivenImage, Options, PlanRequest, plan};
+use afterimage_plan::{GivenImage, Options, PlanRequest, plan};
 
 use crate::args::PipelineOptions;
 use crate::failure::Failure;

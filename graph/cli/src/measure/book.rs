@@ -13,8 +13,8 @@ use super::report::Report;
 use super::table::significant;
 use super::{json, plot, report};
 use crate::failure::Failure;
-use crate::files::write_whole;
 use crate::terminal::note;
+use afterimage_media::write_atomic;
 
 const HEADING: &str = "\
 # Tiers and switches, measured
@@ -45,9 +45,9 @@ pub(super) fn write(folder: &Path, args: &MeasureArgs, gpu: &Gpu, registry: &Reg
         known.push(of_report(&report, &name));
         known.sort_by_key(|pipeline| pipeline["pipeline"].as_str().unwrap_or_default().to_owned());
         // After each pipeline, so that an interruption loses one.
-        write_whole(&file, text(&known).as_bytes())?;
+        write_atomic(&file, text(&known).as_bytes())?;
     }
-    Ok(write_whole(&folder.join("README.md"), page(folder)?.as_bytes())?)
+    Ok(write_atomic(&folder.join("README.md"), page(folder)?.as_bytes())?)
 }
 
 /// The pipelines of a folder, in the order of their names; or the file itself.

@@ -5,17 +5,17 @@ use std::sync::Arc;
 
 use afterimage_gpu::{Executor, Frame, Gpu, download, upload};
 use afterimage_graph::check::{Facts, Graph, GraphInput};
-use afterimage_graph::image::{ImageDesc, Size, ColorState};
+use afterimage_graph::image::{ColorState, ImageDesc, Size};
 use afterimage_graph::node::Registry;
-use afterimage_graph::plan::{Requirement, plan};
 use afterimage_graph::value::Value;
+use afterimage_plan::{Requirement, plan};
 
 use super::args::Material;
 use crate::args::PipelineOptions;
 use crate::failure::Failure;
-use crate::files::{self, sequence};
 use crate::pipeline::{check_text, setting, split};
 use crate::session::{Clock, upload_picture};
+use afterimage_media::sequence;
 
 /// An image for one of the pipeline's inputs, on the GPU.
 pub(crate) struct Given {
@@ -179,7 +179,7 @@ fn file_image(gpu: &Gpu, name: &str, input: &sequence::Input, frame: usize) -> R
                 .1
         }
     };
-    let (texture, desc) = upload_picture(gpu, &files::read(source)?)?;
+    let (texture, desc) = upload_picture(gpu, &afterimage_media::read(source)?)?;
     Ok(Given { input: name.to_owned(), texture, desc })
 }
 

@@ -1,6 +1,6 @@
 //! The errors of a variant against the truth.
 
-use super::metrics::{self, PIXELS_PER_DEGREE, Range, Shown, difference, mean, percentile, psnr, ssim};
+use afterimage_lab::metrics::{self, PIXELS_PER_DEGREE, Range, Shown, difference, mean, percentile, psnr, ssim};
 
 /// The share of pixels that the percentiles leave out is one in a thousand.
 pub(crate) const SHARE: f64 = 0.999;

@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
-use super::metrics::{Shown, difference};
 use crate::failure::Failure;
-use crate::files::{EncodedPixels, PngOptions, write_png};
+use afterimage_lab::metrics::{Shown, difference};
+use afterimage_media::{EncodedPixels, PngOptions, write_png};
 
 /// Codes of error at the ends of the scale, which is logarithmic.
 const DARK: f32 = 1.0 / 16.0;

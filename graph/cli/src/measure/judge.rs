@@ -1,14 +1,14 @@
 //! One variant on one clip, beside the truth.
 
 use afterimage_graph::check::{Graph, GraphOutput, Source};
-use afterimage_graph::image::{Format, ColorState};
+use afterimage_graph::image::{ColorState, Format};
 
 use super::clips::Clip;
 use super::errors::{Errors, Follower, SHARE, errors};
-use super::metrics::{Shown, difference, percentile};
 use super::runner::{Cost, Runner};
 use super::view::View;
 use crate::failure::Failure;
+use afterimage_lab::metrics::{Shown, difference, percentile};
 
 /// The frames of the truth on one clip.
 pub(crate) struct Truth {

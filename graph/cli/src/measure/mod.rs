@@ -10,7 +10,6 @@ mod errors;
 mod heat;
 mod json;
 mod judge;
-pub mod metrics;
 pub(crate) mod plot;
 mod report;
 mod runner;
@@ -24,14 +23,14 @@ use std::path::Path;
 use afterimage_gpu::Gpu;
 use afterimage_graph::check::Graph;
 use afterimage_graph::node::{NodeKind, Registry};
-use afterimage_graph::plan::{Options, Plan};
+use afterimage_plan::{Options, Plan};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::failure::Failure;
-use crate::files::write_whole;
 use crate::pipeline::{facts, load_graph, registry};
 use crate::session::{open, options_on};
 use crate::terminal::say;
+use afterimage_media::write_atomic;
 use args::{Material, MeasureArgs};
 use clips::{Clip, ClipSource};
 use errors::Errors;
@@ -73,10 +72,10 @@ fn report(args: &MeasureArgs, pipeline: &Path, gpu: &Gpu, registry: &Registry) -
 
 fn write(args: &MeasureArgs, report: &Report) -> Result<(), Failure> {
     if let Some(path) = &args.json {
-        write_whole(path, format!("{:#}\n", json::json(report)).as_bytes())?;
+        write_atomic(path, format!("{:#}\n", json::json(report)).as_bytes())?;
     }
     if let Some(path) = &args.csv {
-        write_whole(path, csv::csv(report).as_bytes())?;
+        write_atomic(path, csv::csv(report).as_bytes())?;
     }
     args.plot.iter().try_for_each(|path| plot::write(path, report))
 }

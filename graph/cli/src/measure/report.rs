@@ -1,9 +1,9 @@
 //! All that was measured, and which of it is worth having.
 
 use super::judge::Figures;
-use super::metrics::Range;
 use super::runner::Watch;
 use super::variants::VariantKind;
+use afterimage_lab::metrics::Range;
 
 /// What was measured, how, and on what.
 #[derive(Clone, Debug)]

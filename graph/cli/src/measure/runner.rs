@@ -8,7 +8,7 @@ use afterimage_gpu::{Executor, Frame, Gpu, Texels, download};
 use afterimage_graph::check::{Facts, Graph};
 use afterimage_graph::image::ImageDesc;
 use afterimage_graph::node::{BufferLife, Origin, Resource};
-use afterimage_graph::plan::{GivenImage, Options, Plan, PlanRequest, plan};
+use afterimage_plan::{GivenImage, Options, Plan, PlanRequest, plan};
 
 use super::clips::Clip;
 use crate::failure::Failure;
@@ -194,11 +194,11 @@ impl<'g> Runner<'g> {
         let start = Instant::now();
         self.render(clip, clip.len() - 1)?;
         let on_gpu = match self.watch {
-            Watch::Gpu => self.executor.launch_times(),
+            Watch::Gpu => self.executor.pass_times(),
             Watch::Host => None,
         };
-        if let Some(launches) = on_gpu {
-            return Ok(launches.iter().sum());
+        if let Some(passes) = on_gpu {
+            return Ok(passes.iter().sum());
         }
         let waited = self.gpu.device.poll(wgpu::PollType::wait_indefinitely());
         waited.map_err(|error| Failure::machine(format!("the GPU did not finish: {error}")))?;
@@ -216,10 +216,7 @@ pub(crate) fn run_alike(a: &Plan, b: &Plan) -> bool {
         let resources = plan.recording.passes.iter().flat_map(|pass| pass.reads().into_iter().chain(pass.writes()));
         resources.map(|resource| desc(plan, resource)).collect()
     };
-    a.recording.passes == b.recording.passes
-        && a.stages == b.stages
-        && a.launches == b.launches
-        && touched(a) == touched(b)
+    a.recording.passes == b.recording.passes && a.stages == b.stages && touched(a) == touched(b)
 }
 
 /// Whether a plan's frames depend on earlier ones.

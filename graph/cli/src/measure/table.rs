@@ -3,10 +3,10 @@
 use comfy_table::presets::NOTHING;
 use comfy_table::{Attribute, Cell, CellAlignment, Color, Table};
 
-use super::metrics::Range;
 use super::report::{Report, Row};
 use super::runner::Watch;
 use super::variants::VariantKind;
+use afterimage_lab::metrics::Range;
 
 /// The table, a legend below, and what was left out.
 pub(crate) fn table(report: &Report) -> String {

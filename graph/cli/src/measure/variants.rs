@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use afterimage_graph::check::{Graph, GraphNode};
-use afterimage_graph::image::{Format, ColorState};
+use afterimage_graph::image::{ColorState, Format};
 use afterimage_graph::node::{PortType, Registry};
 use afterimage_graph::value::Value;
 
@@ -149,7 +149,8 @@ fn format_switch(graph: &Graph, index: usize) -> Option<Switch> {
         afterimage_graph::check::Source::Input(_) => false,
     };
     // An unsigned format without alpha cannot hold what is not light, and an encoded signal goes out as it is.
-    let is_light = |state: &ColorState| matches!(state, ColorState::Scene | ColorState::Exposed | ColorState::DisplayLinear);
+    let is_light =
+        |state: &ColorState| matches!(state, ColorState::Scene | ColorState::Exposed | ColorState::DisplayLinear);
     let all_light = node.states.iter().flatten().all(is_light);
     if !makes_images || !all_light || graph.outputs.iter().any(leaves) {
         return None;

@@ -7,8 +7,8 @@ use afterimage_graph::value::Value;
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
-use super::metrics::{REC2020, Range, Shown, nits_of_pq, srgb_encode};
 use crate::failure::Failure;
+use afterimage_lab::metrics::{REC2020, Range, Shown, nits_of_pq, srgb_encode};
 
 /// Light of linear 1: the white of a page (ITU-R BT.2408).
 const WHITE_NITS: f64 = 203.0;
@@ -41,7 +41,9 @@ impl View {
             ColorState::Encoded => {
                 Ok(encoder(graph, output.source).map_or(Self { signal: Signal::Srgb, wide: false }, Self::behind))
             }
-            ColorState::Scene | ColorState::Exposed | ColorState::DisplayLinear => Ok(Self { signal: Signal::Linear, wide: false }),
+            ColorState::Scene | ColorState::Exposed | ColorState::DisplayLinear => {
+                Ok(Self { signal: Signal::Linear, wide: false })
+            }
             ColorState::LogLuminance | ColorState::Data => {
                 let message = format!("output `{}` is {}, which is no picture", output.name, output.state.name());
                 Err(Failure::user(message).hint("choose another output with `--output`"))

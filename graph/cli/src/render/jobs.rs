@@ -6,8 +6,8 @@ use afterimage_graph::check::Graph;
 
 use crate::args::RenderArgs;
 use crate::failure::Failure;
-use crate::files::{Source, sequence};
 use crate::pipeline::split;
+use afterimage_media::{Source, sequence};
 
 /// What one picture is made from, and where it goes.
 pub(super) struct Job {

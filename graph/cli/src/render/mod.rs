@@ -12,17 +12,17 @@ use afterimage_gpu::Texels;
 use afterimage_graph::check::{Facts, Graph};
 use afterimage_graph::image::Size;
 use afterimage_graph::node::NodeKind;
-use afterimage_graph::plan::PlanOutput;
+use afterimage_plan::PlanOutput;
 use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::args::RenderArgs;
 use crate::failure::Failure;
-use crate::files::{self, Metadata, Picture};
 use crate::pipeline::{facts, load_graph, plan_options, registry};
 use crate::save::{Saving, save};
 use crate::session::{Clock, Session, choose_output, open, options_on};
 use crate::terminal::note;
 use crate::watch::watch;
+use afterimage_media::{Metadata, Picture};
 use jobs::{Job, jobs};
 
 /// Frames that wait between two stages: one that is being made and one that is ready.
@@ -118,7 +118,7 @@ fn work(
 }
 
 fn read_job(job: &Job) -> Read {
-    job.sources.iter().map(|(name, source)| Ok((name.clone(), files::read(source)?))).collect()
+    job.sources.iter().map(|(name, source)| Ok((name.clone(), afterimage_media::read(source)?))).collect()
 }
 
 fn read_all(jobs: &[Job], to: &SyncSender<Read>) -> Duration {
@@ -216,10 +216,9 @@ fn time_passes(session: &mut Session<'_>, args: &RenderArgs, jobs: &[Job]) -> Re
     }
     let Some(first) = jobs.first() else { return Ok(Vec::new()) };
     render_frame(args, session, &read_job(first)?, Clock { reset: true, ..Clock::default() })?;
-    let times = session.executor().launch_times().unwrap_or_default();
-    let plan = session.plan();
-    let labels = (0..plan.launches.len()).map(|launch| plan.launch_label(launch));
-    Ok(labels.zip(times).collect())
+    let times = session.executor().pass_times().unwrap_or_default();
+    let passes = session.plan().recording.passes.iter();
+    Ok(passes.map(|pass| pass.label.clone()).zip(times).collect())
 }
 
 /// What the writers share: where pictures come from, and whether one of them has failed, so that the others need not go on.

@@ -1,9 +1,9 @@
 //! How much an error of the input grows: each kind is given light and the same light one half-float unit brighter.
 
 use afterimage_gpu::Gpu;
-use afterimage_graph::image::{Size, ColorState};
+use afterimage_graph::image::{ColorState, Size};
 use afterimage_graph::node::{NodeKind, PortType, Registry};
-use afterimage_graph::plan::Options;
+use afterimage_plan::Options;
 use comfy_table::Table;
 use comfy_table::presets::NOTHING;
 use serde::{Deserialize, Serialize};
@@ -14,8 +14,8 @@ use super::lab::{Bench, Lab, Shot, Shown};
 use super::settings::{sweep, words};
 use super::subject::{Sets, Subject};
 use crate::failure::Failure;
-use crate::files::write_whole;
 use crate::terminal::say;
+use afterimage_media::write_atomic;
 
 /// The conditioning of one kind.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -209,7 +209,7 @@ pub(crate) fn report(args: &StressArgs, all: &[Conditioning]) -> Result<(), Fail
     say(&table(all).to_string());
     if let Some(path) = &args.json {
         let text = serde_json::to_string_pretty(all).expect("names and numbers are JSON");
-        write_whole(path, format!("{text}\n").as_bytes())?;
+        write_atomic(path, format!("{text}\n").as_bytes())?;
     }
     Ok(())
 }

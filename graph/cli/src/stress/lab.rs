@@ -5,15 +5,15 @@ use std::sync::{Arc, Mutex};
 
 use afterimage_gpu::{Executor, Frame, Gpu, Texels, texture_format, upload};
 use afterimage_graph::check::{Graph, Source};
-use afterimage_graph::image::{Format, ImageDesc, Size, ColorState};
-use afterimage_graph::node::{BufferLife, OutputState, Origin};
-use afterimage_graph::plan::{Caps, GivenImage, Options, Plan, PlanRequest, plan};
+use afterimage_graph::image::{ColorState, Format, ImageDesc, Size};
+use afterimage_graph::node::{BufferLife, Origin, OutputState};
 use afterimage_graph::value::Value;
+use afterimage_plan::{Caps, GivenImage, Options, Plan, PlanRequest, plan};
 use wgpu::{Buffer, CommandEncoder, TextureView};
 
 use super::images::{Extreme, guarded};
 use super::subject::Subject;
-use crate::files::no_panic;
+use afterimage_media::catch_panic;
 
 /// A frame to render.
 #[derive(Clone, Copy)]
@@ -132,7 +132,7 @@ impl<'g> Lab<'g> {
         shots: &[Shot],
         together: bool,
     ) -> Result<Ran, String> {
-        let ran = no_panic(|| self.run_unguarded(bench, subject, graph, size, shots, together));
+        let ran = catch_panic(|| self.run_unguarded(bench, subject, graph, size, shots, together));
         let ran = ran.unwrap_or_else(|panic| Err(format!("panics: {panic}")));
         let ran = self.refused().map_or(ran, |refused| Err(format!("the device refuses it: {}", one_line(&refused))));
         if ran.is_err() {

@@ -23,7 +23,7 @@ use afterimage_graph::check::Facts;
 use afterimage_graph::diagnostic::did_you_mean;
 use afterimage_graph::document::parse;
 use afterimage_graph::node::{DuplicateKind, NodeKind, Registry};
-use afterimage_graph::plan::Options;
+use afterimage_plan::Options;
 use indicatif::{ProgressBar, ProgressStyle};
 
 pub(crate) use conditioning::figures;
@@ -33,11 +33,11 @@ pub use run::Choice;
 pub use subject::Subject;
 
 use crate::failure::Failure;
-use crate::files::write_whole;
 use crate::pipeline::{facts, read_text, split};
 use crate::session::{open, options_on};
 use crate::shipped::PIPELINES;
 use crate::terminal::say;
+use afterimage_media::write_atomic;
 use args::StressArgs;
 
 /// Failed cases that are listed for each pipeline and kind, unless all are asked for.
@@ -113,7 +113,7 @@ pub(crate) fn run(args: &StressArgs, tables: &[&[NodeKind]]) -> Result<(), Failu
     let report = stress(&gpu, &registry, &subjects, &choice, &begins);
     bar.finish_and_clear();
     if let Some(path) = &args.markdown {
-        write_whole(path, report.to_markdown(&gpu.name()).as_bytes())?;
+        write_atomic(path, report.to_markdown(&gpu.name()).as_bytes())?;
     }
     say(&report.to_text(if args.all { usize::MAX } else { LISTED }));
     match report.failures().count() {

@@ -83,7 +83,8 @@ impl Node for ProbeValue {
 
 impl Node for ProbeVolume {
     const INPUTS: &'static [Input] = &[Input::new("volume", PortType::Volume, "The volume.")];
-    const OUTPUTS: &'static [Output] = &[Output::image("result", OutputState::Always(ColorState::Data), "Its worst cells.")];
+    const OUTPUTS: &'static [Output] =
+        &[Output::image("result", OutputState::Always(ColorState::Data), "Its worst cells.")];
     const FALLBACK: Fallback = Fallback::Absent;
 
     fn record(&self, pass: &mut Recorder<'_>) {

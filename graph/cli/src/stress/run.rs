@@ -1,9 +1,9 @@
 //! One pipeline or kind through all its cases.
 
 use afterimage_graph::check::Graph;
-use afterimage_graph::image::{Size, ColorState};
+use afterimage_graph::image::{ColorState, Size};
 use afterimage_graph::node::Registry;
-use afterimage_graph::plan::Options;
+use afterimage_plan::Options;
 
 use super::images::{ALL, Extreme};
 use super::lab::{Bench, Lab, Ran, Shot, Shown};
@@ -206,7 +206,8 @@ impl Stand<'_, '_> {
             }
         };
         let promises = Promises::of(graph);
-        let signed = promises.negative || graph.inputs.iter().any(|input| input.signed && input.state != ColorState::Data);
+        let signed =
+            promises.negative || graph.inputs.iter().any(|input| input.signed && input.state != ColorState::Data);
         for (index, image) in images.iter().enumerate() {
             let mut wrong = Vec::new();
             for shown in &ran.frames[index] {

@@ -112,7 +112,8 @@ pub(crate) fn sequences(stand: &mut Stand<'_, '_>, graph: &Graph) {
     let promises = Promises::of(graph);
     let is_slow = stand.choice.quick && stand.is_heavy && stand.choice.case.is_none();
     let is_wanted = |sequence: &&Sequence| {
-        stand.choice.accepts(sequence.name) && (!is_slow || sequence.wanted.as_ref().is_some_and(|wanted| wanted.always))
+        stand.choice.accepts(sequence.name)
+            && (!is_slow || sequence.wanted.as_ref().is_some_and(|wanted| wanted.always))
     };
     let wanted: Vec<&Sequence> = SEQUENCES.iter().filter(is_wanted).collect();
     for sequence in wanted {

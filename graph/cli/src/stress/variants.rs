@@ -1,7 +1,7 @@
-//! The same picture in every way of making it: dispatched and drawn, fused and not, in tiles and not, side by side and not.
+//! The same picture in every way of making it: dispatched and drawn, fused and not, in tiles and not.
 
-use afterimage_graph::image::{Size, ColorState};
-use afterimage_graph::plan::{Alias, Caps, Horizontal, Options};
+use afterimage_graph::image::{ColorState, Size};
+use afterimage_plan::{Alias, Caps, Options};
 
 use super::images::Extreme;
 use super::lab::{Bench, Ran, Shot};
@@ -17,14 +17,10 @@ struct Way {
     change: fn(&mut Caps, &mut Options),
 }
 
-const WAYS: [Way; 6] = [
+const WAYS: [Way; 5] = [
     Way { name: "when drawn", change: |caps, _| caps.prefer_fragment = true },
     Way { name: "when not fused", change: |_, options| options.fuse = false },
     Way { name: "when made in tiles", change: |caps, _| caps.tiles = true },
-    Way {
-        name: "side by side",
-        change: |_, options| (options.horizontal, options.batches_first) = (Horizontal::Always, true),
-    },
     Way { name: "with subgroups", change: |_, options| options.subgroups = true },
     Way { name: "with memory of its own for each image", change: |_, options| options.alias = Alias::None },
 ];

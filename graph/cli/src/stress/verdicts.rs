@@ -1,6 +1,6 @@
 //! What is wrong with a picture, if anything is.
 
-use afterimage_graph::image::{Size, ColorState};
+use afterimage_graph::image::{ColorState, Size};
 
 use super::images::{Extreme, guarded};
 use super::lab::Shown;
@@ -156,7 +156,7 @@ fn spread(shown: &Shown, given: &[[f32; 4]]) -> Option<String> {
 
 #[cfg(test)]
 mod tests {
-    use afterimage_graph::image::{Size, ColorState};
+    use afterimage_graph::image::{ColorState, Size};
 
     use super::super::images::Extreme;
     use super::super::lab::Shown;

@@ -1,14 +1,14 @@
 //! Bind groups: a loaded plan meets the images that the host gives for a frame.
 
 use afterimage_graph::node::ImageId;
-use afterimage_graph::plan::{PlanOutput, Stage};
-use afterimage_graph::shader::SlotKind;
+use afterimage_plan::codegen::SlotKind;
+use afterimage_plan::{PlanOutput, Stage};
 use wgpu::{BindGroup, BindGroupEntry, BindingResource, TextureView};
 
-use super::loaded::{ImageBinding, HostSet, Loaded, Run, planned_attachment};
-use super::host_images::{Formats, check_apart, check_input, check_names, check_output, must_be_drawn};
-use super::prepare::order;
 use super::explicit_transitions::explicit_transitions;
+use super::host_images::{Formats, check_apart, check_input, check_names, check_output, must_be_drawn};
+use super::loaded::{HostSet, ImageBinding, Loaded, Run, planned_attachment};
+use super::prepare::order;
 use super::{Executor, Frame, uniforms};
 use crate::GpuError;
 use crate::layout::bound_slots;
@@ -40,35 +40,38 @@ impl Executor {
     }
 
     fn make_set(&self, loaded: &Loaded, views: Vec<TextureView>, drawn: &Drawn) -> Result<HostSet, GpuError> {
-        let launches = 0..loaded.launches.len();
-        let runs = launches.map(|index| self.make_run(loaded, index, &views, drawn)).collect::<Result<Vec<_>, _>>()?;
+        let passes = 0..loaded.passes.len();
+        let runs = passes.map(|index| self.make_run(loaded, index, &views, drawn)).collect::<Result<Vec<_>, _>>()?;
         let explicit_transitions = explicit_transitions(loaded, &self.store, &runs, &views);
         Ok(HostSet { views, runs, explicit_transitions })
     }
 
     fn make_run(&self, loaded: &Loaded, index: usize, views: &[TextureView], drawn: &Drawn) -> Result<Run, GpuError> {
-        let launch = &loaded.launches[index];
-        let host_attachment = launch.writes_image.and_then(|image| attachment_of_host(loaded, image, drawn));
-        let attachment = host_attachment.or_else(|| planned_attachment(&loaded.plan, index, launch.writes_image));
+        let pass = &loaded.passes[index];
+        let host_attachment = pass.writes_image.and_then(|image| attachment_of_host(loaded, image, drawn));
+        let attachment = host_attachment.or_else(|| planned_attachment(&loaded.plan, index, pass.writes_image));
         let Built { pipeline, layout } = match host_attachment {
-            None => launch.built.clone(),
+            None => pass.built.clone(),
             Some(format) => self.drawing(loaded, index, format)?,
         };
         let stage = if attachment.is_some() { Stage::Fragment } else { Stage::Compute };
         let ring_length = 0..loaded.ring_length;
-        let groups = ring_length.clone().map(|ring_index| self.bind_group(loaded, index, stage, &layout, views, ring_index)).collect();
-        let target = |ring_index| match (stage, launch.writes_image) {
+        let groups = ring_length
+            .clone()
+            .map(|ring_index| self.bind_group(loaded, index, stage, &layout, views, ring_index))
+            .collect();
+        let target = |ring_index| match (stage, pass.writes_image) {
             (Stage::Fragment, Some(image)) => Some(loaded.view(&self.store, image, views, ring_index).clone()),
             _ => None,
         };
         Ok(Run { pipeline, groups, attachments: ring_length.map(target).collect() })
     }
 
-    /// The pipeline that draws a launch's result into the host's image.
+    /// The pipeline that draws a pass's result into the host's image.
     fn drawing(&self, loaded: &Loaded, index: usize, format: wgpu::TextureFormat) -> Result<Built, GpuError> {
         let pipelines = &self.compiler.pipelines;
-        let launch = &loaded.launches[index];
-        let shader = (&launch.composed, launch.immediate);
+        let pass = &loaded.passes[index];
+        let shader = (&pass.composed, pass.immediate);
         let order = order(&self.compiler.device, &loaded.plan, index, shader, Some(format));
         let key = order.key.clone();
         pipelines.build(&self.compiler.device, vec![order], 1)?;
@@ -84,32 +87,25 @@ impl Executor {
         views: &[TextureView],
         ring_index: u32,
     ) -> BindGroup {
-        let launch = &loaded.launches[index];
-        let passes = &loaded.plan.launches[index];
+        let pass = &loaded.passes[index];
         let region = |offset, bytes| {
             let size = std::num::NonZeroU64::new(bytes);
             BindingResource::Buffer(wgpu::BufferBinding { buffer: &loaded.uniforms, offset, size })
         };
-        // Where the size of a pass's result lies.
-        let behind = |pass: usize| {
-            let (offset, bytes) = loaded.regions[pass];
-            offset + bytes.next_multiple_of(uniforms::ALIGNMENT)
-        };
-        let (first, bytes) = loaded.regions[passes.start];
+        let (first, bytes) = loaded.regions[index];
+        let extent = first + bytes.next_multiple_of(uniforms::ALIGNMENT);
         let frame = &self.frame_uniforms[usize::from(loaded.uses_uninitialized(index))];
         let resource = |kind| match kind {
             SlotKind::Frame => frame.as_entire_binding(),
             SlotKind::Params => region(first, bytes),
-            SlotKind::Extent => region(behind(passes.start), uniforms::EXTENT_BYTES),
-            // A struct whose members begin at such multiples ends at one.
-            SlotKind::Uniforms => region(first, behind(passes.end - 1) + uniforms::ALIGNMENT - first),
-            SlotKind::Sampler => BindingResource::Sampler(if launch.by_hand { &self.nearest } else { &self.linear }),
+            SlotKind::Extent => region(extent, uniforms::EXTENT_BYTES),
+            SlotKind::Sampler => BindingResource::Sampler(if pass.by_hand { &self.nearest } else { &self.linear }),
             SlotKind::Texture(image) | SlotKind::Storage(image) => {
                 BindingResource::TextureView(loaded.view(&self.store, image, views, ring_index))
             }
             SlotKind::Buffer(buffer, _) => loaded.buffers[buffer.0 as usize].as_entire_binding(),
         };
-        let entries: Vec<BindGroupEntry<'_>> = bound_slots(&launch.composed, stage)
+        let entries: Vec<BindGroupEntry<'_>> = bound_slots(&pass.composed, stage)
             .map(|slot| BindGroupEntry { binding: slot.binding, resource: resource(slot.kind) })
             .collect();
         let device = &self.compiler.device;

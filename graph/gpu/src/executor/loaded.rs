@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use afterimage_graph::node::{ImageId, Pass, Resource};
-use afterimage_graph::plan::{Plan, Stage};
-use afterimage_graph::shader::Composed;
+use afterimage_plan::codegen::Composed;
+use afterimage_plan::{Plan, Stage};
 use wgpu::{BindGroup, Buffer, TextureView};
 
 use crate::device::texture_format;
@@ -30,7 +30,7 @@ pub(super) enum ImageBinding {
 
 pub(super) struct Loaded {
     pub(super) plan: Arc<Plan>,
-    pub(super) launches: Vec<LoadedLaunch>,
+    pub(super) passes: Vec<LoadedPass>,
     pub(super) uniforms: Buffer,
     /// Where the uniform of each pass begins in the buffer, and its bytes.
     pub(super) regions: Vec<(u64, u64)>,
@@ -42,7 +42,7 @@ pub(super) struct Loaded {
     pub(super) sets: Vec<HostSet>,
     pub(super) timing: Option<Timing>,
     pub(super) placed: Option<Placed>,
-    /// Whether a launch has the frame in its bind group.
+    /// Whether a pass has the frame in its bind group.
     pub(super) binds_frame: bool,
     /// The textures of the heap.
     pub(super) residents: Vec<TextureKey>,
@@ -52,11 +52,11 @@ pub(super) struct Loaded {
     pub(super) moved_in: bool,
 }
 
-/// What one draw or dispatch needs: one pass, or several side by side.
-pub(super) struct LoadedLaunch {
+/// What one draw or dispatch needs.
+pub(super) struct LoadedPass {
     pub(super) composed: Composed,
     pub(super) workgroups: [u32; 3],
-    /// The first image that its first pass writes.
+    /// The first image that the pass writes.
     pub(super) writes_image: Option<ImageId>,
     pub(super) by_hand: bool,
     /// Whether it takes the frame from immediates.
@@ -69,7 +69,7 @@ pub(super) struct LoadedLaunch {
 pub(super) struct HostSet {
     pub(super) views: Vec<TextureView>,
     pub(super) runs: Vec<Run>,
-    /// For each launch that opens a batch, what must be brought into its state before the batch, for each ring_index.
+    /// For each pass that opens a batch, what must be brought into its state before the batch, for each ring_index.
     pub(super) explicit_transitions: Vec<Vec<Vec<ExplicitTransition>>>,
 }
 
@@ -108,16 +108,16 @@ impl Loaded {
         }
     }
 
-    /// Whether the launch uses memory that begins with this plan.
-    pub(super) fn uses_uninitialized(&self, launch: usize) -> bool {
+    /// Whether the pass uses memory that begins with this plan.
+    pub(super) fn uses_uninitialized(&self, pass: usize) -> bool {
         let is_newborn = |resource: &Resource| self.uninitialized.contains(resource);
         let uses = |pass: &Pass| pass.reads().iter().any(is_newborn) || pass.writes().iter().any(is_newborn);
-        !self.uninitialized.is_empty() && self.plan.recording.passes[self.plan.launches[launch].clone()].iter().any(uses)
+        !self.uninitialized.is_empty() && uses(&self.plan.recording.passes[pass])
     }
 }
 
-/// The format that the plan draws a launch's image in; `None` for a dispatch.
-pub(super) fn planned_attachment(plan: &Plan, launch: usize, writes: Option<ImageId>) -> Option<wgpu::TextureFormat> {
-    let image = writes.filter(|_| plan.stages[plan.launches[launch].start] == Stage::Fragment)?;
+/// The format that the plan draws a pass's image in; `None` for a dispatch.
+pub(super) fn planned_attachment(plan: &Plan, pass: usize, writes: Option<ImageId>) -> Option<wgpu::TextureFormat> {
+    let image = writes.filter(|_| plan.stages[pass] == Stage::Fragment)?;
     Some(texture_format(plan.format(image)))
 }

@@ -1,19 +1,19 @@
 //! The executor: a loaded plan becomes commands in the host's encoder.
 
 mod bind;
-mod hold;
-mod loaded;
+mod explicit_transitions;
 mod frame_constants;
 mod host_images;
+mod loaded;
 mod prepare;
 mod record;
-mod explicit_transitions;
+mod residency;
 mod uniforms;
 
 use std::sync::Arc;
 
 use afterimage_graph::image::ImageDesc;
-use afterimage_graph::plan::{Caps, Plan, Requirement};
+use afterimage_plan::{Caps, Plan, Requirement};
 use wgpu::{Buffer, BufferUsages, CommandEncoder, Device, Queue, TextureFormat, TextureView};
 
 use crate::GpuError;
@@ -22,13 +22,13 @@ use crate::heap;
 use crate::pipelines::{Pipelines, watched};
 use crate::store::Store;
 use crate::timing::Timing;
-use hold::PlanSwap;
-use loaded::{ImageBinding, Loaded};
 use frame_constants::FrameConstants;
 use host_images::Formats;
+use loaded::{ImageBinding, Loaded};
 pub use prepare::Preparation;
-use prepare::{PreviousPlan, CompiledPlan, Prepared, PlanCompiler};
+use prepare::{CompiledPlan, PlanCompiler, Prepared, PreviousPlan};
 use record::{clear_memory, record, take_over};
+use residency::PlanSwap;
 use uniforms::uniform_bytes;
 
 /// One frame's inputs, outputs and time.
@@ -137,7 +137,7 @@ impl Executor {
         &self.caps
     }
 
-    /// What the device wants for an image: the planner asks this through [`PlanRequest`](afterimage_graph::plan::PlanRequest).
+    /// What the device wants for an image: the planner asks this through [`PlanRequest`](afterimage_plan::PlanRequest).
     pub fn requirement(&self, desc: &ImageDesc) -> Requirement {
         heap::requirement(&self.compiler.device, desc)
     }
@@ -201,7 +201,8 @@ impl Executor {
     fn settle(&mut self, parts: CompiledPlan) -> Result<(), GpuError> {
         let Self { compiler, queue, store, loaded: old, frame_index, .. } = self;
         let device = &compiler.device;
-        let changing = PlanSwap { device, queue, store, old: old.as_ref(), frame: *frame_index, uninitialized: Vec::new() };
+        let changing =
+            PlanSwap { device, queue, store, old: old.as_ref(), frame: *frame_index, uninitialized: Vec::new() };
         match watched(device, "the images of the plan", || Ok(changing.settle(parts))) {
             Ok(mut new) => {
                 if self.fresh {
@@ -232,16 +233,16 @@ impl Executor {
         self.fresh = true;
     }
 
-    /// Measures the GPU time of each of the plan's launches from now on, in this plan and those after it. `false` before a plan is loaded, and
+    /// Measures the GPU time of each of the plan's passes from now on, in this plan and those after it. `false` before a plan is loaded, and
     /// where the device has no timestamps inside passes.
     pub fn enable_timing(&mut self) -> bool {
         let Some(loaded) = &mut self.loaded else { return false };
-        loaded.timing = Timing::new(&self.compiler.device, &self.queue, loaded.launches.len() as u32);
+        loaded.timing = Timing::new(&self.compiler.device, &self.queue, loaded.passes.len() as u32);
         loaded.timing.is_some()
     }
 
-    /// Milliseconds of each launch of the last submitted frame. Waits for it.
-    pub fn launch_times(&self) -> Option<Vec<f64>> {
+    /// Milliseconds of each pass of the last submitted frame. Waits for it.
+    pub fn pass_times(&self) -> Option<Vec<f64>> {
         self.loaded.as_ref()?.timing.as_ref()?.read(&self.compiler.device)
     }
 
@@ -255,18 +256,18 @@ impl Executor {
         }
     }
 
-    /// Records one launch of a frame and no other, for measurements on devices whose timestamps cannot be trusted. What it reads is what the
+    /// Records one pass of a frame and no other, for measurements on devices whose timestamps cannot be trusted. What it reads is what the
     /// frames before have left, and time does not go on.
-    pub fn encode_launch(
+    pub fn encode_pass(
         &mut self,
         encoder: &mut CommandEncoder,
         frame: &Frame<'_>,
-        launch: usize,
+        pass: usize,
     ) -> Result<(), GpuError> {
         let set = self.host_set(frame)?;
         let loaded = self.loaded.as_ref().ok_or(GpuError::NoPlan)?;
         let ring_index = (self.frame_index % loaded.ring_length) as usize;
-        record(loaded, &loaded.sets[set], (ring_index, &self.frame_constants), launch..launch + 1, encoder);
+        record(loaded, &loaded.sets[set], (ring_index, &self.frame_constants), pass..pass + 1, encoder);
         Ok(())
     }
 
@@ -287,7 +288,7 @@ impl Executor {
             encoder.clear_buffer(&loaded.buffers[buffer], 0, None);
         }
         let ring_index = (self.frame_index % loaded.ring_length) as usize;
-        record(loaded, &loaded.sets[set], (ring_index, &self.frame_constants), 0..loaded.launches.len(), encoder);
+        record(loaded, &loaded.sets[set], (ring_index, &self.frame_constants), 0..loaded.passes.len(), encoder);
         if let Some(timing) = &loaded.timing {
             timing.resolve(encoder);
         }

@@ -5,13 +5,13 @@ use std::thread::JoinHandle;
 
 use afterimage_graph::image::ImageDesc;
 use afterimage_graph::node::{ImageId, Pass, Resource, Work};
-use afterimage_graph::plan::{Alias, Plan, Stage};
-use afterimage_graph::shader::{Composed, SlotKind};
+use afterimage_plan::codegen::{Composed, SlotKind, workgroups};
+use afterimage_plan::{Alias, Plan, Stage};
 use wgpu::util::DeviceExt as _;
 use wgpu::{Buffer, BufferUsages, Device, TextureFormat};
 
-use super::loaded::{LoadedLaunch, planned_attachment};
 use super::frame_constants::{self, take_immediates};
+use super::loaded::{LoadedPass, planned_attachment};
 use super::uniforms::{differs_in_uniforms_only, regions, uniform_bytes};
 use crate::GpuError;
 use crate::heap::Placed;
@@ -41,7 +41,7 @@ pub(super) enum Prepared {
 /// What a plan needs that no other plan has.
 pub(super) struct CompiledPlan {
     pub(super) plan: Arc<Plan>,
-    pub(super) launches: Vec<LoadedLaunch>,
+    pub(super) passes: Vec<LoadedPass>,
     pub(super) uniforms: Buffer,
     /// Where the uniform of each pass begins in the buffer, and its bytes.
     pub(super) regions: Vec<(u64, u64)>,
@@ -75,21 +75,22 @@ impl PlanCompiler {
         if let Some(old) = before.plan.as_ref().filter(|old| differs_in_uniforms_only(old, &plan)) {
             return Ok(Prepared::Numbers(plan, old.clone()));
         }
-        let drafts =
-            (0..plan.launches.len()).map(|at| UncompiledDispatch::new(&plan, at, self.immediates)).collect::<Result<Vec<_>, _>>()?;
+        let drafts = (0..plan.recording.passes.len())
+            .map(|at| UncompiledDispatch::new(&plan, at, self.immediates))
+            .collect::<Result<Vec<_>, _>>()?;
         let orders = drafts.iter().enumerate().flat_map(|(at, draft)| self.orders(&plan, at, draft, &before.drawn));
         self.pipelines.build(&self.device, orders.collect(), threads)?;
-        let launches = drafts.into_iter().enumerate().map(|(at, draft)| self.finish(&plan, at, draft)).collect();
+        let passes = drafts.into_iter().enumerate().map(|(at, draft)| self.finish(&plan, at, draft)).collect();
         watched(&self.device, "the memory of the plan", || {
             let placed = self.place(&plan, before.placed.as_ref());
             let same = |old: &Placed| placed.as_ref().is_some_and(|placed| Arc::ptr_eq(&placed.heap, &old.heap));
             let moved_in = before.placed.as_ref().is_some_and(same);
             let (uniforms, regions) = (self.uniforms(&plan), regions(&plan));
-            Ok(Prepared::Whole(Box::new(CompiledPlan { plan, launches, uniforms, regions, placed, moved_in })))
+            Ok(Prepared::Whole(Box::new(CompiledPlan { plan, passes, uniforms, regions, placed, moved_in })))
         })
     }
 
-    /// The pipelines that a launch may need: the planned one, and the one for the host's image.
+    /// The pipelines that a pass may need: the planned one, and the one for the host's image.
     fn orders<'a>(
         &self,
         plan: &'a Plan,
@@ -99,7 +100,7 @@ impl PlanCompiler {
     ) -> impl Iterator<Item = Order<'a>> + use<'a> {
         let output = plan.outputs.iter().find(|output| Some(output.image) == draft.writes_image);
         let asked = drawn.iter().find(|(name, _)| output.is_some_and(|output| output.name == *name));
-        let is_function = matches!(plan.recording.passes[plan.launches[index].start].work, Work::Steps { .. });
+        let is_function = matches!(plan.recording.passes[index].work, Work::Steps { .. });
         let extra = asked.filter(|_| is_function).map(|(_, format)| Some(*format));
         let planned = planned_attachment(plan, index, draft.writes_image);
         let attachments: Vec<_> = std::iter::once(planned).chain(extra).collect();
@@ -109,13 +110,13 @@ impl PlanCompiler {
             .map(move |attachment| order(&device, plan, index, (&draft.composed, draft.immediate), attachment))
     }
 
-    fn finish(&self, plan: &Plan, index: usize, draft: UncompiledDispatch) -> LoadedLaunch {
+    fn finish(&self, plan: &Plan, index: usize, draft: UncompiledDispatch) -> LoadedPass {
         let UncompiledDispatch { composed, workgroups, writes_image, immediate } = draft;
         let attachment = planned_attachment(plan, index, writes_image);
         let key = order(&self.device, plan, index, (&composed, immediate), attachment).key;
         let built = self.pipelines.get(&key).expect("every planned pipeline was built");
         let by_hand = by_hand(&composed);
-        LoadedLaunch { composed, workgroups, writes_image, by_hand, immediate, built }
+        LoadedPass { composed, workgroups, writes_image, by_hand, immediate, built }
     }
 
     fn uniforms(&self, plan: &Plan) -> Buffer {
@@ -144,7 +145,7 @@ fn keep_places(plan: Arc<Plan>, before: &PreviousPlan) -> Arc<Plan> {
     if kept.place_keeping(old) { Arc::new(kept) } else { plan }
 }
 
-/// A launch whose pipeline is not compiled yet.
+/// A pass whose pipeline is not compiled yet.
 struct UncompiledDispatch {
     composed: Composed,
     workgroups: [u32; 3],
@@ -155,9 +156,14 @@ struct UncompiledDispatch {
 impl UncompiledDispatch {
     fn new(plan: &Plan, index: usize, immediates: bool) -> Result<Self, GpuError> {
         let mut composed = plan.compose(index).map_err(GpuError::Shader)?;
-        let writes_image = written(&plan.recording.passes[plan.launches[index].start]);
+        let writes_image = written(&plan.recording.passes[index]);
         let immediate = immediates && take_immediates(&mut composed);
-        Ok(Self { composed, workgroups: plan.launch_workgroups(index), writes_image, immediate })
+        Ok(Self {
+            composed,
+            workgroups: workgroups(&plan.recording, &plan.recording.passes[index]),
+            writes_image,
+            immediate,
+        })
     }
 }
 
@@ -169,7 +175,7 @@ pub(super) fn written(pass: &Pass) -> Option<ImageId> {
     })
 }
 
-/// What must be compiled for a launch, whether or not it takes the frame from immediates; drawn if there is an attachment.
+/// What must be compiled for a pass, whether or not it takes the frame from immediates; drawn if there is an attachment.
 pub(super) fn order<'a>(
     device: &Device,
     plan: &'a Plan,
@@ -178,12 +184,8 @@ pub(super) fn order<'a>(
     attachment: Option<TextureFormat>,
 ) -> Order<'a> {
     let stage = if attachment.is_some() { Stage::Fragment } else { Stage::Compute };
-    let passes = &plan.recording.passes[plan.launches[index].clone()];
-    let constants = match passes {
-        [pass] => pass.constants().iter().map(|(name, value)| (*name, value.to_bits())).collect(),
-        // Where passes run side by side, constants stand in the text.
-        _ => Vec::new(),
-    };
+    let pass = &plan.recording.passes[index];
+    let constants = pass.constants().iter().map(|(name, value)| (*name, value.to_bits())).collect();
     let sample_modes = composed.slots.iter().map(|slot| match slot.kind {
         SlotKind::Texture(image) => format!("{:?}", plan.sample_modes[image.0 as usize]),
         _ => String::new(),
@@ -202,9 +204,8 @@ pub(super) fn order<'a>(
         stage,
         layout: bind_group_layout(device, plan, composed, stage),
         immediate_bytes: if immediate { frame_constants::BYTES } else { 0 },
-        label: plan.launch_label(index),
+        label: pass.label.clone(),
         // Tilings write every texel of a tile that they read; whole kernels are their authors' own.
-        zero_workgroup_memory: !composed.unchecked
-            && passes.iter().any(|pass| matches!(pass.work, Work::Entry(_) | Work::Cells(_))),
+        zero_workgroup_memory: !composed.unchecked && matches!(pass.work, Work::Entry(_) | Work::Cells(_)),
     }
 }

@@ -4,8 +4,8 @@ use std::ops::Range;
 
 use wgpu::{CommandEncoder, Device};
 
-use super::loaded::{ImageBinding, HostSet, Loaded, Run, ExplicitTransition};
 use super::frame_constants::FrameConstants;
+use super::loaded::{ExplicitTransition, HostSet, ImageBinding, Loaded, Run};
 use crate::layout::Pipeline;
 use crate::store::{self, Store};
 
@@ -35,17 +35,11 @@ pub(super) fn take_over(store: &Store, loaded: &Loaded, encoder: &mut CommandEnc
 /// Where in the rings and when a frame is.
 type Now<'m> = (usize, &'m FrameConstants);
 
-pub(super) fn record(
-    loaded: &Loaded,
-    set: &HostSet,
-    now: Now<'_>,
-    launches: Range<usize>,
-    encoder: &mut CommandEncoder,
-) {
-    let mut index = launches.start;
-    while index < launches.end {
+pub(super) fn record(loaded: &Loaded, set: &HostSet, now: Now<'_>, passes: Range<usize>, encoder: &mut CommandEncoder) {
+    let mut index = passes.start;
+    while index < passes.end {
         match &set.runs[index].pipeline {
-            Pipeline::Compute(_) => index = record_dispatches(loaded, set, now, index..launches.end, encoder),
+            Pipeline::Compute(_) => index = record_dispatches(loaded, set, now, index..passes.end, encoder),
             Pipeline::Render(pipeline) => {
                 touch_for_draw(&set.explicit_transitions[index], now.0, encoder);
                 record_draw(loaded, &set.runs[index], pipeline, now, index, encoder);
@@ -55,22 +49,22 @@ pub(super) fn record(
     }
 }
 
-/// One compute pass for the dispatches that these launches begin with; the index after it.
+/// One compute pass for the dispatches that these passes begin with; the index after it.
 fn record_dispatches(
     loaded: &Loaded,
     set: &HostSet,
     (ring_index, frame_constants): Now<'_>,
-    launches: Range<usize>,
+    passes: Range<usize>,
     encoder: &mut CommandEncoder,
 ) -> usize {
     let mut pass =
         encoder.begin_compute_pass(&wgpu::ComputePassDescriptor { label: Some("afterimage"), timestamp_writes: None });
-    let mut index = launches.start;
+    let mut index = passes.start;
     if let Some(timing) = &loaded.timing {
         pass.write_timestamp(&timing.queries, index as u32);
     }
-    while let Some(Run { pipeline: Pipeline::Compute(pipeline), groups, .. }) = set.runs[..launches.end].get(index) {
-        let [x, y, z] = loaded.launches[index].workgroups;
+    while let Some(Run { pipeline: Pipeline::Compute(pipeline), groups, .. }) = set.runs[..passes.end].get(index) {
+        let [x, y, z] = loaded.passes[index].workgroups;
         if let Some(explicit_transitions) = set.explicit_transitions[index].get(ring_index) {
             let textures = explicit_transitions.iter().map(|transition| wgpu::TextureTransition {
                 texture: &transition.view,
@@ -81,7 +75,7 @@ fn record_dispatches(
         }
         pass.set_pipeline(pipeline);
         pass.set_bind_group(0, &groups[ring_index], &[]);
-        if loaded.launches[index].immediate {
+        if loaded.passes[index].immediate {
             pass.set_immediates(0, frame_constants.bytes(loaded.uses_uninitialized(index)));
         }
         pass.dispatch_workgroups(x, y, z);
@@ -130,7 +124,7 @@ fn record_draw(
     });
     pass.set_pipeline(pipeline);
     pass.set_bind_group(0, &run.groups[ring_index], &[]);
-    if loaded.launches[index].immediate {
+    if loaded.passes[index].immediate {
         pass.set_immediates(0, frame_constants.bytes(loaded.uses_uninitialized(index)));
     }
     pass.draw(0..3, 0..1);

@@ -4,8 +4,8 @@ use std::collections::BTreeSet;
 
 use super::Complaints;
 use super::names::{is_free_in_wgsl, is_pascal, is_snake};
-use crate::node::{OutputState, Input, NodeKind, Output, PortType, Fallback};
-use crate::value::{Param, Type, Value};
+use crate::node::{Fallback, Input, NodeKind, Output, OutputState, PortType};
+use afterimage_base::value::{Param, Type, Value};
 
 /// Names that pipeline files and shaders use for other things.
 const TAKEN: [&str; 6] = ["when", "format", "label", "at", "frame", "params"];

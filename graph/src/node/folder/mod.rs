@@ -30,13 +30,13 @@ mod read;
 use super::contract::contract;
 use super::kind::{Arrivals, Kind, NodeKind};
 use super::pass::ImageId;
-use super::ports::{Input, Output, PortType, Fallback};
+use super::ports::{Fallback, Input, Output, PortType};
 use super::recorder::Recorder;
-use crate::diagnostic::{Diagnostic, Diagnostics, Place, Sources, Spanned};
 use crate::document;
-use crate::image::{ImageDesc, Size};
-use crate::shader::{ArgType, Shader};
-use crate::value::{Param, Value};
+use afterimage_base::diagnostic::{Diagnostic, Diagnostics, Place, Sources, Spanned};
+use afterimage_base::image::{ImageDesc, Size};
+use afterimage_base::value::{Param, Value};
+use afterimage_wgsl::{ArgType, Shader};
 
 /// Makes a node kind of the text of a `node.ron` and the text of its shader, each with its file's name in front.
 ///
@@ -60,7 +60,7 @@ pub fn folder_kind(declaration: (&str, &str), shader: (&str, &str)) -> Result<No
             agree::look(declared, shader, reflection, &mut diagnostics);
         }
         (Ok(_), _) => {}
-        (Err(error), _) => diagnostics.push_shader(&error, shader),
+        (Err(error), _) => error.report(shader, &mut diagnostics),
     }
     match declared {
         Some(declared) if !diagnostics.has_errors() => contracted(declared, shader, diagnostics),

@@ -1,12 +1,12 @@
 //! SampleMode a `node.ron`.
 
 use super::{Declaration, DeclaredOutput, SizeRule, leak};
-use crate::diagnostic::{Diagnostic, Diagnostics, Place, Spanned, did_you_mean, list, quote};
 use crate::document::{Field, Group, Item, Tree, doubled};
-use crate::image::ColorState;
 use crate::node::contract::snake;
-use crate::node::{OutputState, Input, Output, PortType, Fallback};
-use crate::value::{Param, Type, Value};
+use crate::node::{Fallback, Input, Output, OutputState, PortType};
+use afterimage_base::diagnostic::{Diagnostic, Diagnostics, Place, Spanned, did_you_mean, list, quote};
+use afterimage_base::image::ColorState;
+use afterimage_base::value::{Param, Type, Value};
 
 const SHAPE: &str =
     "a node file is `Kind(name: \"...\", doc: \"...\", inputs: { ... }, outputs: { ... }, parameters: { ... })`";

@@ -13,7 +13,7 @@ use resvg::usvg;
 
 use super::report::Report;
 use crate::failure::Failure;
-use crate::files::{EncodedPixels, PngOptions, write_png, write_whole};
+use afterimage_media::{EncodedPixels, PngOptions, write_atomic, write_png};
 
 /// Pixels of a PNG for each unit of the SVG.
 const SHARPNESS: f32 = 2.0;
@@ -30,7 +30,7 @@ pub(crate) fn check_name(path: &Path) -> Result<(), Failure> {
 pub(crate) fn write(path: &Path, report: &Report) -> Result<(), Failure> {
     let svg = chart::svg(report);
     if super::ends_with(path, "svg") {
-        return Ok(write_whole(path, svg.as_bytes())?);
+        return Ok(write_atomic(path, svg.as_bytes())?);
     }
     let picture = drawn(&svg)?;
     let size = (picture.width(), picture.height());

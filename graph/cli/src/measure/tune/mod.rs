@@ -8,7 +8,7 @@ mod write;
 use afterimage_gpu::Gpu;
 use afterimage_graph::check::Graph;
 use afterimage_graph::node::{NodeKind, Registry};
-use afterimage_graph::plan::Options;
+use afterimage_plan::Options;
 use indicatif::ProgressBar;
 
 use super::args::TuneArgs;
@@ -20,10 +20,10 @@ use super::view::View;
 use super::{load, progress};
 use crate::args::PipelineOptions;
 use crate::failure::Failure;
-use crate::files::write_whole;
 use crate::pipeline::{check_file, facts, load_graph, registry};
 use crate::session::{open, options_on};
 use crate::terminal::{note, say};
+use afterimage_media::write_atomic;
 use search::search;
 pub(crate) use search::{Goal, Measured};
 use space::Space;
@@ -53,7 +53,7 @@ pub(crate) fn run(args: &TuneArgs, tables: &[&[NodeKind]]) -> Result<(), Failure
     let tier = write::Tier { entries: changes(&plain, &tuned), measured, bench: bench.words() };
     let text = write::text(args, &registry, &tier)?;
     match &args.out {
-        Some(path) => write_whole(path, text.as_bytes())?,
+        Some(path) => write_atomic(path, text.as_bytes())?,
         None => say(&text),
     }
     note(&format!("{}; {} pipelines were measured", tier.figures(), state.len()));

@@ -1,7 +1,7 @@
 //! All choices of all switches of a pipeline.
 
 use afterimage_graph::check::Graph;
-use afterimage_graph::plan::Plan;
+use afterimage_plan::Plan;
 
 use crate::failure::Failure;
 use crate::measure::runner::run_alike;

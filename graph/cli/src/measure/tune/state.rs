@@ -8,7 +8,7 @@ use serde_json::Value;
 
 use super::search::Measured;
 use crate::failure::Failure;
-use crate::files::write_whole;
+use afterimage_media::write_atomic;
 
 /// Figures by the choice that they belong to.
 pub(super) struct SearchState {
@@ -45,7 +45,7 @@ impl SearchState {
         let Some(path) = &self.path else { return Ok(()) };
         let text = serde_json::to_string_pretty(&self.content)
             .map_err(|error| Failure::machine(format!("cannot write the state: {error}")))?;
-        Ok(write_whole(path, format!("{text}\n").as_bytes())?)
+        Ok(write_atomic(path, format!("{text}\n").as_bytes())?)
     }
 
     /// How many choices were measured.

@@ -1,0 +1,82 @@
+//! How far a picture is from the truth, as people see it.
+//!
+//! All figures compare pictures as they are shown ([`Shown`]): an SDR picture by its sRGB signal, an HDR picture by its light. Where a
+//! kept crate or a published program exists, its figures stand in the tests.
+
+mod ciede2000;
+mod colour;
+mod flip;
+mod itp;
+mod percentile;
+mod plane;
+mod psnr;
+mod pu21;
+mod ssim;
+
+pub use ciede2000::{ciede2000, ciede2000_of};
+pub use colour::{lab_of_srgb, nits_of_pq, srgb_decode, srgb_encode};
+pub use flip::{PIXELS_PER_DEGREE, flip};
+pub use itp::{REC2020, delta_e_itp, delta_e_itp_of};
+pub use percentile::{mean, percentile};
+pub use psnr::psnr;
+pub use pu21::pu21;
+pub use ssim::ssim;
+
+/// A picture as a screen shows it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Shown {
+    /// Pixels in a row.
+    pub width: usize,
+    /// Rows.
+    pub height: usize,
+    /// What the numbers mean.
+    pub range: Range,
+    /// Rows from the top; as long as width times height.
+    pub pixels: Vec<[f32; 3]>,
+}
+
+/// What the numbers of a shown picture mean.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Range {
+    /// The sRGB signal, 0 to 1.
+    Sdr,
+    /// Linear light with Rec.709 primaries in cd/m², not negative.
+    Hdr,
+}
+
+impl Range {
+    /// The code that a signal of full strength has: 255 for SDR; 256 for HDR, which PU21 gives to 100 cd/m².
+    pub fn peak(self) -> f64 {
+        match self {
+            Self::Sdr => 255.0,
+            Self::Hdr => 256.0,
+        }
+    }
+}
+
+impl Shown {
+    /// Codes of about equal visibility: 8-bit codes before rounding for SDR, PU21 of each channel for HDR.
+    pub fn codes(&self) -> Vec<[f32; 3]> {
+        let code = |x: f32| match self.range {
+            Range::Sdr => x * 255.0,
+            Range::Hdr => pu21(f64::from(x)) as f32,
+        };
+        self.pixels.iter().map(|pixel| pixel.map(code)).collect()
+    }
+
+    /// The code of each pixel's brightness: luma for SDR, PU21 of luminance for HDR.
+    fn brightness(&self) -> Vec<f32> {
+        let luma = |[r, g, b]: [f32; 3]| 0.2126 * r + 0.7152 * g + 0.0722 * b;
+        let code = |pixel: &[f32; 3]| match self.range {
+            Range::Sdr => luma(*pixel) * 255.0,
+            Range::Hdr => pu21(f64::from(luma(*pixel))) as f32,
+        };
+        self.pixels.iter().map(code).collect()
+    }
+}
+
+/// The largest difference of the channels of each pixel, in [codes](Shown::codes).
+pub fn difference(truth: &[[f32; 3]], other: &[[f32; 3]]) -> Vec<f32> {
+    let largest = |(a, b): (&[f32; 3], &[f32; 3])| (0..3).map(|c| (a[c] - b[c]).abs()).fold(0.0, f32::max);
+    truth.iter().zip(other).map(largest).collect()
+}

@@ -1,0 +1,76 @@
+//! Errors of encoding and decoding.
+
+use std::fmt;
+use std::io;
+
+/// Why an image could not be decoded or encoded, and what the user can do.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct CodecError {
+    /// The class of the error.
+    pub kind: ErrorKind,
+    /// One sentence without a full stop.
+    pub message: String,
+    /// What the user can do, if that is known.
+    pub hint: Option<String>,
+}
+
+/// Classes of errors. All but [`ErrorKind::Machine`] are errors of the user's input.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ErrorKind {
+    /// There is no such file, folder, frame or layer.
+    Missing,
+    /// The file exists, but it is not a file that this user may read.
+    Unreadable,
+    /// A well-formed file that uses a feature that is not supported.
+    Unsupported,
+    /// The content is contradictory or truncated.
+    Broken,
+    /// The image exceeds [`limits`](crate::limits) or the available memory.
+    TooLarge,
+    /// The name or the pattern is not valid here.
+    Naming,
+    /// An error of the machine: a full disk, no permission to write, a failing device.
+    Machine,
+}
+
+impl CodecError {
+    pub(crate) fn new(kind: ErrorKind, message: impl Into<String>) -> Self {
+        Self { kind, message: message.into(), hint: None }
+    }
+
+    pub(crate) fn hint(mut self, hint: impl Into<String>) -> Self {
+        self.hint = Some(hint.into());
+        self
+    }
+
+    /// The error of a reader.
+    pub(crate) fn reading(error: &io::Error) -> Self {
+        match error.kind() {
+            io::ErrorKind::UnexpectedEof => Self::cut_short(),
+            // A seek to a negative position.
+            io::ErrorKind::InvalidInput | io::ErrorKind::InvalidData => Self::broken("it points outside itself"),
+            _ => Self::new(ErrorKind::Machine, format!("reading failed: {error}")),
+        }
+    }
+
+    pub(crate) fn cut_short() -> Self {
+        Self::new(ErrorKind::Broken, "the file ends too early")
+            .hint("it was cut short or is still being written; copy or render it again")
+    }
+
+    pub(crate) fn broken(what: impl fmt::Display) -> Self {
+        Self::new(ErrorKind::Broken, format!("the file is damaged: {what}")).hint("copy or render it again")
+    }
+}
+
+impl fmt::Display for CodecError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.message)?;
+        match &self.hint {
+            Some(hint) => write!(f, "\n  hint: {hint}"),
+            None => Ok(()),
+        }
+    }
+}
+
+impl std::error::Error for CodecError {}

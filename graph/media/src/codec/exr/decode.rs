@@ -1,0 +1,252 @@
+//! Blocks to pixels: chunks are read in order, decompressed on all cores, and pasted into place.
+
+use std::collections::BTreeSet;
+use std::io::{Read, Seek};
+use std::ops::Range;
+
+use exr::block::chunk::Chunk;
+use exr::block::reader::{ChunksReader, Reader};
+use exr::block::{BlockIndex, UncompressedBlock};
+use exr::math::Vec2;
+use exr::meta::MetaData;
+use exr::meta::attribute::{IntegerBounds, SampleType};
+use exr::meta::header::Header;
+use glam::Mat3;
+use half::f16;
+use rayon::prelude::*;
+
+use super::counters::check_chunk;
+use super::explain;
+use super::select::Choice;
+use crate::codec::CodecError;
+use crate::codec::chromaticities::convert;
+use crate::codec::limits::zeroed;
+use crate::codec::panics::catch_panic;
+
+/// What to read, and where it lies on the display window.
+pub(super) struct Placement {
+    pub(super) choice: Choice,
+    pub(super) display: IntegerBounds,
+    pub(super) data: IntegerBounds,
+    pub(super) colour: Option<Mat3>,
+}
+
+/// A number of the picture: half or float.
+pub(super) trait Sample: Copy + Send + Sync + bytemuck::Zeroable {
+    const ZERO: Self;
+    const ONE: Self;
+    fn from_half(value: f16) -> Self;
+    fn from_float(value: f32) -> Self;
+    fn to_float(self) -> f32;
+}
+
+impl Sample for f16 {
+    const ZERO: Self = f16::ZERO;
+    const ONE: Self = f16::ONE;
+    fn from_half(value: f16) -> Self {
+        value
+    }
+    fn from_float(value: f32) -> Self {
+        f16::from_f32(value)
+    }
+    fn to_float(self) -> f32 {
+        self.to_f32()
+    }
+}
+
+impl Sample for f32 {
+    const ZERO: Self = 0.0;
+    const ONE: Self = 1.0;
+    fn from_half(value: f16) -> Self {
+        value.to_f32()
+    }
+    fn from_float(value: f32) -> Self {
+        value
+    }
+    fn to_float(self) -> f32 {
+        self
+    }
+}
+
+/// Interleaved RGBA rows of one block, cropped to the display window.
+struct Piece<T> {
+    block: Vec2<usize>,
+    x: usize,
+    y: usize,
+    width: usize,
+    values: Vec<T>,
+}
+
+/// Decodes the largest level of the chosen channels into the display window.
+pub(super) fn decode_blocks<T: Sample, R: Read + Seek>(
+    reader: Reader<R>,
+    placement: &Placement,
+) -> Result<Vec<T>, CodecError> {
+    let (width, height) = (placement.display.size.0, placement.display.size.1);
+    let mut picture = zeroed::<T>(width * height * 4)?;
+    let mut chunks = reader
+        .filter_chunks(false, |_, tile, block| tile.level_index == Vec2(0, 0) && placement.shows(&block))
+        .map_err(|error| explain(&error))?;
+    let expected = chunks.expected_chunk_count();
+    let batch_size = batch_size(&chunks.headers()[placement.choice.part]);
+    let mut seen = BTreeSet::new();
+    loop {
+        let batch: Vec<Chunk> =
+            chunks.by_ref().take(batch_size).collect::<Result<_, _>>().map_err(|error| explain(&error))?;
+        if batch.is_empty() {
+            break;
+        }
+        let mut pieces = placement.decode_batch(batch, chunks.meta_data())?;
+        seen.extend(pieces.iter().map(|piece| (piece.block.0, piece.block.1)));
+        pieces.sort_by_key(|piece| piece.y);
+        paste_all(&mut picture, width, &pieces);
+    }
+    // A table that points twice at one block would leave a hole elsewhere.
+    if seen.len() == expected { Ok(picture) } else { Err(missing_blocks()) }
+}
+
+/// As many chunks as fill 16 MiB when decompressed: enough for every core, and little enough for the next batch to find the memory of the
+/// last one still in the caches.
+fn batch_size(header: &Header) -> usize {
+    const BATCH_BYTES: usize = 16 << 20;
+    (BATCH_BYTES / header.max_block_byte_size().max(1)).clamp(1, 4096)
+}
+
+/// Puts pieces, sorted by their rows, into place: on all cores if they are bands of whole rows.
+fn paste_all<T: Sample>(picture: &mut [T], width: usize, pieces: &[Piece<T>]) {
+    match bands(picture, width, pieces) {
+        Some(bands) => bands.into_par_iter().zip(pieces).for_each(|(band, piece)| band.copy_from_slice(&piece.values)),
+        None => pieces.iter().for_each(|piece| paste(picture, width, piece)),
+    }
+}
+
+/// The rows of the picture for each piece; `None` unless every piece is as wide as the picture and begins after the one before.
+fn bands<'p, T>(picture: &'p mut [T], width: usize, pieces: &[Piece<T>]) -> Option<Vec<&'p mut [T]>> {
+    let (mut rest, mut at) = (picture, 0);
+    let mut bands = Vec::with_capacity(pieces.len());
+    for piece in pieces.iter() {
+        let start = piece.y * width * 4;
+        let (_, after) = rest.split_at_mut_checked(start.checked_sub(at).filter(|_| piece.width == width)?)?;
+        let (band, after) = after.split_at_mut_checked(piece.values.len())?;
+        bands.push(band);
+        (rest, at) = (after, start + piece.values.len());
+    }
+    Some(bands)
+}
+
+fn paste<T: Sample>(picture: &mut [T], width: usize, piece: &Piece<T>) {
+    let row_length = piece.width * 4;
+    if row_length == 0 {
+        return;
+    }
+    for (row, values) in piece.values.chunks_exact(row_length).enumerate() {
+        let start = ((piece.y + row) * width + piece.x) * 4;
+        picture[start..start + row_length].copy_from_slice(values);
+    }
+}
+
+fn missing_blocks() -> CodecError {
+    CodecError::broken("blocks of the image are missing or stored twice")
+}
+
+impl Placement {
+    /// Columns and rows of the block that lie inside the display window, counted in the block.
+    fn visible(&self, block: &BlockIndex) -> (Range<usize>, Range<usize>) {
+        let span = |display: (i32, usize), data: i32, at: usize, size: usize| {
+            let start = i64::from(data) + at as i64;
+            let first = (i64::from(display.0) - start).clamp(0, size as i64);
+            let last = (i64::from(display.0) + display.1 as i64 - start).clamp(first, size as i64);
+            first as usize..last as usize
+        };
+        let (position, size) = (self.display.position, self.display.size);
+        let (at, block_size) = (block.pixel_position, block.pixel_size);
+        (
+            span((position.0, size.0), self.data.position.0, at.0, block_size.0),
+            span((position.1, size.1), self.data.position.1, at.1, block_size.1),
+        )
+    }
+
+    fn shows(&self, block: &BlockIndex) -> bool {
+        let (columns, rows) = self.visible(block);
+        block.layer == self.choice.part && !columns.is_empty() && !rows.is_empty()
+    }
+
+    fn decode_batch<T: Sample>(&self, batch: Vec<Chunk>, meta: &MetaData) -> Result<Vec<Piece<T>>, CodecError> {
+        let guarded = |chunk| {
+            catch_panic(|| self.decode_chunk(chunk, meta)).unwrap_or_else(|panic| Err(CodecError::broken(panic)))
+        };
+        batch.into_par_iter().map(guarded).collect()
+    }
+
+    fn decode_chunk<T: Sample>(&self, chunk: Chunk, meta: &MetaData) -> Result<Piece<T>, CodecError> {
+        let block = meta
+            .headers
+            .get(chunk.layer_index)
+            .map_or(Ok(()), |header| check_chunk(&chunk, header))
+            .and_then(|()| UncompressedBlock::decompress_chunk(chunk, meta, false))
+            .map_err(|error| explain(&error))?;
+        let index = block.index;
+        if index.level != Vec2(0, 0) || !self.shows(&index) {
+            return Err(missing_blocks());
+        }
+        let header = &meta.headers[self.choice.part];
+        if block.data.len() != index.pixel_size.area() * header.channels.bytes_per_pixel {
+            return Err(CodecError::broken("a block has the wrong size"));
+        }
+        Ok(self.interleave(header, &block))
+    }
+
+    fn interleave<T: Sample>(&self, header: &Header, block: &UncompressedBlock) -> Piece<T> {
+        let (columns, rows) = self.visible(&block.index);
+        let width = columns.len();
+        let mut values = [T::ZERO, T::ZERO, T::ZERO, T::ONE].repeat(width * rows.len());
+        let line = block.index.pixel_size.0 * header.channels.bytes_per_pixel;
+        for (slot, channel) in self.choice.slots.iter().enumerate() {
+            let Some(channel) = *channel else { continue };
+            let before: usize = header.channels.list[..channel].iter().map(|c| c.sample_type.bytes_per_sample()).sum();
+            let sample_type = header.channels.list[channel].sample_type;
+            let size = sample_type.bytes_per_sample();
+            let start = block.index.pixel_size.0 * before;
+            for (row, out) in rows.clone().zip(values.chunks_exact_mut(width * 4)) {
+                let from = row * line + start;
+                let bytes = &block.data[from + columns.start * size..from + columns.end * size];
+                spread(bytes, sample_type, &mut out[slot..]);
+            }
+        }
+        if let Some(matrix) = &self.colour {
+            to_rec709(matrix, &mut values);
+        }
+        let at = |data: i32, block: usize, skip: usize, display: i32| {
+            (i64::from(data) + (block + skip) as i64 - i64::from(display)) as usize
+        };
+        let (position, display) = (self.data.position, self.display.position);
+        let x = at(position.0, block.index.pixel_position.0, columns.start, display.0);
+        let y = at(position.1, block.index.pixel_position.1, rows.start, display.1);
+        Piece { block: block.index.pixel_position, x, y, width, values }
+    }
+}
+
+/// Writes a row of samples to every fourth place.
+fn spread<T: Sample>(bytes: &[u8], sample_type: SampleType, out: &mut [T]) {
+    let places = out.iter_mut().step_by(4);
+    let (halves, _) = bytes.as_chunks::<2>();
+    let (words, _) = bytes.as_chunks::<4>();
+    match sample_type {
+        SampleType::F16 => {
+            places.zip(halves).for_each(|(o, b)| *o = T::from_half(f16::from_ne_bytes(*b)));
+        }
+        SampleType::F32 => {
+            places.zip(words).for_each(|(o, b)| *o = T::from_float(f32::from_ne_bytes(*b)));
+        }
+        SampleType::U32 => {
+            places.zip(words).for_each(|(o, b)| *o = T::from_float(u32::from_ne_bytes(*b) as f32));
+        }
+    }
+}
+
+fn to_rec709<T: Sample>(matrix: &Mat3, values: &mut [T]) {
+    for [r, g, b, _] in values.as_chunks_mut::<4>().0 {
+        let rgb = convert(matrix, [r.to_float(), g.to_float(), b.to_float()]);
+        [*r, *g, *b] = rgb.map(T::from_float);
+    }
+}

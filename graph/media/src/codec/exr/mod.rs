@@ -1,0 +1,47 @@
+//! OpenEXR in and out. SampleMode goes header → choice of layer → size limits → blocks, and nothing
+//! is allocated for pixels before the limits have passed.
+
+mod counters;
+mod decode;
+mod read;
+mod select;
+mod write;
+
+use exr::error::Error;
+
+use crate::codec::{CodecError, ErrorKind};
+
+pub(crate) use read::decode;
+pub use write::{ExrCompression, ExrOptions, encode_exr};
+
+/// The first four bytes of every EXR file.
+pub(crate) const MAGIC: [u8; 4] = exr::meta::magic_number::BYTES;
+
+/// Puts an error of the decoder into the user's words.
+fn explain(error: &Error) -> CodecError {
+    match error {
+        Error::Io(error) => CodecError::reading(error),
+        Error::Invalid(what) if what.contains("missing bytes") => CodecError::cut_short(),
+        Error::Invalid(what) if what.contains("channel sampling factor") => subsampled(),
+        Error::NotSupported(what) if what.contains("subsampling") => subsampled(),
+        Error::NotSupported(what) if what.contains("deep") => deep(),
+        Error::NotSupported(what) => unsupported(format!("this EXR cannot be read: {what}"))
+            .hint("save it again as a flat, ZIP-compressed OpenEXR 2 file"),
+        Error::Invalid(what) => CodecError::broken(what),
+        Error::Aborted => CodecError::broken(error),
+    }
+}
+
+fn unsupported(what: impl Into<String>) -> CodecError {
+    CodecError::new(ErrorKind::Unsupported, what)
+}
+
+fn deep() -> CodecError {
+    unsupported("deep EXR (many samples in a pixel) is not supported")
+        .hint("flatten it first, for example `oiiotool deep.exr --flatten -o flat.exr`")
+}
+
+fn subsampled() -> CodecError {
+    unsupported("chroma-subsampled EXR (luminance with `RY` and `BY`) is not supported")
+        .hint("save it again with full-size `R`, `G` and `B` channels")
+}

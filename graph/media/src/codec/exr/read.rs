@@ -1,0 +1,138 @@
+//! From the file's header to a picture.
+
+use std::io::{Read, Seek, SeekFrom};
+
+use exr::block::reader::Reader;
+use exr::meta::BlockDescription;
+use exr::meta::attribute::{Chromaticities, IntegerBounds, SampleType};
+use exr::meta::header::Header;
+use glam::{DVec2, Mat3};
+
+use super::decode::{Placement, decode_blocks};
+use super::select::{Choice, choose};
+use super::{explain, unsupported};
+use crate::codec::chromaticities::{self, Primaries, REC709};
+use crate::codec::limits::{MAX_BLOCK_BYTES, MAX_SIDE, check_size, too_large};
+use crate::codec::{CodecError, Metadata, Picture, Pixels};
+
+/// Decodes the chosen layer of an EXR file, placed in its display window.
+pub(crate) fn decode(reader: impl Read + Seek, layer: Option<&str>) -> Result<Picture, CodecError> {
+    let reader = open(reader)?;
+    let choice = choose(reader.headers(), layer)?;
+    let header = reader.headers()[choice.part].clone();
+    let colour = colour_matrix(&header, &choice)?;
+    let display = header.shared_attributes.display_window;
+    let pixel_type = pixel_type(&header, &choice);
+    let bytes = if pixel_type == SampleType::F16 { 2 } else { 4 };
+    check_size((display.size.0 as u64, display.size.1 as u64), bytes)?;
+    let placement = Placement { choice, display, data: header.data_window(), colour };
+    let pixels = match pixel_type {
+        SampleType::F16 => Pixels::Half(decode_blocks(reader, &placement)?),
+        _ => Pixels::Float(decode_blocks(reader, &placement)?),
+    };
+    let (width, height) = (display.size.0 as u32, display.size.1 as u32);
+    let notes = notes(&header, &placement);
+    Ok(Picture { width, height, pixels, meta: metadata(&header, &choice), notes })
+}
+
+/// Reads the headers and refuses what would exhaust memory later.
+fn open<R: Read + Seek>(mut reader: R) -> Result<Reader<R>, CodecError> {
+    let failed = |error| CodecError::reading(&error);
+    let length = reader.seek(SeekFrom::End(0)).map_err(failed)?;
+    reader.rewind().map_err(failed)?;
+    let reader = exr::block::read(reader, false).map_err(|error| explain(&error))?;
+    for header in reader.headers() {
+        check_header(header)?;
+    }
+    // The file begins with a table of eight bytes for each block.
+    let blocks: u64 = reader.headers().iter().map(|header| header.chunk_count as u64).sum();
+    if blocks.saturating_mul(8) > length {
+        return Err(CodecError::cut_short());
+    }
+    Ok(reader)
+}
+
+fn check_header(header: &Header) -> Result<(), CodecError> {
+    let (width, height) = (header.layer_size.0 as u64, header.layer_size.1 as u64);
+    if width == 0 || height == 0 {
+        return Err(CodecError::broken("a data window is empty"));
+    }
+    if width > MAX_SIDE || height > MAX_SIDE {
+        return Err(too_large(format!("a data window has {width}×{height} pixels"))
+            .hint(format!("a side may have at most {MAX_SIDE} pixels")));
+    }
+    let (block_width, block_height) = match header.blocks {
+        BlockDescription::Tiles(tiles) => (tiles.tile_size.0 as u64, tiles.tile_size.1 as u64),
+        BlockDescription::ScanLines => (width, header.compression.scan_lines_per_block() as u64),
+    };
+    let block = (header.channels.bytes_per_pixel as u64).saturating_mul(block_width).saturating_mul(block_height);
+    if block > MAX_BLOCK_BYTES {
+        return Err(too_large(format!("one of its blocks takes {} MiB", block >> 20))
+            .hint(format!("a block may take at most {} MiB", MAX_BLOCK_BYTES >> 20)));
+    }
+    Ok(())
+}
+
+/// Half where every chosen channel is half; float can hold all else.
+fn pixel_type(header: &Header, choice: &Choice) -> SampleType {
+    let mut chosen = choice.slots.iter().flatten();
+    let all_half = chosen.all(|&slot| header.channels.list[slot].sample_type == SampleType::F16);
+    if all_half { SampleType::F16 } else { SampleType::F32 }
+}
+
+fn colour_matrix(header: &Header, choice: &Choice) -> Result<Option<Mat3>, CodecError> {
+    let is_grey = choice.slots[0] == choice.slots[1];
+    let stated = header.shared_attributes.chromaticities.filter(|_| choice.is_colour && !is_grey);
+    let Some(stated) = stated else { return Ok(None) };
+    let matrix = chromaticities::to_rec709(&primaries(&stated)).map_err(|_| {
+        unsupported("its `chromaticities` attribute describes no colour space")
+            .hint("correct or remove that attribute; without it, Rec.709 is assumed")
+    })?;
+    Ok(matrix.map(|matrix| matrix.as_mat3()))
+}
+
+fn primaries(stated: &Chromaticities) -> Primaries {
+    let point = |xy: exr::math::Vec2<f32>| DVec2::new(f64::from(xy.0), f64::from(xy.1));
+    Primaries {
+        red: point(stated.red),
+        green: point(stated.green),
+        blue: point(stated.blue),
+        white: point(stated.white),
+    }
+}
+
+pub(super) fn rec709_attribute() -> Chromaticities {
+    let point = |xy: DVec2| exr::math::Vec2(xy.x as f32, xy.y as f32);
+    Chromaticities {
+        red: point(REC709.red),
+        green: point(REC709.green),
+        blue: point(REC709.blue),
+        white: point(REC709.white),
+    }
+}
+
+fn metadata(header: &Header, choice: &Choice) -> Metadata {
+    let mut image = header.shared_attributes.clone();
+    if choice.is_colour && image.chromaticities.is_some() {
+        image.chromaticities = Some(rec709_attribute());
+    }
+    Metadata { image, layer: header.own_attributes.clone() }
+}
+
+fn notes(header: &Header, placement: &Placement) -> Vec<String> {
+    let mut notes = Vec::new();
+    if !contains(placement.display, placement.data) {
+        notes.push("pixels outside the display window are left out".to_owned());
+    }
+    let mut chosen = placement.choice.slots.iter().flatten();
+    if chosen.any(|&slot| header.channels.list[slot].sample_type == SampleType::U32) {
+        notes.push("integers beyond 16777216 lose their last digits as 32-bit floats".to_owned());
+    }
+    notes
+}
+
+fn contains(outer: IntegerBounds, inner: IntegerBounds) -> bool {
+    let (a, b) = (outer.end(), inner.end());
+    let start = inner.position.0 >= outer.position.0 && inner.position.1 >= outer.position.1;
+    start && b.0 <= a.0 && b.1 <= a.1
+}

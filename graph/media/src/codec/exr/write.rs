@@ -1,0 +1,222 @@
+//! A picture to an EXR file: one scan-line part, R G B and perhaps A, attributes kept.
+//!
+//! Equal pictures give equal bytes: blocks are compressed on all cores but written in order, and
+//! the attributes, which the `exr` crate takes from a hash map, are sorted by name afterwards.
+
+use std::io::Cursor;
+
+use exr::block::writer::ChunksWriter;
+use exr::block::{BlockIndex, UncompressedBlock, enumerate_ordered_header_block_indices};
+use exr::meta::BlockDescription;
+use exr::meta::attribute::{
+    AttributeValue, ChannelDescription, Compression, IntegerBounds, LineOrder, SampleType, Text,
+};
+use exr::meta::header::{Header, ImageAttributes, LayerAttributes, standard_names};
+use half::f16;
+use rayon::prelude::*;
+
+use super::explain;
+use super::read::rec709_attribute;
+use crate::codec::limits::check_size;
+use crate::codec::panics::catch_panic;
+use crate::codec::{CodecError, ErrorKind, Picture, Pixels};
+
+/// How an EXR file is written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ExrOptions {
+    /// 32-bit floats instead of halves.
+    pub float: bool,
+    /// Whether the alpha channel is written.
+    pub alpha: bool,
+    /// How blocks are packed; every choice is lossless.
+    pub compression: ExrCompression,
+    /// Whether the colours are linear Rec.709; if so the file says it.
+    pub rec709: bool,
+}
+
+impl Default for ExrOptions {
+    /// Half, with alpha, ZIP, linear Rec.709.
+    fn default() -> Self {
+        Self { float: false, alpha: true, compression: ExrCompression::Zip, rec709: true }
+    }
+}
+
+/// Lossless ways to pack an EXR file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum ExrCompression {
+    /// Not packed: the fastest to write, the largest.
+    None,
+    /// Run lengths, for flat areas.
+    Rle,
+    /// Deflate, sixteen rows at a time.
+    #[default]
+    Zip,
+    /// Deflate, row by row.
+    Zips,
+    /// Wavelets and Huffman codes: the smallest for grainy pictures.
+    Piz,
+}
+
+impl ExrCompression {
+    fn method(self) -> Compression {
+        match self {
+            Self::None => Compression::Uncompressed,
+            Self::Rle => Compression::RLE,
+            Self::Zip => Compression::ZIP16,
+            Self::Zips => Compression::ZIP1,
+            Self::Piz => Compression::PIZ,
+        }
+    }
+}
+
+/// Encodes an EXR file.
+pub fn encode_exr(picture: &Picture, options: &ExrOptions) -> Result<Vec<u8>, CodecError> {
+    let bytes = if options.float { 4 } else { 2 };
+    check_size((picture.width.into(), picture.height.into()), bytes)?;
+    let header = header(picture, options);
+    catch_panic(|| encode(picture, header)).unwrap_or_else(|panic| Err(ours(&panic)))
+}
+
+fn encode(picture: &Picture, header: Header) -> Result<Vec<u8>, CodecError> {
+    let headers = std::slice::from_ref(&header);
+    let blocks: Vec<_> = enumerate_ordered_header_block_indices(headers).collect();
+    let compress = |(index, block): (usize, BlockIndex)| {
+        let data = planes(picture, &header, &block);
+        let chunk = catch_panic(|| UncompressedBlock { index: block, data }.compress_to_chunk(headers))
+            .map_err(|panic| ours(&panic))?;
+        chunk.map(|chunk| (index, chunk)).map_err(|error| explain(&error))
+    };
+    let chunks: Vec<_> = blocks.into_par_iter().map(compress).collect::<Result<_, _>>()?;
+    let mut file = Cursor::new(Vec::new());
+    exr::block::write(&mut file, [header.clone()].into_iter().collect(), false, |_, writer| {
+        chunks.into_iter().try_for_each(|(index, chunk)| writer.write_chunk(index, chunk))
+    })
+    .map_err(|error| explain(&error))?;
+    let mut bytes = file.into_inner();
+    sort_attributes(&mut bytes);
+    Ok(bytes)
+}
+
+fn ours(panic: &str) -> CodecError {
+    CodecError::new(ErrorKind::Machine, format!("packing the EXR failed: {panic}"))
+}
+
+/// EXR channels are stored in alphabetical order; this is where each lies in RGBA.
+const STORED: [(&str, usize); 4] = [("A", 3), ("B", 2), ("G", 1), ("R", 0)];
+
+fn header(picture: &Picture, options: &ExrOptions) -> Header {
+    let sample_type = if options.float { SampleType::F32 } else { SampleType::F16 };
+    let stored = if options.alpha { &STORED[..] } else { &STORED[1..] };
+    let channel = |name| ChannelDescription::named(name, sample_type);
+    let channels = stored.iter().map(|&(name, _)| channel(name)).collect();
+    let size = (picture.width as usize, picture.height as usize);
+    let image = image_attributes(picture, options);
+    let layer = layer_attributes(picture, &image);
+    Header::new(Text::default(), size, channels)
+        .with_encoding(options.compression.method(), BlockDescription::ScanLines, LineOrder::Increasing)
+        .with_shared_attributes(image)
+        .with_attributes(layer)
+}
+
+fn image_attributes(picture: &Picture, options: &ExrOptions) -> ImageAttributes {
+    let mut image = picture.meta.image.clone();
+    let size = (picture.width as usize, picture.height as usize);
+    if image.display_window.size != size.into() {
+        image.display_window = IntegerBounds::from_dimensions(size);
+    }
+    if !(1e-6..=1e6).contains(&image.pixel_aspect) {
+        image.pixel_aspect = 1.0;
+    }
+    if options.rec709 {
+        image.chromaticities = Some(rec709_attribute());
+    }
+    image.other.retain(|name, _| !is_reserved(name));
+    image
+}
+
+/// The layer's attributes, without those that describe the old file rather than the picture.
+fn layer_attributes(picture: &Picture, image: &ImageAttributes) -> LayerAttributes {
+    let mut layer = picture.meta.layer.clone();
+    layer.layer_position = image.display_window.position;
+    layer.layer_name = None;
+    layer.preview = None;
+    layer.multi_view_names = None;
+    layer.view_name = None;
+    layer.deep_image_state = None;
+    layer.screen_window_width = layer.screen_window_width.max(0.0);
+    let is_shared =
+        |value: &AttributeValue| matches!(value, AttributeValue::Chromaticities(_) | AttributeValue::TimeCode(_));
+    layer.other.retain(|name, value| !is_reserved(name) && !is_shared(value) && !image.other.contains_key(name));
+    layer
+}
+
+fn is_reserved(name: &Text) -> bool {
+    standard_names::ALL.iter().any(|reserved| *reserved == name.as_slice())
+}
+
+/// The rows of one block, each row channel after channel.
+fn planes(picture: &Picture, header: &Header, block: &BlockIndex) -> Vec<u8> {
+    let row_length = picture.width as usize * 4;
+    let (first, rows) = (block.pixel_position.1, block.pixel_size.1);
+    let range = first * row_length..(first + rows) * row_length;
+    let is_float = header.channels.uniform_sample_type == Some(SampleType::F32);
+    let stored = &STORED[STORED.len() - header.channels.list.len()..];
+    let mut bytes = Vec::with_capacity(rows * picture.width as usize * header.channels.bytes_per_pixel);
+    match (&picture.pixels, is_float) {
+        (Pixels::Half(v), false) => {
+            plane_rows(&v[range], row_length, stored, |v| v.to_ne_bytes(), &mut bytes);
+        }
+        (Pixels::Half(v), true) => {
+            plane_rows(&v[range], row_length, stored, |v| v.to_f32().to_ne_bytes(), &mut bytes);
+        }
+        (Pixels::Float(v), false) => {
+            plane_rows(&v[range], row_length, stored, |v| to_half(v).to_ne_bytes(), &mut bytes);
+        }
+        (Pixels::Float(v), true) => {
+            plane_rows(&v[range], row_length, stored, f32::to_ne_bytes, &mut bytes);
+        }
+    }
+    bytes
+}
+
+fn plane_rows<T: Copy, const N: usize>(
+    values: &[T],
+    row_length: usize,
+    stored: &[(&str, usize)],
+    to_bytes: impl Fn(T) -> [u8; N],
+    out: &mut Vec<u8>,
+) {
+    for row in values.chunks_exact(row_length) {
+        for &(_, slot) in stored {
+            out.extend(row[slot..].iter().step_by(4).flat_map(|&value| to_bytes(value)));
+        }
+    }
+}
+
+/// Finite stays finite: beyond the range of a half, the largest half is written.
+fn to_half(value: f32) -> f16 {
+    if value.is_finite() { f16::from_f32(value.clamp(-65504.0, 65504.0)) } else { f16::from_f32(value) }
+}
+
+/// Puts the attributes of a single-part file into the order of their names. The header's length
+/// stays the same, so every offset stays right.
+fn sort_attributes(file: &mut [u8]) {
+    const START: usize = 8;
+    let mut attributes: Vec<Vec<u8>> = Vec::new();
+    let mut at = START;
+    while file[at] != 0 {
+        let end = attribute_end(file, at);
+        attributes.push(file[at..end].to_vec());
+        at = end;
+    }
+    attributes.sort();
+    file[START..at].copy_from_slice(&attributes.concat());
+}
+
+/// An attribute is a name and a type, each ended by 0, the length of its value, and the value.
+fn attribute_end(file: &[u8], start: usize) -> usize {
+    let after_zero = |from: usize| from + file[from..].iter().take_while(|b| **b != 0).count() + 1;
+    let length_at = after_zero(after_zero(start));
+    let length: [u8; 4] = std::array::from_fn(|i| file[length_at + i]);
+    length_at + 4 + u32::from_le_bytes(length) as usize
+}

@@ -1,0 +1,82 @@
+//! Radiance `.hdr`: eight bits for each colour and a shared exponent.
+
+use std::io::{BufRead, Seek};
+
+use glam::DVec2;
+use image::codecs::hdr::{HdrDecoder, HdrMetadata};
+use image::{ImageDecoder, ImageError};
+
+use crate::codec::chromaticities::{Primaries, convert, to_rec709};
+use crate::codec::limits::{check_size, filled};
+use crate::codec::{CodecError, ErrorKind, Picture, Pixels};
+
+/// The two signatures in use.
+pub(crate) const MAGICS: [&[u8]; 2] = [b"#?RADIANCE", b"#?RGBE"];
+
+/// Decodes a Radiance file to 32-bit floats with alpha 1. `PRIMARIES` is applied. `EXPOSURE` is not
+/// applied: the values are used as stored, as most programs do.
+pub(crate) fn decode(reader: impl BufRead + Seek) -> Result<Picture, CodecError> {
+    // Strict mode accepts only one of the two signatures.
+    let decoder = HdrDecoder::new_nonstrict(reader).map_err(explain)?;
+    let (width, height) = decoder.dimensions();
+    check_size((width.into(), height.into()), 4)?;
+    let meta = decoder.metadata();
+    let mut bytes = filled(width as usize * height as usize * 12, 0_u8)?;
+    decoder.read_image(&mut bytes).map_err(explain)?;
+    let mut picture = Picture::new(width, height, Pixels::Float(rgba(&bytes)?));
+    apply(&meta, &mut picture);
+    Ok(picture)
+}
+
+fn rgba(rgb: &[u8]) -> Result<Vec<f32>, CodecError> {
+    let mut values = filled(rgb.len() / 3, 1.0_f32)?;
+    let (pixels, _) = rgb.as_chunks::<12>();
+    for (out, bytes) in values.as_chunks_mut::<4>().0.iter_mut().zip(pixels) {
+        let (numbers, _) = bytes.as_chunks::<4>();
+        for (value, number) in out.iter_mut().zip(numbers) {
+            *value = f32::from_ne_bytes(*number);
+        }
+    }
+    Ok(values)
+}
+
+fn apply(meta: &HdrMetadata, picture: &mut Picture) {
+    // Radiance stores height / width, EXR width / height.
+    if let Some(aspect) = meta.pixel_aspect_ratio.filter(|a| (1e-6..=1e6).contains(a)) {
+        picture.meta.image.pixel_aspect = 1.0 / aspect;
+    }
+    if let Some(exposure) = meta.exposure.filter(|exposure| *exposure != 1.0) {
+        picture.notes.push(format!("`EXPOSURE={exposure}` of its header is not divided out"));
+    }
+    // Some programs write eight zeros instead of primaries.
+    let matrix = stated_primaries(meta).and_then(|stated| to_rec709(&stated).ok().flatten());
+    if let (Some(matrix), Pixels::Float(values)) = (matrix, &mut picture.pixels) {
+        let matrix = matrix.as_mat3();
+        for [r, g, b, _] in values.as_chunks_mut::<4>().0 {
+            [*r, *g, *b] = convert(&matrix, [*r, *g, *b]);
+        }
+    }
+}
+
+fn stated_primaries(meta: &HdrMetadata) -> Option<Primaries> {
+    let (_, text) = meta.custom_attributes.iter().find(|(name, _)| name == "PRIMARIES")?;
+    let numbers: Vec<f64> = text.split_whitespace().map(str::parse).collect::<Result<_, _>>().ok()?;
+    let &[rx, ry, gx, gy, bx, by, wx, wy] = numbers.as_slice() else { return None };
+    Some(Primaries {
+        red: DVec2::new(rx, ry),
+        green: DVec2::new(gx, gy),
+        blue: DVec2::new(bx, by),
+        white: DVec2::new(wx, wy),
+    })
+}
+
+fn explain(error: ImageError) -> CodecError {
+    match error {
+        ImageError::IoError(error) => CodecError::reading(&error),
+        ImageError::Unsupported(what) => {
+            CodecError::new(ErrorKind::Unsupported, format!("this Radiance file cannot be read: {what}"))
+                .hint("save it again as RGBE with rows from top to bottom, or as EXR")
+        }
+        other => CodecError::broken(other),
+    }
+}

@@ -1,0 +1,92 @@
+//! Images as bytes: [`decode`] turns the bytes of an EXR, Radiance or PNG file into a [`Picture`], [`encode_exr`] and
+//! [`encode_png`] turn pixels into bytes. Nothing here uses the file system.
+
+mod chromaticities;
+mod error;
+mod exr;
+mod hdr;
+pub mod limits;
+mod panics;
+mod picture;
+mod png;
+
+#[cfg(test)]
+pub(crate) use chromaticities::{NotAColourSpace, convert, to_rec709};
+#[cfg(test)]
+pub(crate) use png::test_dither;
+
+use std::io::{BufRead, Read as _, Seek};
+
+pub use chromaticities::{Primaries, REC709};
+pub use error::{CodecError, ErrorKind};
+pub use exr::{ExrCompression, ExrOptions, encode_exr};
+pub use panics::catch_panic;
+pub use picture::{Metadata, Picture, Pixels};
+pub use png::{EncodedPixels, PngColour, PngDepth, PngOptions, encode_png};
+
+/// Decodes an EXR, Radiance or PNG file; the first bytes decide the format. `layer` names a layer, a part or a channel
+/// of an EXR file.
+///
+/// # Errors
+/// What the decoders report, and a layer of a format without layers. A panic of a decoder is an error, too.
+pub fn decode(mut reader: impl BufRead + Seek, layer: Option<&str>) -> Result<Picture, CodecError> {
+    let format = Format::of(&mut reader)?;
+    let decoded = catch_panic(|| match (format, layer) {
+        (Format::Exr, layer) => exr::decode(reader, layer),
+        (Format::Hdr, None) => hdr::decode(reader),
+        (Format::Png, None) => png::decode(reader),
+        (_, Some(layer)) => Err(no_layers(layer)),
+    });
+    decoded.unwrap_or_else(|panic| Err(CodecError::broken(panic)))
+}
+
+fn no_layers(layer: &str) -> CodecError {
+    CodecError::new(ErrorKind::Naming, format!("only EXR files have layers, so `#{layer}` means nothing here"))
+        .hint("leave out what follows the file's name")
+}
+
+enum Format {
+    Exr,
+    Hdr,
+    Png,
+}
+
+impl Format {
+    /// The format by its signature; the reader is at its start again afterwards.
+    fn of(reader: &mut (impl BufRead + Seek)) -> Result<Self, CodecError> {
+        let start = first_bytes(reader).map_err(|error| CodecError::reading(&error))?;
+        if start.starts_with(&exr::MAGIC) {
+            Ok(Self::Exr)
+        } else if start.starts_with(&png::MAGIC) {
+            Ok(Self::Png)
+        } else if hdr::MAGICS.iter().any(|magic| start.starts_with(magic)) {
+            Ok(Self::Hdr)
+        } else if start.is_empty() {
+            Err(CodecError::new(ErrorKind::Broken, "the file is empty"))
+        } else {
+            Err(unknown_format(&start))
+        }
+    }
+}
+
+fn first_bytes(reader: &mut (impl BufRead + Seek)) -> std::io::Result<Vec<u8>> {
+    let mut start = Vec::new();
+    reader.by_ref().take(16).read_to_end(&mut start)?;
+    reader.rewind()?;
+    Ok(start)
+}
+
+fn unknown_format(start: &[u8]) -> CodecError {
+    const KNOWN: [(&[u8], &str); 6] = [
+        (b"\xff\xd8\xff", "a JPEG"),
+        (b"II*\0", "a TIFF"),
+        (b"MM\0*", "a TIFF"),
+        (b"GIF8", "a GIF"),
+        (b"SDPX", "a DPX"),
+        (b"XPDS", "a DPX"),
+    ];
+    let found = KNOWN.iter().find(|(magic, _)| start.starts_with(magic));
+    let what = found.map_or("not an image that this program knows", |(_, name)| name);
+    CodecError::new(ErrorKind::Unsupported, format!("this is {what}"))
+        .hint("EXR, Radiance HDR and PNG files are read; convert it to one of them")
+}

@@ -1,0 +1,73 @@
+//! Image files: [`read()`] turns a named file into a [`Picture`], [`write_exr`] and [`write_png`] write files
+//! atomically, [`sequence`] turns `shot.####.exr` into the names of its frames.
+
+mod atomic;
+mod error;
+pub mod sequence;
+
+use std::fs::File;
+use std::io::BufReader;
+use std::path::{Path, PathBuf};
+
+pub use atomic::write_atomic;
+pub use error::FileError;
+
+use crate::codec::{EncodedPixels, ErrorKind, ExrOptions, Picture, PngOptions, decode, encode_exr, encode_png};
+
+/// One image to read: a file, and optionally a layer or a channel of it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Source {
+    /// The file.
+    pub path: PathBuf,
+    /// The text after `#`: a layer (`diffuse`), a part, or a channel (`diffuse.R`, `Z`).
+    pub layer: Option<String>,
+}
+
+impl Source {
+    /// A file without a named layer; the decoder chooses the most likely one.
+    pub fn file(path: impl Into<PathBuf>) -> Self {
+        Self { path: path.into(), layer: None }
+    }
+}
+
+/// Reads an EXR, Radiance or PNG file. The first bytes decide the format, not the name.
+///
+/// # Errors
+/// See [`FileError`]: a file that does not exist, that this user may not read, or that [`decode`] refuses.
+pub fn read(source: &Source) -> Result<Picture, FileError> {
+    let path = &source.path;
+    let file = open(path)?;
+    decode(BufReader::new(file), source.layer.as_deref()).map_err(|error| FileError::at(path, error))
+}
+
+fn open(path: &Path) -> Result<File, FileError> {
+    if path.is_dir() {
+        return Err(FileError::folder(path));
+    }
+    if path.metadata().is_ok_and(|meta| !meta.is_file()) {
+        return Err(FileError::new(path, ErrorKind::Unsupported, "this is a pipe or a device, not a file")
+            .hint("save the image to a file first: reading needs to seek"));
+    }
+    File::open(path).map_err(|error| FileError::reading(path, &error))
+}
+
+/// Writes `picture` as an EXR file, atomically.
+///
+/// # Errors
+/// See [`encode_exr`] and [`write_atomic`].
+pub fn write_exr(path: &Path, picture: &Picture, options: &ExrOptions) -> Result<(), FileError> {
+    write_atomic(path, &encode_exr(picture, options).map_err(|error| FileError::at(path, error))?)
+}
+
+/// Writes a PNG of `size` (width, height), atomically.
+///
+/// # Errors
+/// See [`encode_png`] and [`write_atomic`].
+pub fn write_png(
+    path: &Path,
+    size: (u32, u32),
+    pixels: EncodedPixels<'_>,
+    options: &PngOptions,
+) -> Result<(), FileError> {
+    write_atomic(path, &encode_png(size, pixels, options).map_err(|error| FileError::at(path, error))?)
+}

@@ -1,0 +1,269 @@
+//! Names of inputs and outputs: `shot.####.exr#diffuse` and `--frames 1-96x2` become the files
+//! of the frames.
+//!
+//! A placeholder is a run of `#`, one for each digit, or `%04d` as printf has it. It stands in the
+//! name of the file, not of a folder. What follows `.exr#` is a layer, so `shot.####.exr#diffuse`
+//! has both. A file whose own name holds a `#` is taken as it is if it exists.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use crate::codec::ErrorKind;
+use crate::{FileError, Source};
+
+/// What an input argument stands for.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Input {
+    /// One image.
+    Single(Source),
+    /// Numbered images, ascending or as `--frames` lists them; all of them exist.
+    Sequence(Vec<(u32, Source)>),
+}
+
+impl Input {
+    /// Finds the files that `name` stands for. `frames` is what `--frames` said: `1-96`, `1-96x2`,
+    /// `7`, or several of these with commas; without it, the folder is searched.
+    ///
+    /// A frame that is missing, also between the first and last found, is an error that names it.
+    pub fn find(name: &str, frames: Option<&str>) -> Result<Self, FileError> {
+        let (file, layer) = split_layer(name);
+        let pattern = if Path::new(file).is_file() { None } else { Pattern::parse(file)? };
+        match (pattern, frames) {
+            (Some(pattern), _) => pattern.find_all(frames, layer).map(Self::Sequence),
+            (None, None) => Ok(Self::Single(Source { path: file.into(), layer })),
+            (None, Some(_)) => Err(naming(file, "`--frames` needs a numbered input")
+                .hint("put a placeholder into the name, for example `shot.####.exr`")),
+        }
+    }
+
+    /// Frame numbers and sources; a single image has no number.
+    pub fn sources(&self) -> Vec<(Option<u32>, Source)> {
+        match self {
+            Self::Single(source) => vec![(None, source.clone())],
+            Self::Sequence(frames) => frames.iter().map(|(frame, source)| (Some(*frame), source.clone())).collect(),
+        }
+    }
+
+    /// The output of each source, in the order of [`Input::sources`]. A sequence needs a
+    /// placeholder in `output`, a single image must have none.
+    pub fn outputs(&self, output: &str) -> Result<Vec<PathBuf>, FileError> {
+        match (self, Pattern::parse(output)?) {
+            (Self::Single(_), None) => Ok(vec![output.into()]),
+            (Self::Sequence(frames), Some(pattern)) => Ok(frames.iter().map(|(frame, _)| pattern.at(*frame)).collect()),
+            (Self::Sequence(frames), None) => {
+                let message = format!("{} frames cannot go into one file", frames.len());
+                let hint = format!("number the output, for example `{}`", numbered(output));
+                Err(naming(output, message).hint(hint))
+            }
+            (Self::Single(_), Some(_)) => {
+                Err(naming(output, "the output is numbered, but the input is a single image")
+                    .hint("leave the placeholder out, or give a sequence as input"))
+            }
+        }
+    }
+}
+
+/// A file name with a place for the frame number.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Pattern {
+    folder: PathBuf,
+    before: String,
+    /// Digits at least; shorter numbers are filled with zeros.
+    digits: usize,
+    after: String,
+}
+
+impl Pattern {
+    /// `None` where `name` holds no placeholder; an error where it holds several, or one in the
+    /// name of a folder.
+    pub fn parse(name: &str) -> Result<Option<Self>, FileError> {
+        let folder_length = name.rfind(std::path::is_separator).map_or(0, |at| at + 1);
+        let (folder, file) = name.split_at(folder_length);
+        if placeholder(folder).is_some_and(|found| found.is_certain) && !Path::new(folder).is_dir() {
+            return Err(
+                naming(name, "a folder cannot be numbered").hint("put the placeholder into the name of the file")
+            );
+        }
+        let Some(found) = placeholder(file) else { return Ok(None) };
+        let (before, after) = (&file[..found.start], &file[found.end..]);
+        if placeholder(after).is_some() {
+            return Err(
+                naming(name, "the name has more than one placeholder").hint("keep one run of `#`, or one `%04d`")
+            );
+        }
+        let (before, after) = (before.to_owned(), after.to_owned());
+        Ok(Some(Self { folder: folder.into(), before, digits: found.digits, after }))
+    }
+
+    /// The file of a frame.
+    pub fn at(&self, frame: u32) -> PathBuf {
+        let Self { before, digits, after, .. } = self;
+        self.folder.join(format!("{before}{frame:0digits$}{after}"))
+    }
+
+    fn find_all(&self, frames: Option<&str>, layer: Option<String>) -> Result<Vec<(u32, Source)>, FileError> {
+        let wanted = match frames {
+            Some(text) => parse_frames(text)?,
+            None => self.discover()?,
+        };
+        let source = |frame| Source { path: self.at(frame), layer: layer.clone() };
+        let found: Vec<_> = wanted.into_iter().map(|frame| (frame, source(frame))).collect();
+        match found.iter().find(|(_, source)| !source.path.is_file()) {
+            None => Ok(found),
+            Some((frame, source)) => {
+                Err(missing(&source.path, *frame).hint("render it, or choose other frames with `--frames`"))
+            }
+        }
+    }
+
+    /// Every frame on disk, ascending, without a gap.
+    fn discover(&self) -> Result<Vec<u32>, FileError> {
+        let folder = if self.folder.as_os_str().is_empty() { Path::new(".") } else { &self.folder };
+        let entries = fs::read_dir(folder).map_err(|error| match error.kind() {
+            std::io::ErrorKind::NotFound => FileError::new(folder, ErrorKind::Missing, "there is no such folder"),
+            _ => FileError::reading(folder, &error),
+        })?;
+        let names = entries.filter_map(|entry| entry.ok()?.file_name().into_string().ok());
+        let frames: BTreeSet<u32> = names.filter_map(|name| self.frame_of(&name)).collect();
+        let frames: Vec<u32> = frames.into_iter().collect();
+        if frames.is_empty() {
+            let pattern = self.folder.join(self.shown());
+            return Err(FileError::new(&pattern, ErrorKind::Missing, "no file fits this pattern")
+                .hint("check the folder, and that there is a `#` for each digit"));
+        }
+        match frames.windows(2).find(|pair| pair[1] != pair[0] + 1) {
+            None => Ok(frames),
+            Some(pair) => Err(self.gap(&frames, pair[0] + 1)),
+        }
+    }
+
+    fn gap(&self, frames: &[u32], first_missing: u32) -> FileError {
+        let (first, last) = (frames[0], frames[frames.len() - 1]);
+        let step = frames[1] - first;
+        let is_even = frames.windows(2).all(|pair| pair[1] - pair[0] == step);
+        let hint = if is_even {
+            format!("to take every frame that is there, add `--frames {first}-{last}x{step}`")
+        } else {
+            format!("render it, or choose others, for example `--frames {first}-{}`", first_missing - 1)
+        };
+        missing(&self.at(first_missing), first_missing).hint(hint)
+    }
+
+    /// The number in `name` if this pattern would write exactly that name for it.
+    fn frame_of(&self, name: &str) -> Option<u32> {
+        let digits = name.strip_prefix(&self.before)?.strip_suffix(&self.after)?;
+        let frame: u32 = digits.parse().ok()?;
+        let digits_only = digits.bytes().all(|byte| byte.is_ascii_digit());
+        let width = self.digits;
+        (digits_only && digits == format!("{frame:0width$}")).then_some(frame)
+    }
+
+    fn shown(&self) -> String {
+        format!("{}{}{}", self.before, "#".repeat(self.digits), self.after)
+    }
+}
+
+struct Placeholder {
+    start: usize,
+    end: usize,
+    digits: usize,
+    /// Whether it can hardly be a part of an ordinary name: `%04d`, or `##` and longer.
+    is_certain: bool,
+}
+
+/// The first run of `#`, or the first `%d`, `%4d` or `%04d`.
+fn placeholder(text: &str) -> Option<Placeholder> {
+    let hashes = text.find('#').map(|start| {
+        let digits = text[start..].bytes().take_while(|byte| *byte == b'#').count();
+        Placeholder { start, end: start + digits, digits, is_certain: digits > 1 }
+    });
+    let printf = text.match_indices('%').find_map(|(start, _)| {
+        let width: String = text[start + 1..].chars().take_while(char::is_ascii_digit).take(3).collect();
+        let end = start + 1 + width.len();
+        let digits = if width.is_empty() { 1 } else { width.parse().ok()? };
+        text[end..].starts_with('d').then_some(Placeholder { start, end: end + 1, digits, is_certain: true })
+    });
+    [hashes, printf].into_iter().flatten().min_by_key(|found| found.start)
+}
+
+/// Splits `shot.exr#diffuse.R` into the file and the layer. Formats without layers are split as
+/// well, so that reading them can say so.
+fn split_layer(name: &str) -> (&str, Option<String>) {
+    if Path::new(name).is_file() {
+        return (name, None);
+    }
+    let lower = name.to_ascii_lowercase();
+    let ends = [".exr#", ".sxr#", ".mxr#", ".hdr#", ".png#"];
+    match ends.iter().filter_map(|end| Some(lower.rfind(end)? + end.len())).max() {
+        Some(at) if at < name.len() && !name[at..].starts_with('#') => (&name[..at - 1], Some(name[at..].to_owned())),
+        _ => (name, None),
+    }
+}
+
+/// The frames of `1-96`, `1-96x2`, `7`, or several of these with commas, as listed.
+pub fn parse_frames(text: &str) -> Result<Vec<u32>, FileError> {
+    const MOST: usize = 1_000_000;
+    let mut frames = Vec::new();
+    for range in text.split(',') {
+        let (first, last, step) = parse_range(range.trim())
+            .ok_or_else(|| naming_frames(text, format!("`{}` is not a range", range.trim())))?;
+        if last < first {
+            let message = format!("`{first}-{last}` runs backwards");
+            return Err(naming_frames(text, message).hint(format!("write `{last}-{first}`")));
+        }
+        if step == 0 {
+            return Err(naming_frames(text, "a step of 0 never ends".to_owned()));
+        }
+        frames.extend((first..=last).step_by(step as usize).take(MOST + 1));
+        if frames.len() > MOST {
+            return Err(naming_frames(text, format!("these are more than {MOST} frames")));
+        }
+    }
+    match first_repeated(&frames) {
+        None => Ok(frames),
+        Some(frame) => Err(naming_frames(text, format!("frame {frame} is named twice"))),
+    }
+}
+
+fn parse_range(range: &str) -> Option<(u32, u32, u32)> {
+    let (span, step) = match range.split_once('x') {
+        Some((span, step)) => (span, number(step)?),
+        None => (range, 1),
+    };
+    let (first, last) = span.split_once('-').unwrap_or((span, span));
+    Some((number(first)?, number(last)?, step))
+}
+
+fn number(text: &str) -> Option<u32> {
+    let is_plain = text.bytes().all(|byte| byte.is_ascii_digit());
+    text.parse().ok().filter(|_| is_plain)
+}
+
+fn first_repeated(frames: &[u32]) -> Option<u32> {
+    let mut seen = BTreeSet::new();
+    frames.iter().copied().find(|frame| !seen.insert(*frame))
+}
+
+fn naming_frames(text: &str, message: String) -> FileError {
+    naming(&format!("--frames {text}"), message)
+        .hint("write `1-96`, `1-96x2` for every second one, `7`, or several of these with commas")
+}
+
+fn naming(name: &str, message: impl Into<String>) -> FileError {
+    FileError::new(Path::new(name), ErrorKind::Naming, message)
+}
+
+fn missing(path: &Path, frame: u32) -> FileError {
+    FileError::new(path, ErrorKind::Missing, format!("frame {frame} is missing"))
+}
+
+/// `out.png` as `out.####.png`.
+fn numbered(output: &str) -> String {
+    match output.rsplit_once('.') {
+        Some((stem, extension)) if !extension.contains(std::path::is_separator) => {
+            format!("{stem}.####.{extension}")
+        }
+        _ => format!("{output}.####"),
+    }
+}

@@ -1,0 +1,201 @@
+//! PNG: codes, dither, colour chunks, and back to light.
+
+use ::png::{BitDepth, ColorType, Encoder, ScaledFloat};
+use half::f16;
+
+use super::{Folder, ODD_SIZES};
+use crate::codec::test_dither as dithered;
+use crate::*;
+
+const PLAIN: PngOptions = PngOptions { depth: PngDepth::Eight, alpha: true, dither: None, colour: PngColour::Srgb };
+
+fn encoded(size: (u32, u32), pixels: EncodedPixels<'_>, options: &PngOptions) -> Vec<u8> {
+    encode_png(size, pixels, options).unwrap()
+}
+
+/// Codes as another reader sees them.
+fn codes(file: &[u8]) -> (ColorType, BitDepth, Vec<u8>) {
+    let mut reader = ::png::Decoder::new(std::io::Cursor::new(file)).read_info().unwrap();
+    let mut bytes = vec![0; reader.output_buffer_size().unwrap()];
+    let info = reader.next_frame(&mut bytes).unwrap();
+    bytes.truncate(info.buffer_size());
+    (info.color_type, info.bit_depth, bytes)
+}
+
+fn chunk<'a>(file: &'a [u8], name: &[u8; 4]) -> Option<&'a [u8]> {
+    let at = file.windows(4).position(|window| window == name)?;
+    let length = u32::from_be_bytes(file[at - 4..at].try_into().unwrap()) as usize;
+    Some(&file[at + 4..at + 4 + length])
+}
+
+#[test]
+fn the_vectors_of_the_dither() {
+    // Value, two uniform numbers, code.
+    let table = [
+        (0.0, 0.9, 0.9, 0),
+        (0.0, 0.1, 0.1, 0),
+        (1.0, 0.9, 0.9, 255),
+        (1.0, 0.1, 0.1, 255),
+        (0.5, 0.5, 0.5, 128),
+        (0.5, 0.99, 0.99, 128),
+        (0.5, 0.01, 0.01, 127),
+        (0.040_392_157, 0.2, 0.9, 10),
+        (f32::NAN, 0.9, 0.9, 0),
+        (f32::INFINITY, 0.1, 0.1, 255),
+        (-5.0, 0.9, 0.9, 0),
+    ];
+    for (value, u1, u2, code) in table {
+        assert_eq!(dithered(value, u1, u2), code, "{value} {u1} {u2}");
+    }
+}
+
+#[test]
+fn codes_without_dither_are_the_nearest() {
+    for (width, height) in ODD_SIZES {
+        let count = (width * height * 4) as usize;
+        let bytes: Vec<u8> = (0..count).map(|i| (i * 7 % 256) as u8).collect();
+        let floats: Vec<f32> = bytes.iter().map(|b| f32::from(*b) / 255.0 + 0.0015).collect();
+        let halves: Vec<f16> = bytes.iter().map(|b| f16::from_f32(f32::from(*b) / 255.0)).collect();
+        let inputs = [EncodedPixels::Byte(&bytes), EncodedPixels::Float(&floats), EncodedPixels::Half(&halves)];
+        for input in inputs {
+            let file = encoded((width, height), input, &PLAIN);
+            assert_eq!(codes(&file), (ColorType::Rgba, BitDepth::Eight, bytes.clone()));
+            let file = encoded((width, height), input, &PngOptions { alpha: false, ..PLAIN });
+            let rgb: Vec<u8> = bytes.chunks(4).flat_map(|p| p[..3].to_vec()).collect();
+            assert_eq!(codes(&file), (ColorType::Rgb, BitDepth::Eight, rgb));
+        }
+    }
+}
+
+#[test]
+fn sixteen_bits_are_exact_and_never_dithered() {
+    let values = [0.0, 1.0, 0.5, f32::NAN, 2.0, -1.0, 1.0 / 65535.0, 12345.0 / 65535.0];
+    let options = PngOptions { depth: PngDepth::Sixteen, dither: Some(3), ..PLAIN };
+    let file = encoded((2, 1), EncodedPixels::Float(&values), &options);
+    let (_, depth, bytes) = codes(&file);
+    let words: Vec<u16> = bytes.chunks(2).map(|pair| u16::from_be_bytes([pair[0], pair[1]])).collect();
+    assert_eq!(depth, BitDepth::Sixteen);
+    assert_eq!(words, [0, 65535, 32768, 0, 65535, 0, 1, 12345]);
+    let file = encoded((1, 1), EncodedPixels::Byte(&[0, 255, 128, 1]), &options);
+    assert_eq!(codes(&file).2, [0, 0, 255, 255, 128, 128, 1, 1]);
+}
+
+#[test]
+fn dither_keeps_the_mean_and_leaves_the_ends_solid() {
+    let options = PngOptions { dither: Some(1), ..PLAIN };
+    for value in [0.3007_f32, 0.0701, 0.9003] {
+        let file = encoded((256, 256), EncodedPixels::Float(&[value; 256 * 256 * 4]), &options);
+        let (_, _, bytes) = codes(&file);
+        for channel in 0..3 {
+            let all = bytes[channel..].iter().step_by(4).map(|code| f64::from(*code));
+            let mean = all.sum::<f64>() / 65536.0;
+            // The deviation of 65536 codes of deviation 1/2 is 0.002.
+            assert!((mean - f64::from(value) * 255.0).abs() < 0.01, "{value}: {mean}");
+        }
+        let same = bytes.chunks(4).filter(|p| p[0] == p[1] && p[1] == p[2]).count();
+        assert!(same < 40_000, "channels are dithered alike: {same}");
+        let alpha = (f64::from(value) * 255.0).round() as u8;
+        assert!(bytes.chunks(4).all(|pixel| pixel[3] == alpha));
+    }
+    for (value, code) in [(0.0, 0), (1.0, 255)] {
+        let file = encoded((64, 64), EncodedPixels::Float(&[value; 64 * 64 * 4]), &options);
+        assert!(codes(&file).2.iter().all(|c| *c == code));
+    }
+}
+
+#[test]
+fn a_seed_decides_the_noise() {
+    let grey = [0.5_f32; 64 * 64 * 4];
+    let with = |seed| {
+        let options = PngOptions { dither: Some(seed), ..PLAIN };
+        encoded((64, 64), EncodedPixels::Float(&grey), &options)
+    };
+    assert_eq!(with(5), with(5));
+    assert_ne!(codes(&with(5)).2, codes(&with(6)).2);
+    let (_, _, bytes) = codes(&with(5));
+    assert_ne!(bytes[..64 * 4], bytes[64 * 4..128 * 4], "rows differ");
+}
+
+#[test]
+fn colours_are_stated() {
+    let file = |colour| encoded((1, 1), EncodedPixels::Byte(&[1, 2, 3, 4]), &PngOptions { colour, ..PLAIN });
+    let srgb = file(PngColour::Srgb);
+    assert!(chunk(&srgb, b"sRGB").is_some());
+    assert_eq!(chunk(&srgb, b"gAMA"), Some(&45455_u32.to_be_bytes()[..]));
+    assert!(chunk(&srgb, b"cHRM").is_some());
+    let gamma = file(PngColour::Gamma(0.5));
+    assert_eq!(chunk(&gamma, b"gAMA"), Some(&50000_u32.to_be_bytes()[..]));
+    assert!(chunk(&gamma, b"sRGB").is_none());
+    let pq = file(PngColour::Cicp { primaries: 9, transfer: 16 });
+    assert_eq!(chunk(&pq, b"cICP"), Some(&[9, 16, 0, 1][..]));
+    let unstated = file(PngColour::Unstated);
+    assert!([b"sRGB", b"gAMA", b"cICP"].iter().all(|name| chunk(&unstated, name).is_none()));
+}
+
+#[test]
+fn codes_are_read_as_linear_light() {
+    let folder = Folder::new("png-light");
+    let bytes = [0, 10, 11, 128, 188, 255, 64, 255];
+    let picture = folder.read(&encoded((2, 1), EncodedPixels::Byte(&bytes), &PLAIN)).unwrap();
+    assert_eq!(picture.pixels.bytes_per_channel(), 2);
+    let [r, g, b, a] = picture.pixel(0, 0);
+    // IEC 61966-2-1: 10/255 lies on the line, 11/255 on the curve.
+    for (value, expected) in [(r, 0.0), (g, 0.0030353), (b, 0.0033465), (a, 0.50196)] {
+        assert!((value - expected).abs() <= expected * 6e-4, "{value} is not {expected}");
+    }
+    assert!((picture.pixel(1, 0)[0] - 0.502886).abs() < 3e-4);
+    assert_eq!(picture.pixel(1, 0)[1], 1.0);
+    let options = PngOptions { depth: PngDepth::Sixteen, ..PLAIN };
+    let values = [0.5, 0.04, 1.0, 0.25];
+    let picture = folder.read(&encoded((1, 1), EncodedPixels::Float(&values), &options)).unwrap();
+    assert_eq!(picture.pixels.bytes_per_channel(), 4);
+    assert!((picture.pixel(0, 0)[0] - 0.214041).abs() < 2e-5);
+}
+
+fn written(set: impl FnOnce(&mut Encoder<'_, &mut Vec<u8>>), data: &[u8]) -> Vec<u8> {
+    let mut file = Vec::new();
+    let mut encoder = Encoder::new(&mut file, 2, 1);
+    set(&mut encoder);
+    encoder.write_header().unwrap().write_image_data(data).unwrap();
+    file
+}
+
+#[test]
+fn other_kinds_of_png_are_read() {
+    let folder = Folder::new("png-kinds");
+    let grey = written(|e| e.set_color(ColorType::Grayscale), &[255, 0]);
+    assert_eq!(folder.read(&grey).unwrap().pixel(0, 0), [1.0, 1.0, 1.0, 1.0]);
+    assert_eq!(folder.read(&grey).unwrap().pixel(1, 0), [0.0, 0.0, 0.0, 1.0]);
+    let palette = written(
+        |e| {
+            e.set_color(ColorType::Indexed);
+            e.set_depth(BitDepth::Four);
+            e.set_palette(vec![255, 0, 0, 0, 0, 255]);
+        },
+        &[0x10],
+    );
+    assert_eq!(folder.read(&palette).unwrap().pixel(0, 0), [0.0, 0.0, 1.0, 1.0]);
+    assert_eq!(folder.read(&palette).unwrap().pixel(1, 0), [1.0, 0.0, 0.0, 1.0]);
+    let linear = written(
+        |e| {
+            e.set_color(ColorType::Grayscale);
+            e.set_source_gamma(ScaledFloat::new(1.0));
+        },
+        &[51, 0],
+    );
+    assert!((folder.read(&linear).unwrap().pixel(0, 0)[0] - 0.2).abs() < 1e-4);
+}
+
+#[test]
+fn stated_colour_codings_are_heeded_or_refused() {
+    let folder = Folder::new("png-cicp");
+    let file = |primaries, transfer| {
+        let colour = PngColour::Cicp { primaries, transfer };
+        encoded((1, 1), EncodedPixels::Byte(&[255, 0, 0, 255]), &PngOptions { colour, ..PLAIN })
+    };
+    let p3 = folder.read(&file(12, 13)).unwrap().pixel(0, 0);
+    assert!((p3[0] - 1.2249).abs() < 1e-3 && (p3[1] + 0.0421).abs() < 1e-3, "{p3:?}");
+    let error = folder.read(&file(9, 16)).unwrap_err();
+    assert_eq!(error.kind, ErrorKind::Unsupported);
+    assert!(error.message.contains("`cICP`"));
+}

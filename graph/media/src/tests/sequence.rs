@@ -1,0 +1,145 @@
+//! Frame numbers in names.
+
+use super::{Folder, told};
+use crate::sequence::{Input, Pattern, parse_frames};
+use crate::*;
+
+/// A folder with empty files `shot.NNNN.exr`.
+fn shots(test: &str, frames: &[u32]) -> Folder {
+    let folder = Folder::new(test);
+    frames.iter().for_each(|frame| drop(folder.with(&format!("shot.{frame:04}.exr"), b"")));
+    folder
+}
+
+fn find(folder: &Folder, name: &str, frames: Option<&str>) -> Result<Input, FileError> {
+    Input::find(folder.file(name).to_str().unwrap(), frames)
+}
+
+fn numbers(input: &Input) -> Vec<u32> {
+    input.sources().into_iter().filter_map(|(frame, _)| frame).collect()
+}
+
+#[test]
+fn patterns_make_names() {
+    let at = |pattern: &str, frame| Pattern::parse(pattern).unwrap().unwrap().at(frame).to_str().unwrap().to_owned();
+    assert_eq!(at("a/shot.####.exr", 7), "a/shot.0007.exr");
+    assert_eq!(at("shot.####.exr", 123_456), "shot.123456.exr");
+    assert_eq!(at("shot_#.png", 42), "shot_42.png");
+    assert_eq!(at("%04d.exr", 42), "0042.exr");
+    assert_eq!(at("shot.%d.exr", 42), "shot.42.exr");
+    for plain in ["shot.exr", "100%.png", "50%x.png", ""] {
+        assert_eq!(Pattern::parse(plain), Ok(None), "{plain}");
+    }
+}
+
+#[test]
+fn ranges_are_parsed_or_explained() {
+    assert_eq!(parse_frames("1-5").unwrap(), [1, 2, 3, 4, 5]);
+    assert_eq!(parse_frames("1-10x4").unwrap(), [1, 5, 9]);
+    assert_eq!(parse_frames("7, 10-12,3").unwrap(), [7, 10, 11, 12, 3]);
+    let hint = "write `1-96`, `1-96x2` for every second one, `7`, or several of these with commas";
+    let table = [
+        ("", "`` is not a range", hint),
+        ("1-", "`1-` is not a range", hint),
+        ("a-b", "`a-b` is not a range", hint),
+        ("-5", "`-5` is not a range", hint),
+        ("1-+5", "`1-+5` is not a range", hint),
+        ("1-9x0", "a step of 0 never ends", hint),
+        ("1-5,3", "frame 3 is named twice", hint),
+        ("0-4000000000", "these are more than 1000000 frames", hint),
+        ("9-1", "`9-1` runs backwards", "write `1-9`"),
+    ];
+    for (text, message, hint) in table {
+        assert_eq!(told(&parse_frames(text).unwrap_err()), format!("{message}; {hint}"), "{text}");
+    }
+}
+
+#[test]
+fn frames_are_found_in_the_order_of_their_numbers() {
+    let folder = shots("found", &[9, 10, 11, 8]);
+    folder.with("shot.09.exr", b"");
+    folder.with("shot.00012.exr", b"");
+    folder.with("shot.0012.exr.part", b"");
+    let input = find(&folder, "shot.####.exr", None).unwrap();
+    assert_eq!(numbers(&input), [8, 9, 10, 11]);
+    assert_eq!(input.sources()[0].1, Source::file(folder.file("shot.0008.exr")));
+    assert_eq!(numbers(&find(&folder, "shot.%04d.exr", Some("8-10x2")).unwrap()), [8, 10]);
+    folder.with("shot.99999.exr", b"");
+    let wide = find(&folder, "shot.####.exr", Some("99999")).unwrap();
+    assert_eq!(wide.sources()[0].1.path, folder.file("shot.99999.exr"));
+}
+
+#[test]
+fn the_first_missing_frame_is_named() {
+    let folder = shots("gaps", &[1, 2, 4, 7]);
+    let error = find(&folder, "shot.####.exr", None).unwrap_err();
+    assert_eq!(error.path, folder.file("shot.0003.exr"));
+    assert_eq!(told(&error), "frame 3 is missing; render it, or choose others, for example `--frames 1-2`");
+    let error = find(&folder, "shot.####.exr", Some("2-9x2")).unwrap_err();
+    assert_eq!(error.path, folder.file("shot.0006.exr"));
+    assert_eq!(error.exit(), 1);
+    let stepped = shots("stepped", &[10, 12, 14]);
+    assert_eq!(
+        told(&find(&stepped, "shot.####.exr", None).unwrap_err()),
+        "frame 11 is missing; to take every frame that is there, add `--frames 10-14x2`"
+    );
+}
+
+#[test]
+fn a_layer_is_not_a_placeholder() {
+    let folder = shots("layer", &[1, 2]);
+    let input = find(&folder, "shot.####.exr#diffuse.R", None).unwrap();
+    let path = folder.file("shot.0002.exr");
+    let source = Source { path, layer: Some("diffuse.R".to_owned()) };
+    assert_eq!(input.sources()[1], (Some(2), source));
+    let input = find(&folder, "shot.0001.exr#Z", None).unwrap();
+    assert_eq!(input.sources()[0].1.layer.as_deref(), Some("Z"));
+    let input = find(&folder, "shot.0001.EXR#Z", None).unwrap();
+    assert_eq!(input.sources()[0].1.path, folder.file("shot.0001.EXR"));
+    let literal = folder.with("take#3.exr", b"");
+    let input = find(&folder, "take#3.exr", None).unwrap();
+    assert_eq!(input.sources(), [(None, Source::file(literal))]);
+}
+
+#[test]
+fn outputs_match_inputs_or_say_why_not() {
+    let folder = shots("outputs", &[1, 2]);
+    let many = find(&folder, "shot.####.exr", None).unwrap();
+    let one = find(&folder, "shot.0001.exr", None).unwrap();
+    let names = |input: &Input, output| input.outputs(output).map_err(|error| told(&error));
+    assert_eq!(names(&one, "out.png"), Ok(vec!["out.png".into()]));
+    assert_eq!(names(&many, "o/out.###.png"), Ok(vec!["o/out.001.png".into(), "o/out.002.png".into()]));
+    assert_eq!(
+        names(&many, "o.v2/out.png").unwrap_err(),
+        "2 frames cannot go into one file; number the output, for example `o.v2/out.####.png`"
+    );
+    assert_eq!(
+        names(&one, "out.%04d.png").unwrap_err(),
+        "the output is numbered, but the input is a single image; \
+         leave the placeholder out, or give a sequence as input"
+    );
+    assert_eq!(
+        names(&many, "out.##.##.png").unwrap_err(),
+        "the name has more than one placeholder; keep one run of `#`, or one `%04d`"
+    );
+    assert_eq!(
+        names(&many, "day.##/out.png").unwrap_err(),
+        "a folder cannot be numbered; put the placeholder into the name of the file"
+    );
+}
+
+#[test]
+fn inputs_that_make_no_sense_say_so() {
+    let folder = shots("senseless", &[1]);
+    assert_eq!(
+        told(&find(&folder, "shot.0001.exr", Some("1-5")).unwrap_err()),
+        "`--frames` needs a numbered input; \
+         put a placeholder into the name, for example `shot.####.exr`"
+    );
+    assert_eq!(
+        told(&find(&folder, "other.####.exr", None).unwrap_err()),
+        "no file fits this pattern; check the folder, and that there is a `#` for each digit"
+    );
+    let error = find(&folder, "nowhere/shot.####.exr", None).unwrap_err();
+    assert_eq!(error.message, "there is no such folder");
+}
