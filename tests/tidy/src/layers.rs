@@ -58,9 +58,10 @@ mod tests {
     use crate::workspace::Dependency;
 
     fn crate_with(name: &str, normal: &[&str], dev: &[&str]) -> Crate {
-        let dependency = |dev| move |name: &&str| Dependency { name: (*name).to_owned(), dev };
+        let dependency =
+            |dev| move |name: &&str| Dependency { name: (*name).to_owned(), dev, is_local: true, has_version: true };
         let dependencies = normal.iter().map(dependency(false)).chain(dev.iter().map(dependency(true))).collect();
-        Crate { name: name.to_owned(), folder: "".into(), roots: Vec::new(), dependencies }
+        Crate { name: name.to_owned(), folder: "".into(), roots: Vec::new(), dependencies, is_published: true }
     }
 
     #[test]

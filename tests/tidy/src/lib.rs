@@ -10,6 +10,7 @@
 //! | [`functions`] | how long are the functions? |
 //! | [`words`] | does a word occur that the glossary replaces? |
 //! | [`flows`] | through which files does a task go? |
+//! | [`packages`] | can a library crate be built from its own files? |
 //! | [`lines`] | how much code is there? |
 
 pub mod cycles;
@@ -20,6 +21,7 @@ pub mod imports;
 pub mod layers;
 pub mod lines;
 pub mod modules;
+pub mod packages;
 mod paths;
 pub mod revision;
 mod scopes;

@@ -12,10 +12,11 @@ use afterimage_tidy::modules::Tree;
 use afterimage_tidy::revision::Revision;
 use afterimage_tidy::words::Words;
 use afterimage_tidy::workspace::{Crate, Workspace, files_in, read};
-use afterimage_tidy::{files, layers, words};
+use afterimage_tidy::{files, layers, packages, words};
 
 const HELP: &str = "\
 afterimage-tidy layers                dependencies that break the layers of the crates
+afterimage-tidy packages              library crates that need files from outside of their folder
 afterimage-tidy cycles                cycles of imports in each crate
 afterimage-tidy files                 files that are too long or too wide
 afterimage-tidy functions [REVISION]  lengths of functions by crate
@@ -45,6 +46,7 @@ fn main() -> ExitCode {
 fn answer(command: &str, workspace: &Workspace, revision: &str) -> Option<String> {
     Some(match command {
         "layers" => list(&layers::violations(&workspace.product().collect::<Vec<_>>())),
+        "packages" => list(&packages::violations(&workspace.product().collect::<Vec<_>>())),
         "cycles" => of_cycles(workspace),
         "files" => list(&files::violations(workspace, &files::of_product(workspace))),
         "functions" => of_functions(workspace),

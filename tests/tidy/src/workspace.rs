@@ -25,6 +25,8 @@ pub struct Crate {
     pub roots: Vec<PathBuf>,
     /// What it depends on.
     pub dependencies: Vec<Dependency>,
+    /// Whether it may be published.
+    pub is_published: bool,
 }
 
 /// A dependency that a manifest names.
@@ -34,6 +36,10 @@ pub struct Dependency {
     pub name: String,
     /// Whether it is for tests, benches and examples only.
     pub dev: bool,
+    /// Whether it is a crate of this workspace.
+    pub is_local: bool,
+    /// Whether the manifest says which version it needs.
+    pub has_version: bool,
 }
 
 impl Workspace {
@@ -89,13 +95,19 @@ impl Crate {
             folder: manifest.parent().expect("a manifest lies in a folder").to_owned(),
             roots: list(package, "targets").iter().filter(is_root).map(|t| string(t, "src_path").into()).collect(),
             dependencies: list(package, "dependencies").iter().map(Dependency::read).collect(),
+            is_published: package["publish"].is_null(),
         }
     }
 }
 
 impl Dependency {
     fn read(dependency: &Value) -> Self {
-        Self { name: string(dependency, "name"), dev: dependency["kind"] == "dev" }
+        Self {
+            name: string(dependency, "name"),
+            dev: dependency["kind"] == "dev",
+            is_local: dependency["path"].is_string(),
+            has_version: dependency["req"] != "*",
+        }
     }
 }
 

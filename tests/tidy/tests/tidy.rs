@@ -6,7 +6,7 @@ use afterimage_tidy::flows::Flow;
 use afterimage_tidy::modules::Tree;
 use afterimage_tidy::words::Words;
 use afterimage_tidy::workspace::{Crate, Workspace, files_in, read};
-use afterimage_tidy::{files, functions, layers, words};
+use afterimage_tidy::{files, functions, layers, packages, words};
 
 #[track_caller]
 fn assert_none(violations: &[String]) {
@@ -16,6 +16,11 @@ fn assert_none(violations: &[String]) {
 #[test]
 fn dependencies_follow_the_layers() {
     assert_none(&layers::violations(&Workspace::this().product().collect::<Vec<_>>()));
+}
+
+#[test]
+fn library_crates_can_be_packaged() {
+    assert_none(&packages::violations(&Workspace::this().product().collect::<Vec<_>>()));
 }
 
 #[test]
