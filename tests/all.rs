@@ -5,8 +5,6 @@
 mod bench;
 /// The program as a user runs it.
 mod cli;
-/// Mistakes in files, and what is said of them.
-mod errors;
 /// The executor as a host meets it.
 mod executor;
 /// A few seconds of what `fuzz` runs for hours.

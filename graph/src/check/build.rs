@@ -45,6 +45,8 @@ pub(super) struct NodeDraft {
     pub(super) label: Option<String>,
     /// The state of each output once it is known.
     pub(super) states: Vec<Option<Option<ColorState>>>,
+    /// Whether the file says more of it than could be read.
+    pub(super) is_partial: bool,
 }
 
 /// The names of one pipeline, at the top or used as a node.

@@ -29,17 +29,27 @@
 //! A pipeline is itself a node: `"glow": Pipeline(file: "bloom.ron", source: "exposed", set: {"mips.levels": 3})`. Its inputs are the ports;
 //! `"glow"` is its first output, `"glow.name"` another one, and its nodes are called `glow/mips` and so on.
 
+mod balance;
+mod parser;
+mod quotes;
 mod read;
 mod syntax;
+mod token;
 mod tree;
+
+#[cfg(test)]
+mod tests;
 
 use std::sync::Arc;
 
 use afterimage_base::diagnostic::{Diagnostic, Diagnostics, Place, Sources, Spanned};
 use afterimage_base::image::ColorState;
 
+use parser::Parsed;
+
+pub(crate) use parser::read as read_tree;
 pub(crate) use read::{doubled, settings};
-pub(crate) use tree::{Field, Item, Tree, read as read_tree};
+pub(crate) use tree::{Field, Group, Item, Tree};
 
 /// A pipeline file as it is written. It may be nonsense.
 #[derive(Clone, Debug)]
@@ -91,7 +101,7 @@ pub struct NodeEntry {
     /// The name of its kind.
     pub kind: Spanned<String>,
     /// Ports, parameters and what every node takes, in the order of the file; a name may occur twice.
-    pub(crate) fields: Vec<Field>,
+    pub(crate) fields: Group<Field>,
 }
 
 /// A change to a node: `"mips.levels": 3` or `"local": Off`.
@@ -116,30 +126,27 @@ pub const LONGEST_FILE: usize = 4 << 20;
 
 /// Reads a pipeline file. The name is the one that messages show, and that files named in it are relative to.
 ///
+/// SampleMode goes on after a syntax error: what could be read is in the document, the errors in [`Document::problems`].
+///
 /// # Errors
-/// When the text is not RON, or not a `Pipeline( ... )`; other mistakes are kept in [`Document::problems`] for the check to tell.
+/// When the text holds no `Pipeline( ... )`.
 pub fn parse(file_name: &str, text: &str) -> Result<Document, Diagnostics> {
     let text = without_mark(text);
     let mut sources = Sources::default();
     let file = sources.insert(file_name, if text.len() > LONGEST_FILE { "" } else { text });
-    let fail = |diagnostic| {
-        let mut all = Diagnostics::new(sources.clone());
-        all.push(diagnostic);
-        all
-    };
-    check_length(&file, text).map_err(fail)?;
-    let tree = read_file(&file, text).map_err(fail)?;
-    read::document(&file, tree, &sources).map_err(fail)
+    let mut problems = Diagnostics::new(sources);
+    if let Err(error) = check_length(&file, text) {
+        problems.push(error);
+        return Err(problems);
+    }
+    let Parsed { tree, errors } = read_tree(&file, text);
+    errors.into_iter().for_each(|error| problems.push(error));
+    read::document(&file, tree, problems)
 }
 
 /// The text without the byte order mark that some editors begin a file with.
 pub(crate) fn without_mark(text: &str) -> &str {
     text.strip_prefix('\u{feff}').unwrap_or(text)
-}
-
-/// The tree of any RON file, with the wording of a pipeline's syntax errors.
-pub(crate) fn read_file(file: &Arc<str>, text: &str) -> Result<Item, Diagnostic> {
-    tree::read(file, text).map_err(|why| syntax::diagnose(file, text, &why))
 }
 
 fn check_length(file: &Arc<str>, text: &str) -> Result<(), Diagnostic> {
@@ -150,7 +157,7 @@ fn check_length(file: &Arc<str>, text: &str) -> Result<(), Diagnostic> {
             .at(&start, "")
             .help(format!("a pipeline file has at most {LONGEST_FILE} bytes")));
     }
-    if is_blank(text) {
+    if parser::is_blank(file, text) {
         return Err(Diagnostic::error("empty-file", "the file is empty").at(&start, "").help(SMALLEST));
     }
     Ok(())
@@ -158,8 +165,3 @@ fn check_length(file: &Arc<str>, text: &str) -> Result<(), Diagnostic> {
 
 const SMALLEST: &str =
     "the smallest pipeline is `Pipeline(inputs: { \"scene\": Color }, nodes: {}, outputs: { \"display\": \"scene\" })`";
-
-/// Whether there is nothing but spaces and comments.
-fn is_blank(text: &str) -> bool {
-    ron::de::Deserializer::from_str(text).is_ok_and(|rest| rest.remainder().trim().is_empty())
-}
