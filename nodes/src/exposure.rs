@@ -5,19 +5,20 @@ use afterimage_graph::prelude::*;
 static SHADER: Shader = shader!("exposure");
 
 params! {
-    /// Scales the light of the scene by 2^stops, so that what matters lies where the tone curve is best.
+    /// Scales scene light by 2^stops, so that the tone curve maps the important part of it well.
     ///
-    /// With `meter` wired, the x of that value is added: the exposure that a metering node found, with `stops` as a correction on top.
-    /// Results end at 65504, the largest half float. Bloom, local tone mapping and curves want exposed light.
+    /// With `meter` wired, the x of that value is added to `stops`: it is the exposure that a metering node computed.
+    /// Results are limited to 65504, the largest half float. Bloom, local tone mapping and tone curves expect exposed
+    /// light.
     pub struct Exposure {
-        /// Powers of two: 1 doubles the light, -1 halves it, 0 leaves it as it is.
+        /// Exponent of the factor: 1 doubles the light, -1 halves it, 0 changes nothing.
         pub stops: f32 = 0.0 => within(-24.0..=24.0), usually(-6.0..=6.0), unit("stops"), neutral(0.0);
     }
 }
 
 impl Node for Exposure {
     const INPUTS: &'static [Input] = &[
-        Input::image("source", "Light of the scene.").accepts(&[ColorState::Scene]),
+        Input::image("source", "Scene light.").accepts(&[ColorState::Scene]),
         Input::new("meter", PortType::Value, "Stops to add, in x: the result of a metering node.").optional(),
     ];
     const OUTPUTS: &'static [Output] =

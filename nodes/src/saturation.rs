@@ -1,13 +1,13 @@
-//! Saturation: moves colours away from grey or towards it.
+//! Saturation: scales the distance of colours from grey.
 
 use afterimage_graph::prelude::*;
 
 static SHADER: Shader = shader!("saturation");
 
 params! {
-    /// Moves every colour away from the grey of its luminance, or towards it.
+    /// Scales the distance of every colour from the grey of its luminance.
     ///
-    /// The luminance of linear light stays as it is, unless a channel would fall below 0 and is cut off there.
+    /// The luminance of linear light stays the same, unless a channel would be negative and is clipped at 0.
     pub struct Saturation {
         /// 0 is grey, 1 changes nothing, 2 doubles the distance from grey.
         pub amount: f32 = 1.0 => within(0.0..=8.0), usually(0.0..=2.0), neutral(1.0);

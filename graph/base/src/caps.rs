@@ -1,4 +1,4 @@
-//! What a device can do, as plain data: the planner asks this and never the device.
+//! Device capabilities as plain data. The planner reads them and never accesses a device.
 
 use std::collections::BTreeSet;
 
@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::image::Format;
 
-/// What plans may rely on.
+/// The capabilities that a plan may use.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Caps {
     /// Formats that compute shaders can store to.
@@ -31,14 +31,15 @@ pub struct Caps {
     pub half_arithmetic: bool,
     /// Whether shaders have subgroup operations.
     pub subgroups: bool,
-    /// Whether a dispatch costs so much beside arithmetic that chains of images are made in workgroup memory.
+    /// Whether chains of small images are computed in workgroup memory, for devices on which a dispatch has a high
+    /// fixed cost.
     pub tiles: bool,
-    /// Whether point and gather passes draw instead of dispatching.
+    /// Whether point and gather passes are drawn instead of dispatched.
     pub prefer_fragment: bool,
 }
 
 impl Default for Caps {
-    /// What every WebGPU device has.
+    /// The capabilities of every WebGPU device.
     fn default() -> Self {
         Self {
             storage: [Format::Rgba8Unorm, Format::Rgba16Float, Format::R32Float, Format::Rgba32Float].into(),

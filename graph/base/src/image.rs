@@ -1,8 +1,8 @@
-//! Images as descriptions: formats, sizes and what the numbers in them mean.
+//! Image descriptions: formats, sizes and color states.
 
 use serde::{Deserialize, Serialize};
 
-/// How a texel is stored.
+/// The storage format of a texel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub enum Format {
     /// Four bytes, each 0..1 in steps of 1/255.
@@ -17,7 +17,7 @@ pub enum Format {
     Rg11b10Ufloat,
     /// One float.
     R32Float,
-    /// Four floats: the format of the truth that `measure` compares with.
+    /// Four floats: the format of the reference of `measure`.
     Rgba32Float,
 }
 
@@ -43,7 +43,7 @@ impl Format {
         }
     }
 
-    /// The name in WGSL's storage textures.
+    /// The name in WGSL storage textures.
     pub fn wgsl(self) -> &'static str {
         match self {
             Self::Rgba8Unorm => "rgba8unorm",
@@ -74,7 +74,7 @@ impl Format {
         Self::ALL.into_iter().find(|format| format.name() == name)
     }
 
-    /// The 32-bit float format with as many channels: what the truth of `measure` stores.
+    /// The 32-bit float format with at least as many channels: the format of the reference of `measure`.
     pub fn exact(self) -> Self {
         match self {
             Self::R16Float | Self::R32Float => Self::R32Float,
@@ -82,7 +82,8 @@ impl Format {
         }
     }
 
-    /// The next wider format, for a device that cannot store this one; every chain ends in a format that all devices store.
+    /// The next wider format, for a device that cannot store this one. Every chain ends in a format that all devices
+    /// store.
     pub fn wider(self) -> Self {
         match self {
             Self::R16Float => Self::R32Float,
@@ -91,7 +92,7 @@ impl Format {
         }
     }
 
-    /// Whether each channel holds 32 bits, which many devices cannot filter.
+    /// Whether each channel has 32 bits. Many devices cannot filter these formats.
     pub fn is_32_bit(self) -> bool {
         matches!(self, Self::R32Float | Self::Rgba32Float)
     }
@@ -100,11 +101,11 @@ impl Format {
 /// Width, height and, for volumes, depth, in texels; never zero.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct Size {
-    /// Texels across.
+    /// Width in texels.
     pub width: u32,
-    /// Texels down.
+    /// Height in texels.
     pub height: u32,
-    /// Texels deep; 1 for an image.
+    /// Depth in texels; 1 for an image.
     pub depth: u32,
 }
 
@@ -124,12 +125,12 @@ impl Size {
         Self::new(self.width / 2, self.height / 2)
     }
 
-    /// Each side divided by `by` and rounded up: how many tiles cover it.
+    /// Each side divided by `by` and rounded up: the number of tiles that cover it.
     pub fn div_up(self, by: u32) -> Self {
         Self::new(self.width.div_ceil(by), self.height.div_ceil(by))
     }
 
-    /// Texels in all.
+    /// The number of texels.
     pub fn texels(self) -> u64 {
         u64::from(self.width) * u64::from(self.height) * u64::from(self.depth)
     }
@@ -139,7 +140,7 @@ impl Size {
         f64::from(self.width) / f64::from(self.height)
     }
 
-    /// How many levels a pyramid over this size can have: halvings until both sides are 1.
+    /// The number of levels of a pyramid over this size: halvings until both sides are 1.
     pub fn levels(self) -> u32 {
         self.width.max(self.height).ilog2()
     }
@@ -152,20 +153,20 @@ impl std::fmt::Display for Size {
     }
 }
 
-/// What the numbers of an image mean; part of the type of a wire.
+/// The meaning of an image's numbers. Part of the type of a wire.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub enum ColorState {
-    /// Linear light of the scene, not exposed.
+    /// Linear scene light, not exposed.
     Scene,
     /// Scene light times 2^stops.
     Exposed,
     /// Base-2 logarithm of luminance.
     LogLuminance,
-    /// After the tone curve, linear; 1 is SDR white.
+    /// Display-linear light, after the tone curve; 1 is SDR white.
     DisplayLinear,
-    /// After a transfer function: what a file or a screen takes.
+    /// After a transfer function, for a file or a display.
     Encoded,
-    /// Depth, normals, masks: numbers that are not light.
+    /// Numbers that are not light: depth, normals, masks.
     Data,
 }
 
@@ -183,14 +184,14 @@ impl ColorState {
     }
 }
 
-/// A virtual image: enough to make a texture of it.
+/// The description of an image: size, format and dimension.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct ImageDesc {
-    /// Texels.
+    /// Size in texels.
     pub size: Size,
     /// Storage of one texel.
     pub format: Format,
-    /// Whether it is a volume (3-D) even if one texel deep.
+    /// Whether the image is a volume (3-D). A volume may have depth 1.
     pub volume: bool,
 }
 
@@ -205,22 +206,22 @@ impl ImageDesc {
         Self { volume: true, ..Self::new(size) }
     }
 
-    /// The same in another format.
+    /// The same description with another format.
     pub fn format(self, format: Format) -> Self {
         Self { format, ..self }
     }
 
-    /// The same in half the size.
+    /// The same description with half the size.
     pub fn half(self) -> Self {
         Self { size: self.size.half(), ..self }
     }
 
-    /// The same in another size.
+    /// The same description with another size.
     pub fn sized(self, size: Size) -> Self {
         Self { size, ..self }
     }
 
-    /// Bytes of all texels, without a driver's padding.
+    /// The number of bytes of all texels, without padding by the driver.
     pub fn bytes(self) -> u64 {
         self.size.texels() * self.format.bytes()
     }

@@ -1,6 +1,7 @@
-//! What every layer of Afterimage shares: parameter values, image descriptions, diagnostics and device capabilities.
+//! Types that all layers of Afterimage share: parameter values, image descriptions, diagnostics and device
+//! capabilities.
 //!
-//! This crate reads no files, knows no device and depends on no other crate of the workspace.
+//! This crate does no IO, accesses no device and depends on no other crate of the workspace.
 
 pub mod caps;
 pub mod diagnostic;

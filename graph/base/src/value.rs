@@ -1,31 +1,31 @@
-//! Parameters and their values: each is declared once, and everything else is derived from the declaration.
+//! Parameters and their values. Each parameter is declared once, and everything else is derived from the declaration.
 
 use std::ops::RangeInclusive;
 use std::sync::Arc;
 
-/// A value of a parameter, as a pipeline file or a control gives it.
+/// A value of a parameter, from a pipeline file or a control.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Value {
     /// True or false.
     Bool(bool),
-    /// A whole number.
+    /// An integer.
     Int(i64),
-    /// A number.
+    /// A floating-point number.
     Float(f64),
-    /// Two to four numbers; the rest are 0.
+    /// Two to four numbers and their count. Unused ones are 0.
     Vector([f64; 4], usize),
     /// One of a parameter's choices.
     Choice(&'static str),
-    /// A file's path, and its bytes once loaded.
+    /// A file: its path, and its bytes once loaded.
     File(FileValue),
 }
 
 /// A file that a parameter names.
 #[derive(Clone, Debug, Default)]
 pub struct FileValue {
-    /// The path as the pipeline file has it; empty for none.
+    /// The path as written in the pipeline file. Empty for no file.
     pub path: String,
-    /// What was read from it; `None` before loading.
+    /// The content of the file. `None` before loading.
     pub bytes: Option<Arc<[u8]>>,
 }
 
@@ -51,12 +51,12 @@ impl std::fmt::Display for Value {
     }
 }
 
-/// One of the values that a choice can take.
+/// One value of a choice.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ChoiceName {
     /// The name in pipeline files.
     pub name: &'static str,
-    /// What it means.
+    /// Its meaning.
     pub doc: &'static str,
 }
 
@@ -65,11 +65,11 @@ pub struct ChoiceName {
 pub enum Type {
     /// `true` or `false`.
     Bool,
-    /// A whole number.
+    /// An integer.
     Int,
-    /// A number.
+    /// A floating-point number.
     Float,
-    /// This many numbers, two to four.
+    /// A vector of this many numbers, two to four.
     Vector(usize),
     /// One of these names.
     Choice(&'static [ChoiceName]),
@@ -78,7 +78,7 @@ pub enum Type {
 }
 
 impl Type {
-    /// The type in words, as errors say it.
+    /// The type in words, for error messages.
     pub fn describe(self) -> String {
         match self {
             Self::Bool => "`true` or `false`".into(),
@@ -94,92 +94,92 @@ impl Type {
     }
 }
 
-/// The one declaration of a parameter.
+/// The declaration of a parameter.
 #[derive(Clone, Debug)]
 pub struct Param {
     /// The name in files, shaders and messages.
     pub name: &'static str,
-    /// What it means; says its neutral value where there is one.
+    /// Its meaning, with the neutral value if there is one.
     pub doc: String,
     /// Its type.
     pub ty: Type,
-    /// What it is when a file does not say.
+    /// The value if a file sets none.
     pub default: Value,
-    /// The least and greatest number of each component.
+    /// The smallest and the largest allowed number of each component.
     pub domain: Option<(f64, f64)>,
-    /// The range a slider should offer, inside the domain.
+    /// The range of a slider. It lies within the domain.
     pub usual: Option<(f64, f64)>,
-    /// The unit of its numbers; empty for pure numbers.
+    /// The unit of its numbers. Empty for pure numbers.
     pub unit: &'static str,
-    /// Whether a change needs a new plan; otherwise a new uniform is enough.
+    /// Whether a change needs a new plan. Otherwise a new uniform is enough.
     pub replan: bool,
     /// The value at which the parameter changes nothing, if there is one.
     pub neutral: Option<Value>,
-    /// The value that is most exact, for a parameter that trades accuracy for speed, and the others worth trying.
+    /// For an accuracy switch: its most accurate value and the alternatives.
     pub quality: Option<Quality>,
 }
 
-/// The accuracy switch that a parameter is: its most exact value, and cheaper ones from best to worst.
+/// An accuracy switch: its most accurate value, and cheaper ones from the most to the least accurate.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Quality {
-    /// The most exact value.
+    /// The most accurate value.
     pub exact: Value,
-    /// Cheaper values, best first.
+    /// Cheaper values, the most accurate first.
     pub cheaper: Vec<Value>,
 }
 
 impl Param {
-    /// A parameter without a domain. Choices, whole numbers, flags and files need a new plan when they change.
+    /// A parameter without a domain. A change of a choice, an integer, a flag or a file needs a new plan.
     pub fn new(name: &'static str, doc: &str, ty: Type, default: Value) -> Self {
         let doc = doc.trim().to_owned();
         let replan = matches!(ty, Type::Bool | Type::Int | Type::Choice(_) | Type::File);
         Self { name, doc, ty, default, domain: None, usual: None, unit: "", replan, neutral: None, quality: None }
     }
 
-    /// Limits each component; a value outside is an error in the file.
+    /// Sets the domain of each component. A value outside is an error in the file.
     pub fn within(mut self, domain: RangeInclusive<f64>) -> Self {
         self.domain = Some((*domain.start(), *domain.end()));
         self
     }
 
-    /// The range a slider should offer.
+    /// Sets the range of a slider.
     pub fn usually(mut self, range: RangeInclusive<f64>) -> Self {
         self.usual = Some((*range.start(), *range.end()));
         self
     }
 
-    /// The unit of its numbers.
+    /// Sets the unit.
     pub fn unit(mut self, unit: &'static str) -> Self {
         self.unit = unit;
         self
     }
 
-    /// Says that a change needs a new plan although the type does not say so.
+    /// Declares that a change needs a new plan although the type does not imply it.
     pub fn replans(mut self) -> Self {
         self.replan = true;
         self
     }
 
-    /// Says that a change is only a new uniform although the type says otherwise.
+    /// Declares that a change needs only a new uniform although the type implies a new plan.
     pub fn live(mut self) -> Self {
         self.replan = false;
         self
     }
 
-    /// The value at which the parameter changes nothing.
+    /// Sets the value at which the parameter changes nothing.
     pub fn neutral<T: ParamType>(mut self, value: T) -> Self {
         self.neutral = Some(value.into_value());
         self
     }
 
-    /// Declares an accuracy switch: the most exact value, then cheaper ones, best first.
+    /// Declares an accuracy switch: the most accurate value, then cheaper ones, the most accurate first.
     pub fn quality<T: ParamType, const N: usize>(mut self, exact: T, cheaper: [T; N]) -> Self {
         let cheaper = cheaper.into_iter().map(ParamType::into_value).collect();
         self.quality = Some(Quality { exact: exact.into_value(), cheaper });
         self
     }
 
-    /// Whether `value` is of this type and in the domain; the complaint otherwise.
+    /// Checks that `value` has this type and is in the domain. The error is a message for the user.
     pub fn accepts(&self, value: &Value) -> Result<(), String> {
         let numbers: &[f64] = match (self.ty, value) {
             (Type::Bool, Value::Bool(_)) | (Type::File, Value::File(_)) => return Ok(()),
@@ -209,9 +209,9 @@ impl Param {
 pub trait ParamType: Sized {
     /// Its parameter type.
     const TYPE: Type;
-    /// The value as files have it.
+    /// The value as written in files.
     fn into_value(self) -> Value;
-    /// Back from a value of [`Self::TYPE`]; `None` for any other.
+    /// Converts a value of [`Self::TYPE`]. `None` for a value of another type.
     fn from_value(value: &Value) -> Option<Self>;
 }
 
@@ -233,7 +233,7 @@ macro_rules! param_type {
     };
 }
 
-// Floats pass through their shortest decimal form, so that a default of 0.1f32 reads 0.1 and not 0.10000000149.
+// Floats are converted through their shortest decimal form, so that a default of 0.1f32 prints as 0.1.
 fn widen(x: f32) -> f64 {
     x.to_string().parse().expect("a float's own text is a number")
 }

@@ -1,8 +1,9 @@
 //! Plan to pixels: the only user of wgpu.
 //!
-//! [`Gpu::open`] gives programs without a renderer a device; a renderer brings its own to [`Executor::new`]. [`Executor::load`] takes a
-//! [`Plan`](afterimage_plan::Plan), and [`Executor::encode`] records a frame of it into the host's encoder. While it renders,
-//! [`Executor::prepare`] compiles another plan, which [`Executor::swap`] puts in between two frames.
+//! [`Gpu::open`] gives programs without a renderer a device; a renderer brings its own to [`Executor::new`].
+//! [`Executor::load`] takes a [`Plan`](afterimage_plan::Plan), and [`Executor::encode`] records a frame of it into the
+//! host's encoder. While it renders, [`Executor::prepare`] compiles another plan, which [`Executor::swap`] puts in
+//! between two frames.
 
 mod cache;
 mod device;

@@ -106,8 +106,8 @@ fn images(builder: &PlanBuilder, request: &PlanRequest<'_>) -> Vec<PlannedImage>
 fn sample_mode(image: &VirtualImage, caps: &Caps, exact: bool) -> SampleMode {
     let from_host = matches!(image.origin, Origin::Input(_)) && !image.finite;
     match (from_host, image.signed, exact || image.desc.format.is_32_bit() && !caps.filter_32_bit) {
-        (true, true, _) => SampleMode::GuardedSigned,
-        (true, false, _) => SampleMode::Guarded,
+        (true, true, _) => SampleMode::SanitizedSigned,
+        (true, false, _) => SampleMode::Sanitized,
         (false, _, true) => SampleMode::ByHand,
         (false, _, false) => SampleMode::Plain,
     }

@@ -211,7 +211,7 @@ impl<'a> KernelWriter<'a> {
             Arg::Texture(image) => self.texture(image, is_volume),
             Arg::Pixel(image) => {
                 let texture = self.texture(image, false);
-                format!("{}(textureLoad({texture}, at.pixel, 0))", (self.sample_mode_of)(image).guard_call())
+                format!("{}(textureLoad({texture}, at.pixel, 0))", (self.sample_mode_of)(image).sanitize_call())
             }
             Arg::Value(buffer, components) => {
                 let declaration = "var<storage, read> NAME: array<vec4f>;";
