@@ -83,3 +83,10 @@ pub enum GpuError {
     #[error("no plan is loaded")]
     NoPlan,
 }
+
+impl GpuError {
+    /// The device is lost, for the reason that wgpu gives.
+    pub(crate) fn lost(why: &dyn std::fmt::Display) -> Self {
+        Self::DeviceLost { why: why.to_string() }
+    }
+}
