@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, Mutex};
 
-use afterimage_graph::image::Format;
+use afterimage_graph::image::{Format, ImageDesc};
 use afterimage_graph::plan::Caps;
 use wgpu::{Features, TextureFormat, TextureUsages};
 
@@ -83,6 +83,18 @@ impl Gpu {
     /// Whether the adapter is the processor itself.
     pub fn is_processor(&self) -> bool {
         self.adapter.get_info().device_type == wgpu::DeviceType::Cpu
+    }
+
+    /// Checks that the device can hold an image.
+    ///
+    /// # Errors
+    /// [`GpuError::TooLarge`].
+    pub fn check_fits(&self, desc: ImageDesc) -> Result<(), GpuError> {
+        let (width, height, limit) = (desc.size.width, desc.size.height, self.caps.max_side);
+        match width.max(height) <= limit {
+            true => Ok(()),
+            false => Err(GpuError::TooLarge { width, height, adapter: self.name(), limit }),
+        }
     }
 
     /// An executor with the capabilities of this device.

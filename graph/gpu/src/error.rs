@@ -33,6 +33,18 @@ pub enum GpuError {
         /// The driver's reason.
         why: String,
     },
+    /// An image of the host is larger than the device allows.
+    #[error("the image is {width}x{height}, but `{adapter}` takes at most {limit} pixels a side")]
+    TooLarge {
+        /// Pixels of a row.
+        width: u32,
+        /// Rows.
+        height: u32,
+        /// The adapter.
+        adapter: String,
+        /// The largest side.
+        limit: u32,
+    },
     /// A format that the device lacks.
     #[error("this device has no format for {what}")]
     Format {
