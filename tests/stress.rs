@@ -2,10 +2,10 @@
 
 mod planted;
 
-use afterimage_lab::stress::{StressOptions, StressReport, Subject, kinds, pipelines, registry, stress};
 use afterimage_graph::check::NoFiles;
 use afterimage_graph::node::NodeKind;
 use afterimage_graph::plan::Options;
+use afterimage_lab::stress::{StressOptions, StressReport, Subject, kinds, registry, stress};
 
 use crate::support::gpu::gpu;
 
@@ -45,13 +45,12 @@ fn built_in_kinds_and_the_plugin_have_no_faults() {
 fn a_shipped_pipeline_has_no_faults() {
     let registry = registry(&[afterimage_nodes::ALL]).expect("no two kinds share a name");
     let subjects: Vec<Subject> = ["lynx", "exposure"]
-        .into_iter()
-        .flat_map(|name| {
+        .map(|name| {
             let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("../pipelines/{name}.ron"));
             let text = std::fs::read_to_string(path).expect("a shipped pipeline");
-            pipelines((name, name), (name, &text), &NoFiles, None).expect("a built-in pipeline")
+            Subject::pipeline((name, name), (name, &text), &NoFiles).expect("a built-in pipeline")
         })
-        .collect();
+        .into();
     let choice = StressOptions { defaults: true, ..quick() };
     let report = stress(&gpu(), &registry, &subjects, &choice, &());
     assert!(report.cases() > 100, "only {} cases", report.cases());
