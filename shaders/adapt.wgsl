@@ -1,4 +1,4 @@
-// Lets an exposure follow a metered mean: one number in, one out, kept from frame to frame.
+// Adapts an exposure to a metered mean. The result is kept from frame to frame.
 #import metering
 
 struct Adapt {
@@ -12,11 +12,11 @@ struct Adapt {
 
 @group(0) @binding(0) var<uniform> params: Adapt;
 @group(0) @binding(1) var<uniform> frame: Frame;
-// log2 of the mean luminance in x, whether it is known in w.
+// x: log2 of the mean luminance; w: 1 if it is valid.
 @group(0) @binding(2) var<storage, read> mean: array<vec4f>;
-// Stops, mean, lux and whether they hold anything.
+// Stops, mean, lux, and 1 if they are valid.
 @group(0) @binding(3) var<storage, read_write> result: array<vec4f>;
-// The stops that were wanted in the frame before.
+// The target of the previous frame, in stops.
 @group(0) @binding(4) var<storage, read_write> wanted_before: array<f32>;
 
 fn adapt_aim() -> MeteringAim {

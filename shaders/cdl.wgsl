@@ -8,7 +8,7 @@ struct Cdl {
     saturation: f32,
 }
 
-// What is not positive has no power and goes on as it is, as the standard says.
+// The standard applies no power to values at or below 0.
 fn cdl(source: vec4f, params: Cdl) -> vec4f {
     let moved = source.rgb * params.slope + params.offset;
     let powered = select(moved, bounded_power3(moved, params.power), moved > vec3f(0.0));

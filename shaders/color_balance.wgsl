@@ -8,7 +8,7 @@ struct ColorBalance {
     highlights: vec3f,
 }
 
-// The three weights are (1 - y)^2, 2y(1 - y) and y^2: smooth, and 1 together, so that equal shifts are one plain shift.
+// The weights (1 - y)^2, 2y(1 - y) and y^2 are smooth, and their sum is 1: three equal shifts are one constant shift.
 fn color_balance(source: vec4f, params: ColorBalance) -> vec4f {
     let rgb = source.rgb * params.multiply;
     let y = clamp(luminance(rgb), 0.0, 1.0);

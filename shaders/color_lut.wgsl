@@ -15,7 +15,7 @@ struct ColorLut {
     cube_scale: vec3f,
 }
 
-// The entry of a 1-D table that is laid out in rows.
+// The entry of a 1-D table that is stored in several rows.
 fn color_lut_entry(curve: texture_2d<f32>, index: u32) -> vec3f {
     let width = textureDimensions(curve).x;
     return texel(curve, vec2i(vec2u(index % width, index / width))).rgb;
@@ -58,7 +58,7 @@ fn color_lut_curve_srgb(source: vec4f, curve: texture_2d<f32>, params: ColorLut)
     return color_lut_mixed(source, color_lut_curved(curve, color_lut_srgb(source), params), params);
 }
 
-// --- A 3-D table, in three ways of interpolation ---
+// --- A 3-D table, with three interpolations ---
 
 fn color_lut_trilinear(source: vec4f, cube: texture_3d<f32>, params: ColorLut) -> vec4f {
     let at = color_lut_placed(color_lut_shaped(source, params), params);
@@ -90,7 +90,7 @@ fn color_lut_tetrahedral_srgb(source: vec4f, cube: texture_3d<f32>, params: Colo
     return color_lut_mixed(source, cube_tetrahedral(cube, at), params);
 }
 
-// --- A 1-D table before a 3-D one, from one file ---
+// --- A 1-D table before a 3-D table, from one file ---
 
 fn color_lut_both_trilinear(source: vec4f, curve: texture_2d<f32>, cube: texture_3d<f32>, params: ColorLut) -> vec4f {
     let at = color_lut_placed(color_lut_curved(curve, source.rgb, params), params);

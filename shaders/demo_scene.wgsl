@@ -1,6 +1,6 @@
 // The built-in scene: a loft at golden hour, a dim room with a bright window, a low sun, neon and fine detail.
 //
-// Linear Rec.709 radiance in units where the room's greys lie at 0.02 to 0.3. Equal parameters make equal pictures.
+// Linear Rec.709 radiance in units in which the room's greys are 0.02 to 0.3. Equal parameters give equal images.
 #import color
 #import loft
 #import loft_lamps
@@ -10,8 +10,8 @@
 #import ray
 
 struct DemoScene {
-    time: f32,   // seconds; moves the neon's hum and the dust in the sunbeam
-    range: f32,  // stops from the room's grey to the sun's disc: 18 is the reference, 0 flattens all light
+    time: f32,   // seconds; animates the neon's flicker and the dust in the sunbeam
+    range: f32,  // stops from the room's grey to the sun's disc: 18 is the reference, 0 makes all light equal
     walk: f32,   // 0 deep in the room, 1 in front of the window
 }
 
@@ -24,9 +24,9 @@ struct DemoSceneCamera {
 
 const DEMO_SCENE_TAN_FOV: f32 = 0.4245;     // of half the vertical field of view, 46 degrees
 const DEMO_SCENE_SKY_DEPTH: f32 = 1000.0;   // metres
-const DEMO_SCENE_BRIGHTEST: f32 = 60000.0;  // half floats end at 65504: the rest is room for a filter's overshoot
+const DEMO_SCENE_BRIGHTEST: f32 = 60000.0;  // half floats end at 65504: leaves room for a filter's overshoot
 
-// Past the pouf, along the table, up to the glass; level all the way.
+// A level path past the pouf, along the table, to the window.
 fn demo_scene_camera(walk: f32) -> DemoSceneCamera {
     let w = smoothstep(0.0, 1.0, walk);
     let eye = mix(vec3f(1.75, 1.55, 4.7), vec3f(-0.45, 1.62, -2.3), w);
@@ -48,7 +48,7 @@ fn demo_scene_pixel(at: Point) -> f32 {
     return 2.0 * DEMO_SCENE_TAN_FOV / at.size.y;
 }
 
-// Share of the light along `view` that comes from the mirror direction; what is rough keeps none.
+// Share of the light along `view` that is a mirror reflection; 0 for rough surfaces.
 fn demo_scene_reflectance(surface: LoftSurface, view: vec3f) -> vec3f {
     let grazing = pow(1.0 - clamp(dot(surface.normal, view), 0.0, 1.0), 5.0);
     let smoothness = (1.0 - surface.roughness) * (1.0 - surface.roughness);
@@ -56,7 +56,7 @@ fn demo_scene_reflectance(surface: LoftSurface, view: vec3f) -> vec3f {
     return (surface.mirror + (1.0 - surface.mirror) * grazing) * (smoothness * polished);
 }
 
-// Radiance along a ray by way of one mirror at most, and the emissive strength of what it meets first.
+// Radiance along a ray with at most one mirror reflection, and the emissive strength of the first hit.
 fn demo_scene_radiance(first: Ray, pixel: f32, sun: vec3f, lamps: LoftLamps) -> vec4f {
     var ray = first;
     var share = vec3f(1.0);
@@ -82,8 +82,8 @@ fn demo_scene_radiance(first: Ray, pixel: f32, sun: vec3f, lamps: LoftLamps) -> 
     return vec4f(colour, glow);
 }
 
-// The picture, with emissive strength as alpha: the mean of four samples on a rotated grid. A plain mean of linear
-// light is what a lens would collect, and no sample is brighter than the sun's disc.
+// The image, with the emissive strength in alpha: the mean of four samples on a rotated grid. A mean of linear light is
+// what a lens collects, and no sample is brighter than the sun's disc.
 fn demo_scene(at: Point, frame: Frame, params: DemoScene) -> vec4f {
     let camera = demo_scene_camera(params.walk);
     let lamps = loft_lamps(params.time, params.range);
@@ -98,7 +98,7 @@ fn demo_scene(at: Point, frame: Frame, params: DemoScene) -> vec4f {
     return vec4f(min(sum.rgb * 0.25, vec3f(DEMO_SCENE_BRIGHTEST)), sum.a * 0.25);
 }
 
-// Metres along the view axis in x, through the pixel's centre.
+// Distance along the view axis in metres in x, at the pixel's centre.
 fn demo_scene_depth(at: Point, frame: Frame, params: DemoScene) -> vec4f {
     let camera = demo_scene_camera(params.walk);
     let ray = demo_scene_ray(camera, at, vec2f(0.0));
@@ -107,7 +107,7 @@ fn demo_scene_depth(at: Point, frame: Frame, params: DemoScene) -> vec4f {
     return vec4f(select(depth, DEMO_SCENE_SKY_DEPTH, hit.what == LOFT_OUTSIDE), 0.0, 0.0, 1.0);
 }
 
-// View-space normal: x right, y up, z to the viewer; the sky faces the viewer.
+// View-space normal: x right, y up, z towards the viewer. The sky has (0, 0, 1).
 fn demo_scene_normal(at: Point, frame: Frame, params: DemoScene) -> vec4f {
     let camera = demo_scene_camera(params.walk);
     let hit = loft_trace(demo_scene_ray(camera, at, vec2f(0.0)));
@@ -115,7 +115,7 @@ fn demo_scene_normal(at: Point, frame: Frame, params: DemoScene) -> vec4f {
     return vec4f(select(n, vec3f(0.0, 0.0, 1.0), hit.what == LOFT_OUTSIDE), 1.0);
 }
 
-// Diffuse albedo; alpha is 1 where a light meter should count the pixel: not the sky, not lamps, not metal.
+// Diffuse albedo. Alpha is 1 where a light meter should count the pixel, 0 for the sky, lamps and metal.
 fn demo_scene_albedo(at: Point, frame: Frame, params: DemoScene) -> vec4f {
     let camera = demo_scene_camera(params.walk);
     let ray = demo_scene_ray(camera, at, vec2f(0.0));

@@ -5,14 +5,14 @@ struct Dither {
     seed: u32,
 }
 
-// 16 bits as a number from -1/2 to 1/2, exactly: they become the end of the mantissa of a number from 1 on, which is cheaper than a
-// conversion.
+// Maps 16 bits to -1/2 to 1/2 exactly. The bits become the low end of the mantissa of a number from 1 to 2, which is
+// cheaper than a conversion.
 fn dither_number(bits: vec3u) -> vec3f {
     return bitcast<vec3f>(vec3u(0x3f800000u) | bits) * 128.0 - 128.5;
 }
 
-// Triangular noise of one code to either side, fading to half a code of even noise at black and white, which stay solid.
-// `random` holds two numbers of 16 bits for each channel.
+// Triangular noise of one code to either side. It fades to uniform noise of half a code at black and white, which stay
+// solid. `random` holds two 16-bit numbers per channel.
 fn dither_with(source: vec4f, pixel: vec2i, bits: u32, seed: u32) -> vec4f {
     let random = hash3(vec3u(bitcast<vec2u>(pixel), seed));
     let last = f32((1u << bits) - 1u);

@@ -1,11 +1,11 @@
-// An image at half its size. Offsets are in texels of the source; at exactly 2:1 every tap falls on a corner between four texels
-// and is their mean. All filters sum to 1; alpha is filtered like colour. Means may be in half floats; weights by brightness, which reach
-// over many stops, are not.
+// Halves an image. Offsets are in texels of the source. At exactly 2:1 every tap falls on a corner between four texels
+// and is their mean. The weights of every filter sum to 1; alpha is filtered like colour. Means may be in half floats.
+// Sums weighted by brightness are in 32 bits, because these weights span many stops.
 #import color
 #import real
 #import tent
 
-// Colours with weights, on their way to an average.
+// A weighted sum of colours.
 struct DownsampleSum {
     color: vec4f,
     weight: f32,
@@ -22,12 +22,12 @@ fn downsample_tap(source: texture_2d<f32>, source_sampler: sampler, at: Point, x
     return tap(source, source_sampler, at.uv + vec2f(x, y) / vec2f(textureDimensions(source)));
 }
 
-// The same on its way into a mean.
+// A tap, converted for a mean.
 fn downsample_part(source: texture_2d<f32>, source_sampler: sampler, at: Point, x: f32, y: f32) -> real4 {
     return to_real(downsample_tap(source, source_sampler, at, x, y));
 }
 
-// The mean of four taps around (x, y), 1 texel from it in x and in y.
+// The mean of four taps at 1 texel from (x, y) along both axes.
 fn downsample_square(source: texture_2d<f32>, source_sampler: sampler, at: Point, x: f32, y: f32) -> real4 {
     let upper = downsample_part(source, source_sampler, at, x - 1.0, y - 1.0)
         + downsample_part(source, source_sampler, at, x + 1.0, y - 1.0);
@@ -37,7 +37,7 @@ fn downsample_square(source: texture_2d<f32>, source_sampler: sampler, at: Point
 }
 
 fn downsample_groups(source: texture_2d<f32>, source_sampler: sampler, at: Point) -> DownsampleGroups {
-    // Rows from the top, texels -2, 0 and 2 of each.
+    // Rows from the top; each at x = -2, 0 and 2 texels.
     let a = downsample_part(source, source_sampler, at, -2.0, -2.0);
     let b = downsample_part(source, source_sampler, at, 0.0, -2.0);
     let c = downsample_part(source, source_sampler, at, 2.0, -2.0);
@@ -51,14 +51,14 @@ fn downsample_groups(source: texture_2d<f32>, source_sampler: sampler, at: Point
     return DownsampleGroups(downsample_square(source, source_sampler, at, 0.0, 0.0), corners);
 }
 
-// Weighs a colour by 1 / (1 + the brightness of what is around it).
+// Adds a colour with the weight 1 / (1 + brightness of `around`).
 fn downsample_add_among(sum: ptr<function, DownsampleSum>, color: vec4f, around: vec4f, share: f32) {
     let weight = share / (1.0 + max(brightest(around.rgb), 0.0));
     (*sum).color += color * weight;
     (*sum).weight += weight;
 }
 
-// Weighs a colour by 1 / (1 + brightness), so that one very bright pixel cannot flicker through the whole chain:
+// Adds a colour with the weight 1 / (1 + brightness), so that one very bright pixel does not flicker in all levels:
 // Karis, "Tone Mapping", 2013.
 fn downsample_add(sum: ptr<function, DownsampleSum>, color: vec4f, share: f32) {
     downsample_add_among(sum, color, color, share);
@@ -130,9 +130,9 @@ fn downsample_tap13_groups(source: texture_2d<f32>, source_sampler: sampler, at:
     return sum.color / sum.weight;
 }
 
-// The same look from five taps. Each corner is weighed as a square that it shares with the middle, which counts four times: a bright
-// pixel in the middle is in all of the squares and stays, one at a corner is in a single square and is held back. Four times is what
-// came nearest to the thirteen taps on pictures of rooms, streets and suns.
+// The look of `downsample_tap13_groups` from five taps. Each corner has the weight of a square that it shares with the
+// centre, which counts four times. A bright pixel at the centre is in all squares and is kept; one at a corner is in
+// one square and is reduced. The factor four is nearest to the thirteen taps on images of rooms, streets and suns.
 fn downsample_tap4_groups(source: texture_2d<f32>, source_sampler: sampler, at: Point) -> vec4f {
     let middle = 0.8 * tap(source, source_sampler, at.uv);
     var sum = DownsampleSum();

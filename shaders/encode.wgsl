@@ -11,10 +11,10 @@ struct Encode {
     system_power: f32,     // HLG: (1 - gamma) / gamma of the display
 }
 
-// Whether the display has the primaries of the scene, so that the rows are those of the identity.
+// Whether the display has the primaries of the scene. The rows are then the identity.
 const ENCODE_SAME_PRIMARIES: bool = false;
 
-// Negative light is no light; what is too bright is left to each transfer function.
+// Negative light becomes 0. Each transfer function limits bright light itself.
 fn encode_primaries(source: vec4f, params: Encode) -> vec3f {
     if ENCODE_SAME_PRIMARIES { return max(source.rgb, vec3f(0.0)); }
     let rgb = vec3f(dot(params.row0.xyz, source.rgb), dot(params.row1.xyz, source.rgb), dot(params.row2.xyz, source.rgb));
@@ -40,7 +40,7 @@ fn encode_pq(source: vec4f, params: Encode) -> vec4f {
     return vec4f(pq_encode(nits.r), pq_encode(nits.g), pq_encode(nits.b), source.a);
 }
 
-// The display's light back to the scene light of HLG, which the system gamma of the display's luminance made it from.
+// Display light to HLG scene light: inverts the system gamma, which depends on the display's luminance.
 fn encode_hlg(source: vec4f, params: Encode) -> vec4f {
     let light = min(encode_primaries(source, params) * (params.white_nits / params.peak_nits), vec3f(1.0));
     let y = dot(light, vec3f(0.262700212011, 0.677998071519, 0.059301716470));

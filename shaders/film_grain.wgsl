@@ -12,13 +12,13 @@ struct FilmGrain {
     seed: u32,
 }
 
-// A random number in (-1, 1) for each point of a lattice, triangular like the sum of two dice.
+// A random number in (-1, 1) for each lattice point, with the triangular distribution of a sum of two uniform numbers.
 fn film_grain_point(cell: vec2i, seed: u32) -> f32 {
     let h = hash(bitcast<u32>(cell.x) ^ hash(bitcast<u32>(cell.y) ^ hash(seed)));
     return (f32(h >> 16u) + f32(h & 0xffffu)) * (1.0 / 65536.0) - 1.0;
 }
 
-// The lattice between its points. Mixing evens numbers out, so the result is scaled back to the strength that the points have.
+// Interpolates the lattice. Interpolation reduces the variance, so the result is scaled back to that of the points.
 fn film_grain_lattice(p: vec2f, seed: u32) -> f32 {
     let base = floor(p);
     let i = vec2i(base);
@@ -30,13 +30,14 @@ fn film_grain_lattice(p: vec2f, seed: u32) -> f32 {
     return clamp(mix(low, high, w.y) * inverseSqrt(power), -1.0, 1.0);
 }
 
-// How strong the grain is at a luminance.
+// Strength of the grain at a luminance.
 fn film_grain_response(y: f32, params: FilmGrain) -> f32 {
     let rising = mix(params.shadows, 1.0, smooth_step(0.0, params.pivot, y));
     return mix(rising, params.highlights, smooth_step(params.pivot, 1.0, y));
 }
 
-// The room towards black and white limits the grain: x + n * x * (1 - x) lies in 0..1 for every n in -1..1, and its mean is x.
+// The distance to black and white limits the grain: x + n * x * (1 - x) is in 0..1 for every n in -1..1, and its mean
+// is x.
 fn film_grain_with(source: vec4f, at: Point, params: FilmGrain, seed: u32) -> vec4f {
     let p = vec2f(at.pixel) / params.size;
     let grey = film_grain_lattice(p, seed * 4u);

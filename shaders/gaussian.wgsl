@@ -1,4 +1,4 @@
-// A blur along one axis; two passes, one for each axis, make it round. Edges are continued outwards.
+// Blurs along one axis; two passes, one per axis, blur along both. Reads beyond the border return the border.
 #import real
 
 struct Gaussian {
@@ -7,8 +7,8 @@ struct Gaussian {
     falloff: f32,  // -log2(e) / (2 sigma^2)
 }
 
-// The kernel that the Caracal document prints: row 12 of Pascal's triangle without its ends, which the document takes for a
-// Gaussian of sigma 2. The printed digits sum to 1.000001.
+// The kernel in the Caracal document: row 12 of Pascal's triangle without its ends. The document calls it a Gaussian of
+// sigma 2. The printed digits sum to 1.000001.
 const GAUSSIAN_CARACAL_CENTER: f32 = 0.227027 / 1.000001;
 const GAUSSIAN_CARACAL_SIDE = vec4f(0.194596, 0.121621, 0.054054, 0.016216) / 1.000001;
 
@@ -16,13 +16,13 @@ fn gaussian_weight(distance: i32, params: Gaussian) -> f32 {
     return exp2(f32(distance * distance) * params.falloff);
 }
 
-// Both taps at a distance, on texels.
+// Both taps at a distance, at texel centres.
 fn gaussian_pair(source: texture_2d<f32>, at: Point, distance: i32, params: Gaussian) -> vec4f {
     let offset = distance * params.axis;
     return texel(source, at.pixel - offset) + texel(source, at.pixel + offset);
 }
 
-// Both taps at a distance between texels, where the sampler weighs two texels in one read.
+// Both taps at a distance between texel centres, where the sampler weights two texels in one read.
 fn gaussian_tap_pair(source: texture_2d<f32>, source_sampler: sampler, at: Point, distance: f32, params: Gaussian) -> vec4f {
     let offset = distance * vec2f(params.axis) / vec2f(textureDimensions(source));
     return tap(source, source_sampler, at.uv - offset) + tap(source, source_sampler, at.uv + offset);
@@ -30,7 +30,7 @@ fn gaussian_tap_pair(source: texture_2d<f32>, source_sampler: sampler, at: Point
 
 fn gaussian_exact(source: texture_2d<f32>, at: Point, params: Gaussian) -> vec4f {
     var sum = texel(source, at.pixel);
-    // The weights are normalised by their own sum, so a constant image stays one however `exp2` is rounded.
+    // The weights are normalised by their sum, so a constant image stays constant however `exp2` rounds.
     var total = 1.0;
     for (var i = 1; i <= params.radius; i++) {
         let weight = gaussian_weight(i, params);

@@ -1,10 +1,10 @@
-// Blurs a bilateral grid along one axis. Sums and weights are blurred alike and nothing lies outside the grid: the division when
-// the grid is read makes up for what is missing at the borders.
+// Blurs a bilateral grid along one axis. Sums and weights are blurred alike, and cells outside of the grid are empty:
+// readers divide sums by weights, which compensates for the missing cells at the borders.
 
 struct GridBlur {
     axis: vec3i,
     radius: i32,
-    // The weight of an offset of i cells is scale * 2^(falloff i^2); all within the radius sum to 1.
+    // The weight at an offset of i cells is scale * 2^(falloff i^2). All weights within the radius sum to 1.
     falloff: f32,
     scale: f32,
 }
@@ -25,6 +25,6 @@ fn grid_blur(@builtin(global_invocation_id) id: vec3u) {
         let weight = params.scale * exp2(params.falloff * f32(offset * offset));
         sums += weight * texel3(cells, cell + params.axis * offset).xy;
     }
-    // What the grid says of its own range passes through.
+    // The range of the grid passes unchanged.
     textureStore(result, id, vec4f(sums, texel3(cells, cell).zw));
 }

@@ -7,7 +7,7 @@ struct LiftGammaGain {
     gain: vec3f,
 }
 
-// The lift fades with luminance; above white there is none, or it would change its sign.
+// The lift fades with luminance. Above white it is 0, or it would change its sign.
 fn lift_gamma_gain(source: vec4f, params: LiftGammaGain) -> vec4f {
     let gained = source.rgb * params.gain;
     let shade = clamp(1.0 - luminance(gained), 0.0, 1.0);

@@ -1,5 +1,6 @@
-// Local tone mapping: less contrast between places, the same or more inside them. The base is a share of the bilateral grid and
-// the rest of the wide Gaussian: the grid alone rings on smooth gradients, the Gaussian alone has halos at edges.
+// Local tone mapping: less contrast between regions, equal or more contrast within them. The base is a share of the
+// bilateral grid plus a share of the wide Gaussian: the grid alone rings on smooth gradients, the Gaussian alone has
+// halos at edges.
 #import color
 #import grade
 #import math
@@ -14,8 +15,8 @@ struct LocalToneMap {
 }
 
 const LOCAL_TONE_MAP_MAX_STOPS: f32 = 16.0;
-// Between these weights the grid's answer gives way to the Gaussian's: below them no pixel was near enough to tell. A cell that
-// all of its pixels fell into has the weight 512.
+// Between these two weights the base changes from the Gaussian to the grid: below the lower one no sampled pixel was
+// near enough. A cell that contains all of its pixels has the weight 512.
 const LOCAL_TONE_MAP_EMPTY: f32 = 0.0025;
 const LOCAL_TONE_MAP_KNOWN: f32 = 0.01;
 
@@ -23,14 +24,15 @@ fn local_tone_map_level(rgb: vec3f, params: LocalToneMap) -> f32 {
     return clamp(log2(max(luminance(rgb), 1e-30)), params.lo, params.hi);
 }
 
-// o = midpoint + contrast (base - midpoint) + detail (level - base), as a multiplier; the chromaticity stays.
+// o = midpoint + contrast (base - midpoint) + detail (level - base), as a factor 2^(o - level). The chromaticity stays
+// the same.
 fn local_tone_map_apply(source: vec4f, level: f32, base: f32, params: LocalToneMap) -> vec4f {
     let mapped = params.midpoint + params.contrast * (base - params.midpoint) + params.detail * (level - base);
     let gain = exp2(clamp(mapped - level, -LOCAL_TONE_MAP_MAX_STOPS, LOCAL_TONE_MAP_MAX_STOPS));
     return vec4f(bounded(source.rgb * gain), source.a);
 }
 
-// The grid's base, or `otherwise` where the grid is empty. The grid knows its own range.
+// The base from the grid, or `otherwise` where the grid is empty. The grid stores its own range.
 fn local_tone_map_slice(grid: texture_3d<f32>, s: sampler, uv: vec2f, level: f32, otherwise: f32) -> f32 {
     let range = texel3(grid, vec3i(0)).zw;
     let sums = tap3(grid, s, vec3f(uv, (level - range.x) / max(range.y - range.x, 0.015625)));
@@ -75,7 +77,7 @@ fn local_tone_map_gaussian(
     return local_tone_map_apply(source, local_tone_map_level(source.rgb, params), wide, params);
 }
 
-// Where contrast and detail are equal the base cancels out.
+// With equal contrast and detail the base cancels out.
 fn local_tone_map_global(source: vec4f, params: LocalToneMap) -> vec4f {
     let level = local_tone_map_level(source.rgb, params);
     return local_tone_map_apply(source, level, level, params);

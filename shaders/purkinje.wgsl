@@ -1,9 +1,9 @@
-// The Purkinje shift: rods share the pathways of the cones, so that in the dark colours turn blue and lose their differences.
-// Cao, Pokorny and Smith (2008) for the retina, Kirk and O'Brien (2011) for pictures, Patry (2021) for games.
+// The Purkinje shift: rods share the pathways of the cones, so that colours turn blue and lose their differences in the
+// dark. Cao, Pokorny and Smith (2008) for the retina, Kirk and O'Brien (2011) for images, Patry (2021) for games.
 #import math
 
 struct Purkinje {
-    // How strongly each cone's gain is driven, the rods' response, and the rods' effect on Rec.709: rows folded from the model.
+    // Rows from the model: the input of each cone's gain, the response of the rods, and their effect on Rec.709.
     drive0: vec3f,
     drive1: vec3f,
     drive2: vec3f,
@@ -29,11 +29,11 @@ fn purkinje(source: vec4f, params: Purkinje) -> vec4f {
     return purkinje_seen(source, params.strength, params);
 }
 
-// `meter` is an exposure's result: lux in z, whether it is known in w. The ramp is a Hermite step in log10 of lux from 0.01 to
-// 10: mesopic vision spans decades.
+// `meter` is an exposure's result: lux in z, 1 in w if it is valid. The ramp is a Hermite step in log10 of lux from
+// 0.01 to 10, because mesopic vision spans decades.
 fn purkinje_metered(source: vec4f, meter: vec4f, params: Purkinje) -> vec4f {
     let lux = clamp(meter.z, 1e-6, 1e6);
-    // Counted from the bright end, so that nothing cancels where the effect is weak.
+    // Negated, so that nothing cancels where the effect is weak.
     let dark = smooth_step(-1.0, 2.0, -log2(lux) * PURKINJE_LOG10_2);
     let strength = select(0.0, params.strength * dark, meter.w > 0.0 && lux < 10.0);
     if strength <= 0.0 { return source; }

@@ -1,4 +1,4 @@
-// A look rather than a model of night vision: greyer, bluer and brighter as the light fades.
+// A look, not a model of night vision: less saturated, bluer and brighter as the light fades.
 #import color
 #import math
 
@@ -20,11 +20,11 @@ fn purkinje_simple(source: vec4f, params: PurkinjeSimple) -> vec4f {
     return purkinje_simple_seen(source, params.grey, params.blue, params.boost);
 }
 
-// `meter` is an exposure's result: lux in z, whether it is known in w.
+// `meter` is an exposure's result: lux in z, 1 in w if it is valid.
 fn purkinje_simple_metered(source: vec4f, meter: vec4f, params: PurkinjeSimple) -> vec4f {
     let lux = clamp(meter.z, 0.0, 1e6);
     if meter.w <= 0.0 || lux >= 10.0 { return source; }
-    // Counted from the bright end, so that nothing cancels where the effect is weak.
+    // Negated, so that nothing cancels where the effect is weak.
     let grey = 0.7 * smooth_step(-10.0, -0.01, -lux);
     let blue = 0.3 * smooth_step(-5.0, -0.01, -lux);
     let boost = 0.5 * smooth_step(-1.0, -0.001, -lux);

@@ -1,4 +1,5 @@
-// One curve a section: the curve on light that is 0 or more, and two kernels around it, one for each way back into the gamut.
+// One section per curve: the curve for light of 0 or more, and two kernels that differ in how colours are fitted into
+// the gamut.
 #import color
 #import math
 #import transfer
@@ -7,7 +8,7 @@ struct ToneMap {
     enter0: vec4f,  // rows: Rec.709 to the working space
     enter1: vec4f,
     enter2: vec4f,
-    leave0: vec4f,  // and back
+    leave0: vec4f,  // the working space to Rec.709
     leave1: vec4f,
     leave2: vec4f,
     peak: f32,
@@ -18,16 +19,16 @@ struct ToneMap {
     linear_start: f32,
     toe: f32,
     pedestal: f32,
-    shoulder: vec4f,  // Uchimura: where it starts, what it tends to, how far that is above its start, its steepness
+    shoulder: vec4f,  // Uchimura: start, limit, limit minus start, steepness
     look: vec4f,      // AgX: slope and power
     saturation: f32,
-    gt7: vec4f,       // GT7: peak, then a + b * exp(c * x) above the line
+    gt7: vec4f,       // GT7: peak, then a, b, c of a + b * exp(c * x) above the linear part
     gt7_intensity: f32,
 }
 
-// --- The way in and the two ways out ---
+// --- Conversion to the working space, and two ways back into the gamut ---
 
-// Whether the curve works in the space of the scene, so that all rows are those of the identity.
+// Whether the curve works in the primaries of the scene. All rows are then the identity.
 const TONE_MAP_SAME_SPACE: bool = false;
 
 fn tone_map_rows(row0: vec4f, row1: vec4f, row2: vec4f, v: vec3f) -> vec3f {
@@ -47,8 +48,8 @@ fn tone_map_clip(v: vec3f, params: ToneMap) -> vec3f {
     return clamp(tone_map_leave(v, params), vec3f(0.0), vec3f(params.peak));
 }
 
-// Moves a colour towards the grey of its luminance. `reach` is 1 on the gamut's boundary; up to the knee nothing changes,
-// beyond it x/(1+x) takes what is left of the way, so that the boundary is approached and never passed.
+// Moves a colour towards the grey of its luminance. `reach` is 1 at the gamut's border. Up to the knee nothing changes.
+// Beyond it, x/(1+x) compresses the rest, so that a colour approaches the border and never passes it.
 fn tone_map_compress(v: vec3f, params: ToneMap) -> vec3f {
     let rgb = tone_map_leave(v, params);
     let grey = clamp(luminance(rgb), 0.0, params.peak);
@@ -86,7 +87,7 @@ fn tone_map_reinhard_compressed(source: vec4f, params: ToneMap) -> vec4f {
     return vec4f(tone_map_compress(tone_map_reinhard_curve(tone_map_enter(source, params)), params), source.a);
 }
 
-// --- Reinhard, extended: by channel, and by luminance without a division by it ---
+// --- Reinhard, extended: per channel, and by luminance without a division by it ---
 
 fn tone_map_reinhard_extended_curve(v: vec3f, params: ToneMap) -> vec3f {
     return v * ((1.0 + v / (params.white_level * params.white_level)) / (1.0 + v));
@@ -144,7 +145,7 @@ fn tone_map_aces_compressed(source: vec4f, params: ToneMap) -> vec4f {
     return vec4f(tone_map_compress(tone_map_aces_curve(tone_map_enter(source, params)), params), source.a);
 }
 
-// --- ACES, Hill's fit: the matrices are the way in and out ---
+// --- ACES, Hill's fit: the matrices replace the conversion to and from the working space ---
 
 fn tone_map_aces_hill_curve(v: vec3f) -> vec3f {
     return (v * (v + 0.0245786) - 0.000090537) / (v * (0.983729 * v + 0.4329510) + 0.238081);
@@ -158,7 +159,7 @@ fn tone_map_aces_hill_compressed(source: vec4f, params: ToneMap) -> vec4f {
     return vec4f(tone_map_compress(tone_map_aces_hill_curve(tone_map_enter(source, params)), params), source.a);
 }
 
-// --- Hable: Uncharted 2's curve of 2x over its value at 11.2, with the subtraction at black folded in ---
+// --- Hable: Uncharted 2's curve of 2x over its value at 11.2, with the offset at black folded in ---
 
 fn tone_map_hable_curve(v: vec3f) -> vec3f {
     let x = 2.0 * v;
@@ -202,7 +203,7 @@ fn tone_map_uchimura_compressed(source: vec4f, params: ToneMap) -> vec4f {
     return vec4f(tone_map_compress(tone_map_uchimura_curve(tone_map_enter(source, params), params), params), source.a);
 }
 
-// --- Khronos PBR Neutral: below 0.8 the colour itself but for the Fresnel offset of 0.04 ---
+// --- Khronos PBR Neutral: below 0.8 the colour itself minus the Fresnel offset of 0.04 ---
 
 fn tone_map_khronos_neutral_curve(v: vec3f) -> vec3f {
     let least = min(v.r, min(v.g, v.b));
@@ -225,7 +226,7 @@ fn tone_map_khronos_neutral_compressed(source: vec4f, params: ToneMap) -> vec4f 
 
 // --- AgX ---
 
-// Where light lies between ten stops below middle grey (0) and six and a half above (1), after the inset matrix.
+// Position of light between ten stops below middle grey (0) and 6.5 stops above (1), after the inset matrix.
 fn tone_map_agx_log(v: vec3f) -> vec3f {
     let inset = vec3f(
         dot(v, vec3f(0.842479062253, 0.078433600000, 0.079223745148)),
@@ -238,8 +239,8 @@ fn tone_map_agx_log(v: vec3f) -> vec3f {
 const TONE_MAP_AGX_TOE: f32 = 0.5122773822930714;
 const TONE_MAP_AGX_SHOULDER: f32 = 0.5414641562781497;
 
-// Two hyperbola-like arms of slope 2 about the pivot (10 / 16.5, 0.5), toe of power 3, shoulder of power 3.25; each arm's
-// scale makes it end in 0 and in 1.
+// Two hyperbola-like arms of slope 2 at the pivot (10 / 16.5, 0.5), toe of power 3, shoulder of power 3.25. The scale
+// of each arm makes it end at 0 and at 1.
 fn tone_map_agx_arm(reach: f32, scale: f32, exponent: f32) -> f32 {
     let u = 2.0 * reach / scale;
     return scale * u / power(1.0 + power(u, exponent), 1.0 / exponent);
@@ -257,7 +258,7 @@ fn tone_map_agx_exact(v: vec3f) -> vec3f {
     return vec3f(tone_map_agx_sigmoid(t.r), tone_map_agx_sigmoid(t.g), tone_map_agx_sigmoid(t.b));
 }
 
-// A fit of the sixth degree that meets 0 and 1, rises everywhere, and is at most 0.0033 off.
+// A polynomial of degree 6 that maps 0 to 0 and 1 to 1, is monotonic, and has an error of at most 0.0033.
 fn tone_map_agx_fitted(v: vec3f) -> vec3f {
     let t = tone_map_agx_log(v);
     return t * (0.124105529 + t * (0.207851246 + t * (-5.92929872 + t * (30.3767436 + t * (-38.901444 + t * 15.1220424)))));
@@ -268,7 +269,7 @@ fn tone_map_agx_look(s: vec3f, params: ToneMap) -> vec3f {
     return mix(vec3f(luminance(powered)), powered, params.saturation);
 }
 
-// Through the inverse of the inset, out of the encoding of a display of gamma 2.2.
+// The inverse of the inset matrix, then display gamma 2.2 to linear light.
 fn tone_map_agx_finish(s: vec3f) -> vec3f {
     let v = vec3f(
         dot(s, vec3f(1.196879005120, -0.098020881140, -0.099029744080)),
@@ -347,8 +348,8 @@ fn tone_map_from_ictcp(v: vec3f) -> vec3f {
     return max(rgb, vec3f(0.0));
 }
 
-// Each channel through the curve, which skews hues, blended with the same intensity in the source's own hue; chroma fades
-// near the peak.
+// The curve per channel, which shifts hues, blended with the same intensity in the hue of the source. Chroma fades near
+// the peak.
 fn tone_map_gt7_curve(v: vec3f, params: ToneMap) -> vec3f {
     let skewed = vec3f(
         tone_map_gt7_channel(v.r, params),

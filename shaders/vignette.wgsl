@@ -10,7 +10,7 @@ struct Vignette {
 fn vignette(source: vec4f, at: Point, params: Vignette) -> vec4f {
     let centered = (at.uv - 0.5) * vec2f(params.stretch, 1.0);
     let radius = length(centered) * (1.0 + params.intensity);
-    // The rising step: reversed edges are undefined.
+    // A rising step, because smoothstep is undefined for reversed edges.
     let light = 1.0 - smooth_step(0.5 - params.smoothness, 0.5, radius);
     return vec4f(source.rgb * mix(1.0, light, params.amount), source.a);
 }

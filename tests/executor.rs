@@ -5,7 +5,6 @@ mod changes;
 mod hazards;
 mod histories;
 mod host;
-mod launches;
 mod leftovers;
 mod reload;
 

@@ -1,7 +1,7 @@
 //! Every shipped pipeline: checked, planned, proved, and rendered under the validation layer.
 
 use afterimage_graph::check::Graph;
-use afterimage_graph::plan::{Alias, Horizontal, Options, Tiles, check_plan};
+use afterimage_plan::{Alias, Options, Tiles, verify};
 
 use crate::support::gpu::{Picture, Run, gpu, graph, pipelines, shipped};
 use crate::support::layer;
@@ -85,12 +85,7 @@ fn every_way_to_run_a_pipeline_makes_the_same_picture() {
         same("without aliasing", &with(|run| run.options.alias = Alias::None), 0.0);
         same("with the pool", &with(|run| run.options.alias = Alias::Pool), 0.0);
         same("serial", &with(|run| run.options.serial = true), 0.0);
-        same("fewest waves", &with(|run| run.options.waves_first = true), 0.0);
-        same("each pass alone", &with(|run| run.options.horizontal = Horizontal::Never), 0.0);
-        let together = |run: &mut Run<'_>| {
-            (run.options.horizontal, run.options.waves_first) = (Horizontal::Always, true);
-        };
-        same("side by side", &with(together), 0.0);
+        same("fewest batches", &with(|run| run.options.batches_first = true), 0.0);
         same("checked", &with(|run| run.options.bounds_checks = true), 0.0);
         same("in fragments", &with(|run| run.prefer_fragment = true), ONE_CODE);
         same("not fused", &with(|run| run.options.fuse = false), 2.0 * ONE_CODE);
@@ -137,7 +132,7 @@ fn every_plan_is_proved_and_planned_alike_twice() {
             let mut run = Run::new(&graph);
             run.options = options;
             let plan = run.plan(&gpu(), &inputs);
-            check_plan(&plan).unwrap_or_else(|faults| panic!("{name}: {faults:?}"));
+            verify(&plan).unwrap_or_else(|faults| panic!("{name}: {faults:?}"));
             assert_eq!(plan.hash(), run.plan(&gpu(), &inputs).hash(), "{name}");
         }
     }

@@ -4,8 +4,8 @@ mod planted;
 
 use afterimage_graph::check::NoFiles;
 use afterimage_graph::node::NodeKind;
-use afterimage_graph::plan::Options;
 use afterimage_lab::stress::{StressOptions, StressReport, Subject, kinds, registry, stress};
+use afterimage_plan::Options;
 
 use crate::support::gpu::gpu;
 
@@ -83,8 +83,9 @@ fn every_planted_fault_is_found() {
     let mut missed = Vec::new();
     for planted in planted::ALL {
         let report = stressed(&[&[planted.kind]], &quick());
-        let found =
-            |failed: &&afterimage_lab::stress::Failed| failed.case == planted.case && failed.why.contains(planted.verdict);
+        let found = |failed: &&afterimage_lab::stress::Failed| {
+            failed.case == planted.case && failed.why.contains(planted.verdict)
+        };
         if !report.failures().any(|failed| found(&failed)) {
             missed.push(format!("{}\n{}", planted.kind.doc(), reproduced(&report)));
         }

@@ -1,6 +1,6 @@
 //! Chains in workgroup memory against the same passes one by one.
 
-use afterimage_graph::plan::Tiles;
+use afterimage_plan::Tiles;
 
 use crate::support::gpu::{Picture, Run, gpu, graph};
 

@@ -14,7 +14,7 @@
 //!
 //! * This crate reads no files, asks no clock and cannot name a type of a device.
 //! * A graph that comes out of the check can be planned; what then still fails is the host's part: an input that is missing, a size too large.
-//! * A plan runs on every device whose [`Caps`](plan::Caps) it was made for, and [`plan::check_plan`], which shares no code with the planner, proves it.
+//! * A plan runs on every device whose [`Caps`](plan::Caps) it was made for, and [`plan::verify`], which shares no code with the planner, proves it.
 //! * No step knows the step after it.
 //! * Equal inputs give equal plans: nothing depends on the order of a hash map.
 //! * A user's mistake is a diagnostic with a place, ours is a panic with a reason, and nothing is silent.
@@ -25,32 +25,31 @@
 //! |---|---|
 //! | kind, node | a type of node, and one use of it |
 //! | port, wire | where something goes in or comes out, and what connects two of them |
-//! | state | what the numbers of an image mean; part of a wire's type ([`image::State`]) |
+//! | state | what the numbers of an image mean; part of a wire's type ([`image::ColorState`]) |
 //! | pass | one dispatch or one draw |
 //! | image, slot | an image of the plan, and the texture in which images of equal description take turns |
-//! | wave | passes that need no barrier between them |
-//! | transition, hand-over | a change of use between two waves, and the moment at which memory goes from one image to the next |
+//! | batch | passes that need no barrier between them |
+//! | transition, hand-over | a change of use between two batches, and the moment at which memory goes from one image to the next |
 //! | history | an image or a value that outlives the frame |
 //! | fact | what the host says of the scene |
 //! | tier | a named set of changes: a quality level |
 //! | bypass, stand-in | what takes the place of a node that is off, or of one that changes nothing at its present values |
 
 pub mod check;
-pub mod diagnostic;
 pub mod document;
-pub mod image;
 pub mod node;
-pub mod plan;
-pub mod shader;
-pub mod value;
+
+pub use afterimage_base::{caps, diagnostic, image, value};
+pub use afterimage_wgsl as wgsl;
+
 pub mod prelude {
     //! What node authors need.
-    pub use crate::image::{Format, ImageDesc, Size, State};
     pub use crate::node::{
-        Arrival, Arrivals, BufferId, BufferLife, ByCells, ByRows, Gives, ImageId, Input, Node, NodeKind, Output,
-        Params, PortType, Recorder, Resource, StandIn,
+        Arrival, Arrivals, BufferId, BufferLife, ByCells, ByRows, Fallback, ImageId, Input, Node, NodeKind, Output,
+        OutputState, Params, PortType, Recorder, Resource,
     };
-    pub use crate::shader::Shader;
-    pub use crate::value::{FileValue, ParamType, Value};
     pub use crate::{choices, params};
+    pub use afterimage_base::image::{ColorState, Format, ImageDesc, Size};
+    pub use afterimage_base::value::{FileValue, ParamType, Value};
+    pub use afterimage_wgsl::Shader;
 }

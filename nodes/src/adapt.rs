@@ -7,33 +7,34 @@ use crate::metering::{Adaptation, EV100_OF_LUMINANCE, wanted_before};
 static SHADER: Shader = shader!("adapt");
 
 params! {
-    /// Finds the exposure that brings a mean luminance to the key, and follows it over time, in stops.
+    /// Computes the exposure that maps a mean luminance to `key`, and adapts it over time. The result is in stops.
     ///
-    /// It behaves in time as AutoExposure does and gives the same four numbers, so that either can feed an Exposure: (stops, mean of log2
-    /// luminance, lux, 1), all 0 before anything was metered. A picture that is dark all over holds the last exposure.
+    /// The adaptation in time and the four numbers of the result are those of `AutoExposure`, so that either kind can
+    /// feed an `Exposure`: (stops, mean of log2 luminance, lux, 1). All four are 0 before the first metered frame. If
+    /// the whole image is dark, the last exposure is kept.
     pub struct Adapt {
-        /// The luminance that the mean is brought to; 0.18 is middle grey.
+        /// Target of the mean, in exposed luminance. 0.18 is middle grey.
         pub key: f32 = 0.18 => within(0.0001..=10.0), usually(0.05..=0.5), unit("luminance");
-        /// A scene darker than this is exposed as if it were this bright.
+        /// Lower limit of the metered brightness. A darker scene is exposed as if it had this brightness.
         pub min_ev: f32 = -4.0 => within(-24.0..=24.0), unit("EV100");
-        /// A scene brighter than this is exposed as if it were this dark.
+        /// Upper limit of the metered brightness. A brighter scene is exposed as if it had this brightness.
         pub max_ev: f32 = 16.0 => within(-24.0..=24.0), unit("EV100");
-        /// Added to the exposure; 0 changes nothing, 1 doubles the light.
+        /// Stops added to the exposure. 0 changes nothing, 1 doubles the light.
         pub compensation: f32 = 0.0 => within(-16.0..=16.0), usually(-4.0..=4.0), unit("stops"), neutral(0.0);
-        /// How the exposure follows.
+        /// How the exposure approaches its target.
         pub adaptation: Adaptation = Adaptation::Exponential;
-        /// How fast when the scene got darker: per second for Exponential, stops per second for Linear.
+        /// Adaptation speed when the scene gets darker: 1/s for `Exponential`, stops per second for `Linear`.
         pub rate_dark: f32 = 1.0 => within(0.0..=1000.0), usually(0.1..=10.0), unit("1/s");
-        /// How fast when the scene got brighter; eyes are faster this way.
+        /// Adaptation speed when the scene gets brighter. The eye is faster in this direction.
         pub rate_bright: f32 = 3.0 => within(0.0..=1000.0), usually(0.1..=10.0), unit("1/s");
     }
 }
 
 impl Node for Adapt {
-    const INPUTS: &'static [Input] = &[Input::new("mean", PortType::Value, "The result of a MeanLuminance.")];
+    const INPUTS: &'static [Input] = &[Input::new("mean", PortType::Value, "The result of a `MeanLuminance`.")];
     const OUTPUTS: &'static [Output] =
-        &[Output::new("result", PortType::Value, Gives::Nothing, "Stops, mean, lux, and 1 once they are known.")];
-    const BYPASS: StandIn = StandIn::Absent;
+        &[Output::new("result", PortType::Value, OutputState::Nothing, "Stops, mean, lux, and 1 once they are valid.")];
+    const FALLBACK: Fallback = Fallback::Absent;
 
     fn verify(&self) -> Result<(), String> {
         if self.min_ev <= self.max_ev { Ok(()) } else { Err("`max_ev` must not be below `min_ev`".into()) }

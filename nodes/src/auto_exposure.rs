@@ -1,4 +1,4 @@
-//! AutoExposure: the exposure that a histogram asks for, followed as an eye would.
+//! AutoExposure: an exposure computed from a histogram, with adaptation over time.
 
 use afterimage_graph::prelude::*;
 
@@ -7,81 +7,93 @@ use crate::metering::{Adaptation, EV100_OF_LUMINANCE, wanted_before};
 static SHADER: Shader = shader!("auto_exposure");
 
 choices! {
-    /// What bright lights may do to the exposure.
+    /// How bright lights affect the exposure.
     pub enum AutoExposureHighlights {
-        /// Nothing: only the mean counts.
+        /// They do not: only the mean counts.
         Ignore,
-        /// Hold it back, so that the bright end of the percentiles does not pass `highlight_threshold` once exposed.
+        /// They limit it: the percentile `high` stays at or below `highlight_threshold` after exposure.
         Protect,
     }
 }
 
 params! {
-    /// Finds the exposure that brings the mean of log2 luminance between two percentiles to the key, and follows it over time.
+    /// Computes the exposure that maps the mean log2 luminance between two percentiles to `key`, and adapts it over
+    /// time.
     ///
-    /// The mean is taken over the counted pixels only and cut exactly at the percentiles, with parts of a bin where they fall inside
-    /// one; equal or swapped percentiles meter the quantile `low`. Where nothing was counted the last exposure is held, 0 stops if there
-    /// is none. The first frame and the first after a cut snap to what they ask for, and so does an exposure within 1/1024 stop
-    /// of an aim that rests. A step of zero, negative or unknown time changes nothing; a very long one arrives and never overshoots.
-    /// Nothing is read back from the device, and sums have a fixed order: the same frames give the same bits.
+    /// The mean covers counted pixels only. It is cut exactly at the percentiles: a bin that a percentile divides
+    /// counts in part. Equal or swapped percentiles give the quantile `low`. If no pixel was counted, the last exposure
+    /// is kept, or 0 stops if there is none. The first frame, and the first frame after a reset, use the target at
+    /// once. An exposure within 1/1024 stop of a constant target becomes equal to it. A time step that is zero,
+    /// negative or not finite changes nothing. A very long time step reaches the target and never overshoots. Nothing
+    /// is read back from the device, and sums have a fixed order, so equal frames give equal bits.
     ///
-    /// Between two frames the aim is taken to move in a straight line, from what the frame before asked for to what this one does, and
-    /// `Exponential` follows that line exactly: e + (a - e) s + (b - a) (1 - s / (r dt)), s = 1 - exp(-r dt), for an aim from a to b. So
-    /// the same walk is exposed alike at 24 and at 144 frames in a second, which an aim held for a frame is not. The rate r goes by
-    /// whether this frame asks for more or less than the exposure has, and the result stays between the two.
+    /// Between two frames the target is taken to move on a straight line, from the target of the previous frame to that
+    /// of this frame. `Exponential` follows this line exactly: e + (a - e) s + (b - a) (1 - s / (r dt)), s = 1 - exp(-r
+    /// dt), for a target that moves from a to b. The result is therefore the same at 24 and at 144 frames per second,
+    /// which it is not if the target is constant within a frame. The rate r is that of the direction from the current
+    /// exposure to the target of this frame. The result lies between these two.
     ///
-    /// The result is (stops, metered mean of log2 luminance, lux, 1), all 0 before anything was metered. Lux is the illuminance of a
-    /// grey card of 18 % with the metered luminance, pi L / 0.18: right where luminance is in cd/m2 and the histogram had an albedo,
-    /// an estimate otherwise. It follows the picture at once.
+    /// The result is (stops, metered mean of log2 luminance, lux, 1). All four are 0 before the first metered frame.
+    /// Lux is the illuminance of a grey card of 18 % with the metered luminance L: pi L / 0.18. It is exact where
+    /// luminance is in cd/m2 and the histogram has an albedo, and an estimate otherwise. It is not adapted over time.
     pub struct AutoExposure {
-        /// Share of the counted pixels, from the darkest, that the mean leaves out.
+        /// Lower percentile: the share of the counted pixels, from the darkest, that the mean ignores.
         pub low: f32 = 0.4 => within(0.0..=1.0);
-        /// Share at which the mean ends: 0.95 leaves out the brightest twentieth.
+        /// Upper percentile: the share at which the mean ends. 0.95 ignores the brightest 5 %.
         pub high: f32 = 0.95 => within(0.0..=1.0);
-        /// The luminance that the metered mean is brought to; 0.18 is middle grey.
+        /// Target of the metered mean, in exposed luminance. 0.18 is middle grey.
         pub key: f32 = 0.18 => within(0.0001..=10.0), usually(0.05..=0.5), unit("luminance");
-        /// A scene darker than this is exposed as if it were this bright: a night stays dark. -4 is moonlight.
+        /// Lower limit of the metered brightness. A darker scene is exposed as if it had this brightness, so that night
+        /// stays dark. -4 is moonlight.
         pub min_ev: f32 = -4.0 => within(-24.0..=24.0), unit("EV100");
-        /// A scene brighter than this is exposed as if it were this dark. 16 is snow in the sun.
+        /// Upper limit of the metered brightness. A brighter scene is exposed as if it had this brightness. 16 is snow
+        /// in sunlight.
         pub max_ev: f32 = 16.0 => within(-24.0..=24.0), unit("EV100");
-        /// Added to the exposure; 0 changes nothing, 1 doubles the light.
+        /// Stops added to the exposure. 0 changes nothing, 1 doubles the light.
         pub compensation: f32 = 0.0 => within(-16.0..=16.0), usually(-4.0..=4.0), unit("stops"), neutral(0.0);
-        /// Brightness of the scene at the four points of the compensation curve, rising.
+        /// Scene brightness at the four points of the compensation curve, in ascending order.
         pub curve_ev: [f32; 4] = [-4.0, 2.0, 8.0, 14.0] => within(-24.0..=24.0), unit("EV100");
-        /// What the curve adds to the exposure at its points; straight lines between them, level beyond. 0 changes nothing.
-        pub curve_stops: [f32; 4] = [0.0; 4] => within(-16.0..=16.0), usually(-4.0..=4.0), unit("stops"), neutral([0.0f32; 4]);
-        /// How the exposure follows.
+        /// Stops that the compensation curve adds at its four points. The curve is linear between them and constant
+        /// beyond the first and the last. 0 changes nothing.
+        pub curve_stops: [f32; 4] = [0.0; 4]
+            => within(-16.0..=16.0), usually(-4.0..=4.0), unit("stops"), neutral([0.0f32; 4]);
+        /// How the exposure approaches its target.
         pub adaptation: Adaptation = Adaptation::Exponential;
-        /// How fast when the scene got darker: per second for Exponential, stops per second for Linear.
+        /// Adaptation speed when the scene gets darker: 1/s for `Exponential`, stops per second for `Linear`.
         pub rate_dark: f32 = 1.0 => within(0.0..=1000.0), usually(0.1..=10.0), unit("1/s");
-        /// How fast when the scene got brighter; eyes are faster this way.
+        /// Adaptation speed when the scene gets brighter. The eye is faster in this direction.
         pub rate_bright: f32 = 3.0 => within(0.0..=1000.0), usually(0.1..=10.0), unit("1/s");
-        /// What bright lights may do to the exposure.
+        /// How bright lights affect the exposure.
         pub highlights: AutoExposureHighlights = AutoExposureHighlights::Ignore;
-        /// The exposed luminance that the percentile `high` may reach in highlight mode Protect; 1 is white without a tone curve.
+        /// For `highlights: Protect`: the exposed luminance that the percentile `high` must not exceed. 1 is display
+        /// white without a tone curve.
         pub highlight_threshold: f32 = 10.0 => within(0.01..=65504.0), usually(0.5..=20.0), unit("luminance");
     }
 }
 
-/// More stops than any exposure has: highlights never hold it back.
+/// Larger than any exposure in stops: with it, highlights never limit the exposure.
 const NO_LIMIT: f32 = 256.0;
 
 impl Node for AutoExposure {
     const INPUTS: &'static [Input] =
-        &[Input::new("histogram", PortType::Table, "The result of a Histogram, with its range.")];
+        &[Input::new("histogram", PortType::Table, "The result of a `Histogram`, with its range.")];
     const OUTPUTS: &'static [Output] = &[Output::new(
         "result",
         PortType::Value,
-        Gives::Nothing,
-        "Stops, metered mean, lux, and 1 once they are known.",
+        OutputState::Nothing,
+        "Stops, metered mean, lux, and 1 once they are valid.",
     )];
-    const BYPASS: StandIn = StandIn::Absent;
+    const FALLBACK: Fallback = Fallback::Absent;
 
     fn verify(&self) -> Result<(), String> {
         if self.min_ev > self.max_ev {
             return Err("`max_ev` must not be below `min_ev`".into());
         }
-        if self.curve_ev.is_sorted() { Ok(()) } else { Err("the numbers of `curve_ev` must rise".into()) }
+        if self.curve_ev.is_sorted() {
+            Ok(())
+        } else {
+            Err("the numbers of `curve_ev` must be in ascending order".into())
+        }
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {

@@ -1,4 +1,4 @@
-//! Evaluates a chain of colour nodes in double precision at the nodes of a 3-D table.
+//! Evaluates a chain of colour nodes in double precision at the entries of a 3-D table.
 
 use glam::DVec3;
 
@@ -8,7 +8,7 @@ use crate::shaper::Shape;
 use crate::tone_map::ToneMap;
 use crate::white_balance::WhiteBalance;
 
-/// Linear light of the display to its signal, both 0 to 1.
+/// Maps display-linear light to the display signal. Both are 0 to 1.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Signal {
     Srgb,
@@ -27,7 +27,7 @@ impl Signal {
     }
 }
 
-/// White balance, tone curve, lift-gamma-gain, transfer function: each the node of that name.
+/// White balance, tone curve, lift-gamma-gain and transfer function, each as in the node of that name.
 #[derive(Clone, Debug)]
 pub(crate) struct Chain {
     pub(crate) balance: WhiteBalance,
@@ -37,7 +37,7 @@ pub(crate) struct Chain {
 }
 
 impl Chain {
-    /// Exposed light to the signal.
+    /// Maps exposed light to the display signal.
     fn encoder(&self) -> impl Fn(DVec3) -> DVec3 {
         let (balance, curve) = (self.balance.matrix(), self.curve.clipped());
         move |exposed| {
@@ -47,7 +47,7 @@ impl Chain {
         }
     }
 
-    /// The chain as a table whose axes are spaced by `shape`.
+    /// Evaluates the chain at every entry of a table. `shape` spaces the axes of the table.
     pub(crate) fn bake(&self, size: usize, shape: Shape) -> Lut {
         let encode = self.encoder();
         let lights: Vec<f64> = (0..size).map(|step| shape.light(step as f64 / (size - 1) as f64)).collect();

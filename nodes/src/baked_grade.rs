@@ -13,72 +13,78 @@ use crate::white_balance::{WhiteBalance, WhiteBalanceMode};
 static SHADER: Shader = shader!("baked_grade");
 
 choices! {
-    /// How the axes of a baked table are spaced.
+    /// How the axes of the table are spaced.
     pub enum BakedShaper {
-        /// A camera's logarithm with a straight foot: finest near black, exact at black.
+        /// A camera's logarithm with a linear part near black: finest near black, exact at black.
         LogC,
-        /// Even in stops from 2^-13 on; what is darker counts as that.
+        /// Equal steps in stops, from 2^-13 up. Darker light counts as 2^-13.
         Log2,
     }
 }
 
 choices! {
-    /// The transfer function in a baked table.
+    /// The transfer function of the table.
     pub enum BakedTransfer {
         /// sRGB.
         Srgb,
         /// x^(1/gamma).
         Gamma,
-        /// None: an `-srgb` texture encodes.
+        /// None: for an `-srgb` texture, where the device encodes.
         Linear,
     }
 }
 
-/// The darkest light of the log2 shaper, in stops.
+/// The darkest light of the `Log2` axes, in stops from 1.
 const LOG2_LOW: f64 = -13.0;
 
 params! {
-    /// `WhiteBalance`, `ToneMap`, `LiftGammaGain` and `Encode` as one fetch from a table: fast, and not exact.
+    /// `WhiteBalance`, `ToneMap`, `LiftGammaGain` and `Encode` as one fetch from a table: fast, not exact.
     ///
-    /// The table is computed in double precision when the plan is made, so every parameter needs a new plan. With 64 nodes and `LogC` the
-    /// error against the nodes themselves is, for 99 of 100 channels, below 0.4 codes of 8 bits with `Aces`, 0.5 with `AgX`, 0.7 with
-    /// `Uchimura` in the Tsushima space and 1.4 with `KhronosNeutral`, measured over light from 0.0001 to 60 of any saturation with a warm
-    /// balance. Where a channel is cut off within a cell of the table, single saturated colours are further off: 2 codes with `AgX`, 9 with
-    /// `Uchimura`, 20 with `Aces` in a channel that is nearly black; no size removes that. 32 nodes have three to four times the error. Light
-    /// above 2^`high` counts as 2^`high`. The gamut is clipped.
+    /// The table is computed in double precision when the plan is made, so a change of any parameter needs a new plan.
+    /// With `size` 64 and `LogC`, the error against the four nodes is, for 99 % of all channels, below 0.4 codes of 8
+    /// bits with `Aces`, 0.5 with `AgX`, 0.7 with `Uchimura` in the Tsushima space and 1.4 with `KhronosNeutral`,
+    /// measured over light from 0.0001 to 60 of any saturation with a warm balance. Where a channel is clipped within a
+    /// cell of the table, single saturated colours have larger errors: 2 codes with `AgX`, 9 with `Uchimura`, and 20
+    /// with `Aces` in a channel that is nearly black. A larger table does not remove these. `size` 32 has three to four
+    /// times the error. Light above 2^`high` counts as 2^`high`. The gamut is clipped.
     pub struct BakedGrade {
-        /// Nodes of a side of the table.
+        /// Entries per side of the table.
         pub size: u32 = 64 => within(8.0..=96.0), usually(16.0..=64.0), quality(64, [48, 32, 16]);
-        /// How its axes are spaced.
+        /// How the axes of the table are spaced.
         pub shaper: BakedShaper = BakedShaper::LogC;
-        /// The brightest light that the table tells apart.
+        /// The brightest light of the table. Brighter light counts as this.
         pub high: f32 = 6.0 => within(5.0..=16.0), usually(5.0..=10.0), unit("stops from 1"), replans();
-        /// How it is read. Tetrahedral takes four reads for one and halves the error of `KhronosNeutral`; others gain little.
+        /// How the table is interpolated. `Tetrahedral` takes four reads instead of one and halves the error of
+        /// `KhronosNeutral`; the other curves gain little.
         pub interpolation: Interpolation = Interpolation::Trilinear;
-        /// What white becomes, as in `WhiteBalance`: by Bradford, as bright as before.
-        pub target: [f32; 3] = [1.0, 1.0, 1.0] => within(0.0..=16.0), usually(0.0..=1.0), neutral([1.0, 1.0, 1.0]), replans();
-        /// The curve, as in `ToneMap` at the defaults of its parameters.
+        /// The colour that white becomes, as in `WhiteBalance` with Bradford and `keep_luminance`.
+        pub target: [f32; 3] = [1.0, 1.0, 1.0]
+            => within(0.0..=16.0), usually(0.0..=1.0), neutral([1.0, 1.0, 1.0]), replans();
+        /// The tone curve, as in `ToneMap` with default parameters.
         pub curve: Curve = Curve::Aces;
-        /// The space in which the curve works.
+        /// The working space of the curve, as in `ToneMap`.
         pub space: WorkingSpace = WorkingSpace::Rec709;
-        /// As in `LiftGammaGain`, by luminance.
-        pub lift: [f32; 3] = [0.0, 0.0, 0.0] => within(-1.0..=1.0), usually(-0.1..=0.1), neutral([0.0, 0.0, 0.0]), replans();
-        /// As in `LiftGammaGain`.
-        pub gamma: [f32; 3] = [1.0, 1.0, 1.0] => within(0.05..=20.0), usually(0.5..=2.0), neutral([1.0, 1.0, 1.0]), replans();
-        /// As in `LiftGammaGain`.
-        pub gain: [f32; 3] = [1.0, 1.0, 1.0] => within(0.0..=16.0), usually(0.5..=2.0), neutral([1.0, 1.0, 1.0]), replans();
+        /// Added to black, as in `LiftGammaGain` with `lift_by: Luminance`.
+        pub lift: [f32; 3] = [0.0, 0.0, 0.0]
+            => within(-1.0..=1.0), usually(-0.1..=0.1), neutral([0.0, 0.0, 0.0]), replans();
+        /// Exponent 1/gamma, as in `LiftGammaGain`.
+        pub gamma: [f32; 3] = [1.0, 1.0, 1.0]
+            => within(0.05..=20.0), usually(0.5..=2.0), neutral([1.0, 1.0, 1.0]), replans();
+        /// Factor of each channel, as in `LiftGammaGain`.
+        pub gain: [f32; 3] = [1.0, 1.0, 1.0]
+            => within(0.0..=16.0), usually(0.5..=2.0), neutral([1.0, 1.0, 1.0]), replans();
         /// The transfer function, as in `Encode`.
         pub transfer: BakedTransfer = BakedTransfer::Srgb;
-        /// For `transfer: Gamma`: the display's gamma.
+        /// For `transfer: Gamma`: the gamma of the display.
         pub display_gamma: f32 = 2.2 => within(0.1..=10.0), usually(1.8..=2.6), replans();
     }
 }
 
 impl Node for BakedGrade {
-    const INPUTS: &'static [Input] = &[Input::image("source", "Exposed light.").takes(&[State::Exposed])];
+    const INPUTS: &'static [Input] = &[Input::image("source", "Exposed light.").accepts(&[ColorState::Exposed])];
     const OUTPUTS: &'static [Output] =
-        &[Output::image("result", Gives::Always(State::Encoded), "The signal, Rec.709, 0 to 1.")];
-    const BYPASS: StandIn = StandIn::Input("source");
+        &[Output::image("result", OutputState::Always(ColorState::Encoded), "The signal, Rec.709, 0 to 1.")];
+    const FALLBACK: Fallback = Fallback::Input("source");
 
     fn verify(&self) -> Result<(), String> {
         self.tone_map().verify()

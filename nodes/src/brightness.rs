@@ -1,27 +1,29 @@
-//! Brightness: adds to every channel.
+//! Brightness: adds a constant to every channel.
 
 use afterimage_graph::prelude::*;
 
 static SHADER: Shader = shader!("brightness");
 
 params! {
-    /// Adds to every channel, as the brightness of a picture editor does.
+    /// Adds a constant to every channel, as the brightness control of an image editor does.
     ///
-    /// Made for encoded values, where a step looks alike in shadows and lights. To brighten light, use `Exposure`.
+    /// Intended for encoded values, where equal steps look alike in shadows and highlights. To scale light, use
+    /// `Exposure`.
     pub struct Brightness {
-        /// Added; 0 changes nothing. Results below 0 become 0.
+        /// The constant. 0 changes nothing. Results below 0 become 0.
         pub amount: f32 = 0.0 => within(-1.0..=1.0), usually(-0.25..=0.25), neutral(0.0);
     }
 }
 
 impl Node for Brightness {
-    const INPUTS: &'static [Input] =
-        &[Input::image("source", "The picture after the tone curve.").takes(&[State::DisplayLinear, State::Encoded])];
-    const OUTPUTS: &'static [Output] = &[Output::image("result", Gives::Same("source"), "The picture, 0 or more.")];
-    const BYPASS: StandIn = StandIn::Input("source");
+    const INPUTS: &'static [Input] = &[Input::image("source", "The image after the tone curve.")
+        .accepts(&[ColorState::DisplayLinear, ColorState::Encoded])];
+    const OUTPUTS: &'static [Output] =
+        &[Output::image("result", OutputState::Same("source"), "The picture, 0 or more.")];
+    const FALLBACK: Fallback = Fallback::Input("source");
 
-    fn stand_in(&self, _: &Arrivals) -> Option<StandIn> {
-        (self.amount == 0.0).then_some(Self::BYPASS)
+    fn identity(&self, _: &Arrivals) -> Option<Fallback> {
+        (self.amount == 0.0).then_some(Self::FALLBACK)
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {

@@ -5,32 +5,37 @@ use afterimage_graph::prelude::*;
 static SHADER: Shader = shader!("cdl");
 
 params! {
-    /// A colour decision list of the ASC: slope, offset, power and saturation, as cameras and grading programs exchange them.
+    /// An ASC colour decision list: slope, offset, power and saturation, as cameras and grading programs exchange them.
     ///
-    /// `(source * slope + offset)^power`, then away from or towards the grey of the same luminance. Values that are not positive skip the
-    /// power and may stay below 0. With every parameter at its neutral value the node is left out.
+    /// `(source * slope + offset)^power`, then an interpolation between the result and the grey of the same luminance.
+    /// Values at or below 0 skip the power and may stay below 0. With every parameter at its neutral value the node is
+    /// skipped.
     pub struct Cdl {
-        /// Multiplies.
+        /// Factor of each channel.
         pub slope: [f32; 3] = [1.0, 1.0, 1.0] => within(0.0..=16.0), usually(0.5..=2.0), neutral([1.0, 1.0, 1.0]);
-        /// Added.
+        /// Added to each channel after the slope.
         pub offset: [f32; 3] = [0.0, 0.0, 0.0] => within(-4.0..=4.0), usually(-0.2..=0.2), neutral([0.0, 0.0, 0.0]);
-        /// The exponent: below 1 brightens the middle, above 1 darkens it.
+        /// Exponent of each channel. Below 1 brightens midtones, above 1 darkens them.
         pub power: [f32; 3] = [1.0, 1.0, 1.0] => within(0.05..=20.0), usually(0.5..=2.0), neutral([1.0, 1.0, 1.0]);
-        /// 0 is grey, 1 changes nothing.
+        /// Factor of the distance from grey. 0 is grey, 1 changes nothing.
         pub saturation: f32 = 1.0 => within(0.0..=4.0), usually(0.0..=2.0), neutral(1.0);
     }
 }
 
 impl Node for Cdl {
-    const INPUTS: &'static [Input] = &[Input::image("source", "The picture, in the state that the list was made for.")
-        .takes(&[State::Exposed, State::DisplayLinear, State::Encoded])];
-    const OUTPUTS: &'static [Output] = &[Output::image("result", Gives::Same("source"), "The graded picture.")];
-    const BYPASS: StandIn = StandIn::Input("source");
+    const INPUTS: &'static [Input] =
+        &[Input::image("source", "The image, in the color state that the list was made for.").accepts(&[
+            ColorState::Exposed,
+            ColorState::DisplayLinear,
+            ColorState::Encoded,
+        ])];
+    const OUTPUTS: &'static [Output] = &[Output::image("result", OutputState::Same("source"), "The graded image.")];
+    const FALLBACK: Fallback = Fallback::Input("source");
 
-    fn stand_in(&self, _: &Arrivals) -> Option<StandIn> {
+    fn identity(&self, _: &Arrivals) -> Option<Fallback> {
         let neutral =
             self.slope == [1.0; 3] && self.offset == [0.0; 3] && self.power == [1.0; 3] && self.saturation == 1.0;
-        neutral.then_some(Self::BYPASS)
+        neutral.then_some(Self::FALLBACK)
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {

@@ -1,19 +1,20 @@
 //! Colour spaces, chromatic adaptation and white balance as matrices in double precision.
 //!
-//! Matrices from primaries follow SMPTE RP 177. They are computed, not typed in, so that every conversion keeps white to the last digit.
+//! Matrices from primaries follow SMPTE RP 177. They are computed and not typed in, so that every conversion maps white
+//! to white without rounding of published digits.
 
 use afterimage_graph::prelude::*;
 use glam::{DMat3, DVec2, DVec3};
 
-/// Weights of the luminance of linear Rec.709, to the four digits of the recommendation; they sum to exactly 1.
+/// Luminance weights of linear Rec.709, with the four digits of the recommendation. Their sum is exactly 1.
 pub(crate) const LUMINANCE: DVec3 = DVec3::new(0.2126, 0.7152, 0.0722);
 
-/// The white of sRGB, Rec.709, Display P3 and Rec.2020.
+/// The white of sRGB, Rec.709, Display P3 and Rec.2020, as CIE xy.
 pub(crate) const D65: DVec2 = DVec2::new(0.3127, 0.3290);
 
 const ACES_WHITE: DVec2 = DVec2::new(0.32168, 0.33767);
 
-/// The CIE xy chromaticities of three primaries and of white.
+/// CIE xy chromaticities of three primaries and of white.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Space {
     pub(crate) red: DVec2,
@@ -22,7 +23,7 @@ pub(crate) struct Space {
     pub(crate) white: DVec2,
 }
 
-/// ITU-R BT.709, also sRGB: what the graph's colours are in.
+/// ITU-R BT.709, also sRGB: the primaries of the images in a graph.
 pub(crate) const REC709: Space = Space {
     red: DVec2::new(0.640, 0.330),
     green: DVec2::new(0.300, 0.600),
@@ -30,7 +31,7 @@ pub(crate) const REC709: Space = Space {
     white: D65,
 };
 
-/// SMPTE EG 432-1 with the white of D65.
+/// SMPTE EG 432-1 with D65 white.
 pub(crate) const DISPLAY_P3: Space = Space {
     red: DVec2::new(0.680, 0.320),
     green: DVec2::new(0.265, 0.690),
@@ -46,7 +47,7 @@ pub(crate) const REC2020: Space = Space {
     white: D65,
 };
 
-/// The primaries AP1 of ACEScg (SMPTE ST 2065 family, S-2014-004).
+/// The AP1 primaries of ACEScg (Academy S-2014-004).
 pub(crate) const AP1: Space = Space {
     red: DVec2::new(0.713, 0.293),
     green: DVec2::new(0.165, 0.830),
@@ -54,11 +55,11 @@ pub(crate) const AP1: Space = Space {
     white: ACES_WHITE,
 };
 
-/// AP1 with its red pushed outwards, after the talk on Ghost of Tsushima. Only the red's x is confirmed by public notes.
+/// AP1 with red moved outwards, after the talk on Ghost of Tsushima. Public notes confirm only the x of red.
 pub(crate) const TSUSHIMA: Space = Space { red: DVec2::new(0.750, 0.270), ..AP1 };
 
 impl Space {
-    /// Linear RGB to XYZ, white at Y = 1. Meaningless if [`Space::is_usable`] is false.
+    /// Linear RGB to XYZ, with white at Y = 1. Undefined if [`Space::is_usable`] is false.
     fn to_xyz(self) -> DMat3 {
         let primaries = self.primaries();
         primaries * DMat3::from_diagonal(primaries.inverse() * xyz(self.white))
@@ -69,7 +70,7 @@ impl Space {
         DMat3::from_cols(column(self.red), column(self.green), column(self.blue))
     }
 
-    /// Whether the primaries span a triangle and the white is light.
+    /// Whether the primaries span a triangle and white has a positive y.
     pub(crate) fn is_usable(self) -> bool {
         self.primaries().determinant().abs() >= 1e-6 && self.white.y >= 1e-3
     }
@@ -80,7 +81,7 @@ fn xyz(white: DVec2) -> DVec3 {
 }
 
 choices! {
-    /// The cone responses in which light is scaled to change its white.
+    /// The cone responses that chromatic adaptation scales.
     pub enum Cones {
         /// Lam's Bradford transform (1985), the usual choice.
         Bradford,
@@ -100,14 +101,14 @@ impl Cones {
         DMat3::from_cols_array_2d(&rows).transpose()
     }
 
-    /// The matrix on XYZ that takes the white `source` to `destination`.
+    /// The matrix on XYZ that maps the white `source` to the white `destination`.
     fn adapt(self, source: DVec3, destination: DVec3) -> DMat3 {
         let cones = self.cones();
         cones.inverse() * DMat3::from_diagonal((cones * destination) / (cones * source)) * cones
     }
 }
 
-/// Linear RGB of one space to another; whites that differ are matched by Bradford.
+/// Maps linear RGB of one space to another. Different whites are adapted by Bradford.
 pub(crate) fn conversion(source: Space, destination: Space) -> DMat3 {
     if source == destination {
         return DMat3::IDENTITY;
@@ -121,10 +122,11 @@ fn in_rec709(matrix: DMat3) -> DMat3 {
     to_xyz.inverse() * matrix * to_xyz
 }
 
-/// The least component of a white that balancing aims at: below it the cones' gains make no sense.
+/// Lower limit of the components of a target white. Below it the gains of the cones are too large to be useful.
 pub(crate) const LEAST_TARGET: f32 = 1e-4;
 
-/// The Rec.709 matrix that turns white into `target`, scaled to the luminance of white if that is kept.
+/// The matrix on linear Rec.709 that maps white to `target`. With `keep_luminance`, the target is scaled to the
+/// luminance of white.
 pub(crate) fn white_to(target: [f32; 3], adaptation: Cones, keep_luminance: bool) -> DMat3 {
     let target = DVec3::from(target.map(|x| f64::from(x.max(LEAST_TARGET))));
     let target = REC709.to_xyz() * target;
@@ -132,19 +134,20 @@ pub(crate) fn white_to(target: [f32; 3], adaptation: Cones, keep_luminance: bool
     in_rec709(adaptation.adapt(xyz(D65), target * scale))
 }
 
-/// The Rec.709 matrix that makes a light of this temperature neutral. `duv` is how far the light lies off the locus in CIE 1960 uv, positive
-/// towards green.
+/// The matrix on linear Rec.709 that makes a light of this temperature neutral. `duv` is the distance of the light from
+/// the locus in CIE 1960 uv, positive towards green.
 pub(crate) fn white_from(kelvin: f64, duv: f64, adaptation: Cones) -> DMat3 {
     in_rec709(adaptation.adapt(xyz(light(kelvin, duv)), xyz(D65)))
 }
 
-/// The xy of a light: CIE daylight (CIE 15) from 4000 K, below it a black body (Kim et al. 2002); both end at 1667 K and 25000 K.
+/// The xy of a light: CIE daylight (CIE 15) from 4000 K, a black body (Kim et al. 2002) below. The limits are 1667 K
+/// and 25000 K.
 fn light(kelvin: f64, duv: f64) -> DVec2 {
     let kelvin = kelvin.clamp(1667.0, 25000.0);
     if duv == 0.0 {
         return on_locus(kelvin);
     }
-    // The normal of the locus, from its slope over a thousandth of the temperature.
+    // The normal of the locus, from its slope over 0.1 % of the temperature.
     let (warmer, cooler) = (uv(on_branch(kelvin, kelvin * 0.9995)), uv(on_branch(kelvin, kelvin * 1.0005)));
     let along = (cooler - warmer).normalize();
     xy(uv(on_locus(kelvin)) + duv * DVec2::new(along.y, -along.x))
@@ -154,7 +157,7 @@ fn on_locus(kelvin: f64) -> DVec2 {
     on_branch(kelvin, kelvin)
 }
 
-/// The locus at `kelvin`, by the polynomials that hold at `branch`.
+/// The locus at `kelvin`, by the polynomials that are valid at `branch`.
 fn on_branch(branch: f64, kelvin: f64) -> DVec2 {
     let (x, y) = if branch < 4000.0 { black_body(branch) } else { daylight(branch) };
     let at = cubic(x, 1000.0 / kelvin);
@@ -192,9 +195,9 @@ pub(crate) fn rows(matrix: DMat3) -> [[f64; 4]; 3] {
     [0, 1, 2].map(|row| matrix.row(row).extend(0.0).to_array())
 }
 
-/// A point of the chromaticity diagram as parameters have it.
+/// An xy parameter in double precision.
 pub(crate) fn chromaticity(xy: [f32; 2]) -> DVec2 {
-    // Through the shortest decimal, so that 0.3127 is 0.3127 and not the nearest float's tail.
+    // Through the shortest decimal, so that the `f32` 0.3127 becomes the `f64` 0.3127.
     let exact = |x: f32| x.to_string().parse().unwrap_or(f64::from(x));
     DVec2::new(exact(xy[0]), exact(xy[1]))
 }

@@ -10,32 +10,34 @@ static SHADER: Shader = shader!("color_balance");
 params! {
     /// Tints shadows, midtones and highlights separately, and scales the channels.
     ///
-    /// The channels are multiplied first; then each range's shift is added by weights of luminance y that overlap smoothly: (1-y)^2,
-    /// 2y(1-y) and y^2. They sum to 1, so equal shifts move the whole picture.
+    /// The channels are multiplied first. Then the shift of each range is added, with weights that depend on luminance
+    /// y and overlap smoothly: (1-y)^2 for shadows, 2y(1-y) for midtones and y^2 for highlights. Their sum is 1, so
+    /// equal shifts move the whole image.
     pub struct ColorBalance {
-        /// Multiplies the channels.
+        /// Factor of each channel.
         pub multiply: [f32; 3] = [1.0, 1.0, 1.0] => within(0.0..=4.0), usually(0.5..=1.5), neutral([1.0, 1.0, 1.0]);
-        /// Added to the dark parts.
+        /// Added to shadows.
         pub shadows: [f32; 3] = [0.0, 0.0, 0.0] => within(-1.0..=1.0), usually(-0.2..=0.2), neutral([0.0, 0.0, 0.0]);
-        /// Added to the middle.
+        /// Added to midtones.
         pub midtones: [f32; 3] = [0.0, 0.0, 0.0] => within(-1.0..=1.0), usually(-0.2..=0.2), neutral([0.0, 0.0, 0.0]);
-        /// Added to the bright parts.
+        /// Added to highlights.
         pub highlights: [f32; 3] = [0.0, 0.0, 0.0] => within(-1.0..=1.0), usually(-0.2..=0.2), neutral([0.0, 0.0, 0.0]);
-        /// Whether shifts only tint: the luminance that they would add is taken out of them. `multiply` is left as it is.
+        /// Whether shifts keep luminance: the luminance that a shift would add is subtracted from it. Does not affect
+        /// `multiply`.
         pub keep_luminance: bool = true => live();
     }
 }
 
 impl Node for ColorBalance {
-    const INPUTS: &'static [Input] = &[Input::image("source", "The picture after the tone curve; best encoded.")
-        .takes(&[State::DisplayLinear, State::Encoded])];
+    const INPUTS: &'static [Input] = &[Input::image("source", "The image after the tone curve, preferably encoded.")
+        .accepts(&[ColorState::DisplayLinear, ColorState::Encoded])];
     const OUTPUTS: &'static [Output] =
-        &[Output::image("result", Gives::Same("source"), "The tinted picture, 0 or more.")];
-    const BYPASS: StandIn = StandIn::Input("source");
+        &[Output::image("result", OutputState::Same("source"), "The tinted image, 0 or more.")];
+    const FALLBACK: Fallback = Fallback::Input("source");
 
-    fn stand_in(&self, _: &Arrivals) -> Option<StandIn> {
+    fn identity(&self, _: &Arrivals) -> Option<Fallback> {
         let still = [self.shadows, self.midtones, self.highlights] == [[0.0; 3]; 3];
-        (still && self.multiply == [1.0; 3]).then_some(Self::BYPASS)
+        (still && self.multiply == [1.0; 3]).then_some(Self::FALLBACK)
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {

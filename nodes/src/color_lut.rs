@@ -9,80 +9,83 @@ static SHADER: Shader = shader!("color_lut");
 
 const PNG_SIGNATURE: &[u8] = b"\x89PNG";
 
-/// The longest row of a 1-D table's texture; longer tables have several.
+/// Maximum row length of a 1-D table's texture, in texels. Longer tables take several rows.
 const ROW: usize = 4096;
 
 choices! {
-    /// How a 3-D table is read between its entries.
+    /// How a 3-D table is interpolated.
     pub enum Interpolation {
-        /// From the four corners of a tetrahedron: greys stay grey and gradients straight. What grading programs do.
+        /// Between the four corners of a tetrahedron, as grading programs do: greys stay grey and gradients stay
+        /// linear.
         Tetrahedral,
-        /// From the eight corners of a cell.
+        /// Between the eight corners of a cell.
         Trilinear,
     }
 }
 
 choices! {
-    /// What a table's numbers and weights are computed in.
+    /// The precision of a table's entries and weights.
     pub enum LutPrecision {
-        /// 32 bits throughout.
+        /// 32 bits for both.
         Exact,
-        /// Entries in 16 bits; trilinear weights in the 8 bits of the device's filter, which take one fetch instead of eight.
+        /// Entries in 16 bits. Trilinear weights in the 8 bits of the device's filter, with one fetch instead of eight.
         Fast,
     }
 }
 
 params! {
-    /// Grades by a look-up table from a file: `.cube` with a 1-D table, a 3-D table or both, or a PNG of tiles or HALD.
+    /// Grades by a look-up table from a file: `.cube` with a 1-D table, a 3-D table or both, or a PNG with tiles or in
+    /// HALD layout.
     ///
-    /// What the table expects and gives is the maker's choice: wire it where the picture is in that state. Most looks are made on encoded
-    /// pictures. For light above 1, say how the table's axes are spaced with `shaper`; the table's own domain counts after that. Colours
-    /// outside end at its border. A broken file is told with its line. A table that changes nothing is left out, as is strength 0.
+    /// The author of the table decides what it expects and returns: place the node where the image is in that color
+    /// state. Most tables are made for encoded images. For light above 1, set `shaper` to the spacing of the table's
+    /// axes; the domain in the file applies after the shaper. Colours outside of the domain use its border. An error in
+    /// the file is reported with its line. The node is skipped if the table is an identity or `strength` is 0.
     pub struct ColorLut {
-        /// The file. Without one, nothing changes.
+        /// The file. Without a file the node changes nothing.
         pub file: FileValue = FileValue::default();
-        /// For a PNG: how the table is drawn.
+        /// For a PNG: the layout of the table.
         pub layout: PngLayout = PngLayout::Tiles;
-        /// How colours become places in the table.
+        /// How a colour maps to a position in the table.
         pub shaper: Shaper = Shaper::None;
-        /// For `Log2`: the darkest light that the table tells apart.
+        /// For `Log2`: the darkest light of the table.
         pub low: f32 = -12.0 => within(-24.0..=4.0), usually(-16.0..=-6.0), unit("stops from 1");
-        /// For `Log2` and `LogC`: the brightest light that the table tells apart.
+        /// For `Log2` and `LogC`: the brightest light of the table.
         pub high: f32 = 6.0 => within(5.0..=16.0), usually(5.0..=10.0), unit("stops from 1");
-        /// How a 3-D table is read between its entries.
+        /// How a 3-D table is interpolated.
         pub interpolation: Interpolation = Interpolation::Tetrahedral;
-        /// How exactly it is read.
+        /// The precision of entries and weights.
         pub precision: LutPrecision = LutPrecision::Exact => quality(LutPrecision::Exact, [LutPrecision::Fast]);
-        /// Share of the table's result; 0 leaves the picture as it is.
+        /// Share of the table's result. 0 changes nothing.
         pub strength: f32 = 1.0 => within(0.0..=1.0), neutral(0.0);
     }
 }
 
 impl Node for ColorLut {
     const INPUTS: &'static [Input] =
-        &[Input::image("source", "The picture, in the state that the table was made for.").takes(&[
-            State::Exposed,
-            State::DisplayLinear,
-            State::Encoded,
+        &[Input::image("source", "The image, in the color state that the table was made for.").accepts(&[
+            ColorState::Exposed,
+            ColorState::DisplayLinear,
+            ColorState::Encoded,
         ])];
-    const OUTPUTS: &'static [Output] = &[Output::image("result", Gives::Same("source"), "The graded picture.")];
-    const BYPASS: StandIn = StandIn::Input("source");
+    const OUTPUTS: &'static [Output] = &[Output::image("result", OutputState::Same("source"), "The graded image.")];
+    const FALLBACK: Fallback = Fallback::Input("source");
 
-    fn stand_in(&self, _: &Arrivals) -> Option<StandIn> {
+    fn identity(&self, _: &Arrivals) -> Option<Fallback> {
         let does_nothing = || self.shaper == Shaper::None && self.table().is_ok_and(|lut| lut.is_identity());
-        (self.strength == 0.0 || self.file.bytes.is_none() || does_nothing()).then_some(Self::BYPASS)
+        (self.strength == 0.0 || self.file.bytes.is_none() || does_nothing()).then_some(Self::FALLBACK)
     }
 
     fn verify(&self) -> Result<(), String> {
         let lut = self.table().map_err(|error| format!("`{}`: {error}", self.file.path))?;
         if self.shaper != Shaper::None && lut.curve.is_some() && lut.cube.is_some() {
-            return Err(format!("`{}` brings a 1-D table as its shaper: leave out `shaper`", self.file.path));
+            return Err(format!("`{}` has a 1-D table as its shaper: remove `shaper`", self.file.path));
         }
         Ok(())
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {
-        // A file that cannot be read never gets here: `verify` has told its mistake.
+        // `verify` has rejected files that cannot be read.
         let lut = self.table().unwrap_or_else(|_| Lut::identity());
         let source = pass.image("source");
         let desc = ImageDesc::new(pass.desc(source).size);

@@ -1,4 +1,4 @@
-//! Composite: lays bloom or glare over the picture.
+//! Composite: combines bloom or glare with the image.
 
 use afterimage_graph::prelude::*;
 
@@ -7,33 +7,33 @@ use crate::upsample::UpsampleFilter;
 static SHADER: Shader = shader!("composite");
 
 choices! {
-    /// How light is laid over the picture.
+    /// How light is combined with the image.
     pub enum CompositeBlend {
-        /// Adds it: for light that a threshold has picked out.
+        /// Adds it: for light that a threshold has selected.
         Add,
-        /// Replaces a share of the picture by it: energy stays, so it needs no threshold.
+        /// Replaces a share of the image by it: this keeps the energy, so it needs no threshold.
         Mix,
     }
 }
 
 params! {
-    /// Lays light over a picture: bloom before the tone curve, glare on the display's linear light after it.
+    /// Combines light with an image: bloom before the tone curve, or glare in display-linear light after it.
     ///
-    /// Picture and light must mean the same: both exposed, or both not. The light may have any size and is enlarged on the way; where none
-    /// is wired or it is switched off, the picture passes. Results are limited to 65504. Alpha is the picture's.
+    /// Both images must be in the same color state. The light may have any size and is resampled. If no light is wired,
+    /// or it is switched off, the result is the image. Results are limited to 65504. Alpha is that of the image.
     pub struct Composite {
-        /// How the light is laid over the picture.
+        /// How the light is combined with the image.
         pub blend: CompositeBlend = CompositeBlend::Add;
-        /// Factor of the light for Add, its share for Mix, where 1 is the most; 0 leaves the picture as it is.
+        /// For `Add`: factor of the light. For `Mix`: its share, at most 1. 0 changes nothing.
         pub strength: f32 = 0.5 => within(0.0..=8.0), usually(0.0..=1.0), neutral(0.0);
-        /// The filter that enlarges the light.
+        /// The filter that resamples the light.
         pub filter: UpsampleFilter = UpsampleFilter::Tent => quality(UpsampleFilter::Tent, [UpsampleFilter::Bilinear]);
-        /// Distance of the tent's reads.
+        /// Distance between the reads of the tent.
         pub radius: f32 = 1.0 => within(0.0..=4.0), usually(0.5..=1.5), unit("texels of the bloom");
     }
 }
 
-const STATES: &[State] = &[State::Scene, State::Exposed, State::DisplayLinear];
+const STATES: &[ColorState] = &[ColorState::Scene, ColorState::Exposed, ColorState::DisplayLinear];
 
 impl Composite {
     fn function(&self) -> &'static str {
@@ -55,24 +55,25 @@ impl Composite {
 
 impl Node for Composite {
     const INPUTS: &'static [Input] = &[
-        Input::image("base", "The picture.").takes(STATES),
-        Input::image("bloom", "The light to lay over it, of any size.").takes(STATES).optional(),
+        Input::image("base", "The image.").accepts(STATES),
+        Input::image("bloom", "The light to combine with it, of any size.").accepts(STATES).optional(),
     ];
-    const OUTPUTS: &'static [Output] = &[Output::image("result", Gives::Same("base"), "The picture with the light.")];
-    const BYPASS: StandIn = StandIn::Input("base");
+    const OUTPUTS: &'static [Output] =
+        &[Output::image("result", OutputState::Same("base"), "The image with the light.")];
+    const FALLBACK: Fallback = Fallback::Input("base");
 
-    fn stand_in(&self, arrivals: &Arrivals) -> Option<StandIn> {
+    fn identity(&self, arrivals: &Arrivals) -> Option<Fallback> {
         let adds_nothing = arrivals.is_zero("bloom") && (self.blend == CompositeBlend::Add || arrivals.is_zero("base"));
         let leaves_base = self.strength == 0.0 || arrivals.is_absent("bloom") || adds_nothing;
-        leaves_base.then_some(Self::BYPASS)
+        leaves_base.then_some(Self::FALLBACK)
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {
         let wired = pass.wired("bloom");
-        // Without bloom this runs only where a history needs the result: the strength is then 0, whatever is read.
+        // Without bloom this runs only if a history needs the result. The strength is then 0, so any input will do.
         let bloom = pass.image(if wired { "bloom" } else { "base" });
         let strength = if wired { self.factor() } else { 0.0 };
-        // A black base has no size of its own.
+        // A black base has no size.
         let size = if pass.is_zero("base") {
             pass.frame_size()
         } else {

@@ -1,42 +1,42 @@
-//! Contrast: spreads values about a pivot.
+//! Contrast: scales the distance of values from a pivot.
 
 use afterimage_graph::prelude::*;
 
 static SHADER: Shader = shader!("contrast");
 
 choices! {
-    /// In which numbers contrast is a line.
+    /// The numbers in which contrast is linear.
     pub enum ContrastForm {
-        /// In stops: what light wants. Black stays black and nothing falls below it.
+        /// Stops: for light. Black stays black and no result is negative.
         Log,
-        /// In the values themselves: what encoded values want, with a pivot of 0.5.
+        /// The values themselves: for encoded values, with a pivot of 0.5.
         Linear,
     }
 }
 
 params! {
-    /// Spreads values about a pivot that stays where it is.
+    /// Scales the distance of values from a pivot, which stays constant.
     ///
-    /// `Log` is `pivot * (x / pivot)^amount`, `Linear` is `(x - pivot) * amount + pivot`, cut off at 0.
+    /// `Log` is `pivot * (x / pivot)^amount`. `Linear` is `(x - pivot) * amount + pivot`, clipped at 0.
     pub struct Contrast {
-        /// In which numbers contrast is a line.
+        /// The numbers in which contrast is linear.
         pub form: ContrastForm = ContrastForm::Log;
-        /// 1 changes nothing, more is more contrast, 0 makes everything the pivot.
+        /// 1 changes nothing, more increases contrast, 0 maps everything to the pivot.
         pub amount: f32 = 1.0 => within(0.0..=8.0), usually(0.5..=2.0), neutral(1.0);
-        /// The value that stays: 0.18 is middle grey in light, 0.5 the middle of encoded values.
+        /// The value that stays constant: 0.18 is middle grey in light, 0.5 the middle of encoded values.
         pub pivot: f32 = 0.18 => within(0.01..=16.0), usually(0.05..=0.6);
     }
 }
 
 impl Node for Contrast {
-    const INPUTS: &'static [Input] = &[Input::image("source", "Exposed light, or a picture after the tone curve.")
-        .takes(&[State::Exposed, State::DisplayLinear, State::Encoded])];
+    const INPUTS: &'static [Input] = &[Input::image("source", "Exposed light, or an image after the tone curve.")
+        .accepts(&[ColorState::Exposed, ColorState::DisplayLinear, ColorState::Encoded])];
     const OUTPUTS: &'static [Output] =
-        &[Output::image("result", Gives::Same("source"), "The spread values, 0 or more.")];
-    const BYPASS: StandIn = StandIn::Input("source");
+        &[Output::image("result", OutputState::Same("source"), "The image with its new contrast, 0 or more.")];
+    const FALLBACK: Fallback = Fallback::Input("source");
 
-    fn stand_in(&self, _: &Arrivals) -> Option<StandIn> {
-        (self.amount == 1.0).then_some(Self::BYPASS)
+    fn identity(&self, _: &Arrivals) -> Option<Fallback> {
+        (self.amount == 1.0).then_some(Self::FALLBACK)
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {

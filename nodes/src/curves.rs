@@ -1,4 +1,4 @@
-//! The tone curves in double precision: what `BakedGrade` evaluates, and the constants that shaders are given.
+//! The tone curves in double precision: for `BakedGrade`, and for the constants of the shaders.
 
 use std::sync::LazyLock;
 
@@ -21,23 +21,24 @@ pub(crate) const HILL_OUT: DMat3 = DMat3::from_cols(
     dvec3(-0.07367, -0.00605, 1.07602),
 );
 
-/// The part of Uchimura's curve that follows from its parameters.
+/// The constants of Uchimura's curve that follow from its parameters.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Shoulder {
-    /// Where the line begins, never 0.
+    /// Where the linear part begins; above 0.
     pub(crate) line_from: f64,
     /// Where the shoulder begins.
     pub(crate) from: f64,
-    /// What it tends to.
+    /// The limit of the curve for bright light.
     pub(crate) limit: f64,
-    /// How far its beginning is below that.
+    /// The distance from the shoulder's beginning to the limit.
     pub(crate) gap: f64,
-    /// How fast the gap closes.
+    /// The rate at which the shoulder approaches the limit.
     pub(crate) steepness: f64,
 }
 
 impl Shoulder {
-    /// Of maximum P, contrast a, linear start m and length l. A line over the whole range would leave no room for a shoulder.
+    /// From maximum P, contrast a, linear start m and linear length l. The length is limited, so that room for a
+    /// shoulder remains.
     pub(crate) fn new(maximum: f64, contrast: f64, start: f64, length: f64) -> Self {
         let line_from = start.max(1e-4);
         let line = (maximum - line_from) * length.min(0.999) / contrast;
@@ -63,13 +64,13 @@ impl Agx {
 /// The constants of GT7's curve for a display.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Gt7 {
-    /// The display's peak in units of 100 cd/m².
+    /// The peak of the display in units of 100 cd/m².
     pub(crate) peak: f64,
-    /// Above the line: `offset + scale * exp(rate * x)`.
+    /// Above the linear part: `offset + scale * exp(rate * x)`.
     pub(crate) offset: f64,
     pub(crate) scale: f64,
     pub(crate) rate: f64,
-    /// The ICtCp intensity of a white at the peak.
+    /// The ICtCp intensity of white at the peak.
     pub(crate) intensity: f64,
 }
 
@@ -108,7 +109,7 @@ impl ToneMap {
         }
     }
 
-    /// The curve itself, in its space.
+    /// The curve alone, in its working space.
     fn bend(&self, v: DVec3) -> DVec3 {
         let white = f64::from(self.white_level).powi(2);
         match self.curve {
@@ -200,7 +201,7 @@ fn agx_sigmoid(t: f64) -> f64 {
     if t < pivot { 0.5 - agx_arm(pivot - t, pivot, 3.0) } else { 0.5 + agx_arm(t - pivot, 1.0 - pivot, 3.25) }
 }
 
-/// How far an arm that rises by 0.5 over `run` has risen after `reach`.
+/// The rise at distance `reach` of an arm of the sigmoid that rises by 0.5 over `run`.
 fn agx_arm(reach: f64, run: f64, exponent: f64) -> f64 {
     let scale = (((4.0 * run).powf(exponent) - 1.0) / (2.0 * run).powf(exponent)).powf(-1.0 / exponent);
     let u = 2.0 * reach / scale;

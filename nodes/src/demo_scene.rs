@@ -1,4 +1,4 @@
-//! DemoScene: a picture to try pipelines on, made from nothing.
+//! DemoScene: a test image that needs no file.
 
 use afterimage_graph::prelude::*;
 
@@ -7,15 +7,15 @@ static SHADER: Shader = shader!("demo_scene");
 params! {
     /// The built-in scene: a loft at golden hour, with a dim room, a bright window, a low sun, neon and fine detail.
     ///
-    /// It is ray traced by formulas, so it needs no files, has any size, and equal parameters give equal pictures. One unit is the room's light: its
-    /// greys lie at 0.02 to 0.3, the sky near 6, the neon near 11, the sun's disc at 18900. Alpha is the emissive strength, 0 for all that does not
-    /// glow by itself.
+    /// The shader traces rays through analytic shapes, so the scene needs no files and has any size. Equal parameters
+    /// give equal images. Light is in units of the room: its greys are 0.02 to 0.3, the sky is near 6, the neon near
+    /// 11, the disc of the sun 18900. Alpha is the emissive strength: 0 for surfaces that emit no light.
     pub struct DemoScene {
-        /// Time of the scene's motion: the neon hums, dust drifts.
+        /// Time of the animation: the neon flickers, dust drifts.
         pub time: f32 = 0.0 => within(0.0..=1e6), unit("s");
-        /// Stops from the room's grey to the sun's disc; 0 flattens all light.
+        /// Stops from the room's grey to the disc of the sun. 0 makes all light equal.
         pub range: f32 = 18.0 => within(0.0..=24.0), unit("stops");
-        /// Where the camera stands: 0 is deep in the room, 1 in front of the window.
+        /// Position of the camera: 0 is deep in the room, 1 in front of the window.
         pub walk: f32 = 0.0 => within(0.0..=1.0);
     }
 }
@@ -23,20 +23,24 @@ params! {
 impl Node for DemoScene {
     const INPUTS: &'static [Input] = &[];
     const OUTPUTS: &'static [Output] = &[
-        Output::image("result", Gives::Always(State::Scene), "The scene's light; alpha is the emissive strength."),
+        Output::image(
+            "result",
+            OutputState::Always(ColorState::Scene),
+            "The scene's light; alpha is the emissive strength.",
+        ),
         Output::image(
             "depth",
-            Gives::Always(State::Data),
+            OutputState::Always(ColorState::Data),
             "Distance along the view axis in metres, 1000 for the sky, in x.",
         ),
-        Output::image("normal", Gives::Always(State::Data), "The view-space normal; (0, 0, 1) for the sky."),
+        Output::image("normal", OutputState::Always(ColorState::Data), "The view-space normal; (0, 0, 1) for the sky."),
         Output::image(
             "albedo",
-            Gives::Always(State::Data),
+            OutputState::Always(ColorState::Data),
             "Diffuse albedo; alpha is 1 where metering should count the pixel.",
         ),
     ];
-    const BYPASS: StandIn = StandIn::Zero;
+    const FALLBACK: Fallback = Fallback::Zero;
 
     fn record(&self, pass: &mut Recorder<'_>) {
         let desc = ImageDesc::new(pass.frame_size());

@@ -1,4 +1,4 @@
-//! Downsample: a pyramid of images, each half the size of the one before.
+//! Downsample: a pyramid of images, each half the size of the previous one.
 
 use afterimage_graph::prelude::*;
 
@@ -6,51 +6,53 @@ static SHADER: Shader = shader!("downsample");
 static ROWS: Shader = shader!("downsample_rows");
 
 choices! {
-    /// The filter of one halving, from the cheapest to the one that lets least aliasing through.
+    /// The filter of one halving, from the cheapest to the one with the least aliasing.
     pub enum DownsampleFilter {
         /// 2x2 texels, 1 read: fine bright detail flickers.
         Box,
         /// 4x4 texels of equal weight, 4 reads.
         Tap4,
-        /// A 3x3 tent of reads, 4x4 texels: steadiest under a moving light.
+        /// A 3x3 tent of reads, 4x4 texels: the most stable under moving lights.
         Tap9,
-        /// Five overlapping squares, 6x6 texels, 13 reads: least aliasing (Jimenez, 2014).
+        /// Five overlapping squares, 6x6 texels, 13 reads: the least aliasing (Jimenez, 2014).
         Tap13,
     }
 }
 
 choices! {
-    /// How the first halving tames single very bright pixels, which would flicker through the whole pyramid.
+    /// How the first halving limits single very bright pixels, which would flicker in all levels.
     pub enum Firefly {
-        /// Not at all: small lights keep all of their energy.
+        /// It does not: small lights keep all of their energy.
         Off,
-        /// The five squares of Tap13 are weighted against each other by 1 / (1 + brightness). With a cheaper filter the first halving is a
-        /// Tap4 whose corners are weighted together with the middle, 5 reads, so that the filter can change and the look stays.
+        /// The five squares of `Tap13` are weighted by 1 / (1 + brightness). With a cheaper filter the first halving is
+        /// a `Tap4` whose corners are weighted together with the centre, 5 reads, so that a change of the filter keeps
+        /// the look.
         Groups,
-        /// Each tap is weighted by 1 / (1 + brightness): strongest, and it dims small lights that are meant (Karis, 2013).
+        /// Each tap is weighted by 1 / (1 + brightness): the strongest. It also dims small lights that are intended
+        /// (Karis, 2013).
         Taps,
     }
 }
 
 params! {
-    /// Makes a pyramid: the first level is half the size of the source, each further one half the size of the level before, rounded down
-    /// and at least 1.
+    /// Makes a pyramid. The first level is half the size of the source, and each further level half the size of the
+    /// previous one, rounded down and at least 1.
     ///
-    /// Every filter has weights that sum to 1, so a constant image stays the same on every level; alpha is filtered like colour. Reads beyond
-    /// the edge see the edge.
+    /// The weights of every filter sum to 1, so a constant image stays the same on every level. Alpha is filtered like
+    /// colour. Reads beyond the border return the border.
     pub struct Downsample {
-        /// How many levels; fewer where the source is too small: halving ends at one texel.
+        /// Number of levels. A small source has fewer: halving ends at one texel.
         pub levels: u32 = 6 => within(1.0..=16.0), usually(2.0..=8.0);
         /// The filter of each halving.
         pub filter: DownsampleFilter = DownsampleFilter::Tap13
             => quality(DownsampleFilter::Tap13, [DownsampleFilter::Tap9, DownsampleFilter::Tap4, DownsampleFilter::Box]);
-        /// How the first halving tames single very bright pixels. Brightness is the largest channel.
+        /// How the first halving limits single very bright pixels. Brightness is the largest channel.
         pub firefly: Firefly = Firefly::Off => neutral(Firefly::Off);
     }
 }
 
 impl DownsampleFilter {
-    /// How far its taps lie from the middle, in texels.
+    /// Distance of the outermost taps from the centre, in texels.
     fn reach(self) -> f32 {
         match self {
             Self::Box => 0.0,
@@ -66,7 +68,7 @@ impl Downsample {
         match (self.filter, firefly) {
             (DownsampleFilter::Tap13, Firefly::Groups) => "downsample_tap13_groups",
             (_, Firefly::Groups) => "downsample_tap4_groups",
-            // A single tap outweighs nothing.
+            // A single tap has nothing to be weighted against.
             (DownsampleFilter::Box, _) => "downsample_box",
             (DownsampleFilter::Tap4, Firefly::Off) => "downsample_tap4",
             (DownsampleFilter::Tap4, Firefly::Taps) => "downsample_tap4_taps",
@@ -79,7 +81,7 @@ impl Downsample {
 }
 
 impl Downsample {
-    /// How far the taps of a halving lie from the middle, in texels.
+    /// Distance of the outermost taps of a halving from the centre, in texels.
     fn reach(&self, is_first: bool) -> f32 {
         let weighs = is_first && self.firefly == Firefly::Groups;
         if weighs { self.filter.reach().max(1.0) } else { self.filter.reach() }
@@ -93,20 +95,20 @@ impl Downsample {
             "downsample_tap13_groups" => "downsample_rows_tap13_groups",
             _ => return None,
         };
-        Some(ByRows { shader: &ROWS, function, state: "DownsampleRows", lanes: "DOWNSAMPLE_ROWS_LANES" })
+        Some(ByRows { shader: &ROWS, function, state: "DownsampleRows" })
     }
 }
 
 impl Node for Downsample {
-    const INPUTS: &'static [Input] = &[Input::image("source", "The image to make smaller.")];
+    const INPUTS: &'static [Input] = &[Input::image("source", "The image to downsample.")];
     const OUTPUTS: &'static [Output] = &[
-        Output::new("result", PortType::Pyramid, Gives::Same("source"), "The levels, finest first."),
-        Output::image("coarsest", Gives::Same("source"), "The last level alone: a small image for wide blurs."),
+        Output::new("result", PortType::Pyramid, OutputState::Same("source"), "The levels, finest first."),
+        Output::image("coarsest", OutputState::Same("source"), "The coarsest level: a small image for wide blurs."),
     ];
-    const BYPASS: StandIn = StandIn::Zero;
+    const FALLBACK: Fallback = Fallback::Zero;
 
-    fn stand_in(&self, arrivals: &Arrivals) -> Option<StandIn> {
-        arrivals.is_zero("source").then_some(StandIn::Zero)
+    fn identity(&self, arrivals: &Arrivals) -> Option<Fallback> {
+        arrivals.is_zero("source").then_some(Fallback::Zero)
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {

@@ -11,13 +11,13 @@ choices! {
     pub enum Transfer {
         /// sRGB by its exact definition (IEC 61966-2-1).
         Srgb,
-        /// x^(1/gamma). With 2.2 it is up to 8.6 codes of 8 bits away from sRGB, in the shadows.
+        /// x^(1/gamma). With 2.2 it differs from sRGB by up to 8.6 codes of 8 bits, in the shadows.
         Gamma,
         /// None: for files that hold linear light.
         Linear,
-        /// Perceptual quantiser (SMPTE ST 2084): absolute light, for HDR10.
+        /// Perceptual quantiser (SMPTE ST 2084): absolute luminance, for HDR10.
         Pq,
-        /// Hybrid log-gamma (ITU-R BT.2100): HDR relative to the display's peak.
+        /// Hybrid log-gamma (ITU-R BT.2100): HDR relative to the peak of the display.
         Hlg,
     }
 }
@@ -29,7 +29,7 @@ choices! {
         Rec709,
         /// Display P3, white D65.
         DisplayP3,
-        /// UHDTV and HDR. `Hlg` and `Pq` are defined with these.
+        /// UHDTV and HDR. `Hlg` and `Pq` are defined with these primaries.
         Rec2020,
     }
 }
@@ -45,30 +45,33 @@ impl Primaries {
 }
 
 params! {
-    /// Encodes linear light of a display for a file or a screen. Exactly one of these belongs into a pipeline.
+    /// Encodes display-linear light for a file or a display. A pipeline needs exactly one of these nodes.
     ///
-    /// The result is stored in half floats unless `format` says otherwise, so that a `Dither` behind it still sees what lies between two
-    /// codes; the framework runs both in one pass, and the writer of the file rounds. Write to an `-srgb` texture with `transfer: Linear`:
-    /// the device encodes then. `Srgb`, `Gamma` and `Linear` hold 0 to 1; `Pq` and `Hlg` take more, up to `peak_nits`.
+    /// The result is stored in half floats unless `format` says otherwise, so that a `Dither` after it reads unrounded
+    /// values. Both usually run in one dispatch, and the file writer rounds. To write to an `-srgb` texture, use
+    /// `transfer: Linear`: the device encodes. `Srgb`, `Gamma` and `Linear` clip to 0 to 1; `Pq` and `Hlg` accept more,
+    /// up to `peak_nits`.
     pub struct Encode {
         /// The transfer function.
         pub transfer: Transfer = Transfer::Srgb;
-        /// The primaries.
+        /// The primaries of the result.
         pub primaries: Primaries = Primaries::Rec709;
-        /// For `Gamma`: the display's gamma; 1 is linear.
+        /// For `Gamma`: the gamma of the display. 1 is linear.
         pub gamma: f32 = 2.2 => within(0.1..=10.0), usually(1.8..=2.6), neutral(1.0);
-        /// For `Pq` and `Hlg`: the light of display-linear 1, the white of a page. 203 is the reference of ITU-R BT.2408.
+        /// For `Pq` and `Hlg`: the luminance of display-linear 1, which is SDR white. 203 is the reference white of
+        /// ITU-R BT.2408.
         pub white_nits: f32 = 203.0 => within(1.0..=10000.0), usually(80.0..=400.0), unit("cd/m2");
-        /// For `Pq`: light above is cut off. For `Hlg`: the peak of the display, which signal 1 is.
+        /// For `Pq`: light above is clipped. For `Hlg`: the peak of the display, which is signal 1.
         pub peak_nits: f32 = 1000.0 => within(100.0..=10000.0), usually(400.0..=4000.0), unit("cd/m2");
     }
 }
 
 impl Node for Encode {
     const INPUTS: &'static [Input] =
-        &[Input::image("source", "Linear light of the display, Rec.709.").takes(&[State::DisplayLinear])];
-    const OUTPUTS: &'static [Output] = &[Output::image("result", Gives::Always(State::Encoded), "The signal, 0 to 1.")];
-    const BYPASS: StandIn = StandIn::Input("source");
+        &[Input::image("source", "Display-linear light in Rec.709.").accepts(&[ColorState::DisplayLinear])];
+    const OUTPUTS: &'static [Output] =
+        &[Output::image("result", OutputState::Always(ColorState::Encoded), "The signal, 0 to 1.")];
+    const FALLBACK: Fallback = Fallback::Input("source");
 
     fn record(&self, pass: &mut Recorder<'_>) {
         let source = pass.image("source");
@@ -96,7 +99,8 @@ impl Encode {
     }
 }
 
-/// The power of luminance that undoes the system gamma of an HLG display (ITU-R BT.2100, and BT.2390 outside of 400 to 2000 cd/m²).
+/// The power of luminance that inverts the system gamma of an HLG display (ITU-R BT.2100, and BT.2390 outside of 400 to
+/// 2000 cd/m²).
 fn hlg_power(peak: f64) -> f64 {
     let gamma = if (400.0..=2000.0).contains(&peak) {
         1.2 + 0.42 * (peak / 1000.0).log10()

@@ -5,27 +5,28 @@ use afterimage_graph::prelude::*;
 static SHADER: Shader = shader!("exposure");
 
 params! {
-    /// Scales the light of the scene by 2^stops, so that what matters lies where the tone curve is best.
+    /// Scales scene light by 2^stops, so that the tone curve maps the important part of it well.
     ///
-    /// With `meter` wired, the x of that value is added: the exposure that a metering node found, with `stops` as a correction on top.
-    /// Results end at 65504, the largest half float. Bloom, local tone mapping and curves want exposed light.
+    /// With `meter` wired, the x of that value is added to `stops`: it is the exposure that a metering node computed.
+    /// Results are limited to 65504, the largest half float. Bloom, local tone mapping and tone curves expect exposed
+    /// light.
     pub struct Exposure {
-        /// Powers of two: 1 doubles the light, -1 halves it, 0 leaves it as it is.
+        /// Exponent of the factor: 1 doubles the light, -1 halves it, 0 changes nothing.
         pub stops: f32 = 0.0 => within(-24.0..=24.0), usually(-6.0..=6.0), unit("stops"), neutral(0.0);
     }
 }
 
 impl Node for Exposure {
     const INPUTS: &'static [Input] = &[
-        Input::image("source", "Light of the scene.").takes(&[State::Scene]),
+        Input::image("source", "Scene light.").accepts(&[ColorState::Scene]),
         Input::new("meter", PortType::Value, "Stops to add, in x: the result of a metering node.").optional(),
     ];
     const OUTPUTS: &'static [Output] =
-        &[Output::image("result", Gives::Always(State::Exposed), "The light times 2^stops, at most 65504.")];
-    const BYPASS: StandIn = StandIn::Input("source");
+        &[Output::image("result", OutputState::Always(ColorState::Exposed), "The light times 2^stops, at most 65504.")];
+    const FALLBACK: Fallback = Fallback::Input("source");
 
-    fn stand_in(&self, arrivals: &Arrivals) -> Option<StandIn> {
-        (self.stops == 0.0 && arrivals.is_absent("meter")).then_some(Self::BYPASS)
+    fn identity(&self, arrivals: &Arrivals) -> Option<Fallback> {
+        (self.stops == 0.0 && arrivals.is_absent("meter")).then_some(Self::FALLBACK)
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {

@@ -1,56 +1,59 @@
-//! Extract: keeps what glows.
+//! Extract: keeps the light that bloom spreads.
 
 use afterimage_graph::prelude::*;
 
 static SHADER: Shader = shader!("extract");
 
 choices! {
-    /// How the light that glows is told from the rest.
+    /// How light is selected.
     pub enum ExtractMethod {
-        /// Only the part above the threshold glows, with a quadratic knee: the subtractive threshold of Jimenez, Unity and Tsushima.
+        /// The part above the threshold, with a quadratic knee: the subtractive threshold of Jimenez, Unity and
+        /// Tsushima.
         Knee,
-        /// A light that passes the threshold glows in full, with a smooth step between: what Lynx means.
+        /// All of the light of a pixel above the threshold, with a smooth step between: the threshold of Lynx.
         Gate,
-        /// The course deck's luminance clamp, for a picture after the exponential curve: twice the colour, through a gate that opens
-        /// from luminance 0.8 to 1. Threshold, knee and brightness are not read.
+        /// A luminance clamp for an image after the exponential curve: twice the colour, through a smooth step from
+        /// luminance 0.8 to 1. Ignores `threshold`, `knee` and `brightness`.
         Clamp,
-        /// Alpha is emissive strength, and the colour times alpha glows where alpha is above the threshold: Caracal's selective bloom.
+        /// Alpha is the emissive strength. The result is colour times alpha where alpha is above the threshold:
+        /// Caracal's selective bloom.
         Emissive,
-        /// Everything glows: for a composite that mixes.
+        /// All light: for a `Composite` with `blend: Mix`.
         All,
     }
 }
 
 choices! {
-    /// What a threshold is compared with.
+    /// The quantity that the threshold applies to.
     pub enum Brightness {
-        /// The largest channel, which does not overlook saturated lights.
+        /// The largest channel, which does not miss saturated lights.
         Max,
-        /// Luminance of Rec.709: a pure blue light counts for 7 per cent of its value.
+        /// Luminance of Rec.709: a pure blue light counts as 7 % of its value.
         Luminance,
     }
 }
 
 params! {
-    /// Keeps what glows: the source's colours, each times a weight.
+    /// Selects the light that bloom spreads: the colour of the source times a weight.
     ///
-    /// Put it after the exposure, so that the threshold means what the viewer will see as bright and does not move with the units of the
-    /// scene. Black stays black. Results are limited to 65504. Alpha passes through.
+    /// Place it after the exposure, so that the threshold is a display brightness and does not depend on the units of
+    /// the scene. Black stays black. Results are limited to 65504. Alpha passes unchanged.
     pub struct Extract {
-        /// How the light that glows is told from the rest.
+        /// How light is selected.
         pub method: ExtractMethod = ExtractMethod::Knee;
-        /// What the threshold is compared with, for Knee and Gate.
+        /// For `Knee` and `Gate`: the quantity that the threshold applies to.
         pub brightness: Brightness = Brightness::Max;
-        /// Where glowing begins, in the light of the source; for Emissive, in alpha.
+        /// Where the selection begins, in the units of the source. For `Emissive`: in alpha.
         pub threshold: f32 = 1.0 => within(0.0..=65504.0), usually(0.0..=4.0);
-        /// Half the width of the transition around the threshold, for Knee and Gate; 0 is a hard edge, which flickers in motion.
+        /// For `Knee` and `Gate`: half of the width of the transition around the threshold. 0 is a hard edge, which
+        /// flickers in motion.
         pub knee: f32 = 0.1 => within(0.0..=65504.0), usually(0.0..=1.0);
-        /// Factor of the result; 1 changes nothing.
+        /// Factor of the result. 1 changes nothing.
         pub intensity: f32 = 1.0 => within(0.0..=64.0), usually(0.0..=4.0), neutral(1.0);
     }
 }
 
-/// The numbers of the shader: threshold, knee and intensity.
+/// Values of the shader's parameters: threshold, knee and intensity.
 struct Numbers(f32, f32, f32);
 
 impl Extract {
@@ -65,7 +68,7 @@ impl Extract {
         }
     }
 
-    /// The deck's clamp is a gate from 0.8 to 1 with a factor of 2.
+    /// `Clamp` is a gate from 0.8 to 1 with a factor of 2.
     fn numbers(&self) -> Numbers {
         match self.method {
             ExtractMethod::Clamp => Numbers(0.9, 0.1, 2.0 * self.intensity),
@@ -76,17 +79,20 @@ impl Extract {
 
 impl Node for Extract {
     const INPUTS: &'static [Input] =
-        &[Input::image("source", "The picture, exposed if its threshold is to mean a brightness on the screen.")
-            .takes(&[State::Scene, State::Exposed, State::DisplayLinear])];
+        &[Input::image("source", "The image, exposed if the threshold is a display brightness.").accepts(&[
+            ColorState::Scene,
+            ColorState::Exposed,
+            ColorState::DisplayLinear,
+        ])];
     const OUTPUTS: &'static [Output] =
-        &[Output::image("result", Gives::Same("source"), "The light that glows, black elsewhere.")];
-    const BYPASS: StandIn = StandIn::Zero;
+        &[Output::image("result", OutputState::Same("source"), "The selected light, black elsewhere.")];
+    const FALLBACK: Fallback = Fallback::Zero;
 
-    fn stand_in(&self, arrivals: &Arrivals) -> Option<StandIn> {
+    fn identity(&self, arrivals: &Arrivals) -> Option<Fallback> {
         let keeps_all = self.method == ExtractMethod::All && self.intensity == 1.0;
         match arrivals.is_zero("source") {
-            true => Some(StandIn::Zero),
-            false => keeps_all.then_some(StandIn::Input("source")),
+            true => Some(Fallback::Zero),
+            false => keeps_all.then_some(Fallback::Input("source")),
         }
     }
 

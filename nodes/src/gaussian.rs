@@ -7,21 +7,22 @@ static SHADER: Shader = shader!("gaussian");
 choices! {
     /// The weights of a blur.
     pub enum GaussianKernel {
-        /// A Gaussian of the given sigma and reach.
+        /// A Gaussian with the given `sigma` and `reach`.
         Sigma,
-        /// The nine taps of the Caracal document, which come to a sigma of 1.69 texels, not the 2 that it states.
+        /// The nine taps of the Caracal document. Their sigma is 1.69 texels, not 2 as the document states.
         Caracal9,
-        /// The 33 taps of the course deck: a Gaussian of 3.5119 texels to the last digit it prints.
+        /// 33 taps: a Gaussian with a sigma of 3.5119 texels, equal to the published weights in all printed digits.
         Course33,
     }
 }
 
 choices! {
-    /// How the weights are read.
+    /// How the weights are applied.
     pub enum GaussianTaps {
-        /// One read for each texel.
+        /// One read per texel.
         Exact,
-        /// One read for two texels, weighed by the sampler: half the reads, and off by up to 3e-4 of the range where the sampler has 8-bit weights.
+        /// One read per two texels, weighted by the sampler: half of the reads. The error is up to 3e-4 of the range
+        /// where the sampler has 8-bit weights.
         Linear,
     }
 }
@@ -34,12 +35,13 @@ macro_rules! blur {
             pub struct $kind {
                 /// The weights.
                 pub kernel: GaussianKernel = GaussianKernel::Sigma;
-                /// Standard deviation for the kernel Sigma; at 0.2 and below the blur changes nothing. The work grows with it: to blur
-                /// wider, blur a smaller image.
+                /// For `kernel: Sigma`: the standard deviation. The cost grows with it: for a wider blur, blur a
+                /// smaller image. At 0.2 and below the blur changes nothing.
                 pub sigma: f32 = 2.0 => within(0.0..=64.0), usually(0.0..=16.0), neutral(0.0), unit("texels");
-                /// How the weights are read.
+                /// How the weights are applied.
                 pub taps: GaussianTaps = GaussianTaps::Exact => quality(GaussianTaps::Exact, [GaussianTaps::Linear]);
-                /// How far the kernel Sigma reaches; what lies beyond is left out: 3e-3 of all light at 3, 6e-5 at 4.
+                /// For `kernel: Sigma`: the distance at which the kernel ends. The weight beyond it is lost: 3e-3 of
+                /// all light at 3, 6e-5 at 4.
                 pub reach: f32 = 3.0 => within(1.0..=4.0), unit("sigmas"), quality(4.0f32, [3.0, 2.5, 2.0]);
             }
         }
@@ -53,25 +55,28 @@ macro_rules! blur {
 }
 
 blur! {
-    /// Blurs an image by a Gaussian, one axis after the other.
+    /// Blurs an image by a Gaussian, first along x, then along y.
     ///
-    /// The weights sum to 1, so a constant image stays the same; reads beyond the edge see the edge. Alpha is blurred like colour.
+    /// The weights sum to 1, so a constant image stays the same. Reads beyond the border return the border. Alpha is
+    /// blurred like colour.
     Gaussian
 }
 
 blur! {
-    /// Blurs every level of a pyramid by the same number of its own texels, so that each level is blurred twice as wide as the one before.
+    /// Blurs every level of a pyramid with the same sigma in its own texels, so each level is blurred twice as wide as
+    /// the previous one.
     ///
-    /// The weights sum to 1, so a constant image stays the same; reads beyond the edge see the edge. Alpha is blurred like colour.
+    /// The weights sum to 1, so a constant image stays the same. Reads beyond the border return the border. Alpha is
+    /// blurred like colour.
     GaussianPyramid
 }
 
-/// Below this sigma all but 4e-6 of the weight is in the middle.
+/// At this sigma and below, all but 4e-6 of the weight is at the centre.
 const NO_BLUR: f32 = 0.2;
-/// The sigma and radius of the course deck's kernel.
+/// Sigma and radius of the kernel `Course33`.
 const COURSE: (f32, u32) = (3.5119, 16);
 
-/// What a blur asks of the shader.
+/// The shader's parameters for one blur.
 struct Blur {
     function: &'static str,
     radius: u32,
@@ -99,7 +104,7 @@ impl Blur {
         self.radius == 0 && !self.function.starts_with("gaussian_caracal")
     }
 
-    /// Along x, then along y.
+    /// Blurs along x, then along y.
     fn record(&self, pass: &mut Recorder<'_>, source: ImageId, result: ImageId) {
         let between = pass.transient("across", pass.desc(result));
         self.along(pass, [1, 0], source, between);
@@ -120,18 +125,18 @@ impl Blur {
 }
 
 impl Node for Gaussian {
-    const INPUTS: &'static [Input] = &[Input::image("source", "The image to blur.").takes(&[
-        State::Scene,
-        State::Exposed,
-        State::LogLuminance,
-        State::DisplayLinear,
-        State::Data,
+    const INPUTS: &'static [Input] = &[Input::image("source", "The image to blur.").accepts(&[
+        ColorState::Scene,
+        ColorState::Exposed,
+        ColorState::LogLuminance,
+        ColorState::DisplayLinear,
+        ColorState::Data,
     ])];
-    const OUTPUTS: &'static [Output] = &[Output::image("result", Gives::Same("source"), "The blurred image.")];
-    const BYPASS: StandIn = StandIn::Input("source");
+    const OUTPUTS: &'static [Output] = &[Output::image("result", OutputState::Same("source"), "The blurred image.")];
+    const FALLBACK: Fallback = Fallback::Input("source");
 
-    fn stand_in(&self, arrivals: &Arrivals) -> Option<StandIn> {
-        (arrivals.is_zero("source") || self.blur().changes_nothing()).then_some(Self::BYPASS)
+    fn identity(&self, arrivals: &Arrivals) -> Option<Fallback> {
+        (arrivals.is_zero("source") || self.blur().changes_nothing()).then_some(Self::FALLBACK)
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {
@@ -145,11 +150,11 @@ impl Node for Gaussian {
 impl Node for GaussianPyramid {
     const INPUTS: &'static [Input] = &[Input::new("source", PortType::Pyramid, "The levels to blur.")];
     const OUTPUTS: &'static [Output] =
-        &[Output::new("result", PortType::Pyramid, Gives::Same("source"), "The blurred levels, finest first.")];
-    const BYPASS: StandIn = StandIn::Input("source");
+        &[Output::new("result", PortType::Pyramid, OutputState::Same("source"), "The blurred levels, finest first.")];
+    const FALLBACK: Fallback = Fallback::Input("source");
 
-    fn stand_in(&self, arrivals: &Arrivals) -> Option<StandIn> {
-        (arrivals.is_zero("source") || self.blur().changes_nothing()).then_some(Self::BYPASS)
+    fn identity(&self, arrivals: &Arrivals) -> Option<Fallback> {
+        (arrivals.is_zero("source") || self.blur().changes_nothing()).then_some(Self::FALLBACK)
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {

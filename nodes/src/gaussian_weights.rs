@@ -1,20 +1,20 @@
-//! The weights of a Gaussian kernel as three numbers, from which shaders make each weight.
+//! The weights of a Gaussian kernel as three numbers, from which a shader computes each weight.
 
-/// The weight of offset i is `scale * 2^(falloff * i^2)`; all within the radius sum to 1.
+/// The weight at offset i is `scale * 2^(falloff * i^2)`. All weights within the radius sum to 1.
 pub(crate) struct GaussianWeights {
     /// The largest offset.
     pub(crate) radius: u32,
-    /// What multiplies the square of the offset in the exponent; negative.
+    /// Factor of the squared offset in the exponent; negative.
     pub(crate) falloff: f64,
-    /// The weight of the middle.
+    /// The weight at the centre.
     pub(crate) scale: f64,
 }
 
-/// Below this sigma all but 4e-6 of the weight is in the middle.
+/// At this sigma and below, all but 4e-6 of the weight is at the centre.
 const NO_BLUR: f32 = 0.2;
 
 impl GaussianWeights {
-    /// The kernel of standard deviation `sigma` up to `reach` sigmas; `None` where a blur changes nothing.
+    /// The kernel of standard deviation `sigma` up to `reach` sigmas. `None` if a blur changes nothing.
     pub(crate) fn new(sigma: f32, reach: f32) -> Option<Self> {
         if sigma <= NO_BLUR {
             return None;

@@ -1,4 +1,4 @@
-//! GridBlur: makes a bilateral grid smooth.
+//! GridBlur: blurs a bilateral grid.
 
 use afterimage_graph::prelude::*;
 
@@ -9,11 +9,12 @@ static SHADER: Shader = shader!("grid_blur");
 params! {
     /// Blurs a bilateral grid by a Gaussian along x, y and luminance.
     ///
-    /// Outside the grid lies nothing, and sums and weights are blurred alike: the quotient that readers take is a mean of the cells that
-    /// exist, at the borders too. The kernel ends at three sigmas. A sigma of at most 0.2 leaves its axis as it is.
+    /// Cells outside of the grid are empty. Sums and weights are blurred alike, so their quotient is a mean of existing
+    /// cells, also at the borders. The kernel ends at three sigmas. An axis with a sigma of at most 0.2 is not blurred.
     pub struct GridBlur {
-        /// Standard deviations along x, y and luminance; 0 leaves an axis as it is.
-        pub sigma: [f32; 3] = [2.5, 1.25, 1.5] => within(0.0..=16.0), usually(0.0..=4.0), unit("cells"), neutral([0.0f32; 3]);
+        /// Standard deviations along x, y and luminance. 0 does not blur an axis.
+        pub sigma: [f32; 3] = [2.5, 1.25, 1.5]
+            => within(0.0..=16.0), usually(0.0..=4.0), unit("cells"), neutral([0.0f32; 3]);
     }
 }
 
@@ -21,20 +22,20 @@ const REACH: f32 = 3.0;
 const GROUP: [u32; 3] = [8, 8, 4];
 
 impl GridBlur {
-    /// The axes that are blurred, with their kernels.
+    /// The axes to blur, with their kernels.
     fn axes(&self) -> Vec<(usize, GaussianWeights)> {
         (0..3).filter_map(|axis| Some((axis, GaussianWeights::new(self.sigma[axis], REACH)?))).collect()
     }
 }
 
 impl Node for GridBlur {
-    const INPUTS: &'static [Input] = &[Input::new("source", PortType::Volume, "The result of a GridBuild.")];
+    const INPUTS: &'static [Input] = &[Input::new("source", PortType::Volume, "The result of a `GridBuild`.")];
     const OUTPUTS: &'static [Output] =
-        &[Output::new("result", PortType::Volume, Gives::Same("source"), "The blurred grid.")];
-    const BYPASS: StandIn = StandIn::Input("source");
+        &[Output::new("result", PortType::Volume, OutputState::Same("source"), "The blurred grid.")];
+    const FALLBACK: Fallback = Fallback::Input("source");
 
-    fn stand_in(&self, _: &Arrivals) -> Option<StandIn> {
-        self.axes().is_empty().then_some(Self::BYPASS)
+    fn identity(&self, _: &Arrivals) -> Option<Fallback> {
+        self.axes().is_empty().then_some(Self::FALLBACK)
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {

@@ -1,52 +1,55 @@
-//! GridBuild: a bilateral grid of a picture's luminance.
+//! GridBuild: a bilateral grid of an image's luminance.
 
 use afterimage_graph::prelude::*;
 
 static SHADER: Shader = shader!("grid_build");
 
 choices! {
-    /// How a pixel is put into the grid.
+    /// How a pixel is added to the grid.
     pub enum GridBuildMethod {
-        /// Into the one cell that it lies in: each pixel is read once. After the blur at most 0.03 stops from Trilinear.
+        /// To the cell that contains it: each pixel is read once. After the blur the error against `Trilinear` is at
+        /// most 0.03 stops.
         Nearest,
-        /// Into the eight cells around it, by distance: each pixel is read by four workgroups.
+        /// To the eight cells around it, with trilinear weights: each pixel is read by four workgroups.
         Trilinear,
     }
 }
 
 params! {
-    /// Builds a bilateral grid (Chen, Paris and Durand, 2007): cells over x, y and log2 luminance that hold the sum of the luminance of
-    /// the pixels in them and their number, divided by the number that a cell can take. Blurred by GridBlur it is an edge-aware blur, which
-    /// LocalToneMap reads.
+    /// Builds a bilateral grid (Chen, Paris and Durand, 2007): cells over x, y and log2 luminance. A cell holds the sum
+    /// of the log2 luminance of its pixels and their number, both divided by the capacity of a cell. After `GridBlur`
+    /// it is an edge-aware blur, which `LocalToneMap` reads.
     ///
-    /// One workgroup gathers one column of cells in whole numbers: no race, and the same grid in every run. The grid carries its own
-    /// range, so its readers need not be told. `source` is an exposed picture, or the scene with `meter` and `stops` set as for the
-    /// Exposure: then the exposed picture need not be stored.
+    /// One workgroup sums one column of cells in integers, so there are no races and the grid is equal in every run.
+    /// The grid stores its own range for its readers. `source` is an exposed image. It may also be the scene with
+    /// `meter` and `stops` set as for the `Exposure`; then the exposed image need not be stored.
     pub struct GridBuild {
-        /// Cells across.
+        /// Number of cells along x.
         pub width: u32 = 64 => within(4.0..=256.0), usually(16.0..=128.0), unit("cells");
-        /// Cells down.
+        /// Number of cells along y.
         pub height: u32 = 32 => within(4.0..=256.0), usually(8.0..=64.0), unit("cells");
-        /// Cells of luminance.
+        /// Number of cells along luminance.
         pub depth: u32 = 64 => within(4.0..=256.0), usually(16.0..=128.0), unit("cells");
-        /// Where the range begins; darker pixels count as this. To the nearest 1/64. The default range has middle grey in its middle.
+        /// Lower end of the range, rounded to 1/64. Darker pixels count as this. The default range has middle grey at
+        /// its centre.
         pub lo: f32 = -10.5 => within(-32.0..=32.0), unit("log2 of luminance");
-        /// Where the range ends.
+        /// Upper end of the range, rounded to 1/64. Brighter pixels count as this.
         pub hi: f32 = 5.5 => within(-32.0..=32.0), unit("log2 of luminance");
-        /// Stops to add to the picture's luminance; 0 for an exposed picture.
+        /// Stops added to the luminance of the image. 0 for an exposed image.
         pub stops: f32 = 0.0 => within(-24.0..=24.0), unit("stops"), neutral(0.0);
-        /// How a pixel is put into the grid.
+        /// How a pixel is added to the grid.
         pub method: GridBuildMethod =
             GridBuildMethod::Nearest => quality(GridBuildMethod::Trilinear, [GridBuildMethod::Nearest]);
-        /// Looks at every pixel at 1, at every second of every second row at 2, and so on. What falls between them is missing in the grid.
+        /// Sampling stride along x and y: 1 reads every pixel, 2 every second pixel of every second row. The other
+        /// pixels are ignored.
         pub step: u32 = 1 => within(1.0..=8.0), quality(1u32, [2, 4]);
     }
 }
 
-/// What a full cell weighs: as much of the range of half floats as leaves room for 64 stops.
+/// The value of a full cell: as much of the range of half floats as leaves room for 64 stops.
 const FULL_CELL: f64 = 512.0;
 
-/// The nearest of the numbers that halves hold exactly up to 32, so that readers find the very range that the grid was built with.
+/// The nearest multiple of 1/64, which half floats hold exactly up to 32: readers get exactly the range of the grid.
 fn exact_in_half(x: f32) -> f32 {
     (x * 64.0).round() / 64.0
 }
@@ -56,14 +59,14 @@ impl GridBuild {
         [exact_in_half(self.lo), exact_in_half(self.hi)]
     }
 
-    /// Pixels in a full cell, of those that are looked at.
+    /// The number of sampled pixels in a full cell.
     fn capacity(&self, picture: Size) -> u64 {
         let size = picture.div_up(self.step);
         u64::from(size.width.div_ceil(self.width)) * u64::from(size.height.div_ceil(self.height))
     }
 
-    /// Steps of the fixed point in 1: the greatest power of two, up to 65536, with which no sum passes 2^32. A trilinear cell holds the weight
-    /// of one cell's pixels, and another in doubt.
+    /// Steps of the fixed point per unit: the largest power of two, up to 65536, with which no sum exceeds 2^32. The
+    /// bound allows for a trilinear cell with twice the weight of one cell's pixels.
     fn unit(&self, capacity: u64) -> f64 {
         let [lo, hi] = self.range();
         let most = 2.0 * capacity as f64 * f64::from(hi - lo).max(1.0);
@@ -73,17 +76,21 @@ impl GridBuild {
 
 impl Node for GridBuild {
     const INPUTS: &'static [Input] = &[
-        Input::image("source", "The exposed picture, or the scene with `meter`.")
-            .takes(&[State::Exposed, State::Scene]),
+        Input::image("source", "The exposed image, or the scene with `meter`.")
+            .accepts(&[ColorState::Exposed, ColorState::Scene]),
         Input::new("meter", PortType::Value, "Stops to add, in x: the result of a metering node.").optional(),
     ];
-    const OUTPUTS: &'static [Output] =
-        &[Output::new("result", PortType::Volume, Gives::Always(State::Data), "Sums, weights and the range.")];
-    const BYPASS: StandIn = StandIn::Absent;
+    const OUTPUTS: &'static [Output] = &[Output::new(
+        "result",
+        PortType::Volume,
+        OutputState::Always(ColorState::Data),
+        "Sums, weights and the range.",
+    )];
+    const FALLBACK: Fallback = Fallback::Absent;
 
     fn verify(&self) -> Result<(), String> {
         let [lo, hi] = self.range();
-        if lo < hi { Ok(()) } else { Err("`hi` must be above `lo`, by 1/64 at least".into()) }
+        if lo < hi { Ok(()) } else { Err("`hi` must be above `lo` by at least 1/64".into()) }
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {

@@ -1,17 +1,18 @@
-//! The built-in node kinds: one file each, and one table that lists them.
+//! The built-in node kinds: one file per kind, and the table [`ALL`] that lists them.
 //!
-//! To add a kind: write `nodes/src/<kind>.rs` and `shaders/<kind>.wgsl`, and add the two lines below, in alphabetical order.
+//! To add a kind, write `nodes/src/<kind>.rs` and `shaders/<kind>.wgsl`, and add it to `mod`, `pub use` and [`ALL`]
+//! below, in alphabetical order.
 
 /// The shader of that name.
 macro_rules! shader {
     ($name:literal) => {{
-        let (file, source) = (concat!("shaders/", $name, ".wgsl"), include_str!(concat!("../../shaders/", $name, ".wgsl")));
-        // SAFETY: all of `shaders/` was read with these promises in mind: texels are loaded through `texel`, which clamps, or where a result
-        // of equal size is made; indices are invocation numbers or clamped to the last element; loops are bounded by constants or by
-        // parameters within their domains; what workgroups read they have written.
-        #[allow(unsafe_code, reason = "the shaders of this workspace were audited")]
+        let (file, source) = (concat!("shaders/", $name, ".wgsl"), afterimage_shaders::kind($name));
+        // all of `shaders/` keeps these rules: texels are loaded through `texel`, which clamps, or at the position of a
+        // result of equal size; indices are invocation indices or clamped to the last element; loops are bounded by
+        // constants or by parameters within their domains; workgroup memory is written before it is read.
+        #[allow(unsafe_code, reason = "the shaders of this workspace are reviewed")]
         unsafe {
-            Shader::audited(file, source)
+            Shader::unchecked(file, source)
         }
     }};
 }

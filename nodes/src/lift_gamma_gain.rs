@@ -1,4 +1,4 @@
-//! LiftGammaGain: the three wheels of a colourist.
+//! LiftGammaGain: the three controls of colour grading for shadows, midtones and highlights.
 
 use afterimage_graph::prelude::*;
 use glam::DVec3;
@@ -7,13 +7,13 @@ use crate::color::LUMINANCE;
 
 static SHADER: Shader = shader!("lift_gamma_gain");
 
-/// Below it, 1 / gamma would be a cliff.
+/// Lower limit of gamma: 1 / gamma grows without bound below it.
 const LEAST_GAMMA: f32 = 1e-3;
 
 choices! {
-    /// What the lift fades with.
+    /// The quantity with which the lift fades.
     pub enum LiftBy {
-        /// The luminance after the gain: hues stay.
+        /// The luminance after the gain: hues stay the same.
         Luminance,
         /// Each channel before the gain: black becomes gain times lift, white becomes gain.
         Channel,
@@ -21,34 +21,35 @@ choices! {
 }
 
 params! {
-    /// Moves black, bends the middle and scales white, for each channel.
+    /// Shifts black, bends midtones and scales white, for each channel.
     ///
-    /// Gain multiplies, lift is added where the picture is dark, and the result is raised to 1/gamma. Values below 0 become 0 before the
-    /// power. Meant for 0 to 1; brighter light is not lifted. With every parameter at its neutral value the node is left out.
+    /// Gain is a factor. Lift is added where the image is dark. The result is raised to 1/gamma, after values below 0
+    /// become 0. Intended for values of 0 to 1; brighter light gets no lift. With every parameter at its neutral value
+    /// the node is skipped.
     pub struct LiftGammaGain {
-        /// What the lift fades with.
+        /// The quantity with which the lift fades.
         pub lift_by: LiftBy = LiftBy::Luminance;
-        /// Added to black; fades to nothing at white.
+        /// Added to black. Fades to zero at white.
         pub lift: [f32; 3] = [0.0, 0.0, 0.0] => within(-1.0..=1.0), usually(-0.1..=0.1), neutral([0.0, 0.0, 0.0]);
-        /// Above 1 brightens the middle, below 1 darkens it; black and white stay.
+        /// Exponent 1/gamma. Above 1 brightens midtones, below 1 darkens them; black and white stay the same.
         pub gamma: [f32; 3] = [1.0, 1.0, 1.0] => within(0.05..=20.0), usually(0.5..=2.0), neutral([1.0, 1.0, 1.0]);
-        /// Multiplies.
+        /// Factor of each channel.
         pub gain: [f32; 3] = [1.0, 1.0, 1.0] => within(0.0..=16.0), usually(0.5..=2.0), neutral([1.0, 1.0, 1.0]);
     }
 }
 
 impl Node for LiftGammaGain {
-    const INPUTS: &'static [Input] = &[Input::image("source", "The picture; best 0 to 1.").takes(&[
-        State::Exposed,
-        State::DisplayLinear,
-        State::Encoded,
+    const INPUTS: &'static [Input] = &[Input::image("source", "The image, preferably 0 to 1.").accepts(&[
+        ColorState::Exposed,
+        ColorState::DisplayLinear,
+        ColorState::Encoded,
     ])];
     const OUTPUTS: &'static [Output] =
-        &[Output::image("result", Gives::Same("source"), "The graded picture, 0 or more.")];
-    const BYPASS: StandIn = StandIn::Input("source");
+        &[Output::image("result", OutputState::Same("source"), "The graded image, 0 or more.")];
+    const FALLBACK: Fallback = Fallback::Input("source");
 
-    fn stand_in(&self, _: &Arrivals) -> Option<StandIn> {
-        self.is_neutral().then_some(Self::BYPASS)
+    fn identity(&self, _: &Arrivals) -> Option<Fallback> {
+        self.is_neutral().then_some(Self::FALLBACK)
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {
@@ -71,7 +72,7 @@ impl LiftGammaGain {
         DVec3::from(self.gamma.map(|gamma| 1.0 / f64::from(gamma.max(LEAST_GAMMA))))
     }
 
-    /// The same in double precision, with the lift by luminance: for baking.
+    /// The same as the shader in double precision, with `lift_by: Luminance`, for baked tables.
     pub(crate) fn by_luminance(&self, rgb: DVec3) -> DVec3 {
         if self.is_neutral() {
             return rgb;

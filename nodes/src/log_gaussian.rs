@@ -7,35 +7,36 @@ use crate::gaussian_weights::GaussianWeights;
 static SHADER: Shader = shader!("log_gaussian");
 
 params! {
-    /// Averages log2 luminance down to a small image and blurs it widely: how bright the surroundings are, with no regard to edges.
+    /// Averages log2 luminance to a small image and blurs it widely: the brightness of the surroundings, without regard
+    /// to edges.
     ///
-    /// Each pixel counts once, by its area, at any size. The blur is a true circle in the picture. `source` is an exposed picture, or
-    /// the scene with `meter` and `stops` set as for the Exposure.
+    /// Each pixel counts once, by its area, at any size. The blur is a circle in the image. `source` is an exposed
+    /// image, or the scene with `meter` and `stops` set as for the `Exposure`.
     pub struct LogGaussian {
-        /// Texels across.
+        /// Width of the result.
         pub width: u32 = 256 => within(4.0..=1024.0), usually(64.0..=512.0), unit("texels"), quality(256u32, [128]);
-        /// Texels down.
+        /// Height of the result.
         pub height: u32 = 128 => within(4.0..=1024.0), usually(32.0..=256.0), unit("texels"), quality(128u32, [64]);
         /// Standard deviation of the blur.
-        pub sigma: f32 = 0.06 => within(0.0..=0.25), usually(0.02..=0.12), unit("picture widths"), neutral(0.0);
+        pub sigma: f32 = 0.06 => within(0.0..=0.25), usually(0.02..=0.12), unit("image widths"), neutral(0.0);
         /// Darker pixels count as this.
         pub lo: f32 = -10.5 => within(-32.0..=32.0), unit("log2 of luminance");
         /// Brighter pixels count as this.
         pub hi: f32 = 5.5 => within(-32.0..=32.0), unit("log2 of luminance");
-        /// Stops to add to the picture's luminance; 0 for an exposed picture.
+        /// Stops added to the luminance of the image. 0 for an exposed image.
         pub stops: f32 = 0.0 => within(-24.0..=24.0), unit("stops"), neutral(0.0);
-        /// Looks at every pixel at 1, at every second of every second row at 2, and so on.
+        /// Sampling stride along x and y: 1 reads every pixel, 2 every second pixel of every second row.
         pub step: u32 = 1 => within(1.0..=8.0), quality(1u32, [2, 4]);
     }
 }
 
 const REACH: f32 = 3.0;
-/// Texels of the small image that a workgroup blurs, across and down.
+/// Texels that a workgroup blurs, along x and y.
 const GROUP: [u32; 2] = [16, 4];
 
 impl LogGaussian {
-    /// The sigmas along x and y in texels of the small image, whose texels need not be square in the picture. No blur need be wider than
-    /// the image: in a picture of two rows and thousands of columns the circle would be thousands of rows high.
+    /// The sigmas along x and y in texels of the small image, which need not be square in the source. Limited to the
+    /// height of the image: with two rows and thousands of columns, the circle would be thousands of rows high.
     fn sigmas(&self, picture: Size) -> [f32; 2] {
         let (width, height) = (self.width as f32, self.height as f32);
         [self.sigma * width, (self.sigma * height * picture.aspect() as f32).min(height)]
@@ -76,16 +77,16 @@ impl LogGaussian {
 
 impl Node for LogGaussian {
     const INPUTS: &'static [Input] = &[
-        Input::image("source", "The exposed picture, or the scene with `meter`.")
-            .takes(&[State::Exposed, State::Scene]),
+        Input::image("source", "The exposed image, or the scene with `meter`.")
+            .accepts(&[ColorState::Exposed, ColorState::Scene]),
         Input::new("meter", PortType::Value, "Stops to add, in x: the result of a metering node.").optional(),
     ];
     const OUTPUTS: &'static [Output] = &[Output::image(
         "result",
-        Gives::Always(State::LogLuminance),
-        "The surroundings, in red, green and blue alike.",
+        OutputState::Always(ColorState::LogLuminance),
+        "The blurred log2 luminance, equal in red, green and blue.",
     )];
-    const BYPASS: StandIn = StandIn::Absent;
+    const FALLBACK: Fallback = Fallback::Absent;
 
     fn verify(&self) -> Result<(), String> {
         if self.lo < self.hi { Ok(()) } else { Err("`hi` must be above `lo`".into()) }

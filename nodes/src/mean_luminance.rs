@@ -1,47 +1,47 @@
-//! MeanLuminance: one number for the brightness of a picture.
+//! MeanLuminance: the mean luminance of an image.
 
 use afterimage_graph::prelude::*;
 
 static SHADER: Shader = shader!("mean_luminance");
 
 choices! {
-    /// Which mean.
+    /// The kind of mean.
     pub enum MeanLuminanceOf {
-        /// Of the logarithm: how bright a typical pixel is.
+        /// Of the logarithm: the brightness of a typical pixel.
         Log,
-        /// Of the light itself: how much light there is. One lamp can outweigh a dark room by stops.
+        /// Of light: the total amount of light. One lamp can outweigh a dark room by stops.
         Linear,
     }
 }
 
 params! {
-    /// The mean luminance of a picture, as log2: what the top of a luminance pyramid holds, at any size and in two passes.
+    /// Computes the mean luminance of an image as log2, in two passes at any size: the top of a luminance pyramid.
     ///
-    /// It has no percentiles, so bright lights and black borders count in full: Histogram and AutoExposure are the better meter, this
-    /// with Adapt the cheaper one. Each pixel counts once and sums are trees of a fixed shape.
+    /// It has no percentiles, so bright lights and black borders count in full. `Histogram` with `AutoExposure` is the
+    /// better meter, this kind with `Adapt` the cheaper one. Each pixel counts once, and sums have a fixed order.
     ///
     /// The result is (log2 of the mean, brightest luminance, 0, 1 if any pixel is brighter than 2^lo).
     pub struct MeanLuminance {
-        /// Which mean.
+        /// The kind of mean.
         pub mean: MeanLuminanceOf = MeanLuminanceOf::Log;
-        /// Darker pixels count as this; the mean is not below it.
+        /// Darker pixels count as this. It is also the lower limit of the result.
         pub lo: f32 = -10.0 => within(-24.0..=16.0), unit("log2 of luminance");
     }
 }
 
-/// The sides of a workgroup's tile.
+/// Width and height of a workgroup's tile, in pixels.
 const TILE: u32 = 64;
 
 impl Node for MeanLuminance {
-    const INPUTS: &'static [Input] = &[Input::image("source", "The picture. Metering belongs before the exposure.")
-        .takes(&[State::Scene, State::Exposed])];
+    const INPUTS: &'static [Input] =
+        &[Input::image("source", "The image, before the exposure.").accepts(&[ColorState::Scene, ColorState::Exposed])];
     const OUTPUTS: &'static [Output] = &[Output::new(
         "result",
         PortType::Value,
-        Gives::Nothing,
-        "log2 of the mean, the brightest luminance, 0, and 1 unless all is dark.",
+        OutputState::Nothing,
+        "log2 of the mean, the brightest luminance, 0, and 1 if any pixel is brighter than 2^lo.",
     )];
-    const BYPASS: StandIn = StandIn::Absent;
+    const FALLBACK: Fallback = Fallback::Absent;
 
     fn record(&self, pass: &mut Recorder<'_>) {
         let source = pass.image("source");

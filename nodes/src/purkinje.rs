@@ -1,4 +1,4 @@
-//! Purkinje: how colours look in the dark.
+//! Purkinje: colour vision in dim light.
 
 use afterimage_graph::prelude::*;
 use glam::{DMat3, DVec3};
@@ -6,32 +6,34 @@ use glam::{DMat3, DVec3};
 static SHADER: Shader = shader!("purkinje");
 
 params! {
-    /// The Purkinje shift by a model of rods and cones: in dim light the rods act on the pathways of the cones, so that the picture
-    /// turns blue, dark reds go out and differences of hue fade.
+    /// The Purkinje shift by a model of rods and cones. In dim light the rods add to the signals of the cones: the
+    /// image turns blue, dark reds disappear and differences of hue fade.
     ///
-    /// The model is that of Cao, Pokorny and Smith (2008) with the regulation of Kirk and O'Brien (2011), as used in games by Patry
-    /// (2021); responses are those of linear Rec.709 under D65. It is the identity at 10 lux and above, full at 0.01 lux and below,
-    /// and in between a Hermite step of log10 of lux. Black stays black. It wants exposed light before any curve.
+    /// The model is that of Cao, Pokorny and Smith (2008) with the regulation of Kirk and O'Brien (2011), as used in
+    /// games by Patry (2021). Cone responses are those of linear Rec.709 under D65. It is the identity at 10 lux and
+    /// above and has full effect at 0.01 lux and below, with a Hermite step of log10 of lux between. Black stays black.
+    /// It expects exposed light before any tone curve.
     pub struct Purkinje {
-        /// Illuminance of the scene, while `meter` is not wired; 10 and more changes nothing.
+        /// Illuminance of the scene, if `meter` is not wired. 10 and more changes nothing.
         pub illuminance: f32 = 0.1 => within(0.0..=100000.0), usually(0.0..=10.0), unit("lux"), neutral(10.0);
-        /// Share of the effect; 0 changes nothing, 1 is what the model says.
+        /// Share of the effect. 0 changes nothing, 1 is the full model.
         pub strength: f32 = 1.0 => within(0.0..=1.0), neutral(0.0);
-        /// Brings an exposed luminance of 1 to the level of the model's receptors: more makes rods count less.
+        /// Factor from exposed luminance to the range of the model's receptors. More reduces the effect of the rods.
         pub scale: f32 = 380.0 => within(1.0..=10000.0), usually(50.0..=2000.0);
     }
 }
 
-/// Illuminance in lux at which the effect is gone, and at which it is full.
+/// Illuminance in lux at which the effect ends, and at which it is full.
 pub(crate) const PHOTOPIC_LUX: f32 = 10.0;
 const SCOTOPIC_LUX: f32 = 0.01;
 
-/// Linear Rec.709 to the responses of the L, M and S cones under D65, row by row (spectral integration published with Filament).
+/// Linear Rec.709 to the responses of the L, M and S cones under D65, row by row (spectral integration published with
+/// Filament).
 const LMS: [[f64; 3]; 3] =
     [[7.696847, 18.424824, 2.068096], [2.431137, 18.697937, 3.012463], [0.289117, 1.401833, 13.792292]];
 /// Linear Rec.709 to the response of the rods.
 const RODS: [f64; 3] = [0.466386, 15.564362, 10.059963];
-/// Largest sensitivities of the cones, and how strongly rods act on each cone's pathway (Cao et al.).
+/// Maximum sensitivities of the cones, and the strength of the rods in each cone's pathway (Cao et al.).
 const SENSITIVITY: DVec3 = DVec3::new(0.63721, 0.39242, 1.6064);
 const ROD_STRENGTH: DVec3 = DVec3::new(0.2, 0.2, 0.3);
 /// The opponent channels M - L, S - (L + M) and L + M, row by row.
@@ -47,7 +49,8 @@ fn rows(rows: [[f64; 3]; 3]) -> DMat3 {
     DMat3::from_cols_array_2d(&rows).transpose()
 }
 
-/// The model as two matrices and a row: what drives each cone's gain, what the gains times the rods do to Rec.709, and the rods.
+/// The model as two matrices and a row: the input of each cone's gain, the effect of gains times rods on Rec.709, and
+/// the response of the rods.
 struct Folded {
     drive: DMat3,
     effect: DMat3,
@@ -74,22 +77,22 @@ fn row(matrix: DMat3, index: usize) -> [f64; 3] {
     matrix.row(index).to_array()
 }
 
-/// How far into the dark: 1 at 0.01 lux, 0 at 10, by a Hermite step of the logarithm.
+/// Share of dark adaptation: 1 at 0.01 lux, 0 at 10, by a Hermite step of the logarithm.
 fn darkness(lux: f32) -> f64 {
     let lux = f64::from(lux.clamp(SCOTOPIC_LUX, PHOTOPIC_LUX));
     let t = ((1.0 - lux.log10()) / 3.0).clamp(0.0, 1.0);
     t * t * (3.0 - 2.0 * t)
 }
 
-/// Whether a kind that only acts in the dark is the identity.
+/// Whether a kind that acts only in dim light is the identity.
 pub(crate) fn acts_not(strength: f32, illuminance: f32, arrivals: &Arrivals) -> bool {
     let bright = illuminance >= PHOTOPIC_LUX && arrivals.is_absent("meter");
     strength == 0.0 || bright || arrivals.is_zero("source")
 }
 
-/// The ports of the kinds that act in the dark.
+/// The input ports of the kinds that act in dim light.
 pub(crate) const INPUTS: &[Input] = &[
-    Input::image("source", "The exposed picture.").takes(&[State::Exposed]),
+    Input::image("source", "The exposed image.").accepts(&[ColorState::Exposed]),
     Input::new("meter", PortType::Value, "Lux in z: the result of a metering node. It replaces `illuminance`.")
         .optional(),
 ];
@@ -97,11 +100,11 @@ pub(crate) const INPUTS: &[Input] = &[
 impl Node for Purkinje {
     const INPUTS: &'static [Input] = INPUTS;
     const OUTPUTS: &'static [Output] =
-        &[Output::image("result", Gives::Same("source"), "The picture as it is seen in the dark.")];
-    const BYPASS: StandIn = StandIn::Input("source");
+        &[Output::image("result", OutputState::Same("source"), "The image as seen in dim light.")];
+    const FALLBACK: Fallback = Fallback::Input("source");
 
-    fn stand_in(&self, arrivals: &Arrivals) -> Option<StandIn> {
-        acts_not(self.strength, self.illuminance, arrivals).then_some(Self::BYPASS)
+    fn identity(&self, arrivals: &Arrivals) -> Option<Fallback> {
+        acts_not(self.strength, self.illuminance, arrivals).then_some(Self::FALLBACK)
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {

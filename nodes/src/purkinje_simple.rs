@@ -1,4 +1,4 @@
-//! PurkinjeSimple: a look of the dark.
+//! PurkinjeSimple: a night look.
 
 use afterimage_graph::prelude::*;
 
@@ -7,20 +7,21 @@ use crate::purkinje::{INPUTS, acts_not};
 static SHADER: Shader = shader!("purkinje_simple");
 
 params! {
-    /// Night vision as a look: greyer, bluer, less red and brighter as the light fades.
+    /// A night look: less saturation, more blue, less red and more brightness as the light fades.
     ///
-    /// It is the identity at 10 lux and above. Colours fade to grey by up to 70 % below 10 lux, blue rises and red falls by up to 30 %
-    /// of the way below 5 lux, and up to half of the luminance is added below 1 lux; each ramp is a Hermite step. About a third of the
-    /// work of Purkinje, and a different look, not an approximation of it. It wants exposed light before any curve.
+    /// It is the identity at 10 lux and above. Saturation falls by up to 70 % below 10 lux, blue and red move by up to
+    /// 30 % towards 1.2 and 0.9 times the luminance below 5 lux, and up to half of the luminance is added below 1 lux.
+    /// Each ramp is a Hermite step. It costs about a third of `Purkinje` and is a different look, not an approximation
+    /// of it. It expects exposed light before any tone curve.
     pub struct PurkinjeSimple {
-        /// Illuminance of the scene, while `meter` is not wired; 10 and more changes nothing.
+        /// Illuminance of the scene, if `meter` is not wired. 10 and more changes nothing.
         pub illuminance: f32 = 0.1 => within(0.0..=100000.0), usually(0.0..=10.0), unit("lux"), neutral(10.0);
-        /// Share of the effect; 0 changes nothing.
+        /// Share of the effect. 0 changes nothing.
         pub strength: f32 = 1.0 => within(0.0..=1.0), neutral(0.0);
     }
 }
 
-/// How much of a ramp is left at `lux`: all at `lo`, nothing at `hi`.
+/// A Hermite step that is 1 at `lo` lux and below, and 0 at `hi` lux and above.
 fn fading(lo: f64, hi: f64, lux: f32) -> f64 {
     let t = ((hi - f64::from(lux)) / (hi - lo)).clamp(0.0, 1.0);
     t * t * (3.0 - 2.0 * t)
@@ -29,11 +30,11 @@ fn fading(lo: f64, hi: f64, lux: f32) -> f64 {
 impl Node for PurkinjeSimple {
     const INPUTS: &'static [Input] = INPUTS;
     const OUTPUTS: &'static [Output] =
-        &[Output::image("result", Gives::Same("source"), "The picture with the look of the dark.")];
-    const BYPASS: StandIn = StandIn::Input("source");
+        &[Output::image("result", OutputState::Same("source"), "The image with the night look.")];
+    const FALLBACK: Fallback = Fallback::Input("source");
 
-    fn stand_in(&self, arrivals: &Arrivals) -> Option<StandIn> {
-        acts_not(self.strength, self.illuminance, arrivals).then_some(Self::BYPASS)
+    fn identity(&self, arrivals: &Arrivals) -> Option<Fallback> {
+        acts_not(self.strength, self.illuminance, arrivals).then_some(Self::FALLBACK)
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {

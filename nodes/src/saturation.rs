@@ -1,13 +1,13 @@
-//! Saturation: moves colours away from grey or towards it.
+//! Saturation: scales the distance of colours from grey.
 
 use afterimage_graph::prelude::*;
 
 static SHADER: Shader = shader!("saturation");
 
 params! {
-    /// Moves every colour away from the grey of its luminance, or towards it.
+    /// Scales the distance of every colour from the grey of its luminance.
     ///
-    /// The luminance of linear light stays as it is, unless a channel would fall below 0 and is cut off there.
+    /// The luminance of linear light stays the same, unless a channel would be negative and is clipped at 0.
     pub struct Saturation {
         /// 0 is grey, 1 changes nothing, 2 doubles the distance from grey.
         pub amount: f32 = 1.0 => within(0.0..=8.0), usually(0.0..=2.0), neutral(1.0);
@@ -16,12 +16,12 @@ params! {
 
 impl Node for Saturation {
     const INPUTS: &'static [Input] = &[Input::image("source", "Linear light, before or after the tone curve.")
-        .takes(&[State::Scene, State::Exposed, State::DisplayLinear])];
-    const OUTPUTS: &'static [Output] = &[Output::image("result", Gives::Same("source"), "The light, 0 or more.")];
-    const BYPASS: StandIn = StandIn::Input("source");
+        .accepts(&[ColorState::Scene, ColorState::Exposed, ColorState::DisplayLinear])];
+    const OUTPUTS: &'static [Output] = &[Output::image("result", OutputState::Same("source"), "The light, 0 or more.")];
+    const FALLBACK: Fallback = Fallback::Input("source");
 
-    fn stand_in(&self, _: &Arrivals) -> Option<StandIn> {
-        (self.amount == 1.0).then_some(Self::BYPASS)
+    fn identity(&self, _: &Arrivals) -> Option<Fallback> {
+        (self.amount == 1.0).then_some(Self::FALLBACK)
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {

@@ -1,41 +1,42 @@
-//! Shapers: how light of any range is spread over the nodes of a table.
+//! Shapers: how light of any range is spread over the entries of a table.
 
 use afterimage_graph::prelude::*;
 
 choices! {
-    /// How a colour becomes the place in a table.
+    /// How a colour maps to a position in a table.
     pub enum Shaper {
-        /// As it is: for tables of encoded or display-linear colours.
+        /// Unchanged: for tables of encoded or display-linear colours.
         None,
-        /// Log2, from 2^`low` to 2^`high`: even in stops. Everything darker counts as 2^`low`.
+        /// Log2, from 2^`low` to 2^`high`: equal steps in stops. Darker light counts as 2^`low`.
         Log2,
-        /// A camera's logarithm with a straight foot, from 0 to 2^`high`: finer near black than `Log2`, and exact at black.
+        /// A camera's logarithm with a linear part near black, from 0 to 2^`high`: finer near black than `Log2`, and
+        /// exact at black.
         LogC,
-        /// The sRGB curve, for display-linear light and tables made on encoded pictures.
+        /// The sRGB curve: for display-linear light and tables made for encoded images.
         Srgb,
     }
 }
 
-/// A line up to a point, and a logarithm above it: the form in which shaders compute every shaper but that of sRGB.
+/// A linear part up to a point and a logarithm above it: the form in which shaders compute every shaper but sRGB.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Shape {
-    /// Slope, offset, where the line ends.
+    /// Slope, offset, end of the linear part, 0.
     pub(crate) line: [f64; 4],
     /// a, b, c, d of `c * log2(a * x + b) + d`.
     pub(crate) curve: [f64; 4],
 }
 
 impl Shape {
-    /// Changes nothing.
+    /// The identity.
     pub(crate) const NONE: Self = Self { line: [1.0, 0.0, 3e38, 0.0], curve: [0.0, 1.0, 0.0, 0.0] };
 
-    /// 2^low to 2^high, in stops.
+    /// Maps 2^low to 0 and 2^high to 1, linear in stops.
     pub(crate) fn log2(low: f64, high: f64) -> Self {
         let scale = 1.0 / (high - low);
         Self { line: [0.0, 0.0, low.exp2(), 0.0], curve: [1.0, 0.0, scale, -low * scale] }
     }
 
-    /// 0 to 2^high by the logarithm of a film camera (ARRI's LogC, EI 200), scaled so that its ends are 0 and 1.
+    /// Maps 0 to 0 and 2^high to 1 by the logarithm of a film camera (ARRI's LogC, EI 200).
     pub(crate) fn log_c(high: f64) -> Self {
         let (a, b, c, d) = (5.555556, 0.047996, 0.244161 * 2.0_f64.log10(), 0.386036);
         let cut = 0.011361;
@@ -46,7 +47,7 @@ impl Shape {
         Self { line: [slope * scale, 0.0, cut, 0.0], curve: [a, b, c * scale, (d - foot) * scale] }
     }
 
-    /// The light whose place is `t`: what a table's node is for.
+    /// The inverse: the light at position `t` of a table.
     pub(crate) fn light(&self, t: f64) -> f64 {
         let [slope, offset, end, _] = self.line;
         let [a, b, c, d] = self.curve;

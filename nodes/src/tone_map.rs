@@ -1,4 +1,4 @@
-//! ToneMap: brings exposed light into the range of a display by a curve, in a working space of chosen primaries.
+//! ToneMap: maps exposed light to the range of a display by a curve, in a working space with selectable primaries.
 
 use afterimage_graph::prelude::*;
 use glam::DMat3;
@@ -11,48 +11,50 @@ static SHADER: Shader = shader!("tone_map");
 choices! {
     /// The tone curves.
     pub enum Curve {
-        /// Cuts off above the peak.
+        /// Clips above the peak.
         None,
-        /// x / (1 + x) on each channel (Reinhard et al. 2002, equation 3): soft, never reaches white.
+        /// x / (1 + x) per channel (Reinhard et al. 2002, equation 3): soft, never reaches white.
         Reinhard,
-        /// The same, but `white_level` becomes 1 (equation 4), on each channel.
+        /// `Reinhard` with a white point: `white_level` becomes 1 (equation 4), per channel.
         ReinhardExtended,
-        /// The same on luminance: hues stay, saturated lights are cut off.
+        /// `ReinhardExtended` on luminance: hues stay the same, saturated lights are clipped.
         ReinhardLuminance,
         /// 1 - exp(-exposure * x): a simple model of film.
         Exponential,
-        /// Narkowicz's fit of ACES (2016): contrasty, hues skew in the highlights. It is brighter than ACES: 1 becomes 0.8.
+        /// Narkowicz's fit of ACES (2016): high contrast, hue shifts in highlights. It is brighter than ACES: 1 becomes
+        /// 0.8.
         Aces,
         /// Hill's fit of the ACES RRT and ODT: desaturates highlights. Light below 0.0033 becomes black.
         AcesHill,
-        /// Hable's curve of Uncharted 2 (2010), exposure bias 2, white 11.2: long toe, soft.
+        /// Hable's curve of Uncharted 2 (2010), exposure bias 2, white 11.2: a long toe, low contrast.
         Hable,
-        /// Uchimura's curve (CEDEC 2017): toe, line and shoulder can be set.
+        /// Uchimura's curve (CEDEC 2017): a toe, a linear part and a shoulder with parameters.
         Uchimura,
-        /// Khronos PBR Neutral: true colours below 0.8, for product pictures.
+        /// Khronos PBR Neutral: exact colours below 0.8, for product images.
         KhronosNeutral,
-        /// AgX (Sobotka): wide range, lights go to white like film.
+        /// AgX (Sobotka): a wide range; bright lights become white as on film.
         AgX,
-        /// The curve of Gran Turismo 7 (Uchimura 2025): keeps hues; works in Rec.2020, also for HDR displays.
+        /// The curve of Gran Turismo 7 (Uchimura 2025): keeps hues. Works in Rec.2020, also for HDR displays.
         Gt7,
     }
 }
 
 impl Curve {
-    /// Whether the curve is defined in a space of its own.
+    /// Whether the curve defines its own working space.
     pub(crate) fn has_own_space(self) -> bool {
         matches!(self, Self::ReinhardLuminance | Self::AcesHill | Self::KhronosNeutral | Self::AgX | Self::Gt7)
     }
 }
 
 choices! {
-    /// The primaries in which a curve works on each channel. Wider ones keep bright saturated lights from clipping to one primary.
+    /// The primaries in which a curve works per channel. Wider primaries keep bright saturated lights from clipping to
+    /// one primary.
     pub enum WorkingSpace {
-        /// The space of the scene.
+        /// The primaries of the scene.
         Rec709,
         /// ACEScg, primaries AP1.
         AcesCg,
-        /// AP1 with a redder red, after the talk on Ghost of Tsushima.
+        /// AP1 with a more saturated red, after the talk on Ghost of Tsushima.
         Tsushima,
         /// ITU-R BT.2020.
         Rec2020,
@@ -62,23 +64,24 @@ choices! {
 }
 
 choices! {
-    /// What happens to colours that the display's gamut cannot hold.
+    /// What happens to colours outside of the display's gamut.
     pub enum Gamut {
-        /// Each channel is cut off: bright and simple, hues may shift.
+        /// Each channel is clipped: bright and simple, hues may shift.
         Clip,
-        /// Colours move towards the grey of their luminance, softly from `gamut_knee` on: hues and gradients stay.
+        /// Colours move towards the grey of their luminance, smoothly from `gamut_knee` on: hues and gradients are
+        /// kept.
         Compress,
     }
 }
 
 choices! {
-    /// A grade inside AgX.
+    /// A grade inside of AgX.
     pub enum AgxLook {
         /// None.
         Base,
         /// More contrast and saturation.
         Punchy,
-        /// Warm and lighter.
+        /// Warmer and lighter.
         Golden,
     }
 }
@@ -88,78 +91,84 @@ choices! {
     pub enum Sigmoid {
         /// By its definition.
         Exact,
-        /// A polynomial of degree 6: at most 1.35 codes of 8 bits off, 0.45 on average, and two powers a channel cheaper.
+        /// A polynomial of degree 6: an error of at most 1.35 codes of 8 bits, 0.45 on average. It saves two powers per
+        /// channel.
         Polynomial,
     }
 }
 
 params! {
-    /// Brings exposed light into the range of a display by a tone curve.
+    /// Maps exposed light to the range of a display by a tone curve.
     ///
-    /// The light goes into the working space, through the curve, back to Rec.709 and into the gamut. Greys stay grey on the way in and
-    /// out, so a grey ramp is the curve itself. The result is linear and lies in 0 to `peak`. `AcesHill`, `KhronosNeutral`, `AgX`, `Gt7` and
-    /// `ReinhardLuminance` are defined in a space of their own: with them `space` must stay `Rec709`. No curve here encodes: `Encode` does.
+    /// The light is converted to the working space, mapped by the curve, converted back to Rec.709 and fitted into the
+    /// gamut. Both conversions keep grey, so the curve alone determines a grey ramp. The result is display-linear, from
+    /// 0 to `peak`. `AcesHill`, `KhronosNeutral`, `AgX`, `Gt7` and `ReinhardLuminance` define their own working space:
+    /// with them `space` must be `Rec709`. No curve includes a transfer function: use `Encode`.
     pub struct ToneMap {
-        /// The curve.
+        /// The tone curve.
         pub curve: Curve = Curve::Aces;
-        /// The space in which the curve works on each channel.
+        /// The working space: the primaries in which the curve works per channel.
         pub space: WorkingSpace = WorkingSpace::Rec709;
-        /// How colours come back into the display's gamut.
+        /// How colours outside of the display's gamut are fitted into it.
         pub gamut: Gamut = Gamut::Clip;
-        /// For `gamut: Compress`: how far from grey (0) to the gamut's boundary (1) colours are left exactly as they are; 1 is the hardest.
+        /// For `gamut: Compress`: colours stay unchanged up to this share of the distance from grey (0) to the gamut's
+        /// border (1). 1 is the hardest.
         pub gamut_knee: f32 = 0.8 => within(0.0..=1.0);
-        /// The largest value of the result, in units of SDR white: 1 for SDR. Only `None`, `ReinhardExtended`, `Uchimura` (with a
-        /// `maximum` above 1) and `Gt7` make use of more.
+        /// The largest value of the result, in units of SDR white: 1 for SDR. Only `None`, `ReinhardExtended`,
+        /// `Uchimura` (with a `maximum` above 1) and `Gt7` use more.
         pub peak: f32 = 1.0 => within(1.0..=100.0), unit("of SDR white");
-        /// For `ReinhardExtended` and `ReinhardLuminance`: the light that becomes 1.
+        /// For `ReinhardExtended` and `ReinhardLuminance`: the light that maps to 1.
         pub white_level: f32 = 4.0 => within(1e-3..=65504.0), usually(1.0..=16.0);
-        /// For `Exponential`: light is multiplied by this.
+        /// For `Exponential`: factor of the light.
         pub exposure: f32 = 1.0 => within(0.0..=64.0), usually(0.25..=4.0);
-        /// For `Uchimura`: P, what bright light tends to.
+        /// For `Uchimura`: P, the limit for bright light.
         pub maximum: f32 = 1.0 => within(0.1..=100.0), unit("of SDR white");
-        /// For `Uchimura`: a, the slope of the line.
+        /// For `Uchimura`: a, the slope of the linear part.
         pub contrast: f32 = 1.0 => within(0.1..=4.0), usually(0.5..=2.0);
-        /// For `Uchimura`: m, where the line begins.
+        /// For `Uchimura`: m, where the linear part begins.
         pub linear_start: f32 = 0.22 => within(0.0..=0.99), usually(0.1..=0.5);
-        /// For `Uchimura`: l, the share of the range above `linear_start` that is a line.
+        /// For `Uchimura`: l, the linear share of the range above `linear_start`.
         pub linear_length: f32 = 0.4 => within(0.0..=1.0);
-        /// For `Uchimura`: c, the power of the toe; 1 is a line, more darkens the shadows.
+        /// For `Uchimura`: c, the exponent of the toe. 1 is linear, more darkens shadows.
         pub toe: f32 = 1.33 => within(1.0..=4.0), usually(1.0..=3.0);
-        /// For `Uchimura`: b, what the toe adds to black.
+        /// For `Uchimura`: b, added to the toe.
         pub pedestal: f32 = 0.0 => within(0.0..=0.5), neutral(0.0);
         /// For `AgX`: the look.
         pub look: AgxLook = AgxLook::Base;
         /// For `AgX`: how its sigmoid is computed.
         pub sigmoid: Sigmoid = Sigmoid::Exact => quality(Sigmoid::Exact, [Sigmoid::Polynomial]);
-        /// For `space: Custom`: the red primary. The defaults are the Tsushima primaries.
+        /// For `space: Custom`: the red primary. The default primaries and white are those of `Tsushima`.
         pub red: [f32; 2] = [0.750, 0.270] => within(-1.0..=2.0), unit("xy");
         /// For `space: Custom`: the green primary.
         pub green: [f32; 2] = [0.165, 0.830] => within(-1.0..=2.0), unit("xy");
         /// For `space: Custom`: the blue primary.
         pub blue: [f32; 2] = [0.128, 0.044] => within(-1.0..=2.0), unit("xy");
-        /// For `space: Custom`: the white, matched to D65 by Bradford.
+        /// For `space: Custom`: the white, adapted to D65 by Bradford.
         pub white: [f32; 2] = [0.32168, 0.33767] => within(1e-3..=1.0), unit("xy");
     }
 }
 
 impl Node for ToneMap {
-    const INPUTS: &'static [Input] = &[Input::image("source", "Exposed light.").takes(&[State::Exposed])];
-    const OUTPUTS: &'static [Output] =
-        &[Output::image("result", Gives::Always(State::DisplayLinear), "Linear light of the display, 0 to `peak`.")];
-    const BYPASS: StandIn = StandIn::Input("source");
+    const INPUTS: &'static [Input] = &[Input::image("source", "Exposed light.").accepts(&[ColorState::Exposed])];
+    const OUTPUTS: &'static [Output] = &[Output::image(
+        "result",
+        OutputState::Always(ColorState::DisplayLinear),
+        "Display-linear light, 0 to `peak`.",
+    )];
+    const FALLBACK: Fallback = Fallback::Input("source");
 
     fn verify(&self) -> Result<(), String> {
         if self.curve.has_own_space() && self.space != WorkingSpace::Rec709 {
             let curve = self.curve.name();
             return Err(format!(
-                "`{curve}` brings its own working space: leave out `space`, or choose a curve of single channels"
+                "`{curve}` brings its own working space: remove `space`, or choose a curve that works per channel"
             ));
         }
         if self.space == WorkingSpace::Custom && !self.custom().is_usable() {
             return Err("`red`, `green` and `blue` lie on a line: three primaries must span a triangle".into());
         }
         if self.curve == Curve::Uchimura && self.maximum <= self.linear_start {
-            return Err("`maximum` must be above `linear_start`, where the line begins".into());
+            return Err("`maximum` must be above `linear_start`, where the linear part begins".into());
         }
         Ok(())
     }
@@ -222,7 +231,7 @@ impl ToneMap {
         Space { red, green, blue, white }
     }
 
-    /// The matrices into the curve's space and back to Rec.709.
+    /// The matrices from Rec.709 to the working space and back.
     pub(crate) fn ways(&self) -> [DMat3; 2] {
         let space = match (self.curve, self.space) {
             (Curve::AcesHill, _) => return [HILL_IN, HILL_OUT],

@@ -1,44 +1,49 @@
-//! Upsample: joins the levels of a pyramid into one image, from the coarsest up.
+//! Upsample: combines the levels of a pyramid into one image, from the coarsest to the finest.
 
 use afterimage_graph::prelude::*;
 
 static SHADER: Shader = shader!("upsample");
 
 choices! {
-    /// The filter that makes an image larger.
+    /// The filter that enlarges an image.
     pub enum UpsampleFilter {
-        /// 3x3 reads with the weights of a tent: no steps of the coarse grid to be seen.
+        /// 3x3 reads with the weights of a tent: no visible steps of the coarse grid.
         Tent,
-        /// One read: the grid of the coarse image shows as diamonds.
+        /// One read: the coarse grid is visible as diamonds.
         Bilinear,
     }
 }
 
 choices! {
-    /// How a level is joined with the coarser ones.
+    /// How a level is combined with the coarser ones.
     pub enum UpsampleBlend {
-        /// By a share: the coarser levels weigh `spread`, the level itself the rest. The weights of all levels sum to 1.
+        /// Weighted mean: the coarser levels have the weight `spread`, the level itself the rest. The weights of all
+        /// levels sum to 1.
         Mix,
-        /// By addition: all levels weigh the same.
+        /// Sum: all levels have equal weight.
         Add,
     }
 }
 
 params! {
-    /// Joins the levels of a pyramid into one image of the finest level's size, from the coarsest up, each step a filtered enlargement.
+    /// Combines the levels of a pyramid into one image of the finest level's size. It starts with the coarsest level
+    /// and enlarges with a filter at each step.
     ///
-    /// With Mix, the level of index i among L weighs (1 - spread) spread^i and the coarsest spread^(L-1); with Add, each weighs 1/L, or 1 when
-    /// not normalised. A pyramid of one level is passed on as it is. Results are limited to 65504. Alpha is joined like colour.
+    /// With `Mix`, the level of index i of L levels has the weight (1 - spread) spread^i, and the coarsest
+    /// spread^(L-1). With `Add`, each has 1/L, or 1 without `normalize`. A pyramid of one level is returned unchanged.
+    /// Results are limited to 65504. Alpha is combined like colour.
     pub struct Upsample {
-        /// How a level is joined with the coarser ones.
+        /// How a level is combined with the coarser ones.
         pub blend: UpsampleBlend = UpsampleBlend::Mix;
-        /// Weight of the coarser levels at each step of Mix; 0 keeps the finest level alone, 1 the coarsest.
+        /// For `Mix`: the weight of the coarser levels at each step. 0 keeps only the finest level, 1 only the
+        /// coarsest.
         pub spread: f32 = 0.7 => within(0.0..=1.0);
-        /// Whether Add divides by the number of levels, so that a constant stays the same and strength means the same for any number.
+        /// For `Add`: whether to divide by the number of levels, so that a constant stays the same and strength has the
+        /// same meaning for any number of levels.
         pub normalize: bool = true;
         /// The filter of each enlargement.
         pub filter: UpsampleFilter = UpsampleFilter::Tent => quality(UpsampleFilter::Tent, [UpsampleFilter::Bilinear]);
-        /// Distance of the tent's reads; above 1.5 the gaps between them begin to show.
+        /// Distance between the reads of the tent. Above 1.5 the gaps between them become visible.
         pub radius: f32 = 1.0 => within(0.0..=4.0), usually(0.5..=1.5), unit("texels of the coarser level");
     }
 }
@@ -52,18 +57,18 @@ impl UpsampleFilter {
     }
 }
 
-/// The weights of a level and of what the coarser ones have become.
+/// The weights of a level and of the combined coarser levels.
 struct Shares {
     own: f32,
     rest: f32,
 }
 
 impl Upsample {
-    /// The weights of a level that has `coarser` levels below it.
+    /// The weights of a level that has `coarser` coarser levels.
     fn shares(&self, coarser: usize) -> Shares {
         match (self.blend, self.normalize) {
             (UpsampleBlend::Mix, _) => Shares { own: 1.0 - self.spread, rest: self.spread },
-            // The mean so far, not a sum divided at the end: sums of bright levels do not fit into half floats.
+            // A running mean, not a sum divided at the end: sums of bright levels overflow half floats.
             (UpsampleBlend::Add, true) => {
                 let all = coarser as f32 + 1.0;
                 Shares { own: 1.0 / all, rest: coarser as f32 / all }
@@ -78,13 +83,13 @@ impl Upsample {
 }
 
 impl Node for Upsample {
-    const INPUTS: &'static [Input] = &[Input::new("source", PortType::Pyramid, "The levels to join.")];
+    const INPUTS: &'static [Input] = &[Input::new("source", PortType::Pyramid, "The levels to combine.")];
     const OUTPUTS: &'static [Output] =
-        &[Output::image("result", Gives::Same("source"), "One image of the size of the finest level.")];
-    const BYPASS: StandIn = StandIn::Zero;
+        &[Output::image("result", OutputState::Same("source"), "One image of the size of the finest level.")];
+    const FALLBACK: Fallback = Fallback::Zero;
 
-    fn stand_in(&self, arrivals: &Arrivals) -> Option<StandIn> {
-        arrivals.is_zero("source").then_some(StandIn::Zero)
+    fn identity(&self, arrivals: &Arrivals) -> Option<Fallback> {
+        arrivals.is_zero("source").then_some(Fallback::Zero)
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {

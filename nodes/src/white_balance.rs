@@ -7,11 +7,11 @@ use crate::color::{Cones, LEAST_TARGET, rows, white_from, white_to};
 
 static SHADER: Shader = shader!("white_balance");
 
-/// The temperature that stands for D65 itself: the daylight formula at 6504 K is some ten-thousandths off.
+/// The temperature of D65 itself: the daylight formula at 6504 K differs by some 1e-4.
 const NEUTRAL_KELVIN: f32 = 6500.0;
 
 choices! {
-    /// What the parameters of a white balance mean.
+    /// The meaning of the parameters.
     pub enum WhiteBalanceMode {
         /// `target` is the colour that white becomes: a look.
         Target,
@@ -21,35 +21,39 @@ choices! {
 }
 
 params! {
-    /// Changes the colour of white, by scaling the responses of the eye's cones (Bradford or CAT16).
+    /// Changes the colour of white by scaling cone responses (Bradford or CAT16).
     ///
-    /// It belongs before the tone curve: after it, highlights that were cut off at white would be tinted. At `target` grey, and at 6500 K
-    /// without tint, nothing changes and the node is left out. Saturated colours that leave the gamut end at black in the channel that would be negative.
+    /// Place it before the tone curve: after it, clipped highlights would be tinted. With a grey `target`, or with 6500
+    /// K and no tint, the node is skipped. Saturated colours that leave the gamut are clipped at 0 in the negative
+    /// channel.
     pub struct WhiteBalance {
-        /// Which of the parameters count.
+        /// Which parameters apply.
         pub mode: WhiteBalanceMode = WhiteBalanceMode::Target;
-        /// The model of adaptation.
+        /// The model of chromatic adaptation.
         pub adaptation: Cones = Cones::Bradford;
-        /// For `Target`: what white becomes, in linear Rec.709. Components are raised to at least 0.0001.
+        /// For `Target`: the colour that white becomes, in linear Rec.709. Components are raised to at least 0.0001.
         pub target: [f32; 3] = [1.0, 1.0, 1.0] => within(0.0..=16.0), usually(0.0..=1.0), neutral([1.0, 1.0, 1.0]);
-        /// For `Target`: whether only the colour of `target` counts, and white stays as bright as it was.
+        /// For `Target`: whether to use only the chromaticity of `target` and keep the luminance of white.
         pub keep_luminance: bool = true;
-        /// For `Temperature`: that of the scene's light; 3200 is a lamp, 10000 is open shade. 6500 is D65 exactly.
-        pub temperature: f32 = 6500.0 => within(1667.0..=25000.0), usually(2500.0..=12000.0), unit("K"), neutral(6500.0);
-        /// For `Temperature`: how far the light is off the locus of daylight and lamps, towards green if positive.
+        /// For `Temperature`: the temperature of the scene's light. 3200 is a lamp, 10000 is open shade, 6500 is
+        /// exactly D65.
+        pub temperature: f32 = 6500.0
+            => within(1667.0..=25000.0), usually(2500.0..=12000.0), unit("K"), neutral(6500.0);
+        /// For `Temperature`: distance of the light from the locus of daylight and black bodies, positive towards
+        /// green.
         pub tint: f32 = 0.0 => within(-0.05..=0.05), usually(-0.02..=0.02), unit("Duv"), neutral(0.0);
     }
 }
 
 impl Node for WhiteBalance {
     const INPUTS: &'static [Input] =
-        &[Input::image("source", "Light before the tone curve.").takes(&[State::Scene, State::Exposed])];
+        &[Input::image("source", "Light before the tone curve.").accepts(&[ColorState::Scene, ColorState::Exposed])];
     const OUTPUTS: &'static [Output] =
-        &[Output::image("result", Gives::Same("source"), "The balanced light, 0 or more.")];
-    const BYPASS: StandIn = StandIn::Input("source");
+        &[Output::image("result", OutputState::Same("source"), "The balanced light, 0 or more.")];
+    const FALLBACK: Fallback = Fallback::Input("source");
 
-    fn stand_in(&self, _: &Arrivals) -> Option<StandIn> {
-        self.is_neutral().then_some(Self::BYPASS)
+    fn identity(&self, _: &Arrivals) -> Option<Fallback> {
+        self.is_neutral().then_some(Self::FALLBACK)
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {
@@ -65,7 +69,7 @@ impl Node for WhiteBalance {
 }
 
 impl WhiteBalance {
-    /// By the parameters and not by the matrix, whose rounding would make the answer a matter of luck.
+    /// Tests the parameters and not the matrix, whose rounding would make the result arbitrary.
     fn is_neutral(&self) -> bool {
         match self.mode {
             WhiteBalanceMode::Target => {

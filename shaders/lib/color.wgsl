@@ -1,6 +1,6 @@
-// Colour facts of linear Rec.709 with D65 white.
+// Constants of linear Rec.709 with D65 white.
 
-// Weights of ITU-R BT.709 to four digits: they sum to exactly 1.
+// Luminance weights of ITU-R BT.709 with four digits. Their sum is exactly 1.
 const LUMINANCE: vec3f = vec3f(0.2126, 0.7152, 0.0722);
 
 fn luminance(rgb: vec3f) -> f32 {

@@ -1,6 +1,6 @@
-// A loft at golden hour: what stands in it, and where a ray meets it. All solids have closed forms.
+// A loft at golden hour: its solids, and their intersections with a ray. All intersections have closed forms.
 //
-// Metres; x to the right, y up, z towards the viewer; the window is in the wall at z = -4.
+// Units are metres; x to the right, y up, z towards the viewer. The window is in the wall at z = -4.
 #import noise
 #import ray
 
@@ -51,7 +51,7 @@ const LOFT_TUBE: f32 = 0.016;
 fn loft_box(hit: ptr<function, LoftHit>, ray: Ray, low: vec3f, high: vec3f, what: u32) {
     let t = ray_box(ray, low, high);
     if t.x < t.y && t.x > 1e-4 && t.x < (*hit).distance {
-        // The side that was entered last: where the surface stands furthest out of the middle.
+        // The side that was entered last, where the surface is furthest from the centre.
         let p = ray.origin + ray.direction * t.x;
         let out = (p - 0.5 * (low + high)) / (high - low);
         let most = max(max(abs(out.x), abs(out.y)), abs(out.z));
@@ -75,7 +75,7 @@ fn loft_tube(hit: ptr<function, LoftHit>, ray: Ray, foot: vec3f, radius: f32, he
     }
 }
 
-// A pot and a spiral of leaves, `foot` on the floor below it.
+// A pot and a spiral of leaves; `foot` is on the floor below it.
 fn loft_plant(hit: ptr<function, LoftHit>, ray: Ray, foot: vec3f) {
     let bounds = ray_box(ray, foot + vec3f(-0.75, 0.0, -0.75), foot + vec3f(0.75, 2.1, 0.75));
     if bounds.x > bounds.y || bounds.y < 0.0 { return; }
@@ -84,7 +84,7 @@ fn loft_plant(hit: ptr<function, LoftHit>, ray: Ray, foot: vec3f) {
     loft_tube(hit, ray, foot + vec3f(0.0, 0.4, 0.0), 0.014, 1.15, LOFT_WALNUT);
     var across = vec2f(1.0, 0.0);
     for (var i = 0; i < 13; i++) {
-        // A turn by the golden angle, as plants grow.
+        // Rotation by the golden angle, as in plants.
         across = vec2f(-0.7374 * across.x - 0.6755 * across.y, 0.6755 * across.x - 0.7374 * across.y);
         let rise = f32(i) / 12.0;
         let along = normalize(vec3f(across.x, 0.3 + 1.3 * rise, across.y));
@@ -95,7 +95,7 @@ fn loft_plant(hit: ptr<function, LoftHit>, ray: Ray, foot: vec3f) {
     }
 }
 
-// A flat ellipsoid, its axes the columns of `turn`.
+// A flat ellipsoid; the columns of `turn` are its axes.
 fn loft_leaf(hit: ptr<function, LoftHit>, ray: Ray, middle: vec3f, turn: mat3x3f, size: vec3f) {
     let local = Ray((ray.origin - middle) * turn, ray.direction * turn);
     let t = ray_ellipsoid(local, vec3f(0.0), size);
@@ -105,10 +105,10 @@ fn loft_leaf(hit: ptr<function, LoftHit>, ray: Ray, middle: vec3f, turn: mat3x3f
     }
 }
 
-// Everything that stands in the room. Also what the sun's rays meet, so the glowing tubes are elsewhere.
+// All solids in the room. The sun's shadow rays use it too, so the glowing tubes are not in it.
 fn loft_furniture(ray: Ray, nearest: LoftHit) -> LoftHit {
     var hit = nearest;
-    // Table, and what is on it.
+    // Table, and the objects on it.
     loft_box(&hit, ray, vec3f(-2.0, 0.72, -1.15), vec3f(-0.2, 0.77, -0.15), LOFT_WALNUT);
     loft_box(&hit, ray, vec3f(-1.88, 0.0, -1.05), vec3f(-1.83, 0.72, -0.25), LOFT_WALNUT);
     loft_box(&hit, ray, vec3f(-0.37, 0.0, -1.05), vec3f(-0.32, 0.72, -0.25), LOFT_WALNUT);
@@ -135,7 +135,7 @@ fn loft_furniture(ray: Ray, nearest: LoftHit) -> LoftHit {
     return hit;
 }
 
-// Nearest point of each tube of the sign to a point on its plane: xy and the distance.
+// The nearest point of each tube of the sign to a point in its plane: xy and the distance.
 fn loft_on_ring(p: vec2f, centre: vec2f) -> vec3f {
     let v = p - centre;
     let far = max(length(v), 1e-4);
@@ -148,7 +148,7 @@ fn loft_on_underline(p: vec2f) -> vec3f {
     return vec3f(near, length(p - near));
 }
 
-// Cyan, magenta, amber: how far `p` is from each tube.
+// Cyan, magenta, amber: the distance of `p` from each tube.
 fn loft_sign(p: vec2f) -> vec3f {
     let cyan = loft_on_ring(p, LOFT_RING).z;
     let magenta = loft_on_ring(p, LOFT_RING + LOFT_RING_STEP).z;
@@ -164,7 +164,7 @@ fn loft_neon(hit: ptr<function, LoftHit>, ray: Ray) {
     }
 }
 
-// How far a point of the window is from the nearest bar's middle, on each axis.
+// Distance of a point of the window from the centre of the nearest bar, along each axis.
 fn loft_from_bar(p: vec2f) -> vec2f {
     let u = p - LOFT_WINDOW_LOW;
     let count = LOFT_WINDOW_SIZE / LOFT_PANE;
@@ -175,7 +175,7 @@ fn loft_in_blind(p: vec2f) -> bool {
     return all(p > LOFT_BLIND_LOW) && fract(p.y / LOFT_SLAT) < 0.7;
 }
 
-// Goes on from the wall's opening at `z` = -4 through the recess: its sides, the blind, the bars, the air beyond.
+// Continues a ray from the opening in the wall at `z` = -4: the sides of the recess, the blind, the bars, the outside.
 fn loft_opening(ray: Ray) -> LoftHit {
     let t = (vec4f(-4.08, -4.16, -4.24, -4.3) - ray.origin.z) / ray.direction.z;
     let low = LOFT_WINDOW_LOW;
@@ -203,7 +203,7 @@ fn loft_opening(ray: Ray) -> LoftHit {
     return LoftHit(RAY_MISS, -ray.direction, LOFT_OUTSIDE);
 }
 
-// The room's shell from inside.
+// The inside of the room's walls, floor and ceiling.
 fn loft_shell(ray: Ray) -> LoftHit {
     let edge = select(LOFT_ROOM_LOW, LOFT_ROOM_HIGH, ray.direction > vec3f(0.0));
     let t = (edge - ray.origin) / ray.direction;

@@ -1,4 +1,4 @@
-// What the loft's window looks out on: a low sun, a clear sky, hills and a city in haze.
+// The view through the loft's window: a low sun, a clear sky, hills and a city in haze.
 #import loft_lamps
 #import noise
 
@@ -9,13 +9,14 @@ fn loft_sky(direction: vec3f) -> vec3f {
     return base + vec3f(7.0, 4.6, 2.2) * exp(-5.0 * away) + vec3f(60.0, 46.0, 30.0) * exp(-60.0 * away);
 }
 
-// The disc, a little darker at its limb.
+// The disc of the sun, with limb darkening.
 fn loft_sun(direction: vec3f) -> vec3f {
     let away = length(direction - LOFT_SUN) / LOFT_SUN_RADIUS;
     return LOFT_SUN_DISC * (0.6 + 0.4 * sqrt(max(1.0 - away * away, 0.0))) * step(away, 1.0);
 }
 
-// One of five rows of houses, the nearest last; coverage in w. `at` is the tangent of the angle across and up.
+// One of five rows of houses, the nearest last; coverage in w. `at` is the tangent of the horizontal and vertical
+// angle.
 fn loft_street(at: vec2f, row: i32, haze: vec3f) -> vec4f {
     let rank = f32(row);
     let width = 0.026 * exp2(0.62 * rank);
@@ -32,7 +33,7 @@ fn loft_street(at: vec2f, row: i32, haze: vec3f) -> vec4f {
     return vec4f(mix(haze, mix(wall, glass, glazed), 0.22 + 0.15 * rank), step(at.y, top));
 }
 
-// Radiance from beyond the glass. All of it is far away: only the direction counts.
+// Radiance from outside. Everything is far away, so it depends only on the direction.
 fn loft_view(direction: vec3f, lamps: LoftLamps) -> vec3f {
     let at = direction.xy / max(-direction.z, 1e-3);
     var colour = loft_sky(direction) * lamps.sky;

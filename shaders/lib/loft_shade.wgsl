@@ -1,9 +1,9 @@
-// How the loft is lit: the sun's beam and its haze, the window as an area light, neon, and what the room gives back.
+// The lighting of the loft: the sun's beam and its haze, the window as an area light, neon, and indirect light.
 #import loft
 #import loft_lamps
 #import loft_surfaces
 
-// Share of the sun's beam that the window lets through to `p`, with the penumbra of the sun's disc.
+// Share of the sun's beam that reaches `p` through the window, with the penumbra of the sun's disc.
 fn loft_beam(p: vec3f) -> f32 {
     let slope = LOFT_SUN.xy / LOFT_SUN.z;
     let bars_at = p.xy + slope * (-4.2 - p.z);
@@ -16,7 +16,7 @@ fn loft_beam(p: vec3f) -> f32 {
     return bars.x * bars.y * edge.x * edge.y * loft_past_blind(p, blur);
 }
 
-// The blind's slats close to it, their mean where the sun's disc is wider than their gaps.
+// The slats of the blind near it; their mean where the sun's disc is wider than the gaps.
 fn loft_past_blind(p: vec3f, blur: f32) -> f32 {
     let at = p.xy + LOFT_SUN.xy / LOFT_SUN.z * (-4.08 - p.z);
     if p.z < -4.07 || any(at < LOFT_BLIND_LOW) { return 1.0; }
@@ -24,7 +24,7 @@ fn loft_past_blind(p: vec3f, blur: f32) -> f32 {
     return mix(stripe, 0.3, clamp(blur / 0.02, 0.0, 1.0));
 }
 
-// 1 where nothing in the room stands between `p` and the sun, of which `sun` is one point.
+// 1 if nothing in the room lies between `p` and `sun`, a point of the sun's disc.
 fn loft_unshaded(p: vec3f, n: vec3f, sun: vec3f) -> f32 {
     let ray = Ray(p + n * 2e-3, sun);
     let hit = loft_furniture(ray, LoftHit(RAY_MISS, n, LOFT_OUTSIDE));
@@ -49,7 +49,7 @@ fn loft_window_factor(p: vec3f) -> vec3f {
     return f * (select(-1.0, 1.0, dot(f, vec3f(-0.4, 2.2, -4.15) - p) > 0.0) / 6.2832);
 }
 
-// Irradiance over pi from the window's sky, softened where the window sets behind the surface.
+// Irradiance over pi from the sky in the window, with a soft transition where the window is at the surface's horizon.
 fn loft_skylight(p: vec3f, n: vec3f) -> vec3f {
     let f = loft_window_factor(p);
     let most = max(length(f), 1e-4);
@@ -60,7 +60,8 @@ fn loft_skylight(p: vec3f, n: vec3f) -> vec3f {
     return tint * (most * above);
 }
 
-// One tube: the nearest point of it stands for all; near it the light falls as a line's, far off as a point's.
+// One tube, approximated by its nearest point: near it the light falls off as that of a line, far from it as that of a
+// point.
 fn loft_tube_light(p: vec3f, n: vec3f, near: vec2f, reach: f32) -> f32 {
     let v = vec3f(near, LOFT_NEON_Z) - p;
     let d = max(length(v), 0.03);
@@ -76,7 +77,7 @@ fn loft_neon_light(p: vec3f, n: vec3f, lamps: LoftLamps) -> vec3f {
         + LOFT_AMBER * (lamps.neon.z * loft_tube_light(p, n, amber, 0.6));
 }
 
-// Share of the surroundings left open beside a box.
+// The share of the hemisphere that a box beside the point leaves open.
 fn loft_beside(p: vec3f, n: vec3f, low: vec3f, high: vec3f, reach: f32) -> f32 {
     let v = clamp(p, low, high) - p;
     let d = length(v);
@@ -98,7 +99,7 @@ fn loft_open(p: vec3f, n: vec3f) -> f32 {
     return open;
 }
 
-// What the room gives back of the light that came in: warm from below, most near the sunlit floor.
+// Indirect light of the room: warm from below, strongest near the sunlit floor.
 fn loft_bounce(p: vec3f, n: vec3f) -> vec3f {
     let v = vec3f(1.9, 0.0, -0.4) - p;
     let square = dot(v, v) + 2.5;
@@ -118,7 +119,7 @@ fn loft_glint(surface: LoftSurface, n: vec3f, view: vec3f) -> vec3f {
     let k = 0.5 * a;
     let v = 0.25 / ((nl * (1.0 - k) + k) * (nv * (1.0 - k) + k));
     let f = surface.mirror + (1.0 - surface.mirror) * pow(1.0 - max(dot(view, middle), 0.0), 5.0);
-    // No polish is even enough for the peak that the formula gives at grazing angles.
+    // Limits the peak of the formula at grazing angles: no surface is smooth enough for it.
     let peak = d * d * v / 3.1416;
     return f * (peak / (1.0 + 0.2 * peak)) * nl * step(1e-3, surface.mirror.g);
 }
@@ -128,7 +129,7 @@ fn loft_lit(surface: LoftSurface, p: vec3f, view: vec3f, flat_normal: vec3f, sun
     let around = (loft_skylight(p, n) + loft_bounce(p, n)) * loft_open(p, flat_normal) + loft_neon_light(p, n, lamps);
     let beam = loft_beam(p) * lamps.sunlight;
     let sunlit = beam * loft_unshaded(p, flat_normal, sun);
-    // Uneven bricks must not catch a sun that is behind the wall.
+    // Uneven bricks must not reflect a sun behind the wall.
     let facing = max(dot(n, LOFT_SUN), 0.0) * step(0.0, dot(flat_normal, LOFT_SUN));
     let behind = surface.translucence * max(0.2 - 0.8 * dot(n, LOFT_SUN), 0.0);
     let direct = LOFT_SUNLIGHT * ((sunlit * facing + beam * behind) / 3.1416);
@@ -136,7 +137,7 @@ fn loft_lit(surface: LoftSurface, p: vec3f, view: vec3f, flat_normal: vec3f, sun
     return surface.emission + diffuse + loft_glint(surface, n, view) * LOFT_SUNLIGHT * sunlit;
 }
 
-// Metres of sunbeam along the ray as far as `distance`: exact, pane by pane, so it has no steps to show.
+// Length of sunbeam along the ray up to `distance`, in metres: computed exactly per pane, without visible steps.
 fn loft_beam_length(ray: Ray, distance: f32) -> f32 {
     let slope = LOFT_SUN.xy / LOFT_SUN.z;
     let start = ray.origin.xy + slope * (-4.2 - ray.origin.z) - LOFT_WINDOW_LOW;
@@ -157,7 +158,7 @@ fn loft_beam_length(ray: Ray, distance: f32) -> f32 {
     return sum;
 }
 
-// Sunlight that the room's dust sends to the eye, mostly forwards.
+// Sunlight that the room's dust scatters towards the eye, mostly forwards.
 fn loft_haze(ray: Ray, distance: f32, lamps: LoftLamps) -> vec3f {
     let towards = max(dot(ray.direction, LOFT_SUN), 0.0);
     let phase = 0.00002 + 0.00012 * pow(towards, 10.0);

@@ -1,4 +1,4 @@
-// What the loft's things are made of: a procedural material for each, with the detail that shows aliasing.
+// The materials of the loft: all procedural, with detail that shows aliasing.
 #import loft
 #import loft_lamps
 #import noise
@@ -6,9 +6,9 @@
 struct LoftSurface {
     albedo: vec3f,
     normal: vec3f,
-    mirror: vec3f,       // reflectance at normal incidence; 0 has no highlight at all
+    mirror: vec3f,       // reflectance at normal incidence; 0 has no highlight
     roughness: f32,
-    translucence: f32,   // share of the albedo that sunlight from behind sees
+    translucence: f32,   // share of the albedo that is lit by sunlight from behind
     emission: vec3f,
     glow: f32,           // emissive strength, 0 to 1
 }
@@ -29,13 +29,14 @@ fn loft_metal(mirror: vec3f, normal: vec3f, roughness: f32) -> LoftSurface {
     return LoftSurface(vec3f(0.0), normal, mirror, roughness, 0.0, vec3f(0.0), 0.0);
 }
 
-// Share of a pixel that a line covers: `d` from its middle, `half_width`, and the pixel's own width.
+// Coverage of a pixel by a line: `d` is the distance from its centre, `half_width` its half width, `pixel` the pixel's
+// width.
 fn loft_line(d: f32, half_width: f32, pixel: f32) -> f32 {
     let blur = max(pixel, 1e-4);
     return clamp((half_width - d) / blur + 0.5, 0.0, 1.0) * min(1.0, 2.0 * half_width / blur);
 }
 
-// Ink of a printed page: words of three-by-five letters, `line` from one line to the next.
+// Ink of a printed page: words of three-by-five letters; `line` is the line spacing.
 fn loft_print(p: vec2f, line: f32) -> f32 {
     let place = p / vec2f(0.5 * line, line);
     let letter = noise_cell(place);
@@ -44,14 +45,14 @@ fn loft_print(p: vec2f, line: f32) -> f32 {
     return select(0.0, 1.0, inked && hash_cell(letter + 977) > 0.17);
 }
 
-// Grain runs along y; `seed` in 0..1 tells one board from another.
+// Wood with the grain along y. `seed` in 0..1 makes boards differ.
 fn loft_wood(p: vec2f, dark: vec3f, light: vec3f, seed: f32) -> vec3f {
     let coarse = noise(vec2f(p.x * 46.0 + seed * 91.0, p.y * 2.2));
     let fine = noise(vec2f(p.x * 170.0, p.y * 7.0 + seed * 31.0));
     return mix(dark, light, clamp(coarse * 0.45 + fine * 0.3 + seed * 0.5 - 0.12, 0.0, 1.0));
 }
 
-// Boards of 17 cm, lacquered, each laid a little differently; on them the rug.
+// Lacquered boards of 17 cm, each slightly different, and the rug on them.
 fn loft_floor(p: vec3f, pixel: f32) -> LoftSurface {
     let rug = p.xz - vec2f(-2.75, -1.85);
     if all(rug > vec2f(0.0)) && all(rug < vec2f(2.9, 2.5)) {
@@ -70,7 +71,7 @@ fn loft_floor(p: vec3f, pixel: f32) -> LoftSurface {
     return loft_glossy(wood * (1.0 - 0.8 * gap), normalize(vec3f(tilt.x, 1.0, tilt.y)), 0.3);
 }
 
-// Checks in a plain border, woven; `q` from the corner.
+// A woven rug: checks in a plain border; `q` is measured from the corner.
 fn loft_rug(q: vec2f) -> vec3f {
     let cream = vec3f(0.42, 0.37, 0.29);
     let inset = min(min(q.x, 2.9 - q.x), min(q.y, 2.5 - q.y));
@@ -81,7 +82,7 @@ fn loft_rug(q: vec2f) -> vec3f {
     return dye * (0.8 + 0.4 * noise(q * vec2f(90.0, 240.0)));
 }
 
-// Bricks in running bond, uneven, which raking light shows. `uv` runs along the wall and up it.
+// Uneven bricks in running bond, visible under raking light. `uv` is along and up the wall.
 fn loft_brick(uv: vec2f, normal: vec3f, pixel: f32) -> LoftSurface {
     let course = floor(uv.y / 0.075);
     let along = uv.x / 0.23 + fract(course * 0.5);
@@ -105,7 +106,7 @@ fn loft_wall(p: vec3f, normal: vec3f, pixel: f32) -> LoftSurface {
     return loft_brick(uv, normal, pixel);
 }
 
-// Two discs printed over each other, and small type below.
+// Two overlapping discs, and small type below.
 fn loft_poster(p: vec2f) -> vec3f {
     var ink = vec3f(0.72, 0.66, 0.54);
     if length(p - vec2f(0.28, 0.67)) < 0.19 { ink *= vec3f(0.9, 0.16, 0.1); }
@@ -114,7 +115,7 @@ fn loft_poster(p: vec2f) -> vec3f {
     return select(ink, ink * (1.0 - 0.9 * loft_print(vec2f(p.x, 1.0 - p.y), 0.03)), typeset);
 }
 
-// The shelf's face: boards, and between them books of many sizes with darkness above each.
+// The face of the shelf: boards, and books of many sizes between them with dark gaps above.
 fn loft_books(p: vec3f, normal: vec3f) -> vec3f {
     let walnut = loft_wood(p.zy, vec3f(0.04, 0.02, 0.012), vec3f(0.12, 0.065, 0.036), 0.5);
     let row = floor(p.y / 0.42);
@@ -131,7 +132,7 @@ fn loft_books(p: vec3f, normal: vec3f) -> vec3f {
     return select(loft_binding(kind, size), vec3f(0.36, 0.28, 0.14), gilt);
 }
 
-// Cloth and leather: mostly browns, some navy, green, oxblood and cream.
+// Colours of cloth and leather: mostly browns, some navy, green, oxblood and cream.
 fn loft_binding(kind: f32, shade: f32) -> vec3f {
     var dye = vec3f(0.17, 0.09, 0.05);
     if kind > 0.38 { dye = vec3f(0.05, 0.08, 0.14); }
@@ -155,7 +156,7 @@ fn loft_neon_surface(p: vec3f, lamps: LoftLamps) -> LoftSurface {
 }
 
 fn loft_walnut(p: vec3f, n: vec3f, pixel: f32) -> LoftSurface {
-    // The grain lies along the longer side of a board: x on fronts and tops, z on ends.
+    // The grain runs along the longer side of a board: x on fronts and tops, z on ends.
     let uv = select(vec2f(p.y + p.z, p.x), vec2f(p.y, p.z), abs(n.x) > 0.5);
     let wood = loft_wood(uv, vec3f(0.045, 0.023, 0.013), vec3f(0.14, 0.076, 0.042), 0.4);
     // The sideboard's front has three drawers above three.
@@ -163,12 +164,12 @@ fn loft_walnut(p: vec3f, n: vec3f, pixel: f32) -> LoftSurface {
     let front = n.z > 0.5 && p.z < -3.5 && p.y < 0.7;
     let edge = select(1.0, min(min(drawer.x, 0.5667 - drawer.x), abs(drawer.y)), front);
     let gap = loft_line(edge, 0.004, pixel);
-    // Only tops are polished: a mirror on every front would double the furniture.
+    // Only tops are polished: a reflection on every front would show the furniture twice.
     if n.y > 0.5 { return loft_glossy(wood, n, 0.35); }
     return loft_matte(wood * (1.0 - 0.85 * gap), n);
 }
 
-// Sheets on the table are printed; the lantern is ribbed and lets light through.
+// The sheets on the table are printed; the lantern is ribbed and translucent.
 fn loft_paper(p: vec3f, n: vec3f) -> LoftSurface {
     let sheet = p.y < 0.8;
     let ink = select(0.0, loft_print(p.xz - vec2f(-1.3, -0.5), 0.016), sheet && n.y > 0.99);
@@ -182,7 +183,7 @@ fn loft_radiator(p: vec3f, n: vec3f) -> LoftSurface {
     return loft_matte(vec3f(0.4, 0.39, 0.37) * hollow, normalize(n + vec3f(fin * 2.4 * n.z, 0.0, 0.0)));
 }
 
-// What the ray met at `p`, where a pixel is `pixel` metres wide.
+// The material at the hit point `p`; `pixel` is the width of a pixel there, in metres.
 fn loft_surface(hit: LoftHit, p: vec3f, pixel: f32, lamps: LoftLamps) -> LoftSurface {
     let n = hit.normal;
     switch hit.what {

@@ -1,13 +1,15 @@
-// Small functions that the language leaves undefined somewhere.
+// Functions that are defined where the WGSL built-ins are not.
 
-// Hermite step from 0 at `lo` to 1 at `hi`; a hard step where the edges meet or are reversed, which the built-in leaves undefined.
+// Hermite step from 0 at `lo` to 1 at `hi`. A hard step if the edges are equal or reversed, for which `smoothstep` is
+// undefined.
 fn smooth_step(lo: f32, hi: f32, x: f32) -> f32 {
     let width = hi - lo;
     let t = clamp((x - lo) / max(width, 1e-30), 0.0, 1.0);
     return select(t * t * (3.0 - 2.0 * t), select(0.0, 1.0, x >= hi), width <= 0.0);
 }
 
-// From `a` at 0 to `b` at 1, and exactly there: the built-in may be a + (b - a) * t, which loses a small `b` beside a large `a`.
+// Interpolates from `a` at 0 to `b` at 1, exact at both. `mix` may be a + (b - a) * t, which loses a small `b` beside a
+// large `a`.
 fn between(a: vec4f, b: vec4f, t: f32) -> vec4f {
     return a * (1.0 - t) + b * t;
 }

@@ -1,4 +1,4 @@
-// Noise from integers: the same bits on every device, unlike hashes made of sines.
+// Noise from integers: equal bits on every device, unlike hashes made from sines.
 
 // PCG output permutation over one LCG step (Jarzynski and Olano, "Hash Functions for GPU Rendering", 2020).
 fn hash(v: u32) -> u32 {
@@ -20,18 +20,18 @@ fn hash3(seed: vec3u) -> vec3u {
     return v;
 }
 
-// One number in [0, 1) for each cell of the plane: the top 24 bits, which a float holds exactly.
+// A number in [0, 1) for each cell of the plane: the top 24 bits, which a float holds exactly.
 fn hash_cell(cell: vec2i) -> f32 {
     let h = hash(bitcast<u32>(cell.x) ^ hash(bitcast<u32>(cell.y)));
     return f32(h >> 8u) * (1.0 / 16777216.0);
 }
 
-// The unit cell around a point, kept in the range of integers.
+// The cell that contains a point, limited to the range of integers.
 fn noise_cell(p: vec2f) -> vec2i {
     return vec2i(clamp(floor(p), vec2f(-1e6), vec2f(1e6)));
 }
 
-// Value noise in [0, 1), one cell per unit, smooth to the first derivative; constant beyond a million cells.
+// Value noise in [0, 1), one cell per unit, with a continuous first derivative. Constant beyond a million cells.
 fn noise(at: vec2f) -> f32 {
     let i = noise_cell(at);
     let f = clamp(at - vec2f(i), vec2f(0.0), vec2f(1.0));

@@ -1,13 +1,13 @@
-// What a kernel may know of where and when it runs.
+// Built-in arguments of a kernel function.
 
-// The pixel being made: its index, the uv of its centre (v down) and the size of the image it belongs to.
+// The pixel of the result: its index, the uv of its centre (v downwards) and the size of the image.
 struct Point {
     pixel: vec2i,
     uv: vec2f,
     size: vec2f,
 }
 
-// The frame being made. `time` and `dt` are in seconds; `reset` is 1 on the first frame and after a cut, else 0.
+// The frame. `time` and `dt` are in seconds. `reset` is 1 in the first frame and after a reset by the host, else 0.
 struct Frame {
     time: f32,
     dt: f32,
@@ -15,7 +15,7 @@ struct Frame {
     reset: u32,
 }
 
-// The four texels of an image twice as large that lie under one texel.
+// The four texels of an image of twice the size that lie under one texel.
 struct Square {
     upper_left: vec4f,
     upper_right: vec4f,

@@ -1,6 +1,6 @@
-// Where a ray meets simple solids. Distances count in lengths of the ray's direction.
+// Intersections of a ray with simple solids. Distances are multiples of the length of the ray's direction.
 
-// No hit: further than anything a scene holds, yet finite.
+// No hit: a finite distance beyond everything in a scene.
 const RAY_MISS: f32 = 1e9;
 
 struct Ray {
@@ -8,13 +8,13 @@ struct Ray {
     direction: vec3f,
 }
 
-// A direction none of whose parts is zero, so that it can be divided by. The nudge is below a thousandth of a pixel.
+// A direction without zero components, so that it can be divided by. The change is below 0.001 pixels.
 fn ray_direction(v: vec3f) -> vec3f {
     let d = normalize(v);
     return select(d, vec3f(1e-7), abs(d) < vec3f(1e-7));
 }
 
-// Entry and exit of a box; a miss where the exit comes first. `direction` must have no zero part.
+// Entry and exit distance of a box. It is a miss if the exit comes first. `direction` must have no zero component.
 fn ray_box(ray: Ray, low: vec3f, high: vec3f) -> vec2f {
     let a = (low - ray.origin) / ray.direction;
     let b = (high - ray.origin) / ray.direction;
@@ -23,7 +23,7 @@ fn ray_box(ray: Ray, low: vec3f, high: vec3f) -> vec2f {
     return vec2f(max(max(n.x, n.y), n.z), min(min(f.x, f.y), f.z));
 }
 
-// First hit with the outside of an ellipsoid whose axes are those of the world.
+// First hit with the outside of an axis-aligned ellipsoid.
 fn ray_ellipsoid(ray: Ray, centre: vec3f, radii: vec3f) -> f32 {
     let o = (ray.origin - centre) / radii;
     let d = ray.direction / radii;
@@ -36,7 +36,7 @@ fn ray_ellipsoid(ray: Ray, centre: vec3f, radii: vec3f) -> f32 {
     return select(RAY_MISS, t, rest > 0.0);
 }
 
-// First hit with the side of an upright tube between the heights of its ends.
+// First hit with the side of an upright tube between its ends.
 fn ray_tube(ray: Ray, foot: vec3f, radius: f32, height: f32) -> f32 {
     let o = ray.origin.xz - foot.xz;
     let d = ray.direction.xz;

@@ -1,7 +1,8 @@
-// Shapers bring light of any range into about 0..1, where the nodes of a table are evenly spaced; lookups clamp the rest.
+// Shapers map light of any range to about 0..1, where the entries of a table have equal steps. Lookups clamp the rest.
 
-// A line up to a point, and a logarithm above it: `line` is the slope, the offset and where it ends, `curve` a, b, c, d of
-// c * log2(a * x + b) + d. A line without end is a shaper that does nothing; a line of slope 0 makes the plain logarithm.
+// A linear part up to a point, and a logarithm above it. `line` is slope, offset and end of the linear part; `curve` is
+// a, b, c, d of c * log2(a * x + b) + d. Without an end of the linear part the shaper is the identity; with slope 0 it
+// is a plain logarithm.
 fn shape(x: f32, line: vec4f, curve: vec4f) -> f32 {
     let above = curve.z * log2(max(curve.x * x + curve.y, 1e-30)) + curve.w;
     return select(line.x * x + line.y, above, x > line.z);

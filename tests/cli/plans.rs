@@ -6,19 +6,19 @@ fn plan(line: &str) -> String {
     Folder::new(&format!("plan-{}", line.replace(['{', '}', ' ', '='], ""))).run(&format!("plan {line}")).good()
 }
 
-/// Passes and waves, from the first line.
+/// Passes and batches, from the first line.
 fn counts(text: &str) -> (usize, usize) {
     let mut numbers = text.split(' ').filter_map(|word| word.parse().ok());
-    (numbers.next().expect("passes"), numbers.next().expect("waves"))
+    (numbers.next().expect("passes"), numbers.next().expect("batches"))
 }
 
 #[test]
 fn switches_turn_off_what_they_say() {
-    let (passes, waves) = counts(&plan("{tsushima}"));
-    assert!(waves < passes, "some passes overlap");
+    let (passes, batches) = counts(&plan("{tsushima}"));
+    assert!(batches < passes, "some passes overlap");
     assert_eq!(counts(&plan("{tsushima} --serial")), (passes, passes));
-    let (fewer_passes, fewer_waves) = counts(&plan("{tsushima} --fewest-waves"));
-    assert!(fewer_passes == passes && fewer_waves <= waves);
+    let (fewer_passes, fewer_waves) = counts(&plan("{tsushima} --fewest-batches"));
+    assert!(fewer_passes == passes && fewer_waves <= batches);
     assert!(counts(&plan("{tsushima} --no-fuse")).0 > passes);
     let in_use = |flag: &str| {
         let text = plan(&format!("{{tsushima}} {flag}"));
@@ -28,21 +28,6 @@ fn switches_turn_off_what_they_say() {
     assert_eq!(in_use("--no-alias"), "stored, without sharing");
     assert_eq!(in_use("--no-alias=placed"), "stored, pooled");
     assert_eq!(in_use("--serial"), "stored, placed");
-}
-
-#[test]
-fn passes_share_dispatches_as_it_is_asked_for() {
-    let launches = |flags: &str| -> usize {
-        let text = plan(&format!("{{tsushima}} --fewest-waves {flags}"));
-        let (_, launched) = text.split_once(", launched ").expect("the first line says it");
-        launched.split(' ').next().and_then(|word| word.parse().ok()).expect("a number of times")
-    };
-    let (passes, _) = counts(&plan("{tsushima} --fewest-waves"));
-    let [never, small, always] = ["never", "small", "always"].map(|which| launches(&format!("--horizontal {which}")));
-    assert!(never == passes && small < never && always <= small, "{passes} {never} {small} {always}");
-    assert_eq!(launches("--no-fuse"), counts(&plan("{tsushima} --fewest-waves --no-fuse")).0);
-    let ignored = plan("{tsushima} --horizontal always --subgroups");
-    assert!(ignored.contains("ignored\n  horizontal  a subgroup must not belong to two passes"), "{ignored}");
 }
 
 #[test]
@@ -78,7 +63,7 @@ fn plans_of_tiers_and_files_are_compared() {
 fn the_json_has_all_that_programs_ask_for() {
     let text = plan("{tsushima} --format json --size 3840x2160");
     let json: serde_json::Value = serde_json::from_str(&text).expect("it is JSON");
-    for list in ["passes", "waves", "barriers", "left_out"] {
+    for list in ["passes", "batches", "barriers", "skipped"] {
         assert!(json[list].as_array().is_some_and(|list| !list.is_empty()), "{list}");
     }
     assert!(json["hash"].as_str().is_some_and(|hash| hash.len() >= 16), "{}", json["hash"]);

@@ -2,7 +2,7 @@
 
 use afterimage_graph::check::{CheckOptions, Facts, Graph, Source, check};
 use afterimage_graph::document::parse;
-use afterimage_graph::image::{Format, State};
+use afterimage_graph::image::{ColorState, Format};
 use afterimage_graph::node::Registry;
 use afterimage_graph::value::Value;
 
@@ -57,10 +57,10 @@ fn wires_states_and_order_come_out() {
     assert_eq!(names, ["exposed", "bright", "mips", "bloom", "lit", "tinted", "trail", "mapped", "display"]);
     let (trail, node) = graph.node("trail").expect("it exists");
     assert_eq!(node.wires[1], Some(Source::Node { node: trail, output: 0, previous: 2 }));
-    assert_eq!(graph.node("bloom").expect("it exists").1.states, [Some(State::Exposed)]);
+    assert_eq!(graph.node("bloom").expect("it exists").1.states, [Some(ColorState::Exposed)]);
     assert_eq!(graph.node("mips").expect("it exists").1.format, Some(Format::Rg11b10Ufloat));
     assert_eq!(graph.node("bloom").expect("it exists").1.label.as_deref(), Some("glow"));
-    assert_eq!(graph.outputs.iter().map(|o| o.state).collect::<Vec<_>>(), [State::Encoded, State::Exposed]);
+    assert_eq!(graph.outputs.iter().map(|o| o.state).collect::<Vec<_>>(), [ColorState::Encoded, ColorState::Exposed]);
     assert_eq!((graph.inputs[1].optional, graph.inputs[1].signed, graph.inputs[0].signed), (true, true, false));
     assert_eq!(graph.wires.edge_count(), 9);
     assert_eq!(graph.facts().iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>(), ["emissive", "illuminance"]);
@@ -130,5 +130,5 @@ fn a_pipeline_is_a_node() {
 fn a_file_may_end_without_a_line_and_begin_with_extensions() {
     let text = "#![enable(implicit_some)]\nPipeline(inputs: { \"a\": Encoded }, nodes: {}, outputs: { \"b\": \"a\" }) // the end";
     let (graph, _) = checked("end.ron", text).unwrap_or_else(|told| panic!("{told}"));
-    assert_eq!((graph.outputs[0].source, graph.outputs[0].state), (Source::Input(0), State::Encoded));
+    assert_eq!((graph.outputs[0].source, graph.outputs[0].state), (Source::Input(0), ColorState::Encoded));
 }

@@ -97,37 +97,37 @@ macro_rules! node {
         impl Node for $kind {
             const INPUTS: &'static [Input] = &[$($input),*];
             const OUTPUTS: &'static [Output] = &[$($output),*];
-            const BYPASS: StandIn = StandIn::Zero;
+            const FALLBACK: Fallback = Fallback::Zero;
             $($verify)?
             fn record(&self, _: &mut Recorder<'_>) {}
         }
     };
 }
 
-const LIGHT: &[State] = &[State::Scene, State::Exposed];
+const LIGHT: &[ColorState] = &[ColorState::Scene, ColorState::Exposed];
 const SOURCE: Input = Input::image("source", "The picture.");
-const SAME: Output = Output::image("result", Gives::Same("source"), "The picture.");
+const SAME: Output = Output::image("result", OutputState::Same("source"), "The picture.");
 
 node!(
     Exposure,
-    [SOURCE.takes(&[State::Scene]), Input::new("meter", PortType::Value, "Measured light.").optional()],
-    [Output::image("result", Gives::Always(State::Exposed), "The exposed picture.")]
+    [SOURCE.accepts(&[ColorState::Scene]), Input::new("meter", PortType::Value, "Measured light.").optional()],
+    [Output::image("result", OutputState::Always(ColorState::Exposed), "The exposed picture.")]
 );
 node!(
     Meter,
-    [SOURCE.takes(LIGHT)],
+    [SOURCE.accepts(LIGHT)],
     [
-        Output::new("histogram", PortType::Table, Gives::Nothing, "How often each brightness occurs."),
-        Output::new("exposure", PortType::Value, Gives::Nothing, "The exposure that fits.")
+        Output::new("histogram", PortType::Table, OutputState::Nothing, "How often each brightness occurs."),
+        Output::new("exposure", PortType::Value, OutputState::Nothing, "The exposure that fits.")
     ]
 );
-node!(Extract, [SOURCE.takes(LIGHT)], [SAME]);
-node!(Downsample, [SOURCE], [Output::new("result", PortType::Pyramid, Gives::Same("source"), "The levels.")]);
+node!(Extract, [SOURCE.accepts(LIGHT)], [SAME]);
+node!(Downsample, [SOURCE], [Output::new("result", PortType::Pyramid, OutputState::Same("source"), "The levels.")]);
 node!(Upsample, [Input::new("source", PortType::Pyramid, "The levels.")], [SAME]);
 node!(
     Composite,
-    [Input::image("base", "The picture.").takes(LIGHT), Input::image("bloom", "The light.").takes(LIGHT)],
-    [Output::image("result", Gives::Same("base"), "Their sum.")]
+    [Input::image("base", "The picture.").accepts(LIGHT), Input::image("bloom", "The light.").accepts(LIGHT)],
+    [Output::image("result", OutputState::Same("base"), "Their sum.")]
 );
 node!(Tint, [SOURCE], [SAME]);
 node!(
@@ -141,13 +141,13 @@ node!(
 );
 node!(
     ToneMap,
-    [SOURCE.takes(&[State::Exposed])],
-    [Output::image("result", Gives::Always(State::DisplayLinear), "The picture for a display.")]
+    [SOURCE.accepts(&[ColorState::Exposed])],
+    [Output::image("result", OutputState::Always(ColorState::DisplayLinear), "The picture for a display.")]
 );
 node!(
     Encode,
-    [SOURCE.takes(&[State::DisplayLinear])],
-    [Output::image("result", Gives::Always(State::Encoded), "The picture for a file.")]
+    [SOURCE.accepts(&[ColorState::DisplayLinear])],
+    [Output::image("result", OutputState::Always(ColorState::Encoded), "The picture for a file.")]
 );
 
 /// All of them.

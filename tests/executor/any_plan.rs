@@ -5,9 +5,9 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use afterimage_graph::check::{Condition, Graph, Source};
-use afterimage_graph::node::{Arg, ImageId, Resource, StandIn, Step, Work};
-use afterimage_graph::plan::{Alias, Horizontal, Lifetime, Options, Plan, Stage, Tiles, WaveBarriers, check_plan};
-use afterimage_graph::shader::Shader;
+use afterimage_graph::node::{Arg, Fallback, ImageId, Resource, Step, Work};
+use afterimage_plan::{Alias, BatchBarriers, Lifetime, Options, Plan, Stage, Tiles, verify};
+use afterimage_wgsl::Shader;
 use petgraph::graph::{DiGraph, NodeIndex};
 
 use super::{bits, lively};
@@ -47,7 +47,7 @@ fn planned(player: &Player, graph: &Graph, input: &str, change: impl Fn(&mut Run
     run.options.tile = Tiles::Never;
     change(&mut run);
     let plan = run.plan(&player.gpu, &[(input, &scenes()[0])]);
-    assert_eq!(check_plan(&plan), Ok(()));
+    assert_eq!(verify(&plan), Ok(()));
     Arc::new(plan)
 }
 
@@ -64,10 +64,9 @@ fn every_way_to_run_a_random_graph_gives_the_same_bits() {
         let wanted = film(&mut player, &plan, "picture");
         changing += usize::from(wanted[0] != wanted[2 * graph.outputs.len()]);
         for alias in ALIASES {
-            for [serial, waves_first] in [[false, false], [true, false], [false, true]] {
-                let horizontal = if waves_first { Horizontal::Always } else { Horizontal::Never };
+            for [serial, batches_first] in [[false, false], [true, false], [false, true]] {
                 let tile = Tiles::Never;
-                let options = Options { alias, serial, waves_first, horizontal, tile, ..Options::default() };
+                let options = Options { alias, serial, batches_first, tile, ..Options::default() };
                 let plan = planned(&player, &graph, "picture", |run| run.options = options);
                 assert_eq!(film(&mut player, &plan, "picture"), wanted, "seed {seed}, {options:?}");
             }
@@ -116,7 +115,7 @@ fn every_placement_gives_the_same_bits() {
         for (what, places) in [("upside down", upside_down(&plan)), ("moved up", moved_up(&plan))] {
             let mut moved = (*plan).clone();
             assert!(moved.place_keeping(&places), "seed {seed}: {what}");
-            assert_eq!(check_plan(&moved), Ok(()), "seed {seed}: {what}");
+            assert_eq!(verify(&moved), Ok(()), "seed {seed}: {what}");
             assert_ne!(moved.memory.offset_of, plan.memory.offset_of);
             player.renew();
             assert_eq!(film(&mut player, &Arc::new(moved), "picture"), wanted, "seed {seed}: {what}");
@@ -175,7 +174,7 @@ fn a_condition_that_does_not_hold_is_a_node_that_is_off() {
     for seed in SEEDS {
         let (mut conditional, mut off) = (graph(seed), graph(seed));
         for at in (0..off.nodes.len()).filter(|at| at % 5 == 2) {
-            if off.nodes[at].kind.bypass() != StandIn::Absent {
+            if off.nodes[at].kind.fallback() != Fallback::Absent {
                 off.nodes[at].off = true;
                 conditional.nodes[at].when = Some(Condition::parse("fog > 0.5").expect("a condition"));
             }
@@ -196,26 +195,24 @@ static POISON: Shader = Shader::new(
     "fn poison(at: Point) -> vec4f { return vec4f(bitcast<f32>(0x7fc00000u + u32(at.pixel.x & 1))); }",
 );
 
-/// The plan with a pass before each wave for every flat image whose life begins in it, which fills the image with NaN.
+/// The plan with a pass before each batch for every flat image whose life begins in it, which fills the image with NaN.
 fn poisoned(plan: &Plan) -> (Plan, usize) {
     let mut poisoned = plan.clone();
     poisoned.recording.passes.clear();
     poisoned.stages.clear();
-    poisoned.waves.clear();
-    poisoned.launches.clear();
+    poisoned.batches.clear();
     poisoned.barriers.clear();
     let mut filled = 0;
     let mut now: Vec<Range<usize>> = Vec::new();
-    for (wave, passes) in plan.waves.iter().enumerate() {
-        let first = poisoned.waves.len();
-        let mut before = plan.barriers[wave].clone();
-        for image in born(plan, wave) {
+    for (batch, passes) in plan.batches.iter().enumerate() {
+        let first = poisoned.batches.len();
+        let mut before = plan.barriers[batch].clone();
+        for image in born(plan, batch) {
             // Only the first pass after the hand-over must wait for the resident before.
-            let hand_overs = before.hand_overs.extract_if(.., |hand_over| hand_over.image == image).collect();
-            poisoned.barriers.push(WaveBarriers { transitions: Vec::new(), hand_overs });
+            let aliasing = before.aliasing.extract_if(.., |hand_over| hand_over.image == image).collect();
+            poisoned.barriers.push(BatchBarriers { transitions: Vec::new(), aliasing });
             let at = poisoned.recording.passes.len();
-            poisoned.waves.push(at..at + 1);
-            poisoned.launches.push(at..at + 1);
+            poisoned.batches.push(at..at + 1);
             poisoned.stages.push(Stage::Compute);
             let mut pass = plan.recording.passes[passes.start].clone();
             pass.work = Work::Steps { steps: vec![poison()], result: image };
@@ -223,33 +220,30 @@ fn poisoned(plan: &Plan) -> (Plan, usize) {
             filled += 1;
         }
         let at = poisoned.recording.passes.len();
-        poisoned.waves.push(at..at + passes.len());
-        let launches = plan.launches.iter().filter(|launch| passes.contains(&launch.start));
-        let moved = |pass: usize| pass - passes.start + at;
-        poisoned.launches.extend(launches.map(|launch| moved(launch.start)..moved(launch.end)));
+        poisoned.batches.push(at..at + passes.len());
         poisoned.barriers.push(before);
         poisoned.stages.extend_from_slice(&plan.stages[passes.clone()]);
         poisoned.recording.passes.extend_from_slice(&plan.recording.passes[passes.clone()]);
-        now.push(first..poisoned.waves.len() - 1);
+        now.push(first..poisoned.batches.len() - 1);
     }
     for life in poisoned.lifetimes.iter_mut().flatten() {
-        // What leaves the frame lives until after its last wave.
-        let last = now.get(life.last).map_or(poisoned.waves.len(), |waves| waves.end);
+        // What leaves the frame lives until after its last batch.
+        let last = now.get(life.last).map_or(poisoned.batches.len(), |batches| batches.end);
         *life = Lifetime { first: now[life.first].start, last };
     }
     (poisoned, filled)
 }
 
-/// The flat images that no wave before has mentioned and whose memory others use, too.
-fn born(plan: &Plan, wave: usize) -> Vec<ImageId> {
-    let writes = plan.waves[wave].clone().flat_map(|pass| plan.recording.passes[pass].writes());
+/// The flat images that no batch before has mentioned and whose memory others use, too.
+fn born(plan: &Plan, batch: usize) -> Vec<ImageId> {
+    let writes = plan.batches[batch].clone().flat_map(|pass| plan.recording.passes[pass].writes());
     let images = writes.filter_map(|resource| match resource {
         Resource::Image(image) => Some(image),
         Resource::Buffer(_) => None,
     });
     let is_born = |image: &ImageId| {
         let shares = plan.memory.offset_of[image.0 as usize].is_some();
-        let begins = plan.lifetimes[image.0 as usize].is_some_and(|life| life.first == wave);
+        let begins = plan.lifetimes[image.0 as usize].is_some_and(|life| life.first == batch);
         shares && begins && !plan.recording.image(*image).desc.volume
     };
     images.filter(is_born).collect()

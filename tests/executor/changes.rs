@@ -5,7 +5,7 @@ use std::sync::Arc;
 use afterimage_gpu::{Frame, GpuError};
 use afterimage_graph::image::Size;
 use afterimage_graph::node::Origin;
-use afterimage_graph::plan::{Alias, Options};
+use afterimage_plan::{Alias, Options};
 
 use super::{at_tier, bits, lively};
 use crate::support::gpu::{Picture, Run, shipped};
@@ -85,8 +85,8 @@ fn another_number_rewrites_a_uniform_and_nothing_else() {
     let texture = player.executor.output("out").expect("it is an output").clone();
     player.load(&Run::new(&stronger), &[("scene", &scene)]);
     let mut encoder = player.gpu.device.create_command_encoder(&Default::default());
-    let last = plan.launches.len() - 1;
-    player.executor.encode_launch(&mut encoder, &frame, last).expect("one pass");
+    let last = plan.recording.passes.len() - 1;
+    player.executor.encode_pass(&mut encoder, &frame, last).expect("one pass");
     player.gpu.queue.submit([encoder.finish()]);
     let alone = player.output("out");
     assert_eq!(player.executor.output("out"), Some(&texture));

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use afterimage_graph::plan::{Tiles, check_plan};
+use afterimage_plan::{Tiles, verify};
 
 use super::{at_tier, lively};
 use crate::support::gpu::Run;
@@ -33,16 +33,16 @@ fn memory_that_changes_hands_untouched_is_seen_by_the_checker_and_by_the_layer()
     run.options.tile = Tiles::Never;
     run.options.serial = true;
     let plan = player.load(&run, &inputs);
-    check_plan(&plan).expect("the plan is good");
-    assert!(plan.barriers.iter().any(|barriers| !barriers.hand_overs.is_empty()), "memory changes hands");
+    verify(&plan).expect("the plan is good");
+    assert!(plan.barriers.iter().any(|barriers| !barriers.aliasing.is_empty()), "memory changes hands");
     layer::said();
     player.frame(&inputs, 0.0, true);
     player.output("wide");
     assert_eq!(layer::said(), Vec::<String>::new());
 
     let mut broken = (*plan).clone();
-    broken.barriers.iter_mut().for_each(|barriers| barriers.hand_overs.clear());
-    let faults = check_plan(&broken).expect_err("no hand-over is left");
+    broken.barriers.iter_mut().for_each(|barriers| barriers.aliasing.clear());
+    let faults = verify(&broken).expect_err("no hand-over is left");
     assert!(faults.iter().any(|fault| fault.to_string().contains("nothing separates them")), "{faults:?}");
     player.renew();
     player.executor.load(Arc::new(broken)).expect("the executor runs what it is given");

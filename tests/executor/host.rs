@@ -1,7 +1,7 @@
 //! The host's own textures, and what it is told when they do not fit.
 
 use afterimage_gpu::{Frame, Gpu, GpuError, Opening};
-use afterimage_graph::plan::Tiles;
+use afterimage_plan::Tiles;
 use wgpu::{TextureFormat, TextureUsages};
 
 use super::{at_tier, bits, flat, lively};

@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use afterimage_graph::node::{Arg, ImageId, Origin, Step, Work};
-use afterimage_graph::plan::{Alias, Plan, Tiles};
-use afterimage_graph::shader::Shader;
+use afterimage_plan::{Alias, Plan, Tiles};
+use afterimage_wgsl::Shader;
 
 use super::{bits, lively};
 use crate::support::gpu::{Picture, Run, shipped};

@@ -5,8 +5,8 @@ use std::sync::Arc;
 use afterimage_gpu::{Frame, GpuError};
 use afterimage_graph::check::Graph;
 use afterimage_graph::node::{Arg, Step, Work};
-use afterimage_graph::plan::{Alias, Plan, Tiles};
-use afterimage_graph::shader::Shader;
+use afterimage_plan::{Alias, Plan, Tiles};
+use afterimage_wgsl::Shader;
 
 use super::histories::{BRIGHTER, TRAIL};
 use super::{at_tier, bits, flat, level, lively};
@@ -100,7 +100,7 @@ fn images_keep_their_places_in_the_heap() {
     player.executor.load(new.clone()).expect("the second plan");
     let running = player.executor.plan().expect("a plan is loaded").clone();
     assert_eq!(running.memory.heap, old.memory.heap);
-    assert_eq!(afterimage_graph::plan::check_plan(&running), Ok(()));
+    assert_eq!(afterimage_plan::verify(&running), Ok(()));
     let (kept, fresh) = (in_place(&running, &old), in_place(&new, &old));
     assert!(kept > fresh, "{kept} images lie where they lay, {fresh} without keeping");
     player.executor.reset();

@@ -3,7 +3,7 @@
 use afterimage_graph::check::{Facts, Graph};
 use afterimage_graph::image::{Format, ImageDesc, Size};
 
-use afterimage_graph::plan::{Caps, GivenImage, Options, Plan, Requirement, Setting, Tiles, plan};
+use afterimage_plan::{Caps, GivenImage, Options, Plan, PlanRequest, Requirement, Tiles, plan};
 
 use super::probes::{pipeline, scene};
 use crate::support::gpu::{Picture, Run, gpu, shipped};
@@ -100,10 +100,10 @@ fn sums_in_half_floats_are_off_by_two_of_their_last_digits() {
     }
 }
 
-/// The text of every launch, as the device gets it.
+/// The text of every pass, as the device gets it.
 fn sources(plan: &Plan) -> Vec<String> {
-    let composed = |launch| plan.compose(launch).unwrap_or_else(|error| panic!("{error}")).source;
-    (0..plan.launches.len()).map(composed).collect()
+    let composed = |pass| plan.compose(pass).unwrap_or_else(|error| panic!("{error}")).source;
+    (0..plan.recording.passes.len()).map(composed).collect()
 }
 
 /// A plan for a device that has everything, or lacks what `change` takes away.
@@ -115,7 +115,8 @@ fn planned(graph: &Graph, options: Options, half_inputs: bool, change: fn(&mut C
     let format = if half_inputs { Format::Rgba16Float } else { Format::Rgba32Float };
     let given = GivenImage { desc: ImageDesc::new(size).format(format), finite: false };
     let inputs = [("scene".to_owned(), given)].into();
-    let setting = Setting { size, inputs, facts: Facts::default(), caps, options, requirement: &Requirement::typical };
+    let setting =
+        PlanRequest { size, inputs, facts: Facts::default(), caps, options, requirement: &Requirement::typical };
     plan(graph, &setting).unwrap_or_else(|error| panic!("{error}"))
 }
 

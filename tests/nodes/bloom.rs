@@ -1,7 +1,7 @@
 //! Extract, Downsample, Upsample, Gaussian and Composite on the GPU against their f64 twins.
 
 use afterimage_graph::node::Work;
-use afterimage_graph::plan::Tiles;
+use afterimage_plan::Tiles;
 
 use crate::reference::bloom::{self, composite_add, composite_lerp, gate_weight, knee_weight, select_emissive};
 use crate::reference::color::luminance;
@@ -427,14 +427,14 @@ fn bloom_is_the_same_drawn_and_dispatched() {
 }
 
 /// The nodes that the plan leaves out, and its number of passes.
-fn left_out(nodes: &str) -> (Vec<String>, usize) {
+fn skipped(nodes: &str) -> (Vec<String>, usize) {
     let graph = graph(&pipeline(nodes));
     let scene = picture([64, 64], false);
     let mut run = Run::new(&graph);
     run.options.tile = Tiles::Never;
     let plan = run.plan(&gpu(), &[("scene", &scene)]);
     assert!(plan.recording.passes.iter().all(|pass| matches!(pass.work, Work::Steps { .. })));
-    (plan.left_out.iter().map(|left_out| left_out.node.clone()).collect(), plan.recording.passes.len())
+    (plan.skipped.iter().map(|skipped| skipped.node.clone()).collect(), plan.recording.passes.len())
 }
 
 #[test]
@@ -449,14 +449,14 @@ fn what_changes_nothing_is_left_out_with_all_that_feeds_it() {
             "result": Vignette(source: "lit")"#
         )
     };
-    let (mut nodes, passes) = left_out(&chain("0.0"));
+    let (mut nodes, passes) = skipped(&chain("0.0"));
     nodes.sort();
     assert_eq!((nodes, passes), (["bloom", "bright", "lit", "mips"].map(String::from).to_vec(), 1));
-    assert_eq!(left_out(&chain("0.5")), (Vec::new(), 7));
+    assert_eq!(skipped(&chain("0.5")), (Vec::new(), 7));
     let blur = r#""blur": Gaussian(source: "scene", sigma: 0.2), "result": Vignette(source: "blur")"#;
-    assert_eq!(left_out(blur), (vec!["blur".into()], 1));
+    assert_eq!(skipped(blur), (vec!["blur".into()], 1));
     let all = r#""all": Extract(source: "scene", method: All), "result": Vignette(source: "all")"#;
-    assert_eq!(left_out(all), (vec!["all".into()], 1));
+    assert_eq!(skipped(all), (vec!["all".into()], 1));
 }
 
 #[test]
@@ -470,7 +470,7 @@ fn one_level_is_not_joined_with_any() {
         )
     };
     // The vignette reads a pixel of the last pass before it and becomes a part of it.
-    assert_eq!(left_out(&nodes(1, 0.7)).1, 1);
-    assert_eq!(left_out(&nodes(4, 0.7)).1, 4 + 3);
-    assert!(left_out(&nodes(4, 0.0)).1 < 4 + 3, "the finest level alone is not joined with any");
+    assert_eq!(skipped(&nodes(1, 0.7)).1, 1);
+    assert_eq!(skipped(&nodes(4, 0.7)).1, 4 + 3);
+    assert!(skipped(&nodes(4, 0.0)).1 < 4 + 3, "the finest level alone is not joined with any");
 }

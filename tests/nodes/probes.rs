@@ -50,7 +50,7 @@ params! {
     pub struct ProbeVolume {}
 }
 
-const RESULT: &[Output] = &[Output::image("result", Gives::Always(State::Data), "What was seen.")];
+const RESULT: &[Output] = &[Output::image("result", OutputState::Always(ColorState::Data), "What was seen.")];
 
 fn seen(width: u32, height: u32) -> ImageDesc {
     ImageDesc::new(Size::new(width, height)).format(Format::Rgba32Float)
@@ -59,7 +59,7 @@ fn seen(width: u32, height: u32) -> ImageDesc {
 impl Node for ProbeTable {
     const INPUTS: &'static [Input] = &[Input::new("table", PortType::Table, "The table.")];
     const OUTPUTS: &'static [Output] = RESULT;
-    const BYPASS: StandIn = StandIn::Absent;
+    const FALLBACK: Fallback = Fallback::Absent;
 
     fn record(&self, pass: &mut Recorder<'_>) {
         let result = pass.output("result", seen(260, 1));
@@ -70,7 +70,7 @@ impl Node for ProbeTable {
 impl Node for ProbeValue {
     const INPUTS: &'static [Input] = &[Input::new("value", PortType::Value, "The value.")];
     const OUTPUTS: &'static [Output] = RESULT;
-    const BYPASS: StandIn = StandIn::Absent;
+    const FALLBACK: Fallback = Fallback::Absent;
 
     fn record(&self, pass: &mut Recorder<'_>) {
         pass.function(&VALUE, "probe_value").write("result", seen(1, 1));
@@ -80,7 +80,7 @@ impl Node for ProbeValue {
 impl Node for ProbeVolume {
     const INPUTS: &'static [Input] = &[Input::new("volume", PortType::Volume, "The volume.")];
     const OUTPUTS: &'static [Output] = RESULT;
-    const BYPASS: StandIn = StandIn::Absent;
+    const FALLBACK: Fallback = Fallback::Absent;
 
     fn record(&self, pass: &mut Recorder<'_>) {
         let volume = pass.image("volume");

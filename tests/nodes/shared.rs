@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use afterimage_graph::node::{Cells, Resource, Work};
-use afterimage_graph::plan::{Plan, check_plan};
+use afterimage_plan::{Plan, verify};
 use half::f16;
 
 use super::probes::{graph, scene};
@@ -181,8 +181,8 @@ fn tsushima_reads_its_scene_once_for_grid_and_gaussian() {
     let label = "grid_build_nearest & log_gaussian_average";
     let pass = joined.recording.passes.iter().find(|pass| pass.label == label).expect("the two are one pass");
     assert_eq!(pass.nodes, ["grid", "around"]);
-    assert_eq!(check_plan(&joined), Ok(()));
-    let [read] = joined.read_once.as_slice() else { panic!("one image is read once: {:?}", joined.read_once) };
+    assert_eq!(verify(&joined), Ok(()));
+    let [read] = joined.shared_reads.as_slice() else { panic!("one image is read once: {:?}", joined.shared_reads) };
     assert_eq!(
         (read.image.as_str(), read.bytes_saved),
         ("scene", joined.recording.image(cells(&joined)[0].source).desc.bytes())
@@ -195,7 +195,7 @@ fn tsushima_reads_its_scene_once_for_grid_and_gaussian() {
         functions.iter().map(|run| &run["function"]).collect::<Vec<_>>(),
         ["grid_build_nearest", "log_gaussian_average"]
     );
-    assert!(cells(&alone).is_empty() && alone.read_once.is_empty() && !alone.to_text().contains("read once"));
+    assert!(cells(&alone).is_empty() && alone.shared_reads.is_empty() && !alone.to_text().contains("read once"));
 }
 
 /// A kernel that waits for another's result is not joined with it, nor one whose lattice does not fit.
@@ -217,7 +217,7 @@ fn what_waits_for_other_things_stays_apart() {
     let player = Player::new();
     for nodes in apart {
         let [plan, _] = plans(&player, nodes, &scene);
-        assert!(cells(&plan).is_empty() && plan.read_once.is_empty(), "{nodes}");
+        assert!(cells(&plan).is_empty() && plan.shared_reads.is_empty(), "{nodes}");
     }
 }
 

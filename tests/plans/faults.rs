@@ -1,7 +1,7 @@
 //! Faults planted in good plans: the checker finds each of them and names who is to blame.
 
 use afterimage_graph::node::{ImageId, Origin, Resource};
-use afterimage_graph::plan::{Alias, Options, Plan, check_plan};
+use afterimage_plan::{Alias, Options, Plan, verify};
 
 use super::random::Recipe;
 
@@ -14,7 +14,7 @@ fn plans(options: Options) -> impl Iterator<Item = Plan> {
 
 /// The sentences about a plan; it must have some.
 fn faults(plan: &Plan, what: &str) -> String {
-    let faults = check_plan(plan).expect_err(what);
+    let faults = verify(plan).expect_err(what);
     faults.iter().map(ToString::to_string).collect::<Vec<String>>().join("\n")
 }
 
@@ -26,16 +26,16 @@ fn assert_says(said: &str, parts: &[&str]) {
 #[test]
 fn a_barrier_dropped() {
     for plan in plans(Options::default()) {
-        for wave in 0..plan.waves.len() {
-            for at in 0..plan.barriers[wave].transitions.len() {
+        for batch in 0..plan.batches.len() {
+            for at in 0..plan.barriers[batch].transitions.len() {
                 let mut broken = plan.clone();
-                let dropped = broken.barriers[wave].transitions.remove(at);
+                let dropped = broken.barriers[batch].transitions.remove(at);
                 let name = match dropped.resource {
                     Resource::Image(image) => &plan.image_names()[image.0 as usize],
                     Resource::Buffer(buffer) => &plan.buffer_names()[buffer.0 as usize],
                 };
                 let said = faults(&broken, "a barrier is missing");
-                assert_says(&said, &[&format!("wave {wave} uses `{name}`"), "no barrier"]);
+                assert_says(&said, &[&format!("batch {batch} uses `{name}`"), "no barrier"]);
             }
         }
     }
@@ -53,9 +53,10 @@ fn an_export_dropped() {
 fn a_hand_over_not_touched() {
     for alias in [Alias::Placed, Alias::Pool] {
         for plan in plans(Options { alias, ..Options::default() }) {
-            let wave = plan.barriers.iter().position(|wave| !wave.hand_overs.is_empty()).expect("memory changes hands");
+            let batch =
+                plan.barriers.iter().position(|batch| !batch.aliasing.is_empty()).expect("memory changes hands");
             let mut broken = plan.clone();
-            let dropped = broken.barriers[wave].hand_overs.remove(0);
+            let dropped = broken.barriers[batch].aliasing.remove(0);
             let name = &plan.image_names()[dropped.image.0 as usize];
             let said = faults(&broken, "a hand-over is missing");
             assert_says(&said, &[&format!("`{name}` takes over"), "nothing separates them"]);
@@ -63,7 +64,7 @@ fn a_hand_over_not_touched() {
     }
 }
 
-/// Two shared images that are alive in the same wave.
+/// Two shared images that are alive in the same batch.
 fn alive_together(plan: &Plan) -> (usize, usize) {
     let shared = |image: &usize| plan.memory.offset_of[*image].is_some();
     let lives: Vec<(usize, _)> =
@@ -112,9 +113,9 @@ fn a_place_off_its_alignment_or_beyond_the_heap() {
     assert_says(&faults(&outside, "an image is outside"), &["beyond the heap"]);
 }
 
-/// A pass and a later one that reads what it writes, the first in the wave before the second.
+/// A pass and a later one that reads what it writes, the first in the batch before the second.
 fn neighbours(plan: &Plan) -> Option<(usize, usize, usize)> {
-    plan.waves.windows(2).enumerate().find_map(|(wave, pair)| {
+    plan.batches.windows(2).enumerate().find_map(|(batch, pair)| {
         let reads = |reader: usize, writer: usize| {
             let writes = plan.recording.passes[writer].writes();
             plan.recording.passes[reader].reads().iter().any(|resource| writes.contains(resource))
@@ -123,14 +124,14 @@ fn neighbours(plan: &Plan) -> Option<(usize, usize, usize)> {
         pairs
             .into_iter()
             .find(|(writer, reader)| reads(*reader, *writer))
-            .map(|(writer, reader)| (wave, writer, reader))
+            .map(|(writer, reader)| (batch, writer, reader))
     })
 }
 
 #[test]
 fn two_passes_exchanged() {
     for plan in plans(Options::default()) {
-        let (_, writer, reader) = neighbours(&plan).expect("some wave needs the one before");
+        let (_, writer, reader) = neighbours(&plan).expect("some batch needs the one before");
         let mut broken = plan.clone();
         broken.recording.passes.swap(writer, reader);
         broken.stages.swap(writer, reader);
@@ -144,45 +145,27 @@ fn two_passes_exchanged() {
 #[test]
 fn a_boundary_between_waves_removed() {
     for plan in plans(Options::default()) {
-        let (wave, ..) = neighbours(&plan).expect("some wave needs the one before");
+        let (batch, ..) = neighbours(&plan).expect("some batch needs the one before");
         let mut broken = plan.clone();
-        let second = broken.waves.remove(wave + 1);
-        broken.waves[wave].end = second.end;
-        let moved = broken.barriers.remove(wave + 1);
-        broken.barriers[wave].transitions.extend(moved.transitions);
-        broken.barriers[wave].hand_overs.extend(moved.hand_overs);
+        let second = broken.batches.remove(batch + 1);
+        broken.batches[batch].end = second.end;
+        let moved = broken.barriers.remove(batch + 1);
+        broken.barriers[batch].transitions.extend(moved.transitions);
+        broken.barriers[batch].aliasing.extend(moved.aliasing);
         for lifetime in broken.lifetimes.iter_mut().flatten() {
-            lifetime.first -= usize::from(lifetime.first > wave);
-            lifetime.last -= usize::from(lifetime.last > wave);
+            lifetime.first -= usize::from(lifetime.first > batch);
+            lifetime.last -= usize::from(lifetime.last > batch);
         }
-        assert_says(&faults(&broken, "two waves became one"), &["of the same wave uses it"]);
+        assert_says(&faults(&broken, "two batches became one"), &["of the same batch uses it"]);
     }
 }
 
 #[test]
 fn waves_that_leave_a_pass_out() {
     let mut plan = plans(Options::default()).next().expect("there is a plan");
-    let last = plan.waves.len() - 1;
-    plan.waves[last].end -= 1;
-    assert_says(&faults(&plan, "a pass is in no wave"), &["the waves end at pass"]);
-}
-
-#[test]
-fn launches_that_leave_a_pass_out_or_reach_into_another_wave() {
-    for plan in plans(Options::default()) {
-        let last = plan.launches.len() - 1;
-        let mut broken = plan.clone();
-        broken.launches[last].end -= 1;
-        assert_says(&faults(&broken, "a pass is in no launch"), &["the launches end at pass"]);
-        let mut broken = plan.clone();
-        let second = broken.launches.remove(last);
-        broken.launches[last - 1].end = second.end;
-        let said = faults(&broken, "two launches became one");
-        assert!(
-            said.contains("share a launch and no wave") || said.contains("one of them draws or may have to"),
-            "{said}"
-        );
-    }
+    let last = plan.batches.len() - 1;
+    plan.batches[last].end -= 1;
+    assert_says(&faults(&plan, "a pass is in no batch"), &["the batches end at pass"]);
 }
 
 #[test]

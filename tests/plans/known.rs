@@ -1,18 +1,18 @@
-//! Plans that are made once for each distinct answer.
+//! PlanCache that are made once for each distinct answer.
 
 use std::sync::Arc;
 
 use afterimage_graph::check::Facts;
 use afterimage_graph::image::{Format, ImageDesc, Size};
-use afterimage_graph::plan::{Caps, GivenImage, Options, Plan, Plans, Requirement, Setting};
+use afterimage_plan::{Caps, GivenImage, Options, Plan, PlanCache, PlanRequest, Requirement};
 
 use crate::support::gpu::{graph, shipped};
 
-fn planned(plans: &mut Plans, side: u32, facts: &[(&str, f64)]) -> Arc<Plan> {
+fn planned(plans: &mut PlanCache, side: u32, facts: &[(&str, f64)]) -> Arc<Plan> {
     let size = Size::new(side, side);
     let mut told = Facts::default();
     facts.iter().for_each(|(name, number)| told.set(*name, *number));
-    let setting = Setting {
+    let setting = PlanRequest {
         size,
         inputs: [("scene".to_owned(), GivenImage { desc: ImageDesc::new(size), finite: false })].into(),
         facts: told,
@@ -34,7 +34,7 @@ const LAMPS: &str = r#"Pipeline(
 
 #[test]
 fn a_fact_asks_for_a_plan_only_where_a_condition_answers_otherwise() {
-    let mut plans = Plans::new(graph(LAMPS));
+    let mut plans = PlanCache::new(graph(LAMPS));
     let dark = planned(&mut plans, 64, &[("lamps", 0.0)]);
     let lit = planned(&mut plans, 64, &[("lamps", 4.0)]);
     assert!(dark.recording.passes.len() < lit.recording.passes.len(), "the condition leaves passes out");
@@ -48,7 +48,7 @@ fn a_fact_asks_for_a_plan_only_where_a_condition_answers_otherwise() {
 
 #[test]
 fn what_was_not_asked_for_in_a_long_time_makes_room() {
-    let mut plans = Plans::new(shipped("exposure.ron", None));
+    let mut plans = PlanCache::new(shipped("exposure.ron", None));
     let first = Arc::downgrade(&planned(&mut plans, 1, &[]));
     let second = Arc::downgrade(&planned(&mut plans, 2, &[]));
     for side in 3..200 {

@@ -1,4 +1,4 @@
-//! Plans: whatever the graph, the checker has nothing to say; and what is wrong, it finds.
+//! PlanCache: whatever the graph, the checker has nothing to say; and what is wrong, it finds.
 
 mod faults;
 mod known;

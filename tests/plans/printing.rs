@@ -1,7 +1,7 @@
-//! Plans as text, JSON, Graphviz and SVG, their hashes and their differences.
+//! PlanCache as text, JSON, Graphviz and SVG, their hashes and their differences.
 
 use afterimage_graph::image::Size;
-use afterimage_graph::plan::{Alias, Options, Plan, diff};
+use afterimage_plan::{Alias, Options, Plan, diff};
 
 use super::random::{Recipe, plan_at};
 
@@ -22,10 +22,10 @@ fn the_text_tells_of_every_pass_and_node() {
         let in_parts = pass.nodes.iter().zip(pass.label.split(" + ")).all(line);
         assert!(whole || in_parts, "{}: {}\n{text}", pass.nodes.join(" + "), pass.label);
     }
-    for left in &plan.left_out {
+    for left in &plan.skipped {
         assert!(text.lines().any(|line| line.contains(&left.node) && line.ends_with(&left.why)), "{text}");
     }
-    assert!(!plan.left_out.is_empty() && text.contains("lower bound") && text.contains(&plan.hash().to_string()));
+    assert!(!plan.skipped.is_empty() && text.contains("lower bound") && text.contains(&plan.hash().to_string()));
     assert!(text.lines().all(|line| line == line.trim_end()), "no spaces at the ends of lines");
 }
 
@@ -33,7 +33,7 @@ fn the_text_tells_of_every_pass_and_node() {
 fn the_json_is_canonical() {
     let plan = example();
     let json: serde_json::Value = serde_json::from_str(&plan.to_json()).expect("JSON can be read");
-    for key in ["hash", "passes", "waves", "barriers", "left_out", "memory"] {
+    for key in ["hash", "passes", "batches", "barriers", "skipped", "memory"] {
         assert!(json.get(key).is_some(), "no `{key}`");
     }
     let keys = ["unaliased", "unshared", "pooled", "placed", "lower_bound"];
@@ -42,8 +42,8 @@ fn the_json_is_canonical() {
     assert_eq!(memory, [m.unaliased, m.unshared, m.pooled, m.placed, m.lower_bound].map(Some));
     assert_eq!(json["hash"], plan.hash().to_string());
     assert_eq!(json["passes"].as_array().map(Vec::len), Some(plan.recording.passes.len()));
-    assert_eq!(json["waves"].as_array().map(Vec::len), json["barriers"].as_array().map(Vec::len));
-    // Reading sorts the keys; writing again gives the same text only if they were sorted.
+    assert_eq!(json["batches"].as_array().map(Vec::len), json["barriers"].as_array().map(Vec::len));
+    // SampleMode sorts the keys; writing again gives the same text only if they were sorted.
     assert_eq!(serde_json::to_string_pretty(&json).expect("JSON can be written"), plan.to_json());
 }
 

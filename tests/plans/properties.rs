@@ -2,8 +2,8 @@
 
 use afterimage_graph::check::Graph;
 use afterimage_graph::image::{Format, Size};
-use afterimage_graph::node::{ImageId, Resource, StandIn};
-use afterimage_graph::plan::{Alias, Caps, Horizontal, Options, Plan, Stage, check_plan};
+use afterimage_graph::node::{Fallback, ImageId, Resource};
+use afterimage_plan::{Alias, Caps, Options, Plan, Stage, verify};
 use proptest::prelude::*;
 
 use super::random::{Dice, Recipe, plan_at, plan_on};
@@ -19,9 +19,13 @@ fn recipes(nodes: std::ops::Range<usize>) -> impl Strategy<Value = Recipe> {
 
 fn options() -> impl Strategy<Value = Options> {
     let alias = prop_oneof![Just(Alias::None), Just(Alias::Pool), Just(Alias::Placed)];
-    let horizontal = prop_oneof![Just(Horizontal::Never), Just(Horizontal::Small), Just(Horizontal::Always)];
-    (any::<[bool; 4]>(), alias, horizontal).prop_map(|([fuse, serial, exact, waves_first], alias, horizontal)| {
-        Options { fuse, horizontal, alias, serial, exact, waves_first, ..Options::default() }
+    (any::<[bool; 4]>(), alias).prop_map(|([fuse, serial, exact, batches_first], alias)| Options {
+        fuse,
+        alias,
+        serial,
+        exact,
+        batches_first,
+        ..Options::default()
     })
 }
 
@@ -32,7 +36,7 @@ fn checked(recipe: Recipe, options: Options) -> Plan {
 fn checked_on(recipe: Recipe, options: Options, caps: Caps) -> Plan {
     let plan = plan_on(&recipe.graph(), Size::new(640, 360), options, caps);
     let plan = plan.unwrap_or_else(|error| panic!("{recipe:?}: {error}"));
-    if let Err(faults) = check_plan(&plan) {
+    if let Err(faults) = verify(&plan) {
         panic!("{recipe:?}, {options:?}: {} faults, the first: {}", faults.len(), faults[0]);
     }
     plan
@@ -90,11 +94,11 @@ proptest! {
     #[test]
     fn memory_first_needs_no_more_memory_and_waves_first_no_more_waves(recipe in recipes(2..120)) {
         let small = checked(recipe, Options::default());
-        let fast = checked(recipe, Options { waves_first: true, ..Options::default() });
+        let fast = checked(recipe, Options { batches_first: true, ..Options::default() });
         let serial = checked(recipe, Options { serial: true, ..Options::default() });
         prop_assert!(small.memory.lower_bound <= fast.memory.lower_bound);
-        prop_assert!(fast.waves.len() <= small.waves.len());
-        prop_assert_eq!(serial.waves.len(), serial.recording.passes.len());
+        prop_assert!(fast.batches.len() <= small.batches.len());
+        prop_assert_eq!(serial.batches.len(), serial.recording.passes.len());
         prop_assert!(serial.memory.lower_bound <= small.memory.lower_bound);
     }
 
@@ -112,7 +116,7 @@ proptest! {
         let fresh = plan_at(&graph, Size::new(640, 360), Options::default()).expect("the graph can be planned");
         let mut kept = fresh.clone();
         kept.place_keeping(&old);
-        prop_assert_eq!(check_plan(&kept), Ok(()));
+        prop_assert_eq!(verify(&kept), Ok(()));
         prop_assert!(kept == fresh || kept.memory.heap == old.memory.heap);
     }
 
@@ -128,7 +132,7 @@ proptest! {
 /// Switches a node off, or on.
 fn switch_one(graph: &mut Graph, seed: u64) {
     let can_be_off: Vec<usize> =
-        (0..graph.nodes.len()).filter(|at| graph.nodes[*at].kind.bypass() != StandIn::Absent).collect();
+        (0..graph.nodes.len()).filter(|at| graph.nodes[*at].kind.fallback() != Fallback::Absent).collect();
     let at = can_be_off[Dice::new(seed).below(can_be_off.len())];
     graph.nodes[at].off = !graph.nodes[at].off;
 }

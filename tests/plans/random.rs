@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 
 use afterimage_graph::check::{Facts, Graph, GraphInput, GraphNode, GraphOutput, Source};
 use afterimage_graph::node::{ImageId, NodeKind};
-use afterimage_graph::plan::{Caps, GivenImage, Options, Plan, PlanError, Requirement, Setting, plan};
 use afterimage_graph::prelude::*;
+use afterimage_plan::{Caps, GivenImage, Options, Plan, PlanError, PlanRequest, Requirement, plan};
 use petgraph::graph::{DiGraph, NodeIndex};
 
 static TINT: Shader =
@@ -55,7 +55,7 @@ static SCALE: Shader = Shader::new(
     "fn scale(source: vec4f, value: vec4f) -> vec4f { return source * (0.5 + 0.5 * fract(value)); }",
 );
 
-const ANY: Gives = Gives::Same("source");
+const ANY: OutputState = OutputState::Same("source");
 
 /// Declares a test kind: ports, what stands in for it, and what it records.
 macro_rules! kind {
@@ -67,7 +67,7 @@ macro_rules! kind {
         impl Node for $kind {
             const INPUTS: &'static [Input] = &[$($input),*];
             const OUTPUTS: &'static [Output] = &[$($output),*];
-            const BYPASS: StandIn = $bypass;
+            const FALLBACK: Fallback = $bypass;
             fn record(&self, pass: &mut Recorder<'_>) {
                 let record: fn(&mut Recorder<'_>) = $record;
                 record(pass)
@@ -88,7 +88,7 @@ fn look(pass: &mut Recorder<'_>, source: ImageId, result: ImageId) {
     pass.function(&COPY, "look").read("source", source).write_to(result);
 }
 
-kind!(Tint, "Changes each pixel.", [SOURCE], [RESULT], StandIn::Input("source"), |pass| {
+kind!(Tint, "Changes each pixel.", [SOURCE], [RESULT], Fallback::Input("source"), |pass| {
     let desc = sized(pass, "source", |size| size);
     pass.function(&TINT, "tint").write("result", desc);
 });
@@ -96,22 +96,22 @@ kind!(
     Lay,
     "Lays one image over another.",
     [Input::image("base", "An image."), Input::image("over", "An image.")],
-    [Output::image("result", Gives::Same("base"), "An image.")],
-    StandIn::Input("base"),
+    [Output::image("result", OutputState::Same("base"), "An image.")],
+    Fallback::Input("base"),
     |pass| {
         let over = pass.image("over");
         let desc = sized(pass, "base", |size| size);
         pass.function(&LAY, "lay").read("over", over).write("result", desc);
     }
 );
-kind!(Blur, "Two passes with an image between.", [SOURCE], [RESULT], StandIn::Input("source"), |pass| {
+kind!(Blur, "Two passes with an image between.", [SOURCE], [RESULT], Fallback::Input("source"), |pass| {
     let (source, desc) = (pass.image("source"), sized(pass, "source", |size| size));
     let between = pass.transient("between", desc);
     look(pass, source, between);
     let result = pass.output("result", desc);
     look(pass, between, result);
 });
-kind!(Shrink, "Half the size.", [SOURCE], [RESULT], StandIn::Zero, |pass| {
+kind!(Shrink, "Half the size.", [SOURCE], [RESULT], Fallback::Zero, |pass| {
     let (source, desc) = (pass.image("source"), sized(pass, "source", Size::half));
     let result = pass.output("result", desc);
     look(pass, source, result);
@@ -121,7 +121,7 @@ kind!(
     "The size of another image.",
     [SOURCE, Input::image("like", "An image.")],
     [Output::image("result", ANY, "An image.")],
-    StandIn::Input("like"),
+    Fallback::Input("like"),
     |pass| {
         let (source, desc) = (pass.image("source"), sized(pass, "like", |size| size));
         let result = pass.output("result", desc);
@@ -133,7 +133,7 @@ kind!(
     "A pyramid.",
     [SOURCE],
     [Output::new("result", PortType::Pyramid, ANY, "Levels.")],
-    StandIn::Zero,
+    Fallback::Zero,
     |pass| {
         let (mut above, mut desc) = (pass.image("source"), sized(pass, "source", |size| size));
         let mut levels = Vec::new();
@@ -152,7 +152,7 @@ kind!(
     "Joins a pyramid from its coarsest level up.",
     [Input::new("source", PortType::Pyramid, "Levels.")],
     [RESULT],
-    StandIn::Zero,
+    Fallback::Zero,
     |pass| {
         let levels = pass.pyramid("source");
         let (coarsest, finer) = levels.split_last().expect("a pyramid has a level");
@@ -170,7 +170,7 @@ kind!(
     "A volume.",
     [SOURCE],
     [Output::new("result", PortType::Volume, ANY, "A volume.")],
-    StandIn::Absent,
+    Fallback::Absent,
     |pass| {
         let size = sized(pass, "source", |size| size.div_up(16)).size;
         let result = pass.output("result", ImageDesc::volume(Size::volume(size.width, size.height, 16)));
@@ -182,8 +182,8 @@ kind!(
     Slice,
     "Looks into a volume.",
     [Input::image("base", "An image."), Input::new("volume", PortType::Volume, "A volume.")],
-    [Output::image("result", Gives::Same("base"), "An image.")],
-    StandIn::Input("base"),
+    [Output::image("result", OutputState::Same("base"), "An image.")],
+    Fallback::Input("base"),
     |pass| {
         let desc = sized(pass, "base", |size| size);
         pass.function(&SLICE, "slice").write("result", desc);
@@ -193,8 +193,8 @@ kind!(
     Meter,
     "A value that remembers the frame before.",
     [SOURCE],
-    [Output::new("value", PortType::Value, Gives::Nothing, "A value.")],
-    StandIn::Absent,
+    [Output::new("value", PortType::Value, OutputState::Nothing, "A value.")],
+    Fallback::Absent,
     |pass| {
         let sum = pass.add_buffer("sum", 16, BufferLife::Frame);
         let value = pass.output_value("value", BufferLife::Persistent);
@@ -207,7 +207,7 @@ kind!(
     "Scales by a value.",
     [SOURCE, Input::new("value", PortType::Value, "A value.")],
     [RESULT],
-    StandIn::Input("source"),
+    Fallback::Input("source"),
     |pass| {
         let desc = sized(pass, "source", |size| size);
         pass.function(&SCALE, "scale").write("result", desc);
@@ -218,7 +218,7 @@ kind!(
     "Two images, one of half the size.",
     [SOURCE],
     [RESULT, Output::image("small", ANY, "An image.")],
-    StandIn::Zero,
+    Fallback::Zero,
     |pass| {
         let (source, desc) = (pass.image("source"), sized(pass, "source", |size| size));
         let (whole, half) = (pass.output("result", desc), pass.output("small", desc.half()));
@@ -310,7 +310,7 @@ pub fn plan_on(graph: &Graph, size: Size, options: Options, caps: Caps) -> Resul
     let given = GivenImage { desc: ImageDesc::new(size), finite: true };
     let inputs = BTreeMap::from([("picture".to_owned(), given)]);
     let requirement = &Requirement::typical;
-    plan(graph, &Setting { size, inputs, facts: Facts::default(), caps, options, requirement })
+    plan(graph, &PlanRequest { size, inputs, facts: Facts::default(), caps, options, requirement })
 }
 
 impl Growing {
@@ -326,7 +326,7 @@ impl Growing {
         if has_all {
             let wires = kind.inputs().iter().map(|input| self.pick(input.ty)).collect();
             // Whoever needs a volume or a value is starved without it, and so on to the outputs.
-            let off = self.dice.per_cent(off) && kind.bypass() != StandIn::Absent;
+            let off = self.dice.per_cent(off) && kind.fallback() != Fallback::Absent;
             self.add(kind, wires, off);
         }
     }
@@ -404,13 +404,13 @@ impl Growing {
                 }
             }
         }
-        let input = GraphInput { name: "picture".into(), state: State::Scene, optional: false, signed: false };
+        let input = GraphInput { name: "picture".into(), state: ColorState::Scene, optional: false, signed: false };
         let images = &self.made[&PortType::Image];
         let shown = [images[images.len() - 1], images[images.len() / 2]];
         let output = |(index, source): (usize, &Source)| GraphOutput {
             name: format!("shown{index}"),
             source: *source,
-            state: State::Scene,
+            state: ColorState::Scene,
         };
         let outputs = shown.iter().enumerate().map(output).collect();
         Graph { inputs: vec![input], nodes: self.nodes, outputs, wires }

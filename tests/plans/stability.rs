@@ -2,8 +2,8 @@
 
 use afterimage_graph::check::{Graph, Source};
 use afterimage_graph::image::{Format, Size};
-use afterimage_graph::node::{PortType, StandIn};
-use afterimage_graph::plan::{Caps, Options, Plan};
+use afterimage_graph::node::{Fallback, PortType};
+use afterimage_plan::{Caps, Options, Plan};
 
 use super::random::{Dice, Recipe, plan_on};
 
@@ -56,14 +56,14 @@ fn another_name_moves_nothing() {
         renamed.nodes.iter_mut().enumerate().for_each(|(at, node)| node.name = format!("z{}", 1000 - at));
         let [before, after] = [&graph, &renamed].map(planned);
         assert_eq!(before.recorded, after.recorded, "seed {seed}");
-        assert_eq!((before.waves, before.memory), (after.waves, after.memory), "seed {seed}");
+        assert_eq!((before.batches, before.memory), (after.batches, after.memory), "seed {seed}");
     }
 }
 
 #[test]
 fn a_node_switched_off_moves_little() {
     let kept = kept(|graph, dice| {
-        let can_be_off = |at: &usize| graph.nodes[*at].kind.bypass() != StandIn::Absent && !graph.nodes[*at].off;
+        let can_be_off = |at: &usize| graph.nodes[*at].kind.fallback() != Fallback::Absent && !graph.nodes[*at].off;
         let nodes: Vec<usize> = (0..graph.nodes.len()).filter(can_be_off).collect();
         graph.nodes[nodes[dice.below(nodes.len())]].off = true;
     });
@@ -86,7 +86,7 @@ fn a_node_read_elsewhere_moves_little() {
     assert!(kept > 0.85, "{kept}");
 }
 
-/// Gives the second input of a node another source.
+/// OutputState the second input of a node another source.
 fn rewire(graph: &mut Graph, reader: usize, wire: Source) {
     graph.nodes[reader].wires[1] = Some(wire);
     graph.wires.clear_edges();

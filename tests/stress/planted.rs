@@ -36,20 +36,20 @@ pub(super) const ALL: &[Planted] = &[
     planted::<HandsOver>("edge", "when not fused"),
 ];
 
-const SOURCE: &[Input] = &[Input::image("source", "Light.").takes(&[State::Scene])];
-const RESULT: &[Output] = &[Output::image("result", Gives::Same("source"), "Light.")];
+const SOURCE: &[Input] = &[Input::image("source", "Light.").accepts(&[ColorState::Scene])];
+const RESULT: &[Output] = &[Output::image("result", OutputState::Same("source"), "Light.")];
 
 /// A kind of one function that is named after its shader's text.
 macro_rules! faulty {
-    ($kind:ident, $function:literal, $outputs:expr, $stand_in:expr, $wgsl:literal) => {
+    ($kind:ident, $function:literal, $outputs:expr, $fallback:expr, $wgsl:literal) => {
         impl Node for $kind {
             const INPUTS: &'static [Input] = SOURCE;
             const OUTPUTS: &'static [Output] = $outputs;
-            const BYPASS: StandIn = StandIn::Input("source");
+            const FALLBACK: Fallback = Fallback::Input("source");
 
-            fn stand_in(&self, _: &Arrivals) -> Option<StandIn> {
-                let is_neutral: fn(&Self) -> bool = $stand_in;
-                is_neutral(self).then_some(Self::BYPASS)
+            fn identity(&self, _: &Arrivals) -> Option<Fallback> {
+                let is_neutral: fn(&Self) -> bool = $fallback;
+                is_neutral(self).then_some(Self::FALLBACK)
             }
 
             fn record(&self, pass: &mut Recorder<'_>) {
@@ -144,7 +144,7 @@ params! {
 faulty!(
     AboveWhite,
     "above_white",
-    &[Output::image("result", Gives::Always(State::Encoded), "The signal.")],
+    &[Output::image("result", OutputState::Always(ColorState::Encoded), "The signal.")],
     |_| false,
     "fn above_white(source: vec4f) -> vec4f {
     return vec4f(sqrt(source.rgb), source.a);
@@ -194,7 +194,7 @@ params! {
 impl Node for CountsTooFar {
     const INPUTS: &'static [Input] = SOURCE;
     const OUTPUTS: &'static [Output] = RESULT;
-    const BYPASS: StandIn = StandIn::Input("source");
+    const FALLBACK: Fallback = Fallback::Input("source");
 
     fn record(&self, pass: &mut Recorder<'_>) {
         const WEIGHTS: [f32; 4] = [0.4, 0.3, 0.2, 0.1];
@@ -218,7 +218,7 @@ params! {
 impl Node for DrawsOtherwise {
     const INPUTS: &'static [Input] = SOURCE;
     const OUTPUTS: &'static [Output] = RESULT;
-    const BYPASS: StandIn = StandIn::Input("source");
+    const FALLBACK: Fallback = Fallback::Input("source");
 
     fn record(&self, pass: &mut Recorder<'_>) {
         static SHADER: Shader = Shader::new(
@@ -244,7 +244,7 @@ params! {
 impl Node for HandsOver {
     const INPUTS: &'static [Input] = SOURCE;
     const OUTPUTS: &'static [Output] = RESULT;
-    const BYPASS: StandIn = StandIn::Input("source");
+    const FALLBACK: Fallback = Fallback::Input("source");
 
     fn record(&self, pass: &mut Recorder<'_>) {
         static SHADER: Shader = Shader::new(
@@ -276,7 +276,7 @@ mod dark_edges {
     impl Node for Gaussian {
         const INPUTS: &'static [Input] = SOURCE;
         const OUTPUTS: &'static [Output] = RESULT;
-        const BYPASS: StandIn = StandIn::Input("source");
+        const FALLBACK: Fallback = Fallback::Input("source");
 
         fn record(&self, pass: &mut Recorder<'_>) {
             static SHADER: Shader = Shader::new(
@@ -344,7 +344,7 @@ mod leaning {
     impl Node for Saturation {
         const INPUTS: &'static [Input] = SOURCE;
         const OUTPUTS: &'static [Output] = RESULT;
-        const BYPASS: StandIn = StandIn::Input("source");
+        const FALLBACK: Fallback = Fallback::Input("source");
 
         fn record(&self, pass: &mut Recorder<'_>) {
             static SHADER: Shader = Shader::new(
@@ -391,8 +391,8 @@ mod restless {
 
     impl Node for Adapt {
         const INPUTS: &'static [Input] = SOURCE;
-        const OUTPUTS: &'static [Output] = &[Output::new("result", PortType::Value, Gives::Nothing, "Stops.")];
-        const BYPASS: StandIn = StandIn::Absent;
+        const OUTPUTS: &'static [Output] = &[Output::new("result", PortType::Value, OutputState::Nothing, "Stops.")];
+        const FALLBACK: Fallback = Fallback::Absent;
 
         fn record(&self, pass: &mut Recorder<'_>) {
             static SHADER: Shader = Shader::new(

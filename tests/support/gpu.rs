@@ -8,7 +8,7 @@ use afterimage_graph::check::{CheckOptions, Facts, Graph, Loader, NoFiles, check
 use afterimage_graph::document::parse;
 use afterimage_graph::image::Size;
 use afterimage_graph::node::Registry;
-use afterimage_graph::plan::{GivenImage, Options, Plan, Setting, plan};
+use afterimage_plan::{GivenImage, Options, Plan, PlanRequest, plan};
 
 /// An image of four floats a pixel, as tests have it.
 #[derive(Clone, Debug, PartialEq)]
@@ -117,7 +117,7 @@ impl<'a> Run<'a> {
         let executor = Executor::with_caps(&gpu.device, &gpu.queue, gpu.caps.clone());
         let requirement = &|desc: &_| executor.requirement(desc);
         let setting =
-            Setting { size, inputs: given, facts: self.facts.clone(), caps, options: self.options, requirement };
+            PlanRequest { size, inputs: given, facts: self.facts.clone(), caps, options: self.options, requirement };
         plan(self.graph, &setting).unwrap_or_else(|error| panic!("{error}"))
     }
 

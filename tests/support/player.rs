@@ -4,7 +4,7 @@ use std::ops::Deref;
 use std::sync::Arc;
 
 use afterimage_gpu::{Executor, Frame, Gpu, GpuError, Texels, download, upload};
-use afterimage_graph::plan::Plan;
+use afterimage_plan::Plan;
 
 use super::gpu::{Picture, Run, gpu};
 
@@ -39,7 +39,7 @@ impl Player {
         executor
     }
 
-    /// Plans for these inputs and loads the plan.
+    /// PlanCache for these inputs and loads the plan.
     pub fn load(&mut self, run: &Run<'_>, inputs: &[(&str, &Picture)]) -> Arc<Plan> {
         let plan = Arc::new(run.plan(&self.gpu, inputs));
         self.executor.load(plan.clone()).unwrap_or_else(|error| panic!("{error}"));

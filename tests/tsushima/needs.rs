@@ -1,6 +1,6 @@
 //! What the scene does not need costs nothing.
 
-use afterimage_graph::plan::Plan;
+use afterimage_plan::Plan;
 
 use crate::support::gpu::{Picture, Run, gpu, shipped};
 
@@ -27,7 +27,7 @@ fn a_caracal_without_lights_in_view_has_no_pass_for_its_glow() {
     let dark = plan("caracal.ron", |run| run.facts.set("emissive", false));
     assert!(!works(&dark).iter().any(|node| GLOW.contains(node)), "{:?}", works(&dark));
     assert_eq!(dark.recording.passes.len(), 1, "exposure, curve and encoding are one pass: {:?}", works(&dark));
-    let told = dark.left_out.iter().find(|left| left.node == "glowing").expect("the plan says what it left out");
+    let told = dark.skipped.iter().find(|left| left.node == "glowing").expect("the plan says what it left out");
     assert!(told.why.contains("emissive"), "{}", told.why);
     assert!(dark.memory.placed < lit.memory.placed / 10, "{} of {} bytes", dark.memory.placed, lit.memory.placed);
 }
@@ -44,7 +44,7 @@ fn a_noon_has_no_night_vision_and_a_night_has() {
 fn neutral_grading_is_left_out_of_a_plan_and_says_so() {
     let plan = plan("tsushima.ron", |_| {});
     for node in ["seen", "white", "graded", "look", "grain"] {
-        assert!(plan.left_out.iter().any(|left| left.node == node), "`{node}` is at its neutral values");
+        assert!(plan.skipped.iter().any(|left| left.node == node), "`{node}` is at its neutral values");
         assert!(!works(&plan).contains(&node));
     }
 }

@@ -4,23 +4,22 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use afterimage_gpu::Frame;
-use afterimage_graph::plan::{Options, Plan, check_plan};
+use afterimage_plan::{Options, Plan, verify};
 
 use super::{bits, scene};
 use crate::plans::random::Dice;
 use crate::support::gpu::{Picture, Run, shipped};
 use crate::support::player::Player;
 
-/// The plan with the passes of each wave in another order, each on its own.
+/// The plan with the passes of each batch in another order, each on its own.
 fn shuffled(plan: &Plan, dice: &mut Dice) -> Plan {
     let mut order: Vec<usize> = (0..plan.recording.passes.len()).collect();
-    for wave in &plan.waves {
-        for last in (wave.start + 1..wave.end).rev() {
-            order.swap(last, wave.start + dice.below(last + 1 - wave.start));
+    for batch in &plan.batches {
+        for last in (batch.start + 1..batch.end).rev() {
+            order.swap(last, batch.start + dice.below(last + 1 - batch.start));
         }
     }
     let mut other = plan.clone();
-    other.launches = (0..order.len()).map(|pass| pass..pass + 1).collect();
     other.recording.passes = order.iter().map(|at| plan.recording.passes[*at].clone()).collect();
     other.stages = order.iter().map(|at| plan.stages[*at]).collect();
     other.recorded = order.iter().map(|at| plan.recorded[*at]).collect();
@@ -42,9 +41,9 @@ fn passes_may_run_in_any_order_within_their_wave() {
     let graph = shipped(super::PIPELINE, None);
     let scenes = [0.0, 0.6].map(|walk| scene(192, 108, walk));
     let mut player = Player::new();
-    // The fewest waves are the widest.
+    // The fewest batches are the widest.
     let mut run = Run::new(&graph);
-    run.options.waves_first = true;
+    run.options.batches_first = true;
     let plan = run.plan(&player.gpu, &[("scene", &scenes[0])]);
     let wanted = frames(&mut player, plan.clone(), &scenes);
     let mut dice = Dice::new(3);
@@ -52,10 +51,10 @@ fn passes_may_run_in_any_order_within_their_wave() {
     for round in 0..6 {
         let other = shuffled(&plan, &mut dice);
         orders.insert(other.recorded.clone());
-        check_plan(&other).unwrap_or_else(|faults| panic!("round {round}: {faults:?}"));
+        verify(&other).unwrap_or_else(|faults| panic!("round {round}: {faults:?}"));
         assert!(frames(&mut player, other, &scenes) == wanted, "round {round} has other bits");
     }
-    assert!(orders.len() > 4, "the orders differ: {:?}", plan.waves);
+    assert!(orders.len() > 4, "the orders differ: {:?}", plan.batches);
 }
 
 #[test]
@@ -64,15 +63,15 @@ fn plans_that_order_passes_otherwise_have_the_same_bits() {
     let graph = shipped(super::PIPELINE, None);
     let scenes = [0.0, 0.6].map(|walk| scene(192, 108, walk));
     let mut player = Player::new();
-    let [usual, serial, fewest] = [(false, false), (true, false), (false, true)].map(|(serial, waves_first)| {
+    let [usual, serial, fewest] = [(false, false), (true, false), (false, true)].map(|(serial, batches_first)| {
         let mut run = Run::new(&graph);
-        run.options = Options { serial, waves_first, ..Options::default() };
+        run.options = Options { serial, batches_first, ..Options::default() };
         run.plan(&player.gpu, &[("scene", &scenes[0])])
     });
-    assert!(serial.waves.len() > usual.waves.len());
+    assert!(serial.batches.len() > usual.batches.len());
     let wanted = frames(&mut player, usual, &scenes);
-    assert!(frames(&mut player, serial, &scenes) == wanted, "a wave for each pass");
-    assert!(frames(&mut player, fewest, &scenes) == wanted, "fewest waves");
+    assert!(frames(&mut player, serial, &scenes) == wanted, "a batch for each pass");
+    assert!(frames(&mut player, fewest, &scenes) == wanted, "fewest batches");
 }
 
 /// Several sequences on one device, their frames submitted one sequence after the other, in turns, or backwards in one batch.

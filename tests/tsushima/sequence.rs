@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use afterimage_gpu::{Executor, Frame};
 use afterimage_graph::image::Size;
-use afterimage_graph::plan::Plan;
+use afterimage_plan::Plan;
 
 use super::{bits, camera, scene, up_to};
 use crate::support::gpu::{Picture, Run, graph, shipped};

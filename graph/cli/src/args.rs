@@ -5,7 +5,7 @@ pub(crate) mod stress;
 
 use std::path::PathBuf;
 
-use afterimage_graph::plan::Options;
+use afterimage_plan::Options;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use measure::{MeasureArgs, TuneArgs};
@@ -73,12 +73,9 @@ pub(crate) struct PlanOptions {
     /// Whether chains of images are computed in one dispatch, in workgroup memory
     #[arg(long, value_enum, default_value_t = TileChoice::Auto)]
     pub(crate) tiles: TileChoice,
-    /// Which passes that wait for nothing from each other share a dispatch: horizontal fusion
-    #[arg(long, value_enum, default_value_t = HorizontalChoice::Small)]
-    pub(crate) horizontal: HorizontalChoice,
     /// Order the passes for the fewest batches (passes between two barriers) instead of the smallest memory
     #[arg(long)]
-    pub(crate) fewest_waves: bool,
+    pub(crate) fewest_batches: bool,
     /// Store every intermediate in 32-bit floats, and filter them in the shader
     #[arg(long)]
     pub(crate) exact: bool,
@@ -116,16 +113,6 @@ pub(crate) enum Use {
     On,
     /// Never
     Off,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum HorizontalChoice {
-    /// None
-    Never,
-    /// Those that are too small to fill a device
-    Small,
-    /// All that can, so that they read large images together
-    Always,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]

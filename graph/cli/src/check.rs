@@ -6,7 +6,7 @@ use afterimage_graph::check::Graph;
 use afterimage_graph::diagnostic::{Diagnostics, Style};
 use afterimage_graph::image::Size;
 use afterimage_graph::node::{NodeKind, Registry};
-use afterimage_graph::plan::check_plan;
+use afterimage_plan::verify;
 
 use crate::args::{CheckArgs, PipelineOptions};
 use crate::failure::Failure;
@@ -51,7 +51,7 @@ fn one(path: &Path, args: &CheckArgs, registry: &Registry) -> Result<String, Fai
         note(&warnings.render(Style::Coloured));
     }
     if args.plan {
-        graphs.iter().try_for_each(|(tier, graph)| verify(graph, tier, args))?;
+        graphs.iter().try_for_each(|(tier, graph)| verify_plans(graph, tier, args))?;
     }
     let named: Vec<String> = tiers.iter().map(|tier| format!("`{tier}`")).collect();
     let tiers = if named.is_empty() { String::new() } else { format!(", also at {}", named.join(", ")) };
@@ -69,10 +69,10 @@ fn at_tier(options: &PipelineOptions, tier: &str) -> PipelineOptions {
 }
 
 /// Plans the pipeline at three sizes and verifies each plan.
-fn verify(graph: &Graph, tier: &str, args: &CheckArgs) -> Result<(), Failure> {
+fn verify_plans(graph: &Graph, tier: &str, args: &CheckArgs) -> Result<(), Failure> {
     for size in [Size::new(1, 1), Size::new(641, 359), Size::new(3840, 2160)] {
         let plan = plan_without_device(graph, size, facts(&args.options)?, Default::default())?;
-        check_plan(&plan).map_err(|faults| {
+        verify(&plan).map_err(|faults| {
             let lines: Vec<String> = faults.iter().map(ToString::to_string).collect();
             Failure::machine(format!("the plan{tier} at {size} is wrong: {}", lines.join("; ")))
         })?;
@@ -119,7 +119,7 @@ fn diagnostics(path: &Path, args: &CheckArgs, registry: &Registry) -> Result<Dia
         }
     }
     if args.plan {
-        graphs.iter().try_for_each(|(tier, graph)| verify(graph, tier, args))?;
+        graphs.iter().try_for_each(|(tier, graph)| verify_plans(graph, tier, args))?;
     }
     if failed.is_some() { Err(all.into()) } else { Ok(all) }
 }

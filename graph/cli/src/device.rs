@@ -1,8 +1,8 @@
 //! The device of a command, and the planner's options on it.
 
 use afterimage_gpu::{Gpu, Opening};
-use afterimage_graph::plan::Options;
 use afterimage_lab::bench::Gain;
+use afterimage_plan::Options;
 
 use crate::args::{ArithmeticOptions, DeviceOptions};
 use crate::cache;

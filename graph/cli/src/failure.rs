@@ -4,9 +4,9 @@ use std::process::ExitCode;
 
 use afterimage_gpu::{GpuError, SessionError};
 use afterimage_graph::diagnostic::{Diagnostic, Diagnostics, Style};
-use afterimage_graph::plan::PlanError;
 use afterimage_lab::LabError;
 use afterimage_media::FileError;
+use afterimage_plan::PlanError;
 
 /// The reason of a failed command.
 #[derive(Debug)]

@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 use afterimage_gpu::Gpu;
 use afterimage_graph::image::Size;
 use afterimage_graph::node::{NodeKind, Registry};
-use afterimage_graph::plan::Options;
 use afterimage_lab::measure::{self, ClipOptions, FigurePage, MeasureOptions, MeasureReport, Pipeline, write_chart};
 use afterimage_lab::plot::is_chart;
 use afterimage_media::write_atomic;
+use afterimage_plan::Options;
 
 use crate::args::PipelineOptions;
 use crate::args::measure::{ClipArgs, MeasureArgs};

@@ -2,7 +2,7 @@
 
 use afterimage_graph::image::Size;
 use afterimage_graph::node::Registry;
-use afterimage_graph::plan::{Memory, Plan};
+use afterimage_plan::{Memory, Plan};
 
 use crate::args::PlanArgs;
 use crate::failure::Failure;

@@ -3,8 +3,8 @@
 use std::fmt::Write as _;
 
 use afterimage_graph::diagnostic::did_you_mean;
-use afterimage_graph::image::State;
-use afterimage_graph::node::{Gives, Input, NodeKind, Output, Registry, StandIn};
+use afterimage_graph::image::ColorState;
+use afterimage_graph::node::{Fallback, Input, NodeKind, Output, OutputState, Registry};
 use afterimage_graph::value::{Param, Type};
 use afterimage_lab::stress::{Conditioning, WorstLight};
 use anstyle::{AnsiColor, Style};
@@ -58,7 +58,7 @@ fn page(kind: NodeKind) -> String {
         text += "  none\n";
     }
     kind.params().iter().for_each(|param| text += &parameter(param));
-    let _ = writeln!(text, "\n{HEADING}When it is off{HEADING:#}\n  {}", bypass(kind.bypass()));
+    let _ = writeln!(text, "\n{HEADING}When it is off{HEADING:#}\n  {}", fallback(kind.fallback()));
     let figures = match kind.inputs() {
         [] => Some("  nothing: it has no input".to_owned()),
         _ => conditioning(kind.name()),
@@ -74,7 +74,7 @@ fn paragraph(doc: &str) -> String {
     doc.lines().map(|line| line.strip_prefix(' ').unwrap_or(line)).collect::<Vec<_>>().join("\n")
 }
 
-fn states(states: &[State]) -> String {
+fn states(states: &[ColorState]) -> String {
     let names: Vec<&str> = states.iter().map(|state| state.name()).collect();
     if names.is_empty() { String::new() } else { format!(" ({})", names.join(", ")) }
 }
@@ -86,9 +86,9 @@ fn input(port: &Input) -> String {
 
 fn output(port: &Output) -> String {
     let state = match port.gives {
-        Gives::Always(state) => format!(" ({})", state.name()),
-        Gives::Same(input) => format!(" (in the state of `{input}`)"),
-        Gives::Nothing => String::new(),
+        OutputState::Always(state) => format!(" ({})", state.name()),
+        OutputState::Same(input) => format!(" (in the state of `{input}`)"),
+        OutputState::Nothing => String::new(),
     };
     format!("  {NAME}{}{NAME:#}: {}{state}\n      {}\n", port.name, port.ty.name(), port.doc)
 }
@@ -120,11 +120,11 @@ fn parameter(param: &Param) -> String {
     text
 }
 
-fn bypass(stand_in: StandIn) -> String {
-    match stand_in {
-        StandIn::Input(port) => format!("its input `{port}` takes the place of its result"),
-        StandIn::Zero => "its result is black".into(),
-        StandIn::Absent => "its result is nothing, and what needs it is off too".into(),
+fn fallback(fallback: Fallback) -> String {
+    match fallback {
+        Fallback::Input(port) => format!("its input `{port}` takes the place of its result"),
+        Fallback::Zero => "its result is black".into(),
+        Fallback::Absent => "its result is nothing, and what needs it is off too".into(),
     }
 }
 

@@ -1,13 +1,13 @@
 //! The output of a plan that goes to a file.
 
-use afterimage_graph::image::State;
-use afterimage_graph::plan::{Plan, PlanOutput};
+use afterimage_graph::image::ColorState;
+use afterimage_plan::{Plan, PlanOutput};
 
 use crate::failure::Failure;
 
 /// The named output, or the first whose color state fits the file: encoded for PNG, linear for EXR.
 pub(crate) fn choose_output(plan: &Plan, wanted: Option<&str>, png: bool) -> Result<PlanOutput, Failure> {
-    let fits = |output: &&PlanOutput| (output.state == State::Encoded) == png;
+    let fits = |output: &&PlanOutput| (output.state == ColorState::Encoded) == png;
     match wanted {
         None => plan.outputs.iter().find(fits).cloned().ok_or_else(|| no_output(plan, png)),
         Some(name) => {

@@ -10,9 +10,9 @@ use afterimage_graph::diagnostic::{Diagnostics, Style};
 use afterimage_graph::document::{Document, parse};
 use afterimage_graph::image::{Format, ImageDesc, Size};
 use afterimage_graph::node::{NodeKind, Registry, folder_kind};
-use afterimage_graph::plan::{Alias, Caps, GivenImage, Horizontal, Options, Plan, Requirement, Setting, Tiles, plan};
+use afterimage_plan::{Alias, Caps, GivenImage, Options, Plan, PlanRequest, Requirement, Tiles, plan};
 
-use crate::args::{HorizontalChoice, NoAlias, PipelineOptions, PlanOptions, TileChoice};
+use crate::args::{NoAlias, PipelineOptions, PlanOptions, TileChoice};
 use crate::failure::Failure;
 use crate::terminal::note;
 
@@ -250,15 +250,10 @@ pub(crate) fn plan_options(options: &PlanOptions) -> Options {
             TileChoice::Auto => Tiles::WhereItPays,
             TileChoice::Always => Tiles::Always,
         },
-        horizontal: match options.horizontal {
-            HorizontalChoice::Never => Horizontal::Never,
-            HorizontalChoice::Small => Horizontal::Small,
-            HorizontalChoice::Always => Horizontal::Always,
-        },
         alias,
         serial: options.serial,
         exact: options.exact,
-        waves_first: options.fewest_waves,
+        batches_first: options.fewest_batches,
         bounds_checks: options.bounds_checks,
         ..Options::default()
     }
@@ -285,9 +280,9 @@ pub(crate) fn request<'a>(
     options: Options,
     caps: Caps,
     requirement: &'a dyn Fn(&ImageDesc) -> Requirement,
-) -> Setting<'a> {
+) -> PlanRequest<'a> {
     let given = GivenImage { desc: ImageDesc::new(size), finite: false };
     let required = graph.inputs.iter().filter(|input| !input.optional);
     let inputs: BTreeMap<String, GivenImage> = required.map(|input| (input.name.clone(), given)).collect();
-    Setting { size, inputs, facts, caps, options, requirement }
+    PlanRequest { size, inputs, facts, caps, options, requirement }
 }

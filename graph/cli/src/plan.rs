@@ -4,7 +4,7 @@ use afterimage_gpu::{Gpu, Opening};
 use afterimage_graph::check::Graph;
 use afterimage_graph::image::Size;
 use afterimage_graph::node::NodeKind;
-use afterimage_graph::plan::{Plan, PlanDiff, diff, plan};
+use afterimage_plan::{Plan, PlanDiff, diff, plan};
 use serde_json::{Value, json};
 
 use crate::args::{PipelineOptions, PlanArgs, PlanFormat};
@@ -75,7 +75,7 @@ fn diff_json(diff: &PlanDiff) -> Value {
         "removed": diff.removed,
         "changed": diff.resized.iter().map(changed).collect::<Vec<Value>>(),
         "passes": diff.passes,
-        "batches": diff.waves,
+        "batches": diff.batches,
         "bytes_moved": diff.bytes_moved,
         "peak_memory": diff.peak_memory,
     })

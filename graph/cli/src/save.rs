@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use afterimage_gpu::Texels;
-use afterimage_graph::image::{Format, State};
+use afterimage_graph::image::{ColorState, Format};
 use half::f16;
 
 use crate::args::RenderArgs;
@@ -56,12 +56,12 @@ fn ends_with(name: &str, ending: &str) -> bool {
 pub(crate) fn save(
     path: &Path,
     texels: &Texels,
-    state: State,
+    state: ColorState,
     meta: Option<Metadata>,
     options: &SaveOptions,
 ) -> Result<(), Failure> {
     let size = (texels.desc.size.width, texels.desc.size.height);
-    if state == State::Encoded {
+    if state == ColorState::Encoded {
         return match texels.desc.format {
             Format::Rgba8Unorm => Ok(write_png(path, size, EncodedPixels::Byte(&texels.bytes), &options.png)?),
             Format::Rgba16Float => Ok(write_png(path, size, EncodedPixels::Half(&halves(texels)), &options.png)?),

@@ -3,9 +3,9 @@
 use afterimage_gpu::Gpu;
 use afterimage_graph::diagnostic::did_you_mean;
 use afterimage_graph::node::{NodeKind, Registry};
-use afterimage_graph::plan::Options;
 use afterimage_lab::stress::{self, StressOptions, Subject};
 use afterimage_media::write_atomic;
+use afterimage_plan::Options;
 
 use crate::args::stress::StressArgs;
 use crate::built_in::{BuiltIn, PIPELINES};

@@ -21,7 +21,7 @@ use afterimage_graph::check::{CheckOptions, NoFiles, check};
 use afterimage_graph::document::parse;
 use afterimage_graph::image::{ImageDesc, Size};
 use afterimage_graph::node::Registry;
-use afterimage_graph::plan::{GivenImage, Setting, plan};
+use afterimage_plan::{GivenImage, PlanRequest, plan};
 
 const WARM_UP: u32 = 8;
 const FRAMES: u32 = 20;
@@ -192,7 +192,7 @@ fn load(gpu: &Gpu, pipeline: &str, size: Size) -> Result<(Executor, wgpu::Textur
     let (graph, _) = check(&document, &registry, &options).map_err(refuse)?;
     let mut executor = Executor::with_caps(&gpu.device, &gpu.queue, gpu.caps.clone());
     let requirement = |desc: &ImageDesc| executor.requirement(desc);
-    let setting = Setting {
+    let setting = PlanRequest {
         size,
         inputs: [("scene".to_owned(), GivenImage { desc: ImageDesc::new(size), finite: false })].into(),
         facts: Default::default(),

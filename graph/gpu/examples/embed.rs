@@ -11,7 +11,7 @@ use afterimage_graph::check::{CheckOptions, Facts, Graph, check};
 use afterimage_graph::document::parse;
 use afterimage_graph::image::{ImageDesc, Size};
 use afterimage_graph::node::Registry;
-use afterimage_graph::plan::{GivenImage, Options, Plan, Setting, plan};
+use afterimage_plan::{GivenImage, Options, Plan, PlanRequest, plan};
 
 const PIPELINE: &str = include_str!("../../../pipelines/caracal.ron");
 
@@ -48,7 +48,7 @@ impl Post {
     fn plan(&self, size: Size, facts: Facts) -> Result<Arc<Plan>, Box<dyn Error>> {
         let scene = GivenImage { desc: ImageDesc::new(size), finite: false };
         let executor = &self.executor;
-        let setting = Setting {
+        let setting = PlanRequest {
             size,
             inputs: [("scene".to_owned(), scene)].into(),
             facts,

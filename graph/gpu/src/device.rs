@@ -1,14 +1,14 @@
-//! The adapter and the device, and what plans may rely on there.
+//! The adapter, the device and their capabilities.
 
 use std::sync::{Arc, Mutex};
 
 use afterimage_graph::image::{Format, ImageDesc};
-use afterimage_graph::plan::Caps;
+use afterimage_plan::Caps;
 use wgpu::{Features, TextureFormat, TextureUsages};
 
 use crate::{Executor, GpuError};
 
-/// A device of our own, for programs without a renderer. Clones are handles to the same device.
+/// A device that Afterimage opens itself, for programs without a renderer. Clones are handles to the same device.
 #[derive(Clone)]
 pub struct Gpu {
     /// The adapter.
@@ -17,24 +17,24 @@ pub struct Gpu {
     pub device: wgpu::Device,
     /// Its queue.
     pub queue: wgpu::Queue,
-    /// What plans may rely on.
+    /// The capabilities that plans may use.
     pub caps: Caps,
 }
 
 /// How a device is opened.
 #[derive(Clone, Debug, Default)]
 pub struct Opening {
-    /// Part of the adapter's name; the best adapter if `None`.
+    /// Part of the adapter's name; `None` for the adapter with the highest performance.
     pub adapter: Option<String>,
-    /// Whether the Khronos validation layer is asked for.
+    /// Whether the Khronos validation layer is enabled.
     pub validation: bool,
 }
 
-/// What a machine without an adapter needs.
-const ADVICE: &str = "no Vulkan, Metal or Direct3D 12 driver was found; on Debian or Ubuntu `apt-get install mesa-vulkan-drivers` brings \
-                      one that runs on the processor";
+/// The hint for a machine without an adapter.
+const ADVICE: &str = "no Vulkan, Metal or Direct3D 12 driver was found; on Debian or Ubuntu `apt-get install \
+                      mesa-vulkan-drivers` installs one that runs on the processor";
 
-/// The optional features that make plans faster; each is used where it is there.
+/// Optional features that make plans faster; each is requested where the adapter has it.
 const WELCOME: Features = Features::TEXTURE_ADAPTER_SPECIFIC_FORMAT_FEATURES
     .union(Features::FLOAT32_FILTERABLE)
     .union(Features::RG11B10UFLOAT_RENDERABLE)
@@ -55,9 +55,10 @@ impl Gpu {
 
     async fn open_async(opening: &Opening) -> Result<Self, GpuError> {
         let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
-        // Without DEBUG wgpu does not listen to the layer. With it, a layer older than the driver complains of every shader's source language.
-        let judged = wgpu::InstanceFlags::VALIDATION | wgpu::InstanceFlags::DEBUG;
-        descriptor.flags = if opening.validation { judged } else { wgpu::InstanceFlags::empty() };
+        // Without DEBUG, wgpu does not receive the layer's messages. With it, a layer that is older than the driver
+        // reports every shader's source language.
+        let validated = wgpu::InstanceFlags::VALIDATION | wgpu::InstanceFlags::DEBUG;
+        descriptor.flags = if opening.validation { validated } else { wgpu::InstanceFlags::empty() };
         let instance = wgpu::Instance::new(descriptor);
         let adapter = adapter(&instance, opening.adapter.as_deref()).await?;
         let info = adapter.get_info();
@@ -165,7 +166,7 @@ async fn adapter(instance: &wgpu::Instance, wanted: Option<&str>) -> Result<wgpu
     })
 }
 
-/// What plans may rely on with this device of this adapter.
+/// The capabilities of a device of this adapter.
 pub fn caps(adapter: &wgpu::Adapter, device: &wgpu::Device) -> Caps {
     let features = device.features();
     let limits = device.limits();
@@ -196,7 +197,7 @@ pub fn caps(adapter: &wgpu::Adapter, device: &wgpu::Device) -> Caps {
     }
 }
 
-/// wgpu's name of a format.
+/// The wgpu format of an image format.
 pub fn texture_format(format: Format) -> TextureFormat {
     match format {
         Format::Rgba8Unorm => TextureFormat::Rgba8Unorm,

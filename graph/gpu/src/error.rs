@@ -1,19 +1,19 @@
-//! What can go wrong on a device, as values.
+//! Errors of the device and of the host's images, as values.
 
-use afterimage_graph::shader::ShaderError;
+use afterimage_wgsl::ShaderError;
 
-/// Why nothing was rendered.
+/// The reason why nothing was rendered.
 #[derive(Debug, Clone, thiserror::Error)]
 pub enum GpuError {
-    /// There is no adapter, or none of the wanted name.
-    #[error("no graphics adapter{}: {advice}", wanted.as_ref().map_or(String::new(), |name| format!(" called `{name}`")))]
+    /// There is no adapter, or none with the requested name.
+    #[error("no graphics adapter{}: {advice}", called(wanted.as_deref()))]
     NoAdapter {
-        /// The name that was asked for.
+        /// The requested name.
         wanted: Option<String>,
-        /// What to do.
+        /// A hint.
         advice: String,
     },
-    /// The adapter gave no device.
+    /// The adapter cannot create a device.
     #[error("the adapter `{adapter}` gave no device: {why}")]
     NoDevice {
         /// The adapter.
@@ -21,13 +21,13 @@ pub enum GpuError {
         /// The driver's reason.
         why: String,
     },
-    /// The device has not enough memory.
+    /// The device has too little memory.
     #[error("out of graphics memory while making {what}")]
     OutOfMemory {
-        /// What did not fit.
+        /// The object that did not fit.
         what: String,
     },
-    /// The device is gone.
+    /// The device was lost.
     #[error("the graphics device was lost: {why}")]
     DeviceLost {
         /// The driver's reason.
@@ -45,50 +45,50 @@ pub enum GpuError {
         /// The largest side.
         limit: u32,
     },
-    /// A format that the device lacks.
+    /// The device does not support a format.
     #[error("this device has no format for {what}")]
     Format {
         /// The image.
         what: String,
     },
-    /// A shader that does not compile.
+    /// A shader does not compile.
     #[error("{0}")]
     Shader(ShaderError),
-    /// The device refused something that plans promise to be right.
+    /// The device rejected an object that the plan declares valid.
     #[error("the device refused {what}: {why}")]
     Refused {
-        /// What was refused.
+        /// The rejected object.
         what: String,
-        /// Its reason.
+        /// The device's reason.
         why: String,
     },
-    /// The host did not give an image for an input.
+    /// The host supplied no image for an input.
     #[error("no image was given for input `{0}`")]
     MissingInput(String),
-    /// The host's image for a port has another size or format than the plan was made for.
+    /// The host's image for a port differs in size or format from the plan.
     #[error("the image given for `{port}` is {given}, but the plan was made for {planned}")]
     WrongImage {
         /// The port.
         port: String,
-        /// What was given.
+        /// The description of the host's image.
         given: String,
-        /// What was planned.
+        /// The planned description.
         planned: String,
     },
-    /// The host's image for a port has the planned size and format, and still cannot be used.
+    /// The host's image for a port has the planned size and format, but cannot be used.
     #[error("the image given for `{port}` cannot be used: {why}")]
     UnfitImage {
         /// The port.
         port: String,
-        /// What it lacks.
+        /// The reason.
         why: String,
     },
-    /// The host gave an image for an output that the plan does not have.
+    /// The host supplied an image for an output that the plan does not have.
     #[error("the plan has no output `{name}`; it has {known}")]
     UnknownOutput {
-        /// The name that was given.
+        /// The unknown name.
         name: String,
-        /// Those that there are.
+        /// The outputs of the plan.
         known: String,
     },
     /// No plan is loaded.
@@ -101,4 +101,8 @@ impl GpuError {
     pub(crate) fn lost(why: &dyn std::fmt::Display) -> Self {
         Self::DeviceLost { why: why.to_string() }
     }
+}
+
+fn called(name: Option<&str>) -> String {
+    name.map_or(String::new(), |name| format!(" called `{name}`"))
 }

@@ -1,8 +1,10 @@
-//! One block of device memory in which images of any format and size lie at the plan's offsets.
+//! Placed memory: one allocation in which images of any format and size lie at the plan's offsets. Vulkan only.
 //!
-//! wgpu gives every texture memory of its own, so on Vulkan the images are made by hand, bound to one allocation, and handed to wgpu, which then tracks
-//! and lets them go when the GPU has done with them, like any other. Images that overlap are never alive at once: the plan says so, and its checker proves it. The hand-over from
-//! one resident to the next is a barrier that the executor causes by touching the newcomer (see [`Executor`](crate::Executor)).
+//! wgpu allocates memory for every texture it creates. Therefore the images are created through Vulkan, bound to one
+//! allocation and imported into wgpu, which tracks them and destroys them when the GPU has finished, like any other
+//! texture. Images whose memory overlaps are never alive at the same time: the plan states this, and its verification
+//! proves it. The executor orders two images in the same memory by an explicit transition (see
+//! [`Executor`](crate::Executor)).
 #![allow(
     unsafe_code,
     reason = "memory cannot be placed through wgpu's safe interface; every block has its proof beside it"
@@ -11,7 +13,7 @@
 use std::sync::Arc;
 
 use afterimage_graph::image::ImageDesc;
-use afterimage_graph::plan::Requirement;
+use afterimage_plan::Requirement;
 use ash::vk;
 use wgpu::hal::api::Vulkan;
 
@@ -19,14 +21,14 @@ use crate::store::{self, Stored, extent, usages, view};
 
 /// Memory for the transient images of a plan, and of the plan after it where they fit.
 pub(crate) struct Heap {
-    // Before the device: memory must not outlive it.
+    // Declared before the device, because fields are dropped in this order and the memory must not outlive the device.
     block: Arc<Block>,
     device: wgpu::Device,
     bytes: u64,
     memory_type: u32,
 }
 
-/// An allocation. Every image in it holds on to it, and so does its heap; the last of them frees it.
+/// An allocation, shared by the heap and by every image in it. The last owner frees it.
 struct Block {
     raw: ash::Device,
     memory: vk::DeviceMemory,
@@ -34,14 +36,14 @@ struct Block {
 
 impl Drop for Block {
     fn drop(&mut self) {
-        // SAFETY: the heap keeps the device alive, and wgpu destroys textures while their device is; wgpu does so only once the GPU has done
-        // with them, so nobody uses the memory any more.
+        // SAFETY: the heap keeps the device alive. wgpu destroys a texture while its device exists and only after the
+        // GPU has finished with it, so nothing uses the memory any more.
         unsafe { self.raw.free_memory(self.memory, None) };
     }
 }
 
-/// The images of a plan in a heap, in the order of the plan's images, with their offsets. Images of one description at one offset are one texture,
-/// so wgpu knows by itself when one follows the other.
+/// The images of a plan in a heap with their offsets, in the order of the plan's images. Images of equal description at
+/// the same offset are one texture, so wgpu inserts the barrier between them by itself.
 #[derive(Clone)]
 pub(crate) struct Placed {
     pub(crate) heap: Arc<Heap>,
@@ -49,8 +51,9 @@ pub(crate) struct Placed {
 }
 
 impl Placed {
-    /// The images of those places in one heap of so many bytes: the old one's if it is as large and suits them, with those of its images that lie
-    /// where they shall. `None` where images cannot be placed.
+    /// Creates images at the given offsets of one heap of `bytes` bytes. The old heap is reused if it has this size and
+    /// a suitable memory type, and so are its images that have the same offset and description. `None` where the
+    /// backend cannot place images.
     pub(crate) fn new(
         device: &wgpu::Device,
         bytes: u64,
@@ -77,7 +80,8 @@ impl Placed {
 }
 
 impl Heap {
-    /// An allocation in a memory of one of these types; `None` where the backend is not Vulkan or has no such memory.
+    /// Allocates device-local memory of one of the given types; `None` where the backend is not Vulkan or has no such
+    /// memory.
     fn new(device: &wgpu::Device, bytes: u64, types: u32) -> Option<Self> {
         // SAFETY: the guard is dropped before this function returns, and the device is not destroyed through it.
         let hal = unsafe { device.as_hal::<Vulkan>() }?;
@@ -97,42 +101,35 @@ impl Heap {
         Some(Self { block, device: device.clone(), bytes, memory_type })
     }
 
-    /// An image at an offset of the block.
+    /// Creates an image at an offset of the allocation.
     fn place(&self, desc: ImageDesc, offset: u64, label: &str) -> Option<Stored> {
         // SAFETY: as in `new`.
         let hal = unsafe { self.device.as_hal::<Vulkan>() }?;
         let image = create_image(hal.raw_device(), &self.device, &desc)?;
-        // SAFETY: the image is new and unbound; the plan's offset has the alignment and leaves the room that the driver asked for.
+        // SAFETY: the image is new and unbound. The plan's offset has the alignment and leaves the bytes that the
+        // driver requires.
         let bound = unsafe { hal.raw_device().bind_image_memory(image, self.block.memory, offset) };
         if bound.is_err() {
-            // SAFETY: the image is ours and nothing uses it.
+            // SAFETY: this function created the image, and nothing uses it.
             unsafe { hal.raw_device().destroy_image(image, None) };
             return None;
         }
         let descriptor = store::descriptor(&self.device, desc, label);
-        let hal_desc = wgpu::hal::TextureDescriptor {
-            label: descriptor.label,
-            size: descriptor.size,
-            mip_level_count: descriptor.mip_level_count,
-            sample_count: descriptor.sample_count,
-            dimension: descriptor.dimension,
-            format: descriptor.format,
-            usage: hal_usage(descriptor.usage),
-            memory_flags: wgpu::hal::MemoryFlags::empty(),
-            view_formats: Vec::new(),
-        };
+        let hal_desc = hal_descriptor(&descriptor);
         let memory = wgpu::hal::vulkan::TextureMemory::External;
         let block = self.block.clone();
         let destroy = move || {
-            // SAFETY: wgpu calls this once, when the GPU has done with the image and before the device goes.
+            // SAFETY: wgpu calls this once, after the GPU has finished with the image and before the device is
+            // destroyed.
             unsafe { block.raw.destroy_image(image, None) };
             drop(block);
         };
-        // SAFETY: the image was created as `hal_desc` says; `destroy` destroys it, and holds on to its memory until then.
+        // SAFETY: the image was created with the properties in `hal_desc`. `destroy` destroys it and keeps its memory
+        // alive until then.
         let hal_texture = unsafe { hal.texture_from_raw(image, &hal_desc, Some(Box::new(destroy)), memory) };
         drop(hal);
-        // SAFETY: the texture comes from this device and matches the descriptor. Its contents count as undefined: the plan never reads an
-        // image before a pass has written all of it.
+        // SAFETY: the texture comes from this device and matches the descriptor. Its contents are undefined: the plan
+        // never reads an image before a pass has written all of it.
         let texture = unsafe {
             self.device.create_texture_from_hal::<Vulkan>(hal_texture, &descriptor, wgpu::TextureUses::UNINITIALIZED)
         };
@@ -141,7 +138,7 @@ impl Heap {
     }
 }
 
-/// What the driver asks for an image of that description; a typical requirement where it cannot be asked.
+/// The memory requirement that the driver states for an image; a typical requirement where the backend cannot be asked.
 pub(crate) fn requirement(device: &wgpu::Device, desc: &ImageDesc) -> Requirement {
     match requirements(device, desc) {
         Some(asked) => Requirement { bytes: asked.size, alignment: asked.alignment },
@@ -153,7 +150,7 @@ fn requirements(device: &wgpu::Device, desc: &ImageDesc) -> Option<vk::MemoryReq
     // SAFETY: as in `Heap::new`.
     let hal = unsafe { device.as_hal::<Vulkan>() }?;
     let image = create_image(hal.raw_device(), device, desc)?;
-    // SAFETY: the image was made above and nobody else knows it.
+    // SAFETY: the image was created above, and nothing else refers to it.
     unsafe {
         let requirements = hal.raw_device().get_image_memory_requirements(image);
         hal.raw_device().destroy_image(image, None);
@@ -189,6 +186,20 @@ fn vulkan_format(format: afterimage_graph::image::Format) -> vk::Format {
         Format::Rg11b10Ufloat => vk::Format::B10G11R11_UFLOAT_PACK32,
         Format::R32Float => vk::Format::R32_SFLOAT,
         Format::Rgba32Float => vk::Format::R32G32B32A32_SFLOAT,
+    }
+}
+
+fn hal_descriptor<'l>(descriptor: &wgpu::TextureDescriptor<'l>) -> wgpu::hal::TextureDescriptor<'l> {
+    wgpu::hal::TextureDescriptor {
+        label: descriptor.label,
+        size: descriptor.size,
+        mip_level_count: descriptor.mip_level_count,
+        sample_count: descriptor.sample_count,
+        dimension: descriptor.dimension,
+        format: descriptor.format,
+        usage: hal_usage(descriptor.usage),
+        memory_flags: wgpu::hal::MemoryFlags::empty(),
+        view_formats: Vec::new(),
     }
 }
 

@@ -1,7 +1,8 @@
-//! From a composed shader's slots to bind group layouts and pipelines.
+//! Bind group layouts of composed shaders.
 
-use afterimage_graph::plan::{Plan, Stage};
-use afterimage_graph::shader::{Composed, Reading, Slot, SlotKind};
+use afterimage_plan::codegen::{Composed, Slot, SlotKind};
+use afterimage_plan::{Plan, Stage};
+use afterimage_wgsl::SampleMode;
 use wgpu::{
     BindGroupLayout, BindGroupLayoutEntry, BindingType, BufferBindingType, Device, SamplerBindingType, ShaderStages,
     StorageTextureAccess, TextureSampleType, TextureViewDimension,
@@ -9,7 +10,7 @@ use wgpu::{
 
 use crate::device::texture_format;
 
-/// A pipeline of either kind.
+/// A compute or a render pipeline.
 #[derive(Clone)]
 pub(crate) enum Pipeline {
     /// For dispatches.
@@ -18,33 +19,31 @@ pub(crate) enum Pipeline {
     Render(wgpu::RenderPipeline),
 }
 
-/// The layout of a pass's one bind group.
+/// The layout of the bind group of a pass.
 pub(crate) fn bind_group_layout(device: &Device, plan: &Plan, composed: &Composed, stage: Stage) -> BindGroupLayout {
     let entries: Vec<BindGroupLayoutEntry> =
         bound_slots(composed, stage).map(|slot| entry(plan, composed, *slot, stage)).collect();
     device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: None, entries: &entries })
 }
 
-/// The slots of that stage: a draw has an attachment where a dispatch has a storage image.
+/// The slots of a stage: a draw has an attachment where a dispatch has a storage image.
 pub(crate) fn bound_slots(composed: &Composed, stage: Stage) -> impl Iterator<Item = &Slot> {
     composed.slots.iter().filter(move |slot| stage == Stage::Compute || !matches!(slot.kind, SlotKind::Storage(_)))
 }
 
-/// Whether a pass filters by hand, so that its sampler must not.
+/// Whether the shader filters texels itself, so that its sampler must not filter.
 pub(crate) fn by_hand(composed: &Composed) -> bool {
-    composed.reading != Reading::Plain
+    composed.reading != SampleMode::Plain
 }
 
 fn entry(plan: &Plan, composed: &Composed, slot: Slot, stage: Stage) -> BindGroupLayoutEntry {
     let visibility = if stage == Stage::Compute { ShaderStages::COMPUTE } else { ShaderStages::FRAGMENT };
     let ty = match slot.kind {
-        SlotKind::Frame | SlotKind::Params | SlotKind::Extent | SlotKind::Uniforms => {
-            buffer(BufferBindingType::Uniform)
-        }
+        SlotKind::Frame | SlotKind::Params | SlotKind::Extent => buffer(BufferBindingType::Uniform),
         SlotKind::Sampler if by_hand(composed) => BindingType::Sampler(SamplerBindingType::NonFiltering),
         SlotKind::Sampler => BindingType::Sampler(SamplerBindingType::Filtering),
         SlotKind::Texture(image) => BindingType::Texture {
-            // A pass that filters by hand takes textures of either sort.
+            // A pass that filters texels itself accepts filterable and unfilterable textures.
             sample_type: TextureSampleType::Float { filterable: !by_hand(composed) && is_filterable(plan, image) },
             view_dimension: dimension(plan, image),
             multisampled: false,
@@ -72,5 +71,5 @@ fn dimension(plan: &Plan, image: afterimage_graph::node::ImageId) -> TextureView
 }
 
 fn is_filterable(plan: &Plan, image: afterimage_graph::node::ImageId) -> bool {
-    plan.readings[image.0 as usize] == Reading::Plain
+    plan.sample_modes[image.0 as usize] == SampleMode::Plain
 }

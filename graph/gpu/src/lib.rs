@@ -3,9 +3,10 @@
 //! [`Session`] is the runtime of programs without a renderer: a device, plans, uploads and read-back. [`Clock`] measures
 //! frames.
 //!
-//! [`Gpu::open`] gives programs without a renderer a device; a renderer brings its own to [`Executor::new`]. [`Executor::load`] takes a
-//! [`Plan`](afterimage_graph::plan::Plan), and [`Executor::encode`] records a frame of it into the host's encoder. While it renders,
-//! [`Executor::prepare`] compiles another plan, which [`Executor::swap`] puts in between two frames.
+//! [`Gpu::open`] gives programs without a renderer a device; a renderer brings its own to [`Executor::new`].
+//! [`Executor::load`] takes a [`Plan`](afterimage_plan::Plan), and [`Executor::encode`] records a frame of it into the
+//! host's encoder. While it renders, [`Executor::prepare`] compiles another plan, which [`Executor::swap`] puts in
+//! between two frames.
 
 mod cache;
 mod clock;

@@ -1,4 +1,4 @@
-//! The textures and buffers that exist, and who may have which after a change of plan.
+//! The textures of an executor, and which of them the next plan reuses.
 
 use afterimage_graph::image::ImageDesc;
 use rustc_hash::FxHashMap;
@@ -8,11 +8,11 @@ use wgpu::{TextureUsages, TextureViewDimension};
 use crate::device::texture_format;
 
 slotmap::new_key_type! {
-    /// A texture in the store. A key of a texture that is gone finds nothing, so nothing stale is ever bound.
+    /// A texture in the store. The key of a removed texture finds nothing, so no stale texture is ever bound.
     pub(crate) struct TextureKey;
 }
 
-/// A texture and the one view that everybody binds.
+/// A texture and the view that all bind groups use.
 #[derive(Clone)]
 pub(crate) struct Stored {
     pub(crate) texture: wgpu::Texture,
@@ -24,12 +24,12 @@ pub(crate) struct Stored {
 #[derive(Default)]
 pub(crate) struct Store {
     textures: SlotMap<TextureKey, Stored>,
-    /// Textures of the plan before, to be taken by the plan that is being loaded.
+    /// Textures of the previous plan that the plan being loaded may take.
     spare: Vec<TextureKey>,
-    /// What was made for the plan that is being loaded.
+    /// Textures created for the plan being loaded.
     new: Vec<TextureKey>,
     constants: FxHashMap<(ImageDesc, Vec<u8>), TextureKey>,
-    /// The constants of the plan that is being loaded.
+    /// The constants of the plan being loaded.
     wanted: Vec<TextureKey>,
 }
 
@@ -53,7 +53,7 @@ impl Store {
         self.textures.remove(key);
     }
 
-    /// Offers textures of the old plan to the next, each once: images that took turns in one name it more than once.
+    /// Offers textures of the old plan to the next plan, each once: several images of a plan may share a texture.
     pub(crate) fn retire(&mut self, keys: impl IntoIterator<Item = TextureKey>) {
         for key in keys {
             if !self.spare.contains(&key) {
@@ -62,7 +62,7 @@ impl Store {
         }
     }
 
-    /// A texture of that description: one of the old plan's, or a new one. What it holds is not defined.
+    /// A texture of that description, from the old plan or new. Its contents are undefined.
     pub(crate) fn take(&mut self, device: &wgpu::Device, desc: ImageDesc, label: &str) -> TextureKey {
         let fits = |key: &TextureKey| self.textures.get(*key).is_some_and(|stored| stored.desc == desc);
         match self.spare.iter().position(fits) {
@@ -71,7 +71,7 @@ impl Store {
         }
     }
 
-    /// The texture of constant texels, filled at its first mention.
+    /// The texture with these constant texels; created and filled on first use.
     pub(crate) fn constant(
         &mut self,
         device: &wgpu::Device,
@@ -92,7 +92,7 @@ impl Store {
         key
     }
 
-    /// The plan is loaded: frees what it did not take.
+    /// Frees what the loaded plan did not take.
     pub(crate) fn sweep(&mut self) {
         self.new.clear();
         let wanted = std::mem::take(&mut self.wanted);
@@ -102,7 +102,7 @@ impl Store {
         }
     }
 
-    /// The plan was refused: frees what was made for it, and leaves the old plan what it had.
+    /// Frees what was created for a plan that failed to load. The old plan keeps its textures.
     pub(crate) fn abandon(&mut self) {
         self.spare.clear();
         self.wanted.clear();
@@ -129,7 +129,7 @@ pub(crate) fn usages(device: &wgpu::Device, desc: ImageDesc) -> TextureUsages {
     if desc.volume { usage - TextureUsages::RENDER_ATTACHMENT } else { usage }
 }
 
-/// How wgpu describes an image, with all that passes may do with it.
+/// The wgpu descriptor of an image, with every usage that a pass may need.
 pub(crate) fn descriptor<'l>(device: &wgpu::Device, desc: ImageDesc, label: &'l str) -> wgpu::TextureDescriptor<'l> {
     wgpu::TextureDescriptor {
         label: Some(label),
@@ -150,7 +150,7 @@ pub(crate) fn create(device: &wgpu::Device, desc: ImageDesc, label: &str) -> Sto
     Stored { texture, view, desc }
 }
 
-/// The whole of a texture, as shaders see it.
+/// A view of the whole texture.
 pub(crate) fn view(texture: &wgpu::Texture, desc: ImageDesc) -> wgpu::TextureView {
     texture.create_view(&wgpu::TextureViewDescriptor {
         dimension: Some(if desc.volume { TextureViewDimension::D3 } else { TextureViewDimension::D2 }),
@@ -176,7 +176,7 @@ pub(crate) fn upload(queue: &wgpu::Queue, texture: &wgpu::Texture, desc: ImageDe
     );
 }
 
-/// Makes a texture zero everywhere. Not every device has a command for it.
+/// Clears a texture to zero: by a copy where the device has no clear command.
 pub(crate) fn blacken(device: &wgpu::Device, stored: &Stored, encoder: &mut wgpu::CommandEncoder) {
     if device.features().contains(wgpu::Features::CLEAR_TEXTURE) {
         encoder.clear_texture(&stored.texture, &wgpu::ImageSubresourceRange::default());

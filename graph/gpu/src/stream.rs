@@ -1,29 +1,30 @@
-//! One picture after another between the host and textures. What a picture needs on its way is made once: pinning tens of megabytes anew for
-//! each frame of a sequence costs more than copying them.
+//! Transfers of image sequences between the host and textures. Staging buffers are created once: allocating tens of
+//! megabytes of pinned memory for each frame costs more than copying them.
 
 use afterimage_graph::image::{Format, ImageDesc, Size};
 
 use crate::device::texture_format;
 use crate::{GpuError, Texels, store};
 
-/// A texture that takes one picture after another, as an input of a pipeline. It stays the same, and so do the bind groups around it.
+/// A texture that receives one image after another, as an input of a pipeline. The texture stays the same, so bind
+/// groups stay valid.
 pub struct Feed {
     device: wgpu::Device,
     queue: wgpu::Queue,
     stored: store::Stored,
-    /// From the second picture on: a single one is not worth it.
+    /// Created with the second image: for a single one it does not pay.
     staging: Option<wgpu::Buffer>,
     is_filled: bool,
 }
 
 impl Feed {
-    /// A feed of pictures of that description.
+    /// A texture for images of that description.
     pub fn new(device: &wgpu::Device, queue: &wgpu::Queue, desc: ImageDesc) -> Self {
         let stored = store::create(device, desc, "input");
         Self { device: device.clone(), queue: queue.clone(), stored, staging: None, is_filled: false }
     }
 
-    /// What its pictures are.
+    /// The description of the images.
     pub fn desc(&self) -> ImageDesc {
         self.stored.desc
     }
@@ -33,10 +34,10 @@ impl Feed {
         &self.stored.view
     }
 
-    /// The next picture, row by row without gaps. Frames that were submitted before still see the last one.
+    /// Uploads the next image: rows tightly packed. Frames that were submitted earlier still see the previous image.
     ///
     /// # Errors
-    /// [`GpuError::DeviceLost`] if the device is gone.
+    /// [`GpuError::DeviceLost`] if the device was lost.
     pub fn fill(&mut self, bytes: &[u8]) -> Result<(), GpuError> {
         if !self.is_filled {
             store::upload(&self.queue, &self.stored.texture, self.stored.desc, bytes);
@@ -81,7 +82,7 @@ pub struct Readback {
 }
 
 impl Readback {
-    /// Of textures of this device.
+    /// For textures of this device.
     pub fn new(device: &wgpu::Device, queue: &wgpu::Queue) -> Self {
         Self { device: device.clone(), queue: queue.clone(), buffer: None }
     }
@@ -89,7 +90,8 @@ impl Readback {
     /// The texels of a texture. Waits for the GPU.
     ///
     /// # Errors
-    /// [`GpuError::Format`] for a texture in none of the formats of images, [`GpuError::DeviceLost`] if the device is gone.
+    /// [`GpuError::Format`] for a texture in none of the formats of images, [`GpuError::DeviceLost`] if the device was
+    /// lost.
     pub fn download(&mut self, texture: &wgpu::Texture) -> Result<Texels, GpuError> {
         let format = Format::ALL.into_iter().find(|format| texture_format(*format) == texture.format());
         let format = format.ok_or_else(|| GpuError::Format { what: format!("reading {:?} back", texture.format()) })?;
@@ -103,7 +105,7 @@ impl Readback {
         map(&self.device, &buffer, wgpu::MapMode::Read)?;
         let bytes = {
             let mapped = buffer.slice(..).get_mapped_range().map_err(|error| GpuError::lost(&error))?;
-            without_gaps(&mapped, row, pitch)
+            without_padding(&mapped, row, pitch)
         };
         buffer.unmap();
         self.buffer = Some(buffer);
@@ -111,7 +113,7 @@ impl Readback {
         Ok(Texels { desc: ImageDesc { size, format, volume }, bytes })
     }
 
-    /// The buffer of the last time if it is of this size, or a new one.
+    /// The previous buffer if it has this size, otherwise a new one.
     fn buffer_of(&mut self, bytes: u64) -> wgpu::Buffer {
         self.buffer.take().filter(|buffer| buffer.size() == bytes).unwrap_or_else(|| {
             self.device.create_buffer(&wgpu::BufferDescriptor {
@@ -167,7 +169,7 @@ impl ReadbackBatch {
             let (padded, after) = rest.split_at(padded_bytes(desc) as usize);
             rest = after;
             let (row, pitch) = row_and_pitch(desc.size, desc.format);
-            Texels { desc: *desc, bytes: without_gaps(padded, row, pitch) }
+            Texels { desc: *desc, bytes: without_padding(padded, row, pitch) }
         });
         Ok(texels.collect())
     }
@@ -183,7 +185,7 @@ fn map(device: &wgpu::Device, buffer: &wgpu::Buffer, mode: wgpu::MapMode) -> Res
     device.poll(wgpu::PollType::wait_indefinitely()).map(drop).map_err(|error| GpuError::lost(&error))
 }
 
-/// Bytes of a row of texels, and from one row to the next in a buffer.
+/// Bytes of a row of texels, and the aligned distance between rows in a buffer.
 fn row_and_pitch(size: Size, format: Format) -> (usize, usize) {
     let row = size.width as usize * format.bytes() as usize;
     (row, row.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT as usize))
@@ -197,8 +199,8 @@ fn layout(size: Size, pitch: usize) -> wgpu::TexelCopyBufferLayout {
     wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(pitch as u32), rows_per_image: Some(size.height) }
 }
 
-/// The rows without what lies between them.
-fn without_gaps(padded: &[u8], row: usize, pitch: usize) -> Vec<u8> {
+/// The rows without padding.
+fn without_padding(padded: &[u8], row: usize, pitch: usize) -> Vec<u8> {
     if row == pitch {
         return padded.to_vec();
     }

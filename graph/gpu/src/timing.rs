@@ -12,7 +12,7 @@ pub(crate) struct Timing {
 }
 
 impl Timing {
-    /// Room for `passes` passes; `None` where the device has no timestamps inside passes.
+    /// Timestamps for `passes` passes; `None` where the device has no timestamps inside passes.
     pub(crate) fn new(device: &wgpu::Device, queue: &wgpu::Queue, passes: u32) -> Option<Self> {
         let needed = wgpu::Features::TIMESTAMP_QUERY_INSIDE_PASSES | wgpu::Features::TIMESTAMP_QUERY_INSIDE_ENCODERS;
         if !device.features().contains(needed) {

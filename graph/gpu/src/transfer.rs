@@ -1,4 +1,4 @@
-//! Pixels between the host and textures.
+//! Transfers of single images between the host and textures.
 
 use afterimage_graph::image::{Format, ImageDesc, Size};
 use half::f16;
@@ -15,19 +15,19 @@ pub struct Texels {
 }
 
 impl Texels {
-    /// Four floats a texel, as they are.
+    /// Four 32-bit floats per texel, unchanged.
     pub fn from_floats(width: u32, height: u32, rgba: &[[f32; 4]]) -> Self {
         let desc = ImageDesc::new(Size::new(width, height)).format(Format::Rgba32Float);
         Self { desc, bytes: bytemuck::cast_slice(rgba).to_vec() }
     }
 
-    /// Four half floats a texel, rounded; too large numbers become infinite.
+    /// Four half floats per texel, rounded; numbers beyond half range become infinite.
     pub fn from_floats_as_half(width: u32, height: u32, rgba: &[[f32; 4]]) -> Self {
         let halves: Vec<f16> = rgba.as_flattened().iter().map(|x| f16::from_f32(*x)).collect();
         Self { desc: ImageDesc::new(Size::new(width, height)), bytes: bytemuck::cast_slice(&halves).to_vec() }
     }
 
-    /// Four floats a texel; channels that the format lacks are 0, alpha 1.
+    /// Four floats per texel; missing colour channels are 0, missing alpha is 1.
     pub fn to_floats(&self) -> Vec<[f32; 4]> {
         let texel = self.desc.format.bytes() as usize;
         self.bytes.chunks_exact(texel).map(|bytes| decode(self.desc.format, bytes)).collect()
@@ -52,25 +52,26 @@ fn decode(format: Format, bytes: &[u8]) -> [f32; 4] {
     }
 }
 
-/// An unsigned float with five bits of exponent and so many of mantissa: a half float without its sign and its last bits.
+/// An unsigned float with 5 exponent bits and `mantissa` mantissa bits: a half float without its sign and its lowest
+/// bits.
 fn small_float(word: u32, mantissa: u32) -> f32 {
     let bits = word & ((1 << (5 + mantissa)) - 1);
     f16::from_bits((bits << (10 - mantissa)) as u16).to_f32()
 }
 
-/// A texture with these texels, as an input of a pipeline.
+/// Creates a texture with these texels, as an input of a pipeline.
 pub fn upload(device: &wgpu::Device, queue: &wgpu::Queue, texels: &Texels) -> wgpu::Texture {
     upload_bytes(device, queue, texels.desc, &texels.bytes)
 }
 
-/// The same for texels that lie elsewhere, row by row without gaps.
+/// Creates a texture from borrowed, tightly packed texels.
 pub fn upload_bytes(device: &wgpu::Device, queue: &wgpu::Queue, desc: ImageDesc, bytes: &[u8]) -> wgpu::Texture {
     let stored = store::create(device, desc, "input");
     store::upload(queue, &stored.texture, desc, bytes);
     stored.texture
 }
 
-/// The texels of a texture. Waits for the GPU; [`Readback`] is for many of them.
+/// Reads the texels of a texture. Waits for the GPU; use [`Readback`] for many textures.
 pub fn download(device: &wgpu::Device, queue: &wgpu::Queue, texture: &wgpu::Texture) -> Result<Texels, GpuError> {
     Readback::new(device, queue).download(texture)
 }

@@ -2,8 +2,8 @@
 
 use afterimage_gpu::{GpuError, SessionError};
 use afterimage_graph::diagnostic::Diagnostics;
-use afterimage_graph::plan::PlanError;
 use afterimage_media::FileError;
+use afterimage_plan::PlanError;
 
 /// Why nothing could be measured.
 #[derive(Debug, thiserror::Error)]

@@ -3,10 +3,10 @@
 use afterimage_gpu::{FrameStep, Gpu, InputImage, Session, input_image};
 use afterimage_graph::check::{CheckOptions, Facts, Graph, GraphInput, check};
 use afterimage_graph::document::parse;
-use afterimage_graph::image::{Size, State};
+use afterimage_graph::image::{ColorState, Size};
 use afterimage_graph::node::Registry;
-use afterimage_graph::plan::Options;
 use afterimage_graph::value::Value;
+use afterimage_plan::Options;
 
 use crate::LabError;
 
@@ -90,7 +90,7 @@ fn outputs(inputs: &[GraphInput]) -> Result<Vec<(String, &'static str)>, LabErro
     let mut outputs = Vec::new();
     for input in inputs {
         let data = DATA.into_iter().find(|output| input.name.contains(output));
-        let is_light = matches!(input.state, State::Scene | State::Exposed | State::DisplayLinear);
+        let is_light = matches!(input.state, ColorState::Scene | ColorState::Exposed | ColorState::DisplayLinear);
         let is_first = || outputs.iter().all(|(_, output)| *output != "result");
         match data.or((is_light && is_first()).then_some("result")) {
             Some(output) => outputs.push((input.name.clone(), output)),

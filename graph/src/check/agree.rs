@@ -5,9 +5,9 @@ use std::collections::VecDeque;
 use super::Source;
 use super::build::{Builder, Feed, Wire};
 use super::suggest::{OnWire, between, either, path};
-use crate::diagnostic::{Diagnostic, Place, Spanned, quote};
-use crate::image::State;
-use crate::node::{Gives, Input, PortType};
+use crate::node::{Input, OutputState, PortType};
+use afterimage_base::diagnostic::{Diagnostic, Place, Spanned, quote};
+use afterimage_base::image::ColorState;
 
 impl Builder<'_> {
     /// Checks every wire.
@@ -27,7 +27,7 @@ impl Builder<'_> {
     }
 
     /// The state of what a wire carries; `None` while it is unknown.
-    pub(super) fn state(&self, wire: &Wire) -> Option<Option<State>> {
+    pub(super) fn state(&self, wire: &Wire) -> Option<Option<ColorState>> {
         if let Some(declared) = wire.declared {
             return Some(Some(declared));
         }
@@ -64,7 +64,7 @@ impl Builder<'_> {
         }
     }
 
-    fn states_of(&self, node: usize) -> Vec<Option<Option<State>>> {
+    fn states_of(&self, node: usize) -> Vec<Option<Option<ColorState>>> {
         let draft = &self.drafts[node];
         let follow = |name: &str| {
             let port = draft.kind.inputs().iter().position(|port| port.name == name)?;
@@ -73,10 +73,10 @@ impl Builder<'_> {
             // A state that the port refuses is told there; what follows from it would be told in vain.
             Some(state.filter(|state| takes.is_empty() || takes.contains(state)))
         };
-        let state = |gives: Gives| match gives {
-            Gives::Always(state) => Some(Some(state)),
-            Gives::Same(name) => follow(name),
-            Gives::Nothing => Some(None),
+        let state = |gives: OutputState| match gives {
+            OutputState::Always(state) => Some(Some(state)),
+            OutputState::Same(name) => follow(name),
+            OutputState::Nothing => Some(None),
         };
         draft.kind.outputs().iter().map(|output| state(output.gives)).collect()
     }
@@ -101,11 +101,11 @@ impl Builder<'_> {
         wire: &Wire,
         found: OnWire,
         wanted: PortType,
-        states: &[State],
+        states: &[ColorState],
         reader: &str,
     ) -> Diagnostic {
         let message = format!("{reader} takes {}, but {} is {}", a(wanted), self.maker(wire), a(found.ty));
-        let fits = |state: Option<State>| state.is_none_or(|state| states.is_empty() || states.contains(&state));
+        let fits = |state: Option<ColorState>| state.is_none_or(|state| states.is_empty() || states.contains(&state));
         let nodes = path(self.registry, found, |next| next.ty == wanted && fits(next.state));
         let help = self.other_output(wire, wanted).or_else(|| nodes.map(|nodes| between(&nodes)));
         let help = help.unwrap_or_else(|| format!("wire it to a node that gives {}", a(wanted)));
@@ -127,8 +127,8 @@ impl Builder<'_> {
         Some(format!("`\"{name}.{}\"` is {}", output.name, a(wanted)))
     }
 
-    fn state_conflict(&self, wire: &Wire, found: OnWire, wanted: &[State], reader: &str) -> Diagnostic {
-        let state = found.state.map_or("nothing", State::name);
+    fn state_conflict(&self, wire: &Wire, found: OnWire, wanted: &[ColorState], reader: &str) -> Diagnostic {
+        let state = found.state.map_or("nothing", ColorState::name);
         let message = format!("{reader} takes {}, but {} is {}", either(wanted), self.maker(wire), quote(state));
         let takes = format!("takes {}", either(wanted));
         let nodes =
@@ -183,7 +183,7 @@ impl Builder<'_> {
     fn agree_with_inner(&mut self) {
         for scope in 1..self.scopes.len() {
             let parent = self.scopes[scope].parent.unwrap_or(0);
-            let wired: Vec<(Spanned<String>, State, Spanned<String>)> = self.scopes[scope]
+            let wired: Vec<(Spanned<String>, ColorState, Spanned<String>)> = self.scopes[scope]
                 .inputs
                 .iter()
                 .filter_map(|(input, feed)| match feed {

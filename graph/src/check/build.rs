@@ -6,11 +6,11 @@ use petgraph::graph::{DiGraph, NodeIndex};
 
 use super::files::Files;
 use super::{Condition, FactKind, Graph, GraphInput, GraphNode, GraphOutput, Loader, Source};
-use crate::diagnostic::{Diagnostic, Diagnostics, Place, Spanned};
-use crate::document::{InputEntry, Setting};
-use crate::image::{Format, State};
+use crate::document::{InputEntry, Override};
 use crate::node::{NodeKind, PortType, Registry};
-use crate::value::Value;
+use afterimage_base::diagnostic::{Diagnostic, Diagnostics, Place, Spanned};
+use afterimage_base::image::{ColorState, Format};
+use afterimage_base::value::Value;
 
 /// The check in progress.
 pub(super) struct Builder<'a> {
@@ -18,7 +18,7 @@ pub(super) struct Builder<'a> {
     pub(super) files: Files<'a>,
     pub(super) diagnostics: Diagnostics,
     pub(super) scopes: Vec<Scope>,
-    pub(super) drafts: Vec<Draft>,
+    pub(super) drafts: Vec<NodeDraft>,
     pub(super) changes: Vec<Change>,
     pub(super) facts: BTreeMap<String, (FactKind, Place)>,
     pub(super) outputs: Vec<(Spanned<String>, Option<Wire>)>,
@@ -27,7 +27,7 @@ pub(super) struct Builder<'a> {
 }
 
 /// A node in the making.
-pub(super) struct Draft {
+pub(super) struct NodeDraft {
     pub(super) name: Spanned<String>,
     pub(super) kind: NodeKind,
     pub(super) kind_place: Place,
@@ -44,7 +44,7 @@ pub(super) struct Draft {
     pub(super) format: Option<Format>,
     pub(super) label: Option<String>,
     /// The state of each output once it is known.
-    pub(super) states: Vec<Option<Option<State>>>,
+    pub(super) states: Vec<Option<Option<ColorState>>>,
 }
 
 /// The names of one pipeline, at the top or used as a node.
@@ -91,13 +91,13 @@ pub(super) struct Wire {
     /// Where it is written.
     pub(super) place: Place,
     /// The state that an inner pipeline declares for the input which it comes from.
-    pub(super) declared: Option<State>,
+    pub(super) declared: Option<ColorState>,
 }
 
 /// Changes to nodes, waiting until all nodes are known.
 pub(super) struct Change {
     pub(super) scope: usize,
-    pub(super) settings: Vec<Setting>,
+    pub(super) settings: Vec<Override>,
     /// Whether they are made; those of tiers that nobody asked for are only checked.
     pub(super) is_made: bool,
 }
@@ -136,11 +136,11 @@ impl<'a> Builder<'a> {
     }
 
     /// The name of a node from the top: `outer/inner`.
-    pub(super) fn full_name(&self, draft: &Draft) -> String {
+    pub(super) fn full_name(&self, draft: &NodeDraft) -> String {
         self.inside(draft.scope, draft.name.value.clone(), |scope| Some(scope.name.value.clone()))
     }
 
-    fn full_label(&self, draft: &Draft) -> Option<String> {
+    fn full_label(&self, draft: &NodeDraft) -> Option<String> {
         let shown = |scope: &Scope| Some(scope.label.clone().unwrap_or_else(|| scope.name.value.clone()));
         let labelled = draft.label.is_some() || self.scopes_around(draft.scope).any(|scope| scope.label.is_some());
         labelled.then(|| {
@@ -183,7 +183,7 @@ impl<'a> Builder<'a> {
         }
     }
 
-    fn graph_node(&self, draft: &Draft) -> GraphNode {
+    fn graph_node(&self, draft: &NodeDraft) -> GraphNode {
         let outer = self.scopes_around(draft.scope).filter_map(|scope| scope.when.clone());
         GraphNode {
             name: self.full_name(draft),
@@ -199,7 +199,7 @@ impl<'a> Builder<'a> {
     }
 
     fn graph_output(&self, name: &Spanned<String>, wire: &Wire) -> Option<GraphOutput> {
-        let state = self.state(wire).flatten().unwrap_or(State::Data);
+        let state = self.state(wire).flatten().unwrap_or(ColorState::Data);
         Some(GraphOutput { name: name.value.clone(), source: wire.source?, state })
     }
 

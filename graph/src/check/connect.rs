@@ -2,9 +2,9 @@
 
 use super::build::{Builder, Feed, Named, Wire};
 use super::{DEEPEST, MOST_PREVIOUS, Source};
-use crate::diagnostic::{Diagnostic, Spanned, did_you_mean, list, quote};
-use crate::image::State;
 use crate::node::PortType;
+use afterimage_base::diagnostic::{Diagnostic, Spanned, did_you_mean, list, quote};
+use afterimage_base::image::ColorState;
 
 /// The parts of a wire's text.
 struct WireText<'a> {
@@ -17,7 +17,7 @@ struct WireText<'a> {
 #[derive(Clone, Copy)]
 struct Found {
     source: Option<Source>,
-    declared: Option<State>,
+    declared: Option<ColorState>,
 }
 
 impl Builder<'_> {

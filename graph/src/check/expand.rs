@@ -2,13 +2,13 @@
 
 use std::collections::BTreeMap;
 
-use super::build::{Builder, Change, Draft, Feed, Named, Scope};
+use super::build::{Builder, Change, Feed, Named, NodeDraft, Scope};
 use super::files::join;
 use super::suggest::{kinds_near, known_kinds};
 use super::{Condition, DEEPEST, MOST_NODES};
-use crate::diagnostic::{Diagnostic, Place, Spanned, did_you_mean, list, nearest, quote};
 use crate::document::{Document, Field, Item, NodeEntry, Tier, Tree, doubled, settings};
 use crate::node::NodeKind;
+use afterimage_base::diagnostic::{Diagnostic, Place, Spanned, did_you_mean, list, nearest, quote};
 
 /// The kind name of a pipeline used as a node.
 const PIPELINE: &str = "Pipeline";
@@ -187,7 +187,7 @@ impl Builder<'_> {
     }
 
     fn node(&mut self, scope: usize, entry: &NodeEntry, kind: NodeKind, fields: &[Field]) -> Named {
-        let mut draft = Draft {
+        let mut draft = NodeDraft {
             name: entry.name.clone(),
             kind,
             kind_place: entry.kind.place.clone(),
@@ -210,7 +210,7 @@ impl Builder<'_> {
         Named::Node(self.drafts.len() - 1)
     }
 
-    fn field(&mut self, draft: &mut Draft, name: &Spanned<String>, item: &Item) {
+    fn field(&mut self, draft: &mut NodeDraft, name: &Spanned<String>, item: &Item) {
         let kind = draft.kind;
         if let Some(port) = kind.inputs().iter().position(|port| port.name == name.value) {
             draft.asked[port] = self.wire(&name.value, item);
@@ -231,7 +231,7 @@ impl Builder<'_> {
     }
 
     /// Sets a parameter or one of what every node takes; false if the node has no such field.
-    pub(super) fn change_field(&mut self, draft: &mut Draft, name: &str, item: &Item) -> bool {
+    pub(super) fn change_field(&mut self, draft: &mut NodeDraft, name: &str, item: &Item) -> bool {
         if let Some((index, param)) = draft.kind.param(name) {
             if let Some(value) = self.value(draft.kind, param, item) {
                 draft.values[index] = value;
@@ -263,7 +263,7 @@ impl Builder<'_> {
         None
     }
 
-    fn tell_missing_ports(&mut self, draft: &Draft, fields: &[Field]) {
+    fn tell_missing_ports(&mut self, draft: &NodeDraft, fields: &[Field]) {
         let ports = || draft.kind.inputs().iter().map(|port| port.name);
         // A misspelt port has been told with the right name as a hint.
         let is_meant = |name: &str, port: &str| {
@@ -309,7 +309,7 @@ impl Builder<'_> {
         Some(Named::Scope(inner))
     }
 
-    fn inner_settings(&mut self, item: Item) -> Vec<crate::document::Setting> {
+    fn inner_settings(&mut self, item: Item) -> Vec<crate::document::Override> {
         match settings(item, "`set`") {
             Ok((settings, problems)) => {
                 problems.into_iter().for_each(|problem| self.tell(problem));

@@ -6,8 +6,8 @@ use std::sync::Arc;
 
 use super::build::Builder;
 use super::{DEEPEST, Loader};
-use crate::diagnostic::{Diagnostic, Spanned, did_you_mean, list, quote};
 use crate::document::{self, Document, Tier};
+use afterimage_base::diagnostic::{Diagnostic, Spanned, did_you_mean, list, quote};
 
 /// Files that have been read, so that each is read once and its mistakes are told once.
 pub(super) struct Files<'a> {

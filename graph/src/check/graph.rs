@@ -4,9 +4,9 @@ use std::collections::BTreeSet;
 
 use petgraph::graph::DiGraph;
 
-use crate::image::{Format, State};
 use crate::node::{NodeKind, PortType};
-use crate::value::Value;
+use afterimage_base::image::{ColorState, Format};
+use afterimage_base::value::Value;
 
 use super::condition::{Condition, FactKind};
 
@@ -29,7 +29,7 @@ pub struct GraphInput {
     /// Its name.
     pub name: String,
     /// What its numbers mean.
-    pub state: State,
+    pub state: ColorState,
     /// Whether the host may leave it out.
     pub optional: bool,
     /// Whether negative numbers are meant.
@@ -56,7 +56,7 @@ pub struct GraphNode {
     /// The name that people shall see; the node's name otherwise.
     pub label: Option<String>,
     /// The state of each output, in the order of the kind's ports; `None` for what has none.
-    pub states: Vec<Option<State>>,
+    pub states: Vec<Option<ColorState>>,
 }
 
 /// What the host gets.
@@ -67,7 +67,7 @@ pub struct GraphOutput {
     /// Where it comes from.
     pub source: Source,
     /// What its numbers mean.
-    pub state: State,
+    pub state: ColorState,
 }
 
 /// Where a wire begins.

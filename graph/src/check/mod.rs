@@ -21,9 +21,9 @@ mod verify;
 
 use std::sync::Arc;
 
-use crate::diagnostic::Diagnostics;
 use crate::document::Document;
 use crate::node::Registry;
+use afterimage_base::diagnostic::Diagnostics;
 
 pub use condition::{Condition, ConditionError, Fact, FactKind, Facts};
 pub use graph::{Graph, GraphInput, GraphNode, GraphOutput, Source};

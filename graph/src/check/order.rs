@@ -6,7 +6,7 @@ use petgraph::algo::tarjan_scc;
 use petgraph::graph::{DiGraph, NodeIndex};
 
 use super::build::Builder;
-use crate::diagnostic::{Diagnostic, quote};
+use afterimage_base::diagnostic::{Diagnostic, quote};
 
 /// Wires of a circle that are pointed at; a longer circle is told by its names.
 const MOST_LABELS: usize = 8;

@@ -2,10 +2,10 @@
 
 use std::sync::Arc;
 
-use super::build::{Builder, Change, Draft, Named, Scope};
+use super::build::{Builder, Change, Named, NodeDraft, Scope};
 use super::expand::COMMON;
-use crate::diagnostic::{Diagnostic, Place, Spanned, did_you_mean, list, quote};
-use crate::document::{Item, Setting, Tree, read_tree};
+use crate::document::{Item, Override, Tree, read_tree};
+use afterimage_base::diagnostic::{Diagnostic, Place, Spanned, did_you_mean, list, quote};
 
 /// The name of the text that `--set` options are shown in.
 const COMMAND_LINE: &str = "--set";
@@ -33,7 +33,7 @@ impl Builder<'_> {
             let key_place = Place::new(&file, start..start + key.len());
             start = value_start + value.len() + 1;
             match command_line_value(&file, value, &place) {
-                Ok(item) => settings.push(Setting { key: Spanned::new(key.clone(), key_place), value: item }),
+                Ok(item) => settings.push(Override { key: Spanned::new(key.clone(), key_place), value: item }),
                 Err(diagnostic) => self.tell(diagnostic),
             }
         }
@@ -49,7 +49,7 @@ impl Builder<'_> {
         }
     }
 
-    fn setting(&mut self, scope: usize, setting: &Setting, is_made: bool) {
+    fn setting(&mut self, scope: usize, setting: &Override, is_made: bool) {
         let key = &setting.key;
         let (path, field) = match key.value.split_once('.') {
             Some((path, field)) => (path, Some(field)),
@@ -95,7 +95,7 @@ impl Builder<'_> {
     }
 
     /// What `"node": Off` says.
-    fn switch(&mut self, setting: &Setting) -> Option<bool> {
+    fn switch(&mut self, setting: &Override) -> Option<bool> {
         match &setting.value.value {
             Tree::Name(name) if name == "Off" => Some(true),
             Tree::Name(name) if name == "On" => Some(false),
@@ -115,7 +115,7 @@ impl Builder<'_> {
         }
     }
 
-    fn node_setting(&mut self, node: usize, field: &str, setting: &Setting, is_made: bool) {
+    fn node_setting(&mut self, node: usize, field: &str, setting: &Override, is_made: bool) {
         let mut draft = self.drafts[node].copy();
         if self.change_field(&mut draft, field, &setting.value) {
             if is_made {
@@ -137,7 +137,7 @@ impl Builder<'_> {
         self.tell(diagnostic.at(&setting.key.place, ""));
     }
 
-    fn scope_setting(&mut self, inner: usize, field: &str, setting: &Setting, is_made: bool) {
+    fn scope_setting(&mut self, inner: usize, field: &str, setting: &Override, is_made: bool) {
         match field {
             "when" => {
                 let parent = self.scopes[inner].parent.unwrap_or(0);
@@ -159,7 +159,7 @@ impl Builder<'_> {
     }
 }
 
-impl Draft {
+impl NodeDraft {
     fn copy(&self) -> Self {
         Self {
             name: self.name.clone(),

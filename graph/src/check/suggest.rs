@@ -2,15 +2,15 @@
 
 use std::collections::VecDeque;
 
-use crate::diagnostic::{did_you_mean, list, quote};
-use crate::image::State;
-use crate::node::{Gives, NodeKind, PortType, Registry};
+use crate::node::{NodeKind, OutputState, PortType, Registry};
+use afterimage_base::diagnostic::{did_you_mean, list, quote};
+use afterimage_base::image::ColorState;
 
 /// The type and the state of what is on a wire.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct OnWire {
     pub(super) ty: PortType,
-    pub(super) state: Option<State>,
+    pub(super) state: Option<ColorState>,
 }
 
 pub(super) fn kinds_near(registry: &Registry, name: &str) -> Option<String> {
@@ -53,9 +53,9 @@ fn through(kind: NodeKind, on_wire: OnWire) -> Option<OnWire> {
     let takes = port.ty == on_wire.ty
         && on_wire.state.is_none_or(|state| port.states.is_empty() || port.states.contains(&state));
     let state = match output.gives {
-        Gives::Always(state) => Some(state),
-        Gives::Same(name) if name == port.name => on_wire.state,
-        Gives::Same(_) | Gives::Nothing => None,
+        OutputState::Always(state) => Some(state),
+        OutputState::Same(name) if name == port.name => on_wire.state,
+        OutputState::Same(_) | OutputState::Nothing => None,
     };
     takes.then_some(OnWire { ty: output.ty, state })
 }
@@ -70,7 +70,7 @@ pub(super) fn between(path: &[NodeKind]) -> String {
 }
 
 /// Alternatives in words: `Scene` or `Exposed`.
-pub(super) fn either(states: &[State]) -> String {
+pub(super) fn either(states: &[ColorState]) -> String {
     let names: Vec<String> = states.iter().map(|state| quote(state.name())).collect();
     names.join(" or ")
 }

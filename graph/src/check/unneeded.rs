@@ -2,7 +2,7 @@
 
 use super::Source;
 use super::build::{Builder, Feed};
-use crate::diagnostic::{Diagnostic, quote};
+use afterimage_base::diagnostic::{Diagnostic, quote};
 
 impl Builder<'_> {
     /// Warns of nodes that no output needs and of inputs that nothing reads; only in the file that is checked, not in those that it uses.

@@ -3,11 +3,11 @@
 use super::build::Builder;
 use super::condition::{Condition, FactKind};
 use super::files::{join, unreadable};
-use crate::diagnostic::{Diagnostic, Place, Spanned, did_you_mean, list, quote};
 use crate::document::{Item, Tree};
-use crate::image::Format;
 use crate::node::NodeKind;
-use crate::value::{ChoiceName, FileValue, Param, Type, Value};
+use afterimage_base::diagnostic::{Diagnostic, Place, Spanned, did_you_mean, list, quote};
+use afterimage_base::image::Format;
+use afterimage_base::value::{ChoiceName, FileValue, Param, Type, Value};
 
 impl Builder<'_> {
     /// The value of a parameter; tells what is wrong with it otherwise.

@@ -1,8 +1,8 @@
 //! The kinds' own questions about their values: whether a file holds what it should, whether two parameters fit each other.
 
-use super::build::{Builder, Draft};
-use crate::diagnostic::{Diagnostic, quote};
-use crate::value::Type;
+use super::build::{Builder, NodeDraft};
+use afterimage_base::diagnostic::{Diagnostic, quote};
+use afterimage_base::value::Type;
 
 impl Builder<'_> {
     /// Asks every kind about the values of its nodes.
@@ -12,7 +12,7 @@ impl Builder<'_> {
     }
 }
 
-fn doubt(draft: &Draft) -> Option<Diagnostic> {
+fn doubt(draft: &NodeDraft) -> Option<Diagnostic> {
     let why = draft.kind.verify(&draft.values).err()?;
     let message = format!("{} cannot use its parameters: {why}", quote(&draft.name.value));
     let files = draft.kind.params().iter().zip(&draft.written).filter(|(param, _)| param.ty == Type::File);

@@ -35,8 +35,8 @@ mod tree;
 
 use std::sync::Arc;
 
-use crate::diagnostic::{Diagnostic, Diagnostics, Place, Sources, Spanned};
-use crate::image::State;
+use afterimage_base::diagnostic::{Diagnostic, Diagnostics, Place, Sources, Spanned};
+use afterimage_base::image::ColorState;
 
 pub(crate) use read::{doubled, settings};
 pub(crate) use tree::{Field, Item, Tree, read as read_tree};
@@ -57,7 +57,7 @@ pub struct Document {
     /// The images that the host gets: name and wire.
     pub outputs: Vec<(Spanned<String>, Spanned<String>)>,
     /// Changes to nodes, in the order in which they are made.
-    pub set: Vec<Setting>,
+    pub set: Vec<Override>,
     /// The quality levels.
     pub tiers: Vec<(Spanned<String>, Tier)>,
     /// The facts that conditions may ask and what each says; `None` where the file does not say which they are.
@@ -76,7 +76,7 @@ pub struct InputEntry {
     /// Its name.
     pub name: Spanned<String>,
     /// What its numbers mean.
-    pub state: State,
+    pub state: ColorState,
     /// Whether the host may leave it out.
     pub optional: bool,
     /// Whether negative numbers are meant.
@@ -96,7 +96,7 @@ pub struct NodeEntry {
 
 /// A change to a node: `"mips.levels": 3` or `"local": Off`.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Setting {
+pub struct Override {
     /// `node.parameter`, `node`, or either of them behind `outer/`.
     pub key: Spanned<String>,
     pub(crate) value: Item,
@@ -106,7 +106,7 @@ pub struct Setting {
 #[derive(Clone, Debug, PartialEq)]
 pub enum Tier {
     /// The same pipeline with changes.
-    Settings(Vec<Setting>),
+    Settings(Vec<Override>),
     /// Another file.
     File(Spanned<String>),
 }

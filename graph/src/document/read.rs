@@ -3,22 +3,22 @@
 use std::sync::Arc;
 
 use super::tree::{Field, Item, Tree};
-use super::{Document, InputEntry, NodeEntry, Setting, Tier};
-use crate::diagnostic::{Diagnostic, Diagnostics, Sources, Spanned, did_you_mean, list, quote};
-use crate::image::State;
+use super::{Document, InputEntry, NodeEntry, Override, Tier};
+use afterimage_base::diagnostic::{Diagnostic, Diagnostics, Sources, Spanned, did_you_mean, list, quote};
+use afterimage_base::image::ColorState;
 
 const SECTIONS: [&str; 7] = ["inputs", "nodes", "outputs", "set", "tiers", "extends", "facts"];
 
-const INPUT_TYPES: [(&str, State); 9] = [
-    ("Color", State::Scene),
-    ("Exposed", State::Exposed),
-    ("LogLuminance", State::LogLuminance),
-    ("DisplayLinear", State::DisplayLinear),
-    ("Encoded", State::Encoded),
-    ("Data", State::Data),
-    ("Depth", State::Data),
-    ("Normals", State::Data),
-    ("Mask", State::Data),
+const INPUT_TYPES: [(&str, ColorState); 9] = [
+    ("Color", ColorState::Scene),
+    ("Exposed", ColorState::Exposed),
+    ("LogLuminance", ColorState::LogLuminance),
+    ("DisplayLinear", ColorState::DisplayLinear),
+    ("Encoded", ColorState::Encoded),
+    ("Data", ColorState::Data),
+    ("Depth", ColorState::Data),
+    ("Normals", ColorState::Data),
+    ("Mask", ColorState::Data),
 ];
 
 /// The document that a file's tree stands for; an error if it is no pipeline at all.
@@ -68,13 +68,13 @@ fn pipeline(tree: Item) -> Result<(Spanned<String>, Vec<Field>), Diagnostic> {
 }
 
 /// The changes of a map such as `set` or a tier.
-pub(crate) fn settings(item: Item, what: &str) -> Result<(Vec<Setting>, Vec<Diagnostic>), Diagnostic> {
+pub(crate) fn settings(item: Item, what: &str) -> Result<(Vec<Override>, Vec<Diagnostic>), Diagnostic> {
     let mut reader = Reader { problems: Diagnostics::default(), unread: Vec::new(), is_partial: false };
     let wrong = Diagnostic::error("wrong-shape", format!("{what} holds {}, not changes", item.value.describe()))
         .at(&item.place, "")
         .help("write it as `{ \"node.parameter\": value, \"node\": Off }`");
     let Tree::Map(entries) = item.value else { return Err(wrong) };
-    let settings = reader.keyed(entries, "key").into_iter().map(|(key, value)| Setting { key, value }).collect();
+    let settings = reader.keyed(entries, "key").into_iter().map(|(key, value)| Override { key, value }).collect();
     Ok((settings, reader.problems.iter().cloned().collect()))
 }
 
@@ -248,7 +248,7 @@ impl Reader {
             );
             return None;
         };
-        let mut input = InputEntry { name, state, optional: false, signed: state == State::Data };
+        let mut input = InputEntry { name, state, optional: false, signed: state == ColorState::Data };
         for (option, value) in self.unique(options, "option") {
             self.input_option(&mut input, &option, &value);
         }
@@ -292,7 +292,7 @@ impl Reader {
         None
     }
 
-    fn settings(&mut self, value: Item, what: &str) -> Vec<Setting> {
+    fn settings(&mut self, value: Item, what: &str) -> Vec<Override> {
         match settings(value, what) {
             Ok((settings, problems)) => {
                 problems.into_iter().for_each(|problem| self.problems.push(problem));

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use ron::Error;
 
 use super::tree::{Unreadable, is_space};
-use crate::diagnostic::{Diagnostic, Place, quote};
+use afterimage_base::diagnostic::{Diagnostic, Place, quote};
 
 /// The error, at its place, with the bracket that is still open where that explains it.
 pub(super) fn diagnose(file: &Arc<str>, text: &str, unreadable: &Unreadable) -> Diagnostic {

@@ -13,7 +13,7 @@ use ron::value::RawValue;
 use serde::Deserialize;
 use serde::de::{self, IgnoredAny, MapAccess, SeqAccess, Visitor};
 
-use crate::diagnostic::{Place, Spanned};
+use afterimage_base::diagnostic::{Place, Spanned};
 
 /// Brackets within brackets; a pipeline needs about five.
 const DEEPEST: usize = 32;

@@ -1,9 +1,9 @@
 //! A kind of node: what a node author writes ([`Node`]) and what the framework sees ([`Kind`]).
 
 use super::params::Params;
-use super::ports::{Input, Output, StandIn};
+use super::ports::{Fallback, Input, Output};
 use super::recorder::Recorder;
-use crate::value::{Param, Value};
+use afterimage_base::value::{Param, Value};
 
 /// What arrives at a node's inputs once the graph is specialised.
 #[derive(Clone, Debug, Default)]
@@ -36,11 +36,11 @@ pub trait Node: Params {
     /// The output ports, the main one first.
     const OUTPUTS: &'static [Output];
     /// What stands in for every output when the node is off.
-    const BYPASS: StandIn;
+    const FALLBACK: Fallback;
 
     /// The exact stand-in at the present values and arrivals, if there is one: the node is then left out of the plan.
     /// The result must be bit-identical to running the node, or more accurate.
-    fn stand_in(&self, arrivals: &Arrivals) -> Option<StandIn> {
+    fn identity(&self, arrivals: &Arrivals) -> Option<Fallback> {
         let _ = arrivals;
         None
     }
@@ -68,9 +68,9 @@ pub trait Kind: Send + Sync + 'static {
     /// The output ports, the main one first.
     fn outputs(&self) -> &'static [Output];
     /// What stands in for every output when the node is off.
-    fn bypass(&self) -> StandIn;
+    fn fallback(&self) -> Fallback;
     /// The exact stand-in at these values and arrivals.
-    fn stand_in(&self, values: &[Value], arrivals: &Arrivals) -> Option<StandIn>;
+    fn identity(&self, values: &[Value], arrivals: &Arrivals) -> Option<Fallback>;
     /// Whether the values go together and the files among them, which are loaded by now, can be read.
     fn verify(&self, values: &[Value]) -> Result<(), String>;
     /// Describes the passes of the node at these values.
@@ -99,11 +99,11 @@ impl<N: Node> Kind for Typed<N> {
     fn outputs(&self) -> &'static [Output] {
         N::OUTPUTS
     }
-    fn bypass(&self) -> StandIn {
-        N::BYPASS
+    fn fallback(&self) -> Fallback {
+        N::FALLBACK
     }
-    fn stand_in(&self, values: &[Value], arrivals: &Arrivals) -> Option<StandIn> {
-        typed::<N>(values).stand_in(arrivals)
+    fn identity(&self, values: &[Value], arrivals: &Arrivals) -> Option<Fallback> {
+        typed::<N>(values).identity(arrivals)
     }
     fn verify(&self, values: &[Value]) -> Result<(), String> {
         typed::<N>(values).verify()

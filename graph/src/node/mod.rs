@@ -9,7 +9,7 @@ mod ports;
 mod recorder;
 mod registry;
 
-pub use contract::contract;
+pub use contract::{contract, for_each_recording};
 pub use folder::folder_kind;
 pub use kind::{Arrivals, Kind, Node, NodeKind};
 pub use params::Params;
@@ -17,6 +17,6 @@ pub use pass::{
     Arg, Binding, BufferId, BufferLife, ByCells, ByRows, Cells, CellsReader, EntryCall, ImageId, Origin, Pass,
     Resource, Rows, Step, TileStage, Tiling, VirtualBuffer, VirtualImage, Work,
 };
-pub use ports::{Gives, Input, Output, PortType, StandIn};
+pub use ports::{Fallback, Input, Output, OutputState, PortType};
 pub use recorder::{Arrival, ComputePass, FunctionPass, Recorder, RecorderContext, Recording};
 pub use registry::{DuplicateKind, Registry};

@@ -1,6 +1,6 @@
 //! `params!` and `choices!`: a parameter is declared once, here, and nowhere else.
 
-use crate::value::{Param, Value};
+use afterimage_base::value::{Param, Value};
 
 /// The parameters of a node kind, as `params!` declares them.
 pub trait Params: Sized + Clone + Send + Sync + 'static {

@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use crate::image::ImageDesc;
-use crate::shader::Shader;
+use afterimage_base::image::ImageDesc;
+use afterimage_wgsl::Shader;
 
 /// A virtual image of a recording.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -153,8 +153,6 @@ pub struct Rows {
     pub result: ImageId,
     /// Rows of the result that a workgroup makes.
     pub rows: u32,
-    /// Invocations of a workgroup.
-    pub lanes: u32,
 }
 
 /// The form by rows of a function that halves an image.
@@ -162,7 +160,7 @@ pub struct Rows {
 /// It is called by all invocations of the workgroup, once for the row above its first and then for each row and the one below its last, with
 /// the texels under one texel of that row; the result of a call is the texel of the row before. It may wait for the others
 /// (`workgroupBarrier`), and takes no parameters:
-/// `fn name(state: ptr<function, State>, square: Square, lane: u32) -> vec4f`.
+/// `fn name(state: ptr<function, ColorState>, square: Square, lane: u32) -> vec4f`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ByRows {
     /// The module.
@@ -171,8 +169,6 @@ pub struct ByRows {
     pub function: &'static str,
     /// The struct in which an invocation keeps what it needs of the rows before, all zero at first.
     pub state: &'static str,
-    /// The constant of the module that holds the number of invocations, declared as `const NAME: u32 = 64u;`. There may be more.
-    pub lanes: &'static str,
 }
 
 /// Whole kernels that sum up one image cell by cell, each on a lattice of its own, and see every pixel in one dispatch.
@@ -211,12 +207,12 @@ pub struct CellsReader {
 ///
 /// The cells divide the image evenly, whatever its size, so that a pixel may lie in several. The module imports `cells`, which has the structs
 /// `Cell` and `Seen`, keeps each binding on a line of its own, and gives no name of its own or of a binding to anything else. It has three
-/// functions, which all invocations of a workgroup call, at most [`CELLS_LANES`](crate::shader::CELLS_LANES):
+/// functions, which all invocations of a workgroup call, at most 256:
 ///
-/// - `fn FORM_begin(cell: Cell) -> State` before the first pixel, to clear the cell's workgroup memory; a barrier follows;
-/// - `fn FORM_visit(state: ptr<function, State>, cell: Cell, seen: Seen)` for each pixel that the invocation sees, where it must not wait for
+/// - `fn FORM_begin(cell: Cell) -> ColorState` before the first pixel, to clear the cell's workgroup memory; a barrier follows;
+/// - `fn FORM_visit(state: ptr<function, ColorState>, cell: Cell, seen: Seen)` for each pixel that the invocation sees, where it must not wait for
 ///   others. A pixel is seen once for each of the finest cells that it touches: shares of it add up to its area, and in one it is `centred`;
-/// - `fn FORM_finish(state: ptr<function, State>, cell: Cell)` after the last, to bring the invocations' states together and store the cell.
+/// - `fn FORM_finish(state: ptr<function, ColorState>, cell: Cell)` after the last, to bring the invocations' states together and store the cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ByCells {
     /// What the three functions' names begin with.
@@ -348,7 +344,7 @@ impl Pass {
     }
 
     /// The modules that it is made of.
-    pub(crate) fn shaders(&self) -> Vec<&'static Shader> {
+    pub fn shaders(&self) -> Vec<&'static Shader> {
         match &self.work {
             Work::Steps { steps, .. } => steps.iter().map(|step| step.shader).collect(),
             Work::Tiled(tiling) => tiling.stages.iter().flat_map(|s| &s.steps).map(|step| step.shader).collect(),

@@ -1,6 +1,6 @@
 //! Ports: what goes into a node and what comes out, with the type and the state of each.
 
-use crate::image::State;
+use afterimage_base::image::ColorState;
 
 /// What travels on a wire.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -38,7 +38,7 @@ pub struct Input {
     /// What it takes.
     pub ty: PortType,
     /// The image states it takes; empty for any.
-    pub states: &'static [State],
+    pub states: &'static [ColorState],
     /// Whether it may stay unwired.
     pub optional: bool,
     /// What it is for.
@@ -57,7 +57,7 @@ impl Input {
     }
 
     /// Limits the states it takes.
-    pub const fn takes(self, states: &'static [State]) -> Self {
+    pub const fn accepts(self, states: &'static [ColorState]) -> Self {
         Self { states, ..self }
     }
 
@@ -69,9 +69,9 @@ impl Input {
 
 /// The state of what comes out of a port.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Gives {
+pub enum OutputState {
     /// Always this one.
-    Always(State),
+    Always(ColorState),
     /// That of the named input.
     Same(&'static str),
     /// Nothing that has a state: a table or a value.
@@ -86,26 +86,26 @@ pub struct Output {
     /// What it gives.
     pub ty: PortType,
     /// The state of the image it gives.
-    pub gives: Gives,
+    pub gives: OutputState,
     /// What it holds.
     pub doc: &'static str,
 }
 
 impl Output {
     /// A port.
-    pub const fn new(name: &'static str, ty: PortType, gives: Gives, doc: &'static str) -> Self {
+    pub const fn new(name: &'static str, ty: PortType, gives: OutputState, doc: &'static str) -> Self {
         Self { name, ty, gives, doc }
     }
 
     /// An image port.
-    pub const fn image(name: &'static str, gives: Gives, doc: &'static str) -> Self {
+    pub const fn image(name: &'static str, gives: OutputState, doc: &'static str) -> Self {
         Self::new(name, PortType::Image, gives, doc)
     }
 }
 
 /// What stands in for an output of a node that does not run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum StandIn {
+pub enum Fallback {
     /// Whatever the named input holds.
     Input(&'static str),
     /// Exactly zero everywhere: black. A pixel reads 0, a texture is one black texel.

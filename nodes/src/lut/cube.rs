@@ -1,19 +1,19 @@
-//! `.cube` files (Adobe 2013, and Resolve's 1-D table before a 3-D one).
+//! `.cube` files (Adobe 2013, and Resolve's form with a 1-D table before a 3-D table).
 
 use super::text::{Line, lines, numbers, read, short};
 use super::{Lut, LutError, Table};
 
-/// The most entries of one side of a 3-D table.
+/// Maximum number of entries per side of a 3-D table.
 const LARGEST_CUBE: usize = 256;
 
-/// The most entries of a 1-D table.
+/// Maximum number of entries of a 1-D table.
 const LARGEST_CURVE: usize = 65536;
 
-/// A `.cube` file. Red varies fastest in a 3-D table.
+/// Parses a `.cube` file. Red varies fastest in a 3-D table.
 ///
 /// # Errors
-/// The first mistake: a keyword that is unknown, a size outside of 2 to 256 (65536 for a 1-D table), numbers that are none or not finite, a
-/// domain without extent, entries too few or too many.
+/// The first error: an unknown keyword, a size outside of 2 to 256 (65536 for a 1-D table), numbers that cannot be
+/// parsed or are not finite, an empty domain, too few or too many entries.
 pub fn parse_cube(text: &str) -> Result<Lut, LutError> {
     let mut reader = Reader::default();
     let mut last = 1;
@@ -27,7 +27,7 @@ pub fn parse_cube(text: &str) -> Result<Lut, LutError> {
     reader.finish(last)
 }
 
-/// One of the bounds of a domain, and the line that says so.
+/// One bound of a domain, and its line in the file.
 #[derive(Clone, Copy)]
 struct Bound([f32; 3], usize);
 
@@ -131,6 +131,7 @@ fn range(number: usize, keyword: &str, text: &str) -> Result<[Bound; 2], LutErro
 }
 
 fn unknown(keyword: &str) -> String {
-    let known = "`TITLE`, `LUT_1D_SIZE`, `LUT_3D_SIZE`, `DOMAIN_MIN`, `DOMAIN_MAX`, `LUT_1D_INPUT_RANGE` and `LUT_3D_INPUT_RANGE`";
+    let sizes = "`TITLE`, `LUT_1D_SIZE`, `LUT_3D_SIZE`, `DOMAIN_MIN`, `DOMAIN_MAX`";
+    let known = format!("{sizes}, `LUT_1D_INPUT_RANGE` and `LUT_3D_INPUT_RANGE`");
     format!("`{}` is no keyword of a .cube file; there are {known}", short(keyword))
 }

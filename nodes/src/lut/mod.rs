@@ -1,4 +1,4 @@
-//! Look-up tables as data, and the files that hold them.
+//! Look-up tables as data, and the files that contain them.
 
 mod cube;
 mod picture;
@@ -9,39 +9,39 @@ use half::f16;
 pub use cube::parse_cube;
 pub use picture::{PngLayout, parse_png};
 
-/// The largest number that a picture may hold; entries beyond it end there.
+/// The largest half float. Entries are limited to it.
 const LARGEST: f32 = 65504.0;
 
-/// What a file of a look-up table holds: one table or, in some `.cube` files, a 1-D one before a 3-D one.
+/// The content of a table's file: one table or, in some `.cube` files, a 1-D table before a 3-D table.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Lut {
-    /// One curve for each channel.
+    /// One curve per channel.
     pub curve: Option<Table>,
-    /// A table over colours; red varies fastest.
+    /// A table over colours. Red varies fastest.
     pub cube: Option<Table>,
-    /// Half of the step in which the file's numbers are written: smaller differences mean nothing.
+    /// Half of the step in which the file's numbers are written. Smaller differences are rounding errors.
     pub tolerance: f32,
 }
 
-/// Entries at even steps over a domain.
+/// Entries at equal steps over a domain.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Table {
-    /// Entries of one side.
+    /// Number of entries per side.
     pub size: usize,
     /// The entries: `size` of a curve, `size` cubed of a cube.
     pub entries: Vec<[f32; 3]>,
-    /// Which input the first entry is for.
+    /// The input of the first entry.
     pub low: [f32; 3],
-    /// Which input the last entry is for.
+    /// The input of the last entry.
     pub high: [f32; 3],
 }
 
-/// A mistake in the file of a look-up table.
+/// An error in the file of a look-up table.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LutError {
-    /// The line, from 1; 0 where a file has no lines.
+    /// The line, from 1. 0 where a file has no lines.
     pub line: usize,
-    /// What is wrong, and what would be right.
+    /// What is wrong, and how to correct it.
     pub message: String,
 }
 
@@ -63,7 +63,7 @@ impl std::fmt::Display for LutError {
 impl std::error::Error for LutError {}
 
 impl Lut {
-    /// A table of a function of the three steps.
+    /// A 3-D table from a function of the indices along red, green and blue.
     pub(crate) fn of(size: usize, entry: impl Fn([usize; 3]) -> [f32; 3]) -> Self {
         let steps = |i: usize| [i % size, i / size % size, i / size / size];
         let entries = (0..size * size * size).map(|i| entry(steps(i))).collect();
@@ -76,7 +76,7 @@ impl Lut {
         Self::of(2, |steps| steps.map(|step| step as f32))
     }
 
-    /// Whether it changes nothing within its domain, up to the rounding of the file.
+    /// Whether the table changes nothing within its domain, up to the rounding of the file.
     pub fn is_identity(&self) -> bool {
         let flat = |table: &Option<Table>| table.as_ref().is_none_or(|table| table.is_identity(self.tolerance));
         flat(&self.curve) && flat(&self.cube)
@@ -92,19 +92,19 @@ impl Table {
         })
     }
 
-    /// Which input a step of a channel is for.
+    /// The input of an entry along one channel.
     fn input(&self, channel: usize, step: usize) -> f32 {
         let share = step as f64 / (self.size - 1) as f64;
         let (low, high) = (f64::from(self.low[channel]), f64::from(self.high[channel]));
         (low + share * (high - low)) as f32
     }
 
-    /// What one unit of the input is of the domain.
+    /// The reciprocal of the domain's size, per channel.
     pub(crate) fn scale(&self) -> [f64; 3] {
         std::array::from_fn(|channel| 1.0 / (f64::from(self.high[channel]) - f64::from(self.low[channel])))
     }
 
-    /// The texels, in halves or in 32 bits, filled up with black to `texels` of them.
+    /// The texels, in half floats or 32 bits, padded with black to `texels`.
     pub(crate) fn bytes(&self, half: bool, texels: usize) -> Vec<u8> {
         let padding = std::iter::repeat_n(&[0.0; 3], texels - self.entries.len());
         let channels = self.entries.iter().chain(padding).flat_map(|[r, g, b]| [*r, *g, *b, 1.0]);

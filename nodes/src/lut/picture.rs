@@ -1,4 +1,4 @@
-//! Tables drawn as pictures: tiles, as games ship them, and HALD, as photographers do.
+//! Tables stored as PNG images: tiles, as games use them, and HALD, as photographers use it.
 
 use std::io::Cursor;
 
@@ -7,23 +7,23 @@ use png::{BitDepth, ColorType, Decoder, Limits, Transformations};
 
 use super::{Lut, LutError, Table};
 
-/// Memory that decoding may take.
+/// Memory limit of the decoder.
 const MOST_BYTES: usize = 512 << 20;
 
 choices! {
-    /// How a picture holds a 3-D table of k² entries a side in k³ by k³ pixels; 512 by 512 for the usual 64.
+    /// The layout of a 3-D table of k² entries per side in an image of k³ by k³ pixels, 512 by 512 for the usual 64.
     pub enum PngLayout {
-        /// k by k tiles, one for each blue: red goes right and green down inside of a tile.
+        /// k by k tiles, one per blue. Within a tile, red increases to the right and green downwards.
         Tiles,
-        /// HALD: all entries one after the other, red fastest, row by row.
+        /// HALD: all entries in sequence, red fastest, row by row.
         Hald,
     }
 }
 
-/// A table drawn as a picture. Codes are taken as they are: 0 to 1, whatever the picture says of its gamma.
+/// Parses a table stored as a PNG image. Codes are used as they are, from 0 to 1, and the image's gamma is ignored.
 ///
 /// # Errors
-/// Pictures that are broken, not in colour, or of another size than 8, 27, 64 and so on up to 4096 squared.
+/// Images that are broken, not in colour, or not square with a side of 8, 27, 64 and so on up to 4096.
 pub fn parse_png(bytes: &[u8], layout: PngLayout) -> Result<Lut, LutError> {
     let broken = |error: png::DecodingError| LutError::new(0, format!("the PNG cannot be read: {error}"));
     let mut decoder = Decoder::new_with_limits(Cursor::new(bytes), Limits { bytes: MOST_BYTES });

@@ -1,8 +1,8 @@
-//! Lines of a `.cube` file, and the numbers in them.
+//! The lines of a `.cube` file, and the numbers in them.
 
 use super::LutError;
 
-/// What a line says.
+/// The content of a line.
 pub(super) enum Line<'a> {
     /// A keyword and the rest of its line.
     Keyword(&'a str, &'a str),
@@ -10,10 +10,11 @@ pub(super) enum Line<'a> {
     Entry([f32; 3]),
 }
 
-/// The lines that say something, with their numbers from 1: no comments, no blank lines.
+/// The lines that are neither blank nor comments, with their numbers from 1.
 pub(super) fn lines(text: &str) -> impl Iterator<Item = (usize, &str)> {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-    // Old files of the Mac end lines with a return alone; the last of a pair makes a blank line, which is left out after counting.
+    // Classic Mac OS ends lines with a carriage return. In files with CR LF the return is whitespace at the end of the
+    // line.
     let separator = if text.contains('\n') { '\n' } else { '\r' };
     let say = |(index, line)| (index + 1, content(line));
     text.split(separator).enumerate().map(say).filter(|(_, line)| !line.is_empty())
@@ -26,7 +27,7 @@ fn content(line: &str) -> &str {
     line.trim()
 }
 
-/// What the line says.
+/// Parses a line.
 pub(super) fn read(number: usize, line: &str) -> Result<Line<'_>, LutError> {
     let (word, rest) = line.split_once(char::is_whitespace).unwrap_or((line, ""));
     if is_keyword(word) {
@@ -35,7 +36,7 @@ pub(super) fn read(number: usize, line: &str) -> Result<Line<'_>, LutError> {
     numbers(number, line, "an entry").map(Line::Entry)
 }
 
-/// Exactly so many finite numbers.
+/// Parses exactly `N` finite numbers.
 pub(super) fn numbers<const N: usize>(number: usize, text: &str, what: &str) -> Result<[f32; N], LutError> {
     let mut found = [0.0; N];
     let mut words = text.split_ascii_whitespace();
@@ -61,13 +62,13 @@ fn finite(number: usize, word: &str) -> Result<f32, LutError> {
     }
 }
 
-/// Keywords are written in capitals; `nan` and `inf` are numbers, wrong ones.
+/// Keywords are in capitals. `nan` and `inf` are numbers that are not finite.
 fn is_keyword(word: &str) -> bool {
     let capital = |c: char| c.is_ascii_uppercase() || c.is_ascii_digit() || c == '_';
     word.starts_with(|c: char| c.is_ascii_uppercase()) && word.chars().all(capital) && word.parse::<f32>().is_err()
 }
 
-/// A word of the file, short enough for a message.
+/// A word of the file, shortened for a message.
 pub(super) fn short(word: &str) -> String {
     const MOST: usize = 24;
     if word.chars().count() <= MOST { word.to_owned() } else { word.chars().take(MOST).chain(['…']).collect() }

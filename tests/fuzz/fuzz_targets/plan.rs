@@ -1,4 +1,4 @@
-//! Plans of the shipped pipelines for arbitrary devices and frames.
+//! PlanCache of the shipped pipelines for arbitrary devices and frames.
 #![no_main]
 
 libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {

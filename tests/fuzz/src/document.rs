@@ -7,7 +7,7 @@ use afterimage_graph::diagnostic::Diagnostics;
 use afterimage_graph::document::parse;
 use afterimage_graph::image::Size;
 use afterimage_graph::node::Registry;
-use afterimage_graph::plan::{Caps, Options, check_plan};
+use afterimage_plan::{Caps, Options, verify};
 
 use crate::corpus::shipped;
 use crate::plan::planned;
@@ -58,7 +58,7 @@ pub(crate) fn survives(text: &str) -> bool {
         Ok((graph, warnings)) => {
             has_words(&warnings);
             if let Ok(plan) = planned(&graph, Size::new(64, 36), Caps::default(), Options::default()) {
-                assert_eq!(check_plan(&plan), Ok(()));
+                assert_eq!(verify(&plan), Ok(()));
             }
             true
         }

@@ -1,15 +1,15 @@
-//! Plans: whatever the device, the frame and the settings, a plan is proved or refused with words.
+//! PlanCache: whatever the device, the frame and the settings, a plan is proved or refused with words.
 
 use std::collections::BTreeMap;
 
 use afterimage_graph::check::{CheckOptions, FactKind, Facts, Graph, check};
 use afterimage_graph::document::{Document, parse};
 use afterimage_graph::image::{Format, ImageDesc, Size};
-use afterimage_graph::node::{NodeKind, StandIn};
-use afterimage_graph::plan::{
-    Alias, Caps, GivenImage, Horizontal, Options, Plan, PlanError, Requirement, Setting, Tiles, check_plan, diff, plan,
-};
+use afterimage_graph::node::{Fallback, NodeKind};
 use afterimage_graph::value::{Param, Type};
+use afterimage_plan::{
+    Alias, Caps, GivenImage, Options, Plan, PlanError, PlanRequest, Requirement, Tiles, diff, plan, verify,
+};
 
 use crate::dice::Bytes;
 use crate::document::{Few, all_shipped, registry};
@@ -44,7 +44,7 @@ pub(crate) fn planned(graph: &Graph, size: Size, caps: Caps, options: Options) -
     let given = GivenImage { desc: ImageDesc::new(size), finite: false };
     let inputs = graph.inputs.iter().map(|input| (input.name.clone(), given)).collect();
     let requirement = &Requirement::typical;
-    plan(graph, &Setting { size, inputs, facts: Facts::default(), caps, options, requirement })
+    plan(graph, &PlanRequest { size, inputs, facts: Facts::default(), caps, options, requirement })
 }
 
 /// Whether the choices lead to a plan.
@@ -108,7 +108,7 @@ fn value(param: &Param, choices: &mut Bytes<'_>) -> String {
 fn switch(graph: &mut Graph, choices: &mut Bytes<'_>) {
     let formats: Vec<Format> = Format::ALL.to_vec();
     for node in &mut graph.nodes {
-        let can_be_off = node.kind.bypass() != StandIn::Absent;
+        let can_be_off = node.kind.fallback() != Fallback::Absent;
         node.off |= can_be_off && choices.rarely(8);
         if choices.rarely(16) {
             node.format = Some(choices.one_of(&formats));
@@ -126,7 +126,7 @@ fn plan_anyhow(graph: &Graph, choices: &mut Bytes<'_>) -> Result<Plan, PlanError
     }
     let (facts, caps, options) = (facts(graph, choices), caps(choices), options(choices));
     let requirement = &Requirement::typical;
-    plan(graph, &Setting { size, inputs, facts, caps, options, requirement })
+    plan(graph, &PlanRequest { size, inputs, facts, caps, options, requirement })
 }
 
 fn given(size: Size, choices: &mut Bytes<'_>) -> GivenImage {
@@ -166,11 +166,10 @@ fn options(choices: &mut Bytes<'_>) -> Options {
     Options {
         fuse: choices.flag(),
         tile: choices.one_of(&[Tiles::Never, Tiles::WhereItPays, Tiles::Always]),
-        horizontal: choices.one_of(&[Horizontal::Never, Horizontal::Small, Horizontal::Always]),
         alias: choices.one_of(&[Alias::None, Alias::Pool, Alias::Placed]),
         serial: choices.flag(),
         exact: choices.flag(),
-        waves_first: choices.flag(),
+        batches_first: choices.flag(),
         bounds_checks: choices.flag(),
         half: choices.flag(),
         subgroups: choices.flag(),
@@ -179,7 +178,7 @@ fn options(choices: &mut Bytes<'_>) -> Options {
 
 /// A plan holds what plans promise.
 fn proves(plan: &Plan) {
-    if let Err(faults) = check_plan(plan) {
+    if let Err(faults) = verify(plan) {
         panic!("{} faults, the first: {}", faults.len(), faults[0]);
     }
     assert!(plan.memory.lower_bound <= plan.memory.placed);

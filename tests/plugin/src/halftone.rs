@@ -18,12 +18,12 @@ params! {
 
 impl Node for Halftone {
     const INPUTS: &'static [Input] =
-        &[Input::image("source", "The picture, after the tone curve.").takes(&[State::DisplayLinear])];
-    const OUTPUTS: &'static [Output] = &[Output::image("result", Gives::Same("source"), "The printed picture.")];
-    const BYPASS: StandIn = StandIn::Input("source");
+        &[Input::image("source", "The picture, after the tone curve.").accepts(&[ColorState::DisplayLinear])];
+    const OUTPUTS: &'static [Output] = &[Output::image("result", OutputState::Same("source"), "The printed picture.")];
+    const FALLBACK: Fallback = Fallback::Input("source");
 
-    fn stand_in(&self, _: &Arrivals) -> Option<StandIn> {
-        (self.amount == 0.0).then_some(Self::BYPASS)
+    fn identity(&self, _: &Arrivals) -> Option<Fallback> {
+        (self.amount == 0.0).then_some(Self::FALLBACK)
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {

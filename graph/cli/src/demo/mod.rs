@@ -7,7 +7,7 @@ use std::path::Path;
 
 use afterimage_gpu::{FrameStep, Gpu, Session, Texels};
 use afterimage_graph::check::Graph;
-use afterimage_graph::image::{Size, State};
+use afterimage_graph::image::{ColorState, Size};
 use afterimage_graph::node::{NodeKind, Registry};
 use afterimage_media::write_atomic;
 
@@ -30,7 +30,7 @@ pub(crate) fn run(args: &DemoArgs, tables: &[&[NodeKind]]) -> Result<(), Failure
     let size = Size::new(args.size.0, args.size.1);
     std::fs::create_dir_all(&args.out)
         .map_err(|error| Failure::machine(format!("cannot make the folder `{}`: {error}", args.out.display())))?;
-    let saved = |name: &str, texels: &Texels, state: State, extension: &str| {
+    let saved = |name: &str, texels: &Texels, state: ColorState, extension: &str| {
         let path = args.out.join(format!("{name}.{extension}"));
         save(&path, texels, state, None, &SaveOptions::default())?;
         say(&path.display().to_string());
@@ -39,7 +39,7 @@ pub(crate) fn run(args: &DemoArgs, tables: &[&[NodeKind]]) -> Result<(), Failure
     let time = vec![format!("scene.time={:?}", args.time)];
     let mut scene = Demo::new(&gpu, graph(&registry, "scene", SCENE, time)?);
     scene.session.render(size, &[], FrameStep::FIRST)?;
-    saved("scene", &scene.session.output("scene")?, State::Scene, "exr")?;
+    saved("scene", &scene.session.output("scene")?, ColorState::Scene, "exr")?;
     let images = [scene.session.output_image("scene", "scene")];
     let mut tiles = Vec::new();
     for (name, text) in PIPELINES {
@@ -48,10 +48,10 @@ pub(crate) fn run(args: &DemoArgs, tables: &[&[NodeKind]]) -> Result<(), Failure
         cache::keep_pipelines(&mut demo.session, &demo.known_pipelines);
         let output = choose_output(demo.session.plan(), None, true)?;
         let texels = demo.session.output(&output.name)?;
-        saved(name, &texels, State::Encoded, "png")?;
+        saved(name, &texels, ColorState::Encoded, "png")?;
         tiles.push(texels);
     }
-    saved("contact-sheet", &contact_sheet(&tiles), State::Encoded, "png")
+    saved("contact-sheet", &contact_sheet(&tiles), ColorState::Encoded, "png")
 }
 
 /// A session with the driver's pipelines of earlier runs.

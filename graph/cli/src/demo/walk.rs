@@ -4,7 +4,7 @@ use afterimage_gpu::{FrameStep, Gpu, InputImage, Session, Texels, input_image};
 use afterimage_graph::check::Facts;
 use afterimage_graph::image::Size;
 use afterimage_graph::node::Registry;
-use afterimage_graph::plan::Options;
+use afterimage_plan::Options;
 
 use super::graph;
 use crate::built_in::SCENE;

@@ -12,7 +12,7 @@ use afterimage_gpu::{FrameStep, InputImage, Session, Texels};
 use afterimage_graph::check::{Facts, Graph};
 use afterimage_graph::image::Size;
 use afterimage_graph::node::NodeKind;
-use afterimage_graph::plan::PlanOutput;
+use afterimage_plan::PlanOutput;
 use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::args::RenderArgs;
@@ -231,9 +231,8 @@ fn time_passes(session: &mut Session, jobs: &[Job]) -> Result<Vec<(String, f64)>
     let Some(first) = jobs.first() else { return Ok(Vec::new()) };
     let images = feed(session, &read_job(first)?)?;
     let times = session.pass_times_once(&images, FrameStep::FIRST)?;
-    let plan = session.plan();
-    let labels = (0..plan.launches.len()).map(|launch| plan.launch_label(launch));
-    Ok(labels.zip(times).collect())
+    let passes = session.plan().recording.passes.iter();
+    Ok(passes.map(|pass| pass.label.clone()).zip(times).collect())
 }
 
 /// Shared by the writers: the rendered images, and whether a writer has failed, so that the others stop.

@@ -1,14 +1,14 @@
 //! Bind groups: a loaded plan meets the images that the host gives for a frame.
 
 use afterimage_graph::node::ImageId;
-use afterimage_graph::plan::{PlanOutput, Stage};
-use afterimage_graph::shader::SlotKind;
+use afterimage_plan::codegen::SlotKind;
+use afterimage_plan::{PlanOutput, Stage};
 use wgpu::{BindGroup, BindGroupEntry, BindingResource, TextureView};
 
-use super::loaded::{Holding, HostSet, Loaded, Run, planned_attachment};
-use super::outside::{Formats, check_apart, check_input, check_names, check_output, must_be_drawn};
+use super::explicit_transitions::explicit_transitions;
+use super::host_images::{Formats, check_apart, check_input, check_names, check_output, must_be_drawn};
+use super::loaded::{HostSet, ImageBinding, Loaded, Run, planned_attachment};
 use super::prepare::order;
-use super::touch::touches;
 use super::{Executor, Frame, uniforms};
 use crate::GpuError;
 use crate::layout::bound_slots;
@@ -27,8 +27,8 @@ impl Executor {
             return Ok(known);
         }
         let views = chosen_views(&self.store, loaded, frame)?;
-        let drawn = drawn(&self.workshop.device, &mut self.formats, loaded, &views)?;
-        let set = watched(&self.workshop.device, "the images of the host", || self.make_set(loaded, views, &drawn))?;
+        let drawn = drawn(&self.compiler.device, &mut self.formats, loaded, &views)?;
+        let set = watched(&self.compiler.device, "the images of the host", || self.make_set(loaded, views, &drawn))?;
         let names = loaded.plan.outputs.iter().map(|output| output.name.clone());
         self.drawn = names.zip(drawn).filter_map(|(name, format)| Some((name, format?))).collect();
         let loaded = self.loaded.as_mut().expect("it was there above");
@@ -40,38 +40,41 @@ impl Executor {
     }
 
     fn make_set(&self, loaded: &Loaded, views: Vec<TextureView>, drawn: &Drawn) -> Result<HostSet, GpuError> {
-        let launches = 0..loaded.launches.len();
-        let runs = launches.map(|index| self.make_run(loaded, index, &views, drawn)).collect::<Result<Vec<_>, _>>()?;
-        let touches = touches(loaded, &self.store, &runs, &views);
-        Ok(HostSet { views, runs, touches })
+        let passes = 0..loaded.passes.len();
+        let runs = passes.map(|index| self.make_run(loaded, index, &views, drawn)).collect::<Result<Vec<_>, _>>()?;
+        let explicit_transitions = explicit_transitions(loaded, &self.store, &runs, &views);
+        Ok(HostSet { views, runs, explicit_transitions })
     }
 
     fn make_run(&self, loaded: &Loaded, index: usize, views: &[TextureView], drawn: &Drawn) -> Result<Run, GpuError> {
-        let launch = &loaded.launches[index];
-        let host_attachment = launch.writes_image.and_then(|image| attachment_of_host(loaded, image, drawn));
-        let attachment = host_attachment.or_else(|| planned_attachment(&loaded.plan, index, launch.writes_image));
+        let pass = &loaded.passes[index];
+        let host_attachment = pass.writes_image.and_then(|image| attachment_of_host(loaded, image, drawn));
+        let attachment = host_attachment.or_else(|| planned_attachment(&loaded.plan, index, pass.writes_image));
         let Built { pipeline, layout } = match host_attachment {
-            None => launch.built.clone(),
+            None => pass.built.clone(),
             Some(format) => self.drawing(loaded, index, format)?,
         };
         let stage = if attachment.is_some() { Stage::Fragment } else { Stage::Compute };
-        let phases = 0..loaded.phases;
-        let groups = phases.clone().map(|phase| self.bind_group(loaded, index, stage, &layout, views, phase)).collect();
-        let target = |phase| match (stage, launch.writes_image) {
-            (Stage::Fragment, Some(image)) => Some(loaded.view(&self.store, image, views, phase).clone()),
+        let ring_length = 0..loaded.ring_length;
+        let groups = ring_length
+            .clone()
+            .map(|ring_index| self.bind_group(loaded, index, stage, &layout, views, ring_index))
+            .collect();
+        let target = |ring_index| match (stage, pass.writes_image) {
+            (Stage::Fragment, Some(image)) => Some(loaded.view(&self.store, image, views, ring_index).clone()),
             _ => None,
         };
-        Ok(Run { pipeline, groups, attachments: phases.map(target).collect() })
+        Ok(Run { pipeline, groups, attachments: ring_length.map(target).collect() })
     }
 
-    /// The pipeline that draws a launch's result into the host's image.
+    /// The pipeline that draws a pass's result into the host's image.
     fn drawing(&self, loaded: &Loaded, index: usize, format: wgpu::TextureFormat) -> Result<Built, GpuError> {
-        let pipelines = &self.workshop.pipelines;
-        let launch = &loaded.launches[index];
-        let shader = (&launch.composed, launch.immediate);
-        let order = order(&self.workshop.device, &loaded.plan, index, shader, Some(format));
+        let pipelines = &self.compiler.pipelines;
+        let pass = &loaded.passes[index];
+        let shader = (&pass.composed, pass.immediate);
+        let order = order(&self.compiler.device, &loaded.plan, index, shader, Some(format));
         let key = order.key.clone();
-        pipelines.build(&self.workshop.device, vec![order], 1)?;
+        pipelines.build(&self.compiler.device, vec![order], 1)?;
         Ok(pipelines.get(&key).expect("it was built above"))
     }
 
@@ -82,37 +85,30 @@ impl Executor {
         stage: Stage,
         layout: &wgpu::BindGroupLayout,
         views: &[TextureView],
-        phase: u32,
+        ring_index: u32,
     ) -> BindGroup {
-        let launch = &loaded.launches[index];
-        let passes = &loaded.plan.launches[index];
+        let pass = &loaded.passes[index];
         let region = |offset, bytes| {
             let size = std::num::NonZeroU64::new(bytes);
             BindingResource::Buffer(wgpu::BufferBinding { buffer: &loaded.uniforms, offset, size })
         };
-        // Where the size of a pass's result lies.
-        let behind = |pass: usize| {
-            let (offset, bytes) = loaded.regions[pass];
-            offset + bytes.next_multiple_of(uniforms::ALIGNMENT)
-        };
-        let (first, bytes) = loaded.regions[passes.start];
-        let frame = &self.frame_uniforms[usize::from(loaded.uses_newborn(index))];
+        let (first, bytes) = loaded.regions[index];
+        let extent = first + bytes.next_multiple_of(uniforms::ALIGNMENT);
+        let frame = &self.frame_uniforms[usize::from(loaded.uses_uninitialized(index))];
         let resource = |kind| match kind {
             SlotKind::Frame => frame.as_entire_binding(),
             SlotKind::Params => region(first, bytes),
-            SlotKind::Extent => region(behind(passes.start), uniforms::EXTENT_BYTES),
-            // A struct whose members begin at such multiples ends at one.
-            SlotKind::Uniforms => region(first, behind(passes.end - 1) + uniforms::ALIGNMENT - first),
-            SlotKind::Sampler => BindingResource::Sampler(if launch.by_hand { &self.nearest } else { &self.linear }),
+            SlotKind::Extent => region(extent, uniforms::EXTENT_BYTES),
+            SlotKind::Sampler => BindingResource::Sampler(if pass.by_hand { &self.nearest } else { &self.linear }),
             SlotKind::Texture(image) | SlotKind::Storage(image) => {
-                BindingResource::TextureView(loaded.view(&self.store, image, views, phase))
+                BindingResource::TextureView(loaded.view(&self.store, image, views, ring_index))
             }
             SlotKind::Buffer(buffer, _) => loaded.buffers[buffer.0 as usize].as_entire_binding(),
         };
-        let entries: Vec<BindGroupEntry<'_>> = bound_slots(&launch.composed, stage)
+        let entries: Vec<BindGroupEntry<'_>> = bound_slots(&pass.composed, stage)
             .map(|slot| BindGroupEntry { binding: slot.binding, resource: resource(slot.kind) })
             .collect();
-        let device = &self.workshop.device;
+        let device = &self.compiler.device;
         device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries: &entries })
     }
 }
@@ -154,8 +150,8 @@ fn output_view<'a>(
     output: &PlanOutput,
     frame: &Frame<'a>,
 ) -> Option<&'a TextureView> {
-    named(frame.outputs, &output.name).or_else(|| match &loaded.holdings[output.image.0 as usize] {
-        Holding::Output(_, key) => Some(&store.get(*key).view),
+    named(frame.outputs, &output.name).or_else(|| match &loaded.bindings[output.image.0 as usize] {
+        ImageBinding::Output(_, key) => Some(&store.get(*key).view),
         _ => None,
     })
 }
@@ -181,6 +177,6 @@ fn chosen_views(store: &Store, loaded: &Loaded, frame: &Frame<'_>) -> Result<Vec
 
 /// The attachment's format if the image is an output that is drawn into the host's.
 fn attachment_of_host(loaded: &Loaded, image: ImageId, drawn: &Drawn) -> Option<wgpu::TextureFormat> {
-    let Holding::Output(index, _) = &loaded.holdings[image.0 as usize] else { return None };
+    let ImageBinding::Output(index, _) = &loaded.bindings[image.0 as usize] else { return None };
     drawn[*index]
 }

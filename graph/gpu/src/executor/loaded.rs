@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use afterimage_graph::node::{ImageId, Pass, Resource};
-use afterimage_graph::plan::{Plan, Stage};
-use afterimage_graph::shader::Composed;
+use afterimage_plan::codegen::Composed;
+use afterimage_plan::{Plan, Stage};
 use wgpu::{BindGroup, Buffer, TextureView};
 
 use crate::device::texture_format;
@@ -15,7 +15,7 @@ use crate::store::{Store, TextureKey};
 use crate::timing::Timing;
 
 /// Where an image of the plan lies.
-pub(super) enum Holding {
+pub(super) enum ImageBinding {
     /// No pass mentions it.
     Unused,
     /// The host's image for this input.
@@ -30,33 +30,33 @@ pub(super) enum Holding {
 
 pub(super) struct Loaded {
     pub(super) plan: Arc<Plan>,
-    pub(super) launches: Vec<LoadedLaunch>,
+    pub(super) passes: Vec<LoadedPass>,
     pub(super) uniforms: Buffer,
     /// Where the uniform of each pass begins in the buffer, and its bytes.
     pub(super) regions: Vec<(u64, u64)>,
-    pub(super) holdings: Vec<Holding>,
+    pub(super) bindings: Vec<ImageBinding>,
     pub(super) buffers: Vec<Buffer>,
     pub(super) zeroed: Vec<usize>,
     pub(super) persistent: Vec<usize>,
-    pub(super) phases: u32,
+    pub(super) ring_length: u32,
     pub(super) sets: Vec<HostSet>,
     pub(super) timing: Option<Timing>,
     pub(super) placed: Option<Placed>,
-    /// Whether a launch has the frame in its bind group.
+    /// Whether a pass has the frame in its bind group.
     pub(super) binds_frame: bool,
     /// The textures of the heap.
     pub(super) residents: Vec<TextureKey>,
     /// Memory that no frame has written yet, though other memory goes on: the passes that use it begin anew in the first frame.
-    pub(super) newborn: Vec<Resource>,
+    pub(super) uninitialized: Vec<Resource>,
     /// Whether the first frame finds traces of another plan in the heap.
     pub(super) moved_in: bool,
 }
 
-/// What one draw or dispatch needs: one pass, or several side by side.
-pub(super) struct LoadedLaunch {
+/// What one draw or dispatch needs.
+pub(super) struct LoadedPass {
     pub(super) composed: Composed,
     pub(super) workgroups: [u32; 3],
-    /// The first image that its first pass writes.
+    /// The first image that the pass writes.
     pub(super) writes_image: Option<ImageId>,
     pub(super) by_hand: bool,
     /// Whether it takes the frame from immediates.
@@ -69,55 +69,55 @@ pub(super) struct LoadedLaunch {
 pub(super) struct HostSet {
     pub(super) views: Vec<TextureView>,
     pub(super) runs: Vec<Run>,
-    /// For each launch that opens a wave, what must be brought into its state before the wave, for each phase.
-    pub(super) touches: Vec<Vec<Vec<Touch>>>,
+    /// For each pass that opens a batch, what must be brought into its state before the batch, for each ring_index.
+    pub(super) explicit_transitions: Vec<Vec<Vec<ExplicitTransition>>>,
 }
 
-/// A texture and the state that a wave wants it in.
-pub(super) struct Touch {
+/// A texture and the state that a batch wants it in.
+pub(super) struct ExplicitTransition {
     pub(super) view: TextureView,
     pub(super) state: wgpu::TextureUses,
 }
 
 pub(super) struct Run {
     pub(super) pipeline: Pipeline,
-    /// For each phase.
+    /// For each ring_index.
     pub(super) groups: Vec<BindGroup>,
-    /// The attachments of a draw, for each phase.
+    /// The attachments of a draw, for each ring_index.
     pub(super) attachments: Vec<Option<TextureView>>,
 }
 
 impl Loaded {
-    /// The view of an image in that phase; `views` are those of the host.
+    /// The view of an image in that ring_index; `views` are those of the host.
     pub(super) fn view<'a>(
         &'a self,
         store: &'a Store,
         image: ImageId,
         views: &'a [TextureView],
-        phase: u32,
+        ring_index: u32,
     ) -> &'a TextureView {
-        match &self.holdings[image.0 as usize] {
-            Holding::Input(index) => &views[*index],
-            Holding::Output(index, _) => &views[self.plan.inputs.len() + index],
-            Holding::Fixed(key) => &store.get(*key).view,
-            Holding::Ring(keys, behind) => {
+        match &self.bindings[image.0 as usize] {
+            ImageBinding::Input(index) => &views[*index],
+            ImageBinding::Output(index, _) => &views[self.plan.inputs.len() + index],
+            ImageBinding::Fixed(key) => &store.get(*key).view,
+            ImageBinding::Ring(keys, behind) => {
                 let length = keys.len() as u32;
-                &store.get(keys[((phase + length - behind % length) % length) as usize]).view
+                &store.get(keys[((ring_index + length - behind % length) % length) as usize]).view
             }
-            Holding::Unused => panic!("image {image:?} is bound but no pass mentions it"),
+            ImageBinding::Unused => panic!("image {image:?} is bound but no pass mentions it"),
         }
     }
 
-    /// Whether the launch uses memory that begins with this plan.
-    pub(super) fn uses_newborn(&self, launch: usize) -> bool {
-        let is_newborn = |resource: &Resource| self.newborn.contains(resource);
+    /// Whether the pass uses memory that begins with this plan.
+    pub(super) fn uses_uninitialized(&self, pass: usize) -> bool {
+        let is_newborn = |resource: &Resource| self.uninitialized.contains(resource);
         let uses = |pass: &Pass| pass.reads().iter().any(is_newborn) || pass.writes().iter().any(is_newborn);
-        !self.newborn.is_empty() && self.plan.recording.passes[self.plan.launches[launch].clone()].iter().any(uses)
+        !self.uninitialized.is_empty() && uses(&self.plan.recording.passes[pass])
     }
 }
 
-/// The format that the plan draws a launch's image in; `None` for a dispatch.
-pub(super) fn planned_attachment(plan: &Plan, launch: usize, writes: Option<ImageId>) -> Option<wgpu::TextureFormat> {
-    let image = writes.filter(|_| plan.stages[plan.launches[launch].start] == Stage::Fragment)?;
+/// The format that the plan draws a pass's image in; `None` for a dispatch.
+pub(super) fn planned_attachment(plan: &Plan, pass: usize, writes: Option<ImageId>) -> Option<wgpu::TextureFormat> {
+    let image = writes.filter(|_| plan.stages[pass] == Stage::Fragment)?;
     Some(texture_format(plan.format(image)))
 }

@@ -1,19 +1,19 @@
 //! The executor: a loaded plan becomes commands in the host's encoder.
 
 mod bind;
-mod hold;
+mod explicit_transitions;
+mod frame_constants;
+mod host_images;
 mod loaded;
-mod moment;
-mod outside;
 mod prepare;
 mod record;
-mod touch;
+mod residency;
 mod uniforms;
 
 use std::sync::Arc;
 
 use afterimage_graph::image::ImageDesc;
-use afterimage_graph::plan::{Caps, Plan, Requirement};
+use afterimage_plan::{Caps, Plan, Requirement};
 use wgpu::{Buffer, BufferUsages, CommandEncoder, Device, Queue, TextureFormat, TextureView};
 
 use crate::GpuError;
@@ -22,13 +22,13 @@ use crate::heap;
 use crate::pipelines::{Pipelines, watched};
 use crate::store::Store;
 use crate::timing::Timing;
-use hold::Move;
-use loaded::{Holding, Loaded};
-use moment::Moment;
-use outside::Formats;
+use frame_constants::FrameConstants;
+use host_images::Formats;
+use loaded::{ImageBinding, Loaded};
 pub use prepare::Preparation;
-use prepare::{Before, Parts, Prepared, Workshop};
+use prepare::{CompiledPlan, PlanCompiler, Prepared, PreviousPlan};
 use record::{clear_memory, record, take_over};
+use residency::PlanSwap;
 use uniforms::uniform_bytes;
 
 /// One frame's inputs, outputs and time.
@@ -49,7 +49,7 @@ pub struct Frame<'a> {
 
 /// Runs plans on the host's device.
 pub struct Executor {
-    workshop: Workshop,
+    compiler: PlanCompiler,
     queue: Queue,
     caps: Caps,
     store: Store,
@@ -57,7 +57,7 @@ pub struct Executor {
     nearest: wgpu::Sampler,
     /// What shaders know of the last frame, and the same for those that want it from a buffer; the second tells passes that a first frame is
     /// theirs alone.
-    moment: Moment,
+    frame_constants: FrameConstants,
     frame_uniforms: [Buffer; 2],
     loaded: Option<Loaded>,
     /// Outputs that the last frame drew, and in which format: the next plan will, too.
@@ -92,7 +92,7 @@ impl Executor {
         let frame_uniform = || {
             device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some("frame"),
-                size: u64::from(moment::BYTES),
+                size: u64::from(frame_constants::BYTES),
                 usage: BufferUsages::UNIFORM | BufferUsages::COPY_DST,
                 mapped_at_creation: false,
             })
@@ -100,15 +100,15 @@ impl Executor {
         Self {
             linear: sampler(wgpu::FilterMode::Linear),
             nearest: sampler(wgpu::FilterMode::Nearest),
-            workshop: Workshop {
+            compiler: PlanCompiler {
                 device: device.clone(),
                 pipelines: Arc::default(),
-                immediates: moment::has_immediates(device),
+                immediates: frame_constants::has_immediates(device),
             },
             queue: queue.clone(),
             caps,
             store: Store::default(),
-            moment: Moment::default(),
+            frame_constants: FrameConstants::default(),
             frame_uniforms: [frame_uniform(), frame_uniform()],
             loaded: None,
             drawn: Vec::new(),
@@ -122,14 +122,14 @@ impl Executor {
     /// once: then the driver need not compile them again. Bytes that are damaged, or of another adapter, driver or version, are left aside, and so is
     /// the cache where the device has none.
     pub fn with_pipeline_cache(mut self, data: &[u8]) -> Self {
-        let cache = cache::open(&self.workshop.device, data);
-        self.workshop.pipelines = Arc::new(Pipelines::with_cache(cache));
+        let cache = cache::open(&self.compiler.device, data);
+        self.compiler.pipelines = Arc::new(Pipelines::with_cache(cache));
         self
     }
 
     /// The driver's pipelines as bytes, for the next run of the program; `None` without a cache.
     pub fn pipeline_cache_data(&self) -> Option<Vec<u8>> {
-        cache::seal(self.workshop.pipelines.cache.as_ref()?)
+        cache::seal(self.compiler.pipelines.cache.as_ref()?)
     }
 
     /// What plans for this executor may rely on.
@@ -137,9 +137,9 @@ impl Executor {
         &self.caps
     }
 
-    /// What the device wants for an image: the planner asks this through [`Setting`](afterimage_graph::plan::Setting).
+    /// What the device wants for an image: the planner asks this through [`PlanRequest`](afterimage_plan::PlanRequest).
     pub fn requirement(&self, desc: &ImageDesc) -> Requirement {
-        heap::requirement(&self.workshop.device, desc)
+        heap::requirement(&self.compiler.device, desc)
     }
 
     /// The plan in use.
@@ -150,14 +150,14 @@ impl Executor {
     /// Makes a plan the one that runs, at once: what it needs is compiled before this returns. Between two frames of a program that must not wait,
     /// [`prepare`](Self::prepare) and [`swap`](Self::swap) do the same.
     pub fn load(&mut self, plan: Arc<Plan>) -> Result<(), GpuError> {
-        let prepared = self.workshop.prepare(plan, &self.before(), cores())?;
+        let prepared = self.compiler.prepare(plan, &self.before(), cores())?;
         self.put_in(prepared)
     }
 
     /// Begins to make a plan ready on threads of its own, while the plan in use goes on rendering. One core is left to the renderer.
     pub fn prepare(&self, plan: Arc<Plan>) -> Preparation {
-        let (workshop, before) = (self.workshop.clone(), self.before());
-        let work = move || workshop.prepare(plan, &before, cores().saturating_sub(1).max(1));
+        let (compiler, before) = (self.compiler.clone(), self.before());
+        let work = move || compiler.prepare(plan, &before, cores().saturating_sub(1).max(1));
         Preparation { worker: std::thread::spawn(work) }
     }
 
@@ -173,9 +173,9 @@ impl Executor {
     }
 
     /// What the plan in use has to offer to the next.
-    fn before(&self) -> Before {
+    fn before(&self) -> PreviousPlan {
         let loaded = self.loaded.as_ref();
-        Before {
+        PreviousPlan {
             plan: loaded.map(|loaded| loaded.plan.clone()),
             placed: loaded.and_then(|loaded| loaded.placed.clone()),
             drawn: self.drawn.clone(),
@@ -198,15 +198,16 @@ impl Executor {
         }
     }
 
-    fn settle(&mut self, parts: Parts) -> Result<(), GpuError> {
-        let Self { workshop, queue, store, loaded: old, frame_index, .. } = self;
-        let device = &workshop.device;
-        let changing = Move { device, queue, store, old: old.as_ref(), frame: *frame_index, newborn: Vec::new() };
+    fn settle(&mut self, parts: CompiledPlan) -> Result<(), GpuError> {
+        let Self { compiler, queue, store, loaded: old, frame_index, .. } = self;
+        let device = &compiler.device;
+        let changing =
+            PlanSwap { device, queue, store, old: old.as_ref(), frame: *frame_index, uninitialized: Vec::new() };
         match watched(device, "the images of the plan", || Ok(changing.settle(parts))) {
             Ok(mut new) => {
                 if self.fresh {
                     // All memory begins with the next frame, and every pass is told.
-                    new.newborn.clear();
+                    new.uninitialized.clear();
                 }
                 let left = old.replace(new).map_or(Vec::new(), |old| old.residents);
                 left.into_iter().for_each(|key| self.store.remove(key));
@@ -225,48 +226,48 @@ impl Executor {
         self.fresh = true;
     }
 
-    /// Gives the next frame a number; further ones count on. Noise is drawn from the number, so frames of equal numbers have equal grain.
+    /// OutputState the next frame a number; further ones count on. Noise is drawn from the number, so frames of equal numbers have equal grain.
     /// Histories and adaptation start anew: what earlier frames left is found by their numbers.
     pub fn count_from(&mut self, index: u32) {
         self.frame_index = index;
         self.fresh = true;
     }
 
-    /// Measures the GPU time of each of the plan's launches from now on, in this plan and those after it. `false` before a plan is loaded, and
+    /// Measures the GPU time of each of the plan's passes from now on, in this plan and those after it. `false` before a plan is loaded, and
     /// where the device has no timestamps inside passes.
     pub fn enable_timing(&mut self) -> bool {
         let Some(loaded) = &mut self.loaded else { return false };
-        loaded.timing = Timing::new(&self.workshop.device, &self.queue, loaded.launches.len() as u32);
+        loaded.timing = Timing::new(&self.compiler.device, &self.queue, loaded.passes.len() as u32);
         loaded.timing.is_some()
     }
 
-    /// Milliseconds of each launch of the last submitted frame. Waits for it.
-    pub fn launch_times(&self) -> Option<Vec<f64>> {
-        self.loaded.as_ref()?.timing.as_ref()?.read(&self.workshop.device)
+    /// Milliseconds of each pass of the last submitted frame. Waits for it.
+    pub fn pass_times(&self) -> Option<Vec<f64>> {
+        self.loaded.as_ref()?.timing.as_ref()?.read(&self.compiler.device)
     }
 
     /// The texture of an output that the host gave no image for.
     pub fn output(&self, name: &str) -> Option<&wgpu::Texture> {
         let loaded = self.loaded.as_ref()?;
         let output = loaded.plan.output(Some(name))?;
-        match &loaded.holdings[output.image.0 as usize] {
-            Holding::Output(_, key) => Some(&self.store.get(*key).texture),
+        match &loaded.bindings[output.image.0 as usize] {
+            ImageBinding::Output(_, key) => Some(&self.store.get(*key).texture),
             _ => None,
         }
     }
 
-    /// Records one launch of a frame and no other, for measurements on devices whose timestamps cannot be trusted. What it reads is what the
+    /// Records one pass of a frame and no other, for measurements on devices whose timestamps cannot be trusted. What it reads is what the
     /// frames before have left, and time does not go on.
-    pub fn encode_launch(
+    pub fn encode_pass(
         &mut self,
         encoder: &mut CommandEncoder,
         frame: &Frame<'_>,
-        launch: usize,
+        pass: usize,
     ) -> Result<(), GpuError> {
         let set = self.host_set(frame)?;
         let loaded = self.loaded.as_ref().ok_or(GpuError::NoPlan)?;
-        let phase = (self.frame_index % loaded.phases) as usize;
-        record(loaded, &loaded.sets[set], (phase, &self.moment), launch..launch + 1, encoder);
+        let ring_index = (self.frame_index % loaded.ring_length) as usize;
+        record(loaded, &loaded.sets[set], (ring_index, &self.frame_constants), pass..pass + 1, encoder);
         Ok(())
     }
 
@@ -274,11 +275,11 @@ impl Executor {
     pub fn encode(&mut self, encoder: &mut CommandEncoder, frame: &Frame<'_>) -> Result<(), GpuError> {
         let set = self.host_set(frame)?;
         let reset = self.fresh || frame.reset;
-        self.moment = Moment::new(frame, self.frame_index, reset);
+        self.frame_constants = FrameConstants::new(frame, self.frame_index, reset);
         self.write_moment();
         let loaded = self.loaded.as_mut().ok_or(GpuError::NoPlan)?;
         if reset {
-            clear_memory(&self.workshop.device, &self.store, loaded, encoder);
+            clear_memory(&self.compiler.device, &self.store, loaded, encoder);
         }
         if std::mem::take(&mut loaded.moved_in) {
             take_over(&self.store, loaded, encoder);
@@ -286,12 +287,12 @@ impl Executor {
         for &buffer in &loaded.zeroed {
             encoder.clear_buffer(&loaded.buffers[buffer], 0, None);
         }
-        let phase = (self.frame_index % loaded.phases) as usize;
-        record(loaded, &loaded.sets[set], (phase, &self.moment), 0..loaded.launches.len(), encoder);
+        let ring_index = (self.frame_index % loaded.ring_length) as usize;
+        record(loaded, &loaded.sets[set], (ring_index, &self.frame_constants), 0..loaded.passes.len(), encoder);
         if let Some(timing) = &loaded.timing {
             timing.resolve(encoder);
         }
-        if !std::mem::take(&mut loaded.newborn).is_empty() {
+        if !std::mem::take(&mut loaded.uninitialized).is_empty() {
             // Their passes are told of a first frame no more.
             loaded.sets.clear();
         }
@@ -303,9 +304,9 @@ impl Executor {
     /// Tells those passes of the frame that want it from a buffer.
     fn write_moment(&self) {
         let Some(loaded) = self.loaded.as_ref().filter(|loaded| loaded.binds_frame) else { return };
-        self.queue.write_buffer(&self.frame_uniforms[0], 0, self.moment.bytes(false));
-        if !loaded.newborn.is_empty() {
-            self.queue.write_buffer(&self.frame_uniforms[1], 0, self.moment.bytes(true));
+        self.queue.write_buffer(&self.frame_uniforms[0], 0, self.frame_constants.bytes(false));
+        if !loaded.uninitialized.is_empty() {
+            self.queue.write_buffer(&self.frame_uniforms[1], 0, self.frame_constants.bytes(true));
         }
     }
 }

@@ -5,13 +5,13 @@ use std::thread::JoinHandle;
 
 use afterimage_graph::image::ImageDesc;
 use afterimage_graph::node::{ImageId, Pass, Resource, Work};
-use afterimage_graph::plan::{Alias, Plan, Stage};
-use afterimage_graph::shader::{Composed, SlotKind};
+use afterimage_plan::codegen::{Composed, SlotKind, workgroups};
+use afterimage_plan::{Alias, Plan, Stage};
 use wgpu::util::DeviceExt as _;
 use wgpu::{Buffer, BufferUsages, Device, TextureFormat};
 
-use super::loaded::{LoadedLaunch, planned_attachment};
-use super::moment::{self, take_immediates};
+use super::frame_constants::{self, take_immediates};
+use super::loaded::{LoadedPass, planned_attachment};
 use super::uniforms::{differs_in_uniforms_only, regions, uniform_bytes};
 use crate::GpuError;
 use crate::heap::Placed;
@@ -35,13 +35,13 @@ impl Preparation {
 pub(super) enum Prepared {
     /// The plan differs from the running one (the second) only in numbers.
     Numbers(Arc<Plan>, Arc<Plan>),
-    Whole(Box<Parts>),
+    Whole(Box<CompiledPlan>),
 }
 
 /// What a plan needs that no other plan has.
-pub(super) struct Parts {
+pub(super) struct CompiledPlan {
     pub(super) plan: Arc<Plan>,
-    pub(super) launches: Vec<LoadedLaunch>,
+    pub(super) passes: Vec<LoadedPass>,
     pub(super) uniforms: Buffer,
     /// Where the uniform of each pass begins in the buffer, and its bytes.
     pub(super) regions: Vec<(u64, u64)>,
@@ -52,7 +52,7 @@ pub(super) struct Parts {
 
 /// What plans are made ready with.
 #[derive(Clone)]
-pub(super) struct Workshop {
+pub(super) struct PlanCompiler {
     pub(super) device: Device,
     pub(super) pipelines: Arc<Pipelines>,
     /// Whether passes are told of the frame by immediates.
@@ -61,45 +61,46 @@ pub(super) struct Workshop {
 
 /// What the plan that runs has to offer.
 #[derive(Clone, Default)]
-pub(super) struct Before {
+pub(super) struct PreviousPlan {
     pub(super) plan: Option<Arc<Plan>>,
     pub(super) placed: Option<Placed>,
     /// Outputs that the host's images make the last passes draw, and in which format.
     pub(super) drawn: Vec<(String, TextureFormat)>,
 }
 
-impl Workshop {
+impl PlanCompiler {
     /// Makes the plan ready with so many threads. Its images keep their places in the heap where those still fit.
-    pub(super) fn prepare(&self, plan: Arc<Plan>, before: &Before, threads: usize) -> Result<Prepared, GpuError> {
+    pub(super) fn prepare(&self, plan: Arc<Plan>, before: &PreviousPlan, threads: usize) -> Result<Prepared, GpuError> {
         let plan = keep_places(plan, before);
         if let Some(old) = before.plan.as_ref().filter(|old| differs_in_uniforms_only(old, &plan)) {
             return Ok(Prepared::Numbers(plan, old.clone()));
         }
-        let drafts =
-            (0..plan.launches.len()).map(|at| Draft::new(&plan, at, self.immediates)).collect::<Result<Vec<_>, _>>()?;
+        let drafts = (0..plan.recording.passes.len())
+            .map(|at| UncompiledDispatch::new(&plan, at, self.immediates))
+            .collect::<Result<Vec<_>, _>>()?;
         let orders = drafts.iter().enumerate().flat_map(|(at, draft)| self.orders(&plan, at, draft, &before.drawn));
         self.pipelines.build(&self.device, orders.collect(), threads)?;
-        let launches = drafts.into_iter().enumerate().map(|(at, draft)| self.finish(&plan, at, draft)).collect();
+        let passes = drafts.into_iter().enumerate().map(|(at, draft)| self.finish(&plan, at, draft)).collect();
         watched(&self.device, "the memory of the plan", || {
             let placed = self.place(&plan, before.placed.as_ref());
             let same = |old: &Placed| placed.as_ref().is_some_and(|placed| Arc::ptr_eq(&placed.heap, &old.heap));
             let moved_in = before.placed.as_ref().is_some_and(same);
             let (uniforms, regions) = (self.uniforms(&plan), regions(&plan));
-            Ok(Prepared::Whole(Box::new(Parts { plan, launches, uniforms, regions, placed, moved_in })))
+            Ok(Prepared::Whole(Box::new(CompiledPlan { plan, passes, uniforms, regions, placed, moved_in })))
         })
     }
 
-    /// The pipelines that a launch may need: the planned one, and the one for the host's image.
+    /// The pipelines that a pass may need: the planned one, and the one for the host's image.
     fn orders<'a>(
         &self,
         plan: &'a Plan,
         index: usize,
-        draft: &'a Draft,
+        draft: &'a UncompiledDispatch,
         drawn: &[(String, TextureFormat)],
     ) -> impl Iterator<Item = Order<'a>> + use<'a> {
         let output = plan.outputs.iter().find(|output| Some(output.image) == draft.writes_image);
         let asked = drawn.iter().find(|(name, _)| output.is_some_and(|output| output.name == *name));
-        let is_function = matches!(plan.recording.passes[plan.launches[index].start].work, Work::Steps { .. });
+        let is_function = matches!(plan.recording.passes[index].work, Work::Steps { .. });
         let extra = asked.filter(|_| is_function).map(|(_, format)| Some(*format));
         let planned = planned_attachment(plan, index, draft.writes_image);
         let attachments: Vec<_> = std::iter::once(planned).chain(extra).collect();
@@ -109,13 +110,13 @@ impl Workshop {
             .map(move |attachment| order(&device, plan, index, (&draft.composed, draft.immediate), attachment))
     }
 
-    fn finish(&self, plan: &Plan, index: usize, draft: Draft) -> LoadedLaunch {
-        let Draft { composed, workgroups, writes_image, immediate } = draft;
+    fn finish(&self, plan: &Plan, index: usize, draft: UncompiledDispatch) -> LoadedPass {
+        let UncompiledDispatch { composed, workgroups, writes_image, immediate } = draft;
         let attachment = planned_attachment(plan, index, writes_image);
         let key = order(&self.device, plan, index, (&composed, immediate), attachment).key;
         let built = self.pipelines.get(&key).expect("every planned pipeline was built");
         let by_hand = by_hand(&composed);
-        LoadedLaunch { composed, workgroups, writes_image, by_hand, immediate, built }
+        LoadedPass { composed, workgroups, writes_image, by_hand, immediate, built }
     }
 
     fn uniforms(&self, plan: &Plan) -> Buffer {
@@ -138,26 +139,31 @@ impl Workshop {
     }
 }
 
-fn keep_places(plan: Arc<Plan>, before: &Before) -> Arc<Plan> {
+fn keep_places(plan: Arc<Plan>, before: &PreviousPlan) -> Arc<Plan> {
     let Some((old, _)) = before.plan.as_ref().zip(before.placed.as_ref()) else { return plan };
     let mut kept = (*plan).clone();
     if kept.place_keeping(old) { Arc::new(kept) } else { plan }
 }
 
-/// A launch whose pipeline is not compiled yet.
-struct Draft {
+/// A pass whose pipeline is not compiled yet.
+struct UncompiledDispatch {
     composed: Composed,
     workgroups: [u32; 3],
     writes_image: Option<ImageId>,
     immediate: bool,
 }
 
-impl Draft {
+impl UncompiledDispatch {
     fn new(plan: &Plan, index: usize, immediates: bool) -> Result<Self, GpuError> {
         let mut composed = plan.compose(index).map_err(GpuError::Shader)?;
-        let writes_image = written(&plan.recording.passes[plan.launches[index].start]);
+        let writes_image = written(&plan.recording.passes[index]);
         let immediate = immediates && take_immediates(&mut composed);
-        Ok(Self { composed, workgroups: plan.launch_workgroups(index), writes_image, immediate })
+        Ok(Self {
+            composed,
+            workgroups: workgroups(&plan.recording, &plan.recording.passes[index]),
+            writes_image,
+            immediate,
+        })
     }
 }
 
@@ -169,7 +175,7 @@ pub(super) fn written(pass: &Pass) -> Option<ImageId> {
     })
 }
 
-/// What must be compiled for a launch, whether or not it takes the frame from immediates; drawn if there is an attachment.
+/// What must be compiled for a pass, whether or not it takes the frame from immediates; drawn if there is an attachment.
 pub(super) fn order<'a>(
     device: &Device,
     plan: &'a Plan,
@@ -178,17 +184,13 @@ pub(super) fn order<'a>(
     attachment: Option<TextureFormat>,
 ) -> Order<'a> {
     let stage = if attachment.is_some() { Stage::Fragment } else { Stage::Compute };
-    let passes = &plan.recording.passes[plan.launches[index].clone()];
-    let constants = match passes {
-        [pass] => pass.constants().iter().map(|(name, value)| (*name, value.to_bits())).collect(),
-        // Where passes run side by side, constants stand in the text.
-        _ => Vec::new(),
-    };
-    let readings = composed.slots.iter().map(|slot| match slot.kind {
-        SlotKind::Texture(image) => format!("{:?}", plan.readings[image.0 as usize]),
+    let pass = &plan.recording.passes[index];
+    let constants = pass.constants().iter().map(|(name, value)| (*name, value.to_bits())).collect();
+    let sample_modes = composed.slots.iter().map(|slot| match slot.kind {
+        SlotKind::Texture(image) => format!("{:?}", plan.sample_modes[image.0 as usize]),
         _ => String::new(),
     });
-    let layout: Vec<String> = readings.collect();
+    let layout: Vec<String> = sample_modes.collect();
     Order {
         key: PipelineKey {
             source: composed.source.clone(),
@@ -196,15 +198,14 @@ pub(super) fn order<'a>(
             constants,
             attachment,
             layout: layout.join(","),
-            checked: plan.options.bounds_checks || !composed.audited,
+            checked: plan.options.bounds_checks || !composed.unchecked,
         },
         composed,
         stage,
         layout: bind_group_layout(device, plan, composed, stage),
-        immediate_bytes: if immediate { moment::BYTES } else { 0 },
-        label: plan.launch_label(index),
+        immediate_bytes: if immediate { frame_constants::BYTES } else { 0 },
+        label: pass.label.clone(),
         // Tilings write every texel of a tile that they read; whole kernels are their authors' own.
-        zero_workgroup_memory: !composed.audited
-            && passes.iter().any(|pass| matches!(pass.work, Work::Entry(_) | Work::Cells(_))),
+        zero_workgroup_memory: !composed.unchecked && matches!(pass.work, Work::Entry(_) | Work::Cells(_)),
     }
 }

@@ -4,8 +4,8 @@ use std::ops::Range;
 
 use wgpu::{CommandEncoder, Device};
 
-use super::loaded::{Holding, HostSet, Loaded, Run, Touch};
-use super::moment::Moment;
+use super::frame_constants::FrameConstants;
+use super::loaded::{ExplicitTransition, HostSet, ImageBinding, Loaded, Run};
 use crate::layout::Pipeline;
 use crate::store::{self, Store};
 
@@ -14,8 +14,8 @@ pub(super) fn clear_memory(device: &Device, store: &Store, loaded: &Loaded, enco
     for &buffer in &loaded.persistent {
         encoder.clear_buffer(&loaded.buffers[buffer], 0, None);
     }
-    for holding in &loaded.holdings {
-        let Holding::Ring(keys, 0) = holding else { continue };
+    for binding in &loaded.bindings {
+        let ImageBinding::Ring(keys, 0) = binding else { continue };
         for key in keys {
             store::blacken(device, store.get(*key), encoder);
         }
@@ -33,21 +33,15 @@ pub(super) fn take_over(store: &Store, loaded: &Loaded, encoder: &mut CommandEnc
 }
 
 /// Where in the rings and when a frame is.
-type Now<'m> = (usize, &'m Moment);
+type Now<'m> = (usize, &'m FrameConstants);
 
-pub(super) fn record(
-    loaded: &Loaded,
-    set: &HostSet,
-    now: Now<'_>,
-    launches: Range<usize>,
-    encoder: &mut CommandEncoder,
-) {
-    let mut index = launches.start;
-    while index < launches.end {
+pub(super) fn record(loaded: &Loaded, set: &HostSet, now: Now<'_>, passes: Range<usize>, encoder: &mut CommandEncoder) {
+    let mut index = passes.start;
+    while index < passes.end {
         match &set.runs[index].pipeline {
-            Pipeline::Compute(_) => index = record_dispatches(loaded, set, now, index..launches.end, encoder),
+            Pipeline::Compute(_) => index = record_dispatches(loaded, set, now, index..passes.end, encoder),
             Pipeline::Render(pipeline) => {
-                touch_for_draw(&set.touches[index], now.0, encoder);
+                touch_for_draw(&set.explicit_transitions[index], now.0, encoder);
                 record_draw(loaded, &set.runs[index], pipeline, now, index, encoder);
                 index += 1;
             }
@@ -55,34 +49,34 @@ pub(super) fn record(
     }
 }
 
-/// One compute pass for the dispatches that these launches begin with; the index after it.
+/// One compute pass for the dispatches that these passes begin with; the index after it.
 fn record_dispatches(
     loaded: &Loaded,
     set: &HostSet,
-    (phase, moment): Now<'_>,
-    launches: Range<usize>,
+    (ring_index, frame_constants): Now<'_>,
+    passes: Range<usize>,
     encoder: &mut CommandEncoder,
 ) -> usize {
     let mut pass =
         encoder.begin_compute_pass(&wgpu::ComputePassDescriptor { label: Some("afterimage"), timestamp_writes: None });
-    let mut index = launches.start;
+    let mut index = passes.start;
     if let Some(timing) = &loaded.timing {
         pass.write_timestamp(&timing.queries, index as u32);
     }
-    while let Some(Run { pipeline: Pipeline::Compute(pipeline), groups, .. }) = set.runs[..launches.end].get(index) {
-        let [x, y, z] = loaded.launches[index].workgroups;
-        if let Some(touches) = set.touches[index].get(phase) {
-            let textures = touches.iter().map(|touch| wgpu::TextureTransition {
-                texture: &touch.view,
+    while let Some(Run { pipeline: Pipeline::Compute(pipeline), groups, .. }) = set.runs[..passes.end].get(index) {
+        let [x, y, z] = loaded.passes[index].workgroups;
+        if let Some(explicit_transitions) = set.explicit_transitions[index].get(ring_index) {
+            let textures = explicit_transitions.iter().map(|transition| wgpu::TextureTransition {
+                texture: &transition.view,
                 selector: None,
-                state: touch.state,
+                state: transition.state,
             });
             pass.transition_resources(std::iter::empty(), textures);
         }
         pass.set_pipeline(pipeline);
-        pass.set_bind_group(0, &groups[phase], &[]);
-        if loaded.launches[index].immediate {
-            pass.set_immediates(0, moment.bytes(loaded.uses_newborn(index)));
+        pass.set_bind_group(0, &groups[ring_index], &[]);
+        if loaded.passes[index].immediate {
+            pass.set_immediates(0, frame_constants.bytes(loaded.uses_uninitialized(index)));
         }
         pass.dispatch_workgroups(x, y, z);
         index += 1;
@@ -93,12 +87,12 @@ fn record_dispatches(
     index
 }
 
-/// Before a draw there is no compute pass to touch things in. Reading is the state from which a barrier waits for all shaders before.
-fn touch_for_draw(touches: &[Vec<Touch>], phase: usize, encoder: &mut CommandEncoder) {
-    let Some(touches) = touches.get(phase) else { return };
-    let new = touches.iter().filter(|touch| touch.state != wgpu::TextureUses::RESOURCE);
-    let textures = new.map(|touch| wgpu::TextureTransition {
-        texture: touch.view.texture(),
+/// PreviousPlan a draw there is no compute pass to transition things in. SampleMode is the state from which a barrier waits for all shaders before.
+fn touch_for_draw(explicit_transitions: &[Vec<ExplicitTransition>], ring_index: usize, encoder: &mut CommandEncoder) {
+    let Some(explicit_transitions) = explicit_transitions.get(ring_index) else { return };
+    let new = explicit_transitions.iter().filter(|transition| transition.state != wgpu::TextureUses::RESOURCE);
+    let textures = new.map(|transition| wgpu::TextureTransition {
+        texture: transition.view.texture(),
         selector: None,
         state: wgpu::TextureUses::RESOURCE,
     });
@@ -109,11 +103,11 @@ fn record_draw(
     loaded: &Loaded,
     run: &Run,
     pipeline: &wgpu::RenderPipeline,
-    (phase, moment): Now<'_>,
+    (ring_index, frame_constants): Now<'_>,
     index: usize,
     encoder: &mut CommandEncoder,
 ) {
-    let view = run.attachments[phase].as_ref().expect("a draw has an attachment");
+    let view = run.attachments[ring_index].as_ref().expect("a draw has an attachment");
     if let Some(timing) = &loaded.timing {
         encoder.write_timestamp(&timing.queries, index as u32);
     }
@@ -129,9 +123,9 @@ fn record_draw(
         ..Default::default()
     });
     pass.set_pipeline(pipeline);
-    pass.set_bind_group(0, &run.groups[phase], &[]);
-    if loaded.launches[index].immediate {
-        pass.set_immediates(0, moment.bytes(loaded.uses_newborn(index)));
+    pass.set_bind_group(0, &run.groups[ring_index], &[]);
+    if loaded.passes[index].immediate {
+        pass.set_immediates(0, frame_constants.bytes(loaded.uses_uninitialized(index)));
     }
     pass.draw(0..3, 0..1);
     drop(pass);

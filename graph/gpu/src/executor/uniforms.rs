@@ -1,18 +1,17 @@
 //! The numbers of a plan: one buffer with the uniform of each pass and the size of its result.
 
 use afterimage_graph::node::{Pass, Work};
-use afterimage_graph::plan::Plan;
-use afterimage_graph::shader::UNIFORM_ALIGNMENT;
+use afterimage_plan::Plan;
 
 use super::prepare::written;
 
 /// Uniform offsets are multiples of this.
-pub(super) const ALIGNMENT: u64 = UNIFORM_ALIGNMENT as u64;
+pub(super) const ALIGNMENT: u64 = 256;
 
 /// Bytes of a result's size.
 pub(super) const EXTENT_BYTES: u64 = 8;
 
-/// Where each pass's uniform begins in the one buffer, and its bytes. Behind it lie the size of its result and its workgroups.
+/// Where each pass's uniform begins in the one buffer, and its bytes. Behind it lies the size of its result.
 pub(super) fn regions(plan: &Plan) -> Vec<(u64, u64)> {
     let mut offset = 0;
     let mut region = |pass: &Pass| {
@@ -25,7 +24,7 @@ pub(super) fn regions(plan: &Plan) -> Vec<(u64, u64)> {
 
 /// Whether the new plan can run with the resources of the old one and other uniforms.
 pub(super) fn differs_in_uniforms_only(old: &Plan, new: &Plan) -> bool {
-    old.waves == new.waves && old.memory == new.memory && blank(old) == blank(new)
+    old.batches == new.batches && old.memory == new.memory && blank(old) == blank(new)
 }
 
 /// The plan with zeros for all its numbers.
@@ -69,7 +68,7 @@ pub(super) fn pass_uniform(work: &Work) -> Vec<u8> {
     bytes
 }
 
-/// The contents of the one uniform buffer: for each pass its uniform, then the size of the image that it writes and its workgroups.
+/// The contents of the one uniform buffer: for each pass its uniform, then the size of the image that it writes.
 pub(super) fn uniform_bytes(plan: &Plan) -> Vec<u8> {
     let mut all = Vec::new();
     for pass in &plan.recording.passes {
@@ -79,9 +78,7 @@ pub(super) fn uniform_bytes(plan: &Plan) -> Vec<u8> {
             let size = plan.recording.image(image).desc.size;
             [size.width as f32, size.height as f32]
         });
-        let [x, y, z] = plan.recording.workgroups(pass).count;
-        let words = [width.to_bits(), height.to_bits(), 0, 0, x, y, z, 0];
-        all.extend(words.iter().flat_map(|word| word.to_le_bytes()));
+        all.extend([width, height].iter().flat_map(|side| side.to_le_bytes()));
         all.resize(all.len().next_multiple_of(ALIGNMENT as usize), 0);
     }
     all.resize(all.len().max(ALIGNMENT as usize), 0);

@@ -1,6 +1,6 @@
 //! Errors of sessions.
 
-use afterimage_graph::plan::PlanError;
+use afterimage_plan::PlanError;
 
 use crate::GpuError;
 

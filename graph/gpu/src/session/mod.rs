@@ -12,7 +12,7 @@ use std::sync::Arc;
 
 use afterimage_graph::check::{Facts, Graph};
 use afterimage_graph::image::{ImageDesc, Size};
-use afterimage_graph::plan::{Options, Plan};
+use afterimage_plan::{Options, Plan};
 use wgpu::{CommandEncoder, TextureView};
 
 pub use error::SessionError;

@@ -4,10 +4,10 @@ use super::{FrameStep, InputImage, Session, SessionError, with_frame};
 use crate::clock::{Clock, Recording, median};
 
 impl Session {
-    /// Median milliseconds of each command of the loaded plan: by timestamps between the commands, or, where timestamps
-    /// cannot be trusted, of each command submitted alone.
+    /// Median milliseconds of each pass of the loaded plan: by timestamps between the passes, or, where timestamps
+    /// cannot be trusted, of each pass submitted alone.
     ///
-    /// The sum is more than [`frame_time`](Self::frame_time), because commands of one batch do not overlap here.
+    /// The sum is more than [`frame_time`](Self::frame_time), because passes of one batch do not overlap here.
     ///
     /// # Errors
     /// See [`encode`](Self::encode) and [`Clock::medians`].
@@ -21,7 +21,7 @@ impl Session {
         if !clock.is_gpu() || !self.executor().enable_timing() {
             return self.alone(clock, samples, images, steps());
         }
-        let mut all = vec![Vec::new(); self.plan().launches.len()];
+        let mut all = vec![Vec::new(); self.plan().recording.passes.len()];
         for _ in 0..samples {
             let times = self.one(images, steps())?;
             all.iter_mut().zip(times).for_each(|(samples, time)| samples.push(time));
@@ -29,7 +29,7 @@ impl Session {
         Ok(all.into_iter().map(median).collect())
     }
 
-    /// Milliseconds of each command of one frame by timestamps; empty where the device has none inside passes.
+    /// Milliseconds of each pass of one frame by timestamps; empty where the device has none inside passes.
     ///
     /// # Errors
     /// See [`encode`](Self::encode).
@@ -44,7 +44,7 @@ impl Session {
         let mut encoder = self.gpu.encoder();
         self.encode(&mut encoder, images, step)?;
         self.gpu.queue.submit([encoder.finish()]);
-        Ok(self.executor().launch_times().unwrap_or_default())
+        Ok(self.executor().pass_times().unwrap_or_default())
     }
 
     fn alone(
@@ -54,14 +54,13 @@ impl Session {
         images: &[InputImage],
         step: FrameStep,
     ) -> Result<Vec<f64>, SessionError> {
-        let launches = self.plan().launches.len();
+        let passes = self.plan().recording.passes.len();
         let executor = self.executor();
-        let mut one = |launch| {
-            let work: Recording<'_> = Box::new(|encoder| {
-                with_frame(images, step, |frame| Ok(executor.encode_launch(encoder, frame, launch)?))
-            });
+        let mut one = |pass| {
+            let work: Recording<'_> =
+                Box::new(|encoder| with_frame(images, step, |frame| Ok(executor.encode_pass(encoder, frame, pass)?)));
             Ok(clock.medians(samples, &mut [work])?[0].ms())
         };
-        (0..launches).map(&mut one).collect()
+        (0..passes).map(&mut one).collect()
     }
 }

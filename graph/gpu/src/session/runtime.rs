@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use afterimage_graph::check::{Facts, Graph};
 use afterimage_graph::image::{ImageDesc, Size};
-use afterimage_graph::plan::{GivenImage, Options, Plan, PlanError, Plans, Setting};
+use afterimage_plan::{GivenImage, Options, Plan, PlanCache, PlanError, PlanRequest};
 
 use super::{InputImage, SessionError};
 use crate::Executor;
@@ -13,7 +13,7 @@ use crate::Executor;
 /// A plan cache and an executor: the plan follows the images, the facts and the options, and is compiled once.
 pub struct Runtime {
     executor: Executor,
-    plans: Plans,
+    plans: PlanCache,
     facts: Facts,
     options: Options,
     /// The loaded plan as the planner made it. The executor's own may keep the placement of the plan before it.
@@ -23,12 +23,12 @@ pub struct Runtime {
 impl Runtime {
     /// A runtime that plans with the capabilities of the executor.
     pub fn new(executor: Executor, graph: Graph, facts: Facts, options: Options) -> Self {
-        Self { executor, plans: Plans::new(graph), facts, options, loaded: None }
+        Self { executor, plans: PlanCache::new(graph), facts, options, loaded: None }
     }
 
     /// Replaces the graph and the options; its plans are made anew. What the executor has compiled is kept.
     pub fn change(&mut self, graph: Graph, options: Options) {
-        self.plans = Plans::new(graph);
+        self.plans = PlanCache::new(graph);
         self.options = options;
     }
 
@@ -66,7 +66,7 @@ impl Runtime {
     pub fn plan_for_descs(&mut self, size: Size, inputs: BTreeMap<String, GivenImage>) -> Result<Arc<Plan>, PlanError> {
         let executor = &self.executor;
         let requirement = |desc: &ImageDesc| executor.requirement(desc);
-        let setting = Setting {
+        let setting = PlanRequest {
             size,
             inputs,
             facts: self.facts.clone(),

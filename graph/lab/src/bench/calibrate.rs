@@ -8,7 +8,7 @@ use afterimage_gpu::{Clock, FrameStep, Gpu, Recording, Session, texture_format};
 use afterimage_graph::check::Facts;
 use afterimage_graph::image::{Format, Size};
 use afterimage_graph::node::Registry;
-use afterimage_graph::plan::Options;
+use afterimage_plan::Options;
 use serde::{Deserialize, Serialize};
 
 use super::raw::{compute_pipeline, draw, draw_pipeline, group, groups, module, target};

@@ -9,8 +9,8 @@ use afterimage_gpu::{Clock, FrameStep, Gpu, InputImage, Session, median};
 use afterimage_graph::check::Facts;
 use afterimage_graph::image::Size;
 use afterimage_graph::node::Registry;
-use afterimage_graph::plan::{GivenImage, Options, Requirement, Setting, plan};
 use afterimage_media::write_atomic;
+use afterimage_plan::{GivenImage, Options, PlanRequest, Requirement, plan};
 
 use super::next_step;
 use crate::files::make_folder;
@@ -154,7 +154,7 @@ impl Conditions<'_> {
         for _ in 0..PLANS {
             let start = Instant::now();
             let graph = scene::graph(self.registry, "growth.ron", text)?;
-            let request = Setting {
+            let request = PlanRequest {
                 size,
                 inputs: inputs.clone(),
                 facts: Facts::default(),

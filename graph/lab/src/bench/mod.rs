@@ -14,7 +14,7 @@ use afterimage_gpu::{Clock, FrameStep, FrameTime, Gpu, InputImage, Session, medi
 use afterimage_graph::check::{Facts, Graph};
 use afterimage_graph::image::Size;
 use afterimage_graph::node::Registry;
-use afterimage_graph::plan::{Options, Plan, Stage};
+use afterimage_plan::{Options, Plan, Stage};
 
 pub use baseline::{BaselineReport, BaselineTimes};
 pub use calibrate::{Calibration, Gain, StageTimes, calibrate, describe};
@@ -178,13 +178,12 @@ fn share(bytes: u64, milliseconds: f64, copy_gbps: f64) -> f64 {
 
 fn passes(plan: &Plan, times: &[f64], copy_gbps: f64) -> Vec<PassReport> {
     let report = |(index, ms): (usize, &f64)| {
-        let launch = plan.launches[index].clone();
-        let bytes = launch.clone().map(|pass| plan.bytes_moved_by(pass)).sum();
-        let passes = &plan.recording.passes[launch.clone()];
+        let bytes = plan.bytes_moved_by(index);
+        let pass = &plan.recording.passes[index];
         PassReport {
-            name: plan.launch_label(index),
-            nodes: passes.iter().flat_map(|pass| pass.nodes.clone()).collect(),
-            stage: if plan.stages[launch.start] == Stage::Compute { "compute" } else { "fragment" },
+            name: pass.label.clone(),
+            nodes: pass.nodes.clone(),
+            stage: if plan.stages[index] == Stage::Compute { "compute" } else { "fragment" },
             ms: *ms,
             bytes,
             share: share(bytes, *ms, copy_gbps),

@@ -62,7 +62,7 @@ pub struct FirstFrame {
     pub warm: f64,
 }
 
-/// One command: a pass.
+/// A pass.
 #[derive(Debug, Serialize)]
 pub struct PassReport {
     /// The label of the pass.

@@ -23,7 +23,7 @@ use std::sync::Arc;
 use afterimage_gpu::Gpu;
 use afterimage_graph::check::{Facts, Graph};
 use afterimage_graph::node::Registry;
-use afterimage_graph::plan::{Options, Plan};
+use afterimage_plan::{Options, Plan};
 
 pub use chart::write_chart;
 pub use clips::ClipOptions;

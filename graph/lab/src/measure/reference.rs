@@ -1,7 +1,7 @@
 //! One variant on one clip, compared with the reference.
 
 use afterimage_graph::check::{Graph, GraphOutput, Source};
-use afterimage_graph::image::{Format, State};
+use afterimage_graph::image::{ColorState, Format};
 
 use super::clips::Clip;
 use super::errors::{ErrorTrace, Errors, SHARE, errors};
@@ -35,7 +35,7 @@ impl Figures {
 
 /// The output to compare: the named one, the first encoded one, or the first.
 pub(crate) fn output<'g>(graph: &'g Graph, wanted: Option<&str>) -> Result<&'g GraphOutput, LabError> {
-    let encoded = graph.outputs.iter().find(|output| output.state == State::Encoded);
+    let encoded = graph.outputs.iter().find(|output| output.state == ColorState::Encoded);
     match wanted {
         None => {
             encoded.or(graph.outputs.first()).ok_or_else(|| LabError::request("the pipeline has no output to compare"))
@@ -55,7 +55,7 @@ pub(crate) fn output<'g>(graph: &'g Graph, wanted: Option<&str>) -> Result<&'g G
 pub(crate) fn before_quantization(graph: &Graph, output: &str) -> Graph {
     let mut graph = graph.clone();
     let Some(output) = graph.outputs.iter().find(|known| known.name == output) else { return graph };
-    let (mut source, is_encoded) = (output.source, output.state == State::Encoded);
+    let (mut source, is_encoded) = (output.source, output.state == ColorState::Encoded);
     while let Source::Node { node, .. } = source
         && is_encoded
     {

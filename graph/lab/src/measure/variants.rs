@@ -1,7 +1,7 @@
 //! The reference of a pipeline, and the variants that are compared with it.
 
 use afterimage_graph::check::{Graph, GraphNode};
-use afterimage_graph::image::{Format, State};
+use afterimage_graph::image::{ColorState, Format};
 use afterimage_graph::node::PortType;
 use afterimage_graph::value::Value;
 
@@ -169,7 +169,8 @@ fn format_switch(graph: &Graph, index: usize) -> Option<Switch> {
         afterimage_graph::check::Source::Input(_) => false,
     };
     // The packed format is unsigned and has no alpha: it holds light only.
-    let is_light = |state: &State| matches!(state, State::Scene | State::Exposed | State::DisplayLinear);
+    let is_light =
+        |state: &ColorState| matches!(state, ColorState::Scene | ColorState::Exposed | ColorState::DisplayLinear);
     let all_light = node.states.iter().flatten().all(is_light);
     if !makes_images || !all_light || graph.outputs.iter().any(is_result) {
         return None;

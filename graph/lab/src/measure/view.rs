@@ -2,7 +2,7 @@
 
 use afterimage_gpu::Texels;
 use afterimage_graph::check::{Graph, GraphNode, GraphOutput, Source};
-use afterimage_graph::image::State;
+use afterimage_graph::image::ColorState;
 use afterimage_graph::value::Value;
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
@@ -38,11 +38,13 @@ impl View {
     /// The view of an output, from its state and from the `Encode` node before it. A signal without one counts as sRGB.
     pub(crate) fn of(graph: &Graph, output: &GraphOutput) -> Result<Self, LabError> {
         match output.state {
-            State::Encoded => {
+            ColorState::Encoded => {
                 Ok(encoder(graph, output.source).map_or(Self { signal: Signal::Srgb, wide: false }, Self::after))
             }
-            State::Scene | State::Exposed | State::DisplayLinear => Ok(Self { signal: Signal::Linear, wide: false }),
-            State::LogLuminance | State::Data => {
+            ColorState::Scene | ColorState::Exposed | ColorState::DisplayLinear => {
+                Ok(Self { signal: Signal::Linear, wide: false })
+            }
+            ColorState::LogLuminance | ColorState::Data => {
                 let message = format!("output `{}` is {}, which cannot be displayed", output.name, output.state.name());
                 Err(LabError::request(message).hint("choose another output with `--output`"))
             }

@@ -1,6 +1,6 @@
 //! CIEDE2000: colour difference of display pictures (ISO/CIE 11664-6).
 //!
-//! The steps and the pitfalls are those of Sharma, Wu and Dalal, "The CIEDE2000 color-difference formula: implementation notes,
+//! The steps and the lints are those of Sharma, Wu and Dalal, "The CIEDE2000 color-difference formula: implementation notes,
 //! supplementary test data, and mathematical observations", Color Research and Application 30 (2005).
 
 use rayon::prelude::*;

@@ -1,9 +1,9 @@
 //! How much an error of the input grows: each kind gets light, and the same light one half-float unit brighter.
 
 use afterimage_gpu::Gpu;
-use afterimage_graph::image::{Size, State};
+use afterimage_graph::image::{ColorState, Size};
 use afterimage_graph::node::{NodeKind, PortType, Registry};
-use afterimage_graph::plan::Options;
+use afterimage_plan::Options;
 use comfy_table::Table;
 use comfy_table::presets::NOTHING;
 use serde::{Deserialize, Serialize};
@@ -185,10 +185,10 @@ fn growths(
     Some((all, unit))
 }
 
-fn unit_of(state: State) -> ErrorUnit {
+fn unit_of(state: ColorState) -> ErrorUnit {
     match state {
-        State::DisplayLinear | State::Encoded => ErrorUnit::Code,
-        State::Data | State::LogLuminance => ErrorUnit::Fixed,
+        ColorState::DisplayLinear | ColorState::Encoded => ErrorUnit::Code,
+        ColorState::Data | ColorState::LogLuminance => ErrorUnit::Fixed,
         _ => ErrorUnit::Half,
     }
 }

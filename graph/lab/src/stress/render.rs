@@ -4,11 +4,11 @@ use std::collections::BTreeMap;
 
 use afterimage_gpu::{ErrorLog, FrameInputs, FrameStep, Gpu, InputImage, Session, Texels, input_image};
 use afterimage_graph::check::{Graph, Source};
-use afterimage_graph::image::{Format, ImageDesc, Size, State};
-use afterimage_graph::node::Gives;
-use afterimage_graph::plan::{Caps, GivenImage, Options, Plan};
+use afterimage_graph::image::{ColorState, Format, ImageDesc, Size};
+use afterimage_graph::node::OutputState;
 use afterimage_graph::value::Value;
 use afterimage_media::catch_panic;
+use afterimage_plan::{Caps, GivenImage, Options, Plan};
 
 use super::images::{Extreme, sanitized};
 use super::subject::Subject;
@@ -35,7 +35,7 @@ impl Shot {
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct OutputPixels {
     pub(crate) name: String,
-    pub(crate) state: State,
+    pub(crate) state: ColorState,
     /// The largest colour that its node promises; `None` for any finite half float.
     pub(crate) limit: Option<f64>,
     pub(crate) size: Size,
@@ -139,7 +139,7 @@ impl Renderer {
         session.load(size, &frames[0].0).map_err(line)?;
         let texels = session.render_all(&frames, together).map_err(line)?;
         let frames = texels.into_iter().map(|texels| outputs(&plan, graph, texels)).collect();
-        Ok(Rendered { frames, skipped: plan.left_out.iter().map(|skipped| skipped.node.clone()).collect() })
+        Ok(Rendered { frames, skipped: plan.skipped.iter().map(|skipped| skipped.node.clone()).collect() })
     }
 
     fn image(&mut self, shot: Shot, size: Size, signed: bool, half: bool) -> InputImage {
@@ -202,7 +202,7 @@ fn one_line(text: &str) -> String {
 
 fn outputs(plan: &Plan, graph: &Graph, texels: Vec<Texels>) -> Vec<OutputPixels> {
     let output = |((output, wanted), texels): ((&_, &afterimage_graph::check::GraphOutput), Texels)| {
-        let output: &afterimage_graph::plan::PlanOutput = output;
+        let output: &afterimage_plan::PlanOutput = output;
         OutputPixels {
             name: output.name.clone(),
             state: output.state,
@@ -220,8 +220,8 @@ fn limit(plan: &Plan, graph: &Graph, source: Source) -> Option<f64> {
     let Source::Node { node, output, .. } = source else { return None };
     let node = &graph.nodes[node];
     let gives = node.kind.outputs()[output].gives;
-    let is_limited = matches!(gives, Gives::Always(State::DisplayLinear | State::Encoded));
-    let runs = !plan.left_out.iter().any(|skipped| skipped.node == node.name);
+    let is_limited = matches!(gives, OutputState::Always(ColorState::DisplayLinear | ColorState::Encoded));
+    let runs = !plan.skipped.iter().any(|skipped| skipped.node == node.name);
     let peak = node.kind.param("peak").map(|(index, _)| &node.values[index]);
     match peak {
         _ if !(is_limited && runs) => None,

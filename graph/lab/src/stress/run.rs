@@ -1,9 +1,9 @@
 //! All cases of one pipeline or kind.
 
 use afterimage_graph::check::Graph;
-use afterimage_graph::image::{Size, State};
+use afterimage_graph::image::{ColorState, Size};
 use afterimage_graph::node::Registry;
-use afterimage_graph::plan::Options;
+use afterimage_plan::Options;
 
 use super::images::{ALL, Extreme};
 use super::promises::Promises;
@@ -59,7 +59,7 @@ const LONG_IMAGES: [&str; 2] = ["ramp", "inf"];
 
 impl StressOptions {
     /// Whether a case of this name is run.
-    pub(crate) fn takes(&self, case: &str) -> bool {
+    pub(crate) fn accepts(&self, case: &str) -> bool {
         self.case.as_ref().is_none_or(|wanted| wanted == case)
     }
 
@@ -68,7 +68,7 @@ impl StressOptions {
         let all = self.case.is_some() || (is_default && !(self.quick && is_heavy)) || (change.is_single && !is_heavy);
         let some: &[&str] = if is_heavy && !is_default { &HEAVY_IMAGES } else { &PAIR_IMAGES };
         let is_wanted = |image: &&Extreme| all || is_signed || some.contains(&image.name);
-        let fits = |image: &&Extreme| self.takes(image.name) && (!is_signed || NEGATIVE.contains(&image.name));
+        let fits = |image: &&Extreme| self.accepts(image.name) && (!is_signed || NEGATIVE.contains(&image.name));
         ALL.iter().filter(is_wanted).filter(fits).copied().collect()
     }
 
@@ -182,7 +182,7 @@ impl CaseRunner<'_> {
     fn sizes(&mut self, configuration: &mut Configuration, graph: &Graph) {
         let images = |names: Option<&[&str]>| -> Vec<Extreme> {
             let is_wanted = |image: &&Extreme| names.is_none_or(|names| names.contains(&image.name));
-            ALL.iter().filter(is_wanted).filter(|image| self.options.takes(image.name)).copied().collect()
+            ALL.iter().filter(is_wanted).filter(|image| self.options.accepts(image.name)).copied().collect()
         };
         let is_slow = self.options.quick && self.is_heavy;
         let (all, long) = (images(is_slow.then_some(&HEAVY_IMAGES)), images(Some(&LONG_IMAGES)));
@@ -223,7 +223,8 @@ impl CaseRunner<'_> {
             }
         };
         let promises = Promises::of(graph, &self.options.known_kinds);
-        let signed = promises.negative || graph.inputs.iter().any(|input| input.signed && input.state != State::Data);
+        let signed =
+            promises.negative || graph.inputs.iter().any(|input| input.signed && input.state != ColorState::Data);
         for (index, image) in images.iter().enumerate() {
             let mut wrong = Vec::new();
             for shown in &ran.frames[index] {

@@ -107,7 +107,7 @@ pub(crate) fn sequences(runner: &mut CaseRunner<'_>, graph: &Graph) {
     let promises = Promises::of(graph, &runner.options.known_kinds);
     let is_slow = runner.options.quick && runner.is_heavy && runner.options.case.is_none();
     let is_wanted = |sequence: &&Sequence| {
-        runner.options.takes(sequence.name)
+        runner.options.accepts(sequence.name)
             && (!is_slow || sequence.wanted.as_ref().is_some_and(|wanted| wanted.always))
     };
     let wanted: Vec<&Sequence> = SEQUENCES.iter().filter(is_wanted).collect();

@@ -1,7 +1,7 @@
 //! Every variant of a plan must give the same output: dispatched and drawn, fused and not, with tiles and without, and so on.
 
-use afterimage_graph::image::{Size, State};
-use afterimage_graph::plan::{Alias, Caps, Horizontal, Options};
+use afterimage_graph::image::{ColorState, Size};
+use afterimage_plan::{Alias, Caps, Options};
 
 use super::images::Extreme;
 use super::promises::Promises;
@@ -17,14 +17,10 @@ struct PlanVariant {
     change: fn(&mut Caps, &mut Options),
 }
 
-const VARIANTS: [PlanVariant; 6] = [
+const VARIANTS: [PlanVariant; 5] = [
     PlanVariant { name: "when drawn", change: |caps, _| caps.prefer_fragment = true },
     PlanVariant { name: "when not fused", change: |_, options| options.fuse = false },
     PlanVariant { name: "when made in tiles", change: |caps, _| caps.tiles = true },
-    PlanVariant {
-        name: "side by side",
-        change: |_, options| (options.horizontal, options.waves_first) = (Horizontal::Always, true),
-    },
     PlanVariant { name: "with subgroups", change: |_, options| options.subgroups = true },
     PlanVariant { name: "with memory of its own for each image", change: |_, options| options.alias = Alias::None },
 ];
@@ -35,15 +31,15 @@ const IMAGES: [&str; 4] = ["nan", "edge", "ramp", "primaries"];
 const SIZES: [(u32, u32); 2] = [(37, 23), (1, 1)];
 
 /// Intermediates are in 32 bits, so differences come from 32-bit rounding; an encoded output may differ by one code.
-fn tolerance(state: State) -> Tolerance {
+fn tolerance(state: ColorState) -> Tolerance {
     let code = 1.01 / 255.0;
-    Tolerance { share: 2e-3, beside: if state == State::Encoded { code } else { 1e-3 } }
+    Tolerance { share: 2e-3, beside: if state == ColorState::Encoded { code } else { 1e-3 } }
 }
 
 /// Compares all variants at the defaults and at every choice and integer: these change the shaders.
 pub(crate) fn compare(runner: &mut CaseRunner<'_>, changes: &[Change]) {
     let images: Vec<Extreme> =
-        IMAGES.iter().filter(|name| runner.options.takes(name)).filter_map(|n| Extreme::named(n)).collect();
+        IMAGES.iter().filter(|name| runner.options.accepts(name)).filter_map(|n| Extreme::named(n)).collect();
     if images.is_empty() {
         return;
     }

@@ -1,6 +1,6 @@
 //! What is wrong with an output.
 
-use afterimage_graph::image::{Size, State};
+use afterimage_graph::image::{ColorState, Size};
 
 use super::images::{Extreme, sanitized};
 use super::promises::Promises;
@@ -55,7 +55,7 @@ pub(crate) fn finite(shown: &OutputPixels) -> Option<String> {
 
 /// Colours are in the range of their state.
 pub(crate) fn in_range(shown: &OutputPixels, may_be_negative: bool) -> Option<String> {
-    let is_light = !matches!(shown.state, State::Data | State::LogLuminance);
+    let is_light = !matches!(shown.state, ColorState::Data | ColorState::LogLuminance);
     if !is_light || shown.pixels.iter().flatten().any(|x| !x.is_finite()) {
         return None;
     }
@@ -84,7 +84,7 @@ pub(crate) type Tested = (&'static str, Option<String>);
 /// Tests the promises of the graph on a still image.
 pub(crate) fn promised(shown: &OutputPixels, image: Extreme, size: Size, promises: &Promises) -> Vec<Tested> {
     // Data is not light: sums in a grid depend on the number of pixels in a cell.
-    if finite(shown).is_some() || shown.state == State::Data {
+    if finite(shown).is_some() || shown.state == ColorState::Data {
         return Vec::new();
     }
     let given: Vec<[f32; 4]> = image.pixels(size).into_iter().map(|pixel| sanitized(pixel, false)).collect();
@@ -156,7 +156,7 @@ fn spread(shown: &OutputPixels, given: &[[f32; 4]]) -> Option<String> {
 
 #[cfg(test)]
 mod tests {
-    use afterimage_graph::image::{Size, State};
+    use afterimage_graph::image::{ColorState, Size};
 
     use super::super::images::Extreme;
     use super::super::promises::Promises;
@@ -166,7 +166,7 @@ mod tests {
     fn picture(values: &[f32], width: u32) -> OutputPixels {
         let pixels: Vec<[f32; 4]> = values.iter().map(|x| [*x, *x, *x, 1.0]).collect();
         let size = Size::new(width, values.len() as u32 / width);
-        OutputPixels { name: "result".into(), state: State::Encoded, limit: Some(1.0), size, pixels }
+        OutputPixels { name: "result".into(), state: ColorState::Encoded, limit: Some(1.0), size, pixels }
     }
 
     #[test]

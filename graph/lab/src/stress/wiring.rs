@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use afterimage_graph::image::State;
+use afterimage_graph::image::ColorState;
 use afterimage_graph::node::{Input, NodeKind, Output, PortType, Registry};
 
 /// The name of the node under test.
@@ -61,7 +61,7 @@ impl Wiring<'_> {
     /// Adds what a port needs; returns the wire.
     fn feed(&mut self, port: &Input, name: &str, depth: usize) -> Option<String> {
         if port.ty == PortType::Image {
-            let state = port.states.first().copied().unwrap_or(State::Scene);
+            let state = port.states.first().copied().unwrap_or(ColorState::Scene);
             let options = if self.signed { "(allow_negative: true)" } else { "" };
             let _ = writeln!(self.inputs, "        \"{name}\": {}{options},", input_type(state));
             return Some(name.to_owned());
@@ -129,9 +129,9 @@ impl Wiring<'_> {
 }
 
 /// The type of an input in pipeline files.
-fn input_type(state: State) -> &'static str {
+fn input_type(state: ColorState) -> &'static str {
     match state {
-        State::Scene => "Color",
+        ColorState::Scene => "Color",
         other => other.name(),
     }
 }

@@ -15,7 +15,7 @@ pub use search::{Goal, Measured};
 
 use search::search;
 use space::Space;
-use state::State;
+use state::SearchState;
 
 use crate::measure::clips::{self, Clip};
 use crate::measure::player::Player;
@@ -64,7 +64,7 @@ pub fn tune(
 ) -> Result<Tuned, LabError> {
     let mut candidates = Candidates::prepare(gpu, registry, pipeline, options)?;
     let space = candidates.space()?;
-    let mut state = State::open(state, candidates.identity(pipeline, &space)?)?;
+    let mut state = SearchState::open(state, candidates.identity(pipeline, &space)?)?;
     let (choice, measured) =
         search(&space, goal, &mut |choice| candidates.measured(&space, choice, &mut state, progress))?;
     if !goal.is_met(&measured) {
@@ -144,7 +144,7 @@ impl<'a> Candidates<'a> {
         &mut self,
         space: &Space,
         choice: &[usize],
-        state: &mut State,
+        state: &mut SearchState,
         progress: &dyn Progress,
     ) -> Result<Measured, LabError> {
         let name = space.key(choice);

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use afterimage_graph::check::Graph;
-use afterimage_graph::plan::Plan;
+use afterimage_plan::Plan;
 
 use crate::LabError;
 use crate::measure::player::run_alike;

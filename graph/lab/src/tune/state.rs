@@ -11,7 +11,7 @@ use crate::LabError;
 use afterimage_media::write_atomic;
 
 /// Figures by choice.
-pub(super) struct State {
+pub(super) struct SearchState {
     path: Option<PathBuf>,
     content: Content,
 }
@@ -23,7 +23,7 @@ struct Content {
     measured: BTreeMap<String, Measured>,
 }
 
-impl State {
+impl SearchState {
     /// Opens the figures of an earlier search, if the file exists and has the same identity.
     pub(super) fn open(path: Option<&Path>, identity: Value) -> Result<Self, LabError> {
         let fresh = Content { identity, measured: BTreeMap::new() };

@@ -1,6 +1,6 @@
 //! A picture in memory, and what its file said about it.
 
-use afterimage_graph::image::{Format, ImageDesc, Size};
+use afterimage_base::image::{Format, ImageDesc, Size};
 use exr::meta::attribute::{AttributeValue, IntegerBounds, Text};
 use exr::meta::header::{ImageAttributes, LayerAttributes};
 use half::f16;

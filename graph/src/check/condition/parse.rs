@@ -1,4 +1,4 @@
-//! Reading conditions.
+//! SampleMode conditions.
 //!
 //! ```text
 //! condition  = both { "or" both }
@@ -11,7 +11,7 @@
 use std::ops::Range;
 
 use super::{Comparison, Condition, Expression, Side};
-use crate::diagnostic::quote;
+use afterimage_base::diagnostic::quote;
 
 /// A condition that cannot be read.
 #[derive(Clone, Debug, PartialEq, Eq)]

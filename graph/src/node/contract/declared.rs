@@ -4,8 +4,8 @@ use std::collections::BTreeSet;
 
 use super::Complaints;
 use super::names::{is_free_in_wgsl, is_pascal, is_snake};
-use crate::node::{Gives, Input, NodeKind, Output, PortType, StandIn};
-use crate::value::{Param, Type, Value};
+use crate::node::{Fallback, Input, NodeKind, Output, OutputState, PortType};
+use afterimage_base::value::{Param, Type, Value};
 
 /// Names that pipeline files and shaders use for other things.
 const TAKEN: [&str; 6] = ["when", "format", "label", "at", "frame", "params"];
@@ -20,7 +20,7 @@ pub(super) fn look(kind: NodeKind, complaints: &mut Complaints) {
     kind.inputs().iter().for_each(|port| input(port, complaints));
     complaints.require(!kind.outputs().is_empty(), || "there is no output".into());
     kind.outputs().iter().for_each(|port| output(kind, port, complaints));
-    bypass(kind, complaints);
+    fallback(kind, complaints);
     kind.params().iter().for_each(|param| parameter(param, complaints));
 }
 
@@ -71,16 +71,16 @@ fn output(kind: NodeKind, port: &Output, complaints: &mut Complaints) {
     port_name(name, complaints);
     complaints.require(!port.doc.trim().is_empty(), || format!("the output `{name}` has no doc"));
     match port.gives {
-        Gives::Nothing => {
+        OutputState::Nothing => {
             complaints
                 .require(!is_image(port.ty), || format!("the output `{name}` is an image and must say its state"));
         }
-        Gives::Always(_) => {
+        OutputState::Always(_) => {
             complaints.require(!is_number(port.ty), || {
                 format!("the output `{name}` is a {} and has no image state", port.ty.name())
             });
         }
-        Gives::Same(source) => {
+        OutputState::Same(source) => {
             let fits = kind.input(source).is_some_and(|input| !is_number(input.ty) && !input.optional);
             complaints.require(fits, || {
                 format!("the state of `{name}` follows `{source}`, which is no required image input")
@@ -89,8 +89,8 @@ fn output(kind: NodeKind, port: &Output, complaints: &mut Complaints) {
     }
 }
 
-fn bypass(kind: NodeKind, complaints: &mut Complaints) {
-    let (StandIn::Input(name), Some(main)) = (kind.bypass(), kind.outputs().first()) else { return };
+fn fallback(kind: NodeKind, complaints: &mut Complaints) {
+    let (Fallback::Input(name), Some(main)) = (kind.fallback(), kind.outputs().first()) else { return };
     match kind.input(name) {
         None => complaints.add(format!("the stand-in `{name}` is no input")),
         Some(input) => complaints.require(input.ty == main.ty, || {

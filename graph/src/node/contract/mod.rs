@@ -16,6 +16,7 @@ mod recorded;
 use std::collections::BTreeSet;
 
 use super::kind::NodeKind;
+use super::recorder::Recording;
 
 pub(super) use names::{belongs, is_pascal, items, snake, stem};
 
@@ -27,7 +28,7 @@ pub(super) use names::{belongs, is_pascal, items, snake, stem};
 /// * Stand-ins and states name real inputs of fitting types.
 /// * Every kind records, at its defaults and at each parameter's extremes, with and without its optional inputs, for a picture and for a
 ///   single pixel; it says the same each time, gives every output that is wanted, and writes only to images of its own.
-/// * Every pass becomes a module that naga accepts, and the items of every shader file begin with the name of the file.
+/// * The items of every shader file begin with the name of the file.
 ///
 /// # Errors
 /// All complaints, one sentence each, with the kind's name in front.
@@ -40,9 +41,15 @@ pub fn contract(kinds: &[NodeKind]) -> Result<(), Vec<String>> {
             complaints.add("another kind has the same name");
         }
         declared::look(*kind, &mut complaints);
-        recorded::look(*kind, &mut complaints);
+        recorded::look(*kind, &mut complaints, &mut |_| {});
     }
     if complaints.all.is_empty() { Ok(()) } else { Err(complaints.all) }
+}
+
+/// Calls `seen` with every recording that [`contract`] makes of a kind: at its defaults and at each parameter's extremes, with and without its
+/// optional inputs.
+pub fn for_each_recording(kind: NodeKind, seen: &mut dyn FnMut(&Recording)) {
+    recorded::look(kind, &mut Complaints::default(), seen);
 }
 
 /// What is wrong so far; nothing is said twice.

@@ -36,7 +36,7 @@ pub(super) fn pascal(snake: &str) -> String {
 
 /// Whether WGSL takes the name for a variable.
 pub(super) fn is_free_in_wgsl(name: &str) -> bool {
-    naga::front::wgsl::parse_str(&format!("fn f({name}: f32) {{ }} struct S {{ {name}: f32 }}")).is_ok()
+    afterimage_wgsl::is_free_name(name)
 }
 
 /// The name of a file without folders and ending.

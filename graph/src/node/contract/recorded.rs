@@ -1,22 +1,17 @@
 //! What a kind records, and whether the passes are fit for a device.
 
-use std::collections::BTreeSet;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use super::Complaints;
 use super::names::{belongs, items, pascal, snake, stem};
-use crate::image::{Format, ImageDesc, Size};
 use crate::node::{
-    Arg, Arrival, Arrivals, BufferLife, Cells, CellsReader, ImageId, NodeKind, Origin, Pass, PortType, Recorder,
-    RecorderContext, Recording, Resource, Rows, VirtualBuffer, VirtualImage, Work,
+    Arrival, Arrivals, BufferLife, NodeKind, Origin, Pass, PortType, Recorder, RecorderContext, Recording, Resource,
+    VirtualBuffer, VirtualImage,
 };
-use crate::plan::Caps;
-use crate::plan::passes::copy_step;
-use crate::shader::{
-    Beside, CELLS_LANES, Composed, Dialect, ROW_LANES, Reading, Shader, ShaderError, SlotKind, can_tell,
-    compose_beside, compose_pass,
-};
-use crate::value::{Param, Type, Value};
+use afterimage_base::caps::Caps;
+use afterimage_base::image::{ImageDesc, Size};
+use afterimage_base::value::{Param, Type, Value};
+use afterimage_wgsl::Shader;
 
 /// One way of using a kind.
 struct Use<'a> {
@@ -35,8 +30,7 @@ struct Recorded {
     given: usize,
 }
 
-pub(super) fn look(kind: NodeKind, complaints: &mut Complaints) {
-    let mut known = Known::default();
+pub(super) fn look(kind: NodeKind, complaints: &mut Complaints, seen: &mut dyn FnMut(&Recording)) {
     for (index, values) in variants(kind).into_iter().enumerate() {
         // The defaults are used in every way; each extreme with everything wired, which is where it can do most.
         let ways: &[(bool, bool)] =
@@ -45,28 +39,21 @@ pub(super) fn look(kind: NodeKind, complaints: &mut Complaints) {
             for (is_fully_wired, is_exact) in ways.iter().copied() {
                 let way = Use { values: &values, size, is_fully_wired, is_exact, is_default: index == 0 };
                 if is_recorded(kind, &way) {
-                    one(kind, &way, &mut known, complaints);
+                    one(kind, &way, complaints, seen);
                 }
             }
         }
     }
 }
 
-/// What has been looked at before, so that it is looked at once.
-#[derive(Default)]
-struct Known {
-    shapes: BTreeSet<String>,
-    modules: BTreeSet<String>,
-}
-
 /// Values that the kind refuses, such as a file that is not there, and those at which something stands in for it never reach a recorder.
 fn is_recorded(kind: NodeKind, way: &Use<'_>) -> bool {
     let absent = kind.inputs().iter().filter(|port| port.optional && !way.is_fully_wired).map(|port| port.name);
     let arrivals = Arrivals::new(Vec::new(), absent.collect());
-    kind.verify(way.values).is_ok() && kind.stand_in(way.values, &arrivals).is_none()
+    kind.verify(way.values).is_ok() && kind.identity(way.values, &arrivals).is_none()
 }
 
-fn one(kind: NodeKind, way: &Use<'_>, known: &mut Known, complaints: &mut Complaints) {
+fn one(kind: NodeKind, way: &Use<'_>, complaints: &mut Complaints, seen: &mut dyn FnMut(&Recording)) {
     let Some(first) = record(kind, way, complaints) else { return };
     // A recording may bake a table, so it is made twice only at the defaults.
     let again = way.is_default.then(|| record(kind, way, complaints)).flatten();
@@ -83,10 +70,9 @@ fn one(kind: NodeKind, way: &Use<'_>, known: &mut Known, complaints: &mut Compla
     }
     for pass in &first.recording.passes {
         writes_its_own(pass, &first, complaints);
-        if known.shapes.insert(shape(pass, &first.recording)) {
-            module(pass, &first.recording, &mut known.modules, complaints);
-        }
+        pass.shaders().into_iter().for_each(|shader| item_names(shader, complaints));
     }
+    seen(&first.recording);
 }
 
 /// Every parameter at its extremes, one at a time, the defaults first.
@@ -190,100 +176,6 @@ fn writes_its_own(pass: &Pass, recorded: &Recorded, complaints: &mut Complaints)
             });
         }
     }
-}
-
-/// All of a pass that its module depends on.
-fn shape(pass: &Pass, recording: &Recording) -> String {
-    let formats: Vec<Option<Format>> = pass
-        .writes()
-        .into_iter()
-        .map(|resource| match resource {
-            Resource::Image(image) => Some(recording.image(image).desc.format),
-            Resource::Buffer(_) => None,
-        })
-        .collect();
-    match &pass.work {
-        Work::Steps { steps, .. } => {
-            let calls: Vec<_> = steps.iter().map(|step| (step.shader, step.function, &step.args)).collect();
-            format!("{calls:?} {formats:?}")
-        }
-        Work::Tiled(tiling) => format!("{tiling:?} {formats:?}"),
-        Work::Rows(rows) => format!("{rows:?} {formats:?}"),
-        Work::Cells(cells) => format!("{cells:?} {formats:?}"),
-        Work::Entry(call) => format!("{:?} {} {:?} {formats:?}", call.shader, call.entry, call.bindings),
-    }
-}
-
-/// What every device understands.
-const PLAIN: Dialect = Dialect { half: false, subgroups: false };
-/// What few do not.
-const RICH: Dialect = Dialect { half: true, subgroups: true };
-/// Every way in which a module may be composed.
-const WAYS: [(Reading, Dialect); 5] = [
-    (Reading::Plain, PLAIN),
-    (Reading::ByHand, PLAIN),
-    (Reading::Guarded, PLAIN),
-    (Reading::GuardedSigned, PLAIN),
-    (Reading::Plain, RICH),
-];
-
-/// The pass as a module, for every way in which its textures may be read and its numbers may be made.
-fn module(pass: &Pass, recording: &Recording, modules: &mut BTreeSet<String>, complaints: &mut Complaints) {
-    let desc_of = |image: ImageId| recording.image(image).desc;
-    for (reading, dialect) in WAYS {
-        let composed = compose_pass(pass, &desc_of, &|_| reading, dialect);
-        match composed {
-            Ok(composed) if modules.insert(composed.source.clone()) => {
-                let valid = composed.validate().and_then(|_| beside_itself(pass, &composed, dialect));
-                if let Err(error) = valid {
-                    complaints.add(format!("the pass `{}` is no valid module: {error}", pass.label));
-                }
-            }
-            Ok(_) => {}
-            Err(error) => complaints.add(format!("the pass `{}` is no module: {error}", pass.label)),
-        }
-    }
-    by_rows(pass).into_iter().chain(by_cells(pass)).for_each(|pass| module(&pass, recording, modules, complaints));
-    pass.shaders().into_iter().for_each(|shader| item_names(shader, complaints));
-}
-
-/// Whether the module can stand beside another like it, if the planner may ever want that: names that the framework does not tell apart clash.
-fn beside_itself(pass: &Pass, composed: &Composed, dialect: Dialect) -> Result<(), ShaderError> {
-    let knows_time = composed.slots.iter().any(|slot| slot.kind == SlotKind::Frame);
-    let is_told = composed.told.iter().all(can_tell);
-    if !composed.audited || knows_time || !is_told || dialect.subgroups || matches!(pass.work, Work::Tiled(_)) {
-        return Ok(());
-    }
-    let twice = [(); 2].map(|()| Beside { composed, constants: pass.constants() });
-    [false, true].iter().try_for_each(|by_turns| compose_beside(&twice, *by_turns).validate().map(|_| ()))
-}
-
-/// The pass in its form by rows, if it has one.
-fn by_rows(pass: &Pass) -> Option<Pass> {
-    let Work::Steps { steps, result } = &pass.work else { return None };
-    let [step] = steps.as_slice() else { return None };
-    let source = step.args.iter().find_map(|arg| match arg {
-        Arg::Texture(image) => Some(*image),
-        _ => None,
-    })?;
-    let source = vec![copy_step(&step.node, source)];
-    let work = Work::Rows(Rows { source, by: step.by_rows?, result: *result, rows: 1, lanes: ROW_LANES });
-    Some(Pass { work, ..pass.clone() })
-}
-
-/// The pass in its form by cells, twice, so that names which the framework does not tell apart clash.
-fn by_cells(pass: &Pass) -> Option<Pass> {
-    let Work::Entry(call) = &pass.work else { return None };
-    let by = call.by_cells?;
-    let source = call.bindings.iter().find_map(|binding| match binding.resource {
-        Resource::Image(image) if binding.name == by.source => Some(image),
-        _ => None,
-    })?;
-    let reader = CellsReader { node: pass.nodes[0].clone(), call: call.clone(), by };
-    let readers = vec![reader.clone(), reader];
-    let lanes = [CELLS_LANES, 1];
-    let work = Work::Cells(Cells { source, readers, coarsest: by.cells, finest: by.cells, lanes, step: by.step });
-    Some(Pass { work, ..pass.clone() })
 }
 
 /// The items of a file begin with its name, so that files can stand side by side in one module; and the file is called after a kind.

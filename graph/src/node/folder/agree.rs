@@ -4,11 +4,11 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use super::{Declaration, DeclaredOutput};
-use crate::diagnostic::{Diagnostic, Diagnostics, Place, did_you_mean, list, quote};
 use crate::node::PortType;
 use crate::node::contract::{belongs, is_pascal, items, snake, stem};
-use crate::shader::{ArgType, Function, Member, Reflection, ScalarKind, Shader, StructLayout};
-use crate::value::{Param, Type};
+use afterimage_base::diagnostic::{Diagnostic, Diagnostics, Place, did_you_mean, list, quote};
+use afterimage_base::value::{Param, Type};
+use afterimage_wgsl::{ArgType, Function, Member, Reflection, ScalarKind, Shader, StructLayout};
 
 pub(super) fn look(declared: &Declaration, shader: &Shader, reflection: &Reflection, diagnostics: &mut Diagnostics) {
     let mut pair = Pair { declared, file: shader.file().into(), source: shader.source(), diagnostics };

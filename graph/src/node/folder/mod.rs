@@ -30,13 +30,13 @@ mod read;
 use super::contract::contract;
 use super::kind::{Arrivals, Kind, NodeKind};
 use super::pass::ImageId;
-use super::ports::{Input, Output, PortType, StandIn};
+use super::ports::{Fallback, Input, Output, PortType};
 use super::recorder::Recorder;
-use crate::diagnostic::{Diagnostic, Diagnostics, Place, Sources, Spanned};
 use crate::document;
-use crate::image::{ImageDesc, Size};
-use crate::shader::{ArgType, Shader};
-use crate::value::{Param, Value};
+use afterimage_base::diagnostic::{Diagnostic, Diagnostics, Place, Sources, Spanned};
+use afterimage_base::image::{ImageDesc, Size};
+use afterimage_base::value::{Param, Value};
+use afterimage_wgsl::{ArgType, Shader};
 
 /// Makes a node kind of the text of a `node.ron` and the text of its shader, each with its file's name in front.
 ///
@@ -64,7 +64,7 @@ pub fn folder_kind(declaration: (&str, &str), shader: (&str, &str)) -> Result<No
             agree::look(declared, shader, reflection, &mut diagnostics);
         }
         (Ok(_), _) => {}
-        (Err(error), _) => diagnostics.push_shader(&error, shader),
+        (Err(error), _) => error.report(shader, &mut diagnostics),
     }
     match declared {
         Some(declared) if !diagnostics.has_errors() => contracted(declared, shader, diagnostics),
@@ -99,7 +99,7 @@ struct Declaration {
     inputs: Vec<(Input, Place)>,
     outputs: Vec<DeclaredOutput>,
     params: Vec<(Param, Place)>,
-    bypass: StandIn,
+    bypass: Fallback,
 }
 
 /// An output and how it is made.
@@ -117,7 +117,7 @@ struct FolderKind {
     inputs: &'static [Input],
     outputs: &'static [Output],
     made: Vec<(&'static str, SizeRule)>,
-    bypass: StandIn,
+    bypass: Fallback,
     shader: &'static Shader,
 }
 
@@ -157,10 +157,10 @@ impl Kind for FolderKind {
     fn outputs(&self) -> &'static [Output] {
         self.outputs
     }
-    fn bypass(&self) -> StandIn {
+    fn fallback(&self) -> Fallback {
         self.bypass
     }
-    fn stand_in(&self, _: &[Value], _: &Arrivals) -> Option<StandIn> {
+    fn identity(&self, _: &[Value], _: &Arrivals) -> Option<Fallback> {
         None
     }
     fn verify(&self, _: &[Value]) -> Result<(), String> {

@@ -1,12 +1,12 @@
-//! Reading a `node.ron`.
+//! SampleMode a `node.ron`.
 
 use super::{Declaration, DeclaredOutput, SizeRule, leak};
-use crate::diagnostic::{Diagnostic, Diagnostics, Place, Spanned, did_you_mean, list, quote};
 use crate::document::{Field, Item, Tree, doubled};
-use crate::image::State;
 use crate::node::contract::snake;
-use crate::node::{Gives, Input, Output, PortType, StandIn};
-use crate::value::{Param, Type, Value};
+use crate::node::{Fallback, Input, Output, OutputState, PortType};
+use afterimage_base::diagnostic::{Diagnostic, Diagnostics, Place, Spanned, did_you_mean, list, quote};
+use afterimage_base::image::ColorState;
+use afterimage_base::value::{Param, Type, Value};
 
 const SHAPE: &str =
     "a node file is `Kind(name: \"...\", doc: \"...\", inputs: { ... }, outputs: { ... }, parameters: { ... })`";
@@ -41,22 +41,22 @@ pub(super) fn declaration(tree: Item, diagnostics: &mut Diagnostics) -> Option<D
     };
     let params = params.into_iter().filter_map(|(name, item)| parameter(&name, item, fields.diagnostics)).collect();
     let bypass = fields.take("bypass");
-    let bypass = stand_in(bypass, &inputs, fields.diagnostics);
+    let bypass = identity(bypass, &inputs, fields.diagnostics);
     fields.finish(&["name", "doc", "inputs", "outputs", "parameters", "bypass"]);
     Some(Declaration { name: name?, doc: doc?.value, inputs, outputs, params, bypass })
 }
 
-fn stand_in(item: Option<Item>, inputs: &[(Input, Place)], diagnostics: &mut Diagnostics) -> StandIn {
+fn identity(item: Option<Item>, inputs: &[(Input, Place)], diagnostics: &mut Diagnostics) -> Fallback {
     let images = || inputs.iter().filter(|(port, _)| port.ty == PortType::Image).map(|(port, _)| port.name);
-    let Some(item) = item else { return images().next().map_or(StandIn::Zero, StandIn::Input) };
+    let Some(item) = item else { return images().next().map_or(Fallback::Zero, Fallback::Input) };
     match &item.value {
-        Tree::Name(name) if name == "Zero" => StandIn::Zero,
-        Tree::Name(name) if name == "Absent" => StandIn::Absent,
-        Tree::Text(name) if images().any(|port| port == name) => StandIn::Input(leak(name)),
+        Tree::Name(name) if name == "Zero" => Fallback::Zero,
+        Tree::Name(name) if name == "Absent" => Fallback::Absent,
+        Tree::Text(name) if images().any(|port| port == name) => Fallback::Input(leak(name)),
         _ => {
             let help = format!("write `Zero`, `Absent` or one of the image inputs in quotes: {}", list(images(), 8));
             diagnostics.push(Diagnostic::error("wrong-type", "`bypass` is no stand-in").at(&item.place, "").help(help));
-            StandIn::Zero
+            Fallback::Zero
         }
     }
 }
@@ -101,13 +101,13 @@ fn one_of<T: Copy, const N: usize>(
     found
 }
 
-const STATES: [(&str, State); 6] = [
-    ("Scene", State::Scene),
-    ("Exposed", State::Exposed),
-    ("LogLuminance", State::LogLuminance),
-    ("DisplayLinear", State::DisplayLinear),
-    ("Encoded", State::Encoded),
-    ("Data", State::Data),
+const STATES: [(&str, ColorState); 6] = [
+    ("Scene", ColorState::Scene),
+    ("Exposed", ColorState::Exposed),
+    ("LogLuminance", ColorState::LogLuminance),
+    ("DisplayLinear", ColorState::DisplayLinear),
+    ("Encoded", ColorState::Encoded),
+    ("Data", ColorState::Data),
 ];
 
 fn input(name: &Spanned<String>, item: Item, diagnostics: &mut Diagnostics) -> Option<(Input, Place)> {
@@ -268,7 +268,7 @@ impl<'d> Fields<'d> {
         named
     }
 
-    fn states(&mut self) -> Vec<State> {
+    fn states(&mut self) -> Vec<ColorState> {
         match self.take("states") {
             None => Vec::new(),
             Some(Item { value: Tree::List(items), .. }) => {
@@ -281,7 +281,7 @@ impl<'d> Fields<'d> {
         }
     }
 
-    fn state(&mut self, item: Item) -> Option<State> {
+    fn state(&mut self, item: Item) -> Option<ColorState> {
         match item.value {
             Tree::Name(name) => one_of(&Spanned::new(name, item.place), "image state", STATES, self.diagnostics),
             _ => {
@@ -291,14 +291,14 @@ impl<'d> Fields<'d> {
         }
     }
 
-    fn gives(&mut self, inputs: &[(Input, Place)]) -> Option<Gives> {
+    fn gives(&mut self, inputs: &[(Input, Place)]) -> Option<OutputState> {
         let item = self.required("gives")?;
         match &item.value {
-            Tree::Name(_) => self.state(item).map(Gives::Always),
+            Tree::Name(_) => self.state(item).map(OutputState::Always),
             Tree::Tuple(Some(word), items) if word.value == "Same" => match items.as_slice() {
                 [Item { value: Tree::Text(input), place }] => {
                     self.is_required_image(input, place, inputs);
-                    Some(Gives::Same(leak(input)))
+                    Some(OutputState::Same(leak(input)))
                 }
                 _ => {
                     self.wrong("gives", &item, "`Same(\"input\")` or an image state");

@@ -2,7 +2,7 @@
 
 use super::super::pass::*;
 use super::{Arrival, Recorder};
-use crate::shader::{GlobalKind, Shader, UniformValue};
+use afterimage_wgsl::{GlobalKind, Shader, UniformValue};
 
 /// A pass around a whole compute entry point, as a sentence in the making.
 pub struct ComputePass<'r, 'a> {

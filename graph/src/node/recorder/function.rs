@@ -2,8 +2,8 @@
 
 use super::super::pass::*;
 use super::{Arrival, Recorder};
-use crate::image::ImageDesc;
-use crate::shader::{ArgType, Function, Shader, UniformValue};
+use afterimage_base::image::ImageDesc;
+use afterimage_wgsl::{ArgType, Function, Shader, UniformValue};
 
 /// A pass around one kernel function, as a sentence in the making.
 pub struct FunctionPass<'r, 'a> {

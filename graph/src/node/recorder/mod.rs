@@ -10,10 +10,10 @@ pub use function::FunctionPass;
 
 use super::kind::NodeKind;
 use super::pass::*;
-use crate::image::{Format, ImageDesc, Size};
-use crate::plan::Caps;
-use crate::shader::{Reflection, Shader, UniformValue, pack};
-use crate::value::Value;
+use afterimage_base::caps::Caps;
+use afterimage_base::image::{Format, ImageDesc, Size};
+use afterimage_base::value::Value;
+use afterimage_wgsl::{Reflection, Shader, UniformValue, pack};
 
 /// What is wired to an input port of a node that runs.
 #[derive(Clone, Debug, PartialEq)]
@@ -223,7 +223,7 @@ impl<'a> Recorder<'a> {
         image
     }
 
-    /// Gives something to an output port.
+    /// OutputState something to an output port.
     pub fn give(&mut self, port: &str, what: Arrival) {
         let index = self.kind.outputs().iter().position(|output| output.name == port);
         self.outputs[index.unwrap_or_else(|| panic!("`{}` has no output `{port}`", self.kind.name()))] = what;

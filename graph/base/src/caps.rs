@@ -1,0 +1,68 @@
+//! Device capabilities as plain data. The planner reads them and never accesses a device.
+
+use std::collections::BTreeSet;
+
+use serde::{Deserialize, Serialize};
+
+use crate::image::Format;
+
+/// The capabilities that a plan may use.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Caps {
+    /// Formats that compute shaders can store to.
+    pub storage: BTreeSet<Format>,
+    /// Formats that fragment shaders can draw to.
+    pub renderable: BTreeSet<Format>,
+    /// Whether 32-bit floats can be filtered.
+    pub filter_32_bit: bool,
+    /// The longest side of an image.
+    pub max_side: u32,
+    /// The longest side of a volume.
+    pub max_volume_side: u32,
+    /// Workgroup memory in bytes.
+    pub workgroup_bytes: u32,
+    /// Invocations in one workgroup.
+    pub workgroup_invocations: u32,
+    /// The largest storage buffer in bytes.
+    pub max_buffer: u64,
+    /// Storage images in one pass.
+    pub max_storage_images: u32,
+    /// Whether shaders have half-precision arithmetic.
+    pub half_arithmetic: bool,
+    /// Whether shaders have subgroup operations.
+    pub subgroups: bool,
+    /// Whether chains of small images are computed in workgroup memory, for devices on which a dispatch has a high
+    /// fixed cost.
+    pub tiles: bool,
+    /// Whether point and gather passes are drawn instead of dispatched.
+    pub prefer_fragment: bool,
+}
+
+impl Default for Caps {
+    /// The capabilities of every WebGPU device.
+    fn default() -> Self {
+        Self {
+            storage: [Format::Rgba8Unorm, Format::Rgba16Float, Format::R32Float, Format::Rgba32Float].into(),
+            renderable: [
+                Format::Rgba8Unorm,
+                Format::R16Float,
+                Format::Rg16Float,
+                Format::Rgba16Float,
+                Format::R32Float,
+                Format::Rgba32Float,
+            ]
+            .into(),
+            filter_32_bit: false,
+            max_side: 8192,
+            max_volume_side: 2048,
+            workgroup_bytes: 16 * 1024,
+            workgroup_invocations: 256,
+            max_buffer: 128 << 20,
+            max_storage_images: 4,
+            half_arithmetic: false,
+            subgroups: false,
+            tiles: false,
+            prefer_fragment: false,
+        }
+    }
+}

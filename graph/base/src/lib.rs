@@ -1,0 +1,9 @@
+//! Types that all layers of Afterimage share: parameter values, image descriptions, diagnostics and device
+//! capabilities.
+//!
+//! This crate does no IO, accesses no device and depends on no other crate of the workspace.
+
+pub mod caps;
+pub mod diagnostic;
+pub mod image;
+pub mod value;

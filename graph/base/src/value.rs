@@ -1,0 +1,258 @@
+//! Parameters and their values. Each parameter is declared once, and everything else is derived from the declaration.
+
+use std::ops::RangeInclusive;
+use std::sync::Arc;
+
+/// A value of a parameter, from a pipeline file or a control.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Value {
+    /// True or false.
+    Bool(bool),
+    /// An integer.
+    Int(i64),
+    /// A floating-point number.
+    Float(f64),
+    /// Two to four numbers and their count. Unused ones are 0.
+    Vector([f64; 4], usize),
+    /// One of a parameter's choices.
+    Choice(&'static str),
+    /// A file: its path, and its bytes once loaded.
+    File(FileValue),
+}
+
+/// A file that a parameter names.
+#[derive(Clone, Debug, Default)]
+pub struct FileValue {
+    /// The path as written in the pipeline file. Empty for no file.
+    pub path: String,
+    /// The content of the file. `None` before loading.
+    pub bytes: Option<Arc<[u8]>>,
+}
+
+impl PartialEq for FileValue {
+    fn eq(&self, other: &Self) -> bool {
+        self.path == other.path && self.bytes == other.bytes
+    }
+}
+
+impl std::fmt::Display for Value {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Bool(v) => write!(f, "{v}"),
+            Self::Int(v) => write!(f, "{v}"),
+            Self::Float(v) => write!(f, "{v:?}"),
+            Self::Vector(v, n) => {
+                let parts: Vec<String> = v[..*n].iter().map(|x| format!("{x:?}")).collect();
+                write!(f, "({})", parts.join(", "))
+            }
+            Self::Choice(name) => write!(f, "{name}"),
+            Self::File(file) => write!(f, "{:?}", file.path),
+        }
+    }
+}
+
+/// One value of a choice.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ChoiceName {
+    /// The name in pipeline files.
+    pub name: &'static str,
+    /// Its meaning.
+    pub doc: &'static str,
+}
+
+/// The type of a parameter.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Type {
+    /// `true` or `false`.
+    Bool,
+    /// An integer.
+    Int,
+    /// A floating-point number.
+    Float,
+    /// A vector of this many numbers, two to four.
+    Vector(usize),
+    /// One of these names.
+    Choice(&'static [ChoiceName]),
+    /// The path of a file, relative to the pipeline file.
+    File,
+}
+
+impl Type {
+    /// The type in words, for error messages.
+    pub fn describe(self) -> String {
+        match self {
+            Self::Bool => "`true` or `false`".into(),
+            Self::Int => "a whole number".into(),
+            Self::Float => "a number".into(),
+            Self::Vector(n) => format!("{n} numbers in parentheses"),
+            Self::Choice(choices) => {
+                let names: Vec<String> = choices.iter().map(|c| format!("`{}`", c.name)).collect();
+                format!("one of {}", names.join(", "))
+            }
+            Self::File => "a file's path in quotes".into(),
+        }
+    }
+}
+
+/// The declaration of a parameter.
+#[derive(Clone, Debug)]
+pub struct Param {
+    /// The name in files, shaders and messages.
+    pub name: &'static str,
+    /// Its meaning, with the neutral value if there is one.
+    pub doc: String,
+    /// Its type.
+    pub ty: Type,
+    /// The value if a file sets none.
+    pub default: Value,
+    /// The smallest and the largest allowed number of each component.
+    pub domain: Option<(f64, f64)>,
+    /// The range of a slider. It lies within the domain.
+    pub usual: Option<(f64, f64)>,
+    /// The unit of its numbers. Empty for pure numbers.
+    pub unit: &'static str,
+    /// Whether a change needs a new plan. Otherwise a new uniform is enough.
+    pub replan: bool,
+    /// The value at which the parameter changes nothing, if there is one.
+    pub neutral: Option<Value>,
+    /// For an accuracy switch: its most accurate value and the alternatives.
+    pub quality: Option<Quality>,
+}
+
+/// An accuracy switch: its most accurate value, and cheaper ones from the most to the least accurate.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Quality {
+    /// The most accurate value.
+    pub exact: Value,
+    /// Cheaper values, the most accurate first.
+    pub cheaper: Vec<Value>,
+}
+
+impl Param {
+    /// A parameter without a domain. A change of a choice, an integer, a flag or a file needs a new plan.
+    pub fn new(name: &'static str, doc: &str, ty: Type, default: Value) -> Self {
+        let doc = doc.trim().to_owned();
+        let replan = matches!(ty, Type::Bool | Type::Int | Type::Choice(_) | Type::File);
+        Self { name, doc, ty, default, domain: None, usual: None, unit: "", replan, neutral: None, quality: None }
+    }
+
+    /// Sets the domain of each component. A value outside is an error in the file.
+    pub fn within(mut self, domain: RangeInclusive<f64>) -> Self {
+        self.domain = Some((*domain.start(), *domain.end()));
+        self
+    }
+
+    /// Sets the range of a slider.
+    pub fn usually(mut self, range: RangeInclusive<f64>) -> Self {
+        self.usual = Some((*range.start(), *range.end()));
+        self
+    }
+
+    /// Sets the unit.
+    pub fn unit(mut self, unit: &'static str) -> Self {
+        self.unit = unit;
+        self
+    }
+
+    /// Declares that a change needs a new plan although the type does not imply it.
+    pub fn replans(mut self) -> Self {
+        self.replan = true;
+        self
+    }
+
+    /// Declares that a change needs only a new uniform although the type implies a new plan.
+    pub fn live(mut self) -> Self {
+        self.replan = false;
+        self
+    }
+
+    /// Sets the value at which the parameter changes nothing.
+    pub fn neutral<T: ParamType>(mut self, value: T) -> Self {
+        self.neutral = Some(value.into_value());
+        self
+    }
+
+    /// Declares an accuracy switch: the most accurate value, then cheaper ones, the most accurate first.
+    pub fn quality<T: ParamType, const N: usize>(mut self, exact: T, cheaper: [T; N]) -> Self {
+        let cheaper = cheaper.into_iter().map(ParamType::into_value).collect();
+        self.quality = Some(Quality { exact: exact.into_value(), cheaper });
+        self
+    }
+
+    /// Checks that `value` has this type and is in the domain. The error is a message for the user.
+    pub fn accepts(&self, value: &Value) -> Result<(), String> {
+        let numbers: &[f64] = match (self.ty, value) {
+            (Type::Bool, Value::Bool(_)) | (Type::File, Value::File(_)) => return Ok(()),
+            (Type::Choice(choices), Value::Choice(name)) if choices.iter().any(|c| c.name == *name) => return Ok(()),
+            (Type::Int, Value::Int(v)) => &[*v as f64],
+            (Type::Float, Value::Float(v)) => &[*v],
+            (Type::Vector(n), Value::Vector(v, len)) if n == *len => &v[..n],
+            _ => return Err(format!("`{}` must be {}", self.name, self.ty.describe())),
+        };
+        if !numbers.iter().all(|x| x.is_finite()) {
+            return Err(format!("`{}` must be finite", self.name));
+        }
+        match self.domain {
+            Some((low, high)) if !numbers.iter().all(|x| (low..=high).contains(x)) => {
+                Err(format!("`{}` must be within {} and {}{}", self.name, low, high, self.unit_suffix()))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    fn unit_suffix(&self) -> String {
+        if self.unit.is_empty() { String::new() } else { format!(" {}", self.unit) }
+    }
+}
+
+/// A Rust type that a parameter can have.
+pub trait ParamType: Sized {
+    /// Its parameter type.
+    const TYPE: Type;
+    /// The value as written in files.
+    fn into_value(self) -> Value;
+    /// Converts a value of [`Self::TYPE`]. `None` for a value of another type.
+    fn from_value(value: &Value) -> Option<Self>;
+}
+
+macro_rules! param_type {
+    ($ty:ty, $type:expr, $pattern:pat => $read:expr, $me:ident => $write:expr) => {
+        impl ParamType for $ty {
+            const TYPE: Type = $type;
+            fn into_value(self) -> Value {
+                let $me = self;
+                $write
+            }
+            fn from_value(value: &Value) -> Option<Self> {
+                match value {
+                    $pattern => $read,
+                    _ => None,
+                }
+            }
+        }
+    };
+}
+
+// Floats are converted through their shortest decimal form, so that a default of 0.1f32 prints as 0.1.
+fn widen(x: f32) -> f64 {
+    x.to_string().parse().expect("a float's own text is a number")
+}
+
+fn widen_all<const N: usize>(v: [f32; N]) -> Value {
+    let mut all = [0.0; 4];
+    all.iter_mut().zip(v).for_each(|(to, x)| *to = widen(x));
+    Value::Vector(all, N)
+}
+
+fn narrow<const N: usize>(v: &[f64; 4]) -> [f32; N] {
+    std::array::from_fn(|i| v[i] as f32)
+}
+
+param_type!(bool, Type::Bool, Value::Bool(v) => Some(*v), me => Value::Bool(me));
+param_type!(u32, Type::Int, Value::Int(v) => u32::try_from(*v).ok(), me => Value::Int(i64::from(me)));
+param_type!(i32, Type::Int, Value::Int(v) => i32::try_from(*v).ok(), me => Value::Int(i64::from(me)));
+param_type!(f32, Type::Float, Value::Float(v) => Some(*v as f32), me => Value::Float(widen(me)));
+param_type!([f32; 2], Type::Vector(2), Value::Vector(v, 2) => Some(narrow(v)), me => widen_all(me));
+param_type!([f32; 3], Type::Vector(3), Value::Vector(v, 3) => Some(narrow(v)), me => widen_all(me));
+param_type!([f32; 4], Type::Vector(4), Value::Vector(v, 4) => Some(narrow(v)), me => widen_all(me));
+param_type!(FileValue, Type::File, Value::File(v) => Some(v.clone()), me => Value::File(me));

@@ -1,0 +1,173 @@
+//! The host's images: whether they suit the plan, and in which format an output is drawn into one.
+
+use afterimage_graph::node::{ImageId, Pass, Resource, Work};
+use afterimage_plan::Plan;
+use wgpu::{Device, Texture, TextureFormat, TextureUsages, TextureView};
+
+use super::Frame;
+use crate::GpuError;
+use crate::device::texture_format;
+use crate::pipelines::watched;
+
+/// Kinds of textures whose views are remembered to be drawn in a format: a host has few.
+const MOST_LOOKS: usize = 16;
+
+/// A name that the plan does not know is a slip, and its image would stay as it was.
+pub(super) fn check_names(plan: &Plan, frame: &Frame<'_>) -> Result<(), GpuError> {
+    let is_known = |name: &str| plan.outputs.iter().any(|output| output.name == name);
+    match frame.outputs.iter().find(|(name, _)| !is_known(name)) {
+        None => Ok(()),
+        Some((name, _)) => Err(GpuError::UnknownOutput {
+            name: (*name).to_owned(),
+            known: plan.outputs.iter().map(|output| format!("`{}`", output.name)).collect::<Vec<_>>().join(", "),
+        }),
+    }
+}
+
+pub(super) fn check_input(plan: &Plan, port: &str, image: ImageId, view: &TextureView) -> Result<(), GpuError> {
+    let texture = view.texture();
+    check_desc(plan, port, image, texture, texture.format() == texture_format(plan.format(image)))?;
+    if texture.usage().contains(TextureUsages::TEXTURE_BINDING) {
+        return Ok(());
+    }
+    Err(GpuError::UnfitImage { port: port.to_owned(), why: "its texture lacks the usage `TEXTURE_BINDING`".into() })
+}
+
+pub(super) fn check_output(plan: &Plan, port: &str, image: ImageId, view: &TextureView) -> Result<(), GpuError> {
+    let texture = view.texture();
+    let is_drawn = must_be_drawn(plan, image, texture);
+    // Not even trying is allowed with a format of depth.
+    let has_colour = !texture.format().is_depth_stencil_format();
+    check_desc(plan, port, image, texture, has_colour && (!is_drawn || can_be_drawn(plan, image)))?;
+    if !is_drawn || texture.usage().contains(TextureUsages::RENDER_ATTACHMENT) {
+        return Ok(());
+    }
+    let why = "its texture lacks the usage `RENDER_ATTACHMENT`, or `STORAGE_BINDING` in the planned format";
+    Err(GpuError::UnfitImage { port: port.to_owned(), why: why.into() })
+}
+
+/// No pass may read an image of the host's while it writes to it. `views` are those of the inputs, then of the outputs.
+pub(super) fn check_apart(plan: &Plan, views: &[TextureView]) -> Result<(), GpuError> {
+    let (inputs, outputs) = views.split_at(plan.inputs.len());
+    let is_whole = |texture: &Texture| texture.mip_level_count() == 1 && texture.depth_or_array_layers() == 1;
+    for (output, view) in plan.outputs.iter().zip(outputs) {
+        let same = |(_, given): &(_, &TextureView)| given.texture() == view.texture() && is_whole(view.texture());
+        for ((name, input), _) in plan.inputs.iter().zip(inputs).filter(same) {
+            let (read, written) = (Resource::Image(*input), Resource::Image(output.image));
+            let both = |pass: &&Pass| pass.reads().contains(&read) && pass.writes().contains(&written);
+            if let Some(pass) = plan.recording.passes.iter().find(both) {
+                let why = format!("it is the image of input `{name}`, which `{}` reads while it writes", pass.label);
+                return Err(GpuError::UnfitImage { port: output.name.clone(), why });
+            }
+        }
+    }
+    Ok(())
+}
+
+fn check_desc(plan: &Plan, port: &str, image: ImageId, texture: &Texture, suits: bool) -> Result<(), GpuError> {
+    let desc = plan.recording.image(image).desc;
+    if suits && (texture.width(), texture.height()) == (desc.size.width, desc.size.height) {
+        return Ok(());
+    }
+    let is_input = plan.inputs.iter().any(|(_, input)| *input == image);
+    let usage = if is_input || is_storable(texture) { "" } else { " without `STORAGE_BINDING`" };
+    Err(GpuError::WrongImage {
+        port: port.to_owned(),
+        given: format!("{}x{} {:?}{usage}", texture.width(), texture.height(), texture.format()),
+        planned: format!("{} {}", desc.size, desc.format.name()),
+    })
+}
+
+/// Whether passes cannot store to the host's image for an output: it has another format, or is not made for it.
+pub(super) fn must_be_drawn(plan: &Plan, image: ImageId, texture: &Texture) -> bool {
+    texture.format() != texture_format(plan.format(image)) || !is_storable(texture)
+}
+
+fn is_storable(texture: &Texture) -> bool {
+    texture.usage().contains(TextureUsages::STORAGE_BINDING)
+}
+
+/// Whether kernel functions make the image: whole kernels store, and cannot draw.
+fn can_be_drawn(plan: &Plan, image: ImageId) -> bool {
+    plan.recording.passes.iter().any(|pass| matches!(pass.work, Work::Steps { result, .. } if result == image))
+}
+
+/// What can be seen of a texture. Of a view nothing can, so what it is drawn in is found by trying.
+#[derive(Clone, Copy, PartialEq)]
+struct Look {
+    format: TextureFormat,
+    usage: TextureUsages,
+    samples: u32,
+    levels: u32,
+    layers: u32,
+}
+
+impl Look {
+    fn of(texture: &Texture) -> Self {
+        Self {
+            format: texture.format(),
+            usage: texture.usage(),
+            samples: texture.sample_count(),
+            levels: texture.mip_level_count(),
+            layers: texture.depth_or_array_layers(),
+        }
+    }
+}
+
+/// The formats that views of the host have turned out to have.
+#[derive(Default)]
+pub(super) struct Formats {
+    known: Vec<(Look, TextureFormat)>,
+}
+
+impl Formats {
+    /// The format of a view that is drawn to: the texture's own, or the same with or without sRGB, which hosts like for their swap chains.
+    pub(super) fn of(&mut self, device: &Device, port: &str, view: &TextureView) -> Result<TextureFormat, GpuError> {
+        let look = Look::of(view.texture());
+        if let Some((_, format)) = self.known.iter().find(|(known, _)| *known == look) {
+            return Ok(*format);
+        }
+        let attempt = |format| draw_nothing(device, port, view, format);
+        let format = match (attempt(look.format), other_encoding(look.format)) {
+            (Ok(()), _) => look.format,
+            (Err(_), Some(other)) if attempt(other).is_ok() => other,
+            (Err(refused), _) => return Err(refused),
+        };
+        if self.known.len() == MOST_LOOKS {
+            self.known.remove(0);
+        }
+        self.known.push((look, format));
+        Ok(format)
+    }
+}
+
+fn other_encoding(format: TextureFormat) -> Option<TextureFormat> {
+    [format.add_srgb_suffix(), format.remove_srgb_suffix()].into_iter().find(|other| *other != format)
+}
+
+/// A draw of nothing into the view, which is never submitted: the device says whether it would do.
+fn draw_nothing(device: &Device, port: &str, view: &TextureView, format: TextureFormat) -> Result<(), GpuError> {
+    watched(device, &format!("the image given for `{port}`"), || {
+        let bundle = device.create_render_bundle_encoder(&wgpu::RenderBundleEncoderDescriptor {
+            color_formats: &[Some(format)],
+            sample_count: 1,
+            ..Default::default()
+        });
+        let bundle = bundle.finish(&Default::default());
+        let mut encoder = device.create_command_encoder(&Default::default());
+        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: None,
+            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+                view,
+                depth_slice: None,
+                resolve_target: None,
+                ops: wgpu::Operations { load: wgpu::LoadOp::Load, store: wgpu::StoreOp::Store },
+            })],
+            ..Default::default()
+        });
+        pass.execute_bundles([&bundle]);
+        drop(pass);
+        drop(encoder.finish());
+        Ok(())
+    })
+}

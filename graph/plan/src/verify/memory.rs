@@ -1,0 +1,143 @@
+//! Memory: no two live images share any, everything has its place, and every change of hands is stated.
+
+use std::collections::BTreeSet;
+use std::ops::Range;
+
+use super::{Faults, Walk};
+use crate::{Alias, Lifetime};
+use afterimage_graph::node::{ImageId, Origin};
+
+pub(crate) fn check(walk: &Walk<'_>, faults: &mut Faults) {
+    check_lifetimes(walk, faults);
+    check_places(walk, faults);
+    let heap = replay(walk, &extents(walk, Alias::Placed), "the heap", faults);
+    let pool = replay(walk, &extents(walk, Alias::Pool), "the pool", faults);
+    match walk.plan.options.alias {
+        Alias::Placed => check_hand_overs(walk, &heap, faults),
+        Alias::Pool => check_hand_overs(walk, &pool, faults),
+        Alias::None => {
+            check_hand_overs(walk, &vec![BTreeSet::new(); walk.images.len()], faults);
+            for (image, before) in pool.iter().enumerate().filter(|(_, before)| !before.is_empty()) {
+                let others: Vec<&str> = before.iter().map(|other| walk.images[*other].as_str()).collect();
+                faults.add(format!("`{}` shares a texture with `{}`", walk.images[image], others.join("`, `")));
+            }
+        }
+    }
+}
+
+/// Whether the image leaves the frame: an output, or the present of a history.
+fn leaves(walk: &Walk<'_>, image: usize) -> bool {
+    let is = |id: ImageId| id.0 as usize == image;
+    walk.plan.outputs.iter().any(|output| is(output.image))
+        || walk.plan.recording.images.iter().any(|other| matches!(other.origin, Origin::Previous { of, .. } if is(of)))
+}
+
+fn check_lifetimes(walk: &Walk<'_>, faults: &mut Faults) {
+    for (image, (stated, span)) in walk.plan.lifetimes.iter().zip(&walk.spans).enumerate() {
+        let end = |last: usize| if leaves(walk, image) { walk.plan.batches.len() } else { last };
+        let found = span.map(|(first, last)| Lifetime { first, last: end(last) });
+        if *stated != found {
+            faults.add(format!("`{}` lives {found:?}, but the plan says {stated:?}", walk.images[image]));
+        }
+    }
+}
+
+fn check_places(walk: &Walk<'_>, faults: &mut Faults) {
+    let memory = &walk.plan.memory;
+    for (image, virtual_image) in walk.plan.recording.images.iter().enumerate() {
+        let shares = virtual_image.origin == Origin::Transient && walk.spans[image].is_some() && !leaves(walk, image);
+        let (offset, slot, wants) = (memory.offset_of[image], memory.slot_of[image], memory.requirement_of[image]);
+        let name = &walk.images[image];
+        if [offset.is_some(), slot.is_some(), wants.is_some()] != [shares; 3] {
+            let has = if shares { "is a transient without" } else { "is not a transient of this frame, but has" };
+            faults.add(format!("`{name}` {has} a place in the shared memory"));
+        }
+        let (Some(offset), Some(slot), Some(wants)) = (offset, slot, wants) else { continue };
+        if offset % wants.alignment != 0 {
+            faults.add(format!("`{name}` lies at {offset}, which is no multiple of {}", wants.alignment));
+        }
+        if offset + wants.bytes > memory.heap {
+            faults.add(format!("`{name}` ends at {}, beyond the heap of {}", offset + wants.bytes, memory.heap));
+        }
+        if memory.slots.get(slot as usize).is_none_or(|texture| texture.desc != virtual_image.desc) {
+            faults.add(format!("`{name}` takes a turn in slot {slot}, whose texture is not like it"));
+        }
+    }
+}
+
+/// The memory of each image: bytes of the heap, or a texture of the pool.
+fn extents(walk: &Walk<'_>, alias: Alias) -> Vec<Option<Range<u64>>> {
+    let memory = &walk.plan.memory;
+    let extent = |image: usize| match alias {
+        Alias::Placed => {
+            let start = memory.offset_of[image]?;
+            memory.requirement_of[image].map(|wants| start..start + wants.bytes)
+        }
+        _ => memory.slot_of[image].map(|slot| u64::from(slot)..u64::from(slot) + 1),
+    };
+    (0..walk.images.len()).map(extent).collect()
+}
+
+/// Lets every image move in at the first batch of its life, and returns for each the images that it finds there. Memory is cut at every end
+/// of every image; whoever moves in must find each piece empty or left.
+fn replay(walk: &Walk<'_>, extents: &[Option<Range<u64>>], place: &str, faults: &mut Faults) -> Vec<BTreeSet<usize>> {
+    let mut cuts: Vec<u64> = extents.iter().flatten().flat_map(|extent| [extent.start, extent.end]).collect();
+    cuts.sort_unstable();
+    cuts.dedup();
+    let mut pieces: Vec<Vec<usize>> = vec![Vec::new(); cuts.len()];
+    let mut found = vec![BTreeSet::new(); extents.len()];
+    let mut arrivals: Vec<(usize, usize)> =
+        walk.spans.iter().enumerate().filter_map(|(i, s)| Some(((*s)?.0, i))).collect();
+    arrivals.sort_unstable();
+    let last_of = |image: usize| walk.spans[image].map_or(0, |(_, last)| last);
+    for (first, image) in arrivals {
+        let Some(extent) = &extents[image] else { continue };
+        let range = cuts.partition_point(|cut| *cut < extent.start)..cuts.partition_point(|cut| *cut < extent.end);
+        for piece in &mut pieces[range] {
+            found[image].extend(piece.iter().copied());
+            piece.retain(|other| last_of(*other) >= first);
+            piece.push(image);
+        }
+        for other in &found[image] {
+            let last = last_of(*other);
+            if last >= first {
+                let (name, other) = (&walk.images[image], &walk.images[*other]);
+                faults.add(format!(
+                    "`{name}` begins in batch {first} in {place} where `{other}` lives until batch {last}"
+                ));
+            }
+        }
+    }
+    found
+}
+
+/// Every image that finds others in its memory is touched before its first batch, and the plan knows whom it follows.
+fn check_hand_overs(walk: &Walk<'_>, found: &[BTreeSet<usize>], faults: &mut Faults) {
+    let mut stated = vec![None; found.len()];
+    for (batch, barriers) in walk.plan.barriers.iter().enumerate() {
+        for hand_over in &barriers.aliasing {
+            let residents: BTreeSet<usize> = hand_over.residents.iter().map(|resident| resident.0 as usize).collect();
+            stated[hand_over.image.0 as usize] = Some((batch, residents));
+        }
+    }
+    for (image, (found, stated)) in found.iter().zip(&stated).enumerate() {
+        let first = walk.spans[image].map_or(0, |(first, _)| first);
+        let names = |images: &BTreeSet<usize>| {
+            images.iter().map(|image| format!("`{}`", walk.images[*image])).collect::<Vec<String>>().join(", ")
+        };
+        match stated {
+            Some((batch, residents)) if *batch != first || residents != found => faults.add(format!(
+                "`{}` takes over the memory of {} in batch {first}, but the plan says of {} in batch {batch}",
+                walk.images[image],
+                names(found),
+                names(residents)
+            )),
+            None if !found.is_empty() => faults.add(format!(
+                "`{}` takes over the memory of {} in batch {first} and nothing separates them",
+                walk.images[image],
+                names(found)
+            )),
+            _ => {}
+        }
+    }
+}

@@ -1,0 +1,87 @@
+//! States: before every batch a barrier has brought each image and buffer to the use that the batch makes of it.
+
+use std::collections::BTreeMap;
+
+use super::{Access, Faults, Walk};
+use crate::{Stage, Transition, Use};
+use afterimage_graph::node::{BufferLife, Origin, Resource, Work};
+
+pub(crate) fn check(walk: &Walk<'_>, faults: &mut Faults) {
+    let mut states: BTreeMap<Resource, Use> = BTreeMap::new();
+    for (batch, passes) in walk.plan.batches.iter().enumerate() {
+        let mut wants: BTreeMap<Resource, Use> = BTreeMap::new();
+        for pass in passes.clone() {
+            for access in &walk.accesses[pass] {
+                wants.insert(access.resource, wanted(walk, pass, *access));
+            }
+        }
+        let place = format!("batch {batch}");
+        check_batch(walk, &place, &wants, &walk.plan.barriers[batch].transitions, &mut states, faults);
+    }
+    let outputs = walk.plan.outputs.iter().map(|output| (Resource::Image(output.image), Use::Host)).collect();
+    check_batch(walk, "the end of the frame", &outputs, &walk.plan.exports, &mut states, faults);
+}
+
+fn check_batch(
+    walk: &Walk<'_>,
+    place: &str,
+    wants: &BTreeMap<Resource, Use>,
+    batch: &[Transition],
+    states: &mut BTreeMap<Resource, Use>,
+    faults: &mut Faults,
+) {
+    let mut given: BTreeMap<Resource, &Transition> = BTreeMap::new();
+    for transition in batch {
+        let name = walk.name(transition.resource);
+        if given.insert(transition.resource, transition).is_some() {
+            faults.add(format!("two barriers before {place} change `{name}`"));
+        }
+        if !wants.contains_key(&transition.resource) {
+            faults.add(format!("a barrier before {place} changes `{name}`, which is not used there"));
+        }
+    }
+    for (resource, wanted) in wants {
+        let name = walk.name(*resource);
+        let state = states.get(resource).copied().unwrap_or_else(|| at_first(walk, *resource));
+        match given.get(resource) {
+            Some(t) if (t.from, t.to) == (state, *wanted) => {}
+            Some(Transition { from, to, .. }) => faults.add(format!(
+                "the barrier before {place} takes `{name}` from {from:?} to {to:?}, but it must go from {state:?} to {wanted:?}"
+            )),
+            None if state == *wanted && !changes(*wanted) => {}
+            None => faults.add(format!("{place} uses `{name}` as {wanted:?}, but no barrier orders that after {state:?}")),
+        }
+        states.insert(*resource, *wanted);
+    }
+}
+
+fn wanted(walk: &Walk<'_>, pass: usize, access: Access) -> Use {
+    let draws = walk.plan.stages[pass] == Stage::Fragment
+        && matches!(walk.plan.recording.passes[pass].work, Work::Steps { .. });
+    match (access.writes, access.resource) {
+        (false, _) => Use::Read,
+        (true, Resource::Buffer(_)) => Use::StorageReadWrite,
+        (true, Resource::Image(_)) if draws => Use::ColorAttachment,
+        (true, Resource::Image(_)) => Use::StorageWrite,
+    }
+}
+
+fn changes(use_: Use) -> bool {
+    use_ != Use::Read && use_ != Use::Host
+}
+
+fn at_first(walk: &Walk<'_>, resource: Resource) -> Use {
+    let recording = &walk.plan.recording;
+    match resource {
+        Resource::Image(image) => match recording.image(image).origin {
+            Origin::Transient => Use::Undefined,
+            Origin::Previous { .. } => Use::Earlier,
+            Origin::Input(_) | Origin::Constant(_) => Use::Host,
+        },
+        Resource::Buffer(buffer) => match recording.buffer(buffer).life {
+            BufferLife::Frame => Use::Undefined,
+            BufferLife::Persistent => Use::Earlier,
+            BufferLife::Zeroed | BufferLife::Constant(_) => Use::Host,
+        },
+    }
+}

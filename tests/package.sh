@@ -1,0 +1,9 @@
+#!/usr/bin/env bash
+# Packages each library crate and builds it from its package alone, as a user of a registry would.
+# Arguments go to cargo: `tests/package.sh --offline --allow-dirty`. `--no-verify` packages without a build.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+# All members but the program and what only tests need: a new crate is packaged unless it is listed here.
+unpublished=(afterimage halftone afterimage-fuzz afterimage-tidy afterimage-tests)
+cargo package --workspace "${unpublished[@]/#/--exclude=}" "$@"

@@ -1,0 +1,30 @@
+//! House rules of the workspace, and figures of its structure. Reads source text; builds nothing and needs no GPU.
+//!
+//! `cargo test -p afterimage-tidy` applies the rules. `cargo run -p afterimage-tidy -- help` lists the figures.
+//!
+//! | module | question |
+//! |---|---|
+//! | [`layers`] | do the dependencies of the crates follow the layers? |
+//! | [`imports`], [`cycles`] | which file uses which, and is there a cycle? |
+//! | [`files`] | length, width and header of each file |
+//! | [`functions`] | how long are the functions? |
+//! | [`words`] | does a word occur that the glossary replaces? |
+//! | [`flows`] | through which files does a task go? |
+//! | [`packages`] | can a library crate be built from its own files? |
+//! | [`lines`] | how much code is there? |
+
+pub mod cycles;
+pub mod files;
+pub mod flows;
+pub mod functions;
+pub mod imports;
+pub mod layers;
+pub mod lines;
+pub mod modules;
+pub mod packages;
+mod paths;
+pub mod revision;
+mod scopes;
+pub mod tokens;
+pub mod words;
+pub mod workspace;

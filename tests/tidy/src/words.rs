@@ -1,0 +1,94 @@
+//! Words that the glossary replaces.
+
+use std::path::{Path, PathBuf};
+
+use crate::files;
+use crate::workspace::{Workspace, files_in, read};
+
+/// The list of `tests/tidy/words.txt`.
+#[derive(Debug, Default)]
+pub struct Words {
+    /// Words that must not occur, with what replaces them.
+    pub replaced: Vec<(String, String)>,
+    /// Words that still occur.
+    pub pending: Vec<(String, String)>,
+}
+
+impl Words {
+    /// The list of this crate.
+    pub fn this() -> Self {
+        Self::parse(&read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("words.txt")))
+    }
+
+    /// Reads a list.
+    ///
+    /// # Panics
+    ///
+    /// Panics at a line that is neither `OLD -> NEW` nor `pending` nor a comment.
+    pub fn parse(text: &str) -> Self {
+        let mut words = Self::default();
+        let mut list = &mut words.replaced;
+        for line in text.lines().filter(|line| !line.starts_with('#')) {
+            match line.split_once(" -> ") {
+                Some((old, new)) => list.push((old.to_owned(), new.to_owned())),
+                None if line == "pending" => list = &mut words.pending,
+                None => panic!("`{line}` is no `OLD -> NEW`"),
+            }
+        }
+        words
+    }
+}
+
+/// Where the words of a list occur: `file:line: word, replacement`.
+pub fn violations(workspace: &Workspace, words: &[(String, String)]) -> Vec<String> {
+    let files = searched(workspace);
+    files.iter().flat_map(|file| in_text(workspace.short(file), &read(file), words)).collect()
+}
+
+/// The files that are searched: code of the product, shaders, pipelines and documents.
+fn searched(workspace: &Workspace) -> Vec<PathBuf> {
+    let mut files = files::of_product(workspace);
+    files.push(workspace.root.join("README.md"));
+    for folder in ["graph", "nodes", "pipelines", "shaders"] {
+        files.extend(files_in(&workspace.root.join(folder), &["md", "ron"]));
+    }
+    files
+}
+
+fn in_text(file: &Path, text: &str, words: &[(String, String)]) -> Vec<String> {
+    let in_line = |(number, line): (usize, &str)| {
+        let found = words.iter().filter(|(old, _)| occurs(line, old));
+        found.map(|(old, new)| format!("{}:{}: `{old}`, now {new}", file.display(), number + 1)).collect::<Vec<_>>()
+    };
+    text.lines().enumerate().flat_map(in_line).collect()
+}
+
+/// Whether a line holds the word, with no character of an identifier that touches an identifier in the word.
+fn occurs(line: &str, word: &str) -> bool {
+    let is_exact = word.contains(|character: char| character.is_uppercase() || character == '_');
+    let line = if is_exact { line.to_owned() } else { line.to_lowercase() };
+    line.match_indices(word).any(|(at, _)| {
+        let ends = [line[..at].chars().next_back(), word.chars().next()];
+        let begins = [word.chars().next_back(), line[at + word.len()..].chars().next()];
+        ![ends, begins].iter().any(|pair| pair.iter().all(|character| character.is_some_and(is_identifier)))
+    })
+}
+
+fn is_identifier(character: char) -> bool {
+    character.is_alphanumeric() || character == '_'
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn old_words_are_found_whole() {
+        let words = Words::parse("# Comment\nOldName -> NewName\ntake turns -> share\npending\nOld:: -> New\n");
+        let text = "let x = OldName::None;\n// Images TAKE TURNS in\nlet OldNames = oldname(Unold::A, Old);\nOld::B\n";
+        let expected =
+            ["a.rs:1: `OldName`, now NewName", "a.rs:2: `take turns`, now share", "a.rs:4: `Old::`, now New"];
+        let all = [words.replaced, words.pending].concat();
+        assert_eq!(in_text(Path::new("a.rs"), text, &all), expected);
+    }
+}

@@ -1,0 +1,60 @@
+//! The house rules, applied to the workspace.
+#![allow(missing_docs, reason = "a test binary has no outside")]
+
+use afterimage_tidy::cycles::{cycles, describe};
+use afterimage_tidy::flows::Flow;
+use afterimage_tidy::modules::Tree;
+use afterimage_tidy::words::Words;
+use afterimage_tidy::workspace::{Crate, Workspace, files_in, read};
+use afterimage_tidy::{files, functions, layers, packages, words};
+
+#[track_caller]
+fn assert_none(violations: &[String]) {
+    assert!(violations.is_empty(), "{} violations\n{}", violations.len(), violations.join("\n"));
+}
+
+#[test]
+fn dependencies_follow_the_layers() {
+    assert_none(&layers::violations(&Workspace::this().product().collect::<Vec<_>>()));
+}
+
+#[test]
+fn library_crates_can_be_packaged() {
+    assert_none(&packages::violations(&Workspace::this().product().collect::<Vec<_>>()));
+}
+
+#[test]
+fn imports_have_no_cycle() {
+    let workspace = Workspace::this();
+    let roots = workspace.product().flat_map(|member| &member.roots);
+    let found: Vec<String> = roots.flat_map(|root| cycles(&Tree::of(root))).map(|cycle| describe(&cycle)).collect();
+    assert_none(&found);
+}
+
+#[test]
+fn files_are_short_narrow_and_described() {
+    let workspace = Workspace::this();
+    assert_none(&files::violations(&workspace, &files::of_product(&workspace)));
+}
+
+#[test]
+fn functions_are_short() {
+    let of_crate = |member: &Crate| functions::violations(&member.name, &functions::of_crate(member));
+    assert_none(&Workspace::this().product().flat_map(of_crate).collect::<Vec<_>>());
+}
+
+#[test]
+fn old_words_are_gone() {
+    assert_none(&words::violations(&Workspace::this(), &Words::this().replaced));
+}
+
+#[test]
+fn flows_are_as_written_and_short() {
+    let root = Workspace::this().root;
+    let folder = root.join("tests/tidy/flows");
+    let mut flows = files_in(&folder, &["txt"]);
+    // Subfolders hold the flows of earlier revisions.
+    flows.retain(|file| file.parent() == Some(&folder));
+    let of_file = |file: &std::path::PathBuf| Flow::parse(&read(file)).violations(&root);
+    assert_none(&flows.iter().flat_map(of_file).collect::<Vec<_>>());
+}
