@@ -7,7 +7,7 @@ use afterimage_lab::bench::{self, BenchOptions};
 use afterimage_media::write_atomic;
 
 use crate::args::BenchArgs;
-use crate::cache::keep_calibration;
+use crate::cache::{keep_calibration, keep_pipeline_data, pipelines};
 use crate::device::{open, options_on};
 use crate::failure::Failure;
 use crate::pipeline::{PipelineFile, facts, plan_options, registry};
@@ -35,6 +35,7 @@ pub(crate) fn run(args: &BenchArgs, tables: &[&[NodeKind]]) -> Result<(), Failur
         options: options_on(&gpu, plan_options(&args.plan), &args.device.arithmetic),
     };
     let report = bench::bench(&gpu, &registry, &path.display().to_string(), &load, &options)?;
+    keep_pipeline_data(&gpu, &report.pipelines, &pipelines(&gpu));
     say(&report.to_string());
     if let Some(file) = &args.json {
         write_atomic(file, &serde_json::to_vec_pretty(&report).expect("names and finite numbers are JSON"))?;

@@ -43,11 +43,18 @@ pub(crate) fn pipelines(gpu: &Gpu) -> Vec<u8> {
         .unwrap_or_default()
 }
 
-/// Stores the driver's pipelines for the next run, if there are others than `known`.
+/// Stores the driver's pipelines of a session for the next run, if there are others than `known`.
 pub(crate) fn keep_pipelines(session: &mut Session, known: &[u8]) {
-    let Some(path) = pipelines_file(session.gpu()) else { return };
-    let Some(bytes) = session.executor().pipeline_cache_data().filter(|bytes| bytes != known) else { return };
-    keep(&path, &bytes);
+    let bytes = session.executor().pipeline_cache_data().unwrap_or_default();
+    keep_pipeline_data(session.gpu(), &bytes, known);
+}
+
+/// Stores the driver's pipelines for the next run, if there are others than `known`.
+pub(crate) fn keep_pipeline_data(gpu: &Gpu, bytes: &[u8], known: &[u8]) {
+    match pipelines_file(gpu) {
+        Some(path) if !bytes.is_empty() && bytes != known => keep(&path, bytes),
+        _ => {}
+    }
 }
 
 fn keep(path: &std::path::Path, bytes: &[u8]) {

@@ -98,6 +98,7 @@ impl Bench<'_> {
         let host = self.host_times()?;
         let copy_gbps = copy::bandwidth(self.gpu, &clock)?;
         let pass_times = self.pass_times(&clock)?;
+        let pipelines = self.session.executor().pipeline_cache_data().unwrap_or_default();
         let plan = self.session.plan();
         let info = self.gpu.adapter.get_info();
         Ok(BenchReport {
@@ -116,6 +117,7 @@ impl Bench<'_> {
             memory: plan.memory.placed + plan.memory.kept,
             first_frame_ms: first_frame,
             baseline,
+            pipelines,
             passes: passes(plan, &pass_times, copy_gbps),
         })
     }

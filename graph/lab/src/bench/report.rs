@@ -40,6 +40,9 @@ pub struct BenchReport {
     pub first_frame_ms: FirstFrame,
     /// The chains written by hand, if the pipeline is the one that they implement.
     pub baseline: Option<BaselineReport>,
+    /// The driver's pipelines, for the next run of the program; empty if the device has no cache.
+    #[serde(skip)]
+    pub pipelines: Vec<u8>,
     /// The split by passes. These times do not overlap, so their sum is more than the frame.
     pub passes: Vec<PassReport>,
 }
