@@ -35,8 +35,9 @@ choices! {
 }
 
 params! {
-    /// Makes a pyramid. The first level is half the size of the source, and each further level half the size of the
-    /// previous one, rounded down and at least 1.
+    /// Makes a pyramid of images, each half the size of the previous one.
+    ///
+    /// The first level is half the size of the source. Sizes are rounded down and at least 1.
     ///
     /// The weights of every filter sum to 1, so a constant image stays the same on every level. Alpha is filtered like
     /// colour. Reads beyond the border return the border.

@@ -6,8 +6,10 @@ use glam::{DMat3, DVec3};
 static SHADER: Shader = shader!("purkinje");
 
 params! {
-    /// The Purkinje shift by a model of rods and cones. In dim light the rods add to the signals of the cones: the
-    /// image turns blue, dark reds disappear and differences of hue fade.
+    /// Simulates night vision by a model of rods and cones: the Purkinje shift.
+    ///
+    /// In dim light the rods add to the signals of the cones: the image turns blue, dark reds disappear and differences
+    /// of hue fade.
     ///
     /// The model is that of Cao, Pokorny and Smith (2008) with the regulation of Kirk and O'Brien (2011), as used in
     /// games by Patry (2021). Cone responses are those of linear Rec.709 under D65. It is the identity at 10 lux and
