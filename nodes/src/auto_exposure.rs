@@ -23,7 +23,7 @@ params! {
     /// a percentile divides counts in part. Equal or swapped percentiles give the quantile `low`. If no pixel was
     /// counted, the last exposure is kept, or 0 stops if there is none. The first frame, and the first frame after a
     /// reset, use the target at once. An exposure within 1/1024 stop of a constant target becomes equal to it. A time
-    /// step that is zero, negative or not finite changes nothing. A very long time step reaches the target and never
+    /// step that is zero, negative or NaN changes nothing. A very long time step reaches the target and never
     /// overshoots. Nothing is read back from the device, and sums have a fixed order, so equal frames give equal bits.
     ///
     /// Between two frames the target is taken to move on a straight line, from the target of the previous frame to that

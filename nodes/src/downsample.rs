@@ -45,8 +45,10 @@ params! {
         /// Number of levels. A small source has fewer: halving ends at one texel.
         pub levels: u32 = 6 => within(1.0..=16.0), usually(2.0..=8.0);
         /// The filter of each halving.
-        pub filter: DownsampleFilter = DownsampleFilter::Tap13
-            => quality(DownsampleFilter::Tap13, [DownsampleFilter::Tap9, DownsampleFilter::Tap4, DownsampleFilter::Box]);
+        pub filter: DownsampleFilter = DownsampleFilter::Tap13 => quality(
+            DownsampleFilter::Tap13,
+            [DownsampleFilter::Tap9, DownsampleFilter::Tap4, DownsampleFilter::Box]
+        );
         /// How the first halving limits single very bright pixels. Brightness is the largest channel.
         pub firefly: Firefly = Firefly::Off => neutral(Firefly::Off);
     }
