@@ -87,7 +87,7 @@ fn darkness(lux: f32) -> f64 {
 }
 
 /// Whether a kind that acts only in dim light is the identity.
-pub(crate) fn acts_not(strength: f32, illuminance: f32, arrivals: &Arrivals) -> bool {
+pub(crate) fn has_no_effect(strength: f32, illuminance: f32, arrivals: &Arrivals) -> bool {
     let bright = illuminance >= PHOTOPIC_LUX && arrivals.is_absent("meter");
     strength == 0.0 || bright || arrivals.is_zero("source")
 }
@@ -106,7 +106,7 @@ impl Node for Purkinje {
     const FALLBACK: Fallback = Fallback::Input("source");
 
     fn identity(&self, arrivals: &Arrivals) -> Option<Fallback> {
-        acts_not(self.strength, self.illuminance, arrivals).then_some(Self::FALLBACK)
+        has_no_effect(self.strength, self.illuminance, arrivals).then_some(Self::FALLBACK)
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {
