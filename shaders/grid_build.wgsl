@@ -1,10 +1,10 @@
-// A bilateral grid (Chen, Paris and Durand, "Real-time Edge-Aware Image Processing with the Bilateral Grid", 2007) over x, y and
-// log2 luminance. One workgroup gathers one column of cells: it reads the pixels under the column, adds them up in its own
-// memory in fixed point, and stores the column. Integer additions commute, so the result does not depend on any order, and no
-// other workgroup writes these cells.
+// A bilateral grid (Chen, Paris and Durand, "Real-time Edge-Aware Image Processing with the Bilateral Grid", 2007) over
+// x, y and log2 luminance. One workgroup computes one column of cells: it reads the pixels under the column, sums them
+// in workgroup memory in fixed point, and stores the column. Integer additions commute, so the result does not depend
+// on their order, and no other workgroup writes these cells.
 #import cells
 #import color
-#import picks
+#import stride
 
 struct GridBuild {
     lo: f32,
@@ -12,19 +12,19 @@ struct GridBuild {
     stops: f32,
     size: vec3u,
     bins_per_stop: f32,
-    // Steps of the fixed point in 1, chosen so that no sum can overflow.
+    // Steps of the fixed point per unit, such that no sum overflows.
     unit: f32,
-    // From fixed-point sums to what is stored.
+    // Factor from fixed-point sums to stored values.
     share: f32,
     step: u32,
 }
 
-const GRID_BUILD_LANES: u32 = 256u;
+const GRID_BUILD_INVOCATIONS: u32 = 256u;
 const GRID_BUILD_MOST_BINS: u32 = 256u;
 
 @group(0) @binding(0) var<uniform> params: GridBuild;
 @group(0) @binding(1) var source: texture_2d<f32>;
-// Stops in x, added to `stops`; zero where nothing is metered.
+// Stops in x, added to `stops`. Zero without a meter.
 @group(0) @binding(2) var<storage, read> exposure: array<vec4f>;
 // Sum of (log2 luminance - lo), sum of weights, lo, hi.
 @group(0) @binding(3) var result: texture_storage_3d<rgba16float, write>;
@@ -32,17 +32,17 @@ const GRID_BUILD_MOST_BINS: u32 = 256u;
 var<workgroup> grid_build_sums: array<atomic<u32>, GRID_BUILD_MOST_BINS>;
 var<workgroup> grid_build_weights: array<atomic<u32>, GRID_BUILD_MOST_BINS>;
 
-fn grid_build_clear(lane: u32, lanes: u32) {
-    for (var bin = lane; bin < params.size.z; bin += lanes) {
+fn grid_build_clear(invocation: u32, invocations: u32) {
+    for (var bin = invocation; bin < params.size.z; bin += invocations) {
         atomicStore(&grid_build_sums[bin], 0u);
         atomicStore(&grid_build_weights[bin], 0u);
     }
     workgroupBarrier();
 }
 
-fn grid_build_store(column: vec2u, lane: u32, lanes: u32) {
+fn grid_build_store(column: vec2u, invocation: u32, invocations: u32) {
     workgroupBarrier();
-    for (var bin = lane; bin < params.size.z; bin += lanes) {
+    for (var bin = invocation; bin < params.size.z; bin += invocations) {
         let sum = f32(atomicLoad(&grid_build_sums[bin])) * params.share;
         let weight = f32(atomicLoad(&grid_build_weights[bin])) * params.share;
         textureStore(result, vec3u(column, bin), vec4f(sum, weight, params.lo, params.hi));
@@ -65,41 +65,42 @@ fn grid_build_add(bin: u32, weight: f32, level: f32) {
 }
 
 @compute @workgroup_size(256)
-fn grid_build_nearest(@builtin(workgroup_id) column: vec3u, @builtin(local_invocation_index) lane: u32) {
-    grid_build_clear(lane, GRID_BUILD_LANES);
+fn grid_build_nearest(@builtin(workgroup_id) column: vec3u, @builtin(local_invocation_index) invocation: u32) {
+    grid_build_clear(invocation, GRID_BUILD_INVOCATIONS);
     let size = textureDimensions(source);
-    let pixels = picked_size(size, params.step);
+    let pixels = stride_size(size, params.step);
     let first = cell_first(column.xy, pixels, params.size.xy);
     let extent = cell_first(column.xy + 1u, pixels, params.size.xy) - first;
-    for (var i = lane; i < extent.x * extent.y; i += GRID_BUILD_LANES) {
-        let level = grid_build_level(texel(source, picked_pixel(first + vec2u(i % extent.x, i / extent.x), size, params.step)));
+    for (var i = invocation; i < extent.x * extent.y; i += GRID_BUILD_INVOCATIONS) {
+        let pixel = stride_pixel(first + vec2u(i % extent.x, i / extent.x), size, params.step);
+        let level = grid_build_level(texel(source, pixel));
         grid_build_add(grid_build_bin(level), 1.0, level);
     }
-    grid_build_store(column.xy, lane, GRID_BUILD_LANES);
+    grid_build_store(column.xy, invocation, GRID_BUILD_INVOCATIONS);
 }
 
 @compute @workgroup_size(256)
-fn grid_build_trilinear(@builtin(workgroup_id) column: vec3u, @builtin(local_invocation_index) lane: u32) {
-    grid_build_clear(lane, GRID_BUILD_LANES);
+fn grid_build_trilinear(@builtin(workgroup_id) column: vec3u, @builtin(local_invocation_index) invocation: u32) {
+    grid_build_clear(invocation, GRID_BUILD_INVOCATIONS);
     let size = textureDimensions(source);
-    let pixels = picked_size(size, params.step);
+    let pixels = stride_size(size, params.step);
     let cells = params.size.xy;
-    // All pixels from the middle of the cell before to the middle of the one after; more do no harm, as they weigh nothing.
+    // All pixels between the centres of the neighbouring cells. Pixels outside have the weight 0.
     let first = cell_first(max(column.xy, vec2u(1u)) - 1u, pixels, cells);
     let extent = cell_first(min(column.xy + 2u, cells), pixels, cells) - first;
-    for (var i = lane; i < extent.x * extent.y; i += GRID_BUILD_LANES) {
+    for (var i = invocation; i < extent.x * extent.y; i += GRID_BUILD_INVOCATIONS) {
         let pixel = first + vec2u(i % extent.x, i / extent.x);
         let place = clamp((vec2f(pixel) + 0.5) / vec2f(pixels) * vec2f(cells) - 0.5, vec2f(0.0), vec2f(cells - 1u));
         let near = max(1.0 - abs(place - vec2f(column.xy)), vec2f(0.0));
         if near.x * near.y > 0.0 {
-            let level = grid_build_level(texel(source, picked_pixel(pixel, size, params.step)));
+            let level = grid_build_level(texel(source, stride_pixel(pixel, size, params.step)));
             grid_build_spread(near.x * near.y, level);
         }
     }
-    grid_build_store(column.xy, lane, GRID_BUILD_LANES);
+    grid_build_store(column.xy, invocation, GRID_BUILD_INVOCATIONS);
 }
 
-// Shares a pixel between the two nearest bins of the column.
+// Divides a pixel between the two nearest bins of the column.
 fn grid_build_spread(weight: f32, level: f32) {
     let last = params.size.z - 1u;
     let place = clamp(level * params.bins_per_stop - 0.5, 0.0, f32(last));
@@ -109,8 +110,8 @@ fn grid_build_spread(weight: f32, level: f32) {
     if above > 0.0 { grid_build_add(min(bin + 1u, last), weight * above, level); }
 }
 
-// Pixels of one bin that an invocation has met one after the other: neighbours mostly share their bin, and an addition in a register costs
-// less than one that the others must wait for.
+// Consecutive pixels of one bin in an invocation. Neighbours mostly share a bin, and an addition in a register is
+// cheaper than an atomic addition.
 struct GridBuildRun {
     bin: u32,
     sum: u32,
@@ -124,7 +125,7 @@ fn grid_build_flush(run: ptr<function, GridBuildRun>) {
 }
 
 fn grid_build_begin(cell: Cell) -> GridBuildRun {
-    grid_build_clear(cell.lane, cell.lanes);
+    grid_build_clear(cell.invocation, cell.invocations);
     return GridBuildRun();
 }
 
@@ -142,5 +143,5 @@ fn grid_build_visit(run: ptr<function, GridBuildRun>, cell: Cell, seen: Seen) {
 
 fn grid_build_finish(run: ptr<function, GridBuildRun>, cell: Cell) {
     grid_build_flush(run);
-    grid_build_store(cell.place, cell.lane, cell.lanes);
+    grid_build_store(cell.place, cell.invocation, cell.invocations);
 }

@@ -1,8 +1,8 @@
-// The wide, small Gaussian of log2 luminance: an average over areas, then a blur along each axis.
+// A small, wide Gaussian of log2 luminance: an average over areas, then a blur along each axis.
 #import cells
 #import color
-#import lanes
-#import picks
+#import workgroup
+#import stride
 
 struct LogGaussian {
     lo: f32,
@@ -10,65 +10,65 @@ struct LogGaussian {
     stops: f32,
     axis: vec2i,
     radius: i32,
-    // The weight of an offset of i texels is scale * 2^(falloff i^2); all within the radius sum to 1.
+    // The weight at an offset of i texels is scale * 2^(falloff i^2). All weights within the radius sum to 1.
     falloff: f32,
     scale: f32,
     step: u32,
 }
 
-const LOG_GAUSSIAN_LANES: u32 = 64u;
-// Of a workgroup that makes several cells.
-const LOG_GAUSSIAN_ALL_LANES: u32 = 256u;
+const LOG_GAUSSIAN_INVOCATIONS: u32 = 64u;
+// Invocations of a workgroup that computes several cells.
+const LOG_GAUSSIAN_ALL_INVOCATIONS: u32 = 256u;
 
 @group(0) @binding(0) var<uniform> params: LogGaussian;
 @group(0) @binding(1) var picture: texture_2d<f32>;
-// Stops in x, added to `stops`; zero where nothing is metered.
+// Stops in x, added to `stops`. Zero without a meter.
 @group(0) @binding(2) var<storage, read> exposure: array<vec4f>;
 @group(0) @binding(3) var result: texture_storage_2d<rgba16float, write>;
 
-var<workgroup> log_gaussian_sums: array<f32, LOG_GAUSSIAN_ALL_LANES>;
+var<workgroup> log_gaussian_sums: array<f32, LOG_GAUSSIAN_ALL_INVOCATIONS>;
 
 fn log_gaussian_level(color: vec4f) -> f32 {
     let light = luminance(color.rgb);
     return clamp(log2(max(light, 1e-30)) + params.stops + exposure[0].x, params.lo, params.hi);
 }
 
-// The invocations of a cell bring their sums together, always in the same order, and one of them stores the mean. Several cells share a
-// workgroup, and where one ends no subgroup need end, so this goes through workgroup memory on every device.
+// Adds the sums of a cell's invocations in a fixed order; one invocation stores the mean. Several cells share a
+// workgroup and their borders are not those of subgroups, so this uses workgroup memory on every device.
 fn log_gaussian_store(cell: Cell, sum: f32) {
-    let first = cell.slot * cell.lanes;
-    let own = first + cell.lane;
+    let first = cell.slot * cell.invocations;
+    let own = first + cell.invocation;
     log_gaussian_sums[own] = sum;
-    for (var half = cell.lanes / 2u; half > 0u; half /= 2u) {
+    for (var half = cell.invocations / 2u; half > 0u; half /= 2u) {
         workgroupBarrier();
-        if cell.lane < half { log_gaussian_sums[own] += log_gaussian_sums[own + half]; }
+        if cell.invocation < half { log_gaussian_sums[own] += log_gaussian_sums[own + half]; }
     }
-    if cell.lane == 0u { log_gaussian_give(cell.place, log_gaussian_sums[own]); }
+    if cell.invocation == 0u { log_gaussian_give(cell.place, log_gaussian_sums[own]); }
 }
 
 fn log_gaussian_give(place: vec2u, sum: f32) {
-    let area = vec2f(picked_size(textureDimensions(picture), params.step)) / vec2f(textureDimensions(result));
+    let area = vec2f(stride_size(textureDimensions(picture), params.step)) / vec2f(textureDimensions(result));
     let mean = sum / (area.x * area.y);
     textureStore(result, place, vec4f(mean, mean, mean, 1.0));
 }
 
 // One workgroup averages one texel of the small image.
 @compute @workgroup_size(64)
-fn log_gaussian_average(@builtin(workgroup_id) group: vec3u, lane: Lane) {
+fn log_gaussian_average(@builtin(workgroup_id) group: vec3u, invocation: Invocation) {
     let size = textureDimensions(picture);
-    let pixels = picked_size(size, params.step);
+    let pixels = stride_size(size, params.step);
     let cells = textureDimensions(result);
     let cell = group.xy;
     let first = cell * pixels / cells;
     let extent = ((cell + 1u) * pixels + cells - 1u) / cells - first;
     var sum = 0.0;
-    for (var i = lane.index; i < extent.x * extent.y; i += LOG_GAUSSIAN_LANES) {
+    for (var i = invocation.index; i < extent.x * extent.y; i += LOG_GAUSSIAN_INVOCATIONS) {
         let pixel = first + vec2u(i % extent.x, i / extent.x);
         let share = cell_share(pixel, cell, pixels, cells);
-        sum += log_gaussian_level(texel(picture, picked_pixel(pixel, size, params.step))) * (share.x * share.y);
+        sum += log_gaussian_level(texel(picture, stride_pixel(pixel, size, params.step))) * (share.x * share.y);
     }
-    let all = lanes_sum(lane, LOG_GAUSSIAN_LANES, vec2f(sum, 0.0));
-    if lane.index == 0u { log_gaussian_give(cell, all.x); }
+    let all = workgroup_sum(invocation, LOG_GAUSSIAN_INVOCATIONS, vec2f(sum, 0.0));
+    if invocation.index == 0u { log_gaussian_give(cell, all.x); }
 }
 
 fn log_gaussian_begin(cell: Cell) -> f32 {
@@ -83,7 +83,7 @@ fn log_gaussian_finish(sum: ptr<function, f32>, cell: Cell) {
     log_gaussian_store(cell, *sum);
 }
 
-// The image has so few texels, and a texel so many neighbours, that four invocations share the neighbours of one.
+// The image has few texels, and a texel has many neighbours. So four invocations share the neighbours of one texel.
 const LOG_GAUSSIAN_PARTS: i32 = 4;
 const LOG_GAUSSIAN_TEXELS: u32 = 64u;
 

@@ -1,16 +1,16 @@
-// One step of the way back from a pyramid's coarsest level: a level joined with what all coarser ones have become.
-#import guard
+// One step from the coarsest level of a pyramid to the finest: combines a level with the result of all coarser ones.
+#import sanitize
 #import tent
 
 struct Upsample {
     radius: f32,
-    own: f32,   // share of the level
-    rest: f32,  // share of the coarser ones
+    own: f32,   // weight of the level
+    rest: f32,  // weight of the coarser levels
 }
 
-// Bounded, because sums of levels that are not normalised may pass the largest half float.
+// Limited, because sums of levels without normalisation may exceed the largest half float.
 fn upsample_join(level: vec4f, rest: vec4f, params: Upsample) -> vec4f {
-    return min(params.own * level + params.rest * rest, vec4f(GUARD_MAX));
+    return min(params.own * level + params.rest * rest, vec4f(HALF_MAX));
 }
 
 fn upsample_bilinear(level: vec4f, coarser: texture_2d<f32>, coarser_sampler: sampler, at: Point, params: Upsample) -> vec4f {

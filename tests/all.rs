@@ -5,8 +5,6 @@
 mod bench;
 /// The program as a user runs it.
 mod cli;
-/// Mistakes in files, and what is said of them.
-mod errors;
 /// The executor as a host meets it.
 mod executor;
 /// A few seconds of what `fuzz` runs for hours.
@@ -19,8 +17,6 @@ mod metrics;
 mod nodes;
 /// Every shipped pipeline: checked, planned, proved, rendered under the validation layer.
 mod pipelines;
-/// PlanCache of every graph, and the judge that finds what is wrong with one.
-mod plans;
 /// Naive f64 twins of the operators, and the vectors that prove them.
 mod reference;
 /// Faults that `stress` must find, and what must have none.

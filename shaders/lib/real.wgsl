@@ -1,25 +1,25 @@
-// Sums of weighted colours in half floats, where the host has asked for them and the device has them; in floats of 32 bits, and then
-// nothing is done here at all. The composer defines before this text
-// `real`, `real2`, `real3`, `real4`   the numbers of such sums and vectors of them;
-// REAL_IS_HALF                        whether they are half floats.
-// A half float ends at 65504, which a colour may be. So sums are of quarters: four colours can be added before they are weighed, and
-// rounded weights that sum to a little more than 1 do no harm. More than four colours must not share a weight: compilers may add them
-// up first and weigh the sum, whatever is written.
-#import guard
+// Sums of weighted colours in half floats, if the options ask for them and the device supports them. Otherwise in
+// 32-bit floats without conversion. The linker defines before this file:
+//   `real`, `real2`, `real3`, `real4`   the scalar and vector types of such sums;
+//   REAL_IS_HALF                        whether they are half floats.
+// The largest half float is 65504, and a colour may have this value. So sums are of quarters: four colours can be added
+// before they are weighted, and rounded weights whose sum is slightly above 1 do not overflow. More than four colours
+// must not share a weight, because a compiler may add them before it applies the weight.
+#import sanitize
 
-// A colour on its way into a sum.
+// Converts a colour for a sum.
 fn to_real(v: vec4f) -> real4 {
     if REAL_IS_HALF { return real4(0.25 * v); }
     return real4(v);
 }
 
-// The colour that a sum of weighted ones has become.
+// Converts a weighted sum back to a colour.
 fn of_real(v: real4) -> vec4f {
-    if REAL_IS_HALF { return clamp(4.0 * vec4f(v), vec4f(-GUARD_MAX), vec4f(GUARD_MAX)); }
+    if REAL_IS_HALF { return clamp(4.0 * vec4f(v), vec4f(-HALF_MAX), vec4f(HALF_MAX)); }
     return vec4f(v);
 }
 
-// Two weights that sum to 1, and still do where they are rounded.
+// Two weights that sum to 1, also after rounding.
 fn real_shares(shares: vec2f) -> real2 {
     if REAL_IS_HALF { return real2(real(shares.x), 1.0 - real(shares.x)); }
     return real2(shares);

@@ -71,8 +71,8 @@ const RICH: ShaderFeatures = ShaderFeatures { half: true, subgroups: true };
 const WAYS: [(SampleMode, ShaderFeatures); 5] = [
     (SampleMode::Plain, PLAIN),
     (SampleMode::ByHand, PLAIN),
-    (SampleMode::Guarded, PLAIN),
-    (SampleMode::GuardedSigned, PLAIN),
+    (SampleMode::Sanitized, PLAIN),
+    (SampleMode::SanitizedSigned, PLAIN),
     (SampleMode::Plain, RICH),
 ];
 

@@ -1,6 +1,6 @@
-//! Step 3b: outside numbers become finite at their first read.
+//! Step 3b: numbers of host images become finite at their first read.
 //!
-//! Pixels and taps are guarded where they are read (see `shaders/lib/sampling.wgsl`). A shader that reads textures by itself gets a guarded copy.
+//! Pixels and taps are sanitized where they are read (see `shaders/lib/sampling.wgsl`). A shader that reads textures by itself gets a sanitized copy.
 
 use crate::passes::{copy_pass, copy_step};
 use crate::{Caps, PlanBuilder};
@@ -19,7 +19,7 @@ pub(crate) fn sanitize(draft: &mut PlanBuilder) {
         let desc =
             source.desc.format(if source.desc.format.is_32_bit() { source.desc.format } else { Format::Rgba16Float });
         let copy = VirtualImage {
-            label: format!("{name}.guarded"),
+            label: format!("{name}.sanitized"),
             desc,
             origin: Origin::Transient,
             finite: true,
@@ -30,7 +30,7 @@ pub(crate) fn sanitize(draft: &mut PlanBuilder) {
             redirect(pass, image, copy);
         }
         let mut pass = copy_pass(&name, copy_step(&name, image), copy);
-        pass.label = "guard".into();
+        pass.label = "sanitize".into();
         draft.recording.passes.insert(first, pass);
     }
 }
@@ -67,8 +67,8 @@ pub(crate) fn sample_modes(recording: &Recording, caps: &Caps, exact: bool) -> V
     let reading = |image: &VirtualImage| {
         let outside = matches!(image.origin, Origin::Input(_)) && !image.finite;
         match (outside, image.signed, exact || image.desc.format.is_32_bit() && !caps.filter_32_bit) {
-            (true, true, _) => SampleMode::GuardedSigned,
-            (true, false, _) => SampleMode::Guarded,
+            (true, true, _) => SampleMode::SanitizedSigned,
+            (true, false, _) => SampleMode::Sanitized,
             (false, _, true) => SampleMode::ByHand,
             (false, _, false) => SampleMode::Plain,
         }

@@ -6,7 +6,7 @@ use super::build::{Builder, Change, Feed, Named, NodeDraft, Scope};
 use super::files::join;
 use super::suggest::{kinds_near, known_kinds};
 use super::{Condition, DEEPEST, MOST_NODES};
-use crate::document::{Document, Field, Item, NodeEntry, Tier, Tree, doubled, settings};
+use crate::document::{Document, Field, Group, Item, NodeEntry, Tier, Tree, doubled, settings};
 use crate::node::NodeKind;
 use afterimage_base::diagnostic::{Diagnostic, Place, Spanned, did_you_mean, list, nearest, quote};
 
@@ -20,7 +20,7 @@ struct Around {
     parent: Option<usize>,
     name: Spanned<String>,
     /// The fields of the node that a pipeline is used as, without those that are not ports.
-    ports: Vec<Field>,
+    ports: Group<Field>,
     when: Option<Condition>,
     label: Option<String>,
 }
@@ -29,7 +29,7 @@ impl Builder<'_> {
     /// The whole document, and the changes that its tier makes.
     pub(super) fn expand_top(&mut self, document: &Document) {
         let name = Spanned::new(String::new(), document.place.clone());
-        let around = Around { parent: None, name, ports: Vec::new(), when: None, label: None };
+        let around = Around { parent: None, name, ports: Group::default(), when: None, label: None };
         self.expand(document, around, &mut vec![join("", &document.file)]);
     }
 
@@ -80,7 +80,8 @@ impl Builder<'_> {
     }
 
     /// The inputs of a scope: the host's at the top, the ports of the node inside.
-    fn inputs(&mut self, scope: usize, document: &Document, mut ports: Vec<Field>) {
+    fn inputs(&mut self, scope: usize, document: &Document, ports: Group<Field>) {
+        let Group { entries: mut ports, is_partial } = ports;
         let is_top = self.scopes[scope].parent.is_none();
         for (index, input) in document.inputs.iter().enumerate() {
             if !self.good_name(&input.name, "input") {
@@ -91,7 +92,7 @@ impl Builder<'_> {
                 _ if is_top => Feed::Host(index),
                 Some((name, item)) => self.wire(&name.value, &item).map_or(Feed::Absent, Feed::Wire),
                 None => {
-                    self.tell_missing_input(scope, input.optional, &input.name);
+                    self.tell_missing_input(scope, input.optional || is_partial, &input.name);
                     Feed::Absent
                 }
             };
@@ -157,7 +158,7 @@ impl Builder<'_> {
     }
 
     fn entry(&mut self, scope: usize, entry: &NodeEntry, files: &mut Vec<String>) -> Named {
-        let fields = self.unique(&entry.fields);
+        let fields = self.unique(&entry.fields.entries);
         if entry.kind.value == PIPELINE {
             return self.inner(scope, entry, fields, files).unwrap_or(Named::Broken);
         }
@@ -201,11 +202,14 @@ impl Builder<'_> {
             format: None,
             label: None,
             states: vec![None; kind.outputs().len()],
+            is_partial: entry.fields.is_partial || fields.iter().any(|(_, item)| item.value.is_broken()),
         };
         for (name, item) in fields {
             self.field(&mut draft, name, item);
         }
-        self.tell_missing_ports(&draft, fields);
+        if !entry.fields.is_partial {
+            self.tell_missing_ports(&draft, fields);
+        }
         self.drafts.push(draft);
         Named::Node(self.drafts.len() - 1)
     }
@@ -253,6 +257,9 @@ impl Builder<'_> {
         if let Tree::Text(text) = &item.value {
             return Some(Spanned::new(text.clone(), item.place.clone()));
         }
+        if item.value.is_broken() {
+            return None;
+        }
         let message = format!("the port {} takes the name of a node or an input in quotes", quote(port));
         let diagnostic =
             Diagnostic::error("wrong-type", message).at(&item.place, format!("this is {}", item.value.describe()));
@@ -284,7 +291,8 @@ impl Builder<'_> {
     /// A pipeline used as a node.
     fn inner(&mut self, scope: usize, entry: &NodeEntry, fields: Vec<Field>, files: &mut Vec<String>) -> Option<Named> {
         let mut around =
-            Around { parent: Some(scope), name: entry.name.clone(), ports: Vec::new(), when: None, label: None };
+            Around { parent: Some(scope), name: entry.name.clone(), ports: Group::default(), when: None, label: None };
+        around.ports.is_partial = entry.fields.is_partial;
         let mut named = None;
         let mut changes = Vec::new();
         for (name, item) in fields {
@@ -298,7 +306,7 @@ impl Builder<'_> {
                         .at(&name.place, "")
                         .help("name a node inside: `set: { \"node.format\": ... }`"),
                 ),
-                _ => around.ports.push((name, item)),
+                _ => around.ports.entries.push((name, item)),
             }
         }
         let document = self.inner_document(entry, named, files)?;
@@ -327,6 +335,7 @@ impl Builder<'_> {
         let help = "write it as `Pipeline(file: \"bloom.ron\", source: \"scene\")`";
         let named = match named {
             Some(Item { value: Tree::Text(file), place }) => Spanned::new(file, place),
+            Some(Item { value: Tree::Broken, .. }) => return None,
             Some(item) => {
                 let seen = format!("this is {}", item.value.describe());
                 self.tell(
@@ -334,6 +343,7 @@ impl Builder<'_> {
                 );
                 return None;
             }
+            None if entry.fields.is_partial => return None,
             None => {
                 let message = format!("{} does not say which pipeline it is", quote(&entry.name.value));
                 self.tell(Diagnostic::error("missing-file", message).at(place, "`file` is missing").help(help));

@@ -99,6 +99,7 @@ impl Builder<'_> {
         match &setting.value.value {
             Tree::Name(name) if name == "Off" => Some(true),
             Tree::Name(name) if name == "On" => Some(false),
+            Tree::Broken => None,
             other => {
                 let name = &setting.key.value;
                 let diagnostic =
@@ -175,6 +176,7 @@ impl NodeDraft {
             format: self.format,
             label: self.label.clone(),
             states: self.states.clone(),
+            is_partial: self.is_partial,
         }
     }
 }
@@ -205,16 +207,15 @@ fn no_such_node(scope: &Scope, part: &str, key: &Spanned<String>) -> Diagnostic 
 /// The value of a `--set`, with its place in the text that all of them make.
 fn command_line_value(file: &Arc<str>, value: &str, place: &Place) -> Result<Item, Diagnostic> {
     const HELP: &str = "write it as a pipeline file would: `--set bloom.strength=0.5`, `--set tone.curve=Aces`, `--set lut.file='\"film.cube\"'`";
-    let moved = |item: Item| shift(item, place.start);
-    read_tree(file, value).map(moved).map_err(|unreadable| {
-        let at = place.start + unreadable.at.min(value.len());
-        let message = match value {
-            "" => "the value is missing".to_owned(),
-            value => format!("{} is not a value", quote(value)),
-        };
-        let place = if value.is_empty() { place.clone() } else { Place::new(file, at..place.end.max(at)) };
-        Diagnostic::error("set-syntax", message).at(&place, "").help(HELP)
-    })
+    let parsed = read_tree(file, value);
+    let Some(error) = parsed.errors.first() else { return Ok(shift(parsed.tree, place.start)) };
+    let at = place.start + error.labels.first().map_or(0, |label| label.place.start);
+    let message = match value {
+        "" => "the value is missing".to_owned(),
+        value => format!("{} is not a value", quote(value)),
+    };
+    let place = if value.is_empty() { place.clone() } else { Place::new(file, at..place.end.max(at)) };
+    Err(Diagnostic::error("set-syntax", message).at(&place, "").help(HELP))
 }
 
 /// The same tree, so many bytes further on.

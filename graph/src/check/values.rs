@@ -12,6 +12,9 @@ use afterimage_base::value::{ChoiceName, FileValue, Param, Type, Value};
 impl Builder<'_> {
     /// The value of a parameter; tells what is wrong with it otherwise.
     pub(super) fn value(&mut self, kind: NodeKind, param: &Param, item: &Item) -> Option<Value> {
+        if item.value.is_broken() {
+            return None;
+        }
         let value = match self.typed(kind, param, item) {
             Ok(value) => value,
             Err(diagnostic) => {
@@ -54,6 +57,9 @@ impl Builder<'_> {
     /// What `when` says.
     pub(super) fn condition(&mut self, scope: usize, item: &Item) -> Option<Condition> {
         let Tree::Text(text) = &item.value else {
+            if item.value.is_broken() {
+                return None;
+            }
             let message = format!("`when` is a condition in quotes, not {}", item.value.describe());
             let help = "write it as `when: \"emissive and illuminance < 10\"`";
             self.tell(Diagnostic::error("wrong-type", message).at(&item.place, "").help(help));
@@ -139,6 +145,7 @@ impl Builder<'_> {
                     .at(&item.place, "this is a text in quotes")
                     .help(format!("write {} without quotes", quote(name)))
             }
+            Tree::Broken => return None,
             other => Diagnostic::error("wrong-type", "`format` is the bare name of a format")
                 .at(&item.place, format!("this is {}", other.describe()))
                 .help(format!("the formats are {}", list(names, names.len()))),
@@ -151,6 +158,9 @@ impl Builder<'_> {
     pub(super) fn label(&mut self, item: &Item) -> Option<String> {
         if let Tree::Text(label) = &item.value {
             return Some(label.clone());
+        }
+        if item.value.is_broken() {
+            return None;
         }
         let diagnostic = Diagnostic::error("wrong-type", "`label` is a text in quotes");
         self.tell(diagnostic.at(&item.place, format!("this is {}", item.value.describe())));

@@ -7,7 +7,7 @@ use afterimage_base::value::Type;
 impl Builder<'_> {
     /// Asks every kind about the values of its nodes.
     pub(super) fn verify(&mut self) {
-        let doubts: Vec<Diagnostic> = self.drafts.iter().filter_map(doubt).collect();
+        let doubts: Vec<Diagnostic> = self.drafts.iter().filter(|draft| !draft.is_partial).filter_map(doubt).collect();
         doubts.into_iter().for_each(|doubt| self.tell(doubt));
     }
 }

@@ -29,117 +29,58 @@
 //! A pipeline is itself a node: `"glow": Pipeline(file: "bloom.ron", source: "exposed", set: {"mips.levels": 3})`. Its inputs are the ports;
 //! `"glow"` is its first output, `"glow.name"` another one, and its nodes are called `glow/mips` and so on.
 
+mod balance;
+mod bracket;
+mod entries;
+mod misfits;
+mod parser;
+mod quotes;
 mod read;
+mod shape;
 mod syntax;
+mod token;
 mod tree;
+
+#[cfg(test)]
+mod tests;
 
 use std::sync::Arc;
 
-use afterimage_base::diagnostic::{Diagnostic, Diagnostics, Place, Sources, Spanned};
-use afterimage_base::image::ColorState;
+use afterimage_base::diagnostic::{Diagnostic, Diagnostics, Place, Sources};
 
+use parser::Parsed;
+
+pub use entries::{Document, InputEntry, NodeEntry, Override, Tier};
+pub(crate) use parser::read as read_tree;
 pub(crate) use read::{doubled, settings};
-pub(crate) use tree::{Field, Item, Tree, read as read_tree};
-
-/// A pipeline file as it is written. It may be nonsense.
-#[derive(Clone, Debug)]
-pub struct Document {
-    /// The file's name.
-    pub file: Arc<str>,
-    /// Where `Pipeline` is written.
-    pub place: Place,
-    /// The file that this one changes.
-    pub extends: Option<Spanned<String>>,
-    /// The images that the host gives.
-    pub inputs: Vec<InputEntry>,
-    /// The nodes.
-    pub nodes: Vec<NodeEntry>,
-    /// The images that the host gets: name and wire.
-    pub outputs: Vec<(Spanned<String>, Spanned<String>)>,
-    /// Changes to nodes, in the order in which they are made.
-    pub set: Vec<Override>,
-    /// The quality levels.
-    pub tiers: Vec<(Spanned<String>, Tier)>,
-    /// The facts that conditions may ask and what each says; `None` where the file does not say which they are.
-    pub facts: Option<Vec<(Spanned<String>, String)>>,
-    /// Mistakes that can be seen without knowing any node kind.
-    pub problems: Diagnostics,
-    /// Names whose entries could not be read, so that nobody is told twice.
-    pub(crate) unread: Vec<String>,
-    /// Whether more names are missing than `unread` knows.
-    pub(crate) is_partial: bool,
-}
-
-/// An image that the host gives.
-#[derive(Clone, Debug, PartialEq)]
-pub struct InputEntry {
-    /// Its name.
-    pub name: Spanned<String>,
-    /// What its numbers mean.
-    pub state: ColorState,
-    /// Whether the host may leave it out.
-    pub optional: bool,
-    /// Whether negative numbers are meant.
-    pub signed: bool,
-}
-
-/// A node.
-#[derive(Clone, Debug, PartialEq)]
-pub struct NodeEntry {
-    /// Its name.
-    pub name: Spanned<String>,
-    /// The name of its kind.
-    pub kind: Spanned<String>,
-    /// Ports, parameters and what every node takes, in the order of the file; a name may occur twice.
-    pub(crate) fields: Vec<Field>,
-}
-
-/// A change to a node: `"mips.levels": 3` or `"local": Off`.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Override {
-    /// `node.parameter`, `node`, or either of them behind `outer/`.
-    pub key: Spanned<String>,
-    pub(crate) value: Item,
-}
-
-/// What a quality level is.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Tier {
-    /// The same pipeline with changes.
-    Settings(Vec<Override>),
-    /// Another file.
-    File(Spanned<String>),
-}
+pub(crate) use tree::{Field, Group, Item, Tree};
 
 /// A file longer than this is not read: a pipeline of a thousand nodes has a tenth of it.
 pub const LONGEST_FILE: usize = 4 << 20;
 
 /// Reads a pipeline file. The name is the one that messages show, and that files named in it are relative to.
 ///
+/// Reading goes on after a syntax error: the document holds what could be read, [`Document::problems`] the errors.
+///
 /// # Errors
-/// When the text is not RON, or not a `Pipeline( ... )`; other mistakes are kept in [`Document::problems`] for the check to tell.
+/// When the text holds no `Pipeline( ... )`.
 pub fn parse(file_name: &str, text: &str) -> Result<Document, Diagnostics> {
     let text = without_mark(text);
     let mut sources = Sources::default();
     let file = sources.insert(file_name, if text.len() > LONGEST_FILE { "" } else { text });
-    let fail = |diagnostic| {
-        let mut all = Diagnostics::new(sources.clone());
-        all.push(diagnostic);
-        all
-    };
-    check_length(&file, text).map_err(fail)?;
-    let tree = read_file(&file, text).map_err(fail)?;
-    read::document(&file, tree, &sources).map_err(fail)
+    let mut problems = Diagnostics::new(sources);
+    if let Err(error) = check_length(&file, text) {
+        problems.push(error);
+        return Err(problems);
+    }
+    let Parsed { tree, errors } = read_tree(&file, text);
+    errors.into_iter().for_each(|error| problems.push(error));
+    read::document(&file, tree, problems)
 }
 
 /// The text without the byte order mark that some editors begin a file with.
 pub(crate) fn without_mark(text: &str) -> &str {
     text.strip_prefix('\u{feff}').unwrap_or(text)
-}
-
-/// The tree of any RON file, with the wording of a pipeline's syntax errors.
-pub(crate) fn read_file(file: &Arc<str>, text: &str) -> Result<Item, Diagnostic> {
-    tree::read(file, text).map_err(|why| syntax::diagnose(file, text, &why))
 }
 
 fn check_length(file: &Arc<str>, text: &str) -> Result<(), Diagnostic> {
@@ -150,7 +91,7 @@ fn check_length(file: &Arc<str>, text: &str) -> Result<(), Diagnostic> {
             .at(&start, "")
             .help(format!("a pipeline file has at most {LONGEST_FILE} bytes")));
     }
-    if is_blank(text) {
+    if parser::is_blank(file, text) {
         return Err(Diagnostic::error("empty-file", "the file is empty").at(&start, "").help(SMALLEST));
     }
     Ok(())
@@ -158,8 +99,3 @@ fn check_length(file: &Arc<str>, text: &str) -> Result<(), Diagnostic> {
 
 const SMALLEST: &str =
     "the smallest pipeline is `Pipeline(inputs: { \"scene\": Color }, nodes: {}, outputs: { \"display\": \"scene\" })`";
-
-/// Whether there is nothing but spaces and comments.
-fn is_blank(text: &str) -> bool {
-    ron::de::Deserializer::from_str(text).is_ok_and(|rest| rest.remainder().trim().is_empty())
-}

@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
-use super::tree::{Field, Item, Tree};
-use super::{Document, InputEntry, NodeEntry, Override, Tier};
-use afterimage_base::diagnostic::{Diagnostic, Diagnostics, Sources, Spanned, did_you_mean, list, quote};
+use super::entries::{Document, InputEntry, NodeEntry, Override, Tier};
+use super::tree::{Field, Group, Item, Tree};
+use afterimage_base::diagnostic::{Diagnostic, Diagnostics, Spanned, did_you_mean, list, quote};
 use afterimage_base::image::ColorState;
 
 const SECTIONS: [&str; 7] = ["inputs", "nodes", "outputs", "set", "tiers", "extends", "facts"];
@@ -21,10 +21,21 @@ const INPUT_TYPES: [(&str, ColorState); 9] = [
     ("Mask", ColorState::Data),
 ];
 
-/// The document that a file's tree stands for; an error if it is no pipeline at all.
-pub(super) fn document(file: &Arc<str>, tree: Item, sources: &Sources) -> Result<Document, Diagnostic> {
-    let (name, fields) = pipeline(tree)?;
-    let mut reader = Reader { problems: Diagnostics::new(sources.clone()), unread: Vec::new(), is_partial: false };
+/// The document of a file's tree, with the problems found so far; only these if it is no pipeline at all.
+pub(super) fn document(file: &Arc<str>, tree: Item, mut problems: Diagnostics) -> Result<Document, Diagnostics> {
+    if matches!(tree.value, Tree::Name(_)) {
+        // The syntax of prose is of no interest.
+        problems = Diagnostics::new(problems.sources);
+    }
+    let (name, fields) = match pipeline(tree) {
+        Ok(pipeline) => pipeline,
+        Err(None) => return Err(problems),
+        Err(Some(error)) => {
+            problems.push(error);
+            return Err(problems);
+        }
+    };
+    let mut reader = Reader { problems, unread: Vec::new(), is_partial: fields.is_partial };
     let mut document = Document {
         file: file.clone(),
         place: name.place,
@@ -39,8 +50,10 @@ pub(super) fn document(file: &Arc<str>, tree: Item, sources: &Sources) -> Result
         unread: Vec::new(),
         is_partial: false,
     };
-    let sections = reader.unique(fields, "section");
-    reader.missing_sections(&document, &sections);
+    let sections = reader.unique(fields.entries, "section");
+    if !reader.is_partial {
+        reader.missing_sections(&document, &sections);
+    }
     for (section, value) in sections {
         reader.section(&mut document, &section, value);
     }
@@ -48,23 +61,26 @@ pub(super) fn document(file: &Arc<str>, tree: Item, sources: &Sources) -> Result
     Ok(Document { problems, unread, is_partial, ..document })
 }
 
-fn pipeline(tree: Item) -> Result<(Spanned<String>, Vec<Field>), Diagnostic> {
+/// The sections of a pipeline; an error otherwise, or none if it has been reported.
+fn pipeline(tree: Item) -> Result<(Spanned<String>, Group<Field>), Option<Diagnostic>> {
     const SHAPE: &str = "a pipeline file is `Pipeline(inputs: { ... }, nodes: { ... }, outputs: { ... })`";
     let wrong = |what: String| Diagnostic::error("not-a-pipeline", what).help(SHAPE);
-    match tree.value {
-        Tree::Struct(Some(name), fields) if name.value == "Pipeline" => Ok((name, fields)),
+    let error = match tree.value {
+        Tree::Struct(Some(name), fields) if name.value == "Pipeline" => return Ok((name, fields)),
+        Tree::Broken => return Err(None),
         Tree::Struct(Some(name), _) | Tree::Tuple(Some(name), _) if name.value != "Pipeline" => {
-            Err(wrong(format!("the file holds {}, not a `Pipeline`", quote(&name.value))).at(&name.place, ""))
+            wrong(format!("the file holds {}, not a `Pipeline`", quote(&name.value))).at(&name.place, "")
         }
-        Tree::Tuple(Some(name), _) => Err(wrong("the sections of a `Pipeline` need names".into()).at(&name.place, "")),
+        Tree::Tuple(Some(name), _) => wrong("the sections of a `Pipeline` need names".into()).at(&name.place, ""),
         Tree::Struct(None, _) => {
-            Err(wrong("the word `Pipeline` before the parenthesis is missing".into()).at(&tree.place.part(0..1), ""))
+            wrong("the word `Pipeline` before the parenthesis is missing".into()).at(&tree.place.part(0..1), "")
         }
         other => {
             let first = tree.place.part(0..tree.place.span().len().min(1));
-            Err(wrong(format!("the file holds {}, not a `Pipeline`", other.describe())).at(&first, ""))
+            wrong(format!("the file holds {}, not a `Pipeline`", other.describe())).at(&first, "")
         }
-    }
+    };
+    Err(Some(error))
 }
 
 /// The changes of a map such as `set` or a tier.
@@ -73,7 +89,11 @@ pub(crate) fn settings(item: Item, what: &str) -> Result<(Vec<Override>, Vec<Dia
     let wrong = Diagnostic::error("wrong-shape", format!("{what} holds {}, not changes", item.value.describe()))
         .at(&item.place, "")
         .help("write it as `{ \"node.parameter\": value, \"node\": Off }`");
-    let Tree::Map(entries) = item.value else { return Err(wrong) };
+    let entries = match item.value {
+        Tree::Map(group) => group,
+        Tree::Broken => Group::default(),
+        _ => return Err(wrong),
+    };
     let settings = reader.keyed(entries, "key").into_iter().map(|(key, value)| Override { key, value }).collect();
     Ok((settings, reader.problems.iter().cloned().collect()))
 }
@@ -169,7 +189,14 @@ impl Reader {
     /// The entries of a section, each with a name of its own.
     fn map(&mut self, item: Item, section: &str, shape: &str) -> Vec<(Spanned<String>, Item)> {
         match item.value {
-            Tree::Map(entries) => self.keyed(entries, "name"),
+            Tree::Map(group) => {
+                self.is_partial |= group.is_partial;
+                self.keyed(group, "name")
+            }
+            Tree::Broken => {
+                self.is_partial = true;
+                Vec::new()
+            }
             other => {
                 let message = format!("`{section}` holds {}, not a map", other.describe());
                 let help = format!("write it as `{section}: {shape}`");
@@ -180,11 +207,13 @@ impl Reader {
         }
     }
 
-    fn keyed(&mut self, entries: Vec<(Item, Item)>, what: &str) -> Vec<(Spanned<String>, Item)> {
+    fn keyed(&mut self, group: Group<(Item, Item)>, what: &str) -> Vec<(Spanned<String>, Item)> {
         let mut named = Vec::new();
-        for (key, value) in entries {
+        for (key, value) in group.entries {
             match key.value {
                 Tree::Text(text) => named.push((Spanned::new(text, key.place), value)),
+                // Entries of other sections, where a bracket is missing.
+                _ if group.is_partial => {}
                 other => {
                     let message = format!("a {what} here is a text in quotes, not {}", other.describe());
                     let diagnostic = Diagnostic::error("wrong-shape", message).at(&key.place, "");
@@ -204,6 +233,7 @@ impl Reader {
     fn text(&mut self, item: Item, what: &str, wanted: &str) -> Option<Spanned<String>> {
         match item.value {
             Tree::Text(text) => Some(Spanned::new(text, item.place)),
+            Tree::Broken => None,
             other => {
                 let message = format!("{what} is {wanted}, not {}", other.describe());
                 self.problems.push(Diagnostic::error("wrong-shape", message).at(&item.place, ""));
@@ -230,7 +260,8 @@ impl Reader {
     fn input(&mut self, name: Spanned<String>, value: Item) -> Option<InputEntry> {
         let (ty, options) = match value.value {
             Tree::Name(ty) => (Spanned::new(ty, value.place), Vec::new()),
-            Tree::Struct(Some(ty), options) => (ty, options),
+            Tree::Struct(Some(ty), options) => (ty, options.entries),
+            Tree::Broken => return None,
             other => {
                 let message = format!("input {} has {} for a type", quote(&name.value), other.describe());
                 let help = format!("the types are {}", list(INPUT_TYPES.map(|(name, _)| name), INPUT_TYPES.len()));
@@ -271,6 +302,7 @@ impl Reader {
         };
         match value.value {
             Tree::Bool(flag) => *place = flag,
+            Tree::Broken => {}
             ref other => self.problems.push(
                 Diagnostic::error("wrong-type", format!("{} is `true` or `false`", quote(&option.value)))
                     .at(&value.place, format!("this is {}", other.describe())),
@@ -282,8 +314,9 @@ impl Reader {
         let what = match value.value {
             Tree::Struct(Some(kind), fields) => return Some(NodeEntry { name, kind, fields }),
             Tree::Name(kind) => {
-                return Some(NodeEntry { name, kind: Spanned::new(kind, value.place), fields: Vec::new() });
+                return Some(NodeEntry { name, kind: Spanned::new(kind, value.place), fields: Group::default() });
             }
+            Tree::Broken => return None,
             Tree::Tuple(Some(kind), _) => format!("the ports and parameters of {} need names", quote(&kind.value)),
             other => format!("node {} is {}, not a kind with its fields", quote(&name.value), other.describe()),
         };
@@ -315,7 +348,7 @@ impl Reader {
 }
 
 /// Two entries of one name.
-pub(crate) fn doubled(again: &Spanned<String>, first: &crate::diagnostic::Place, what: &str) -> Diagnostic {
+pub(crate) fn doubled(again: &Spanned<String>, first: &afterimage_base::diagnostic::Place, what: &str) -> Diagnostic {
     Diagnostic::error("doubled", format!("the {what} {} is given twice", quote(&again.value)))
         .at(&again.place, "given again here")
         .also(first, "first given here")

@@ -223,7 +223,7 @@ pub struct ByCells {
     pub cells: [u32; 2],
     /// The most cells that one workgroup's memory has room for.
     pub together: u32,
-    /// It looks at every so manyth pixel of every so manyth row, as `picks` of the shader library has it.
+    /// It looks at every so manyth pixel of every so manyth row, as `stride` of the shader library has it.
     pub step: u32,
 }
 

@@ -5,14 +5,14 @@
 pub struct ShaderFeatures {
     /// Whether `real` and its vectors are half floats: eleven bits, from 2^-14 (some devices take less for 0) to 65504.
     pub half: bool,
-    /// Whether the invocations of a workgroup are brought together by operations of subgroups: `lanes_subgroups` stands for `lanes`.
+    /// Whether the invocations of a workgroup are brought together by operations of subgroups: `workgroup_subgroups` replaces `workgroup`.
     pub subgroups: bool,
 }
 
 impl ShaderFeatures {
     /// The file of the library that stands for one.
     pub(crate) fn stands_for(self, name: &str) -> &str {
-        if self.subgroups && name == "lanes" { "lanes_subgroups" } else { name }
+        if self.subgroups && name == "workgroup" { "workgroup_subgroups" } else { name }
     }
 
     /// Lines that a module begins with.

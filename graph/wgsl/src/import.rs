@@ -59,7 +59,7 @@ impl Text {
         self.features = features;
         self.generated(&features.settings());
         self.generated(&reading.settings());
-        for name in ["point", "guard", "sampling"] {
+        for name in ["point", "sanitize", "sampling"] {
             self.library(name).expect("the library has this file")?;
         }
         Ok(self)

@@ -67,7 +67,7 @@ impl Shader {
         self.reflection.get_or_init(|| reflect::reflect(self)).as_ref().map_err(Clone::clone)
     }
 
-    /// Whether the module reads textures by itself and not through `texel` and `tap`, so that the framework cannot guard what it reads.
+    /// Whether the module reads textures by itself and not through `texel` and `tap`, so that the framework cannot sanitize what it reads.
     pub fn reads_textures_itself(&self) -> bool {
         ["textureLoad", "textureSample", "textureGather"].iter().any(|call| self.source.contains(call))
     }

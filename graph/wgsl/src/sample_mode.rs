@@ -8,29 +8,29 @@ pub enum SampleMode {
     Plain,
     /// Finite numbers that the device cannot filter.
     ByHand,
-    /// Colours from outside: guarded, then filtered by hand.
-    Guarded,
-    /// Signed data from outside: guarded, then filtered by hand.
-    GuardedSigned,
+    /// Colors of host images: sanitized, then filtered by hand.
+    Sanitized,
+    /// Signed data of host images: sanitized, then filtered by hand.
+    SanitizedSigned,
 }
 
 impl SampleMode {
     pub(crate) fn settings(self) -> String {
-        let guard = match self {
+        let sanitize = match self {
             Self::Plain | Self::ByHand => 0,
-            Self::Guarded => 1,
-            Self::GuardedSigned => 2,
+            Self::Sanitized => 1,
+            Self::SanitizedSigned => 2,
         };
         let by_hand = self != Self::Plain;
-        format!("const TEXEL_GUARD: u32 = {guard}u;\nconst TAP_BY_HAND: bool = {by_hand};")
+        format!("const TEXEL_SANITIZE: u32 = {sanitize}u;\nconst TAP_BY_HAND: bool = {by_hand};")
     }
 
     /// The function that a loaded texel goes through; empty for none.
-    pub fn guard_call(self) -> &'static str {
+    pub fn sanitize_call(self) -> &'static str {
         match self {
             Self::Plain | Self::ByHand => "",
-            Self::Guarded => "guard",
-            Self::GuardedSigned => "guard_signed",
+            Self::Sanitized => "sanitize",
+            Self::SanitizedSigned => "sanitize_signed",
         }
     }
 }

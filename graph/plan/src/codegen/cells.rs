@@ -30,7 +30,7 @@ pub(crate) fn compose_cells(
     }
     let reading = parts.iter().map(|part| part.bound.reading).max().unwrap_or_default();
     let mut text = Text::default().reading(reading, features)?;
-    for file in ["cells", "picks"] {
+    for file in ["cells", "stride"] {
         text.library(file).expect("the library has this file")?;
     }
     for part in &parts {
@@ -168,15 +168,15 @@ fn entry(cells: &Cells, parts: &[Part<'_>]) -> String {
     // A picture of which every pixel is looked at needs no clamp.
     let picked = match step {
         1 => "vec2i(pixel)".to_owned(),
-        _ => format!("picked_pixel(pixel, whole, {step}u)"),
+        _ => format!("stride_pixel(pixel, whole, {step}u)"),
     };
     // To load several pixels before the first is looked at made it slower on an H200: the other invocations hide the waiting.
     format!(
-        "fn cells_texel(pixel: vec2i) -> vec4f {{ return guarded(textureLoad({source}, pixel, 0)); }}
+        "fn cells_texel(pixel: vec2i) -> vec4f {{ return sanitized(textureLoad({source}, pixel, 0)); }}
 @compute @workgroup_size({})
 fn compute(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) invocation: u32) {{
     let whole = textureDimensions({source});
-    let size = picked_size(whole, {step}u);
+    let size = stride_size(whole, {step}u);
     let lattice = vec2u({}u, {}u);
     let number = invocation / {own}u;
     let lane = invocation % {own}u;

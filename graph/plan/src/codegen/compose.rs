@@ -276,7 +276,7 @@ impl<'a> StepsWriter<'a> {
             Arg::Texture(image) => self.texture(image, volume),
             Arg::Pixel(image) => {
                 let texture = self.texture(image, false);
-                format!("{}(textureLoad({texture}, at.pixel, 0))", (self.sample_mode_of)(image).guard_call())
+                format!("{}(textureLoad({texture}, at.pixel, 0))", (self.sample_mode_of)(image).sanitize_call())
             }
             Arg::Value(buffer, components) => {
                 let declaration = "var<storage, read> NAME: array<vec4f>;";

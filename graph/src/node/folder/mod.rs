@@ -51,13 +51,9 @@ pub fn folder_kind(declaration: (&str, &str), shader: (&str, &str)) -> Result<No
     sources.insert(shader.0, shader.1);
     let mut diagnostics = Diagnostics::new(sources);
     let shader: &'static Shader = Box::leak(Box::new(Shader::new(leak(shader.0), leak(shader.1))));
-    let declared = match document::read_file(&file, declaration.1) {
-        Ok(tree) => read::declaration(tree, &mut diagnostics),
-        Err(diagnostic) => {
-            diagnostics.push(diagnostic);
-            None
-        }
-    };
+    let parsed = document::read_tree(&file, declaration.1);
+    parsed.errors.into_iter().for_each(|error| diagnostics.push(error));
+    let declared = read::declaration(parsed.tree, &mut diagnostics);
     match (shader.reflect(), &declared) {
         // What was not understood in the declaration would look like a mistake in the shader.
         (Ok(reflection), Some(declared)) if !diagnostics.has_errors() => {

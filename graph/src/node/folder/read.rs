@@ -1,7 +1,7 @@
 //! SampleMode a `node.ron`.
 
 use super::{Declaration, DeclaredOutput, SizeRule, leak};
-use crate::document::{Field, Item, Tree, doubled};
+use crate::document::{Field, Group, Item, Tree, doubled};
 use crate::node::contract::snake;
 use crate::node::{Fallback, Input, Output, OutputState, PortType};
 use afterimage_base::diagnostic::{Diagnostic, Diagnostics, Place, Spanned, did_you_mean, list, quote};
@@ -17,6 +17,7 @@ pub(super) fn declaration(tree: Item, diagnostics: &mut Diagnostics) -> Option<D
         Tree::Struct(Some(word), fields) if word.value == "Kind" => {
             Fields::new(word.place, "a node file", fields, diagnostics)
         }
+        Tree::Broken => return None,
         other => {
             let message = format!("the file holds {}, not a `Kind`", other.describe());
             diagnostics.push(Diagnostic::error("not-a-kind", message).at(&tree.place.part(0..1), "").help(SHAPE));
@@ -67,10 +68,11 @@ fn typed(
     item: Item,
     what: &str,
     diagnostics: &mut Diagnostics,
-) -> Option<(Spanned<String>, Vec<Field>)> {
+) -> Option<(Spanned<String>, Group<Field>)> {
     match item.value {
         Tree::Struct(Some(ty), fields) => Some((ty, fields)),
-        Tree::Name(ty) => Some((Spanned::new(ty, item.place), Vec::new())),
+        Tree::Name(ty) => Some((Spanned::new(ty, item.place), Group::default())),
+        Tree::Broken => None,
         other => {
             let message = format!("the {what} {} has {} for a type", quote(&name.value), other.describe());
             diagnostics.push(
@@ -182,19 +184,21 @@ struct Fields<'d> {
     place: Place,
     what: &'static str,
     left: Vec<Field>,
+    /// Whether fields are missing because of errors that have been reported.
+    is_partial: bool,
     diagnostics: &'d mut Diagnostics,
 }
 
 impl<'d> Fields<'d> {
-    fn new(place: Place, what: &'static str, fields: Vec<Field>, diagnostics: &'d mut Diagnostics) -> Self {
+    fn new(place: Place, what: &'static str, fields: Group<Field>, diagnostics: &'d mut Diagnostics) -> Self {
         let mut left: Vec<Field> = Vec::new();
-        for (name, item) in fields {
+        for (name, item) in fields.entries {
             match left.iter().find(|(known, _)| known.value == name.value) {
                 Some((first, _)) => diagnostics.push(doubled(&name, &first.place, "field")),
                 None => left.push((name, item)),
             }
         }
-        Self { place, what, left, diagnostics }
+        Self { place, what, left, is_partial: fields.is_partial, diagnostics }
     }
 
     fn has(&self, name: &str) -> bool {
@@ -208,7 +212,7 @@ impl<'d> Fields<'d> {
 
     fn required(&mut self, name: &str) -> Option<Item> {
         let item = self.take(name);
-        if item.is_none() {
+        if item.is_none() && !self.is_partial {
             let message = format!("{} needs {}", self.what, quote(name));
             self.diagnostics.push(Diagnostic::error("missing-field", message).at(&self.place, ""));
         }
@@ -216,6 +220,9 @@ impl<'d> Fields<'d> {
     }
 
     fn wrong(&mut self, name: &str, item: &Item, wanted: &str) {
+        if item.value.is_broken() {
+            return;
+        }
         let message = format!("{} is {wanted}", quote(name));
         let seen = format!("this is {}", item.value.describe());
         self.diagnostics.push(Diagnostic::error("wrong-type", message).at(&item.place, seen));
@@ -248,12 +255,12 @@ impl<'d> Fields<'d> {
     }
 
     fn entries(&mut self, name: &str, item: Item) -> Vec<(Spanned<String>, Item)> {
-        let Tree::Map(entries) = item.value else {
+        let Tree::Map(group) = item.value else {
             self.wrong(name, &item, "a map, `{ \"name\": Type(...) }`");
             return Vec::new();
         };
         let mut named: Vec<(Spanned<String>, Item)> = Vec::new();
-        for (key, value) in entries {
+        for (key, value) in group.entries {
             match key.value {
                 Tree::Text(text) => {
                     let key = Spanned::new(text, key.place);
@@ -262,6 +269,8 @@ impl<'d> Fields<'d> {
                         None => named.push((key, value)),
                     }
                 }
+                // Entries from outside, where a bracket is missing.
+                _ if group.is_partial => {}
                 _ => self.wrong(name, &key, "a map whose names are in quotes"),
             }
         }

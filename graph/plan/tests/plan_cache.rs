@@ -1,0 +1,60 @@
+//! The plan cache: one plan for each distinct answer.
+
+use std::sync::Arc;
+
+use afterimage_graph::check::Facts;
+use afterimage_graph::image::{ImageDesc, Size};
+use afterimage_plan::{GivenImage, Options, Plan, PlanCache, PlanRequest, Requirement};
+
+use super::planned::{all_formats, built_in, checked};
+
+fn planned(plans: &mut PlanCache, side: u32, facts: &[(&str, f64)]) -> Arc<Plan> {
+    let size = Size::new(side, side);
+    let mut facts_set = Facts::default();
+    facts.iter().for_each(|(name, number)| facts_set.set(*name, *number));
+    let request = PlanRequest {
+        size,
+        inputs: [("scene".to_owned(), GivenImage { desc: ImageDesc::new(size), finite: false })].into(),
+        facts: facts_set,
+        caps: all_formats(),
+        options: Options::default(),
+        requirement: &Requirement::typical,
+    };
+    plans.plan(&request).unwrap_or_else(|error| panic!("{error}"))
+}
+
+const LAMPS: &str = r#"Pipeline(
+    inputs: { "scene": Color },
+    nodes: {
+        "soft": Gaussian(source: "scene", kernel: Sigma, sigma: 2.0, when: "lamps > 3"),
+        "lit": Composite(base: "scene", bloom: "soft", blend: Add, strength: 0.5),
+    },
+    outputs: { "out": "lit" },
+)"#;
+
+#[test]
+fn a_fact_needs_another_plan_only_if_a_condition_changes() {
+    let mut plans = PlanCache::new(checked(LAMPS));
+    let dark = planned(&mut plans, 64, &[("lamps", 0.0)]);
+    let lit = planned(&mut plans, 64, &[("lamps", 4.0)]);
+    assert!(dark.recording.passes.len() < lit.recording.passes.len(), "the condition disables passes");
+    for (lamps, wanted) in [(1.0, &dark), (3.0, &dark), (5.0, &lit), (3.5, &lit), (-2.0, &dark)] {
+        assert!(Arc::ptr_eq(&planned(&mut plans, 64, &[("lamps", lamps), ("rain", lamps)]), wanted), "{lamps} lamps");
+    }
+    let larger = planned(&mut plans, 65, &[("lamps", 4.0)]);
+    assert_eq!(larger.size, Size::new(65, 65));
+    assert!(Arc::ptr_eq(&planned(&mut plans, 64, &[("lamps", 4.0)]), &lit), "both sizes are kept");
+}
+
+#[test]
+fn plans_unused_for_long_are_dropped() {
+    let mut plans = PlanCache::new(built_in("exposure.ron"));
+    let first = Arc::downgrade(&planned(&mut plans, 1, &[]));
+    let second = Arc::downgrade(&planned(&mut plans, 2, &[]));
+    for side in 3..200 {
+        planned(&mut plans, side, &[]);
+        planned(&mut plans, 2, &[]);
+    }
+    assert!(first.upgrade().is_none(), "plans must not pile up");
+    assert!(second.upgrade().is_some(), "a plan that is in use stays");
+}

@@ -1,0 +1,106 @@
+//! Plans as text, JSON, Graphviz and SVG, their hashes and their differences.
+
+use afterimage_generators::Recipe;
+use afterimage_graph::image::Size;
+use afterimage_plan::{Alias, Options, Plan, diff};
+
+use super::planned::{plan_at, plan_of};
+
+const RECIPE: Recipe = Recipe { seed: 5, nodes: 24, histories: 2, off: 12 };
+
+fn example() -> Plan {
+    plan_of(RECIPE, Options::default()).expect("the graph can be planned")
+}
+
+#[test]
+fn the_text_lists_every_pass_and_every_skipped_node() {
+    let plan = example();
+    let text = plan.to_text();
+    for pass in &plan.recording.passes {
+        let whole = text.lines().any(|line| line.contains(&pass.nodes.join(" + ")) && line.contains(&pass.label));
+        let line =
+            |(node, label): (&String, &str)| text.lines().any(|line| line.contains(node) && line.contains(label));
+        let in_parts = pass.nodes.iter().zip(pass.label.split(" + ")).all(line);
+        assert!(whole || in_parts, "{}: {}\n{text}", pass.nodes.join(" + "), pass.label);
+    }
+    for skipped in &plan.skipped {
+        assert!(text.lines().any(|line| line.contains(&skipped.node) && line.ends_with(&skipped.why)), "{text}");
+    }
+    assert!(!plan.skipped.is_empty() && text.contains("lower bound") && text.contains(&plan.hash().to_string()));
+    assert!(text.lines().all(|line| line == line.trim_end()), "no spaces at the ends of lines");
+}
+
+#[test]
+fn the_json_is_canonical() {
+    let plan = example();
+    let json: serde_json::Value = serde_json::from_str(&plan.to_json()).expect("JSON can be read");
+    for key in ["hash", "passes", "batches", "barriers", "skipped", "memory"] {
+        assert!(json.get(key).is_some(), "no `{key}`");
+    }
+    let keys = ["unaliased", "unshared", "pooled", "placed", "lower_bound"];
+    let m = &plan.memory;
+    let memory = keys.map(|key| json["memory"][key].as_u64());
+    assert_eq!(memory, [m.unaliased, m.unshared, m.pooled, m.placed, m.lower_bound].map(Some));
+    assert_eq!(json["hash"], plan.hash().to_string());
+    assert_eq!(json["passes"].as_array().map(Vec::len), Some(plan.recording.passes.len()));
+    assert_eq!(json["batches"].as_array().map(Vec::len), json["barriers"].as_array().map(Vec::len));
+    // Reading sorts the keys: writing again gives the same text only if they were sorted.
+    assert_eq!(serde_json::to_string_pretty(&json).expect("JSON can be written"), plan.to_json());
+}
+
+#[test]
+fn only_equal_plans_have_equal_hashes() {
+    let plan = example();
+    assert_eq!(plan.hash(), example().hash());
+    let others = [
+        plan_of(RECIPE, Options { alias: Alias::Pool, ..Options::default() }),
+        plan_of(RECIPE, Options { fuse: false, ..Options::default() }),
+        plan_of(Recipe { seed: 6, ..RECIPE }, Options::default()),
+        plan_at(&RECIPE.graph(), Size::new(641, 360), Options::default()),
+    ];
+    for other in others {
+        assert_ne!(plan.hash(), other.expect("the graph can be planned").hash());
+    }
+}
+
+#[test]
+fn a_plan_does_not_differ_from_itself() {
+    let (plan, unfused) = (example(), plan_of(RECIPE, Options { fuse: false, ..Options::default() }).expect("plans"));
+    assert!(diff(&plan, &example()).is_empty());
+    let change = diff(&unfused, &plan);
+    assert!(!change.added.is_empty() && !change.removed.is_empty());
+    let (passes, moved) = (change.passes, change.bytes_moved);
+    assert_eq!(passes.0 as usize - passes.1 as usize, change.removed.len() - change.added.len());
+    let saved: u64 = plan.fused.iter().map(|fused| fused.bytes_saved).sum();
+    assert!(moved.0 >= moved.1 + saved, "fusion moves less: {moved:?}, {saved} less");
+    let back = diff(&plan, &unfused);
+    assert_eq!((back.added, back.removed), (change.removed.clone(), change.added.clone()));
+    let text = change.to_string();
+    assert!(change.removed.iter().all(|pass| text.contains(&format!("- {pass}\n"))), "{text}");
+}
+
+#[test]
+fn the_graphviz_text_has_every_pass_once() {
+    let plan = example();
+    let dot = plan.to_dot();
+    for pass in 0..plan.recording.passes.len() {
+        assert_eq!(dot.matches(&format!("\n    pass{pass} [label=")).count(), 1, "{dot}");
+    }
+    assert_eq!(dot.matches('{').count(), dot.matches('}').count());
+}
+
+#[test]
+fn the_picture_shows_every_image_of_the_heap() {
+    let plan = example();
+    let svg = plan.to_svg();
+    for (name, offset) in plan.image_names().iter().zip(&plan.memory.offset_of) {
+        assert!(offset.is_none() || svg.contains(&format!("<title>{name}\n")), "no bar for {name}");
+    }
+    assert!(svg.starts_with("<svg ") && svg.ends_with("</svg>\n"));
+    for tag in ["text", "title", "rect", "circle", "path"] {
+        let opened = svg.matches(&format!("<{tag} ")).count() + svg.matches(&format!("<{tag}>")).count();
+        let closed = svg.matches(&format!("</{tag}>")).count()
+            + svg.matches("fill=\"#ffffff\"/>").count() * usize::from(tag == "rect");
+        assert_eq!(opened, closed, "{tag}");
+    }
+}

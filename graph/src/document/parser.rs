@@ -1,0 +1,369 @@
+//! From tokens to a tree, past errors.
+//!
+//! After an error the parser goes on at the next comma or closing bracket, so that every error of a file is reported
+//! and none twice. A file without errors is read once. A file with errors is read again with the [`Balance`] of its
+//! brackets, which tells a bracket that is missing from one that is too many.
+
+use std::sync::Arc;
+
+use super::balance::{Balance, Misfit};
+use super::bracket::Bracket;
+use super::quotes::is_foreign_quote;
+use super::syntax;
+use super::token::{Kind, Lexer, Token};
+use super::tree::{Group, Item, Tree, plain_name};
+use afterimage_base::diagnostic::{Diagnostic, Place, Spanned};
+
+/// Brackets within brackets; a pipeline needs about five.
+const DEEPEST: usize = 32;
+
+/// The tree of a file and its syntax errors; where there are some, parts of the tree are broken.
+pub(crate) struct Parsed {
+    pub(crate) tree: Item,
+    pub(crate) errors: Vec<Diagnostic>,
+}
+
+/// Reads a whole file.
+pub(crate) fn read(file: &Arc<str>, text: &str) -> Parsed {
+    let parsed = Parser::new(file, text, Balance::default()).whole();
+    if parsed.errors.is_empty() {
+        return parsed;
+    }
+    Parser::new(file, text, Balance::of(file, text)).whole()
+}
+
+/// Whether there is nothing but space and comments.
+pub(super) fn is_blank(file: &Arc<str>, text: &str) -> bool {
+    let mut lexer = Lexer::new(file, text);
+    lexer.next().kind == Kind::End && lexer.errors.is_empty()
+}
+
+/// An entry of a group: `value` or `key: value`.
+pub(super) struct Entry {
+    pub(super) key: Option<Item>,
+    pub(super) value: Item,
+    /// Whether it may be a part of the entry before it.
+    pub(super) follows_error: bool,
+}
+
+pub(super) struct Parser<'a> {
+    file: &'a Arc<str>,
+    pub(super) text: &'a str,
+    pub(super) lexer: Lexer<'a>,
+    pub(super) next: Token,
+    pub(super) second: Token,
+    /// The end of the token before `next`.
+    end: usize,
+    pub(super) open: Vec<Token>,
+    /// How many of the open groups, the outermost first, may have lost entries to a bracket that is not closed.
+    pub(super) lossy: usize,
+    pub(super) balance: Balance,
+    /// Whether what was read last may be followed by an entry without a comma, since an error was reported there.
+    pub(super) needs_no_comma: bool,
+    /// Whether any bracket was missing or too many.
+    pub(super) has_misfit: bool,
+}
+
+impl<'a> Parser<'a> {
+    fn new(file: &'a Arc<str>, text: &'a str, balance: Balance) -> Self {
+        let mut lexer = Lexer::new(file, text);
+        let (next, second) = (lexer.next(), lexer.next());
+        let open = Vec::new();
+        Self {
+            file,
+            text,
+            lexer,
+            next,
+            second,
+            end: 0,
+            open,
+            lossy: 0,
+            balance,
+            needs_no_comma: false,
+            has_misfit: false,
+        }
+    }
+
+    fn whole(mut self) -> Parsed {
+        let tree = self.item();
+        if self.next.kind != Kind::End && !self.has_misfit && !tree.value.is_broken() {
+            let name = match &tree.value {
+                Tree::Struct(Some(name), _) | Tree::Tuple(Some(name), _) => Some(name.value.as_str()),
+                _ => None,
+            };
+            self.report(syntax::after_the_end(&self.next_place(), self.found(), name));
+        }
+        Parsed { tree, errors: self.lexer.errors.into_list() }
+    }
+
+    pub(super) fn advance(&mut self) {
+        self.end = self.next.end;
+        self.next = std::mem::replace(&mut self.second, self.lexer.next());
+    }
+
+    pub(super) fn report(&mut self, error: Diagnostic) {
+        self.lexer.errors.push(error);
+    }
+
+    pub(super) fn place(&self, start: usize, end: usize) -> Place {
+        Place::new(self.file, start..end)
+    }
+
+    pub(super) fn token_place(&self, token: &Token) -> Place {
+        self.place(token.start, token.end)
+    }
+
+    pub(super) fn next_place(&self) -> Place {
+        self.token_place(&self.next)
+    }
+
+    pub(super) fn written(&self, token: &Token) -> &'a str {
+        &self.text[token.start..token.end]
+    }
+
+    /// The next token as it is written; empty at the end of the file.
+    pub(super) fn found(&self) -> &'a str {
+        self.written(&self.next)
+    }
+
+    /// A value; broken, with nothing read, if none begins here.
+    fn item(&mut self) -> Item {
+        let has_stray = self.skip_stray();
+        let token = self.next;
+        if !token.begins_value() {
+            // At the end of the file, brackets that are open are what is reported.
+            if !has_stray && (token.kind != Kind::End || self.open.is_empty()) {
+                self.report(syntax::no_value(&self.next_place(), self.found()));
+            }
+            return Spanned::new(Tree::Broken, self.place(token.start, token.start));
+        }
+        self.advance();
+        let tree = match token.kind {
+            Kind::Word => self.word(&token),
+            Kind::Number => self.number(&token),
+            Kind::Text => self.quoted(&token),
+            Kind::Open(bracket) => self.group(token, bracket, None),
+            Kind::ForeignText => Tree::Text(self.written(&token).trim_matches(is_foreign_quote).to_owned()),
+            Kind::BrokenText => Tree::Broken,
+            _ => Tree::Other,
+        };
+        Spanned::new(tree, self.place(token.start, self.end))
+    }
+
+    /// Reports and skips what RON has no use for; whether there was any.
+    fn skip_stray(&mut self) -> bool {
+        let has_stray = self.next.kind == Kind::Stray;
+        while self.next.kind == Kind::Stray {
+            self.report(syntax::stray(&self.next_place(), self.found()));
+            self.advance();
+        }
+        has_stray
+    }
+
+    /// A word, and what follows it in parentheses.
+    fn word(&mut self, token: &Token) -> Tree {
+        let open = self.next;
+        let is_open = open.kind == Kind::Open(Bracket::Round);
+        if !is_open && !self.lacks_parenthesis() {
+            return Tree::word(self.written(token));
+        }
+        let name = Spanned::new(plain_name(self.written(token)).to_owned(), self.token_place(token));
+        if is_open {
+            self.advance();
+        } else {
+            self.report(syntax::no_parenthesis(&self.place(self.end, self.end), &name.value));
+            self.balance.found_extra(Bracket::Round);
+            self.has_misfit = true;
+        }
+        self.group(open, Bracket::Round, Some(name))
+    }
+
+    /// Whether a field of `Kind(field: value)` follows in a map, without the parenthesis before it.
+    fn lacks_parenthesis(&self) -> bool {
+        let is_in_map = self.open.last().is_some_and(|open| open.kind == Kind::Open(Bracket::Curly));
+        let is_field = self.next.kind == Kind::Word && self.second.kind == Kind::Colon;
+        is_in_map && is_field && self.balance.exceeds(Bracket::Round)
+    }
+
+    fn number(&mut self, token: &Token) -> Tree {
+        Tree::number(self.written(token)).unwrap_or_else(|| {
+            self.report(syntax::bad_number(&self.token_place(token), self.written(token)));
+            Tree::Broken
+        })
+    }
+
+    fn quoted(&mut self, token: &Token) -> Tree {
+        Tree::text(self.written(token)).unwrap_or_else(|| {
+            self.report(syntax::bad_escape(&self.token_place(token)));
+            Tree::Broken
+        })
+    }
+
+    /// The entries up to the bracket that closes `open`, as a tree.
+    fn group(&mut self, open: Token, bracket: Bracket, name: Option<Spanned<String>>) -> Tree {
+        if self.open.len() >= DEEPEST {
+            self.report(syntax::too_deep(&self.token_place(&open)));
+            self.skip(1);
+            return Tree::Broken;
+        }
+        self.open.push(open);
+        let mut entries = Vec::new();
+        let mut follows_error = false;
+        let mut is_partial = false;
+        while !self.closes(bracket, entries.last()) {
+            match self.entry(bracket, follows_error) {
+                Some(entry) => entries.push(entry),
+                None => is_partial = true,
+            }
+            follows_error = !self.separator(bracket);
+        }
+        self.open.pop();
+        let is_partial = is_partial || self.lossy > self.open.len();
+        self.lossy = self.lossy.min(self.open.len());
+        match bracket {
+            Bracket::Round => self.round(name, Group { entries, is_partial }),
+            Bracket::Square => self.list(&open, Group { entries, is_partial }),
+            Bracket::Curly => Self::map(Group { entries, is_partial }),
+        }
+    }
+
+    /// Whether the innermost group ends here; its closing bracket is read then.
+    fn closes(&mut self, bracket: Bracket, last: Option<&Entry>) -> bool {
+        self.needs_no_comma = false;
+        loop {
+            match self.next.kind {
+                Kind::End => self.end_of_file(),
+                Kind::Close(close) if close == bracket => self.advance(),
+                Kind::Close(close) => {
+                    if self.misfit(bracket, close, last.is_some_and(|entry| entry.key.is_some())) == Misfit::Extra {
+                        self.needs_no_comma = true;
+                        self.separator(bracket);
+                        continue;
+                    }
+                }
+                _ if self.is_left_open(bracket) => self.unclosed(bracket),
+                _ => return false,
+            }
+            return true;
+        }
+    }
+
+    /// An entry; `None` where none can be read.
+    fn entry(&mut self, bracket: Bracket, follows_error: bool) -> Option<Entry> {
+        if self.next.kind == Kind::Comma {
+            self.report(syntax::no_entry(&self.next_place(), self.found()));
+            return None;
+        }
+        let first = self.item();
+        if self.takes_colon(bracket, &first) {
+            let value = self.item();
+            return (!first.value.is_broken()).then_some(Entry { key: Some(first), value, follows_error });
+        }
+        if bracket == Bracket::Curly {
+            return None;
+        }
+        Some(Entry { key: None, value: first, follows_error })
+    }
+
+    /// Whether a value follows its key `first`; the colon is read, or reported as missing.
+    fn takes_colon(&mut self, bracket: Bracket, first: &Item) -> bool {
+        if self.next.kind == Kind::Colon {
+            self.advance();
+            return true;
+        }
+        let is_key = match bracket {
+            // Its opening quote is missing.
+            _ if self.next.kind == Kind::BrokenText => {
+                self.needs_no_comma = true;
+                false
+            }
+            Bracket::Curly => !first.value.is_broken(),
+            Bracket::Round => matches!(first.value, Tree::Name(_)) && self.may_follow_colon(),
+            Bracket::Square => false,
+        };
+        if !is_key || self.next.kind == Kind::End {
+            return false;
+        }
+        self.report(syntax::no_colon(&self.next_place(), self.found()));
+        while self.next.kind == Kind::Stray {
+            self.advance();
+        }
+        // What has a colon of its own is the next entry.
+        self.needs_no_comma = true;
+        self.next.begins_value() && self.second.kind != Kind::Colon
+    }
+
+    /// Whether the next token is what a field's value begins with, or stands in place of the colon before it.
+    fn may_follow_colon(&self) -> bool {
+        match self.next.kind {
+            Kind::Stray => self.found() != ";",
+            Kind::Number | Kind::Text | Kind::Word => self.second.kind != Kind::Colon,
+            _ => false,
+        }
+    }
+
+    /// Reads the comma after an entry; false if it is missing. In any case the next token begins an entry or closes.
+    fn separator(&mut self, bracket: Bracket) -> bool {
+        let needs_no_comma = std::mem::take(&mut self.needs_no_comma);
+        loop {
+            match self.next.kind {
+                Kind::Comma => {
+                    self.advance();
+                    return true;
+                }
+                Kind::Close(_) | Kind::End => return true,
+                Kind::Stray if self.found() == ";" => {
+                    self.report(syntax::no_comma(&self.next_place(), self.found()));
+                    self.advance();
+                    return true;
+                }
+                Kind::Stray => self.stray(),
+                Kind::Colon => {
+                    self.report(syntax::second_colon(&self.next_place()));
+                    self.skip(0);
+                }
+                _ if needs_no_comma => return true,
+                _ => {
+                    self.missing_comma(bracket);
+                    return false;
+                }
+            }
+        }
+    }
+
+    fn stray(&mut self) {
+        let is_division = self.found() == "/" && self.text[..self.end].ends_with(|c: char| c.is_ascii_digit());
+        if is_division {
+            self.report(syntax::division(&self.next_place()));
+            return self.skip(0);
+        }
+        self.report(syntax::stray(&self.next_place(), self.found()));
+        self.advance();
+    }
+
+    /// Reports the comma at the end of the entry before it, unless a bracket is what is missing.
+    fn missing_comma(&mut self, bracket: Bracket) {
+        if !self.is_left_open(bracket) {
+            self.report(syntax::missing_comma(&self.place(self.end, self.end), self.found()));
+        }
+    }
+
+    /// Skips to the next comma or closing bracket outside of `depth` brackets, or past the one that ends them.
+    fn skip(&mut self, mut depth: usize) {
+        let is_inside = depth > 0;
+        loop {
+            match self.next.kind {
+                Kind::End => return,
+                Kind::Comma if depth == 0 => return,
+                Kind::Close(_) if depth == 0 => return,
+                Kind::Open(_) => depth += 1,
+                Kind::Close(_) => depth -= 1,
+                _ => {}
+            }
+            self.advance();
+            if depth == 0 && is_inside {
+                return;
+            }
+        }
+    }
+}

@@ -1,0 +1,124 @@
+//! Where texts in quotes end, and which of them is not closed.
+//!
+//! A text of RON may run over lines, so a quote that is missing turns all that follows inside out. Texts of pipelines
+//! hardly ever do. A line on which a text begins that does not end there has one quote too few, unless that text is
+//! followed by what can follow a text.
+
+/// Quotes that word processors and other languages write.
+pub(super) fn is_foreign_quote(c: char) -> bool {
+    const FOREIGN: &str = "'\u{201c}\u{201d}\u{201e}\u{2018}\u{2019}\u{ab}\u{bb}";
+    FOREIGN.contains(c)
+}
+
+/// The end of the text whose quote is at `start`.
+pub(super) fn text_end(text: &str, start: usize) -> Option<usize> {
+    let mut is_escaped = false;
+    let end = text.as_bytes()[start + 1..].iter().position(|byte| {
+        let is_end = *byte == b'"' && !is_escaped;
+        is_escaped = *byte == b'\\' && !is_escaped;
+        is_end
+    });
+    end.map(|at| start + 1 + at + 1)
+}
+
+/// The end of a raw text whose first `#` or quote is at `start`.
+pub(super) fn raw_end(text: &str, start: usize, hashes: usize) -> Option<usize> {
+    let inside = start + hashes + 1;
+    let end = format!("\"{}", "#".repeat(hashes));
+    text[inside..].find(&end).map(|at| inside + at + end.len())
+}
+
+/// The end of a text in foreign quotes that is closed on its line.
+pub(super) fn foreign_end(text: &str, start: usize) -> Option<usize> {
+    let first = text[start..].chars().next()?;
+    let inside = start + first.len_utf8();
+    let mut is_escaped = false;
+    let close = text[inside..].char_indices().find(|(_, c)| {
+        let is_end = *c == '\n' || is_foreign_quote(*c) && !is_escaped;
+        is_escaped = *c == '\\' && !is_escaped;
+        is_end
+    });
+    close.filter(|(_, c)| *c != '\n').map(|(at, c)| inside + at + c.len_utf8())
+}
+
+/// What is known of the quotes of a line.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct LineQuotes {
+    /// What is known holds up to here.
+    end: usize,
+    /// Whether a quote is missing on the line.
+    is_odd: bool,
+}
+
+impl LineQuotes {
+    /// Looks at the line of the quote at `start`, unless it has been looked at.
+    pub(super) fn look(&mut self, text: &str, start: usize) {
+        if start < self.end {
+            return;
+        }
+        let line_end = text[start..].find('\n').map_or(text.len(), |at| start + at);
+        let mut at = start;
+        *self = loop {
+            match text_end(text, at) {
+                Some(end) if end <= line_end => match next_quote(&text[end..line_end]) {
+                    Some(next) => at = end + next,
+                    None => break Self { end: line_end, is_odd: false },
+                },
+                Some(end) if can_follow(&text[end..]) => break Self { end, is_odd: false },
+                _ => break Self { end: line_end, is_odd: true },
+            }
+        };
+    }
+
+    /// Whether the text that would end at `end` is the one whose quote is missing.
+    pub(super) fn is_left_open(&self, text: &str, end: usize) -> bool {
+        self.is_odd && (end > self.end || !can_follow(text[end..self.end].trim_start()))
+    }
+
+    /// Where the text that begins at `start` and is not closed was meant to end, as far as can be told.
+    pub(super) fn cut(&mut self, text: &str, start: usize) -> usize {
+        let line = &text[start + 1..self.end.max(start + 1)];
+        let end = match line.find('"') {
+            // The quotes after it are pairs, so the text ends before them.
+            Some(next) => separator(&line[..next]).unwrap_or(next),
+            None => unmatched_close(line).unwrap_or(line.len()),
+        };
+        let meant = line[..end].trim_end_matches([' ', '\t', '\r', ',']);
+        let end = start + 1 + meant.len();
+        *self = Self { end, is_odd: false };
+        end
+    }
+}
+
+/// The next quote that no comment hides.
+fn next_quote(line: &str) -> Option<usize> {
+    let quote = line.find('"')?;
+    (!line[..quote].contains("//")).then_some(quote)
+}
+
+/// Whether a text can be followed by this.
+fn can_follow(rest: &str) -> bool {
+    const FAR: usize = 256;
+    let next = rest.chars().take(FAR).find(|c| !c.is_whitespace());
+    next.is_none_or(|next| ",:)]}/".contains(next))
+}
+
+/// The first comma or colon before a space, or the first closing bracket without an opening one.
+fn separator(line: &str) -> Option<usize> {
+    let sign = line.match_indices([',', ':']).find(|(at, _)| line[at + 1..].starts_with([' ', '\t']));
+    sign.map(|(at, _)| at).into_iter().chain(unmatched_close(line)).min()
+}
+
+/// The first closing bracket without an opening one.
+fn unmatched_close(line: &str) -> Option<usize> {
+    let mut depth = 0_usize;
+    for (at, c) in line.char_indices() {
+        match c {
+            '(' | '[' | '{' => depth += 1,
+            ')' | ']' | '}' if depth == 0 => return Some(at),
+            ')' | ']' | '}' => depth -= 1,
+            _ => {}
+        }
+    }
+    None
+}

@@ -1,0 +1,96 @@
+//! The reader against `ron` itself, and against texts that no person writes.
+
+use std::sync::Arc;
+
+use proptest::prelude::*;
+use ron::options::Options;
+use serde::Deserialize;
+use serde::de::IgnoredAny;
+
+use super::parser::read;
+use super::tree::Tree;
+use afterimage_base::diagnostic::Diagnostic;
+
+/// Whether `ron` reads the text as one value.
+fn ron_reads(text: &str) -> bool {
+    let options = Options::default().with_recursion_limit(32);
+    let Ok(mut reader) = ron::de::Deserializer::from_str_with_options(text, &options) else { return false };
+    IgnoredAny::deserialize(&mut reader).is_ok() && reader.end().is_ok()
+}
+
+fn errors(text: &str) -> Vec<Diagnostic> {
+    read(&"test".into(), text).errors
+}
+
+const GOOD: &str = r##"#![enable(implicit_some)]
+Pipeline( // a comment
+    a: 1, b: -2.5e-3, c: "text\n\"more\"", d: r#"raw "text""#, e: 'x', f: true,
+    g: { "key": Name, "other": Kind(port: "wire", list: [1, 2, 3,], pair: (1.0, 2.0)) }, /* one /* in */ another */
+    h: Some("thing"), i: Empty(), j: [], k: {}, l: 0x1F, m: 1_000, n: inf, o: "two
+lines",
+)
+"##;
+
+#[test]
+fn a_file_with_every_form_is_read() {
+    assert!(ron_reads(GOOD) && errors(GOOD).is_empty());
+}
+
+#[test]
+fn places_are_those_of_the_values_alone() {
+    let text =
+        "\u{200E}{ \"a\":\u{2028}1.5 // a / comment\n, \"b\" : /* one */ \"x//y\" /* two */ , \"c\":\t[ 1,2 ]\u{85}}";
+    let file: Arc<str> = "test".into();
+    let parsed = read(&file, text);
+    assert!(parsed.errors.is_empty(), "{text} is good RON");
+    let Tree::Map(group) = parsed.tree.value else { panic!("{text} is a map") };
+    let values: Vec<&str> = group.entries.iter().map(|(_, value)| &text[value.place.span()]).collect();
+    assert_eq!(values, ["1.5", "\"x//y\"", "[ 1,2 ]"]);
+}
+
+/// Each would take minutes if the time grew with the square of the length.
+#[test]
+fn a_megabyte_of_anything_is_read_in_linear_time() {
+    const BYTES: usize = 1 << 20;
+    #[rustfmt::skip]
+    let parts = [
+        "\"", "\"\n", "\"a\n", "\"/*\n", "\"\\", "'", "'a", "\u{201c}", "r#\"", "b'", "#![\n", "/*", "//\n", "(",
+        "{\"a\":", "[1 ", ")", "}", "a(", "(\n", "@ ", ",", ":", "\"a\" \"b\n", "\"a\": b, ", "\u{a0}",
+        "\u{200b}x", "-", "1/", "a\n  (", " (}", "a b: (\n",
+    ];
+    for part in parts {
+        let text = part.repeat(BYTES / part.len());
+        for text in [format!("Pipeline(nodes: {{ {text}"), text] {
+            errors(&text);
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(4000))]
+
+    /// Our reader goes on where `ron` stops, and finds an error exactly where `ron` does.
+    #[test]
+    fn what_is_an_error_is_what_ron_refuses(
+        changes in proptest::collection::vec((any::<prop::sample::Index>(), any::<prop::sample::Index>(), 0..4_u8), 0..3),
+    ) {
+        let signs: Vec<char> = "(){}[]\"',:.@/#\\*r b0-9eE+_AN\n!=$%".chars().collect();
+        let mut text: Vec<char> = GOOD.chars().collect();
+        for (at, other, what) in changes {
+            let (at, second) = (at.index(text.len()), other.index(text.len()));
+            match what {
+                0 => text[at] = signs[other.index(signs.len())],
+                1 => text.insert(at, signs[other.index(signs.len())]),
+                2 => drop(text.remove(at)),
+                _ => text.swap(at, second),
+            }
+        }
+        let text: String = text.into_iter().collect();
+        let errors = errors(&text);
+        // `ron` decodes numbers and escapes only where it is asked for their type.
+        let is_plain = |error: &Diagnostic| error.message.ends_with("is not a number") || error.message.contains("escape");
+        if errors.is_empty() || !errors.iter().all(is_plain) {
+            prop_assert_eq!(errors.is_empty(), ron_reads(&text), "{}", text);
+        }
+    }
+}

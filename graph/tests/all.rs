@@ -1,0 +1,5 @@
+//! Every test of the front end, in one binary, without a GPU.
+#![allow(unreachable_pub, missing_docs, clippy::unwrap_used, reason = "a test binary has no outside")]
+
+/// Errors in files, and what is said of them.
+mod errors;
