@@ -3,9 +3,7 @@
 use std::collections::BTreeSet;
 
 use afterimage_base::image::Format;
-use afterimage_graph::node::{
-    CellReduce, ImageId, NodeKind, Pass, PassKind, Recording, Resource, for_each_recording,
-};
+use afterimage_graph::node::{CellReduce, ImageId, NodeKind, Pass, PassKind, Recording, Resource, for_each_recording};
 use afterimage_wgsl::{SampleMode, ShaderFeatures};
 
 use crate::builder::copy_kernel;

@@ -29,9 +29,9 @@ mod read;
 
 use super::contract::contract;
 use super::kind::{Arrivals, Kind, NodeKind};
-use super::resource::ImageId;
 use super::ports::{Fallback, Input, Output, PortType};
 use super::recorder::Recorder;
+use super::resource::ImageId;
 use crate::document;
 use afterimage_base::diagnostic::{Diagnostic, Diagnostics, Place, Sources, Spanned};
 use afterimage_base::image::{ImageDesc, Size};

@@ -73,8 +73,10 @@ impl FunctionPass<'_, '_> {
         let function = self.recorder.reflection(self.shader).function(self.function);
         let function =
             function.unwrap_or_else(|| panic!("{:?} has no kernel function `{}`", self.shader, self.function));
-        let arg =
-            |(index, (name, _)): (usize, &(String, _))| Argument { name: name.clone(), value: self.arg(function, index) };
+        let arg = |(index, (name, _)): (usize, &(String, _))| Argument {
+            name: name.clone(),
+            value: self.arg(function, index),
+        };
         let args = function.args.iter().enumerate().map(arg).collect();
         let uniform = function.args.iter().find_map(|(name, ty)| match ty {
             ArgType::Struct(ty) if name == "params" => Some(self.recorder.uniform(self.shader, ty, &self.set)),
