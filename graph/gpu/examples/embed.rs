@@ -32,8 +32,8 @@ impl Post {
         Ok(Self { graph, executor, next: None })
     }
 
-    /// Called when a fact, a parameter or the pipeline changes. The new plan is compiled while frames continue, and a later
-    /// frame swaps it in. What is equal in both plans is kept.
+    /// Called when a fact, a parameter or the pipeline changes. The new plan is compiled while frames continue, and a
+    /// later frame swaps it in. What is equal in both plans is kept.
     fn change(&mut self, size: Size, facts: Facts) -> Result<(), Box<dyn Error>> {
         self.next = Some(self.executor.prepare(self.plan(size, facts)?));
         Ok(())
