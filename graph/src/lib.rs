@@ -3,8 +3,8 @@
 //! | you hold | you want | module or crate | verb | result |
 //! |---|---|---|---|---|
 //! | RON text | structure with locations | [`document`] | [`document::parse`] | a [`Document`](document::Document) |
-//! | structure | a valid graph | [`check`](mod@check) | [`check::check`] | a [`Graph`](check::Graph) |
-//! | a graph, sizes, facts, capabilities | passes, order, barriers, memory, code | `afterimage-plan` | `plan` | a `Plan` |
+//! | structure | a valid graph | [`check`] | [`check::check`] | a [`Graph`](check::Graph) |
+//! | a graph, sizes, facts | passes, order, barriers, memory, code | `afterimage-plan` | `plan` | a `Plan` |
 //! | a plan and a device | pixels in your encoder | `afterimage-gpu` | `Executor::encode` | commands |
 //!
 //! [`node`] defines what a node kind is, and what it can record. Node authors start with the [`prelude`].
@@ -12,8 +12,8 @@
 //! # Invariants
 //!
 //! * This crate does no IO, reads no clock and has no access to a device.
-//! * A [`Graph`](check::Graph) can always be planned. Only the host's part can fail: a missing input, or a size that the
-//!   device does not support.
+//! * A [`Graph`](check::Graph) can always be planned. Only the host's part can fail: a missing input, or a size that
+//!   the device does not support.
 //! * No module knows a later one: `document` knows no kinds, and `node` knows no plans.
 //! * Equal inputs give equal results: nothing depends on the order of a hash map.
 //! * An error of a user is a diagnostic with a location. An error of the framework is a panic with a reason.
