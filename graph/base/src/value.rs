@@ -3,6 +3,8 @@
 use std::ops::RangeInclusive;
 use std::sync::Arc;
 
+use crate::Shared;
+
 /// A value of a parameter, from a pipeline file or a control.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Value {
@@ -98,7 +100,7 @@ impl Type {
 #[derive(Clone, Debug)]
 pub struct Param {
     /// The name in files, shaders and messages.
-    pub name: &'static str,
+    pub name: Shared<str>,
     /// Its meaning, with the neutral value if there is one.
     pub doc: String,
     /// Its type.
@@ -110,7 +112,7 @@ pub struct Param {
     /// The range of a slider. It lies within the domain.
     pub usual: Option<(f64, f64)>,
     /// The unit of its numbers. Empty for pure numbers.
-    pub unit: &'static str,
+    pub unit: Shared<str>,
     /// Whether a change needs a new plan. Otherwise a new uniform is enough.
     pub replan: bool,
     /// The value at which the parameter changes nothing, if there is one.
@@ -130,10 +132,10 @@ pub struct Quality {
 
 impl Param {
     /// A parameter without a domain. A change of a choice, an integer, a flag or a file needs a new plan.
-    pub fn new(name: &'static str, doc: &str, ty: Type, default: Value) -> Self {
+    pub fn new(name: impl Into<Shared<str>>, doc: &str, ty: Type, default: Value) -> Self {
         let doc = doc.trim().to_owned();
         let replan = matches!(ty, Type::Bool | Type::Int | Type::Choice(_) | Type::File);
-        Self { name, doc, ty, default, domain: None, usual: None, unit: "", replan, neutral: None, quality: None }
+        Self { name: name.into(), doc, ty, default, domain: None, usual: None, unit: Shared::of(""), replan, neutral: None, quality: None }
     }
 
     /// Sets the domain of each component. A value outside is an error in the file.
@@ -149,8 +151,8 @@ impl Param {
     }
 
     /// Sets the unit.
-    pub fn unit(mut self, unit: &'static str) -> Self {
-        self.unit = unit;
+    pub fn unit(mut self, unit: impl Into<Shared<str>>) -> Self {
+        self.unit = unit.into();
         self
     }
 

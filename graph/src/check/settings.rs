@@ -124,8 +124,8 @@ impl Builder<'_> {
             }
             return;
         }
-        let kind = draft.kind;
-        let known = || kind.params().iter().map(|param| param.name).chain(COMMON);
+        let kind = draft.kind.clone();
+        let known = || kind.params().iter().map(|param| &*param.name).chain(COMMON);
         let name = quote(&draft.name.value);
         let diagnostic = if kind.input(field).is_some() {
             Diagnostic::error("unknown-field", format!("{} is a port of {name}, and wires cannot be set", quote(field)))
@@ -164,7 +164,7 @@ impl NodeDraft {
     fn copy(&self) -> Self {
         Self {
             name: self.name.clone(),
-            kind: self.kind,
+            kind: self.kind.clone(),
             kind_place: self.kind_place.clone(),
             scope: self.scope,
             values: self.values.clone(),

@@ -1,9 +1,10 @@
 //! SampleMode a `node.ron`.
 
-use super::{Declaration, DeclaredOutput, SizeRule, leak};
+use super::{Declaration, DeclaredOutput, SizeRule};
 use crate::document::{Field, Group, Item, Tree, doubled};
 use crate::node::contract::snake;
 use crate::node::{Fallback, Input, Output, OutputState, PortType};
+use afterimage_base::Shared;
 use afterimage_base::diagnostic::{Diagnostic, Diagnostics, Place, Spanned, did_you_mean, list, quote};
 use afterimage_base::image::ColorState;
 use afterimage_base::value::{Param, Type, Value};
@@ -48,12 +49,12 @@ pub(super) fn declaration(tree: Item, diagnostics: &mut Diagnostics) -> Option<D
 }
 
 fn identity(item: Option<Item>, inputs: &[(Input, Place)], diagnostics: &mut Diagnostics) -> Fallback {
-    let images = || inputs.iter().filter(|(port, _)| port.ty == PortType::Image).map(|(port, _)| port.name);
-    let Some(item) = item else { return images().next().map_or(Fallback::Zero, Fallback::Input) };
+    let images = || inputs.iter().filter(|(port, _)| port.ty == PortType::Image).map(|(port, _)| &*port.name);
+    let Some(item) = item else { return images().next().map_or(Fallback::Zero, |name| Fallback::Input(name.to_owned().into())) };
     match &item.value {
         Tree::Name(name) if name == "Zero" => Fallback::Zero,
         Tree::Name(name) if name == "Absent" => Fallback::Absent,
-        Tree::Text(name) if images().any(|port| port == name) => Fallback::Input(leak(name)),
+        Tree::Text(name) if images().any(|port| port == name) => Fallback::Input(name.clone().into()),
         _ => {
             let help = format!("write `Zero`, `Absent` or one of the image inputs in quotes: {}", list(images(), 8));
             diagnostics.push(Diagnostic::error("wrong-type", "`bypass` is no stand-in").at(&item.place, "").help(help));
@@ -122,7 +123,7 @@ fn input(name: &Spanned<String>, item: Item, diagnostics: &mut Diagnostics) -> O
     let optional = fields.flag("optional");
     let states = fields.states();
     fields.finish(&["doc", "optional", "states"]);
-    let input = Input { name: leak(&name.value), ty: port?, states: states.leak(), optional, doc: leak(&doc?.value) };
+    let input = Input { name: name.value.clone().into(), ty: port?, states: states.into(), optional, doc: doc?.value.into() };
     Some((input, name.place.clone()))
 }
 
@@ -141,7 +142,7 @@ fn output(
     let function = if fields.has("function") { fields.text("function") } else { Some(otherwise.clone()) };
     let size = fields.size();
     fields.finish(&["doc", "gives", "function", "size"]);
-    let port = Output { name: leak(&name.value), ty: image?, gives: gives?, doc: leak(&doc?.value) };
+    let port = Output { name: name.value.clone().into(), ty: image?, gives: gives?, doc: doc?.value.into() };
     Some(DeclaredOutput { port, function: function?, size: size? })
 }
 
@@ -165,11 +166,11 @@ fn parameter(name: &Spanned<String>, item: Item, diagnostics: &mut Diagnostics) 
     let unit = if fields.has("unit") { fields.text("unit") } else { None };
     fields.finish(&["doc", "default", "neutral", "within", "usually", "unit"]);
     // The numbers of a folder kind are uniforms: no change of theirs needs a new plan.
-    let mut param = Param::new(leak(&name.value), &doc?.value, ty?, default?).live();
+    let mut param = Param::new(name.value.clone(), &doc?.value, ty?, default?).live();
     param.domain = within;
     param.usual = usually;
     param.neutral = neutral;
-    param.unit = unit.map_or("", |unit| leak(&unit.value));
+    param.unit = unit.map_or(Shared::of(""), |unit| unit.value.into());
     for (what, value) in [("default", Some(&param.default)), ("neutral", param.neutral.as_ref())] {
         if let Some(Err(why)) = value.map(|value| param.accepts(value)) {
             let message = format!("{} of {} is not acceptable: {why}", quote(what), quote(&name.value));
@@ -307,7 +308,7 @@ impl<'d> Fields<'d> {
             Tree::Tuple(Some(word), items) if word.value == "Same" => match items.as_slice() {
                 [Item { value: Tree::Text(input), place }] => {
                     self.is_required_image(input, place, inputs);
-                    Some(OutputState::Same(leak(input)))
+                    Some(OutputState::Same(input.clone().into()))
                 }
                 _ => {
                     self.wrong("gives", &item, "`Same(\"input\")` or an image state");
@@ -324,7 +325,7 @@ impl<'d> Fields<'d> {
     /// A state can follow only an input that is always there.
     fn is_required_image(&mut self, input: &str, place: &Place, inputs: &[(Input, Place)]) {
         let fits = |port: &&Input| port.ty == PortType::Image && !port.optional;
-        let names = || inputs.iter().map(|(port, _)| port).filter(fits).map(|port| port.name);
+        let names = || inputs.iter().map(|(port, _)| port).filter(fits).map(|port| &*port.name);
         // An input that could not be read would be missed here once more.
         if names().any(|name| name == input) || self.diagnostics.has_errors() {
             return;
