@@ -62,7 +62,7 @@ fn half_floats_and_subgroups_have_no_faults() {
         "MeanLuminance",
         "LogGaussian",
     ];
-    let tables: Vec<NodeKind> = summing.iter().map(|name| registry.get(name).expect("a built-in kind")).collect();
+    let tables: Vec<NodeKind> = summing.iter().map(|name| registry.get(name).expect("a built-in kind").clone()).collect();
     let options = Options { half: true, subgroups: true, ..Options::default() };
     let report = stressed(&[&tables], &Choice { options, ..quick() });
     assert!(report.cases() > 1000, "only {} cases", report.cases());
@@ -73,7 +73,7 @@ fn half_floats_and_subgroups_have_no_faults() {
 fn every_planted_fault_is_found() {
     let mut missed = Vec::new();
     for planted in planted::ALL {
-        let report = stressed(&[&[planted.kind]], &quick());
+        let report = stressed(&[std::slice::from_ref(&planted.kind)], &quick());
         let found =
             |failed: &&afterimage::stress::Failed| failed.case == planted.case && failed.why.contains(planted.verdict);
         if !report.failures().any(|failed| found(&failed)) {
@@ -89,7 +89,7 @@ fn without_the_guard_of_images_poison_spreads_in_space_and_time() {
     let of = |name: &str, case: &str, unguarded: bool| {
         let kind = registry.get(name).expect("a built-in kind");
         let choice = Choice { case: Some(case.into()), defaults: true, unguarded, ..quick() };
-        stress(&gpu(), &registry, &kinds(&registry, &[&[kind]]), &choice, &|_| {})
+        stress(&gpu(), &registry, &kinds(&registry, &[std::slice::from_ref(kind)]), &choice, &|_| {})
     };
     for (kind, case, verdict) in [
         ("Gaussian", "nan", "not finite"),
@@ -108,7 +108,7 @@ fn without_the_guard_of_images_poison_spreads_in_space_and_time() {
 #[test]
 fn a_failed_case_comes_with_the_command_that_shows_it_again() {
     let planted = planted::ALL.iter().find(|planted| planted.kind.name() == "KneeOfNothing").expect("a planted fault");
-    let report = stressed(&[&[planted.kind]], &quick());
+    let report = stressed(&[std::slice::from_ref(&planted.kind)], &quick());
     let failed =
         report.failures().find(|failed| failed.command.contains("--set")).expect("it fails at an end of its domain");
     assert_eq!(

@@ -135,7 +135,18 @@ impl Param {
     pub fn new(name: impl Into<Shared<str>>, doc: &str, ty: Type, default: Value) -> Self {
         let doc = doc.trim().to_owned();
         let replan = matches!(ty, Type::Bool | Type::Int | Type::Choice(_) | Type::File);
-        Self { name: name.into(), doc, ty, default, domain: None, usual: None, unit: Shared::of(""), replan, neutral: None, quality: None }
+        Self {
+            name: name.into(),
+            doc,
+            ty,
+            default,
+            domain: None,
+            usual: None,
+            unit: Shared::of(""),
+            replan,
+            neutral: None,
+            quality: None,
+        }
     }
 
     /// Sets the domain of each component. A value outside is an error in the file.

@@ -178,7 +178,8 @@ fn number(item: &Item) -> Option<f64> {
 
 fn vector(kind: &NodeKind, param: &Param, n: usize, items: &[Item], place: &Place) -> Result<Value, Diagnostic> {
     if items.len() != n {
-        let message = format!("{} of {} takes {n} numbers, not {}", quote(&param.name), quote(kind.name()), items.len());
+        let message =
+            format!("{} of {} takes {n} numbers, not {}", quote(&param.name), quote(kind.name()), items.len());
         return Err(Diagnostic::error("wrong-type", message).at(place, "").help(about(param)));
     }
     let mut numbers = [0.0; 4];

@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use afterimage_base::image::ImageDesc;
 use afterimage_base::Shared;
+use afterimage_base::image::ImageDesc;
 use afterimage_wgsl::Shader;
 
 /// A virtual image of a recording.
@@ -308,7 +308,12 @@ pub struct Binding {
 
 impl Step {
     /// A function without numbers of its own, promises or other forms.
-    pub fn new(node: &str, shader: impl Into<Shared<Shader>>, function: impl Into<Shared<str>>, args: Vec<Arg>) -> Self {
+    pub fn new(
+        node: &str,
+        shader: impl Into<Shared<Shader>>,
+        function: impl Into<Shared<str>>,
+        args: Vec<Arg>,
+    ) -> Self {
         let (shader, function) = (shader.into(), function.into());
         let (uniform, promises) = (Vec::new(), Vec::new());
         Self { node: node.to_owned(), shader, function, args, uniform, reach: None, promises, by_rows: None }

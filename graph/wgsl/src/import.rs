@@ -122,11 +122,7 @@ impl Text {
     }
 
     /// Adds a module, each line as `change` makes it, and before it what it imports.
-    pub fn changed_module(
-        &mut self,
-        shader: &Shader,
-        change: &dyn Fn(&str) -> String,
-    ) -> Result<(), ShaderError> {
+    pub fn changed_module(&mut self, shader: &Shader, change: &dyn Fn(&str) -> String) -> Result<(), ShaderError> {
         self.imports(shader.file(), shader.source())?;
         for (number, line) in shader.source().lines().enumerate() {
             let line = if line.trim().starts_with("#import ") { String::new() } else { change(line) };

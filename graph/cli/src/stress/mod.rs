@@ -58,10 +58,10 @@ pub fn registry(tables: &[&[NodeKind]]) -> Result<Registry, DuplicateKind> {
 pub fn kinds(registry: &Registry, tables: &[&[NodeKind]]) -> Vec<Subject> {
     let mut subjects = Vec::new();
     for kind in tables.iter().copied().flatten() {
-        subjects.extend(Subject::kind(registry, *kind, false, false));
-        subjects.extend(Subject::kind(registry, *kind, false, true).filter(Subject::takes_pictures));
+        subjects.extend(Subject::kind(registry, kind, false, false));
+        subjects.extend(Subject::kind(registry, kind, false, true).filter(Subject::takes_pictures));
         if kind.inputs().iter().any(|port| port.optional) {
-            subjects.extend(Subject::kind(registry, *kind, true, false));
+            subjects.extend(Subject::kind(registry, kind, true, false));
         }
     }
     subjects
@@ -191,7 +191,7 @@ fn one_kind(registry: &Registry, name: &str) -> Result<Vec<Subject>, Failure> {
         let hint = did_you_mean(name, registry.names()).unwrap_or_else(|| "`afterimage nodes` lists them all".into());
         Failure::user(format!("no node kind is called `{name}`")).hint(hint)
     })?;
-    let subjects = kinds(registry, &[&[kind]]);
+    let subjects = kinds(registry, &[std::slice::from_ref(kind)]);
     if subjects.is_empty() {
         return Err(Failure::user(format!(
             "no wires from images reach all inputs of `{name}`, so it cannot run alone"

@@ -50,7 +50,9 @@ pub(super) fn declaration(tree: Item, diagnostics: &mut Diagnostics) -> Option<D
 
 fn identity(item: Option<Item>, inputs: &[(Input, Place)], diagnostics: &mut Diagnostics) -> Fallback {
     let images = || inputs.iter().filter(|(port, _)| port.ty == PortType::Image).map(|(port, _)| &*port.name);
-    let Some(item) = item else { return images().next().map_or(Fallback::Zero, |name| Fallback::Input(name.to_owned().into())) };
+    let Some(item) = item else {
+        return images().next().map_or(Fallback::Zero, |name| Fallback::Input(name.to_owned().into()));
+    };
     match &item.value {
         Tree::Name(name) if name == "Zero" => Fallback::Zero,
         Tree::Name(name) if name == "Absent" => Fallback::Absent,
@@ -123,7 +125,8 @@ fn input(name: &Spanned<String>, item: Item, diagnostics: &mut Diagnostics) -> O
     let optional = fields.flag("optional");
     let states = fields.states();
     fields.finish(&["doc", "optional", "states"]);
-    let input = Input { name: name.value.clone().into(), ty: port?, states: states.into(), optional, doc: doc?.value.into() };
+    let input =
+        Input { name: name.value.clone().into(), ty: port?, states: states.into(), optional, doc: doc?.value.into() };
     Some((input, name.place.clone()))
 }
 

@@ -283,11 +283,7 @@ impl<'a> Recorder<'a> {
     }
 
     /// A pass around a whole compute entry point. Its bindings are the inputs of the same names, unless `bind` says otherwise.
-    pub fn compute(
-        &mut self,
-        shader: impl Into<Shared<Shader>>,
-        entry: impl Into<Shared<str>>,
-    ) -> ComputePass<'_, 'a> {
+    pub fn compute(&mut self, shader: impl Into<Shared<Shader>>, entry: impl Into<Shared<str>>) -> ComputePass<'_, 'a> {
         let (shader, entry) = (shader.into(), entry.into());
         let label = entry.to_string();
         ComputePass {

@@ -65,7 +65,7 @@ fn without_changes(args: &TuneArgs, registry: &Registry, written: &Graph) -> Res
     let options = PipelineOptions { tier: None, sets: Vec::new(), ..args.material.options.clone() };
     let (plain, _) = check_file(&args.pipeline, registry, &options)?;
     let frame = |graph: &Graph| -> Vec<_> {
-        graph.nodes.iter().map(|node| (node.name.clone(), node.kind.name(), node.wires.clone())).collect()
+        graph.nodes.iter().map(|node| (node.name.clone(), node.kind.name().to_owned(), node.wires.clone())).collect()
     };
     if frame(&plain) == frame(written) {
         return Ok(plain);
