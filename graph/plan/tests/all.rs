@@ -2,8 +2,11 @@
 #![allow(unreachable_pub, missing_docs, clippy::unwrap_used, reason = "a test binary exports nothing")]
 
 mod faults;
+mod pipelines;
 mod plan_cache;
 mod planned;
 mod printing;
 mod properties;
+mod skipped;
 mod stability;
+mod switches;

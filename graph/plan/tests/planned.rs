@@ -1,6 +1,7 @@
 //! Plans for devices and frames that tests share.
 
 use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use afterimage_generators::Recipe;
@@ -36,22 +37,38 @@ pub fn plan_on(graph: &Graph, size: Size, options: Options, caps: Caps) -> Resul
     plan(graph, &PlanRequest { size, inputs, facts: Facts::default(), caps, options, requirement })
 }
 
+/// The plan of a graph of built-in kinds: every required input is an unsanitized image of the format and has the size of the frame.
+pub fn plan_images(graph: &Graph, format: Format, facts: Facts, caps: Caps, options: Options) -> Plan {
+    let given = GivenImage { desc: ImageDesc::new(FRAME).format(format), finite: false };
+    let required = graph.inputs.iter().filter(|input| !input.optional);
+    let inputs = required.map(|input| (input.name.clone(), given)).collect();
+    let requirement = &Requirement::typical;
+    let request = PlanRequest { size: FRAME, inputs, facts, caps, options, requirement };
+    plan(graph, &request).unwrap_or_else(|error| panic!("{error}"))
+}
+
 /// The graph of a text of built-in kinds.
 pub fn checked(text: &str) -> Graph {
-    checked_as("test.ron", text)
+    checked_with("test.ron", text, &Files)
+}
+
+/// The folder of the built-in pipelines.
+pub fn pipelines() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../pipelines")
 }
 
 /// The graph of a built-in pipeline.
 pub fn built_in(name: &str) -> Graph {
-    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../pipelines").join(name);
+    let path = pipelines().join(name);
     let text = std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
-    checked_as(&path.to_string_lossy(), &text)
+    checked_with(&path.to_string_lossy(), &text, &Files)
 }
 
-fn checked_as(path: &str, text: &str) -> Graph {
+/// The graph of a text that names files.
+pub fn checked_with(path: &str, text: &str, loader: &dyn Loader) -> Graph {
     let document = parse(path, text).unwrap_or_else(|errors| panic!("{errors}"));
     let registry = Registry::new(&[afterimage_nodes::ALL]).expect("no two kinds share a name");
-    let options = CheckOptions { loader: &Files, ..CheckOptions::default() };
+    let options = CheckOptions { loader, ..CheckOptions::default() };
     check(&document, &registry, &options).unwrap_or_else(|errors| panic!("{errors}")).0
 }
 
