@@ -62,7 +62,8 @@ fn half_floats_and_subgroups_have_no_faults() {
         "MeanLuminance",
         "LogGaussian",
     ];
-    let tables: Vec<NodeKind> = summing.iter().map(|name| registry.get(name).expect("a built-in kind").clone()).collect();
+    let tables: Vec<NodeKind> =
+        summing.iter().map(|name| registry.get(name).expect("a built-in kind").clone()).collect();
     let options = Options { half: true, subgroups: true, ..Options::default() };
     let report = stressed(&[&tables], &Choice { options, ..quick() });
     assert!(report.cases() > 1000, "only {} cases", report.cases());

@@ -111,6 +111,8 @@ pub struct Param {
     pub domain: Option<(f64, f64)>,
     /// The range of a slider. It lies within the domain.
     pub usual: Option<(f64, f64)>,
+    /// Its former name, if it was renamed.
+    pub former: Option<Shared<str>>,
     /// The unit of its numbers. Empty for pure numbers.
     pub unit: Shared<str>,
     /// Whether a change needs a new plan. Otherwise a new uniform is enough.
@@ -142,6 +144,7 @@ impl Param {
             default,
             domain: None,
             usual: None,
+            former: None,
             unit: Shared::of(""),
             replan,
             neutral: None,
@@ -158,6 +161,12 @@ impl Param {
     /// Sets the range of a slider.
     pub fn usually(mut self, range: RangeInclusive<f64>) -> Self {
         self.usual = Some((*range.start(), *range.end()));
+        self
+    }
+
+    /// Declares its former name. A file that uses the former name gets an error with the present one.
+    pub fn formerly(mut self, name: impl Into<Shared<str>>) -> Self {
+        self.former = Some(name.into());
         self
     }
 

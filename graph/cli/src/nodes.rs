@@ -84,7 +84,7 @@ fn input(port: &Input) -> String {
 }
 
 fn output(port: &Output) -> String {
-    let state = match &port.gives {
+    let state = match &port.state {
         OutputState::Always(state) => format!(" ({})", state.name()),
         OutputState::Same(input) => format!(" (in the state of `{input}`)"),
         OutputState::Nothing => String::new(),

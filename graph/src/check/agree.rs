@@ -78,7 +78,7 @@ impl Builder<'_> {
             OutputState::Same(name) => follow(name),
             OutputState::Nothing => Some(None),
         };
-        draft.kind.outputs().iter().map(|output| state(&output.gives)).collect()
+        draft.kind.outputs().iter().map(|output| state(&output.state)).collect()
     }
 
     fn agree_on(&mut self, wire: &Wire, port: &Input, reader: &str) {

@@ -6,7 +6,7 @@ use super::build::{Builder, Change, Feed, Named, NodeDraft, Scope};
 use super::files::join;
 use super::suggest::{kinds_near, known_kinds};
 use super::{Condition, DEEPEST, MOST_NODES};
-use crate::document::{Document, Field, Group, Item, NodeEntry, Tier, Tree, doubled, settings};
+use crate::document::{Document, Field, Group, Item, NodeEntry, Tier, Tree, doubled, renamed, settings};
 use crate::node::NodeKind;
 use afterimage_base::diagnostic::{Diagnostic, Place, Spanned, did_you_mean, list, nearest, quote};
 
@@ -219,6 +219,9 @@ impl Builder<'_> {
         if let Some(port) = kind.inputs().iter().position(|port| port.name == name.value) {
             draft.asked[port] = self.wire(&name.value, item);
         } else if !self.change_field(draft, &name.value, item) {
+            if let Some(param) = kind.former_param(&name.value) {
+                return self.tell(renamed(name, &param.name));
+            }
             let ports = kind.inputs().iter().map(|port| &*port.name);
             let params = kind.params().iter().map(|param| &*param.name);
             let known: Vec<&str> = ports.clone().chain(params.clone()).chain(COMMON).collect();

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::build::{Builder, Change, Named, NodeDraft, Scope};
 use super::expand::COMMON;
-use crate::document::{Item, Override, Tree, read_tree};
+use crate::document::{Item, Override, Tree, read_tree, renamed};
 use afterimage_base::diagnostic::{Diagnostic, Place, Spanned, did_you_mean, list, quote};
 
 /// The name of the text that `--set` options are shown in.
@@ -125,6 +125,10 @@ impl Builder<'_> {
             return;
         }
         let kind = draft.kind.clone();
+        if let Some(param) = kind.former_param(field) {
+            let present = format!("{}.{}", draft.name.value, param.name);
+            return self.tell(renamed(&setting.key, &present));
+        }
         let known = || kind.params().iter().map(|param| &*param.name).chain(COMMON);
         let name = quote(&draft.name.value);
         let diagnostic = if kind.input(field).is_some() {

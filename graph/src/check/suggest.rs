@@ -56,7 +56,7 @@ fn through(kind: &NodeKind, on_wire: OnWire) -> Option<OnWire> {
     let output = kind.outputs().first()?;
     let takes = port.ty == on_wire.ty
         && on_wire.state.is_none_or(|state| port.states.is_empty() || port.states.contains(&state));
-    let state = match &output.gives {
+    let state = match &output.state {
         OutputState::Always(state) => Some(*state),
         OutputState::Same(name) if *name == port.name => on_wire.state,
         OutputState::Same(_) | OutputState::Nothing => None,

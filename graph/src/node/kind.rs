@@ -131,6 +131,14 @@ impl NodeKind {
         Self(Shared::Counted(kind))
     }
 
+    /// The counted implementation, if this is no part of the program.
+    pub fn counted(&self) -> Option<&Arc<dyn Kind>> {
+        match &self.0 {
+            Shared::Static(_) => None,
+            Shared::Counted(kind) => Some(kind),
+        }
+    }
+
     /// The main output's name.
     pub fn main_output(&self) -> &str {
         &self.outputs().first().expect("every kind has an output: the contract test holds it").name
@@ -144,6 +152,11 @@ impl NodeKind {
     /// The output port of that name.
     pub fn output(&self, name: &str) -> Option<&Output> {
         self.outputs().iter().find(|port| port.name == name)
+    }
+
+    /// The parameter that had that name before.
+    pub fn former_param(&self, name: &str) -> Option<&Param> {
+        self.params().iter().find(|param| param.former.as_deref() == Some(name))
     }
 
     /// The parameter of that name and its place in the table.

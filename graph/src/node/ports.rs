@@ -36,9 +36,9 @@ impl PortType {
 pub struct Input {
     /// Its name, also the name of the shader's argument.
     pub name: Shared<str>,
-    /// What it takes.
+    /// Its type.
     pub ty: PortType,
-    /// The image states it takes; empty for any.
+    /// The color states that it accepts; empty for any.
     pub states: Shared<[ColorState]>,
     /// Whether it may stay unwired.
     pub optional: bool,
@@ -57,7 +57,7 @@ impl Input {
         Self::new(name, PortType::Image, doc)
     }
 
-    /// Limits the states it takes.
+    /// Limits the color states that it accepts.
     pub const fn accepts(mut self, states: &'static [ColorState]) -> Self {
         // A constant function cannot drop what it replaces, which is a part of the program and needs no drop.
         std::mem::forget(std::mem::replace(&mut self.states, Shared::of(states)));
@@ -94,27 +94,27 @@ impl OutputState {
 pub struct Output {
     /// Its name; the first output of a kind is its main one, called `result` by custom.
     pub name: Shared<str>,
-    /// What it gives.
+    /// Its type.
     pub ty: PortType,
-    /// The state of the image it gives.
-    pub gives: OutputState,
+    /// The color state of its image.
+    pub state: OutputState,
     /// What it holds.
     pub doc: Shared<str>,
 }
 
 impl Output {
     /// A port.
-    pub const fn new(name: &'static str, ty: PortType, gives: OutputState, doc: &'static str) -> Self {
-        Self { name: Shared::of(name), ty, gives, doc: Shared::of(doc) }
+    pub const fn new(name: &'static str, ty: PortType, state: OutputState, doc: &'static str) -> Self {
+        Self { name: Shared::of(name), ty, state, doc: Shared::of(doc) }
     }
 
     /// An image port.
-    pub const fn image(name: &'static str, gives: OutputState, doc: &'static str) -> Self {
-        Self::new(name, PortType::Image, gives, doc)
+    pub const fn image(name: &'static str, state: OutputState, doc: &'static str) -> Self {
+        Self::new(name, PortType::Image, state, doc)
     }
 }
 
-/// What stands in for an output of a node that does not run.
+/// What replaces an output of a node that does not run.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Fallback {
     /// Whatever the named input holds.

@@ -32,7 +32,7 @@ params! {
         /// Light below this is dropped.
         pub threshold: f32 = 1.0 => within(0.0..=65504.0);
         /// Width of the soft step.
-        pub knee: f32 = 0.1 => within(0.0..=1.0);
+        pub knee: f32 = 0.1 => within(0.0..=1.0), formerly("softness");
     }
 }
 

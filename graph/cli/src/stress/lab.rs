@@ -293,7 +293,7 @@ fn shown(plan: &Plan, graph: &Graph, mut bytes: &[u8]) -> Vec<Shown> {
 fn limit(plan: &Plan, graph: &Graph, source: Source) -> Option<f64> {
     let Source::Node { node, output, .. } = source else { return None };
     let node = &graph.nodes[node];
-    let gives = &node.kind.outputs()[output].gives;
+    let gives = &node.kind.outputs()[output].state;
     let is_limited = matches!(gives, OutputState::Always(ColorState::DisplayLinear | ColorState::Encoded));
     let runs = !plan.skipped.iter().any(|left| left.node == node.name);
     let peak = node.kind.param("peak").map(|(index, _)| &node.values[index]);

@@ -70,7 +70,7 @@ fn output(kind: &NodeKind, port: &Output, complaints: &mut Complaints) {
     let name = &*port.name;
     port_name(name, complaints);
     complaints.require(!port.doc.trim().is_empty(), || format!("the output `{name}` has no doc"));
-    match &port.gives {
+    match &port.state {
         OutputState::Nothing => {
             complaints
                 .require(!is_image(port.ty), || format!("the output `{name}` is an image and must say its state"));

@@ -5,10 +5,10 @@
 //!     name: "Posterize",
 //!     doc: "Leaves only a few levels of each colour.",
 //!     inputs: {
-//!         "source": Image(doc: "The picture after the tone curve.", states: [DisplayLinear]),
+//!         "source": Image(doc: "The picture after the tone curve.", accepts: [DisplayLinear]),
 //!     },
 //!     outputs: {
-//!         "result": Image(doc: "The picture in levels.", gives: Same("source")),
+//!         "result": Image(doc: "The picture in levels.", state: Same("source")),
 //!     },
 //!     parameters: {
 //!         "levels": Float(doc: "Levels of each channel.", default: 4.0, within: (2.0, 256.0), usually: (2.0, 16.0)),
@@ -16,13 +16,16 @@
 //! )
 //! ```
 //!
-//! * `inputs` are of type `Image`, `Volume` or `Value`; `states` says which image states fit (any, if it is left out), `optional: true` lets
-//!   a port stay unwired, and then it reads as zero.
-//! * `outputs` are of type `Image`. `gives` is `Same("input")` or a state, `function` the kernel function (the kind's name in snake case, if it
-//!   is left out), `size` one of `Same`, `Half`, `Double` (of the first image input, or of the frame) and `Fixed(256, 256)`.
-//! * `parameters` are of type `Bool`, `Int`, `Float`, `Vector2`, `Vector3` or `Vector4`; each needs `doc` and `default`, numbers need `within`,
-//!   and `usually`, `unit` and `neutral` may be given. They go into the struct of the function's `params` argument by name.
-//! * `bypass` is what stands in for the node when it is off: an input, `Zero` or `Absent`; the first input that fits, if it is left out.
+//! * `inputs` are of type `Image`, `Volume` or `Value`. `accepts` lists the color states that fit (any, if it is left
+//!   out). With `optional: true`, a port may stay unwired; then it reads as zero.
+//! * `outputs` are of type `Image`. `state` is `Same("input")` or a color state, `function` the kernel function (the
+//!   kind's name in snake case, if it is left out), `size` one of `Same`, `Half`, `Double` (of the first image input, or
+//!   of the frame) and `Fixed(256, 256)`.
+//! * `parameters` are of type `Bool`, `Int`, `Float`, `Vector2`, `Vector3` or `Vector4`. Each needs `doc` and `default`,
+//!   numbers need `within`, and `usually`, `unit` and `neutral` are optional. They go by name into the struct of the
+//!   function's argument `params`.
+//! * `fallback` replaces the output of a node that is off: an input, `Zero` or `Absent`. It is the first image input, if
+//!   it is left out.
 
 mod agree;
 mod read;
@@ -93,7 +96,7 @@ struct Declaration {
     inputs: Vec<(Input, Place)>,
     outputs: Vec<DeclaredOutput>,
     params: Vec<(Param, Place)>,
-    bypass: Fallback,
+    fallback: Fallback,
 }
 
 /// An output and how it is made.
@@ -111,7 +114,7 @@ struct FolderKind {
     inputs: Vec<Input>,
     outputs: Vec<Output>,
     made: Vec<(Shared<str>, SizeRule)>,
-    bypass: Fallback,
+    fallback: Fallback,
     shader: Arc<Shader>,
 }
 
@@ -152,7 +155,7 @@ impl Kind for FolderKind {
         &self.outputs
     }
     fn fallback(&self) -> Fallback {
-        self.bypass.clone()
+        self.fallback.clone()
     }
     fn identity(&self, _: &[Value], _: &Arrivals) -> Option<Fallback> {
         None
@@ -187,7 +190,7 @@ impl FolderKind {
             inputs,
             outputs,
             made,
-            bypass: declared.bypass,
+            fallback: declared.fallback,
             shader,
         }
     }

@@ -1,7 +1,7 @@
 //! SampleMode a `node.ron`.
 
 use super::{Declaration, DeclaredOutput, SizeRule};
-use crate::document::{Field, Group, Item, Tree, doubled};
+use crate::document::{Field, Group, Item, Tree, doubled, present_name, renamed};
 use crate::node::contract::snake;
 use crate::node::{Fallback, Input, Output, OutputState, PortType};
 use afterimage_base::Shared;
@@ -42,13 +42,13 @@ pub(super) fn declaration(tree: Item, diagnostics: &mut Diagnostics) -> Option<D
         None => Vec::new(),
     };
     let params = params.into_iter().filter_map(|(name, item)| parameter(&name, item, fields.diagnostics)).collect();
-    let bypass = fields.take("bypass");
-    let bypass = identity(bypass, &inputs, fields.diagnostics);
-    fields.finish(&["name", "doc", "inputs", "outputs", "parameters", "bypass"]);
-    Some(Declaration { name: name?, doc: doc?.value, inputs, outputs, params, bypass })
+    let fallback = fields.take("fallback");
+    let fallback = fallback_of(fallback, &inputs, fields.diagnostics);
+    fields.finish(&["name", "doc", "inputs", "outputs", "parameters", "fallback"]);
+    Some(Declaration { name: name?, doc: doc?.value, inputs, outputs, params, fallback })
 }
 
-fn identity(item: Option<Item>, inputs: &[(Input, Place)], diagnostics: &mut Diagnostics) -> Fallback {
+fn fallback_of(item: Option<Item>, inputs: &[(Input, Place)], diagnostics: &mut Diagnostics) -> Fallback {
     let images = || inputs.iter().filter(|(port, _)| port.ty == PortType::Image).map(|(port, _)| &*port.name);
     let Some(item) = item else {
         return images().next().map_or(Fallback::Zero, |name| Fallback::Input(name.to_owned().into()));
@@ -59,7 +59,9 @@ fn identity(item: Option<Item>, inputs: &[(Input, Place)], diagnostics: &mut Dia
         Tree::Text(name) if images().any(|port| port == name) => Fallback::Input(name.clone().into()),
         _ => {
             let help = format!("write `Zero`, `Absent` or one of the image inputs in quotes: {}", list(images(), 8));
-            diagnostics.push(Diagnostic::error("wrong-type", "`bypass` is no stand-in").at(&item.place, "").help(help));
+            diagnostics.push(
+                Diagnostic::error("wrong-type", "`fallback` is no fallback of a node").at(&item.place, "").help(help),
+            );
             Fallback::Zero
         }
     }
@@ -123,8 +125,8 @@ fn input(name: &Spanned<String>, item: Item, diagnostics: &mut Diagnostics) -> O
     let mut fields = Fields::new(ty.place, "an input", fields, diagnostics);
     let doc = fields.text("doc");
     let optional = fields.flag("optional");
-    let states = fields.states();
-    fields.finish(&["doc", "optional", "states"]);
+    let states = fields.accepted();
+    fields.finish(&["doc", "optional", "accepts"]);
     let input =
         Input { name: name.value.clone().into(), ty: port?, states: states.into(), optional, doc: doc?.value.into() };
     Some((input, name.place.clone()))
@@ -141,11 +143,11 @@ fn output(
     let image = one_of(&ty, "type of output", [("Image", PortType::Image)], diagnostics);
     let mut fields = Fields::new(ty.place, "an output", fields, diagnostics);
     let doc = fields.text("doc");
-    let gives = fields.gives(inputs);
+    let state = fields.output_state(inputs);
     let function = if fields.has("function") { fields.text("function") } else { Some(otherwise.clone()) };
     let size = fields.size();
-    fields.finish(&["doc", "gives", "function", "size"]);
-    let port = Output { name: name.value.clone().into(), ty: image?, gives: gives?, doc: doc?.value.into() };
+    fields.finish(&["doc", "state", "function", "size"]);
+    let port = Output { name: name.value.clone().into(), ty: image?, state: state?, doc: doc?.value.into() };
     Some(DeclaredOutput { port, function: function?, size: size? })
 }
 
@@ -196,7 +198,11 @@ struct Fields<'d> {
 impl<'d> Fields<'d> {
     fn new(place: Place, what: &'static str, fields: Group<Field>, diagnostics: &'d mut Diagnostics) -> Self {
         let mut left: Vec<Field> = Vec::new();
-        for (name, item) in fields.entries {
+        for (mut name, item) in fields.entries {
+            if let Some(present) = present_name(what, &name.value) {
+                diagnostics.push(renamed(&name, present));
+                name.value = present.to_owned();
+            }
             match left.iter().find(|(known, _)| known.value == name.value) {
                 Some((first, _)) => diagnostics.push(doubled(&name, &first.place, "field")),
                 None => left.push((name, item)),
@@ -281,14 +287,14 @@ impl<'d> Fields<'d> {
         named
     }
 
-    fn states(&mut self) -> Vec<ColorState> {
-        match self.take("states") {
+    fn accepted(&mut self) -> Vec<ColorState> {
+        match self.take("accepts") {
             None => Vec::new(),
             Some(Item { value: Tree::List(items), .. }) => {
                 items.into_iter().filter_map(|item| self.state(item)).collect()
             }
             Some(item) => {
-                self.wrong("states", &item, "a list of states, `[Scene, Exposed]`");
+                self.wrong("accepts", &item, "a list of states, `[Scene, Exposed]`");
                 Vec::new()
             }
         }
@@ -304,8 +310,8 @@ impl<'d> Fields<'d> {
         }
     }
 
-    fn gives(&mut self, inputs: &[(Input, Place)]) -> Option<OutputState> {
-        let item = self.required("gives")?;
+    fn output_state(&mut self, inputs: &[(Input, Place)]) -> Option<OutputState> {
+        let item = self.required("state")?;
         match &item.value {
             Tree::Name(_) => self.state(item).map(OutputState::Always),
             Tree::Tuple(Some(word), items) if word.value == "Same" => match items.as_slice() {
@@ -314,12 +320,12 @@ impl<'d> Fields<'d> {
                     Some(OutputState::Same(input.clone().into()))
                 }
                 _ => {
-                    self.wrong("gives", &item, "`Same(\"input\")` or an image state");
+                    self.wrong("state", &item, "`Same(\"input\")` or an image state");
                     None
                 }
             },
             _ => {
-                self.wrong("gives", &item, "`Same(\"input\")` or an image state");
+                self.wrong("state", &item, "`Same(\"input\")` or an image state");
                 None
             }
         }
@@ -334,7 +340,7 @@ impl<'d> Fields<'d> {
             return;
         }
         let help = match names().next() {
-            None => "write the state itself, such as `gives: DisplayLinear`".to_owned(),
+            None => "write the state itself, such as `state: DisplayLinear`".to_owned(),
             Some(_) => format!("there is {}", list(names(), 8)),
         };
         let message = format!("{} is no image input that must be wired", quote(input));
