@@ -142,10 +142,10 @@ fn mistakes_of_the_declaration_are_told_at_its_lines() {
             "    parameters: {",
             "    fallback: \"levels\", parameters: {",
             "`fallback` is no fallback of a node",
-            "node.ron:9:13",
+            "node.ron:9:15",
         ),
-        ("accepts: [", "states: [", "`states` is called `accepts` now", "node.ron:5:68"),
-        ("state: Same", "gives: Same", "`gives` is called `state` now", "node.ron:8:68"),
+        ("accepts: [", "states: [", "`states` is called `accepts` now", "node.ron:5:67"),
+        ("state: Same", "gives: Same", "`gives` is called `state` now", "node.ron:8:63"),
         ("    parameters: {", "    bypass: Zero, parameters: {", "`bypass` is called `fallback` now", "node.ron:9:5"),
         ("doc: \"Where.\"", "dok: \"Where.\"", "an input needs `doc`", "node.ron:6:19"),
     ] {
