@@ -7,6 +7,7 @@ use std::collections::BTreeSet;
 use super::compute::{Bound, set_storage_format};
 use super::module::{Composed, Slot, SlotKind, free};
 use super::uniforms::uniform_struct;
+use afterimage_base::Shared;
 use afterimage_base::image::Format;
 use afterimage_graph::node::{ByCells, CellReduce, ImageId, KernelCall, Pass};
 use afterimage_wgsl::{
@@ -34,7 +35,7 @@ pub(super) fn compose_cell_reduce(
         text.library(file).expect("the library has this file")?;
     }
     for part in &parts {
-        text.changed_module(part.kernel.shader, &|line| part.line(line))?;
+        text.changed_module(&part.kernel.shader, &|line| part.line(line))?;
     }
     if parts.iter().any(|part| part.frame().is_some()) {
         let binding = add(&mut slots, SlotKind::Frame);
@@ -50,7 +51,7 @@ pub(super) fn compose_cell_reduce(
     Ok(Composed {
         source: text.text,
         map: text.map,
-        compute: "compute",
+        compute: Shared::of("compute"),
         fragment: None,
         slots,
         workgroup: [cells.workgroup(), 1, 1],
@@ -72,11 +73,11 @@ struct Part<'a> {
     number: usize,
     kernel: &'a KernelCall,
     by: ByCells,
-    reflection: &'static Reflection,
+    reflection: &'a Reflection,
     bound: Bound,
     /// The number of its first binding.
     first: u32,
-    names: BTreeSet<&'static str>,
+    names: BTreeSet<&'a str>,
 }
 
 impl<'a> Part<'a> {
@@ -87,7 +88,7 @@ impl<'a> Part<'a> {
         format_of: &dyn Fn(ImageId) -> Format,
         sample_mode_of: &dyn Fn(ImageId) -> SampleMode,
     ) -> Result<Self, ShaderError> {
-        let shader = kernel.shader;
+        let shader = &kernel.shader;
         let by = kernel.by_cells.expect("a kernel of a reduction has a form by cells");
         let reflection = shader.reflect()?;
         let bound = Bound::new(kernel, format_of, sample_mode_of)?;
@@ -103,7 +104,7 @@ impl<'a> Part<'a> {
     }
 
     /// The names of its uniforms and of their types.
-    fn uniforms(&self) -> impl Iterator<Item = (&'static str, &'static str)> {
+    fn uniforms(&self) -> impl Iterator<Item = (&'a str, &'a str)> {
         self.reflection.globals.iter().filter_map(|global| match &global.kind {
             GlobalKind::Uniform(ty) => Some((global.name.as_str(), ty.as_str())),
             _ => None,
@@ -111,7 +112,7 @@ impl<'a> Part<'a> {
     }
 
     /// The name of its own uniform and of the uniform's type.
-    fn params(&self) -> Option<(&'static str, &'static str)> {
+    fn params(&self) -> Option<(&'a str, &'a str)> {
         self.uniforms().find(|(_, ty)| *ty != "Frame")
     }
 
@@ -122,7 +123,7 @@ impl<'a> Part<'a> {
     }
 
     /// The name of the uniform with the frame's time.
-    fn frame(&self) -> Option<&'static str> {
+    fn frame(&self) -> Option<&'a str> {
         self.uniforms().find(|(_, ty)| *ty == "Frame").map(|(name, _)| name)
     }
 

@@ -15,13 +15,13 @@ pub(super) fn compose_compute(
     let reflection = call.shader.reflect()?;
     let Bound { slots, formats, reading } = Bound::new(call, format_of, sample_mode_of)?;
     let mut text = Text::default().reading(reading, features)?;
-    text.module(call.shader)?;
+    text.module(&call.shader)?;
     let source = formats.iter().fold(text.text, |source, (name, format)| set_storage_format(&source, name, *format));
-    let entry = reflection.entry(call.function);
+    let entry = reflection.entry(&call.function);
     Ok(Composed {
         source,
         map: text.map,
-        compute: call.function,
+        compute: call.function.clone(),
         fragment: None,
         slots,
         workgroup: entry.map_or([1; 3], |entry| entry.workgroup),

@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 
 use super::module::{Composed, Slot, SlotKind};
 use super::uniforms::uniform_struct;
+use afterimage_base::Shared;
 use afterimage_base::image::{Format, ImageDesc, Size};
 use afterimage_graph::node::{Arg, Argument, ImageId, KernelCall, Pass};
 use afterimage_wgsl::{ArgType, SampleMode, Shader, ShaderError, ShaderFeatures, TILED, Text};
@@ -34,7 +35,7 @@ pub(super) fn compose_functions(
     let rows = rows_of(desc.size);
     let mut text = Text::promising(promises(kernels)).reading(reading, features)?;
     for kernel in kernels {
-        text.module(kernel.shader)?;
+        text.module(&kernel.shader)?;
     }
     text.generated(&uniform_struct(pass, &|at| params_struct(&kernels[at])));
     text.generated(writer.declarations());
@@ -43,7 +44,7 @@ pub(super) fn compose_functions(
     Ok(Composed {
         source: text.text,
         map: text.map,
-        compute: "compute",
+        compute: Shared::of("compute"),
         fragment: Some("fragment"),
         slots: writer.into_slots(),
         workgroup: [WIDTH, HEIGHT, 1],
@@ -184,7 +185,7 @@ impl<'a> KernelWriter<'a> {
     }
 
     fn kernel(&mut self, stage: usize, index: usize, kernel: &KernelCall) {
-        let function = kernel.shader.reflect().ok().and_then(|r| r.function(kernel.function));
+        let function = kernel.shader.reflect().ok().and_then(|r| r.function(&kernel.function));
         let is_volume = |position: usize| {
             function.is_some_and(|f| f.args.get(position).is_some_and(|(_, ty)| *ty == ArgType::Volume))
         };
@@ -240,7 +241,7 @@ pub(super) fn is_tiled(kernel: &KernelCall) -> bool {
 /// The type of a kernel's uniform.
 pub(super) fn params_struct(kernel: &KernelCall) -> String {
     let reflection = kernel.shader.reflect().expect("a recorded kernel has a valid shader");
-    let function = reflection.function(kernel.function).expect("a recorded kernel has a known function");
+    let function = reflection.function(&kernel.function).expect("a recorded kernel has a known function");
     function
         .args
         .iter()
@@ -254,5 +255,5 @@ pub(super) fn params_struct(kernel: &KernelCall) -> String {
 
 /// The modules of the kernels, and the promises that each kernel makes of its module.
 pub(super) fn promises(kernels: &[KernelCall]) -> impl Iterator<Item = (&Shader, &[&'static str])> {
-    kernels.iter().map(|kernel| (kernel.shader, kernel.promises.as_slice()))
+    kernels.iter().map(|kernel| (&*kernel.shader, kernel.promises.as_slice()))
 }

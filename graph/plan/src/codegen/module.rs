@@ -1,5 +1,6 @@
 //! A module with its entry points and bindings.
 
+use afterimage_base::Shared;
 use afterimage_graph::node::{BufferId, ImageId};
 use afterimage_wgsl::{SampleMode, ShaderError, SourceMap, validate};
 
@@ -44,7 +45,7 @@ pub struct Composed {
     /// Where its lines come from.
     pub map: SourceMap,
     /// The compute entry point's name.
-    pub compute: &'static str,
+    pub compute: Shared<str>,
     /// The fragment entry point's name, with `vertex` as its vertex entry point, if it has one.
     pub fragment: Option<&'static str>,
     /// The bindings of the compute entry point. The fragment entry point has the same but the storage image.

@@ -3,6 +3,7 @@
 use super::functions::{KernelWriter, params_struct, promises};
 use super::module::Composed;
 use super::uniforms::uniform_struct;
+use afterimage_base::Shared;
 use afterimage_base::image::Format;
 use afterimage_graph::node::{ImageId, KernelCall, Pass, RowDownsample};
 use afterimage_wgsl::{SampleMode, Shader, ShaderError, ShaderFeatures, Text};
@@ -27,7 +28,7 @@ pub(super) fn compose_row_downsample(
     let extent = writer.extent();
     let mut text = Text::promising(promises(source)).reading(reading, features)?;
     for kernel in &pass.kernels {
-        text.module(kernel.shader)?;
+        text.module(&kernel.shader)?;
     }
     text.generated(&uniform_struct(pass, &|at| params_struct(&pass.kernels[at])));
     text.generated(writer.declarations());
@@ -36,7 +37,7 @@ pub(super) fn compose_row_downsample(
     Ok(Composed {
         source: text.text,
         map: text.map,
-        compute: "compute",
+        compute: Shared::of("compute"),
         fragment: None,
         slots: writer.into_slots(),
         workgroup: [ROW_INVOCATIONS, 1, 1],

@@ -8,6 +8,7 @@ use std::fmt::Write as _;
 use super::functions::{KernelWriter, is_tiled, params_struct, promises};
 use super::module::Composed;
 use super::uniforms::uniform_struct;
+use afterimage_base::Shared;
 use afterimage_base::image::Format;
 use afterimage_graph::node::{ImageId, Pass, TileStage, TiledChain};
 use afterimage_wgsl::{SampleMode, Shader, ShaderError, ShaderFeatures, Text};
@@ -38,20 +39,20 @@ pub(super) fn compose_tiled_chain(
         images.map(|image| image.map(|image| writer.storage(image, format_of(image)))).collect();
     let mut text = Text::promising(promises(kernels)).reading(reading, features)?;
     for kernel in kernels.iter().filter(|kernel| !is_tiled(kernel)) {
-        text.module(kernel.shader)?;
+        text.module(&kernel.shader)?;
     }
     text.generated(&uniform_struct(pass, &|at| params_struct(&kernels[at])));
     text.generated(writer.declarations());
     text.generated(&memory(chain, &params));
     for kernel in kernels.iter().filter(|kernel| is_tiled(kernel)) {
-        text.tiled_module(kernel.shader)?;
+        text.tiled_module(&kernel.shader)?;
     }
     text.generated(&functions);
     text.generated(&entry(chain, &stores));
     Ok(Composed {
         source: text.text,
         map: text.map,
-        compute: "compute",
+        compute: Shared::of("compute"),
         fragment: None,
         slots: writer.into_slots(),
         workgroup: [TILE_SIDE, TILE_SIDE, 1],
