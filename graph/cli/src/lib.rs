@@ -1,4 +1,5 @@
-//! The program `afterimage` as a library: the program of a plug-in author calls [`main()`] with one more table of kinds.
+//! The program `afterimage` as a library: the program of a plug-in author calls [`main()`] with one more table of
+//! kinds.
 
 mod args;
 mod bench;
@@ -56,7 +57,7 @@ pub fn run(tables: &[&[NodeKind]], arguments: impl IntoIterator<Item = std::ffi:
         Command::Bench(args) => bench::run(args, tables),
         Command::Stress(args) => stress::run(args, tables),
     };
-    match result.and_then(|()| terminal::check_output()) {
+    match result.and_then(|()| Ok(terminal::check_output()?)) {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => failure.report(),
     }

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use crate::args::{DeviceOptions, PipelineOptions, parse_size};
+use super::common::{DeviceOptions, PipelineOptions, parse_size};
 
 /// What each figure means, below the options.
 const FIGURES: &str = "\
@@ -67,7 +67,8 @@ pub(crate) struct MeasureArgs {
     /// Measure the tiers only, not each switch
     #[arg(long)]
     pub(crate) tiers: bool,
-    /// Write a page of documentation: the figures of this adapter, charts, and a `README.md` with the figures of all adapters
+    /// Write a page of documentation: the figures of this adapter, charts, and a `README.md` with the figures of all
+    /// adapters
     #[arg(long, value_name = "DIR", conflicts_with_all = ["json", "csv", "plot", "error_image"])]
     pub(crate) docs: Option<PathBuf>,
     /// Write all figures as JSON

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use crate::args::{DeviceOptions, PipelineOptions, parse_size};
+use super::common::{DeviceOptions, PipelineOptions, parse_size};
 
 /// The tests, below the options.
 const VERDICTS: &str = "\

@@ -1,7 +1,8 @@
-// Threshold bloom with a filmic curve as one writes it by hand: light is picked out at half size, four halvings, four enlargements, and
-// one last pass that adds the glow, maps and encodes. LEVEL stands for the format of the levels, GLOW for how the glow is
-// read: through a tent, or bilinearly. With SAME it does all that the pipeline does: light is picked at full size, the first halving has
-// thirteen taps in five squares weighed against fireflies, what is not finite is kept out, and the result is dithered.
+// Threshold bloom with a filmic curve as one writes it by hand: light is picked out at half size, four halvings, four
+// enlargements, and one last pass that adds the glow, maps and encodes. LEVEL stands for the format of the levels,
+// GLOW for how the glow is read: through a tent, or bilinearly. With SAME it does all that the pipeline does: light
+// is picked at full size, the first halving has thirteen taps in five squares weighed against fireflies, what is not
+// finite is kept out, and the result is dithered.
 
 struct Settings {
     low: f32,      // where the gate begins to open
@@ -42,7 +43,8 @@ fn extract(p: vec2u) -> vec4f {
     return vec4f(sum.rgb / weights, 1.0);
 }
 
-// The nearest colour that can be computed with: bits of positive floats are in the order of the floats, those of negative ones above.
+// The nearest colour that can be computed with: bits of positive floats are in the order of the floats, those of
+// negative ones above.
 fn sane(v: vec4f) -> vec4f {
     if !SAME { return v; }
     let bits = bitcast<vec4u>(v);

@@ -144,8 +144,8 @@ const METER: &str = r#"Pipeline(
     outputs: { "lit": "lit" },
 )"#;
 
-/// A pipeline without an option and with it, each measured twice: the shorter time counts, so that other load in one of the
-/// measurements does not decide.
+/// A pipeline without an option and with it, each measured twice: the shorter time counts, so that other load in one
+/// of the measurements does not decide.
 fn gain(
     gpu: &Gpu,
     registry: &Registry,

@@ -48,8 +48,8 @@ impl FigurePage {
         Ok(Self { folder: folder.to_owned(), adapter, pipelines })
     }
 
-    /// Adds the figures of a pipeline, and its chart if there are figures of switches. The files are written at once, so
-    /// that an interruption loses one pipeline.
+    /// Adds the figures of a pipeline, and its chart if there are figures of switches. The files are written at once,
+    /// so that an interruption loses one pipeline.
     ///
     /// # Errors
     /// A file cannot be written.

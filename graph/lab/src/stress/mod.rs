@@ -1,8 +1,9 @@
 //! Every pipeline and every node kind with extreme images, parameters and sizes.
 //!
-//! A [`Subject`] is a pipeline or a kind on its own; [`stress`] runs its cases and returns a [`StressReport`]. Images are
-//! small and many are rendered in one submission, so that tens of thousands of cases take minutes on a processor.
+//! A [`Subject`] is a pipeline or a kind on its own; [`stress`] runs its cases and returns a [`StressReport`]. Images
+//! are small and many are rendered in one submission, so that tens of thousands of cases take minutes on a processor.
 
+mod case;
 mod conditioning;
 mod images;
 mod probes;
@@ -21,9 +22,9 @@ use afterimage_gpu::Gpu;
 use afterimage_graph::check::Loader;
 use afterimage_graph::node::{DuplicateKind, NodeKind, Registry};
 
+pub use case::StressOptions;
 pub use conditioning::{Conditioning, ErrorUnit, WorstLight, conditioning, conditioning_table};
 pub use report::{Failed, StressReport, Tally};
-pub use run::StressOptions;
 pub use subject::{Overrides, Subject};
 
 use crate::Progress;
@@ -39,9 +40,9 @@ pub fn registry(tables: &[&[NodeKind]]) -> Result<Registry, DuplicateKind> {
     Registry::new(&all)
 }
 
-/// Each kind of these tables on its own: with its optional inputs, with light that may be negative, and without optional
-/// inputs if it has any. A kind is skipped if its inputs cannot be made from images. `loader` reads the files of
-/// pipelines.
+/// Each kind of these tables on its own: with its optional inputs, with light that may be negative, and without
+/// optional inputs if it has any. A kind is skipped if its inputs cannot be made from images. `loader` reads the
+/// files of pipelines.
 pub fn kinds(registry: &Registry, tables: &[&[NodeKind]]) -> Vec<Subject> {
     let mut subjects = Vec::new();
     for kind in tables.iter().copied().flatten() {

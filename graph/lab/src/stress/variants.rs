@@ -1,12 +1,13 @@
-//! Every variant of a plan must give the same output: dispatched and drawn, fused and not, with tiles and without, and so on.
+//! Every variant of a plan must give the same output: dispatched and drawn, fused and not, with tiles and without,
+//! and so on.
 
 use afterimage_graph::image::{ColorState, Size};
 use afterimage_plan::{Alias, Caps, Options};
 
+use super::case::{CaseRunner, judge};
 use super::images::Extreme;
 use super::promises::Promises;
 use super::render::{Configuration, Rendered, Shot};
-use super::run::{CaseRunner, judge};
 use super::settings::Change;
 use super::subject::Overrides;
 use super::verdicts::{Tolerance, different};

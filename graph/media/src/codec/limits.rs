@@ -39,7 +39,8 @@ pub(crate) fn filled<T: Copy>(len: usize, value: T) -> Result<Vec<T>, CodecError
     Ok(vec)
 }
 
-/// A vector of `len` zeros, or an error where memory does not suffice. The system's fresh pages are zero already: none is touched.
+/// A vector of `len` zeros, or an error where memory does not suffice. The system's fresh pages are zero already:
+/// none is touched.
 pub(crate) fn zeroed<T: bytemuck::Zeroable>(len: usize) -> Result<Vec<T>, CodecError> {
     bytemuck::allocation::try_zeroed_vec(len)
         .map_err(|()| too_large(format!("this machine has no {} MiB free", (len * size_of::<T>()) >> 20)))
