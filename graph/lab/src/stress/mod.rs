@@ -46,10 +46,10 @@ pub fn registry(tables: &[&[NodeKind]]) -> Result<Registry, DuplicateKind> {
 pub fn kinds(registry: &Registry, tables: &[&[NodeKind]]) -> Vec<Subject> {
     let mut subjects = Vec::new();
     for kind in tables.iter().copied().flatten() {
-        subjects.extend(Subject::kind(registry, *kind, false, false));
-        subjects.extend(Subject::kind(registry, *kind, false, true).filter(Subject::takes_images));
+        subjects.extend(Subject::kind(registry, kind, false, false));
+        subjects.extend(Subject::kind(registry, kind, false, true).filter(Subject::takes_images));
         if kind.inputs().iter().any(|port| port.optional) {
-            subjects.extend(Subject::kind(registry, *kind, true, false));
+            subjects.extend(Subject::kind(registry, kind, true, false));
         }
     }
     subjects
