@@ -1,16 +1,19 @@
 //! The command line.
 
-mod common;
 pub(crate) mod measure;
+mod options;
 pub(crate) mod stress;
 
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
-pub(crate) use common::*;
 use measure::{MeasureArgs, TuneArgs};
 use stress::StressArgs;
+
+pub(crate) use options::{
+    ArithmeticOptions, DeviceOptions, NoAlias, PipelineOptions, PlanOptions, TileChoice, parse_size,
+};
 
 /// Post-processing for HDR images: a pipeline is a RON file, its nodes are plug-ins.
 #[derive(Debug, Parser)]

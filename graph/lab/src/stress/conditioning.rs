@@ -99,7 +99,7 @@ impl Light {
         (0..=steps).flat_map(|step| [true, false].map(|grey| Self { red: red(step), grey })).collect()
     }
 
-    /// The light, with each channel so many half floats brighter.
+    /// The light, with each channel brighter by this number of half-float units.
     fn shot(self, units: f32) -> Shot {
         let channels = if self.grey { [1.0; 3] } else { [1.0, 0.25, 0.0625] };
         let brighter = |share: f32| {

@@ -4,7 +4,7 @@ use afterimage_graph::check::Graph;
 use afterimage_graph::image::{ColorState, Size};
 use afterimage_graph::node::Registry;
 
-use super::case::{CaseRunner, StressOptions, judge};
+use super::case_runner::{CaseRunner, StressOptions, judge};
 use super::images::{ALL, Extreme};
 use super::promises::Promises;
 use super::render::{Configuration, OutputPixels, Rendered, Renderer, Shot};

@@ -3,7 +3,7 @@
 use afterimage_graph::check::Graph;
 use afterimage_graph::image::Size;
 
-use super::case::{CaseRunner, judge};
+use super::case_runner::{CaseRunner, judge};
 use super::images::Extreme;
 use super::promises::Promises;
 use super::render::{OutputPixels, Shot};

@@ -4,7 +4,7 @@
 use afterimage_graph::image::{ColorState, Size};
 use afterimage_plan::{Alias, Caps, Options};
 
-use super::case::{CaseRunner, judge};
+use super::case_runner::{CaseRunner, judge};
 use super::images::Extreme;
 use super::promises::Promises;
 use super::render::{Configuration, Rendered, Shot};

@@ -173,10 +173,10 @@ impl Placement {
     }
 
     fn decode_batch<T: Sample>(&self, batch: Vec<Chunk>, meta: &MetaData) -> Result<Vec<Piece<T>>, CodecError> {
-        let guarded = |chunk| {
+        let without_panic = |chunk| {
             catch_panic(|| self.decode_chunk(chunk, meta)).unwrap_or_else(|panic| Err(CodecError::broken(panic)))
         };
-        batch.into_par_iter().map(guarded).collect()
+        batch.into_par_iter().map(without_panic).collect()
     }
 
     fn decode_chunk<T: Sample>(&self, chunk: Chunk, meta: &MetaData) -> Result<Piece<T>, CodecError> {

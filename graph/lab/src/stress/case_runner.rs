@@ -1,4 +1,4 @@
-//! What the cases of one subject share.
+//! What all cases of a pipeline or a kind share: options, the renderer and the results.
 
 use afterimage_graph::image::Size;
 use afterimage_graph::node::Registry;
@@ -47,6 +47,7 @@ pub(crate) struct CaseRunner<'a> {
 }
 
 impl CaseRunner<'_> {
+    /// Adds a case with what is wrong with it.
     pub(crate) fn count(&mut self, overrides: &Overrides, size: Size, case: &str, wrong: Vec<String>) {
         self.tally.count(self.subject, overrides, size, case, wrong);
     }
