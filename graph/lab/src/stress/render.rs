@@ -178,9 +178,7 @@ impl Configuration {
     /// The session, with this graph.
     fn session(&mut self, subject: &Subject, graph: &Graph) -> &mut Session {
         let (gpu, options) = (&self.gpu, self.options);
-        let session =
-            self.session.get_or_insert_with(|| Session::new(gpu, graph.clone(), subject.facts.clone(), options));
-        session
+        self.session.get_or_insert_with(|| Session::new(gpu, graph.clone(), subject.facts.clone(), options))
     }
 
     fn plan(&mut self, subject: &Subject, graph: &Graph, size: Size) -> Result<std::sync::Arc<Plan>, String> {
@@ -213,8 +211,8 @@ fn outputs(plan: &Plan, graph: &Graph, texels: Vec<Texels>) -> Vec<OutputPixels>
     plan.outputs.iter().zip(&graph.outputs).zip(texels).map(output).collect()
 }
 
-/// The largest colour of an image after the tone curve, if the node that makes it always gives that state: its `peak`, or
-/// else 1.
+/// The largest colour of an image after the tone curve, if the node that makes it always gives that state: its
+/// `peak`, or else 1.
 fn limit(plan: &Plan, graph: &Graph, source: Source) -> Option<f64> {
     let Source::Node { node, output, .. } = source else { return None };
     let node = &graph.nodes[node];
