@@ -1,11 +1,16 @@
-// Sums of weighted colours in half floats, where the host has asked for them and the device has them; in floats of 32 bits, and then
-// nothing is done here at all. The composer defines before this text
-// `real`, `real2`, `real3`, `real4`   the numbers of such sums and vectors of them;
-// REAL_IS_HALF                        whether they are half floats.
-// A half float ends at 65504, which a colour may be. So sums are of quarters: four colours can be added before they are weighed, and
-// rounded weights that sum to a little more than 1 do no harm. More than four colours must not share a weight: compilers may add them
-// up first and weigh the sum, whatever is written.
+// Sums of weighted colors: in half floats where the host asks for them and the device has them, otherwise in `f32`. The framework sets
+// the first alias and the constant for each module.
+// A half float ends at 65504, which a color may be. So sums are of quarters: four colors can be added before they are weighted, and
+// rounded weights that sum to a little more than 1 do no harm. At most four colors may share a weight: compilers may add them up first
+// and apply the weight to the sum, whatever the order in the text.
 #import sanitize
+
+alias real = f32;
+alias real2 = vec2<real>;
+alias real3 = vec3<real>;
+alias real4 = vec4<real>;
+// Whether `real` is a half float. If not, the functions below change nothing.
+const REAL_IS_HALF: bool = false;
 
 // A colour on its way into a sum.
 fn to_real(v: vec4f) -> real4 {

@@ -1,9 +1,11 @@
-// The only ways to read a texture. The composer defines two constants before this text:
-// TEXEL_SANITIZE  0 when every texture is known to be finite, 1 to guard colours, 2 to guard signed data;
-// TAP_BY_HAND  true when a texture cannot be filtered by the device, or must be guarded before it is filtered
-//              (a filtered NaN is a NaN in four pixels).
+// The only ways to read a texture. The framework sets both constants for each module.
 #import sanitize
 #import math
+
+// 0 if every texture is known to be finite, 1 to sanitize colors, 2 to sanitize signed data.
+const TEXEL_SANITIZE: u32 = 0u;
+// Whether the device cannot filter a texture, or it must be sanitized before it is filtered: one NaN would make four pixels NaN.
+const TAP_BY_HAND: bool = false;
 
 fn sanitized(v: vec4f) -> vec4f {
     if TEXEL_SANITIZE == 1u { return sanitize(v); }
