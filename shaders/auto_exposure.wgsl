@@ -1,5 +1,5 @@
-// From a histogram to stops: one workgroup scans the bins, takes the mean between two percentiles and lets the exposure follow
-// it. Counts are whole numbers and the sums have a fixed shape, so every run gives the same bits.
+// Computes stops from a histogram. One workgroup scans the bins, computes the mean between two percentiles and adapts
+// the exposure to it. Counts are integers and sums have a fixed order, so every run gives equal bits.
 #import workgroup
 #import metering
 
@@ -22,9 +22,9 @@ const AUTO_EXPOSURE_BINS: u32 = 256u;
 @group(0) @binding(0) var<uniform> params: AutoExposure;
 @group(0) @binding(1) var<uniform> frame: Frame;
 @group(0) @binding(2) var<storage, read> histogram: array<u32>;
-// Stops, mean, lux and whether they hold anything; kept from frame to frame.
+// Stops, mean, lux, and 1 if they are valid; kept from frame to frame.
 @group(0) @binding(3) var<storage, read_write> result: array<vec4f>;
-// The stops that were wanted in the frame before.
+// The target of the previous frame, in stops.
 @group(0) @binding(4) var<storage, read_write> wanted_before: array<f32>;
 
 struct AutoExposureBins {
@@ -36,7 +36,7 @@ struct AutoExposureBins {
 struct AutoExposureMetered {
     counted: bool,
     mean: f32,
-    // log2 luminance of the bright end of the percentiles.
+    // log2 luminance of the upper percentile.
     bright: f32,
 }
 
@@ -49,24 +49,24 @@ fn auto_exposure_bins() -> AutoExposureBins {
     return AutoExposureBins(count, lo, (bitcast<f32>(histogram[2]) - lo) / f32(max(count, 2u) - 1u));
 }
 
-// Whether the pixel with `rank` counted pixels below it is in this bin; the last bin in use holds all ranks beyond.
+// Whether this bin contains the pixel of rank `rank`. The last bin in use also contains all higher ranks.
 fn auto_exposure_holds(rank: f32, below: u32, through: u32, total: u32) -> bool {
     let in_use = through > below && f32(below) <= rank;
     return in_use && (rank < f32(through) || through == total);
 }
 
 fn auto_exposure_meter(invocation: Invocation) -> AutoExposureMetered {
-    // What no invocation finds must still be a number: nothing may have been counted.
+    // A default, because no invocation writes a result if no pixel was counted.
     if invocation.index == 0u {
         auto_exposure_quantile = 0.0;
         auto_exposure_bright = 0.0;
     }
     let bins = auto_exposure_bins();
-    // Each invocation has a bin, and the scan goes from the darkest to the brightest.
+    // One bin per invocation, scanned from the darkest to the brightest.
     let bin = workgroup_rank(invocation);
     let used = bin > 0u && bin < bins.count;
     let count = select(0u, histogram[4u + min(bin, bins.count - 1u)], used);
-    // How many pixels are in this bin or a darker one, and in all.
+    // The number of pixels in this bin and all darker ones, and in all bins.
     let scanned = workgroup_scan(invocation, AUTO_EXPOSURE_BINS, count);
     let through = scanned.x;
     let total = scanned.y;
@@ -85,7 +85,7 @@ fn auto_exposure_meter(invocation: Invocation) -> AutoExposureMetered {
     return AutoExposureMetered(total > 0u, mean, auto_exposure_bright);
 }
 
-// What is left of the frame before: the result, and the stops that were wanted.
+// The state of the previous frame: the result, and the target in stops.
 struct AutoExposureBefore {
     result: vec4f,
     wanted: f32,
@@ -113,7 +113,7 @@ fn auto_exposure_write(metered: AutoExposureMetered, before: AutoExposureBefore,
 
 @compute @workgroup_size(256)
 fn auto_exposure_exponential(invocation: Invocation) {
-    // Asked for before it is needed, so that it travels while the bins are summed.
+    // Loaded early, so that the latency overlaps with the sums.
     let before = auto_exposure_before();
     let metered = auto_exposure_meter(invocation);
     if invocation.index == 0u {
@@ -126,7 +126,7 @@ fn auto_exposure_exponential(invocation: Invocation) {
 
 @compute @workgroup_size(256)
 fn auto_exposure_linear(invocation: Invocation) {
-    // Asked for before it is needed, so that it travels while the bins are summed.
+    // Loaded early, so that the latency overlaps with the sums.
     let before = auto_exposure_before();
     let metered = auto_exposure_meter(invocation);
     if invocation.index == 0u {

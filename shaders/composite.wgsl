@@ -1,4 +1,4 @@
-// Light laid over a picture. Alpha is the picture's.
+// Combines light with an image. Alpha is that of the image.
 #import sanitize
 #import math
 #import tent
@@ -8,7 +8,7 @@ struct Composite {
     radius: f32,
 }
 
-// Bounded, because a sum of bright lights may pass the largest half float.
+// Limited, because a sum of bright lights may exceed the largest half float.
 fn composite_sum(base: vec4f, light: vec3f, params: Composite) -> vec4f {
     return vec4f(min(base.rgb + params.strength * light, vec3f(HALF_MAX)), base.a);
 }

@@ -1,11 +1,11 @@
-// Halvings by a row of invocations that walks down the image together. An invocation has one column of squares, each
-// the four texels under one texel of the result. Every tap of the filter is the mean of such a square or of the four texels where
-// four squares meet; both are made once and handed on to the neighbours through workgroup memory, as half floats.
+// Halvings by a row of invocations that moves down the image. Each invocation has one column of squares: the four
+// texels under one texel of the result. Every tap of the filter is the mean of a square, or of the four texels where
+// four squares meet. Both are computed once and shared with the neighbours through workgroup memory, as half floats.
 #import real
 
 const DOWNSAMPLE_ROWS_INVOCATIONS: u32 = 64u;
 
-// What an invocation remembers of the square above, and of the corner to the upper right of it.
+// The state of an invocation: parts of the square above, and of the corner to its upper right.
 struct DownsampleRows {
     lower_left: real4,
     lower_right: real4,
@@ -15,8 +15,8 @@ struct DownsampleRows {
     weight: f32,
 }
 
-// What neighbours hand on: two vectors to the left in slots 0 to 3; two vectors and a weight to the right in slots 4 to 8. A slot has a
-// number of each invocation, side by side, so that neighbours never wait for the same bank of memory.
+// Values for the neighbours: two vectors to the left in slots 0 to 3; two vectors and a weight to the right in slots 4
+// to 8. A slot has one number per invocation, contiguous, so that neighbours access different banks.
 var<workgroup> downsample_rows_handed: array<u32, 9u * DOWNSAMPLE_ROWS_INVOCATIONS>;
 
 const DOWNSAMPLE_ROWS_LEFT: u32 = 0u;
@@ -35,7 +35,7 @@ fn downsample_rows_take(slot: u32) -> vec4f {
     return vec4f(lower, unpack2x16float(downsample_rows_handed[slot + DOWNSAMPLE_ROWS_INVOCATIONS]));
 }
 
-// The same for parts of means.
+// The same for the parts of means.
 fn downsample_rows_put_part(slot: u32, v: real4) {
     downsample_rows_put(slot, vec4f(v));
 }
@@ -44,7 +44,7 @@ fn downsample_rows_take_part(slot: u32) -> real4 {
     return real4(downsample_rows_take(slot));
 }
 
-// A square on its way into means.
+// A square, converted for means.
 struct DownsampleRowsSquare {
     upper_left: real4,
     upper_right: real4,
@@ -62,7 +62,7 @@ fn downsample_rows_square(square: Square) -> DownsampleRowsSquare {
     return DownsampleRowsSquare(upper_left, upper_right, lower_left, lower_right, mean);
 }
 
-// The invocations beside this one. The outermost have none on one side: what they make there is not used.
+// The neighbours of an invocation. The outermost ones have no neighbour on one side; their results are not used.
 fn downsample_rows_after(invocation: u32) -> u32 {
     return min(invocation + 1u, DOWNSAMPLE_ROWS_INVOCATIONS - 1u);
 }
@@ -71,7 +71,7 @@ fn downsample_rows_before(invocation: u32) -> u32 {
     return max(invocation, 1u) - 1u;
 }
 
-// All of these give the texel of the row before. The mean of a square needs no neighbour.
+// These functions return the texel of the previous row. The mean of a square needs no neighbour.
 fn downsample_rows_box(state: ptr<function, DownsampleRows>, texels: Square, invocation: u32) -> vec4f {
     let above = (*state).mean;
     (*state).mean = downsample_rows_square(texels).mean;
@@ -112,12 +112,12 @@ fn downsample_rows_tap13(state: ptr<function, DownsampleRows>, texels: Square, i
     return of_real(edge + downsample_rows_take_part(DOWNSAMPLE_ROWS_RIGHT + downsample_rows_before(invocation)));
 }
 
-// 1 / (1 + brightness), as in the taps.
+// 1 / (1 + brightness), as for the taps.
 fn downsample_rows_weight(color: vec4f) -> f32 {
     return 1.0 / (1.0 + max(max(color.r, max(color.g, color.b)), 0.0));
 }
 
-// The same with the five squares of the filter weighted against each other; the inner one counts four times.
+// Thirteen taps with the five squares of the filter weighted against each other. The inner one counts four times.
 fn downsample_rows_tap13_groups(state: ptr<function, DownsampleRows>, texels: Square, invocation: u32) -> vec4f {
     let square = downsample_rows_square(texels);
     let left = 0.25 * ((*state).lower_left + square.upper_left);

@@ -1,7 +1,7 @@
-// A bilateral grid (Chen, Paris and Durand, "Real-time Edge-Aware Image Processing with the Bilateral Grid", 2007) over x, y and
-// log2 luminance. One workgroup gathers one column of cells: it reads the pixels under the column, adds them up in its own
-// memory in fixed point, and stores the column. Integer additions commute, so the result does not depend on any order, and no
-// other workgroup writes these cells.
+// A bilateral grid (Chen, Paris and Durand, "Real-time Edge-Aware Image Processing with the Bilateral Grid", 2007) over
+// x, y and log2 luminance. One workgroup computes one column of cells: it reads the pixels under the column, sums them
+// in workgroup memory in fixed point, and stores the column. Integer additions commute, so the result does not depend
+// on their order, and no other workgroup writes these cells.
 #import cells
 #import color
 #import stride
@@ -12,9 +12,9 @@ struct GridBuild {
     stops: f32,
     size: vec3u,
     bins_per_stop: f32,
-    // Steps of the fixed point in 1, chosen so that no sum can overflow.
+    // Steps of the fixed point per unit, such that no sum overflows.
     unit: f32,
-    // From fixed-point sums to what is stored.
+    // Factor from fixed-point sums to stored values.
     share: f32,
     step: u32,
 }
@@ -24,7 +24,7 @@ const GRID_BUILD_MOST_BINS: u32 = 256u;
 
 @group(0) @binding(0) var<uniform> params: GridBuild;
 @group(0) @binding(1) var source: texture_2d<f32>;
-// Stops in x, added to `stops`; zero where nothing is metered.
+// Stops in x, added to `stops`. Zero without a meter.
 @group(0) @binding(2) var<storage, read> exposure: array<vec4f>;
 // Sum of (log2 luminance - lo), sum of weights, lo, hi.
 @group(0) @binding(3) var result: texture_storage_3d<rgba16float, write>;
@@ -85,7 +85,7 @@ fn grid_build_trilinear(@builtin(workgroup_id) column: vec3u, @builtin(local_inv
     let size = textureDimensions(source);
     let pixels = stride_size(size, params.step);
     let cells = params.size.xy;
-    // All pixels from the middle of the cell before to the middle of the one after; more do no harm, as they weigh nothing.
+    // All pixels between the centres of the neighbouring cells. Pixels outside have the weight 0.
     let first = cell_first(max(column.xy, vec2u(1u)) - 1u, pixels, cells);
     let extent = cell_first(min(column.xy + 2u, cells), pixels, cells) - first;
     for (var i = invocation; i < extent.x * extent.y; i += GRID_BUILD_INVOCATIONS) {
@@ -100,7 +100,7 @@ fn grid_build_trilinear(@builtin(workgroup_id) column: vec3u, @builtin(local_inv
     grid_build_store(column.xy, invocation, GRID_BUILD_INVOCATIONS);
 }
 
-// Shares a pixel between the two nearest bins of the column.
+// Divides a pixel between the two nearest bins of the column.
 fn grid_build_spread(weight: f32, level: f32) {
     let last = params.size.z - 1u;
     let place = clamp(level * params.bins_per_stop - 0.5, 0.0, f32(last));
@@ -110,8 +110,8 @@ fn grid_build_spread(weight: f32, level: f32) {
     if above > 0.0 { grid_build_add(min(bin + 1u, last), weight * above, level); }
 }
 
-// Pixels of one bin that an invocation has met one after the other: neighbours mostly share their bin, and an addition in a register costs
-// less than one that the others must wait for.
+// Consecutive pixels of one bin in an invocation. Neighbours mostly share a bin, and an addition in a register is
+// cheaper than an atomic addition.
 struct GridBuildRun {
     bin: u32,
     sum: u32,

@@ -1,6 +1,6 @@
-// How often each luminance occurs. A workgroup counts a tile, 64 pixels wide, in its own memory and then adds only the bins in use to
-// the table: there all workgroups wait for each other. Integer additions commute: the result does not depend on the order in which
-// tiles run.
+// Counts the pixels of each luminance. A workgroup counts a tile, 64 pixels wide, in workgroup memory. Then it adds
+// only the used bins to the table, because these additions serialize all workgroups. Integer additions commute, so the
+// result does not depend on the order of the tiles.
 #import color
 #import workgroup
 #import stride
@@ -13,9 +13,9 @@ struct Histogram {
     step: u32,
     center: vec2f,
     radius: f32,
-    // Bins above the first for each stop, computed from the range.
+    // Bins per stop above the first bin, computed from the range.
     bins_per_stop: f32,
-    // What a pixel of full weight counts for.
+    // The count of a pixel with full weight.
     full_weight: f32,
 }
 
@@ -23,11 +23,11 @@ override HISTOGRAM_CENTER: bool = false;
 override HISTOGRAM_MASK: bool = false;
 override HISTOGRAM_ALBEDO: bool = false;
 
-// The rows of a tile, a multiple of 16.
+// The number of rows of a tile, a multiple of 16.
 override HISTOGRAM_ROWS: u32 = 64;
 
 const HISTOGRAM_COLUMNS: u32 = 64u;
-// The table's first four words are floats: the brightest channel of the frame, lo, hi and the number of bins.
+// The first four words of the table are floats: the brightest channel of the frame, lo, hi and the number of bins.
 const HISTOGRAM_HEADER: u32 = 4u;
 
 @group(0) @binding(0) var<uniform> params: Histogram;
@@ -51,7 +51,7 @@ fn histogram(@builtin(workgroup_id) tile: vec3u, own: Invocation) {
     for (var row = 0u; row < HISTOGRAM_ROWS; row += 16u) {
         let cell = tile.xy * vec2u(HISTOGRAM_COLUMNS, HISTOGRAM_ROWS)
             + vec2u(invocation % HISTOGRAM_COLUMNS, row + invocation / HISTOGRAM_COLUMNS);
-        // All four are asked for before the first is counted, so that they travel together.
+        // All four are loaded before the first is counted, so that their latencies overlap.
         let pixels = array(
             stride_pixel(cell, size, params.step),
             stride_pixel(cell + vec2u(0u, 4u), size, params.step),
@@ -70,7 +70,7 @@ fn histogram(@builtin(workgroup_id) tile: vec3u, own: Invocation) {
             }
         }
     }
-    // The bits of floats that are not negative order as whole numbers.
+    // The bits of floats at or above 0 have the order of integers.
     let near = subgroup_max(brightest);
     if is_subgroup_leader(own) { atomicMax(&histogram_brightest, bitcast<u32>(near)); }
     workgroupBarrier();
@@ -84,21 +84,22 @@ fn histogram(@builtin(workgroup_id) tile: vec3u, own: Invocation) {
     }
 }
 
-// Counts one pixel; gives its brightest channel.
+// Counts one pixel and returns its largest channel.
 fn histogram_count(rgb: vec3f, pixel: vec2i, size: vec2u) -> f32 {
     let uv = (vec2f(pixel) + 0.5) / vec2f(size);
     atomicAdd(&histogram_bins[histogram_bin(histogram_metered(rgb, uv))], histogram_weight(uv, vec2f(size)));
     return max(brightest(rgb), 0.0);
 }
 
-// The bin of a luminance; 0 for what the meter leaves out.
+// The bin of a luminance. 0 for pixels that the meter ignores.
 fn histogram_bin(light: f32) -> u32 {
     if light <= params.black { return 0u; }
     let place = (log2(max(light, 1e-30)) - params.lo) * params.bins_per_stop;
     return 1u + u32(clamp(place, 0.0, f32(params.bins) - 2.0));
 }
 
-// The luminance to count: of the pixel, or of a grey card in the same light, 0.18 L / albedo. Negative leaves it out.
+// The luminance to count: of the pixel, or of a grey card in the same light, 0.18 L / albedo. Negative for an excluded
+// pixel.
 fn histogram_metered(rgb: vec3f, uv: vec2f) -> f32 {
     let light = luminance(rgb);
     if !HISTOGRAM_ALBEDO { return light; }

@@ -1,4 +1,4 @@
-// The wide, small Gaussian of log2 luminance: an average over areas, then a blur along each axis.
+// A small, wide Gaussian of log2 luminance: an average over areas, then a blur along each axis.
 #import cells
 #import color
 #import workgroup
@@ -10,19 +10,19 @@ struct LogGaussian {
     stops: f32,
     axis: vec2i,
     radius: i32,
-    // The weight of an offset of i texels is scale * 2^(falloff i^2); all within the radius sum to 1.
+    // The weight at an offset of i texels is scale * 2^(falloff i^2). All weights within the radius sum to 1.
     falloff: f32,
     scale: f32,
     step: u32,
 }
 
 const LOG_GAUSSIAN_INVOCATIONS: u32 = 64u;
-// Of a workgroup that makes several cells.
+// Invocations of a workgroup that computes several cells.
 const LOG_GAUSSIAN_ALL_INVOCATIONS: u32 = 256u;
 
 @group(0) @binding(0) var<uniform> params: LogGaussian;
 @group(0) @binding(1) var picture: texture_2d<f32>;
-// Stops in x, added to `stops`; zero where nothing is metered.
+// Stops in x, added to `stops`. Zero without a meter.
 @group(0) @binding(2) var<storage, read> exposure: array<vec4f>;
 @group(0) @binding(3) var result: texture_storage_2d<rgba16float, write>;
 
@@ -33,8 +33,8 @@ fn log_gaussian_level(color: vec4f) -> f32 {
     return clamp(log2(max(light, 1e-30)) + params.stops + exposure[0].x, params.lo, params.hi);
 }
 
-// The invocations of a cell bring their sums together, always in the same order, and one of them stores the mean. Several cells share a
-// workgroup, and where one ends no subgroup need end, so this goes through workgroup memory on every device.
+// Adds the sums of a cell's invocations in a fixed order; one invocation stores the mean. Several cells share a
+// workgroup and their borders are not those of subgroups, so this uses workgroup memory on every device.
 fn log_gaussian_store(cell: Cell, sum: f32) {
     let first = cell.slot * cell.invocations;
     let own = first + cell.invocation;
@@ -83,7 +83,7 @@ fn log_gaussian_finish(sum: ptr<function, f32>, cell: Cell) {
     log_gaussian_store(cell, *sum);
 }
 
-// The image has so few texels, and a texel so many neighbours, that four invocations share the neighbours of one.
+// The image has few texels, and a texel has many neighbours. So four invocations share the neighbours of one texel.
 const LOG_GAUSSIAN_PARTS: i32 = 4;
 const LOG_GAUSSIAN_TEXELS: u32 = 64u;
 

@@ -1,11 +1,11 @@
-// The mean luminance of a picture: each workgroup sums a tile of 64x64 pixels, one workgroup sums the tiles. Both sums have
-// a fixed shape, and the divisor is the true number of pixels, so that no size needs padding.
+// The mean luminance of an image: each workgroup sums a tile of 64x64 pixels, then one workgroup sums the tiles. Both
+// sums have a fixed order, and the divisor is the exact number of pixels, so no size needs padding.
 #import color
 #import workgroup
 
 struct MeanLuminance {
     lo: f32,
-    // Pixels and tiles, computed from the size.
+    // Numbers of pixels and of tiles, computed from the size.
     pixels: f32,
     tiles: u32,
 }
@@ -20,7 +20,7 @@ const MEAN_LUMINANCE_TILE: u32 = 64u;
 @group(0) @binding(3) var<storage, read> tiles: array<vec2f>;
 @group(0) @binding(4) var<storage, read_write> result: array<vec4f>;
 
-// A pixel of the tile, row by row: the luminance, or a negative number outside the picture.
+// A pixel of the tile, row by row: its luminance, or a negative number outside of the image.
 fn mean_luminance_of(tile: vec2u, invocation: u32, row: u32) -> f32 {
     let cell = tile * MEAN_LUMINANCE_TILE + vec2u(invocation % MEAN_LUMINANCE_TILE, row + invocation / MEAN_LUMINANCE_TILE);
     let light = max(luminance(texel(picture, vec2i(cell)).rgb), 0.0);
@@ -69,7 +69,7 @@ fn mean_luminance_total(invocation: Invocation) -> vec2f {
     return workgroup_sum_and_max(invocation, MEAN_LUMINANCE_INVOCATIONS, sum);
 }
 
-// The mean as log2, the brightest pixel, and whether anything is brighter than the floor.
+// The mean as log2, the brightest pixel, and 1 if any pixel is brighter than the lower limit.
 fn mean_luminance_give(mean: f32, brightest: f32) {
     result[0] = vec4f(max(mean, params.lo), brightest, 0.0, select(0.0, 1.0, brightest > exp2(params.lo)));
 }

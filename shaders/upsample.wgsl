@@ -1,14 +1,14 @@
-// One step of the way back from a pyramid's coarsest level: a level joined with what all coarser ones have become.
+// One step from the coarsest level of a pyramid to the finest: combines a level with the result of all coarser ones.
 #import sanitize
 #import tent
 
 struct Upsample {
     radius: f32,
-    own: f32,   // share of the level
-    rest: f32,  // share of the coarser ones
+    own: f32,   // weight of the level
+    rest: f32,  // weight of the coarser levels
 }
 
-// Bounded, because sums of levels that are not normalised may pass the largest half float.
+// Limited, because sums of levels without normalisation may exceed the largest half float.
 fn upsample_join(level: vec4f, rest: vec4f, params: Upsample) -> vec4f {
     return min(params.own * level + params.rest * rest, vec4f(HALF_MAX));
 }

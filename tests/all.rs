@@ -17,8 +17,6 @@ mod metrics;
 mod nodes;
 /// Every shipped pipeline: checked, planned, proved, rendered under the validation layer.
 mod pipelines;
-/// PlanCache of every graph, and the judge that finds what is wrong with one.
-mod plans;
 /// Naive f64 twins of the operators, and the vectors that prove them.
 mod reference;
 /// Faults that `stress` must find, and what must have none.

@@ -1,7 +1,6 @@
 //! The richest pipeline as a whole: over time, at extremes, against its twin, and with what a scene does not need left out.
 
 mod extremes;
-mod needs;
 mod order;
 mod sequence;
 mod twin;

@@ -28,6 +28,7 @@ mod color_balance;
 mod color_lut;
 mod composite;
 mod contrast;
+mod curve_constants;
 mod curves;
 mod demo_scene;
 mod dither;

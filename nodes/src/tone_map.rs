@@ -4,7 +4,7 @@ use afterimage_graph::prelude::*;
 use glam::DMat3;
 
 use crate::color::{AP1, REC709, REC2020, Space, TSUSHIMA, chromaticity, conversion, rows};
-use crate::curves::{Agx, Gt7, HILL_IN, HILL_OUT, Shoulder};
+use crate::curve_constants::{Agx, Gt7, HILL_IN, HILL_OUT, Shoulder};
 
 static SHADER: Shader = shader!("tone_map");
 

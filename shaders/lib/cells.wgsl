@@ -1,34 +1,34 @@
-// Lattices of cells that divide an image evenly, whatever its size, and what kernels in their form by cells are told.
+// Lattices of cells that divide an image of any size evenly, and the arguments of kernels with a form by cells.
 
-// A cell, and an invocation's part in it.
+// A cell, and the position of an invocation in it.
 struct Cell {
-    // Its column and row.
+    // Column and row.
     place: vec2u,
-    // The number of the invocation among those of the cell, which are a power of two.
+    // Index of the invocation within the cell. Cells have a power of two of invocations.
     invocation: u32,
     invocations: u32,
-    // The number of the cell among those of the workgroup.
+    // Index of the cell within the workgroup.
     slot: u32,
 }
 
-// A pixel that touches a cell.
+// A pixel that overlaps a cell.
 struct Seen {
     pixel: vec2i,
     color: vec4f,
-    // How much of it is meant: what lies in one of the finest cells, in parts of a pixel.
+    // The area within one of the finest cells, as a share of the pixel.
     share: f32,
-    // Whether its centre lies there, which is so in one cell of each lattice.
+    // Whether the pixel's centre is in the cell, which holds for one cell of each lattice.
     centred: bool,
 }
 
-// How much of a pixel lies in a cell along each axis, in parts of a pixel: whole numbers before the division, so nothing is lost or
-// counted twice.
+// The share of a pixel within a cell along each axis. Integers before the division, so nothing is lost or counted
+// twice.
 fn cell_share(pixel: vec2u, cell: vec2u, pixels: vec2u, cells: vec2u) -> vec2f {
     let overlap = min((pixel + 1u) * cells, (cell + 1u) * pixels) - max(pixel * cells, cell * pixels);
     return vec2f(overlap) / vec2f(cells);
 }
 
-// The first pixel whose centre lies in the cell or beyond: the least p with (p + 1/2) / pixels * cells >= cell.
+// The first pixel whose centre is in the cell or beyond: the smallest p with (p + 1/2) / pixels * cells >= cell.
 fn cell_first(cell: vec2u, pixels: vec2u, cells: vec2u) -> vec2u {
     return (max(2u * pixels * cell, cells) - cells + 2u * cells - 1u) / (2u * cells);
 }

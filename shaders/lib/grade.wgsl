@@ -1,18 +1,18 @@
-// What every grading step needs: results that a half float can hold, whatever the controls are.
+// Limits for grading steps: results that a half float can hold, for all parameters.
 #import sanitize
 
-// The largest magnitude that a picture may have; the sign is kept.
+// Limits the magnitude to the largest half float and keeps the sign.
 fn bounded(v: vec3f) -> vec3f {
     return clamp(v, vec3f(-HALF_MAX), vec3f(HALF_MAX));
 }
 
-// No light below black.
+// Limits light to 0 and the largest half float.
 fn bounded_light(v: vec3f) -> vec3f {
     return clamp(v, vec3f(0.0), vec3f(HALF_MAX));
 }
 
-// x^y for any x up to 2^17 and any y above 0: 0 for what is not positive, the bound where the power would be too large,
-// and x itself for y = 1, where an exponential of a logarithm is not exact.
+// x^y for x up to 2^17 and y above 0. 0 for x at or below 0, the limit where the power is too large, and x itself for y
+// = 1, where an exponential of a logarithm is not exact.
 fn bounded_power(x: f32, y: f32) -> f32 {
     let stops = min(y * log2(max(x, 1e-30)), 16.0);
     let powered = select(exp2(max(stops, -149.0)), x, y == 1.0);

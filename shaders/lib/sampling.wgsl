@@ -1,10 +1,11 @@
-// The only ways to read a texture. The framework sets both constants for each module.
+// The functions that read textures. The linker sets both constants for each module.
 #import sanitize
 #import math
 
-// 0 if every texture is known to be finite, 1 to sanitize colors, 2 to sanitize signed data.
+// 0 if every texture is known to be finite, 1 to sanitize colours, 2 to sanitize signed data.
 const TEXEL_SANITIZE: u32 = 0u;
-// Whether the device cannot filter a texture, or it must be sanitized before it is filtered: one NaN would make four pixels NaN.
+// Whether the device cannot filter a texture, or a texture must be sanitized before it is filtered: a filtered NaN is a
+// NaN in four pixels.
 const TAP_BY_HAND: bool = false;
 
 fn sanitized(v: vec4f) -> vec4f {
@@ -13,13 +14,13 @@ fn sanitized(v: vec4f) -> vec4f {
     return v;
 }
 
-// One texel of a texture, the nearest inside it when `p` is outside.
+// One texel of a texture, or the nearest one if `p` is outside.
 fn texel(t: texture_2d<f32>, p: vec2i) -> vec4f {
     let last = vec2i(textureDimensions(t)) - 1;
     return sanitized(textureLoad(t, clamp(p, vec2i(0), last), 0));
 }
 
-// Bilinear, clamped to the edge.
+// Bilinear filter, clamped to the border.
 fn tap(t: texture_2d<f32>, s: sampler, uv: vec2f) -> vec4f {
     if TAP_BY_HAND { return tap_by_hand(t, uv); }
     return sanitized(textureSampleLevel(t, s, uv, 0.0));
@@ -27,7 +28,7 @@ fn tap(t: texture_2d<f32>, s: sampler, uv: vec2f) -> vec4f {
 
 fn tap_by_hand(t: texture_2d<f32>, uv: vec2f) -> vec4f {
     let size = vec2f(textureDimensions(t));
-    // Far outside, every coordinate means the edge; the clamp keeps the conversion to integers defined.
+    // Far outside, every coordinate is the border. The clamp keeps the conversion to integers defined.
     let p = clamp(uv * size - 0.5, vec2f(-1.0), size);
     let base = floor(p);
     let f = p - base;
@@ -42,7 +43,8 @@ fn texel3(t: texture_3d<f32>, p: vec3i) -> vec4f {
     return textureLoad(t, clamp(p, vec3i(0), last), 0);
 }
 
-// Trilinear, clamped to the edge. Volumes are made inside the graph or decoded from files, so they are finite.
+// Trilinear filter, clamped to the border. Volumes are computed inside of the graph or decoded from files, so they are
+// finite.
 fn tap3(t: texture_3d<f32>, s: sampler, uvw: vec3f) -> vec4f {
     if TAP_BY_HAND { return tap3_by_hand(t, uvw); }
     return textureSampleLevel(t, s, uvw, 0.0);

@@ -1,15 +1,15 @@
-// What all invocations of a workgroup know together, through workgroup memory. Where the host has asked for subgroups and the device has
-// them, `workgroup_subgroups` stands here instead, with the same functions. All invocations of the workgroup call them, each function once
-// or with a barrier in between.
+// Sums, scans and maxima over all invocations of a workgroup, through workgroup memory. If the options ask for
+// subgroups and the device supports them, `workgroup_subgroups` replaces this file with the same functions. All
+// invocations of the workgroup must call them, and a barrier is needed between two calls of the same function.
 
 // An invocation of a workgroup, as an argument of an entry point.
 struct Invocation {
     @builtin(local_invocation_index) index: u32,
 }
 
-// The most invocations; always a multiple of the invocations of a row.
+// The largest number of invocations, a multiple of a row.
 const WORKGROUP_MAX: u32 = 256u;
-// Rows of the workgroup add up by themselves, then all rows do: two barriers, where a tree needs eight.
+// Each row of invocations is summed, then all rows: two barriers, where a tree needs eight.
 const WORKGROUP_ROW: u32 = 16u;
 const WORKGROUP_ROWS: u32 = WORKGROUP_MAX / WORKGROUP_ROW;
 
@@ -18,12 +18,12 @@ var<workgroup> workgroup_row_counts: array<u32, WORKGROUP_ROWS>;
 var<workgroup> workgroup_values: array<vec2f, WORKGROUP_MAX>;
 var<workgroup> workgroup_row_values: array<vec2f, WORKGROUP_ROWS>;
 
-// A number of the invocation's own below that of all invocations, in the order in which `workgroup_scan` adds up.
+// The rank of the invocation in the order in which `workgroup_scan` adds.
 fn workgroup_rank(invocation: Invocation) -> u32 {
     return invocation.index;
 }
 
-// The count of this invocation and of all before it, and of all.
+// The inclusive prefix sum of the counts, and their total.
 fn workgroup_scan(invocation: Invocation, invocations: u32, count: u32) -> vec2u {
     let row = invocation.index / WORKGROUP_ROW;
     workgroup_counts[invocation.index] = count;
@@ -40,7 +40,7 @@ fn workgroup_scan(invocation: Invocation, invocations: u32, count: u32) -> vec2u
     return vec2u(through, all);
 }
 
-// The sums of both numbers over all invocations, always in the same order.
+// The sums of both numbers over all invocations, in a fixed order.
 fn workgroup_sum(invocation: Invocation, invocations: u32, value: vec2f) -> vec2f {
     workgroup_values[invocation.index] = value;
     workgroupBarrier();
@@ -55,12 +55,12 @@ fn workgroup_sum(invocation: Invocation, invocations: u32, value: vec2f) -> vec2
     return sum;
 }
 
-// The sum of the first numbers and the larger of the second ones.
+// The sum of the first numbers and the maximum of the second.
 fn sum_and_max(a: vec2f, b: vec2f) -> vec2f {
     return vec2f(a.x + b.x, max(a.y, b.y));
 }
 
-// The same of all invocations.
+// The same over all invocations.
 fn workgroup_sum_and_max(invocation: Invocation, invocations: u32, value: vec2f) -> vec2f {
     workgroup_values[invocation.index] = value;
     workgroupBarrier();
@@ -77,12 +77,12 @@ fn workgroup_sum_and_max(invocation: Invocation, invocations: u32, value: vec2f)
     return joined;
 }
 
-// The largest number of the invocations for which this one speaks, if it speaks for any.
+// The maximum over the invocations that this one represents: only itself here. Valid if `is_subgroup_leader`.
 fn subgroup_max(value: f32) -> f32 {
     return value;
 }
 
-// Whether this invocation speaks for those near it, itself among them.
+// Whether this invocation represents its subgroup: always true here.
 fn is_subgroup_leader(invocation: Invocation) -> bool {
     return true;
 }

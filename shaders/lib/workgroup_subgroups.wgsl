@@ -1,5 +1,5 @@
-// What all invocations of a workgroup know together: each subgroup by itself, then all of them through workgroup memory. Nothing is
-// assumed of how many invocations a subgroup has, whether it is full, or which ones they are.
+// Sums, scans and maxima over all invocations of a workgroup: first within subgroups, then through workgroup memory.
+// Nothing is assumed about the size of a subgroup, whether it is full, or which invocations it contains.
 
 struct Invocation {
     @builtin(local_invocation_index) index: u32,
@@ -8,7 +8,7 @@ struct Invocation {
     @builtin(subgroup_invocation_id) within: u32,
 }
 
-// The most invocations, and so the most subgroups.
+// The largest number of invocations, and therefore of subgroups.
 const WORKGROUP_MAX: u32 = 256u;
 
 var<workgroup> workgroup_counts: array<u32, WORKGROUP_MAX>;
@@ -21,7 +21,7 @@ fn workgroup_rank(invocation: Invocation) -> u32 {
 fn workgroup_scan(invocation: Invocation, invocations: u32, count: u32) -> vec2u {
     let own = subgroupInclusiveAdd(count);
     let all = subgroupAdd(count);
-    // What was read here before has been read.
+    // Ends all reads of a previous call.
     workgroupBarrier();
     if is_subgroup_leader(invocation) { workgroup_counts[invocation.subgroup] = all; }
     workgroupBarrier();

@@ -4,6 +4,7 @@
 use std::ops::Range;
 use std::sync::Arc;
 
+use afterimage_generators::{Recipe, Rng};
 use afterimage_graph::check::{Condition, Graph, Source};
 use afterimage_graph::node::{Arg, Fallback, ImageId, Resource, Step, Work};
 use afterimage_plan::{Alias, BatchBarriers, Lifetime, Options, Plan, Stage, Tiles, verify};
@@ -11,7 +12,6 @@ use afterimage_wgsl::Shader;
 use petgraph::graph::{DiGraph, NodeIndex};
 
 use super::{bits, lively};
-use crate::plans::random::{Dice, Recipe};
 use crate::support::gpu::{Picture, Run, shipped};
 use crate::support::player::Player;
 
@@ -79,9 +79,9 @@ fn every_way_to_run_a_random_graph_gives_the_same_bits() {
 
 /// The same graph with its nodes written down in another order.
 fn shuffled(graph: &Graph, seed: u64) -> Graph {
-    let mut dice = Dice::new(seed);
+    let mut rng = Rng::new(seed);
     let mut order: Vec<usize> = (0..graph.nodes.len()).collect();
-    (1..order.len()).rev().for_each(|at| order.swap(at, dice.below(at + 1)));
+    (1..order.len()).rev().for_each(|at| order.swap(at, rng.below(at + 1)));
     let mut place = vec![0; order.len()];
     order.iter().enumerate().for_each(|(new, old)| place[*old] = new);
     let mut graph = graph.clone();

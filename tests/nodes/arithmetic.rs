@@ -1,12 +1,11 @@
 //! Half floats and subgroups against floats of 32 bits and workgroup memory.
 
-use afterimage_graph::check::{Facts, Graph};
-use afterimage_graph::image::{Format, ImageDesc, Size};
-
-use afterimage_plan::{Caps, GivenImage, Options, Plan, PlanRequest, Requirement, Tiles, plan};
+use afterimage_graph::check::Graph;
+use afterimage_graph::image::Size;
+use afterimage_plan::{Options, Tiles};
 
 use super::probes::{pipeline, scene};
-use crate::support::gpu::{Picture, Run, gpu, shipped};
+use crate::support::gpu::{Picture, Run, shipped};
 
 /// The largest half float.
 const LARGEST: f32 = 65504.0;
@@ -98,64 +97,6 @@ fn sums_in_half_floats_are_off_by_two_of_their_last_digits() {
         }
         assert!(any > 0.0, "{nodes}: the switch changes no bit");
     }
-}
-
-/// The text of every pass, as the device gets it.
-fn sources(plan: &Plan) -> Vec<String> {
-    let composed = |pass| plan.compose(pass).unwrap_or_else(|error| panic!("{error}")).source;
-    (0..plan.recording.passes.len()).map(composed).collect()
-}
-
-/// A plan for a device that has everything, or lacks what `change` takes away.
-fn planned(graph: &Graph, options: Options, half_inputs: bool, change: fn(&mut Caps)) -> Plan {
-    let gpu = gpu();
-    let mut caps = Caps { half_arithmetic: true, subgroups: true, ..gpu.caps.clone() };
-    change(&mut caps);
-    let size = Size::new(64, 36);
-    let format = if half_inputs { Format::Rgba16Float } else { Format::Rgba32Float };
-    let given = GivenImage { desc: ImageDesc::new(size).format(format), finite: false };
-    let inputs = [("scene".to_owned(), given)].into();
-    let setting =
-        PlanRequest { size, inputs, facts: Facts::default(), caps, options, requirement: &Requirement::typical };
-    plan(graph, &setting).unwrap_or_else(|error| panic!("{error}"))
-}
-
-fn both_on() -> Options {
-    Options { half: true, subgroups: true, ..Options::default() }
-}
-
-#[test]
-#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn the_switches_are_on_where_they_can_be() {
-    let graph = shipped("tsushima.ron", None);
-    let count = |plan: &Plan, word: &str| sources(plan).iter().filter(|source| source.contains(word)).count();
-    let without = planned(&graph, Options::default(), true, |_| {});
-    assert_eq!((count(&without, "f16;"), count(&without, "subgroupAdd")), (0, 0));
-    let with = planned(&graph, both_on(), true, |_| {});
-    assert!(sources(&with).iter().all(|source| source.starts_with("enable f16;\n")));
-    assert!(count(&with, "subgroupAdd") >= 2, "the histogram and what it meters");
-    assert!(with.ignored.is_empty());
-    assert_ne!(with.hash(), without.hash());
-    // An input in 32 bits is read in 32 bits; what is stored after it is not.
-    let from_32_bits = planned(&graph, both_on(), false, |_| {});
-    let (all, half) = (sources(&from_32_bits).len(), count(&from_32_bits, "enable f16;"));
-    assert!(0 < half && half < all, "{half} of {all}");
-}
-
-#[test]
-#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn what_a_device_lacks_is_told_and_changes_nothing() {
-    let graph = shipped("lynx.ron", None);
-    let lacks = |caps: &mut Caps| (caps.half_arithmetic, caps.subgroups) = (false, false);
-    let plain = planned(&graph, Options::default(), true, lacks);
-    let asked = planned(&graph, both_on(), true, lacks);
-    let told: Vec<&str> = asked.ignored.iter().map(|ignored| ignored.switch).collect();
-    assert_eq!(told, ["subgroups", "half"]);
-    assert!(asked.to_text().contains("ignored\n  subgroups  the device has no"), "{}", asked.to_text());
-    assert_eq!((asked.options, sources(&asked)), (plain.options, sources(&plain)));
-    let exact = planned(&graph, Options { exact: true, ..both_on() }, true, |_| {});
-    assert!(sources(&exact).iter().all(|source| !source.contains("f16;")));
-    assert_eq!(exact.ignored[0].why, "`exact` wants all bits");
 }
 
 #[test]

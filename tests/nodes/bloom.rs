@@ -1,8 +1,5 @@
 //! Extract, Downsample, Upsample, Gaussian and Composite on the GPU against their f64 twins.
 
-use afterimage_graph::node::Work;
-use afterimage_plan::Tiles;
-
 use crate::reference::bloom::{self, composite_add, composite_lerp, gate_weight, knee_weight, select_emissive};
 use crate::reference::color::luminance;
 use crate::reference::gaussian;
@@ -424,53 +421,4 @@ fn bloom_is_the_same_drawn_and_dispatched() {
     let dispatched = Run::new(&graph).frame(&[("scene", &scene)]);
     let drawn = Run { prefer_fragment: true, ..Run::new(&graph) }.frame(&[("scene", &scene)]);
     assert_near("drawn", &drawn[0], &image(&dispatched[0]), WHOLE.half);
-}
-
-/// The nodes that the plan leaves out, and its number of passes.
-fn skipped(nodes: &str) -> (Vec<String>, usize) {
-    let graph = graph(&pipeline(nodes));
-    let scene = picture([64, 64], false);
-    let mut run = Run::new(&graph);
-    run.options.tile = Tiles::Never;
-    let plan = run.plan(&gpu(), &[("scene", &scene)]);
-    assert!(plan.recording.passes.iter().all(|pass| matches!(pass.work, Work::Steps { .. })));
-    (plan.skipped.iter().map(|skipped| skipped.node.clone()).collect(), plan.recording.passes.len())
-}
-
-#[test]
-#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn what_changes_nothing_is_left_out_with_all_that_feeds_it() {
-    let chain = |strength: &str| {
-        format!(
-            r#""bright": Extract(source: "scene"),
-            "mips": Downsample(source: "bright", levels: 3),
-            "bloom": Upsample(source: "mips"),
-            "lit": Composite(base: "scene", bloom: "bloom", strength: {strength}),
-            "result": Vignette(source: "lit")"#
-        )
-    };
-    let (mut nodes, passes) = skipped(&chain("0.0"));
-    nodes.sort();
-    assert_eq!((nodes, passes), (["bloom", "bright", "lit", "mips"].map(String::from).to_vec(), 1));
-    assert_eq!(skipped(&chain("0.5")), (Vec::new(), 7));
-    let blur = r#""blur": Gaussian(source: "scene", sigma: 0.2), "result": Vignette(source: "blur")"#;
-    assert_eq!(skipped(blur), (vec!["blur".into()], 1));
-    let all = r#""all": Extract(source: "scene", method: All), "result": Vignette(source: "all")"#;
-    assert_eq!(skipped(all), (vec!["all".into()], 1));
-}
-
-#[test]
-#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn one_level_is_not_joined_with_any() {
-    let nodes = |levels: u32, spread: f32| {
-        format!(
-            r#""mips": Downsample(source: "scene", levels: {levels}),
-            "bloom": Upsample(source: "mips", spread: {spread}),
-            "result": Vignette(source: "bloom")"#
-        )
-    };
-    // The vignette reads a pixel of the last pass before it and becomes a part of it.
-    assert_eq!(skipped(&nodes(1, 0.7)).1, 1);
-    assert_eq!(skipped(&nodes(4, 0.7)).1, 4 + 3);
-    assert!(skipped(&nodes(4, 0.0)).1 < 4 + 3, "the finest level alone is not joined with any");
 }

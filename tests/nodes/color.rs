@@ -149,17 +149,3 @@ impl Loader for OneFile {
         Ok(self.0.clone().into())
     }
 }
-
-/// Whether a node is left out of the plan, so that the output is the input itself.
-fn is_left_out(state: &str, node: &str, loader: &dyn Loader) -> bool {
-    let kept = "Brightness(source: \"mid\", amount: 0.5)";
-    let node = node.replacen('(', "(source: \"in\", ", 1);
-    let text = format!(
-        "Pipeline(inputs: {{ \"in\": {state} }}, nodes: {{ \"mid\": {node}, \"out\": {} }}, outputs: {{ \"out\": \"out\" }})",
-        if state == "DisplayLinear" || state == "Encoded" { kept } else { "Vignette(source: \"mid\", amount: 0.5)" }
-    );
-    let graph = graph_with(&text, loader);
-    let gpu = crate::support::gpu::gpu();
-    let plan = Run::new(&graph).plan(&gpu, &[("in", &unit([2, 2]))]);
-    plan.recording.passes.iter().all(|pass| !pass.nodes.iter().any(|name| name == "mid"))
-}

@@ -3,20 +3,20 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
+use afterimage_generators::Rng;
 use afterimage_gpu::Frame;
 use afterimage_plan::{Options, Plan, verify};
 
 use super::{bits, scene};
-use crate::plans::random::Dice;
 use crate::support::gpu::{Picture, Run, shipped};
 use crate::support::player::Player;
 
 /// The plan with the passes of each batch in another order, each on its own.
-fn shuffled(plan: &Plan, dice: &mut Dice) -> Plan {
+fn shuffled(plan: &Plan, rng: &mut Rng) -> Plan {
     let mut order: Vec<usize> = (0..plan.recording.passes.len()).collect();
     for batch in &plan.batches {
         for last in (batch.start + 1..batch.end).rev() {
-            order.swap(last, batch.start + dice.below(last + 1 - batch.start));
+            order.swap(last, batch.start + rng.below(last + 1 - batch.start));
         }
     }
     let mut other = plan.clone();
@@ -46,10 +46,10 @@ fn passes_may_run_in_any_order_within_their_wave() {
     run.options.batches_first = true;
     let plan = run.plan(&player.gpu, &[("scene", &scenes[0])]);
     let wanted = frames(&mut player, plan.clone(), &scenes);
-    let mut dice = Dice::new(3);
+    let mut rng = Rng::new(3);
     let mut orders = BTreeSet::from([plan.recorded.clone()]);
     for round in 0..6 {
-        let other = shuffled(&plan, &mut dice);
+        let other = shuffled(&plan, &mut rng);
         orders.insert(other.recorded.clone());
         verify(&other).unwrap_or_else(|faults| panic!("round {round}: {faults:?}"));
         assert!(frames(&mut player, other, &scenes) == wanted, "round {round} has other bits");

@@ -1,21 +1,18 @@
-//! How long planning takes: the longest pipeline from its text to its plan, and random graphs of a thousand nodes and more.
-#![allow(missing_docs, unreachable_pub, reason = "a benchmark has no outside")]
+//! Planning time: the longest pipeline from its text to its plan, and random graphs of up to 10 000 nodes.
+#![allow(missing_docs, unreachable_pub, reason = "a benchmark exports nothing")]
 
 use std::collections::BTreeMap;
 use std::hint::black_box;
 use std::path::Path;
 use std::sync::Arc;
 
+use afterimage_generators::Recipe;
 use afterimage_graph::check::{CheckOptions, Facts, Graph, Loader, check};
 use afterimage_graph::document::parse;
 use afterimage_graph::image::{Format, ImageDesc, Size};
 use afterimage_graph::node::Registry;
 use afterimage_plan::{Caps, GivenImage, Options, Plan, PlanRequest, Requirement, plan};
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-
-#[allow(dead_code, reason = "the tests of plans use all of it")]
-#[path = "../../../tests/plans/random.rs"]
-mod random;
 
 const FOUR_K: Size = Size { width: 3840, height: 2160, depth: 1 };
 
@@ -34,10 +31,11 @@ fn checked(path: &Path, text: &str, registry: &Registry) -> Graph {
     check(&document, registry, &options).unwrap_or_else(|errors| panic!("{errors:?}")).0
 }
 
-fn planned(graph: &Graph) -> Plan {
-    let given = GivenImage { desc: ImageDesc::new(FOUR_K), finite: false };
+/// The plan at 4K; images that are finite need no sanitizing pass.
+fn planned(graph: &Graph, finite: bool) -> Plan {
+    let given = GivenImage { desc: ImageDesc::new(FOUR_K), finite };
     let required = graph.inputs.iter().filter(|input| !input.optional);
-    let setting = PlanRequest {
+    let request = PlanRequest {
         size: FOUR_K,
         inputs: required.map(|input| (input.name.clone(), given)).collect::<BTreeMap<_, _>>(),
         facts: Facts::default(),
@@ -45,19 +43,19 @@ fn planned(graph: &Graph) -> Plan {
         options: Options::default(),
         requirement: &Requirement::typical,
     };
-    plan(graph, &setting).unwrap_or_else(|error| panic!("{error}"))
+    plan(graph, &request).unwrap_or_else(|error| panic!("{error}"))
 }
 
 fn pipeline(criterion: &mut Criterion) {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../pipelines/tsushima.ron");
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../pipelines/tsushima.ron");
     let text = std::fs::read_to_string(&path).expect("the pipeline is in its place");
     let registry = Registry::new(&[afterimage_nodes::ALL]).expect("no two kinds share a name");
     let mut group = criterion.benchmark_group("tsushima");
     group.bench_function("text to plan", |bencher| {
-        bencher.iter(|| planned(&checked(&path, black_box(&text), &registry)));
+        bencher.iter(|| planned(&checked(&path, black_box(&text), &registry), false));
     });
     let graph = checked(&path, &text, &registry);
-    group.bench_function("graph to plan", |bencher| bencher.iter(|| planned(black_box(&graph))));
+    group.bench_function("graph to plan", |bencher| bencher.iter(|| planned(black_box(&graph), false)));
     group.finish();
 }
 
@@ -65,10 +63,10 @@ fn random_graphs(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("random graph to plan");
     group.sample_size(20);
     for nodes in [100, 1000, 10_000] {
-        let graph = random::Recipe { seed: 1, nodes, histories: 3, off: 5 }.graph();
+        let graph = Recipe { seed: 1, nodes, histories: 3, off: 5 }.graph();
         group.throughput(Throughput::Elements(nodes as u64));
         group.bench_with_input(BenchmarkId::from_parameter(nodes), &graph, |bencher, graph| {
-            bencher.iter(|| random::plan_at(black_box(graph), FOUR_K, Options::default()));
+            bencher.iter(|| planned(black_box(graph), true));
         });
     }
     group.finish();

@@ -1,4 +1,5 @@
-//! PlanCache as canonical JSON: keys in alphabetical order, lists in the order of the plan, no number that depends on the machine.
+//! Plans as canonical JSON: keys in alphabetical order, lists in the order of the plan, no number that depends on the
+//! machine.
 
 use std::collections::BTreeMap;
 
@@ -28,6 +29,7 @@ impl Plan {
 #[derive(Serialize)]
 struct Content<'a> {
     barriers: Vec<BarriersView<'a>>,
+    batches: Vec<Vec<usize>>,
     buffers: Vec<BufferView<'a>>,
     exports: Vec<TransitionView<'a>>,
     fused: Vec<FusedView<'a>>,
@@ -35,14 +37,13 @@ struct Content<'a> {
     hash: Option<String>,
     ignored: Vec<IgnoredView>,
     images: Vec<ImageView<'a>>,
-    skipped: Vec<LeftOutView<'a>>,
     memory: MemoryView,
     options: OptionsView,
     outputs: Vec<OutputView<'a>>,
     passes: Vec<PassView<'a>>,
     shared_reads: Vec<FusedView<'a>>,
     size: [u32; 2],
-    batches: Vec<Vec<usize>>,
+    skipped: Vec<LeftOutView<'a>>,
 }
 
 #[derive(Serialize)]
@@ -120,6 +121,7 @@ struct MemoryView {
 #[derive(Serialize)]
 struct OptionsView {
     alias: String,
+    batches_first: bool,
     bounds_checks: bool,
     exact: bool,
     fuse: bool,
@@ -127,7 +129,6 @@ struct OptionsView {
     serial: bool,
     subgroups: bool,
     tile: String,
-    batches_first: bool,
 }
 
 #[derive(Serialize)]
@@ -139,6 +140,7 @@ struct OutputView<'a> {
 
 #[derive(Serialize)]
 struct PassView<'a> {
+    batch: usize,
     bytes_moved: u64,
     format: Option<&'static str>,
     label: &'a str,
@@ -147,7 +149,6 @@ struct PassView<'a> {
     runs: Vec<KernelView<'a>>,
     size: Option<String>,
     stage: String,
-    batch: usize,
     writes: Vec<&'a str>,
 }
 

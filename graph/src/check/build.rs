@@ -1,11 +1,11 @@
 //! What the steps of the check work on: drafts of nodes, the scopes of names they live in, and what went wrong so far.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use petgraph::graph::{DiGraph, NodeIndex};
 
 use super::files::Files;
-use super::{Condition, FactKind, Graph, GraphInput, GraphNode, GraphOutput, Loader, Source};
+use super::{Condition, FactKind, Graph, GraphInput, GraphNode, GraphOutput, Source};
 use crate::document::{InputEntry, Override};
 use crate::node::{NodeKind, PortType, Registry};
 use afterimage_base::diagnostic::{Diagnostic, Diagnostics, Place, Spanned};
@@ -15,7 +15,9 @@ use afterimage_base::value::Value;
 /// The check in progress.
 pub(super) struct Builder<'a> {
     pub(super) registry: &'a Registry,
-    pub(super) files: Files<'a>,
+    pub(super) files: &'a Files<'a>,
+    /// Paths of the documents whose problems have been reported.
+    pub(super) files_used: BTreeSet<String>,
     pub(super) diagnostics: Diagnostics,
     pub(super) scopes: Vec<Scope>,
     pub(super) drafts: Vec<NodeDraft>,
@@ -105,10 +107,11 @@ pub(super) struct Change {
 }
 
 impl<'a> Builder<'a> {
-    pub(super) fn new(registry: &'a Registry, loader: &'a dyn Loader, diagnostics: Diagnostics) -> Self {
+    pub(super) fn new(registry: &'a Registry, files: &'a Files<'a>, diagnostics: Diagnostics) -> Self {
         Self {
             registry,
-            files: Files::new(loader),
+            files,
+            files_used: BTreeSet::new(),
             diagnostics,
             scopes: Vec::new(),
             drafts: Vec::new(),

@@ -1,30 +1,63 @@
-//! Files that a pipeline names: inherited ones, tiers, pipelines used as nodes, and parameters.
+//! Files that a pipeline names, each read and parsed once.
 
+use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::rc::Rc;
 use std::sync::Arc;
 
-use super::build::Builder;
-use super::{DEEPEST, Loader};
-use crate::document::{self, Document, Tier};
-use afterimage_base::diagnostic::{Diagnostic, Spanned, did_you_mean, list, quote};
+use super::Loader;
+use crate::document::{self, Document};
+use afterimage_base::diagnostic::{Diagnostic, Diagnostics, Spanned, quote};
 
-/// Files that have been read, so that each is read once and its mistakes are told once.
+/// The bytes of a file, or why there are none.
+type Bytes = Result<Arc<[u8]>, String>;
+
+/// A pipeline file that another one names.
+#[derive(Clone)]
+pub(super) enum Named {
+    /// A document, with its problems.
+    Document(Rc<Document>),
+    /// A text that is no pipeline.
+    NoPipeline(Diagnostics),
+    /// Bytes that are no text.
+    NoText,
+    /// The file cannot be read; why.
+    Unreadable(String),
+}
+
+/// Files that have been read.
 pub(super) struct Files<'a> {
     loader: &'a dyn Loader,
-    bytes: BTreeMap<String, Result<Arc<[u8]>, String>>,
-    documents: BTreeMap<String, Option<Rc<Document>>>,
+    bytes: RefCell<BTreeMap<String, Bytes>>,
+    documents: RefCell<BTreeMap<String, Named>>,
 }
 
 impl<'a> Files<'a> {
     pub(super) fn new(loader: &'a dyn Loader) -> Self {
-        Self { loader, bytes: BTreeMap::new(), documents: BTreeMap::new() }
+        Self { loader, bytes: RefCell::default(), documents: RefCell::default() }
     }
 
     /// The bytes of a file by its joined path.
-    pub(super) fn bytes(&mut self, path: &str) -> Result<Arc<[u8]>, String> {
+    pub(super) fn bytes(&self, path: &str) -> Bytes {
         let load = || self.loader.load(path);
-        self.bytes.entry(path.to_owned()).or_insert_with(load).clone()
+        self.bytes.borrow_mut().entry(path.to_owned()).or_insert_with(load).clone()
+    }
+
+    /// The document in a file by its joined path.
+    pub(super) fn document(&self, path: &str) -> Named {
+        let read = || self.parsed(path);
+        self.documents.borrow_mut().entry(path.to_owned()).or_insert_with(read).clone()
+    }
+
+    fn parsed(&self, path: &str) -> Named {
+        match self.bytes(path).map(|bytes| String::from_utf8(bytes.to_vec())) {
+            Ok(Ok(text)) => match document::parse(path, &text) {
+                Ok(document) => Named::Document(Rc::new(document)),
+                Err(problems) => Named::NoPipeline(problems),
+            },
+            Ok(Err(_)) => Named::NoText,
+            Err(why) => Named::Unreadable(why),
+        }
     }
 }
 
@@ -45,137 +78,8 @@ pub(super) fn join(from: &str, path: &str) -> String {
     parts.join("/")
 }
 
-impl Builder<'_> {
-    /// The document of a file that another one names; its mistakes are told the first time.
-    pub(super) fn document(&mut self, named: &Spanned<String>) -> Option<Rc<Document>> {
-        let path = join(&named.place.file, &named.value);
-        if let Some(known) = self.files.documents.get(&path) {
-            return known.clone();
-        }
-        let document = self.read_document(&path, named);
-        self.files.documents.insert(path, document.clone());
-        document
-    }
-
-    fn read_document(&mut self, path: &str, named: &Spanned<String>) -> Option<Rc<Document>> {
-        let text = match self.files.bytes(path).map(|bytes| String::from_utf8(bytes.to_vec())) {
-            Ok(Ok(text)) => text,
-            Ok(Err(_)) => {
-                let message = format!("{} is not a text file", quote(&named.value));
-                self.tell(Diagnostic::error("unreadable-file", message).at(&named.place, ""));
-                return None;
-            }
-            Err(why) => {
-                self.tell(unreadable(named, &why));
-                return None;
-            }
-        };
-        match document::parse(path, &text) {
-            Ok(document) => {
-                self.diagnostics.absorb(document.problems.clone());
-                Some(Rc::new(document))
-            }
-            Err(problems) => {
-                self.diagnostics.absorb(problems);
-                None
-            }
-        }
-    }
-
-    /// The document with what it inherits.
-    pub(super) fn inherited(&mut self, document: &Document) -> Document {
-        let mut chain = vec![join("", &document.file)];
-        self.inherit(document.clone(), &mut chain)
-    }
-
-    fn inherit(&mut self, document: Document, chain: &mut Vec<String>) -> Document {
-        let Some(named) = document.extends.clone() else { return document };
-        let path = join(&named.place.file, &named.value);
-        if chain.contains(&path) || chain.len() >= DEEPEST {
-            self.tell(extends_itself(&named, &path, chain));
-            return Document { is_partial: true, ..document };
-        }
-        let Some(base) = self.document(&named) else { return Document { is_partial: true, ..document } };
-        chain.push(path);
-        let base = self.inherit(Rc::unwrap_or_clone(base), chain);
-        merge(base, document)
-    }
-
-    /// The document of the tier that is asked for. Its own changes wait until the nodes are known.
-    pub(super) fn tier(&mut self, document: Document, asked: Option<&str>) -> Document {
-        let Some(asked) = asked else { return document };
-        let Some((_, tier)) = document.tiers.iter().find(|(name, _)| name.value == asked) else {
-            let names = || document.tiers.iter().map(|(name, _)| name.value.as_str());
-            let help = match document.tiers.len() {
-                0 => "it has no tiers at all".to_owned(),
-                _ => format!("its tiers are {}", list(names(), 8)),
-            };
-            self.tell(
-                Diagnostic::error("unknown-tier", format!("the pipeline has no tier {}", quote(asked)))
-                    .at(&document.place, "")
-                    .help(help)
-                    .maybe_help(did_you_mean(asked, names())),
-            );
-            return document;
-        };
-        match tier {
-            Tier::Settings(_) => {
-                self.tier = Some(asked.to_owned());
-                document
-            }
-            Tier::File(named) => {
-                let named = named.clone();
-                self.document(&named).map_or(document, |other| self.inherited(&other))
-            }
-        }
-    }
-}
-
 pub(super) fn unreadable(named: &Spanned<String>, why: &str) -> Diagnostic {
     Diagnostic::error("unreadable-file", format!("cannot read {}: {why}", quote(&named.value)))
         .at(&named.place, "")
         .help("paths are relative to the file that names them")
-}
-
-fn extends_itself(named: &Spanned<String>, path: &str, chain: &[String]) -> Diagnostic {
-    let from = chain.iter().position(|known| known == path);
-    let message = match from {
-        Some(from) => {
-            let names: Vec<&str> = chain[from..].iter().map(String::as_str).chain([path]).collect();
-            format!("a file extends itself: {}", names.join(" -> "))
-        }
-        None => format!("files extend each other more than {DEEPEST} times"),
-    };
-    Diagnostic::error("extends-cycle", message)
-        .at(&named.place, "")
-        .help("let the shared part be a file that extends nothing")
-}
-
-/// What `base` has, changed by what `own` has.
-fn merge(base: Document, own: Document) -> Document {
-    let facts = match (base.facts, own.facts) {
-        (Some(base), Some(own)) => Some(replace(base, own, |(name, _)| &name.value)),
-        (base, own) => own.or(base),
-    };
-    Document {
-        file: own.file,
-        place: own.place,
-        extends: own.extends,
-        inputs: replace(base.inputs, own.inputs, |input| &input.name.value),
-        nodes: replace(base.nodes, own.nodes, |node| &node.name.value),
-        outputs: replace(base.outputs, own.outputs, |(name, _)| &name.value),
-        set: base.set.into_iter().chain(own.set).collect(),
-        tiers: replace(base.tiers, own.tiers, |(name, _)| &name.value),
-        facts,
-        problems: own.problems,
-        unread: base.unread.into_iter().chain(own.unread).collect(),
-        is_partial: base.is_partial || own.is_partial,
-    }
-}
-
-/// The base's entries, each replaced by the own one of the same name, and the own ones that are new.
-fn replace<T>(base: Vec<T>, own: Vec<T>, name: impl Fn(&T) -> &String) -> Vec<T> {
-    let mut all: indexmap::IndexMap<String, T> = base.into_iter().map(|entry| (name(&entry).clone(), entry)).collect();
-    all.extend(own.into_iter().map(|entry| (name(&entry).clone(), entry)));
-    all.into_values().collect()
 }

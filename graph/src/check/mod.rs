@@ -1,9 +1,32 @@
-//! Checking: a document becomes a graph that makes sense, or all of its mistakes are told at once.
+//! Checking: a document becomes a valid graph, or all of its errors are reported.
 //!
-//! [`check`] reads as the list of its steps: inherit (`extends`, the tier), expand (node kinds, parameters, pipelines used as nodes), change
-//! (`set`, tiers, `--set`), connect (wires to their sources), agree (port types, image states), order (no circles), and look for what
-//! nobody needs. A [`Graph`] that comes out is valid by construction: every wire has two ends of one type, every value is in its domain,
-//! and nothing waits for itself.
+//! [`Checker::check`] lists the steps: inherit (`extends`, the tier), expand (node kinds, parameters, pipelines used as
+//! nodes), apply overrides (`set`, tiers, `--set`), connect (wires to their sources), agree (port types, color states),
+//! order (no cycles), and warn of unneeded nodes. A [`Graph`] that comes out is valid by construction: both ends of every
+//! wire have one type, every value is in its domain, and no node waits for itself.
+//!
+//! # Several tiers
+//!
+//! A [`Checker`] parses each file once, however many tiers and overrides are checked:
+//!
+//! ```
+//! use afterimage_graph::check::{Checker, NoFiles};
+//! # let registry = afterimage_graph::node::Registry::new(&[afterimage_nodes::ALL]).expect("names are unique");
+//! let text = r#"Pipeline(
+//!     inputs: { "scene": Color },
+//!     nodes: { "exposed": Exposure(source: "scene", stops: 1.0) },
+//!     outputs: { "display": "exposed" },
+//!     tiers: { "dark": { "exposed.stops": -2.0 } },
+//! )"#;
+//! let document = afterimage_graph::document::parse("look.ron", text)?;
+//! let checker = Checker::new(&document, &registry, &NoFiles);
+//! let (as_written, _warnings) = checker.check(None, &[])?;
+//! for tier in checker.tiers() {
+//!     let (graph, _warnings) = checker.check(Some(&tier), &[])?;
+//!     assert_eq!(graph.nodes.len(), as_written.nodes.len());
+//! }
+//! # Ok::<(), afterimage_graph::diagnostic::Diagnostics>(())
+//! ```
 
 mod agree;
 mod build;
@@ -12,6 +35,8 @@ mod connect;
 mod expand;
 mod files;
 mod graph;
+mod inherit;
+mod options;
 mod order;
 mod settings;
 mod suggest;
@@ -19,78 +44,71 @@ mod unneeded;
 mod values;
 mod verify;
 
-use std::sync::Arc;
-
 use crate::document::Document;
 use crate::node::Registry;
 use afterimage_base::diagnostic::Diagnostics;
 
 pub use condition::{Condition, ConditionError, Fact, FactKind, Facts};
 pub use graph::{Graph, GraphInput, GraphNode, GraphOutput, Source};
+pub use options::{CheckOptions, DEEPEST, Loader, MOST_NODES, MOST_PREVIOUS, NoFiles};
 
 use build::Builder;
+use files::Files;
 
-/// Reads files for the check, which does no input or output of its own.
-pub trait Loader {
-    /// The bytes of a file, or why there are none. Paths are relative to the file that names them, already joined to its folder.
-    fn load(&self, path: &str) -> Result<Arc<[u8]>, String>;
+/// Checks a document at its tiers and with overrides. Every file that it names is read and parsed once.
+pub struct Checker<'a> {
+    document: &'a Document,
+    registry: &'a Registry,
+    files: Files<'a>,
 }
 
-/// A loader for hosts without files: every path is an error.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct NoFiles;
+impl<'a> Checker<'a> {
+    /// A checker that reads files with `loader`.
+    pub fn new(document: &'a Document, registry: &'a Registry, loader: &'a dyn Loader) -> Self {
+        Self { document, registry, files: Files::new(loader) }
+    }
 
-impl Loader for NoFiles {
-    fn load(&self, _: &str) -> Result<Arc<[u8]>, String> {
-        Err("this program gives pipelines no access to files".into())
+    /// The names of the document's tiers, inherited ones first.
+    pub fn tiers(&self) -> Vec<String> {
+        let document = self.builder().inherited(self.document);
+        document.tiers.into_iter().map(|(name, _)| name.value).collect()
+    }
+
+    /// Makes a graph of the document at a tier, with overrides in the order in which they are applied: `node.parameter`
+    /// and a value as a pipeline file would write it.
+    ///
+    /// The warnings come beside the graph. The overrides of every tier are checked; only those of `tier` are applied.
+    ///
+    /// # Errors
+    /// All errors of the document and of the files that it names, and the warnings with them, ordered by location.
+    pub fn check(&self, tier: Option<&str>, sets: &[(String, String)]) -> Result<(Graph, Diagnostics), Diagnostics> {
+        let mut builder = self.builder();
+        let document = builder.inherited(self.document);
+        let document = builder.tier(document, tier);
+        builder.expand_top(&document);
+        builder.command_line(sets);
+        builder.change();
+        builder.verify();
+        builder.connect();
+        builder.agree();
+        builder.order();
+        builder.tell_unneeded();
+        builder.finish()
+    }
+
+    fn builder(&self) -> Builder<'_> {
+        Builder::new(self.registry, &self.files, self.document.problems.clone())
     }
 }
 
-/// What a check may be told beside the document.
-#[derive(Clone)]
-pub struct CheckOptions<'a> {
-    /// The quality level, one of the document's `tiers`.
-    pub tier: Option<String>,
-    /// Changes in the order in which they are made: `node.parameter` and a value as a pipeline file would write it.
-    pub sets: Vec<(String, String)>,
-    /// Where files come from.
-    pub loader: &'a dyn Loader,
-}
-
-impl Default for CheckOptions<'_> {
-    fn default() -> Self {
-        Self { tier: None, sets: Vec::new(), loader: &NoFiles }
-    }
-}
-
-/// More nodes than this, pipelines used as nodes and what is in them included, are a mistake.
-pub const MOST_NODES: usize = 1 << 16;
-/// Frames that a wire can reach back.
-pub const MOST_PREVIOUS: u32 = 16;
-/// Pipelines within pipelines, and files that extend files.
-pub const DEEPEST: usize = 16;
-
-/// Makes a graph of a document.
-///
-/// The warnings come beside the graph. Every tier's changes are checked, whether or not the tier is asked for; only the asked one is made.
+/// Makes a graph of a document: [`Checker::check`] for a single check.
 ///
 /// # Errors
-/// All mistakes of the document and of the files that it names, and the warnings with them, in the order of their places.
+/// All errors of the document and of the files that it names, and the warnings with them, ordered by location.
 pub fn check(
     document: &Document,
     registry: &Registry,
     options: &CheckOptions<'_>,
 ) -> Result<(Graph, Diagnostics), Diagnostics> {
-    let mut builder = Builder::new(registry, options.loader, document.problems.clone());
-    let document = builder.inherited(document);
-    let document = builder.tier(document, options.tier.as_deref());
-    builder.expand_top(&document);
-    builder.command_line(&options.sets);
-    builder.change();
-    builder.verify();
-    builder.connect();
-    builder.agree();
-    builder.order();
-    builder.tell_unneeded();
-    builder.finish()
+    Checker::new(document, registry, options.loader).check(options.tier.as_deref(), &options.sets)
 }

@@ -2,7 +2,8 @@
 
 use std::sync::Arc;
 
-use super::token::{Bracket, Kind, Lexer, Token};
+use super::bracket::Bracket;
+use super::token::{Kind, Lexer, Token};
 
 /// For each bracket, how many closing ones of a file are too many; negative where they are too few.
 #[derive(Clone, Copy, Debug, Default)]

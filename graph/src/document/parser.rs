@@ -6,11 +6,12 @@
 
 use std::sync::Arc;
 
-use super::balance::{Balance, Misfit, is_outside};
+use super::balance::{Balance, Misfit};
+use super::bracket::Bracket;
 use super::quotes::is_foreign_quote;
 use super::syntax;
-use super::token::{Bracket, Kind, Lexer, Token};
-use super::tree::{Field, Group, Item, Tree, plain_name};
+use super::token::{Kind, Lexer, Token};
+use super::tree::{Group, Item, Tree, plain_name};
 use afterimage_base::diagnostic::{Diagnostic, Place, Spanned};
 
 /// Brackets within brackets; a pipeline needs about five.
@@ -38,29 +39,29 @@ pub(super) fn is_blank(file: &Arc<str>, text: &str) -> bool {
 }
 
 /// An entry of a group: `value` or `key: value`.
-struct Entry {
-    key: Option<Item>,
-    value: Item,
+pub(super) struct Entry {
+    pub(super) key: Option<Item>,
+    pub(super) value: Item,
     /// Whether it may be a part of the entry before it.
-    follows_error: bool,
+    pub(super) follows_error: bool,
 }
 
-struct Parser<'a> {
+pub(super) struct Parser<'a> {
     file: &'a Arc<str>,
-    text: &'a str,
-    lexer: Lexer<'a>,
-    next: Token,
-    second: Token,
+    pub(super) text: &'a str,
+    pub(super) lexer: Lexer<'a>,
+    pub(super) next: Token,
+    pub(super) second: Token,
     /// The end of the token before `next`.
     end: usize,
-    open: Vec<Token>,
+    pub(super) open: Vec<Token>,
     /// How many of the open groups, the outermost first, may have lost entries to a bracket that is not closed.
-    lossy: usize,
-    balance: Balance,
+    pub(super) lossy: usize,
+    pub(super) balance: Balance,
     /// Whether what was read last may be followed by an entry without a comma, since an error was reported there.
-    needs_no_comma: bool,
+    pub(super) needs_no_comma: bool,
     /// Whether any bracket was missing or too many.
-    has_misfit: bool,
+    pub(super) has_misfit: bool,
 }
 
 impl<'a> Parser<'a> {
@@ -95,33 +96,33 @@ impl<'a> Parser<'a> {
         Parsed { tree, errors: self.lexer.errors.into_list() }
     }
 
-    fn advance(&mut self) {
+    pub(super) fn advance(&mut self) {
         self.end = self.next.end;
         self.next = std::mem::replace(&mut self.second, self.lexer.next());
     }
 
-    fn report(&mut self, error: Diagnostic) {
+    pub(super) fn report(&mut self, error: Diagnostic) {
         self.lexer.errors.push(error);
     }
 
-    fn place(&self, start: usize, end: usize) -> Place {
+    pub(super) fn place(&self, start: usize, end: usize) -> Place {
         Place::new(self.file, start..end)
     }
 
-    fn token_place(&self, token: &Token) -> Place {
+    pub(super) fn token_place(&self, token: &Token) -> Place {
         self.place(token.start, token.end)
     }
 
-    fn next_place(&self) -> Place {
+    pub(super) fn next_place(&self) -> Place {
         self.token_place(&self.next)
     }
 
-    fn written(&self, token: &Token) -> &'a str {
+    pub(super) fn written(&self, token: &Token) -> &'a str {
         &self.text[token.start..token.end]
     }
 
     /// The next token as it is written; empty at the end of the file.
-    fn found(&self) -> &'a str {
+    pub(super) fn found(&self) -> &'a str {
         self.written(&self.next)
     }
 
@@ -247,74 +248,6 @@ impl<'a> Parser<'a> {
         }
     }
 
-    /// Whether the closing bracket of the innermost group is missing before the next token.
-    fn is_left_open(&self, bracket: Bracket) -> bool {
-        let [.., outer, open] = self.open.as_slice() else { return false };
-        let is_outside = is_outside(open, &self.next);
-        let is_lacking = self.balance.lacks(bracket);
-        let is_map_entry = self.next.kind == Kind::Text && self.second.kind == Kind::Colon;
-        let is_next_entry = bracket == Bracket::Round && outer.kind == Kind::Open(Bracket::Curly) && is_map_entry;
-        is_lacking && is_outside || is_next_entry && (is_lacking || is_outside)
-    }
-
-    /// Reads a closing bracket of another kind, unless it closes an outer group.
-    fn misfit(&mut self, inner: Bracket, close: Bracket, has_names: bool) -> Misfit {
-        let is_meant_as_map = inner == Bracket::Square && close == Bracket::Curly && has_names;
-        let misfit = match is_meant_as_map {
-            true => Misfit::Wrong,
-            false => self.balance.misfit(&self.open, inner, (&self.next, close)),
-        };
-        if misfit == Misfit::Unclosed {
-            self.unclosed(inner);
-            return misfit;
-        }
-        // Names in a list are reported by themselves.
-        if !is_meant_as_map {
-            let (open, next) = (self.open_place(), self.next_place());
-            let wording = if misfit == Misfit::Wrong { syntax::wrong_close } else { syntax::extra_close };
-            self.report(wording((&open, inner), (&next, close)));
-            self.has_misfit = true;
-        }
-        if misfit == Misfit::Wrong {
-            self.balance.found_missing(inner);
-        }
-        self.balance.found_extra(close);
-        self.advance();
-        misfit
-    }
-
-    /// The opening bracket of the innermost group.
-    fn open_place(&self) -> Place {
-        self.token_place(self.open.last().unwrap_or(&self.next))
-    }
-
-    /// Ends the innermost group before the next token; what should follow outside may stand inside of it.
-    fn unclosed(&mut self, inner: Bracket) {
-        self.report(syntax::unclosed((&self.open_place(), inner), &self.next_place()));
-        self.balance.found_missing(inner);
-        self.lossy = self.open.len();
-        self.has_misfit = true;
-        self.needs_no_comma = true;
-    }
-
-    /// Reports all brackets that are open at the end of the file at once.
-    fn end_of_file(&mut self) {
-        let is_told = self.lossy == self.open.len();
-        self.lossy = self.open.len();
-        if is_told || self.has_misfit || self.lexer.ends_in_comment {
-            return;
-        }
-        self.has_misfit = true;
-        let bracket = |token: &Token| match token.kind {
-            Kind::Open(bracket) => bracket,
-            _ => Bracket::Round,
-        };
-        let open: Vec<_> = self.open.iter().map(|token| (self.token_place(token), bracket(token))).collect();
-        if let Some(error) = syntax::unclosed_at_end(&open) {
-            self.report(error);
-        }
-    }
-
     /// An entry; `None` where none can be read.
     fn entry(&mut self, bracket: Bracket, follows_error: bool) -> Option<Entry> {
         if self.next.kind == Kind::Comma {
@@ -432,73 +365,5 @@ impl<'a> Parser<'a> {
                 return;
             }
         }
-    }
-
-    /// `( ... )`: fields if any entry has a name, values otherwise.
-    fn round(&mut self, name: Option<Spanned<String>>, group: Group<Entry>) -> Tree {
-        let Group { entries, mut is_partial } = group;
-        let has_names = entries.iter().any(|entry| entry.key.is_some());
-        if !has_names && !entries.is_empty() {
-            let items: Vec<Item> = entries.into_iter().map(|entry| entry.value).collect();
-            let is_broken = is_partial || items.iter().any(|item| item.value.is_broken());
-            return if is_broken { Tree::Broken } else { Tree::Tuple(name, items) };
-        }
-        if !has_names && name.is_none() && !is_partial {
-            return Tree::Tuple(None, Vec::new());
-        }
-        let mut fields = Vec::new();
-        for entry in entries {
-            match self.field(entry) {
-                Some(field) => fields.push(field),
-                None => is_partial = true,
-            }
-        }
-        Tree::Struct(name, Group { entries: fields, is_partial })
-    }
-
-    /// An entry as a field; `None` if its name cannot be read.
-    fn field(&mut self, entry: Entry) -> Option<Field> {
-        let Entry { key, value, follows_error } = entry;
-        match key {
-            Some(Item { value: Tree::Name(name), place }) => Some((Spanned::new(name, place), value)),
-            Some(Item { value: Tree::Text(name), place }) => {
-                self.report(syntax::quoted_name(&place, &name));
-                Some((Spanned::new(name, place), value))
-            }
-            other => {
-                let place = other.map_or(value.place, |key| key.place);
-                if !follows_error && !value.value.is_broken() {
-                    self.report_no_name(&place);
-                }
-                None
-            }
-        }
-    }
-
-    fn report_no_name(&mut self, place: &Place) {
-        let before = self.text[..place.start].strip_suffix(',');
-        let ends = |text: &str| text.ends_with(|c: char| c.is_ascii_digit());
-        let written = &self.text[place.span()];
-        let begins = written.starts_with(|c: char| c.is_ascii_digit());
-        self.report(match before {
-            Some(before) if ends(before) && begins => syntax::decimal_comma(place),
-            _ => syntax::no_name(place, written),
-        });
-    }
-
-    fn list(&mut self, open: &Token, group: Group<Entry>) -> Tree {
-        let named = group.entries.iter().find_map(|entry| entry.key.as_ref());
-        if let Some(key) = named {
-            self.report(syntax::list_with_names(&key.place, &self.token_place(open)));
-            return Tree::Broken;
-        }
-        let items: Vec<Item> = group.entries.into_iter().map(|entry| entry.value).collect();
-        let is_broken = group.is_partial || items.iter().any(|item| item.value.is_broken());
-        if is_broken { Tree::Broken } else { Tree::List(items) }
-    }
-
-    fn map(group: Group<Entry>) -> Tree {
-        let entries = group.entries.into_iter().filter_map(|entry| Some((entry.key?, entry.value))).collect();
-        Tree::Map(Group { entries, is_partial: group.is_partial })
     }
 }

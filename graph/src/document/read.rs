@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
+use super::entries::{Document, InputEntry, NodeEntry, Override, Tier};
 use super::tree::{Field, Group, Item, Tree};
-use super::{Document, InputEntry, NodeEntry, Override, Tier};
 use afterimage_base::diagnostic::{Diagnostic, Diagnostics, Spanned, did_you_mean, list, quote};
 use afterimage_base::image::ColorState;
 

@@ -1,6 +1,6 @@
 //! Syntax errors in words, and how many of them are kept.
 
-use super::token::Bracket;
+use super::bracket::Bracket;
 use afterimage_base::diagnostic::{Diagnostic, Place, quote};
 
 /// More syntax errors than this are not collected: the text is no RON then.

@@ -5,37 +5,10 @@
 
 use std::sync::Arc;
 
+use super::bracket::Bracket;
 use super::quotes::{LineQuotes, foreign_end, is_foreign_quote, raw_end, text_end};
 use super::syntax::{self, Errors};
 use afterimage_base::diagnostic::Place;
-
-/// The three pairs of brackets.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Bracket {
-    Round,
-    Square,
-    Curly,
-}
-
-impl Bracket {
-    pub(super) const ALL: [Self; 3] = [Self::Round, Self::Square, Self::Curly];
-
-    pub(super) fn open(self) -> char {
-        match self {
-            Self::Round => '(',
-            Self::Square => '[',
-            Self::Curly => '{',
-        }
-    }
-
-    pub(super) fn close(self) -> char {
-        match self {
-            Self::Round => ')',
-            Self::Square => ']',
-            Self::Curly => '}',
-        }
-    }
-}
 
 /// What a token is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

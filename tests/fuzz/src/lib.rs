@@ -3,16 +3,17 @@
 //! The same targets run under cargo-fuzz (`cargo +nightly fuzz run document --fuzz-dir tests/fuzz --features libfuzzer`) and, with
 //! inputs that follow from a seed, on any compiler: `cargo run --profile fuzz -p afterimage-fuzz -- --runs 10000000`.
 
+mod bytes;
 mod corpus;
 mod cube;
-mod dice;
 mod document;
 mod mutate;
 mod plan;
 mod tokens;
 
+use afterimage_generators::Rng;
+use bytes::Bytes;
 use corpus::Corpus;
-use dice::{Bytes, Dice};
 use mutate::Mutator;
 
 /// What is fuzzed.
@@ -80,10 +81,10 @@ impl Inputs {
 
     /// The input of that number.
     pub fn get(&self, number: u64) -> Vec<u8> {
-        let mut dice = Dice::new(self.seed.wrapping_mul(0x2545_f491_4f6c_dd1d) ^ number);
+        let mut rng = Rng::new(self.seed.wrapping_mul(0x2545_f491_4f6c_dd1d) ^ number);
         match self.target {
-            Target::Plan => (0..plan::MOST_CHOICES).map(|_| dice.below(256) as u8).collect(),
-            Target::Document | Target::Cube => self.mutator.text(&mut dice).into_bytes(),
+            Target::Plan => (0..plan::MOST_CHOICES).map(|_| rng.below(256) as u8).collect(),
+            Target::Document | Target::Cube => self.mutator.text(&mut rng).into_bytes(),
         }
     }
 }

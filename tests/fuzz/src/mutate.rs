@@ -2,8 +2,9 @@
 
 use std::collections::BTreeMap;
 
+use afterimage_generators::Rng;
+
 use crate::corpus::Corpus;
-use crate::dice::Dice;
 use crate::tokens::{Class, Token, group, tokens};
 
 /// Numbers that parsers and arithmetic stumble over.
@@ -74,17 +75,16 @@ impl Mutator {
     }
 
     /// A text with a few changes.
-    pub(crate) fn text(&self, dice: &mut Dice) -> String {
+    pub(crate) fn text(&self, rng: &mut Rng) -> String {
         // Half of all texts begin with one of the longest, which are right in most places.
-        let among =
-            if dice.below(2) == 0 { &self.seeds[..self.seeds.len().min(MOST_TELLING)] } else { &self.seeds[..] };
-        let mut tokens = dice.one_of(among).cloned().unwrap_or_default();
-        for _ in 0..=dice.below(MOST_CHANGES) {
-            self.change(&mut tokens, dice);
+        let among = if rng.below(2) == 0 { &self.seeds[..self.seeds.len().min(MOST_TELLING)] } else { &self.seeds[..] };
+        let mut tokens = rng.one_of(among).cloned().unwrap_or_default();
+        for _ in 0..=rng.below(MOST_CHANGES) {
+            self.change(&mut tokens, rng);
         }
         let mut text: String = tokens.iter().map(|token| token.text.as_str()).collect();
-        if dice.below(8) == 0 {
-            change_character(&mut text, dice);
+        if rng.below(8) == 0 {
+            change_character(&mut text, rng);
         }
         while text.len() > LONGEST {
             text.pop();
@@ -92,57 +92,57 @@ impl Mutator {
         text
     }
 
-    fn change(&self, tokens: &mut Vec<Token>, dice: &mut Dice) {
-        let at = dice.below(tokens.len().max(1));
-        match dice.below(10) {
+    fn change(&self, tokens: &mut Vec<Token>, rng: &mut Rng) {
+        let at = rng.below(tokens.len().max(1));
+        match rng.below(10) {
             0 if !tokens.is_empty() => drop(tokens.remove(at)),
             1 => drop(tokens.drain(group(tokens, at))),
-            2 => self.repeat(tokens, at, dice),
+            2 => self.repeat(tokens, at, rng),
             3 if !tokens.is_empty() => {
-                let other = dice.below(tokens.len());
+                let other = rng.below(tokens.len());
                 tokens.swap(at, other);
             }
             4 => tokens.truncate(at),
-            5 => tokens.splice(at..at, self.any(dice)).for_each(drop),
-            6 => self.exchange_group(tokens, at, dice),
-            _ => self.exchange(tokens, at, dice),
+            5 => tokens.splice(at..at, self.any(rng)).for_each(drop),
+            6 => self.exchange_group(tokens, at, rng),
+            _ => self.exchange(tokens, at, rng),
         }
     }
 
     /// A group once more, or very often.
-    fn repeat(&self, tokens: &mut Vec<Token>, at: usize, dice: &mut Dice) {
+    fn repeat(&self, tokens: &mut Vec<Token>, at: usize, rng: &mut Rng) {
         let again = tokens[group(tokens, at)].to_vec();
-        let times = if dice.below(50) == 0 { 400 } else { 1 + dice.below(3) };
+        let times = if rng.below(50) == 0 { 400 } else { 1 + rng.below(3) };
         for _ in 0..times.min(LONGEST / again.len().max(1)) {
             tokens.splice(at..at, again.iter().cloned());
         }
     }
 
     /// Another token of the same class: a name for a name, an extreme for a number.
-    fn exchange(&self, tokens: &mut [Token], at: usize, dice: &mut Dice) {
+    fn exchange(&self, tokens: &mut [Token], at: usize, rng: &mut Rng) {
         // Spaces matter least.
         let telling = (at..tokens.len()).find(|at| !matches!(tokens[*at].class, Class::Space | Class::LineEnd));
         let Some(token) = telling.map(|at| &mut tokens[at]) else { return };
         let others = self.dictionary.get(&token.class).map_or(&[][..], Vec::as_slice);
-        *token = dice.one_of(others).cloned().unwrap_or_else(|| token.clone());
+        *token = rng.one_of(others).cloned().unwrap_or_else(|| token.clone());
     }
 
     /// A group of another text in place of one of this.
-    fn exchange_group(&self, tokens: &mut Vec<Token>, at: usize, dice: &mut Dice) {
-        let Some(other) = dice.one_of(&self.seeds).filter(|other| !other.is_empty()) else { return };
-        let taken = other[group(other, dice.below(other.len()))].iter().cloned();
+    fn exchange_group(&self, tokens: &mut Vec<Token>, at: usize, rng: &mut Rng) {
+        let Some(other) = rng.one_of(&self.seeds).filter(|other| !other.is_empty()) else { return };
+        let taken = other[group(other, rng.below(other.len()))].iter().cloned();
         tokens.splice(group(tokens, at), taken);
     }
 
-    fn any(&self, dice: &mut Dice) -> Option<Token> {
+    fn any(&self, rng: &mut Rng) -> Option<Token> {
         let classes: Vec<&Vec<Token>> = self.dictionary.values().collect();
-        let class = dice.one_of(&classes)?;
-        dice.one_of(class).cloned()
+        let class = rng.one_of(&classes)?;
+        rng.one_of(class).cloned()
     }
 }
 
 /// One character replaced by one that is special to some reader.
-fn change_character(text: &mut String, dice: &mut Dice) {
+fn change_character(text: &mut String, rng: &mut Rng) {
     const SIGNS: [char; 20] = [
         '(',
         ')',
@@ -166,8 +166,8 @@ fn change_character(text: &mut String, dice: &mut Dice) {
         '\u{1F600}',
     ];
     let starts: Vec<usize> = text.char_indices().map(|(at, _)| at).collect();
-    if let Some(at) = dice.one_of(&starts) {
+    if let Some(at) = rng.one_of(&starts) {
         text.remove(*at);
-        text.insert(*at, SIGNS[dice.below(SIGNS.len())]);
+        text.insert(*at, SIGNS[rng.below(SIGNS.len())]);
     }
 }

@@ -11,7 +11,7 @@ use afterimage_plan::{
     Alias, Caps, GivenImage, Options, Plan, PlanError, PlanRequest, Requirement, Tiles, diff, plan, verify,
 };
 
-use crate::dice::Bytes;
+use crate::bytes::Bytes;
 use crate::document::{Few, all_shipped, registry};
 
 /// Bytes that the choices of one plan need at most, about.

@@ -1,8 +1,6 @@
 //! Exposure and ToneMap.
 
-use super::{
-    ARITHMETIC, LARGEST, TRANSCENDENTAL, Tolerance, compare, graph_with, is_left_out, light, mistakes, rgb, run,
-};
+use super::{ARITHMETIC, LARGEST, TRANSCENDENTAL, Tolerance, compare, graph_with, light, mistakes, rgb, run};
 use crate::reference::agx;
 use crate::reference::color::{AP1, CUSTOM, REC709, REC2020, Space, conversion, luminance};
 use crate::reference::curves::*;
@@ -18,13 +16,6 @@ fn exposure_scales_by_powers_of_two() {
         let node = format!("Exposure(stops: {stops:?})");
         compare("Color", &node, light, ARITHMETIC, |rgb| rgb.map(|x| (x * stops.exp2()).min(LARGEST)));
     }
-}
-
-#[test]
-#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn exposure_is_left_out_only_at_zero() {
-    assert!(is_left_out("Color", "Exposure(stops: 0.0)", &NoFiles));
-    assert!(!is_left_out("Color", "Exposure(stops: 0.001)", &NoFiles));
 }
 
 #[test]
@@ -218,27 +209,6 @@ fn greys_stay_grey_in_every_space() {
             );
         }
     }
-}
-
-#[test]
-#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn values_that_make_no_sense_together_are_told() {
-    use afterimage_graph::prelude::Node;
-    use afterimage_nodes::{Curve, ToneMap, WorkingSpace};
-    let complaint = |node: ToneMap| node.verify().expect_err("a mistake");
-    let own = ToneMap { curve: Curve::AgX, space: WorkingSpace::Rec2020, ..ToneMap::default() };
-    assert!(complaint(own).contains("`AgX` brings its own working space"));
-    let line = ToneMap {
-        space: WorkingSpace::Custom,
-        red: [0.1, 0.1],
-        green: [0.2, 0.2],
-        blue: [0.3, 0.3],
-        ..ToneMap::default()
-    };
-    assert!(complaint(line).contains("span a triangle"));
-    let low = ToneMap { curve: Curve::Uchimura, maximum: 0.2, ..ToneMap::default() };
-    assert!(complaint(low).contains("`maximum` must be above"));
-    assert_eq!(ToneMap::default().verify(), Ok(()));
 }
 
 fn tone_map(curve: &str) -> String {

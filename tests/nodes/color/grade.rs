@@ -1,10 +1,9 @@
 //! WhiteBalance, LiftGammaGain, Cdl, Saturation, Contrast, Brightness and ColorBalance.
 
-use super::{ARITHMETIC, TRANSCENDENTAL, compare, is_left_out, light, stored, stored_light, unit};
+use super::{ARITHMETIC, TRANSCENDENTAL, compare, light, stored, stored_light, unit};
 use crate::reference::color::{BRADFORD, CAT16, luminance, white_balance_scene, white_balance_target};
 use crate::reference::grade::*;
 use crate::reference::math::{Matrix, Rgb, transform, zip};
-use afterimage_graph::check::NoFiles;
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
@@ -127,42 +126,6 @@ fn color_balance_tints_by_luminance() {
             let sum = (0..3).fold(scaled, |sum, range| zip(sum, tint(shifts[range]), |a, b| a + weights[range] * b));
             stored_light(sum)
         });
-    }
-}
-
-#[test]
-#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn neutral_parameters_leave_nodes_out() {
-    let neutral = [
-        ("Exposed", "WhiteBalance()"),
-        ("Exposed", "WhiteBalance(target: (0.7, 0.7, 0.7))"),
-        ("Exposed", "WhiteBalance(target: (0.0, 0.00001, 0.0))"),
-        ("Exposed", "WhiteBalance(mode: Temperature)"),
-        ("DisplayLinear", "LiftGammaGain()"),
-        ("DisplayLinear", "Cdl()"),
-        ("DisplayLinear", "Saturation()"),
-        ("DisplayLinear", "Contrast()"),
-        ("DisplayLinear", "Brightness()"),
-        ("DisplayLinear", "ColorBalance()"),
-        ("DisplayLinear", "FilmGrain(amount: 0.0)"),
-        ("DisplayLinear", "ColorLut(strength: 0.0)"),
-        ("DisplayLinear", "ColorLut()"),
-    ];
-    for (state, node) in neutral {
-        assert!(is_left_out(state, node, &NoFiles), "{node}");
-    }
-    let active = [
-        ("Exposed", "WhiteBalance(target: (0.7, 0.7, 0.7), keep_luminance: false)"),
-        ("Exposed", "WhiteBalance(mode: Temperature, temperature: 6504.0)"),
-        ("Exposed", "WhiteBalance(mode: Temperature, tint: 0.001)"),
-        ("DisplayLinear", "LiftGammaGain(gamma: (1.0, 1.0, 1.01))"),
-        ("DisplayLinear", "Cdl(saturation: 0.99)"),
-        ("DisplayLinear", "Saturation(amount: 0.0)"),
-        ("DisplayLinear", "Contrast(amount: 1.01)"),
-        ("DisplayLinear", "ColorBalance(midtones: (0.0, 0.0, 0.01))"),
-    ];
-    for (state, node) in active {
-        assert!(!is_left_out(state, node, &NoFiles), "{node}");
     }
 }
 

@@ -1,11 +1,10 @@
 //! ColorLut.
 
-use super::{OneFile, Tolerance, compare_with, is_left_out, light, unit};
-use crate::reference::color::luminance;
-use crate::reference::lut::{Cube, identity_text, lookup, shape_log2};
+use super::{OneFile, Tolerance, compare_with, light, unit};
+use crate::reference::lut::{Cube, lookup, shape_log2};
 use crate::reference::math::{Rgb, mix};
 use crate::reference::transfer::srgb_encode;
-use afterimage_nodes::{Lut, PngLayout, parse_cube, parse_png};
+use afterimage_nodes::PngLayout;
 
 /// The class `lut` of the test vectors.
 const LUT: Tolerance = Tolerance { absolute: 1e-5, relative: 0.0 };
@@ -147,128 +146,4 @@ fn tables_drawn_as_pictures_match() {
         let node = format!("ColorLut(file: \"look.png\", layout: {}, interpolation: Trilinear)", layout.name());
         compare_with("Encoded", &node, &OneFile(picture(layout, look)), unit, LUT, |rgb| cube.trilinear(rgb));
     }
-}
-
-#[test]
-#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn tables_that_change_nothing_are_left_out() {
-    let files = [
-        ("cube", identity_text(2).into_bytes()),
-        ("cube", identity_text(33).into_bytes()),
-        ("cube", b"LUT_1D_SIZE 2\nDOMAIN_MIN -1 -1 -1\n-1 -1 -1\n1 1 1\n".to_vec()),
-        ("png", picture(PngLayout::Tiles, |rgb| rgb)),
-    ];
-    for (kind, bytes) in files {
-        assert!(is_left_out("Encoded", &format!("ColorLut(file: \"a.{kind}\")"), &OneFile(bytes)));
-    }
-    let nearly = identity_text(3).replacen("0.500000000", "0.500010000", 1);
-    assert!(!is_left_out("Encoded", "ColorLut(file: \"a.cube\")", &OneFile(nearly.into_bytes())));
-    // With a shaper, the same table has a meaning: it shows the shaper.
-    let shaped = "ColorLut(file: \"a.cube\", shaper: Log2)";
-    assert!(!is_left_out("Encoded", shaped, &OneFile(identity_text(2).into_bytes())));
-}
-
-#[test]
-#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn broken_tables_are_told_with_their_line() {
-    let two = "0 0 0\n1 1 1\n";
-    let table = [
-        (String::new(), "line 1: neither `LUT_3D_SIZE` nor `LUT_1D_SIZE` is there"),
-        ("0 0 0\n".into(), "line 1: an entry comes before `LUT_3D_SIZE` or `LUT_1D_SIZE`"),
-        ("\nLUT_3D_SIZE 1\n".into(), "line 2: the size must be a whole number from 2 to 256, not `1`"),
-        ("LUT_3D_SIZE 257\n".into(), "line 1: the size must be a whole number from 2 to 256, not `257`"),
-        ("LUT_1D_SIZE many\n".into(), "line 1: the size must be a whole number from 2 to 65536, not `many`"),
-        ("LUT_1D_SIZE 2\nLUT_1D_SIZE 2\n".into(), "line 2: `LUT_1D_SIZE` is there twice"),
-        (format!("LUT_1D_SIZE 3\n{two}"), "line 3: the file ends after 2 of 3 entries"),
-        (format!("LUT_1D_SIZE 2\n# fine\n{two}\n0 0 0\n"), "line 6: there are more than the 2 entries of the table"),
-        ("LUT_1D_SIZE 2\n0 0\n".into(), "line 2: an entry has 3 numbers, not 2"),
-        ("LUT_1D_SIZE 2\n0 0 0 0\n".into(), "line 2: an entry has 3 numbers, not 4"),
-        ("LUT_1D_SIZE 2\r\n0 0 zero\r\n".into(), "line 2: `zero` is not a number"),
-        ("LUT_1D_SIZE 2\n0 nan 0\n".into(), "line 2: `nan` is not finite"),
-        ("LUT_1D_SIZE 2\nnan 0 0\n".into(), "line 2: `nan` is not finite"),
-        ("LUT_1D_SIZE 2\ninf 0 0\n".into(), "line 2: `inf` is not finite"),
-        (
-            format!("LUT_1D_SIZE 2\nDOMAIN_MIN 0 1 0\n{two}"),
-            "line 2: the domain must end above its beginning in every channel",
-        ),
-        ("DOMAIN_MAX 1 1\n".into(), "line 1: DOMAIN_MAX has 3 numbers, not 2"),
-        (
-            format!("LUT_1D_SIZE 2\n{two}TITLE \"late\"\n"),
-            "line 4: `TITLE` comes after the first entry: keywords go before",
-        ),
-    ];
-    for (text, expected) in table {
-        assert_eq!(parse_cube(&text).expect_err(&text).to_string(), expected, "{text:?}");
-    }
-    let unknown = parse_cube("LUT_4D_SIZE 2\n").expect_err("an unknown keyword");
-    assert!(unknown.message.starts_with("`LUT_4D_SIZE` is no keyword of a .cube file; there are `TITLE`"), "{unknown}");
-}
-
-#[test]
-#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn broken_pictures_are_told() {
-    let complaint = |bytes: &[u8]| parse_png(bytes, PngLayout::Tiles).expect_err("a mistake").to_string();
-    let sides = complaint(&encoded(&[0; 100 * 100 * 3], 100, png::ColorType::Rgb));
-    assert!(sides.contains("not 100x100"), "{sides}");
-    let grey = complaint(&encoded(&[0; 64 * 64], 64, png::ColorType::Grayscale));
-    assert!(grey.contains("has no colours"), "{grey}");
-    let whole = picture(PngLayout::Tiles, look);
-    let cut = complaint(&whole[..whole.len() / 2]);
-    assert!(cut.starts_with("the PNG cannot be read"), "{cut}");
-    let flipped = complaint(b"\x89PNG\r\n\x1a\n and no more");
-    assert!(flipped.starts_with("the PNG cannot be read"), "{flipped}");
-}
-
-#[test]
-#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn a_pipeline_with_a_broken_table_names_the_file_and_its_line() {
-    use afterimage_graph::check::{CheckOptions, check};
-    let text = super::pipeline("Encoded", "ColorLut(file: \"broken.cube\")");
-    let document = afterimage_graph::document::parse("test.ron", &text).expect("a document");
-    let loader = OneFile(b"LUT_3D_SIZE 2\n0 0 0\nx\n".to_vec());
-    let options = CheckOptions { loader: &loader, ..CheckOptions::default() };
-    let problems = check(&document, &crate::support::gpu::registry(), &options).expect_err("a broken table");
-    let told = format!("{problems:?}");
-    assert!(told.contains("`broken.cube`: line 3: `x` is not a number"), "{told}");
-}
-
-#[test]
-#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn old_line_ends_and_marks_are_read() {
-    let plain: Lut = parse_cube("LUT_1D_SIZE 2\n0 0 0\n1 1 0.5\n").expect("a table");
-    for text in [
-        "\u{feff}LUT_1D_SIZE 2\r\n0 0 0\r\n1 1 0.5",
-        "LUT_1D_SIZE 2\r0 0 0\r1 1 0.5\r",
-        "LUT_1D_SIZE\t2 # two\n 0\t0 0\n+1 1e0 5e-1",
-    ] {
-        assert_eq!(parse_cube(text).expect(text), plain, "{text:?}");
-    }
-}
-
-/// The look that is shipped, by the formula that made it: cool shadows, warm lights, soft contrast, less saturation.
-fn dusk(rgb: Rgb) -> Rgb {
-    let y = luminance(rgb);
-    let (cool, warm) = (4.0 * y * (1.0 - y) * (1.0 - y), 4.0 * y * y * (1.0 - y));
-    let (shadows, lights) = ([-0.03, 0.008, 0.035], [0.04, 0.012, -0.045]);
-    [0, 1, 2].map(|channel| {
-        let held: f64 = (y + 0.9 * (rgb[channel] - y)).clamp(0.0, 1.0);
-        let curved = held + 0.25 * (held * held * (3.0 - 2.0 * held) - held);
-        (curved + cool * shadows[channel] + warm * lights[channel]).clamp(0.0, 1.0)
-    })
-}
-
-#[test]
-#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn the_shipped_look_is_its_formula() {
-    let text = include_str!("../../../pipelines/looks/dusk.cube");
-    let table = parse_cube(text).expect("a good table").cube.expect("a cube");
-    let expected = Cube::new(9, dusk);
-    assert_eq!(table.entries.len(), expected.entries.len());
-    for (found, expected) in table.entries.iter().zip(&expected.entries) {
-        assert!(
-            (0..3).all(|channel| (f64::from(found[channel]) - expected[channel]).abs() < 6e-5),
-            "{found:?}, {expected:?}"
-        );
-    }
-    assert_eq!((table.entries[0], table.entries[728]), ([0.0; 3], [1.0; 3]));
 }

@@ -79,7 +79,7 @@ pub fn violations(name: &str, lengths: &Lengths) -> Vec<String> {
     let Lengths { median, excess, percentile, .. } = lengths;
     let mut found = Vec::new();
     if *median > MAX_MEDIAN {
-        let excess = format!("{excess} functions must become shorter");
+        let excess = format!("functions to shorten: {excess}");
         found.push(format!("`{name}`: the median function has {median} lines, not {MAX_MEDIAN}; {excess}"));
     }
     if *percentile > MAX_PERCENTILE {
@@ -180,7 +180,7 @@ mod tests {
         assert_eq!(measured(&[one(3), one(41)]), ["`a`: 99 % of the functions need 41 lines, not 40"]);
         assert_eq!(
             measured(&[one(8), one(9)]),
-            ["`a`: the median function has 8 lines, not 7; 1 functions must become shorter"]
+            ["`a`: the median function has 8 lines, not 7; functions to shorten: 1"]
         );
     }
 }

@@ -2,7 +2,8 @@
 
 use serde::Serialize;
 
-use super::{Diagnostic, Diagnostics, Label, Severity, Sources};
+use super::sources::Sources;
+use super::types::{Diagnostic, Diagnostics, Label, Severity};
 
 #[derive(Serialize)]
 struct JsonDiagnostic<'a> {
@@ -29,9 +30,9 @@ struct JsonLabel<'a> {
 }
 
 impl Diagnostics {
-    /// An array with one object for each: `code`, `severity` (`error` or `warning`), `message`, `labels` and perhaps `help`. A label has
-    /// `file`, `line`, `column`, `end_line`, `end_column` (from 1, columns in characters), `start`, `end` (bytes from 0), `primary` and
-    /// `text`.
+    /// An array with one object for each diagnostic: `code`, `severity` (`error` or `warning`), `message`, `labels` and,
+    /// if there is a hint, `help`. A label has `file`, `line`, `column`, `end_line`, `end_column` (from 1, columns in
+    /// characters), `start`, `end` (bytes from 0), `primary` and `text`.
     pub fn to_json(&self) -> serde_json::Value {
         let all: Vec<_> = self.iter().map(|d| diagnostic(d, &self.sources)).collect();
         serde_json::to_value(all).expect("names, numbers and strings are all that is in it")

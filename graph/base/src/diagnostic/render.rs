@@ -1,13 +1,13 @@
-//! Diagnostics for people: the excerpt, the places underlined, the hint.
+//! Diagnostics as text: the excerpt with underlined locations, and the hint.
 
 use std::ops::Range;
 
 use annotate_snippets::{AnnotationKind, Element, Group, Level, Origin, Renderer, Snippet};
 
-use super::sources::floor;
-use super::{Diagnostic, Diagnostics, Label, Severity, Sources};
+use super::sources::{Sources, floor};
+use super::types::{Diagnostic, Diagnostics, Label, Severity};
 
-/// How to print.
+/// How to render.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Style {
     /// Text only.
@@ -17,15 +17,15 @@ pub enum Style {
     Coloured,
 }
 
-/// More than this many are counted, not shown: nobody reads the hundredth.
+/// The number of diagnostics that are shown; more are only counted.
 const MOST_SHOWN: usize = 50;
-/// A line longer than this is not shown, only named.
+/// A longer line, in bytes, is not shown; the message names its location.
 const LONGEST_LINE: usize = 2000;
-/// Places further apart than this in one file are shown without what lies between.
+/// Locations of one file that lie further apart, in bytes, get excerpts of their own.
 const LONGEST_EXCERPT: usize = 1 << 16;
 
 impl Diagnostics {
-    /// All of them as a person reads them, errors and warnings alike, each with its excerpt, and their number when there are too many.
+    /// All errors and warnings as text, each with its excerpt. Beyond a limit only their number is given.
     pub fn render(&self, style: Style) -> String {
         let renderer = match style {
             Style::Plain => Renderer::plain(),
@@ -38,6 +38,14 @@ impl Diagnostics {
         parts.iter().map(|part| part.trim_end().to_owned() + "\n").collect::<Vec<_>>().join("\n")
     }
 }
+
+impl std::fmt::Display for Diagnostics {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(&self.render(Style::Plain))
+    }
+}
+
+impl std::error::Error for Diagnostics {}
 
 fn one(diagnostic: &Diagnostic, sources: &Sources, renderer: &Renderer) -> String {
     let level = match diagnostic.severity {
@@ -52,7 +60,7 @@ fn one(diagnostic: &Diagnostic, sources: &Sources, renderer: &Renderer) -> Strin
     renderer.render(&[group])
 }
 
-/// Without the control characters that a file may smuggle into a terminal.
+/// The text without control characters, which could change the terminal's state.
 fn clean(text: &str) -> String {
     let escape = |c: char| if c.is_control() && c != '\n' { c.escape_default().to_string() } else { c.to_string() };
     text.chars().map(escape).collect()

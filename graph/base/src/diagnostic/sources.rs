@@ -1,12 +1,12 @@
-//! The texts that places point into.
+//! The texts that locations point into.
 
 use std::sync::Arc;
 
 use indexmap::IndexMap;
 
-use super::Place;
+use super::place::Place;
 
-/// The texts of files by name, in the order in which they were met.
+/// The texts of files by name, in the order of insertion.
 #[derive(Clone, Debug, Default)]
 pub struct Sources {
     texts: IndexMap<Arc<str>, Arc<str>>,
@@ -22,7 +22,7 @@ pub struct Position {
 }
 
 impl Sources {
-    /// Adds a file; a file that is there already keeps its text. Returns the name as places hold it.
+    /// Adds a file; a file that is there already keeps its text. Returns the name that locations hold.
     pub fn insert(&mut self, file: &str, text: &str) -> Arc<str> {
         if let Some((name, _)) = self.texts.get_key_value(file) {
             return name.clone();
@@ -43,7 +43,7 @@ impl Sources {
         }
     }
 
-    /// The place of a file among the others; after all of them if it is unknown.
+    /// The position of a file in the order of insertion; after all of them if it is unknown.
     pub(super) fn rank(&self, file: &str) -> usize {
         self.texts.get_index_of(file).unwrap_or(self.texts.len())
     }
@@ -57,7 +57,7 @@ impl Sources {
         Some(Position { line, column: before[start..].chars().count() + 1 })
     }
 
-    /// The place that starts in a line (from 1) at a column (from 1; 0 for the first letter) and ends where the word or sign there ends.
+    /// The location of the word or sign at a line and a column, both counted from 1; column 0 is the first letter.
     pub fn line(&self, file: &str, line: u32, column: u32) -> Option<Place> {
         let (name, text) = self.texts.get_key_value(file)?;
         let start: usize = text.split_inclusive('\n').take((line as usize).checked_sub(1)?).map(str::len).sum();

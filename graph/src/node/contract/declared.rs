@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use super::Complaints;
+use super::complaints::Complaints;
 use super::names::{is_free_in_wgsl, is_pascal, is_snake};
 use crate::node::{Fallback, Input, NodeKind, Output, OutputState, PortType};
 use afterimage_base::value::{Param, Type, Value};

@@ -2,7 +2,7 @@
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use super::Complaints;
+use super::complaints::Complaints;
 use super::names::{belongs, items, pascal, snake, stem};
 use crate::node::{
     Arrival, Arrivals, BufferLife, NodeKind, Origin, Pass, PortType, Recorder, RecorderContext, Recording, Resource,

@@ -1,12 +1,12 @@
 //! What holds for the plan of every graph.
 
+use afterimage_generators::{Recipe, Rng};
 use afterimage_graph::check::Graph;
-use afterimage_graph::image::{Format, Size};
 use afterimage_graph::node::{Fallback, ImageId, Resource};
 use afterimage_plan::{Alias, Caps, Options, Plan, Stage, verify};
 use proptest::prelude::*;
 
-use super::random::{Dice, Recipe, plan_at, plan_on};
+use super::planned::{FRAME, all_formats, plan_at, plan_of, plan_on};
 
 fn recipes(nodes: std::ops::Range<usize>) -> impl Strategy<Value = Recipe> {
     (any::<u64>(), nodes, 0_usize..6, 0_u64..30).prop_map(|(seed, nodes, histories, off)| Recipe {
@@ -30,11 +30,11 @@ fn options() -> impl Strategy<Value = Options> {
 }
 
 fn checked(recipe: Recipe, options: Options) -> Plan {
-    checked_on(recipe, options, Caps { storage: Format::ALL.into(), ..Caps::default() })
+    checked_on(recipe, options, all_formats())
 }
 
 fn checked_on(recipe: Recipe, options: Options, caps: Caps) -> Plan {
-    let plan = plan_on(&recipe.graph(), Size::new(640, 360), options, caps);
+    let plan = plan_on(&recipe.graph(), FRAME, options, caps);
     let plan = plan.unwrap_or_else(|error| panic!("{recipe:?}: {error}"));
     if let Err(faults) = verify(&plan) {
         panic!("{recipe:?}, {options:?}: {} faults, the first: {}", faults.len(), faults[0]);
@@ -46,7 +46,7 @@ fn checked_on(recipe: Recipe, options: Options, caps: Caps) -> Plan {
 fn peak_as_recorded(plan: &Plan) -> u64 {
     let mut order: Vec<usize> = (0..plan.recorded.len()).collect();
     order.sort_by_key(|pass| plan.recorded[*pass]);
-    let touches = |pass: usize, image: usize| {
+    let uses = |pass: usize, image: usize| {
         let pass = &plan.recording.passes[pass];
         let image = Resource::Image(ImageId(image as u32));
         pass.reads().contains(&image) || pass.writes().contains(&image)
@@ -54,8 +54,8 @@ fn peak_as_recorded(plan: &Plan) -> u64 {
     let mut alive = vec![0_u64; order.len()];
     for (image, wants) in plan.memory.requirement_of.iter().enumerate() {
         let Some(wants) = wants else { continue };
-        let first = order.iter().position(|pass| touches(*pass, image)).expect("a shared image is used");
-        let last = order.iter().rposition(|pass| touches(*pass, image)).expect("a shared image is used");
+        let first = order.iter().position(|pass| uses(*pass, image)).expect("a shared image is used");
+        let last = order.iter().rposition(|pass| uses(*pass, image)).expect("a shared image is used");
         alive[first..=last].iter_mut().for_each(|bytes| *bytes += wants.bytes);
     }
     alive.into_iter().max().unwrap_or(0)
@@ -65,7 +65,7 @@ proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(96) })]
 
     #[test]
-    fn the_checker_finds_no_fault_in_any_plan(recipe in recipes(1..160), options in options()) {
+    fn no_plan_has_a_fault(recipe in recipes(1..160), options in options()) {
         let plan = checked(recipe, options);
         prop_assert!(plan.memory.lower_bound <= plan.memory.placed);
         prop_assert!(plan.memory.pooled <= plan.memory.unshared && plan.memory.unshared <= plan.memory.unaliased);
@@ -73,14 +73,14 @@ proptest! {
     }
 
     #[test]
-    fn nor_in_one_for_a_device_that_must_draw(recipe in recipes(1..160), options in options(), draws in any::<bool>()) {
+    fn no_plan_for_a_device_that_must_draw_has_a_fault(recipe in recipes(1..160), options in options(), draws in any::<bool>()) {
         let plan = checked_on(recipe, options, Caps { prefer_fragment: draws, tiles: !draws, ..Caps::default() });
         prop_assert!(!draws || plan.stages.contains(&Stage::Fragment));
     }
 
     #[test]
     fn the_same_graph_gives_the_same_plan(recipe in recipes(1..100), options in options()) {
-        let (first, second) = (recipe.plan(options), recipe.plan(options));
+        let (first, second) = (plan_of(recipe, options), plan_of(recipe, options));
         prop_assert_eq!(first.as_ref().map(Plan::hash), second.as_ref().map(Plan::hash));
         prop_assert_eq!(first, second);
     }
@@ -92,7 +92,7 @@ proptest! {
     }
 
     #[test]
-    fn memory_first_needs_no_more_memory_and_waves_first_no_more_waves(recipe in recipes(2..120)) {
+    fn memory_first_needs_no_more_memory_and_batches_first_no_more_batches(recipe in recipes(2..120)) {
         let small = checked(recipe, Options::default());
         let fast = checked(recipe, Options { batches_first: true, ..Options::default() });
         let serial = checked(recipe, Options { serial: true, ..Options::default() });
@@ -113,7 +113,7 @@ proptest! {
         let old = checked(recipe, Options::default());
         let mut graph = recipe.graph();
         switch_one(&mut graph, switched);
-        let fresh = plan_at(&graph, Size::new(640, 360), Options::default()).expect("the graph can be planned");
+        let fresh = plan_at(&graph, FRAME, Options::default()).expect("the graph can be planned");
         let mut kept = fresh.clone();
         kept.place_keeping(&old);
         prop_assert_eq!(verify(&kept), Ok(()));
@@ -133,27 +133,27 @@ proptest! {
 fn switch_one(graph: &mut Graph, seed: u64) {
     let can_be_off: Vec<usize> =
         (0..graph.nodes.len()).filter(|at| graph.nodes[*at].kind.fallback() != Fallback::Absent).collect();
-    let at = can_be_off[Dice::new(seed).below(can_be_off.len())];
+    let at = can_be_off[Rng::new(seed).below(can_be_off.len())];
     graph.nodes[at].off = !graph.nodes[at].off;
 }
 
 #[test]
-fn more_images_stay_where_they_lay_than_in_a_fresh_plan() {
-    let (mut moved, mut stayed) = (0, 0);
+fn a_plan_that_keeps_places_keeps_more_of_them_than_a_fresh_one() {
+    let (mut fresh, mut kept) = (0, 0);
     for seed in 0..40 {
         let recipe = Recipe { seed, nodes: 40, histories: 1, off: 5 };
         let old = checked(recipe, Options::default());
         let mut graph = recipe.graph();
         switch_one(&mut graph, seed);
-        let mut plan = plan_at(&graph, Size::new(640, 360), Options::default()).expect("the graph can be planned");
-        moved += in_place(&plan, &old);
+        let mut plan = plan_at(&graph, FRAME, Options::default()).expect("the graph can be planned");
+        fresh += in_place(&plan, &old);
         plan.place_keeping(&old);
-        stayed += in_place(&plan, &old);
+        kept += in_place(&plan, &old);
     }
-    assert!(stayed * 4 > moved * 5, "{stayed} images in place, {moved} without keeping");
+    assert!(kept * 4 > fresh * 5, "{kept} images in place, {fresh} without keeping");
 }
 
-/// How many images of the old plan lie where they lay.
+/// The number of images that have the same place in both plans.
 fn in_place(plan: &Plan, old: &Plan) -> usize {
     let places = |plan: &Plan| -> Vec<(String, u64)> {
         let named = plan.image_names().into_iter().zip(&plan.memory.offset_of);

@@ -1,13 +1,8 @@
-//! Random graphs of test kinds: pixel and texture kernels, pyramids, volumes, values that stay on the GPU, two outputs, histories, and
-//! nodes that are switched off. A graph follows from its recipe to the bit.
+//! Kinds of nodes that only random graphs have: point and gather kernels, pyramids, volumes, values that stay on the GPU, two outputs.
+#![allow(unreachable_pub, reason = "`params!` makes each kind public")]
 
-use std::collections::BTreeMap;
-
-use afterimage_graph::check::{Facts, Graph, GraphInput, GraphNode, GraphOutput, Source};
 use afterimage_graph::node::{ImageId, NodeKind};
 use afterimage_graph::prelude::*;
-use afterimage_plan::{Caps, GivenImage, Options, Plan, PlanError, PlanRequest, Requirement, plan};
-use petgraph::graph::{DiGraph, NodeIndex};
 
 static TINT: Shader =
     Shader::new("tint", "fn tint(source: vec4f) -> vec4f { return source * vec4f(0.5, 0.75, 1.0, 1.0); }");
@@ -57,9 +52,9 @@ static SCALE: Shader = Shader::new(
 
 const ANY: OutputState = OutputState::Same("source");
 
-/// Declares a test kind: ports, what stands in for it, and what it records.
+/// Declares a test kind: its ports, its fallback, and what it records.
 macro_rules! kind {
-    ($kind:ident, $doc:literal, [$($input:expr),*], [$($output:expr),*], $bypass:expr, $record:expr) => {
+    ($kind:ident, $doc:literal, [$($input:expr),*], [$($output:expr),*], $fallback:expr, $record:expr) => {
         params! {
             #[doc = $doc]
             pub struct $kind {}
@@ -67,7 +62,7 @@ macro_rules! kind {
         impl Node for $kind {
             const INPUTS: &'static [Input] = &[$($input),*];
             const OUTPUTS: &'static [Output] = &[$($output),*];
-            const FALLBACK: Fallback = $bypass;
+            const FALLBACK: Fallback = $fallback;
             fn record(&self, pass: &mut Recorder<'_>) {
                 let record: fn(&mut Recorder<'_>) = $record;
                 record(pass)
@@ -227,8 +222,8 @@ kind!(
     }
 );
 
-/// How often each kind is taken.
-const KINDS: [(NodeKind, u32); 12] = [
+/// The kinds and their weights: how often each is chosen.
+pub(crate) const KINDS: [(NodeKind, u32); 12] = [
     (NodeKind::of::<Tint>(), 14),
     (NodeKind::of::<Lay>(), 24),
     (NodeKind::of::<Blur>(), 14),
@@ -242,177 +237,3 @@ const KINDS: [(NodeKind, u32); 12] = [
     (NodeKind::of::<Scale>(), 4),
     (NodeKind::of::<Split>(), 4),
 ];
-
-/// What a random graph follows from.
-#[derive(Clone, Copy, Debug)]
-pub struct Recipe {
-    pub seed: u64,
-    pub nodes: usize,
-    /// Wires to earlier frames.
-    pub histories: usize,
-    /// Per cent of the nodes that are switched off.
-    pub off: u64,
-}
-
-/// SplitMix64 (Steele, Lea and Flood, "Fast splittable pseudorandom number generators", 2014).
-pub struct Dice(u64);
-
-impl Dice {
-    pub fn new(seed: u64) -> Self {
-        Self(seed)
-    }
-
-    pub fn below(&mut self, limit: usize) -> usize {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) % limit.max(1) as u64) as usize
-    }
-
-    fn per_cent(&mut self, chance: u64) -> bool {
-        (self.below(100) as u64) < chance
-    }
-}
-
-/// A graph in the making.
-struct Growing {
-    dice: Dice,
-    nodes: Vec<GraphNode>,
-    /// What can be wired, by type, and of that what nobody reads yet.
-    made: BTreeMap<PortType, Vec<Source>>,
-    unread: BTreeMap<PortType, Vec<Source>>,
-}
-
-impl Recipe {
-    pub fn graph(self) -> Graph {
-        let made = BTreeMap::from([(PortType::Image, vec![Source::Input(0)])]);
-        let mut growing = Growing { dice: Dice::new(self.seed), nodes: Vec::new(), made, unread: BTreeMap::new() };
-        while growing.nodes.len() < self.nodes.max(1) {
-            growing.add_any(self.off);
-        }
-        growing.funnel();
-        growing.add_histories(self.histories);
-        growing.finish()
-    }
-
-    pub fn plan(self, options: Options) -> Result<Plan, PlanError> {
-        plan_at(&self.graph(), Size::new(640, 360), options)
-    }
-}
-
-/// The plan of a random graph for a frame of that size, on a device that can store every format.
-pub fn plan_at(graph: &Graph, size: Size, options: Options) -> Result<Plan, PlanError> {
-    plan_on(graph, size, options, Caps { storage: Format::ALL.into(), ..Caps::default() })
-}
-
-pub fn plan_on(graph: &Graph, size: Size, options: Options, caps: Caps) -> Result<Plan, PlanError> {
-    let given = GivenImage { desc: ImageDesc::new(size), finite: true };
-    let inputs = BTreeMap::from([("picture".to_owned(), given)]);
-    let requirement = &Requirement::typical;
-    plan(graph, &PlanRequest { size, inputs, facts: Facts::default(), caps, options, requirement })
-}
-
-impl Growing {
-    fn add_any(&mut self, off: u64) {
-        let mut ticket = self.dice.below(KINDS.iter().map(|(_, weight)| *weight as usize).sum());
-        let kind = KINDS.iter().find(|(_, weight)| {
-            let found = ticket < *weight as usize;
-            ticket = ticket.saturating_sub(*weight as usize);
-            found
-        });
-        let kind = kind.expect("the ticket is below the sum of the weights").0;
-        let has_all = kind.inputs().iter().all(|input| self.made.contains_key(&input.ty));
-        if has_all {
-            let wires = kind.inputs().iter().map(|input| self.pick(input.ty)).collect();
-            // Whoever needs a volume or a value is starved without it, and so on to the outputs.
-            let off = self.dice.per_cent(off) && kind.fallback() != Fallback::Absent;
-            self.add(kind, wires, off);
-        }
-    }
-
-    /// Mostly something new that nobody reads yet, sometimes anything.
-    fn pick(&mut self, ty: PortType) -> Source {
-        let unread = self.unread.entry(ty).or_default();
-        if !unread.is_empty() && self.dice.per_cent(60) {
-            let oldest = unread.len().saturating_sub(8);
-            let at = oldest + self.dice.below(unread.len() - oldest);
-            return unread.remove(at);
-        }
-        let made = &self.made[&ty];
-        let oldest = if self.dice.per_cent(80) { made.len().saturating_sub(6) } else { 0 };
-        made[oldest + self.dice.below(made.len() - oldest)]
-    }
-
-    fn add(&mut self, kind: NodeKind, wires: Vec<Source>, off: bool) {
-        for source in &wires {
-            self.unread.values_mut().for_each(|unread| unread.retain(|other| other != source));
-        }
-        let node = self.nodes.len();
-        for (output, port) in kind.outputs().iter().enumerate() {
-            let source = Source::Node { node, output, previous: 0 };
-            self.made.entry(port.ty).or_default().push(source);
-            self.unread.entry(port.ty).or_default().push(source);
-        }
-        let formats = [Format::R16Float, Format::Rg11b10Ufloat, Format::Rgba8Unorm, Format::Rgba32Float];
-        let takes_formats = kind.outputs()[0].ty == PortType::Image;
-        let format = (takes_formats && self.dice.per_cent(20)).then(|| formats[self.dice.below(formats.len())]);
-        self.nodes.push(GraphNode {
-            name: format!("{}{node}", kind.name().to_lowercase()),
-            kind,
-            values: Vec::new(),
-            wires: wires.into_iter().map(Some).collect(),
-            when: None,
-            off,
-            format,
-            label: None,
-            states: vec![None; kind.outputs().len()],
-        });
-    }
-
-    /// Lays all images that nobody reads over each other, so that the last node needs nearly all others.
-    fn funnel(&mut self) {
-        let lay = NodeKind::of::<Lay>();
-        while let [base, over, ..] = self.unread.get(&PortType::Image).map_or(&[][..], Vec::as_slice) {
-            let wires = vec![*base, *over];
-            self.add(lay, wires, false);
-        }
-    }
-
-    /// Turns the second input of some nodes into what an image was in an earlier frame.
-    fn add_histories(&mut self, count: usize) {
-        let images: Vec<Source> = self.made[&PortType::Image].clone();
-        let lays: Vec<usize> = (0..self.nodes.len()).filter(|at| self.nodes[*at].kind.name() == "Lay").collect();
-        for _ in 0..count.min(lays.len()) {
-            let (reader, past) = (lays[self.dice.below(lays.len())], images[self.dice.below(images.len())]);
-            let frames = 1 + self.dice.below(3) as u32;
-            if let Source::Node { node, output, .. } = past {
-                self.nodes[reader].wires[1] = Some(Source::Node { node, output, previous: frames });
-            }
-        }
-    }
-
-    fn finish(self) -> Graph {
-        let mut wires = DiGraph::new();
-        self.nodes.iter().for_each(|_| {
-            wires.add_node(());
-        });
-        for (reader, node) in self.nodes.iter().enumerate() {
-            for source in node.wires.iter().flatten() {
-                if let Source::Node { node, previous: 0, .. } = source {
-                    wires.add_edge(NodeIndex::new(*node), NodeIndex::new(reader), ());
-                }
-            }
-        }
-        let input = GraphInput { name: "picture".into(), state: ColorState::Scene, optional: false, signed: false };
-        let images = &self.made[&PortType::Image];
-        let shown = [images[images.len() - 1], images[images.len() / 2]];
-        let output = |(index, source): (usize, &Source)| GraphOutput {
-            name: format!("shown{index}"),
-            source: *source,
-            state: ColorState::Scene,
-        };
-        let outputs = shown.iter().enumerate().map(output).collect();
-        Graph { inputs: vec![input], nodes: self.nodes, outputs, wires }
-    }
-}

@@ -1,18 +1,19 @@
-//! PlanCache as text, JSON, Graphviz and SVG, their hashes and their differences.
+//! Plans as text, JSON, Graphviz and SVG, their hashes and their differences.
 
+use afterimage_generators::Recipe;
 use afterimage_graph::image::Size;
 use afterimage_plan::{Alias, Options, Plan, diff};
 
-use super::random::{Recipe, plan_at};
+use super::planned::{plan_at, plan_of};
 
 const RECIPE: Recipe = Recipe { seed: 5, nodes: 24, histories: 2, off: 12 };
 
 fn example() -> Plan {
-    RECIPE.plan(Options::default()).expect("the graph can be planned")
+    plan_of(RECIPE, Options::default()).expect("the graph can be planned")
 }
 
 #[test]
-fn the_text_tells_of_every_pass_and_node() {
+fn the_text_lists_every_pass_and_every_skipped_node() {
     let plan = example();
     let text = plan.to_text();
     for pass in &plan.recording.passes {
@@ -22,8 +23,8 @@ fn the_text_tells_of_every_pass_and_node() {
         let in_parts = pass.nodes.iter().zip(pass.label.split(" + ")).all(line);
         assert!(whole || in_parts, "{}: {}\n{text}", pass.nodes.join(" + "), pass.label);
     }
-    for left in &plan.skipped {
-        assert!(text.lines().any(|line| line.contains(&left.node) && line.ends_with(&left.why)), "{text}");
+    for skipped in &plan.skipped {
+        assert!(text.lines().any(|line| line.contains(&skipped.node) && line.ends_with(&skipped.why)), "{text}");
     }
     assert!(!plan.skipped.is_empty() && text.contains("lower bound") && text.contains(&plan.hash().to_string()));
     assert!(text.lines().all(|line| line == line.trim_end()), "no spaces at the ends of lines");
@@ -43,18 +44,18 @@ fn the_json_is_canonical() {
     assert_eq!(json["hash"], plan.hash().to_string());
     assert_eq!(json["passes"].as_array().map(Vec::len), Some(plan.recording.passes.len()));
     assert_eq!(json["batches"].as_array().map(Vec::len), json["barriers"].as_array().map(Vec::len));
-    // SampleMode sorts the keys; writing again gives the same text only if they were sorted.
+    // Reading sorts the keys: writing again gives the same text only if they were sorted.
     assert_eq!(serde_json::to_string_pretty(&json).expect("JSON can be written"), plan.to_json());
 }
 
 #[test]
-fn the_hash_tells_plans_apart_and_nothing_else() {
+fn only_equal_plans_have_equal_hashes() {
     let plan = example();
     assert_eq!(plan.hash(), example().hash());
     let others = [
-        RECIPE.plan(Options { alias: Alias::Pool, ..Options::default() }),
-        RECIPE.plan(Options { fuse: false, ..Options::default() }),
-        Recipe { seed: 6, ..RECIPE }.plan(Options::default()),
+        plan_of(RECIPE, Options { alias: Alias::Pool, ..Options::default() }),
+        plan_of(RECIPE, Options { fuse: false, ..Options::default() }),
+        plan_of(Recipe { seed: 6, ..RECIPE }, Options::default()),
         plan_at(&RECIPE.graph(), Size::new(641, 360), Options::default()),
     ];
     for other in others {
@@ -64,7 +65,7 @@ fn the_hash_tells_plans_apart_and_nothing_else() {
 
 #[test]
 fn a_plan_does_not_differ_from_itself() {
-    let (plan, unfused) = (example(), RECIPE.plan(Options { fuse: false, ..Options::default() }).expect("plans"));
+    let (plan, unfused) = (example(), plan_of(RECIPE, Options { fuse: false, ..Options::default() }).expect("plans"));
     assert!(diff(&plan, &example()).is_empty());
     let change = diff(&unfused, &plan);
     assert!(!change.added.is_empty() && !change.removed.is_empty());

@@ -1,30 +1,31 @@
-//! Faults planted in good plans: the checker finds each of them and names who is to blame.
+//! Faults put into correct plans: `verify` finds each of them and names the pass or image at fault.
 
+use afterimage_generators::Recipe;
 use afterimage_graph::node::{ImageId, Origin, Resource};
 use afterimage_plan::{Alias, Options, Plan, verify};
 
-use super::random::Recipe;
+use super::planned::plan_of;
 
 const SEEDS: std::ops::Range<u64> = 0..12;
 
 fn plans(options: Options) -> impl Iterator<Item = Plan> {
     let recipe = |seed| Recipe { seed, nodes: 40, histories: 3, off: 5 };
-    SEEDS.map(move |seed| recipe(seed).plan(options).expect("the graph can be planned"))
+    SEEDS.map(move |seed| plan_of(recipe(seed), options).expect("the graph can be planned"))
 }
 
-/// The sentences about a plan; it must have some.
+/// The faults of a plan, one a line; it must have some.
 fn faults(plan: &Plan, what: &str) -> String {
     let faults = verify(plan).expect_err(what);
     faults.iter().map(ToString::to_string).collect::<Vec<String>>().join("\n")
 }
 
-fn assert_says(said: &str, parts: &[&str]) {
-    let says = said.lines().any(|line| parts.iter().all(|part| line.contains(part)));
-    assert!(says, "no line has all of {parts:?}:\n{said}");
+fn assert_reports(reported: &str, parts: &[&str]) {
+    let found = reported.lines().any(|line| parts.iter().all(|part| line.contains(part)));
+    assert!(found, "no line has all of {parts:?}:\n{reported}");
 }
 
 #[test]
-fn a_barrier_dropped() {
+fn a_missing_barrier_is_found() {
     for plan in plans(Options::default()) {
         for batch in 0..plan.batches.len() {
             for at in 0..plan.barriers[batch].transitions.len() {
@@ -34,32 +35,31 @@ fn a_barrier_dropped() {
                     Resource::Image(image) => &plan.image_names()[image.0 as usize],
                     Resource::Buffer(buffer) => &plan.buffer_names()[buffer.0 as usize],
                 };
-                let said = faults(&broken, "a barrier is missing");
-                assert_says(&said, &[&format!("batch {batch} uses `{name}`"), "no barrier"]);
+                let reported = faults(&broken, "a barrier is missing");
+                assert_reports(&reported, &[&format!("batch {batch} uses `{name}`"), "no barrier"]);
             }
         }
     }
 }
 
 #[test]
-fn an_export_dropped() {
+fn a_missing_export_is_found() {
     for mut plan in plans(Options::default()) {
         plan.exports.clear();
-        assert_says(&faults(&plan, "nothing hands the output out"), &["the end of the frame uses", "no barrier"]);
+        assert_reports(&faults(&plan, "the output is not exported"), &["the end of the frame uses", "no barrier"]);
     }
 }
 
 #[test]
-fn a_hand_over_not_touched() {
+fn a_missing_aliasing_barrier_is_found() {
     for alias in [Alias::Placed, Alias::Pool] {
         for plan in plans(Options { alias, ..Options::default() }) {
-            let batch =
-                plan.barriers.iter().position(|batch| !batch.aliasing.is_empty()).expect("memory changes hands");
+            let batch = plan.barriers.iter().position(|batch| !batch.aliasing.is_empty()).expect("images share memory");
             let mut broken = plan.clone();
             let dropped = broken.barriers[batch].aliasing.remove(0);
             let name = &plan.image_names()[dropped.image.0 as usize];
-            let said = faults(&broken, "a hand-over is missing");
-            assert_says(&said, &[&format!("`{name}` takes over"), "nothing separates them"]);
+            let reported = faults(&broken, "an aliasing barrier is missing");
+            assert_reports(&reported, &[&format!("`{name}` takes over"), "nothing separates them"]);
         }
     }
 }
@@ -80,37 +80,37 @@ fn alive_together(plan: &Plan) -> (usize, usize) {
 }
 
 #[test]
-fn two_live_images_overlap_in_the_heap() {
+fn two_live_images_at_one_place_of_the_heap_are_found() {
     for plan in plans(Options::default()) {
         let (a, b) = alive_together(&plan);
         let mut broken = plan.clone();
         broken.memory.offset_of[a] = broken.memory.offset_of[b];
-        let said = faults(&broken, "two images overlap");
+        let reported = faults(&broken, "two images overlap");
         let names = plan.image_names();
-        assert_says(&said, &[&format!("`{}`", names[a]), &format!("`{}`", names[b]), "in the heap where"]);
+        assert_reports(&reported, &[&format!("`{}`", names[a]), &format!("`{}`", names[b]), "in the heap where"]);
     }
 }
 
 #[test]
-fn two_live_images_share_a_texture() {
+fn two_live_images_in_one_pooled_texture_are_found() {
     for plan in plans(Options { alias: Alias::Pool, ..Options::default() }) {
         let (a, b) = alive_together(&plan);
         let mut broken = plan.clone();
         broken.memory.slot_of[a] = broken.memory.slot_of[b];
-        assert_says(&faults(&broken, "two images share"), &["in the pool where"]);
+        assert_reports(&faults(&broken, "two images share"), &["in the pool where"]);
     }
 }
 
 #[test]
-fn a_place_off_its_alignment_or_beyond_the_heap() {
+fn an_offset_without_alignment_or_beyond_the_heap_is_found() {
     let plan = plans(Options::default()).next().expect("there is a plan");
     let image = plan.memory.offset_of.iter().position(Option::is_some).expect("an image is placed");
     let mut crooked = plan.clone();
     crooked.memory.offset_of[image] = crooked.memory.offset_of[image].map(|offset| offset + 4);
-    assert_says(&faults(&crooked, "an offset is not aligned"), &["is no multiple of"]);
+    assert_reports(&faults(&crooked, "an offset is not aligned"), &["is no multiple of"]);
     let mut outside = plan.clone();
     outside.memory.offset_of[image] = Some(plan.memory.heap);
-    assert_says(&faults(&outside, "an image is outside"), &["beyond the heap"]);
+    assert_reports(&faults(&outside, "an image is outside"), &["beyond the heap"]);
 }
 
 /// A pass and a later one that reads what it writes, the first in the batch before the second.
@@ -129,21 +129,24 @@ fn neighbours(plan: &Plan) -> Option<(usize, usize, usize)> {
 }
 
 #[test]
-fn two_passes_exchanged() {
+fn two_exchanged_passes_are_found() {
     for plan in plans(Options::default()) {
         let (_, writer, reader) = neighbours(&plan).expect("some batch needs the one before");
         let mut broken = plan.clone();
         broken.recording.passes.swap(writer, reader);
         broken.stages.swap(writer, reader);
         broken.recorded.swap(writer, reader);
-        let said = faults(&broken, "a read comes before its write");
+        let reported = faults(&broken, "a read comes before its write");
         let name = &plan.pass_names()[reader];
-        assert!(said.contains(&format!("pass `{name}` reads")) || said.contains("recorded before it"), "{said}");
+        assert!(
+            reported.contains(&format!("pass `{name}` reads")) || reported.contains("recorded before it"),
+            "{reported}"
+        );
     }
 }
 
 #[test]
-fn a_boundary_between_waves_removed() {
+fn two_dependent_batches_joined_into_one_are_found() {
     for plan in plans(Options::default()) {
         let (batch, ..) = neighbours(&plan).expect("some batch needs the one before");
         let mut broken = plan.clone();
@@ -156,20 +159,20 @@ fn a_boundary_between_waves_removed() {
             lifetime.first -= usize::from(lifetime.first > batch);
             lifetime.last -= usize::from(lifetime.last > batch);
         }
-        assert_says(&faults(&broken, "two batches became one"), &["of the same batch uses it"]);
+        assert_reports(&faults(&broken, "two batches became one"), &["of the same batch uses it"]);
     }
 }
 
 #[test]
-fn waves_that_leave_a_pass_out() {
+fn a_pass_outside_of_all_batches_is_found() {
     let mut plan = plans(Options::default()).next().expect("there is a plan");
     let last = plan.batches.len() - 1;
     plan.batches[last].end -= 1;
-    assert_says(&faults(&plan, "a pass is in no batch"), &["the batches end at pass"]);
+    assert_reports(&faults(&plan, "a pass is in no batch"), &["the batches end at pass"]);
 }
 
 #[test]
-fn a_history_or_an_output_that_nobody_writes() {
+fn a_history_or_an_output_without_a_writer_is_found() {
     let plan = plans(Options { fuse: false, ..Options::default() }).find(|plan| past(plan).is_some());
     let plan = plan.expect("some graph has a history");
     let of = past(&plan).expect("it was found above");
@@ -177,11 +180,11 @@ fn a_history_or_an_output_that_nobody_writes() {
         plan.recording.passes.iter().position(|pass| pass.writes().contains(&of)).expect("histories are written");
     let mut broken = plan.clone();
     broken.recording.passes[writer] = broken.recording.passes[(writer + 1) % plan.recording.passes.len()].clone();
-    assert_says(&faults(&broken, "a history is not written"), &["is the past of", "is written by 0 passes"]);
+    assert_reports(&faults(&broken, "a history is not written"), &["is the past of", "is written by 0 passes"]);
     let mut broken = plan.clone();
     let unwritten = plan.inputs[0].1;
     broken.outputs[0].image = unwritten;
-    assert_says(&faults(&broken, "an output is not written"), &["no pass writes", "is the output"]);
+    assert_reports(&faults(&broken, "an output is not written"), &["no pass writes", "is the output"]);
 }
 
 fn past(plan: &Plan) -> Option<Resource> {
@@ -193,7 +196,7 @@ fn past(plan: &Plan) -> Option<Resource> {
 }
 
 #[test]
-fn figures_that_do_not_add_up() {
+fn wrong_figures_are_found() {
     let plan = plans(Options::default()).next().expect("there is a plan");
     let changes: [fn(&mut Plan); 4] = [
         |plan| plan.memory.lower_bound -= 1,
@@ -204,9 +207,9 @@ fn figures_that_do_not_add_up() {
     for change in changes {
         let mut broken = plan.clone();
         change(&mut broken);
-        assert_says(&faults(&broken, "a figure is wrong"), &["the plan states", "bytes for"]);
+        assert_reports(&faults(&broken, "a figure is wrong"), &["the plan states", "bytes for"]);
     }
     let mut broken = plan.clone();
     broken.memory.unaliased = plan.memory.unshared - 1;
-    assert_says(&faults(&broken, "a figure is wrong"), &["the plan stores", "that its nodes describe"]);
+    assert_reports(&faults(&broken, "a figure is wrong"), &["the plan stores", "that its nodes describe"]);
 }

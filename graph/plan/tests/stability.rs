@@ -1,19 +1,18 @@
 //! A small edit of a graph changes little in the order of its passes.
 
+use afterimage_generators::{Recipe, Rng};
 use afterimage_graph::check::{Graph, Source};
-use afterimage_graph::image::{Format, Size};
 use afterimage_graph::node::{Fallback, PortType};
-use afterimage_plan::{Caps, Options, Plan};
+use afterimage_plan::{Options, Plan};
 
-use super::random::{Dice, Recipe, plan_on};
+use super::planned::{FRAME, plan_at};
 
 const SEEDS: std::ops::Range<u64> = 0..40;
 
 fn planned(graph: &Graph) -> Plan {
-    // What is fused with what follows every wire; this is about the order alone.
+    // Fusion depends on every wire; these tests are about the order alone.
     let options = Options { fuse: false, ..Options::default() };
-    let caps = Caps { storage: Format::ALL.into(), ..Caps::default() };
-    plan_on(graph, Size::new(640, 360), options, caps).unwrap_or_else(|error| panic!("{error}"))
+    plan_at(graph, FRAME, options).unwrap_or_else(|error| panic!("{error}"))
 }
 
 /// Passes that both plans have and that come in the same order in both, of those that both have.
@@ -34,12 +33,12 @@ fn in_order(first: &Plan, second: &Plan) -> (usize, usize) {
 }
 
 /// The share of passes that keep their order when each graph is edited.
-fn kept(edit: impl Fn(&mut Graph, &mut Dice)) -> f64 {
+fn kept(edit: impl Fn(&mut Graph, &mut Rng)) -> f64 {
     let (mut kept, mut all) = (0, 0);
     for seed in SEEDS {
         let before = Recipe { seed, nodes: 40, histories: 2, off: 5 }.graph();
         let mut after = before.clone();
-        edit(&mut after, &mut Dice::new(seed));
+        edit(&mut after, &mut Rng::new(seed));
         let (same, common) = in_order(&planned(&before), &planned(&after));
         assert!(common > 10, "seed {seed}: only {common} passes are in both");
         kept += same;
@@ -49,7 +48,7 @@ fn kept(edit: impl Fn(&mut Graph, &mut Dice)) -> f64 {
 }
 
 #[test]
-fn another_name_moves_nothing() {
+fn other_names_do_not_change_the_order() {
     for seed in SEEDS {
         let graph = Recipe { seed, nodes: 40, histories: 2, off: 5 }.graph();
         let mut renamed = graph.clone();
@@ -61,32 +60,32 @@ fn another_name_moves_nothing() {
 }
 
 #[test]
-fn a_node_switched_off_moves_little() {
-    let kept = kept(|graph, dice| {
+fn a_disabled_node_changes_the_order_little() {
+    let kept = kept(|graph, rng| {
         let can_be_off = |at: &usize| graph.nodes[*at].kind.fallback() != Fallback::Absent && !graph.nodes[*at].off;
         let nodes: Vec<usize> = (0..graph.nodes.len()).filter(can_be_off).collect();
-        graph.nodes[nodes[dice.below(nodes.len())]].off = true;
+        graph.nodes[nodes[rng.below(nodes.len())]].off = true;
     });
     assert!(kept > 0.85, "{kept}");
 }
 
 #[test]
-fn a_node_read_elsewhere_moves_little() {
-    let kept = kept(|graph, dice| {
+fn a_rewired_input_changes_the_order_little() {
+    let kept = kept(|graph, rng| {
         let lays: Vec<usize> = (0..graph.nodes.len()).filter(|at| graph.nodes[*at].kind.name() == "Lay").collect();
-        let reader = lays[dice.below(lays.len())];
+        let reader = lays[rng.below(lays.len())];
         let makes_image = |at: &usize| graph.nodes[*at].kind.outputs()[0].ty == PortType::Image;
         let earlier: Vec<usize> = (0..reader).filter(makes_image).collect();
         let wire = match earlier.is_empty() {
             true => Source::Input(0),
-            false => Source::Node { node: earlier[dice.below(earlier.len())], output: 0, previous: 0 },
+            false => Source::Node { node: earlier[rng.below(earlier.len())], output: 0, previous: 0 },
         };
         rewire(graph, reader, wire);
     });
     assert!(kept > 0.85, "{kept}");
 }
 
-/// OutputState the second input of a node another source.
+/// Gives the second input of a node another source.
 fn rewire(graph: &mut Graph, reader: usize, wire: Source) {
     graph.nodes[reader].wires[1] = Some(wire);
     graph.wires.clear_edges();

@@ -1,0 +1,44 @@
+//! Names in messages: quoted, listed, and the nearest to a wrong one.
+
+/// A name in backticks for a message: shortened, and without control characters.
+pub fn quote(name: &str) -> String {
+    const LONGEST: usize = 48;
+    let shown: String = name.chars().take(LONGEST).flat_map(char::escape_debug).collect();
+    // Quotes inside backticks need no escape of their own.
+    let shown = shown.replace("\\'", "'").replace("\\\"", "\"");
+    if name.chars().nth(LONGEST).is_some() { format!("`{shown}…`") } else { format!("`{shown}`") }
+}
+
+/// A list of names for a message: `a`, `b` and `c`; at most `most` of them.
+pub fn list<'a>(names: impl IntoIterator<Item = &'a str>, most: usize) -> String {
+    let all: Vec<String> = names.into_iter().map(quote).collect();
+    match all.split_last() {
+        None => String::new(),
+        Some((only, [])) => only.clone(),
+        Some((last, rest)) if all.len() <= most => format!("{} and {last}", rest.join(", ")),
+        _ => format!("{} and {} more", all[..most].join(", "), all.len() - most),
+    }
+}
+
+/// "did you mean `x`?" with the nearest of the names, if one is near enough.
+pub fn did_you_mean<'a>(wrong: &str, names: impl IntoIterator<Item = &'a str>) -> Option<String> {
+    nearest(wrong, names).map(|name| format!("did you mean {}?", quote(name)))
+}
+
+/// The name nearest to `wrong`, if at most a third of the letters of `wrong` differ.
+pub fn nearest<'a>(wrong: &str, names: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    const LONGEST: usize = 64;
+    if wrong.len() > LONGEST {
+        return None;
+    }
+    let plain = |name: &str| name.to_lowercase().replace(['_', '-', ' '], "");
+    let meant = plain(wrong);
+    let allowed = (wrong.chars().count() / 3).max(1);
+    let distance = |name: &str| {
+        let plain = plain(name);
+        let is_beginning = meant.len() >= 4 && plain.starts_with(&meant);
+        if is_beginning { 1 } else { strsim::damerau_levenshtein(&meant, &plain) }
+    };
+    let near = names.into_iter().filter(|name| name.len() <= LONGEST).map(|name| (distance(name), name));
+    near.filter(|(distance, _)| *distance <= allowed).min().map(|(_, name)| name)
+}

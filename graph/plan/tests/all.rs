@@ -1,0 +1,12 @@
+//! Tests of the planner without a device: properties of the plans of random graphs, and faults that `verify` must find.
+#![allow(unreachable_pub, missing_docs, clippy::unwrap_used, reason = "a test binary exports nothing")]
+
+mod faults;
+mod pipelines;
+mod plan_cache;
+mod planned;
+mod printing;
+mod properties;
+mod skipped;
+mod stability;
+mod switches;

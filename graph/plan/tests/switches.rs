@@ -1,0 +1,57 @@
+//! The switches for half floats and subgroups.
+
+use afterimage_graph::check::{Facts, Graph};
+use afterimage_graph::image::Format;
+use afterimage_plan::{Caps, Options, Plan};
+
+use super::planned::{all_formats, built_in, plan_images};
+
+fn both() -> Options {
+    Options { half: true, subgroups: true, ..Options::default() }
+}
+
+/// The source of every pass, as the device gets it.
+fn sources(plan: &Plan) -> Vec<String> {
+    let composed = |pass| plan.compose(pass).unwrap_or_else(|error| panic!("{error}")).source;
+    (0..plan.recording.passes.len()).map(composed).collect()
+}
+
+/// A device with every feature.
+fn full() -> Caps {
+    Caps { half_arithmetic: true, subgroups: true, ..all_formats() }
+}
+
+fn planned(graph: &Graph, options: Options, format: Format, caps: Caps) -> Plan {
+    plan_images(graph, format, Facts::default(), caps, options)
+}
+
+#[test]
+fn switches_apply_wherever_the_device_allows() {
+    let graph = built_in("tsushima.ron");
+    let count = |plan: &Plan, word: &str| sources(plan).iter().filter(|source| source.contains(word)).count();
+    let without = planned(&graph, Options::default(), Format::Rgba16Float, full());
+    assert_eq!((count(&without, "f16;"), count(&without, "subgroupAdd")), (0, 0));
+    let with = planned(&graph, both(), Format::Rgba16Float, full());
+    assert!(sources(&with).iter().all(|source| source.starts_with("enable f16;\n")));
+    assert!(count(&with, "subgroupAdd") >= 2, "the histogram and its mean");
+    assert!(with.ignored.is_empty());
+    assert_ne!(with.hash(), without.hash());
+    // An input in 32 bits is read in 32 bits; what is stored after it is not.
+    let from_32_bits = planned(&graph, both(), Format::Rgba32Float, full());
+    let (all, half) = (sources(&from_32_bits).len(), count(&from_32_bits, "enable f16;"));
+    assert!(0 < half && half < all, "{half} of {all}");
+}
+
+#[test]
+fn a_switch_that_the_device_lacks_is_reported_and_changes_nothing() {
+    let graph = built_in("lynx.ron");
+    let plain = planned(&graph, Options::default(), Format::Rgba16Float, all_formats());
+    let asked = planned(&graph, both(), Format::Rgba16Float, all_formats());
+    let ignored: Vec<&str> = asked.ignored.iter().map(|ignored| ignored.switch).collect();
+    assert_eq!(ignored, ["subgroups", "half"]);
+    assert!(asked.to_text().contains("ignored\n  subgroups  the device has no"), "{}", asked.to_text());
+    assert_eq!((asked.options, sources(&asked)), (plain.options, sources(&plain)));
+    let exact = planned(&graph, Options { exact: true, ..both() }, Format::Rgba16Float, full());
+    assert!(sources(&exact).iter().all(|source| !source.contains("f16;")));
+    assert_eq!(exact.ignored[0].why, "`exact` wants all bits");
+}

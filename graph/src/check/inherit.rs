@@ -1,0 +1,131 @@
+//! What a document inherits: `extends` and tiers that are files.
+
+use std::rc::Rc;
+
+use super::DEEPEST;
+use super::build::Builder;
+use super::files::{Named, join, unreadable};
+use crate::document::{Document, Tier};
+use afterimage_base::diagnostic::{Diagnostic, Spanned, did_you_mean, list, quote};
+
+impl Builder<'_> {
+    /// The document of a file that another one names; its problems are reported the first time.
+    pub(super) fn document(&mut self, named: &Spanned<String>) -> Option<Rc<Document>> {
+        let path = join(&named.place.file, &named.value);
+        let file = self.files.document(&path);
+        let is_new = self.files_used.insert(path);
+        if let Named::Document(document) = &file {
+            if is_new {
+                self.diagnostics.absorb(document.problems.clone());
+            }
+            return Some(document.clone());
+        }
+        if is_new {
+            self.tell_no_document(named, file);
+        }
+        None
+    }
+
+    fn tell_no_document(&mut self, named: &Spanned<String>, file: Named) {
+        match file {
+            Named::Document(_) => {}
+            Named::NoPipeline(problems) => self.diagnostics.absorb(problems),
+            Named::NoText => {
+                let message = format!("{} is not a text file", quote(&named.value));
+                self.tell(Diagnostic::error("unreadable-file", message).at(&named.place, ""));
+            }
+            Named::Unreadable(why) => self.tell(unreadable(named, &why)),
+        }
+    }
+
+    /// The document with what it inherits.
+    pub(super) fn inherited(&mut self, document: &Document) -> Document {
+        let mut chain = vec![join("", &document.file)];
+        self.inherit(document.clone(), &mut chain)
+    }
+
+    fn inherit(&mut self, document: Document, chain: &mut Vec<String>) -> Document {
+        let Some(named) = document.extends.clone() else { return document };
+        let path = join(&named.place.file, &named.value);
+        if chain.contains(&path) || chain.len() >= DEEPEST {
+            self.tell(extends_itself(&named, &path, chain));
+            return Document { is_partial: true, ..document };
+        }
+        let Some(base) = self.document(&named) else { return Document { is_partial: true, ..document } };
+        chain.push(path);
+        let base = self.inherit(Rc::unwrap_or_clone(base), chain);
+        merge(base, document)
+    }
+
+    /// The document of the tier that is asked for. Its own changes wait until the nodes are known.
+    pub(super) fn tier(&mut self, document: Document, asked: Option<&str>) -> Document {
+        let Some(asked) = asked else { return document };
+        let Some((_, tier)) = document.tiers.iter().find(|(name, _)| name.value == asked) else {
+            let names = || document.tiers.iter().map(|(name, _)| name.value.as_str());
+            let help = match document.tiers.len() {
+                0 => "it has no tiers at all".to_owned(),
+                _ => format!("its tiers are {}", list(names(), 8)),
+            };
+            self.tell(
+                Diagnostic::error("unknown-tier", format!("the pipeline has no tier {}", quote(asked)))
+                    .at(&document.place, "")
+                    .help(help)
+                    .maybe_help(did_you_mean(asked, names())),
+            );
+            return document;
+        };
+        match tier {
+            Tier::Settings(_) => {
+                self.tier = Some(asked.to_owned());
+                document
+            }
+            Tier::File(named) => {
+                let named = named.clone();
+                self.document(&named).map_or(document, |other| self.inherited(&other))
+            }
+        }
+    }
+}
+
+fn extends_itself(named: &Spanned<String>, path: &str, chain: &[String]) -> Diagnostic {
+    let from = chain.iter().position(|known| known == path);
+    let message = match from {
+        Some(from) => {
+            let names: Vec<&str> = chain[from..].iter().map(String::as_str).chain([path]).collect();
+            format!("a file extends itself: {}", names.join(" -> "))
+        }
+        None => format!("files extend each other more than {DEEPEST} times"),
+    };
+    Diagnostic::error("extends-cycle", message)
+        .at(&named.place, "")
+        .help("let the shared part be a file that extends nothing")
+}
+
+/// What `base` has, changed by what `own` has.
+fn merge(base: Document, own: Document) -> Document {
+    let facts = match (base.facts, own.facts) {
+        (Some(base), Some(own)) => Some(replace(base, own, |(name, _)| &name.value)),
+        (base, own) => own.or(base),
+    };
+    Document {
+        file: own.file,
+        place: own.place,
+        extends: own.extends,
+        inputs: replace(base.inputs, own.inputs, |input| &input.name.value),
+        nodes: replace(base.nodes, own.nodes, |node| &node.name.value),
+        outputs: replace(base.outputs, own.outputs, |(name, _)| &name.value),
+        set: base.set.into_iter().chain(own.set).collect(),
+        tiers: replace(base.tiers, own.tiers, |(name, _)| &name.value),
+        facts,
+        problems: own.problems,
+        unread: base.unread.into_iter().chain(own.unread).collect(),
+        is_partial: base.is_partial || own.is_partial,
+    }
+}
+
+/// The base's entries, each replaced by the own one of the same name, and the own ones that are new.
+fn replace<T>(base: Vec<T>, own: Vec<T>, name: impl Fn(&T) -> &String) -> Vec<T> {
+    let mut all: indexmap::IndexMap<String, T> = base.into_iter().map(|entry| (name(&entry).clone(), entry)).collect();
+    all.extend(own.into_iter().map(|entry| (name(&entry).clone(), entry)));
+    all.into_values().collect()
+}

@@ -1,0 +1,44 @@
+//! What a check is given beside the document, and its limits.
+
+use std::sync::Arc;
+
+/// Reads files for the check, which does no input or output of its own.
+pub trait Loader {
+    /// The bytes of a file, or why there are none. Paths are relative to the file that names them, already joined to
+    /// its folder.
+    fn load(&self, path: &str) -> Result<Arc<[u8]>, String>;
+}
+
+/// A loader for hosts without files: every path is an error.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct NoFiles;
+
+impl Loader for NoFiles {
+    fn load(&self, _: &str) -> Result<Arc<[u8]>, String> {
+        Err("this program gives pipelines no access to files".into())
+    }
+}
+
+/// Options of a single check.
+#[derive(Clone)]
+pub struct CheckOptions<'a> {
+    /// The quality level, one of the document's `tiers`.
+    pub tier: Option<String>,
+    /// Overrides in the order in which they are applied: `node.parameter` and a value as a pipeline file would write it.
+    pub sets: Vec<(String, String)>,
+    /// Where files come from.
+    pub loader: &'a dyn Loader,
+}
+
+impl Default for CheckOptions<'_> {
+    fn default() -> Self {
+        Self { tier: None, sets: Vec::new(), loader: &NoFiles }
+    }
+}
+
+/// More nodes than this, pipelines used as nodes and what is in them included, are an error.
+pub const MOST_NODES: usize = 1 << 16;
+/// Frames that a wire can reach back.
+pub const MOST_PREVIOUS: u32 = 16;
+/// Pipelines within pipelines, and files that extend files.
+pub const DEEPEST: usize = 16;

@@ -1,0 +1,77 @@
+//! What the sections of a pipeline file hold.
+
+use std::sync::Arc;
+
+use super::tree::{Field, Group, Item};
+use afterimage_base::diagnostic::{Diagnostics, Place, Spanned};
+use afterimage_base::image::ColorState;
+
+/// A pipeline file as it is written. It may have errors.
+#[derive(Clone, Debug)]
+pub struct Document {
+    /// The file's name.
+    pub file: Arc<str>,
+    /// Where `Pipeline` is written.
+    pub place: Place,
+    /// The file that this one changes.
+    pub extends: Option<Spanned<String>>,
+    /// The images that the host gives.
+    pub inputs: Vec<InputEntry>,
+    /// The nodes.
+    pub nodes: Vec<NodeEntry>,
+    /// The images that the host gets: name and wire.
+    pub outputs: Vec<(Spanned<String>, Spanned<String>)>,
+    /// Changes to nodes, in the order in which they are made.
+    pub set: Vec<Override>,
+    /// The quality levels.
+    pub tiers: Vec<(Spanned<String>, Tier)>,
+    /// The facts that conditions may ask and what each says; `None` where the file does not say which they are.
+    pub facts: Option<Vec<(Spanned<String>, String)>>,
+    /// Mistakes that can be seen without knowing any node kind.
+    pub problems: Diagnostics,
+    /// Names whose entries could not be read, so that nobody is told twice.
+    pub(crate) unread: Vec<String>,
+    /// Whether more names are missing than `unread` knows.
+    pub(crate) is_partial: bool,
+}
+
+/// An image that the host gives.
+#[derive(Clone, Debug, PartialEq)]
+pub struct InputEntry {
+    /// Its name.
+    pub name: Spanned<String>,
+    /// What its numbers mean.
+    pub state: ColorState,
+    /// Whether the host may leave it out.
+    pub optional: bool,
+    /// Whether negative numbers are meant.
+    pub signed: bool,
+}
+
+/// A node.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NodeEntry {
+    /// Its name.
+    pub name: Spanned<String>,
+    /// The name of its kind.
+    pub kind: Spanned<String>,
+    /// Ports, parameters and what every node takes, in the order of the file; a name may occur twice.
+    pub(crate) fields: Group<Field>,
+}
+
+/// A change to a node: `"mips.levels": 3` or `"local": Off`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Override {
+    /// `node.parameter`, `node`, or either of them behind `outer/`.
+    pub key: Spanned<String>,
+    pub(crate) value: Item,
+}
+
+/// What a quality level is.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Tier {
+    /// The same pipeline with changes.
+    Settings(Vec<Override>),
+    /// Another file.
+    File(Spanned<String>),
+}

@@ -1,0 +1,77 @@
+//! What the entries between two brackets are: fields, values, a list or a map.
+
+use super::parser::{Entry, Parser};
+use super::syntax;
+use super::token::Token;
+use super::tree::{Field, Group, Item, Tree};
+use afterimage_base::diagnostic::{Place, Spanned};
+
+impl Parser<'_> {
+    /// `( ... )`: fields if any entry has a name, values otherwise.
+    pub(super) fn round(&mut self, name: Option<Spanned<String>>, group: Group<Entry>) -> Tree {
+        let Group { entries, mut is_partial } = group;
+        let has_names = entries.iter().any(|entry| entry.key.is_some());
+        if !has_names && !entries.is_empty() {
+            let items: Vec<Item> = entries.into_iter().map(|entry| entry.value).collect();
+            let is_broken = is_partial || items.iter().any(|item| item.value.is_broken());
+            return if is_broken { Tree::Broken } else { Tree::Tuple(name, items) };
+        }
+        if !has_names && name.is_none() && !is_partial {
+            return Tree::Tuple(None, Vec::new());
+        }
+        let mut fields = Vec::new();
+        for entry in entries {
+            match self.field(entry) {
+                Some(field) => fields.push(field),
+                None => is_partial = true,
+            }
+        }
+        Tree::Struct(name, Group { entries: fields, is_partial })
+    }
+
+    /// An entry as a field; `None` if its name cannot be read.
+    fn field(&mut self, entry: Entry) -> Option<Field> {
+        let Entry { key, value, follows_error } = entry;
+        match key {
+            Some(Item { value: Tree::Name(name), place }) => Some((Spanned::new(name, place), value)),
+            Some(Item { value: Tree::Text(name), place }) => {
+                self.report(syntax::quoted_name(&place, &name));
+                Some((Spanned::new(name, place), value))
+            }
+            other => {
+                let place = other.map_or(value.place, |key| key.place);
+                if !follows_error && !value.value.is_broken() {
+                    self.report_no_name(&place);
+                }
+                None
+            }
+        }
+    }
+
+    fn report_no_name(&mut self, place: &Place) {
+        let before = self.text[..place.start].strip_suffix(',');
+        let ends = |text: &str| text.ends_with(|c: char| c.is_ascii_digit());
+        let written = &self.text[place.span()];
+        let begins = written.starts_with(|c: char| c.is_ascii_digit());
+        self.report(match before {
+            Some(before) if ends(before) && begins => syntax::decimal_comma(place),
+            _ => syntax::no_name(place, written),
+        });
+    }
+
+    pub(super) fn list(&mut self, open: &Token, group: Group<Entry>) -> Tree {
+        let named = group.entries.iter().find_map(|entry| entry.key.as_ref());
+        if let Some(key) = named {
+            self.report(syntax::list_with_names(&key.place, &self.token_place(open)));
+            return Tree::Broken;
+        }
+        let items: Vec<Item> = group.entries.into_iter().map(|entry| entry.value).collect();
+        let is_broken = group.is_partial || items.iter().any(|item| item.value.is_broken());
+        if is_broken { Tree::Broken } else { Tree::List(items) }
+    }
+
+    pub(super) fn map(group: Group<Entry>) -> Tree {
+        let entries = group.entries.into_iter().filter_map(|entry| Some((entry.key?, entry.value))).collect();
+        Tree::Map(Group { entries, is_partial: group.is_partial })
+    }
+}

@@ -1,0 +1,35 @@
+//! The list of violations of the contract.
+
+/// The violations that were found so far, each once.
+#[derive(Default)]
+pub(super) struct Complaints {
+    kind: String,
+    all: Vec<String>,
+}
+
+impl Complaints {
+    /// Later violations belong to this kind.
+    pub(super) fn about(&mut self, kind: &str) {
+        self.kind = kind.to_owned();
+    }
+
+    /// Adds a violation of the present kind.
+    pub(super) fn add(&mut self, what: impl std::fmt::Display) {
+        let complaint = format!("`{}`: {what}", self.kind);
+        if !self.all.contains(&complaint) {
+            self.all.push(complaint);
+        }
+    }
+
+    /// Adds a violation unless the condition holds.
+    pub(super) fn require(&mut self, holds: bool, what: impl FnOnce() -> String) {
+        if !holds {
+            self.add(what());
+        }
+    }
+
+    /// All violations; `Ok` if there are none.
+    pub(super) fn finish(self) -> Result<(), Vec<String>> {
+        if self.all.is_empty() { Ok(()) } else { Err(self.all) }
+    }
+}

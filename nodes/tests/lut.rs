@@ -1,0 +1,135 @@
+//! The readers of `.cube` files and of pictures that hold tables.
+
+use std::sync::Arc;
+
+use afterimage_graph::check::{CheckOptions, Loader, check};
+use afterimage_graph::document::parse;
+use afterimage_graph::node::Registry;
+use afterimage_nodes::{Lut, PngLayout, parse_cube, parse_png};
+
+fn encoded(pixels: &[u8], side: u32, color: png::ColorType) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, side, side);
+    encoder.set_color(color);
+    encoder.write_header().and_then(|mut writer| writer.write_image_data(pixels)).expect("a picture in memory");
+    bytes
+}
+
+/// The identity of 64 entries a side as a picture.
+fn identity(layout: PngLayout) -> Vec<u8> {
+    let mut pixels = vec![0_u8; 512 * 512 * 3];
+    for index in 0..64 * 64 * 64 {
+        let (r, g, b) = (index % 64, index / 64 % 64, index / 4096);
+        let pixel = match layout {
+            PngLayout::Tiles => (b / 8 * 64 + g) * 512 + b % 8 * 64 + r,
+            PngLayout::Hald => index,
+        };
+        let codes = [r, g, b].map(|level| (level as f64 / 63.0 * 255.0).round() as u8);
+        pixels[3 * pixel..3 * pixel + 3].copy_from_slice(&codes);
+    }
+    encoded(&pixels, 512, png::ColorType::Rgb)
+}
+
+/// The identity as the text of a `.cube` file.
+fn identity_text(side: usize) -> String {
+    let level = |index: usize| index as f64 / (side - 1) as f64;
+    let place = |index: usize| [index % side, index / side % side, index / (side * side)].map(level);
+    let lines = (0..side.pow(3)).map(place).map(|[r, g, b]| format!("{r:.9} {g:.9} {b:.9}\n"));
+    format!("LUT_3D_SIZE {side}\n{}", lines.collect::<String>())
+}
+
+#[test]
+fn a_table_that_changes_nothing_is_an_identity() {
+    for side in [2, 33] {
+        assert!(parse_cube(&identity_text(side)).expect("a table").is_identity(), "{side}");
+    }
+    let nearly = identity_text(3).replacen("0.500000000", "0.500010000", 1);
+    assert!(!parse_cube(&nearly).expect("a table").is_identity());
+    for layout in [PngLayout::Tiles, PngLayout::Hald] {
+        assert!(parse_png(&identity(layout), layout).expect("a table").is_identity(), "{}", layout.name());
+    }
+}
+
+#[test]
+fn a_malformed_table_is_reported_with_its_line() {
+    let two = "0 0 0\n1 1 1\n";
+    let table = [
+        (String::new(), "line 1: neither `LUT_3D_SIZE` nor `LUT_1D_SIZE` is there"),
+        ("0 0 0\n".into(), "line 1: an entry comes before `LUT_3D_SIZE` or `LUT_1D_SIZE`"),
+        ("\nLUT_3D_SIZE 1\n".into(), "line 2: the size must be a whole number from 2 to 256, not `1`"),
+        ("LUT_3D_SIZE 257\n".into(), "line 1: the size must be a whole number from 2 to 256, not `257`"),
+        ("LUT_1D_SIZE many\n".into(), "line 1: the size must be a whole number from 2 to 65536, not `many`"),
+        ("LUT_1D_SIZE 2\nLUT_1D_SIZE 2\n".into(), "line 2: `LUT_1D_SIZE` is there twice"),
+        (format!("LUT_1D_SIZE 3\n{two}"), "line 3: the file ends after 2 of 3 entries"),
+        (format!("LUT_1D_SIZE 2\n# fine\n{two}\n0 0 0\n"), "line 6: there are more than the 2 entries of the table"),
+        ("LUT_1D_SIZE 2\n0 0\n".into(), "line 2: an entry has 3 numbers, not 2"),
+        ("LUT_1D_SIZE 2\n0 0 0 0\n".into(), "line 2: an entry has 3 numbers, not 4"),
+        ("LUT_1D_SIZE 2\r\n0 0 zero\r\n".into(), "line 2: `zero` is not a number"),
+        ("LUT_1D_SIZE 2\n0 nan 0\n".into(), "line 2: `nan` is not finite"),
+        ("LUT_1D_SIZE 2\nnan 0 0\n".into(), "line 2: `nan` is not finite"),
+        ("LUT_1D_SIZE 2\ninf 0 0\n".into(), "line 2: `inf` is not finite"),
+        (
+            format!("LUT_1D_SIZE 2\nDOMAIN_MIN 0 1 0\n{two}"),
+            "line 2: the domain must end above its beginning in every channel",
+        ),
+        ("DOMAIN_MAX 1 1\n".into(), "line 1: DOMAIN_MAX has 3 numbers, not 2"),
+        (
+            format!("LUT_1D_SIZE 2\n{two}TITLE \"late\"\n"),
+            "line 4: `TITLE` comes after the first entry: keywords go before",
+        ),
+    ];
+    for (text, expected) in table {
+        assert_eq!(parse_cube(&text).expect_err(&text).to_string(), expected, "{text:?}");
+    }
+    let unknown = parse_cube("LUT_4D_SIZE 2\n").expect_err("an unknown keyword");
+    assert!(unknown.message.starts_with("`LUT_4D_SIZE` is no keyword of a .cube file; there are `TITLE`"), "{unknown}");
+}
+
+#[test]
+fn a_picture_that_holds_no_table_is_reported() {
+    let message = |bytes: &[u8]| parse_png(bytes, PngLayout::Tiles).expect_err("an error").to_string();
+    let sides = message(&encoded(&[0; 100 * 100 * 3], 100, png::ColorType::Rgb));
+    assert!(sides.contains("not 100x100"), "{sides}");
+    let grey = message(&encoded(&[0; 64 * 64], 64, png::ColorType::Grayscale));
+    assert!(grey.contains("has no colours"), "{grey}");
+    let whole = identity(PngLayout::Tiles);
+    let cut = message(&whole[..whole.len() / 2]);
+    assert!(cut.starts_with("the PNG cannot be read"), "{cut}");
+    let flipped = message(b"\x89PNG\r\n\x1a\n and no more");
+    assert!(flipped.starts_with("the PNG cannot be read"), "{flipped}");
+}
+
+#[test]
+fn old_line_ends_and_byte_order_marks_are_read() {
+    let plain: Lut = parse_cube("LUT_1D_SIZE 2\n0 0 0\n1 1 0.5\n").expect("a table");
+    for text in [
+        "\u{feff}LUT_1D_SIZE 2\r\n0 0 0\r\n1 1 0.5",
+        "LUT_1D_SIZE 2\r0 0 0\r1 1 0.5\r",
+        "LUT_1D_SIZE\t2 # two\n 0\t0 0\n+1 1e0 5e-1",
+    ] {
+        assert_eq!(parse_cube(text).expect(text), plain, "{text:?}");
+    }
+}
+
+/// One file in memory, whatever its name.
+struct OneFile(&'static str);
+
+impl Loader for OneFile {
+    fn load(&self, _: &str) -> Result<Arc<[u8]>, String> {
+        Ok(self.0.as_bytes().into())
+    }
+}
+
+#[test]
+fn a_pipeline_with_a_malformed_table_names_the_file_and_the_line_in_it() {
+    let text = r#"Pipeline(
+        inputs: { "in": Encoded },
+        nodes: { "out": ColorLut(source: "in", file: "broken.cube") },
+        outputs: { "out": "out" },
+    )"#;
+    let document = parse("test.ron", text).expect("a document");
+    let kinds = Registry::new(&[afterimage_nodes::ALL]).expect("no two kinds share a name");
+    let options = CheckOptions { loader: &OneFile("LUT_3D_SIZE 2\n0 0 0\nx\n"), ..CheckOptions::default() };
+    let errors = check(&document, &kinds, &options).expect_err("a malformed table").to_string();
+    assert!(errors.contains("`broken.cube`: line 3: `x` is not a number"), "{errors}");
+}
