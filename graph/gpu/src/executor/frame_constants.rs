@@ -1,7 +1,6 @@
 //! What shaders know of the frame: its time and its number. It is another one in every frame, so where the device has immediates it travels with
 //! the commands; a buffer would have to be filled by a copy of its own.
 
-use afterimage_plan::codegen::{Composed, SlotKind};
 use wgpu::{Device, Features};
 
 use super::Frame;
@@ -27,17 +26,4 @@ impl FrameConstants {
 /// Whether passes can be told of the frame by immediates.
 pub(super) fn has_immediates(device: &Device) -> bool {
     device.features().contains(Features::IMMEDIATES) && device.limits().max_immediate_size >= BYTES
-}
-
-/// Makes a pass take the frame from immediates instead of a uniform buffer; whether it does now. A declaration that its author wrote in another
-/// way than all others do keeps its buffer.
-pub(super) fn take_immediates(composed: &mut Composed) -> bool {
-    let Some(at) = composed.slots.iter().position(|slot| slot.kind == SlotKind::Frame) else { return false };
-    let declared = format!("@group(0) @binding({}) var<uniform> ", composed.slots[at].binding);
-    if composed.source.matches(&declared).count() != 1 {
-        return false;
-    }
-    composed.source = composed.source.replace(&declared, "var<immediate> ");
-    composed.slots.remove(at);
-    true
 }

@@ -10,7 +10,7 @@ use afterimage_plan::{Alias, Plan, Stage};
 use wgpu::util::DeviceExt as _;
 use wgpu::{Buffer, BufferUsages, Device, TextureFormat};
 
-use super::frame_constants::{self, take_immediates};
+use super::frame_constants;
 use super::loaded::{LoadedPass, planned_attachment};
 use super::uniforms::{differs_in_uniforms_only, regions, uniform_bytes};
 use crate::GpuError;
@@ -155,14 +155,13 @@ struct UncompiledDispatch {
 
 impl UncompiledDispatch {
     fn new(plan: &Plan, index: usize, immediates: bool) -> Result<Self, GpuError> {
-        let mut composed = plan.compose(index).map_err(GpuError::Shader)?;
+        let composed = plan.compose(index, immediates).map_err(GpuError::Shader)?;
         let writes_image = written(&plan.recording.passes[index]);
-        let immediate = immediates && take_immediates(&mut composed);
         Ok(Self {
+            immediate: composed.immediate,
             composed,
             workgroups: workgroups(&plan.recording, &plan.recording.passes[index]),
             writes_image,
-            immediate,
         })
     }
 }
@@ -185,7 +184,6 @@ pub(super) fn order<'a>(
 ) -> Order<'a> {
     let stage = if attachment.is_some() { Stage::Fragment } else { Stage::Compute };
     let pass = &plan.recording.passes[index];
-    let constants = pass.constants().iter().map(|(name, value)| (*name, value.to_bits())).collect();
     let sample_modes = composed.slots.iter().map(|slot| match slot.kind {
         SlotKind::Texture(image) => format!("{:?}", plan.sample_modes[image.0 as usize]),
         _ => String::new(),
@@ -194,8 +192,7 @@ pub(super) fn order<'a>(
     Order {
         key: PipelineKey {
             source: composed.source.clone(),
-            entry: composed.compute,
-            constants,
+            entry: composed.compute.clone(),
             attachment,
             layout: layout.join(","),
             checked: plan.options.bounds_checks || !composed.unchecked,

@@ -65,7 +65,7 @@ impl ComputePass<'_, '_> {
         let mut uniform = Vec::new();
         for global in &reflection.globals {
             match &global.kind {
-                GlobalKind::Uniform(ty) if ty != "Frame" => uniform = self.recorder.uniform(self.shader, ty, &self.set),
+                GlobalKind::Uniform(ty) => uniform = self.recorder.uniform(self.shader, ty, &self.set),
                 kind => {
                     bindings.extend(self.resource(&global.name).map(|resource| binding(&global.name, kind, resource)))
                 }
