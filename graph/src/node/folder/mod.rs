@@ -29,7 +29,7 @@ mod read;
 
 use super::contract::contract;
 use super::kind::{Arrivals, Kind, NodeKind};
-use super::pass::ImageId;
+use super::resource::ImageId;
 use super::ports::{Fallback, Input, Output, PortType};
 use super::recorder::Recorder;
 use crate::document;
@@ -60,7 +60,7 @@ pub fn folder_kind(declaration: (&str, &str), shader: (&str, &str)) -> Result<No
             agree::look(declared, shader, reflection, &mut diagnostics);
         }
         (Ok(_), _) => {}
-        (Err(error), _) => error.report(shader, &mut diagnostics),
+        (Err(error), _) => shader.report(&error, &mut diagnostics),
     }
     match declared {
         Some(declared) if !diagnostics.has_errors() => contracted(declared, shader, diagnostics),
