@@ -66,9 +66,11 @@ fn gaussian_caracal_exact(source: texture_2d<f32>, at: Point, params: Gaussian) 
 fn gaussian_caracal_linear(source: texture_2d<f32>, source_sampler: sampler, at: Point, params: Gaussian) -> vec4f {
     let near = GAUSSIAN_CARACAL_SIDE.x + GAUSSIAN_CARACAL_SIDE.y;
     let far = GAUSSIAN_CARACAL_SIDE.z + GAUSSIAN_CARACAL_SIDE.w;
+    let near_at = 1.0 + GAUSSIAN_CARACAL_SIDE.y / near;
+    let far_at = 3.0 + GAUSSIAN_CARACAL_SIDE.w / far;
     return of_real(
         real(GAUSSIAN_CARACAL_CENTER) * to_real(texel(source, at.pixel))
-            + real(near) * to_real(gaussian_tap_pair(source, source_sampler, at, 1.0 + GAUSSIAN_CARACAL_SIDE.y / near, params))
-            + real(far) * to_real(gaussian_tap_pair(source, source_sampler, at, 3.0 + GAUSSIAN_CARACAL_SIDE.w / far, params)),
+            + real(near) * to_real(gaussian_tap_pair(source, source_sampler, at, near_at, params))
+            + real(far) * to_real(gaussian_tap_pair(source, source_sampler, at, far_at, params)),
     );
 }

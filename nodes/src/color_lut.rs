@@ -34,8 +34,9 @@ choices! {
 }
 
 params! {
-    /// Grades by a look-up table from a file: `.cube` with a 1-D table, a 3-D table or both, or a PNG with tiles or in
-    /// HALD layout.
+    /// Grades by a look-up table from a file.
+    ///
+    /// The file is a `.cube` file with a 1-D table, a 3-D table or both, or a PNG with tiles or in HALD layout.
     ///
     /// The author of the table decides what it expects and returns: place the node where the image is in that color
     /// state. Most tables are made for encoded images. For light above 1, set `shaper` to the spacing of the table's

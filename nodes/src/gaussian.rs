@@ -63,8 +63,9 @@ blur! {
 }
 
 blur! {
-    /// Blurs every level of a pyramid with the same sigma in its own texels, so each level is blurred twice as wide as
-    /// the previous one.
+    /// Blurs every level of a pyramid with the same sigma in its own texels.
+    ///
+    /// Each level is blurred twice as wide as the previous one.
     ///
     /// The weights sum to 1, so a constant image stays the same. Reads beyond the border return the border. Alpha is
     /// blurred like colour.

@@ -2,7 +2,7 @@
 
 use afterimage_graph::prelude::*;
 
-use crate::purkinje::{INPUTS, acts_not};
+use crate::purkinje::{INPUTS, has_no_effect};
 
 static SHADER: Shader = shader!("purkinje_simple");
 
@@ -34,7 +34,7 @@ impl Node for PurkinjeSimple {
     const FALLBACK: Fallback = Fallback::Input("source");
 
     fn identity(&self, arrivals: &Arrivals) -> Option<Fallback> {
-        acts_not(self.strength, self.illuminance, arrivals).then_some(Self::FALLBACK)
+        has_no_effect(self.strength, self.illuminance, arrivals).then_some(Self::FALLBACK)
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {

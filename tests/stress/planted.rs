@@ -22,7 +22,7 @@ pub(super) const ALL: &[Planted] = &[
     planted::<Unbounded>("primaries", "out of range for Scene"),
     planted::<BelowBlack>("grey", "out of range for Scene"),
     planted::<AboveWhite>("bright", "out of range for Encoded"),
-    planted::<FalseIdentity>("grey", "left out as an identity"),
+    planted::<FalseIdentity>("grey", "skipped as an identity"),
     planted::<PowerOfNegative>("negative", "not finite"),
     planted::<CountsTooFar>("grey", "panics"),
     planted::<dark_edges::Gaussian>("white", "a constant becomes another"),

@@ -1,4 +1,4 @@
-//! `afterimage nodes`: the manual, built from the table of kinds.
+//! `afterimage nodes`: descriptions of the node kinds, from their tables.
 
 use std::fmt::Write as _;
 
@@ -6,6 +6,7 @@ use afterimage_graph::diagnostic::did_you_mean;
 use afterimage_graph::image::ColorState;
 use afterimage_graph::node::{Fallback, Input, NodeKind, Output, OutputState, Registry};
 use afterimage_graph::value::{Param, Type};
+use afterimage_lab::stress::{Conditioning, WorstLight};
 use anstyle::{AnsiColor, Style};
 
 use crate::args::NodesArgs;
@@ -60,7 +61,7 @@ fn page(kind: NodeKind) -> String {
     let _ = writeln!(text, "\n{HEADING}When it is off{HEADING:#}\n  {}", fallback(kind.fallback()));
     let figures = match kind.inputs() {
         [] => Some("  nothing: it has no input".to_owned()),
-        _ => crate::stress::figures(kind.name()),
+        _ => conditioning(kind.name()),
     };
     if let Some(figures) = figures {
         let _ =
@@ -125,4 +126,22 @@ fn fallback(fallback: Fallback) -> String {
         Fallback::Zero => "its result is black".into(),
         Fallback::Absent => "its result is nothing, and what needs it is off too".into(),
     }
+}
+
+/// The growth of errors in a kind, as `stress --conditioning --json` measured it.
+fn conditioning(kind: &str) -> Option<String> {
+    let kept: Vec<Conditioning> = serde_json::from_str(include_str!("../../docs/conditioning.json")).ok()?;
+    let found = kept.into_iter().find(|row| row.kind == kind)?;
+    let unit = found.unit.name();
+    let mut text = format!(
+        "  typically {} {unit}; at worst {} (light {})",
+        found.typical,
+        found.worst.growth,
+        found.worst.place()
+    );
+    if found.over_domain != found.worst {
+        let WorstLight { growth, set, .. } = &found.over_domain;
+        text += &format!(",\n  and {growth} with `{set}` (light {})", found.over_domain.place());
+    }
+    Some(text)
 }

@@ -60,7 +60,7 @@ pub const LONGEST_FILE: usize = 4 << 20;
 
 /// Reads a pipeline file. The name is the one that messages show, and that files named in it are relative to.
 ///
-/// SampleMode goes on after a syntax error: what could be read is in the document, the errors in [`Document::problems`].
+/// Reading goes on after a syntax error: the document holds what could be read, [`Document::problems`] the errors.
 ///
 /// # Errors
 /// When the text holds no `Pipeline( ... )`.

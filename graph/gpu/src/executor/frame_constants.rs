@@ -1,9 +1,9 @@
-//! What shaders know of the frame: its time and its number. It is another one in every frame, so where the device has immediates it travels with
-//! the commands; a buffer would have to be filled by a copy of its own.
+//! The per-frame constants of shaders: time and number. They change in every frame, so where the device has immediates
+//! they are part of the commands; a buffer needs a copy of its own.
 
 use wgpu::{Device, Features};
 
-use super::Frame;
+use super::frame::Frame;
 
 /// Bytes of the struct `Frame` of shaders.
 pub(super) const BYTES: u32 = 16;
@@ -18,12 +18,12 @@ impl FrameConstants {
         Self([reset, true].map(|reset| bytemuck::cast(words(reset).map(u32::to_le))))
     }
 
-    pub(super) fn bytes(&self, is_newborn: bool) -> &[u8] {
-        &self.0[usize::from(is_newborn)]
+    pub(super) fn bytes(&self, is_uninitialized: bool) -> &[u8] {
+        &self.0[usize::from(is_uninitialized)]
     }
 }
 
-/// Whether passes can be told of the frame by immediates.
+/// Whether passes can take the constants from immediates.
 pub(super) fn has_immediates(device: &Device) -> bool {
     device.features().contains(Features::IMMEDIATES) && device.limits().max_immediate_size >= BYTES
 }
