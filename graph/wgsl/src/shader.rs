@@ -22,9 +22,16 @@ impl Shader {
         Self::from_source(SourceFile::new(Text::Static(file), Text::Static(text)), Brought::Nothing)
     }
 
-    /// A file that was read, with the library of the files beside it.
-    pub fn of_file(file: String, text: String, library: Library) -> Self {
-        Self::from_source(SourceFile::new(file.into(), text.into()), Brought::Owned(Box::new(library)))
+    /// A file that is read when the program runs.
+    pub fn loaded(file: String, text: String) -> Self {
+        Self::from_source(SourceFile::new(file.into(), text.into()), Brought::Nothing)
+    }
+
+    /// The same file with a library that is read when the program runs.
+    #[must_use]
+    pub fn with_loaded_library(mut self, library: Library) -> Self {
+        self.source.brought = Brought::Owned(Box::new(library));
+        self
     }
 
     const fn from_source(file: SourceFile, brought: Brought) -> Self {

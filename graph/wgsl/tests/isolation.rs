@@ -1,9 +1,10 @@
 //! Files with unkind names and formatting in one module.
+#![allow(unreachable_pub, dead_code, reason = "the tests on a device use all of it")]
 
 mod hostile;
 
-use afterimage_wgsl::{Instance, Library, Linker, SampleMode, Shader, ShaderFeatures, validate};
-use hostile::pair;
+use afterimage_wgsl::{Instance, Linker, SampleMode, Shader, ShaderFeatures, validate};
+use hostile::{Kernel, pair};
 
 /// Pairs that the test links. `AFTERIMAGE_HOSTILE_PAIRS=20000 cargo test -p afterimage-wgsl --test isolation` links more.
 fn pairs() -> u64 {
@@ -15,16 +16,14 @@ fn pairs() -> u64 {
 fn files_with_unkind_names_become_one_valid_module() {
     for seed in 0..pairs() {
         let pair = pair(seed);
-        let [one, two] = ["one.wgsl", "two.wgsl"].map(|file| {
-            let (text, _) = &pair.hostile[usize::from(file == "two.wgsl")];
-            Shader::of_file(file.into(), text.clone(), Library::new(&[]))
-        });
+        let shader = |file: &str, kernel: &Kernel| Shader::loaded(file.into(), kernel.text.clone());
+        let (one, two) = (shader("one.wgsl", &pair.hostile[0]), shader("two.wgsl", &pair.hostile[1]));
         let mut linker = Linker::new(SampleMode::Sanitized, ShaderFeatures::default());
         let mut calls = String::new();
         for (index, shader) in [&one, &two].into_iter().enumerate() {
             shader.reflect().unwrap_or_else(|error| panic!("pair {seed} is not WGSL: {error}\n{}", shader.text()));
             let instance = linker.add(shader.source(), &[]).expect("it imports nothing");
-            let function = linker.name(instance, &pair.hostile[index].1);
+            let function = linker.name(instance, &pair.hostile[index].function);
             calls += &format!("    let kernel{} = {function}(kernel{index});\n", index + 1);
         }
         let code = format!(

@@ -6,7 +6,7 @@ use super::{Instance, Linked, Linker};
 use crate::{Library, SampleMode, Shader, ShaderFeatures, validate};
 
 fn shader(file: &str, text: &str) -> Shader {
-    Shader::of_file(file.into(), text.into(), Library::new(&[]))
+    Shader::loaded(file.into(), text.into())
 }
 
 fn linker<'a>() -> Linker<'a> {

@@ -4,12 +4,22 @@
 //! parameters and local variables have names of declarations. Tokens stand on one line or on many, with comments between them. The tame form
 //! of a pair computes the same with names that nothing else has.
 
-/// The two files of a pair, `one.wgsl` and `two.wgsl`, and the function of each.
+/// The two files of a pair, `one.wgsl` and `two.wgsl`.
 pub struct Pair {
-    /// Texts with unkind names.
-    pub hostile: [(String, String); 2],
-    /// Texts that compute the same with names of their own.
-    pub tame: [(String, String); 2],
+    /// Files with unkind names.
+    pub hostile: [Kernel; 2],
+    /// Files that compute the same with names of their own.
+    pub tame: [Kernel; 2],
+}
+
+/// A file with one kernel function.
+pub struct Kernel {
+    /// The text of the file.
+    pub text: String,
+    /// The name of the function.
+    pub function: String,
+    /// The name of its only argument.
+    pub argument: &'static str,
 }
 
 /// Names that declarations, members, parameters and local variables share.
@@ -25,7 +35,7 @@ const BUILTINS: [&str; 4] = ["max", "abs", "clamp", "length"];
 /// The pair of that number.
 pub fn pair(seed: u64) -> Pair {
     let files = ["one", "two"].map(|stem| File::new(stem, seed));
-    Pair { hostile: [files[0].text(true), files[1].text(true)], tame: [files[0].text(false), files[1].text(false)] }
+    Pair { hostile: [files[0].kernel(true), files[1].kernel(true)], tame: [files[0].kernel(false), files[1].kernel(false)] }
 }
 
 /// Numbers that look random (Knuth's MMIX constants).
@@ -74,8 +84,7 @@ impl File {
         Self { stem, seed, top, members, locals, builtin }
     }
 
-    /// The text and the name of the kernel function.
-    fn text(&self, is_hostile: bool) -> (String, String) {
+    fn kernel(&self, is_hostile: bool) -> Kernel {
         let name = |name: &str, tame: String| if is_hostile { name.to_owned() } else { tame };
         let top: Vec<String> =
             self.top.iter().enumerate().map(|(at, top)| name(top, format!("{}_top_{at}", self.stem))).collect();
@@ -100,12 +109,13 @@ impl File {
         }
         let [first, second] = [&members[0], &members[1]];
         add(&format!("struct {} {{ {first} : f32 , {second} : vec4f , }}", top[4]));
-        add(&format!("fn {} ( {} : vec4f ) -> vec4f {{", top[5], self.argument(is_hostile)));
         let argument = self.argument(is_hostile);
+        add(&format!("fn {} ( {argument} : vec4f ) -> vec4f {{", top[5]));
         add(&format!("var it = {} ( 0.5 , {argument} ) ; it . {second} = {} ( it . {second} ) ;", top[4], top[2]));
         add(&format!("for ( var i = 0 ; i < 2 ; i ++ ) {{ it . {second} += {} ( it . {second} * it . {first} ) ; }}", top[3]));
         add(&format!("return it . {second} ; }}"));
-        (if is_hostile { self.scattered(&words) } else { words.join(" ") }, top[5].clone())
+        let text = if is_hostile { self.scattered(&words) } else { words.join(" ") };
+        Kernel { text, function: top[5].clone(), argument }
     }
 
     /// The kernel's argument is the port `source`, unless a declaration that it uses has that name.
