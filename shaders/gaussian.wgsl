@@ -23,7 +23,13 @@ fn gaussian_pair(source: texture_2d<f32>, at: Point, distance: i32, params: Gaus
 }
 
 // Both taps at a distance between texel centres, where the sampler weights two texels in one read.
-fn gaussian_tap_pair(source: texture_2d<f32>, source_sampler: sampler, at: Point, distance: f32, params: Gaussian) -> vec4f {
+fn gaussian_tap_pair(
+    source: texture_2d<f32>,
+    source_sampler: sampler,
+    at: Point,
+    distance: f32,
+    params: Gaussian,
+) -> vec4f {
     let offset = distance * vec2f(params.axis) / vec2f(textureDimensions(source));
     return tap(source, source_sampler, at.uv - offset) + tap(source, source_sampler, at.uv + offset);
 }

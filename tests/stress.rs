@@ -71,7 +71,8 @@ fn half_floats_and_subgroups_have_no_faults() {
         "MeanLuminance",
         "LogGaussian",
     ];
-    let tables: Vec<NodeKind> = summing.iter().map(|name| registry.get(name).expect("a built-in kind")).collect();
+    let tables: Vec<NodeKind> =
+        summing.iter().map(|name| registry.get(name).expect("a built-in kind").clone()).collect();
     let options = Options { half: true, subgroups: true, ..Options::default() };
     let report = stressed(&[&tables], &StressOptions { options, ..quick() });
     assert!(report.cases() > 1000, "only {} cases", report.cases());
@@ -82,7 +83,7 @@ fn half_floats_and_subgroups_have_no_faults() {
 fn every_planted_fault_is_found() {
     let mut missed = Vec::new();
     for planted in planted::ALL {
-        let report = stressed(&[&[planted.kind]], &quick());
+        let report = stressed(&[std::slice::from_ref(&planted.kind)], &quick());
         let found = |failed: &&afterimage_lab::stress::Failed| {
             failed.case == planted.case && failed.why.contains(planted.verdict)
         };
@@ -99,7 +100,7 @@ fn without_sanitizing_bad_values_spread_in_space_and_time() {
     let of = |name: &str, case: &str, unsanitized: bool| {
         let kind = registry.get(name).expect("a built-in kind");
         let choice = StressOptions { case: Some(case.into()), defaults: true, unsanitized, ..quick() };
-        stress(&gpu(), &registry, &kinds(&registry, &[&[kind]]), &choice, &())
+        stress(&gpu(), &registry, &kinds(&registry, &[std::slice::from_ref(kind)]), &choice, &())
     };
     for (kind, case, verdict) in [
         ("Gaussian", "nan", "not finite"),
@@ -118,7 +119,7 @@ fn without_sanitizing_bad_values_spread_in_space_and_time() {
 #[test]
 fn a_failed_case_comes_with_the_command_that_shows_it_again() {
     let planted = planted::ALL.iter().find(|planted| planted.kind.name() == "KneeOfNothing").expect("a planted fault");
-    let report = stressed(&[&[planted.kind]], &quick());
+    let report = stressed(&[std::slice::from_ref(&planted.kind)], &quick());
     let failed =
         report.failures().find(|failed| failed.command.contains("--set")).expect("it fails at an end of its domain");
     assert_eq!(

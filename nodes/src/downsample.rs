@@ -105,8 +105,8 @@ impl Downsample {
 impl Node for Downsample {
     const INPUTS: &'static [Input] = &[Input::image("source", "The image to downsample.")];
     const OUTPUTS: &'static [Output] = &[
-        Output::new("result", PortType::Pyramid, OutputState::Same("source"), "The levels, finest first."),
-        Output::image("coarsest", OutputState::Same("source"), "The coarsest level: a small image for wide blurs."),
+        Output::new("result", PortType::Pyramid, OutputState::same("source"), "The levels, finest first."),
+        Output::image("coarsest", OutputState::same("source"), "The coarsest level: a small image for wide blurs."),
     ];
     const FALLBACK: Fallback = Fallback::Zero;
 

@@ -133,8 +133,8 @@ impl Node for Gaussian {
         ColorState::DisplayLinear,
         ColorState::Data,
     ])];
-    const OUTPUTS: &'static [Output] = &[Output::image("result", OutputState::Same("source"), "The blurred image.")];
-    const FALLBACK: Fallback = Fallback::Input("source");
+    const OUTPUTS: &'static [Output] = &[Output::image("result", OutputState::same("source"), "The blurred image.")];
+    const FALLBACK: Fallback = Fallback::input("source");
 
     fn identity(&self, arrivals: &Arrivals) -> Option<Fallback> {
         (arrivals.is_zero("source") || self.blur().changes_nothing()).then_some(Self::FALLBACK)
@@ -151,8 +151,8 @@ impl Node for Gaussian {
 impl Node for GaussianPyramid {
     const INPUTS: &'static [Input] = &[Input::new("source", PortType::Pyramid, "The levels to blur.")];
     const OUTPUTS: &'static [Output] =
-        &[Output::new("result", PortType::Pyramid, OutputState::Same("source"), "The blurred levels, finest first.")];
-    const FALLBACK: Fallback = Fallback::Input("source");
+        &[Output::new("result", PortType::Pyramid, OutputState::same("source"), "The blurred levels, finest first.")];
+    const FALLBACK: Fallback = Fallback::input("source");
 
     fn identity(&self, arrivals: &Arrivals) -> Option<Fallback> {
         (arrivals.is_zero("source") || self.blur().changes_nothing()).then_some(Self::FALLBACK)

@@ -59,8 +59,8 @@ impl Node for LocalToneMap {
             .optional(),
     ];
     const OUTPUTS: &'static [Output] =
-        &[Output::image("result", OutputState::Same("source"), "The image with compressed local contrast.")];
-    const FALLBACK: Fallback = Fallback::Input("source");
+        &[Output::image("result", OutputState::same("source"), "The image with compressed local contrast.")];
+    const FALLBACK: Fallback = Fallback::input("source");
 
     fn verify(&self) -> Result<(), String> {
         if self.lo < self.hi { Ok(()) } else { Err("`hi` must be above `lo`".into()) }

@@ -102,8 +102,8 @@ pub(crate) const INPUTS: &[Input] = &[
 impl Node for Purkinje {
     const INPUTS: &'static [Input] = INPUTS;
     const OUTPUTS: &'static [Output] =
-        &[Output::image("result", OutputState::Same("source"), "The image as seen in dim light.")];
-    const FALLBACK: Fallback = Fallback::Input("source");
+        &[Output::image("result", OutputState::same("source"), "The image as seen in dim light.")];
+    const FALLBACK: Fallback = Fallback::input("source");
 
     fn identity(&self, arrivals: &Arrivals) -> Option<Fallback> {
         has_no_effect(self.strength, self.illuminance, arrivals).then_some(Self::FALLBACK)

@@ -155,7 +155,7 @@ impl Node for ToneMap {
         OutputState::Always(ColorState::DisplayLinear),
         "Display-linear light, 0 to `peak`.",
     )];
-    const FALLBACK: Fallback = Fallback::Input("source");
+    const FALLBACK: Fallback = Fallback::input("source");
 
     fn verify(&self) -> Result<(), String> {
         if self.curve.has_own_space() && self.space != WorkingSpace::Rec709 {

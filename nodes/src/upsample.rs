@@ -86,7 +86,7 @@ impl Upsample {
 impl Node for Upsample {
     const INPUTS: &'static [Input] = &[Input::new("source", PortType::Pyramid, "The levels to combine.")];
     const OUTPUTS: &'static [Output] =
-        &[Output::image("result", OutputState::Same("source"), "One image of the size of the finest level.")];
+        &[Output::image("result", OutputState::same("source"), "One image of the size of the finest level.")];
     const FALLBACK: Fallback = Fallback::Zero;
 
     fn identity(&self, arrivals: &Arrivals) -> Option<Fallback> {

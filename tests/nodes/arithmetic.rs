@@ -2,7 +2,7 @@
 
 use afterimage_graph::check::Graph;
 use afterimage_graph::image::Size;
-use afterimage_plan::{Options, Tiles};
+use afterimage_plan::{Options, When};
 
 use super::probes::{pipeline, scene};
 use crate::support::gpu::{Picture, Run, shipped};
@@ -35,7 +35,7 @@ fn both(graph: &Graph, picture: &Picture, options: Options, switched: Options) -
 }
 
 /// The same without and with half floats, wherever a kernel has a form for a device with tiles.
-fn whole_and_half(nodes: &str, picture: &Picture, tile: Tiles) -> [Picture; 2] {
+fn whole_and_half(nodes: &str, picture: &Picture, tile: When) -> [Picture; 2] {
     let whole = Options { tile, ..Options::default() };
     both(&pipeline("", nodes), picture, whole, Options { half: true, ..whole })
 }
@@ -88,7 +88,7 @@ fn sums() -> Vec<(String, f32)> {
 fn sums_in_half_floats_are_off_by_two_of_their_last_digits() {
     for (nodes, sums) in sums() {
         let mut any = 0.0_f32;
-        for tile in [Tiles::Never, Tiles::Always] {
+        for tile in [When::Never, When::Always] {
             for (width, height) in [(64, 64), (37, 23), (5, 3), (1, 1)] {
                 let off = difference(&whole_and_half(&nodes, &light(width, height), tile), 8);
                 assert!(off <= sums * 2.0 / 1024.0, "{nodes} at {width}x{height}, {tile:?}: off by {off}");
@@ -105,7 +105,7 @@ fn constants_stay_in_half_floats() {
     for (nodes, _) in sums() {
         for value in [0.0, 0.02, 1.0, 1000.0, 60000.0, LARGEST] {
             let picture = Picture::new(37, 23, |_, _| [value, 0.5 * value, 0.0, 1.0]);
-            let [_, half] = whole_and_half(&nodes, &picture, Tiles::WhereItPays);
+            let [_, half] = whole_and_half(&nodes, &picture, When::WhereItPays);
             let off = difference(&[Picture::new(half.width, half.height, |_, _| picture.at(0, 0)), half], 0);
             assert!(off <= 1.5 / 1024.0, "{nodes} of {value}: off by {off}");
         }

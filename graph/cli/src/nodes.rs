@@ -26,8 +26,8 @@ pub(crate) fn run(args: &NodesArgs, tables: &[&[NodeKind]]) -> Result<(), Failur
     Ok(())
 }
 
-fn find(registry: &Registry, name: &str) -> Result<NodeKind, Failure> {
-    let by_letters = |kind: &NodeKind| kind.name().eq_ignore_ascii_case(name);
+fn find<'r>(registry: &'r Registry, name: &str) -> Result<&'r NodeKind, Failure> {
+    let by_letters = |kind: &&NodeKind| kind.name().eq_ignore_ascii_case(name);
     registry.get(name).or_else(|| registry.iter().find(by_letters)).ok_or_else(|| {
         let failure = Failure::user(format!("no node kind is called `{name}`"));
         failure.hint(did_you_mean(name, registry.names()).unwrap_or_else(|| "`afterimage nodes` lists them all".into()))
@@ -44,7 +44,7 @@ fn list(registry: &Registry) -> String {
     text + "\n`afterimage nodes KIND` explains one.\n"
 }
 
-fn page(kind: NodeKind) -> String {
+fn page(kind: &NodeKind) -> String {
     let mut text = format!("{NAME}{}{NAME:#}\n\n{}\n", kind.name(), paragraph(kind.doc()));
     let _ = writeln!(text, "{HEADING}Inputs{HEADING:#}");
     if kind.inputs().is_empty() {
@@ -81,11 +81,11 @@ fn states(states: &[ColorState]) -> String {
 
 fn input(port: &Input) -> String {
     let optional = if port.optional { ", optional" } else { "" };
-    format!("  {NAME}{}{NAME:#}: {}{}{optional}\n      {}\n", port.name, port.ty.name(), states(port.states), port.doc)
+    format!("  {NAME}{}{NAME:#}: {}{}{optional}\n      {}\n", port.name, port.ty.name(), states(&port.states), port.doc)
 }
 
 fn output(port: &Output) -> String {
-    let state = match port.gives {
+    let state = match &port.state {
         OutputState::Always(state) => format!(" ({})", state.name()),
         OutputState::Same(input) => format!(" (in the state of `{input}`)"),
         OutputState::Nothing => String::new(),

@@ -105,7 +105,7 @@ fn one_kind(registry: &Registry, name: &str) -> Result<Vec<Subject>, Failure> {
         let hint = did_you_mean(name, registry.names()).unwrap_or_else(|| "`afterimage nodes` lists them all".into());
         Failure::user(format!("no node kind is called `{name}`")).hint(hint)
     })?;
-    match stress::kinds(registry, &[&[kind]]) {
+    match stress::kinds(registry, &[std::slice::from_ref(kind)]) {
         subjects if subjects.is_empty() => Err(Failure::user(format!(
             "the inputs of `{name}` cannot all be made from images, so it cannot run on its own"
         ))),

@@ -1,12 +1,12 @@
-//! Plan to pixels: the only user of wgpu.
+//! Plan to pixels: the API for hosts, and the only crate of the framework that uses wgpu.
 //!
-//! [`Session`] is the runtime of programs without a renderer: a device, plans, uploads and read-back. [`Clock`] measures
-//! frames.
-//!
-//! [`Gpu::open`] gives programs without a renderer a device; a renderer brings its own to [`Executor::new`].
-//! [`Executor::load`] takes a [`Plan`](afterimage_plan::Plan), and [`Executor::encode`] records a frame of it into the
-//! host's encoder. While it renders, [`Executor::prepare`] compiles another plan, which [`Executor::swap`] puts in
+//! A host with its own renderer creates an [`Executor`] on its own device. [`Executor::load`] makes the textures and
+//! pipelines of a [`Plan`](afterimage_plan::Plan), and [`Executor::encode`] records a frame of it into the host's
+//! encoder. While the plan renders, [`Executor::prepare`] compiles another one, and [`Executor::swap`] exchanges them
 //! between two frames.
+//!
+//! A program without a renderer opens a device with [`Gpu::open`], or uses a [`Session`], which adds plans, uploads and
+//! read-back. [`Clock`] measures frames.
 
 mod cache;
 mod clock;

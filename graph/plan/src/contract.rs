@@ -3,9 +3,7 @@
 use std::collections::BTreeSet;
 
 use afterimage_base::image::Format;
-use afterimage_graph::node::{
-    CellReduce, ImageId, NodeKind, Pass, PassKind, Recording, Resource, for_each_recording,
-};
+use afterimage_graph::node::{CellReduce, ImageId, NodeKind, Pass, PassKind, Recording, Resource, for_each_recording};
 use afterimage_wgsl::{SampleMode, ShaderFeatures};
 
 use crate::builder::copy_kernel;
@@ -20,7 +18,7 @@ use crate::fusion::{row_kernel, row_pass};
 pub fn contract(kinds: &[NodeKind]) -> Result<(), Vec<String>> {
     let mut complaints = afterimage_graph::node::contract(kinds).err().unwrap_or_default();
     for kind in kinds {
-        for complaint in of_modules(*kind) {
+        for complaint in of_modules(kind) {
             let complaint = format!("`{}`: {complaint}", kind.name());
             if !complaints.contains(&complaint) {
                 complaints.push(complaint);
@@ -30,7 +28,7 @@ pub fn contract(kinds: &[NodeKind]) -> Result<(), Vec<String>> {
     if complaints.is_empty() { Ok(()) } else { Err(complaints) }
 }
 
-fn of_modules(kind: NodeKind) -> Vec<String> {
+fn of_modules(kind: &NodeKind) -> Vec<String> {
     let (mut shapes, mut modules, mut complaints) = (BTreeSet::new(), BTreeSet::new(), Vec::new());
     for_each_recording(kind, &mut |recording| {
         for pass in &recording.passes {
@@ -52,7 +50,7 @@ fn shape(pass: &Pass, recording: &Recording) -> String {
             Resource::Buffer(_) => None,
         })
         .collect();
-    let calls: Vec<_> = pass.kernels.iter().map(|kernel| (kernel.shader, kernel.function, &kernel.args)).collect();
+    let calls: Vec<_> = pass.kernels.iter().map(|kernel| (&kernel.shader, &kernel.function, &kernel.args)).collect();
     format!("{calls:?} {:?} {formats:?}", pass.kind)
 }
 

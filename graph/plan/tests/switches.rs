@@ -13,7 +13,7 @@ fn both() -> Options {
 /// The source of every pass, as the device gets it.
 fn sources(plan: &Plan) -> Vec<String> {
     let composed = |pass| plan.compose(pass).unwrap_or_else(|error| panic!("{error}")).source;
-    (0..plan.recording.passes.len()).map(composed).collect()
+    (0..plan.passes.len()).map(composed).collect()
 }
 
 /// A device with every feature.

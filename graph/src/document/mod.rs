@@ -36,6 +36,7 @@ mod misfits;
 mod parser;
 mod quotes;
 mod read;
+mod renamed;
 mod shape;
 mod syntax;
 mod token;
@@ -53,6 +54,7 @@ use parser::Parsed;
 pub use entries::{Document, InputEntry, NodeEntry, Override, Tier};
 pub(crate) use parser::read as read_tree;
 pub(crate) use read::{doubled, settings};
+pub(crate) use renamed::{present_name, renamed};
 pub(crate) use tree::{Field, Group, Item, Tree};
 
 /// A file longer than this is not read: a pipeline of a thousand nodes has a tenth of it.

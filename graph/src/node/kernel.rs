@@ -1,5 +1,6 @@
 //! A kernel in a pass: a function or a compute entry point, with what its arguments hold.
 
+use afterimage_base::Shared;
 use afterimage_wgsl::Shader;
 
 use super::resource::{BufferId, ImageId, Resource};
@@ -10,9 +11,9 @@ pub struct KernelCall {
     /// The node it works for.
     pub node: String,
     /// The module.
-    pub shader: &'static Shader,
+    pub shader: Shared<Shader>,
     /// The name of the function or of the entry point.
-    pub function: &'static str,
+    pub function: Shared<str>,
     /// The arguments of a function in order, or the bindings of an entry point.
     pub args: Vec<Argument>,
     /// Bytes of its `params`; empty if it has none.
@@ -116,12 +117,17 @@ pub struct ByCells {
 
 impl KernelCall {
     /// A call of a function without a uniform, promises or other forms.
-    pub fn function(node: &str, shader: &'static Shader, function: &'static str, args: &[(&str, Arg)]) -> Self {
+    pub fn function(
+        node: &str,
+        shader: impl Into<Shared<Shader>>,
+        function: impl Into<Shared<str>>,
+        args: &[(&str, Arg)],
+    ) -> Self {
         let argument = |(name, value): &(&str, Arg)| Argument { name: (*name).to_owned(), value: *value };
         Self {
             node: node.to_owned(),
-            shader,
-            function,
+            shader: shader.into(),
+            function: function.into(),
             args: args.iter().map(argument).collect(),
             uniform: Vec::new(),
             workgroups: None,

@@ -154,8 +154,8 @@ impl Pass {
     }
 
     /// The modules that it is made of.
-    pub fn shaders(&self) -> impl Iterator<Item = &'static Shader> + '_ {
-        self.kernels.iter().map(|kernel| kernel.shader)
+    pub fn shaders(&self) -> impl Iterator<Item = &Shader> + '_ {
+        self.kernels.iter().map(|kernel| &*kernel.shader)
     }
 
     /// Its override constants.

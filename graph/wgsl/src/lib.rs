@@ -10,7 +10,6 @@ mod module;
 mod reflect;
 mod sample_mode;
 mod shader;
-mod text;
 mod token;
 mod uniform;
 mod validate;

@@ -2,29 +2,30 @@
 
 use std::sync::OnceLock;
 
+use afterimage_base::Shared;
+
 use crate::error::ShaderError;
 use crate::module::Module;
-use crate::text::Text;
 
 /// One file of WGSL; it is parsed once.
 #[derive(Debug)]
 pub(crate) struct SourceFile {
-    name: Text,
-    text: Text,
+    name: Shared<str>,
+    text: Shared<str>,
     module: OnceLock<Result<Module, ShaderError>>,
 }
 
 impl SourceFile {
-    pub(crate) const fn new(name: Text, text: Text) -> Self {
+    pub(crate) const fn new(name: Shared<str>, text: Shared<str>) -> Self {
         Self { name, text, module: OnceLock::new() }
     }
 
     /// The name that errors show.
-    pub(crate) fn name(&self) -> &Text {
+    pub(crate) fn name(&self) -> &Shared<str> {
         &self.name
     }
 
-    pub(crate) fn text(&self) -> &Text {
+    pub(crate) fn text(&self) -> &Shared<str> {
         &self.text
     }
 

@@ -2,12 +2,12 @@
 
 use std::sync::OnceLock;
 
+use afterimage_base::Shared;
 use afterimage_base::diagnostic::{Diagnostic, Diagnostics};
 
 use crate::error::ShaderError;
 use crate::library::{Brought, Library, Source, SourceFile};
 use crate::reflect::{Reflection, reflect};
-use crate::text::Text;
 
 /// One file of WGSL, with the library that it may import beside the framework's.
 pub struct Shader {
@@ -19,7 +19,7 @@ pub struct Shader {
 impl Shader {
     /// A file with the name that errors show.
     pub const fn new(file: &'static str, text: &'static str) -> Self {
-        Self::from_source(SourceFile::new(Text::Static(file), Text::Static(text)), Brought::Nothing)
+        Self::from_source(SourceFile::new(Shared::of(file), Shared::of(text)), Brought::Nothing)
     }
 
     /// A file that is read when the program runs.
@@ -68,6 +68,11 @@ impl Shader {
     /// The file's name.
     pub fn file(&self) -> &str {
         self.source.file.name()
+    }
+
+    /// A handle to the file's name.
+    pub fn file_handle(&self) -> Shared<str> {
+        self.source.file.name().clone()
     }
 
     /// The text of the file.

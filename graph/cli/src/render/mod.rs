@@ -231,7 +231,7 @@ fn time_passes(session: &mut Session, jobs: &[Job]) -> Result<Vec<(String, f64)>
     let Some(first) = jobs.first() else { return Ok(Vec::new()) };
     let images = feed(session, &read_job(first)?)?;
     let times = session.pass_times_once(&images, FrameStep::FIRST)?;
-    let passes = session.plan().recording.passes.iter();
+    let passes = session.plan().work();
     Ok(passes.map(|pass| pass.label.clone()).zip(times).collect())
 }
 

@@ -5,12 +5,12 @@ use afterimage_plan::codegen::SlotKind;
 use afterimage_plan::{PlanOutput, Stage};
 use wgpu::{BindGroup, BindGroupEntry, BindingResource, TextureView};
 
+use super::Executor;
 use super::explicit_transitions::explicit_transitions;
+use super::frame::Frame;
 use super::host_images::{Formats, check_apart, check_input, check_names, check_output, must_be_drawn};
 use super::loaded::{HostSet, ImageBinding, Loaded, Run, planned_attachment};
 use super::prepare::order;
-use super::Executor;
-use super::frame::Frame;
 use crate::GpuError;
 use crate::layout::bound_slots;
 use crate::pipelines::{Built, watched};

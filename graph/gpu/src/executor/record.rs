@@ -90,7 +90,11 @@ fn record_dispatches(
 
 /// Before a draw there is no compute pass in which to record transitions. From the state `RESOURCE` a barrier waits for
 /// all shaders before.
-fn transition_for_draw(explicit_transitions: &[Vec<ExplicitTransition>], ring_index: usize, encoder: &mut CommandEncoder) {
+fn transition_for_draw(
+    explicit_transitions: &[Vec<ExplicitTransition>],
+    ring_index: usize,
+    encoder: &mut CommandEncoder,
+) {
     let Some(explicit_transitions) = explicit_transitions.get(ring_index) else { return };
     let new = explicit_transitions.iter().filter(|transition| transition.state != wgpu::TextureUses::RESOURCE);
     let textures = new.map(|transition| wgpu::TextureTransition {

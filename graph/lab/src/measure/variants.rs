@@ -198,7 +198,7 @@ fn node_changes(from: &GraphNode, to: &GraphNode) -> Vec<String> {
         all.extend(value.map(|value| format!("{:?}: {value}", format!("{}.{name}", to.name))));
     };
     for ((before, after), param) in from.values.iter().zip(&to.values).zip(to.kind.params()) {
-        set(param.name, (before != after).then(|| after.to_string()));
+        set(&param.name, (before != after).then(|| after.to_string()));
     }
     if from.when != to.when {
         set("when", to.when.as_ref().map(|when| format!("{:?}", when.to_string())));

@@ -132,7 +132,7 @@ pub fn conditioning(
 }
 
 /// Whether there are optional inputs, all of them values.
-fn has_only_optional_values(kind: NodeKind) -> bool {
+fn has_only_optional_values(kind: &NodeKind) -> bool {
     let mut optional = kind.inputs().iter().filter(|port| port.optional).peekable();
     optional.peek().is_some() && optional.all(|port| port.ty == PortType::Value)
 }

@@ -56,7 +56,7 @@ params! {
 
 impl Node for ProbeLevel {
     const INPUTS: &'static [Input] = &[Input::new("pyramid", PortType::Pyramid, "The pyramid.")];
-    const OUTPUTS: &'static [Output] = &[Output::image("result", OutputState::Same("pyramid"), "The level.")];
+    const OUTPUTS: &'static [Output] = &[Output::image("result", OutputState::same("pyramid"), "The level.")];
     const FALLBACK: Fallback = Fallback::Zero;
 
     fn record(&self, pass: &mut Recorder<'_>) {

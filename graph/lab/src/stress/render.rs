@@ -127,7 +127,7 @@ impl Renderer {
         let (half, finite) = (configuration.half, configuration.unsanitized);
         let frame = |shot: &Shot| -> FrameInputs {
             let image = |(name, image): &(String, _)| {
-                let image = self.image(*shot, size, plan.recording.image(*image).signed, half);
+                let image = self.image(*shot, size, plan.image(*image).signed, half);
                 InputImage { finite, ..image.named(name) }
             };
             let images = plan.inputs.iter().map(image).collect();
@@ -167,8 +167,7 @@ impl Configuration {
 
     /// Texels of all images that a frame of this size needs; 0 if it cannot be planned.
     pub(crate) fn texels(&mut self, subject: &Subject, graph: &Graph, size: Size) -> u64 {
-        self.plan(subject, graph, size)
-            .map_or(0, |plan| plan.recording.images.iter().map(|image| image.desc.size.texels()).sum())
+        self.plan(subject, graph, size).map_or(0, |plan| plan.images.iter().map(|image| image.desc.size.texels()).sum())
     }
 
     /// Whether frames depend on earlier frames.
@@ -219,7 +218,7 @@ fn outputs(plan: &Plan, graph: &Graph, texels: Vec<Texels>) -> Vec<OutputPixels>
 fn limit(plan: &Plan, graph: &Graph, source: Source) -> Option<f64> {
     let Source::Node { node, output, .. } = source else { return None };
     let node = &graph.nodes[node];
-    let gives = node.kind.outputs()[output].gives;
+    let gives = &node.kind.outputs()[output].state;
     let is_limited = matches!(gives, OutputState::Always(ColorState::DisplayLinear | ColorState::Encoded));
     let runs = !plan.skipped.iter().any(|skipped| skipped.node == node.name);
     let peak = node.kind.param("peak").map(|(index, _)| &node.values[index]);

@@ -33,12 +33,12 @@ pub(crate) struct Wires<'f> {
 }
 
 /// The pipeline that runs a kind on its own; `None` if no kind makes its inputs or reads its outputs.
-pub(crate) fn alone(registry: &Registry, kind: NodeKind, wires: Wires<'_>) -> Option<String> {
+pub(crate) fn alone(registry: &Registry, kind: &NodeKind, wires: Wires<'_>) -> Option<String> {
     let Wires { bare, signed, forced, file } = wires;
     let mut wiring = Wiring { registry, signed, inputs: String::new(), nodes: String::new(), outputs: String::new() };
     let mut fields = String::new();
     for port in kind.inputs().iter().filter(|port| !(bare && port.optional)) {
-        let wire = wiring.feed(port, port.name, 0)?;
+        let wire = wiring.feed(port, &port.name, 0)?;
         let _ = write!(fields, "{}: \"{wire}\", ", port.name);
     }
     for param in kind.params().iter().filter(|param| param.ty == afterimage_graph::value::Type::File) {
@@ -81,12 +81,12 @@ impl Wiring<'_> {
     }
 
     /// Adds outputs that show a port of the kind.
-    fn show(&mut self, port: &Output, kind: NodeKind, depth: usize) -> Option<()> {
+    fn show(&mut self, port: &Output, kind: &NodeKind, depth: usize) -> Option<()> {
         let wire = format!("{NODE}.{}", port.name);
-        self.show_wire(port, kind, &wire, port.name, depth)
+        self.show_wire(port, kind, &wire, &port.name, depth)
     }
 
-    fn show_wire(&mut self, port: &Output, kind: NodeKind, wire: &str, name: &str, depth: usize) -> Option<()> {
+    fn show_wire(&mut self, port: &Output, kind: &NodeKind, wire: &str, name: &str, depth: usize) -> Option<()> {
         match port.ty {
             PortType::Image => self.output(name, wire),
             PortType::Value => self.probe(name, &format!("ProbeValue(value: \"{wire}\")")),
@@ -102,7 +102,7 @@ impl Wiring<'_> {
     }
 
     /// The layout of a table is known to the two kinds that share it, so a kind that reads it shows its content.
-    fn read_table(&mut self, kind: NodeKind, wire: &str, name: &str, depth: usize) -> Option<()> {
+    fn read_table(&mut self, kind: &NodeKind, wire: &str, name: &str, depth: usize) -> Option<()> {
         let (reader, port) = reader(self.registry, kind)?;
         let node = format!("{name}-reader");
         let _ = writeln!(self.nodes, "        \"{node}\": {}({}: \"{wire}\"),", reader.name(), port.name);
@@ -137,28 +137,28 @@ fn input_type(state: ColorState) -> &'static str {
 }
 
 /// The kind that makes what a port accepts: the one that its documentation names, or the first.
-fn maker(registry: &Registry, port: &Input) -> Option<(NodeKind, &'static Output)> {
-    let gives = |kind: &NodeKind| kind.outputs().iter().find(|output| output.ty == port.ty);
-    let is_named = |kind: &NodeKind| port.doc.contains(kind.name());
-    let named = registry.iter().filter(is_named).find_map(|kind| Some((kind, gives(&kind)?)));
+fn maker<'r>(registry: &'r Registry, port: &Input) -> Option<(&'r NodeKind, &'r Output)> {
+    let gives = |kind: &'r NodeKind| kind.outputs().iter().find(|output| output.ty == port.ty);
+    let is_named = |kind: &&NodeKind| port.doc.contains(kind.name());
+    let named = registry.iter().filter(is_named).find_map(|kind| Some((kind, gives(kind)?)));
     named.or_else(|| {
         let from_images =
             |kind: &NodeKind| kind.inputs().iter().all(|input| input.optional || input.ty == PortType::Image);
         // Values come from metering kinds that follow other kinds; everything else is preferably made from images directly.
-        let is_preferred = |kind: &NodeKind| from_images(kind) != (port.ty == PortType::Value);
-        let makers = || registry.iter().filter(|kind| gives(kind).is_some_and(|output| is_main(*kind, output)));
+        let is_preferred = |kind: &&NodeKind| from_images(kind) != (port.ty == PortType::Value);
+        let makers = || registry.iter().filter(|kind| gives(kind).is_some_and(|output| is_main(kind, output)));
         let kind = makers().find(is_preferred).or_else(|| makers().next())?;
-        Some((kind, gives(&kind)?))
+        Some((kind, gives(kind)?))
     })
 }
 
-fn is_main(kind: NodeKind, output: &Output) -> bool {
-    kind.main_output() == output.name
+fn is_main(kind: &NodeKind, output: &Output) -> bool {
+    output.name == kind.main_output()
 }
 
 /// A kind that reads the tables of another kind, and the port for them.
-fn reader(registry: &Registry, maker: NodeKind) -> Option<(NodeKind, &'static Input)> {
-    let takes = |kind: NodeKind| {
+fn reader<'r>(registry: &'r Registry, maker: &NodeKind) -> Option<(&'r NodeKind, &'r Input)> {
+    let takes = |kind: &'r NodeKind| {
         kind.inputs().iter().find(|port| port.ty == PortType::Table && port.doc.contains(maker.name()))
     };
     registry.iter().find_map(|kind| Some((kind, takes(kind)?)))

@@ -14,9 +14,8 @@ pub(crate) fn aliasing(
     alias: Alias,
     batches: usize,
 ) -> Vec<Vec<AliasingBarrier>> {
-    let memory = |(at, image): (usize, &PlannedImage)| {
-        Some((image.lifetime?.first, at, extent(image, offsets[at], alias)?))
-    };
+    let memory =
+        |(at, image): (usize, &PlannedImage)| Some((image.lifetime?.first, at, extent(image, offsets[at], alias)?));
     let mut arrivals: Vec<(usize, usize, Range<u64>)> = images.iter().enumerate().filter_map(memory).collect();
     arrivals.sort_by_key(|(first, at, _)| (*first, *at));
     let mut owners = Owners::default();

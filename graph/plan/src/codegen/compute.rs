@@ -23,8 +23,8 @@ pub(super) fn compose_compute(code: &PassCode<'_>) -> Result<Composed, ShaderErr
             linker.make_immediate(instance, &global.name);
         }
     }
-    let workgroup = reflection.entry(kernel.function).map_or([1; 3], |entry| entry.workgroup);
-    let linked = linker.link(String::new(), &[(instance, kernel.function)])?;
+    let workgroup = reflection.entry(&kernel.function).map_or([1; 3], |entry| entry.workgroup);
+    let linked = linker.link(String::new(), &[(instance, &kernel.function)])?;
     Ok(code.composed(linked, Entry { slots, immediate, workgroup, names: &[] }))
 }
 

@@ -20,7 +20,7 @@ pub(super) fn compose_row_downsample(code: &PassCode<'_>, rows: &RowDownsample) 
         result,
         extent,
         state: writer.name(last, rows.state),
-        halve: writer.name(last, code.pass.kernels[last].function),
+        halve: writer.name(last, &code.pass.kernels[last].function),
     };
     writer.finish(&(function + &entry_point(rows, &names)), [ROW_INVOCATIONS, 1, 1], &["compute"])
 }

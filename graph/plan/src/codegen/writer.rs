@@ -113,7 +113,7 @@ impl<'c, 'a> FunctionWriter<'c, 'a> {
             .shader
             .reflect()
             .ok()
-            .and_then(|reflection| reflection.function(kernel.function))
+            .and_then(|reflection| reflection.function(&kernel.function))
             .map_or(&[], |function| &function.args);
         let args: Vec<String> = (0..kernel.args.len())
             .map(|position| {
@@ -121,7 +121,7 @@ impl<'c, 'a> FunctionWriter<'c, 'a> {
                 self.arg(index, kernel, kernel.args[position].value, is_volume)
             })
             .collect();
-        let function = self.name(index, kernel.function);
+        let function = self.name(index, &kernel.function);
         let _ = writeln!(self.body, "    let kernel{index} = {function}({});", args.join(", "));
     }
 
@@ -159,7 +159,7 @@ impl<'c, 'a> FunctionWriter<'c, 'a> {
 /// The type of a kernel's uniform.
 fn params_type(kernel: &KernelCall) -> &str {
     let reflection = kernel.shader.reflect().expect("a recorded kernel has a valid shader");
-    let function = reflection.function(kernel.function).expect("a recorded kernel has a known function");
+    let function = reflection.function(&kernel.function).expect("a recorded kernel has a known function");
     let params = function.args.iter().find_map(|(name, ty)| match ty {
         ArgType::Struct(ty) if name == "params" => Some(ty),
         _ => None,

@@ -8,9 +8,7 @@ use crate::builder::PlanBuilder;
 use crate::plan::SharedRead;
 use afterimage_base::caps::Caps;
 use afterimage_base::image::Size;
-use afterimage_graph::node::{
-    Arg, ByCells, CellReduce, ImageId, KernelCall, Pass, PassKind, Recording, Resource,
-};
+use afterimage_graph::node::{Arg, ByCells, CellReduce, ImageId, KernelCall, Pass, PassKind, Recording, Resource};
 
 /// Cells of the finest lattice that a workgroup makes at most: with more, each has too few invocations to read rows of
 /// pixels.
@@ -101,8 +99,7 @@ fn lattices(forms: &[ByCells]) -> Option<([u32; 2], [u32; 2])> {
     let suits =
         |by: &ByCells| divide(finest, by.cells) && divide(by.cells, coarsest) && inside(by.cells) <= by.together;
     let cells = inside(finest);
-    let fits =
-        forms.iter().all(suits) && cells <= MOST_CELLS && CellReduce::MOST_INVOCATIONS.is_multiple_of(cells);
+    let fits = forms.iter().all(suits) && cells <= MOST_CELLS && CellReduce::MOST_INVOCATIONS.is_multiple_of(cells);
     fits.then_some((coarsest, finest))
 }
 

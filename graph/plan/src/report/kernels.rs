@@ -12,11 +12,11 @@ pub(super) struct KernelView<'a> {
     arguments: Vec<String>,
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     constants: BTreeMap<&'static str, f64>,
-    function: &'static str,
+    function: &'a str,
     #[serde(skip_serializing_if = "Option::is_none")]
     groups: Option<[u32; 3]>,
     node: &'a str,
-    shader: &'static str,
+    shader: &'a str,
 }
 
 impl<'a> KernelView<'a> {
@@ -29,7 +29,7 @@ impl<'a> KernelView<'a> {
         Self {
             arguments: kernel.args.iter().map(text).collect(),
             constants: kernel.constants.iter().copied().collect(),
-            function: kernel.function,
+            function: &kernel.function,
             groups: kernel.workgroups,
             node: &kernel.node,
             shader: kernel.shader.file(),

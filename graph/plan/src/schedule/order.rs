@@ -38,8 +38,7 @@ fn schedules(graph: &ScheduleGraph) -> Vec<Vec<Vec<usize>>> {
     let mut schedules = Vec::new();
     for _ in 0..ROUNDS {
         let before = orders.first().map(|(peak, _)| *peak);
-        let grouped: Vec<Vec<Vec<usize>>> =
-            orders.iter().map(|(peak, order)| within(graph, order, *peak)).collect();
+        let grouped: Vec<Vec<Vec<usize>>> = orders.iter().map(|(peak, order)| within(graph, order, *peak)).collect();
         orders = least(graph, grouped.iter().map(|schedule| schedule.concat()).collect());
         schedules.extend(grouped);
         if orders.first().map(|(peak, _)| *peak) >= before {

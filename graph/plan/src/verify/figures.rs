@@ -10,8 +10,7 @@ pub(super) fn check(walk: &Walk<'_>, faults: &mut Faults) {
     let memory = &walk.plan.memory;
     let images = || walk.plan.images.iter();
     let bytes = |image: &PlannedImage| Some(image.requirement?.bytes);
-    let wants: Vec<(usize, u64)> =
-        images().enumerate().filter_map(|(at, image)| Some((at, bytes(image)?))).collect();
+    let wants: Vec<(usize, u64)> = images().enumerate().filter_map(|(at, image)| Some((at, bytes(image)?))).collect();
     let all: u64 = wants.iter().map(|(_, bytes)| bytes).sum();
     let placed = images().filter_map(|image| Some(image.offset? + bytes(image)?)).max().unwrap_or(0);
     let mut figures = vec![
@@ -20,8 +19,7 @@ pub(super) fn check(walk: &Walk<'_>, faults: &mut Faults) {
         ("lower bound", memory.lower_bound, most_alive(walk, &wants)),
     ];
     if walk.plan.options.alias != Alias::None {
-        let textures: BTreeMap<u32, u64> =
-            images().filter_map(|image| Some((image.slot?, bytes(image)?))).collect();
+        let textures: BTreeMap<u32, u64> = images().filter_map(|image| Some((image.slot?, bytes(image)?))).collect();
         figures.push(("pooled", memory.pooled, textures.values().sum()));
     }
     for (name, stated, found) in figures.into_iter().filter(|(_, stated, found)| stated != found) {

@@ -4,13 +4,14 @@ use super::{Arrival, Recorder};
 use crate::node::kernel::{Arg, Argument, ByCells, KernelCall};
 use crate::node::pass::{Pass, PassKind};
 use crate::node::resource::{BufferId, ImageId, Resource};
+use afterimage_base::Shared;
 use afterimage_wgsl::{GlobalKind, Shader, UniformValue};
 
 /// A pass around a compute entry point that is being described.
 pub struct ComputePass<'r, 'a> {
     pub(super) recorder: &'r mut Recorder<'a>,
-    pub(super) shader: &'static Shader,
-    pub(super) entry: &'static str,
+    pub(super) shader: Shared<Shader>,
+    pub(super) entry: Shared<str>,
     pub(super) label: String,
     pub(super) bound: Vec<(&'static str, Resource)>,
     pub(super) set: Vec<(&'static str, UniformValue)>,
@@ -63,12 +64,12 @@ impl ComputePass<'_, '_> {
 
     /// Records the pass with this number of workgroups.
     pub fn dispatch(self, groups: [u32; 3]) {
-        let reflection = self.recorder.reflection(self.shader);
+        let reflection = self.recorder.reflection(&self.shader);
         let mut args = Vec::new();
         let mut uniform = Vec::new();
         for global in &reflection.globals {
             match &global.kind {
-                GlobalKind::Uniform(ty) => uniform = self.recorder.uniform(self.shader, ty, &self.set),
+                GlobalKind::Uniform(ty) => uniform = self.recorder.uniform(&self.shader, ty, &self.set),
                 kind => args.extend(self.resource(&global.name).map(|held| argument(&global.name, kind, held))),
             }
         }

@@ -4,16 +4,17 @@ use super::{Arrival, Recorder};
 use crate::node::kernel::{Arg, Argument, ByRows, KernelCall};
 use crate::node::pass::Pass;
 use crate::node::resource::ImageId;
+use afterimage_base::Shared;
 use afterimage_base::image::ImageDesc;
 use afterimage_wgsl::{ArgType, Function, Shader, UniformValue};
 
 /// A pass around one kernel function that is being described.
 pub struct FunctionPass<'r, 'a> {
     pub(super) recorder: &'r mut Recorder<'a>,
-    pub(super) shader: &'static Shader,
-    pub(super) function: &'static str,
+    pub(super) shader: Shared<Shader>,
+    pub(super) function: Shared<str>,
     pub(super) label: String,
-    pub(super) reads: Vec<(&'static str, ImageId)>,
+    pub(super) reads: Vec<(Shared<str>, ImageId)>,
     pub(super) set: Vec<(&'static str, UniformValue)>,
     pub(super) reach: Option<f32>,
     pub(super) promises: Vec<&'static str>,
@@ -28,8 +29,8 @@ impl FunctionPass<'_, '_> {
     }
 
     /// The image of an argument that is not an input's.
-    pub fn read(mut self, arg: &'static str, image: ImageId) -> Self {
-        self.reads.push((arg, image));
+    pub fn read(mut self, arg: impl Into<Shared<str>>, image: ImageId) -> Self {
+        self.reads.push((arg.into(), image));
         self
     }
 
@@ -70,26 +71,23 @@ impl FunctionPass<'_, '_> {
 
     /// Records the pass; the result goes to an image made before.
     pub fn write_to(self, result: ImageId) {
-        let function = self.recorder.reflection(self.shader).function(self.function);
+        let function = self.recorder.reflection(&self.shader).function(&self.function);
         let function =
             function.unwrap_or_else(|| panic!("{:?} has no kernel function `{}`", self.shader, self.function));
-        let arg =
-            |(index, (name, _)): (usize, &(String, _))| Argument { name: name.clone(), value: self.arg(function, index) };
+        let arg = |(index, (name, _)): (usize, &(String, _))| Argument {
+            name: name.clone(),
+            value: self.arg(function, index),
+        };
         let args = function.args.iter().enumerate().map(arg).collect();
         let uniform = function.args.iter().find_map(|(name, ty)| match ty {
-            ArgType::Struct(ty) if name == "params" => Some(self.recorder.uniform(self.shader, ty, &self.set)),
+            ArgType::Struct(ty) if name == "params" => Some(self.recorder.uniform(&self.shader, ty, &self.set)),
             _ => None,
         });
-        let node = self.recorder.node;
-        let kernel = KernelCall {
-            args,
-            uniform: uniform.unwrap_or_default(),
-            reach: self.reach,
-            promises: self.promises,
-            by_rows: self.by_rows,
-            ..KernelCall::function(node, self.shader, self.function, &[])
-        };
-        self.recorder.push(Pass::of_functions(vec![node.to_owned()], self.label, vec![kernel], result));
+        let (node, uniform) = (self.recorder.node, uniform.unwrap_or_default());
+        let Self { recorder, shader, function, label, reach, promises, by_rows, .. } = self;
+        let call = KernelCall::function(node, shader, function, &[]);
+        let kernel = KernelCall { args, uniform, reach, promises, by_rows, ..call };
+        recorder.push(Pass::of_functions(vec![node.to_owned()], label, vec![kernel], result));
     }
 
     fn arg(&self, function: &Function, index: usize) -> Arg {

@@ -1,7 +1,8 @@
 //! Which byte of which file each byte of a linked module came from.
 
+use afterimage_base::Shared;
+
 use crate::error::position;
-use crate::text::Text;
 
 /// The name of the file that generated text belongs to.
 pub(crate) const GENERATED: &str = "(generated)";
@@ -32,12 +33,12 @@ struct Segment {
 /// Which byte of which file each byte of a linked module came from.
 #[derive(Clone, Debug, Default)]
 pub struct SourceMap {
-    files: Vec<(Text, Text)>,
+    files: Vec<(Shared<str>, Shared<str>)>,
     segments: Vec<Segment>,
 }
 
 impl SourceMap {
-    pub(super) fn file(&mut self, name: &Text, text: &Text) {
+    pub(super) fn file(&mut self, name: &Shared<str>, text: &Shared<str>) {
         self.files.push((name.clone(), text.clone()));
     }
 

@@ -78,8 +78,7 @@ fn number(canvas: &mut Canvas, x: f64, y: f64, number: usize) {
 }
 
 fn transitions_hint(picture: &Picture<'_>, batch: &Batch) -> String {
-    let line =
-        |t: &Transition| format!("{}: {} to {}", picture.names.of(t.resource), t.from.name(), t.to.name());
+    let line = |t: &Transition| format!("{}: {} to {}", picture.names.of(t.resource), t.from.name(), t.to.name());
     batch.transitions.iter().map(line).collect::<Vec<String>>().join("\n")
 }
 
@@ -94,8 +93,7 @@ fn aliasing_hint(picture: &Picture<'_>, batch: &Batch) -> String {
 /// Bytes that each pass moves, as columns.
 pub(crate) fn moved(picture: &Picture<'_>, canvas: &mut Canvas, y: f64) {
     const HEIGHT: f64 = 44.0;
-    let moved: Vec<u64> =
-        (0..picture.plan.passes.len()).map(|pass| picture.plan.bytes_moved_by(pass)).collect();
+    let moved: Vec<u64> = (0..picture.plan.passes.len()).map(|pass| picture.plan.bytes_moved_by(pass)).collect();
     let most = moved.iter().copied().max().unwrap_or(0).max(1);
     heading(canvas, y + 12.0, "moved");
     heading(canvas, y + 25.0, &format!("up to {}", mebibytes(most)));
