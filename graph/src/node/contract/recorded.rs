@@ -46,7 +46,7 @@ pub(super) fn look(kind: &NodeKind, complaints: &mut Complaints, seen: &mut dyn 
     }
 }
 
-/// Values that the kind refuses, such as a file that is not there, and those at which something stands in for it never reach a recorder.
+/// Values that the kind refuses, such as a missing file, and those at which a fallback replaces it are not recorded.
 fn is_recorded(kind: &NodeKind, way: &Use<'_>) -> bool {
     let absent = kind.inputs().iter().filter(|port| port.optional && !way.is_fully_wired).map(|port| port.name.clone());
     let arrivals = Arrivals::new(Vec::new(), absent.collect());
@@ -178,7 +178,7 @@ fn writes_its_own(pass: &Pass, recorded: &Recorded, complaints: &mut Complaints)
     }
 }
 
-/// The file is called after a kind.
+/// The file is named after a kind.
 fn file_name(shader: &Shader, complaints: &mut Complaints) {
     let file = shader.file();
     let stem = stem(file);

@@ -1,4 +1,5 @@
-//! A node kind without Rust: a folder with a `node.ron` that declares it and a `.wgsl` that draws it.
+//! A node kind without Rust: a folder with a `node.ron` that declares it and a `.wgsl` file with its functions. Other
+//! `.wgsl` files of the folder are for imports.
 //!
 //! ```ron
 //! Kind(
@@ -21,16 +22,20 @@
 //! * `outputs` are of type `Image`. `state` is `Same("input")` or a color state, `function` the kernel function (the
 //!   kind's name in snake case, if it is left out), `size` one of `Same`, `Half`, `Double` (of the first image input, or
 //!   of the frame) and `Fixed(256, 256)`.
-//! * `parameters` are of type `Bool`, `Int`, `Float`, `Vector2`, `Vector3` or `Vector4`. Each needs `doc` and `default`,
-//!   numbers need `within`, and `usually`, `unit` and `neutral` are optional. They go by name into the struct of the
-//!   function's argument `params`.
-//! * `fallback` replaces the output of a node that is off: an input, `Zero` or `Absent`. It is the first image input, if
-//!   it is left out.
+//! * `parameters` are of type `Bool`, `Int`, `Float`, `Vector2`, `Vector3` or `Vector4`. Each needs `doc` and
+//!   `default`, numbers need `within`, and `usually`, `unit` and `neutral` are optional. They go by name into the
+//!   struct of the function's argument `params`.
+//! * `fallback` replaces the output of a node that is off: an input, `Zero` or `Absent`. It is the first image input,
+//!   if it is left out.
 
 mod agree;
+mod declaration;
+mod fields;
 mod read;
 
-use super::contract::contract;
+use declaration::{Declaration, SizeRule};
+
+use super::contract::{contract, snake, stem};
 use std::sync::Arc;
 
 use super::kind::{Arrivals, Kind, NodeKind};
@@ -39,29 +44,41 @@ use super::recorder::Recorder;
 use super::resource::ImageId;
 use crate::document;
 use afterimage_base::Shared;
-use afterimage_base::diagnostic::{Diagnostic, Diagnostics, Place, Sources, Spanned};
+use afterimage_base::diagnostic::{Diagnostic, Diagnostics, Sources};
 use afterimage_base::image::{ImageDesc, Size};
 use afterimage_base::value::{Param, Value};
-use afterimage_wgsl::{ArgType, Shader};
+use afterimage_wgsl::{ArgType, Library, Shader};
 
 /// Makes a node kind of the text of a `node.ron` and the text of its shader, each with its file's name in front.
 ///
 /// The kind and its texts are freed with the last handle. It has passed the [`contract`] of node kinds.
 ///
 /// # Errors
-/// All mistakes of both files, each at its place.
+/// All errors of both files, each at its location.
 pub fn folder_kind(declaration: (&str, &str), shader: (&str, &str)) -> Result<NodeKind, Diagnostics> {
-    let [declaration, shader] = [declaration, shader].map(|(file, text)| (file, document::without_mark(text)));
+    folder_kind_of(declaration, &[shader])
+}
+
+/// The same for a folder with several `.wgsl` files. The one with the kind's name in snake case is its shader; that one and the others may
+/// import the others.
+///
+/// # Errors
+/// All errors of the declaration and the shader, each at its location; no file with the kind's name.
+pub fn folder_kind_of(declaration: (&str, &str), files: &[(&str, &str)]) -> Result<NodeKind, Diagnostics> {
+    let without_mark = |(file, text): (&'_ str, &'_ str)| (file.to_owned(), document::without_mark(text).to_owned());
+    let (declaration, mut files) = (without_mark(declaration), files.iter().copied().map(without_mark).collect::<Vec<_>>());
     let mut sources = Sources::default();
-    let file = sources.insert(declaration.0, declaration.1);
-    sources.insert(shader.0, shader.1);
+    let file = sources.insert(&declaration.0, &declaration.1);
+    files.iter().for_each(|(file, text)| _ = sources.insert(file, text));
     let mut diagnostics = Diagnostics::new(sources);
-    let shader = Arc::new(Shader::loaded(shader.0.to_owned(), shader.1.to_owned()));
-    let parsed = document::read_tree(&file, declaration.1);
+    let parsed = document::read_tree(&file, &declaration.1);
     parsed.errors.into_iter().for_each(|error| diagnostics.push(error));
     let declared = read::declaration(parsed.tree, &mut diagnostics);
+    let Some(own) = shader_of(declared.as_ref(), &files, &mut diagnostics) else { return Err(diagnostics.sorted()) };
+    let (name, text) = files.remove(own);
+    let shader = Arc::new(Shader::loaded(name, text).with_loaded_library(Library::of_files(files)));
     match (shader.reflect(), &declared) {
-        // What was not understood in the declaration would look like a mistake in the shader.
+        // What was not understood in the declaration would look like an error in the shader.
         (Ok(reflection), Some(declared)) if !diagnostics.has_errors() => {
             agree::look(declared, &shader, reflection, &mut diagnostics);
         }
@@ -74,36 +91,39 @@ pub fn folder_kind(declaration: (&str, &str), shader: (&str, &str)) -> Result<No
     }
 }
 
+/// Which of the files is the kind's shader: the only one, or the one with its name.
+fn shader_of(
+    declared: Option<&Declaration>,
+    files: &[(String, String)],
+    diagnostics: &mut Diagnostics,
+) -> Option<usize> {
+    if files.len() == 1 {
+        return Some(0);
+    }
+    let name = &declared?.name;
+    let wanted = snake(&name.value);
+    let found = files.iter().position(|(file, _)| stem(file) == wanted);
+    if found.is_none() {
+        let message = format!("no file of the folder is called `{wanted}.wgsl`");
+        let help = "the shader of a kind has the kind's name in snake case; other files are for imports";
+        diagnostics.push(Diagnostic::error("file-name", message).at(&name.location, "").help(help));
+    }
+    found
+}
+
 /// The kind, if it keeps the contract of all kinds.
 fn contracted(
     declared: Declaration,
     shader: Arc<Shader>,
     mut diagnostics: Diagnostics,
 ) -> Result<NodeKind, Diagnostics> {
-    let place = declared.name.place.clone();
+    let location = declared.name.location.clone();
     let kind = NodeKind::new(Arc::new(FolderKind::new(declared, shader)));
     let Err(complaints) = contract(std::slice::from_ref(&kind)) else { return Ok(kind) };
     for complaint in complaints {
-        diagnostics.push(Diagnostic::error("contract", complaint).at(&place, ""));
+        diagnostics.push(Diagnostic::error("contract", complaint).at(&location, ""));
     }
     Err(diagnostics.sorted())
-}
-
-/// What a `node.ron` says, with the places that mistakes in the shader point back to.
-struct Declaration {
-    name: Spanned<String>,
-    doc: String,
-    inputs: Vec<(Input, Place)>,
-    outputs: Vec<DeclaredOutput>,
-    params: Vec<(Param, Place)>,
-    fallback: Fallback,
-}
-
-/// An output and how it is made.
-struct DeclaredOutput {
-    port: Output,
-    function: Spanned<String>,
-    size: SizeRule,
 }
 
 /// A kind that was read from a folder.
@@ -116,26 +136,6 @@ struct FolderKind {
     made: Vec<(Shared<str>, SizeRule)>,
     fallback: Fallback,
     shader: Arc<Shader>,
-}
-
-/// The size of an output.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum SizeRule {
-    Same,
-    Half,
-    Double,
-    Fixed(u32, u32),
-}
-
-impl SizeRule {
-    fn of(self, size: Size) -> Size {
-        match self {
-            Self::Same => size,
-            Self::Half => size.half(),
-            Self::Double => Size::new(size.width.saturating_mul(2), size.height.saturating_mul(2)),
-            Self::Fixed(width, height) => Size::new(width, height),
-        }
-    }
 }
 
 impl Kind for FolderKind {
