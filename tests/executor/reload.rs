@@ -207,7 +207,7 @@ static TORN: Shader = Shader::new("torn.wgsl", "fn torn(at: Point) -> vec4f { re
 /// The plan with a shader that does not compile in place of one of its functions.
 fn broken(plan: &Plan) -> Plan {
     let mut plan = plan.clone();
-    let functions = plan.passes.iter_mut().map(|planned| &mut planned.pass);
+    let mut functions = plan.passes.iter_mut().map(|planned| &mut planned.pass);
     let pass = functions.rfind(|pass| pass.function_result().is_some()).expect("the plan has functions");
     let result = pass.function_result().expect("it was found by it");
     let kernel = KernelCall::function("torn", &TORN, "torn", &[("at", Arg::Point)]);

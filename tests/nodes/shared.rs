@@ -85,7 +85,7 @@ fn joined_kernels_find_what_each_finds_alone() {
         for (width, height) in [(640, 360), (641, 359), (257, 3), (40, 23), (1, 1), (1, 40)] {
             let scene = scene(width, height);
             let [joined, alone] = plans(&player, nodes, &scene);
-            assert_eq!((cells(&joined).len(), reductions(&alone).len()), (1, 0), "{nodes}");
+            assert_eq!((reductions(&joined).len(), reductions(&alone).len()), (1, 0), "{nodes}");
             let [joined, alone] = [joined, alone].map(|plan| shown(&mut player, &plan, &scene));
             let (grid, around) = difference(&joined, &alone);
             assert!(grid == 0 && around <= 1, "{width}x{height} {nodes}: {grid} numbers differ, {around} units");
@@ -125,7 +125,7 @@ fn three_kernels_join_as_two_do() {
         run.options.fuse = fuse;
         run.plan(&player.gpu, &[("scene", &scene)])
     });
-    assert_eq!(cells(&joined).iter().map(|cells| cells.readers.len()).collect::<Vec<_>>(), [3]);
+    assert_eq!(reductions(&joined).iter().map(|pass| pass.kernels.len()).collect::<Vec<_>>(), [3]);
     let [joined, alone] = [joined, alone].map(|plan| {
         let shown = shown(&mut player, &plan, &scene);
         (shown, player.output("finer"))

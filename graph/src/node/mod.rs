@@ -17,7 +17,7 @@ pub use kernel::{Arg, Argument, ByCells, ByRows, KernelCall};
 pub use kind::{Arrivals, Kind, Node, NodeKind};
 pub use params::Params;
 pub use pass::{CellReduce, Pass, PassKind, PassResult, RowDownsample, TileStage, TiledChain};
-pub use ports::{Fallback, Input, Output, OutputState, PortType};
+pub use ports::{Fallback, Input, Output, OutputState, PortType, Signature};
 pub use recorder::{Arrival, ComputePass, FunctionPass, Recorder, RecorderContext, Recording};
 pub use registry::{DuplicateKind, Registry};
 pub use resource::{BufferId, BufferLife, ImageId, Origin, Resource, VirtualBuffer, VirtualImage};

@@ -178,9 +178,7 @@ impl Configuration {
     /// The session, with this graph.
     fn session(&mut self, subject: &Subject, graph: &Graph) -> &mut Session {
         let (gpu, options) = (&self.gpu, self.options);
-        let session =
-            self.session.get_or_insert_with(|| Session::new(gpu, graph.clone(), subject.facts.clone(), options));
-        session
+        self.session.get_or_insert_with(|| Session::new(gpu, graph.clone(), subject.facts.clone(), options))
     }
 
     fn plan(&mut self, subject: &Subject, graph: &Graph, size: Size) -> Result<std::sync::Arc<Plan>, String> {
