@@ -11,6 +11,8 @@ mod clock;
 mod executor;
 /// A few seconds of what `fuzz` runs for hours.
 mod fuzzing;
+/// Kinds with clashing names in one module.
+mod isolation;
 /// Time against error, and the search for the best of both.
 mod measure;
 /// The figures that `measure` gives, against published ones.

@@ -33,7 +33,7 @@ pub(crate) fn bound_slots(composed: &Composed, stage: Stage) -> impl Iterator<It
 
 /// Whether the shader filters texels itself, so that its sampler must not filter.
 pub(crate) fn by_hand(composed: &Composed) -> bool {
-    composed.reading != SampleMode::Plain
+    composed.sample_mode != SampleMode::Plain
 }
 
 fn entry(plan: &Plan, composed: &Composed, slot: Slot, stage: Stage) -> BindGroupLayoutEntry {

@@ -7,7 +7,7 @@ use afterimage_graph::node::{CellReduce, ImageId, NodeKind, Pass, PassKind, Reco
 use afterimage_wgsl::{SampleMode, ShaderFeatures};
 
 use crate::builder::copy_kernel;
-use crate::codegen::compose_pass;
+use crate::codegen::{CodeOptions, compose_pass};
 use crate::fusion::{row_kernel, row_pass};
 
 /// The contract of [`afterimage_graph::node::contract`], and beyond it: every pass becomes a valid module, in every way in
@@ -71,7 +71,7 @@ const WAYS: [(SampleMode, ShaderFeatures); 5] = [
 fn module(pass: &Pass, recording: &Recording, modules: &mut BTreeSet<String>, complaints: &mut Vec<String>) {
     let desc_of = |image: ImageId| recording.image(image).desc;
     for (reading, features) in WAYS {
-        let composed = compose_pass(pass, &desc_of, &|_| reading, features);
+        let composed = compose_pass(pass, &desc_of, &|_| reading, CodeOptions { features, immediates: features == RICH });
         match composed {
             Ok(composed) if modules.insert(composed.source.clone()) => {
                 if let Err(error) = composed.validate() {

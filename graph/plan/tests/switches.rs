@@ -12,7 +12,7 @@ fn both() -> Options {
 
 /// The source of every pass, as the device gets it.
 fn sources(plan: &Plan) -> Vec<String> {
-    let composed = |pass| plan.compose(pass).unwrap_or_else(|error| panic!("{error}")).source;
+    let composed = |pass| plan.compose(pass, false).unwrap_or_else(|error| panic!("{error}")).source;
     (0..plan.passes.len()).map(composed).collect()
 }
 

@@ -12,7 +12,7 @@ mod registry;
 mod resource;
 
 pub use contract::{contract, for_each_recording};
-pub use folder::folder_kind;
+pub use folder::{folder_kind, folder_kind_of};
 pub use kernel::{Arg, Argument, ByCells, ByRows, KernelCall};
 pub use kind::{Arrivals, Kind, Node, NodeKind};
 pub use params::Params;

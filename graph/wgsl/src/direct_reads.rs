@@ -5,17 +5,11 @@ use std::collections::BTreeSet;
 
 use naga::{Block, Expression, Function, Handle, Module, Statement};
 
-use crate::SourceMap;
-
-/// The functions and entry points of a file that load, sample or gather texels themselves, or call one of the file that
-/// does. `source` is the text of the module and `map` says which file each of its lines comes from.
-pub(crate) fn direct_reads(module: &Module, source: &str, map: &SourceMap, file: &str) -> Vec<String> {
-    let is_own = |function: &Function, read: Handle<Expression>| {
-        map.locate(function.expressions.get_span(read).location(source).line_number).0 == file
-    };
+/// The functions and entry points that load, sample or gather texels themselves, or call one that does; those of the library are not
+/// counted, nor what they read.
+pub(crate) fn direct_reads<'m>(module: &'m Module, is_of_library: &dyn Fn(Option<&String>) -> bool) -> Vec<&'m String> {
     let reads_itself = |function: &Function| {
-        let mut reads = function.expressions.iter().filter(|(_, expression)| is_read(expression));
-        reads.any(|(read, _)| is_own(function, read))
+        !is_of_library(function.name.as_ref()) && function.expressions.iter().any(|(_, expression)| is_read(expression))
     };
     let mut readers = BTreeSet::new();
     // A module declares functions before those that call them.
@@ -24,12 +18,12 @@ pub(crate) fn direct_reads(module: &Module, source: &str, map: &SourceMap, file:
             readers.insert(handle);
         }
     }
-    let functions = readers.iter().filter_map(|reader| module.functions[*reader].name.clone());
-    let entries = module
-        .entry_points
-        .iter()
-        .filter(|entry| reads_itself(&entry.function) || calls_any(&entry.function.body, &readers));
-    functions.chain(entries.map(|entry| entry.name.clone())).collect()
+    let functions = readers.iter().filter_map(|reader| module.functions[*reader].name.as_ref());
+    let entries = module.entry_points.iter().filter(|entry| {
+        let function = &entry.function;
+        function.expressions.iter().any(|(_, expression)| is_read(expression)) || calls_any(&function.body, &readers)
+    });
+    functions.chain(entries.map(|entry| &entry.name)).collect()
 }
 
 fn is_read(expression: &Expression) -> bool {

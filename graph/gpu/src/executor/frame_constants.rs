@@ -1,7 +1,6 @@
 //! The per-frame constants of shaders: time and number. They change in every frame, so where the device has immediates
 //! they are part of the commands; a buffer needs a copy of its own.
 
-use afterimage_plan::codegen::{Composed, SlotKind};
 use wgpu::{Device, Features};
 
 use super::frame::Frame;
@@ -27,17 +26,4 @@ impl FrameConstants {
 /// Whether passes can take the constants from immediates.
 pub(super) fn has_immediates(device: &Device) -> bool {
     device.features().contains(Features::IMMEDIATES) && device.limits().max_immediate_size >= BYTES
-}
-
-/// Makes a pass take the constants from immediates instead of a uniform buffer; whether it does now. A declaration in
-/// another form than the usual one keeps its buffer.
-pub(super) fn take_immediates(composed: &mut Composed) -> bool {
-    let Some(at) = composed.slots.iter().position(|slot| slot.kind == SlotKind::Frame) else { return false };
-    let declared = format!("@group(0) @binding({}) var<uniform> ", composed.slots[at].binding);
-    if composed.source.matches(&declared).count() != 1 {
-        return false;
-    }
-    composed.source = composed.source.replace(&declared, "var<immediate> ");
-    composed.slots.remove(at);
-    true
 }

@@ -11,7 +11,7 @@ use afterimage_plan::{Alias, HeapPlacement, PlacedPlan, Plan, Stage};
 use wgpu::util::DeviceExt as _;
 use wgpu::{Buffer, BufferUsages, Device, TextureFormat};
 
-use super::frame_constants::{self, take_immediates};
+use super::frame_constants;
 use super::loaded::{LoadedPass, planned_attachment};
 use crate::GpuError;
 use crate::heap::Placed;
@@ -161,10 +161,10 @@ struct UncompiledDispatch {
 
 impl UncompiledDispatch {
     fn new(plan: &Plan, index: usize, immediates: bool) -> Result<Self, GpuError> {
-        let mut composed = plan.compose(index).map_err(GpuError::Shader)?;
+        let composed = plan.compose(index, immediates).map_err(GpuError::Shader)?;
         let writes_image = plan.passes[index].pass.written_image();
-        let immediate = immediates && take_immediates(&mut composed);
-        Ok(Self { composed, workgroups: plan.passes[index].workgroups, writes_image, immediate })
+        let (immediate, workgroups) = (composed.immediate, plan.passes[index].workgroups);
+        Ok(Self { composed, workgroups, writes_image, immediate })
     }
 }
 
@@ -178,7 +178,6 @@ pub(super) fn order<'a>(
 ) -> Order<'a> {
     let stage = if attachment.is_some() { Stage::Fragment } else { Stage::Compute };
     let pass = &plan.passes[index].pass;
-    let constants = pass.constants().map(|(name, value)| (name, value.to_bits())).collect();
     let sample_modes = composed.slots.iter().map(|slot| match slot.kind {
         SlotKind::Texture(image) => format!("{:?}", plan.image(image).sample_mode),
         _ => String::new(),
@@ -188,7 +187,6 @@ pub(super) fn order<'a>(
         key: PipelineKey {
             source: composed.source.clone(),
             entry: composed.compute.clone(),
-            constants,
             attachment,
             layout: layout.join(","),
             checked: plan.options.bounds_checks || !composed.unchecked,

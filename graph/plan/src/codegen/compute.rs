@@ -1,88 +1,60 @@
-//! Compute entry points that their authors have written.
+//! A compute kernel that its author has written whole: its formats, overrides and bindings are set.
 
-use super::module::{Composed, Slot, SlotKind};
-use afterimage_base::image::Format;
-use afterimage_graph::node::{Arg, ImageId, KernelCall};
-use afterimage_wgsl::{GlobalKind, SampleMode, ShaderError, ShaderFeatures, Text};
+use afterimage_graph::node::{Arg, KernelCall};
+use afterimage_wgsl::{GlobalKind, Instance, Linker, ShaderError};
 
-/// A compute entry point, with the formats of its storage images set and its bindings resolved.
-pub(super) fn compose_compute(
-    call: &KernelCall,
-    format_of: &dyn Fn(ImageId) -> Format,
-    sample_mode_of: &dyn Fn(ImageId) -> SampleMode,
-    features: ShaderFeatures,
-) -> Result<Composed, ShaderError> {
-    let reflection = call.shader.reflect()?;
-    let Bound { slots, formats, reading } = Bound::new(call, format_of, sample_mode_of)?;
-    let mut text = Text::default().reading(reading, features)?;
-    text.module(&call.shader)?;
-    let source = formats.iter().fold(text.text, |source, (name, format)| set_storage_format(&source, name, *format));
-    let entry = reflection.entry(&call.function);
-    Ok(Composed {
-        source,
-        map: text.map,
-        compute: call.function.clone(),
-        fragment: None,
-        slots,
-        workgroup: entry.map_or([1; 3], |entry| entry.workgroup),
-        unchecked: call.shader.is_unchecked(),
-        reading,
-        zero_workgroup_memory: !call.shader.is_unchecked(),
-    })
-}
+use super::module::{Composed, Entry, PassCode, Slot, SlotKind};
 
-/// What the bindings of a compute entry point hold.
-pub(super) struct Bound {
-    pub(super) slots: Vec<Slot>,
-    /// The formats of the storage images, by the variables' names.
-    pub(super) formats: Vec<(String, Format)>,
-    /// How the textures must be read.
-    pub(super) reading: SampleMode,
-}
-
-impl Bound {
-    pub(super) fn new(
-        call: &KernelCall,
-        format_of: &dyn Fn(ImageId) -> Format,
-        sample_mode_of: &dyn Fn(ImageId) -> SampleMode,
-    ) -> Result<Self, ShaderError> {
-        let mut bound = Self { slots: Vec::new(), formats: Vec::new(), reading: SampleMode::default() };
-        let Self { slots, formats, reading } = &mut bound;
-        for global in &call.shader.reflect()?.globals {
-            let kind = match (&global.kind, call.arg(&global.name)) {
-                (GlobalKind::Uniform(ty), None) if ty == "Frame" => SlotKind::Frame,
-                (GlobalKind::Uniform(_), None) => SlotKind::Params,
-                (GlobalKind::Sampler, None) => SlotKind::Sampler,
-                (GlobalKind::Texture(_), Some(Arg::Texture(image))) => {
-                    *reading = (*reading).max(sample_mode_of(image));
-                    SlotKind::Texture(image)
-                }
-                (GlobalKind::StorageTexture(_), Some(Arg::Storage(image))) => {
-                    formats.push((global.name.clone(), format_of(image)));
-                    SlotKind::Storage(image)
-                }
-                (GlobalKind::Buffer(_), Some(Arg::Buffer(buffer, writes))) => SlotKind::Buffer(buffer, writes),
-                // A binding that this entry point does not use.
-                (_, None) => continue,
-                _ => {
-                    return Err(ShaderError::at(
-                        call.shader.file(),
-                        0,
-                        format!("`{}` holds another kind of resource", global.name),
-                    ));
-                }
-            };
-            slots.push(Slot { binding: global.binding, kind });
-        }
-        Ok(bound)
+/// A compute kernel.
+pub(super) fn compose_compute(code: &PassCode<'_>) -> Result<Composed, ShaderError> {
+    let kernel = &code.pass.kernels[0];
+    let mut linker = code.linker();
+    let instance = linker.add_copy(kernel.shader.source())?;
+    let mut slots = bind(code, kernel, &mut linker, instance)?;
+    for (name, value) in &kernel.constants {
+        linker.set_override(instance, name, *value);
     }
+    let reflection = kernel.shader.reflect()?;
+    let is_frame = |slot: &Slot| slot.kind == SlotKind::Frame;
+    let immediate = code.options.immediates && slots.iter().any(is_frame);
+    if immediate {
+        slots.retain(|slot| !is_frame(slot));
+        for global in reflection.globals.iter().filter(|global| global.kind == GlobalKind::Frame) {
+            linker.make_immediate(instance, &global.name);
+        }
+    }
+    let workgroup = reflection.entry(&kernel.function).map_or([1; 3], |entry| entry.workgroup);
+    let linked = linker.link(String::new(), &[(instance, &kernel.function)])?;
+    Ok(code.composed(linked, Entry { slots, immediate, workgroup, names: &[] }))
 }
 
-/// Replaces the format in `var NAME: texture_storage_2d<FORMAT, write>`, which a graph file may choose.
-pub(super) fn set_storage_format(source: &str, name: &str, format: Format) -> String {
-    let declaration = format!("var {name}: texture_storage_");
-    let Some(start) = source.find(&declaration) else { return source.to_owned() };
-    let Some(open) = source[start..].find('<').map(|at| start + at + 1) else { return source.to_owned() };
-    let Some(comma) = source[open..].find(',').map(|at| open + at) else { return source.to_owned() };
-    format!("{}{}{}", &source[..open], format.wgsl(), &source[comma..])
+/// The bindings of a kernel; sets the formats of its storage images.
+pub(super) fn bind(
+    code: &PassCode<'_>,
+    kernel: &KernelCall,
+    linker: &mut Linker<'_>,
+    instance: Instance,
+) -> Result<Vec<Slot>, ShaderError> {
+    let mut slots = Vec::new();
+    for global in &kernel.shader.reflect()?.globals {
+        let kind = match (&global.kind, kernel.arg(&global.name)) {
+            (GlobalKind::Frame, None) => SlotKind::Frame,
+            (GlobalKind::Uniform(_), None) => SlotKind::Params,
+            (GlobalKind::Sampler, None) => SlotKind::Sampler,
+            (GlobalKind::Texture(_), Some(Arg::Texture(image))) => SlotKind::Texture(image),
+            (GlobalKind::StorageTexture(_), Some(Arg::Storage(image))) => {
+                linker.set_storage_format(instance, &global.name, code.format_of(image).wgsl());
+                SlotKind::Storage(image)
+            }
+            (GlobalKind::Buffer(_), Some(Arg::Buffer(buffer, writes))) => SlotKind::Buffer(buffer, writes),
+            // A binding that this entry point does not use.
+            (_, None) => continue,
+            _ => {
+                let message = format!("`{}` holds another kind of resource", global.name);
+                return Err(ShaderError::new(kernel.shader.file(), (0, 0), message));
+            }
+        };
+        slots.push(Slot { binding: global.binding, kind });
+    }
+    Ok(slots)
 }

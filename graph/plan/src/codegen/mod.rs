@@ -11,6 +11,7 @@ mod row_downsample;
 mod tiles;
 mod uniforms;
 mod workgroups;
+mod writer;
 
 use afterimage_wgsl::ShaderError;
 
@@ -18,7 +19,7 @@ use crate::options::Options;
 use crate::plan::{Plan, PlannedImage, PlannedPass, ScheduledPass};
 
 pub use compose::compose_pass;
-pub use module::{Composed, Slot, SlotKind};
+pub use module::{CodeOptions, Composed, Draw, Slot, SlotKind};
 pub use uniforms::UNIFORM_ALIGNMENT;
 
 /// The passes with their shader features, workgroups and uniforms.
@@ -34,12 +35,14 @@ pub fn codegen(passes: Vec<ScheduledPass>, images: &[PlannedImage], options: &Op
 }
 
 impl Plan {
-    /// The module that a pass runs.
+    /// The module that a pass runs; with `immediates` it takes the frame's time from immediates and not from a uniform
+    /// buffer.
     ///
     /// # Errors
     /// What is wrong with a shader, at the author's line.
-    pub fn compose(&self, pass: usize) -> Result<Composed, ShaderError> {
+    pub fn compose(&self, pass: usize, immediates: bool) -> Result<Composed, ShaderError> {
         let PlannedPass { pass, features, .. } = &self.passes[pass];
-        compose_pass(pass, &|image| self.image(image).desc, &|image| self.image(image).sample_mode, *features)
+        let options = CodeOptions { features: *features, immediates };
+        compose_pass(pass, &|image| self.image(image).desc, &|image| self.image(image).sample_mode, options)
     }
 }

@@ -1,69 +1,49 @@
-//! The entry point of a tiled chain: images, each kept in workgroup memory for the next.
+//! The entry point of a chain of images, each kept in workgroup memory for the next.
 //!
-//! Kernel functions read textures through `texel` and `tap`. For a function that reads the image before, its file is
-//! written a second time under other names, in which a texture is a number and those two read workgroup memory.
+//! Kernel functions read textures through `texel` and `tap`. The file of a function that reads the image before is in the module a second
+//! time, with a number in place of a texture, and functions that read workgroup memory in place of those two.
 
 use std::fmt::Write as _;
 
-use super::functions::{KernelWriter, is_tiled, params_struct, promises};
-use super::module::Composed;
-use super::uniforms::uniform_struct;
-use afterimage_base::Shared;
-use afterimage_base::image::Format;
-use afterimage_graph::node::{ImageId, Pass, TileStage, TiledChain};
-use afterimage_wgsl::{SampleMode, Shader, ShaderError, ShaderFeatures, Text};
+use afterimage_graph::node::{TileStage, TiledChain};
+use afterimage_wgsl::ShaderError;
+
+use super::module::{Composed, PassCode};
+use super::writer::FunctionWriter;
 
 /// Invocations of a workgroup, across and down.
 const TILE_SIDE: u32 = 16;
 
-/// A tiled chain with its entry point.
-pub(super) fn compose_tiled_chain(
-    pass: &Pass,
-    chain: &TiledChain,
-    format_of: &dyn Fn(ImageId) -> Format,
-    sample_mode_of: &dyn Fn(ImageId) -> SampleMode,
-    features: ShaderFeatures,
-) -> Result<Composed, ShaderError> {
-    let kernels = &pass.kernels;
-    let mut writer = KernelWriter::new(sample_mode_of);
-    let reading = writer.strictest(kernels);
-    let params = writer.params_variable();
-    let mut functions = String::new();
-    for (index, stage) in chain.stages.iter().enumerate() {
-        writer.kernels(index, &kernels[stage.kernels.clone()], stage.kernels.start);
-        functions += &writer.take_function(&format!("stage{index}"), stage.last_kernel());
-    }
-    let stored = |stage: &TileStage| pass.results.iter().find(|result| result.kernel == stage.last_kernel());
-    let images = chain.stages.iter().map(|stage| stored(stage).map(|result| result.image));
-    let stores: Vec<Option<String>> =
-        images.map(|image| image.map(|image| writer.storage(image, format_of(image)))).collect();
-    let mut text = Text::promising(promises(kernels)).reading(reading, features)?;
-    for kernel in kernels.iter().filter(|kernel| !is_tiled(kernel)) {
-        text.module(&kernel.shader)?;
-    }
-    text.generated(&uniform_struct(pass, &|at| params_struct(&kernels[at])));
-    text.generated(writer.declarations());
-    text.generated(&memory(chain, &params));
-    for kernel in kernels.iter().filter(|kernel| is_tiled(kernel)) {
-        text.tiled_module(&kernel.shader)?;
-    }
-    text.generated(&functions);
-    text.generated(&entry(chain, &stores));
-    Ok(Composed {
-        source: text.text,
-        map: text.map,
-        compute: Shared::of("compute"),
-        fragment: None,
-        slots: writer.into_slots(),
-        workgroup: [TILE_SIDE, TILE_SIDE, 1],
-        unchecked: pass.shaders().all(Shader::is_unchecked),
-        reading,
-        // Every texel of a tile is written before it is read.
-        zero_workgroup_memory: false,
-    })
+/// What functions that read a tile use in place of textures.
+const SUBSTITUTION: [(&str, &str); 5] = [
+    ("texture_2d<>", "u32"),
+    ("sampler", "u32"),
+    ("textureDimensions", "tile_size"),
+    ("texel", "tile_texel"),
+    ("tap", "tile_tap"),
+];
+
+/// A chain with its entry point.
+pub(super) fn compose_tiled_chain(code: &PassCode<'_>, chain: &TiledChain) -> Result<Composed, ShaderError> {
+    let mut linker = code.linker();
+    linker.substitute(&SUBSTITUTION);
+    let mut writer = FunctionWriter::new(code, linker)?;
+    let params = writer.params();
+    let stages = chain.stages.iter().enumerate();
+    let functions: String =
+        stages.map(|(index, stage)| writer.function(&format!("stage{index}"), stage.kernels.clone())).collect();
+    let stores: Vec<Option<String>> = chain.stages.iter().map(|stage| store(code, &mut writer, stage)).collect();
+    let text = memory(chain, &params) + &functions + &entry_point(chain, &stores);
+    writer.finish(&text, [TILE_SIDE, TILE_SIDE, 1], &["compute"])
 }
 
-/// Where the image of each stage begins in workgroup memory: images alternate between its two parts.
+/// The variable of the image that takes a stage's value, if any does.
+fn store(code: &PassCode<'_>, writer: &mut FunctionWriter<'_, '_>, stage: &TileStage) -> Option<String> {
+    let result = code.pass.results.iter().find(|result| result.kernel == stage.last_kernel())?;
+    Some(writer.storage(result.image, code.format_of(result.image)))
+}
+
+/// Where the image of each stage begins in workgroup memory, and the texels in all. Successive images alternate between two areas.
 fn bases(chain: &TiledChain) -> (Vec<u32>, u32) {
     let kept = &chain.stages[..chain.stages.len() - 1];
     let area = |stage: &TileStage| stage.extent[0] * stage.extent[1];
@@ -112,16 +92,17 @@ fn tile_start(next: vec2i, next_size: vec2i, size: vec2i, reach: f32) -> vec2i {
     return vec2i(floor(center - reach - 0.01));
 }}
 fn tile_size_of(stage: i32) -> vec2i {{ return {params}.sizes[stage].xy; }}
-// Where the share of a workgroup begins in an image of that size.
+// Where the part of a workgroup begins in an image of that size.
 fn tile_share(group: vec2i, size: vec2i, last: vec2i) -> vec2i {{
     let whole = group * {tile} >= last;
     return select(vec2i(vec2u(group * {tile}) * vec2u(size) / vec2u(last)), size, whole);
-}}",
+}}
+",
         tile = chain.tile
     )
 }
 
-fn entry(chain: &TiledChain, stores: &[Option<String>]) -> String {
+fn entry_point(chain: &TiledChain, stores: &[Option<String>]) -> String {
     let last = chain.stages.len() - 1;
     let (bases, _) = bases(chain);
     let mut body =
@@ -151,7 +132,7 @@ fn entry(chain: &TiledChain, stores: &[Option<String>]) -> String {
     }
     format!(
         "@compute @workgroup_size(16, 16)
-fn compute(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) thread: u32) {{
+fn compute(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) invocation: u32) {{
 {body}}}"
     )
 }
@@ -163,7 +144,7 @@ fn stage_loop(index: usize, stage: &TileStage, store: Option<&str>, base: Option
         "    let size{index} = tile_size_of({index});
     let from{index} = tile_share(vec2i(group.xy), size{index}, last);
     let to{index} = tile_share(vec2i(group.xy) + 1, size{index}, last);
-    for (var k = thread; k < {count}u; k += 256u) {{
+    for (var k = invocation; k < {count}u; k += 256u) {{
         let q = origin{index} + vec2i(i32(k % {width}u), i32(k / {width}u));
         let p = clamp(q, vec2i(0), size{index} - 1);
         let value = stage{index}(Point(p, (vec2f(p) + 0.5) / vec2f(size{index}), vec2f(size{index})));

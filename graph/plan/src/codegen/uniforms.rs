@@ -26,7 +26,7 @@ pub(super) fn uniform_struct(pass: &Pass, type_of: &dyn Fn(usize) -> String) -> 
     for (index, _) in kernels {
         let _ = writeln!(members, "    @align({KERNEL_ALIGNMENT}) kernel{index}: {},", type_of(index));
     }
-    if members.is_empty() { members } else { format!("struct PassUniform {{\n{members}}}") }
+    if members.is_empty() { members } else { format!("struct PassUniform {{\n{members}}}\n") }
 }
 
 /// The bytes of that struct.

@@ -69,9 +69,7 @@ impl ComputePass<'_, '_> {
         let mut uniform = Vec::new();
         for global in &reflection.globals {
             match &global.kind {
-                GlobalKind::Uniform(ty) if ty != "Frame" => {
-                    uniform = self.recorder.uniform(&self.shader, ty, &self.set)
-                }
+                GlobalKind::Uniform(ty) => uniform = self.recorder.uniform(&self.shader, ty, &self.set),
                 kind => args.extend(self.resource(&global.name).map(|held| argument(&global.name, kind, held))),
             }
         }

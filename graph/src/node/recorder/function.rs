@@ -94,8 +94,8 @@ impl FunctionPass<'_, '_> {
         let (name, ty) = &function.args[index];
         match ty {
             ArgType::Struct(_) if name == "params" => Arg::Params,
-            ArgType::Struct(ty) if ty == "Point" => Arg::Point,
-            ArgType::Struct(ty) if ty == "Frame" => Arg::Frame,
+            ArgType::Point => Arg::Point,
+            ArgType::Frame => Arg::Frame,
             ArgType::Sampler => Arg::Sampler,
             ArgType::Texture | ArgType::Volume => Arg::Texture(self.image(name)),
             ArgType::Floats(n) => self.numbers(name, *n),

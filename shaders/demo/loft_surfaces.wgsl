@@ -1,4 +1,5 @@
 // The materials of the loft: all procedural, with detail that shows aliasing.
+#import color
 #import loft
 #import loft_lamps
 #import noise

@@ -2,6 +2,8 @@
 #import loft
 #import loft_lamps
 #import loft_surfaces
+#import noise
+#import ray
 
 // Share of the sun's beam that reaches `p` through the window, with the penumbra of the sun's disc.
 fn loft_beam(p: vec3f) -> f32 {
