@@ -13,11 +13,11 @@ mod fuzzing;
 mod measure;
 /// The figures that `measure` gives, against published ones.
 mod metrics;
-/// Each kind on the GPU against its f64 twin.
+/// Each kind on the GPU, compared with its CPU reference.
 mod nodes;
 /// Every shipped pipeline: checked, planned, proved, rendered under the validation layer.
 mod pipelines;
-/// Naive f64 twins of the operators, and the vectors that prove them.
+/// CPU references of the operators, and the vectors that verify them.
 mod reference;
 /// Faults that `stress` must find, and what must have none.
 mod stress;
