@@ -20,7 +20,13 @@ struct Adapt {
 @group(0) @binding(4) var<storage, read_write> wanted_before: array<f32>;
 
 fn adapt_aim() -> MeteringAim {
-    let wanted = metering_stops(mean[0].x, params.lowest_mean, params.highest_mean, params.key_log2, params.compensation);
+    let wanted = metering_stops(
+        mean[0].x,
+        params.lowest_mean,
+        params.highest_mean,
+        params.key_log2,
+        params.compensation,
+    );
     return MeteringAim(wanted_before[0], wanted);
 }
 

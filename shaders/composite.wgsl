@@ -17,18 +17,42 @@ fn composite_mean(base: vec4f, light: vec3f, params: Composite) -> vec4f {
     return vec4f(between3(base.rgb, light, params.strength), base.a);
 }
 
-fn composite_add_bilinear(base: vec4f, bloom: texture_2d<f32>, bloom_sampler: sampler, at: Point, params: Composite) -> vec4f {
+fn composite_add_bilinear(
+    base: vec4f,
+    bloom: texture_2d<f32>,
+    bloom_sampler: sampler,
+    at: Point,
+    params: Composite,
+) -> vec4f {
     return composite_sum(base, tap(bloom, bloom_sampler, at.uv).rgb, params);
 }
 
-fn composite_add_tent(base: vec4f, bloom: texture_2d<f32>, bloom_sampler: sampler, at: Point, params: Composite) -> vec4f {
+fn composite_add_tent(
+    base: vec4f,
+    bloom: texture_2d<f32>,
+    bloom_sampler: sampler,
+    at: Point,
+    params: Composite,
+) -> vec4f {
     return composite_sum(base, tap_tent(bloom, bloom_sampler, at.uv, params.radius).rgb, params);
 }
 
-fn composite_mix_bilinear(base: vec4f, bloom: texture_2d<f32>, bloom_sampler: sampler, at: Point, params: Composite) -> vec4f {
+fn composite_mix_bilinear(
+    base: vec4f,
+    bloom: texture_2d<f32>,
+    bloom_sampler: sampler,
+    at: Point,
+    params: Composite,
+) -> vec4f {
     return composite_mean(base, tap(bloom, bloom_sampler, at.uv).rgb, params);
 }
 
-fn composite_mix_tent(base: vec4f, bloom: texture_2d<f32>, bloom_sampler: sampler, at: Point, params: Composite) -> vec4f {
+fn composite_mix_tent(
+    base: vec4f,
+    bloom: texture_2d<f32>,
+    bloom_sampler: sampler,
+    at: Point,
+    params: Composite,
+) -> vec4f {
     return composite_mean(base, tap_tent(bloom, bloom_sampler, at.uv, params.radius).rgb, params);
 }

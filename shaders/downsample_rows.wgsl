@@ -143,6 +143,7 @@ fn downsample_rows_tap13_groups(state: ptr<function, DownsampleRows>, texels: Sq
     let middle = of_real(inner_edge + downsample_rows_take_part(DOWNSAMPLE_ROWS_RIGHT + before));
     let middle_weight = 4.0 * downsample_rows_weight(middle);
     let sum = middle * middle_weight + outer_edge + downsample_rows_take(DOWNSAMPLE_ROWS_RIGHT_SECOND + before);
-    let weights = middle_weight + weight_edge + bitcast<f32>(downsample_rows_handed[DOWNSAMPLE_ROWS_RIGHT_WEIGHT + before]);
+    let weight_before = bitcast<f32>(downsample_rows_handed[DOWNSAMPLE_ROWS_RIGHT_WEIGHT + before]);
+    let weights = middle_weight + weight_edge + weight_before;
     return sum * (1.0 / weights);
 }

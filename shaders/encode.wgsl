@@ -17,7 +17,11 @@ const ENCODE_SAME_PRIMARIES: bool = false;
 // Negative light becomes 0. Each transfer function limits bright light itself.
 fn encode_primaries(source: vec4f, params: Encode) -> vec3f {
     if ENCODE_SAME_PRIMARIES { return max(source.rgb, vec3f(0.0)); }
-    let rgb = vec3f(dot(params.row0.xyz, source.rgb), dot(params.row1.xyz, source.rgb), dot(params.row2.xyz, source.rgb));
+    let rgb = vec3f(
+        dot(params.row0.xyz, source.rgb),
+        dot(params.row1.xyz, source.rgb),
+        dot(params.row2.xyz, source.rgb),
+    );
     return max(rgb, vec3f(0.0));
 }
 

@@ -23,7 +23,13 @@ fn gaussian_pair(source: texture_2d<f32>, at: Point, distance: i32, params: Gaus
 }
 
 // Both taps at a distance between texel centres, where the sampler weights two texels in one read.
-fn gaussian_tap_pair(source: texture_2d<f32>, source_sampler: sampler, at: Point, distance: f32, params: Gaussian) -> vec4f {
+fn gaussian_tap_pair(
+    source: texture_2d<f32>,
+    source_sampler: sampler,
+    at: Point,
+    distance: f32,
+    params: Gaussian,
+) -> vec4f {
     let offset = distance * vec2f(params.axis) / vec2f(textureDimensions(source));
     return tap(source, source_sampler, at.uv - offset) + tap(source, source_sampler, at.uv + offset);
 }
@@ -66,9 +72,11 @@ fn gaussian_caracal_exact(source: texture_2d<f32>, at: Point, params: Gaussian) 
 fn gaussian_caracal_linear(source: texture_2d<f32>, source_sampler: sampler, at: Point, params: Gaussian) -> vec4f {
     let near = GAUSSIAN_CARACAL_SIDE.x + GAUSSIAN_CARACAL_SIDE.y;
     let far = GAUSSIAN_CARACAL_SIDE.z + GAUSSIAN_CARACAL_SIDE.w;
+    let near_at = 1.0 + GAUSSIAN_CARACAL_SIDE.y / near;
+    let far_at = 3.0 + GAUSSIAN_CARACAL_SIDE.w / far;
     return of_real(
         real(GAUSSIAN_CARACAL_CENTER) * to_real(texel(source, at.pixel))
-            + real(near) * to_real(gaussian_tap_pair(source, source_sampler, at, 1.0 + GAUSSIAN_CARACAL_SIDE.y / near, params))
-            + real(far) * to_real(gaussian_tap_pair(source, source_sampler, at, 3.0 + GAUSSIAN_CARACAL_SIDE.w / far, params)),
+            + real(near) * to_real(gaussian_tap_pair(source, source_sampler, at, near_at, params))
+            + real(far) * to_real(gaussian_tap_pair(source, source_sampler, at, far_at, params)),
     );
 }

@@ -46,7 +46,7 @@ fn histogram(@builtin(workgroup_id) tile: vec3u, own: Invocation) {
     if invocation == 0u { atomicStore(&histogram_brightest, 0u); }
     workgroupBarrier();
     let size = textureDimensions(source);
-    let picked = stride_size(size, params.step);
+    let sampled = stride_size(size, params.step);
     var brightest = 0.0;
     for (var row = 0u; row < HISTOGRAM_ROWS; row += 16u) {
         let cell = tile.xy * vec2u(HISTOGRAM_COLUMNS, HISTOGRAM_ROWS)
@@ -65,7 +65,7 @@ fn histogram(@builtin(workgroup_id) tile: vec3u, own: Invocation) {
             texel(source, pixels[3]).rgb,
         );
         for (var k = 0u; k < 4u; k++) {
-            if all(cell + vec2u(0u, 4u * k) < picked) {
+            if all(cell + vec2u(0u, 4u * k) < sampled) {
                 brightest = max(brightest, histogram_count(colors[k], pixels[k], size));
             }
         }

@@ -1,11 +1,11 @@
-//! The WGSL text that ships with Afterimage, as data.
+//! The WGSL files of Afterimage as text: one per built-in node kind, and the shared library.
 
 include!(concat!(env!("OUT_DIR"), "/sources.rs"));
 
-/// The text of the file of a built-in kind, by its stem.
+/// The text of a built-in kind's file, by the name of the file without its ending.
 ///
 /// # Panics
-/// Where there is no such file: a name in Rust that fits no file is an error of ours, found when the crate is compiled in a constant.
+/// If there is no such file. In a constant this is a compile error.
 pub const fn kind(stem: &str) -> &'static str {
     let mut index = 0;
     while index < KINDS.len() {

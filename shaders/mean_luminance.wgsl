@@ -22,7 +22,8 @@ const MEAN_LUMINANCE_TILE: u32 = 64u;
 
 // A pixel of the tile, row by row: its luminance, or a negative number outside of the image.
 fn mean_luminance_of(tile: vec2u, invocation: u32, row: u32) -> f32 {
-    let cell = tile * MEAN_LUMINANCE_TILE + vec2u(invocation % MEAN_LUMINANCE_TILE, row + invocation / MEAN_LUMINANCE_TILE);
+    let within = vec2u(invocation % MEAN_LUMINANCE_TILE, row + invocation / MEAN_LUMINANCE_TILE);
+    let cell = tile * MEAN_LUMINANCE_TILE + within;
     let light = max(luminance(texel(picture, vec2i(cell)).rgb), 0.0);
     return select(-1.0, light, all(cell < textureDimensions(picture)));
 }

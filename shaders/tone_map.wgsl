@@ -94,11 +94,13 @@ fn tone_map_reinhard_extended_curve(v: vec3f, params: ToneMap) -> vec3f {
 }
 
 fn tone_map_reinhard_extended(source: vec4f, params: ToneMap) -> vec4f {
-    return vec4f(tone_map_clip(tone_map_reinhard_extended_curve(tone_map_enter(source, params), params), params), source.a);
+    let mapped = tone_map_reinhard_extended_curve(tone_map_enter(source, params), params);
+    return vec4f(tone_map_clip(mapped, params), source.a);
 }
 
 fn tone_map_reinhard_extended_compressed(source: vec4f, params: ToneMap) -> vec4f {
-    return vec4f(tone_map_compress(tone_map_reinhard_extended_curve(tone_map_enter(source, params), params), params), source.a);
+    let mapped = tone_map_reinhard_extended_curve(tone_map_enter(source, params), params);
+    return vec4f(tone_map_compress(mapped, params), source.a);
 }
 
 fn tone_map_reinhard_luminance_curve(v: vec3f, params: ToneMap) -> vec3f {
@@ -107,11 +109,13 @@ fn tone_map_reinhard_luminance_curve(v: vec3f, params: ToneMap) -> vec3f {
 }
 
 fn tone_map_reinhard_luminance(source: vec4f, params: ToneMap) -> vec4f {
-    return vec4f(tone_map_clip(tone_map_reinhard_luminance_curve(tone_map_enter(source, params), params), params), source.a);
+    let mapped = tone_map_reinhard_luminance_curve(tone_map_enter(source, params), params);
+    return vec4f(tone_map_clip(mapped, params), source.a);
 }
 
 fn tone_map_reinhard_luminance_compressed(source: vec4f, params: ToneMap) -> vec4f {
-    return vec4f(tone_map_compress(tone_map_reinhard_luminance_curve(tone_map_enter(source, params), params), params), source.a);
+    let mapped = tone_map_reinhard_luminance_curve(tone_map_enter(source, params), params);
+    return vec4f(tone_map_compress(mapped, params), source.a);
 }
 
 // --- Exponential ---
@@ -128,7 +132,8 @@ fn tone_map_exponential(source: vec4f, params: ToneMap) -> vec4f {
 }
 
 fn tone_map_exponential_compressed(source: vec4f, params: ToneMap) -> vec4f {
-    return vec4f(tone_map_compress(tone_map_exponential_curve(tone_map_enter(source, params), params), params), source.a);
+    let mapped = tone_map_exponential_curve(tone_map_enter(source, params), params);
+    return vec4f(tone_map_compress(mapped, params), source.a);
 }
 
 // --- ACES, Narkowicz's fit ---
@@ -261,7 +266,8 @@ fn tone_map_agx_exact(v: vec3f) -> vec3f {
 // A polynomial of degree 6 that maps 0 to 0 and 1 to 1, is monotonic, and has an error of at most 0.0033.
 fn tone_map_agx_fitted(v: vec3f) -> vec3f {
     let t = tone_map_agx_log(v);
-    return t * (0.124105529 + t * (0.207851246 + t * (-5.92929872 + t * (30.3767436 + t * (-38.901444 + t * 15.1220424)))));
+    let upper = t * (-5.92929872 + t * (30.3767436 + t * (-38.901444 + t * 15.1220424)));
+    return t * (0.124105529 + t * (0.207851246 + upper));
 }
 
 fn tone_map_agx_look(s: vec3f, params: ToneMap) -> vec3f {
@@ -280,11 +286,13 @@ fn tone_map_agx_finish(s: vec3f) -> vec3f {
 }
 
 fn tone_map_agx(source: vec4f, params: ToneMap) -> vec4f {
-    return vec4f(tone_map_clip(tone_map_agx_finish(tone_map_agx_exact(tone_map_enter(source, params))), params), source.a);
+    let mapped = tone_map_agx_finish(tone_map_agx_exact(tone_map_enter(source, params)));
+    return vec4f(tone_map_clip(mapped, params), source.a);
 }
 
 fn tone_map_agx_compressed(source: vec4f, params: ToneMap) -> vec4f {
-    return vec4f(tone_map_compress(tone_map_agx_finish(tone_map_agx_exact(tone_map_enter(source, params))), params), source.a);
+    let mapped = tone_map_agx_finish(tone_map_agx_exact(tone_map_enter(source, params)));
+    return vec4f(tone_map_compress(mapped, params), source.a);
 }
 
 fn tone_map_agx_looked(source: vec4f, params: ToneMap) -> vec4f {
@@ -298,11 +306,13 @@ fn tone_map_agx_looked_compressed(source: vec4f, params: ToneMap) -> vec4f {
 }
 
 fn tone_map_agx_fast(source: vec4f, params: ToneMap) -> vec4f {
-    return vec4f(tone_map_clip(tone_map_agx_finish(tone_map_agx_fitted(tone_map_enter(source, params))), params), source.a);
+    let mapped = tone_map_agx_finish(tone_map_agx_fitted(tone_map_enter(source, params)));
+    return vec4f(tone_map_clip(mapped, params), source.a);
 }
 
 fn tone_map_agx_fast_compressed(source: vec4f, params: ToneMap) -> vec4f {
-    return vec4f(tone_map_compress(tone_map_agx_finish(tone_map_agx_fitted(tone_map_enter(source, params))), params), source.a);
+    let mapped = tone_map_agx_finish(tone_map_agx_fitted(tone_map_enter(source, params)));
+    return vec4f(tone_map_compress(mapped, params), source.a);
 }
 
 fn tone_map_agx_fast_looked(source: vec4f, params: ToneMap) -> vec4f {

@@ -13,10 +13,22 @@ fn upsample_join(level: vec4f, rest: vec4f, params: Upsample) -> vec4f {
     return min(params.own * level + params.rest * rest, vec4f(HALF_MAX));
 }
 
-fn upsample_bilinear(level: vec4f, coarser: texture_2d<f32>, coarser_sampler: sampler, at: Point, params: Upsample) -> vec4f {
+fn upsample_bilinear(
+    level: vec4f,
+    coarser: texture_2d<f32>,
+    coarser_sampler: sampler,
+    at: Point,
+    params: Upsample,
+) -> vec4f {
     return upsample_join(level, tap(coarser, coarser_sampler, at.uv), params);
 }
 
-fn upsample_tent(level: vec4f, coarser: texture_2d<f32>, coarser_sampler: sampler, at: Point, params: Upsample) -> vec4f {
+fn upsample_tent(
+    level: vec4f,
+    coarser: texture_2d<f32>,
+    coarser_sampler: sampler,
+    at: Point,
+    params: Upsample,
+) -> vec4f {
     return upsample_join(level, tap_tent(coarser, coarser_sampler, at.uv, params.radius), params);
 }

@@ -78,17 +78,17 @@ fn every_figure_is_there_and_agrees_with_the_others() {
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn the_hand_written_chain_looks_like_ours_and_stands_beside_no_other_pipeline() {
-    let folder = Folder::new("peer");
-    let peer = folder.figures("lynx", "320x180", &[])["peer"].clone();
+    let folder = Folder::new("baseline");
+    let baseline = folder.figures("lynx", "320x180", &[])["baseline"].clone();
     for key in ["fragment_ms", "compute_ms"] {
-        assert!(number(&peer[key]) > 0.0 && number(&peer["same"][key]) > 0.0, "{key}: {peer}");
+        assert!(number(&baseline[key]) > 0.0 && number(&baseline["same"][key]) > 0.0, "{key}: {baseline}");
     }
     // With the same filters, weights and noise only roundings and the noise at black and white are left: far below one code of 255.
-    assert!(number(&peer["same"]["mean_difference"]) < 0.001, "{peer}");
+    assert!(number(&baseline["same"]["mean_difference"]) < 0.001, "{baseline}");
     // Its light comes from half the pixels' means, so bright edges differ; a chain that is wired wrongly is off by far more on average.
-    assert!(number(&peer["mean_difference"]) < 0.03, "{peer}");
-    assert!(folder.figures("lynx", SMALL, &["--set", "mapped.curve=Reinhard"])["peer"].is_null());
-    assert!(folder.figures("caracal", SMALL, &[])["peer"].is_null());
+    assert!(number(&baseline["mean_difference"]) < 0.03, "{baseline}");
+    assert!(folder.figures("lynx", SMALL, &["--set", "mapped.curve=Reinhard"])["baseline"].is_null());
+    assert!(folder.figures("caracal", SMALL, &[])["baseline"].is_null());
 }
 
 #[test]

@@ -108,15 +108,15 @@ fn number(row: &Value, name: &str) -> f64 {
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn every_variant_stands_beside_the_truth() {
+fn every_variant_is_compared_with_the_reference() {
     let report = report_of_a_still();
     assert!(["gpu", "host"].contains(&report["clock"].as_str().unwrap()));
-    let truth = row(report, "truth");
+    let reference = row(report, "reference");
     for name in ["max", "p999", "ciede2000_mean", "ciede2000_p999", "flip"] {
-        assert_eq!(number(truth, name), 0.0, "{name}");
+        assert_eq!(number(reference, name), 0.0, "{name}");
     }
-    assert_eq!(number(truth, "ssim"), 1.0);
-    assert!(truth["psnr"].is_null(), "equal pictures have an infinite PSNR");
+    assert_eq!(number(reference, "ssim"), 1.0);
+    assert!(reference["psnr"].is_null(), "equal pictures have an infinite PSNR");
     let (written, same, cheap) = (row(report, "as written"), row(report, "tier same"), row(report, "tier cheap"));
     for name in ["max", "p999", "psnr", "ssim", "ciede2000_mean", "flip", "bytes", "bytes_moved"] {
         assert_eq!(number(written, name), number(same, name), "{name}");
@@ -127,7 +127,7 @@ fn every_variant_stands_beside_the_truth() {
         assert!(number(cheap, name) > 4.0 * number(written, name), "{name}");
     }
     assert!(number(cheap, "psnr") < number(written, "psnr") - 6.0 && number(cheap, "ssim") < number(written, "ssim"));
-    assert!(number(truth, "bytes") > number(written, "bytes"));
+    assert!(number(reference, "bytes") > number(written, "bytes"));
     assert!(written["flicker_p999"].is_null(), "a single frame cannot flicker");
 }
 
@@ -138,7 +138,7 @@ fn each_switch_is_turned_on_its_own() {
     let names: Vec<&str> =
         report["rows"].as_array().unwrap().iter().map(|row| row["variant"].as_str().unwrap()).collect();
     let switches = ["mips.filter=Tap9", "mips.filter=Tap4", "mips.filter=Box", "bloom.filter=Bilinear"];
-    assert_eq!(names[..4], ["truth", "as written", "tier same", "tier cheap"]);
+    assert_eq!(names[..4], ["reference", "as written", "tier same", "tier cheap"]);
     assert_eq!(names[4..8], switches);
     assert!(names.contains(&"mips.format=Rg11b10Ufloat"), "{names:?}");
     // The tone map is fused into what follows, so its format is never stored.
@@ -160,7 +160,7 @@ fn sequences_show_what_flickers() {
     let report = report(&folder, "in.####.exr", &[]);
     assert_eq!(report["images"][0]["frames"], 3);
     let (written, cheap) = (row(&report, "as written"), row(&report, "tier cheap"));
-    assert_eq!(number(row(&report, "truth"), "flicker_max"), 0.0);
+    assert_eq!(number(row(&report, "reference"), "flicker_max"), 0.0);
     assert!(number(cheap, "flicker_p999") > 4.0 * number(written, "flicker_p999"));
 }
 
@@ -174,7 +174,7 @@ fn grain_is_no_error() {
     let text = PIPELINE.replace(r#""display": Encode(source: "mapped", transfer: Srgb),"#, grain);
     std::fs::write(folder.file("glow.ron"), text).unwrap();
     let report = report(&folder, "in.####.exr", &["--tiers"]);
-    assert_eq!(report["rows"].as_array().unwrap().len(), 4, "the truth, the file, two tiers");
+    assert_eq!(report["rows"].as_array().unwrap().len(), 4, "the reference, the file, two tiers");
     let (written, cheap) = (row(&report, "as written"), row(&report, "tier cheap"));
     assert!(number(written, "p999") < 0.5 && number(written, "flicker_p999") < 0.5, "{written:#}");
     assert!(number(cheap, "p999") > 4.0 * number(written, "p999"));
@@ -344,11 +344,11 @@ fn a_search_goes_on_where_it_was_interrupted() {
     let measured = content["measured"].as_object_mut().unwrap();
     assert!(measured.len() > 4);
     // The exact pipeline is forgotten and measured anew; the figures of all others stay as they are.
-    let exact = measured.remove("most exact").unwrap();
+    let exact = measured.remove("most accurate").unwrap();
     let kept = measured.clone();
     std::fs::write(folder.file("state.json"), content.to_string()).unwrap();
     let (text, after) = search();
-    assert_eq!(after["measured"]["most exact"]["p999"], exact["p999"]);
+    assert_eq!(after["measured"]["most accurate"]["p999"], exact["p999"]);
     kept.iter().for_each(|(choice, figures)| assert_eq!(after["measured"][choice], *figures, "{choice}"));
     // With every figure known nothing is left to chance.
     assert_eq!(search(), (text, after));
@@ -356,7 +356,7 @@ fn a_search_goes_on_where_it_was_interrupted() {
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn figures_of_another_problem_are_refused() {
+fn figures_of_another_identity_are_refused() {
     let folder = Folder::new("state");
     folder.picture("in.exr", 0);
     let state = folder.arg("state.json");

@@ -2,26 +2,35 @@
 
 mod planted;
 
-use afterimage::stress::{Choice, Report, Subject, kinds, registry, stress};
+use afterimage_graph::check::NoFiles;
 use afterimage_graph::node::NodeKind;
+use afterimage_lab::stress::{StressOptions, StressReport, Subject, kinds, registry, stress};
 use afterimage_plan::Options;
 
 use crate::support::gpu::gpu;
 
 /// A part of the cases, with the planner's switches as they are by default.
-fn quick() -> Choice {
-    Choice { case: None, size: None, defaults: false, quick: true, unguarded: false, options: Options::default() }
+fn quick() -> StressOptions {
+    StressOptions {
+        case: None,
+        size: None,
+        defaults: false,
+        quick: true,
+        unsanitized: false,
+        options: Options::default(),
+        known_kinds: afterimage_nodes::ALL.iter().map(|kind| kind.name()).collect(),
+    }
 }
 
 /// Every kind of the tables alone, through the chosen cases.
-fn stressed(tables: &[&[NodeKind]], choice: &Choice) -> Report {
+fn stressed(tables: &[&[NodeKind]], choice: &StressOptions) -> StressReport {
     let registry = registry(tables).expect("no two kinds share a name");
     let subjects = kinds(&registry, tables);
     assert!(subjects.len() >= tables.iter().map(|table| table.len()).sum(), "some kinds cannot run alone");
-    stress(&gpu(), &registry, &subjects, choice, &|_| {})
+    stress(&gpu(), &registry, &subjects, choice, &())
 }
 
-fn reproduced(report: &Report) -> String {
+fn reproduced(report: &StressReport) -> String {
     report.failures().map(|failed| format!("{}: {}\n{}\n", failed.case, failed.why, failed.command)).collect()
 }
 
@@ -39,11 +48,11 @@ fn a_shipped_pipeline_has_no_faults() {
         .map(|name| {
             let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("../pipelines/{name}.ron"));
             let text = std::fs::read_to_string(path).expect("a shipped pipeline");
-            Subject::pipeline(name, name, &text, None)
+            Subject::pipeline((name, name), (name, &text), &NoFiles).expect("a built-in pipeline")
         })
         .into();
-    let choice = Choice { defaults: true, ..quick() };
-    let report = stress(&gpu(), &registry, &subjects, &choice, &|_| {});
+    let choice = StressOptions { defaults: true, ..quick() };
+    let report = stress(&gpu(), &registry, &subjects, &choice, &());
     assert!(report.cases() > 100, "only {} cases", report.cases());
     assert_eq!(report.failures().count(), 0, "{}", reproduced(&report));
 }
@@ -62,9 +71,10 @@ fn half_floats_and_subgroups_have_no_faults() {
         "MeanLuminance",
         "LogGaussian",
     ];
-    let tables: Vec<NodeKind> = summing.iter().map(|name| registry.get(name).expect("a built-in kind")).collect();
+    let tables: Vec<NodeKind> =
+        summing.iter().map(|name| registry.get(name).expect("a built-in kind").clone()).collect();
     let options = Options { half: true, subgroups: true, ..Options::default() };
-    let report = stressed(&[&tables], &Choice { options, ..quick() });
+    let report = stressed(&[&tables], &StressOptions { options, ..quick() });
     assert!(report.cases() > 1000, "only {} cases", report.cases());
     assert_eq!(report.failures().count(), 0, "{}", reproduced(&report));
 }
@@ -73,9 +83,10 @@ fn half_floats_and_subgroups_have_no_faults() {
 fn every_planted_fault_is_found() {
     let mut missed = Vec::new();
     for planted in planted::ALL {
-        let report = stressed(&[&[planted.kind]], &quick());
-        let found =
-            |failed: &&afterimage::stress::Failed| failed.case == planted.case && failed.why.contains(planted.verdict);
+        let report = stressed(&[std::slice::from_ref(&planted.kind)], &quick());
+        let found = |failed: &&afterimage_lab::stress::Failed| {
+            failed.case == planted.case && failed.why.contains(planted.verdict)
+        };
         if !report.failures().any(|failed| found(&failed)) {
             missed.push(format!("{}\n{}", planted.kind.doc(), reproduced(&report)));
         }
@@ -84,31 +95,31 @@ fn every_planted_fault_is_found() {
 }
 
 #[test]
-fn without_the_guard_of_images_poison_spreads_in_space_and_time() {
+fn without_sanitizing_bad_values_spread_in_space_and_time() {
     let registry = registry(&[afterimage_nodes::ALL]).expect("no two kinds share a name");
-    let of = |name: &str, case: &str, unguarded: bool| {
+    let of = |name: &str, case: &str, unsanitized: bool| {
         let kind = registry.get(name).expect("a built-in kind");
-        let choice = Choice { case: Some(case.into()), defaults: true, unguarded, ..quick() };
-        stress(&gpu(), &registry, &kinds(&registry, &[&[kind]]), &choice, &|_| {})
+        let choice = StressOptions { case: Some(case.into()), defaults: true, unsanitized, ..quick() };
+        stress(&gpu(), &registry, &kinds(&registry, &[std::slice::from_ref(kind)]), &choice, &())
     };
     for (kind, case, verdict) in [
         ("Gaussian", "nan", "not finite"),
         ("Gaussian", "negative", "out of range"),
-        ("AutoExposure", "mixed", "poison spreads"),
-        ("AutoExposure", "poisoned-frame", "after 4 frames"),
+        ("AutoExposure", "mixed", "bad values spread"),
+        ("AutoExposure", "bad-frame", "after 4 frames"),
     ] {
         assert_eq!(of(kind, case, false).failures().count(), 0, "{kind} fails by itself");
         let report = of(kind, case, true);
         let found = report.failures().any(|failed| failed.why.contains(verdict));
         assert!(found, "{kind}, {case}: {}", reproduced(&report));
-        assert!(report.failures().all(|failed| failed.command.contains(" --unguarded ")));
+        assert!(report.failures().all(|failed| failed.command.contains(" --unsanitized ")));
     }
 }
 
 #[test]
 fn a_failed_case_comes_with_the_command_that_shows_it_again() {
     let planted = planted::ALL.iter().find(|planted| planted.kind.name() == "KneeOfNothing").expect("a planted fault");
-    let report = stressed(&[&[planted.kind]], &quick());
+    let report = stressed(&[std::slice::from_ref(&planted.kind)], &quick());
     let failed =
         report.failures().find(|failed| failed.command.contains("--set")).expect("it fails at an end of its domain");
     assert_eq!(
@@ -140,7 +151,7 @@ fn the_page_of_every_kind_says_how_errors_grow_in_it() {
 fn figures_of_conditioning_are_those_of_kinds_that_exist() {
     let file = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../graph/docs/conditioning.json");
     let text = std::fs::read_to_string(file).expect("the repository has the figures");
-    let rows: Vec<afterimage::stress::Conditioning> = serde_json::from_str(&text).expect("the figures are rows");
+    let rows: Vec<afterimage_lab::stress::Conditioning> = serde_json::from_str(&text).expect("the figures are rows");
     let names: Vec<&str> = rows.iter().map(|row| row.kind.as_str()).collect();
     let wanted = afterimage_nodes::ALL.iter().filter(|kind| !kind.inputs().is_empty());
     assert_eq!(names, wanted.map(|kind| kind.name()).collect::<Vec<_>>());

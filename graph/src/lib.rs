@@ -1,39 +1,35 @@
-//! Text to plan: what a post-processing pipeline does on a GPU, worked out without one.
+//! RON text to a checked graph, and the API for node authors.
 //!
-//! | you hold | you want | room | verb | you get |
+//! | you hold | you want | module or crate | verb | result |
 //! |---|---|---|---|---|
-//! | RON text | structure that knows its places | [`document`] | [`document::parse`] | a [`Document`](document::Document) |
-//! | structure | a graph that makes sense | [`check`] | [`check::check`] | a [`Graph`](check::Graph) |
-//! | a graph, sizes and facts | passes, order, barriers, memory | [`plan`] | [`plan::plan`] | a [`Plan`](plan::Plan) |
-//! | a plan and a device | pixels in your encoder | the crate `afterimage-gpu` | `Executor::encode` | commands |
+//! | RON text | structure with locations | [`document`] | [`document::parse`] | a [`Document`](document::Document) |
+//! | structure | a valid graph | [`check`] | [`check::check`] | a [`Graph`](check::Graph) |
+//! | a graph, sizes, facts | passes, order, barriers, memory, code | `afterimage-plan` | `plan` | a `Plan` |
+//! | a plan and a device | pixels in your encoder | `afterimage-gpu` | `Executor::encode` | commands |
 //!
-//! Beside this line of rooms lie [`node`], what a kind of node is and says; [`shader`], how kernel functions become modules; [`value`] and
-//! [`image`], what parameters and wires hold; and [`diagnostic`], how mistakes are told. Node authors begin with the [`prelude`].
+//! [`node`] defines what a node kind is, and what it can record. Node authors start with the [`prelude`].
 //!
 //! # Invariants
 //!
-//! * This crate reads no files, asks no clock and cannot name a type of a device.
-//! * A graph that comes out of the check can be planned; what then still fails is the host's part: an input that is missing, a size too large.
-//! * A plan runs on every device whose [`Caps`](plan::Caps) it was made for, and [`plan::verify`], which shares no code with the planner, proves it.
-//! * No step knows the step after it.
-//! * Equal inputs give equal plans: nothing depends on the order of a hash map.
-//! * A user's mistake is a diagnostic with a place, ours is a panic with a reason, and nothing is silent.
+//! * This crate does no IO, reads no clock and has no access to a device.
+//! * A [`Graph`](check::Graph) can always be planned. Only the host's part can fail: a missing input, or a size that
+//!   the device does not support.
+//! * No module knows a later one: `document` knows no kinds, and `node` knows no plans.
+//! * Equal inputs give equal results: nothing depends on the order of a hash map.
+//! * An error of a user is a diagnostic with a location. An error of the framework is a panic with a reason.
 //!
-//! # Words
+//! # Terms
 //!
-//! | word | means |
+//! | term | meaning |
 //! |---|---|
 //! | kind, node | a type of node, and one use of it |
-//! | port, wire | where something goes in or comes out, and what connects two of them |
-//! | state | what the numbers of an image mean; part of a wire's type ([`image::ColorState`]) |
+//! | port, wire | a named input or output of a kind, and a connection of two of them |
+//! | color state | the meaning of an image's numbers; part of a wire's type ([`image::ColorState`]) |
+//! | history | an image or a value of an earlier frame |
+//! | fact | a statement of the host about the scene |
+//! | tier | a named set of overrides: a quality level |
+//! | fallback | what readers get from an output of a node that is disabled or skipped |
 //! | pass | one dispatch or one draw |
-//! | image, slot | an image of the plan, and the texture in which images of equal description take turns |
-//! | batch | passes that need no barrier between them |
-//! | transition, hand-over | a change of use between two batches, and the moment at which memory goes from one image to the next |
-//! | history | an image or a value that outlives the frame |
-//! | fact | what the host says of the scene |
-//! | tier | a named set of changes: a quality level |
-//! | bypass, stand-in | what takes the place of a node that is off, or of one that changes nothing at its present values |
 
 pub mod check;
 pub mod document;
@@ -43,7 +39,7 @@ pub use afterimage_base::{caps, diagnostic, image, value};
 pub use afterimage_wgsl as wgsl;
 
 pub mod prelude {
-    //! What node authors need.
+    //! The names that node authors need.
     pub use crate::node::{
         Arrival, Arrivals, BufferId, BufferLife, ByCells, ByRows, Fallback, ImageId, Input, Node, NodeKind, Output,
         OutputState, Params, PortType, Recorder, Resource,

@@ -17,15 +17,14 @@ choices! {
 }
 
 params! {
-    /// Computes the exposure that maps the mean log2 luminance between two percentiles to `key`, and adapts it over
-    /// time.
+    /// Computes the exposure that maps the mean log2 luminance to `key`, and adapts it over time.
     ///
-    /// The mean covers counted pixels only. It is cut exactly at the percentiles: a bin that a percentile divides
-    /// counts in part. Equal or swapped percentiles give the quantile `low`. If no pixel was counted, the last exposure
-    /// is kept, or 0 stops if there is none. The first frame, and the first frame after a reset, use the target at
-    /// once. An exposure within 1/1024 stop of a constant target becomes equal to it. A time step that is zero,
-    /// negative or not finite changes nothing. A very long time step reaches the target and never overshoots. Nothing
-    /// is read back from the device, and sums have a fixed order, so equal frames give equal bits.
+    /// The mean is that of the counted pixels between two percentiles. It is cut exactly at the percentiles: a bin that
+    /// a percentile divides counts in part. Equal or swapped percentiles give the quantile `low`. If no pixel was
+    /// counted, the last exposure is kept, or 0 stops if there is none. The first frame, and the first frame after a
+    /// reset, use the target at once. An exposure within 1/1024 stop of a constant target becomes equal to it. A time
+    /// step that is zero, negative or NaN changes nothing. A very long time step reaches the target and never
+    /// overshoots. Nothing is read back from the device, and sums have a fixed order, so equal frames give equal bits.
     ///
     /// Between two frames the target is taken to move on a straight line, from the target of the previous frame to that
     /// of this frame. `Exponential` follows this line exactly: e + (a - e) s + (b - a) (1 - s / (r dt)), s = 1 - exp(-r

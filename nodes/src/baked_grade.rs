@@ -84,7 +84,7 @@ impl Node for BakedGrade {
     const INPUTS: &'static [Input] = &[Input::image("source", "Exposed light.").accepts(&[ColorState::Exposed])];
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::Always(ColorState::Encoded), "The signal, Rec.709, 0 to 1.")];
-    const FALLBACK: Fallback = Fallback::Input("source");
+    const FALLBACK: Fallback = Fallback::input("source");
 
     fn verify(&self) -> Result<(), String> {
         self.tone_map().verify()

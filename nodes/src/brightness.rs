@@ -18,9 +18,8 @@ params! {
 impl Node for Brightness {
     const INPUTS: &'static [Input] = &[Input::image("source", "The image after the tone curve.")
         .accepts(&[ColorState::DisplayLinear, ColorState::Encoded])];
-    const OUTPUTS: &'static [Output] =
-        &[Output::image("result", OutputState::Same("source"), "The picture, 0 or more.")];
-    const FALLBACK: Fallback = Fallback::Input("source");
+    const OUTPUTS: &'static [Output] = &[Output::image("result", OutputState::same("source"), "The image, 0 or more.")];
+    const FALLBACK: Fallback = Fallback::input("source");
 
     fn identity(&self, _: &Arrivals) -> Option<Fallback> {
         (self.amount == 0.0).then_some(Self::FALLBACK)

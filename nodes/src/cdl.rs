@@ -29,8 +29,8 @@ impl Node for Cdl {
             ColorState::DisplayLinear,
             ColorState::Encoded,
         ])];
-    const OUTPUTS: &'static [Output] = &[Output::image("result", OutputState::Same("source"), "The graded image.")];
-    const FALLBACK: Fallback = Fallback::Input("source");
+    const OUTPUTS: &'static [Output] = &[Output::image("result", OutputState::same("source"), "The graded image.")];
+    const FALLBACK: Fallback = Fallback::input("source");
 
     fn identity(&self, _: &Arrivals) -> Option<Fallback> {
         let neutral =

@@ -32,8 +32,8 @@ impl Node for ColorBalance {
     const INPUTS: &'static [Input] = &[Input::image("source", "The image after the tone curve, preferably encoded.")
         .accepts(&[ColorState::DisplayLinear, ColorState::Encoded])];
     const OUTPUTS: &'static [Output] =
-        &[Output::image("result", OutputState::Same("source"), "The tinted image, 0 or more.")];
-    const FALLBACK: Fallback = Fallback::Input("source");
+        &[Output::image("result", OutputState::same("source"), "The tinted image, 0 or more.")];
+    const FALLBACK: Fallback = Fallback::input("source");
 
     fn identity(&self, _: &Arrivals) -> Option<Fallback> {
         let still = [self.shadows, self.midtones, self.highlights] == [[0.0; 3]; 3];

@@ -34,8 +34,9 @@ choices! {
 }
 
 params! {
-    /// Grades by a look-up table from a file: `.cube` with a 1-D table, a 3-D table or both, or a PNG with tiles or in
-    /// HALD layout.
+    /// Grades by a look-up table from a file.
+    ///
+    /// The file is a `.cube` file with a 1-D table, a 3-D table or both, or a PNG with tiles or in HALD layout.
     ///
     /// The author of the table decides what it expects and returns: place the node where the image is in that color
     /// state. Most tables are made for encoded images. For light above 1, set `shaper` to the spacing of the table's
@@ -68,8 +69,8 @@ impl Node for ColorLut {
             ColorState::DisplayLinear,
             ColorState::Encoded,
         ])];
-    const OUTPUTS: &'static [Output] = &[Output::image("result", OutputState::Same("source"), "The graded image.")];
-    const FALLBACK: Fallback = Fallback::Input("source");
+    const OUTPUTS: &'static [Output] = &[Output::image("result", OutputState::same("source"), "The graded image.")];
+    const FALLBACK: Fallback = Fallback::input("source");
 
     fn identity(&self, _: &Arrivals) -> Option<Fallback> {
         let does_nothing = || self.shaper == Shaper::None && self.table().is_ok_and(|lut| lut.is_identity());

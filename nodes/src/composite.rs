@@ -59,8 +59,8 @@ impl Node for Composite {
         Input::image("bloom", "The light to combine with it, of any size.").accepts(STATES).optional(),
     ];
     const OUTPUTS: &'static [Output] =
-        &[Output::image("result", OutputState::Same("base"), "The image with the light.")];
-    const FALLBACK: Fallback = Fallback::Input("base");
+        &[Output::image("result", OutputState::same("base"), "The image with the light.")];
+    const FALLBACK: Fallback = Fallback::input("base");
 
     fn identity(&self, arrivals: &Arrivals) -> Option<Fallback> {
         let adds_nothing = arrivals.is_zero("bloom") && (self.blend == CompositeBlend::Add || arrivals.is_zero("base"));

@@ -5,8 +5,7 @@ use afterimage_graph::prelude::*;
 static SHADER: Shader = shader!("dither");
 
 params! {
-    /// Quantises an encoded image to the codes of a file or a display, with noise that prevents banding in smooth
-    /// gradients.
+    /// Quantises an encoded image to the codes of a file or a display, with noise against banding.
     ///
     /// The noise has a triangular distribution, so neither the mean nor the variance of the error depends on the image.
     /// It fades within half a code of black and white, so that solid black and white stay solid. The results are exact
@@ -26,7 +25,7 @@ impl Node for Dither {
     const INPUTS: &'static [Input] = &[Input::image("source", "The encoded image.").accepts(&[ColorState::Encoded])];
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::Always(ColorState::Encoded), "The image in exact codes, 0 to 1.")];
-    const FALLBACK: Fallback = Fallback::Input("source");
+    const FALLBACK: Fallback = Fallback::input("source");
 
     fn record(&self, pass: &mut Recorder<'_>) {
         let source = pass.image("source");

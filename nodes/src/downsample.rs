@@ -35,8 +35,9 @@ choices! {
 }
 
 params! {
-    /// Makes a pyramid. The first level is half the size of the source, and each further level half the size of the
-    /// previous one, rounded down and at least 1.
+    /// Makes a pyramid of images, each half the size of the previous one.
+    ///
+    /// The first level is half the size of the source. Sizes are rounded down and at least 1.
     ///
     /// The weights of every filter sum to 1, so a constant image stays the same on every level. Alpha is filtered like
     /// colour. Reads beyond the border return the border.
@@ -44,8 +45,10 @@ params! {
         /// Number of levels. A small source has fewer: halving ends at one texel.
         pub levels: u32 = 6 => within(1.0..=16.0), usually(2.0..=8.0);
         /// The filter of each halving.
-        pub filter: DownsampleFilter = DownsampleFilter::Tap13
-            => quality(DownsampleFilter::Tap13, [DownsampleFilter::Tap9, DownsampleFilter::Tap4, DownsampleFilter::Box]);
+        pub filter: DownsampleFilter = DownsampleFilter::Tap13 => quality(
+            DownsampleFilter::Tap13,
+            [DownsampleFilter::Tap9, DownsampleFilter::Tap4, DownsampleFilter::Box]
+        );
         /// How the first halving limits single very bright pixels. Brightness is the largest channel.
         pub firefly: Firefly = Firefly::Off => neutral(Firefly::Off);
     }
@@ -102,8 +105,8 @@ impl Downsample {
 impl Node for Downsample {
     const INPUTS: &'static [Input] = &[Input::image("source", "The image to downsample.")];
     const OUTPUTS: &'static [Output] = &[
-        Output::new("result", PortType::Pyramid, OutputState::Same("source"), "The levels, finest first."),
-        Output::image("coarsest", OutputState::Same("source"), "The coarsest level: a small image for wide blurs."),
+        Output::new("result", PortType::Pyramid, OutputState::same("source"), "The levels, finest first."),
+        Output::image("coarsest", OutputState::same("source"), "The coarsest level: a small image for wide blurs."),
     ];
     const FALLBACK: Fallback = Fallback::Zero;
 

@@ -71,7 +71,7 @@ impl Node for Encode {
         &[Input::image("source", "Display-linear light in Rec.709.").accepts(&[ColorState::DisplayLinear])];
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::Always(ColorState::Encoded), "The signal, 0 to 1.")];
-    const FALLBACK: Fallback = Fallback::Input("source");
+    const FALLBACK: Fallback = Fallback::input("source");
 
     fn record(&self, pass: &mut Recorder<'_>) {
         let source = pass.image("source");

@@ -23,7 +23,7 @@ impl Node for Exposure {
     ];
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::Always(ColorState::Exposed), "The light times 2^stops, at most 65504.")];
-    const FALLBACK: Fallback = Fallback::Input("source");
+    const FALLBACK: Fallback = Fallback::input("source");
 
     fn identity(&self, arrivals: &Arrivals) -> Option<Fallback> {
         (self.stops == 0.0 && arrivals.is_absent("meter")).then_some(Self::FALLBACK)

@@ -85,14 +85,14 @@ impl Node for Extract {
             ColorState::DisplayLinear,
         ])];
     const OUTPUTS: &'static [Output] =
-        &[Output::image("result", OutputState::Same("source"), "The selected light, black elsewhere.")];
+        &[Output::image("result", OutputState::same("source"), "The selected light, black elsewhere.")];
     const FALLBACK: Fallback = Fallback::Zero;
 
     fn identity(&self, arrivals: &Arrivals) -> Option<Fallback> {
         let keeps_all = self.method == ExtractMethod::All && self.intensity == 1.0;
         match arrivals.is_zero("source") {
             true => Some(Fallback::Zero),
-            false => keeps_all.then_some(Fallback::Input("source")),
+            false => keeps_all.then_some(Fallback::input("source")),
         }
     }
 

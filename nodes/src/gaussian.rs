@@ -63,8 +63,9 @@ blur! {
 }
 
 blur! {
-    /// Blurs every level of a pyramid with the same sigma in its own texels, so each level is blurred twice as wide as
-    /// the previous one.
+    /// Blurs every level of a pyramid with the same sigma in its own texels.
+    ///
+    /// Each level is blurred twice as wide as the previous one.
     ///
     /// The weights sum to 1, so a constant image stays the same. Reads beyond the border return the border. Alpha is
     /// blurred like colour.
@@ -132,8 +133,8 @@ impl Node for Gaussian {
         ColorState::DisplayLinear,
         ColorState::Data,
     ])];
-    const OUTPUTS: &'static [Output] = &[Output::image("result", OutputState::Same("source"), "The blurred image.")];
-    const FALLBACK: Fallback = Fallback::Input("source");
+    const OUTPUTS: &'static [Output] = &[Output::image("result", OutputState::same("source"), "The blurred image.")];
+    const FALLBACK: Fallback = Fallback::input("source");
 
     fn identity(&self, arrivals: &Arrivals) -> Option<Fallback> {
         (arrivals.is_zero("source") || self.blur().changes_nothing()).then_some(Self::FALLBACK)
@@ -150,8 +151,8 @@ impl Node for Gaussian {
 impl Node for GaussianPyramid {
     const INPUTS: &'static [Input] = &[Input::new("source", PortType::Pyramid, "The levels to blur.")];
     const OUTPUTS: &'static [Output] =
-        &[Output::new("result", PortType::Pyramid, OutputState::Same("source"), "The blurred levels, finest first.")];
-    const FALLBACK: Fallback = Fallback::Input("source");
+        &[Output::new("result", PortType::Pyramid, OutputState::same("source"), "The blurred levels, finest first.")];
+    const FALLBACK: Fallback = Fallback::input("source");
 
     fn identity(&self, arrivals: &Arrivals) -> Option<Fallback> {
         (arrivals.is_zero("source") || self.blur().changes_nothing()).then_some(Self::FALLBACK)

@@ -60,8 +60,8 @@ const COLUMNS: u32 = 64;
 
 /// Height of a workgroup's tile, in sampled pixels. Taller tiles write to the table less often. Shorter tiles keep
 /// concurrent reads closer in the cache, if the image fits.
-fn rows(picked: Size) -> u32 {
-    if picked.texels() < 0x100_0000 { 64 } else { 128 }
+fn rows(sampled: Size) -> u32 {
+    if sampled.texels() < 0x100_0000 { 64 } else { 128 }
 }
 
 impl Histogram {
@@ -106,7 +106,7 @@ impl Node for Histogram {
     fn record(&self, pass: &mut Recorder<'_>) {
         let source = pass.image("source");
         let size = pass.desc(source).size;
-        let picked = size.div_up(self.step);
+        let sampled = size.div_up(self.step);
         let (albedo, mask) = (pass.wired("albedo"), pass.wired("mask"));
         let center = self.weight == HistogramWeight::Center;
         let albedo_image = Self::image_or_nothing(pass, "albedo");
@@ -115,17 +115,17 @@ impl Node for Histogram {
         let bytes = (4 * (HEADER + u64::from(self.bins))).next_multiple_of(16);
         let table = pass.output_table("result", bytes, BufferLife::Zeroed);
         pass.give("brightest", Arrival::Buffer(table));
-        let rows = rows(picked);
+        let rows = rows(sampled);
         pass.compute(&SHADER, "histogram")
             .image("albedo", albedo_image)
             .image("mask", mask_image)
             .buffer("result", table)
             .set("bins_per_stop", f64::from(self.bins - 1) / f64::from(self.hi - self.lo))
-            .set("full_weight", self.full_weight(center || mask, picked.texels()))
+            .set("full_weight", self.full_weight(center || mask, sampled.texels()))
             .constant("HISTOGRAM_ALBEDO", f64::from(u8::from(albedo)))
             .constant("HISTOGRAM_MASK", f64::from(u8::from(mask)))
             .constant("HISTOGRAM_CENTER", f64::from(u8::from(center)))
             .constant("HISTOGRAM_ROWS", f64::from(rows))
-            .dispatch([picked.width.div_ceil(COLUMNS), picked.height.div_ceil(rows), 1]);
+            .dispatch([sampled.width.div_ceil(COLUMNS), sampled.height.div_ceil(rows), 1]);
     }
 }

@@ -1,7 +1,18 @@
 //! The built-in node kinds: one file per kind, and the table [`ALL`] that lists them.
 //!
-//! To add a kind, write `nodes/src/<kind>.rs` and `shaders/<kind>.wgsl`, and add it to `mod`, `pub use` and [`ALL`]
-//! below, in alphabetical order.
+//! A host passes the table to the registry, alone or together with tables of other crates:
+//!
+//! ```
+//! use afterimage_graph::node::Registry;
+//!
+//! let kinds = Registry::new(&[afterimage_nodes::ALL])?;
+//! assert!(kinds.get("ToneMap").is_some());
+//! # Ok::<(), afterimage_graph::node::DuplicateKind>(())
+//! ```
+//!
+//! `afterimage nodes` prints the manual of all kinds, from their declarations. To add a kind, write
+//! `nodes/src/<kind>.rs` and `shaders/<kind>.wgsl`, and add it to `mod`, `pub use` and [`ALL`] below, in alphabetical
+//! order.
 
 /// The shader of that name.
 macro_rules! shader {

@@ -45,8 +45,8 @@ impl Node for LiftGammaGain {
         ColorState::Encoded,
     ])];
     const OUTPUTS: &'static [Output] =
-        &[Output::image("result", OutputState::Same("source"), "The graded image, 0 or more.")];
-    const FALLBACK: Fallback = Fallback::Input("source");
+        &[Output::image("result", OutputState::same("source"), "The graded image, 0 or more.")];
+    const FALLBACK: Fallback = Fallback::input("source");
 
     fn identity(&self, _: &Arrivals) -> Option<Fallback> {
         self.is_neutral().then_some(Self::FALLBACK)

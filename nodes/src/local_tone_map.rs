@@ -5,8 +5,9 @@ use afterimage_graph::prelude::*;
 static SHADER: Shader = shader!("local_tone_map");
 
 params! {
-    /// Compresses the contrast between dark and bright regions and keeps the detail within them, so that a room and the
-    /// view through its window both fit into the range of the display.
+    /// Compresses the contrast between dark and bright regions and keeps the detail within them.
+    ///
+    /// A room and the view through its window then both fit into the range of the display.
     ///
     /// In stops: o = midpoint + contrast (base - midpoint) + detail (l - base). l is the log2 luminance of the pixel.
     /// The base is the log2 luminance of its surroundings: a share of the bilateral grid, which respects edges, plus a
@@ -58,8 +59,8 @@ impl Node for LocalToneMap {
             .optional(),
     ];
     const OUTPUTS: &'static [Output] =
-        &[Output::image("result", OutputState::Same("source"), "The image with compressed local contrast.")];
-    const FALLBACK: Fallback = Fallback::Input("source");
+        &[Output::image("result", OutputState::same("source"), "The image with compressed local contrast.")];
+    const FALLBACK: Fallback = Fallback::input("source");
 
     fn verify(&self) -> Result<(), String> {
         if self.lo < self.hi { Ok(()) } else { Err("`hi` must be above `lo`".into()) }

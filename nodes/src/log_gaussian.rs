@@ -7,8 +7,9 @@ use crate::gaussian_weights::GaussianWeights;
 static SHADER: Shader = shader!("log_gaussian");
 
 params! {
-    /// Averages log2 luminance to a small image and blurs it widely: the brightness of the surroundings, without regard
-    /// to edges.
+    /// Averages log2 luminance to a small image and blurs it widely.
+    ///
+    /// The result is the brightness of the surroundings, without regard to edges.
     ///
     /// Each pixel counts once, by its area, at any size. The blur is a circle in the image. `source` is an exposed
     /// image, or the scene with `meter` and `stops` set as for the `Exposure`.

@@ -6,8 +6,10 @@ use glam::{DMat3, DVec3};
 static SHADER: Shader = shader!("purkinje");
 
 params! {
-    /// The Purkinje shift by a model of rods and cones. In dim light the rods add to the signals of the cones: the
-    /// image turns blue, dark reds disappear and differences of hue fade.
+    /// Simulates night vision by a model of rods and cones: the Purkinje shift.
+    ///
+    /// In dim light the rods add to the signals of the cones: the image turns blue, dark reds disappear and differences
+    /// of hue fade.
     ///
     /// The model is that of Cao, Pokorny and Smith (2008) with the regulation of Kirk and O'Brien (2011), as used in
     /// games by Patry (2021). Cone responses are those of linear Rec.709 under D65. It is the identity at 10 lux and
@@ -85,7 +87,7 @@ fn darkness(lux: f32) -> f64 {
 }
 
 /// Whether a kind that acts only in dim light is the identity.
-pub(crate) fn acts_not(strength: f32, illuminance: f32, arrivals: &Arrivals) -> bool {
+pub(crate) fn has_no_effect(strength: f32, illuminance: f32, arrivals: &Arrivals) -> bool {
     let bright = illuminance >= PHOTOPIC_LUX && arrivals.is_absent("meter");
     strength == 0.0 || bright || arrivals.is_zero("source")
 }
@@ -100,11 +102,11 @@ pub(crate) const INPUTS: &[Input] = &[
 impl Node for Purkinje {
     const INPUTS: &'static [Input] = INPUTS;
     const OUTPUTS: &'static [Output] =
-        &[Output::image("result", OutputState::Same("source"), "The image as seen in dim light.")];
-    const FALLBACK: Fallback = Fallback::Input("source");
+        &[Output::image("result", OutputState::same("source"), "The image as seen in dim light.")];
+    const FALLBACK: Fallback = Fallback::input("source");
 
     fn identity(&self, arrivals: &Arrivals) -> Option<Fallback> {
-        acts_not(self.strength, self.illuminance, arrivals).then_some(Self::FALLBACK)
+        has_no_effect(self.strength, self.illuminance, arrivals).then_some(Self::FALLBACK)
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {

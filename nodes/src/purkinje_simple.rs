@@ -2,7 +2,7 @@
 
 use afterimage_graph::prelude::*;
 
-use crate::purkinje::{INPUTS, acts_not};
+use crate::purkinje::{INPUTS, has_no_effect};
 
 static SHADER: Shader = shader!("purkinje_simple");
 
@@ -30,11 +30,11 @@ fn fading(lo: f64, hi: f64, lux: f32) -> f64 {
 impl Node for PurkinjeSimple {
     const INPUTS: &'static [Input] = INPUTS;
     const OUTPUTS: &'static [Output] =
-        &[Output::image("result", OutputState::Same("source"), "The image with the night look.")];
-    const FALLBACK: Fallback = Fallback::Input("source");
+        &[Output::image("result", OutputState::same("source"), "The image with the night look.")];
+    const FALLBACK: Fallback = Fallback::input("source");
 
     fn identity(&self, arrivals: &Arrivals) -> Option<Fallback> {
-        acts_not(self.strength, self.illuminance, arrivals).then_some(Self::FALLBACK)
+        has_no_effect(self.strength, self.illuminance, arrivals).then_some(Self::FALLBACK)
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {

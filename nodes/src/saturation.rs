@@ -17,8 +17,8 @@ params! {
 impl Node for Saturation {
     const INPUTS: &'static [Input] = &[Input::image("source", "Linear light, before or after the tone curve.")
         .accepts(&[ColorState::Scene, ColorState::Exposed, ColorState::DisplayLinear])];
-    const OUTPUTS: &'static [Output] = &[Output::image("result", OutputState::Same("source"), "The light, 0 or more.")];
-    const FALLBACK: Fallback = Fallback::Input("source");
+    const OUTPUTS: &'static [Output] = &[Output::image("result", OutputState::same("source"), "The light, 0 or more.")];
+    const FALLBACK: Fallback = Fallback::input("source");
 
     fn identity(&self, _: &Arrivals) -> Option<Fallback> {
         (self.amount == 1.0).then_some(Self::FALLBACK)

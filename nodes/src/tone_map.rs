@@ -155,7 +155,7 @@ impl Node for ToneMap {
         OutputState::Always(ColorState::DisplayLinear),
         "Display-linear light, 0 to `peak`.",
     )];
-    const FALLBACK: Fallback = Fallback::Input("source");
+    const FALLBACK: Fallback = Fallback::input("source");
 
     fn verify(&self) -> Result<(), String> {
         if self.curve.has_own_space() && self.space != WorkingSpace::Rec709 {
@@ -176,9 +176,9 @@ impl Node for ToneMap {
     fn record(&self, pass: &mut Recorder<'_>) {
         let source = pass.image("source");
         let desc = ImageDesc::new(pass.desc(source).size);
-        let ways = self.ways();
-        let is_same_space = ways == [DMat3::IDENTITY; 2];
-        let [enter, leave] = ways.map(rows);
+        let conversions = self.space_conversions();
+        let is_same_space = conversions == [DMat3::IDENTITY; 2];
+        let [enter, leave] = conversions.map(rows);
         let (shoulder, agx, gt7) = (self.shoulder(), self.agx(), self.gt7());
         pass.function(&SHADER, self.kernel())
             .set("enter0", enter[0])
@@ -232,7 +232,7 @@ impl ToneMap {
     }
 
     /// The matrices from Rec.709 to the working space and back.
-    pub(crate) fn ways(&self) -> [DMat3; 2] {
+    pub(crate) fn space_conversions(&self) -> [DMat3; 2] {
         let space = match (self.curve, self.space) {
             (Curve::AcesHill, _) => return [HILL_IN, HILL_OUT],
             (Curve::Gt7, _) | (_, WorkingSpace::Rec2020) => REC2020,

@@ -26,8 +26,9 @@ choices! {
 }
 
 params! {
-    /// Combines the levels of a pyramid into one image of the finest level's size. It starts with the coarsest level
-    /// and enlarges with a filter at each step.
+    /// Combines the levels of a pyramid into one image of the finest level's size.
+    ///
+    /// It starts with the coarsest level and enlarges with a filter at each step.
     ///
     /// With `Mix`, the level of index i of L levels has the weight (1 - spread) spread^i, and the coarsest
     /// spread^(L-1). With `Add`, each has 1/L, or 1 without `normalize`. A pyramid of one level is returned unchanged.
@@ -85,7 +86,7 @@ impl Upsample {
 impl Node for Upsample {
     const INPUTS: &'static [Input] = &[Input::new("source", PortType::Pyramid, "The levels to combine.")];
     const OUTPUTS: &'static [Output] =
-        &[Output::image("result", OutputState::Same("source"), "One image of the size of the finest level.")];
+        &[Output::image("result", OutputState::same("source"), "One image of the size of the finest level.")];
     const FALLBACK: Fallback = Fallback::Zero;
 
     fn identity(&self, arrivals: &Arrivals) -> Option<Fallback> {

@@ -49,8 +49,8 @@ impl Node for WhiteBalance {
     const INPUTS: &'static [Input] =
         &[Input::image("source", "Light before the tone curve.").accepts(&[ColorState::Scene, ColorState::Exposed])];
     const OUTPUTS: &'static [Output] =
-        &[Output::image("result", OutputState::Same("source"), "The balanced light, 0 or more.")];
-    const FALLBACK: Fallback = Fallback::Input("source");
+        &[Output::image("result", OutputState::same("source"), "The balanced light, 0 or more.")];
+    const FALLBACK: Fallback = Fallback::input("source");
 
     fn identity(&self, _: &Arrivals) -> Option<Fallback> {
         self.is_neutral().then_some(Self::FALLBACK)

@@ -59,14 +59,14 @@ fn loft_floor(p: vec3f, pixel: f32) -> LoftSurface {
         return loft_matte(loft_rug(rug), vec3f(0.0, 1.0, 0.0));
     }
     let across = p.x / 0.17;
-    let lane = floor(across);
-    let along = p.z / 1.9 + hash_cell(noise_cell(vec2f(lane, 3.0)));
+    let column = floor(across);
+    let along = p.z / 1.9 + hash_cell(noise_cell(vec2f(column, 3.0)));
     let board = floor(along);
-    let seed = hash_cell(noise_cell(vec2f(lane, board)));
-    let seam = min(0.5 - abs(across - lane - 0.5), (0.5 - abs(along - board - 0.5)) * 11.0) * 0.17;
+    let seed = hash_cell(noise_cell(vec2f(column, board)));
+    let seam = min(0.5 - abs(across - column - 0.5), (0.5 - abs(along - board - 0.5)) * 11.0) * 0.17;
     let wood = loft_wood(p.xz, vec3f(0.075, 0.036, 0.019), vec3f(0.25, 0.14, 0.073), seed);
-    let wave = (noise(p.xz * vec2f(31.0, 5.0)) - 0.5) * 0.003;
-    let tilt = (vec2f(seed, fract(seed * 57.0)) - 0.5) * vec2f(0.003, 0.005) + wave;
+    let ripple = (noise(p.xz * vec2f(31.0, 5.0)) - 0.5) * 0.003;
+    let tilt = (vec2f(seed, fract(seed * 57.0)) - 0.5) * vec2f(0.003, 0.005) + ripple;
     let gap = loft_line(seam, 0.003, pixel);
     return loft_glossy(wood * (1.0 - 0.8 * gap), normalize(vec3f(tilt.x, 1.0, tilt.y)), 0.3);
 }

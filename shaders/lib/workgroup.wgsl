@@ -46,7 +46,9 @@ fn workgroup_sum(invocation: Invocation, invocations: u32, value: vec2f) -> vec2
     workgroupBarrier();
     if invocation.index < invocations / WORKGROUP_ROW {
         var part = vec2f();
-        for (var other = 0u; other < WORKGROUP_ROW; other++) { part += workgroup_values[invocation.index * WORKGROUP_ROW + other]; }
+        for (var other = 0u; other < WORKGROUP_ROW; other++) {
+            part += workgroup_values[invocation.index * WORKGROUP_ROW + other];
+        }
         workgroup_row_values[invocation.index] = part;
     }
     workgroupBarrier();
@@ -73,7 +75,9 @@ fn workgroup_sum_and_max(invocation: Invocation, invocations: u32, value: vec2f)
     }
     workgroupBarrier();
     var joined = workgroup_row_values[0];
-    for (var other = 1u; other < invocations / WORKGROUP_ROW; other++) { joined = sum_and_max(joined, workgroup_row_values[other]); }
+    for (var other = 1u; other < invocations / WORKGROUP_ROW; other++) {
+        joined = sum_and_max(joined, workgroup_row_values[other]);
+    }
     return joined;
 }
 

@@ -58,7 +58,7 @@ fn every_tier_is_checked() {
     folder.with("good.ron", text("{ \"twice\": Off }").as_bytes());
     assert_eq!(
         folder.run("check --plan good.ron").good(),
-        "good.ron: good, and so with `half`, `same`, `other`; its plans are proved\n"
+        "good.ron: good, also at `half`, `same`, `other`; its plans are verified\n"
     );
     assert_eq!(folder.run("check --tier half good.ron").good(), "good.ron: good\n");
     folder.with("bad.ron", text("\"other.ron\"").as_bytes());

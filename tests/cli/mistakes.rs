@@ -161,7 +161,7 @@ fn options_that_would_change_nothing_are_refused() {
     let table = [
         (
             "render {glare} room.exr -o out.png --size 3x3",
-            "error: `--size` is for pipelines without inputs; here the picture has the size of its input\n  hint: leave it out, or scale \
+            "error: `--size` is for pipelines without inputs; here the output has the size of the input\n  hint: leave it out, or scale \
              the input",
         ),
         (
@@ -211,7 +211,7 @@ fn a_pipe_is_no_image() {
     let folder = Folder::new("stream");
     folder.run("render {glare} /dev/zero -o out.png").fails(
         1,
-        "error: /dev/zero: this is a pipe or a device, not a file\n  hint: save the image to a file first: it is read in more than one go",
+        "error: /dev/zero: this is a pipe or a device, not a file\n  hint: save the image to a file first: reading needs to seek",
     );
 }
 
@@ -223,7 +223,7 @@ fn files_that_are_no_text_are_told_in_words() {
     folder.with("lut.ron", b"Pipeline(\n    inputs: { \"scene\": DisplayLinear },\n    nodes: { \"a\": ColorLut(source: \"scene\", file: \"none.cube\") },\n    outputs: { \"display\": \"a\" },\n)");
     folder.run("check latin.ron").fails_saying(
         1,
-        &["error: cannot read the pipeline `latin.ron`: line 2 is no text in UTF-8\n  hint: save the file in that encoding"],
+        &["error: cannot read the pipeline `latin.ron`: line 2 is not text in UTF-8\n  hint: save the file in that encoding"],
     );
     folder.run("check .").fails_saying(1, &["error: cannot read the pipeline `.`: it is a folder"]);
     folder.run("check none.ron").fails_saying(1, &["`none.ron`: there is no such file"]);

@@ -53,7 +53,7 @@ fn demo_plots_a_walk_that_is_the_same_at_every_frame_rate() {
     let figures: Vec<f64> = said.split(" % ").filter_map(|part| part.rsplit(' ').next()?.parse().ok()).collect();
     assert!(figures.len() == 2 && figures.iter().all(|percent| *percent < 1.0), "{said}");
     let plot = fs::read_to_string(folder.file("walk.svg")).expect("the plot was written");
-    assert!(plot.starts_with("<svg") && plot.contains("144 frames in a second"));
+    assert!(plot.starts_with("<svg") && plot.contains("144 frames per second"));
     folder.run("demo --walk walk.png").fails(1, "error: `--walk walk.png` does not end in `.svg`");
     assert_eq!(folder.names(), ["walk.svg"]);
 }

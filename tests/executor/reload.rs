@@ -215,8 +215,8 @@ fn broken(plan: &Plan) -> Plan {
     let args = vec![Arg::Point];
     *steps = vec![Step {
         node: "torn".into(),
-        shader: &TORN,
-        function: "torn",
+        shader: (&TORN).into(),
+        function: "torn".into(),
         args,
         uniform: Vec::new(),
         reach: None,

@@ -22,7 +22,7 @@ pub(super) const ALL: &[Planted] = &[
     planted::<Unbounded>("primaries", "out of range for Scene"),
     planted::<BelowBlack>("grey", "out of range for Scene"),
     planted::<AboveWhite>("bright", "out of range for Encoded"),
-    planted::<FalseIdentity>("grey", "left out as an identity"),
+    planted::<FalseIdentity>("grey", "skipped as an identity"),
     planted::<PowerOfNegative>("negative", "not finite"),
     planted::<CountsTooFar>("grey", "panics"),
     planted::<dark_edges::Gaussian>("white", "a constant becomes another"),
@@ -37,7 +37,7 @@ pub(super) const ALL: &[Planted] = &[
 ];
 
 const SOURCE: &[Input] = &[Input::image("source", "Light.").accepts(&[ColorState::Scene])];
-const RESULT: &[Output] = &[Output::image("result", OutputState::Same("source"), "Light.")];
+const RESULT: &[Output] = &[Output::image("result", OutputState::same("source"), "Light.")];
 
 /// A kind of one function that is named after its shader's text.
 macro_rules! faulty {
@@ -45,7 +45,7 @@ macro_rules! faulty {
         impl Node for $kind {
             const INPUTS: &'static [Input] = SOURCE;
             const OUTPUTS: &'static [Output] = $outputs;
-            const FALLBACK: Fallback = Fallback::Input("source");
+            const FALLBACK: Fallback = Fallback::input("source");
 
             fn identity(&self, _: &Arrivals) -> Option<Fallback> {
                 let is_neutral: fn(&Self) -> bool = $fallback;
@@ -194,7 +194,7 @@ params! {
 impl Node for CountsTooFar {
     const INPUTS: &'static [Input] = SOURCE;
     const OUTPUTS: &'static [Output] = RESULT;
-    const FALLBACK: Fallback = Fallback::Input("source");
+    const FALLBACK: Fallback = Fallback::input("source");
 
     fn record(&self, pass: &mut Recorder<'_>) {
         const WEIGHTS: [f32; 4] = [0.4, 0.3, 0.2, 0.1];
@@ -218,7 +218,7 @@ params! {
 impl Node for DrawsOtherwise {
     const INPUTS: &'static [Input] = SOURCE;
     const OUTPUTS: &'static [Output] = RESULT;
-    const FALLBACK: Fallback = Fallback::Input("source");
+    const FALLBACK: Fallback = Fallback::input("source");
 
     fn record(&self, pass: &mut Recorder<'_>) {
         static SHADER: Shader = Shader::new(
@@ -244,7 +244,7 @@ params! {
 impl Node for HandsOver {
     const INPUTS: &'static [Input] = SOURCE;
     const OUTPUTS: &'static [Output] = RESULT;
-    const FALLBACK: Fallback = Fallback::Input("source");
+    const FALLBACK: Fallback = Fallback::input("source");
 
     fn record(&self, pass: &mut Recorder<'_>) {
         static SHADER: Shader = Shader::new(
@@ -276,7 +276,7 @@ mod dark_edges {
     impl Node for Gaussian {
         const INPUTS: &'static [Input] = SOURCE;
         const OUTPUTS: &'static [Output] = RESULT;
-        const FALLBACK: Fallback = Fallback::Input("source");
+        const FALLBACK: Fallback = Fallback::input("source");
 
         fn record(&self, pass: &mut Recorder<'_>) {
             static SHADER: Shader = Shader::new(
@@ -344,7 +344,7 @@ mod leaning {
     impl Node for Saturation {
         const INPUTS: &'static [Input] = SOURCE;
         const OUTPUTS: &'static [Output] = RESULT;
-        const FALLBACK: Fallback = Fallback::Input("source");
+        const FALLBACK: Fallback = Fallback::input("source");
 
         fn record(&self, pass: &mut Recorder<'_>) {
             static SHADER: Shader = Shader::new(

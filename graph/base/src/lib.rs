@@ -6,4 +6,7 @@
 pub mod caps;
 pub mod diagnostic;
 pub mod image;
+mod shared;
 pub mod value;
+
+pub use shared::Shared;

@@ -3,6 +3,8 @@
 use std::ops::RangeInclusive;
 use std::sync::Arc;
 
+use crate::Shared;
+
 /// A value of a parameter, from a pipeline file or a control.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Value {
@@ -98,7 +100,7 @@ impl Type {
 #[derive(Clone, Debug)]
 pub struct Param {
     /// The name in files, shaders and messages.
-    pub name: &'static str,
+    pub name: Shared<str>,
     /// Its meaning, with the neutral value if there is one.
     pub doc: String,
     /// Its type.
@@ -109,8 +111,10 @@ pub struct Param {
     pub domain: Option<(f64, f64)>,
     /// The range of a slider. It lies within the domain.
     pub usual: Option<(f64, f64)>,
+    /// Its former name, if it was renamed.
+    pub former: Option<Shared<str>>,
     /// The unit of its numbers. Empty for pure numbers.
-    pub unit: &'static str,
+    pub unit: Shared<str>,
     /// Whether a change needs a new plan. Otherwise a new uniform is enough.
     pub replan: bool,
     /// The value at which the parameter changes nothing, if there is one.
@@ -130,10 +134,22 @@ pub struct Quality {
 
 impl Param {
     /// A parameter without a domain. A change of a choice, an integer, a flag or a file needs a new plan.
-    pub fn new(name: &'static str, doc: &str, ty: Type, default: Value) -> Self {
+    pub fn new(name: impl Into<Shared<str>>, doc: &str, ty: Type, default: Value) -> Self {
         let doc = doc.trim().to_owned();
         let replan = matches!(ty, Type::Bool | Type::Int | Type::Choice(_) | Type::File);
-        Self { name, doc, ty, default, domain: None, usual: None, unit: "", replan, neutral: None, quality: None }
+        Self {
+            name: name.into(),
+            doc,
+            ty,
+            default,
+            domain: None,
+            usual: None,
+            former: None,
+            unit: Shared::of(""),
+            replan,
+            neutral: None,
+            quality: None,
+        }
     }
 
     /// Sets the domain of each component. A value outside is an error in the file.
@@ -148,9 +164,15 @@ impl Param {
         self
     }
 
+    /// Declares its former name. A file that uses the former name gets an error with the present one.
+    pub fn formerly(mut self, name: impl Into<Shared<str>>) -> Self {
+        self.former = Some(name.into());
+        self
+    }
+
     /// Sets the unit.
-    pub fn unit(mut self, unit: &'static str) -> Self {
-        self.unit = unit;
+    pub fn unit(mut self, unit: impl Into<Shared<str>>) -> Self {
+        self.unit = unit.into();
         self
     }
 

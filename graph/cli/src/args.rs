@@ -1,12 +1,15 @@
 //! The command line.
 
+pub(crate) mod measure;
+pub(crate) mod stress;
+
 use std::path::PathBuf;
 
 use afterimage_plan::Options;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
-use crate::measure::args::{MeasureArgs, TuneArgs};
-use crate::stress::args::StressArgs;
+use measure::{MeasureArgs, TuneArgs};
+use stress::StressArgs;
 
 /// Post-processing for HDR images: a pipeline is a RON file, its nodes are plug-ins.
 #[derive(Debug, Parser)]
@@ -18,15 +21,15 @@ pub(crate) struct Arguments {
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
-    /// Render the built-in scene, and show it through every shipped pipeline
+    /// Render the built-in scene through every built-in pipeline
     Demo(DemoArgs),
     /// Render an image or a sequence through a pipeline
     Render(RenderArgs),
-    /// Check pipeline files: all mistakes at once, with their places
+    /// Check pipeline files: all errors at once, with locations
     Check(CheckArgs),
     /// Show what a pipeline does on the GPU: passes, order, barriers, memory
     Plan(PlanArgs),
-    /// The manual of the node kinds
+    /// Describe the node kinds
     Nodes(NodesArgs),
     /// Time against error, for every tier and every quality switch of a pipeline
     Measure(MeasureArgs),
@@ -34,20 +37,20 @@ pub(crate) enum Command {
     Tune(TuneArgs),
     /// Measure a pipeline on this machine's graphics adapter
     Bench(BenchArgs),
-    /// Try every pipeline and every kind with every extreme
+    /// Test every pipeline and every node kind with extreme images, parameters and sizes
     Stress(StressArgs),
 }
 
-/// What every command that reads a pipeline takes.
+/// Options of every command that reads a pipeline.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct PipelineOptions {
-    /// Change a parameter: `--set bloom.strength=0.4`; the value is RON, as in the file
+    /// Override a parameter: `--set bloom.strength=0.4`; the value is RON, as in the file
     #[arg(long = "set", value_name = "NODE.PARAMETER=VALUE")]
     pub(crate) sets: Vec<String>,
-    /// Say something of the scene: `--fact emissive=false`, `--fact illuminance=3.5`
+    /// Set a fact about the scene: `--fact emissive=false`, `--fact illuminance=3.5`
     #[arg(long = "fact", value_name = "NAME=VALUE")]
     pub(crate) facts: Vec<String>,
-    /// The quality level to use
+    /// The tier to use
     #[arg(long)]
     pub(crate) tier: Option<String>,
     /// A folder of shader-only node kinds (one folder with a `node.ron` and a `.wgsl` each)
@@ -55,45 +58,45 @@ pub(crate) struct PipelineOptions {
     pub(crate) nodes: Vec<PathBuf>,
 }
 
-/// What every command that plans takes.
+/// Options of every command that plans.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct PlanOptions {
-    /// Give each image its own memory; `--no-alias=placed` still lets images of equal description take turns
+    /// Give each image its own memory; with `--no-alias=placed`, images with equal descriptors still share a pooled texture
     #[arg(long, value_name = "WHICH", num_args = 0..=1, default_missing_value = "all", require_equals = true)]
     pub(crate) no_alias: Option<NoAlias>,
-    /// Let no two passes overlap
+    /// Put a barrier between all passes
     #[arg(long)]
     pub(crate) serial: bool,
     /// Keep each kernel function in a pass of its own
     #[arg(long)]
     pub(crate) no_fuse: bool,
-    /// Whether chains of images are made in one dispatch, through workgroup memory
+    /// Whether chains of images are computed in one dispatch, in workgroup memory
     #[arg(long, value_enum, default_value_t = TileChoice::Auto)]
     pub(crate) tiles: TileChoice,
-    /// Choose the order for the fewest batches rather than the smallest memory
+    /// Order the passes for the fewest batches (passes between two barriers) instead of the smallest memory
     #[arg(long)]
     pub(crate) fewest_batches: bool,
-    /// Store every intermediate in 32-bit floats, and filter them by hand
+    /// Store every intermediate in 32-bit floats, and filter them in the shader
     #[arg(long)]
     pub(crate) exact: bool,
-    /// Let the driver check every index and loop of the built-in kernels too
+    /// Keep bounds checks in the built-in kernels, too
     #[arg(long)]
     pub(crate) bounds_checks: bool,
 }
 
-/// What shaders may use beyond what every device has; what is not given is as `bench --calibrate` found it to be faster, and off without it.
+/// Optional features of shaders. Without an option, the result of `bench --calibrate` decides; without a calibration it is off.
 #[derive(Clone, Copy, Debug, Default, Args)]
 pub(crate) struct ArithmeticOptions {
-    /// Sum colours in half floats, where the device has them
+    /// Sum colours in half floats, if the device has them
     #[arg(long, value_name = "WHICH", num_args = 0..=1, default_missing_value = "on", require_equals = true)]
     pub(crate) half: Option<Use>,
-    /// Sum over workgroups by operations of subgroups, where the device has them
+    /// Use subgroup operations for sums over workgroups, if the device has them
     #[arg(long, value_name = "WHICH", num_args = 0..=1, default_missing_value = "on", require_equals = true)]
     pub(crate) subgroups: Option<Use>,
 }
 
 impl ArithmeticOptions {
-    /// The planner's switches with those that are given.
+    /// The planner's options with those that are set here.
     pub(crate) fn over(&self, options: Options) -> Options {
         let chosen = |given: Option<Use>, otherwise| given.map_or(otherwise, |given| given == Use::On);
         Options {
@@ -106,7 +109,7 @@ impl ArithmeticOptions {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Use {
-    /// Where the device has it
+    /// If the device has it
     On,
     /// Never
     Off,
@@ -114,11 +117,11 @@ pub(crate) enum Use {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum TileChoice {
-    /// Each image has a pass of its own
+    /// Compute each image in its own pass
     Never,
-    /// Where it is faster on this device
+    /// If it is faster on this device
     Auto,
-    /// Wherever it is possible
+    /// Whenever it is possible
     Always,
 }
 
@@ -126,17 +129,17 @@ pub(crate) enum TileChoice {
 pub(crate) enum NoAlias {
     /// Every image has its own texture
     All,
-    /// No heap, but images of equal description take turns
+    /// No heap, but images with equal descriptors share a pooled texture
     Placed,
 }
 
-/// What every command that runs on a GPU takes.
+/// Options of every command that runs on a GPU.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct DeviceOptions {
     /// Part of the name of the graphics adapter to use
     #[arg(long, value_name = "NAME")]
     pub(crate) adapter: Option<String>,
-    /// Draw point passes instead of dispatching them
+    /// Run point passes as draws instead of dispatches
     #[arg(long)]
     pub(crate) fragment: bool,
     #[command(flatten)]
@@ -145,16 +148,16 @@ pub(crate) struct DeviceOptions {
 
 #[derive(Debug, Args)]
 pub(crate) struct DemoArgs {
-    /// The folder that pictures go to
+    /// The folder for the images
     #[arg(short, long, default_value = "out")]
     pub(crate) out: PathBuf,
     /// Pixels of the scene
     #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = parse_size)]
     pub(crate) size: (u32, u32),
-    /// Seconds into the scene's motion
+    /// The time of the scene in seconds
     #[arg(long, default_value_t = 0.0)]
     pub(crate) time: f32,
-    /// Instead, walk the camera to the window at 24, 60 and 144 frames in a second and plot how the exposure follows
+    /// Instead, move the camera to the window at 24, 60 and 144 frames per second and plot the exposure
     #[arg(long, value_name = "FILE.svg", conflicts_with_all = ["out", "size", "time"])]
     pub(crate) walk: Option<PathBuf>,
     #[command(flatten)]
@@ -167,19 +170,19 @@ pub(crate) struct RenderArgs {
     pub(crate) pipeline: PathBuf,
     /// The image for the pipeline's first input: EXR, Radiance HDR or PNG; `shot.####.exr` is a sequence, `file.exr#layer` a layer
     pub(crate) input: Option<String>,
-    /// Where the picture goes: `.png` for an encoded output, `.exr` for a linear one; `out.####.png` for a sequence
+    /// The output file: `.png` for an encoded output, `.exr` for a linear one; `out.####.png` for a sequence
     #[arg(short, long, value_name = "FILE")]
     pub(crate) out: String,
     /// The image for another input: `--input albedo=albedo.exr`
     #[arg(long = "input", value_name = "NAME=FILE")]
     pub(crate) inputs: Vec<String>,
-    /// Which output to write; otherwise the first that fits the file's ending
+    /// The output to write; by default the first that fits the file's extension
     #[arg(long, value_name = "NAME")]
     pub(crate) output: Option<String>,
-    /// Frames of a sequence: `1-96`, `1-96x2`, `7,12-20`; a pipeline without inputs needs them to make one
+    /// Frames of a sequence: `1-96`, `1-96x2`, `7,12-20`; required for a sequence from a pipeline without inputs
     #[arg(long, value_name = "RANGE")]
     pub(crate) frames: Option<String>,
-    /// Frames in a second, for what adapts over time
+    /// Frames per second, for adaptation over time
     #[arg(long, default_value_t = 24.0, value_parser = parse_fps)]
     pub(crate) fps: f32,
     /// Pixels to render, for a pipeline without inputs
@@ -191,7 +194,7 @@ pub(crate) struct RenderArgs {
     /// Round to 8 bits without dither
     #[arg(long)]
     pub(crate) no_dither: bool,
-    /// Say how long each stage and each pass took
+    /// Print the time of each stage and of each pass
     #[arg(long)]
     pub(crate) timings: bool,
     /// Render again whenever the pipeline, a file that it names, a shader of `--nodes` or an image changes
@@ -213,7 +216,7 @@ pub(crate) struct CheckArgs {
     /// Print the diagnostics as JSON
     #[arg(long)]
     pub(crate) json: bool,
-    /// Also plan each pipeline and prove the plan
+    /// Also plan each pipeline and verify the plan
     #[arg(long)]
     pub(crate) plan: bool,
     #[command(flatten)]
@@ -231,16 +234,16 @@ pub(crate) struct PlanArgs {
     /// How to print it
     #[arg(long, value_enum, default_value_t = PlanFormat::Text)]
     pub(crate) format: PlanFormat,
-    /// Say what differs from the plan of another file
+    /// Print the differences from the plan of another file; as text or JSON
     #[arg(long, value_name = "OTHER")]
     pub(crate) diff: Option<PathBuf>,
-    /// Say what differs from the plan of another tier of this file
+    /// Print the differences from the plan of another tier of this file; as text or JSON
     #[arg(long, value_name = "TIER", conflicts_with = "diff")]
     pub(crate) diff_tier: Option<String>,
     /// Print a table in Markdown instead: bytes of transient images of each pipeline at 1080p, 4K and 8K
     #[arg(long, conflicts_with_all = ["size", "format", "diff", "diff_tier", "device"])]
     pub(crate) memory: bool,
-    /// Plan for this machine's graphics adapter instead of one that can do what most can
+    /// Plan for this machine's graphics adapter instead of a typical one
     #[arg(long)]
     pub(crate) device: bool,
     #[command(flatten)]
@@ -265,7 +268,7 @@ pub(crate) enum PlanFormat {
 
 #[derive(Debug, Args)]
 pub(crate) struct NodesArgs {
-    /// The kind to explain; all are listed without it
+    /// The kind to describe; all are listed without it
     pub(crate) kind: Option<String>,
     /// A folder of shader-only node kinds
     #[arg(long, value_name = "DIR")]
@@ -280,16 +283,16 @@ pub(crate) struct BenchArgs {
     /// Pixels of a frame
     #[arg(long, value_name = "WxH", default_value = "1920x1080", value_parser = parse_size)]
     pub(crate) size: (u32, u32),
-    /// Measured frames; medians are taken over them
+    /// Samples of each median
     #[arg(long, default_value_t = 100, value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) frames: u32,
     /// Also write the figures as JSON
     #[arg(long, value_name = "FILE")]
     pub(crate) json: Option<PathBuf>,
-    /// Measure whether this adapter draws or dispatches faster, and whether half floats and subgroups pay, and remember it
+    /// Measure whether this adapter is faster with draws or dispatches, and with half floats and subgroups; later runs use the result
     #[arg(long)]
     pub(crate) calibrate: bool,
-    /// Measure how time and memory grow with pixels and nodes; a table and a plot go to the folder
+    /// Measure how time and memory grow with pixels and nodes; writes a table and a chart to the folder
     #[arg(long, value_name = "DIR")]
     pub(crate) grow: Option<PathBuf>,
     #[command(flatten)]
@@ -310,8 +313,8 @@ pub(crate) fn parse_size(text: &str) -> Result<(u32, u32), String> {
     }
 }
 
-/// Frames in a second: some, and not without end.
+/// Frames per second, above 0 and finite.
 fn parse_fps(text: &str) -> Result<f32, String> {
     let fps = text.parse().ok().filter(|fps: &f32| fps.is_normal() && *fps > 0.0);
-    fps.ok_or_else(|| "frames in a second are a number above 0, such as 24 or 23.976".into())
+    fps.ok_or_else(|| "frames per second are a number above 0, such as 24 or 23.976".into())
 }

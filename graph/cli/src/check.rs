@@ -2,29 +2,28 @@
 
 use std::path::Path;
 
-use afterimage_graph::check::{CheckOptions, Graph, check};
+use afterimage_graph::check::Graph;
 use afterimage_graph::diagnostic::{Diagnostics, Style};
-use afterimage_graph::document::parse;
 use afterimage_graph::image::Size;
 use afterimage_graph::node::{NodeKind, Registry};
 use afterimage_plan::verify;
 
 use crate::args::{CheckArgs, PipelineOptions};
 use crate::failure::Failure;
-use crate::pipeline::{Files, check_file, facts, plan_without_device, read_text, registry, split, tier_names};
+use crate::pipeline::{PipelineFile, facts, plan_without_device, registry};
 use crate::terminal::{note, say};
 
 pub(crate) fn run(args: &CheckArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
-    let registry = registry(tables, &args.options.nodes)?;
     if args.json {
-        return json(args, &registry);
+        return json(args, tables);
     }
+    let registry = registry(tables, &args.options.nodes)?;
     let mut failed = 0;
     for path in &args.pipelines {
         match one(path, args, &registry) {
             Ok(verdict) => say(&format!("{}: good{verdict}", path.display())),
-            Err(failure) if failure.status == 1 => {
-                note(&failure.text);
+            Err(failure) if failure.status() == 1 => {
+                note(&failure.text());
                 failed += 1;
             }
             Err(failure) => return Err(failure),
@@ -36,13 +35,14 @@ pub(crate) fn run(args: &CheckArgs, tables: &[&[NodeKind]]) -> Result<(), Failur
     }
 }
 
-/// What is to be said of a good pipeline.
+/// Checks a pipeline; returns the rest of the line about a good one.
 fn one(path: &Path, args: &CheckArgs, registry: &Registry) -> Result<String, Failure> {
-    let (written, mut warnings) = check_file(path, registry, &args.options)?;
+    let file = PipelineFile::read(path, registry)?;
+    let (written, mut warnings) = file.check(&args.options)?;
     let mut graphs = vec![(String::new(), written)];
-    let tiers = other_tiers(path, &args.options)?;
+    let tiers = other_tiers(&file, &args.options)?;
     for tier in &tiers {
-        let (graph, more) = check_file(path, registry, &at_tier(&args.options, tier))?;
+        let (graph, more) = file.check(&at_tier(&args.options, tier))?;
         warnings.absorb(more);
         graphs.push((format!(" of tier `{tier}`"), graph));
     }
@@ -51,25 +51,25 @@ fn one(path: &Path, args: &CheckArgs, registry: &Registry) -> Result<String, Fai
         note(&warnings.render(Style::Coloured));
     }
     if args.plan {
-        graphs.iter().try_for_each(|(tier, graph)| prove(graph, tier, args))?;
+        graphs.iter().try_for_each(|(tier, graph)| verify_plans(graph, tier, args))?;
     }
     let named: Vec<String> = tiers.iter().map(|tier| format!("`{tier}`")).collect();
-    let tiers = if named.is_empty() { String::new() } else { format!(", and so with {}", named.join(", ")) };
-    Ok(format!("{tiers}{}", if args.plan { "; its plans are proved" } else { "" }))
+    let tiers = if named.is_empty() { String::new() } else { format!(", also at {}", named.join(", ")) };
+    Ok(format!("{tiers}{}", if args.plan { "; its plans are verified" } else { "" }))
 }
 
-/// The tiers to be checked beside the file as it is written; none if the command line asks for one.
-fn other_tiers(path: &Path, options: &PipelineOptions) -> Result<Vec<String>, Failure> {
-    if options.tier.is_some() { Ok(Vec::new()) } else { tier_names(path) }
+/// The tiers to check besides the file as it is written; none if the command line names one.
+fn other_tiers(file: &PipelineFile<'_>, options: &PipelineOptions) -> Result<Vec<String>, Failure> {
+    if options.tier.is_some() { Ok(Vec::new()) } else { file.tiers() }
 }
 
-/// The options for a tier. It may be another file, which need not ask the facts that this one asks.
+/// The options for a tier. It may be another file, which need not use the facts that this one uses.
 fn at_tier(options: &PipelineOptions, tier: &str) -> PipelineOptions {
     PipelineOptions { tier: Some(tier.to_owned()), facts: Vec::new(), ..options.clone() }
 }
 
-/// PlanCache the pipeline at three sizes and lets the checker replay each plan.
-fn prove(graph: &Graph, tier: &str, args: &CheckArgs) -> Result<(), Failure> {
+/// Plans the pipeline at three sizes and verifies each plan.
+fn verify_plans(graph: &Graph, tier: &str, args: &CheckArgs) -> Result<(), Failure> {
     for size in [Size::new(1, 1), Size::new(641, 359), Size::new(3840, 2160)] {
         let plan = plan_without_device(graph, size, facts(&args.options)?, Default::default())?;
         verify(&plan).map_err(|faults| {
@@ -80,29 +80,46 @@ fn prove(graph: &Graph, tier: &str, args: &CheckArgs) -> Result<(), Failure> {
     Ok(())
 }
 
-fn json(args: &CheckArgs, registry: &Registry) -> Result<(), Failure> {
+/// Prints the diagnostics of all files as JSON. Every error is one of them, also a file that cannot be read.
+fn json(args: &CheckArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
     let mut all = Diagnostics::default();
-    for path in &args.pipelines {
-        let written = said(path, registry, &args.options)?;
-        let is_good = !written.has_errors();
-        all.absorb(written);
-        // Where the file itself is wrong, so are its tiers.
-        for tier in if is_good { other_tiers(path, &args.options)? } else { Vec::new() } {
-            all.absorb(said(path, registry, &at_tier(&args.options, &tier))?);
+    let mut status = 0;
+    let mut add = |result: Result<Diagnostics, Failure>| match result {
+        Ok(warnings) => all.absorb(warnings),
+        Err(failure) => {
+            status = status.max(failure.status());
+            all.absorb(failure.into_diagnostics());
         }
+    };
+    match registry(tables, &args.options.nodes) {
+        Ok(registry) => args.pipelines.iter().for_each(|path| add(diagnostics(path, args, &registry))),
+        Err(failure) => add(Err(failure)),
     }
     let all = all.sorted();
     say(&format!("{:#}", all.to_json()));
-    if all.has_errors() { Err(Failure { text: String::new(), status: 1 }) } else { Ok(()) }
+    if status == 0 { Ok(()) } else { Err(Failure::Printed { status }) }
 }
 
-/// All that a check says of a file.
-fn said(path: &Path, registry: &Registry, options: &PipelineOptions) -> Result<Diagnostics, Failure> {
-    let name = path.to_string_lossy();
-    let text = read_text(path, "pipeline")?;
-    let sets = options.sets.iter().map(|set| split(set, "--set")).collect::<Result<_, _>>()?;
-    let options = CheckOptions { tier: options.tier.clone(), sets, loader: &Files };
-    let checked =
-        parse(&name, &text).and_then(|document| check(&document, registry, &options).map(|(_, warnings)| warnings));
-    Ok(checked.unwrap_or_else(|errors| errors))
+/// The warnings of a file and of its tiers; or all errors, of the file if it has any, otherwise of its tiers.
+fn diagnostics(path: &Path, args: &CheckArgs, registry: &Registry) -> Result<Diagnostics, Failure> {
+    let file = PipelineFile::read(path, registry)?;
+    let (graph, mut all) = file.check(&args.options)?;
+    let mut graphs = vec![(String::new(), graph)];
+    let mut failed = None;
+    for tier in other_tiers(&file, &args.options)? {
+        match file.check(&at_tier(&args.options, &tier)) {
+            Ok((graph, warnings)) => {
+                all.absorb(warnings);
+                graphs.push((format!(" of tier `{tier}`"), graph));
+            }
+            Err(failure) => {
+                failed = failed.max(Some(failure.status()));
+                all.absorb(failure.into_diagnostics());
+            }
+        }
+    }
+    if args.plan {
+        graphs.iter().try_for_each(|(tier, graph)| verify_plans(graph, tier, args))?;
+    }
+    if failed.is_some() { Err(all.into()) } else { Ok(all) }
 }

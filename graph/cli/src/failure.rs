@@ -1,71 +1,154 @@
-//! Why the program stops, and with which status.
+//! Why a command fails, and with which exit status.
 
 use std::process::ExitCode;
 
-use afterimage_gpu::GpuError;
-use afterimage_graph::diagnostic::{Diagnostics, Style};
+use afterimage_gpu::{GpuError, SessionError};
+use afterimage_graph::diagnostic::{Diagnostic, Diagnostics, Style};
+use afterimage_lab::LabError;
+use afterimage_media::FileError;
 use afterimage_plan::PlanError;
 
-use afterimage_media::FileError;
-
-/// What stopped a command.
+/// The reason of a failed command.
 #[derive(Debug)]
-pub(crate) struct Failure {
-    /// What to print; may hold several lines and colours.
-    pub(crate) text: String,
-    /// 1 where the user's input is at fault, 2 where the machine is.
-    pub(crate) status: u8,
+pub(crate) enum Failure {
+    /// An error that is not in a pipeline file.
+    Error {
+        /// The stable name of the error in JSON.
+        code: &'static str,
+        /// What is wrong: lower case, no full stop.
+        message: String,
+        /// What the user can do, if that is known.
+        hint: Option<String>,
+        /// 1 for an error of the input, 2 for an error of the machine.
+        status: u8,
+    },
+    /// Errors in pipeline files.
+    Pipeline(Diagnostics),
+    /// The results are printed already; only the status is left.
+    Printed {
+        /// See [`status`](Failure::status).
+        status: u8,
+    },
 }
 
 impl Failure {
-    /// The user's input is at fault.
+    /// An error of the input: arguments, images.
     pub(crate) fn user(message: impl std::fmt::Display) -> Self {
-        Self { text: format!("error: {message}"), status: 1 }
+        Self::error("arguments", message, 1)
     }
 
-    /// The machine is at fault.
+    /// A file that cannot be read.
+    pub(crate) fn unreadable(message: impl std::fmt::Display) -> Self {
+        Self::error("unreadable-file", message, 1)
+    }
+
+    /// An error of the machine.
     pub(crate) fn machine(message: impl std::fmt::Display) -> Self {
-        Self { text: format!("error: {message}"), status: 2 }
+        Self::error("machine", message, 2)
+    }
+
+    fn error(code: &'static str, message: impl std::fmt::Display, status: u8) -> Self {
+        Self::Error { code, message: message.to_string(), hint: None, status }
     }
 
     /// Adds what the user can do.
-    pub(crate) fn hint(mut self, hint: impl std::fmt::Display) -> Self {
-        self.text = format!("{}\n  hint: {hint}", self.text);
+    pub(crate) fn hint(mut self, text: impl std::fmt::Display) -> Self {
+        if let Self::Error { hint, .. } = &mut self {
+            *hint = Some(text.to_string());
+        }
         self
     }
 
-    /// Prints it and gives the exit status.
-    pub(crate) fn report(&self) -> ExitCode {
-        if !self.text.is_empty() {
-            crate::terminal::note(&self.text);
+    /// The exit status: 1 for an error of the input, 2 for an error of the machine.
+    pub(crate) fn status(&self) -> u8 {
+        match self {
+            Self::Error { status, .. } | Self::Printed { status } => *status,
+            Self::Pipeline(_) => 1,
         }
-        ExitCode::from(self.status)
+    }
+
+    /// The text for a terminal; may have several lines and colours.
+    pub(crate) fn text(&self) -> String {
+        match self {
+            Self::Error { message, hint: Some(hint), .. } => format!("error: {message}\n  hint: {hint}"),
+            Self::Error { message, hint: None, .. } => format!("error: {message}"),
+            Self::Pipeline(diagnostics) => diagnostics.render(Style::Coloured),
+            Self::Printed { .. } => String::new(),
+        }
+    }
+
+    /// The failure as diagnostics, for JSON.
+    pub(crate) fn into_diagnostics(self) -> Diagnostics {
+        let mut diagnostics = Diagnostics::default();
+        match self {
+            Self::Error { code, message, hint, .. } => {
+                diagnostics.push(Diagnostic::error(code, message).maybe_help(hint));
+            }
+            Self::Pipeline(errors) => diagnostics.absorb(errors),
+            Self::Printed { .. } => {}
+        }
+        diagnostics
+    }
+
+    /// Prints it and returns the exit status.
+    pub(crate) fn report(&self) -> ExitCode {
+        let text = self.text();
+        if !text.is_empty() {
+            crate::terminal::note(&text);
+        }
+        ExitCode::from(self.status())
     }
 }
 
 impl From<FileError> for Failure {
     fn from(error: FileError) -> Self {
-        Self { text: format!("error: {error}"), status: error.exit() }
+        let message = format!("{}: {}", error.path.display(), error.message);
+        let status = error.exit();
+        Self::Error { code: "file", message, hint: error.hint, status }
     }
 }
 
 impl From<Diagnostics> for Failure {
     fn from(diagnostics: Diagnostics) -> Self {
-        Self { text: diagnostics.render(Style::Coloured), status: 1 }
+        Self::Pipeline(diagnostics)
     }
 }
 
 impl From<PlanError> for Failure {
     fn from(error: PlanError) -> Self {
-        Self::user(error)
+        Self::error("plan", error, 1)
     }
 }
 
 impl From<GpuError> for Failure {
     fn from(error: GpuError) -> Self {
         match error {
+            GpuError::TooLarge { .. } => {
+                Self::user(error).hint("scale it down, or choose another device with `--adapter`")
+            }
             GpuError::NoAdapter { wanted: Some(_), .. } | GpuError::Shader(_) => Self::user(error),
             _ => Self::machine(error),
+        }
+    }
+}
+
+impl From<SessionError> for Failure {
+    fn from(error: SessionError) -> Self {
+        match error {
+            SessionError::Plan(error) => error.into(),
+            SessionError::Gpu(error) => error.into(),
+        }
+    }
+}
+
+impl From<LabError> for Failure {
+    fn from(error: LabError) -> Self {
+        match error {
+            LabError::Request { message, hint } => Self::Error { code: "arguments", message, hint, status: 1 },
+            LabError::Machine(message) => Self::machine(message),
+            LabError::File(error) => error.into(),
+            LabError::Pipeline(diagnostics) => diagnostics.into(),
+            LabError::Session(error) => error.into(),
         }
     }
 }

@@ -1,22 +1,26 @@
-//! The program `afterimage`, as a library: a plug-in author's own program is three lines around [`main()`].
+//! The program `afterimage` as a library: the program of a plug-in author calls [`main()`] with one more table of kinds.
 
 mod args;
 mod bench;
+mod built_in;
 mod cache;
 mod check;
 mod demo;
+mod device;
 mod failure;
 mod measure;
 mod memory;
 mod nodes;
+mod output;
 mod pipeline;
 mod plan;
+mod progress;
 mod render;
 mod save;
-mod session;
-mod shipped;
-pub mod stress;
+mod stress;
 mod terminal;
+mod tier_file;
+mod tune;
 mod watch;
 
 use std::process::ExitCode;
@@ -36,23 +40,23 @@ pub fn run(tables: &[&[NodeKind]], arguments: impl IntoIterator<Item = std::ffi:
     let arguments = match Arguments::try_parse_from(arguments) {
         Ok(arguments) => arguments,
         Err(error) => {
-            let asked_for_help = !error.use_stderr();
+            let is_help = !error.use_stderr();
             let _ = error.print();
-            return ExitCode::from(u8::from(!asked_for_help));
+            return ExitCode::from(u8::from(!is_help));
         }
     };
-    let done = match &arguments.command {
+    let result = match &arguments.command {
         Command::Demo(args) => demo::run(args, tables),
         Command::Render(args) => render::run(args, tables),
         Command::Check(args) => check::run(args, tables),
         Command::Plan(args) => plan::run(args, tables),
         Command::Nodes(args) => nodes::run(args, tables),
         Command::Measure(args) => measure::run(args, tables),
-        Command::Tune(args) => measure::tune::run(args, tables),
+        Command::Tune(args) => tune::run(args, tables),
         Command::Bench(args) => bench::run(args, tables),
         Command::Stress(args) => stress::run(args, tables),
     };
-    match done.and_then(|()| terminal::all_was_said()) {
+    match result.and_then(|()| terminal::check_output()) {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => failure.report(),
     }

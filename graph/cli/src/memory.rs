@@ -1,4 +1,4 @@
-//! `afterimage plan --memory`: what the planner's sharing of memory saves, for every pipeline and the usual sizes.
+//! `afterimage plan --memory`: the memory that aliasing saves, for pipelines at the usual sizes.
 
 use afterimage_graph::image::Size;
 use afterimage_graph::node::Registry;
@@ -6,7 +6,7 @@ use afterimage_plan::{Memory, Plan};
 
 use crate::args::PlanArgs;
 use crate::failure::Failure;
-use crate::pipeline::{facts, load_graph, plan_options, plan_without_device};
+use crate::pipeline::{PipelineFile, facts, plan_options, plan_without_device};
 
 /// Full HD, 4K and 8K.
 const SIZES: [Size; 3] = [
@@ -18,15 +18,15 @@ const SIZES: [Size; 3] = [
 const HEADING: &str = "\
 # Memory of transient images
 
-Made by `afterimage plan --memory pipelines/*.ron`, in MiB; sizes are those of a device that wants whole blocks of 64 KiB.
+Made by `afterimage plan --memory pipelines/*.ron`, in MiB, for a device whose allocations are multiples of 64 KiB.
 
-* described: every image that the nodes describe has its own texture, as a framework without fusion and without aliasing would have it
+* described: every image that the nodes describe has its own texture: no fusion and no aliasing
 * stored: every image that the plan stores has its own texture; fusion has removed the others
-* pooled: images of equal size and format take turns in one texture
+* pooled: images with equal descriptors share a pooled texture
 * placed: all images lie in one heap, at offsets
-* bound: the most bytes that live at once; no placement of this order can need less
+* bound: the lower bound, the most bytes that live at once in this order of passes
 
-Outputs and images that a later frame reads have memory of their own in all columns, and are not counted.
+Outputs and histories have their own memory in all columns and are not counted.
 
 | pipeline | size | described | stored | pooled | placed | bound | placed of described | above the bound |
 |---|---|--:|--:|--:|--:|--:|--:|--:|
@@ -37,7 +37,7 @@ pub(crate) fn table(args: &PlanArgs, registry: &Registry) -> Result<String, Fail
     let mut text = HEADING.to_owned();
     let options = args.arithmetic.over(plan_options(&args.plan));
     for path in &args.pipelines {
-        let graph = load_graph(path, registry, &args.options)?;
+        let graph = PipelineFile::read(path, registry)?.graph(&args.options)?;
         for size in SIZES {
             let plan = plan_without_device(&graph, size, facts(&args.options)?, options)?;
             let name = path.file_stem().unwrap_or_default().to_string_lossy();

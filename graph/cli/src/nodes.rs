@@ -1,4 +1,4 @@
-//! `afterimage nodes`: the manual, built from the table of kinds.
+//! `afterimage nodes`: descriptions of the node kinds, from their tables.
 
 use std::fmt::Write as _;
 
@@ -6,6 +6,7 @@ use afterimage_graph::diagnostic::did_you_mean;
 use afterimage_graph::image::ColorState;
 use afterimage_graph::node::{Fallback, Input, NodeKind, Output, OutputState, Registry};
 use afterimage_graph::value::{Param, Type};
+use afterimage_lab::stress::{Conditioning, WorstLight};
 use anstyle::{AnsiColor, Style};
 
 use crate::args::NodesArgs;
@@ -25,8 +26,8 @@ pub(crate) fn run(args: &NodesArgs, tables: &[&[NodeKind]]) -> Result<(), Failur
     Ok(())
 }
 
-fn find(registry: &Registry, name: &str) -> Result<NodeKind, Failure> {
-    let by_letters = |kind: &NodeKind| kind.name().eq_ignore_ascii_case(name);
+fn find<'r>(registry: &'r Registry, name: &str) -> Result<&'r NodeKind, Failure> {
+    let by_letters = |kind: &&NodeKind| kind.name().eq_ignore_ascii_case(name);
     registry.get(name).or_else(|| registry.iter().find(by_letters)).ok_or_else(|| {
         let failure = Failure::user(format!("no node kind is called `{name}`"));
         failure.hint(did_you_mean(name, registry.names()).unwrap_or_else(|| "`afterimage nodes` lists them all".into()))
@@ -43,7 +44,7 @@ fn list(registry: &Registry) -> String {
     text + "\n`afterimage nodes KIND` explains one.\n"
 }
 
-fn page(kind: NodeKind) -> String {
+fn page(kind: &NodeKind) -> String {
     let mut text = format!("{NAME}{}{NAME:#}\n\n{}\n", kind.name(), paragraph(kind.doc()));
     let _ = writeln!(text, "{HEADING}Inputs{HEADING:#}");
     if kind.inputs().is_empty() {
@@ -60,7 +61,7 @@ fn page(kind: NodeKind) -> String {
     let _ = writeln!(text, "\n{HEADING}When it is off{HEADING:#}\n  {}", fallback(kind.fallback()));
     let figures = match kind.inputs() {
         [] => Some("  nothing: it has no input".to_owned()),
-        _ => crate::stress::figures(kind.name()),
+        _ => conditioning(kind.name()),
     };
     if let Some(figures) = figures {
         let _ =
@@ -80,11 +81,11 @@ fn states(states: &[ColorState]) -> String {
 
 fn input(port: &Input) -> String {
     let optional = if port.optional { ", optional" } else { "" };
-    format!("  {NAME}{}{NAME:#}: {}{}{optional}\n      {}\n", port.name, port.ty.name(), states(port.states), port.doc)
+    format!("  {NAME}{}{NAME:#}: {}{}{optional}\n      {}\n", port.name, port.ty.name(), states(&port.states), port.doc)
 }
 
 fn output(port: &Output) -> String {
-    let state = match port.gives {
+    let state = match &port.state {
         OutputState::Always(state) => format!(" ({})", state.name()),
         OutputState::Same(input) => format!(" (in the state of `{input}`)"),
         OutputState::Nothing => String::new(),
@@ -125,4 +126,22 @@ fn fallback(fallback: Fallback) -> String {
         Fallback::Zero => "its result is black".into(),
         Fallback::Absent => "its result is nothing, and what needs it is off too".into(),
     }
+}
+
+/// The growth of errors in a kind, as `stress --conditioning --json` measured it.
+fn conditioning(kind: &str) -> Option<String> {
+    let kept: Vec<Conditioning> = serde_json::from_str(include_str!("../../docs/conditioning.json")).ok()?;
+    let found = kept.into_iter().find(|row| row.kind == kind)?;
+    let unit = found.unit.name();
+    let mut text = format!(
+        "  typically {} {unit}; at worst {} (light {})",
+        found.typical,
+        found.worst.growth,
+        found.worst.place()
+    );
+    if found.over_domain != found.worst {
+        let WorstLight { growth, set, .. } = &found.over_domain;
+        text += &format!(",\n  and {growth} with `{set}` (light {})", found.over_domain.place());
+    }
+    Some(text)
 }

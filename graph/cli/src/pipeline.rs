@@ -1,13 +1,13 @@
-//! From a pipeline file to a graph and a plan, for every command.
+//! From a pipeline file to a graph and a plan.
 
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use afterimage_graph::check::{CheckOptions, Facts, Graph, Loader, check};
+use afterimage_graph::check::{CheckOptions, DEEPEST, Facts, Graph, Loader, check};
 use afterimage_graph::diagnostic::{Diagnostics, Style};
-use afterimage_graph::document::parse;
+use afterimage_graph::document::{Document, parse};
 use afterimage_graph::image::{Format, ImageDesc, Size};
 use afterimage_graph::node::{NodeKind, Registry, folder_kind};
 use afterimage_plan::{Alias, Caps, GivenImage, Options, Plan, PlanRequest, Requirement, Tiles, plan};
@@ -25,47 +25,47 @@ impl Loader for Files {
     }
 }
 
-/// Remembers which files were asked for, whether they are there or not.
+/// Records which files are loaded, also those that do not exist.
 #[derive(Default)]
-struct Noted(RefCell<BTreeSet<PathBuf>>);
+struct RecordingLoader(RefCell<BTreeSet<PathBuf>>);
 
-impl Loader for Noted {
+impl Loader for RecordingLoader {
     fn load(&self, path: &str) -> Result<Arc<[u8]>, String> {
         self.0.borrow_mut().insert(path.into());
         Files.load(path)
     }
 }
 
-/// The pipeline's file and all that it names: those that it extends or uses, looks, tables. As far as it can be read.
+/// The pipeline file and the files that it names: extended and used pipelines, looks, tables. Files that cannot be read
+/// name no others.
 pub(crate) fn files_of(path: &Path, tables: &[&[NodeKind]], options: &PipelineOptions) -> BTreeSet<PathBuf> {
-    let noted = Noted::default();
+    let loader = RecordingLoader::default();
     if let (Ok(registry), Ok(text)) = (registry(tables, &options.nodes), read_text(path, "pipeline"))
-        && let Ok(document) = parse(&path.to_string_lossy(), &text)
+        && let Ok(file) = PipelineFile::parse((&path.to_string_lossy(), &text), &registry, &loader)
     {
-        let options = CheckOptions { tier: options.tier.clone(), sets: Vec::new(), loader: &noted };
-        // Whatever is wrong is told by those who want the pipeline.
-        let _ = check(&document, &registry, &options);
+        // The command that uses the pipeline reports its errors.
+        let _ = file.check(&PipelineOptions { sets: Vec::new(), facts: Vec::new(), ..options.clone() });
     }
-    let mut files = noted.0.into_inner();
+    let mut files = loader.0.into_inner();
     files.insert(path.to_owned());
     files
 }
 
-/// The text of a file; the failure says what it was needed for.
+/// The text of a file; `what` names it in the error.
 pub(crate) fn read_text(path: &Path, what: &str) -> Result<String, Failure> {
-    let failed = |why: String| Failure::user(format!("cannot read the {what} `{}`: {why}", path.display()));
+    let failed = |why: String| Failure::unreadable(format!("cannot read the {what} `{}`: {why}", path.display()));
     let bytes = std::fs::read(path).map_err(|error| failed(why_not(path, &error)))?;
     String::from_utf8(bytes).map_err(|error| {
-        let whole = &error.as_bytes()[..error.utf8_error().valid_up_to()];
-        let line = whole.iter().filter(|byte| **byte == b'\n').count() + 1;
-        failed(format!("line {line} is no text in UTF-8")).hint("save the file in that encoding")
+        let valid = &error.as_bytes()[..error.utf8_error().valid_up_to()];
+        let line = valid.iter().filter(|byte| **byte == b'\n').count() + 1;
+        failed(format!("line {line} is not text in UTF-8")).hint("save the file in that encoding")
     })
 }
 
-/// Why a file cannot be read, in the words of its user.
+/// Why a file cannot be read.
 fn why_not(path: &Path, error: &std::io::Error) -> String {
     use std::io::ErrorKind;
-    // An empty path is the folder itself.
+    // An empty path names the current folder.
     if path.is_dir() || path.as_os_str().is_empty() {
         return "it is a folder".into();
     }
@@ -76,7 +76,7 @@ fn why_not(path: &Path, error: &std::io::Error) -> String {
     }
 }
 
-/// The kinds of the program and those of plug-in folders.
+/// The kinds of the program and of plug-in folders.
 pub(crate) fn registry(tables: &[&[NodeKind]], folders: &[PathBuf]) -> Result<Registry, Failure> {
     let mut from_folders = Vec::new();
     for folder in folders {
@@ -88,18 +88,18 @@ pub(crate) fn registry(tables: &[&[NodeKind]], folders: &[PathBuf]) -> Result<Re
     Registry::new(&all).map_err(|error| Failure::user(error).hint(hint))
 }
 
-/// The kinds in a folder: the folder itself if it holds a `node.ron`, or each folder in it that does.
+/// The kinds in a folder: the folder itself if it has a `node.ron`, or each folder in it that has one.
 pub(crate) fn folder_kinds(folder: &Path) -> Result<Vec<NodeKind>, Failure> {
     if folder.join("node.ron").is_file() {
         return Ok(vec![folder_node(folder)?]);
     }
     let entries = std::fs::read_dir(folder)
-        .map_err(|error| Failure::user(format!("`{}` holds no node kinds: {error}", folder.display())))?;
+        .map_err(|error| Failure::user(format!("`{}` has no node kinds: {error}", folder.display())))?;
     let mut folders: Vec<_> = entries.filter_map(|entry| Some(entry.ok()?.path())).collect();
     folders.retain(|path| path.join("node.ron").is_file());
     folders.sort();
     if folders.is_empty() {
-        return Err(Failure::user(format!("no folder in `{}` holds a `node.ron`", folder.display())));
+        return Err(Failure::user(format!("no folder in `{}` has a `node.ron`", folder.display())));
     }
     folders.iter().map(|folder| folder_node(folder)).collect()
 }
@@ -125,66 +125,70 @@ fn shader_of(folder: &Path) -> Result<PathBuf, Failure> {
     }
 }
 
-/// A checked pipeline; its warnings are printed.
-pub(crate) fn load_graph(path: &Path, registry: &Registry, options: &PipelineOptions) -> Result<Graph, Failure> {
-    let (graph, warnings) = check_file(path, registry, options)?;
-    if !warnings.is_empty() {
-        note(&warnings.render(Style::Coloured));
+/// A pipeline file. It is parsed once and checked for each tier.
+pub(crate) struct PipelineFile<'r> {
+    path: PathBuf,
+    document: Document,
+    registry: &'r Registry,
+    loader: &'r dyn Loader,
+}
+
+impl<'r> PipelineFile<'r> {
+    /// Reads and parses a file.
+    pub(crate) fn read(path: &Path, registry: &'r Registry) -> Result<Self, Failure> {
+        let text = read_text(path, "pipeline")?;
+        Self::parse((&path.to_string_lossy(), &text), registry, &Files)
     }
-    Ok(graph)
-}
 
-/// A checked pipeline and its warnings.
-pub(crate) fn check_file(
-    path: &Path,
-    registry: &Registry,
-    options: &PipelineOptions,
-) -> Result<(Graph, Diagnostics), Failure> {
-    let text = read_text(path, "pipeline")?;
-    check_text(&path.to_string_lossy(), &text, registry, options)
-}
+    /// Parses the text of a file; `loader` reads the files that it names.
+    pub(crate) fn parse(
+        (name, text): (&str, &str),
+        registry: &'r Registry,
+        loader: &'r dyn Loader,
+    ) -> Result<Self, Failure> {
+        Ok(Self { path: name.into(), document: parse(name, text)?, registry, loader })
+    }
 
-/// A checked pipeline from its text, and its warnings.
-pub(crate) fn check_text(
-    name: &str,
-    text: &str,
-    registry: &Registry,
-    options: &PipelineOptions,
-) -> Result<(Graph, Diagnostics), Failure> {
-    check_with(&Files, name, text, registry, options)
-}
-
-/// The same with files from elsewhere.
-pub(crate) fn check_with(
-    loader: &dyn Loader,
-    name: &str,
-    text: &str,
-    registry: &Registry,
-    options: &PipelineOptions,
-) -> Result<(Graph, Diagnostics), Failure> {
-    let sets = options.sets.iter().map(|set| split(set, "--set")).collect::<Result<_, _>>()?;
-    let check_options = CheckOptions { tier: options.tier.clone(), sets, loader };
-    let (graph, warnings) = check(&parse(name, text)?, registry, &check_options)?;
-    refuse_unknown_facts(&graph, options)?;
-    Ok((graph, warnings))
-}
-
-/// The tiers of a file and of those that it extends, its own first.
-pub(crate) fn tier_names(path: &Path) -> Result<Vec<String>, Failure> {
-    let mut names: Vec<String> = Vec::new();
-    let mut next = Some(path.to_owned());
-    while let Some(path) = next.take() {
-        let text = read_text(&path, "pipeline")?;
-        let document = parse(&path.to_string_lossy(), &text)?;
-        for (name, _) in &document.tiers {
-            if !names.contains(&name.value) {
-                names.push(name.value.clone());
-            }
+    /// The graph; prints the warnings.
+    pub(crate) fn graph(&self, options: &PipelineOptions) -> Result<Graph, Failure> {
+        let (graph, warnings) = self.check(options)?;
+        if !warnings.is_empty() {
+            note(&warnings.render(Style::Coloured));
         }
-        // Whoever asks has checked the file, so the chain ends.
-        next = document.extends.map(|base| path.with_file_name("").join(base.value));
+        Ok(graph)
     }
-    Ok(names)
+
+    /// The graph and the warnings.
+    pub(crate) fn check(&self, options: &PipelineOptions) -> Result<(Graph, Diagnostics), Failure> {
+        let sets = options.sets.iter().map(|set| split(set, "--set")).collect::<Result<_, _>>()?;
+        let check_options = CheckOptions { tier: options.tier.clone(), sets, loader: self.loader };
+        let (graph, warnings) = check(&self.document, self.registry, &check_options)?;
+        refuse_unknown_facts(&graph, options)?;
+        Ok((graph, warnings))
+    }
+
+    /// The tiers of the file and of the files that it extends, its own first.
+    pub(crate) fn tiers(&self) -> Result<Vec<String>, Failure> {
+        let mut names = Vec::new();
+        let mut next = add_tiers(&self.path, &self.document, &mut names);
+        // A cycle is an error of the check; the limit ends it here, too.
+        for _ in 0..DEEPEST {
+            let Some(path) = next.take() else { break };
+            let text = read_text(&path, "pipeline")?;
+            next = add_tiers(&path, &parse(&path.to_string_lossy(), &text)?, &mut names);
+        }
+        Ok(names)
+    }
+}
+
+/// Adds the new tiers of a document; returns the file that it extends.
+fn add_tiers(path: &Path, document: &Document, names: &mut Vec<String>) -> Option<PathBuf> {
+    for (name, _) in &document.tiers {
+        if !names.contains(&name.value) {
+            names.push(name.value.clone());
+        }
+    }
+    document.extends.as_ref().map(|base| path.with_file_name("").join(&base.value))
 }
 
 /// `name=value`.
@@ -195,9 +199,9 @@ pub(crate) fn split(text: &str, flag: &str) -> Result<(String, String), Failure>
     Ok((name.trim().to_owned(), value.trim().to_owned()))
 }
 
-/// A fact that no condition asks is a slip of the pen, and silence would hide it.
+/// Refuses facts that no condition uses: they are typing errors.
 fn refuse_unknown_facts(graph: &Graph, options: &PipelineOptions) -> Result<(), Failure> {
-    let asked: Vec<String> = graph
+    let used: Vec<String> = graph
         .nodes
         .iter()
         .filter_map(|node| node.when.as_ref())
@@ -206,22 +210,19 @@ fn refuse_unknown_facts(graph: &Graph, options: &PipelineOptions) -> Result<(), 
         .collect();
     for fact in &options.facts {
         let (name, _) = split(fact, "--fact")?;
-        if !asked.contains(&name) {
-            let mut known = asked.clone();
+        if !used.contains(&name) {
+            let mut known = used.clone();
             known.sort();
             known.dedup();
-            let hint = if known.is_empty() {
-                "it asks no facts at all".into()
-            } else {
-                format!("it asks `{}`", known.join("`, `"))
-            };
-            return Err(Failure::user(format!("no `when` of this pipeline asks the fact `{name}`")).hint(hint));
+            let hint =
+                if known.is_empty() { "it uses no facts".into() } else { format!("it uses `{}`", known.join("`, `")) };
+            return Err(Failure::user(format!("no `when` of this pipeline uses the fact `{name}`")).hint(hint));
         }
     }
     Ok(())
 }
 
-/// What the command line says of the scene.
+/// The facts of the command line.
 pub(crate) fn facts(options: &PipelineOptions) -> Result<Facts, Failure> {
     let mut facts = Facts::default();
     for fact in &options.facts {
@@ -235,7 +236,7 @@ pub(crate) fn facts(options: &PipelineOptions) -> Result<Facts, Failure> {
     Ok(facts)
 }
 
-/// The planner's switches.
+/// The planner's options.
 pub(crate) fn plan_options(options: &PlanOptions) -> Options {
     let alias = match options.no_alias {
         None => Alias::Placed,
@@ -258,7 +259,8 @@ pub(crate) fn plan_options(options: &PlanOptions) -> Options {
     }
 }
 
-/// A plan without a device: for one that can store every format and has half-precision arithmetic and subgroups, on half-float inputs of that size.
+/// A plan for a typical device, which stores every format and has half-precision arithmetic and subgroups, with half-float
+/// inputs of this size.
 pub(crate) fn plan_without_device(graph: &Graph, size: Size, facts: Facts, options: Options) -> Result<Plan, Failure> {
     let caps = Caps {
         storage: Format::ALL.into(),
@@ -267,11 +269,11 @@ pub(crate) fn plan_without_device(graph: &Graph, size: Size, facts: Facts, optio
         subgroups: true,
         ..Caps::default()
     };
-    Ok(plan(graph, &setting(graph, size, facts, options, caps, &Requirement::typical))?)
+    Ok(plan(graph, &request(graph, size, facts, options, caps, &Requirement::typical))?)
 }
 
-/// A setting with half-float images of one size at all required inputs.
-pub(crate) fn setting<'a>(
+/// A request with half-float images of one size for all required inputs.
+pub(crate) fn request<'a>(
     graph: &Graph,
     size: Size,
     facts: Facts,

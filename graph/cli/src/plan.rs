@@ -1,49 +1,84 @@
-//! `afterimage plan`.
+//! `afterimage plan`: what a pipeline does on the GPU.
 
-use afterimage_gpu::{Executor, Gpu, Opening};
+use afterimage_gpu::{Gpu, Opening};
 use afterimage_graph::check::Graph;
 use afterimage_graph::image::Size;
 use afterimage_graph::node::NodeKind;
-use afterimage_plan::{Plan, diff, plan};
+use afterimage_plan::{Plan, PlanDiff, diff, plan};
+use serde_json::{Value, json};
 
 use crate::args::{PipelineOptions, PlanArgs, PlanFormat};
 use crate::failure::Failure;
 use crate::memory::table;
-use crate::pipeline::{facts, load_graph, plan_options, plan_without_device, registry, setting};
+use crate::pipeline::{PipelineFile, facts, plan_options, plan_without_device, registry, request};
 use crate::terminal::say;
 
 pub(crate) fn run(args: &PlanArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
+    match text(args, tables) {
+        Ok(text) => {
+            say(&text);
+            Ok(())
+        }
+        // A program that reads JSON gets the errors as JSON, too.
+        Err(failure) if args.format == PlanFormat::Json && !args.memory => {
+            let status = failure.status();
+            say(&format!("{:#}", failure.into_diagnostics().to_json()));
+            Err(Failure::Printed { status })
+        }
+        Err(failure) => Err(failure),
+    }
+}
+
+fn text(args: &PlanArgs, tables: &[&[NodeKind]]) -> Result<String, Failure> {
     let registry = registry(tables, &args.options.nodes)?;
     if args.memory {
-        say(&table(args, &registry)?);
-        return Ok(());
+        return table(args, &registry);
     }
-    let [pipeline] = args.pipelines.as_slice() else {
+    let [path] = args.pipelines.as_slice() else {
         return Err(Failure::user("this shows one pipeline at a time").hint("compare two with `--diff OTHER`"));
     };
-    let make = |path: &std::path::Path, options: &PipelineOptions| {
-        let graph = load_graph(path, &registry, options)?;
-        plan_of(&graph, args)
-    };
-    let this = make(pipeline, &args.options)?;
+    let file = PipelineFile::read(path, &registry)?;
+    let this = plan_of(&file.graph(&args.options)?, args)?;
     let other = match (&args.diff, &args.diff_tier) {
-        (Some(path), _) => Some(make(path, &args.options)?),
-        (None, Some(tier)) => {
-            Some(make(pipeline, &PipelineOptions { tier: Some(tier.clone()), ..args.options.clone() })?)
-        }
-        (None, None) => None,
+        (Some(path), _) => PipelineFile::read(path, &registry)?.graph(&args.options)?,
+        (None, Some(tier)) => file.graph(&PipelineOptions { tier: Some(tier.clone()), ..args.options.clone() })?,
+        (None, None) => return Ok(shown(&this, args.format)),
     };
-    if let Some(other) = other {
-        say(&diff(&this, &other).to_string());
-        return Ok(());
+    difference(&diff(&this, &plan_of(&other, args)?), args.format)
+}
+
+fn shown(plan: &Plan, format: PlanFormat) -> String {
+    match format {
+        PlanFormat::Text => plan.to_text(),
+        PlanFormat::Json => plan.to_json(),
+        PlanFormat::Dot => plan.to_dot(),
+        PlanFormat::Svg => plan.to_svg(),
     }
-    say(&match args.format {
-        PlanFormat::Text => this.to_text(),
-        PlanFormat::Json => this.to_json(),
-        PlanFormat::Dot => this.to_dot(),
-        PlanFormat::Svg => this.to_svg(),
-    });
-    Ok(())
+}
+
+fn difference(diff: &PlanDiff, format: PlanFormat) -> Result<String, Failure> {
+    match format {
+        PlanFormat::Text => Ok(diff.to_string()),
+        PlanFormat::Json => Ok(format!("{:#}", diff_json(diff))),
+        PlanFormat::Dot | PlanFormat::Svg => {
+            Err(Failure::user("differences have no drawing").hint("use `--format text` or `--format json`"))
+        }
+    }
+}
+
+/// The differences as JSON. Each pair has the values of this plan and of the other one.
+fn diff_json(diff: &PlanDiff) -> Value {
+    let changed =
+        |(image, before, after): &(String, String, String)| json!({ "image": image, "values": [before, after] });
+    json!({
+        "added": diff.added,
+        "removed": diff.removed,
+        "changed": diff.resized.iter().map(changed).collect::<Vec<Value>>(),
+        "passes": diff.passes,
+        "batches": diff.batches,
+        "bytes_moved": diff.bytes_moved,
+        "peak_memory": diff.peak_memory,
+    })
 }
 
 fn plan_of(graph: &Graph, args: &PlanArgs) -> Result<Plan, Failure> {
@@ -53,7 +88,7 @@ fn plan_of(graph: &Graph, args: &PlanArgs) -> Result<Plan, Failure> {
         return plan_without_device(graph, size, facts, options);
     }
     let gpu = Gpu::open(&Opening::default())?;
-    let executor = Executor::with_caps(&gpu.device, &gpu.queue, gpu.caps.clone());
+    let executor = gpu.executor();
     let requirement = |desc: &_| executor.requirement(desc);
-    Ok(plan(graph, &setting(graph, size, facts, options, gpu.caps.clone(), &requirement))?)
+    Ok(plan(graph, &request(graph, size, facts, options, gpu.caps.clone(), &requirement))?)
 }

@@ -1,4 +1,4 @@
-//! Rendered texels to files.
+//! Writes rendered texels to files.
 
 use std::path::Path;
 
@@ -12,14 +12,14 @@ use afterimage_media::{
     EncodedPixels, ExrOptions, Metadata, Picture, Pixels, PngDepth, PngOptions, write_exr, write_png,
 };
 
-/// How pictures are saved.
+/// How images are written.
 #[derive(Default)]
-pub(crate) struct Saving {
+pub(crate) struct SaveOptions {
     png: PngOptions,
     exr: ExrOptions,
 }
 
-impl Saving {
+impl SaveOptions {
     pub(crate) fn new(args: &RenderArgs) -> Result<Self, Failure> {
         let png = Self::is_png(&args.out);
         if !png && !ends_with(&args.out, ".exr") {
@@ -42,7 +42,7 @@ impl Saving {
         })
     }
 
-    /// Whether a file's name asks for a PNG.
+    /// Whether the file name is that of a PNG.
     pub(crate) fn is_png(out: &str) -> bool {
         ends_with(out, ".png")
     }
@@ -58,14 +58,14 @@ pub(crate) fn save(
     texels: &Texels,
     state: ColorState,
     meta: Option<Metadata>,
-    saving: &Saving,
+    options: &SaveOptions,
 ) -> Result<(), Failure> {
     let size = (texels.desc.size.width, texels.desc.size.height);
     if state == ColorState::Encoded {
         return match texels.desc.format {
-            Format::Rgba8Unorm => Ok(write_png(path, size, EncodedPixels::Byte(&texels.bytes), &saving.png)?),
-            Format::Rgba16Float => Ok(write_png(path, size, EncodedPixels::Half(&halves(texels)), &saving.png)?),
-            _ => Ok(write_png(path, size, EncodedPixels::Float(texels.to_floats().as_flattened()), &saving.png)?),
+            Format::Rgba8Unorm => Ok(write_png(path, size, EncodedPixels::Byte(&texels.bytes), &options.png)?),
+            Format::Rgba16Float => Ok(write_png(path, size, EncodedPixels::Half(&halves(texels)), &options.png)?),
+            _ => Ok(write_png(path, size, EncodedPixels::Float(texels.to_floats().as_flattened()), &options.png)?),
         };
     }
     let pixels = match texels.desc.format {
@@ -76,7 +76,7 @@ pub(crate) fn save(
     if let Some(meta) = meta {
         picture.meta = meta;
     }
-    Ok(write_exr(path, &picture, &saving.exr)?)
+    Ok(write_exr(path, &picture, &options.exr)?)
 }
 
 fn halves(texels: &Texels) -> Vec<f16> {

@@ -1,4 +1,4 @@
-//! `render --watch`: the picture again, each time that a file changes which it is made from.
+//! `render --watch`: renders again whenever an input file changes.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -12,16 +12,16 @@ use crate::pipeline::files_of;
 use crate::terminal::note;
 use afterimage_media::sequence;
 
-/// How often files are looked at: soon enough for an eye, and too seldom for a load.
-const LOOK: Duration = Duration::from_millis(100);
-/// How deep folders of kinds are looked into: `kinds/posterize/posterize.wgsl`.
+/// The interval of polling: not noticeable as a delay or as load.
+const INTERVAL: Duration = Duration::from_millis(100);
+/// The depth of folders of kinds: `kinds/posterize/posterize.wgsl`.
 const DEPTH: u32 = 2;
 
-/// Renders, and renders again after each change; mistakes are told and waited for. Never returns.
+/// Renders, and renders again after each change. Prints errors and waits for the next change. Never returns.
 pub(crate) fn watch(args: &RenderArgs, tables: &[&[NodeKind]], mut render: impl FnMut() -> Result<(), Failure>) -> ! {
     let mut places = BTreeSet::new();
     loop {
-        // While a file is broken, those that it named before may be where it is mended.
+        // While a file has errors, the files that it named before may be the ones to be corrected.
         places.extend(self::places(args, tables));
         let before = stamps(&places);
         match render() {
@@ -30,14 +30,14 @@ pub(crate) fn watch(args: &RenderArgs, tables: &[&[NodeKind]], mut render: impl 
                 failure.report();
             }
         }
-        // A change during the rendering counts: it may have come too late for it.
+        // A change during rendering counts: it may not be in the result.
         while stamps(&places) == before {
-            std::thread::sleep(LOOK);
+            std::thread::sleep(INTERVAL);
         }
     }
 }
 
-/// What a picture is made from: the pipeline with all that it names, folders of kinds, and the images.
+/// The input files: the pipeline and the files that it names, folders of kinds, and the images.
 fn places(args: &RenderArgs, tables: &[&[NodeKind]]) -> BTreeSet<PathBuf> {
     let mut places = files_of(&args.pipeline, tables, &args.options);
     places.extend(args.options.nodes.iter().cloned());
@@ -51,7 +51,7 @@ fn places(args: &RenderArgs, tables: &[&[NodeKind]]) -> BTreeSet<PathBuf> {
     places
 }
 
-/// A file, when it was changed, and its bytes.
+/// A file, the time of its last change, and its length.
 type Stamp = (PathBuf, Option<SystemTime>, u64);
 
 fn stamps(places: &BTreeSet<PathBuf>) -> Vec<Stamp> {
@@ -61,7 +61,7 @@ fn stamps(places: &BTreeSet<PathBuf>) -> Vec<Stamp> {
     found
 }
 
-/// A file itself; of a folder only what kinds are made of, for the picture may lie in it.
+/// A file itself; of a folder only the files of kinds, because the output may be in it.
 fn look(place: &Path, depth: u32, found: &mut Vec<Stamp>) {
     let Ok(meta) = std::fs::metadata(place) else { return };
     if meta.is_file() {

@@ -1,6 +1,7 @@
-//! A renderer's side of the framework: its own device, its own encoder, its own images.
+//! A renderer as a host: it has its own device, its own encoder and its own images.
 //!
-//! `cargo run -p afterimage-gpu --example embed` renders a few frames, changes the plan meanwhile, and tells the colour in the middle.
+//! `cargo run -p afterimage-gpu --example embed` renders a few frames, changes the plan between them, and prints the
+//! colour at the centre.
 #![allow(clippy::print_stdout, reason = "an example shows its result")]
 
 use std::error::Error;
@@ -23,7 +24,7 @@ struct Post {
 }
 
 impl Post {
-    /// Once. What `caps` says of the device decides which formats and kernels plans use.
+    /// Called once. The capabilities of the device determine which formats and kernels plans use.
     fn new(adapter: &wgpu::Adapter, device: &wgpu::Device, queue: &wgpu::Queue) -> Result<Self, Box<dyn Error>> {
         let kinds = Registry::new(&[afterimage_nodes::ALL])?;
         let (graph, _warnings) = check(&parse("caracal.ron", PIPELINE)?, &kinds, &CheckOptions::default())?;
@@ -31,14 +32,14 @@ impl Post {
         Ok(Self { graph, executor, next: None })
     }
 
-    /// When a fact, a parameter or the pipeline changes: the new plan is compiled beside the frames, and taken up by one of the next. What is equal in
-    /// both plans is kept.
+    /// Called when a fact, a parameter or the pipeline changes. The new plan is compiled while frames continue, and a
+    /// later frame swaps it in. What is equal in both plans is kept.
     fn change(&mut self, size: Size, facts: Facts) -> Result<(), Box<dyn Error>> {
         self.next = Some(self.executor.prepare(self.plan(size, facts)?));
         Ok(())
     }
 
-    /// At the start and after a resize: no frame can be drawn with the old plan, so this one is waited for.
+    /// Called at the start and after a resize. No frame can use the old plan, so this waits for the new one.
     fn resize(&mut self, size: Size, facts: Facts) -> Result<(), Box<dyn Error>> {
         self.next = None;
         let plan = self.plan(size, facts)?;
@@ -48,7 +49,7 @@ impl Post {
     fn plan(&self, size: Size, facts: Facts) -> Result<Arc<Plan>, Box<dyn Error>> {
         let scene = GivenImage { desc: ImageDesc::new(size), finite: false };
         let executor = &self.executor;
-        let setting = PlanRequest {
+        let request = PlanRequest {
             size,
             inputs: [("scene".to_owned(), scene)].into(),
             facts,
@@ -56,10 +57,10 @@ impl Post {
             options: Options::default(),
             requirement: &|desc| executor.requirement(desc),
         };
-        Ok(Arc::new(plan(&self.graph, &setting)?))
+        Ok(Arc::new(plan(&self.graph, &request)?))
     }
 
-    /// In every frame, into the renderer's encoder.
+    /// Called in every frame; records into the renderer's encoder.
     fn draw(
         &mut self,
         encoder: &mut wgpu::CommandEncoder,
@@ -76,7 +77,7 @@ impl Post {
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
-    // A renderer has these already.
+    // A renderer has its own device.
     let Gpu { adapter, device, queue, .. } = Gpu::open(&Opening::default())?;
     let size = Size::new(64, 64);
     let scene = upload(&device, &queue, &grey(size, 0.18));
@@ -97,16 +98,16 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
 
     let pixels = download(&device, &queue, &screen)?.to_floats();
-    println!("middle grey is {:?} on the screen", pixels[pixels.len() / 2]);
+    println!("middle grey becomes {:?} on the display", pixels[pixels.len() / 2]);
     Ok(())
 }
 
-/// What the renderer has drawn: a surface of one luminance.
+/// The renderer's image: one luminance everywhere.
 fn grey(size: Size, light: f32) -> Texels {
     Texels::from_floats_as_half(size.width, size.height, &vec![[light, light, light, 1.0]; size.texels() as usize])
 }
 
-/// An image that can be drawn to and not stored to, as those of a swap chain.
+/// A render target that is not a storage texture, like the images of a swap chain.
 fn screen(device: &wgpu::Device, size: Size) -> wgpu::Texture {
     device.create_texture(&wgpu::TextureDescriptor {
         label: Some("screen"),

@@ -1,12 +1,15 @@
 //! The adapter, the device and their capabilities.
 
-use afterimage_graph::image::Format;
+use std::sync::{Arc, Mutex};
+
+use afterimage_graph::image::{Format, ImageDesc};
 use afterimage_plan::Caps;
 use wgpu::{Features, TextureFormat, TextureUsages};
 
-use crate::GpuError;
+use crate::{Executor, GpuError};
 
-/// A device that Afterimage opens itself, for programs without a renderer.
+/// A device that Afterimage opens itself, for programs without a renderer. Clones are handles to the same device.
+#[derive(Clone)]
 pub struct Gpu {
     /// The adapter.
     pub adapter: wgpu::Adapter,
@@ -81,6 +84,67 @@ impl Gpu {
     /// Whether the adapter is the processor itself.
     pub fn is_processor(&self) -> bool {
         self.adapter.get_info().device_type == wgpu::DeviceType::Cpu
+    }
+
+    /// Checks that the device can hold an image.
+    ///
+    /// # Errors
+    /// [`GpuError::TooLarge`].
+    pub fn check_fits(&self, desc: ImageDesc) -> Result<(), GpuError> {
+        let (width, height, limit) = (desc.size.width, desc.size.height, self.caps.max_side);
+        match width.max(height) <= limit {
+            true => Ok(()),
+            false => Err(GpuError::TooLarge { width, height, adapter: self.name(), limit }),
+        }
+    }
+
+    /// An executor with the capabilities of this device.
+    pub fn executor(&self) -> Executor {
+        Executor::with_caps(&self.device, &self.queue, self.caps.clone())
+    }
+
+    /// A new command encoder.
+    pub fn encoder(&self) -> wgpu::CommandEncoder {
+        self.device.create_command_encoder(&Default::default())
+    }
+
+    /// Waits until all submitted work is done.
+    ///
+    /// # Errors
+    /// The device is lost.
+    pub fn wait(&self) -> Result<(), GpuError> {
+        self.wait_for(None)
+    }
+
+    /// Waits for the end of a submission; of the last one if `submission_index` is `None`.
+    ///
+    /// # Errors
+    /// The device is lost.
+    pub fn wait_for(&self, submission_index: Option<wgpu::SubmissionIndex>) -> Result<(), GpuError> {
+        let wait = wgpu::PollType::Wait { submission_index, timeout: None };
+        self.device.poll(wait).map(drop).map_err(|error| GpuError::lost(&error))
+    }
+
+    /// Collects the errors of the device from now on, which would stop the program otherwise.
+    pub fn log_errors(&self) -> ErrorLog {
+        let log = ErrorLog::default();
+        let errors = log.0.clone();
+        self.device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
+            errors.lock().unwrap_or_else(|poisoned| poisoned.into_inner()).push(error.to_string());
+        }));
+        log
+    }
+}
+
+/// Errors that a device has reported.
+#[derive(Clone, Debug, Default)]
+pub struct ErrorLog(Arc<Mutex<Vec<String>>>);
+
+impl ErrorLog {
+    /// The first error since the last call, if there is one.
+    pub fn take_first(&self) -> Option<String> {
+        let mut errors = self.0.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+        std::mem::take(&mut *errors).into_iter().next()
     }
 }
 

@@ -33,6 +33,18 @@ pub enum GpuError {
         /// The driver's reason.
         why: String,
     },
+    /// An image of the host is larger than the device allows.
+    #[error("the image is {width}x{height}, but `{adapter}` takes at most {limit} pixels a side")]
+    TooLarge {
+        /// Pixels of a row.
+        width: u32,
+        /// Rows.
+        height: u32,
+        /// The adapter.
+        adapter: String,
+        /// The largest side.
+        limit: u32,
+    },
     /// The device does not support a format.
     #[error("this device has no format for {what}")]
     Format {
@@ -82,6 +94,13 @@ pub enum GpuError {
     /// No plan is loaded.
     #[error("no plan is loaded")]
     NoPlan,
+}
+
+impl GpuError {
+    /// The device is lost, for the reason that wgpu gives.
+    pub(crate) fn lost(why: &dyn std::fmt::Display) -> Self {
+        Self::DeviceLost { why: why.to_string() }
+    }
 }
 
 fn called(name: Option<&str>) -> String {

@@ -6,6 +6,8 @@ use afterimage_plan::Stage;
 use afterimage_plan::codegen::Composed;
 use rustc_hash::FxHashMap;
 
+use afterimage_base::Shared;
+
 use crate::GpuError;
 use crate::layout::Pipeline;
 
@@ -13,7 +15,7 @@ use crate::layout::Pipeline;
 #[derive(Clone, PartialEq, Eq, Hash)]
 pub(crate) struct PipelineKey {
     pub(crate) source: String,
-    pub(crate) entry: &'static str,
+    pub(crate) entry: Shared<str>,
     pub(crate) constants: Vec<(&'static str, u64)>,
     /// The attachment's format of a draw.
     pub(crate) attachment: Option<wgpu::TextureFormat>,
@@ -188,7 +190,7 @@ fn compile(device: &wgpu::Device, cache: Option<&wgpu::PipelineCache>, order: &O
             label: Some(&order.label),
             layout: Some(&layout),
             module: &module,
-            entry_point: Some(order.composed.compute),
+            entry_point: Some(&order.composed.compute),
             compilation_options,
             cache,
         })),
@@ -222,7 +224,7 @@ mod tests {
     fn key(source: &str) -> PipelineKey {
         PipelineKey {
             source: source.to_owned(),
-            entry: "compute",
+            entry: "compute".into(),
             constants: Vec::new(),
             attachment: None,
             layout: String::new(),

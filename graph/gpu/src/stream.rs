@@ -56,7 +56,7 @@ impl Feed {
             }),
         };
         map(&self.device, &staging, wgpu::MapMode::Write)?;
-        let mut mapped = staging.slice(..).get_mapped_range_mut().map_err(|error| lost(&error))?;
+        let mut mapped = staging.slice(..).get_mapped_range_mut().map_err(|error| GpuError::lost(&error))?;
         if row == pitch {
             mapped.slice(..).copy_from_slice(bytes);
         } else {
@@ -104,7 +104,7 @@ impl Readback {
         self.queue.submit([encoder.finish()]);
         map(&self.device, &buffer, wgpu::MapMode::Read)?;
         let bytes = {
-            let mapped = buffer.slice(..).get_mapped_range().map_err(|error| lost(&error))?;
+            let mapped = buffer.slice(..).get_mapped_range().map_err(|error| GpuError::lost(&error))?;
             without_padding(&mapped, row, pitch)
         };
         buffer.unmap();
@@ -126,13 +126,63 @@ impl Readback {
     }
 }
 
-fn map(device: &wgpu::Device, buffer: &wgpu::Buffer, mode: wgpu::MapMode) -> Result<(), GpuError> {
-    buffer.slice(..).map_async(mode, |_| {});
-    device.poll(wgpu::PollType::wait_indefinitely()).map(drop).map_err(|error| lost(&error))
+/// Reads many textures of known descriptions back through one buffer.
+pub(crate) struct ReadbackBatch {
+    device: wgpu::Device,
+    buffer: wgpu::Buffer,
+    descs: Vec<ImageDesc>,
+    /// The number of textures that are copied so far, and their bytes.
+    copied: (usize, u64),
 }
 
-fn lost(error: &dyn std::fmt::Display) -> GpuError {
-    GpuError::DeviceLost { why: error.to_string() }
+impl ReadbackBatch {
+    /// A batch of textures of these descriptions, in this order.
+    pub(crate) fn new(device: &wgpu::Device, descs: Vec<ImageDesc>) -> Self {
+        let size: u64 = descs.iter().map(padded_bytes).sum();
+        let buffer = device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("readback"),
+            size: size.max(4),
+            usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        Self { device: device.clone(), buffer, descs, copied: (0, 0) }
+    }
+
+    /// Records the copy of the next texture.
+    pub(crate) fn copy(&mut self, encoder: &mut wgpu::CommandEncoder, texture: &wgpu::Texture) {
+        let (number, offset) = self.copied;
+        let desc = self.descs[number];
+        debug_assert_eq!(texture.format(), texture_format(desc.format));
+        let (_, pitch) = row_and_pitch(desc.size, desc.format);
+        let layout = wgpu::TexelCopyBufferLayout { offset, ..layout(desc.size, pitch) };
+        let to = wgpu::TexelCopyBufferInfo { buffer: &self.buffer, layout };
+        encoder.copy_texture_to_buffer(texture.as_image_copy(), to, texture.size());
+        self.copied = (number + 1, offset + padded_bytes(&desc));
+    }
+
+    /// The texels of all textures, once the copies are submitted. Waits for the GPU.
+    pub(crate) fn read(self) -> Result<Vec<Texels>, GpuError> {
+        map(&self.device, &self.buffer, wgpu::MapMode::Read)?;
+        let mapped = self.buffer.slice(..).get_mapped_range().map_err(|error| GpuError::lost(&error))?;
+        let mut rest: &[u8] = &mapped;
+        let texels = self.descs.iter().map(|desc| {
+            let (padded, after) = rest.split_at(padded_bytes(desc) as usize);
+            rest = after;
+            let (row, pitch) = row_and_pitch(desc.size, desc.format);
+            Texels { desc: *desc, bytes: without_padding(padded, row, pitch) }
+        });
+        Ok(texels.collect())
+    }
+}
+
+/// Bytes of an image whose rows are padded for copies.
+fn padded_bytes(desc: &ImageDesc) -> u64 {
+    (row_and_pitch(desc.size, desc.format).1 * rows(desc.size)) as u64
+}
+
+fn map(device: &wgpu::Device, buffer: &wgpu::Buffer, mode: wgpu::MapMode) -> Result<(), GpuError> {
+    buffer.slice(..).map_async(mode, |_| {});
+    device.poll(wgpu::PollType::wait_indefinitely()).map(drop).map_err(|error| GpuError::lost(&error))
 }
 
 /// Bytes of a row of texels, and the aligned distance between rows in a buffer.

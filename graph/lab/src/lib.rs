@@ -1,3 +1,24 @@
-//! Measurements of pipelines: error metrics, plots, and the searches and tests that use them.
+//! Measurements of pipelines: their cost, their accuracy, and their results for extreme inputs.
+//!
+//! - [`measure`]: time against error, for each tier and each quality switch of a pipeline.
+//! - [`tune`]: the quality switches with the smallest error in a time, or the shortest time within an error.
+//! - [`bench`]: the time of a frame and of its passes, compared with the bandwidth of the device and with a baseline.
+//! - [`stress`]: every pipeline and every node kind with extreme images, parameters and sizes.
+//! - [`metrics`], [`plot`]: image metrics and SVG charts.
+//!
+//! Options come in as plain structs, and results go out as reports. Pipelines and node kinds are given as graphs and
+//! registries: this crate parses no command line and knows no table of node kinds.
 
+pub mod bench;
+mod error;
+mod files;
+pub mod measure;
 pub mod metrics;
+pub mod plot;
+mod progress;
+pub mod scene;
+pub mod stress;
+pub mod tune;
+
+pub use error::LabError;
+pub use progress::Progress;

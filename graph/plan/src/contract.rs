@@ -19,7 +19,7 @@ use crate::passes::copy_step;
 pub fn contract(kinds: &[NodeKind]) -> Result<(), Vec<String>> {
     let mut complaints = afterimage_graph::node::contract(kinds).err().unwrap_or_default();
     for kind in kinds {
-        for complaint in of_modules(*kind) {
+        for complaint in of_modules(kind) {
             let complaint = format!("`{}`: {complaint}", kind.name());
             if !complaints.contains(&complaint) {
                 complaints.push(complaint);
@@ -29,7 +29,7 @@ pub fn contract(kinds: &[NodeKind]) -> Result<(), Vec<String>> {
     if complaints.is_empty() { Ok(()) } else { Err(complaints) }
 }
 
-fn of_modules(kind: NodeKind) -> Vec<String> {
+fn of_modules(kind: &NodeKind) -> Vec<String> {
     let (mut shapes, mut modules, mut complaints) = (BTreeSet::new(), BTreeSet::new(), Vec::new());
     for_each_recording(kind, &mut |recording| {
         for pass in &recording.passes {
@@ -53,7 +53,7 @@ fn shape(pass: &Pass, recording: &Recording) -> String {
         .collect();
     match &pass.work {
         Work::Steps { steps, .. } => {
-            let calls: Vec<_> = steps.iter().map(|step| (step.shader, step.function, &step.args)).collect();
+            let calls: Vec<_> = steps.iter().map(|step| (&step.shader, &step.function, &step.args)).collect();
             format!("{calls:?} {formats:?}")
         }
         Work::Tiled(tiling) => format!("{tiling:?} {formats:?}"),

@@ -157,11 +157,11 @@ struct KernelView<'a> {
     arguments: Vec<String>,
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     constants: BTreeMap<&'static str, f64>,
-    function: &'static str,
+    function: &'a str,
     #[serde(skip_serializing_if = "Option::is_none")]
     groups: Option<[u32; 3]>,
     node: &'a str,
-    shader: &'static str,
+    shader: &'a str,
 }
 
 impl<'a> Content<'a> {
@@ -342,7 +342,7 @@ impl<'a> KernelView<'a> {
         Self {
             arguments: step.args.iter().map(|arg| argument(*arg, names)).collect(),
             constants: BTreeMap::new(),
-            function: step.function,
+            function: &step.function,
             groups: None,
             node: &step.node,
             shader: step.shader.file(),
@@ -360,12 +360,12 @@ impl<'a> KernelView<'a> {
         }
     }
 
-    fn of_entry(call: &EntryCall, groups: [u32; 3], node: &'a str, names: &Names) -> Self {
+    fn of_entry(call: &'a EntryCall, groups: [u32; 3], node: &'a str, names: &Names) -> Self {
         let binding = |b: &afterimage_graph::node::Binding| format!("{} = {}", b.name, names.of(b.resource));
         Self {
             arguments: call.bindings.iter().map(binding).collect(),
             constants: call.constants.iter().copied().collect(),
-            function: call.entry,
+            function: &call.entry,
             groups: Some(groups),
             node,
             shader: call.shader.file(),

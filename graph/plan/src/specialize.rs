@@ -70,7 +70,7 @@ pub(crate) fn specialize(graph: &Graph, setting: &PlanRequest<'_>) -> Specialize
         let verdict = verdict(graph, setting, &special, index, remembered.contains(&index));
         special.outputs[index] = match &verdict {
             None => ports_of(index, graph.nodes[index].kind.outputs().len()),
-            Some((fallback, _)) => replace(graph, &special, index, *fallback),
+            Some((fallback, _)) => replace(graph, &special, index, fallback),
         };
         special.runs[index] = verdict.is_none();
         let node = graph.nodes[index].name.clone();
@@ -116,8 +116,8 @@ fn verdict(
     let mut absent = Vec::new();
     for (port, wire) in node.kind.inputs().iter().zip(&node.wires) {
         match special.resolve(*wire) {
-            WireSource::Zero => zero.push(port.name),
-            WireSource::Absent => absent.push(port.name),
+            WireSource::Zero => zero.push(port.name.clone()),
+            WireSource::Absent => absent.push(port.name.clone()),
             WireSource::From(_) => {}
         }
     }
@@ -125,18 +125,18 @@ fn verdict(
     if !remembered && let Some(fallback) = node.kind.identity(&node.values, &arrivals) {
         return Some((fallback, "changes nothing here".into()));
     }
-    let starved = node.kind.inputs().iter().find(|port| !port.optional && arrivals.is_absent(port.name))?;
+    let starved = node.kind.inputs().iter().find(|port| !port.optional && arrivals.is_absent(&port.name))?;
     Some((Fallback::Absent, format!("nothing arrives at its input `{}`", starved.name)))
 }
 
-fn replace(graph: &Graph, special: &SpecializedGraph, index: usize, fallback: Fallback) -> Vec<WireSource> {
+fn replace(graph: &Graph, special: &SpecializedGraph, index: usize, fallback: &Fallback) -> Vec<WireSource> {
     let node = &graph.nodes[index];
     let of_port = |ty: PortType| match fallback {
         Fallback::Absent => WireSource::Absent,
         Fallback::Zero if matches!(ty, PortType::Image | PortType::Pyramid) => WireSource::Zero,
         Fallback::Zero => WireSource::Absent,
         Fallback::Input(name) => {
-            let port = node.kind.inputs().iter().position(|input| input.name == name && input.ty == ty);
+            let port = node.kind.inputs().iter().position(|input| input.name == *name && input.ty == ty);
             port.map_or(WireSource::Absent, |port| special.resolve(node.wires[port]))
         }
     };

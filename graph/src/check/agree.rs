@@ -14,10 +14,10 @@ impl Builder<'_> {
     pub(super) fn agree(&mut self) {
         self.find_states();
         for node in 0..self.drafts.len() {
-            let kind = self.drafts[node].kind;
+            let kind = self.drafts[node].kind.clone();
             for (index, port) in kind.inputs().iter().enumerate() {
                 if let Some(wire) = self.drafts[node].wires[index].clone() {
-                    self.agree_on(&wire, port, &format!("{} of {}", quote(port.name), quote(kind.name())));
+                    self.agree_on(&wire, port, &format!("{} of {}", quote(&port.name), quote(kind.name())));
                 }
             }
         }
@@ -69,27 +69,27 @@ impl Builder<'_> {
         let follow = |name: &str| {
             let port = draft.kind.inputs().iter().position(|port| port.name == name)?;
             let state = self.state(draft.wires[port].as_ref()?)?;
-            let takes = draft.kind.inputs()[port].states;
+            let takes = &draft.kind.inputs()[port].states;
             // A state that the port refuses is told there; what follows from it would be told in vain.
             Some(state.filter(|state| takes.is_empty() || takes.contains(state)))
         };
-        let state = |gives: OutputState| match gives {
-            OutputState::Always(state) => Some(Some(state)),
+        let state = |gives: &OutputState| match gives {
+            OutputState::Always(state) => Some(Some(*state)),
             OutputState::Same(name) => follow(name),
             OutputState::Nothing => Some(None),
         };
-        draft.kind.outputs().iter().map(|output| state(output.gives)).collect()
+        draft.kind.outputs().iter().map(|output| state(&output.state)).collect()
     }
 
     fn agree_on(&mut self, wire: &Wire, port: &Input, reader: &str) {
         let on_wire = OnWire { ty: self.wire_type(wire), state: self.state(wire).flatten() };
         if on_wire.ty != port.ty {
-            let diagnostic = self.type_conflict(wire, on_wire, port.ty, port.states, reader);
+            let diagnostic = self.type_conflict(wire, on_wire, port.ty, &port.states, reader);
             return self.tell(diagnostic);
         }
         match on_wire.state {
             Some(state) if !port.states.is_empty() && !port.states.contains(&state) => {
-                let diagnostic = self.state_conflict(wire, on_wire, port.states, reader);
+                let diagnostic = self.state_conflict(wire, on_wire, &port.states, reader);
                 self.tell(diagnostic);
             }
             _ => {}

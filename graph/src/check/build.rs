@@ -192,7 +192,7 @@ impl<'a> Builder<'a> {
         let outer = self.scopes_around(draft.scope).filter_map(|scope| scope.when.clone());
         GraphNode {
             name: self.full_name(draft),
-            kind: draft.kind,
+            kind: draft.kind.clone(),
             values: draft.values.clone(),
             wires: draft.wires.iter().map(|wire| wire.as_ref().and_then(|wire| wire.source)).collect(),
             when: draft.when.clone().into_iter().chain(outer).reduce(Condition::and),

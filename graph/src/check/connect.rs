@@ -108,8 +108,8 @@ impl Builder<'_> {
             Some(port) => outputs.iter().position(|output| output.name == port),
         };
         let Some(output) = output else {
-            let kind = self.drafts[node].kind;
-            let names = || outputs.iter().map(|output| output.name);
+            let kind = &self.drafts[node].kind;
+            let names = || outputs.iter().map(|output| &*output.name);
             let message = format!("{} is no output of {}", quote(wire.port.unwrap_or_default()), quote(kind.name()));
             let diagnostic = Diagnostic::error("unknown-output", message)
                 .at(&asked.place, "")

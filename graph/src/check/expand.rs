@@ -6,7 +6,7 @@ use super::build::{Builder, Change, Feed, Named, NodeDraft, Scope};
 use super::files::join;
 use super::suggest::{kinds_near, known_kinds};
 use super::{Condition, DEEPEST, MOST_NODES};
-use crate::document::{Document, Field, Group, Item, NodeEntry, Tier, Tree, doubled, settings};
+use crate::document::{Document, Field, Group, Item, NodeEntry, Tier, Tree, doubled, renamed, settings};
 use crate::node::NodeKind;
 use afterimage_base::diagnostic::{Diagnostic, Place, Spanned, did_you_mean, list, nearest, quote};
 
@@ -187,10 +187,10 @@ impl Builder<'_> {
         kept
     }
 
-    fn node(&mut self, scope: usize, entry: &NodeEntry, kind: NodeKind, fields: &[Field]) -> Named {
+    fn node(&mut self, scope: usize, entry: &NodeEntry, kind: &NodeKind, fields: &[Field]) -> Named {
         let mut draft = NodeDraft {
             name: entry.name.clone(),
-            kind,
+            kind: kind.clone(),
             kind_place: entry.kind.place.clone(),
             scope,
             values: kind.params().iter().map(|param| param.default.clone()).collect(),
@@ -215,12 +215,15 @@ impl Builder<'_> {
     }
 
     fn field(&mut self, draft: &mut NodeDraft, name: &Spanned<String>, item: &Item) {
-        let kind = draft.kind;
+        let kind = draft.kind.clone();
         if let Some(port) = kind.inputs().iter().position(|port| port.name == name.value) {
             draft.asked[port] = self.wire(&name.value, item);
         } else if !self.change_field(draft, &name.value, item) {
-            let ports = kind.inputs().iter().map(|port| port.name);
-            let params = kind.params().iter().map(|param| param.name);
+            if let Some(param) = kind.former_param(&name.value) {
+                return self.tell(renamed(name, &param.name));
+            }
+            let ports = kind.inputs().iter().map(|port| &*port.name);
+            let params = kind.params().iter().map(|param| &*param.name);
             let known: Vec<&str> = ports.clone().chain(params.clone()).chain(COMMON).collect();
             let message = format!("{} has no port or parameter {}", quote(kind.name()), quote(&name.value));
             let help = [("ports", ports.collect::<Vec<_>>()), ("parameters", params.collect())]
@@ -236,8 +239,9 @@ impl Builder<'_> {
 
     /// Sets a parameter or one of what every node takes; false if the node has no such field.
     pub(super) fn change_field(&mut self, draft: &mut NodeDraft, name: &str, item: &Item) -> bool {
-        if let Some((index, param)) = draft.kind.param(name) {
-            if let Some(value) = self.value(draft.kind, param, item) {
+        let kind = draft.kind.clone();
+        if let Some((index, param)) = kind.param(name) {
+            if let Some(value) = self.value(&kind, param, item) {
                 draft.values[index] = value;
                 draft.written[index] = Some(item.place.clone());
             }
@@ -271,14 +275,14 @@ impl Builder<'_> {
     }
 
     fn tell_missing_ports(&mut self, draft: &NodeDraft, fields: &[Field]) {
-        let ports = || draft.kind.inputs().iter().map(|port| port.name);
+        let ports = || draft.kind.inputs().iter().map(|port| &*port.name);
         // A misspelt port has been told with the right name as a hint.
         let is_meant = |name: &str, port: &str| {
             name == port || (draft.kind.param(name).is_none() && nearest(name, ports()) == Some(port))
         };
         for port in draft.kind.inputs() {
-            if !port.optional && !fields.iter().any(|(name, _)| is_meant(&name.value, port.name)) {
-                let message = format!("{} has no {}", quote(&draft.name.value), quote(port.name));
+            if !port.optional && !fields.iter().any(|(name, _)| is_meant(&name.value, &port.name)) {
+                let message = format!("{} has no {}", quote(&draft.name.value), quote(&port.name));
                 let place = &draft.kind_place;
                 let needs = format!("{} needs it", quote(draft.kind.name()));
                 let what = port.doc.trim().trim_end_matches('.');

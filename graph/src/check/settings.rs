@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::build::{Builder, Change, Named, NodeDraft, Scope};
 use super::expand::COMMON;
-use crate::document::{Item, Override, Tree, read_tree};
+use crate::document::{Item, Override, Tree, read_tree, renamed};
 use afterimage_base::diagnostic::{Diagnostic, Place, Spanned, did_you_mean, list, quote};
 
 /// The name of the text that `--set` options are shown in.
@@ -124,8 +124,12 @@ impl Builder<'_> {
             }
             return;
         }
-        let kind = draft.kind;
-        let known = || kind.params().iter().map(|param| param.name).chain(COMMON);
+        let kind = draft.kind.clone();
+        if let Some(param) = kind.former_param(field) {
+            let present = format!("{}.{}", draft.name.value, param.name);
+            return self.tell(renamed(&setting.key, &present));
+        }
+        let known = || kind.params().iter().map(|param| &*param.name).chain(COMMON);
         let name = quote(&draft.name.value);
         let diagnostic = if kind.input(field).is_some() {
             Diagnostic::error("unknown-field", format!("{} is a port of {name}, and wires cannot be set", quote(field)))
@@ -164,7 +168,7 @@ impl NodeDraft {
     fn copy(&self) -> Self {
         Self {
             name: self.name.clone(),
-            kind: self.kind,
+            kind: self.kind.clone(),
             kind_place: self.kind_place.clone(),
             scope: self.scope,
             values: self.values.clone(),

@@ -22,16 +22,20 @@ pub(super) fn known_kinds(registry: &Registry) -> String {
 }
 
 /// The kinds that lead from one thing to another in as few nodes as possible, the first one next to the source.
-pub(super) fn path(registry: &Registry, from: OnWire, is_goal: impl Fn(OnWire) -> bool) -> Option<Vec<NodeKind>> {
-    let mut kinds: Vec<NodeKind> = registry.iter().collect();
+pub(super) fn path<'r>(
+    registry: &'r Registry,
+    from: OnWire,
+    is_goal: impl Fn(OnWire) -> bool,
+) -> Option<Vec<&'r NodeKind>> {
+    let mut kinds: Vec<&NodeKind> = registry.iter().collect();
     // The plainest kind is the likeliest: fewest wires, then the shortest name.
-    kinds.sort_by_key(|kind| (required(*kind), kind.inputs().len(), kind.name().len(), kind.name()));
+    kinds.sort_by_key(|kind| (required(kind), kind.inputs().len(), kind.name().len(), kind.name()));
     let mut seen = vec![from];
-    let mut queue: VecDeque<(OnWire, Vec<NodeKind>)> = VecDeque::from([(from, Vec::new())]);
+    let mut queue: VecDeque<(OnWire, Vec<&NodeKind>)> = VecDeque::from([(from, Vec::new())]);
     while let Some((on_wire, path)) = queue.pop_front() {
         for kind in &kinds {
-            let Some(next) = through(*kind, on_wire).filter(|next| !seen.contains(next)) else { continue };
-            let path: Vec<NodeKind> = path.iter().copied().chain([*kind]).collect();
+            let Some(next) = through(kind, on_wire).filter(|next| !seen.contains(next)) else { continue };
+            let path: Vec<&NodeKind> = path.iter().copied().chain([*kind]).collect();
             if is_goal(next) {
                 return Some(path);
             }
@@ -42,26 +46,26 @@ pub(super) fn path(registry: &Registry, from: OnWire, is_goal: impl Fn(OnWire) -
     None
 }
 
-fn required(kind: NodeKind) -> usize {
+fn required(kind: &NodeKind) -> usize {
     kind.inputs().iter().filter(|port| !port.optional).count()
 }
 
 /// What comes out of a kind's main output when this is wired to its first input.
-fn through(kind: NodeKind, on_wire: OnWire) -> Option<OnWire> {
+fn through(kind: &NodeKind, on_wire: OnWire) -> Option<OnWire> {
     let port = kind.inputs().first()?;
     let output = kind.outputs().first()?;
     let takes = port.ty == on_wire.ty
         && on_wire.state.is_none_or(|state| port.states.is_empty() || port.states.contains(&state));
-    let state = match output.gives {
-        OutputState::Always(state) => Some(state),
-        OutputState::Same(name) if name == port.name => on_wire.state,
+    let state = match &output.state {
+        OutputState::Always(state) => Some(*state),
+        OutputState::Same(name) if *name == port.name => on_wire.state,
         OutputState::Same(_) | OutputState::Nothing => None,
     };
     takes.then_some(OnWire { ty: output.ty, state })
 }
 
 /// "put a `ToneMap` between".
-pub(super) fn between(path: &[NodeKind]) -> String {
+pub(super) fn between(path: &[&NodeKind]) -> String {
     let names = list(path.iter().map(|kind| kind.name()), 8);
     match path {
         [_] => format!("put a node {names} between them"),

@@ -11,7 +11,7 @@ use afterimage_base::value::{ChoiceName, FileValue, Param, Type, Value};
 
 impl Builder<'_> {
     /// The value of a parameter; tells what is wrong with it otherwise.
-    pub(super) fn value(&mut self, kind: NodeKind, param: &Param, item: &Item) -> Option<Value> {
+    pub(super) fn value(&mut self, kind: &NodeKind, param: &Param, item: &Item) -> Option<Value> {
         if item.value.is_broken() {
             return None;
         }
@@ -30,7 +30,7 @@ impl Builder<'_> {
         Some(value)
     }
 
-    fn typed(&mut self, kind: NodeKind, param: &Param, item: &Item) -> Result<Value, Diagnostic> {
+    fn typed(&mut self, kind: &NodeKind, param: &Param, item: &Item) -> Result<Value, Diagnostic> {
         Ok(match (param.ty, &item.value) {
             (Type::Bool, Tree::Bool(flag)) => Value::Bool(*flag),
             (Type::Int, Tree::Int(whole)) => Value::Int(*whole),
@@ -176,15 +176,16 @@ fn number(item: &Item) -> Option<f64> {
     }
 }
 
-fn vector(kind: NodeKind, param: &Param, n: usize, items: &[Item], place: &Place) -> Result<Value, Diagnostic> {
+fn vector(kind: &NodeKind, param: &Param, n: usize, items: &[Item], place: &Place) -> Result<Value, Diagnostic> {
     if items.len() != n {
-        let message = format!("{} of {} takes {n} numbers, not {}", quote(param.name), quote(kind.name()), items.len());
+        let message =
+            format!("{} of {} takes {n} numbers, not {}", quote(&param.name), quote(kind.name()), items.len());
         return Err(Diagnostic::error("wrong-type", message).at(place, "").help(about(param)));
     }
     let mut numbers = [0.0; 4];
     for (slot, item) in numbers.iter_mut().zip(items) {
         *slot = number(item).ok_or_else(|| {
-            let message = format!("{} of {} takes {n} numbers", quote(param.name), quote(kind.name()));
+            let message = format!("{} of {} takes {n} numbers", quote(&param.name), quote(kind.name()));
             let seen = format!("this is {}", item.value.describe());
             Diagnostic::error("wrong-type", message).at(&item.place, seen).help(about(param))
         })?;
@@ -194,14 +195,14 @@ fn vector(kind: NodeKind, param: &Param, n: usize, items: &[Item], place: &Place
 
 fn unknown_choice(param: &Param, choices: &[ChoiceName], name: &str, place: &Place) -> Diagnostic {
     let names = || choices.iter().map(|choice| choice.name);
-    Diagnostic::error("unknown-choice", format!("{} has no value {}", quote(param.name), quote(name)))
+    Diagnostic::error("unknown-choice", format!("{} has no value {}", quote(&param.name), quote(name)))
         .at(place, "")
         .help(format!("its values are {}", list(names(), 16)))
         .maybe_help(did_you_mean(name, names()))
 }
 
-fn wrong_type(kind: NodeKind, param: &Param, item: &Item) -> Diagnostic {
-    let message = format!("{} of {} is {}", quote(param.name), quote(kind.name()), param.ty.describe());
+fn wrong_type(kind: &NodeKind, param: &Param, item: &Item) -> Diagnostic {
+    let message = format!("{} of {} is {}", quote(&param.name), quote(kind.name()), param.ty.describe());
     let diagnostic =
         Diagnostic::error("wrong-type", message).at(&item.place, format!("this is {}", item.value.describe()));
     match (param.ty, &item.value) {
@@ -223,5 +224,5 @@ fn wrong_type(kind: NodeKind, param: &Param, item: &Item) -> Diagnostic {
 fn about(param: &Param) -> String {
     let doc = param.doc.replace('\n', " ");
     let sentence = doc.split_inclusive(". ").next().unwrap_or_default().trim().trim_end_matches('.').to_owned();
-    format!("{}: {sentence} (default {})", quote(param.name), param.default)
+    format!("{}: {sentence} (default {})", quote(&param.name), param.default)
 }

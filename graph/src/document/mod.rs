@@ -36,6 +36,7 @@ mod misfits;
 mod parser;
 mod quotes;
 mod read;
+mod renamed;
 mod shape;
 mod syntax;
 mod token;
@@ -53,6 +54,7 @@ use parser::Parsed;
 pub use entries::{Document, InputEntry, NodeEntry, Override, Tier};
 pub(crate) use parser::read as read_tree;
 pub(crate) use read::{doubled, settings};
+pub(crate) use renamed::{present_name, renamed};
 pub(crate) use tree::{Field, Group, Item, Tree};
 
 /// A file longer than this is not read: a pipeline of a thousand nodes has a tenth of it.
@@ -60,7 +62,7 @@ pub const LONGEST_FILE: usize = 4 << 20;
 
 /// Reads a pipeline file. The name is the one that messages show, and that files named in it are relative to.
 ///
-/// SampleMode goes on after a syntax error: what could be read is in the document, the errors in [`Document::problems`].
+/// Reading goes on after a syntax error: the document holds what could be read, [`Document::problems`] the errors.
 ///
 /// # Errors
 /// When the text holds no `Pipeline( ... )`.

@@ -67,7 +67,7 @@ fn a_megabyte_of_anything_is_read_in_linear_time() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(4000))]
+    #![proptest_config(ProptestConfig { cases: 4000, failure_persistence: None, ..ProptestConfig::default() })]
 
     /// Our reader goes on where `ron` stops, and finds an error exactly where `ron` does.
     #[test]

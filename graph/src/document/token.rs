@@ -265,7 +265,6 @@ fn begins_number(rest: &str) -> bool {
     let mut chars = rest.chars();
     match (chars.next(), chars.next()) {
         (Some('+' | '-'), Some(next)) => next.is_ascii_alphanumeric() || next == '.',
-        (Some('.'), Some(next)) => next.is_ascii_digit(),
-        _ => false,
+        (first, _) => first == Some('.'),
     }
 }

@@ -1,31 +1,34 @@
 //! A kind of node: what a node author writes ([`Node`]) and what the framework sees ([`Kind`]).
 
+use std::sync::Arc;
+
 use super::params::Params;
 use super::ports::{Fallback, Input, Output};
 use super::recorder::Recorder;
+use afterimage_base::Shared;
 use afterimage_base::value::{Param, Value};
 
 /// What arrives at a node's inputs once the graph is specialised.
 #[derive(Clone, Debug, Default)]
 pub struct Arrivals {
-    zero: Vec<&'static str>,
-    absent: Vec<&'static str>,
+    zero: Vec<Shared<str>>,
+    absent: Vec<Shared<str>>,
 }
 
 impl Arrivals {
     /// From the names of the inputs that are exactly zero and of those that are unwired or off.
-    pub fn new(zero: Vec<&'static str>, absent: Vec<&'static str>) -> Self {
+    pub fn new(zero: Vec<Shared<str>>, absent: Vec<Shared<str>>) -> Self {
         Self { zero, absent }
     }
 
     /// Whether the input is known to be zero everywhere.
     pub fn is_zero(&self, port: &str) -> bool {
-        self.zero.contains(&port)
+        self.zero.iter().any(|name| name == port)
     }
 
     /// Whether nothing arrives at the input.
     pub fn is_absent(&self, port: &str) -> bool {
-        self.absent.contains(&port)
+        self.absent.iter().any(|name| name == port)
     }
 }
 
@@ -58,15 +61,15 @@ pub trait Node: Params {
 /// A node kind as the framework sees it.
 pub trait Kind: Send + Sync + 'static {
     /// The name in pipeline files.
-    fn name(&self) -> &'static str;
+    fn name(&self) -> &str;
     /// What it does, for the manual.
-    fn doc(&self) -> &'static str;
+    fn doc(&self) -> &str;
     /// The parameters.
-    fn params(&self) -> &'static [Param];
+    fn params(&self) -> &[Param];
     /// The input ports.
-    fn inputs(&self) -> &'static [Input];
+    fn inputs(&self) -> &[Input];
     /// The output ports, the main one first.
-    fn outputs(&self) -> &'static [Output];
+    fn outputs(&self) -> &[Output];
     /// What stands in for every output when the node is off.
     fn fallback(&self) -> Fallback;
     /// The exact stand-in at these values and arrivals.
@@ -84,19 +87,19 @@ fn typed<N: Node>(values: &[Value]) -> N {
 }
 
 impl<N: Node> Kind for Typed<N> {
-    fn name(&self) -> &'static str {
+    fn name(&self) -> &str {
         N::KIND
     }
-    fn doc(&self) -> &'static str {
+    fn doc(&self) -> &str {
         N::DOC
     }
-    fn params(&self) -> &'static [Param] {
+    fn params(&self) -> &[Param] {
         N::table()
     }
-    fn inputs(&self) -> &'static [Input] {
+    fn inputs(&self) -> &[Input] {
         N::INPUTS
     }
-    fn outputs(&self) -> &'static [Output] {
+    fn outputs(&self) -> &[Output] {
         N::OUTPUTS
     }
     fn fallback(&self) -> Fallback {
@@ -114,37 +117,50 @@ impl<N: Node> Kind for Typed<N> {
 }
 
 /// A handle to a node kind: what tables of kinds hold.
-#[derive(Clone, Copy)]
-pub struct NodeKind(&'static dyn Kind);
+#[derive(Clone)]
+pub struct NodeKind(Shared<dyn Kind>);
 
 impl NodeKind {
     /// The kind of a typed node.
     pub const fn of<N: Node>() -> Self {
-        Self(const { &Typed::<N>(std::marker::PhantomData) })
+        Self(Shared::Static(const { &Typed::<N>(std::marker::PhantomData) }))
     }
 
-    /// Any other implementation.
-    pub const fn new(kind: &'static dyn Kind) -> Self {
-        Self(kind)
+    /// Any other implementation; it is dropped with the last handle to it.
+    pub fn new(kind: Arc<dyn Kind>) -> Self {
+        Self(Shared::Counted(kind))
+    }
+
+    /// The counted implementation, if this is no part of the program.
+    pub fn counted(&self) -> Option<&Arc<dyn Kind>> {
+        match &self.0 {
+            Shared::Static(_) => None,
+            Shared::Counted(kind) => Some(kind),
+        }
     }
 
     /// The main output's name.
-    pub fn main_output(self) -> &'static str {
-        self.outputs().first().expect("every kind has an output: the contract test holds it").name
+    pub fn main_output(&self) -> &str {
+        &self.outputs().first().expect("every kind has an output: the contract test holds it").name
     }
 
     /// The input port of that name.
-    pub fn input(self, name: &str) -> Option<&'static Input> {
+    pub fn input(&self, name: &str) -> Option<&Input> {
         self.inputs().iter().find(|port| port.name == name)
     }
 
     /// The output port of that name.
-    pub fn output(self, name: &str) -> Option<&'static Output> {
+    pub fn output(&self, name: &str) -> Option<&Output> {
         self.outputs().iter().find(|port| port.name == name)
     }
 
+    /// The parameter that had that name before.
+    pub fn former_param(&self, name: &str) -> Option<&Param> {
+        self.params().iter().find(|param| param.former.as_deref() == Some(name))
+    }
+
     /// The parameter of that name and its place in the table.
-    pub fn param(self, name: &str) -> Option<(usize, &'static Param)> {
+    pub fn param(&self, name: &str) -> Option<(usize, &Param)> {
         self.params().iter().enumerate().find(|(_, param)| param.name == name)
     }
 }
@@ -152,7 +168,7 @@ impl NodeKind {
 impl std::ops::Deref for NodeKind {
     type Target = dyn Kind;
     fn deref(&self) -> &Self::Target {
-        self.0
+        &*self.0
     }
 }
 

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use afterimage_base::Shared;
 use afterimage_base::image::ImageDesc;
 use afterimage_wgsl::Shader;
 
@@ -233,9 +234,9 @@ pub struct Step {
     /// The node it works for.
     pub node: String,
     /// The module.
-    pub shader: &'static Shader,
+    pub shader: Shared<Shader>,
     /// The function's name.
-    pub function: &'static str,
+    pub function: Shared<str>,
     /// What is passed to it, in order.
     pub args: Vec<Arg>,
     /// Bytes of its `params`; empty if it has none.
@@ -277,9 +278,9 @@ pub enum Arg {
 #[derive(Clone, Debug, PartialEq)]
 pub struct EntryCall {
     /// The module.
-    pub shader: &'static Shader,
+    pub shader: Shared<Shader>,
     /// The entry point's name.
-    pub entry: &'static str,
+    pub entry: Shared<str>,
     /// What each binding holds, by the variable's name, and whether the pass writes it.
     pub bindings: Vec<Binding>,
     /// Override constants.
@@ -307,7 +308,13 @@ pub struct Binding {
 
 impl Step {
     /// A function without numbers of its own, promises or other forms.
-    pub fn new(node: &str, shader: &'static Shader, function: &'static str, args: Vec<Arg>) -> Self {
+    pub fn new(
+        node: &str,
+        shader: impl Into<Shared<Shader>>,
+        function: impl Into<Shared<str>>,
+        args: Vec<Arg>,
+    ) -> Self {
+        let (shader, function) = (shader.into(), function.into());
         let (uniform, promises) = (Vec::new(), Vec::new());
         Self { node: node.to_owned(), shader, function, args, uniform, reach: None, promises, by_rows: None }
     }
@@ -344,13 +351,13 @@ impl Pass {
     }
 
     /// The modules that it is made of.
-    pub fn shaders(&self) -> Vec<&'static Shader> {
+    pub fn shaders(&self) -> Vec<&Shader> {
         match &self.work {
-            Work::Steps { steps, .. } => steps.iter().map(|step| step.shader).collect(),
-            Work::Tiled(tiling) => tiling.stages.iter().flat_map(|s| &s.steps).map(|step| step.shader).collect(),
-            Work::Rows(rows) => rows.source.iter().map(|step| step.shader).chain([rows.by.shader]).collect(),
-            Work::Cells(cells) => cells.readers.iter().map(|reader| reader.call.shader).collect(),
-            Work::Entry(call) => vec![call.shader],
+            Work::Steps { steps, .. } => steps.iter().map(|step| &*step.shader).collect(),
+            Work::Tiled(tiling) => tiling.stages.iter().flat_map(|s| &s.steps).map(|step| &*step.shader).collect(),
+            Work::Rows(rows) => rows.source.iter().map(|step| &*step.shader).chain([rows.by.shader]).collect(),
+            Work::Cells(cells) => cells.readers.iter().map(|reader| &*reader.call.shader).collect(),
+            Work::Entry(call) => vec![&call.shader],
         }
     }
 

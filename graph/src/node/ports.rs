@@ -1,5 +1,6 @@
 //! Ports: what goes into a node and what comes out, with the type and the state of each.
 
+use afterimage_base::Shared;
 use afterimage_base::image::ColorState;
 
 /// What travels on a wire.
@@ -31,24 +32,24 @@ impl PortType {
 }
 
 /// An input port.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Input {
     /// Its name, also the name of the shader's argument.
-    pub name: &'static str,
-    /// What it takes.
+    pub name: Shared<str>,
+    /// Its type.
     pub ty: PortType,
-    /// The image states it takes; empty for any.
-    pub states: &'static [ColorState],
+    /// The color states that it accepts; empty for any.
+    pub states: Shared<[ColorState]>,
     /// Whether it may stay unwired.
     pub optional: bool,
     /// What it is for.
-    pub doc: &'static str,
+    pub doc: Shared<str>,
 }
 
 impl Input {
     /// A required port.
     pub const fn new(name: &'static str, ty: PortType, doc: &'static str) -> Self {
-        Self { name, ty, states: &[], optional: false, doc }
+        Self { name: Shared::of(name), ty, states: Shared::of(&[]), optional: false, doc: Shared::of(doc) }
     }
 
     /// A required image port.
@@ -56,60 +57,77 @@ impl Input {
         Self::new(name, PortType::Image, doc)
     }
 
-    /// Limits the states it takes.
-    pub const fn accepts(self, states: &'static [ColorState]) -> Self {
-        Self { states, ..self }
+    /// Limits the color states that it accepts.
+    pub const fn accepts(mut self, states: &'static [ColorState]) -> Self {
+        // A constant function cannot drop what it replaces, which is a part of the program and needs no drop.
+        std::mem::forget(std::mem::replace(&mut self.states, Shared::of(states)));
+        self
     }
 
     /// Lets it stay unwired.
-    pub const fn optional(self) -> Self {
-        Self { optional: true, ..self }
+    pub const fn optional(mut self) -> Self {
+        self.optional = true;
+        self
     }
 }
 
 /// The state of what comes out of a port.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub enum OutputState {
     /// Always this one.
     Always(ColorState),
     /// That of the named input.
-    Same(&'static str),
+    Same(Shared<str>),
     /// Nothing that has a state: a table or a value.
     Nothing,
 }
 
+impl OutputState {
+    /// The state of the named input.
+    pub const fn same(input: &'static str) -> Self {
+        Self::Same(Shared::of(input))
+    }
+}
+
 /// An output port.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Output {
     /// Its name; the first output of a kind is its main one, called `result` by custom.
-    pub name: &'static str,
-    /// What it gives.
+    pub name: Shared<str>,
+    /// Its type.
     pub ty: PortType,
-    /// The state of the image it gives.
-    pub gives: OutputState,
+    /// The color state of its image.
+    pub state: OutputState,
     /// What it holds.
-    pub doc: &'static str,
+    pub doc: Shared<str>,
 }
 
 impl Output {
     /// A port.
-    pub const fn new(name: &'static str, ty: PortType, gives: OutputState, doc: &'static str) -> Self {
-        Self { name, ty, gives, doc }
+    pub const fn new(name: &'static str, ty: PortType, state: OutputState, doc: &'static str) -> Self {
+        Self { name: Shared::of(name), ty, state, doc: Shared::of(doc) }
     }
 
     /// An image port.
-    pub const fn image(name: &'static str, gives: OutputState, doc: &'static str) -> Self {
-        Self::new(name, PortType::Image, gives, doc)
+    pub const fn image(name: &'static str, state: OutputState, doc: &'static str) -> Self {
+        Self::new(name, PortType::Image, state, doc)
     }
 }
 
-/// What stands in for an output of a node that does not run.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// What replaces an output of a node that does not run.
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Fallback {
     /// Whatever the named input holds.
-    Input(&'static str),
+    Input(Shared<str>),
     /// Exactly zero everywhere: black. A pixel reads 0, a texture is one black texel.
     Zero,
     /// Nothing: to its readers the port is unwired. A reader that needs it is off too.
     Absent,
+}
+
+impl Fallback {
+    /// Whatever the named input holds.
+    pub const fn input(name: &'static str) -> Self {
+        Self::Input(Shared::of(name))
+    }
 }

@@ -7,12 +7,12 @@ use super::kind::NodeKind;
 /// All node kinds of a program, by name.
 #[derive(Clone, Debug, Default)]
 pub struct Registry {
-    kinds: BTreeMap<&'static str, NodeKind>,
+    kinds: BTreeMap<String, NodeKind>,
 }
 
 /// Two kinds have the same name.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct DuplicateKind(pub &'static str);
+pub struct DuplicateKind(pub String);
 
 impl std::fmt::Display for DuplicateKind {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
@@ -27,25 +27,25 @@ impl Registry {
     pub fn new(tables: &[&[NodeKind]]) -> Result<Self, DuplicateKind> {
         let mut kinds = BTreeMap::new();
         for kind in tables.iter().copied().flatten() {
-            if kinds.insert(kind.name(), *kind).is_some() {
-                return Err(DuplicateKind(kind.name()));
+            if kinds.insert(kind.name().to_owned(), kind.clone()).is_some() {
+                return Err(DuplicateKind(kind.name().to_owned()));
             }
         }
         Ok(Self { kinds })
     }
 
     /// The kind of that name.
-    pub fn get(&self, name: &str) -> Option<NodeKind> {
-        self.kinds.get(name).copied()
+    pub fn get(&self, name: &str) -> Option<&NodeKind> {
+        self.kinds.get(name)
     }
 
     /// All kinds, by name.
-    pub fn iter(&self) -> impl Iterator<Item = NodeKind> + '_ {
-        self.kinds.values().copied()
+    pub fn iter(&self) -> impl Iterator<Item = &NodeKind> + '_ {
+        self.kinds.values()
     }
 
     /// All names, sorted.
-    pub fn names(&self) -> impl Iterator<Item = &'static str> + '_ {
-        self.kinds.keys().copied()
+    pub fn names(&self) -> impl Iterator<Item = &str> + '_ {
+        self.kinds.keys().map(String::as_str)
     }
 }

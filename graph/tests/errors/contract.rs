@@ -38,8 +38,8 @@ params! {
 impl Node for Careless {
     const INPUTS: &'static [Input] =
         &[Input::image("source", ""), Input::new("target", PortType::Value, "A word of WGSL.").optional()];
-    const OUTPUTS: &'static [Output] = &[Output::image("result", OutputState::Same("sauce"), "The picture.")];
-    const FALLBACK: Fallback = Fallback::Input("target");
+    const OUTPUTS: &'static [Output] = &[Output::image("result", OutputState::same("sauce"), "The picture.")];
+    const FALLBACK: Fallback = Fallback::input("target");
 
     fn record(&self, pass: &mut Recorder<'_>) {
         let source = pass.image("source");

@@ -6,10 +6,10 @@ const DECLARATION: &str = r#"Kind(
     name: "Posterize",
     doc: "Leaves only a few levels of each colour.",
     inputs: {
-        "source": Image(doc: "The picture after the tone curve.", states: [DisplayLinear]),
+        "source": Image(doc: "The picture after the tone curve.", accepts: [DisplayLinear]),
         "mask":   Image(doc: "Where.", optional: true),
     },
-    outputs: { "result": Image(doc: "The picture in levels.", gives: Same("source")) },
+    outputs: { "result": Image(doc: "The picture in levels.", state: Same("source")) },
     parameters: {
         "levels": Float(doc: "Levels of each channel.", default: 4.0, within: (2, 256), usually: (2.0, 16.0)),
     },
@@ -129,7 +129,7 @@ fn mistakes_of_the_declaration_are_told_at_its_lines() {
         ("Same(\"source\")", "Same(\"mask\")", "`mask` is no image input that must be wired", "node.ron:8:75"),
         ("\"Posterize\"", "\"posterize\"", "`posterize` is no name of a kind", "node.ron:2:11"),
         ("\"Posterize\"", "\"Vignette\"", "the shader of `Vignette` is called `posterize.wgsl`", "node.ron:2:11"),
-        ("[DisplayLinear]", "[Displaylinear]", "no image state is called `Displaylinear`", "node.ron:5:76"),
+        ("[DisplayLinear]", "[Displaylinear]", "no image state is called `Displaylinear`", "node.ron:5:77"),
         ("Same(\"source\")", "Same(\"sauce\")", "`sauce` is no image input that must be wired", "node.ron:8:75"),
         ("name: \"Posterize\"", "name: \"\"", "`name` is a text in quotes that is not empty", "node.ron:2:11"),
         (
@@ -138,7 +138,15 @@ fn mistakes_of_the_declaration_are_told_at_its_lines() {
             "the shader does not read the input `other`",
             "node.ron:6:9",
         ),
-        ("    parameters: {", "    bypass: \"levels\", parameters: {", "`bypass` is no stand-in", "node.ron:9:13"),
+        (
+            "    parameters: {",
+            "    fallback: \"levels\", parameters: {",
+            "`fallback` is no fallback of a node",
+            "node.ron:9:15",
+        ),
+        ("accepts: [", "states: [", "`states` is called `accepts` now", "node.ron:5:67"),
+        ("state: Same", "gives: Same", "`gives` is called `state` now", "node.ron:8:63"),
+        ("    parameters: {", "    bypass: Zero, parameters: {", "`bypass` is called `fallback` now", "node.ron:9:5"),
         ("doc: \"Where.\"", "dok: \"Where.\"", "an input needs `doc`", "node.ron:6:19"),
     ] {
         let told = told(&DECLARATION.replace(from, to), SHADER);

@@ -32,7 +32,7 @@ params! {
         /// Light below this is dropped.
         pub threshold: f32 = 1.0 => within(0.0..=65504.0);
         /// Width of the soft step.
-        pub knee: f32 = 0.1 => within(0.0..=1.0);
+        pub knee: f32 = 0.1 => within(0.0..=1.0), formerly("softness");
     }
 }
 
@@ -106,7 +106,7 @@ macro_rules! node {
 
 const LIGHT: &[ColorState] = &[ColorState::Scene, ColorState::Exposed];
 const SOURCE: Input = Input::image("source", "The picture.");
-const SAME: Output = Output::image("result", OutputState::Same("source"), "The picture.");
+const SAME: Output = Output::image("result", OutputState::same("source"), "The picture.");
 
 node!(
     Exposure,
@@ -122,12 +122,12 @@ node!(
     ]
 );
 node!(Extract, [SOURCE.accepts(LIGHT)], [SAME]);
-node!(Downsample, [SOURCE], [Output::new("result", PortType::Pyramid, OutputState::Same("source"), "The levels.")]);
+node!(Downsample, [SOURCE], [Output::new("result", PortType::Pyramid, OutputState::same("source"), "The levels.")]);
 node!(Upsample, [Input::new("source", PortType::Pyramid, "The levels.")], [SAME]);
 node!(
     Composite,
     [Input::image("base", "The picture.").accepts(LIGHT), Input::image("bloom", "The light.").accepts(LIGHT)],
-    [Output::image("result", OutputState::Same("base"), "Their sum.")]
+    [Output::image("result", OutputState::same("base"), "Their sum.")]
 );
 node!(Tint, [SOURCE], [SAME]);
 node!(

@@ -2,6 +2,8 @@
 
 use std::collections::BTreeSet;
 
+use afterimage_base::Shared;
+
 use crate::{SampleMode, Shader, ShaderError, ShaderFeatures};
 
 /// The shared files, by name.
@@ -13,14 +15,14 @@ const GENERATED: &str = "(generated)";
 /// Which line of which file each line of a composed module came from.
 #[derive(Clone, Debug, Default)]
 pub struct SourceMap {
-    lines: Vec<(&'static str, u32)>,
+    lines: Vec<(Shared<str>, u32)>,
 }
 
 impl SourceMap {
     /// The file and the line, counted from 1, that line `line` (from 1) of the composed text came from.
-    pub fn locate(&self, line: u32) -> (&'static str, u32) {
+    pub fn locate(&self, line: u32) -> (&str, u32) {
         let index = (line as usize).saturating_sub(1);
-        self.lines.get(index).copied().unwrap_or((GENERATED, line))
+        self.lines.get(index).map_or((GENERATED, line), |(file, line)| (file, *line))
     }
 }
 
@@ -34,9 +36,9 @@ pub struct Text {
     pub text: String,
     /// Where its lines come from.
     pub map: SourceMap,
-    included: Vec<&'static str>,
+    included: Vec<Shared<str>>,
     features: ShaderFeatures,
-    tiled: Vec<&'static str>,
+    tiled: Vec<Shared<str>>,
     promised: Vec<&'static str>,
 }
 
@@ -68,51 +70,51 @@ impl Text {
     /// Adds lines of the framework's own.
     pub fn generated(&mut self, lines: &str) {
         for (index, line) in lines.lines().enumerate() {
-            self.line(line, GENERATED, index as u32 + 1);
+            self.line(line, &GENERATED.into(), index as u32 + 1);
         }
     }
 
     /// Adds a line of a file.
-    pub fn line(&mut self, line: &str, file: &'static str, number: u32) {
+    pub fn line(&mut self, line: &str, file: &Shared<str>, number: u32) {
         let kept = self.promised.iter().any(|name| is_promise(line, name));
         self.text.push_str(&if kept { line.replacen("false", "true", 1) } else { line.to_owned() });
         self.text.push('\n');
-        self.map.lines.push((file, number));
+        self.map.lines.push((file.clone(), number));
     }
 
     /// Adds a module and, before it, what it imports; each file once.
     pub fn module(&mut self, shader: &Shader) -> Result<(), ShaderError> {
-        self.file(shader.file(), shader.source())
+        self.file(&shader.file_handle(), shader.source())
     }
 
     /// Adds a file of the library, unless it is there.
     pub fn library(&mut self, name: &str) -> Option<Result<(), ShaderError>> {
         let name = self.features.stands_for(name);
         let (file, source) = LIBRARY.iter().find(|(known, _)| *known == name)?;
-        Some(self.file(file, source))
+        Some(self.file(&Shared::of(*file), source))
     }
 
     /// Adds a module and those of its imports that take textures a second time, with textures as numbers of tiles.
     pub fn tiled_module(&mut self, shader: &Shader) -> Result<(), ShaderError> {
         let mut files = Vec::new();
-        collect_tiled(shader.file(), shader.source(), &mut files);
+        collect_tiled(shader.file_handle(), shader.source(), &mut files);
         let names: Vec<&str> = files.iter().flat_map(|(_, source)| declared(source)).collect();
         for (file, source) in files {
             if self.tiled.contains(&file) {
                 continue;
             }
-            self.tiled.push(file);
+            self.tiled.push(file.clone());
             for (number, line) in source.lines().enumerate() {
                 let number = number as u32 + 1;
                 match line.trim().strip_prefix("#import ") {
                     Some(name) if !takes_textures(name.trim()) => {
                         let known = self.library(name.trim());
                         known.unwrap_or_else(|| {
-                            Err(ShaderError::at(file, number, format!("no shared file is called `{name}`")))
+                            Err(ShaderError::at(&file, number, format!("no shared file is called `{name}`")))
                         })?;
                     }
                     Some(_) => {}
-                    None => self.line(&tiled_line(line, &names), file, number),
+                    None => self.line(&tiled_line(line, &names), &file, number),
                 }
             }
         }
@@ -120,24 +122,20 @@ impl Text {
     }
 
     /// Adds a module, each line as `change` makes it, and before it what it imports.
-    pub fn changed_module(
-        &mut self,
-        shader: &'static Shader,
-        change: &dyn Fn(&str) -> String,
-    ) -> Result<(), ShaderError> {
+    pub fn changed_module(&mut self, shader: &Shader, change: &dyn Fn(&str) -> String) -> Result<(), ShaderError> {
         self.imports(shader.file(), shader.source())?;
         for (number, line) in shader.source().lines().enumerate() {
             let line = if line.trim().starts_with("#import ") { String::new() } else { change(line) };
-            self.line(&line, shader.file(), number as u32 + 1);
+            self.line(&line, &shader.file_handle(), number as u32 + 1);
         }
         Ok(())
     }
 
-    fn file(&mut self, file: &'static str, source: &'static str) -> Result<(), ShaderError> {
-        if self.included.contains(&file) {
+    fn file(&mut self, file: &Shared<str>, source: &str) -> Result<(), ShaderError> {
+        if self.included.contains(file) {
             return Ok(());
         }
-        self.included.push(file);
+        self.included.push(file.clone());
         self.imports(file, source)?;
         for (number, line) in source.lines().enumerate() {
             let directive = line.trim().starts_with("#import ");
@@ -147,7 +145,7 @@ impl Text {
     }
 
     /// Adds what a file imports.
-    fn imports(&mut self, file: &'static str, source: &'static str) -> Result<(), ShaderError> {
+    fn imports(&mut self, file: &str, source: &str) -> Result<(), ShaderError> {
         for (number, line) in source.lines().enumerate() {
             let number = number as u32 + 1;
             let Some(name) = line.trim().strip_prefix("#import ") else { continue };
@@ -176,13 +174,13 @@ fn takes_textures(name: &str) -> bool {
 }
 
 /// A file and its imports that take textures, what is imported first.
-fn collect_tiled(file: &'static str, source: &'static str, files: &mut Vec<(&'static str, &'static str)>) {
+fn collect_tiled<'s>(file: Shared<str>, source: &'s str, files: &mut Vec<(Shared<str>, &'s str)>) {
     for name in source.lines().filter_map(|line| line.trim().strip_prefix("#import ")) {
         let known = LIBRARY.iter().find(|(known, _)| *known == name.trim() && takes_textures(known));
         if let Some((file, source)) = known
             && files.iter().all(|(other, _)| other != file)
         {
-            collect_tiled(file, source, files);
+            collect_tiled(Shared::of(*file), source, files);
         }
     }
     files.push((file, source));

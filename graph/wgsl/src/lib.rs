@@ -10,6 +10,8 @@ mod uniform;
 
 use std::sync::OnceLock;
 
+use afterimage_base::Shared;
+
 pub use error::{ShaderError, validate};
 pub use features::ShaderFeatures;
 pub use import::{SourceMap, TILED, Text, bound_from, change_words, declared};
@@ -24,8 +26,8 @@ pub fn is_free_name(name: &str) -> bool {
 
 /// One file of WGSL.
 pub struct Shader {
-    file: &'static str,
-    source: &'static str,
+    file: Shared<str>,
+    source: Shared<str>,
     unchecked: bool,
     reflection: OnceLock<Result<Reflection, ShaderError>>,
 }
@@ -33,6 +35,12 @@ pub struct Shader {
 impl Shader {
     /// A module with the name of its file, as errors shall show it.
     pub const fn new(file: &'static str, source: &'static str) -> Self {
+        Self { file: Shared::of(file), source: Shared::of(source), unchecked: false, reflection: OnceLock::new() }
+    }
+
+    /// A module that is loaded when the program runs.
+    pub fn loaded(file: String, source: String) -> Self {
+        let (file, source) = (file.into(), source.into());
         Self { file, source, unchecked: false, reflection: OnceLock::new() }
     }
 
@@ -44,7 +52,7 @@ impl Shader {
     /// loaded must lie inside, every loop must end, and no memory of a workgroup may be read before it is written.
     #[allow(unsafe_code, reason = "the promise is the author's, and breaking it is undefined behaviour on the device")]
     pub const unsafe fn unchecked(file: &'static str, source: &'static str) -> Self {
-        Self { file, source, unchecked: true, reflection: OnceLock::new() }
+        Self { file: Shared::of(file), source: Shared::of(source), unchecked: true, reflection: OnceLock::new() }
     }
 
     /// Whether the module was made by [`unchecked`](Self::unchecked).
@@ -53,13 +61,18 @@ impl Shader {
     }
 
     /// The file's name.
-    pub fn file(&self) -> &'static str {
-        self.file
+    pub fn file(&self) -> &str {
+        &self.file
+    }
+
+    /// A handle to the file's name.
+    pub fn file_handle(&self) -> Shared<str> {
+        self.file.clone()
     }
 
     /// The text of the file.
-    pub fn source(&self) -> &'static str {
-        self.source
+    pub fn source(&self) -> &str {
+        &self.source
     }
 
     /// What the module declares; parsed and validated once.

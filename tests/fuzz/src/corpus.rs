@@ -88,9 +88,9 @@ impl Corpus {
         let mut words: Vec<String> = WORDS.iter().map(|word| (*word).to_owned()).collect();
         for kind in afterimage_nodes::ALL {
             words.push(kind.name().to_owned());
-            words.extend(kind.params().iter().map(|param| param.name.to_owned()));
-            words.extend(kind.inputs().iter().map(|port| port.name.to_owned()));
-            words.extend(kind.outputs().iter().map(|port| port.name.to_owned()));
+            words.extend(kind.params().iter().map(|param| param.name.to_string()));
+            words.extend(kind.inputs().iter().map(|port| port.name.to_string()));
+            words.extend(kind.outputs().iter().map(|port| port.name.to_string()));
         }
         Self { texts: files.map(|(_, text)| text).collect(), words }
     }

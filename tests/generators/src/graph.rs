@@ -48,13 +48,14 @@ impl Recipe {
 
 impl Growing {
     fn add_any(&mut self, off: u64) {
-        let mut ticket = self.rng.below(KINDS.iter().map(|(_, weight)| *weight as usize).sum());
-        let kind = KINDS.iter().find(|(_, weight)| {
+        let kinds = KINDS;
+        let mut ticket = self.rng.below(kinds.iter().map(|(_, weight)| *weight as usize).sum());
+        let kind = kinds.iter().find(|(_, weight)| {
             let found = ticket < *weight as usize;
             ticket = ticket.saturating_sub(*weight as usize);
             found
         });
-        let kind = kind.expect("the ticket is below the sum of the weights").0;
+        let kind = &kind.expect("the ticket is below the sum of the weights").0;
         let has_all = kind.inputs().iter().all(|input| self.made.contains_key(&input.ty));
         if has_all {
             let wires = kind.inputs().iter().map(|input| self.pick(input.ty)).collect();
@@ -77,7 +78,7 @@ impl Growing {
         made[oldest + self.rng.below(made.len() - oldest)]
     }
 
-    fn add(&mut self, kind: NodeKind, wires: Vec<Source>, off: bool) {
+    fn add(&mut self, kind: &NodeKind, wires: Vec<Source>, off: bool) {
         for source in &wires {
             self.unread.values_mut().for_each(|unread| unread.retain(|other| other != source));
         }
@@ -92,7 +93,7 @@ impl Growing {
         let format = (takes_formats && self.rng.per_cent(20)).then(|| formats[self.rng.below(formats.len())]);
         self.nodes.push(GraphNode {
             name: format!("{}{node}", kind.name().to_lowercase()),
-            kind,
+            kind: kind.clone(),
             values: Vec::new(),
             wires: wires.into_iter().map(Some).collect(),
             when: None,
@@ -108,7 +109,7 @@ impl Growing {
         let lay = NodeKind::of::<Lay>();
         while let [base, over, ..] = self.unread.get(&PortType::Image).map_or(&[][..], Vec::as_slice) {
             let wires = vec![*base, *over];
-            self.add(lay, wires, false);
+            self.add(&lay, wires, false);
         }
     }
 

@@ -50,7 +50,7 @@ static SCALE: Shader = Shader::new(
     "fn scale(source: vec4f, value: vec4f) -> vec4f { return source * (0.5 + 0.5 * fract(value)); }",
 );
 
-const ANY: OutputState = OutputState::Same("source");
+const ANY: OutputState = OutputState::same("source");
 
 /// Declares a test kind: its ports, its fallback, and what it records.
 macro_rules! kind {
@@ -83,7 +83,7 @@ fn look(pass: &mut Recorder<'_>, source: ImageId, result: ImageId) {
     pass.function(&COPY, "look").read("source", source).write_to(result);
 }
 
-kind!(Tint, "Changes each pixel.", [SOURCE], [RESULT], Fallback::Input("source"), |pass| {
+kind!(Tint, "Changes each pixel.", [SOURCE], [RESULT], Fallback::input("source"), |pass| {
     let desc = sized(pass, "source", |size| size);
     pass.function(&TINT, "tint").write("result", desc);
 });
@@ -91,15 +91,15 @@ kind!(
     Lay,
     "Lays one image over another.",
     [Input::image("base", "An image."), Input::image("over", "An image.")],
-    [Output::image("result", OutputState::Same("base"), "An image.")],
-    Fallback::Input("base"),
+    [Output::image("result", OutputState::same("base"), "An image.")],
+    Fallback::input("base"),
     |pass| {
         let over = pass.image("over");
         let desc = sized(pass, "base", |size| size);
         pass.function(&LAY, "lay").read("over", over).write("result", desc);
     }
 );
-kind!(Blur, "Two passes with an image between.", [SOURCE], [RESULT], Fallback::Input("source"), |pass| {
+kind!(Blur, "Two passes with an image between.", [SOURCE], [RESULT], Fallback::input("source"), |pass| {
     let (source, desc) = (pass.image("source"), sized(pass, "source", |size| size));
     let between = pass.transient("between", desc);
     look(pass, source, between);
@@ -116,7 +116,7 @@ kind!(
     "The size of another image.",
     [SOURCE, Input::image("like", "An image.")],
     [Output::image("result", ANY, "An image.")],
-    Fallback::Input("like"),
+    Fallback::input("like"),
     |pass| {
         let (source, desc) = (pass.image("source"), sized(pass, "like", |size| size));
         let result = pass.output("result", desc);
@@ -177,8 +177,8 @@ kind!(
     Slice,
     "Looks into a volume.",
     [Input::image("base", "An image."), Input::new("volume", PortType::Volume, "A volume.")],
-    [Output::image("result", OutputState::Same("base"), "An image.")],
-    Fallback::Input("base"),
+    [Output::image("result", OutputState::same("base"), "An image.")],
+    Fallback::input("base"),
     |pass| {
         let desc = sized(pass, "base", |size| size);
         pass.function(&SLICE, "slice").write("result", desc);
@@ -202,7 +202,7 @@ kind!(
     "Scales by a value.",
     [SOURCE, Input::new("value", PortType::Value, "A value.")],
     [RESULT],
-    Fallback::Input("source"),
+    Fallback::input("source"),
     |pass| {
         let desc = sized(pass, "source", |size| size);
         pass.function(&SCALE, "scale").write("result", desc);

@@ -1,26 +1,26 @@
-//! Halftone: prints the picture with dots of ink.
+//! Halftone: prints the image with dots of ink.
 
 use afterimage_graph::prelude::*;
 
 static SHADER: Shader = Shader::new("halftone.wgsl", include_str!("halftone.wgsl"));
 
 params! {
-    /// Prints the picture with round dots, whose area follows its luminance, as a newspaper does.
+    /// Prints the image with round dots, whose area depends on its luminance, as a newspaper does.
     pub struct Halftone {
-        /// Share of the effect that is mixed in; 0 leaves the picture as it is.
+        /// Share of the effect. 0 changes nothing.
         pub amount: f32 = 1.0 => within(0.0..=1.0), neutral(0.0);
-        /// Distance from dot to dot.
+        /// Distance between the centres of two dots.
         pub pitch: f32 = 6.0 => within(2.0..=64.0), unit("px");
-        /// Direction of the rows of dots.
+        /// Angle of the rows of dots.
         pub angle: f32 = 45.0 => within(0.0..=90.0), unit("degrees");
     }
 }
 
 impl Node for Halftone {
     const INPUTS: &'static [Input] =
-        &[Input::image("source", "The picture, after the tone curve.").accepts(&[ColorState::DisplayLinear])];
-    const OUTPUTS: &'static [Output] = &[Output::image("result", OutputState::Same("source"), "The printed picture.")];
-    const FALLBACK: Fallback = Fallback::Input("source");
+        &[Input::image("source", "The image after the tone curve.").accepts(&[ColorState::DisplayLinear])];
+    const OUTPUTS: &'static [Output] = &[Output::image("result", OutputState::same("source"), "The printed image.")];
+    const FALLBACK: Fallback = Fallback::input("source");
 
     fn identity(&self, _: &Arrivals) -> Option<Fallback> {
         (self.amount == 0.0).then_some(Self::FALLBACK)

@@ -1,4 +1,4 @@
-//! A third-party node: what a plug-in crate looks like. It uses nothing that the built-in nodes do not use.
+//! A plug-in crate with one node kind. It uses the same API as the built-in kinds.
 
 mod halftone;
 

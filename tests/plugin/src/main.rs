@@ -1,4 +1,4 @@
-//! The plug-in author's own program: the built-in nodes and hers.
+//! The program of a plug-in author: the built-in kinds and those of this crate.
 
 use std::process::ExitCode;
 

@@ -1,7 +1,8 @@
-//! The walk as a picture: the exposure over time, and below it what the frame rate changes.
+//! The chart of the walk: the exposure over time, and the differences between frame rates.
+
+use afterimage_lab::plot::canvas::{Anchor, Canvas};
 
 use super::walk::{CUT, END, Track, WALK, Walk};
-use crate::measure::plot::canvas::{Anchor, Canvas};
 
 const WIDTH: f64 = 1280.0;
 const HEIGHT: f64 = 800.0;
@@ -10,7 +11,7 @@ const RIGHT: f64 = 1240.0;
 /// From the bottom to the top of both charts.
 const EXPOSURE: (f64, f64) = (530.0, 130.0);
 const DIFFERENCE: (f64, f64) = (720.0, 600.0);
-/// Per cent that the frame rate may change.
+/// The largest difference between frame rates, in percent.
 const MOST: f64 = 1.0;
 
 const INK: &str = "#1c2128";
@@ -21,7 +22,7 @@ const UNDECLARED: &str = "#c9621b";
 /// Of each rate.
 const COLOURS: [&str; 3] = ["#c2347c", "#3563c9", "#2f6f4f"];
 
-/// An even axis: what lies between `low` and `high` goes between two places.
+/// A linear axis from `low` to `high`.
 #[derive(Clone, Copy)]
 struct Axis {
     low: f64,
@@ -42,7 +43,7 @@ impl Axis {
 
 const SECONDS: Axis = Axis { low: 0.0, high: END, places: (LEFT, RIGHT) };
 
-/// The charts as a whole SVG file.
+/// The charts as an SVG file.
 pub(super) fn svg(walk: &Walk) -> String {
     let mut canvas = Canvas::new(WIDTH, HEIGHT);
     canvas.text((40.0, 52.0), 28.0, Anchor::Start, INK, "An exposure follows a camera from the room to the window");
@@ -70,7 +71,7 @@ fn exposure(canvas: &mut Canvas, walk: &Walk) {
 fn difference(canvas: &mut Canvas, walk: &Walk) {
     let up = Axis { low: -MOST, high: MOST, places: DIFFERENCE };
     let highest = walk.followed.last().map_or(0, |track| track.rate);
-    grid(canvas, up, &format!("per cent of light more or less than at {highest} frames in a second"));
+    grid(canvas, up, &format!("percent of light more or less than at {highest} frames per second"));
     let (_, others) = walk.followed.split_last().expect("there are several rates");
     dots(canvas, up, others.iter().map(|track| walk.difference(track)));
     for second in SECONDS.whole_numbers() {
@@ -99,7 +100,7 @@ fn grid(canvas: &mut Canvas, up: Axis, name: &str) {
     canvas.text((40.0, top - 16.0), 16.0, Anchor::Start, INK, name);
 }
 
-/// What happens when.
+/// Marks the events of the walk.
 fn events(canvas: &mut Canvas) {
     for (seconds, what) in [(WALK, "at the window"), (CUT, "cut to the room")] {
         let x = SECONDS.place(seconds);
@@ -108,7 +109,7 @@ fn events(canvas: &mut Canvas) {
     }
 }
 
-/// Two tracks that may lie on each other: rings around small dots.
+/// Two tracks that may coincide: rings around small dots.
 fn dots(canvas: &mut Canvas, up: Axis, tracks: impl Iterator<Item = Vec<(f64, f64)>>) {
     for ((points, colour), (radius, fill)) in tracks.zip(COLOURS).zip([(5.0, "none"), (1.5, COLOURS[1])]) {
         for point in points {
@@ -118,9 +119,9 @@ fn dots(canvas: &mut Canvas, up: Axis, tracks: impl Iterator<Item = Vec<(f64, f6
 }
 
 fn legend(canvas: &mut Canvas, walk: &Walk) {
-    let frames = |track: &Track| format!("{} frames in a second", track.rate);
+    let frames = |track: &Track| format!("{} frames per second", track.rate);
     let rates = walk.followed.iter().map(frames).zip(COLOURS);
-    let others = [("what the picture asks for".to_owned(), WANTED), ("a cut not declared".to_owned(), UNDECLARED)];
+    let others = [("exposure of the view alone".to_owned(), WANTED), ("no reset at the cut".to_owned(), UNDECLARED)];
     let mut x = 46.0;
     for (name, colour) in rates.chain(others) {
         canvas.dot((x, 78.0), 5.0, colour, colour, "");

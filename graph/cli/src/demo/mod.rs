@@ -1,22 +1,25 @@
-//! `afterimage demo`: the built-in scene through every shipped pipeline.
+//! `afterimage demo`: the built-in scene through every built-in pipeline.
 
 mod chart;
 mod walk;
 
 use std::path::Path;
 
-use afterimage_gpu::{Gpu, Texels};
-use afterimage_graph::image::{ColorState, ImageDesc, Size};
+use afterimage_gpu::{FrameStep, Gpu, Session, Texels};
+use afterimage_graph::check::Graph;
+use afterimage_graph::image::{ColorState, Size};
 use afterimage_graph::node::{NodeKind, Registry};
+use afterimage_media::write_atomic;
 
 use crate::args::{DemoArgs, PipelineOptions};
+use crate::built_in::{BuiltIn, PIPELINES, SCENE};
+use crate::cache;
+use crate::device::open;
 use crate::failure::Failure;
-use crate::pipeline::{check_with, registry};
-use crate::save::{Saving, save};
-use crate::session::{Clock, Given, Session, choose_output, open};
-use crate::shipped::{PIPELINES, SCENE, Shipped};
+use crate::output::choose_output;
+use crate::pipeline::{PipelineFile, registry};
+use crate::save::{SaveOptions, save};
 use crate::terminal::say;
-use afterimage_media::write_atomic;
 
 pub(crate) fn run(args: &DemoArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
     let registry = registry(tables, &[])?;
@@ -27,27 +30,49 @@ pub(crate) fn run(args: &DemoArgs, tables: &[&[NodeKind]]) -> Result<(), Failure
     let size = Size::new(args.size.0, args.size.1);
     std::fs::create_dir_all(&args.out)
         .map_err(|error| Failure::machine(format!("cannot make the folder `{}`: {error}", args.out.display())))?;
-    let mut scene = session(&gpu, &registry, "scene", SCENE, &[format!("scene.time={:?}", args.time)])?;
-    scene.render(size, &[], Clock { reset: true, ..Clock::default() })?;
-    let saved = |name: &str, texels: &Texels, state: ColorState, ending: &str| {
-        let path = args.out.join(format!("{name}.{ending}"));
-        save(&path, texels, state, None, &Saving::default())?;
+    let saved = |name: &str, texels: &Texels, state: ColorState, extension: &str| {
+        let path = args.out.join(format!("{name}.{extension}"));
+        save(&path, texels, state, None, &SaveOptions::default())?;
         say(&path.display().to_string());
         Ok::<_, Failure>(())
     };
-    saved("scene", &scene.output("scene")?, ColorState::Scene, "exr")?;
-    let view = scene.output_texture("scene").create_view(&Default::default());
-    let scene = [Given { input: "scene".into(), view, desc: ImageDesc::new(size) }];
+    let time = vec![format!("scene.time={:?}", args.time)];
+    let mut scene = Demo::new(&gpu, graph(&registry, "scene", SCENE, time)?);
+    scene.session.render(size, &[], FrameStep::FIRST)?;
+    saved("scene", &scene.session.output("scene")?, ColorState::Scene, "exr")?;
+    let images = [scene.session.output_image("scene", "scene")];
     let mut tiles = Vec::new();
     for (name, text) in PIPELINES {
-        let mut pipeline = session(&gpu, &registry, name, text, &[])?;
-        pipeline.render(size, &scene, Clock { reset: true, ..Clock::default() })?;
-        let output = choose_output(pipeline.plan(), None, true)?;
-        let texels = pipeline.output(&output.name)?;
+        let mut demo = Demo::new(&gpu, graph(&registry, name, text, Vec::new())?);
+        demo.session.render(size, &images, FrameStep::FIRST)?;
+        cache::keep_pipelines(&mut demo.session, &demo.known_pipelines);
+        let output = choose_output(demo.session.plan(), None, true)?;
+        let texels = demo.session.output(&output.name)?;
         saved(name, &texels, ColorState::Encoded, "png")?;
         tiles.push(texels);
     }
     saved("contact-sheet", &contact_sheet(&tiles), ColorState::Encoded, "png")
+}
+
+/// A session with the driver's pipelines of earlier runs.
+struct Demo {
+    session: Session,
+    known_pipelines: Vec<u8>,
+}
+
+impl Demo {
+    fn new(gpu: &Gpu, graph: Graph) -> Self {
+        let known_pipelines = cache::pipelines(gpu);
+        let (facts, options) = Default::default();
+        Self { session: Session::with_pipeline_cache(gpu, graph, facts, options, &known_pipelines), known_pipelines }
+    }
+}
+
+/// The graph of a built-in pipeline.
+fn graph(registry: &Registry, name: &str, text: &str, sets: Vec<String>) -> Result<Graph, Failure> {
+    let options = PipelineOptions { sets, facts: Vec::new(), tier: None, nodes: Vec::new() };
+    let file = PipelineFile::parse((&format!("{name}.ron"), text), registry, &BuiltIn)?;
+    Ok(file.check(&options)?.0)
 }
 
 fn plot_walk(args: &DemoArgs, registry: &Registry, file: &Path) -> Result<(), Failure> {
@@ -60,22 +85,10 @@ fn plot_walk(args: &DemoArgs, registry: &Registry, file: &Path) -> Result<(), Fa
     Ok(())
 }
 
-fn session<'g>(
-    gpu: &'g Gpu,
-    registry: &Registry,
-    name: &str,
-    text: &str,
-    sets: &[String],
-) -> Result<Session<'g>, Failure> {
-    let options = PipelineOptions { sets: sets.to_vec(), facts: Vec::new(), tier: None, nodes: Vec::new() };
-    let (graph, _) = check_with(&Shipped, &format!("{name}.ron"), text, registry, &options)?;
-    Ok(Session::new(gpu, graph, Default::default(), Default::default()))
-}
-
-/// Pixels between two pictures of the sheet.
+/// Pixels between two images of the sheet.
 const GAP: usize = 8;
 
-/// All pictures at half size, two in a row.
+/// All images at half size, two in a row.
 fn contact_sheet(tiles: &[Texels]) -> Texels {
     let size = tiles.first().map_or(Size::new(1, 1), |tile| tile.desc.size);
     let (width, height) = ((size.width as usize / 2).max(1), (size.height as usize / 2).max(1));
@@ -96,7 +109,7 @@ fn contact_sheet(tiles: &[Texels]) -> Texels {
     Texels::from_floats(sheet_width as u32, sheet_height as u32, &sheet)
 }
 
-/// The mean of the pixels that one pixel of the smaller picture covers. Means of encoded values are good enough for an overview.
+/// The mean of the pixels that one pixel of the smaller image covers. Means of encoded values are sufficient for an overview.
 fn half_size(pixels: &[[f32; 4]], size: Size, x: usize, y: usize) -> [f32; 4] {
     let (last_x, last_y) = (size.width as usize - 1, size.height as usize - 1);
     let at = |dx: usize, dy: usize| pixels[(2 * y + dy).min(last_y) * size.width as usize + (2 * x + dx).min(last_x)];

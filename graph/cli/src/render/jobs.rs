@@ -1,4 +1,4 @@
-//! What `render` shall make: pictures and frames, and the files that they are made from.
+//! The images and frames that `render` makes, and the files that they are made from.
 
 use std::path::{Path, PathBuf};
 
@@ -9,7 +9,7 @@ use crate::failure::Failure;
 use crate::pipeline::split;
 use afterimage_media::{Source, sequence};
 
-/// What one picture is made from, and where it goes.
+/// The inputs and the output of one image.
 pub(super) struct Job {
     /// The pipeline's inputs and their files.
     pub(super) sources: Vec<(String, Source)>,
@@ -23,8 +23,8 @@ pub(super) fn jobs(args: &RenderArgs, graph: &Graph) -> Result<Vec<Job>, Failure
     for (name, file) in named {
         inputs.push((name, sequence::Input::find(&file, args.frames.as_deref().filter(|_| is_pattern(&file)))?));
     }
-    let Some((_, first)) = inputs.first() else { return made_up(args) };
-    refuse_idle_options(args, &inputs)?;
+    let Some((_, first)) = inputs.first() else { return without_inputs(args) };
+    refuse_unused_options(args, &inputs)?;
     let outs = first.outputs(&args.out)?;
     let frames = first.sources();
     let mut jobs = Vec::new();
@@ -37,8 +37,8 @@ pub(super) fn jobs(args: &RenderArgs, graph: &Graph) -> Result<Vec<Job>, Failure
     Ok(jobs)
 }
 
-/// The pictures of a pipeline without inputs: one, or the frames that are asked for.
-fn made_up(args: &RenderArgs) -> Result<Vec<Job>, Failure> {
+/// The images of a pipeline without inputs: one, or the named frames.
+fn without_inputs(args: &RenderArgs) -> Result<Vec<Job>, Failure> {
     let job = |frame, out| Job { sources: Vec::new(), frame, out };
     match (sequence::Pattern::parse(&args.out)?, &args.frames) {
         (None, None) => Ok(vec![job(None, args.out.clone().into())]),
@@ -52,11 +52,11 @@ fn made_up(args: &RenderArgs) -> Result<Vec<Job>, Failure> {
     }
 }
 
-/// Options that would change nothing are slips, and silence would hide them.
-fn refuse_idle_options(args: &RenderArgs, inputs: &[(String, sequence::Input)]) -> Result<(), Failure> {
+/// Refuses options without effect: they are mistakes.
+fn refuse_unused_options(args: &RenderArgs, inputs: &[(String, sequence::Input)]) -> Result<(), Failure> {
     if args.size.is_some() {
         return Err(Failure::user(
-            "`--size` is for pipelines without inputs; here the picture has the size of its input",
+            "`--size` is for pipelines without inputs; here the output has the size of the input",
         )
         .hint("leave it out, or scale the input"));
     }
@@ -68,7 +68,7 @@ fn refuse_idle_options(args: &RenderArgs, inputs: &[(String, sequence::Input)]) 
     Ok(())
 }
 
-/// A picture in the place of what it was made from could not be made again.
+/// Refuses an output that overwrites an input.
 fn refuse_overwriting(sources: &[(String, Source)], out: &Path) -> Result<(), Failure> {
     let Ok(target) = std::fs::canonicalize(out) else { return Ok(()) };
     let same = |source: &&(String, Source)| std::fs::canonicalize(&source.1.path).is_ok_and(|path| path == target);
@@ -83,7 +83,7 @@ fn is_pattern(file: &str) -> bool {
     sequence::Pattern::parse(file.split('#').next().unwrap_or(file)).is_ok_and(|p| p.is_some()) || file.contains('#')
 }
 
-/// The file of an input in one frame: a single image serves all frames.
+/// The file of an input in one frame; a single image is that of all frames.
 fn source_at(input: &sequence::Input, index: usize, frame: Option<u32>, name: &str) -> Result<Source, Failure> {
     match input {
         sequence::Input::Single(source) => Ok(source.clone()),

@@ -1,4 +1,4 @@
-//! `afterimage render`: pictures through a pipeline. SampleMode, rendering and writing overlap.
+//! `afterimage render`: images through a pipeline. Reading, rendering and writing overlap.
 
 mod jobs;
 
@@ -8,7 +8,7 @@ use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-use afterimage_gpu::Texels;
+use afterimage_gpu::{FrameStep, InputImage, Session, Texels};
 use afterimage_graph::check::{Facts, Graph};
 use afterimage_graph::image::Size;
 use afterimage_graph::node::NodeKind;
@@ -16,18 +16,21 @@ use afterimage_plan::PlanOutput;
 use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::args::RenderArgs;
+use crate::cache;
+use crate::device::{open, options_on};
 use crate::failure::Failure;
-use crate::pipeline::{facts, load_graph, plan_options, registry};
-use crate::save::{Saving, save};
-use crate::session::{Clock, Session, choose_output, open, options_on};
+use crate::output::choose_output;
+use crate::pipeline::{PipelineFile, facts, plan_options, registry};
+use crate::save::{SaveOptions, save};
 use crate::terminal::note;
 use crate::watch::watch;
 use afterimage_media::{Metadata, Picture};
 use jobs::{Job, jobs};
 
-/// Frames that wait between two stages: one that is being made and one that is ready.
+/// Frames between two stages: one in work and one that is ready.
 const AHEAD: usize = 2;
-/// Packing a PNG keeps one core busy, so pictures are written on a quarter of the cores, but on no more than this many: each holds a frame.
+/// PNG compression keeps a core busy, so images are written on a quarter of the cores, but on at most this many threads:
+/// each has a frame in memory.
 const MOST_WRITERS: usize = 4;
 
 pub(crate) fn run(args: &RenderArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
@@ -39,9 +42,9 @@ pub(crate) fn run(args: &RenderArgs, tables: &[&[NodeKind]]) -> Result<(), Failu
 
 fn once(args: &RenderArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
     let registry = registry(tables, &args.options.nodes)?;
-    let graph = load_graph(&args.pipeline, &registry, &args.options)?;
+    let graph = PipelineFile::read(&args.pipeline, &registry)?.graph(&args.options)?;
     let facts = facts(&args.options)?;
-    let saving = Saving::new(args)?;
+    let saving = SaveOptions::new(args)?;
     let jobs = jobs(args, &graph)?;
     let bar = progress(jobs.len());
     let times = work(args, &jobs, (graph, facts), &saving, &bar)?;
@@ -60,10 +63,10 @@ fn progress(frames: usize) -> ProgressBar {
     ProgressBar::new(frames as u64).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
 }
 
-/// A picture that was read, with its job's place in the list.
+/// The images of a job.
 type Read = Result<Vec<(String, Picture)>, Failure>;
 
-/// A picture that was rendered.
+/// A rendered image.
 struct Rendered {
     texels: Texels,
     output: PlanOutput,
@@ -71,14 +74,14 @@ struct Rendered {
     index: usize,
 }
 
-/// How long each stage worked.
+/// The time of each stage.
 #[derive(Default)]
 struct Times {
-    /// Until the device is open; pictures are read in the meantime.
+    /// Until the device is open; images are read at the same time.
     start: Duration,
     read: Duration,
     render: Duration,
-    /// Of all writers together.
+    /// The sum over all writers.
     write: Duration,
     writers: usize,
     all: Duration,
@@ -90,7 +93,7 @@ fn work(
     args: &RenderArgs,
     jobs: &[Job],
     (graph, facts): (Graph, Facts),
-    saving: &Saving,
+    saving: &SaveOptions,
     bar: &ProgressBar,
 ) -> Result<Times, Failure> {
     let start = Instant::now();
@@ -128,7 +131,7 @@ fn read_all(jobs: &[Job], to: &SyncSender<Read>) -> Duration {
         let pictures = read_job(job);
         busy += start.elapsed();
         let failed = pictures.is_err();
-        // A receiver that is gone has failed, and says so itself.
+        // A receiver that is gone has failed and reports the error.
         if to.send(pictures).is_err() || failed {
             break;
         }
@@ -136,7 +139,8 @@ fn read_all(jobs: &[Job], to: &SyncSender<Read>) -> Duration {
     busy
 }
 
-/// Opens the device and renders what is read. Both neighbours end when it does; it frees the device while the last picture is written.
+/// Opens the device and renders what is read. The reader and the writers end with it; the device is freed while the last
+/// image is written.
 fn render_all(
     args: &RenderArgs,
     jobs: &[Job],
@@ -147,7 +151,8 @@ fn render_all(
     let begun = Instant::now();
     let gpu = open(&args.device)?;
     let options = options_on(&gpu, plan_options(&args.plan), &args.device.arithmetic);
-    let mut session = Session::new(&gpu, graph, facts, options);
+    let known_pipelines = cache::pipelines(&gpu);
+    let mut session = Session::with_pipeline_cache(&gpu, graph, facts, options, &known_pipelines);
     let mut times = Times { start: begun.elapsed(), ..Times::default() };
     let mut said = Vec::new();
     for (index, pictures) in from.iter().enumerate() {
@@ -159,83 +164,92 @@ fn render_all(
             }
         }
         let start = Instant::now();
-        let rendered = render_one(args, &mut session, pictures, clock(args, jobs, index), index)?;
+        let rendered = render_one(args, &mut session, pictures, step(args, jobs, index), index)?;
         times.render += start.elapsed();
-        if args.timings && index == 0 {
-            times.passes = time_passes(&mut session, args, jobs)?;
+        if index == 0 {
+            cache::keep_pipelines(&mut session, &known_pipelines);
         }
-        // A writer that is gone has failed, and says so itself.
+        if args.timings && index == 0 {
+            times.passes = time_passes(&mut session, jobs)?;
+        }
+        // A writer that is gone has failed and reports the error.
         if to.send(rendered).is_err() {
             break;
         }
     }
-    // Nothing more comes: the writers may end before the device is freed.
+    // Everything is rendered: the writers may end before the device is freed.
     drop(to);
     Ok(times)
 }
 
-/// The time of a frame of a sequence, by its number.
-fn clock(args: &RenderArgs, jobs: &[Job], index: usize) -> Clock {
-    let step = jobs[index].frame.zip(index.checked_sub(1).and_then(|i| jobs[i].frame));
-    let dt = step.map_or(0.0, |(now, before)| now.saturating_sub(before) as f32 / args.fps);
+/// The position of a frame of a sequence in time, by its number.
+fn step(args: &RenderArgs, jobs: &[Job], index: usize) -> FrameStep {
+    let frames = jobs[index].frame.zip(index.checked_sub(1).and_then(|i| jobs[i].frame));
+    let dt = frames.map_or(0.0, |(now, before)| now.saturating_sub(before) as f32 / args.fps);
     let time = jobs[index].frame.map_or(0.0, |frame| frame as f32 / args.fps);
-    Clock { time, dt, reset: index == 0 }
+    FrameStep { time, dt, reset: index == 0 }
 }
 
 fn render_one(
     args: &RenderArgs,
-    session: &mut Session<'_>,
+    session: &mut Session,
     pictures: Vec<(String, Picture)>,
-    clock: Clock,
+    step: FrameStep,
     index: usize,
 ) -> Result<Rendered, Failure> {
-    render_frame(args, session, &pictures, clock)?;
-    // The pictures are on their way to the GPU: their memory can be had again while it works.
+    render_frame(args, session, &pictures, step)?;
+    // The images are uploaded: their memory is freed while the GPU works.
     let meta = pictures.into_iter().next().map(|(_, picture)| picture.meta);
-    let output = choose_output(session.plan(), args.output.as_deref(), Saving::is_png(&args.out))?;
+    let output = choose_output(session.plan(), args.output.as_deref(), SaveOptions::is_png(&args.out))?;
     let texels = session.output(&output.name)?;
     Ok(Rendered { texels, output, meta, index })
 }
 
 fn render_frame(
     args: &RenderArgs,
-    session: &mut Session<'_>,
+    session: &mut Session,
     pictures: &[(String, Picture)],
-    clock: Clock,
+    step: FrameStep,
 ) -> Result<(), Failure> {
-    let inputs = pictures.iter().map(|(name, picture)| session.feed(name, picture)).collect::<Result<Vec<_>, _>>()?;
+    let images = feed(session, pictures)?;
     let (width, height) = args.size.unwrap_or((1920, 1080));
-    let size = inputs.first().map_or(Size::new(width, height), |given| given.desc.size);
-    session.render(size, &inputs, clock)
+    let size = images.first().map_or(Size::new(width, height), |image| image.desc.size);
+    Ok(session.render(size, &images, step)?)
+}
+
+/// Uploads the images of a frame.
+fn feed(session: &mut Session, pictures: &[(String, Picture)]) -> Result<Vec<InputImage>, Failure> {
+    let upload = |(name, picture): &(String, Picture)| {
+        session.gpu().check_fits(picture.desc())?;
+        Ok(session.feed(name, picture.desc(), picture.bytes())?)
+    };
+    pictures.iter().map(upload).collect()
 }
 
 /// GPU milliseconds of each pass, from a second rendering of the first frame.
-fn time_passes(session: &mut Session<'_>, args: &RenderArgs, jobs: &[Job]) -> Result<Vec<(String, f64)>, Failure> {
-    if !session.executor().enable_timing() {
-        return Ok(Vec::new());
-    }
+fn time_passes(session: &mut Session, jobs: &[Job]) -> Result<Vec<(String, f64)>, Failure> {
     let Some(first) = jobs.first() else { return Ok(Vec::new()) };
-    render_frame(args, session, &read_job(first)?, Clock { reset: true, ..Clock::default() })?;
-    let times = session.executor().pass_times().unwrap_or_default();
+    let images = feed(session, &read_job(first)?)?;
+    let times = session.pass_times_once(&images, FrameStep::FIRST)?;
     let passes = session.plan().recording.passes.iter();
     Ok(passes.map(|pass| pass.label.clone()).zip(times).collect())
 }
 
-/// What the writers share: where pictures come from, and whether one of them has failed, so that the others need not go on.
+/// Shared by the writers: the rendered images, and whether a writer has failed, so that the others stop.
 struct Queue {
     from: Mutex<Receiver<Rendered>>,
     failed: AtomicBool,
 }
 
 impl Queue {
-    /// The next picture, unless there is none or another writer has failed.
+    /// The next image; `None` after the last one, or if another writer has failed.
     fn next(&self) -> Option<Rendered> {
         let next = self.from.lock().expect("no writer panics with the lock").recv().ok();
         next.filter(|_| !self.failed.load(Ordering::Relaxed))
     }
 }
 
-fn write_all(jobs: &[Job], saving: &Saving, queue: &Queue, bar: &ProgressBar) -> Result<Duration, Failure> {
+fn write_all(jobs: &[Job], saving: &SaveOptions, queue: &Queue, bar: &ProgressBar) -> Result<Duration, Failure> {
     let mut busy = Duration::ZERO;
     while let Some(rendered) = queue.next() {
         let start = Instant::now();

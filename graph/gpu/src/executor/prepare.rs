@@ -194,7 +194,7 @@ pub(super) fn order<'a>(
     Order {
         key: PipelineKey {
             source: composed.source.clone(),
-            entry: composed.compute,
+            entry: composed.compute.clone(),
             constants,
             attachment,
             layout: layout.join(","),

@@ -1,5 +1,6 @@
 //! A picture in memory, and what its file said about it.
 
+use afterimage_base::image::{Format, ImageDesc, Size};
 use exr::meta::attribute::{AttributeValue, IntegerBounds, Text};
 use exr::meta::header::{ImageAttributes, LayerAttributes};
 use half::f16;
@@ -69,6 +70,23 @@ impl Picture {
         assert_eq!(pixels.len(), width as usize * height as usize * 4, "four numbers for a pixel");
         let meta = Metadata::of_size(width, height);
         Self { width, height, pixels, meta, notes: Vec::new() }
+    }
+
+    /// Size and format of the texels: half floats or floats.
+    pub fn desc(&self) -> ImageDesc {
+        let desc = ImageDesc::new(Size::new(self.width, self.height));
+        match &self.pixels {
+            Pixels::Half(_) => desc,
+            Pixels::Float(_) => desc.format(Format::Rgba32Float),
+        }
+    }
+
+    /// The texels as bytes, rows without gaps.
+    pub fn bytes(&self) -> &[u8] {
+        match &self.pixels {
+            Pixels::Half(halves) => bytemuck::cast_slice(halves),
+            Pixels::Float(floats) => bytemuck::cast_slice(floats),
+        }
     }
 
     /// The four numbers of a pixel, for tests and reports.

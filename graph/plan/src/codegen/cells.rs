@@ -2,6 +2,7 @@
 //!
 //! The modules stand side by side in one, so that every name of theirs gets the reader's number, and every binding a number of its own.
 
+use afterimage_base::Shared;
 use std::collections::BTreeSet;
 
 use super::compose::{Bound, Composed, Slot, SlotKind, free, set_storage_format};
@@ -34,7 +35,7 @@ pub(crate) fn compose_cells(
         text.library(file).expect("the library has this file")?;
     }
     for part in &parts {
-        text.changed_module(part.reader.call.shader, &|line| part.line(line))?;
+        text.changed_module(&part.reader.call.shader, &|line| part.line(line))?;
     }
     if parts.iter().any(|part| part.frame().is_some()) {
         let binding = add(&mut slots, SlotKind::Frame);
@@ -49,7 +50,7 @@ pub(crate) fn compose_cells(
     Ok(Composed {
         source: text.text,
         map: text.map,
-        compute: "compute",
+        compute: Shared::of("compute"),
         fragment: None,
         slots,
         workgroup: [cells.workgroup(), 1, 1],
@@ -69,11 +70,11 @@ fn add(slots: &mut Vec<Slot>, kind: SlotKind) -> u32 {
 struct Part<'a> {
     number: usize,
     reader: &'a CellsReader,
-    reflection: &'static Reflection,
+    reflection: &'a Reflection,
     bound: Bound,
     /// The number of its first binding.
     first: u32,
-    names: BTreeSet<&'static str>,
+    names: BTreeSet<&'a str>,
 }
 
 impl<'a> Part<'a> {
@@ -84,7 +85,7 @@ impl<'a> Part<'a> {
         format_of: &dyn Fn(ImageId) -> Format,
         sample_mode_of: &dyn Fn(ImageId) -> SampleMode,
     ) -> Result<Self, ShaderError> {
-        let shader = reader.call.shader;
+        let shader = &reader.call.shader;
         let reflection = shader.reflect()?;
         let bound = Bound::new(&reader.call, format_of, sample_mode_of)?;
         let globals = reflection.globals.iter().map(|global| global.name.as_str());
@@ -99,7 +100,7 @@ impl<'a> Part<'a> {
     }
 
     /// The names of its uniforms and of their types.
-    fn uniforms(&self) -> impl Iterator<Item = (&'static str, &'static str)> {
+    fn uniforms(&self) -> impl Iterator<Item = (&'a str, &'a str)> {
         self.reflection.globals.iter().filter_map(|global| match &global.kind {
             GlobalKind::Uniform(ty) => Some((global.name.as_str(), ty.as_str())),
             _ => None,
@@ -107,12 +108,12 @@ impl<'a> Part<'a> {
     }
 
     /// The name of its own uniform and of the uniform's type.
-    fn params(&self) -> Option<(&'static str, &'static str)> {
+    fn params(&self) -> Option<(&'a str, &'a str)> {
         self.uniforms().find(|(_, ty)| *ty != "Frame")
     }
 
     /// The name of the uniform with the frame's time.
-    fn frame(&self) -> Option<&'static str> {
+    fn frame(&self) -> Option<&'a str> {
         self.uniforms().find(|(_, ty)| *ty == "Frame").map(|(name, _)| name)
     }
 

@@ -1,6 +1,7 @@
 //! Puts modules together into one that a device can run: constants that choose how textures are read, the modules with their
 //! imports, bindings, and an entry point around a chain of kernel functions.
 
+use afterimage_base::Shared;
 use std::fmt::Write as _;
 
 use super::cells::compose_cells;
@@ -53,7 +54,7 @@ pub struct Composed {
     /// Where its lines come from.
     pub map: SourceMap,
     /// The compute entry point's name.
-    pub compute: &'static str,
+    pub compute: Shared<str>,
     /// The fragment entry point's name, with `vertex` as its vertex entry point, if it has one.
     pub fragment: Option<&'static str>,
     /// The bindings of the compute entry point. The fragment entry point has the same but the storage image.
@@ -99,7 +100,7 @@ fn compose_steps(
     let rows = rows_of(desc.size);
     let mut text = Text::promising(promises(steps)).reading(reading, features)?;
     for step in steps {
-        text.module(step.shader)?;
+        text.module(&step.shader)?;
     }
     text.generated(&uniform_struct(steps));
     text.generated(&writer.declarations);
@@ -108,7 +109,7 @@ fn compose_steps(
     Ok(Composed {
         source: text.text,
         map: text.map,
-        compute: "compute",
+        compute: Shared::of("compute"),
         fragment: Some("fragment"),
         slots: writer.slots,
         workgroup: [WIDTH, HEIGHT, 1],
@@ -250,7 +251,7 @@ impl<'a> StepsWriter<'a> {
     }
 
     fn step(&mut self, stage: usize, first: usize, index: usize, step: &Step) {
-        let function = step.shader.reflect().ok().and_then(|r| r.function(step.function));
+        let function = step.shader.reflect().ok().and_then(|r| r.function(&step.function));
         let is_volume = |position: usize| {
             function.is_some_and(|f| f.args.get(position).is_some_and(|(_, ty)| *ty == ArgType::Volume))
         };
@@ -309,7 +310,7 @@ pub(crate) fn uniform_struct(steps: &[Step]) -> String {
 /// The type of a step's uniform.
 pub(crate) fn params_struct(step: &Step) -> String {
     let reflection = step.shader.reflect().expect("a recorded step has a valid shader");
-    let function = reflection.function(step.function).expect("a recorded step has a known function");
+    let function = reflection.function(&step.function).expect("a recorded step has a known function");
     function
         .args
         .iter()
@@ -348,13 +349,13 @@ fn compose_entry(
     let reflection = call.shader.reflect()?;
     let Bound { slots, formats, reading } = Bound::new(call, format_of, sample_mode_of)?;
     let mut text = Text::default().reading(reading, features)?;
-    text.module(call.shader)?;
+    text.module(&call.shader)?;
     let source = formats.iter().fold(text.text, |source, (name, format)| set_storage_format(&source, name, *format));
-    let entry = reflection.entry(call.entry);
+    let entry = reflection.entry(&call.entry);
     Ok(Composed {
         source,
         map: text.map,
-        compute: call.entry,
+        compute: call.entry.clone(),
         fragment: None,
         slots,
         workgroup: entry.map_or([1; 3], |entry| entry.workgroup),
@@ -424,5 +425,5 @@ pub(crate) fn set_storage_format(source: &str, name: &str, format: Format) -> St
 pub(crate) fn promises<'s>(
     steps: impl IntoIterator<Item = &'s Step>,
 ) -> impl Iterator<Item = (&'s Shader, &'s [&'static str])> {
-    steps.into_iter().map(|step| (step.shader, step.promises.as_slice()))
+    steps.into_iter().map(|step| (&*step.shader, step.promises.as_slice()))
 }

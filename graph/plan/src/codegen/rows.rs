@@ -1,6 +1,7 @@
 //! The entry point of a halving by rows: a workgroup walks down its columns, and each step gives one row of the result.
 
 use super::compose::{Composed, StepsWriter, promises, uniform_struct};
+use afterimage_base::Shared;
 use afterimage_base::image::Format;
 use afterimage_graph::node::{ImageId, Rows};
 use afterimage_wgsl::{SampleMode, ShaderError, ShaderFeatures, Text};
@@ -23,7 +24,7 @@ pub(crate) fn compose_rows(
     let extent = writer.extent();
     let mut text = Text::promising(promises(&rows.source)).reading(reading, features)?;
     for step in &rows.source {
-        text.module(step.shader)?;
+        text.module(&step.shader)?;
     }
     text.module(rows.by.shader)?;
     text.generated(&uniform_struct(&rows.source));
@@ -33,7 +34,7 @@ pub(crate) fn compose_rows(
     Ok(Composed {
         source: text.text,
         map: text.map,
-        compute: "compute",
+        compute: Shared::of("compute"),
         fragment: None,
         slots: writer.into_slots(),
         workgroup: [ROW_LANES, 1, 1],

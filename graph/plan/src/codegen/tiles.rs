@@ -3,6 +3,7 @@
 //! Kernel functions read textures through `texel` and `tap`. For a function that reads the image before, its file is written a second time under
 //! other names, in which a texture is a number and those two read workgroup memory.
 
+use afterimage_base::Shared;
 use std::fmt::Write as _;
 
 use super::compose::{Composed, StepsWriter, promises};
@@ -35,20 +36,20 @@ pub(crate) fn compose_tiling(
         tiling.stages.iter().map(|stage| stage.result.map(|image| writer.storage(image, format_of(image)))).collect();
     let mut text = Text::promising(promises(steps.iter().copied())).reading(reading, features)?;
     for step in steps.iter().filter(|step| !is_tiled(step)) {
-        text.module(step.shader)?;
+        text.module(&step.shader)?;
     }
     text.generated(&uniform_struct(tiling, &steps));
     text.generated(writer.declarations());
     text.generated(&memory(tiling, &params));
     for step in steps.iter().filter(|step| is_tiled(step)) {
-        text.tiled_module(step.shader)?;
+        text.tiled_module(&step.shader)?;
     }
     text.generated(&functions);
     text.generated(&entry(tiling, &stores, &params));
     Ok(Composed {
         source: text.text,
         map: text.map,
-        compute: "compute",
+        compute: Shared::of("compute"),
         fragment: None,
         slots: writer.into_slots(),
         workgroup: [TILE_SIDE, TILE_SIDE, 1],

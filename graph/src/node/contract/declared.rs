@@ -10,7 +10,7 @@ use afterimage_base::value::{Param, Type, Value};
 /// Names that pipeline files and shaders use for other things.
 const TAKEN: [&str; 6] = ["when", "format", "label", "at", "frame", "params"];
 
-pub(super) fn look(kind: NodeKind, complaints: &mut Complaints) {
+pub(super) fn look(kind: &NodeKind, complaints: &mut Complaints) {
     complaints.require(is_pascal(kind.name()), || "the name is not in PascalCase".into());
     complaints.require(!["Pipeline", "Off", "On"].contains(&kind.name()), || {
         "pipeline files use this name themselves".into()
@@ -24,14 +24,14 @@ pub(super) fn look(kind: NodeKind, complaints: &mut Complaints) {
     kind.params().iter().for_each(|param| parameter(param, complaints));
 }
 
-fn names(kind: NodeKind, complaints: &mut Complaints) {
-    let inputs = kind.inputs().iter().map(|port| port.name);
-    let params = kind.params().iter().map(|param| param.name);
+fn names(kind: &NodeKind, complaints: &mut Complaints) {
+    let inputs = kind.inputs().iter().map(|port| &*port.name);
+    let params = kind.params().iter().map(|param| &*param.name);
     distinct(inputs.chain(params), complaints);
-    distinct(kind.outputs().iter().map(|port| port.name), complaints);
+    distinct(kind.outputs().iter().map(|port| &*port.name), complaints);
 }
 
-fn distinct(names: impl Iterator<Item = &'static str>, complaints: &mut Complaints) {
+fn distinct<'a>(names: impl Iterator<Item = &'a str>, complaints: &mut Complaints) {
     let mut seen = BTreeSet::new();
     for name in names {
         complaints.require(seen.insert(name), || format!("the name `{name}` is given twice"));
@@ -58,7 +58,7 @@ fn port_name(name: &str, complaints: &mut Complaints) {
 }
 
 fn input(port: &Input, complaints: &mut Complaints) {
-    let name = port.name;
+    let name = &*port.name;
     port_name(name, complaints);
     complaints.require(!port.doc.trim().is_empty(), || format!("the input `{name}` has no doc"));
     complaints.require(!is_number(port.ty) || port.states.is_empty(), || {
@@ -66,11 +66,11 @@ fn input(port: &Input, complaints: &mut Complaints) {
     });
 }
 
-fn output(kind: NodeKind, port: &Output, complaints: &mut Complaints) {
-    let name = port.name;
+fn output(kind: &NodeKind, port: &Output, complaints: &mut Complaints) {
+    let name = &*port.name;
     port_name(name, complaints);
     complaints.require(!port.doc.trim().is_empty(), || format!("the output `{name}` has no doc"));
-    match port.gives {
+    match &port.state {
         OutputState::Nothing => {
             complaints
                 .require(!is_image(port.ty), || format!("the output `{name}` is an image and must say its state"));
@@ -89,9 +89,9 @@ fn output(kind: NodeKind, port: &Output, complaints: &mut Complaints) {
     }
 }
 
-fn fallback(kind: NodeKind, complaints: &mut Complaints) {
+fn fallback(kind: &NodeKind, complaints: &mut Complaints) {
     let (Fallback::Input(name), Some(main)) = (kind.fallback(), kind.outputs().first()) else { return };
-    match kind.input(name) {
+    match kind.input(&name) {
         None => complaints.add(format!("the stand-in `{name}` is no input")),
         Some(input) => complaints.require(input.ty == main.ty, || {
             format!("the stand-in `{name}` is a {}, but `{}` is a {}", input.ty.name(), main.name, main.ty.name())
@@ -100,7 +100,7 @@ fn fallback(kind: NodeKind, complaints: &mut Complaints) {
 }
 
 fn parameter(param: &Param, complaints: &mut Complaints) {
-    let name = param.name;
+    let name = &*param.name;
     complaints.require(!param.doc.trim().is_empty(), || format!("the parameter `{name}` has no doc"));
     if let Some((low, high)) = param.domain {
         complaints.require(low.is_finite() && high.is_finite() && low < high, || {

@@ -44,14 +44,14 @@ pub fn contract(kinds: &[NodeKind]) -> Result<(), Vec<String>> {
         if !names.insert(kind.name()) {
             complaints.add("another kind has the same name");
         }
-        declared::look(*kind, &mut complaints);
-        recorded::look(*kind, &mut complaints, &mut |_| {});
+        declared::look(kind, &mut complaints);
+        recorded::look(kind, &mut complaints, &mut |_| {});
     }
     complaints.finish()
 }
 
 /// Calls `seen` with every recording that [`contract`] makes of a kind: at its defaults and at each parameter's extremes,
 /// with and without its optional inputs.
-pub fn for_each_recording(kind: NodeKind, seen: &mut dyn FnMut(&Recording)) {
+pub fn for_each_recording(kind: &NodeKind, seen: &mut dyn FnMut(&Recording)) {
     recorded::look(kind, &mut Complaints::default(), seen);
 }

@@ -30,7 +30,7 @@ struct Recorded {
     given: usize,
 }
 
-pub(super) fn look(kind: NodeKind, complaints: &mut Complaints, seen: &mut dyn FnMut(&Recording)) {
+pub(super) fn look(kind: &NodeKind, complaints: &mut Complaints, seen: &mut dyn FnMut(&Recording)) {
     for (index, values) in variants(kind).into_iter().enumerate() {
         // The defaults are used in every way; each extreme with everything wired, which is where it can do most.
         let ways: &[(bool, bool)] =
@@ -47,13 +47,13 @@ pub(super) fn look(kind: NodeKind, complaints: &mut Complaints, seen: &mut dyn F
 }
 
 /// Values that the kind refuses, such as a file that is not there, and those at which something stands in for it never reach a recorder.
-fn is_recorded(kind: NodeKind, way: &Use<'_>) -> bool {
-    let absent = kind.inputs().iter().filter(|port| port.optional && !way.is_fully_wired).map(|port| port.name);
+fn is_recorded(kind: &NodeKind, way: &Use<'_>) -> bool {
+    let absent = kind.inputs().iter().filter(|port| port.optional && !way.is_fully_wired).map(|port| port.name.clone());
     let arrivals = Arrivals::new(Vec::new(), absent.collect());
     kind.verify(way.values).is_ok() && kind.identity(way.values, &arrivals).is_none()
 }
 
-fn one(kind: NodeKind, way: &Use<'_>, complaints: &mut Complaints, seen: &mut dyn FnMut(&Recording)) {
+fn one(kind: &NodeKind, way: &Use<'_>, complaints: &mut Complaints, seen: &mut dyn FnMut(&Recording)) {
     let Some(first) = record(kind, way, complaints) else { return };
     // A recording may bake a table, so it is made twice only at the defaults.
     let again = way.is_default.then(|| record(kind, way, complaints)).flatten();
@@ -76,7 +76,7 @@ fn one(kind: NodeKind, way: &Use<'_>, complaints: &mut Complaints, seen: &mut dy
 }
 
 /// Every parameter at its extremes, one at a time, the defaults first.
-fn variants(kind: NodeKind) -> Vec<Vec<Value>> {
+fn variants(kind: &NodeKind) -> Vec<Vec<Value>> {
     let defaults: Vec<Value> = kind.params().iter().map(|param| param.default.clone()).collect();
     let mut all = vec![defaults.clone()];
     for (index, param) in kind.params().iter().enumerate() {
@@ -103,7 +103,7 @@ fn extremes(param: &Param) -> Vec<Value> {
     }
 }
 
-fn record(kind: NodeKind, way: &Use<'_>, complaints: &mut Complaints) -> Option<Recorded> {
+fn record(kind: &NodeKind, way: &Use<'_>, complaints: &mut Complaints) -> Option<Recorded> {
     let attempt = catch_unwind(AssertUnwindSafe(|| recorded(kind, way)));
     attempt.map_err(|panic| complaints.add(format!("recording fails: {}", reason(&*panic)))).ok()
 }
@@ -113,14 +113,14 @@ fn reason(panic: &(dyn std::any::Any + Send)) -> String {
     text.unwrap_or("it panics").to_owned()
 }
 
-fn recorded(kind: NodeKind, way: &Use<'_>) -> Recorded {
+fn recorded(kind: &NodeKind, way: &Use<'_>) -> Recorded {
     let mut recording = Recording::default();
     let arrivals: Vec<Arrival> = kind
         .inputs()
         .iter()
         .map(|port| match port.optional && !way.is_fully_wired {
             true => Arrival::Absent,
-            false => arrival(port.ty, port.name, way.size, &mut recording),
+            false => arrival(port.ty, &port.name, way.size, &mut recording),
         })
         .collect();
     let given = recording.images.len();

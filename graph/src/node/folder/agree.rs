@@ -138,7 +138,7 @@ impl Pair<'_> {
     fn port(&mut self, function: &Function, name: &str, ty: &ArgType, used: &mut BTreeSet<String>) {
         let place = self.word(name, &format!("fn {}", function.name));
         let Some((port, declared)) = self.declared.inputs.iter().find(|(port, _)| port.name == name) else {
-            let names = || self.declared.inputs.iter().map(|(port, _)| port.name).chain(["at", "frame", "params"]);
+            let names = || self.declared.inputs.iter().map(|(port, _)| &*port.name).chain(["at", "frame", "params"]);
             let message = format!("the argument {} is no input of the node", quote(name));
             let help = format!("arguments are {}", list(names(), 12));
             let diagnostic = Diagnostic::error("shader-argument", message).at(&place, "").help(help);
@@ -160,7 +160,7 @@ impl Pair<'_> {
     fn member(&mut self, layout: &StructLayout, member: &Member, used: &mut BTreeSet<String>) {
         let place = self.word(&member.name, &format!("struct {}", layout.name));
         let Some((param, declared)) = self.declared.params.iter().find(|(param, _)| param.name == member.name) else {
-            let names = || self.declared.params.iter().map(|(param, _)| param.name);
+            let names = || self.declared.params.iter().map(|(param, _)| &*param.name);
             let message = format!("{} of {} is no parameter of the node", quote(&member.name), quote(&layout.name));
             let diagnostic =
                 Diagnostic::error("shader-params", message).at(&place, "").help("declare it under `parameters`");
@@ -168,7 +168,7 @@ impl Pair<'_> {
         };
         used.insert(member.name.clone());
         if !holds(member, param) {
-            let message = format!("{} is {} and does not fit its member", quote(param.name), param.ty.describe());
+            let message = format!("{} is {} and does not fit its member", quote(&param.name), param.ty.describe());
             let diagnostic = Diagnostic::error("shader-params", message)
                 .at(&place, "the shader takes it here")
                 .also(declared, "the node declares it here")
@@ -181,8 +181,8 @@ impl Pair<'_> {
         if self.diagnostics.has_errors() {
             return;
         }
-        let inputs = self.declared.inputs.iter().map(|(port, place)| ("input", port.name, place));
-        let params = self.declared.params.iter().map(|(param, place)| ("parameter", param.name, place));
+        let inputs = self.declared.inputs.iter().map(|(port, place)| ("input", &*port.name, place));
+        let params = self.declared.params.iter().map(|(param, place)| ("parameter", &*param.name, place));
         for (what, name, place) in inputs.chain(params).filter(|(_, name, _)| !used.contains(*name)) {
             let message = format!("the shader does not read the {what} {}", quote(name));
             let help = match what {

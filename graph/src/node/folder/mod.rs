@@ -5,10 +5,10 @@
 //!     name: "Posterize",
 //!     doc: "Leaves only a few levels of each colour.",
 //!     inputs: {
-//!         "source": Image(doc: "The picture after the tone curve.", states: [DisplayLinear]),
+//!         "source": Image(doc: "The picture after the tone curve.", accepts: [DisplayLinear]),
 //!     },
 //!     outputs: {
-//!         "result": Image(doc: "The picture in levels.", gives: Same("source")),
+//!         "result": Image(doc: "The picture in levels.", state: Same("source")),
 //!     },
 //!     parameters: {
 //!         "levels": Float(doc: "Levels of each channel.", default: 4.0, within: (2.0, 256.0), usually: (2.0, 16.0)),
@@ -16,23 +16,29 @@
 //! )
 //! ```
 //!
-//! * `inputs` are of type `Image`, `Volume` or `Value`; `states` says which image states fit (any, if it is left out), `optional: true` lets
-//!   a port stay unwired, and then it reads as zero.
-//! * `outputs` are of type `Image`. `gives` is `Same("input")` or a state, `function` the kernel function (the kind's name in snake case, if it
-//!   is left out), `size` one of `Same`, `Half`, `Double` (of the first image input, or of the frame) and `Fixed(256, 256)`.
-//! * `parameters` are of type `Bool`, `Int`, `Float`, `Vector2`, `Vector3` or `Vector4`; each needs `doc` and `default`, numbers need `within`,
-//!   and `usually`, `unit` and `neutral` may be given. They go into the struct of the function's `params` argument by name.
-//! * `bypass` is what stands in for the node when it is off: an input, `Zero` or `Absent`; the first input that fits, if it is left out.
+//! * `inputs` are of type `Image`, `Volume` or `Value`. `accepts` lists the color states that fit (any, if it is left
+//!   out). With `optional: true`, a port may stay unwired; then it reads as zero.
+//! * `outputs` are of type `Image`. `state` is `Same("input")` or a color state, `function` the kernel function (the
+//!   kind's name in snake case, if it is left out), `size` one of `Same`, `Half`, `Double` (of the first image input, or
+//!   of the frame) and `Fixed(256, 256)`.
+//! * `parameters` are of type `Bool`, `Int`, `Float`, `Vector2`, `Vector3` or `Vector4`. Each needs `doc` and `default`,
+//!   numbers need `within`, and `usually`, `unit` and `neutral` are optional. They go by name into the struct of the
+//!   function's argument `params`.
+//! * `fallback` replaces the output of a node that is off: an input, `Zero` or `Absent`. It is the first image input, if
+//!   it is left out.
 
 mod agree;
 mod read;
 
 use super::contract::contract;
+use std::sync::Arc;
+
 use super::kind::{Arrivals, Kind, NodeKind};
 use super::pass::ImageId;
 use super::ports::{Fallback, Input, Output, PortType};
 use super::recorder::Recorder;
 use crate::document;
+use afterimage_base::Shared;
 use afterimage_base::diagnostic::{Diagnostic, Diagnostics, Place, Sources, Spanned};
 use afterimage_base::image::{ImageDesc, Size};
 use afterimage_base::value::{Param, Value};
@@ -40,7 +46,7 @@ use afterimage_wgsl::{ArgType, Shader};
 
 /// Makes a node kind of the text of a `node.ron` and the text of its shader, each with its file's name in front.
 ///
-/// The kind lives as long as the program: its texts are never freed. It has passed the [`contract`] of node kinds.
+/// The kind and its texts are freed with the last handle. It has passed the [`contract`] of node kinds.
 ///
 /// # Errors
 /// All mistakes of both files, each at its place.
@@ -50,20 +56,20 @@ pub fn folder_kind(declaration: (&str, &str), shader: (&str, &str)) -> Result<No
     let file = sources.insert(declaration.0, declaration.1);
     sources.insert(shader.0, shader.1);
     let mut diagnostics = Diagnostics::new(sources);
-    let shader: &'static Shader = Box::leak(Box::new(Shader::new(leak(shader.0), leak(shader.1))));
+    let shader = Arc::new(Shader::loaded(shader.0.to_owned(), shader.1.to_owned()));
     let parsed = document::read_tree(&file, declaration.1);
     parsed.errors.into_iter().for_each(|error| diagnostics.push(error));
     let declared = read::declaration(parsed.tree, &mut diagnostics);
     match (shader.reflect(), &declared) {
         // What was not understood in the declaration would look like a mistake in the shader.
         (Ok(reflection), Some(declared)) if !diagnostics.has_errors() => {
-            agree::look(declared, shader, reflection, &mut diagnostics);
+            agree::look(declared, &shader, reflection, &mut diagnostics);
         }
         (Ok(_), _) => {}
-        (Err(error), _) => error.report(shader, &mut diagnostics),
+        (Err(error), _) => error.report(&shader, &mut diagnostics),
     }
     match declared {
-        Some(declared) if !diagnostics.has_errors() => contracted(declared, shader, diagnostics),
+        Some(declared) if !diagnostics.has_errors() => contracted(declared, shader.clone(), diagnostics),
         _ => Err(diagnostics.sorted()),
     }
 }
@@ -71,21 +77,16 @@ pub fn folder_kind(declaration: (&str, &str), shader: (&str, &str)) -> Result<No
 /// The kind, if it keeps the contract of all kinds.
 fn contracted(
     declared: Declaration,
-    shader: &'static Shader,
+    shader: Arc<Shader>,
     mut diagnostics: Diagnostics,
 ) -> Result<NodeKind, Diagnostics> {
     let place = declared.name.place.clone();
-    let kind = NodeKind::new(Box::leak(Box::new(FolderKind::new(declared, shader))));
-    let Err(complaints) = contract(&[kind]) else { return Ok(kind) };
+    let kind = NodeKind::new(Arc::new(FolderKind::new(declared, shader)));
+    let Err(complaints) = contract(std::slice::from_ref(&kind)) else { return Ok(kind) };
     for complaint in complaints {
         diagnostics.push(Diagnostic::error("contract", complaint).at(&place, ""));
     }
     Err(diagnostics.sorted())
-}
-
-/// Text for as long as the program runs.
-fn leak(text: &str) -> &'static str {
-    Box::leak(text.to_owned().into_boxed_str())
 }
 
 /// What a `node.ron` says, with the places that mistakes in the shader point back to.
@@ -95,7 +96,7 @@ struct Declaration {
     inputs: Vec<(Input, Place)>,
     outputs: Vec<DeclaredOutput>,
     params: Vec<(Param, Place)>,
-    bypass: Fallback,
+    fallback: Fallback,
 }
 
 /// An output and how it is made.
@@ -107,14 +108,14 @@ struct DeclaredOutput {
 
 /// A kind that was read from a folder.
 struct FolderKind {
-    name: &'static str,
-    doc: &'static str,
-    params: &'static [Param],
-    inputs: &'static [Input],
-    outputs: &'static [Output],
-    made: Vec<(&'static str, SizeRule)>,
-    bypass: Fallback,
-    shader: &'static Shader,
+    name: String,
+    doc: String,
+    params: Vec<Param>,
+    inputs: Vec<Input>,
+    outputs: Vec<Output>,
+    made: Vec<(Shared<str>, SizeRule)>,
+    fallback: Fallback,
+    shader: Arc<Shader>,
 }
 
 /// The size of an output.
@@ -138,23 +139,23 @@ impl SizeRule {
 }
 
 impl Kind for FolderKind {
-    fn name(&self) -> &'static str {
-        self.name
+    fn name(&self) -> &str {
+        &self.name
     }
-    fn doc(&self) -> &'static str {
-        self.doc
+    fn doc(&self) -> &str {
+        &self.doc
     }
-    fn params(&self) -> &'static [Param] {
-        self.params
+    fn params(&self) -> &[Param] {
+        &self.params
     }
-    fn inputs(&self) -> &'static [Input] {
-        self.inputs
+    fn inputs(&self) -> &[Input] {
+        &self.inputs
     }
-    fn outputs(&self) -> &'static [Output] {
-        self.outputs
+    fn outputs(&self) -> &[Output] {
+        &self.outputs
     }
     fn fallback(&self) -> Fallback {
-        self.bypass
+        self.fallback.clone()
     }
     fn identity(&self, _: &[Value], _: &Arrivals) -> Option<Fallback> {
         None
@@ -163,52 +164,52 @@ impl Kind for FolderKind {
         Ok(())
     }
     fn record(&self, _: &[Value], pass: &mut Recorder<'_>) {
-        let first = self.inputs.iter().find(|port| port.ty == PortType::Image && pass.wired(port.name));
-        let size = match first.map(|port| pass.image(port.name)) {
+        let first = self.inputs.iter().find(|port| port.ty == PortType::Image && pass.wired(&port.name));
+        let size = match first.map(|port| pass.image(&port.name)) {
             Some(image) => pass.desc(image).size,
             None => pass.frame_size(),
         };
         for (output, (function, rule)) in self.outputs.iter().zip(&self.made) {
-            if pass.wanted(output.name) {
-                self.record_output(output.name, function, ImageDesc::new(rule.of(size)), pass);
+            if pass.wanted(&output.name) {
+                self.record_output(&output.name, function, ImageDesc::new(rule.of(size)), pass);
             }
         }
     }
 }
 
 impl FolderKind {
-    fn new(declared: Declaration, shader: &'static Shader) -> Self {
-        let made = declared.outputs.iter().map(|output| (leak(&output.function.value), output.size)).collect();
+    fn new(declared: Declaration, shader: Arc<Shader>) -> Self {
+        let made = declared.outputs.iter().map(|output| (output.function.value.clone().into(), output.size)).collect();
         let outputs: Vec<Output> = declared.outputs.into_iter().map(|output| output.port).collect();
         let inputs: Vec<Input> = declared.inputs.into_iter().map(|(port, _)| port).collect();
         let params: Vec<Param> = declared.params.into_iter().map(|(param, _)| param).collect();
         Self {
-            name: leak(&declared.name.value),
-            doc: leak(&declared.doc),
-            params: params.leak(),
-            inputs: inputs.leak(),
-            outputs: outputs.leak(),
+            name: declared.name.value,
+            doc: declared.doc,
+            params,
+            inputs,
+            outputs,
             made,
-            bypass: declared.bypass,
+            fallback: declared.fallback,
             shader,
         }
     }
 
-    fn record_output(&self, output: &str, function: &'static str, desc: ImageDesc, pass: &mut Recorder<'_>) {
+    fn record_output(&self, output: &str, function: &Shared<str>, desc: ImageDesc, pass: &mut Recorder<'_>) {
         let reflection = self.shader.reflect().expect("the shader was read before the kind was made");
         let args = &reflection.function(function).expect("the function was found before the kind was made").args;
         let textures = args.iter().filter(|(_, ty)| matches!(ty, ArgType::Texture | ArgType::Volume));
-        let ports = textures.filter_map(|(name, _)| self.inputs.iter().find(|port| port.name == name));
-        let images: Vec<_> = ports.map(|port| (port.name, black_or(port, pass))).collect();
-        let call = pass.function(self.shader, function);
+        let ports = textures.filter_map(|(name, _)| self.inputs.iter().find(|port| port.name == *name));
+        let images: Vec<_> = ports.map(|port| (port.name.clone(), black_or(port, pass))).collect();
+        let call = pass.function(self.shader.clone(), function.clone());
         images.into_iter().fold(call, |call, (port, image)| call.read(port, image)).write(output, desc);
     }
 }
 
 /// The image at a port; one black texel where nothing arrives.
 fn black_or(port: &Input, pass: &mut Recorder<'_>) -> ImageId {
-    if pass.wired(port.name) {
-        return pass.image(port.name);
+    if pass.wired(&port.name) {
+        return pass.image(&port.name);
     }
     let black = ImageDesc { volume: port.ty == PortType::Volume, ..ImageDesc::new(Size::new(1, 1)) };
     pass.constant("black", black, vec![0; black.bytes() as usize])

@@ -1,9 +1,10 @@
 //! SampleMode a `node.ron`.
 
-use super::{Declaration, DeclaredOutput, SizeRule, leak};
-use crate::document::{Field, Group, Item, Tree, doubled};
+use super::{Declaration, DeclaredOutput, SizeRule};
+use crate::document::{Field, Group, Item, Tree, doubled, present_name, renamed};
 use crate::node::contract::snake;
 use crate::node::{Fallback, Input, Output, OutputState, PortType};
+use afterimage_base::Shared;
 use afterimage_base::diagnostic::{Diagnostic, Diagnostics, Place, Spanned, did_you_mean, list, quote};
 use afterimage_base::image::ColorState;
 use afterimage_base::value::{Param, Type, Value};
@@ -41,22 +42,26 @@ pub(super) fn declaration(tree: Item, diagnostics: &mut Diagnostics) -> Option<D
         None => Vec::new(),
     };
     let params = params.into_iter().filter_map(|(name, item)| parameter(&name, item, fields.diagnostics)).collect();
-    let bypass = fields.take("bypass");
-    let bypass = identity(bypass, &inputs, fields.diagnostics);
-    fields.finish(&["name", "doc", "inputs", "outputs", "parameters", "bypass"]);
-    Some(Declaration { name: name?, doc: doc?.value, inputs, outputs, params, bypass })
+    let fallback = fields.take("fallback");
+    let fallback = fallback_of(fallback, &inputs, fields.diagnostics);
+    fields.finish(&["name", "doc", "inputs", "outputs", "parameters", "fallback"]);
+    Some(Declaration { name: name?, doc: doc?.value, inputs, outputs, params, fallback })
 }
 
-fn identity(item: Option<Item>, inputs: &[(Input, Place)], diagnostics: &mut Diagnostics) -> Fallback {
-    let images = || inputs.iter().filter(|(port, _)| port.ty == PortType::Image).map(|(port, _)| port.name);
-    let Some(item) = item else { return images().next().map_or(Fallback::Zero, Fallback::Input) };
+fn fallback_of(item: Option<Item>, inputs: &[(Input, Place)], diagnostics: &mut Diagnostics) -> Fallback {
+    let images = || inputs.iter().filter(|(port, _)| port.ty == PortType::Image).map(|(port, _)| &*port.name);
+    let Some(item) = item else {
+        return images().next().map_or(Fallback::Zero, |name| Fallback::Input(name.to_owned().into()));
+    };
     match &item.value {
         Tree::Name(name) if name == "Zero" => Fallback::Zero,
         Tree::Name(name) if name == "Absent" => Fallback::Absent,
-        Tree::Text(name) if images().any(|port| port == name) => Fallback::Input(leak(name)),
+        Tree::Text(name) if images().any(|port| port == name) => Fallback::Input(name.clone().into()),
         _ => {
             let help = format!("write `Zero`, `Absent` or one of the image inputs in quotes: {}", list(images(), 8));
-            diagnostics.push(Diagnostic::error("wrong-type", "`bypass` is no stand-in").at(&item.place, "").help(help));
+            diagnostics.push(
+                Diagnostic::error("wrong-type", "`fallback` is no fallback of a node").at(&item.place, "").help(help),
+            );
             Fallback::Zero
         }
     }
@@ -120,9 +125,10 @@ fn input(name: &Spanned<String>, item: Item, diagnostics: &mut Diagnostics) -> O
     let mut fields = Fields::new(ty.place, "an input", fields, diagnostics);
     let doc = fields.text("doc");
     let optional = fields.flag("optional");
-    let states = fields.states();
-    fields.finish(&["doc", "optional", "states"]);
-    let input = Input { name: leak(&name.value), ty: port?, states: states.leak(), optional, doc: leak(&doc?.value) };
+    let states = fields.accepted();
+    fields.finish(&["doc", "optional", "accepts"]);
+    let input =
+        Input { name: name.value.clone().into(), ty: port?, states: states.into(), optional, doc: doc?.value.into() };
     Some((input, name.place.clone()))
 }
 
@@ -137,11 +143,11 @@ fn output(
     let image = one_of(&ty, "type of output", [("Image", PortType::Image)], diagnostics);
     let mut fields = Fields::new(ty.place, "an output", fields, diagnostics);
     let doc = fields.text("doc");
-    let gives = fields.gives(inputs);
+    let state = fields.output_state(inputs);
     let function = if fields.has("function") { fields.text("function") } else { Some(otherwise.clone()) };
     let size = fields.size();
-    fields.finish(&["doc", "gives", "function", "size"]);
-    let port = Output { name: leak(&name.value), ty: image?, gives: gives?, doc: leak(&doc?.value) };
+    fields.finish(&["doc", "state", "function", "size"]);
+    let port = Output { name: name.value.clone().into(), ty: image?, state: state?, doc: doc?.value.into() };
     Some(DeclaredOutput { port, function: function?, size: size? })
 }
 
@@ -165,11 +171,11 @@ fn parameter(name: &Spanned<String>, item: Item, diagnostics: &mut Diagnostics) 
     let unit = if fields.has("unit") { fields.text("unit") } else { None };
     fields.finish(&["doc", "default", "neutral", "within", "usually", "unit"]);
     // The numbers of a folder kind are uniforms: no change of theirs needs a new plan.
-    let mut param = Param::new(leak(&name.value), &doc?.value, ty?, default?).live();
+    let mut param = Param::new(name.value.clone(), &doc?.value, ty?, default?).live();
     param.domain = within;
     param.usual = usually;
     param.neutral = neutral;
-    param.unit = unit.map_or("", |unit| leak(&unit.value));
+    param.unit = unit.map_or(Shared::of(""), |unit| unit.value.into());
     for (what, value) in [("default", Some(&param.default)), ("neutral", param.neutral.as_ref())] {
         if let Some(Err(why)) = value.map(|value| param.accepts(value)) {
             let message = format!("{} of {} is not acceptable: {why}", quote(what), quote(&name.value));
@@ -192,7 +198,11 @@ struct Fields<'d> {
 impl<'d> Fields<'d> {
     fn new(place: Place, what: &'static str, fields: Group<Field>, diagnostics: &'d mut Diagnostics) -> Self {
         let mut left: Vec<Field> = Vec::new();
-        for (name, item) in fields.entries {
+        for (mut name, item) in fields.entries {
+            if let Some(present) = present_name(what, &name.value) {
+                diagnostics.push(renamed(&name, present));
+                name.value = present.to_owned();
+            }
             match left.iter().find(|(known, _)| known.value == name.value) {
                 Some((first, _)) => diagnostics.push(doubled(&name, &first.place, "field")),
                 None => left.push((name, item)),
@@ -277,14 +287,14 @@ impl<'d> Fields<'d> {
         named
     }
 
-    fn states(&mut self) -> Vec<ColorState> {
-        match self.take("states") {
+    fn accepted(&mut self) -> Vec<ColorState> {
+        match self.take("accepts") {
             None => Vec::new(),
             Some(Item { value: Tree::List(items), .. }) => {
                 items.into_iter().filter_map(|item| self.state(item)).collect()
             }
             Some(item) => {
-                self.wrong("states", &item, "a list of states, `[Scene, Exposed]`");
+                self.wrong("accepts", &item, "a list of states, `[Scene, Exposed]`");
                 Vec::new()
             }
         }
@@ -300,22 +310,22 @@ impl<'d> Fields<'d> {
         }
     }
 
-    fn gives(&mut self, inputs: &[(Input, Place)]) -> Option<OutputState> {
-        let item = self.required("gives")?;
+    fn output_state(&mut self, inputs: &[(Input, Place)]) -> Option<OutputState> {
+        let item = self.required("state")?;
         match &item.value {
             Tree::Name(_) => self.state(item).map(OutputState::Always),
             Tree::Tuple(Some(word), items) if word.value == "Same" => match items.as_slice() {
                 [Item { value: Tree::Text(input), place }] => {
                     self.is_required_image(input, place, inputs);
-                    Some(OutputState::Same(leak(input)))
+                    Some(OutputState::Same(input.clone().into()))
                 }
                 _ => {
-                    self.wrong("gives", &item, "`Same(\"input\")` or an image state");
+                    self.wrong("state", &item, "`Same(\"input\")` or an image state");
                     None
                 }
             },
             _ => {
-                self.wrong("gives", &item, "`Same(\"input\")` or an image state");
+                self.wrong("state", &item, "`Same(\"input\")` or an image state");
                 None
             }
         }
@@ -324,13 +334,13 @@ impl<'d> Fields<'d> {
     /// A state can follow only an input that is always there.
     fn is_required_image(&mut self, input: &str, place: &Place, inputs: &[(Input, Place)]) {
         let fits = |port: &&Input| port.ty == PortType::Image && !port.optional;
-        let names = || inputs.iter().map(|(port, _)| port).filter(fits).map(|port| port.name);
+        let names = || inputs.iter().map(|(port, _)| port).filter(fits).map(|port| &*port.name);
         // An input that could not be read would be missed here once more.
         if names().any(|name| name == input) || self.diagnostics.has_errors() {
             return;
         }
         let help = match names().next() {
-            None => "write the state itself, such as `gives: DisplayLinear`".to_owned(),
+            None => "write the state itself, such as `state: DisplayLinear`".to_owned(),
             Some(_) => format!("there is {}", list(names(), 8)),
         };
         let message = format!("{} is no image input that must be wired", quote(input));

@@ -2,13 +2,14 @@
 
 use super::super::pass::*;
 use super::{Arrival, Recorder};
+use afterimage_base::Shared;
 use afterimage_wgsl::{GlobalKind, Shader, UniformValue};
 
 /// A pass around a whole compute entry point, as a sentence in the making.
 pub struct ComputePass<'r, 'a> {
     pub(super) recorder: &'r mut Recorder<'a>,
-    pub(super) shader: &'static Shader,
-    pub(super) entry: &'static str,
+    pub(super) shader: Shared<Shader>,
+    pub(super) entry: Shared<str>,
     pub(super) label: String,
     pub(super) bound: Vec<(&'static str, Resource)>,
     pub(super) set: Vec<(&'static str, UniformValue)>,
@@ -60,12 +61,14 @@ impl ComputePass<'_, '_> {
 
     /// Ends the sentence: runs so many workgroups.
     pub fn dispatch(self, groups: [u32; 3]) {
-        let reflection = self.recorder.reflection(self.shader);
+        let reflection = self.recorder.reflection(&self.shader);
         let mut bindings = Vec::new();
         let mut uniform = Vec::new();
         for global in &reflection.globals {
             match &global.kind {
-                GlobalKind::Uniform(ty) if ty != "Frame" => uniform = self.recorder.uniform(self.shader, ty, &self.set),
+                GlobalKind::Uniform(ty) if ty != "Frame" => {
+                    uniform = self.recorder.uniform(&self.shader, ty, &self.set)
+                }
                 kind => {
                     bindings.extend(self.resource(&global.name).map(|resource| binding(&global.name, kind, resource)))
                 }

@@ -2,16 +2,17 @@
 
 use super::super::pass::*;
 use super::{Arrival, Recorder};
+use afterimage_base::Shared;
 use afterimage_base::image::ImageDesc;
 use afterimage_wgsl::{ArgType, Function, Shader, UniformValue};
 
 /// A pass around one kernel function, as a sentence in the making.
 pub struct FunctionPass<'r, 'a> {
     pub(super) recorder: &'r mut Recorder<'a>,
-    pub(super) shader: &'static Shader,
-    pub(super) function: &'static str,
+    pub(super) shader: Shared<Shader>,
+    pub(super) function: Shared<str>,
     pub(super) label: String,
-    pub(super) reads: Vec<(&'static str, ImageId)>,
+    pub(super) reads: Vec<(Shared<str>, ImageId)>,
     pub(super) set: Vec<(&'static str, UniformValue)>,
     pub(super) reach: Option<f32>,
     pub(super) promises: Vec<&'static str>,
@@ -26,8 +27,8 @@ impl FunctionPass<'_, '_> {
     }
 
     /// The image of an argument that is not an input's.
-    pub fn read(mut self, arg: &'static str, image: ImageId) -> Self {
-        self.reads.push((arg, image));
+    pub fn read(mut self, arg: impl Into<Shared<str>>, image: ImageId) -> Self {
+        self.reads.push((arg.into(), image));
         self
     }
 
@@ -66,12 +67,12 @@ impl FunctionPass<'_, '_> {
 
     /// Ends the sentence: the result goes to an image made before.
     pub fn write_to(self, result: ImageId) {
-        let function = self.recorder.reflection(self.shader).function(self.function);
+        let function = self.recorder.reflection(&self.shader).function(&self.function);
         let function =
             function.unwrap_or_else(|| panic!("{:?} has no kernel function `{}`", self.shader, self.function));
         let args = function.args.iter().enumerate().map(|(index, _)| self.arg(function, index)).collect();
         let uniform = function.args.iter().find_map(|(name, ty)| match ty {
-            ArgType::Struct(ty) if name == "params" => Some(self.recorder.uniform(self.shader, ty, &self.set)),
+            ArgType::Struct(ty) if name == "params" => Some(self.recorder.uniform(&self.shader, ty, &self.set)),
             _ => None,
         });
         let step = Step {

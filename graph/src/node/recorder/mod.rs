@@ -10,6 +10,7 @@ pub use function::FunctionPass;
 
 use super::kind::NodeKind;
 use super::pass::*;
+use afterimage_base::Shared;
 use afterimage_base::caps::Caps;
 use afterimage_base::image::{Format, ImageDesc, Size};
 use afterimage_base::value::Value;
@@ -68,7 +69,7 @@ impl Recording {
 /// What a node is told, and where it writes what it does.
 pub struct Recorder<'a> {
     node: &'a str,
-    kind: NodeKind,
+    kind: &'a NodeKind,
     values: &'a [Value],
     arrivals: &'a [Arrival],
     format: Option<Format>,
@@ -85,7 +86,7 @@ pub struct RecorderContext<'a> {
     /// The node's name.
     pub node: &'a str,
     /// Its kind.
-    pub kind: NodeKind,
+    pub kind: &'a NodeKind,
     /// Its parameter values, in the order of the kind's table.
     pub values: &'a [Value],
     /// What arrives at its inputs, in the order of the kind's ports.
@@ -261,12 +262,18 @@ impl<'a> Recorder<'a> {
     }
 
     /// A pass around one kernel function. Its image and value arguments are the inputs of the same names, unless `read` says otherwise.
-    pub fn function(&mut self, shader: &'static Shader, function: &'static str) -> FunctionPass<'_, 'a> {
+    pub fn function(
+        &mut self,
+        shader: impl Into<Shared<Shader>>,
+        function: impl Into<Shared<str>>,
+    ) -> FunctionPass<'_, 'a> {
+        let (shader, function) = (shader.into(), function.into());
+        let label = function.to_string();
         FunctionPass {
             recorder: self,
             shader,
             function,
-            label: function.to_owned(),
+            label,
             reads: Vec::new(),
             set: Vec::new(),
             reach: None,
@@ -276,12 +283,14 @@ impl<'a> Recorder<'a> {
     }
 
     /// A pass around a whole compute entry point. Its bindings are the inputs of the same names, unless `bind` says otherwise.
-    pub fn compute(&mut self, shader: &'static Shader, entry: &'static str) -> ComputePass<'_, 'a> {
+    pub fn compute(&mut self, shader: impl Into<Shared<Shader>>, entry: impl Into<Shared<str>>) -> ComputePass<'_, 'a> {
+        let (shader, entry) = (shader.into(), entry.into());
+        let label = entry.to_string();
         ComputePass {
             recorder: self,
             shader,
             entry,
-            label: entry.to_owned(),
+            label,
             bound: Vec::new(),
             set: Vec::new(),
             constants: Vec::new(),
@@ -289,15 +298,15 @@ impl<'a> Recorder<'a> {
         }
     }
 
-    fn reflection(&self, shader: &'static Shader) -> &'static Reflection {
+    fn reflection<'s>(&self, shader: &'s Shader) -> &'s Reflection {
         shader.reflect().unwrap_or_else(|error| panic!("the contract test parses every shader: {error}"))
     }
 
     /// Packs a uniform from the parameters and what the node has computed.
-    fn uniform(&self, shader: &'static Shader, ty: &str, set: &[(&'static str, UniformValue)]) -> Vec<u8> {
+    fn uniform(&self, shader: &Shader, ty: &str, set: &[(&'static str, UniformValue)]) -> Vec<u8> {
         let layout = self.reflection(shader).layout(ty).unwrap_or_else(|| panic!("{shader:?} has no struct `{ty}`"));
         let params = self.kind.params().iter().zip(self.values);
-        let mut values: Vec<(&str, UniformValue)> = params.map(|(p, v)| (p.name, UniformValue::from(v))).collect();
+        let mut values: Vec<(&str, UniformValue)> = params.map(|(p, v)| (&*p.name, UniformValue::from(v))).collect();
         values.extend(set.iter().map(|(name, value)| (*name, value.clone())));
         pack(layout, &values).unwrap_or_else(|why| panic!("{shader:?}: {why}"))
     }

@@ -1,4 +1,4 @@
-//! OpenEXR in and out. SampleMode goes header → choice of layer → size limits → blocks, and nothing
+//! OpenEXR in and out. Reading goes header → choice of layer → size limits → blocks, and nothing
 //! is allocated for pixels before the limits have passed.
 
 mod counters;

@@ -1,0 +1,136 @@
+//! The arguments of `measure` and `tune`.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use crate::args::{DeviceOptions, PipelineOptions, parse_size};
+
+/// What each figure means, below the options.
+const FIGURES: &str = "\
+The reference is the same pipeline with f32 intermediates and every quality switch at its most accurate.
+Each figure is the worst over the images; JSON and CSV also have the figures of each image. Errors of an encoded output
+are measured before dither and quantization.
+
+  time      the GPU time of a frame, at full clock frequency, as in `bench`; the median of the samples. On a processor,
+            where timestamps cannot be trusted, the time on the host
+  MiB       the most bytes that transient images hold at once; moved: bytes that all passes of a frame read and write
+  max       the largest error of a channel, in 8-bit codes (PU21 codes for HDR outputs, 256 of them up to 100 cd/m2)
+  p99.9     the error that one pixel in a thousand exceeds, in codes
+  PSNR      decibels; SSIM: structural similarity, 1 is equal; FLIP: the visible difference of alternating images, 0 to 1
+  dE2000    mean colour difference (dE ITP for HDR outputs); 1 is just noticeable
+  flicker   the change between two frames that the reference does not have: 99.9th percentile, in codes";
+
+/// The images that a pipeline is measured on.
+#[derive(Debug, Args)]
+pub(crate) struct ClipArgs {
+    /// Images for the pipeline's first input; `shot.####.exr` is a sequence; without images, the built-in scene
+    #[arg(value_name = "IN")]
+    pub(crate) images: Vec<String>,
+    /// The image for another input: `--input albedo=albedo.exr`
+    #[arg(long = "input", value_name = "NAME=FILE")]
+    pub(crate) inputs: Vec<String>,
+    /// Also measure a walk through the built-in scene
+    #[arg(long)]
+    pub(crate) scene: bool,
+    /// Pixels of the built-in scene
+    #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = parse_size)]
+    pub(crate) size: (u32, u32),
+    /// Frames of the walk through the built-in scene, and of a still image in a pipeline with histories
+    #[arg(long, value_name = "FRAMES", default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    pub(crate) walk: u32,
+    /// Frames of a sequence: `1-96`, `1-96x2`, `7,12-20`
+    #[arg(long, value_name = "RANGE")]
+    pub(crate) frames: Option<String>,
+    /// Frames per second, for adaptation over time
+    #[arg(long, default_value_t = 24.0)]
+    pub(crate) fps: f32,
+    /// The output to compare; by default the first encoded one, or the first
+    #[arg(long, value_name = "NAME")]
+    pub(crate) output: Option<String>,
+    /// Samples of each time; 50 on a GPU and 7 on a processor by default
+    #[arg(long, value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    pub(crate) repeats: Option<u32>,
+    #[command(flatten)]
+    pub(crate) options: PipelineOptions,
+    #[command(flatten)]
+    pub(crate) device: DeviceOptions,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = FIGURES)]
+pub(crate) struct MeasureArgs {
+    /// The pipeline file, or with `--docs` a folder of them
+    pub(crate) pipeline: PathBuf,
+    #[command(flatten)]
+    pub(crate) clips: ClipArgs,
+    /// Measure the tiers only, not each switch
+    #[arg(long)]
+    pub(crate) tiers: bool,
+    /// Write a page of documentation: the figures of this adapter, charts, and a `README.md` with the figures of all adapters
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["json", "csv", "plot", "error_image"])]
+    pub(crate) docs: Option<PathBuf>,
+    /// Write all figures as JSON
+    #[arg(long, value_name = "FILE")]
+    pub(crate) json: Option<PathBuf>,
+    /// Write all figures as comma-separated values
+    #[arg(long, value_name = "FILE")]
+    pub(crate) csv: Option<PathBuf>,
+    /// Write a chart of time against error, as `.svg` or `.png`; can be repeated
+    #[arg(long, value_name = "FILE")]
+    pub(crate) plot: Vec<PathBuf>,
+    /// Write images of the error of each variant: black below 1/16 of a code, red near 1, white from 64
+    #[arg(long, value_name = "DIR")]
+    pub(crate) error_image: Option<PathBuf>,
+}
+
+/// The limit that a tuned pipeline must keep.
+#[derive(Debug, Args)]
+#[group(required = true, multiple = false)]
+pub(crate) struct GoalArgs {
+    /// The longest time of a frame, such as `0.8ms` or `800us`: searches the most accurate pipeline within it
+    #[arg(long, value_name = "TIME", value_parser = parse_time)]
+    pub(crate) budget: Option<f64>,
+    /// The largest error (99.9th percentile, in 8-bit codes): searches the fastest pipeline within it
+    #[arg(long, value_name = "CODES", value_parser = parse_error)]
+    pub(crate) error: Option<f64>,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct TuneArgs {
+    /// The pipeline file
+    pub(crate) pipeline: PathBuf,
+    #[command(flatten)]
+    pub(crate) clips: ClipArgs,
+    #[command(flatten)]
+    pub(crate) goal: GoalArgs,
+    /// The name of the tier
+    #[arg(long, default_value = "tuned")]
+    pub(crate) name: String,
+    /// The file for the pipeline with the new tier; by default standard output
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) out: Option<PathBuf>,
+    /// A file for the figures; a later run continues from it
+    #[arg(long, value_name = "FILE")]
+    pub(crate) state: Option<PathBuf>,
+}
+
+/// Milliseconds of `0.8ms`, `800us` or `0.8`.
+fn parse_time(text: &str) -> Result<f64, String> {
+    let (number, unit) = match (text.strip_suffix("us").or(text.strip_suffix("µs")), text.strip_suffix("ms")) {
+        (Some(number), _) => (number, 1e-3),
+        (None, Some(number)) => (number, 1.0),
+        (None, None) => (text, 1.0),
+    };
+    match number.trim().parse::<f64>() {
+        Ok(time) if time.is_finite() && time > 0.0 => Ok(time * unit),
+        _ => Err("a time is a number above 0 with `ms` or `us`, such as 0.8ms".into()),
+    }
+}
+
+fn parse_error(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(error) if error.is_finite() && error >= 0.0 => Ok(error),
+        _ => Err("an error is a number from 0, such as 0.5".into()),
+    }
+}

@@ -1,0 +1,67 @@
+//! The arguments of `stress`.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use crate::args::{DeviceOptions, PipelineOptions, parse_size};
+
+/// The tests, below the options.
+const VERDICTS: &str = "\
+Every output must be finite, in the range of its color state, and the same as with images whose NaN, infinities and negatives
+are replaced before. A constant must stay constant, a symmetric image symmetric, a ramp rising, and light must be kept, by the
+kinds that promise it. A node that is skipped as an identity must be one. The output must be the same dispatched and drawn,
+fused and not, with tiles and without, with subgroups and without.
+Histories must not change in steps of no time, must settle in long steps, start again at a reset, and recover from a
+frame of NaN.";
+
+#[derive(Debug, Args)]
+#[command(after_help = VERDICTS)]
+pub(crate) struct StressArgs {
+    /// The pipeline files; without files and kinds, all built-in pipelines and all kinds
+    #[arg(value_name = "PIPELINE")]
+    pub(crate) pipelines: Vec<PathBuf>,
+    /// Every node kind on its own
+    #[arg(long)]
+    pub(crate) kinds: bool,
+    /// This node kind on its own
+    #[arg(long = "kind", value_name = "KIND")]
+    pub(crate) kind: Vec<String>,
+    /// Only without images for optional inputs
+    #[arg(long)]
+    pub(crate) bare: bool,
+    /// Only with light that may be negative
+    #[arg(long)]
+    pub(crate) signed: bool,
+    /// Only this image or sequence
+    #[arg(long, value_name = "NAME")]
+    pub(crate) case: Option<String>,
+    /// Only this size
+    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    pub(crate) size: Option<(u32, u32)>,
+    /// Keep parameters at their defaults, or at the values of `--set`
+    #[arg(long)]
+    pub(crate) defaults: bool,
+    /// Run a part of the cases, which takes seconds
+    #[arg(long)]
+    pub(crate) quick: bool,
+    /// Do not sanitize the images: shows what sanitizing prevents, and fails
+    #[arg(long)]
+    pub(crate) unsanitized: bool,
+    /// List every failed case
+    #[arg(long)]
+    pub(crate) all: bool,
+    /// Write the tables as Markdown
+    #[arg(long, value_name = "FILE", conflicts_with = "conditioning")]
+    pub(crate) markdown: Option<PathBuf>,
+    /// Instead, measure how much an error of the input grows in each kind
+    #[arg(long)]
+    pub(crate) conditioning: bool,
+    /// Write the figures of `--conditioning` as JSON
+    #[arg(long, value_name = "FILE", requires = "conditioning")]
+    pub(crate) json: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) options: PipelineOptions,
+    #[command(flatten)]
+    pub(crate) device: DeviceOptions,
+}

@@ -1,0 +1,44 @@
+//! `afterimage bench`: what a pipeline costs here, pass by pass, next to what the device could do.
+
+use afterimage_graph::check::Graph;
+use afterimage_graph::image::Size;
+use afterimage_graph::node::NodeKind;
+use afterimage_lab::bench::{self, BenchOptions};
+use afterimage_media::write_atomic;
+
+use crate::args::BenchArgs;
+use crate::cache::{keep_calibration, keep_pipeline_data, pipelines};
+use crate::device::{open, options_on};
+use crate::failure::Failure;
+use crate::pipeline::{PipelineFile, facts, plan_options, registry};
+use crate::terminal::say;
+
+pub(crate) fn run(args: &BenchArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
+    let registry = registry(tables, &args.options.nodes)?;
+    let gpu = open(&args.device)?;
+    if args.calibrate {
+        let (calibration, size) = bench::calibrate(&gpu, &registry, args.frames)?;
+        let kept = keep_calibration(&gpu, &calibration);
+        say(&bench::describe(&calibration, &gpu.name(), size, kept.as_deref()));
+    }
+    if let Some(folder) = &args.grow {
+        say(&bench::growth(&gpu, &registry, args.frames, folder)?);
+    }
+    let Some(path) = &args.pipeline else { return Ok(()) };
+    // Prints the warnings; the starts below do not print them again.
+    PipelineFile::read(path, &registry)?.graph(&args.options)?;
+    let load = || -> Result<Graph, Failure> { Ok(PipelineFile::read(path, &registry)?.check(&args.options)?.0) };
+    let options = BenchOptions {
+        size: Size::new(args.size.0, args.size.1),
+        samples: args.frames,
+        facts: facts(&args.options)?,
+        options: options_on(&gpu, plan_options(&args.plan), &args.device.arithmetic),
+    };
+    let report = bench::bench(&gpu, &registry, &path.display().to_string(), &load, &options)?;
+    keep_pipeline_data(&gpu, &report.pipelines, &pipelines(&gpu));
+    say(&report.to_string());
+    if let Some(file) = &args.json {
+        write_atomic(file, &serde_json::to_vec_pretty(&report).expect("names and finite numbers are JSON"))?;
+    }
+    Ok(())
+}

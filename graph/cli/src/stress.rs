@@ -1,0 +1,114 @@
+//! `afterimage stress`: every pipeline and every kind with extreme inputs.
+
+use afterimage_gpu::Gpu;
+use afterimage_graph::diagnostic::did_you_mean;
+use afterimage_graph::node::{NodeKind, Registry};
+use afterimage_lab::stress::{self, StressOptions, Subject};
+use afterimage_media::write_atomic;
+use afterimage_plan::Options;
+
+use crate::args::stress::StressArgs;
+use crate::built_in::{BuiltIn, PIPELINES};
+use crate::device::{open, options_on};
+use crate::failure::Failure;
+use crate::pipeline::{Files, facts, folder_kinds, read_text, split};
+use crate::progress::Bar;
+use crate::terminal::say;
+
+/// Failed cases that are listed for each pipeline and kind without `--all`.
+const LISTED: usize = 8;
+
+pub(crate) fn run(args: &StressArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
+    let mut from_folders = Vec::new();
+    for folder in &args.options.nodes {
+        from_folders.extend(folder_kinds(folder)?);
+    }
+    let mut tables = tables.to_vec();
+    tables.push(&from_folders);
+    let registry = stress::registry(&tables).map_err(Failure::user)?;
+    if let Some(case) = args.case.as_ref().filter(|case| !stress::is_case(case)) {
+        return Err(unknown_case(case));
+    }
+    let subjects = subjects(args, &registry, &tables)?;
+    let gpu = open(&args.device)?;
+    if args.conditioning {
+        return conditioning(args, &gpu, &registry, &subjects);
+    }
+    let options = StressOptions {
+        case: args.case.clone(),
+        size: args.size,
+        defaults: args.defaults || !args.options.sets.is_empty(),
+        quick: args.quick,
+        unsanitized: args.unsanitized,
+        options: options_on(&gpu, Options::default(), &args.device.arithmetic),
+        known_kinds: afterimage_nodes::ALL.iter().map(|kind| kind.name()).collect(),
+    };
+    let report = stress::stress(&gpu, &registry, &subjects, &options, &Bar::new(subjects.len() as u64));
+    if let Some(path) = &args.markdown {
+        write_atomic(path, report.to_markdown(&gpu.name()).as_bytes())?;
+    }
+    say(&report.to_text(if args.all { usize::MAX } else { LISTED }));
+    match report.failures().count() {
+        0 => Ok(()),
+        _ => Err(Failure::Printed { status: 1 }),
+    }
+}
+
+fn conditioning(args: &StressArgs, gpu: &Gpu, registry: &Registry, subjects: &[Subject]) -> Result<(), Failure> {
+    let all = stress::conditioning(gpu, registry, subjects, &Bar::new(subjects.len() as u64));
+    say(&stress::conditioning_table(&all));
+    if let Some(path) = &args.json {
+        let text = serde_json::to_string_pretty(&all).expect("names and numbers are JSON");
+        write_atomic(path, format!("{text}\n").as_bytes())?;
+    }
+    Ok(())
+}
+
+fn unknown_case(case: &str) -> Failure {
+    let names = stress::case_names();
+    let hint =
+        did_you_mean(case, names.iter().copied()).unwrap_or_else(|| format!("the cases are `{}`", names.join("`, `")));
+    Failure::user(format!("no case is called `{case}`")).hint(hint)
+}
+
+/// The subjects that the command line names, with its overrides and facts.
+fn subjects(args: &StressArgs, registry: &Registry, tables: &[&[NodeKind]]) -> Result<Vec<Subject>, Failure> {
+    let everything = args.pipelines.is_empty() && args.kind.is_empty() && !args.kinds;
+    let tier = args.options.tier.as_deref();
+    let mut subjects = Vec::new();
+    for path in &args.pipelines {
+        let file = path.to_string_lossy();
+        let text = read_text(path, "pipeline")?;
+        subjects.extend(stress::pipelines((&file, &file), (&file, &text), &Files, tier)?);
+    }
+    if everything {
+        for (name, text) in PIPELINES {
+            let (words, file) = (format!("pipelines/{name}.ron"), format!("{name}.ron"));
+            subjects.extend(stress::pipelines((name, &words), (&file, text), &BuiltIn, tier)?);
+        }
+    }
+    if everything || args.kinds {
+        subjects.extend(stress::kinds(registry, tables));
+    }
+    for name in &args.kind {
+        subjects.extend(one_kind(registry, name)?);
+    }
+    subjects.retain(|subject| (subject.bare || !args.bare) && (subject.signed || !args.signed));
+    let base = args.options.sets.iter().map(|set| split(set, "--set")).collect::<Result<Vec<_>, _>>()?;
+    let facts = facts(&args.options)?;
+    subjects.iter_mut().for_each(|subject| (subject.base, subject.facts) = (base.clone(), facts.clone()));
+    Ok(subjects)
+}
+
+fn one_kind(registry: &Registry, name: &str) -> Result<Vec<Subject>, Failure> {
+    let kind = registry.get(name).ok_or_else(|| {
+        let hint = did_you_mean(name, registry.names()).unwrap_or_else(|| "`afterimage nodes` lists them all".into());
+        Failure::user(format!("no node kind is called `{name}`")).hint(hint)
+    })?;
+    match stress::kinds(registry, &[std::slice::from_ref(kind)]) {
+        subjects if subjects.is_empty() => Err(Failure::user(format!(
+            "the inputs of `{name}` cannot all be made from images, so it cannot run on its own"
+        ))),
+        subjects => Ok(subjects),
+    }
+}

@@ -1,0 +1,91 @@
+//! The result of `tune`: a pipeline file with one more tier.
+
+use std::path::{Path, PathBuf};
+
+use afterimage_graph::check::{CheckOptions, check};
+use afterimage_graph::document::parse;
+use afterimage_graph::node::Registry;
+use afterimage_lab::tune::{Measured, Tuned};
+
+use crate::args::measure::TuneArgs;
+use crate::failure::Failure;
+use crate::pipeline::Files;
+
+/// The figures as text.
+pub(crate) fn figures(measured: &Measured) -> String {
+    let Measured { ms, p999, max, bytes } = measured;
+    let mebibytes = *bytes as f64 / f64::from(1 << 20);
+    format!("{ms:.3} ms, 99.9 % of pixels within {p999:.3} codes and all within {max:.3}, {mebibytes:.1} MiB")
+}
+
+/// Refuses a name that RON cannot hold, and an output that overwrites the pipeline itself.
+pub(crate) fn check_name(args: &TuneArgs, registry: &Registry) -> Result<(), Failure> {
+    let same = |out: &PathBuf| {
+        std::fs::canonicalize(out).ok().filter(|out| Some(out) == std::fs::canonicalize(&args.pipeline).ok().as_ref())
+    };
+    if let Some(out) = args.out.as_ref().and_then(same) {
+        return Err(
+            Failure::user(format!("`{}` is the pipeline that is tuned", out.display())).hint("name another file")
+        );
+    }
+    let text = document(args, "", &[]);
+    let document = parse("the tuned pipeline", &text)?;
+    let options = CheckOptions { tier: Some(args.name.clone()), sets: Vec::new(), loader: &Files };
+    // Only the name is checked here; the file itself was checked before.
+    match document.tiers.first() {
+        Some((name, _)) if name.value == args.name => Ok(()),
+        _ => check(&document, registry, &options).map(|_| ()).map_err(Failure::from),
+    }
+}
+
+/// The file: it extends the pipeline, and holds the tier with its figures in a comment.
+pub(crate) fn text(args: &TuneArgs, registry: &Registry, entries: &[String], tuned: &Tuned) -> Result<String, Failure> {
+    let comment = format!("// {}\n// {}\n", figures(&tuned.measured), tuned.conditions);
+    let text = document(args, &comment, entries);
+    let path = args.out.clone().unwrap_or_else(|| args.pipeline.with_file_name("tuned.ron"));
+    let options = CheckOptions { tier: Some(args.name.clone()), sets: Vec::new(), loader: &Files };
+    check(&parse(&path.to_string_lossy(), &text)?, registry, &options)?;
+    Ok(text)
+}
+
+fn document(args: &TuneArgs, comment: &str, entries: &[String]) -> String {
+    let base = base(args);
+    let indented: String = comment.lines().map(|line| format!("        {line}\n")).collect();
+    let list: String = entries.iter().map(|entry| format!("            {entry},\n")).collect();
+    let body = if list.is_empty() { "{}".to_owned() } else { format!("{{\n{list}        }}") };
+    format!(
+        "Pipeline(\n    extends: {base:?},\n    tiers: {{\n{indented}        {:?}: {body},\n    }},\n)\n",
+        args.name
+    )
+}
+
+/// The path of the pipeline in the new file: relative to its folder where both share a root.
+fn base(args: &TuneArgs) -> String {
+    let beside = || args.pipeline.file_name().map_or(String::new(), |name| name.to_string_lossy().into_owned());
+    let Some(out) = &args.out else { return beside() };
+    let folder = out.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    match (std::fs::canonicalize(folder), std::fs::canonicalize(&args.pipeline)) {
+        (Ok(folder), Ok(pipeline)) => relative(&folder, &pipeline).to_string_lossy().into_owned(),
+        _ => beside(),
+    }
+}
+
+/// `to` as seen from the folder `from`; both are whole paths.
+fn relative(from: &Path, to: &Path) -> PathBuf {
+    let shared = from.components().zip(to.components()).take_while(|(a, b)| a == b).count();
+    let up = from.components().skip(shared).map(|_| std::path::Component::ParentDir);
+    up.chain(to.components().skip(shared)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn paths_are_relative_to_the_new_file() {
+        let relative = |from: &str, to: &str| relative(Path::new(from), Path::new(to)).to_string_lossy().into_owned();
+        assert_eq!(relative("/a/b", "/a/b/lynx.ron"), "lynx.ron");
+        assert_eq!(relative("/a/b/c", "/a/lynx.ron"), "../../lynx.ron");
+        assert_eq!(relative("/a/out", "/a/pipelines/lynx.ron"), "../pipelines/lynx.ron");
+    }
+}

@@ -1,0 +1,60 @@
+//! `afterimage tune`: a tier with the best quality switches for a budget or an error.
+
+use afterimage_graph::check::Graph;
+use afterimage_graph::node::NodeKind;
+use afterimage_lab::tune::{Goal, TunePipeline, changes, tune};
+use afterimage_media::write_atomic;
+
+use crate::args::PipelineOptions;
+use crate::args::measure::{GoalArgs, TuneArgs};
+use crate::device::open;
+use crate::failure::Failure;
+use crate::measure::measure_options;
+use crate::pipeline::{PipelineFile, registry};
+use crate::progress::Bar;
+use crate::terminal::{note, say};
+use crate::tier_file;
+
+pub(crate) fn run(args: &TuneArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
+    let pipeline = &args.clips.options;
+    let registry = registry(tables, &pipeline.nodes)?;
+    let file = PipelineFile::read(&args.pipeline, &registry)?;
+    let written = file.graph(pipeline)?;
+    let plain = without_changes(&file, pipeline, &written)?;
+    // `--set` asks for another look, but a tier is a compromise: errors are measured against the file without it.
+    let ideal = file.check(&PipelineOptions { tier: None, ..pipeline.clone() })?.0;
+    tier_file::check_name(args, &registry)?;
+    let gpu = open(&args.clips.device)?;
+    let options = measure_options(&args.clips, &gpu)?;
+    let tuned = TunePipeline { written, ideal, facts: pipeline.facts.clone() };
+    let search = (goal(&args.goal), args.state.as_deref());
+    let tuned = tune(&gpu, &registry, &tuned, &options, search, &Bar::new(0))?;
+    let text = tier_file::text(args, &registry, &changes(&plain, &tuned.graph), &tuned)?;
+    match &args.out {
+        Some(path) => write_atomic(path, text.as_bytes())?,
+        None => say(&text),
+    }
+    note(&format!("{}; {} choices were measured", tier_file::figures(&tuned.measured), tuned.choices));
+    Ok(())
+}
+
+fn goal(args: &GoalArgs) -> Goal {
+    match (args.budget, args.error) {
+        (Some(budget), _) => Goal::Budget(budget),
+        (None, error) => Goal::Error(error.unwrap_or(0.0)),
+    }
+}
+
+/// The pipeline as its file is, which the new tier changes: what `--tier` and `--set` change becomes part of the new tier.
+fn without_changes(file: &PipelineFile<'_>, options: &PipelineOptions, written: &Graph) -> Result<Graph, Failure> {
+    let plain = file.check(&PipelineOptions { tier: None, sets: Vec::new(), ..options.clone() })?.0;
+    let nodes = |graph: &Graph| -> Vec<_> {
+        graph.nodes.iter().map(|node| (node.name.clone(), node.kind.name().to_owned(), node.wires.clone())).collect()
+    };
+    if nodes(&plain) == nodes(written) {
+        return Ok(plain);
+    }
+    let tier = options.tier.as_deref().unwrap_or_default();
+    Err(Failure::user(format!("the tier `{tier}` is another pipeline, not a choice of parameters"))
+        .hint("tune the file that the tier names"))
+}

@@ -1,0 +1,249 @@
+//! The one clock of all measurements.
+//!
+//! The quantity is the GPU time of a whole frame: a timestamp before its first command and one after its last, with
+//! nothing in between, so that passes overlap as they do in a program. It is taken at full clock frequency, and the
+//! median of the samples is reported.
+//!
+//! A GPU with little to do lowers its clock frequency (an H200 to a fifth) and raises it only under work without gaps, in
+//! steps of up to 0.3 s. So the clock first keeps the GPU busy until frames no longer get faster, and each sample is the
+//! last frame of a burst. Adapters on the processor have no usable timestamps: their drivers write them while they record.
+//! There the time is that of the host, from recording to completion, of one frame at a time.
+
+use std::cell::Cell;
+use std::time::{Duration, Instant};
+
+use wgpu::{BufferUsages, CommandEncoder, Features};
+
+use crate::{Gpu, GpuError, SessionError};
+
+/// The frequency is steady when no burst was faster for this long.
+const STEADY: Duration = Duration::from_millis(500);
+/// The longest warm-up.
+const LONGEST_WARM_UP: Duration = Duration::from_secs(4);
+/// A burst is faster if it takes less than this share of the fastest one.
+const FASTER: f64 = 0.97;
+/// A GPU that was idle for longer is warmed up again.
+const STAYS_WARM: Duration = Duration::from_millis(200);
+/// Frames of a burst, and about how many milliseconds they may take together.
+const BURST: f64 = 16.0;
+const BURST_MS: f64 = 20.0;
+/// Frames before the first sample on a processor: its caches fill.
+const HOST_WARM_UP: u32 = 2;
+
+/// What measures the time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ClockSource {
+    /// Timestamps on the GPU.
+    Gpu,
+    /// The host, from recording to completion.
+    Host,
+}
+
+impl ClockSource {
+    /// The name in tables and files: `gpu` or `host`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Gpu => "gpu",
+            Self::Host => "host",
+        }
+    }
+}
+
+/// The median time of a frame, or of other recorded work. Only [`Clock`] makes one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FrameTime {
+    ms: f64,
+    source: ClockSource,
+    samples: u32,
+}
+
+impl FrameTime {
+    /// Milliseconds.
+    pub fn ms(&self) -> f64 {
+        self.ms
+    }
+
+    /// What measured it.
+    pub fn source(&self) -> ClockSource {
+        self.source
+    }
+
+    /// How many samples the median is taken over.
+    pub fn samples(&self) -> u32 {
+        self.samples
+    }
+}
+
+/// Work that is recorded again for each sample.
+pub type Recording<'r> = Box<dyn FnMut(&mut CommandEncoder) -> Result<(), SessionError> + 'r>;
+
+/// Measures work on one GPU.
+pub struct Clock {
+    gpu: Gpu,
+    stamps: Option<Stamps>,
+    /// The end of the last measurement: until then the GPU ran at full frequency.
+    warm: Cell<Option<Instant>>,
+}
+
+impl Clock {
+    /// A clock for work on this device.
+    pub fn new(gpu: &Gpu) -> Self {
+        Self { gpu: gpu.clone(), stamps: Stamps::new(gpu), warm: Cell::new(None) }
+    }
+
+    /// What measures the time on this device.
+    pub fn source(&self) -> ClockSource {
+        if self.stamps.is_some() { ClockSource::Gpu } else { ClockSource::Host }
+    }
+
+    /// Whether timestamps on the GPU measure the time.
+    pub fn is_gpu(&self) -> bool {
+        self.stamps.is_some()
+    }
+
+    /// The median time of each recording over `samples` samples, after a warm-up. The host's clock measures them in turn
+    /// within each round, so that other load on the processor slows all of them alike.
+    ///
+    /// # Errors
+    /// What recording reports, and [`GpuError::DeviceLost`].
+    pub fn medians(&self, samples: u32, work: &mut [Recording<'_>]) -> Result<Vec<FrameTime>, SessionError> {
+        let all = match &self.stamps {
+            Some(stamps) => work.iter_mut().map(|work| self.on_gpu(stamps, samples, work)).collect::<Result<_, _>>()?,
+            None => self.on_host(samples, work)?,
+        };
+        let time = |times: Vec<f64>| FrameTime { ms: median(times), source: self.source(), samples };
+        Ok(all.into_iter().map(time).collect())
+    }
+
+    fn on_gpu(&self, stamps: &Stamps, samples: u32, work: &mut Recording<'_>) -> Result<Vec<f64>, SessionError> {
+        let burst = (BURST_MS / self.burst(stamps, 2, work)?).clamp(2.0, BURST) as u32;
+        if self.warm.get().is_none_or(|warm| warm.elapsed() > STAYS_WARM) {
+            self.warm_up(stamps, burst, work)?;
+        }
+        let times = (0..samples).map(|_| self.burst(stamps, burst, work)).collect();
+        self.warm.set(Some(Instant::now()));
+        times
+    }
+
+    /// Runs bursts until none was faster for [`STEADY`].
+    fn warm_up(&self, stamps: &Stamps, frames: u32, work: &mut Recording<'_>) -> Result<(), SessionError> {
+        let start = Instant::now();
+        let (mut fastest, mut since) = (f64::INFINITY, start);
+        while since.elapsed() < STEADY && start.elapsed() < LONGEST_WARM_UP {
+            let ms = self.burst(stamps, frames, work)?;
+            if ms < FASTER * fastest {
+                (fastest, since) = (ms, Instant::now());
+            }
+        }
+        Ok(())
+    }
+
+    /// Milliseconds of the last of `frames` frames that are submitted without gaps.
+    fn burst(&self, stamps: &Stamps, frames: u32, work: &mut Recording<'_>) -> Result<f64, SessionError> {
+        for _ in 1..frames {
+            self.submit(work)?;
+        }
+        let mut encoder = self.gpu.encoder();
+        encoder.write_timestamp(&stamps.queries, 0);
+        work(&mut encoder)?;
+        encoder.write_timestamp(&stamps.queries, 1);
+        stamps.resolve(&mut encoder);
+        self.gpu.queue.submit([encoder.finish()]);
+        Ok(stamps.read(&self.gpu)?)
+    }
+
+    fn submit(&self, work: &mut Recording<'_>) -> Result<(), SessionError> {
+        let mut encoder = self.gpu.encoder();
+        work(&mut encoder)?;
+        self.gpu.queue.submit([encoder.finish()]);
+        Ok(())
+    }
+
+    /// The samples of each recording; all recordings have one sample in each round.
+    fn on_host(&self, samples: u32, work: &mut [Recording<'_>]) -> Result<Vec<Vec<f64>>, SessionError> {
+        let mut all = vec![Vec::new(); work.len()];
+        for round in 0..HOST_WARM_UP + samples {
+            for (work, times) in work.iter_mut().zip(&mut all) {
+                let start = Instant::now();
+                self.submit(work)?;
+                self.gpu.wait()?;
+                if round >= HOST_WARM_UP {
+                    times.push(start.elapsed().as_secs_f64() * 1e3);
+                }
+            }
+        }
+        Ok(all)
+    }
+}
+
+/// The two timestamps around a frame.
+struct Stamps {
+    queries: wgpu::QuerySet,
+    resolved: wgpu::Buffer,
+    readable: wgpu::Buffer,
+    /// Milliseconds of a tick.
+    period: f64,
+}
+
+impl Stamps {
+    fn new(gpu: &Gpu) -> Option<Self> {
+        let needed = Features::TIMESTAMP_QUERY | Features::TIMESTAMP_QUERY_INSIDE_ENCODERS;
+        if gpu.is_processor() || !gpu.device.features().contains(needed) {
+            return None;
+        }
+        let queries = gpu.device.create_query_set(&wgpu::QuerySetDescriptor {
+            label: Some("frame"),
+            ty: wgpu::QueryType::Timestamp,
+            count: 2,
+        });
+        let buffer = |usage| {
+            let label = Some("frame");
+            gpu.device.create_buffer(&wgpu::BufferDescriptor { label, size: 16, usage, mapped_at_creation: false })
+        };
+        Some(Self {
+            queries,
+            resolved: buffer(BufferUsages::QUERY_RESOLVE | BufferUsages::COPY_SRC),
+            readable: buffer(BufferUsages::MAP_READ | BufferUsages::COPY_DST),
+            period: f64::from(gpu.queue.get_timestamp_period()) * 1e-6,
+        })
+    }
+
+    fn resolve(&self, encoder: &mut CommandEncoder) {
+        encoder.resolve_query_set(&self.queries, 0..2, &self.resolved, 0);
+        encoder.copy_buffer_to_buffer(&self.resolved, 0, &self.readable, 0, 16);
+    }
+
+    fn read(&self, gpu: &Gpu) -> Result<f64, GpuError> {
+        self.readable.slice(..).map_async(wgpu::MapMode::Read, |_| {});
+        gpu.wait()?;
+        let words: [u64; 2] = {
+            let mapped = self.readable.slice(..).get_mapped_range().map_err(|error| GpuError::lost(&error))?;
+            bytemuck::pod_read_unaligned(&mapped)
+        };
+        self.readable.unmap();
+        Ok(words[1].saturating_sub(words[0]) as f64 * self.period)
+    }
+}
+
+/// The median; the mean of the two middle values of an even number, 0 of none.
+pub fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    let middle = values.len() / 2;
+    match values.len() {
+        0 => 0.0,
+        n if n % 2 == 1 => values[middle],
+        _ => 0.5 * (values[middle - 1] + values[middle]),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::median;
+
+    #[test]
+    fn the_median_is_the_middle_value_or_the_mean_of_the_two_middle_ones() {
+        assert_eq!(median(vec![3.0, 1.0, 2.0]), 2.0);
+        assert_eq!(median(vec![4.0, 1.0, 3.0, 2.0]), 2.5);
+        assert_eq!(median(Vec::new()), 0.0);
+    }
+}

@@ -1,0 +1,247 @@
+//! A pipeline on a device of our own: the runtime of the program, of measurements and of tests.
+//!
+//! [`Runtime`] is the inner part, for a device that belongs to somebody else: a plan cache and an executor. [`Session`]
+//! adds the [`Gpu`], uploads and read-back.
+
+mod error;
+mod passes;
+mod runtime;
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use afterimage_graph::check::{Facts, Graph};
+use afterimage_graph::image::{ImageDesc, Size};
+use afterimage_plan::{Options, Plan};
+use wgpu::{CommandEncoder, TextureView};
+
+pub use error::SessionError;
+pub use runtime::Runtime;
+
+use crate::clock::{Clock, FrameTime, Recording};
+use crate::stream::ReadbackBatch;
+use crate::{Executor, Feed, Frame, Gpu, Readback, Texels, upload_bytes};
+
+/// An image on the GPU for an input of a pipeline.
+#[derive(Clone)]
+pub struct InputImage {
+    /// The name of the input.
+    pub input: String,
+    /// The texels.
+    pub view: TextureView,
+    /// Size and format.
+    pub desc: ImageDesc,
+    /// Whether all texels are known to be finite. Then the plan does not sanitize them.
+    pub finite: bool,
+}
+
+impl InputImage {
+    /// The same image for another input.
+    pub fn named(&self, input: &str) -> Self {
+        Self { input: input.to_owned(), ..self.clone() }
+    }
+}
+
+/// The position of a frame in time.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct FrameStep {
+    /// Seconds since the start.
+    pub time: f32,
+    /// Seconds since the previous frame.
+    pub dt: f32,
+    /// Whether histories start again with this frame.
+    pub reset: bool,
+}
+
+impl FrameStep {
+    /// A first frame.
+    pub const FIRST: Self = Self { time: 0.0, dt: 0.0, reset: true };
+}
+
+/// A frame of [`Session::render_all`]: its images and its position in time.
+pub type FrameInputs = (Vec<InputImage>, FrameStep);
+
+/// A graph on a [`Gpu`]. Plans follow the sizes of the images.
+pub struct Session {
+    gpu: Gpu,
+    runtime: Runtime,
+    /// The textures that [`feed`](Self::feed) fills, by the names of the inputs.
+    feeds: BTreeMap<String, Feed>,
+    readback: Readback,
+}
+
+impl Session {
+    /// A session with the capabilities of `gpu.caps`.
+    pub fn new(gpu: &Gpu, graph: Graph, facts: Facts, options: Options) -> Self {
+        Self::with_pipeline_cache(gpu, graph, facts, options, &[])
+    }
+
+    /// A session whose executor starts with the driver's pipelines of an earlier run, as
+    /// [`pipeline_cache_data`](Executor::pipeline_cache_data) returned them.
+    pub fn with_pipeline_cache(gpu: &Gpu, graph: Graph, facts: Facts, options: Options, data: &[u8]) -> Self {
+        let executor = gpu.executor().with_pipeline_cache(data);
+        Self {
+            gpu: gpu.clone(),
+            runtime: Runtime::new(executor, graph, facts, options),
+            feeds: BTreeMap::new(),
+            readback: Readback::new(&gpu.device, &gpu.queue),
+        }
+    }
+
+    /// The device.
+    pub fn gpu(&self) -> &Gpu {
+        &self.gpu
+    }
+
+    /// The plan cache and the executor.
+    pub fn runtime(&mut self) -> &mut Runtime {
+        &mut self.runtime
+    }
+
+    /// The executor.
+    pub fn executor(&mut self) -> &mut Executor {
+        self.runtime.executor()
+    }
+
+    /// The plan that is loaded, as the planner made it.
+    ///
+    /// # Panics
+    /// If nothing was loaded or rendered yet.
+    pub fn plan(&self) -> &Arc<Plan> {
+        self.runtime.plan().expect("a plan is loaded")
+    }
+
+    /// Fills the texture of an input with the next image, row by row without gaps. Images of one size and format use
+    /// the same texture.
+    ///
+    /// # Errors
+    /// The device is lost.
+    pub fn feed(&mut self, input: &str, desc: ImageDesc, bytes: &[u8]) -> Result<InputImage, SessionError> {
+        let mut feed = match self.feeds.remove(input) {
+            Some(feed) if feed.desc() == desc => feed,
+            _ => Feed::new(&self.gpu.device, &self.gpu.queue, desc),
+        };
+        feed.fill(bytes)?;
+        let image = InputImage { input: input.to_owned(), view: feed.view().clone(), desc, finite: false };
+        self.feeds.insert(input.to_owned(), feed);
+        Ok(image)
+    }
+
+    /// Makes the plan for these images and loads it if it is not the loaded one.
+    ///
+    /// # Errors
+    /// The graph cannot be planned at this size, or the device refuses the plan.
+    pub fn load(&mut self, size: Size, images: &[InputImage]) -> Result<&Arc<Plan>, SessionError> {
+        self.runtime.load(size, images)
+    }
+
+    /// Starts at the first frame: histories start again, and noise is that of the first frame.
+    pub fn restart(&mut self) {
+        self.executor().count_from(0);
+    }
+
+    /// Records a frame of the loaded plan.
+    ///
+    /// # Errors
+    /// See [`Executor::encode`].
+    pub fn encode(
+        &mut self,
+        encoder: &mut CommandEncoder,
+        images: &[InputImage],
+        step: FrameStep,
+    ) -> Result<(), SessionError> {
+        with_frame(images, step, |frame| Ok(self.runtime.executor().encode(encoder, frame)?))
+    }
+
+    /// Renders a frame; the outputs stay on the GPU.
+    ///
+    /// # Errors
+    /// See [`load`](Self::load) and [`encode`](Self::encode).
+    pub fn render(&mut self, size: Size, images: &[InputImage], step: FrameStep) -> Result<(), SessionError> {
+        self.load(size, images)?;
+        let mut encoder = self.gpu.encoder();
+        self.encode(&mut encoder, images, step)?;
+        self.gpu.queue.submit([encoder.finish()]);
+        Ok(())
+    }
+
+    /// Renders frames of the loaded plan and reads back all outputs of each, in the order of the plan. `together`
+    /// records all frames in one submission, which is fast for small images; then all frames have the time of the last.
+    ///
+    /// # Errors
+    /// See [`encode`](Self::encode) and [`Readback::download`].
+    pub fn render_all(&mut self, frames: &[FrameInputs], together: bool) -> Result<Vec<Vec<Texels>>, SessionError> {
+        let plan = self.plan().clone();
+        let outputs = plan.outputs.iter().map(|output| plan.recording.image(output.image).desc);
+        let descs: Vec<ImageDesc> = outputs.collect();
+        let mut batch = ReadbackBatch::new(&self.gpu.device, descs.repeat(frames.len()));
+        let mut encoder = self.gpu.encoder();
+        for (images, step) in frames {
+            if step.reset {
+                // A sequence that starts again has the noise of a first frame, so that it can be compared with others.
+                self.restart();
+            }
+            self.encode(&mut encoder, images, *step)?;
+            for output in &plan.outputs {
+                batch.copy(&mut encoder, self.runtime.output(&output.name));
+            }
+            if !together {
+                let full = std::mem::replace(&mut encoder, self.gpu.encoder());
+                self.gpu.queue.submit([full.finish()]);
+            }
+        }
+        self.gpu.queue.submit([encoder.finish()]);
+        let mut texels = batch.read()?.into_iter();
+        Ok(frames.iter().map(|_| texels.by_ref().take(plan.outputs.len()).collect()).collect())
+    }
+
+    /// The texels of an output of the last frame. Waits for the GPU.
+    ///
+    /// # Errors
+    /// The device is lost.
+    pub fn output(&mut self, name: &str) -> Result<Texels, SessionError> {
+        let texture = self.runtime.output(name);
+        Ok(self.readback.download(texture)?)
+    }
+
+    /// An output of the last frame as the image of an input of another session. The next frame overwrites it.
+    pub fn output_image(&self, name: &str, input: &str) -> InputImage {
+        let output = self.plan().output(Some(name)).expect("the plan has an output of this name");
+        let desc = self.plan().recording.image(output.image).desc;
+        let view = self.runtime.output(name).create_view(&Default::default());
+        InputImage { input: input.to_owned(), view, desc, finite: false }
+    }
+
+    /// The time of a frame of the loaded plan: timestamps around the whole frame, as [`Clock`] defines it. `steps` gives
+    /// the position in time of each frame. `baselines` are other work that is timed under the same conditions.
+    ///
+    /// This is the only function that times a frame, so that all tools report the same quantity.
+    ///
+    /// # Errors
+    /// See [`Clock::medians`].
+    pub fn frame_time<'r>(
+        &'r mut self,
+        clock: &Clock,
+        samples: u32,
+        (images, steps): (&'r [InputImage], &'r mut dyn FnMut() -> FrameStep),
+        baselines: Vec<Recording<'r>>,
+    ) -> Result<(FrameTime, Vec<FrameTime>), SessionError> {
+        let frame: Recording<'r> = Box::new(move |encoder| self.encode(encoder, images, steps()));
+        let mut work: Vec<Recording<'r>> = [frame].into_iter().chain(baselines).collect();
+        let mut times = clock.medians(samples, &mut work)?.into_iter();
+        let frame = times.next().expect("one time for each recording");
+        Ok((frame, times.collect()))
+    }
+}
+
+/// An image with these texels for an input, in a texture of its own. `bytes` are rows without gaps.
+pub fn input_image(gpu: &Gpu, input: &str, desc: ImageDesc, bytes: &[u8]) -> InputImage {
+    let view = upload_bytes(&gpu.device, &gpu.queue, desc, bytes).create_view(&Default::default());
+    InputImage { input: input.to_owned(), view, desc, finite: false }
+}
+
+/// Calls `use_frame` with the executor's description of a frame.
+fn with_frame<T>(images: &[InputImage], step: FrameStep, use_frame: impl FnOnce(&Frame<'_>) -> T) -> T {
+    let inputs: Vec<(&str, &TextureView)> = images.iter().map(|image| (image.input.as_str(), &image.view)).collect();
+    use_frame(&Frame { inputs: &inputs, outputs: &[], time: step.time, dt: step.dt, reset: step.reset })
+}

@@ -1,0 +1,66 @@
+//! The split of a frame by passes.
+
+use super::{FrameStep, InputImage, Session, SessionError, with_frame};
+use crate::clock::{Clock, Recording, median};
+
+impl Session {
+    /// Median milliseconds of each pass of the loaded plan: by timestamps between the passes, or, where timestamps
+    /// cannot be trusted, of each pass submitted alone.
+    ///
+    /// The sum is more than [`frame_time`](Self::frame_time), because passes of one batch do not overlap here.
+    ///
+    /// # Errors
+    /// See [`encode`](Self::encode) and [`Clock::medians`].
+    pub fn pass_times(
+        &mut self,
+        clock: &Clock,
+        samples: u32,
+        images: &[InputImage],
+        steps: &mut dyn FnMut() -> FrameStep,
+    ) -> Result<Vec<f64>, SessionError> {
+        if !clock.is_gpu() || !self.executor().enable_timing() {
+            return self.alone(clock, samples, images, steps());
+        }
+        let mut all = vec![Vec::new(); self.plan().recording.passes.len()];
+        for _ in 0..samples {
+            let times = self.one(images, steps())?;
+            all.iter_mut().zip(times).for_each(|(samples, time)| samples.push(time));
+        }
+        Ok(all.into_iter().map(median).collect())
+    }
+
+    /// Milliseconds of each pass of one frame by timestamps; empty where the device has none inside passes.
+    ///
+    /// # Errors
+    /// See [`encode`](Self::encode).
+    pub fn pass_times_once(&mut self, images: &[InputImage], step: FrameStep) -> Result<Vec<f64>, SessionError> {
+        match self.executor().enable_timing() {
+            true => self.one(images, step),
+            false => Ok(Vec::new()),
+        }
+    }
+
+    fn one(&mut self, images: &[InputImage], step: FrameStep) -> Result<Vec<f64>, SessionError> {
+        let mut encoder = self.gpu.encoder();
+        self.encode(&mut encoder, images, step)?;
+        self.gpu.queue.submit([encoder.finish()]);
+        Ok(self.executor().pass_times().unwrap_or_default())
+    }
+
+    fn alone(
+        &mut self,
+        clock: &Clock,
+        samples: u32,
+        images: &[InputImage],
+        step: FrameStep,
+    ) -> Result<Vec<f64>, SessionError> {
+        let passes = self.plan().recording.passes.len();
+        let executor = self.executor();
+        let mut one = |pass| {
+            let work: Recording<'_> =
+                Box::new(|encoder| with_frame(images, step, |frame| Ok(executor.encode_pass(encoder, frame, pass)?)));
+            Ok(clock.medians(samples, &mut [work])?[0].ms())
+        };
+        (0..passes).map(&mut one).collect()
+    }
+}

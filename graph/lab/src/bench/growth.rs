@@ -1,0 +1,235 @@
+//! The growth of time and memory with pixels and with nodes: a table and a chart.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::path::Path;
+use std::time::Instant;
+
+use afterimage_gpu::{Clock, FrameStep, Gpu, InputImage, Session, median};
+use afterimage_graph::check::Facts;
+use afterimage_graph::image::Size;
+use afterimage_graph::node::Registry;
+use afterimage_media::write_atomic;
+use afterimage_plan::{GivenImage, Options, PlanRequest, Requirement, plan};
+
+use super::next_step;
+use crate::files::make_folder;
+use crate::plot::log_chart::{Chart, Line, page};
+use crate::{LabError, scene};
+
+/// 720p to 16K, all 16:9.
+const HEIGHTS: [u32; 7] = [720, 1080, 1440, 2160, 4320, 5760, 8640];
+/// Nodes of a chain.
+const LENGTHS: [usize; 8] = [2, 5, 10, 20, 50, 100, 200, 500];
+/// The height of the frame of chains.
+const CHAIN_HEIGHT: u32 = 720;
+/// The largest heights on a processor, where more would take minutes: of frames, and of the frame of chains.
+const PROCESSOR_HEIGHTS: (u32, u32) = (1440, 90);
+/// The number of times that each graph is planned.
+const PLANS: usize = 7;
+
+/// One measured graph.
+struct Growth {
+    /// The series that it belongs to.
+    series: &'static str,
+    nodes: usize,
+    size: Size,
+    passes: usize,
+    /// From the text to the plan.
+    plan_ms: f64,
+    gpu_ms: f64,
+    record_us: f64,
+    /// Bytes of the transient images: as they are placed, and with memory of its own for each.
+    placed: u64,
+    unshared: u64,
+}
+
+/// Measures, writes `growth.csv` and `growth.svg` to the folder, and returns the table.
+///
+/// # Errors
+/// Errors of the device, and files that cannot be written.
+pub fn growth(gpu: &Gpu, registry: &Registry, samples: u32, folder: &Path) -> Result<String, LabError> {
+    let conditions = Conditions { gpu, registry, clock: Clock::new(gpu), samples };
+    let mut all = Vec::new();
+    let (highest, chain_height) = if gpu.is_processor() { PROCESSOR_HEIGHTS } else { (u32::MAX, CHAIN_HEIGHT) };
+    for size in HEIGHTS.into_iter().filter(|height| *height <= highest).map(wide) {
+        if size.width <= gpu.caps.max_side {
+            all.push(conditions.measure("pixels", &pyramid(), size)?);
+        }
+    }
+    for length in LENGTHS {
+        for (series, text) in [("point nodes", points(length)), ("gather nodes", gathers(length))] {
+            all.push(conditions.measure(series, &text, wide(chain_height))?);
+        }
+    }
+    make_folder(folder)?;
+    let csv = csv(&all);
+    write_atomic(&folder.join("growth.csv"), csv.as_bytes())?;
+    write_atomic(&folder.join("growth.svg"), plot(&all, &gpu.name(), conditions.clock.is_gpu()).as_bytes())?;
+    Ok(csv)
+}
+
+/// 16:9.
+fn wide(height: u32) -> Size {
+    Size::new(height / 9 * 16, height)
+}
+
+/// Bloom, a tone curve and the encoding: seven nodes with mostly small passes.
+fn pyramid() -> String {
+    r#"Pipeline(
+    inputs: { "scene": Color },
+    nodes: {
+        "exposed": Exposure(source: "scene", stops: 0.5),
+        "bright": Extract(source: "exposed"),
+        "mips": Downsample(source: "bright", levels: 5),
+        "bloom": Upsample(source: "mips"),
+        "lit": Composite(base: "exposed", bloom: "bloom"),
+        "mapped": ToneMap(source: "lit"),
+        "display": Encode(source: "mapped"),
+    },
+    outputs: { "display": "display" },
+)"#
+    .to_owned()
+}
+
+/// A chain of point kernels, which fuse to one pass.
+fn points(length: usize) -> String {
+    chain(length, "Saturation(amount: 0.99")
+}
+
+/// A chain of blurs, which cannot fuse.
+fn gathers(length: usize) -> String {
+    chain(length, "Gaussian(sigma: 1.0")
+}
+
+fn chain(length: usize, node: &str) -> String {
+    let mut text = "Pipeline(inputs: { \"scene\": Color }, nodes: {\n".to_owned();
+    for at in 0..length {
+        let source = if at == 0 { "scene".to_owned() } else { format!("n{}", at - 1) };
+        let _ = writeln!(text, "    \"n{at}\": {node}, source: \"{source}\"),");
+    }
+    let _ = write!(text, "}}, outputs: {{ \"out\": \"n{}\" }})", length - 1);
+    text
+}
+
+/// The device and the conditions of all measurements.
+struct Conditions<'a> {
+    gpu: &'a Gpu,
+    registry: &'a Registry,
+    clock: Clock,
+    samples: u32,
+}
+
+impl Conditions<'_> {
+    fn measure(&self, series: &'static str, text: &str, size: Size) -> Result<Growth, LabError> {
+        let graph = scene::graph(self.registry, "growth.ron", text)?;
+        let images = scene::still(self.gpu, self.registry, &graph, size)?;
+        let plan_ms = self.plan_time(&images, text, size)?;
+        let mut session = Session::new(self.gpu, graph.clone(), Facts::default(), Options::default());
+        session.load(size, &images)?;
+        let mut frames = 0;
+        let mut step = || next_step(&mut frames);
+        let work = (images.as_slice(), &mut step as &mut dyn FnMut() -> _);
+        let (frame, _) = session.frame_time(&self.clock, self.samples, work, Vec::new())?;
+        let record_us = self.record_time(&mut session, &images)?;
+        let plan = session.plan();
+        Ok(Growth {
+            series,
+            nodes: graph.nodes.len(),
+            size,
+            passes: plan.recording.passes.len(),
+            plan_ms,
+            gpu_ms: frame.ms(),
+            record_us,
+            placed: plan.memory.placed,
+            unshared: plan.memory.unshared,
+        })
+    }
+
+    /// Milliseconds from the text to the plan.
+    fn plan_time(&self, images: &[InputImage], text: &str, size: Size) -> Result<f64, LabError> {
+        let given = |image: &InputImage| (image.input.clone(), GivenImage { desc: image.desc, finite: false });
+        let inputs: BTreeMap<_, _> = images.iter().map(given).collect();
+        let mut times = Vec::new();
+        for _ in 0..PLANS {
+            let start = Instant::now();
+            let graph = scene::graph(self.registry, "growth.ron", text)?;
+            let request = PlanRequest {
+                size,
+                inputs: inputs.clone(),
+                facts: Facts::default(),
+                caps: self.gpu.caps.clone(),
+                options: Options::default(),
+                requirement: &Requirement::typical,
+            };
+            plan(&graph, &request)?;
+            times.push(start.elapsed().as_secs_f64() * 1e3);
+        }
+        Ok(median(times))
+    }
+
+    /// Microseconds to record a frame.
+    fn record_time(&self, session: &mut Session, images: &[InputImage]) -> Result<f64, LabError> {
+        let mut times = Vec::new();
+        for _ in 0..self.samples {
+            let start = Instant::now();
+            let mut encoder = self.gpu.encoder();
+            session.encode(&mut encoder, images, FrameStep::default())?;
+            let commands = encoder.finish();
+            times.push(start.elapsed().as_secs_f64() * 1e6);
+            self.gpu.queue.submit([commands]);
+            self.gpu.wait()?;
+        }
+        Ok(median(times))
+    }
+}
+
+fn csv(all: &[Growth]) -> String {
+    let mut text = "series,nodes,width,height,passes,plan ms,frame ms,record us,placed MiB,one by one MiB\n".to_owned();
+    for row in all {
+        let mebibytes = |bytes: u64| bytes as f64 / f64::from(1 << 20);
+        let Growth { series, nodes, size, passes, plan_ms, gpu_ms, record_us, placed, unshared } = row;
+        let (placed, unshared) = (mebibytes(*placed), mebibytes(*unshared));
+        let _ = writeln!(
+            text,
+            "{series},{nodes},{},{},{passes},{plan_ms:.2},{gpu_ms:.4},{record_us:.1},{placed:.2},{unshared:.2}",
+            size.width, size.height
+        );
+    }
+    text
+}
+
+fn plot(all: &[Growth], adapter: &str, gpu_clock: bool) -> String {
+    let of = |series: &str, x: fn(&Growth) -> f64, y: fn(&Growth) -> f64| {
+        all.iter().filter(|row| row.series == series).map(|row| (x(row), y(row))).collect::<Vec<_>>()
+    };
+    let pixels = |row: &Growth| f64::from(row.size.width) * f64::from(row.size.height) * 1e-6;
+    let nodes = |row: &Growth| row.nodes as f64;
+    let mebibytes = |row: &Growth| row.placed as f64 / f64::from(1 << 20);
+    let unshared = |row: &Growth| row.unshared as f64 / f64::from(1 << 20);
+    let clock = if gpu_clock { "GPU milliseconds" } else { "milliseconds (host clock)" };
+    let line = |name: &'static str, points| Line { name, points };
+    let both = |y: fn(&Growth) -> f64| {
+        vec![line("point nodes", of("point nodes", nodes, y)), line("gather nodes", of("gather nodes", nodes, y))]
+    };
+    let charts = [
+        Chart {
+            title: clock,
+            x: "megapixels, bloom and a curve",
+            lines: vec![line("a frame", of("pixels", pixels, |r| r.gpu_ms))],
+        },
+        Chart {
+            title: "MiB of transient images",
+            x: "megapixels, bloom and a curve",
+            lines: vec![
+                line("placed", of("pixels", pixels, mebibytes)),
+                line("one by one", of("pixels", pixels, unshared)),
+            ],
+        },
+        Chart { title: clock, x: "nodes in a chain", lines: both(|r| r.gpu_ms) },
+        Chart { title: "microseconds to record", x: "nodes in a chain", lines: both(|r| r.record_us) },
+        Chart { title: "milliseconds from text to plan", x: "nodes in a chain", lines: both(|r| r.plan_ms) },
+        Chart { title: "MiB of transient images", x: "nodes in a chain", lines: both(mebibytes) },
+    ];
+    page(adapter, &charts)
+}

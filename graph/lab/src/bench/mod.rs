@@ -1,0 +1,195 @@
+//! What a pipeline costs on this device: the frame, its passes, the host's work, next to what the device could do.
+
+mod baseline;
+mod calibrate;
+mod copy;
+mod growth;
+mod raw;
+mod report;
+
+use std::collections::VecDeque;
+use std::time::Instant;
+
+use afterimage_gpu::{Clock, FrameStep, FrameTime, Gpu, InputImage, Session, median};
+use afterimage_graph::check::{Facts, Graph};
+use afterimage_graph::image::Size;
+use afterimage_graph::node::Registry;
+use afterimage_plan::{Options, Plan, Stage};
+
+pub use baseline::{BaselineReport, BaselineTimes};
+pub use calibrate::{Calibration, Gain, StageTimes, calibrate, describe};
+pub use growth::growth;
+pub use report::{BenchReport, FirstFrame, HostTimes, PassReport};
+
+use baseline::Chain;
+
+use crate::{LabError, scene};
+
+/// Seconds between two frames.
+const STEP: f32 = 1.0 / 60.0;
+/// Frames that a renderer has in flight while it records another.
+const IN_FLIGHT: usize = 2;
+
+/// How a pipeline is measured.
+#[derive(Clone, Debug)]
+pub struct BenchOptions {
+    /// Pixels of a frame.
+    pub size: Size,
+    /// Samples of each median.
+    pub samples: u32,
+    /// Facts about the scene.
+    pub facts: Facts,
+    /// The planner's options.
+    pub options: Options,
+}
+
+/// Measures a pipeline on the built-in scene. `load` reads the pipeline; it is called again for each start from the text.
+///
+/// # Errors
+/// What `load` reports, and errors of the device.
+pub fn bench<E: From<LabError>>(
+    gpu: &Gpu,
+    registry: &Registry,
+    name: &str,
+    load: &dyn Fn() -> Result<Graph, E>,
+    options: &BenchOptions,
+) -> Result<BenchReport, E> {
+    let graph = load()?;
+    let images = scene::still(gpu, registry, &graph, options.size)?;
+    let (first_frame, session) = starts(gpu, load, &images, options)?;
+    Ok(Bench { gpu, session, images, frames: 0, options }.report(name, &graph, first_frame)?)
+}
+
+/// From the text to the first frame, without the driver's pipelines and with them; the second session goes on.
+fn starts<E: From<LabError>>(
+    gpu: &Gpu,
+    load: &dyn Fn() -> Result<Graph, E>,
+    images: &[InputImage],
+    options: &BenchOptions,
+) -> Result<(FirstFrame, Session), E> {
+    let start = |pipelines: &[u8]| -> Result<(f64, Session), E> {
+        let begin = Instant::now();
+        let (graph, facts) = (load()?, options.facts.clone());
+        let mut session = Session::with_pipeline_cache(gpu, graph, facts, options.options, pipelines);
+        session.render(options.size, images, FrameStep::FIRST).map_err(LabError::from)?;
+        gpu.wait().map_err(LabError::from)?;
+        Ok((begin.elapsed().as_secs_f64() * 1e3, session))
+    };
+    let (cold, mut first) = start(&[])?;
+    let known = first.executor().pipeline_cache_data().unwrap_or_default();
+    let (warm, session) = start(&known)?;
+    Ok((FirstFrame { cold, warm }, session))
+}
+
+/// The state of a measurement.
+struct Bench<'a> {
+    gpu: &'a Gpu,
+    session: Session,
+    images: Vec<InputImage>,
+    /// The number of the next frame.
+    frames: u32,
+    options: &'a BenchOptions,
+}
+
+impl Bench<'_> {
+    fn report(mut self, name: &str, graph: &Graph, first_frame: FirstFrame) -> Result<BenchReport, LabError> {
+        let clock = Clock::new(self.gpu);
+        let (frame, baseline) = self.frame_times(graph, &clock)?;
+        let host = self.host_times()?;
+        let copy_gbps = copy::bandwidth(self.gpu, &clock)?;
+        let pass_times = self.pass_times(&clock)?;
+        let pipelines = self.session.executor().pipeline_cache_data().unwrap_or_default();
+        let plan = self.session.plan();
+        let info = self.gpu.adapter.get_info();
+        Ok(BenchReport {
+            pipeline: name.to_owned(),
+            adapter: info.name,
+            driver: format!("{} {}", info.driver, info.driver_info),
+            size: [self.options.size.width, self.options.size.height],
+            frames: frame.samples(),
+            clock: frame.source().name(),
+            gpu_ms: frame.ms(),
+            host_us: host.encode_us + host.submit_us,
+            host,
+            copy_gbps,
+            bytes: plan.bytes_moved(),
+            share: share(plan.bytes_moved(), frame.ms(), copy_gbps),
+            memory: plan.memory.placed + plan.memory.kept,
+            first_frame_ms: first_frame,
+            baseline,
+            pipelines,
+            passes: passes(plan, &pass_times, copy_gbps),
+        })
+    }
+
+    /// The time of a frame, and those of the chains written by hand if the pipeline is the one that they implement.
+    fn frame_times(&mut self, graph: &Graph, clock: &Clock) -> Result<(FrameTime, Option<BaselineReport>), LabError> {
+        let Self { gpu, session, images, frames, options } = self;
+        let mut step = || next_step(frames);
+        let work = (images.as_slice(), &mut step as &mut dyn FnMut() -> _);
+        let (Some(chain), Some(scene)) = (Chain::of(graph), images.first()) else {
+            return Ok((session.frame_time(clock, options.samples, work, Vec::new())?.0, None));
+        };
+        let chains = baseline::chains(gpu, &chain, &scene.view);
+        let (frame, times) = session.frame_time(clock, options.samples, work, baseline::recordings(&chains))?;
+        let output = session.plan().outputs[0].name.clone();
+        let picture = session.output(&output)?.to_floats();
+        Ok((frame, Some(baseline::report(gpu, &chains, &times, &picture)?)))
+    }
+
+    fn pass_times(&mut self, clock: &Clock) -> Result<Vec<f64>, LabError> {
+        let Self { session, images, frames, options, .. } = self;
+        Ok(session.pass_times(clock, options.samples, images, &mut || next_step(frames))?)
+    }
+
+    /// The host's work for a frame, without timestamps, in a program that does not wait for each frame. On a processor
+    /// earlier frames would use the same cores: there each frame ends before the next begins.
+    fn host_times(&mut self) -> Result<HostTimes, LabError> {
+        let in_flight = if self.gpu.is_processor() { 0 } else { IN_FLIGHT };
+        let (mut encode, mut submit) = (Vec::new(), Vec::new());
+        let mut submitted = VecDeque::new();
+        for _ in 0..self.options.samples {
+            let start = Instant::now();
+            let mut encoder = self.gpu.encoder();
+            self.session.encode(&mut encoder, &self.images, next_step(&mut self.frames))?;
+            let commands = encoder.finish();
+            let encoded = Instant::now();
+            submitted.push_back(self.gpu.queue.submit([commands]));
+            submit.push(encoded.elapsed().as_secs_f64() * 1e6);
+            encode.push((encoded - start).as_secs_f64() * 1e6);
+            if submitted.len() > in_flight {
+                self.gpu.wait_for(submitted.pop_front())?;
+            }
+        }
+        self.gpu.wait()?;
+        Ok(HostTimes { encode_us: median(encode), submit_us: median(submit) })
+    }
+}
+
+/// The position of the next frame in time.
+fn next_step(frames: &mut u32) -> FrameStep {
+    let (number, reset) = (*frames, *frames == 0);
+    *frames += 1;
+    FrameStep { time: number as f32 * STEP, dt: if reset { 0.0 } else { STEP }, reset }
+}
+
+/// Bytes per time as a share of the copy bandwidth; 0 for a time of 0.
+fn share(bytes: u64, milliseconds: f64, copy_gbps: f64) -> f64 {
+    if milliseconds > 0.0 { bytes as f64 * 1e-6 / milliseconds / copy_gbps } else { 0.0 }
+}
+
+fn passes(plan: &Plan, times: &[f64], copy_gbps: f64) -> Vec<PassReport> {
+    let report = |(index, ms): (usize, &f64)| {
+        let bytes = plan.bytes_moved_by(index);
+        let pass = &plan.recording.passes[index];
+        PassReport {
+            name: pass.label.clone(),
+            nodes: pass.nodes.clone(),
+            stage: if plan.stages[index] == Stage::Compute { "compute" } else { "fragment" },
+            ms: *ms,
+            bytes,
+            share: share(bytes, *ms, copy_gbps),
+        }
+    };
+    times.iter().enumerate().map(report).collect()
+}

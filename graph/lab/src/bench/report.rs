@@ -1,0 +1,148 @@
+//! The figures of a pipeline, as JSON and as text.
+
+use std::fmt;
+
+use comfy_table::{CellAlignment, ContentArrangement, Table, presets};
+use serde::Serialize;
+
+use super::baseline::{BaselineReport, BaselineTimes};
+
+/// Everything about one pipeline at one size. Times are medians.
+#[derive(Debug, Serialize)]
+pub struct BenchReport {
+    /// The name of the pipeline.
+    pub pipeline: String,
+    /// The adapter.
+    pub adapter: String,
+    /// Its driver.
+    pub driver: String,
+    /// Width and height of a frame.
+    pub size: [u32; 2],
+    /// Samples of each median.
+    pub frames: u32,
+    /// `gpu`: timestamps on the GPU; `host`: the host's clock, from recording to completion.
+    pub clock: &'static str,
+    /// Milliseconds of a frame, as [`Clock`](afterimage_gpu::Clock) defines it.
+    pub gpu_ms: f64,
+    /// Microseconds of the host for recording and submitting a frame.
+    pub host_us: f64,
+    /// The same, split.
+    pub host: HostTimes,
+    /// The copy bandwidth of the device in gigabytes per second; reads and writes both count.
+    pub copy_gbps: f64,
+    /// Bytes that the passes of a frame read and write.
+    pub bytes: u64,
+    /// The frame's bytes per time, as a share of the copy bandwidth.
+    pub share: f64,
+    /// Bytes of transient images, outputs and histories.
+    pub memory: u64,
+    /// The time to the first frame.
+    pub first_frame_ms: FirstFrame,
+    /// The chains written by hand, if the pipeline is the one that they implement.
+    pub baseline: Option<BaselineReport>,
+    /// The driver's pipelines, for the next run of the program; empty if the device has no cache.
+    #[serde(skip)]
+    pub pipelines: Vec<u8>,
+    /// The split by passes. These times do not overlap, so their sum is more than the frame.
+    pub passes: Vec<PassReport>,
+}
+
+/// The host's work for a frame.
+#[derive(Debug, Serialize)]
+pub struct HostTimes {
+    /// Microseconds to record it.
+    pub encode_us: f64,
+    /// Microseconds to submit it.
+    pub submit_us: f64,
+}
+
+/// Milliseconds from the pipeline's text to its first frame, on an open device.
+#[derive(Debug, Serialize)]
+pub struct FirstFrame {
+    /// Without the driver's pipelines.
+    pub cold: f64,
+    /// With them.
+    pub warm: f64,
+}
+
+/// A pass.
+#[derive(Debug, Serialize)]
+pub struct PassReport {
+    /// The label of the pass.
+    pub name: String,
+    /// The nodes that it computes.
+    pub nodes: Vec<String>,
+    /// `compute` or `fragment`.
+    pub stage: &'static str,
+    /// Milliseconds.
+    pub ms: f64,
+    /// Bytes that it reads and writes.
+    pub bytes: u64,
+    /// Its bytes per time, as a share of the copy bandwidth.
+    pub share: f64,
+}
+
+/// A table whose columns after the first are numbers.
+pub(crate) fn table(header: &[&str], rows: impl IntoIterator<Item = Vec<String>>) -> Table {
+    let mut table = Table::new();
+    table.load_style(presets::ASCII_MARKDOWN).set_content_arrangement(ContentArrangement::Dynamic);
+    table.set_header(header.to_vec());
+    table.add_rows(rows);
+    table.column_iter_mut().skip(1).for_each(|column| column.set_cell_alignment(CellAlignment::Right));
+    table
+}
+
+fn percent(share: f64) -> String {
+    format!("{:.0} %", 100.0 * share)
+}
+
+fn megabytes(bytes: u64) -> String {
+    format!("{:.2}", bytes as f64 * 1e-6)
+}
+
+impl BenchReport {
+    fn passes(&self) -> Table {
+        let row = |pass: &PassReport| {
+            let name = if pass.stage == "fragment" { format!("{} (drawn)", pass.name) } else { pass.name.clone() };
+            vec![name, format!("{:.4}", pass.ms), megabytes(pass.bytes), percent(pass.share)]
+        };
+        let sum: f64 = self.passes.iter().map(|pass| pass.ms).sum();
+        let all = vec!["sum of passes".into(), format!("{sum:.4}"), megabytes(self.bytes), String::new()];
+        table(&["pass", "ms", "MB", "of copy"], self.passes.iter().map(row).chain([all]))
+    }
+
+    fn baseline_lines(&self, times: &BaselineTimes, what: &str, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let compared = |time: f64| format!("{time:.4} ms; the pipeline takes {:.2} of that", self.gpu_ms / time);
+        writeln!(f, "{what}")?;
+        writeln!(f, "  draws                    {}", compared(times.fragment_ms))?;
+        writeln!(f, "  dispatches               {}", compared(times.compute_ms))?;
+        if let Some(packed) = times.compute_rg11b10_ms {
+            writeln!(f, "  with levels in rg11b10   {}", compared(packed))?;
+        }
+        let (largest, mean) = (times.max_difference, times.mean_difference);
+        writeln!(f, "  its image differs by {largest:.4} at most, {mean:.5} on average")
+    }
+}
+
+impl fmt::Display for BenchReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let [width, height] = self.size;
+        writeln!(
+            f,
+            "{} at {width}x{height} on {} ({}), medians of {}",
+            self.pipeline, self.adapter, self.driver, self.frames
+        )?;
+        writeln!(f, "{}", self.passes())?;
+        let clock = if self.clock == "gpu" { "GPU, a frame              " } else { "host clock, a frame       " };
+        writeln!(f, "{clock} {:.4} ms, {} of the copy bandwidth", self.gpu_ms, percent(self.share))?;
+        let HostTimes { encode_us, submit_us } = self.host;
+        writeln!(f, "host, a frame              {encode_us:.1} us to record, {submit_us:.1} us to submit")?;
+        writeln!(f, "copy bandwidth             {:.0} GB/s", self.copy_gbps)?;
+        writeln!(f, "memory                     {} MB", megabytes(self.memory))?;
+        let FirstFrame { cold, warm } = self.first_frame_ms;
+        writeln!(f, "text to first frame        {cold:.1} ms, {warm:.1} ms with the driver's pipelines")?;
+        let Some(baseline) = &self.baseline else { return Ok(()) };
+        self.baseline_lines(&baseline.same, "baseline, the same work", f)?;
+        self.baseline_lines(&baseline.light, "baseline, less work: half the pixels, four loads each, no dither", f)
+    }
+}

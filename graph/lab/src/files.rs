@@ -1,0 +1,21 @@
+//! Folders and names of result files.
+
+use std::path::Path;
+
+use crate::LabError;
+
+/// Makes a folder and those above it.
+pub(crate) fn make_folder(folder: &Path) -> Result<(), LabError> {
+    std::fs::create_dir_all(folder)
+        .map_err(|error| LabError::Machine(format!("cannot make the folder `{}`: {error}", folder.display())))
+}
+
+/// Whether the file has this extension, in any case.
+pub(crate) fn has_extension(path: &Path, extension: &str) -> bool {
+    path.extension().is_some_and(|found| found.eq_ignore_ascii_case(extension))
+}
+
+/// A name with `-` in place of the characters that file systems do not allow.
+pub(crate) fn file_name(name: &str) -> String {
+    name.chars().map(|c| if c.is_alphanumeric() || matches!(c, '.' | '-' | '=') { c } else { '-' }).collect()
+}

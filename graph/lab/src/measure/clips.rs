@@ -1,0 +1,192 @@
+//! The images that a pipeline is measured on: stills, sequences, a walk through the built-in scene.
+
+use std::path::Path;
+
+use afterimage_gpu::{FrameStep, Gpu, InputImage, input_image};
+use afterimage_graph::check::{Graph, GraphInput};
+use afterimage_graph::image::Size;
+use afterimage_graph::node::Registry;
+use afterimage_media::{read, sequence};
+
+use crate::{LabError, scene};
+
+/// Which images a pipeline is measured on.
+#[derive(Clone, Debug)]
+pub struct ClipOptions {
+    /// Files for the pipeline's first input; `shot.####.exr` is a sequence. Each is a clip.
+    pub images: Vec<String>,
+    /// Files for other inputs, by the names of the inputs.
+    pub inputs: Vec<(String, String)>,
+    /// Whether a walk through the built-in scene is a clip, too. It is if there are no images.
+    pub scene: bool,
+    /// Pixels of the built-in scene.
+    pub size: Size,
+    /// Frames of the walk, and of a still image in a pipeline with histories.
+    pub walk: u32,
+    /// Frames of sequences, as `--frames` takes them.
+    pub frames: Option<String>,
+    /// Frames per second.
+    pub fps: f32,
+}
+
+/// The frames of a sequence, or a still image.
+pub(crate) struct Clip {
+    pub(crate) name: String,
+    pub(crate) size: Size,
+    /// The images of each frame.
+    images: Vec<Vec<InputImage>>,
+    steps: Vec<FrameStep>,
+}
+
+impl Clip {
+    /// The number of frames; at least one.
+    pub(crate) fn len(&self) -> usize {
+        self.steps.len()
+    }
+
+    /// The images of a frame; a still image is that of all frames.
+    pub(crate) fn images(&self, frame: usize) -> &[InputImage] {
+        &self.images[frame.min(self.images.len() - 1)]
+    }
+
+    /// The clip with its image repeated for as many frames as the options say.
+    pub(crate) fn repeated(mut self, options: &ClipOptions) -> Self {
+        self.steps = steps(options.walk as usize, options.fps);
+        self
+    }
+
+    /// The position of a frame in time.
+    pub(crate) fn step(&self, frame: usize) -> FrameStep {
+        self.steps[frame]
+    }
+}
+
+/// A clip that is not loaded yet.
+pub(crate) enum ClipSource {
+    /// Files for inputs.
+    Files { name: String, inputs: Vec<(String, sequence::Input)> },
+    /// A walk through the built-in scene.
+    Scene,
+}
+
+/// The clips that the options name.
+pub(crate) fn sources(options: &ClipOptions, graph: &Graph) -> Result<Vec<ClipSource>, LabError> {
+    let mut others = Vec::new();
+    for (name, file) in &options.inputs {
+        if !graph.inputs.iter().any(|known| known.name == *name) {
+            return Err(no_such_input(name, &graph.inputs));
+        }
+        others.push((name.clone(), sequence::Input::find(file, None)?));
+    }
+    let mut clips = Vec::new();
+    for image in &options.images {
+        clips.push(file_clip(options, graph, image, &others)?);
+    }
+    if options.scene || clips.is_empty() {
+        clips.push(ClipSource::Scene);
+    }
+    Ok(clips)
+}
+
+fn no_such_input(name: &str, inputs: &[GraphInput]) -> LabError {
+    let known: Vec<String> = inputs.iter().map(|input| format!("`{}`", input.name)).collect();
+    let hint = if known.is_empty() { "it has none".into() } else { format!("it has {}", known.join(", ")) };
+    LabError::request(format!("the pipeline has no input `{name}`")).hint(hint)
+}
+
+fn file_clip(
+    options: &ClipOptions,
+    graph: &Graph,
+    image: &str,
+    others: &[(String, sequence::Input)],
+) -> Result<ClipSource, LabError> {
+    let is_free = |input: &&GraphInput| others.iter().all(|(name, _)| *name != input.name);
+    let Some(first) = graph.inputs.iter().find(is_free) else {
+        return Err(LabError::request(format!("the pipeline has no input for `{image}`")).hint("leave the images out"));
+    };
+    let mut inputs = vec![(first.name.clone(), find(options, image)?)];
+    inputs.extend(others.iter().cloned());
+    let lacks = |input: &&GraphInput| !input.optional && inputs.iter().all(|(name, _)| *name != input.name);
+    if let Some(input) = graph.inputs.iter().find(lacks) {
+        return Err(LabError::request(format!("the pipeline needs an image for its input `{}`", input.name))
+            .hint(format!("name it with `--input {}=FILE`", input.name)));
+    }
+    Ok(ClipSource::Files { name: short_name(image), inputs })
+}
+
+/// The files of an image argument; the frames of the options apply to sequences only.
+fn find(options: &ClipOptions, image: &str) -> Result<sequence::Input, LabError> {
+    let found = sequence::Input::find(image, None);
+    match options.frames.as_deref() {
+        Some(frames) if !matches!(found, Ok(sequence::Input::Single(_))) => {
+            Ok(sequence::Input::find(image, Some(frames))?)
+        }
+        _ => Ok(found?),
+    }
+}
+
+/// The file's name without its folder and ending.
+fn short_name(image: &str) -> String {
+    let file = Path::new(image).file_name().map_or(image.into(), |name| name.to_string_lossy());
+    let stem = file.rsplit_once('.').map_or(file.as_ref(), |(stem, _)| stem);
+    stem.trim_end_matches(['#', '.', '_', '-']).to_owned()
+}
+
+impl ClipSource {
+    /// A name for progress and messages.
+    pub(crate) fn name(&self) -> &str {
+        match self {
+            Self::Files { name, .. } => name,
+            Self::Scene => "built-in scene",
+        }
+    }
+
+    /// Uploads the images.
+    pub(crate) fn load(
+        &self,
+        gpu: &Gpu,
+        registry: &Registry,
+        graph: &Graph,
+        options: &ClipOptions,
+    ) -> Result<Clip, LabError> {
+        let images = match self {
+            Self::Files { inputs, .. } => file_images(gpu, inputs)?,
+            Self::Scene => scene::walk(gpu, registry, &graph.inputs, options.size, (options.walk, options.fps))?,
+        };
+        let size = images[0].first().map_or(options.size, |image| image.desc.size);
+        let steps = steps(images.len(), options.fps);
+        Ok(Clip { name: self.name().to_owned(), size, images, steps })
+    }
+}
+
+fn steps(frames: usize, fps: f32) -> Vec<FrameStep> {
+    let step = |frame: usize| FrameStep {
+        time: frame as f32 / fps,
+        dt: if frame == 0 { 0.0 } else { 1.0 / fps },
+        reset: frame == 0,
+    };
+    (0..frames).map(step).collect()
+}
+
+fn file_images(gpu: &Gpu, inputs: &[(String, sequence::Input)]) -> Result<Vec<Vec<InputImage>>, LabError> {
+    let frames = inputs.iter().map(|(_, input)| input.sources().len()).max().unwrap_or(1);
+    (0..frames).map(|frame| inputs.iter().map(|(name, input)| file_image(gpu, name, input, frame)).collect()).collect()
+}
+
+fn file_image(gpu: &Gpu, name: &str, input: &sequence::Input, frame: usize) -> Result<InputImage, LabError> {
+    let sources = input.sources();
+    let source = match sources.as_slice() {
+        [(_, still)] => still,
+        frames => match frames.get(frame) {
+            Some((_, source)) => source,
+            None => {
+                return Err(LabError::request(format!("input `{name}` has only {} frames", frames.len()))
+                    .hint("shorten the others with `--frames`"));
+            }
+        },
+    };
+    let picture = read(source)?;
+    let (desc, bytes) = (picture.desc(), picture.bytes());
+    gpu.check_fits(desc)?;
+    Ok(input_image(gpu, name, desc, bytes))
+}

@@ -1,0 +1,56 @@
+//! The report as JSON.
+
+use serde_json::{Map, Value, json};
+
+use super::reference::Figures;
+use super::report::{ClipInfo, MeasureReport, Row};
+
+/// The whole report. An infinite number, such as the PSNR of equal images, is `null`.
+pub fn json(report: &MeasureReport) -> Value {
+    let clips: Vec<Value> = report
+        .clips
+        .iter()
+        .map(|clip| json!({ "image": clip.name, "width": clip.width, "height": clip.height, "frames": clip.frames }))
+        .collect();
+    json!({
+        "pipeline": report.pipeline,
+        "output": report.output,
+        "adapter": report.adapter,
+        "clock": report.clock.name(),
+        "repeats": report.samples,
+        "error_unit": report.unit(),
+        "images": clips,
+        "without_effect": report.without_effect,
+        "rows": report.rows.iter().map(|row| json_row(report, row)).collect::<Vec<Value>>(),
+    })
+}
+
+fn json_row(report: &MeasureReport, row: &Row) -> Value {
+    let mut object = Map::new();
+    object.insert("variant".into(), json!(row.variant));
+    object.insert("kind".into(), json!(row.kind.name()));
+    object.insert("pareto".into(), json!(row.pareto));
+    object.insert("clock".into(), json!(report.clock.name()));
+    object.extend(figures(report, &row.worst()));
+    let image = |(clip, of_clip): (&ClipInfo, &Figures)| {
+        let mut object = Map::from_iter([("image".to_owned(), json!(clip.name))]);
+        object.extend(figures(report, of_clip));
+        Value::Object(object)
+    };
+    let images: Vec<Value> = report.clips.iter().zip(&row.clips).map(image).collect();
+    object.insert("images".into(), json!(images));
+    Value::Object(object)
+}
+
+fn figures(report: &MeasureReport, figures: &Figures) -> Map<String, Value> {
+    let cost = figures.cost;
+    let mut object = Map::new();
+    object.insert("gpu_ms".into(), json!(cost.time.ms()));
+    object.insert("bytes".into(), json!(cost.bytes));
+    object.insert("bytes_moved".into(), json!(cost.bytes_moved));
+    object.insert("passes".into(), json!(cost.passes));
+    for (name, value) in figures.errors.named(report.range) {
+        object.insert(name.into(), json!(value));
+    }
+    object
+}

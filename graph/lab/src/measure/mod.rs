@@ -1,0 +1,207 @@
+//! Time against error, for each tier and each quality switch of a pipeline.
+//!
+//! The variants follow from the node kinds: the reference, the tiers, and each value of each quality switch. Kinds of
+//! plug-ins are measured in the same way as built-in ones.
+
+mod chart;
+pub(crate) mod clips;
+mod csv;
+mod error_image;
+mod errors;
+mod json;
+mod page;
+pub(crate) mod player;
+pub(crate) mod reference;
+mod report;
+mod table;
+pub(crate) mod variants;
+pub(crate) mod view;
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use afterimage_gpu::Gpu;
+use afterimage_graph::check::{Facts, Graph};
+use afterimage_graph::node::Registry;
+use afterimage_plan::{Options, Plan};
+
+pub use chart::write_chart;
+pub use clips::ClipOptions;
+pub use csv::csv;
+pub use errors::{Errors, Flicker};
+pub use json::json;
+pub use page::FigurePage;
+pub use player::Cost;
+pub use reference::Figures;
+pub use report::{ClipInfo, MeasureReport, Row};
+pub use table::table;
+pub use variants::{Pipeline, VariantKind};
+
+pub(crate) use report::beats;
+
+use clips::{Clip, ClipSource};
+use player::Player;
+use reference::Reference;
+use variants::{Variant, variants};
+use view::View;
+
+use crate::files::{file_name, make_folder};
+use crate::{LabError, Progress};
+
+/// How a pipeline is measured.
+#[derive(Clone, Debug)]
+pub struct MeasureOptions {
+    /// The images.
+    pub clips: ClipOptions,
+    /// Facts about the scene.
+    pub facts: Facts,
+    /// The planner's options of all variants.
+    pub options: Options,
+    /// Samples of each time; `None` for 50 on a GPU and 7 on a processor.
+    pub samples: Option<u32>,
+    /// The output to compare; `None` for the first encoded one, or the first.
+    pub output: Option<String>,
+    /// Whether only the tiers are measured.
+    pub tiers_only: bool,
+    /// A folder for images of the errors.
+    pub error_images: Option<PathBuf>,
+}
+
+/// Measures all variants of a pipeline on all images.
+///
+/// # Errors
+/// Images that cannot be read or do not fit the pipeline, and errors of the device.
+pub fn measure(
+    gpu: &Gpu,
+    registry: &Registry,
+    pipeline: &Pipeline,
+    options: &MeasureOptions,
+    progress: &dyn Progress,
+) -> Result<MeasureReport, LabError> {
+    if let Some(folder) = &options.error_images {
+        make_folder(folder)?;
+    }
+    let output = reference::output(&pipeline.written, options.output.as_deref())?;
+    let view = View::of(&pipeline.written, output)?;
+    let sources = clips::sources(&options.clips, &pipeline.written)?;
+    let player = Player::new(gpu, &pipeline.written, options.facts.clone(), options.options, options.samples);
+    let mut measurement = Measurement { pipeline, options, output: &output.name, view, player, progress };
+    let mut report = measurement.report(gpu, registry, &sources)?;
+    report.mark_pareto();
+    Ok(report)
+}
+
+/// The state of a measurement.
+struct Measurement<'a> {
+    pipeline: &'a Pipeline,
+    options: &'a MeasureOptions,
+    output: &'a str,
+    view: View,
+    player: Player,
+    progress: &'a dyn Progress,
+}
+
+impl Measurement<'_> {
+    fn report(&mut self, gpu: &Gpu, registry: &Registry, sources: &[ClipSource]) -> Result<MeasureReport, LabError> {
+        let mut all = variants(self.pipeline)?;
+        all.retain(|variant| !(self.options.tiers_only && variant.kind.is_switch()));
+        let (mut rows, mut clips, mut without_effect) = (Vec::new(), Vec::new(), Vec::new());
+        for source in sources {
+            let clip = load(source, gpu, registry, &mut self.player, &self.pipeline.written, &self.options.clips)?;
+            if clips.is_empty() {
+                (all, without_effect) = with_effect(all, &mut self.player, &clip)?;
+                rows = all.iter().map(|variant| Row::new(&variant.name, variant.kind)).collect();
+                self.progress.expect(2 * (all.len() * sources.len()) as u64);
+            }
+            self.clip(&all, &clip, &mut rows)?;
+            clips.push(info(&clip));
+        }
+        Ok(MeasureReport {
+            pipeline: self.pipeline.name.clone(),
+            output: self.output.to_owned(),
+            range: self.view.range(),
+            adapter: gpu.name(),
+            clock: self.player.clock_source(),
+            samples: self.player.samples(),
+            clips,
+            rows,
+            without_effect,
+        })
+    }
+
+    /// Measures all variants on one clip; the first is the reference. Times come last, so that the GPU stays warm between
+    /// them.
+    fn clip(&mut self, variants: &[Variant], clip: &Clip, rows: &mut [Row]) -> Result<(), LabError> {
+        let mut reference: Option<Reference> = None;
+        let mut errors = Vec::new();
+        for variant in variants {
+            self.progress.begin(&format!("{}: errors of {}", clip.name, variant.name));
+            let graph = reference::before_quantization(&variant.graph, self.output);
+            self.player.load(&graph, clip, variant.is_exact())?;
+            errors.push(match &reference {
+                Some(reference) => self.errors(reference, variant, clip)?,
+                None => {
+                    reference = Some(Reference::render(&mut self.player, clip, self.view, self.output)?);
+                    Errors::none(clip.len())
+                }
+            });
+            self.progress.end();
+        }
+        for ((variant, row), errors) in variants.iter().zip(rows).zip(errors) {
+            self.progress.begin(&format!("{}: time of {}", clip.name, variant.name));
+            self.player.load(&variant.graph, clip, variant.is_exact())?;
+            row.clips.push(Figures { cost: self.player.cost(clip)?, errors });
+            self.progress.end();
+        }
+        Ok(())
+    }
+
+    fn errors(&mut self, reference: &Reference, variant: &Variant, clip: &Clip) -> Result<Errors, LabError> {
+        let folder = self.options.error_images.as_deref();
+        reference.errors(&mut self.player, clip, self.view, |frame, shown| match folder {
+            Some(folder) => {
+                let number = if clip.len() > 1 { format!("-{frame:04}") } else { String::new() };
+                let name = format!("{}{number}-{}.png", file_name(&clip.name), file_name(&variant.name));
+                error_image::write(&folder.join(name), &reference.frames[frame], shown)
+            }
+            None => Ok(()),
+        })
+    }
+}
+
+/// Loads a clip; a still image is repeated if the pipeline has histories.
+pub(crate) fn load(
+    source: &ClipSource,
+    gpu: &Gpu,
+    registry: &Registry,
+    player: &mut Player,
+    graph: &Graph,
+    options: &ClipOptions,
+) -> Result<Clip, LabError> {
+    let clip = source.load(gpu, registry, graph, options)?;
+    let has_histories = player::has_histories(&*player.plan(graph, &clip, false)?);
+    if has_histories && clip.len() == 1 { Ok(clip.repeated(options)) } else { Ok(clip) }
+}
+
+fn info(clip: &Clip) -> ClipInfo {
+    ClipInfo { name: clip.name.clone(), width: clip.size.width, height: clip.size.height, frames: clip.len() }
+}
+
+/// The variants whose plan differs from that of the file as it is, and the names of the others.
+fn with_effect(all: Vec<Variant>, player: &mut Player, clip: &Clip) -> Result<(Vec<Variant>, Vec<String>), LabError> {
+    let mut written: Option<Arc<Plan>> = None;
+    let (mut with, mut without) = (Vec::new(), Vec::new());
+    for variant in all {
+        let plan = player.plan(&variant.graph, clip, variant.is_exact())?;
+        let is_same = written.as_ref().is_some_and(|written| player::run_alike(written, &plan));
+        if variant.kind.is_switch() && is_same {
+            without.push(variant.name);
+            continue;
+        }
+        if variant.kind == VariantKind::Written {
+            written = Some(plan);
+        }
+        with.push(variant);
+    }
+    Ok((with, without))
+}

@@ -1,0 +1,129 @@
+//! Frames of clips on the GPU, and what they cost.
+
+use std::sync::Arc;
+
+use afterimage_gpu::{Clock, ClockSource, FrameTime, Gpu, Session, Texels};
+use afterimage_graph::check::{Facts, Graph};
+use afterimage_graph::image::ImageDesc;
+use afterimage_graph::node::{BufferLife, Origin, Resource};
+use afterimage_plan::{Options, Plan};
+
+use super::clips::Clip;
+use crate::LabError;
+
+/// The samples of a median where nothing else is asked for: on a GPU, and on a processor.
+const SAMPLES: (u32, u32) = (50, 7);
+
+/// What a frame of a variant costs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cost {
+    /// The time of the frame.
+    pub time: FrameTime,
+    /// The most bytes that transient images hold at once.
+    pub bytes: u64,
+    /// Bytes that all passes of a frame read and write.
+    pub bytes_moved: u64,
+    /// The number of passes.
+    pub passes: usize,
+}
+
+impl Cost {
+    /// The larger of each figure.
+    pub(crate) fn worst(self, other: Self) -> Self {
+        Self {
+            time: if other.time.ms() > self.time.ms() { other.time } else { self.time },
+            bytes: self.bytes.max(other.bytes),
+            bytes_moved: self.bytes_moved.max(other.bytes_moved),
+            passes: self.passes.max(other.passes),
+        }
+    }
+}
+
+/// Renders graphs one after another on the same device.
+pub(crate) struct Player {
+    session: Session,
+    clock: Clock,
+    options: Options,
+    samples: Option<u32>,
+}
+
+impl Player {
+    /// Plans are made with these options; those of the reference with 32-bit intermediates, too.
+    pub(crate) fn new(gpu: &Gpu, graph: &Graph, facts: Facts, options: Options, samples: Option<u32>) -> Self {
+        let session = Session::new(gpu, graph.clone(), facts, options);
+        Self { session, clock: Clock::new(gpu), options, samples }
+    }
+
+    /// What measures the time.
+    pub(crate) fn clock_source(&self) -> ClockSource {
+        self.clock.source()
+    }
+
+    /// The number of samples of each time.
+    pub(crate) fn samples(&self) -> u32 {
+        self.samples.unwrap_or(if self.clock.is_gpu() { SAMPLES.0 } else { SAMPLES.1 })
+    }
+
+    /// The plan of a graph for the images of a clip; `exact` stores intermediates in 32 bits.
+    pub(crate) fn plan(&mut self, graph: &Graph, clip: &Clip, exact: bool) -> Result<Arc<Plan>, LabError> {
+        let options = Options { exact, ..self.options };
+        let runtime = self.session.runtime();
+        runtime.change(graph.clone(), options);
+        Ok(runtime.plan_for(clip.size, clip.images(0))?)
+    }
+
+    /// Loads the plan of a graph and starts at its first frame, so that all graphs have the same noise in a frame.
+    pub(crate) fn load(&mut self, graph: &Graph, clip: &Clip, exact: bool) -> Result<Arc<Plan>, LabError> {
+        let options = Options { exact, ..self.options };
+        self.session.runtime().change(graph.clone(), options);
+        self.session.restart();
+        Ok(self.session.load(clip.size, clip.images(0))?.clone())
+    }
+
+    /// Renders a frame of the clip.
+    pub(crate) fn render(&mut self, clip: &Clip, frame: usize) -> Result<(), LabError> {
+        let mut encoder = self.session.gpu().encoder();
+        self.session.encode(&mut encoder, clip.images(frame), clip.step(frame))?;
+        self.session.gpu().queue.submit([encoder.finish()]);
+        Ok(())
+    }
+
+    /// The texels of an output of the last frame.
+    pub(crate) fn output(&mut self, name: &str) -> Result<Texels, LabError> {
+        Ok(self.session.output(name)?)
+    }
+
+    /// What the last frame of the clip costs with the loaded plan.
+    pub(crate) fn cost(&mut self, clip: &Clip) -> Result<Cost, LabError> {
+        let (last, samples) = (clip.len() - 1, self.samples());
+        let mut step = || clip.step(last);
+        let frame = (clip.images(last), &mut step as &mut dyn FnMut() -> _);
+        let (time, _) = self.session.frame_time(&self.clock, samples, frame, Vec::new())?;
+        let plan = self.session.plan();
+        Ok(Cost {
+            time,
+            bytes: plan.memory.bytes(plan.options.alias),
+            bytes_moved: plan.bytes_moved(),
+            passes: plan.recording.passes.len(),
+        })
+    }
+}
+
+/// Whether two plans run the same passes on images of the same formats. Images that fusion has removed do not count.
+pub(crate) fn run_alike(a: &Plan, b: &Plan) -> bool {
+    let desc = |plan: &Plan, resource: Resource| match resource {
+        Resource::Image(image) => Some(plan.recording.image(image).desc),
+        Resource::Buffer(_) => None,
+    };
+    let used = |plan: &Plan| -> Vec<Option<ImageDesc>> {
+        let resources = plan.recording.passes.iter().flat_map(|pass| pass.reads().into_iter().chain(pass.writes()));
+        resources.map(|resource| desc(plan, resource)).collect()
+    };
+    a.recording.passes == b.recording.passes && a.stages == b.stages && used(a) == used(b)
+}
+
+/// Whether frames of a plan depend on earlier frames.
+pub(crate) fn has_histories(plan: &Plan) -> bool {
+    let images = plan.recording.images.iter().any(|image| matches!(image.origin, Origin::Previous { .. }));
+    images || plan.recording.buffers.iter().any(|buffer| buffer.life == BufferLife::Persistent)
+}

@@ -1,0 +1,148 @@
+//! One variant on one clip, compared with the reference.
+
+use afterimage_graph::check::{Graph, GraphOutput, Source};
+use afterimage_graph::image::{ColorState, Format};
+
+use super::clips::Clip;
+use super::errors::{ErrorTrace, Errors, SHARE, errors};
+use super::player::{Cost, Player};
+use super::view::View;
+use crate::LabError;
+use crate::metrics::{Shown, difference, percentile};
+
+/// The frames of the reference on one clip.
+pub(crate) struct Reference {
+    pub(crate) frames: Vec<Shown>,
+    /// The output that is compared.
+    output: String,
+}
+
+/// What is measured of a variant on one clip, or the worst of several.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Figures {
+    /// Time and memory.
+    pub cost: Cost,
+    /// Differences from the reference.
+    pub errors: Errors,
+}
+
+impl Figures {
+    /// The worse of each figure.
+    pub(crate) fn worst(self, other: Self) -> Self {
+        Self { cost: self.cost.worst(other.cost), errors: self.errors.worst(other.errors) }
+    }
+}
+
+/// The output to compare: the named one, the first encoded one, or the first.
+pub(crate) fn output<'g>(graph: &'g Graph, wanted: Option<&str>) -> Result<&'g GraphOutput, LabError> {
+    let encoded = graph.outputs.iter().find(|output| output.state == ColorState::Encoded);
+    match wanted {
+        None => {
+            encoded.or(graph.outputs.first()).ok_or_else(|| LabError::request("the pipeline has no output to compare"))
+        }
+        Some(name) => graph.outputs.iter().find(|output| output.name == name).ok_or_else(|| {
+            let known: Vec<String> = graph.outputs.iter().map(|output| format!("`{}`", output.name)).collect();
+            LabError::request(format!("the pipeline has no output `{name}`"))
+                .hint(format!("it has {}", known.join(", ")))
+        }),
+    }
+}
+
+/// The pipeline as its errors are measured: an encoded output before dither and quantization.
+///
+/// Dither turns an error of a thousandth of a code into one of a whole code in one pixel of a thousand, so behind it no
+/// error lies between 0 and 1.
+pub(crate) fn before_quantization(graph: &Graph, output: &str) -> Graph {
+    let mut graph = graph.clone();
+    let Some(output) = graph.outputs.iter().find(|known| known.name == output) else { return graph };
+    let (mut source, is_encoded) = (output.source, output.state == ColorState::Encoded);
+    while let Source::Node { node, .. } = source
+        && is_encoded
+    {
+        let node = &mut graph.nodes[node];
+        let wire = node.wires.iter().flatten().next().copied();
+        match wire.filter(|_| node.kind.name() == "Dither") {
+            Some(wire) => {
+                node.off = true;
+                source = wire;
+            }
+            None => {
+                node.format = Some(Format::Rgba32Float);
+                break;
+            }
+        }
+    }
+    graph
+}
+
+impl Reference {
+    /// Renders the reference, whose plan is loaded.
+    pub(crate) fn render(player: &mut Player, clip: &Clip, view: View, output: &str) -> Result<Self, LabError> {
+        let mut reference = Self { frames: Vec::new(), output: output.to_owned() };
+        for frame in 0..clip.len() {
+            let shown = reference.shown(player, clip, view, frame)?;
+            reference.frames.push(shown);
+        }
+        Ok(reference)
+    }
+
+    /// The name of the output that is compared.
+    pub(crate) fn output(&self) -> &str {
+        &self.output
+    }
+
+    /// Renders a frame of the loaded plan.
+    fn shown(&self, player: &mut Player, clip: &Clip, view: View, frame: usize) -> Result<Shown, LabError> {
+        player.render(clip, frame)?;
+        let shown = view.shown(&player.output(&self.output)?).ok_or_else(|| {
+            LabError::request(format!(
+                "the output `{}` has values that are not finite, on `{}`",
+                self.output, clip.name
+            ))
+            .hint("a node of the pipeline lets them through; `afterimage stress` finds which")
+        })?;
+        self.check_size(&shown)?;
+        Ok(shown)
+    }
+
+    fn check_size(&self, shown: &Shown) -> Result<(), LabError> {
+        match self.frames.first() {
+            Some(first) if (first.width, first.height) != (shown.width, shown.height) => {
+                let sizes = format!("{}x{}, the reference {}x{}", shown.width, shown.height, first.width, first.height);
+                Err(LabError::request(format!("the output `{}` is {sizes}", self.output))
+                    .hint("only images of one size can be compared; choose another output with `--output`"))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// All errors of the loaded plan; `also` gets each frame and its number.
+    pub(crate) fn errors(
+        &self,
+        player: &mut Player,
+        clip: &Clip,
+        view: View,
+        mut also: impl FnMut(usize, &Shown) -> Result<(), LabError>,
+    ) -> Result<Errors, LabError> {
+        let mut worst = Errors::NONE;
+        let mut trace = ErrorTrace::default();
+        for (frame, reference) in self.frames.iter().enumerate() {
+            let shown = self.shown(player, clip, view, frame)?;
+            also(frame, &shown)?;
+            let flicker = if self.frames.len() > 1 { trace.next(reference, &shown) } else { None };
+            worst = worst.worst(Errors { flicker, ..errors(reference, &shown) });
+        }
+        Ok(worst)
+    }
+
+    /// The 99.9th percentile and the maximum of the loaded plan's error, in codes.
+    pub(crate) fn errors_in_codes(&self, player: &mut Player, clip: &Clip, view: View) -> Result<(f64, f64), LabError> {
+        let mut worst = (0.0_f64, 0.0_f64);
+        for (frame, reference) in self.frames.iter().enumerate() {
+            let shown = self.shown(player, clip, view, frame)?;
+            let errors = difference(&reference.codes(), &shown.codes());
+            worst = (worst.0.max(percentile(&errors, SHARE)), worst.1.max(percentile(&errors, 1.0)));
+        }
+        Ok(worst)
+    }
+}

@@ -1,0 +1,114 @@
+//! All figures of a measurement.
+
+use afterimage_gpu::ClockSource;
+
+use super::reference::Figures;
+use super::variants::VariantKind;
+use crate::metrics::Range;
+
+/// What was measured, how, and on what.
+#[derive(Clone, Debug)]
+pub struct MeasureReport {
+    /// The name of the pipeline.
+    pub pipeline: String,
+    /// The output that was compared.
+    pub output: String,
+    /// SDR or HDR.
+    pub range: Range,
+    /// The name of the adapter.
+    pub adapter: String,
+    /// What measured the times.
+    pub clock: ClockSource,
+    /// Samples of each time.
+    pub samples: u32,
+    /// The clips.
+    pub clips: Vec<ClipInfo>,
+    /// The variants; the first is the reference.
+    pub rows: Vec<Row>,
+    /// Switches that do not change the plan.
+    pub without_effect: Vec<String>,
+}
+
+/// Name and size of a clip.
+#[derive(Clone, Debug)]
+pub struct ClipInfo {
+    /// Its name.
+    pub name: String,
+    /// Pixels of a row.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// The number of frames.
+    pub frames: usize,
+}
+
+/// A variant and its figures.
+#[derive(Clone, Debug)]
+pub struct Row {
+    /// The name of the variant.
+    pub variant: String,
+    /// Its kind.
+    pub kind: VariantKind,
+    /// On each clip, in the order of the report.
+    pub clips: Vec<Figures>,
+    /// Whether no other variant is better in time and error (Pareto-optimal).
+    pub pareto: bool,
+}
+
+impl Row {
+    pub(crate) fn new(variant: &str, kind: VariantKind) -> Self {
+        Self { variant: variant.to_owned(), kind, clips: Vec::new(), pareto: false }
+    }
+
+    /// The worst over the clips.
+    pub fn worst(&self) -> Figures {
+        let mut all = self.clips.iter().copied();
+        let first = all.next().expect("a variant is measured on at least one clip");
+        all.fold(first, Figures::worst)
+    }
+
+    /// Time in milliseconds and error in codes.
+    pub(crate) fn point(&self) -> (f64, f64) {
+        let worst = self.worst();
+        (worst.cost.time.ms(), worst.errors.p999)
+    }
+
+    /// The index of the clip with the largest error.
+    pub(crate) fn worst_clip(&self) -> usize {
+        let error = |at: usize| self.clips[at].errors.p999;
+        (1..self.clips.len()).fold(0, |worst, at| if error(at) > error(worst) { at } else { worst })
+    }
+}
+
+impl MeasureReport {
+    /// The name of the unit of errors.
+    pub(crate) fn unit(&self) -> &'static str {
+        match self.range {
+            Range::Sdr => "8-bit codes",
+            Range::Hdr => "PU21 codes",
+        }
+    }
+
+    /// Adapter, images and output as a caption.
+    pub(crate) fn caption(&self) -> String {
+        let images = match self.clips.as_slice() {
+            [clip] => format!("{}, {}x{}", clip.name, clip.width, clip.height),
+            clips => format!("the worst of {} images", clips.len()),
+        };
+        format!("{}; {images}; output `{}`", self.adapter, self.output)
+    }
+
+    /// Marks the variants that no other one beats, the reference aside.
+    pub(crate) fn mark_pareto(&mut self) {
+        let points: Vec<Option<(f64, f64)>> =
+            self.rows.iter().map(|row| (row.kind != VariantKind::Reference).then(|| row.point())).collect();
+        for (row, own) in self.rows.iter_mut().zip(&points) {
+            row.pareto = own.is_some_and(|own| !points.iter().flatten().any(|other| beats(*other, own)));
+        }
+    }
+}
+
+/// Whether `a` is as good as `b` in both time and error, and better in one.
+pub(crate) fn beats(a: (f64, f64), b: (f64, f64)) -> bool {
+    a.0 <= b.0 && a.1 <= b.1 && a != b
+}

@@ -1,0 +1,105 @@
+//! The report as a text table.
+
+use afterimage_gpu::ClockSource;
+use comfy_table::presets::NOTHING;
+use comfy_table::{Attribute, Cell, CellAlignment, Color, Table};
+
+use super::report::{MeasureReport, Row};
+use super::variants::VariantKind;
+use crate::metrics::Range;
+
+/// The table, with a caption above and a legend below.
+pub fn table(report: &MeasureReport) -> String {
+    let mut table = Table::new();
+    table.load_style(NOTHING).enforce_styling();
+    table.set_header(headings(report).into_iter().map(|heading| Cell::new(heading).add_attribute(Attribute::Bold)));
+    for row in &report.rows {
+        table.add_row(cells(report, row));
+    }
+    for column in 2..table.column_count() {
+        if let Some(column) = table.column_mut(column) {
+            column.set_cell_alignment(CellAlignment::Right);
+        }
+    }
+    let lines: Vec<String> = table.lines().map(|line| line.trim_end().to_owned()).collect();
+    format!("{}\n\n{}\n{}", report.caption(), lines.join("\n"), legend(report))
+}
+
+fn headings(report: &MeasureReport) -> Vec<&'static str> {
+    let time = if report.clock == ClockSource::Gpu { "GPU ms" } else { "host ms" };
+    let colour = if report.range == Range::Sdr { "dE2000" } else { "dE ITP" };
+    let mut headings = vec!["", "variant", time, "MiB", "moved", "max", "p99.9", "PSNR", "SSIM", colour, "FLIP"];
+    if has_flicker(report) {
+        headings.push("flicker");
+    }
+    if report.clips.len() > 1 {
+        headings.push("worst on");
+    }
+    headings
+}
+
+fn has_flicker(report: &MeasureReport) -> bool {
+    report.rows.iter().any(|row| row.worst().errors.flicker.is_some())
+}
+
+fn cells(report: &MeasureReport, row: &Row) -> Vec<Cell> {
+    let worst = row.worst();
+    let errors = worst.errors;
+    let mebibytes = |bytes: u64| format!("{:.1}", bytes as f64 / f64::from(1 << 20));
+    let mark = if row.pareto { "●" } else { "" };
+    let mut texts = vec![
+        mark.to_owned(),
+        row.variant.clone(),
+        significant(worst.cost.time.ms()),
+        mebibytes(worst.cost.bytes),
+        mebibytes(worst.cost.bytes_moved),
+        significant(errors.max),
+        significant(errors.p999),
+        if errors.psnr.is_finite() { format!("{:.1}", errors.psnr) } else { "equal".into() },
+        format!("{:.5}", errors.ssim),
+        significant(errors.colour),
+        significant(errors.flip),
+    ];
+    if has_flicker(report) {
+        texts.push(errors.flicker.map_or(String::new(), |flicker| significant(flicker.p999)));
+    }
+    if report.clips.len() > 1 {
+        texts.push(report.clips[row.worst_clip()].name.clone());
+    }
+    texts.into_iter().map(|text| styled(row, text)).collect()
+}
+
+fn styled(row: &Row, text: String) -> Cell {
+    let cell = Cell::new(text);
+    match (row.kind, row.pareto) {
+        (VariantKind::Reference, _) => cell.fg(Color::Cyan),
+        (_, true) => cell.fg(Color::Green),
+        (_, false) => cell.add_attribute(Attribute::Dim),
+    }
+}
+
+/// Three significant digits; small numbers have four decimal places.
+pub(crate) fn significant(number: f64) -> String {
+    match number.abs() {
+        0.0 => "0".into(),
+        n if n < 0.00005 => "<0.0001".into(),
+        n if n < 1.0 => format!("{number:.4}"),
+        n if n < 10.0 => format!("{number:.3}"),
+        n if n < 100.0 => format!("{number:.2}"),
+        n if n < 1000.0 => format!("{number:.1}"),
+        _ => format!("{number:.0}"),
+    }
+}
+
+fn legend(report: &MeasureReport) -> String {
+    let time = match report.clock {
+        ClockSource::Gpu => format!("time on the GPU, the median of {} frames", report.samples),
+        ClockSource::Host => format!("time on the host, the median of {} frames", report.samples),
+    };
+    let mut text =
+        format!("\n● no other variant is both faster and more accurate; errors in {}; {time}", report.unit());
+    if !report.without_effect.is_empty() {
+        text += &format!("\nwithout effect here: {}", report.without_effect.join(", "));
+    }
+    text
+}

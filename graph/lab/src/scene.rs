@@ -1,0 +1,105 @@
+//! The built-in scene as images for the inputs of a pipeline.
+
+use afterimage_gpu::{FrameStep, Gpu, InputImage, Session, input_image};
+use afterimage_graph::check::{CheckOptions, Facts, Graph, GraphInput, check};
+use afterimage_graph::document::parse;
+use afterimage_graph::image::{ColorState, Size};
+use afterimage_graph::node::Registry;
+use afterimage_graph::value::Value;
+use afterimage_plan::Options;
+
+use crate::LabError;
+
+const SCENE: &str = r#"Pipeline(
+    inputs: {},
+    nodes: { "scene": DemoScene() },
+    outputs: { "result": "scene", "depth": "scene.depth", "normal": "scene.normal", "albedo": "scene.albedo" },
+)"#;
+/// The outputs of the scene that are not light.
+const DATA: [&str; 3] = ["depth", "normal", "albedo"];
+/// The part of the camera's way that it moves in a second.
+const SPEED: f64 = 0.2;
+
+/// A graph from the text of a pipeline that names no files.
+pub(crate) fn graph(registry: &Registry, name: &str, text: &str) -> Result<Graph, LabError> {
+    Ok(check(&parse(name, text)?, registry, &CheckOptions::default())?.0)
+}
+
+/// Images of the scene for all required inputs: the data outputs for the inputs of their names, light for the others.
+pub fn still(gpu: &Gpu, registry: &Registry, graph: &Graph, size: Size) -> Result<Vec<InputImage>, LabError> {
+    let required: Vec<&GraphInput> = graph.inputs.iter().filter(|input| !input.optional).collect();
+    if required.is_empty() {
+        return Ok(Vec::new());
+    }
+    let mut scene = session(gpu, registry)?;
+    scene.render(size, &[], FrameStep::FIRST)?;
+    let image = |input: &&GraphInput| {
+        let output = if DATA.contains(&input.name.as_str()) { input.name.as_str() } else { "result" };
+        scene.output_image(output, &input.name)
+    };
+    Ok(required.iter().map(image).collect())
+}
+
+/// Images of the scene for `frames` frames of a walk through it, at `fps` frames per second.
+pub(crate) fn walk(
+    gpu: &Gpu,
+    registry: &Registry,
+    inputs: &[GraphInput],
+    size: Size,
+    (frames, fps): (u32, f32),
+) -> Result<Vec<Vec<InputImage>>, LabError> {
+    let outputs = outputs(inputs)?;
+    if outputs.is_empty() {
+        return Ok(vec![Vec::new()]);
+    }
+    let mut scene = graph(registry, "scene.ron", SCENE)?;
+    let mut session = session(gpu, registry)?;
+    let mut images = Vec::new();
+    for frame in 0..frames {
+        let seconds = f64::from(frame) / f64::from(fps);
+        set(&mut scene, "time", seconds);
+        set(&mut scene, "walk", (seconds * SPEED).min(1.0));
+        session.runtime().change(scene.clone(), Options::default());
+        session.render(size, &[], FrameStep::FIRST)?;
+        let copied: Result<_, LabError> =
+            outputs.iter().map(|(input, output)| copy(&mut session, input, output)).collect();
+        images.push(copied?);
+    }
+    Ok(images)
+}
+
+fn session(gpu: &Gpu, registry: &Registry) -> Result<Session, LabError> {
+    let scene = graph(registry, "scene.ron", SCENE)?;
+    Ok(Session::new(gpu, scene, Facts::default(), Options::default()))
+}
+
+/// A copy of an output that the next frame does not overwrite.
+fn copy(session: &mut Session, input: &str, output: &str) -> Result<InputImage, LabError> {
+    let texels = session.output(output)?;
+    Ok(input_image(session.gpu(), input, texels.desc, &texels.bytes))
+}
+
+fn set(scene: &mut Graph, parameter: &str, value: f64) {
+    let node = &mut scene.nodes[0];
+    let (at, _) = node.kind.param(parameter).expect("the scene has a time and a walk");
+    node.values[at] = Value::Float(value);
+}
+
+/// The output of the scene for each input: data by name, light for the first input of light.
+fn outputs(inputs: &[GraphInput]) -> Result<Vec<(String, &'static str)>, LabError> {
+    let mut outputs = Vec::new();
+    for input in inputs {
+        let data = DATA.into_iter().find(|output| input.name.contains(output));
+        let is_light = matches!(input.state, ColorState::Scene | ColorState::Exposed | ColorState::DisplayLinear);
+        let is_first = || outputs.iter().all(|(_, output)| *output != "result");
+        match data.or((is_light && is_first()).then_some("result")) {
+            Some(output) => outputs.push((input.name.clone(), output)),
+            None if input.optional => {}
+            None => {
+                let message = format!("the built-in scene has no output for the input `{}`", input.name);
+                return Err(LabError::request(message).hint("give images, and this one by `--input`"));
+            }
+        }
+    }
+    Ok(outputs)
+}

@@ -1,0 +1,183 @@
+//! The extreme images: each is a function from a position to a pixel.
+
+use afterimage_graph::image::Size;
+
+/// The largest finite half float, the limit of sanitized images.
+const LARGEST_HALF: f32 = 65504.0;
+/// The smallest subnormal half float.
+const LEAST_HALF: f32 = 5.960_464_5e-8;
+/// The smallest subnormal float.
+const LEAST_FLOAT: f32 = 1.4e-45;
+
+/// An extreme image.
+#[derive(Clone, Copy)]
+pub(crate) struct Extreme {
+    /// Its name, for `--case`.
+    pub(crate) name: &'static str,
+    rule: Rule,
+}
+
+#[derive(Clone, Copy)]
+enum Rule {
+    Place(fn(Place) -> [f32; 4]),
+    Constant([f32; 4]),
+}
+
+/// A position and the size of the image.
+#[derive(Clone, Copy)]
+struct Place {
+    x: u32,
+    y: u32,
+    size: Size,
+}
+
+impl Place {
+    fn is_middle(self) -> bool {
+        self.x == self.size.width / 2 && self.y == self.size.height / 2
+    }
+
+    /// From 0 to 1 along the longer side.
+    fn along(self) -> f32 {
+        let (at, last) = match self.size.width >= self.size.height {
+            true => (self.x, self.size.width - 1),
+            false => (self.y, self.size.height - 1),
+        };
+        at as f32 / last.max(1) as f32
+    }
+
+    fn is_first_half(self) -> bool {
+        self.along() < 0.5
+    }
+}
+
+const fn constant(light: f32) -> [f32; 4] {
+    [light, light, light, 1.0]
+}
+
+const GREY: [f32; 4] = constant(0.18);
+
+/// One pixel of another value in a grey image.
+fn spot(place: Place, value: f32) -> [f32; 4] {
+    if place.is_middle() { [value; 4] } else { GREY }
+}
+
+/// Every extreme image, the harmless ones first.
+pub(crate) const ALL: &[Extreme] = &[
+    Extreme { name: "grey", rule: Rule::Constant(GREY) },
+    Extreme { name: "bright", rule: Rule::Constant(constant(18.0)) },
+    Extreme { name: "black", rule: Rule::Constant(constant(0.0)) },
+    Extreme { name: "white", rule: Rule::Constant(constant(1.0)) },
+    Extreme { name: "nan", rule: Rule::Place(|place| spot(place, f32::NAN)) },
+    Extreme { name: "inf", rule: Rule::Place(|place| spot(place, f32::INFINITY)) },
+    Extreme { name: "minus-inf", rule: Rule::Place(|place| spot(place, f32::NEG_INFINITY)) },
+    Extreme { name: "all-nan", rule: Rule::Constant([f32::NAN; 4]) },
+    Extreme { name: "all-inf", rule: Rule::Constant([f32::INFINITY; 4]) },
+    Extreme {
+        name: "negative",
+        rule: Rule::Place(|place| if place.is_first_half() { constant(-1000.0) } else { GREY }),
+    },
+    Extreme { name: "minus-zero", rule: Rule::Constant([-0.0; 4]) },
+    Extreme { name: "largest-half", rule: Rule::Constant([LARGEST_HALF; 4]) },
+    Extreme { name: "largest-float", rule: Rule::Constant([f32::MAX; 4]) },
+    Extreme { name: "subnormal-half", rule: Rule::Constant(constant(LEAST_HALF)) },
+    Extreme { name: "subnormal-float", rule: Rule::Constant(constant(LEAST_FLOAT)) },
+    Extreme { name: "tiny", rule: Rule::Constant(constant(1e-30)) },
+    Extreme {
+        name: "firefly",
+        rule: Rule::Place(|place| constant(if place.is_middle() { LARGEST_HALF } else { 0.0 })),
+    },
+    Extreme { name: "edge", rule: Rule::Place(|place| constant(if place.is_first_half() { 0.01 } else { 10_000.0 })) },
+    Extreme { name: "checkerboard", rule: Rule::Place(|place| constant(((place.x + place.y) % 2) as f32)) },
+    Extreme { name: "ramp", rule: Rule::Place(|place| constant((24.0 * place.along() - 12.0).exp2())) },
+    Extreme { name: "primaries", rule: Rule::Place(primaries) },
+    Extreme { name: "mixed", rule: Rule::Place(mixed) },
+    Extreme { name: "clear", rule: Rule::Place(|place| [1.0, 0.5, 0.25, f32::from(u8::from(place.is_first_half()))]) },
+];
+
+/// Colours with zeros in one or two channels and the largest half float in the others.
+fn primaries(place: Place) -> [f32; 4] {
+    let index = place.x + place.y * 3;
+    let channel = |c: u32| if (index % 6 + 1) >> c & 1 == 1 { LARGEST_HALF } else { 0.0 };
+    [channel(0), channel(1), channel(2), 1.0]
+}
+
+/// A ramp with every bad value in it, for subjects that are too large for all images.
+fn mixed(place: Place) -> [f32; 4] {
+    const ODD: [f32; 7] = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, -1000.0, f32::MAX, LEAST_HALF, -0.0];
+    let index = (place.x + place.y * place.size.width) as usize;
+    match index % 5 {
+        3 => [ODD[index / 5 % 7]; 4],
+        4 if index.is_multiple_of(2) => primaries(place),
+        _ => constant((24.0 * place.along() - 12.0).exp2()),
+    }
+}
+
+impl Extreme {
+    /// The image of that name.
+    pub(crate) fn named(name: &str) -> Option<Self> {
+        ALL.iter().copied().find(|image| image.name == name)
+    }
+
+    /// Its pixels in rows.
+    pub(crate) fn pixels(self, size: Size) -> Vec<[f32; 4]> {
+        let places = (0..size.height).flat_map(|y| (0..size.width).map(move |x| Place { x, y, size }));
+        match self.rule {
+            Rule::Place(rule) => places.map(rule).collect(),
+            Rule::Constant(pixel) => places.map(|_| pixel).collect(),
+        }
+    }
+
+    /// Whether sanitizing changes it.
+    pub(crate) fn is_sanitized(self, size: Size) -> bool {
+        let bits = |pixel: [f32; 4]| pixel.map(f32::to_bits);
+        self.pixels(size).into_iter().any(|pixel| bits(sanitized(pixel, false)) != bits(pixel))
+    }
+
+    /// One colour everywhere.
+    pub(crate) fn constant(pixel: [f32; 4]) -> Self {
+        Self { name: "constant", rule: Rule::Constant(pixel) }
+    }
+
+    /// Its identity among all images.
+    pub(crate) fn key(self) -> (&'static str, [u32; 4]) {
+        match self.rule {
+            Rule::Place(_) => (self.name, [0; 4]),
+            Rule::Constant(pixel) => (self.name, pixel.map(f32::to_bits)),
+        }
+    }
+}
+
+/// A pixel after sanitizing, which happens at the inputs of every graph.
+pub(crate) fn sanitized(pixel: [f32; 4], signed: bool) -> [f32; 4] {
+    let lowest = if signed { -LARGEST_HALF } else { 0.0 };
+    pixel.map(|x| if x.is_nan() { 0.0 } else { x.clamp(lowest, LARGEST_HALF) })
+}
+
+#[cfg(test)]
+mod tests {
+    use afterimage_graph::image::Size;
+
+    use super::{ALL, Extreme, sanitized};
+
+    #[test]
+    fn names_are_different_and_found() {
+        for (index, image) in ALL.iter().enumerate() {
+            assert!(ALL[..index].iter().all(|other| other.name != image.name));
+            assert_eq!(Extreme::named(image.name).map(|found| found.name), Some(image.name));
+        }
+    }
+
+    #[test]
+    fn images_are_what_their_names_say() {
+        let size = Size::new(13, 11);
+        let of = |name: &str| Extreme::named(name).map(|image| image.pixels(size)).unwrap_or_default();
+        assert_eq!(of("nan").iter().filter(|pixel| pixel[0].is_nan()).count(), 1);
+        assert_eq!(of("firefly").iter().map(|pixel| pixel[0]).sum::<f32>(), 65504.0);
+        let ramp = of("ramp");
+        assert_eq!((ramp[12][1] / ramp[0][1]).log2(), 24.0);
+        let edge = of("edge");
+        assert_eq!(edge[12][0] / edge[0][0], 1e6);
+        assert_eq!(sanitized([f32::NAN, -2.0, f32::INFINITY, 1e-30], false), [0.0, 0.0, 65504.0, 1e-30]);
+        assert_eq!(sanitized([-2.0, f32::NEG_INFINITY, 0.5, f32::MAX], true), [-2.0, -65504.0, 0.5, 65504.0]);
+    }
+}

@@ -1,0 +1,103 @@
+//! Every pipeline and every node kind with extreme images, parameters and sizes.
+//!
+//! A [`Subject`] is a pipeline or a kind on its own; [`stress`] runs its cases and returns a [`StressReport`]. Images are
+//! small and many are rendered in one submission, so that tens of thousands of cases take minutes on a processor.
+
+mod conditioning;
+mod images;
+mod probes;
+mod promises;
+mod render;
+mod report;
+mod run;
+mod settings;
+mod subject;
+mod time;
+mod variants;
+mod verdicts;
+mod wiring;
+
+use afterimage_gpu::Gpu;
+use afterimage_graph::check::Loader;
+use afterimage_graph::node::{DuplicateKind, NodeKind, Registry};
+
+pub use conditioning::{Conditioning, ErrorUnit, WorstLight, conditioning, conditioning_table};
+pub use report::{Failed, StressReport, Tally};
+pub use run::StressOptions;
+pub use subject::{Overrides, Subject};
+
+use crate::Progress;
+use render::Renderer;
+
+/// The kinds of these tables, and those that make values, pyramids and volumes visible.
+///
+/// # Errors
+/// Two kinds of the same name.
+pub fn registry(tables: &[&[NodeKind]]) -> Result<Registry, DuplicateKind> {
+    let mut all = tables.to_vec();
+    all.push(probes::ALL);
+    Registry::new(&all)
+}
+
+/// Each kind of these tables on its own: with its optional inputs, with light that may be negative, and without optional
+/// inputs if it has any. A kind is skipped if its inputs cannot be made from images. `loader` reads the files of
+/// pipelines.
+pub fn kinds(registry: &Registry, tables: &[&[NodeKind]]) -> Vec<Subject> {
+    let mut subjects = Vec::new();
+    for kind in tables.iter().copied().flatten() {
+        subjects.extend(Subject::kind(registry, kind, false, false));
+        subjects.extend(Subject::kind(registry, kind, false, true).filter(Subject::takes_images));
+        if kind.inputs().iter().any(|port| port.optional) {
+            subjects.extend(Subject::kind(registry, kind, true, false));
+        }
+    }
+    subjects
+}
+
+/// A pipeline, without its optional inputs, and at each of its tiers; or at the tier that is given. `words` are the
+/// arguments that choose it on the command line.
+///
+/// # Errors
+/// The text is not a pipeline.
+pub fn pipelines(
+    (title, words): (&str, &str),
+    (file, text): (&str, &str),
+    loader: &'static dyn Loader,
+    tier: Option<&str>,
+) -> Result<Vec<Subject>, crate::LabError> {
+    let whole = Subject::pipeline((title, words), (file, text), loader)?;
+    if tier.is_some() {
+        return Ok(vec![whole.at_tier(tier)]);
+    }
+    let tiers: Vec<Subject> = whole.tiers().map(|tier| whole.at_tier(Some(tier))).collect();
+    let without_optional = whole.has_optional_inputs().then(|| whole.without_optional());
+    Ok([whole].into_iter().chain(without_optional).chain(tiers).collect())
+}
+
+/// Runs the chosen cases of each subject.
+pub fn stress(
+    gpu: &Gpu,
+    registry: &Registry,
+    subjects: &[Subject],
+    options: &StressOptions,
+    progress: &dyn Progress,
+) -> StressReport {
+    let mut renderer = Renderer::new(gpu, options.unsanitized, options.options);
+    let mut report = StressReport::default();
+    for subject in subjects {
+        progress.begin(&subject.title);
+        report.tallies.push(run::stress(&mut renderer, registry, subject, options));
+        progress.end();
+    }
+    report
+}
+
+/// The names of all cases: images, then sequences.
+pub fn case_names() -> Vec<&'static str> {
+    images::ALL.iter().map(|image| image.name).chain(time::names()).collect()
+}
+
+/// Whether a case of this name exists.
+pub fn is_case(name: &str) -> bool {
+    case_names().contains(&name) || name == run::CHECK
+}

@@ -1,0 +1,100 @@
+//! Kinds that only stress has: they turn wires that cannot be outputs into images.
+
+use afterimage_graph::prelude::*;
+
+static LEVEL: Shader = Shader::new(
+    "probe_level.wgsl",
+    "#import sampling
+fn probe_level(level: texture_2d<f32>, level_sampler: sampler, at: Point) -> vec4f { return texel(level, at.pixel); }",
+);
+static VALUE: Shader = Shader::new("probe_value.wgsl", "fn probe_value(value: vec4f) -> vec4f { return value; }");
+static VOLUME: Shader = Shader::new(
+    "probe_volume.wgsl",
+    "#import sampling
+struct ProbeVolume { depth: f32 }
+fn probe_volume_magnitude(v: vec4f) -> u32 {
+    let bits = bitcast<vec4u>(v) & vec4u(0x7fffffffu);
+    return max(max(bits.x, bits.y), max(bits.z, bits.w));
+}
+fn probe_volume(volume: texture_3d<f32>, volume_sampler: sampler, at: Point, params: ProbeVolume) -> vec4f {
+    var worst = texel3(volume, vec3i(at.pixel, 0));
+    for (var z = 1; z < i32(params.depth); z++) {
+        let cell = texel3(volume, vec3i(at.pixel, z));
+        if probe_volume_magnitude(cell) > probe_volume_magnitude(worst) { worst = cell; }
+    }
+    return worst;
+}",
+);
+
+choices! {
+    /// Which end of a pyramid is shown.
+    pub enum End {
+        /// The largest level.
+        Finest,
+        /// The smallest level.
+        Coarsest,
+    }
+}
+
+params! {
+    /// One level of a pyramid.
+    pub struct ProbeLevel {
+        /// Which end of the pyramid.
+        pub end: End = End::Finest;
+    }
+}
+
+params! {
+    /// A value as one pixel.
+    pub struct ProbeValue {}
+}
+
+params! {
+    /// The worst cell of each column of a volume: by its bits the largest, which NaN and infinity are.
+    pub struct ProbeVolume {}
+}
+
+impl Node for ProbeLevel {
+    const INPUTS: &'static [Input] = &[Input::new("pyramid", PortType::Pyramid, "The pyramid.")];
+    const OUTPUTS: &'static [Output] = &[Output::image("result", OutputState::same("pyramid"), "The level.")];
+    const FALLBACK: Fallback = Fallback::Zero;
+
+    fn record(&self, pass: &mut Recorder<'_>) {
+        let levels = pass.pyramid("pyramid");
+        let level = match self.end {
+            End::Finest => levels[0],
+            End::Coarsest => levels[levels.len() - 1],
+        };
+        let desc = pass.desc(level);
+        pass.function(&LEVEL, "probe_level").read("level", level).write("result", desc);
+    }
+}
+
+impl Node for ProbeValue {
+    const INPUTS: &'static [Input] = &[Input::new("value", PortType::Value, "The value.")];
+    const OUTPUTS: &'static [Output] = &[Output::image("result", OutputState::Always(ColorState::Data), "The value.")];
+    const FALLBACK: Fallback = Fallback::Absent;
+
+    fn record(&self, pass: &mut Recorder<'_>) {
+        let desc = ImageDesc::new(Size::new(1, 1)).format(Format::Rgba32Float);
+        pass.function(&VALUE, "probe_value").write("result", desc);
+    }
+}
+
+impl Node for ProbeVolume {
+    const INPUTS: &'static [Input] = &[Input::new("volume", PortType::Volume, "The volume.")];
+    const OUTPUTS: &'static [Output] =
+        &[Output::image("result", OutputState::Always(ColorState::Data), "Its worst cells.")];
+    const FALLBACK: Fallback = Fallback::Absent;
+
+    fn record(&self, pass: &mut Recorder<'_>) {
+        let volume = pass.image("volume");
+        let size = pass.desc(volume).size;
+        let desc = ImageDesc::new(Size::new(size.width, size.height)).format(Format::Rgba32Float);
+        pass.function(&VOLUME, "probe_volume").set("depth", size.depth as f32).write("result", desc);
+    }
+}
+
+/// The kinds of this file.
+pub(crate) const ALL: &[NodeKind] =
+    &[NodeKind::of::<ProbeLevel>(), NodeKind::of::<ProbeValue>(), NodeKind::of::<ProbeVolume>()];

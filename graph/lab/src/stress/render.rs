@@ -1,0 +1,231 @@
+//! Frames on the GPU: many small ones in one submission.
+
+use std::collections::BTreeMap;
+
+use afterimage_gpu::{ErrorLog, FrameInputs, FrameStep, Gpu, InputImage, Session, Texels, input_image};
+use afterimage_graph::check::{Graph, Source};
+use afterimage_graph::image::{ColorState, Format, ImageDesc, Size};
+use afterimage_graph::node::OutputState;
+use afterimage_graph::value::Value;
+use afterimage_media::catch_panic;
+use afterimage_plan::{Caps, GivenImage, Options, Plan};
+
+use super::images::{Extreme, sanitized};
+use super::subject::Subject;
+use crate::measure::player::has_histories;
+
+/// A frame to render.
+#[derive(Clone, Copy)]
+pub(crate) struct Shot {
+    pub(crate) image: Extreme,
+    /// Whether the image is sanitized before it is uploaded.
+    pub(crate) sanitized: bool,
+    pub(crate) dt: f32,
+    pub(crate) reset: bool,
+}
+
+impl Shot {
+    /// A first frame.
+    pub(crate) fn still(image: Extreme) -> Self {
+        Self { image, sanitized: false, dt: 0.0, reset: true }
+    }
+}
+
+/// An output of a frame.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct OutputPixels {
+    pub(crate) name: String,
+    pub(crate) state: ColorState,
+    /// The largest colour that its node promises; `None` for any finite half float.
+    pub(crate) limit: Option<f64>,
+    pub(crate) size: Size,
+    pub(crate) pixels: Vec<[f32; 4]>,
+}
+
+/// The device and the images on it.
+pub(crate) struct Renderer {
+    gpu: Gpu,
+    images: BTreeMap<ImageKey, InputImage>,
+    errors: ErrorLog,
+    /// Whether images are declared finite whatever is in them, so that plans do not sanitize them.
+    unsanitized: bool,
+    /// The planner's options, before a variant changes them.
+    options: Options,
+}
+
+/// The identity of an uploaded image.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct ImageKey {
+    image: (&'static str, [u32; 4]),
+    size: Size,
+    sanitized: bool,
+    signed: bool,
+    half: bool,
+}
+
+/// A configuration that plans are made for.
+pub(crate) struct Configuration {
+    /// The device with the configured capabilities.
+    gpu: Gpu,
+    session: Option<Session>,
+    options: Options,
+    /// Whether images are half floats.
+    half: bool,
+    unsanitized: bool,
+}
+
+/// The outputs of some frames.
+pub(crate) struct Rendered {
+    /// The outputs of each frame.
+    pub(crate) frames: Vec<Vec<OutputPixels>>,
+    /// Nodes that the plan skips because they change nothing.
+    pub(crate) skipped: Vec<String>,
+}
+
+impl Renderer {
+    pub(crate) fn new(gpu: &Gpu, unsanitized: bool, options: Options) -> Self {
+        Self { gpu: gpu.clone(), images: BTreeMap::new(), errors: gpu.log_errors(), unsanitized, options }
+    }
+
+    /// A configuration with changed capabilities and options.
+    pub(crate) fn configure(&self, change: impl FnOnce(&mut Caps, &mut Options), half: bool) -> Configuration {
+        let (mut gpu, mut options) = (self.gpu.clone(), self.options);
+        change(&mut gpu.caps, &mut options);
+        Configuration { gpu, session: None, options, half, unsanitized: self.unsanitized }
+    }
+
+    /// Renders frames, in one submission if `together`; then all have the time of the last. An error is a sentence for
+    /// the report.
+    pub(crate) fn run(
+        &mut self,
+        configuration: &mut Configuration,
+        (subject, graph): (&Subject, &Graph),
+        size: Size,
+        shots: &[Shot],
+        together: bool,
+    ) -> Result<Rendered, String> {
+        let run = || self.render(configuration, (subject, graph), size, shots, together);
+        let rendered = catch_panic(run).unwrap_or_else(|panic| Err(format!("panics: {panic}")));
+        let refused = |error: String| Err(format!("the device refuses it: {}", one_line(&error)));
+        let rendered = self.errors.take_first().map_or(rendered, refused);
+        if rendered.is_err() {
+            // The next cases get a new executor, so that this error cannot affect them.
+            configuration.session = None;
+        }
+        rendered
+    }
+
+    fn render(
+        &mut self,
+        configuration: &mut Configuration,
+        (subject, graph): (&Subject, &Graph),
+        size: Size,
+        shots: &[Shot],
+        together: bool,
+    ) -> Result<Rendered, String> {
+        let plan = configuration.plan(subject, graph, size)?;
+        let (half, finite) = (configuration.half, configuration.unsanitized);
+        let frame = |shot: &Shot| -> FrameInputs {
+            let image = |(name, image): &(String, _)| {
+                let image = self.image(*shot, size, plan.recording.image(*image).signed, half);
+                InputImage { finite, ..image.named(name) }
+            };
+            let images = plan.inputs.iter().map(image).collect();
+            (images, FrameStep { time: 0.0, dt: shot.dt, reset: shot.reset })
+        };
+        let frames: Vec<FrameInputs> = shots.iter().map(frame).collect();
+        let session = configuration.session(subject, graph);
+        let line = |error: afterimage_gpu::SessionError| one_line(&error.to_string());
+        session.load(size, &frames[0].0).map_err(line)?;
+        let texels = session.render_all(&frames, together).map_err(line)?;
+        let frames = texels.into_iter().map(|texels| outputs(&plan, graph, texels)).collect();
+        Ok(Rendered { frames, skipped: plan.skipped.iter().map(|skipped| skipped.node.clone()).collect() })
+    }
+
+    fn image(&mut self, shot: Shot, size: Size, signed: bool, half: bool) -> InputImage {
+        let signed = signed && shot.sanitized;
+        let key = ImageKey { image: shot.image.key(), size, sanitized: shot.sanitized, signed, half };
+        let gpu = &self.gpu;
+        let made = self.images.entry(key).or_insert_with(|| {
+            let mut pixels = shot.image.pixels(size);
+            if shot.sanitized {
+                pixels.iter_mut().for_each(|pixel| *pixel = sanitized(*pixel, signed));
+            }
+            let make = if half { Texels::from_floats_as_half } else { Texels::from_floats };
+            let texels = make(size.width, size.height, &pixels);
+            input_image(gpu, "", texels.desc, &texels.bytes)
+        });
+        made.clone()
+    }
+}
+
+impl Configuration {
+    /// The longest side that an image can have.
+    pub(crate) fn longest_side(&self) -> u32 {
+        self.gpu.caps.max_side
+    }
+
+    /// Texels of all images that a frame of this size needs; 0 if it cannot be planned.
+    pub(crate) fn texels(&mut self, subject: &Subject, graph: &Graph, size: Size) -> u64 {
+        self.plan(subject, graph, size)
+            .map_or(0, |plan| plan.recording.images.iter().map(|image| image.desc.size.texels()).sum())
+    }
+
+    /// Whether frames depend on earlier frames.
+    pub(crate) fn has_histories(&mut self, subject: &Subject, graph: &Graph, size: Size) -> bool {
+        self.plan(subject, graph, size).is_ok_and(|plan| has_histories(&plan))
+    }
+
+    /// The session, with this graph.
+    fn session(&mut self, subject: &Subject, graph: &Graph) -> &mut Session {
+        let (gpu, options) = (&self.gpu, self.options);
+        let session =
+            self.session.get_or_insert_with(|| Session::new(gpu, graph.clone(), subject.facts.clone(), options));
+        session
+    }
+
+    fn plan(&mut self, subject: &Subject, graph: &Graph, size: Size) -> Result<std::sync::Arc<Plan>, String> {
+        let format = if self.half { Format::Rgba16Float } else { Format::Rgba32Float };
+        let given = GivenImage { desc: ImageDesc::new(size).format(format), finite: self.unsanitized };
+        let wanted = graph.inputs.iter().filter(|input| !(input.optional && subject.bare));
+        let inputs = wanted.map(|input| (input.name.clone(), given)).collect();
+        let options = self.options;
+        let runtime = self.session(subject, graph).runtime();
+        runtime.change(graph.clone(), options);
+        runtime.plan_for_descs(size, inputs).map_err(|error| error.to_string())
+    }
+}
+
+fn one_line(text: &str) -> String {
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+fn outputs(plan: &Plan, graph: &Graph, texels: Vec<Texels>) -> Vec<OutputPixels> {
+    let output = |((output, wanted), texels): ((&_, &afterimage_graph::check::GraphOutput), Texels)| {
+        let output: &afterimage_plan::PlanOutput = output;
+        OutputPixels {
+            name: output.name.clone(),
+            state: output.state,
+            limit: limit(plan, graph, wanted.source),
+            size: texels.desc.size,
+            pixels: texels.to_floats(),
+        }
+    };
+    plan.outputs.iter().zip(&graph.outputs).zip(texels).map(output).collect()
+}
+
+/// The largest colour of an image after the tone curve, if the node that makes it always gives that state: its `peak`, or
+/// else 1.
+fn limit(plan: &Plan, graph: &Graph, source: Source) -> Option<f64> {
+    let Source::Node { node, output, .. } = source else { return None };
+    let node = &graph.nodes[node];
+    let gives = &node.kind.outputs()[output].state;
+    let is_limited = matches!(gives, OutputState::Always(ColorState::DisplayLinear | ColorState::Encoded));
+    let runs = !plan.skipped.iter().any(|skipped| skipped.node == node.name);
+    let peak = node.kind.param("peak").map(|(index, _)| &node.values[index]);
+    match peak {
+        _ if !(is_limited && runs) => None,
+        Some(Value::Float(peak)) => Some(*peak),
+        _ => Some(1.0),
+    }
+}

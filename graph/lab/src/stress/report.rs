@@ -1,0 +1,150 @@
+//! The results: a table, and for each failed case a line with the command that runs it again.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+
+use afterimage_graph::image::Size;
+use comfy_table::presets::NOTHING;
+use comfy_table::{CellAlignment, Table};
+
+use super::settings::arguments;
+use super::subject::{Overrides, Subject};
+
+/// The results of all cases.
+#[derive(Clone, Debug, Default)]
+pub struct StressReport {
+    /// One for each pipeline and kind.
+    pub tallies: Vec<Tally>,
+}
+
+/// The cases of one pipeline or kind.
+#[derive(Clone, Debug)]
+pub struct Tally {
+    /// Its title.
+    pub title: String,
+    /// The number of tested frames and sequences.
+    pub cases: usize,
+    /// Parameter values that the kind refuses.
+    pub refused: usize,
+    /// How often each promise was tested. Finite values and their range are tested in every case.
+    pub verdicts: BTreeMap<&'static str, usize>,
+    /// The cases that failed.
+    pub failures: Vec<Failed>,
+}
+
+/// A case that failed.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Failed {
+    /// The image or the sequence.
+    pub case: String,
+    /// What is wrong.
+    pub why: String,
+    /// The command that runs it again.
+    pub command: String,
+}
+
+impl Tally {
+    pub(crate) fn new(subject: &Subject) -> Self {
+        Self { title: subject.title.clone(), cases: 0, refused: 0, verdicts: BTreeMap::new(), failures: Vec::new() }
+    }
+
+    /// Counts a test of a promise.
+    pub(crate) fn judged(&mut self, verdict: &'static str) {
+        *self.verdicts.entry(verdict).or_default() += 1;
+    }
+
+    /// Counts a case, and adds it to the failures if something is wrong.
+    pub(crate) fn count(
+        &mut self,
+        subject: &Subject,
+        overrides: &Overrides,
+        size: Size,
+        case: &str,
+        wrong: Vec<String>,
+    ) {
+        self.cases += 1;
+        if wrong.is_empty() {
+            return;
+        }
+        let mut all = subject.base.clone();
+        all.extend(overrides.iter().cloned());
+        let chosen = if all.is_empty() { " --defaults".to_owned() } else { arguments(&all) };
+        let command = format!("afterimage stress {}{chosen} --size {size} --case {case}", subject.words);
+        self.failures.push(Failed { case: case.to_owned(), why: wrong.join("; "), command });
+    }
+}
+
+impl StressReport {
+    /// All cases.
+    pub fn cases(&self) -> usize {
+        self.tallies.iter().map(|tally| tally.cases).sum()
+    }
+
+    /// All failed cases.
+    pub fn failures(&self) -> impl Iterator<Item = &Failed> {
+        self.tallies.iter().flat_map(|tally| &tally.failures)
+    }
+
+    /// The table, and a line for each failed case; at most `most` for each pipeline and kind.
+    pub fn to_text(&self, most: usize) -> String {
+        let mut text = self.table().to_string();
+        text.push('\n');
+        for tally in self.tallies.iter().filter(|tally| !tally.failures.is_empty()) {
+            let _ = writeln!(text, "\n{}", tally.title);
+            for failed in tally.failures.iter().take(most) {
+                let _ = writeln!(text, "  {}: {}\n    {}", failed.case, failed.why, failed.command);
+            }
+            if tally.failures.len() > most {
+                let _ = writeln!(text, "  and {} more; `--all` lists them", tally.failures.len() - most);
+            }
+        }
+        let failures = self.failures().count();
+        let _ = writeln!(text, "\n{} cases, {failures} failed", self.cases());
+        text
+    }
+
+    /// How often each promise was tested, by its name.
+    pub fn verdicts(&self) -> BTreeMap<&'static str, usize> {
+        let mut all = BTreeMap::from([("finite", self.cases()), ("in range", self.cases())]);
+        for (verdict, count) in self.tallies.iter().flat_map(|tally| &tally.verdicts) {
+            *all.entry(*verdict).or_default() += count;
+        }
+        all
+    }
+
+    /// Tables in Markdown: by verdict, then by pipeline and kind.
+    pub fn to_markdown(&self, device: &str) -> String {
+        let mut text = format!("Measured on {device}: {} cases, {} failed.\n", self.cases(), self.failures().count());
+        text += "\n| verdict | tested |\n| --- | ---: |\n";
+        for (verdict, count) in self.verdicts() {
+            let _ = writeln!(text, "| {verdict} | {count} |");
+        }
+        text +=
+            "\n| pipeline or kind | cases | failed | settings refused by the kind |\n| --- | ---: | ---: | ---: |\n";
+        for tally in &self.tallies {
+            let Tally { title, cases, refused, failures, .. } = tally;
+            let _ = writeln!(text, "| {title} | {cases} | {} | {refused} |", failures.len());
+        }
+        text
+    }
+
+    fn table(&self) -> Table {
+        let mut table = Table::new();
+        table.load_style(NOTHING).set_header(["", "cases", "failed", "settings refused by the kind"]);
+        for tally in &self.tallies {
+            let failed = tally.failures.len();
+            table.add_row([
+                tally.title.clone(),
+                tally.cases.to_string(),
+                failed.to_string(),
+                tally.refused.to_string(),
+            ]);
+        }
+        for column in 1..4 {
+            if let Some(column) = table.column_mut(column) {
+                column.set_cell_alignment(CellAlignment::Right);
+            }
+        }
+        table
+    }
+}

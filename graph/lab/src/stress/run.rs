@@ -1,0 +1,299 @@
+//! All cases of one pipeline or kind.
+
+use afterimage_graph::check::Graph;
+use afterimage_graph::image::{ColorState, Size};
+use afterimage_graph::node::Registry;
+use afterimage_plan::Options;
+
+use super::images::{ALL, Extreme};
+use super::promises::Promises;
+use super::render::{Configuration, OutputPixels, Rendered, Renderer, Shot};
+use super::report::Tally;
+use super::settings::{Change, sweep};
+use super::subject::{Overrides, Subject};
+use super::verdicts::{Tolerance, different, finite, in_range, promised};
+use super::wiring::NODE;
+use super::{time, variants};
+
+/// Which cases are run, and how.
+#[derive(Clone, Debug)]
+pub struct StressOptions {
+    /// Only the image or sequence of this name.
+    pub case: Option<String>,
+    /// Only this size.
+    pub size: Option<(u32, u32)>,
+    /// Whether parameters keep their values.
+    pub defaults: bool,
+    /// Fewer sizes, and no pairs of extremes.
+    pub quick: bool,
+    /// Whether images are not sanitized. Then stress must fail.
+    pub unsanitized: bool,
+    /// The planner's options.
+    pub options: Options,
+    /// The kinds whose promises are known. Of other kinds neither constancy nor symmetry is expected.
+    pub known_kinds: Vec<&'static str>,
+}
+
+/// The size at which parameters are swept: both sides are odd and not close to a power of two.
+const SWEPT: Size = Size { width: 17, height: 13, depth: 1 };
+/// One pixel, lines, odd and even sides, primes; large enough for all levels of a pyramid in the last.
+const SIZES: [(u32, u32); 8] = [(1, 1), (1, 7), (7, 1), (2, 2), (5, 3), (16, 16), (31, 29), (127, 67)];
+/// Sizes of a quick run, and of heavy subjects.
+const FEW_SIZES: [(u32, u32); 2] = [(1, 1), (5, 3)];
+/// Pairs of extremes for each pipeline and kind.
+const PAIRS: usize = 160;
+/// The texels from which on a subject is heavy: fewer of its cases are run.
+const HEAVY: u64 = 50_000;
+/// Pairs of extremes for a heavy subject.
+const FEW_PAIRS: usize = 4;
+/// The images for the parameters of a heavy subject.
+const HEAVY_IMAGES: [&str; 1] = ["mixed"];
+/// The texels from which on pairs of extremes are skipped, and single ones get one image.
+const TOO_HEAVY: u64 = 400_000;
+/// The images for pairs of extremes.
+const PAIR_IMAGES: [&str; 5] = ["black", "nan", "firefly", "ramp", "primaries"];
+/// The images with negative values.
+const NEGATIVE: [&str; 2] = ["negative", "minus-inf"];
+/// The images for the longest sides that the device allows.
+const LONG_IMAGES: [&str; 2] = ["ramp", "inf"];
+
+impl StressOptions {
+    /// Whether a case of this name is run.
+    pub(crate) fn accepts(&self, case: &str) -> bool {
+        self.case.as_ref().is_none_or(|wanted| wanted == case)
+    }
+
+    fn images(&self, change: &Change, is_heavy: bool, is_signed: bool) -> Vec<Extreme> {
+        let is_default = change.overrides.is_empty();
+        let all = self.case.is_some() || (is_default && !(self.quick && is_heavy)) || (change.is_single && !is_heavy);
+        let some: &[&str] = if is_heavy && !is_default { &HEAVY_IMAGES } else { &PAIR_IMAGES };
+        let is_wanted = |image: &&Extreme| all || is_signed || some.contains(&image.name);
+        let fits = |image: &&Extreme| self.accepts(image.name) && (!is_signed || NEGATIVE.contains(&image.name));
+        ALL.iter().filter(is_wanted).filter(fits).copied().collect()
+    }
+
+    fn sizes(&self, is_heavy: bool) -> Vec<Size> {
+        let list: &[(u32, u32)] = if self.quick || is_heavy { &FEW_SIZES } else { &SIZES };
+        list.iter().map(|(width, height)| Size::new(*width, *height)).collect()
+    }
+
+    /// The texels from which on a change of parameters is skipped, or gets one image.
+    fn too_heavy(&self) -> u64 {
+        if self.quick { TOO_HEAVY / 2 } else { TOO_HEAVY }
+    }
+
+    fn swept(&self) -> Size {
+        self.size.map_or(SWEPT, |(width, height)| Size::new(width, height))
+    }
+}
+
+/// What all cases of one subject share.
+pub(crate) struct CaseRunner<'a> {
+    pub(crate) renderer: &'a mut Renderer,
+    pub(crate) registry: &'a Registry,
+    pub(crate) subject: &'a Subject,
+    pub(crate) options: &'a StressOptions,
+    pub(crate) tally: Tally,
+    /// Whether frames need many texels.
+    pub(crate) is_heavy: bool,
+}
+
+/// The case of a graph that cannot be checked.
+pub(crate) const CHECK: &str = "check";
+
+/// Runs all cases of a subject.
+pub(crate) fn stress(
+    renderer: &mut Renderer,
+    registry: &Registry,
+    subject: &Subject,
+    options: &StressOptions,
+) -> Tally {
+    let flags = [
+        (options.unsanitized, " --unsanitized"),
+        (options.options.half, " --half"),
+        (options.options.subgroups, " --subgroups"),
+    ];
+    let words: String = flags.iter().filter_map(|(given, flag)| given.then_some(*flag)).collect();
+    let subject = &subject.with_words(&words);
+    let mut runner = CaseRunner { renderer, registry, subject, options, tally: Tally::new(subject), is_heavy: false };
+    match subject.graph(registry, &Overrides::new()) {
+        Ok(graph) => runner.all(&graph),
+        Err(diagnostics) => {
+            let first = diagnostics.iter().next().map_or_else(String::new, |one| one.message.clone());
+            runner.count(&Overrides::new(), SWEPT, CHECK, vec![first]);
+        }
+    }
+    runner.tally
+}
+
+impl CaseRunner<'_> {
+    pub(crate) fn count(&mut self, overrides: &Overrides, size: Size, case: &str, wrong: Vec<String>) {
+        self.tally.count(self.subject, overrides, size, case, wrong);
+    }
+
+    fn all(&mut self, graph: &Graph) {
+        let mut configuration = self.renderer.configure(|_, _| {}, self.options.options.half);
+        self.is_heavy = configuration.texels(self.subject, graph, SWEPT) > HEAVY;
+        let pairs = match (self.options.quick, self.is_heavy) {
+            (true, _) => 0,
+            (false, true) => FEW_PAIRS,
+            (false, false) => PAIRS,
+        };
+        let pairs = if self.subject.signed { 0 } else { pairs };
+        let mut changes = sweep(self.subject, graph, pairs);
+        if self.options.defaults || !self.subject.sweep {
+            changes.truncate(1);
+        }
+        self.sweep(&mut configuration, &changes);
+        if self.subject.signed {
+            return;
+        }
+        if self.options.size.is_none() {
+            self.sizes(&mut configuration, graph);
+        }
+        variants::compare(self, &changes);
+        time::sequences(self, graph);
+    }
+
+    fn sweep(&mut self, configuration: &mut Configuration, changes: &[Change]) {
+        let mut forced = self.renderer.configure(|_, _| {}, self.options.options.half);
+        let size = self.options.swept();
+        for change in changes {
+            let Ok(graph) = self.subject.graph(self.registry, &change.overrides) else {
+                self.tally.refused += 1;
+                continue;
+            };
+            let texels = if self.is_heavy { configuration.texels(self.subject, &graph, size) } else { 0 };
+            let is_worth_it = change.is_single && !self.options.quick;
+            if texels > self.options.too_heavy() && !is_worth_it && self.options.case.is_none() {
+                continue;
+            }
+            let mut images = self.options.images(change, self.is_heavy, self.subject.signed);
+            if texels > self.options.too_heavy() {
+                images.truncate(1);
+            }
+            let Some(ran) = self.stills(configuration, &graph, &change.overrides, size, &images) else { continue };
+            if self.subject.is_kind && ran.skipped.iter().any(|node| node == NODE) {
+                self.identity(&mut forced, &ran, &change.overrides, size, &images);
+            }
+        }
+    }
+
+    fn sizes(&mut self, configuration: &mut Configuration, graph: &Graph) {
+        let images = |names: Option<&[&str]>| -> Vec<Extreme> {
+            let is_wanted = |image: &&Extreme| names.is_none_or(|names| names.contains(&image.name));
+            ALL.iter().filter(is_wanted).filter(|image| self.options.accepts(image.name)).copied().collect()
+        };
+        let is_slow = self.options.quick && self.is_heavy;
+        let (all, long) = (images(is_slow.then_some(&HEAVY_IMAGES)), images(Some(&LONG_IMAGES)));
+        for size in self.options.sizes(self.is_heavy) {
+            self.stills(configuration, graph, &Overrides::new(), size, &all);
+        }
+        let mut half = self.renderer.configure(|_, _| {}, true);
+        self.stills(&mut half, graph, &Overrides::new(), SWEPT, &all);
+        if !self.options.quick {
+            let longest = configuration.longest_side();
+            for size in [Size::new(longest, 1), Size::new(1, longest)] {
+                self.stills(configuration, graph, &Overrides::new(), size, &long);
+            }
+        }
+    }
+
+    /// Renders first frames and counts a case for each; `None` without images or if they cannot be rendered.
+    fn stills(
+        &mut self,
+        configuration: &mut Configuration,
+        graph: &Graph,
+        overrides: &Overrides,
+        size: Size,
+        images: &[Extreme],
+    ) -> Option<Rendered> {
+        if images.is_empty() {
+            return None;
+        }
+        // The images, then sanitized versions of those that are not clean: both must give equal outputs.
+        let sanitized: Vec<usize> = (0..images.len()).filter(|index| images[*index].is_sanitized(size)).collect();
+        let clean = sanitized.iter().map(|index| Shot { sanitized: true, ..Shot::still(images[*index]) });
+        let shots: Vec<Shot> = images.iter().map(|image| Shot::still(*image)).chain(clean).collect();
+        let ran = match self.renderer.run(configuration, (self.subject, graph), size, &shots, true) {
+            Ok(ran) => ran,
+            Err(why) => {
+                self.count(overrides, size, images[0].name, vec![why]);
+                return None;
+            }
+        };
+        let promises = Promises::of(graph, &self.options.known_kinds);
+        let signed =
+            promises.negative || graph.inputs.iter().any(|input| input.signed && input.state != ColorState::Data);
+        for (index, image) in images.iter().enumerate() {
+            let mut wrong = Vec::new();
+            for shown in &ran.frames[index] {
+                wrong.extend(judge(shown, signed));
+                for (promise, broken) in promised(shown, *image, size, &promises) {
+                    self.tally.judged(promise);
+                    wrong.extend(broken);
+                }
+            }
+            if let Some(clean) = sanitized.iter().position(|sanitized| *sanitized == index) {
+                self.tally.judged("no spread in space");
+                wrong.extend(spread(&ran.frames[index], &ran.frames[images.len() + clean]));
+            }
+            self.count(overrides, size, image.name, wrong);
+        }
+        Some(ran)
+    }
+
+    /// A node that is skipped as an identity must change nothing when it runs. A kind that gives no negative light removes it
+    /// when it runs, but not when it is skipped.
+    fn identity(
+        &mut self,
+        configuration: &mut Configuration,
+        skipped: &Rendered,
+        overrides: &Overrides,
+        size: Size,
+        images: &[Extreme],
+    ) {
+        let Some(graph) = self.subject.forced(self.registry, overrides) else { return };
+        let shots: Vec<Shot> = images.iter().map(|image| Shot::still(*image)).collect();
+        let ran = match self.renderer.run(configuration, (self.subject, &graph), size, &shots, true) {
+            Ok(ran) if !ran.skipped.iter().any(|node| node == NODE) => ran,
+            _ => return,
+        };
+        let cuts = self.subject.signed && !Promises::of(&graph, &self.options.known_kinds).negative;
+        let wanted = |out: &OutputPixels| if cuts { without_negatives(out) } else { out.clone() };
+        for (index, image) in images.iter().enumerate() {
+            let pairs = skipped.frames[index]
+                .iter()
+                .filter_map(|out| Some((named(&ran.frames[index], &out.name)?, wanted(out))));
+            let wrong = pairs.filter_map(|(ran, out)| {
+                let ran = if cuts { without_negatives(ran) } else { ran.clone() };
+                different(&ran, &out, Tolerance::HALF)
+            });
+            let wrong = wrong.map(|what| format!("skipped as an identity, but it gives {what}")).collect();
+            self.tally.judged("neutral");
+            self.count(overrides, size, image.name, wrong);
+        }
+    }
+}
+
+fn without_negatives(shown: &OutputPixels) -> OutputPixels {
+    let mut shown = shown.clone();
+    shown.pixels.iter_mut().flat_map(|pixel| &mut pixel[..3]).for_each(|x| *x = x.max(0.0));
+    shown
+}
+
+/// The first pixel in which values that are not sanitized have spread.
+fn spread(frame: &[OutputPixels], clean: &[OutputPixels]) -> Option<String> {
+    let pairs = frame.iter().zip(clean).filter(|(shown, _)| finite(shown).is_none());
+    let mut spread = pairs.filter_map(|(shown, clean)| different(shown, clean, Tolerance::NONE));
+    spread.next().map(|what| format!("bad values spread: {what} after sanitizing"))
+}
+
+fn named<'s>(frame: &'s [OutputPixels], name: &str) -> Option<&'s OutputPixels> {
+    frame.iter().find(|shown| shown.name == name)
+}
+
+/// What is wrong with an output on its own.
+pub(crate) fn judge(shown: &OutputPixels, may_be_negative: bool) -> Vec<String> {
+    finite(shown).into_iter().chain(in_range(shown, may_be_negative)).collect()
+}

@@ -1,0 +1,172 @@
+//! What is tested: a pipeline, or a kind on its own.
+
+use std::sync::Arc;
+
+use afterimage_graph::check::{CheckOptions, Facts, Graph, Loader, NoFiles, check};
+use afterimage_graph::diagnostic::Diagnostics;
+use afterimage_graph::document::{Document, parse};
+use afterimage_graph::node::{NodeKind, PortType, Registry};
+
+use super::wiring::{NODE, Wires, alone};
+
+/// Overrides of parameters: `node.parameter` and its value, as `--set` takes them.
+pub type Overrides = Vec<(String, String)>;
+
+/// A pipeline or a kind.
+#[derive(Clone)]
+pub struct Subject {
+    /// The name in reports.
+    pub title: String,
+    /// The arguments after `afterimage stress` that choose it.
+    pub(crate) words: String,
+    document: Arc<Document>,
+    /// The pipeline in which the kind is never skipped as an identity; for kinds with image outputs.
+    forced: Option<Arc<Document>>,
+    tier: Option<String>,
+    /// Reads the files that the pipeline names.
+    loader: &'static dyn Loader,
+    /// Whether it is one kind.
+    pub(crate) is_kind: bool,
+    /// Whether it is a kind whose main output is a value.
+    pub(crate) shows_value: bool,
+    /// Whether optional inputs have no image.
+    pub bare: bool,
+    /// Whether light may be negative: then only images with negative values are run.
+    pub signed: bool,
+    /// Whether its parameters are swept over their domains.
+    pub(crate) sweep: bool,
+    /// Overrides of all cases.
+    pub base: Overrides,
+    /// Facts about the scene.
+    pub facts: Facts,
+}
+
+/// The file for kinds with a file parameter: a table with two nodes a side that mixes and bends the channels.
+const CUBE: &str = "stress.cube";
+const CUBE_TEXT: &str = "LUT_3D_SIZE 2\n0 0.1 0\n0.9 0 0.1\n0 0 0.8\n1 0.2 1\n0.1 1 0\n0.8 1 0.3\n0 0.9 1\n1 1 1\n";
+
+struct CubeFile;
+
+impl Loader for CubeFile {
+    fn load(&self, path: &str) -> Result<Arc<[u8]>, String> {
+        if path == CUBE { Ok(CUBE_TEXT.as_bytes().into()) } else { NoFiles.load(path) }
+    }
+}
+
+impl Subject {
+    /// A pipeline from its text; `words` choose it on the command line.
+    ///
+    /// # Errors
+    /// The text is not a pipeline.
+    pub fn pipeline(
+        (title, words): (&str, &str),
+        (file, text): (&str, &str),
+        loader: &'static dyn Loader,
+    ) -> Result<Self, Diagnostics> {
+        Ok(Self {
+            title: title.to_owned(),
+            words: words.to_owned(),
+            document: Arc::new(parse(file, text)?),
+            forced: None,
+            tier: None,
+            loader,
+            is_kind: false,
+            shows_value: false,
+            bare: false,
+            signed: false,
+            sweep: true,
+            base: Overrides::new(),
+            facts: Facts::default(),
+        })
+    }
+
+    /// A kind on its own, with its optional inputs, or `bare` without; `signed` light may be negative. `None` if no kind
+    /// makes its inputs or reads its outputs.
+    pub fn kind(registry: &Registry, kind: &NodeKind, bare: bool, signed: bool) -> Option<Self> {
+        let name = kind.name();
+        let (title, flag) = match (bare, signed) {
+            (false, false) => ("", ""),
+            (true, false) => (" (bare)", " --bare"),
+            (false, true) => (" (signed)", " --signed"),
+            (true, true) => (" (bare, signed)", " --bare --signed"),
+        };
+        let document = |forced: bool| {
+            let text = alone(registry, kind, Wires { bare, signed, forced, file: CUBE })?;
+            Some(Arc::new(parse(&format!("{name}.ron"), &text).expect("the wiring writes pipelines")))
+        };
+        Some(Self {
+            title: format!("{name}{title}"),
+            words: format!("--kind {name}{flag}"),
+            document: document(false)?,
+            forced: document(true),
+            tier: None,
+            loader: &CubeFile,
+            is_kind: true,
+            shows_value: kind.output(kind.main_output()).is_some_and(|output| output.ty == PortType::Value),
+            bare,
+            signed,
+            sweep: true,
+            base: Overrides::new(),
+            facts: Facts::default(),
+        })
+    }
+
+    /// Whether it has an image input.
+    pub(crate) fn takes_images(&self) -> bool {
+        !self.document.inputs.is_empty()
+    }
+
+    /// The names of the pipeline's tiers.
+    pub(crate) fn tiers(&self) -> impl Iterator<Item = &str> {
+        self.document.tiers.iter().map(|(name, _)| name.value.as_str())
+    }
+
+    /// Whether the pipeline has optional inputs.
+    pub(crate) fn has_optional_inputs(&self) -> bool {
+        self.document.inputs.iter().any(|input| input.optional)
+    }
+
+    /// The pipeline at a tier.
+    pub(crate) fn at_tier(&self, tier: Option<&str>) -> Self {
+        let Some(tier) = tier else { return self.clone() };
+        Self {
+            title: format!("{} ({tier})", self.title),
+            words: format!("{} --tier {tier}", self.words),
+            tier: Some(tier.to_owned()),
+            sweep: false,
+            ..self.clone()
+        }
+    }
+
+    /// The pipeline without images for its optional inputs.
+    pub(crate) fn without_optional(&self) -> Self {
+        let (title, words) = (format!("{} (bare)", self.title), format!("{} --bare", self.words));
+        Self { title, words, bare: true, sweep: false, ..self.clone() }
+    }
+
+    /// The same, with more arguments.
+    pub(crate) fn with_words(&self, more: &str) -> Self {
+        Self { words: format!("{}{more}", self.words), ..self.clone() }
+    }
+
+    /// The graph with these overrides, or what is wrong with them.
+    pub(crate) fn graph(&self, registry: &Registry, overrides: &Overrides) -> Result<Graph, Diagnostics> {
+        self.check(&self.document, registry, overrides)
+    }
+
+    /// The graph in which the kind always runs.
+    pub(crate) fn forced(&self, registry: &Registry, overrides: &Overrides) -> Option<Graph> {
+        self.check(self.forced.as_ref()?, registry, overrides).ok()
+    }
+
+    fn check(&self, document: &Document, registry: &Registry, overrides: &Overrides) -> Result<Graph, Diagnostics> {
+        let sets = self.base.iter().chain(overrides).cloned().collect();
+        let options = CheckOptions { tier: self.tier.clone(), sets, loader: self.loader };
+        Ok(check(document, registry, &options)?.0)
+    }
+
+    /// Whether the parameters of a node are swept.
+    pub(crate) fn sweeps(&self, node: &str) -> bool {
+        !self.is_kind || node == NODE
+    }
+}

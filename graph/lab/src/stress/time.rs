@@ -1,0 +1,182 @@
+//! Sequences: histories must stay finite, follow the images, and start again at a reset.
+
+use afterimage_graph::check::Graph;
+use afterimage_graph::image::Size;
+
+use super::images::Extreme;
+use super::promises::Promises;
+use super::render::{OutputPixels, Shot};
+use super::run::{CaseRunner, judge};
+use super::subject::Overrides;
+use super::verdicts::{Tolerance, different};
+
+/// The name of the long sequence.
+const LONG: &str = "thousand-frames";
+/// Its length.
+const FRAMES: usize = 1000;
+/// The factor by which it is shorter, with longer steps, where each frame takes long.
+const FEWER: usize = 10;
+/// The usual step of time.
+const STEP: f32 = 1.0 / 60.0;
+const SIZE: Size = Size { width: 17, height: 13, depth: 1 };
+/// The tolerance of settled adaptation, in stops.
+const SETTLED: Tolerance = Tolerance { share: 2e-3, beside: 4e-3 };
+/// The tolerance of 32-bit rounding between two equal frames.
+const STILL: Tolerance = Tolerance { share: 1e-5, beside: 1e-5 };
+
+/// A sequence with a name for `--case`.
+struct Sequence {
+    name: &'static str,
+    shots: fn() -> Vec<Shot>,
+    /// The frames whose last one its last one must equal.
+    wanted: Option<Wanted>,
+}
+
+/// What the last frame must equal.
+struct Wanted {
+    shots: fn() -> Vec<Shot>,
+    tolerance: Tolerance,
+    /// Whether it is required of every graph, not only of those that follow the brightness.
+    always: bool,
+}
+
+fn shot(name: &str) -> Shot {
+    Shot { dt: STEP, reset: false, ..Shot::still(Extreme::named(name).expect("an image of that name")) }
+}
+
+fn first(name: &str) -> Shot {
+    Shot { reset: true, ..shot(name) }
+}
+
+fn stepped(name: &str, dt: f32) -> Shot {
+    Shot { dt, ..shot(name) }
+}
+
+const SEQUENCES: [Sequence; 7] = [
+    Sequence {
+        name: "time-zero",
+        shots: || vec![first("grey"), stepped("bright", 0.0)],
+        wanted: Some(Wanted { shots: || vec![first("grey"), stepped("grey", 0.0)], tolerance: STILL, always: false }),
+    },
+    Sequence {
+        name: "time-backwards",
+        shots: || vec![first("grey"), stepped("bright", -1.0), stepped("bright", f32::NAN)],
+        wanted: Some(Wanted { shots: || vec![first("grey"), stepped("grey", 0.0)], tolerance: STILL, always: false }),
+    },
+    Sequence { name: "time-tiny", shots: || vec![first("grey"), stepped("bright", 1e-6)], wanted: None },
+    Sequence {
+        name: "time-huge",
+        shots: || vec![first("grey"), stepped("bright", 1e6)],
+        wanted: Some(Wanted { shots: || vec![first("bright"), shot("bright")], tolerance: SETTLED, always: false }),
+    },
+    Sequence {
+        name: LONG,
+        shots: || [first("grey")].into_iter().chain(vec![shot("bright"); FRAMES]).collect(),
+        wanted: Some(Wanted { shots: || vec![first("bright"); 2], tolerance: SETTLED, always: false }),
+    },
+    Sequence {
+        name: "cut",
+        shots: || vec![first("edge"), shot("all-inf"), first("grey")],
+        wanted: Some(Wanted { shots: || vec![first("grey"); 3], tolerance: Tolerance::NONE, always: true }),
+    },
+    Sequence {
+        name: "bad-frame",
+        shots: || vec![first("grey"), shot("all-nan"), shot("nan"), shot("bright")],
+        wanted: Some(Wanted {
+            shots: || {
+                let clean = |name| Shot { sanitized: true, ..shot(name) };
+                vec![first("grey"), clean("all-nan"), clean("nan"), shot("bright")]
+            },
+            tolerance: Tolerance::NONE,
+            always: true,
+        }),
+    },
+];
+
+/// The names of all sequences.
+pub(crate) fn names() -> impl Iterator<Item = &'static str> {
+    SEQUENCES.iter().map(|sequence| sequence.name)
+}
+
+/// Runs the sequences if the graph has histories.
+pub(crate) fn sequences(runner: &mut CaseRunner<'_>, graph: &Graph) {
+    let mut configuration = runner.renderer.configure(|_, _| {}, false);
+    if !configuration.has_histories(runner.subject, graph, SIZE) {
+        return;
+    }
+    let promises = Promises::of(graph, &runner.options.known_kinds);
+    let is_slow = runner.options.quick && runner.is_heavy && runner.options.case.is_none();
+    let is_wanted = |sequence: &&Sequence| {
+        runner.options.accepts(sequence.name)
+            && (!is_slow || sequence.wanted.as_ref().is_some_and(|wanted| wanted.always))
+    };
+    let wanted: Vec<&Sequence> = SEQUENCES.iter().filter(is_wanted).collect();
+    for sequence in wanted {
+        // A new configuration for each sequence: noise depends on the number of the frame.
+        let mut shots = (sequence.shots)();
+        if sequence.name == LONG {
+            if !is_worth_a_thousand(runner) {
+                continue;
+            }
+            shorten(&mut shots, runner.is_heavy);
+        }
+        let Some(frames) = run(runner, graph, sequence.name, &shots) else { continue };
+        let mut wrong: Vec<String> = frames.iter().flatten().flat_map(|shown| judge(shown, false)).take(1).collect();
+        if let Some(wanted) = sequence.wanted.as_ref().filter(|wanted| wanted.always || applies(runner, &promises)) {
+            let Some(others) = run(runner, graph, sequence.name, &(wanted.shots)()) else { continue };
+            wrong.extend(last(&frames, &others, wanted, runner.subject.is_kind));
+            runner.tally.judged(sequence.name);
+        }
+        if sequence.name == LONG && applies(runner, &promises) {
+            wrong.extend(
+                frames.iter().map(|frame| frame[0].pixels[0][0]).collect::<Vec<_>>().windows(2).find_map(rises),
+            );
+        }
+        runner.count(&Overrides::new(), SIZE, sequence.name, wrong);
+    }
+}
+
+/// A pipeline at its defaults, or a kind whose output is a value. Other kinds only have a history in front of them.
+fn is_worth_a_thousand(runner: &CaseRunner<'_>) -> bool {
+    runner.subject.sweep && (runner.subject.shows_value || !runner.subject.is_kind)
+}
+
+fn shorten(shots: &mut Vec<Shot>, is_heavy: bool) {
+    if is_heavy {
+        shots.truncate(1 + FRAMES / FEWER);
+        shots.iter_mut().for_each(|shot| shot.dt *= FEWER as f32);
+    }
+}
+
+/// Whether the first output of the subject is the exposure itself.
+fn applies(runner: &CaseRunner<'_>, promises: &Promises) -> bool {
+    promises.follows && runner.subject.shows_value
+}
+
+fn run(runner: &mut CaseRunner<'_>, graph: &Graph, name: &str, shots: &[Shot]) -> Option<Vec<Vec<OutputPixels>>> {
+    let mut configuration = runner.renderer.configure(|_, _| {}, false);
+    match runner.renderer.run(&mut configuration, (runner.subject, graph), SIZE, shots, false) {
+        Ok(ran) => Some(ran.frames),
+        Err(why) => {
+            runner.count(&Overrides::new(), SIZE, name, vec![why]);
+            None
+        }
+    }
+}
+
+/// What is wrong with the last frame. Of a metering kind only the stops count: its other values follow the image at once.
+fn last(frames: &[Vec<OutputPixels>], wanted: &[Vec<OutputPixels>], rule: &Wanted, is_kind: bool) -> Option<String> {
+    let (frame, wanted) = (frames.last()?, wanted.last()?);
+    let only_stops = |shown: &OutputPixels| match rule.always || !is_kind {
+        true => shown.clone(),
+        false => OutputPixels { pixels: vec![[shown.pixels[0][0], 0.0, 0.0, 0.0]], ..shown.clone() },
+    };
+    let pairs = frame.iter().zip(wanted).map(|(a, b)| (only_stops(a), only_stops(b)));
+    let mut wrong = pairs.filter_map(|(a, b)| different(&a, &b, rule.tolerance));
+    wrong.next().map(|what| format!("after {} frames: {what}", frames.len()))
+}
+
+/// Under brighter frames the stops must not rise.
+fn rises(stops: &[f32]) -> Option<String> {
+    (stops[1] > stops[0] + 1e-4).then(|| format!("the exposure rises again from {} to {} stops", stops[0], stops[1]))
+}

@@ -1,0 +1,113 @@
+//! Every variant of a plan must give the same output: dispatched and drawn, fused and not, with tiles and without, and so on.
+
+use afterimage_graph::image::{ColorState, Size};
+use afterimage_plan::{Alias, Caps, Options};
+
+use super::images::Extreme;
+use super::promises::Promises;
+use super::render::{Configuration, Rendered, Shot};
+use super::run::{CaseRunner, judge};
+use super::settings::Change;
+use super::subject::Overrides;
+use super::verdicts::{Tolerance, different};
+
+/// A variant of plans, by what it changes.
+struct PlanVariant {
+    name: &'static str,
+    change: fn(&mut Caps, &mut Options),
+}
+
+const VARIANTS: [PlanVariant; 5] = [
+    PlanVariant { name: "when drawn", change: |caps, _| caps.prefer_fragment = true },
+    PlanVariant { name: "when not fused", change: |_, options| options.fuse = false },
+    PlanVariant { name: "when made in tiles", change: |caps, _| caps.tiles = true },
+    PlanVariant { name: "with subgroups", change: |_, options| options.subgroups = true },
+    PlanVariant { name: "with memory of its own for each image", change: |_, options| options.alias = Alias::None },
+];
+
+/// Images with all magnitudes and edges.
+const IMAGES: [&str; 4] = ["nan", "edge", "ramp", "primaries"];
+/// Odd sides, whose halves do not cover them exactly, and one pixel, where every tap is at the edge.
+const SIZES: [(u32, u32); 2] = [(37, 23), (1, 1)];
+
+/// Intermediates are in 32 bits, so differences come from 32-bit rounding; an encoded output may differ by one code.
+fn tolerance(state: ColorState) -> Tolerance {
+    let code = 1.01 / 255.0;
+    Tolerance { share: 2e-3, beside: if state == ColorState::Encoded { code } else { 1e-3 } }
+}
+
+/// Compares all variants at the defaults and at every choice and integer: these change the shaders.
+pub(crate) fn compare(runner: &mut CaseRunner<'_>, changes: &[Change]) {
+    let images: Vec<Extreme> =
+        IMAGES.iter().filter(|name| runner.options.accepts(name)).filter_map(|n| Extreme::named(n)).collect();
+    if images.is_empty() {
+        return;
+    }
+    let exactly = |change: fn(&mut Caps, &mut Options)| {
+        move |caps: &mut Caps, options: &mut Options| {
+            *options = Options { exact: true, ..*options };
+            caps.tiles = false;
+            change(caps, options);
+        }
+    };
+    let mut plain = runner.renderer.configure(exactly(|_, _| {}), false);
+    let mut others: Vec<(&'static str, Configuration)> = VARIANTS
+        .iter()
+        .map(|variant| (variant.name, runner.renderer.configure(exactly(variant.change), false)))
+        .collect();
+    let sizes = match (runner.options.size, runner.options.quick) {
+        (Some((width, height)), _) => vec![Size::new(width, height)],
+        (None, quick) => SIZES.iter().take(if quick { 1 } else { 2 }).map(|(w, h)| Size::new(*w, *h)).collect(),
+    };
+    let only_defaults = runner.options.quick || runner.is_heavy;
+    let is_wanted = |change: &&Change| is_compiled(change) && (change.overrides.is_empty() || !only_defaults);
+    for change in changes.iter().filter(is_wanted) {
+        for size in &sizes {
+            one(runner, &mut plain, &mut others, &change.overrides, *size, &images);
+        }
+    }
+}
+
+/// Whether a change can change shaders: names, integers and flags can, fractions only change uniforms.
+fn is_compiled(change: &Change) -> bool {
+    change.is_single && change.overrides.iter().all(|(_, value)| !value.contains('.'))
+}
+
+fn one(
+    runner: &mut CaseRunner<'_>,
+    plain: &mut Configuration,
+    others: &mut [(&'static str, Configuration)],
+    overrides: &Overrides,
+    size: Size,
+    images: &[Extreme],
+) {
+    let Ok(graph) = runner.subject.graph(runner.registry, overrides) else { return };
+    let shots: Vec<Shot> = images.iter().map(|image| Shot::still(*image)).collect();
+    let subject = (runner.subject, &graph);
+    // The still images have already reported a failure of the first variant.
+    let Ok(wanted) = runner.renderer.run(plain, subject, size, &shots, true) else { return };
+    // 32-bit outputs show values that a half float cannot hold; some devices round those to the largest half float.
+    let signed = Promises::of(&graph, &runner.options.known_kinds).negative;
+    let mut wrong: Vec<Vec<String>> =
+        wanted.frames.iter().map(|frame| frame.iter().flat_map(|shown| judge(shown, signed)).collect()).collect();
+    for (name, configuration) in others.iter_mut() {
+        match runner.renderer.run(configuration, subject, size, &shots, true) {
+            Ok(ran) => {
+                images.iter().for_each(|_| runner.tally.judged(name));
+                differences(&ran, &wanted).for_each(|(index, what)| wrong[index].push(format!("{name}: {what}")))
+            }
+            Err(why) => wrong[0].push(format!("{name}: {why}")),
+        }
+    }
+    for (image, wrong) in images.iter().zip(wrong) {
+        runner.count(overrides, size, image.name, wrong);
+    }
+}
+
+/// The first difference of each output of each frame.
+fn differences<'r>(ran: &'r Rendered, wanted: &'r Rendered) -> impl Iterator<Item = (usize, String)> + 'r {
+    ran.frames.iter().zip(&wanted.frames).enumerate().flat_map(|(index, (frame, wanted))| {
+        let pairs = frame.iter().zip(wanted);
+        pairs.filter_map(move |(a, b)| Some((index, different(a, b, tolerance(a.state).leaking(a))?)))
+    })
+}

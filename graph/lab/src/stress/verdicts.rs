@@ -1,0 +1,216 @@
+//! What is wrong with an output.
+
+use afterimage_graph::image::{ColorState, Size};
+
+use super::images::{Extreme, sanitized};
+use super::promises::Promises;
+use super::render::OutputPixels;
+
+/// The largest finite half float.
+const LARGEST_HALF: f64 = 65504.0;
+/// Below this half floats are subnormal, and devices may flush them to 0.
+const LEAST_NORMAL_HALF: f64 = 6.2e-5;
+
+/// The largest difference of two equal numbers.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Tolerance {
+    /// Relative to the larger one.
+    pub(crate) share: f64,
+    /// Absolute, added to the relative part.
+    pub(crate) beside: f64,
+}
+
+impl Tolerance {
+    /// No difference.
+    pub(crate) const NONE: Self = Self { share: 0.0, beside: 0.0 };
+    /// Four units in the last place of a half float.
+    pub(crate) const HALF: Self = Self { share: 4.0 / 1024.0, beside: LEAST_NORMAL_HALF };
+
+    /// Adds what filters leak of the brightest light. Coordinates are rounded, more on the right than on the left and not in
+    /// the same way for every texture path, so a tap between two texels weights them slightly differently.
+    pub(crate) fn leaking(self, shown: &OutputPixels) -> Self {
+        const LEAK: f64 = 2e-6;
+        let brightest =
+            shown.pixels.iter().flat_map(|pixel| &pixel[..3]).fold(0.0_f64, |most, x| most.max(f64::from(*x)));
+        Self { beside: self.beside + LEAK * brightest, ..self }
+    }
+
+    fn accepts(self, a: f32, b: f32) -> bool {
+        let (a, b) = (f64::from(a), f64::from(b));
+        a == b || (a - b).abs() <= self.share * a.abs().max(b.abs()) + self.beside
+    }
+}
+
+/// A pixel and its position, for messages.
+fn at(shown: &OutputPixels, index: usize) -> String {
+    let width = shown.size.width as usize;
+    format!("{:?} at ({}, {}) of `{}`", shown.pixels[index], index % width, index / width, shown.name)
+}
+
+/// Every number is finite.
+pub(crate) fn finite(shown: &OutputPixels) -> Option<String> {
+    let index = shown.pixels.iter().position(|pixel| pixel.iter().any(|x| !x.is_finite()))?;
+    Some(format!("not finite: {}", at(shown, index)))
+}
+
+/// Colours are in the range of their state.
+pub(crate) fn in_range(shown: &OutputPixels, may_be_negative: bool) -> Option<String> {
+    let is_light = !matches!(shown.state, ColorState::Data | ColorState::LogLuminance);
+    if !is_light || shown.pixels.iter().flatten().any(|x| !x.is_finite()) {
+        return None;
+    }
+    let low = if may_be_negative { -LARGEST_HALF } else { 0.0 };
+    let high = shown.limit.unwrap_or(LARGEST_HALF);
+    // One rounding of a 32-bit float above the limit is still at the limit.
+    let high = high * (1.0 + 1e-6);
+    let outside = |pixel: &[f32; 4]| pixel[..3].iter().any(|x| !(low..=high).contains(&f64::from(*x)));
+    let index = shown.pixels.iter().position(outside)?;
+    Some(format!("out of range for {}: {}", shown.state.name(), at(shown, index)))
+}
+
+/// The first pixel in which two outputs differ.
+pub(crate) fn different(a: &OutputPixels, b: &OutputPixels, tolerance: Tolerance) -> Option<String> {
+    if a.size != b.size {
+        return Some(format!("`{}` is {} and not {}", a.name, a.size, b.size));
+    }
+    let differ = |(x, y): (&[f32; 4], &[f32; 4])| (0..4).any(|c| !tolerance.accepts(x[c], y[c]));
+    let index = a.pixels.iter().zip(&b.pixels).position(differ)?;
+    Some(format!("{}, not {:?}", at(a, index), b.pixels[index]))
+}
+
+/// A tested promise: its name, and how it is broken.
+pub(crate) type Tested = (&'static str, Option<String>);
+
+/// Tests the promises of the graph on a still image.
+pub(crate) fn promised(shown: &OutputPixels, image: Extreme, size: Size, promises: &Promises) -> Vec<Tested> {
+    // Data is not light: sums in a grid depend on the number of pixels in a cell.
+    if finite(shown).is_some() || shown.state == ColorState::Data {
+        return Vec::new();
+    }
+    let given: Vec<[f32; 4]> = image.pixels(size).into_iter().map(|pixel| sanitized(pixel, false)).collect();
+    let checks = [
+        (promises.constant && is_constant(&given)).then(|| ("constant", constant(shown))),
+        (promises.keeps && is_constant(&given)).then(|| ("energy", kept(shown, given[0]))),
+        (promises.symmetric && is_symmetric(&given, size)).then(|| ("symmetric", symmetric(shown))),
+        (promises.rises && image.name == "ramp" && shown.size == size).then(|| ("monotone", rising(shown))),
+        (promises.spreads && shown.size == size && is_inside(shown, &given)).then(|| ("energy", spread(shown, &given))),
+    ];
+    checks.into_iter().flatten().collect()
+}
+
+fn is_constant(pixels: &[[f32; 4]]) -> bool {
+    pixels.iter().all(|pixel| *pixel == pixels[0])
+}
+
+fn mirrored(pixels: &[[f32; 4]], size: Size) -> Vec<[f32; 4]> {
+    pixels.chunks_exact(size.width as usize).flat_map(|row| row.iter().rev()).copied().collect()
+}
+
+fn is_symmetric(pixels: &[[f32; 4]], size: Size) -> bool {
+    mirrored(pixels, size) == pixels
+}
+
+fn constant(shown: &OutputPixels) -> Option<String> {
+    let first = OutputPixels { pixels: vec![shown.pixels[0]; shown.pixels.len()], ..shown.clone() };
+    different(shown, &first, Tolerance::HALF).map(|what| format!("a constant image does not stay constant: {what}"))
+}
+
+fn kept(shown: &OutputPixels, given: [f32; 4]) -> Option<String> {
+    let same = OutputPixels { pixels: vec![given; shown.pixels.len()], ..shown.clone() };
+    different(shown, &same, Tolerance::HALF).map(|what| format!("a constant becomes another: {what}"))
+}
+
+fn symmetric(shown: &OutputPixels) -> Option<String> {
+    let other = OutputPixels { pixels: mirrored(&shown.pixels, shown.size), ..shown.clone() };
+    let tolerance = Tolerance::HALF.leaking(shown);
+    different(shown, &other, tolerance).map(|what| format!("a symmetric image does not stay symmetric: {what}"))
+}
+
+/// The ramp rises along the longer side, so the output must rise, up to rounding.
+fn rising(shown: &OutputPixels) -> Option<String> {
+    let step = if shown.size.width >= shown.size.height { 1 } else { shown.size.width as usize };
+    let length = shown.size.width.max(shown.size.height) as usize;
+    let falls = |i: usize| {
+        let (before, after) = (shown.pixels[(i - 1) * step], shown.pixels[i * step]);
+        (0..3).any(|c| f64::from(after[c]) < f64::from(before[c]) * (1.0 - 2.0 / 1024.0) - 1e-6)
+    };
+    let index = (1..length).find(|i| falls(*i))? * step;
+    Some(format!("more light becomes less: {} after {:?}", at(shown, index), shown.pixels[index - step]))
+}
+
+/// Whether no light reaches the border.
+fn is_inside(shown: &OutputPixels, given: &[[f32; 4]]) -> bool {
+    let (width, height) = (shown.size.width as usize, shown.size.height as usize);
+    let on_border =
+        |i: usize| i.is_multiple_of(width) || i % width == width - 1 || i / width == 0 || i / width == height - 1;
+    (0..given.len()).all(|i| !on_border(i) || (shown.pixels[i][0] == 0.0 && given[i][0] == 0.0))
+}
+
+/// The sum of the light is kept.
+fn spread(shown: &OutputPixels, given: &[[f32; 4]]) -> Option<String> {
+    let sum = |pixels: &[[f32; 4]]| pixels.iter().map(|pixel| f64::from(pixel[0])).sum::<f64>();
+    let (before, after) = (sum(given), sum(&shown.pixels));
+    let lost = (before - after).abs() > 0.005 * before;
+    lost.then(|| format!("the sum of `{}` is {after}, and was {before}", shown.name))
+}
+
+#[cfg(test)]
+mod tests {
+    use afterimage_graph::image::{ColorState, Size};
+
+    use super::super::images::Extreme;
+    use super::super::promises::Promises;
+    use super::super::render::OutputPixels;
+    use super::{Tolerance, different, finite, in_range, promised};
+
+    fn picture(values: &[f32], width: u32) -> OutputPixels {
+        let pixels: Vec<[f32; 4]> = values.iter().map(|x| [*x, *x, *x, 1.0]).collect();
+        let size = Size::new(width, values.len() as u32 / width);
+        OutputPixels { name: "result".into(), state: ColorState::Encoded, limit: Some(1.0), size, pixels }
+    }
+
+    #[test]
+    fn numbers_out_of_order_are_named_with_their_place() {
+        assert_eq!(finite(&picture(&[0.0, 1.0], 2)), None);
+        let told = finite(&picture(&[0.0, 1.0, 1.0, f32::NAN], 2));
+        assert_eq!(told.as_deref(), Some("not finite: [NaN, NaN, NaN, 1.0] at (1, 1) of `result`"));
+        assert_eq!(in_range(&picture(&[0.0, 1.0], 2), false), None);
+        assert!(in_range(&picture(&[0.0, 1.1], 2), false).is_some());
+        assert!(in_range(&picture(&[-0.1, 1.0], 2), false).is_some_and(|told| told.contains("(0, 0)")));
+        assert_eq!(in_range(&picture(&[-0.1, 1.0], 2), true), None);
+        let (a, b) = (picture(&[0.5, 0.25], 2), picture(&[0.5, 0.2502], 2));
+        assert_eq!(different(&a, &b, Tolerance::HALF), None);
+        assert!(different(&a, &b, Tolerance::NONE).is_some());
+    }
+
+    #[test]
+    fn promises_are_held_to() {
+        let all = Promises {
+            constant: true,
+            keeps: true,
+            symmetric: true,
+            spreads: true,
+            rises: true,
+            negative: false,
+            follows: false,
+        };
+        let size = Size::new(5, 3);
+        let told = |name: &str, values: &[f32]| {
+            let image = Extreme::named(name).expect("an image of that name");
+            let looked_at = promised(&picture(values, 5), image, size, &all);
+            looked_at.into_iter().filter_map(|(_, wrong)| wrong).collect::<Vec<_>>()
+        };
+        assert_eq!(told("white", &[1.0; 15]), Vec::<String>::new());
+        assert!(told("white", &[0.5; 15])[0].starts_with("a constant becomes another"));
+        let mut uneven = [1.0; 15];
+        uneven[3] = 0.9;
+        let told_of_uneven = told("white", &uneven);
+        assert!(told_of_uneven[0].starts_with("a constant image does not stay"), "{told_of_uneven:?}");
+        assert!(told_of_uneven.iter().any(|told| told.starts_with("a symmetric image")), "{told_of_uneven:?}");
+        let falling: Vec<f32> = (0..15).map(|i| 1.0 - (i % 5) as f32 * 0.1).collect();
+        assert!(told("ramp", &falling)[0].starts_with("more light becomes less"));
+        let mut faint = [0.0; 15];
+        faint[7] = 60_000.0;
+        assert!(told("firefly", &faint).iter().any(|told| told.starts_with("the sum of")));
+    }
+}

@@ -1,0 +1,19 @@
+//! Keys of RON files that had another name before. Parameters of kinds declare theirs by `formerly`.
+
+use afterimage_base::diagnostic::{Diagnostic, Spanned, quote};
+
+/// What has the key, the key's former name and its present one. A further rename is a further line here.
+const RENAMED: [(&str, &str, &str); 3] =
+    [("a node file", "bypass", "fallback"), ("an input", "states", "accepts"), ("an output", "gives", "state")];
+
+/// The present name of a key, if it was renamed.
+pub(crate) fn present_name(owner: &str, key: &str) -> Option<&'static str> {
+    RENAMED.iter().find(|(of, former, _)| *of == owner && *former == key).map(|(.., present)| *present)
+}
+
+/// The error of a key with its former name.
+pub(crate) fn renamed(key: &Spanned<String>, present: &str) -> Diagnostic {
+    Diagnostic::error("renamed-key", format!("{} is called {} now", quote(&key.value), quote(present)))
+        .at(&key.place, "")
+        .help(format!("write {}", quote(present)))
+}
