@@ -1,4 +1,4 @@
-//! The richest pipeline as a whole: over time, at extremes, against its CPU reference, and with what a scene does not need left out.
+//! The longest pipeline as a whole: over time, at extremes, and compared with its CPU reference.
 
 mod extremes;
 mod order;

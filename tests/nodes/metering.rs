@@ -27,7 +27,7 @@ fn read_table(shown: &Picture) -> ([f32; 4], Vec<u32>) {
 fn assert_close(found: &[u32], wanted: &[u32], what: &str) {
     let total: u32 = wanted.iter().sum();
     assert_eq!(found.iter().sum::<u32>(), total, "{what}: every pixel counts once");
-    assert_eq!(found[0], wanted[0], "{what}: pixels left out");
+    assert_eq!(found[0], wanted[0], "{what}: pixels that do not count");
     let mut ahead = 0_i64;
     let moved: i64 = found
         .iter()

@@ -207,7 +207,7 @@ fn every_operator_has_a_cpu_reference_or_is_listed_as_having_none() {
     accounted.sort_unstable();
     let in_file: BTreeSet<&str> = OPERATORS.iter().map(|op| word(&op["op"])).collect();
     assert_eq!(accounted, in_file.into_iter().collect::<Vec<_>>());
-    assert_eq!(OPERATORS.len(), accounted.len(), "an operator stands in the file twice");
+    assert_eq!(OPERATORS.len(), accounted.len(), "an operator is in the file twice");
 }
 
 #[test]

@@ -119,7 +119,7 @@ fn a_peak_above_white_lets_light_through() {
     compare("Exposed", &node, light, ARITHMETIC, |rgb| rgb.map(|x| x.min(12.5)));
 }
 
-/// The rule of `gamut: Compress`, told the other way round: how far a colour is from grey, as a share of the way to the border.
+/// The distance of a colour from grey, as a share of the distance of the gamut's border.
 fn reach(rgb: Rgb) -> f64 {
     let grey = luminance(rgb).clamp(0.0, 1.0);
     let share = |x: f64| if x > grey { (x - grey) / (1.0 - grey) } else { (grey - x) / grey };
