@@ -431,8 +431,8 @@ fn every_kind_with_a_cpu_reference_equals_it() {
         let nodes = Nodes::new(&row.nodes, &inputs).files(&cube);
         for size in color::SIZES {
             let scene = (row.scene)(size);
-            // In a picture of one pixel a pyramid has one level, and nothing joins its levels.
-            if size != [1, 1] {
+            // The pyramid of a picture of a few pixels has one level, and no pass joins it.
+            if size[0] > 3 {
                 assert_runs(row.kind, &Run::new(&nodes.graph()), &nodes.named(&[&scene]));
             }
             let expected = (row.expected)(&image(&scene));
