@@ -7,7 +7,7 @@ static SHADER: Shader = shader!("cdl");
 params! {
     /// An ASC colour decision list: slope, offset, power and saturation, as cameras and grading programs exchange them.
     ///
-    /// `(source * slope + offset)^power`, then an interpolation between the result and the grey of the same luminance.
+    /// `(source * slope + offset)^power`, then `saturation` scales the distance from the grey of the same luminance.
     /// Values at or below 0 skip the power and may stay below 0. With every parameter at its neutral value the node is
     /// skipped.
     pub struct Cdl {

@@ -56,7 +56,7 @@ pub fn run(tables: &[&[NodeKind]], arguments: impl IntoIterator<Item = std::ffi:
         Command::Bench(args) => bench::run(args, tables),
         Command::Stress(args) => stress::run(args, tables),
     };
-    match result.and_then(|()| terminal::check_output()) {
+    match result.and_then(|()| Ok(terminal::check_output()?)) {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => failure.report(),
     }

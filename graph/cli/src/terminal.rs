@@ -5,7 +5,6 @@ use std::io::{ErrorKind, Write as _};
 use std::path::Path;
 use std::sync::Mutex;
 
-use crate::failure::Failure;
 use afterimage_media::FileError;
 
 /// The error of standard output.
@@ -24,9 +23,9 @@ pub(crate) fn say(text: &str) {
 }
 
 /// Returns the error of standard output, if there was one.
-pub(crate) fn check_output() -> Result<(), Failure> {
+pub(crate) fn check_output() -> Result<(), FileError> {
     let error = OUTPUT_ERROR.lock().ok().and_then(|mut error| error.take());
-    error.map_or(Ok(()), |error| Err(error.into()))
+    error.map_or(Ok(()), Err)
 }
 
 /// Prints a message that is not a result to standard error.

@@ -1,11 +1,12 @@
-//! What a steady frame costs the host: what it allocates, told apart by who asked, and how long it takes to record and to submit.
+//! The host cost of a steady frame: its allocations by crate, and the time to record, finish and submit it.
 //!
-//! A counting allocator looks at the call stack of every allocation while a frame is recorded and submitted. Going outwards from the allocator, the
-//! first function of one of our crates or of a graphics crate is the one that asked: what wgpu allocates inside its own calls is wgpu's, whatever we
-//! call it with. Where the compiler has put a function of wgpu into one of ours, the allocation counts as ours, so ours is never too small.
+//! A counting allocator reads the call stack of every allocation while a frame is recorded and submitted. The first
+//! function outwards from the allocator that belongs to one of our crates or to a graphics crate is the origin of the
+//! allocation. So allocations within calls to wgpu count as wgpu's. A function of wgpu that the compiler has inlined
+//! into one of ours counts as ours, so our share is never too small.
 //!
-//! Ends with an error if the framework allocates anything: run it with `cargo bench -p afterimage-gpu --bench steady`.
-#![allow(unsafe_code, reason = "an allocator is unsafe by nature; this one only counts and hands on")]
+//! Ends with an error if the framework allocates anything. Run it with `cargo bench -p afterimage-gpu --bench steady`.
+#![allow(unsafe_code, reason = "an allocator is unsafe by nature; this one only counts and forwards")]
 #![allow(clippy::print_stdout, reason = "a benchmark's figures are its output")]
 
 use std::alloc::{GlobalAlloc, Layout, System};
@@ -25,7 +26,7 @@ use afterimage_plan::{GivenImage, PlanRequest, plan};
 
 const WARM_UP: u32 = 8;
 const FRAMES: u32 = 20;
-/// Frames whose times give one median.
+/// Number of frames in each median.
 const TIMED: usize = 300;
 
 #[global_allocator]
@@ -33,7 +34,7 @@ static ALLOCATOR: Counting = Counting;
 
 struct Counting;
 
-/// Bytes and calls by who asked.
+/// Bytes and calls by origin.
 type Asked = BTreeMap<&'static str, (usize, usize)>;
 
 thread_local! {
@@ -41,11 +42,11 @@ thread_local! {
     static ASKED: RefCell<Asked> = const { RefCell::new(BTreeMap::new()) };
 }
 
-// SAFETY: every call is handed on to the system's allocator as it came; counting switches itself off while it works, so it never calls itself.
+// SAFETY: every call is forwarded to the system's allocator; counting is off while it works, so it never calls itself.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         count(layout.size());
-        // SAFETY: the caller keeps the contract of `GlobalAlloc`, which is the system's too.
+        // SAFETY: the caller keeps the contract of `GlobalAlloc`, which is also that of the system's allocator.
         unsafe { System.alloc(layout) }
     }
 
@@ -78,7 +79,7 @@ const OURS: &str = "the framework";
 const THEIRS: &str = "wgpu";
 const HOST: &str = "this program";
 
-/// Whose function stands first on a call stack, from the allocator outwards.
+/// The crate of the first known function on a call stack, from the allocator outwards.
 fn asker(stack: &str) -> &'static str {
     for line in stack.lines() {
         // `   7: <afterimage_gpu::store::Store as core::ops::Drop>::drop`
@@ -88,7 +89,7 @@ fn asker(stack: &str) -> &'static str {
         match krate {
             "afterimage_gpu" | "afterimage_graph" | "afterimage_nodes" => return OURS,
             "wgpu" | "wgpu_core" | "wgpu_hal" | "wgpu_types" | "naga" | "ash" | "gpu_allocator" => return THEIRS,
-            // `steady::count` and the allocator itself are this crate's, too.
+            // `steady::count` and the allocator itself belong to this crate too.
             "steady" if function.starts_with("steady::frame") => return HOST,
             _ => {}
         }
@@ -97,7 +98,7 @@ fn asker(stack: &str) -> &'static str {
 }
 
 fn main() -> ExitCode {
-    // `cargo test` runs benchmarks with this flag, to see that they start.
+    // `cargo test` runs benchmarks with this flag, to check that they start.
     let frames = if std::env::args().any(|argument| argument == "--test") { 1 } else { FRAMES };
     match measure(frames) {
         Ok(true) => ExitCode::SUCCESS,
@@ -109,7 +110,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// Prints what a frame allocates; whether the framework's part is nothing.
+/// Prints the allocations of a frame. Returns whether the framework made none.
 fn measure(frames: u32) -> Result<bool, Box<dyn std::error::Error>> {
     let gpu = Gpu::open(&Opening::default())?;
     let size = Size::new(256, 144);
@@ -120,7 +121,7 @@ fn measure(frames: u32) -> Result<bool, Box<dyn std::error::Error>> {
     let view = input.create_view(&Default::default());
     let inputs = [("scene", &view)];
     let mut executor = executor;
-    // The first frame makes the bind groups, which allocates: a counter that misses that would miss everything.
+    // The first frame makes bind groups, which allocates: a counter that misses this misses everything.
     let first = counted(1, || frame(&gpu, &mut executor, &inputs))?;
     if !first.contains_key(OURS) {
         return Err("the counter does not see the framework's allocations".into());
@@ -138,7 +139,7 @@ fn measure(frames: u32) -> Result<bool, Box<dyn std::error::Error>> {
     Ok(!asked.contains_key(OURS))
 }
 
-/// Bytes and calls by who asked, while `work` runs so many times.
+/// Bytes and calls by origin, while `work` runs the given number of times.
 fn counted(
     times: u32,
     mut work: impl FnMut() -> Result<(), Box<dyn std::error::Error>>,
@@ -152,7 +153,7 @@ fn counted(
     Ok(ASKED.take())
 }
 
-/// Prints the median microseconds of a frame's recording, finishing and submitting. The frame before has always ended.
+/// Prints the median microseconds to record, finish and submit a frame. The previous frame has always ended.
 fn time(gpu: &Gpu, pipeline: &str, size: Size, frames: usize) -> Result<(), Box<dyn std::error::Error>> {
     let (mut executor, input) = load(gpu, pipeline, size)?;
     let view = input.create_view(&Default::default());

@@ -3,6 +3,7 @@
 //! A [`Subject`] is a pipeline or a kind on its own; [`stress`] runs its cases and returns a [`StressReport`]. Images are
 //! small and many are rendered in one submission, so that tens of thousands of cases take minutes on a processor.
 
+mod case_runner;
 mod conditioning;
 mod images;
 mod probes;
@@ -21,9 +22,10 @@ use afterimage_gpu::Gpu;
 use afterimage_graph::check::Loader;
 use afterimage_graph::node::{DuplicateKind, NodeKind, Registry};
 
+pub use case_runner::StressOptions;
 pub use conditioning::{Conditioning, ErrorUnit, WorstLight, conditioning, conditioning_table};
 pub use report::{Failed, StressReport, Tally};
-pub use run::StressOptions;
+
 pub use subject::{Overrides, Subject};
 
 use crate::Progress;

@@ -3,36 +3,17 @@
 use afterimage_graph::check::Graph;
 use afterimage_graph::image::{ColorState, Size};
 use afterimage_graph::node::Registry;
-use afterimage_plan::Options;
 
+use super::case_runner::{CaseRunner, StressOptions, judge};
 use super::images::{ALL, Extreme};
 use super::promises::Promises;
 use super::render::{Configuration, OutputPixels, Rendered, Renderer, Shot};
 use super::report::Tally;
 use super::settings::{Change, sweep};
 use super::subject::{Overrides, Subject};
-use super::verdicts::{Tolerance, different, finite, in_range, promised};
+use super::verdicts::{Tolerance, different, finite, promised};
 use super::wiring::NODE;
 use super::{time, variants};
-
-/// Which cases are run, and how.
-#[derive(Clone, Debug)]
-pub struct StressOptions {
-    /// Only the image or sequence of this name.
-    pub case: Option<String>,
-    /// Only this size.
-    pub size: Option<(u32, u32)>,
-    /// Whether parameters keep their values.
-    pub defaults: bool,
-    /// Fewer sizes, and no pairs of extremes.
-    pub quick: bool,
-    /// Whether images are not sanitized. Then stress must fail.
-    pub unsanitized: bool,
-    /// The planner's options.
-    pub options: Options,
-    /// The kinds whose promises are known. Of other kinds neither constancy nor symmetry is expected.
-    pub known_kinds: Vec<&'static str>,
-}
 
 /// The size at which parameters are swept: both sides are odd and not close to a power of two.
 const SWEPT: Size = Size { width: 17, height: 13, depth: 1 };
@@ -58,11 +39,6 @@ const NEGATIVE: [&str; 2] = ["negative", "minus-inf"];
 const LONG_IMAGES: [&str; 2] = ["ramp", "inf"];
 
 impl StressOptions {
-    /// Whether a case of this name is run.
-    pub(crate) fn accepts(&self, case: &str) -> bool {
-        self.case.as_ref().is_none_or(|wanted| wanted == case)
-    }
-
     fn images(&self, change: &Change, is_heavy: bool, is_signed: bool) -> Vec<Extreme> {
         let is_default = change.overrides.is_empty();
         let all = self.case.is_some() || (is_default && !(self.quick && is_heavy)) || (change.is_single && !is_heavy);
@@ -85,17 +61,6 @@ impl StressOptions {
     fn swept(&self) -> Size {
         self.size.map_or(SWEPT, |(width, height)| Size::new(width, height))
     }
-}
-
-/// What all cases of one subject share.
-pub(crate) struct CaseRunner<'a> {
-    pub(crate) renderer: &'a mut Renderer,
-    pub(crate) registry: &'a Registry,
-    pub(crate) subject: &'a Subject,
-    pub(crate) options: &'a StressOptions,
-    pub(crate) tally: Tally,
-    /// Whether frames need many texels.
-    pub(crate) is_heavy: bool,
 }
 
 /// The case of a graph that cannot be checked.
@@ -127,10 +92,6 @@ pub(crate) fn stress(
 }
 
 impl CaseRunner<'_> {
-    pub(crate) fn count(&mut self, overrides: &Overrides, size: Size, case: &str, wrong: Vec<String>) {
-        self.tally.count(self.subject, overrides, size, case, wrong);
-    }
-
     fn all(&mut self, graph: &Graph) {
         let mut configuration = self.renderer.configure(|_, _| {}, self.options.options.half);
         self.is_heavy = configuration.texels(self.subject, graph, SWEPT) > HEAVY;
@@ -291,9 +252,4 @@ fn spread(frame: &[OutputPixels], clean: &[OutputPixels]) -> Option<String> {
 
 fn named<'s>(frame: &'s [OutputPixels], name: &str) -> Option<&'s OutputPixels> {
     frame.iter().find(|shown| shown.name == name)
-}
-
-/// What is wrong with an output on its own.
-pub(crate) fn judge(shown: &OutputPixels, may_be_negative: bool) -> Vec<String> {
-    finite(shown).into_iter().chain(in_range(shown, may_be_negative)).collect()
 }

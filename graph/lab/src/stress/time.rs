@@ -3,10 +3,10 @@
 use afterimage_graph::check::Graph;
 use afterimage_graph::image::Size;
 
+use super::case_runner::{CaseRunner, judge};
 use super::images::Extreme;
 use super::promises::Promises;
 use super::render::{OutputPixels, Shot};
-use super::run::{CaseRunner, judge};
 use super::subject::Overrides;
 use super::verdicts::{Tolerance, different};
 

@@ -3,10 +3,10 @@
 use afterimage_graph::image::{ColorState, Size};
 use afterimage_plan::{Alias, Caps, Options};
 
+use super::case_runner::{CaseRunner, judge};
 use super::images::Extreme;
 use super::promises::Promises;
 use super::render::{Configuration, Rendered, Shot};
-use super::run::{CaseRunner, judge};
 use super::settings::Change;
 use super::subject::Overrides;
 use super::verdicts::{Tolerance, different};

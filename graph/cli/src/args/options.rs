@@ -1,0 +1,121 @@
+//! Options that several commands have in common.
+
+use std::path::PathBuf;
+
+use afterimage_plan::Options;
+use clap::{Args, ValueEnum};
+
+/// Options of every command that reads a pipeline.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct PipelineOptions {
+    /// Override a parameter: `--set bloom.strength=0.4`; the value is RON, as in the file
+    #[arg(long = "set", value_name = "NODE.PARAMETER=VALUE")]
+    pub(crate) sets: Vec<String>,
+    /// Set a fact about the scene: `--fact emissive=false`, `--fact illuminance=3.5`
+    #[arg(long = "fact", value_name = "NAME=VALUE")]
+    pub(crate) facts: Vec<String>,
+    /// The tier to use
+    #[arg(long)]
+    pub(crate) tier: Option<String>,
+    /// A folder of shader-only node kinds (one folder with a `node.ron` and a `.wgsl` each)
+    #[arg(long, value_name = "DIR")]
+    pub(crate) nodes: Vec<PathBuf>,
+}
+
+/// Options of every command that plans.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct PlanOptions {
+    /// Give each image its own memory; with `--no-alias=placed`, images with equal descriptors still share a pooled texture
+    #[arg(long, value_name = "WHICH", num_args = 0..=1, default_missing_value = "all", require_equals = true)]
+    pub(crate) no_alias: Option<NoAlias>,
+    /// Put a barrier between all passes
+    #[arg(long)]
+    pub(crate) serial: bool,
+    /// Keep each kernel function in a pass of its own
+    #[arg(long)]
+    pub(crate) no_fuse: bool,
+    /// Whether chains of images are computed in one dispatch, in workgroup memory
+    #[arg(long, value_enum, default_value_t = TileChoice::Auto)]
+    pub(crate) tiles: TileChoice,
+    /// Order the passes for the fewest batches (passes between two barriers) instead of the smallest memory
+    #[arg(long)]
+    pub(crate) fewest_batches: bool,
+    /// Store every intermediate in 32-bit floats, and filter them in the shader
+    #[arg(long)]
+    pub(crate) exact: bool,
+    /// Keep bounds checks in the built-in kernels, too
+    #[arg(long)]
+    pub(crate) bounds_checks: bool,
+}
+
+/// Optional features of shaders. Without an option, the result of `bench --calibrate` decides; without a calibration it is off.
+#[derive(Clone, Copy, Debug, Default, Args)]
+pub(crate) struct ArithmeticOptions {
+    /// Sum colours in half floats, if the device has them
+    #[arg(long, value_name = "WHICH", num_args = 0..=1, default_missing_value = "on", require_equals = true)]
+    pub(crate) half: Option<Use>,
+    /// Use subgroup operations for sums over workgroups, if the device has them
+    #[arg(long, value_name = "WHICH", num_args = 0..=1, default_missing_value = "on", require_equals = true)]
+    pub(crate) subgroups: Option<Use>,
+}
+
+impl ArithmeticOptions {
+    /// The planner's options with those that are set here.
+    pub(crate) fn over(&self, options: Options) -> Options {
+        let chosen = |given: Option<Use>, otherwise| given.map_or(otherwise, |given| given == Use::On);
+        Options {
+            half: chosen(self.half, options.half),
+            subgroups: chosen(self.subgroups, options.subgroups),
+            ..options
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Use {
+    /// If the device has it
+    On,
+    /// Never
+    Off,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum TileChoice {
+    /// Compute each image in its own pass
+    Never,
+    /// If it is faster on this device
+    Auto,
+    /// Whenever it is possible
+    Always,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum NoAlias {
+    /// Every image has its own texture
+    All,
+    /// No heap, but images with equal descriptors share a pooled texture
+    Placed,
+}
+
+/// Options of every command that runs on a GPU.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct DeviceOptions {
+    /// Part of the name of the graphics adapter to use
+    #[arg(long, value_name = "NAME")]
+    pub(crate) adapter: Option<String>,
+    /// Run point passes as draws instead of dispatches
+    #[arg(long)]
+    pub(crate) fragment: bool,
+    #[command(flatten)]
+    pub(crate) arithmetic: ArithmeticOptions,
+}
+
+/// `1920x1080`.
+pub(crate) fn parse_size(text: &str) -> Result<(u32, u32), String> {
+    let parts =
+        text.split_once(['x', 'X', '×']).and_then(|(w, h)| Some((w.trim().parse().ok()?, h.trim().parse().ok()?)));
+    match parts {
+        Some((width @ 1.., height @ 1..)) => Ok((width, height)),
+        _ => Err("a size is two whole numbers from 1, such as 1920x1080".into()),
+    }
+}
