@@ -297,7 +297,7 @@ fn local_kinds() -> Vec<Reference> {
             "\"result\": LogGaussian(source: \"scene\")",
             smooth,
             tolerance(1e-3, 0.0, "half floats hold eleven bits of a logarithm"),
-            |image| wide(image).map(|[l, ..]| [l, 0.0, 0.0, 1.0]),
+            |image| wide(image).map(|[l, ..]| [l, l, l, 1.0]),
         ),
         Reference::new(
             ("LocalToneMap", "Exposed"),
