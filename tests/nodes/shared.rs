@@ -2,21 +2,26 @@
 
 use std::sync::Arc;
 
+use afterimage_graph::check::NoFiles;
 use afterimage_graph::node::{CellReduce, Pass, PassKind, Resource};
 use afterimage_plan::codegen::codegen;
 use afterimage_plan::{Plan, PlannedPass, ScheduledPass, verify};
 use half::f16;
 
-use super::probes::{graph, scene};
+use super::probes::scene;
 use crate::support::gpu::{Picture, Run, gpu, shipped};
+use crate::support::harness::checked;
 use crate::support::player::Player;
 
 /// Several nodes that read `scene`, of which `around` shows its averages unblurred.
 fn pipeline(nodes: &str) -> afterimage_graph::check::Graph {
-    graph(&format!(
-        "Pipeline(inputs: {{ \"scene\": Color }}, nodes: {{ {nodes}, \"seen\": ProbeVolume(volume: \"grid\") }}, \
-         outputs: {{ \"grid\": \"seen\", \"around\": \"around\" }})"
-    ))
+    checked(
+        &format!(
+            "Pipeline(inputs: {{ \"scene\": Color }}, nodes: {{ {nodes}, \"result\": ProbeVolume(volume: \"grid\") }}, \
+         outputs: {{ \"grid\": \"result\", \"around\": \"around\" }})"
+        ),
+        &NoFiles,
+    )
 }
 
 const PLAIN: &str = "\"grid\": GridBuild(source: \"scene\"), \"around\": LogGaussian(source: \"scene\", sigma: 0.0)";
@@ -113,11 +118,14 @@ fn three_kernels_join_as_two_do() {
     let nodes = "\"grid\": GridBuild(source: \"scene\", width: 16, height: 8), \
                  \"around\": LogGaussian(source: \"scene\", sigma: 0.0, width: 32, height: 32), \
                  \"finer\": LogGaussian(source: \"scene\", sigma: 0.0, width: 64, height: 64), \
-                 \"seen\": ProbeVolume(volume: \"grid\")";
-    let graph = graph(&format!(
-        "Pipeline(inputs: {{ \"scene\": Color }}, nodes: {{ {nodes} }}, \
-         outputs: {{ \"grid\": \"seen\", \"around\": \"around\", \"finer\": \"finer\" }})"
-    ));
+                 \"result\": ProbeVolume(volume: \"grid\")";
+    let graph = checked(
+        &format!(
+            "Pipeline(inputs: {{ \"scene\": Color }}, nodes: {{ {nodes} }}, \
+         outputs: {{ \"grid\": \"result\", \"around\": \"around\", \"finer\": \"finer\" }})"
+        ),
+        &NoFiles,
+    );
     let mut player = Player::new();
     let scene = scene(333, 101);
     let [joined, alone] = [true, false].map(|fuse| {

@@ -1,17 +1,10 @@
-//! A node kind from another crate: it keeps the same contract and runs like a built-in one.
-
-use afterimage_graph::node::contract;
+//! A node kind from another crate runs like a built-in one.
 
 use crate::support::gpu::{Picture, run_exact};
 
 #[test]
-fn the_plug_in_keeps_the_contract() {
-    contract(halftone::ALL).unwrap_or_else(|complaints| panic!("{}", complaints.join("\n")));
-}
-
-#[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn its_dots_leave_as_much_white_as_the_picture_has_light() {
+fn the_dots_of_halftone_keep_the_mean_luminance() {
     let text = r#"Pipeline(
         inputs: { "in": DisplayLinear },
         nodes: { "out": Halftone(source: "in", pitch: 8.0) },

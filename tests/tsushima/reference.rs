@@ -1,4 +1,4 @@
-//! The whole chain against its f64 twins, with the numbers that the pipeline's file has.
+//! The whole chain against its CPU references, with the numbers that the pipeline's file has.
 
 use afterimage_graph::check::{CheckOptions, Graph, check};
 use afterimage_graph::document::parse;
@@ -22,7 +22,7 @@ use crate::reference::transfer::srgb_encode;
 use crate::reference::vignette;
 use crate::support::gpu::{Picture, Repository, Run, pipelines, registry};
 
-/// The pipeline without its dither, whose noise no twin has, and with changes.
+/// The pipeline without its dither, whose noise no CPU reference has, and with changes.
 fn undithered(sets: &[(&str, &str)]) -> Graph {
     let path = pipelines().join(super::PIPELINE);
     let text = std::fs::read_to_string(&path).expect("the pipeline is there");
@@ -173,13 +173,13 @@ fn shown(graph: &Graph, graded: &Image) -> Image {
     })
 }
 
-/// The largest difference of a display number from the twin's, and the pixel that has it.
-fn off(picture: &Picture, twin: &Image) -> (f64, String) {
+/// The largest difference of a display number from the reference's, and the pixel that has it.
+fn off(picture: &Picture, reference: &Image) -> (f64, String) {
     let worst = |(index, (a, b)): (usize, (&[f32; 4], &[f64; 4]))| {
         let off = (0..3).map(|c| (f64::from(a[c]) - b[c]).abs()).fold(0.0, f64::max);
-        (off, format!("({}, {}): {a:?} and {b:?}", index % twin.width, index / twin.width))
+        (off, format!("({}, {}): {a:?} and {b:?}", index % reference.width, index / reference.width))
     };
-    let pairs = picture.pixels.iter().zip(&twin.pixels).enumerate().map(worst);
+    let pairs = picture.pixels.iter().zip(&reference.pixels).enumerate().map(worst);
     pairs.max_by(|a, b| a.0.total_cmp(&b.0)).expect("the picture has pixels")
 }
 
@@ -201,13 +201,13 @@ const CASES: [&[(&str, &str)]; 5] = [
 ];
 
 /// By how many codes it is off at most.
-fn assert_is_its_twin(what: &str, picture: &Picture) -> f64 {
+fn assert_is_its_reference(what: &str, picture: &Picture) -> f64 {
     let mut worst = 0.0;
     for sets in CASES {
         let graph = undithered(sets);
-        let twin = whole(&graph, picture);
+        let reference = whole(&graph, picture);
         for (run, limit) in [(Run::new(&graph).exact(), 0.5), (Run::new(&graph), 1.0)] {
-            let (off, at) = off(&run.frame(&[("scene", picture)])[0], &twin);
+            let (off, at) = off(&run.frame(&[("scene", picture)])[0], &reference);
             assert!(off < limit * ONE_CODE, "{what}, {sets:?}: {:.3} codes off at {at}", 255.0 * off);
             worst = f64::max(worst, 255.0 * off);
         }
@@ -236,7 +236,7 @@ fn synthetic(width: u32, height: u32) -> Picture {
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn the_whole_chain_is_its_twin_on_a_synthetic_picture() {
     for (width, height) in [(160, 90), (131, 77), (1, 1)] {
-        assert_is_its_twin(&format!("synthetic {width}x{height}"), &synthetic(width, height));
+        assert_is_its_reference(&format!("synthetic {width}x{height}"), &synthetic(width, height));
     }
 }
 
@@ -249,10 +249,10 @@ fn cut_out(walk: f64, left: u32, top: u32) -> Picture {
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn the_whole_chain_is_its_twin_on_the_built_in_scene() {
-    assert_is_its_twin("the room", &scene(160, 90, 0.0));
-    assert_is_its_twin("the window", &scene(160, 90, 1.0));
-    assert_is_its_twin("where the window meets the room", &cut_out(0.0, 240, 90));
-    assert_is_its_twin("a corner", &cut_out(0.5, 20, 200));
+    assert_is_its_reference("the room", &scene(160, 90, 0.0));
+    assert_is_its_reference("the window", &scene(160, 90, 1.0));
+    assert_is_its_reference("where the window meets the room", &cut_out(0.0, 240, 90));
+    assert_is_its_reference("a corner", &cut_out(0.5, 20, 200));
 }
 
 /// Files named in `AFTERIMAGE_PICTURES`, divided as `PATH` is: for pictures that the repository does not carry. `--nocapture` shows the
@@ -266,7 +266,7 @@ fn the_whole_chain_is_its_twin_on_pictures_of_your_own() {
         let numbers = file.pixels.to_f32();
         let pixels = numbers.chunks_exact(4).map(|pixel| [pixel[0], pixel[1], pixel[2], pixel[3]]).collect();
         let picture = Picture { width: file.width, height: file.height, pixels };
-        let worst = assert_is_its_twin(&path.display().to_string(), &picture);
+        let worst = assert_is_its_reference(&path.display().to_string(), &picture);
         println!("{}: at most {worst:.3} of 255 codes off", path.display());
     }
 }
