@@ -51,7 +51,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             let scene = scene(&device, &queue, size);
             // Plans are cached: only a size, a fact or a tier that is new makes one.
             let plan = runtime.load(size, std::slice::from_ref(&scene))?;
-            let (passes, bytes) = (plan.recording.passes.len(), plan.memory.placed);
+            let (passes, bytes) = (plan.passes.len(), plan.memory.placed);
 
             let mut encoder = device.create_command_encoder(&Default::default());
             let frame = Frame { inputs: &[("scene", &scene.view)], reset: true, ..Frame::default() };
