@@ -47,7 +47,8 @@ pub(super) struct Loaded {
     pub(super) binds_frame: bool,
     /// The textures of the heap.
     pub(super) heap_textures: Vec<TextureKey>,
-    /// Memory that no frame has written yet, while other memory is kept: the passes that use it reset in the first frame.
+    /// Memory that no frame has written yet, while other memory is kept: the passes that use it reset in the first
+    /// frame.
     pub(super) uninitialized: Vec<Resource>,
     /// Whether another plan has used the heap before.
     pub(super) shares_old_heap: bool,

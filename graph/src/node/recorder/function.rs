@@ -54,8 +54,8 @@ impl FunctionPass<'_, '_> {
         self
     }
 
-    /// Promises a condition under which the function needs fewer operations, if it holds. `constant` is a line
-    /// `const NAME: bool = false;` of the module; it becomes true where every function of the module in a pass makes the
+    /// Promises a condition under which the function needs fewer operations, if it holds. `constant` is a line `const
+    /// NAME: bool = false;` of the module; it becomes true where every function of the module in a pass makes the
     /// promise. The result must not depend on it.
     pub fn promise(mut self, constant: &'static str, holds: bool) -> Self {
         self.promises.extend(holds.then_some(constant));

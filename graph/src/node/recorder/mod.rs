@@ -284,8 +284,8 @@ impl<'a> Recorder<'a> {
         }
     }
 
-    /// A pass around a compute entry point. Its bindings are the inputs of the same names, unless `bind` gives something
-    /// else.
+    /// A pass around a compute entry point. Its bindings are the inputs of the same names, unless `bind` gives
+    /// something else.
     pub fn compute(&mut self, shader: impl Into<Shared<Shader>>, entry: impl Into<Shared<str>>) -> ComputePass<'_, 'a> {
         let (shader, entry) = (shader.into(), entry.into());
         let label = entry.to_string();
