@@ -1,6 +1,7 @@
 //! Tokens of WGSL with their places in the text.
 //!
-//! Signs are single characters: nothing that works on tokens has to tell `<<` from two `<`, or a template list from a comparison.
+//! Signs are single characters: nothing that works on tokens has to tell `<<` from two `<`, or a template list from a
+//! comparison.
 
 use unicode_ident::{is_xid_continue, is_xid_start};
 

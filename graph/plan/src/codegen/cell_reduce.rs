@@ -3,8 +3,8 @@
 use afterimage_graph::node::{ByCells, CellReduce, KernelCall};
 use afterimage_wgsl::{GlobalKind, Instance, Linker, ShaderError};
 
-use super::module::{Composed, Entry, PassCode, Slot, SlotKind};
 use super::compute::bind;
+use super::module::{Composed, Entry, PassCode, Slot, SlotKind};
 use super::uniforms::uniform_struct;
 
 /// Kernels in their form by cells, with their entry point.
@@ -59,8 +59,8 @@ struct Reader<'a> {
 }
 
 impl<'a> Reader<'a> {
-    /// Adds the kernel's file with bindings that no other kernel has. All kernels share the frame's uniform, and each has a part of the
-    /// pass's.
+    /// Adds the kernel's file with bindings that no other kernel has. All kernels share the frame's uniform, and each
+    /// has a part of the pass's.
     fn new(
         code: &PassCode<'a>,
         number: usize,
@@ -144,7 +144,8 @@ fn entry_point(reduce: &CellReduce, readers: &[Reader<'_>], linker: &Linker<'_>)
         1 => "vec2i(pixel)".to_owned(),
         _ => format!("stride_pixel(pixel, whole, {stride}u)"),
     };
-    // To load several pixels before the first is used made it slower on an H200: the other invocations hide the waiting.
+    // To load several pixels before the first is used made it slower on an H200: the other invocations hide the
+    // waiting.
     format!(
         "fn cells_texel(pixel: vec2i) -> vec4f {{ return sanitized(textureLoad({source}, pixel, 0)); }}
 @compute @workgroup_size({})

@@ -5,14 +5,14 @@ use afterimage_graph::node::{ImageId, Pass, PassKind};
 use afterimage_wgsl::{SampleMode, ShaderError};
 
 use super::cell_reduce::compose_cell_reduce;
-use super::module::{CodeOptions, Composed, PassCode};
 use super::compute::compose_compute;
 use super::functions::compose_functions;
+use super::module::{CodeOptions, Composed, PassCode};
 use super::row_downsample::compose_row_downsample;
 use super::tiles::compose_tiled_chain;
 
-/// The module of a pass. `desc_of` describes its images; `sample_mode_of` says how each is sampled, and the strictest of a pass's textures
-/// holds for all of its taps.
+/// The module of a pass. `desc_of` describes its images; `sample_mode_of` says how each is sampled, and the strictest
+/// of a pass's textures holds for all of its taps.
 ///
 /// # Errors
 /// Errors in the shaders, at the author's line.

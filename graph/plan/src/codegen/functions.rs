@@ -13,8 +13,8 @@ fn vertex(@builtin(vertex_index) index: u32) -> @builtin(position) vec4f {
     return vec4f(2.0 * uv.x - 1.0, 1.0 - 2.0 * uv.y, 0.0, 1.0);
 }";
 
-/// Invocations of a workgroup, across and down. On an H200 half as many take 2 per cent less time than 16x16 do, because their waiting
-/// overlaps more.
+/// Invocations of a workgroup, across and down. On an H200 half as many take 2 per cent less time than 16x16 do,
+/// because their waiting overlaps more.
 const WIDTH: u32 = 16;
 const HEIGHT: u32 = 8;
 
@@ -34,8 +34,8 @@ pub(super) fn functions_cover(size: Size) -> [u32; 2] {
     [WIDTH, HEIGHT * rows_of(size)]
 }
 
-/// Texels that an invocation makes, one below the other. Several in flight hide each other's waiting (at 4K an H200 takes a third less
-/// time for four than for one), but a small image needs all of its texels to occupy the device.
+/// Texels that an invocation makes, one below the other. Several in flight hide each other's waiting (at 4K an H200
+/// takes a third less time for four than for one), but a small image needs all of its texels to occupy the device.
 fn rows_of(size: Size) -> u32 {
     match size.texels() {
         0..0x4_0000 => 1,
@@ -46,8 +46,8 @@ fn rows_of(size: Size) -> u32 {
 
 fn entry_points(result: &str, extent: &str, rows: u32) -> String {
     let every = |line: &dyn Fn(u32) -> String| (0..rows).map(line).collect::<String>();
-    // From the bottom up, because what the pass before has read last is still in the cache. Texels above the first row are made like
-    // the first row, and not stored: a branch around each would let none overlap another.
+    // From the bottom up, because what the pass before has read last is still in the cache. Texels above the first row
+    // are made like the first row, and not stored: a branch around each would let none overlap another.
     let made = every(&|row| {
         let offset = row * HEIGHT;
         format!("    let value{row} = run(point_at(max(first - vec2i(0, {offset}), vec2i())));\n")

@@ -1,5 +1,5 @@
-//! Code generation: what a device needs to run the passes. Workgroups and uniforms are part of the plan; the module of a
-//! pass, with entry points and bindings, is made when it is asked for.
+//! Code generation: what a device needs to run the passes. Workgroups and uniforms are part of the plan; the module of
+//! a pass, with entry points and bindings, is made when it is asked for.
 
 mod cell_reduce;
 mod compose;

@@ -1,7 +1,8 @@
 //! The entry point of a chain of images, each kept in workgroup memory for the next.
 //!
-//! Kernel functions read textures through `texel` and `tap`. The file of a function that reads the image before is in the module a second
-//! time, with a number in place of a texture, and functions that read workgroup memory in place of those two.
+//! Kernel functions read textures through `texel` and `tap`. The file of a function that reads the image before is in
+//! the module a second time, with a number in place of a texture, and functions that read workgroup memory in place of
+//! those two.
 
 use std::fmt::Write as _;
 
@@ -43,7 +44,8 @@ fn store(code: &PassCode<'_>, writer: &mut FunctionWriter<'_, '_>, stage: &TileS
     Some(writer.storage(result.image, code.format_of(result.image)))
 }
 
-/// Where the image of each stage begins in workgroup memory, and the texels in all. Successive images alternate between two areas.
+/// Where the image of each stage begins in workgroup memory, and the texels in all. Successive images alternate between
+/// two areas.
 fn bases(chain: &TiledChain) -> (Vec<u32>, u32) {
     let kept = &chain.stages[..chain.stages.len() - 1];
     let area = |stage: &TileStage| stage.extent[0] * stage.extent[1];

@@ -1,7 +1,7 @@
 //! The layout of uniforms: the struct in the shader of a pass, its bytes, and the places of all passes in one buffer.
 //!
-//! A block begins with the sizes of the images of a tiled chain, if the pass is one. The uniforms of the kernels follow,
-//! in order, each at a multiple of 16 bytes.
+//! A block begins with the sizes of the images of a tiled chain, if the pass is one. The uniforms of the kernels
+//! follow, in order, each at a multiple of 16 bytes.
 
 use std::fmt::Write as _;
 

@@ -141,12 +141,15 @@ impl<'c, 'a> FunctionWriter<'c, 'a> {
                 format!("{}(textureLoad({texture}, at.pixel, 0))", (self.code.sample_mode_of)(image).sanitize_call())
             }
             Arg::Value(buffer, components) => {
-                let name = self.variable(SlotKind::Buffer(buffer, false), "var<storage, read>", "value", "array<vec4f>");
+                let name =
+                    self.variable(SlotKind::Buffer(buffer, false), "var<storage, read>", "value", "array<vec4f>");
                 format!("{name}[0].{}", &"xyzw"[..usize::from(components)])
             }
             Arg::Zero(1) => "0.0".into(),
             Arg::Zero(n) => format!("vec{n}f()"),
-            Arg::Square | Arg::Storage(_) | Arg::Buffer(..) => panic!("{arg:?} is no argument of a function of one pixel"),
+            Arg::Square | Arg::Storage(_) | Arg::Buffer(..) => {
+                panic!("{arg:?} is no argument of a function of one pixel")
+            }
         }
     }
 

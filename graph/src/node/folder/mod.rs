@@ -66,7 +66,8 @@ pub fn folder_kind(declaration: (&str, &str), shader: (&str, &str)) -> Result<No
 /// All errors of the declaration and the shader, each at its location; no file with the kind's name.
 pub fn folder_kind_of(declaration: (&str, &str), files: &[(&str, &str)]) -> Result<NodeKind, Diagnostics> {
     let without_mark = |(file, text): (&'_ str, &'_ str)| (file.to_owned(), document::without_mark(text).to_owned());
-    let (declaration, mut files) = (without_mark(declaration), files.iter().copied().map(without_mark).collect::<Vec<_>>());
+    let (declaration, mut files) =
+        (without_mark(declaration), files.iter().copied().map(without_mark).collect::<Vec<_>>());
     let mut sources = Sources::default();
     let file = sources.insert(&declaration.0, &declaration.1);
     files.iter().for_each(|(file, text)| _ = sources.insert(file, text));
