@@ -1,4 +1,5 @@
-//! The harness of node tests: nodes and images in, images out on the GPU, and one comparison with the image of a CPU reference.
+//! The harness of node tests: nodes and images in, images out on the GPU, and one comparison with the image of a CPU
+//! reference.
 
 use afterimage_graph::check::{CheckOptions, Graph, Loader, NoFiles, check};
 use afterimage_graph::document::parse;

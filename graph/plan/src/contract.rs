@@ -10,8 +10,8 @@ use crate::builder::copy_kernel;
 use crate::codegen::{CodeOptions, compose_pass};
 use crate::fusion::{row_kernel, row_pass};
 
-/// The contract of [`afterimage_graph::node::contract`], and beyond it: every pass becomes a valid module, in every way in
-/// which its textures may be sampled and its numbers computed.
+/// The contract of [`afterimage_graph::node::contract`], and beyond it: every pass becomes a valid module, in every way
+/// in which its textures may be sampled and its numbers computed.
 ///
 /// # Errors
 /// All complaints, one sentence each, with the kind's name in front.

@@ -39,9 +39,9 @@ impl PlacedPlan {
         Self { plan, placement }
     }
 
-    /// The plan in the heap of the previous one, with every image that both share in its old place, where all still fits;
-    /// textures that lie where they lay need not be made again. The plan's own placement where the old heap is too small,
-    /// or more than twice too large.
+    /// The plan in the heap of the previous one, with every image that both share in its old place, where all still
+    /// fits; textures that lie where they lay need not be made again. The plan's own placement where the old heap is
+    /// too small, or more than twice too large.
     ///
     /// Images are the same if their names and their requirements are.
     pub fn keeping(plan: Arc<Plan>, previous: &Self) -> Self {

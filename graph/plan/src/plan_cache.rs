@@ -17,8 +17,8 @@ const MOST: usize = 32;
 
 /// A graph and its plans, each made once.
 ///
-/// Facts matter only through conditions, so a fact that changes in every frame needs no new plan until the answer of some
-/// `when` changes. The least recently used plan is dropped for a new one. All requests must have the same device's
+/// Facts matter only through conditions, so a fact that changes in every frame needs no new plan until the answer of
+/// some `when` changes. The least recently used plan is dropped for a new one. All requests must have the same device's
 /// [`requirement`](PlanRequest::requirement).
 pub struct PlanCache {
     graph: Graph,

@@ -19,8 +19,8 @@ use crate::specialize::specialize;
 /// Makes the plan of a graph.
 ///
 /// # Errors
-/// An input that the host does not give, an image that is too large for the device, an output without an image, or sizes
-/// of histories that do not settle.
+/// An input that the host does not give, an image that is too large for the device, an output without an image, or
+/// sizes of histories that do not settle.
 pub fn plan(graph: &Graph, request: &PlanRequest<'_>) -> Result<Plan, PlanError> {
     let specialized = specialize(graph, request)?;
     let mut builder = record(graph, request, &specialized)?;

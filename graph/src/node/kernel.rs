@@ -52,7 +52,8 @@ pub enum Arg {
     Texture(ImageId),
     /// The image before in a [`TiledChain`](super::TiledChain), read as far as its reach.
     Tile,
-    /// The four texels under one texel of the result of a [`RowDownsample`](super::RowDownsample), from the kernels before.
+    /// The four texels under one texel of the result of a [`RowDownsample`](super::RowDownsample), from the kernels
+    /// before.
     Square,
     /// An image that the kernel writes.
     Storage(ImageId),
@@ -91,16 +92,17 @@ pub struct ByRows {
 /// The form by cells of a compute kernel that reduces an image over each cell of a lattice: with it the framework lets
 /// several such kernels read each pixel together.
 ///
-/// The cells divide the image evenly, whatever its size, so that a pixel may lie in several. The module imports `cells`,
-/// which has the structs `Cell` and `Seen`. It has three functions, which all invocations of a workgroup call, at most 256:
+/// The cells divide the image evenly, whatever its size, so that a pixel may lie in several. The module imports
+/// `cells`, which has the structs `Cell` and `Seen`. It has three functions, which all invocations of a workgroup call,
+/// at most 256:
 ///
 /// - `fn FORM_begin(cell: Cell) -> State` before the first pixel, to clear the cell's workgroup memory; a barrier
 ///   follows;
-/// - `fn FORM_visit(state: ptr<function, State>, cell: Cell, seen: Seen)` for each pixel that the invocation reads, where
-///   it must not wait for others. A pixel is read once for each of the finest cells that it touches: its shares of the
-///   cells add up to its area, and in one cell it is `centred`;
-/// - `fn FORM_finish(state: ptr<function, State>, cell: Cell)` after the last, to combine the invocations' states and to
-///   store the cell.
+/// - `fn FORM_visit(state: ptr<function, State>, cell: Cell, seen: Seen)` for each pixel that the invocation reads,
+///   where it must not wait for others. A pixel is read once for each of the finest cells that it touches: its shares
+///   of the cells add up to its area, and in one cell it is `centred`;
+/// - `fn FORM_finish(state: ptr<function, State>, cell: Cell)` after the last, to combine the invocations' states and
+///   to store the cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ByCells {
     /// What the three functions' names begin with.
@@ -140,7 +142,7 @@ impl KernelCall {
     }
 
     /// Whether an argument holds this.
-    pub fn takes(&self, value: Arg) -> bool {
+    pub fn accepts(&self, value: Arg) -> bool {
         self.args.iter().any(|arg| arg.value == value)
     }
 

@@ -1,7 +1,7 @@
 //! Passes as data: kernels, the images that take their values, and how they run together.
 //!
-//! What a pass reads and writes, its shaders and its uniforms follow from its kernels and results alone. The kind is for
-//! code generation, which writes the entry point, and for the stage of the planner that made it.
+//! What a pass reads and writes, its shaders and its uniforms follow from its kernels and results alone. The kind is
+//! for code generation, which writes the entry point, and for the stage of the planner that made it.
 
 use std::ops::Range;
 

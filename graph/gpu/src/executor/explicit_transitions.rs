@@ -1,12 +1,12 @@
-//! Explicit transitions: textures that are brought into their state before a batch, where the dispatches do not cause the
-//! barrier in time.
+//! Explicit transitions: textures that are brought into their state before a batch, where the dispatches do not cause
+//! the barrier in time.
 //!
-//! wgpu puts a barrier before a dispatch that uses an image in another way than the frame did before; the first use of an
-//! image in a frame records its state and waits for nothing. Two cases are left. Images that several passes of a batch
-//! read must change before the batch, or the second pass would wait for the first. And wgpu does not know that a texture
-//! aliases another, so before its first write the device must wait for the passes that used the memory. A barrier waits
-//! for all dispatches before it, so where the batch begins with one anyway, none is added: each transition costs the host
-//! as much as half a dispatch, and a barrier of its own.
+//! wgpu puts a barrier before a dispatch that uses an image in another way than the frame did before; the first use of
+//! an image in a frame records its state and waits for nothing. Two cases are left. Images that several passes of a
+//! batch read must change before the batch, or the second pass would wait for the first. And wgpu does not know that a
+//! texture aliases another, so before its first write the device must wait for the passes that used the memory. A
+//! barrier waits for all dispatches before it, so where the batch begins with one anyway, none is added: each
+//! transition costs the host as much as half a dispatch, and a barrier of its own.
 
 use afterimage_graph::node::{ImageId, Resource};
 use afterimage_plan::{AliasingBarrier, Batch, Plan, Use};
@@ -27,8 +27,8 @@ pub(super) fn explicit_transitions(
     let mut explicit_transitions: Vec<Vec<Vec<ExplicitTransition>>> = runs.iter().map(|_| Vec::new()).collect();
     let mut finished = vec![false; plan.images.len()];
     for (batch, aliasing) in plan.batches.iter().zip(&loaded.placement.aliasing) {
-        // A draw ends the compute pass of the dispatches before it. The next compute pass begins with the barriers of all
-        // that follows, which are then missing there.
+        // A draw ends the compute pass of the dispatches before it. The next compute pass begins with the barriers of
+        // all that follows, which are then missing there.
         let first = batch.passes.start;
         let is_dispatched = runs[..batch.passes.end].iter().all(|run| matches!(run.pipeline, Pipeline::Compute(_)));
         let made: Vec<ImageId> = images_to_read(batch).filter(|(_, from)| from.writes()).map(|(i, _)| i).collect();

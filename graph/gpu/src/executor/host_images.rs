@@ -121,8 +121,8 @@ pub(super) struct Formats {
 }
 
 impl Formats {
-    /// The format of a view that is drawn to: the texture's own, or the same with or without sRGB, which is common for swap
-    /// chains.
+    /// The format of a view that is drawn to: the texture's own, or the same with or without sRGB, which is common for
+    /// swap chains.
     pub(super) fn of(&mut self, device: &Device, port: &str, view: &TextureView) -> Result<TextureFormat, GpuError> {
         let look = Look::of(view.texture());
         if let Some((_, format)) = self.known.iter().find(|(known, _)| *known == look) {

@@ -16,12 +16,12 @@ use afterimage_graph::image::ImageDesc;
 use afterimage_plan::{Caps, PlacedPlan, Plan, Requirement};
 use wgpu::{Buffer, BufferUsages, CommandEncoder, Device, Queue, TextureFormat};
 
-use crate::GpuError;
 use crate::cache;
 use crate::heap;
 use crate::pipelines::{Pipelines, watched};
 use crate::store::Store;
 use crate::timing::Timing;
+use crate::{Gpu, GpuError};
 pub use frame::Frame;
 use frame_constants::FrameConstants;
 use host_images::Formats;
@@ -49,6 +49,13 @@ pub struct Executor {
     formats: Formats,
     frame_index: u32,
     fresh: bool,
+}
+
+impl Gpu {
+    /// An executor with the capabilities of this device.
+    pub fn executor(&self) -> Executor {
+        Executor::with_caps(&self.device, &self.queue, self.caps.clone())
+    }
 }
 
 impl Executor {
@@ -121,7 +128,8 @@ impl Executor {
         &self.caps
     }
 
-    /// What the device wants for an image: the planner asks for it through [`PlanRequest`](afterimage_plan::PlanRequest).
+    /// What the device wants for an image: the planner asks for it through
+    /// [`PlanRequest`](afterimage_plan::PlanRequest).
     pub fn requirement(&self, desc: &ImageDesc) -> Requirement {
         heap::requirement(&self.compiler.device, desc)
     }
@@ -152,8 +160,8 @@ impl Executor {
 
     /// Makes a prepared plan the one that runs from the next frame on; waits for it if it is not ready.
     ///
-    /// Textures, histories and buffers that are equal in both plans are kept. Memory that begins with the new plan begins
-    /// as in a first frame, and only that. On an error the old plan stays as it is, with its histories.
+    /// Textures, histories and buffers that are equal in both plans are kept. Memory that begins with the new plan
+    /// begins as in a first frame, and only that. On an error the old plan stays as it is, with its histories.
     pub fn swap(&mut self, preparation: Preparation) -> Result<(), GpuError> {
         match preparation.worker.join() {
             Ok(prepared) => self.put_in(prepared?),
@@ -214,15 +222,15 @@ impl Executor {
         self.fresh = true;
     }
 
-    /// Sets the number of the next frame; further ones count on. Noise depends on the number, so frames with equal numbers
-    /// have equal grain. Histories and adaptation start anew, because the frame number selects their textures.
+    /// Sets the number of the next frame; further ones count on. Noise depends on the number, so frames with equal
+    /// numbers have equal grain. Histories and adaptation start anew, because the frame number selects their textures.
     pub fn count_from(&mut self, index: u32) {
         self.frame_index = index;
         self.fresh = true;
     }
 
-    /// Measures the GPU time of each of the plan's passes from now on, in this plan and those after it. `false` before a
-    /// plan is loaded, and where the device has no timestamps inside passes.
+    /// Measures the GPU time of each of the plan's passes from now on, in this plan and those after it. `false` before
+    /// a plan is loaded, and where the device has no timestamps inside passes.
     pub fn enable_timing(&mut self) -> bool {
         let Some(loaded) = &mut self.loaded else { return false };
         loaded.timing = Timing::new(&self.compiler.device, &self.queue, loaded.passes.len() as u32);
@@ -244,8 +252,8 @@ impl Executor {
         }
     }
 
-    /// Records one pass of a frame and no other, for measurements on devices whose timestamps are not reliable. It reads
-    /// what the frames before have left, and the frame number stays.
+    /// Records one pass of a frame and no other, for measurements on devices whose timestamps are not reliable. It
+    /// reads what the frames before have left, and the frame number stays.
     pub fn encode_pass(
         &mut self,
         encoder: &mut CommandEncoder,

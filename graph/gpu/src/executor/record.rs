@@ -22,8 +22,8 @@ pub(super) fn clear_memory(device: &Device, store: &Store, loaded: &Loaded, enco
     }
 }
 
-/// Separates the first frame on a heap from the plan that used it before: after this, the first write of each image waits
-/// for all earlier passes.
+/// Separates the first frame on a heap from the plan that used it before: after this, the first write of each image
+/// waits for all earlier passes.
 pub(super) fn take_over(store: &Store, loaded: &Loaded, encoder: &mut CommandEncoder) {
     let textures = loaded.heap_textures.iter().map(|key| wgpu::TextureTransition {
         texture: &store.get(*key).texture,

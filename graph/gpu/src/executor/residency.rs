@@ -206,8 +206,8 @@ fn past_of(image: &PlannedImage) -> Option<ImageId> {
     }
 }
 
-/// Ring length: one texture for this frame and one for each that is remembered. It is the same for all rings, so that one
-/// ring index is valid for all.
+/// Ring length: one texture for this frame and one for each that is remembered. It is the same for all rings, so that
+/// one ring index is valid for all.
 fn ring_length(plan: &Plan) -> u32 {
     let depth = plan.images.iter().map(|image| match image.origin {
         Origin::Previous { frames, .. } => frames,

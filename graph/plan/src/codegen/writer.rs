@@ -27,7 +27,7 @@ impl<'c, 'a> FunctionWriter<'c, 'a> {
         let mut instances = Vec::with_capacity(code.pass.kernels.len());
         for kernel in &code.pass.kernels {
             let source = kernel.shader.source();
-            instances.push(if kernel.takes(Arg::Tile) {
+            instances.push(if kernel.accepts(Arg::Tile) {
                 linker.add_substituted(source, &kernel.promises)?
             } else {
                 linker.add(source, &kernel.promises)?
@@ -130,7 +130,7 @@ impl<'c, 'a> FunctionWriter<'c, 'a> {
             Arg::Kernel(earlier) => format!("kernel{earlier}"),
             // The image before is the only one that there is.
             Arg::Tile => "0u".into(),
-            Arg::Sampler if kernel.takes(Arg::Tile) => "0u".into(),
+            Arg::Sampler if kernel.accepts(Arg::Tile) => "0u".into(),
             Arg::Point => "at".into(),
             Arg::Params => format!("{}.kernel{index}", self.params()),
             Arg::Frame => self.frame(),

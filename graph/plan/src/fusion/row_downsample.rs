@@ -1,4 +1,5 @@
-//! A halving that has a form by rows takes it, and makes the texels of its source itself where no other pass reads them.
+//! A halving that has a form by rows takes it, and makes the texels of its source itself where no other pass reads
+//! them.
 //!
 //! On an H200 at 4K, extracting and halving take 0.039 ms so, and 0.123 ms in two passes of which the second filters
 //! thirteen times a texel.

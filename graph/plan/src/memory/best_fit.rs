@@ -27,8 +27,8 @@ impl<'a> BestFit<'a> {
         taken
     }
 
-    /// Places a block into the smallest gap that holds it, the lowest of these; on top of everything else where there is
-    /// none.
+    /// Places a block into the smallest gap that holds it, the lowest of these; on top of everything else where there
+    /// is none.
     pub(super) fn place(&mut self, at: usize) {
         let block = self.blocks[at];
         let (mut end, mut best) = (0, None::<(u64, u64)>);

@@ -1,7 +1,8 @@
 //! Another placement: always at the lowest point of the skyline that the placed blocks make over time.
 //!
-//! The lowest stretch of the skyline takes a block that lives within it, by a rank that says which goes first; where none
-//! does, the stretch is filled up to its lower neighbour. That loses nothing: no block that is left lives within it.
+//! The lowest stretch of the skyline takes a block that lives within it, by a rank that says which goes first; where
+//! none does, the stretch is filled up to its lower neighbour. That loses nothing: no block that is left lives within
+//! it.
 
 use super::block::{Block, Placement};
 
@@ -18,8 +19,8 @@ const TRIES: usize = 200;
 /// Steps that all tries of a rule may take together: above some hundred blocks there are fewer tries.
 const STEPS: usize = 4_000_000;
 
-/// Searches for a placement as low as `bound`: the ranks of one rule after the other are changed at random, and a change
-/// that does not raise the placement is kept.
+/// Searches for a placement as low as `bound`: the ranks of one rule after the other are changed at random, and a
+/// change that does not raise the placement is kept.
 pub(super) fn search(blocks: &[Block], bound: u64) -> Placement {
     let life = |at: usize| (blocks[at].last + 1 - blocks[at].first) as f64;
     let rules: [&dyn Fn(usize) -> f64; 3] =
@@ -79,8 +80,8 @@ impl Shaker {
     }
 }
 
-/// Places all blocks; of those that fit, the one with the highest rank goes first. `None` as soon as it is certain to be
-/// higher than `limit`.
+/// Places all blocks; of those that fit, the one with the highest rank goes first. `None` as soon as it is certain to
+/// be higher than `limit`.
 fn place(blocks: &[Block], alive: &[u64], ranks: &[f64], limit: u64) -> Option<Placement> {
     let mut skyline = vec![Level { start: 0, end: alive.len(), height: 0 }];
     // What is filled up is lost: in no batch may it and all that lives there exceed the limit.

@@ -15,8 +15,8 @@ impl std::fmt::Display for PlanHash {
 }
 
 impl Plan {
-    /// The hash of the canonical content: everything that [`Plan::to_json`] shows. Numbers that shaders take as uniforms
-    /// are no part of it, so the hash stays when one changes while a pipeline runs; constants are part of it.
+    /// The hash of the canonical content: everything that [`Plan::to_json`] shows. Numbers that shaders take as
+    /// uniforms are no part of it, so the hash stays when one changes while a pipeline runs; constants are part of it.
     pub fn hash(&self) -> PlanHash {
         PlanHash(fnv1a(canonical(self).as_bytes()))
     }

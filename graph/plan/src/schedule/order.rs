@@ -1,7 +1,7 @@
 //! The choice of an order.
 //!
-//! Several orders are tried, each is grouped into batches, and the best is kept. The order of recording is among them, so
-//! the result is never worse than it, and it wins among equals, so that small edits of a file move little.
+//! Several orders are tried, each is grouped into batches, and the best is kept. The order of recording is among them,
+//! so the result is never worse than it, and it wins among equals, so that small edits of a file move little.
 
 use super::batches::{fewest, within};
 use super::list_scheduling::candidates;

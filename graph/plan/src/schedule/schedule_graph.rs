@@ -33,8 +33,8 @@ struct LastUse {
 }
 
 impl ScheduleGraph {
-    /// A pass waits for the writer of what it reads, and a writer waits for all that read or wrote before. In every order
-    /// that respects this, the passes compute what they do in the order of recording.
+    /// A pass waits for the writer of what it reads, and a writer waits for all that read or wrote before. In every
+    /// order that respects this, the passes compute what they do in the order of recording.
     pub(crate) fn new(passes: &[ScheduledPass], planned: &[PlannedImage], buffers: usize) -> Self {
         let count = passes.len();
         let images = planned.len();

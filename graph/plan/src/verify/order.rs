@@ -33,7 +33,8 @@ fn check_conflicts(walk: &Walk<'_>, resource: Resource, history: &[(usize, Acces
     }
 }
 
-/// Reads and writes of one resource follow each other as they were recorded, so each read sees the write that it saw then.
+/// Reads and writes of one resource follow each other as they were recorded, so each read sees the write that it saw
+/// then.
 fn check_sequence(walk: &Walk<'_>, resource: Resource, history: &[(usize, Access)], faults: &mut Faults) {
     let recorded = |pass: usize| walk.plan.passes[pass].recorded;
     let (mut last_write, mut last_use) = (None::<usize>, None::<usize>);

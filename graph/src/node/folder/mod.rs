@@ -20,8 +20,8 @@
 //! * `inputs` are of type `Image`, `Volume` or `Value`. `accepts` lists the color states that fit (any, if it is left
 //!   out). With `optional: true`, a port may stay unwired; then it reads as zero.
 //! * `outputs` are of type `Image`. `state` is `Same("input")` or a color state, `function` the kernel function (the
-//!   kind's name in snake case, if it is left out), `size` one of `Same`, `Half`, `Double` (of the first image input, or
-//!   of the frame) and `Fixed(256, 256)`.
+//!   kind's name in snake case, if it is left out), `size` one of `Same`, `Half`, `Double` (of the first image input,
+//!   or of the frame) and `Fixed(256, 256)`.
 //! * `parameters` are of type `Bool`, `Int`, `Float`, `Vector2`, `Vector3` or `Vector4`. Each needs `doc` and
 //!   `default`, numbers need `within`, and `usually`, `unit` and `neutral` are optional. They go by name into the
 //!   struct of the function's argument `params`.
@@ -59,8 +59,8 @@ pub fn folder_kind(declaration: (&str, &str), shader: (&str, &str)) -> Result<No
     folder_kind_of(declaration, &[shader])
 }
 
-/// The same for a folder with several `.wgsl` files. The one with the kind's name in snake case is its shader; that one and the others may
-/// import the others.
+/// The same for a folder with several `.wgsl` files. The one with the kind's name in snake case is its shader; that one
+/// and the others may import the others.
 ///
 /// # Errors
 /// All errors of the declaration and the shader, each at its location; no file with the kind's name.

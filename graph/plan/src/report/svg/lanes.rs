@@ -37,7 +37,8 @@ pub(crate) fn bands(picture: &Picture<'_>, canvas: &mut Canvas, y: std::ops::Ran
     }
 }
 
-/// Passes as boxes with their names above and the numbers of the batches below; what is drawn and not dispatched has an edge.
+/// Passes as boxes with their names above and the numbers of the batches below; what is drawn and not dispatched has an
+/// edge.
 pub(crate) fn passes(picture: &Picture<'_>, canvas: &mut Canvas, y: f64) {
     heading(canvas, y + 11.0, "passes");
     for (at, PlannedPass { pass, stage, .. }) in picture.plan.passes.iter().enumerate() {
