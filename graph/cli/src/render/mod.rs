@@ -11,8 +11,8 @@ use afterimage_graph::node::NodeKind;
 
 use crate::args::RenderArgs;
 use crate::failure::Failure;
-use crate::files::registry;
-use crate::pipeline::{assignments, facts, load_graph, plan_options};
+use crate::files::{read_document, registry};
+use crate::pipeline::{PipelineFile, assignments, facts, plan_options};
 use crate::terminal::note;
 use request::Request;
 
@@ -20,7 +20,8 @@ pub(crate) use frames::choose_output;
 
 pub(crate) fn run(args: &RenderArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
     let registry = registry(tables, &args.options.nodes)?;
-    let graph = load_graph(&args.pipeline, &registry, &args.options)?;
+    let document = read_document(&args.pipeline)?;
+    let graph = PipelineFile::new(&document, &registry).graph(&args.options)?;
     let (facts, options) = (facts(&args.options)?, plan_options(&args.plan));
     let named = assignments(&args.inputs, "--input")?;
     let request = Request::new(args, &graph, named)?;
