@@ -9,6 +9,7 @@ fn main() {
     let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets the folder for generated files"));
     let mut code = table("KINDS", &root);
     code += &table("LIBRARY", &root.join("lib"));
+    code += &table("DEMO", &root.join("demo"));
     fs::write(out.join("sources.rs"), code).expect("the folder for generated files can be written");
 }
 

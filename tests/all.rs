@@ -1,33 +1,38 @@
-//! Every test of the workspace, in one binary.
-#![allow(unreachable_pub, missing_docs, clippy::unwrap_used, reason = "a test binary has no outside")]
+//! The tests that need a GPU, several crates, or the program. Pure tests live in their crates.
+//!
+//! All of them: `cargo test -p afterimage-tests`. One group: `cargo test -p afterimage-tests nodes::`. One test:
+//! `cargo test -p afterimage-tests nodes::table::every_kind_with_a_cpu_reference_equals_it`.
+#![allow(unreachable_pub, missing_docs, clippy::unwrap_used, reason = "a test binary exports nothing")]
 
 /// The figures of `afterimage bench`.
 mod bench;
-/// The program as a user runs it.
+/// The program, run as a user runs it.
 mod cli;
-/// The one clock of `measure` and `bench`.
+/// The clock that `measure` and `bench` share.
 mod clock;
-/// The executor as a host meets it.
+/// The executor, used as a host uses it.
 mod executor;
-/// A few seconds of what `fuzz` runs for hours.
+/// The first inputs of each fuzz target.
 mod fuzzing;
-/// Time against error, and the search for the best of both.
+/// Kinds with clashing names in one module.
+mod isolation;
+/// The figures of `measure` and `tune`.
 mod measure;
-/// The figures that `measure` gives, against published ones.
+/// Image metrics, compared with published figures.
 mod metrics;
-/// Each kind on the GPU against its f64 twin.
+/// Each kind on the GPU, compared with its CPU reference.
 mod nodes;
-/// Every shipped pipeline: checked, planned, proved, rendered under the validation layer.
+/// Every built-in pipeline, rendered under the validation layer.
 mod pipelines;
-/// Naive f64 twins of the operators, and the vectors that prove them.
-mod reference;
-/// Faults that `stress` must find, and what must have none.
-mod stress;
-/// What tests share.
-mod support;
 /// A node kind from another crate.
-mod third_party;
-/// Chains in workgroup memory against the same passes one by one.
+mod plug_in;
+/// CPU references of the operators, and the vectors that verify them.
+mod reference;
+/// Faults that `stress` must find, and subjects without any.
+mod stress;
+/// Shared by tests: the device, the harness of node tests, the program.
+mod support;
+/// Tiles in workgroup memory, compared with the same passes one by one.
 mod tiles;
-/// The richest pipeline as a whole.
+/// The longest pipeline as a whole.
 mod tsushima;

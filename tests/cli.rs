@@ -47,9 +47,9 @@ impl Folder {
     }
 
     /// Runs the program in this folder with the words of `line`; `{name}` stands for a shipped pipeline.
-    fn run(&self, line: &str) -> Told {
+    fn run(&self, line: &str) -> Outcome {
         let output = self.command(line).output().expect("the program starts");
-        Told::of(&output)
+        Outcome::of(&output)
     }
 
     fn command(&self, line: &str) -> Command {
@@ -73,13 +73,13 @@ impl Drop for Folder {
 
 /// What the program said, and its exit status.
 #[derive(Debug)]
-struct Told {
+struct Outcome {
     status: Option<i32>,
     out: String,
     err: String,
 }
 
-impl Told {
+impl Outcome {
     fn of(output: &Output) -> Self {
         let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
         Self { status: output.status.code(), out: text(&output.stdout), err: text(&output.stderr) }

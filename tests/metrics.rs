@@ -12,7 +12,7 @@ use afterimage_lab::metrics::{
 const WIDTH: usize = 64;
 const HEIGHT: usize = 48;
 
-/// 8-bit codes of the truth and of a picture with noise and a pattern of brighter squares.
+/// 8-bit codes of the reference and of a picture with noise and a pattern of brighter squares.
 fn codes(x: usize, y: usize, channel: usize) -> [i64; 2] {
     let mixed = (x as u64 * 73856093) ^ (y as u64 * 19349663) ^ (channel as u64 * 83492791);
     let hash = ((mixed * 2654435761) & 0xffff_ffff) as i64;
@@ -71,9 +71,9 @@ fn ciede2000_gives_the_published_differences() {
 
 #[test]
 fn ciede2000_of_a_pair_of_pictures() {
-    let [truth, other] = sdr();
-    // The other program was told to derive its matrix from the primaries; by default it takes the four printed digits.
-    let all = ciede2000(&truth.pixels, &other.pixels);
+    let [reference, other] = sdr();
+    // The other program derives its matrix here from the primaries; by default it takes the four printed digits.
+    let all = ciede2000(&reference.pixels, &other.pixels);
     close(mean(&all), 2.94562299, 1e-5);
     close(percentile(&all, 0.999), 9.09190027, 1e-5);
     close(percentile(&all, 1.0), 10.5145559, 1e-5);
@@ -83,17 +83,17 @@ fn ciede2000_of_a_pair_of_pictures() {
 
 #[test]
 fn delta_e_itp_of_lights_and_of_a_pair_of_pictures() {
-    for (truth, other, expected) in [
+    for (reference, other, expected) in [
         ([100.0, 100.0, 100.0], [101.0, 101.0, 101.0], 0.7192686),
         ([10.0, 20.0, 30.0], [10.5, 20.0, 30.0], 1.2236440),
         ([1000.0, 200.0, 5.0], [900.0, 210.0, 6.0], 10.6814271),
         ([0.0, 0.0, 0.0], [0.01, 0.01, 0.01], 15.4695476),
         ([203.0, 203.0, 203.0], [203.0, 200.0, 203.0], 1.0781725),
     ] {
-        close(delta_e_itp_of(truth, other), expected, 3e-3);
+        close(delta_e_itp_of(reference, other), expected, 3e-3);
     }
-    let [truth, other] = hdr();
-    let all = delta_e_itp(&truth.pixels, &other.pixels);
+    let [reference, other] = hdr();
+    let all = delta_e_itp(&reference.pixels, &other.pixels);
     close(mean(&all), 9.9924291, 5e-3);
     close(percentile(&all, 1.0), 40.5453537, 2e-2);
 }
@@ -119,18 +119,18 @@ fn pq_gives_the_levels_of_bt_2408() {
 
 #[test]
 fn psnr_and_ssim_of_a_pair_of_pictures() {
-    let [truth, other] = sdr();
-    close(psnr(&truth.codes(), &other.codes(), 255.0), 29.9153257, 1e-5);
-    close(ssim(&truth, &other), 0.9218049199, 1e-6);
-    let [truth, other] = hdr();
-    close(psnr(&truth.codes(), &other.codes(), 256.0), 25.4248053, 1e-5);
-    close(ssim(&truth, &other), 0.9267314563, 1e-5);
+    let [reference, other] = sdr();
+    close(psnr(&reference.codes(), &other.codes(), 255.0), 29.9153257, 1e-5);
+    close(ssim(&reference, &other), 0.9218049199, 1e-6);
+    let [reference, other] = hdr();
+    close(psnr(&reference.codes(), &other.codes(), 256.0), 25.4248053, 1e-5);
+    close(ssim(&reference, &other), 0.9267314563, 1e-5);
 }
 
 #[test]
 fn flip_of_a_pair_of_pictures() {
-    let [truth, other] = sdr();
-    let map = flip(&truth, &other, PIXELS_PER_DEGREE);
+    let [reference, other] = sdr();
+    let map = flip(&reference, &other, PIXELS_PER_DEGREE);
     close(PIXELS_PER_DEGREE, 67.0206451, 1e-5);
     close(mean(&map), 0.1407039, 5e-5);
     close(percentile(&map, 1.0), 0.3103253, 2e-4);
@@ -140,24 +140,24 @@ fn flip_of_a_pair_of_pictures() {
 
 #[test]
 fn flip_of_a_pair_of_hdr_pictures() {
-    let [truth, other] = hdr();
-    let map = flip(&truth, &other, PIXELS_PER_DEGREE);
+    let [reference, other] = hdr();
+    let map = flip(&reference, &other, PIXELS_PER_DEGREE);
     close(mean(&map), 0.1735979, 5e-5);
     close(f64::from(map[10 * WIDTH + 20]), 0.1767051, 2e-4);
     // Three exposures instead of two.
-    let [truth, other] = pair(Range::Hdr, |code| code.powi(4) / 65536.0);
-    let map = flip(&truth, &other, PIXELS_PER_DEGREE);
+    let [reference, other] = pair(Range::Hdr, |code| code.powi(4) / 65536.0);
+    let map = flip(&reference, &other, PIXELS_PER_DEGREE);
     close(mean(&map), 0.2190125, 5e-5);
     close(percentile(&map, 1.0), 0.570229, 3e-4);
 }
 
 #[test]
 fn equal_pictures_have_no_error() {
-    for [truth, _] in [sdr(), hdr()] {
-        assert_eq!(percentile(&difference(&truth.codes(), &truth.codes()), 1.0), 0.0);
-        assert_eq!(psnr(&truth.codes(), &truth.codes(), truth.range.peak()), f64::INFINITY);
-        close(ssim(&truth, &truth), 1.0, 1e-12);
-        assert_eq!(mean(&flip(&truth, &truth, PIXELS_PER_DEGREE)), 0.0);
+    for [reference, _] in [sdr(), hdr()] {
+        assert_eq!(percentile(&difference(&reference.codes(), &reference.codes()), 1.0), 0.0);
+        assert_eq!(psnr(&reference.codes(), &reference.codes(), reference.range.peak()), f64::INFINITY);
+        close(ssim(&reference, &reference), 1.0, 1e-12);
+        assert_eq!(mean(&flip(&reference, &reference, PIXELS_PER_DEGREE)), 0.0);
     }
 }
 

@@ -1,7 +1,7 @@
 //! Every built-in pipeline rendered under the validation layer, in every way and at every tier.
 
 use afterimage_graph::check::Graph;
-use afterimage_plan::{Alias, Tiles};
+use afterimage_plan::{Alias, When};
 
 use crate::support::gpu::{Picture, Run, graph, pipelines, shipped};
 use crate::support::layer;
@@ -90,7 +90,7 @@ fn every_way_to_run_a_pipeline_makes_the_same_picture() {
         same("in fragments", &with(|run| run.prefer_fragment = true), ONE_CODE);
         same("not fused", &with(|run| run.options.fuse = false), 2.0 * ONE_CODE);
         // Taps by hand have all bits of the weights, those of the device eight; the dither then decides for one code or the next.
-        same("in tiles", &with(|run| run.options.tile = Tiles::Always), 1.5 * ONE_CODE);
+        same("in tiles", &with(|run| run.options.tile = When::Always), 1.5 * ONE_CODE);
         same("again", &with(|_| {}), 0.0);
     }
 }

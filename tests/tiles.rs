@@ -1,6 +1,6 @@
 //! Chains in workgroup memory against the same passes one by one.
 
-use afterimage_plan::Tiles;
+use afterimage_plan::When;
 
 use crate::support::gpu::{Picture, Run, gpu, graph};
 
@@ -38,12 +38,14 @@ fn both(text: &str, size: (u32, u32), exact: bool) -> (Picture, Picture, usize) 
     let picture = scene(size.0, size.1);
     let mut apart = Run::new(&graph);
     apart.options.exact = exact;
-    apart.options.tile = Tiles::Never;
+    apart.options.tile = When::Never;
+    apart.options.row_downsample = When::Never;
     let mut joined = Run::new(&graph);
     joined.options.exact = exact;
-    joined.options.tile = Tiles::Always;
+    joined.options.tile = When::Always;
+    joined.options.row_downsample = When::Always;
     let inputs = [("scene", &picture)];
-    let passes = joined.plan(&gpu(), &inputs).recording.passes.len();
+    let passes = joined.plan(&gpu(), &inputs).passes.len();
     (apart.frame(&inputs).remove(0), joined.frame(&inputs).remove(0), passes)
 }
 

@@ -1,9 +1,9 @@
-//! The richest pipeline as a whole: over time, at extremes, against its twin, and with what a scene does not need left out.
+//! The longest pipeline as a whole: over time, at extremes, and compared with its CPU reference.
 
 mod extremes;
 mod order;
+mod reference;
 mod sequence;
-mod twin;
 
 use afterimage_graph::check::{Graph, GraphOutput, Source};
 use afterimage_graph::image::Size;

@@ -47,5 +47,5 @@ pub mod prelude {
     pub use crate::{choices, params};
     pub use afterimage_base::image::{ColorState, Format, ImageDesc, Size};
     pub use afterimage_base::value::{FileValue, ParamType, Value};
-    pub use afterimage_wgsl::Shader;
+    pub use afterimage_wgsl::{Library, Shader};
 }

@@ -2,7 +2,8 @@
 
 use afterimage_graph::prelude::*;
 
-static SHADER: Shader = shader!("demo_scene");
+static LIBRARY: Library = Library::new(afterimage_shaders::DEMO);
+static SHADER: Shader = shader!("demo_scene").with_library(&LIBRARY);
 
 params! {
     /// The built-in scene: a loft at golden hour, with a dim room, a bright window, a low sun, neon and fine detail.

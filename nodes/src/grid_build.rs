@@ -107,7 +107,7 @@ impl Node for GridBuild {
         };
         let ([lo, hi], unit) = (self.range(), self.unit(capacity));
         let cells = [self.width, self.height];
-        let by_cells = ByCells { form: "grid_build", source: "source", cells, together: 1, step: self.step };
+        let by_cells = ByCells { form: "grid_build", source: "source", cells, together: 1, stride: self.step };
         pass.compute(&SHADER, entry)
             .by_cells((self.method == GridBuildMethod::Nearest).then_some(by_cells))
             .buffer("exposure", exposure)

@@ -47,7 +47,7 @@ impl LogGaussian {
         let exposure =
             if pass.wired("meter") { pass.buffer("meter") } else { pass.constant_buffer("unmetered", vec![0; 16]) };
         let cells = [self.width, self.height];
-        let by_cells = ByCells { form: "log_gaussian", source: "picture", cells, together: 64, step: self.step };
+        let by_cells = ByCells { form: "log_gaussian", source: "picture", cells, together: 64, stride: self.step };
         pass.compute(&SHADER, "log_gaussian_average")
             .by_cells(Some(by_cells))
             .image("picture", picture)

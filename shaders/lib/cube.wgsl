@@ -1,4 +1,5 @@
 // Reads tables over the unit cube. One texel per entry: the first at 0, the last at 1.
+#import math
 #import sampling
 
 // The eight entries around a colour, weighted in 32 bits.

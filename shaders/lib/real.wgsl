@@ -1,11 +1,17 @@
 // Sums of weighted colours in half floats, if the options ask for them and the device supports them. Otherwise in
-// 32-bit floats without conversion. The linker defines before this file:
-//   `real`, `real2`, `real3`, `real4`   the scalar and vector types of such sums;
-//   REAL_IS_HALF                        whether they are half floats.
+// 32-bit floats without conversion: the linker sets `real` and REAL_IS_HALF.
 // The largest half float is 65504, and a colour may have this value. So sums are of quarters: four colours can be added
 // before they are weighted, and rounded weights whose sum is slightly above 1 do not overflow. More than four colours
 // must not share a weight, because a compiler may add them before it applies the weight.
 #import sanitize
+
+// The scalar and vector types of such sums.
+alias real = f32;
+alias real2 = vec2<real>;
+alias real3 = vec3<real>;
+alias real4 = vec4<real>;
+// Whether they are half floats.
+const REAL_IS_HALF: bool = false;
 
 // Converts a colour for a sum.
 fn to_real(v: vec4f) -> real4 {

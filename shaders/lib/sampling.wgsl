@@ -1,9 +1,12 @@
-// The functions that read textures. The linker defines two constants before this file:
-//   TEXEL_SANITIZE  0 if every texture is known to be finite, 1 to sanitize colours, 2 to sanitize signed data;
-//   TAP_BY_HAND     true if the device cannot filter a texture, or if a texture must be sanitized before it is filtered
-//                   (a filtered NaN is a NaN in four pixels).
+// The functions that read textures. The linker sets both constants for each module.
 #import sanitize
 #import math
+
+// 0 if every texture is known to be finite, 1 to sanitize colours, 2 to sanitize signed data.
+const TEXEL_SANITIZE: u32 = 0u;
+// Whether the device cannot filter a texture, or a texture must be sanitized before it is filtered: a filtered NaN is a
+// NaN in four pixels.
+const TAP_BY_HAND: bool = false;
 
 fn sanitized(v: vec4f) -> vec4f {
     if TEXEL_SANITIZE == 1u { return sanitize(v); }

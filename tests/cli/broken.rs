@@ -21,7 +21,7 @@ pub(super) fn hdr(width: u32, height: u32, bytes: usize) -> Vec<u8> {
     [header.into_bytes(), vec![77; bytes]].concat()
 }
 
-/// The first so many of a thousand parts.
+/// The first N of a thousand parts.
 pub(super) fn cut(file: &[u8], thousandths: usize) -> Vec<u8> {
     file[..file.len() * thousandths / 1000].to_vec()
 }

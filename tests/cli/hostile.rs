@@ -56,10 +56,10 @@ fn every_broken_image_has_its_words() {
     let mut wrong = Vec::new();
     for (name, bytes, words) in &table {
         folder.with(name, bytes);
-        let told = folder.run(&format!("render {{glare}} {name} -o out.png"));
+        let outcome = folder.run(&format!("render {{glare}} {name} -o out.png"));
         let expected = format!("error: {name}: {words}");
-        if (told.status, told.err.trim_end()) != (Some(1), &expected) {
-            wrong.push(format!("{name}: status {:?}\n{}", told.status, told.err));
+        if (outcome.status, outcome.err.trim_end()) != (Some(1), &expected) {
+            wrong.push(format!("{name}: status {:?}\n{}", outcome.status, outcome.err));
         }
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
@@ -74,7 +74,7 @@ fn an_image_larger_than_the_device_names_the_limit() {
     let width = 65_000;
     let picture = Picture::new(width, 1, Pixels::Float(vec![0.5; width as usize * 4]));
     write_exr(&folder.file("long.exr"), &picture, &ExrOptions::default()).expect("a picture of a test can be written");
-    let told = folder.run("render {glare} long.exr -o out.png");
-    told.fails_saying(1, &["the image is 65000x1, but `", "pixels a side", "hint: scale it down"]);
+    let outcome = folder.run("render {glare} long.exr -o out.png");
+    outcome.fails_saying(1, &["the image is 65000x1, but `", "pixels a side", "hint: scale it down"]);
     assert_eq!(folder.names(), ["long.exr"]);
 }

@@ -39,7 +39,7 @@ fn one_plan_is_shown_at_a_time() {
     folder.run("plan --memory --size 64x64 {lynx}").fails_saying(1, &["--memory", "--size"]);
 }
 
-/// A tier that is wrong in itself is told, though nobody asks for it.
+/// A malformed tier is reported even if it is not selected.
 #[test]
 fn every_tier_is_checked() {
     let folder = Folder::new("tiers");

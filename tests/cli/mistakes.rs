@@ -89,8 +89,8 @@ fn facts_tiers_and_parameters_are_checked() {
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn an_unknown_adapter_is_told_with_those_there_are() {
     let folder = folder("adapter");
-    let told = folder.run("render {glare} room.exr -o out.png --adapter Voodoo2");
-    told.fails_saying(1, &["error: no graphics adapter called `Voodoo2`: there are `"]);
+    let outcome = folder.run("render {glare} room.exr -o out.png --adapter Voodoo2");
+    outcome.fails_saying(1, &["error: no graphics adapter called `Voodoo2`: there are `"]);
 }
 
 #[test]
@@ -100,8 +100,8 @@ fn no_adapter_is_the_machines_fault_and_names_the_package() {
     let folder = folder("no-adapter");
     let mut command = folder.command("render {glare} room.exr -o out.png");
     command.env("VK_DRIVER_FILES", "/nonexistent").env("VK_ICD_FILENAMES", "/nonexistent");
-    let told = super::Told::of(&command.output().expect("the program starts"));
-    told.fails_saying(2, &["no graphics adapter", "apt-get install mesa-vulkan-drivers"]);
+    let outcome = super::Outcome::of(&command.output().expect("the program starts"));
+    outcome.fails_saying(2, &["no graphics adapter", "apt-get install mesa-vulkan-drivers"]);
     assert!(!folder.file("out.png").exists());
 }
 
@@ -111,8 +111,8 @@ fn no_adapter_is_the_machines_fault_and_names_the_package() {
 fn a_full_disk_is_the_machines_fault() {
     let folder = folder("full");
     std::os::unix::fs::symlink("/dev/full", folder.file("out.png")).expect("a link");
-    let told = folder.run("render {glare} room.exr -o out.png");
-    told.fails(2, "error: out.png: the disk is full\n  hint: make room; no file was left half written");
+    let outcome = folder.run("render {glare} room.exr -o out.png");
+    outcome.fails(2, "error: out.png: the disk is full\n  hint: make room; no file was left half written");
 }
 
 #[test]
@@ -138,8 +138,8 @@ fn a_reader_that_goes_away_is_no_failure() {
         let mut out = child.stdout.take().expect("a pipe");
         out.read_exact(&mut [0]).expect("it speaks");
         drop(out);
-        let told = super::Told::of(&child.wait_with_output().expect("it ends"));
-        assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{line}");
+        let outcome = super::Outcome::of(&child.wait_with_output().expect("it ends"));
+        assert_eq!((outcome.status, outcome.err.as_str()), (Some(0), ""), "{line}");
     }
 }
 
@@ -148,8 +148,8 @@ fn a_reader_that_goes_away_is_no_failure() {
 fn a_broken_pipeline_is_told_at_its_place() {
     let folder = folder("pipeline");
     folder.with("bad.ron", b"Pipeline(\n    inputs: { \"scene\": Color },\n    nodes: { \"a\": Blurr(source: \"scene\") },\n    outputs: { \"display\": \"a\" },\n)");
-    let told = folder.run("check bad.ron");
-    told.fails_saying(1, &["error[unknown-kind]", "Blurr", "bad.ron:3"]);
+    let outcome = folder.run("check bad.ron");
+    outcome.fails_saying(1, &["error[unknown-kind]", "Blurr", "bad.ron:3"]);
     folder.run("render bad.ron room.exr -o out.png").fails_saying(1, &["Blurr", "bad.ron:3"]);
     assert!(!folder.file("out.png").exists());
 }
@@ -173,8 +173,8 @@ fn options_that_would_change_nothing_are_refused() {
         folder.run(line).fails(1, words);
     }
     for fps in ["0", "-24", "NaN", "inf", "1e-40"] {
-        let told = folder.run(&format!("render {{glare}} room.exr -o out.png --fps={fps}"));
-        told.fails_saying(1, &["frames per second are a number above 0"]);
+        let outcome = folder.run(&format!("render {{glare}} room.exr -o out.png --fps={fps}"));
+        outcome.fails_saying(1, &["frames per second are a number above 0"]);
     }
     assert_eq!(folder.names(), ["room.exr"]);
 }
@@ -186,8 +186,9 @@ fn a_picture_does_not_take_the_place_of_its_input() {
     let light = "Pipeline(inputs: { \"scene\": Color }, nodes: {}, outputs: { \"light\": \"scene\" })";
     folder.with("light.ron", light.as_bytes());
     let before = std::fs::read(folder.file("room.exr")).expect("a picture");
-    let told = folder.run("render light.ron room.exr -o ./room.exr");
-    told.fails(1, "error: ./room.exr: this is the image of input `scene`\n  hint: choose another name for the output");
+    let outcome = folder.run("render light.ron room.exr -o ./room.exr");
+    outcome
+        .fails(1, "error: ./room.exr: this is the image of input `scene`\n  hint: choose another name for the output");
     assert_eq!(std::fs::read(folder.file("room.exr")).expect("still there"), before);
 }
 
@@ -199,7 +200,7 @@ fn a_result_that_cannot_be_printed_is_no_success() {
     for line in ["nodes", "plan {lynx}", "check {lynx}"] {
         let full = std::fs::File::options().write(true).open("/dev/full").expect("the device of a full disk");
         let output = folder.command(line).stdout(full).output().expect("the program starts");
-        super::Told::of(&output)
+        super::Outcome::of(&output)
             .fails(2, "error: standard output: the disk is full\n  hint: make room; no file was left half written");
     }
 }

@@ -4,7 +4,7 @@ use std::fs;
 
 use afterimage_media::{Source, read};
 
-use super::{Folder, Told, room, save};
+use super::{Folder, Outcome, room, save};
 
 /// Width, height and RGB bytes of a PNG.
 fn png(path: &std::path::Path) -> (u32, u32, Vec<[u8; 3]>) {
@@ -67,7 +67,7 @@ fn the_number_of_threads_does_not_show() {
     save(&folder.file("room.exr"), &room(331, 187));
     let picture = |threads: &str| {
         let mut command = folder.command("render {tsushima} room.exr -o room.png");
-        Told::of(&command.env("LP_NUM_THREADS", threads).output().expect("the program starts")).good();
+        Outcome::of(&command.env("LP_NUM_THREADS", threads).output().expect("the program starts")).good();
         png(&folder.file("room.png"))
     };
     let one = picture("0");

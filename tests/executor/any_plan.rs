@@ -6,8 +6,11 @@ use std::sync::Arc;
 
 use afterimage_generators::{Recipe, Rng};
 use afterimage_graph::check::{Condition, Graph, Source};
-use afterimage_graph::node::{Arg, Fallback, ImageId, Resource, Step, Work};
-use afterimage_plan::{Alias, BatchBarriers, Lifetime, Options, Plan, Stage, Tiles, verify};
+use afterimage_graph::node::{Arg, Fallback, ImageId, KernelCall, Pass, Resource};
+use afterimage_plan::codegen::codegen;
+use afterimage_plan::{
+    Alias, Batch, Lifetime, Options, PlacedPlan, Plan, PlannedPass, ScheduledPass, Stage, When, verify, verify_placed,
+};
 use afterimage_wgsl::Shader;
 use petgraph::graph::{DiGraph, NodeIndex};
 
@@ -44,7 +47,8 @@ fn scenes() -> [Picture; 3] {
 
 fn planned(player: &Player, graph: &Graph, input: &str, change: impl Fn(&mut Run<'_>)) -> Arc<Plan> {
     let mut run = Run::new(graph);
-    run.options.tile = Tiles::Never;
+    run.options.tile = When::Never;
+    run.options.row_downsample = When::Never;
     change(&mut run);
     let plan = run.plan(&player.gpu, &[(input, &scenes()[0])]);
     assert_eq!(verify(&plan), Ok(()));
@@ -65,8 +69,8 @@ fn every_way_to_run_a_random_graph_gives_the_same_bits() {
         changing += usize::from(wanted[0] != wanted[2 * graph.outputs.len()]);
         for alias in ALIASES {
             for [serial, batches_first] in [[false, false], [true, false], [false, true]] {
-                let tile = Tiles::Never;
-                let options = Options { alias, serial, batches_first, tile, ..Options::default() };
+                let (tile, row_downsample) = (When::Never, When::Never);
+                let options = Options { alias, serial, batches_first, tile, row_downsample, ..Options::default() };
                 let plan = planned(&player, &graph, "picture", |run| run.options = options);
                 assert_eq!(film(&mut player, &plan, "picture"), wanted, "seed {seed}, {options:?}");
             }
@@ -113,10 +117,11 @@ fn every_placement_gives_the_same_bits() {
         let plan = planned(&player, &graph(seed), "picture", |_| {});
         let wanted = film(&mut player, &plan, "picture");
         for (what, places) in [("upside down", upside_down(&plan)), ("moved up", moved_up(&plan))] {
-            let mut moved = (*plan).clone();
-            assert!(moved.place_keeping(&places), "seed {seed}: {what}");
+            let placed = PlacedPlan::keeping(plan.clone(), &places);
+            assert_eq!(verify_placed(&placed), Ok(()), "seed {seed}: {what}");
+            assert_ne!(placed, PlacedPlan::new(plan.clone()), "seed {seed}: {what}");
+            let moved = with_own_places(&placed);
             assert_eq!(verify(&moved), Ok(()), "seed {seed}: {what}");
-            assert_ne!(moved.memory.offset_of, plan.memory.offset_of);
             player.renew();
             assert_eq!(film(&mut player, &Arc::new(moved), "picture"), wanted, "seed {seed}: {what}");
         }
@@ -124,11 +129,11 @@ fn every_placement_gives_the_same_bits() {
 }
 
 /// What lay at the bottom of the heap lies at its top.
-fn upside_down(plan: &Plan) -> Plan {
-    let mut turned = plan.clone();
-    for (offset, wants) in turned.memory.offset_of.iter_mut().zip(&plan.memory.requirement_of) {
-        if let (Some(offset), Some(wants)) = (offset, wants) {
-            let from_top = plan.memory.heap - *offset - wants.bytes;
+fn upside_down(plan: &Arc<Plan>) -> PlacedPlan {
+    let mut turned = PlacedPlan::new(plan.clone());
+    for (offset, image) in turned.placement.offsets.iter_mut().zip(&plan.images) {
+        if let (Some(offset), Some(wants)) = (offset, image.requirement) {
+            let from_top = turned.placement.heap - *offset - wants.bytes;
             *offset = from_top - from_top % wants.alignment;
         }
     }
@@ -136,12 +141,27 @@ fn upside_down(plan: &Plan) -> Plan {
 }
 
 /// A larger heap whose beginning nobody uses.
-fn moved_up(plan: &Plan) -> Plan {
-    let mut moved = plan.clone();
-    let step = plan.memory.requirement_of.iter().flatten().map(|wants| wants.alignment).max().unwrap_or(1);
-    moved.memory.heap += step;
-    moved.memory.offset_of.iter_mut().flatten().for_each(|offset| *offset += step);
+fn moved_up(plan: &Arc<Plan>) -> PlacedPlan {
+    let mut moved = PlacedPlan::new(plan.clone());
+    let requirements = plan.images.iter().filter_map(|image| image.requirement);
+    let step = requirements.map(|wants| wants.alignment).max().unwrap_or(1);
+    moved.placement.heap += step;
+    moved.placement.offsets.iter_mut().flatten().for_each(|offset| *offset += step);
     moved
+}
+
+/// A plan with a placement as its own.
+fn with_own_places(placed: &PlacedPlan) -> Plan {
+    let mut plan = (*placed.plan).clone();
+    for (image, offset) in plan.images.iter_mut().zip(&placed.placement.offsets) {
+        image.offset = *offset;
+    }
+    for (batch, aliasing) in plan.batches.iter_mut().zip(&placed.placement.aliasing) {
+        batch.aliasing.clone_from(aliasing);
+    }
+    let ends = plan.images.iter().filter_map(|image| Some(image.offset? + image.requirement?.bytes));
+    plan.memory.placed = ends.max().unwrap_or(0);
+    plan
 }
 
 /// A compiler that sees two steps at once may contract a product and a sum; more than that it may not do.
@@ -153,10 +173,11 @@ fn fusion_changes_nothing_but_the_last_bits_where_nothing_is_rounded_between() {
     for seed in SEEDS {
         let mut graph = graph(seed);
         graph.nodes.iter_mut().for_each(|node| node.format = None);
-        let exact = |fuse| Options { exact: true, fuse, tile: Tiles::Never, ..Options::default() };
+        let exact =
+            |fuse| Options { exact: true, fuse, tile: When::Never, row_downsample: When::Never, ..Options::default() };
         let [whole, apart] =
             [true, false].map(|fuse| planned(&player, &graph, "picture", |run| run.options = exact(fuse)));
-        fused += apart.recording.passes.len() - whole.recording.passes.len();
+        fused += apart.passes.len() - whole.passes.len();
         let [whole, apart] = [whole, apart].map(|plan| film(&mut player, &plan, "picture"));
         let pixels = whole.iter().flatten().zip(apart.iter().flatten());
         for (a, b) in pixels.map(|(a, b)| (f32::from_bits(*a), f32::from_bits(*b))) {
@@ -198,64 +219,57 @@ static POISON: Shader = Shader::new(
 /// The plan with a pass before each batch for every flat image whose life begins in it, which fills the image with NaN.
 fn poisoned(plan: &Plan) -> (Plan, usize) {
     let mut poisoned = plan.clone();
-    poisoned.recording.passes.clear();
-    poisoned.stages.clear();
     poisoned.batches.clear();
-    poisoned.barriers.clear();
-    let mut filled = 0;
+    let mut scheduled: Vec<ScheduledPass> = Vec::new();
     let mut now: Vec<Range<usize>> = Vec::new();
-    for (batch, passes) in plan.batches.iter().enumerate() {
+    for (number, batch) in plan.batches.iter().enumerate() {
         let first = poisoned.batches.len();
-        let mut before = plan.barriers[batch].clone();
-        for image in born(plan, batch) {
-            // Only the first pass after the hand-over must wait for the resident before.
-            let aliasing = before.aliasing.extract_if(.., |hand_over| hand_over.image == image).collect();
-            poisoned.barriers.push(BatchBarriers { transitions: Vec::new(), aliasing });
-            let at = poisoned.recording.passes.len();
-            poisoned.batches.push(at..at + 1);
-            poisoned.stages.push(Stage::Compute);
-            let mut pass = plan.recording.passes[passes.start].clone();
-            pass.work = Work::Steps { steps: vec![poison()], result: image };
-            poisoned.recording.passes.push(pass);
-            filled += 1;
+        let mut before = batch.clone();
+        for image in born(plan, number) {
+            // Only the first pass that writes the memory must wait for its owner before.
+            let aliasing = before.aliasing.extract_if(.., |barrier| barrier.image == image).collect();
+            let at = scheduled.len();
+            poisoned.batches.push(Batch { passes: at..at + 1, transitions: Vec::new(), aliasing });
+            scheduled.push(ScheduledPass { pass: poison(image), stage: Stage::Compute, recorded: at });
         }
-        let at = poisoned.recording.passes.len();
-        poisoned.batches.push(at..at + passes.len());
-        poisoned.barriers.push(before);
-        poisoned.stages.extend_from_slice(&plan.stages[passes.clone()]);
-        poisoned.recording.passes.extend_from_slice(&plan.recording.passes[passes.clone()]);
+        let at = scheduled.len();
+        poisoned.batches.push(Batch { passes: at..at + batch.passes.len(), ..before });
+        scheduled.extend(plan.passes[batch.passes.clone()].iter().map(PlannedPass::scheduled));
         now.push(first..poisoned.batches.len() - 1);
     }
-    for life in poisoned.lifetimes.iter_mut().flatten() {
+    for life in poisoned.images.iter_mut().filter_map(|image| image.lifetime.as_mut()) {
         // What leaves the frame lives until after its last batch.
         let last = now.get(life.last).map_or(poisoned.batches.len(), |batches| batches.end);
         *life = Lifetime { first: now[life.first].start, last };
     }
+    let filled = scheduled.len() - plan.passes.len();
+    poisoned.passes = codegen(scheduled, &poisoned.images, &poisoned.options);
     (poisoned, filled)
 }
 
 /// The flat images that no batch before has mentioned and whose memory others use, too.
 fn born(plan: &Plan, batch: usize) -> Vec<ImageId> {
-    let writes = plan.batches[batch].clone().flat_map(|pass| plan.recording.passes[pass].writes());
+    let writes = plan.batches[batch].passes.clone().flat_map(|pass| plan.passes[pass].pass.writes());
     let images = writes.filter_map(|resource| match resource {
         Resource::Image(image) => Some(image),
         Resource::Buffer(_) => None,
     });
     let is_born = |image: &ImageId| {
-        let shares = plan.memory.offset_of[image.0 as usize].is_some();
-        let begins = plan.lifetimes[image.0 as usize].is_some_and(|life| life.first == batch);
-        shares && begins && !plan.recording.image(*image).desc.volume
+        let shares = plan.images[image.0 as usize].offset.is_some();
+        let begins = plan.images[image.0 as usize].lifetime.is_some_and(|life| life.first == batch);
+        shares && begins && !plan.image(*image).desc.volume
     };
     images.filter(is_born).collect()
 }
 
-fn poison() -> Step {
-    Step::new("poison", &POISON, "poison", vec![Arg::Point])
+fn poison(image: ImageId) -> Pass {
+    let kernel = KernelCall::function("poison", &POISON, "poison", &[("at", Arg::Point)]);
+    Pass::of_functions(vec!["poison".into()], "poison".into(), vec![kernel], image)
 }
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn nan_at_every_hand_over_is_never_seen() {
+fn nan_in_memory_of_another_image_is_never_seen() {
     let mut player = Player::new();
     for seed in SEEDS {
         for alias in ALIASES {
@@ -275,7 +289,7 @@ fn nor_in_any_shipped_pipeline() {
     for name in
         ["tsushima.ron", "tsushima-night.ron", "lynx.ron", "caracal.ron", "glare.ron", "exposure.ron", "grade.ron"]
     {
-        for tile in [Tiles::Never, Tiles::Always] {
+        for tile in [When::Never, When::Always] {
             let plan = planned(&player, &shipped(name, None), "scene", |run| run.options.tile = tile);
             // Grain follows the number of the frame, so both films begin with the first.
             player.renew();

@@ -85,7 +85,7 @@ fn another_number_rewrites_a_uniform_and_nothing_else() {
     let texture = player.executor.output("out").expect("it is an output").clone();
     player.load(&Run::new(&stronger), &[("scene", &scene)]);
     let mut encoder = player.gpu.device.create_command_encoder(&Default::default());
-    let last = plan.recording.passes.len() - 1;
+    let last = plan.passes.len() - 1;
     player.executor.encode_pass(&mut encoder, &frame, last).expect("one pass");
     player.gpu.queue.submit([encoder.finish()]);
     let alone = player.output("out");
@@ -128,10 +128,10 @@ fn a_plan_that_the_device_refuses_leaves_the_old_one_running() {
     let before = player.output("out");
     let mut impossible = (*plan).clone();
     let used =
-        |index: &usize| plan.lifetimes[*index].is_some() && plan.recording.images[*index].origin == Origin::Transient;
-    let image = (0..plan.lifetimes.len()).find(used).expect("the plan makes images");
+        |index: &usize| plan.images[*index].lifetime.is_some() && plan.images[*index].origin == Origin::Transient;
+    let image = (0..plan.images.len()).find(used).expect("the plan makes images");
     let too_large = Size::new(1 << 20, 1);
-    impossible.recording.images[image].desc.size = too_large;
+    impossible.images[image].desc.size = too_large;
     for slot in &mut impossible.memory.slots {
         slot.desc.size = too_large;
     }

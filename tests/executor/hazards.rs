@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use afterimage_plan::{Tiles, verify};
+use afterimage_plan::{When, verify};
 
 use super::{at_tier, lively};
 use crate::support::gpu::Run;
@@ -30,18 +30,19 @@ fn memory_that_changes_hands_untouched_is_seen_by_the_checker_and_by_the_layer()
     let inputs = [("scene", &scene), ("small", &small)];
     let mut player = Player::new();
     let mut run = Run::new(&graph);
-    run.options.tile = Tiles::Never;
+    run.options.tile = When::Never;
+    run.options.row_downsample = When::Never;
     run.options.serial = true;
     let plan = player.load(&run, &inputs);
     verify(&plan).expect("the plan is good");
-    assert!(plan.barriers.iter().any(|barriers| !barriers.aliasing.is_empty()), "memory changes hands");
+    assert!(plan.batches.iter().any(|batch| !batch.aliasing.is_empty()), "memory changes hands");
     layer::said();
     player.frame(&inputs, 0.0, true);
     player.output("wide");
     assert_eq!(layer::said(), Vec::<String>::new());
 
     let mut broken = (*plan).clone();
-    broken.barriers.iter_mut().for_each(|barriers| barriers.aliasing.clear());
+    broken.batches.iter_mut().for_each(|batch| batch.aliasing.clear());
     let faults = verify(&broken).expect_err("no hand-over is left");
     assert!(faults.iter().any(|fault| fault.to_string().contains("nothing separates them")), "{faults:?}");
     player.renew();

@@ -1,7 +1,7 @@
 //! The host's own textures, and what it is told when they do not fit.
 
 use afterimage_gpu::{Frame, Gpu, GpuError, Opening};
-use afterimage_plan::Tiles;
+use afterimage_plan::When;
 use wgpu::{TextureFormat, TextureUsages};
 
 use super::{at_tier, bits, flat, lively};
@@ -35,14 +35,15 @@ fn described(
 
 /// A player with the pipeline loaded, its input, and what it shows in a texture of its own.
 fn reference(scene: &Picture) -> (Player, wgpu::TextureView, Picture) {
-    reference_in(scene, Tiles::WhereItPays)
+    reference_in(scene, When::WhereItPays)
 }
 
-fn reference_in(scene: &Picture, tile: Tiles) -> (Player, wgpu::TextureView, Picture) {
+fn reference_in(scene: &Picture, tile: When) -> (Player, wgpu::TextureView, Picture) {
     let graph = shipped(LYNX, None);
     let mut player = Player::new();
     let mut run = Run::new(&graph);
     run.options.tile = tile;
+    run.options.row_downsample = tile;
     player.load(&run, &[("scene", scene)]);
     let input = player.upload(scene);
     player.run(&Frame { inputs: &[("scene", &input)], ..Frame::default() }).expect("the scene renders");
@@ -94,7 +95,7 @@ fn bytes(player: &Player, texture: &wgpu::Texture) -> Vec<u8> {
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_surface_s_format_is_drawn_to() {
-    for tile in [Tiles::Never, Tiles::Always] {
+    for tile in [When::Never, When::Always] {
         is_drawn_to(reference_in(&lively(64, 36), tile));
     }
 }

@@ -2,8 +2,9 @@
 
 use std::sync::Arc;
 
-use afterimage_graph::node::{Arg, ImageId, Origin, Step, Work};
-use afterimage_plan::{Alias, Plan, Tiles};
+use afterimage_graph::node::{Arg, ImageId, KernelCall, Origin, Pass};
+use afterimage_plan::codegen::codegen;
+use afterimage_plan::{Alias, Plan, PlannedPass, ScheduledPass, When};
 use afterimage_wgsl::Shader;
 
 use super::{bits, lively};
@@ -19,22 +20,21 @@ static POISON: Shader = Shader::new(
 fn poisoned(plan: &Plan) -> (Plan, usize) {
     let mut plan = plan.clone();
     let mut filled = 0;
-    for pass in &mut plan.recording.passes {
-        let result = match &pass.work {
-            Work::Steps { result, .. } => *result,
-            Work::Tiled(_) | Work::Rows(_) | Work::Cells(_) | Work::Entry(_) => continue,
-        };
-        let step = Step::new("poison", &POISON, "poison", vec![Arg::Point]);
-        pass.work = Work::Steps { steps: vec![step], result };
+    let mut scheduled: Vec<ScheduledPass> = plan.passes.iter().map(PlannedPass::scheduled).collect();
+    for ScheduledPass { pass, .. } in &mut scheduled {
+        let Some(result) = pass.function_result() else { continue };
+        let kernel = KernelCall::function("poison", &POISON, "poison", &[("at", Arg::Point)]);
+        *pass = Pass::of_functions(pass.nodes.clone(), pass.label.clone(), vec![kernel], result);
         filled += 1;
     }
+    plan.passes = codegen(scheduled, &plan.images, &plan.options);
     (plan, filled)
 }
 
 fn transients(plan: &Plan) -> usize {
-    let made = |index: &usize| plan.recording.image(ImageId(*index as u32)).origin == Origin::Transient;
-    let used = |index: &usize| plan.lifetimes[*index].is_some();
-    (0..plan.recording.images.len()).filter(used).filter(made).count()
+    let made = |index: &usize| plan.image(ImageId(*index as u32)).origin == Origin::Transient;
+    let used = |index: &usize| plan.images[*index].lifetime.is_some();
+    (0..plan.images.len()).filter(used).filter(made).count()
 }
 
 /// In a texture of its own each image finds what the plan before has left in it.
@@ -46,7 +46,8 @@ fn images_full_of_nan_before_a_frame_are_not_seen_in_it() {
         let graph = shipped(name, None);
         let mut run = Run::new(&graph);
         run.options.alias = Alias::None;
-        run.options.tile = Tiles::Never;
+        run.options.tile = When::Never;
+        run.options.row_downsample = When::Never;
         let mut player = Player::new();
         let inputs = [("scene", &scene)];
         let plan = player.load(&run, &inputs);

@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use afterimage_gpu::{Frame, GpuError};
 use afterimage_graph::check::Graph;
-use afterimage_graph::node::{Arg, Step, Work};
-use afterimage_plan::{Alias, Plan, Tiles};
+use afterimage_graph::node::{Arg, KernelCall, Pass};
+use afterimage_plan::{Alias, PlacedPlan, Plan, When};
 use afterimage_wgsl::Shader;
 
 use super::histories::{BRIGHTER, TRAIL};
@@ -94,27 +94,27 @@ fn images_keep_their_places_in_the_heap() {
     let old = planned(&player, &graph, &scene);
     graph.nodes.iter_mut().filter(|node| node.name == "bloom").for_each(|node| node.off = true);
     let new = planned(&player, &graph, &scene);
-    assert_ne!(old.memory.heap, new.memory.heap, "a fresh plan would have another heap");
+    assert_ne!(old.memory.placed, new.memory.placed, "a fresh plan would have another heap");
     player.executor.load(old.clone()).expect("the first plan");
     step(&mut player, &scene);
     player.executor.load(new.clone()).expect("the second plan");
-    let running = player.executor.plan().expect("a plan is loaded").clone();
-    assert_eq!(running.memory.heap, old.memory.heap);
-    assert_eq!(afterimage_plan::verify(&running), Ok(()));
-    let (kept, fresh) = (in_place(&running, &old), in_place(&new, &old));
+    let running = player.executor.placed_plan().expect("a plan is loaded");
+    assert_eq!(running.placement.heap, old.memory.placed);
+    assert_eq!(afterimage_plan::verify_placed(&running), Ok(()));
+    let (kept, fresh) = (in_place(&running, &old), in_place(&PlacedPlan::new(new.clone()), &old));
     assert!(kept > fresh, "{kept} images lie where they lay, {fresh} without keeping");
     player.executor.reset();
     let shown = step(&mut player, &scene);
     assert_eq!(shown, alone(&mut player, &new, &scene, 1)[0]);
 }
 
-fn in_place(plan: &Plan, old: &Plan) -> usize {
-    let places = |plan: &Plan| -> Vec<(String, u64)> {
-        let named = plan.image_names().into_iter().zip(&plan.memory.offset_of);
+fn in_place(placed: &PlacedPlan, old: &Arc<Plan>) -> usize {
+    let places = |placed: &PlacedPlan| -> Vec<(String, u64)> {
+        let named = placed.plan.image_names().into_iter().zip(&placed.placement.offsets);
         named.filter_map(|(name, offset)| Some((name, (*offset)?))).collect()
     };
-    let old = places(old);
-    places(plan).iter().filter(|place| old.contains(place)).count()
+    let old = places(&PlacedPlan::new(old.clone()));
+    places(placed).iter().filter(|place| old.contains(place)).count()
 }
 
 fn trail(player: &mut Player, scene: &Picture, output: &str) -> f32 {
@@ -207,22 +207,11 @@ static TORN: Shader = Shader::new("torn.wgsl", "fn torn(at: Point) -> vec4f { re
 /// The plan with a shader that does not compile in place of one of its functions.
 fn broken(plan: &Plan) -> Plan {
     let mut plan = plan.clone();
-    let functions = plan.recording.passes.iter_mut().filter_map(|pass| match &mut pass.work {
-        Work::Steps { steps, .. } => Some(steps),
-        _ => None,
-    });
-    let steps = functions.last().expect("the plan has functions");
-    let args = vec![Arg::Point];
-    *steps = vec![Step {
-        node: "torn".into(),
-        shader: (&TORN).into(),
-        function: "torn".into(),
-        args,
-        uniform: Vec::new(),
-        reach: None,
-        promises: Vec::new(),
-        by_rows: None,
-    }];
+    let mut functions = plan.passes.iter_mut().map(|planned| &mut planned.pass);
+    let pass = functions.rfind(|pass| pass.function_result().is_some()).expect("the plan has functions");
+    let result = pass.function_result().expect("it was found by it");
+    let kernel = KernelCall::function("torn", &TORN, "torn", &[("at", Arg::Point)]);
+    *pass = Pass::of_functions(pass.nodes.clone(), pass.label.clone(), vec![kernel], result);
     plan
 }
 
@@ -255,10 +244,11 @@ fn a_plan_that_the_device_refuses_leaves_histories_as_they_are() {
     let graph = at_tier(TRAIL, None);
     let mut run = Run::new(&graph);
     run.options.alias = Alias::None;
-    run.options.tile = Tiles::Never;
+    run.options.tile = When::Never;
+    run.options.row_downsample = When::Never;
     let plan = player.load(&run, &[("scene", &scene)]);
     let mut too_large = (*plan).clone();
-    for image in &mut too_large.recording.images {
+    for image in &mut too_large.images {
         image.desc.size.width = 1 << 20;
     }
     assert_eq!([(); 2].map(|()| trail(&mut player, &scene, "out")), [0.5, 0.75]);

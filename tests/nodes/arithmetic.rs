@@ -2,7 +2,7 @@
 
 use afterimage_graph::check::Graph;
 use afterimage_graph::image::Size;
-use afterimage_plan::{Options, Tiles};
+use afterimage_plan::{Options, When};
 
 use super::probes::{pipeline, scene};
 use crate::support::gpu::{Picture, Run, shipped};
@@ -35,9 +35,9 @@ fn both(graph: &Graph, picture: &Picture, options: Options, switched: Options) -
 }
 
 /// The same without and with half floats, wherever a kernel has a form for a device with tiles.
-fn whole_and_half(nodes: &str, picture: &Picture, tile: Tiles) -> [Picture; 2] {
+fn whole_and_half(nodes: &str, picture: &Picture, tile: When) -> [Picture; 2] {
     let whole = Options { tile, ..Options::default() };
-    both(&pipeline("", nodes), picture, whole, Options { half: true, ..whole })
+    both(&pipeline(nodes), picture, whole, Options { half: true, ..whole })
 }
 
 /// The largest difference, as a share of the brightest number within `reach` pixels.
@@ -60,25 +60,25 @@ fn difference([a, b]: &[Picture; 2], reach: i64) -> f32 {
     worst
 }
 
-/// Nodes up to `seen` that sum in half floats, and how many of the sums follow each other.
+/// Nodes up to `result` that sum in half floats, and the number of sums one after the other.
 fn sums() -> Vec<(String, f32)> {
     let mut all = Vec::new();
     for filter in ["Box", "Tap4", "Tap9", "Tap13"] {
         for firefly in ["Off", "Groups", "Taps"] {
             let mips =
                 format!(r#""mips": Downsample(source: "scene", filter: {filter}, firefly: {firefly}, levels: 2)"#);
-            all.push((format!(r#"{mips}, "seen": Upsample(source: "mips", spread: 1.0, filter: Bilinear)"#), 2.0));
+            all.push((format!(r#"{mips}, "result": Upsample(source: "mips", spread: 1.0, filter: Bilinear)"#), 2.0));
         }
     }
     for radius in [0.7, 1.0, 3.0] {
         let mips = r#""mips": Downsample(source: "scene", filter: Box, levels: 3)"#;
-        all.push((format!(r#"{mips}, "seen": Upsample(source: "mips", spread: 0.9, radius: {radius:?})"#), 3.0));
+        all.push((format!(r#"{mips}, "result": Upsample(source: "mips", spread: 0.9, radius: {radius:?})"#), 3.0));
         let bloom = r#""mips": Downsample(source: "scene", filter: Box, levels: 2), "bloom": Upsample(source: "mips", spread: 0.5)"#;
         let lit = format!(r#"Composite(base: "scene", bloom: "bloom", blend: Mix, strength: 0.5, radius: {radius:?})"#);
-        all.push((format!(r#"{bloom}, "seen": {lit}"#), 3.0));
+        all.push((format!(r#"{bloom}, "result": {lit}"#), 3.0));
     }
     for taps in ["Exact", "Linear"] {
-        all.push((format!(r#""seen": Gaussian(source: "scene", kernel: Caracal9, taps: {taps})"#), 2.0));
+        all.push((format!(r#""result": Gaussian(source: "scene", kernel: Caracal9, taps: {taps})"#), 2.0));
     }
     all
 }
@@ -88,7 +88,7 @@ fn sums() -> Vec<(String, f32)> {
 fn sums_in_half_floats_are_off_by_two_of_their_last_digits() {
     for (nodes, sums) in sums() {
         let mut any = 0.0_f32;
-        for tile in [Tiles::Never, Tiles::Always] {
+        for tile in [When::Never, When::Always] {
             for (width, height) in [(64, 64), (37, 23), (5, 3), (1, 1)] {
                 let off = difference(&whole_and_half(&nodes, &light(width, height), tile), 8);
                 assert!(off <= sums * 2.0 / 1024.0, "{nodes} at {width}x{height}, {tile:?}: off by {off}");
@@ -105,7 +105,7 @@ fn constants_stay_in_half_floats() {
     for (nodes, _) in sums() {
         for value in [0.0, 0.02, 1.0, 1000.0, 60000.0, LARGEST] {
             let picture = Picture::new(37, 23, |_, _| [value, 0.5 * value, 0.0, 1.0]);
-            let [_, half] = whole_and_half(&nodes, &picture, Tiles::WhereItPays);
+            let [_, half] = whole_and_half(&nodes, &picture, When::WhereItPays);
             let off = difference(&[Picture::new(half.width, half.height, |_, _| picture.at(0, 0)), half], 0);
             assert!(off <= 1.5 / 1024.0, "{nodes} of {value}: off by {off}");
         }
@@ -144,19 +144,19 @@ fn subgroups_add_up_to_the_same() {
     let counted = r#""h": Histogram(source: "scene")"#;
     let metered = |mean: &str| {
         format!(
-            r#""mean": MeanLuminance(source: "scene", mean: {mean}), "auto": Adapt(mean: "mean"), "seen": ProbeValue(value: "auto")"#
+            r#""mean": MeanLuminance(source: "scene", mean: {mean}), "auto": Adapt(mean: "mean"), "result": ProbeValue(value: "auto")"#
         )
     };
     let mut differ = 0;
     for (nodes, most) in [
-        (format!(r#"{counted}, "seen": ProbeTable(table: "h")"#), 0.0),
-        (format!(r#"{counted}, "auto": AutoExposure(histogram: "h"), "seen": ProbeValue(value: "auto")"#), 1e-6),
+        (format!(r#"{counted}, "result": ProbeTable(table: "h")"#), 0.0),
+        (format!(r#"{counted}, "auto": AutoExposure(histogram: "h"), "result": ProbeValue(value: "auto")"#), 1e-6),
         (metered("Log"), 1e-6),
         (metered("Linear"), 1e-6),
-        (r#""seen": LogGaussian(source: "scene", sigma: 0.0, width: 16, height: 8)"#.into(), 1e-6),
+        (r#""result": LogGaussian(source: "scene", sigma: 0.0, width: 16, height: 8)"#.into(), 1e-6),
     ] {
         for (width, height) in [(641, 359), (64, 64), (2, 3), (1, 1)] {
-            let [a, b] = both(&pipeline("", &nodes), &scene(width, height), exact, subgroups);
+            let [a, b] = both(&pipeline(&nodes), &scene(width, height), exact, subgroups);
             assert!(b.pixels.as_flattened().iter().all(|x| x.is_finite()), "{nodes}");
             let off = |(a, b): (&f32, &f32)| (a - b).abs() / a.abs().max(1.0);
             let worst = a.pixels.as_flattened().iter().zip(b.pixels.as_flattened()).map(off).fold(0.0, f32::max);

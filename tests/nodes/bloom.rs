@@ -1,4 +1,4 @@
-//! Extract, Downsample, Upsample, Gaussian and Composite on the GPU against their f64 twins.
+//! Extract, Downsample, Upsample, Gaussian and Composite on the GPU, compared with their CPU references.
 
 use crate::reference::bloom::{self, composite_add, composite_lerp, gate_weight, knee_weight, select_emissive};
 use crate::reference::color::luminance;
@@ -6,7 +6,8 @@ use crate::reference::gaussian;
 use crate::reference::image::{Image, rgb};
 use crate::reference::math::largest;
 use crate::reference::resample::{Down, Firefly, Up, upsample};
-use crate::support::gpu::{Picture, Run, gpu, graph, run_exact};
+use crate::support::gpu::{Picture, Run, gpu};
+use crate::support::harness::{Nodes, Scale, Tolerance, assert_close, image};
 use crate::support::numbers::Numbers;
 
 /// One texel, thinner than a filter, odd in both directions, a power of two, a frame with odd sides.
@@ -15,22 +16,28 @@ const SIZES: [[u32; 2]; 5] = [[1, 1], [2, 3], [5, 3], [64, 64], [641, 359]];
 /// The brightest number that a half float holds.
 const BRIGHTEST: f64 = 65504.0;
 
-/// What a result may be off by, as a share of the brightest expected value within four pixels.
+/// Tolerances relative to the brightest expected number within four pixels.
 #[derive(Clone, Copy)]
-struct Tolerance {
-    /// With every image in 32 bits.
-    exact: f64,
+pub(super) struct Precision {
+    /// With 32 bits between the passes.
+    pub(super) exact: f64,
     /// With half floats between the passes.
     half: f64,
+    reason: &'static str,
 }
 
-/// Texels are read whole.
-const WHOLE: Tolerance = Tolerance { exact: 1e-5, half: 2e-3 };
-/// Texels are weighed by the sampler, in which a device may round weights to 1/256.
-const SAMPLED: Tolerance = Tolerance { exact: 4e-3, half: 7e-3 };
+impl Precision {
+    pub(super) fn within(&self, relative: f64, absolute: f64) -> Tolerance {
+        Tolerance { absolute, relative, of: Scale::Neighbourhood, reason: self.reason }
+    }
+}
+
+pub(super) const WHOLE: Precision = Precision { exact: 1e-5, half: 2e-3, reason: "texels are loaded: only rounding" };
+pub(super) const SAMPLED: Precision =
+    Precision { exact: 4e-3, half: 7e-3, reason: "a sampler may round its weights to 1/256" };
 
 /// Scene light up to 8 with alpha in 0..1. Each of the `spikes` is the brightest number, in one channel of one pixel in fifty.
-fn picture([width, height]: [u32; 2], spikes: bool) -> Picture {
+pub(super) fn picture([width, height]: [u32; 2], spikes: bool) -> Picture {
     let mut numbers = Numbers(0x2545_f491_4f6c_dd1d);
     Picture::new(width, height, |x, y| {
         let light = 8.0 * numbers.next() * numbers.next();
@@ -42,72 +49,39 @@ fn picture([width, height]: [u32; 2], spikes: bool) -> Picture {
     })
 }
 
-fn image(picture: &Picture) -> Image {
-    let pixels = picture.pixels.iter().map(|pixel| pixel.map(f64::from)).collect();
-    Image { width: picture.width as usize, height: picture.height as usize, pixels }
-}
-
 fn bounded(image: Image) -> Image {
     image.map(|pixel| pixel.map(|v| v.min(BRIGHTEST)))
 }
 
-/// A pipeline from `scene`, and `light` where it is read, to the node `result`, or to what stands after an arrow.
-fn pipeline(nodes: &str) -> String {
-    let (nodes, output) = nodes.split_once(" -> ").unwrap_or((nodes, "result"));
-    let light = if nodes.contains("\"light\"") { ", \"light\": Color" } else { "" };
-    format!(r#"Pipeline(inputs: {{ "scene": Color{light} }}, nodes: {{ {nodes} }}, outputs: {{ "out": "{output}" }})"#)
-}
+const SCENE: &[(&str, &str)] = &[("scene", "Color")];
 
-fn assert_near(what: &str, got: &Picture, want: &Image, tolerance: f64) {
-    assert_within(what, got, want, tolerance, 0.0);
-}
-
-fn assert_within(what: &str, got: &Picture, want: &Image, tolerance: f64, slack: f64) {
-    assert_eq!([got.width as usize, got.height as usize], [want.width, want.height], "{what}");
-    for (index, (got, expected)) in got.pixels.iter().zip(&want.pixels).enumerate() {
-        let (x, y) = ((index % want.width) as i64, (index / want.width) as i64);
-        for channel in 0..4 {
-            let error = (f64::from(got[channel]) - expected[channel]).abs();
-            let near = || {
-                let around = (-4..=4).flat_map(|j| (-4..=4).map(move |i| (x + i, y + j)));
-                around.map(|(x, y)| want.texel(x, y)[channel].abs()).fold(1e-3, f64::max)
-            };
-            assert!(
-                error <= slack || error <= tolerance * expected[channel].abs() || error <= tolerance * near(),
-                "{what}: channel {channel} of ({x}, {y}) is {}, expected {}",
-                got[channel],
-                expected[channel]
-            );
-        }
-    }
-}
-
-/// A texture unit weighs two texels in steps of 1/256; by hand, as in exact pipelines, a tap is misplaced by less than a hundredth of that.
+/// A texture unit weighs two texels in steps of 1/256. Exact pipelines compute the weights: a tap is misplaced by less
+/// than a hundredth of that.
 const WEIGHT_STEPS: f64 = 100.0;
 
-/// How far a result may be off because its taps are: a GPU divides with an error of two and a half units in the last place, which at a side
-/// of 641 texels moves a tap by some 0.00005 of one.
+/// The error that misplaced taps cause: a GPU divides with an error of two and a half units in the last place, which
+/// at a side of 641 texels moves a tap by 0.00005 texels.
 fn misplaced(scene: &Picture) -> f64 {
     let brightest = scene.pixels.iter().flat_map(|pixel| &pixel[..3]).copied().fold(0.0, f32::max);
     if gpu().is_processor() { 0.0 } else { 5e-5 * f64::from(brightest) }
 }
 
-/// Runs `nodes` on one picture, with 32 bits between passes and with 16.
-fn check_on(nodes: &str, scene: &Picture, want: &Image, tolerance: Tolerance) {
-    let text = pipeline(nodes);
+/// Compares `nodes` with the expected image, with 32 bits between passes and with 16.
+fn check_on(nodes: &str, scene: &Picture, expected: &Image, precision: Precision) {
     let what = format!("{}x{}: {nodes}", scene.width, scene.height);
-    let slack = misplaced(scene);
-    assert_within(&format!("exact {what}"), &run_exact(&text, &[("scene", scene)])[0], want, tolerance.exact, slack);
-    let half = Run::new(&graph(&text)).frame(&[("scene", scene)]);
-    assert_within(&what, &half[0], want, tolerance.half, slack * WEIGHT_STEPS);
+    let (nodes, slack) = (Nodes::new(nodes, SCENE), misplaced(scene));
+    let (exact, half) =
+        (precision.within(precision.exact, slack), precision.within(precision.half, slack * WEIGHT_STEPS));
+    assert_close(&format!("exact {what}"), &nodes.exact(&[scene]), expected, &exact);
+    assert_close(&what, &nodes.half(&[scene]), expected, &half);
 }
 
 /// Runs `nodes` at every size, without and with spikes.
-fn check(nodes: &str, tolerance: Tolerance, twin: impl Fn(&Image) -> Image) {
+fn check(nodes: &str, precision: Precision, reference: impl Fn(&Image) -> Image) {
     for size in SIZES {
         for spikes in [false, true] {
             let scene = picture(size, spikes);
-            check_on(nodes, &scene, &bounded(twin(&image(&scene))), tolerance);
+            check_on(nodes, &scene, &bounded(reference(&image(&scene))), precision);
         }
     }
 }
@@ -123,7 +97,7 @@ fn scaled(weight: impl Fn([f64; 4]) -> f64) -> impl Fn(&Image) -> Image {
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn extract_weighs_as_its_twin() {
+fn extract_weighs_as_its_cpu_reference() {
     type Brightness = fn([f64; 3]) -> f64;
     let brightness: [(&str, Brightness); 2] = [("Max", largest), ("Luminance", luminance)];
     for (name, of) in brightness {
@@ -172,13 +146,13 @@ fn the_clamp_after_the_exponential_curve_is_the_deck_s() {
         "exposed": Exposure(source: "scene", stops: 0.0),
         "mapped": ToneMap(source: "exposed", curve: Exponential),
         "result": Extract(source: "mapped", method: Clamp)"#;
-    let result = &run_exact(&pipeline(nodes), &[("scene", &scene)])[0];
+    let result = &Nodes::new(nodes, SCENE).exact(&[&scene]);
     let printed = [0.0, 0.0, 0.425441201, 1.6057573, 1.99990889, 0.0];
     for (x, want) in printed.into_iter().enumerate() {
         let got = f64::from(result.pixels[x][0]);
         assert!((got - want).abs() <= 2e-6 + 1e-5 * want, "{x}: {got}, expected {want}");
-        let twin = bloom::glare(rgb(scene.pixels[x].map(f64::from)), 1.0)[0];
-        assert!((got - twin).abs() <= 2e-6 + 1e-5 * twin, "{x}: {got}, the twin has {twin}");
+        let reference = bloom::glare(rgb(scene.pixels[x].map(f64::from)), 1.0)[0];
+        assert!((got - reference).abs() <= 2e-6 + 1e-5 * reference, "{x}: {got}, the CPU reference has {reference}");
     }
 }
 
@@ -186,7 +160,7 @@ const FILTERS: [(&str, Down); 4] =
     [("Box", Down::Box), ("Tap4", Down::FourTap), ("Tap9", Down::NineTap), ("Tap13", Down::ThirteenTap)];
 
 /// As many levels as are asked for and the size allows.
-fn levels(image: &Image, asked: usize, filter: Down, firefly: Firefly) -> Vec<Image> {
+pub(super) fn levels(image: &Image, asked: usize, filter: Down, firefly: Firefly) -> Vec<Image> {
     let most = image.width.max(image.height).ilog2() as usize;
     bloom::levels(image, asked.min(most).max(1), filter, firefly)
 }
@@ -197,7 +171,7 @@ fn coarsest(image: &Image, asked: usize, filter: Down, firefly: Firefly) -> Imag
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn downsample_filters_as_its_twin() {
+fn downsample_filters_as_its_cpu_reference() {
     for (name, filter) in FILTERS {
         for count in [1, 3] {
             let nodes =
@@ -209,7 +183,7 @@ fn downsample_filters_as_its_twin() {
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn downsample_tames_fireflies_as_its_twin() {
+fn downsample_weighs_fireflies_as_its_cpu_reference() {
     for (name, filter) in FILTERS {
         for (how, firefly) in [("Groups", Firefly::Groups), ("Taps", Firefly::Taps)] {
             let nodes = format!(
@@ -246,7 +220,7 @@ fn a_cheaper_filter_holds_fireflies_back_as_the_thirteen_taps_do() {
         let nodes = format!(
             r#""mips": Downsample(source: "scene", levels: 4, filter: {filter}, firefly: {firefly}) -> mips.coarsest"#
         );
-        let level = Run::new(&graph(&pipeline(&nodes))).frame(&[("scene", &lamps)]).remove(0);
+        let level = Nodes::new(&nodes, SCENE).half(&[&lamps]);
         level.pixels.iter().map(|pixel| f64::from(pixel[0])).sum::<f64>()
     };
     let wanted = glow("Tap13", "Groups");
@@ -260,7 +234,7 @@ fn a_cheaper_filter_holds_fireflies_back_as_the_thirteen_taps_do() {
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn upsample_joins_levels_as_its_twin() {
+fn upsample_joins_levels_as_its_cpu_reference() {
     let nodes = |rest: &str| {
         format!(
             r#""mips": Downsample(source: "scene", levels: 4, filter: Tap4),
@@ -290,22 +264,27 @@ fn levels_that_are_not_normalised_are_summed() {
     check_on(nodes, &scene, &sum, SAMPLED);
 }
 
-fn blurred(half: &[f64]) -> impl Fn(&Image) -> Image {
+pub(super) fn blurred(half: &[f64]) -> impl Fn(&Image) -> Image {
     move |image| gaussian::blur_axis(&gaussian::blur_axis(image, half, [1, 0]), half, [0, 1])
 }
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn gaussian_blurs_as_its_twin() {
+fn gaussian_blurs_as_its_cpu_reference() {
     let nodes = |rest: &str| format!(r#""result": Gaussian(source: "scene", {rest})"#);
     for (taps, tolerance) in [("Exact", WHOLE), ("Linear", SAMPLED)] {
         for sigma in [0.6, 2.5] {
             let half = gaussian::taps(sigma, gaussian::radius(sigma));
             check(&nodes(&format!("sigma: {sigma}, taps: {taps}")), tolerance, blurred(&half));
         }
-        let caracal = printed(&[0.227027, 0.194596, 0.121621, 0.054054, 0.016216]);
+        let caracal = caracal_taps();
         check(&nodes(&format!("kernel: Caracal9, taps: {taps}")), tolerance, blurred(&caracal));
     }
+}
+
+/// Half of the nine taps that Caracal uses.
+pub(super) fn caracal_taps() -> Vec<f64> {
+    printed(&[0.227027, 0.194596, 0.121621, 0.054054, 0.016216])
 }
 
 /// Half a kernel as a document prints it, made to sum to 1.
@@ -347,7 +326,7 @@ fn a_pyramid_is_blurred_level_by_level() {
         "mips": Downsample(source: "scene", levels: 3, filter: Tap4),
         "soft": GaussianPyramid(source: "mips", kernel: Caracal9),
         "result": Upsample(source: "soft", spread: 0.85, filter: Bilinear)"#;
-    let half = printed(&[0.227027, 0.194596, 0.121621, 0.054054, 0.016216]);
+    let half = caracal_taps();
     check(nodes, SAMPLED, |image| {
         let soft: Vec<Image> = levels(image, 3, Down::FourTap, Firefly::Off).iter().map(blurred(&half)).collect();
         bloom::lerp_chain(&soft, 0.85, Up::Bilinear, 1.0)
@@ -356,13 +335,13 @@ fn a_pyramid_is_blurred_level_by_level() {
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn composite_lays_light_over_the_picture_as_its_twin() {
+fn composite_adds_and_mixes_light_as_its_cpu_reference() {
     for ([width, height], spikes) in SIZES.into_iter().flat_map(|size| [(size, false), (size, true)]) {
         let scene = picture([width, height], spikes);
         let light = picture([width.div_ceil(2), height.div_ceil(2)], spikes);
         for (filter, up) in [("Tent", Up::Tent), ("Bilinear", Up::Bilinear)] {
             let large = upsample(&image(&light), [width as usize, height as usize], up, 1.0);
-            for (blend, twin) in [("Add", composite_add as fn(_, _, _) -> _), ("Mix", composite_lerp)] {
+            for (blend, reference) in [("Add", composite_add as fn(_, _, _) -> _), ("Mix", composite_lerp)] {
                 let nodes = format!(
                     r#""result": Composite(base: "scene", bloom: "light",
                         blend: {blend}, filter: {filter}, strength: 0.3)"#
@@ -370,12 +349,13 @@ fn composite_lays_light_over_the_picture_as_its_twin() {
                 let pairs = scene.pixels.iter().zip(&large.pixels);
                 let pixels = pairs.map(|(base, light)| {
                     let base = base.map(f64::from);
-                    let [r, g, b] = twin(rgb(base), rgb(*light), 0.3);
+                    let [r, g, b] = reference(rgb(base), rgb(*light), 0.3);
                     [r, g, b, base[3]]
                 });
                 let want = Image { pixels: pixels.collect(), ..large };
-                let got = run_exact(&pipeline(&nodes), &[("scene", &scene), ("light", &light)]);
-                assert_near(&format!("{width}x{height}: {nodes}"), &got[0], &bounded(want), SAMPLED.exact);
+                let got = Nodes::new(&nodes, &[("scene", "Color"), ("light", "Color")]).exact(&[&scene, &light]);
+                let tolerance = SAMPLED.within(SAMPLED.exact, 0.0);
+                assert_close(&format!("{width}x{height}: {nodes}"), &got, &bounded(want), &tolerance);
             }
         }
     }
@@ -416,9 +396,9 @@ fn bloom_is_the_same_drawn_and_dispatched() {
         "soft": GaussianPyramid(source: "mips", kernel: Caracal9, taps: Linear),
         "bloom": Upsample(source: "soft", blend: Add),
         "result": Composite(base: "scene", bloom: "bloom")"#;
-    let graph = graph(&pipeline(nodes));
+    let graph = Nodes::new(nodes, SCENE).graph();
     let scene = picture([97, 51], false);
     let dispatched = Run::new(&graph).frame(&[("scene", &scene)]);
     let drawn = Run { prefer_fragment: true, ..Run::new(&graph) }.frame(&[("scene", &scene)]);
-    assert_near("drawn", &drawn[0], &image(&dispatched[0]), WHOLE.half);
+    assert_close("drawn", &drawn[0], &image(&dispatched[0]), &WHOLE.within(WHOLE.half, 0.0));
 }

@@ -1,6 +1,6 @@
-//! The bilateral grid, the wide Gaussian, local tone mapping and night vision against their twins.
+//! The bilateral grid, the wide Gaussian, local tone mapping and night vision, compared with their CPU references.
 
-use super::probes::{SIZES, pipeline, scene, shown, twin};
+use super::probes::{SIZES, pipeline, sanitized, scene, shown};
 use crate::reference::exposure::Bins;
 use crate::reference::gaussian::{blur_axis, radius, taps};
 use crate::reference::image::Image;
@@ -8,15 +8,16 @@ use crate::reference::local::{Grid, LocalToneMap, Range, Splat};
 use crate::reference::purkinje::{full, simple, strength_log};
 use crate::reference::resample::area_average;
 use crate::support::gpu::{Picture, Run};
+use crate::support::harness::{Scale, Tolerance, assert_close};
 
-const RANGE: Range = Range { low: -10.5, high: 5.5 };
-const SIZE: [usize; 3] = [64, 32, 64];
-const SIGMAS: [f64; 3] = [2.5, 1.25, 1.5];
+pub(super) const RANGE: Range = Range { low: -10.5, high: 5.5 };
+pub(super) const SIZE: [usize; 3] = [64, 32, 64];
+pub(super) const SIGMAS: [f64; 3] = [2.5, 1.25, 1.5];
 const GRID: &str = "\"exposed\": Exposure(source: \"scene\"), \"grid\": GridBuild(source: \"exposed\", method: METHOD)";
 const METHODS: [(&str, Splat); 2] = [("Nearest", Splat::Nearest), ("Trilinear", Splat::Trilinear)];
 
 fn built(scene: &Picture, splat: Splat) -> Grid {
-    Grid::build(&twin(scene), SIZE, RANGE, splat)
+    Grid::build(&sanitized(scene), SIZE, RANGE, splat)
 }
 
 fn blurred(scene: &Picture, splat: Splat) -> Grid {
@@ -33,11 +34,11 @@ fn cell(shown: &Picture, scene: &Picture, index: usize) -> [f64; 2] {
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn a_grid_is_built_like_its_twin() {
+fn a_grid_is_built_as_its_cpu_reference() {
     for (width, height) in SIZES {
         let scene = scene(width, height);
         for (method, splat) in METHODS {
-            let nodes = format!("{}, \"seen\": ProbeVolume(volume: \"grid\")", GRID.replace("METHOD", method));
+            let nodes = format!("{}, \"result\": ProbeVolume(volume: \"grid\")", GRID.replace("METHOD", method));
             let shown = shown(&nodes, &scene);
             let wanted = built(&scene, splat);
             let mut moved = 0.0;
@@ -78,7 +79,7 @@ fn a_step_is_a_smaller_picture() {
         for method in ["Nearest", "Trilinear"] {
             let nodes = |step: u32| {
                 format!(
-                    "{}, \"seen\": ProbeVolume(volume: \"grid\")",
+                    "{}, \"result\": ProbeVolume(volume: \"grid\")",
                     GRID.replace("METHOD", &format!("{method}, width: 16, height: 9, step: {step}"))
                 )
             };
@@ -87,7 +88,7 @@ fn a_step_is_a_smaller_picture() {
         }
         // Unblurred, because the blur is a circle in the picture, whose sides the step rounds up.
         let around = |step: u32| {
-            format!("\"seen\": LogGaussian(source: \"scene\", width: 64, height: 32, sigma: 0.0, step: {step})")
+            format!("\"result\": LogGaussian(source: \"scene\", width: 64, height: 32, sigma: 0.0, step: {step})")
         };
         let [found, wanted] = [shown(&around(step), &whole), shown(&around(1), &seen)];
         assert!(found.pixels == wanted.pixels, "the average, {step}");
@@ -97,11 +98,11 @@ fn a_step_is_a_smaller_picture() {
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn a_grid_is_blurred_like_its_twin() {
+fn a_grid_is_blurred_as_its_cpu_reference() {
     let scene = scene(641, 359);
     for (method, splat) in METHODS {
         let nodes = format!(
-            "{}, \"blurred\": GridBlur(source: \"grid\"), \"seen\": ProbeVolume(volume: \"blurred\")",
+            "{}, \"blurred\": GridBlur(source: \"grid\"), \"result\": ProbeVolume(volume: \"blurred\")",
             GRID.replace("METHOD", method)
         );
         let shown = shown(&nodes, &scene);
@@ -125,9 +126,10 @@ fn a_grid_may_be_coarse_and_blurred_along_one_axis() {
     let scene = scene(37, 23);
     let nodes = "\"exposed\": Exposure(source: \"scene\"), \
                  \"grid\": GridBuild(source: \"exposed\", method: Trilinear, width: 5, height: 4, depth: 9), \
-                 \"blurred\": GridBlur(source: \"grid\", sigma: (0.0, 0.9, 0.0)), \"seen\": ProbeVolume(volume: \"blurred\")";
+                 \"blurred\": GridBlur(source: \"grid\", sigma: (0.0, 0.9, 0.0)), \"result\": ProbeVolume(volume: \"blurred\")";
     let shown = shown(nodes, &scene);
-    let wanted = Grid::build(&twin(&scene), [5, 4, 9], RANGE, Splat::Trilinear).blurred([1.0, 0.9, 1.0], [0, 3, 0]);
+    let wanted =
+        Grid::build(&sanitized(&scene), [5, 4, 9], RANGE, Splat::Trilinear).blurred([1.0, 0.9, 1.0], [0, 3, 0]);
     for (index, wanted) in wanted.cells.iter().enumerate() {
         let [sum, weight, ..] = shown.at((index % 20) as u32, (index / 20) as u32).map(|x| f64::from(x) * 48.0 / 512.0);
         assert!(
@@ -137,21 +139,21 @@ fn a_grid_may_be_coarse_and_blurred_along_one_axis() {
     }
 }
 
-/// The twin of LogGaussian at its default size and sigma.
-fn wide(scene: &Picture) -> Image {
-    let logs = twin(scene).map(|[r, g, b, _]| [RANGE.log_luminance([r, g, b]); 4]);
-    let aspect = f64::from(scene.width) / f64::from(scene.height);
+/// The CPU reference of LogGaussian at its default size and sigma.
+pub(super) fn wide(scene: &Image) -> Image {
+    let logs = scene.map(|[r, g, b, _]| [RANGE.log_luminance([r, g, b]); 4]);
+    let aspect = scene.width as f64 / scene.height as f64;
     let [across, down] = [0.06 * 256.0, 0.06 * 128.0 * aspect].map(|sigma| taps(sigma, radius(sigma)));
     blur_axis(&blur_axis(&area_average(&logs, [256, 128]), &across, [1, 0]), &down, [0, 1])
 }
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn the_wide_gaussian_is_its_twin() {
+fn the_wide_gaussian_equals_its_cpu_reference() {
     for (width, height) in SIZES {
         let scene = scene(width, height);
-        let shown = shown("\"seen\": LogGaussian(source: \"scene\")", &scene);
-        for (found, wanted) in shown.pixels.iter().zip(&wide(&scene).pixels) {
+        let shown = shown("\"result\": LogGaussian(source: \"scene\")", &scene);
+        for (found, wanted) in shown.pixels.iter().zip(&wide(&sanitized(&scene)).pixels) {
             assert!((f64::from(found[0]) - wanted[0]).abs() < 1e-3, "{width}x{height}: {found:?} {wanted:?}");
         }
     }
@@ -161,7 +163,7 @@ fn mapped(parameters: &str) -> String {
     format!(
         "\"exposed\": Exposure(source: \"scene\"), \"grid\": GridBuild(source: \"exposed\"), \
          \"blurred\": GridBlur(source: \"grid\"), \"around\": LogGaussian(source: \"exposed\"), \
-         \"seen\": LocalToneMap(source: \"exposed\", grid: \"blurred\", gaussian: \"around\", {parameters})"
+         \"result\": LocalToneMap(source: \"exposed\", grid: \"blurred\", gaussian: \"around\", {parameters})"
     )
 }
 
@@ -183,14 +185,14 @@ fn apart(found: &Picture, wanted: &Image) -> [f64; 2] {
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn local_tone_mapping_is_its_twin() {
+fn local_tone_mapping_equals_its_cpu_reference() {
     for (width, height) in SIZES {
         let scene = scene(width, height);
-        let (grid, wide) = (blurred(&scene, Splat::Nearest), wide(&scene));
+        let (grid, wide) = (blurred(&scene, Splat::Nearest), wide(&sanitized(&scene)));
         for (share, contrast, detail) in [(0.4, 0.5, 1.0), (1.0, 0.5, 1.5), (0.0, 0.3, 1.0), (0.4, 0.6, 0.6)] {
             let shown = shown(&mapped(&format!("share: {share}, contrast: {contrast}, detail: {detail}")), &scene);
             let settings = LocalToneMap { bilateral: share, middle: 0.18_f64.log2(), contrast, detail };
-            let [worst, mean] = apart(&shown, &settings.apply(&twin(&scene), &grid, &wide));
+            let [worst, mean] = apart(&shown, &settings.apply(&sanitized(&scene), &grid, &wide));
             assert!(worst < 2e-3 && mean < 1e-5, "{width}x{height} {share} {contrast} {detail}: {worst} {mean}");
         }
     }
@@ -211,7 +213,7 @@ fn the_cheaper_splat_stays_near_the_exact_one() {
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn half_floats_between_the_nodes_cost_little() {
     let scene = scene(641, 359);
-    let graph = pipeline("", &mapped(""));
+    let graph = pipeline(&mapped(""));
     let exact = Run::new(&graph).exact().frame(&[("scene", &scene)]).remove(0);
     let half = Run::new(&graph).frame(&[("scene", &scene)]).remove(0);
     let exact = Image::new(641, 359, |x, y| exact.at(x as u32, y as u32).map(f64::from));
@@ -224,7 +226,7 @@ fn half_floats_between_the_nodes_cost_little() {
 fn neutral_local_tone_mapping_gives_the_picture_back() {
     let scene = scene(64, 36);
     let shown = shown(&mapped("contrast: 1.0, detail: 1.0"), &scene);
-    for (found, wanted) in shown.pixels.iter().zip(&twin(&scene).pixels) {
+    for (found, wanted) in shown.pixels.iter().zip(&sanitized(&scene).pixels) {
         assert_eq!(found.map(f64::from), *wanted);
     }
 }
@@ -233,7 +235,7 @@ fn neutral_local_tone_mapping_gives_the_picture_back() {
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn two_runs_have_the_same_bits() {
     let scene = scene(641, 359);
-    let graph = pipeline("", &mapped("share: 1.0"));
+    let graph = pipeline(&mapped("share: 1.0"));
     let run = || Run::new(&graph).frame(&[("scene", &scene)]).remove(0);
     let bits = |picture: Picture| picture.pixels.iter().flatten().map(|x| x.to_bits()).collect::<Vec<_>>();
     assert_eq!(bits(run()), bits(run()));
@@ -297,30 +299,27 @@ fn a_smooth_gradient_stays_smooth() {
 }
 
 fn seen_at_night(kind: &str, parameters: &str) -> String {
-    format!("\"exposed\": Exposure(source: \"scene\"), \"seen\": {kind}(source: \"exposed\", {parameters})")
+    format!("\"exposed\": Exposure(source: \"scene\"), \"result\": {kind}(source: \"exposed\", {parameters})")
 }
 
 fn assert_colours(found: &Picture, wanted: &Image, what: &str) {
-    for (found, wanted) in found.pixels.iter().zip(&wanted.pixels) {
-        for channel in 0..3 {
-            let (found, wanted) = (f64::from(found[channel]), wanted[channel].min(65504.0));
-            assert!((found - wanted).abs() < 1e-6 + 2e-4 * wanted, "{what}: {found} {wanted}");
-        }
-    }
+    let tolerance =
+        Tolerance { absolute: 1e-6, relative: 2e-4, of: Scale::Channel, reason: "powers of small numbers in f32" };
+    assert_close(what, found, &wanted.map_rgb(|rgb| rgb.map(|x| x.min(65504.0))), &tolerance);
 }
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn night_vision_is_its_twin() {
+fn night_vision_equals_its_cpu_reference() {
     for (width, height) in SIZES {
         let scene = scene(width, height);
         for lux in [0.0, 0.03, 0.8, 4.0, 9.99, 10.0, 500.0] {
             let parameters = format!("illuminance: {lux:.3}");
             let seen = shown(&seen_at_night("Purkinje", &parameters), &scene);
-            let wanted = twin(&scene).map_rgb(|rgb| full(rgb, strength_log(lux), 380.0));
+            let wanted = sanitized(&scene).map_rgb(|rgb| full(rgb, strength_log(lux), 380.0));
             assert_colours(&seen, &wanted, &format!("full, {lux} lux"));
             let seen = shown(&seen_at_night("PurkinjeSimple", &parameters), &scene);
-            assert_colours(&seen, &twin(&scene).map_rgb(|rgb| simple(rgb, lux)), &format!("simple, {lux} lux"));
+            assert_colours(&seen, &sanitized(&scene).map_rgb(|rgb| simple(rgb, lux)), &format!("simple, {lux} lux"));
         }
     }
 }
@@ -331,13 +330,13 @@ fn a_metered_night_is_the_night_that_the_meter_reads() {
     let bins = Bins { count: 256, low: -16.0, high: 10.0, black: 0.0 };
     for light in [0.0002_f32, 0.02, 0.2, 0.5, 3.0] {
         let scene = Picture::new(9, 5, |_, _| [light * 1.2, light, light * 0.4, 0.25]);
-        let image = twin(&scene);
+        let image = sanitized(&scene);
         let metered = crate::reference::color::luminance(crate::reference::image::rgb(image.pixels[0]));
         let lux = std::f64::consts::PI / 0.18 * bins.centre(bins.bin(metered)).exp2();
         let night = |kind: &str| {
             let nodes = format!(
                 "\"h\": Histogram(source: \"scene\", lo: -16.0, black: 0.0), \"auto\": AutoExposure(histogram: \"h\"), \
-                 \"exposed\": Exposure(source: \"scene\"), \"seen\": {kind}(source: \"exposed\", meter: \"auto\")"
+                 \"exposed\": Exposure(source: \"scene\"), \"result\": {kind}(source: \"exposed\", meter: \"auto\")"
             );
             shown(&nodes, &scene)
         };

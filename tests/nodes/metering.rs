@@ -1,19 +1,20 @@
-//! Histogram, AutoExposure, MeanLuminance and Adapt against their twins.
+//! Histogram, AutoExposure, MeanLuminance and Adapt, compared with their CPU references.
 
 use std::sync::Arc;
 
 use afterimage_gpu::{Executor, Frame, Texels, download, upload};
-use afterimage_graph::check::Graph;
+use afterimage_graph::check::{Graph, NoFiles};
 
-use super::probes::{SIZES, pipeline, scene, shown, shown_with, twin};
+use super::probes::{SIZES, pipeline, sanitized, scene, shown, shown_with};
 use crate::reference::color::luminance;
 use crate::reference::exposure::{
     Aim, Bins, adapt_exponential, adapt_linear, auto_exposure_stops, grey_card_luminance, limit_mean, pyramid_mean,
 };
 use crate::reference::image::{Image, rgb};
 use crate::support::gpu::{Picture, Run, gpu};
+use crate::support::harness::checked;
 
-const BINS: Bins = Bins { count: 256, low: -10.0, high: 10.0, black: 0.0009765625 };
+pub(super) const BINS: Bins = Bins { count: 256, low: -10.0, high: 10.0, black: 0.0009765625 };
 
 /// The header and the bins of a shown table.
 fn read_table(shown: &Picture) -> ([f32; 4], Vec<u32>) {
@@ -26,7 +27,7 @@ fn read_table(shown: &Picture) -> ([f32; 4], Vec<u32>) {
 fn assert_close(found: &[u32], wanted: &[u32], what: &str) {
     let total: u32 = wanted.iter().sum();
     assert_eq!(found.iter().sum::<u32>(), total, "{what}: every pixel counts once");
-    assert_eq!(found[0], wanted[0], "{what}: pixels left out");
+    assert_eq!(found[0], wanted[0], "{what}: pixels that do not count");
     let mut ahead = 0_i64;
     let moved: i64 = found
         .iter()
@@ -48,14 +49,14 @@ fn picked(image: &Image, step: usize) -> Image {
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn a_histogram_is_its_twin_at_every_size_and_step() {
+fn a_histogram_equals_its_cpu_reference_at_every_size_and_step() {
     for (width, height) in SIZES {
         let scene = scene(width, height);
         for step in [1, 2, 4] {
             let nodes =
-                format!("\"h\": Histogram(source: \"scene\", step: {step}), \"seen\": ProbeTable(table: \"h\")");
+                format!("\"h\": Histogram(source: \"scene\", step: {step}), \"result\": ProbeTable(table: \"h\")");
             let (header, bins) = read_table(&shown(&nodes, &scene));
-            let image = picked(&twin(&scene), step);
+            let image = picked(&sanitized(&scene), step);
             assert_close(&bins, &BINS.histogram(&image), &format!("{width}x{height} step {step}"));
             let brightest = image.pixels.iter().flat_map(|p| rgb(*p)).fold(0.0, f64::max);
             assert_eq!(header, [brightest as f32, -10.0, 10.0, 256.0]);
@@ -65,12 +66,12 @@ fn a_histogram_is_its_twin_at_every_size_and_step() {
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn a_histogram_has_the_bins_and_the_range_it_is_told() {
+fn a_histogram_has_the_requested_bins_and_range() {
     let scene = scene(97, 53);
-    let text = "\"h\": Histogram(source: \"scene\", bins: 64, lo: -6.0, hi: 4.0, black: 0.0), \"seen\": ProbeTable(table: \"h\")";
+    let text = "\"h\": Histogram(source: \"scene\", bins: 64, lo: -6.0, hi: 4.0, black: 0.0), \"result\": ProbeTable(table: \"h\")";
     let (header, bins) = read_table(&shown(text, &scene));
     assert_eq!(&header[1..], [-6.0, 4.0, 64.0]);
-    let wanted = Bins { count: 64, low: -6.0, high: 4.0, black: 0.0 }.histogram(&twin(&scene));
+    let wanted = Bins { count: 64, low: -6.0, high: 4.0, black: 0.0 }.histogram(&sanitized(&scene));
     assert!(wanted[1] > 100 && wanted[63] > 0, "the range cuts both ends: {wanted:?}");
     assert_close(&bins, &wanted, "64 bins");
 }
@@ -87,10 +88,10 @@ fn an_albedo_meters_light_and_not_paint() {
         let albedo = if (x / 7 + y / 5) % 2 == 0 { 0.06 } else { 0.8 };
         [albedo, albedo, albedo, if y < 4 { 0.0 } else { 1.0 }]
     });
-    let text = "\"h\": Histogram(source: \"scene\", albedo: \"albedo\"), \"seen\": ProbeTable(table: \"h\")";
+    let text = "\"h\": Histogram(source: \"scene\", albedo: \"albedo\"), \"result\": ProbeTable(table: \"h\")";
     let (_, bins) = read_table(&shown_with(text, &painted, "albedo", &albedo));
     let mut wanted = vec![0; 256];
-    for (surface, pixel) in twin(&albedo).pixels.iter().zip(&twin(&painted).pixels) {
+    for (surface, pixel) in sanitized(&albedo).pixels.iter().zip(&sanitized(&painted).pixels) {
         let light = grey_card_luminance(luminance(rgb(*pixel)), luminance(rgb(*surface)));
         wanted[if surface[3] < 0.5 { 0 } else { BINS.bin(light) }] += 1;
     }
@@ -105,11 +106,11 @@ fn a_mask_and_the_distance_from_the_middle_weigh_pixels() {
     let scene = Picture::new(64, 48, |x, _| if x < 32 { [0.25, 0.25, 0.25, 1.0] } else { [4.0, 4.0, 4.0, 1.0] });
     let mask = Picture::new(64, 48, |x, _| if x < 32 { [1.0, 0.0, 0.0, 1.0] } else { [0.2, 0.0, 0.0, 1.0] });
     let (quarter, four) = (BINS.bin(0.25), BINS.bin(4.0));
-    let text = "\"h\": Histogram(source: \"scene\", mask: \"mask\"), \"seen\": ProbeTable(table: \"h\")";
+    let text = "\"h\": Histogram(source: \"scene\", mask: \"mask\"), \"result\": ProbeTable(table: \"h\")";
     let (_, bins) = read_table(&shown_with(text, &scene, "mask", &mask));
     assert_eq!((bins[quarter], bins[four]), (32 * 48 * 255, 32 * 48 * 51));
     let text = "\"h\": Histogram(source: \"scene\", weight: Center, center: (0.25, 0.5), radius: 0.5), \
-                \"seen\": ProbeTable(table: \"h\")";
+                \"result\": ProbeTable(table: \"h\")";
     let (_, bins) = read_table(&shown(text, &scene));
     let weight = |x: u32, y: u32| {
         let away = [(f64::from(x) + 0.5) / 64.0 - 0.25, (f64::from(y) + 0.5) / 48.0 - 0.5];
@@ -151,16 +152,16 @@ fn grey(value: f32) -> Picture {
 fn auto(parameters: &str) -> String {
     format!(
         "\"h\": Histogram(source: \"scene\"), \"auto\": AutoExposure(histogram: \"h\", {parameters}), \
-         \"seen\": ProbeValue(value: \"auto\")"
+         \"result\": ProbeValue(value: \"auto\")"
     )
 }
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn percentiles_cut_where_the_twin_cuts() {
+fn percentiles_cut_as_in_the_cpu_reference() {
     for (width, height) in SIZES {
         let scene = scene(width, height);
-        let counts = BINS.histogram(&twin(&scene));
+        let counts = BINS.histogram(&sanitized(&scene));
         for (low, high) in [(0.4, 0.95), (0.0, 1.0), (0.5, 0.5), (0.9, 0.2), (1.0, 1.0), (0.31, 0.3100001)] {
             let value = shown(&auto(&format!("low: {low}, high: {high}")), &scene).at(0, 0);
             let Some(mean) = BINS.trimmed_mean(&counts, low, high) else { panic!("some pixels count") };
@@ -229,7 +230,7 @@ fn exposure_snaps_holds_arrives_and_follows() {
         let first = follow(of_dim, Aim { before: of_dim, wanted: of_bright }, 0.25, 1.0, 3.0);
         let second = follow(first, Aim { before: of_bright, wanted: of_dim }, 0.5, 1.0, 3.0);
         let expected = [0.0, of_dim, first, first, first, first, first, second, of_dim, of_dim, of_bright, 0.0, of_dim];
-        let graph = pipeline("", &auto(&format!("adaptation: {mode}")));
+        let graph = pipeline(&auto(&format!("adaptation: {mode}")));
         for (index, (value, wanted)) in sequence(&graph, &frames).iter().zip(expected).enumerate() {
             assert!((f64::from(value[0]) - wanted).abs() < 1e-4, "{mode} frame {index}: {value:?} {wanted}");
             assert_eq!(value[3] > 0.0, index != 0 && index != 11, "{mode} frame {index}: {value:?}");
@@ -241,7 +242,7 @@ fn exposure_snaps_holds_arrives_and_follows() {
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn adaptation_does_not_depend_on_the_frame_rate() {
     let (dim, bright) = (grey(0.25), grey(16.0));
-    let graph = pipeline("", &auto(""));
+    let graph = pipeline(&auto(""));
     let after = |rate: usize| {
         // The light goes out in no time: over a whole frame it would go out more slowly the fewer frames there are.
         let mut frames = vec![(&bright, 0.0, true), (&dim, 0.0, false)];
@@ -260,13 +261,13 @@ fn adaptation_does_not_depend_on_the_frame_rate() {
 fn a_mean_is_the_top_of_a_pyramid_and_adapt_follows_it() {
     for (width, height) in SIZES {
         let scene = scene(width, height);
-        let lights: Vec<f64> = twin(&scene).pixels.iter().map(|p| luminance(rgb(*p))).collect();
+        let lights: Vec<f64> = sanitized(&scene).pixels.iter().map(|p| luminance(rgb(*p))).collect();
         let log = pyramid_mean(&lights, -10.0);
         let linear = (lights.iter().sum::<f64>() / lights.len() as f64).max(2.0_f64.powi(-10)).log2();
         for (mean, wanted) in [("Log", log), ("Linear", linear)] {
             let nodes = format!(
                 "\"mean\": MeanLuminance(source: \"scene\", mean: {mean}), \"auto\": Adapt(mean: \"mean\"), \
-                 \"seen\": ProbeValue(value: \"auto\")"
+                 \"result\": ProbeValue(value: \"auto\")"
             );
             let value = shown(&nodes, &scene).at(0, 0);
             assert!((f64::from(value[1]) - wanted).abs() < 1e-4, "{width}x{height} {mean}: {value:?} {wanted}");
@@ -281,8 +282,7 @@ fn a_mean_is_the_top_of_a_pyramid_and_adapt_follows_it() {
 fn adapt_holds_in_the_dark_and_snaps_after_a_cut() {
     let (dim, bright, black) = (grey(0.25), grey(16.0), grey(0.0));
     let graph = pipeline(
-        "",
-        "\"mean\": MeanLuminance(source: \"scene\"), \"auto\": Adapt(mean: \"mean\"), \"seen\": ProbeValue(value: \"auto\")",
+        "\"mean\": MeanLuminance(source: \"scene\"), \"auto\": Adapt(mean: \"mean\"), \"result\": ProbeValue(value: \"auto\")",
     );
     let frames =
         [(&black, 0.1, true), (&dim, 0.1, false), (&bright, 0.25, false), (&black, 9.0, false), (&dim, 0.1, true)];
@@ -298,12 +298,12 @@ fn adapt_holds_in_the_dark_and_snaps_after_a_cut() {
 fn an_exposure_without_a_meter_is_manual() {
     let nodes = "\"h\": Histogram(source: \"scene\"), \"auto\": AutoExposure(histogram: \"h\", when: \"metered\"), \
                  \"exposed\": Exposure(source: \"scene\", meter: \"auto\", stops: 2.0), \
-                 \"seen\": Purkinje(source: \"exposed\", meter: \"auto\", illuminance: 50.0)";
+                 \"result\": Purkinje(source: \"exposed\", meter: \"auto\", illuminance: 50.0)";
     let text = format!(
         "Pipeline(inputs: {{ \"scene\": Color }}, facts: {{ \"metered\": \"whether the exposure is automatic\" }}, \
-         nodes: {{ {nodes} }}, outputs: {{ \"out\": \"seen\" }})"
+         nodes: {{ {nodes} }}, outputs: {{ \"out\": \"result\" }})"
     );
-    let graph = super::probes::graph(&text);
+    let graph = checked(&text, &NoFiles);
     let mut run = Run::new(&graph).exact();
     run.facts.set("metered", false);
     assert_eq!(run.frame(&[("scene", &grey(0.25))])[0].at(3, 3), [1.0, 1.0, 1.0, 1.0]);

@@ -1,4 +1,4 @@
-//! Each kind on the GPU against its f64 twin.
+//! Each kind on the GPU, compared with its CPU reference.
 
 mod arithmetic;
 mod bloom;
@@ -7,3 +7,4 @@ mod local;
 mod metering;
 mod probes;
 mod shared;
+mod table;

@@ -2,20 +2,26 @@
 
 use std::sync::Arc;
 
-use afterimage_graph::node::{Cells, Resource, Work};
-use afterimage_plan::{Plan, verify};
+use afterimage_graph::check::NoFiles;
+use afterimage_graph::node::{CellReduce, Pass, PassKind, Resource};
+use afterimage_plan::codegen::codegen;
+use afterimage_plan::{Plan, PlannedPass, ScheduledPass, verify};
 use half::f16;
 
-use super::probes::{graph, scene};
+use super::probes::scene;
 use crate::support::gpu::{Picture, Run, gpu, shipped};
+use crate::support::harness::checked;
 use crate::support::player::Player;
 
 /// Several nodes that read `scene`, of which `around` shows its averages unblurred.
 fn pipeline(nodes: &str) -> afterimage_graph::check::Graph {
-    graph(&format!(
-        "Pipeline(inputs: {{ \"scene\": Color }}, nodes: {{ {nodes}, \"seen\": ProbeVolume(volume: \"grid\") }}, \
-         outputs: {{ \"grid\": \"seen\", \"around\": \"around\" }})"
-    ))
+    checked(
+        &format!(
+            "Pipeline(inputs: {{ \"scene\": Color }}, nodes: {{ {nodes}, \"result\": ProbeVolume(volume: \"grid\") }}, \
+         outputs: {{ \"grid\": \"result\", \"around\": \"around\" }})"
+        ),
+        &NoFiles,
+    )
 }
 
 const PLAIN: &str = "\"grid\": GridBuild(source: \"scene\"), \"around\": LogGaussian(source: \"scene\", sigma: 0.0)";
@@ -36,14 +42,9 @@ const WAYS: [&str; 6] = [
     "\"grid\": GridBuild(source: \"scene\", step: 3), \"around\": LogGaussian(source: \"scene\", sigma: 0.0, step: 3)",
 ];
 
-fn cells(plan: &Plan) -> Vec<&Cells> {
-    let passes = plan.recording.passes.iter();
-    passes
-        .filter_map(|pass| match &pass.work {
-            Work::Cells(cells) => Some(cells),
-            _ => None,
-        })
-        .collect()
+/// The passes that reduce an image by cells.
+fn reductions(plan: &Plan) -> Vec<&Pass> {
+    plan.work().filter(|pass| matches!(pass.kind, PassKind::CellReduce(_))).collect()
 }
 
 /// The plans with the kernels joined and alone.
@@ -89,7 +90,7 @@ fn joined_kernels_find_what_each_finds_alone() {
         for (width, height) in [(640, 360), (641, 359), (257, 3), (40, 23), (1, 1), (1, 40)] {
             let scene = scene(width, height);
             let [joined, alone] = plans(&player, nodes, &scene);
-            assert_eq!((cells(&joined).len(), cells(&alone).len()), (1, 0), "{nodes}");
+            assert_eq!((reductions(&joined).len(), reductions(&alone).len()), (1, 0), "{nodes}");
             let [joined, alone] = [joined, alone].map(|plan| shown(&mut player, &plan, &scene));
             let (grid, around) = difference(&joined, &alone);
             assert!(grid == 0 && around <= 1, "{width}x{height} {nodes}: {grid} numbers differ, {around} units");
@@ -117,11 +118,14 @@ fn three_kernels_join_as_two_do() {
     let nodes = "\"grid\": GridBuild(source: \"scene\", width: 16, height: 8), \
                  \"around\": LogGaussian(source: \"scene\", sigma: 0.0, width: 32, height: 32), \
                  \"finer\": LogGaussian(source: \"scene\", sigma: 0.0, width: 64, height: 64), \
-                 \"seen\": ProbeVolume(volume: \"grid\")";
-    let graph = graph(&format!(
-        "Pipeline(inputs: {{ \"scene\": Color }}, nodes: {{ {nodes} }}, \
-         outputs: {{ \"grid\": \"seen\", \"around\": \"around\", \"finer\": \"finer\" }})"
-    ));
+                 \"result\": ProbeVolume(volume: \"grid\")";
+    let graph = checked(
+        &format!(
+            "Pipeline(inputs: {{ \"scene\": Color }}, nodes: {{ {nodes} }}, \
+         outputs: {{ \"grid\": \"result\", \"around\": \"around\", \"finer\": \"finer\" }})"
+        ),
+        &NoFiles,
+    );
     let mut player = Player::new();
     let scene = scene(333, 101);
     let [joined, alone] = [true, false].map(|fuse| {
@@ -129,7 +133,7 @@ fn three_kernels_join_as_two_do() {
         run.options.fuse = fuse;
         run.plan(&player.gpu, &[("scene", &scene)])
     });
-    assert_eq!(cells(&joined).iter().map(|cells| cells.readers.len()).collect::<Vec<_>>(), [3]);
+    assert_eq!(reductions(&joined).iter().map(|pass| pass.kernels.len()).collect::<Vec<_>>(), [3]);
     let [joined, alone] = [joined, alone].map(|plan| {
         let shown = shown(&mut player, &plan, &scene);
         (shown, player.output("finer"))
@@ -148,19 +152,21 @@ fn wrong_lattices_and_lost_pixels_are_seen() {
     let scene = scene(320, 180);
     let [joined, alone] = plans(&player, PLAIN, &scene);
     let alone = shown(&mut player, &alone, &scene);
-    let plants: [fn(&mut Cells); 3] = [
-        |cells| cells.step = 2,
-        |cells| cells.readers[1].by.cells = [64, 32],
-        |cells| cells.readers[0].call.uniform[0] ^= 0x80,
+    let plants: [fn(&mut Pass, &mut CellReduce); 3] = [
+        |_, cells| cells.stride = 2,
+        |pass, _| pass.kernels[1].by_cells.as_mut().expect("a form by cells").cells = [64, 32],
+        |pass, _| pass.kernels[0].uniform[0] ^= 0x80,
     ];
     for (number, plant) in plants.into_iter().enumerate() {
         let mut wrong = joined.clone();
-        let works = wrong.recording.passes.iter_mut().map(|pass| &mut pass.work);
-        works.for_each(|work| {
-            if let Work::Cells(cells) = work {
-                plant(cells);
+        let mut scheduled: Vec<_> = wrong.passes.iter().map(PlannedPass::scheduled).collect();
+        for ScheduledPass { pass, .. } in &mut scheduled {
+            if let PassKind::CellReduce(mut cells) = pass.kind {
+                plant(pass, &mut cells);
+                pass.kind = PassKind::CellReduce(cells);
             }
-        });
+        }
+        wrong.passes = codegen(scheduled, &wrong.images, &wrong.options);
         let (grid, around) = difference(&shown(&mut player, &wrong, &scene), &alone);
         assert!(grid > 0 || around > 1, "plant {number} is not seen");
     }
@@ -179,14 +185,11 @@ fn tsushima(fuse: bool) -> Plan {
 fn tsushima_reads_its_scene_once_for_grid_and_gaussian() {
     let (joined, alone) = (tsushima(true), tsushima(false));
     let label = "grid_build_nearest & log_gaussian_average";
-    let pass = joined.recording.passes.iter().find(|pass| pass.label == label).expect("the two are one pass");
+    let pass = joined.work().find(|pass| pass.label == label).expect("the two are one pass");
     assert_eq!(pass.nodes, ["grid", "around"]);
     assert_eq!(verify(&joined), Ok(()));
     let [read] = joined.shared_reads.as_slice() else { panic!("one image is read once: {:?}", joined.shared_reads) };
-    assert_eq!(
-        (read.image.as_str(), read.bytes_saved),
-        ("scene", joined.recording.image(cells(&joined)[0].source).desc.bytes())
-    );
+    assert_eq!((read.image.as_str(), read.bytes_saved), ("scene", joined.image(joined.inputs[0].1).desc.bytes()));
     assert!(joined.to_text().contains("read once by passes that are joined"), "{}", joined.to_text());
     let json: serde_json::Value = serde_json::from_str(&joined.to_json()).expect("JSON can be read");
     let runs = json["passes"].as_array().and_then(|passes| passes.iter().find(|pass| pass["label"] == label));
@@ -195,7 +198,7 @@ fn tsushima_reads_its_scene_once_for_grid_and_gaussian() {
         functions.iter().map(|run| &run["function"]).collect::<Vec<_>>(),
         ["grid_build_nearest", "log_gaussian_average"]
     );
-    assert!(cells(&alone).is_empty() && alone.shared_reads.is_empty() && !alone.to_text().contains("read once"));
+    assert!(reductions(&alone).is_empty() && alone.shared_reads.is_empty() && !alone.to_text().contains("read once"));
 }
 
 /// A kernel that waits for another's result is not joined with it, nor one whose lattice does not fit.
@@ -217,7 +220,7 @@ fn what_waits_for_other_things_stays_apart() {
     let player = Player::new();
     for nodes in apart {
         let [plan, _] = plans(&player, nodes, &scene);
-        assert!(cells(&plan).is_empty() && plan.shared_reads.is_empty(), "{nodes}");
+        assert!(reductions(&plan).is_empty() && plan.shared_reads.is_empty(), "{nodes}");
     }
 }
 
@@ -226,7 +229,7 @@ fn what_waits_for_other_things_stays_apart() {
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_joined_pass_has_all_reads_and_writes() {
     let plan = tsushima(true);
-    let pass = plan.recording.passes.iter().find(|pass| matches!(pass.work, Work::Cells(_))).expect("it is there");
+    let pass = reductions(&plan)[0];
     let images = |resources: Vec<Resource>| resources.iter().filter(|r| matches!(r, Resource::Image(_))).count();
     assert_eq!((images(pass.reads()), pass.reads().len(), images(pass.writes())), (1, 2, 2));
 }

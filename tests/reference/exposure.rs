@@ -35,14 +35,14 @@ pub(crate) fn limit_mean(mean: f64, min_ev100: f64, max_ev100: f64) -> f64 {
     mean.clamp(min_ev100 - 3.0, max_ev100 - 3.0)
 }
 
-/// The bins of a luminance histogram; bin 0 holds what the meter leaves out.
+/// The bins of a luminance histogram; bin 0 holds pixels that the meter does not count.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Bins {
     pub(crate) count: usize,
     /// The range in log2 of luminance.
     pub(crate) low: f64,
     pub(crate) high: f64,
-    /// Luminance at or below this is left out.
+    /// Pixels of this luminance or less are not counted.
     pub(crate) black: f64,
 }
 

@@ -1,8 +1,8 @@
-//! The f64 twins: every operator once more, written as plainly as possible.
+//! The CPU references: every operator in f64, written as plainly as possible.
 //!
-//! A twin takes and gives numbers, triples or an [`image::Image`] and knows nothing of graphs or
-//! devices. Tests run a node on the GPU and compare it with its twin; [`vectors`] compares the
-//! twins themselves with printed numbers.
+//! A CPU reference takes and gives numbers, triples or an [`image::Image`] and knows nothing of graphs or
+//! devices. Tests run a node on the GPU and compare it with its CPU reference; [`vectors`] compares the
+//! CPU references themselves with printed numbers.
 
 pub(crate) mod math;
 
@@ -26,6 +26,7 @@ pub(crate) mod agx;
 pub(crate) mod curves;
 pub(crate) mod gt7;
 
+pub(crate) mod film_grain;
 pub(crate) mod grade;
 pub(crate) mod lut;
 pub(crate) mod vignette;

@@ -1,7 +1,7 @@
-//! The twins against printed test vectors: every operator of `tests/vectors/operators.json` is
-//! run through its twin or listed as having none.
+//! The CPU references against printed test vectors: every operator of `tests/vectors/operators.json` is
+//! run through its CPU reference or listed as having none.
 //!
-//! A twin is given as a function from a case to the flat list of numbers that the case expects.
+//! A CPU reference is given as a function from a case to the flat list of numbers that the case expects.
 
 mod bloom;
 mod color;
@@ -21,10 +21,10 @@ use serde_json::Value;
 
 use super::math::{Matrix, Rgb};
 
-/// An operator's name in the file, and its twin.
+/// An operator's name in the file, and its CPU reference.
 type Op = (&'static str, fn(&Case) -> Vec<f64>);
 
-/// Every operator that has a twin.
+/// Every operator that has a CPU reference.
 const TOPICS: &[&[Op]] = &[
     transfer::OPS,
     color::OPS,
@@ -38,8 +38,8 @@ const TOPICS: &[&[Op]] = &[
     pipelines::OPS,
 ];
 
-/// Operators of shadows, multisampling, ambient occlusion and drawing, which have no twin.
-const WITHOUT_TWIN: &[&str] = &[
+/// Operators of shadows, multisampling, ambient occlusion and drawing, which have no CPU reference.
+const WITHOUT_REFERENCE: &[&str] = &[
     "view_z_from_depth",
     "depth_from_view_z",
     "light_matrix",
@@ -62,7 +62,7 @@ static OPERATORS: LazyLock<Vec<Value>> = LazyLock::new(|| {
     }
 });
 
-/// What a twin reads: the parameters of its operator and the input of one case.
+/// What a CPU reference reads: the parameters of its operator and the input of one case.
 struct Case<'a> {
     params: &'a Value,
     input: &'a Value,
@@ -126,7 +126,7 @@ fn number(value: &Value) -> f64 {
     }
 }
 
-/// How the file says that a meter has nothing to report; twins say NaN.
+/// How the file says that a meter has nothing to report; CPU references say NaN.
 const HOLD: &str = "hold";
 
 fn word(value: &Value) -> &str {
@@ -150,7 +150,7 @@ fn rows(matrix: &Matrix) -> Vec<f64> {
     matrix.concat()
 }
 
-/// How far a twin may be from a printed number: its last digit, and never more than the
+/// How far a CPU reference may be from a printed number: its last digit, and never more than the
 /// operator's own tolerance for an f32 implementation.
 fn allowed(op: &Value, expected: f64) -> f64 {
     let class = word(&op["tolerance_class"]);
@@ -171,12 +171,12 @@ fn input_and_output(case: &Value) -> (&Value, &Value) {
 }
 
 /// What is wrong with each case of an operator; empty when nothing is.
-fn mistakes(op: &Value, twin: fn(&Case) -> Vec<f64>) -> Vec<String> {
+fn mistakes(op: &Value, reference: fn(&Case) -> Vec<f64>) -> Vec<String> {
     let cases = op["cases"].as_array().expect("an operator has cases");
     assert!(!cases.is_empty(), "{} has no cases", op["op"]);
     let check = |case| {
         let (input, output) = input_and_output(case);
-        let found = twin(&Case { params: &op["params"], input });
+        let found = reference(&Case { params: &op["params"], input });
         let expected = flat(output);
         let close = |(&found, &expected): (&f64, &f64)| {
             found == expected
@@ -196,22 +196,22 @@ fn operator(name: &str) -> &'static Value {
 
 /// Runs every case of every operator of a topic.
 fn check(ops: &[Op]) {
-    let mistakes: Vec<String> = ops.iter().flat_map(|&(name, twin)| mistakes(operator(name), twin)).collect();
+    let mistakes: Vec<String> = ops.iter().flat_map(|&(name, reference)| mistakes(operator(name), reference)).collect();
     assert!(mistakes.is_empty(), "{}", mistakes.join("\n"));
 }
 
 #[test]
-fn every_operator_has_a_twin_or_is_known_to_have_none() {
+fn every_operator_has_a_cpu_reference_or_is_listed_as_having_none() {
     let named = TOPICS.iter().copied().flatten().map(|(name, _)| *name);
-    let mut accounted: Vec<&str> = named.chain(WITHOUT_TWIN.iter().copied()).collect();
+    let mut accounted: Vec<&str> = named.chain(WITHOUT_REFERENCE.iter().copied()).collect();
     accounted.sort_unstable();
     let in_file: BTreeSet<&str> = OPERATORS.iter().map(|op| word(&op["op"])).collect();
     assert_eq!(accounted, in_file.into_iter().collect::<Vec<_>>());
-    assert_eq!(OPERATORS.len(), accounted.len(), "an operator stands in the file twice");
+    assert_eq!(OPERATORS.len(), accounted.len(), "an operator is in the file twice");
 }
 
 #[test]
-fn a_wrong_twin_is_found() {
+fn a_wrong_reference_is_found() {
     let wrong = |case: &Case| vec![case.number() * 1.00001];
     assert!(mistakes(operator("srgb_oetf"), wrong).len() > 5);
     let short = |_: &Case| vec![];

@@ -1,4 +1,4 @@
-//! What the Khronos validation layer says, caught from the log.
+//! Messages of the Khronos validation layer, from the log.
 
 use std::sync::{Mutex, MutexGuard};
 
@@ -20,7 +20,7 @@ impl log::Log for Catcher {
     fn flush(&self) {}
 }
 
-/// Begins to listen; before the device is opened.
+/// Starts to collect messages. To be called before the device is opened.
 pub fn listen() {
     static CATCHER: Catcher = Catcher;
     // Another test may have been first.
@@ -29,15 +29,15 @@ pub fn listen() {
     }
 }
 
-/// Keeps other listeners out: a planted fault must not be heard by those who want silence.
+/// Excludes other tests that read messages: they must not see the messages of a deliberate fault.
 pub fn alone() -> MutexGuard<'static, ()> {
     static LISTENER: Mutex<()> = Mutex::new(());
     LISTENER.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
 }
 
-/// Messages since the last call that speak of our use of the device.
+/// Messages since the last call about our use of the device.
 ///
-/// Left out: a layer older than naga does not know the number by which WGSL is named in a shader's debug information.
+/// Without one: a layer older than naga does not know the number of WGSL in a shader's debug information.
 pub fn said() -> Vec<String> {
     let mut said = SAID.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
     let ours = |line: &String| {
@@ -47,7 +47,7 @@ pub fn said() -> Vec<String> {
     said.drain(..).filter(ours).collect()
 }
 
-/// Whether the layer is installed: without it, silence proves nothing.
+/// Whether the layer is installed: without it, no message proves nothing.
 pub fn is_installed() -> bool {
     let folders = [
         "/usr/share/vulkan/explicit_layer.d",

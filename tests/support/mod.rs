@@ -1,6 +1,8 @@
 //! What tests share.
 
 pub mod gpu;
+pub mod harness;
 pub mod layer;
 pub mod numbers;
 pub mod player;
+pub mod probes;

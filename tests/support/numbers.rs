@@ -1,4 +1,4 @@
-//! Numbers as if by chance.
+//! Pseudo-random numbers.
 
 /// Numbers from 0 to below 1, the same in every run: xorshift from a seed other than 0.
 pub struct Numbers(pub u64);

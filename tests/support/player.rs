@@ -27,7 +27,7 @@ impl Player {
         Self { gpu: Box::new(Box::new(gpu)), executor }
     }
 
-    /// Forgets everything: another executor on the same device.
+    /// Starts again with a new executor on the same device.
     pub fn renew(&mut self) {
         self.executor = executor(&self.gpu);
     }
@@ -39,7 +39,7 @@ impl Player {
         executor
     }
 
-    /// PlanCache for these inputs and loads the plan.
+    /// Plans for these inputs and loads the plan.
     pub fn load(&mut self, run: &Run<'_>, inputs: &[(&str, &Picture)]) -> Arc<Plan> {
         let plan = Arc::new(run.plan(&self.gpu, inputs));
         self.executor.load(plan.clone()).unwrap_or_else(|error| panic!("{error}"));

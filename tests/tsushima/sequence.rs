@@ -41,7 +41,7 @@ impl Walk {
         (self.seen, self.view) = look(&mut self.player, walk.clamp(0.0, 1.0));
     }
 
-    /// The stops of the exposure after so many more seconds.
+    /// The stops of the exposure after `dt` more seconds.
     fn follow(&mut self, dt: f64) -> f64 {
         self.stops(dt, false)
     }
@@ -83,7 +83,7 @@ fn expose(player: &mut Player, scene: &wgpu::TextureView, dt: f64, reset: bool) 
     player.output("exposed")
 }
 
-/// By how many stops a picture was exposed: told from its largest number below 100, which no guard has bounded.
+/// The gain of an exposure, from the largest number below 100, which sanitizing has not changed.
 fn gain(scene: &Picture, exposed: &Picture) -> f64 {
     let pairs = scene.pixels.as_flattened().iter().zip(exposed.pixels.as_flattened());
     let colours = pairs.enumerate().filter(|(i, (from, _))| i % 4 != 3 && **from < 100.0).map(|(_, pair)| pair);

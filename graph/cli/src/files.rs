@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use afterimage_graph::check::Loader;
 use afterimage_graph::document::{Document, parse};
-use afterimage_graph::node::{NodeKind, Registry, folder_kind};
+use afterimage_graph::node::{NodeKind, Registry, folder_kind_of};
 
 use crate::failure::Failure;
 
@@ -73,23 +73,27 @@ pub(crate) fn folder_kinds(folder: &Path) -> Result<Vec<NodeKind>, Failure> {
 
 fn folder_node(folder: &Path) -> Result<NodeKind, Failure> {
     let ron_path = folder.join("node.ron");
-    let shader_path = shader_of(folder)?;
-    let (ron, shader) = (read_text(&ron_path, "node kind")?, read_text(&shader_path, "shader")?);
-    Ok(folder_kind((&ron_path.to_string_lossy(), &ron), (&shader_path.to_string_lossy(), &shader))?)
+    let ron = read_text(&ron_path, "node kind")?;
+    let mut shaders = Vec::new();
+    for path in shaders_of(folder)? {
+        shaders.push((path.to_string_lossy().into_owned(), read_text(&path, "shader")?));
+    }
+    let shaders: Vec<(&str, &str)> = shaders.iter().map(|(path, text)| (path.as_str(), text.as_str())).collect();
+    Ok(folder_kind_of((&ron_path.to_string_lossy(), &ron), &shaders)?)
 }
 
-fn shader_of(folder: &Path) -> Result<PathBuf, Failure> {
+/// The `.wgsl` files of a folder: the kind's own and those that it imports.
+fn shaders_of(folder: &Path) -> Result<Vec<PathBuf>, Failure> {
     let entries =
         std::fs::read_dir(folder).map_err(|error| Failure::user(format!("`{}`: {error}", folder.display())))?;
     let mut shaders: Vec<_> = entries.filter_map(|entry| Some(entry.ok()?.path())).collect();
     shaders.retain(|path| path.extension().is_some_and(|ending| ending == "wgsl"));
-    match shaders.as_slice() {
-        [one] => Ok(one.clone()),
-        more => {
-            Err(Failure::user(format!("`{}` has {} `.wgsl` files beside its `node.ron`", folder.display(), more.len()))
-                .hint("a kind has exactly one, called like the kind in snake case: `posterize.wgsl` for `Posterize`"))
-        }
+    shaders.sort();
+    if shaders.is_empty() {
+        return Err(Failure::user(format!("`{}` has no `.wgsl` file beside its `node.ron`", folder.display()))
+            .hint("a kind's shader is called like the kind in snake case: `posterize.wgsl` for `Posterize`"));
     }
+    Ok(shaders)
 }
 
 /// Reads and parses a pipeline file.

@@ -8,7 +8,7 @@ use afterimage_graph::diagnostic::{Diagnostics, Style};
 use afterimage_graph::document::Document;
 use afterimage_graph::image::{Format, ImageDesc, Size};
 use afterimage_graph::node::Registry;
-use afterimage_plan::{Alias, Caps, GivenImage, Options, Plan, PlanRequest, Requirement, Tiles, plan};
+use afterimage_plan::{Alias, Caps, GivenImage, Options, Plan, PlanRequest, Requirement, When, plan};
 
 use crate::args::{NoAlias, PipelineOptions, PlanOptions, TileChoice};
 use crate::failure::Failure;
@@ -113,10 +113,11 @@ pub(crate) fn plan_options(options: &PlanOptions) -> Options {
     Options {
         fuse: !options.no_fuse,
         tile: match options.tiles {
-            TileChoice::Never => Tiles::Never,
-            TileChoice::Auto => Tiles::WhereItPays,
-            TileChoice::Always => Tiles::Always,
+            TileChoice::Never => When::Never,
+            TileChoice::Auto => When::WhereItPays,
+            TileChoice::Always => When::Always,
         },
+        row_downsample: if options.no_row_downsample { When::Never } else { When::WhereItPays },
         alias,
         serial: options.serial,
         exact: options.exact,

@@ -179,7 +179,7 @@ fn time(gpu: &Gpu, pipeline: &str, size: Size, frames: usize) -> Result<(), Box<
         times.sort_by(f64::total_cmp);
         times[times.len() / 2]
     });
-    let passes = executor.plan().map_or(0, |plan| plan.recording.passes.len());
+    let passes = executor.plan().map_or(0, |plan| plan.passes.len());
     println!("{pipeline}.ron, {passes} passes: {record:.1} us to record, {finish:.1} to finish, {submit:.1} to submit");
     Ok(())
 }

@@ -33,7 +33,7 @@ pub(crate) fn bound_slots(composed: &Composed, stage: Stage) -> impl Iterator<It
 
 /// Whether the shader filters texels itself, so that its sampler must not filter.
 pub(crate) fn by_hand(composed: &Composed) -> bool {
-    composed.reading != SampleMode::Plain
+    composed.sample_mode != SampleMode::Plain
 }
 
 fn entry(plan: &Plan, composed: &Composed, slot: Slot, stage: Stage) -> BindGroupLayoutEntry {
@@ -50,7 +50,7 @@ fn entry(plan: &Plan, composed: &Composed, slot: Slot, stage: Stage) -> BindGrou
         },
         SlotKind::Storage(image) => BindingType::StorageTexture {
             access: StorageTextureAccess::WriteOnly,
-            format: texture_format(plan.format(image)),
+            format: texture_format(plan.image(image).desc.format),
             view_dimension: dimension(plan, image),
         },
         SlotKind::Buffer(_, writes) => buffer(BufferBindingType::Storage { read_only: !writes }),
@@ -67,9 +67,9 @@ fn buffer(ty: BufferBindingType) -> BindingType {
 }
 
 fn dimension(plan: &Plan, image: afterimage_graph::node::ImageId) -> TextureViewDimension {
-    if plan.recording.image(image).desc.volume { TextureViewDimension::D3 } else { TextureViewDimension::D2 }
+    if plan.image(image).desc.volume { TextureViewDimension::D3 } else { TextureViewDimension::D2 }
 }
 
 fn is_filterable(plan: &Plan, image: afterimage_graph::node::ImageId) -> bool {
-    plan.sample_modes[image.0 as usize] == SampleMode::Plain
+    plan.image(image).sample_mode == SampleMode::Plain
 }

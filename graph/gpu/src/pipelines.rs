@@ -6,8 +6,6 @@ use afterimage_plan::Stage;
 use afterimage_plan::codegen::Composed;
 use rustc_hash::FxHashMap;
 
-use afterimage_base::Shared;
-
 use crate::GpuError;
 use crate::layout::Pipeline;
 
@@ -15,8 +13,7 @@ use crate::layout::Pipeline;
 #[derive(Clone, PartialEq, Eq, Hash)]
 pub(crate) struct PipelineKey {
     pub(crate) source: String,
-    pub(crate) entry: Shared<str>,
-    pub(crate) constants: Vec<(&'static str, u64)>,
+    pub(crate) entry: String,
     /// The attachment's format of a draw.
     pub(crate) attachment: Option<wgpu::TextureFormat>,
     /// How the bind group layout samples its textures: passes with equal text may differ in which textures are
@@ -179,11 +176,9 @@ fn compile(device: &wgpu::Device, cache: Option<&wgpu::PipelineCache>, order: &O
         bind_group_layouts: &[Some(&order.layout)],
         immediate_size: order.immediate_bytes,
     });
-    let constants: Vec<(&str, f64)> =
-        order.key.constants.iter().map(|(name, bits)| (*name, f64::from_bits(*bits))).collect();
     let compilation_options = wgpu::PipelineCompilationOptions {
-        constants: &constants,
         zero_initialize_workgroup_memory: order.zero_workgroup_memory,
+        ..Default::default()
     };
     match order.stage {
         Stage::Compute => Pipeline::Compute(device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
@@ -197,13 +192,13 @@ fn compile(device: &wgpu::Device, cache: Option<&wgpu::PipelineCache>, order: &O
         Stage::Fragment => Pipeline::Render(device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
             label: Some(&order.label),
             layout: Some(&layout),
-            vertex: full_screen_triangle(&module),
+            vertex: full_screen_triangle(&module, order.composed),
             primitive: Default::default(),
             depth_stencil: None,
             multisample: Default::default(),
             fragment: Some(wgpu::FragmentState {
                 module: &module,
-                entry_point: order.composed.fragment,
+                entry_point: order.composed.draw.as_ref().map(|draw| draw.fragment.as_str()),
                 compilation_options,
                 targets: &[Some(order.key.attachment.expect("a draw has an attachment").into())],
             }),
@@ -213,8 +208,9 @@ fn compile(device: &wgpu::Device, cache: Option<&wgpu::PipelineCache>, order: &O
     }
 }
 
-fn full_screen_triangle(module: &wgpu::ShaderModule) -> wgpu::VertexState<'_> {
-    wgpu::VertexState { module, entry_point: Some("vertex"), compilation_options: Default::default(), buffers: &[] }
+fn full_screen_triangle<'a>(module: &'a wgpu::ShaderModule, composed: &'a Composed) -> wgpu::VertexState<'a> {
+    let entry_point = composed.draw.as_ref().map(|draw| draw.vertex.as_str());
+    wgpu::VertexState { module, entry_point, compilation_options: Default::default(), buffers: &[] }
 }
 
 #[cfg(test)]
@@ -225,7 +221,6 @@ mod tests {
         PipelineKey {
             source: source.to_owned(),
             entry: "compute".into(),
-            constants: Vec::new(),
             attachment: None,
             layout: String::new(),
             checked: true,

@@ -1,18 +1,17 @@
-//! The contract of node kinds, with what code generation makes of them: every pass that a kind records becomes a module that naga accepts.
+//! The contract of node kinds, with code generation: every pass that a kind records becomes a module that naga accepts.
 
 use std::collections::BTreeSet;
 
 use afterimage_base::image::Format;
-use afterimage_graph::node::{
-    Arg, Cells, CellsReader, ImageId, NodeKind, Pass, Recording, Resource, Rows, Work, for_each_recording,
-};
+use afterimage_graph::node::{CellReduce, ImageId, NodeKind, Pass, PassKind, Recording, Resource, for_each_recording};
 use afterimage_wgsl::{SampleMode, ShaderFeatures};
 
-use crate::codegen::{CELLS_LANES, compose_pass};
-use crate::passes::copy_step;
+use crate::builder::copy_kernel;
+use crate::codegen::{CodeOptions, compose_pass};
+use crate::fusion::{row_kernel, row_pass};
 
-/// The contract of [`afterimage_graph::node::contract`], and beyond it: every pass becomes a valid module, in every way in which its textures
-/// may be sampled and its numbers computed.
+/// The contract of [`afterimage_graph::node::contract`], and beyond it: every pass becomes a valid module, in every way in
+/// which its textures may be sampled and its numbers computed.
 ///
 /// # Errors
 /// All complaints, one sentence each, with the kind's name in front.
@@ -51,16 +50,8 @@ fn shape(pass: &Pass, recording: &Recording) -> String {
             Resource::Buffer(_) => None,
         })
         .collect();
-    match &pass.work {
-        Work::Steps { steps, .. } => {
-            let calls: Vec<_> = steps.iter().map(|step| (&step.shader, &step.function, &step.args)).collect();
-            format!("{calls:?} {formats:?}")
-        }
-        Work::Tiled(tiling) => format!("{tiling:?} {formats:?}"),
-        Work::Rows(rows) => format!("{rows:?} {formats:?}"),
-        Work::Cells(cells) => format!("{cells:?} {formats:?}"),
-        Work::Entry(call) => format!("{:?} {} {:?} {formats:?}", call.shader, call.entry, call.bindings),
-    }
+    let calls: Vec<_> = pass.kernels.iter().map(|kernel| (&kernel.shader, &kernel.function, &kernel.args)).collect();
+    format!("{calls:?} {:?} {formats:?}", pass.kind)
 }
 
 /// What every device understands.
@@ -80,7 +71,8 @@ const WAYS: [(SampleMode, ShaderFeatures); 5] = [
 fn module(pass: &Pass, recording: &Recording, modules: &mut BTreeSet<String>, complaints: &mut Vec<String>) {
     let desc_of = |image: ImageId| recording.image(image).desc;
     for (reading, features) in WAYS {
-        let composed = compose_pass(pass, &desc_of, &|_| reading, features);
+        let composed =
+            compose_pass(pass, &desc_of, &|_| reading, CodeOptions { features, immediates: features == RICH });
         match composed {
             Ok(composed) if modules.insert(composed.source.clone()) => {
                 if let Err(error) = composed.validate() {
@@ -96,28 +88,19 @@ fn module(pass: &Pass, recording: &Recording, modules: &mut BTreeSet<String>, co
 
 /// The pass in its form by rows, if it has one.
 fn by_rows(pass: &Pass) -> Option<Pass> {
-    let Work::Steps { steps, result } = &pass.work else { return None };
-    let [step] = steps.as_slice() else { return None };
-    let source = step.args.iter().find_map(|arg| match arg {
-        Arg::Texture(image) => Some(*image),
-        _ => None,
-    })?;
-    let source = vec![copy_step(&step.node, source)];
-    let work = Work::Rows(Rows { source, by: step.by_rows?, result: *result, rows: 1 });
-    Some(Pass { work, ..pass.clone() })
+    let (image, [kernel]) = (pass.function_result()?, pass.kernels.as_slice()) else { return None };
+    let by = kernel.by_rows?;
+    let kernels = vec![copy_kernel(&kernel.node, kernel.textures().next()?), row_kernel(&kernel.node, by)];
+    Some(row_pass(pass.nodes.clone(), pass.label.clone(), kernels, image, (by, 1)))
 }
 
-/// The pass in its form by cells, twice, so that names which the framework does not tell apart clash.
+/// The pass in its form by cells, twice, so that names which the framework does not keep apart clash.
 fn by_cells(pass: &Pass) -> Option<Pass> {
-    let Work::Entry(call) = &pass.work else { return None };
-    let by = call.by_cells?;
-    let source = call.bindings.iter().find_map(|binding| match binding.resource {
-        Resource::Image(image) if binding.name == by.source => Some(image),
-        _ => None,
-    })?;
-    let reader = CellsReader { node: pass.nodes[0].clone(), call: call.clone(), by };
-    let readers = vec![reader.clone(), reader];
-    let lanes = [CELLS_LANES, 1];
-    let work = Work::Cells(Cells { source, readers, coarsest: by.cells, finest: by.cells, lanes, step: by.step });
-    Some(Pass { work, ..pass.clone() })
+    let [kernel] = pass.kernels.as_slice() else { return None };
+    let by = kernel.by_cells?;
+    kernel.arg(by.source)?;
+    let invocations = [CellReduce::MOST_INVOCATIONS, 1];
+    let kind = CellReduce { coarsest: by.cells, finest: by.cells, invocations, stride: by.stride };
+    let kernels = vec![kernel.clone(), kernel.clone()];
+    Some(Pass { kernels, kind: PassKind::CellReduce(kind), ..pass.clone() })
 }

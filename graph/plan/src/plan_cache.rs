@@ -1,27 +1,32 @@
-//! One plan for each distinct answer that host and scene give, remembered while there is room.
+//! One plan for each distinct request, kept while there is space.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use crate::{Caps, GivenImage, Options, Plan, PlanError, PlanRequest, plan};
+use crate::error::PlanError;
+use crate::options::Options;
+use crate::plan::Plan;
+use crate::planner::plan;
+use crate::request::{GivenImage, PlanRequest};
+use afterimage_base::caps::Caps;
 use afterimage_base::image::Size;
 use afterimage_graph::check::{Facts, Graph};
 
-/// PlanCache that are remembered: the answers of a few conditions at two or three sizes.
+/// Plans that are kept: the answers of a few conditions at two or three sizes.
 const MOST: usize = 32;
 
 /// A graph and its plans, each made once.
 ///
-/// Facts matter only through the conditions that ask them, so a fact that changes in every frame asks for no new plan until some `when` answers
-/// otherwise. The plan that was asked for least recently makes room for a new one. All settings must come with the same device's
+/// Facts matter only through conditions, so a fact that changes in every frame needs no new plan until the answer of some
+/// `when` changes. The least recently used plan is dropped for a new one. All requests must have the same device's
 /// [`requirement`](PlanRequest::requirement).
 pub struct PlanCache {
     graph: Graph,
-    /// The one asked for last stands last.
-    known: Vec<(Key, Arc<Plan>)>,
+    /// The one used last is at the end.
+    plans: Vec<(Key, Arc<Plan>)>,
 }
 
-/// All of a setting that a plan depends on.
+/// The parts of a request that a plan depends on.
 #[derive(PartialEq)]
 struct Key {
     size: Size,
@@ -35,7 +40,7 @@ struct Key {
 impl PlanCache {
     /// No plans yet.
     pub fn new(graph: Graph) -> Self {
-        Self { graph, known: Vec::new() }
+        Self { graph, plans: Vec::new() }
     }
 
     /// The graph.
@@ -43,23 +48,23 @@ impl PlanCache {
         &self.graph
     }
 
-    /// The plan for this setting: the same `Arc` as before where nothing has changed that matters to it.
-    pub fn plan(&mut self, setting: &PlanRequest<'_>) -> Result<Arc<Plan>, PlanError> {
+    /// The plan for this request: the same `Arc` as before where nothing has changed that matters to it.
+    pub fn plan(&mut self, request: &PlanRequest<'_>) -> Result<Arc<Plan>, PlanError> {
         let key = Key {
-            size: setting.size,
-            inputs: setting.inputs.clone(),
-            answers: self.answers(&setting.facts),
-            caps: setting.caps.clone(),
-            options: setting.options,
+            size: request.size,
+            inputs: request.inputs.clone(),
+            answers: self.answers(&request.facts),
+            caps: request.caps.clone(),
+            options: request.options,
         };
-        let known = match self.known.iter().position(|(known, _)| *known == key) {
-            Some(at) => self.known.remove(at),
-            None => (key, Arc::new(plan(&self.graph, setting)?)),
+        let known = match self.plans.iter().position(|(known, _)| *known == key) {
+            Some(at) => self.plans.remove(at),
+            None => (key, Arc::new(plan(&self.graph, request)?)),
         };
         let plan = known.1.clone();
-        self.known.push(known);
-        if self.known.len() > MOST {
-            self.known.remove(0);
+        self.plans.push(known);
+        if self.plans.len() > MOST {
+            self.plans.remove(0);
         }
         Ok(plan)
     }

@@ -2,7 +2,7 @@
 
 use afterimage_generators::Recipe;
 use afterimage_graph::node::{ImageId, Origin, Resource};
-use afterimage_plan::{Alias, Options, Plan, verify};
+use afterimage_plan::{Alias, Options, Plan, Stage, verify};
 
 use super::planned::plan_of;
 
@@ -28,9 +28,9 @@ fn assert_reports(reported: &str, parts: &[&str]) {
 fn a_missing_barrier_is_found() {
     for plan in plans(Options::default()) {
         for batch in 0..plan.batches.len() {
-            for at in 0..plan.barriers[batch].transitions.len() {
+            for at in 0..plan.batches[batch].transitions.len() {
                 let mut broken = plan.clone();
-                let dropped = broken.barriers[batch].transitions.remove(at);
+                let dropped = broken.batches[batch].transitions.remove(at);
                 let name = match dropped.resource {
                     Resource::Image(image) => &plan.image_names()[image.0 as usize],
                     Resource::Buffer(buffer) => &plan.buffer_names()[buffer.0 as usize],
@@ -54,9 +54,9 @@ fn a_missing_export_is_found() {
 fn a_missing_aliasing_barrier_is_found() {
     for alias in [Alias::Placed, Alias::Pool] {
         for plan in plans(Options { alias, ..Options::default() }) {
-            let batch = plan.barriers.iter().position(|batch| !batch.aliasing.is_empty()).expect("images share memory");
+            let batch = plan.batches.iter().position(|batch| !batch.aliasing.is_empty()).expect("images share memory");
             let mut broken = plan.clone();
-            let dropped = broken.barriers[batch].aliasing.remove(0);
+            let dropped = broken.batches[batch].aliasing.remove(0);
             let name = &plan.image_names()[dropped.image.0 as usize];
             let reported = faults(&broken, "an aliasing barrier is missing");
             assert_reports(&reported, &[&format!("`{name}` takes over"), "nothing separates them"]);
@@ -66,9 +66,9 @@ fn a_missing_aliasing_barrier_is_found() {
 
 /// Two shared images that are alive in the same batch.
 fn alive_together(plan: &Plan) -> (usize, usize) {
-    let shared = |image: &usize| plan.memory.offset_of[*image].is_some();
+    let shared = |image: &usize| plan.images[*image].offset.is_some();
     let lives: Vec<(usize, _)> =
-        (0..plan.lifetimes.len()).filter(shared).filter_map(|image| Some((image, plan.lifetimes[image]?))).collect();
+        (0..plan.images.len()).filter(shared).filter_map(|image| Some((image, plan.images[image].lifetime?))).collect();
     for (a, first) in &lives {
         for (b, second) in &lives {
             if a < b && first.first <= second.last && second.first <= first.last {
@@ -84,7 +84,7 @@ fn two_live_images_at_one_place_of_the_heap_are_found() {
     for plan in plans(Options::default()) {
         let (a, b) = alive_together(&plan);
         let mut broken = plan.clone();
-        broken.memory.offset_of[a] = broken.memory.offset_of[b];
+        broken.images[a].offset = broken.images[b].offset;
         let reported = faults(&broken, "two images overlap");
         let names = plan.image_names();
         assert_reports(&reported, &[&format!("`{}`", names[a]), &format!("`{}`", names[b]), "in the heap where"]);
@@ -96,7 +96,7 @@ fn two_live_images_in_one_pooled_texture_are_found() {
     for plan in plans(Options { alias: Alias::Pool, ..Options::default() }) {
         let (a, b) = alive_together(&plan);
         let mut broken = plan.clone();
-        broken.memory.slot_of[a] = broken.memory.slot_of[b];
+        broken.images[a].slot = broken.images[b].slot;
         assert_reports(&faults(&broken, "two images share"), &["in the pool where"]);
     }
 }
@@ -104,12 +104,12 @@ fn two_live_images_in_one_pooled_texture_are_found() {
 #[test]
 fn an_offset_without_alignment_or_beyond_the_heap_is_found() {
     let plan = plans(Options::default()).next().expect("there is a plan");
-    let image = plan.memory.offset_of.iter().position(Option::is_some).expect("an image is placed");
+    let image = plan.images.iter().position(|image| image.offset.is_some()).expect("an image is placed");
     let mut crooked = plan.clone();
-    crooked.memory.offset_of[image] = crooked.memory.offset_of[image].map(|offset| offset + 4);
+    crooked.images[image].offset = crooked.images[image].offset.map(|offset| offset + 4);
     assert_reports(&faults(&crooked, "an offset is not aligned"), &["is no multiple of"]);
     let mut outside = plan.clone();
-    outside.memory.offset_of[image] = Some(plan.memory.heap);
+    outside.images[image].offset = Some(plan.memory.placed);
     assert_reports(&faults(&outside, "an image is outside"), &["beyond the heap"]);
 }
 
@@ -117,10 +117,11 @@ fn an_offset_without_alignment_or_beyond_the_heap_is_found() {
 fn neighbours(plan: &Plan) -> Option<(usize, usize, usize)> {
     plan.batches.windows(2).enumerate().find_map(|(batch, pair)| {
         let reads = |reader: usize, writer: usize| {
-            let writes = plan.recording.passes[writer].writes();
-            plan.recording.passes[reader].reads().iter().any(|resource| writes.contains(resource))
+            let writes = plan.passes[writer].pass.writes();
+            plan.passes[reader].pass.reads().iter().any(|resource| writes.contains(resource))
         };
-        let pairs = pair[0].clone().flat_map(|writer| pair[1].clone().map(move |reader| (writer, reader)));
+        let pairs =
+            pair[0].passes.clone().flat_map(|writer| pair[1].passes.clone().map(move |reader| (writer, reader)));
         pairs
             .into_iter()
             .find(|(writer, reader)| reads(*reader, *writer))
@@ -133,9 +134,7 @@ fn two_exchanged_passes_are_found() {
     for plan in plans(Options::default()) {
         let (_, writer, reader) = neighbours(&plan).expect("some batch needs the one before");
         let mut broken = plan.clone();
-        broken.recording.passes.swap(writer, reader);
-        broken.stages.swap(writer, reader);
-        broken.recorded.swap(writer, reader);
+        broken.passes.swap(writer, reader);
         let reported = faults(&broken, "a read comes before its write");
         let name = &plan.pass_names()[reader];
         assert!(
@@ -151,11 +150,10 @@ fn two_dependent_batches_joined_into_one_are_found() {
         let (batch, ..) = neighbours(&plan).expect("some batch needs the one before");
         let mut broken = plan.clone();
         let second = broken.batches.remove(batch + 1);
-        broken.batches[batch].end = second.end;
-        let moved = broken.barriers.remove(batch + 1);
-        broken.barriers[batch].transitions.extend(moved.transitions);
-        broken.barriers[batch].aliasing.extend(moved.aliasing);
-        for lifetime in broken.lifetimes.iter_mut().flatten() {
+        broken.batches[batch].passes.end = second.passes.end;
+        broken.batches[batch].transitions.extend(second.transitions);
+        broken.batches[batch].aliasing.extend(second.aliasing);
+        for lifetime in broken.images.iter_mut().filter_map(|image| image.lifetime.as_mut()) {
             lifetime.first -= usize::from(lifetime.first > batch);
             lifetime.last -= usize::from(lifetime.last > batch);
         }
@@ -167,7 +165,7 @@ fn two_dependent_batches_joined_into_one_are_found() {
 fn a_pass_outside_of_all_batches_is_found() {
     let mut plan = plans(Options::default()).next().expect("there is a plan");
     let last = plan.batches.len() - 1;
-    plan.batches[last].end -= 1;
+    plan.batches[last].passes.end -= 1;
     assert_reports(&faults(&plan, "a pass is in no batch"), &["the batches end at pass"]);
 }
 
@@ -176,10 +174,9 @@ fn a_history_or_an_output_without_a_writer_is_found() {
     let plan = plans(Options { fuse: false, ..Options::default() }).find(|plan| past(plan).is_some());
     let plan = plan.expect("some graph has a history");
     let of = past(&plan).expect("it was found above");
-    let writer =
-        plan.recording.passes.iter().position(|pass| pass.writes().contains(&of)).expect("histories are written");
+    let writer = plan.work().position(|pass| pass.writes().contains(&of)).expect("histories are written");
     let mut broken = plan.clone();
-    broken.recording.passes[writer] = broken.recording.passes[(writer + 1) % plan.recording.passes.len()].clone();
+    broken.passes[writer].pass = broken.passes[(writer + 1) % plan.passes.len()].pass.clone();
     assert_reports(&faults(&broken, "a history is not written"), &["is the past of", "is written by 0 passes"]);
     let mut broken = plan.clone();
     let unwritten = plan.inputs[0].1;
@@ -188,8 +185,8 @@ fn a_history_or_an_output_without_a_writer_is_found() {
 }
 
 fn past(plan: &Plan) -> Option<Resource> {
-    let made = |of: ImageId| plan.recording.image(of).origin == Origin::Transient;
-    plan.recording.images.iter().find_map(|image| match image.origin {
+    let made = |of: ImageId| plan.image(of).origin == Origin::Transient;
+    plan.images.iter().find_map(|image| match image.origin {
         Origin::Previous { of, .. } if made(of) => Some(Resource::Image(of)),
         _ => None,
     })
@@ -212,4 +209,22 @@ fn wrong_figures_are_found() {
     let mut broken = plan.clone();
     broken.memory.unaliased = plan.memory.unshared - 1;
     assert_reports(&faults(&broken, "a figure is wrong"), &["the plan stores", "that its nodes describe"]);
+}
+
+#[test]
+fn uniforms_at_one_place_of_the_buffer_are_found() {
+    let mut plan = plans(Options::default()).next().expect("there is a plan");
+    plan.passes[1].uniform.extent_offset = plan.passes[0].uniform.extent_offset;
+    assert_reports(&faults(&plan, "two uniforms overlap"), &["the uniforms of pass", "overlap"]);
+}
+
+#[test]
+fn a_draw_of_a_compute_kernel_is_found() {
+    let drawn = |mut plan: Plan| {
+        let pass = plan.passes.iter_mut().find(|planned| !planned.pass.kind.is_drawable())?;
+        pass.stage = Stage::Fragment;
+        Some(plan)
+    };
+    let plan = plans(Options::default()).find_map(drawn).expect("some plan has a compute kernel");
+    assert_reports(&faults(&plan, "a compute kernel is drawn"), &["is drawn, but it can only be dispatched"]);
 }

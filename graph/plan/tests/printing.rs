@@ -16,7 +16,7 @@ fn example() -> Plan {
 fn the_text_lists_every_pass_and_every_skipped_node() {
     let plan = example();
     let text = plan.to_text();
-    for pass in &plan.recording.passes {
+    for pass in plan.work() {
         let whole = text.lines().any(|line| line.contains(&pass.nodes.join(" + ")) && line.contains(&pass.label));
         let line =
             |(node, label): (&String, &str)| text.lines().any(|line| line.contains(node) && line.contains(label));
@@ -42,7 +42,7 @@ fn the_json_is_canonical() {
     let memory = keys.map(|key| json["memory"][key].as_u64());
     assert_eq!(memory, [m.unaliased, m.unshared, m.pooled, m.placed, m.lower_bound].map(Some));
     assert_eq!(json["hash"], plan.hash().to_string());
-    assert_eq!(json["passes"].as_array().map(Vec::len), Some(plan.recording.passes.len()));
+    assert_eq!(json["passes"].as_array().map(Vec::len), Some(plan.passes.len()));
     assert_eq!(json["batches"].as_array().map(Vec::len), json["barriers"].as_array().map(Vec::len));
     // Reading sorts the keys: writing again gives the same text only if they were sorted.
     assert_eq!(serde_json::to_string_pretty(&json).expect("JSON can be written"), plan.to_json());
@@ -83,7 +83,7 @@ fn a_plan_does_not_differ_from_itself() {
 fn the_graphviz_text_has_every_pass_once() {
     let plan = example();
     let dot = plan.to_dot();
-    for pass in 0..plan.recording.passes.len() {
+    for pass in 0..plan.passes.len() {
         assert_eq!(dot.matches(&format!("\n    pass{pass} [label=")).count(), 1, "{dot}");
     }
     assert_eq!(dot.matches('{').count(), dot.matches('}').count());
@@ -93,8 +93,8 @@ fn the_graphviz_text_has_every_pass_once() {
 fn the_picture_shows_every_image_of_the_heap() {
     let plan = example();
     let svg = plan.to_svg();
-    for (name, offset) in plan.image_names().iter().zip(&plan.memory.offset_of) {
-        assert!(offset.is_none() || svg.contains(&format!("<title>{name}\n")), "no bar for {name}");
+    for (name, image) in plan.image_names().iter().zip(&plan.images) {
+        assert!(image.offset.is_none() || svg.contains(&format!("<title>{name}\n")), "no bar for {name}");
     }
     assert!(svg.starts_with("<svg ") && svg.ends_with("</svg>\n"));
     for tag in ["text", "title", "rect", "circle", "path"] {

@@ -1,9 +1,11 @@
 //! What holds for the plan of every graph.
 
+use std::sync::Arc;
+
 use afterimage_generators::{Recipe, Rng};
 use afterimage_graph::check::Graph;
-use afterimage_graph::node::{Fallback, ImageId, Resource};
-use afterimage_plan::{Alias, Caps, Options, Plan, Stage, verify};
+use afterimage_graph::node::{Fallback, ImageId, Pass, Resource};
+use afterimage_plan::{Alias, Caps, Options, PlacedPlan, Plan, Stage, verify, verify_placed};
 use proptest::prelude::*;
 
 use super::planned::{FRAME, all_formats, plan_at, plan_of, plan_on};
@@ -44,16 +46,16 @@ fn checked_on(recipe: Recipe, options: Options, caps: Caps) -> Plan {
 
 /// The most bytes of shared images alive at once if the passes ran one by one in the order of recording.
 fn peak_as_recorded(plan: &Plan) -> u64 {
-    let mut order: Vec<usize> = (0..plan.recorded.len()).collect();
-    order.sort_by_key(|pass| plan.recorded[*pass]);
+    let mut order: Vec<usize> = (0..plan.passes.len()).collect();
+    order.sort_by_key(|pass| plan.passes[*pass].recorded);
     let uses = |pass: usize, image: usize| {
-        let pass = &plan.recording.passes[pass];
+        let pass = &plan.passes[pass].pass;
         let image = Resource::Image(ImageId(image as u32));
         pass.reads().contains(&image) || pass.writes().contains(&image)
     };
     let mut alive = vec![0_u64; order.len()];
-    for (image, wants) in plan.memory.requirement_of.iter().enumerate() {
-        let Some(wants) = wants else { continue };
+    for (image, planned) in plan.images.iter().enumerate() {
+        let Some(wants) = planned.requirement else { continue };
         let first = order.iter().position(|pass| uses(*pass, image)).expect("a shared image is used");
         let last = order.iter().rposition(|pass| uses(*pass, image)).expect("a shared image is used");
         alive[first..=last].iter_mut().for_each(|bytes| *bytes += wants.bytes);
@@ -69,13 +71,12 @@ proptest! {
         let plan = checked(recipe, options);
         prop_assert!(plan.memory.lower_bound <= plan.memory.placed);
         prop_assert!(plan.memory.pooled <= plan.memory.unshared && plan.memory.unshared <= plan.memory.unaliased);
-        prop_assert_eq!(plan.memory.heap, plan.memory.placed);
     }
 
     #[test]
     fn no_plan_for_a_device_that_must_draw_has_a_fault(recipe in recipes(1..160), options in options(), draws in any::<bool>()) {
         let plan = checked_on(recipe, options, Caps { prefer_fragment: draws, tiles: !draws, ..Caps::default() });
-        prop_assert!(!draws || plan.stages.contains(&Stage::Fragment));
+        prop_assert!(!draws || plan.passes.iter().any(|planned| planned.stage == Stage::Fragment));
     }
 
     #[test]
@@ -98,7 +99,7 @@ proptest! {
         let serial = checked(recipe, Options { serial: true, ..Options::default() });
         prop_assert!(small.memory.lower_bound <= fast.memory.lower_bound);
         prop_assert!(fast.batches.len() <= small.batches.len());
-        prop_assert_eq!(serial.batches.len(), serial.recording.passes.len());
+        prop_assert_eq!(serial.batches.len(), serial.passes.len());
         prop_assert!(serial.memory.lower_bound <= small.memory.lower_bound);
     }
 
@@ -114,18 +115,17 @@ proptest! {
         let mut graph = recipe.graph();
         switch_one(&mut graph, switched);
         let fresh = plan_at(&graph, FRAME, Options::default()).expect("the graph can be planned");
-        let mut kept = fresh.clone();
-        kept.place_keeping(&old);
-        prop_assert_eq!(verify(&kept), Ok(()));
-        prop_assert!(kept == fresh || kept.memory.heap == old.memory.heap);
+        let (old, fresh) = (PlacedPlan::new(Arc::new(old)), Arc::new(fresh));
+        let kept = PlacedPlan::keeping(fresh.clone(), &old);
+        prop_assert_eq!(verify_placed(&kept), Ok(()));
+        prop_assert!(kept == PlacedPlan::new(fresh) || kept.placement.heap == old.placement.heap);
     }
 
     #[test]
     fn an_equal_plan_keeps_every_place(recipe in recipes(10..80)) {
         let old = checked(recipe, Options::default());
-        let mut kept = old.clone();
-        kept.place_keeping(&old);
-        prop_assert_eq!(kept, old);
+        let old = PlacedPlan::new(Arc::new(old));
+        prop_assert_eq!(PlacedPlan::keeping(old.plan.clone(), &old), old);
     }
 }
 
@@ -145,22 +145,22 @@ fn a_plan_that_keeps_places_keeps_more_of_them_than_a_fresh_one() {
         let old = checked(recipe, Options::default());
         let mut graph = recipe.graph();
         switch_one(&mut graph, seed);
-        let mut plan = plan_at(&graph, FRAME, Options::default()).expect("the graph can be planned");
-        fresh += in_place(&plan, &old);
-        plan.place_keeping(&old);
-        kept += in_place(&plan, &old);
+        let plan = Arc::new(plan_at(&graph, FRAME, Options::default()).expect("the graph can be planned"));
+        let old = PlacedPlan::new(Arc::new(old));
+        fresh += in_place(&PlacedPlan::new(plan.clone()), &old);
+        kept += in_place(&PlacedPlan::keeping(plan, &old), &old);
     }
     assert!(kept * 4 > fresh * 5, "{kept} images in place, {fresh} without keeping");
 }
 
 /// The number of images that have the same place in both plans.
-fn in_place(plan: &Plan, old: &Plan) -> usize {
-    let places = |plan: &Plan| -> Vec<(String, u64)> {
-        let named = plan.image_names().into_iter().zip(&plan.memory.offset_of);
+fn in_place(placed: &PlacedPlan, old: &PlacedPlan) -> usize {
+    let places = |placed: &PlacedPlan| -> Vec<(String, u64)> {
+        let named = placed.plan.image_names().into_iter().zip(&placed.placement.offsets);
         named.filter_map(|(name, offset)| Some((name, (*offset)?))).collect()
     };
     let old = places(old);
-    places(plan).iter().filter(|place| old.contains(place)).count()
+    places(placed).iter().filter(|place| old.contains(place)).count()
 }
 
 #[test]
@@ -191,13 +191,13 @@ fn what_fusion_removes_is_counted_among_what_the_nodes_describe() {
 #[test]
 fn large_graphs_are_planned_too() {
     let plan = checked(Recipe { seed: 3, nodes: 1000, histories: 5, off: 3 }, Options::default());
-    assert!(plan.recording.passes.len() > 500, "only {} passes", plan.recording.passes.len());
+    assert!(plan.passes.len() > 500, "only {} passes", plan.passes.len());
     assert!(plan.memory.placed as f64 <= 1.1 * plan.memory.lower_bound as f64);
 }
 
 /// The smallest peak of all orders, by trying every set of passes that can have run.
 fn best_peak(plan: &Plan) -> u64 {
-    let passes = &plan.recording.passes;
+    let passes: Vec<&Pass> = plan.work().collect();
     let (reads, writes): (Vec<_>, Vec<_>) = passes.iter().map(|pass| (pass.reads(), pass.writes())).unzip();
     let conflict = |a: usize, b: usize| {
         reads[b].iter().chain(&writes[b]).any(|r| writes[a].contains(r))
@@ -205,12 +205,12 @@ fn best_peak(plan: &Plan) -> u64 {
     };
     let before: Vec<u32> =
         (0..passes.len()).map(|b| (0..b).filter(|a| conflict(*a, b)).fold(0, |set, a| set | 1 << a)).collect();
-    let users: Vec<(u64, u32)> = (0..plan.lifetimes.len())
+    let users: Vec<(u64, u32)> = (0..plan.images.len())
         .filter_map(|image| {
             let resource = Resource::Image(ImageId(image as u32));
             let uses = |pass: &usize| reads[*pass].contains(&resource) || writes[*pass].contains(&resource);
             let users = (0..passes.len()).filter(uses).fold(0, |set, pass| set | 1 << pass);
-            plan.memory.requirement_of[image].map(|wants| (wants.bytes, users))
+            plan.images[image].requirement.map(|wants| (wants.bytes, users))
         })
         .collect();
     let alive = |done: u32, next: u32| -> u64 {
@@ -237,7 +237,7 @@ fn the_order_of_small_graphs_is_nearly_the_best_there_is() {
     let (mut tried, mut best) = (0, 0);
     for seed in 0..120 {
         let plan = checked(Recipe { seed, nodes: 13, histories: 0, off: 0 }, Options::default());
-        if plan.recording.passes.len() <= 17 {
+        if plan.passes.len() <= 17 {
             let (peak, found) = (best_peak(&plan), plan.memory.lower_bound);
             assert!(peak <= found, "seed {seed}: {found} is less than the least, {peak}");
             assert!(found <= peak + peak / 4, "seed {seed}: {found} of {peak}");

@@ -4,21 +4,20 @@ use std::sync::Arc;
 
 use afterimage_graph::check::{Facts, Loader, NoFiles};
 use afterimage_graph::image::Format;
-use afterimage_graph::node::Work;
-use afterimage_plan::{Options, Plan, Tiles};
+use afterimage_plan::{Options, Plan, When};
 
 use super::planned::{all_formats, built_in, checked, checked_with, plan_images};
 
 fn planned(graph: &afterimage_graph::check::Graph, facts: &[(&str, bool)]) -> Plan {
     let mut given = Facts::default();
     facts.iter().for_each(|(name, holds)| given.set(*name, *holds));
-    let options = Options { tile: Tiles::Never, ..Options::default() };
+    let options = Options { tile: When::Never, row_downsample: When::Never, ..Options::default() };
     plan_images(graph, Format::Rgba32Float, given, all_formats(), options)
 }
 
 /// The nodes of all passes.
 fn running(plan: &Plan) -> Vec<&str> {
-    plan.recording.passes.iter().flat_map(|pass| &pass.nodes).map(String::as_str).collect()
+    plan.work().flat_map(|pass| &pass.nodes).map(String::as_str).collect()
 }
 
 const GLOW: [&str; 5] = ["glowing", "mips", "soft", "bloom", "lit"];
@@ -30,7 +29,7 @@ fn caracal_without_emissive_surfaces_has_no_pass_for_its_glow() {
     assert!(GLOW.iter().all(|node| running(&lit).contains(node)), "{:?}", running(&lit));
     let dark = planned(&graph, &[("emissive", false)]);
     assert!(!running(&dark).iter().any(|node| GLOW.contains(node)), "{:?}", running(&dark));
-    assert_eq!(dark.recording.passes.len(), 1, "exposure, curve and encoding are one pass: {:?}", running(&dark));
+    assert_eq!(dark.passes.len(), 1, "exposure, curve and encoding are one pass: {:?}", running(&dark));
     let glowing = dark.skipped.iter().find(|skipped| skipped.node == "glowing").expect("the plan lists the node");
     assert!(glowing.why.contains("emissive"), "{}", glowing.why);
     assert!(dark.memory.placed < lit.memory.placed / 10, "{} of {} bytes", dark.memory.placed, lit.memory.placed);
@@ -56,8 +55,8 @@ fn skipped(nodes: &str) -> (Vec<String>, usize) {
     let text =
         format!(r#"Pipeline(inputs: {{ "scene": Color }}, nodes: {{ {nodes} }}, outputs: {{ "out": "result" }})"#);
     let plan = planned(&checked(&text), &[]);
-    assert!(plan.recording.passes.iter().all(|pass| matches!(pass.work, Work::Steps { .. })));
-    (plan.skipped.iter().map(|skipped| skipped.node.clone()).collect(), plan.recording.passes.len())
+    assert!(plan.work().all(|pass| pass.kind.is_drawable()));
+    (plan.skipped.iter().map(|skipped| skipped.node.clone()).collect(), plan.passes.len())
 }
 
 #[test]

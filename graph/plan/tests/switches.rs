@@ -12,8 +12,8 @@ fn both() -> Options {
 
 /// The source of every pass, as the device gets it.
 fn sources(plan: &Plan) -> Vec<String> {
-    let composed = |pass| plan.compose(pass).unwrap_or_else(|error| panic!("{error}")).source;
-    (0..plan.recording.passes.len()).map(composed).collect()
+    let composed = |pass| plan.compose(pass, false).unwrap_or_else(|error| panic!("{error}")).source;
+    (0..plan.passes.len()).map(composed).collect()
 }
 
 /// A device with every feature.

@@ -2,21 +2,22 @@
 
 mod contract;
 mod folder;
+mod kernel;
 mod kind;
 mod params;
 mod pass;
 mod ports;
 mod recorder;
 mod registry;
+mod resource;
 
 pub use contract::{contract, for_each_recording};
-pub use folder::folder_kind;
+pub use folder::{folder_kind, folder_kind_of};
+pub use kernel::{Arg, Argument, ByCells, ByRows, KernelCall};
 pub use kind::{Arrivals, Kind, Node, NodeKind};
 pub use params::Params;
-pub use pass::{
-    Arg, Binding, BufferId, BufferLife, ByCells, ByRows, Cells, CellsReader, EntryCall, ImageId, Origin, Pass,
-    Resource, Rows, Step, TileStage, Tiling, VirtualBuffer, VirtualImage, Work,
-};
+pub use pass::{CellReduce, Pass, PassKind, PassResult, RowDownsample, TileStage, TiledChain};
 pub use ports::{Fallback, Input, Output, OutputState, PortType, Signature};
 pub use recorder::{Arrival, ComputePass, FunctionPass, Recorder, RecorderContext, Recording};
 pub use registry::{DuplicateKind, Registry};
+pub use resource::{BufferId, BufferLife, ImageId, Origin, Resource, VirtualBuffer, VirtualImage};

@@ -4,7 +4,7 @@ use afterimage_graph::node::contract;
 use afterimage_graph::prelude::*;
 
 static SHADER: Shader = Shader::new(
-    "plugin/careless.wgsl",
+    "plugin/Careless.wgsl",
     "struct Careless { amount: f32 }\n\
      fn helper(x: f32) -> f32 { return x; }\n\
      fn careless(source: vec4f, params: Careless) -> vec4f { return source * helper(params.amount); }\n\
@@ -62,7 +62,7 @@ fn every_broken_promise_is_named() {
         "the fallback `target` is a Value, but `result` is a Image",
         "the default of `amount` is not acceptable: `amount` must be within 0 and 1",
         "the numbers of `open` have no domain",
-        "`helper` in `plugin/careless.wgsl` does not begin with `careless`",
+        "the file `plugin/Careless.wgsl` is not called after a kind, in snake_case",
         "recording fails: `Careless` has no input `elsewhere`",
         "the output `result` is wanted and not given as a Image",
     ] {

@@ -1,6 +1,6 @@
 //! Node kinds of two files and no Rust: one that works, and what is reported when either file is wrong.
 
-use afterimage_graph::node::folder_kind;
+use afterimage_graph::node::{folder_kind, folder_kind_of};
 
 const DECLARATION: &str = r#"Kind(
     name: "Posterize",
@@ -47,6 +47,27 @@ fn a_byte_order_mark_at_the_beginning_is_no_mistake() {
 }
 
 #[test]
+fn other_files_of_the_folder_are_for_imports_and_may_have_any_names() {
+    let shader =
+        SHADER.replace("struct", "#import steps\nstruct").replace("params.levels - 1.0", "step(params.levels)");
+    let steps = "#import math\nfn step(length: f32) -> f32 { return power(length, 1.0) - 1.0; }\n";
+    let with = |steps: &str, name: &str| {
+        folder_kind_of(("posterize/node.ron", DECLARATION), &[("posterize/steps.wgsl", steps), (name, &shader)])
+    };
+    let kind = with(steps, "posterize/posterize.wgsl");
+    assert_eq!(kind.unwrap_or_else(|told| panic!("{told}")).name(), "Posterize");
+    for (from, to, message) in [
+        ("- 1.0", "- one", "posterize/steps.wgsl:2:64"),
+        ("math", "maths", "no shared file is called `maths`; there are `steps`, `"),
+    ] {
+        let told = with(&steps.replace(from, to), "posterize/posterize.wgsl").expect_err(message).to_string();
+        assert!(told.contains(message), "{told}");
+    }
+    let told = with(steps, "posterize/poster.wgsl").expect_err("neither is its shader").to_string();
+    assert!(told.contains("no file of the folder is called `posterize.wgsl`"), "{told}");
+}
+
+#[test]
 fn mistakes_of_the_shader_are_told_at_its_lines() {
     for (from, to, message, location) in [
         ("params.levels -", "parms.levels -", "no definition in scope for identifier: `parms`", "posterize.wgsl:4:17"),
@@ -76,7 +97,6 @@ fn mistakes_of_the_shader_are_told_at_its_lines() {
             "posterize.wgsl:4:46",
         ),
         ("mask_sampler", "samp", "the sampler `samp` does not follow its texture", "posterize.wgsl:3:52"),
-        ("struct", "fn helper() {}\nstruct", "`helper` does not begin with the name of its file", "posterize.wgsl:1:4"),
         (
             "tap(mask, mask_sampler, at.uv)",
             "textureSample(mask, mask_sampler, at.uv)",

@@ -2,9 +2,13 @@
 
 use naga::{AddressSpace, ImageClass, ImageDimension, ScalarKind as NagaKind, TypeInner};
 
-use crate::error::validate;
-use crate::import::Text;
-use crate::{SampleMode, Shader, ShaderError, ShaderFeatures};
+use crate::direct_reads::direct_reads;
+use crate::error::ShaderError;
+use crate::features::ShaderFeatures;
+use crate::library::Source;
+use crate::link::{Declared, Instance, Linker};
+use crate::sample_mode::SampleMode;
+use crate::validate::validate;
 
 /// The functions, structs and bindings of a module.
 #[derive(Clone, Debug, Default)]
@@ -17,6 +21,8 @@ pub struct Reflection {
     pub structs: Vec<StructLayout>,
     /// Bound variables of whole kernels.
     pub globals: Vec<Global>,
+    /// Functions and entry points of the file that read textures directly, and not through `texel` and `tap`.
+    pub direct_reads: Vec<String>,
 }
 
 /// The entry point of a whole kernel.
@@ -48,6 +54,10 @@ pub enum ArgType {
     Volume,
     /// A sampler.
     Sampler,
+    /// The place of the pixel: `Point` of the framework's library.
+    Point,
+    /// The frame's time: `Frame` of the framework's library.
+    Frame,
     /// The struct of that name.
     Struct(String),
     /// Anything else: not allowed.
@@ -109,6 +119,8 @@ pub struct Global {
 /// What a bound variable is.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum GlobalKind {
+    /// The uniform with the frame's time: of the type `Frame` of the framework's library.
+    Frame,
     /// A uniform of this struct type.
     Uniform(String),
     /// A sampled texture; a volume if true.
@@ -140,29 +152,128 @@ impl Reflection {
     }
 }
 
-pub(crate) fn reflect(shader: &Shader) -> Result<Reflection, ShaderError> {
-    let mut text = Text::default().reading(SampleMode::Plain, ShaderFeatures::default())?;
-    text.module(shader)?;
-    let module = validate(&text.text, &text.map)?;
-    Ok(Reflection {
-        functions: module.functions.iter().filter_map(|(_, f)| function(&module, f)).collect(),
-        entries: module.entry_points.iter().map(entry_point).collect(),
-        structs: module.types.iter().filter_map(|(_, ty)| layout(&module, ty)).collect(),
-        globals: module.global_variables.iter().filter_map(|(_, g)| global(&module, g)).collect(),
-    })
+/// What a file declares: linked with its imports, parsed and validated.
+pub(crate) fn reflect(source: &Source) -> Result<Reflection, ShaderError> {
+    let mut linker = Linker::new(SampleMode::Plain, ShaderFeatures::default());
+    let instance = linker.add(source, &[])?;
+    let (linked, declared) = linker.link_whole(instance)?;
+    let module = validate(&linked.text, &linked.map)?;
+    let names = Names { declared: &declared, instance };
+    Ok(Reader { module: &module, names }.reflection())
 }
 
-fn entry_point(entry: &naga::EntryPoint) -> EntryPoint {
-    EntryPoint { name: entry.name.clone(), workgroup: entry.workgroup_size }
+struct Reader<'m> {
+    module: &'m naga::Module,
+    names: Names<'m>,
 }
 
-fn function(module: &naga::Module, function: &naga::Function) -> Option<Function> {
-    let result = function.result.as_ref()?;
-    if floats(&module.types[result.ty].inner) != Some(4) {
-        return None;
+/// Names in the files of what the linked module declares.
+#[derive(Clone, Copy)]
+struct Names<'d> {
+    declared: &'d [Declared],
+    instance: Instance,
+}
+
+impl<'d> Names<'d> {
+    fn find(self, name: Option<&String>) -> Option<&'d Declared> {
+        self.declared.iter().find(|declared| Some(&declared.name) == name)
     }
-    let arg = |a: &naga::FunctionArgument| (a.name.clone().unwrap_or_default(), arg_type(&module.types[a.ty]));
-    Some(Function { name: function.name.clone()?, args: function.arguments.iter().map(arg).collect() })
+
+    /// The name in the file of one of its own declarations.
+    fn own(self, name: Option<&String>) -> Option<String> {
+        let found = self.find(name).filter(|declared| declared.instance == self.instance);
+        found.map(|declared| declared.original.clone())
+    }
+
+    /// The name of a type in the file that declares it.
+    fn any(self, name: Option<&String>) -> String {
+        self.find(name).map(|declared| declared.original.clone()).unwrap_or_default()
+    }
+
+    /// The name of a type that the framework's library declares.
+    fn of_framework(self, name: Option<&String>) -> Option<&'d str> {
+        self.find(name).filter(|declared| declared.is_framework).map(|declared| declared.original.as_str())
+    }
+}
+
+impl Reader<'_> {
+    fn reflection(&self) -> Reflection {
+        let module = self.module;
+        let mut structs: Vec<(bool, StructLayout)> =
+            module.types.iter().filter_map(|(_, ty)| self.layout(ty)).collect();
+        // Its own come first: they hide those of imports.
+        structs.sort_by_key(|(is_own, _)| !is_own);
+        Reflection {
+            functions: module.functions.iter().filter_map(|(_, f)| self.function(f)).collect(),
+            entries: module.entry_points.iter().filter_map(|entry| self.entry_point(entry)).collect(),
+            structs: structs.into_iter().map(|(_, layout)| layout).collect(),
+            globals: module.global_variables.iter().filter_map(|(_, g)| self.global(g)).collect(),
+            direct_reads: direct_reads(module, &|name| self.names.of_framework(name).is_some())
+                .into_iter()
+                .filter_map(|name| self.names.own(Some(name)))
+                .collect(),
+        }
+    }
+
+    fn entry_point(&self, entry: &naga::EntryPoint) -> Option<EntryPoint> {
+        Some(EntryPoint { name: self.names.own(Some(&entry.name))?, workgroup: entry.workgroup_size })
+    }
+
+    fn function(&self, function: &naga::Function) -> Option<Function> {
+        let result = function.result.as_ref()?;
+        if floats(&self.module.types[result.ty].inner) != Some(4) {
+            return None;
+        }
+        let arg = |a: &naga::FunctionArgument| (a.name.clone().unwrap_or_default(), self.arg_type(a));
+        let name = self.names.own(function.name.as_ref())?;
+        Some(Function { name, args: function.arguments.iter().map(arg).collect() })
+    }
+
+    fn arg_type(&self, arg: &naga::FunctionArgument) -> ArgType {
+        let ty = &self.module.types[arg.ty];
+        let sampled = |class: &ImageClass| matches!(class, ImageClass::Sampled { kind: NagaKind::Float, multi: false });
+        match &ty.inner {
+            TypeInner::Image { dim: ImageDimension::D2, arrayed: false, class } if sampled(class) => ArgType::Texture,
+            TypeInner::Image { dim: ImageDimension::D3, arrayed: false, class } if sampled(class) => ArgType::Volume,
+            TypeInner::Sampler { comparison: false } => ArgType::Sampler,
+            TypeInner::Struct { .. } => match self.names.of_framework(ty.name.as_ref()) {
+                Some("Point") => ArgType::Point,
+                Some("Frame") => ArgType::Frame,
+                _ => ArgType::Struct(self.names.any(ty.name.as_ref())),
+            },
+            inner => floats(inner).map_or_else(|| ArgType::Other(format!("{inner:?}")), ArgType::Floats),
+        }
+    }
+
+    /// The layout of a struct, and whether the file declares it.
+    fn layout(&self, ty: &naga::Type) -> Option<(bool, StructLayout)> {
+        let TypeInner::Struct { members, span } = &ty.inner else { return None };
+        let members = members.iter().map(|m| member(self.module, m)).collect::<Option<Vec<_>>>()?;
+        let name = self.names.any(ty.name.as_ref());
+        Some((self.names.own(ty.name.as_ref()).is_some(), StructLayout { name, size: *span, members }))
+    }
+
+    fn global(&self, global: &naga::GlobalVariable) -> Option<Global> {
+        let binding = global.binding.as_ref()?;
+        let ty = &self.module.types[global.ty];
+        let kind = match (&ty.inner, global.space) {
+            (_, AddressSpace::Uniform) if self.names.of_framework(ty.name.as_ref()) == Some("Frame") => {
+                GlobalKind::Frame
+            }
+            (_, AddressSpace::Uniform) => GlobalKind::Uniform(self.names.any(ty.name.as_ref())),
+            (_, AddressSpace::Storage { access }) => GlobalKind::Buffer(access.contains(naga::StorageAccess::STORE)),
+            (TypeInner::Image { dim, class: ImageClass::Sampled { .. }, .. }, _) => {
+                GlobalKind::Texture(*dim == ImageDimension::D3)
+            }
+            (TypeInner::Image { dim, class: ImageClass::Storage { .. }, .. }, _) => {
+                GlobalKind::StorageTexture(*dim == ImageDimension::D3)
+            }
+            (TypeInner::Sampler { .. }, _) => GlobalKind::Sampler,
+            _ => GlobalKind::Other,
+        };
+        let name = self.names.own(global.name.as_ref())?;
+        Some(Global { name, group: binding.group, binding: binding.binding, kind })
+    }
 }
 
 fn floats(inner: &TypeInner) -> Option<u8> {
@@ -171,30 +282,6 @@ fn floats(inner: &TypeInner) -> Option<u8> {
         TypeInner::Vector { size, scalar } if scalar.kind == NagaKind::Float => Some(*size as u8),
         _ => None,
     }
-}
-
-fn arg_type(ty: &naga::Type) -> ArgType {
-    let sampled = |class: &ImageClass| matches!(class, ImageClass::Sampled { kind: NagaKind::Float, multi: false });
-    match &ty.inner {
-        TypeInner::Image { dim: ImageDimension::D2, arrayed: false, class } if sampled(class) => ArgType::Texture,
-        TypeInner::Image { dim: ImageDimension::D3, arrayed: false, class } if sampled(class) => ArgType::Volume,
-        TypeInner::Sampler { comparison: false } => ArgType::Sampler,
-        TypeInner::Struct { .. } => ArgType::Struct(ty.name.clone().unwrap_or_default()),
-        inner => match floats(inner) {
-            Some(n) => ArgType::Floats(n),
-            None => ArgType::Other(format!("{inner:?}")),
-        },
-    }
-}
-
-fn layout(module: &naga::Module, ty: &naga::Type) -> Option<StructLayout> {
-    let TypeInner::Struct { members, span } = &ty.inner else { return None };
-    let member = |m: &naga::StructMember| member(module, m);
-    Some(StructLayout {
-        name: ty.name.clone()?,
-        size: *span,
-        members: members.iter().map(member).collect::<Option<Vec<_>>>()?,
-    })
 }
 
 fn member(module: &naga::Module, member: &naga::StructMember) -> Option<Member> {
@@ -217,22 +304,4 @@ fn member(module: &naga::Module, member: &naga::StructMember) -> Option<Member> 
         _ => return None,
     };
     Some(Member { name: member.name.clone()?, offset: member.offset, scalar, width, count, stride })
-}
-
-fn global(module: &naga::Module, global: &naga::GlobalVariable) -> Option<Global> {
-    let binding = global.binding.as_ref()?;
-    let ty = &module.types[global.ty];
-    let kind = match (&ty.inner, global.space) {
-        (_, AddressSpace::Uniform) => GlobalKind::Uniform(ty.name.clone().unwrap_or_default()),
-        (_, AddressSpace::Storage { access }) => GlobalKind::Buffer(access.contains(naga::StorageAccess::STORE)),
-        (TypeInner::Image { dim, class: ImageClass::Sampled { .. }, .. }, _) => {
-            GlobalKind::Texture(*dim == ImageDimension::D3)
-        }
-        (TypeInner::Image { dim, class: ImageClass::Storage { .. }, .. }, _) => {
-            GlobalKind::StorageTexture(*dim == ImageDimension::D3)
-        }
-        (TypeInner::Sampler { .. }, _) => GlobalKind::Sampler,
-        _ => GlobalKind::Other,
-    };
-    Some(Global { name: global.name.clone()?, group: binding.group, binding: binding.binding, kind })
 }

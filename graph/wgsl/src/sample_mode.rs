@@ -1,6 +1,6 @@
-//! How the textures of a module are read.
+//! How the textures of a module are sampled.
 
-/// How a module's textures are read.
+/// How a module's textures are sampled.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum SampleMode {
     /// Finite numbers, filtered by the device.
@@ -15,14 +15,14 @@ pub enum SampleMode {
 }
 
 impl SampleMode {
-    pub(crate) fn settings(self) -> String {
-        let sanitize = match self {
-            Self::Plain | Self::ByHand => 0,
-            Self::Sanitized => 1,
-            Self::SanitizedSigned => 2,
-        };
-        let by_hand = self != Self::Plain;
-        format!("const TEXEL_SANITIZE: u32 = {sanitize}u;\nconst TAP_BY_HAND: bool = {by_hand};")
+    /// Values of constants of the library.
+    pub(crate) fn constants(self) -> &'static [(&'static str, &'static str)] {
+        match self {
+            Self::Plain => &[],
+            Self::ByHand => &[("TAP_BY_HAND", "true")],
+            Self::Sanitized => &[("TAP_BY_HAND", "true"), ("TEXEL_SANITIZE", "1u")],
+            Self::SanitizedSigned => &[("TAP_BY_HAND", "true"), ("TEXEL_SANITIZE", "2u")],
+        }
     }
 
     /// The function that a loaded texel goes through; empty for none.

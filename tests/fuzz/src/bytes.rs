@@ -1,6 +1,6 @@
 //! Choices from the bytes of a fuzzer.
 
-/// Choices from bytes, so that a fuzzer can change one and keep the others; 0 when they are spent.
+/// Choices from bytes, so that a fuzzer can change one and keep the others; 0 after the last byte.
 pub(crate) struct Bytes<'b>(&'b [u8]);
 
 impl<'b> Bytes<'b> {
@@ -24,7 +24,7 @@ impl<'b> Bytes<'b> {
         self.byte() & 1 == 1
     }
 
-    /// Whether something that happens once in so many times happens.
+    /// True once in N times.
     pub(crate) fn rarely(&mut self, times: usize) -> bool {
         self.below(times) == times - 1
     }

@@ -62,19 +62,19 @@ pub(crate) fn survives(text: &str) -> bool {
             }
             true
         }
-        Err(told) => {
-            assert!(told.has_errors());
-            has_words(&told);
+        Err(diagnostics) => {
+            assert!(diagnostics.has_errors());
+            has_words(&diagnostics);
             false
         }
     }
 }
 
 /// Every message says what and where, in each form.
-fn has_words(told: &Diagnostics) {
-    assert!(told.iter().all(|one| !one.message.is_empty() && !one.labels.is_empty()), "{told}");
-    let text = told.to_string();
-    assert!(told.is_empty() || text.starts_with("error[") || text.starts_with("warning["), "{text}");
+fn has_words(diagnostics: &Diagnostics) {
+    assert!(diagnostics.iter().all(|one| !one.message.is_empty() && !one.labels.is_empty()), "{diagnostics}");
+    let text = diagnostics.to_string();
+    assert!(diagnostics.is_empty() || text.starts_with("error[") || text.starts_with("warning["), "{text}");
     assert!(text.chars().all(|c| c == '\n' || !c.is_control()), "{text:?}");
-    assert_eq!(told.to_json().as_array().map(Vec::len), Some(told.len()));
+    assert_eq!(diagnostics.to_json().as_array().map(Vec::len), Some(diagnostics.len()));
 }

@@ -1,4 +1,4 @@
-//! Fuzzing without a device: what is read from outside is refused with words or accepted, and never panics.
+//! Fuzzing without a device: every input is accepted or refused with diagnostics, and none causes a panic.
 //!
 //! The same targets run under cargo-fuzz (`cargo +nightly fuzz run document --fuzz-dir tests/fuzz --features libfuzzer`) and, with
 //! inputs that follow from a seed, on any compiler: `cargo run --profile fuzz -p afterimage-fuzz -- --runs 10000000`.
@@ -19,7 +19,7 @@ use mutate::Mutator;
 /// What is fuzzed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Target {
-    /// The text of a pipeline: parsed, checked, planned; what is told of it, in every form.
+    /// The text of a pipeline: parsed, checked, planned; its diagnostics in every form.
     Document,
     /// A shipped pipeline changed by settings, tiers and switches, planned for any device and frame, and proved.
     Plan,

@@ -108,7 +108,7 @@ fn main() {
         println!("{}", if target.run(&input) { "accepted" } else { "refused" });
         return;
     }
-    // Panics are told once each, at the end.
+    // Each panic is reported once, at the end.
     std::panic::set_hook(Box::new(|_| {}));
     let targets = Target::ALL.into_iter().filter(|target| wanted.target.is_none_or(|wanted| wanted == *target));
     let targets: Vec<Target> = targets.collect();

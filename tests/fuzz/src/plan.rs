@@ -8,7 +8,7 @@ use afterimage_graph::image::{Format, ImageDesc, Size};
 use afterimage_graph::node::{Fallback, NodeKind};
 use afterimage_graph::value::{Param, Type};
 use afterimage_plan::{
-    Alias, Caps, GivenImage, Options, Plan, PlanError, PlanRequest, Requirement, Tiles, diff, plan, verify,
+    Alias, Caps, GivenImage, Options, Plan, PlanError, PlanRequest, Requirement, When, diff, plan, verify,
 };
 
 use crate::bytes::Bytes;
@@ -165,7 +165,8 @@ fn caps(choices: &mut Bytes<'_>) -> Caps {
 fn options(choices: &mut Bytes<'_>) -> Options {
     Options {
         fuse: choices.flag(),
-        tile: choices.one_of(&[Tiles::Never, Tiles::WhereItPays, Tiles::Always]),
+        tile: choices.one_of(&[When::Never, When::WhereItPays, When::Always]),
+        row_downsample: choices.one_of(&[When::Never, When::WhereItPays, When::Always]),
         alias: choices.one_of(&[Alias::None, Alias::Pool, Alias::Placed]),
         serial: choices.flag(),
         exact: choices.flag(),
@@ -187,7 +188,7 @@ fn proves(plan: &Plan) {
 
 /// Every way to show a plan works.
 fn shows(plan: &Plan) {
-    assert!(plan.to_text().contains("pass") || plan.recording.passes.is_empty());
+    assert!(plan.to_text().contains("pass") || plan.passes.is_empty());
     assert!(plan.to_json().starts_with('{'));
     assert!(plan.to_dot().trim_end().ends_with('}'));
 }

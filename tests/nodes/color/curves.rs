@@ -1,12 +1,13 @@
 //! Exposure and ToneMap.
 
-use super::{ARITHMETIC, LARGEST, TRANSCENDENTAL, Tolerance, compare, graph_with, light, mistakes, rgb, run};
+use super::{ARITHMETIC, LARGEST, TRANSCENDENTAL, compare, light, rgb, run, tolerance};
 use crate::reference::agx;
 use crate::reference::color::{AP1, CUSTOM, REC709, REC2020, Space, conversion, luminance};
 use crate::reference::curves::*;
 use crate::reference::gt7;
 use crate::reference::math::{Rgb, largest, transform};
-use crate::support::gpu::{Picture, Run};
+use crate::support::gpu::Picture;
+use crate::support::harness::{Nodes, assert_close, image};
 use afterimage_graph::check::NoFiles;
 
 #[test]
@@ -23,26 +24,28 @@ fn exposure_scales_by_powers_of_two() {
 fn a_metered_exposure_adds_its_stops() {
     let text = |stops: f64| {
         format!(
-            "Pipeline(inputs: {{ \"in\": Color }}, nodes: {{ \"bins\": Histogram(source: \"in\"), \"meter\": AutoExposure(histogram: \"bins\"), \
-             \"out\": Exposure(source: \"in\", meter: \"meter\", stops: {stops:?}) }}, outputs: {{ \"out\": \"out\" }})"
+            r#""bins": Histogram(source: "in"),
+            "meter": AutoExposure(histogram: "bins"),
+            "result": Exposure(source: "in", meter: "meter", stops: {stops:?})"#
         )
     };
     let input = Picture::new(40, 30, |x, _| [0.02 + 0.001 * x as f32, 0.03, 0.01, 1.0]);
-    let result = |stops| Run::new(&graph_with(&text(stops), &NoFiles)).exact().frame(&[("in", &input)]).remove(0);
+    let result = |stops| Nodes::new(&text(stops), &[("in", "Color")]).exact(&[&input]);
     let (plain, brighter) = (result(0.0), result(1.5));
     let gain = f64::from(plain.at(3, 4)[0]) / f64::from(input.at(3, 4)[0]);
     assert!(gain > 2.0 && gain < 20.0, "a dark picture is brightened, not by {gain}");
-    let by = |gain: f64| move |rgb: Rgb| rgb.map(|x| x * gain);
-    assert_eq!(mistakes(&input, &plain, TRANSCENDENTAL, &by(gain)), [""; 0]);
-    assert_eq!(mistakes(&input, &brighter, TRANSCENDENTAL, &by(gain * 1.5_f64.exp2())), [""; 0]);
+    let by = |gain: f64| image(&input).map_rgb(|rgb| rgb.map(|x| x * gain));
+    assert_close("metered", &plain, &by(gain), &TRANSCENDENTAL);
+    assert_close("metered and 1.5 stops", &brighter, &by(gain * 1.5_f64.exp2()), &TRANSCENDENTAL);
 }
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn curves_of_single_channels_match() {
     let each = |curve: fn(f64) -> f64| move |rgb: Rgb| display(rgb.map(curve));
-    let check =
-        |curve: &str, twin: fn(f64) -> f64| compare("Exposed", &tone_map(curve), light, TRANSCENDENTAL, each(twin));
+    let check = |curve: &str, reference: fn(f64) -> f64| {
+        compare("Exposed", &tone_map(curve), light, TRANSCENDENTAL, each(reference))
+    };
     check("None", |x| x);
     check("Reinhard", reinhard);
     check("ReinhardExtended", |x| reinhard_extended(x, 4.0));
@@ -63,7 +66,8 @@ fn curves_of_single_channels_match() {
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn curves_of_whole_colours_match() {
-    let check = |curve: &str, twin: fn(Rgb) -> Rgb| compare("Exposed", &tone_map(curve), light, TRANSCENDENTAL, twin);
+    let check =
+        |curve: &str, reference: fn(Rgb) -> Rgb| compare("Exposed", &tone_map(curve), light, TRANSCENDENTAL, reference);
     check("ReinhardLuminance", |rgb| display(reinhard_luminance(rgb, 4.0)));
     check("AcesHill", hill);
     check("KhronosNeutral", |rgb| display(pbr_neutral(rgb, 0.8, 0.15)));
@@ -99,9 +103,9 @@ fn curves_work_in_other_primaries() {
         ),
     ];
     for (name, space) in spaces {
-        let check = |curve: &str, twin: fn(f64) -> f64| {
+        let check = |curve: &str, reference: fn(f64) -> f64| {
             let node = tone_map(&format!("{curve}, space: {name}"));
-            compare("Exposed", &node, light, TRANSCENDENTAL, |rgb| in_space(rgb, &space, twin));
+            compare("Exposed", &node, light, TRANSCENDENTAL, |rgb| in_space(rgb, &space, reference));
         };
         check("Aces", narkowicz);
         check("Uchimura", |x| uchimura(x, &UCHIMURA));
@@ -115,7 +119,7 @@ fn a_peak_above_white_lets_light_through() {
     compare("Exposed", &node, light, ARITHMETIC, |rgb| rgb.map(|x| x.min(12.5)));
 }
 
-/// The rule of `gamut: Compress`, told the other way round: how far a colour is from grey, as a share of the way to the border.
+/// The distance of a colour from grey, as a share of the distance of the gamut's border.
 fn reach(rgb: Rgb) -> f64 {
     let grey = luminance(rgb).clamp(0.0, 1.0);
     let share = |x: f64| if x > grey { (x - grey) / (1.0 - grey) } else { (grey - x) / grey };
@@ -202,11 +206,9 @@ fn greys_stay_grey_in_every_space() {
         for gamut in ["Clip", "Compress"] {
             let output =
                 run("Exposed", &tone_map(&format!("Uchimura, space: {space}, gamut: {gamut}")), &NoFiles, &ramp);
-            let tolerance = Tolerance { absolute: 1e-6, relative: 2e-6 };
-            assert_eq!(
-                mistakes(&ramp, &output, tolerance, &|rgb| display(rgb.map(|x| uchimura(x, &UCHIMURA)))),
-                [""; 0]
-            );
+            let expected = image(&ramp).map_rgb(|rgb| display(rgb.map(|x| uchimura(x, &UCHIMURA))));
+            let tolerance = tolerance(1e-6, 2e-6, "rounding in f32; the curve of a grey has no error of matrices");
+            assert_close(&format!("{space}, {gamut}"), &output, &expected, &tolerance);
         }
     }
 }

@@ -1,6 +1,6 @@
 //! WhiteBalance, LiftGammaGain, Cdl, Saturation, Contrast, Brightness and ColorBalance.
 
-use super::{ARITHMETIC, TRANSCENDENTAL, compare, light, stored, stored_light, unit};
+use super::{ARITHMETIC, TRANSCENDENTAL, compare, light, stored, stored_light, tolerance, unit};
 use crate::reference::color::{BRADFORD, CAT16, luminance, white_balance_scene, white_balance_target};
 use crate::reference::grade::*;
 use crate::reference::math::{Matrix, Rgb, transform, zip};
@@ -47,9 +47,9 @@ fn lift_gamma_gain_matches() {
         let grade = LiftGammaGain { lift, gamma, gain };
         let rest = format!("lift: {}, gamma: {}, gain: {}", text(lift), text(gamma), text(gain));
         for (state, picture) in [("DisplayLinear", unit as fn([u32; 2]) -> _), ("Exposed", light)] {
-            // A power magnifies the rounding of what it is taken of: by gamma's inverse, at most by 20.
             let steep = gamma.iter().any(|gamma| *gamma < 0.5);
-            let tolerance = super::Tolerance { relative: if steep { 1e-3 } else { 2e-5 }, ..TRANSCENDENTAL };
+            let reason = "a power multiplies the error of its base by the inverse of gamma, at most by 20";
+            let tolerance = tolerance(2e-6, if steep { 1e-3 } else { 2e-5 }, reason);
             let node = format!("LiftGammaGain({rest})");
             compare(state, &node, picture, tolerance, |rgb| stored(grade.apply(rgb)));
             let node = format!("LiftGammaGain({rest}, lift_by: Channel)");
@@ -63,9 +63,8 @@ fn lift_gamma_gain_matches() {
 fn cdl_matches() {
     let cdl = Cdl { slope: [1.1, 1.0, 0.9], offset: [0.01, 0.0, -0.05], power: [0.9, 1.0, 1.1], saturation: 1.2 };
     let node = "Cdl(slope: (1.1, 1.0, 0.9), offset: (0.01, 0.0, -0.05), power: (0.9, 1.0, 1.1), saturation: 1.2)";
-    // A small offset is rounded to 32 bits, and what is near 0 after it counts in full.
     compare("Encoded", node, unit, TRANSCENDENTAL, |rgb| stored(cdl.apply(rgb)));
-    compare("Exposed", node, light, super::Tolerance { relative: 2e-5, ..TRANSCENDENTAL }, |rgb| {
+    compare("Exposed", node, light, tolerance(2e-6, 2e-5, "the offset is rounded to f32 before the power"), |rgb| {
         // The power ends at the largest half float, before the saturation.
         let own = Cdl { saturation: 1.0, ..cdl };
         stored(saturation(stored(own.apply(rgb)), 1.2))
@@ -86,7 +85,7 @@ fn saturation_matches() {
 fn contrast_matches_in_both_forms() {
     for (amount, pivot) in [(1.5, 0.18), (0.5, 0.18), (3.0, 1.0), (8.0, 0.01), (0.0, 0.18)] {
         let values = format!("amount: {amount:?}, pivot: {pivot:?}");
-        let tolerance = super::Tolerance { relative: 1e-5 * (1.0 + amount), ..TRANSCENDENTAL };
+        let tolerance = tolerance(2e-6, 1e-5 * (1.0 + amount), "the power multiplies the error of its base");
         let pivot = f64::from(pivot as f32);
         compare("Exposed", &format!("Contrast({values})"), light, tolerance, |rgb| {
             stored_light(rgb.map(|x| contrast_log(x, amount, pivot)))
@@ -134,5 +133,5 @@ fn color_balance_tints_by_luminance() {
 fn d65_is_the_identity_to_a_millionth() {
     // Just beside the neutral temperature's name the matrix is computed, and still all but the identity.
     let node = "WhiteBalance(target: (0.7, 0.7, 0.70000005))";
-    compare("Exposed", node, unit, super::Tolerance { absolute: 1e-6, relative: 0.0 }, |rgb| rgb);
+    compare("Exposed", node, unit, tolerance(1e-6, 0.0, "the matrix is the identity to a millionth"), |rgb| rgb);
 }

@@ -1,18 +1,18 @@
 //! ColorLut.
 
-use super::{OneFile, Tolerance, compare_with, light, unit};
+use super::{OneFile, Tolerance, compare_with, light, tolerance, unit};
 use crate::reference::lut::{Cube, lookup, shape_log2};
 use crate::reference::math::{Rgb, mix};
 use crate::reference::transfer::srgb_encode;
 use afterimage_nodes::PngLayout;
 
 /// The class `lut` of the test vectors.
-const LUT: Tolerance = Tolerance { absolute: 1e-5, relative: 0.0 };
-/// Half floats, and weights of 8 bits over cells whose ends differ by up to a half.
-const FAST: Tolerance = Tolerance { absolute: 4e-3, relative: 0.0 };
+pub(in crate::nodes) const LUT: Tolerance = tolerance(1e-5, 0.0, "interpolation in f32");
+const FAST: Tolerance =
+    tolerance(4e-3, 0.0, "half floats, and weights of 8 bits over cells whose ends differ by up to 0.5");
 
 /// A strong look: channels bleed into each other, contrast, a hue.
-fn look([r, g, b]: Rgb) -> Rgb {
+pub(in crate::nodes) fn look([r, g, b]: Rgb) -> Rgb {
     let s = |x: f64| x * x * (3.0 - 2.0 * x);
     [0.9 * s(r) + 0.1 * g * b, 0.05 + 0.8 * s(g) + 0.15 * r * (1.0 - b), (0.3 + 0.7 * b) * (1.0 - 0.4 * r * g)]
 }
@@ -67,7 +67,7 @@ fn colours_outside_of_the_domain_end_at_its_border() {
 fn shapers_place_light_of_any_range() {
     let cube = Cube::new(9, look);
     let node = |shaper: &str| format!("ColorLut(file: \"look.cube\", shaper: {shaper}, high: 8.0)");
-    let shaped = Tolerance { absolute: 3e-5, relative: 0.0 };
+    let shaped = tolerance(3e-5, 0.0, "the logarithm of the shaper in f32, times the slope of the table");
     compare_with("Exposed", &node("Log2, low: -8.0"), &file(&cube), light, shaped, |rgb| {
         cube.tetrahedral(rgb.map(|x| shape_log2(x, -8.0, 8.0)))
     });

@@ -3,6 +3,7 @@
 use super::{run, unit};
 use crate::reference::transfer::{dither, quantise};
 use crate::support::gpu::{Picture, Run};
+use crate::support::harness::Nodes;
 use afterimage_graph::check::NoFiles;
 
 /// PCG3D, once more.
@@ -22,7 +23,7 @@ fn hash3(seed: [u32; 3]) -> [u32; 3] {
 }
 
 /// The two random numbers of a channel of a pixel.
-fn random(x: u32, y: u32, channel: usize, seed: u32) -> [f64; 2] {
+pub(in crate::nodes) fn random(x: u32, y: u32, channel: usize, seed: u32) -> [f64; 2] {
     let h = hash3([x, y, seed])[channel];
     [f64::from(h >> 16) / 65536.0, f64::from(h & 0xffff) / 65536.0]
 }
@@ -33,7 +34,7 @@ fn codes(pixel: [f32; 4], bits: u32) -> [f64; 3] {
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn dither_gives_the_codes_of_its_twin() {
+fn dither_gives_the_codes_of_its_cpu_reference() {
     let input = unit([61, 37]);
     for (bits, seed) in [(8, 0), (10, 7), (1, 65535)] {
         let output = run("Encoded", &format!("Dither(bits: {bits}, seed: {seed})"), &NoFiles, &input);
@@ -90,7 +91,7 @@ fn solid_black_and_white_stay_solid_and_flat_areas_keep_their_mean() {
 fn only_animated_noise_changes_from_frame_to_frame() {
     let input = unit([31, 17]);
     let frames = |node: &str| {
-        let graph = crate::support::gpu::graph(&super::pipeline("Encoded", node));
+        let graph = Nodes::new(&super::on_source(node), &[("in", "Encoded")]).graph();
         let frames = Run::new(&graph).exact().frames(&[("in", &input)], &[(0.0, true), (0.04, false)]);
         (frames[0][0].clone(), frames[1][0].clone())
     };

@@ -1,6 +1,6 @@
 //! Encode.
 
-use super::{ARITHMETIC, TRANSCENDENTAL, Tolerance, compare, light, unit};
+use super::{ARITHMETIC, TRANSCENDENTAL, Tolerance, compare, light, tolerance, unit};
 use crate::reference::color::{P3_D65, REC709, REC2020, Space, conversion};
 use crate::reference::math::{Rgb, diagonal, transform};
 use crate::reference::transfer::*;
@@ -15,11 +15,11 @@ fn sdr_transfer_functions_match_in_all_primaries() {
     let primaries: [(&str, Space); 3] = [("Rec709", REC709), ("DisplayP3", P3_D65), ("Rec2020", REC2020)];
     for (name, space) in primaries {
         let matrix = if space == REC709 { diagonal([1.0; 3]) } else { conversion(&REC709, &space) };
-        let check = |transfer: &str, tolerance: Tolerance, twin: fn(f64) -> f64| {
+        let check = |transfer: &str, tolerance: Tolerance, reference: fn(f64) -> f64| {
             let node = format!("Encode(primaries: {name}, transfer: {transfer})");
             for picture in [unit, light] {
                 compare("DisplayLinear", &node, picture, tolerance, |rgb| {
-                    clamped(transform(&matrix, rgb), 1.0).map(twin)
+                    clamped(transform(&matrix, rgb), 1.0).map(reference)
                 });
             }
         };
@@ -52,8 +52,8 @@ fn hlg_matches_at_every_peak() {
         let node = format!("Encode(transfer: Hlg, primaries: Rec2020, white_nits: {white:?}, peak_nits: {peak:?})");
         let matrix = conversion(&REC709, &REC2020);
         for picture in [unit, light] {
-            // The logarithm of HLG is steep at black, where the system gamma is a power of a small number.
-            let tolerance = Tolerance { absolute: 1e-5, relative: 2e-5 };
+            let reason = "the logarithm is steep at black, where the system gamma is a power of a small number";
+            let tolerance = tolerance(1e-5, 2e-5, reason);
             compare("DisplayLinear", &node, picture, tolerance, |rgb| {
                 let nits = clamped(transform(&matrix, rgb).map(|x| x * white), peak);
                 clamped(hlg_encode_clipped(nits, peak), 1.0)
@@ -62,7 +62,7 @@ fn hlg_matches_at_every_peak() {
     }
 }
 
-/// The twin, for displays whose scene light would exceed the range of the signal.
+/// The CPU reference, for displays whose scene light would exceed the range of the signal.
 fn hlg_encode_clipped(nits: Rgb, peak: f64) -> Rgb {
     hlg_encode(nits, peak).map(|x| x.min(hlg_oetf(1.0)))
 }

@@ -2,6 +2,7 @@
 
 use afterimage_graph::prelude::*;
 
+// The name is the file that messages about the shader point to.
 static SHADER: Shader = Shader::new("halftone.wgsl", include_str!("halftone.wgsl"));
 
 params! {
@@ -22,6 +23,7 @@ impl Node for Halftone {
     const OUTPUTS: &'static [Output] = &[Output::image("result", OutputState::same("source"), "The printed image.")];
     const FALLBACK: Fallback = Fallback::input("source");
 
+    // A node that changes nothing is skipped: its readers read its fallback.
     fn identity(&self, _: &Arrivals) -> Option<Fallback> {
         (self.amount == 0.0).then_some(Self::FALLBACK)
     }
@@ -29,6 +31,7 @@ impl Node for Halftone {
     fn record(&self, pass: &mut Recorder<'_>) {
         let source = pass.image("source");
         let desc = pass.desc(source);
+        // A uniform that is not a parameter: the direction is computed once for each plan, not for each pixel.
         let (sin, cos) = self.angle.to_radians().sin_cos();
         pass.function(&SHADER, "halftone").set("across", [cos, sin]).write("result", desc);
     }

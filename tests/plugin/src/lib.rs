@@ -1,4 +1,4 @@
-//! A plug-in crate with one node kind. It uses the same API as the built-in kinds.
+//! An example of a plug-in: a node kind in a crate of its own. It uses the interface that the built-in kinds use.
 
 mod halftone;
 
@@ -6,5 +6,5 @@ use afterimage_graph::node::NodeKind;
 
 pub use halftone::Halftone;
 
-/// The kinds of this crate.
+/// The kinds of this crate, for a registry.
 pub const ALL: &[NodeKind] = &[NodeKind::of::<Halftone>()];

@@ -85,6 +85,6 @@ fn reds(image: &Image) -> Vec<f64> {
 }
 
 #[test]
-fn bloom_twins_agree_with_the_vectors() {
+fn bloom_references_agree_with_the_vectors() {
     super::check(OPS);
 }

@@ -93,7 +93,7 @@ fn ap1_saturation(amount: f64) -> Matrix {
 }
 
 #[test]
-fn color_twins_agree_with_the_vectors() {
+fn color_references_agree_with_the_vectors() {
     super::check(OPS);
 }
 

@@ -40,6 +40,6 @@ pub(super) const OPS: &[Op] = &[
 ];
 
 #[test]
-fn curve_twins_agree_with_the_vectors() {
+fn curve_references_agree_with_the_vectors() {
     super::check(OPS);
 }

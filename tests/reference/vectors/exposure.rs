@@ -59,6 +59,6 @@ fn counts(case: &Case) -> Vec<u32> {
 }
 
 #[test]
-fn exposure_twins_agree_with_the_vectors() {
+fn exposure_references_agree_with_the_vectors() {
     super::check(OPS);
 }

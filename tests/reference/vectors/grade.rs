@@ -39,6 +39,6 @@ fn simple(case: &Case) -> Vec<f64> {
 }
 
 #[test]
-fn grade_twins_agree_with_the_vectors() {
+fn grade_references_agree_with_the_vectors() {
     super::check(OPS);
 }

@@ -45,6 +45,6 @@ fn slice(case: &Case) -> Vec<f64> {
 }
 
 #[test]
-fn local_twins_agree_with_the_vectors() {
+fn local_references_agree_with_the_vectors() {
     super::check(OPS);
 }

@@ -27,6 +27,6 @@ fn cube(case: &Case) -> Cube {
 }
 
 #[test]
-fn lut_twins_agree_with_the_vectors() {
+fn lut_references_agree_with_the_vectors() {
     super::check(OPS);
 }

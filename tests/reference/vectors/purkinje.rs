@@ -12,6 +12,6 @@ pub(super) const OPS: &[Op] = &[
 ];
 
 #[test]
-fn purkinje_twins_agree_with_the_vectors() {
+fn purkinje_references_agree_with_the_vectors() {
     super::check(OPS);
 }

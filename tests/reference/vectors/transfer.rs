@@ -24,6 +24,6 @@ pub(super) const OPS: &[Op] = &[
 ];
 
 #[test]
-fn transfer_twins_agree_with_the_vectors() {
+fn transfer_references_agree_with_the_vectors() {
     super::check(OPS);
 }

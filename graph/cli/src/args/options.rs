@@ -38,6 +38,9 @@ pub(crate) struct PlanOptions {
     /// Whether chains of images are computed in one dispatch, in workgroup memory
     #[arg(long, value_enum, default_value_t = TileChoice::Auto)]
     pub(crate) tiles: TileChoice,
+    /// Filter halved images texel by texel, and not row by row
+    #[arg(long)]
+    pub(crate) no_row_downsample: bool,
     /// Order the passes for the fewest batches (passes between two barriers) instead of the smallest memory
     #[arg(long)]
     pub(crate) fewest_batches: bool,

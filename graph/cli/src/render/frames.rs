@@ -114,7 +114,7 @@ fn picture(session: &mut Session, request: &Request<'_>) -> Result<(PlanOutput, 
 /// GPU milliseconds of each pass, from a second rendering of the first frame.
 fn time_passes(session: &mut Session, images: &[InputImage]) -> Result<Vec<(String, f64)>, Failure> {
     let times = session.pass_times_once(images, FrameStep::FIRST)?;
-    let passes = session.plan().recording.passes.iter();
+    let passes = session.plan().work();
     Ok(passes.map(|pass| pass.label.clone()).zip(times).collect())
 }
 

@@ -1,15 +1,16 @@
-//! Bind groups: a loaded plan meets the images that the host gives for a frame.
+//! Bind groups: a loaded plan with the images that the host gives for a frame.
 
 use afterimage_graph::node::ImageId;
 use afterimage_plan::codegen::SlotKind;
 use afterimage_plan::{PlanOutput, Stage};
 use wgpu::{BindGroup, BindGroupEntry, BindingResource, TextureView};
 
+use super::Executor;
 use super::explicit_transitions::explicit_transitions;
+use super::frame::Frame;
 use super::host_images::{Formats, check_apart, check_input, check_names, check_output, must_be_drawn};
 use super::loaded::{HostSet, ImageBinding, Loaded, Run, planned_attachment};
 use super::prepare::order;
-use super::{Executor, Frame, uniforms};
 use crate::GpuError;
 use crate::layout::bound_slots;
 use crate::pipelines::{Built, watched};
@@ -92,13 +93,12 @@ impl Executor {
             let size = std::num::NonZeroU64::new(bytes);
             BindingResource::Buffer(wgpu::BufferBinding { buffer: &loaded.uniforms, offset, size })
         };
-        let (first, bytes) = loaded.regions[index];
-        let extent = first + bytes.next_multiple_of(uniforms::ALIGNMENT);
+        let uniform = &loaded.plan.passes[index].uniform;
         let frame = &self.frame_uniforms[usize::from(loaded.uses_uninitialized(index))];
         let resource = |kind| match kind {
             SlotKind::Frame => frame.as_entire_binding(),
-            SlotKind::Params => region(first, bytes),
-            SlotKind::Extent => region(extent, uniforms::EXTENT_BYTES),
+            SlotKind::Params => region(uniform.offset, uniform.bytes.len() as u64),
+            SlotKind::Extent => region(uniform.extent_offset, size_of_val(&uniform.extent) as u64),
             SlotKind::Sampler => BindingResource::Sampler(if pass.by_hand { &self.nearest } else { &self.linear }),
             SlotKind::Texture(image) | SlotKind::Storage(image) => {
                 BindingResource::TextureView(loaded.view(&self.store, image, views, ring_index))

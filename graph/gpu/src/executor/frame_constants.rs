@@ -1,10 +1,9 @@
-//! What shaders know of the frame: its time and its number. It is another one in every frame, so where the device has immediates it travels with
-//! the commands; a buffer would have to be filled by a copy of its own.
+//! The per-frame constants of shaders: time and number. They change in every frame, so where the device has immediates
+//! they are part of the commands; a buffer needs a copy of its own.
 
-use afterimage_plan::codegen::{Composed, SlotKind};
 use wgpu::{Device, Features};
 
-use super::Frame;
+use super::frame::Frame;
 
 /// Bytes of the struct `Frame` of shaders.
 pub(super) const BYTES: u32 = 16;
@@ -19,25 +18,12 @@ impl FrameConstants {
         Self([reset, true].map(|reset| bytemuck::cast(words(reset).map(u32::to_le))))
     }
 
-    pub(super) fn bytes(&self, is_newborn: bool) -> &[u8] {
-        &self.0[usize::from(is_newborn)]
+    pub(super) fn bytes(&self, is_uninitialized: bool) -> &[u8] {
+        &self.0[usize::from(is_uninitialized)]
     }
 }
 
-/// Whether passes can be told of the frame by immediates.
+/// Whether passes can take the constants from immediates.
 pub(super) fn has_immediates(device: &Device) -> bool {
     device.features().contains(Features::IMMEDIATES) && device.limits().max_immediate_size >= BYTES
-}
-
-/// Makes a pass take the frame from immediates instead of a uniform buffer; whether it does now. A declaration that its author wrote in another
-/// way than all others do keeps its buffer.
-pub(super) fn take_immediates(composed: &mut Composed) -> bool {
-    let Some(at) = composed.slots.iter().position(|slot| slot.kind == SlotKind::Frame) else { return false };
-    let declared = format!("@group(0) @binding({}) var<uniform> ", composed.slots[at].binding);
-    if composed.source.matches(&declared).count() != 1 {
-        return false;
-    }
-    composed.source = composed.source.replace(&declared, "var<immediate> ");
-    composed.slots.remove(at);
-    true
 }

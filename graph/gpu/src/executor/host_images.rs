@@ -1,18 +1,18 @@
 //! The host's images: whether they suit the plan, and in which format an output is drawn into one.
 
-use afterimage_graph::node::{ImageId, Pass, Resource, Work};
+use afterimage_graph::node::{ImageId, Pass, Resource};
 use afterimage_plan::Plan;
 use wgpu::{Device, Texture, TextureFormat, TextureUsages, TextureView};
 
-use super::Frame;
+use super::frame::Frame;
 use crate::GpuError;
 use crate::device::texture_format;
 use crate::pipelines::watched;
 
-/// Kinds of textures whose views are remembered to be drawn in a format: a host has few.
+/// Kinds of textures whose formats for drawing are remembered: a host has few.
 const MOST_LOOKS: usize = 16;
 
-/// A name that the plan does not know is a slip, and its image would stay as it was.
+/// A name that the plan does not know is an error: its image would stay as it was.
 pub(super) fn check_names(plan: &Plan, frame: &Frame<'_>) -> Result<(), GpuError> {
     let is_known = |name: &str| plan.outputs.iter().any(|output| output.name == name);
     match frame.outputs.iter().find(|(name, _)| !is_known(name)) {
@@ -26,7 +26,7 @@ pub(super) fn check_names(plan: &Plan, frame: &Frame<'_>) -> Result<(), GpuError
 
 pub(super) fn check_input(plan: &Plan, port: &str, image: ImageId, view: &TextureView) -> Result<(), GpuError> {
     let texture = view.texture();
-    check_desc(plan, port, image, texture, texture.format() == texture_format(plan.format(image)))?;
+    check_desc(plan, port, image, texture, texture.format() == texture_format(plan.image(image).desc.format))?;
     if texture.usage().contains(TextureUsages::TEXTURE_BINDING) {
         return Ok(());
     }
@@ -46,7 +46,7 @@ pub(super) fn check_output(plan: &Plan, port: &str, image: ImageId, view: &Textu
     Err(GpuError::UnfitImage { port: port.to_owned(), why: why.into() })
 }
 
-/// No pass may read an image of the host's while it writes to it. `views` are those of the inputs, then of the outputs.
+/// No pass may read a host image while it writes to it. `views` are those of the inputs, then of the outputs.
 pub(super) fn check_apart(plan: &Plan, views: &[TextureView]) -> Result<(), GpuError> {
     let (inputs, outputs) = views.split_at(plan.inputs.len());
     let is_whole = |texture: &Texture| texture.mip_level_count() == 1 && texture.depth_or_array_layers() == 1;
@@ -55,7 +55,7 @@ pub(super) fn check_apart(plan: &Plan, views: &[TextureView]) -> Result<(), GpuE
         for ((name, input), _) in plan.inputs.iter().zip(inputs).filter(same) {
             let (read, written) = (Resource::Image(*input), Resource::Image(output.image));
             let both = |pass: &&Pass| pass.reads().contains(&read) && pass.writes().contains(&written);
-            if let Some(pass) = plan.recording.passes.iter().find(both) {
+            if let Some(pass) = plan.work().find(both) {
                 let why = format!("it is the image of input `{name}`, which `{}` reads while it writes", pass.label);
                 return Err(GpuError::UnfitImage { port: output.name.clone(), why });
             }
@@ -65,7 +65,7 @@ pub(super) fn check_apart(plan: &Plan, views: &[TextureView]) -> Result<(), GpuE
 }
 
 fn check_desc(plan: &Plan, port: &str, image: ImageId, texture: &Texture, suits: bool) -> Result<(), GpuError> {
-    let desc = plan.recording.image(image).desc;
+    let desc = plan.image(image).desc;
     if suits && (texture.width(), texture.height()) == (desc.size.width, desc.size.height) {
         return Ok(());
     }
@@ -80,19 +80,19 @@ fn check_desc(plan: &Plan, port: &str, image: ImageId, texture: &Texture, suits:
 
 /// Whether passes cannot store to the host's image for an output: it has another format, or is not made for it.
 pub(super) fn must_be_drawn(plan: &Plan, image: ImageId, texture: &Texture) -> bool {
-    texture.format() != texture_format(plan.format(image)) || !is_storable(texture)
+    texture.format() != texture_format(plan.image(image).desc.format) || !is_storable(texture)
 }
 
 fn is_storable(texture: &Texture) -> bool {
     texture.usage().contains(TextureUsages::STORAGE_BINDING)
 }
 
-/// Whether kernel functions make the image: whole kernels store, and cannot draw.
+/// Whether kernel functions make the image: only they can be drawn.
 fn can_be_drawn(plan: &Plan, image: ImageId) -> bool {
-    plan.recording.passes.iter().any(|pass| matches!(pass.work, Work::Steps { result, .. } if result == image))
+    plan.work().any(|pass| pass.function_result() == Some(image))
 }
 
-/// What can be seen of a texture. Of a view nothing can, so what it is drawn in is found by trying.
+/// The properties of a texture. A view has none that can be queried, so its format is found by trying.
 #[derive(Clone, Copy, PartialEq)]
 struct Look {
     format: TextureFormat,
@@ -121,7 +121,8 @@ pub(super) struct Formats {
 }
 
 impl Formats {
-    /// The format of a view that is drawn to: the texture's own, or the same with or without sRGB, which hosts like for their swap chains.
+    /// The format of a view that is drawn to: the texture's own, or the same with or without sRGB, which is common for swap
+    /// chains.
     pub(super) fn of(&mut self, device: &Device, port: &str, view: &TextureView) -> Result<TextureFormat, GpuError> {
         let look = Look::of(view.texture());
         if let Some((_, format)) = self.known.iter().find(|(known, _)| *known == look) {
@@ -145,7 +146,7 @@ fn other_encoding(format: TextureFormat) -> Option<TextureFormat> {
     [format.add_srgb_suffix(), format.remove_srgb_suffix()].into_iter().find(|other| *other != format)
 }
 
-/// A draw of nothing into the view, which is never submitted: the device says whether it would do.
+/// Records an empty draw into the view, which is never submitted: the device reports whether it is valid.
 fn draw_nothing(device: &Device, port: &str, view: &TextureView, format: TextureFormat) -> Result<(), GpuError> {
     watched(device, &format!("the image given for `{port}`"), || {
         let bundle = device.create_render_bundle_encoder(&wgpu::RenderBundleEncoderDescriptor {

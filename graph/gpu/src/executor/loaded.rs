@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
-use afterimage_graph::node::{ImageId, Pass, Resource};
+use afterimage_graph::node::{ImageId, Resource};
 use afterimage_plan::codegen::Composed;
-use afterimage_plan::{Plan, Stage};
+use afterimage_plan::{HeapPlacement, PlacedPlan, Plan, Stage};
 use wgpu::{BindGroup, Buffer, TextureView};
 
 use crate::device::texture_format;
@@ -30,10 +30,10 @@ pub(super) enum ImageBinding {
 
 pub(super) struct Loaded {
     pub(super) plan: Arc<Plan>,
+    /// Where the images of the plan lie.
+    pub(super) placement: HeapPlacement,
     pub(super) passes: Vec<LoadedPass>,
     pub(super) uniforms: Buffer,
-    /// Where the uniform of each pass begins in the buffer, and its bytes.
-    pub(super) regions: Vec<(u64, u64)>,
     pub(super) bindings: Vec<ImageBinding>,
     pub(super) buffers: Vec<Buffer>,
     pub(super) zeroed: Vec<usize>,
@@ -41,15 +41,16 @@ pub(super) struct Loaded {
     pub(super) ring_length: u32,
     pub(super) sets: Vec<HostSet>,
     pub(super) timing: Option<Timing>,
+    /// The images in the heap, if the device can place them.
     pub(super) placed: Option<Placed>,
     /// Whether a pass has the frame in its bind group.
     pub(super) binds_frame: bool,
     /// The textures of the heap.
-    pub(super) residents: Vec<TextureKey>,
-    /// Memory that no frame has written yet, though other memory goes on: the passes that use it begin anew in the first frame.
+    pub(super) heap_textures: Vec<TextureKey>,
+    /// Memory that no frame has written yet, while other memory is kept: the passes that use it reset in the first frame.
     pub(super) uninitialized: Vec<Resource>,
-    /// Whether the first frame finds traces of another plan in the heap.
-    pub(super) moved_in: bool,
+    /// Whether another plan has used the heap before.
+    pub(super) shares_old_heap: bool,
 }
 
 /// What one draw or dispatch needs.
@@ -59,7 +60,7 @@ pub(super) struct LoadedPass {
     /// The first image that the pass writes.
     pub(super) writes_image: Option<ImageId>,
     pub(super) by_hand: bool,
-    /// Whether it takes the frame from immediates.
+    /// Whether it takes the frame constants from immediates.
     pub(super) immediate: bool,
     /// Its pipeline, unless the host wants the result drawn in a format of its own.
     pub(super) built: Built,
@@ -108,16 +109,21 @@ impl Loaded {
         }
     }
 
+    /// The plan, and where its images lie.
+    pub(super) fn placed_plan(&self) -> PlacedPlan {
+        PlacedPlan { plan: self.plan.clone(), placement: self.placement.clone() }
+    }
+
     /// Whether the pass uses memory that begins with this plan.
     pub(super) fn uses_uninitialized(&self, pass: usize) -> bool {
-        let is_newborn = |resource: &Resource| self.uninitialized.contains(resource);
-        let uses = |pass: &Pass| pass.reads().iter().any(is_newborn) || pass.writes().iter().any(is_newborn);
-        !self.uninitialized.is_empty() && uses(&self.plan.recording.passes[pass])
+        let begins = |resource: &Resource| self.uninitialized.contains(resource);
+        let pass = &self.plan.passes[pass].pass;
+        !self.uninitialized.is_empty() && (pass.reads().iter().any(begins) || pass.writes().iter().any(begins))
     }
 }
 
 /// The format that the plan draws a pass's image in; `None` for a dispatch.
 pub(super) fn planned_attachment(plan: &Plan, pass: usize, writes: Option<ImageId>) -> Option<wgpu::TextureFormat> {
-    let image = writes.filter(|_| plan.stages[pass] == Stage::Fragment)?;
-    Some(texture_format(plan.format(image)))
+    let image = writes.filter(|_| plan.passes[pass].stage == Stage::Fragment)?;
+    Some(texture_format(plan.image(image).desc.format))
 }

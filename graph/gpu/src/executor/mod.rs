@@ -1,20 +1,20 @@
-//! The executor: a loaded plan becomes commands in the host's encoder.
+//! The executor: records a loaded plan as commands in the host's encoder.
 
 mod bind;
 mod explicit_transitions;
+mod frame;
 mod frame_constants;
 mod host_images;
 mod loaded;
 mod prepare;
 mod record;
 mod residency;
-mod uniforms;
 
 use std::sync::Arc;
 
 use afterimage_graph::image::ImageDesc;
-use afterimage_plan::{Caps, Plan, Requirement};
-use wgpu::{Buffer, BufferUsages, CommandEncoder, Device, Queue, TextureFormat, TextureView};
+use afterimage_plan::{Caps, PlacedPlan, Plan, Requirement};
+use wgpu::{Buffer, BufferUsages, CommandEncoder, Device, Queue, TextureFormat};
 
 use crate::GpuError;
 use crate::cache;
@@ -22,6 +22,7 @@ use crate::heap;
 use crate::pipelines::{Pipelines, watched};
 use crate::store::Store;
 use crate::timing::Timing;
+pub use frame::Frame;
 use frame_constants::FrameConstants;
 use host_images::Formats;
 use loaded::{ImageBinding, Loaded};
@@ -29,23 +30,6 @@ pub use prepare::Preparation;
 use prepare::{CompiledPlan, PlanCompiler, Prepared, PreviousPlan};
 use record::{clear_memory, record, take_over};
 use residency::PlanSwap;
-use uniforms::uniform_bytes;
-
-/// One frame's inputs, outputs and time.
-#[derive(Clone, Copy, Default)]
-pub struct Frame<'a> {
-    /// The host's images, by the names of the pipeline's inputs; names that the plan has no need of are passed over.
-    pub inputs: &'a [(&'a str, &'a TextureView)],
-    /// Where the host wants outputs, by their names; the executor keeps a texture for each output that is not named. A view of one level and
-    /// one layer, of a texture that is none of the inputs: a pass may read those while it writes.
-    pub outputs: &'a [(&'a str, &'a TextureView)],
-    /// Seconds since the start.
-    pub time: f32,
-    /// Seconds since the frame before.
-    pub dt: f32,
-    /// Whether this frame has nothing to do with the one before: a cut, a teleport.
-    pub reset: bool,
-}
 
 /// Runs plans on the host's device.
 pub struct Executor {
@@ -55,8 +39,8 @@ pub struct Executor {
     store: Store,
     linear: wgpu::Sampler,
     nearest: wgpu::Sampler,
-    /// What shaders know of the last frame, and the same for those that want it from a buffer; the second tells passes that a first frame is
-    /// theirs alone.
+    /// The constants of the last frame, and buffers with them for shaders that do not take them from immediates. The
+    /// second buffer is for passes whose memory begins in this frame.
     frame_constants: FrameConstants,
     frame_uniforms: [Buffer; 2],
     loaded: Option<Loaded>,
@@ -118,9 +102,9 @@ impl Executor {
         }
     }
 
-    /// The same executor with a cache of the driver's pipelines, which begins with what [`pipeline_cache_data`](Self::pipeline_cache_data) gave
-    /// once: then the driver need not compile them again. Bytes that are damaged, or of another adapter, driver or version, are left aside, and so is
-    /// the cache where the device has none.
+    /// The same executor with a cache of the driver's pipelines, which begins with the result of an earlier
+    /// [`pipeline_cache_data`](Self::pipeline_cache_data): then the driver need not compile them again. Bytes that are
+    /// damaged, or of another adapter, driver or version, are ignored, and so is the cache where the device has none.
     pub fn with_pipeline_cache(mut self, data: &[u8]) -> Self {
         let cache = cache::open(&self.compiler.device, data);
         self.compiler.pipelines = Arc::new(Pipelines::with_cache(cache));
@@ -137,7 +121,7 @@ impl Executor {
         &self.caps
     }
 
-    /// What the device wants for an image: the planner asks this through [`PlanRequest`](afterimage_plan::PlanRequest).
+    /// What the device wants for an image: the planner asks for it through [`PlanRequest`](afterimage_plan::PlanRequest).
     pub fn requirement(&self, desc: &ImageDesc) -> Requirement {
         heap::requirement(&self.compiler.device, desc)
     }
@@ -147,14 +131,19 @@ impl Executor {
         self.loaded.as_ref().map(|loaded| &loaded.plan)
     }
 
-    /// Makes a plan the one that runs, at once: what it needs is compiled before this returns. Between two frames of a program that must not wait,
-    /// [`prepare`](Self::prepare) and [`swap`](Self::swap) do the same.
+    /// The plan in use, and where its images lie.
+    pub fn placed_plan(&self) -> Option<PlacedPlan> {
+        self.loaded.as_ref().map(Loaded::placed_plan)
+    }
+
+    /// Makes a plan the one that runs, at once: what it needs is compiled before this returns. A program that must not
+    /// wait between two frames uses [`prepare`](Self::prepare) and [`swap`](Self::swap).
     pub fn load(&mut self, plan: Arc<Plan>) -> Result<(), GpuError> {
         let prepared = self.compiler.prepare(plan, &self.before(), cores())?;
         self.put_in(prepared)
     }
 
-    /// Begins to make a plan ready on threads of its own, while the plan in use goes on rendering. One core is left to the renderer.
+    /// Begins to compile a plan on threads of its own, while the plan in use renders. One core is left to the renderer.
     pub fn prepare(&self, plan: Arc<Plan>) -> Preparation {
         let (compiler, before) = (self.compiler.clone(), self.before());
         let work = move || compiler.prepare(plan, &before, cores().saturating_sub(1).max(1));
@@ -163,8 +152,8 @@ impl Executor {
 
     /// Makes a prepared plan the one that runs from the next frame on; waits for it if it is not ready.
     ///
-    /// Textures, histories and buffers that are equal in both plans are kept. Memory that begins with the new plan begins as in a first frame, and
-    /// only that. On an error the old plan stays as it is, with all that it remembers.
+    /// Textures, histories and buffers that are equal in both plans are kept. Memory that begins with the new plan begins
+    /// as in a first frame, and only that. On an error the old plan stays as it is, with its histories.
     pub fn swap(&mut self, preparation: Preparation) -> Result<(), GpuError> {
         match preparation.worker.join() {
             Ok(prepared) => self.put_in(prepared?),
@@ -172,11 +161,11 @@ impl Executor {
         }
     }
 
-    /// What the plan in use has to offer to the next.
+    /// What the next plan can keep of the plan in use.
     fn before(&self) -> PreviousPlan {
         let loaded = self.loaded.as_ref();
         PreviousPlan {
-            plan: loaded.map(|loaded| loaded.plan.clone()),
+            plan: loaded.map(Loaded::placed_plan),
             placed: loaded.and_then(|loaded| loaded.placed.clone()),
             drawn: self.drawn.clone(),
         }
@@ -187,8 +176,7 @@ impl Executor {
             Prepared::Whole(parts) => self.settle(*parts),
             Prepared::Numbers(plan, base) => match &mut self.loaded {
                 Some(loaded) if Arc::ptr_eq(&loaded.plan, &base) => {
-                    let bytes = uniform_bytes(&plan);
-                    self.queue.write_buffer(&loaded.uniforms, 0, &bytes);
+                    self.queue.write_buffer(&loaded.uniforms, 0, &plan.uniform_buffer());
                     loaded.plan = plan;
                     Ok(())
                 }
@@ -206,10 +194,10 @@ impl Executor {
         match watched(device, "the images of the plan", || Ok(changing.settle(parts))) {
             Ok(mut new) => {
                 if self.fresh {
-                    // All memory begins with the next frame, and every pass is told.
+                    // All memory begins with the next frame, for every pass.
                     new.uninitialized.clear();
                 }
-                let left = old.replace(new).map_or(Vec::new(), |old| old.residents);
+                let left = old.replace(new).map_or(Vec::new(), |old| old.heap_textures);
                 left.into_iter().for_each(|key| self.store.remove(key));
                 self.store.sweep();
                 Ok(())
@@ -226,15 +214,15 @@ impl Executor {
         self.fresh = true;
     }
 
-    /// OutputState the next frame a number; further ones count on. Noise is drawn from the number, so frames of equal numbers have equal grain.
-    /// Histories and adaptation start anew: what earlier frames left is found by their numbers.
+    /// Sets the number of the next frame; further ones count on. Noise depends on the number, so frames with equal numbers
+    /// have equal grain. Histories and adaptation start anew, because the frame number selects their textures.
     pub fn count_from(&mut self, index: u32) {
         self.frame_index = index;
         self.fresh = true;
     }
 
-    /// Measures the GPU time of each of the plan's passes from now on, in this plan and those after it. `false` before a plan is loaded, and
-    /// where the device has no timestamps inside passes.
+    /// Measures the GPU time of each of the plan's passes from now on, in this plan and those after it. `false` before a
+    /// plan is loaded, and where the device has no timestamps inside passes.
     pub fn enable_timing(&mut self) -> bool {
         let Some(loaded) = &mut self.loaded else { return false };
         loaded.timing = Timing::new(&self.compiler.device, &self.queue, loaded.passes.len() as u32);
@@ -256,8 +244,8 @@ impl Executor {
         }
     }
 
-    /// Records one pass of a frame and no other, for measurements on devices whose timestamps cannot be trusted. What it reads is what the
-    /// frames before have left, and time does not go on.
+    /// Records one pass of a frame and no other, for measurements on devices whose timestamps are not reliable. It reads
+    /// what the frames before have left, and the frame number stays.
     pub fn encode_pass(
         &mut self,
         encoder: &mut CommandEncoder,
@@ -276,12 +264,12 @@ impl Executor {
         let set = self.host_set(frame)?;
         let reset = self.fresh || frame.reset;
         self.frame_constants = FrameConstants::new(frame, self.frame_index, reset);
-        self.write_moment();
+        self.write_frame_constants();
         let loaded = self.loaded.as_mut().ok_or(GpuError::NoPlan)?;
         if reset {
             clear_memory(&self.compiler.device, &self.store, loaded, encoder);
         }
-        if std::mem::take(&mut loaded.moved_in) {
+        if std::mem::take(&mut loaded.shares_old_heap) {
             take_over(&self.store, loaded, encoder);
         }
         for &buffer in &loaded.zeroed {
@@ -293,7 +281,7 @@ impl Executor {
             timing.resolve(encoder);
         }
         if !std::mem::take(&mut loaded.uninitialized).is_empty() {
-            // Their passes are told of a first frame no more.
+            // This was their first frame.
             loaded.sets.clear();
         }
         self.frame_index = self.frame_index.wrapping_add(1);
@@ -301,8 +289,8 @@ impl Executor {
         Ok(())
     }
 
-    /// Tells those passes of the frame that want it from a buffer.
-    fn write_moment(&self) {
+    /// Writes the constants for passes that take them from a buffer.
+    fn write_frame_constants(&self) {
         let Some(loaded) = self.loaded.as_ref().filter(|loaded| loaded.binds_frame) else { return };
         self.queue.write_buffer(&self.frame_uniforms[0], 0, self.frame_constants.bytes(false));
         if !loaded.uninitialized.is_empty() {

@@ -1,25 +1,25 @@
-//! Everything of a plan that takes long, made on any thread while another plan runs: shaders, pipelines, and the images of its heap.
+//! The slow part of loading a plan, on any thread while another plan runs: shaders, pipelines, and the images of its
+//! heap.
 
 use std::sync::Arc;
 use std::thread::JoinHandle;
 
 use afterimage_graph::image::ImageDesc;
-use afterimage_graph::node::{ImageId, Pass, Resource, Work};
-use afterimage_plan::codegen::{Composed, SlotKind, workgroups};
-use afterimage_plan::{Alias, Plan, Stage};
+use afterimage_graph::node::ImageId;
+use afterimage_plan::codegen::{Composed, SlotKind};
+use afterimage_plan::{Alias, HeapPlacement, PlacedPlan, Plan, Stage};
 use wgpu::util::DeviceExt as _;
 use wgpu::{Buffer, BufferUsages, Device, TextureFormat};
 
-use super::frame_constants::{self, take_immediates};
+use super::frame_constants;
 use super::loaded::{LoadedPass, planned_attachment};
-use super::uniforms::{differs_in_uniforms_only, regions, uniform_bytes};
 use crate::GpuError;
 use crate::heap::Placed;
 use crate::layout::{bind_group_layout, by_hand};
 use crate::pipelines::{Order, PipelineKey, Pipelines, watched};
 
-/// A plan that is being made ready on a thread of its own, from [`Executor::prepare`](crate::Executor::prepare). Dropped, it is forgotten;
-/// what it has compiled until then is not lost.
+/// A plan that is being compiled on a thread of its own, from [`Executor::prepare`](crate::Executor::prepare). If it is
+/// dropped, the pipelines that it has compiled until then are kept.
 pub struct Preparation {
     pub(super) worker: JoinHandle<Result<Prepared, GpuError>>,
 }
@@ -33,7 +33,7 @@ impl Preparation {
 
 /// A plan that can be swapped in.
 pub(super) enum Prepared {
-    /// The plan differs from the running one (the second) only in numbers.
+    /// The plan differs from the running one (the second) only in uniform values.
     Numbers(Arc<Plan>, Arc<Plan>),
     Whole(Box<CompiledPlan>),
 }
@@ -41,13 +41,12 @@ pub(super) enum Prepared {
 /// What a plan needs that no other plan has.
 pub(super) struct CompiledPlan {
     pub(super) plan: Arc<Plan>,
+    pub(super) placement: HeapPlacement,
     pub(super) passes: Vec<LoadedPass>,
     pub(super) uniforms: Buffer,
-    /// Where the uniform of each pass begins in the buffer, and its bytes.
-    pub(super) regions: Vec<(u64, u64)>,
     pub(super) placed: Option<Placed>,
-    /// Whether the heap is that of the plan before.
-    pub(super) moved_in: bool,
+    /// Whether the heap is that of the previous plan.
+    pub(super) shares_old_heap: bool,
 }
 
 /// What plans are made ready with.
@@ -55,38 +54,40 @@ pub(super) struct CompiledPlan {
 pub(super) struct PlanCompiler {
     pub(super) device: Device,
     pub(super) pipelines: Arc<Pipelines>,
-    /// Whether passes are told of the frame by immediates.
+    /// Whether passes take the frame constants from immediates.
     pub(super) immediates: bool,
 }
 
-/// What the plan that runs has to offer.
+/// What the next plan can keep of the plan that runs.
 #[derive(Clone, Default)]
 pub(super) struct PreviousPlan {
-    pub(super) plan: Option<Arc<Plan>>,
+    pub(super) plan: Option<PlacedPlan>,
     pub(super) placed: Option<Placed>,
     /// Outputs that the host's images make the last passes draw, and in which format.
     pub(super) drawn: Vec<(String, TextureFormat)>,
 }
 
 impl PlanCompiler {
-    /// Makes the plan ready with so many threads. Its images keep their places in the heap where those still fit.
+    /// Compiles the plan with this many threads. Its images keep their places in the heap where those still fit.
     pub(super) fn prepare(&self, plan: Arc<Plan>, before: &PreviousPlan, threads: usize) -> Result<Prepared, GpuError> {
-        let plan = keep_places(plan, before);
-        if let Some(old) = before.plan.as_ref().filter(|old| differs_in_uniforms_only(old, &plan)) {
-            return Ok(Prepared::Numbers(plan, old.clone()));
+        let placed_plan = keep_places(plan, before);
+        if let Some(old) = before.plan.as_ref().filter(|old| differ_in_uniforms_only(old, &placed_plan)) {
+            return Ok(Prepared::Numbers(placed_plan.plan, old.plan.clone()));
         }
-        let drafts = (0..plan.recording.passes.len())
+        let PlacedPlan { plan, placement } = placed_plan;
+        let drafts = (0..plan.passes.len())
             .map(|at| UncompiledDispatch::new(&plan, at, self.immediates))
             .collect::<Result<Vec<_>, _>>()?;
         let orders = drafts.iter().enumerate().flat_map(|(at, draft)| self.orders(&plan, at, draft, &before.drawn));
         self.pipelines.build(&self.device, orders.collect(), threads)?;
         let passes = drafts.into_iter().enumerate().map(|(at, draft)| self.finish(&plan, at, draft)).collect();
         watched(&self.device, "the memory of the plan", || {
-            let placed = self.place(&plan, before.placed.as_ref());
+            let placed = self.place(&plan, &placement, before.placed.as_ref());
             let same = |old: &Placed| placed.as_ref().is_some_and(|placed| Arc::ptr_eq(&placed.heap, &old.heap));
-            let moved_in = before.placed.as_ref().is_some_and(same);
-            let (uniforms, regions) = (self.uniforms(&plan), regions(&plan));
-            Ok(Prepared::Whole(Box::new(CompiledPlan { plan, passes, uniforms, regions, placed, moved_in })))
+            let shares_old_heap = before.placed.as_ref().is_some_and(same);
+            let uniforms = self.uniforms(&plan);
+            let compiled = CompiledPlan { plan, placement, passes, uniforms, placed, shares_old_heap };
+            Ok(Prepared::Whole(Box::new(compiled)))
         })
     }
 
@@ -100,8 +101,8 @@ impl PlanCompiler {
     ) -> impl Iterator<Item = Order<'a>> + use<'a> {
         let output = plan.outputs.iter().find(|output| Some(output.image) == draft.writes_image);
         let asked = drawn.iter().find(|(name, _)| output.is_some_and(|output| output.name == *name));
-        let is_function = matches!(plan.recording.passes[index].work, Work::Steps { .. });
-        let extra = asked.filter(|_| is_function).map(|(_, format)| Some(*format));
+        let is_drawable = plan.passes[index].pass.kind.is_drawable();
+        let extra = asked.filter(|_| is_drawable).map(|(_, format)| Some(*format));
         let planned = planned_attachment(plan, index, draft.writes_image);
         let attachments: Vec<_> = std::iter::once(planned).chain(extra).collect();
         let device = self.device.clone();
@@ -122,27 +123,32 @@ impl PlanCompiler {
     fn uniforms(&self, plan: &Plan) -> Buffer {
         self.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
             label: Some("uniforms"),
-            contents: &uniform_bytes(plan),
+            contents: &plan.uniform_buffer(),
             usage: BufferUsages::UNIFORM | BufferUsages::COPY_DST,
         })
     }
 
     /// The plan's transient images in one heap, where the plan and the backend allow it.
-    fn place(&self, plan: &Plan, old: Option<&Placed>) -> Option<Placed> {
-        let images = plan.recording.images.iter().zip(&plan.memory.offset_of);
+    fn place(&self, plan: &Plan, placement: &HeapPlacement, old: Option<&Placed>) -> Option<Placed> {
+        let images = plan.images.iter().zip(&placement.offsets);
         let places: Vec<(u64, ImageDesc, &str)> =
             images.filter_map(|(image, offset)| Some(((*offset)?, image.desc, image.label.as_str()))).collect();
         if plan.options.alias != Alias::Placed || places.is_empty() {
             return None;
         }
-        Placed::new(&self.device, plan.memory.heap, &places, old)
+        Placed::new(&self.device, placement.heap, &places, old)
     }
 }
 
-fn keep_places(plan: Arc<Plan>, before: &PreviousPlan) -> Arc<Plan> {
-    let Some((old, _)) = before.plan.as_ref().zip(before.placed.as_ref()) else { return plan };
-    let mut kept = (*plan).clone();
-    if kept.place_keeping(old) { Arc::new(kept) } else { plan }
+fn keep_places(plan: Arc<Plan>, before: &PreviousPlan) -> PlacedPlan {
+    match before.plan.as_ref().filter(|_| before.placed.is_some()) {
+        Some(old) => PlacedPlan::keeping(plan, old),
+        None => PlacedPlan::new(plan),
+    }
+}
+
+fn differ_in_uniforms_only(old: &PlacedPlan, new: &PlacedPlan) -> bool {
+    old.placement == new.placement && old.plan.differs_in_uniforms_only(&new.plan)
 }
 
 /// A pass whose pipeline is not compiled yet.
@@ -155,27 +161,14 @@ struct UncompiledDispatch {
 
 impl UncompiledDispatch {
     fn new(plan: &Plan, index: usize, immediates: bool) -> Result<Self, GpuError> {
-        let mut composed = plan.compose(index).map_err(GpuError::Shader)?;
-        let writes_image = written(&plan.recording.passes[index]);
-        let immediate = immediates && take_immediates(&mut composed);
-        Ok(Self {
-            composed,
-            workgroups: workgroups(&plan.recording, &plan.recording.passes[index]),
-            writes_image,
-            immediate,
-        })
+        let composed = plan.compose(index, immediates).map_err(GpuError::Shader)?;
+        let writes_image = plan.passes[index].pass.written_image();
+        let (immediate, workgroups) = (composed.immediate, plan.passes[index].workgroups);
+        Ok(Self { composed, workgroups, writes_image, immediate })
     }
 }
 
-/// The first image that a pass writes.
-pub(super) fn written(pass: &Pass) -> Option<ImageId> {
-    pass.writes().into_iter().find_map(|resource| match resource {
-        Resource::Image(image) => Some(image),
-        Resource::Buffer(_) => None,
-    })
-}
-
-/// What must be compiled for a pass, whether or not it takes the frame from immediates; drawn if there is an attachment.
+/// The pipeline of a pass, which takes the frame constants from immediates or not; drawn if there is an attachment.
 pub(super) fn order<'a>(
     device: &Device,
     plan: &'a Plan,
@@ -184,10 +177,9 @@ pub(super) fn order<'a>(
     attachment: Option<TextureFormat>,
 ) -> Order<'a> {
     let stage = if attachment.is_some() { Stage::Fragment } else { Stage::Compute };
-    let pass = &plan.recording.passes[index];
-    let constants = pass.constants().iter().map(|(name, value)| (*name, value.to_bits())).collect();
+    let pass = &plan.passes[index].pass;
     let sample_modes = composed.slots.iter().map(|slot| match slot.kind {
-        SlotKind::Texture(image) => format!("{:?}", plan.sample_modes[image.0 as usize]),
+        SlotKind::Texture(image) => format!("{:?}", plan.image(image).sample_mode),
         _ => String::new(),
     });
     let layout: Vec<String> = sample_modes.collect();
@@ -195,7 +187,6 @@ pub(super) fn order<'a>(
         key: PipelineKey {
             source: composed.source.clone(),
             entry: composed.compute.clone(),
-            constants,
             attachment,
             layout: layout.join(","),
             checked: plan.options.bounds_checks || !composed.unchecked,
@@ -205,7 +196,6 @@ pub(super) fn order<'a>(
         layout: bind_group_layout(device, plan, composed, stage),
         immediate_bytes: if immediate { frame_constants::BYTES } else { 0 },
         label: pass.label.clone(),
-        // Tilings write every texel of a tile that they read; whole kernels are their authors' own.
-        zero_workgroup_memory: !composed.unchecked && matches!(pass.work, Work::Entry(_) | Work::Cells(_)),
+        zero_workgroup_memory: composed.zero_workgroup_memory,
     }
 }

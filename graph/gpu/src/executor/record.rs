@@ -22,9 +22,10 @@ pub(super) fn clear_memory(device: &Device, store: &Store, loaded: &Loaded, enco
     }
 }
 
-/// Separates the first frame on a heap from the plan that had it before: after this, the first write of each image waits for all that ran.
+/// Separates the first frame on a heap from the plan that used it before: after this, the first write of each image waits
+/// for all earlier passes.
 pub(super) fn take_over(store: &Store, loaded: &Loaded, encoder: &mut CommandEncoder) {
-    let textures = loaded.residents.iter().map(|key| wgpu::TextureTransition {
+    let textures = loaded.heap_textures.iter().map(|key| wgpu::TextureTransition {
         texture: &store.get(*key).texture,
         selector: None,
         state: wgpu::TextureUses::STORAGE_WRITE_ONLY,
@@ -41,7 +42,7 @@ pub(super) fn record(loaded: &Loaded, set: &HostSet, now: Now<'_>, passes: Range
         match &set.runs[index].pipeline {
             Pipeline::Compute(_) => index = record_dispatches(loaded, set, now, index..passes.end, encoder),
             Pipeline::Render(pipeline) => {
-                touch_for_draw(&set.explicit_transitions[index], now.0, encoder);
+                transition_for_draw(&set.explicit_transitions[index], now.0, encoder);
                 record_draw(loaded, &set.runs[index], pipeline, now, index, encoder);
                 index += 1;
             }
@@ -87,8 +88,13 @@ fn record_dispatches(
     index
 }
 
-/// PreviousPlan a draw there is no compute pass to transition things in. SampleMode is the state from which a barrier waits for all shaders before.
-fn touch_for_draw(explicit_transitions: &[Vec<ExplicitTransition>], ring_index: usize, encoder: &mut CommandEncoder) {
+/// Before a draw there is no compute pass in which to record transitions. From the state `RESOURCE` a barrier waits for
+/// all shaders before.
+fn transition_for_draw(
+    explicit_transitions: &[Vec<ExplicitTransition>],
+    ring_index: usize,
+    encoder: &mut CommandEncoder,
+) {
     let Some(explicit_transitions) = explicit_transitions.get(ring_index) else { return };
     let new = explicit_transitions.iter().filter(|transition| transition.state != wgpu::TextureUses::RESOURCE);
     let textures = new.map(|transition| wgpu::TextureTransition {

@@ -1,8 +1,8 @@
-//! Between two frames: the textures and buffers of a new plan, those of the old one taken over where they are the same.
+//! Residency: the textures and buffers of a plan. A new plan takes those of the old one where they are the same.
 
-use afterimage_graph::node::{BufferId, BufferLife, ImageId, Origin, Resource, VirtualBuffer, VirtualImage};
-use afterimage_plan::Plan;
+use afterimage_graph::node::{BufferId, BufferLife, ImageId, Origin, Resource, VirtualBuffer};
 use afterimage_plan::codegen::SlotKind;
+use afterimage_plan::{HeapPlacement, Plan, PlannedImage};
 use rustc_hash::FxHashMap;
 use wgpu::{Buffer, BufferUsages, Device, Queue};
 
@@ -12,7 +12,7 @@ use crate::heap::Placed;
 use crate::store::{Store, TextureKey};
 use crate::timing::Timing;
 
-/// A swap in the making. The old plan stays as it is until the new one has all that it needs.
+/// A change of plan. The old plan stays as it is until the new one has all that it needs.
 pub(super) struct PlanSwap<'a> {
     pub(super) device: &'a Device,
     pub(super) queue: &'a Queue,
@@ -26,13 +26,13 @@ pub(super) struct PlanSwap<'a> {
 impl PlanSwap<'_> {
     /// The plan on textures and buffers of its own and of the old plan.
     pub(super) fn settle(mut self, parts: CompiledPlan) -> Loaded {
-        let CompiledPlan { plan, passes, uniforms, regions, placed, moved_in } = parts;
+        let CompiledPlan { plan, placement, passes, uniforms, placed, shares_old_heap } = parts;
         let rings = self.retire();
         let buffers = self.buffers(&plan);
-        let residents = self.move_in(placed.as_ref());
-        let bindings = self.hold(&plan, rings, &residents);
+        let heap_textures = self.store_heap(placed.as_ref());
+        let bindings = self.bind_images(&plan, &placement, rings, &heap_textures);
         let lives = |wanted: fn(&BufferLife) -> bool| {
-            let buffers = plan.recording.buffers.iter().enumerate();
+            let buffers = plan.buffers.iter().enumerate();
             buffers.filter(|(_, b)| wanted(&b.life)).map(|(index, _)| index).collect::<Vec<_>>()
         };
         let binds_frame = passes.iter().any(|pass| pass.composed.slots.iter().any(|slot| slot.kind == SlotKind::Frame));
@@ -43,17 +43,17 @@ impl PlanSwap<'_> {
             ring_length: ring_length(&plan),
             timing: timed.then(|| Timing::new(self.device, self.queue, passes.len() as u32)).flatten(),
             plan,
+            placement,
             passes,
             uniforms,
-            regions,
             bindings,
             buffers,
             sets: Vec::new(),
             placed,
             binds_frame,
-            residents,
+            heap_textures,
             uninitialized: self.uninitialized,
-            moved_in,
+            shares_old_heap,
         }
     }
 
@@ -61,14 +61,14 @@ impl PlanSwap<'_> {
     fn retire(&mut self) -> FxHashMap<String, Vec<TextureKey>> {
         let mut rings = FxHashMap::default();
         let Some(old) = self.old else { return rings };
-        for (image, binding) in old.plan.recording.images.iter().zip(&old.bindings) {
+        for (image, binding) in old.plan.images.iter().zip(&old.bindings) {
             match binding {
                 ImageBinding::Ring(keys, 0) => {
                     rings.insert(image.label.clone(), keys.clone());
                 }
                 ImageBinding::Output(_, key) => self.store.retire([*key]),
                 ImageBinding::Fixed(key)
-                    if !matches!(image.origin, Origin::Constant(_)) && !old.residents.contains(key) =>
+                    if !matches!(image.origin, Origin::Constant(_)) && !old.heap_textures.contains(key) =>
                 {
                     self.store.retire([*key]);
                 }
@@ -78,18 +78,18 @@ impl PlanSwap<'_> {
         rings
     }
 
-    /// Buffers of the plan; those that outlive frames keep what they hold where the old plan had the same.
+    /// Buffers of the plan; those that outlive frames keep their contents where the old plan had the same.
     fn buffers(&mut self, plan: &Plan) -> Vec<Buffer> {
         let mut kept: FxHashMap<(&str, u64), Buffer> = FxHashMap::default();
         if let Some(old) = self.old {
-            let lasting = old.plan.recording.buffers.iter().zip(&old.buffers);
+            let lasting = old.plan.buffers.iter().zip(&old.buffers);
             let lasting = lasting.filter(|(described, _)| described.life == BufferLife::Persistent);
             kept.extend(
                 lasting.map(|(described, buffer)| ((described.label.as_str(), described.bytes), buffer.clone())),
             );
         }
-        let mut buffers = Vec::with_capacity(plan.recording.buffers.len());
-        for (index, described) in plan.recording.buffers.iter().enumerate() {
+        let mut buffers = Vec::with_capacity(plan.buffers.len());
+        for (index, described) in plan.buffers.iter().enumerate() {
             let lasts = described.life == BufferLife::Persistent;
             let known = lasts.then(|| kept.remove(&(described.label.as_str(), described.bytes))).flatten();
             if lasts && known.is_none() {
@@ -100,27 +100,29 @@ impl PlanSwap<'_> {
         buffers
     }
 
-    fn move_in(&mut self, placed: Option<&Placed>) -> Vec<TextureKey> {
+    /// Stores the textures of the heap.
+    fn store_heap(&mut self, placed: Option<&Placed>) -> Vec<TextureKey> {
         placed.map_or(Vec::new(), |placed| {
             placed.images.iter().map(|(_, stored)| self.store.insert(stored.clone())).collect()
         })
     }
 
-    fn hold(
+    fn bind_images(
         &mut self,
         plan: &Plan,
+        placement: &HeapPlacement,
         mut rings: FxHashMap<String, Vec<TextureKey>>,
-        residents: &[TextureKey],
+        heap_textures: &[TextureKey],
     ) -> Vec<ImageBinding> {
-        let mut in_heap = residents.iter().copied();
+        let mut in_heap = heap_textures.iter().copied();
         let mut slots: Vec<Option<TextureKey>> = vec![None; plan.memory.slots.len()];
-        let mut bindings: Vec<ImageBinding> = Vec::with_capacity(plan.recording.images.len());
-        let remembered: Vec<ImageId> = plan.recording.images.iter().filter_map(past_of).collect();
-        for (index, image) in plan.recording.images.iter().enumerate() {
+        let mut bindings: Vec<ImageBinding> = Vec::with_capacity(plan.images.len());
+        let remembered: Vec<ImageId> = plan.images.iter().filter_map(past_of).collect();
+        for (index, image) in plan.images.iter().enumerate() {
             let id = ImageId(index as u32);
             let output = plan.outputs.iter().position(|output| output.image == id);
-            let binding = match (&image.origin, plan.lifetimes[index], output) {
-                // Pasts are filled in below, once the image that they are the past of has its ring.
+            let binding = match (&image.origin, image.lifetime, output) {
+                // Images of earlier frames are bound below, once the image of this frame has its ring.
                 (_, None, _) | (Origin::Previous { .. }, ..) => ImageBinding::Unused,
                 (Origin::Input(name), ..) => {
                     let input = plan.inputs.iter().position(|(input, _)| input == name);
@@ -137,35 +139,27 @@ impl PlanSwap<'_> {
                     ImageBinding::Output(output, self.store.take(self.device, image.desc, &image.label))
                 }
                 (Origin::Transient, Some(_), None) => {
-                    ImageBinding::Fixed(self.transient(plan, index, &mut in_heap, &mut slots))
+                    let in_heap = placement.offsets[index].and_then(|_| in_heap.next());
+                    ImageBinding::Fixed(in_heap.unwrap_or_else(|| self.pooled(plan, image, &mut slots)))
                 }
             };
             bindings.push(binding);
         }
-        self.hold_pasts(plan, &mut bindings);
+        self.bind_histories(plan, &mut bindings);
         self.store.retire(rings.into_values().flatten());
         bindings
     }
 
-    /// The texture of an image that lives within the frame.
-    fn transient(
-        &mut self,
-        plan: &Plan,
-        index: usize,
-        in_heap: &mut dyn Iterator<Item = TextureKey>,
-        slots: &mut [Option<TextureKey>],
-    ) -> TextureKey {
-        if let Some(next) = plan.memory.offset_of[index].and_then(|_| in_heap.next()) {
-            return next;
-        }
-        let slot = plan.memory.slot_of[index].expect("a transient that is used has a slot") as usize;
+    /// The pooled texture of an image that lives within the frame.
+    fn pooled(&mut self, plan: &Plan, image: &PlannedImage, slots: &mut [Option<TextureKey>]) -> TextureKey {
+        let slot = image.slot.expect("a transient that is used has a slot") as usize;
         let desc = plan.memory.slots[slot].desc;
         *slots[slot].get_or_insert_with(|| self.store.take(self.device, desc, "transients"))
     }
 
-    /// The textures that an image takes in turn. What earlier frames have left in those of the old plan stays at its age.
+    /// The ring of textures of a history. What earlier frames have left in those of the old plan keeps its age.
     fn ring(&mut self, plan: &Plan, id: ImageId, known: Option<Vec<TextureKey>>) -> Vec<TextureKey> {
-        let image = plan.recording.image(id);
+        let image = plan.image(id);
         let (known, unfit) = match known {
             Some(known) if self.store.get(known[0]).desc == image.desc => (known, Vec::new()),
             unfit => (Vec::new(), unfit.unwrap_or_default()),
@@ -173,7 +167,7 @@ impl PlanSwap<'_> {
         self.store.retire(unfit);
         if known.is_empty() {
             self.uninitialized.push(Resource::Image(id));
-            let pasts = plan.recording.images.iter().enumerate().filter(|(_, image)| past_of(image) == Some(id));
+            let pasts = plan.images.iter().enumerate().filter(|(_, image)| past_of(image) == Some(id));
             self.uninitialized.extend(pasts.map(|(index, _)| Resource::Image(ImageId(index as u32))));
         }
         let length = ring_length(plan) as usize;
@@ -190,10 +184,10 @@ impl PlanSwap<'_> {
         ring
     }
 
-    fn hold_pasts(&mut self, plan: &Plan, bindings: &mut [ImageBinding]) {
-        for (index, image) in plan.recording.images.iter().enumerate() {
+    fn bind_histories(&mut self, plan: &Plan, bindings: &mut [ImageBinding]) {
+        for (index, image) in plan.images.iter().enumerate() {
             let Origin::Previous { of, frames } = image.origin else { continue };
-            if plan.lifetimes[index].is_none() {
+            if image.lifetime.is_none() {
                 continue;
             }
             bindings[index] = match &bindings[of.0 as usize] {
@@ -205,16 +199,17 @@ impl PlanSwap<'_> {
     }
 }
 
-fn past_of(image: &VirtualImage) -> Option<ImageId> {
+fn past_of(image: &PlannedImage) -> Option<ImageId> {
     match image.origin {
         Origin::Previous { of, .. } => Some(of),
         _ => None,
     }
 }
 
-/// Ring length: one texture for this frame and one for each that is remembered. All rings have the same, so that one ring_index fits all.
+/// Ring length: one texture for this frame and one for each that is remembered. It is the same for all rings, so that one
+/// ring index is valid for all.
 fn ring_length(plan: &Plan) -> u32 {
-    let depth = plan.recording.images.iter().map(|image| match image.origin {
+    let depth = plan.images.iter().map(|image| match image.origin {
         Origin::Previous { frames, .. } => frames,
         _ => 0,
     });

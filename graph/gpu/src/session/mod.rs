@@ -137,7 +137,7 @@ impl Session {
     /// See [`encode`](Self::encode) and [`Readback::download`].
     pub fn render_all(&mut self, frames: &[FrameInputs], together: bool) -> Result<Vec<Vec<Texels>>, SessionError> {
         let plan = self.plan().clone();
-        let outputs = plan.outputs.iter().map(|output| plan.recording.image(output.image).desc);
+        let outputs = plan.outputs.iter().map(|output| plan.image(output.image).desc);
         let descs: Vec<ImageDesc> = outputs.collect();
         let mut batch = ReadbackBatch::new(&self.gpu.device, descs.repeat(frames.len()));
         let mut encoder = self.gpu.encoder();
@@ -172,7 +172,7 @@ impl Session {
     /// An output of the last frame as the image of an input of another session. The next frame overwrites it.
     pub fn output_image(&self, name: &str, input: &str) -> InputImage {
         let output = self.plan().output(Some(name)).expect("the plan has an output of this name");
-        let desc = self.plan().recording.image(output.image).desc;
+        let desc = self.plan().image(output.image).desc;
         let view = self.runtime.output(name).create_view(&Default::default());
         InputImage { input: input.to_owned(), view, desc, finite: false }
     }

@@ -22,7 +22,7 @@ impl Session {
         if !clock.is_gpu() || !self.executor().enable_timing() {
             return self.alone(clock, samples, images, steps());
         }
-        let mut all = vec![Vec::new(); self.plan().recording.passes.len()];
+        let mut all = vec![Vec::new(); self.plan().passes.len()];
         for _ in 0..samples {
             let times = self.one(images, steps())?;
             all.iter_mut().zip(times).for_each(|(samples, time)| samples.push(time));
@@ -55,7 +55,7 @@ impl Session {
         images: &[InputImage],
         step: FrameStep,
     ) -> Result<Vec<f64>, SessionError> {
-        let passes = self.plan().recording.passes.len();
+        let passes = self.plan().passes.len();
         let executor = self.executor();
         let mut one = |pass| {
             let work: Recording<'_> =

@@ -137,7 +137,7 @@ impl Conditions<'_> {
             series,
             nodes: graph.nodes.len(),
             size,
-            passes: plan.recording.passes.len(),
+            passes: plan.passes.len(),
             plan_ms,
             gpu_ms: frame.ms(),
             record_us,

@@ -180,11 +180,11 @@ fn share(bytes: u64, milliseconds: f64, copy_gbps: f64) -> f64 {
 fn passes(plan: &Plan, times: &[f64], copy_gbps: f64) -> Vec<PassReport> {
     let report = |(index, ms): (usize, &f64)| {
         let bytes = plan.bytes_moved_by(index);
-        let pass = &plan.recording.passes[index];
+        let pass = &plan.passes[index].pass;
         PassReport {
             name: pass.label.clone(),
             nodes: pass.nodes.clone(),
-            stage: if plan.stages[index] == Stage::Compute { "compute" } else { "fragment" },
+            stage: if plan.passes[index].stage == Stage::Compute { "compute" } else { "fragment" },
             ms: *ms,
             bytes,
             share: share(bytes, *ms, copy_gbps),

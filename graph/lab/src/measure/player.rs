@@ -104,7 +104,7 @@ impl Player {
             time,
             bytes: plan.memory.bytes(plan.options.alias),
             bytes_moved: plan.bytes_moved(),
-            passes: plan.recording.passes.len(),
+            passes: plan.passes.len(),
         })
     }
 }
@@ -112,18 +112,19 @@ impl Player {
 /// Whether two plans run the same passes on images of the same formats. Images that fusion has removed do not count.
 pub(crate) fn run_alike(a: &Plan, b: &Plan) -> bool {
     let desc = |plan: &Plan, resource: Resource| match resource {
-        Resource::Image(image) => Some(plan.recording.image(image).desc),
+        Resource::Image(image) => Some(plan.image(image).desc),
         Resource::Buffer(_) => None,
     };
     let used = |plan: &Plan| -> Vec<Option<ImageDesc>> {
-        let resources = plan.recording.passes.iter().flat_map(|pass| pass.reads().into_iter().chain(pass.writes()));
+        let resources = plan.work().flat_map(|pass| pass.reads().into_iter().chain(pass.writes()));
         resources.map(|resource| desc(plan, resource)).collect()
     };
-    a.recording.passes == b.recording.passes && a.stages == b.stages && used(a) == used(b)
+    let stages = |plan: &Plan| plan.passes.iter().map(|planned| planned.stage).collect::<Vec<_>>();
+    a.work().eq(b.work()) && stages(a) == stages(b) && used(a) == used(b)
 }
 
 /// Whether frames of a plan depend on earlier frames.
 pub(crate) fn has_histories(plan: &Plan) -> bool {
-    let images = plan.recording.images.iter().any(|image| matches!(image.origin, Origin::Previous { .. }));
-    images || plan.recording.buffers.iter().any(|buffer| buffer.life == BufferLife::Persistent)
+    let images = plan.images.iter().any(|image| matches!(image.origin, Origin::Previous { .. }));
+    images || plan.buffers.iter().any(|buffer| buffer.life == BufferLife::Persistent)
 }

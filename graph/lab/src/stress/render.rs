@@ -127,7 +127,7 @@ impl Renderer {
         let (half, finite) = (configuration.half, configuration.unsanitized);
         let frame = |shot: &Shot| -> FrameInputs {
             let image = |(name, image): &(String, _)| {
-                let image = self.image(*shot, size, plan.recording.image(*image).signed, half);
+                let image = self.image(*shot, size, plan.image(*image).signed, half);
                 InputImage { finite, ..image.named(name) }
             };
             let images = plan.inputs.iter().map(image).collect();
@@ -167,8 +167,7 @@ impl Configuration {
 
     /// Texels of all images that a frame of this size needs; 0 if it cannot be planned.
     pub(crate) fn texels(&mut self, subject: &Subject, graph: &Graph, size: Size) -> u64 {
-        self.plan(subject, graph, size)
-            .map_or(0, |plan| plan.recording.images.iter().map(|image| image.desc.size.texels()).sum())
+        self.plan(subject, graph, size).map_or(0, |plan| plan.images.iter().map(|image| image.desc.size.texels()).sum())
     }
 
     /// Whether frames depend on earlier frames.

@@ -1,29 +1,48 @@
-//! Shader code of a pass: its module with entry points and bindings, and the workgroups that it dispatches.
+//! Code generation: what a device needs to run the passes. Workgroups and uniforms are part of the plan; the module of a
+//! pass, with entry points and bindings, is made when it is asked for.
 
-mod cells;
+mod cell_reduce;
 mod compose;
+mod compute;
 mod features;
-mod rows;
+mod functions;
+mod module;
+mod row_downsample;
 mod tiles;
+mod uniforms;
 mod workgroups;
+mod writer;
 
-use afterimage_base::image::ImageDesc;
-use afterimage_graph::node::ImageId;
-use afterimage_wgsl::{SampleMode, ShaderError};
+use afterimage_wgsl::ShaderError;
 
-use crate::Plan;
+use crate::options::Options;
+use crate::plan::{Plan, PlannedImage, PlannedPass, ScheduledPass};
 
-pub use cells::CELLS_LANES;
-pub use compose::{Composed, Slot, SlotKind, compose_pass};
-pub use features::Ignored;
-pub use rows::ROW_LANES;
-pub use workgroups::workgroups;
+pub use compose::compose_pass;
+pub use module::{CodeOptions, Composed, Draw, Slot, SlotKind};
+pub use uniforms::UNIFORM_ALIGNMENT;
+
+/// The passes with their shader features, workgroups and uniforms.
+pub fn codegen(passes: Vec<ScheduledPass>, images: &[PlannedImage], options: &Options) -> Vec<PlannedPass> {
+    let blocks = uniforms::uniform_blocks(&passes, images);
+    let planned = |(scheduled, uniform): (ScheduledPass, _)| {
+        let ScheduledPass { pass, stage, recorded } = scheduled;
+        let features = features::features(&pass, images, options);
+        let workgroups = workgroups::workgroups(&pass, images);
+        PlannedPass { pass, stage, recorded, features, workgroups, uniform }
+    };
+    passes.into_iter().zip(blocks).map(planned).collect()
+}
 
 impl Plan {
-    /// The module that a pass runs.
-    pub fn compose(&self, pass: usize) -> Result<Composed, ShaderError> {
-        let desc = |image: ImageId| -> ImageDesc { self.recording.image(image).desc };
-        let reading = |image: ImageId| -> SampleMode { self.sample_modes[image.0 as usize] };
-        compose_pass(&self.recording.passes[pass], &desc, &reading, self.features(pass))
+    /// The module that a pass runs; with `immediates` it takes the frame's time from immediates and not from a uniform
+    /// buffer.
+    ///
+    /// # Errors
+    /// What is wrong with a shader, at the author's line.
+    pub fn compose(&self, pass: usize, immediates: bool) -> Result<Composed, ShaderError> {
+        let PlannedPass { pass, features, .. } = &self.passes[pass];
+        let options = CodeOptions { features: *features, immediates };
+        compose_pass(pass, &|image| self.image(image).desc, &|image| self.image(image).sample_mode, options)
     }
 }

@@ -1,79 +1,51 @@
-//! The entry point of a tiling: a chain of images, each kept in workgroup memory for the next.
+//! The entry point of a chain of images, each kept in workgroup memory for the next.
 //!
-//! Kernel functions read textures through `texel` and `tap`. For a function that reads the image before, its file is written a second time under
-//! other names, in which a texture is a number and those two read workgroup memory.
+//! Kernel functions read textures through `texel` and `tap`. The file of a function that reads the image before is in the module a second
+//! time, with a number in place of a texture, and functions that read workgroup memory in place of those two.
 
-use afterimage_base::Shared;
 use std::fmt::Write as _;
 
-use super::compose::{Composed, StepsWriter, promises};
-use afterimage_base::image::Format;
-use afterimage_graph::node::{Arg, ImageId, Step, TileStage, Tiling};
-use afterimage_wgsl::{SampleMode, ShaderError, ShaderFeatures, Text};
+use afterimage_graph::node::{TileStage, TiledChain};
+use afterimage_wgsl::ShaderError;
+
+use super::module::{Composed, PassCode};
+use super::writer::FunctionWriter;
 
 /// Invocations of a workgroup, across and down.
 const TILE_SIDE: u32 = 16;
 
-/// A tiling with its entry point.
-pub(crate) fn compose_tiling(
-    tiling: &Tiling,
-    format_of: &dyn Fn(ImageId) -> Format,
-    sample_mode_of: &dyn Fn(ImageId) -> SampleMode,
-    features: ShaderFeatures,
-) -> Result<Composed, ShaderError> {
-    let steps: Vec<&Step> = tiling.stages.iter().flat_map(|stage| &stage.steps).collect();
-    let mut writer = StepsWriter::new(sample_mode_of);
-    let reading = writer.strictest(steps.iter().copied());
-    let params = writer.params_variable();
-    let mut functions = String::new();
-    let mut first = 0;
-    for (index, stage) in tiling.stages.iter().enumerate() {
-        writer.stage(index, &stage.steps, first);
-        functions += &writer.take_function(&format!("stage{index}"), first + stage.steps.len() - 1);
-        first += stage.steps.len();
-    }
-    let stores: Vec<Option<String>> =
-        tiling.stages.iter().map(|stage| stage.result.map(|image| writer.storage(image, format_of(image)))).collect();
-    let mut text = Text::promising(promises(steps.iter().copied())).reading(reading, features)?;
-    for step in steps.iter().filter(|step| !is_tiled(step)) {
-        text.module(&step.shader)?;
-    }
-    text.generated(&uniform_struct(tiling, &steps));
-    text.generated(writer.declarations());
-    text.generated(&memory(tiling, &params));
-    for step in steps.iter().filter(|step| is_tiled(step)) {
-        text.tiled_module(&step.shader)?;
-    }
-    text.generated(&functions);
-    text.generated(&entry(tiling, &stores, &params));
-    Ok(Composed {
-        source: text.text,
-        map: text.map,
-        compute: Shared::of("compute"),
-        fragment: None,
-        slots: writer.into_slots(),
-        workgroup: [TILE_SIDE, TILE_SIDE, 1],
-        unchecked: steps.iter().all(|step| step.shader.is_unchecked()),
-        reading,
-    })
+/// What functions that read a tile use in place of textures.
+const SUBSTITUTION: [(&str, &str); 5] = [
+    ("texture_2d<>", "u32"),
+    ("sampler", "u32"),
+    ("textureDimensions", "tile_size"),
+    ("texel", "tile_texel"),
+    ("tap", "tile_tap"),
+];
+
+/// A chain with its entry point.
+pub(super) fn compose_tiled_chain(code: &PassCode<'_>, chain: &TiledChain) -> Result<Composed, ShaderError> {
+    let mut linker = code.linker();
+    linker.substitute(&SUBSTITUTION);
+    let mut writer = FunctionWriter::new(code, linker)?;
+    let params = writer.params();
+    let stages = chain.stages.iter().enumerate();
+    let functions: String =
+        stages.map(|(index, stage)| writer.function(&format!("stage{index}"), stage.kernels.clone())).collect();
+    let stores: Vec<Option<String>> = chain.stages.iter().map(|stage| store(code, &mut writer, stage)).collect();
+    let text = memory(chain, &params) + &functions + &entry_point(chain, &stores);
+    writer.finish(&text, [TILE_SIDE, TILE_SIDE, 1], &["compute"])
 }
 
-/// Whether a step reads the image before.
-pub(crate) fn is_tiled(step: &Step) -> bool {
-    step.args.contains(&Arg::Tile)
+/// The variable of the image that takes a stage's value, if any does.
+fn store(code: &PassCode<'_>, writer: &mut FunctionWriter<'_, '_>, stage: &TileStage) -> Option<String> {
+    let result = code.pass.results.iter().find(|result| result.kernel == stage.last_kernel())?;
+    Some(writer.storage(result.image, code.format_of(result.image)))
 }
 
-fn uniform_struct(tiling: &Tiling, steps: &[&Step]) -> String {
-    let mut text = format!("struct PassUniform {{\n    sizes: array<vec4i, {}>,\n", tiling.stages.len());
-    for (index, step) in steps.iter().enumerate().filter(|(_, step)| !step.uniform.is_empty()) {
-        let _ = writeln!(text, "    @align(16) step{index}: {},", super::compose::params_struct(step));
-    }
-    text + "}"
-}
-
-/// Where the image of each stage begins in workgroup memory: they lie in it by turns.
-fn bases(tiling: &Tiling) -> (Vec<u32>, u32) {
-    let kept = &tiling.stages[..tiling.stages.len() - 1];
+/// Where the image of each stage begins in workgroup memory, and the texels in all. Successive images alternate between two areas.
+fn bases(chain: &TiledChain) -> (Vec<u32>, u32) {
+    let kept = &chain.stages[..chain.stages.len() - 1];
     let area = |stage: &TileStage| stage.extent[0] * stage.extent[1];
     let even = kept.iter().step_by(2).map(area).max().unwrap_or(0);
     let odd = kept.iter().skip(1).step_by(2).map(area).max().unwrap_or(0);
@@ -81,9 +53,9 @@ fn bases(tiling: &Tiling) -> (Vec<u32>, u32) {
     (bases, even + odd)
 }
 
-fn memory(tiling: &Tiling, params: &str) -> String {
-    let (_, texels) = bases(tiling);
-    let (cell, pack, unpack) = if tiling.halves {
+fn memory(chain: &TiledChain, params: &str) -> String {
+    let (_, texels) = bases(chain);
+    let (cell, pack, unpack) = if chain.halves {
         (
             "vec2u",
             "vec2u(pack2x16float(v.xy), pack2x16float(v.zw))",
@@ -120,31 +92,32 @@ fn tile_start(next: vec2i, next_size: vec2i, size: vec2i, reach: f32) -> vec2i {
     return vec2i(floor(center - reach - 0.01));
 }}
 fn tile_size_of(stage: i32) -> vec2i {{ return {params}.sizes[stage].xy; }}
-// Where the share of a workgroup begins in an image of that size.
+// Where the part of a workgroup begins in an image of that size.
 fn tile_share(group: vec2i, size: vec2i, last: vec2i) -> vec2i {{
     let whole = group * {tile} >= last;
     return select(vec2i(vec2u(group * {tile}) * vec2u(size) / vec2u(last)), size, whole);
-}}",
-        tile = tiling.tile
+}}
+",
+        tile = chain.tile
     )
 }
 
-fn entry(tiling: &Tiling, stores: &[Option<String>], params: &str) -> String {
-    let last = tiling.stages.len() - 1;
-    let (bases, _) = bases(tiling);
+fn entry_point(chain: &TiledChain, stores: &[Option<String>]) -> String {
+    let last = chain.stages.len() - 1;
+    let (bases, _) = bases(chain);
     let mut body =
-        format!("    let last = tile_size_of({last});\n    let origin{last} = vec2i(group.xy) * {};\n", tiling.tile);
+        format!("    let last = tile_size_of({last});\n    let origin{last} = vec2i(group.xy) * {};\n", chain.tile);
     for index in (0..last).rev() {
-        let reach = tiling.stages[index].reach;
+        let reach = chain.stages[index].reach;
         let _ = writeln!(
             body,
             "    let origin{index} = tile_start(origin{next}, tile_size_of({next}), tile_size_of({index}), {reach:?});",
             next = index + 1
         );
     }
-    for (index, stage) in tiling.stages.iter().enumerate() {
+    for (index, stage) in chain.stages.iter().enumerate() {
         if index > 0 {
-            let [width, _] = tiling.stages[index - 1].extent;
+            let [width, _] = chain.stages[index - 1].extent;
             let _ = writeln!(
                 body,
                 "    workgroupBarrier();
@@ -157,10 +130,9 @@ fn entry(tiling: &Tiling, stores: &[Option<String>], params: &str) -> String {
         }
         body += &stage_loop(index, stage, stores[index].as_deref(), bases.get(index).copied());
     }
-    let _ = params;
     format!(
         "@compute @workgroup_size(16, 16)
-fn compute(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) thread: u32) {{
+fn compute(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) invocation: u32) {{
 {body}}}"
     )
 }
@@ -172,7 +144,7 @@ fn stage_loop(index: usize, stage: &TileStage, store: Option<&str>, base: Option
         "    let size{index} = tile_size_of({index});
     let from{index} = tile_share(vec2i(group.xy), size{index}, last);
     let to{index} = tile_share(vec2i(group.xy) + 1, size{index}, last);
-    for (var k = thread; k < {count}u; k += 256u) {{
+    for (var k = invocation; k < {count}u; k += 256u) {{
         let q = origin{index} + vec2i(i32(k % {width}u), i32(k / {width}u));
         let p = clamp(q, vec2i(0), size{index} - 1);
         let value = stage{index}(Point(p, (vec2f(p) + 0.5) / vec2f(size{index}), vec2f(size{index})));

@@ -1,22 +1,23 @@
 //! How many workgroups a pass dispatches.
 
-use super::compose::steps_cover;
-use super::rows::ROW_LANES;
+use super::functions::functions_cover;
+use super::row_downsample::ROW_INVOCATIONS;
+use crate::plan::PlannedImage;
 use afterimage_base::image::Size;
-use afterimage_graph::node::{ImageId, Pass, Recording, Work};
+use afterimage_graph::node::{Pass, PassKind};
 
-/// The workgroups of a pass of this recording, across, down and deep, if it does not draw.
-pub fn workgroups(recording: &Recording, pass: &Pass) -> [u32; 3] {
-    let size = |image: ImageId| recording.image(image).desc.size;
+/// The workgroups of a pass, across, down and deep, if it does not draw.
+pub(super) fn workgroups(pass: &Pass, images: &[PlannedImage]) -> [u32; 3] {
+    let result = || images[pass.results[0].image.0 as usize].desc.size;
     let cover = |size: Size, [across, down]: [u32; 2]| [size.width.div_ceil(across), size.height.div_ceil(down), 1];
-    match &pass.work {
-        Work::Steps { result, .. } => cover(size(*result), steps_cover(size(*result))),
-        Work::Tiled(tiling) => {
-            let last = tiling.stages.last().expect("a tiling has stages").size;
-            cover(last, [tiling.tile; 2])
+    match &pass.kind {
+        PassKind::Point | PassKind::Gather => cover(result(), functions_cover(result())),
+        PassKind::TiledChain(chain) => {
+            let last = chain.stages.last().expect("a chain has stages").size;
+            cover(last, [chain.tile; 2])
         }
-        Work::Rows(rows) => cover(size(rows.result), [ROW_LANES - 2, rows.rows]),
-        Work::Cells(cells) => [cells.coarsest[0], cells.coarsest[1], 1],
-        Work::Entry(call) => call.groups,
+        PassKind::RowDownsample(rows) => cover(result(), [ROW_INVOCATIONS - 2, rows.rows]),
+        PassKind::CellReduce(cells) => [cells.coarsest[0], cells.coarsest[1], 1],
+        PassKind::Compute => pass.kernels[0].workgroups.unwrap_or([1; 3]),
     }
 }

@@ -1,22 +1,23 @@
-//! Memory: no two live images share any, everything has its place, and every change of hands is stated.
+//! Memory: no two live images share any, every image has its place, and every aliasing barrier is stated.
 
 use std::collections::BTreeSet;
 use std::ops::Range;
 
-use super::{Faults, Walk};
-use crate::{Alias, Lifetime};
+use super::walk::{Faults, Walk};
+use crate::options::Alias;
+use crate::plan::Lifetime;
 use afterimage_graph::node::{ImageId, Origin};
 
-pub(crate) fn check(walk: &Walk<'_>, faults: &mut Faults) {
+pub(super) fn check(walk: &Walk<'_>, faults: &mut Faults) {
     check_lifetimes(walk, faults);
     check_places(walk, faults);
     let heap = replay(walk, &extents(walk, Alias::Placed), "the heap", faults);
     let pool = replay(walk, &extents(walk, Alias::Pool), "the pool", faults);
     match walk.plan.options.alias {
-        Alias::Placed => check_hand_overs(walk, &heap, faults),
-        Alias::Pool => check_hand_overs(walk, &pool, faults),
+        Alias::Placed => check_aliasing(walk, &heap, faults),
+        Alias::Pool => check_aliasing(walk, &pool, faults),
         Alias::None => {
-            check_hand_overs(walk, &vec![BTreeSet::new(); walk.images.len()], faults);
+            check_aliasing(walk, &vec![BTreeSet::new(); walk.images.len()], faults);
             for (image, before) in pool.iter().enumerate().filter(|(_, before)| !before.is_empty()) {
                 let others: Vec<&str> = before.iter().map(|other| walk.images[*other].as_str()).collect();
                 faults.add(format!("`{}` shares a texture with `{}`", walk.images[image], others.join("`, `")));
@@ -29,24 +30,25 @@ pub(crate) fn check(walk: &Walk<'_>, faults: &mut Faults) {
 fn leaves(walk: &Walk<'_>, image: usize) -> bool {
     let is = |id: ImageId| id.0 as usize == image;
     walk.plan.outputs.iter().any(|output| is(output.image))
-        || walk.plan.recording.images.iter().any(|other| matches!(other.origin, Origin::Previous { of, .. } if is(of)))
+        || walk.plan.images.iter().any(|other| matches!(other.origin, Origin::Previous { of, .. } if is(of)))
 }
 
 fn check_lifetimes(walk: &Walk<'_>, faults: &mut Faults) {
-    for (image, (stated, span)) in walk.plan.lifetimes.iter().zip(&walk.spans).enumerate() {
+    for (image, (planned, span)) in walk.plan.images.iter().zip(&walk.spans).enumerate() {
+        let stated = planned.lifetime;
         let end = |last: usize| if leaves(walk, image) { walk.plan.batches.len() } else { last };
         let found = span.map(|(first, last)| Lifetime { first, last: end(last) });
-        if *stated != found {
+        if stated != found {
             faults.add(format!("`{}` lives {found:?}, but the plan says {stated:?}", walk.images[image]));
         }
     }
 }
 
 fn check_places(walk: &Walk<'_>, faults: &mut Faults) {
-    let memory = &walk.plan.memory;
-    for (image, virtual_image) in walk.plan.recording.images.iter().enumerate() {
-        let shares = virtual_image.origin == Origin::Transient && walk.spans[image].is_some() && !leaves(walk, image);
-        let (offset, slot, wants) = (memory.offset_of[image], memory.slot_of[image], memory.requirement_of[image]);
+    let heap = walk.places.heap;
+    for (image, planned) in walk.plan.images.iter().enumerate() {
+        let shares = planned.origin == Origin::Transient && walk.spans[image].is_some() && !leaves(walk, image);
+        let (offset, slot, wants) = (walk.places.offsets[image], planned.slot, planned.requirement);
         let name = &walk.images[image];
         if [offset.is_some(), slot.is_some(), wants.is_some()] != [shares; 3] {
             let has = if shares { "is a transient without" } else { "is not a transient of this frame, but has" };
@@ -56,30 +58,29 @@ fn check_places(walk: &Walk<'_>, faults: &mut Faults) {
         if offset % wants.alignment != 0 {
             faults.add(format!("`{name}` lies at {offset}, which is no multiple of {}", wants.alignment));
         }
-        if offset + wants.bytes > memory.heap {
-            faults.add(format!("`{name}` ends at {}, beyond the heap of {}", offset + wants.bytes, memory.heap));
+        if offset + wants.bytes > heap {
+            faults.add(format!("`{name}` ends at {}, beyond the heap of {heap}", offset + wants.bytes));
         }
-        if memory.slots.get(slot as usize).is_none_or(|texture| texture.desc != virtual_image.desc) {
-            faults.add(format!("`{name}` takes a turn in slot {slot}, whose texture is not like it"));
+        if walk.plan.memory.slots.get(slot as usize).is_none_or(|texture| texture.desc != planned.desc) {
+            faults.add(format!("`{name}` is in slot {slot}, whose texture has another description"));
         }
     }
 }
 
 /// The memory of each image: bytes of the heap, or a texture of the pool.
 fn extents(walk: &Walk<'_>, alias: Alias) -> Vec<Option<Range<u64>>> {
-    let memory = &walk.plan.memory;
     let extent = |image: usize| match alias {
         Alias::Placed => {
-            let start = memory.offset_of[image]?;
-            memory.requirement_of[image].map(|wants| start..start + wants.bytes)
+            let start = walk.places.offsets[image]?;
+            walk.plan.images[image].requirement.map(|wants| start..start + wants.bytes)
         }
-        _ => memory.slot_of[image].map(|slot| u64::from(slot)..u64::from(slot) + 1),
+        _ => walk.plan.images[image].slot.map(|slot| u64::from(slot)..u64::from(slot) + 1),
     };
     (0..walk.images.len()).map(extent).collect()
 }
 
-/// Lets every image move in at the first batch of its life, and returns for each the images that it finds there. Memory is cut at every end
-/// of every image; whoever moves in must find each piece empty or left.
+/// Gives every image its memory at the first batch of its life, and returns for each the images that used it before.
+/// Memory is cut at every end of every image; each piece must be unused when an image gets it.
 fn replay(walk: &Walk<'_>, extents: &[Option<Range<u64>>], place: &str, faults: &mut Faults) -> Vec<BTreeSet<usize>> {
     let mut cuts: Vec<u64> = extents.iter().flatten().flat_map(|extent| [extent.start, extent.end]).collect();
     cuts.sort_unstable();
@@ -111,13 +112,13 @@ fn replay(walk: &Walk<'_>, extents: &[Option<Range<u64>>], place: &str, faults: 
     found
 }
 
-/// Every image that finds others in its memory is touched before its first batch, and the plan knows whom it follows.
-fn check_hand_overs(walk: &Walk<'_>, found: &[BTreeSet<usize>], faults: &mut Faults) {
+/// Every image whose memory others have used has an aliasing barrier before its first batch, which names them.
+fn check_aliasing(walk: &Walk<'_>, found: &[BTreeSet<usize>], faults: &mut Faults) {
     let mut stated = vec![None; found.len()];
-    for (batch, barriers) in walk.plan.barriers.iter().enumerate() {
-        for hand_over in &barriers.aliasing {
-            let residents: BTreeSet<usize> = hand_over.residents.iter().map(|resident| resident.0 as usize).collect();
-            stated[hand_over.image.0 as usize] = Some((batch, residents));
+    for (batch, barriers) in walk.places.aliasing.iter().enumerate() {
+        for barrier in *barriers {
+            let owners: BTreeSet<usize> = barrier.owners.iter().map(|owner| owner.0 as usize).collect();
+            stated[barrier.image.0 as usize] = Some((batch, owners));
         }
     }
     for (image, (found, stated)) in found.iter().zip(&stated).enumerate() {
@@ -126,11 +127,11 @@ fn check_hand_overs(walk: &Walk<'_>, found: &[BTreeSet<usize>], faults: &mut Fau
             images.iter().map(|image| format!("`{}`", walk.images[*image])).collect::<Vec<String>>().join(", ")
         };
         match stated {
-            Some((batch, residents)) if *batch != first || residents != found => faults.add(format!(
+            Some((batch, owners)) if *batch != first || owners != found => faults.add(format!(
                 "`{}` takes over the memory of {} in batch {first}, but the plan says of {} in batch {batch}",
                 walk.images[image],
                 names(found),
-                names(residents)
+                names(owners)
             )),
             None if !found.is_empty() => faults.add(format!(
                 "`{}` takes over the memory of {} in batch {first} and nothing separates them",

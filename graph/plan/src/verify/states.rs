@@ -2,21 +2,21 @@
 
 use std::collections::BTreeMap;
 
-use super::{Access, Faults, Walk};
-use crate::{Stage, Transition, Use};
-use afterimage_graph::node::{BufferLife, Origin, Resource, Work};
+use super::walk::{Access, Faults, Walk};
+use crate::plan::{Stage, Transition, Use};
+use afterimage_graph::node::{BufferLife, Origin, Resource};
 
-pub(crate) fn check(walk: &Walk<'_>, faults: &mut Faults) {
+pub(super) fn check(walk: &Walk<'_>, faults: &mut Faults) {
     let mut states: BTreeMap<Resource, Use> = BTreeMap::new();
-    for (batch, passes) in walk.plan.batches.iter().enumerate() {
+    for (number, batch) in walk.plan.batches.iter().enumerate() {
         let mut wants: BTreeMap<Resource, Use> = BTreeMap::new();
-        for pass in passes.clone() {
+        for pass in batch.passes.clone() {
             for access in &walk.accesses[pass] {
                 wants.insert(access.resource, wanted(walk, pass, *access));
             }
         }
-        let place = format!("batch {batch}");
-        check_batch(walk, &place, &wants, &walk.plan.barriers[batch].transitions, &mut states, faults);
+        let place = format!("batch {number}");
+        check_batch(walk, &place, &wants, &batch.transitions, &mut states, faults);
     }
     let outputs = walk.plan.outputs.iter().map(|output| (Resource::Image(output.image), Use::Host)).collect();
     check_batch(walk, "the end of the frame", &outputs, &walk.plan.exports, &mut states, faults);
@@ -56,8 +56,7 @@ fn check_batch(
 }
 
 fn wanted(walk: &Walk<'_>, pass: usize, access: Access) -> Use {
-    let draws = walk.plan.stages[pass] == Stage::Fragment
-        && matches!(walk.plan.recording.passes[pass].work, Work::Steps { .. });
+    let draws = walk.plan.passes[pass].stage == Stage::Fragment;
     match (access.writes, access.resource) {
         (false, _) => Use::Read,
         (true, Resource::Buffer(_)) => Use::StorageReadWrite,
@@ -71,16 +70,15 @@ fn changes(use_: Use) -> bool {
 }
 
 fn at_first(walk: &Walk<'_>, resource: Resource) -> Use {
-    let recording = &walk.plan.recording;
     match resource {
-        Resource::Image(image) => match recording.image(image).origin {
+        Resource::Image(image) => match walk.plan.image(image).origin {
             Origin::Transient => Use::Undefined,
-            Origin::Previous { .. } => Use::Earlier,
+            Origin::Previous { .. } => Use::PreviousFrame,
             Origin::Input(_) | Origin::Constant(_) => Use::Host,
         },
-        Resource::Buffer(buffer) => match recording.buffer(buffer).life {
+        Resource::Buffer(buffer) => match walk.plan.buffers[buffer.0 as usize].life {
             BufferLife::Frame => Use::Undefined,
-            BufferLife::Persistent => Use::Earlier,
+            BufferLife::Persistent => Use::PreviousFrame,
             BufferLife::Zeroed | BufferLife::Constant(_) => Use::Host,
         },
     }

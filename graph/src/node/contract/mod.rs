@@ -20,7 +20,7 @@ use super::kind::NodeKind;
 use super::recorder::Recording;
 use complaints::Complaints;
 
-pub(super) use names::{belongs, is_pascal, items, snake, stem};
+pub(super) use names::{is_pascal, snake, stem};
 
 /// Checks the contract for each kind of a table.
 ///
@@ -32,7 +32,6 @@ pub(super) use names::{belongs, is_pascal, items, snake, stem};
 /// * Every kind records at its defaults and at each parameter's extremes, with and without its optional inputs, for an
 ///   image and for a single pixel. It records the same each time, gives every output that is wanted, and writes only to
 ///   its own images.
-/// * The items of every shader file begin with the name of the file.
 ///
 /// # Errors
 /// All violations, one sentence each, beginning with the kind's name.

@@ -3,7 +3,7 @@
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use super::complaints::Complaints;
-use super::names::{belongs, items, pascal, snake, stem};
+use super::names::{pascal, snake, stem};
 use crate::node::{
     Arrival, Arrivals, BufferLife, NodeKind, Origin, Pass, PortType, Recorder, RecorderContext, Recording, Resource,
     VirtualBuffer, VirtualImage,
@@ -70,7 +70,7 @@ fn one(kind: &NodeKind, way: &Use<'_>, complaints: &mut Complaints, seen: &mut d
     }
     for pass in &first.recording.passes {
         writes_its_own(pass, &first, complaints);
-        pass.shaders().into_iter().for_each(|shader| item_names(shader, complaints));
+        pass.shaders().for_each(|shader| file_name(shader, complaints));
     }
     seen(&first.recording);
 }
@@ -178,15 +178,11 @@ fn writes_its_own(pass: &Pass, recorded: &Recorded, complaints: &mut Complaints)
     }
 }
 
-/// The items of a file begin with its name, so that one module can hold several files. The file is named after a kind.
-fn item_names(shader: &Shader, complaints: &mut Complaints) {
-    let stem = stem(shader.file());
-    let kind = pascal(stem);
+/// The file is named after a kind.
+fn file_name(shader: &Shader, complaints: &mut Complaints) {
     let file = shader.file();
-    complaints.require(snake(&kind) == stem, || format!("the file `{file}` is not called after a kind, in snake_case"));
-    for item in items(shader.source()) {
-        complaints.require(belongs(&item, stem), || {
-            format!("`{item}` in `{file}` does not begin with `{stem}`, `{kind}` or `{}`", stem.to_uppercase())
-        });
-    }
+    let stem = stem(file);
+    complaints.require(snake(&pascal(stem)) == stem, || {
+        format!("the file `{file}` is not called after a kind, in snake_case")
+    });
 }

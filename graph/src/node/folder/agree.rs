@@ -5,13 +5,13 @@ use std::sync::Arc;
 
 use super::declaration::{Declaration, DeclaredOutput};
 use crate::node::PortType;
-use crate::node::contract::{belongs, is_pascal, items, snake, stem};
+use crate::node::contract::{is_pascal, snake, stem};
 use afterimage_base::diagnostic::{Diagnostic, Diagnostics, Location, did_you_mean, list, quote};
 use afterimage_base::value::{Param, Type};
 use afterimage_wgsl::{ArgType, Function, Member, Reflection, ScalarKind, Shader, StructLayout};
 
 pub(super) fn look(declared: &Declaration, shader: &Shader, reflection: &Reflection, diagnostics: &mut Diagnostics) {
-    let mut pair = Pair { declared, file: shader.file().into(), source: shader.source(), diagnostics };
+    let mut pair = Pair { declared, file: shader.file().into(), source: shader.text(), diagnostics };
     pair.names();
     pair.own_bindings(reflection);
     let mut used = BTreeSet::new();
@@ -44,7 +44,7 @@ impl Pair<'_> {
         Location::new(&self.file, start..(start + word.len()).min(self.source.len()))
     }
 
-    /// The file is called after the kind, and its items after the file.
+    /// The file is named after the kind.
     fn names(&mut self) {
         let name = &self.declared.name;
         let (file, wanted) = (stem(&self.file).to_owned(), snake(&name.value));
@@ -57,16 +57,6 @@ impl Pair<'_> {
             let message = format!("the shader of {} is called `{file}.wgsl`", quote(&name.value));
             let diagnostic = Diagnostic::error("file-name", message).at(&name.location, "");
             return self.diagnostics.push(diagnostic.help(format!("rename it to `{wanted}.wgsl`")));
-        }
-        for item in items(self.source).into_iter().filter(|item| !belongs(item, &file)) {
-            let location = self.word(&item, "");
-            let message = format!("{} does not begin with the name of its file", quote(&item));
-            let prefixes = [file.clone(), self.declared.name.value.clone(), file.to_uppercase()];
-            let help = format!(
-                "begin it with {}: shaders of several kinds stand side by side in one module",
-                list(prefixes.iter().map(String::as_str), 3)
-            );
-            self.diagnostics.push(Diagnostic::error("item-name", message).at(&location, "").help(help));
         }
     }
 
@@ -86,10 +76,7 @@ impl Pair<'_> {
         let name = &output.function;
         let found = reflection.function(&name.value);
         if found.is_none() {
-            let own = || {
-                let declared = |function: &&Function| self.source.contains(&format!("fn {}(", function.name));
-                reflection.functions.iter().filter(declared).map(|function| function.name.as_str())
-            };
+            let own = || reflection.functions.iter().map(|function| function.name.as_str());
             let help = match own().next() {
                 None => format!("write `fn {}(source: vec4f) -> vec4f`", name.value),
                 Some(_) => format!("it has {}", list(own(), 8)),
@@ -116,8 +103,8 @@ impl Pair<'_> {
                     layout.members.iter().for_each(|member| self.member(layout, member, used));
                 }
             }
-            ArgType::Struct(ty)
-                if (name, ty.as_str()) == ("at", "Point") || (name, ty.as_str()) == ("frame", "Frame") => {}
+            ArgType::Point if name == "at" => {}
+            ArgType::Frame if name == "frame" => {}
             ArgType::Sampler => self.sampler(function, name),
             _ => self.port(function, name, ty, used),
         }

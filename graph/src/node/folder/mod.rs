@@ -1,4 +1,5 @@
-//! A node kind without Rust: a folder with a `node.ron` that declares it and a `.wgsl` that draws it.
+//! A node kind without Rust: a folder with a `node.ron` that declares it and a `.wgsl` file with its functions. Other
+//! `.wgsl` files of the folder are for imports.
 //!
 //! ```ron
 //! Kind(
@@ -34,19 +35,19 @@ mod read;
 
 use declaration::{Declaration, SizeRule};
 
-use super::contract::contract;
+use super::contract::{contract, snake, stem};
 use std::sync::Arc;
 
 use super::kind::{Arrivals, Kind, NodeKind};
-use super::pass::ImageId;
 use super::ports::{Fallback, Input, Output, PortType};
 use super::recorder::Recorder;
+use super::resource::ImageId;
 use crate::document;
 use afterimage_base::Shared;
 use afterimage_base::diagnostic::{Diagnostic, Diagnostics, Sources};
 use afterimage_base::image::{ImageDesc, Size};
 use afterimage_base::value::{Param, Value};
-use afterimage_wgsl::{ArgType, Shader};
+use afterimage_wgsl::{ArgType, Library, Shader};
 
 /// Makes a node kind of the text of a `node.ron` and the text of its shader, each with its file's name in front.
 ///
@@ -55,27 +56,60 @@ use afterimage_wgsl::{ArgType, Shader};
 /// # Errors
 /// All errors of both files, each at its location.
 pub fn folder_kind(declaration: (&str, &str), shader: (&str, &str)) -> Result<NodeKind, Diagnostics> {
-    let [declaration, shader] = [declaration, shader].map(|(file, text)| (file, document::without_mark(text)));
+    folder_kind_of(declaration, &[shader])
+}
+
+/// The same for a folder with several `.wgsl` files. The one with the kind's name in snake case is its shader; that one and the others may
+/// import the others.
+///
+/// # Errors
+/// All errors of the declaration and the shader, each at its location; no file with the kind's name.
+pub fn folder_kind_of(declaration: (&str, &str), files: &[(&str, &str)]) -> Result<NodeKind, Diagnostics> {
+    let without_mark = |(file, text): (&'_ str, &'_ str)| (file.to_owned(), document::without_mark(text).to_owned());
+    let (declaration, mut files) =
+        (without_mark(declaration), files.iter().copied().map(without_mark).collect::<Vec<_>>());
     let mut sources = Sources::default();
-    let file = sources.insert(declaration.0, declaration.1);
-    sources.insert(shader.0, shader.1);
+    let file = sources.insert(&declaration.0, &declaration.1);
+    files.iter().for_each(|(file, text)| _ = sources.insert(file, text));
     let mut diagnostics = Diagnostics::new(sources);
-    let shader = Arc::new(Shader::loaded(shader.0.to_owned(), shader.1.to_owned()));
-    let parsed = document::read_tree(&file, declaration.1);
+    let parsed = document::read_tree(&file, &declaration.1);
     parsed.errors.into_iter().for_each(|error| diagnostics.push(error));
     let declared = read::declaration(parsed.tree, &mut diagnostics);
+    let Some(own) = shader_of(declared.as_ref(), &files, &mut diagnostics) else { return Err(diagnostics.sorted()) };
+    let (name, text) = files.remove(own);
+    let shader = Arc::new(Shader::loaded(name, text).with_loaded_library(Library::of_files(files)));
     match (shader.reflect(), &declared) {
-        // What was not understood in the declaration would look like a error in the shader.
+        // What was not understood in the declaration would look like an error in the shader.
         (Ok(reflection), Some(declared)) if !diagnostics.has_errors() => {
             agree::look(declared, &shader, reflection, &mut diagnostics);
         }
         (Ok(_), _) => {}
-        (Err(error), _) => error.report(&shader, &mut diagnostics),
+        (Err(error), _) => shader.report(&error, &mut diagnostics),
     }
     match declared {
         Some(declared) if !diagnostics.has_errors() => contracted(declared, shader.clone(), diagnostics),
         _ => Err(diagnostics.sorted()),
     }
+}
+
+/// Which of the files is the kind's shader: the only one, or the one with its name.
+fn shader_of(
+    declared: Option<&Declaration>,
+    files: &[(String, String)],
+    diagnostics: &mut Diagnostics,
+) -> Option<usize> {
+    if files.len() == 1 {
+        return Some(0);
+    }
+    let name = &declared?.name;
+    let wanted = snake(&name.value);
+    let found = files.iter().position(|(file, _)| stem(file) == wanted);
+    if found.is_none() {
+        let message = format!("no file of the folder is called `{wanted}.wgsl`");
+        let help = "the shader of a kind has the kind's name in snake case; other files are for imports";
+        diagnostics.push(Diagnostic::error("file-name", message).at(&name.location, "").help(help));
+    }
+    found
 }
 
 /// The kind, if it keeps the contract of all kinds.

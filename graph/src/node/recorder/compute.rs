@@ -1,11 +1,13 @@
-//! A pass around a whole compute entry point, said in one sentence.
+//! A pass around a compute entry point.
 
-use super::super::pass::*;
 use super::{Arrival, Recorder};
+use crate::node::kernel::{Arg, Argument, ByCells, KernelCall};
+use crate::node::pass::{Pass, PassKind};
+use crate::node::resource::{BufferId, ImageId, Resource};
 use afterimage_base::Shared;
 use afterimage_wgsl::{GlobalKind, Shader, UniformValue};
 
-/// A pass around a whole compute entry point, as a sentence in the making.
+/// A pass around a compute entry point that is being described.
 pub struct ComputePass<'r, 'a> {
     pub(super) recorder: &'r mut Recorder<'a>,
     pub(super) shader: Shared<Shader>,
@@ -52,30 +54,36 @@ impl ComputePass<'_, '_> {
         self
     }
 
-    /// A second form of a kernel that sums up an image over the cells of a lattice, for passes that read the image for several such kernels:
-    /// see [`ByCells`]. Its results must be those of the kernel, to rounding. A kernel with override constants stays alone.
+    /// A second form of a kernel that reduces an image over the cells of a lattice, for passes that read the image for
+    /// several such kernels: see [`ByCells`]. Its results must be those of the kernel, to rounding. A kernel with
+    /// override constants stays alone.
     pub fn by_cells(mut self, form: Option<ByCells>) -> Self {
         self.by_cells = form;
         self
     }
 
-    /// Ends the sentence: runs so many workgroups.
+    /// Records the pass with this number of workgroups.
     pub fn dispatch(self, groups: [u32; 3]) {
         let reflection = self.recorder.reflection(&self.shader);
-        let mut bindings = Vec::new();
+        let mut args = Vec::new();
         let mut uniform = Vec::new();
         for global in &reflection.globals {
             match &global.kind {
-                GlobalKind::Uniform(ty) if ty != "Frame" => {
-                    uniform = self.recorder.uniform(&self.shader, ty, &self.set)
-                }
-                kind => {
-                    bindings.extend(self.resource(&global.name).map(|resource| binding(&global.name, kind, resource)))
-                }
+                GlobalKind::Uniform(ty) => uniform = self.recorder.uniform(&self.shader, ty, &self.set),
+                kind => args.extend(self.resource(&global.name).map(|held| argument(&global.name, kind, held))),
             }
         }
         let Self { recorder, shader, entry, label, constants, by_cells, .. } = self;
-        recorder.push(label, Work::Entry(EntryCall { shader, entry, bindings, constants, uniform, groups, by_cells }));
+        let kernel = KernelCall {
+            args,
+            uniform,
+            workgroups: Some(groups),
+            constants,
+            by_cells,
+            ..KernelCall::function(recorder.node, shader, entry, &[])
+        };
+        let nodes = vec![recorder.node.to_owned()];
+        recorder.push(Pass { nodes, label, kernels: vec![kernel], results: Vec::new(), kind: PassKind::Compute });
     }
 
     fn resource(&self, name: &str) -> Option<Resource> {
@@ -91,11 +99,11 @@ impl ComputePass<'_, '_> {
     }
 }
 
-fn binding(name: &str, kind: &GlobalKind, resource: Resource) -> Binding {
-    let (reads, writes) = match kind {
-        GlobalKind::StorageTexture(_) => (false, true),
-        GlobalKind::Buffer(true) => (true, true),
-        _ => (true, false),
+fn argument(name: &str, kind: &GlobalKind, held: Resource) -> Argument {
+    let value = match (held, kind) {
+        (Resource::Image(image), GlobalKind::StorageTexture(_)) => Arg::Storage(image),
+        (Resource::Image(image), _) => Arg::Texture(image),
+        (Resource::Buffer(buffer), kind) => Arg::Buffer(buffer, matches!(kind, GlobalKind::Buffer(true))),
     };
-    Binding { name: name.to_owned(), resource, writes, reads }
+    Argument { name: name.to_owned(), value }
 }

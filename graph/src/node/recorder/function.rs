@@ -1,12 +1,14 @@
-//! A pass around one kernel function, said in one sentence.
+//! A pass around one kernel function.
 
-use super::super::pass::*;
 use super::{Arrival, Recorder};
+use crate::node::kernel::{Arg, Argument, ByRows, KernelCall};
+use crate::node::pass::Pass;
+use crate::node::resource::ImageId;
 use afterimage_base::Shared;
 use afterimage_base::image::ImageDesc;
 use afterimage_wgsl::{ArgType, Function, Shader, UniformValue};
 
-/// A pass around one kernel function, as a sentence in the making.
+/// A pass around one kernel function that is being described.
 pub struct FunctionPass<'r, 'a> {
     pub(super) recorder: &'r mut Recorder<'a>,
     pub(super) shader: Shared<Shader>,
@@ -38,62 +40,62 @@ impl FunctionPass<'_, '_> {
         self
     }
 
-    /// Promises that the function's taps lie within so many texels of its own place in the texture, so that the framework may keep what it
-    /// reads in workgroup memory. A tap farther away reads some other texel of the tile.
+    /// Promises that the function's taps lie within this many texels of its own place in the texture, so that the
+    /// framework may keep what it reads in workgroup memory. A tap farther away reads some other texel of the tile.
     pub fn reach(mut self, texels: f32) -> Self {
         self.reach = Some(texels);
         self
     }
 
-    /// A second form of a function that halves an image, without parameters, for workgroups that walk down it: see [`ByRows`].
+    /// A second form of a function that halves an image, without parameters, for workgroups that walk down it: see
+    /// [`ByRows`].
     pub fn by_rows(mut self, form: Option<ByRows>) -> Self {
         self.by_rows = form;
         self
     }
 
-    /// Promises that something holds which lets the function do less, if it does. `constant` is a line `const NAME: bool = false;` of the
-    /// module; it becomes true where every function of the module in a pass makes the promise. The result must not depend on it.
+    /// Promises a condition under which the function needs fewer operations, if it holds. `constant` is a line
+    /// `const NAME: bool = false;` of the module; it becomes true where every function of the module in a pass makes the
+    /// promise. The result must not depend on it.
     pub fn promise(mut self, constant: &'static str, holds: bool) -> Self {
         self.promises.extend(holds.then_some(constant));
         self
     }
 
-    /// Ends the sentence: the result is the image of an output port.
+    /// Records the pass; the result is the image of an output port.
     pub fn write(self, port: &str, desc: ImageDesc) -> ImageId {
         let image = self.recorder.output(port, desc);
         self.write_to(image);
         image
     }
 
-    /// Ends the sentence: the result goes to an image made before.
+    /// Records the pass; the result goes to an image made before.
     pub fn write_to(self, result: ImageId) {
         let function = self.recorder.reflection(&self.shader).function(&self.function);
         let function =
             function.unwrap_or_else(|| panic!("{:?} has no kernel function `{}`", self.shader, self.function));
-        let args = function.args.iter().enumerate().map(|(index, _)| self.arg(function, index)).collect();
+        let arg = |(index, (name, _)): (usize, &(String, _))| Argument {
+            name: name.clone(),
+            value: self.arg(function, index),
+        };
+        let args = function.args.iter().enumerate().map(arg).collect();
         let uniform = function.args.iter().find_map(|(name, ty)| match ty {
             ArgType::Struct(ty) if name == "params" => Some(self.recorder.uniform(&self.shader, ty, &self.set)),
             _ => None,
         });
-        let step = Step {
-            node: self.recorder.node.to_owned(),
-            shader: self.shader,
-            function: self.function,
-            args,
-            uniform: uniform.unwrap_or_default(),
-            reach: self.reach,
-            promises: self.promises,
-            by_rows: self.by_rows,
-        };
-        self.recorder.push(self.label, Work::Steps { steps: vec![step], result });
+        let (node, uniform) = (self.recorder.node, uniform.unwrap_or_default());
+        let Self { recorder, shader, function, label, reach, promises, by_rows, .. } = self;
+        let call = KernelCall::function(node, shader, function, &[]);
+        let kernel = KernelCall { args, uniform, reach, promises, by_rows, ..call };
+        recorder.push(Pass::of_functions(vec![node.to_owned()], label, vec![kernel], result));
     }
 
     fn arg(&self, function: &Function, index: usize) -> Arg {
         let (name, ty) = &function.args[index];
         match ty {
             ArgType::Struct(_) if name == "params" => Arg::Params,
-            ArgType::Struct(ty) if ty == "Point" => Arg::Point,
-            ArgType::Struct(ty) if ty == "Frame" => Arg::Frame,
+            ArgType::Point => Arg::Point,
+            ArgType::Frame => Arg::Frame,
             ArgType::Sampler => Arg::Sampler,
             ArgType::Texture | ArgType::Volume => Arg::Texture(self.image(name)),
             ArgType::Floats(n) => self.numbers(name, *n),

@@ -1,4 +1,4 @@
-//! The recorder: all that a node can say. It describes passes as data and cannot reach a device.
+//! The recorder: what a node uses to describe its passes as data. It cannot reach a device.
 
 mod compute;
 mod function;
@@ -8,8 +8,9 @@ use std::sync::Arc;
 pub use compute::ComputePass;
 pub use function::FunctionPass;
 
-use super::pass::*;
+use super::pass::Pass;
 use super::ports::Signature;
+use super::resource::{BufferId, BufferLife, ImageId, Origin, VirtualBuffer, VirtualImage};
 use afterimage_base::Shared;
 use afterimage_base::caps::Caps;
 use afterimage_base::image::{Format, ImageDesc, Size};
@@ -31,7 +32,7 @@ pub enum Arrival {
     Absent,
 }
 
-/// What nodes have said so far.
+/// The images, buffers and passes that nodes have recorded.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Recording {
     /// The images, by [`ImageId`].
@@ -66,7 +67,7 @@ impl Recording {
     }
 }
 
-/// What a node is told, and where it writes what it does.
+/// What a node gets: its values and inputs, and the recording to which it adds passes.
 pub struct Recorder<'a> {
     node: &'a str,
     kind: Signature<'a>,
@@ -81,7 +82,7 @@ pub struct Recorder<'a> {
     outputs: Vec<Arrival>,
 }
 
-/// Everything that a [`Recorder`] needs to know of its node; the planner fills it in.
+/// What a [`Recorder`] knows of its node; the planner fills it in.
 pub struct RecorderContext<'a> {
     /// The node's name.
     pub node: &'a str,
@@ -99,7 +100,7 @@ pub struct RecorderContext<'a> {
     pub caps: &'a Caps,
     /// Whether every intermediate is stored in 32 bits.
     pub exact: bool,
-    /// Which outputs somebody reads, in the order of the kind's ports.
+    /// Which outputs are read, in the order of the kind's ports.
     pub wanted: &'a [bool],
 }
 
@@ -131,7 +132,7 @@ impl<'a> Recorder<'a> {
         matches!(self.arrival(port), Arrival::Zero)
     }
 
-    /// Whether anybody reads the output.
+    /// Whether the output is read.
     pub fn wanted(&self, port: &str) -> bool {
         let index = self.kind.outputs.iter().position(|output| output.name == port);
         index.is_some_and(|index| self.wanted[index])
@@ -182,7 +183,7 @@ impl<'a> Recorder<'a> {
         self.caps
     }
 
-    /// Whether the truth is wanted: every quality switch at its most exact is the caller's part, intermediates in 32 bits the framework's.
+    /// Whether the reference is wanted, with every intermediate in 32 bits. Quality switches are set by the caller.
     pub fn exact(&self) -> bool {
         self.exact
     }
@@ -224,7 +225,7 @@ impl<'a> Recorder<'a> {
         image
     }
 
-    /// OutputState something to an output port.
+    /// Gives something to an output port.
     pub fn give(&mut self, port: &str, what: Arrival) {
         let index = self.kind.outputs.iter().position(|output| output.name == port);
         self.outputs[index.unwrap_or_else(|| panic!("`{}` has no output `{port}`", self.kind.name))] = what;
@@ -261,7 +262,8 @@ impl<'a> Recorder<'a> {
         self.output_table(port, 16, life)
     }
 
-    /// A pass around one kernel function. Its image and value arguments are the inputs of the same names, unless `read` says otherwise.
+    /// A pass around one kernel function. Its image and value arguments are the inputs of the same names, unless `read`
+    /// gives another image.
     pub fn function(
         &mut self,
         shader: impl Into<Shared<Shader>>,
@@ -282,7 +284,8 @@ impl<'a> Recorder<'a> {
         }
     }
 
-    /// A pass around a whole compute entry point. Its bindings are the inputs of the same names, unless `bind` says otherwise.
+    /// A pass around a compute entry point. Its bindings are the inputs of the same names, unless `bind` gives something
+    /// else.
     pub fn compute(&mut self, shader: impl Into<Shared<Shader>>, entry: impl Into<Shared<str>>) -> ComputePass<'_, 'a> {
         let (shader, entry) = (shader.into(), entry.into());
         let label = entry.to_string();
@@ -311,7 +314,7 @@ impl<'a> Recorder<'a> {
         pack(layout, &values).unwrap_or_else(|why| panic!("{shader:?}: {why}"))
     }
 
-    fn push(&mut self, label: String, work: Work) {
-        self.recording.passes.push(Pass { nodes: vec![self.node.to_owned()], label, work });
+    fn push(&mut self, pass: Pass) {
+        self.recording.passes.push(pass);
     }
 }

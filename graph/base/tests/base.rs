@@ -1,0 +1,62 @@
+//! Sizes, formats and parameters.
+#![allow(missing_docs, reason = "a test binary exports nothing")]
+
+use afterimage_base::image::{Format, ImageDesc, Size};
+use afterimage_base::value::{Param, Type, Value};
+
+#[test]
+fn no_side_of_a_size_is_zero() {
+    for size in [Size::new(0, 0), Size::new(1, 1).half(), Size::volume(0, 1, 0), Size::new(1, 1).div_up(16)] {
+        assert_eq!(size.texels(), 1, "{size}");
+    }
+}
+
+#[test]
+fn a_pyramid_ends_where_both_sides_are_one() {
+    for (width, height) in [(1, 1), (2, 1), (3, 7), (640, 359), (641, 1024)] {
+        let mut size = Size::new(width, height);
+        let levels = size.levels();
+        (0..levels).for_each(|_| size = size.half());
+        assert_eq!(size, Size::new(1, 1), "{width}x{height}: {levels} levels");
+        assert!(levels == 0 || width.max(height) >> levels == 1, "{width}x{height}: {levels} levels are too many");
+    }
+}
+
+#[test]
+fn tiles_cover_a_size() {
+    assert_eq!(Size::new(641, 359).div_up(16), Size::new(41, 23));
+    assert_eq!(Size::new(640, 352).div_up(16), Size::new(40, 22));
+}
+
+#[test]
+fn the_bytes_of_an_image_are_texels_times_bytes() {
+    for format in Format::ALL {
+        let desc = ImageDesc::new(Size::new(7, 5)).format(format);
+        assert_eq!(desc.bytes(), 35 * format.bytes(), "{}", format.name());
+    }
+}
+
+#[test]
+fn a_format_is_found_by_its_name_and_widens_to_one_that_stays() {
+    for format in Format::ALL {
+        assert_eq!(Format::named(format.name()), Some(format));
+        assert_eq!(format.wider().wider(), format.wider(), "{}", format.name());
+        assert!(format.exact().is_32_bit() && format.wider().bytes() >= format.bytes(), "{}", format.name());
+    }
+    assert_eq!(Format::named("rgba16float"), None);
+}
+
+#[test]
+fn a_parameter_accepts_its_type_within_its_domain_only() {
+    let radius = Param::new("radius", "", Type::Float, Value::Float(1.0)).within(0.0..=4.0).unit("px");
+    for good in [0.0, 4.0] {
+        assert_eq!(radius.accepts(&Value::Float(good)), Ok(()));
+    }
+    assert_eq!(radius.accepts(&Value::Float(4.5)), Err("`radius` must be within 0 and 4 px".into()));
+    assert_eq!(radius.accepts(&Value::Float(f64::NAN)), Err("`radius` must be finite".into()));
+    assert!(radius.accepts(&Value::Int(1)).is_err(), "a whole number is another type");
+    let tint = Param::new("tint", "", Type::Vector(2), Value::Vector([0.0; 4], 2)).within(0.0..=1.0);
+    assert_eq!(tint.accepts(&Value::Vector([0.5, 1.0, 9.0, 9.0], 2)), Ok(()), "unused components do not count");
+    assert!(tint.accepts(&Value::Vector([0.5, 1.5, 0.0, 0.0], 2)).is_err());
+    assert!(tint.accepts(&Value::Vector([0.5; 4], 3)).is_err(), "another number of components");
+}

@@ -1,0 +1,88 @@
+//! An output in a texture of the host, in a format that the pipeline does not mention.
+//!
+//! `cargo run -p afterimage-gpu --example custom_output` renders into a `Bgra8Unorm` texture, as windows have them, reads
+//! it back and prints a row of codes.
+#![allow(clippy::print_stdout, reason = "an example shows its result")]
+
+use std::error::Error;
+
+use afterimage_gpu::{Frame, Gpu, InputImage, Opening, Runtime, Texels, upload};
+use afterimage_graph::check::{CheckOptions, Facts, check};
+use afterimage_graph::document::parse;
+use afterimage_graph::image::Size;
+use afterimage_graph::node::Registry;
+use afterimage_plan::Options;
+
+const PIPELINE: &str = r#"Pipeline(
+    inputs: { "scene": Color },
+    nodes: {
+        "exposed": Exposure(source: "scene", stops: 0.0),
+        "mapped": ToneMap(source: "exposed", curve: Aces),
+        "display": Encode(source: "mapped", transfer: Srgb),
+    },
+    outputs: { "display": "display" },
+)"#;
+
+/// A row of 64 pixels of four bytes has the 256 bytes that copies to buffers require.
+const SIZE: Size = Size { width: 64, height: 4, depth: 1 };
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let gpu = Gpu::open(&Opening::default())?;
+    let (device, queue) = (&gpu.device, &gpu.queue);
+    let kinds = Registry::new(&[afterimage_nodes::ALL])?;
+    let (graph, _warnings) = check(&parse("custom_output.ron", PIPELINE)?, &kinds, &CheckOptions::default())?;
+
+    let ramp: Vec<[f32; 4]> = (0..SIZE.width * SIZE.height).map(|index| [(index % 64) as f32 / 16.0; 4]).collect();
+    let texels = Texels::from_floats_as_half(SIZE.width, SIZE.height, &ramp);
+    let view = upload(device, queue, &texels).create_view(&Default::default());
+    let scene = InputImage { input: "scene".into(), view, desc: texels.desc, finite: true };
+
+    // The last pass draws into the texture, because no shader can store to this format.
+    let screen = screen(device);
+    let screen_view = screen.create_view(&Default::default());
+    let mut runtime = Runtime::new(gpu.executor(), graph, Facts::default(), Options::default());
+    runtime.load(SIZE, std::slice::from_ref(&scene))?;
+    let mut encoder = device.create_command_encoder(&Default::default());
+    let (inputs, outputs) = (&[("scene", &scene.view)], &[("display", &screen_view)]);
+    runtime.executor().encode(&mut encoder, &Frame { inputs, outputs, reset: true, ..Frame::default() })?;
+
+    let bytes = read(device, queue, encoder, &screen)?;
+    let red: Vec<u8> = bytes[..4 * SIZE.width as usize].chunks(4).map(|pixel| pixel[2]).collect();
+    println!("red from black to four times white: {red:?}");
+    Ok(())
+}
+
+fn screen(device: &wgpu::Device) -> wgpu::Texture {
+    device.create_texture(&wgpu::TextureDescriptor {
+        label: Some("screen"),
+        size: wgpu::Extent3d { width: SIZE.width, height: SIZE.height, depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: wgpu::TextureFormat::Bgra8Unorm,
+        usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
+        view_formats: &[],
+    })
+}
+
+/// Submits the encoder and reads the bytes of the texture.
+fn read(
+    device: &wgpu::Device,
+    queue: &wgpu::Queue,
+    mut encoder: wgpu::CommandEncoder,
+    texture: &wgpu::Texture,
+) -> Result<Vec<u8>, Box<dyn Error>> {
+    let buffer = device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some("read-back"),
+        size: u64::from(4 * SIZE.width * SIZE.height),
+        usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
+        mapped_at_creation: false,
+    });
+    let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(4 * SIZE.width), rows_per_image: None };
+    let target = wgpu::TexelCopyBufferInfo { buffer: &buffer, layout };
+    encoder.copy_texture_to_buffer(texture.as_image_copy(), target, texture.size());
+    queue.submit([encoder.finish()]);
+    buffer.slice(..).map_async(wgpu::MapMode::Read, |_| {});
+    device.poll(wgpu::PollType::wait_indefinitely())?;
+    Ok(buffer.slice(..).get_mapped_range()?.to_vec())
+}

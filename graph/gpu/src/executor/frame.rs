@@ -1,0 +1,19 @@
+//! What a host gives for one frame.
+
+use wgpu::TextureView;
+
+/// One frame's inputs, outputs and time.
+#[derive(Clone, Copy, Default)]
+pub struct Frame<'a> {
+    /// The host's images, by the names of the pipeline's inputs; names that the plan does not need are ignored.
+    pub inputs: &'a [(&'a str, &'a TextureView)],
+    /// Where the host wants outputs, by their names; the executor keeps a texture for each output that is not named. A view
+    /// has one level and one layer, and its texture is none of the inputs: a pass may read those while it writes.
+    pub outputs: &'a [(&'a str, &'a TextureView)],
+    /// Seconds since the start.
+    pub time: f32,
+    /// Seconds since the frame before.
+    pub dt: f32,
+    /// Whether this frame does not follow the one before: a cut, a teleport.
+    pub reset: bool,
+}

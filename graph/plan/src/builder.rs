@@ -1,0 +1,56 @@
+//! The plan under construction: what the stages before scheduling hand on.
+
+use std::collections::BTreeSet;
+
+use afterimage_graph::node::{Arg, ImageId, KernelCall, Origin, Pass, Recording};
+use afterimage_wgsl::Shader;
+
+use crate::plan::{Fused, PlanOutput, SharedRead, Skipped};
+
+/// The plan under construction, before its passes are ordered.
+#[derive(Default)]
+pub(crate) struct PlanBuilder {
+    /// Images, buffers and passes, the passes in the order of recording.
+    pub(crate) recording: Recording,
+    /// The images that the host gives: input name and image.
+    pub(crate) inputs: Vec<(String, ImageId)>,
+    /// What the host gets.
+    pub(crate) outputs: Vec<PlanOutput>,
+    /// Nodes that are not in the plan, and why.
+    pub(crate) skipped: Vec<Skipped>,
+    /// Images that fusion has removed.
+    pub(crate) fused: Vec<Fused>,
+    /// Images that several kernels read together in one pass.
+    pub(crate) shared_reads: Vec<SharedRead>,
+}
+
+impl PlanBuilder {
+    /// The images that outlive the frame or leave it: their passes must not be removed.
+    pub(crate) fn kept(&self) -> BTreeSet<ImageId> {
+        let outputs = self.outputs.iter().map(|output| output.image);
+        let remembered = self.recording.images.iter().filter_map(|image| match image.origin {
+            Origin::Previous { of, .. } => Some(of),
+            _ => None,
+        });
+        outputs.chain(remembered).collect()
+    }
+}
+
+/// A copy of a pixel, for outputs that no node writes and for sources that need one.
+#[allow(unsafe_code, reason = "the shader was unchecked")]
+// SAFETY: it reads nothing.
+static COPY: Shader = unsafe { Shader::unchecked("copy.wgsl", "fn copy(source: vec4f) -> vec4f { return source; }") };
+
+/// A kernel that copies a pixel of `source`.
+pub(crate) fn copy_kernel(node: &str, source: ImageId) -> KernelCall {
+    copy_of(node, Arg::Pixel(source))
+}
+
+/// A pass that copies the pixels of an image, or zero, to `result`.
+pub(crate) fn copy_pass(node: &str, what: Arg, result: ImageId) -> Pass {
+    Pass::of_functions(vec![node.to_owned()], "copy".into(), vec![copy_of(node, what)], result)
+}
+
+fn copy_of(node: &str, what: Arg) -> KernelCall {
+    KernelCall::function(node, &COPY, "copy", &[("source", what)])
+}

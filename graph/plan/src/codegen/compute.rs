@@ -1,0 +1,60 @@
+//! A compute kernel that its author has written whole: its formats, overrides and bindings are set.
+
+use afterimage_graph::node::{Arg, KernelCall};
+use afterimage_wgsl::{GlobalKind, Instance, Linker, ShaderError};
+
+use super::module::{Composed, Entry, PassCode, Slot, SlotKind};
+
+/// A compute kernel.
+pub(super) fn compose_compute(code: &PassCode<'_>) -> Result<Composed, ShaderError> {
+    let kernel = &code.pass.kernels[0];
+    let mut linker = code.linker();
+    let instance = linker.add_copy(kernel.shader.source())?;
+    let mut slots = bind(code, kernel, &mut linker, instance)?;
+    for (name, value) in &kernel.constants {
+        linker.set_override(instance, name, *value);
+    }
+    let reflection = kernel.shader.reflect()?;
+    let is_frame = |slot: &Slot| slot.kind == SlotKind::Frame;
+    let immediate = code.options.immediates && slots.iter().any(is_frame);
+    if immediate {
+        slots.retain(|slot| !is_frame(slot));
+        for global in reflection.globals.iter().filter(|global| global.kind == GlobalKind::Frame) {
+            linker.make_immediate(instance, &global.name);
+        }
+    }
+    let workgroup = reflection.entry(&kernel.function).map_or([1; 3], |entry| entry.workgroup);
+    let linked = linker.link(String::new(), &[(instance, &kernel.function)])?;
+    Ok(code.composed(linked, Entry { slots, immediate, workgroup, names: &[] }))
+}
+
+/// The bindings of a kernel; sets the formats of its storage images.
+pub(super) fn bind(
+    code: &PassCode<'_>,
+    kernel: &KernelCall,
+    linker: &mut Linker<'_>,
+    instance: Instance,
+) -> Result<Vec<Slot>, ShaderError> {
+    let mut slots = Vec::new();
+    for global in &kernel.shader.reflect()?.globals {
+        let kind = match (&global.kind, kernel.arg(&global.name)) {
+            (GlobalKind::Frame, None) => SlotKind::Frame,
+            (GlobalKind::Uniform(_), None) => SlotKind::Params,
+            (GlobalKind::Sampler, None) => SlotKind::Sampler,
+            (GlobalKind::Texture(_), Some(Arg::Texture(image))) => SlotKind::Texture(image),
+            (GlobalKind::StorageTexture(_), Some(Arg::Storage(image))) => {
+                linker.set_storage_format(instance, &global.name, code.format_of(image).wgsl());
+                SlotKind::Storage(image)
+            }
+            (GlobalKind::Buffer(_), Some(Arg::Buffer(buffer, writes))) => SlotKind::Buffer(buffer, writes),
+            // A binding that this entry point does not use.
+            (_, None) => continue,
+            _ => {
+                let message = format!("`{}` holds another kind of resource", global.name);
+                return Err(ShaderError::new(kernel.shader.file(), (0, 0), message));
+            }
+        };
+        slots.push(Slot { binding: global.binding, kind });
+    }
+    Ok(slots)
+}

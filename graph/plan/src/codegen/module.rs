@@ -1,0 +1,147 @@
+//! A module that a device can run, and what its bindings hold.
+
+use afterimage_base::image::{Format, ImageDesc};
+use afterimage_graph::node::{BufferId, ImageId, Pass, PassKind};
+use afterimage_wgsl::{Instance, Linked, Linker, SampleMode, Shader, ShaderError, ShaderFeatures, SourceMap, validate};
+
+/// What a binding slot of a composed module holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Slot {
+    /// `@binding`; all are in group 0.
+    pub binding: u32,
+    /// What it holds.
+    pub kind: SlotKind,
+}
+
+/// The kinds of binding slots.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SlotKind {
+    /// The uniform with the frame's time.
+    Frame,
+    /// The pass's own uniform.
+    Params,
+    /// A uniform with the size of the result in texels: two floats. To ask the texture for it takes longer.
+    Extent,
+    /// The linear, clamping sampler.
+    Sampler,
+    /// A sampled image.
+    Texture(ImageId),
+    /// A storage image that is written.
+    Storage(ImageId),
+    /// A storage buffer, and whether it is written.
+    Buffer(BufferId, bool),
+}
+
+/// What a device allows that changes the text of modules.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct CodeOptions {
+    /// Optional features of WGSL.
+    pub features: ShaderFeatures,
+    /// Whether modules take the frame's time from immediates.
+    pub immediates: bool,
+}
+
+/// A module that a device can run.
+#[derive(Clone, Debug)]
+pub struct Composed {
+    /// The text of the module.
+    pub source: String,
+    /// Where its bytes come from.
+    pub map: SourceMap,
+    /// The compute entry point's name.
+    pub compute: String,
+    /// The entry points of a draw, if it has them.
+    pub draw: Option<Draw>,
+    /// The bindings of the compute entry point. A draw has the same but the storage image.
+    pub slots: Vec<Slot>,
+    /// Whether it takes the frame's time from immediates.
+    pub immediate: bool,
+    /// The workgroup's size.
+    pub workgroup: [u32; 3],
+    /// Whether every part of the module was unchecked: see [`Shader::unchecked`](afterimage_wgsl::Shader::unchecked).
+    pub unchecked: bool,
+    /// How its taps sample textures.
+    pub sample_mode: SampleMode,
+    /// Whether it may read workgroup memory that it has not written, which must then begin as zero.
+    pub zero_workgroup_memory: bool,
+}
+
+/// The names of the entry points of a draw.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Draw {
+    /// The vertex entry point: a triangle that covers the target.
+    pub vertex: String,
+    /// The fragment entry point.
+    pub fragment: String,
+}
+
+impl Composed {
+    /// Parses and validates the module.
+    ///
+    /// # Errors
+    /// The first error, at the author's line.
+    pub fn validate(&self) -> Result<naga::Module, ShaderError> {
+        validate(&self.source, &self.map)
+    }
+}
+
+/// A pass with all that its module depends on.
+pub(super) struct PassCode<'a> {
+    pub(super) pass: &'a Pass,
+    pub(super) desc_of: &'a dyn Fn(ImageId) -> ImageDesc,
+    pub(super) sample_mode_of: &'a dyn Fn(ImageId) -> SampleMode,
+    pub(super) options: CodeOptions,
+}
+
+/// What a kind of pass adds to the text of its module.
+pub(super) struct Entry {
+    pub(super) slots: Vec<Slot>,
+    pub(super) immediate: bool,
+    pub(super) workgroup: [u32; 3],
+    /// Names of the entry points in the generated code: compute, and perhaps vertex and fragment.
+    pub(super) names: &'static [&'static str],
+}
+
+impl<'a> PassCode<'a> {
+    /// How the textures of all kernels must be sampled.
+    pub(super) fn sample_mode(&self) -> SampleMode {
+        let images = self.pass.kernels.iter().flat_map(|kernel| kernel.textures());
+        images.map(|image| (self.sample_mode_of)(image)).max().unwrap_or_default()
+    }
+
+    pub(super) fn format_of(&self, image: ImageId) -> Format {
+        (self.desc_of)(image).format
+    }
+
+    pub(super) fn linker(&self) -> Linker<'a> {
+        Linker::new(self.sample_mode(), self.options.features)
+    }
+
+    /// The module of generated code around the linker's files.
+    pub(super) fn compose(&self, linker: Linker<'a>, code: String, entry: Entry) -> Result<Composed, ShaderError> {
+        let names: Vec<_> = entry.names.iter().map(|name| (Instance::GENERATED, *name)).collect();
+        let linked = linker.link(code, &names)?;
+        Ok(self.composed(linked, entry))
+    }
+
+    /// The module that the linker has made.
+    pub(super) fn composed(&self, linked: Linked, entry: Entry) -> Composed {
+        let unchecked = self.pass.shaders().all(Shader::is_unchecked);
+        let mut names = linked.entries.into_iter();
+        let compute = names.next().expect("a module has a compute entry point");
+        let draw = names.next().zip(names.next()).map(|(vertex, fragment)| Draw { vertex, fragment });
+        Composed {
+            source: linked.text,
+            map: linked.map,
+            compute,
+            draw,
+            slots: entry.slots,
+            immediate: entry.immediate,
+            workgroup: entry.workgroup,
+            unchecked,
+            sample_mode: self.sample_mode(),
+            // Code of the framework's own writes all memory of a tile before it reads it.
+            zero_workgroup_memory: !unchecked && matches!(self.pass.kind, PassKind::Compute | PassKind::CellReduce(_)),
+        }
+    }
+}

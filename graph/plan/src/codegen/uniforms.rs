@@ -1,0 +1,93 @@
+//! The layout of uniforms: the struct in the shader of a pass, its bytes, and the places of all passes in one buffer.
+//!
+//! A block begins with the sizes of the images of a tiled chain, if the pass is one. The uniforms of the kernels follow,
+//! in order, each at a multiple of 16 bytes.
+
+use std::fmt::Write as _;
+
+use afterimage_base::image::Size;
+use afterimage_graph::node::{Pass, PassKind};
+
+use crate::plan::{Plan, PlannedImage, ScheduledPass, UniformBlock};
+
+/// Offsets in the uniform buffer are multiples of this: every device accepts it.
+pub const UNIFORM_ALIGNMENT: u64 = 256;
+
+/// Alignment of the uniforms of kernels in a block.
+const KERNEL_ALIGNMENT: usize = 16;
+
+/// The struct `PassUniform` of a pass; `type_of` gives the type of a kernel's uniform. Empty if there are no numbers.
+pub(super) fn uniform_struct(pass: &Pass, type_of: &dyn Fn(usize) -> String) -> String {
+    let mut members = String::new();
+    if let PassKind::TiledChain(chain) = &pass.kind {
+        let _ = writeln!(members, "    sizes: array<vec4i, {}>,", chain.stages.len());
+    }
+    let kernels = pass.kernels.iter().enumerate().filter(|(_, kernel)| !kernel.uniform.is_empty());
+    for (index, _) in kernels {
+        let _ = writeln!(members, "    @align({KERNEL_ALIGNMENT}) kernel{index}: {},", type_of(index));
+    }
+    if members.is_empty() { members } else { format!("struct PassUniform {{\n{members}}}\n") }
+}
+
+/// The bytes of that struct.
+fn uniform_bytes(pass: &Pass) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    if let PassKind::TiledChain(chain) = &pass.kind {
+        let size = |size: Size| [size.width, size.height, 0, 0];
+        let words = chain.stages.iter().flat_map(|stage| size(stage.size));
+        bytes.extend(words.flat_map(u32::to_le_bytes));
+    }
+    for kernel in pass.kernels.iter().filter(|kernel| !kernel.uniform.is_empty()) {
+        bytes.resize(bytes.len().next_multiple_of(KERNEL_ALIGNMENT), 0);
+        bytes.extend_from_slice(&kernel.uniform);
+    }
+    bytes.resize(bytes.len().next_multiple_of(KERNEL_ALIGNMENT), 0);
+    bytes
+}
+
+/// The uniform block of each pass, one behind the other.
+pub(super) fn uniform_blocks(passes: &[ScheduledPass], images: &[PlannedImage]) -> Vec<UniformBlock> {
+    let mut offset = 0;
+    let block = |scheduled: &ScheduledPass| {
+        let bytes = uniform_bytes(&scheduled.pass);
+        let extent = scheduled.pass.written_image().map_or([1.0; 2], |image| {
+            let Size { width, height, .. } = images[image.0 as usize].desc.size;
+            [width as f32, height as f32]
+        });
+        let extent_offset = offset + (bytes.len() as u64).next_multiple_of(UNIFORM_ALIGNMENT);
+        let start = std::mem::replace(&mut offset, extent_offset + UNIFORM_ALIGNMENT);
+        UniformBlock { offset: start, bytes, extent_offset, extent }
+    };
+    passes.iter().map(block).collect()
+}
+
+impl Plan {
+    /// The contents of the one uniform buffer.
+    pub fn uniform_buffer(&self) -> Vec<u8> {
+        let ends = self.passes.iter().map(|planned| planned.uniform.extent_offset + UNIFORM_ALIGNMENT);
+        let mut buffer = vec![0; ends.max().unwrap_or(UNIFORM_ALIGNMENT) as usize];
+        for block in self.passes.iter().map(|planned| &planned.uniform) {
+            let extent: Vec<u8> = block.extent.iter().flat_map(|side| side.to_le_bytes()).collect();
+            for (offset, bytes) in [(block.offset, &block.bytes), (block.extent_offset, &extent)] {
+                buffer[offset as usize..][..bytes.len()].copy_from_slice(bytes);
+            }
+        }
+        buffer
+    }
+
+    /// Whether two plans are equal but for the numbers in their uniforms, so that one can run with the resources of the
+    /// other.
+    pub fn differs_in_uniforms_only(&self, other: &Self) -> bool {
+        self.without_uniforms() == other.without_uniforms()
+    }
+
+    /// The plan with zeros for all numbers.
+    fn without_uniforms(&self) -> Self {
+        let mut plan = self.clone();
+        for planned in &mut plan.passes {
+            planned.uniform.bytes.fill(0);
+            planned.pass.kernels.iter_mut().for_each(|kernel| kernel.uniform.fill(0));
+        }
+        plan
+    }
+}

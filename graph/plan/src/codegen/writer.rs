@@ -1,0 +1,171 @@
+//! Calls of kernel functions, and the bindings that they need.
+
+use std::fmt::Write as _;
+
+use afterimage_base::image::Format;
+use afterimage_graph::node::{Arg, ImageId, KernelCall};
+use afterimage_wgsl::{ArgType, Instance, Linker, ShaderError};
+
+use super::module::{Composed, Entry, PassCode, Slot, SlotKind};
+use super::uniforms::uniform_struct;
+
+/// Writes the code around the functions of a pass.
+pub(super) struct FunctionWriter<'c, 'a> {
+    code: &'c PassCode<'a>,
+    linker: Linker<'a>,
+    /// The file of each kernel in the module.
+    instances: Vec<Instance>,
+    slots: Vec<Slot>,
+    declarations: String,
+    body: String,
+    immediate: bool,
+}
+
+impl<'c, 'a> FunctionWriter<'c, 'a> {
+    /// A writer of all kernels of the pass. Kernels that read a tile have their files substituted.
+    pub(super) fn new(code: &'c PassCode<'a>, mut linker: Linker<'a>) -> Result<Self, ShaderError> {
+        let mut instances = Vec::with_capacity(code.pass.kernels.len());
+        for kernel in &code.pass.kernels {
+            let source = kernel.shader.source();
+            instances.push(if kernel.takes(Arg::Tile) {
+                linker.add_substituted(source, &kernel.promises)?
+            } else {
+                linker.add(source, &kernel.promises)?
+            });
+        }
+        let (declarations, body) = (String::new(), String::new());
+        Ok(Self { code, linker, instances, slots: Vec::new(), declarations, body, immediate: false })
+    }
+
+    /// The module: the uniform, the bindings and that code around the kernels. `names` are those of the entry points.
+    pub(super) fn finish(
+        self,
+        code: &str,
+        workgroup: [u32; 3],
+        names: &'static [&'static str],
+    ) -> Result<Composed, ShaderError> {
+        let text = [self.uniform_struct().as_str(), &self.declarations, code].concat();
+        let entry = Entry { slots: self.slots, immediate: self.immediate, workgroup, names };
+        self.code.compose(self.linker, text, entry)
+    }
+
+    /// What a name means in the file of a kernel.
+    pub(super) fn name(&self, kernel: usize, name: &str) -> String {
+        self.linker.name(self.instances[kernel], name)
+    }
+
+    /// A function `name` from a `Point` to the value of the last of these kernels.
+    pub(super) fn function(&mut self, name: &str, kernels: std::ops::Range<usize>) -> String {
+        let last = kernels.end - 1;
+        for index in kernels {
+            self.call(index);
+        }
+        let body = std::mem::take(&mut self.body);
+        format!("fn {name}(at: Point) -> vec4f {{\n{body}    return kernel{last};\n}}\n")
+    }
+
+    /// The struct of the pass's uniform; nothing if it has none.
+    fn uniform_struct(&self) -> String {
+        let kernels = &self.code.pass.kernels;
+        uniform_struct(self.code.pass, &|index| self.name(index, params_type(&kernels[index])))
+    }
+
+    /// The variable of a storage image.
+    pub(super) fn storage(&mut self, image: ImageId, format: Format) -> String {
+        let ty = format!("texture_storage_2d<{}, write>", format.wgsl());
+        self.variable(SlotKind::Storage(image), "var", "result", &ty)
+    }
+
+    /// The variable of the uniform with the result's size.
+    pub(super) fn extent(&mut self) -> String {
+        self.variable(SlotKind::Extent, "var<uniform>", "extent", "vec2f")
+    }
+
+    /// The variable of the pass's uniform.
+    pub(super) fn params(&mut self) -> String {
+        self.variable(SlotKind::Params, "var<uniform>", "params", "PassUniform")
+    }
+
+    /// The name of the variable in the slot of that kind, which is declared when it is first asked for.
+    fn variable(&mut self, kind: SlotKind, var: &str, prefix: &str, ty: &str) -> String {
+        if let Some(slot) = self.slots.iter().find(|slot| slot.kind == kind) {
+            return format!("{prefix}{}", slot.binding);
+        }
+        let binding = self.slots.len() as u32;
+        self.slots.push(Slot { binding, kind });
+        let _ = writeln!(self.declarations, "@group(0) @binding({binding}) {var} {prefix}{binding}: {ty};");
+        format!("{prefix}{binding}")
+    }
+
+    fn frame(&mut self) -> String {
+        if !self.code.options.immediates {
+            return self.variable(SlotKind::Frame, "var<uniform>", "frame", "Frame");
+        }
+        if !std::mem::replace(&mut self.immediate, true) {
+            self.declarations += "var<immediate> frame: Frame;\n";
+        }
+        "frame".into()
+    }
+
+    fn call(&mut self, index: usize) {
+        let kernel = &self.code.pass.kernels[index];
+        let types: &[(String, ArgType)] = kernel
+            .shader
+            .reflect()
+            .ok()
+            .and_then(|reflection| reflection.function(&kernel.function))
+            .map_or(&[], |function| &function.args);
+        let args: Vec<String> = (0..kernel.args.len())
+            .map(|position| {
+                let is_volume = types.get(position).is_some_and(|(_, ty)| *ty == ArgType::Volume);
+                self.arg(index, kernel, kernel.args[position].value, is_volume)
+            })
+            .collect();
+        let function = self.name(index, &kernel.function);
+        let _ = writeln!(self.body, "    let kernel{index} = {function}({});", args.join(", "));
+    }
+
+    fn arg(&mut self, index: usize, kernel: &KernelCall, arg: Arg, is_volume: bool) -> String {
+        match arg {
+            Arg::Kernel(earlier) => format!("kernel{earlier}"),
+            // The image before is the only one that there is.
+            Arg::Tile => "0u".into(),
+            Arg::Sampler if kernel.takes(Arg::Tile) => "0u".into(),
+            Arg::Point => "at".into(),
+            Arg::Params => format!("{}.kernel{index}", self.params()),
+            Arg::Frame => self.frame(),
+            Arg::Sampler => self.variable(SlotKind::Sampler, "var", "linear", "sampler"),
+            Arg::Texture(image) => self.texture(image, is_volume),
+            Arg::Pixel(image) => {
+                let texture = self.texture(image, false);
+                format!("{}(textureLoad({texture}, at.pixel, 0))", (self.code.sample_mode_of)(image).sanitize_call())
+            }
+            Arg::Value(buffer, components) => {
+                let name =
+                    self.variable(SlotKind::Buffer(buffer, false), "var<storage, read>", "value", "array<vec4f>");
+                format!("{name}[0].{}", &"xyzw"[..usize::from(components)])
+            }
+            Arg::Zero(1) => "0.0".into(),
+            Arg::Zero(n) => format!("vec{n}f()"),
+            Arg::Square | Arg::Storage(_) | Arg::Buffer(..) => {
+                panic!("{arg:?} is no argument of a function of one pixel")
+            }
+        }
+    }
+
+    fn texture(&mut self, image: ImageId, is_volume: bool) -> String {
+        let ty = if is_volume { "texture_3d<f32>" } else { "texture_2d<f32>" };
+        self.variable(SlotKind::Texture(image), "var", "image", ty)
+    }
+}
+
+/// The type of a kernel's uniform.
+fn params_type(kernel: &KernelCall) -> &str {
+    let reflection = kernel.shader.reflect().expect("a recorded kernel has a valid shader");
+    let function = reflection.function(&kernel.function).expect("a recorded kernel has a known function");
+    let params = function.args.iter().find_map(|(name, ty)| match ty {
+        ArgType::Struct(ty) if name == "params" => Some(ty),
+        _ => None,
+    });
+    params.expect("a kernel with a uniform has an argument called `params`")
+}

@@ -1,0 +1,114 @@
+//! Formats: whether each pass is dispatched or drawn, and what its images need for that.
+//!
+//! This comes after fusion, because only passes of functions can be drawn, and before scheduling, which needs the bytes
+//! of the images.
+
+use std::collections::BTreeMap;
+
+use crate::builder::PlanBuilder;
+use crate::error::PlanError;
+use crate::options::{Alias, Ignored, Options};
+use crate::plan::{PlannedImage, ScheduledPass, Stage};
+use crate::request::PlanRequest;
+use afterimage_base::caps::Caps;
+use afterimage_base::image::{Format, ImageDesc};
+use afterimage_graph::node::{ImageId, Origin, Recording, Resource, VirtualImage};
+use afterimage_wgsl::SampleMode;
+
+/// Passes and images with everything that depends on formats.
+pub(crate) struct Formatted {
+    /// The passes in the order of recording.
+    pub(crate) passes: Vec<ScheduledPass>,
+    /// The images, without their places in memory.
+    pub(crate) images: Vec<PlannedImage>,
+    /// The options that hold on this device for these passes.
+    pub(crate) options: Options,
+    /// Switches that have no effect.
+    pub(crate) ignored: Vec<Ignored>,
+}
+
+/// Chooses how each pass writes; formats that a device can neither store nor draw become wider.
+pub(crate) fn formats(builder: &mut PlanBuilder, request: &PlanRequest<'_>) -> Result<Formatted, PlanError> {
+    check_sizes(&builder.recording, &request.caps)?;
+    let passes = staged(&mut builder.recording, &request.caps);
+    let (mut options, ignored) = request.options.granted(&request.caps);
+    if passes.iter().any(|pass| pass.stage == Stage::Fragment) {
+        // Images that are drawn to have layouts of their own, and images that overlap would need different ones.
+        options.alias = options.alias.min(Alias::Pool);
+    }
+    let images = images(builder, request);
+    Ok(Formatted { passes, images, options, ignored })
+}
+
+fn check_sizes(recording: &Recording, caps: &Caps) -> Result<(), PlanError> {
+    for image in &recording.images {
+        let ImageDesc { size, volume, .. } = image.desc;
+        let limit = if volume { caps.max_volume_side } else { caps.max_side };
+        if size.width.max(size.height).max(size.depth) > limit {
+            return Err(PlanError::TooLarge { label: image.label.clone(), size, limit });
+        }
+    }
+    Ok(())
+}
+
+fn staged(recording: &mut Recording, caps: &Caps) -> Vec<ScheduledPass> {
+    let passes = std::mem::take(&mut recording.passes).into_iter().enumerate();
+    let mut staged = Vec::with_capacity(passes.len());
+    for (recorded, pass) in passes {
+        let mut stage = Stage::Compute;
+        for resource in pass.writes() {
+            if let Resource::Image(image) = resource {
+                let format = &mut recording.images[image.0 as usize].desc.format;
+                stage = choose(format, pass.kind.is_drawable(), caps);
+            }
+        }
+        staged.push(ScheduledPass { pass, stage, recorded });
+    }
+    staged
+}
+
+fn choose(format: &mut Format, is_drawable: bool, caps: &Caps) -> Stage {
+    loop {
+        let (stores, draws) = (caps.storage.contains(format), is_drawable && caps.renderable.contains(format));
+        match (stores, draws) {
+            (_, true) if caps.prefer_fragment => return Stage::Fragment,
+            (true, _) => return Stage::Compute,
+            (false, true) => return Stage::Fragment,
+            (false, false) if format.wider() == *format => return Stage::Compute,
+            (false, false) => *format = format.wider(),
+        }
+    }
+}
+
+fn images(builder: &PlanBuilder, request: &PlanRequest<'_>) -> Vec<PlannedImage> {
+    let kept = builder.kept();
+    let mut asked = BTreeMap::new();
+    let planned = |(index, image): (usize, &VirtualImage)| {
+        let shares = image.origin == Origin::Transient && !kept.contains(&ImageId(index as u32));
+        let mut ask = || *asked.entry(image.desc).or_insert_with(|| (request.requirement)(&image.desc));
+        PlannedImage {
+            label: image.label.clone(),
+            desc: image.desc,
+            origin: image.origin.clone(),
+            signed: image.signed,
+            sample_mode: sample_mode(image, &request.caps, request.options.exact),
+            lifetime: None,
+            requirement: shares.then(&mut ask),
+            offset: None,
+            slot: None,
+        }
+    };
+    builder.recording.images.iter().enumerate().map(planned).collect()
+}
+
+/// How an image is sampled on this device. For exact results all filtering is done in the shader: a device's own filter
+/// has eight bits of fraction.
+fn sample_mode(image: &VirtualImage, caps: &Caps, exact: bool) -> SampleMode {
+    let from_host = matches!(image.origin, Origin::Input(_)) && !image.finite;
+    match (from_host, image.signed, exact || image.desc.format.is_32_bit() && !caps.filter_32_bit) {
+        (true, true, _) => SampleMode::SanitizedSigned,
+        (true, false, _) => SampleMode::Sanitized,
+        (false, _, true) => SampleMode::ByHand,
+        (false, _, false) => SampleMode::Plain,
+    }
+}

@@ -1,0 +1,134 @@
+//! Passes and which of them read and write what, kept up to date while passes are joined. Each pass keeps its number.
+
+use std::cmp::Reverse;
+use std::collections::{BTreeMap, BTreeSet, BinaryHeap};
+
+use crate::builder::PlanBuilder;
+use afterimage_graph::node::{ImageId, Pass, Resource};
+
+/// The passes of a plan while they are being joined.
+pub(crate) struct PassGraph {
+    passes: Vec<Option<Pass>>,
+    readers: BTreeMap<Resource, BTreeSet<usize>>,
+    writers: BTreeMap<Resource, BTreeSet<usize>>,
+    kept: BTreeSet<ImageId>,
+    outputs: BTreeSet<ImageId>,
+}
+
+impl PassGraph {
+    /// Takes the passes out of a builder.
+    pub(crate) fn new(builder: &mut PlanBuilder) -> Self {
+        let kept = builder.kept();
+        let outputs = builder.outputs.iter().map(|output| output.image).collect();
+        let passes = std::mem::take(&mut builder.recording.passes);
+        let mut graph = Self { passes: Vec::new(), readers: BTreeMap::new(), writers: BTreeMap::new(), kept, outputs };
+        for (number, pass) in passes.into_iter().enumerate() {
+            graph.passes.push(None);
+            graph.put(number, pass);
+        }
+        graph
+    }
+
+    /// How many numbers there are, of passes that are there and of those that were joined.
+    pub(crate) fn len(&self) -> usize {
+        self.passes.len()
+    }
+
+    /// The pass of that number, if it is there.
+    pub(crate) fn get(&self, number: usize) -> Option<&Pass> {
+        self.passes[number].as_ref()
+    }
+
+    /// The pass of that number and its result, if it is one of kernel functions.
+    pub(crate) fn functions(&self, number: usize) -> Option<(&Pass, ImageId)> {
+        let pass = self.get(number)?;
+        Some((pass, pass.function_result()?))
+    }
+
+    /// Takes a pass out.
+    pub(crate) fn take(&mut self, number: usize) -> Option<Pass> {
+        let pass = self.passes[number].take()?;
+        for resource in pass.reads() {
+            self.readers.entry(resource).or_default().remove(&number);
+        }
+        for resource in pass.writes() {
+            self.writers.entry(resource).or_default().remove(&number);
+        }
+        Some(pass)
+    }
+
+    /// Puts a pass at a number that is free.
+    pub(crate) fn put(&mut self, number: usize, pass: Pass) {
+        for resource in pass.reads() {
+            self.readers.entry(resource).or_default().insert(number);
+        }
+        for resource in pass.writes() {
+            self.writers.entry(resource).or_default().insert(number);
+        }
+        self.passes[number] = Some(pass);
+    }
+
+    /// The passes that read something, in ascending order.
+    pub(crate) fn readers(&self, resource: Resource) -> impl Iterator<Item = usize> + '_ {
+        self.readers.get(&resource).into_iter().flatten().copied()
+    }
+
+    /// The passes that write something, in ascending order.
+    pub(crate) fn writers(&self, resource: Resource) -> impl Iterator<Item = usize> + '_ {
+        self.writers.get(&resource).into_iter().flatten().copied()
+    }
+
+    /// Whether an image outlives the frame or leaves it.
+    pub(crate) fn is_kept(&self, image: ImageId) -> bool {
+        self.kept.contains(&image)
+    }
+
+    /// Whether an image is given to the host, which may need it to be drawn: only passes of functions can be.
+    pub(crate) fn is_output(&self, image: ImageId) -> bool {
+        self.outputs.contains(&image)
+    }
+
+    /// Gives the passes back, each after those that it waits for, and otherwise in the order of their numbers.
+    pub(crate) fn finish(mut self, builder: &mut PlanBuilder) {
+        let mut waiting: Vec<usize> = (0..self.len()).map(|number| self.before(number).len()).collect();
+        let mut after: Vec<Vec<usize>> = vec![Vec::new(); self.len()];
+        for number in 0..self.len() {
+            self.before(number).into_iter().for_each(|earlier| after[earlier].push(number));
+        }
+        let there = |number: &usize| self.passes[*number].is_some();
+        let mut ready: BinaryHeap<Reverse<usize>> =
+            (0..self.len()).filter(there).filter(|number| waiting[*number] == 0).map(Reverse).collect();
+        let mut sorted = Vec::with_capacity(self.len());
+        while let Some(Reverse(number)) = ready.pop() {
+            sorted.push(number);
+            for &next in &after[number] {
+                waiting[next] -= 1;
+                if waiting[next] == 0 {
+                    ready.push(Reverse(next));
+                }
+            }
+        }
+        assert_eq!(sorted.len(), self.passes.iter().flatten().count(), "joining passes makes no cycle");
+        builder.recording.passes = sorted.into_iter().filter_map(|number| self.passes[number].take()).collect();
+    }
+
+    /// The passes that must come before a pass: those that write what it reads, and, for buffers, which are written in
+    /// place, every earlier one that uses what it writes.
+    pub(crate) fn before(&self, number: usize) -> BTreeSet<usize> {
+        let Some(pass) = self.get(number) else { return BTreeSet::new() };
+        let mut before = BTreeSet::new();
+        for resource in pass.reads().into_iter().chain(pass.writes()) {
+            match resource {
+                Resource::Image(_) => before.extend(self.writers(resource)),
+                Resource::Buffer(_) => {
+                    before.extend(self.writers(resource).filter(|other| *other < number));
+                    if pass.writes().contains(&resource) {
+                        before.extend(self.readers(resource).filter(|other| *other < number));
+                    }
+                }
+            }
+        }
+        before.remove(&number);
+        before
+    }
+}

@@ -1,0 +1,90 @@
+//! A kernel function whose result is read only as "this pixel" becomes part of its reader; the image between them is
+//! never stored.
+//!
+//! A light function, which does little to one pixel, becomes part of each of several readers: to compute it again costs
+//! less than to store it.
+
+use super::pass_graph::PassGraph;
+use crate::builder::PlanBuilder;
+use crate::plan::Fused;
+use afterimage_graph::node::{Arg, ImageId, KernelCall, Origin, Pass, PassKind, Recording, Resource};
+
+/// With more bindings than this in one pass, a small device refuses it.
+const MOST_TEXTURES: usize = 12;
+/// Readers that a light pass is copied into, at most.
+const MOST_COPIES: usize = 4;
+
+pub(super) fn fuse_points(builder: &mut PlanBuilder) {
+    let mut graph = PassGraph::new(builder);
+    let mut pending: Vec<usize> = (0..graph.len()).rev().collect();
+    while let Some(number) = pending.pop() {
+        let readers = pixel_readers(&graph, &builder.recording, number);
+        let Some((last, others)) = readers.split_last() else { continue };
+        let producer = graph.take(number).expect("a producer was found");
+        // Copies for all but the last, so that a long chain is not copied at every link.
+        let copies: Vec<Pass> = others.iter().map(|_| producer.clone()).collect();
+        for (reader, producer) in others.iter().zip(copies).chain([(last, producer)]) {
+            builder.fused.push(merge(&mut graph, &builder.recording, producer, *reader));
+            // Two readers of one image may have become one: whoever makes that image may follow.
+            let reads = graph.get(*reader).map(Pass::reads).unwrap_or_default();
+            pending.extend(reads.into_iter().flat_map(|resource| graph.writers(resource).collect::<Vec<_>>()));
+        }
+    }
+    graph.finish(builder);
+}
+
+/// The passes that this one can become part of: all that read its result, or none.
+fn pixel_readers(graph: &PassGraph, recording: &Recording, number: usize) -> Vec<usize> {
+    let Some((pass, result)) = graph.functions(number) else { return Vec::new() };
+    let image = recording.image(result);
+    if image.origin != Origin::Transient || graph.is_kept(result) {
+        return Vec::new();
+    }
+    let readers: Vec<usize> = graph.readers(Resource::Image(result)).collect();
+    let takes = |reader: &usize| {
+        let Some((reader, reader_result)) = graph.functions(*reader) else { return false };
+        let only_pixels = reader.args().all(|arg| arg != Arg::Texture(result));
+        let same_size = recording.image(reader_result).desc.size == image.desc.size;
+        only_pixels && same_size && bindings(pass) + bindings(reader) <= MOST_TEXTURES
+    };
+    let few = readers.len() == 1 || readers.len() <= MOST_COPIES && is_light(pass);
+    if few && readers.iter().all(takes) { readers } else { Vec::new() }
+}
+
+/// Whether to compute the pass again for each reader costs less than to store its result: it is short and reads one
+/// pixel of one image.
+fn is_light(pass: &Pass) -> bool {
+    let pixels = pass.args().filter(|arg| matches!(arg, Arg::Pixel(_))).count();
+    pass.kind == PassKind::Point && pass.kernels.len() <= 2 && pixels <= 1
+}
+
+fn bindings(pass: &Pass) -> usize {
+    pass.args().filter(|arg| arg.read().is_some()).count()
+}
+
+fn merge(graph: &mut PassGraph, recording: &Recording, producer: Pass, reader_number: usize) -> Fused {
+    let between = producer.function_result().expect("only passes of functions are fused");
+    let reader = graph.take(reader_number).expect("a reader was found");
+    let result = reader.function_result().expect("only passes of functions are fused");
+    let Pass { mut nodes, label, mut kernels, .. } = producer;
+    let before = kernels.len();
+    kernels.extend(reader.kernels.into_iter().map(|kernel| moved(kernel, between, before)));
+    nodes.extend(reader.nodes);
+    nodes.dedup();
+    let label = format!("{label} + {}", reader.label);
+    graph.put(reader_number, Pass::of_functions(nodes.clone(), label, kernels, result));
+    let image = recording.image(between);
+    Fused { image: image.label.clone(), nodes, bytes_saved: 2 * image.desc.bytes() }
+}
+
+/// A kernel of the reader after `before` kernels were put in front of it, the last of which makes `between`.
+fn moved(mut kernel: KernelCall, between: ImageId, before: usize) -> KernelCall {
+    for arg in &mut kernel.args {
+        arg.value = match arg.value {
+            Arg::Pixel(image) if image == between => Arg::Kernel(before - 1),
+            Arg::Kernel(earlier) => Arg::Kernel(earlier + before),
+            other => other,
+        };
+    }
+    kernel
+}

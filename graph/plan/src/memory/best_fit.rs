@@ -1,0 +1,107 @@
+//! Best fit: each block goes into the smallest gap that holds it.
+
+use std::collections::BTreeSet;
+
+use super::block::{Block, Placement};
+
+/// A heap that fills up.
+pub(super) struct BestFit<'a> {
+    blocks: &'a [Block],
+    offsets: Vec<u64>,
+    placed: Placed,
+}
+
+impl<'a> BestFit<'a> {
+    pub(super) fn new(blocks: &'a [Block]) -> Self {
+        let batches = blocks.iter().map(|block| block.last + 1).max().unwrap_or(0);
+        Self { blocks, offsets: vec![0; blocks.len()], placed: Placed::new(batches) }
+    }
+
+    /// The stretches that are taken at some time of the block's life, in ascending order.
+    fn taken(&self, block: &Block) -> Vec<(u64, u64)> {
+        let mut taken = Vec::new();
+        self.placed.for_each_overlapping(block.first, block.last, &mut |other| {
+            taken.push((self.offsets[other], self.offsets[other] + self.blocks[other].bytes));
+        });
+        taken.sort_unstable();
+        taken
+    }
+
+    /// Places a block into the smallest gap that holds it, the lowest of these; on top of everything else where there is
+    /// none.
+    pub(super) fn place(&mut self, at: usize) {
+        let block = self.blocks[at];
+        let (mut end, mut best) = (0, None::<(u64, u64)>);
+        for (start, stop) in self.taken(&block) {
+            let offset = u64::next_multiple_of(end, block.alignment);
+            if offset + block.bytes <= start && best.is_none_or(|(gap, _)| start - end < gap) {
+                best = Some((start - end, offset));
+            }
+            end = end.max(stop);
+        }
+        let offset = best.map_or(end.next_multiple_of(block.alignment), |(_, offset)| offset);
+        self.put(at, offset);
+    }
+
+    /// Places a block at this offset, if it is free for all of the block's life.
+    pub(super) fn place_at(&mut self, at: usize, offset: u64) -> bool {
+        let block = self.blocks[at];
+        let is_free = |(start, stop): &(u64, u64)| offset + block.bytes <= *start || *stop <= offset;
+        let fits = offset.is_multiple_of(block.alignment) && self.taken(&block).iter().all(is_free);
+        if fits {
+            self.put(at, offset);
+        }
+        fits
+    }
+
+    fn put(&mut self, at: usize, offset: u64) {
+        self.offsets[at] = offset;
+        self.placed.insert(at, self.blocks[at].first, self.blocks[at].last);
+    }
+
+    pub(super) fn placement(self) -> Placement {
+        let end = self.offsets.iter().zip(self.blocks).map(|(offset, block)| offset + block.bytes).max();
+        Placement { end: end.unwrap_or(0), offsets: self.offsets }
+    }
+}
+
+/// Placed blocks by their time: finds those that overlap a stretch of time without a look at the others (a segment tree
+/// for what is alive at its beginning, a sorted set for what begins later).
+struct Placed {
+    leaves: usize,
+    alive: Vec<Vec<usize>>,
+    starts: BTreeSet<(usize, usize)>,
+}
+
+impl Placed {
+    fn new(batches: usize) -> Self {
+        let leaves = batches.next_power_of_two();
+        Self { leaves, alive: vec![Vec::new(); 2 * leaves], starts: BTreeSet::new() }
+    }
+
+    fn insert(&mut self, at: usize, first: usize, last: usize) {
+        self.starts.insert((first, at));
+        let (mut low, mut high) = (first + self.leaves, last + 1 + self.leaves);
+        while low < high {
+            if low % 2 == 1 {
+                self.alive[low].push(at);
+                low += 1;
+            }
+            if high % 2 == 1 {
+                high -= 1;
+                self.alive[high].push(at);
+            }
+            low /= 2;
+            high /= 2;
+        }
+    }
+
+    fn for_each_overlapping(&self, first: usize, last: usize, visit: &mut dyn FnMut(usize)) {
+        let mut node = first + self.leaves;
+        while node > 0 {
+            self.alive[node].iter().for_each(|at| visit(*at));
+            node /= 2;
+        }
+        self.starts.range((first + 1, 0)..(last + 1, 0)).for_each(|(_, at)| visit(*at));
+    }
+}

@@ -1,0 +1,25 @@
+//! When each image lives.
+
+use std::collections::BTreeSet;
+
+use crate::plan::{Lifetime, PlannedImage};
+use crate::schedule::Schedule;
+use afterimage_graph::node::{ImageId, Resource};
+
+/// Sets the lifetime of each image that a pass uses. Images in `kept` outlive the frame or leave it.
+pub(super) fn set_lifetimes(images: &mut [PlannedImage], schedule: &Schedule, kept: &BTreeSet<ImageId>) {
+    for (batch, passes) in schedule.batches.iter().enumerate() {
+        for scheduled in &schedule.passes[passes.clone()] {
+            for resource in scheduled.pass.reads().into_iter().chain(scheduled.pass.writes()) {
+                let Resource::Image(image) = resource else { continue };
+                let lifetime = &mut images[image.0 as usize].lifetime;
+                lifetime.get_or_insert(Lifetime { first: batch, last: batch }).last = batch;
+            }
+        }
+    }
+    for image in kept {
+        if let Some(lifetime) = &mut images[image.0 as usize].lifetime {
+            lifetime.last = schedule.batches.len();
+        }
+    }
+}

@@ -1,0 +1,83 @@
+//! Memory: when images live, where transient images lie, and what sharing saves.
+
+mod best_fit;
+mod block;
+mod lifetimes;
+mod placement;
+mod pool;
+mod skyline;
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use crate::builder::PlanBuilder;
+use crate::options::Options;
+use crate::plan::{Fused, Memory, PlannedImage};
+use crate::request::{PlanRequest, Requirement};
+use crate::schedule::Schedule;
+use afterimage_graph::node::{ImageId, Origin};
+use block::lower_bound;
+
+pub(crate) use block::Block;
+pub(crate) use placement::place_around;
+
+/// Gives every image its lifetime, and every transient image its place in the heap and in the pool.
+pub(crate) fn memory(
+    images: &mut [PlannedImage],
+    schedule: &Schedule,
+    builder: &PlanBuilder,
+    (request, options): (&PlanRequest<'_>, &Options),
+) -> Memory {
+    lifetimes::set_lifetimes(images, schedule, &builder.kept());
+    let unaliased = described_bytes(images, &builder.fused);
+    let unused = images.iter_mut().filter(|image| image.lifetime.is_none());
+    unused.for_each(|image| image.requirement = None);
+    let (shared, blocks) = blocks(images);
+    let lower_bound = lower_bound(&blocks);
+    let placement = placement::place(&blocks, lower_bound);
+    for (image, offset) in shared.iter().zip(&placement.offsets) {
+        images[*image].offset = Some(*offset);
+    }
+    let (slots, pooled) = pool::assign_slots(images, options.alias);
+    Memory {
+        slots,
+        placed: placement.end,
+        unaliased,
+        unshared: blocks.iter().map(|block| block.bytes).sum(),
+        pooled,
+        lower_bound,
+        kept: kept_bytes(images, builder, request),
+    }
+}
+
+/// Bytes of all transient images that a pass uses, or used before it was fused with another.
+fn described_bytes(images: &[PlannedImage], fused: &[Fused]) -> u64 {
+    let removed: BTreeSet<&str> = fused.iter().map(|fused| fused.image.as_str()).collect();
+    let is_described = |image: &&PlannedImage| image.lifetime.is_some() || removed.contains(image.label.as_str());
+    let described = images.iter().filter(is_described).filter_map(|image| image.requirement);
+    described.map(|requirement| requirement.bytes).sum()
+}
+
+/// The images that share memory, and the bytes and batches that each takes.
+pub(crate) fn blocks(images: &[PlannedImage]) -> (Vec<usize>, Vec<Block>) {
+    let block = |(at, image): (usize, &PlannedImage)| {
+        let (Requirement { bytes, alignment }, lifetime) = (image.requirement?, image.lifetime?);
+        Some((at, Block { bytes, alignment, first: lifetime.first, last: lifetime.last }))
+    };
+    images.iter().enumerate().filter_map(block).unzip()
+}
+
+/// Bytes of the images that outlive the frame or leave it.
+fn kept_bytes(images: &[PlannedImage], builder: &PlanBuilder, request: &PlanRequest<'_>) -> u64 {
+    let mut textures: BTreeMap<ImageId, u64> = builder.outputs.iter().map(|output| (output.image, 1)).collect();
+    for image in images {
+        if let Origin::Previous { of, frames } = image.origin {
+            // The past of a node that is off is one image that no pass writes.
+            let is_written = images[of.0 as usize].origin == Origin::Transient;
+            let ring = if is_written { u64::from(frames) + 1 } else { 1 };
+            let count = textures.entry(of).or_default();
+            *count = (*count).max(ring);
+        }
+    }
+    let bytes = |(image, count): (ImageId, u64)| count * (request.requirement)(&images[image.0 as usize].desc).bytes;
+    textures.into_iter().map(bytes).sum()
+}

@@ -1,0 +1,83 @@
+//! A plan with the places of its images: its own, or those that the plan before it leaves where they are.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use crate::barriers::aliasing;
+use crate::memory::{blocks, place_around};
+use crate::options::Alias;
+use crate::plan::{AliasingBarrier, Plan};
+
+/// Where the transient images of a plan lie in the one heap.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct HeapPlacement {
+    /// The offset of each image that shares memory, by image.
+    pub offsets: Vec<Option<u64>>,
+    /// Bytes of the heap.
+    pub heap: u64,
+    /// The aliasing barriers before each batch.
+    pub aliasing: Vec<Vec<AliasingBarrier>>,
+}
+
+/// A plan, and where its images lie. The same plan can be placed differently after different plans.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlacedPlan {
+    /// The plan.
+    pub plan: Arc<Plan>,
+    /// Where its images lie.
+    pub placement: HeapPlacement,
+}
+
+impl PlacedPlan {
+    /// The plan with its own placement.
+    pub fn new(plan: Arc<Plan>) -> Self {
+        let placement = HeapPlacement {
+            offsets: plan.images.iter().map(|image| image.offset).collect(),
+            heap: plan.memory.placed,
+            aliasing: plan.batches.iter().map(|batch| batch.aliasing.clone()).collect(),
+        };
+        Self { plan, placement }
+    }
+
+    /// The plan in the heap of the previous one, with every image that both share in its old place, where all still fits;
+    /// textures that lie where they lay need not be made again. The plan's own placement where the old heap is too small,
+    /// or more than twice too large.
+    ///
+    /// Images are the same if their names and their requirements are.
+    pub fn keeping(plan: Arc<Plan>, previous: &Self) -> Self {
+        match kept_placement(&plan, previous) {
+            Some(placement) => Self { plan, placement },
+            None => Self::new(plan),
+        }
+    }
+}
+
+fn kept_placement(plan: &Plan, previous: &PlacedPlan) -> Option<HeapPlacement> {
+    let heap = previous.placement.heap;
+    let is_placed = [plan.options.alias, previous.plan.options.alias] == [Alias::Placed; 2];
+    let (images, blocks) = blocks(&plan.images);
+    let placement = place_around(&blocks, &old_offsets(plan, previous, &images));
+    if !is_placed || placement.end > heap || heap / 2 > plan.memory.placed {
+        return None;
+    }
+    let mut offsets = vec![None; plan.images.len()];
+    for (image, offset) in images.iter().zip(&placement.offsets) {
+        offsets[*image] = Some(*offset);
+    }
+    let aliasing = aliasing(&plan.images, &offsets, Alias::Placed, plan.batches.len());
+    Some(HeapPlacement { offsets, heap, aliasing })
+}
+
+/// For each of these images the place of its namesake in the previous plan, if the device wants the same for both.
+fn old_offsets(plan: &Plan, previous: &PlacedPlan, images: &[usize]) -> Vec<Option<u64>> {
+    let old_names = previous.plan.image_names();
+    let old_images: BTreeMap<&str, usize> =
+        old_names.iter().enumerate().map(|(at, name)| (name.as_str(), at)).collect();
+    let names = plan.image_names();
+    let offset = |image: &usize| {
+        let same = *old_images.get(names[*image].as_str())?;
+        let is_equal = previous.plan.images[same].requirement == plan.images[*image].requirement;
+        previous.placement.offsets[same].filter(|_| is_equal)
+    };
+    images.iter().map(offset).collect()
+}

@@ -1,0 +1,78 @@
+//! What must happen between two batches.
+
+use std::ops::Range;
+
+use afterimage_graph::node::{ImageId, Resource};
+use serde::Serialize;
+
+/// Passes that need no barrier between them.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Batch {
+    /// The passes.
+    pub passes: Range<usize>,
+    /// Changes of use before the batch, images before buffers, by number.
+    pub transitions: Vec<Transition>,
+    /// Memory that goes from one image to another before the batch, by number.
+    pub aliasing: Vec<AliasingBarrier>,
+}
+
+/// How an image or a buffer is used; each use wants a state of its own from the device.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+pub enum Use {
+    /// Not used yet: what its memory holds does not matter.
+    Undefined,
+    /// Filled or taken by the host: inputs, outputs, constants, and buffers that are cleared at the start of the frame.
+    Host,
+    /// As the previous frame has left it.
+    PreviousFrame,
+    /// Read by shaders: a sampled texture, or a storage buffer that is only read.
+    Read,
+    /// Written by a dispatch: a storage texture.
+    StorageWrite,
+    /// Read and written by a dispatch: a storage buffer.
+    StorageReadWrite,
+    /// Drawn to.
+    ColorAttachment,
+}
+
+impl Use {
+    /// Whether the contents change.
+    pub fn writes(self) -> bool {
+        matches!(self, Self::StorageWrite | Self::StorageReadWrite | Self::ColorAttachment)
+    }
+
+    /// The name in plans.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Undefined => "Undefined",
+            Self::Host => "Host",
+            Self::PreviousFrame => "PreviousFrame",
+            Self::Read => "Read",
+            Self::StorageWrite => "StorageWrite",
+            Self::StorageReadWrite => "StorageReadWrite",
+            Self::ColorAttachment => "ColorAttachment",
+        }
+    }
+}
+
+/// A change of use, or a write after a write, which must be ordered though the use is the same.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct Transition {
+    /// What is used.
+    #[serde(skip)]
+    pub resource: Resource,
+    /// Its use before the batch.
+    pub from: Use,
+    /// Its use in the batch.
+    pub to: Use,
+}
+
+/// Memory that goes from one image to another. The device does not order uses of two textures that share memory, so the
+/// batch needs an explicit barrier.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct AliasingBarrier {
+    /// The image whose life begins in this batch.
+    pub image: ImageId,
+    /// The images that used the memory last, in ascending order.
+    pub owners: Vec<ImageId>,
+}

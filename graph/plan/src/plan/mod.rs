@@ -1,0 +1,117 @@
+//! The plan: a value that says everything about a frame, equal for equal inputs.
+
+mod barrier;
+mod image;
+mod names;
+mod note;
+mod pass;
+
+use afterimage_base::image::{ColorState, Size};
+use afterimage_graph::node::{ImageId, Pass, Resource, VirtualBuffer};
+
+pub use barrier::{AliasingBarrier, Batch, Transition, Use};
+pub use image::{Lifetime, Memory, PlannedImage, Slot};
+pub use note::{Fused, SharedRead, Skipped};
+pub use pass::{PlannedPass, ScheduledPass, Stage, UniformBlock};
+
+use crate::options::{Ignored, Options};
+use names::unique;
+
+/// A pipeline made ready for one frame size, one set of facts and one device. It is never altered.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Plan {
+    /// The images, by [`ImageId`].
+    pub images: Vec<PlannedImage>,
+    /// The buffers, by [`BufferId`](afterimage_graph::node::BufferId).
+    pub buffers: Vec<VirtualBuffer>,
+    /// The passes in the order of execution.
+    pub passes: Vec<PlannedPass>,
+    /// Passes that need no barrier between them, with the barriers before them; they cover all passes in order.
+    pub batches: Vec<Batch>,
+    /// The transitions of the outputs to the host after the last batch.
+    pub exports: Vec<Transition>,
+    /// The memory of the transient images.
+    pub memory: Memory,
+    /// The images that the host gives: input name and image.
+    pub inputs: Vec<(String, ImageId)>,
+    /// What the host gets.
+    pub outputs: Vec<PlanOutput>,
+    /// Nodes that are not in the plan, and why.
+    pub skipped: Vec<Skipped>,
+    /// Switches that have no effect here.
+    pub ignored: Vec<Ignored>,
+    /// Images that fusion has removed.
+    pub fused: Vec<Fused>,
+    /// Images that several kernels read together in one pass.
+    pub shared_reads: Vec<SharedRead>,
+    /// The size of the frame.
+    pub size: Size,
+    /// The switches it was made with.
+    pub options: Options,
+}
+
+/// An image that the host gets.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlanOutput {
+    /// The output's name.
+    pub name: String,
+    /// The image.
+    pub image: ImageId,
+    /// What its numbers mean.
+    pub state: ColorState,
+}
+
+impl Plan {
+    /// The output of that name; the first if `None`.
+    pub fn output(&self, name: Option<&str>) -> Option<&PlanOutput> {
+        match name {
+            Some(name) => self.outputs.iter().find(|output| output.name == name),
+            None => self.outputs.first(),
+        }
+    }
+
+    /// The image with that id.
+    pub fn image(&self, id: ImageId) -> &PlannedImage {
+        &self.images[id.0 as usize]
+    }
+
+    /// The name of each image: its label, with `#2` and so on after it where several have the same.
+    pub fn image_names(&self) -> Vec<String> {
+        unique(self.images.iter().map(|image| image.label.as_str()))
+    }
+
+    /// The name of each buffer, likewise.
+    pub fn buffer_names(&self) -> Vec<String> {
+        unique(self.buffers.iter().map(|buffer| buffer.label.as_str()))
+    }
+
+    /// The name of each pass: its node and what it does, made unique likewise.
+    pub fn pass_names(&self) -> Vec<String> {
+        let names: Vec<String> = self.work().map(|pass| format!("{}: {}", pass.nodes.join("+"), pass.label)).collect();
+        unique(names.iter().map(String::as_str))
+    }
+
+    /// The passes as they were recorded and fused, in the order of execution.
+    pub fn work(&self) -> impl Iterator<Item = &Pass> {
+        self.passes.iter().map(|planned| &planned.pass)
+    }
+
+    /// Bytes that all passes read and write in one frame, each image once a pass; what caches save is not counted.
+    pub fn bytes_moved(&self) -> u64 {
+        (0..self.passes.len()).map(|pass| self.bytes_moved_by(pass)).sum()
+    }
+
+    /// Bytes that one pass reads and writes.
+    pub fn bytes_moved_by(&self, pass: usize) -> u64 {
+        let pass = &self.passes[pass].pass;
+        let used = pass.reads().into_iter().chain(pass.writes());
+        used.map(|resource| self.bytes_of(resource)).sum()
+    }
+
+    fn bytes_of(&self, resource: Resource) -> u64 {
+        match resource {
+            Resource::Image(image) => self.image(image).desc.bytes(),
+            Resource::Buffer(_) => 0,
+        }
+    }
+}

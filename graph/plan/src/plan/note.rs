@@ -1,0 +1,32 @@
+//! What planning has left out or saved.
+
+/// A node that is not in the plan.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Skipped {
+    /// Its name.
+    pub node: String,
+    /// Why.
+    pub why: String,
+}
+
+/// An image that fusion has removed.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Fused {
+    /// The image, as `node.port`.
+    pub image: String,
+    /// The nodes of the pass that now holds both ends.
+    pub nodes: Vec<String>,
+    /// Bytes that are neither written nor read any more, in one frame.
+    pub bytes_saved: u64,
+}
+
+/// An image that several kernels read together.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct SharedRead {
+    /// The image, as `node.port`.
+    pub image: String,
+    /// The nodes of the pass that reads it.
+    pub nodes: Vec<String>,
+    /// Bytes that are not read again, in one frame.
+    pub bytes_saved: u64,
+}

@@ -1,0 +1,62 @@
+//! Passes of a plan.
+
+use afterimage_graph::node::Pass;
+use afterimage_wgsl::ShaderFeatures;
+
+/// A pass in its place in the order of execution.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ScheduledPass {
+    /// The kernels and what they read and write.
+    pub pass: Pass,
+    /// Whether it is dispatched or drawn.
+    pub stage: Stage,
+    /// Its place in the order of recording, which says what each read must see.
+    pub recorded: usize,
+}
+
+/// A pass with everything that a device needs to run it, but its shader text: see
+/// [`compose`](crate::Plan::compose).
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlannedPass {
+    /// The kernels and what they read and write.
+    pub pass: Pass,
+    /// Whether it is dispatched or drawn.
+    pub stage: Stage,
+    /// Its place in the order of recording, which says what each read must see.
+    pub recorded: usize,
+    /// What its shader may use beyond what every device has.
+    pub features: ShaderFeatures,
+    /// Workgroups across, down and deep, if it does not draw.
+    pub workgroups: [u32; 3],
+    /// Its numbers.
+    pub uniform: UniformBlock,
+}
+
+/// The uniform of a pass, and where it lies in the one uniform buffer of a plan.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct UniformBlock {
+    /// Where the bytes begin in the buffer.
+    pub offset: u64,
+    /// The uniforms of all kernels; empty if they have none.
+    pub bytes: Vec<u8>,
+    /// Where the size of the result begins in the buffer.
+    pub extent_offset: u64,
+    /// The size of the first image that the pass writes, in texels.
+    pub extent: [f32; 2],
+}
+
+/// How a pass runs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Stage {
+    /// A dispatch.
+    Compute,
+    /// A full-screen triangle.
+    Fragment,
+}
+
+impl PlannedPass {
+    /// The pass without what code generation has added.
+    pub fn scheduled(&self) -> ScheduledPass {
+        ScheduledPass { pass: self.pass.clone(), stage: self.stage, recorded: self.recorded }
+    }
+}

@@ -1,0 +1,205 @@
+//! Recording: every node that runs records its passes, and with them the virtual images and buffers.
+
+use crate::builder::{PlanBuilder, copy_pass};
+use crate::error::PlanError;
+use crate::plan::PlanOutput;
+use crate::request::PlanRequest;
+use crate::specialize::{SpecializedGraph, WireSource};
+use afterimage_base::image::{ColorState, Format, ImageDesc};
+use afterimage_graph::check::{Graph, Source};
+use afterimage_graph::node::{Arg, Arrival, ImageId, Origin, Recorder, RecorderContext, VirtualImage};
+
+/// How often sizes of histories are inferred again before they count as unstable.
+const ROUNDS: usize = 8;
+
+/// Lets every live node record its passes, and sizes the images that depend on earlier frames.
+pub(crate) fn record(
+    graph: &Graph,
+    request: &PlanRequest<'_>,
+    specialized: &SpecializedGraph,
+) -> Result<PlanBuilder, PlanError> {
+    let default = ImageDesc::new(request.size);
+    let mut guesses: Vec<Vec<ImageDesc>> = graph.nodes.iter().map(|n| vec![default; n.kind.outputs().len()]).collect();
+    let mut unstable = String::new();
+    for _ in 0..ROUNDS {
+        let mut round = Round::new(graph, request, specialized, &guesses);
+        round.run()?;
+        let wrong = round.wrong_guesses();
+        let Some((node, ..)) = wrong.first() else { return Ok(round.builder) };
+        unstable.clone_from(&graph.nodes[*node].name);
+        for (node, output, desc) in wrong {
+            guesses[node][output] = desc;
+        }
+    }
+    Err(PlanError::UnstableHistory(unstable))
+}
+
+/// One attempt at recording, with guessed descriptions of what earlier frames left.
+struct Round<'a> {
+    graph: &'a Graph,
+    request: &'a PlanRequest<'a>,
+    specialized: &'a SpecializedGraph,
+    guesses: &'a [Vec<ImageDesc>],
+    builder: PlanBuilder,
+    made: Vec<Vec<Arrival>>,
+    given: Vec<Option<ImageId>>,
+    /// Histories that are read: node, output, frames ago, image.
+    histories: Vec<(usize, usize, u32, ImageId)>,
+}
+
+impl<'a> Round<'a> {
+    fn new(
+        graph: &'a Graph,
+        request: &'a PlanRequest<'a>,
+        specialized: &'a SpecializedGraph,
+        guesses: &'a [Vec<ImageDesc>],
+    ) -> Self {
+        let builder = PlanBuilder { skipped: specialized.skipped.clone(), ..PlanBuilder::default() };
+        let made = vec![Vec::new(); graph.nodes.len()];
+        let given = vec![None; graph.inputs.len()];
+        Self { graph, request, specialized, guesses, builder, made, given, histories: Vec::new() }
+    }
+
+    fn run(&mut self) -> Result<(), PlanError> {
+        self.add_inputs()?;
+        for &index in &self.specialized.order {
+            if self.specialized.is_live(index) {
+                self.node(index);
+            }
+        }
+        // Outputs may ask for histories too, and must know all of them: an image that is remembered is not theirs.
+        let outputs = self.graph.outputs.iter();
+        let shown = outputs.map(|output| self.arrival(Some(output.source))).collect();
+        self.link_histories();
+        self.add_outputs(shown);
+        Ok(())
+    }
+
+    fn add_inputs(&mut self) -> Result<(), PlanError> {
+        for (index, input) in self.graph.inputs.iter().enumerate() {
+            let Some(given) = self.request.inputs.get(&input.name) else {
+                if input.optional {
+                    continue;
+                }
+                return Err(PlanError::MissingInput(input.name.clone()));
+            };
+            let image = self.builder.recording.add_image(VirtualImage {
+                label: input.name.clone(),
+                desc: given.desc,
+                origin: Origin::Input(input.name.clone()),
+                finite: given.finite,
+                signed: input.signed || input.state == ColorState::Data,
+            });
+            self.given[index] = Some(image);
+            self.builder.inputs.push((input.name.clone(), image));
+        }
+        Ok(())
+    }
+
+    fn arrival(&mut self, wire: Option<Source>) -> Arrival {
+        match self.specialized.resolve(wire) {
+            WireSource::Zero => Arrival::Zero,
+            WireSource::Absent => Arrival::Absent,
+            WireSource::From(Source::Input(input)) => self.given[input].map_or(Arrival::Absent, Arrival::Image),
+            WireSource::From(Source::Node { node, output, previous: 0 }) => self.made[node][output].clone(),
+            WireSource::From(Source::Node { node, output, previous }) => {
+                Arrival::Image(self.history(node, output, previous))
+            }
+        }
+    }
+
+    fn history(&mut self, node: usize, output: usize, frames: u32) -> ImageId {
+        let known = self.histories.iter().find(|(n, o, f, _)| (*n, *o, *f) == (node, output, frames));
+        if let Some((.., image)) = known {
+            return *image;
+        }
+        let image = self.builder.recording.add_image(VirtualImage {
+            label: format!("{}@previous:{frames}", self.graph.nodes[node].name),
+            desc: self.guesses[node][output],
+            // The image that it is the past of is not recorded yet; `link_histories` fills it in.
+            origin: Origin::Previous { of: ImageId(u32::MAX), frames },
+            finite: true,
+            signed: false,
+        });
+        self.histories.push((node, output, frames, image));
+        image
+    }
+
+    fn node(&mut self, index: usize) {
+        let node = &self.graph.nodes[index];
+        let arrivals: Vec<Arrival> = node.wires.iter().map(|wire| self.arrival(*wire)).collect();
+        let context = RecorderContext {
+            node: &node.name,
+            kind: node.kind.signature(),
+            values: &node.values,
+            arrivals: &arrivals,
+            format: node.format,
+            frame_size: self.request.size,
+            caps: &self.request.caps,
+            exact: self.request.options.exact,
+            wanted: &self.specialized.wanted[index],
+        };
+        let first_image = self.builder.recording.images.len();
+        let mut recorder = Recorder::new(context, &mut self.builder.recording);
+        node.kind.record(&node.values, &mut recorder);
+        self.made[index] = recorder.finish();
+        let signed = node.states.iter().flatten().any(|s| matches!(s, ColorState::Data | ColorState::LogLuminance));
+        self.builder.recording.images[first_image..].iter_mut().for_each(|image| image.signed = signed);
+    }
+
+    fn link_histories(&mut self) {
+        for (node, output, frames, image) in &self.histories {
+            let made = self.made[*node].get(*output);
+            let of = match made {
+                Some(Arrival::Image(of)) => *of,
+                // The node is off: its past is what it was when it last ran, or black.
+                _ => *image,
+            };
+            self.builder.recording.images[image.0 as usize].origin = Origin::Previous { of, frames: *frames };
+        }
+    }
+
+    fn wrong_guesses(&self) -> Vec<(usize, usize, ImageDesc)> {
+        let wrong = self.histories.iter().filter_map(|(node, output, _, image)| {
+            let Some(Arrival::Image(of)) = self.made[*node].get(*output) else { return None };
+            let desc = self.builder.recording.image(*of).desc;
+            (self.builder.recording.image(*image).desc != desc).then_some((*node, *output, desc))
+        });
+        wrong.collect()
+    }
+
+    fn add_outputs(&mut self, shown: Vec<Arrival>) {
+        for (output, arrival) in self.graph.outputs.iter().zip(shown) {
+            // An image that is remembered, or that is an output already, cannot be the host's: it gets a copy.
+            let taken = |image: &ImageId| self.builder.kept().contains(image);
+            let image = match arrival {
+                Arrival::Image(image)
+                    if self.builder.recording.image(image).origin == Origin::Transient && !taken(&image) =>
+                {
+                    image
+                }
+                other => self.copy(&output.name, &other),
+            };
+            self.builder.outputs.push(PlanOutput { name: output.name.clone(), image, state: output.state });
+        }
+    }
+
+    /// A pass that writes an output which no node writes.
+    fn copy(&mut self, name: &str, what: &Arrival) -> ImageId {
+        let (arg, desc) = match what {
+            Arrival::Image(image) => (Arg::Pixel(*image), self.builder.recording.image(*image).desc),
+            _ => (Arg::Zero(4), ImageDesc::new(self.request.size)),
+        };
+        let format = if desc.format.is_32_bit() { desc.format } else { Format::Rgba16Float };
+        let recording = &mut self.builder.recording;
+        let image = recording.add_image(VirtualImage {
+            label: name.to_owned(),
+            desc: desc.format(format),
+            origin: Origin::Transient,
+            finite: true,
+            signed: false,
+        });
+        recording.passes.push(copy_pass(name, arg, image));
+        image
+    }
+}

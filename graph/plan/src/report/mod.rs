@@ -1,0 +1,16 @@
+//! Reports of a finished plan: text, JSON, Graphviz, SVG, hash and difference.
+
+mod content;
+mod diff;
+mod dot;
+mod fnv;
+mod hash;
+mod json;
+mod kernels;
+mod names;
+mod svg;
+mod text;
+mod units;
+
+pub use diff::{PlanDiff, diff};
+pub use hash::PlanHash;

@@ -1,0 +1,32 @@
+//! The names of all images and buffers of a plan.
+
+use crate::plan::Plan;
+use afterimage_graph::node::{ImageId, Resource};
+
+/// The names of all images and buffers of a plan.
+pub(super) struct Names {
+    pub(super) images: Vec<String>,
+    buffers: Vec<String>,
+}
+
+impl Names {
+    pub(super) fn new(plan: &Plan) -> Self {
+        Self { images: plan.image_names(), buffers: plan.buffer_names() }
+    }
+
+    pub(super) fn of(&self, resource: Resource) -> &str {
+        match resource {
+            Resource::Image(image) => self.image(image),
+            Resource::Buffer(buffer) => &self.buffers[buffer.0 as usize],
+        }
+    }
+
+    /// The names of the buffers, by number.
+    pub(super) fn buffers(&self) -> impl Iterator<Item = &str> {
+        self.buffers.iter().map(String::as_str)
+    }
+
+    pub(super) fn image(&self, image: ImageId) -> &str {
+        &self.images[image.0 as usize]
+    }
+}

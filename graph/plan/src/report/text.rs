@@ -1,0 +1,180 @@
+//! Plans as text: what runs, in which order, the memory of the images, and what was skipped and why.
+
+use std::fmt::Write;
+
+use super::names::Names;
+use super::units::{count, mebibytes};
+use crate::options::{Alias, Ignored};
+use crate::plan::{Plan, PlannedPass};
+use afterimage_graph::node::Resource;
+
+impl Plan {
+    /// The plan as a table for people, with the memory that it needs and the nodes that it skips.
+    pub fn to_text(&self) -> String {
+        let names = Names::new(self);
+        let mut text = self.heading();
+        text += &table(&self.pass_table(&names));
+        text += &self.skipped_text();
+        text += &self.arithmetic_text();
+        text += &self.ignored_text();
+        text += &self.fused_text();
+        text += &self.shared_text();
+        text += &self.memory_text();
+        let _ = writeln!(text, "\nhash {}", self.hash());
+        text
+    }
+
+    fn heading(&self) -> String {
+        let passes = count(self.passes.len(), "pass");
+        let batches = count(self.batches.len(), "batch");
+        let transitions: usize = self.batches.iter().map(|batch| batch.transitions.len()).sum();
+        let aliasing: usize = self.batches.iter().map(|batch| batch.aliasing.len()).sum();
+        format!(
+            "{passes} in {batches} at {}; {}, {}; {} moved a frame\n\n",
+            self.size,
+            count(transitions, "transition"),
+            count(aliasing, "aliasing barrier"),
+            mebibytes(self.bytes_moved())
+        )
+    }
+
+    fn pass_table(&self, names: &Names) -> Vec<Vec<String>> {
+        let heading = ["batch", "node", "does", "stage", "size", "format", "reads -> writes"];
+        let mut rows = vec![heading.map(str::to_owned).to_vec()];
+        for (number, batch) in self.batches.iter().enumerate() {
+            for at in batch.passes.clone() {
+                let number = if at == batch.passes.start { number.to_string() } else { String::new() };
+                rows.extend(self.pass_rows(names, number, at));
+            }
+        }
+        rows
+    }
+
+    /// One row for a pass, and one more for each further pass that fusion has put into it.
+    fn pass_rows(&self, names: &Names, batch: String, at: usize) -> Vec<Vec<String>> {
+        let PlannedPass { pass, stage, .. } = &self.passes[at];
+        let list = |resources: Vec<Resource>| {
+            let named: Vec<&str> = resources.into_iter().map(|resource| names.of(resource)).collect();
+            named.join(", ")
+        };
+        let target = pass.written_image().map(|image| self.image(image).desc);
+        let labels: Vec<&str> = pass.label.split(" + ").collect();
+        let nodes: Vec<&str> = pass.nodes.iter().map(String::as_str).collect();
+        let one_each = labels.len() == nodes.len();
+        let (node, label) =
+            if one_each { (nodes[0].to_owned(), labels[0]) } else { (nodes.join(" + "), pass.label.as_str()) };
+        let mut rows = vec![vec![
+            batch,
+            node,
+            label.to_owned(),
+            format!("{stage:?}").to_lowercase(),
+            target.map_or(String::new(), |desc| desc.size.to_string()),
+            target.map_or(String::new(), |desc| desc.format.name().to_owned()),
+            format!("{} -> {}", list(pass.reads()), list(pass.writes())).trim_start().to_owned(),
+        ]];
+        let further = nodes.iter().zip(&labels).skip(1).filter(|_| one_each);
+        rows.extend(further.map(|(node, label)| vec![String::new(), format!("+ {node}"), (*label).to_owned()]));
+        rows
+    }
+
+    fn skipped_text(&self) -> String {
+        let rows: Vec<Vec<String>> =
+            self.skipped.iter().map(|left| vec![format!("  {}", left.node), left.why.clone()]).collect();
+        if rows.is_empty() { String::new() } else { format!("\nskipped\n{}", table(&rows)) }
+    }
+
+    fn arithmetic_text(&self) -> String {
+        let halves = self.passes.iter().filter(|pass| pass.features.half).count();
+        let passes = count(self.passes.len(), "pass");
+        let half = format!("sums of colours may be in half floats in {halves} of {passes}");
+        let used = [
+            (self.options.half, "  half", half.as_str()),
+            (self.options.subgroups, "  subgroups", "sums over workgroups are made by subgroups"),
+        ];
+        let row = |(_, switch, what): &(bool, &str, &str)| vec![(*switch).to_owned(), (*what).to_owned()];
+        let rows: Vec<Vec<String>> = used.iter().filter(|(used, ..)| *used).map(row).collect();
+        if rows.is_empty() { String::new() } else { format!("\narithmetic\n{}", table(&rows)) }
+    }
+
+    fn ignored_text(&self) -> String {
+        let row = |ignored: &Ignored| vec![format!("  {}", ignored.switch), ignored.why.to_owned()];
+        let rows: Vec<Vec<String>> = self.ignored.iter().map(row).collect();
+        if rows.is_empty() { String::new() } else { format!("\nignored\n{}", table(&rows)) }
+    }
+
+    fn fused_text(&self) -> String {
+        let saved = self.fused.iter().map(|fused| (fused.image.as_str(), fused.bytes_saved));
+        savings("never stored, because their passes are fused", saved.collect())
+    }
+
+    fn shared_text(&self) -> String {
+        let saved = self.shared_reads.iter().map(|read| (read.image.as_str(), read.bytes_saved));
+        savings("read once by passes that are joined", saved.collect())
+    }
+
+    fn memory_text(&self) -> String {
+        let memory = &self.memory;
+        let share = |bytes: u64| match memory.unaliased {
+            0 => String::new(),
+            all => format!("{:.1} %", 100.0 * bytes as f64 / all as f64),
+        };
+        let row = |name: &str, bytes: u64, alias: Option<Alias>| {
+            let used = if alias == Some(self.options.alias) { "in use" } else { "" };
+            vec![format!("  {name}"), mebibytes(bytes), share(bytes), used.to_owned()]
+        };
+        let rows = [
+            row("all that nodes describe", memory.unaliased, None),
+            row("stored, without sharing", memory.unshared, Some(Alias::None)),
+            row("stored, pooled", memory.pooled, Some(Alias::Pool)),
+            row("stored, placed", memory.placed, Some(Alias::Placed)),
+            row("lower bound", memory.lower_bound, None),
+        ];
+        let mut text = format!("\nmemory of transient images\n{}", right(&rows, &[1, 2]));
+        let _ = writeln!(text, "  {}", self.verdict());
+        if memory.kept > 0 {
+            let _ = writeln!(text, "  outputs and histories have {} of their own", mebibytes(memory.kept));
+        }
+        text
+    }
+
+    fn verdict(&self) -> String {
+        let (placed, bound) = (self.memory.placed, self.memory.lower_bound);
+        if placed == bound {
+            return "the placement is the best there is for this order".to_owned();
+        }
+        let gap = 100.0 * (placed - bound) as f64 / bound as f64;
+        format!("the placement is within {gap:.2} % of the best that this order allows")
+    }
+}
+
+/// Images and the bytes that each of them saves, under a heading with their sum; nothing if there are none.
+fn savings(why: &str, saved: Vec<(&str, u64)>) -> String {
+    if saved.is_empty() {
+        return String::new();
+    }
+    let row = |(image, bytes): &(&str, u64)| vec![format!("  {image}"), format!("{} less", mebibytes(*bytes))];
+    let rows: Vec<Vec<String>> = saved.iter().map(row).collect();
+    let sum = saved.iter().map(|(_, bytes)| bytes).sum();
+    format!("\n{why}: {} less moved a frame\n{}", mebibytes(sum), table(&rows))
+}
+
+/// Columns two spaces apart, without spaces at the ends of lines.
+fn table(rows: &[Vec<String>]) -> String {
+    right(rows, &[])
+}
+
+/// The same with some columns aligned to the right.
+fn right(rows: &[Vec<String>], right: &[usize]) -> String {
+    let columns = rows.iter().map(Vec::len).max().unwrap_or(0);
+    let width = |column: usize| rows.iter().filter_map(|row| row.get(column)).map(|cell| cell.chars().count()).max();
+    let widths: Vec<usize> = (0..columns).map(|column| width(column).unwrap_or(0)).collect();
+    let mut text = String::new();
+    for row in rows {
+        let cells = row.iter().zip(&widths).enumerate().map(|(column, (cell, width))| {
+            if right.contains(&column) { format!("{cell:>width$}") } else { format!("{cell:<width$}") }
+        });
+        let line = cells.collect::<Vec<String>>().join("  ");
+        let _ = writeln!(text, "{}", line.trim_end());
+    }
+    text
+}

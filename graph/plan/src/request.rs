@@ -1,0 +1,53 @@
+//! What a plan is made for, beside the graph.
+
+use std::collections::BTreeMap;
+
+use afterimage_base::caps::Caps;
+use afterimage_base::image::{ImageDesc, Size};
+use afterimage_graph::check::Facts;
+use serde::Serialize;
+
+use crate::options::Options;
+
+/// What a plan is made for, beside the graph: the frame, the scene and the device.
+pub struct PlanRequest<'a> {
+    /// The size of the frame, for nodes without an image input.
+    pub size: Size,
+    /// The images that the host gives, by the name of the pipeline's input.
+    pub inputs: BTreeMap<String, GivenImage>,
+    /// What the host says of the scene.
+    pub facts: Facts,
+    /// What the device can do.
+    pub caps: Caps,
+    /// Switches.
+    pub options: Options,
+    /// Bytes and alignment that the device wants for an image.
+    pub requirement: &'a dyn Fn(&ImageDesc) -> Requirement,
+}
+
+/// An image that the host gives.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct GivenImage {
+    /// Size and format.
+    pub desc: ImageDesc,
+    /// Whether the host promises that all its numbers are finite, not negative (unless the input allows it), and at most
+    /// 65504.
+    pub finite: bool,
+}
+
+/// What a device wants for an image.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct Requirement {
+    /// Bytes, with the driver's padding.
+    pub bytes: u64,
+    /// Alignment of its offset; a power of two.
+    pub alignment: u64,
+}
+
+impl Requirement {
+    /// A plausible requirement where no device is asked: whole blocks of 64 KiB.
+    pub fn typical(desc: &ImageDesc) -> Self {
+        const BLOCK: u64 = 1 << 16;
+        Self { bytes: desc.bytes().next_multiple_of(BLOCK), alignment: BLOCK }
+    }
+}

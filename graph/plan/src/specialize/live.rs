@@ -1,0 +1,45 @@
+//! Nodes that no output and no history needs do not run.
+
+use super::wires::{SpecializedGraph, WireSource};
+use crate::error::PlanError;
+use crate::plan::Skipped;
+use afterimage_graph::check::{Graph, Source};
+
+/// Marks the outputs that are needed, and skips the nodes without any.
+pub(super) fn mark_wanted(graph: &Graph, specialized: &mut SpecializedGraph) -> Result<(), PlanError> {
+    let mut wanted: Vec<Vec<bool>> = graph.nodes.iter().map(|n| vec![false; n.kind.outputs().len()]).collect();
+    let mut stack = shown(graph, specialized)?;
+    while let Some((node, output)) = stack.pop() {
+        let first_visit = !wanted[node].iter().any(|wanted| *wanted);
+        wanted[node][output] = true;
+        if !first_visit {
+            continue;
+        }
+        for wire in &graph.nodes[node].wires {
+            if let WireSource::From(Source::Node { node, output, .. }) = specialized.resolve(*wire) {
+                stack.push((node, output));
+            }
+        }
+    }
+    specialized.wanted = wanted;
+    let unread = |index: &usize| specialized.runs[*index] && !specialized.is_live(*index);
+    let skipped: Vec<Skipped> = (0..graph.nodes.len())
+        .filter(unread)
+        .map(|index| Skipped { node: graph.nodes[index].name.clone(), why: "nobody needs it".into() })
+        .collect();
+    specialized.skipped.extend(skipped);
+    Ok(())
+}
+
+/// The nodes and ports that the outputs of the pipeline show.
+fn shown(graph: &Graph, specialized: &SpecializedGraph) -> Result<Vec<(usize, usize)>, PlanError> {
+    let mut shown = Vec::new();
+    for output in &graph.outputs {
+        match specialized.resolve(Some(output.source)) {
+            WireSource::From(Source::Node { node, output, .. }) => shown.push((node, output)),
+            WireSource::From(Source::Input(_)) | WireSource::Zero => {}
+            WireSource::Absent => return Err(PlanError::NothingToShow(output.name.clone())),
+        }
+    }
+    Ok(shown)
+}

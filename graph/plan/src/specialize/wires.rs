@@ -1,0 +1,49 @@
+//! The graph with fallbacks in the place of nodes that do not run.
+
+use afterimage_graph::check::Source;
+
+use crate::plan::Skipped;
+
+/// Where a wire ends up once fallbacks are in place.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum WireSource {
+    /// What a node makes or the host gives.
+    From(Source),
+    /// Zero everywhere.
+    Zero,
+    /// Nothing.
+    Absent,
+}
+
+/// The graph with fallbacks in place.
+pub(crate) struct SpecializedGraph {
+    /// The order in which nodes can be recorded.
+    pub(crate) order: Vec<usize>,
+    /// Which nodes run.
+    pub(crate) runs: Vec<bool>,
+    /// For each node and output port, what its readers get.
+    pub(super) outputs: Vec<Vec<WireSource>>,
+    /// Whether the host gives each input.
+    pub(super) given: Vec<bool>,
+    /// For each node and output port, whether an output of the pipeline needs it.
+    pub(crate) wanted: Vec<Vec<bool>>,
+    /// Nodes that do not run, and why.
+    pub(crate) skipped: Vec<Skipped>,
+}
+
+impl SpecializedGraph {
+    /// What arrives through a wire.
+    pub(crate) fn resolve(&self, wire: Option<Source>) -> WireSource {
+        match wire {
+            None => WireSource::Absent,
+            Some(Source::Input(input)) if !self.given[input] => WireSource::Absent,
+            Some(source @ (Source::Input(_) | Source::Node { previous: 1.., .. })) => WireSource::From(source),
+            Some(Source::Node { node, output, .. }) => self.outputs[node][output],
+        }
+    }
+
+    /// Whether a node runs and an output needs it.
+    pub(crate) fn is_live(&self, node: usize) -> bool {
+        self.runs[node] && self.wanted[node].iter().any(|wanted| *wanted)
+    }
+}

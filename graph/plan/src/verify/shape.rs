@@ -1,0 +1,93 @@
+//! Shape: the parts of a plan fit together, and everything that it mentions exists.
+
+use super::walk::{Faults, Places};
+use crate::plan::{Plan, Stage};
+use afterimage_graph::node::{Origin, Resource};
+
+pub(super) fn check(plan: &Plan, places: &Places<'_>, faults: &mut Faults) {
+    let lists = [
+        ("offsets", places.offsets.len(), plan.images.len()),
+        ("batches of aliasing barriers", places.aliasing.len(), plan.batches.len()),
+    ];
+    for (what, has, wants) in lists.into_iter().filter(|(_, has, wants)| has != wants) {
+        faults.add(format!("the plan has {has} {what} where it needs {wants}"));
+    }
+    let mut seen: Vec<usize> = plan.passes.iter().map(|planned| planned.recorded).collect();
+    seen.sort_unstable();
+    if seen.iter().enumerate().any(|(at, place)| at != *place) {
+        faults.add("the places in the recording do not name every pass once".into());
+    }
+    check_cover(plan, faults);
+    check_numbers(plan, places, faults);
+    check_stages(plan, faults);
+    check_uniforms(plan, faults);
+}
+
+/// Whether the batches cover the passes in order.
+fn check_cover(plan: &Plan, faults: &mut Faults) {
+    let mut end = 0;
+    for (number, batch) in plan.batches.iter().enumerate() {
+        let passes = &batch.passes;
+        if passes.start != end || passes.is_empty() {
+            faults.add(format!("batch {number} is {passes:?}, but the batches before it end at pass {end}"));
+        }
+        end = passes.end;
+    }
+    if end != plan.passes.len() {
+        faults.add(format!("the batches end at pass {end}, but there are {} passes", plan.passes.len()));
+    }
+}
+
+fn check_numbers(plan: &Plan, places: &Places<'_>, faults: &mut Faults) {
+    let used = plan.work().flat_map(|pass| pass.reads().into_iter().chain(pass.writes()));
+    let transitions = plan.batches.iter().flat_map(|batch| &batch.transitions).chain(&plan.exports);
+    let mentioned = used.chain(transitions.map(|transition| transition.resource)).chain(unused(plan, places));
+    for resource in mentioned {
+        let is_known = match resource {
+            Resource::Image(image) => (image.0 as usize) < plan.images.len(),
+            Resource::Buffer(buffer) => (buffer.0 as usize) < plan.buffers.len(),
+        };
+        if !is_known {
+            faults.add(format!("the plan mentions {resource:?}, which is not in it"));
+        }
+    }
+}
+
+/// Images that the plan mentions beside its passes.
+fn unused<'a>(plan: &'a Plan, places: &'a Places<'_>) -> impl Iterator<Item = Resource> + 'a {
+    let barriers = places.aliasing.iter().copied().flatten();
+    let aliased = barriers.flat_map(|barrier| barrier.owners.iter().chain(std::iter::once(&barrier.image)));
+    let outputs = plan.outputs.iter().map(|output| &output.image);
+    let pasts = plan.images.iter().filter_map(|image| match &image.origin {
+        Origin::Previous { of, .. } => Some(of),
+        _ => None,
+    });
+    aliased.chain(outputs).chain(pasts).map(|image| Resource::Image(*image))
+}
+
+/// Only passes of functions are drawn.
+fn check_stages(plan: &Plan, faults: &mut Faults) {
+    let drawn = plan.passes.iter().filter(|planned| planned.stage == Stage::Fragment);
+    for planned in drawn.filter(|planned| !planned.pass.kind.is_drawable()) {
+        faults.add(format!("pass `{}` is drawn, but it can only be dispatched", planned.pass.label));
+    }
+}
+
+/// No two passes share bytes of the uniform buffer.
+fn check_uniforms(plan: &Plan, faults: &mut Faults) {
+    let blocks = plan.passes.iter().flat_map(|planned| {
+        let block = &planned.uniform;
+        let extent = size_of_val(&block.extent) as u64;
+        let bytes = block.bytes.len() as u64;
+        [(block.offset, bytes), (block.extent_offset, extent)].map(|(start, bytes)| (start, start + bytes, planned))
+    });
+    let mut blocks: Vec<_> = blocks.filter(|(start, end, _)| start < end).collect();
+    blocks.sort_by_key(|(start, ..)| *start);
+    for pair in blocks.windows(2) {
+        let [(_, end, first), (start, _, second)] = pair else { continue };
+        if start < end {
+            let (first, second) = (&first.pass.label, &second.pass.label);
+            faults.add(format!("the uniforms of pass `{first}` and of pass `{second}` overlap"));
+        }
+    }
+}

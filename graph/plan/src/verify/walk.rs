@@ -1,0 +1,121 @@
+//! A plan, with what follows from its passes and batches alone.
+
+use std::collections::BTreeMap;
+
+use crate::plan::{AliasingBarrier, Plan};
+use afterimage_graph::node::{Arg, Pass, Resource};
+
+/// Something in a plan that is wrong: a sentence with the names of the passes and images.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Fault(String);
+
+impl std::fmt::Display for Fault {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+impl std::error::Error for Fault {}
+
+/// What has been found.
+#[derive(Default)]
+pub(super) struct Faults(pub(super) Vec<Fault>);
+
+impl Faults {
+    pub(super) fn add(&mut self, sentence: String) {
+        self.0.push(Fault(sentence));
+    }
+}
+
+/// Where the images lie.
+pub(super) struct Places<'a> {
+    /// The offset in the heap of each image that shares memory.
+    pub(super) offsets: Vec<Option<u64>>,
+    /// Bytes of the heap.
+    pub(super) heap: u64,
+    /// The aliasing barriers before each batch.
+    pub(super) aliasing: Vec<&'a [AliasingBarrier]>,
+}
+
+/// A plan, with what follows from its passes and batches alone.
+pub(super) struct Walk<'a> {
+    pub(super) plan: &'a Plan,
+    pub(super) places: Places<'a>,
+    pub(super) images: Vec<String>,
+    pub(super) buffers: Vec<String>,
+    pub(super) passes: Vec<String>,
+    /// The batch of each pass.
+    pub(super) batch_of: Vec<usize>,
+    /// What each pass reads and writes.
+    pub(super) accesses: Vec<Vec<Access>>,
+    /// First and last batch of each image that a pass mentions.
+    pub(super) spans: Vec<Option<(usize, usize)>>,
+}
+
+/// How one pass uses one resource.
+#[derive(Clone, Copy)]
+pub(super) struct Access {
+    pub(super) resource: Resource,
+    pub(super) reads: bool,
+    pub(super) writes: bool,
+}
+
+impl<'a> Walk<'a> {
+    pub(super) fn new(plan: &'a Plan, places: Places<'a>) -> Self {
+        let accesses: Vec<Vec<Access>> = plan.passes.iter().map(|planned| accesses(&planned.pass)).collect();
+        let mut batch_of = vec![0; accesses.len()];
+        for (number, batch) in plan.batches.iter().enumerate() {
+            batch_of[batch.passes.clone()].fill(number);
+        }
+        let mut spans = vec![None; plan.images.len()];
+        for (access, batch) in
+            accesses.iter().zip(&batch_of).flat_map(|(all, batch)| all.iter().map(move |a| (a, *batch)))
+        {
+            if let Resource::Image(image) = access.resource {
+                let (first, last) = spans[image.0 as usize].unwrap_or((batch, batch));
+                spans[image.0 as usize] = Some((first.min(batch), last.max(batch)));
+            }
+        }
+        let (images, buffers, passes) = (plan.image_names(), plan.buffer_names(), plan.pass_names());
+        Self { plan, places, images, buffers, passes, batch_of, accesses, spans }
+    }
+
+    pub(super) fn name(&self, resource: Resource) -> &str {
+        match resource {
+            Resource::Image(image) => &self.images[image.0 as usize],
+            Resource::Buffer(buffer) => &self.buffers[buffer.0 as usize],
+        }
+    }
+
+    /// Everything that happens to each resource: pass and access, in the order of execution.
+    pub(super) fn histories(&self) -> BTreeMap<Resource, Vec<(usize, Access)>> {
+        let mut histories: BTreeMap<Resource, Vec<(usize, Access)>> = BTreeMap::new();
+        for (pass, accesses) in self.accesses.iter().enumerate() {
+            for access in accesses {
+                histories.entry(access.resource).or_default().push((pass, *access));
+            }
+        }
+        histories
+    }
+}
+
+fn accesses(pass: &Pass) -> Vec<Access> {
+    let mut found: BTreeMap<Resource, Access> = BTreeMap::new();
+    let mut note = |resource: Resource, reads: bool, writes: bool| {
+        let access = found.entry(resource).or_insert(Access { resource, reads: false, writes: false });
+        access.reads |= reads;
+        access.writes |= writes;
+    };
+    for arg in pass.kernels.iter().flat_map(|kernel| &kernel.args) {
+        match arg.value {
+            Arg::Pixel(image) | Arg::Texture(image) => note(Resource::Image(image), true, false),
+            Arg::Storage(image) => note(Resource::Image(image), false, true),
+            Arg::Value(buffer, _) => note(Resource::Buffer(buffer), true, false),
+            Arg::Buffer(buffer, writes) => note(Resource::Buffer(buffer), true, writes),
+            Arg::Kernel(_) | Arg::Tile | Arg::Square | Arg::Zero(_) => {}
+            Arg::Sampler | Arg::Point | Arg::Frame | Arg::Params => {}
+        }
+    }
+    pass.results.iter().for_each(|result| note(Resource::Image(result.image), false, true));
+    found.into_values().collect()
+}

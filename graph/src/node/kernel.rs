@@ -1,0 +1,184 @@
+//! A kernel in a pass: a function or a compute entry point, with what its arguments hold.
+
+use afterimage_base::Shared;
+use afterimage_wgsl::Shader;
+
+use super::resource::{BufferId, ImageId, Resource};
+
+/// A kernel function or a compute entry point, and what it is called with.
+#[derive(Clone, Debug, PartialEq)]
+pub struct KernelCall {
+    /// The node it works for.
+    pub node: String,
+    /// The module.
+    pub shader: Shared<Shader>,
+    /// The name of the function or of the entry point.
+    pub function: Shared<str>,
+    /// The arguments of a function in order, or the bindings of an entry point.
+    pub args: Vec<Argument>,
+    /// Bytes of its `params`; empty if it has none.
+    pub uniform: Vec<u8>,
+    /// Workgroups of an entry point; `None` for a function, whose entry point the framework writes.
+    pub workgroups: Option<[u32; 3]>,
+    /// How far a function reads its texture from its own place, in texels; `None` where that is not known.
+    pub reach: Option<f32>,
+    /// Constants of the module that hold here: see [`FunctionPass::promise`](super::FunctionPass::promise).
+    pub promises: Vec<&'static str>,
+    /// Override constants of an entry point's module.
+    pub constants: Vec<(&'static str, f64)>,
+    /// The form by rows of a function, if it has one.
+    pub by_rows: Option<ByRows>,
+    /// The form by cells of an entry point, if it has one.
+    pub by_cells: Option<ByCells>,
+}
+
+/// An argument of a kernel function or a binding of an entry point.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Argument {
+    /// The name in the module.
+    pub name: String,
+    /// What it holds.
+    pub value: Arg,
+}
+
+/// What an argument of a kernel holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Arg {
+    /// The value of an earlier kernel of the same pass, by its place in the pass.
+    Kernel(usize),
+    /// This pixel of an image of the result's size.
+    Pixel(ImageId),
+    /// An image, read anywhere.
+    Texture(ImageId),
+    /// The image before in a [`TiledChain`](super::TiledChain), read as far as its reach.
+    Tile,
+    /// The four texels under one texel of the result of a [`RowDownsample`](super::RowDownsample), from the kernels before.
+    Square,
+    /// An image that the kernel writes.
+    Storage(ImageId),
+    /// A storage buffer, and whether the kernel writes it, too.
+    Buffer(BufferId, bool),
+    /// The linear, clamping sampler of the argument before.
+    Sampler,
+    /// The first components of a value.
+    Value(BufferId, u8),
+    /// Zero, with this many components.
+    Zero(u8),
+    /// The pixel's place.
+    Point,
+    /// The frame's time.
+    Frame,
+    /// The kernel's uniform.
+    Params,
+}
+
+/// The form by rows of a function that halves an image.
+///
+/// It is called by all invocations of the workgroup, once for the row above its first and then for each row and the one
+/// below its last, with the texels under one texel of that row; the result of a call is the texel of the row before. It
+/// may wait for the others (`workgroupBarrier`), and takes no parameters:
+/// `fn name(state: ptr<function, State>, square: Square, invocation: u32) -> vec4f`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ByRows {
+    /// The module.
+    pub shader: &'static Shader,
+    /// The function's name.
+    pub function: &'static str,
+    /// The struct in which an invocation keeps what it needs of the rows before, all zero at first.
+    pub state: &'static str,
+}
+
+/// The form by cells of a compute kernel that reduces an image over each cell of a lattice: with it the framework lets
+/// several such kernels read each pixel together.
+///
+/// The cells divide the image evenly, whatever its size, so that a pixel may lie in several. The module imports `cells`,
+/// which has the structs `Cell` and `Seen`. It has three functions, which all invocations of a workgroup call, at most 256:
+///
+/// - `fn FORM_begin(cell: Cell) -> State` before the first pixel, to clear the cell's workgroup memory; a barrier
+///   follows;
+/// - `fn FORM_visit(state: ptr<function, State>, cell: Cell, seen: Seen)` for each pixel that the invocation reads, where
+///   it must not wait for others. A pixel is read once for each of the finest cells that it touches: its shares of the
+///   cells add up to its area, and in one cell it is `centred`;
+/// - `fn FORM_finish(state: ptr<function, State>, cell: Cell)` after the last, to combine the invocations' states and to
+///   store the cell.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ByCells {
+    /// What the three functions' names begin with.
+    pub form: &'static str,
+    /// The variable that holds the image.
+    pub source: &'static str,
+    /// Cells across and down.
+    pub cells: [u32; 2],
+    /// The most cells that one workgroup's memory has room for.
+    pub together: u32,
+    /// Sampling stride: the pixels at multiples of it are read, as the library's `stride` file picks them.
+    pub stride: u32,
+}
+
+impl KernelCall {
+    /// A call of a function without a uniform, promises or other forms.
+    pub fn function(
+        node: &str,
+        shader: impl Into<Shared<Shader>>,
+        function: impl Into<Shared<str>>,
+        args: &[(&str, Arg)],
+    ) -> Self {
+        let argument = |(name, value): &(&str, Arg)| Argument { name: (*name).to_owned(), value: *value };
+        Self {
+            node: node.to_owned(),
+            shader: shader.into(),
+            function: function.into(),
+            args: args.iter().map(argument).collect(),
+            uniform: Vec::new(),
+            workgroups: None,
+            reach: None,
+            promises: Vec::new(),
+            constants: Vec::new(),
+            by_rows: None,
+            by_cells: None,
+        }
+    }
+
+    /// Whether an argument holds this.
+    pub fn takes(&self, value: Arg) -> bool {
+        self.args.iter().any(|arg| arg.value == value)
+    }
+
+    /// The images that it reads as textures.
+    pub fn textures(&self) -> impl Iterator<Item = ImageId> + '_ {
+        self.args.iter().filter_map(|arg| match arg.value {
+            Arg::Texture(image) => Some(image),
+            _ => None,
+        })
+    }
+
+    /// Whether it reads an image around the pixel.
+    pub fn reads_texture(&self) -> bool {
+        self.textures().next().is_some()
+    }
+
+    /// What the argument of that name holds.
+    pub fn arg(&self, name: &str) -> Option<Arg> {
+        self.args.iter().find(|arg| arg.name == name).map(|arg| arg.value)
+    }
+}
+
+impl Arg {
+    /// What it reads.
+    pub fn read(self) -> Option<Resource> {
+        match self {
+            Self::Pixel(image) | Self::Texture(image) => Some(Resource::Image(image)),
+            Self::Value(buffer, _) | Self::Buffer(buffer, _) => Some(Resource::Buffer(buffer)),
+            _ => None,
+        }
+    }
+
+    /// What it writes.
+    pub fn written(self) -> Option<Resource> {
+        match self {
+            Self::Storage(image) => Some(Resource::Image(image)),
+            Self::Buffer(buffer, true) => Some(Resource::Buffer(buffer)),
+            _ => None,
+        }
+    }
+}

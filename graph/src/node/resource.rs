@@ -1,0 +1,79 @@
+//! Virtual images and buffers: what passes read and write.
+
+use std::sync::Arc;
+
+use afterimage_base::image::ImageDesc;
+
+/// A virtual image of a recording.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct ImageId(pub u32);
+
+/// A virtual buffer of a recording.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct BufferId(pub u32);
+
+/// An image or a buffer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Resource {
+    /// An image.
+    Image(ImageId),
+    /// A buffer.
+    Buffer(BufferId),
+}
+
+/// Where an image comes from.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Origin {
+    /// Made and used within one frame; its memory is shared with others.
+    Transient,
+    /// Given by the host under this name.
+    Input(String),
+    /// Filled once, when the plan is set up.
+    Constant(Arc<[u8]>),
+    /// What `of` held so many frames ago.
+    Previous {
+        /// The image that is written in each frame.
+        of: ImageId,
+        /// How many frames ago.
+        frames: u32,
+    },
+}
+
+/// A virtual image: a description, and how it lives.
+#[derive(Clone, Debug, PartialEq)]
+pub struct VirtualImage {
+    /// `node.port`, for people.
+    pub label: String,
+    /// Size and format.
+    pub desc: ImageDesc,
+    /// Where it comes from.
+    pub origin: Origin,
+    /// Whether all its numbers are known to be finite and within half range.
+    pub finite: bool,
+    /// Whether negative numbers are meant (data), not noise.
+    pub signed: bool,
+}
+
+/// A virtual buffer.
+#[derive(Clone, Debug, PartialEq)]
+pub struct VirtualBuffer {
+    /// `node.name`, for people.
+    pub label: String,
+    /// Its size.
+    pub bytes: u64,
+    /// How it lives.
+    pub life: BufferLife,
+}
+
+/// How a buffer lives.
+#[derive(Clone, Debug, PartialEq)]
+pub enum BufferLife {
+    /// Written before it is read in every frame.
+    Frame,
+    /// All zero at the start of every frame.
+    Zeroed,
+    /// Keeps its contents from frame to frame; all zero at first and after a reset.
+    Persistent,
+    /// Filled once, when the plan is set up.
+    Constant(Arc<[u8]>),
+}

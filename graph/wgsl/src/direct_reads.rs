@@ -1,0 +1,75 @@
+//! Functions that read textures directly. The library's `texel` and `tap` sanitize what they read; a direct read does
+//! not.
+
+use std::collections::BTreeSet;
+
+use naga::{Block, Expression, Function, Handle, Module, Statement};
+
+/// The functions and entry points that load, sample or gather texels themselves, or call one that does; those of the library are not
+/// counted, nor what they read.
+pub(crate) fn direct_reads<'m>(module: &'m Module, is_of_library: &dyn Fn(Option<&String>) -> bool) -> Vec<&'m String> {
+    let reads_itself = |function: &Function| {
+        !is_of_library(function.name.as_ref()) && function.expressions.iter().any(|(_, expression)| is_read(expression))
+    };
+    let mut readers = BTreeSet::new();
+    // A module declares functions before those that call them.
+    for (handle, function) in module.functions.iter() {
+        if reads_itself(function) || calls_any(&function.body, &readers) {
+            readers.insert(handle);
+        }
+    }
+    let functions = readers.iter().filter_map(|reader| module.functions[*reader].name.as_ref());
+    let entries = module.entry_points.iter().filter(|entry| {
+        let function = &entry.function;
+        function.expressions.iter().any(|(_, expression)| is_read(expression)) || calls_any(&function.body, &readers)
+    });
+    functions.chain(entries.map(|entry| &entry.name)).collect()
+}
+
+fn is_read(expression: &Expression) -> bool {
+    matches!(expression, Expression::ImageLoad { .. } | Expression::ImageSample { .. })
+}
+
+fn calls_any(block: &Block, functions: &BTreeSet<Handle<Function>>) -> bool {
+    let inside = |block: &Block| calls_any(block, functions);
+    block.iter().any(|statement| match statement {
+        Statement::Call { function, .. } => functions.contains(function),
+        Statement::Block(block) => inside(block),
+        Statement::If { accept, reject, .. } => inside(accept) || inside(reject),
+        Statement::Switch { cases, .. } => cases.iter().any(|case| inside(&case.body)),
+        Statement::Loop { body, continuing, .. } => inside(body) || inside(continuing),
+        _ => false,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::Shader;
+
+    const SOURCE: &str = "
+// textureLoad, textureSampleLevel and textureGather in a comment read nothing.
+fn through_library(source: texture_2d<f32>, at: Point) -> vec4f { return texel(source, at.pixel); }
+fn loads(source: texture_2d<f32>, at: Point) -> vec4f { return textureLoad(source, at.pixel, 0); }
+fn samples(source: texture_2d<f32>, s: sampler, at: Point) -> vec4f {
+    return textureSampleLevel(source, s, at.uv, 0.0);
+}
+fn gathers(source: texture_2d<f32>, s: sampler, at: Point) -> vec4f { return textureGather(0, source, s, at.uv); }
+fn calls(source: texture_2d<f32>, at: Point) -> vec4f {
+    for (var i = 0; i < 2; i++) { if i == 1 { return loads(source, at); } }
+    return vec4f();
+}
+fn measures(source: texture_2d<f32>, at: Point) -> vec4f { return vec4f(vec2f(textureDimensions(source)), 0.0, 0.0); }
+@group(0) @binding(0) var picture: texture_2d<f32>;
+@group(0) @binding(1) var<storage, read_write> sums: array<f32>;
+@compute @workgroup_size(1) fn entry() { sums[0] = textureLoad(picture, vec2i(), 0).x; }
+@compute @workgroup_size(1) fn guarded_entry() { sums[0] = texel(picture, vec2i()).x; }
+";
+
+    #[test]
+    fn calls_that_read_textures_directly_are_found_and_comments_are_not() {
+        let shader = Shader::new("direct.wgsl", SOURCE);
+        let reads = |name: &str| shader.reads_textures_itself(name);
+        assert_eq!(["loads", "samples", "gathers", "calls", "entry"].map(reads), [true; 5]);
+        assert_eq!(["through_library", "measures", "guarded_entry"].map(reads), [false; 3]);
+    }
+}

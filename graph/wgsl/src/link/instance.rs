@@ -1,0 +1,116 @@
+//! A file's place in a linked module.
+
+use std::ops::Range;
+
+use crate::library::{Library, SourceFile};
+use crate::module::{Module, Symbol};
+
+/// A file in a module that is being linked. The same file may be in it several times, each time under names of its own.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Instance(pub(super) u32);
+
+impl Instance {
+    /// The code that the caller of the linker writes.
+    pub const GENERATED: Self = Self(u32::MAX);
+
+    pub(super) fn index(self) -> usize {
+        self.0 as usize
+    }
+}
+
+/// What a name of a file means.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Target {
+    /// Something of the language, or nothing.
+    Language,
+    /// A declaration of an instance, by its name there.
+    Declared(Instance, Symbol),
+    /// The replacement at that index.
+    Replaced(usize),
+    /// Declarations of two imports.
+    Ambiguous(Instance, Instance),
+}
+
+/// Text of the generated code that a name is replaced by.
+#[derive(Clone, Debug)]
+pub(super) struct Replacement {
+    pub(super) name: Symbol,
+    /// A name of the generated code, or of the language.
+    pub(super) by: String,
+    /// What follows it: members.
+    pub(super) members: String,
+    /// Whether the template list after the name goes too.
+    pub(super) with_template: bool,
+}
+
+/// An instance under construction.
+pub(super) struct Part<'a> {
+    pub(super) file: &'a SourceFile,
+    pub(super) module: &'a Module,
+    pub(super) library: Option<&'a Library>,
+    /// Whether the file is one of the framework's library.
+    pub(super) is_framework: bool,
+    pub(super) variant: Variant,
+    /// Where its names are looked up after its own declarations: the files that it imports.
+    pub(super) imports: Vec<Instance>,
+    /// The files that all import.
+    pub(super) prelude: Vec<Instance>,
+    /// Other text for some bytes of the file.
+    pub(super) edits: Vec<(Range<usize>, String)>,
+    pub(super) replacements: Vec<Replacement>,
+    /// What each name means.
+    pub(super) targets: Vec<Option<Target>>,
+    /// Whether each declaration is in the module.
+    pub(super) reached: Vec<bool>,
+    /// The names in the module of what is declared, where they differ from those in the file.
+    pub(super) renamed: Vec<Option<String>>,
+}
+
+/// What makes two instances of a file differ from the start.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub(super) struct Variant {
+    /// Whether the linker's substitution holds.
+    pub(super) is_substituted: bool,
+    /// Boolean constants that are set to true.
+    pub(super) promises: Vec<String>,
+}
+
+impl<'a> Part<'a> {
+    pub(super) fn new(
+        file: &'a SourceFile,
+        module: &'a Module,
+        library: Option<&'a Library>,
+        variant: Variant,
+    ) -> Self {
+        Self {
+            file,
+            module,
+            library,
+            is_framework: false,
+            variant,
+            imports: Vec::new(),
+            prelude: Vec::new(),
+            edits: Vec::new(),
+            replacements: Vec::new(),
+            targets: vec![None; module.symbol_count()],
+            reached: vec![false; module.declarations.len()],
+            renamed: vec![None; module.symbol_count()],
+        }
+    }
+
+    /// The name in the module of what the file calls `symbol`.
+    pub(super) fn final_name(&self, symbol: Symbol) -> &str {
+        self.renamed[symbol.index()].as_deref().unwrap_or_else(|| self.module.name(symbol))
+    }
+
+    /// Whether both are of the same file, library and variant.
+    pub(super) fn is_of(&self, file: &SourceFile, library: Option<&Library>, variant: &Variant) -> bool {
+        let same_file = std::ptr::eq(self.file, file)
+            || (**self.file.name() == **file.name() && **self.file.text() == **file.text());
+        let same_library = match (self.library, library) {
+            (Some(own), Some(other)) => std::ptr::eq(own, other),
+            (own, other) => own.is_none() && other.is_none(),
+        };
+        same_file && same_library && self.variant == *variant
+    }
+}

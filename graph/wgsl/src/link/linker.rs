@@ -1,0 +1,322 @@
+//! The linker: instances of files, what is changed in them, and the module that they become.
+
+use super::edit;
+use super::emit::emit;
+use super::instance::{Instance, Part, Replacement, Variant};
+use super::names::choose_names;
+use super::resolve::{Roots, check, reach};
+use super::source_map::{GENERATED, SourceMap};
+use crate::error::{ShaderError, position};
+use crate::features::ShaderFeatures;
+use crate::library::{FRAMEWORK, Library, Source, SourceFile};
+use crate::module::Module;
+use crate::sample_mode::SampleMode;
+
+/// Files of the framework's library that every file imports.
+const PRELUDE: [&str; 3] = ["point", "sanitize", "sampling"];
+
+/// Puts files together into one module.
+pub struct Linker<'a> {
+    parts: Vec<Part<'a>>,
+    prelude: Vec<Instance>,
+    mode: SampleMode,
+    features: ShaderFeatures,
+    /// Names, with their template lists, and what replaces them.
+    substitution: &'a [(&'a str, &'a str)],
+}
+
+/// A linked module.
+#[derive(Clone, Debug)]
+pub struct Linked {
+    /// The text of the module.
+    pub text: String,
+    /// Where its bytes came from.
+    pub map: SourceMap,
+    /// The names in the module of the entry points that were asked for.
+    pub entries: Vec<String>,
+}
+
+/// A declaration of a linked module.
+#[derive(Clone, Debug)]
+pub(crate) struct Declared {
+    /// The name in the module.
+    pub(crate) name: String,
+    /// The name in the file.
+    pub(crate) original: String,
+    pub(crate) instance: Instance,
+    /// Whether the file is one of the framework's library.
+    pub(crate) is_framework: bool,
+}
+
+impl<'a> Linker<'a> {
+    /// A linker of a module that samples its textures like that and uses those features of the language.
+    pub fn new(mode: SampleMode, features: ShaderFeatures) -> Self {
+        let mut linker = Self { parts: Vec::new(), prelude: Vec::new(), mode, features, substitution: &[] };
+        let instances = PRELUDE.map(|name| linker.framework(name));
+        linker.prelude = instances.to_vec();
+        linker.parts.iter_mut().for_each(|part| part.prelude = instances.to_vec());
+        linker
+    }
+
+    /// Declares what [`add_substituted`](Self::add_substituted) replaces: pairs of a name, of an import or of the language, and of a name of the
+    /// generated code or of the language. A name that ends in `<>` is replaced together with its template list.
+    pub fn substitute(&mut self, names: &'a [(&'a str, &'a str)]) {
+        self.substitution = names;
+    }
+
+    /// Adds a file and what it imports; an instance of it that is there and has the same promises is used again. The promises are boolean
+    /// constants of the file, which are set to true.
+    ///
+    /// # Errors
+    /// An import of a file that does not exist, and a bracket or comment without an end.
+    pub fn add(&mut self, source: &'a Source, promises: &[&str]) -> Result<Instance, ShaderError> {
+        self.add_variant(source, promises, false)
+    }
+
+    /// Adds a file with the substitution, and those of its imports that use a replaced name.
+    ///
+    /// # Errors
+    /// As for [`add`](Self::add).
+    pub fn add_substituted(&mut self, source: &'a Source, promises: &[&str]) -> Result<Instance, ShaderError> {
+        self.add_variant(source, promises, true)
+    }
+
+    /// Adds a file as an instance of its own, even if another is there.
+    ///
+    /// # Errors
+    /// As for [`add`](Self::add).
+    pub fn add_copy(&mut self, source: &'a Source) -> Result<Instance, ShaderError> {
+        let module = source.file.module()?;
+        self.parts.push(Part::new(&source.file, module, source.library(), Variant::default()));
+        self.import(Instance(self.parts.len() as u32 - 1))
+    }
+
+    fn add_variant(
+        &mut self,
+        source: &'a Source,
+        promises: &[&str],
+        is_substituted: bool,
+    ) -> Result<Instance, ShaderError> {
+        let mut promises: Vec<String> = promises.iter().map(|name| (*name).to_owned()).collect();
+        promises.sort_unstable();
+        self.part(&source.file, source.library(), Variant { is_substituted, promises })
+    }
+
+    /// A file of the framework's library.
+    fn framework(&mut self, name: &str) -> Instance {
+        let file = FRAMEWORK.file(name).unwrap_or_else(|| panic!("the framework's library has no `{name}`"));
+        let part = self.part(file, None, Variant::default());
+        part.unwrap_or_else(|error| panic!("the framework's library is in order: {error}"))
+    }
+
+    fn part(
+        &mut self,
+        file: &'a SourceFile,
+        library: Option<&'a Library>,
+        variant: Variant,
+    ) -> Result<Instance, ShaderError> {
+        if let Some(known) = self.parts.iter().position(|part| part.is_of(file, library, &variant)) {
+            return Ok(Instance(known as u32));
+        }
+        self.parts.push(Part::new(file, file.module()?, library, variant));
+        self.import(Instance(self.parts.len() as u32 - 1))
+    }
+
+    /// Adds what a new instance imports, and makes the changes that its file always has.
+    fn import(&mut self, instance: Instance) -> Result<Instance, ShaderError> {
+        let part = &self.parts[instance.index()];
+        let (module, file, library) = (part.module, part.file, part.library);
+        let is_substituted = part.variant.is_substituted;
+        let mut imports = Vec::new();
+        for import in &module.imports {
+            let found = self.find(library, &import.name);
+            let (imported, library) = found.ok_or_else(|| {
+                ShaderError::new(file.name(), position(file.text(), import.at), self.unknown(library, &import.name))
+            })?;
+            let is_substituted = is_substituted && self.is_affected(imported, library, &mut Vec::new());
+            imports.push(self.part(imported, library, Variant { is_substituted, promises: Vec::new() })?);
+        }
+        let prelude = self.prelude.clone();
+        let is_framework = FRAMEWORK.holds(file);
+        let part = &mut self.parts[instance.index()];
+        (part.imports, part.prelude, part.is_framework) = (imports, prelude, is_framework);
+        self.settle(instance);
+        Ok(instance)
+    }
+
+    /// Sets what the way of sampling, the features, the promises and the substitution say.
+    fn settle(&mut self, instance: Instance) {
+        let part = &mut self.parts[instance.index()];
+        if part.is_framework {
+            let settings = self.mode.constants().iter().chain(self.features.constants());
+            settings.for_each(|(name, value)| edit::set_value(part, name, value));
+        }
+        for promise in part.variant.promises.clone() {
+            edit::set_value(part, &promise, "true");
+        }
+        if !part.variant.is_substituted {
+            return;
+        }
+        for (name, by) in self.substitution {
+            let plain = name.trim_end_matches("<>");
+            let Some(symbol) = part.module.symbol(plain) else { continue };
+            if part.module.declaration(symbol).is_none() {
+                let with_template = plain.len() < name.len();
+                let (by, members) = ((*by).to_owned(), String::new());
+                part.replacements.push(Replacement { name: symbol, by, members, with_template });
+            }
+        }
+    }
+
+    /// The file that an import in a file of that library names.
+    fn find(&self, library: Option<&'a Library>, name: &str) -> Option<(&'a SourceFile, Option<&'a Library>)> {
+        let own = library.and_then(|library| Some((library.file(name)?, Some(library))));
+        own.or_else(|| Some((FRAMEWORK.file(self.features.file(name))?, None)))
+    }
+
+    fn unknown(&self, library: Option<&Library>, name: &str) -> String {
+        let own = library.into_iter().flat_map(Library::names);
+        let known: Vec<&str> = own.chain(FRAMEWORK.names()).collect();
+        format!("no shared file is called `{name}`; there are `{}`", known.join("`, `"))
+    }
+
+    /// Whether a file, or one that it imports, uses a name of the substitution. Files that declare one do not count.
+    fn is_affected(
+        &self,
+        file: &'a SourceFile,
+        library: Option<&'a Library>,
+        seen: &mut Vec<*const SourceFile>,
+    ) -> bool {
+        if seen.contains(&std::ptr::from_ref(file)) {
+            return false;
+        }
+        seen.push(file);
+        let Ok(module) = file.module() else { return false };
+        let names: Vec<&str> = self.substitution.iter().map(|(name, _)| name.trim_end_matches("<>")).collect();
+        if names.iter().any(|name| module.declaration_of(name).is_some()) {
+            return false;
+        }
+        module.uses_any(&names)
+            || module.imports.iter().any(|import| {
+                let found = self.find(library, &import.name);
+                found.is_some_and(|(file, library)| self.is_affected(file, library, seen))
+            })
+    }
+
+    /// A name for generated code: what `name` means in that file, wherever it is declared.
+    pub fn name(&self, instance: Instance, name: &str) -> String {
+        format!("__{}_{name}", instance.0)
+    }
+
+    /// Gives a variable another binding.
+    pub fn bind(&mut self, instance: Instance, variable: &str, group: u32, binding: u32) {
+        edit::bind(&mut self.parts[instance.index()], variable, group, binding);
+    }
+
+    /// Gives a storage texture another format.
+    pub fn set_storage_format(&mut self, instance: Instance, variable: &str, format: &str) {
+        edit::set_storage_format(&mut self.parts[instance.index()], variable, format);
+    }
+
+    /// Sets an `override` to a value, which makes it a constant.
+    pub fn set_override(&mut self, instance: Instance, name: &str, value: f64) {
+        edit::set_override(&mut self.parts[instance.index()], name, value);
+    }
+
+    /// Makes a uniform an immediate.
+    pub fn make_immediate(&mut self, instance: Instance, variable: &str) {
+        edit::make_immediate(&mut self.parts[instance.index()], variable);
+    }
+
+    /// Uses a variable of the generated code, or members of it, wherever the file uses one of its own. `members` starts with a dot or is empty.
+    pub fn replace(&mut self, instance: Instance, variable: &str, by: &str, members: &str) {
+        let part = &mut self.parts[instance.index()];
+        if let Some(name) = part.module.symbol(variable) {
+            let (by, members) = (by.to_owned(), members.to_owned());
+            part.replacements.push(Replacement { name, by, members, with_template: false });
+        }
+    }
+
+    /// The module of the generated code and of all that it and the entry points need. Generated code imports files like any other.
+    ///
+    /// # Errors
+    /// Names that two imports declare, and names in the generated code that a file does not know.
+    ///
+    /// # Panics
+    /// Where the generated code has an open bracket or imports a file that the framework does not have.
+    pub fn link(self, generated: String, entries: &[(Instance, &str)]) -> Result<Linked, ShaderError> {
+        let file = generated_file(generated);
+        let (mut linker, code) = self.with_generated(&file);
+        let entries: Vec<(Instance, &str)> = entries
+            .iter()
+            .map(|(instance, name)| (if *instance == Instance::GENERATED { code } else { *instance }, *name))
+            .collect();
+        reach(&mut linker.parts, Roots { whole: code, entries: &entries });
+        linker.finish(&entries)
+    }
+
+    /// The module of everything that a file declares, with its declarations.
+    pub(crate) fn link_whole(self, instance: Instance) -> Result<(Linked, Vec<Declared>), ShaderError> {
+        let file = generated_file(String::new());
+        let (mut linker, _) = self.with_generated(&file);
+        reach(&mut linker.parts, Roots { whole: instance, entries: &[] });
+        check(&linker.parts)?;
+        choose_names(&mut linker.parts);
+        let declared = linker.declared();
+        let (text, map) = emit(&linker.parts, linker.features);
+        Ok((Linked { text, map, entries: Vec::new() }, declared))
+    }
+
+    #[cfg(test)]
+    pub(super) fn imports_of(&self, instance: Instance) -> &[Instance] {
+        &self.parts[instance.index()].imports
+    }
+
+    fn finish(mut self, entries: &[(Instance, &str)]) -> Result<Linked, ShaderError> {
+        check(&self.parts)?;
+        choose_names(&mut self.parts);
+        let (text, map) = emit(&self.parts, self.features);
+        let final_name = |(instance, name): &(Instance, &str)| {
+            let part = &self.parts[instance.index()];
+            part.module.symbol(name).map_or_else(|| (*name).to_owned(), |symbol| part.final_name(symbol).to_owned())
+        };
+        Ok(Linked { text, map, entries: entries.iter().map(final_name).collect() })
+    }
+
+    fn declared(&self) -> Vec<Declared> {
+        let of_part = |(index, part): (usize, &Part<'_>)| {
+            let reached = part.module.declarations.iter().zip(&part.reached).filter(|(_, reached)| **reached);
+            let names = reached.filter_map(|(declaration, _)| declaration.name);
+            let declared = names.map(|symbol| Declared {
+                name: part.final_name(symbol).to_owned(),
+                original: part.module.name(symbol).to_owned(),
+                instance: Instance(index as u32),
+                is_framework: part.is_framework,
+            });
+            declared.collect::<Vec<_>>()
+        };
+        self.parts.iter().enumerate().flat_map(of_part).collect()
+    }
+
+    /// The linker with the generated code as the last instance.
+    fn with_generated<'b>(self, file: &'b SourceFile) -> (Linker<'b>, Instance)
+    where
+        'a: 'b,
+    {
+        let mut linker: Linker<'b> = self;
+        let module = parsed(file);
+        linker.parts.push(Part::new(file, module, None, Variant::default()));
+        let code = Instance(linker.parts.len() as u32 - 1);
+        let imported = linker.import(code);
+        imported.unwrap_or_else(|error| panic!("generated code imports what there is: {error}"));
+        (linker, code)
+    }
+}
+
+fn generated_file(text: String) -> SourceFile {
+    SourceFile::new(GENERATED.into(), text.into())
+}
+
+fn parsed(file: &SourceFile) -> &Module {
+    file.module().unwrap_or_else(|error| panic!("generated code is in order: {error}"))
+}

@@ -1,0 +1,60 @@
+//! Which byte of which file each byte of a linked module came from.
+
+use afterimage_base::Shared;
+
+use crate::error::position;
+
+/// The name of the file that generated text belongs to.
+pub(crate) const GENERATED: &str = "(generated)";
+
+/// A place in a file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Place {
+    /// The file's name.
+    pub file: String,
+    /// The line, from 1.
+    pub line: u32,
+    /// The byte in the line, from 1.
+    pub column: u32,
+}
+
+/// Bytes of the module that come from successive bytes of a file.
+#[derive(Clone, Copy, Debug)]
+struct Segment {
+    /// The first byte in the module.
+    at: u32,
+    file: u32,
+    /// The first byte in the file.
+    source: u32,
+    /// Bytes in the file. Where the module has more, all others came from the last.
+    length: u32,
+}
+
+/// Which byte of which file each byte of a linked module came from.
+#[derive(Clone, Debug, Default)]
+pub struct SourceMap {
+    files: Vec<(Shared<str>, Shared<str>)>,
+    segments: Vec<Segment>,
+}
+
+impl SourceMap {
+    pub(super) fn file(&mut self, name: &Shared<str>, text: &Shared<str>) {
+        self.files.push((name.clone(), text.clone()));
+    }
+
+    /// The bytes of the module from `at` on come from `length` bytes of the last file, from `source` on.
+    pub(super) fn segment(&mut self, at: usize, source: usize, length: usize) {
+        let file = self.files.len() as u32 - 1;
+        self.segments.push(Segment { at: at as u32, file, source: source as u32, length: length as u32 });
+    }
+
+    /// Where a byte of the module came from; `None` for text before the first declaration.
+    pub fn locate(&self, byte: usize) -> Option<Place> {
+        let after = self.segments.partition_point(|segment| segment.at as usize <= byte);
+        let segment = self.segments.get(after.checked_sub(1)?)?;
+        let (name, text) = &self.files[segment.file as usize];
+        let away = (byte - segment.at as usize).min((segment.length as usize).saturating_sub(1));
+        let (line, column) = position(text, segment.source as usize + away);
+        Some(Place { file: name.to_string(), line, column })
+    }
+}

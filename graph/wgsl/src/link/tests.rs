@@ -1,0 +1,317 @@
+//! Tests of the linker: each links files and lets naga judge the result.
+
+use std::collections::BTreeSet;
+
+use super::{Instance, Linked, Linker};
+use crate::{Library, SampleMode, Shader, ShaderFeatures, validate};
+
+fn shader(file: &str, text: &str) -> Shader {
+    Shader::loaded(file.into(), text.into())
+}
+
+fn linker<'a>() -> Linker<'a> {
+    Linker::new(SampleMode::Plain, ShaderFeatures::default())
+}
+
+/// A module of the functions, all called by one entry point.
+fn calling(shaders: &[(&Shader, &str)]) -> Linked {
+    let mut linker = linker();
+    let mut calls = String::new();
+    for (shader, call) in shaders {
+        let instance = linker.add(shader.source(), &[]).unwrap_or_else(|error| panic!("{error}"));
+        let (function, args) = call.split_once('(').expect("a call has arguments");
+        calls += &format!("    sum += {}({args};\n", linker.name(instance, function));
+    }
+    let code =
+        format!("@fragment\nfn run() -> @location(0) vec4f {{\n    var sum = vec4f();\n{calls}    return sum;\n}}");
+    let linked = linker.link(code, &[(Instance::GENERATED, "run")]).unwrap_or_else(|error| panic!("{error}"));
+    valid(&linked);
+    linked
+}
+
+fn valid(linked: &Linked) -> naga::Module {
+    validate(&linked.text, &linked.map).unwrap_or_else(|error| panic!("{error}\n{}", linked.text))
+}
+
+#[test]
+fn two_files_may_have_the_same_names() {
+    let text = "struct Params { gain: f32 }\nconst K = 2.0;\nfn helper(x: vec4f) -> vec4f { return K * x; }\n";
+    let one = shader("one.wgsl", &format!("{text}fn main(x: vec4f) -> vec4f {{ return helper(x) + Params(K).gain; }}"));
+    let two = shader("two.wgsl", &format!("{text}fn main(x: vec4f) -> vec4f {{ return helper(x) - Params(K).gain; }}"));
+    let linked = calling(&[(&one, "main(vec4f())"), (&two, "main(vec4f())")]);
+    for name in ["one_helper", "two_helper", "one_K", "two_K", "one_Params"] {
+        assert!(linked.text.contains(name), "{name}:\n{}", linked.text);
+    }
+}
+
+#[test]
+fn names_stay_as_they_are_where_no_other_file_has_them() {
+    let own = shader("own.wgsl", "fn gain(x: vec4f) -> vec4f { return 2.0 * x; }");
+    let linked = calling(&[(&own, "gain(vec4f())")]);
+    assert!(linked.text.contains("fn gain(x: vec4f)"), "{}", linked.text);
+}
+
+#[test]
+fn a_file_may_declare_names_of_the_language_and_others_keep_them() {
+    let one =
+        shader("one.wgsl", "fn length(v: vec4f) -> vec4f { return v; }\nfn f(v: vec4f) -> vec4f { return length(v); }");
+    let two = shader("two.wgsl", "fn f(v: vec4f) -> vec4f { return vec4f(length(v)); }");
+    let linked = calling(&[(&one, "f(vec4f())"), (&two, "f(vec4f())")]);
+    assert!(linked.text.contains("return one_length(v)"), "{}", linked.text);
+    assert!(linked.text.contains("vec4f(length(v))"), "{}", linked.text);
+}
+
+#[test]
+fn a_name_that_another_file_has_made_like_ours_gets_a_number() {
+    let one = shader("one.wgsl", "fn f(v: vec4f) -> vec4f { return v; }");
+    let two =
+        shader("two.wgsl", "fn one_f(v: vec4f) -> vec4f { return v; }\nfn f(v: vec4f) -> vec4f { return one_f(v); }");
+    let linked = calling(&[(&one, "f(vec4f())"), (&two, "f(vec4f())")]);
+    assert!(linked.text.contains("fn one_f_2("), "{}", linked.text);
+}
+
+#[test]
+fn locals_parameters_and_members_may_have_names_of_the_file() {
+    let text = "struct gain { gain: f32, size: f32 }
+const size = 3.0;
+fn scale(gain: f32) -> f32 { let size = size * gain; return size; }
+fn f(v: vec4f) -> vec4f { var g = gain(size, size); g.gain = scale(g.size); for (var size = 0; size < 2; size++) { g.size += f32(size); } return v * g.gain * size; }";
+    let (one, two) = (shader("one.wgsl", text), shader("two.wgsl", text));
+    calling(&[(&one, "f(vec4f())"), (&two, "f(vec4f())")]);
+}
+
+#[test]
+fn a_local_does_not_hide_what_a_file_imports() {
+    let text = "#import color\nfn f(color_luminance: vec4f) -> vec4f { let luminance_2 = luminance(color_luminance.rgb); return vec4f(luminance_2); }";
+    let one = shader("one.wgsl", text);
+    let two = shader("two.wgsl", "fn luminance(v: vec4f) -> vec4f { return v; }");
+    let linked = calling(&[(&one, "f(vec4f())"), (&two, "luminance(vec4f())")]);
+    assert!(linked.text.contains("color_luminance_2(color_luminance.rgb)"), "{}", linked.text);
+}
+
+#[test]
+fn any_format_will_do() {
+    let text = "/*a*/fn/*b*/helper(/*c*/x/*d*/:/*e*/vec4f)->vec4f{return/*f*/x;}struct S{a:f32}const K=1.0;fn f(x:vec4f)->vec4f{return helper(x)*K*S(K)\n.\na;}// end";
+    let (one, two) = (shader("one.wgsl", text), shader("two.wgsl", text));
+    calling(&[(&one, "f(vec4f())"), (&two, "f(vec4f())")]);
+}
+
+#[test]
+fn a_file_brings_a_library_which_comes_before_the_framework() {
+    static LIBRARY: Library = Library::new(&[
+        ("color", "#import deep\nfn luminance(c: vec3f) -> f32 { return c.x * deep(); }"),
+        ("deep", "#import math\nfn deep() -> f32 { return power(2.0, 3.0); }"),
+    ]);
+    static OWN: Shader =
+        Shader::new("own.wgsl", "#import color\nfn f(c: vec4f) -> vec4f { return vec4f(luminance(c.rgb)); }")
+            .with_library(&LIBRARY);
+    let other = shader("other.wgsl", "#import color\nfn f(c: vec4f) -> vec4f { return vec4f(luminance(c.rgb)); }");
+    let linked = calling(&[(&OWN, "f(vec4f())"), (&other, "f(vec4f())")]);
+    assert_eq!(linked.text.matches("c.x * deep()").count(), 1);
+    assert_eq!(linked.text.matches("fn ").filter(|_| true).count(), linked.text.matches("fn ").count());
+    let names: BTreeSet<&str> =
+        linked.text.split(|c: char| !c.is_alphanumeric() && c != '_').filter(|w| w.contains("luminance")).collect();
+    assert_eq!(names.len(), 2, "{names:?}");
+}
+
+#[test]
+fn errors_of_imports_have_a_place() {
+    let own = shader("own.wgsl", "\n  #import nothing\nfn f(c: vec4f) -> vec4f { return c; }");
+    let error = own.reflect().expect_err("there is no such file");
+    assert_eq!((error.file.as_str(), error.line, error.column), ("own.wgsl", 2, 11));
+    assert!(error.message.starts_with("no shared file is called `nothing`; there are `"), "{error}");
+    static LIBRARY: Library =
+        Library::new(&[("a", "fn same() -> f32 { return 1.0; }"), ("b", "fn same() -> f32 { return 2.0; }")]);
+    let both = Shader::new("both.wgsl", "#import a\n#import b\nfn f(c: vec4f) -> vec4f { return c * same(); }")
+        .with_library(&LIBRARY);
+    let error = both.reflect().expect_err("two imports declare it");
+    assert_eq!((error.line, error.column), (3, 38));
+    let hidden = Shader::new(
+        "hidden.wgsl",
+        "#import a\n#import b\nfn same() -> f32 { return 0.5; }\nfn f(c: vec4f) -> vec4f { return c * same(); }",
+    )
+    .with_library(&LIBRARY);
+    hidden.reflect().expect("its own comes first");
+}
+
+#[test]
+fn errors_are_at_the_authors_line_and_column_also_behind_changed_names() {
+    let one = shader(
+        "one.wgsl",
+        "fn helper() -> f32 { return 1.0; }\nfn f(v: vec4f) -> vec4f { return helper() * helper() * v; }",
+    );
+    let text = "fn helper() -> f32 { return 1.0; }\nfn f(v: vec4f) -> vec4f { let a = helper() + helper(); return a * wrong; }";
+    let two = shader("two.wgsl", text);
+    let mut linker = linker();
+    let instances = [&one, &two].map(|shader| linker.add(shader.source(), &[]).expect("its imports are there"));
+    let calls = instances.map(|instance| linker.name(instance, "f"));
+    let code = format!("fn run(v: vec4f) -> vec4f {{ return {}(v) + {}(v); }}", calls[0], calls[1]);
+    let linked = linker.link(code, &[]).expect("all names are known");
+    let error = validate(&linked.text, &linked.map).expect_err("`wrong` is not declared");
+    let column = text.lines().nth(1).and_then(|line| line.find("wrong")).expect("it is there") as u32 + 1;
+    assert_eq!((error.file.as_str(), error.line, error.column), ("two.wgsl", 2, column), "{error}");
+}
+
+#[test]
+fn open_brackets_and_comments_are_found() {
+    for (text, place, part) in [
+        ("fn f() {\n  if true {\n", (2, 11), "never closed"),
+        ("fn f() { let a = (1; }", (1, 22), "does not close"),
+        ("fn f() { }\n/* and so on", (2, 1), "has no end"),
+        ("fn f() {\n#import color\n}", (2, 9), "between declarations"),
+    ] {
+        let error = shader("own.wgsl", text).reflect().expect_err(text);
+        assert_eq!((error.line, error.column), place, "{text}: {error}");
+        assert!(error.message.contains(part), "{text}: {error}");
+    }
+}
+
+#[test]
+fn bindings_formats_overrides_and_immediates_are_changed() {
+    let text = "struct Params { gain: f32 }
+@group(0)@binding(0)var<uniform>params:Params;
+@binding(1) @group(0) var source: texture_2d<f32>;
+@group(0) @binding(2) var result
+    : texture_storage_2d<rgba16float /* the node's choice */, write>;
+@group(0) @binding(3) var<uniform> frame: Frame;
+@id(7) override ROWS: u32 = 4 * 2; override HALF = 0.5; override ON: bool;
+var<workgroup> sums: array<f32, ROWS>;
+@compute @workgroup_size(ROWS) fn main(@builtin(local_invocation_index) i: u32) {
+    sums[i] = params.gain * HALF + frame.time;
+    if ON { textureStore(result, vec2i(), sums[i] * textureLoad(source, vec2i(), 0)); }
+}";
+    let own = shader("own.wgsl", text);
+    let mut linker = linker();
+    let instance = linker.add_copy(own.source()).expect("it imports nothing");
+    linker.bind(instance, "params", 0, 4);
+    linker.bind(instance, "source", 1, 5);
+    linker.set_storage_format(instance, "result", "rgba32float");
+    linker.make_immediate(instance, "frame");
+    for (name, value) in [("ROWS", 16.0), ("HALF", 0.25), ("ON", 1.0)] {
+        linker.set_override(instance, name, value);
+    }
+    let linked = linker.link(String::new(), &[(instance, "main")]).expect("all names are known");
+    for part in [
+        "@group(0)@binding(4)var<uniform>params",
+        "@binding(5) @group(1) var source",
+        "texture_storage_2d<rgba32float /*",
+        "var<immediate> frame: Frame;",
+        "const ROWS: u32 = 16;",
+        "const HALF = 0.25f;",
+        "const ON: bool = true;",
+    ] {
+        assert!(linked.text.contains(part), "{part}:\n{}", linked.text);
+    }
+    let module = valid(&linked);
+    assert_eq!(linked.entries, ["main"]);
+    assert_eq!(module.entry_points[0].workgroup_size, [16, 1, 1]);
+}
+
+#[test]
+fn a_variable_is_replaced_by_members_of_another_and_locals_of_its_name_stay() {
+    let text = "struct Params { gain: f32 }
+@group(0) @binding(0) var<uniform> params: Params;
+fn scale(params: Params, all: f32) -> f32 { return params.gain * all; }
+fn f(all: vec4f) -> vec4f { let own = scale(params, params.gain); return all * own; }";
+    let own = shader("own.wgsl", text);
+    let mut linker = linker();
+    let instance = linker.add(own.source(), &[]).expect("it imports nothing");
+    linker.replace(instance, "params", "all", ".first");
+    let (ty, function) = (linker.name(instance, "Params"), linker.name(instance, "f"));
+    let code = format!(
+        "struct All {{ first: {ty} }}\n@group(0) @binding(9) var<uniform> all: All;\n@fragment fn run() -> @location(0) vec4f {{ return {function}(vec4f()); }}"
+    );
+    let linked = linker.link(code, &[]).expect("all names are known");
+    valid(&linked);
+    assert!(linked.text.contains("scale(generated_all.first, generated_all.first.gain)"), "{}", linked.text);
+    assert!(!linked.text.contains("@binding(0)"), "{}", linked.text);
+}
+
+#[test]
+fn a_substituted_copy_stands_beside_the_file_itself() {
+    let text = "#import tent\n#import color\nfn f(t: texture_2d<f32>, s: sampler, uv: vec2f) -> vec4f { return tap_tent(t, s, uv, 2.0) + texel(t, vec2i(textureDimensions(t))) * luminance(vec3f(1.0)); }";
+    let own = shader("own.wgsl", text);
+    let names = [
+        ("texture_2d<>", "u32"),
+        ("sampler", "u32"),
+        ("textureDimensions", "tile_size"),
+        ("tap", "tile_tap"),
+        ("texel", "tile_texel"),
+    ];
+    let mut linker = linker();
+    linker.substitute(&names);
+    let plain = linker.add(own.source(), &[]).expect("its imports are there");
+    let tiled = linker.add_substituted(own.source(), &[]).expect("its imports are there");
+    assert_eq!(linker.add(own.source(), &[]), Ok(plain));
+    let code = format!(
+        "fn tile_size(t: u32) -> vec2u {{ return vec2u(1u); }}
+fn tile_tap(t: u32, s: u32, uv: vec2f) -> vec4f {{ return vec4f(); }}
+fn tile_texel(t: u32, p: vec2i) -> vec4f {{ return vec4f(); }}
+@group(0) @binding(0) var image: texture_2d<f32>;
+@group(0) @binding(1) var linear: sampler;
+@fragment fn run() -> @location(0) vec4f {{ return {}(image, linear, vec2f()) + {}(0u, 0u, vec2f()); }}",
+        linker.name(plain, "f"),
+        linker.name(tiled, "f"),
+    );
+    let linked = linker.link(code, &[]).expect("all names are known");
+    valid(&linked);
+    assert_eq!(linked.text.matches("fn luminance(").count(), 1, "{}", linked.text);
+    assert_eq!(linked.text.matches("(t: u32, s: u32, uv: vec2f, radius: f32)").count(), 2, "{}", linked.text);
+}
+
+#[test]
+fn instances_with_other_promises_are_apart() {
+    let own = shader(
+        "own.wgsl",
+        "const SAME: bool = false;\nfn f(v: vec4f) -> vec4f { if SAME { return v; } return 2.0 * v; }",
+    );
+    let mut linker = linker();
+    let (never, always) = (linker.add(own.source(), &[]), linker.add(own.source(), &["SAME"]));
+    let calls = [never, always].map(|instance| linker.name(instance.expect("it imports nothing"), "f"));
+    let code = format!("fn run(v: vec4f) -> vec4f {{ return {}(v) + {}(v); }}", calls[0], calls[1]);
+    let linked = linker.link(code, &[]).expect("all names are known");
+    valid(&linked);
+    assert!(
+        linked.text.contains("own_SAME: bool = false;") && linked.text.contains("own_SAME_2: bool = true;"),
+        "{}",
+        linked.text
+    );
+}
+
+#[test]
+fn what_nothing_calls_is_left_out() {
+    let own = shader(
+        "own.wgsl",
+        "const_assert LIMIT > 1;\nconst LIMIT = 2;\nfn unused() { }\nfn f(v: vec4f) -> vec4f { return v; }",
+    );
+    let linked = calling(&[(&own, "f(vec4f())")]);
+    assert!(!linked.text.contains("unused") && linked.text.contains("const LIMIT"), "{}", linked.text);
+}
+
+#[test]
+fn generated_code_that_names_what_a_file_does_not_declare_is_an_error_of_the_file() {
+    let own = shader("own.wgsl", "fn f(v: vec4f) -> vec4f { return v; }");
+    let mut linker = linker();
+    let instance = linker.add(own.source(), &[]).expect("it imports nothing");
+    let code = format!("fn run() -> vec4f {{ return {}(vec4f()); }}", linker.name(instance, "g"));
+    let error = linker.link(code, &[]).expect_err("there is no `g`");
+    assert_eq!(error.to_string(), "own.wgsl:0:1: the file declares no `g`");
+}
+
+#[test]
+fn the_library_is_valid_with_every_feature() {
+    for (half, subgroups) in [(false, false), (true, false), (false, true), (true, true)] {
+        for mode in [SampleMode::Plain, SampleMode::ByHand, SampleMode::Sanitized, SampleMode::SanitizedSigned] {
+            let names: Vec<String> =
+                crate::library::FRAMEWORK.names().map(|name| format!("#import {name}\n")).collect();
+            for import in names {
+                let file = shader("all.wgsl", &import);
+                let mut linker = Linker::new(mode, ShaderFeatures { half, subgroups });
+                let instance = linker.add(file.source(), &[]).expect("the library has it");
+                let library = Instance(linker.imports_of(instance)[0].0);
+                let (linked, _) = linker.link_whole(library).unwrap_or_else(|error| panic!("{import}: {error}"));
+                valid(&linked);
+            }
+        }
+    }
+}

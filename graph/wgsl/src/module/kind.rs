@@ -1,0 +1,15 @@
+//! Kinds of declarations.
+
+/// What a declaration declares.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum DeclarationKind {
+    Function,
+    Struct,
+    Constant,
+    Override,
+    Alias,
+    Variable,
+    Assertion,
+    /// Text that is no declaration: the validator says what is wrong with it.
+    Unknown,
+}

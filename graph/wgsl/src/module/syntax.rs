@@ -1,0 +1,164 @@
+//! The top level of a file: where each declaration starts and ends.
+
+use std::ops::Range;
+
+use super::kind::DeclarationKind;
+use crate::token::{Token, TokenKind};
+
+/// A part of a file's top level, by the indices of its tokens.
+pub(super) enum Item {
+    Import(usize),
+    Directive(Range<usize>),
+    /// The kind, the tokens and the name.
+    Declaration(DeclarationKind, Range<usize>, Option<usize>),
+}
+
+/// What is wrong with a file, and the index of the token where it shows.
+#[derive(Debug)]
+pub(super) struct Wrong {
+    pub(super) token: usize,
+    pub(super) message: String,
+}
+
+/// The parts of a file.
+pub(super) fn items(text: &str, tokens: &[Token]) -> Result<Vec<Item>, Wrong> {
+    let mut reader = Reader { text, tokens, at: 0 };
+    let mut items = Vec::new();
+    while reader.at < tokens.len() {
+        if let Some(item) = reader.item()? {
+            items.push(item);
+        }
+    }
+    Ok(items)
+}
+
+struct Reader<'t> {
+    text: &'t str,
+    tokens: &'t [Token],
+    at: usize,
+}
+
+/// How a part of the top level ends.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum End {
+    /// With a semicolon.
+    Semicolon,
+    /// With the bracket that closes its first `{`.
+    Block,
+    /// With whichever of the two comes first.
+    Either,
+}
+
+impl Reader<'_> {
+    fn item(&mut self) -> Result<Option<Item>, Wrong> {
+        let start = self.at;
+        if self.tokens[start].kind == TokenKind::Import {
+            self.at += 1;
+            return Ok(Some(Item::Import(start)));
+        }
+        if self.tokens[start].is(';') {
+            self.at += 1;
+            return Ok(None);
+        }
+        self.attributes()?;
+        let word = self.word();
+        if start == self.at && matches!(word, "enable" | "requires" | "diagnostic") {
+            self.skip(End::Semicolon)?;
+            return Ok(Some(Item::Directive(start..self.at)));
+        }
+        let (kind, end) = match word {
+            "fn" => (DeclarationKind::Function, End::Block),
+            "struct" => (DeclarationKind::Struct, End::Block),
+            "const" => (DeclarationKind::Constant, End::Semicolon),
+            "override" => (DeclarationKind::Override, End::Semicolon),
+            "alias" => (DeclarationKind::Alias, End::Semicolon),
+            "var" => (DeclarationKind::Variable, End::Semicolon),
+            "const_assert" => (DeclarationKind::Assertion, End::Semicolon),
+            _ => (DeclarationKind::Unknown, End::Either),
+        };
+        let name = self.declared(kind);
+        self.skip(end)?;
+        Ok(Some(Item::Declaration(kind, start..self.at, name)))
+    }
+
+    /// The token here, if it is a word.
+    fn word(&self) -> &str {
+        let token = self.tokens.get(self.at).filter(|token| token.kind == TokenKind::Name);
+        token.map_or("", |token| token.of(self.text))
+    }
+
+    fn attributes(&mut self) -> Result<(), Wrong> {
+        while self.tokens.get(self.at).is_some_and(|token| token.is('@')) {
+            self.at += 2;
+            if self.tokens.get(self.at).is_some_and(|token| token.is('(')) {
+                self.at = closing(self.text, self.tokens, self.at)? + 1;
+            }
+        }
+        self.at = self.at.min(self.tokens.len());
+        Ok(())
+    }
+
+    /// The name after the keyword here.
+    fn declared(&self, kind: DeclarationKind) -> Option<usize> {
+        if matches!(kind, DeclarationKind::Assertion | DeclarationKind::Unknown) {
+            return None;
+        }
+        let mut at = self.at + 1;
+        if self.tokens.get(at)?.is('<') {
+            at += self.tokens[at..].iter().position(|token| token.is('>'))? + 1;
+        }
+        (self.tokens.get(at)?.kind == TokenKind::Name).then_some(at)
+    }
+
+    /// Goes on behind the end.
+    fn skip(&mut self, end: End) -> Result<(), Wrong> {
+        while let Some(token) = self.tokens.get(self.at) {
+            match token.kind {
+                TokenKind::Sign('(' | '[') => self.at = closing(self.text, self.tokens, self.at)?,
+                TokenKind::Sign('{') => {
+                    self.at = closing(self.text, self.tokens, self.at)?;
+                    if end != End::Semicolon {
+                        break;
+                    }
+                }
+                TokenKind::Sign(';') if end != End::Block => break,
+                TokenKind::Import => return Err(misplaced(self.at)),
+                _ => {}
+            }
+            self.at += 1;
+        }
+        self.at = (self.at + 1).min(self.tokens.len());
+        Ok(())
+    }
+}
+
+fn misplaced(token: usize) -> Wrong {
+    Wrong { token, message: "an `#import` stands between declarations, not inside of one".into() }
+}
+
+/// The index of the bracket that closes the one at `open`.
+fn closing(text: &str, tokens: &[Token], open: usize) -> Result<usize, Wrong> {
+    let mut stack = Vec::new();
+    for (at, token) in tokens.iter().enumerate().skip(open) {
+        match token.kind {
+            TokenKind::Sign('(' | '[' | '{') => stack.push(at),
+            TokenKind::Sign(sign @ (')' | ']' | '}')) => {
+                let last = stack.pop().expect("the first token opens a bracket");
+                let opened = tokens[last].of(text);
+                if !matches!((opened, sign), ("(", ')') | ("[", ']') | ("{", '}')) {
+                    return Err(Wrong {
+                        token: at,
+                        message: format!("this `{sign}` does not close the `{opened}` before"),
+                    });
+                }
+                if stack.is_empty() {
+                    return Ok(at);
+                }
+            }
+            TokenKind::Import => return Err(misplaced(at)),
+            _ => {}
+        }
+    }
+    let token = *stack.last().expect("the first token opens a bracket");
+    Err(Wrong { token, message: format!("this `{}` is never closed", tokens[token].of(text)) })
+}

@@ -1,0 +1,125 @@
+//! A file of WGSL with all that the framework knows of it.
+
+use std::sync::OnceLock;
+
+use afterimage_base::Shared;
+use afterimage_base::diagnostic::{Diagnostic, Diagnostics};
+
+use crate::error::ShaderError;
+use crate::library::{Brought, Library, Source, SourceFile};
+use crate::reflect::{Reflection, reflect};
+
+/// One file of WGSL, with the library that it may import beside the framework's.
+pub struct Shader {
+    source: Source,
+    unchecked: bool,
+    reflection: OnceLock<Result<Reflection, ShaderError>>,
+}
+
+impl Shader {
+    /// A file with the name that errors show.
+    pub const fn new(file: &'static str, text: &'static str) -> Self {
+        Self::from_source(SourceFile::new(Shared::of(file), Shared::of(text)), Brought::Nothing)
+    }
+
+    /// A file that is read when the program runs.
+    pub fn loaded(file: String, text: String) -> Self {
+        Self::from_source(SourceFile::new(file.into(), text.into()), Brought::Nothing)
+    }
+
+    /// The same file with a library that is read when the program runs.
+    #[must_use]
+    pub fn with_loaded_library(mut self, library: Library) -> Self {
+        self.source.brought = Brought::Owned(Box::new(library));
+        self
+    }
+
+    const fn from_source(file: SourceFile, brought: Brought) -> Self {
+        Self { source: Source { file, brought }, unchecked: false, reflection: OnceLock::new() }
+    }
+
+    /// The same file with a library: `#import` looks there first, then in the framework's.
+    #[must_use]
+    pub const fn with_library(mut self, library: &'static Library) -> Self {
+        // A constant function cannot drop what a library may own.
+        std::mem::forget(std::mem::replace(&mut self.source.brought, Brought::Static(library)));
+        self
+    }
+
+    /// A file that runs without the bounds checks of indices and loops that a driver otherwise adds to it.
+    ///
+    /// # Safety
+    ///
+    /// Whatever its inputs and parameters hold, NaN and the largest integers among them, every index into an array and every texel that is
+    /// loaded must lie inside, every loop must end, and no memory of a workgroup may be read before it is written. This holds for the files that
+    /// it imports too.
+    #[allow(unsafe_code, reason = "the promise is the author's, and breaking it is undefined behaviour on the device")]
+    pub const unsafe fn unchecked(file: &'static str, text: &'static str) -> Self {
+        let mut shader = Self::new(file, text);
+        shader.unchecked = true;
+        shader
+    }
+
+    /// Whether it was made by [`unchecked`](Self::unchecked).
+    pub fn is_unchecked(&self) -> bool {
+        self.unchecked
+    }
+
+    /// The file's name.
+    pub fn file(&self) -> &str {
+        self.source.file.name()
+    }
+
+    /// A handle to the file's name.
+    pub fn file_handle(&self) -> Shared<str> {
+        self.source.file.name().clone()
+    }
+
+    /// The text of the file.
+    pub fn text(&self) -> &str {
+        self.source.file.text()
+    }
+
+    /// The file as the linker takes it.
+    pub fn source(&self) -> &Source {
+        &self.source
+    }
+
+    /// What the file declares; linked with its imports, parsed and validated once.
+    ///
+    /// # Errors
+    /// The first error in the file or its imports.
+    pub fn reflect(&self) -> Result<&Reflection, ShaderError> {
+        self.reflection.get_or_init(|| reflect(&self.source)).as_ref().map_err(Clone::clone)
+    }
+
+    /// Whether a function or an entry point of the file reads textures directly, and not through `texel` and `tap`, so that the framework
+    /// cannot sanitize what it reads.
+    pub fn reads_textures_itself(&self, function: &str) -> bool {
+        self.reflect().is_ok_and(|reflection| reflection.direct_reads.iter().any(|name| name == function))
+    }
+
+    /// Adds an error in the file to diagnostics, with an excerpt if it is in this file and not in one that it imports.
+    pub fn report(&self, error: &ShaderError, diagnostics: &mut Diagnostics) {
+        if error.file == self.file() {
+            diagnostics.add_source(self.file(), self.text());
+        }
+        diagnostics.push(match diagnostics.locate(&error.file, error.line, error.column) {
+            Some(place) => Diagnostic::error("shader", error.message.clone()).at(&place, ""),
+            None => Diagnostic::error("shader", error.to_string()),
+        });
+    }
+}
+
+impl PartialEq for Shader {
+    fn eq(&self, other: &Self) -> bool {
+        std::ptr::eq(self, other)
+            || (self.file() == other.file() && self.text() == other.text() && self.source.has_library_of(&other.source))
+    }
+}
+
+impl std::fmt::Debug for Shader {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "Shader({})", self.file())
+    }
+}

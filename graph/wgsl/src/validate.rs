@@ -1,0 +1,59 @@
+//! Validation by naga and the lints, with errors at the author's line.
+
+use naga::Span;
+
+use crate::error::ShaderError;
+use crate::link::{GENERATED, SourceMap};
+use crate::lints;
+
+/// Parses and validates a module; the first error otherwise.
+///
+/// # Errors
+/// What naga or the lints refuse, at the author's line.
+pub fn validate(source: &str, map: &SourceMap) -> Result<naga::Module, ShaderError> {
+    let module = naga::front::wgsl::parse_str(source).map_err(|error| {
+        let byte = error.location(source).map(|place| place.offset as usize);
+        place_error(map, byte, error.message().to_owned())
+    })?;
+    if let Some((span, why)) = lints::first(&module) {
+        return Err(place_error(map, first_byte(span), why.into()));
+    }
+    let capabilities = naga::valid::Capabilities::all();
+    let flags = naga::valid::ValidationFlags::all();
+    naga::valid::Validator::new(flags, capabilities).validate(&module).map_err(|error| {
+        // Of all the places that the error goes through, the narrowest says most.
+        let spans = error.spans().filter_map(|(span, _)| Some((span.to_range()?.len(), *span)));
+        let narrowest = spans.filter(|(length, _)| *length > 0).min_by_key(|(length, _)| *length);
+        place_error(map, narrowest.and_then(|(_, span)| first_byte(span)), root_cause(error.as_inner()))
+    })?;
+    Ok(module)
+}
+
+fn first_byte(span: Span) -> Option<usize> {
+    span.to_range().map(|range| range.start)
+}
+
+fn root_cause(error: &dyn std::error::Error) -> String {
+    let mut parts = vec![error.to_string()];
+    let mut source = error.source();
+    while let Some(inner) = source {
+        parts.push(inner.to_string());
+        source = inner.source();
+    }
+    // "Function [10] is invalid" and the like only lead to what is said last.
+    let last = parts.len() - 1;
+    let says_more = |(at, part): &(usize, String)| *at == last || !part.ends_with("is invalid");
+    parts.into_iter().enumerate().filter(says_more).map(|(_, part)| part).collect::<Vec<_>>().join(": ")
+}
+
+fn place_error(map: &SourceMap, byte: Option<usize>, mut message: String) -> ShaderError {
+    // naga's sentences begin with a capital letter, ours do not; names stay as they are.
+    let is_sentence = message.chars().nth(1).is_some_and(|second| second.is_ascii_lowercase() || second == ' ');
+    if let Some(first) = message.get_mut(..1).filter(|_| is_sentence) {
+        first.make_ascii_lowercase();
+    }
+    match byte.and_then(|byte| map.locate(byte)) {
+        Some(place) => ShaderError::new(&place.file, (place.line, place.column), message),
+        None => ShaderError::new(GENERATED, (0, 0), message),
+    }
+}

@@ -1,0 +1,45 @@
+//! Files with unkind names and formatting in one module.
+#![allow(unreachable_pub, dead_code, reason = "the tests on a device use all of it")]
+
+mod hostile;
+
+use afterimage_wgsl::{Instance, Linker, SampleMode, Shader, ShaderFeatures, validate};
+use hostile::{Kernel, pair};
+
+/// Pairs that the test links. `AFTERIMAGE_HOSTILE_PAIRS=20000 cargo test -p afterimage-wgsl --test isolation` links more.
+fn pairs() -> u64 {
+    let more = std::env::var("AFTERIMAGE_HOSTILE_PAIRS").ok().and_then(|count| count.parse().ok());
+    more.unwrap_or(200)
+}
+
+#[test]
+fn files_with_unkind_names_become_one_valid_module() {
+    for seed in 0..pairs() {
+        let pair = pair(seed);
+        let shader = |file: &str, kernel: &Kernel| Shader::loaded(file.into(), kernel.text.clone());
+        let (one, two) = (shader("one.wgsl", &pair.hostile[0]), shader("two.wgsl", &pair.hostile[1]));
+        let mut linker = Linker::new(SampleMode::Sanitized, ShaderFeatures::default());
+        let mut calls = String::new();
+        for (index, shader) in [&one, &two].into_iter().enumerate() {
+            shader.reflect().unwrap_or_else(|error| panic!("pair {seed} is not WGSL: {error}\n{}", shader.text()));
+            let instance = linker.add(shader.source(), &[]).expect("it imports nothing");
+            let function = linker.name(instance, &pair.hostile[index].function);
+            calls += &format!("    let kernel{} = {function}(kernel{index});\n", index + 1);
+        }
+        let code = format!(
+            "struct PassUniform {{ size: vec4f }}
+@group(0) @binding(0) var image0: texture_2d<f32>;
+@group(0) @binding(1) var<uniform> params1: PassUniform;
+fn run(at: Point) -> vec4f {{
+    let kernel0 = sanitize(textureLoad(image0, at.pixel, 0)) + params1.size;
+{calls}    return kernel2;
+}}
+@fragment
+fn fragment(@builtin(position) at: vec4f) -> @location(0) vec4f {{ return run(Point(vec2i(at.xy), at.xy, at.xy)); }}"
+        );
+        let linked = linker.link(code, &[(Instance::GENERATED, "fragment")]).expect("all names are known");
+        let module = validate(&linked.text, &linked.map);
+        let module = module.unwrap_or_else(|error| panic!("pair {seed}: {error}\n{}", linked.text));
+        assert_eq!(module.entry_points[0].name, linked.entries[0]);
+    }
+}

@@ -1,7 +1,0 @@
-//! The program of a plug-in author: the built-in kinds and those of this crate.
-
-use std::process::ExitCode;
-
-fn main() -> ExitCode {
-    afterimage::main(&[afterimage_nodes::ALL, halftone::ALL])
-}

@@ -1,0 +1,272 @@
+//! The whole chain against its CPU references, with the numbers that the pipeline's file has.
+
+use afterimage_graph::check::{CheckOptions, Graph, check};
+use afterimage_graph::document::parse;
+use afterimage_graph::value::Value;
+use afterimage_media::{Source, read};
+
+use super::scene;
+use crate::reference::bloom::{additive_chain, composite_add, knee_weight, levels};
+use crate::reference::color::{BRADFORD, CUSTOM, REC709, conversion, luminance, white_balance_target};
+use crate::reference::curves::{Uchimura, display, uchimura};
+use crate::reference::exposure::{Bins, auto_exposure_stops, limit_mean};
+use crate::reference::gaussian::{blur_axis, radius, taps};
+use crate::reference::grade::LiftGammaGain;
+use crate::reference::guard::{LARGEST_HALF, guard};
+use crate::reference::image::{Image, centre_uv, rgb};
+use crate::reference::local::{Grid, LocalToneMap, Range, Splat};
+use crate::reference::math::{Rgb, largest, transform};
+use crate::reference::purkinje::{full, strength_log};
+use crate::reference::resample::{Down, Firefly, Up, area_average, upsample};
+use crate::reference::transfer::srgb_encode;
+use crate::reference::vignette;
+use crate::support::gpu::{Picture, Repository, Run, pipelines, registry};
+
+/// The pipeline without its dither, whose noise no CPU reference has, and with changes.
+fn undithered(sets: &[(&str, &str)]) -> Graph {
+    let path = pipelines().join(super::PIPELINE);
+    let text = std::fs::read_to_string(&path).expect("the pipeline is there");
+    let document = parse(&path.to_string_lossy(), &text).unwrap_or_else(|errors| panic!("{errors:?}"));
+    let sets =
+        sets.iter().chain(&[("display", "Off")]).map(|(node, value)| ((*node).into(), (*value).into())).collect();
+    let options = CheckOptions { tier: None, sets, loader: &Repository };
+    check(&document, &registry(), &options).unwrap_or_else(|errors| panic!("{errors:?}")).0
+}
+
+/// The parameters of a node.
+struct Node<'g>(&'g Graph, &'static str);
+
+impl Node<'_> {
+    fn value(&self, parameter: &str) -> &Value {
+        let Self(graph, name) = self;
+        let (_, node) = graph.node(name).unwrap_or_else(|| panic!("there is a node `{name}`"));
+        let (index, _) = node.kind.param(parameter).unwrap_or_else(|| panic!("`{name}` has `{parameter}`"));
+        &node.values[index]
+    }
+
+    fn number(&self, parameter: &str) -> f64 {
+        match self.value(parameter) {
+            Value::Float(number) => *number,
+            Value::Int(number) => *number as f64,
+            other => panic!("{other:?} is no number"),
+        }
+    }
+
+    fn whole(&self, parameter: &str) -> usize {
+        self.number(parameter) as usize
+    }
+
+    fn triple(&self, parameter: &str) -> [f64; 3] {
+        match self.value(parameter) {
+            Value::Vector([x, y, z, _], _) => [*x, *y, *z],
+            other => panic!("{other:?} is no vector"),
+        }
+    }
+
+    fn range(&self) -> Range {
+        Range { low: self.number("lo"), high: self.number("hi") }
+    }
+}
+
+/// What the pipeline makes of a picture, step by step.
+fn whole(graph: &Graph, picture: &Picture) -> Image {
+    let guarded = Image::new(picture.width as usize, picture.height as usize, |x, y| {
+        picture.at(x as u32, y as u32).map(|value| guard(f64::from(value), LARGEST_HALF))
+    });
+    let exposed = exposed(graph, &guarded);
+    let seen = seen(graph, &exposed);
+    let local = local(graph, &exposed, &seen);
+    let lit = lit(graph, &seen, &local);
+    let graded = lit.map_rgb(|color| graded(graph, color));
+    shown(graph, &graded)
+}
+
+fn exposed(graph: &Graph, scene: &Image) -> Image {
+    let (counted, metered) = (Node(graph, "counted"), Node(graph, "metered"));
+    let Range { low, high } = counted.range();
+    let bins = Bins { count: counted.whole("bins"), low, high, black: counted.number("black") };
+    let mean = bins.trimmed_mean(&bins.histogram(scene), metered.number("low"), metered.number("high"));
+    let limited =
+        limit_mean(mean.expect("the picture is not black"), metered.number("min_ev"), metered.number("max_ev"));
+    let gain = auto_exposure_stops(limited, metered.number("key"), metered.number("compensation")).exp2();
+    scene.map_rgb(|color| color.map(|x| guard(x * gain, LARGEST_HALF)))
+}
+
+fn seen(graph: &Graph, exposed: &Image) -> Image {
+    let night = strength_log(Node(graph, "seen").number("illuminance"));
+    let scale = Node(graph, "seen").number("scale");
+    exposed.map_rgb(|color| if night > 0.0 { full(color, night, scale) } else { color })
+}
+
+/// What is bright around a place is judged before night vision, as the pipeline has it.
+fn local(graph: &Graph, exposed: &Image, seen: &Image) -> Image {
+    let (build, blur, around) = (Node(graph, "grid"), Node(graph, "smooth"), Node(graph, "around"));
+    let size = ["width", "height", "depth"].map(|side| build.whole(side));
+    let sigmas = blur.triple("sigma");
+    let grid = Grid::build(exposed, size, build.range(), Splat::Nearest).blurred(sigmas, sigmas.map(radius));
+    let [width, height] = ["width", "height"].map(|side| around.whole(side));
+    let range = around.range();
+    let logs = exposed.map(|pixel| [range.log_luminance(rgb(pixel)); 4]);
+    let aspect = seen.width as f64 / seen.height as f64;
+    let sigma = around.number("sigma");
+    let [across, down] = [sigma * width as f64, sigma * height as f64 * aspect].map(|sigma| taps(sigma, radius(sigma)));
+    let wide = blur_axis(&blur_axis(&area_average(&logs, [width, height]), &across, [1, 0]), &down, [0, 1]);
+    let node = Node(graph, "local");
+    let [bilateral, middle, contrast, detail] =
+        ["share", "midpoint", "contrast", "detail"].map(|parameter| node.number(parameter));
+    LocalToneMap { bilateral, middle, contrast, detail }.apply(seen, &grid, &wide)
+}
+
+fn lit(graph: &Graph, seen: &Image, local: &Image) -> Image {
+    let node = Node(graph, "bright");
+    let (threshold, knee) = (node.number("threshold"), node.number("knee"));
+    let bright = seen.map_rgb(|color| {
+        let weight = knee_weight(largest(color), threshold, knee);
+        color.map(|x| (x * weight).min(LARGEST_HALF))
+    });
+    let count = Node(graph, "mips").whole("levels").min(seen.width.max(seen.height).ilog2() as usize).max(1);
+    let mips = levels(&bright, count, Down::ThirteenTap, Firefly::Groups);
+    let bloom = additive_chain(&mips, Up::Tent, Node(graph, "bloom").number("radius"));
+    let bloom = upsample(&bloom, [seen.width, seen.height], Up::Bilinear, 0.0);
+    let strength = Node(graph, "lit").number("strength");
+    Image::new(seen.width, seen.height, |x, y| {
+        let [base, glow] = [local, &bloom].map(|image| image.texel(x as i64, y as i64));
+        let [r, g, b] = composite_add(rgb(base), rgb(glow), strength).map(|x| x.min(LARGEST_HALF));
+        [r, g, b, base[3]]
+    })
+}
+
+fn graded(graph: &Graph, color: Rgb) -> Rgb {
+    let balance = white_balance_target(&BRADFORD, Node(graph, "white").triple("target"), true);
+    let balanced = transform(&balance, color).map(|x| x.max(0.0));
+    let node = Node(graph, "mapped");
+    let [maximum, contrast, start, length, toe, pedestal] =
+        ["maximum", "contrast", "linear_start", "linear_length", "toe", "pedestal"].map(|name| node.number(name));
+    let curve = Uchimura { maximum, contrast, start, length, toe, pedestal };
+    let inside = transform(&conversion(&REC709, &CUSTOM), balanced).map(|x| uchimura(x.max(0.0), &curve));
+    let mapped = compressed(transform(&conversion(&CUSTOM, &REC709), inside), node.number("gamut_knee"));
+    let node = Node(graph, "graded");
+    let [lift, gamma, gain] = ["lift", "gamma", "gain"].map(|name| node.triple(name));
+    LiftGammaGain { lift, gamma, gain }.apply(mapped)
+}
+
+/// The rule of `gamut: Compress`: how far a colour is from grey, as a share of the way to the border, is bent so that it ends at 1.
+fn compressed(rgb: Rgb, knee: f64) -> Rgb {
+    let grey = luminance(rgb).clamp(0.0, 1.0);
+    let share = |x: f64| if x > grey { (x - grey) / (1.0 - grey).max(1e-7) } else { (grey - x) / grey.max(1e-7) };
+    let reach = largest(rgb.map(share));
+    let over = reach - knee;
+    let bent = if over > 0.0 { knee + over * (1.0 - knee) / (1.0 - knee + over).max(1e-7) } else { reach };
+    display(rgb.map(|x| if reach > 0.0 { grey + (x - grey) * bent / reach } else { x }))
+}
+
+fn shown(graph: &Graph, graded: &Image) -> Image {
+    let node = Node(graph, "vignette");
+    let [amount, intensity, smoothness] = ["amount", "intensity", "smoothness"].map(|name| node.number(name));
+    let (width, height) = (graded.width, graded.height);
+    Image::new(width, height, |x, y| {
+        let factor = vignette::factor(centre_uv(x, y, width, height), intensity, smoothness, 1.0);
+        let light = vignette::blended(factor, amount);
+        let [r, g, b, a] = graded.texel(x as i64, y as i64);
+        let [r, g, b] = [r, g, b].map(|x| srgb_encode((x * light).clamp(0.0, 1.0)));
+        [r, g, b, a]
+    })
+}
+
+/// The largest difference of a display number from the reference's, and the pixel that has it.
+fn off(picture: &Picture, reference: &Image) -> (f64, String) {
+    let worst = |(index, (a, b)): (usize, (&[f32; 4], &[f64; 4]))| {
+        let off = (0..3).map(|c| (f64::from(a[c]) - b[c]).abs()).fold(0.0, f64::max);
+        (off, format!("({}, {}): {a:?} and {b:?}", index % reference.width, index / reference.width))
+    };
+    let pairs = picture.pixels.iter().zip(&reference.pixels).enumerate().map(worst);
+    pairs.max_by(|a, b| a.0.total_cmp(&b.0)).expect("the picture has pixels")
+}
+
+const ONE_CODE: f64 = 1.0 / 255.0;
+
+/// Each stage that the file leaves at its neutral values, and then all of them.
+const CASES: [&[(&str, &str)]; 5] = [
+    &[],
+    &[("seen.illuminance", "0.4")],
+    &[("white.target", "(0.86, 0.95, 1.0)")],
+    &[("graded.lift", "(0.01, 0.0, 0.02)"), ("graded.gamma", "(1.1, 1.0, 0.95)"), ("graded.gain", "(0.97, 1.0, 1.03)")],
+    &[
+        ("seen.illuminance", "0.02"),
+        ("white.target", "(0.86, 0.95, 1.0)"),
+        ("graded.lift", "(0.01, 0.0, 0.02)"),
+        ("graded.gamma", "(1.1, 1.0, 0.95)"),
+        ("graded.gain", "(0.97, 1.0, 1.03)"),
+    ],
+];
+
+/// By how many codes it is off at most.
+fn assert_is_its_reference(what: &str, picture: &Picture) -> f64 {
+    let mut worst = 0.0;
+    for sets in CASES {
+        let graph = undithered(sets);
+        let reference = whole(&graph, picture);
+        for (run, limit) in [(Run::new(&graph).exact(), 0.5), (Run::new(&graph), 1.0)] {
+            let (off, at) = off(&run.frame(&[("scene", picture)])[0], &reference);
+            assert!(off < limit * ONE_CODE, "{what}, {sets:?}: {:.3} codes off at {at}", 255.0 * off);
+            worst = f64::max(worst, 255.0 * off);
+        }
+    }
+    worst
+}
+
+/// Sixteen stops of gradients and edges in all colours, with a lamp, black, and numbers that the guard must catch.
+fn synthetic(width: u32, height: u32) -> Picture {
+    Picture::new(width, height, |x, y| {
+        let (u, v) = (f64::from(x) / f64::from(width), f64::from(y) / f64::from(height));
+        let window = if u > 0.6 && v < 0.55 { 6.0 } else { 0.0 };
+        let light =
+            (-6.0 + 3.0 * u + 1.5 * (7.0 * v).sin() + window + 0.3 * (50.0 * u).sin() * (37.0 * v).cos()).exp2();
+        let hue = [0.0, 2.1, 4.2].map(|phase| (light * (1.0 + 0.6 * (9.0 * u + 4.0 * v + phase).cos())) as f32);
+        match (x, y) {
+            (30, 20) => [900.0, 400.0, 90.0, 1.0],
+            (31, 70) => [0.0, 0.0, 0.0, 1.0],
+            (90, 12) => [f32::NAN, -3.0, f32::INFINITY, 1.0],
+            _ => [hue[0], hue[1], hue[2], 1.0],
+        }
+    })
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn the_whole_chain_is_its_twin_on_a_synthetic_picture() {
+    for (width, height) in [(160, 90), (131, 77), (1, 1)] {
+        assert_is_its_reference(&format!("synthetic {width}x{height}"), &synthetic(width, height));
+    }
+}
+
+/// A part of the built-in scene as a large picture of it has it.
+fn cut_out(walk: f64, left: u32, top: u32) -> Picture {
+    let all = scene(640, 360, walk);
+    Picture::new(160, 90, |x, y| all.at(left + x, top + y))
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn the_whole_chain_is_its_twin_on_the_built_in_scene() {
+    assert_is_its_reference("the room", &scene(160, 90, 0.0));
+    assert_is_its_reference("the window", &scene(160, 90, 1.0));
+    assert_is_its_reference("where the window meets the room", &cut_out(0.0, 240, 90));
+    assert_is_its_reference("a corner", &cut_out(0.5, 20, 200));
+}
+
+/// Files named in `AFTERIMAGE_PICTURES`, divided as `PATH` is: for pictures that the repository does not carry. `--nocapture` shows the
+/// figures.
+#[test]
+#[expect(clippy::print_stdout, reason = "the figures are what somebody who names pictures wants to know")]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn the_whole_chain_is_its_twin_on_pictures_of_your_own() {
+    for path in std::env::var_os("AFTERIMAGE_PICTURES").iter().flat_map(std::env::split_paths) {
+        let file = read(&Source::file(&path)).unwrap_or_else(|error| panic!("{error}"));
+        let numbers = file.pixels.to_f32();
+        let pixels = numbers.chunks_exact(4).map(|pixel| [pixel[0], pixel[1], pixel[2], pixel[3]]).collect();
+        let picture = Picture { width: file.width, height: file.height, pixels };
+        let worst = assert_is_its_reference(&path.display().to_string(), &picture);
+        println!("{}: at most {worst:.3} of 255 codes off", path.display());
+    }
+}
