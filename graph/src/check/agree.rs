@@ -6,7 +6,7 @@ use super::Source;
 use super::build::{Builder, Feed, Wire};
 use super::suggest::{OnWire, between, either, path};
 use crate::node::{Input, OutputState, PortType};
-use afterimage_base::diagnostic::{Diagnostic, Place, Spanned, quote};
+use afterimage_base::diagnostic::{Diagnostic, Location, Spanned, quote};
 use afterimage_base::image::ColorState;
 
 impl Builder<'_> {
@@ -23,7 +23,7 @@ impl Builder<'_> {
         }
         self.agree_with_inner();
         self.agree_with_outputs();
-        self.tell_unknown_states();
+        self.report_unknown_states();
     }
 
     /// The state of what a wire carries; `None` while it is unknown.
@@ -44,7 +44,8 @@ impl Builder<'_> {
         }
     }
 
-    /// Finds the states of all outputs, each as soon as the input that it follows is known; `@previous` wires may go in circles.
+    /// Finds the color states of all outputs, each once the input that it follows is known. `@previous` wires may form
+    /// cycles.
     fn find_states(&mut self) {
         let mut readers = vec![Vec::new(); self.drafts.len()];
         for (reader, draft) in self.drafts.iter().enumerate() {
@@ -70,7 +71,7 @@ impl Builder<'_> {
             let port = draft.kind.inputs().iter().position(|port| port.name == name)?;
             let state = self.state(draft.wires[port].as_ref()?)?;
             let takes = &draft.kind.inputs()[port].states;
-            // A state that the port refuses is told there; what follows from it would be told in vain.
+            // The port reports a state that it refuses; nothing that follows from it is reported.
             Some(state.filter(|state| takes.is_empty() || takes.contains(state)))
         };
         let state = |gives: &OutputState| match gives {
@@ -85,12 +86,12 @@ impl Builder<'_> {
         let on_wire = OnWire { ty: self.wire_type(wire), state: self.state(wire).flatten() };
         if on_wire.ty != port.ty {
             let diagnostic = self.type_conflict(wire, on_wire, port.ty, &port.states, reader);
-            return self.tell(diagnostic);
+            return self.report(diagnostic);
         }
         match on_wire.state {
             Some(state) if !port.states.is_empty() && !port.states.contains(&state) => {
                 let diagnostic = self.state_conflict(wire, on_wire, &port.states, reader);
-                self.tell(diagnostic);
+                self.report(diagnostic);
             }
             _ => {}
         }
@@ -104,7 +105,7 @@ impl Builder<'_> {
         states: &[ColorState],
         reader: &str,
     ) -> Diagnostic {
-        let message = format!("{reader} takes {}, but {} is {}", a(wanted), self.maker(wire), a(found.ty));
+        let message = format!("{reader} accepts {}, but {} is {}", a(wanted), self.maker(wire), a(found.ty));
         let fits = |state: Option<ColorState>| state.is_none_or(|state| states.is_empty() || states.contains(&state));
         let nodes = path(self.registry, found, |next| next.ty == wanted && fits(next.state));
         let help = self.other_output(wire, wanted).or_else(|| nodes.map(|nodes| between(&nodes)));
@@ -112,7 +113,7 @@ impl Builder<'_> {
         self.ends(
             Diagnostic::error("type-conflict", message),
             wire,
-            &format!("takes {}", a(wanted)),
+            &format!("accepts {}", a(wanted)),
             &format!("gives {}", a(found.ty)),
         )
         .help(help)
@@ -129,8 +130,8 @@ impl Builder<'_> {
 
     fn state_conflict(&self, wire: &Wire, found: OnWire, wanted: &[ColorState], reader: &str) -> Diagnostic {
         let state = found.state.map_or("nothing", ColorState::name);
-        let message = format!("{reader} takes {}, but {} is {}", either(wanted), self.maker(wire), quote(state));
-        let takes = format!("takes {}", either(wanted));
+        let message = format!("{reader} accepts {}, but {} is {}", either(wanted), self.maker(wire), quote(state));
+        let takes = format!("accepts {}", either(wanted));
         let nodes =
             path(self.registry, found, |next| next.ty == found.ty && next.state.is_some_and(|s| wanted.contains(&s)));
         let otherwise = || match wire.source {
@@ -163,18 +164,18 @@ impl Builder<'_> {
         }
     }
 
-    fn maker_place(&self, wire: &Wire) -> Option<Place> {
+    fn maker_location(&self, wire: &Wire) -> Option<Location> {
         match wire.source? {
-            Source::Node { node, .. } => Some(self.drafts[node].kind_place.clone()),
-            Source::Input(input) => self.host_inputs().nth(input).map(|input| input.name.place.clone()),
+            Source::Node { node, .. } => Some(self.drafts[node].kind_location.clone()),
+            Source::Input(input) => self.host_inputs().nth(input).map(|input| input.name.location.clone()),
         }
     }
 
     /// Points at both ends of a wire.
     fn ends(&self, diagnostic: Diagnostic, wire: &Wire, reader: &str, maker: &str) -> Diagnostic {
-        let diagnostic = diagnostic.at(&wire.place, format!("this {reader}"));
-        match self.maker_place(wire).filter(|place| *place != wire.place) {
-            Some(place) => diagnostic.also(&place, format!("this {maker}")),
+        let diagnostic = diagnostic.at(&wire.location, format!("this {reader}"));
+        match self.maker_location(wire).filter(|location| *location != wire.location) {
+            Some(location) => diagnostic.also(&location, format!("this {maker}")),
             None => diagnostic,
         }
     }
@@ -203,7 +204,7 @@ impl Builder<'_> {
                 } else {
                     continue;
                 };
-                self.tell(diagnostic.also(&input.place, "the inner pipeline declares it here"));
+                self.report(diagnostic.also(&input.location, "the inner pipeline declares it here"));
             }
         }
     }
@@ -216,13 +217,13 @@ impl Builder<'_> {
                 let state = self.state(&wire).flatten();
                 let output = format!("the output {}", quote(&name.value));
                 let diagnostic = self.type_conflict(&wire, OnWire { ty, state }, PortType::Image, &[], &output);
-                self.tell(diagnostic);
+                self.report(diagnostic);
             }
         }
     }
 
-    /// States that follow each other in a circle of `@previous` wires and begin nowhere.
-    fn tell_unknown_states(&mut self) {
+    /// States that follow each other in a cycle of `@previous` wires and begin nowhere.
+    fn report_unknown_states(&mut self) {
         if self.diagnostics.has_errors() {
             return;
         }
@@ -230,9 +231,9 @@ impl Builder<'_> {
         if let Some(draft) = lost {
             let message = format!("nothing says what the image of {} is", quote(&draft.name.value));
             let diagnostic = Diagnostic::error("unknown-state", message)
-                .at(&draft.kind_place, "this follows its input, which follows it")
-                .help("let one node of the circle read an input, or a node that makes an image");
-            self.tell(diagnostic);
+                .at(&draft.kind_location, "this follows its input, which follows it")
+                .help("let one node of the cycle read an input, or a node that makes an image");
+            self.report(diagnostic);
         }
     }
 }

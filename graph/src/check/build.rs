@@ -8,7 +8,7 @@ use super::files::Files;
 use super::{Condition, FactKind, Graph, GraphInput, GraphNode, GraphOutput, Source};
 use crate::document::{InputEntry, Override};
 use crate::node::{NodeKind, PortType, Registry};
-use afterimage_base::diagnostic::{Diagnostic, Diagnostics, Place, Spanned};
+use afterimage_base::diagnostic::{Diagnostic, Diagnostics, Location, Spanned};
 use afterimage_base::image::{ColorState, Format};
 use afterimage_base::value::Value;
 
@@ -22,7 +22,7 @@ pub(super) struct Builder<'a> {
     pub(super) scopes: Vec<Scope>,
     pub(super) drafts: Vec<NodeDraft>,
     pub(super) changes: Vec<Change>,
-    pub(super) facts: BTreeMap<String, (FactKind, Place)>,
+    pub(super) facts: BTreeMap<String, (FactKind, Location)>,
     pub(super) outputs: Vec<(Spanned<String>, Option<Wire>)>,
     pub(super) tier: Option<String>,
     pub(super) is_full: bool,
@@ -32,11 +32,11 @@ pub(super) struct Builder<'a> {
 pub(super) struct NodeDraft {
     pub(super) name: Spanned<String>,
     pub(super) kind: NodeKind,
-    pub(super) kind_place: Place,
+    pub(super) kind_location: Location,
     pub(super) scope: usize,
     pub(super) values: Vec<Value>,
     /// Where each value was written; `None` for defaults.
-    pub(super) written: Vec<Option<Place>>,
+    pub(super) written: Vec<Option<Location>>,
     /// What the file wires to each input.
     pub(super) asked: Vec<Option<Spanned<String>>>,
     /// What each input is really wired to.
@@ -47,7 +47,7 @@ pub(super) struct NodeDraft {
     pub(super) label: Option<String>,
     /// The state of each output once it is known.
     pub(super) states: Vec<Option<Option<ColorState>>>,
-    /// Whether the file says more of it than could be read.
+    /// Whether parts of it could not be read.
     pub(super) is_partial: bool,
 }
 
@@ -63,7 +63,7 @@ pub(super) struct Scope {
     pub(super) off: bool,
     pub(super) label: Option<String>,
     pub(super) facts: Option<Vec<String>>,
-    /// Whether names are missing because of mistakes that have been told.
+    /// Whether names are missing because of errors that have been reported.
     pub(super) is_partial: bool,
 }
 
@@ -77,13 +77,13 @@ pub(super) enum Feed {
     Absent,
 }
 
-/// What a name in a scope stands for.
+/// What a name in a scope refers to.
 #[derive(Clone, Copy)]
 pub(super) enum Named {
     Input(usize),
     Node(usize),
     Scope(usize),
-    /// Something whose mistake has been told already.
+    /// Something whose error has been reported already.
     Broken,
 }
 
@@ -93,7 +93,7 @@ pub(super) struct Wire {
     /// Its source; `None` where the host of an inner pipeline leaves an optional input out.
     pub(super) source: Option<Source>,
     /// Where it is written.
-    pub(super) place: Place,
+    pub(super) location: Location,
     /// The state that an inner pipeline declares for the input which it comes from.
     pub(super) declared: Option<ColorState>,
 }
@@ -102,7 +102,7 @@ pub(super) struct Wire {
 pub(super) struct Change {
     pub(super) scope: usize,
     pub(super) settings: Vec<Override>,
-    /// Whether they are made; those of tiers that nobody asked for are only checked.
+    /// Whether they are applied; those of other tiers are only checked.
     pub(super) is_made: bool,
 }
 
@@ -123,7 +123,7 @@ impl<'a> Builder<'a> {
         }
     }
 
-    pub(super) fn tell(&mut self, diagnostic: Diagnostic) {
+    pub(super) fn report(&mut self, diagnostic: Diagnostic) {
         self.diagnostics.push(diagnostic);
     }
 

@@ -34,42 +34,46 @@ impl Builder<'_> {
             let wire = self.connected(0, &asked);
             self.outputs.push((name, wire));
         }
-        // Outputs of inner pipelines may be read by nobody; their mistakes are told nevertheless.
+        // The outputs of inner pipelines are checked even if nothing reads them.
         for scope in 1..self.scopes.len() {
             for (_, asked) in self.scopes[scope].outputs.clone() {
                 self.connected(scope, &asked);
             }
         }
-        self.tell_no_outputs();
+        self.report_no_outputs();
     }
 
-    fn tell_no_outputs(&mut self) {
+    fn report_no_outputs(&mut self) {
         let top = &self.scopes[0];
         if top.outputs.is_empty() && !self.diagnostics.has_errors() {
-            let diagnostic = Diagnostic::error("no-outputs", "the pipeline has no outputs").at(&top.name.place, "");
-            self.tell(diagnostic.help("add `outputs: { \"display\": \"node\" }` with the node that makes the picture"));
+            let diagnostic = Diagnostic::error("no-outputs", "the pipeline has no outputs").at(&top.name.location, "");
+            self.report(
+                diagnostic.help("add `outputs: { \"display\": \"node\" }` with the node that makes the picture"),
+            );
         }
     }
 
-    /// The wire of a text; `None` once its mistake has been told.
+    /// The wire of a text; `None` once its error has been reported.
     pub(super) fn connected(&mut self, scope: usize, asked: &Spanned<String>) -> Option<Wire> {
         let found = self.follow(scope, asked, 0)?;
         self.previous_is_possible(found.source, asked)?;
-        Some(Wire { source: found.source, place: asked.place.clone(), declared: found.declared })
+        Some(Wire { source: found.source, location: asked.location.clone(), declared: found.declared })
     }
 
     fn follow(&mut self, scope: usize, asked: &Spanned<String>, depth: usize) -> Option<Found> {
         let wire = match WireText::parse(&asked.value) {
             Ok(wire) => wire,
             Err((message, help)) => {
-                self.tell(Diagnostic::error("bad-wire", message).at(&asked.place, "").help(help));
+                self.report(Diagnostic::error("bad-wire", message).at(&asked.location, "").help(help));
                 return None;
             }
         };
         if depth > 2 * DEEPEST + 2 {
             let message = format!("the wire {} leads through pipelines back to itself", quote(&asked.value));
-            self.tell(
-                Diagnostic::error("cycle", message).at(&asked.place, "").help("wire it to a node that makes an image"),
+            self.report(
+                Diagnostic::error("cycle", message)
+                    .at(&asked.location, "")
+                    .help("wire it to a node that makes an image"),
             );
             return None;
         }
@@ -79,14 +83,14 @@ impl Builder<'_> {
             Some(Named::Input(input)) => self.input(scope, input, &wire, asked, depth)?,
             Some(Named::Scope(inner)) => self.inner_output(inner, &wire, asked, depth)?,
             None => {
-                self.tell_unknown(scope, &wire, asked);
+                self.report_unknown(scope, &wire, asked);
                 return None;
             }
         };
         self.earlier(found, wire.previous, asked)
     }
 
-    fn tell_unknown(&mut self, scope: usize, wire: &WireText<'_>, asked: &Spanned<String>) {
+    fn report_unknown(&mut self, scope: usize, wire: &WireText<'_>, asked: &Spanned<String>) {
         if self.scopes[scope].is_partial {
             return;
         }
@@ -96,9 +100,9 @@ impl Builder<'_> {
             names => format!("there are {}", list(names.iter().copied(), 12)),
         };
         let message = format!("no input or node is called {}", quote(wire.node));
-        let diagnostic = Diagnostic::error("unknown-name", message).at(&asked.place, "");
+        let diagnostic = Diagnostic::error("unknown-name", message).at(&asked.location, "");
         let diagnostic = diagnostic.help(help).maybe_help(did_you_mean(wire.node, names));
-        self.tell(diagnostic);
+        self.report(diagnostic);
     }
 
     fn node_output(&mut self, node: usize, wire: &WireText<'_>, asked: &Spanned<String>) -> Option<Found> {
@@ -112,11 +116,11 @@ impl Builder<'_> {
             let names = || outputs.iter().map(|output| &*output.name);
             let message = format!("{} is no output of {}", quote(wire.port.unwrap_or_default()), quote(kind.name()));
             let diagnostic = Diagnostic::error("unknown-output", message)
-                .at(&asked.place, "")
-                .also(&self.drafts[node].kind_place, "the node is of this kind")
+                .at(&asked.location, "")
+                .also(&self.drafts[node].kind_location, "the node is of this kind")
                 .help(format!("its outputs are {}", list(names(), 8)))
                 .maybe_help(wire.port.and_then(|port| did_you_mean(port, names())));
-            self.tell(diagnostic);
+            self.report(diagnostic);
             return None;
         };
         Some(Found { source: Some(Source::Node { node, output, previous: 0 }), declared: None })
@@ -133,7 +137,7 @@ impl Builder<'_> {
         if let Some(port) = wire.port {
             let message = format!("{} is an input and has no output {}", quote(wire.node), quote(port));
             let help = format!("write `\"{}\"`", wire.node);
-            self.tell(Diagnostic::error("unknown-output", message).at(&asked.place, "").help(help));
+            self.report(Diagnostic::error("unknown-output", message).at(&asked.location, "").help(help));
             return None;
         }
         let (entry, feed) = &self.scopes[scope].inputs[input];
@@ -166,16 +170,16 @@ impl Builder<'_> {
             let help = format!("its outputs are {}", list(names.iter().copied(), 8));
             let message =
                 format!("the pipeline {} has no output {}", quote(wire.node), quote(wire.port.unwrap_or("display")));
-            let diagnostic = Diagnostic::error("unknown-output", message).at(&asked.place, "");
+            let diagnostic = Diagnostic::error("unknown-output", message).at(&asked.location, "");
             let near = wire.port.and_then(|port| did_you_mean(port, names.iter().copied()));
             let diagnostic = if names.is_empty() { diagnostic } else { diagnostic.help(help) };
-            self.tell(diagnostic.maybe_help(near));
+            self.report(diagnostic.maybe_help(near));
             return None;
         };
         self.follow(inner, &inside, depth + 1)
     }
 
-    /// The same source so many frames earlier.
+    /// The same source, `frames` earlier.
     fn earlier(&mut self, found: Found, frames: u32, asked: &Spanned<String>) -> Option<Found> {
         let source = match found.source {
             Some(Source::Node { node, output, previous }) if frames + previous <= MOST_PREVIOUS => {
@@ -189,7 +193,7 @@ impl Builder<'_> {
                         .help("only what a node makes is kept: put a node between"),
                     Source::Node { .. } => too_far_back(),
                 };
-                self.tell(diagnostic.at(&asked.place, ""));
+                self.report(diagnostic.at(&asked.location, ""));
                 return None;
             }
         };
@@ -205,10 +209,10 @@ impl Builder<'_> {
         }
         let message = format!("{} is a {}, which is not kept from frame to frame", quote(&asked.value), ty.name());
         let diagnostic = Diagnostic::error("bad-previous", message)
-            .at(&asked.place, "")
-            .also(&self.drafts[node].kind_place, format!("this gives a {}", ty.name()))
+            .at(&asked.location, "")
+            .also(&self.drafts[node].kind_location, format!("this gives a {}", ty.name()))
             .help("only images have a previous frame; kinds that adapt keep what they need by themselves");
-        self.tell(diagnostic);
+        self.report(diagnostic);
         None
     }
 }

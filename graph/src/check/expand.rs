@@ -8,11 +8,11 @@ use super::suggest::{kinds_near, known_kinds};
 use super::{Condition, DEEPEST, MOST_NODES};
 use crate::document::{Document, Field, Group, Item, NodeEntry, Tier, Tree, doubled, renamed, settings};
 use crate::node::NodeKind;
-use afterimage_base::diagnostic::{Diagnostic, Place, Spanned, did_you_mean, list, nearest, quote};
+use afterimage_base::diagnostic::{Diagnostic, Location, Spanned, did_you_mean, list, nearest, quote};
 
 /// The kind name of a pipeline used as a node.
 const PIPELINE: &str = "Pipeline";
-/// What every node takes beside its ports and parameters.
+/// Fields that every node has, besides its ports and parameters.
 pub(super) const COMMON: [&str; 3] = ["when", "format", "label"];
 
 /// What surrounds a pipeline that is being expanded.
@@ -28,7 +28,7 @@ struct Around {
 impl Builder<'_> {
     /// The whole document, and the changes that its tier makes.
     pub(super) fn expand_top(&mut self, document: &Document) {
-        let name = Spanned::new(String::new(), document.place.clone());
+        let name = Spanned::new(String::new(), document.location.clone());
         let around = Around { parent: None, name, ports: Group::default(), when: None, label: None };
         self.expand(document, around, &mut vec![join("", &document.file)]);
     }
@@ -54,7 +54,7 @@ impl Builder<'_> {
         }
         self.inputs(scope, document, ports);
         for entry in &document.nodes {
-            if !self.has_room(&entry.name.place) {
+            if !self.has_room(&entry.name.location) {
                 break;
             }
             let is_good = self.good_name(&entry.name, "node") && self.is_free(scope, &entry.name);
@@ -92,7 +92,7 @@ impl Builder<'_> {
                 _ if is_top => Feed::Host(index),
                 Some((name, item)) => self.wire(&name.value, &item).map_or(Feed::Absent, Feed::Wire),
                 None => {
-                    self.tell_missing_input(scope, input.optional || is_partial, &input.name);
+                    self.report_missing_input(scope, input.optional || is_partial, &input.name);
                     Feed::Absent
                 }
             };
@@ -104,32 +104,32 @@ impl Builder<'_> {
             let known = || document.inputs.iter().map(|input| input.name.value.as_str());
             let help = format!("its inputs are {}", list(known(), 8));
             let message = format!("the pipeline {} has no input {}", quote(&document.file), quote(&name.value));
-            let diagnostic = Diagnostic::error("unknown-field", message).at(&name.place, "");
-            self.tell(diagnostic.help(help).maybe_help(did_you_mean(&name.value, known())));
+            let diagnostic = Diagnostic::error("unknown-field", message).at(&name.location, "");
+            self.report(diagnostic.help(help).maybe_help(did_you_mean(&name.value, known())));
         }
     }
 
-    fn tell_missing_input(&mut self, scope: usize, is_optional: bool, input: &Spanned<String>) {
+    fn report_missing_input(&mut self, scope: usize, is_optional: bool, input: &Spanned<String>) {
         if !is_optional {
             let node = &self.scopes[scope].name;
             let message = format!("{} has no {}", quote(&node.value), quote(&input.value));
             let diagnostic = Diagnostic::error("missing-port", message)
-                .at(&node.place, "")
-                .also(&input.place, "the inner pipeline needs this input")
+                .at(&node.location, "")
+                .also(&input.location, "the inner pipeline needs this input")
                 .help(format!("add `{}: \"...\"`, or declare the input with `(optional: true)`", input.value));
-            self.tell(diagnostic);
+            self.report(diagnostic);
         }
     }
 
-    fn has_room(&mut self, place: &Place) -> bool {
+    fn has_room(&mut self, location: &Location) -> bool {
         if self.drafts.len() + self.scopes.len() <= MOST_NODES {
             return true;
         }
         if !self.is_full {
             self.is_full = true;
             let message = format!("the pipeline has more than {MOST_NODES} nodes");
-            let diagnostic = Diagnostic::error("too-many-nodes", message).at(place, "the first one too many");
-            self.tell(diagnostic.help("look for a pipeline that uses others which use others, each of them twice"));
+            let diagnostic = Diagnostic::error("too-many-nodes", message).at(location, "the first one too many");
+            self.report(diagnostic.help("look for a pipeline that uses others which use others, each of them twice"));
         }
         false
     }
@@ -143,17 +143,17 @@ impl Builder<'_> {
             Some(c) => format!("the name {} holds {}", quote(text), quote(&c.to_string())),
             None => return true,
         };
-        let diagnostic = Diagnostic::error("bad-name", message).at(&name.place, "");
-        self.tell(diagnostic.help("names are any text without `.`, `@` and `/`, which wires and settings use"));
+        let diagnostic = Diagnostic::error("bad-name", message).at(&name.location, "");
+        self.report(diagnostic.help("names are any text without `.`, `@` and `/`, which wires and settings use"));
         false
     }
 
     fn is_free(&mut self, scope: usize, name: &Spanned<String>) -> bool {
         let Some(Named::Input(index)) = self.scopes[scope].names.get(&name.value) else { return true };
-        let first = self.scopes[scope].inputs[*index].0.name.place.clone();
+        let first = self.scopes[scope].inputs[*index].0.name.location.clone();
         let message = format!("a node and an input are both called {}", quote(&name.value));
-        let diagnostic = Diagnostic::error("doubled", message).at(&name.place, "the node").also(&first, "the input");
-        self.tell(diagnostic.help("a wire could mean either: give one of them another name"));
+        let diagnostic = Diagnostic::error("doubled", message).at(&name.location, "the node").also(&first, "the input");
+        self.report(diagnostic.help("a wire could mean either: give one of them another name"));
         false
     }
 
@@ -170,7 +170,7 @@ impl Builder<'_> {
                 let near = kinds_near(self.registry, name);
                 let help =
                     near.or_else(|| did_you_mean(name, [PIPELINE])).unwrap_or_else(|| known_kinds(self.registry));
-                self.tell(Diagnostic::error("unknown-kind", message).at(&entry.kind.place, "").help(help));
+                self.report(Diagnostic::error("unknown-kind", message).at(&entry.kind.location, "").help(help));
                 Named::Broken
             }
         }
@@ -180,7 +180,7 @@ impl Builder<'_> {
         let mut kept: Vec<Field> = Vec::new();
         for (name, item) in fields {
             match kept.iter().find(|(known, _)| known.value == name.value) {
-                Some((first, _)) => self.diagnostics.push(doubled(name, &first.place, "field")),
+                Some((first, _)) => self.diagnostics.push(doubled(name, &first.location, "field")),
                 None => kept.push((name.clone(), item.clone())),
             }
         }
@@ -191,7 +191,7 @@ impl Builder<'_> {
         let mut draft = NodeDraft {
             name: entry.name.clone(),
             kind: kind.clone(),
-            kind_place: entry.kind.place.clone(),
+            kind_location: entry.kind.location.clone(),
             scope,
             values: kind.params().iter().map(|param| param.default.clone()).collect(),
             written: vec![None; kind.params().len()],
@@ -208,7 +208,7 @@ impl Builder<'_> {
             self.field(&mut draft, name, item);
         }
         if !entry.fields.is_partial {
-            self.tell_missing_ports(&draft, fields);
+            self.report_missing_ports(&draft, fields);
         }
         self.drafts.push(draft);
         Named::Node(self.drafts.len() - 1)
@@ -220,7 +220,7 @@ impl Builder<'_> {
             draft.asked[port] = self.wire(&name.value, item);
         } else if !self.change_field(draft, &name.value, item) {
             if let Some(param) = kind.former_param(&name.value) {
-                return self.tell(renamed(name, &param.name));
+                return self.report(renamed(name, &param.name));
             }
             let ports = kind.inputs().iter().map(|port| &*port.name);
             let params = kind.params().iter().map(|param| &*param.name);
@@ -232,8 +232,8 @@ impl Builder<'_> {
                 .map(|(what, names)| format!("its {what} are {}", list(names, 16)))
                 .collect::<Vec<_>>()
                 .join("; ");
-            let diagnostic = Diagnostic::error("unknown-field", message).at(&name.place, "");
-            self.tell(diagnostic.help(help).maybe_help(did_you_mean(&name.value, known)));
+            let diagnostic = Diagnostic::error("unknown-field", message).at(&name.location, "");
+            self.report(diagnostic.help(help).maybe_help(did_you_mean(&name.value, known)));
         }
     }
 
@@ -243,7 +243,7 @@ impl Builder<'_> {
         if let Some((index, param)) = kind.param(name) {
             if let Some(value) = self.value(&kind, param, item) {
                 draft.values[index] = value;
-                draft.written[index] = Some(item.place.clone());
+                draft.written[index] = Some(item.location.clone());
             }
             return true;
         }
@@ -259,35 +259,35 @@ impl Builder<'_> {
     /// The text of a wire.
     fn wire(&mut self, port: &str, item: &Item) -> Option<Spanned<String>> {
         if let Tree::Text(text) = &item.value {
-            return Some(Spanned::new(text.clone(), item.place.clone()));
+            return Some(Spanned::new(text.clone(), item.location.clone()));
         }
         if item.value.is_broken() {
             return None;
         }
         let message = format!("the port {} takes the name of a node or an input in quotes", quote(port));
         let diagnostic =
-            Diagnostic::error("wrong-type", message).at(&item.place, format!("this is {}", item.value.describe()));
-        self.tell(match &item.value {
+            Diagnostic::error("wrong-type", message).at(&item.location, format!("this is {}", item.value.describe()));
+        self.report(match &item.value {
             Tree::Name(name) => diagnostic.help(format!("write `{port}: \"{name}\"`")),
             _ => diagnostic.help(format!("write `{port}: \"name\"`")),
         });
         None
     }
 
-    fn tell_missing_ports(&mut self, draft: &NodeDraft, fields: &[Field]) {
+    fn report_missing_ports(&mut self, draft: &NodeDraft, fields: &[Field]) {
         let ports = || draft.kind.inputs().iter().map(|port| &*port.name);
-        // A misspelt port has been told with the right name as a hint.
+        // A misspelt port has been reported with the right name as a hint.
         let is_meant = |name: &str, port: &str| {
             name == port || (draft.kind.param(name).is_none() && nearest(name, ports()) == Some(port))
         };
         for port in draft.kind.inputs() {
             if !port.optional && !fields.iter().any(|(name, _)| is_meant(&name.value, &port.name)) {
                 let message = format!("{} has no {}", quote(&draft.name.value), quote(&port.name));
-                let place = &draft.kind_place;
+                let location = &draft.kind_location;
                 let needs = format!("{} needs it", quote(draft.kind.name()));
                 let what = port.doc.trim().trim_end_matches('.');
                 let help = format!("add `{}: \"...\"`, the name of a node or an input: {what}", port.name);
-                self.tell(Diagnostic::error("missing-port", message).at(place, needs).help(help));
+                self.report(Diagnostic::error("missing-port", message).at(location, needs).help(help));
             }
         }
     }
@@ -305,9 +305,9 @@ impl Builder<'_> {
                 "set" => changes = self.inner_settings(item),
                 "when" => around.when = self.condition(scope, &item),
                 "label" => around.label = self.label(&item),
-                "format" => self.tell(
+                "format" => self.report(
                     Diagnostic::error("unknown-field", "a pipeline has no format of its own")
-                        .at(&name.place, "")
+                        .at(&name.location, "")
                         .help("name a node inside: `set: { \"node.format\": ... }`"),
                 ),
                 _ => around.ports.entries.push((name, item)),
@@ -324,39 +324,39 @@ impl Builder<'_> {
     fn inner_settings(&mut self, item: Item) -> Vec<crate::document::Override> {
         match settings(item, "`set`") {
             Ok((settings, problems)) => {
-                problems.into_iter().for_each(|problem| self.tell(problem));
+                problems.into_iter().for_each(|problem| self.report(problem));
                 settings
             }
             Err(problem) => {
-                self.tell(problem);
+                self.report(problem);
                 Vec::new()
             }
         }
     }
 
     fn inner_document(&mut self, entry: &NodeEntry, named: Option<Item>, files: &[String]) -> Option<Document> {
-        let place = &entry.kind.place;
+        let location = &entry.kind.location;
         let help = "write it as `Pipeline(file: \"bloom.ron\", source: \"scene\")`";
         let named = match named {
-            Some(Item { value: Tree::Text(file), place }) => Spanned::new(file, place),
+            Some(Item { value: Tree::Text(file), location }) => Spanned::new(file, location),
             Some(Item { value: Tree::Broken, .. }) => return None,
             Some(item) => {
                 let seen = format!("this is {}", item.value.describe());
-                self.tell(
-                    Diagnostic::error("wrong-type", "`file` is a path in quotes").at(&item.place, seen).help(help),
+                self.report(
+                    Diagnostic::error("wrong-type", "`file` is a path in quotes").at(&item.location, seen).help(help),
                 );
                 return None;
             }
             None if entry.fields.is_partial => return None,
             None => {
                 let message = format!("{} does not say which pipeline it is", quote(&entry.name.value));
-                self.tell(Diagnostic::error("missing-file", message).at(place, "`file` is missing").help(help));
+                self.report(Diagnostic::error("missing-file", message).at(location, "`file` is missing").help(help));
                 return None;
             }
         };
-        let path = join(&named.place.file, &named.value);
+        let path = join(&named.location.file, &named.value);
         if files.contains(&path) || files.len() > DEEPEST {
-            self.tell(holds_itself(&named, &path, files));
+            self.report(holds_itself(&named, &path, files));
             return None;
         }
         let document = self.document(&named)?;
@@ -372,5 +372,5 @@ fn holds_itself(named: &Spanned<String>, path: &str, files: &[String]) -> Diagno
         }
         None => format!("pipelines are nested more than {DEEPEST} deep"),
     };
-    Diagnostic::error("pipeline-cycle", message).at(&named.place, "").help("a pipeline cannot be a node of itself")
+    Diagnostic::error("pipeline-cycle", message).at(&named.location, "").help("a pipeline cannot be a node of itself")
 }

@@ -80,6 +80,6 @@ pub(super) fn join(from: &str, path: &str) -> String {
 
 pub(super) fn unreadable(named: &Spanned<String>, why: &str) -> Diagnostic {
     Diagnostic::error("unreadable-file", format!("cannot read {}: {why}", quote(&named.value)))
-        .at(&named.place, "")
+        .at(&named.location, "")
         .help("paths are relative to the file that names them")
 }

@@ -1,4 +1,4 @@
-//! The graph: what a document means once every mistake is out of it.
+//! The graph: what a document means once every error is out of it.
 
 use std::collections::BTreeSet;
 
@@ -10,7 +10,7 @@ use afterimage_base::value::Value;
 
 use super::condition::{Condition, FactKind};
 
-/// A pipeline that makes sense: every wire has two ends of one type, every value is in its domain, nothing runs in a circle.
+/// A valid pipeline: both ends of every wire have one type, every value is in its domain, there are no cycles.
 #[derive(Clone, Debug)]
 pub struct Graph {
     /// The images that the host gives.
@@ -19,7 +19,7 @@ pub struct Graph {
     pub nodes: Vec<GraphNode>,
     /// What the host gets.
     pub outputs: Vec<GraphOutput>,
-    /// An edge from each node to each that reads it in the same frame. The index of a node is its place in `nodes`.
+    /// An edge from each node to each that reads it in the same frame. Node indices are those of `nodes`.
     pub wires: DiGraph<(), ()>,
 }
 
@@ -51,7 +51,7 @@ pub struct GraphNode {
     pub when: Option<Condition>,
     /// Whether a tier has switched it off.
     pub off: bool,
-    /// The format that its results are stored in, if the file says.
+    /// The format of its results, if the file sets one.
     pub format: Option<Format>,
     /// The name that people shall see; the node's name otherwise.
     pub label: Option<String>,
@@ -77,9 +77,9 @@ pub enum Source {
     Input(usize),
     /// An output of a node.
     Node {
-        /// The node's place in the graph.
+        /// The index of the node in the graph.
         node: usize,
-        /// The output's place among the kind's ports.
+        /// The index of the output in the kind's ports.
         output: usize,
         /// How many frames ago; 0 for this one.
         previous: u32,
@@ -87,7 +87,7 @@ pub enum Source {
 }
 
 impl Graph {
-    /// The node of that name and its place.
+    /// The node of that name and its location.
     pub fn node(&self, name: &str) -> Option<(usize, &GraphNode)> {
         self.nodes.iter().enumerate().find(|(_, node)| node.name == name)
     }

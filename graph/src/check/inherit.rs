@@ -11,7 +11,7 @@ use afterimage_base::diagnostic::{Diagnostic, Spanned, did_you_mean, list, quote
 impl Builder<'_> {
     /// The document of a file that another one names; its problems are reported the first time.
     pub(super) fn document(&mut self, named: &Spanned<String>) -> Option<Rc<Document>> {
-        let path = join(&named.place.file, &named.value);
+        let path = join(&named.location.file, &named.value);
         let file = self.files.document(&path);
         let is_new = self.files_used.insert(path);
         if let Named::Document(document) = &file {
@@ -21,20 +21,20 @@ impl Builder<'_> {
             return Some(document.clone());
         }
         if is_new {
-            self.tell_no_document(named, file);
+            self.report_no_document(named, file);
         }
         None
     }
 
-    fn tell_no_document(&mut self, named: &Spanned<String>, file: Named) {
+    fn report_no_document(&mut self, named: &Spanned<String>, file: Named) {
         match file {
             Named::Document(_) => {}
             Named::NoPipeline(problems) => self.diagnostics.absorb(problems),
             Named::NoText => {
                 let message = format!("{} is not a text file", quote(&named.value));
-                self.tell(Diagnostic::error("unreadable-file", message).at(&named.place, ""));
+                self.report(Diagnostic::error("unreadable-file", message).at(&named.location, ""));
             }
-            Named::Unreadable(why) => self.tell(unreadable(named, &why)),
+            Named::Unreadable(why) => self.report(unreadable(named, &why)),
         }
     }
 
@@ -46,9 +46,9 @@ impl Builder<'_> {
 
     fn inherit(&mut self, document: Document, chain: &mut Vec<String>) -> Document {
         let Some(named) = document.extends.clone() else { return document };
-        let path = join(&named.place.file, &named.value);
+        let path = join(&named.location.file, &named.value);
         if chain.contains(&path) || chain.len() >= DEEPEST {
-            self.tell(extends_itself(&named, &path, chain));
+            self.report(extends_itself(&named, &path, chain));
             return Document { is_partial: true, ..document };
         }
         let Some(base) = self.document(&named) else { return Document { is_partial: true, ..document } };
@@ -57,7 +57,7 @@ impl Builder<'_> {
         merge(base, document)
     }
 
-    /// The document of the tier that is asked for. Its own changes wait until the nodes are known.
+    /// The document of the requested tier. Its overrides are applied once the nodes are known.
     pub(super) fn tier(&mut self, document: Document, asked: Option<&str>) -> Document {
         let Some(asked) = asked else { return document };
         let Some((_, tier)) = document.tiers.iter().find(|(name, _)| name.value == asked) else {
@@ -66,9 +66,9 @@ impl Builder<'_> {
                 0 => "it has no tiers at all".to_owned(),
                 _ => format!("its tiers are {}", list(names(), 8)),
             };
-            self.tell(
+            self.report(
                 Diagnostic::error("unknown-tier", format!("the pipeline has no tier {}", quote(asked)))
-                    .at(&document.place, "")
+                    .at(&document.location, "")
                     .help(help)
                     .maybe_help(did_you_mean(asked, names())),
             );
@@ -97,7 +97,7 @@ fn extends_itself(named: &Spanned<String>, path: &str, chain: &[String]) -> Diag
         None => format!("files extend each other more than {DEEPEST} times"),
     };
     Diagnostic::error("extends-cycle", message)
-        .at(&named.place, "")
+        .at(&named.location, "")
         .help("let the shared part be a file that extends nothing")
 }
 
@@ -109,7 +109,7 @@ fn merge(base: Document, own: Document) -> Document {
     };
     Document {
         file: own.file,
-        place: own.place,
+        location: own.location,
         extends: own.extends,
         inputs: replace(base.inputs, own.inputs, |input| &input.name.value),
         nodes: replace(base.nodes, own.nodes, |node| &node.name.value),

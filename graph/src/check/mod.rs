@@ -1,8 +1,8 @@
 //! Checking: a document becomes a valid graph, or all of its errors are reported.
 //!
-//! [`Checker::check`] lists the steps: inherit (`extends`, the tier), expand (node kinds, parameters, pipelines used as
-//! nodes), apply overrides (`set`, tiers, `--set`), connect (wires to their sources), agree (port types, color states),
-//! order (no cycles), and warn of unneeded nodes. A [`Graph`] that comes out is valid by construction: both ends of every
+//! [`Checker::check`] lists the steps: inherit (`extends`, the tier), expand (node kinds, parameters, pipelines used
+//! as nodes), apply overrides (`set`, tiers, `--set`), connect (wires to their sources), agree (port types, color
+//! states), order (no cycles), and warn of unneeded nodes. A [`Graph`] is valid by construction: both ends of every
 //! wire have one type, every value is in its domain, and no node waits for itself.
 //!
 //! # Several tiers
@@ -77,7 +77,7 @@ impl<'a> Checker<'a> {
     /// Makes a graph of the document at a tier, with overrides in the order in which they are applied: `node.parameter`
     /// and a value as a pipeline file would write it.
     ///
-    /// The warnings come beside the graph. The overrides of every tier are checked; only those of `tier` are applied.
+    /// Returns the graph and the warnings. The overrides of every tier are checked; only those of `tier` are applied.
     ///
     /// # Errors
     /// All errors of the document and of the files that it names, and the warnings with them, ordered by location.
@@ -92,7 +92,7 @@ impl<'a> Checker<'a> {
         builder.connect();
         builder.agree();
         builder.order();
-        builder.tell_unneeded();
+        builder.report_unneeded();
         builder.finish()
     }
 

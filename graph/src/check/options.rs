@@ -1,4 +1,4 @@
-//! What a check is given beside the document, and its limits.
+//! Options of a check, and its limits.
 
 use std::sync::Arc;
 
@@ -24,7 +24,7 @@ impl Loader for NoFiles {
 pub struct CheckOptions<'a> {
     /// The quality level, one of the document's `tiers`.
     pub tier: Option<String>,
-    /// Overrides in the order in which they are applied: `node.parameter` and a value as a pipeline file would write it.
+    /// Overrides in the order in which they are applied: `node.parameter` and a value as in a pipeline file.
     pub sets: Vec<(String, String)>,
     /// Where files come from.
     pub loader: &'a dyn Loader,

@@ -8,33 +8,33 @@ use petgraph::graph::{DiGraph, NodeIndex};
 use super::build::Builder;
 use afterimage_base::diagnostic::{Diagnostic, quote};
 
-/// Wires of a circle that are pointed at; a longer circle is told by its names.
+/// Labels of a cycle; a longer cycle is reported by the names of its nodes.
 const MOST_LABELS: usize = 8;
 
 impl Builder<'_> {
-    /// Tells every circle of nodes that read each other in the same frame.
+    /// Reports every cycle of nodes that read each other in the same frame.
     pub(super) fn order(&mut self) {
         let graph = self.same_frame();
-        let mut circles: Vec<Vec<usize>> =
-            tarjan_scc(&graph).into_iter().filter_map(|part| circle(&graph, &part)).collect();
-        circles.sort();
-        for circle in circles {
-            let diagnostic = self.cycle(&circle);
-            self.tell(diagnostic);
+        let mut cycles: Vec<Vec<usize>> =
+            tarjan_scc(&graph).into_iter().filter_map(|part| cycle(&graph, &part)).collect();
+        cycles.sort();
+        for cycle in cycles {
+            let diagnostic = self.cycle(&cycle);
+            self.report(diagnostic);
         }
     }
 
-    /// The nodes of a circle, each read by the next and the last by the first.
-    fn cycle(&self, circle: &[usize]) -> Diagnostic {
+    /// The nodes of a cycle, each read by the next and the last by the first.
+    fn cycle(&self, cycle: &[usize]) -> Diagnostic {
         let names: Vec<String> =
-            circle.iter().chain(&circle[..1]).map(|node| quote(&self.full_name(&self.drafts[*node]))).collect();
+            cycle.iter().chain(&cycle[..1]).map(|node| quote(&self.full_name(&self.drafts[*node]))).collect();
         let told = match names.len() {
             0..=12 => names.join(" -> "),
             n => format!("{} -> ... ({} more) -> {}", names[..8].join(" -> "), n - 9, names[n - 1]),
         };
-        let mut diagnostic = Diagnostic::error("cycle", format!("the nodes run in a circle: {told}"));
-        for (index, reader) in circle.iter().enumerate().take(MOST_LABELS) {
-            let maker = circle[(index + circle.len() - 1) % circle.len()];
+        let mut diagnostic = Diagnostic::error("cycle", format!("the nodes run in a cycle: {told}"));
+        for (index, reader) in cycle.iter().enumerate().take(MOST_LABELS) {
+            let maker = cycle[(index + cycle.len() - 1) % cycle.len()];
             let wires = self.drafts[*reader].wires.iter().flatten();
             let Some(wire) = wires.clone().find(|wire| wire.same_frame_node() == Some(maker)) else { continue };
             let text = format!(
@@ -43,18 +43,18 @@ impl Builder<'_> {
                 quote(&self.drafts[maker].name.value)
             );
             diagnostic = if diagnostic.labels.is_empty() {
-                diagnostic.at(&wire.place, text)
+                diagnostic.at(&wire.location, text)
             } else {
-                diagnostic.also(&wire.place, text)
+                diagnostic.also(&wire.location, text)
             };
         }
-        let last = &self.drafts[circle[circle.len() - 1]].name.value;
+        let last = &self.drafts[cycle[cycle.len() - 1]].name.value;
         diagnostic.help(format!("read what one of them held in the frame before: `\"{last}@previous\"`"))
     }
 }
 
-/// A shortest circle through the first node of a part of the graph in which all nodes reach each other.
-fn circle(graph: &DiGraph<(), ()>, part: &[NodeIndex]) -> Option<Vec<usize>> {
+/// A shortest cycle through the first node of a part of the graph in which all nodes reach each other.
+fn cycle(graph: &DiGraph<(), ()>, part: &[NodeIndex]) -> Option<Vec<usize>> {
     let start = *part.iter().min()?;
     let is_inside = |node: NodeIndex| part.len() > 1 && part.contains(&node) || node == start;
     let mut came_from = vec![None; graph.node_count()];

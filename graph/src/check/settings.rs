@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::build::{Builder, Change, Named, NodeDraft, Scope};
 use super::expand::COMMON;
 use crate::document::{Item, Override, Tree, read_tree, renamed};
-use afterimage_base::diagnostic::{Diagnostic, Place, Spanned, did_you_mean, list, quote};
+use afterimage_base::diagnostic::{Diagnostic, Location, Spanned, did_you_mean, list, quote};
 
 /// The name of the text that `--set` options are shown in.
 const COMMAND_LINE: &str = "--set";
@@ -29,18 +29,18 @@ impl Builder<'_> {
         let mut settings = Vec::new();
         for (key, value) in sets {
             let value_start = start + key.len() + 1;
-            let place = Place::new(&file, value_start..value_start + value.len());
-            let key_place = Place::new(&file, start..start + key.len());
+            let location = Location::new(&file, value_start..value_start + value.len());
+            let key_location = Location::new(&file, start..start + key.len());
             start = value_start + value.len() + 1;
-            match command_line_value(&file, value, &place) {
-                Ok(item) => settings.push(Override { key: Spanned::new(key.clone(), key_place), value: item }),
-                Err(diagnostic) => self.tell(diagnostic),
+            match command_line_value(&file, value, &location) {
+                Ok(item) => settings.push(Override { key: Spanned::new(key.clone(), key_location), value: item }),
+                Err(diagnostic) => self.report(diagnostic),
             }
         }
         self.changes.push(Change { scope: 0, settings, is_made: true });
     }
 
-    /// Makes all changes: those of inner pipelines first, then those of the pipelines around them, the command line's last.
+    /// Applies all overrides: those of inner pipelines first, then those of outer ones, the command line's last.
     pub(super) fn change(&mut self) {
         for change in std::mem::take(&mut self.changes) {
             for setting in &change.settings {
@@ -85,7 +85,7 @@ impl Builder<'_> {
                 Some(Named::Broken) => return None,
                 _ => {
                     if !self.scopes[scope].is_partial {
-                        self.tell(no_such_node(&self.scopes[scope], part, key));
+                        self.report(no_such_node(&self.scopes[scope], part, key));
                     }
                     return None;
                 }
@@ -94,7 +94,7 @@ impl Builder<'_> {
         None
     }
 
-    /// What `"node": Off` says.
+    /// The value of `"node": Off`.
     fn switch(&mut self, setting: &Override) -> Option<bool> {
         match &setting.value.value {
             Tree::Name(name) if name == "Off" => Some(true),
@@ -104,13 +104,13 @@ impl Builder<'_> {
                 let name = &setting.key.value;
                 let diagnostic =
                     Diagnostic::error("wrong-type", format!("{} can be set to `On` or `Off`", quote(name)))
-                        .at(&setting.value.place, format!("this is {}", other.describe()))
+                        .at(&setting.value.location, format!("this is {}", other.describe()))
                         .help(format!("a parameter of it is set by `\"{name}.parameter\": value`"))
                         .maybe_help(match other {
                             Tree::Name(word) => did_you_mean(word, ["Off", "On"]),
                             _ => None,
                         });
-                self.tell(diagnostic);
+                self.report(diagnostic);
                 None
             }
         }
@@ -127,7 +127,7 @@ impl Builder<'_> {
         let kind = draft.kind.clone();
         if let Some(param) = kind.former_param(field) {
             let present = format!("{}.{}", draft.name.value, param.name);
-            return self.tell(renamed(&setting.key, &present));
+            return self.report(renamed(&setting.key, &present));
         }
         let known = || kind.params().iter().map(|param| &*param.name).chain(COMMON);
         let name = quote(&draft.name.value);
@@ -139,7 +139,7 @@ impl Builder<'_> {
                 .help(format!("{} has {}", quote(kind.name()), list(known(), 16)))
                 .maybe_help(did_you_mean(field, known()))
         };
-        self.tell(diagnostic.at(&setting.key.place, ""));
+        self.report(diagnostic.at(&setting.key.location, ""));
     }
 
     fn scope_setting(&mut self, inner: usize, field: &str, setting: &Override, is_made: bool) {
@@ -158,7 +158,7 @@ impl Builder<'_> {
                 let message = format!("{} is a pipeline and has no parameter {}", quote(name), quote(field));
                 let nodes: Vec<String> = node_names(&self.scopes[inner]).map(|node| format!("{name}/{node}")).collect();
                 let help = format!("name a node inside it: {}", list(nodes.iter().map(String::as_str), 6));
-                self.tell(Diagnostic::error("unknown-field", message).at(&setting.key.place, "").help(help));
+                self.report(Diagnostic::error("unknown-field", message).at(&setting.key.location, "").help(help));
             }
         }
     }
@@ -169,7 +169,7 @@ impl NodeDraft {
         Self {
             name: self.name.clone(),
             kind: self.kind.clone(),
-            kind_place: self.kind_place.clone(),
+            kind_location: self.kind_location.clone(),
             scope: self.scope,
             values: self.values.clone(),
             written: self.written.clone(),
@@ -195,7 +195,7 @@ fn no_such_node(scope: &Scope, part: &str, key: &Spanned<String>) -> Diagnostic 
         Some(_) => {
             let message = format!("{} is a node, not a pipeline: nothing is inside it", quote(part));
             let help = format!("a parameter of it is `{part}.parameter`");
-            return Diagnostic::error("unknown-node", message).at(&key.place, "").help(help);
+            return Diagnostic::error("unknown-node", message).at(&key.location, "").help(help);
         }
         None if part.is_empty() => "the name of the node is missing".into(),
         None => format!("no node is called {}", quote(part)),
@@ -204,28 +204,29 @@ fn no_such_node(scope: &Scope, part: &str, key: &Spanned<String>) -> Diagnostic 
         None => "there are no nodes".into(),
         Some(_) => format!("the nodes are {}", list(node_names(scope), 12)),
     };
-    let diagnostic = Diagnostic::error("unknown-node", message).at(&key.place, "").help(help);
+    let diagnostic = Diagnostic::error("unknown-node", message).at(&key.location, "").help(help);
     diagnostic.maybe_help(did_you_mean(part, node_names(scope)))
 }
 
-/// The value of a `--set`, with its place in the text that all of them make.
-fn command_line_value(file: &Arc<str>, value: &str, place: &Place) -> Result<Item, Diagnostic> {
-    const HELP: &str = "write it as a pipeline file would: `--set bloom.strength=0.5`, `--set tone.curve=Aces`, `--set lut.file='\"film.cube\"'`";
+/// The value of a `--set`, with its location in the text that all of them make.
+fn command_line_value(file: &Arc<str>, value: &str, location: &Location) -> Result<Item, Diagnostic> {
+    const HELP: &str = "write it as a pipeline file would: `--set bloom.strength=0.5`, `--set tone.curve=Aces`, \
+                        `--set lut.file='\"film.cube\"'`";
     let parsed = read_tree(file, value);
-    let Some(error) = parsed.errors.first() else { return Ok(shift(parsed.tree, place.start)) };
-    let at = place.start + error.labels.first().map_or(0, |label| label.place.start);
+    let Some(error) = parsed.errors.first() else { return Ok(shift(parsed.tree, location.start)) };
+    let at = location.start + error.labels.first().map_or(0, |label| label.location.start);
     let message = match value {
         "" => "the value is missing".to_owned(),
         value => format!("{} is not a value", quote(value)),
     };
-    let place = if value.is_empty() { place.clone() } else { Place::new(file, at..place.end.max(at)) };
-    Err(Diagnostic::error("set-syntax", message).at(&place, "").help(HELP))
+    let location = if value.is_empty() { location.clone() } else { Location::new(file, at..location.end.max(at)) };
+    Err(Diagnostic::error("set-syntax", message).at(&location, "").help(HELP))
 }
 
-/// The same tree, so many bytes further on.
+/// The same tree, its locations moved by `by` bytes.
 fn shift(mut item: Item, by: usize) -> Item {
-    item.place.start += by;
-    item.place.end += by;
+    item.location.start += by;
+    item.location.end += by;
     item.value = match item.value {
         Tree::Tuple(name, items) => Tree::Tuple(name, items.into_iter().map(|item| shift(item, by)).collect()),
         Tree::List(items) => Tree::List(items.into_iter().map(|item| shift(item, by)).collect()),

@@ -5,26 +5,26 @@ use super::build::{Builder, Feed};
 use afterimage_base::diagnostic::{Diagnostic, quote};
 
 impl Builder<'_> {
-    /// Warns of nodes that no output needs and of inputs that nothing reads; only in the file that is checked, not in those that it uses.
-    pub(super) fn tell_unneeded(&mut self) {
+    /// Warns of nodes that no output needs and of inputs that nothing reads, in the checked file only.
+    pub(super) fn report_unneeded(&mut self) {
         // With a node missing, everything before it would look unneeded.
         if self.diagnostics.has_errors() {
             return;
         }
         let needed = self.needed();
-        let file = self.scopes[0].name.place.file.clone();
+        let file = self.scopes[0].name.location.file.clone();
         let read: Vec<bool> = self.read_nodes();
         let unneeded = self.drafts.iter().enumerate().filter(|(node, draft)| !needed[*node] && draft.scope == 0);
-        let nodes = unneeded.filter(|(_, draft)| draft.name.place.file == file).map(|(node, draft)| {
+        let nodes = unneeded.filter(|(_, draft)| draft.name.location.file == file).map(|(node, draft)| {
             let name = quote(&draft.name.value);
             let message = if read[node] { format!("no output needs {name}") } else { format!("nobody reads {name}") };
             Diagnostic::warning("unneeded-node", message)
-                .at(&draft.name.place, "")
+                .at(&draft.name.location, "")
                 .help("the node is left out of every plan")
         });
         let mut warnings: Vec<Diagnostic> = nodes.collect();
         warnings.extend(self.unneeded_inputs());
-        warnings.into_iter().for_each(|warning| self.tell(warning));
+        warnings.into_iter().for_each(|warning| self.report(warning));
     }
 
     fn sources(&self) -> impl Iterator<Item = Source> + '_ {
@@ -60,7 +60,7 @@ impl Builder<'_> {
     fn unneeded_inputs(&self) -> Vec<Diagnostic> {
         let read: Vec<usize> =
             self.sources().filter_map(|s| if let Source::Input(i) = s { Some(i) } else { None }).collect();
-        // An input may also be handed to an inner pipeline that ignores it: that is the inner one's affair.
+        // An input may also be wired to an inner pipeline that does not read it.
         let handed = |name: &str| {
             let feeds =
                 self.scopes.iter().skip(1).filter(|scope| scope.parent == Some(0)).flat_map(|scope| &scope.inputs);
@@ -68,11 +68,11 @@ impl Builder<'_> {
         };
         let inputs = self.scopes[0].inputs.iter().enumerate();
         let unread = inputs.filter(|(index, (input, _))| !read.contains(index) && !handed(&input.name.value));
-        let own = unread.filter(|(_, (input, _))| input.name.place.file == self.scopes[0].name.place.file);
+        let own = unread.filter(|(_, (input, _))| input.name.location.file == self.scopes[0].name.location.file);
         own.map(|(_, (input, _))| {
             let message = format!("nothing reads the input {}", quote(&input.name.value));
             Diagnostic::warning("unread-input", message)
-                .at(&input.name.place, "")
+                .at(&input.name.location, "")
                 .help("the host would have to give it for nothing")
         })
         .collect()

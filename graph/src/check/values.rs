@@ -5,12 +5,12 @@ use super::condition::{Condition, FactKind};
 use super::files::{join, unreadable};
 use crate::document::{Item, Tree};
 use crate::node::NodeKind;
-use afterimage_base::diagnostic::{Diagnostic, Place, Spanned, did_you_mean, list, quote};
+use afterimage_base::diagnostic::{Diagnostic, Location, Spanned, did_you_mean, list, quote};
 use afterimage_base::image::Format;
 use afterimage_base::value::{ChoiceName, FileValue, Param, Type, Value};
 
 impl Builder<'_> {
-    /// The value of a parameter; tells what is wrong with it otherwise.
+    /// The value of a parameter; an error is reported otherwise.
     pub(super) fn value(&mut self, kind: &NodeKind, param: &Param, item: &Item) -> Option<Value> {
         if item.value.is_broken() {
             return None;
@@ -18,13 +18,13 @@ impl Builder<'_> {
         let value = match self.typed(kind, param, item) {
             Ok(value) => value,
             Err(diagnostic) => {
-                self.tell(diagnostic);
+                self.report(diagnostic);
                 return None;
             }
         };
         if let Err(why) = param.accepts(&value) {
-            let diagnostic = Diagnostic::error("out-of-domain", why).at(&item.place, "");
-            self.tell(diagnostic.help(about(param)));
+            let diagnostic = Diagnostic::error("out-of-domain", why).at(&item.location, "");
+            self.report(diagnostic.help(about(param)));
             return None;
         }
         Some(value)
@@ -35,12 +35,12 @@ impl Builder<'_> {
             (Type::Bool, Tree::Bool(flag)) => Value::Bool(*flag),
             (Type::Int, Tree::Int(whole)) => Value::Int(*whole),
             (Type::Float, Tree::Int(_) | Tree::Float(_)) => Value::Float(number(item).unwrap_or_default()),
-            (Type::Vector(n), Tree::Tuple(None, items)) => vector(kind, param, n, items, &item.place)?,
+            (Type::Vector(n), Tree::Tuple(None, items)) => vector(kind, param, n, items, &item.location)?,
             (Type::Choice(choices), Tree::Name(name)) => match choices.iter().find(|choice| choice.name == name) {
                 Some(choice) => Value::Choice(choice.name),
-                None => return Err(unknown_choice(param, choices, name, &item.place)),
+                None => return Err(unknown_choice(param, choices, name, &item.location)),
             },
-            (Type::File, Tree::Text(path)) => self.file(&Spanned::new(path.clone(), item.place.clone()))?,
+            (Type::File, Tree::Text(path)) => self.file(&Spanned::new(path.clone(), item.location.clone()))?,
             _ => return Err(wrong_type(kind, param, item)),
         })
     }
@@ -50,11 +50,11 @@ impl Builder<'_> {
         if path.is_empty() {
             return Ok(Value::File(FileValue::default()));
         }
-        let bytes = self.files.bytes(&join(&named.place.file, &path)).map_err(|why| unreadable(named, &why))?;
+        let bytes = self.files.bytes(&join(&named.location.file, &path)).map_err(|why| unreadable(named, &why))?;
         Ok(Value::File(FileValue { path, bytes: Some(bytes) }))
     }
 
-    /// What `when` says.
+    /// The condition of `when`.
     pub(super) fn condition(&mut self, scope: usize, item: &Item) -> Option<Condition> {
         let Tree::Text(text) = &item.value else {
             if item.value.is_broken() {
@@ -62,34 +62,34 @@ impl Builder<'_> {
             }
             let message = format!("`when` is a condition in quotes, not {}", item.value.describe());
             let help = "write it as `when: \"emissive and illuminance < 10\"`";
-            self.tell(Diagnostic::error("wrong-type", message).at(&item.place, "").help(help));
+            self.report(Diagnostic::error("wrong-type", message).at(&item.location, "").help(help));
             return None;
         };
-        let inner = self.inner_place(item, text);
+        let inner = self.inner_location(item, text);
         match Condition::parse(text) {
             Ok(condition) => {
-                self.facts_of(scope, &condition, inner.as_ref().unwrap_or(&item.place));
+                self.facts_of(scope, &condition, inner.as_ref().unwrap_or(&item.location));
                 Some(condition)
             }
             Err(error) => {
-                let place = inner.map_or(item.place.clone(), |inner| inner.part(error.span));
-                self.tell(Diagnostic::error("condition", error.message).at(&place, "").help(error.help));
+                let location = inner.map_or(item.location.clone(), |inner| inner.part(error.span));
+                self.report(Diagnostic::error("condition", error.message).at(&location, "").help(error.help));
                 None
             }
         }
     }
 
-    /// The place of a text within its quotes; `None` if escapes make it longer than it is.
-    fn inner_place(&self, item: &Item, text: &str) -> Option<Place> {
-        let written = self.diagnostics.sources.text(&item.place.file)?.get(item.place.span())?;
+    /// The location of a text within its quotes; `None` if escapes make it longer than it is.
+    fn inner_location(&self, item: &Item, text: &str) -> Option<Location> {
+        let written = self.diagnostics.sources.text(&item.location.file)?.get(item.location.span())?;
         let start = written.find(text)?;
-        Some(item.place.part(start..start + text.len()))
+        Some(item.location.part(start..start + text.len()))
     }
 
     /// Facts must be declared where the file declares facts, and be of one kind everywhere.
-    fn facts_of(&mut self, scope: usize, condition: &Condition, place: &Place) {
+    fn facts_of(&mut self, scope: usize, condition: &Condition, location: &Location) {
         for (name, kind) in condition.uses() {
-            let place = self.fact_place(place, name);
+            let location = self.fact_location(location, name);
             if let Some(known) = &self.scopes[scope].facts
                 && !known.iter().any(|known| known == name)
             {
@@ -99,17 +99,17 @@ impl Builder<'_> {
                     format!("the section `facts` has {}", list(known.iter().map(String::as_str), 8))
                 };
                 let diagnostic = Diagnostic::error("unknown-fact", format!("no fact is called {}", quote(name)))
-                    .at(&place, "")
+                    .at(&location, "")
                     .help(help)
                     .maybe_help(did_you_mean(name, known.iter().map(String::as_str)));
-                self.tell(diagnostic);
+                self.report(diagnostic);
                 continue;
             }
-            self.fact_kind(name, kind, &place);
+            self.fact_kind(name, kind, &location);
         }
     }
 
-    fn fact_place(&self, condition: &Place, name: &str) -> Place {
+    fn fact_location(&self, condition: &Location, name: &str) -> Location {
         let text = self.diagnostics.sources.text(&condition.file).and_then(|text| text.get(condition.span()));
         match text.and_then(|text| text.find(name)) {
             Some(start) => condition.part(start..start + name.len()),
@@ -117,44 +117,44 @@ impl Builder<'_> {
         }
     }
 
-    fn fact_kind(&mut self, name: &str, kind: FactKind, place: &Place) {
-        let (known, first) = self.facts.entry(name.to_owned()).or_insert_with(|| (kind, place.clone()));
+    fn fact_kind(&mut self, name: &str, kind: FactKind, location: &Location) {
+        let (known, first) = self.facts.entry(name.to_owned()).or_insert_with(|| (kind, location.clone()));
         if *known != kind {
             let message =
                 format!("the fact {} is used as {} and as {}", quote(name), known.describe(), kind.describe());
             let diagnostic = Diagnostic::error("fact-kind", message)
-                .at(place, format!("here it is {}", kind.describe()))
+                .at(location, format!("here it is {}", kind.describe()))
                 .also(first, format!("here it is {}", known.describe()));
-            self.tell(diagnostic.help("the host can tell it only one way: use two names"));
+            self.report(diagnostic.help("the host can tell it only one way: use two names"));
         }
     }
 
-    /// What `format` says.
+    /// The value of `format`.
     pub(super) fn format(&mut self, item: &Item) -> Option<Format> {
         let names = Format::ALL.map(Format::name);
         let diagnostic = match &item.value {
             Tree::Name(name) => match Format::named(name) {
                 Some(format) => return Some(format),
                 None => Diagnostic::error("unknown-format", format!("no format is called {}", quote(name)))
-                    .at(&item.place, "")
+                    .at(&item.location, "")
                     .help(format!("the formats are {}", list(names, names.len())))
                     .maybe_help(did_you_mean(name, names)),
             },
             Tree::Text(name) if Format::named(name).is_some() => {
                 Diagnostic::error("wrong-type", "`format` is the bare name of a format")
-                    .at(&item.place, "this is a text in quotes")
+                    .at(&item.location, "this is a text in quotes")
                     .help(format!("write {} without quotes", quote(name)))
             }
             Tree::Broken => return None,
             other => Diagnostic::error("wrong-type", "`format` is the bare name of a format")
-                .at(&item.place, format!("this is {}", other.describe()))
+                .at(&item.location, format!("this is {}", other.describe()))
                 .help(format!("the formats are {}", list(names, names.len()))),
         };
-        self.tell(diagnostic);
+        self.report(diagnostic);
         None
     }
 
-    /// What `label` says.
+    /// The value of `label`.
     pub(super) fn label(&mut self, item: &Item) -> Option<String> {
         if let Tree::Text(label) = &item.value {
             return Some(label.clone());
@@ -163,7 +163,7 @@ impl Builder<'_> {
             return None;
         }
         let diagnostic = Diagnostic::error("wrong-type", "`label` is a text in quotes");
-        self.tell(diagnostic.at(&item.place, format!("this is {}", item.value.describe())));
+        self.report(diagnostic.at(&item.location, format!("this is {}", item.value.describe())));
         None
     }
 }
@@ -176,27 +176,27 @@ fn number(item: &Item) -> Option<f64> {
     }
 }
 
-fn vector(kind: &NodeKind, param: &Param, n: usize, items: &[Item], place: &Place) -> Result<Value, Diagnostic> {
+fn vector(kind: &NodeKind, param: &Param, n: usize, items: &[Item], location: &Location) -> Result<Value, Diagnostic> {
     if items.len() != n {
         let message =
             format!("{} of {} takes {n} numbers, not {}", quote(&param.name), quote(kind.name()), items.len());
-        return Err(Diagnostic::error("wrong-type", message).at(place, "").help(about(param)));
+        return Err(Diagnostic::error("wrong-type", message).at(location, "").help(about(param)));
     }
     let mut numbers = [0.0; 4];
     for (slot, item) in numbers.iter_mut().zip(items) {
         *slot = number(item).ok_or_else(|| {
             let message = format!("{} of {} takes {n} numbers", quote(&param.name), quote(kind.name()));
             let seen = format!("this is {}", item.value.describe());
-            Diagnostic::error("wrong-type", message).at(&item.place, seen).help(about(param))
+            Diagnostic::error("wrong-type", message).at(&item.location, seen).help(about(param))
         })?;
     }
     Ok(Value::Vector(numbers, n))
 }
 
-fn unknown_choice(param: &Param, choices: &[ChoiceName], name: &str, place: &Place) -> Diagnostic {
+fn unknown_choice(param: &Param, choices: &[ChoiceName], name: &str, location: &Location) -> Diagnostic {
     let names = || choices.iter().map(|choice| choice.name);
     Diagnostic::error("unknown-choice", format!("{} has no value {}", quote(&param.name), quote(name)))
-        .at(place, "")
+        .at(location, "")
         .help(format!("its values are {}", list(names(), 16)))
         .maybe_help(did_you_mean(name, names()))
 }
@@ -204,7 +204,7 @@ fn unknown_choice(param: &Param, choices: &[ChoiceName], name: &str, place: &Pla
 fn wrong_type(kind: &NodeKind, param: &Param, item: &Item) -> Diagnostic {
     let message = format!("{} of {} is {}", quote(&param.name), quote(kind.name()), param.ty.describe());
     let diagnostic =
-        Diagnostic::error("wrong-type", message).at(&item.place, format!("this is {}", item.value.describe()));
+        Diagnostic::error("wrong-type", message).at(&item.location, format!("this is {}", item.value.describe()));
     match (param.ty, &item.value) {
         (Type::Choice(choices), Tree::Text(name)) if choices.iter().any(|choice| choice.name == name) => {
             diagnostic.help(format!("write {} without quotes", quote(name)))

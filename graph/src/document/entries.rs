@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::tree::{Field, Group, Item};
-use afterimage_base::diagnostic::{Diagnostics, Place, Spanned};
+use afterimage_base::diagnostic::{Diagnostics, Location, Spanned};
 use afterimage_base::image::ColorState;
 
 /// A pipeline file as it is written. It may have errors.
@@ -12,7 +12,7 @@ pub struct Document {
     /// The file's name.
     pub file: Arc<str>,
     /// Where `Pipeline` is written.
-    pub place: Place,
+    pub location: Location,
     /// The file that this one changes.
     pub extends: Option<Spanned<String>>,
     /// The images that the host gives.
@@ -25,11 +25,11 @@ pub struct Document {
     pub set: Vec<Override>,
     /// The quality levels.
     pub tiers: Vec<(Spanned<String>, Tier)>,
-    /// The facts that conditions may ask and what each says; `None` where the file does not say which they are.
+    /// The facts that conditions may use, with their meanings; `None` if the file does not list them.
     pub facts: Option<Vec<(Spanned<String>, String)>>,
     /// Mistakes that can be seen without knowing any node kind.
     pub problems: Diagnostics,
-    /// Names whose entries could not be read, so that nobody is told twice.
+    /// Names whose entries could not be read, so that nothing is reported twice.
     pub(crate) unread: Vec<String>,
     /// Whether more names are missing than `unread` knows.
     pub(crate) is_partial: bool,

@@ -5,7 +5,7 @@ use super::bracket::Bracket;
 use super::parser::Parser;
 use super::syntax;
 use super::token::{Kind, Token};
-use afterimage_base::diagnostic::Place;
+use afterimage_base::diagnostic::Location;
 
 impl Parser<'_> {
     /// Whether the closing bracket of the innermost group is missing before the next token.
@@ -31,7 +31,7 @@ impl Parser<'_> {
         }
         // Names in a list are reported by themselves.
         if !is_meant_as_map {
-            let (open, next) = (self.open_place(), self.next_place());
+            let (open, next) = (self.open_location(), self.next_location());
             let wording = if misfit == Misfit::Wrong { syntax::wrong_close } else { syntax::extra_close };
             self.report(wording((&open, inner), (&next, close)));
             self.has_misfit = true;
@@ -45,13 +45,13 @@ impl Parser<'_> {
     }
 
     /// The opening bracket of the innermost group.
-    fn open_place(&self) -> Place {
-        self.token_place(self.open.last().unwrap_or(&self.next))
+    fn open_location(&self) -> Location {
+        self.token_location(self.open.last().unwrap_or(&self.next))
     }
 
     /// Ends the innermost group before the next token; what should follow outside may stand inside of it.
     pub(super) fn unclosed(&mut self, inner: Bracket) {
-        self.report(syntax::unclosed((&self.open_place(), inner), &self.next_place()));
+        self.report(syntax::unclosed((&self.open_location(), inner), &self.next_location()));
         self.balance.found_missing(inner);
         self.lossy = self.open.len();
         self.has_misfit = true;
@@ -70,7 +70,7 @@ impl Parser<'_> {
             Kind::Open(bracket) => bracket,
             _ => Bracket::Round,
         };
-        let open: Vec<_> = self.open.iter().map(|token| (self.token_place(token), bracket(token))).collect();
+        let open: Vec<_> = self.open.iter().map(|token| (self.token_location(token), bracket(token))).collect();
         if let Some(error) = syntax::unclosed_at_end(&open) {
             self.report(error);
         }

@@ -1,8 +1,8 @@
-//! Documents: RON text becomes structure that knows its places.
+//! Documents: RON text becomes a structure in which everything has a location.
 //!
-//! [`parse`] reads the sections of a `Pipeline( ... )` and keeps the place of every key, kind, port, parameter and value. A document may
-//! still be nonsense: whether names, types and wires make sense is the next step's question ([`check`](crate::check::check)), so that all
-//! mistakes of a file are told at once.
+//! [`parse`] reads the sections of a `Pipeline( ... )` and keeps the location of every key, kind, port, parameter and
+//! value. It goes on after errors, so that all errors of a file are reported. Whether names, types and wires are valid
+//! is checked by the next step, [`check`](crate::check::check).
 //!
 //! ```
 //! let text = r#"Pipeline(
@@ -18,16 +18,21 @@
 //!
 //! | section | holds |
 //! |---|---|
-//! | `inputs` | `"name": Color` for each image that the host gives. `Color` is scene light; `Exposed`, `LogLuminance`, `DisplayLinear` and `Encoded` are images at later stages; `Data`, `Depth`, `Normals` and `Mask` are not light. Options: `Color(optional: true)`, `Color(allow_negative: true)` |
+//! | `inputs` | `"name": Color` for each image that the host gives, see below |
 //! | `nodes` | `"name": Kind(port: "other", parameter: value)`; every node also takes `when`, `format` and `label` |
 //! | `outputs` | `"name": "node"` for each image that the host gets |
-//! | `set` | `"node.parameter": value`, `"node": Off`: changes to what `extends` brought, or to nodes of this file |
+//! | `set` | overrides, `"node.parameter": value` or `"node": Off`, of inherited nodes or nodes of this file |
 //! | `tiers` | `"low": { ... }` with the same entries as `set`, or `"film": "film.ron"` for another file |
 //! | `extends` | a file whose entries this one inherits; an entry of the same name replaces the inherited one |
-//! | `facts` | `"name": "what it says"` for each fact that `when` may ask; without the section, any name may be asked |
+//! | `facts` | `"name": "its meaning"` for each fact that `when` may use; without the section, any name may be used |
 //!
-//! A pipeline is itself a node: `"glow": Pipeline(file: "bloom.ron", source: "exposed", set: {"mips.levels": 3})`. Its inputs are the ports;
-//! `"glow"` is its first output, `"glow.name"` another one, and its nodes are called `glow/mips` and so on.
+//! An input of type `Color` is scene-referred. `Exposed`, `LogLuminance`, `DisplayLinear` and `Encoded` are images of
+//! later color states; `Data`, `Depth`, `Normals` and `Mask` are not colors. Options are `Color(optional: true)` and
+//! `Color(allow_negative: true)`.
+//!
+//! A pipeline is itself a node: `"glow": Pipeline(file: "bloom.ron", source: "exposed", set: {"mips.levels": 3})`. Its
+//! inputs are the ports; `"glow"` is its first output, `"glow.name"` another one, and its nodes are called `glow/mips`
+//! and so on.
 
 mod balance;
 mod bracket;
@@ -47,7 +52,7 @@ mod tests;
 
 use std::sync::Arc;
 
-use afterimage_base::diagnostic::{Diagnostic, Diagnostics, Place, Sources};
+use afterimage_base::diagnostic::{Diagnostic, Diagnostics, Location, Sources};
 
 use parser::Parsed;
 
@@ -57,7 +62,7 @@ pub(crate) use read::{doubled, settings};
 pub(crate) use renamed::{present_name, renamed};
 pub(crate) use tree::{Field, Group, Item, Tree};
 
-/// A file longer than this is not read: a pipeline of a thousand nodes has a tenth of it.
+/// The largest file that is read, in bytes. A pipeline of a thousand nodes has a tenth of it.
 pub const LONGEST_FILE: usize = 4 << 20;
 
 /// Reads a pipeline file. The name is the one that messages show, and that files named in it are relative to.
@@ -86,7 +91,7 @@ pub(crate) fn without_mark(text: &str) -> &str {
 }
 
 fn check_length(file: &Arc<str>, text: &str) -> Result<(), Diagnostic> {
-    let start = Place::new(file, 0..0);
+    let start = Location::new(file, 0..0);
     if text.len() > LONGEST_FILE {
         let message = format!("the file has {} bytes, more than a pipeline can have", text.len());
         return Err(Diagnostic::error("file-too-long", message)

@@ -2,7 +2,7 @@
 //!
 //! After an error the parser goes on at the next comma or closing bracket, so that every error of a file is reported
 //! and none twice. A file without errors is read once. A file with errors is read again with the [`Balance`] of its
-//! brackets, which tells a bracket that is missing from one that is too many.
+//! brackets, which distinguishes a missing bracket from one too many.
 
 use std::sync::Arc;
 
@@ -12,7 +12,7 @@ use super::quotes::is_foreign_quote;
 use super::syntax;
 use super::token::{Kind, Lexer, Token};
 use super::tree::{Group, Item, Tree, plain_name};
-use afterimage_base::diagnostic::{Diagnostic, Place, Spanned};
+use afterimage_base::diagnostic::{Diagnostic, Location, Spanned};
 
 /// Brackets within brackets; a pipeline needs about five.
 const DEEPEST: usize = 32;
@@ -91,7 +91,7 @@ impl<'a> Parser<'a> {
                 Tree::Struct(Some(name), _) | Tree::Tuple(Some(name), _) => Some(name.value.as_str()),
                 _ => None,
             };
-            self.report(syntax::after_the_end(&self.next_place(), self.found(), name));
+            self.report(syntax::after_the_end(&self.next_location(), self.found(), name));
         }
         Parsed { tree, errors: self.lexer.errors.into_list() }
     }
@@ -105,16 +105,16 @@ impl<'a> Parser<'a> {
         self.lexer.errors.push(error);
     }
 
-    pub(super) fn place(&self, start: usize, end: usize) -> Place {
-        Place::new(self.file, start..end)
+    pub(super) fn location(&self, start: usize, end: usize) -> Location {
+        Location::new(self.file, start..end)
     }
 
-    pub(super) fn token_place(&self, token: &Token) -> Place {
-        self.place(token.start, token.end)
+    pub(super) fn token_location(&self, token: &Token) -> Location {
+        self.location(token.start, token.end)
     }
 
-    pub(super) fn next_place(&self) -> Place {
-        self.token_place(&self.next)
+    pub(super) fn next_location(&self) -> Location {
+        self.token_location(&self.next)
     }
 
     pub(super) fn written(&self, token: &Token) -> &'a str {
@@ -133,9 +133,9 @@ impl<'a> Parser<'a> {
         if !token.begins_value() {
             // At the end of the file, brackets that are open are what is reported.
             if !has_stray && (token.kind != Kind::End || self.open.is_empty()) {
-                self.report(syntax::no_value(&self.next_place(), self.found()));
+                self.report(syntax::no_value(&self.next_location(), self.found()));
             }
-            return Spanned::new(Tree::Broken, self.place(token.start, token.start));
+            return Spanned::new(Tree::Broken, self.location(token.start, token.start));
         }
         self.advance();
         let tree = match token.kind {
@@ -147,14 +147,14 @@ impl<'a> Parser<'a> {
             Kind::BrokenText => Tree::Broken,
             _ => Tree::Other,
         };
-        Spanned::new(tree, self.place(token.start, self.end))
+        Spanned::new(tree, self.location(token.start, self.end))
     }
 
     /// Reports and skips what RON has no use for; whether there was any.
     fn skip_stray(&mut self) -> bool {
         let has_stray = self.next.kind == Kind::Stray;
         while self.next.kind == Kind::Stray {
-            self.report(syntax::stray(&self.next_place(), self.found()));
+            self.report(syntax::stray(&self.next_location(), self.found()));
             self.advance();
         }
         has_stray
@@ -167,11 +167,11 @@ impl<'a> Parser<'a> {
         if !is_open && !self.lacks_parenthesis() {
             return Tree::word(self.written(token));
         }
-        let name = Spanned::new(plain_name(self.written(token)).to_owned(), self.token_place(token));
+        let name = Spanned::new(plain_name(self.written(token)).to_owned(), self.token_location(token));
         if is_open {
             self.advance();
         } else {
-            self.report(syntax::no_parenthesis(&self.place(self.end, self.end), &name.value));
+            self.report(syntax::no_parenthesis(&self.location(self.end, self.end), &name.value));
             self.balance.found_extra(Bracket::Round);
             self.has_misfit = true;
         }
@@ -187,14 +187,14 @@ impl<'a> Parser<'a> {
 
     fn number(&mut self, token: &Token) -> Tree {
         Tree::number(self.written(token)).unwrap_or_else(|| {
-            self.report(syntax::bad_number(&self.token_place(token), self.written(token)));
+            self.report(syntax::bad_number(&self.token_location(token), self.written(token)));
             Tree::Broken
         })
     }
 
     fn quoted(&mut self, token: &Token) -> Tree {
         Tree::text(self.written(token)).unwrap_or_else(|| {
-            self.report(syntax::bad_escape(&self.token_place(token)));
+            self.report(syntax::bad_escape(&self.token_location(token)));
             Tree::Broken
         })
     }
@@ -202,7 +202,7 @@ impl<'a> Parser<'a> {
     /// The entries up to the bracket that closes `open`, as a tree.
     fn group(&mut self, open: Token, bracket: Bracket, name: Option<Spanned<String>>) -> Tree {
         if self.open.len() >= DEEPEST {
-            self.report(syntax::too_deep(&self.token_place(&open)));
+            self.report(syntax::too_deep(&self.token_location(&open)));
             self.skip(1);
             return Tree::Broken;
         }
@@ -251,7 +251,7 @@ impl<'a> Parser<'a> {
     /// An entry; `None` where none can be read.
     fn entry(&mut self, bracket: Bracket, follows_error: bool) -> Option<Entry> {
         if self.next.kind == Kind::Comma {
-            self.report(syntax::no_entry(&self.next_place(), self.found()));
+            self.report(syntax::no_entry(&self.next_location(), self.found()));
             return None;
         }
         let first = self.item();
@@ -284,7 +284,7 @@ impl<'a> Parser<'a> {
         if !is_key || self.next.kind == Kind::End {
             return false;
         }
-        self.report(syntax::no_colon(&self.next_place(), self.found()));
+        self.report(syntax::no_colon(&self.next_location(), self.found()));
         while self.next.kind == Kind::Stray {
             self.advance();
         }
@@ -313,13 +313,13 @@ impl<'a> Parser<'a> {
                 }
                 Kind::Close(_) | Kind::End => return true,
                 Kind::Stray if self.found() == ";" => {
-                    self.report(syntax::no_comma(&self.next_place(), self.found()));
+                    self.report(syntax::no_comma(&self.next_location(), self.found()));
                     self.advance();
                     return true;
                 }
                 Kind::Stray => self.stray(),
                 Kind::Colon => {
-                    self.report(syntax::second_colon(&self.next_place()));
+                    self.report(syntax::second_colon(&self.next_location()));
                     self.skip(0);
                 }
                 _ if needs_no_comma => return true,
@@ -334,17 +334,17 @@ impl<'a> Parser<'a> {
     fn stray(&mut self) {
         let is_division = self.found() == "/" && self.text[..self.end].ends_with(|c: char| c.is_ascii_digit());
         if is_division {
-            self.report(syntax::division(&self.next_place()));
+            self.report(syntax::division(&self.next_location()));
             return self.skip(0);
         }
-        self.report(syntax::stray(&self.next_place(), self.found()));
+        self.report(syntax::stray(&self.next_location(), self.found()));
         self.advance();
     }
 
     /// Reports the comma at the end of the entry before it, unless a bracket is what is missing.
     fn missing_comma(&mut self, bracket: Bracket) {
         if !self.is_left_open(bracket) {
-            self.report(syntax::missing_comma(&self.place(self.end, self.end), self.found()));
+            self.report(syntax::missing_comma(&self.location(self.end, self.end), self.found()));
         }
     }
 

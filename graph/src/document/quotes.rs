@@ -75,7 +75,7 @@ impl LineQuotes {
         self.is_odd && (end > self.end || !can_follow(text[end..self.end].trim_start()))
     }
 
-    /// Where the text that begins at `start` and is not closed was meant to end, as far as can be told.
+    /// The likely end of the text that begins at `start` and is not closed.
     pub(super) fn cut(&mut self, text: &str, start: usize) -> usize {
         let line = &text[start + 1..self.end.max(start + 1)];
         let end = match line.find('"') {

@@ -38,7 +38,7 @@ pub(super) fn document(file: &Arc<str>, tree: Item, mut problems: Diagnostics) -
     let mut reader = Reader { problems, unread: Vec::new(), is_partial: fields.is_partial };
     let mut document = Document {
         file: file.clone(),
-        place: name.place,
+        location: name.location,
         extends: None,
         inputs: Vec::new(),
         nodes: Vec::new(),
@@ -69,14 +69,14 @@ fn pipeline(tree: Item) -> Result<(Spanned<String>, Group<Field>), Option<Diagno
         Tree::Struct(Some(name), fields) if name.value == "Pipeline" => return Ok((name, fields)),
         Tree::Broken => return Err(None),
         Tree::Struct(Some(name), _) | Tree::Tuple(Some(name), _) if name.value != "Pipeline" => {
-            wrong(format!("the file holds {}, not a `Pipeline`", quote(&name.value))).at(&name.place, "")
+            wrong(format!("the file holds {}, not a `Pipeline`", quote(&name.value))).at(&name.location, "")
         }
-        Tree::Tuple(Some(name), _) => wrong("the sections of a `Pipeline` need names".into()).at(&name.place, ""),
+        Tree::Tuple(Some(name), _) => wrong("the sections of a `Pipeline` need names".into()).at(&name.location, ""),
         Tree::Struct(None, _) => {
-            wrong("the word `Pipeline` before the parenthesis is missing".into()).at(&tree.place.part(0..1), "")
+            wrong("the word `Pipeline` before the parenthesis is missing".into()).at(&tree.location.part(0..1), "")
         }
         other => {
-            let first = tree.place.part(0..tree.place.span().len().min(1));
+            let first = tree.location.part(0..tree.location.span().len().min(1));
             wrong(format!("the file holds {}, not a `Pipeline`", other.describe())).at(&first, "")
         }
     };
@@ -87,7 +87,7 @@ fn pipeline(tree: Item) -> Result<(Spanned<String>, Group<Field>), Option<Diagno
 pub(crate) fn settings(item: Item, what: &str) -> Result<(Vec<Override>, Vec<Diagnostic>), Diagnostic> {
     let mut reader = Reader { problems: Diagnostics::default(), unread: Vec::new(), is_partial: false };
     let wrong = Diagnostic::error("wrong-shape", format!("{what} holds {}, not changes", item.value.describe()))
-        .at(&item.place, "")
+        .at(&item.location, "")
         .help("write it as `{ \"node.parameter\": value, \"node\": Off }`");
     let entries = match item.value {
         Tree::Map(group) => group,
@@ -113,7 +113,7 @@ impl Reader {
             match seen.get(&name.value) {
                 Some(first) => self.problems.push(doubled(&name, first, what)),
                 None => {
-                    seen.insert(name.value.clone(), name.place.clone());
+                    seen.insert(name.value.clone(), name.location.clone());
                     kept.push((name, value));
                 }
             }
@@ -122,7 +122,7 @@ impl Reader {
     }
 
     fn missing_sections(&mut self, document: &Document, sections: &[(Spanned<String>, Item)]) {
-        // A slip of the keys is told at its own place.
+        // A misspelt section is reported at its own location.
         let means = |section: &str, name: &str| {
             section == name || !SECTIONS.contains(&section) && did_you_mean(section, [name]).is_some()
         };
@@ -135,7 +135,7 @@ impl Reader {
                     _ => "add `outputs: { \"display\": \"node\" }` with the node that makes the picture",
                 };
                 let message = format!("the pipeline has no section {}", quote(name));
-                self.problems.push(Diagnostic::error("missing-section", message).at(&document.place, "").help(help));
+                self.problems.push(Diagnostic::error("missing-section", message).at(&document.location, "").help(help));
             }
         }
     }
@@ -178,7 +178,7 @@ impl Reader {
                 self.is_partial = true;
                 self.problems.push(
                     Diagnostic::error("unknown-section", format!("a pipeline has no section {}", quote(other)))
-                        .at(&name.place, "")
+                        .at(&name.location, "")
                         .help(format!("the sections are {}", list(SECTIONS, SECTIONS.len())))
                         .maybe_help(did_you_mean(other, SECTIONS)),
                 );
@@ -200,7 +200,7 @@ impl Reader {
             other => {
                 let message = format!("`{section}` holds {}, not a map", other.describe());
                 let help = format!("write it as `{section}: {shape}`");
-                self.problems.push(Diagnostic::error("wrong-shape", message).at(&item.place, "").help(help));
+                self.problems.push(Diagnostic::error("wrong-shape", message).at(&item.location, "").help(help));
                 self.is_partial = true;
                 Vec::new()
             }
@@ -211,12 +211,12 @@ impl Reader {
         let mut named = Vec::new();
         for (key, value) in group.entries {
             match key.value {
-                Tree::Text(text) => named.push((Spanned::new(text, key.place), value)),
+                Tree::Text(text) => named.push((Spanned::new(text, key.location), value)),
                 // Entries of other sections, where a bracket is missing.
                 _ if group.is_partial => {}
                 other => {
                     let message = format!("a {what} here is a text in quotes, not {}", other.describe());
-                    let diagnostic = Diagnostic::error("wrong-shape", message).at(&key.place, "");
+                    let diagnostic = Diagnostic::error("wrong-shape", message).at(&key.location, "");
                     self.problems.push(match other {
                         Tree::Name(name) => {
                             self.unread.push(name.clone());
@@ -232,11 +232,11 @@ impl Reader {
 
     fn text(&mut self, item: Item, what: &str, wanted: &str) -> Option<Spanned<String>> {
         match item.value {
-            Tree::Text(text) => Some(Spanned::new(text, item.place)),
+            Tree::Text(text) => Some(Spanned::new(text, item.location)),
             Tree::Broken => None,
             other => {
                 let message = format!("{what} is {wanted}, not {}", other.describe());
-                self.problems.push(Diagnostic::error("wrong-shape", message).at(&item.place, ""));
+                self.problems.push(Diagnostic::error("wrong-shape", message).at(&item.location, ""));
                 None
             }
         }
@@ -259,13 +259,13 @@ impl Reader {
 
     fn input(&mut self, name: Spanned<String>, value: Item) -> Option<InputEntry> {
         let (ty, options) = match value.value {
-            Tree::Name(ty) => (Spanned::new(ty, value.place), Vec::new()),
+            Tree::Name(ty) => (Spanned::new(ty, value.location), Vec::new()),
             Tree::Struct(Some(ty), options) => (ty, options.entries),
             Tree::Broken => return None,
             other => {
                 let message = format!("input {} has {} for a type", quote(&name.value), other.describe());
                 let help = format!("the types are {}", list(INPUT_TYPES.map(|(name, _)| name), INPUT_TYPES.len()));
-                self.problems.push(Diagnostic::error("wrong-shape", message).at(&value.place, "").help(help));
+                self.problems.push(Diagnostic::error("wrong-shape", message).at(&value.location, "").help(help));
                 return None;
             }
         };
@@ -273,7 +273,7 @@ impl Reader {
             let names = INPUT_TYPES.map(|(name, _)| name);
             self.problems.push(
                 Diagnostic::error("unknown-input-type", format!("no input type is called {}", quote(&ty.value)))
-                    .at(&ty.place, "")
+                    .at(&ty.location, "")
                     .help(format!("the types are {}", list(names, names.len())))
                     .maybe_help(did_you_mean(&ty.value, names)),
             );
@@ -288,24 +288,24 @@ impl Reader {
 
     fn input_option(&mut self, input: &mut InputEntry, option: &Spanned<String>, value: &Item) {
         const OPTIONS: [&str; 2] = ["optional", "allow_negative"];
-        let place = match option.value.as_str() {
+        let location = match option.value.as_str() {
             "optional" => &mut input.optional,
             "allow_negative" => &mut input.signed,
             other => {
                 return self.problems.push(
                     Diagnostic::error("unknown-option", format!("an input has no option {}", quote(other)))
-                        .at(&option.place, "")
+                        .at(&option.location, "")
                         .help(format!("the options are {}", list(OPTIONS, OPTIONS.len())))
                         .maybe_help(did_you_mean(other, OPTIONS)),
                 );
             }
         };
         match value.value {
-            Tree::Bool(flag) => *place = flag,
+            Tree::Bool(flag) => *location = flag,
             Tree::Broken => {}
             ref other => self.problems.push(
                 Diagnostic::error("wrong-type", format!("{} is `true` or `false`", quote(&option.value)))
-                    .at(&value.place, format!("this is {}", other.describe())),
+                    .at(&value.location, format!("this is {}", other.describe())),
             ),
         }
     }
@@ -314,14 +314,14 @@ impl Reader {
         let what = match value.value {
             Tree::Struct(Some(kind), fields) => return Some(NodeEntry { name, kind, fields }),
             Tree::Name(kind) => {
-                return Some(NodeEntry { name, kind: Spanned::new(kind, value.place), fields: Group::default() });
+                return Some(NodeEntry { name, kind: Spanned::new(kind, value.location), fields: Group::default() });
             }
             Tree::Broken => return None,
             Tree::Tuple(Some(kind), _) => format!("the ports and parameters of {} need names", quote(&kind.value)),
             other => format!("node {} is {}, not a kind with its fields", quote(&name.value), other.describe()),
         };
         let help = "write it as `\"name\": Kind(port: \"other\", parameter: value)`";
-        self.problems.push(Diagnostic::error("wrong-shape", what).at(&value.place, "").help(help));
+        self.problems.push(Diagnostic::error("wrong-shape", what).at(&value.location, "").help(help));
         None
     }
 
@@ -340,7 +340,7 @@ impl Reader {
 
     fn tier(&mut self, name: Spanned<String>, value: Item) -> (Spanned<String>, Tier) {
         let tier = match value.value {
-            Tree::Text(file) => Tier::File(Spanned::new(file, value.place)),
+            Tree::Text(file) => Tier::File(Spanned::new(file, value.location)),
             _ => Tier::Settings(self.settings(value, &format!("tier {}", quote(&name.value)))),
         };
         (name, tier)
@@ -348,9 +348,13 @@ impl Reader {
 }
 
 /// Two entries of one name.
-pub(crate) fn doubled(again: &Spanned<String>, first: &afterimage_base::diagnostic::Place, what: &str) -> Diagnostic {
+pub(crate) fn doubled(
+    again: &Spanned<String>,
+    first: &afterimage_base::diagnostic::Location,
+    what: &str,
+) -> Diagnostic {
     Diagnostic::error("doubled", format!("the {what} {} is given twice", quote(&again.value)))
-        .at(&again.place, "given again here")
+        .at(&again.location, "given again here")
         .also(first, "first given here")
         .help("keep one of them")
 }

@@ -14,6 +14,6 @@ pub(crate) fn present_name(owner: &str, key: &str) -> Option<&'static str> {
 /// The error of a key with its former name.
 pub(crate) fn renamed(key: &Spanned<String>, present: &str) -> Diagnostic {
     Diagnostic::error("renamed-key", format!("{} is called {} now", quote(&key.value), quote(present)))
-        .at(&key.place, "")
+        .at(&key.location, "")
         .help(format!("write {}", quote(present)))
 }

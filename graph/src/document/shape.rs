@@ -4,7 +4,7 @@ use super::parser::{Entry, Parser};
 use super::syntax;
 use super::token::Token;
 use super::tree::{Field, Group, Item, Tree};
-use afterimage_base::diagnostic::{Place, Spanned};
+use afterimage_base::diagnostic::{Location, Spanned};
 
 impl Parser<'_> {
     /// `( ... )`: fields if any entry has a name, values otherwise.
@@ -33,36 +33,36 @@ impl Parser<'_> {
     fn field(&mut self, entry: Entry) -> Option<Field> {
         let Entry { key, value, follows_error } = entry;
         match key {
-            Some(Item { value: Tree::Name(name), place }) => Some((Spanned::new(name, place), value)),
-            Some(Item { value: Tree::Text(name), place }) => {
-                self.report(syntax::quoted_name(&place, &name));
-                Some((Spanned::new(name, place), value))
+            Some(Item { value: Tree::Name(name), location }) => Some((Spanned::new(name, location), value)),
+            Some(Item { value: Tree::Text(name), location }) => {
+                self.report(syntax::quoted_name(&location, &name));
+                Some((Spanned::new(name, location), value))
             }
             other => {
-                let place = other.map_or(value.place, |key| key.place);
+                let location = other.map_or(value.location, |key| key.location);
                 if !follows_error && !value.value.is_broken() {
-                    self.report_no_name(&place);
+                    self.report_no_name(&location);
                 }
                 None
             }
         }
     }
 
-    fn report_no_name(&mut self, place: &Place) {
-        let before = self.text[..place.start].strip_suffix(',');
+    fn report_no_name(&mut self, location: &Location) {
+        let before = self.text[..location.start].strip_suffix(',');
         let ends = |text: &str| text.ends_with(|c: char| c.is_ascii_digit());
-        let written = &self.text[place.span()];
+        let written = &self.text[location.span()];
         let begins = written.starts_with(|c: char| c.is_ascii_digit());
         self.report(match before {
-            Some(before) if ends(before) && begins => syntax::decimal_comma(place),
-            _ => syntax::no_name(place, written),
+            Some(before) if ends(before) && begins => syntax::decimal_comma(location),
+            _ => syntax::no_name(location, written),
         });
     }
 
     pub(super) fn list(&mut self, open: &Token, group: Group<Entry>) -> Tree {
         let named = group.entries.iter().find_map(|entry| entry.key.as_ref());
         if let Some(key) = named {
-            self.report(syntax::list_with_names(&key.place, &self.token_place(open)));
+            self.report(syntax::list_with_names(&key.location, &self.token_location(open)));
             return Tree::Broken;
         }
         let items: Vec<Item> = group.entries.into_iter().map(|entry| entry.value).collect();

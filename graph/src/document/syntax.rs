@@ -1,7 +1,7 @@
 //! Syntax errors in words, and how many of them are kept.
 
 use super::bracket::Bracket;
-use afterimage_base::diagnostic::{Diagnostic, Place, quote};
+use afterimage_base::diagnostic::{Diagnostic, Location, quote};
 
 /// More syntax errors than this are not collected: the text is no RON then.
 const MOST_ERRORS: usize = 128;
@@ -30,8 +30,8 @@ impl Errors {
     }
 }
 
-fn error(message: impl Into<String>, place: &Place, help: impl Into<String>) -> Diagnostic {
-    Diagnostic::error("syntax", message).at(place, "").help(help)
+fn error(message: impl Into<String>, location: &Location, help: impl Into<String>) -> Diagnostic {
+    Diagnostic::error("syntax", message).at(location, "").help(help)
 }
 
 /// What stands somewhere, as messages show it: the whole token.
@@ -39,138 +39,139 @@ pub(super) fn found(token: &str) -> String {
     if token.is_empty() { "the file ends".into() } else { format!("there is {}", quote(token)) }
 }
 
-pub(super) fn open_text(quote: &Place) -> Diagnostic {
+pub(super) fn open_text(quote: &Location) -> Diagnostic {
     error("a text in quotes does not end", quote, "close it with `\"`")
 }
 
-pub(super) fn open_comment(start: &Place) -> Diagnostic {
+pub(super) fn open_comment(start: &Location) -> Diagnostic {
     error("a comment does not end", start, "close it with `*/`")
 }
 
-pub(super) fn hash(place: &Place) -> Diagnostic {
-    error("`#` begins no comment", place, "comments begin with `//`")
+pub(super) fn hash(location: &Location) -> Diagnostic {
+    error("`#` begins no comment", location, "comments begin with `//`")
 }
 
-pub(super) fn foreign_quote(place: &Place, c: char) -> Diagnostic {
+pub(super) fn foreign_quote(location: &Location, c: char) -> Diagnostic {
     let message = format!("{} is no quote of RON", quote(&c.to_string()));
-    error(message, place, "write a plain `\"` before and after a text")
+    error(message, location, "write a plain `\"` before and after a text")
 }
 
-pub(super) fn invisible(place: &Place, c: char) -> Diagnostic {
+pub(super) fn invisible(location: &Location, c: char) -> Diagnostic {
     let message = format!("an invisible character, U+{:04X}, does not belong here", c as u32);
-    error(message, place, "delete it")
+    error(message, location, "delete it")
 }
 
-pub(super) fn foreign_space(place: &Place, c: char) -> Diagnostic {
+pub(super) fn foreign_space(location: &Location, c: char) -> Diagnostic {
     let message = format!("the space U+{:04X} does not belong here", c as u32);
-    error(message, place, "replace it by a plain space")
+    error(message, location, "replace it by a plain space")
 }
 
-pub(super) fn bad_escape(place: &Place) -> Diagnostic {
-    error("a text holds an escape that RON does not know", place, "write a backslash as `\\\\`")
+pub(super) fn bad_escape(location: &Location) -> Diagnostic {
+    error("a text holds an escape that RON does not know", location, "write a backslash as `\\\\`")
 }
 
-pub(super) fn bad_number(place: &Place, word: &str) -> Diagnostic {
+pub(super) fn bad_number(location: &Location, word: &str) -> Diagnostic {
     let has_unit = word.contains(|c: char| c.is_alphabetic() || c == '%');
     let help = if has_unit { "numbers stand without a unit" } else { "write numbers as `10`, `-2.5` or `1e3`" };
-    error(format!("{} is not a number", quote(word)), place, help)
+    error(format!("{} is not a number", quote(word)), location, help)
 }
 
-pub(super) fn division(place: &Place) -> Diagnostic {
-    error("a number cannot be written as a division", place, "write its value, such as `0.5`")
+pub(super) fn division(location: &Location) -> Diagnostic {
+    error("a number cannot be written as a division", location, "write its value, such as `0.5`")
 }
 
-pub(super) fn decimal_comma(place: &Place) -> Diagnostic {
-    error("a decimal number has a point and no comma", place, "write it as `0.5`")
+pub(super) fn decimal_comma(location: &Location) -> Diagnostic {
+    error("a decimal number has a point and no comma", location, "write it as `0.5`")
 }
 
-pub(super) fn stray(place: &Place, token: &str) -> Diagnostic {
-    Diagnostic::error("syntax", format!("{} does not belong here", quote(token))).at(place, "")
+pub(super) fn stray(location: &Location, token: &str) -> Diagnostic {
+    Diagnostic::error("syntax", format!("{} does not belong here", quote(token))).at(location, "")
 }
 
-pub(super) fn no_value(place: &Place, token: &str) -> Diagnostic {
+pub(super) fn no_value(location: &Location, token: &str) -> Diagnostic {
     let message = format!("expected a value, but {}", found(token));
-    error(message, place, "a value is a name, a number, a text in quotes or a group in brackets")
+    error(message, location, "a value is a name, a number, a text in quotes or a group in brackets")
 }
 
-pub(super) fn no_entry(place: &Place, token: &str) -> Diagnostic {
-    error(format!("expected an entry, but {}", found(token)), place, "one comma separates two entries")
+pub(super) fn no_entry(location: &Location, token: &str) -> Diagnostic {
+    error(format!("expected an entry, but {}", found(token)), location, "one comma separates two entries")
 }
 
-pub(super) fn missing_comma(place: &Place, token: &str) -> Diagnostic {
-    error(format!("a comma is missing before {}", quote(token)), place, "separate entries by commas")
+pub(super) fn missing_comma(location: &Location, token: &str) -> Diagnostic {
+    error(format!("a comma is missing before {}", quote(token)), location, "separate entries by commas")
 }
 
-pub(super) fn no_comma(place: &Place, token: &str) -> Diagnostic {
-    error(format!("expected a comma, but {}", found(token)), place, "separate entries by commas")
+pub(super) fn no_comma(location: &Location, token: &str) -> Diagnostic {
+    error(format!("expected a comma, but {}", found(token)), location, "separate entries by commas")
 }
 
-pub(super) fn no_colon(place: &Place, token: &str) -> Diagnostic {
-    error(format!("expected a colon, but {}", found(token)), place, "an entry is written `name: value`")
+pub(super) fn no_colon(location: &Location, token: &str) -> Diagnostic {
+    error(format!("expected a colon, but {}", found(token)), location, "an entry is written `name: value`")
 }
 
-pub(super) fn second_colon(place: &Place) -> Diagnostic {
-    error("expected a comma or a closing bracket, but there is `:`", place, "an entry is written `name: value`")
+pub(super) fn second_colon(location: &Location) -> Diagnostic {
+    error("expected a comma or a closing bracket, but there is `:`", location, "an entry is written `name: value`")
 }
 
-pub(super) fn no_name(place: &Place, token: &str) -> Diagnostic {
+pub(super) fn no_name(location: &Location, token: &str) -> Diagnostic {
     let message = format!("expected a name, but {}", found(token));
-    error(message, place, "a field is written `name: value`, its name without quotes")
+    error(message, location, "a field is written `name: value`, its name without quotes")
 }
 
-pub(super) fn quoted_name(place: &Place, name: &str) -> Diagnostic {
-    error("the name of a field has no quotes", place, format!("write `{name}: ...`"))
+pub(super) fn quoted_name(location: &Location, name: &str) -> Diagnostic {
+    error("the name of a field has no quotes", location, format!("write `{name}: ...`"))
 }
 
-pub(super) fn list_with_names(place: &Place, open: &Place) -> Diagnostic {
-    error("a list in `[ ]` has no names", place, "entries with names stand in `{ }`").also(open, "`[` is opened here")
+pub(super) fn list_with_names(location: &Location, open: &Location) -> Diagnostic {
+    error("a list in `[ ]` has no names", location, "entries with names stand in `{ }`")
+        .also(open, "`[` is opened here")
 }
 
-pub(super) fn too_deep(open: &Place) -> Diagnostic {
+pub(super) fn too_deep(open: &Location) -> Diagnostic {
     error("brackets are nested too deeply", open, "a pipeline needs about five levels of brackets")
 }
 
-pub(super) fn no_parenthesis(place: &Place, kind: &str) -> Diagnostic {
-    error(format!("`(` is missing after {}", quote(kind)), place, format!("write `{kind}(...)`"))
+pub(super) fn no_parenthesis(location: &Location, kind: &str) -> Diagnostic {
+    error(format!("`(` is missing after {}", quote(kind)), location, format!("write `{kind}(...)`"))
 }
 
 /// A bracket that is closed by one of another kind.
-pub(super) fn wrong_close(open: (&Place, Bracket), close: (&Place, Bracket)) -> Diagnostic {
+pub(super) fn wrong_close(open: (&Location, Bracket), close: (&Location, Bracket)) -> Diagnostic {
     let (opened, wanted, found) = (open.1.open(), open.1.close(), close.1.close());
     error(format!("`{opened}` is closed by `{found}`"), close.0, format!("write `{wanted}` in place of `{found}`"))
         .also(open.0, format!("`{opened}` is opened here"))
 }
 
 /// A closing bracket without an opening one, inside of an open one.
-pub(super) fn extra_close(open: (&Place, Bracket), close: (&Place, Bracket)) -> Diagnostic {
+pub(super) fn extra_close(open: (&Location, Bracket), close: (&Location, Bracket)) -> Diagnostic {
     let (opened, found) = (open.1.open(), close.1.close());
     error(format!("`{found}` closes nothing"), close.0, format!("delete the `{found}`"))
         .also(open.0, format!("only `{opened}` is open here"))
 }
 
 /// A bracket that is not closed where something begins that cannot be inside of it.
-pub(super) fn unclosed(open: (&Place, Bracket), next: &Place) -> Diagnostic {
+pub(super) fn unclosed(open: (&Location, Bracket), next: &Location) -> Diagnostic {
     let (opened, close) = (open.1.open(), open.1.close());
     let message = format!("`{opened}` is not closed");
     error(message, open.0, format!("close it with `{close}`")).also(next, format!("`{close}` is missing before this"))
 }
 
 /// Brackets that are open at the end of the file, the outermost first.
-pub(super) fn unclosed_at_end(open: &[(Place, Bracket)]) -> Option<Diagnostic> {
-    let ((place, inner), outer) = open.split_last()?;
+pub(super) fn unclosed_at_end(open: &[(Location, Bracket)]) -> Option<Diagnostic> {
+    let ((location, inner), outer) = open.split_last()?;
     let closes: String = open.iter().rev().map(|(_, bracket)| bracket.close()).collect();
     let message = format!("`{}` is not closed: the file ends too early", inner.open());
-    let diagnostic = error(message, place, format!("end the file with `{closes}`"));
-    let label = |diagnostic: Diagnostic, (place, bracket): &(Place, Bracket)| {
-        diagnostic.also(place, format!("`{}` is not closed either", bracket.open()))
+    let diagnostic = error(message, location, format!("end the file with `{closes}`"));
+    let label = |diagnostic: Diagnostic, (location, bracket): &(Location, Bracket)| {
+        diagnostic.also(location, format!("`{}` is not closed either", bracket.open()))
     };
     Some(outer.iter().fold(diagnostic, label))
 }
 
 /// What follows the one value of a file, which may have a name.
-pub(super) fn after_the_end(place: &Place, token: &str, name: Option<&str>) -> Diagnostic {
+pub(super) fn after_the_end(location: &Location, token: &str, name: Option<&str>) -> Diagnostic {
     let value = name.map_or_else(|| "value".to_owned(), |name| quote(&format!("{name}( ... )")));
     let end = name.map_or_else(|| "the value".to_owned(), |_| value.clone());
     let message = format!("after the end of {end}, {}", found(token));
-    error(message, place, format!("a file holds one {value} and nothing after it"))
+    error(message, location, format!("a file holds one {value} and nothing after it"))
 }

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use proptest::prelude::*;
+use proptest::sample::Index;
 use ron::options::Options;
 use serde::Deserialize;
 use serde::de::IgnoredAny;
@@ -44,7 +45,7 @@ fn places_are_those_of_the_values_alone() {
     let parsed = read(&file, text);
     assert!(parsed.errors.is_empty(), "{text} is good RON");
     let Tree::Map(group) = parsed.tree.value else { panic!("{text} is a map") };
-    let values: Vec<&str> = group.entries.iter().map(|(_, value)| &text[value.place.span()]).collect();
+    let values: Vec<&str> = group.entries.iter().map(|(_, value)| &text[value.location.span()]).collect();
     assert_eq!(values, ["1.5", "\"x//y\"", "[ 1,2 ]"]);
 }
 
@@ -72,7 +73,7 @@ proptest! {
     /// Our reader goes on where `ron` stops, and finds an error exactly where `ron` does.
     #[test]
     fn what_is_an_error_is_what_ron_refuses(
-        changes in proptest::collection::vec((any::<prop::sample::Index>(), any::<prop::sample::Index>(), 0..4_u8), 0..3),
+        changes in proptest::collection::vec((any::<Index>(), any::<Index>(), 0..4_u8), 0..3),
     ) {
         let signs: Vec<char> = "(){}[]\"',:.@/#\\*r b0-9eE+_AN\n!=$%".chars().collect();
         let mut text: Vec<char> = GOOD.chars().collect();
@@ -88,7 +89,9 @@ proptest! {
         let text: String = text.into_iter().collect();
         let errors = errors(&text);
         // `ron` decodes numbers and escapes only where it is asked for their type.
-        let is_plain = |error: &Diagnostic| error.message.ends_with("is not a number") || error.message.contains("escape");
+        let is_plain = |error: &Diagnostic| {
+            error.message.ends_with("is not a number") || error.message.contains("escape")
+        };
         if errors.is_empty() || !errors.iter().all(is_plain) {
             prop_assert_eq!(errors.is_empty(), ron_reads(&text), "{}", text);
         }

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use super::bracket::Bracket;
 use super::quotes::{LineQuotes, foreign_end, is_foreign_quote, raw_end, text_end};
 use super::syntax::{self, Errors};
-use afterimage_base::diagnostic::Place;
+use afterimage_base::diagnostic::Location;
 
 /// What a token is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -91,8 +91,8 @@ impl<'a> Lexer<'a> {
         &self.text[self.at..]
     }
 
-    fn place(&self, start: usize, end: usize) -> Place {
-        Place::new(self.file, start..end)
+    fn location(&self, start: usize, end: usize) -> Location {
+        Location::new(self.file, start..end)
     }
 
     /// The next token; [`Kind::End`] again and again at the end, or once there are too many errors.
@@ -135,9 +135,13 @@ impl<'a> Lexer<'a> {
         self.rest().find('\n').map_or(self.text.len(), |at| self.at + at)
     }
 
-    fn foreign_space(&mut self, c: char, report: fn(&Place, char) -> afterimage_base::diagnostic::Diagnostic) -> usize {
+    fn foreign_space(
+        &mut self,
+        c: char,
+        report: fn(&Location, char) -> afterimage_base::diagnostic::Diagnostic,
+    ) -> usize {
         let end = self.rest().find(|other| other != c).map_or(self.text.len(), |length| self.at + length);
-        self.errors.push(report(&self.place(self.at, end), c));
+        self.errors.push(report(&self.location(self.at, end), c));
         end
     }
 
@@ -158,7 +162,7 @@ impl<'a> Lexer<'a> {
             }
         }
         self.ends_in_comment = true;
-        self.errors.push(syntax::open_comment(&self.place(self.at, self.at + 2)));
+        self.errors.push(syntax::open_comment(&self.location(self.at, self.at + 2)));
         self.text.len()
     }
 
@@ -170,7 +174,7 @@ impl<'a> Lexer<'a> {
         match attribute.filter(|attribute| !self.has_begun && attribute.starts_with("#!")) {
             Some(attribute) if ron::de::Deserializer::from_str(attribute).is_ok() => self.at + attribute.len(),
             _ => {
-                self.errors.push(syntax::hash(&self.place(self.at, self.at + 1)));
+                self.errors.push(syntax::hash(&self.location(self.at, self.at + 1)));
                 self.line_end()
             }
         }
@@ -212,7 +216,7 @@ impl<'a> Lexer<'a> {
         match text_end(self.text, self.at).filter(|end| !self.quotes.is_left_open(self.text, *end)) {
             Some(end) => (Kind::Text, end),
             None => {
-                self.errors.push(syntax::open_text(&self.place(self.at, self.at + 1)));
+                self.errors.push(syntax::open_text(&self.location(self.at, self.at + 1)));
                 (Kind::BrokenText, self.quotes.cut(self.text, self.at))
             }
         }
@@ -231,7 +235,7 @@ impl<'a> Lexer<'a> {
             _ => return None,
         };
         if end.is_none() {
-            self.errors.push(syntax::open_text(&self.place(self.at, self.at + 1)));
+            self.errors.push(syntax::open_text(&self.location(self.at, self.at + 1)));
         }
         Some(end.map_or_else(|| (Kind::BrokenText, self.line_end()), |end| (kind, end)))
     }
@@ -244,7 +248,7 @@ impl<'a> Lexer<'a> {
             return (Kind::Literal, end);
         }
         let one = self.at + quote.len_utf8();
-        self.errors.push(syntax::foreign_quote(&self.place(self.at, one), quote));
+        self.errors.push(syntax::foreign_quote(&self.location(self.at, one), quote));
         end.map_or((Kind::BrokenText, one), |end| (Kind::ForeignText, end))
     }
 }

@@ -1,11 +1,11 @@
-//! RON as a tree in which everything knows its place.
+//! RON as a tree in which everything knows its location.
 //!
-//! Repeated keys are kept, a comment after a value does not belong to its place, and whole numbers stay apart from
+//! Repeated keys are kept, a comment after a value does not belong to its location, and whole numbers stay apart from
 //! others. What could not be read is [`Tree::Broken`], and its error has been reported: nobody reports it again.
 
 use afterimage_base::diagnostic::Spanned;
 
-/// A value and its place.
+/// A value and its location.
 pub(crate) type Item = Spanned<Tree>;
 /// The name of a field and its value.
 pub(crate) type Field = (Spanned<String>, Item);
@@ -24,7 +24,7 @@ impl<T> Default for Group<T> {
     }
 }
 
-/// What is written at a place.
+/// What is written at a location.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Tree {
     /// `true` or `false`.

@@ -38,18 +38,18 @@ pub trait Node: Params {
     const INPUTS: &'static [Input];
     /// The output ports, the main one first.
     const OUTPUTS: &'static [Output];
-    /// What stands in for every output when the node is off.
+    /// What replaces every output when the node is off.
     const FALLBACK: Fallback;
 
-    /// The exact stand-in at the present values and arrivals, if there is one: the node is then left out of the plan.
-    /// The result must be bit-identical to running the node, or more accurate.
+    /// The fallback that equals the node's output at its present values and arrivals, if there is one: the node is then
+    /// skipped. The result must be bit-identical to running the node, or more accurate.
     fn identity(&self, arrivals: &Arrivals) -> Option<Fallback> {
         let _ = arrivals;
         None
     }
 
-    /// Looks at what ranges cannot hold: whether a loaded file can be read, whether values go together. The error is one sentence, with
-    /// the line of the file it is about. A node whose values fail this is never recorded.
+    /// Checks what domains cannot express: whether a loaded file can be read, whether values fit each other. The error
+    /// is one sentence, with the line of the file that it is about. A node whose values fail is never recorded.
     fn verify(&self) -> Result<(), String> {
         Ok(())
     }
@@ -70,9 +70,9 @@ pub trait Kind: Send + Sync + 'static {
     fn inputs(&self) -> &[Input];
     /// The output ports, the main one first.
     fn outputs(&self) -> &[Output];
-    /// What stands in for every output when the node is off.
+    /// What replaces every output when the node is off.
     fn fallback(&self) -> Fallback;
-    /// The exact stand-in at these values and arrivals.
+    /// The fallback that equals the node's output at these values and arrivals.
     fn identity(&self, values: &[Value], arrivals: &Arrivals) -> Option<Fallback>;
     /// Whether the values go together and the files among them, which are loaded by now, can be read.
     fn verify(&self, values: &[Value]) -> Result<(), String>;

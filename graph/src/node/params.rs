@@ -16,8 +16,8 @@ pub trait Params: Sized + Clone + Send + Sync + 'static {
 
 /// Declares the parameters of a node kind and, with them, the kind's name and manual text.
 ///
-/// Each field has a doc comment, a type that implements [`ParamType`](crate::value::ParamType), a default, and, after `=>`, calls of
-/// [`Param`](crate::value::Param)'s builder methods.
+/// Each field has a doc comment, a type that implements [`ParamType`](crate::value::ParamType), a default, and, after
+/// `=>`, calls of [`Param`](crate::value::Param)'s builder methods.
 ///
 /// ```
 /// use afterimage_graph::prelude::*;

@@ -102,7 +102,8 @@ fn a_pipeline_is_a_node() {
         inputs: { "scene": Color },
         nodes: {
             "exposed": Exposure(source: "scene"),
-            "glow": Pipeline(file: "files/bloom.ron", source: "exposed", when: "night", label: "Glow", set: { "mips.levels": 2, "up.when": "bright" }),
+            "glow": Pipeline(file: "files/bloom.ron", source: "exposed", when: "night", label: "Glow",
+                             set: { "mips.levels": 2, "up.when": "bright" }),
             "more": Composite(base: "glow", bloom: "glow.light@previous"),
         },
         outputs: { "lit": "more" },
@@ -128,7 +129,8 @@ fn a_pipeline_is_a_node() {
 
 #[test]
 fn a_file_may_end_without_a_line_and_begin_with_extensions() {
-    let text = "#![enable(implicit_some)]\nPipeline(inputs: { \"a\": Encoded }, nodes: {}, outputs: { \"b\": \"a\" }) // the end";
+    let text = "#![enable(implicit_some)]\n\
+                Pipeline(inputs: { \"a\": Encoded }, nodes: {}, outputs: { \"b\": \"a\" }) // the end";
     let (graph, _) = checked("end.ron", text).unwrap_or_else(|told| panic!("{told}"));
     assert_eq!((graph.outputs[0].source, graph.outputs[0].state), (Source::Input(0), ColorState::Encoded));
 }

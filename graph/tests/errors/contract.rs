@@ -59,7 +59,7 @@ fn every_broken_promise_is_named() {
         "`Careless`: the input `source` has no doc",
         "`target` is a word of WGSL",
         "the state of `result` follows `sauce`, which is no required image input",
-        "the stand-in `target` is a Value, but `result` is a Image",
+        "the fallback `target` is a Value, but `result` is a Image",
         "the default of `amount` is not acceptable: `amount` must be within 0 and 1",
         "the numbers of `open` have no domain",
         "`helper` in `plugin/careless.wgsl` does not begin with `careless`",

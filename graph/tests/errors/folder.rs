@@ -48,7 +48,7 @@ fn a_byte_order_mark_at_the_beginning_is_no_mistake() {
 
 #[test]
 fn mistakes_of_the_shader_are_told_at_its_lines() {
-    for (from, to, message, place) in [
+    for (from, to, message, location) in [
         ("params.levels -", "parms.levels -", "no definition in scope for identifier: `parms`", "posterize.wgsl:4:17"),
         (
             "levels: f32",
@@ -70,7 +70,8 @@ fn mistakes_of_the_shader_are_told_at_its_lines() {
         ),
         (
             "fn posterize",
-            "const POSTERIZE_PAIR = vec2f(1.0, 2.0);\nfn posterize_twice(x: f32) -> vec3f { return vec3f(POSTERIZE_PAIR, x); }\nfn posterize",
+            "const POSTERIZE_PAIR = vec2f(1.0, 2.0);\n\
+             fn posterize_twice(x: f32) -> vec3f { return vec3f(POSTERIZE_PAIR, x); }\nfn posterize",
             "a vector constant of the module cannot be a part of a larger vector: write its components",
             "posterize.wgsl:4:46",
         ),
@@ -103,13 +104,13 @@ fn mistakes_of_the_shader_are_told_at_its_lines() {
         ),
     ] {
         let told = told(DECLARATION, &SHADER.replace(from, to));
-        assert!(told.contains(message) && told.contains(place), "{from} -> {to}:\n{told}");
+        assert!(told.contains(message) && told.contains(location), "{from} -> {to}:\n{told}");
     }
 }
 
 #[test]
 fn mistakes_of_the_declaration_are_told_at_its_lines() {
-    for (from, to, message, place) in [
+    for (from, to, message, location) in [
         ("Kind(", "Node(", "the file holds a name with parentheses, not a `Kind`", "node.ron:1:1"),
         ("Float(", "Flaot(", "no type of parameter is called `Flaot`", "node.ron:10:19"),
         ("within: (2, 256)", "witin: (2, 256)", "a parameter needs `within`", "node.ron:10:19"),
@@ -150,7 +151,7 @@ fn mistakes_of_the_declaration_are_told_at_its_lines() {
         ("doc: \"Where.\"", "dok: \"Where.\"", "an input needs `doc`", "node.ron:6:19"),
     ] {
         let told = told(&DECLARATION.replace(from, to), SHADER);
-        assert!(told.contains(message) && told.contains(place), "{from} -> {to}:\n{told}");
+        assert!(told.contains(message) && told.contains(location), "{from} -> {to}:\n{told}");
     }
 }
 

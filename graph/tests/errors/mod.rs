@@ -1,7 +1,7 @@
 //! What users are told when a file is wrong: every `errors/NAME.ron` against `errors/NAME.txt`, to the letter.
 //!
-//! `AFTERIMAGE_BLESS=1 cargo test -p afterimage-graph errors` writes the texts anew; read the difference before you keep it. A first line
-//! `//! tier: NAME` or `//! set: node.parameter=value` gives options to the check.
+//! `AFTERIMAGE_BLESS=1 cargo test -p afterimage-graph errors` writes the texts anew; read the difference before you
+//! keep it. A first line `//! tier: NAME` or `//! set: node.parameter=value` gives options to the check.
 
 mod absurd;
 mod accepted;
@@ -90,7 +90,7 @@ fn every_expected_text_belongs_to_a_case() {
 }
 
 #[test]
-fn json_has_the_place_that_the_text_has() {
+fn json_has_the_location_that_the_text_has() {
     let text = "Pipeline(\n  inputs: { \"ä\": Color },\n  nodes: {},\n  outputs: { \"ö\": \"ü\" },\n)\n";
     let all = checked("umlaut.ron", text).expect_err("nothing is called `ü`");
     let json = all.to_json();

@@ -30,9 +30,9 @@ struct JsonLabel<'a> {
 }
 
 impl Diagnostics {
-    /// An array with one object for each diagnostic: `code`, `severity` (`error` or `warning`), `message`, `labels` and,
-    /// if there is a hint, `help`. A label has `file`, `line`, `column`, `end_line`, `end_column` (from 1, columns in
-    /// characters), `start`, `end` (bytes from 0), `primary` and `text`.
+    /// An array with one object for each diagnostic: `code`, `severity` (`error` or `warning`), `message`, `labels`
+    /// and, if there is a hint, `help`. A label has `file`, `line`, `column`, `end_line`, `end_column` (from 1,
+    /// columns in characters), `start`, `end` (bytes from 0), `primary` and `text`.
     pub fn to_json(&self) -> serde_json::Value {
         let all: Vec<_> = self.iter().map(|d| diagnostic(d, &self.sources)).collect();
         serde_json::to_value(all).expect("names, numbers and strings are all that is in it")
@@ -45,17 +45,17 @@ fn diagnostic<'a>(d: &'a Diagnostic, sources: &Sources) -> JsonDiagnostic<'a> {
 }
 
 fn label<'a>(label: &'a Label, sources: &Sources) -> JsonLabel<'a> {
-    let place = &label.place;
-    let at = |byte| sources.position(&place.file, byte).map_or((0, 0), |p| (p.line, p.column));
-    let ((line, column), (end_line, end_column)) = (at(place.start), at(place.end));
+    let location = &label.location;
+    let at = |byte| sources.position(&location.file, byte).map_or((0, 0), |p| (p.line, p.column));
+    let ((line, column), (end_line, end_column)) = (at(location.start), at(location.end));
     JsonLabel {
-        file: &place.file,
+        file: &location.file,
         line,
         column,
         end_line,
         end_column,
-        start: place.start,
-        end: place.end,
+        start: location.start,
+        end: location.end,
         primary: label.primary,
         text: &label.text,
     }

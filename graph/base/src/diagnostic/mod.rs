@@ -5,14 +5,14 @@
 //! ([`Diagnostics::render`]) or passed to an editor ([`Diagnostics::to_json`]) without further data.
 
 mod json;
+mod location;
 mod names;
-mod place;
 mod render;
 mod sources;
 mod types;
 
+pub use location::{Location, Spanned};
 pub use names::{did_you_mean, list, nearest, quote};
-pub use place::{Place, Spanned};
 pub use render::Style;
 pub use sources::{Position, Sources};
 pub use types::{Diagnostic, Diagnostics, Label, Severity};

@@ -70,17 +70,17 @@ fn clean(text: &str) -> String {
 fn excerpts<'a>(labels: &'a [Label], sources: &'a Sources) -> Vec<Element<'a>> {
     let mut files: Vec<&str> = Vec::new();
     for label in labels {
-        if !files.contains(&&*label.place.file) {
-            files.push(&label.place.file);
+        if !files.contains(&&*label.location.file) {
+            files.push(&label.location.file);
         }
     }
-    let of = |file: &str| labels.iter().filter(|l| *l.place.file == *file).collect::<Vec<_>>();
+    let of = |file: &str| labels.iter().filter(|l| *l.location.file == *file).collect::<Vec<_>>();
     files.into_iter().flat_map(|file| excerpt(file, &of(file), sources)).collect()
 }
 
 fn excerpt<'a>(file: &'a str, labels: &[&'a Label], sources: &'a Sources) -> Vec<Element<'a>> {
     let Some(text) = sources.text(file) else { return vec![Origin::path(clean(file)).into()] };
-    let whole = window(text, labels.iter().map(|l| l.place.span()));
+    let whole = window(text, labels.iter().map(|l| l.location.span()));
     if whole.len() <= LONGEST_EXCERPT && shows(&text[whole.clone()]) {
         return vec![snippet(file, text, whole, labels)];
     }
@@ -89,12 +89,12 @@ fn excerpt<'a>(file: &'a str, labels: &[&'a Label], sources: &'a Sources) -> Vec
 
 /// A label without the others: the excerpt around it, or only its position when even its lines are too long.
 fn alone<'a>(file: &'a str, text: &'a str, label: &'a Label, sources: &Sources) -> Element<'a> {
-    let lines = window(text, [label.place.span()]);
+    let lines = window(text, [label.location.span()]);
     if lines.len() <= LONGEST_EXCERPT && shows(&text[lines.clone()]) {
         return snippet(file, text, lines, &[label]);
     }
     let origin = Origin::path(clean(file));
-    match sources.position(file, label.place.start) {
+    match sources.position(file, label.location.start) {
         Some(at) => origin.line(at.line).char_column(at.column).into(),
         None => origin.into(),
     }
@@ -120,8 +120,8 @@ fn snippet<'a>(file: &'a str, text: &'a str, lines: Range<usize>, labels: &[&'a 
     let first = text[..lines.start].bytes().filter(|b| *b == b'\n').count() + 1;
     let annotations = labels.iter().map(|label| {
         let kind = if label.primary { AnnotationKind::Primary } else { AnnotationKind::Context };
-        let start = floor(text, label.place.start).clamp(lines.start, lines.end) - lines.start;
-        let end = floor(text, label.place.end).clamp(lines.start, lines.end) - lines.start;
+        let start = floor(text, label.location.start).clamp(lines.start, lines.end) - lines.start;
+        let end = floor(text, label.location.end).clamp(lines.start, lines.end) - lines.start;
         let annotation = kind.span(start..end.max(start));
         if label.text.is_empty() { annotation } else { annotation.label(clean(&label.text)) }
     });

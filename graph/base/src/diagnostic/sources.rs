@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use indexmap::IndexMap;
 
-use super::place::Place;
+use super::location::Location;
 
 /// The texts of files by name, in the order of insertion.
 #[derive(Clone, Debug, Default)]
@@ -58,7 +58,7 @@ impl Sources {
     }
 
     /// The location of the word or sign at a line and a column, both counted from 1; column 0 is the first letter.
-    pub fn line(&self, file: &str, line: u32, column: u32) -> Option<Place> {
+    pub fn line(&self, file: &str, line: u32, column: u32) -> Option<Location> {
         let (name, text) = self.texts.get_key_value(file)?;
         let start: usize = text.split_inclusive('\n').take((line as usize).checked_sub(1)?).map(str::len).sum();
         let content = text.get(start..)?.lines().next()?;
@@ -67,7 +67,7 @@ impl Sources {
         let from = if column == 0 { indent } else { floor(content, column as usize - 1) };
         let word = content[from..].find(|c: char| !c.is_alphanumeric() && c != '_').unwrap_or(content.len() - from);
         let sign = content[from..].chars().next().map_or(0, char::len_utf8);
-        Some(Place::new(name, start + from..start + from + word.max(sign)))
+        Some(Location::new(name, start + from..start + from + word.max(sign)))
     }
 }
 

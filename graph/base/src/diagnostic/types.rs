@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::place::Place;
+use super::location::Location;
 use super::sources::Sources;
 
 /// How severe a diagnostic is.
@@ -19,7 +19,7 @@ pub enum Severity {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Label {
     /// The location.
-    pub place: Place,
+    pub location: Location,
     /// What the location shows; may be empty.
     pub text: String,
     /// Whether this is the location of the error, not one that explains it.
@@ -57,14 +57,14 @@ impl Diagnostic {
     }
 
     /// Adds the location of the error.
-    pub fn at(mut self, place: &Place, text: impl Into<String>) -> Self {
-        self.labels.push(Label { place: place.clone(), text: text.into(), primary: true });
+    pub fn at(mut self, location: &Location, text: impl Into<String>) -> Self {
+        self.labels.push(Label { location: location.clone(), text: text.into(), primary: true });
         self
     }
 
     /// Adds a location that explains the error.
-    pub fn also(mut self, place: &Place, text: impl Into<String>) -> Self {
-        self.labels.push(Label { place: place.clone(), text: text.into(), primary: false });
+    pub fn also(mut self, location: &Location, text: impl Into<String>) -> Self {
+        self.labels.push(Label { location: location.clone(), text: text.into(), primary: false });
         self
     }
 
@@ -82,7 +82,7 @@ impl Diagnostic {
 
     fn order(&self, sources: &Sources) -> (usize, usize, Severity, &'static str) {
         match self.labels.first() {
-            Some(label) => (sources.rank(&label.place.file), label.place.start, self.severity, self.code),
+            Some(label) => (sources.rank(&label.location.file), label.location.start, self.severity, self.code),
             None => (0, 0, self.severity, self.code),
         }
     }
@@ -119,7 +119,7 @@ impl Diagnostics {
     }
 
     /// The location of a line and a column of a text that was added, both counted from 1.
-    pub fn locate(&self, file: &str, line: u32, column: u32) -> Option<Place> {
+    pub fn locate(&self, file: &str, line: u32, column: u32) -> Option<Location> {
         self.sources.line(file, line, column)
     }
 

@@ -1,7 +1,7 @@
 //! Conditions over facts: `when: "emissive and illuminance < 10"`.
 //!
-//! A fact that the host does not tell may be either way, so a condition that depends on it holds: work is only left out when it is known
-//! to be unneeded.
+//! A condition that depends on a fact which the host does not set holds: a node is skipped only if it is known to be
+//! unneeded.
 
 mod parse;
 
@@ -10,7 +10,7 @@ use std::fmt;
 
 pub use parse::ConditionError;
 
-/// What the host says of the scene.
+/// A value of a fact.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Fact {
     /// Something is so or not.
@@ -40,17 +40,17 @@ impl fmt::Display for Fact {
     }
 }
 
-/// All that the host says of the scene, by name.
+/// Facts about the scene, by name, as the host sets them.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Facts(BTreeMap<String, Fact>);
 
 impl Facts {
-    /// Tells a fact; a fact told twice keeps what was told last.
+    /// Sets a fact. The last value counts.
     pub fn set(&mut self, name: impl Into<String>, fact: impl Into<Fact>) {
         self.0.insert(name.into(), fact.into());
     }
 
-    /// The fact of that name, if it was told.
+    /// The fact of that name, if it is set.
     pub fn get(&self, name: &str) -> Option<Fact> {
         self.0.get(name).copied()
     }
@@ -122,7 +122,7 @@ impl Condition {
         Self(Expression::And(Box::new(self.0), Box::new(other.0)))
     }
 
-    /// Whether it holds, or may hold as far as the facts tell.
+    /// Whether it holds. A condition that depends on an unknown fact holds.
     pub fn holds(&self, facts: &Facts) -> bool {
         self.0.truth(facts).unwrap_or(true)
     }
@@ -145,7 +145,7 @@ impl Condition {
 }
 
 impl Expression {
-    /// `None` where the facts do not tell.
+    /// The value; `None` if it depends on an unknown fact.
     fn truth(&self, facts: &Facts) -> Option<bool> {
         match self {
             Self::Constant(value) => Some(*value),

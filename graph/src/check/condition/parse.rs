@@ -28,7 +28,7 @@ impl Condition {
     /// Reads a condition.
     ///
     /// # Errors
-    /// The first mistake, with its bytes.
+    /// The first error, with its bytes.
     pub fn parse(text: &str) -> Result<Self, ConditionError> {
         let tokens = tokens(text)?;
         let mut parser = Parser { text, tokens, next: 0, depth: 0 };

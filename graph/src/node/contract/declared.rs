@@ -50,8 +50,8 @@ fn is_number(ty: PortType) -> bool {
     matches!(ty, PortType::Table | PortType::Value)
 }
 
-/// Ports are arguments and bindings of shaders. Parameters need not be: a number that stays on the CPU may have any name, and one that
-/// goes into a uniform is seen by naga.
+/// Ports are arguments and bindings of shaders. Parameters need not be: a number that stays on the CPU may have any
+/// name, and one that goes into a uniform is seen by naga.
 fn port_name(name: &str, complaints: &mut Complaints) {
     complaints
         .require(is_free_in_wgsl(name), || format!("`{name}` is a word of WGSL and cannot be the name of a port"));
@@ -92,9 +92,9 @@ fn output(kind: &NodeKind, port: &Output, complaints: &mut Complaints) {
 fn fallback(kind: &NodeKind, complaints: &mut Complaints) {
     let (Fallback::Input(name), Some(main)) = (kind.fallback(), kind.outputs().first()) else { return };
     match kind.input(&name) {
-        None => complaints.add(format!("the stand-in `{name}` is no input")),
+        None => complaints.add(format!("the fallback `{name}` is no input")),
         Some(input) => complaints.require(input.ty == main.ty, || {
-            format!("the stand-in `{name}` is a {}, but `{}` is a {}", input.ty.name(), main.name, main.ty.name())
+            format!("the fallback `{name}` is a {}, but `{}` is a {}", input.ty.name(), main.name, main.ty.name())
         }),
     }
 }

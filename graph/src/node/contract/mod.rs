@@ -50,8 +50,8 @@ pub fn contract(kinds: &[NodeKind]) -> Result<(), Vec<String>> {
     complaints.finish()
 }
 
-/// Calls `seen` with every recording that [`contract`] makes of a kind: at its defaults and at each parameter's extremes,
-/// with and without its optional inputs.
+/// Calls `seen` with every recording that [`contract`] makes of a kind: at its defaults and at each parameter's
+/// extremes, with and without its optional inputs.
 pub fn for_each_recording(kind: &NodeKind, seen: &mut dyn FnMut(&Recording)) {
     recorded::look(kind, &mut Complaints::default(), seen);
 }

@@ -46,7 +46,7 @@ pub(super) fn look(kind: &NodeKind, complaints: &mut Complaints, seen: &mut dyn 
     }
 }
 
-/// Values that the kind refuses, such as a file that is not there, and those at which something stands in for it never reach a recorder.
+/// Values that the kind refuses, such as a missing file, and those at which a fallback replaces it are not recorded.
 fn is_recorded(kind: &NodeKind, way: &Use<'_>) -> bool {
     let absent = kind.inputs().iter().filter(|port| port.optional && !way.is_fully_wired).map(|port| port.name.clone());
     let arrivals = Arrivals::new(Vec::new(), absent.collect());
@@ -178,7 +178,7 @@ fn writes_its_own(pass: &Pass, recorded: &Recorded, complaints: &mut Complaints)
     }
 }
 
-/// The items of a file begin with its name, so that files can stand side by side in one module; and the file is called after a kind.
+/// The items of a file begin with its name, so that one module can hold several files. The file is named after a kind.
 fn item_names(shader: &Shader, complaints: &mut Complaints) {
     let stem = stem(shader.file());
     let kind = pascal(stem);

@@ -3,10 +3,10 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use super::{Declaration, DeclaredOutput};
+use super::declaration::{Declaration, DeclaredOutput};
 use crate::node::PortType;
 use crate::node::contract::{belongs, is_pascal, items, snake, stem};
-use afterimage_base::diagnostic::{Diagnostic, Diagnostics, Place, did_you_mean, list, quote};
+use afterimage_base::diagnostic::{Diagnostic, Diagnostics, Location, did_you_mean, list, quote};
 use afterimage_base::value::{Param, Type};
 use afterimage_wgsl::{ArgType, Function, Member, Reflection, ScalarKind, Shader, StructLayout};
 
@@ -33,15 +33,15 @@ struct Pair<'a> {
 }
 
 impl Pair<'_> {
-    /// The place of a word in the shader, searched after another one.
-    fn word(&self, word: &str, after: &str) -> Place {
+    /// The location of a word in the shader, searched after another one.
+    fn word(&self, word: &str, after: &str) -> Location {
         let from = self.source.find(after).unwrap_or(0);
         let is_word = |c: Option<char>| c.is_some_and(|c| c.is_alphanumeric() || c == '_');
         let found = self.source[from..].match_indices(word).map(|(at, _)| from + at).find(|at| {
             !is_word(self.source[..*at].chars().next_back()) && !is_word(self.source[at + word.len()..].chars().next())
         });
         let start = found.unwrap_or(from);
-        Place::new(&self.file, start..(start + word.len()).min(self.source.len()))
+        Location::new(&self.file, start..(start + word.len()).min(self.source.len()))
     }
 
     /// The file is called after the kind, and its items after the file.
@@ -51,22 +51,22 @@ impl Pair<'_> {
         if !is_pascal(&name.value) {
             let message = format!("{} is no name of a kind", quote(&name.value));
             let help = "it begins with a capital letter and holds letters and digits only, as `ToneMap` does";
-            return self.diagnostics.push(Diagnostic::error("bad-name", message).at(&name.place, "").help(help));
+            return self.diagnostics.push(Diagnostic::error("bad-name", message).at(&name.location, "").help(help));
         }
         if file != wanted {
             let message = format!("the shader of {} is called `{file}.wgsl`", quote(&name.value));
-            let diagnostic = Diagnostic::error("file-name", message).at(&name.place, "");
+            let diagnostic = Diagnostic::error("file-name", message).at(&name.location, "");
             return self.diagnostics.push(diagnostic.help(format!("rename it to `{wanted}.wgsl`")));
         }
         for item in items(self.source).into_iter().filter(|item| !belongs(item, &file)) {
-            let place = self.word(&item, "");
+            let location = self.word(&item, "");
             let message = format!("{} does not begin with the name of its file", quote(&item));
             let prefixes = [file.clone(), self.declared.name.value.clone(), file.to_uppercase()];
             let help = format!(
                 "begin it with {}: shaders of several kinds stand side by side in one module",
                 list(prefixes.iter().map(String::as_str), 3)
             );
-            self.diagnostics.push(Diagnostic::error("item-name", message).at(&place, "").help(help));
+            self.diagnostics.push(Diagnostic::error("item-name", message).at(&location, "").help(help));
         }
     }
 
@@ -75,10 +75,10 @@ impl Pair<'_> {
         let bound = reflection.globals.iter().map(|global| (&global.name, "is bound to a resource"));
         let entries = reflection.entries.iter().map(|entry| (&entry.name, "is an entry point"));
         for (name, what) in bound.chain(entries) {
-            let place = self.word(name, "");
+            let location = self.word(name, "");
             let message = format!("{} {what}, which the framework makes by itself", quote(name));
             let help = "a kind without Rust is functions; what they read are their arguments";
-            self.diagnostics.push(Diagnostic::error("shader-binding", message).at(&place, "").help(help));
+            self.diagnostics.push(Diagnostic::error("shader-binding", message).at(&location, "").help(help));
         }
     }
 
@@ -95,7 +95,7 @@ impl Pair<'_> {
                 Some(_) => format!("it has {}", list(own(), 8)),
             };
             let message = format!("the shader has no function {} that gives a `vec4f`", quote(&name.value));
-            let diagnostic = Diagnostic::error("no-function", message).at(&name.place, "").help(help);
+            let diagnostic = Diagnostic::error("no-function", message).at(&name.location, "").help(help);
             let diagnostic = diagnostic.maybe_help(did_you_mean(&name.value, own()));
             self.diagnostics.push(diagnostic);
         }
@@ -126,22 +126,24 @@ impl Pair<'_> {
     fn sampler(&mut self, function: &Function, name: &str) {
         let at = function.args.iter().position(|(arg, _)| arg == name).unwrap_or(0);
         let before = at.checked_sub(1).map(|before| &function.args[before]);
-        let follows = matches!(before, Some((texture, ArgType::Texture | ArgType::Volume)) if name == format!("{texture}_sampler"));
+        let follows = before.is_some_and(|(texture, ty)| {
+            matches!(ty, ArgType::Texture | ArgType::Volume) && name == format!("{texture}_sampler")
+        });
         if !follows {
-            let place = self.word(name, &format!("fn {}", function.name));
+            let location = self.word(name, &format!("fn {}", function.name));
             let message = format!("the sampler {} does not follow its texture", quote(name));
             let help = "write `source: texture_2d<f32>, source_sampler: sampler`";
-            self.diagnostics.push(Diagnostic::error("shader-argument", message).at(&place, "").help(help));
+            self.diagnostics.push(Diagnostic::error("shader-argument", message).at(&location, "").help(help));
         }
     }
 
     fn port(&mut self, function: &Function, name: &str, ty: &ArgType, used: &mut BTreeSet<String>) {
-        let place = self.word(name, &format!("fn {}", function.name));
+        let location = self.word(name, &format!("fn {}", function.name));
         let Some((port, declared)) = self.declared.inputs.iter().find(|(port, _)| port.name == name) else {
             let names = || self.declared.inputs.iter().map(|(port, _)| &*port.name).chain(["at", "frame", "params"]);
             let message = format!("the argument {} is no input of the node", quote(name));
             let help = format!("arguments are {}", list(names(), 12));
-            let diagnostic = Diagnostic::error("shader-argument", message).at(&place, "").help(help);
+            let diagnostic = Diagnostic::error("shader-argument", message).at(&location, "").help(help);
             return self.diagnostics.push(diagnostic.maybe_help(did_you_mean(name, names())));
         };
         used.insert(name.to_owned());
@@ -152,27 +154,30 @@ impl Pair<'_> {
         };
         if !fits {
             let message = format!("the argument {} is a {} and needs the type {wanted}", quote(name), port.ty.name());
-            let diagnostic = Diagnostic::error("shader-argument", message).at(&place, "the shader takes it here");
+            let diagnostic = Diagnostic::error("shader-argument", message).at(&location, "the shader takes it here");
             self.diagnostics.push(diagnostic.also(declared, "the node declares it here"));
         }
     }
 
     fn member(&mut self, layout: &StructLayout, member: &Member, used: &mut BTreeSet<String>) {
-        let place = self.word(&member.name, &format!("struct {}", layout.name));
+        let location = self.word(&member.name, &format!("struct {}", layout.name));
         let Some((param, declared)) = self.declared.params.iter().find(|(param, _)| param.name == member.name) else {
             let names = || self.declared.params.iter().map(|(param, _)| &*param.name);
             let message = format!("{} of {} is no parameter of the node", quote(&member.name), quote(&layout.name));
             let diagnostic =
-                Diagnostic::error("shader-params", message).at(&place, "").help("declare it under `parameters`");
+                Diagnostic::error("shader-params", message).at(&location, "").help("declare it under `parameters`");
             return self.diagnostics.push(diagnostic.maybe_help(did_you_mean(&member.name, names())));
         };
         used.insert(member.name.clone());
         if !holds(member, param) {
             let message = format!("{} is {} and does not fit its member", quote(&param.name), param.ty.describe());
             let diagnostic = Diagnostic::error("shader-params", message)
-                .at(&place, "the shader takes it here")
+                .at(&location, "the shader takes it here")
                 .also(declared, "the node declares it here")
-                .help("`Float` goes into `f32`, `Int` into `i32`, `u32` or `f32`, `Bool` into `u32`, `Vector3` into `vec3f`");
+                .help(
+                    "`Float` goes into `f32`, `Int` into `i32`, `u32` or `f32`, `Bool` into `u32`, `Vector3` \
+                       into `vec3f`",
+                );
             self.diagnostics.push(diagnostic);
         }
     }
@@ -181,15 +186,15 @@ impl Pair<'_> {
         if self.diagnostics.has_errors() {
             return;
         }
-        let inputs = self.declared.inputs.iter().map(|(port, place)| ("input", &*port.name, place));
-        let params = self.declared.params.iter().map(|(param, place)| ("parameter", &*param.name, place));
-        for (what, name, place) in inputs.chain(params).filter(|(_, name, _)| !used.contains(*name)) {
+        let inputs = self.declared.inputs.iter().map(|(port, location)| ("input", &*port.name, location));
+        let params = self.declared.params.iter().map(|(param, location)| ("parameter", &*param.name, location));
+        for (what, name, location) in inputs.chain(params).filter(|(_, name, _)| !used.contains(*name)) {
             let message = format!("the shader does not read the {what} {}", quote(name));
             let help = match what {
                 "input" => "take it as an argument of the function, or leave it out",
                 _ => "add it to the struct of the argument `params`, or leave it out",
             };
-            self.diagnostics.push(Diagnostic::error("unread", message).at(place, "").help(help));
+            self.diagnostics.push(Diagnostic::error("unread", message).at(location, "").help(help));
         }
     }
 }

@@ -21,14 +21,18 @@
 //! * `outputs` are of type `Image`. `state` is `Same("input")` or a color state, `function` the kernel function (the
 //!   kind's name in snake case, if it is left out), `size` one of `Same`, `Half`, `Double` (of the first image input, or
 //!   of the frame) and `Fixed(256, 256)`.
-//! * `parameters` are of type `Bool`, `Int`, `Float`, `Vector2`, `Vector3` or `Vector4`. Each needs `doc` and `default`,
-//!   numbers need `within`, and `usually`, `unit` and `neutral` are optional. They go by name into the struct of the
-//!   function's argument `params`.
-//! * `fallback` replaces the output of a node that is off: an input, `Zero` or `Absent`. It is the first image input, if
-//!   it is left out.
+//! * `parameters` are of type `Bool`, `Int`, `Float`, `Vector2`, `Vector3` or `Vector4`. Each needs `doc` and
+//!   `default`, numbers need `within`, and `usually`, `unit` and `neutral` are optional. They go by name into the
+//!   struct of the function's argument `params`.
+//! * `fallback` replaces the output of a node that is off: an input, `Zero` or `Absent`. It is the first image input,
+//!   if it is left out.
 
 mod agree;
+mod declaration;
+mod fields;
 mod read;
+
+use declaration::{Declaration, SizeRule};
 
 use super::contract::contract;
 use std::sync::Arc;
@@ -39,7 +43,7 @@ use super::ports::{Fallback, Input, Output, PortType};
 use super::recorder::Recorder;
 use crate::document;
 use afterimage_base::Shared;
-use afterimage_base::diagnostic::{Diagnostic, Diagnostics, Place, Sources, Spanned};
+use afterimage_base::diagnostic::{Diagnostic, Diagnostics, Sources};
 use afterimage_base::image::{ImageDesc, Size};
 use afterimage_base::value::{Param, Value};
 use afterimage_wgsl::{ArgType, Shader};
@@ -49,7 +53,7 @@ use afterimage_wgsl::{ArgType, Shader};
 /// The kind and its texts are freed with the last handle. It has passed the [`contract`] of node kinds.
 ///
 /// # Errors
-/// All mistakes of both files, each at its place.
+/// All errors of both files, each at its location.
 pub fn folder_kind(declaration: (&str, &str), shader: (&str, &str)) -> Result<NodeKind, Diagnostics> {
     let [declaration, shader] = [declaration, shader].map(|(file, text)| (file, document::without_mark(text)));
     let mut sources = Sources::default();
@@ -61,7 +65,7 @@ pub fn folder_kind(declaration: (&str, &str), shader: (&str, &str)) -> Result<No
     parsed.errors.into_iter().for_each(|error| diagnostics.push(error));
     let declared = read::declaration(parsed.tree, &mut diagnostics);
     match (shader.reflect(), &declared) {
-        // What was not understood in the declaration would look like a mistake in the shader.
+        // What was not understood in the declaration would look like a error in the shader.
         (Ok(reflection), Some(declared)) if !diagnostics.has_errors() => {
             agree::look(declared, &shader, reflection, &mut diagnostics);
         }
@@ -80,30 +84,13 @@ fn contracted(
     shader: Arc<Shader>,
     mut diagnostics: Diagnostics,
 ) -> Result<NodeKind, Diagnostics> {
-    let place = declared.name.place.clone();
+    let location = declared.name.location.clone();
     let kind = NodeKind::new(Arc::new(FolderKind::new(declared, shader)));
     let Err(complaints) = contract(std::slice::from_ref(&kind)) else { return Ok(kind) };
     for complaint in complaints {
-        diagnostics.push(Diagnostic::error("contract", complaint).at(&place, ""));
+        diagnostics.push(Diagnostic::error("contract", complaint).at(&location, ""));
     }
     Err(diagnostics.sorted())
-}
-
-/// What a `node.ron` says, with the places that mistakes in the shader point back to.
-struct Declaration {
-    name: Spanned<String>,
-    doc: String,
-    inputs: Vec<(Input, Place)>,
-    outputs: Vec<DeclaredOutput>,
-    params: Vec<(Param, Place)>,
-    fallback: Fallback,
-}
-
-/// An output and how it is made.
-struct DeclaredOutput {
-    port: Output,
-    function: Spanned<String>,
-    size: SizeRule,
 }
 
 /// A kind that was read from a folder.
@@ -116,26 +103,6 @@ struct FolderKind {
     made: Vec<(Shared<str>, SizeRule)>,
     fallback: Fallback,
     shader: Arc<Shader>,
-}
-
-/// The size of an output.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum SizeRule {
-    Same,
-    Half,
-    Double,
-    Fixed(u32, u32),
-}
-
-impl SizeRule {
-    fn of(self, size: Size) -> Size {
-        match self {
-            Self::Same => size,
-            Self::Half => size.half(),
-            Self::Double => Size::new(size.width.saturating_mul(2), size.height.saturating_mul(2)),
-            Self::Fixed(width, height) => Size::new(width, height),
-        }
-    }
 }
 
 impl Kind for FolderKind {

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 /// A range of bytes of a file.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct Place {
+pub struct Location {
     /// The file's name.
     pub file: Arc<str>,
     /// From the first byte.
@@ -14,7 +14,7 @@ pub struct Place {
     pub end: usize,
 }
 
-impl Place {
+impl Location {
     /// The bytes `span` of `file`.
     pub fn new(file: &Arc<str>, span: Range<usize>) -> Self {
         Self { file: file.clone(), start: span.start, end: span.end.max(span.start) }
@@ -37,12 +37,12 @@ pub struct Spanned<T> {
     /// The value.
     pub value: T,
     /// The location.
-    pub place: Place,
+    pub location: Location,
 }
 
 impl<T> Spanned<T> {
     /// A value at a location.
-    pub fn new(value: T, place: Place) -> Self {
-        Self { value, place }
+    pub fn new(value: T, location: Location) -> Self {
+        Self { value, location }
     }
 }
