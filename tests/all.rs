@@ -5,6 +5,8 @@
 mod bench;
 /// The program as a user runs it.
 mod cli;
+/// The one clock of `measure` and `bench`.
+mod clock;
 /// The executor as a host meets it.
 mod executor;
 /// A few seconds of what `fuzz` runs for hours.

@@ -174,7 +174,7 @@ fn options_that_would_change_nothing_are_refused() {
     }
     for fps in ["0", "-24", "NaN", "inf", "1e-40"] {
         let told = folder.run(&format!("render {{glare}} room.exr -o out.png --fps={fps}"));
-        told.fails_saying(1, &["frames in a second are a number above 0"]);
+        told.fails_saying(1, &["frames per second are a number above 0"]);
     }
     assert_eq!(folder.names(), ["room.exr"]);
 }

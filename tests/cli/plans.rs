@@ -72,3 +72,39 @@ fn the_json_has_all_that_programs_ask_for() {
     assert!(bytes.is_sorted_by(|a, b| a >= b) && bytes[3] > 0, "{bytes:?}");
     assert!(bytes[2] as f64 <= 0.45 * bytes[0] as f64 && bytes[2] as f64 <= 1.02 * bytes[3] as f64, "{bytes:?}");
 }
+
+#[test]
+fn differences_of_plans_are_json_if_json_is_requested() {
+    let json = |line: &str| -> serde_json::Value { serde_json::from_str(&plan(line)).expect("it is JSON") };
+    let tiers = json("{tsushima} --diff-tier low --format json");
+    let removed: Vec<&str> = tiers["removed"].as_array().expect("a list").iter().filter_map(|p| p.as_str()).collect();
+    assert!(removed.iter().any(|pass| pass.starts_with("bloom: ")), "{tiers:#}");
+    let moved = tiers["bytes_moved"].as_array().expect("two numbers");
+    assert!(moved[0].as_u64() > moved[1].as_u64() && moved[1].as_u64() > Some(0), "{tiers:#}");
+    let same = json("{lynx} --diff {lynx} --format json");
+    assert!(same["added"] == serde_json::json!([]) && same["passes"][0] == same["passes"][1], "{same:#}");
+    let folder = Folder::new("plan-diff-drawing");
+    folder.run("plan {lynx} --diff {lynx} --format svg").fails_saying(1, &["--format json"]);
+}
+
+#[test]
+fn errors_are_json_if_json_is_requested() {
+    let folder = Folder::new("plan-json-errors");
+    folder.with("broken.ron", b"Pipeline(nodes: { \"a\": Nothing() }, outputs: { \"a\": \"a\" })");
+    let codes = |line: &str| -> Vec<String> {
+        let told = folder.run(line);
+        assert_eq!((told.status, told.err.as_str()), (Some(1), ""), "{line}");
+        let all: serde_json::Value = serde_json::from_str(&told.out).unwrap_or_else(|_| panic!("{line}: {}", told.out));
+        let all = all.as_array().expect("a list of diagnostics").iter();
+        all.map(|one| one["code"].as_str().expect("a code").to_owned()).collect()
+    };
+    assert_eq!(codes("plan missing.ron --format json"), ["unreadable-file"]);
+    assert!(codes("plan broken.ron --format json").contains(&"unknown-kind".to_owned()));
+    assert_eq!(codes("plan {lynx} --format json --diff missing.ron"), ["unreadable-file"]);
+    assert_eq!(codes("check missing.ron --json"), ["unreadable-file"]);
+    assert_eq!(codes("check . --json"), ["unreadable-file"]);
+    let both = codes("check missing.ron broken.ron --json");
+    assert!(both.contains(&"unreadable-file".to_owned()) && both.contains(&"unknown-kind".to_owned()), "{both:?}");
+    assert_eq!(codes("check {lynx} --json --set stops"), ["arguments"]);
+    assert_eq!(codes("check {lynx} --json --nodes missing"), ["unreadable-file"]);
+}

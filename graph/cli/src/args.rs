@@ -67,7 +67,8 @@ pub(crate) struct DemoArgs {
 pub(crate) struct RenderArgs {
     /// The pipeline file
     pub(crate) pipeline: PathBuf,
-    /// The image for the pipeline's first input: EXR, Radiance HDR or PNG; `shot.####.exr` is a sequence, `file.exr#layer` a layer
+    /// The image for the pipeline's first input: EXR, Radiance HDR or PNG; `shot.####.exr` is a sequence,
+    /// `file.exr#layer` a layer
     pub(crate) input: Option<String>,
     /// The output file: `.png` for an encoded output, `.exr` for a linear one; `out.####.png` for a sequence
     #[arg(short, long, value_name = "FILE")]
@@ -188,7 +189,8 @@ pub(crate) struct BenchArgs {
     /// Also write the figures as JSON
     #[arg(long, value_name = "FILE")]
     pub(crate) json: Option<PathBuf>,
-    /// Measure whether this adapter is faster with draws or dispatches, and with half floats and subgroups; later runs use the result
+    /// Measure whether this adapter is faster with draws or dispatches, and with half floats and subgroups; later
+    /// runs use the result
     #[arg(long)]
     pub(crate) calibrate: bool,
     /// Measure how time and memory grow with pixels and nodes; writes a table and a chart to the folder

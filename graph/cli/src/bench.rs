@@ -10,7 +10,7 @@ use crate::args::BenchArgs;
 use crate::cache::{keep_calibration, keep_pipeline_data, pipelines};
 use crate::device::{open, options_on};
 use crate::failure::Failure;
-use crate::pipeline::{PipelineFile, facts, plan_options, registry};
+use crate::pipeline::{PipelineFile, facts, load_graph, plan_options, read_document, registry};
 use crate::terminal::say;
 
 pub(crate) fn run(args: &BenchArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
@@ -26,8 +26,10 @@ pub(crate) fn run(args: &BenchArgs, tables: &[&[NodeKind]]) -> Result<(), Failur
     }
     let Some(path) = &args.pipeline else { return Ok(()) };
     // Prints the warnings; the starts below do not print them again.
-    PipelineFile::read(path, &registry)?.graph(&args.options)?;
-    let load = || -> Result<Graph, Failure> { Ok(PipelineFile::read(path, &registry)?.check(&args.options)?.0) };
+    load_graph(path, &registry, &args.options)?;
+    let load = || -> Result<Graph, Failure> {
+        Ok(PipelineFile::new(&read_document(path)?, &registry).check(&args.options)?.0)
+    };
     let options = BenchOptions {
         size: Size::new(args.size.0, args.size.1),
         samples: args.frames,

@@ -10,7 +10,7 @@ use afterimage_plan::verify;
 
 use crate::args::{CheckArgs, PipelineOptions};
 use crate::failure::Failure;
-use crate::pipeline::{PipelineFile, facts, plan_without_device, registry};
+use crate::pipeline::{PipelineFile, facts, plan_without_device, read_document, registry};
 use crate::terminal::{note, say};
 
 pub(crate) fn run(args: &CheckArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
@@ -37,10 +37,11 @@ pub(crate) fn run(args: &CheckArgs, tables: &[&[NodeKind]]) -> Result<(), Failur
 
 /// Checks a pipeline; returns the rest of the line about a good one.
 fn one(path: &Path, args: &CheckArgs, registry: &Registry) -> Result<String, Failure> {
-    let file = PipelineFile::read(path, registry)?;
+    let document = read_document(path)?;
+    let file = PipelineFile::new(&document, registry);
     let (written, mut warnings) = file.check(&args.options)?;
     let mut graphs = vec![(String::new(), written)];
-    let tiers = other_tiers(&file, &args.options)?;
+    let tiers = other_tiers(&file, &args.options);
     for tier in &tiers {
         let (graph, more) = file.check(&at_tier(&args.options, tier))?;
         warnings.absorb(more);
@@ -59,8 +60,8 @@ fn one(path: &Path, args: &CheckArgs, registry: &Registry) -> Result<String, Fai
 }
 
 /// The tiers to check besides the file as it is written; none if the command line names one.
-fn other_tiers(file: &PipelineFile<'_>, options: &PipelineOptions) -> Result<Vec<String>, Failure> {
-    if options.tier.is_some() { Ok(Vec::new()) } else { file.tiers() }
+fn other_tiers(file: &PipelineFile<'_>, options: &PipelineOptions) -> Vec<String> {
+    if options.tier.is_some() { Vec::new() } else { file.tiers() }
 }
 
 /// The options for a tier. It may be another file, which need not use the facts that this one uses.
@@ -102,11 +103,12 @@ fn json(args: &CheckArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
 
 /// The warnings of a file and of its tiers; or all errors, of the file if it has any, otherwise of its tiers.
 fn diagnostics(path: &Path, args: &CheckArgs, registry: &Registry) -> Result<Diagnostics, Failure> {
-    let file = PipelineFile::read(path, registry)?;
+    let document = read_document(path)?;
+    let file = PipelineFile::new(&document, registry);
     let (graph, mut all) = file.check(&args.options)?;
     let mut graphs = vec![(String::new(), graph)];
     let mut failed = None;
-    for tier in other_tiers(&file, &args.options)? {
+    for tier in other_tiers(&file, &args.options) {
         match file.check(&at_tier(&args.options, &tier)) {
             Ok((graph, warnings)) => {
                 all.absorb(warnings);

@@ -1,4 +1,5 @@
-//! The program `afterimage` as a library: the program of a plug-in author calls [`main()`] with one more table of kinds.
+//! The program `afterimage` as a library: the program of a plug-in author calls [`main()`] with one more table of
+//! kinds.
 
 mod args;
 mod bench;

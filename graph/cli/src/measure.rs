@@ -14,7 +14,7 @@ use crate::args::PipelineOptions;
 use crate::args::measure::{ClipArgs, MeasureArgs};
 use crate::device::{open, options_on};
 use crate::failure::Failure;
-use crate::pipeline::{PipelineFile, facts, registry, split};
+use crate::pipeline::{PipelineFile, facts, read_document, registry, split};
 use crate::progress::Bar;
 use crate::terminal::{note, say};
 
@@ -65,9 +65,10 @@ fn report(
     registry: &Registry,
     options: &MeasureOptions,
 ) -> Result<MeasureReport, Failure> {
-    let file = PipelineFile::read(path, registry)?;
+    let document = read_document(path)?;
+    let file = PipelineFile::new(&document, registry);
     let pipeline = &args.clips.options;
-    let tiers = file.tiers()?.into_iter().map(|tier| {
+    let tiers = file.tiers().into_iter().map(|tier| {
         let graph = file.check(&PipelineOptions { tier: Some(tier.clone()), ..pipeline.clone() })?.0;
         Ok((tier, graph))
     });

@@ -6,7 +6,7 @@ use afterimage_plan::{Memory, Plan};
 
 use crate::args::PlanArgs;
 use crate::failure::Failure;
-use crate::pipeline::{PipelineFile, facts, plan_options, plan_without_device};
+use crate::pipeline::{facts, load_graph, plan_options, plan_without_device};
 
 /// Full HD, 4K and 8K.
 const SIZES: [Size; 3] = [
@@ -37,7 +37,7 @@ pub(crate) fn table(args: &PlanArgs, registry: &Registry) -> Result<String, Fail
     let mut text = HEADING.to_owned();
     let options = args.arithmetic.over(plan_options(&args.plan));
     for path in &args.pipelines {
-        let graph = PipelineFile::read(path, registry)?.graph(&args.options)?;
+        let graph = load_graph(path, registry, &args.options)?;
         for size in SIZES {
             let plan = plan_without_device(&graph, size, facts(&args.options)?, options)?;
             let name = path.file_stem().unwrap_or_default().to_string_lossy();

@@ -122,7 +122,7 @@ fn parameter(param: &Param) -> String {
 
 fn fallback(fallback: Fallback) -> String {
     match fallback {
-        Fallback::Input(port) => format!("its input `{port}` takes the place of its result"),
+        Fallback::Input(port) => format!("its result is its input `{port}`"),
         Fallback::Zero => "its result is black".into(),
         Fallback::Absent => "its result is nothing, and what needs it is off too".into(),
     }

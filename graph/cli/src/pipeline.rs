@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use afterimage_graph::check::{CheckOptions, DEEPEST, Facts, Graph, Loader, check};
+use afterimage_graph::check::{Checker, Facts, Graph, Loader};
 use afterimage_graph::diagnostic::{Diagnostics, Style};
 use afterimage_graph::document::{Document, parse};
 use afterimage_graph::image::{Format, ImageDesc, Size};
@@ -40,9 +40,8 @@ impl Loader for RecordingLoader {
 /// name no others.
 pub(crate) fn files_of(path: &Path, tables: &[&[NodeKind]], options: &PipelineOptions) -> BTreeSet<PathBuf> {
     let loader = RecordingLoader::default();
-    if let (Ok(registry), Ok(text)) = (registry(tables, &options.nodes), read_text(path, "pipeline"))
-        && let Ok(file) = PipelineFile::parse((&path.to_string_lossy(), &text), &registry, &loader)
-    {
+    if let (Ok(registry), Ok(document)) = (registry(tables, &options.nodes), read_document(path)) {
+        let file = PipelineFile::with_loader(&document, &registry, &loader);
         // The command that uses the pipeline reports its errors.
         let _ = file.check(&PipelineOptions { sets: Vec::new(), facts: Vec::new(), ..options.clone() });
     }
@@ -94,7 +93,7 @@ pub(crate) fn folder_kinds(folder: &Path) -> Result<Vec<NodeKind>, Failure> {
         return Ok(vec![folder_node(folder)?]);
     }
     let entries = std::fs::read_dir(folder)
-        .map_err(|error| Failure::user(format!("`{}` has no node kinds: {error}", folder.display())))?;
+        .map_err(|error| Failure::unreadable(format!("`{}` has no node kinds: {error}", folder.display())))?;
     let mut folders: Vec<_> = entries.filter_map(|entry| Some(entry.ok()?.path())).collect();
     folders.retain(|path| path.join("node.ron").is_file());
     folders.sort();
@@ -125,28 +124,23 @@ fn shader_of(folder: &Path) -> Result<PathBuf, Failure> {
     }
 }
 
-/// A pipeline file. It is parsed once and checked for each tier.
-pub(crate) struct PipelineFile<'r> {
-    path: PathBuf,
-    document: Document,
-    registry: &'r Registry,
-    loader: &'r dyn Loader,
+/// A parsed pipeline file, which is checked for each tier. The files that it names are read once, too.
+pub(crate) struct PipelineFile<'a>(Checker<'a>);
+
+/// Reads and parses a pipeline file.
+pub(crate) fn read_document(path: &Path) -> Result<Document, Failure> {
+    Ok(parse(&path.to_string_lossy(), &read_text(path, "pipeline")?)?)
 }
 
-impl<'r> PipelineFile<'r> {
-    /// Reads and parses a file.
-    pub(crate) fn read(path: &Path, registry: &'r Registry) -> Result<Self, Failure> {
-        let text = read_text(path, "pipeline")?;
-        Self::parse((&path.to_string_lossy(), &text), registry, &Files)
+impl<'a> PipelineFile<'a> {
+    /// A pipeline that names files of the file system.
+    pub(crate) fn new(document: &'a Document, registry: &'a Registry) -> Self {
+        Self(Checker::new(document, registry, &Files))
     }
 
-    /// Parses the text of a file; `loader` reads the files that it names.
-    pub(crate) fn parse(
-        (name, text): (&str, &str),
-        registry: &'r Registry,
-        loader: &'r dyn Loader,
-    ) -> Result<Self, Failure> {
-        Ok(Self { path: name.into(), document: parse(name, text)?, registry, loader })
+    /// A pipeline whose files `loader` reads.
+    pub(crate) fn with_loader(document: &'a Document, registry: &'a Registry, loader: &'a dyn Loader) -> Self {
+        Self(Checker::new(document, registry, loader))
     }
 
     /// The graph; prints the warnings.
@@ -160,35 +154,21 @@ impl<'r> PipelineFile<'r> {
 
     /// The graph and the warnings.
     pub(crate) fn check(&self, options: &PipelineOptions) -> Result<(Graph, Diagnostics), Failure> {
-        let sets = options.sets.iter().map(|set| split(set, "--set")).collect::<Result<_, _>>()?;
-        let check_options = CheckOptions { tier: options.tier.clone(), sets, loader: self.loader };
-        let (graph, warnings) = check(&self.document, self.registry, &check_options)?;
+        let sets = options.sets.iter().map(|set| split(set, "--set")).collect::<Result<Vec<_>, _>>()?;
+        let (graph, warnings) = self.0.check(options.tier.as_deref(), &sets)?;
         refuse_unknown_facts(&graph, options)?;
         Ok((graph, warnings))
     }
 
-    /// The tiers of the file and of the files that it extends, its own first.
-    pub(crate) fn tiers(&self) -> Result<Vec<String>, Failure> {
-        let mut names = Vec::new();
-        let mut next = add_tiers(&self.path, &self.document, &mut names);
-        // A cycle is an error of the check; the limit ends it here, too.
-        for _ in 0..DEEPEST {
-            let Some(path) = next.take() else { break };
-            let text = read_text(&path, "pipeline")?;
-            next = add_tiers(&path, &parse(&path.to_string_lossy(), &text)?, &mut names);
-        }
-        Ok(names)
+    /// The tiers of the file and of the files that it extends.
+    pub(crate) fn tiers(&self) -> Vec<String> {
+        self.0.tiers()
     }
 }
 
-/// Adds the new tiers of a document; returns the file that it extends.
-fn add_tiers(path: &Path, document: &Document, names: &mut Vec<String>) -> Option<PathBuf> {
-    for (name, _) in &document.tiers {
-        if !names.contains(&name.value) {
-            names.push(name.value.clone());
-        }
-    }
-    document.extends.as_ref().map(|base| path.with_file_name("").join(&base.value))
+/// A checked pipeline file, for commands that need it once; prints the warnings.
+pub(crate) fn load_graph(path: &Path, registry: &Registry, options: &PipelineOptions) -> Result<Graph, Failure> {
+    PipelineFile::new(&read_document(path)?, registry).graph(options)
 }
 
 /// `name=value`.
@@ -259,8 +239,8 @@ pub(crate) fn plan_options(options: &PlanOptions) -> Options {
     }
 }
 
-/// A plan for a typical device, which stores every format and has half-precision arithmetic and subgroups, with half-float
-/// inputs of this size.
+/// A plan for a typical device, which stores every format and has half-precision arithmetic and subgroups, with
+/// half-float inputs of this size.
 pub(crate) fn plan_without_device(graph: &Graph, size: Size, facts: Facts, options: Options) -> Result<Plan, Failure> {
     let caps = Caps {
         storage: Format::ALL.into(),

@@ -10,7 +10,9 @@ use serde_json::{Value, json};
 use crate::args::{PipelineOptions, PlanArgs, PlanFormat};
 use crate::failure::Failure;
 use crate::memory::table;
-use crate::pipeline::{PipelineFile, facts, plan_options, plan_without_device, registry, request};
+use crate::pipeline::{
+    PipelineFile, facts, load_graph, plan_options, plan_without_device, read_document, registry, request,
+};
 use crate::terminal::say;
 
 pub(crate) fn run(args: &PlanArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
@@ -37,10 +39,11 @@ fn text(args: &PlanArgs, tables: &[&[NodeKind]]) -> Result<String, Failure> {
     let [path] = args.pipelines.as_slice() else {
         return Err(Failure::user("this shows one pipeline at a time").hint("compare two with `--diff OTHER`"));
     };
-    let file = PipelineFile::read(path, &registry)?;
+    let document = read_document(path)?;
+    let file = PipelineFile::new(&document, &registry);
     let this = plan_of(&file.graph(&args.options)?, args)?;
     let other = match (&args.diff, &args.diff_tier) {
-        (Some(path), _) => PipelineFile::read(path, &registry)?.graph(&args.options)?,
+        (Some(path), _) => load_graph(path, &registry, &args.options)?,
         (None, Some(tier)) => file.graph(&PipelineOptions { tier: Some(tier.clone()), ..args.options.clone() })?,
         (None, None) => return Ok(shown(&this, args.format)),
     };

@@ -10,7 +10,7 @@ use crate::args::measure::{GoalArgs, TuneArgs};
 use crate::device::open;
 use crate::failure::Failure;
 use crate::measure::measure_options;
-use crate::pipeline::{PipelineFile, registry};
+use crate::pipeline::{PipelineFile, read_document, registry};
 use crate::progress::Bar;
 use crate::terminal::{note, say};
 use crate::tier_file;
@@ -18,7 +18,8 @@ use crate::tier_file;
 pub(crate) fn run(args: &TuneArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
     let pipeline = &args.clips.options;
     let registry = registry(tables, &pipeline.nodes)?;
-    let file = PipelineFile::read(&args.pipeline, &registry)?;
+    let document = read_document(&args.pipeline)?;
+    let file = PipelineFile::new(&document, &registry);
     let written = file.graph(pipeline)?;
     let plain = without_changes(&file, pipeline, &written)?;
     // `--set` asks for another look, but a tier is a compromise: errors are measured against the file without it.
@@ -45,7 +46,8 @@ fn goal(args: &GoalArgs) -> Goal {
     }
 }
 
-/// The pipeline as its file is, which the new tier changes: what `--tier` and `--set` change becomes part of the new tier.
+/// The pipeline as its file is, which the new tier changes: what `--tier` and `--set` change becomes part of the new
+/// tier.
 fn without_changes(file: &PipelineFile<'_>, options: &PipelineOptions, written: &Graph) -> Result<Graph, Failure> {
     let plain = file.check(&PipelineOptions { tier: None, sets: Vec::new(), ..options.clone() })?.0;
     let nodes = |graph: &Graph| -> Vec<_> {

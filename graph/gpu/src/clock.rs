@@ -4,17 +4,18 @@
 //! nothing in between, so that passes overlap as they do in a program. It is taken at full clock frequency, and the
 //! median of the samples is reported.
 //!
-//! A GPU with little to do lowers its clock frequency (an H200 to a fifth) and raises it only under work without gaps, in
-//! steps of up to 0.3 s. So the clock first keeps the GPU busy until frames no longer get faster, and each sample is the
-//! last frame of a burst. Adapters on the processor have no usable timestamps: their drivers write them while they record.
-//! There the time is that of the host, from recording to completion, of one frame at a time.
+//! A GPU with little to do lowers its clock frequency (an H200 to a fifth) and raises it only under work without
+//! gaps, in steps of up to 0.3 s. So the clock first keeps the GPU busy until frames no longer get faster, and each
+//! sample is the last frame of a burst. Adapters on the processor have no usable timestamps: their drivers write them
+//! while they record. There the time is that of the host, from recording to completion, of one frame at a time.
 
 use std::cell::Cell;
 use std::time::{Duration, Instant};
 
 use wgpu::{BufferUsages, CommandEncoder, Features};
 
-use crate::{Gpu, GpuError, SessionError};
+use crate::Gpu;
+use crate::error::{GpuError, SessionError};
 
 /// The frequency is steady when no burst was faster for this long.
 const STEADY: Duration = Duration::from_millis(500);
@@ -101,8 +102,8 @@ impl Clock {
         self.stamps.is_some()
     }
 
-    /// The median time of each recording over `samples` samples, after a warm-up. The host's clock measures them in turn
-    /// within each round, so that other load on the processor slows all of them alike.
+    /// The median time of each recording over `samples` samples, after a warm-up. The host's clock measures them in
+    /// turn within each round, so that other load on the processor slows all of them alike.
     ///
     /// # Errors
     /// What recording reports, and [`GpuError::DeviceLost`].

@@ -24,9 +24,9 @@ mod transfer;
 
 pub use clock::{Clock, ClockSource, FrameTime, Recording, median};
 pub use device::{ErrorLog, Gpu, Opening, caps, texture_format};
-pub use error::GpuError;
+pub use error::{GpuError, SessionError};
 pub use executor::{Executor, Frame, Preparation};
-pub use session::{FrameInputs, FrameStep, InputImage, Runtime, Session, SessionError, input_image};
+pub use session::{FrameInputs, FrameStep, InputImage, Runtime, Session, input_image};
 pub use stream::{Feed, Readback};
 pub use transfer::{Texels, download, upload, upload_bytes};
 pub use wgpu;

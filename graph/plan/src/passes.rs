@@ -138,7 +138,7 @@ impl<'a> Round<'a> {
         let arrivals: Vec<Arrival> = node.wires.iter().map(|wire| self.arrival(*wire)).collect();
         let context = RecorderContext {
             node: &node.name,
-            kind: &node.kind,
+            kind: node.kind.signature(),
             values: &node.values,
             arrivals: &arrivals,
             format: node.format,

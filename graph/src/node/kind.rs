@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::params::Params;
-use super::ports::{Fallback, Input, Output};
+use super::ports::{Fallback, Input, Output, Signature};
 use super::recorder::Recorder;
 use afterimage_base::Shared;
 use afterimage_base::value::{Param, Value};
@@ -137,6 +137,11 @@ impl NodeKind {
             Shared::Static(_) => None,
             Shared::Counted(kind) => Some(kind),
         }
+    }
+
+    /// What the kind declares.
+    pub fn signature(&self) -> Signature<'_> {
+        Signature { name: self.name(), params: self.params(), inputs: self.inputs(), outputs: self.outputs() }
     }
 
     /// The main output's name.

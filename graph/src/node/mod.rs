@@ -17,6 +17,6 @@ pub use pass::{
     Arg, Binding, BufferId, BufferLife, ByCells, ByRows, Cells, CellsReader, EntryCall, ImageId, Origin, Pass,
     Resource, Rows, Step, TileStage, Tiling, VirtualBuffer, VirtualImage, Work,
 };
-pub use ports::{Fallback, Input, Output, OutputState, PortType};
+pub use ports::{Fallback, Input, Output, OutputState, PortType, Signature};
 pub use recorder::{Arrival, ComputePass, FunctionPass, Recorder, RecorderContext, Recording};
 pub use registry::{DuplicateKind, Registry};

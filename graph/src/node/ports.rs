@@ -2,6 +2,7 @@
 
 use afterimage_base::Shared;
 use afterimage_base::image::ColorState;
+use afterimage_base::value::Param;
 
 /// What travels on a wire.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -112,6 +113,19 @@ impl Output {
     pub const fn image(name: &'static str, state: OutputState, doc: &'static str) -> Self {
         Self::new(name, PortType::Image, state, doc)
     }
+}
+
+/// What a kind declares, as a recorder needs it.
+#[derive(Clone, Copy, Debug)]
+pub struct Signature<'a> {
+    /// The kind's name.
+    pub name: &'a str,
+    /// Its parameters.
+    pub params: &'a [Param],
+    /// Its input ports.
+    pub inputs: &'a [Input],
+    /// Its output ports, the main one first.
+    pub outputs: &'a [Output],
 }
 
 /// What replaces an output of a node that does not run.

@@ -2,7 +2,7 @@
 
 use super::{checked, told};
 
-/// The first line of what is told.
+/// The first line of what is reported.
 fn headline(text: &str) -> String {
     told("absurd.ron", text).lines().next().unwrap_or_default().to_owned()
 }

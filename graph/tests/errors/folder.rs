@@ -1,4 +1,4 @@
-//! Node kinds of two files and no Rust: one that works, and what is told when either file is wrong.
+//! Node kinds of two files and no Rust: one that works, and what is reported when either file is wrong.
 
 use afterimage_graph::node::folder_kind;
 

@@ -1,4 +1,4 @@
-//! What users are told when a file is wrong: every `errors/NAME.ron` against `errors/NAME.txt`, to the letter.
+//! What users are reported when a file is wrong: every `errors/NAME.ron` against `errors/NAME.txt`, to the letter.
 //!
 //! `AFTERIMAGE_BLESS=1 cargo test -p afterimage-graph errors` writes the texts anew; read the difference before you
 //! keep it. A first line `//! tier: NAME` or `//! set: node.parameter=value` gives options to the check.

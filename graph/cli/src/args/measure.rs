@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use crate::args::{DeviceOptions, PipelineOptions, parse_size};
+use super::options::{DeviceOptions, PipelineOptions, parse_size};
 
 /// What each figure means, below the options.
 const FIGURES: &str = "\
@@ -17,7 +17,8 @@ are measured before dither and quantization.
   MiB       the most bytes that transient images hold at once; moved: bytes that all passes of a frame read and write
   max       the largest error of a channel, in 8-bit codes (PU21 codes for HDR outputs, 256 of them up to 100 cd/m2)
   p99.9     the error that one pixel in a thousand exceeds, in codes
-  PSNR      decibels; SSIM: structural similarity, 1 is equal; FLIP: the visible difference of alternating images, 0 to 1
+  PSNR      in decibels
+  SSIM      structural similarity, 1 is equal; FLIP: the visible difference of alternating images, 0 to 1
   dE2000    mean colour difference (dE ITP for HDR outputs); 1 is just noticeable
   flicker   the change between two frames that the reference does not have: 99.9th percentile, in codes";
 
@@ -67,7 +68,8 @@ pub(crate) struct MeasureArgs {
     /// Measure the tiers only, not each switch
     #[arg(long)]
     pub(crate) tiers: bool,
-    /// Write a page of documentation: the figures of this adapter, charts, and a `README.md` with the figures of all adapters
+    /// Write a page of documentation: the figures of this adapter, charts, and a `README.md` with the figures of all
+    /// adapters
     #[arg(long, value_name = "DIR", conflicts_with_all = ["json", "csv", "plot", "error_image"])]
     pub(crate) docs: Option<PathBuf>,
     /// Write all figures as JSON

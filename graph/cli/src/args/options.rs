@@ -1,4 +1,4 @@
-//! Options that several commands have in common.
+//! Options that several commands have.
 
 use std::path::PathBuf;
 
@@ -25,7 +25,8 @@ pub(crate) struct PipelineOptions {
 /// Options of every command that plans.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct PlanOptions {
-    /// Give each image its own memory; with `--no-alias=placed`, images with equal descriptors still share a pooled texture
+    /// Give each image its own memory; with `--no-alias=placed`, images with equal descriptors still share a pooled
+    /// texture
     #[arg(long, value_name = "WHICH", num_args = 0..=1, default_missing_value = "all", require_equals = true)]
     pub(crate) no_alias: Option<NoAlias>,
     /// Put a barrier between all passes
@@ -48,7 +49,8 @@ pub(crate) struct PlanOptions {
     pub(crate) bounds_checks: bool,
 }
 
-/// Optional features of shaders. Without an option, the result of `bench --calibrate` decides; without a calibration it is off.
+/// Optional features of shaders. Without an option, the result of `bench --calibrate` decides; without a calibration
+/// it is off.
 #[derive(Clone, Copy, Debug, Default, Args)]
 pub(crate) struct ArithmeticOptions {
     /// Sum colours in half floats, if the device has them

@@ -1,6 +1,7 @@
 //! `afterimage demo`: the built-in scene through every built-in pipeline.
 
 mod chart;
+mod graph;
 mod walk;
 
 use std::path::Path;
@@ -11,15 +12,16 @@ use afterimage_graph::image::{ColorState, Size};
 use afterimage_graph::node::{NodeKind, Registry};
 use afterimage_media::write_atomic;
 
-use crate::args::{DemoArgs, PipelineOptions};
-use crate::built_in::{BuiltIn, PIPELINES, SCENE};
+use crate::args::DemoArgs;
+use crate::built_in::{PIPELINES, SCENE};
 use crate::cache;
 use crate::device::open;
 use crate::failure::Failure;
 use crate::output::choose_output;
-use crate::pipeline::{PipelineFile, registry};
+use crate::pipeline::registry;
 use crate::save::{SaveOptions, save};
 use crate::terminal::say;
+use graph::graph;
 
 pub(crate) fn run(args: &DemoArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
     let registry = registry(tables, &[])?;
@@ -68,13 +70,6 @@ impl Demo {
     }
 }
 
-/// The graph of a built-in pipeline.
-fn graph(registry: &Registry, name: &str, text: &str, sets: Vec<String>) -> Result<Graph, Failure> {
-    let options = PipelineOptions { sets, facts: Vec::new(), tier: None, nodes: Vec::new() };
-    let file = PipelineFile::parse((&format!("{name}.ron"), text), registry, &BuiltIn)?;
-    Ok(file.check(&options)?.0)
-}
-
 fn plot_walk(args: &DemoArgs, registry: &Registry, file: &Path) -> Result<(), Failure> {
     if !file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("svg")) {
         return Err(Failure::user(format!("`--walk {}` does not end in `.svg`", file.display())));
@@ -109,7 +104,8 @@ fn contact_sheet(tiles: &[Texels]) -> Texels {
     Texels::from_floats(sheet_width as u32, sheet_height as u32, &sheet)
 }
 
-/// The mean of the pixels that one pixel of the smaller image covers. Means of encoded values are sufficient for an overview.
+/// The mean of the pixels that one pixel of the smaller image covers. Means of encoded values are sufficient for an
+/// overview.
 fn half_size(pixels: &[[f32; 4]], size: Size, x: usize, y: usize) -> [f32; 4] {
     let (last_x, last_y) = (size.width as usize - 1, size.height as usize - 1);
     let at = |dx: usize, dy: usize| pixels[(2 * y + dy).min(last_y) * size.width as usize + (2 * x + dx).min(last_x)];

@@ -6,7 +6,7 @@ use afterimage_graph::image::Size;
 use afterimage_graph::node::Registry;
 use afterimage_plan::Options;
 
-use super::graph;
+use super::graph::graph;
 use crate::built_in::SCENE;
 use crate::failure::Failure;
 

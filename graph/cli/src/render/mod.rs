@@ -20,7 +20,7 @@ use crate::cache;
 use crate::device::{open, options_on};
 use crate::failure::Failure;
 use crate::output::choose_output;
-use crate::pipeline::{PipelineFile, facts, plan_options, registry};
+use crate::pipeline::{facts, load_graph, plan_options, registry};
 use crate::save::{SaveOptions, save};
 use crate::terminal::note;
 use crate::watch::watch;
@@ -29,8 +29,8 @@ use jobs::{Job, jobs};
 
 /// Frames between two stages: one in work and one that is ready.
 const AHEAD: usize = 2;
-/// PNG compression keeps a core busy, so images are written on a quarter of the cores, but on at most this many threads:
-/// each has a frame in memory.
+/// PNG compression keeps a core busy, so images are written on a quarter of the cores, but on at most this many
+/// threads: each has a frame in memory.
 const MOST_WRITERS: usize = 4;
 
 pub(crate) fn run(args: &RenderArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
@@ -42,7 +42,7 @@ pub(crate) fn run(args: &RenderArgs, tables: &[&[NodeKind]]) -> Result<(), Failu
 
 fn once(args: &RenderArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
     let registry = registry(tables, &args.options.nodes)?;
-    let graph = PipelineFile::read(&args.pipeline, &registry)?.graph(&args.options)?;
+    let graph = load_graph(&args.pipeline, &registry, &args.options)?;
     let facts = facts(&args.options)?;
     let saving = SaveOptions::new(args)?;
     let jobs = jobs(args, &graph)?;
@@ -139,8 +139,8 @@ fn read_all(jobs: &[Job], to: &SyncSender<Read>) -> Duration {
     busy
 }
 
-/// Opens the device and renders what is read. The reader and the writers end with it; the device is freed while the last
-/// image is written.
+/// Opens the device and renders what is read. The reader and the writers end with it; the device is freed while the
+/// last image is written.
 fn render_all(
     args: &RenderArgs,
     jobs: &[Job],

@@ -3,7 +3,7 @@
 //! [`Runtime`] is the inner part, for a device that belongs to somebody else: a plan cache and an executor. [`Session`]
 //! adds the [`Gpu`], uploads and read-back.
 
-mod error;
+mod frame;
 mod passes;
 mod runtime;
 
@@ -15,48 +15,13 @@ use afterimage_graph::image::{ImageDesc, Size};
 use afterimage_plan::{Options, Plan};
 use wgpu::{CommandEncoder, TextureView};
 
-pub use error::SessionError;
+pub use frame::{FrameStep, InputImage};
 pub use runtime::Runtime;
 
 use crate::clock::{Clock, FrameTime, Recording};
+use crate::error::SessionError;
 use crate::stream::ReadbackBatch;
 use crate::{Executor, Feed, Frame, Gpu, Readback, Texels, upload_bytes};
-
-/// An image on the GPU for an input of a pipeline.
-#[derive(Clone)]
-pub struct InputImage {
-    /// The name of the input.
-    pub input: String,
-    /// The texels.
-    pub view: TextureView,
-    /// Size and format.
-    pub desc: ImageDesc,
-    /// Whether all texels are known to be finite. Then the plan does not sanitize them.
-    pub finite: bool,
-}
-
-impl InputImage {
-    /// The same image for another input.
-    pub fn named(&self, input: &str) -> Self {
-        Self { input: input.to_owned(), ..self.clone() }
-    }
-}
-
-/// The position of a frame in time.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct FrameStep {
-    /// Seconds since the start.
-    pub time: f32,
-    /// Seconds since the previous frame.
-    pub dt: f32,
-    /// Whether histories start again with this frame.
-    pub reset: bool,
-}
-
-impl FrameStep {
-    /// A first frame.
-    pub const FIRST: Self = Self { time: 0.0, dt: 0.0, reset: true };
-}
 
 /// A frame of [`Session::render_all`]: its images and its position in time.
 pub type FrameInputs = (Vec<InputImage>, FrameStep);
@@ -212,8 +177,8 @@ impl Session {
         InputImage { input: input.to_owned(), view, desc, finite: false }
     }
 
-    /// The time of a frame of the loaded plan: timestamps around the whole frame, as [`Clock`] defines it. `steps` gives
-    /// the position in time of each frame. `baselines` are other work that is timed under the same conditions.
+    /// The time of a frame of the loaded plan: timestamps around the whole frame, as [`Clock`] defines it. `steps`
+    /// gives the position in time of each frame. `baselines` are other work that is timed under the same conditions.
     ///
     /// This is the only function that times a frame, so that all tools report the same quantity.
     ///

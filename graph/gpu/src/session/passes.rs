@@ -1,7 +1,8 @@
 //! The split of a frame by passes.
 
-use super::{FrameStep, InputImage, Session, SessionError, with_frame};
+use super::{FrameStep, InputImage, Session, with_frame};
 use crate::clock::{Clock, Recording, median};
+use crate::error::SessionError;
 
 impl Session {
     /// Median milliseconds of each pass of the loaded plan: by timestamps between the passes, or, where timestamps

@@ -7,8 +7,9 @@ use afterimage_graph::check::{Facts, Graph};
 use afterimage_graph::image::{ImageDesc, Size};
 use afterimage_plan::{GivenImage, Options, Plan, PlanCache, PlanError, PlanRequest};
 
-use super::{InputImage, SessionError};
+use super::frame::InputImage;
 use crate::Executor;
+use crate::error::SessionError;
 
 /// A plan cache and an executor: the plan follows the images, the facts and the options, and is compiled once.
 pub struct Runtime {

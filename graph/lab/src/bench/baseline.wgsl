@@ -1,11 +1,12 @@
-// Threshold bloom with a filmic curve as one writes it by hand: light is picked out at half size, four halvings, four enlargements, and
-// one last pass that adds the glow, maps and encodes. LEVEL stands for the format of the levels, GLOW for how the glow is
-// read: through a tent, or bilinearly. With SAME it does all that the pipeline does: light is picked at full size, the first halving has
-// thirteen taps in five squares weighed against fireflies, what is not finite is kept out, and the result is dithered.
+// Threshold bloom with a filmic curve, written by hand: extraction at half size, four halvings, four enlargements,
+// and a last pass that adds the bloom, applies the curve and encodes. LEVEL is replaced by the format of the levels,
+// GLOW by the filter of the bloom: a tent or bilinear. With SAME the chain does all the work of the pipeline:
+// extraction at full size, a first halving of thirteen taps in five squares with weights against fireflies,
+// sanitizing, and dither.
 
 struct Settings {
-    low: f32,      // where the gate begins to open
-    high: f32,     // where it is open
+    low: f32,      // the threshold, lower end
+    high: f32,     // the threshold, upper end
     own: f32,      // share of a level
     rest: f32,     // share of the coarser ones
     radius: f32,   // of the tent, in texels
@@ -26,7 +27,8 @@ fn brightest(rgb: vec3f) -> f32 {
     return max(rgb.r, max(rgb.g, rgb.b));
 }
 
-// The light of four texels, each weighed down by its brightness so that a single bright one cannot flicker.
+// The light of four texels, weighted by the inverse of their brightness, so that a single bright texel does not
+// flicker.
 fn extract(p: vec2u) -> vec4f {
     let last = textureDimensions(first) - 1;
     var sum = vec4f();
@@ -42,7 +44,7 @@ fn extract(p: vec2u) -> vec4f {
     return vec4f(sum.rgb / weights, 1.0);
 }
 
-// The nearest colour that can be computed with: bits of positive floats are in the order of the floats, those of negative ones above.
+// Sanitizes a colour. The bits of positive floats have the order of the floats; those of negative ones are larger.
 fn sane(v: vec4f) -> vec4f {
     if !SAME { return v; }
     let bits = bitcast<vec4u>(v);
@@ -69,7 +71,8 @@ fn tame(uv: vec2f) -> vec4f {
     let h = around(uv, 0.0, 2.0);
     let i = around(uv, 2.0, 2.0);
     let inner = around(uv, -1.0, -1.0) + around(uv, 1.0, -1.0) + around(uv, -1.0, 1.0) + around(uv, 1.0, 1.0);
-    let sum = weighed(0.25 * inner, 0.5) + weighed(0.25 * (a + b + d + e), 0.125) + weighed(0.25 * (b + c + e + f), 0.125)
+    let sum = weighed(0.25 * inner, 0.5) + weighed(0.25 * (a + b + d + e), 0.125)
+        + weighed(0.25 * (b + c + e + f), 0.125)
         + weighed(0.25 * (d + e + g + h), 0.125) + weighed(0.25 * (e + f + h + i), 0.125);
     return vec4f(sum.rgb / sum.w, 1.0);
 }

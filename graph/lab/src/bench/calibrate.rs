@@ -144,8 +144,8 @@ const METER: &str = r#"Pipeline(
     outputs: { "lit": "lit" },
 )"#;
 
-/// A pipeline without an option and with it, each measured twice: the shorter time counts, so that other load in one of the
-/// measurements does not decide.
+/// A pipeline without an option and with it, each measured twice: the shorter time counts, so that other load in one
+/// of the measurements does not decide.
 fn gain(
     gpu: &Gpu,
     registry: &Registry,
@@ -184,7 +184,8 @@ pub fn describe(calibration: &Calibration, adapter: &str, size: Size, kept: Opti
     let stored =
         kept.map_or("the calibration could not be stored".into(), |path| format!("stored in {}", path.display()));
     format!(
-        "one point pass at {size} on {adapter}\n{table}\nby default, point passes are now {verdict} here\n{gains}{stored}"
+        "one point pass at {size} on {adapter}\n{table}\n\
+         by default, point passes are now {verdict} here\n{gains}{stored}"
     )
 }
 
@@ -192,7 +193,8 @@ fn sentence(option: &str, work: &str, gain: Gain) -> String {
     let Gain { without_ms, with_ms } = gain;
     let verdict = if gain.pays() { "on" } else { "off" };
     format!(
-        "{work} takes {with_ms:.4} ms with `--{option}` and {without_ms:.4} ms without: by default it is now {verdict}\n"
+        "{work} takes {with_ms:.4} ms with `--{option}` and {without_ms:.4} ms without: \
+         by default it is now {verdict}\n"
     )
 }
 

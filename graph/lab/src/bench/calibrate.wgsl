@@ -1,4 +1,4 @@
-// A typical point pass, drawn and dispatched. FORMAT stands for the format of its result.
+// A typical point pass, drawn and dispatched. FORMAT is replaced by the format of its result.
 @group(0) @binding(0) var source: texture_2d<f32>;
 @group(0) @binding(1) var result: texture_storage_2d<FORMAT, write>;
 

@@ -1,4 +1,4 @@
-// Copies an image: what the device can move at most through shaders.
+// Copies an image: the highest bandwidth of shaders.
 @group(0) @binding(0) var source: texture_2d<f32>;
 @group(0) @binding(1) var copied: texture_storage_2d<rgba16float, write>;
 

@@ -19,7 +19,7 @@ use afterimage_plan::{Options, Plan, Stage};
 pub use baseline::{BaselineReport, BaselineTimes};
 pub use calibrate::{Calibration, Gain, StageTimes, calibrate, describe};
 pub use growth::growth;
-pub use report::{BenchReport, FirstFrame, HostTimes, PassReport};
+pub use report::{BenchReport, FirstFrame, FrameFigures, HostTimes, PassReport};
 
 use baseline::Chain;
 
@@ -43,7 +43,8 @@ pub struct BenchOptions {
     pub options: Options,
 }
 
-/// Measures a pipeline on the built-in scene. `load` reads the pipeline; it is called again for each start from the text.
+/// Measures a pipeline on the built-in scene. `load` reads the pipeline; it is called again for each start from the
+/// text.
 ///
 /// # Errors
 /// What `load` reports, and errors of the device.
@@ -106,9 +107,7 @@ impl Bench<'_> {
             adapter: info.name,
             driver: format!("{} {}", info.driver, info.driver_info),
             size: [self.options.size.width, self.options.size.height],
-            frames: frame.samples(),
-            clock: frame.source().name(),
-            gpu_ms: frame.ms(),
+            frame: frame.into(),
             host_us: host.encode_us + host.submit_us,
             host,
             copy_gbps,

@@ -1,5 +1,5 @@
-//! wgpu without the framework, for the work that the framework is compared with. Only this folder of the crate uses wgpu
-//! directly.
+//! wgpu without the framework, for the work that the framework is compared with. Only this folder of the crate uses
+//! wgpu directly.
 
 use afterimage_gpu::wgpu::{TextureFormat, TextureUsages, TextureView};
 use afterimage_gpu::{Gpu, wgpu};

@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use afterimage_gpu::FrameTime;
 use comfy_table::{CellAlignment, ContentArrangement, Table, presets};
 use serde::Serialize;
 
@@ -18,12 +19,9 @@ pub struct BenchReport {
     pub driver: String,
     /// Width and height of a frame.
     pub size: [u32; 2],
-    /// Samples of each median.
-    pub frames: u32,
-    /// `gpu`: timestamps on the GPU; `host`: the host's clock, from recording to completion.
-    pub clock: &'static str,
-    /// Milliseconds of a frame, as [`Clock`](afterimage_gpu::Clock) defines it.
-    pub gpu_ms: f64,
+    /// The time of a frame.
+    #[serde(flatten)]
+    pub frame: FrameFigures,
     /// Microseconds of the host for recording and submitting a frame.
     pub host_us: f64,
     /// The same, split.
@@ -45,6 +43,31 @@ pub struct BenchReport {
     pub pipelines: Vec<u8>,
     /// The split by passes. These times do not overlap, so their sum is more than the frame.
     pub passes: Vec<PassReport>,
+}
+
+/// The time of a frame, as [`Clock`](afterimage_gpu::Clock) defines it.
+#[derive(Debug, Serialize)]
+pub struct FrameFigures {
+    /// Samples of the median, and of all other medians.
+    frames: u32,
+    /// `gpu`: timestamps on the GPU; `host`: the host's clock, from recording to completion.
+    clock: &'static str,
+    gpu_ms: f64,
+    #[serde(skip)]
+    time: FrameTime,
+}
+
+impl FrameFigures {
+    /// The measured time.
+    pub fn time(&self) -> FrameTime {
+        self.time
+    }
+}
+
+impl From<FrameTime> for FrameFigures {
+    fn from(time: FrameTime) -> Self {
+        Self { frames: time.samples(), clock: time.source().name(), gpu_ms: time.ms(), time }
+    }
 }
 
 /// The host's work for a frame.
@@ -112,7 +135,7 @@ impl BenchReport {
     }
 
     fn baseline_lines(&self, times: &BaselineTimes, what: &str, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let compared = |time: f64| format!("{time:.4} ms; the pipeline takes {:.2} of that", self.gpu_ms / time);
+        let compared = |time: f64| format!("{time:.4} ms; the pipeline takes {:.2} of that", self.frame.gpu_ms / time);
         writeln!(f, "{what}")?;
         writeln!(f, "  draws                    {}", compared(times.fragment_ms))?;
         writeln!(f, "  dispatches               {}", compared(times.compute_ms))?;
@@ -130,11 +153,11 @@ impl fmt::Display for BenchReport {
         writeln!(
             f,
             "{} at {width}x{height} on {} ({}), medians of {}",
-            self.pipeline, self.adapter, self.driver, self.frames
+            self.pipeline, self.adapter, self.driver, self.frame.frames
         )?;
         writeln!(f, "{}", self.passes())?;
-        let clock = if self.clock == "gpu" { "GPU, a frame              " } else { "host clock, a frame       " };
-        writeln!(f, "{clock} {:.4} ms, {} of the copy bandwidth", self.gpu_ms, percent(self.share))?;
+        let clock = if self.frame.clock == "gpu" { "GPU, a frame              " } else { "host clock, a frame       " };
+        writeln!(f, "{clock} {:.4} ms, {} of the copy bandwidth", self.frame.gpu_ms, percent(self.share))?;
         let HostTimes { encode_us, submit_us } = self.host;
         writeln!(f, "host, a frame              {encode_us:.1} us to record, {submit_us:.1} us to submit")?;
         writeln!(f, "copy bandwidth             {:.0} GB/s", self.copy_gbps)?;

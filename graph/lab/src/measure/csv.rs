@@ -6,7 +6,8 @@ use super::report::{MeasureReport, Row};
 /// The name in the image column of lines with the worst over all images.
 const WORST: &str = "worst";
 
-/// One line for each variant and image, and one for its worst. Infinite is `inf`, a figure that does not apply is empty.
+/// One line for each variant and image, and one for its worst. Infinite is `inf`, a figure that does not apply is
+/// empty.
 pub fn csv(report: &MeasureReport) -> String {
     let names = report.rows.first().map(|row| row.worst().errors.named(report.range).map(|(name, _)| name));
     let mut columns = vec!["variant", "kind", "pareto", "image", "clock", "gpu_ms", "bytes", "bytes_moved", "passes"];

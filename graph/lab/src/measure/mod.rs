@@ -129,8 +129,8 @@ impl Measurement<'_> {
         })
     }
 
-    /// Measures all variants on one clip; the first is the reference. Times come last, so that the GPU stays warm between
-    /// them.
+    /// Measures all variants on one clip; the first is the reference. Times come last, so that the GPU stays warm
+    /// between them.
     fn clip(&mut self, variants: &[Variant], clip: &Clip, rows: &mut [Row]) -> Result<(), LabError> {
         let mut reference: Option<Reference> = None;
         let mut errors = Vec::new();

@@ -21,8 +21,8 @@ const HEADING: &str = "\
 Made by `afterimage measure PIPELINES IMAGE... --docs DIR`. A run on another adapter adds a column to the tables.
 
 Errors are differences from the reference, the same pipeline with f32 intermediates and every quality switch at its most
-accurate, before dither and quantization: the worst over all images, in 8-bit codes. p99.9 is the error that one pixel in a
-thousand exceeds; FLIP is the difference that a viewer sees when the images alternate, from 0 to 1; dE2000 is the mean
+accurate, before dither and quantization: the worst over all images, in 8-bit codes. p99.9 is the error that one pixel
+in a thousand exceeds; FLIP is the difference that a viewer sees when the images alternate, from 0 to 1; dE2000 is the mean
 colour difference, 1 is just noticeable. Times are medians of one frame of the largest image; MiB is the memory of
 transient images. A dot marks the variants that no other one beats in both time and error.
 ";
@@ -48,8 +48,8 @@ impl FigurePage {
         Ok(Self { folder: folder.to_owned(), adapter, pipelines })
     }
 
-    /// Adds the figures of a pipeline, and its chart if there are figures of switches. The files are written at once, so
-    /// that an interruption loses one pipeline.
+    /// Adds the figures of a pipeline, and its chart if there are figures of switches. The files are written at once,
+    /// so that an interruption loses one pipeline.
     ///
     /// # Errors
     /// A file cannot be written.
@@ -192,7 +192,8 @@ fn images(pipeline: &Value) -> String {
 fn tier_table(first: &Figures, all: &[Figures]) -> String {
     let headings: Vec<String> = all.iter().map(Figures::heading).collect();
     let mut text = format!(
-        "| pipeline | tier | {} | MiB | p99.9 | max | PSNR | SSIM | dE2000 | FLIP | worst on |\n|---|---{}|--:|--:|--:|--:|--:|--:|--:|---|\n",
+        "| pipeline | tier | {} | MiB | p99.9 | max | PSNR | SSIM | dE2000 | FLIP | worst on |\n\
+         |---|---{}|--:|--:|--:|--:|--:|--:|--:|---|\n",
         headings.join(" | "),
         "|--:".repeat(all.len())
     );
@@ -213,7 +214,9 @@ fn tier_table(first: &Figures, all: &[Figures]) -> String {
 
 /// Every variant of one pipeline on the first adapter.
 fn table(pipeline: &Value) -> String {
-    let mut text = "| | variant | ms | MiB | p99.9 | max | PSNR | SSIM | dE2000 | FLIP | worst on |\n|---|---|--:|--:|--:|--:|--:|--:|--:|--:|---|\n".to_owned();
+    let mut text = "| | variant | ms | MiB | p99.9 | max | PSNR | SSIM | dE2000 | FLIP | worst on |\n\
+                    |---|---|--:|--:|--:|--:|--:|--:|--:|--:|---|\n"
+        .to_owned();
     for row in rows(pipeline) {
         let mark = if row["pareto"] == true { "●" } else { "" };
         let variant = row["variant"].as_str().unwrap_or_default();

@@ -184,7 +184,8 @@ fn format_switch(graph: &Graph, index: usize) -> Option<Switch> {
     Some(Switch { node: index, target: SwitchTarget::Format, key: format!("{}.format", node.name), choices, written })
 }
 
-/// The entries of a tier that turns `from` into `to`: `"node.parameter": value`. Both graphs have the same nodes and wires.
+/// The entries of a tier that turns `from` into `to`: `"node.parameter": value`. Both graphs have the same nodes and
+/// wires.
 pub fn changes(from: &Graph, to: &Graph) -> Vec<String> {
     from.nodes.iter().zip(&to.nodes).flat_map(|(from, to)| node_changes(from, to)).collect()
 }

@@ -1,7 +1,7 @@
 //! CIEDE2000: colour difference of display pictures (ISO/CIE 11664-6).
 //!
-//! The steps and the lints are those of Sharma, Wu and Dalal, "The CIEDE2000 color-difference formula: implementation notes,
-//! supplementary test data, and mathematical observations", Color Research and Application 30 (2005).
+//! The steps and the lints are those of Sharma, Wu and Dalal, "The CIEDE2000 color-difference formula: implementation
+//! notes, supplementary test data, and mathematical observations", Color Research and Application 30 (2005).
 
 use rayon::prelude::*;
 
@@ -24,12 +24,12 @@ pub fn ciede2000_of(first: [f64; 3], second: [f64; 3]) -> f64 {
 }
 
 /// The difference of each pixel of two sRGB signals.
-pub fn ciede2000(truth: &[[f32; 3]], other: &[[f32; 3]]) -> Vec<f32> {
+pub fn ciede2000(reference: &[[f32; 3]], other: &[[f32; 3]]) -> Vec<f32> {
     let one = |(a, b): (&[f32; 3], &[f32; 3])| match a == b {
         true => 0.0,
         false => ciede2000_of(lab_of_srgb(*a), lab_of_srgb(*b)) as f32,
     };
-    truth.par_iter().zip(other).map(one).collect()
+    reference.par_iter().zip(other).map(one).collect()
 }
 
 fn chroma([_, a, b]: [f64; 3]) -> f64 {

@@ -1,8 +1,9 @@
 //! FLIP: the difference that a viewer sees when two pictures alternate.
 //!
-//! Andersson, Nilsson, Akenine-Möller, Oskarsson, Åström and Fairchild, "FLIP: a difference evaluator for alternating images", Proceedings of
-//! the ACM on Computer Graphics and Interactive Techniques 3 (2020); for HDR, Andersson, Nilsson, Shirley and Akenine-Möller, "Visualizing
-//! errors in rendered high dynamic range images", Eurographics 2021.
+//! Andersson, Nilsson, Akenine-Möller, Oskarsson, Åström and Fairchild, "FLIP: a difference evaluator for alternating
+//! images", Proceedings of the ACM on Computer Graphics and Interactive Techniques 3 (2020); for HDR, Andersson,
+//! Nilsson, Shirley and Akenine-Möller, "Visualizing errors in rendered high dynamic range images", Eurographics
+//! 2021.
 
 use std::f64::consts::PI;
 
@@ -28,16 +29,16 @@ const FEATURE_WIDTH: f64 = 0.082;
 
 /// The error that is seen at each pixel, 0 to 1; its mean is the figure that FLIP gives for a pair.
 ///
-/// An HDR pair is compared at a series of exposures that the truth sets, and the greatest error counts.
-pub fn flip(truth: &Shown, other: &Shown, pixels_per_degree: f64) -> Vec<f32> {
+/// An HDR pair is compared at a series of exposures that the reference sets, and the greatest error counts.
+pub fn flip(reference: &Shown, other: &Shown, pixels_per_degree: f64) -> Vec<f32> {
     let at = |shown: &Shown, light: &(dyn Fn(f64) -> f64 + Sync)| Seen::new(shown, pixels_per_degree, light);
-    match truth.range {
-        Range::Sdr => at(truth, &srgb_decode).difference(&at(other, &srgb_decode)),
+    match reference.range {
+        Range::Sdr => at(reference, &srgb_decode).difference(&at(other, &srgb_decode)),
         Range::Hdr => {
-            let mut worst = vec![0.0_f32; truth.pixels.len()];
-            for stops in exposures(truth) {
+            let mut worst = vec![0.0_f32; reference.pixels.len()];
+            for stops in exposures(reference) {
                 let shown = |x: f64| film(x * stops.exp2());
-                let error = at(truth, &shown).difference(&at(other, &shown));
+                let error = at(reference, &shown).difference(&at(other, &shown));
                 worst.iter_mut().zip(error).for_each(|(worst, error)| *worst = worst.max(error));
             }
             worst
@@ -181,9 +182,10 @@ fn film(x: f64) -> f64 {
     (FILM[0] * x * x + FILM[1] * x + FILM[2]) / (FILM[3] * x * x + FILM[4] * x + FILM[5])
 }
 
-/// Stops between the exposure at which the brightest pixel of the truth, and that at which its median, come out at 0.85.
-fn exposures(truth: &Shown) -> Vec<f64> {
-    let mut luminance: Vec<f64> = truth
+/// Stops between the exposure at which the brightest pixel of the reference, and that at which its median, come out at
+/// 0.85.
+fn exposures(reference: &Shown) -> Vec<f64> {
+    let mut luminance: Vec<f64> = reference
         .pixels
         .iter()
         .map(|p| 0.2126 * f64::from(p[0]) + 0.7152 * f64::from(p[1]) + 0.0722 * f64::from(p[2]))

@@ -29,11 +29,11 @@ fn itp(nits: [f32; 3]) -> DVec3 {
 }
 
 /// The difference of two lights in cd/m², linear Rec.709; 1 is just noticeable.
-pub fn delta_e_itp_of(truth: [f32; 3], other: [f32; 3]) -> f64 {
-    720.0 * itp(truth).distance(itp(other))
+pub fn delta_e_itp_of(reference: [f32; 3], other: [f32; 3]) -> f64 {
+    720.0 * itp(reference).distance(itp(other))
 }
 
 /// The difference of each pixel.
-pub fn delta_e_itp(truth: &[[f32; 3]], other: &[[f32; 3]]) -> Vec<f32> {
-    truth.par_iter().zip(other).map(|(a, b)| if a == b { 0.0 } else { delta_e_itp_of(*a, *b) as f32 }).collect()
+pub fn delta_e_itp(reference: &[[f32; 3]], other: &[[f32; 3]]) -> Vec<f32> {
+    reference.par_iter().zip(other).map(|(a, b)| if a == b { 0.0 } else { delta_e_itp_of(*a, *b) as f32 }).collect()
 }

@@ -1,7 +1,7 @@
-//! How far a picture is from the truth, as people see it.
+//! Differences between an image and a reference, as people see them.
 //!
-//! All figures compare pictures as they are shown ([`Shown`]): an SDR picture by its sRGB signal, an HDR picture by its light. Where a
-//! kept crate or a published program exists, its figures stand in the tests.
+//! All figures compare pictures as they are shown ([`Shown`]): an SDR picture by its sRGB signal, an HDR picture by
+//! its light. Where another crate or a published program exists, the tests compare with its figures.
 
 mod ciede2000;
 mod colour;
@@ -76,7 +76,7 @@ impl Shown {
 }
 
 /// The largest difference of the channels of each pixel, in [codes](Shown::codes).
-pub fn difference(truth: &[[f32; 3]], other: &[[f32; 3]]) -> Vec<f32> {
+pub fn difference(reference: &[[f32; 3]], other: &[[f32; 3]]) -> Vec<f32> {
     let largest = |(a, b): (&[f32; 3], &[f32; 3])| (0..3).map(|c| (a[c] - b[c]).abs()).fold(0.0, f32::max);
-    truth.iter().zip(other).map(largest).collect()
+    reference.iter().zip(other).map(largest).collect()
 }

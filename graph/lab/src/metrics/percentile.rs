@@ -1,4 +1,4 @@
-//! What stands for many numbers.
+//! Percentile and mean.
 
 /// The least number that at least `share` of all do not exceed (the nearest-rank percentile), or 0 of none.
 pub fn percentile(values: &[f32], share: f64) -> f64 {

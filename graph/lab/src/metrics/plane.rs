@@ -14,7 +14,7 @@ impl Plane {
         Self { width, data }
     }
 
-    /// Convolves rows with `across` and then columns with `down`; beyond an edge the picture goes on as at the edge.
+    /// Convolves rows with `across` and then columns with `down`; beyond an edge the pixels of the edge are repeated.
     ///
     /// Kernels have an odd length and are given as they are laid over the picture, left to right and top to bottom.
     pub(super) fn convolved(&self, across: &[f32], down: &[f32]) -> Self {

@@ -1,7 +1,7 @@
 //! PU21: light to codes of about equal visibility.
 
-/// Mantiuk and Azimi, "PU21: a novel perceptually uniform encoding for adapting existing quality metrics for HDR", Picture Coding
-/// Symposium 2021: the parameters of the variant `banding_glare`, which they recommend.
+/// Mantiuk and Azimi, "PU21: a novel perceptually uniform encoding for adapting existing quality metrics for HDR",
+/// Picture Coding Symposium 2021: the parameters of the variant `banding_glare`, which they recommend.
 const P: [f64; 7] =
     [0.353487901, 0.3734658629, 8.277049286e-05, 0.9062562627, 0.09150303166, 0.9099517204, 596.3148142];
 

@@ -9,21 +9,22 @@ const RADIUS: usize = 5;
 
 /// Mean SSIM of brightness; 1 for equal pictures.
 ///
-/// Wang, Bovik, Sheikh and Simoncelli, "Image quality assessment: from error visibility to structural similarity", IEEE Transactions on
-/// Image Processing 13 (2004), with K1 = 0.01 and K2 = 0.03. Only windows that lie in the picture count, unless it is smaller than one.
-pub fn ssim(truth: &Shown, other: &Shown) -> f64 {
+/// Wang, Bovik, Sheikh and Simoncelli, "Image quality assessment: from error visibility to structural similarity",
+/// IEEE Transactions on Image Processing 13 (2004), with K1 = 0.01 and K2 = 0.03. Only windows that lie in the
+/// picture count, unless it is smaller than one.
+pub fn ssim(reference: &Shown, other: &Shown) -> f64 {
     let kernel = gaussian(DEVIATION, RADIUS);
-    let blur = |data: Vec<f32>| Plane::new(truth.width, data).convolved(&kernel, &kernel).data;
+    let blur = |data: Vec<f32>| Plane::new(reference.width, data).convolved(&kernel, &kernel).data;
     // Small numbers keep their last bits in the squares of 32-bit floats if the mean of all is taken away first.
-    let (a, b) = (truth.brightness(), other.brightness());
+    let (a, b) = (reference.brightness(), other.brightness());
     let middle = super::mean(&a) as f32;
     let (a, b): (Vec<f32>, Vec<f32>) = a.iter().zip(&b).map(|(a, b)| (a - middle, b - middle)).unzip();
     let product = |x: &[f32], y: &[f32]| blur(x.iter().zip(y).map(|(x, y)| x * y).collect());
     let (aa, bb, ab) = (product(&a, &a), product(&b, &b), product(&a, &b));
     let (a, b) = (blur(a), blur(b));
-    let peak = truth.range.peak();
+    let peak = reference.range.peak();
     let moments = |at: usize| [a[at], b[at], aa[at], bb[at], ab[at]].map(f64::from);
-    let windows: Vec<usize> = windows(truth.width, truth.height).collect();
+    let windows: Vec<usize> = windows(reference.width, reference.height).collect();
     let sum: f64 = windows.iter().map(|at| likeness(moments(*at), f64::from(middle), peak)).sum();
     sum / windows.len() as f64
 }

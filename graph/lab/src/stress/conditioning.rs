@@ -36,7 +36,8 @@ pub enum ErrorUnit {
     Half,
     /// A 255th: the picture is ready for a screen.
     Code,
-    /// A 1024th, of the number itself where it is above 1: stops, logarithms and sums, which may be 0 without being dark.
+    /// A 1024th, of the number itself where it is above 1: stops, logarithms and sums, which may be 0 without being
+    /// dark.
     Fixed,
 }
 
@@ -98,7 +99,7 @@ impl Light {
         (0..=steps).flat_map(|step| [true, false].map(|grey| Self { red: red(step), grey })).collect()
     }
 
-    /// The light, with each channel so many half floats brighter.
+    /// The light, with each channel brighter by this number of half-float units.
     fn shot(self, units: f32) -> Shot {
         let channels = if self.grey { [1.0; 3] } else { [1.0, 0.25, 0.0625] };
         let brighter = |share: f32| {
@@ -110,8 +111,8 @@ impl Light {
     }
 }
 
-/// Measures each kind among the subjects that has an image input. Optional values are left out: the kind's own error counts,
-/// not that of a metering kind before it.
+/// Measures each kind among the subjects that has an image input. Optional values are left out: the kind's own error
+/// counts, not that of a metering kind before it.
 pub fn conditioning(
     gpu: &Gpu,
     registry: &Registry,

@@ -1,7 +1,7 @@
 //! Every pipeline and every node kind with extreme images, parameters and sizes.
 //!
-//! A [`Subject`] is a pipeline or a kind on its own; [`stress`] runs its cases and returns a [`StressReport`]. Images are
-//! small and many are rendered in one submission, so that tens of thousands of cases take minutes on a processor.
+//! A [`Subject`] is a pipeline or a kind on its own; [`stress`] runs its cases and returns a [`StressReport`]. Images
+//! are small and many are rendered in one submission, so that tens of thousands of cases take minutes on a processor.
 
 mod case_runner;
 mod conditioning;
@@ -41,9 +41,9 @@ pub fn registry(tables: &[&[NodeKind]]) -> Result<Registry, DuplicateKind> {
     Registry::new(&all)
 }
 
-/// Each kind of these tables on its own: with its optional inputs, with light that may be negative, and without optional
-/// inputs if it has any. A kind is skipped if its inputs cannot be made from images. `loader` reads the files of
-/// pipelines.
+/// Each kind of these tables on its own: with its optional inputs, with light that may be negative, and without
+/// optional inputs if it has any. A kind is skipped if its inputs cannot be made from images. `loader` reads the
+/// files of pipelines.
 pub fn kinds(registry: &Registry, tables: &[&[NodeKind]]) -> Vec<Subject> {
     let mut subjects = Vec::new();
     for kind in tables.iter().copied().flatten() {

@@ -1,7 +1,7 @@
 //! What kinds promise beyond finite values: that a constant image stays constant, a symmetric one symmetric, and so on.
 //!
-//! Most built-in kinds make all promises, so these tables hold the exceptions, and the few promises that only some kinds
-//! make. A kind that is not known promises neither constancy nor symmetry.
+//! Most built-in kinds make all promises, so these tables hold the exceptions, and the few promises that only some
+//! kinds make. A kind that is not known promises neither constancy nor symmetry.
 
 use afterimage_graph::check::{Graph, GraphNode};
 use afterimage_graph::value::Value;

@@ -214,8 +214,8 @@ fn outputs(plan: &Plan, graph: &Graph, texels: Vec<Texels>) -> Vec<OutputPixels>
     plan.outputs.iter().zip(&graph.outputs).zip(texels).map(output).collect()
 }
 
-/// The largest colour of an image after the tone curve, if the node that makes it always gives that state: its `peak`, or
-/// else 1.
+/// The largest colour of an image after the tone curve, if the node that makes it always gives that state: its
+/// `peak`, or else 1.
 fn limit(plan: &Plan, graph: &Graph, source: Source) -> Option<f64> {
     let Source::Node { node, output, .. } = source else { return None };
     let node = &graph.nodes[node];

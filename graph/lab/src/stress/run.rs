@@ -204,8 +204,8 @@ impl CaseRunner<'_> {
         Some(ran)
     }
 
-    /// A node that is skipped as an identity must change nothing when it runs. A kind that gives no negative light removes it
-    /// when it runs, but not when it is skipped.
+    /// A node that is skipped as an identity must change nothing when it runs. A kind that gives no negative light
+    /// removes it when it runs, but not when it is skipped.
     fn identity(
         &mut self,
         configuration: &mut Configuration,

@@ -20,7 +20,8 @@ pub(crate) struct Change {
     pub(crate) is_single: bool,
 }
 
-/// The defaults first, then each parameter on its own, then all neutral values at once, then at most `pairs` pairs of extremes.
+/// The defaults first, then each parameter on its own, then all neutral values at once, then at most `pairs` pairs of
+/// extremes.
 pub(crate) fn sweep(subject: &Subject, graph: &Graph, pairs: usize) -> Vec<Change> {
     let axes = axes(subject, graph);
     let one = |axis: &Axis, value: &Value| (axis.name.clone(), as_text(value));

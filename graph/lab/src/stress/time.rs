@@ -164,7 +164,8 @@ fn run(runner: &mut CaseRunner<'_>, graph: &Graph, name: &str, shots: &[Shot]) -
     }
 }
 
-/// What is wrong with the last frame. Of a metering kind only the stops count: its other values follow the image at once.
+/// What is wrong with the last frame. Of a metering kind only the stops count: its other values follow the image at
+/// once.
 fn last(frames: &[Vec<OutputPixels>], wanted: &[Vec<OutputPixels>], rule: &Wanted, is_kind: bool) -> Option<String> {
     let (frame, wanted) = (frames.last()?, wanted.last()?);
     let only_stops = |shown: &OutputPixels| match rule.always || !is_kind {

@@ -1,4 +1,5 @@
-//! Every variant of a plan must give the same output: dispatched and drawn, fused and not, with tiles and without, and so on.
+//! Every variant of a plan must give the same output: dispatched and drawn, fused and not, with tiles and without,
+//! and so on.
 
 use afterimage_graph::image::{ColorState, Size};
 use afterimage_plan::{Alias, Caps, Options};

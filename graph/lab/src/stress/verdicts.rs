@@ -26,8 +26,8 @@ impl Tolerance {
     /// Four units in the last place of a half float.
     pub(crate) const HALF: Self = Self { share: 4.0 / 1024.0, beside: LEAST_NORMAL_HALF };
 
-    /// Adds what filters leak of the brightest light. Coordinates are rounded, more on the right than on the left and not in
-    /// the same way for every texture path, so a tap between two texels weights them slightly differently.
+    /// Adds what filters leak of the brightest light. Coordinates are rounded, more on the right than on the left and
+    /// not in the same way for every texture path, so a tap between two texels weights them slightly differently.
     pub(crate) fn leaking(self, shown: &OutputPixels) -> Self {
         const LEAK: f64 = 2e-6;
         let brightest =

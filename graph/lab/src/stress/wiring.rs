@@ -144,7 +144,8 @@ fn maker<'r>(registry: &'r Registry, port: &Input) -> Option<(&'r NodeKind, &'r 
     named.or_else(|| {
         let from_images =
             |kind: &NodeKind| kind.inputs().iter().all(|input| input.optional || input.ty == PortType::Image);
-        // Values come from metering kinds that follow other kinds; everything else is preferably made from images directly.
+        // Values come from metering kinds that follow other kinds; everything else is preferably made from images
+        // directly.
         let is_preferred = |kind: &&NodeKind| from_images(kind) != (port.ty == PortType::Value);
         let makers = || registry.iter().filter(|kind| gives(kind).is_some_and(|output| is_main(kind, output)));
         let kind = makers().find(is_preferred).or_else(|| makers().next())?;

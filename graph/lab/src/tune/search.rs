@@ -1,5 +1,5 @@
-//! The search: a greedy descent from the most accurate choice, always by the step that saves most time for its error, then
-//! a local search.
+//! The search: a greedy descent from the most accurate choice, always by the step that saves most time for its error,
+//! then a local search.
 //!
 //! Steps are tried in the order of the switches and the first of equal steps wins, so equal figures give equal results.
 
@@ -63,7 +63,8 @@ impl Goal {
         }
     }
 
-    /// Whether `a` is better than `b`: first what is within the limit, then the smaller other figure, then the smaller limited one.
+    /// Whether `a` is better than `b`: first what is within the limit, then the smaller other figure, then the
+    /// smaller limited one.
     fn prefers(self, a: &Measured, b: &Measured) -> bool {
         match (self.is_met(a), self.is_met(b)) {
             (true, true) => self.wanted(a) < self.wanted(b),
@@ -165,7 +166,8 @@ fn refine(best: Candidate, goal: Goal, evaluate: &mut Evaluate<'_>) -> Result<Ca
     Ok(best)
 }
 
-/// Steps from the most accurate choice to faster ones, until the goal is reached or no step saves time. All choices are kept.
+/// Steps from the most accurate choice to faster ones, until the goal is reached or no step saves time. All choices
+/// are kept.
 fn descend(
     sizes: &[usize],
     goal: Goal,

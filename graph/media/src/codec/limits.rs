@@ -12,7 +12,7 @@ pub const MAX_BYTES: u64 = 4 << 30;
 /// Largest single scan-line block or tile of an EXR file, in bytes, all channels together.
 pub(crate) const MAX_BLOCK_BYTES: u64 = 1 << 30;
 
-/// Accepts a picture of `width` × `height` RGBA pixels with `bytes` per channel, or says why not.
+/// Accepts a picture of `width` × `height` RGBA pixels with `bytes` per channel, or returns the reason why not.
 pub(crate) fn check_size((width, height): (u64, u64), bytes: u64) -> Result<(), CodecError> {
     if width == 0 || height == 0 {
         return Err(CodecError::broken(format!("its header says {width}×{height} pixels")));
@@ -39,7 +39,8 @@ pub(crate) fn filled<T: Copy>(len: usize, value: T) -> Result<Vec<T>, CodecError
     Ok(vec)
 }
 
-/// A vector of `len` zeros, or an error where memory does not suffice. The system's fresh pages are zero already: none is touched.
+/// A vector of `len` zeros, or an error where memory does not suffice. The system's fresh pages are zero already:
+/// none is touched.
 pub(crate) fn zeroed<T: bytemuck::Zeroable>(len: usize) -> Result<Vec<T>, CodecError> {
     bytemuck::allocation::try_zeroed_vec(len)
         .map_err(|()| too_large(format!("this machine has no {} MiB free", (len * size_of::<T>()) >> 20)))

@@ -8,8 +8,8 @@ use half::slice::HalfFloatSliceExt;
 
 /// Linear light with Rec.709 primaries and D65 white (or plain data), interleaved RGBA, rows from the top.
 ///
-/// Values are as the file has them: negative, infinite and NaN values are kept for the guard at
-/// the head of every graph. Alpha is 1 where the file has none, 0 outside an EXR data window.
+/// Values are as the file has them: negative, infinite and NaN values are kept; graphs sanitize
+/// their inputs. Alpha is 1 where the file has none, 0 outside an EXR data window.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Picture {
     /// Pixels in a row; never 0.

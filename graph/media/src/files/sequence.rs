@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 use crate::codec::ErrorKind;
 use crate::{FileError, Source};
 
-/// What an input argument stands for.
+/// The files of an input argument.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Input {
     /// One image.
@@ -22,7 +22,7 @@ pub enum Input {
 }
 
 impl Input {
-    /// Finds the files that `name` stands for. `frames` is what `--frames` said: `1-96`, `1-96x2`,
+    /// Finds the files of `name`. `frames` is the argument of `--frames`: `1-96`, `1-96x2`,
     /// `7`, or several of these with commas; without it, the folder is searched.
     ///
     /// A frame that is missing, also between the first and last found, is an error that names it.

@@ -128,7 +128,7 @@ fn recorded(kind: &NodeKind, way: &Use<'_>) -> Recorded {
     let caps = Caps::default();
     let context = RecorderContext {
         node: "node",
-        kind,
+        kind: kind.signature(),
         values: way.values,
         arrivals: &arrivals,
         format: None,

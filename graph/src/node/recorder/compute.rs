@@ -81,7 +81,7 @@ impl ComputePass<'_, '_> {
     fn resource(&self, name: &str) -> Option<Resource> {
         let bound = self.bound.iter().find(|(variable, _)| *variable == name).map(|(_, resource)| *resource);
         bound.or_else(|| {
-            let index = self.recorder.kind.inputs().iter().position(|input| input.name == name)?;
+            let index = self.recorder.kind.inputs.iter().position(|input| input.name == name)?;
             match &self.recorder.arrivals[index] {
                 Arrival::Image(image) => Some(Resource::Image(*image)),
                 Arrival::Buffer(buffer) => Some(Resource::Buffer(*buffer)),

@@ -8,8 +8,8 @@ use std::sync::Arc;
 pub use compute::ComputePass;
 pub use function::FunctionPass;
 
-use super::kind::NodeKind;
 use super::pass::*;
+use super::ports::Signature;
 use afterimage_base::Shared;
 use afterimage_base::caps::Caps;
 use afterimage_base::image::{Format, ImageDesc, Size};
@@ -69,7 +69,7 @@ impl Recording {
 /// What a node is told, and where it writes what it does.
 pub struct Recorder<'a> {
     node: &'a str,
-    kind: &'a NodeKind,
+    kind: Signature<'a>,
     values: &'a [Value],
     arrivals: &'a [Arrival],
     format: Option<Format>,
@@ -85,8 +85,8 @@ pub struct Recorder<'a> {
 pub struct RecorderContext<'a> {
     /// The node's name.
     pub node: &'a str,
-    /// Its kind.
-    pub kind: &'a NodeKind,
+    /// What its kind declares.
+    pub kind: Signature<'a>,
     /// Its parameter values, in the order of the kind's table.
     pub values: &'a [Value],
     /// What arrives at its inputs, in the order of the kind's ports.
@@ -107,7 +107,7 @@ impl<'a> Recorder<'a> {
     /// A recorder that adds to `recording`.
     pub fn new(context: RecorderContext<'a>, recording: &'a mut Recording) -> Self {
         let RecorderContext { node, kind, values, arrivals, format, frame_size, caps, exact, wanted } = context;
-        let outputs = vec![Arrival::Absent; kind.outputs().len()];
+        let outputs = vec![Arrival::Absent; kind.outputs.len()];
         Self { node, kind, values, arrivals, format, frame_size, caps, exact, wanted, recording, outputs }
     }
 
@@ -117,8 +117,8 @@ impl<'a> Recorder<'a> {
     }
 
     fn arrival(&self, port: &str) -> &Arrival {
-        let index = self.kind.inputs().iter().position(|input| input.name == port);
-        &self.arrivals[index.unwrap_or_else(|| panic!("`{}` has no input `{port}`", self.kind.name()))]
+        let index = self.kind.inputs.iter().position(|input| input.name == port);
+        &self.arrivals[index.unwrap_or_else(|| panic!("`{}` has no input `{port}`", self.kind.name))]
     }
 
     /// Whether something arrives at an optional input.
@@ -133,7 +133,7 @@ impl<'a> Recorder<'a> {
 
     /// Whether anybody reads the output.
     pub fn wanted(&self, port: &str) -> bool {
-        let index = self.kind.outputs().iter().position(|output| output.name == port);
+        let index = self.kind.outputs.iter().position(|output| output.name == port);
         index.is_some_and(|index| self.wanted[index])
     }
 
@@ -226,8 +226,8 @@ impl<'a> Recorder<'a> {
 
     /// OutputState something to an output port.
     pub fn give(&mut self, port: &str, what: Arrival) {
-        let index = self.kind.outputs().iter().position(|output| output.name == port);
-        self.outputs[index.unwrap_or_else(|| panic!("`{}` has no output `{port}`", self.kind.name()))] = what;
+        let index = self.kind.outputs.iter().position(|output| output.name == port);
+        self.outputs[index.unwrap_or_else(|| panic!("`{}` has no output `{port}`", self.kind.name))] = what;
     }
 
     /// An image whose texels are known now, in the format of `desc`.
@@ -305,7 +305,7 @@ impl<'a> Recorder<'a> {
     /// Packs a uniform from the parameters and what the node has computed.
     fn uniform(&self, shader: &Shader, ty: &str, set: &[(&'static str, UniformValue)]) -> Vec<u8> {
         let layout = self.reflection(shader).layout(ty).unwrap_or_else(|| panic!("{shader:?} has no struct `{ty}`"));
-        let params = self.kind.params().iter().zip(self.values);
+        let params = self.kind.params.iter().zip(self.values);
         let mut values: Vec<(&str, UniformValue)> = params.map(|(p, v)| (&*p.name, UniformValue::from(v))).collect();
         values.extend(set.iter().map(|(name, value)| (*name, value.clone())));
         pack(layout, &values).unwrap_or_else(|why| panic!("{shader:?}: {why}"))

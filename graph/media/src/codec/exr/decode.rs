@@ -105,8 +105,8 @@ pub(super) fn decode_blocks<T: Sample, R: Read + Seek>(
     if seen.len() == expected { Ok(picture) } else { Err(missing_blocks()) }
 }
 
-/// As many chunks as fill 16 MiB when decompressed: enough for every core, and little enough for the next batch to find the memory of the
-/// last one still in the caches.
+/// As many chunks as fill 16 MiB when decompressed: enough for every core, and little enough for the next batch to
+/// find the memory of the last one still in the caches.
 fn batch_size(header: &Header) -> usize {
     const BATCH_BYTES: usize = 16 << 20;
     (BATCH_BYTES / header.max_block_byte_size().max(1)).clamp(1, 4096)
@@ -120,7 +120,8 @@ fn paste_all<T: Sample>(picture: &mut [T], width: usize, pieces: &[Piece<T>]) {
     }
 }
 
-/// The rows of the picture for each piece; `None` unless every piece is as wide as the picture and begins after the one before.
+/// The rows of the picture for each piece; `None` unless every piece is as wide as the picture and begins after the
+/// one before.
 fn bands<'p, T>(picture: &'p mut [T], width: usize, pieces: &[Piece<T>]) -> Option<Vec<&'p mut [T]>> {
     let (mut rest, mut at) = (picture, 0);
     let mut bands = Vec::with_capacity(pieces.len());
@@ -172,10 +173,10 @@ impl Placement {
     }
 
     fn decode_batch<T: Sample>(&self, batch: Vec<Chunk>, meta: &MetaData) -> Result<Vec<Piece<T>>, CodecError> {
-        let guarded = |chunk| {
+        let without_panic = |chunk| {
             catch_panic(|| self.decode_chunk(chunk, meta)).unwrap_or_else(|panic| Err(CodecError::broken(panic)))
         };
-        batch.into_par_iter().map(guarded).collect()
+        batch.into_par_iter().map(without_panic).collect()
     }
 
     fn decode_chunk<T: Sample>(&self, chunk: Chunk, meta: &MetaData) -> Result<Piece<T>, CodecError> {

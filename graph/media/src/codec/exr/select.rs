@@ -120,7 +120,7 @@ fn grey(channel: usize, alpha: Option<usize>) -> [Option<usize>; 4] {
     [Some(channel), Some(channel), Some(channel), alpha]
 }
 
-/// Plain colour channels first, then any colour layer, then whatever can be shown.
+/// Plain colour channels first, then any colour layer, then any channels that can be shown.
 fn likely(parts: &[Part]) -> Option<Choice> {
     let layers = || parts.iter().flat_map(|part| part.groups.iter().map(move |g| (part, g)));
     let colour = |choice: &Choice| choice.is_colour;

@@ -1,0 +1,40 @@
+//! The images of a frame and its position in time.
+
+use afterimage_graph::image::ImageDesc;
+use wgpu::TextureView;
+
+/// An image on the GPU for an input of a pipeline.
+#[derive(Clone)]
+pub struct InputImage {
+    /// The name of the input.
+    pub input: String,
+    /// The texels.
+    pub view: TextureView,
+    /// Size and format.
+    pub desc: ImageDesc,
+    /// Whether all texels are known to be finite. Then the plan does not sanitize them.
+    pub finite: bool,
+}
+
+impl InputImage {
+    /// The same image for another input.
+    pub fn named(&self, input: &str) -> Self {
+        Self { input: input.to_owned(), ..self.clone() }
+    }
+}
+
+/// The position of a frame in time.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct FrameStep {
+    /// Seconds since the start.
+    pub time: f32,
+    /// Seconds since the previous frame.
+    pub dt: f32,
+    /// Whether histories start again with this frame.
+    pub reset: bool,
+}
+
+impl FrameStep {
+    /// A first frame.
+    pub const FIRST: Self = Self { time: 0.0, dt: 0.0, reset: true };
+}

@@ -1,0 +1,62 @@
+//! `measure` and `bench` report the same quantity: the time of a frame, by the one clock.
+
+use afterimage_gpu::{Clock, FrameTime, Gpu};
+use afterimage_graph::check::{Facts, Graph};
+use afterimage_graph::image::Size;
+use afterimage_lab::LabError;
+use afterimage_lab::bench::{BenchOptions, bench};
+use afterimage_lab::measure::{ClipOptions, MeasureOptions, Pipeline, VariantKind, json, measure};
+use afterimage_plan::Options;
+
+use crate::support::gpu::{gpu, registry, shipped};
+
+const SIZE: Size = Size { width: 64, height: 36, depth: 1 };
+
+/// The frame of the pipeline as written, and the report as JSON.
+fn measured(gpu: &Gpu, graph: &Graph, samples: u32) -> (FrameTime, serde_json::Value) {
+    let clips = ClipOptions {
+        images: Vec::new(),
+        inputs: Vec::new(),
+        scene: true,
+        size: SIZE,
+        walk: 1,
+        frames: None,
+        fps: 24.0,
+    };
+    let options = MeasureOptions {
+        clips,
+        facts: Facts::default(),
+        options: Options::default(),
+        samples: Some(samples),
+        output: None,
+        tiers_only: true,
+        error_images: None,
+    };
+    let pipeline = Pipeline { name: "lynx".into(), written: graph.clone(), tier: None, tiers: Vec::new() };
+    let report = measure(gpu, &registry(), &pipeline, &options, &()).unwrap_or_else(|error| panic!("{error}"));
+    let at = report.rows.iter().position(|row| row.kind == VariantKind::Written).expect("the pipeline as written");
+    (report.rows[at].worst().cost.time, json(&report)["rows"][at].clone())
+}
+
+/// The frame of the same pipeline, and the report as JSON.
+fn benched(gpu: &Gpu, graph: &Graph, samples: u32) -> (FrameTime, serde_json::Value) {
+    let options = BenchOptions { size: SIZE, samples, facts: Facts::default(), options: Options::default() };
+    let load = || Ok::<_, LabError>(graph.clone());
+    let report = bench(gpu, &registry(), "lynx", &load, &options).unwrap_or_else(|error| panic!("{error}"));
+    (report.frame.time(), serde_json::to_value(&report).expect("names and numbers are JSON"))
+}
+
+/// Only the clock makes a `FrameTime`, and only `Session::frame_time` gives the clock a frame.
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn measure_and_bench_time_a_frame_by_the_same_function() {
+    let gpu = gpu();
+    let graph = shipped("lynx.ron", None);
+    let source = Clock::new(&gpu).source();
+    for (time, json) in [measured(&gpu, &graph, 3), benched(&gpu, &graph, 3)] {
+        assert_eq!((time.source(), time.samples()), (source, 3));
+        assert!(time.ms() > 0.0);
+        assert_eq!(json["gpu_ms"].as_f64(), Some(time.ms()));
+        assert_eq!(json["clock"], source.name());
+    }
+}
