@@ -111,7 +111,7 @@ fn comment_length(text: &str) -> Option<usize> {
     let mut at = 0;
     loop {
         let mark = at + text[at..].find(['/', '*'])?;
-        let (step, change) = match text[mark..].as_bytes() {
+        let (step, change) = match &text.as_bytes()[mark..] {
             [b'/', b'*', ..] => (2, 1),
             [b'*', b'/', ..] => (2, -1),
             _ => (1, 0),
