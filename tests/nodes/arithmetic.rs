@@ -36,7 +36,7 @@ fn both(graph: &Graph, picture: &Picture, options: Options, switched: Options) -
 
 /// The same without and with half floats, wherever a kernel has a form for a device with tiles.
 fn whole_and_half(nodes: &str, picture: &Picture, tile: When) -> [Picture; 2] {
-    let whole = Options { tile, ..Options::default() };
+    let whole = Options { tile, row_downsample: tile, ..Options::default() };
     both(&pipeline(nodes), picture, whole, Options { half: true, ..whole })
 }
 

@@ -57,7 +57,7 @@ fn other_files_of_the_folder_are_for_imports_and_may_have_any_names() {
     let kind = with(steps, "posterize/posterize.wgsl");
     assert_eq!(kind.unwrap_or_else(|told| panic!("{told}")).name(), "Posterize");
     for (from, to, message) in [
-        ("- 1.0", "- one", "posterize/steps.wgsl:2:64"),
+        ("- 1.0", "- one", "posterize/steps.wgsl:2:59"),
         ("math", "maths", "no shared file is called `maths`; there are `steps`, `"),
     ] {
         let told = with(&steps.replace(from, to), "posterize/posterize.wgsl").expect_err(message).to_string();
