@@ -10,7 +10,7 @@ use super::metering::BINS;
 use crate::reference::bloom::{additive_chain, composite_lerp, knee_weight, lerp_chain};
 use crate::reference::color::{BRADFORD, luminance, white_balance_target};
 use crate::reference::curves::{UCHIMURA, display, narkowicz, uchimura};
-use crate::reference::exposure::{auto_exposure_stops, pyramid_mean};
+use crate::reference::exposure::{auto_exposure_stops, limit_mean, pyramid_mean};
 use crate::reference::film_grain::Grain;
 use crate::reference::gaussian::radius;
 use crate::reference::grade::{Cdl, LiftGammaGain, balance, brightness, contrast, saturation};
@@ -328,10 +328,11 @@ fn in_one_bin([width, height]: [u32; 2]) -> Picture {
     Picture::new(width, height, |_, _| [light, light, light, 1.0])
 }
 
-/// The one pixel that a probe shows of an exposure: stops, the metered mean in log2, the illuminance, 1.
+/// The one pixel that a probe shows of an exposure: stops within the default limits of EV100, the metered mean in log2,
+/// the illuminance, 1.
 fn exposure(mean: f64) -> Image {
     let lux = std::f64::consts::PI / 0.18 * mean.exp2();
-    Image::new(1, 1, |_, _| [auto_exposure_stops(mean, 0.18, 0.0), mean, lux, 1.0])
+    Image::new(1, 1, |_, _| [auto_exposure_stops(limit_mean(mean, -4.0, 16.0), 0.18, 0.0), mean, lux, 1.0])
 }
 
 /// The words of a histogram: the brightest channel, the range, the number of bins; then counts, low and high halves.
