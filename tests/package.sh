@@ -5,5 +5,5 @@ set -euo pipefail
 cd "$(dirname "$0")/.."
 
 # All members but the program and what only tests need: a new crate is packaged unless it is listed here.
-unpublished=(afterimage halftone afterimage-fuzz afterimage-tidy afterimage-tests)
+unpublished=(afterimage halftone afterimage-fuzz afterimage-generators afterimage-tidy afterimage-tests)
 cargo package --workspace "${unpublished[@]/#/--exclude=}" "$@"

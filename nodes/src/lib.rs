@@ -18,9 +18,9 @@
 macro_rules! shader {
     ($name:literal) => {{
         let (file, source) = (concat!("shaders/", $name, ".wgsl"), afterimage_shaders::kind($name));
-        // all of `shaders/` keeps these rules: texels are loaded through `texel`, which clamps, or at the position of a
-        // result of equal size; indices are invocation indices or clamped to the last element; loops are bounded by
-        // constants or by parameters within their domains; workgroup memory is written before it is read.
+        // SAFETY: all of `shaders/` keeps these rules: texels are loaded through `texel`, which clamps, or at the
+        // position of a result of equal size; indices are invocation indices or clamped to the last element; loops are
+        // bounded by constants or by parameters within their domains; workgroup memory is written before it is read.
         #[allow(unsafe_code, reason = "the shaders of this workspace are reviewed")]
         unsafe {
             Shader::unchecked(file, source)

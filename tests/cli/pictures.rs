@@ -58,8 +58,8 @@ fn demo_plots_a_walk_that_is_the_same_at_every_frame_rate() {
     assert_eq!(folder.names(), ["walk.svg"]);
 }
 
-/// A driver on the processor works a dispatch off in an order that its number of threads makes, and Mesa's reads it from here. With
-/// other drivers these are runs of their own.
+/// A driver on the processor works a dispatch off in an order that its number of threads makes, and Mesa's reads it
+/// from here. With other drivers these are runs of their own.
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn the_number_of_threads_does_not_show() {

@@ -1,5 +1,5 @@
-//! Whatever way a graph is planned, its pixels are the same to the bit: another order, another placement, no sharing of memory, no
-//! overlap, and memory full of NaN wherever it changes hands.
+//! Whatever way a graph is planned, its pixels are the same to the bit: another order, another placement, no sharing of
+//! memory, no overlap, and memory full of NaN wherever it changes hands.
 
 use std::ops::Range;
 use std::sync::Arc;

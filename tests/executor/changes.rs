@@ -71,7 +71,8 @@ const TWO: &str = r#"Pipeline(
     outputs: { "out": "lit" },
 )"#;
 
-/// After a change of numbers the images of the last frame are still there: only uniforms were written. The last pass alone shows it.
+/// After a change of numbers the images of the last frame are still there: only uniforms were written. The last pass
+/// alone shows it.
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn another_number_rewrites_a_uniform_and_nothing_else() {

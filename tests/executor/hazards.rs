@@ -9,8 +9,8 @@ use crate::support::gpu::Run;
 use crate::support::layer;
 use crate::support::player::Player;
 
-/// Two blurs that have nothing to do with each other: what is between the passes of one lies where that of the other has lain. Their sizes differ,
-/// or both would be one texture, of which wgpu knows by itself.
+/// Two blurs that have nothing to do with each other: what is between the passes of one lies where that of the other
+/// has lain. Their sizes differ, or both would be one texture, of which wgpu knows by itself.
 const TWO_BLURS: &str = r#"Pipeline(
     inputs: { "scene": Color, "small": Color },
     nodes: {

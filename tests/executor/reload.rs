@@ -136,7 +136,8 @@ fn a_history_goes_on_through_frames_that_pass_before_the_swap() {
     assert_eq!(trail(&mut player, &scene, "out"), 2.0 * 0.9375);
 }
 
-/// One plan remembers an image for one frame, the next another image for three frames as well: the first history is still the same.
+/// One plan remembers an image for one frame, the next another image for three frames as well: the first history is
+/// still the same.
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_history_stays_where_another_begins() {

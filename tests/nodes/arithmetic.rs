@@ -9,7 +9,8 @@ use crate::support::gpu::{Picture, Run, shipped};
 
 /// The largest half float.
 const LARGEST: f32 = 65504.0;
-/// Below this half floats have fewer digits, and devices may take them for 0; on their way into a sum taps are quarters.
+/// Below this half floats have fewer digits, and devices may take them for 0; on their way into a sum taps are
+/// quarters.
 const LEAST: f32 = 4.0 / 16384.0;
 
 /// Light over sixteen stops, no two texels alike, and a few as bright as they can be.
@@ -36,7 +37,7 @@ fn both(graph: &Graph, picture: &Picture, options: Options, switched: Options) -
 
 /// The same without and with half floats, wherever a kernel has a form for a device with tiles.
 fn whole_and_half(nodes: &str, picture: &Picture, tile: When) -> [Picture; 2] {
-    let whole = Options { tile, ..Options::default() };
+    let whole = Options { tile, row_downsample: tile, ..Options::default() };
     both(&pipeline(nodes), picture, whole, Options { half: true, ..whole })
 }
 

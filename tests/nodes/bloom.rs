@@ -36,7 +36,8 @@ pub(super) const WHOLE: Precision = Precision { exact: 1e-5, half: 2e-3, reason:
 pub(super) const SAMPLED: Precision =
     Precision { exact: 4e-3, half: 7e-3, reason: "a sampler may round its weights to 1/256" };
 
-/// Scene light up to 8 with alpha in 0..1. Each of the `spikes` is the brightest number, in one channel of one pixel in fifty.
+/// Scene light up to 8 with alpha in 0..1. Each of the `spikes` is the brightest number, in one channel of one pixel in
+/// fifty.
 pub(super) fn picture([width, height]: [u32; 2], spikes: bool) -> Picture {
     let mut numbers = Numbers(0x2545_f491_4f6c_dd1d);
     Picture::new(width, height, |x, y| {

@@ -26,8 +26,8 @@ fn pipeline(nodes: &str) -> afterimage_graph::check::Graph {
 
 const PLAIN: &str = "\"grid\": GridBuild(source: \"scene\"), \"around\": LogGaussian(source: \"scene\", sigma: 0.0)";
 
-/// What is read as in the richest pipeline, lattices of one size, lattices with few invocations for each cell and with sides of their own,
-/// every third pixel of every third row.
+/// What is read as in the richest pipeline, lattices of one size, lattices with few invocations for each cell and with
+/// sides of their own, every third pixel of every third row.
 const WAYS: [&str; 6] = [
     PLAIN,
     "\"counted\": Histogram(source: \"scene\"), \"metered\": AutoExposure(histogram: \"counted\"), \

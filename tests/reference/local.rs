@@ -121,8 +121,8 @@ impl Grid {
         if weight > 1e-4 * self.peak { self.range.low + sum / weight } else { otherwise }
     }
 
-    /// The same without the jump where the grid begins to know something, and without the grid's peak, which a shader would have to
-    /// find first: the node's rule.
+    /// The same without the jump where the grid begins to know something, and without the grid's peak, which a shader
+    /// would have to find first: the node's rule.
     pub(crate) fn faded_base(&self, uv: [f64; 2], l: f64, otherwise: f64) -> f64 {
         let [sum, weight] = self.slice(uv, l);
         let known = smooth_step(EMPTY, KNOWN, weight / self.full);

@@ -22,8 +22,8 @@ pub(crate) enum Down {
 pub(crate) enum Firefly {
     /// Not at all.
     Off,
-    /// The thirteen taps in five groups of four. Instead of any other filter, four taps, each weighted as a fifth of itself and four
-    /// fifths of the tap in the middle.
+    /// The thirteen taps in five groups of four. Instead of any other filter, four taps, each weighted as a fifth of
+    /// itself and four fifths of the tap in the middle.
     Groups,
     /// Each tap by itself.
     Taps,

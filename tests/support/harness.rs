@@ -1,4 +1,5 @@
-//! The harness of node tests: nodes and images in, images out on the GPU, and one comparison with the image of a CPU reference.
+//! The harness of node tests: nodes and images in, images out on the GPU, and one comparison with the image of a CPU
+//! reference.
 
 use afterimage_graph::check::{CheckOptions, Graph, Loader, NoFiles, check};
 use afterimage_graph::document::parse;
@@ -111,8 +112,10 @@ pub fn differences(found: &Picture, expected: &Image, tolerance: &Tolerance) -> 
         let (x, y) = ((index % expected.width) as i64, (index / expected.width) as i64);
         let is_close = |channel: usize| {
             let error = (f64::from(found[channel]) - expected_pixel[channel]).abs();
-            // The neighbourhood is slow to search and rarely needed.
-            error == 0.0 || error <= tolerance.allowed(expected, x, y, channel)
+            // The neighbourhood includes the pixel. It is slow to search, and the pixel alone is mostly enough.
+            let own = tolerance.relative * expected_pixel[channel].abs();
+            let is_enough = tolerance.of == Scale::Neighbourhood && error <= own;
+            error == 0.0 || is_enough || error <= tolerance.allowed(expected, x, y, channel)
         };
         (!(0..4).all(is_close)).then(|| format!("({x}, {y}): {found:?} instead of {expected_pixel:?}"))
     };

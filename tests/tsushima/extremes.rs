@@ -1,4 +1,5 @@
-//! Numbers and sizes at their limits: what comes out is finite, no square is black, nothing flashes, and the frame after is as if nothing had been.
+//! Numbers and sizes at their limits: what comes out is finite, no square is black, nothing flashes, and the frame
+//! after is as if nothing had been.
 
 use crate::support::gpu::{Picture, Run, shipped};
 use crate::support::player::Player;
@@ -85,7 +86,8 @@ fn a_white_frame_is_white_and_the_next_is_no_flash() {
         assert_fit_to_show("white", &white);
         let middle = white.at(48, 27);
         assert!(middle[..3].iter().all(|x| *x > 0.99), "{light}: {middle:?}");
-        // The eye has begun to get used to it, as it should: the next frame is darker, by less than one such step can be.
+        // The eye has begun to get used to it, as it should: the next frame is darker, by less than one such step can
+        // be.
         let [_, up] = change(&before, &after);
         assert!(up <= 1.0 / 255.0, "{light}: brighter by {up}");
         assert!(mean(&after) > 0.3 * mean(&before), "{light}: {} to {}", mean(&before), mean(&after));

@@ -77,7 +77,8 @@ fn plans_that_order_passes_otherwise_have_the_same_bits() {
     assert!(frames(&mut player, fewest, &scenes) == wanted, "fewest batches");
 }
 
-/// Several sequences on one device, their frames submitted one sequence after the other, in turns, or backwards in one batch.
+/// Several sequences on one device, their frames submitted one sequence after the other, in turns, or backwards in one
+/// batch.
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn sequences_do_not_see_in_which_order_they_are_submitted() {

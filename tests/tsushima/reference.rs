@@ -150,7 +150,8 @@ fn graded(graph: &Graph, color: Rgb) -> Rgb {
     LiftGammaGain { lift, gamma, gain }.apply(mapped)
 }
 
-/// The rule of `gamut: Compress`: how far a colour is from grey, as a share of the way to the border, is bent so that it ends at 1.
+/// The rule of `gamut: Compress`: how far a colour is from grey, as a share of the way to the border, is bent so that
+/// it ends at 1.
 fn compressed(rgb: Rgb, knee: f64) -> Rgb {
     let grey = luminance(rgb).clamp(0.0, 1.0);
     let share = |x: f64| if x > grey { (x - grey) / (1.0 - grey).max(1e-7) } else { (grey - x) / grey.max(1e-7) };
@@ -255,8 +256,8 @@ fn the_whole_chain_is_its_twin_on_the_built_in_scene() {
     assert_is_its_reference("a corner", &cut_out(0.5, 20, 200));
 }
 
-/// Files named in `AFTERIMAGE_PICTURES`, divided as `PATH` is: for pictures that the repository does not carry. `--nocapture` shows the
-/// figures.
+/// Files named in `AFTERIMAGE_PICTURES`, divided as `PATH` is: for pictures that the repository does not carry.
+/// `--nocapture` shows the figures.
 #[test]
 #[expect(clippy::print_stdout, reason = "the figures are what somebody who names pictures wants to know")]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]

@@ -1,4 +1,5 @@
-//! A camera walks from the dim room to the bright window: the exposure follows, and how often frames come makes no difference.
+//! A camera walks from the dim room to the bright window: the exposure follows, and how often frames come makes no
+//! difference.
 
 use std::sync::Arc;
 
@@ -178,7 +179,8 @@ fn two_runs_of_a_sequence_have_the_same_bits() {
     assert_eq!(bits(&first), bits(&run()));
 }
 
-/// What of a plan's memory an earlier frame has left must not be seen: the same frame in another executor has the same bits.
+/// What of a plan's memory an earlier frame has left must not be seen: the same frame in another executor has the same
+/// bits.
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_frame_after_a_cut_remembers_nothing() {

@@ -7,10 +7,10 @@ use afterimage_lab::bench::{self, BenchOptions};
 use afterimage_media::write_atomic;
 
 use crate::args::BenchArgs;
-use crate::cache::{keep_calibration, keep_pipeline_data, pipelines};
-use crate::device::{open, options_on};
+use crate::device::{keep_calibration, keep_pipeline_data, open, options_on, pipelines};
 use crate::failure::Failure;
-use crate::pipeline::{PipelineFile, facts, load_graph, plan_options, read_document, registry};
+use crate::files::{read_document, registry};
+use crate::pipeline::{PipelineFile, facts, load_graph, plan_options};
 use crate::terminal::say;
 
 pub(crate) fn run(args: &BenchArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {

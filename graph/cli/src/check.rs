@@ -10,7 +10,8 @@ use afterimage_plan::verify;
 
 use crate::args::{CheckArgs, PipelineOptions};
 use crate::failure::Failure;
-use crate::pipeline::{PipelineFile, facts, plan_without_device, read_document, registry};
+use crate::files::{read_document, registry};
+use crate::pipeline::{PipelineFile, facts, plan_without_device};
 use crate::terminal::{note, say};
 
 pub(crate) fn run(args: &CheckArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {

@@ -1,20 +1,30 @@
-//! The device of a command, and the planner's options on it.
+//! The device of a command: how it is opened, its sessions, and the cache of what earlier runs know of it.
+//!
+//! The cache of each graphics adapter holds the driver's pipelines and the results of a calibration. It can be deleted
+//! at any time. Errors with it do not stop the program; it only starts slower.
 
-use afterimage_gpu::{Gpu, Opening};
-use afterimage_lab::bench::Gain;
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+use afterimage_gpu::{Gpu, Opening, Session};
+use afterimage_graph::check::{Facts, Graph};
+use afterimage_lab::bench::{Calibration, Gain};
+use afterimage_media::write_atomic;
 use afterimage_plan::Options;
 
 use crate::args::{ArithmeticOptions, DeviceOptions};
-use crate::cache;
 use crate::failure::Failure;
 use crate::terminal::note;
+
+/// Drivers only add to their caches; a larger one is not used again.
+const MOST_BYTES: usize = 64 << 20;
 
 /// Opens the device that the command line names.
 pub(crate) fn open(options: &DeviceOptions) -> Result<Gpu, Failure> {
     let mut gpu = Gpu::open(&Opening { adapter: options.adapter.clone(), validation: false })?;
     // Without a calibration: on lavapipe whole pipelines are a third faster with draws, which single passes do not
     // show.
-    let drawn = cache::calibration(&gpu).map_or(gpu.is_processor(), |calibration| calibration.prefers_fragment());
+    let drawn = calibration(&gpu).map_or(gpu.is_processor(), |calibration| calibration.prefers_fragment());
     gpu.caps.prefer_fragment = options.fragment || drawn;
     Ok(gpu)
 }
@@ -22,11 +32,118 @@ pub(crate) fn open(options: &DeviceOptions) -> Result<Gpu, Failure> {
 /// The planner's options on this device. Options that the command line does not set are on if a calibration found
 /// them to be faster. Prints a note for each requested option without effect.
 pub(crate) fn options_on(gpu: &Gpu, requested: Options, arithmetic: &ArithmeticOptions) -> Options {
-    let calibration = cache::calibration(gpu).unwrap_or_default();
+    let calibration = calibration(gpu).unwrap_or_default();
     let pays = |gain: Option<Gain>| gain.is_some_and(Gain::pays);
     let half = pays(calibration.half) && !requested.exact;
     let calibrated = Options { half, subgroups: pays(calibration.subgroups), ..requested };
     let (options, ignored) = arithmetic.over(calibrated).granted(&gpu.caps);
     ignored.iter().for_each(|ignored| note(&format!("note: `--{}` has no effect: {}", ignored.switch, ignored.why)));
     options
+}
+
+/// A session with the driver's pipelines of earlier runs.
+pub(crate) struct CachedSession {
+    pub(crate) session: Session,
+    known_pipelines: Vec<u8>,
+}
+
+impl CachedSession {
+    /// Opens the device, and a session on it with the planner's options there.
+    pub(crate) fn open(
+        device: &DeviceOptions,
+        graph: Graph,
+        facts: Facts,
+        requested: Options,
+    ) -> Result<Self, Failure> {
+        let gpu = open(device)?;
+        let options = options_on(&gpu, requested, &device.arithmetic);
+        Ok(Self::new(&gpu, graph, facts, options))
+    }
+
+    /// A session on an open device.
+    pub(crate) fn new(gpu: &Gpu, graph: Graph, facts: Facts, options: Options) -> Self {
+        let known_pipelines = pipelines(gpu);
+        Self { session: Session::with_pipeline_cache(gpu, graph, facts, options, &known_pipelines), known_pipelines }
+    }
+
+    /// Stores the driver's pipelines for the next run, if there are others than before.
+    pub(crate) fn keep_pipelines(&mut self) {
+        let bytes = self.session.executor().pipeline_cache_data().unwrap_or_default();
+        keep_pipeline_data(self.session.gpu(), &bytes, &self.known_pipelines);
+    }
+}
+
+/// The folder of the cache: `$XDG_CACHE_HOME/afterimage`, or the system's folder for caches.
+fn folder() -> Option<PathBuf> {
+    let from = |variable: &str| std::env::var_os(variable).map(PathBuf::from).filter(|path| path.is_absolute());
+    let base =
+        from("XDG_CACHE_HOME").or_else(|| from("LOCALAPPDATA")).or_else(|| Some(from("HOME")?.join(".cache")))?;
+    Some(base.join("afterimage"))
+}
+
+/// The adapter and its driver; entries of another one do not apply.
+fn key(gpu: &Gpu) -> String {
+    let info = gpu.adapter.get_info();
+    format!("{} {} {} {}", info.backend, info.name, info.driver, info.driver_info)
+}
+
+fn file_name(key: &str) -> String {
+    let plain = |c: char| if c.is_ascii_alphanumeric() || c == '.' { c } else { '-' };
+    key.chars().map(plain).take(120).collect()
+}
+
+fn pipelines_file(gpu: &Gpu) -> Option<PathBuf> {
+    Some(folder()?.join(format!("{}.pipelines", file_name(&key(gpu)))))
+}
+
+/// The driver's pipelines of earlier runs; empty if there are none.
+pub(crate) fn pipelines(gpu: &Gpu) -> Vec<u8> {
+    pipelines_file(gpu)
+        .and_then(|path| std::fs::read(path).ok())
+        .filter(|bytes| bytes.len() <= MOST_BYTES)
+        .unwrap_or_default()
+}
+
+/// Stores the driver's pipelines for the next run, if there are others than `known`.
+pub(crate) fn keep_pipeline_data(gpu: &Gpu, bytes: &[u8], known: &[u8]) {
+    match pipelines_file(gpu) {
+        Some(path) if !bytes.is_empty() && bytes != known => keep(&path, bytes),
+        _ => {}
+    }
+}
+
+fn keep(path: &std::path::Path, bytes: &[u8]) {
+    let made = path.parent().map_or(Ok(()), std::fs::create_dir_all);
+    if made.is_err() || write_atomic(path, bytes).is_err() {
+        log::info!("`{}` cannot be written; the next start will be as slow as this one", path.display());
+    }
+}
+
+fn calibrations() -> Option<(PathBuf, BTreeMap<String, Calibration>)> {
+    let path = folder()?.join("calibration.json");
+    let known = std::fs::read(&path).ok().and_then(|bytes| serde_json::from_slice(&bytes).ok());
+    Some((path, known.unwrap_or_default()))
+}
+
+/// The calibration of this adapter.
+fn calibration(gpu: &Gpu) -> Option<Calibration> {
+    calibrations()?.1.remove(&key(gpu))
+}
+
+/// Stores a calibration; returns the file if it could be written.
+pub(crate) fn keep_calibration(gpu: &Gpu, calibration: &Calibration) -> Option<PathBuf> {
+    let (path, mut all) = calibrations()?;
+    all.insert(key(gpu), calibration.clone());
+    keep(&path, &serde_json::to_vec_pretty(&all).expect("names and numbers are JSON"));
+    path.is_file().then_some(path)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::file_name;
+
+    #[test]
+    fn file_names_are_plain() {
+        assert_eq!(file_name("vulkan NVIDIA H200 580.1/x"), "vulkan-NVIDIA-H200-580.1-x");
+    }
 }

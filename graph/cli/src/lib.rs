@@ -4,15 +4,14 @@
 mod args;
 mod bench;
 mod built_in;
-mod cache;
 mod check;
 mod demo;
 mod device;
 mod failure;
+mod files;
 mod measure;
 mod memory;
 mod nodes;
-mod output;
 mod pipeline;
 mod plan;
 mod progress;
@@ -48,7 +47,7 @@ pub fn run(tables: &[&[NodeKind]], arguments: impl IntoIterator<Item = std::ffi:
     };
     let result = match &arguments.command {
         Command::Demo(args) => demo::run(args, tables),
-        Command::Render(args) => render::run(args, tables),
+        Command::Render(args) => watch::run(args, tables),
         Command::Check(args) => check::run(args, tables),
         Command::Plan(args) => plan::run(args, tables),
         Command::Nodes(args) => nodes::run(args, tables),

@@ -14,7 +14,8 @@ use crate::args::PipelineOptions;
 use crate::args::measure::{ClipArgs, MeasureArgs};
 use crate::device::{open, options_on};
 use crate::failure::Failure;
-use crate::pipeline::{PipelineFile, facts, read_document, registry, split};
+use crate::files::{read_document, registry};
+use crate::pipeline::{PipelineFile, assignments, facts};
 use crate::progress::Bar;
 use crate::terminal::{note, say};
 
@@ -37,7 +38,7 @@ pub(crate) fn run(args: &MeasureArgs, tables: &[&[NodeKind]]) -> Result<(), Fail
 
 /// How a pipeline is measured, as the arguments of `measure` and `tune` say it.
 pub(crate) fn measure_options(args: &ClipArgs, gpu: &Gpu) -> Result<MeasureOptions, Failure> {
-    let inputs = args.inputs.iter().map(|input| split(input, "--input")).collect::<Result<_, _>>()?;
+    let inputs = assignments(&args.inputs, "--input")?;
     let clips = ClipOptions {
         images: args.images.clone(),
         inputs,

@@ -11,7 +11,7 @@ use anstyle::{AnsiColor, Style};
 
 use crate::args::NodesArgs;
 use crate::failure::Failure;
-use crate::pipeline::registry;
+use crate::files::registry;
 use crate::terminal::say;
 
 const HEADING: Style = Style::new().bold();

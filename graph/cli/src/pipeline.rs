@@ -1,140 +1,22 @@
 //! From a pipeline file to a graph and a plan.
 
-use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::path::Path;
 
 use afterimage_graph::check::{Checker, Facts, Graph, Loader};
 use afterimage_graph::diagnostic::{Diagnostics, Style};
-use afterimage_graph::document::{Document, parse};
+use afterimage_graph::document::Document;
 use afterimage_graph::image::{Format, ImageDesc, Size};
-use afterimage_graph::node::{NodeKind, Registry, folder_kind_of};
+use afterimage_graph::node::Registry;
 use afterimage_plan::{Alias, Caps, GivenImage, Options, Plan, PlanRequest, Requirement, When, plan};
 
 use crate::args::{NoAlias, PipelineOptions, PlanOptions, TileChoice};
 use crate::failure::Failure;
+use crate::files::{Files, read_document};
 use crate::terminal::note;
-
-/// Reads the files that a pipeline names.
-pub(crate) struct Files;
-
-impl Loader for Files {
-    fn load(&self, path: &str) -> Result<Arc<[u8]>, String> {
-        std::fs::read(path).map(Into::into).map_err(|error| why_not(Path::new(path), &error))
-    }
-}
-
-/// Records which files are loaded, also those that do not exist.
-#[derive(Default)]
-struct RecordingLoader(RefCell<BTreeSet<PathBuf>>);
-
-impl Loader for RecordingLoader {
-    fn load(&self, path: &str) -> Result<Arc<[u8]>, String> {
-        self.0.borrow_mut().insert(path.into());
-        Files.load(path)
-    }
-}
-
-/// The pipeline file and the files that it names: extended and used pipelines, looks, tables. Files that cannot be read
-/// name no others.
-pub(crate) fn files_of(path: &Path, tables: &[&[NodeKind]], options: &PipelineOptions) -> BTreeSet<PathBuf> {
-    let loader = RecordingLoader::default();
-    if let (Ok(registry), Ok(document)) = (registry(tables, &options.nodes), read_document(path)) {
-        let file = PipelineFile::with_loader(&document, &registry, &loader);
-        // The command that uses the pipeline reports its errors.
-        let _ = file.check(&PipelineOptions { sets: Vec::new(), facts: Vec::new(), ..options.clone() });
-    }
-    let mut files = loader.0.into_inner();
-    files.insert(path.to_owned());
-    files
-}
-
-/// The text of a file; `what` names it in the error.
-pub(crate) fn read_text(path: &Path, what: &str) -> Result<String, Failure> {
-    let failed = |why: String| Failure::unreadable(format!("cannot read the {what} `{}`: {why}", path.display()));
-    let bytes = std::fs::read(path).map_err(|error| failed(why_not(path, &error)))?;
-    String::from_utf8(bytes).map_err(|error| {
-        let valid = &error.as_bytes()[..error.utf8_error().valid_up_to()];
-        let line = valid.iter().filter(|byte| **byte == b'\n').count() + 1;
-        failed(format!("line {line} is not text in UTF-8")).hint("save the file in that encoding")
-    })
-}
-
-/// Why a file cannot be read.
-fn why_not(path: &Path, error: &std::io::Error) -> String {
-    use std::io::ErrorKind;
-    // An empty path names the current folder.
-    if path.is_dir() || path.as_os_str().is_empty() {
-        return "it is a folder".into();
-    }
-    match error.kind() {
-        ErrorKind::NotFound => "there is no such file".into(),
-        ErrorKind::PermissionDenied => "you may not read it".into(),
-        _ => error.to_string(),
-    }
-}
-
-/// The kinds of the program and of plug-in folders.
-pub(crate) fn registry(tables: &[&[NodeKind]], folders: &[PathBuf]) -> Result<Registry, Failure> {
-    let mut from_folders = Vec::new();
-    for folder in folders {
-        from_folders.extend(folder_kinds(folder)?);
-    }
-    let mut all = tables.to_vec();
-    all.push(&from_folders);
-    let hint = "a kind of `--nodes` needs a name that no other kind has; `afterimage nodes` lists the built-in ones";
-    Registry::new(&all).map_err(|error| Failure::user(error).hint(hint))
-}
-
-/// The kinds in a folder: the folder itself if it has a `node.ron`, or each folder in it that has one.
-pub(crate) fn folder_kinds(folder: &Path) -> Result<Vec<NodeKind>, Failure> {
-    if folder.join("node.ron").is_file() {
-        return Ok(vec![folder_node(folder)?]);
-    }
-    let entries = std::fs::read_dir(folder)
-        .map_err(|error| Failure::unreadable(format!("`{}` has no node kinds: {error}", folder.display())))?;
-    let mut folders: Vec<_> = entries.filter_map(|entry| Some(entry.ok()?.path())).collect();
-    folders.retain(|path| path.join("node.ron").is_file());
-    folders.sort();
-    if folders.is_empty() {
-        return Err(Failure::user(format!("no folder in `{}` has a `node.ron`", folder.display())));
-    }
-    folders.iter().map(|folder| folder_node(folder)).collect()
-}
-
-fn folder_node(folder: &Path) -> Result<NodeKind, Failure> {
-    let ron_path = folder.join("node.ron");
-    let ron = read_text(&ron_path, "node kind")?;
-    let mut shaders = Vec::new();
-    for path in shaders_of(folder)? {
-        shaders.push((path.to_string_lossy().into_owned(), read_text(&path, "shader")?));
-    }
-    let shaders: Vec<(&str, &str)> = shaders.iter().map(|(path, text)| (path.as_str(), text.as_str())).collect();
-    Ok(folder_kind_of((&ron_path.to_string_lossy(), &ron), &shaders)?)
-}
-
-/// The `.wgsl` files of a folder: the kind's own and those that it imports.
-fn shaders_of(folder: &Path) -> Result<Vec<PathBuf>, Failure> {
-    let entries =
-        std::fs::read_dir(folder).map_err(|error| Failure::user(format!("`{}`: {error}", folder.display())))?;
-    let mut shaders: Vec<_> = entries.filter_map(|entry| Some(entry.ok()?.path())).collect();
-    shaders.retain(|path| path.extension().is_some_and(|ending| ending == "wgsl"));
-    shaders.sort();
-    if shaders.is_empty() {
-        return Err(Failure::user(format!("`{}` has no `.wgsl` file beside its `node.ron`", folder.display()))
-            .hint("a kind's shader is called like the kind in snake case: `posterize.wgsl` for `Posterize`"));
-    }
-    Ok(shaders)
-}
 
 /// A parsed pipeline file, which is checked for each tier. The files that it names are read once, too.
 pub(crate) struct PipelineFile<'a>(Checker<'a>);
-
-/// Reads and parses a pipeline file.
-pub(crate) fn read_document(path: &Path) -> Result<Document, Failure> {
-    Ok(parse(&path.to_string_lossy(), &read_text(path, "pipeline")?)?)
-}
 
 impl<'a> PipelineFile<'a> {
     /// A pipeline that names files of the file system.
@@ -158,7 +40,7 @@ impl<'a> PipelineFile<'a> {
 
     /// The graph and the warnings.
     pub(crate) fn check(&self, options: &PipelineOptions) -> Result<(Graph, Diagnostics), Failure> {
-        let sets = options.sets.iter().map(|set| split(set, "--set")).collect::<Result<Vec<_>, _>>()?;
+        let sets = assignments(&options.sets, "--set")?;
         let (graph, warnings) = self.0.check(options.tier.as_deref(), &sets)?;
         refuse_unknown_facts(&graph, options)?;
         Ok((graph, warnings))
@@ -175,6 +57,11 @@ pub(crate) fn load_graph(path: &Path, registry: &Registry, options: &PipelineOpt
     PipelineFile::new(&read_document(path)?, registry).graph(options)
 }
 
+/// `name=value` of each use of an option.
+pub(crate) fn assignments(texts: &[String], flag: &str) -> Result<Vec<(String, String)>, Failure> {
+    texts.iter().map(|text| split(text, flag)).collect()
+}
+
 /// `name=value`.
 pub(crate) fn split(text: &str, flag: &str) -> Result<(String, String), Failure> {
     let (name, value) = text.split_once('=').ok_or_else(|| {
@@ -185,25 +72,21 @@ pub(crate) fn split(text: &str, flag: &str) -> Result<(String, String), Failure>
 
 /// Refuses facts that no condition uses: they are typing errors.
 fn refuse_unknown_facts(graph: &Graph, options: &PipelineOptions) -> Result<(), Failure> {
-    let used: Vec<String> = graph
-        .nodes
-        .iter()
-        .filter_map(|node| node.when.as_ref())
-        .flat_map(|when| when.facts())
-        .map(str::to_owned)
-        .collect();
+    let conditions = graph.nodes.iter().filter_map(|node| node.when.as_ref());
+    let used: BTreeSet<&str> = conditions.flat_map(|when| when.facts()).collect();
     for fact in &options.facts {
         let (name, _) = split(fact, "--fact")?;
-        if !used.contains(&name) {
-            let mut known = used.clone();
-            known.sort();
-            known.dedup();
-            let hint =
-                if known.is_empty() { "it uses no facts".into() } else { format!("it uses `{}`", known.join("`, `")) };
-            return Err(Failure::user(format!("no `when` of this pipeline uses the fact `{name}`")).hint(hint));
+        if !used.contains(&*name) {
+            return Err(Failure::user(format!("no `when` of this pipeline uses the fact `{name}`")).hint(known(&used)));
         }
     }
     Ok(())
+}
+
+/// Which facts a pipeline uses, for a hint.
+fn known(facts: &BTreeSet<&str>) -> String {
+    let names: Vec<&str> = facts.iter().copied().collect();
+    if names.is_empty() { "it uses no facts".into() } else { format!("it uses `{}`", names.join("`, `")) }
 }
 
 /// The facts of the command line.

@@ -9,10 +9,9 @@ use serde_json::{Value, json};
 
 use crate::args::{PipelineOptions, PlanArgs, PlanFormat};
 use crate::failure::Failure;
+use crate::files::{read_document, registry};
 use crate::memory::table;
-use crate::pipeline::{
-    PipelineFile, facts, load_graph, plan_options, plan_without_device, read_document, registry, request,
-};
+use crate::pipeline::{PipelineFile, facts, load_graph, plan_options, plan_without_device, request};
 use crate::terminal::say;
 
 pub(crate) fn run(args: &PlanArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {

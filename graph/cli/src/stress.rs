@@ -11,7 +11,8 @@ use crate::args::stress::StressArgs;
 use crate::built_in::{BuiltIn, PIPELINES};
 use crate::device::{open, options_on};
 use crate::failure::Failure;
-use crate::pipeline::{Files, facts, folder_kinds, read_text, split};
+use crate::files::{Files, folder_kinds, read_text};
+use crate::pipeline::{assignments, facts};
 use crate::progress::Bar;
 use crate::terminal::say;
 
@@ -94,7 +95,7 @@ fn subjects(args: &StressArgs, registry: &Registry, tables: &[&[NodeKind]]) -> R
         subjects.extend(one_kind(registry, name)?);
     }
     subjects.retain(|subject| (subject.bare || !args.bare) && (subject.signed || !args.signed));
-    let base = args.options.sets.iter().map(|set| split(set, "--set")).collect::<Result<Vec<_>, _>>()?;
+    let base = assignments(&args.options.sets, "--set")?;
     let facts = facts(&args.options)?;
     subjects.iter_mut().for_each(|subject| (subject.base, subject.facts) = (base.clone(), facts.clone()));
     Ok(subjects)

@@ -9,7 +9,7 @@ use afterimage_lab::tune::{Measured, Tuned};
 
 use crate::args::measure::TuneArgs;
 use crate::failure::Failure;
-use crate::pipeline::Files;
+use crate::files::Files;
 
 /// The figures as text.
 pub(crate) fn figures(measured: &Measured) -> String {

@@ -1,24 +1,35 @@
 //! `render --watch`: renders again whenever an input file changes.
 
+use std::cell::RefCell;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::{Duration, SystemTime};
 
+use afterimage_graph::check::Loader;
 use afterimage_graph::node::NodeKind;
-
-use crate::args::RenderArgs;
-use crate::failure::Failure;
-use crate::pipeline::files_of;
-use crate::terminal::note;
 use afterimage_media::sequence;
+
+use crate::args::{PipelineOptions, RenderArgs};
+use crate::failure::Failure;
+use crate::files::{Files, read_document, registry};
+use crate::pipeline::PipelineFile;
+use crate::render;
+use crate::terminal::note;
 
 /// The interval of polling: not noticeable as a delay or as load.
 const INTERVAL: Duration = Duration::from_millis(100);
 /// The depth of folders of kinds: `kinds/posterize/posterize.wgsl`.
 const DEPTH: u32 = 2;
 
+/// `afterimage render`: once, or with `--watch` again after each change.
+pub(crate) fn run(args: &RenderArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
+    let render = || render::run(args, tables);
+    if args.watch { watch(args, tables, render) } else { render() }
+}
+
 /// Renders, and renders again after each change. Prints errors and waits for the next change. Never returns.
-pub(crate) fn watch(args: &RenderArgs, tables: &[&[NodeKind]], mut render: impl FnMut() -> Result<(), Failure>) -> ! {
+fn watch(args: &RenderArgs, tables: &[&[NodeKind]], render: impl Fn() -> Result<(), Failure>) -> ! {
     let mut places = BTreeSet::new();
     loop {
         // While a file has errors, the files that it named before may be the ones to be corrected.
@@ -49,6 +60,31 @@ fn places(args: &RenderArgs, tables: &[&[NodeKind]]) -> BTreeSet<PathBuf> {
         }
     }
     places
+}
+
+/// Records which files are loaded, also those that do not exist.
+#[derive(Default)]
+struct RecordingLoader(RefCell<BTreeSet<PathBuf>>);
+
+impl Loader for RecordingLoader {
+    fn load(&self, path: &str) -> Result<Arc<[u8]>, String> {
+        self.0.borrow_mut().insert(path.into());
+        Files.load(path)
+    }
+}
+
+/// The pipeline file and the files that it names: extended and used pipelines, looks, tables. Files that cannot be read
+/// name no others.
+fn files_of(path: &Path, tables: &[&[NodeKind]], options: &PipelineOptions) -> BTreeSet<PathBuf> {
+    let loader = RecordingLoader::default();
+    if let (Ok(registry), Ok(document)) = (registry(tables, &options.nodes), read_document(path)) {
+        let file = PipelineFile::with_loader(&document, &registry, &loader);
+        // The command that uses the pipeline reports its errors.
+        let _ = file.check(&PipelineOptions { sets: Vec::new(), facts: Vec::new(), ..options.clone() });
+    }
+    let mut files = loader.0.into_inner();
+    files.insert(path.to_owned());
+    files
 }
 
 /// A file, the time of its last change, and its length.
@@ -96,8 +132,8 @@ mod tests {
         let file = |name: &str| folder.join(name).to_str().unwrap().to_owned();
         std::fs::create_dir_all(folder.join("kinds/grey")).unwrap();
         std::fs::create_dir_all(folder.join("night")).unwrap();
-        let base = "Pipeline(inputs: { \"scene\": Encoded }, nodes: { \"look\": ColorLut(source: \"scene\", file: \"dusk.png\") }, \
-                    outputs: { \"display\": \"look\" })";
+        let base = "Pipeline(inputs: { \"scene\": Encoded }, outputs: { \"display\": \"look\" }, \
+                    nodes: { \"look\": ColorLut(source: \"scene\", file: \"dusk.png\") })";
         std::fs::write(file("base.ron"), base).unwrap();
         std::fs::write(file("night/a.ron"), "Pipeline(extends: \"../base.ron\")").unwrap();
         std::fs::write(file("shot.0001.exr"), "a picture").unwrap();

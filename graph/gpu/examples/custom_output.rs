@@ -1,7 +1,7 @@
 //! An output in a texture of the host, in a format that the pipeline does not mention.
 //!
-//! `cargo run -p afterimage-gpu --example custom_output` renders into a `Bgra8Unorm` texture, as windows have them, reads
-//! it back and prints a row of codes.
+//! `cargo run -p afterimage-gpu --example custom_output` renders into a `Bgra8Unorm` texture, as windows have them,
+//! reads it back and prints a row of codes.
 #![allow(clippy::print_stdout, reason = "an example shows its result")]
 
 use std::error::Error;

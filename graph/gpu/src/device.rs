@@ -6,7 +6,7 @@ use afterimage_graph::image::{Format, ImageDesc};
 use afterimage_plan::Caps;
 use wgpu::{Features, TextureFormat, TextureUsages};
 
-use crate::{Executor, GpuError};
+use crate::GpuError;
 
 /// A device that Afterimage opens itself, for programs without a renderer. Clones are handles to the same device.
 #[derive(Clone)]
@@ -96,11 +96,6 @@ impl Gpu {
             true => Ok(()),
             false => Err(GpuError::TooLarge { width, height, adapter: self.name(), limit }),
         }
-    }
-
-    /// An executor with the capabilities of this device.
-    pub fn executor(&self) -> Executor {
-        Executor::with_caps(&self.device, &self.queue, self.caps.clone())
     }
 
     /// A new command encoder.

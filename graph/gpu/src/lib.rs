@@ -27,6 +27,6 @@ pub use device::{ErrorLog, Gpu, Opening, caps, texture_format};
 pub use error::{GpuError, SessionError};
 pub use executor::{Executor, Frame, Preparation};
 pub use session::{FrameInputs, FrameStep, InputImage, Runtime, Session, input_image};
-pub use stream::{Feed, Readback};
-pub use transfer::{Texels, download, upload, upload_bytes};
+pub use stream::{Feed, Readback, download};
+pub use transfer::{Texels, upload, upload_bytes};
 pub use wgpu;

@@ -6,7 +6,6 @@ use afterimage_plan::Stage;
 use afterimage_plan::codegen::Composed;
 use rustc_hash::FxHashMap;
 
-
 use crate::GpuError;
 use crate::layout::Pipeline;
 

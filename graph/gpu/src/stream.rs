@@ -180,6 +180,11 @@ fn padded_bytes(desc: &ImageDesc) -> u64 {
     (row_and_pitch(desc.size, desc.format).1 * rows(desc.size)) as u64
 }
 
+/// Reads the texels of a texture. Waits for the GPU; use [`Readback`] for many textures.
+pub fn download(device: &wgpu::Device, queue: &wgpu::Queue, texture: &wgpu::Texture) -> Result<Texels, GpuError> {
+    Readback::new(device, queue).download(texture)
+}
+
 fn map(device: &wgpu::Device, buffer: &wgpu::Buffer, mode: wgpu::MapMode) -> Result<(), GpuError> {
     buffer.slice(..).map_async(mode, |_| {});
     device.poll(wgpu::PollType::wait_indefinitely()).map(drop).map_err(|error| GpuError::lost(&error))

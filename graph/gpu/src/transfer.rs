@@ -3,7 +3,7 @@
 use afterimage_graph::image::{Format, ImageDesc, Size};
 use half::f16;
 
-use crate::{GpuError, Readback, store};
+use crate::store;
 
 /// Texels on the host, tightly packed.
 #[derive(Clone, Debug, PartialEq)]
@@ -69,9 +69,4 @@ pub fn upload_bytes(device: &wgpu::Device, queue: &wgpu::Queue, desc: ImageDesc,
     let stored = store::create(device, desc, "input");
     store::upload(queue, &stored.texture, desc, bytes);
     stored.texture
-}
-
-/// Reads the texels of a texture. Waits for the GPU; use [`Readback`] for many textures.
-pub fn download(device: &wgpu::Device, queue: &wgpu::Queue, texture: &wgpu::Texture) -> Result<Texels, GpuError> {
-    Readback::new(device, queue).download(texture)
 }

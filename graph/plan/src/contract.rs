@@ -71,7 +71,8 @@ const WAYS: [(SampleMode, ShaderFeatures); 5] = [
 fn module(pass: &Pass, recording: &Recording, modules: &mut BTreeSet<String>, complaints: &mut Vec<String>) {
     let desc_of = |image: ImageId| recording.image(image).desc;
     for (reading, features) in WAYS {
-        let composed = compose_pass(pass, &desc_of, &|_| reading, CodeOptions { features, immediates: features == RICH });
+        let composed =
+            compose_pass(pass, &desc_of, &|_| reading, CodeOptions { features, immediates: features == RICH });
         match composed {
             Ok(composed) if modules.insert(composed.source.clone()) => {
                 if let Err(error) = composed.validate() {

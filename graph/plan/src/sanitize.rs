@@ -35,7 +35,7 @@ fn sanitized(name: &str, source: &VirtualImage) -> VirtualImage {
 }
 
 fn reads_directly(kernel: &KernelCall, image: ImageId) -> bool {
-    kernel.takes(Arg::Texture(image)) && kernel.shader.reads_textures_itself(&kernel.function)
+    kernel.accepts(Arg::Texture(image)) && kernel.shader.reads_textures_itself(&kernel.function)
 }
 
 fn redirect(kernel: &mut KernelCall, old: ImageId, new: ImageId) {

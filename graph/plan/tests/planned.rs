@@ -37,7 +37,8 @@ pub fn plan_on(graph: &Graph, size: Size, options: Options, caps: Caps) -> Resul
     plan(graph, &PlanRequest { size, inputs, facts: Facts::default(), caps, options, requirement })
 }
 
-/// The plan of a graph of built-in kinds: every required input is an unsanitized image of the format and has the size of the frame.
+/// The plan of a graph of built-in kinds: every required input is an unsanitized image of the format and has the size
+/// of the frame.
 pub fn plan_images(graph: &Graph, format: Format, facts: Facts, caps: Caps, options: Options) -> Plan {
     let given = GivenImage { desc: ImageDesc::new(FRAME).format(format), finite: false };
     let required = graph.inputs.iter().filter(|input| !input.optional);

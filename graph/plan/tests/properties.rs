@@ -74,7 +74,11 @@ proptest! {
     }
 
     #[test]
-    fn no_plan_for_a_device_that_must_draw_has_a_fault(recipe in recipes(1..160), options in options(), draws in any::<bool>()) {
+    fn no_plan_for_a_device_that_must_draw_has_a_fault(
+        recipe in recipes(1..160),
+        options in options(),
+        draws in any::<bool>(),
+    ) {
         let plan = checked_on(recipe, options, Caps { prefer_fragment: draws, tiles: !draws, ..Caps::default() });
         prop_assert!(!draws || plan.passes.iter().any(|planned| planned.stage == Stage::Fragment));
     }
@@ -106,7 +110,8 @@ proptest! {
     #[test]
     fn the_heap_is_close_to_the_lower_bound(recipe in recipes(2..200)) {
         let memory = checked(recipe, Options::default()).memory;
-        prop_assert!(memory.placed as f64 <= 1.2 * memory.lower_bound as f64, "{} of {}", memory.placed, memory.lower_bound);
+        let (placed, bound) = (memory.placed, memory.lower_bound);
+        prop_assert!(placed as f64 <= 1.2 * bound as f64, "{placed} of {bound}");
     }
 
     #[test]

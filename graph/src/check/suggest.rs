@@ -22,11 +22,7 @@ pub(super) fn known_kinds(registry: &Registry) -> String {
 }
 
 /// The kinds that lead from one thing to another in as few nodes as possible, the first one next to the source.
-pub(super) fn path<'r>(
-    registry: &'r Registry,
-    from: OnWire,
-    is_goal: impl Fn(OnWire) -> bool,
-) -> Option<Vec<&'r NodeKind>> {
+pub(super) fn path(registry: &Registry, from: OnWire, is_goal: impl Fn(OnWire) -> bool) -> Option<Vec<&NodeKind>> {
     let mut kinds: Vec<&NodeKind> = registry.iter().collect();
     // The plainest kind is the likeliest: fewest wires, then the shortest name.
     kinds.sort_by_key(|kind| (required(kind), kind.inputs().len(), kind.name().len(), kind.name()));

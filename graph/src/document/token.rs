@@ -225,7 +225,7 @@ impl<'a> Lexer<'a> {
     /// `r"..."`, `r#"..."#`, `b"..."`, `br"..."` or `b'...'`, if that is what is here.
     fn raw_or_bytes(&mut self) -> Option<(Kind, usize)> {
         let rest = self.rest();
-        let (kind, quote) = if rest.starts_with('b') { (Kind::Literal, &rest[1..]) } else { (Kind::Text, rest) };
+        let (kind, quote) = rest.strip_prefix('b').map_or((Kind::Text, rest), |quote| (Kind::Literal, quote));
         let start = self.at + rest.len() - quote.len();
         let hashes = quote.bytes().skip(1).take_while(|byte| *byte == b'#').count();
         let end = match quote.as_bytes().first()? {

@@ -142,7 +142,7 @@ impl KernelCall {
     }
 
     /// Whether an argument holds this.
-    pub fn takes(&self, value: Arg) -> bool {
+    pub fn accepts(&self, value: Arg) -> bool {
         self.args.iter().any(|arg| arg.value == value)
     }
 

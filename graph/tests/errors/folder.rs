@@ -48,7 +48,8 @@ fn a_byte_order_mark_at_the_beginning_is_no_mistake() {
 
 #[test]
 fn other_files_of_the_folder_are_for_imports_and_may_have_any_names() {
-    let shader = SHADER.replace("struct", "#import steps\nstruct").replace("params.levels - 1.0", "step(params.levels)");
+    let shader =
+        SHADER.replace("struct", "#import steps\nstruct").replace("params.levels - 1.0", "step(params.levels)");
     let steps = "#import math\nfn step(length: f32) -> f32 { return power(length, 1.0) - 1.0; }\n";
     let with = |steps: &str, name: &str| {
         folder_kind_of(("posterize/node.ron", DECLARATION), &[("posterize/steps.wgsl", steps), (name, &shader)])
@@ -56,7 +57,7 @@ fn other_files_of_the_folder_are_for_imports_and_may_have_any_names() {
     let kind = with(steps, "posterize/posterize.wgsl");
     assert_eq!(kind.unwrap_or_else(|told| panic!("{told}")).name(), "Posterize");
     for (from, to, message) in [
-        ("- 1.0", "- one", "posterize/steps.wgsl:2:64"),
+        ("- 1.0", "- one", "posterize/steps.wgsl:2:59"),
         ("math", "maths", "no shared file is called `maths`; there are `steps`, `"),
     ] {
         let told = with(&steps.replace(from, to), "posterize/posterize.wgsl").expect_err(message).to_string();

@@ -5,8 +5,8 @@ use std::collections::BTreeSet;
 
 use naga::{Block, Expression, Function, Handle, Module, Statement};
 
-/// The functions and entry points that load, sample or gather texels themselves, or call one that does; those of the library are not
-/// counted, nor what they read.
+/// The functions and entry points that load, sample or gather texels themselves, or call one that does; those of the
+/// library are not counted, nor what they read.
 pub(crate) fn direct_reads<'m>(module: &'m Module, is_of_library: &dyn Fn(Option<&String>) -> bool) -> Vec<&'m String> {
     let reads_itself = |function: &Function| {
         !is_of_library(function.name.as_ref()) && function.expressions.iter().any(|(_, expression)| is_read(expression))

@@ -43,8 +43,8 @@ impl SourceFile {
 
 /// Files that `#import` finds, by their names without folders and ending.
 ///
-/// A node crate has one as a constant ([`Library::new`]), a folder of files has one at run time ([`Library::of_files`]). A file of a library
-/// may import others of it and those of the framework's library.
+/// A node crate has one as a constant ([`Library::new`]), a folder of files has one at run time
+/// ([`Library::of_files`]). A file of a library may import others of it and those of the framework's library.
 #[derive(Debug)]
 pub struct Library {
     built_in: &'static [(&'static str, &'static str)],

@@ -78,8 +78,8 @@ fn find(block: &Block, wanted: &dyn Fn(&Statement) -> bool) -> Option<Span> {
     })
 }
 
-/// The first place where a larger vector is composed of a vector constant of the module and something that is no constant. The SPIR-V
-/// that naga 30 writes for it is not valid, and drivers lose the device over it.
+/// The first place where a larger vector is composed of a vector constant of the module and something that is no
+/// constant. The SPIR-V that naga 30 writes for it is not valid, and drivers lose the device over it.
 fn constant_part(module: &Module, function: &Function) -> Option<Span> {
     let expressions = &function.expressions;
     let is_vector_constant = |part: &naga::Handle<Expression>| match expressions[*part] {

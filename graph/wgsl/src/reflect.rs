@@ -199,7 +199,8 @@ impl<'d> Names<'d> {
 impl Reader<'_> {
     fn reflection(&self) -> Reflection {
         let module = self.module;
-        let mut structs: Vec<(bool, StructLayout)> = module.types.iter().filter_map(|(_, ty)| self.layout(ty)).collect();
+        let mut structs: Vec<(bool, StructLayout)> =
+            module.types.iter().filter_map(|(_, ty)| self.layout(ty)).collect();
         // Its own come first: they hide those of imports.
         structs.sort_by_key(|(is_own, _)| !is_own);
         Reflection {

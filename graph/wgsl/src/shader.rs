@@ -50,9 +50,9 @@ impl Shader {
     ///
     /// # Safety
     ///
-    /// Whatever its inputs and parameters hold, NaN and the largest integers among them, every index into an array and every texel that is
-    /// loaded must lie inside, every loop must end, and no memory of a workgroup may be read before it is written. This holds for the files that
-    /// it imports too.
+    /// Whatever its inputs and parameters hold, NaN and the largest integers among them, every index into an array and
+    /// every texel that is loaded must lie inside, every loop must end, and no memory of a workgroup may be read before
+    /// it is written. This holds for the files that it imports too.
     #[allow(unsafe_code, reason = "the promise is the author's, and breaking it is undefined behaviour on the device")]
     pub const unsafe fn unchecked(file: &'static str, text: &'static str) -> Self {
         let mut shader = Self::new(file, text);
@@ -93,8 +93,8 @@ impl Shader {
         self.reflection.get_or_init(|| reflect(&self.source)).as_ref().map_err(Clone::clone)
     }
 
-    /// Whether a function or an entry point of the file reads textures directly, and not through `texel` and `tap`, so that the framework
-    /// cannot sanitize what it reads.
+    /// Whether a function or an entry point of the file reads textures directly, and not through `texel` and `tap`, so
+    /// that the framework cannot sanitize what it reads.
     pub fn reads_textures_itself(&self, function: &str) -> bool {
         self.reflect().is_ok_and(|reflection| reflection.direct_reads.iter().any(|name| name == function))
     }

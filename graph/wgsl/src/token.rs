@@ -1,6 +1,7 @@
 //! Tokens of WGSL with their places in the text.
 //!
-//! Signs are single characters: nothing that works on tokens has to tell `<<` from two `<`, or a template list from a comparison.
+//! Signs are single characters: nothing that works on tokens has to tell `<<` from two `<`, or a template list from a
+//! comparison.
 
 use unicode_ident::{is_xid_continue, is_xid_start};
 
@@ -110,7 +111,7 @@ fn comment_length(text: &str) -> Option<usize> {
     let mut at = 0;
     loop {
         let mark = at + text[at..].find(['/', '*'])?;
-        let (step, change) = match text[mark..].as_bytes() {
+        let (step, change) = match &text.as_bytes()[mark..] {
             [b'/', b'*', ..] => (2, 1),
             [b'*', b'/', ..] => (2, -1),
             _ => (1, 0),

@@ -85,7 +85,8 @@ impl UniformValue {
     }
 }
 
-/// The bytes of a uniform struct. Values without a member are left out; a member without a value is an error that names it.
+/// The bytes of a uniform struct. Values without a member are left out; a member without a value is an error that names
+/// it.
 pub fn pack(layout: &StructLayout, values: &[(&str, UniformValue)]) -> Result<Vec<u8>, String> {
     let mut bytes = vec![0; layout.size as usize];
     for member in &layout.members {

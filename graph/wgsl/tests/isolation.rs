@@ -6,7 +6,8 @@ mod hostile;
 use afterimage_wgsl::{Instance, Linker, SampleMode, Shader, ShaderFeatures, validate};
 use hostile::{Kernel, pair};
 
-/// Pairs that the test links. `AFTERIMAGE_HOSTILE_PAIRS=20000 cargo test -p afterimage-wgsl --test isolation` links more.
+/// Pairs that the test links. `AFTERIMAGE_HOSTILE_PAIRS=20000 cargo test -p afterimage-wgsl --test isolation` links
+/// more.
 fn pairs() -> u64 {
     let more = std::env::var("AFTERIMAGE_HOSTILE_PAIRS").ok().and_then(|count| count.parse().ok());
     more.unwrap_or(200)

@@ -1,7 +1,8 @@
 //! Fuzzing without a device: every input is accepted or refused with diagnostics, and none causes a panic.
 //!
-//! The same targets run under cargo-fuzz (`cargo +nightly fuzz run document --fuzz-dir tests/fuzz --features libfuzzer`) and, with
-//! inputs that follow from a seed, on any compiler: `cargo run --profile fuzz -p afterimage-fuzz -- --runs 10000000`.
+//! The same targets run under cargo-fuzz (`cargo +nightly fuzz run document --fuzz-dir tests/fuzz --features
+//! libfuzzer`) and, with inputs that follow from a seed, on any compiler: `cargo run --profile fuzz -p afterimage-fuzz
+//! -- --runs 10000000`.
 
 mod bytes;
 mod corpus;

@@ -1,4 +1,5 @@
-//! Kinds of nodes that only random graphs have: point and gather kernels, pyramids, volumes, values that stay on the GPU, two outputs.
+//! Kinds of nodes that only random graphs have: point and gather kernels, pyramids, volumes, values that stay on the
+//! GPU, two outputs.
 #![allow(unreachable_pub, reason = "`params!` makes each kind public")]
 
 use afterimage_graph::node::{ImageId, NodeKind};

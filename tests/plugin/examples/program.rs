@@ -1,5 +1,5 @@
-//! The program with the built-in kinds and those of this crate: `cargo run -p halftone --example program -- nodes Halftone`
-//! describes the kind.
+//! The program with the built-in kinds and those of this crate: `cargo run -p halftone --example program -- nodes
+//! Halftone` describes the kind.
 
 use std::process::ExitCode;
 

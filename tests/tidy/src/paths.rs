@@ -97,7 +97,8 @@ impl Found {
     }
 }
 
-/// Whether the identifier at this position can be the first segment of a path: no field, method, lifetime or definition.
+/// Whether the identifier at this position can be the first segment of a path: no field, method, lifetime or
+/// definition.
 fn begins_path(tokens: &[TokenTree], at: usize) -> bool {
     let before = |distance| at.checked_sub(distance).and_then(|i| tokens.get(i));
     let is_member = is_punct(before(1), '.') && !is_punct(before(2), '.');

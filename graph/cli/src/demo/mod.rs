@@ -6,19 +6,19 @@ mod walk;
 
 use std::path::Path;
 
-use afterimage_gpu::{FrameStep, Gpu, Session, Texels};
-use afterimage_graph::check::Graph;
+use afterimage_gpu::{FrameStep, Gpu, Texels};
+use afterimage_graph::check::{Facts, Graph};
 use afterimage_graph::image::{ColorState, Size};
 use afterimage_graph::node::{NodeKind, Registry};
 use afterimage_media::write_atomic;
+use afterimage_plan::Options;
 
 use crate::args::DemoArgs;
 use crate::built_in::{PIPELINES, SCENE};
-use crate::cache;
-use crate::device::open;
+use crate::device::{CachedSession, open};
 use crate::failure::Failure;
-use crate::output::choose_output;
-use crate::pipeline::registry;
+use crate::files::registry;
+use crate::render::choose_output;
 use crate::save::{SaveOptions, save};
 use crate::terminal::say;
 use graph::graph;
@@ -39,15 +39,15 @@ pub(crate) fn run(args: &DemoArgs, tables: &[&[NodeKind]]) -> Result<(), Failure
         Ok::<_, Failure>(())
     };
     let time = vec![format!("scene.time={:?}", args.time)];
-    let mut scene = Demo::new(&gpu, graph(&registry, "scene", SCENE, time)?);
+    let mut scene = cached(&gpu, graph(&registry, "scene", SCENE, time)?);
     scene.session.render(size, &[], FrameStep::FIRST)?;
     saved("scene", &scene.session.output("scene")?, ColorState::Scene, "exr")?;
     let images = [scene.session.output_image("scene", "scene")];
     let mut tiles = Vec::new();
     for (name, text) in PIPELINES {
-        let mut demo = Demo::new(&gpu, graph(&registry, name, text, Vec::new())?);
+        let mut demo = cached(&gpu, graph(&registry, name, text, Vec::new())?);
         demo.session.render(size, &images, FrameStep::FIRST)?;
-        cache::keep_pipelines(&mut demo.session, &demo.known_pipelines);
+        demo.keep_pipelines();
         let output = choose_output(demo.session.plan(), None, true)?;
         let texels = demo.session.output(&output.name)?;
         saved(name, &texels, ColorState::Encoded, "png")?;
@@ -56,18 +56,8 @@ pub(crate) fn run(args: &DemoArgs, tables: &[&[NodeKind]]) -> Result<(), Failure
     saved("contact-sheet", &contact_sheet(&tiles), ColorState::Encoded, "png")
 }
 
-/// A session with the driver's pipelines of earlier runs.
-struct Demo {
-    session: Session,
-    known_pipelines: Vec<u8>,
-}
-
-impl Demo {
-    fn new(gpu: &Gpu, graph: Graph) -> Self {
-        let known_pipelines = cache::pipelines(gpu);
-        let (facts, options) = Default::default();
-        Self { session: Session::with_pipeline_cache(gpu, graph, facts, options, &known_pipelines), known_pipelines }
-    }
+fn cached(gpu: &Gpu, graph: Graph) -> CachedSession {
+    CachedSession::new(gpu, graph, Facts::default(), Options::default())
 }
 
 fn plot_walk(args: &DemoArgs, registry: &Registry, file: &Path) -> Result<(), Failure> {

@@ -71,7 +71,7 @@ pub(super) struct LoadedPass {
 pub(super) struct HostSet {
     pub(super) views: Vec<TextureView>,
     pub(super) runs: Vec<Run>,
-    /// For each pass that opens a batch, what must be brought into its state before the batch, for each ring_index.
+    /// For each pass that opens a batch, what must be brought into its state before the batch, for each ring index.
     pub(super) explicit_transitions: Vec<Vec<Vec<ExplicitTransition>>>,
 }
 
@@ -83,14 +83,14 @@ pub(super) struct ExplicitTransition {
 
 pub(super) struct Run {
     pub(super) pipeline: Pipeline,
-    /// For each ring_index.
+    /// For each ring index.
     pub(super) groups: Vec<BindGroup>,
-    /// The attachments of a draw, for each ring_index.
+    /// The attachments of a draw, for each ring index.
     pub(super) attachments: Vec<Option<TextureView>>,
 }
 
 impl Loaded {
-    /// The view of an image in that ring_index; `views` are those of the host.
+    /// The view of an image in that ring index; `views` are those of the host.
     pub(super) fn view<'a>(
         &'a self,
         store: &'a Store,

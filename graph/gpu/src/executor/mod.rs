@@ -16,12 +16,12 @@ use afterimage_graph::image::ImageDesc;
 use afterimage_plan::{Caps, PlacedPlan, Plan, Requirement};
 use wgpu::{Buffer, BufferUsages, CommandEncoder, Device, Queue, TextureFormat};
 
-use crate::GpuError;
 use crate::cache;
 use crate::heap;
 use crate::pipelines::{Pipelines, watched};
 use crate::store::Store;
 use crate::timing::Timing;
+use crate::{Gpu, GpuError};
 pub use frame::Frame;
 use frame_constants::FrameConstants;
 use host_images::Formats;
@@ -49,6 +49,13 @@ pub struct Executor {
     formats: Formats,
     frame_index: u32,
     fresh: bool,
+}
+
+impl Gpu {
+    /// An executor with the capabilities of this device.
+    pub fn executor(&self) -> Executor {
+        Executor::with_caps(&self.device, &self.queue, self.caps.clone())
+    }
 }
 
 impl Executor {

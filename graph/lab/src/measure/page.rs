@@ -22,8 +22,8 @@ Made by `afterimage measure PIPELINES IMAGE... --docs DIR`. A run on another ada
 
 Errors are differences from the reference, the same pipeline with f32 intermediates and every quality switch at its most
 accurate, before dither and quantization: the worst over all images, in 8-bit codes. p99.9 is the error that one pixel
-in a thousand exceeds; FLIP is the difference that a viewer sees when the images alternate, from 0 to 1; dE2000 is the mean
-colour difference, 1 is just noticeable. Times are medians of one frame of the largest image; MiB is the memory of
+in a thousand exceeds; FLIP is the difference that a viewer sees when the images alternate, from 0 to 1; dE2000 is the
+mean colour difference, 1 is just noticeable. Times are medians of one frame of the largest image; MiB is the memory of
 transient images. A dot marks the variants that no other one beats in both time and error.
 ";
 

@@ -53,7 +53,8 @@ pub(crate) fn alone(registry: &Registry, kind: &NodeKind, wires: Wires<'_>) -> O
     }
     let Wiring { inputs, nodes, outputs, .. } = wiring;
     Some(format!(
-        "Pipeline(\n    inputs: {{\n{inputs}    }},\n    nodes: {{\n{nodes}    }},\n    outputs: {{\n{outputs}    }},\n)\n"
+        "Pipeline(\n    inputs: {{\n{inputs}    }},\n    nodes: {{\n{nodes}    }},\n    \
+         outputs: {{\n{outputs}    }},\n)\n"
     ))
 }
 

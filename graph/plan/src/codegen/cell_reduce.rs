@@ -3,8 +3,8 @@
 use afterimage_graph::node::{ByCells, CellReduce, KernelCall};
 use afterimage_wgsl::{GlobalKind, Instance, Linker, ShaderError};
 
-use super::module::{Composed, Entry, PassCode, Slot, SlotKind};
 use super::compute::bind;
+use super::module::{Composed, Entry, PassCode, Slot, SlotKind};
 use super::uniforms::uniform_struct;
 
 /// Kernels in their form by cells, with their entry point.

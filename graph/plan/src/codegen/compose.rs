@@ -5,9 +5,9 @@ use afterimage_graph::node::{ImageId, Pass, PassKind};
 use afterimage_wgsl::{SampleMode, ShaderError};
 
 use super::cell_reduce::compose_cell_reduce;
-use super::module::{CodeOptions, Composed, PassCode};
 use super::compute::compose_compute;
 use super::functions::compose_functions;
+use super::module::{CodeOptions, Composed, PassCode};
 use super::row_downsample::compose_row_downsample;
 use super::tiles::compose_tiled_chain;
 

@@ -27,7 +27,7 @@ impl<'c, 'a> FunctionWriter<'c, 'a> {
         let mut instances = Vec::with_capacity(code.pass.kernels.len());
         for kernel in &code.pass.kernels {
             let source = kernel.shader.source();
-            instances.push(if kernel.takes(Arg::Tile) {
+            instances.push(if kernel.accepts(Arg::Tile) {
                 linker.add_substituted(source, &kernel.promises)?
             } else {
                 linker.add(source, &kernel.promises)?
@@ -130,7 +130,7 @@ impl<'c, 'a> FunctionWriter<'c, 'a> {
             Arg::Kernel(earlier) => format!("kernel{earlier}"),
             // The image before is the only one that there is.
             Arg::Tile => "0u".into(),
-            Arg::Sampler if kernel.takes(Arg::Tile) => "0u".into(),
+            Arg::Sampler if kernel.accepts(Arg::Tile) => "0u".into(),
             Arg::Point => "at".into(),
             Arg::Params => format!("{}.kernel{index}", self.params()),
             Arg::Frame => self.frame(),
@@ -141,12 +141,15 @@ impl<'c, 'a> FunctionWriter<'c, 'a> {
                 format!("{}(textureLoad({texture}, at.pixel, 0))", (self.code.sample_mode_of)(image).sanitize_call())
             }
             Arg::Value(buffer, components) => {
-                let name = self.variable(SlotKind::Buffer(buffer, false), "var<storage, read>", "value", "array<vec4f>");
+                let name =
+                    self.variable(SlotKind::Buffer(buffer, false), "var<storage, read>", "value", "array<vec4f>");
                 format!("{name}[0].{}", &"xyzw"[..usize::from(components)])
             }
             Arg::Zero(1) => "0.0".into(),
             Arg::Zero(n) => format!("vec{n}f()"),
-            Arg::Square | Arg::Storage(_) | Arg::Buffer(..) => panic!("{arg:?} is no argument of a function of one pixel"),
+            Arg::Square | Arg::Storage(_) | Arg::Buffer(..) => {
+                panic!("{arg:?} is no argument of a function of one pixel")
+            }
         }
     }
 

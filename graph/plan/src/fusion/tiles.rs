@@ -275,11 +275,11 @@ impl Joined {
 
 /// The kernel that reads `image` as a texture, if it reads no other texture and nothing else reads the image.
 fn reader_of(kernels: &[KernelCall], image: ImageId) -> Option<usize> {
-    let index = kernels.iter().position(|kernel| kernel.takes(Arg::Texture(image)))?;
+    let index = kernels.iter().position(|kernel| kernel.accepts(Arg::Texture(image)))?;
     let elsewhere = kernels
         .iter()
         .enumerate()
-        .any(|(at, kernel)| kernel.takes(Arg::Pixel(image)) || at != index && kernel.takes(Arg::Texture(image)));
+        .any(|(at, kernel)| kernel.accepts(Arg::Pixel(image)) || at != index && kernel.accepts(Arg::Texture(image)));
     let reads_one = kernels[index].textures().count() == 1;
     (reads_one && kernels[index].reach.is_some() && !elsewhere).then_some(index)
 }

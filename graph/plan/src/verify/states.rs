@@ -46,10 +46,13 @@ fn check_batch(
         match given.get(resource) {
             Some(t) if (t.from, t.to) == (state, *wanted) => {}
             Some(Transition { from, to, .. }) => faults.add(format!(
-                "the barrier before {place} takes `{name}` from {from:?} to {to:?}, but it must go from {state:?} to {wanted:?}"
+                "the barrier before {place} takes `{name}` from {from:?} to {to:?}, but it must go from {state:?} \
+                 to {wanted:?}"
             )),
             None if state == *wanted && !changes(*wanted) => {}
-            None => faults.add(format!("{place} uses `{name}` as {wanted:?}, but no barrier orders that after {state:?}")),
+            None => {
+                faults.add(format!("{place} uses `{name}` as {wanted:?}, but no barrier orders that after {state:?}"));
+            }
         }
         states.insert(*resource, *wanted);
     }

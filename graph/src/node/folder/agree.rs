@@ -56,7 +56,7 @@ impl Pair<'_> {
         if file != wanted {
             let message = format!("the shader of {} is called `{file}.wgsl`", quote(&name.value));
             let diagnostic = Diagnostic::error("file-name", message).at(&name.location, "");
-            return self.diagnostics.push(diagnostic.help(format!("rename it to `{wanted}.wgsl`")));
+            self.diagnostics.push(diagnostic.help(format!("rename it to `{wanted}.wgsl`")));
         }
     }
 

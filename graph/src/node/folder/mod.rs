@@ -20,8 +20,8 @@
 //! * `inputs` are of type `Image`, `Volume` or `Value`. `accepts` lists the color states that fit (any, if it is left
 //!   out). With `optional: true`, a port may stay unwired; then it reads as zero.
 //! * `outputs` are of type `Image`. `state` is `Same("input")` or a color state, `function` the kernel function (the
-//!   kind's name in snake case, if it is left out), `size` one of `Same`, `Half`, `Double` (of the first image input, or
-//!   of the frame) and `Fixed(256, 256)`.
+//!   kind's name in snake case, if it is left out), `size` one of `Same`, `Half`, `Double` (of the first image input,
+//!   or of the frame) and `Fixed(256, 256)`.
 //! * `parameters` are of type `Bool`, `Int`, `Float`, `Vector2`, `Vector3` or `Vector4`. Each needs `doc` and
 //!   `default`, numbers need `within`, and `usually`, `unit` and `neutral` are optional. They go by name into the
 //!   struct of the function's argument `params`.
@@ -59,14 +59,15 @@ pub fn folder_kind(declaration: (&str, &str), shader: (&str, &str)) -> Result<No
     folder_kind_of(declaration, &[shader])
 }
 
-/// The same for a folder with several `.wgsl` files. The one with the kind's name in snake case is its shader; that one and the others may
-/// import the others.
+/// The same for a folder with several `.wgsl` files. The one with the kind's name in snake case is its shader; that one
+/// and the others may import the others.
 ///
 /// # Errors
 /// All errors of the declaration and the shader, each at its location; no file with the kind's name.
 pub fn folder_kind_of(declaration: (&str, &str), files: &[(&str, &str)]) -> Result<NodeKind, Diagnostics> {
     let without_mark = |(file, text): (&'_ str, &'_ str)| (file.to_owned(), document::without_mark(text).to_owned());
-    let (declaration, mut files) = (without_mark(declaration), files.iter().copied().map(without_mark).collect::<Vec<_>>());
+    let (declaration, mut files) =
+        (without_mark(declaration), files.iter().copied().map(without_mark).collect::<Vec<_>>());
     let mut sources = Sources::default();
     let file = sources.insert(&declaration.0, &declaration.1);
     files.iter().for_each(|(file, text)| _ = sources.insert(file, text));

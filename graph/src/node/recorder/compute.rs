@@ -19,6 +19,25 @@ pub struct ComputePass<'r, 'a> {
     pub(super) by_cells: Option<ByCells>,
 }
 
+impl<'a> Recorder<'a> {
+    /// A pass around a compute entry point. Its bindings are the inputs of the same names, unless `bind` gives
+    /// something else.
+    pub fn compute(&mut self, shader: impl Into<Shared<Shader>>, entry: impl Into<Shared<str>>) -> ComputePass<'_, 'a> {
+        let (shader, entry) = (shader.into(), entry.into());
+        let label = entry.to_string();
+        ComputePass {
+            recorder: self,
+            shader,
+            entry,
+            label,
+            bound: Vec::new(),
+            set: Vec::new(),
+            constants: Vec::new(),
+            by_cells: None,
+        }
+    }
+}
+
 impl ComputePass<'_, '_> {
     /// What the pass does, for people; the entry point's name by default.
     pub fn label(mut self, label: impl Into<String>) -> Self {

@@ -21,6 +21,30 @@ pub struct FunctionPass<'r, 'a> {
     pub(super) by_rows: Option<ByRows>,
 }
 
+impl<'a> Recorder<'a> {
+    /// A pass around one kernel function. Its image and value arguments are the inputs of the same names, unless `read`
+    /// gives another image.
+    pub fn function(
+        &mut self,
+        shader: impl Into<Shared<Shader>>,
+        function: impl Into<Shared<str>>,
+    ) -> FunctionPass<'_, 'a> {
+        let (shader, function) = (shader.into(), function.into());
+        let label = function.to_string();
+        FunctionPass {
+            recorder: self,
+            shader,
+            function,
+            label,
+            reads: Vec::new(),
+            set: Vec::new(),
+            reach: None,
+            promises: Vec::new(),
+            by_rows: None,
+        }
+    }
+}
+
 impl FunctionPass<'_, '_> {
     /// What the pass does, for people; the function's name by default.
     pub fn label(mut self, label: impl Into<String>) -> Self {

@@ -11,7 +11,6 @@ pub use function::FunctionPass;
 use super::pass::Pass;
 use super::ports::Signature;
 use super::resource::{BufferId, BufferLife, ImageId, Origin, VirtualBuffer, VirtualImage};
-use afterimage_base::Shared;
 use afterimage_base::caps::Caps;
 use afterimage_base::image::{Format, ImageDesc, Size};
 use afterimage_base::value::Value;
@@ -260,45 +259,6 @@ impl<'a> Recorder<'a> {
     /// The value of an output port: one `vec4f`.
     pub fn output_value(&mut self, port: &str, life: BufferLife) -> BufferId {
         self.output_table(port, 16, life)
-    }
-
-    /// A pass around one kernel function. Its image and value arguments are the inputs of the same names, unless `read`
-    /// gives another image.
-    pub fn function(
-        &mut self,
-        shader: impl Into<Shared<Shader>>,
-        function: impl Into<Shared<str>>,
-    ) -> FunctionPass<'_, 'a> {
-        let (shader, function) = (shader.into(), function.into());
-        let label = function.to_string();
-        FunctionPass {
-            recorder: self,
-            shader,
-            function,
-            label,
-            reads: Vec::new(),
-            set: Vec::new(),
-            reach: None,
-            promises: Vec::new(),
-            by_rows: None,
-        }
-    }
-
-    /// A pass around a compute entry point. Its bindings are the inputs of the same names, unless `bind` gives
-    /// something else.
-    pub fn compute(&mut self, shader: impl Into<Shared<Shader>>, entry: impl Into<Shared<str>>) -> ComputePass<'_, 'a> {
-        let (shader, entry) = (shader.into(), entry.into());
-        let label = entry.to_string();
-        ComputePass {
-            recorder: self,
-            shader,
-            entry,
-            label,
-            bound: Vec::new(),
-            set: Vec::new(),
-            constants: Vec::new(),
-            by_cells: None,
-        }
     }
 
     fn reflection<'s>(&self, shader: &'s Shader) -> &'s Reflection {

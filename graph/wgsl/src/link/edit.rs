@@ -72,7 +72,9 @@ pub(super) fn set_value(part: &mut Part<'_>, name: &str, value: &str) {
 }
 
 pub(super) fn set_override(part: &mut Part<'_>, name: &str, value: f64) {
-    let Some(found) = find(part, name).filter(|found| found.declaration.kind == DeclarationKind::Override) else { return };
+    let Some(found) = find(part, name).filter(|found| found.declaration.kind == DeclarationKind::Override) else {
+        return;
+    };
     let (Some(keyword), Some(end)) = (found.position("override"), found.words.len().checked_sub(1)) else { return };
     let equals = found.position("=").unwrap_or(end);
     let ty = found.position(":").and_then(|at| found.words.get(at + 1)).copied();

@@ -76,7 +76,12 @@ pub(super) struct Variant {
 }
 
 impl<'a> Part<'a> {
-    pub(super) fn new(file: &'a SourceFile, module: &'a Module, library: Option<&'a Library>, variant: Variant) -> Self {
+    pub(super) fn new(
+        file: &'a SourceFile,
+        module: &'a Module,
+        library: Option<&'a Library>,
+        variant: Variant,
+    ) -> Self {
         Self {
             file,
             module,

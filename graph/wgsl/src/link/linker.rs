@@ -12,7 +12,6 @@ use crate::library::{FRAMEWORK, Library, Source, SourceFile};
 use crate::module::Module;
 use crate::sample_mode::SampleMode;
 
-
 /// Files of the framework's library that every file imports.
 const PRELUDE: [&str; 3] = ["point", "sanitize", "sampling"];
 
@@ -59,14 +58,15 @@ impl<'a> Linker<'a> {
         linker
     }
 
-    /// Declares what [`add_substituted`](Self::add_substituted) replaces: pairs of a name, of an import or of the language, and of a name of the
-    /// generated code or of the language. A name that ends in `<>` is replaced together with its template list.
+    /// Declares what [`add_substituted`](Self::add_substituted) replaces: pairs of a name, of an import or of the
+    /// language, and of a name of the generated code or of the language. A name that ends in `<>` is replaced together
+    /// with its template list.
     pub fn substitute(&mut self, names: &'a [(&'a str, &'a str)]) {
         self.substitution = names;
     }
 
-    /// Adds a file and what it imports; an instance of it that is there and has the same promises is used again. The promises are boolean
-    /// constants of the file, which are set to true.
+    /// Adds a file and what it imports; an instance of it that is there and has the same promises is used again. The
+    /// promises are boolean constants of the file, which are set to true.
     ///
     /// # Errors
     /// An import of a file that does not exist, and a bracket or comment without an end.
@@ -182,7 +182,12 @@ impl<'a> Linker<'a> {
     }
 
     /// Whether a file, or one that it imports, uses a name of the substitution. Files that declare one do not count.
-    fn is_affected(&self, file: &'a SourceFile, library: Option<&'a Library>, seen: &mut Vec<*const SourceFile>) -> bool {
+    fn is_affected(
+        &self,
+        file: &'a SourceFile,
+        library: Option<&'a Library>,
+        seen: &mut Vec<*const SourceFile>,
+    ) -> bool {
         if seen.contains(&std::ptr::from_ref(file)) {
             return false;
         }
@@ -224,7 +229,8 @@ impl<'a> Linker<'a> {
         edit::make_immediate(&mut self.parts[instance.index()], variable);
     }
 
-    /// Uses a variable of the generated code, or members of it, wherever the file uses one of its own. `members` starts with a dot or is empty.
+    /// Uses a variable of the generated code, or members of it, wherever the file uses one of its own. `members` starts
+    /// with a dot or is empty.
     pub fn replace(&mut self, instance: Instance, variable: &str, by: &str, members: &str) {
         let part = &mut self.parts[instance.index()];
         if let Some(name) = part.module.symbol(variable) {
@@ -233,7 +239,8 @@ impl<'a> Linker<'a> {
         }
     }
 
-    /// The module of the generated code and of all that it and the entry points need. Generated code imports files like any other.
+    /// The module of the generated code and of all that it and the entry points need. Generated code imports files like
+    /// any other.
     ///
     /// # Errors
     /// Names that two imports declare, and names in the generated code that a file does not know.

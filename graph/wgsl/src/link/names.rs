@@ -14,8 +14,8 @@ enum Owner {
 
 /// Chooses the name of each declaration that is in the module.
 ///
-/// A name stays as it is unless another instance has it too, for whatever it is there: then a local variable there could hide the declaration, or
-/// the declaration something of the language.
+/// A name stays as it is unless another instance has it too, for whatever it is there: then a local variable there
+/// could hide the declaration, or the declaration something of the language.
 pub(super) fn choose_names(parts: &mut [Part<'_>]) {
     let mut owners = owners(parts);
     let mut chosen: Vec<(usize, Symbol, String)> = Vec::new();
@@ -90,5 +90,9 @@ fn namespace(part: &Part<'_>) -> String {
         }
     }
     let namespace = namespace.trim_end_matches('_');
-    if namespace.starts_with(|c: char| c.is_ascii_alphabetic()) { namespace.to_owned() } else { format!("file{namespace}") }
+    if namespace.starts_with(|c: char| c.is_ascii_alphabetic()) {
+        namespace.to_owned()
+    } else {
+        format!("file{namespace}")
+    }
 }

@@ -89,7 +89,8 @@ fn look_up(parts: &[Part<'_>], instance: Instance, symbol: Symbol) -> Target {
     }
 }
 
-/// What generated code refers to by [`Linker::name`](super::linker::Linker::name): WGSL has no names that begin like this.
+/// What generated code refers to by [`Linker::name`](super::linker::Linker::name): WGSL has no names that begin like
+/// this.
 pub(super) fn reference(name: &str) -> Option<(Instance, &str)> {
     let (instance, name) = name.strip_prefix("__")?.split_once('_')?;
     Some((Instance(instance.parse().ok()?), name))
@@ -136,7 +137,11 @@ pub(super) fn check(parts: &[Part<'_>]) -> Result<(), ShaderError> {
             match part.targets[used.symbol.index()] {
                 Some(Target::Ambiguous(first, second)) => {
                     let file = |instance: Instance| parts[instance.index()].file.name().to_string();
-                    let message = format!("`{name}` is declared in `{}` and in `{}`: import one of them, or declare it here", file(first), file(second));
+                    let message = format!(
+                        "`{name}` is declared in `{}` and in `{}`: import one of them, or declare it here",
+                        file(first),
+                        file(second)
+                    );
                     return Err(ShaderError::new(part.file.name(), position(part.file.text(), at), message));
                 }
                 Some(Target::Language) if index == generated => {

@@ -22,7 +22,8 @@ fn calling(shaders: &[(&Shader, &str)]) -> Linked {
         let (function, args) = call.split_once('(').expect("a call has arguments");
         calls += &format!("    sum += {}({args};\n", linker.name(instance, function));
     }
-    let code = format!("@fragment\nfn run() -> @location(0) vec4f {{\n    var sum = vec4f();\n{calls}    return sum;\n}}");
+    let code =
+        format!("@fragment\nfn run() -> @location(0) vec4f {{\n    var sum = vec4f();\n{calls}    return sum;\n}}");
     let linked = linker.link(code, &[(Instance::GENERATED, "run")]).unwrap_or_else(|error| panic!("{error}"));
     valid(&linked);
     linked
@@ -52,7 +53,8 @@ fn names_stay_as_they_are_where_no_other_file_has_them() {
 
 #[test]
 fn a_file_may_declare_names_of_the_language_and_others_keep_them() {
-    let one = shader("one.wgsl", "fn length(v: vec4f) -> vec4f { return v; }\nfn f(v: vec4f) -> vec4f { return length(v); }");
+    let one =
+        shader("one.wgsl", "fn length(v: vec4f) -> vec4f { return v; }\nfn f(v: vec4f) -> vec4f { return length(v); }");
     let two = shader("two.wgsl", "fn f(v: vec4f) -> vec4f { return vec4f(length(v)); }");
     let linked = calling(&[(&one, "f(vec4f())"), (&two, "f(vec4f())")]);
     assert!(linked.text.contains("return one_length(v)"), "{}", linked.text);
@@ -62,7 +64,8 @@ fn a_file_may_declare_names_of_the_language_and_others_keep_them() {
 #[test]
 fn a_name_that_another_file_has_made_like_ours_gets_a_number() {
     let one = shader("one.wgsl", "fn f(v: vec4f) -> vec4f { return v; }");
-    let two = shader("two.wgsl", "fn one_f(v: vec4f) -> vec4f { return v; }\nfn f(v: vec4f) -> vec4f { return one_f(v); }");
+    let two =
+        shader("two.wgsl", "fn one_f(v: vec4f) -> vec4f { return v; }\nfn f(v: vec4f) -> vec4f { return one_f(v); }");
     let linked = calling(&[(&one, "f(vec4f())"), (&two, "f(vec4f())")]);
     assert!(linked.text.contains("fn one_f_2("), "{}", linked.text);
 }
@@ -72,14 +75,23 @@ fn locals_parameters_and_members_may_have_names_of_the_file() {
     let text = "struct gain { gain: f32, size: f32 }
 const size = 3.0;
 fn scale(gain: f32) -> f32 { let size = size * gain; return size; }
-fn f(v: vec4f) -> vec4f { var g = gain(size, size); g.gain = scale(g.size); for (var size = 0; size < 2; size++) { g.size += f32(size); } return v * g.gain * size; }";
+fn f(v: vec4f) -> vec4f {
+    var g = gain(size, size);
+    g.gain = scale(g.size);
+    for (var size = 0; size < 2; size++) { g.size += f32(size); }
+    return v * g.gain * size;
+}";
     let (one, two) = (shader("one.wgsl", text), shader("two.wgsl", text));
     calling(&[(&one, "f(vec4f())"), (&two, "f(vec4f())")]);
 }
 
 #[test]
 fn a_local_does_not_hide_what_a_file_imports() {
-    let text = "#import color\nfn f(color_luminance: vec4f) -> vec4f { let luminance_2 = luminance(color_luminance.rgb); return vec4f(luminance_2); }";
+    let text = "#import color
+fn f(color_luminance: vec4f) -> vec4f {
+    let luminance_2 = luminance(color_luminance.rgb);
+    return vec4f(luminance_2);
+}";
     let one = shader("one.wgsl", text);
     let two = shader("two.wgsl", "fn luminance(v: vec4f) -> vec4f { return v; }");
     let linked = calling(&[(&one, "f(vec4f())"), (&two, "luminance(vec4f())")]);
@@ -88,7 +100,8 @@ fn a_local_does_not_hide_what_a_file_imports() {
 
 #[test]
 fn any_format_will_do() {
-    let text = "/*a*/fn/*b*/helper(/*c*/x/*d*/:/*e*/vec4f)->vec4f{return/*f*/x;}struct S{a:f32}const K=1.0;fn f(x:vec4f)->vec4f{return helper(x)*K*S(K)\n.\na;}// end";
+    let text = "/*a*/fn/*b*/helper(/*c*/x/*d*/:/*e*/vec4f)->vec4f{return/*f*/x;}struct S{a:f32}const K=1.0;\
+                fn f(x:vec4f)->vec4f{return helper(x)*K*S(K)\n.\na;}// end";
     let (one, two) = (shader("one.wgsl", text), shader("two.wgsl", text));
     calling(&[(&one, "f(vec4f())"), (&two, "f(vec4f())")]);
 }
@@ -99,13 +112,14 @@ fn a_file_brings_a_library_which_comes_before_the_framework() {
         ("color", "#import deep\nfn luminance(c: vec3f) -> f32 { return c.x * deep(); }"),
         ("deep", "#import math\nfn deep() -> f32 { return power(2.0, 3.0); }"),
     ]);
-    static OWN: Shader = Shader::new("own.wgsl", "#import color\nfn f(c: vec4f) -> vec4f { return vec4f(luminance(c.rgb)); }")
-        .with_library(&LIBRARY);
+    static OWN: Shader =
+        Shader::new("own.wgsl", "#import color\nfn f(c: vec4f) -> vec4f { return vec4f(luminance(c.rgb)); }")
+            .with_library(&LIBRARY);
     let other = shader("other.wgsl", "#import color\nfn f(c: vec4f) -> vec4f { return vec4f(luminance(c.rgb)); }");
     let linked = calling(&[(&OWN, "f(vec4f())"), (&other, "f(vec4f())")]);
     assert_eq!(linked.text.matches("c.x * deep()").count(), 1);
-    assert_eq!(linked.text.matches("fn ").filter(|_| true).count(), linked.text.matches("fn ").count());
-    let names: BTreeSet<&str> = linked.text.split(|c: char| !c.is_alphanumeric() && c != '_').filter(|w| w.contains("luminance")).collect();
+    let names: BTreeSet<&str> =
+        linked.text.split(|c: char| !c.is_alphanumeric() && c != '_').filter(|w| w.contains("luminance")).collect();
     assert_eq!(names.len(), 2, "{names:?}");
 }
 
@@ -115,18 +129,28 @@ fn errors_of_imports_have_a_place() {
     let error = own.reflect().expect_err("there is no such file");
     assert_eq!((error.file.as_str(), error.line, error.column), ("own.wgsl", 2, 11));
     assert!(error.message.starts_with("no shared file is called `nothing`; there are `"), "{error}");
-    static LIBRARY: Library = Library::new(&[("a", "fn same() -> f32 { return 1.0; }"), ("b", "fn same() -> f32 { return 2.0; }")]);
-    let both = Shader::new("both.wgsl", "#import a\n#import b\nfn f(c: vec4f) -> vec4f { return c * same(); }").with_library(&LIBRARY);
+    static LIBRARY: Library =
+        Library::new(&[("a", "fn same() -> f32 { return 1.0; }"), ("b", "fn same() -> f32 { return 2.0; }")]);
+    let both = Shader::new("both.wgsl", "#import a\n#import b\nfn f(c: vec4f) -> vec4f { return c * same(); }")
+        .with_library(&LIBRARY);
     let error = both.reflect().expect_err("two imports declare it");
     assert_eq!((error.line, error.column), (3, 38));
-    let hidden = Shader::new("hidden.wgsl", "#import a\n#import b\nfn same() -> f32 { return 0.5; }\nfn f(c: vec4f) -> vec4f { return c * same(); }").with_library(&LIBRARY);
+    let hidden = Shader::new(
+        "hidden.wgsl",
+        "#import a\n#import b\nfn same() -> f32 { return 0.5; }\nfn f(c: vec4f) -> vec4f { return c * same(); }",
+    )
+    .with_library(&LIBRARY);
     hidden.reflect().expect("its own comes first");
 }
 
 #[test]
 fn errors_are_at_the_authors_line_and_column_also_behind_changed_names() {
-    let one = shader("one.wgsl", "fn helper() -> f32 { return 1.0; }\nfn f(v: vec4f) -> vec4f { return helper() * helper() * v; }");
-    let text = "fn helper() -> f32 { return 1.0; }\nfn f(v: vec4f) -> vec4f { let a = helper() + helper(); return a * wrong; }";
+    let one = shader(
+        "one.wgsl",
+        "fn helper() -> f32 { return 1.0; }\nfn f(v: vec4f) -> vec4f { return helper() * helper() * v; }",
+    );
+    let text = "fn helper() -> f32 { return 1.0; }
+fn f(v: vec4f) -> vec4f { let a = helper() + helper(); return a * wrong; }";
     let two = shader("two.wgsl", text);
     let mut linker = linker();
     let instances = [&one, &two].map(|shader| linker.add(shader.source(), &[]).expect("its imports are there"));
@@ -205,7 +229,8 @@ fn f(all: vec4f) -> vec4f { let own = scale(params, params.gain); return all * o
     linker.replace(instance, "params", "all", ".first");
     let (ty, function) = (linker.name(instance, "Params"), linker.name(instance, "f"));
     let code = format!(
-        "struct All {{ first: {ty} }}\n@group(0) @binding(9) var<uniform> all: All;\n@fragment fn run() -> @location(0) vec4f {{ return {function}(vec4f()); }}"
+        "struct All {{ first: {ty} }}\n@group(0) @binding(9) var<uniform> all: All;
+@fragment fn run() -> @location(0) vec4f {{ return {function}(vec4f()); }}"
     );
     let linked = linker.link(code, &[]).expect("all names are known");
     valid(&linked);
@@ -215,9 +240,19 @@ fn f(all: vec4f) -> vec4f { let own = scale(params, params.gain); return all * o
 
 #[test]
 fn a_substituted_copy_stands_beside_the_file_itself() {
-    let text = "#import tent\n#import color\nfn f(t: texture_2d<f32>, s: sampler, uv: vec2f) -> vec4f { return tap_tent(t, s, uv, 2.0) + texel(t, vec2i(textureDimensions(t))) * luminance(vec3f(1.0)); }";
+    let text = "#import tent
+#import color
+fn f(t: texture_2d<f32>, s: sampler, uv: vec2f) -> vec4f {
+    return tap_tent(t, s, uv, 2.0) + texel(t, vec2i(textureDimensions(t))) * luminance(vec3f(1.0));
+}";
     let own = shader("own.wgsl", text);
-    let names = [("texture_2d<>", "u32"), ("sampler", "u32"), ("textureDimensions", "tile_size"), ("tap", "tile_tap"), ("texel", "tile_texel")];
+    let names = [
+        ("texture_2d<>", "u32"),
+        ("sampler", "u32"),
+        ("textureDimensions", "tile_size"),
+        ("tap", "tile_tap"),
+        ("texel", "tile_texel"),
+    ];
     let mut linker = linker();
     linker.substitute(&names);
     let plain = linker.add(own.source(), &[]).expect("its imports are there");
@@ -241,19 +276,29 @@ fn tile_texel(t: u32, p: vec2i) -> vec4f {{ return vec4f(); }}
 
 #[test]
 fn instances_with_other_promises_are_apart() {
-    let own = shader("own.wgsl", "const SAME: bool = false;\nfn f(v: vec4f) -> vec4f { if SAME { return v; } return 2.0 * v; }");
+    let own = shader(
+        "own.wgsl",
+        "const SAME: bool = false;\nfn f(v: vec4f) -> vec4f { if SAME { return v; } return 2.0 * v; }",
+    );
     let mut linker = linker();
     let (never, always) = (linker.add(own.source(), &[]), linker.add(own.source(), &["SAME"]));
     let calls = [never, always].map(|instance| linker.name(instance.expect("it imports nothing"), "f"));
     let code = format!("fn run(v: vec4f) -> vec4f {{ return {}(v) + {}(v); }}", calls[0], calls[1]);
     let linked = linker.link(code, &[]).expect("all names are known");
     valid(&linked);
-    assert!(linked.text.contains("own_SAME: bool = false;") && linked.text.contains("own_SAME_2: bool = true;"), "{}", linked.text);
+    assert!(
+        linked.text.contains("own_SAME: bool = false;") && linked.text.contains("own_SAME_2: bool = true;"),
+        "{}",
+        linked.text
+    );
 }
 
 #[test]
 fn what_nothing_calls_is_left_out() {
-    let own = shader("own.wgsl", "const_assert LIMIT > 1;\nconst LIMIT = 2;\nfn unused() { }\nfn f(v: vec4f) -> vec4f { return v; }");
+    let own = shader(
+        "own.wgsl",
+        "const_assert LIMIT > 1;\nconst LIMIT = 2;\nfn unused() { }\nfn f(v: vec4f) -> vec4f { return v; }",
+    );
     let linked = calling(&[(&own, "f(vec4f())")]);
     assert!(!linked.text.contains("unused") && linked.text.contains("const LIMIT"), "{}", linked.text);
 }
@@ -272,7 +317,8 @@ fn generated_code_that_names_what_a_file_does_not_declare_is_an_error_of_the_fil
 fn the_library_is_valid_with_every_feature() {
     for (half, subgroups) in [(false, false), (true, false), (false, true), (true, true)] {
         for mode in [SampleMode::Plain, SampleMode::ByHand, SampleMode::Sanitized, SampleMode::SanitizedSigned] {
-            let names: Vec<String> = crate::library::FRAMEWORK.names().map(|name| format!("#import {name}\n")).collect();
+            let names: Vec<String> =
+                crate::library::FRAMEWORK.names().map(|name| format!("#import {name}\n")).collect();
             for import in names {
                 let file = shader("all.wgsl", &import);
                 let mut linker = Linker::new(mode, ShaderFeatures { half, subgroups });

@@ -35,7 +35,8 @@ pub(crate) struct Declaration {
     pub(crate) name: Option<Symbol>,
     /// Its tokens, attributes first.
     pub(crate) tokens: Range<u32>,
-    /// The names that it uses, its own among them, in the order of the text. Local names and members are not among them.
+    /// The names that it uses, its own among them, in the order of the text. Local names and members are not among
+    /// them.
     pub(crate) uses: Vec<Use>,
     /// Each name that it uses, once.
     pub(crate) used: Vec<Symbol>,
@@ -76,7 +77,8 @@ impl Module {
     /// Parses a file.
     ///
     /// # Errors
-    /// A comment or a bracket without an end, and an import that is not at the top level. What else is wrong, the validator finds.
+    /// A comment or a bracket without an end, and an import that is not at the top level. What else is wrong, the
+    /// validator finds.
     pub(crate) fn parse(file: &str, text: &str) -> Result<Self, ShaderError> {
         let error = |at: usize, message: &str| ShaderError::new(file, position(text, at), message);
         let tokens = tokens(text).map_err(|OpenComment(at)| error(at, "this comment has no end `*/`"))?;

@@ -1,4 +1,5 @@
-//! Which names of a declaration can mean something outside of it: not members, locals, parameters, attributes and enumerants.
+//! Which names of a declaration can mean something outside of it: not members, locals, parameters, attributes and
+//! enumerants.
 
 use super::kind::DeclarationKind;
 use crate::token::{Token, TokenKind};
@@ -46,8 +47,27 @@ struct Reader<'t> {
 const NAMING_ATTRIBUTES: [&str; 3] = ["builtin", "interpolate", "diagnostic"];
 /// Words of the language that no declaration can have for a name.
 const KEYWORDS: [&str; 21] = [
-    "alias", "break", "case", "const", "const_assert", "continue", "continuing", "default", "discard", "else", "false",
-    "fn", "for", "if", "let", "loop", "override", "return", "struct", "true", "var",
+    "alias",
+    "break",
+    "case",
+    "const",
+    "const_assert",
+    "continue",
+    "continuing",
+    "default",
+    "discard",
+    "else",
+    "false",
+    "fn",
+    "for",
+    "if",
+    "let",
+    "loop",
+    "override",
+    "return",
+    "struct",
+    "true",
+    "var",
 ];
 /// The enumerants of access.
 const ACCESS: [&str; 3] = ["read", "write", "read_write"];
@@ -251,7 +271,10 @@ mod tests {
     fn locals_hide_the_names_of_the_file_from_the_end_of_their_statement() {
         assert_eq!(in_function("fn f(x: x) { let y = y; g(y); }"), ["f", "x", "y", "g"]);
         assert_eq!(in_function("fn f() { if a { let a = 1; a; } a; }"), ["f", "a", "a"]);
-        assert_eq!(in_function("fn f() { for (var i = i; i < n; i++) { let n = i; n; } i; n; }"), ["f", "i", "n", "i", "n"]);
+        assert_eq!(
+            in_function("fn f() { for (var i = i; i < n; i++) { let n = i; n; } i; n; }"),
+            ["f", "i", "n", "i", "n"]
+        );
         assert_eq!(in_function("fn f() { loop { let k = 1; continuing { break if k > k; } } k; }").last(), Some(&"k"));
     }
 

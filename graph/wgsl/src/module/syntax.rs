@@ -146,7 +146,10 @@ fn closing(text: &str, tokens: &[Token], open: usize) -> Result<usize, Wrong> {
                 let last = stack.pop().expect("the first token opens a bracket");
                 let opened = tokens[last].of(text);
                 if !matches!((opened, sign), ("(", ')') | ("[", ']') | ("{", '}')) {
-                    return Err(Wrong { token: at, message: format!("this `{sign}` does not close the `{opened}` before") });
+                    return Err(Wrong {
+                        token: at,
+                        message: format!("this `{sign}` does not close the `{opened}` before"),
+                    });
                 }
                 if stack.is_empty() {
                     return Ok(at);

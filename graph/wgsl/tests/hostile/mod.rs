@@ -1,8 +1,8 @@
 //! Files whose names and formatting are as unkind to a linker as WGSL allows.
 //!
-//! Two files of a pair declare the same names, names of the language and of the library, and names as a linker would make them. Members,
-//! parameters and local variables have names of declarations. Tokens stand on one line or on many, with comments between them. The tame form
-//! of a pair computes the same with names that nothing else has.
+//! Two files of a pair declare the same names, names of the language and of the library, and names as a linker would
+//! make them. Members, parameters and local variables have names of declarations. Tokens stand on one line or on many,
+//! with comments between them. The tame form of a pair computes the same with names that nothing else has.
 
 /// The two files of a pair, `one.wgsl` and `two.wgsl`.
 pub struct Pair {
@@ -24,9 +24,42 @@ pub struct Kernel {
 
 /// Names that declarations, members, parameters and local variables share.
 const NAMES: [&str; 36] = [
-    "helper", "gain", "length", "dot", "mix", "max", "abs", "clamp", "select", "tap", "texel", "sanitized", "between", "luminance", "size",
-    "uv", "pixel", "source", "params", "at", "run", "compute", "fragment", "vertex", "kernel0", "kernel1", "value0", "image0", "result0",
-    "PassUniform", "Frame", "one_helper", "two_helper", "one_gain", "two_gain", "point_at",
+    "helper",
+    "gain",
+    "length",
+    "dot",
+    "mix",
+    "max",
+    "abs",
+    "clamp",
+    "select",
+    "tap",
+    "texel",
+    "sanitized",
+    "between",
+    "luminance",
+    "size",
+    "uv",
+    "pixel",
+    "source",
+    "params",
+    "at",
+    "run",
+    "compute",
+    "fragment",
+    "vertex",
+    "kernel0",
+    "kernel1",
+    "value0",
+    "image0",
+    "result0",
+    "PassUniform",
+    "Frame",
+    "one_helper",
+    "two_helper",
+    "one_gain",
+    "two_gain",
+    "point_at",
 ];
 
 /// Builtin functions that a file uses where it does not declare them.
@@ -35,7 +68,10 @@ const BUILTINS: [&str; 4] = ["max", "abs", "clamp", "length"];
 /// The pair of that number.
 pub fn pair(seed: u64) -> Pair {
     let files = ["one", "two"].map(|stem| File::new(stem, seed));
-    Pair { hostile: [files[0].kernel(true), files[1].kernel(true)], tame: [files[0].kernel(false), files[1].kernel(false)] }
+    Pair {
+        hostile: [files[0].kernel(true), files[1].kernel(true)],
+        tame: [files[0].kernel(false), files[1].kernel(false)],
+    }
 }
 
 /// Numbers that look random (Knuth's MMIX constants).
@@ -79,7 +115,9 @@ impl File {
         let top = random.names(6, &[]);
         let members = random.names(2, &[]);
         // A helper uses both constants, so its own names must not hide them.
-        let locals = (0..2).map(|helper| random.names(2, &[top[0], top[1], top[2 + helper], "clamp", "abs", "max", "length"])).collect();
+        let locals = (0..2)
+            .map(|helper| random.names(2, &[top[0], top[1], top[2 + helper], "clamp", "abs", "max", "length"]))
+            .collect();
         let builtin = BUILTINS.into_iter().find(|name| !top.contains(name));
         Self { stem, seed, top, members, locals, builtin }
     }
@@ -112,7 +150,10 @@ impl File {
         let argument = self.argument(is_hostile);
         add(&format!("fn {} ( {argument} : vec4f ) -> vec4f {{", top[5]));
         add(&format!("var it = {} ( 0.5 , {argument} ) ; it . {second} = {} ( it . {second} ) ;", top[4], top[2]));
-        add(&format!("for ( var i = 0 ; i < 2 ; i ++ ) {{ it . {second} += {} ( it . {second} * it . {first} ) ; }}", top[3]));
+        add(&format!(
+            "for ( var i = 0 ; i < 2 ; i ++ ) {{ it . {second} += {} ( it . {second} * it . {first} ) ; }}",
+            top[3]
+        ));
         add(&format!("return it . {second} ; }}"));
         let text = if is_hostile { self.scattered(&words) } else { words.join(" ") };
         Kernel { text, function: top[5].clone(), argument }

@@ -54,7 +54,8 @@ impl Canvas {
         let text = escaped(text);
         let _ = writeln!(
             self.0,
-            "<text transform=\"translate({x:.1} {y:.1}) rotate(-52)\" font-size=\"{size}\" fill=\"{color}\">{text}</text>"
+            "<text transform=\"translate({x:.1} {y:.1}) rotate(-52)\" font-size=\"{size}\" \
+             fill=\"{color}\">{text}</text>"
         );
     }
 
@@ -65,7 +66,8 @@ impl Canvas {
         let hint = if hint.is_empty() { String::new() } else { format!("<title>{}</title>", escaped(hint)) };
         let _ = writeln!(
             self.0,
-            "<rect x=\"{x:.1}\" y=\"{y:.1}\" width=\"{width:.1}\" height=\"{height:.1}\" rx=\"{round}\" fill=\"{fill}\"{edge}>{hint}</rect>"
+            "<rect x=\"{x:.1}\" y=\"{y:.1}\" width=\"{width:.1}\" height=\"{height:.1}\" rx=\"{round}\" \
+             fill=\"{fill}\"{edge}>{hint}</rect>"
         );
     }
 
@@ -90,7 +92,8 @@ impl Canvas {
         let hint = escaped(hint);
         let _ = writeln!(
             self.0,
-            "<path d=\"M{x:.1} {:.1}L{:.1} {y:.1}L{x:.1} {:.1}L{:.1} {y:.1}Z\" fill=\"{fill}\"><title>{hint}</title></path>",
+            "<path d=\"M{x:.1} {:.1}L{:.1} {y:.1}L{x:.1} {:.1}L{:.1} {y:.1}Z\" fill=\"{fill}\">\
+             <title>{hint}</title></path>",
             y - radius,
             x + radius,
             y + radius,

@@ -1,0 +1,157 @@
+//! The middle stage of `render`: frames are rendered in order.
+
+use std::sync::mpsc::{Receiver, SyncSender};
+use std::time::Instant;
+
+use afterimage_gpu::{FrameStep, InputImage, Session, Texels};
+use afterimage_graph::image::{ColorState, Size};
+use afterimage_media::Picture;
+use afterimage_plan::{Plan, PlanOutput};
+
+use super::read::Read;
+use super::request::Request;
+use super::times::Times;
+use super::write::Rendered;
+use crate::device::CachedSession;
+use crate::failure::Failure;
+use crate::terminal::note;
+
+/// Renders what is read. The device is freed while the last image is written.
+pub(super) fn render_all(
+    request: &Request<'_>,
+    session: CachedSession,
+    from: Receiver<Read>,
+    to: SyncSender<Rendered>,
+) -> Result<Times, Failure> {
+    let mut frames = Frames { request, session, said: Vec::new(), times: Times::default() };
+    for (index, pictures) in from.iter().enumerate() {
+        // A writer that is gone has failed and reports the error.
+        if to.send(frames.render(index, pictures?)?).is_err() {
+            break;
+        }
+    }
+    // Everything is rendered: the writers may end before the device is freed.
+    drop(to);
+    Ok(frames.times)
+}
+
+/// The frames that are rendered one after another.
+struct Frames<'a> {
+    request: &'a Request<'a>,
+    session: CachedSession,
+    /// The notes of images that are printed already.
+    said: Vec<String>,
+    times: Times,
+}
+
+impl Frames<'_> {
+    fn render(&mut self, index: usize, pictures: Vec<(String, Picture)>) -> Result<Rendered, Failure> {
+        self.say_notes(&pictures);
+        let start = Instant::now();
+        let step = step(self.request, index);
+        let session = &mut self.session.session;
+        let images = feed(session, &pictures)?;
+        session.render(size(self.request, &images), &images, step)?;
+        // The images are uploaded: their memory is freed while the GPU works.
+        let meta = pictures.into_iter().next().map(|(_, picture)| picture.meta);
+        let (output, texels) = picture(session, self.request)?;
+        self.times.render += start.elapsed();
+        if index == 0 {
+            self.after_first(&images)?;
+        }
+        Ok(Rendered { texels, output, meta, index })
+    }
+
+    fn say_notes(&mut self, pictures: &[(String, Picture)]) {
+        for text in pictures.iter().flat_map(|(_, picture)| &picture.notes) {
+            if !self.said.contains(text) {
+                note(&format!("note: {text}"));
+                self.said.push(text.clone());
+            }
+        }
+    }
+
+    fn after_first(&mut self, images: &[InputImage]) -> Result<(), Failure> {
+        if self.request.args.timings {
+            self.times.passes = time_passes(&mut self.session.session, images)?;
+        }
+        self.session.keep_pipelines();
+        Ok(())
+    }
+}
+
+/// The position of a frame of a sequence in time, by its number.
+fn step(request: &Request<'_>, index: usize) -> FrameStep {
+    let (jobs, fps) = (&request.jobs, request.args.fps);
+    let frames = jobs[index].frame.zip(index.checked_sub(1).and_then(|i| jobs[i].frame));
+    let dt = frames.map_or(0.0, |(now, before)| now.saturating_sub(before) as f32 / fps);
+    let time = jobs[index].frame.map_or(0.0, |frame| frame as f32 / fps);
+    FrameStep { time, dt, reset: index == 0 }
+}
+
+/// Uploads the images of a frame.
+fn feed(session: &mut Session, pictures: &[(String, Picture)]) -> Result<Vec<InputImage>, Failure> {
+    let upload = |(name, picture): &(String, Picture)| {
+        session.gpu().check_fits(picture.desc())?;
+        Ok(session.feed(name, picture.desc(), picture.bytes())?)
+    };
+    pictures.iter().map(upload).collect()
+}
+
+/// The size of the first image; that of the command line without images.
+fn size(request: &Request<'_>, images: &[InputImage]) -> Size {
+    let (width, height) = request.args.size.unwrap_or((1920, 1080));
+    images.first().map_or(Size::new(width, height), |image| image.desc.size)
+}
+
+/// The output for the file, and its texels.
+fn picture(session: &mut Session, request: &Request<'_>) -> Result<(PlanOutput, Texels), Failure> {
+    let output = choose_output(session.plan(), request.args.output.as_deref(), request.png)?;
+    let texels = session.output(&output.name)?;
+    Ok((output, texels))
+}
+
+/// GPU milliseconds of each pass, from a second rendering of the first frame.
+fn time_passes(session: &mut Session, images: &[InputImage]) -> Result<Vec<(String, f64)>, Failure> {
+    let times = session.pass_times_once(images, FrameStep::FIRST)?;
+    let passes = session.plan().work();
+    Ok(passes.map(|pass| pass.label.clone()).zip(times).collect())
+}
+
+/// The named output, or the first whose color state fits the file: encoded for PNG, linear for EXR.
+pub(crate) fn choose_output(plan: &Plan, wanted: Option<&str>, png: bool) -> Result<PlanOutput, Failure> {
+    let fits = |output: &&PlanOutput| (output.state == ColorState::Encoded) == png;
+    match wanted {
+        None => plan.outputs.iter().find(fits).cloned().ok_or_else(|| no_output(plan, png)),
+        Some(name) => {
+            let unknown = || {
+                Failure::user(format!("the pipeline has no output `{name}`")).hint(format!("it has {}", names(plan)))
+            };
+            let output = plan.output(Some(name)).ok_or_else(unknown)?;
+            if fits(&output) { Ok(output.clone()) } else { Err(wrong_file(output, png)) }
+        }
+    }
+}
+
+fn names(plan: &Plan) -> String {
+    let names: Vec<String> = plan.outputs.iter().map(|o| format!("`{}` ({})", o.name, o.state.name())).collect();
+    names.join(", ")
+}
+
+fn wrong_file(output: &PlanOutput, png: bool) -> Failure {
+    let name = &output.name;
+    match png {
+        true => Failure::user(format!("output `{name}` is {}, and a PNG holds encoded pictures", output.state.name()))
+            .hint("write it to an `.exr` file, or add an `Encode` node"),
+        false => Failure::user(format!("output `{name}` is Encoded, and an EXR holds linear light"))
+            .hint("write it to a `.png` file"),
+    }
+}
+
+fn no_output(plan: &Plan, png: bool) -> Failure {
+    let (kind, hint) = match png {
+        true => ("encoded", "write to an `.exr` file, or add an `Encode` node and an output for it"),
+        false => ("linear", "write to a `.png` file, or add an output before the `Encode` node"),
+    };
+    Failure::user(format!("the pipeline has no {kind} output for this file; it has {}", names(plan))).hint(hint)
+}

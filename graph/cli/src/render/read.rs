@@ -1,0 +1,32 @@
+//! The first stage of `render`: images are read.
+
+use std::sync::mpsc::SyncSender;
+use std::time::{Duration, Instant};
+
+use afterimage_media::Picture;
+
+use super::request::Job;
+use crate::failure::Failure;
+
+/// The images of a job.
+pub(super) type Read = Result<Vec<(String, Picture)>, Failure>;
+
+/// Reads the images of all jobs; returns the time that it takes.
+pub(super) fn read_all(jobs: &[Job], to: &SyncSender<Read>) -> Duration {
+    let mut busy = Duration::ZERO;
+    for job in jobs {
+        let start = Instant::now();
+        let pictures = read_job(job);
+        busy += start.elapsed();
+        let failed = pictures.is_err();
+        // A receiver that is gone has failed and reports the error.
+        if to.send(pictures).is_err() || failed {
+            break;
+        }
+    }
+    busy
+}
+
+fn read_job(job: &Job) -> Read {
+    job.sources.iter().map(|(name, source)| Ok((name.clone(), afterimage_media::read(source)?))).collect()
+}

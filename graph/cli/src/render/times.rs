@@ -1,0 +1,35 @@
+//! How long the stages of `render` take.
+
+use std::time::Duration;
+
+/// The time of each stage.
+#[derive(Default)]
+pub(super) struct Times {
+    /// Until the device is open; images are read at the same time.
+    pub(super) start: Duration,
+    pub(super) read: Duration,
+    pub(super) render: Duration,
+    /// The sum over all writers.
+    pub(super) write: Duration,
+    pub(super) writers: usize,
+    pub(super) all: Duration,
+    pub(super) frames: usize,
+    /// GPU milliseconds of each pass.
+    pub(super) passes: Vec<(String, f64)>,
+}
+
+impl std::fmt::Display for Times {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let ms = |time: Duration| time.as_secs_f64() * 1e3 / self.frames.max(1) as f64;
+        let frames = if self.frames == 1 { "1 frame".to_owned() } else { format!("{} frames", self.frames) };
+        writeln!(f, "{frames} in {:.3} s; milliseconds a frame:", self.all.as_secs_f64())?;
+        let write = ms(self.write) / self.writers.max(1) as f64;
+        writeln!(f, "  read {:.1}, render {:.1}, write {write:.1}", ms(self.read), ms(self.render))?;
+        let writers = if self.writers > 1 { format!("; {} threads write", self.writers) } else { String::new() };
+        writeln!(f, "  the device opened in {:.1}{writers}", self.start.as_secs_f64() * 1e3)?;
+        for (label, ms) in &self.passes {
+            writeln!(f, "  {ms:8.4} ms on the GPU: {label}")?;
+        }
+        Ok(())
+    }
+}
