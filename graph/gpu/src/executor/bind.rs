@@ -56,8 +56,8 @@ impl Executor {
             Some(format) => self.drawing(loaded, index, format)?,
         };
         let stage = if attachment.is_some() { Stage::Fragment } else { Stage::Compute };
-        let ring_length = 0..loaded.ring_length;
-        let groups = ring_length
+        let ring_indices = 0..loaded.ring_length;
+        let groups = ring_indices
             .clone()
             .map(|ring_index| self.bind_group(loaded, index, stage, &layout, views, ring_index))
             .collect();
@@ -65,7 +65,7 @@ impl Executor {
             (Stage::Fragment, Some(image)) => Some(loaded.view(&self.store, image, views, ring_index).clone()),
             _ => None,
         };
-        Ok(Run { pipeline, groups, attachments: ring_length.map(target).collect() })
+        Ok(Run { pipeline, groups, attachments: ring_indices.map(target).collect() })
     }
 
     /// The pipeline that draws a pass's result into the host's image.

@@ -67,7 +67,7 @@ impl Runtime {
     pub fn plan_for_descs(&mut self, size: Size, inputs: BTreeMap<String, GivenImage>) -> Result<Arc<Plan>, PlanError> {
         let executor = &self.executor;
         let requirement = |desc: &ImageDesc| executor.requirement(desc);
-        let setting = PlanRequest {
+        let request = PlanRequest {
             size,
             inputs,
             facts: self.facts.clone(),
@@ -75,7 +75,7 @@ impl Runtime {
             options: self.options,
             requirement: &requirement,
         };
-        self.plans.plan(&setting)
+        self.plans.plan(&request)
     }
 
     /// Makes the plan for these images and loads it if it is not the loaded one.
