@@ -1,4 +1,3 @@
-#import color
 #import math
 #import noise
 
@@ -10,6 +9,7 @@ struct FilmGrain {
     highlights: f32,
     pivot: f32,
     seed: u32,
+    luminance_weights: vec3f,
 }
 
 // A random number in (-1, 1) for each lattice point, with the triangular distribution of a sum of two uniform numbers.
@@ -48,7 +48,7 @@ fn film_grain_with(source: vec4f, at: Point, params: FilmGrain, seed: u32) -> ve
     );
     let grain = mix(vec3f(grey), tinted, params.color);
     let rgb = clamp(source.rgb, vec3f(0.0), vec3f(1.0));
-    let strength = params.amount * film_grain_response(luminance(rgb), params);
+    let strength = params.amount * film_grain_response(dot(rgb, params.luminance_weights), params);
     return vec4f(source.rgb + strength * grain * rgb * (1.0 - rgb), source.a);
 }
 

@@ -1,6 +1,7 @@
 // One section per curve: the curve for light of 0 or more, and two kernels that differ in how colours are fitted into
 // the gamut.
 #import color
+#import gamut
 #import math
 #import transfer
 
@@ -8,9 +9,10 @@ struct ToneMap {
     enter0: vec4f,  // rows: Rec.709 to the working space
     enter1: vec4f,
     enter2: vec4f,
-    leave0: vec4f,  // the working space to Rec.709
+    leave0: vec4f,  // the working space to the primaries of the display
     leave1: vec4f,
     leave2: vec4f,
+    display_luminance: vec3f,  // luminance weights of the display
     peak: f32,
     gamut_knee: f32,
     white_level: f32,
@@ -28,7 +30,7 @@ struct ToneMap {
 
 // --- Conversion to the working space, and two ways back into the gamut ---
 
-// Whether the curve works in the primaries of the scene. All rows are then the identity.
+// Whether the curve works in the primaries of the scene and of the display. All rows are then the identity.
 const TONE_MAP_SAME_SPACE: bool = false;
 
 fn tone_map_rows(row0: vec4f, row1: vec4f, row2: vec4f, v: vec3f) -> vec3f {
@@ -48,19 +50,8 @@ fn tone_map_clip(v: vec3f, params: ToneMap) -> vec3f {
     return clamp(tone_map_leave(v, params), vec3f(0.0), vec3f(params.peak));
 }
 
-// Moves a colour towards the grey of its luminance. `reach` is 1 at the gamut's border. Up to the knee nothing changes.
-// Beyond it, x/(1+x) compresses the rest, so that a colour approaches the border and never passes it.
 fn tone_map_compress(v: vec3f, params: ToneMap) -> vec3f {
-    let rgb = tone_map_leave(v, params);
-    let grey = clamp(luminance(rgb), 0.0, params.peak);
-    let away = rgb - grey;
-    let room = select(vec3f(grey), vec3f(params.peak - grey), away > vec3f(0.0));
-    let reach = brightest(abs(away) / max(room, vec3f(1e-7)));
-    let rest = 1.0 - params.gamut_knee;
-    let over = max(reach - params.gamut_knee, 0.0);
-    let pulled = params.gamut_knee + over * rest / max(rest + over, 1e-7);
-    let share = select(pulled / max(reach, 1e-7), 1.0, reach <= params.gamut_knee);
-    return clamp(grey + away * share, vec3f(0.0), vec3f(params.peak));
+    return gamut_compress(tone_map_leave(v, params), params.display_luminance, params.peak, params.gamut_knee);
 }
 
 // --- None ---

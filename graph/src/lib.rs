@@ -35,13 +35,13 @@ pub mod check;
 pub mod document;
 pub mod node;
 
-pub use afterimage_base::{caps, diagnostic, image, value};
+pub use afterimage_base::{caps, color, diagnostic, image, value};
 pub use afterimage_wgsl as wgsl;
 
 pub mod prelude {
     //! The names that node authors need.
     pub use crate::node::{
-        Arrival, Arrivals, BufferId, BufferLife, ByCells, ByRows, Fallback, ImageId, Input, Node, NodeKind, Output,
+        Arrival, Arrivals, BufferId, BufferLife, ByCells, ByRows, ColorChange, Fallback, ImageColor, ImageId, Input, Node, NodeKind, Output,
         OutputState, Params, PortType, Recorder, Resource,
     };
     pub use crate::{choices, params};

@@ -2,6 +2,8 @@
 
 use afterimage_graph::prelude::*;
 
+use crate::color::luminance_weights;
+
 static SHADER: Shader = shader!("cdl");
 
 params! {
@@ -41,6 +43,7 @@ impl Node for Cdl {
     fn record(&self, pass: &mut Recorder<'_>) {
         let source = pass.image("source");
         let desc = ImageDesc::new(pass.desc(source).size);
-        pass.function(&SHADER, "cdl").write("result", desc);
+        let weights = luminance_weights(&pass.color("source").colorimetry.primaries);
+        pass.function(&SHADER, "cdl").set("luminance_weights", weights.to_array()).write("result", desc);
     }
 }

@@ -24,7 +24,7 @@ params! {
 impl Node for Dither {
     const INPUTS: &'static [Input] = &[Input::image("source", "The encoded image.").accepts(&[ColorState::Encoded])];
     const OUTPUTS: &'static [Output] =
-        &[Output::image("result", OutputState::Always(ColorState::Encoded), "The image in exact codes, 0 to 1.")];
+        &[Output::image("result", OutputState::same("source"), "The image in exact codes, 0 to 1.")];
     const FALLBACK: Fallback = Fallback::input("source");
 
     fn record(&self, pass: &mut Recorder<'_>) {

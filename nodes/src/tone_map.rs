@@ -1,9 +1,10 @@
 //! ToneMap: maps exposed light to the range of a display by a curve, in a working space with selectable primaries.
 
+use afterimage_graph::color::{Chromaticities, Xy};
 use afterimage_graph::prelude::*;
 use glam::DMat3;
 
-use crate::color::{AP1, REC709, REC2020, Space, TSUSHIMA, chromaticity, conversion, rows};
+use crate::color::{TSUSHIMA, luminance_weights, rows};
 use crate::curve_constants::{Agx, Gt7, HILL_IN, HILL_OUT, Shoulder};
 
 static SHADER: Shader = shader!("tone_map");
@@ -100,9 +101,10 @@ choices! {
 params! {
     /// Maps exposed light to the range of a display by a tone curve.
     ///
-    /// The light is converted to the working space, mapped by the curve, converted back to Rec.709 and fitted into the
-    /// gamut. Both conversions keep grey, so the curve alone determines a grey ramp. The result is display-linear, from
-    /// 0 to `peak`. `AcesHill`, `KhronosNeutral`, `AgX`, `Gt7` and `ReinhardLuminance` define their own working space:
+    /// The light is converted to the working space, mapped by the curve, converted to the primaries of the display and
+    /// fitted into its gamut. These are the primaries of the `Encode` after it, the widest of several, or Rec.709
+    /// without one. Both conversions keep grey, so the curve alone determines a grey ramp. The result is display-linear,
+    /// from 0 to `peak`. `AcesHill`, `KhronosNeutral`, `AgX`, `Gt7` and `ReinhardLuminance` define their own working space:
     /// with them `space` must be `Rec709`. No curve includes a transfer function: use `Encode`.
     pub struct ToneMap {
         /// The tone curve.
@@ -153,7 +155,7 @@ impl Node for ToneMap {
     const OUTPUTS: &'static [Output] = &[Output::image(
         "result",
         OutputState::Always(ColorState::DisplayLinear),
-        "Display-linear light, 0 to `peak`.",
+        "Display-linear light in the primaries of the display, 0 to `peak`.",
     )];
     const FALLBACK: Fallback = Fallback::input("source");
 
@@ -173,10 +175,15 @@ impl Node for ToneMap {
         Ok(())
     }
 
+    fn color(&self) -> ColorChange {
+        ColorChange::ToDisplay
+    }
+
     fn record(&self, pass: &mut Recorder<'_>) {
         let source = pass.image("source");
         let desc = ImageDesc::new(pass.desc(source).size);
-        let conversions = self.space_conversions();
+        let display = pass.output_color("result").colorimetry.primaries;
+        let conversions = self.space_conversions(&display);
         let is_same_space = conversions == [DMat3::IDENTITY; 2];
         let [enter, leave] = conversions.map(rows);
         let (shoulder, agx, gt7) = (self.shoulder(), self.agx(), self.gt7());
@@ -187,6 +194,7 @@ impl Node for ToneMap {
             .set("leave0", leave[0])
             .set("leave1", leave[1])
             .set("leave2", leave[2])
+            .set("display_luminance", luminance_weights(&display).to_array())
             .set("linear_start", shoulder.line_from)
             .set("shoulder", [shoulder.from, shoulder.limit, shoulder.gap, shoulder.steepness])
             .set("look", agx.slope.extend(agx.power).to_array())
@@ -226,23 +234,23 @@ impl ToneMap {
         }
     }
 
-    fn custom(&self) -> Space {
-        let [red, green, blue, white] = [self.red, self.green, self.blue, self.white].map(chromaticity);
-        Space { red, green, blue, white }
+    fn custom(&self) -> Chromaticities {
+        let [red, green, blue, white] = [self.red, self.green, self.blue, self.white].map(Xy::from);
+        Chromaticities { red, green, blue, white }
     }
 
-    /// The matrices from Rec.709 to the working space and back.
-    pub(crate) fn space_conversions(&self) -> [DMat3; 2] {
+    /// The matrices from Rec.709 to the working space, and from there to the primaries of the display.
+    pub(crate) fn space_conversions(&self, display: &Chromaticities) -> [DMat3; 2] {
         let space = match (self.curve, self.space) {
-            (Curve::AcesHill, _) => return [HILL_IN, HILL_OUT],
-            (Curve::Gt7, _) | (_, WorkingSpace::Rec2020) => REC2020,
-            (curve, _) if curve.has_own_space() => REC709,
-            (_, WorkingSpace::Rec709) => REC709,
-            (_, WorkingSpace::AcesCg) => AP1,
+            (Curve::AcesHill, _) => return [HILL_IN, Chromaticities::REC709.conversion(display) * HILL_OUT],
+            (Curve::Gt7, _) | (_, WorkingSpace::Rec2020) => Chromaticities::REC2020,
+            (curve, _) if curve.has_own_space() => Chromaticities::REC709,
+            (_, WorkingSpace::Rec709) => Chromaticities::REC709,
+            (_, WorkingSpace::AcesCg) => Chromaticities::ACES_CG,
             (_, WorkingSpace::Tsushima) => TSUSHIMA,
             (_, WorkingSpace::Custom) => self.custom(),
         };
-        [conversion(REC709, space), conversion(space, REC709)]
+        [Chromaticities::REC709.conversion(&space), space.conversion(display)]
     }
 
     pub(crate) fn shoulder(&self) -> Shoulder {

@@ -2,7 +2,8 @@
 #import sanitize
 #import math
 
-// 0 if every texture is known to be finite, 1 to sanitize colours, 2 to sanitize signed data.
+// 0 if every texture is known to be finite, 1 to sanitize signals and light of a display, 2 to sanitize signed data, 3 to
+// sanitize scene light.
 const TEXEL_SANITIZE: u32 = 0u;
 // Whether the device cannot filter a texture, or a texture must be sanitized before it is filtered: a filtered NaN is a
 // NaN in four pixels.
@@ -11,6 +12,7 @@ const TAP_BY_HAND: bool = false;
 fn sanitized(v: vec4f) -> vec4f {
     if TEXEL_SANITIZE == 1u { return sanitize(v); }
     if TEXEL_SANITIZE == 2u { return sanitize_signed(v); }
+    if TEXEL_SANITIZE == 3u { return sanitize_light(v); }
     return v;
 }
 

@@ -1,5 +1,6 @@
 // Makes the values of host images finite by bit tests: a WGSL compiler may assume that NaN and infinity do not occur,
 // so `x != x` and `max(x, 0)` are not reliable.
+#import color
 
 // The largest finite half float: the limit of all images that kernels read.
 const HALF_MAX: f32 = 65504.0;
@@ -17,10 +18,17 @@ fn sanitize(v: vec4f) -> vec4f {
     return bitcast<vec4f>(select(bounded, vec4u(), bits > vec4u(INFINITY_BITS)));
 }
 
-// For data and wide-gamut colour, which may be negative.
+// For data and logarithms, which may be negative.
 fn sanitize_signed(v: vec4f) -> vec4f {
     let bits = bitcast<vec4u>(v);
     let magnitude = bits & vec4u(~SIGN_BIT);
     let bounded = min(magnitude, vec4u(HALF_MAX_BITS)) | (bits & vec4u(SIGN_BIT));
     return bitcast<vec4f>(select(bounded, vec4u(), magnitude > vec4u(INFINITY_BITS)));
+}
+
+// For scene light, which may have negative components: see `extended_light`. NaN and negative infinity become 0.
+fn sanitize_light(v: vec4f) -> vec4f {
+    let is_lost = bitcast<vec4u>(v) == vec4u(INFINITY_BITS | SIGN_BIT);
+    let bounded = select(sanitize_signed(v), vec4f(), is_lost);
+    return vec4f(extended_light(bounded.rgb), max(bounded.a, 0.0));
 }

@@ -5,9 +5,11 @@ use crate::error::PlanError;
 use crate::plan::PlanOutput;
 use crate::request::PlanRequest;
 use crate::specialize::{SpecializedGraph, WireSource};
-use afterimage_base::image::{ColorState, Format, ImageDesc};
-use afterimage_graph::check::{Graph, Source};
-use afterimage_graph::node::{Arg, Arrival, ImageId, Origin, Recorder, RecorderContext, VirtualImage};
+use afterimage_base::image::{Format, ImageDesc, Signedness};
+use afterimage_graph::check::{Graph, ImageColors, Source};
+use afterimage_graph::node::{
+    Arg, Arrival, ImageColor, ImageId, NodeColors, Origin, Recorder, RecorderContext, VirtualImage,
+};
 
 /// How often sizes of histories are inferred again before they count as unstable.
 const ROUNDS: usize = 8;
@@ -20,9 +22,10 @@ pub(crate) fn record(
 ) -> Result<PlanBuilder, PlanError> {
     let default = ImageDesc::new(request.size);
     let mut guesses: Vec<Vec<ImageDesc>> = graph.nodes.iter().map(|n| vec![default; n.kind.outputs().len()]).collect();
+    let colors = graph.colors_along(&|wire| specialized.source(wire));
     let mut unstable = String::new();
     for _ in 0..ROUNDS {
-        let mut round = Round::new(graph, request, specialized, &guesses);
+        let mut round = Round::new(graph, request, specialized, &guesses, &colors);
         round.run()?;
         let wrong = round.wrong_guesses();
         let Some((node, ..)) = wrong.first() else { return Ok(round.builder) };
@@ -40,6 +43,7 @@ struct Round<'a> {
     request: &'a PlanRequest<'a>,
     specialized: &'a SpecializedGraph,
     guesses: &'a [Vec<ImageDesc>],
+    colors: &'a ImageColors,
     builder: PlanBuilder,
     made: Vec<Vec<Arrival>>,
     given: Vec<Option<ImageId>>,
@@ -53,11 +57,12 @@ impl<'a> Round<'a> {
         request: &'a PlanRequest<'a>,
         specialized: &'a SpecializedGraph,
         guesses: &'a [Vec<ImageDesc>],
+        colors: &'a ImageColors,
     ) -> Self {
         let builder = PlanBuilder { skipped: specialized.skipped.clone(), ..PlanBuilder::default() };
         let made = vec![Vec::new(); graph.nodes.len()];
         let given = vec![None; graph.inputs.len()];
-        Self { graph, request, specialized, guesses, builder, made, given, histories: Vec::new() }
+        Self { graph, request, specialized, guesses, colors, builder, made, given, histories: Vec::new() }
     }
 
     fn run(&mut self) -> Result<(), PlanError> {
@@ -88,7 +93,7 @@ impl<'a> Round<'a> {
                 desc: given.desc,
                 origin: Origin::Input(input.name.clone()),
                 finite: given.finite,
-                signed: input.signed || input.state == ColorState::Data,
+                signedness: input.state.signedness(),
             });
             self.given[index] = Some(image);
             self.builder.inputs.push((input.name.clone(), image));
@@ -119,7 +124,7 @@ impl<'a> Round<'a> {
             // The image that it is the past of is not recorded yet; `link_histories` fills it in.
             origin: Origin::Previous { of: ImageId(u32::MAX), frames },
             finite: true,
-            signed: false,
+            signedness: Signedness::Unsigned,
         });
         self.histories.push((node, output, frames, image));
         image
@@ -128,6 +133,8 @@ impl<'a> Round<'a> {
     fn node(&mut self, index: usize) {
         let node = &self.graph.nodes[index];
         let arrivals: Vec<Arrival> = node.wires.iter().map(|wire| self.arrival(*wire)).collect();
+        let color = |wire: &Option<Source>| self.colors.at(self.specialized.source((*wire)?)?);
+        let inputs: Vec<Option<ImageColor>> = node.wires.iter().map(color).collect();
         let context = RecorderContext {
             node: &node.name,
             kind: node.kind.signature(),
@@ -138,13 +145,15 @@ impl<'a> Round<'a> {
             caps: &self.request.caps,
             exact: self.request.options.exact,
             wanted: &self.specialized.wanted[index],
+            colors: NodeColors { inputs: &inputs, outputs: self.colors.of_node(index) },
         };
         let first_image = self.builder.recording.images.len();
         let mut recorder = Recorder::new(context, &mut self.builder.recording);
         node.kind.record(&node.values, &mut recorder);
         self.made[index] = recorder.finish();
-        let signed = node.states.iter().flatten().any(|s| matches!(s, ColorState::Data | ColorState::LogLuminance));
-        self.builder.recording.images[first_image..].iter_mut().for_each(|image| image.signed = signed);
+        let signedness = node.states.iter().flatten().map(|state| state.signedness()).max();
+        let signedness = signedness.unwrap_or(Signedness::Unsigned);
+        self.builder.recording.images[first_image..].iter_mut().for_each(|image| image.signedness = signedness);
     }
 
     fn link_histories(&mut self) {
@@ -180,7 +189,10 @@ impl<'a> Round<'a> {
                 }
                 other => self.copy(&output.name, &other),
             };
-            self.builder.outputs.push(PlanOutput { name: output.name.clone(), image, state: output.state });
+            let color = self.specialized.source(output.source).and_then(|source| self.colors.at(source));
+            let colorimetry = color.unwrap_or(ImageColor::of(output.state)).colorimetry;
+            let name = output.name.clone();
+            self.builder.outputs.push(PlanOutput { name, image, state: output.state, colorimetry });
         }
     }
 
@@ -197,7 +209,7 @@ impl<'a> Round<'a> {
             desc: desc.format(format),
             origin: Origin::Transient,
             finite: true,
-            signed: false,
+            signedness: Signedness::Unsigned,
         });
         recording.passes.push(copy_pass(name, arg, image));
         image

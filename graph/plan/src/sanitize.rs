@@ -30,7 +30,7 @@ fn sanitized(name: &str, source: &VirtualImage) -> VirtualImage {
         desc: source.desc.format(format),
         origin: Origin::Transient,
         finite: true,
-        signed: source.signed,
+        signedness: source.signedness,
     }
 }
 

@@ -166,11 +166,13 @@ impl<'a> Builder<'a> {
 
     /// The graph and the warnings; all diagnostics if one of them is an error.
     pub(super) fn finish(mut self) -> Result<(Graph, Diagnostics), Diagnostics> {
+        let graph = (!self.diagnostics.has_errors()).then(|| self.graph());
+        graph.iter().for_each(|graph| self.agree_on_colors(graph));
         let diagnostics = std::mem::take(&mut self.diagnostics).sorted();
-        if diagnostics.has_errors() {
-            return Err(diagnostics);
+        match graph.filter(|_| !diagnostics.has_errors()) {
+            Some(graph) => Ok((graph, diagnostics)),
+            None => Err(diagnostics),
         }
-        Ok((self.graph(), diagnostics))
     }
 
     fn graph(&self) -> Graph {
@@ -178,7 +180,6 @@ impl<'a> Builder<'a> {
             name: input.name.value.clone(),
             state: input.state,
             optional: input.optional,
-            signed: input.signed,
         });
         Graph {
             inputs: inputs.collect(),

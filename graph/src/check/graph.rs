@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use petgraph::graph::DiGraph;
 
-use crate::node::{NodeKind, PortType};
+use crate::node::{ColorChange, NodeKind, PortType};
 use afterimage_base::image::{ColorState, Format};
 use afterimage_base::value::Value;
 
@@ -32,8 +32,6 @@ pub struct GraphInput {
     pub state: ColorState,
     /// Whether the host may leave it out.
     pub optional: bool,
-    /// Whether negative numbers are meant.
-    pub signed: bool,
 }
 
 /// A node.
@@ -84,6 +82,13 @@ pub enum Source {
         /// How many frames ago; 0 for this one.
         previous: u32,
     },
+}
+
+impl GraphNode {
+    /// What it does to the colorimetry of its image.
+    pub fn color(&self) -> ColorChange {
+        self.kind.color(&self.values)
+    }
 }
 
 impl Graph {

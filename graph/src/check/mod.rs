@@ -30,12 +30,14 @@
 
 mod agree;
 mod build;
+mod colors;
 pub mod condition;
 mod connect;
 mod expand;
 mod files;
 mod graph;
 mod inherit;
+mod mixes;
 mod options;
 mod order;
 mod settings;
@@ -48,6 +50,7 @@ use crate::document::Document;
 use crate::node::Registry;
 use afterimage_base::diagnostic::Diagnostics;
 
+pub use colors::ImageColors;
 pub use condition::{Condition, ConditionError, Fact, FactKind, Facts};
 pub use graph::{Graph, GraphInput, GraphNode, GraphOutput, Source};
 pub use options::{CheckOptions, DEEPEST, Loader, MOST_NODES, MOST_PREVIOUS, NoFiles};

@@ -44,8 +44,6 @@ pub struct InputEntry {
     pub state: ColorState,
     /// Whether the host may leave it out.
     pub optional: bool,
-    /// Whether negative numbers are meant.
-    pub signed: bool,
 }
 
 /// A node.

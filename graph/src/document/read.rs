@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::entries::{Document, InputEntry, NodeEntry, Override, Tier};
+use super::renamed::removed_option;
 use super::tree::{Field, Group, Item, Tree};
 use afterimage_base::diagnostic::{Diagnostic, Diagnostics, Spanned, did_you_mean, list, quote};
 use afterimage_base::image::ColorState;
@@ -279,7 +280,7 @@ impl Reader {
             );
             return None;
         };
-        let mut input = InputEntry { name, state, optional: false, signed: state == ColorState::Data };
+        let mut input = InputEntry { name, state, optional: false };
         for (option, value) in self.unique(options, "option") {
             self.input_option(&mut input, &option, &value);
         }
@@ -287,21 +288,21 @@ impl Reader {
     }
 
     fn input_option(&mut self, input: &mut InputEntry, option: &Spanned<String>, value: &Item) {
-        const OPTIONS: [&str; 2] = ["optional", "allow_negative"];
-        let location = match option.value.as_str() {
-            "optional" => &mut input.optional,
-            "allow_negative" => &mut input.signed,
-            other => {
-                return self.problems.push(
-                    Diagnostic::error("unknown-option", format!("an input has no option {}", quote(other)))
-                        .at(&option.location, "")
-                        .help(format!("the options are {}", list(OPTIONS, OPTIONS.len())))
-                        .maybe_help(did_you_mean(other, OPTIONS)),
-                );
-            }
-        };
+        const OPTION: &str = "optional";
+        if let Some(why) = removed_option(&option.value) {
+            let message = format!("the option {} is gone", quote(&option.value));
+            return self.problems.push(Diagnostic::error("removed-key", message).at(&option.location, "").help(why));
+        }
+        if option.value != OPTION {
+            return self.problems.push(
+                Diagnostic::error("unknown-option", format!("an input has no option {}", quote(&option.value)))
+                    .at(&option.location, "")
+                    .help(format!("the only option is {}", quote(OPTION)))
+                    .maybe_help(did_you_mean(&option.value, [OPTION])),
+            );
+        }
         match value.value {
-            Tree::Bool(flag) => *location = flag,
+            Tree::Bool(flag) => input.optional = flag,
             Tree::Broken => {}
             ref other => self.problems.push(
                 Diagnostic::error("wrong-type", format!("{} is `true` or `false`", quote(&option.value)))

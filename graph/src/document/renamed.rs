@@ -6,6 +6,17 @@ use afterimage_base::diagnostic::{Diagnostic, Spanned, quote};
 const RENAMED: [(&str, &str, &str); 3] =
     [("a node file", "bypass", "fallback"), ("an input", "states", "accepts"), ("an output", "gives", "state")];
 
+/// Options of inputs that were removed, and what to do instead.
+const REMOVED: [(&str, &str); 1] = [(
+    "allow_negative",
+    "remove it: the type says whether numbers may be negative; `Color`, `Exposed`, `LogLuminance` and `Data` keep them",
+)];
+
+/// What to do instead of an option of an input that was removed.
+pub(crate) fn removed_option(option: &str) -> Option<&'static str> {
+    REMOVED.iter().find(|(former, _)| *former == option).map(|(_, why)| *why)
+}
+
 /// The present name of a key, if it was renamed.
 pub(crate) fn present_name(owner: &str, key: &str) -> Option<&'static str> {
     RENAMED.iter().find(|(of, former, _)| *of == owner && *former == key).map(|(.., present)| *present)

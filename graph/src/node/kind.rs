@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::color::ColorChange;
 use super::params::Params;
 use super::ports::{Fallback, Input, Output, Signature};
 use super::recorder::Recorder;
@@ -54,6 +55,11 @@ pub trait Node: Params {
         Ok(())
     }
 
+    /// What the node does to the colorimetry of its image at its present values.
+    fn color(&self) -> ColorChange {
+        ColorChange::Keep
+    }
+
     /// Describes the passes of the node.
     fn record(&self, pass: &mut Recorder<'_>);
 }
@@ -76,6 +82,8 @@ pub trait Kind: Send + Sync + 'static {
     fn identity(&self, values: &[Value], arrivals: &Arrivals) -> Option<Fallback>;
     /// Whether the values go together and the files among them, which are loaded by now, can be read.
     fn verify(&self, values: &[Value]) -> Result<(), String>;
+    /// What the node does to the colorimetry of its image at these values.
+    fn color(&self, values: &[Value]) -> ColorChange;
     /// Describes the passes of the node at these values.
     fn record(&self, values: &[Value], pass: &mut Recorder<'_>);
 }
@@ -110,6 +118,9 @@ impl<N: Node> Kind for Typed<N> {
     }
     fn verify(&self, values: &[Value]) -> Result<(), String> {
         typed::<N>(values).verify()
+    }
+    fn color(&self, values: &[Value]) -> ColorChange {
+        typed::<N>(values).color()
     }
     fn record(&self, values: &[Value], pass: &mut Recorder<'_>) {
         typed::<N>(values).record(pass);

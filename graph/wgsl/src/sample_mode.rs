@@ -8,8 +8,10 @@ pub enum SampleMode {
     Plain,
     /// Finite numbers that the device cannot filter.
     ByHand,
-    /// Colors of host images: sanitized, then filtered by hand.
+    /// Signals and light of a display from host images: sanitized, then filtered by hand.
     Sanitized,
+    /// Scene light of host images, with negative components: sanitized, then filtered by hand.
+    SanitizedLight,
     /// Signed data of host images: sanitized, then filtered by hand.
     SanitizedSigned,
 }
@@ -21,6 +23,7 @@ impl SampleMode {
             Self::Plain => &[],
             Self::ByHand => &[("TAP_BY_HAND", "true")],
             Self::Sanitized => &[("TAP_BY_HAND", "true"), ("TEXEL_SANITIZE", "1u")],
+            Self::SanitizedLight => &[("TAP_BY_HAND", "true"), ("TEXEL_SANITIZE", "3u")],
             Self::SanitizedSigned => &[("TAP_BY_HAND", "true"), ("TEXEL_SANITIZE", "2u")],
         }
     }
@@ -30,6 +33,7 @@ impl SampleMode {
         match self {
             Self::Plain | Self::ByHand => "",
             Self::Sanitized => "sanitize",
+            Self::SanitizedLight => "sanitize_light",
             Self::SanitizedSigned => "sanitize_signed",
         }
     }

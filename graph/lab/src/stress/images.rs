@@ -1,6 +1,6 @@
 //! The extreme images: each is a function from a position to a pixel.
 
-use afterimage_graph::image::Size;
+use afterimage_graph::image::{Signedness, Size};
 
 /// The largest finite half float, the limit of sanitized images.
 const LARGEST_HALF: f32 = 65504.0;
@@ -90,6 +90,7 @@ pub(crate) const ALL: &[Extreme] = &[
     Extreme { name: "checkerboard", rule: Rule::Place(|place| constant(((place.x + place.y) % 2) as f32)) },
     Extreme { name: "ramp", rule: Rule::Place(|place| constant((24.0 * place.along() - 12.0).exp2())) },
     Extreme { name: "primaries", rule: Rule::Place(primaries) },
+    Extreme { name: "wide", rule: Rule::Place(wide) },
     Extreme { name: "mixed", rule: Rule::Place(mixed) },
     Extreme { name: "clear", rule: Rule::Place(|place| [1.0, 0.5, 0.25, f32::from(u8::from(place.is_first_half()))]) },
 ];
@@ -99,6 +100,15 @@ fn primaries(place: Place) -> [f32; 4] {
     let index = place.x + place.y * 3;
     let channel = |c: u32| if (index % 6 + 1) >> c & 1 == 1 { LARGEST_HALF } else { 0.0 };
     [channel(0), channel(1), channel(2), 1.0]
+}
+
+/// Colours outside of Rec.709, from dim to bright: the green of Rec.2020 and the blue of ACEScg in the Rec.709 basis, and a
+/// colour of no luminance.
+fn wide(place: Place) -> [f32; 4] {
+    const COLORS: [[f32; 3]; 4] =
+        [[-0.587_64, 1.132_90, -0.100_58], [-0.081_02, -0.014_27, 1.153_00], [1.0, -0.297_26, 0.0], [0.18; 3]];
+    let [r, g, b] = COLORS[((place.x + place.y) % 4) as usize].map(|x| x * (8.0 * place.along() - 4.0).exp2());
+    [r, g, b, 1.0]
 }
 
 /// A ramp with every bad value in it, for subjects that are too large for all images.
@@ -130,7 +140,7 @@ impl Extreme {
     /// Whether sanitizing changes it.
     pub(crate) fn is_sanitized(self, size: Size) -> bool {
         let bits = |pixel: [f32; 4]| pixel.map(f32::to_bits);
-        self.pixels(size).into_iter().any(|pixel| bits(sanitized(pixel, false)) != bits(pixel))
+        self.pixels(size).into_iter().any(|pixel| bits(sanitized(pixel, Signedness::Unsigned)) != bits(pixel))
     }
 
     /// One colour everywhere.
@@ -148,14 +158,30 @@ impl Extreme {
 }
 
 /// A pixel after sanitizing, which happens at the inputs of every graph.
-pub(crate) fn sanitized(pixel: [f32; 4], signed: bool) -> [f32; 4] {
-    let lowest = if signed { -LARGEST_HALF } else { 0.0 };
-    pixel.map(|x| if x.is_nan() { 0.0 } else { x.clamp(lowest, LARGEST_HALF) })
+pub(crate) fn sanitized(pixel: [f32; 4], signedness: Signedness) -> [f32; 4] {
+    let bounded = |lowest: f32| pixel.map(|x| if x.is_nan() { 0.0 } else { x.clamp(lowest, LARGEST_HALF) });
+    match signedness {
+        Signedness::Unsigned => bounded(0.0),
+        Signedness::Signed => bounded(-LARGEST_HALF),
+        Signedness::Extended => {
+            let [r, g, b, a] = pixel.map(|x| if x == f32::NEG_INFINITY { 0.0 } else { x });
+            let [r, g, b, _] = sanitized([r, g, b, a], Signedness::Signed);
+            let [r, g, b] = with_luminance([r, g, b]);
+            [r, g, b, bounded(0.0)[3]]
+        }
+    }
+}
+
+/// Light whose negative components are as small as it takes for a luminance of 0 or more.
+fn with_luminance(rgb: [f32; 3]) -> [f32; 3] {
+    let luminance = |rgb: [f32; 3]| 0.2126 * rgb[0] + 0.7152 * rgb[1] + 0.0722 * rgb[2];
+    let (light, missing) = (luminance(rgb.map(|x| x.max(0.0))), -luminance(rgb.map(|x| x.min(0.0))));
+    if missing <= light { rgb } else { rgb.map(|x| if x < 0.0 { x * (light / missing) } else { x }) }
 }
 
 #[cfg(test)]
 mod tests {
-    use afterimage_graph::image::Size;
+    use afterimage_graph::image::{Signedness, Size};
 
     use super::{ALL, Extreme, sanitized};
 
@@ -177,7 +203,11 @@ mod tests {
         assert_eq!((ramp[12][1] / ramp[0][1]).log2(), 24.0);
         let edge = of("edge");
         assert_eq!(edge[12][0] / edge[0][0], 1e6);
-        assert_eq!(sanitized([f32::NAN, -2.0, f32::INFINITY, 1e-30], false), [0.0, 0.0, 65504.0, 1e-30]);
-        assert_eq!(sanitized([-2.0, f32::NEG_INFINITY, 0.5, f32::MAX], true), [-2.0, -65504.0, 0.5, 65504.0]);
+        assert_eq!(sanitized([f32::NAN, -2.0, f32::INFINITY, 1e-30], Signedness::Unsigned), [0.0, 0.0, 65504.0, 1e-30]);
+        assert_eq!(sanitized([-2.0, f32::NEG_INFINITY, 0.5, f32::MAX], Signedness::Signed), [-2.0, -65504.0, 0.5, 65504.0]);
+        assert_eq!(sanitized([-0.5, 1.0, f32::NEG_INFINITY, -1.0], Signedness::Extended), [-0.5, 1.0, 0.0, 0.0]);
+        assert_eq!(sanitized([0.0, -7.0, -1000.0, 1.0], Signedness::Extended), [0.0, 0.0, 0.0, 1.0]);
+        let [r, g, b, _] = sanitized([1.0, -7.0, 0.0, 1.0], Signedness::Extended);
+        assert!(r == 1.0 && b == 0.0 && (0.2126 + 0.7152 * g).abs() < 1e-6, "{g}");
     }
 }

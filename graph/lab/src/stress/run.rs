@@ -1,7 +1,7 @@
 //! All cases of one pipeline or kind.
 
 use afterimage_graph::check::Graph;
-use afterimage_graph::image::{ColorState, Size};
+use afterimage_graph::image::Size;
 use afterimage_graph::node::Registry;
 
 use super::case_runner::{CaseRunner, StressOptions, judge};
@@ -34,7 +34,7 @@ const TOO_HEAVY: u64 = 400_000;
 /// The images for pairs of extremes.
 const PAIR_IMAGES: [&str; 5] = ["black", "nan", "firefly", "ramp", "primaries"];
 /// The images with negative values.
-const NEGATIVE: [&str; 2] = ["negative", "minus-inf"];
+const NEGATIVE: [&str; 3] = ["negative", "minus-inf", "wide"];
 /// The images for the longest sides that the device allows.
 const LONG_IMAGES: [&str; 2] = ["ramp", "inf"];
 
@@ -184,12 +184,10 @@ impl CaseRunner<'_> {
             }
         };
         let promises = Promises::of(graph, &self.options.known_kinds);
-        let signed =
-            promises.negative || graph.inputs.iter().any(|input| input.signed && input.state != ColorState::Data);
         for (index, image) in images.iter().enumerate() {
             let mut wrong = Vec::new();
             for shown in &ran.frames[index] {
-                wrong.extend(judge(shown, signed));
+                wrong.extend(judge(shown, promises.negative));
                 for (promise, broken) in promised(shown, *image, size, &promises) {
                     self.tally.judged(promise);
                     wrong.extend(broken);
@@ -220,7 +218,7 @@ impl CaseRunner<'_> {
             Ok(ran) if !ran.skipped.iter().any(|node| node == NODE) => ran,
             _ => return,
         };
-        let cuts = self.subject.signed && !Promises::of(&graph, &self.options.known_kinds).negative;
+        let cuts = !Promises::of(&graph, &self.options.known_kinds).negative;
         let wanted = |out: &OutputPixels| if cuts { without_negatives(out) } else { out.clone() };
         for (index, image) in images.iter().enumerate() {
             let pairs = skipped.frames[index]

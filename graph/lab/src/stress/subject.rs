@@ -31,7 +31,7 @@ pub struct Subject {
     pub(crate) shows_value: bool,
     /// Whether optional inputs have no image.
     pub bare: bool,
-    /// Whether light may be negative: then only images with negative values are run.
+    /// Whether only images with negative values are run.
     pub signed: bool,
     /// Whether its parameters are swept over their domains.
     pub(crate) sweep: bool,
@@ -80,7 +80,7 @@ impl Subject {
         })
     }
 
-    /// A kind on its own, with its optional inputs, or `bare` without; `signed` light may be negative. `None` if no
+    /// A kind on its own, with its optional inputs, or `bare` without; if `signed`, only with negative values. `None` if no
     /// kind makes its inputs or reads its outputs.
     pub fn kind(registry: &Registry, kind: &NodeKind, bare: bool, signed: bool) -> Option<Self> {
         let name = kind.name();
@@ -91,7 +91,7 @@ impl Subject {
             (true, true) => (" (bare, signed)", " --bare --signed"),
         };
         let document = |forced: bool| {
-            let text = alone(registry, kind, Wires { bare, signed, forced, file: CUBE })?;
+            let text = alone(registry, kind, Wires { bare, forced, file: CUBE })?;
             Some(Arc::new(parse(&format!("{name}.ron"), &text).expect("the wiring writes pipelines")))
         };
         Some(Self {

@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use super::colorimetry::ColorimetryView;
 use super::fnv::fnv1a;
 use super::kernels::KernelView;
 use super::names::Names;
@@ -117,6 +118,7 @@ struct OptionsView {
 
 #[derive(Serialize)]
 struct OutputView<'a> {
+    colorimetry: ColorimetryView,
     image: &'a str,
     name: &'a str,
     state: &'static str,
@@ -217,7 +219,12 @@ impl<'a> From<&'a SharedRead> for FusedView<'a> {
 
 impl<'a> OutputView<'a> {
     fn new(output: &'a PlanOutput, names: &'a Names) -> Self {
-        Self { image: names.image(output.image), name: &output.name, state: output.state.name() }
+        Self {
+            colorimetry: output.colorimetry.into(),
+            image: names.image(output.image),
+            name: &output.name,
+            state: output.state.name(),
+        }
     }
 }
 

@@ -2,10 +2,11 @@
 
 use std::fmt::Write;
 
+use super::colorimetry::described;
 use super::names::Names;
 use super::units::{count, mebibytes};
 use crate::options::{Alias, Ignored};
-use crate::plan::{Plan, PlannedPass};
+use crate::plan::{Plan, PlanOutput, PlannedPass};
 use afterimage_graph::node::Resource;
 
 impl Plan {
@@ -14,6 +15,7 @@ impl Plan {
         let names = Names::new(self);
         let mut text = self.heading();
         text += &table(&self.pass_table(&names));
+        text += &self.outputs_text();
         text += &self.skipped_text();
         text += &self.arithmetic_text();
         text += &self.ignored_text();
@@ -75,6 +77,12 @@ impl Plan {
         let further = nodes.iter().zip(&labels).skip(1).filter(|_| one_each);
         rows.extend(further.map(|(node, label)| vec![String::new(), format!("+ {node}"), (*label).to_owned()]));
         rows
+    }
+
+    fn outputs_text(&self) -> String {
+        let row = |output: &PlanOutput| vec![format!("  {}", output.name), described(output)];
+        let rows: Vec<Vec<String>> = self.outputs.iter().map(row).collect();
+        format!("\noutputs\n{}", table(&rows))
     }
 
     fn skipped_text(&self) -> String {

@@ -38,6 +38,7 @@ use declaration::{Declaration, SizeRule};
 use super::contract::{contract, snake, stem};
 use std::sync::Arc;
 
+use super::color::ColorChange;
 use super::kind::{Arrivals, Kind, NodeKind};
 use super::ports::{Fallback, Input, Output, PortType};
 use super::recorder::Recorder;
@@ -163,6 +164,9 @@ impl Kind for FolderKind {
     }
     fn verify(&self, _: &[Value]) -> Result<(), String> {
         Ok(())
+    }
+    fn color(&self, _: &[Value]) -> ColorChange {
+        ColorChange::Keep
     }
     fn record(&self, _: &[Value], pass: &mut Recorder<'_>) {
         let first = self.inputs.iter().find(|port| port.ty == PortType::Image && pass.wired(&port.name));
