@@ -49,8 +49,7 @@ params! {
 impl Node for WhiteBalance {
     const INPUTS: &'static [Input] =
         &[Input::image("source", "Light before the tone curve.").accepts(&[ColorState::Scene, ColorState::Exposed])];
-    const OUTPUTS: &'static [Output] =
-        &[Output::image("result", OutputState::same("source"), "The balanced light.")];
+    const OUTPUTS: &'static [Output] = &[Output::image("result", OutputState::same("source"), "The balanced light.")];
     const FALLBACK: Fallback = Fallback::input("source");
 
     fn identity(&self, _: &Arrivals) -> Option<Fallback> {

@@ -204,7 +204,10 @@ mod tests {
         let edge = of("edge");
         assert_eq!(edge[12][0] / edge[0][0], 1e6);
         assert_eq!(sanitized([f32::NAN, -2.0, f32::INFINITY, 1e-30], Signedness::Unsigned), [0.0, 0.0, 65504.0, 1e-30]);
-        assert_eq!(sanitized([-2.0, f32::NEG_INFINITY, 0.5, f32::MAX], Signedness::Signed), [-2.0, -65504.0, 0.5, 65504.0]);
+        assert_eq!(
+            sanitized([-2.0, f32::NEG_INFINITY, 0.5, f32::MAX], Signedness::Signed),
+            [-2.0, -65504.0, 0.5, 65504.0]
+        );
         assert_eq!(sanitized([-0.5, 1.0, f32::NEG_INFINITY, -1.0], Signedness::Extended), [-0.5, 1.0, 0.0, 0.0]);
         assert_eq!(sanitized([0.0, -7.0, -1000.0, 1.0], Signedness::Extended), [0.0, 0.0, 0.0, 1.0]);
         let [r, g, b, _] = sanitized([1.0, -7.0, 0.0, 1.0], Signedness::Extended);

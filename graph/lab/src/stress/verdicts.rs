@@ -71,7 +71,8 @@ pub(crate) fn in_range(shown: &OutputPixels, may_be_negative: bool) -> Option<St
     // One rounding of a 32-bit float above the limit is still at the limit.
     let high = high * (1.0 + 1e-6);
     let is_dark = |pixel: &[f32; 4]| is_extended && !may_be_negative && !has_luminance(pixel);
-    let outside = |pixel: &[f32; 4]| is_dark(pixel) || pixel[..3].iter().any(|x| !(low..=high).contains(&f64::from(*x)));
+    let outside =
+        |pixel: &[f32; 4]| is_dark(pixel) || pixel[..3].iter().any(|x| !(low..=high).contains(&f64::from(*x)));
     let index = shown.pixels.iter().position(outside)?;
     Some(format!("out of range for {}: {}", shown.state.name(), at(shown, index)))
 }
@@ -95,7 +96,8 @@ pub(crate) fn promised(shown: &OutputPixels, image: Extreme, size: Size, promise
     if finite(shown).is_some() || shown.state == ColorState::Data {
         return Vec::new();
     }
-    let given: Vec<[f32; 4]> = image.pixels(size).into_iter().map(|pixel| sanitized(pixel, Signedness::Unsigned)).collect();
+    let given: Vec<[f32; 4]> =
+        image.pixels(size).into_iter().map(|pixel| sanitized(pixel, Signedness::Unsigned)).collect();
     let checks = [
         (promises.constant && is_constant(&given)).then(|| ("constant", constant(shown))),
         (promises.keeps && is_constant(&given)).then(|| ("energy", kept(shown, given[0]))),

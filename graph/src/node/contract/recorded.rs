@@ -5,8 +5,8 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use super::complaints::Complaints;
 use super::names::{pascal, snake, stem};
 use crate::node::{
-    Arrival, Arrivals, BufferLife, NodeColors, NodeKind, Origin, Pass, PortType, Recorder, RecorderContext, Recording, Resource,
-    VirtualBuffer, VirtualImage,
+    Arrival, Arrivals, BufferLife, NodeColors, NodeKind, Origin, Pass, PortType, Recorder, RecorderContext, Recording,
+    Resource, VirtualBuffer, VirtualImage,
 };
 use afterimage_base::caps::Caps;
 use afterimage_base::image::{ImageDesc, Signedness, Size};
@@ -148,7 +148,13 @@ fn recorded(kind: &NodeKind, way: &Use<'_>) -> Recorded {
 fn arrival(ty: PortType, name: &str, size: Size, recording: &mut Recording) -> Arrival {
     let mut image = |desc: ImageDesc| {
         let origin = Origin::Input(name.to_owned());
-        recording.add_image(VirtualImage { label: name.to_owned(), desc, origin, finite: false, signedness: Signedness::Unsigned })
+        recording.add_image(VirtualImage {
+            label: name.to_owned(),
+            desc,
+            origin,
+            finite: false,
+            signedness: Signedness::Unsigned,
+        })
     };
     match ty {
         PortType::Image => Arrival::Image(image(ImageDesc::new(size))),
