@@ -41,8 +41,7 @@ impl Chain {
     fn encoder(&self) -> impl Fn(DVec3) -> DVec3 {
         let (balance, curve) = (self.balance.matrix(), self.curve.clipped());
         move |exposed| {
-            let balanced = (balance * exposed).max(DVec3::ZERO);
-            let graded = self.grade.by_luminance(curve(balanced)).min(DVec3::ONE);
+            let graded = self.grade.by_luminance(curve(balance * exposed)).min(DVec3::ONE);
             DVec3::from(graded.to_array().map(|x| self.signal.encode(x)))
         }
     }

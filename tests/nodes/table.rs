@@ -13,6 +13,7 @@ use crate::reference::curves::{UCHIMURA, display, narkowicz, uchimura};
 use crate::reference::exposure::{auto_exposure_stops, limit_mean, pyramid_mean};
 use crate::reference::film_grain::Grain;
 use crate::reference::gaussian::radius;
+use crate::reference::guard::extended;
 use crate::reference::grade::{Cdl, LiftGammaGain, balance, brightness, contrast, saturation};
 use crate::reference::image::{Image, centre_uv, rgb};
 use crate::reference::local::{Grid, LocalToneMap, Splat};
@@ -78,9 +79,9 @@ fn exposure_and_grade() -> Vec<Reference> {
     vec![
         Reference::colors(("Exposure", "Color"), "stops: -1.5", ROUNDING, |rgb| rgb.map(|x| x * (-1.5_f64).exp2())),
         Reference::colors(("WhiteBalance", "Exposed"), "target: (1.0, 0.5, 0.75)", ROUNDING, move |rgb| {
-            stored_light(transform(&white, rgb))
+            extended(stored(transform(&white, rgb)))
         }),
-        Reference::colors(("Saturation", "Exposed"), "amount: 0.5", ROUNDING, |rgb| stored_light(saturation(rgb, 0.5))),
+        Reference::colors(("Saturation", "Exposed"), "amount: 0.5", ROUNDING, |rgb| extended(stored(saturation(rgb, 0.5)))),
         Reference::colors(("Brightness", "Encoded"), "amount: 0.1", ROUNDING, |rgb| {
             stored_light(rgb.map(|x| brightness(x, 0.1)))
         }),

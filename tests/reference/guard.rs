@@ -1,5 +1,6 @@
 //! The guard at the entry of every graph: after it, no value is NaN, infinite or negative.
 
+use super::color::luminance;
 use super::math::Rgb;
 
 /// The largest finite half float: the bound of images in `rgba16float`.
@@ -14,4 +15,28 @@ pub(crate) fn guard(x: f64, largest: f64) -> f64 {
 /// [`guard`] on each channel with the bound of a half float.
 pub(crate) fn guard_rgb(rgb: Rgb) -> Rgb {
     rgb.map(|x| guard(x, LARGEST_HALF))
+}
+
+/// Scene light as nodes read it: NaN and negative infinity become 0, the rest is limited to the largest half float.
+/// Negative components stay, scaled so that the luminance is at least 0. Negative alpha becomes 0.
+pub(crate) fn guard_scene([r, g, b, a]: [f64; 4]) -> [f64; 4] {
+    let bounded = |x: f64| if x.is_nan() || x == f64::NEG_INFINITY { 0.0 } else { x.clamp(-LARGEST_HALF, LARGEST_HALF) };
+    let [r, g, b] = extended([r, g, b].map(bounded));
+    [r, g, b, guard(a, LARGEST_HALF)]
+}
+
+/// Light whose negative components are as small as it takes for a luminance of 0 or more.
+pub(crate) fn extended(rgb: Rgb) -> Rgb {
+    let (light, missing) = (luminance(rgb.map(|x| x.max(0.0))), luminance(rgb.map(|x| (-x).max(0.0))));
+    let share = if missing > light { light / missing } else { 1.0 };
+    rgb.map(|x| if x < 0.0 { share * x } else { x })
+}
+
+#[test]
+fn scene_light_keeps_negative_components_but_no_negative_luminance() {
+    assert_eq!(guard_scene([-0.5, 1.0, -0.1, -1.0]), [-0.5, 1.0, -0.1, 0.0]);
+    assert_eq!(guard_scene([f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1.0]), [0.0, LARGEST_HALF, 0.0, 1.0]);
+    assert_eq!(guard_scene([-1.0, -2.0, -3.0, 1.0]), [-0.0, -0.0, -0.0, 1.0]);
+    let [r, g, b, _] = guard_scene([1.0, -7.0, 2.0, 1.0]);
+    assert!((r, b) == (1.0, 2.0) && g < 0.0 && luminance([r, g, b]).abs() < 1e-15, "{g}");
 }

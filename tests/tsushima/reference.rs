@@ -12,7 +12,7 @@ use crate::reference::curves::{Uchimura, display, uchimura};
 use crate::reference::exposure::{Bins, auto_exposure_stops, limit_mean};
 use crate::reference::gaussian::{blur_axis, radius, taps};
 use crate::reference::grade::LiftGammaGain;
-use crate::reference::guard::{LARGEST_HALF, guard};
+use crate::reference::guard::{LARGEST_HALF, extended, guard_scene};
 use crate::reference::image::{Image, centre_uv, rgb};
 use crate::reference::local::{Grid, LocalToneMap, Range, Splat};
 use crate::reference::math::{Rgb, largest, transform};
@@ -71,7 +71,7 @@ impl Node<'_> {
 /// What the pipeline makes of a picture, step by step.
 fn whole(graph: &Graph, picture: &Picture) -> Image {
     let guarded = Image::new(picture.width as usize, picture.height as usize, |x, y| {
-        picture.at(x as u32, y as u32).map(|value| guard(f64::from(value), LARGEST_HALF))
+        guard_scene(picture.at(x as u32, y as u32).map(f64::from))
     });
     let exposed = exposed(graph, &guarded);
     let seen = seen(graph, &exposed);
@@ -89,7 +89,7 @@ fn exposed(graph: &Graph, scene: &Image) -> Image {
     let limited =
         limit_mean(mean.expect("the picture is not black"), metered.number("min_ev"), metered.number("max_ev"));
     let gain = auto_exposure_stops(limited, metered.number("key"), metered.number("compensation")).exp2();
-    scene.map_rgb(|color| color.map(|x| guard(x * gain, LARGEST_HALF)))
+    scene.map_rgb(|color| color.map(|x| (x * gain).clamp(-LARGEST_HALF, LARGEST_HALF)))
 }
 
 fn seen(graph: &Graph, exposed: &Image) -> Image {
@@ -138,7 +138,7 @@ fn lit(graph: &Graph, seen: &Image, local: &Image) -> Image {
 
 fn graded(graph: &Graph, color: Rgb) -> Rgb {
     let balance = white_balance_target(&BRADFORD, Node(graph, "white").triple("target"), true);
-    let balanced = transform(&balance, color).map(|x| x.max(0.0));
+    let balanced = extended(transform(&balance, color));
     let node = Node(graph, "mapped");
     let [maximum, contrast, start, length, toe, pedestal] =
         ["maximum", "contrast", "linear_start", "linear_length", "toe", "pedestal"].map(|name| node.number(name));
