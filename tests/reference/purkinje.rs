@@ -3,8 +3,8 @@
 //! The full model follows Cao et al. (2008), Kirk and O'Brien (2011) and Patry (2021).
 
 use super::color::luminance;
-use super::guard::extended;
 use super::math::{Matrix, Rgb, diagonal, dot, inverse, mix, product, smooth_step};
+use super::sanitize::extended;
 
 /// Linear Rec.709 to the responses of the L, M and S cones under D65.
 pub(crate) const LMS_FROM_REC709: Matrix =

@@ -66,7 +66,9 @@ fn every_kind_keeps_the_colorimetry_or_says_what_it_is() {
             let Some(found) = alone(kind, state) else { continue };
             let wanted = match (kind.name(), &kind.outputs()[0].state) {
                 ("ToneMap", _) => ImageColor::of(ColorState::DisplayLinear),
-                ("Encode" | "BakedGrade", _) => ImageColor { state: ColorState::Encoded, colorimetry: Colorimetry::SRGB },
+                ("Encode" | "BakedGrade", _) => {
+                    ImageColor { state: ColorState::Encoded, colorimetry: Colorimetry::SRGB }
+                }
                 ("Exposure", _) => ImageColor::of(ColorState::Exposed),
                 ("LogGaussian", _) => ImageColor::of(ColorState::LogLuminance),
                 (_, OutputState::Same(_)) => ImageColor::of(state),
@@ -229,10 +231,7 @@ fn both_displays_of_the_hdr_pipeline_are_labelled() {
 fn plans_print_the_colorimetry_of_their_outputs() {
     let plan = planned(&built_in("hdr.ron"), &[]);
     let text = plan.to_text();
-    let lines = [
-        "  sdr  Encoded: Srgb, Rec709",
-        "  hdr  Encoded: Pq, Rec2020, white at 203 cd/m2, peak at 1000 cd/m2",
-    ];
+    let lines = ["  sdr  Encoded: Srgb, Rec709", "  hdr  Encoded: Pq, Rec2020, white at 203 cd/m2, peak at 1000 cd/m2"];
     lines.iter().for_each(|line| assert!(text.lines().any(|found| found == *line), "{line}\n{text}"));
     let json: serde_json::Value = serde_json::from_str(&plan.to_json()).expect("JSON can be read");
     let hdr = &json["outputs"][1]["colorimetry"];
@@ -253,7 +252,11 @@ fn images_of_different_meaning_are_not_mixed() {
     let lines = r#""exposed": Exposure(source: "in", stops: 1.0), "mapped": ToneMap(source: "exposed"),"#;
     let mixes = [
         (r#"base: "exposed", bloom: "in""#, "`base` is `Exposed` in Rec709", "`bloom` is `Scene` in Rec709"),
-        (r#"base: "mapped", bloom: "exposed""#, "`base` is `DisplayLinear` in Rec709", "`bloom` is `Exposed` in Rec709"),
+        (
+            r#"base: "mapped", bloom: "exposed""#,
+            "`base` is `DisplayLinear` in Rec709",
+            "`bloom` is `Exposed` in Rec709",
+        ),
     ];
     for (ports, first, second) in mixes {
         let nodes = format!(r#"{lines} "result": Composite({ports})"#);

@@ -3,8 +3,8 @@
 use super::{ARITHMETIC, TRANSCENDENTAL, compare, light, stored, stored_light, tolerance, unit};
 use crate::reference::color::{BRADFORD, CAT16, luminance, white_balance_scene, white_balance_target};
 use crate::reference::grade::*;
-use crate::reference::guard::extended;
 use crate::reference::math::{Matrix, Rgb, transform, zip};
+use crate::reference::sanitize::extended;
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
