@@ -5,6 +5,7 @@ mod errors;
 mod folders;
 mod hostile;
 mod memory;
+mod outputs;
 mod pictures;
 mod plans;
 mod sequences;

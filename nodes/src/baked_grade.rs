@@ -1,5 +1,6 @@
 //! BakedGrade: white balance, tone curve, lift-gamma-gain and transfer function as one fetch from a table.
 
+use afterimage_graph::color::{Chromaticities, Colorimetry, Transfer};
 use afterimage_graph::prelude::*;
 
 use crate::bake::{Chain, Signal};
@@ -88,6 +89,15 @@ impl Node for BakedGrade {
 
     fn verify(&self) -> Result<(), String> {
         self.tone_map().verify()
+    }
+
+    fn color(&self) -> ColorChange {
+        let transfer = match self.transfer {
+            BakedTransfer::Srgb => Transfer::Srgb,
+            BakedTransfer::Gamma => Transfer::Gamma(self.display_gamma.into()),
+            BakedTransfer::Linear => Transfer::Linear,
+        };
+        ColorChange::Encode(Colorimetry::new(Chromaticities::REC709, transfer))
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {

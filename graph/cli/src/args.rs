@@ -72,13 +72,14 @@ pub(crate) struct RenderArgs {
     pub(crate) input: Option<String>,
     /// The output file: `.png` for an encoded output, `.exr` for a linear one; `out.####.png` for a sequence
     #[arg(short, long, value_name = "FILE")]
-    pub(crate) out: String,
+    pub(crate) out: Option<String>,
     /// The image for another input: `--input albedo=albedo.exr`
     #[arg(long = "input", value_name = "NAME=FILE")]
     pub(crate) inputs: Vec<String>,
-    /// The output to write; by default the first that fits the file's extension
-    #[arg(long, value_name = "NAME")]
-    pub(crate) output: Option<String>,
+    /// The output to write to the file of `-o`; by default the first that fits the file's extension. With a file, an
+    /// output that is written to that file: `--output sdr=sdr.png --output hdr=hdr.png`
+    #[arg(long = "output", value_name = "NAME[=FILE]")]
+    pub(crate) outputs: Vec<String>,
     /// Frames of a sequence: `1-96`, `1-96x2`, `7,12-20`; required for a sequence from a pipeline without inputs
     #[arg(long, value_name = "RANGE")]
     pub(crate) frames: Option<String>,

@@ -10,6 +10,7 @@ use afterimage_plan::{Plan, PlanOutput};
 
 use super::read::Read;
 use super::request::Request;
+use super::target::Target;
 use super::times::Times;
 use super::write::Rendered;
 use crate::device::CachedSession;
@@ -25,8 +26,9 @@ pub(super) fn render_all(
 ) -> Result<Times, Failure> {
     let mut frames = Frames { request, session, said: Vec::new(), times: Times::default() };
     for (index, pictures) in from.iter().enumerate() {
+        let rendered = frames.render(index, pictures?)?;
         // A writer that is gone has failed and reports the error.
-        if to.send(frames.render(index, pictures?)?).is_err() {
+        if rendered.into_iter().any(|image| to.send(image).is_err()) {
             break;
         }
     }
@@ -45,7 +47,8 @@ struct Frames<'a> {
 }
 
 impl Frames<'_> {
-    fn render(&mut self, index: usize, pictures: Vec<(String, Picture)>) -> Result<Rendered, Failure> {
+    /// An image for each target.
+    fn render(&mut self, index: usize, pictures: Vec<(String, Picture)>) -> Result<Vec<Rendered>, Failure> {
         self.say_notes(&pictures);
         let start = Instant::now();
         let step = step(self.request, index);
@@ -54,12 +57,17 @@ impl Frames<'_> {
         session.render(size(self.request, &images), &images, step)?;
         // The images are uploaded: their memory is freed while the GPU works.
         let meta = pictures.into_iter().next().map(|(_, picture)| picture.meta);
-        let (output, texels) = picture(session, self.request)?;
+        let rendered = self.request.targets.iter().enumerate();
+        let rendered = rendered.map(|(target, file)| {
+            let (output, texels) = picture(session, file)?;
+            Ok(Rendered { texels, output, meta: meta.clone(), index, target })
+        });
+        let rendered = rendered.collect::<Result<Vec<_>, Failure>>()?;
         self.times.render += start.elapsed();
         if index == 0 {
             self.after_first(&images)?;
         }
-        Ok(Rendered { texels, output, meta, index })
+        Ok(rendered)
     }
 
     fn say_notes(&mut self, pictures: &[(String, Picture)]) {
@@ -105,8 +113,8 @@ fn size(request: &Request<'_>, images: &[InputImage]) -> Size {
 }
 
 /// The output for the file, and its texels.
-fn picture(session: &mut Session, request: &Request<'_>) -> Result<(PlanOutput, Texels), Failure> {
-    let output = choose_output(session.plan(), request.args.output.as_deref(), request.png)?;
+fn picture(session: &mut Session, target: &Target) -> Result<(PlanOutput, Texels), Failure> {
+    let output = choose_output(session.plan(), target.output.as_deref(), target.png)?;
     let texels = session.output(&output.name)?;
     Ok((output, texels))
 }

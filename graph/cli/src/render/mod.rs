@@ -4,6 +4,7 @@ mod frames;
 mod read;
 mod request;
 mod stages;
+mod target;
 mod times;
 mod write;
 
