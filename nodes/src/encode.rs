@@ -52,8 +52,8 @@ params! {
     /// The result is stored in half floats unless `format` says otherwise, so that a `Dither` after it reads unrounded
     /// values. Both usually run in one dispatch, and the file writer rounds. To write to an `-srgb` texture, use
     /// `transfer: Linear`: the device encodes. `Srgb`, `Gamma` and `Linear` clip to 0 to 1; `Pq` and `Hlg` accept more,
-    /// up to `peak_nits`. A `ToneMap` before it maps the light into these primaries, or into wider ones if the same light
-    /// is also encoded for those: then `gamut` fits the colours into these primaries.
+    /// up to `peak_nits`. A `ToneMap` before it maps the light into these primaries, or into wider ones if the same
+    /// light is also encoded for those: then `gamut` fits the colours into these primaries.
     pub struct Encode {
         /// The transfer function.
         pub transfer: Transfer = Transfer::Srgb;

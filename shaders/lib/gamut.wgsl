@@ -1,9 +1,9 @@
 // Colours outside of a gamut are moved into it.
 #import color
 
-// Moves a colour towards the grey of its luminance. `reach` is 1 at the border of the gamut, whose channels go from 0 to
-// `peak`. Up to the knee nothing changes. Beyond it, x/(1+x) compresses the rest, so that a colour approaches the border
-// and never passes it. `weights` are the luminance weights of the gamut's primaries.
+// Moves a colour towards the grey of its luminance. `reach` is 1 at the border of the gamut, whose channels go from 0
+// to `peak`. Up to the knee nothing changes. Beyond it, x/(1+x) compresses the rest, so that a colour approaches the
+// border and never passes it. `weights` are the luminance weights of the gamut's primaries.
 fn gamut_compress(rgb: vec3f, weights: vec3f, peak: f32, knee: f32) -> vec3f {
     let grey = clamp(dot(rgb, weights), 0.0, peak);
     let away = rgb - grey;

@@ -2,8 +2,8 @@
 #import sanitize
 #import math
 
-// 0 if every texture is known to be finite, 1 to sanitize signals and light of a display, 2 to sanitize signed data, 3 to
-// sanitize scene light.
+// 0 if every texture is known to be finite, 1 to sanitize signals and light of a display, 2 to sanitize signed data, 3
+// to sanitize scene light.
 const TEXEL_SANITIZE: u32 = 0u;
 // Whether the device cannot filter a texture, or a texture must be sanitized before it is filtered: a filtered NaN is a
 // NaN in four pixels.

@@ -56,8 +56,8 @@ fn what_cannot_be_written_is_said_before_anything_is_rendered() {
         ),
         (
             "render {hdr} room.exr --output sdr=a.png --output hdr=b.jpg",
-            "error: `b.jpg` ends neither in `.png` nor in `.exr`\n  hint: `.png` takes an encoded output, `.exr` a linear \
-             one",
+            "error: `b.jpg` ends neither in `.png` nor in `.exr`\n  hint: `.png` takes an encoded output, `.exr` a \
+             linear one",
         ),
         (
             "render {hdr} room.exr --output sdr=a.png --output final=b.png",

@@ -80,8 +80,8 @@ impl Subject {
         })
     }
 
-    /// A kind on its own, with its optional inputs, or `bare` without; if `signed`, only with negative values. `None` if no
-    /// kind makes its inputs or reads its outputs.
+    /// A kind on its own, with its optional inputs, or `bare` without; if `signed`, only with negative values. `None` if
+    /// no kind makes its inputs or reads its outputs.
     pub fn kind(registry: &Registry, kind: &NodeKind, bare: bool, signed: bool) -> Option<Self> {
         let name = kind.name();
         let (title, flag) = match (bare, signed) {

@@ -107,8 +107,8 @@ pub struct RecorderContext<'a> {
     pub colors: NodeColors<'a>,
 }
 
-/// What the images at the ports of a node mean, in the order of the kind's ports. `None`, or a port without an entry, is
-/// an image about which nothing is known.
+/// What the images at the ports of a node mean, in the order of the kind's ports. `None`, or a port without an entry,
+/// is an image about which nothing is known.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct NodeColors<'a> {
     /// Of the inputs.
@@ -206,8 +206,8 @@ impl<'a> Recorder<'a> {
         self.format
     }
 
-    /// What the image at an input means. Linear Rec.709, or sRGB for a port that accepts encoded images only, if nothing
-    /// is known about it.
+    /// What the image at an input means. Linear Rec.709, or sRGB for a port that accepts encoded images only, if
+    /// nothing is known about it.
     pub fn color(&self, input: &str) -> ImageColor {
         let index = self.kind.inputs.iter().position(|port| port.name == input);
         let index = index.unwrap_or_else(|| panic!("`{}` has no input `{input}`", self.kind.name));
