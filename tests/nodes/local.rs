@@ -12,7 +12,7 @@ use crate::support::harness::{Scale, Tolerance, assert_close};
 
 pub(super) const RANGE: Range = Range { low: -10.5, high: 5.5 };
 pub(super) const SIZE: [usize; 3] = [64, 32, 64];
-pub(super) const SIGMAS: [f64; 3] = [2.5, 1.25, 1.5];
+pub(super) const SIGMAS: [f64; 3] = [2.5, 1.25, 4.0];
 const GRID: &str = "\"exposed\": Exposure(source: \"scene\"), \"grid\": GridBuild(source: \"exposed\", method: METHOD)";
 const METHODS: [(&str, Splat); 2] = [("Nearest", Splat::Nearest), ("Trilinear", Splat::Trilinear)];
 
