@@ -165,16 +165,8 @@ impl<'a> Builder<'a> {
         std::iter::successors(Some(&self.scopes[scope]), |scope| scope.parent.map(|parent| &self.scopes[parent]))
     }
 
-    /// The graph and the warnings; all diagnostics if one of them is an error.
-    pub(super) fn finish(mut self, instances: Vec<NodeInstance>) -> Result<(Graph, Diagnostics), Diagnostics> {
-        let diagnostics = std::mem::take(&mut self.diagnostics).sorted();
-        if diagnostics.has_errors() {
-            return Err(diagnostics);
-        }
-        Ok((self.graph(instances), diagnostics))
-    }
-
-    fn graph(&self, instances: Vec<NodeInstance>) -> Graph {
+    /// The graph, if there are no errors.
+    pub(super) fn graph(&self, instances: Vec<NodeInstance>) -> Graph {
         let inputs = self.host_inputs().map(|input| GraphInput {
             name: input.name.value.clone(),
             state: input.state,

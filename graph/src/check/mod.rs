@@ -93,7 +93,11 @@ impl<'a> Checker<'a> {
         builder.agree();
         builder.order();
         builder.report_unneeded();
-        builder.finish(instances)
+        let diagnostics = std::mem::take(&mut builder.diagnostics).sorted();
+        if diagnostics.has_errors() {
+            return Err(diagnostics);
+        }
+        Ok((builder.graph(instances), diagnostics))
     }
 
     fn builder(&self) -> Builder<'_> {
