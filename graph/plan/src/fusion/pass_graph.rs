@@ -48,24 +48,21 @@ impl PassGraph {
     /// Takes a pass out.
     pub(crate) fn take(&mut self, number: usize) -> Option<Pass> {
         let pass = self.passes[number].take()?;
-        for resource in pass.reads() {
-            self.readers.entry(resource).or_default().remove(&number);
-        }
-        for resource in pass.writes() {
-            self.writers.entry(resource).or_default().remove(&number);
-        }
+        self.users_of(&pass, |users| users.remove(&number));
         Some(pass)
     }
 
     /// Puts a pass at a number that is free.
     pub(crate) fn put(&mut self, number: usize, pass: Pass) {
-        for resource in pass.reads() {
-            self.readers.entry(resource).or_default().insert(number);
-        }
-        for resource in pass.writes() {
-            self.writers.entry(resource).or_default().insert(number);
-        }
+        self.users_of(&pass, |users| users.insert(number));
         self.passes[number] = Some(pass);
+    }
+
+    /// Changes the readers of everything that a pass reads, and the writers of everything that it writes.
+    fn users_of(&mut self, pass: &Pass, change: impl Fn(&mut BTreeSet<usize>) -> bool) {
+        for (users, resources) in [(&mut self.readers, pass.reads()), (&mut self.writers, pass.writes())] {
+            resources.into_iter().for_each(|resource| _ = change(users.entry(resource).or_default()));
+        }
     }
 
     /// The passes that read something, in ascending order.
@@ -116,19 +113,10 @@ impl PassGraph {
     /// place, every earlier one that uses what it writes.
     pub(crate) fn before(&self, number: usize) -> BTreeSet<usize> {
         let Some(pass) = self.get(number) else { return BTreeSet::new() };
-        let mut before = BTreeSet::new();
-        for resource in pass.reads().into_iter().chain(pass.writes()) {
-            match resource {
-                Resource::Image(_) => before.extend(self.writers(resource)),
-                Resource::Buffer(_) => {
-                    before.extend(self.writers(resource).filter(|other| *other < number));
-                    if pass.writes().contains(&resource) {
-                        before.extend(self.readers(resource).filter(|other| *other < number));
-                    }
-                }
-            }
-        }
-        before.remove(&number);
-        before
+        let is_before = |resource: Resource, other: usize| resource.image().is_some() || other < number;
+        let writers = pass.resources().flat_map(|r| self.writers(r).filter(move |other| is_before(r, *other)));
+        let buffers = pass.writes().into_iter().filter(|resource| resource.image().is_none());
+        let readers = buffers.flat_map(|buffer| self.readers(buffer).filter(|other| *other < number));
+        writers.chain(readers).filter(|other| *other != number).collect()
     }
 }
