@@ -141,8 +141,8 @@ impl PlanSwap<'_> {
         bindings
     }
 
-    /// The binding of an image that no pass writes; `None` for one that a pass writes. Images of earlier frames are bound
-    /// once the image of this frame has its ring.
+    /// The binding of an image that no pass writes; `None` for one that a pass writes. Images of earlier frames are
+    /// bound once the image of this frame has its ring.
     fn bind_given(&mut self, plan: &Plan, image: &PlannedImage) -> Option<ImageBinding> {
         match &image.origin {
             _ if image.lifetime.is_none() => Some(ImageBinding::Unused),

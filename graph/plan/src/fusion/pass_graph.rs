@@ -1,9 +1,9 @@
 //! Passes and which of them read and write what, kept up to date while passes are joined. Each pass keeps its number.
 
-use std::cmp::Reverse;
-use std::collections::{BTreeMap, BTreeSet, BinaryHeap};
+use std::collections::{BTreeMap, BTreeSet};
 
 use crate::builder::PlanBuilder;
+use crate::topological::stable_order;
 use afterimage_graph::node::{ImageId, Pass, Resource};
 
 /// The passes of a plan while they are being joined.
@@ -87,26 +87,10 @@ impl PassGraph {
 
     /// Gives the passes back, each after those that it waits for, and otherwise in the order of their numbers.
     pub(crate) fn finish(mut self, builder: &mut PlanBuilder) {
-        let mut waiting: Vec<usize> = (0..self.len()).map(|number| self.before(number).len()).collect();
-        let mut after: Vec<Vec<usize>> = vec![Vec::new(); self.len()];
-        for number in 0..self.len() {
-            self.before(number).into_iter().for_each(|earlier| after[earlier].push(number));
-        }
-        let there = |number: &usize| self.passes[*number].is_some();
-        let mut ready: BinaryHeap<Reverse<usize>> =
-            (0..self.len()).filter(there).filter(|number| waiting[*number] == 0).map(Reverse).collect();
-        let mut sorted = Vec::with_capacity(self.len());
-        while let Some(Reverse(number)) = ready.pop() {
-            sorted.push(number);
-            for &next in &after[number] {
-                waiting[next] -= 1;
-                if waiting[next] == 0 {
-                    ready.push(Reverse(next));
-                }
-            }
-        }
-        assert_eq!(sorted.len(), self.passes.iter().flatten().count(), "joining passes makes no cycle");
-        builder.recording.passes = sorted.into_iter().filter_map(|number| self.passes[number].take()).collect();
+        let before: Vec<BTreeSet<usize>> = (0..self.len()).map(|number| self.before(number)).collect();
+        let order = stable_order(&before);
+        assert_eq!(order.len(), self.len(), "joining passes makes no cycle");
+        builder.recording.passes = order.into_iter().filter_map(|number| self.passes[number].take()).collect();
     }
 
     /// The passes that must come before a pass: those that write what it reads, and, for buffers, which are written in

@@ -5,14 +5,13 @@ use serde_json::{Value, json};
 use super::fnv::fnv1a;
 use super::kernels::KernelView;
 use super::names::Names;
-use crate::plan::{AliasingBarrier, Batch, Plan, PlannedImage, PlannedPass, Transition};
+use crate::plan::{AliasingBarrier, Batch, Plan, PlanOutput, PlannedImage, PlannedPass, Transition};
 use afterimage_base::image::ImageDesc;
 use afterimage_graph::node::{BufferLife, Origin, Resource};
 
 /// The content of a plan without its hash.
 pub(super) fn content(plan: &Plan) -> Value {
     let names = &Names::new(plan);
-    let outputs = plan.outputs.iter();
     let mut content = json!({
         "barriers": plan.batches.iter().map(|batch| barriers(batch, names)).collect::<Value>(),
         "batches": plan.batches.iter().map(|batch| batch.passes.clone().collect::<Vec<_>>()).collect::<Value>(),
@@ -23,9 +22,7 @@ pub(super) fn content(plan: &Plan) -> Value {
         "images": images(plan, names),
         "memory": plan.memory,
         "options": plan.options,
-        "outputs": outputs
-            .map(|output| json!({ "image": names.image(output.image), "name": output.name, "state": output.state.name() }))
-            .collect::<Value>(),
+        "outputs": plan.outputs.iter().map(|shown| output(shown, names)).collect::<Value>(),
         "passes": passes(plan, names),
         "shared_reads": plan.shared_reads,
         "size": [plan.size.width, plan.size.height],
@@ -34,6 +31,10 @@ pub(super) fn content(plan: &Plan) -> Value {
     // Nothing to do, unless another crate asks `serde_json` to keep the order of insertion.
     content.sort_all_objects();
     content
+}
+
+fn output(output: &PlanOutput, names: &Names) -> Value {
+    json!({ "image": names.image(output.image), "name": output.name, "state": output.state.name() })
 }
 
 fn barriers(batch: &Batch, names: &Names) -> Value {

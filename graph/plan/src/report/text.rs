@@ -13,9 +13,9 @@ impl Plan {
     pub fn to_text(&self) -> String {
         let names = Names::new(self);
         let (heading, passes) = (self.heading(), table(&self.pass_table(&names)));
-        let left_out = [self.skipped_text(), self.arithmetic_text(), self.ignored_text()].concat();
+        let without = [self.skipped_text(), self.arithmetic_text(), self.ignored_text()].concat();
         let saved = [self.fused_text(), self.shared_text(), self.memory_text()].concat();
-        format!("{heading}{passes}{left_out}{saved}\nhash {}\n", self.hash())
+        format!("{heading}{passes}{without}{saved}\nhash {}\n", self.hash())
     }
 
     fn heading(&self) -> String {

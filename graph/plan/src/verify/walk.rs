@@ -7,16 +7,9 @@ use crate::plan::Plan;
 use afterimage_graph::node::{Arg, Pass, Resource};
 
 /// Something in a plan that is wrong: a sentence with the names of the passes and images.
-#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, thiserror::Error)]
+#[error("{0}")]
 pub struct Fault(String);
-
-impl std::fmt::Display for Fault {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(&self.0)
-    }
-}
-
-impl std::error::Error for Fault {}
 
 /// What has been found.
 #[derive(Default)]
