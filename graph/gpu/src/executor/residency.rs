@@ -8,6 +8,7 @@ use wgpu::{Buffer, BufferUsages, Device, Queue};
 
 use super::loaded::{ImageBinding, Loaded};
 use super::prepare::CompiledPlan;
+use crate::buffer::buffer;
 use crate::heap::Placed;
 use crate::store::{Store, TextureKey};
 use crate::timing::Timing;
@@ -217,14 +218,10 @@ fn ring_length(plan: &Plan) -> u32 {
     1 + depth.max().unwrap_or(0)
 }
 
-fn make_buffer(device: &Device, queue: &Queue, buffer: &VirtualBuffer) -> Buffer {
-    let made = device.create_buffer(&wgpu::BufferDescriptor {
-        label: Some(&buffer.label),
-        size: buffer.bytes.next_multiple_of(16),
-        usage: BufferUsages::STORAGE | BufferUsages::COPY_DST | BufferUsages::COPY_SRC,
-        mapped_at_creation: false,
-    });
-    if let BufferLife::Constant(bytes) = &buffer.life {
+fn make_buffer(device: &Device, queue: &Queue, wanted: &VirtualBuffer) -> Buffer {
+    let usage = BufferUsages::STORAGE | BufferUsages::COPY_DST | BufferUsages::COPY_SRC;
+    let made = buffer(device, &wanted.label, wanted.bytes.next_multiple_of(16), usage);
+    if let BufferLife::Constant(bytes) = &wanted.life {
         queue.write_buffer(&made, 0, bytes);
     }
     made

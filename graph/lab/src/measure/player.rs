@@ -82,10 +82,7 @@ impl Player {
 
     /// Renders a frame of the clip.
     pub(crate) fn render(&mut self, clip: &Clip, frame: usize) -> Result<(), LabError> {
-        let mut encoder = self.session.gpu().encoder();
-        self.session.encode(&mut encoder, clip.images(frame), clip.step(frame))?;
-        self.session.gpu().queue.submit([encoder.finish()]);
-        Ok(())
+        Ok(self.session.submit(clip.images(frame), clip.step(frame))?)
     }
 
     /// The texels of an output of the last frame.
