@@ -26,8 +26,8 @@ params! {
         /// The exposed luminance that does not change. The default is middle grey, log2 of 0.18.
         pub midpoint: f32 = -2.4739312 => within(-16.0..=16.0), usually(-6.0..=2.0), unit("log2 of luminance");
         /// The grid's share of the base. The rest is the wide Gaussian's. At an edge of nine stops with contrast 0.5,
-        /// the halo is 2.2 stops at 0, 1.3 at 0.4 and none at 1. A smooth ramp of 12 stops has no ripple at 0, 0.0013
-        /// stops at 0.4 and 0.003 at 1. At 1 the Gaussian is not read, so the nodes that make it are skipped; at 0
+        /// the halo is 2.2 stops at 0, 1.3 at 0.4 and none at 1. A smooth ramp of 12 stops has a ripple of at most 0.0003
+        /// stops. At 1 the Gaussian is not read, so the nodes that make it are skipped; at 0
         /// those that make the grid.
         pub share: f32 = 1.0 => within(0.0..=1.0), replans();
         /// Darker pixels get the factor of this luminance.

@@ -96,6 +96,9 @@ fn more_highlights_are_kept_than_by_a_plain_curve_of_the_same_mean() {
         let (mean, clipped) = mean_and_clipped(&Run::new(&graph).frame(&[("scene", &scene)])[0]);
         let (plain_mean, plain_clipped) = plain_with_mean(&scene, mean);
         assert!((mean - plain_mean).abs() < 0.5, "the means are equal: {mean} {plain_mean}");
-        assert!(clipped <= plain_clipped, "at {walk}: {clipped} of the pixels are clipped, {plain_clipped} by the curve");
+        assert!(
+            clipped <= plain_clipped,
+            "at {walk}: {clipped} of the pixels are clipped, {plain_clipped} by the curve"
+        );
     }
 }

@@ -46,7 +46,7 @@ pub(super) fn local_kinds() -> Vec<Reference> {
     let around = "\"around\": LogGaussian(source: \"scene\")";
     let build = |image: &Image| Grid::build(image, SIZE, RANGE, Splat::Nearest);
     let blur = move |image: &Image| build(image).blurred(SIGMAS, SIGMAS.map(radius));
-    let settings = LocalToneMap { bilateral: 1.0, middle: 0.18_f64.log2(), contrast: 0.5, detail: 1.0 };
+    let settings = LocalToneMap { bilateral: 0.4, middle: 0.18_f64.log2(), contrast: 0.5, detail: 1.0 };
     vec![
         Reference::new(
             ("GridBuild", "Exposed"),
