@@ -55,6 +55,22 @@ pub(crate) const AP1: Space = Space {
     white: ACES_WHITE,
 };
 
+/// The AP0 primaries of ACES2065-1 (SMPTE ST 2065-1).
+pub(crate) const AP0: Space = Space {
+    red: DVec2::new(0.7347, 0.2653),
+    green: DVec2::new(0.0, 1.0),
+    blue: DVec2::new(0.0001, -0.0770),
+    white: ACES_WHITE,
+};
+
+/// ARRI Wide Gamut 3 (ARRI, "ALEXA Log C Curve", 2012).
+pub(crate) const ARRI_WIDE_GAMUT_3: Space = Space {
+    red: DVec2::new(0.6840, 0.3130),
+    green: DVec2::new(0.2210, 0.8480),
+    blue: DVec2::new(0.0861, -0.1020),
+    white: D65,
+};
+
 /// AP1 with red moved outwards, after the talk on Ghost of Tsushima. Public notes confirm only the x of red.
 pub(crate) const TSUSHIMA: Space = Space { red: DVec2::new(0.750, 0.270), ..AP1 };
 

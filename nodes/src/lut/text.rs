@@ -1,4 +1,4 @@
-//! The lines of a `.cube` file, and the numbers in them.
+//! The lines of a table's text file, and the numbers in them.
 
 use super::LutError;
 
@@ -11,7 +11,7 @@ pub(super) enum Line<'a> {
 }
 
 /// The lines that are neither blank nor comments, with their numbers from 1.
-pub(super) fn lines(text: &str) -> impl Iterator<Item = (usize, &str)> {
+pub(super) fn lines(text: &str) -> impl Iterator<Item = (usize, &str)> + Clone {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     // Classic Mac OS ends lines with a carriage return. In files with CR LF the return is whitespace at the end of the
     // line.
