@@ -59,6 +59,7 @@ mod log_gaussian;
 mod lut;
 mod mean_luminance;
 mod metering;
+mod process;
 mod purkinje;
 mod purkinje_simple;
 mod saturation;
@@ -94,9 +95,13 @@ pub use histogram::{Histogram, HistogramWeight};
 pub use lift_gamma_gain::{LiftBy, LiftGammaGain};
 pub use local_tone_map::LocalToneMap;
 pub use log_gaussian::LogGaussian;
-pub use lut::{Lut, LutError, PngLayout, Table, parse_cube, parse_png};
+pub use lut::{
+    ColorCorrection, Lut, LutError, LutFile, PngLayout, Table, parse_clf, parse_correction, parse_cube, parse_lut_file,
+    parse_png, parse_spi1d, parse_spi3d,
+};
 pub use mean_luminance::{MeanLuminance, MeanLuminanceOf};
 pub use metering::Adaptation;
+pub use process::{LutSpace, LutState, Process};
 pub use purkinje::Purkinje;
 pub use purkinje_simple::PurkinjeSimple;
 pub use saturation::Saturation;

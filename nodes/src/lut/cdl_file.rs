@@ -2,9 +2,9 @@
 
 use roxmltree::Node;
 
+use super::LutError;
 use super::text::short;
 use super::xml::{self, elements, error, name, numbers};
-use super::LutError;
 
 /// The values of a colour correction.
 #[derive(Clone, Copy, Debug, PartialEq)]

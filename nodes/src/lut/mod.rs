@@ -10,6 +10,8 @@ mod xml;
 
 use half::f16;
 
+use crate::process::Process;
+
 pub use cdl_file::{ColorCorrection, parse_correction};
 pub use clf::parse_clf;
 pub use cube::parse_cube;
@@ -37,6 +39,35 @@ pub struct Lut {
     pub cube: Option<Table>,
     /// Half of the step in which the file's numbers are written. Smaller differences are rounding errors.
     pub tolerance: f32,
+}
+
+/// The content of a colour file.
+#[derive(Clone, Debug, PartialEq)]
+pub enum LutFile {
+    /// A table.
+    Table(Lut),
+    /// Steps in a row.
+    Process(Process),
+}
+
+const PNG_SIGNATURE: &[u8] = b"\x89PNG";
+
+/// Parses a colour file of any kind, which is recognised by its content. `layout` is that of a PNG.
+///
+/// # Errors
+/// The first error of the parser of its kind, or that it is of no known kind.
+pub fn parse_lut_file(bytes: &[u8], layout: PngLayout) -> Result<LutFile, LutError> {
+    if bytes.starts_with(PNG_SIGNATURE) {
+        return parse_png(bytes, layout).map(LutFile::Table);
+    }
+    let known = "the file is neither a table (.cube, .spi1d, .spi3d, .clf) nor a PNG";
+    let text = std::str::from_utf8(bytes).map_err(|_| LutError::new(0, known))?;
+    match text::lines(text).next().map(|(_, line)| line.split_whitespace().next().unwrap_or(line)) {
+        Some(word) if word.starts_with('<') => parse_clf(text).map(LutFile::Process),
+        Some("Version" | "From" | "Length" | "Components") => parse_spi1d(text).map(LutFile::Table),
+        Some("SPILUT") => parse_spi3d(text).map(LutFile::Table),
+        _ => parse_cube(text).map(LutFile::Table),
+    }
 }
 
 /// Entries at equal steps over a domain.

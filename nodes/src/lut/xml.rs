@@ -119,7 +119,10 @@ pub(super) fn fill(
         for word in content.split_ascii_whitespace() {
             let at = || line(node, text.range().start + (word.as_ptr() as usize - content.as_ptr() as usize));
             if found == count {
-                return Err(LutError::new(at(), format!("there are more than the {count} numbers of `{}`", name(node))));
+                return Err(LutError::new(
+                    at(),
+                    format!("there are more than the {count} numbers of `{}`", name(node)),
+                ));
             }
             take(found, word).map_err(|why| LutError::new(at(), why))?;
             found += 1;

@@ -4,6 +4,7 @@
 //! two steps are limited to ±1e12, so that 32 bits hold them.
 
 mod cdl;
+mod conversion;
 mod curves;
 mod lookup;
 mod spaces;
@@ -12,6 +13,8 @@ mod wgsl;
 use glam::DVec3;
 
 pub(crate) use cdl::CdlStep;
+pub(crate) use conversion::Conversion;
+pub use conversion::LutState;
 pub(crate) use curves::{Antilog, Logarithm, Power};
 pub use spaces::LutSpace;
 pub(crate) use wgsl::{Parts, function};

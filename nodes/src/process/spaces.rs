@@ -1,9 +1,10 @@
 //! The colour spaces that tables are made for.
 
+use afterimage_graph::color::{Chromaticities, Transfer};
 use afterimage_graph::prelude::*;
 
 use super::{LIMIT, Logarithm, Power, Step};
-use crate::color::{AP0, AP1, ARRI_WIDE_GAMUT_3, DISPLAY_P3, REC709, REC2020, Space, conversion};
+use crate::color::ARRI_WIDE_GAMUT_3;
 
 choices! {
     /// The colour space of a table's numbers: primaries, and the function between light and numbers. 1 is the light 1 of
@@ -47,14 +48,14 @@ enum Encoding {
 }
 
 impl LutSpace {
-    fn space(self) -> Space {
+    fn primaries(self) -> Chromaticities {
         match self {
-            Self::LinearRec2020 | Self::Pq => REC2020,
-            Self::Aces => AP0,
-            Self::AcesCg | Self::AcesCct => AP1,
+            Self::LinearRec2020 | Self::Pq => Chromaticities::REC2020,
+            Self::Aces => Chromaticities::ACES_AP0,
+            Self::AcesCg | Self::AcesCct => Chromaticities::ACES_CG,
             Self::LogC3 => ARRI_WIDE_GAMUT_3,
-            Self::DisplayP3 => DISPLAY_P3,
-            Self::Same | Self::LinearRec709 | Self::Srgb | Self::Gamma22 | Self::Gamma24 => REC709,
+            Self::DisplayP3 => Chromaticities::DISPLAY_P3,
+            Self::Same | Self::LinearRec709 | Self::Srgb | Self::Gamma22 | Self::Gamma24 => Chromaticities::REC709,
         }
     }
 
@@ -70,27 +71,36 @@ impl LutSpace {
         }
     }
 
-    /// Linear Rec.709 to this space.
-    pub(crate) fn from_light(self, white_nits: f64) -> Vec<Step> {
-        let mut steps = vec![Step::matrix(conversion(REC709, self.space()))];
-        match self.encoding() {
-            Encoding::Linear => {}
-            Encoding::Log(curve) => steps.push(Step::Logarithm([curve; 3])),
-            Encoding::Display([encode, _]) => steps.extend([Step::limits(0.0, 1.0), Step::Power([encode; 3])]),
-            Encoding::Pq => steps.extend([Step::limits(0.0, LIMIT), Step::PqEncode(white_nits)]),
-        }
-        steps
+    /// Whether an image for a display or a file can be in this space.
+    pub(crate) fn is_for_displays(self) -> bool {
+        !matches!(self, Self::Same | Self::Aces | Self::AcesCg | Self::AcesCct | Self::LogC3)
     }
 
-    /// This space to linear Rec.709.
-    pub(crate) fn to_light(self, white_nits: f64) -> Vec<Step> {
+    /// Linear light with these primaries to this space.
+    pub(crate) fn from_light(self, light: Chromaticities, white_nits: f64) -> Vec<Step> {
+        let primaries = Step::matrix(light.conversion(&self.primaries()));
+        std::iter::once(primaries).chain(self.encode(white_nits)).collect()
+    }
+
+    /// Linear light in the primaries of this space to its numbers.
+    pub(crate) fn encode(self, white_nits: f64) -> Vec<Step> {
+        match self.encoding() {
+            Encoding::Linear => Vec::new(),
+            Encoding::Log(curve) => vec![Step::Logarithm([curve; 3])],
+            Encoding::Display([encode, _]) => vec![Step::limits(0.0, 1.0), Step::Power([encode; 3])],
+            Encoding::Pq => vec![Step::limits(0.0, LIMIT), Step::PqEncode(white_nits)],
+        }
+    }
+
+    /// This space to linear light with these primaries.
+    pub(crate) fn to_light(self, light: Chromaticities, white_nits: f64) -> Vec<Step> {
         let mut steps = match self.encoding() {
             Encoding::Linear => Vec::new(),
             Encoding::Log(curve) => vec![Step::Antilog([curve.inverse(); 3])],
             Encoding::Display([_, decode]) => vec![Step::limits(0.0, 1.0), Step::Power([decode; 3])],
             Encoding::Pq => vec![Step::limits(0.0, 1.0), Step::PqDecode(white_nits)],
         };
-        steps.push(Step::matrix(conversion(self.space(), REC709)));
+        steps.push(Step::matrix(self.primaries().conversion(&light)));
         steps
     }
 }
@@ -99,91 +109,6 @@ impl LutSpace {
 fn aces_cct() -> Logarithm {
     let (slope, offset) = (10.5402377416545, 0.0729055341958355);
     Logarithm { slope, offset, end: 0.0078125, a: 1.0, b: 0.0, scale: 1.0 / 17.52, shift: 9.72 / 17.52 }
-}
-
-/// ARRI LogC3 at EI 800, ARRI Wide Gamut 3.
-        LogC3,
-        /// sRGB.
-        Srgb,
-        /// Display P3: the function of sRGB, the primaries of P3 with D65.
-        DisplayP3,
-        /// A power of 2.2, Rec.709.
-        Gamma22,
-        /// A power of 2.4, Rec.709 (ITU-R BT.1886 with a black of 0).
-        Gamma24,
-        /// The perceptual quantiser, Rec.2020 (ITU-R BT.2100). Light of 1 has the luminance `white_nits`.
-        Pq,
-    }
-}
-
-/// The function from light to numbers.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Encoding {
-    Linear,
-    Log(Logarithm),
-    /// From light to numbers, and back. Both for 0 to 1.
-    Display([Power; 2]),
-    Pq,
-}
-
-impl LutSpace {
-    fn space(self) -> Space {
-        match self {
-            Self::LinearRec2020 | Self::Pq => REC2020,
-            Self::Aces => AP0,
-            Self::AcesCg | Self::AcesCct => AP1,
-            Self::LogC3 => ARRI_WIDE_GAMUT_3,
-            Self::DisplayP3 => DISPLAY_P3,
-            Self::Same | Self::LinearRec709 | Self::Srgb | Self::Gamma22 | Self::Gamma24 => REC709,
-        }
-    }
-
-    fn encoding(self) -> Encoding {
-        match self {
-            Self::Same | Self::LinearRec709 | Self::LinearRec2020 | Self::Aces | Self::AcesCg => Encoding::Linear,
-            Self::AcesCct => Encoding::Log(aces_cct()),
-            Self::LogC3 => Encoding::Log(log_c3()),
-            Self::Srgb | Self::DisplayP3 => Encoding::Display(srgb()),
-            Self::Gamma22 => Encoding::Display([2.2_f64.recip(), 2.2].map(|exponent| Power::plain(exponent, 0.0))),
-            Self::Gamma24 => Encoding::Display([2.4_f64.recip(), 2.4].map(|exponent| Power::plain(exponent, 0.0))),
-            Self::Pq => Encoding::Pq,
-        }
-    }
-
-    /// Linear Rec.709 to this space.
-    pub(crate) fn from_light(self, white_nits: f64) -> Vec<Step> {
-        let mut steps = vec![Step::matrix(conversion(REC709, self.space()))];
-        match self.encoding() {
-            Encoding::Linear => {}
-            Encoding::Log(curve) => steps.push(Step::Logarithm([curve; 3])),
-            Encoding::Display([encode, _]) => steps.extend([Step::limits(0.0, 1.0), Step::Power([encode; 3])]),
-            Encoding::Pq => steps.extend([Step::limits(0.0, LIMIT), Step::PqEncode(white_nits)]),
-        }
-        steps
-    }
-
-    /// This space to linear Rec.709.
-    pub(crate) fn to_light(self, white_nits: f64) -> Vec<Step> {
-        let mut steps = match self.encoding() {
-            Encoding::Linear => Vec::new(),
-            Encoding::Log(curve) => vec![Step::Antilog([curve.inverse(); 3])],
-            Encoding::Display([_, decode]) => vec![Step::limits(0.0, 1.0), Step::Power([decode; 3])],
-            Encoding::Pq => vec![Step::limits(0.0, 1.0), Step::PqDecode(white_nits)],
-        };
-        steps.push(Step::matrix(conversion(self.space(), REC709)));
-        steps
-    }
-}
-
-/// ACEScct (Academy S-2016-001).
-fn aces_cct() -> Logarithm {
-    let log = Logarithm { end: 0.0078125, ..aces_log(0.0) };
-    Logarithm { slope: 10.5402377416545, offset: 0.0729055341958355, ..log }
-}
-
-fn aces_log(b: f64) -> Logarithm {
-    let none = -3e38;
-    Logarithm { slope: 1.0, offset: 0.0, end: none, a: 1.0, b, scale: 1.0 / 17.52, shift: 9.72 / 17.52 }
 }
 
 /// ARRI LogC3 at EI 800 (ARRI, "ALEXA Log C Curve", 2012).
@@ -201,21 +126,12 @@ fn srgb() -> [Power; 2] {
     ]
 }
 
-/// Constants of SMPTE ST 2084.
-const M1: f64 = 2610.0 / 16384.0;
-const M2: f64 = 2523.0 / 32.0;
-const C1: f64 = 3424.0 / 4096.0;
-const C2: f64 = 2413.0 / 128.0;
-const C3: f64 = 2392.0 / 128.0;
-
 /// Luminance in cd/m2, limited to 0 to 10000, to the perceptual quantiser.
 pub(super) fn pq_encode(nits: f64) -> f64 {
-    let power = (nits / 10000.0).clamp(0.0, 1.0).powf(M1);
-    ((C1 + C2 * power) / (1.0 + C3 * power)).powf(M2)
+    Transfer::Pq.to_signal(nits / 10000.0)
 }
 
 /// The perceptual quantiser, limited to 0 to 1, to luminance in cd/m2.
 pub(super) fn pq_decode(signal: f64) -> f64 {
-    let power = signal.clamp(0.0, 1.0).powf(1.0 / M2);
-    10000.0 * ((power - C1).max(0.0) / (C2 - C3 * power)).powf(1.0 / M1)
+    10000.0 * Transfer::Pq.to_light(signal)
 }

@@ -65,8 +65,7 @@ pub(crate) struct Parts {
 pub(crate) fn function<'a>(name: &str, parts: &'a Parts) -> (String, Textures<'a>) {
     let mut textures = Textures::default();
     let Parts { before, unchanged, changed, after } = parts;
-    let [before, unchanged, changed, after] =
-        [before, unchanged, changed, after].map(|part| body(part, &mut textures));
+    let [before, unchanged, changed, after] = [before, unchanged, changed, after].map(|part| body(part, &mut textures));
     let arguments = textures.arguments();
     let text = format!(
         "#import cube\n#import grade\n#import math\n#import process\n#import shaper\n\n\

@@ -216,7 +216,9 @@ pub(super) fn exponent(node: Node<'_, '_>) -> Result<Step, LutError> {
     let is_mirrored = form.ends_with("Mirror");
     let unchanged = Power { is_mirrored, ..Power::plain(1.0, if form == "basic" { 0.0 } else { 1.0 }) };
     let curves = channels(node, "ExponentParams", Some(unchanged), curve)?;
-    curves.iter().try_for_each(|Power { slope, a, b, scale, shift, .. }| usable(node, &[*slope, *a, *b, *scale, *shift]))?;
+    curves
+        .iter()
+        .try_for_each(|Power { slope, a, b, scale, shift, .. }| usable(node, &[*slope, *a, *b, *scale, *shift]))?;
     Ok(Step::Power(curves))
 }
 

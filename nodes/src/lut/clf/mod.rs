@@ -31,6 +31,9 @@ const NODES: &str = "`LUT1D`, `LUT3D`, `Matrix`, `Range`, `Log`, `Exponent` and 
 pub fn parse_clf(text: &str) -> Result<Process, LutError> {
     let document = xml::parse(text)?;
     let root = document.root_element();
+    if matches!(name(root), "ColorCorrection" | "ColorCorrectionCollection" | "ColorDecisionList") {
+        return Err(error(root, "the file is a colour correction: use a node `Cdl`"));
+    }
     if name(root) != "ProcessList" {
         return Err(error(root, format!("the file is no `ProcessList`, but a `{}`", short(name(root)))));
     }
@@ -122,7 +125,8 @@ impl<'a> Depths<'a> {
     fn follow(&self, node: Node<'_, '_>, before: Option<Depth<'_>>) -> Result<(), LutError> {
         match before {
             Some(before) if before.name != self.input.name => {
-                let message = format!("`inBitDepth` is `{}`, but the node before has `{}`", self.input.name, before.name);
+                let message =
+                    format!("`inBitDepth` is `{}`, but the node before has `{}`", self.input.name, before.name);
                 Err(error(node, message))
             }
             _ => Ok(()),
