@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use afterimage_graph::color::Chromaticities;
+use afterimage_graph::color::{Chromaticities, Colorimetry};
 use afterimage_graph::prelude::*;
 
 use crate::lut::{Lut, LutError, LutFile, PngLayout, ROW, Table, parse_lut_file};
@@ -40,11 +40,11 @@ params! {
     /// lists in any order.
     ///
     /// State in `from` the space that the table was made for, and in `to` that of its results. Without them, the author
-    /// of the table decides, and the node belongs where the image is in that space. With them, the node converts: a look
-    /// for sRGB works on light, before `Encode`, as it would after it, and a table that contains a display transform
-    /// replaces `ToneMap` and `Encode`, with `state`. Colours outside of a table's domain use its border. For light
-    /// above 1, state `from`, or set `shaper` to the spacing of the table's axes; the domain in the file applies after
-    /// the shaper.
+    /// of the table decides, and the node belongs where the image is in that space. With them, the node converts. A
+    /// look for sRGB works on light, before `Encode`, as it would after it, and a table that contains a display
+    /// transform replaces `ToneMap` and `Encode`, with `state`. Colours outside of a table's domain use its border. For
+    /// light above 1, state `from`, or set `shaper` to the spacing of the table's axes; the domain in the file applies
+    /// after the shaper.
     ///
     /// The steps of a `.clf` file and the conversions are computed for each pixel, in 32 bits, and not baked into a
     /// table. An error in the file is reported with its line. The node is skipped if the table is an identity, or if
@@ -169,9 +169,9 @@ impl ColorLut {
 
     fn record_process(&self, pass: &mut Recorder<'_>, process: Process) {
         const NAME: &str = "color_lut_process";
-        let light = Chromaticities::REC709;
+        let (source, result) = (Colorimetry::linear(Chromaticities::REC709), Chromaticities::REC709);
         let (from, to, state, white_nits) = (self.from, self.to, self.state, f64::from(self.white_nits));
-        let parts = Conversion { from, to, state, white_nits, source: light, result: light }.around(process);
+        let parts = Conversion { from, to, state, white_nits, source, result }.around(process);
         let (text, textures) = function(NAME, &parts);
         let images = textures.images(pass);
         let source = pass.image("source");

@@ -28,6 +28,9 @@ impl ColorCorrection {
 const SOP: [&str; 2] = ["SOPNode", "ASC_SOP"];
 const SAT: [&str; 3] = ["SatNode", "SATNode", "ASC_SAT"];
 
+/// Texts for people.
+const DESCRIPTIONS: [&str; 3] = ["Description", "InputDescription", "ViewingDescription"];
+
 /// Parses the colour correction with this id from a file. Without an id the file must have exactly one correction.
 ///
 /// # Errors
@@ -84,6 +87,10 @@ fn ids(all: &[Node<'_, '_>]) -> String {
 }
 
 fn values(correction: Node<'_, '_>) -> Result<ColorCorrection, LutError> {
+    let is_known = |key: &str| DESCRIPTIONS.contains(&key) || SOP.contains(&key) || SAT.contains(&key);
+    if let Some(other) = elements(correction).find(|element| !is_known(name(*element))) {
+        return Err(error(other, format!("a correction has no element `{}`", short(name(other)))));
+    }
     let mut values = ColorCorrection::NEUTRAL;
     if let Some(sop) = xml::element(correction, &SOP)? {
         (values.slope, values.offset, values.power) = slope_offset_power(sop)?;
@@ -99,8 +106,8 @@ type Triples = ([f32; 3], [f32; 3], [f32; 3]);
 /// The numbers of a node for slope, offset and power.
 pub(super) fn slope_offset_power(sop: Node<'_, '_>) -> Result<Triples, LutError> {
     let [slope, offset, power] = ["Slope", "Offset", "Power"].map(|key| xml::required(sop, &[key]));
-    let (slope, power) = (slope?, power?);
-    let [slopes, offsets, powers] = [numbers::<3>(slope)?, numbers(offset?)?, numbers(power)?];
+    let (slope, offset, power) = (slope?, offset?, power?);
+    let [slopes, offsets, powers] = [numbers::<3>(slope)?, numbers(offset)?, numbers(power)?];
     if slopes.iter().any(|x| *x < 0.0) {
         return Err(error(slope, "a slope is 0 or more"));
     }

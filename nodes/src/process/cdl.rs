@@ -2,9 +2,10 @@
 
 use glam::DVec3;
 
-use super::LIMIT;
 use super::curves::{each, power};
+use super::{LIMIT, Process, Step};
 use crate::color::LUMINANCE;
+use crate::lut::ColorCorrection;
 
 /// A colour decision list and the direction in which it is applied.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,6 +22,28 @@ pub(crate) struct CdlStep {
     pub(crate) is_limited: bool,
     /// Whether the list is inverted.
     pub(crate) is_reverse: bool,
+}
+
+impl From<ColorCorrection> for CdlStep {
+    /// Without limits.
+    fn from(correction: ColorCorrection) -> Self {
+        let wide = |v: [f32; 3]| DVec3::from(v.map(f64::from));
+        Self {
+            slope: wide(correction.slope),
+            offset: wide(correction.offset),
+            power: wide(correction.power),
+            saturation: f64::from(correction.saturation),
+            is_limited: false,
+            is_reverse: false,
+        }
+    }
+}
+
+impl From<ColorCorrection> for Process {
+    /// The correction as the node `Cdl` computes it: without limits.
+    fn from(correction: ColorCorrection) -> Self {
+        Self::new([Step::Cdl(correction.into())])
+    }
 }
 
 impl CdlStep {

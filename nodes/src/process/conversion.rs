@@ -1,9 +1,9 @@
 //! The conversions around a table: from the image to the space that the table was made for, and to the result.
 
-use afterimage_graph::color::Chromaticities;
+use afterimage_graph::color::{Chromaticities, Colorimetry};
 use afterimage_graph::prelude::*;
 
-use super::{LIMIT, LutSpace, Parts, Process, Step};
+use super::{Encoding, LIMIT, LutSpace, Parts, Process, Step};
 
 choices! {
     /// The color state of a table's result.
@@ -28,8 +28,8 @@ pub(crate) struct Conversion {
     pub(crate) state: LutState,
     /// The luminance of light of 1, for `Pq`.
     pub(crate) white_nits: f64,
-    /// The primaries of the image.
-    pub(crate) source: Chromaticities,
+    /// What the numbers of the image mean.
+    pub(crate) source: Colorimetry,
     /// The primaries of a result that is light.
     pub(crate) result: Chromaticities,
 }
@@ -44,7 +44,7 @@ impl Conversion {
     pub(crate) fn around(&self, table: Process) -> Parts {
         let enter = |space: LutSpace| match space {
             LutSpace::Same => Vec::new(),
-            space => space.from_light(self.source, self.white_nits),
+            space => [self.wire().decode(), space.from_light(self.source.primaries, self.white_nits)].concat(),
         };
         let after = Process::new(self.leave());
         if self.from == self.to() {
@@ -55,11 +55,16 @@ impl Conversion {
         Parts { before: Process::default(), unchanged: Process::new(enter(self.to())), changed, after }
     }
 
+    /// The function between light and the numbers of the image.
+    fn wire(&self) -> Encoding {
+        Encoding::of(&self.source, self.white_nits)
+    }
+
     fn leave(&self) -> Vec<Step> {
         let light = |primaries: Chromaticities| self.to().to_light(primaries, self.white_nits);
         match (self.state, self.to()) {
             (LutState::Source, LutSpace::Same) => Vec::new(),
-            (LutState::Source, _) => light(self.source),
+            (LutState::Source, _) => [light(self.source.primaries), self.wire().encode()].concat(),
             (LutState::DisplayLinear, _) => [light(self.result), vec![Step::limits(0.0, LIMIT)]].concat(),
             (LutState::Encoded, _) => vec![Step::limits(0.0, 1.0)],
         }

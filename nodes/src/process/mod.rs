@@ -1,11 +1,12 @@
 //! Processes: colour operations in a row, evaluated in double precision or written as WGSL.
 //!
-//! A `ColorLut` runs a file in Common LUT Format, and the conversions around a table, as one process. The values between
-//! two steps are limited to ±1e12, so that 32 bits hold them.
+//! A `ColorLut` runs a file in Common LUT Format, and the conversions around a table, as processes. The values between two
+//! steps are limited to ±1e12, so that 32 bits hold them.
 
 mod cdl;
 mod conversion;
 mod curves;
+mod encoding;
 mod lookup;
 mod spaces;
 mod wgsl;
@@ -16,6 +17,7 @@ pub(crate) use cdl::CdlStep;
 pub(crate) use conversion::Conversion;
 pub use conversion::LutState;
 pub(crate) use curves::{Antilog, Logarithm, Power};
+pub(crate) use encoding::{Encoding, Hlg};
 pub use spaces::LutSpace;
 pub(crate) use wgsl::{Parts, function};
 
@@ -52,6 +54,10 @@ pub(crate) enum Step {
     PqEncode(f64),
     /// The reverse.
     PqDecode(f64),
+    /// Light to hybrid log-gamma.
+    HlgEncode(Hlg),
+    /// The reverse.
+    HlgDecode(Hlg),
     /// A shaper of `ColorLut`.
     Shape(Shape),
     /// A 1-D table per channel.
@@ -103,8 +109,10 @@ impl Step {
             Self::Logarithm(curves) => each(v, |channel, x| curves[channel].apply(x)),
             Self::Antilog(curves) => each(v, |channel, x| curves[channel].apply(x)),
             Self::Power(curves) => each(v, |channel, x| curves[channel].apply(x)),
-            Self::PqEncode(white) => each(v, |_, x| spaces::pq_encode(x * white)),
-            Self::PqDecode(white) => each(v, |_, x| spaces::pq_decode(x) / white),
+            Self::PqEncode(white) => each(v, |_, x| encoding::pq_encode(x * white)),
+            Self::PqDecode(white) => each(v, |_, x| encoding::pq_decode(x) / white),
+            Self::HlgEncode(hlg) => hlg.encode(v),
+            Self::HlgDecode(hlg) => hlg.decode(v),
             Self::Shape(shape) => each(v, |_, x| shape.apply(x)),
             Self::Curve(table) => each(v, |channel, x| lookup::curve(table, channel, x)),
             Self::HalfCurve(entries) => each(v, |channel, x| lookup::half_curve(entries, channel, x)),

@@ -1,14 +1,15 @@
 //! The colour spaces that tables are made for.
 
-use afterimage_graph::color::{Chromaticities, Transfer};
+use afterimage_graph::color::{Chromaticities, Colorimetry, Transfer};
 use afterimage_graph::prelude::*;
 
-use super::{LIMIT, Logarithm, Power, Step};
+use super::encoding::Encoding;
+use super::{Logarithm, Step};
 use crate::color::ARRI_WIDE_GAMUT_3;
 
 choices! {
-    /// The colour space of a table's numbers: primaries, and the function between light and numbers. 1 is the light 1 of
-    /// the image.
+    /// The colour space of a table's numbers: primaries, and the function between light and numbers. Light of 1 is that
+    /// of the image.
     pub enum LutSpace {
         /// For `from`: that of the image, so that its numbers are not converted. For `to`: that of `from`.
         Same,
@@ -37,16 +38,6 @@ choices! {
     }
 }
 
-/// The function from light to numbers.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Encoding {
-    Linear,
-    Log(Logarithm),
-    /// From light to numbers, and back. Both for 0 to 1.
-    Display([Power; 2]),
-    Pq,
-}
-
 impl LutSpace {
     fn primaries(self) -> Chromaticities {
         match self {
@@ -59,16 +50,30 @@ impl LutSpace {
         }
     }
 
-    fn encoding(self) -> Encoding {
+    fn encoding(self, white_nits: f64) -> Encoding {
         match self {
             Self::Same | Self::LinearRec709 | Self::LinearRec2020 | Self::Aces | Self::AcesCg => Encoding::Linear,
             Self::AcesCct => Encoding::Log(aces_cct()),
             Self::LogC3 => Encoding::Log(log_c3()),
-            Self::Srgb | Self::DisplayP3 => Encoding::Display(srgb()),
-            Self::Gamma22 => Encoding::Display([2.2_f64.recip(), 2.2].map(|exponent| Power::plain(exponent, 0.0))),
-            Self::Gamma24 => Encoding::Display([2.4_f64.recip(), 2.4].map(|exponent| Power::plain(exponent, 0.0))),
-            Self::Pq => Encoding::Pq,
+            Self::Srgb | Self::DisplayP3 => Encoding::srgb(),
+            Self::Gamma22 => Encoding::gamma(2.2),
+            Self::Gamma24 => Encoding::gamma(2.4),
+            Self::Pq => Encoding::Pq(white_nits),
         }
+    }
+
+    /// The colorimetry of an image in this space. `None` for logarithms.
+    pub(crate) fn colorimetry(self, white_nits: f64) -> Option<Colorimetry> {
+        let transfer = match self {
+            Self::AcesCct | Self::LogC3 => return None,
+            Self::Same | Self::LinearRec709 | Self::LinearRec2020 | Self::Aces | Self::AcesCg => Transfer::Linear,
+            Self::Srgb | Self::DisplayP3 => Transfer::Srgb,
+            Self::Gamma22 => Transfer::Gamma(2.2.into()),
+            Self::Gamma24 => Transfer::Gamma(2.4.into()),
+            Self::Pq => Transfer::Pq,
+        };
+        let white_nits = (self == Self::Pq).then_some(white_nits.into());
+        Some(Colorimetry { white_nits, ..Colorimetry::new(self.primaries(), transfer) })
     }
 
     /// Whether an image for a display or a file can be in this space.
@@ -84,24 +89,13 @@ impl LutSpace {
 
     /// Linear light in the primaries of this space to its numbers.
     pub(crate) fn encode(self, white_nits: f64) -> Vec<Step> {
-        match self.encoding() {
-            Encoding::Linear => Vec::new(),
-            Encoding::Log(curve) => vec![Step::Logarithm([curve; 3])],
-            Encoding::Display([encode, _]) => vec![Step::limits(0.0, 1.0), Step::Power([encode; 3])],
-            Encoding::Pq => vec![Step::limits(0.0, LIMIT), Step::PqEncode(white_nits)],
-        }
+        self.encoding(white_nits).encode()
     }
 
     /// This space to linear light with these primaries.
     pub(crate) fn to_light(self, light: Chromaticities, white_nits: f64) -> Vec<Step> {
-        let mut steps = match self.encoding() {
-            Encoding::Linear => Vec::new(),
-            Encoding::Log(curve) => vec![Step::Antilog([curve.inverse(); 3])],
-            Encoding::Display([_, decode]) => vec![Step::limits(0.0, 1.0), Step::Power([decode; 3])],
-            Encoding::Pq => vec![Step::limits(0.0, 1.0), Step::PqDecode(white_nits)],
-        };
-        steps.push(Step::matrix(self.primaries().conversion(&light)));
-        steps
+        let primaries = Step::matrix(self.primaries().conversion(&light));
+        self.encoding(white_nits).decode().into_iter().chain([primaries]).collect()
     }
 }
 
@@ -115,23 +109,4 @@ fn aces_cct() -> Logarithm {
 fn log_c3() -> Logarithm {
     let (cut, a, b, c, d, e, f) = (0.010591, 5.555556, 0.052272, 0.247190, 0.385537, 5.367655, 0.092809);
     Logarithm { slope: e, offset: f, end: cut, a, b, scale: c * 2.0_f64.log10(), shift: d }
-}
-
-/// sRGB (IEC 61966-2-1): from light to numbers, and back.
-fn srgb() -> [Power; 2] {
-    let plain = Power::plain(1.0, 12.92);
-    [
-        Power { end: 0.0031308, exponent: 1.0 / 2.4, scale: 1.055, shift: -0.055, ..plain },
-        Power { slope: 1.0 / 12.92, end: 0.04045, a: 1.0 / 1.055, b: 0.055 / 1.055, exponent: 2.4, ..plain },
-    ]
-}
-
-/// Luminance in cd/m2, limited to 0 to 10000, to the perceptual quantiser.
-pub(super) fn pq_encode(nits: f64) -> f64 {
-    Transfer::Pq.to_signal(nits / 10000.0)
-}
-
-/// The perceptual quantiser, limited to 0 to 1, to luminance in cd/m2.
-pub(super) fn pq_decode(signal: f64) -> f64 {
-    10000.0 * Transfer::Pq.to_light(signal)
 }

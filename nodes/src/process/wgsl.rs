@@ -100,6 +100,12 @@ fn call<'a>(step: &'a Step, textures: &mut Textures<'a>) -> String {
         Step::Power(curves) => power_call(curves),
         Step::PqEncode(white) => format!("process_pq_encode(v * {})", number(*white)),
         Step::PqDecode(white) => format!("process_pq_decode(v) * {}", number(white.recip())),
+        Step::HlgEncode(hlg) => {
+            format!("process_hlg_encode(v * {}, {})", number(hlg.white / hlg.peak), number(hlg.powers()[1]))
+        }
+        Step::HlgDecode(hlg) => {
+            format!("process_hlg_decode(v, {}) * {}", number(hlg.powers()[0]), number(hlg.peak / hlg.white))
+        }
         Step::Shape(shape) => format!("shape3(v, {}, {})", vec4(shape.line), vec4(shape.curve)),
         Step::Curve(table) => {
             let first = textures.add_curve(&table.entries);

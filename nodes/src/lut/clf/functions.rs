@@ -1,13 +1,12 @@
 //! Process nodes that are formulas.
 
-use glam::DVec3;
 use roxmltree::Node;
 
 use super::{Depths, channels, only, usable};
-use crate::lut::LutError;
 use crate::lut::cdl_file::{saturation, slope_offset_power};
 use crate::lut::text::short;
 use crate::lut::xml::{self, attribute, element, error, name, number_in, numbers};
+use crate::lut::{ColorCorrection, LutError};
 use crate::process::{Antilog, CdlStep, LIMIT, Logarithm, Power, Step};
 
 /// The coefficients include the factor between both bit depths.
@@ -268,12 +267,14 @@ pub(super) fn cdl(node: Node<'_, '_>) -> Result<Step, LutError> {
         Some("RevNoClamp" | "noClampRev") => (false, true),
         Some(other) => return Err(error(node, format!("`{}` is no style of `ASC_CDL`", short(other)))),
     };
-    let sop = element(node, &["SOPNode"])?.map(slope_offset_power).transpose()?;
-    let (slope, offset, power) = sop.unwrap_or(([1.0; 3], [0.0; 3], [1.0; 3]));
-    let saturation = element(node, &["SatNode", "SATNode"])?.map(saturation).transpose()?.unwrap_or(1.0);
-    let wide = |v: [f32; 3]| DVec3::from(v.map(f64::from));
-    let (slope, offset, power, saturation) = (wide(slope), wide(offset), wide(power), f64::from(saturation));
-    let cdl = CdlStep { slope, offset, power, saturation, is_limited, is_reverse: false };
+    let mut correction = ColorCorrection::NEUTRAL;
+    if let Some(sop) = element(node, &["SOPNode"])? {
+        (correction.slope, correction.offset, correction.power) = slope_offset_power(sop)?;
+    }
+    if let Some(sat) = element(node, &["SatNode", "SATNode"])? {
+        correction.saturation = saturation(sat)?;
+    }
+    let cdl = CdlStep { is_limited, ..correction.into() };
     if !is_reverse {
         return Ok(Step::Cdl(cdl));
     }

@@ -26,8 +26,8 @@ const NODES: &str = "`LUT1D`, `LUT3D`, `Matrix`, `Range`, `Log`, `Exponent` and 
 /// Parses a file in Common LUT Format. Its numbers are normalised: 1 is the largest code of an integer bit depth.
 ///
 /// # Errors
-/// The first error, with its line: XML that cannot be read, another version, an unknown element or attribute, bit depths
-/// that do not meet, a node that is not what the specification requires, more than 64 nodes or four 3-D tables.
+/// The first error, with its line: XML that cannot be read, another version, an unknown element or attribute, bit
+/// depths that do not meet, a node that is not what the specification requires, more than 64 nodes or four 3-D tables.
 pub fn parse_clf(text: &str) -> Result<Process, LutError> {
     let document = xml::parse(text)?;
     let root = document.root_element();
@@ -148,8 +148,8 @@ fn usable(node: Node<'_, '_>, numbers: &[f64]) -> Result<(), LutError> {
     }
 }
 
-/// The values of the three channels, from elements that state a channel each, or one that states none. A channel without
-/// an element has `default`, if there is one.
+/// The values of the three channels, from elements that state a channel each, or one that states none. A channel
+/// without an element has `default`, if there is one.
 fn channels<T: Copy>(
     node: Node<'_, '_>,
     key: &str,

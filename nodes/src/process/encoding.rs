@@ -1,0 +1,111 @@
+//! Functions between light and numbers, as steps in both directions.
+
+use afterimage_graph::color::{Colorimetry, Transfer, hlg_gamma};
+use glam::DVec3;
+
+use super::curves::{each, power};
+use super::{LIMIT, Logarithm, Power, Step};
+
+/// The function from light to numbers.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Encoding {
+    /// None.
+    Linear,
+    /// A logarithm.
+    Log(Logarithm),
+    /// From light to numbers, and back. Both for 0 to 1.
+    Display([Power; 2]),
+    /// The perceptual quantiser, with the luminance of light of 1 in cd/m2.
+    Pq(f64),
+    /// Hybrid log-gamma.
+    Hlg(Hlg),
+}
+
+impl Encoding {
+    /// sRGB (IEC 61966-2-1).
+    pub(crate) fn srgb() -> Self {
+        let plain = Power::plain(1.0, 12.92);
+        Self::Display([
+            Power { end: 0.0031308, exponent: 1.0 / 2.4, scale: 1.055, shift: -0.055, ..plain },
+            Power { slope: 1.0 / 12.92, end: 0.04045, a: 1.0 / 1.055, b: 0.055 / 1.055, exponent: 2.4, ..plain },
+        ])
+    }
+
+    /// A power.
+    pub(crate) fn gamma(gamma: f64) -> Self {
+        Self::Display([gamma.recip(), gamma].map(|exponent| Power::plain(exponent, 0.0)))
+    }
+
+    /// That of an image. Light of 1 has the luminance `white_nits` where the image states none.
+    pub(crate) fn of(image: &Colorimetry, white_nits: f64) -> Self {
+        let white = image.white_nits.map_or(white_nits, |white| white.get());
+        match image.transfer {
+            Transfer::Linear => Self::Linear,
+            Transfer::Srgb => Self::srgb(),
+            Transfer::Gamma(gamma) => Self::gamma(gamma.get()),
+            Transfer::Pq => Self::Pq(white),
+            Transfer::Hlg => Self::Hlg(Hlg { white, peak: image.peak_nits.map_or(5.0 * white, |peak| peak.get()) }),
+        }
+    }
+
+    /// Light to numbers.
+    pub(crate) fn encode(self) -> Vec<Step> {
+        match self {
+            Self::Linear => Vec::new(),
+            Self::Log(curve) => vec![Step::Logarithm([curve; 3])],
+            Self::Display([encode, _]) => vec![Step::limits(0.0, 1.0), Step::Power([encode; 3])],
+            Self::Pq(white) => vec![Step::limits(0.0, LIMIT), Step::PqEncode(white)],
+            Self::Hlg(hlg) => vec![Step::HlgEncode(hlg)],
+        }
+    }
+
+    /// Numbers to light.
+    pub(crate) fn decode(self) -> Vec<Step> {
+        match self {
+            Self::Linear => Vec::new(),
+            Self::Log(curve) => vec![Step::Antilog([curve.inverse(); 3])],
+            Self::Display([_, decode]) => vec![Step::limits(0.0, 1.0), Step::Power([decode; 3])],
+            Self::Pq(white) => vec![Step::limits(0.0, 1.0), Step::PqDecode(white)],
+            Self::Hlg(hlg) => vec![Step::HlgDecode(hlg)],
+        }
+    }
+}
+
+/// Luminance in cd/m2, limited to 0 to 10000, to the perceptual quantiser.
+pub(super) fn pq_encode(nits: f64) -> f64 {
+    Transfer::Pq.to_signal(nits / 10000.0)
+}
+
+/// The perceptual quantiser, limited to 0 to 1, to luminance in cd/m2.
+pub(super) fn pq_decode(signal: f64) -> f64 {
+    10000.0 * Transfer::Pq.to_light(signal)
+}
+
+/// Luminance weights of linear Rec.2020.
+const LUMINANCE_REC2020: DVec3 = DVec3::new(0.262700212011, 0.677998071519, 0.059301716470);
+
+/// Hybrid log-gamma on a display (ITU-R BT.2100): the luminances of light of 1 and of signal 1, in cd/m2.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Hlg {
+    pub(crate) white: f64,
+    pub(crate) peak: f64,
+}
+
+impl Hlg {
+    /// The exponents of luminance from scene light to the light of the display, and back.
+    pub(crate) fn powers(&self) -> [f64; 2] {
+        let gamma = hlg_gamma(self.peak);
+        [gamma - 1.0, (1.0 - gamma) / gamma]
+    }
+
+    pub(super) fn encode(&self, light: DVec3) -> DVec3 {
+        let bounded = (light * (self.white / self.peak)).clamp(DVec3::ZERO, DVec3::ONE);
+        let scene = bounded * power(bounded.dot(LUMINANCE_REC2020).max(1e-30), self.powers()[1]);
+        each(scene, |_, x| Transfer::Hlg.to_signal(x))
+    }
+
+    pub(super) fn decode(&self, signal: DVec3) -> DVec3 {
+        let scene = each(signal, |_, x| Transfer::Hlg.to_light(x));
+        scene * power(scene.dot(LUMINANCE_REC2020), self.powers()[0]) * (self.peak / self.white)
+    }
+}
