@@ -1,6 +1,6 @@
 //! Processes: colour operations in a row, evaluated in double precision or written as WGSL.
 //!
-//! A `ColorLut` runs a file in Common LUT Format, and the conversions around a table, as processes. The values between two
+//! A `ColorLut` runs a file in Common LUT Format, and the conversions around a table, as processes. Values between two
 //! steps are limited to ±1e12, so that 32 bits hold them.
 
 mod cdl;

@@ -28,11 +28,12 @@ fn assert_matches(nodes: &str, picture: fn([u32; 2]) -> crate::support::gpu::Pic
     compare_with("Exposed", "ColorLut(file: \"a.clf\")", &file, picture, tolerance, |rgb| stored(process.apply(rgb)));
 }
 
-/// Colours of both signs.
-fn signed(size: [u32; 2]) -> crate::support::gpu::Picture {
-    let mut picture = unit(size);
-    picture.pixels.iter_mut().step_by(3).for_each(|pixel| pixel[1] = -pixel[1]);
-    picture
+/// The same for numbers from -1 to 1, which the first node makes of colours: images of light have no negative numbers.
+fn assert_matches_signed(nodes: &str, tolerance: Tolerance) {
+    let bounds =
+        "<minInValue>0</minInValue><maxInValue>1</maxInValue><minOutValue>-1</minOutValue><maxOutValue>1</maxOutValue>";
+    let signed = node("Range", "style=\"noClamp\"", bounds);
+    assert_matches(&format!("{signed}{nodes}"), unit, tolerance);
 }
 
 #[test]
@@ -81,7 +82,7 @@ fn exponents_match() {
         };
         let params = [channel("R", 2.4), channel("G", 1.0), channel("B", 3.0)].concat();
         for direction in ["Fwd", "Rev"] {
-            assert_matches(&node("Exponent", &format!("style=\"{form}{direction}\""), &params), signed, STEPS);
+            assert_matches_signed(&node("Exponent", &format!("style=\"{form}{direction}\""), &params), STEPS);
         }
     }
 }
@@ -92,7 +93,7 @@ fn colour_decision_lists_match() {
     let sop = "<Slope>1.1 0.9 1.3</Slope><Offset>0.05 -0.1 0.02</Offset><Power>1.2 0.8 2.0</Power>";
     let body = format!("<SOPNode>{sop}</SOPNode><SatNode><Saturation>1.3</Saturation></SatNode>");
     for style in ["Fwd", "Rev", "FwdNoClamp", "RevNoClamp"] {
-        assert_matches(&node("ASC_CDL", &format!("style=\"{style}\""), &body), signed, STEPS);
+        assert_matches_signed(&node("ASC_CDL", &format!("style=\"{style}\""), &body), STEPS);
     }
     let text = include_str!("../../../nodes/tests/files/warm.cc");
     let process = Process::from(parse_correction(text, "").expect("a correction"));
@@ -123,7 +124,7 @@ fn tables_of_a_list_match() {
     let rows: String = roots.map(|x| format!("{x:e} ")).collect();
     let half = node("LUT1D", "halfDomain=\"true\"", &format!("<Array dim=\"65536 1\">{rows}</Array>"));
     assert_matches(&half, light, steps);
-    assert_matches(&half, signed, steps);
+    assert_matches_signed(&half, steps);
 }
 
 #[test]
