@@ -128,7 +128,7 @@ impl Corpus {
     pub(crate) fn color_files() -> Self {
         let words = [
             "<LUT1D inBitDepth=\"32f\" outBitDepth=\"32f\"><Array dim=\"2 1\">0 1</Array></LUT1D>",
-            "<Exponent inBitDepth=\"32f\" outBitDepth=\"32f\" style=\"basicFwd\"><ExponentParams exponent=\"2\"/></Exponent>",
+            "<ExponentParams exponent=\"2\"/>",
             "halfDomain=\"true\"",
             "rawHalfs=\"true\"",
             "style=\"log2\"",
