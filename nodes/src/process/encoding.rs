@@ -109,3 +109,35 @@ impl Hlg {
         scene * power(scene.dot(LUMINANCE_REC2020), self.powers()[0]) * (self.peak / self.white)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::process::Process;
+
+    /// The light of grey at a signal, in units of 203 cd/m2, which is graphics white.
+    fn light(encoding: Encoding, signal: f64) -> f64 {
+        Process::new(encoding.decode()).apply([signal; 3])[1]
+    }
+
+    #[test]
+    fn graphics_white_has_the_signals_of_bt_2408() {
+        // 58 % PQ and 75 % HLG on a display of 1000 cd/m2, both rounded to a percent.
+        let hlg = Encoding::Hlg(Hlg { white: 203.0, peak: 1000.0 });
+        assert!((light(hlg, 0.75) - 1.0).abs() < 0.01, "{}", light(hlg, 0.75));
+        assert!((light(Encoding::Pq(203.0), 0.58) - 1.0).abs() < 0.02, "{}", light(Encoding::Pq(203.0), 0.58));
+        assert!((light(hlg, 1.0) - 1000.0 / 203.0).abs() < 1e-6);
+    }
+
+    #[test]
+    fn encodings_are_inverted_by_their_decodings() {
+        let hlg = Encoding::Hlg(Hlg { white: 203.0, peak: 1000.0 });
+        for encoding in [Encoding::srgb(), Encoding::gamma(2.4), Encoding::Pq(203.0), hlg] {
+            let there_and_back = Process::new(encoding.encode().into_iter().chain(encoding.decode()));
+            let color = [0.9, 0.18, 0.001];
+            let found = there_and_back.apply(color);
+            let error = (0..3).map(|channel| (found[channel] - color[channel]).abs()).fold(0.0, f64::max);
+            assert!(error < 1e-6, "{encoding:?}: {found:?}");
+        }
+    }
+}

@@ -9,6 +9,7 @@ use super::{OneFile, SIZES, Tolerance, compare_with, light, rgb, run, stored, to
 use crate::reference::lut::Cube;
 use crate::reference::math::{Rgb, mix};
 use crate::reference::transfer::srgb_encode;
+use crate::support::harness::{Nodes, assert_close, image};
 
 const STEPS: Tolerance = tolerance(4e-6, 2e-5, "powers and logarithms of several steps in f32");
 
@@ -208,4 +209,22 @@ fn a_node_without_a_file_changes_nothing_whatever_its_space() {
     let input = unit(SIZES[1]);
     let output = run("DisplayLinear", "ColorLut(from: Srgb)", &NoFiles, &input);
     assert!(input.pixels.iter().zip(&output.pixels).all(|(a, b)| rgb(*a) == rgb(*b)));
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn an_encoded_image_is_decoded_by_its_own_colorimetry() {
+    // Twice the light, and half of it: two steps that are exact.
+    let scaled = |x: f64| node("Matrix", "", &format!("<Array dim=\"3 3\">{x} 0 0 0 {x} 0 0 0 {x}</Array>"));
+    let file = OneFile(list(&[scaled(2.0), scaled(0.5)].concat()).into_bytes());
+    let input = unit(SIZES[2]);
+    let steps = tolerance(2e-4, 1e-4, "the conversion to light and back in f32, where PQ is steep");
+    for transfer in ["Srgb", "Gamma", "Linear", "Pq", "Hlg"] {
+        let encode = format!("Encode(source: \"in\", transfer: {transfer}, primaries: Rec2020)");
+        let run = |nodes: &str| Nodes::new(nodes, &[("in", "DisplayLinear")]).files(&file).exact(&[&input]);
+        let expected = run(&format!("\"result\": {encode}"));
+        let looked = "ColorLut(source: \"encoded\", file: \"a.clf\", from: LinearRec709)";
+        let found = run(&format!("\"encoded\": {encode}, \"result\": {looked}"));
+        assert_close(transfer, &found, &image(&expected), &steps);
+    }
 }
