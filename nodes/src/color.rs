@@ -7,14 +7,6 @@ use glam::{DMat3, DVec2, DVec3};
 /// Luminance weights of linear Rec.709, with the four digits of the recommendation. Their sum is exactly 1.
 pub(crate) const LUMINANCE: DVec3 = DVec3::new(0.2126, 0.7152, 0.0722);
 
-/// ARRI Wide Gamut 3 (ARRI, "ALEXA Log C Curve", 2012).
-pub(crate) const ARRI_WIDE_GAMUT_3: Chromaticities = Chromaticities {
-    red: Xy::new(0.6840, 0.3130),
-    green: Xy::new(0.2210, 0.8480),
-    blue: Xy::new(0.0861, -0.1020),
-    white: Xy::D65,
-};
-
 /// AP1 with red moved outwards, after the talk on Ghost of Tsushima. Public notes confirm only the x of red.
 pub(crate) const TSUSHIMA: Chromaticities = Chromaticities { red: Xy::new(0.750, 0.270), ..Chromaticities::ACES_CG };
 

@@ -101,7 +101,7 @@ pub use lut::{
 };
 pub use mean_luminance::{MeanLuminance, MeanLuminanceOf};
 pub use metering::Adaptation;
-pub use process::{LutSpace, LutState, Process};
+pub use process::Process;
 pub use purkinje::Purkinje;
 pub use purkinje_simple::PurkinjeSimple;
 pub use saturation::Saturation;

@@ -171,15 +171,6 @@ pub enum ColorState {
 }
 
 impl ColorState {
-    /// All states.
-    pub const ALL: [Self; 6] =
-        [Self::Scene, Self::Exposed, Self::LogLuminance, Self::DisplayLinear, Self::Encoded, Self::Data];
-
-    /// The state of that name.
-    pub fn named(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|state| state.name() == name)
-    }
-
     /// The name in files and messages.
     pub fn name(self) -> &'static str {
         match self {
