@@ -4,22 +4,12 @@ use std::sync::Arc;
 
 use afterimage_graph::prelude::*;
 
-use crate::lut::{Lut, LutError, LutFile, PngLayout, ROW, Table, parse_lut_file};
+use crate::lut::{Interpolation, Lut, LutError, PngLayout, ROW, Table};
+use crate::lut_file::{LutFile, parse_lut_file};
 use crate::process::{Process, function};
 use crate::shaper::{Shape, Shaper};
 
 static SHADER: Shader = shader!("color_lut");
-
-choices! {
-    /// How a 3-D table is interpolated.
-    pub enum Interpolation {
-        /// Between the four corners of a tetrahedron, as grading programs do: greys stay grey and gradients stay
-        /// linear.
-        Tetrahedral,
-        /// Between the eight corners of a cell.
-        Trilinear,
-    }
-}
 
 choices! {
     /// The precision of a table's entries and weights.

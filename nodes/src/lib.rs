@@ -34,6 +34,7 @@ mod bake;
 mod baked_grade;
 mod brightness;
 mod cdl;
+mod clf;
 mod color;
 mod color_balance;
 mod color_lut;
@@ -57,6 +58,7 @@ mod lift_gamma_gain;
 mod local_tone_map;
 mod log_gaussian;
 mod lut;
+mod lut_file;
 mod mean_luminance;
 mod metering;
 mod process;
@@ -76,9 +78,10 @@ pub use auto_exposure::{AutoExposure, AutoExposureHighlights};
 pub use baked_grade::{BakedGrade, BakedShaper, BakedTransfer};
 pub use brightness::Brightness as BrightnessKind;
 pub use cdl::Cdl;
+pub use clf::parse_clf;
 pub use color::Cones;
 pub use color_balance::ColorBalance;
-pub use color_lut::{ColorLut, Interpolation, LutPrecision};
+pub use color_lut::{ColorLut, LutPrecision};
 pub use composite::{Composite, CompositeBlend};
 pub use contrast::{Contrast, ContrastForm};
 pub use demo_scene::DemoScene;
@@ -96,9 +99,10 @@ pub use lift_gamma_gain::{LiftBy, LiftGammaGain};
 pub use local_tone_map::LocalToneMap;
 pub use log_gaussian::LogGaussian;
 pub use lut::{
-    ColorCorrection, Lut, LutError, LutFile, PngLayout, Table, parse_clf, parse_correction, parse_cube, parse_lut_file,
-    parse_png, parse_spi1d, parse_spi3d,
+    ColorCorrection, Interpolation, Lut, LutError, PngLayout, Table, parse_correction, parse_cube, parse_png,
+    parse_spi1d, parse_spi3d,
 };
+pub use lut_file::{LutFile, parse_lut_file};
 pub use mean_luminance::{MeanLuminance, MeanLuminanceOf};
 pub use metering::Adaptation;
 pub use process::Process;

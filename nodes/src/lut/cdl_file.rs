@@ -104,7 +104,7 @@ fn values(correction: Node<'_, '_>) -> Result<ColorCorrection, LutError> {
 type Triples = ([f32; 3], [f32; 3], [f32; 3]);
 
 /// The numbers of a node for slope, offset and power.
-pub(super) fn slope_offset_power(sop: Node<'_, '_>) -> Result<Triples, LutError> {
+pub(crate) fn slope_offset_power(sop: Node<'_, '_>) -> Result<Triples, LutError> {
     let [slope, offset, power] = ["Slope", "Offset", "Power"].map(|key| xml::required(sop, &[key]));
     let (slope, offset, power) = (slope?, offset?, power?);
     let [slopes, offsets, powers] = [numbers::<3>(slope)?, numbers(offset)?, numbers(power)?];
@@ -119,7 +119,7 @@ pub(super) fn slope_offset_power(sop: Node<'_, '_>) -> Result<Triples, LutError>
 }
 
 /// The number of a node for saturation.
-pub(super) fn saturation(sat: Node<'_, '_>) -> Result<f32, LutError> {
+pub(crate) fn saturation(sat: Node<'_, '_>) -> Result<f32, LutError> {
     let saturation = xml::required(sat, &["Saturation"])?;
     match numbers::<1>(saturation)? {
         [x] if x >= 0.0 => Ok(x as f32),

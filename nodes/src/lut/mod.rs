@@ -1,19 +1,16 @@
 //! Look-up tables and colour corrections as data, and the files that contain them.
 
-mod cdl_file;
-mod clf;
+pub(crate) mod cdl_file;
 mod cube;
 mod picture;
 mod spi;
-mod text;
-mod xml;
+pub(crate) mod text;
+pub(crate) mod xml;
 
+use afterimage_graph::prelude::*;
 use half::f16;
 
-use crate::process::Process;
-
 pub use cdl_file::{ColorCorrection, parse_correction};
-pub use clf::parse_clf;
 pub use cube::parse_cube;
 pub use picture::{PngLayout, parse_png};
 pub use spi::{parse_spi1d, parse_spi3d};
@@ -22,13 +19,13 @@ pub use spi::{parse_spi1d, parse_spi3d};
 pub(crate) const ROW: usize = 4096;
 
 /// Maximum number of entries per side of a 3-D table.
-const LARGEST_CUBE: usize = 256;
+pub(crate) const LARGEST_CUBE: usize = 256;
 
 /// Maximum number of entries of a 1-D table.
-const LARGEST_CURVE: usize = 65536;
+pub(crate) const LARGEST_CURVE: usize = 65536;
 
 /// The largest half float. Entries are limited to it.
-const LARGEST: f32 = 65504.0;
+pub(crate) const LARGEST: f32 = 65504.0;
 
 /// The content of a table's file: one table or, in some `.cube` files, a 1-D table before a 3-D table.
 #[derive(Clone, Debug, PartialEq)]
@@ -41,32 +38,14 @@ pub struct Lut {
     pub tolerance: f32,
 }
 
-/// The content of a colour file.
-#[derive(Clone, Debug, PartialEq)]
-pub enum LutFile {
-    /// A table.
-    Table(Lut),
-    /// Steps in a row.
-    Process(Process),
-}
-
-const PNG_SIGNATURE: &[u8] = b"\x89PNG";
-
-/// Parses a colour file of any kind, which is recognised by its content. `layout` is that of a PNG.
-///
-/// # Errors
-/// The first error of the parser of its kind, or that it is of no known kind.
-pub fn parse_lut_file(bytes: &[u8], layout: PngLayout) -> Result<LutFile, LutError> {
-    if bytes.starts_with(PNG_SIGNATURE) {
-        return parse_png(bytes, layout).map(LutFile::Table);
-    }
-    let known = "the file is neither a table (.cube, .spi1d, .spi3d, .clf) nor a PNG";
-    let text = std::str::from_utf8(bytes).map_err(|_| LutError::new(0, known))?;
-    match text::lines(text).next().map(|(_, line)| line.split_whitespace().next().unwrap_or(line)) {
-        Some(word) if word.starts_with('<') => parse_clf(text).map(LutFile::Process),
-        Some("Version" | "From" | "Length" | "Components") => parse_spi1d(text).map(LutFile::Table),
-        Some("SPILUT") => parse_spi3d(text).map(LutFile::Table),
-        _ => parse_cube(text).map(LutFile::Table),
+choices! {
+    /// How a 3-D table is interpolated.
+    pub enum Interpolation {
+        /// Between the four corners of a tetrahedron, as grading programs do: greys stay grey and gradients stay
+        /// linear.
+        Tetrahedral,
+        /// Between the eight corners of a cell.
+        Trilinear,
     }
 }
 
@@ -93,7 +72,7 @@ pub struct LutError {
 }
 
 impl LutError {
-    fn new(line: usize, message: impl Into<String>) -> Self {
+    pub(crate) fn new(line: usize, message: impl Into<String>) -> Self {
         Self { line, message: message.into() }
     }
 }

@@ -19,7 +19,7 @@ const MOST_ATTRIBUTES: usize = 5000;
 const MOST: f64 = 1e9;
 
 /// Parses XML. Document type definitions, and with them entities, are refused.
-pub(super) fn parse(text: &str) -> Result<Document<'_>, LutError> {
+pub(crate) fn parse(text: &str) -> Result<Document<'_>, LutError> {
     if text.len() > MOST_BYTES {
         return Err(LutError::new(0, format!("the file is larger than {} MiB", MOST_BYTES >> 20)));
     }
@@ -42,7 +42,7 @@ pub(super) fn parse(text: &str) -> Result<Document<'_>, LutError> {
 }
 
 /// An error in an element.
-pub(super) fn error(node: Node<'_, '_>, message: impl Into<String>) -> LutError {
+pub(crate) fn error(node: Node<'_, '_>, message: impl Into<String>) -> LutError {
     LutError::new(line(node, node.range().start), message)
 }
 
@@ -51,17 +51,17 @@ fn line(node: Node<'_, '_>, at: usize) -> usize {
 }
 
 /// The name of an element, without its namespace.
-pub(super) fn name<'a>(node: Node<'a, '_>) -> &'a str {
+pub(crate) fn name<'a>(node: Node<'a, '_>) -> &'a str {
     node.tag_name().name()
 }
 
 /// The elements in an element.
-pub(super) fn elements<'a, 'i: 'a>(node: Node<'a, 'i>) -> impl Iterator<Item = Node<'a, 'i>> {
+pub(crate) fn elements<'a, 'i: 'a>(node: Node<'a, 'i>) -> impl Iterator<Item = Node<'a, 'i>> {
     node.children().filter(Node::is_element)
 }
 
 /// The only element with one of these names in an element. An error if there are several.
-pub(super) fn element<'a, 'i>(node: Node<'a, 'i>, names: &[&str]) -> Result<Option<Node<'a, 'i>>, LutError> {
+pub(crate) fn element<'a, 'i>(node: Node<'a, 'i>, names: &[&str]) -> Result<Option<Node<'a, 'i>>, LutError> {
     let mut found = elements(node).filter(|element| names.contains(&name(*element)));
     let first = found.next();
     match found.next() {
@@ -71,12 +71,12 @@ pub(super) fn element<'a, 'i>(node: Node<'a, 'i>, names: &[&str]) -> Result<Opti
 }
 
 /// The same where it must be there.
-pub(super) fn required<'a, 'i>(node: Node<'a, 'i>, names: &[&str]) -> Result<Node<'a, 'i>, LutError> {
+pub(crate) fn required<'a, 'i>(node: Node<'a, 'i>, names: &[&str]) -> Result<Node<'a, 'i>, LutError> {
     element(node, names)?.ok_or_else(|| error(node, format!("`{}` has no `{}`", name(node), names[0])))
 }
 
 /// Refuses attributes and elements with other names.
-pub(super) fn only(node: Node<'_, '_>, attributes: &[&str], names: &[&str]) -> Result<(), LutError> {
+pub(crate) fn only(node: Node<'_, '_>, attributes: &[&str], names: &[&str]) -> Result<(), LutError> {
     let own = |attribute: &roxmltree::Attribute<'_, '_>| attribute.namespace().is_none();
     let unknown = node.attributes().filter(own).find(|attribute| !attributes.contains(&attribute.name()));
     if let Some(attribute) = unknown {
@@ -89,18 +89,18 @@ pub(super) fn only(node: Node<'_, '_>, attributes: &[&str], names: &[&str]) -> R
 }
 
 /// A required attribute.
-pub(super) fn attribute<'a>(node: Node<'a, '_>, key: &str) -> Result<&'a str, LutError> {
+pub(crate) fn attribute<'a>(node: Node<'a, '_>, key: &str) -> Result<&'a str, LutError> {
     node.attribute(key).ok_or_else(|| error(node, format!("`{}` has no attribute `{key}`", name(node))))
 }
 
 /// The number in an attribute, if it is there.
-pub(super) fn number_in(node: Node<'_, '_>, key: &str) -> Result<Option<f64>, LutError> {
+pub(crate) fn number_in(node: Node<'_, '_>, key: &str) -> Result<Option<f64>, LutError> {
     let parse = |word: &str| number(word.trim()).map_err(|why| error(node, format!("`{key}`: {why}")));
     node.attribute(key).map(parse).transpose()
 }
 
 /// Exactly `N` numbers in an element.
-pub(super) fn numbers<const N: usize>(node: Node<'_, '_>) -> Result<[f64; N], LutError> {
+pub(crate) fn numbers<const N: usize>(node: Node<'_, '_>) -> Result<[f64; N], LutError> {
     let mut found = [0.0; N];
     fill(node, N, |index, word| number(word).map(|x| found[index] = x))?;
     Ok(found)
@@ -108,7 +108,7 @@ pub(super) fn numbers<const N: usize>(node: Node<'_, '_>) -> Result<[f64; N], Lu
 
 /// Passes exactly `count` words of an element to `take`, with their indices. An error of `take` gets the line of its
 /// word.
-pub(super) fn fill(
+pub(crate) fn fill(
     node: Node<'_, '_>,
     count: usize,
     mut take: impl FnMut(usize, &str) -> Result<(), String>,
@@ -135,7 +135,7 @@ pub(super) fn fill(
 }
 
 /// A finite number. The error is a message.
-pub(super) fn number(word: &str) -> Result<f64, String> {
+pub(crate) fn number(word: &str) -> Result<f64, String> {
     match word.parse::<f64>() {
         Ok(x) if x.abs() <= MOST => Ok(x),
         Ok(x) if x.is_finite() => Err(format!("`{}` is larger than 1e9", short(word))),

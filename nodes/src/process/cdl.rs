@@ -2,8 +2,7 @@
 
 use glam::DVec3;
 
-use super::curves::{each, power};
-use super::{LIMIT, Process, Step};
+use super::curves::{LIMIT, each, power};
 use crate::color::LUMINANCE;
 use crate::lut::ColorCorrection;
 
@@ -36,13 +35,6 @@ impl From<ColorCorrection> for CdlStep {
             is_limited: false,
             is_reverse: false,
         }
-    }
-}
-
-impl From<ColorCorrection> for Process {
-    /// The correction as the node `Cdl` computes it: without limits.
-    fn from(correction: ColorCorrection) -> Self {
-        Self::new([Step::Cdl(correction.into())])
     }
 }
 

@@ -2,6 +2,9 @@
 
 use glam::DVec3;
 
+/// The largest magnitude of a value between two steps.
+pub(crate) const LIMIT: f64 = 1e12;
+
 /// The smallest argument of a logarithm: the smallest normal number in 32 bits, as the Common LUT Format states.
 const SMALLEST: f64 = f32::MIN_POSITIVE as f64;
 
@@ -51,7 +54,7 @@ impl Logarithm {
 
     /// The inverse.
     pub(crate) fn inverse(&self) -> Antilog {
-        let end = if self.end > -super::LIMIT { self.slope * self.end + self.offset } else { self.end };
+        let end = if self.end > -LIMIT { self.slope * self.end + self.offset } else { self.end };
         Antilog {
             slope: self.slope.recip(),
             offset: -self.offset / self.slope,

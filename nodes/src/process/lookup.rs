@@ -3,8 +3,7 @@
 use glam::DVec3;
 use half::f16;
 
-use crate::color_lut::Interpolation;
-use crate::lut::Table;
+use crate::lut::{Interpolation, Table};
 
 /// The lower entry around a position in a table, and the distance to it.
 fn cell(table: &Table, channel: usize, x: f64) -> (usize, f64) {

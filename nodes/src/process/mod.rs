@@ -11,15 +11,11 @@ mod wgsl;
 use glam::DVec3;
 
 pub(crate) use cdl::CdlStep;
-pub(crate) use curves::{Antilog, Logarithm, Power};
+pub(crate) use curves::{Antilog, LIMIT, Logarithm, Power};
 pub(crate) use wgsl::function;
 
-use crate::color_lut::Interpolation;
-use crate::lut::{Lut, Table};
+use crate::lut::{ColorCorrection, Interpolation, Lut, Table};
 use curves::each;
-
-/// The largest magnitude of a value between two steps.
-pub(crate) const LIMIT: f64 = 1e12;
 
 /// Colour operations in a row.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -67,6 +63,13 @@ impl Process {
     pub fn apply(&self, rgb: [f64; 3]) -> [f64; 3] {
         let bounded = |v: DVec3| v.clamp(DVec3::splat(-LIMIT), DVec3::splat(LIMIT));
         self.steps.iter().fold(DVec3::from(rgb), |v, step| bounded(step.apply(v))).to_array()
+    }
+}
+
+impl From<ColorCorrection> for Process {
+    /// The correction as the node `Cdl` computes it: without limits.
+    fn from(correction: ColorCorrection) -> Self {
+        Self::new([Step::Cdl(correction.into())])
     }
 }
 

@@ -6,8 +6,7 @@ use afterimage_graph::prelude::*;
 use glam::DVec3;
 
 use super::{Antilog, CdlStep, Logarithm, Power, Process, Step};
-use crate::color_lut::Interpolation;
-use crate::lut::{ROW, Table, texels};
+use crate::lut::{Interpolation, ROW, Table, texels};
 
 /// The tables of a process: 1-D tables in the rows of one image, and a volume per 3-D table.
 #[derive(Debug, Default)]

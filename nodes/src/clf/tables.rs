@@ -3,11 +3,10 @@
 use half::f16;
 use roxmltree::Node;
 
-use super::only;
-use crate::color_lut::Interpolation;
+use super::depth::only;
 use crate::lut::text::short;
 use crate::lut::xml::{self, attribute, error, fill, number};
-use crate::lut::{LARGEST, LARGEST_CUBE, LARGEST_CURVE, LutError, Table};
+use crate::lut::{Interpolation, LARGEST, LARGEST_CUBE, LARGEST_CURVE, LutError, Table};
 use crate::process::Step;
 
 /// The number of codes of a half float.

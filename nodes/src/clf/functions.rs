@@ -2,7 +2,7 @@
 
 use roxmltree::Node;
 
-use super::{Depths, channels, only, usable};
+use super::depth::{Depths, channels, only, usable};
 use crate::lut::cdl_file::{saturation, slope_offset_power};
 use crate::lut::text::short;
 use crate::lut::xml::{self, attribute, element, error, name, number_in, numbers};
