@@ -104,8 +104,8 @@ params! {
     /// The light is converted to the working space, mapped by the curve, converted to the primaries of the display and
     /// fitted into its gamut. These are the primaries of the `Encode` after it, the widest of several, or Rec.709
     /// without one. Both conversions keep grey, so the curve alone determines a grey ramp. The result is
-    /// display-linear, from 0 to `peak`. `AcesHill`, `KhronosNeutral`, `AgX`, `Gt7` and `ReinhardLuminance` define their
-    /// own working space: with them `space` must be `Rec709`. No curve includes a transfer function: use `Encode`.
+    /// display-linear, from 0 to `peak`. `AcesHill`, `KhronosNeutral`, `AgX`, `Gt7` and `ReinhardLuminance` define
+    /// their own working space: with them `space` must be `Rec709`. No curve includes a transfer function: use `Encode`.
     pub struct ToneMap {
         /// The tone curve.
         pub curve: Curve = Curve::Aces;

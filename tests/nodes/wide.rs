@@ -48,7 +48,7 @@ fn limited(pixel: [f64; 4]) -> [f64; 4] {
     pixel.map(|x| if x.is_nan() { 0.0 } else { x.clamp(-LARGEST_HALF, LARGEST_HALF) })
 }
 
-/// A type of input, a node that changes nothing, and what becomes of a pixel.
+/// A type of input, a node that changes nothing, and the value of a pixel after the first read.
 type Sanitized = (&'static str, &'static str, fn([f64; 4]) -> [f64; 4]);
 
 #[test]

@@ -21,7 +21,8 @@ pub(crate) fn record(
     specialized: &SpecializedGraph,
 ) -> Result<PlanBuilder, PlanError> {
     let default = ImageDesc::new(request.size);
-    let mut guesses: Vec<Vec<ImageDesc>> = graph.nodes.iter().map(|n| vec![default; n.kind.outputs().len()]).collect();
+    let mut guesses: Vec<Vec<ImageDesc>> =
+        graph.nodes.iter().map(|n| vec![default; n.kind().outputs().len()]).collect();
     let colors = graph.colors_along(&|wire| specialized.source(wire));
     let mut unstable = String::new();
     for _ in 0..ROUNDS {
@@ -137,8 +138,8 @@ impl<'a> Round<'a> {
         let inputs: Vec<Option<ImageColor>> = node.wires.iter().map(color).collect();
         let context = RecorderContext {
             node: &node.name,
-            kind: node.kind.signature(),
-            values: &node.values,
+            kind: node.kind().signature(),
+            parameters: node.instance.uniform_values(),
             arrivals: &arrivals,
             format: node.format,
             frame_size: self.request.size,
@@ -149,7 +150,7 @@ impl<'a> Round<'a> {
         };
         let first_image = self.builder.recording.images.len();
         let mut recorder = Recorder::new(context, &mut self.builder.recording);
-        node.kind.record(&node.values, &mut recorder);
+        node.instance.record(&mut recorder);
         self.made[index] = recorder.finish();
         let signedness = node.states.iter().flatten().map(|state| state.signedness()).max();
         let signedness = signedness.unwrap_or(Signedness::Unsigned);

@@ -85,7 +85,7 @@ fn only_a_tone_curve_an_encoding_and_an_adaptation_change_colorimetry() {
     let registry = Registry::new(&[afterimage_nodes::ALL]).expect("names are unique");
     for kind in registry.iter() {
         let defaults: Vec<_> = kind.params().iter().map(|param| param.default.clone()).collect();
-        let keeps = kind.color(&defaults) == ColorChange::Keep;
+        let keeps = kind.instantiate(&defaults).color() == ColorChange::Keep;
         assert_eq!(keeps, !["ToneMap", "Encode", "BakedGrade"].contains(&kind.name()), "{}", kind.name());
     }
 }

@@ -65,11 +65,11 @@ impl<'a> Flow<'a> {
         let mut flow = Self {
             graph,
             resolve,
-            changes: graph.nodes.iter().map(|node| node.color()).collect(),
+            changes: graph.nodes.iter().map(|node| node.instance.color()).collect(),
             order: Vec::new(),
             displays: vec![None; graph.nodes.len()],
             inputs: graph.inputs.iter().map(|input| ImageColor::of(input.state)).collect(),
-            outputs: graph.nodes.iter().map(|node| vec![None; node.kind.outputs().len()]).collect(),
+            outputs: graph.nodes.iter().map(|node| vec![None; node.kind().outputs().len()]).collect(),
         };
         flow.order = flow.needed();
         flow
@@ -92,7 +92,7 @@ impl<'a> Flow<'a> {
     /// The image inputs of a node to which an image comes, and where it comes from.
     fn arriving(&self, node: usize) -> impl Iterator<Item = (&'a Input, Source)> + '_ {
         let node = &self.graph.nodes[node];
-        let wired = node.kind.inputs().iter().zip(&node.wires);
+        let wired = node.kind().inputs().iter().zip(&node.wires);
         wired.filter_map(|(port, wire)| Some((port, (self.resolve)((*wire)?)?)))
     }
 
@@ -139,7 +139,7 @@ impl<'a> Flow<'a> {
     }
 
     fn colors_of(&self, node: usize) -> Vec<Option<ImageColor>> {
-        let outputs = self.graph.nodes[node].kind.outputs().iter();
+        let outputs = self.graph.nodes[node].kind().outputs().iter();
         outputs.map(|output| self.color_of(node, &output.state)).collect()
     }
 

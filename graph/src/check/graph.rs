@@ -4,9 +4,8 @@ use std::collections::BTreeSet;
 
 use petgraph::graph::DiGraph;
 
-use crate::node::{ColorChange, NodeKind, PortType};
+use crate::node::{NodeInstance, NodeKind, PortType};
 use afterimage_base::image::{ColorState, Format};
-use afterimage_base::value::Value;
 
 use super::condition::{Condition, FactKind};
 
@@ -39,10 +38,8 @@ pub struct GraphInput {
 pub struct GraphNode {
     /// Its name in the file.
     pub name: String,
-    /// Its kind.
-    pub kind: NodeKind,
-    /// Its parameter values, in the order of the kind's table.
-    pub values: Vec<Value>,
+    /// The node of its kind at its parameter values.
+    pub instance: NodeInstance,
     /// What is wired to its inputs, in the order of the kind's ports.
     pub wires: Vec<Option<Source>>,
     /// When it is needed; always if `None`.
@@ -85,9 +82,9 @@ pub enum Source {
 }
 
 impl GraphNode {
-    /// What it does to the colorimetry of its image.
-    pub fn color(&self) -> ColorChange {
-        self.kind.color(&self.values)
+    /// Its kind.
+    pub fn kind(&self) -> &NodeKind {
+        self.instance.kind()
     }
 }
 
@@ -108,7 +105,7 @@ impl Graph {
     pub fn port_type(&self, source: Source) -> PortType {
         match source {
             Source::Input(_) => PortType::Image,
-            Source::Node { node, output, .. } => self.nodes[node].kind.outputs()[output].ty,
+            Source::Node { node, output, .. } => self.nodes[node].kind().outputs()[output].ty,
         }
     }
 }

@@ -45,7 +45,7 @@ impl Builder<'_> {
 fn mixes(graph: &Graph) -> Vec<Mix> {
     let colors = graph.colors();
     let of_node = |node: usize| {
-        let wired = graph.nodes[node].kind.inputs().iter().zip(&graph.nodes[node].wires).enumerate();
+        let wired = graph.nodes[node].kind().inputs().iter().zip(&graph.nodes[node].wires).enumerate();
         let known = wired.filter_map(|(index, (port, wire))| Some((index, port, colors.at((*wire)?)?)));
         let pictures: Vec<(usize, &Input, ImageColor)> = known.filter(|(.., color)| color.is_picture()).collect();
         let (first, port, color) = *pictures.first()?;

@@ -31,6 +31,7 @@
 mod agree;
 mod build;
 mod colors;
+mod common;
 pub mod condition;
 mod connect;
 mod expand;
@@ -38,13 +39,12 @@ mod files;
 mod graph;
 mod inherit;
 mod mixes;
+mod nodes;
 mod options;
 mod order;
 mod settings;
 mod suggest;
 mod unneeded;
-mod values;
-mod verify;
 
 use crate::document::Document;
 use crate::node::Registry;
@@ -91,12 +91,18 @@ impl<'a> Checker<'a> {
         builder.expand_top(&document);
         builder.command_line(sets);
         builder.change();
-        builder.verify();
+        let instances = builder.instances();
         builder.connect();
         builder.agree();
         builder.order();
         builder.report_unneeded();
-        builder.finish()
+        if builder.diagnostics.has_errors() {
+            return Err(builder.diagnostics.sorted());
+        }
+        let graph = builder.graph(instances);
+        builder.agree_on_colors(&graph);
+        let diagnostics = builder.diagnostics.sorted();
+        if diagnostics.has_errors() { Err(diagnostics) } else { Ok((graph, diagnostics)) }
     }
 
     fn builder(&self) -> Builder<'_> {

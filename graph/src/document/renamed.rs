@@ -12,9 +12,11 @@ const REMOVED: [(&str, &str); 1] = [(
     "remove it: the type says whether numbers may be negative; `Color`, `Exposed`, `LogLuminance` and `Data` keep them",
 )];
 
-/// What to do instead of an option of an input that was removed.
-pub(crate) fn removed_option(option: &str) -> Option<&'static str> {
-    REMOVED.iter().find(|(former, _)| *former == option).map(|(_, why)| *why)
+/// The error of an option of an input that was removed; `None` for any other.
+pub(crate) fn removed(option: &Spanned<String>) -> Option<Diagnostic> {
+    let (_, why) = REMOVED.iter().find(|(former, _)| *former == option.value)?;
+    let message = format!("the option {} is gone", quote(&option.value));
+    Some(Diagnostic::error("removed-key", message).at(&option.location, "").help(*why))
 }
 
 /// The present name of a key, if it was renamed.

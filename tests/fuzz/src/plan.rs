@@ -33,7 +33,7 @@ fn pipelines() -> &'static [Shipped] {
         let document = parse(name, text).unwrap_or_else(|told| panic!("{told}"));
         let options = CheckOptions { loader: &Few::new(""), ..Default::default() };
         let (graph, _) = check(&document, registry(), &options).unwrap_or_else(|told| panic!("{told}"));
-        let nodes = graph.nodes.into_iter().map(|node| (node.name, node.kind)).collect();
+        let nodes = graph.nodes.into_iter().map(|node| (node.name, node.instance.kind().clone())).collect();
         Shipped { document, nodes }
     };
     PIPELINES.get_or_init(|| all_shipped().iter().map(read).collect())
@@ -100,6 +100,7 @@ fn value(param: &Param, choices: &mut Bytes<'_>) -> String {
         Type::Int => (low + ((high - low) * choices.below(256) as f64 / 255.0).floor()).to_string(),
         Type::Float => number(choices),
         Type::Vector(n) => format!("({})", (0..n).map(|_| number(choices)).collect::<Vec<_>>().join(", ")),
+        Type::Text => ["", "\"a\""][choices.below(2)].to_owned(),
         Type::File => ["look.cube", "none.png", ""][choices.below(3)].to_owned(),
     }
 }
@@ -108,7 +109,7 @@ fn value(param: &Param, choices: &mut Bytes<'_>) -> String {
 fn switch(graph: &mut Graph, choices: &mut Bytes<'_>) {
     let formats: Vec<Format> = Format::ALL.to_vec();
     for node in &mut graph.nodes {
-        let can_be_off = node.kind.fallback() != Fallback::Absent;
+        let can_be_off = node.kind().fallback() != Fallback::Absent;
         node.off |= can_be_off && choices.rarely(8);
         if choices.rarely(16) {
             node.format = Some(choices.one_of(&formats));

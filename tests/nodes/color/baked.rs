@@ -15,7 +15,7 @@ const GRADE: LiftGammaGain = LiftGammaGain { lift: [0.01, 0.0, 0.0], gamma: [1.0
 /// The chain in f64, in 8-bit codes before rounding.
 fn codes(rgb: Rgb, curve: &dyn Fn(Rgb) -> Rgb) -> Rgb {
     let target = [1.0, 0.93, 0.82].map(|x: f64| f64::from(x as f32));
-    let balanced = transform(&white_balance_target(&BRADFORD, target, true), rgb).map(|x| x.max(0.0));
+    let balanced = transform(&white_balance_target(&BRADFORD, target, true), rgb);
     GRADE.apply(curve(balanced)).map(|x| 255.0 * srgb_encode(x.min(1.0)))
 }
 

@@ -53,7 +53,7 @@ pub(crate) fn finite(shown: &OutputPixels) -> Option<String> {
     Some(format!("not finite: {}", at(shown, index)))
 }
 
-/// The smallest luminance of scene light with these channels, which rounding to half floats can make a little negative.
+/// Whether scene light with these channels has a luminance of 0 or more, up to the rounding to half floats.
 fn has_luminance(pixel: &[f32; 4]) -> bool {
     let [r, g, b, _] = pixel.map(f64::from);
     0.2126 * r + 0.7152 * g + 0.0722 * b >= -2e-3 * r.abs().max(g.abs()).max(b.abs())

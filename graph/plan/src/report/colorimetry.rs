@@ -2,34 +2,21 @@
 
 use afterimage_base::color::{Colorimetry, Transfer};
 use afterimage_graph::node::ImageColor;
-use serde::Serialize;
+use serde_json::{Value, json};
 
 use crate::plan::PlanOutput;
 
-/// The colorimetry of an output. Keys are in alphabetical order.
-#[derive(Serialize)]
-pub(super) struct ColorimetryView {
-    adopted_white: Option<[f64; 2]>,
-    /// Red, green, blue and white.
-    chromaticities: [[f64; 2]; 4],
-    peak_nits: Option<f64>,
-    primaries: Option<&'static str>,
-    transfer: String,
-    white_nits: Option<f64>,
-}
-
-impl From<Colorimetry> for ColorimetryView {
-    fn from(colorimetry: Colorimetry) -> Self {
-        let Colorimetry { primaries, transfer, white_nits, peak_nits, adopted_white } = colorimetry;
-        Self {
-            adopted_white: adopted_white.map(|white| white.to_vec().to_array()),
-            chromaticities: primaries.points().map(|point| point.to_vec().to_array()),
-            peak_nits: peak_nits.map(|nits| nits.get()),
-            primaries: primaries.name(),
-            transfer: name(transfer),
-            white_nits: white_nits.map(|nits| nits.get()),
-        }
-    }
+/// The colorimetry of an output. The chromaticities are those of red, green, blue and white.
+pub(super) fn colorimetry(colorimetry: Colorimetry) -> Value {
+    let Colorimetry { primaries, transfer, white_nits, peak_nits, adopted_white } = colorimetry;
+    json!({
+        "adopted_white": adopted_white.map(|white| white.to_vec().to_array()),
+        "chromaticities": primaries.points().map(|point| point.to_vec().to_array()),
+        "peak_nits": peak_nits.map(|nits| nits.get()),
+        "primaries": primaries.name(),
+        "transfer": name(transfer),
+        "white_nits": white_nits.map(|nits| nits.get()),
+    })
 }
 
 fn name(transfer: Transfer) -> String {
