@@ -45,7 +45,7 @@ params! {
     /// With `size` 64 and `LogC`, the error against the four nodes is, for 99 % of all channels, below 0.4 codes of 8
     /// bits with `Aces`, 0.5 with `AgX`, 0.7 with `Uchimura` in the Tsushima space and 1.4 with `KhronosNeutral`,
     /// measured over light from 0.0001 to 60 of any saturation with a warm balance. Where a channel is clipped within a
-    /// cell of the table, single saturated colours have larger errors: 2 codes with `AgX`, 9 with `Uchimura`, and 20
+    /// cell of the table, single saturated colours have larger errors: 2 codes with `AgX`, 10 with `Uchimura`, and 20
     /// with `Aces` in a channel that is nearly black. A larger table does not remove these. `size` 32 has three to four
     /// times the error. Light above 2^`high` counts as 2^`high`. The gamut is clipped.
     pub struct BakedGrade {
