@@ -61,9 +61,9 @@ params! {
         pub target: [f32; 3] = [1.0, 1.0, 1.0]
             => within(0.0..=16.0), usually(0.0..=1.0), neutral([1.0, 1.0, 1.0]), replans();
         /// The tone curve, as in `ToneMap` with default parameters.
-        pub curve: Curve = Curve::Aces;
+        pub curve: Curve = Curve::Aces2ToneScale;
         /// The working space of the curve, as in `ToneMap`.
-        pub space: WorkingSpace = WorkingSpace::Rec709;
+        pub space: WorkingSpace = WorkingSpace::Auto;
         /// Added to black, as in `LiftGammaGain` with `lift_by: Luminance`.
         pub lift: [f32; 3] = [0.0, 0.0, 0.0]
             => within(-1.0..=1.0), usually(-0.1..=0.1), neutral([0.0, 0.0, 0.0]), replans();

@@ -47,6 +47,14 @@ pub(crate) const REC2020: Space = Space {
     white: D65,
 };
 
+/// The AP0 primaries of ACES2065-1 (SMPTE ST 2065-1).
+pub(crate) const AP0: Space = Space {
+    red: DVec2::new(0.7347, 0.2653),
+    green: DVec2::new(0.0, 1.0),
+    blue: DVec2::new(0.0001, -0.0770),
+    white: ACES_WHITE,
+};
+
 /// The AP1 primaries of ACEScg (Academy S-2014-004).
 pub(crate) const AP1: Space = Space {
     red: DVec2::new(0.713, 0.293),
@@ -60,7 +68,7 @@ pub(crate) const TSUSHIMA: Space = Space { red: DVec2::new(0.750, 0.270), ..AP1 
 
 impl Space {
     /// Linear RGB to XYZ, with white at Y = 1. Undefined if [`Space::is_usable`] is false.
-    fn to_xyz(self) -> DMat3 {
+    pub(crate) fn to_xyz(self) -> DMat3 {
         let primaries = self.primaries();
         primaries * DMat3::from_diagonal(primaries.inverse() * xyz(self.white))
     }

@@ -2,6 +2,9 @@
 
 use glam::{DMat3, DVec3, dvec3};
 
+/// The luminance of display-linear 1 in cd/m²: the reference white of ITU-R BT.2408.
+pub(crate) const REFERENCE_WHITE: f64 = 203.0;
+
 /// The input matrix of Hill's fit, as published.
 pub(crate) const HILL_IN: DMat3 = DMat3::from_cols(
     dvec3(0.59719, 0.07600, 0.02840),
@@ -86,4 +89,46 @@ impl Gt7 {
 pub(crate) fn pq_encode(nits: f64) -> f64 {
     let y = (nits.max(0.0) / 10000.0).powf(2610.0 / 16384.0);
     ((0.8359375 + 18.8515625 * y) / (1.0 + 18.6875 * y)).powf(78.84375)
+}
+
+/// The tone scale of ACES 2.0: for light x, with f = factor * (x / (x + offset))^1.15, the result is f² / (f + 0.04).
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Aces2Tone {
+    /// The result for middle grey.
+    pub(crate) grey: f64,
+    pub(crate) factor: f64,
+    pub(crate) offset: f64,
+}
+
+/// The contrast of the tone scale.
+const ACES2_CONTRAST: f64 = 1.15;
+
+/// The toe of the tone scale: what it subtracts from bright light.
+const ACES2_TOE: f64 = 0.04;
+
+impl Aces2Tone {
+    /// For a display with this peak in cd/m², with the constants of the Academy's `init_TonescaleParams`. The result is
+    /// in units of 100 cd/m².
+    pub(crate) fn new(peak: f64) -> Self {
+        let before_toe = |y: f64| 0.5 * (y + (y * (y + 4.0 * ACES2_TOE)).sqrt());
+        let power = |x: f64| (x / (x + 1.0)).powf(ACES2_CONTRAST);
+        let hit = Self::hit(peak);
+        let grey = 0.10013 * (1.0 + 0.14 * (peak / 100.0).log2());
+        let top = before_toe(peak / 100.0);
+        let share = (before_toe(grey) / (top / power(hit / top))).powf(1.0 / ACES2_CONTRAST);
+        let offset = 0.18 * (1.0 - share) / share;
+        let factor = top / power(hit / offset);
+        Self { grey, factor, offset }
+    }
+
+    /// The light that reaches the peak.
+    pub(crate) fn hit(peak: f64) -> f64 {
+        128.0 + (896.0 - 128.0) * (peak / 100.0).ln() / 100.0_f64.ln()
+    }
+
+    /// The result for light of 0 or more.
+    pub(crate) fn apply(self, x: f64) -> f64 {
+        let f = self.factor * (x / (x + self.offset)).powf(ACES2_CONTRAST);
+        f * f / (f + ACES2_TOE)
+    }
 }

@@ -28,6 +28,8 @@ macro_rules! shader {
     }};
 }
 
+mod aces2;
+mod aces2_output;
 mod adapt;
 mod auto_exposure;
 mod bake;
@@ -59,6 +61,7 @@ mod log_gaussian;
 mod lut;
 mod mean_luminance;
 mod metering;
+mod oklab;
 mod purkinje;
 mod purkinje_simple;
 mod saturation;
@@ -70,6 +73,7 @@ mod white_balance;
 
 use afterimage_graph::node::NodeKind;
 
+pub use aces2_output::{Aces2Gamut, Aces2Output};
 pub use adapt::Adapt;
 pub use auto_exposure::{AutoExposure, AutoExposureHighlights};
 pub use baked_grade::{BakedGrade, BakedShaper, BakedTransfer};
@@ -101,13 +105,14 @@ pub use purkinje::Purkinje;
 pub use purkinje_simple::PurkinjeSimple;
 pub use saturation::Saturation;
 pub use shaper::Shaper;
-pub use tone_map::{AgxLook, Curve, Gamut, Sigmoid, ToneMap, WorkingSpace};
+pub use tone_map::{AgxLook, Curve, Gamut, MiddleGrey, Sigmoid, ToneMap, WorkingSpace};
 pub use upsample::{Upsample, UpsampleBlend, UpsampleFilter};
 pub use vignette::Vignette;
 pub use white_balance::{WhiteBalance, WhiteBalanceMode};
 
 /// Every built-in kind.
 pub const ALL: &[NodeKind] = &[
+    NodeKind::of::<Aces2Output>(),
     NodeKind::of::<Adapt>(),
     NodeKind::of::<AutoExposure>(),
     NodeKind::of::<BakedGrade>(),

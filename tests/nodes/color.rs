@@ -1,8 +1,10 @@
 //! The tone and colour kinds on the GPU, compared with their CPU references.
 
+pub(super) mod aces2;
 mod baked;
 mod curves;
 mod grade;
+mod hue;
 pub(super) mod lut;
 pub(super) mod noise;
 mod transfer;

@@ -3,13 +3,15 @@
 
 use std::collections::BTreeSet;
 
+use afterimage_nodes::Aces2Output;
+
 use super::bloom::{self, blurred, caracal_taps, levels};
 use super::color::{self, OneFile, noise, stored, stored_light, tolerance};
 use super::local::{RANGE, SIGMAS, SIZE, wide};
 use super::metering::BINS;
 use crate::reference::bloom::{additive_chain, composite_lerp, knee_weight, lerp_chain};
 use crate::reference::color::{BRADFORD, luminance, white_balance_target};
-use crate::reference::curves::{UCHIMURA, display, narkowicz, uchimura};
+use crate::reference::curves::{UCHIMURA, display, matched_scale, narkowicz, uchimura};
 use crate::reference::exposure::{auto_exposure_stops, limit_mean, pyramid_mean};
 use crate::reference::film_grain::Grain;
 use crate::reference::gaussian::radius;
@@ -112,7 +114,19 @@ fn display_kinds() -> Vec<Reference> {
     let table = tolerance(2.0 / 255.0, 0.0, "a table of half floats, interpolated between 48 colours a side");
     let grain = Grain { amount: 0.5, size: 1.5, color: 0.5, seed: 3 };
     vec![
-        Reference::colors(("ToneMap", "Exposed"), "curve: Aces", POWERS, |rgb| display(rgb.map(narkowicz))),
+        Reference::colors(
+            ("ToneMap", "Exposed"),
+            "curve: AcesNarkowicz, space: Rec709, middle_grey: Native, keep_hue: 0.0, gamut: Clip",
+            POWERS,
+            |rgb| display(rgb.map(narkowicz)),
+        ),
+        Reference::new(
+            ("Aces2Output", "Exposed"),
+            "\"result\": Aces2Output(source: \"scene\")",
+            color::aces2::scene,
+            tolerance(1e-4, 1e-4, "a chain of seven powers in f32, and 8192 hues in the table"),
+            |image| image.map_rgb(Aces2Output::default().evaluator()),
+        ),
         Reference::colors(("Encode", "DisplayLinear"), "transfer: Srgb", POWERS, |rgb| {
             rgb.map(|x| srgb_encode(x.clamp(0.0, 1.0)))
         }),
@@ -121,10 +135,13 @@ fn display_kinds() -> Vec<Reference> {
         }),
         Reference::new(
             ("BakedGrade", "Exposed"),
-            "\"result\": BakedGrade(source: \"scene\", curve: Uchimura, space: Rec709)",
+            "\"result\": BakedGrade(source: \"scene\", curve: Uchimura)",
             |size| color::picture(size, |index| [0.05 * (1 + index % 17) as f64; 3]),
             table,
-            |image| image.map_rgb(|rgb| rgb.map(|x| srgb_encode(uchimura(x, &UCHIMURA).min(1.0)))),
+            |image| {
+                let scale = matched_scale(|x| uchimura(x, &UCHIMURA));
+                image.map_rgb(|rgb| rgb.map(|x| srgb_encode(uchimura(scale * x, &UCHIMURA).min(1.0))))
+            },
         ),
         Reference::new(
             ("Dither", "Encoded"),

@@ -25,6 +25,7 @@ pub(crate) mod resample;
 pub(crate) mod agx;
 pub(crate) mod curves;
 pub(crate) mod gt7;
+pub(crate) mod oklab;
 
 pub(crate) mod film_grain;
 pub(crate) mod grade;

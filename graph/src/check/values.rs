@@ -3,7 +3,7 @@
 use super::build::Builder;
 use super::condition::{Condition, FactKind};
 use super::files::{join, unreadable};
-use crate::document::{Item, Tree};
+use crate::document::{Item, Tree, renamed};
 use crate::node::NodeKind;
 use afterimage_base::diagnostic::{Diagnostic, Location, Spanned, did_you_mean, list, quote};
 use afterimage_base::image::Format;
@@ -194,6 +194,9 @@ fn vector(kind: &NodeKind, param: &Param, n: usize, items: &[Item], location: &L
 }
 
 fn unknown_choice(param: &Param, choices: &[ChoiceName], name: &str, location: &Location) -> Diagnostic {
+    if let Some(choice) = choices.iter().find(|choice| choice.former == name) {
+        return renamed(&Spanned::new(name.to_owned(), location.clone()), choice.name);
+    }
     let names = || choices.iter().map(|choice| choice.name);
     Diagnostic::error("unknown-choice", format!("{} has no value {}", quote(&param.name), quote(name)))
         .at(location, "")

@@ -71,7 +71,7 @@ impl Chain {
             (upsample, "blend", "Add"),
             (upsample, "filter", "Tent"),
             (composite, "blend", "Add"),
-            (tone_map, "curve", "Aces"),
+            (tone_map, "curve", "AcesNarkowicz"),
             (encode, "transfer", "Srgb"),
         ];
         if choices.iter().any(|(node, name, choice)| value(node, name) != Some(&Value::Choice(choice))) {

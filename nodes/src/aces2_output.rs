@@ -1,0 +1,148 @@
+//! Aces2Output: the output transform of ACES 2.0 for SDR and HDR displays.
+
+use afterimage_graph::prelude::*;
+use glam::DVec3;
+
+use crate::aces2::OutputTransform;
+use crate::color::{AP1, DISPLAY_P3, REC709, REC2020, Space, conversion, rows};
+use crate::curves::bisected;
+use crate::tone_map::MiddleGrey;
+
+static SHADER: Shader = shader!("aces2_output");
+
+choices! {
+    /// The gamut of the display, which limits the colours of the result.
+    pub enum Aces2Gamut {
+        /// sRGB and HDTV.
+        Rec709,
+        /// P3 with D65 white.
+        P3,
+        /// ITU-R BT.2020.
+        Rec2020,
+    }
+}
+
+params! {
+    /// The output transform of ACES 2.0: tone scale, chroma compression and gamut compression in one operator.
+    ///
+    /// After the specification of the Academy (S-2024-002, aces-output): the light is limited to AP1, a colour
+    /// appearance model separates lightness, colourfulness and hue, the tone scale of the peak changes the lightness,
+    /// and the colourfulness follows it into the gamut of the display. The tables of the gamut are computed in double
+    /// precision when the plan is made. The result differs from OpenColorIO's built-in transforms by at most 0.001 of
+    /// the peak; graph/docs/colour.md has the table. It costs about ten times as much as `ToneMap`.
+    ///
+    /// The result is display-linear in Rec.709, with negative channels for colours outside of Rec.709: give `Encode`
+    /// the `primaries` of the display, and keep nodes between them that cut negative light, such as `LiftGammaGain`,
+    /// off. For HDR, `Encode` needs `transfer: Pq` and the same `peak_nits`.
+    pub struct Aces2Output {
+        /// The gamut of the display.
+        pub gamut: Aces2Gamut = Aces2Gamut::Rec709;
+        /// The peak of the display: 100 for SDR.
+        pub peak_nits: f32 = 100.0 => within(100.0..=10000.0), usually(100.0..=4000.0), unit("cd/m2"), replans();
+        /// For a peak above 100: the luminance of display-linear 1. `Encode` has the same default. With a peak of 100,
+        /// display-linear 1 is the peak.
+        pub white_nits: f32 = 203.0 => within(1.0..=10000.0), usually(80.0..=400.0), unit("cd/m2");
+        /// Which light becomes middle grey. `Native` is the exposure of ACES: 10 cd/m2 for SDR, 14.7 for a peak of 1000.
+        pub middle_grey: MiddleGrey = MiddleGrey::Matched;
+    }
+}
+
+impl Node for Aces2Output {
+    const INPUTS: &'static [Input] = &[Input::image("source", "Exposed light.").accepts(&[ColorState::Exposed])];
+    const OUTPUTS: &'static [Output] = &[Output::image(
+        "result",
+        OutputState::Always(ColorState::DisplayLinear),
+        "Display-linear light in Rec.709, negative outside of its gamut.",
+    )];
+    const FALLBACK: Fallback = Fallback::input("source");
+
+    fn record(&self, pass: &mut Recorder<'_>) {
+        let source = pass.image("source");
+        let desc = ImageDesc::new(pass.desc(source).size);
+        let transform = OutputTransform::new(self.space(), f64::from(self.peak_nits));
+        let enter = rows(conversion(REC709, AP1) * self.light_scale(&transform));
+        let leave = rows(conversion(self.space(), REC709) * (100.0 / self.unit()));
+        let hulls = hull_texture(pass, &transform);
+        let [cones, opponents, back, display] = transform.matrices().map(rows);
+        let chroma = transform.chroma();
+        let gamut = transform.gamut();
+        let [level, white, exponent] = transform.model();
+        pass.function(&SHADER, "aces2_output")
+            .set("enter0", enter[0])
+            .set("enter1", enter[1])
+            .set("enter2", enter[2])
+            .set("cones0", cones[0])
+            .set("cones1", cones[1])
+            .set("cones2", cones[2])
+            .set("opponents0", opponents[0])
+            .set("opponents1", opponents[1])
+            .set("opponents2", opponents[2])
+            .set("back0", back[0])
+            .set("back1", back[1])
+            .set("back2", back[2])
+            .set("display0", display[0])
+            .set("display1", display[1])
+            .set("display2", display[2])
+            .set("leave0", leave[0])
+            .set("leave1", leave[1])
+            .set("leave2", leave[2])
+            .set("brightest", transform.brightest())
+            .set("top", f64::from(self.peak_nits) / 100.0)
+            .set("level", level)
+            .set("white", white)
+            .set("exponent", exponent)
+            .set("tone", [transform.tone().factor, transform.tone().offset])
+            .set("chroma", [chroma.saturation, chroma.threshold, chroma.compression, chroma.scale])
+            .set("limit_j", gamut.limit_j)
+            .set("mid_j", gamut.mid_j)
+            .set("focus_distance", gamut.focus_distance)
+            .set("lower_gamma_inv", gamut.lower_gamma_inv)
+            .read("hulls", hulls)
+            .write("result", desc);
+    }
+}
+
+impl Aces2Output {
+    fn space(&self) -> Space {
+        match self.gamut {
+            Aces2Gamut::Rec709 => REC709,
+            Aces2Gamut::P3 => DISPLAY_P3,
+            Aces2Gamut::Rec2020 => REC2020,
+        }
+    }
+
+    /// The transform in double precision: exposed light of Rec.709 to display-linear light of Rec.709, as the shader
+    /// computes it on the GPU. Making it takes some milliseconds, a colour some microseconds.
+    pub fn evaluator(&self) -> impl Fn([f64; 3]) -> [f64; 3] {
+        let transform = OutputTransform::new(self.space(), f64::from(self.peak_nits));
+        let enter = conversion(REC709, AP1) * self.light_scale(&transform);
+        let leave = conversion(self.space(), REC709) * (100.0 / self.unit());
+        move |exposed| (leave * transform.apply(enter * DVec3::from(exposed))).to_array()
+    }
+
+    /// The luminance of display-linear 1 in cd/m².
+    fn unit(&self) -> f64 {
+        if self.peak_nits > 100.0 { f64::from(self.white_nits) } else { 100.0 }
+    }
+
+    /// The factor of exposed light before the transform. The tone scale alone determines greys.
+    fn light_scale(&self, transform: &OutputTransform) -> f64 {
+        match self.middle_grey {
+            MiddleGrey::Native => 1.0,
+            MiddleGrey::Matched => {
+                let is_below = |scale: f64| 100.0 * transform.tone().apply(0.18 * scale) < 0.18 * self.unit();
+                bisected(1.0 / 16.0, 16.0, is_below)
+            }
+        }
+    }
+}
+
+/// Entries of a row of the table, and rows.
+const TABLE: [u32; 2] = [512, 16];
+
+fn hull_texture(pass: &mut Recorder<'_>, transform: &OutputTransform) -> ImageId {
+    let desc = ImageDesc::new(Size::new(TABLE[0], TABLE[1])).format(Format::Rgba32Float);
+    let hulls = transform.hulls((TABLE[0] * TABLE[1]) as usize);
+    let bytes = hulls.iter().flatten().flat_map(|number| number.to_le_bytes()).collect();
+    pass.constant("hulls", desc, bytes)
+}
