@@ -8,10 +8,13 @@ struct ToneMap {
     enter0: vec4f,     // rows: Rec.709 to the working space
     enter1: vec4f,
     enter2: vec4f,
-    leave0: vec4f,     // the working space to Rec.709
+    leave0: vec4f,     // the working space to the primaries of the display
     leave1: vec4f,
     leave2: vec4f,
-    to_lms0: vec4f,    // Rec.709 to the cone responses of Oklab
+    light_lms0: vec4f, // Rec.709 to the cone responses of Oklab
+    light_lms1: vec4f,
+    light_lms2: vec4f,
+    to_lms0: vec4f,    // the primaries of the display to the cone responses
     to_lms1: vec4f,
     to_lms2: vec4f,
     from_lms0: vec4f,  // and back
@@ -59,10 +62,6 @@ fn tone_map_leave(v: vec3f, params: ToneMap) -> vec3f {
 
 // --- Hue and gamut, in Oklab ---
 
-fn tone_map_oklab(rgb: vec3f, params: ToneMap) -> vec3f {
-    return oklab(tone_map_rows(params.to_lms0, params.to_lms1, params.to_lms2, rgb));
-}
-
 fn tone_map_from_lms(lms: vec3f, params: ToneMap) -> vec3f {
     return tone_map_rows(params.from_lms0, params.from_lms1, params.from_lms2, lms);
 }
@@ -88,8 +87,9 @@ fn tone_map_compressed(lightness: f32, chroma: vec2f, params: ToneMap) -> vec3f 
 fn tone_map_result(mapped: vec3f, source: vec4f, params: ToneMap) -> vec4f {
     var rgb = tone_map_leave(mapped, params);
     if params.keep_hue + params.compress > 0.0 {
-        let lab = tone_map_oklab(rgb, params);
-        let chroma = oklab_turn(lab.yz, tone_map_oklab(source.rgb, params).yz, params.keep_hue);
+        let lab = oklab(tone_map_rows(params.to_lms0, params.to_lms1, params.to_lms2, rgb));
+        let light = oklab(tone_map_rows(params.light_lms0, params.light_lms1, params.light_lms2, source.rgb));
+        let chroma = oklab_turn(lab.yz, light.yz, params.keep_hue);
         if params.compress > 0.0 {
             rgb = tone_map_compressed(lab.x, chroma, params);
         } else {

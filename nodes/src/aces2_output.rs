@@ -1,10 +1,11 @@
 //! Aces2Output: the output transform of ACES 2.0 for SDR and HDR displays.
 
+use afterimage_graph::color::Chromaticities;
 use afterimage_graph::prelude::*;
 use glam::DVec3;
 
 use crate::aces2::OutputTransform;
-use crate::color::{AP1, DISPLAY_P3, REC709, REC2020, Space, conversion, rows};
+use crate::color::rows;
 use crate::curves::bisected;
 use crate::tone_map::MiddleGrey;
 
@@ -42,7 +43,8 @@ params! {
         /// For a peak above 100: the luminance of display-linear 1. `Encode` has the same default. With a peak of 100,
         /// display-linear 1 is the peak.
         pub white_nits: f32 = 203.0 => within(1.0..=10000.0), usually(80.0..=400.0), unit("cd/m2");
-        /// Which light becomes middle grey. `Native` is the exposure of ACES: 10 cd/m2 for SDR, 14.7 for a peak of 1000.
+        /// Which light becomes middle grey. `Native` is the exposure of ACES: 10 cd/m2 for SDR, 14.7 for a peak of
+        /// 1000.
         pub middle_grey: MiddleGrey = MiddleGrey::Matched;
     }
 }
@@ -60,8 +62,8 @@ impl Node for Aces2Output {
         let source = pass.image("source");
         let desc = ImageDesc::new(pass.desc(source).size);
         let transform = OutputTransform::new(self.space(), f64::from(self.peak_nits));
-        let enter = rows(conversion(REC709, AP1) * self.light_scale(&transform));
-        let leave = rows(conversion(self.space(), REC709) * (100.0 / self.unit()));
+        let enter = rows(Chromaticities::REC709.conversion(&Chromaticities::ACES_CG) * self.light_scale(&transform));
+        let leave = rows(self.space().conversion(&Chromaticities::REC709) * (100.0 / self.unit()));
         let hulls = hull_texture(pass, &transform);
         let [cones, opponents, back, display] = transform.matrices().map(rows);
         let chroma = transform.chroma();
@@ -103,11 +105,11 @@ impl Node for Aces2Output {
 }
 
 impl Aces2Output {
-    fn space(&self) -> Space {
+    fn space(&self) -> Chromaticities {
         match self.gamut {
-            Aces2Gamut::Rec709 => REC709,
-            Aces2Gamut::P3 => DISPLAY_P3,
-            Aces2Gamut::Rec2020 => REC2020,
+            Aces2Gamut::Rec709 => Chromaticities::REC709,
+            Aces2Gamut::P3 => Chromaticities::DISPLAY_P3,
+            Aces2Gamut::Rec2020 => Chromaticities::REC2020,
         }
     }
 
@@ -115,8 +117,8 @@ impl Aces2Output {
     /// computes it on the GPU. Making it takes some milliseconds, a colour some microseconds.
     pub fn evaluator(&self) -> impl Fn([f64; 3]) -> [f64; 3] {
         let transform = OutputTransform::new(self.space(), f64::from(self.peak_nits));
-        let enter = conversion(REC709, AP1) * self.light_scale(&transform);
-        let leave = conversion(self.space(), REC709) * (100.0 / self.unit());
+        let enter = Chromaticities::REC709.conversion(&Chromaticities::ACES_CG) * self.light_scale(&transform);
+        let leave = self.space().conversion(&Chromaticities::REC709) * (100.0 / self.unit());
         move |exposed| (leave * transform.apply(enter * DVec3::from(exposed))).to_array()
     }
 

@@ -2,6 +2,7 @@
 
 use std::sync::LazyLock;
 
+use afterimage_graph::color::Chromaticities;
 use glam::{DMat3, DVec3, dvec3};
 
 use crate::color::LUMINANCE;
@@ -18,7 +19,7 @@ fn pq_decode(v: f64) -> f64 {
 impl ToneMap {
     /// The whole operator on exposed light in Rec.709.
     pub(crate) fn operator(&self) -> impl Fn(DVec3) -> DVec3 {
-        let [enter, leave] = self.space_conversions();
+        let [enter, leave] = self.space_conversions(&Chromaticities::REC709);
         let (scale, peak) = (self.light_scale(), f64::from(self.peak));
         move |exposed| {
             let inside = scale * (enter * exposed).max(DVec3::ZERO);

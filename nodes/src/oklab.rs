@@ -2,12 +2,13 @@
 
 use std::sync::LazyLock;
 
+use afterimage_graph::color::Chromaticities;
 use glam::{DMat3, DVec2, DVec3, dvec3};
 
 use crate::curves::bisected;
 
 /// Linear Rec.709 to the cone responses of Oklab, as published. White becomes 1, 1, 1.
-pub(crate) const LMS_FROM_REC709: DMat3 = DMat3::from_cols(
+const LMS_FROM_REC709: DMat3 = DMat3::from_cols(
     dvec3(0.4122214708, 0.2119034982, 0.0883024619),
     dvec3(0.5363325363, 0.6806995451, 0.2817188376),
     dvec3(0.0514459929, 0.1073969566, 0.6299787005),
@@ -24,9 +25,14 @@ static REC709_FROM_LMS: LazyLock<DMat3> = LazyLock::new(|| LMS_FROM_REC709.inver
 
 static ROOTS_FROM_LAB: LazyLock<DMat3> = LazyLock::new(|| LAB_FROM_ROOTS.inverse());
 
-/// The inverse of [`LMS_FROM_REC709`].
-pub(crate) fn rec709_from_lms() -> DMat3 {
-    *REC709_FROM_LMS
+/// Linear RGB to the cone responses of Oklab. White becomes 1, 1, 1.
+pub(crate) fn lms_from_rgb(space: &Chromaticities) -> DMat3 {
+    LMS_FROM_REC709 * space.conversion(&Chromaticities::REC709)
+}
+
+/// The inverse of [`lms_from_rgb`].
+pub(crate) fn rgb_from_lms(space: &Chromaticities) -> DMat3 {
+    Chromaticities::REC709.conversion(space) * *REC709_FROM_LMS
 }
 
 /// A colour of Oklab.

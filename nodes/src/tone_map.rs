@@ -1,9 +1,10 @@
 //! ToneMap: maps exposed light to the range of a display by a curve, in a working space with selectable primaries.
 
+use afterimage_graph::color::{Chromaticities, Xy};
 use afterimage_graph::prelude::*;
 use glam::DMat3;
 
-use crate::color::{AP1, REC709, REC2020, Space, TSUSHIMA, chromaticity, conversion, rows};
+use crate::color::{TSUSHIMA, rows};
 use crate::curve_constants::{Aces2Tone, Agx, Gt7, HILL_IN, HILL_OUT, REFERENCE_WHITE, Shoulder};
 use crate::oklab;
 
@@ -206,9 +207,11 @@ impl Node for ToneMap {
     fn record(&self, pass: &mut Recorder<'_>) {
         let source = pass.image("source");
         let desc = ImageDesc::new(pass.desc(source).size);
-        let conversions = self.space_conversions();
+        let display = Chromaticities::REC709;
+        let conversions = self.space_conversions(&display);
         let [enter, leave] = conversions.map(rows);
-        let [to_lms, from_lms] = [oklab::LMS_FROM_REC709, oklab::rec709_from_lms()].map(rows);
+        let from_lms = rows(oklab::rgb_from_lms(&display));
+        let [light_lms, to_lms] = [&Chromaticities::REC709, &display].map(|space| rows(oklab::lms_from_rgb(space)));
         let (shoulder, agx, gt7, aces2) = (self.shoulder(), self.agx(), self.gt7(), self.aces2());
         let scale = self.light_scale();
         pass.function(&SHADER, self.kernel())
@@ -218,6 +221,9 @@ impl Node for ToneMap {
             .set("leave0", leave[0])
             .set("leave1", leave[1])
             .set("leave2", leave[2])
+            .set("light_lms0", light_lms[0])
+            .set("light_lms1", light_lms[1])
+            .set("light_lms2", light_lms[2])
             .set("to_lms0", to_lms[0])
             .set("to_lms1", to_lms[1])
             .set("to_lms2", to_lms[2])
@@ -275,23 +281,23 @@ impl ToneMap {
         if is_graded { 0.0 } else { f64::from(self.keep_hue) }
     }
 
-    fn custom(&self) -> Space {
-        let [red, green, blue, white] = [self.red, self.green, self.blue, self.white].map(chromaticity);
-        Space { red, green, blue, white }
+    fn custom(&self) -> Chromaticities {
+        let [red, green, blue, white] = [self.red, self.green, self.blue, self.white].map(Xy::from);
+        Chromaticities { red, green, blue, white }
     }
 
-    /// The matrices from Rec.709 to the working space and back.
-    pub(crate) fn space_conversions(&self) -> [DMat3; 2] {
+    /// The matrices from Rec.709 to the working space, and from there to the primaries of the display.
+    pub(crate) fn space_conversions(&self, display: &Chromaticities) -> [DMat3; 2] {
         let space = match (self.curve, self.space) {
-            (Curve::AcesHill, _) => return [HILL_IN, HILL_OUT],
-            (Curve::Gt7, _) | (_, WorkingSpace::Rec2020) => REC2020,
-            (curve, _) if curve.has_own_space() => REC709,
-            (_, WorkingSpace::Rec709) | (Curve::None, WorkingSpace::Auto) => REC709,
-            (_, WorkingSpace::AcesCg | WorkingSpace::Auto) => AP1,
+            (Curve::AcesHill, _) => return [HILL_IN, Chromaticities::REC709.conversion(display) * HILL_OUT],
+            (Curve::Gt7, _) | (_, WorkingSpace::Rec2020) => Chromaticities::REC2020,
+            (curve, _) if curve.has_own_space() => Chromaticities::REC709,
+            (_, WorkingSpace::Rec709) | (Curve::None, WorkingSpace::Auto) => Chromaticities::REC709,
+            (_, WorkingSpace::AcesCg | WorkingSpace::Auto) => Chromaticities::ACES_CG,
             (_, WorkingSpace::Tsushima) => TSUSHIMA,
             (_, WorkingSpace::Custom) => self.custom(),
         };
-        [conversion(REC709, space), conversion(space, REC709)]
+        [Chromaticities::REC709.conversion(&space), space.conversion(display)]
     }
 
     pub(crate) fn shoulder(&self) -> Shoulder {

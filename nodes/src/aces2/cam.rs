@@ -1,9 +1,8 @@
 //! The colour appearance model of ACES 2.0: lightness J, colourfulness M and hue h after CAM16 (Li et al. 2017), as
 //! simplified by Hellwig and Fairchild (2022), for a dim surround.
 
+use afterimage_graph::color::{Chromaticities, Xy};
 use glam::{DMat3, DVec2, DVec3, dvec3};
-
-use crate::color::Space;
 
 /// The luminance of white in the model, in cd/m².
 pub(super) const REFERENCE: f64 = 100.0;
@@ -19,11 +18,11 @@ const BACKGROUND: f64 = 20.0;
 const CONE_OFFSET: f64 = 27.13;
 
 /// The primaries of CAM16's cone responses.
-const CONES: Space = Space {
-    red: DVec2::new(0.8336, 0.1735),
-    green: DVec2::new(2.3854, -1.4659),
-    blue: DVec2::new(0.087, -0.125),
-    white: DVec2::new(0.333, 0.333),
+const CONES: Chromaticities = Chromaticities {
+    red: Xy::new(0.8336, 0.1735),
+    green: Xy::new(2.3854, -1.4659),
+    blue: Xy::new(0.087, -0.125),
+    white: Xy::new(0.333, 0.333),
 };
 
 /// The response to luminance of a mean adaptation.
@@ -84,7 +83,7 @@ pub(super) struct Model {
 }
 
 impl Model {
-    pub(super) fn new(space: Space) -> Self {
+    pub(super) fn new(space: Chromaticities) -> Self {
         let xyz_to_cones = CONES.to_xyz().inverse();
         let white = xyz_to_cones * (space.to_xyz() * DVec3::splat(REFERENCE));
         let level = adaptation_level();

@@ -12,16 +12,16 @@ const COMPRESSION_THRESHOLD: f64 = 0.75;
 
 /// What is equal for all hues.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct GamutParams {
+pub(crate) struct GamutParams {
     /// J of a grey at the peak.
-    pub(super) limit_j: f64,
+    pub(crate) limit_j: f64,
     /// J of middle grey.
-    pub(super) mid_j: f64,
-    pub(super) focus_distance: f64,
+    pub(crate) mid_j: f64,
+    pub(crate) focus_distance: f64,
     /// The inverse exponent of the lower hull of the display.
-    pub(super) lower_gamma_inv: f64,
+    pub(crate) lower_gamma_inv: f64,
     /// The inverse exponent of the border of the source.
-    pub(super) model_gamma_inv: f64,
+    pub(crate) model_gamma_inv: f64,
 }
 
 impl GamutParams {

@@ -5,9 +5,9 @@ mod cam;
 mod gamut;
 mod tables;
 
+use afterimage_graph::color::Chromaticities;
 use glam::{DMat3, DVec2, DVec3};
 
-use crate::color::{AP0, AP1, Space, conversion};
 use crate::curve_constants::Aces2Tone;
 
 use cam::{Jmh, Model, REFERENCE, lightness_exponent};
@@ -72,8 +72,9 @@ pub(crate) struct OutputTransform {
 
 impl OutputTransform {
     /// For a display with these primaries and this peak in cd/m².
-    pub(crate) fn new(display: Space, peak: f64) -> Self {
-        let (source, reach, display) = (Model::new(AP0), Model::new(AP1), Model::new(display));
+    pub(crate) fn new(display: Chromaticities, peak: f64) -> Self {
+        let (source, reach, display) =
+            (Model::new(Chromaticities::ACES_AP0), Model::new(Chromaticities::ACES_CG), Model::new(display));
         let (tone, log_peak) = (Aces2Tone::new(peak), (peak / REFERENCE).log10());
         let gamut = GamutParams {
             limit_j: source.lightness(peak),
@@ -114,7 +115,7 @@ impl OutputTransform {
     pub(crate) fn matrices(&self) -> [DMat3; 4] {
         let [cones, opponents] = self.source.forward();
         let [back, display] = self.display.backward();
-        [cones * conversion(AP1, AP0), opponents, back, display]
+        [cones * Chromaticities::ACES_CG.conversion(&Chromaticities::ACES_AP0), opponents, back, display]
     }
 
     /// Cusp J, cusp M, the inverse exponent of the upper hull, and the reach, at equal steps around the hues: along the
@@ -131,7 +132,7 @@ impl OutputTransform {
     /// Linear light of AP1 to linear light of the display, from 0 to the peak, in units of 100 cd/m².
     pub(crate) fn apply(&self, ap1: DVec3) -> DVec3 {
         let limited = ap1.clamp(DVec3::ZERO, DVec3::splat(self.brightest));
-        let jmh = self.source.to_jmh(conversion(AP1, AP0) * limited);
+        let jmh = self.source.to_jmh(Chromaticities::ACES_CG.conversion(&Chromaticities::ACES_AP0) * limited);
         if jmh.j <= 0.0 {
             return DVec3::ZERO;
         }
