@@ -38,6 +38,7 @@ struct ToneMap {
     gt7: vec4f,        // GT7: peak, then a, b, c of a + b * exp(c * x) above the linear part
     gt7_intensity: f32,
     aces2: vec2f,      // ACES 2 tone scale: factor and offset
+    agx_hdr: vec4f,    // AgX for HDR: toe, slope, rise, white
 }
 
 // --- Conversion to the working space ---
@@ -306,6 +307,20 @@ fn tone_map_agx_fast(source: vec4f, params: ToneMap) -> vec4f {
 fn tone_map_agx_fast_looked(source: vec4f, params: ToneMap) -> vec4f {
     let s = tone_map_agx_look(tone_map_agx_fitted(tone_map_enter(source, params)), params);
     return tone_map_result(tone_map_agx_finish(s), source, params);
+}
+
+// --- AgX for HDR displays: the matrices replace the conversion to and from the working space ---
+
+fn tone_map_agx_hdr_curve(v: vec3f, params: ToneMap) -> vec3f {
+    let powered = power3(v, 1.25);
+    let above = max(v - 0.18, vec3f(0.0));
+    let line = params.agx_hdr.y * above;
+    let shoulder = line * (1.0 + above / params.agx_hdr.w) / (1.0 + line / params.agx_hdr.z);
+    return select(0.18 + min(shoulder, params.agx_hdr.zzz), powered / (powered + params.agx_hdr.x), v < vec3f(0.18));
+}
+
+fn tone_map_agx_hdr(source: vec4f, params: ToneMap) -> vec4f {
+    return tone_map_result(tone_map_agx_hdr_curve(tone_map_enter(source, params), params), source, params);
 }
 
 // --- GT7: Rec.2020, 1 is 100 cd/m2; the result is in units of 203 cd/m2 ---

@@ -115,7 +115,7 @@ impl Aces2Output {
 
     /// The transform in double precision: exposed light of Rec.709 to display-linear light of Rec.709, as the shader
     /// computes it on the GPU. Making it takes some milliseconds, a colour some microseconds.
-    pub fn evaluator(&self) -> impl Fn([f64; 3]) -> [f64; 3] {
+    pub fn evaluator(&self) -> impl Fn([f64; 3]) -> [f64; 3] + use<> {
         let transform = OutputTransform::new(self.space(), f64::from(self.peak_nits));
         let enter = Chromaticities::REC709.conversion(&Chromaticities::ACES_CG) * self.light_scale(&transform);
         let leave = self.space().conversion(&Chromaticities::REC709) * (100.0 / self.unit());

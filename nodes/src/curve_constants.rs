@@ -19,6 +19,60 @@ pub(crate) const HILL_OUT: DMat3 = DMat3::from_cols(
     dvec3(-0.07367, -0.00605, 1.07602),
 );
 
+/// AgX's inset for Rec.2020, as published for the curve of HDR displays.
+pub(crate) const AGX_IN_2020: DMat3 = DMat3::from_cols(
+    dvec3(0.856627153315983, 0.137318972929847, 0.11189821299995),
+    dvec3(0.0951212405381588, 0.761241990602591, 0.0767994186031903),
+    dvec3(0.0482516061458583, 0.101439036467562, 0.811302368396859),
+);
+
+/// AgX's outset for Rec.2020: no inverse of the inset, but of one with less rotation.
+pub(crate) const AGX_OUT_2020: DMat3 = DMat3::from_cols(
+    dvec3(1.1271005818144368, -0.1413297634984383, -0.14132976349843826),
+    dvec3(-0.11060664309660323, 1.157823702216272, -0.11060664309660294),
+    dvec3(-0.016493938717834573, -0.016493938717834257, 1.2519364065950405),
+);
+
+/// The constants of the curve that replaces AgX's sigmoid on HDR displays (A. Pestaluky 2025, for Godot): up to middle
+/// grey x^1.25 / (x^1.25 + toe), above it a shoulder after Reinhard that reaches the peak at 16.29 times the peak.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct AgxHdr {
+    pub(crate) toe: f64,
+    /// The slope at middle grey.
+    pub(crate) slope: f64,
+    /// From middle grey to the peak.
+    pub(crate) rise: f64,
+    /// What makes the shoulder end at the peak.
+    pub(crate) white: f64,
+}
+
+/// The contrast of AgX's curve for HDR displays.
+const AGX_CONTRAST: f64 = 1.25;
+
+/// Where the toe of AgX's curve for HDR displays ends.
+const AGX_GREY: f64 = 0.18;
+
+impl AgxHdr {
+    pub(crate) fn new(peak: f64) -> Self {
+        let power = AGX_GREY.powf(AGX_CONTRAST);
+        let toe = (1.0 / AGX_GREY - 1.0) * power;
+        let slope = AGX_CONTRAST * power / AGX_GREY * toe / (power + toe).powi(2);
+        let rise = peak - AGX_GREY;
+        let white = (16.29 * peak - AGX_GREY).powi(2) * slope / rise;
+        Self { toe, slope, rise, white }
+    }
+
+    pub(crate) fn apply(self, x: f64) -> f64 {
+        if x < AGX_GREY {
+            let power = x.powf(AGX_CONTRAST);
+            return power / (power + self.toe);
+        }
+        let above = x - AGX_GREY;
+        let line = self.slope * above;
+        AGX_GREY + (line * (1.0 + above / self.white) / (1.0 + line / self.rise)).min(self.rise)
+    }
+}
+
 /// The constants of Uchimura's curve that follow from its parameters.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Shoulder {

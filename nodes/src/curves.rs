@@ -70,6 +70,7 @@ impl ToneMap {
             Curve::Hable => each(v, |x| (hable(2.0 * x) / hable(11.2)).min(1.0)),
             Curve::Uchimura => each(v, |x| self.uchimura(x)),
             Curve::KhronosNeutral => khronos_neutral(v),
+            Curve::AgX if self.is_agx_hdr() => each(v, |x| self.agx_hdr().apply(x)),
             Curve::AgX => self.agx_bend(v),
             Curve::Gt7 => self.gt7_bend(v),
         }

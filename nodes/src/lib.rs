@@ -46,6 +46,7 @@ mod curves;
 mod demo_scene;
 mod dither;
 mod downsample;
+mod eetf;
 mod encode;
 mod exposure;
 mod extract;
@@ -64,6 +65,7 @@ mod metering;
 mod oklab;
 mod purkinje;
 mod purkinje_simple;
+mod reference_gamut_compress;
 mod saturation;
 mod shaper;
 mod tone_map;
@@ -87,6 +89,7 @@ pub use contrast::{Contrast, ContrastForm};
 pub use demo_scene::DemoScene;
 pub use dither::Dither;
 pub use downsample::{Downsample, DownsampleFilter, Firefly};
+pub use eetf::{Eetf, EetfOn};
 pub use encode::{Encode, Primaries, Transfer};
 pub use exposure::Exposure;
 pub use extract::{Brightness, Extract, ExtractMethod};
@@ -103,6 +106,7 @@ pub use mean_luminance::{MeanLuminance, MeanLuminanceOf};
 pub use metering::Adaptation;
 pub use purkinje::Purkinje;
 pub use purkinje_simple::PurkinjeSimple;
+pub use reference_gamut_compress::ReferenceGamutCompress;
 pub use saturation::Saturation;
 pub use shaper::Shaper;
 pub use tone_map::{AgxLook, Curve, Gamut, MiddleGrey, Sigmoid, ToneMap, WorkingSpace};
@@ -125,6 +129,7 @@ pub const ALL: &[NodeKind] = &[
     NodeKind::of::<DemoScene>(),
     NodeKind::of::<Dither>(),
     NodeKind::of::<Downsample>(),
+    NodeKind::of::<Eetf>(),
     NodeKind::of::<Encode>(),
     NodeKind::of::<Exposure>(),
     NodeKind::of::<Extract>(),
@@ -140,6 +145,7 @@ pub const ALL: &[NodeKind] = &[
     NodeKind::of::<MeanLuminance>(),
     NodeKind::of::<Purkinje>(),
     NodeKind::of::<PurkinjeSimple>(),
+    NodeKind::of::<ReferenceGamutCompress>(),
     NodeKind::of::<Saturation>(),
     NodeKind::of::<ToneMap>(),
     NodeKind::of::<Upsample>(),

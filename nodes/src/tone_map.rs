@@ -5,7 +5,9 @@ use afterimage_graph::prelude::*;
 use glam::DMat3;
 
 use crate::color::{TSUSHIMA, rows};
-use crate::curve_constants::{Aces2Tone, Agx, Gt7, HILL_IN, HILL_OUT, REFERENCE_WHITE, Shoulder};
+use crate::curve_constants::{
+    AGX_IN_2020, AGX_OUT_2020, Aces2Tone, Agx, AgxHdr, Gt7, HILL_IN, HILL_OUT, REFERENCE_WHITE, Shoulder,
+};
 use crate::oklab;
 
 static SHADER: Shader = shader!("tone_map");
@@ -37,7 +39,8 @@ choices! {
         /// Khronos PBR Neutral, for product images: with the three switches of the published operators, colours below
         /// 0.8 are exact.
         KhronosNeutral,
-        /// AgX (Sobotka): a wide range; bright lights become white as on film.
+        /// AgX (Sobotka): a wide range; bright lights become white as on film. With `peak` above 1 the curve and the
+        /// matrices are those of Godot for HDR displays (Pestaluky 2025), in Rec.2020.
         AgX,
         /// The curve of Gran Turismo 7 (Uchimura 2025), also for HDR displays. Works in Rec.2020.
         Gt7,
@@ -146,8 +149,9 @@ params! {
         /// border (1). 1 is the hardest.
         pub gamut_knee: f32 = 0.8 => within(0.0..=1.0);
         /// The largest value of the result, in units of SDR white: 1 for SDR, 4.93 for 1000 cd/m2 at a white of 203.
-        /// Only `None`, `ReinhardExtended`, `Aces2ToneScale`, `Uchimura` (with a `maximum` above 1) and `Gt7` use more.
-        pub peak: f32 = 1.0 => within(1.0..=100.0), unit("of SDR white");
+        /// Only `None`, `ReinhardExtended`, `Aces2ToneScale`, `Uchimura` (with a `maximum` above 1), `AgX` and `Gt7` use
+        /// more.
+        pub peak: f32 = 1.0 => within(1.0..=100.0), unit("of SDR white"), replans();
         /// For `ReinhardExtended` and `ReinhardLuminance`: the light that maps to 1.
         pub white_level: f32 = 4.0 => within(1e-3..=65504.0), usually(1.0..=16.0);
         /// For `Exponential` with `middle_grey: Native`: factor of the light.
@@ -164,7 +168,7 @@ params! {
         pub toe: f32 = 1.33 => within(1.0..=4.0), usually(1.0..=3.0);
         /// For `Uchimura`: b, added to the toe.
         pub pedestal: f32 = 0.0 => within(0.0..=0.5), neutral(0.0);
-        /// For `AgX`: the look.
+        /// For `AgX` with a `peak` of 1: the look.
         pub look: AgxLook = AgxLook::Base;
         /// For `AgX`: how its sigmoid is computed.
         pub sigmoid: Sigmoid = Sigmoid::Exact => quality(Sigmoid::Exact, [Sigmoid::Polynomial]);
@@ -201,6 +205,9 @@ impl Node for ToneMap {
         if self.curve == Curve::Uchimura && self.maximum <= self.linear_start {
             return Err("`maximum` must be above `linear_start`, where the linear part begins".into());
         }
+        if self.is_agx_hdr() && self.look != AgxLook::Base {
+            return Err("a `look` of AgX needs a `peak` of 1: grade with `Cdl` for HDR".into());
+        }
         Ok(())
     }
 
@@ -213,6 +220,7 @@ impl Node for ToneMap {
         let from_lms = rows(oklab::rgb_from_lms(&display));
         let [light_lms, to_lms] = [&Chromaticities::REC709, &display].map(|space| rows(oklab::lms_from_rgb(space)));
         let (shoulder, agx, gt7, aces2) = (self.shoulder(), self.agx(), self.gt7(), self.aces2());
+        let agx_hdr = self.agx_hdr();
         let scale = self.light_scale();
         pass.function(&SHADER, self.kernel())
             .set("enter0", enter[0])
@@ -242,6 +250,7 @@ impl Node for ToneMap {
             .set("gt7", [gt7.peak, gt7.offset, gt7.scale, gt7.rate])
             .set("gt7_intensity", gt7.intensity)
             .set("aces2", [aces2.factor, aces2.offset])
+            .set("agx_hdr", [agx_hdr.toe, agx_hdr.slope, agx_hdr.rise, agx_hdr.white])
             .promise("TONE_MAP_SAME_SPACE", conversions == [DMat3::IDENTITY; 2])
             .write("result", desc);
     }
@@ -261,6 +270,7 @@ impl ToneMap {
             Curve::Hable => "tone_map_hable",
             Curve::Uchimura => "tone_map_uchimura",
             Curve::KhronosNeutral => "tone_map_khronos_neutral",
+            Curve::AgX if self.is_agx_hdr() => "tone_map_agx_hdr",
             Curve::AgX => self.agx_kernel(),
             Curve::Gt7 => "tone_map_gt7",
         }
@@ -273,6 +283,11 @@ impl ToneMap {
             (Sigmoid::Polynomial, AgxLook::Base) => "tone_map_agx_fast",
             (Sigmoid::Polynomial, _) => "tone_map_agx_fast_looked",
         }
+    }
+
+    /// Whether AgX has its curve for HDR displays.
+    pub(crate) fn is_agx_hdr(&self) -> bool {
+        self.curve == Curve::AgX && self.peak > 1.0
     }
 
     /// The share of the light's own hue in the result.
@@ -289,6 +304,7 @@ impl ToneMap {
     /// The matrices from Rec.709 to the working space, and from there to the primaries of the display.
     pub(crate) fn space_conversions(&self, display: &Chromaticities) -> [DMat3; 2] {
         let space = match (self.curve, self.space) {
+            (Curve::AgX, _) if self.is_agx_hdr() => return agx_hdr_conversions(display),
             (Curve::AcesHill, _) => return [HILL_IN, Chromaticities::REC709.conversion(display) * HILL_OUT],
             (Curve::Gt7, _) | (_, WorkingSpace::Rec2020) => Chromaticities::REC2020,
             (curve, _) if curve.has_own_space() => Chromaticities::REC709,
@@ -321,4 +337,13 @@ impl ToneMap {
     pub(crate) fn aces2(&self) -> Aces2Tone {
         Aces2Tone::new(100.0 * f64::from(self.peak))
     }
+
+    pub(crate) fn agx_hdr(&self) -> AgxHdr {
+        AgxHdr::new(f64::from(self.peak))
+    }
+}
+
+fn agx_hdr_conversions(display: &Chromaticities) -> [DMat3; 2] {
+    let (rec709, rec2020) = (Chromaticities::REC709, Chromaticities::REC2020);
+    [AGX_IN_2020 * rec709.conversion(&rec2020), rec2020.conversion(display) * AGX_OUT_2020]
 }

@@ -2,8 +2,9 @@
 """Compares Aces2Output with OpenColorIO's built-in ACES 2.0 output transforms. Optional: no test needs it.
 
     python3 -m venv v && v/bin/pip install opencolorio==2.6.0 numpy openexr
-    v/bin/python tests/colour/aces2.py compare target/release/afterimage   # a dense set through the program; Markdown table
+    v/bin/python tests/colour/aces2.py compare target/release/afterimage  # a dense set through the program: a table
     v/bin/python tests/colour/aces2.py vectors > tests/vectors/aces2.txt  # the reference values of the Rust tests
+    v/bin/python tests/colour/aces2.py gamut > tests/vectors/gamut_compress.txt
 
 Differences are of display-linear light in the primaries of the display, where 1 is 100 cd/m2.
 """
@@ -68,7 +69,8 @@ def dense():
 
 def sparse():
     """80 colours: special ones, and some of each population of `dense`."""
-    special = [[0.18] * 3, [0] * 3, [1] * 3, [65504] * 3, [65504, 0, 0], [0, 65504, 1e-6], [0, 0, 65504], [16, 0.5, 0.1]]
+    special = [[0.18] * 3, [0] * 3, [1] * 3, [65504] * 3]
+    special += [[65504, 0, 0], [0, 65504, 1e-6], [0, 0, 65504], [16, 0.5, 0.1]]
     fire = [[2.0**stop * channel for channel in (1, 0.25, 0.04)] for stop in (-2, 0, 2, 4, 6)]
     rows = dense()
     return np.vstack([special, fire, rows[:: len(rows) // 66]])[:80].astype(np.float32).astype(float)
@@ -77,7 +79,8 @@ def sparse():
 PIPELINE = """Pipeline(
     inputs: {{ "scene": Exposed }},
     nodes: {{ "shown": Aces2Output(
-        source: "scene", gamut: {gamut}, peak_nits: {peak}.0, white_nits: 100.0, middle_grey: Native, format: Rgba32Float,
+        source: "scene", gamut: {gamut}, peak_nits: {peak}.0, white_nits: 100.0, middle_grey: Native,
+        format: Rgba32Float,
     ) }},
     outputs: {{ "display": "shown" }},
 )"""
@@ -121,9 +124,26 @@ def vectors():
             print(gamut, peak, *(f"{x:.9g}" for x in source), *(f"{x:.6g}" for x in shown))
 
 
+def gamut():
+    print(f"# The reference gamut compression of ACES 1.3 in OpenColorIO {ocio.__version__}: tests/colour/aces2.py gamut.")
+    print("# Linear Rec.709, and linear Rec.709.")
+    processor = ocio.Config.CreateRaw().getProcessor(
+        ocio.BuiltinTransform("ACES-LMT - ACES 1.3 Reference Gamut Compression")
+    )
+    cpu = processor.getOptimizedCPUProcessor(ocio.BIT_DEPTH_F32, ocio.BIT_DEPTH_F32, ocio.OPTIMIZATION_NONE)
+    random = np.random.default_rng(3)
+    colours = random.uniform(-0.3, 1, (60, 3)) * 2.0 ** random.uniform(-4, 4, (60, 1))
+    pixels = np.ascontiguousarray(colours @ conversion("Rec709", "AP0").T, dtype=np.float32).reshape(1, -1, 3)
+    cpu.apply(ocio.PackedImageDesc(pixels, pixels.shape[1], 1, 3))
+    for source, result in zip(colours, pixels[0].astype(float) @ conversion("AP0", "Rec709").T):
+        print(*(f"{x:.9g}" for x in source), *(f"{x:.7g}" for x in result))
+
+
 if __name__ == "__main__":
     if sys.argv[1:2] == ["vectors"]:
         vectors()
+    elif sys.argv[1:2] == ["gamut"]:
+        gamut()
     elif sys.argv[1:2] == ["compare"] and len(sys.argv) == 3:
         compare(sys.argv[2])
     else:

@@ -2,7 +2,9 @@
 
 pub(super) mod aces2;
 mod baked;
+mod contract;
 mod curves;
+mod gamut;
 mod grade;
 mod hue;
 pub(super) mod lut;

@@ -14,6 +14,7 @@ use crate::reference::color::{BRADFORD, luminance, white_balance_target};
 use crate::reference::curves::{UCHIMURA, display, matched_scale, narkowicz, uchimura};
 use crate::reference::exposure::{auto_exposure_stops, limit_mean, pyramid_mean};
 use crate::reference::film_grain::Grain;
+use crate::reference::gamut::{Eetf, reference_compress};
 use crate::reference::gaussian::radius;
 use crate::reference::grade::{Cdl, LiftGammaGain, balance, brightness, contrast, saturation};
 use crate::reference::image::{Image, centre_uv, rgb};
@@ -126,6 +127,16 @@ fn display_kinds() -> Vec<Reference> {
             color::aces2::scene,
             tolerance(1e-4, 1e-4, "a chain of seven powers in f32, and 8192 hues in the table"),
             |image| image.map_rgb(Aces2Output::default().evaluator()),
+        ),
+        Reference::colors(("ReferenceGamutCompress", "Exposed"), "", POWERS, reference_compress),
+        Reference::colors(
+            ("Eetf", "DisplayLinear"),
+            "source_nits: 1000.0, peak_nits: 300.0, white_nits: 1000.0",
+            tolerance(1e-5, 5e-5, "PQ and its inverse in f32"),
+            |rgb| {
+                let eetf = Eetf { source_peak: 1000.0, peak: 300.0, black: 0.0 };
+                eetf.on_largest(rgb.map(|x| 1000.0 * x)).map(|x| x / 1000.0)
+            },
         ),
         Reference::colors(("Encode", "DisplayLinear"), "transfer: Srgb", POWERS, |rgb| {
             rgb.map(|x| srgb_encode(x.clamp(0.0, 1.0)))

@@ -24,6 +24,7 @@ pub(crate) mod resample;
 
 pub(crate) mod agx;
 pub(crate) mod curves;
+pub(crate) mod gamut;
 pub(crate) mod gt7;
 pub(crate) mod oklab;
 

@@ -96,6 +96,19 @@ fn gt7_matches_for_sdr_and_hdr() {
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn agx_matches_for_hdr() {
+    for peak in [1.5, 4.926, 50.0] {
+        let node = published(&format!("AgX, peak: {peak:?}"));
+        let peak = f64::from(peak as f32);
+        compare("Exposed", &node, light, TRANSCENDENTAL, |rgb| {
+            let mapped = agx::hdr(transform(&conversion(&REC709, &REC2020), rgb), peak);
+            transform(&conversion(&REC2020, &REC709), mapped).map(|x| x.clamp(0.0, peak))
+        });
+    }
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn curves_work_in_other_primaries() {
     let spaces: [(&str, Space); 4] = [
         ("AcesCg", AP1),

@@ -71,10 +71,15 @@ impl Chain {
             (upsample, "blend", "Add"),
             (upsample, "filter", "Tent"),
             (composite, "blend", "Add"),
+            // The curve as published.
             (tone_map, "curve", "AcesNarkowicz"),
+            (tone_map, "space", "Rec709"),
+            (tone_map, "middle_grey", "Native"),
+            (tone_map, "gamut", "Clip"),
             (encode, "transfer", "Srgb"),
         ];
-        if choices.iter().any(|(node, name, choice)| value(node, name) != Some(&Value::Choice(choice))) {
+        let is_other = choices.iter().any(|(node, name, choice)| value(node, name) != Some(&Value::Choice(choice)));
+        if is_other || number(tone_map, "keep_hue") != Some(0.0) {
             return None;
         }
         Some(Self {
