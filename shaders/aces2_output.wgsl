@@ -65,17 +65,21 @@ fn expand(v: vec3f) -> vec3f {
     return sign(v) * power3(CONE_OFFSET * limited / (1.0 - limited), 1.0 / 0.42);
 }
 
-// The hull at a hue. The table has equal steps along the border of a square around the origin.
+// The hull at a hue. The table has segments of equal length along the border of a square around the origin. Each has
+// four texels: the hull at its begin, where it bends and at its end, and the place of the bend.
 fn hull_at(table: texture_2d<f32>, hue: vec2f) -> Hull {
     let size = vec2i(textureDimensions(table));
     let x = hue.x / (abs(hue.x) + abs(hue.y));
-    let count = size.x * size.y;
-    let at = select(3.0 + x, 1.0 - x, hue.y >= 0.0) * 0.25 * f32(count);
-    let base = min(i32(at), count - 1);
-    let next = (base + 1) % count;
-    let low = texel(table, vec2i(base % size.x, base / size.x));
-    let high = texel(table, vec2i(next % size.x, next / size.x));
-    let h = between(low, high, at - f32(base));
+    let count = size.x * size.y / 4;
+    let place = select(3.0 + x, 1.0 - x, hue.y >= 0.0) * 0.25 * f32(count);
+    let segment = clamp(i32(place), 0, count - 1);
+    let base = vec2i(4 * segment % size.x, 4 * segment / size.x);
+    let t = place - f32(segment);
+    let bend = texel(table, base + vec2i(3, 0)).x;
+    let bent = texel(table, base + vec2i(1, 0));
+    let before = between(texel(table, base), bent, min(t / bend, 1.0));
+    let after = between(bent, texel(table, base + vec2i(2, 0)), (t - bend) / (1.0 - bend));
+    let h = select(after, before, t < bend);
     return Hull(h.xy, h.z, h.w);
 }
 

@@ -11,7 +11,7 @@ struct Eetf {
     knee: f32,
 }
 
-// The curve on a share of the range.
+// The curve on a share of the range. A lifted black would raise the brightest light above the top.
 fn eetf_curve(e: f32, params: Eetf) -> f32 {
     let rest = max(1.0 - params.knee, 1e-6);
     let t = clamp((e - params.knee) / rest, 0.0, 1.0);
@@ -20,7 +20,7 @@ fn eetf_curve(e: f32, params: Eetf) -> f32 {
     let start = (2.0 * t3 - 3.0 * t2 + 1.0) * params.knee + (t3 - 2.0 * t2 + t) * rest;
     let bent = select(start + (3.0 * t2 - 2.0 * t3) * params.top, e, e < params.knee);
     let dark = 1.0 - bent;
-    return bent + params.bottom * dark * dark * dark * dark;
+    return min(bent + params.bottom * dark * dark * dark * dark, params.top);
 }
 
 // Display-linear light, 0 or more, through the curve.

@@ -34,17 +34,18 @@ params! {
     ///
     /// The result is display-linear in Rec.709, with negative channels for colours outside of Rec.709: give `Encode`
     /// the `primaries` of the display, and keep nodes between them that cut negative light, such as `LiftGammaGain`,
-    /// off. For HDR, `Encode` needs `transfer: Pq` and the same `peak_nits`.
+    /// off. For HDR, `Encode` needs `transfer: Pq`.
     pub struct Aces2Output {
         /// The gamut of the display.
         pub gamut: Aces2Gamut = Aces2Gamut::Rec709;
-        /// The peak of the display: 100 for SDR.
-        pub peak_nits: f32 = 100.0 => within(100.0..=10000.0), usually(100.0..=4000.0), unit("cd/m2"), replans();
-        /// For a peak above 100: the luminance of display-linear 1. `Encode` has the same default. With a peak of 100,
-        /// display-linear 1 is the peak.
-        pub white_nits: f32 = 203.0 => within(1.0..=10000.0), usually(80.0..=400.0), unit("cd/m2");
+        /// The peak of the display in units of SDR white, as in `ToneMap`: 4.926 for 1000 cd/m2 at a white of 203. With 1
+        /// the transform is that for SDR, 100 cd/m2.
+        pub peak: f32 = 1.0 => within(1.0..=100.0), usually(1.0..=20.0), unit("of SDR white"), replans();
+        /// For a `peak` above 1: the luminance of display-linear 1. `Encode` has the same default.
+        pub white_nits: f32 = 203.0
+            => within(1.0..=10000.0), usually(80.0..=400.0), unit("cd/m2"), replans();
         /// Which light becomes middle grey. `Native` is the exposure of ACES: 10 cd/m2 for SDR, 14.7 for a peak of
-        /// 1000.
+        /// 1000 cd/m2.
         pub middle_grey: MiddleGrey = MiddleGrey::Matched;
     }
 }
@@ -61,7 +62,7 @@ impl Node for Aces2Output {
     fn record(&self, pass: &mut Recorder<'_>) {
         let source = pass.image("source");
         let desc = ImageDesc::new(pass.desc(source).size);
-        let transform = OutputTransform::new(self.space(), f64::from(self.peak_nits));
+        let transform = OutputTransform::new(self.space(), self.peak_nits());
         let enter = rows(Chromaticities::REC709.conversion(&Chromaticities::ACES_CG) * self.light_scale(&transform));
         let leave = rows(self.space().conversion(&Chromaticities::REC709) * (100.0 / self.unit()));
         let hulls = hull_texture(pass, &transform);
@@ -89,7 +90,7 @@ impl Node for Aces2Output {
             .set("leave1", leave[1])
             .set("leave2", leave[2])
             .set("brightest", transform.brightest())
-            .set("top", f64::from(self.peak_nits) / 100.0)
+            .set("top", self.top())
             .set("level", level)
             .set("white", white)
             .set("exponent", exponent)
@@ -116,15 +117,25 @@ impl Aces2Output {
     /// The transform in double precision: exposed light of Rec.709 to display-linear light of Rec.709, as the shader
     /// computes it on the GPU. Making it takes some milliseconds, a colour some microseconds.
     pub fn evaluator(&self) -> impl Fn([f64; 3]) -> [f64; 3] + use<> {
-        let transform = OutputTransform::new(self.space(), f64::from(self.peak_nits));
+        let transform = OutputTransform::new(self.space(), self.peak_nits());
         let enter = Chromaticities::REC709.conversion(&Chromaticities::ACES_CG) * self.light_scale(&transform);
         let leave = self.space().conversion(&Chromaticities::REC709) * (100.0 / self.unit());
         move |exposed| (leave * transform.apply(enter * DVec3::from(exposed))).to_array()
     }
 
+    /// The peak in cd/m².
+    fn peak_nits(&self) -> f64 {
+        (f64::from(self.peak) * self.unit()).clamp(100.0, 10000.0)
+    }
+
+    /// The brightest channel of the display, in units of 100 cd/m².
+    fn top(&self) -> f64 {
+        self.peak_nits().min(f64::from(self.peak) * self.unit()) / 100.0
+    }
+
     /// The luminance of display-linear 1 in cd/m².
     fn unit(&self) -> f64 {
-        if self.peak_nits > 100.0 { f64::from(self.white_nits) } else { 100.0 }
+        if self.peak > 1.0 { f64::from(self.white_nits) } else { 100.0 }
     }
 
     /// The factor of exposed light before the transform. The tone scale alone determines greys.
@@ -139,12 +150,17 @@ impl Aces2Output {
     }
 }
 
-/// Entries of a row of the table, and rows.
-const TABLE: [u32; 2] = [512, 16];
+/// Segments of the table, and texels of a row. A segment has four texels: three with the hulls, one with the bend.
+const SEGMENTS: usize = 4096;
+const ROW: usize = 512;
 
 fn hull_texture(pass: &mut Recorder<'_>, transform: &OutputTransform) -> ImageId {
-    let desc = ImageDesc::new(Size::new(TABLE[0], TABLE[1])).format(Format::Rgba32Float);
-    let hulls = transform.hulls((TABLE[0] * TABLE[1]) as usize);
-    let bytes = hulls.iter().flatten().flat_map(|number| number.to_le_bytes()).collect();
-    pass.constant("hulls", desc, bytes)
+    let size = Size::new(ROW as u32, (4 * SEGMENTS / ROW) as u32);
+    let segments = transform.segments(SEGMENTS);
+    let texels = segments.iter().flat_map(|segment| {
+        let [first, bent, last] = segment.values;
+        [first, bent, last, [segment.bend, 0.0, 0.0, 0.0]]
+    });
+    let bytes = texels.flatten().flat_map(|number| (number as f32).to_le_bytes()).collect();
+    pass.constant("hulls", ImageDesc::new(size).format(Format::Rgba32Float), bytes)
 }

@@ -79,7 +79,7 @@ def sparse():
 PIPELINE = """Pipeline(
     inputs: {{ "scene": Exposed }},
     nodes: {{ "shown": Aces2Output(
-        source: "scene", gamut: {gamut}, peak_nits: {peak}.0, white_nits: 100.0, middle_grey: Native,
+        source: "scene", gamut: {gamut}, peak: {peak}, white_nits: 100.0, middle_grey: Native,
         format: Rgba32Float,
     ) }},
     outputs: {{ "display": "shown" }},
@@ -97,8 +97,8 @@ def rendered(program, folder, rec709, gamut, peak):
     source, result, pipeline = (folder / name for name in ("in.exr", "out.exr", "pipeline.ron"))
     with OpenEXR.File(header, {"RGB": pixels.reshape(side, side, 3)}) as file:
         file.write(str(source))
-    pipeline.write_text(PIPELINE.format(gamut=gamut, peak=peak))
-    subprocess.run([program, "render", pipeline, source, "-o", result, "--exr-float"], check=True, capture_output=True)
+    pipeline.write_text(PIPELINE.format(gamut=gamut, peak=peak / 100))
+    subprocess.run([program, "render", pipeline, source, "-o", result, "--depth", "32"], check=True, capture_output=True)
     with OpenEXR.File(str(result)) as file:
         channels = file.channels()
         shown = channels["RGBA" if "RGBA" in channels else "RGB"].pixels[..., :3]

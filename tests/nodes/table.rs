@@ -125,7 +125,7 @@ fn display_kinds() -> Vec<Reference> {
             ("Aces2Output", "Exposed"),
             "\"result\": Aces2Output(source: \"scene\")",
             color::aces2::scene,
-            tolerance(1e-4, 1e-4, "a chain of seven powers in f32, and 8192 hues in the table"),
+            tolerance(1e-4, 1e-4, "a chain of seven powers in f32, and a table of hues in f32"),
             |image| image.map_rgb(Aces2Output::default().evaluator()),
         ),
         Reference::colors(("ReferenceGamutCompress", "Exposed"), "", POWERS, reference_compress),

@@ -48,7 +48,8 @@ impl Eetf {
             let (t2, t3) = (t * t, t * t * t);
             (2.0 * t3 - 3.0 * t2 + 1.0) * ks + (t3 - 2.0 * t2 + t) * (1.0 - ks) + (3.0 * t2 - 2.0 * t3) * max_lum
         };
-        let e3 = e2 + min_lum * (1.0 - e2).powi(4);
+        // The lift of black reaches a little beyond the peak of a display with little contrast.
+        let e3 = (e2 + min_lum * (1.0 - e2).powi(4)).min(max_lum);
         pq_decode(low + range * e3)
     }
 

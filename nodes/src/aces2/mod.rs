@@ -12,7 +12,7 @@ use crate::curve_constants::Aces2Tone;
 
 use cam::{Jmh, Model, REFERENCE, lightness_exponent};
 use gamut::GamutParams;
-use tables::{Hulls, from_square_position};
+use tables::{Hulls, Segment};
 
 /// The compression of chroma: constants that depend on the peak.
 #[derive(Clone, Copy, Debug)]
@@ -118,15 +118,10 @@ impl OutputTransform {
         [cones * Chromaticities::ACES_CG.conversion(&Chromaticities::ACES_AP0), opponents, back, display]
     }
 
-    /// Cusp J, cusp M, the inverse exponent of the upper hull, and the reach, at equal steps around the hues: along the
-    /// border of a square around the origin, from the positive a axis to the positive b axis.
-    pub(crate) fn hulls(&self, count: usize) -> Vec<[f32; 4]> {
-        let hull = |step: usize| {
-            let hue = from_square_position(4.0 * step as f64 / count as f64);
-            let hull = self.hulls.at(Jmh { j: 0.0, m: 0.0, hue }.degrees());
-            [hull.cusp_j, hull.cusp_m, hull.upper_gamma_inv, hull.reach_m].map(|x| x as f32)
-        };
-        (0..count).map(hull).collect()
+    /// The hulls in `count` segments around the hues: cusp J, cusp M, the inverse exponent of the upper hull, and the
+    /// reach of the source.
+    pub(crate) fn segments(&self, count: usize) -> Vec<Segment> {
+        self.hulls.segments(count)
     }
 
     /// Linear light of AP1 to linear light of the display, from 0 to the peak, in units of 100 cd/m².

@@ -184,10 +184,88 @@ fn upper_gamma_inv(display: Model, params: GamutParams, peak: f64, cusp_j: f64, 
     1.0 / high
 }
 
-/// The hue at a position on the border of a square around the origin, 0 to 4: a monotonic stand-in for the angle that
-/// needs no trigonometry to find.
-pub(super) fn from_square_position(position: f64) -> DVec2 {
+/// The hulls over an interval of hues: at its begin, at a hue within it where they bend, and at its end. `bend` is the
+/// place of this hue, from 0 to 1.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Segment {
+    pub(crate) values: [[f64; 4]; 3],
+    pub(crate) bend: f64,
+}
+
+impl Hulls {
+    /// Segments of equal length around the hues: along the border of a square around the origin, from the positive a
+    /// axis to the positive b axis. This position is a monotonic stand-in for the angle, which needs no trigonometry.
+    pub(super) fn segments(&self, count: usize) -> Vec<Segment> {
+        let degrees = (0..HUES).map(|degree| degree as f64);
+        let mut bends: Vec<f64> = self
+            .display
+            .iter()
+            .map(|(hue, _)| *hue)
+            .chain(degrees)
+            .map(|hue| square_position(direction(hue)))
+            .collect();
+        bends.sort_by(f64::total_cmp);
+        let place = |index: usize| 4.0 * index as f64 / count as f64;
+        (0..count).map(|index| self.segment(place(index), place(index + 1), &bends)).collect()
+    }
+
+    fn segment(&self, from: f64, to: f64, bends: &[f64]) -> Segment {
+        let [first, last] = [from, to].map(|place| self.values(place));
+        let inside = &bends[bends.partition_point(|place| *place <= from)..];
+        // How far the hulls are from a straight line.
+        let distance = |place: f64| {
+            let (share, values) = ((place - from) / (to - from), self.values(place));
+            let off = |index: usize| values[index] - first[index] - share * (last[index] - first[index]);
+            [0, 1, 2, 3].map(|index| (off(index) / values[index]).abs()).iter().sum::<f64>()
+        };
+        let inside = inside.iter().copied().take_while(|place| *place < to - 1e-9);
+        let bend = inside.max_by(|a, b| distance(*a).total_cmp(&distance(*b))).unwrap_or(0.5 * (from + to));
+        let share = ((bend - from) / (to - from)).clamp(1e-4, 1.0 - 1e-4);
+        Segment { values: [first, self.values(bend), last], bend: share }
+    }
+
+    fn values(&self, position: f64) -> [f64; 4] {
+        let hue = from_square_position(position.rem_euclid(4.0));
+        let hull = self.at(Jmh { j: 0.0, m: 0.0, hue }.degrees());
+        [hull.cusp_j, hull.cusp_m, hull.upper_gamma_inv, hull.reach_m]
+    }
+}
+
+/// The position of a hue on the border of a square around the origin, 0 to 4.
+fn square_position(hue: DVec2) -> f64 {
+    let x = hue.x / (hue.x.abs() + hue.y.abs());
+    if hue.y >= 0.0 { 1.0 - x } else { 3.0 + x }
+}
+
+/// The hue at such a position.
+fn from_square_position(position: f64) -> DVec2 {
     let x = if position <= 2.0 { 1.0 - position } else { position - 3.0 };
     let y = 1.0 - x.abs();
     DVec2::new(x, if position <= 2.0 { y } else { -y }).normalize()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn positions_of_hues_are_inverse_and_grow() {
+        let mut last = -1.0;
+        for step in 0..720 {
+            let hue = direction(0.5 * f64::from(step));
+            let position = square_position(hue);
+            assert!(position > last && position < 4.0, "{step}: {position} after {last}");
+            assert!((from_square_position(position) - hue).length() < 1e-12, "{step}");
+            last = position;
+        }
+    }
+
+    #[test]
+    fn sampled_hues_include_the_corners() {
+        let corners = [20.3, 20.9, 90.0, 141.2, 194.6, 194.7, 283.1, 322.9];
+        let hues = sampled_hues(&corners);
+        assert_eq!(hues.len(), HUES);
+        assert!(hues.is_sorted() && corners.iter().all(|corner| hues.contains(corner)), "{hues:?}");
+        assert!(hues.windows(2).all(|pair| pair[1] - pair[0] < 2.0), "{hues:?}");
+    }
 }
