@@ -1,10 +1,13 @@
-//! Extract, Downsample, Upsample, Gaussian and Composite on the GPU, compared with their CPU references.
+//! Kinds of bloom on the GPU, compared with their CPU references: what their tests share, Composite, and all together.
 
-use crate::reference::bloom::{self, composite_add, composite_lerp, gate_weight, knee_weight, select_emissive};
-use crate::reference::color::luminance;
-use crate::reference::gaussian;
+mod downsample;
+mod extract;
+mod gaussian;
+mod upsample;
+
+use crate::reference::bloom::{self, composite_add, composite_lerp};
+use crate::reference::gaussian::blur_axis;
 use crate::reference::image::{Image, rgb};
-use crate::reference::math::largest;
 use crate::reference::resample::{Down, Firefly, Up, upsample};
 use crate::support::gpu::{Picture, Run, gpu};
 use crate::support::harness::{Nodes, Scale, Tolerance, assert_close, image};
@@ -96,67 +99,6 @@ fn scaled(weight: impl Fn([f64; 4]) -> f64) -> impl Fn(&Image) -> Image {
     }
 }
 
-#[test]
-#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn extract_weighs_as_its_cpu_reference() {
-    type Brightness = fn([f64; 3]) -> f64;
-    let brightness: [(&str, Brightness); 2] = [("Max", largest), ("Luminance", luminance)];
-    for (name, of) in brightness {
-        let text = |method| {
-            format!(
-                r#""result": Extract(source: "scene", method: {method}, brightness: {name},
-                    threshold: 0.5, knee: 0.25, intensity: 1.5)"#
-            )
-        };
-        check(&text("Knee"), WHOLE, scaled(|pixel| 1.5 * knee_weight(of(rgb(pixel)), 0.5, 0.25)));
-        check(&text("Gate"), WHOLE, scaled(|pixel| 1.5 * gate_weight(of(rgb(pixel)), 0.5, 0.25)));
-    }
-    check(r#""result": Extract(source: "scene", method: All, intensity: 0.25)"#, WHOLE, scaled(|_| 0.25));
-    let hard = scaled(|pixel| knee_weight(largest(rgb(pixel)), 1.0, 0.0));
-    check(r#""result": Extract(source: "scene", knee: 0.0)"#, WHOLE, hard);
-}
-
-#[test]
-#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn extract_takes_emission_from_alpha() {
-    let nodes = r#""result": Extract(source: "scene", method: Emissive, threshold: 0.5, intensity: 2.0)"#;
-    check(nodes, WHOLE, |image| {
-        image.map(|pixel| {
-            let [r, g, b] = select_emissive(pixel, 0.5, 2.0);
-            [r, g, b, pixel[3]]
-        })
-    });
-}
-
-#[test]
-#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn a_gate_without_edges_lets_all_but_black_pass() {
-    let scene = Picture::new(2, 1, |x, _| [x as f32 * 1e-3, 0.0, 0.0, 1.0]);
-    let nodes = r#""result": Extract(source: "scene", method: Gate, threshold: 0.0, knee: 0.0)"#;
-    check_on(nodes, &scene, &image(&scene), WHOLE);
-}
-
-/// The deck's clamp is the exponential curve and then a gate: the vectors `glare_extract` of the formula book.
-#[test]
-#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn the_clamp_after_the_exponential_curve_is_the_deck_s() {
-    let scene = Picture::new(6, 1, |x, _| {
-        [[0.0; 3], [1.0; 3], [2.0; 3], [3.0; 3], [10.0; 3], [5.0, 0.2, 0.1]].map(|[r, g, b]| [r, g, b, 1.0])[x as usize]
-    });
-    let nodes = r#"
-        "exposed": Exposure(source: "scene", stops: 0.0),
-        "mapped": ToneMap(source: "exposed", curve: Exponential, middle_grey: Native, keep_hue: 0.0, gamut: Clip),
-        "result": Extract(source: "mapped", method: Clamp)"#;
-    let result = &Nodes::new(nodes, SCENE).exact(&[&scene]);
-    let printed = [0.0, 0.0, 0.425441201, 1.6057573, 1.99990889, 0.0];
-    for (x, want) in printed.into_iter().enumerate() {
-        let got = f64::from(result.pixels[x][0]);
-        assert!((got - want).abs() <= 2e-6 + 1e-5 * want, "{x}: {got}, expected {want}");
-        let reference = bloom::glare(rgb(scene.pixels[x].map(f64::from)), 1.0)[0];
-        assert!((got - reference).abs() <= 2e-6 + 1e-5 * reference, "{x}: {got}, the CPU reference has {reference}");
-    }
-}
-
 const FILTERS: [(&str, Down); 4] =
     [("Box", Down::Box), ("Tap4", Down::FourTap), ("Tap9", Down::NineTap), ("Tap13", Down::ThirteenTap)];
 
@@ -170,117 +112,8 @@ fn coarsest(image: &Image, asked: usize, filter: Down, firefly: Firefly) -> Imag
     levels(image, asked, filter, firefly).pop().expect("a pyramid has a level")
 }
 
-#[test]
-#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn downsample_filters_as_its_cpu_reference() {
-    for (name, filter) in FILTERS {
-        for count in [1, 3] {
-            let nodes =
-                format!(r#""mips": Downsample(source: "scene", levels: {count}, filter: {name}) -> mips.coarsest"#);
-            check(&nodes, SAMPLED, |image| coarsest(image, count, filter, Firefly::Off));
-        }
-    }
-}
-
-#[test]
-#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn downsample_weighs_fireflies_as_its_cpu_reference() {
-    for (name, filter) in FILTERS {
-        for (how, firefly) in [("Groups", Firefly::Groups), ("Taps", Firefly::Taps)] {
-            let nodes = format!(
-                r#""mips": Downsample(source: "scene", levels: 2, filter: {name}, firefly: {how}) -> mips.coarsest"#
-            );
-            for size in SIZES {
-                // A light leaks out of its texel by the rounding of the sampler's weights; next to the brightest number
-                // that is light enough to change what its neighbours weigh, except where taps fall on corners.
-                let steady = size.iter().all(|side| side % 2 == 0 || *side == 1);
-                for spikes in [false, true].into_iter().filter(|spikes| steady || !spikes) {
-                    let scene = picture(size, spikes);
-                    check_on(&nodes, &scene, &coarsest(&image(&scene), 2, filter, firefly), SAMPLED);
-                }
-            }
-        }
-    }
-}
-
-/// A dim picture with a lamp of many pixels and single bright pixels at every place that a filter tells apart.
-fn lamps() -> Picture {
-    Picture::new(64, 64, |x, y| {
-        let lamp = (20..28).contains(&x) && (36..44).contains(&y);
-        let spark = y % 16 == x / 16 && x % 16 == 5 + y / 16;
-        let light = if spark { 500.0 } else { f32::from(u8::from(lamp)) * 30.0 + 0.1 };
-        [light, 0.5 * light, 0.25 * light, 1.0]
-    })
-}
-
-#[test]
-#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn a_cheaper_filter_holds_fireflies_back_as_the_thirteen_taps_do() {
-    let lamps = lamps();
-    let glow = |filter: &str, firefly: &str| {
-        let nodes = format!(
-            r#""mips": Downsample(source: "scene", levels: 4, filter: {filter}, firefly: {firefly}) -> mips.coarsest"#
-        );
-        let level = Nodes::new(&nodes, SCENE).half(&[&lamps]);
-        level.pixels.iter().map(|pixel| f64::from(pixel[0])).sum::<f64>()
-    };
-    let wanted = glow("Tap13", "Groups");
-    for filter in ["Tap9", "Tap4", "Box"] {
-        let ratio = glow(filter, "Groups") / wanted;
-        assert!((0.85..1.15).contains(&ratio), "{filter}: {ratio}");
-    }
-    // Each tap by itself dims more, and no weights at all far less.
-    assert!(glow("Tap4", "Taps") < 0.8 * wanted && glow("Tap4", "Off") > 1.2 * wanted);
-}
-
-#[test]
-#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn upsample_joins_levels_as_its_cpu_reference() {
-    let nodes = |rest: &str| {
-        format!(
-            r#""mips": Downsample(source: "scene", levels: 4, filter: Tap4),
-            "result": Upsample(source: "mips", {rest})"#
-        )
-    };
-    let mips = |image: &Image| levels(image, 4, Down::FourTap, Firefly::Off);
-    for (name, up) in [("Tent", Up::Tent), ("Bilinear", Up::Bilinear)] {
-        let mixed = nodes(&format!("blend: Mix, spread: 0.7, filter: {name}, radius: 0.85"));
-        check(&mixed, SAMPLED, |image| bloom::lerp_chain(&mips(image), 0.7, up, 0.85));
-        let added = nodes(&format!("blend: Add, filter: {name}, radius: 1.25"));
-        check(&added, SAMPLED, |image| bloom::additive_chain(&mips(image), up, 1.25));
-    }
-    check(&nodes("spread: 0.0"), SAMPLED, |image| mips(image).swap_remove(0));
-    check(&nodes("spread: 1.0"), SAMPLED, |image| bloom::lerp_chain(&mips(image), 1.0, Up::Tent, 1.0));
-}
-
-#[test]
-#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn levels_that_are_not_normalised_are_summed() {
-    let nodes = r#"
-        "mips": Downsample(source: "scene", levels: 3, filter: Tap4),
-        "result": Upsample(source: "mips", blend: Add, normalize: false)"#;
-    let scene = picture([40, 24], false);
-    let mips = levels(&image(&scene), 3, Down::FourTap, Firefly::Off);
-    let sum = bloom::additive_chain(&mips, Up::Tent, 1.0).map(|pixel| pixel.map(|v| 3.0 * v));
-    check_on(nodes, &scene, &sum, SAMPLED);
-}
-
 pub(super) fn blurred(half: &[f64]) -> impl Fn(&Image) -> Image {
-    move |image| gaussian::blur_axis(&gaussian::blur_axis(image, half, [1, 0]), half, [0, 1])
-}
-
-#[test]
-#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn gaussian_blurs_as_its_cpu_reference() {
-    let nodes = |rest: &str| format!(r#""result": Gaussian(source: "scene", {rest})"#);
-    for (taps, tolerance) in [("Exact", WHOLE), ("Linear", SAMPLED)] {
-        for sigma in [0.6, 2.5] {
-            let half = gaussian::taps(sigma, gaussian::radius(sigma));
-            check(&nodes(&format!("sigma: {sigma}, taps: {taps}")), tolerance, blurred(&half));
-        }
-        let caracal = caracal_taps();
-        check(&nodes(&format!("kernel: Caracal9, taps: {taps}")), tolerance, blurred(&caracal));
-    }
+    move |image| blur_axis(&blur_axis(image, half, [1, 0]), half, [0, 1])
 }
 
 /// Half of the nine taps that Caracal uses.
@@ -292,46 +125,6 @@ pub(super) fn caracal_taps() -> Vec<f64> {
 fn printed(half: &[f64]) -> Vec<f64> {
     let total = half[0] + 2.0 * half[1..].iter().sum::<f64>();
     half.iter().map(|weight| weight / total).collect()
-}
-
-#[test]
-#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn the_deck_s_33_taps_are_those_it_prints() {
-    let deck = printed(&[
-        0.113597, 0.109084, 0.096593, 0.07887, 0.059384, 0.04123, 0.026396, 0.015583, 0.008483, 0.004258, 0.001971,
-        0.000841, 0.000331, 0.00012, 0.00004, 0.000012, 0.000004,
-    ]);
-    // Without spikes: six printed digits of a weight are too few for them.
-    for (taps, tolerance) in [("Exact", WHOLE), ("Linear", SAMPLED)] {
-        let nodes = format!(r#""result": Gaussian(source: "scene", kernel: Course33, taps: {taps})"#);
-        for size in SIZES {
-            let scene = picture(size, false);
-            check_on(&nodes, &scene, &blurred(&deck)(&image(&scene)), tolerance);
-        }
-    }
-}
-
-#[test]
-#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn the_widest_blur_is_still_a_gaussian() {
-    let half = gaussian::taps(64.0, 256);
-    let scene = picture([64, 64], false);
-    let nodes = r#""result": Gaussian(source: "scene", sigma: 64.0, reach: 4.0)"#;
-    check_on(nodes, &scene, &blurred(&half)(&image(&scene)), WHOLE);
-}
-
-#[test]
-#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn a_pyramid_is_blurred_level_by_level() {
-    let nodes = r#"
-        "mips": Downsample(source: "scene", levels: 3, filter: Tap4),
-        "soft": GaussianPyramid(source: "mips", kernel: Caracal9),
-        "result": Upsample(source: "soft", spread: 0.85, filter: Bilinear)"#;
-    let half = caracal_taps();
-    check(nodes, SAMPLED, |image| {
-        let soft: Vec<Image> = levels(image, 3, Down::FourTap, Firefly::Off).iter().map(blurred(&half)).collect();
-        bloom::lerp_chain(&soft, 0.85, Up::Bilinear, 1.0)
-    });
 }
 
 #[test]
@@ -379,12 +172,12 @@ fn the_brightest_lights_stay_within_half_range() {
 fn nan_and_infinity_of_a_picture_do_not_spread() {
     let mut scene = picture([37, 21], false);
     scene.pixels[37 * 10 + 18] = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, f32::NAN];
-    let mut guarded = image(&scene);
-    guarded.pixels[37 * 10 + 18] = [0.0, BRIGHTEST, 0.0, 0.0];
+    let mut sanitized = image(&scene);
+    sanitized.pixels[37 * 10 + 18] = [0.0, BRIGHTEST, 0.0, 0.0];
     let nodes = r#"
         "mips": Downsample(source: "scene", levels: 3, filter: Tap13),
         "result": Upsample(source: "mips", spread: 0.5)"#;
-    let mips = levels(&guarded, 3, Down::ThirteenTap, Firefly::Off);
+    let mips = levels(&sanitized, 3, Down::ThirteenTap, Firefly::Off);
     check_on(nodes, &scene, &bloom::lerp_chain(&mips, 0.5, Up::Tent, 1.0), SAMPLED);
 }
 

@@ -12,13 +12,13 @@ use crate::reference::curves::{Uchimura, matched_scale, uchimura};
 use crate::reference::exposure::{Bins, auto_exposure_stops, limit_mean};
 use crate::reference::gaussian::{blur_axis, radius, taps};
 use crate::reference::grade::LiftGammaGain;
-use crate::reference::guard::{LARGEST_HALF, guard};
 use crate::reference::image::{Image, centre_uv, rgb};
 use crate::reference::local::{Grid, LocalToneMap, Range, Splat};
 use crate::reference::math::{Rgb, largest, transform};
 use crate::reference::oklab::{fitted, with_hue};
 use crate::reference::purkinje::{full, strength_log};
 use crate::reference::resample::{Down, Firefly, Up, area_average, upsample};
+use crate::reference::sanitize::{LARGEST_HALF, sanitize};
 use crate::reference::transfer::srgb_encode;
 use crate::reference::vignette;
 use crate::support::gpu::{Picture, Repository, Run, pipelines, registry};
@@ -41,8 +41,7 @@ impl Node<'_> {
     fn value(&self, parameter: &str) -> &Value {
         let Self(graph, name) = self;
         let (_, node) = graph.node(name).unwrap_or_else(|| panic!("there is a node `{name}`"));
-        let (index, _) = node.kind.param(parameter).unwrap_or_else(|| panic!("`{name}` has `{parameter}`"));
-        &node.values[index]
+        node.instance.value(parameter).unwrap_or_else(|| panic!("`{name}` has `{parameter}`"))
     }
 
     fn number(&self, parameter: &str) -> f64 {
@@ -71,10 +70,10 @@ impl Node<'_> {
 
 /// What the pipeline makes of a picture, step by step.
 fn whole(graph: &Graph, picture: &Picture) -> Image {
-    let guarded = Image::new(picture.width as usize, picture.height as usize, |x, y| {
-        picture.at(x as u32, y as u32).map(|value| guard(f64::from(value), LARGEST_HALF))
+    let sanitized = Image::new(picture.width as usize, picture.height as usize, |x, y| {
+        picture.at(x as u32, y as u32).map(|value| sanitize(f64::from(value), LARGEST_HALF))
     });
-    let exposed = exposed(graph, &guarded);
+    let exposed = exposed(graph, &sanitized);
     let seen = seen(graph, &exposed);
     let local = local(graph, &exposed, &seen);
     let lit = lit(graph, &seen, &local);
@@ -90,7 +89,7 @@ fn exposed(graph: &Graph, scene: &Image) -> Image {
     let limited =
         limit_mean(mean.expect("the picture is not black"), metered.number("min_ev"), metered.number("max_ev"));
     let gain = auto_exposure_stops(limited, metered.number("key"), metered.number("compensation")).exp2();
-    scene.map_rgb(|color| color.map(|x| guard(x * gain, LARGEST_HALF)))
+    scene.map_rgb(|color| color.map(|x| sanitize(x * gain, LARGEST_HALF)))
 }
 
 fn seen(graph: &Graph, exposed: &Image) -> Image {
@@ -208,7 +207,7 @@ fn assert_is_its_reference(what: &str, picture: &Picture) -> f64 {
     worst
 }
 
-/// Sixteen stops of gradients and edges in all colours, with a lamp, black, and numbers that the guard must catch.
+/// Sixteen stops of gradients and edges in all colours, with a lamp, black, and numbers that are sanitized.
 fn synthetic(width: u32, height: u32) -> Picture {
     Picture::new(width, height, |x, y| {
         let (u, v) = (f64::from(x) / f64::from(width), f64::from(y) / f64::from(height));
@@ -227,7 +226,7 @@ fn synthetic(width: u32, height: u32) -> Picture {
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn the_whole_chain_is_its_twin_on_a_synthetic_picture() {
+fn the_pipeline_equals_its_cpu_reference_on_a_synthetic_picture() {
     for (width, height) in [(160, 90), (131, 77), (1, 1)] {
         assert_is_its_reference(&format!("synthetic {width}x{height}"), &synthetic(width, height));
     }
@@ -241,7 +240,7 @@ fn cut_out(walk: f64, left: u32, top: u32) -> Picture {
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn the_whole_chain_is_its_twin_on_the_built_in_scene() {
+fn the_pipeline_equals_its_cpu_reference_on_the_built_in_scene() {
     assert_is_its_reference("the room", &scene(160, 90, 0.0));
     assert_is_its_reference("the window", &scene(160, 90, 1.0));
     assert_is_its_reference("where the window meets the room", &cut_out(0.0, 240, 90));
@@ -253,7 +252,7 @@ fn the_whole_chain_is_its_twin_on_the_built_in_scene() {
 #[test]
 #[expect(clippy::print_stdout, reason = "the figures are what somebody who names pictures wants to know")]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn the_whole_chain_is_its_twin_on_pictures_of_your_own() {
+fn the_pipeline_equals_its_cpu_reference_on_pictures_of_your_own() {
     for path in std::env::var_os("AFTERIMAGE_PICTURES").iter().flat_map(std::env::split_paths) {
         let file = read(&Source::file(&path)).unwrap_or_else(|error| panic!("{error}"));
         let numbers = file.pixels.to_f32();

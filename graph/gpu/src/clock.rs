@@ -15,7 +15,9 @@ use std::time::{Duration, Instant};
 use wgpu::{BufferUsages, CommandEncoder, Features};
 
 use crate::Gpu;
+use crate::buffer::buffer;
 use crate::error::{GpuError, SessionError};
+use crate::stream::map;
 
 /// The frequency is steady when no burst was faster for this long.
 const STEADY: Duration = Duration::from_millis(500);
@@ -197,10 +199,7 @@ impl Stamps {
             ty: wgpu::QueryType::Timestamp,
             count: 2,
         });
-        let buffer = |usage| {
-            let label = Some("frame");
-            gpu.device.create_buffer(&wgpu::BufferDescriptor { label, size: 16, usage, mapped_at_creation: false })
-        };
+        let buffer = |usage| buffer(&gpu.device, "frame", 16, usage);
         Some(Self {
             queries,
             resolved: buffer(BufferUsages::QUERY_RESOLVE | BufferUsages::COPY_SRC),
@@ -215,8 +214,7 @@ impl Stamps {
     }
 
     fn read(&self, gpu: &Gpu) -> Result<f64, GpuError> {
-        self.readable.slice(..).map_async(wgpu::MapMode::Read, |_| {});
-        gpu.wait()?;
+        map(&gpu.device, &self.readable, wgpu::MapMode::Read)?;
         let words: [u64; 2] = {
             let mapped = self.readable.slice(..).get_mapped_range().map_err(|error| GpuError::lost(&error))?;
             bytemuck::pod_read_unaligned(&mapped)

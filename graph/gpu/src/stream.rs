@@ -3,6 +3,7 @@
 
 use afterimage_graph::image::{Format, ImageDesc, Size};
 
+use crate::buffer::buffer;
 use crate::device::texture_format;
 use crate::{GpuError, Texels, store};
 
@@ -46,15 +47,9 @@ impl Feed {
         }
         let size = self.stored.desc.size;
         let (row, pitch) = row_and_pitch(size, self.stored.desc.format);
-        let staging = match self.staging.take() {
-            Some(staging) => staging,
-            None => self.device.create_buffer(&wgpu::BufferDescriptor {
-                label: Some("upload"),
-                size: (pitch * rows(size)) as u64,
-                usage: wgpu::BufferUsages::MAP_WRITE | wgpu::BufferUsages::COPY_SRC,
-                mapped_at_creation: false,
-            }),
-        };
+        let usage = wgpu::BufferUsages::MAP_WRITE | wgpu::BufferUsages::COPY_SRC;
+        let new = || buffer(&self.device, "upload", (pitch * rows(size)) as u64, usage);
+        let staging = self.staging.take().unwrap_or_else(new);
         map(&self.device, &staging, wgpu::MapMode::Write)?;
         let mut mapped = staging.slice(..).get_mapped_range_mut().map_err(|error| GpuError::lost(&error))?;
         if row == pitch {
@@ -73,6 +68,8 @@ impl Feed {
         Ok(())
     }
 }
+
+const READABLE: wgpu::BufferUsages = wgpu::BufferUsages::MAP_READ.union(wgpu::BufferUsages::COPY_DST);
 
 /// Reads textures back, one after another.
 pub struct Readback {
@@ -115,14 +112,8 @@ impl Readback {
 
     /// The previous buffer if it has this size, otherwise a new one.
     fn buffer_of(&mut self, bytes: u64) -> wgpu::Buffer {
-        self.buffer.take().filter(|buffer| buffer.size() == bytes).unwrap_or_else(|| {
-            self.device.create_buffer(&wgpu::BufferDescriptor {
-                label: Some("readback"),
-                size: bytes,
-                usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
-                mapped_at_creation: false,
-            })
-        })
+        let known = self.buffer.take().filter(|buffer| buffer.size() == bytes);
+        known.unwrap_or_else(|| buffer(&self.device, "readback", bytes, READABLE))
     }
 }
 
@@ -139,12 +130,7 @@ impl ReadbackBatch {
     /// A batch of textures of these descriptions, in this order.
     pub(crate) fn new(device: &wgpu::Device, descs: Vec<ImageDesc>) -> Self {
         let size: u64 = descs.iter().map(padded_bytes).sum();
-        let buffer = device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some("readback"),
-            size: size.max(4),
-            usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
-            mapped_at_creation: false,
-        });
+        let buffer = buffer(device, "readback", size.max(4), READABLE);
         Self { device: device.clone(), buffer, descs, copied: (0, 0) }
     }
 
@@ -185,8 +171,13 @@ pub fn download(device: &wgpu::Device, queue: &wgpu::Queue, texture: &wgpu::Text
     Readback::new(device, queue).download(texture)
 }
 
-fn map(device: &wgpu::Device, buffer: &wgpu::Buffer, mode: wgpu::MapMode) -> Result<(), GpuError> {
+/// Maps a buffer. Waits for the GPU. Buffers of a lost device are invalid, which is a validation error in wgpu.
+pub(crate) fn map(device: &wgpu::Device, buffer: &wgpu::Buffer, mode: wgpu::MapMode) -> Result<(), GpuError> {
+    let validation = device.push_error_scope(wgpu::ErrorFilter::Validation);
     buffer.slice(..).map_async(mode, |_| {});
+    if let Some(error) = pollster::block_on(validation.pop()) {
+        return Err(GpuError::lost(&error));
+    }
     device.poll(wgpu::PollType::wait_indefinitely()).map(drop).map_err(|error| GpuError::lost(&error))
 }
 

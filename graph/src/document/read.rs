@@ -1,10 +1,12 @@
-//! From the tree to the sections of a pipeline.
+//! From the text of a file, by its tree, to the sections of a pipeline.
 
 use std::sync::Arc;
 
 use super::entries::{Document, InputEntry, NodeEntry, Override, Tier};
+use super::parser::{self, Parsed};
+use super::syntax;
 use super::tree::{Field, Group, Item, Tree};
-use afterimage_base::diagnostic::{Diagnostic, Diagnostics, Spanned, did_you_mean, list, quote};
+use afterimage_base::diagnostic::{Diagnostic, Diagnostics, Location, Sources, Spanned, did_you_mean, list, quote};
 use afterimage_base::image::ColorState;
 
 const SECTIONS: [&str; 7] = ["inputs", "nodes", "outputs", "set", "tiers", "extends", "facts"];
@@ -21,8 +23,45 @@ const INPUT_TYPES: [(&str, ColorState); 9] = [
     ("Mask", ColorState::Data),
 ];
 
+/// The largest file that is read, in bytes. A pipeline of a thousand nodes has a tenth of it.
+pub const LONGEST_FILE: usize = 4 << 20;
+
+/// Reads a pipeline file. The name is the one that messages show, and that files named in it are relative to.
+///
+/// Reading goes on after a syntax error: the document holds what could be read, [`Document::problems`] the errors.
+///
+/// # Errors
+/// When the text holds no `Pipeline( ... )`.
+pub fn parse(file_name: &str, text: &str) -> Result<Document, Diagnostics> {
+    let text = without_mark(text);
+    let mut sources = Sources::default();
+    let file = sources.insert(file_name, if text.len() > LONGEST_FILE { "" } else { text });
+    let mut problems = Diagnostics::new(sources);
+    if let Err(error) = check_length(&file, text) {
+        problems.push(error);
+        return Err(problems);
+    }
+    let Parsed { tree, errors } = parser::read(&file, text);
+    errors.into_iter().for_each(|error| problems.push(error));
+    document(&file, tree, problems)
+}
+
+/// The text without the byte order mark that some editors begin a file with.
+pub(crate) fn without_mark(text: &str) -> &str {
+    text.strip_prefix('\u{feff}').unwrap_or(text)
+}
+
+fn check_length(file: &Arc<str>, text: &str) -> Result<(), Diagnostic> {
+    let start = Location::new(file, 0..0);
+    match text.len() > LONGEST_FILE {
+        true => Err(syntax::too_long(&start, text.len(), LONGEST_FILE)),
+        false if parser::is_blank(file, text) => Err(syntax::blank(&start)),
+        false => Ok(()),
+    }
+}
+
 /// The document of a file's tree, with the problems found so far; only these if it is no pipeline at all.
-pub(super) fn document(file: &Arc<str>, tree: Item, mut problems: Diagnostics) -> Result<Document, Diagnostics> {
+fn document(file: &Arc<str>, tree: Item, mut problems: Diagnostics) -> Result<Document, Diagnostics> {
     if matches!(tree.value, Tree::Name(_)) {
         // The syntax of prose is of no interest.
         problems = Diagnostics::new(problems.sources);
@@ -143,23 +182,14 @@ impl Reader {
     fn section(&mut self, document: &mut Document, name: &Spanned<String>, value: Item) {
         match name.value.as_str() {
             "extends" => document.extends = self.text(value, "`extends`", "the name of a file in quotes"),
-            "inputs" => {
-                let entries = self.map(value, "inputs", "{ \"scene\": Color }");
-                document.inputs =
-                    entries.into_iter().filter_map(|(name, value)| self.read(name, value, Self::input)).collect();
-            }
+            "inputs" => document.inputs = self.entries(value, "inputs", "{ \"scene\": Color }", Self::input),
             "nodes" => {
-                let entries = self.map(value, "nodes", "{ \"name\": Kind(source: \"scene\") }");
-                document.nodes =
-                    entries.into_iter().filter_map(|(name, value)| self.read(name, value, Self::node)).collect();
+                let shape = "{ \"name\": Kind(source: \"scene\") }";
+                document.nodes = self.entries(value, "nodes", shape, Self::node);
             }
             "outputs" => {
                 let entries = self.map(value, "outputs", "{ \"display\": \"node\" }");
-                let wire = |(name, value): (Spanned<String>, Item)| {
-                    let what = format!("output {}", quote(&name.value));
-                    self.text(value, &what, "the name of a node or an input in quotes").map(|wire| (name, wire))
-                };
-                document.outputs = entries.into_iter().filter_map(wire).collect();
+                document.outputs = self.texts(entries, "output", "the name of a node or an input in quotes");
             }
             "set" => document.set = self.settings(value, "`set`"),
             "tiers" => {
@@ -168,20 +198,13 @@ impl Reader {
             }
             "facts" => {
                 let entries = self.map(value, "facts", "{ \"emissive\": \"something in view emits light\" }");
-                let fact = |(name, value): (Spanned<String>, Item)| {
-                    let what = format!("fact {}", quote(&name.value));
-                    self.text(value, &what, "a sentence in quotes that says what it means").map(|doc| (name, doc.value))
-                };
-                document.facts = Some(entries.into_iter().filter_map(fact).collect());
+                let facts = self.texts(entries, "fact", "a sentence in quotes that says what it means");
+                document.facts = Some(facts.into_iter().map(|(name, doc)| (name, doc.value)).collect());
             }
             other => {
                 self.is_partial = true;
-                self.problems.push(
-                    Diagnostic::error("unknown-section", format!("a pipeline has no section {}", quote(other)))
-                        .at(&name.location, "")
-                        .help(format!("the sections are {}", list(SECTIONS, SECTIONS.len())))
-                        .maybe_help(did_you_mean(other, SECTIONS)),
-                );
+                let message = format!("a pipeline has no section {}", quote(other));
+                self.problems.push(unknown("unknown-section", message, name, "sections", &SECTIONS));
             }
         }
     }
@@ -242,19 +265,37 @@ impl Reader {
         }
     }
 
-    /// An entry; its name is remembered when it cannot be read.
-    fn read<T>(
+    /// The entries of a section; the names of those that cannot be read are remembered.
+    fn entries<T>(
         &mut self,
-        name: Spanned<String>,
         value: Item,
+        section: &str,
+        shape: &str,
         entry: fn(&mut Self, Spanned<String>, Item) -> Option<T>,
-    ) -> Option<T> {
-        let text = name.value.clone();
-        let entry = entry(self, name, value);
-        if entry.is_none() {
-            self.unread.push(text);
+    ) -> Vec<T> {
+        let mut entries = Vec::new();
+        for (name, value) in self.map(value, section, shape) {
+            let text = name.value.clone();
+            match entry(self, name, value) {
+                Some(entry) => entries.push(entry),
+                None => self.unread.push(text),
+            }
         }
-        entry
+        entries
+    }
+
+    /// The entries that hold texts.
+    fn texts(
+        &mut self,
+        entries: Vec<(Spanned<String>, Item)>,
+        one: &str,
+        wanted: &str,
+    ) -> Vec<(Spanned<String>, Spanned<String>)> {
+        let text = |(name, value): (Spanned<String>, Item)| {
+            let what = format!("{one} {}", quote(&name.value));
+            self.text(value, &what, wanted).map(|text| (name, text))
+        };
+        entries.into_iter().filter_map(text).collect()
     }
 
     fn input(&mut self, name: Spanned<String>, value: Item) -> Option<InputEntry> {
@@ -270,13 +311,9 @@ impl Reader {
             }
         };
         let Some((_, state)) = INPUT_TYPES.into_iter().find(|(name, _)| *name == ty.value) else {
-            let names = INPUT_TYPES.map(|(name, _)| name);
-            self.problems.push(
-                Diagnostic::error("unknown-input-type", format!("no input type is called {}", quote(&ty.value)))
-                    .at(&ty.location, "")
-                    .help(format!("the types are {}", list(names, names.len())))
-                    .maybe_help(did_you_mean(&ty.value, names)),
-            );
+            let (names, message) =
+                (INPUT_TYPES.map(|(name, _)| name), format!("no input type is called {}", quote(&ty.value)));
+            self.problems.push(unknown("unknown-input-type", message, &ty, "types", &names));
             return None;
         };
         let mut input = InputEntry { name, state, optional: false, signed: state == ColorState::Data };
@@ -292,12 +329,8 @@ impl Reader {
             "optional" => &mut input.optional,
             "allow_negative" => &mut input.signed,
             other => {
-                return self.problems.push(
-                    Diagnostic::error("unknown-option", format!("an input has no option {}", quote(other)))
-                        .at(&option.location, "")
-                        .help(format!("the options are {}", list(OPTIONS, OPTIONS.len())))
-                        .maybe_help(did_you_mean(other, OPTIONS)),
-                );
+                let message = format!("an input has no option {}", quote(other));
+                return self.problems.push(unknown("unknown-option", message, option, "options", &OPTIONS));
             }
         };
         match value.value {
@@ -347,12 +380,16 @@ impl Reader {
     }
 }
 
+/// A word that is not among those known.
+fn unknown(code: &'static str, message: String, word: &Spanned<String>, what: &str, known: &[&str]) -> Diagnostic {
+    Diagnostic::error(code, message)
+        .at(&word.location, "")
+        .help(format!("the {what} are {}", list(known.iter().copied(), known.len())))
+        .maybe_help(did_you_mean(&word.value, known.iter().copied()))
+}
+
 /// Two entries of one name.
-pub(crate) fn doubled(
-    again: &Spanned<String>,
-    first: &afterimage_base::diagnostic::Location,
-    what: &str,
-) -> Diagnostic {
+pub(crate) fn doubled(again: &Spanned<String>, first: &Location, what: &str) -> Diagnostic {
     Diagnostic::error("doubled", format!("the {what} {} is given twice", quote(&again.value)))
         .at(&again.location, "given again here")
         .also(first, "first given here")

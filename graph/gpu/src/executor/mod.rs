@@ -16,6 +16,7 @@ use afterimage_graph::image::ImageDesc;
 use afterimage_plan::{Caps, PlacedPlan, Plan, Requirement};
 use wgpu::{Buffer, BufferUsages, CommandEncoder, Device, Queue, TextureFormat};
 
+use crate::buffer::buffer;
 use crate::cache;
 use crate::heap;
 use crate::pipelines::{Pipelines, watched};
@@ -80,14 +81,8 @@ impl Executor {
                 ..Default::default()
             })
         };
-        let frame_uniform = || {
-            device.create_buffer(&wgpu::BufferDescriptor {
-                label: Some("frame"),
-                size: u64::from(frame_constants::BYTES),
-                usage: BufferUsages::UNIFORM | BufferUsages::COPY_DST,
-                mapped_at_creation: false,
-            })
-        };
+        let usage = BufferUsages::UNIFORM | BufferUsages::COPY_DST;
+        let frame_uniform = || buffer(device, "frame", u64::from(frame_constants::BYTES), usage);
         Self {
             linear: sampler(wgpu::FilterMode::Linear),
             nearest: sampler(wgpu::FilterMode::Nearest),
@@ -268,6 +263,14 @@ impl Executor {
     }
 
     /// Records one frame. Submit it before the next is recorded: both would otherwise run at the time of the second.
+    ///
+    /// A lost device is not noticed here: wgpu drops its commands, and reading back reports
+    /// [`GpuError::DeviceLost`]. A host learns of it from [`wgpu::Device::set_device_lost_callback`], and loads the
+    /// plan into an executor on another device.
+    ///
+    /// # Errors
+    /// [`GpuError::NoPlan`] before a plan is loaded; host images that are missing, differ from the plan, or that the
+    /// device refuses.
     pub fn encode(&mut self, encoder: &mut CommandEncoder, frame: &Frame<'_>) -> Result<(), GpuError> {
         let set = self.host_set(frame)?;
         let reset = self.fresh || frame.reset;

@@ -8,7 +8,7 @@ use afterimage_graph::image::{Format, Size};
 use afterimage_graph::value::Value;
 use serde::Serialize;
 
-use super::raw::{compute_pipeline, draw, draw_pipeline, group, groups, module, target};
+use super::raw::{compute_pipeline, dispatch, draw, draw_pipeline, group, groups, module, target};
 use crate::LabError;
 
 /// The times of the chains in milliseconds, and the differences of their images from that of the pipeline.
@@ -55,10 +55,10 @@ impl Chain {
         let wanted = ["Exposure", "Extract", "Downsample", "Upsample", "Composite", "ToneMap", "Encode"];
         // A final dither is optional.
         let nodes = match graph.nodes.as_slice() {
-            [nodes @ .., last] if last.kind.name() == "Dither" => nodes,
+            [nodes @ .., last] if last.kind().name() == "Dither" => nodes,
             nodes => nodes,
         };
-        let kinds: Vec<&str> = nodes.iter().map(|node| node.kind.name()).collect();
+        let kinds: Vec<&str> = nodes.iter().map(|node| node.kind().name()).collect();
         if kinds != wanted || graph.nodes.iter().any(|node| node.off || node.when.is_some()) {
             return None;
         }
@@ -78,8 +78,10 @@ impl Chain {
             (tone_map, "gamut", "Clip"),
             (encode, "transfer", "Srgb"),
         ];
-        let is_other = choices.iter().any(|(node, name, choice)| value(node, name) != Some(&Value::Choice(choice)));
-        if is_other || number(tone_map, "keep_hue") != Some(0.0) {
+        let differs = |(node, name, choice): &(&GraphNode, &str, &'static str)| {
+            node.instance.value(name) != Some(&Value::Choice(choice))
+        };
+        if choices.iter().any(differs) || number(tone_map, "keep_hue") != Some(0.0) {
             return None;
         }
         Some(Self {
@@ -88,7 +90,7 @@ impl Chain {
             knee: number(extract, "knee")?,
             radius: number(upsample, "radius")?,
             strength: number(composite, "strength")?,
-            tent: value(composite, "filter") == Some(&Value::Choice("Tent")),
+            tent: composite.instance.value("filter") == Some(&Value::Choice("Tent")),
             gain: number(exposure, "stops")?.exp2(),
         })
     }
@@ -101,12 +103,8 @@ impl Chain {
     }
 }
 
-fn value<'a>(node: &'a GraphNode, name: &str) -> Option<&'a Value> {
-    node.values.get(node.kind.param(name)?.0)
-}
-
 fn number(node: &GraphNode, name: &str) -> Option<f32> {
-    match value(node, name)? {
+    match node.instance.value(name)? {
         Value::Float(number) => Some(*number as f32),
         Value::Int(number) => Some(*number as f32),
         _ => None,
@@ -269,10 +267,8 @@ impl HandWritten {
             return;
         }
         let mut pass = encoder.begin_compute_pass(&Default::default());
-        for (pipeline, group, [x, y]) in &self.dispatches {
-            pass.set_pipeline(pipeline);
-            pass.set_bind_group(0, group, &[]);
-            pass.dispatch_workgroups(*x, *y, 1);
+        for (pipeline, group, groups) in &self.dispatches {
+            dispatch(&mut pass, pipeline, group, *groups);
         }
     }
 }

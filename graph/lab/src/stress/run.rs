@@ -7,7 +7,7 @@ use afterimage_graph::node::Registry;
 use super::case_runner::{CaseRunner, StressOptions, judge};
 use super::images::{ALL, Extreme};
 use super::promises::Promises;
-use super::render::{Configuration, OutputPixels, Rendered, Renderer, Shot};
+use super::render::{Configuration, OutputPixels, RenderRequest, Rendered, Renderer, Shot};
 use super::report::Tally;
 use super::settings::{Change, sweep};
 use super::subject::{Overrides, Subject};
@@ -176,7 +176,8 @@ impl CaseRunner<'_> {
         let sanitized: Vec<usize> = (0..images.len()).filter(|index| images[*index].is_sanitized(size)).collect();
         let clean = sanitized.iter().map(|index| Shot { sanitized: true, ..Shot::still(images[*index]) });
         let shots: Vec<Shot> = images.iter().map(|image| Shot::still(*image)).chain(clean).collect();
-        let ran = match self.renderer.run(configuration, (self.subject, graph), size, &shots, true) {
+        let request = RenderRequest { subject: self.subject, graph, size, shots: &shots, together: true };
+        let ran = match self.renderer.run(configuration, request) {
             Ok(ran) => ran,
             Err(why) => {
                 self.count(overrides, size, images[0].name, vec![why]);
@@ -187,14 +188,9 @@ impl CaseRunner<'_> {
         let signed =
             promises.negative || graph.inputs.iter().any(|input| input.signed && input.state != ColorState::Data);
         for (index, image) in images.iter().enumerate() {
-            let mut wrong = Vec::new();
-            for shown in &ran.frames[index] {
-                wrong.extend(judge(shown, signed));
-                for (promise, broken) in promised(shown, *image, size, &promises) {
-                    self.tally.judged(promise);
-                    wrong.extend(broken);
-                }
-            }
+            let frame = ran.frames[index].iter();
+            let mut wrong: Vec<String> =
+                frame.flat_map(|shown| self.faults(shown, *image, size, (&promises, signed))).collect();
             if let Some(clean) = sanitized.iter().position(|sanitized| *sanitized == index) {
                 self.tally.judged("no spread in space");
                 wrong.extend(spread(&ran.frames[index], &ran.frames[images.len() + clean]));
@@ -202,6 +198,19 @@ impl CaseRunner<'_> {
             self.count(overrides, size, image.name, wrong);
         }
         Some(ran)
+    }
+
+    /// What is wrong with an output of a still.
+    fn faults(
+        &mut self,
+        shown: &OutputPixels,
+        image: Extreme,
+        size: Size,
+        (promises, signed): (&Promises, bool),
+    ) -> Vec<String> {
+        let tested = promised(shown, image, size, promises);
+        tested.iter().for_each(|(promise, _)| self.tally.judged(promise));
+        judge(shown, signed).into_iter().chain(tested.into_iter().filter_map(|(_, broken)| broken)).collect()
     }
 
     /// A node that is skipped as an identity must change nothing when it runs. A kind that gives no negative light
@@ -216,7 +225,8 @@ impl CaseRunner<'_> {
     ) {
         let Some(graph) = self.subject.forced(self.registry, overrides) else { return };
         let shots: Vec<Shot> = images.iter().map(|image| Shot::still(*image)).collect();
-        let ran = match self.renderer.run(configuration, (self.subject, &graph), size, &shots, true) {
+        let request = RenderRequest { subject: self.subject, graph: &graph, size, shots: &shots, together: true };
+        let ran = match self.renderer.run(configuration, request) {
             Ok(ran) if !ran.skipped.iter().any(|node| node == NODE) => ran,
             _ => return,
         };

@@ -9,11 +9,12 @@ use petgraph::graph::NodeIndex;
 use super::wires::{SpecializedGraph, WireSource};
 use crate::plan::Skipped;
 use crate::request::PlanRequest;
+use crate::topological::stable_order;
 use afterimage_graph::check::{Graph, Source};
 use afterimage_graph::node::{Arrivals, Fallback, PortType};
 
 pub(super) fn put_fallbacks(graph: &Graph, request: &PlanRequest<'_>) -> SpecializedGraph {
-    let order = stable_order(graph);
+    let order = order(graph);
     let count = graph.nodes.len();
     let given = graph.inputs.iter().map(|input| request.inputs.contains_key(&input.name)).collect();
     let mut specialized = SpecializedGraph {
@@ -28,7 +29,7 @@ pub(super) fn put_fallbacks(graph: &Graph, request: &PlanRequest<'_>) -> Special
     for &index in &order {
         let verdict = verdict(graph, request, &specialized, index, remembered.contains(&index));
         specialized.outputs[index] = match &verdict {
-            None => ports_of(index, graph.nodes[index].kind.outputs().len()),
+            None => ports_of(index, graph.nodes[index].kind().outputs().len()),
             Some((fallback, _)) => replace(graph, &specialized, index, fallback),
         };
         specialized.runs[index] = verdict.is_none();
@@ -66,14 +67,14 @@ fn verdict(
 ) -> Option<(Fallback, String)> {
     let node = &graph.nodes[index];
     if node.off {
-        return Some((node.kind.fallback(), "switched off".into()));
+        return Some((node.kind().fallback(), "switched off".into()));
     }
     if let Some(condition) = node.when.as_ref().filter(|condition| !condition.holds(&request.facts)) {
-        return Some((node.kind.fallback(), format!("`when: {condition}` does not hold")));
+        return Some((node.kind().fallback(), format!("`when: {condition}` does not hold")));
     }
     let mut zero = Vec::new();
     let mut absent = Vec::new();
-    for (port, wire) in node.kind.inputs().iter().zip(&node.wires) {
+    for (port, wire) in node.kind().inputs().iter().zip(&node.wires) {
         match specialized.resolve(*wire) {
             WireSource::Zero => zero.push(port.name.clone()),
             WireSource::Absent => absent.push(port.name.clone()),
@@ -81,10 +82,10 @@ fn verdict(
         }
     }
     let arrivals = Arrivals::new(zero, absent);
-    if !remembered && let Some(fallback) = node.kind.identity(&node.values, &arrivals) {
+    if !remembered && let Some(fallback) = node.instance.identity(&arrivals) {
         return Some((fallback, "changes nothing here".into()));
     }
-    let starved = node.kind.inputs().iter().find(|port| !port.optional && arrivals.is_absent(&port.name))?;
+    let starved = node.kind().inputs().iter().find(|port| !port.optional && arrivals.is_absent(&port.name))?;
     Some((Fallback::Absent, format!("nothing arrives at its input `{}`", starved.name)))
 }
 
@@ -95,28 +96,15 @@ fn replace(graph: &Graph, specialized: &SpecializedGraph, index: usize, fallback
         Fallback::Zero if matches!(ty, PortType::Image | PortType::Pyramid) => WireSource::Zero,
         Fallback::Zero => WireSource::Absent,
         Fallback::Input(name) => {
-            let port = node.kind.inputs().iter().position(|input| input.name == *name && input.ty == ty);
+            let port = node.kind().inputs().iter().position(|input| input.name == *name && input.ty == ty);
             port.map_or(WireSource::Absent, |port| specialized.resolve(node.wires[port]))
         }
     };
-    node.kind.outputs().iter().map(|output| of_port(output.ty)).collect()
+    node.kind().outputs().iter().map(|output| of_port(output.ty)).collect()
 }
 
-/// Kahn's algorithm, always taking the node that stands first in the file: small edits of the file move little.
-fn stable_order(graph: &Graph) -> Vec<usize> {
-    let wires = &graph.wires;
-    let mut waiting: Vec<usize> =
-        wires.node_indices().map(|n| wires.neighbors_directed(n, Direction::Incoming).count()).collect();
-    let mut ready: BTreeSet<usize> = (0..waiting.len()).filter(|n| waiting[*n] == 0).collect();
-    let mut order = Vec::with_capacity(waiting.len());
-    while let Some(node) = ready.pop_first() {
-        order.push(node);
-        for reader in wires.neighbors_directed(NodeIndex::new(node), Direction::Outgoing) {
-            waiting[reader.index()] -= 1;
-            if waiting[reader.index()] == 0 {
-                ready.insert(reader.index());
-            }
-        }
-    }
-    order
+/// An order in which nodes can be recorded.
+fn order(graph: &Graph) -> Vec<usize> {
+    let before = |node| graph.wires.neighbors_directed(node, Direction::Incoming).map(NodeIndex::index).collect();
+    stable_order(&graph.wires.node_indices().map(before).collect::<Vec<_>>())
 }

@@ -1,0 +1,122 @@
+//! What every node takes besides its ports and parameters: `when`, `format` and `label`.
+
+use super::build::Builder;
+use super::condition::{Condition, FactKind};
+use crate::document::{Item, Tree};
+use afterimage_base::diagnostic::{Diagnostic, Location, did_you_mean, list, quote};
+use afterimage_base::image::Format;
+
+impl Builder<'_> {
+    /// The condition of `when`.
+    pub(super) fn condition(&mut self, scope: usize, item: &Item) -> Option<Condition> {
+        let Tree::Text(text) = &item.value else {
+            if item.value.is_broken() {
+                return None;
+            }
+            let message = format!("`when` is a condition in quotes, not {}", item.value.describe());
+            let help = "write it as `when: \"emissive and illuminance < 10\"`";
+            self.report(Diagnostic::error("wrong-type", message).at(&item.location, "").help(help));
+            return None;
+        };
+        let inner = self.inner_location(item, text);
+        match Condition::parse(text) {
+            Ok(condition) => {
+                self.facts_of(scope, &condition, inner.as_ref().unwrap_or(&item.location));
+                Some(condition)
+            }
+            Err(error) => {
+                let location = inner.map_or(item.location.clone(), |inner| inner.part(error.span));
+                self.report(Diagnostic::error("condition", error.message).at(&location, "").help(error.help));
+                None
+            }
+        }
+    }
+
+    /// The location of a text within its quotes; `None` if escapes make it longer than it is.
+    fn inner_location(&self, item: &Item, text: &str) -> Option<Location> {
+        let written = self.diagnostics.sources.text(&item.location.file)?.get(item.location.span())?;
+        let start = written.find(text)?;
+        Some(item.location.part(start..start + text.len()))
+    }
+
+    /// Facts must be declared where the file declares facts, and be of one kind everywhere.
+    fn facts_of(&mut self, scope: usize, condition: &Condition, location: &Location) {
+        for (name, kind) in condition.uses() {
+            let location = self.fact_location(location, name);
+            if let Some(known) = &self.scopes[scope].facts
+                && !known.iter().any(|known| known == name)
+            {
+                let help = if known.is_empty() {
+                    "the section `facts` is empty".into()
+                } else {
+                    format!("the section `facts` has {}", list(known.iter().map(String::as_str), 8))
+                };
+                let diagnostic = Diagnostic::error("unknown-fact", format!("no fact is called {}", quote(name)))
+                    .at(&location, "")
+                    .help(help)
+                    .maybe_help(did_you_mean(name, known.iter().map(String::as_str)));
+                self.report(diagnostic);
+                continue;
+            }
+            self.fact_kind(name, kind, &location);
+        }
+    }
+
+    fn fact_location(&self, condition: &Location, name: &str) -> Location {
+        let text = self.diagnostics.sources.text(&condition.file).and_then(|text| text.get(condition.span()));
+        match text.and_then(|text| text.find(name)) {
+            Some(start) => condition.part(start..start + name.len()),
+            None => condition.clone(),
+        }
+    }
+
+    fn fact_kind(&mut self, name: &str, kind: FactKind, location: &Location) {
+        let (known, first) = self.facts.entry(name.to_owned()).or_insert_with(|| (kind, location.clone()));
+        if *known != kind {
+            let message =
+                format!("the fact {} is used as {} and as {}", quote(name), known.describe(), kind.describe());
+            let diagnostic = Diagnostic::error("fact-kind", message)
+                .at(location, format!("here it is {}", kind.describe()))
+                .also(first, format!("here it is {}", known.describe()));
+            self.report(diagnostic.help("the host can tell it only one way: use two names"));
+        }
+    }
+
+    /// The value of `format`.
+    pub(super) fn format(&mut self, item: &Item) -> Option<Format> {
+        let names = Format::ALL.map(Format::name);
+        let diagnostic = match &item.value {
+            Tree::Name(name) => match Format::named(name) {
+                Some(format) => return Some(format),
+                None => Diagnostic::error("unknown-format", format!("no format is called {}", quote(name)))
+                    .at(&item.location, "")
+                    .help(format!("the formats are {}", list(names, names.len())))
+                    .maybe_help(did_you_mean(name, names)),
+            },
+            Tree::Text(name) if Format::named(name).is_some() => {
+                Diagnostic::error("wrong-type", "`format` is the bare name of a format")
+                    .at(&item.location, "this is a text in quotes")
+                    .help(format!("write {} without quotes", quote(name)))
+            }
+            Tree::Broken => return None,
+            other => Diagnostic::error("wrong-type", "`format` is the bare name of a format")
+                .at(&item.location, format!("this is {}", other.describe()))
+                .help(format!("the formats are {}", list(names, names.len()))),
+        };
+        self.report(diagnostic);
+        None
+    }
+
+    /// The value of `label`.
+    pub(super) fn label(&mut self, item: &Item) -> Option<String> {
+        if let Tree::Text(label) = &item.value {
+            return Some(label.clone());
+        }
+        if item.value.is_broken() {
+            return None;
+        }
+        let diagnostic = Diagnostic::error("wrong-type", "`label` is a text in quotes");
+        self.report(diagnostic.at(&item.location, format!("this is {}", item.value.describe())));
+        None
+    }
+}
