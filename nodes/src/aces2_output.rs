@@ -5,8 +5,8 @@ use afterimage_graph::prelude::*;
 use glam::DVec3;
 
 use crate::aces2::OutputTransform;
+use crate::bisection::bisected;
 use crate::color::rows;
-use crate::curves::bisected;
 use crate::tone_map::MiddleGrey;
 
 static SHADER: Shader = shader!("aces2_output");
@@ -26,20 +26,20 @@ choices! {
 params! {
     /// The output transform of ACES 2.0: tone scale, chroma compression and gamut compression in one operator.
     ///
-    /// After the specification of the Academy (S-2024-002, aces-output): the light is limited to AP1, a colour
-    /// appearance model separates lightness, colourfulness and hue, the tone scale of the peak changes the lightness,
-    /// and the colourfulness follows it into the gamut of the display. The tables of the gamut are computed in double
-    /// precision when the plan is made. The result differs from OpenColorIO's built-in transforms by at most 0.001 of
-    /// the peak; graph/docs/colour.md has the table. It costs about ten times as much as `ToneMap`.
+    /// After the Academy's reference (the CTL of aces-output): the light is limited to AP1, a colour appearance model
+    /// separates lightness, colourfulness and hue, the tone scale of the peak changes the lightness, and the
+    /// colourfulness follows it into the gamut of the display. The tables of the gamut are computed in double precision
+    /// when the plan is made. graph/docs/colour.md has the largest differences from OpenColorIO's built-in transforms.
+    /// A pixel takes 17 powers and four reads of a table, where `ToneMap` takes nine powers.
     ///
     /// The result is display-linear in Rec.709, with negative channels for colours outside of Rec.709: give `Encode`
-    /// the `primaries` of the display, and keep nodes between them that cut negative light, such as `LiftGammaGain`,
-    /// off. For HDR, `Encode` needs `transfer: Pq`.
+    /// the `primaries` of the display, and put no node between them that cuts negative light, such as `LiftGammaGain`.
+    /// For HDR, `Encode` needs `transfer: Pq`.
     pub struct Aces2Output {
         /// The gamut of the display.
         pub gamut: Aces2Gamut = Aces2Gamut::Rec709;
-        /// The peak of the display in units of SDR white, as in `ToneMap`: 4.926 for 1000 cd/m2 at a white of 203. With 1
-        /// the transform is that for SDR, 100 cd/m2.
+        /// The peak of the display, as in `ToneMap`: 4.926 for 1000 cd/m2 at a white of 203. With 1 the transform is
+        /// that for SDR, 100 cd/m2.
         pub peak: f32 = 1.0 => within(1.0..=100.0), usually(1.0..=20.0), unit("of SDR white"), replans();
         /// For a `peak` above 1: the luminance of display-linear 1. `Encode` has the same default.
         pub white_nits: f32 = 203.0

@@ -5,6 +5,7 @@ use std::sync::LazyLock;
 use afterimage_graph::color::Chromaticities;
 use glam::{DMat3, DVec3, dvec3};
 
+use crate::bisection::bisected;
 use crate::color::LUMINANCE;
 use crate::curve_constants::{Agx, Gt7, REFERENCE_WHITE, Shoulder, pq_encode};
 use crate::oklab::Lab;
@@ -110,15 +111,6 @@ const MIDDLE_GREY: f64 = 0.18;
 
 /// The smallest factor of light that matches a curve to middle grey; its inverse is the largest.
 const LEAST_SCALE: f64 = 1.0 / 16.0;
-
-/// The number between `low` and `high` where `is_below` becomes false.
-pub(crate) fn bisected(mut low: f64, mut high: f64, is_below: impl Fn(f64) -> bool) -> f64 {
-    for _ in 0..60 {
-        let middle = 0.5 * (low + high);
-        if is_below(middle) { low = middle } else { high = middle }
-    }
-    0.5 * (low + high)
-}
 
 fn each(v: DVec3, f: impl Fn(f64) -> f64) -> DVec3 {
     dvec3(f(v.x), f(v.y), f(v.z))

@@ -34,6 +34,7 @@ mod adapt;
 mod auto_exposure;
 mod bake;
 mod baked_grade;
+mod bisection;
 mod brightness;
 mod cdl;
 mod color;

@@ -5,7 +5,7 @@ use std::sync::LazyLock;
 use afterimage_graph::color::Chromaticities;
 use glam::{DMat3, DVec2, DVec3, dvec3};
 
-use crate::curves::bisected;
+use crate::bisection::bisected;
 
 /// Linear Rec.709 to the cone responses of Oklab, as published. White becomes 1, 1, 1.
 const LMS_FROM_REC709: DMat3 = DMat3::from_cols(

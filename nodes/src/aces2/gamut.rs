@@ -1,7 +1,5 @@
 //! The gamut compression of ACES 2.0: along lines in J and M at one hue, towards a focus on the grey axis.
 
-use super::tables::Hull;
-
 /// The width of the smooth minimum at the cusp, and what widens the cusps to make room for it.
 pub(super) const SMOOTH_CUSPS: f64 = 0.12;
 pub(super) const SMOOTH_M: f64 = 0.27;
@@ -9,6 +7,18 @@ pub(super) const SMOOTH_M: f64 = 0.27;
 const CUSP_MID_BLEND: f64 = 1.3;
 const FOCUS_GAIN_BLEND: f64 = 0.3;
 const COMPRESSION_THRESHOLD: f64 = 0.75;
+
+/// The hulls at one hue.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Hull {
+    /// The cusp of the display: the brightest of the most colourful colours.
+    pub(super) cusp_j: f64,
+    pub(super) cusp_m: f64,
+    /// The inverse exponent of the upper hull of the display.
+    pub(super) upper_gamma_inv: f64,
+    /// The largest M of the source at the peak's J.
+    pub(super) reach_m: f64,
+}
 
 /// What is equal for all hues.
 #[derive(Clone, Copy, Debug)]

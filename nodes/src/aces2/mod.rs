@@ -1,5 +1,5 @@
-//! The output transform of ACES 2.0 in double precision, after the specification of the Academy (S-2024-002 and the CTL
-//! of aces-output): a tone scale on lightness, a compression of chroma, and a compression into the display's gamut.
+//! The output transform of ACES 2.0 in double precision, after the Academy's reference (the CTL of
+//! aces-output): a tone scale on lightness, a compression of chroma, and a compression into the display's gamut.
 
 mod cam;
 mod gamut;

@@ -4,22 +4,10 @@
 use glam::{DVec2, DVec3, dvec3};
 
 use super::cam::{Jmh, Model, REFERENCE, direction};
-use super::gamut::{GamutParams, SMOOTH_CUSPS, SMOOTH_M};
+use super::gamut::{GamutParams, Hull, SMOOTH_CUSPS, SMOOTH_M};
 
 /// Hues of the tables.
 const HUES: usize = 360;
-
-/// The hulls at one hue.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Hull {
-    /// The cusp of the display: the brightest of the most colourful colours.
-    pub(super) cusp_j: f64,
-    pub(super) cusp_m: f64,
-    /// The inverse exponent of the upper hull of the display.
-    pub(super) upper_gamma_inv: f64,
-    /// The largest M of the source at the peak's J.
-    pub(super) reach_m: f64,
-}
 
 /// The corners of the unit cube from red over yellow to magenta.
 const CORNERS: [DVec3; 6] = [
@@ -194,7 +182,7 @@ pub(crate) struct Segment {
 
 impl Hulls {
     /// Segments of equal length around the hues: along the border of a square around the origin, from the positive a
-    /// axis to the positive b axis. This position is a monotonic stand-in for the angle, which needs no trigonometry.
+    /// axis to the positive b axis. This position grows with the angle and needs no trigonometry.
     pub(super) fn segments(&self, count: usize) -> Vec<Segment> {
         let degrees = (0..HUES).map(|degree| degree as f64);
         let mut bends: Vec<f64> = self
