@@ -26,5 +26,8 @@ fn reference_gamut_compress(source: vec4f, params: ReferenceGamutCompress) -> ve
     let over = clamp((distance - params.threshold) / params.distance_scale, vec3f(0.0), vec3f(1e6));
     let bent = params.threshold + params.distance_scale * over / power3(1.0 + power3(over, POWER), 1.0 / POWER);
     let compressed = select(v, most - bent * abs(most), distance >= params.threshold);
-    return vec4f(rows(params.leave0, params.leave1, params.leave2, compressed), source.a);
+    let result = rows(params.leave0, params.leave1, params.leave2, compressed);
+    // Light in Rec.709 stays there; rounding may leave it.
+    let is_inside = min(source.r, min(source.g, source.b)) >= 0.0;
+    return vec4f(select(result, max(result, vec3f(0.0)), is_inside), source.a);
 }
