@@ -4,7 +4,7 @@ use afterimage_graph::color::Chromaticities;
 use afterimage_graph::prelude::*;
 use glam::DVec3;
 
-use crate::aces2::OutputTransform;
+use crate::aces2::{OutputTransform, SEGMENTS};
 use crate::bisection::bisected;
 use crate::color::rows;
 use crate::tone_map::MiddleGrey;
@@ -62,7 +62,7 @@ impl Node for Aces2Output {
     fn record(&self, pass: &mut Recorder<'_>) {
         let source = pass.image("source");
         let desc = ImageDesc::new(pass.desc(source).size);
-        let transform = OutputTransform::new(self.space(), self.peak_nits());
+        let transform = OutputTransform::of(self.space(), self.peak_nits());
         let enter = rows(Chromaticities::REC709.conversion(&Chromaticities::ACES_CG) * self.light_scale(&transform));
         let leave = rows(self.space().conversion(&Chromaticities::REC709) * (100.0 / self.unit()));
         let hulls = hull_texture(pass, &transform);
@@ -115,9 +115,9 @@ impl Aces2Output {
     }
 
     /// The transform in double precision: exposed light of Rec.709 to display-linear light of Rec.709, as the shader
-    /// computes it on the GPU. Making it takes some milliseconds, a colour some microseconds.
+    /// computes it on the GPU. A colour takes some microseconds.
     pub fn evaluator(&self) -> impl Fn([f64; 3]) -> [f64; 3] + use<> {
-        let transform = OutputTransform::new(self.space(), self.peak_nits());
+        let transform = OutputTransform::of(self.space(), self.peak_nits());
         let enter = Chromaticities::REC709.conversion(&Chromaticities::ACES_CG) * self.light_scale(&transform);
         let leave = self.space().conversion(&Chromaticities::REC709) * (100.0 / self.unit());
         move |exposed| (leave * transform.apply(enter * DVec3::from(exposed))).to_array()
@@ -150,13 +150,12 @@ impl Aces2Output {
     }
 }
 
-/// Segments of the table, and texels of a row. A segment has four texels: three with the hulls, one with the bend.
-const SEGMENTS: usize = 4096;
+/// Texels of a row of the table. A segment has four texels: three with the hulls, one with the bend.
 const ROW: usize = 512;
 
 fn hull_texture(pass: &mut Recorder<'_>, transform: &OutputTransform) -> ImageId {
     let size = Size::new(ROW as u32, (4 * SEGMENTS / ROW) as u32);
-    let segments = transform.segments(SEGMENTS);
+    let segments = transform.segments();
     let texels = segments.iter().flat_map(|segment| {
         let [first, bent, last] = segment.values;
         [first, bent, last, [segment.bend, 0.0, 0.0, 0.0]]

@@ -5,6 +5,8 @@ mod cam;
 mod gamut;
 mod tables;
 
+use std::sync::{Arc, Mutex, PoisonError};
+
 use afterimage_graph::color::Chromaticities;
 use glam::{DMat3, DVec2, DVec3};
 
@@ -61,6 +63,7 @@ fn toe(x: f64, limit: f64, k1: f64, k2: f64) -> f64 {
 #[derive(Clone, Debug)]
 pub(crate) struct OutputTransform {
     top: f64,
+    segments: Vec<Segment>,
     brightest: f64,
     tone: Aces2Tone,
     chroma: ChromaParams,
@@ -70,9 +73,37 @@ pub(crate) struct OutputTransform {
     hulls: Hulls,
 }
 
+/// Segments of the hulls around all hues.
+pub(crate) const SEGMENTS: usize = 4096;
+
+/// A display's primaries, and the bits of its peak.
+type Display = (Chromaticities, u64);
+
+/// The transforms that were made last. Making one takes a tenth of a second, and every plan needs it.
+static MADE: Mutex<Vec<(Display, Arc<OutputTransform>)>> = Mutex::new(Vec::new());
+
+/// The largest number of transforms that are kept.
+const KEPT: usize = 8;
+
 impl OutputTransform {
-    /// For a display with these primaries and this peak in cd/m².
-    pub(crate) fn new(display: Chromaticities, peak: f64) -> Self {
+    /// The transform for a display with these primaries and this peak in cd/m². It depends on nothing else, so that it
+    /// is made once.
+    pub(crate) fn of(display: Chromaticities, peak: f64) -> Arc<Self> {
+        let key = (display, peak.to_bits());
+        let made = || MADE.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some((_, transform)) = made().iter().find(|(known, _)| *known == key) {
+            return Arc::clone(transform);
+        }
+        let transform = Arc::new(Self::new(display, peak));
+        let mut made = made();
+        if made.len() == KEPT {
+            made.remove(0);
+        }
+        made.push((key, Arc::clone(&transform)));
+        transform
+    }
+
+    fn new(display: Chromaticities, peak: f64) -> Self {
         let (source, reach, display) =
             (Model::new(Chromaticities::ACES_AP0), Model::new(Chromaticities::ACES_CG), Model::new(display));
         let (tone, log_peak) = (Aces2Tone::new(peak), (peak / REFERENCE).log10());
@@ -85,7 +116,18 @@ impl OutputTransform {
         };
         let brightest = 8.0 * Aces2Tone::hit(peak);
         let hulls = Hulls::new(display, reach, gamut, peak, brightest);
-        Self { top: peak / REFERENCE, brightest, tone, chroma: ChromaParams::new(peak), gamut, source, display, hulls }
+        let segments = hulls.segments(SEGMENTS);
+        Self {
+            top: peak / REFERENCE,
+            segments,
+            brightest,
+            tone,
+            chroma: ChromaParams::new(peak),
+            gamut,
+            source,
+            display,
+            hulls,
+        }
     }
 
     /// The light above which AP1 is clipped.
@@ -118,10 +160,9 @@ impl OutputTransform {
         [cones * Chromaticities::ACES_CG.conversion(&Chromaticities::ACES_AP0), opponents, back, display]
     }
 
-    /// The hulls in `count` segments around the hues: cusp J, cusp M, the inverse exponent of the upper hull, and the
-    /// reach of the source.
-    pub(crate) fn segments(&self, count: usize) -> Vec<Segment> {
-        self.hulls.segments(count)
+    /// The hulls around the hues: cusp J, cusp M, the inverse exponent of the upper hull, and the reach of the source.
+    pub(crate) fn segments(&self) -> &[Segment] {
+        &self.segments
     }
 
     /// Linear light of AP1 to linear light of the display, from 0 to the peak, in units of 100 cd/m².
