@@ -4,6 +4,7 @@ pub(super) mod aces2;
 mod baked;
 mod contract;
 mod curves;
+mod files;
 mod gamut;
 mod grade;
 mod hue;
