@@ -16,8 +16,8 @@ params! {
     /// either way and the result to 65504.
     ///
     /// Where the grid has no samples near a pixel, the base is the Gaussian, or the pixel's own luminance if the
-    /// Gaussian is not read. If only one of them is wired, it is the base. With neither, or with equal contrast and detail, the base cancels out and each pixel is scaled by its own
-    /// luminance.
+    /// Gaussian is not read. If only one of them is wired, it is the base. With neither, or with equal contrast and
+    /// detail, the base cancels out and each pixel is scaled by its own luminance.
     pub struct LocalToneMap {
         /// Contrast between regions: 1 keeps it, 0.5 halves it in stops, 0 makes all regions equally bright.
         pub contrast: f32 = 0.5 => within(0.0..=2.0), usually(0.3..=1.0), neutral(1.0);
@@ -26,9 +26,9 @@ params! {
         /// The exposed luminance that does not change. The default is middle grey, log2 of 0.18.
         pub midpoint: f32 = -2.4739312 => within(-16.0..=16.0), usually(-6.0..=2.0), unit("log2 of luminance");
         /// The grid's share of the base. The rest is the wide Gaussian's. At an edge of nine stops with contrast 0.5,
-        /// the halo is 2.2 stops at 0, 1.3 at 0.4 and none at 1. A smooth ramp of 12 stops has a ripple of at most 0.0003
-        /// stops. At 1 the Gaussian is not read, so the nodes that make it are skipped; at 0
-        /// those that make the grid.
+        /// the halo is 2.2 stops at 0, 1.3 at 0.4 and none at 1. A smooth ramp of 12 stops has a ripple of at most
+        /// 0.0003 stops. At 1 the Gaussian is not read, so the nodes that make it are skipped; at 0 those that make
+        /// the grid.
         pub share: f32 = 1.0 => within(0.0..=1.0), replans();
         /// Darker pixels get the factor of this luminance.
         pub lo: f32 = -10.5 => within(-32.0..=32.0), unit("log2 of luminance");
