@@ -71,7 +71,7 @@ fn a_frame_does_not_see_the_one_before() {
             for scene in scenes {
                 player.frame(&[("scene", scene)], 0.0, true);
             }
-            bits(&player.output("display"))
+            bits(&player.output(&graph.outputs[0].name))
         };
         assert_eq!(show(&[&bright, &dim]), show(&[&dim]), "{name}");
     }

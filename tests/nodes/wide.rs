@@ -95,7 +95,7 @@ fn logarithms_of_the_host_keep_their_sign() {
 fn a_green_of_rec2020_comes_through_to_its_display() {
     let nodes = |curve: &str, encode: &str| {
         format!(
-            r#""mapped": ToneMap(source: "scene", curve: {curve}, space: Rec2020, gamut: Clip),
+            r#""mapped": ToneMap(source: "scene", curve: {curve}, space: Rec2020, gamut: Clip, keep_hue: 0.0, middle_grey: Native),
             "graded": LiftGammaGain(source: "mapped", gain: (1.0, 0.9, 1.0)),
             "result": Encode(source: "graded", transfer: Linear{encode})"#
         )
@@ -141,7 +141,7 @@ fn one_curve_for_two_displays_is_fitted_by_the_narrower_encoding() {
     let text = |gamut: &str| {
         format!(
             r#"Pipeline(inputs: {{ "scene": Exposed }}, outputs: {{ "narrow": "narrow", "wide": "wide" }}, nodes: {{
-            "mapped": ToneMap(source: "scene", curve: None, space: Rec2020, gamut: Clip),
+            "mapped": ToneMap(source: "scene", curve: None, space: Rec2020, gamut: Clip, keep_hue: 0.0, middle_grey: Native),
             "narrow": Encode(source: "mapped", transfer: Linear, gamut: {gamut}),
             "wide": Encode(source: "mapped", transfer: Linear, primaries: Rec2020) }})"#
         )
@@ -172,7 +172,7 @@ fn grades_after_the_curve_use_the_luminance_of_the_display() {
     for (name, space) in [("Rec709", REC709), ("DisplayP3", P3_D65), ("Rec2020", REC2020)] {
         let nodes = |grade: &str| {
             format!(
-                r#""mapped": ToneMap(source: "scene", curve: None, gamut: Clip, space: Rec2020),
+                r#""mapped": ToneMap(source: "scene", curve: None, gamut: Clip, keep_hue: 0.0, space: Rec2020),
                 "graded": {grade},
                 "result": Encode(source: "graded", transfer: Linear, primaries: {name})"#
             )
@@ -229,6 +229,8 @@ fn both_outputs_of_the_hdr_pipeline_are_their_reference() {
         ("sdr", "Off"),
         ("sdr-mapped.curve", "None"),
         ("sdr-mapped.gamut", "Clip"),
+        ("sdr-mapped.keep_hue", "0.0"),
+        ("hdr-mapped.keep_hue", "0.0"),
         ("hdr-mapped.curve", "None"),
         ("hdr-mapped.space", "Rec2020"),
         ("hdr-mapped.gamut", "Clip"),

@@ -64,7 +64,7 @@ fn every_kind_keeps_the_colorimetry_or_says_what_it_is() {
         for state in port.states.iter().copied() {
             let Some(found) = alone(kind, state) else { continue };
             let wanted = match (kind.name(), &kind.outputs()[0].state) {
-                ("ToneMap", _) => ImageColor::of(ColorState::DisplayLinear),
+                ("ToneMap" | "Aces2Output", _) => ImageColor::of(ColorState::DisplayLinear),
                 ("Encode" | "BakedGrade", _) => {
                     ImageColor { state: ColorState::Encoded, colorimetry: Colorimetry::SRGB }
                 }

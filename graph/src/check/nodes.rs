@@ -261,6 +261,9 @@ fn vector(kind: &NodeKind, param: &Param, n: usize, items: &[Item], location: &L
 }
 
 fn unknown_choice(param: &Param, choices: &[ChoiceName], name: &str, location: &Location) -> Diagnostic {
+    if let Some(choice) = choices.iter().find(|choice| choice.former == name) {
+        return renamed(&Spanned::new(name.to_owned(), location.clone()), choice.name);
+    }
     let names = || choices.iter().map(|choice| choice.name);
     Diagnostic::error("unknown-choice", format!("{} has no value {}", quote(&param.name), quote(name)))
         .at(location, "")

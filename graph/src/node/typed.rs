@@ -243,7 +243,8 @@ macro_rules! params {
     };
 }
 
-/// Declares a parameter type whose values are names.
+/// Declares a parameter type whose values are names. A value that was renamed states its former name, as in `Groups
+/// formerly Blocks`: a file that uses that one gets an error with the present name.
 ///
 /// ```
 /// use afterimage_graph::prelude::*;
@@ -263,7 +264,7 @@ macro_rules! choices {
     (
         $(#[doc = $type_doc:literal])*
         pub enum $choice:ident {
-            $( $(#[doc = $doc:literal])* $variant:ident ),+ $(,)?
+            $( $(#[doc = $doc:literal])* $variant:ident $(formerly $former:ident)? ),+ $(,)?
         }
     ) => {
         $(#[doc = $type_doc])*
@@ -284,7 +285,11 @@ macro_rules! choices {
 
         impl $crate::value::ParamType for $choice {
             const TYPE: $crate::value::Type = $crate::value::Type::Choice(&[$(
-                $crate::value::ChoiceName { name: stringify!($variant), doc: concat!($($doc),*) }
+                $crate::value::ChoiceName {
+                    name: stringify!($variant),
+                    doc: concat!($($doc),*),
+                    former: concat!($(stringify!($former))?),
+                }
             ),+]);
 
             fn into_value(self) -> $crate::value::Value {
