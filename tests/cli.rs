@@ -8,6 +8,7 @@ mod memory;
 mod outputs;
 mod pictures;
 mod plans;
+mod quantise;
 mod sequences;
 
 use std::fs;
@@ -130,6 +131,12 @@ fn room(width: u32, height: u32) -> Picture {
 
 fn save(path: &Path, picture: &Picture) {
     write_exr(path, picture, &ExrOptions::default()).expect("a picture of a test can be written");
+}
+
+/// In 32-bit floats.
+fn save_exact(path: &Path, picture: &Picture) {
+    let options = ExrOptions { float: true, ..ExrOptions::default() };
+    write_exr(path, picture, &options).expect("a picture of a test can be written");
 }
 
 #[test]

@@ -55,9 +55,9 @@ fn what_cannot_be_written_is_said_before_anything_is_rendered() {
             "error: two files are named for the output `sdr`\n  hint: name one",
         ),
         (
-            "render {hdr} room.exr --output sdr=a.png --output hdr=b.jpg",
-            "error: `b.jpg` ends neither in `.png` nor in `.exr`\n  hint: `.png` takes an encoded output, `.exr` a \
-             linear one",
+            "render {hdr} room.exr --output sdr=a.png --output hdr=b.gif",
+            "error: `b.gif` ends in none of `.png`, `.jpg`, `.avif` and `.exr`\n  hint: `.png`, `.jpg` and `.avif` take an \
+             encoded output, `.exr` a linear one",
         ),
         (
             "render {hdr} room.exr --output sdr=a.png --output final=b.png",

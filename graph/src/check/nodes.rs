@@ -180,7 +180,7 @@ impl Builder<'_> {
         let instances: Vec<NodeInstance> = self.drafts.iter().map(instance).collect();
         let complete = self.drafts.iter().zip(&instances).filter(|(draft, _)| !draft.is_partial);
         let refused: Vec<Diagnostic> =
-            complete.filter_map(|(draft, instance)| Some(refused(draft, &instance.verify().err()?))).collect();
+            complete.filter_map(|(draft, instance)| Some(refused(draft, &doubt(draft, instance)?))).collect();
         refused.into_iter().for_each(|diagnostic| self.report(diagnostic));
         instances
     }
@@ -219,6 +219,12 @@ fn draft(scope: usize, entry: &NodeEntry, kind: &NodeKind) -> NodeDraft {
         states: vec![None; kind.outputs().len()],
         is_partial: entry.fields.is_partial,
     }
+}
+
+/// Why the kind refuses the values of the node or the format of its results.
+fn doubt(draft: &NodeDraft, instance: &NodeInstance) -> Option<String> {
+    let format = || draft.format.map_or(Ok(()), |format| instance.verify_format(format));
+    instance.verify().and_then(|()| format()).err()
 }
 
 /// The kind of a node refuses its values.

@@ -7,6 +7,7 @@ use super::kind::{Arrivals, DynNode, Kind, NodeKind};
 use super::ports::{Fallback, Input, Output};
 use super::recorder::Recorder;
 use afterimage_base::Shared;
+use afterimage_base::image::Format;
 use afterimage_base::value::{Param, Value};
 use afterimage_wgsl::UniformValue;
 
@@ -44,6 +45,12 @@ pub trait Node: Params {
         Ok(())
     }
 
+    /// Checks a format that the pipeline file sets for the results. The error is one sentence.
+    fn verify_format(&self, format: Format) -> Result<(), String> {
+        let _ = format;
+        Ok(())
+    }
+
     /// What the node does to the colorimetry of its image at its present values.
     fn color(&self) -> ColorChange {
         ColorChange::Keep
@@ -59,6 +66,9 @@ impl<N: Node> DynNode for N {
     }
     fn verify(&self) -> Result<(), String> {
         Node::verify(self)
+    }
+    fn verify_format(&self, format: Format) -> Result<(), String> {
+        Node::verify_format(self, format)
     }
     fn color(&self) -> ColorChange {
         Node::color(self)

@@ -114,7 +114,7 @@ fn size(request: &Request<'_>, images: &[InputImage]) -> Size {
 
 /// The output for the file, and its texels.
 fn picture(session: &mut Session, target: &Target) -> Result<(PlanOutput, Texels), Failure> {
-    let output = choose_output(session.plan(), target.output.as_deref(), target.png)?;
+    let output = choose_output(session.plan(), target.output.as_deref(), target.saving.format.is_encoded())?;
     let texels = session.output(&output.name)?;
     Ok((output, texels))
 }
@@ -126,17 +126,17 @@ fn time_passes(session: &mut Session, images: &[InputImage]) -> Result<Vec<(Stri
     Ok(passes.map(|pass| pass.label.clone()).zip(times).collect())
 }
 
-/// The named output, or the first whose color state fits the file: encoded for PNG, linear for EXR.
-pub(crate) fn choose_output(plan: &Plan, wanted: Option<&str>, png: bool) -> Result<PlanOutput, Failure> {
-    let fits = |output: &&PlanOutput| (output.state == ColorState::Encoded) == png;
+/// The named output, or the first whose color state fits the file: encoded for PNG, JPEG and AVIF, linear for EXR.
+pub(crate) fn choose_output(plan: &Plan, wanted: Option<&str>, encoded: bool) -> Result<PlanOutput, Failure> {
+    let fits = |output: &&PlanOutput| (output.state == ColorState::Encoded) == encoded;
     match wanted {
-        None => plan.outputs.iter().find(fits).cloned().ok_or_else(|| no_output(plan, png)),
+        None => plan.outputs.iter().find(fits).cloned().ok_or_else(|| no_output(plan, encoded)),
         Some(name) => {
             let unknown = || {
                 Failure::user(format!("the pipeline has no output `{name}`")).hint(format!("it has {}", names(plan)))
             };
             let output = plan.output(Some(name)).ok_or_else(unknown)?;
-            if fits(&output) { Ok(output.clone()) } else { Err(wrong_file(output, png)) }
+            if fits(&output) { Ok(output.clone()) } else { Err(wrong_file(output, encoded)) }
         }
     }
 }
@@ -146,18 +146,20 @@ fn names(plan: &Plan) -> String {
     names.join(", ")
 }
 
-fn wrong_file(output: &PlanOutput, png: bool) -> Failure {
+fn wrong_file(output: &PlanOutput, encoded: bool) -> Failure {
     let name = &output.name;
-    match png {
-        true => Failure::user(format!("output `{name}` is {}, and a PNG holds encoded pictures", output.state.name()))
-            .hint("write it to an `.exr` file, or add an `Encode` node"),
+    match encoded {
+        true => {
+            Failure::user(format!("output `{name}` is {}, and this file holds encoded pictures", output.state.name()))
+                .hint("write it to an `.exr` file, or add an `Encode` node")
+        }
         false => Failure::user(format!("output `{name}` is Encoded, and an EXR holds linear light"))
             .hint("write it to a `.png` file"),
     }
 }
 
-fn no_output(plan: &Plan, png: bool) -> Failure {
-    let (kind, hint) = match png {
+fn no_output(plan: &Plan, encoded: bool) -> Failure {
+    let (kind, hint) = match encoded {
         true => ("encoded", "write to an `.exr` file, or add an `Encode` node and an output for it"),
         false => ("linear", "write to a `.png` file, or add an output before the `Encode` node"),
     };

@@ -25,7 +25,8 @@ pub(crate) fn run(args: &RenderArgs, tables: &[&[NodeKind]]) -> Result<(), Failu
     let graph = PipelineFile::new(&document, &registry).graph(&args.options)?;
     let (facts, options) = (facts(&args.options)?, plan_options(&args.plan));
     let named = assignments(&args.inputs, "--input")?;
-    let request = Request::new(args, &graph, named)?;
+    let mut request = Request::new(args, &graph, named)?;
+    let graph = request.prepare(graph);
     let times = stages::run(&request, graph, facts, options)?;
     if args.timings {
         note(&times.to_string());

@@ -8,6 +8,8 @@ use afterimage_media::{Source, sequence};
 use super::target::{Target, targets};
 use crate::args::RenderArgs;
 use crate::failure::Failure;
+use crate::quantise::unquantised;
+use crate::terminal::note;
 
 /// The inputs and the files of one frame.
 pub(super) struct Job {
@@ -35,6 +37,18 @@ impl<'a> Request<'a> {
         let files = input_files(args, graph, named)?;
         let jobs = if files.is_empty() { without_inputs(args, &targets) } else { with_inputs(args, files, &targets) }?;
         Ok(Self { args, targets, jobs })
+    }
+
+    /// The graph as it is rendered for the files: without the quantisation that the writer does.
+    pub(super) fn prepare(&mut self, graph: Graph) -> Graph {
+        let encoded =
+            self.targets.iter_mut().map(|target| &mut target.saving).filter(|saving| saving.format.is_encoded());
+        let encoded: Vec<_> = encoded.collect();
+        let Some(bits) = encoded.iter().map(|saving| saving.bits).max() else { return graph };
+        let unquantised = unquantised(graph, bits, self.args.depth.is_some());
+        encoded.into_iter().for_each(|saving| saving.noise = unquantised.noise);
+        unquantised.notes.iter().for_each(|text| note(&format!("note: {text}")));
+        unquantised.graph
     }
 }
 

@@ -1,10 +1,10 @@
 //! The files that `render` writes, and the output of the pipeline that each of them takes.
 
-use afterimage_media::{ExrOptions, PngDepth, PngOptions};
+use afterimage_media::Alpha;
 
-use crate::args::RenderArgs;
+use crate::args::{AlphaChoice, RenderArgs};
 use crate::failure::Failure;
-use crate::save::SaveOptions;
+use crate::save::{FileFormat, SaveOptions};
 
 /// A file, or the files of a sequence, and the output that it takes.
 pub(super) struct Target {
@@ -12,8 +12,6 @@ pub(super) struct Target {
     pub(super) output: Option<String>,
     /// The file, with a placeholder for a sequence.
     pub(super) file: String,
-    /// Whether it is a PNG.
-    pub(super) png: bool,
     /// How it is written.
     pub(super) saving: SaveOptions,
 }
@@ -61,26 +59,46 @@ fn different(all: &[(Option<String>, String)]) -> Result<(), Failure> {
 }
 
 fn target(args: &RenderArgs, output: Option<String>, file: String) -> Result<Target, Failure> {
-    let ends_with = |ending: &str| file.to_lowercase().ends_with(ending);
-    let png = ends_with(".png");
-    if !png && !ends_with(".exr") {
-        return Err(Failure::user(format!("`{file}` ends neither in `.png` nor in `.exr`"))
-            .hint("`.png` takes an encoded output, `.exr` a linear one"));
-    }
-    Ok(Target { output, png, saving: save_options(args, png)?, file })
+    Ok(Target { output, saving: save_options(args, &file)?, file })
 }
 
-fn save_options(args: &RenderArgs, png: bool) -> Result<SaveOptions, Failure> {
-    let deep = match (png, args.depth) {
-        (true, None | Some(8)) | (false, None | Some(16)) => false,
-        (true, Some(16)) | (false, Some(32)) => true,
-        (true, Some(depth)) => return Err(Failure::user(format!("a PNG has 8 or 16 bits, not {depth}"))),
-        (false, Some(depth)) => return Err(Failure::user(format!("an EXR has 16 or 32 bits, not {depth}"))),
-    };
-    let depth = if png && deep { PngDepth::Sixteen } else { PngDepth::Eight };
-    let dither = (!args.no_dither).then_some(0);
+fn save_options(args: &RenderArgs, file: &str) -> Result<SaveOptions, Failure> {
+    let format = FileFormat::of(file).ok_or_else(|| unknown_format(file))?;
     Ok(SaveOptions {
-        png: PngOptions { depth, dither, ..PngOptions::default() },
-        exr: ExrOptions { float: !png && deep, ..ExrOptions::default() },
+        bits: bits(format, args.depth)?,
+        dither: !args.no_dither,
+        alpha: match args.alpha {
+            AlphaChoice::Auto => Alpha::WhereNeeded,
+            AlphaChoice::Keep => Alpha::Keep,
+            AlphaChoice::Drop => Alpha::Drop,
+        },
+        quality: args.quality,
+        ..SaveOptions::plain(format)
     })
+}
+
+fn unknown_format(name: &str) -> Failure {
+    if name.to_lowercase().ends_with(".avif") {
+        return Failure::user(format!("{name}: this build of the program does not write AVIF"))
+            .hint("build it with `--features avif`, or write a `.png` file");
+    }
+    Failure::user(format!("`{name}` ends in none of `.png`, `.jpg`, `.avif` and `.exr`"))
+        .hint("`.png`, `.jpg` and `.avif` take an encoded output, `.exr` a linear one")
+}
+
+/// The bits of a channel.
+fn bits(format: FileFormat, asked: Option<u8>) -> Result<u32, Failure> {
+    let (name, known): (&str, &[u8]) = match format {
+        FileFormat::Png => ("a PNG", &[8, 16]),
+        FileFormat::Jpeg => ("a JPEG", &[8]),
+        #[cfg(feature = "avif")]
+        FileFormat::Avif => ("an AVIF", &[10]),
+        FileFormat::Exr => ("an EXR", &[16, 32]),
+    };
+    let bits = asked.unwrap_or(known[0]);
+    if known.contains(&bits) {
+        return Ok(bits.into());
+    }
+    let known: Vec<String> = known.iter().map(u8::to_string).collect();
+    Err(Failure::user(format!("{name} has {} bits, not {bits}", known.join(" or "))))
 }

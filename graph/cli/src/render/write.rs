@@ -12,7 +12,7 @@ use indicatif::ProgressBar;
 
 use super::request::Request;
 use crate::failure::Failure;
-use crate::save::save;
+use crate::save::{Stated, save};
 
 /// A rendered image.
 pub(super) struct Rendered {
@@ -49,8 +49,8 @@ pub(super) fn write_all(request: &Request<'_>, queue: &Queue, bar: &ProgressBar)
     while let Some(rendered) = queue.next() {
         let start = Instant::now();
         let path = &request.jobs[rendered.index].out[rendered.target];
-        let saving = &request.targets[rendered.target].saving;
-        let saved = save(path, &rendered.texels, rendered.output.state, rendered.meta, saving);
+        let stated = Stated { meta: rendered.meta, frame: rendered.index, ..Stated::of(&rendered.output) };
+        let saved = save(path, &rendered.texels, stated, &request.targets[rendered.target].saving);
         queue.failed.fetch_or(saved.is_err(), Ordering::Relaxed);
         saved?;
         busy += start.elapsed();
