@@ -16,6 +16,7 @@ use crate::files::{read_document, registry};
 use crate::pipeline::{PipelineFile, assignments, facts, plan_options};
 use crate::terminal::note;
 use request::Request;
+use target::targets;
 
 pub(crate) use frames::choose_output;
 
@@ -25,7 +26,7 @@ pub(crate) fn run(args: &RenderArgs, tables: &[&[NodeKind]]) -> Result<(), Failu
     let graph = PipelineFile::new(&document, &registry).graph(&args.options)?;
     let (facts, options) = (facts(&args.options)?, plan_options(&args.plan));
     let named = assignments(&args.inputs, "--input")?;
-    let mut request = Request::new(args, &graph, named)?;
+    let mut request = Request::new(args, targets(args)?, &graph, named)?;
     let graph = request.prepare(graph);
     let times = stages::run(&request, graph, facts, options)?;
     if args.timings {

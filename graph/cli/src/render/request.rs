@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use afterimage_graph::check::Graph;
 use afterimage_media::{Source, sequence};
 
-use super::target::{Target, targets};
+use super::target::Target;
 use crate::args::RenderArgs;
 use crate::failure::Failure;
 use crate::quantise::unquantised;
@@ -32,8 +32,12 @@ pub(super) struct Request<'a> {
 
 impl<'a> Request<'a> {
     /// `named` are the files of `--input`, by the name of the input.
-    pub(super) fn new(args: &'a RenderArgs, graph: &Graph, named: Vec<(String, String)>) -> Result<Self, Failure> {
-        let targets = targets(args)?;
+    pub(super) fn new(
+        args: &'a RenderArgs,
+        targets: Vec<Target>,
+        graph: &Graph,
+        named: Vec<(String, String)>,
+    ) -> Result<Self, Failure> {
         let files = input_files(args, graph, named)?;
         let jobs = if files.is_empty() { without_inputs(args, &targets) } else { with_inputs(args, files, &targets) }?;
         Ok(Self { args, targets, jobs })

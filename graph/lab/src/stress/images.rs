@@ -103,10 +103,10 @@ fn primaries(place: Place) -> [f32; 4] {
 }
 
 /// Colours outside of Rec.709, from dim to bright: the green of Rec.2020 and the blue of ACEScg in the Rec.709 basis,
-/// and a colour of no luminance.
+/// and a colour of almost no luminance.
 fn wide(place: Place) -> [f32; 4] {
     const COLORS: [[f32; 3]; 4] =
-        [[-0.587_64, 1.132_90, -0.100_58], [-0.081_02, -0.014_27, 1.153_00], [1.0, -0.297_26, 0.0], [0.18; 3]];
+        [[-0.587_64, 1.132_90, -0.100_58], [-0.081_02, -0.014_27, 1.153_00], [1.0, -0.29, 0.0], [0.18; 3]];
     let [r, g, b] = COLORS[((place.x + place.y) % 4) as usize].map(|x| x * (8.0 * place.along() - 4.0).exp2());
     [r, g, b, 1.0]
 }

@@ -56,7 +56,7 @@ pub(crate) fn finite(shown: &OutputPixels) -> Option<String> {
 /// Whether scene light with these channels has a luminance of 0 or more, up to the rounding to half floats.
 fn has_luminance(pixel: &[f32; 4]) -> bool {
     let [r, g, b, _] = pixel.map(f64::from);
-    0.2126 * r + 0.7152 * g + 0.0722 * b >= -2e-3 * r.abs().max(g.abs()).max(b.abs())
+    0.2126 * r + 0.7152 * g + 0.0722 * b >= -2e-3 * r.abs().max(g.abs()).max(b.abs()) - LEAST_NORMAL_HALF
 }
 
 /// Colours are in the range of their state. Scene light may have negative components of a luminance that is not.
@@ -97,7 +97,7 @@ pub(crate) fn promised(shown: &OutputPixels, image: Extreme, size: Size, promise
         return Vec::new();
     }
     let given: Vec<[f32; 4]> =
-        image.pixels(size).into_iter().map(|pixel| sanitized(pixel, Signedness::Unsigned)).collect();
+        image.pixels(size).into_iter().map(|pixel| sanitized(pixel, shown.state.signedness())).collect();
     let checks = [
         (promises.constant && is_constant(&given)).then(|| ("constant", constant(shown))),
         (promises.keeps && is_constant(&given)).then(|| ("energy", kept(shown, given[0]))),
