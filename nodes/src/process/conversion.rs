@@ -44,7 +44,7 @@ impl Conversion {
     pub(crate) fn around(&self, table: Process) -> Parts {
         let enter = |space: LutSpace| match space {
             LutSpace::Same => Vec::new(),
-            space => [self.wire().decode(), space.from_light(self.source.primaries, self.white_nits)].concat(),
+            space => [self.wire().decode(), space.numbers_of(self.source.primaries, self.white_nits)].concat(),
         };
         let after = Process::new(self.leave());
         if self.from == self.to() {

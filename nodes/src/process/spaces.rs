@@ -82,7 +82,7 @@ impl LutSpace {
     }
 
     /// Linear light with these primaries to this space.
-    pub(crate) fn from_light(self, light: Chromaticities, white_nits: f64) -> Vec<Step> {
+    pub(crate) fn numbers_of(self, light: Chromaticities, white_nits: f64) -> Vec<Step> {
         let primaries = Step::matrix(light.conversion(&self.primaries()));
         std::iter::once(primaries).chain(self.encode(white_nits)).collect()
     }
