@@ -49,11 +49,13 @@ const WELCOME: Features = Features::TEXTURE_ADAPTER_SPECIFIC_FORMAT_FEATURES
 
 impl Gpu {
     /// Opens a device without a window.
+    #[cfg(not(target_family = "wasm"))]
     pub fn open(opening: &Opening) -> Result<Self, GpuError> {
         pollster::block_on(Self::open_async(opening))
     }
 
-    async fn open_async(opening: &Opening) -> Result<Self, GpuError> {
+    /// Opens a device without a window. Without `adapter`, this works on the web, too.
+    pub async fn open_async(opening: &Opening) -> Result<Self, GpuError> {
         let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
         // Without DEBUG, wgpu does not receive the layer's messages. With it, a layer that is older than the driver
         // reports every shader's source language.
@@ -107,6 +109,7 @@ impl Gpu {
     ///
     /// # Errors
     /// The device is lost.
+    #[cfg(not(target_family = "wasm"))]
     pub fn wait(&self) -> Result<(), GpuError> {
         self.wait_for(None)
     }
@@ -115,6 +118,7 @@ impl Gpu {
     ///
     /// # Errors
     /// The device is lost.
+    #[cfg(not(target_family = "wasm"))]
     pub fn wait_for(&self, submission_index: Option<wgpu::SubmissionIndex>) -> Result<(), GpuError> {
         let wait = wgpu::PollType::Wait { submission_index, timeout: None };
         self.device.poll(wait).map(drop).map_err(|error| GpuError::lost(&error))

@@ -7,9 +7,13 @@
 //!
 //! A program without a renderer opens a device with [`Gpu::open`], or uses a [`Session`], which adds plans, uploads and
 //! read-back. [`Clock`] measures frames.
+//!
+//! The crate builds for Vulkan, Metal, Direct3D 12 and the web. Images share placed memory only on Vulkan. On the web,
+//! where nothing may wait, a device comes from [`Gpu::open_async`], and there is no session, clock or read-back.
 
 mod buffer;
 mod cache;
+#[cfg(not(target_family = "wasm"))]
 mod clock;
 mod device;
 mod error;
@@ -17,17 +21,23 @@ mod executor;
 mod heap;
 mod layout;
 mod pipelines;
+mod platform;
+#[cfg(not(target_family = "wasm"))]
 mod session;
 mod store;
+#[cfg(not(target_family = "wasm"))]
 mod stream;
 mod timing;
 mod transfer;
 
+#[cfg(not(target_family = "wasm"))]
 pub use clock::{Clock, ClockSource, FrameTime, Recording, median};
 pub use device::{ErrorLog, Gpu, Opening, caps, texture_format};
 pub use error::{GpuError, SessionError};
 pub use executor::{Executor, Frame, Preparation};
+#[cfg(not(target_family = "wasm"))]
 pub use session::{FrameInputs, FrameStep, InputImage, Runtime, Session, input_image};
+#[cfg(not(target_family = "wasm"))]
 pub use stream::{Feed, Readback, download};
 pub use transfer::{Texels, upload, upload_bytes};
 pub use wgpu;

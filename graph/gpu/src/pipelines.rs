@@ -8,6 +8,7 @@ use rustc_hash::FxHashMap;
 
 use crate::GpuError;
 use crate::layout::Pipeline;
+use crate::platform::{on_threads, watched};
 
 /// Two pipelines with equal keys are the same.
 #[derive(Clone, PartialEq, Eq, Hash)]
@@ -108,15 +109,11 @@ impl Pipelines {
         }
         let threads = threads.min(missing.len());
         let (queue, refused) = (Mutex::new(missing), Mutex::new(None));
-        std::thread::scope(|scope| {
-            for _ in 0..threads {
-                scope.spawn(|| {
-                    while let Some(order) = pop(&queue) {
-                        if let Err(error) = self.build_one(device, order) {
-                            refused.lock().expect(UNBROKEN).get_or_insert(error);
-                        }
-                    }
-                });
+        on_threads(threads, || {
+            while let Some(order) = pop(&queue) {
+                if let Err(error) = self.build_one(device, order) {
+                    refused.lock().expect(UNBROKEN).get_or_insert(error);
+                }
             }
         });
         refused.into_inner().expect(UNBROKEN).map_or(Ok(()), Err)
@@ -132,26 +129,6 @@ impl Pipelines {
 }
 
 const UNBROKEN: &str = "no thread panics with the lock";
-
-/// Calls `make` inside error scopes and returns the device's error if there is one. wgpu's error scopes belong to the
-/// calling thread.
-pub(crate) fn watched<T>(
-    device: &wgpu::Device,
-    what: &str,
-    make: impl FnOnce() -> Result<T, GpuError>,
-) -> Result<T, GpuError> {
-    let memory = device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
-    let validation = device.push_error_scope(wgpu::ErrorFilter::Validation);
-    let made = make();
-    let refused = pollster::block_on(validation.pop());
-    if let Some(error) = pollster::block_on(memory.pop()) {
-        return Err(GpuError::OutOfMemory { what: format!("{what} ({error})") });
-    }
-    match refused {
-        Some(error) => Err(GpuError::Refused { what: what.to_owned(), why: error.to_string() }),
-        None => made,
-    }
-}
 
 fn pop<'a>(queue: &Mutex<Vec<Order<'a>>>) -> Option<Order<'a>> {
     queue.lock().expect(UNBROKEN).pop()

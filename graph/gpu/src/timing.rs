@@ -2,6 +2,7 @@
 
 use wgpu::util::DeviceExt as _;
 
+#[cfg(not(target_family = "wasm"))]
 use crate::stream::map;
 
 /// Timestamps around the passes of one frame.
@@ -45,6 +46,7 @@ impl Timing {
     }
 
     /// Milliseconds of each pass of the frame submitted last. Waits for it.
+    #[cfg(not(target_family = "wasm"))]
     pub(crate) fn read(&self, device: &wgpu::Device) -> Option<Vec<f64>> {
         map(device, &self.readable, wgpu::MapMode::Read).ok()?;
         let ticks: Vec<u64> = {

@@ -13,7 +13,8 @@ use super::loaded::{HostSet, ImageBinding, Loaded, Run, planned_attachment};
 use super::prepare::order;
 use crate::GpuError;
 use crate::layout::bound_slots;
-use crate::pipelines::{Built, watched};
+use crate::pipelines::Built;
+use crate::platform::watched;
 use crate::store::Store;
 
 /// How many choices of host images are remembered: the images of a swap chain.

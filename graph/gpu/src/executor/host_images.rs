@@ -7,7 +7,7 @@ use wgpu::{Device, Texture, TextureFormat, TextureUsages, TextureView};
 use super::frame::Frame;
 use crate::GpuError;
 use crate::device::texture_format;
-use crate::pipelines::watched;
+use crate::platform::watched;
 
 /// Kinds of textures whose formats for drawing are remembered: a host has few.
 const MOST_LOOKS: usize = 16;

@@ -19,7 +19,8 @@ use wgpu::{Buffer, BufferUsages, CommandEncoder, Device, Queue, TextureFormat};
 use crate::buffer::buffer;
 use crate::cache;
 use crate::heap;
-use crate::pipelines::{Pipelines, watched};
+use crate::pipelines::Pipelines;
+use crate::platform::{Worker, watched};
 use crate::store::Store;
 use crate::timing::Timing;
 use crate::{Gpu, GpuError};
@@ -141,6 +142,9 @@ impl Executor {
 
     /// Makes a plan the one that runs, at once: what it needs is compiled before this returns. A program that must not
     /// wait between two frames uses [`prepare`](Self::prepare) and [`swap`](Self::swap).
+    ///
+    /// On the web, where nothing may wait, errors of the device go to its own error handler, and `prepare` compiles at
+    /// once.
     pub fn load(&mut self, plan: Arc<Plan>) -> Result<(), GpuError> {
         let prepared = self.compiler.prepare(plan, &self.before(), cores())?;
         self.put_in(prepared)
@@ -150,7 +154,7 @@ impl Executor {
     pub fn prepare(&self, plan: Arc<Plan>) -> Preparation {
         let (compiler, before) = (self.compiler.clone(), self.before());
         let work = move || compiler.prepare(plan, &before, cores().saturating_sub(1).max(1));
-        Preparation { worker: std::thread::spawn(work) }
+        Preparation { worker: Worker::new(work) }
     }
 
     /// Makes a prepared plan the one that runs from the next frame on; waits for it if it is not ready.
@@ -158,10 +162,7 @@ impl Executor {
     /// Textures, histories and buffers that are equal in both plans are kept. Memory that begins with the new plan
     /// begins as in a first frame, and only that. On an error the old plan stays as it is, with its histories.
     pub fn swap(&mut self, preparation: Preparation) -> Result<(), GpuError> {
-        match preparation.worker.join() {
-            Ok(prepared) => self.put_in(prepared?),
-            Err(panic) => std::panic::resume_unwind(panic),
-        }
+        self.put_in(preparation.worker.join()?)
     }
 
     /// What the next plan can keep of the plan in use.
@@ -233,6 +234,7 @@ impl Executor {
     }
 
     /// Milliseconds of each pass of the last submitted frame. Waits for it.
+    #[cfg(not(target_family = "wasm"))]
     pub fn pass_times(&self) -> Option<Vec<f64>> {
         self.loaded.as_ref()?.timing.as_ref()?.read(&self.compiler.device)
     }

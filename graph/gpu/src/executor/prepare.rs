@@ -2,7 +2,6 @@
 //! heap.
 
 use std::sync::Arc;
-use std::thread::JoinHandle;
 
 use afterimage_graph::image::ImageDesc;
 use afterimage_graph::node::ImageId;
@@ -16,12 +15,13 @@ use super::loaded::{LoadedPass, planned_attachment};
 use crate::GpuError;
 use crate::heap::Placed;
 use crate::layout::{bind_group_layout, by_hand};
-use crate::pipelines::{Order, PipelineKey, Pipelines, watched};
+use crate::pipelines::{Order, PipelineKey, Pipelines};
+use crate::platform::{Worker, watched};
 
 /// A plan that is being compiled on a thread of its own, from [`Executor::prepare`](crate::Executor::prepare). If it is
 /// dropped, the pipelines that it has compiled until then are kept.
 pub struct Preparation {
-    pub(super) worker: JoinHandle<Result<Prepared, GpuError>>,
+    pub(super) worker: Worker<Result<Prepared, GpuError>>,
 }
 
 impl Preparation {

@@ -1,10 +1,5 @@
-//! Placed memory: one allocation in which images of any format and size lie at the plan's offsets. Vulkan only.
-//!
-//! wgpu allocates memory for every texture it creates. Therefore the images are created through Vulkan, bound to one
-//! allocation and imported into wgpu, which tracks them and destroys them when the GPU has finished, like any other
-//! texture. Images whose memory overlaps are never alive at the same time: the plan states this, and its verification
-//! proves it. The executor orders two images in the same memory by an explicit transition (see
-//! [`Executor`](crate::Executor)).
+//! Memory from Vulkan: the images are created through it, bound to one allocation and imported into wgpu, which tracks
+//! them and destroys them when the GPU has finished, like any other texture.
 #![allow(
     unsafe_code,
     reason = "memory cannot be placed through wgpu's safe interface; every block has its proof beside it"
@@ -13,10 +8,10 @@
 use std::sync::Arc;
 
 use afterimage_graph::image::ImageDesc;
-use afterimage_plan::Requirement;
 use ash::vk;
 use wgpu::hal::api::Vulkan;
 
+use super::Asked;
 use crate::store::{self, Stored, extent, usages, view};
 
 /// Memory for the transient images of a plan, and of the plan after it where they fit.
@@ -24,8 +19,8 @@ pub(crate) struct Heap {
     // Declared before the device, because fields are dropped in this order and the memory must not outlive the device.
     block: Arc<Block>,
     device: wgpu::Device,
-    bytes: u64,
-    memory_type: u32,
+    pub(super) bytes: u64,
+    pub(super) memory_type: u32,
 }
 
 /// An allocation, shared by the heap and by every image in it. The last owner frees it.
@@ -42,47 +37,10 @@ impl Drop for Block {
     }
 }
 
-/// The images of a plan in a heap with their offsets, in the order of the plan's images. Images of equal description at
-/// the same offset are one texture, so wgpu inserts the barrier between them by itself.
-#[derive(Clone)]
-pub(crate) struct Placed {
-    pub(crate) heap: Arc<Heap>,
-    pub(crate) images: Vec<(u64, Stored)>,
-}
-
-impl Placed {
-    /// Creates images at the given offsets of one heap of `bytes` bytes. The old heap is reused if it has this size and
-    /// a suitable memory type, and so are its images that have the same offset and description. `None` where the
-    /// backend cannot place images.
-    pub(crate) fn new(
-        device: &wgpu::Device,
-        bytes: u64,
-        places: &[(u64, ImageDesc, &str)],
-        old: Option<&Self>,
-    ) -> Option<Self> {
-        let types = places
-            .iter()
-            .try_fold(u32::MAX, |types, (_, desc, _)| Some(types & requirements(device, desc)?.memory_type_bits))?;
-        let old = old.filter(|old| old.heap.bytes == bytes && types & (1 << old.heap.memory_type) != 0);
-        let heap = match old {
-            Some(old) => old.heap.clone(),
-            None => Arc::new(Heap::new(device, bytes, types)?),
-        };
-        let old = old.map_or(&[][..], |old| &old.images);
-        let mut images: Vec<(u64, Stored)> = Vec::with_capacity(places.len());
-        for (offset, desc, label) in places {
-            let is_same = |(at, stored): &&(u64, Stored)| at == offset && stored.desc == *desc;
-            let known = images.iter().chain(old).find(is_same).map(|(_, stored)| stored.clone());
-            images.push((*offset, known.or_else(|| heap.place(*desc, *offset, label))?));
-        }
-        Some(Self { heap, images })
-    }
-}
-
 impl Heap {
     /// Allocates device-local memory of one of the given types; `None` where the backend is not Vulkan or has no such
     /// memory.
-    fn new(device: &wgpu::Device, bytes: u64, types: u32) -> Option<Self> {
+    pub(super) fn new(device: &wgpu::Device, bytes: u64, types: u32) -> Option<Self> {
         // SAFETY: the guard is dropped before this function returns, and the device is not destroyed through it.
         let hal = unsafe { device.as_hal::<Vulkan>() }?;
         let instance = hal.shared_instance().raw_instance();
@@ -102,7 +60,7 @@ impl Heap {
     }
 
     /// Creates an image at an offset of the allocation.
-    fn place(&self, desc: ImageDesc, offset: u64, label: &str) -> Option<Stored> {
+    pub(super) fn place(&self, desc: ImageDesc, offset: u64, label: &str) -> Option<Stored> {
         // SAFETY: as in `new`.
         let hal = unsafe { self.device.as_hal::<Vulkan>() }?;
         let image = create_image(hal.raw_device(), &self.device, &desc)?;
@@ -138,15 +96,8 @@ impl Heap {
     }
 }
 
-/// The memory requirement that the driver states for an image; a typical requirement where the backend cannot be asked.
-pub(crate) fn requirement(device: &wgpu::Device, desc: &ImageDesc) -> Requirement {
-    match requirements(device, desc) {
-        Some(asked) => Requirement { bytes: asked.size, alignment: asked.alignment },
-        None => Requirement::typical(desc),
-    }
-}
-
-fn requirements(device: &wgpu::Device, desc: &ImageDesc) -> Option<vk::MemoryRequirements> {
+/// What the driver states for an image; `None` where the backend is not Vulkan.
+pub(super) fn requirements(device: &wgpu::Device, desc: &ImageDesc) -> Option<Asked> {
     // SAFETY: as in `Heap::new`.
     let hal = unsafe { device.as_hal::<Vulkan>() }?;
     let image = create_image(hal.raw_device(), device, desc)?;
@@ -154,7 +105,8 @@ fn requirements(device: &wgpu::Device, desc: &ImageDesc) -> Option<vk::MemoryReq
     unsafe {
         let requirements = hal.raw_device().get_image_memory_requirements(image);
         hal.raw_device().destroy_image(image, None);
-        Some(requirements)
+        let vk::MemoryRequirements { size, alignment, memory_type_bits, .. } = requirements;
+        Some(Asked { bytes: size, alignment, memory_types: memory_type_bits })
     }
 }
 

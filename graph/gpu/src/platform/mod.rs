@@ -1,0 +1,11 @@
+//! What differs between targets that have threads and may wait, and the web, which has neither.
+
+#[cfg(not(target_family = "wasm"))]
+mod native;
+#[cfg(target_family = "wasm")]
+mod web;
+
+#[cfg(not(target_family = "wasm"))]
+pub(crate) use native::{Worker, on_threads, watched};
+#[cfg(target_family = "wasm")]
+pub(crate) use web::{Worker, on_threads, watched};

@@ -1,0 +1,34 @@
+//! The web: one thread, and nothing may wait.
+
+use crate::GpuError;
+
+/// Work that is done at once.
+pub(crate) struct Worker<T>(T);
+
+impl<T> Worker<T> {
+    pub(crate) fn new(work: impl FnOnce() -> T) -> Self {
+        Self(work())
+    }
+
+    pub(crate) fn is_finished(&self) -> bool {
+        true
+    }
+
+    pub(crate) fn join(self) -> T {
+        self.0
+    }
+}
+
+/// Does the work on the one thread that there is.
+pub(crate) fn on_threads(_threads: usize, work: impl Fn()) {
+    work();
+}
+
+/// Calls `make`. WebGPU reports errors later, so they go to the error handler of the device.
+pub(crate) fn watched<T>(
+    _device: &wgpu::Device,
+    _what: &str,
+    make: impl FnOnce() -> Result<T, GpuError>,
+) -> Result<T, GpuError> {
+    make()
+}
