@@ -27,6 +27,7 @@ mod session;
 mod store;
 #[cfg(not(target_family = "wasm"))]
 mod stream;
+#[cfg_attr(target_family = "wasm", allow(dead_code, reason = "on the web nothing may wait for the times"))]
 mod timing;
 mod transfer;
 
