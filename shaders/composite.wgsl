@@ -17,6 +17,14 @@ fn composite_mean(base: vec4f, light: vec3f, params: Composite) -> vec4f {
     return vec4f(between3(base.rgb, light, params.strength), base.a);
 }
 
+fn composite_add_pixel(base: vec4f, bloom: vec4f, params: Composite) -> vec4f {
+    return composite_sum(base, bloom.rgb, params);
+}
+
+fn composite_mix_pixel(base: vec4f, bloom: vec4f, params: Composite) -> vec4f {
+    return composite_mean(base, bloom.rgb, params);
+}
+
 fn composite_add_bilinear(
     base: vec4f,
     bloom: texture_2d<f32>,

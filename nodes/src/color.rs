@@ -140,8 +140,8 @@ pub(crate) fn white_from(kelvin: f64, duv: f64, adaptation: Cones) -> DMat3 {
     in_rec709(adaptation.adapt(xyz(light(kelvin, duv)), xyz(D65)))
 }
 
-/// The xy of a light: CIE daylight (CIE 15) from 4000 K, a black body (Kim et al. 2002) below. The limits are 1667 K
-/// and 25000 K.
+/// The xy of a light: a black body (Kim et al. 2002) up to 4000 K, CIE daylight (CIE 15) from 5000 K, and a smooth blend
+/// between. The limits are 1667 K and 25000 K.
 fn light(kelvin: f64, duv: f64) -> DVec2 {
     let kelvin = kelvin.clamp(1667.0, 25000.0);
     if duv == 0.0 {
@@ -157,11 +157,20 @@ fn on_locus(kelvin: f64) -> DVec2 {
     on_branch(kelvin, kelvin)
 }
 
-/// The locus at `kelvin`, by the polynomials that are valid at `branch`.
+/// The locus at `kelvin`, by the polynomials that are valid at `branch`. The loci of black bodies and of daylight are
+/// 0.007 apart in y, so a light that changes from one to the other must do so gradually.
 fn on_branch(branch: f64, kelvin: f64) -> DVec2 {
-    let (x, y) = if branch < 4000.0 { black_body(branch) } else { daylight(branch) };
-    let at = cubic(x, 1000.0 / kelvin);
-    DVec2::new(at, cubic(y, at))
+    let at = |(x, y): ([f64; 4], [f64; 4])| {
+        let x = cubic(x, 1000.0 / kelvin);
+        DVec2::new(x, cubic(y, x))
+    };
+    at(black_body(branch)).lerp(at(daylight(branch)), daylight_share(kelvin))
+}
+
+/// The share of daylight in a light: a smooth step from 0 at 4000 K (250 mired) to 1 at 5000 K (200 mired).
+fn daylight_share(kelvin: f64) -> f64 {
+    let t = ((250.0 - 1e6 / kelvin) / 50.0).clamp(0.0, 1.0);
+    t * t * (3.0 - 2.0 * t)
 }
 
 fn daylight(kelvin: f64) -> ([f64; 4], [f64; 4]) {
@@ -170,6 +179,10 @@ fn daylight(kelvin: f64) -> ([f64; 4], [f64; 4]) {
 }
 
 fn black_body(kelvin: f64) -> ([f64; 4], [f64; 4]) {
+    if kelvin > 4000.0 {
+        let x = [-3.0258469, 2.1070379, 0.2226347, 0.240390];
+        return (x, [3.0817580, -5.87338670, 3.75112997, -0.37001483]);
+    }
     let y = if kelvin <= 2222.0 {
         [-1.1063814, -1.34811020, 2.18555832, -0.20219683]
     } else {
@@ -200,4 +213,26 @@ pub(crate) fn chromaticity(xy: [f32; 2]) -> DVec2 {
     // Through the shortest decimal, so that the `f32` 0.3127 becomes the `f64` 0.3127.
     let exact = |x: f32| x.to_string().parse().unwrap_or(f64::from(x));
     DVec2::new(exact(xy[0]), exact(xy[1]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::light;
+
+    /// The largest distance in xy of two lights one kelvin apart.
+    fn largest_step(duv: f64) -> f64 {
+        (1700..12000)
+            .map(|kelvin| light(f64::from(kelvin + 1), duv).distance(light(f64::from(kelvin), duv)))
+            .fold(0.0, f64::max)
+    }
+
+    #[test]
+    fn a_light_moves_smoothly_with_its_temperature() {
+        // 1.3e-4 at the warm end. Without a blend it was 0.0073 from 3999 K to 4000 K.
+        for duv in [0.0, 0.02, -0.02] {
+            let step = largest_step(duv);
+            println!("tint {duv}: the largest step of one kelvin is {step:.2e} in xy");
+            assert!(step < 4e-4, "{duv}: {step}");
+        }
+    }
 }

@@ -19,8 +19,8 @@ choices! {
 params! {
     /// Combines light with an image: bloom before the tone curve, or glare in display-linear light after it.
     ///
-    /// Both images must be in the same color state. The light may have any size and is resampled. If no light is wired,
-    /// or it is switched off, the result is the image. Results are limited to 65504. Alpha is that of the image.
+    /// Both images must be in the same color state. The light may have any size and is resampled; light of the size of
+    /// the image is not filtered. If no light is wired, or it is switched off, the result is the image. Results are limited to 65504. Alpha is that of the image.
     pub struct Composite {
         /// How the light is combined with the image.
         pub blend: CompositeBlend = CompositeBlend::Add;
@@ -42,6 +42,14 @@ impl Composite {
             (CompositeBlend::Add, UpsampleFilter::Bilinear) => "composite_add_bilinear",
             (CompositeBlend::Mix, UpsampleFilter::Tent) => "composite_mix_tent",
             (CompositeBlend::Mix, UpsampleFilter::Bilinear) => "composite_mix_bilinear",
+        }
+    }
+
+    /// The function for light of the size of the image.
+    fn pixel_function(&self) -> &'static str {
+        match self.blend {
+            CompositeBlend::Add => "composite_add_pixel",
+            CompositeBlend::Mix => "composite_mix_pixel",
         }
     }
 
@@ -80,7 +88,9 @@ impl Node for Composite {
             let base = pass.image("base");
             pass.desc(base).size
         };
-        pass.function(&SHADER, self.function())
+        // The filter would blur light that has a texel for each pixel.
+        let is_equal = pass.desc(bloom).size == size;
+        pass.function(&SHADER, if is_equal { self.pixel_function() } else { self.function() })
             .read("bloom", bloom)
             .reach(if self.filter == UpsampleFilter::Tent { self.radius } else { 0.0 })
             .set("strength", strength)

@@ -71,8 +71,8 @@ impl Downsample {
         match (self.filter, firefly) {
             (DownsampleFilter::Tap13, Firefly::Groups) => "downsample_tap13_groups",
             (_, Firefly::Groups) => "downsample_tap4_groups",
-            // A single tap has nothing to be weighted against.
-            (DownsampleFilter::Box, _) => "downsample_box",
+            (DownsampleFilter::Box, Firefly::Off) => "downsample_box",
+            (DownsampleFilter::Box, Firefly::Taps) => "downsample_box_taps",
             (DownsampleFilter::Tap4, Firefly::Off) => "downsample_tap4",
             (DownsampleFilter::Tap4, Firefly::Taps) => "downsample_tap4_taps",
             (DownsampleFilter::Tap9, Firefly::Off) => "downsample_tap9",

@@ -2,10 +2,10 @@
 
 use afterimage_graph::check::Graph;
 
-use crate::reference::guard::{LARGEST_HALF, guard};
+use crate::reference::guard;
 use crate::reference::image::Image;
 use crate::support::gpu::Picture;
-use crate::support::harness::Nodes;
+use crate::support::harness::{Nodes, image};
 
 /// A pipeline from `scene` to the node `result`.
 pub(crate) fn pipeline(nodes: &str) -> Graph {
@@ -44,7 +44,5 @@ pub(crate) fn scene(width: u32, height: u32) -> Picture {
 
 /// The picture as nodes read it: sanitized, in f64.
 pub(crate) fn sanitized(picture: &Picture) -> Image {
-    Image::new(picture.width as usize, picture.height as usize, |x, y| {
-        picture.at(x as u32, y as u32).map(|value| guard(f64::from(value), LARGEST_HALF))
-    })
+    guard::sanitized(&image(picture))
 }

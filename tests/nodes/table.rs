@@ -6,7 +6,7 @@ use std::collections::BTreeSet;
 use super::bloom::{self, blurred, caracal_taps, levels};
 use super::color::{self, OneFile, noise, stored, stored_light, tolerance};
 use super::local::{RANGE, SIGMAS, SIZE, wide};
-use super::metering::BINS;
+use super::metering::{BINS, LIMITS};
 use crate::reference::bloom::{additive_chain, composite_lerp, knee_weight, lerp_chain};
 use crate::reference::color::{BRADFORD, luminance, white_balance_target};
 use crate::reference::curves::{UCHIMURA, display, narkowicz, uchimura};
@@ -19,7 +19,7 @@ use crate::reference::local::{Grid, LocalToneMap, Splat};
 use crate::reference::lut::Cube;
 use crate::reference::math::{Rgb, largest, transform};
 use crate::reference::purkinje::{full, simple, strength_log};
-use crate::reference::resample::{Down, Firefly, Up, upsample};
+use crate::reference::resample::{Down, Firefly, Up, downsample, half_size, upsample};
 use crate::reference::transfer::{dither, srgb_encode};
 use crate::reference::vignette;
 use crate::support::gpu::{Picture, Run};
@@ -226,11 +226,14 @@ fn bloom_kinds() -> Vec<Reference> {
         ),
         Reference::new(
             ("Composite", "Color"),
-            "\"result\": Composite(base: \"scene\", bloom: \"scene\", blend: Mix, strength: 0.25)",
+            "\"half\": Downsample(source: \"scene\", levels: 1, filter: Box), \
+             \"result\": Composite(base: \"scene\", bloom: \"half.coarsest\", blend: Mix, strength: 0.25)",
             light,
             sampled,
             |image| {
-                let bloom = upsample(image, [image.width, image.height], Up::Tent, 1.0);
+                let [width, height] = half_size(image.width, image.height);
+                let level = downsample(image, [width, height], Down::Box);
+                let bloom = upsample(&level, [image.width, image.height], Up::Tent, 1.0);
                 Image::new(image.width, image.height, |x, y| {
                     let [base, bloom] = [image, &bloom].map(|image| image.texel(x as i64, y as i64));
                     let [r, g, b] = composite_lerp(rgb(base), rgb(bloom), 0.25);
@@ -332,7 +335,7 @@ fn in_one_bin([width, height]: [u32; 2]) -> Picture {
 /// the illuminance, 1.
 fn exposure(mean: f64) -> Image {
     let lux = std::f64::consts::PI / 0.18 * mean.exp2();
-    Image::new(1, 1, |_, _| [auto_exposure_stops(limit_mean(mean, -4.0, 16.0), 0.18, 0.0), mean, lux, 1.0])
+    Image::new(1, 1, |_, _| [auto_exposure_stops(limit_mean(mean, LIMITS[0], LIMITS[1]), 0.18, 0.0), mean, lux, 1.0])
 }
 
 /// The words of a histogram: the brightest channel, the range, the number of bins; then counts, low and high halves.
@@ -341,7 +344,7 @@ fn histogram_image(image: &Image) -> Image {
     let header = [brightest, BINS.low, BINS.high, BINS.count as f64].map(|word| [word, 0.0, 0.0, 0.0]);
     let counts = BINS.histogram(image).into_iter();
     let counts = counts.map(|count| [f64::from(count & 0xffff), f64::from(count >> 16), 0.0, 0.0]);
-    Image { width: 260, height: 1, pixels: header.into_iter().chain(counts).collect() }
+    Image { width: 4 + BINS.count, height: 1, pixels: header.into_iter().chain(counts).collect() }
 }
 
 fn metering_kinds() -> Vec<Reference> {
@@ -349,7 +352,7 @@ fn metering_kinds() -> Vec<Reference> {
     let logarithm = Tolerance { of: Scale::Channel, ..tolerance(2e-4, 1e-4, "sums of logarithms in fixed point") };
     let mean = |image: &Image| {
         let lights: Vec<f64> = image.pixels.iter().map(|pixel| luminance(rgb(*pixel))).collect();
-        pyramid_mean(&lights, -10.0)
+        pyramid_mean(&lights, BINS.low)
     };
     let metered = "\"mean\": MeanLuminance(source: \"scene\"), \"value\": Adapt(mean: \"mean\"), \
                    \"result\": ProbeValue(value: \"value\")";

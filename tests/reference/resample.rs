@@ -86,6 +86,7 @@ pub(crate) fn downsample(image: &Image, size: [usize; 2], filter: Down) -> Image
 pub(crate) fn downsample_karis(image: &Image, size: [usize; 2], filter: Down, firefly: Firefly) -> Image {
     match firefly {
         Firefly::Off => return downsample(image, size, filter),
+        Firefly::Taps if filter == Down::Box => return downsample_texels(image, size),
         Firefly::Groups if filter != Down::ThirteenTap => return downsample_corners(image, size),
         Firefly::Groups | Firefly::Taps => {}
     }
@@ -115,6 +116,23 @@ fn downsample_corners(image: &Image, size: [usize; 2]) -> Image {
             let square = [0, 1, 2, 3].map(|i| 0.2 * corner[i] + 0.8 * middle[i]);
             let weight = share * karis_weight(rgb(square), largest);
             sum = add_weighted(sum, corner, weight);
+            total += weight;
+        }
+        sum.map(|x| x / total)
+    })
+}
+
+/// A box whose four texels weigh `1 / (1 + brightness)`.
+fn downsample_texels(image: &Image, size: [usize; 2]) -> Image {
+    Image::from_uv(size[0], size[1], |[u, v]| {
+        let (x, y) = (u * image.width as f64 - 0.5, v * image.height as f64 - 0.5);
+        let share = |at: f64, side: i64| (1.0 - (at - at.floor() - side as f64).abs()).max(0.0);
+        let mut sum = [0.0; 4];
+        let mut total = 0.0;
+        for (i, j) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
+            let texel = image.texel(x.floor() as i64 + i, y.floor() as i64 + j);
+            let weight = share(x, i) * share(y, j) * karis_weight(rgb(texel), largest);
+            sum = add_weighted(sum, texel, weight);
             total += weight;
         }
         sum.map(|x| x / total)

@@ -55,8 +55,8 @@ impl Node for ProbeTable {
     const FALLBACK: Fallback = Fallback::Absent;
 
     fn record(&self, pass: &mut Recorder<'_>) {
-        let result = pass.output("result", seen(260, 1));
-        pass.compute(&TABLE, "probe_table").image("result", result).dispatch([5, 1, 1]);
+        let result = pass.output("result", seen(516, 1));
+        pass.compute(&TABLE, "probe_table").image("result", result).dispatch([9, 1, 1]);
     }
 }
 

@@ -12,7 +12,7 @@ use crate::reference::curves::{Uchimura, display, uchimura};
 use crate::reference::exposure::{Bins, auto_exposure_stops, limit_mean};
 use crate::reference::gaussian::{blur_axis, radius, taps};
 use crate::reference::grade::LiftGammaGain;
-use crate::reference::guard::{LARGEST_HALF, guard};
+use crate::reference::guard::{LARGEST_HALF, guard, sanitized};
 use crate::reference::image::{Image, centre_uv, rgb};
 use crate::reference::local::{Grid, LocalToneMap, Range, Splat};
 use crate::reference::math::{Rgb, largest, transform};
@@ -21,6 +21,7 @@ use crate::reference::resample::{Down, Firefly, Up, area_average, upsample};
 use crate::reference::transfer::srgb_encode;
 use crate::reference::vignette;
 use crate::support::gpu::{Picture, Repository, Run, pipelines, registry};
+use crate::support::harness::image;
 
 /// The pipeline without its dither, whose noise no CPU reference has, and with changes.
 fn undithered(sets: &[(&str, &str)]) -> Graph {
@@ -70,10 +71,7 @@ impl Node<'_> {
 
 /// What the pipeline makes of a picture, step by step.
 fn whole(graph: &Graph, picture: &Picture) -> Image {
-    let guarded = Image::new(picture.width as usize, picture.height as usize, |x, y| {
-        picture.at(x as u32, y as u32).map(|value| guard(f64::from(value), LARGEST_HALF))
-    });
-    let exposed = exposed(graph, &guarded);
+    let exposed = exposed(graph, &sanitized(&image(picture)));
     let seen = seen(graph, &exposed);
     let local = local(graph, &exposed, &seen);
     let lit = lit(graph, &seen, &local);

@@ -179,6 +179,8 @@ impl<'a> Builder<'a> {
             state: input.state,
             optional: input.optional,
             signed: input.signed,
+            needs_alpha: input.needs_alpha,
+            scale: input.scale,
         });
         Graph {
             inputs: inputs.collect(),

@@ -46,6 +46,10 @@ pub struct InputEntry {
     pub optional: bool,
     /// Whether negative numbers are meant.
     pub signed: bool,
+    /// Whether the pipeline needs an alpha that is not 1 everywhere.
+    pub needs_alpha: bool,
+    /// A factor of its colours, before anything is limited.
+    pub scale: f64,
 }
 
 /// A node.

@@ -2,6 +2,8 @@
 
 mod frames;
 mod read;
+mod readings;
+mod repairs;
 mod request;
 mod stages;
 mod times;
@@ -25,7 +27,11 @@ pub(crate) fn run(args: &RenderArgs, tables: &[&[NodeKind]]) -> Result<(), Failu
     let (facts, options) = (facts(&args.options)?, plan_options(&args.plan));
     let named = assignments(&args.inputs, "--input")?;
     let request = Request::new(args, &graph, named)?;
-    let times = stages::run(&request, graph, facts, options)?;
+    let (times, frames) = stages::run(&request, graph, facts, options)?;
+    readings::summary(&frames).iter().for_each(|line| note(line));
+    if let Some(path) = &args.json {
+        readings::write_json(path, &frames)?;
+    }
     if args.timings {
         note(&times.to_string());
     }

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use afterimage_graph::check::Graph;
+use afterimage_graph::check::{Graph, GraphInput};
 use afterimage_media::{ExrOptions, PngDepth, PngOptions, Source, sequence};
 
 use crate::args::RenderArgs;
@@ -27,6 +27,10 @@ pub(super) struct Request<'a> {
     pub(super) jobs: Vec<Job>,
     /// Whether they are written as PNG.
     pub(super) png: bool,
+    /// The frames that begin a new shot.
+    pub(super) cuts: Vec<u32>,
+    /// The pipeline's inputs.
+    pub(super) inputs: Vec<GraphInput>,
 }
 
 impl<'a> Request<'a> {
@@ -36,7 +40,20 @@ impl<'a> Request<'a> {
         let saving = save_options(args, png)?;
         let files = input_files(args, graph, named)?;
         let jobs = if files.is_empty() { without_inputs(args) } else { with_inputs(args, files) }?;
-        Ok(Self { args, saving, jobs, png })
+        let cuts = cuts(args, &jobs)?;
+        Ok(Self { args, saving, jobs, png, cuts, inputs: graph.inputs.clone() })
+    }
+}
+
+/// The frames of `--cut`. Each must be a frame of the sequence.
+fn cuts(args: &RenderArgs, jobs: &[Job]) -> Result<Vec<u32>, Failure> {
+    let Some(text) = &args.cut else { return Ok(Vec::new()) };
+    let cuts = sequence::parse_frames(text)?;
+    let is_missing = |cut: &&u32| !jobs.iter().any(|job| job.frame == Some(**cut));
+    match cuts.iter().find(is_missing) {
+        None => Ok(cuts),
+        Some(cut) => Err(Failure::user(format!("`--cut`: the sequence has no frame {cut}"))
+            .hint("a cut is a frame that is rendered, as `--frames` or the files name it")),
     }
 }
 

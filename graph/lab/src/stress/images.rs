@@ -129,8 +129,9 @@ impl Extreme {
 
     /// Whether sanitizing changes it.
     pub(crate) fn is_sanitized(self, size: Size) -> bool {
-        let bits = |pixel: [f32; 4]| pixel.map(f32::to_bits);
-        self.pixels(size).into_iter().any(|pixel| bits(sanitized(pixel, false)) != bits(pixel))
+        let bits = |pixels: &[[f32; 4]]| pixels.as_flattened().iter().map(|x| x.to_bits()).collect::<Vec<u32>>();
+        let pixels = self.pixels(size);
+        bits(&sanitized(&pixels, size, false)) != bits(&pixels)
     }
 
     /// One colour everywhere.
@@ -147,10 +148,38 @@ impl Extreme {
     }
 }
 
-/// A pixel after sanitizing, which happens at the inputs of every graph.
-pub(crate) fn sanitized(pixel: [f32; 4], signed: bool) -> [f32; 4] {
+/// An image after sanitizing, which happens at the inputs of every graph: NaN, negative infinity, and an infinity that
+/// no neighbour of the pixel shares become the lower median of the finite neighbours; then all is limited.
+pub(crate) fn sanitized(pixels: &[[f32; 4]], size: Size, signed: bool) -> Vec<[f32; 4]> {
     let lowest = if signed { -LARGEST_HALF } else { 0.0 };
-    pixel.map(|x| if x.is_nan() { 0.0 } else { x.clamp(lowest, LARGEST_HALF) })
+    let bounded = |x: f32| if x.is_nan() { 0.0 } else { x.clamp(lowest, LARGEST_HALF) };
+    let clean = |(index, pixel): (usize, &[f32; 4])| {
+        if pixel.iter().all(|x| x.is_finite()) {
+            return pixel.map(bounded);
+        }
+        let near = neighbours(pixels, size, index);
+        [0, 1, 2, 3].map(|c| bounded(repaired(pixel[c], near.iter().map(|pixel| pixel[c]))))
+    };
+    pixels.iter().enumerate().map(clean).collect()
+}
+
+/// A number of a pixel, from those of the pixels around it.
+fn repaired(value: f32, near: impl Iterator<Item = f32> + Clone) -> f32 {
+    let is_light = value == f32::INFINITY && near.clone().any(|x| x == f32::INFINITY);
+    let mut finite: Vec<f32> = near.filter(|x| x.is_finite()).collect();
+    if value.is_finite() || is_light || finite.is_empty() {
+        return value;
+    }
+    finite.sort_by(f32::total_cmp);
+    finite[(finite.len() - 1) / 2]
+}
+
+fn neighbours(pixels: &[[f32; 4]], size: Size, index: usize) -> Vec<[f32; 4]> {
+    let (width, height) = (size.width as usize, size.height as usize);
+    let (x, y) = (index % width, index / width);
+    let around = |at: usize, side: usize| at.saturating_sub(1)..(at + 2).min(side);
+    let places = around(y, height).flat_map(|j| around(x, width).map(move |i| i + j * width));
+    places.filter(|place| *place != index).map(|place| pixels[place]).collect()
 }
 
 #[cfg(test)]
@@ -177,7 +206,16 @@ mod tests {
         assert_eq!((ramp[12][1] / ramp[0][1]).log2(), 24.0);
         let edge = of("edge");
         assert_eq!(edge[12][0] / edge[0][0], 1e6);
-        assert_eq!(sanitized([f32::NAN, -2.0, f32::INFINITY, 1e-30], false), [0.0, 0.0, 65504.0, 1e-30]);
-        assert_eq!(sanitized([-2.0, f32::NEG_INFINITY, 0.5, f32::MAX], true), [-2.0, -65504.0, 0.5, 65504.0]);
+    }
+
+    #[test]
+    fn sanitizing_repairs_from_neighbours() {
+        let row = |pixels: &[[f32; 4]], signed| sanitized(pixels, Size::new(pixels.len() as u32, 1), signed);
+        let one = [f32::NAN, -2.0, f32::INFINITY, 1e-30];
+        assert_eq!(row(&[one], false), [[0.0, 0.0, 65504.0, 1e-30]]);
+        assert_eq!(row(&[[3.0; 4], one, [0.5; 4]], false)[1], [0.5, 0.0, 0.5, 1e-30]);
+        assert_eq!(row(&[one, one], false)[0], [0.0, 0.0, 65504.0, 1e-30]);
+        let signed = [-2.0, f32::NEG_INFINITY, 0.5, f32::MAX];
+        assert_eq!(row(&[signed, [-3.0; 4]], true)[0], [-2.0, -3.0, 0.5, 65504.0]);
     }
 }

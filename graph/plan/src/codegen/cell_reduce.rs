@@ -147,7 +147,7 @@ fn entry_point(reduce: &CellReduce, readers: &[Reader<'_>], linker: &Linker<'_>)
     // To load several pixels before the first is used made it slower on an H200: the other invocations hide the
     // waiting.
     format!(
-        "fn cells_texel(pixel: vec2i) -> vec4f {{ return sanitized(textureLoad({source}, pixel, 0)); }}
+        "fn cells_texel(pixel: vec2i) -> vec4f {{ return texel_inside({source}, pixel); }}
 @compute @workgroup_size({})
 fn compute(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) invocation: u32) {{
     let whole = textureDimensions({source});
