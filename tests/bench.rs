@@ -22,9 +22,9 @@ impl Folder {
         command.output().unwrap()
     }
 
-    /// The figures of a shipped pipeline, as JSON.
+    /// The figures of a built-in pipeline, as JSON.
     fn figures(&self, pipeline: &str, size: &str, arguments: &[&str]) -> Value {
-        let pipeline = shipped(pipeline);
+        let pipeline = built_in(pipeline);
         let pipeline = pipeline.to_string_lossy();
         let small = ["--size", size, "--frames", "3", "--json", "figures.json"];
         let output = self.bench(&[&[pipeline.as_ref()], small.as_slice(), arguments].concat());
@@ -46,7 +46,7 @@ impl Drop for Folder {
 
 const SMALL: &str = "96x64";
 
-fn shipped(name: &str) -> PathBuf {
+fn built_in(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../pipelines").join(format!("{name}.ron"))
 }
 
@@ -77,7 +77,7 @@ fn every_figure_is_there_and_agrees_with_the_others() {
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn the_hand_written_chain_looks_like_ours_and_stands_beside_no_other_pipeline() {
+fn the_baseline_looks_like_its_pipeline_and_is_reported_beside_no_other() {
     let folder = Folder::new("baseline");
     let baseline = folder.figures("lynx", "320x180", &[])["baseline"].clone();
     for key in ["fragment_ms", "compute_ms"] {

@@ -1,9 +1,10 @@
 //! The program as a user runs it: arguments in; pictures, words and an exit status out.
 
 mod broken;
+mod errors;
+mod folders;
 mod hostile;
 mod memory;
-mod mistakes;
 mod pictures;
 mod plans;
 mod sequences;
@@ -46,7 +47,7 @@ impl Folder {
         names
     }
 
-    /// Runs the program in this folder with the words of `line`; `{name}` stands for a shipped pipeline.
+    /// Runs the program in this folder with the words of `line`; `{name}` stands for a built-in pipeline.
     fn run(&self, line: &str) -> Outcome {
         let output = self.command(line).output().expect("the program starts");
         Outcome::of(&output)
@@ -57,7 +58,7 @@ impl Folder {
         command.current_dir(&self.0).stdin(Stdio::null()).env("XDG_CACHE_HOME", self.file(CACHE));
         for word in line.split(' ') {
             match word.strip_prefix('{').and_then(|word| word.strip_suffix('}')) {
-                Some(name) => command.arg(shipped(name)),
+                Some(name) => command.arg(built_in(name)),
                 None => command.arg(word),
             };
         }
@@ -71,7 +72,7 @@ impl Drop for Folder {
     }
 }
 
-/// What the program said, and its exit status.
+/// What the program printed, and its exit status.
 #[derive(Debug)]
 struct Outcome {
     status: Option<i32>,
@@ -98,7 +99,7 @@ impl Outcome {
         assert_eq!((self.status, self.err.trim_end()), (Some(status), words));
     }
 
-    /// That it stopped with this status and said all of this.
+    /// That it stopped with this status and printed all of this.
     #[track_caller]
     fn fails_saying(self, status: i32, parts: &[&str]) {
         assert_eq!(self.status, Some(status), "{}", self.err);
@@ -108,7 +109,7 @@ impl Outcome {
     }
 }
 
-fn shipped(name: &str) -> PathBuf {
+fn built_in(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../pipelines").join(format!("{name}.ron"))
 }
 

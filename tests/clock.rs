@@ -8,7 +8,7 @@ use afterimage_lab::bench::{BenchOptions, bench};
 use afterimage_lab::measure::{ClipOptions, MeasureOptions, Pipeline, VariantKind, json, measure};
 use afterimage_plan::Options;
 
-use crate::support::gpu::{gpu, registry, shipped};
+use crate::support::gpu::{built_in, gpu, registry};
 
 const SIZE: Size = Size { width: 64, height: 36, depth: 1 };
 
@@ -51,7 +51,7 @@ fn benched(gpu: &Gpu, graph: &Graph, samples: u32) -> (FrameTime, serde_json::Va
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn measure_and_bench_time_a_frame_by_the_same_function() {
     let gpu = gpu();
-    let graph = shipped("lynx.ron", None);
+    let graph = built_in("lynx.ron", None);
     let source = Clock::new(&gpu).source();
     for (time, json) in [measured(&gpu, &graph, 3), benched(&gpu, &graph, 3)] {
         assert_eq!((time.source(), time.samples()), (source, 3));

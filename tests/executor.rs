@@ -1,15 +1,18 @@
-//! The executor as a host meets it: histories, host textures, changes of plan, and nothing left over between frames.
+//! The executor as a host uses it: histories, host textures, changes of plan, lost devices, and memory between frames.
 
 mod any_plan;
 mod changes;
 mod hazards;
 mod histories;
 mod host;
-mod leftovers;
+mod lost;
 mod reload;
+mod stale_memory;
 
 use afterimage_graph::check::{CheckOptions, Graph, NoFiles, check};
 use afterimage_graph::document::parse;
+use afterimage_graph::node::{Arg, KernelCall};
+use afterimage_wgsl::Shader;
 
 use crate::support::gpu::{Picture, registry};
 
@@ -43,4 +46,13 @@ fn level(picture: &Picture) -> f32 {
 
 fn bits(picture: &Picture) -> Vec<u32> {
     picture.pixels.as_flattened().iter().map(|x| x.to_bits()).collect()
+}
+
+/// A kernel that fills its result with NaN.
+fn nan_kernel() -> KernelCall {
+    static POISON: Shader = Shader::new(
+        "poison.wgsl",
+        "fn poison(at: Point) -> vec4f { return vec4f(bitcast<f32>(0x7fc00000u + u32(at.pixel.x & 1))); }",
+    );
+    KernelCall::function("poison", &POISON, "poison", &[("at", Arg::Point)])
 }

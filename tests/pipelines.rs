@@ -3,7 +3,7 @@
 use afterimage_graph::check::Graph;
 use afterimage_plan::{Alias, When};
 
-use crate::support::gpu::{Picture, Run, graph, pipelines, shipped};
+use crate::support::gpu::{Picture, Run, built_in, graph, pipelines};
 use crate::support::layer;
 
 /// The files in the folder: a new one is tested without being named here.
@@ -51,15 +51,15 @@ fn each_renders_a_picture_without_a_word_from_the_layer() {
     let _alone = layer::alone();
     assert!(layer::is_installed(), "the validation layer is missing: apt-get install vulkan-validationlayers");
     let scene = scene(192, 108);
-    layer::said();
+    layer::messages();
     for name in files() {
-        let graph = shipped(&name, None);
+        let graph = built_in(&name, None);
         let pictures = frame(&Run::new(&graph), &scene);
         let values = pictures[0].pixels.as_flattened();
         assert!(values.iter().all(|x| x.is_finite()), "{name}: not finite");
         let mean = values.iter().sum::<f32>() / values.len() as f32;
         assert!((0.1..0.9).contains(&mean), "{name}: a mean of {mean} is no picture");
-        assert_eq!(layer::said(), Vec::<String>::new(), "{name}");
+        assert_eq!(layer::messages(), Vec::<String>::new(), "{name}");
     }
 }
 
@@ -68,9 +68,9 @@ fn each_renders_a_picture_without_a_word_from_the_layer() {
 fn every_way_to_run_a_pipeline_makes_the_same_picture() {
     let _alone = layer::alone();
     let scene = scene(160, 90);
-    layer::said();
+    layer::messages();
     for name in files() {
-        let graph = shipped(&name, None);
+        let graph = built_in(&name, None);
         let reference = frame(&Run::new(&graph), &scene);
         let with = |change: fn(&mut Run<'_>)| {
             let mut run = Run::new(&graph);
@@ -80,7 +80,7 @@ fn every_way_to_run_a_pipeline_makes_the_same_picture() {
         let same = |way: &str, pictures: &[Picture], tolerance: f32| {
             let worst = worst(&reference, pictures);
             assert!(worst <= tolerance, "{name}, {way}: differs by {worst}");
-            assert_eq!(layer::said(), Vec::<String>::new(), "{name}, {way}");
+            assert_eq!(layer::messages(), Vec::<String>::new(), "{name}, {way}");
         };
         same("without aliasing", &with(|run| run.options.alias = Alias::None), 0.0);
         same("with the pool", &with(|run| run.options.alias = Alias::Pool), 0.0);
@@ -113,7 +113,7 @@ fn each_has_four_tiers_that_keep_its_look() {
     let scene = scene(160, 90);
     for name in files() {
         let [ultra, high, medium, low] =
-            ["ultra", "high", "medium", "low"].map(|tier| frame(&Run::new(&shipped(&name, Some(tier))), &scene));
+            ["ultra", "high", "medium", "low"].map(|tier| frame(&Run::new(&built_in(&name, Some(tier))), &scene));
         // What they state, and two codes for the dither on either side. The cheapest ways of Tsushima lack a part of the chain.
         let without_the_grid = if name.starts_with("tsushima") { 70.0 } else { 17.0 };
         for (tier, picture, most) in [("high", high, 3.5), ("medium", medium, 7.0), ("low", low, without_the_grid)] {

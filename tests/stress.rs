@@ -1,4 +1,4 @@
-//! `stress` finds planted faults, and finds none in what is shipped.
+//! `stress` finds planted faults, and finds none in built-in kinds and pipelines.
 
 mod planted;
 
@@ -42,12 +42,12 @@ fn built_in_kinds_and_the_plugin_have_no_faults() {
 }
 
 #[test]
-fn a_shipped_pipeline_has_no_faults() {
+fn a_built_in_pipeline_has_no_faults() {
     let registry = registry(&[afterimage_nodes::ALL]).expect("no two kinds share a name");
     let subjects: Vec<Subject> = ["lynx", "exposure"]
         .map(|name| {
             let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("../pipelines/{name}.ron"));
-            let text = std::fs::read_to_string(path).expect("a shipped pipeline");
+            let text = std::fs::read_to_string(path).expect("a built-in pipeline");
             Subject::pipeline((name, name), (name, &text), &NoFiles).expect("a built-in pipeline")
         })
         .into();

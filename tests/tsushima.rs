@@ -8,7 +8,7 @@ mod sequence;
 use afterimage_graph::check::{Graph, GraphOutput, Source};
 use afterimage_graph::image::Size;
 
-use crate::support::gpu::{Picture, Run, graph, shipped};
+use crate::support::gpu::{Picture, Run, built_in, graph};
 
 const PIPELINE: &str = "tsushima.ron";
 
@@ -29,7 +29,7 @@ fn camera(walk: f64) -> String {
 
 /// The pipeline up to a node, whose result is the only output.
 fn up_to(node: &str) -> Graph {
-    let mut graph = shipped(PIPELINE, None);
+    let mut graph = built_in(PIPELINE, None);
     let (index, found) = graph.node(node).unwrap_or_else(|| panic!("{PIPELINE} has a node `{node}`"));
     let state = found.states[0].expect("its result is an image");
     let source = Source::Node { node: index, output: 0, previous: 0 };

@@ -35,7 +35,7 @@ pub mod check;
 pub mod document;
 pub mod node;
 
-pub use afterimage_base::{caps, diagnostic, image, value};
+pub use afterimage_base::{caps, color, diagnostic, image, value};
 pub use afterimage_wgsl as wgsl;
 
 pub mod prelude {

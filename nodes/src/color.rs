@@ -1,84 +1,14 @@
-//! Colour spaces, chromatic adaptation and white balance as matrices in double precision.
-//!
-//! Matrices from primaries follow SMPTE RP 177. They are computed and not typed in, so that every conversion maps white
-//! to white without rounding of published digits.
+//! White balance as matrices in double precision, and the colour spaces that only nodes use.
 
+use afterimage_graph::color::{self, Chromaticities, Xy};
 use afterimage_graph::prelude::*;
 use glam::{DMat3, DVec2, DVec3};
 
 /// Luminance weights of linear Rec.709, with the four digits of the recommendation. Their sum is exactly 1.
 pub(crate) const LUMINANCE: DVec3 = DVec3::new(0.2126, 0.7152, 0.0722);
 
-/// The white of sRGB, Rec.709, Display P3 and Rec.2020, as CIE xy.
-pub(crate) const D65: DVec2 = DVec2::new(0.3127, 0.3290);
-
-const ACES_WHITE: DVec2 = DVec2::new(0.32168, 0.33767);
-
-/// CIE xy chromaticities of three primaries and of white.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Space {
-    pub(crate) red: DVec2,
-    pub(crate) green: DVec2,
-    pub(crate) blue: DVec2,
-    pub(crate) white: DVec2,
-}
-
-/// ITU-R BT.709, also sRGB: the primaries of the images in a graph.
-pub(crate) const REC709: Space = Space {
-    red: DVec2::new(0.640, 0.330),
-    green: DVec2::new(0.300, 0.600),
-    blue: DVec2::new(0.150, 0.060),
-    white: D65,
-};
-
-/// SMPTE EG 432-1 with D65 white.
-pub(crate) const DISPLAY_P3: Space = Space {
-    red: DVec2::new(0.680, 0.320),
-    green: DVec2::new(0.265, 0.690),
-    blue: DVec2::new(0.150, 0.060),
-    white: D65,
-};
-
-/// ITU-R BT.2020.
-pub(crate) const REC2020: Space = Space {
-    red: DVec2::new(0.708, 0.292),
-    green: DVec2::new(0.170, 0.797),
-    blue: DVec2::new(0.131, 0.046),
-    white: D65,
-};
-
-/// The AP1 primaries of ACEScg (Academy S-2014-004).
-pub(crate) const AP1: Space = Space {
-    red: DVec2::new(0.713, 0.293),
-    green: DVec2::new(0.165, 0.830),
-    blue: DVec2::new(0.128, 0.044),
-    white: ACES_WHITE,
-};
-
 /// AP1 with red moved outwards, after the talk on Ghost of Tsushima. Public notes confirm only the x of red.
-pub(crate) const TSUSHIMA: Space = Space { red: DVec2::new(0.750, 0.270), ..AP1 };
-
-impl Space {
-    /// Linear RGB to XYZ, with white at Y = 1. Undefined if [`Space::is_usable`] is false.
-    fn to_xyz(self) -> DMat3 {
-        let primaries = self.primaries();
-        primaries * DMat3::from_diagonal(primaries.inverse() * xyz(self.white))
-    }
-
-    fn primaries(self) -> DMat3 {
-        let column = |p: DVec2| DVec3::new(p.x, p.y, 1.0 - p.x - p.y);
-        DMat3::from_cols(column(self.red), column(self.green), column(self.blue))
-    }
-
-    /// Whether the primaries span a triangle and white has a positive y.
-    pub(crate) fn is_usable(self) -> bool {
-        self.primaries().determinant().abs() >= 1e-6 && self.white.y >= 1e-3
-    }
-}
-
-fn xyz(white: DVec2) -> DVec3 {
-    DVec3::new(white.x / white.y, 1.0, (1.0 - white.x - white.y) / white.y)
-}
+pub(crate) const TSUSHIMA: Chromaticities = Chromaticities { red: Xy::new(0.750, 0.270), ..Chromaticities::ACES_CG };
 
 choices! {
     /// The cone responses that chromatic adaptation scales.
@@ -91,34 +21,17 @@ choices! {
 }
 
 impl Cones {
-    fn cones(self) -> DMat3 {
-        let rows = match self {
-            Self::Bradford => [[0.8951, 0.2664, -0.1614], [-0.7502, 1.7135, 0.0367], [0.0389, -0.0685, 1.0296]],
-            Self::Cat16 => {
-                [[0.401288, 0.650173, -0.051461], [-0.250268, 1.204414, 0.045854], [-0.002079, 0.048952, 0.953127]]
-            }
+    fn adaptation(self, source: DVec3, destination: DVec3) -> DMat3 {
+        let cones = match self {
+            Self::Bradford => color::Cones::Bradford,
+            Self::Cat16 => color::Cones::Cat16,
         };
-        DMat3::from_cols_array_2d(&rows).transpose()
+        cones.adaptation(source, destination)
     }
-
-    /// The matrix on XYZ that maps the white `source` to the white `destination`.
-    fn adapt(self, source: DVec3, destination: DVec3) -> DMat3 {
-        let cones = self.cones();
-        cones.inverse() * DMat3::from_diagonal((cones * destination) / (cones * source)) * cones
-    }
-}
-
-/// Maps linear RGB of one space to another. Different whites are adapted by Bradford.
-pub(crate) fn conversion(source: Space, destination: Space) -> DMat3 {
-    if source == destination {
-        return DMat3::IDENTITY;
-    }
-    let adapt = Cones::Bradford.adapt(xyz(source.white), xyz(destination.white));
-    destination.to_xyz().inverse() * adapt * source.to_xyz()
 }
 
 fn in_rec709(matrix: DMat3) -> DMat3 {
-    let to_xyz = REC709.to_xyz();
+    let to_xyz = Chromaticities::REC709.to_xyz();
     to_xyz.inverse() * matrix * to_xyz
 }
 
@@ -129,15 +42,15 @@ pub(crate) const LEAST_TARGET: f32 = 1e-4;
 /// luminance of white.
 pub(crate) fn white_to(target: [f32; 3], adaptation: Cones, keep_luminance: bool) -> DMat3 {
     let target = DVec3::from(target.map(|x| f64::from(x.max(LEAST_TARGET))));
-    let target = REC709.to_xyz() * target;
+    let target = Chromaticities::REC709.to_xyz() * target;
     let scale = if keep_luminance { 1.0 / target.y } else { 1.0 };
-    in_rec709(adaptation.adapt(xyz(D65), target * scale))
+    in_rec709(adaptation.adaptation(Xy::D65.to_xyz(), target * scale))
 }
 
 /// The matrix on linear Rec.709 that makes a light of this temperature neutral. `duv` is the distance of the light from
 /// the locus in CIE 1960 uv, positive towards green.
 pub(crate) fn white_from(kelvin: f64, duv: f64, adaptation: Cones) -> DMat3 {
-    in_rec709(adaptation.adapt(xyz(light(kelvin, duv)), xyz(D65)))
+    in_rec709(adaptation.adaptation(xyz(light(kelvin, duv)), Xy::D65.to_xyz()))
 }
 
 /// The xy of a light: a black body (Kim et al. 2002) up to 4000 K, CIE daylight (CIE 15) from 5000 K, and a smooth blend
@@ -195,6 +108,10 @@ fn cubic([a, b, c, d]: [f64; 4], t: f64) -> f64 {
     ((a * t + b) * t + c) * t + d
 }
 
+fn xyz(light: DVec2) -> DVec3 {
+    DVec3::new(light.x / light.y, 1.0, (1.0 - light.x - light.y) / light.y)
+}
+
 fn uv(xy: DVec2) -> DVec2 {
     DVec2::new(4.0 * xy.x, 6.0 * xy.y) / (12.0 * xy.y - 2.0 * xy.x + 3.0)
 }
@@ -206,13 +123,6 @@ fn xy(uv: DVec2) -> DVec2 {
 /// The rows of a matrix, for three dot products in a shader.
 pub(crate) fn rows(matrix: DMat3) -> [[f64; 4]; 3] {
     [0, 1, 2].map(|row| matrix.row(row).extend(0.0).to_array())
-}
-
-/// An xy parameter in double precision.
-pub(crate) fn chromaticity(xy: [f32; 2]) -> DVec2 {
-    // Through the shortest decimal, so that the `f32` 0.3127 becomes the `f64` 0.3127.
-    let exact = |x: f32| x.to_string().parse().unwrap_or(f64::from(x));
-    DVec2::new(exact(xy[0]), exact(xy[1]))
 }
 
 #[cfg(test)]

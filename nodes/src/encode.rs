@@ -1,8 +1,9 @@
 //! Encode: the transfer function and the primaries of a display or a file.
 
+use afterimage_graph::color::{Chromaticities, hlg_gamma};
 use afterimage_graph::prelude::*;
 
-use crate::color::{DISPLAY_P3, REC709, REC2020, Space, conversion, rows};
+use crate::color::rows;
 
 static SHADER: Shader = shader!("encode");
 
@@ -35,11 +36,11 @@ choices! {
 }
 
 impl Primaries {
-    fn space(self) -> Space {
+    fn space(self) -> Chromaticities {
         match self {
-            Self::Rec709 => REC709,
-            Self::DisplayP3 => DISPLAY_P3,
-            Self::Rec2020 => REC2020,
+            Self::Rec709 => Chromaticities::REC709,
+            Self::DisplayP3 => Chromaticities::DISPLAY_P3,
+            Self::Rec2020 => Chromaticities::REC2020,
         }
     }
 }
@@ -76,7 +77,7 @@ impl Node for Encode {
     fn record(&self, pass: &mut Recorder<'_>) {
         let source = pass.image("source");
         let desc = ImageDesc::new(pass.desc(source).size);
-        let to_display = rows(conversion(REC709, self.primaries.space()));
+        let to_display = rows(Chromaticities::REC709.conversion(&self.primaries.space()));
         pass.function(&SHADER, self.kernel())
             .set("row0", to_display[0])
             .set("row1", to_display[1])
@@ -99,13 +100,8 @@ impl Encode {
     }
 }
 
-/// The power of luminance that inverts the system gamma of an HLG display (ITU-R BT.2100, and BT.2390 outside of 400 to
-/// 2000 cd/m²).
+/// The power of luminance that inverts the system gamma of an HLG display.
 fn hlg_power(peak: f64) -> f64 {
-    let gamma = if (400.0..=2000.0).contains(&peak) {
-        1.2 + 0.42 * (peak / 1000.0).log10()
-    } else {
-        1.2 * 1.111_f64.powf((peak / 1000.0).log2())
-    };
+    let gamma = hlg_gamma(peak);
     (1.0 - gamma) / gamma
 }

@@ -1,9 +1,10 @@
 //! ToneMap: maps exposed light to the range of a display by a curve, in a working space with selectable primaries.
 
+use afterimage_graph::color::{Chromaticities, Xy};
 use afterimage_graph::prelude::*;
 use glam::DMat3;
 
-use crate::color::{AP1, REC709, REC2020, Space, TSUSHIMA, chromaticity, conversion, rows};
+use crate::color::{TSUSHIMA, rows};
 use crate::curve_constants::{Agx, Gt7, HILL_IN, HILL_OUT, Shoulder};
 
 static SHADER: Shader = shader!("tone_map");
@@ -226,23 +227,23 @@ impl ToneMap {
         }
     }
 
-    fn custom(&self) -> Space {
-        let [red, green, blue, white] = [self.red, self.green, self.blue, self.white].map(chromaticity);
-        Space { red, green, blue, white }
+    fn custom(&self) -> Chromaticities {
+        let [red, green, blue, white] = [self.red, self.green, self.blue, self.white].map(Xy::from);
+        Chromaticities { red, green, blue, white }
     }
 
     /// The matrices from Rec.709 to the working space and back.
     pub(crate) fn space_conversions(&self) -> [DMat3; 2] {
         let space = match (self.curve, self.space) {
             (Curve::AcesHill, _) => return [HILL_IN, HILL_OUT],
-            (Curve::Gt7, _) | (_, WorkingSpace::Rec2020) => REC2020,
-            (curve, _) if curve.has_own_space() => REC709,
-            (_, WorkingSpace::Rec709) => REC709,
-            (_, WorkingSpace::AcesCg) => AP1,
+            (Curve::Gt7, _) | (_, WorkingSpace::Rec2020) => Chromaticities::REC2020,
+            (curve, _) if curve.has_own_space() => Chromaticities::REC709,
+            (_, WorkingSpace::Rec709) => Chromaticities::REC709,
+            (_, WorkingSpace::AcesCg) => Chromaticities::ACES_CG,
             (_, WorkingSpace::Tsushima) => TSUSHIMA,
             (_, WorkingSpace::Custom) => self.custom(),
         };
-        [conversion(REC709, space), conversion(space, REC709)]
+        [Chromaticities::REC709.conversion(&space), space.conversion(&Chromaticities::REC709)]
     }
 
     pub(crate) fn shoulder(&self) -> Shoulder {

@@ -25,21 +25,23 @@ fn sanitize_plain(v: vec4f, signed: bool) -> vec4f {
 // Repairs a texel with a number that is not finite. NaN, negative infinity, and an infinity that no neighbour shares
 // become the median of the finite neighbours: the lower of two. The median is one of the numbers, so it is exact in any
 // format. An infinity among others is light, such as a sun, and becomes the limit. Loops and loads instead of an array
-// keep the registers of the common case free.
+// keep the registers of the common case free. The loops end at 9; a constant would let drivers unroll them wherever a
+// host image is read.
 fn sanitize_repair(t: texture_2d<f32>, p: vec2i, bits: vec4u, signed: bool) -> vec4f {
+    let end = 9 + min(p.x, 0);
     var count = vec4u();
     var is_shared = vec4<bool>();
-    for (var index = 0; index < 9; index++) {
+    for (var index = 0; index < end; index++) {
         let near = sanitize_neighbour(t, p, index);
         count += select(vec4u(), vec4u(1u), is_finite(near));
         is_shared |= near == vec4u(INFINITY_BITS);
     }
     var median = vec4f();
-    for (var index = 0; index < 9; index++) {
+    for (var index = 0; index < end; index++) {
         let bits_of_one = sanitize_neighbour(t, p, index);
         let one = sanitize_plain(bitcast<vec4f>(bits_of_one), signed);
         var rank = vec4u();
-        for (var other = 0; other < 9; other++) {
+        for (var other = 0; other < end; other++) {
             let bits_of_two = sanitize_neighbour(t, p, other);
             let two = sanitize_plain(bitcast<vec4f>(bits_of_two), signed);
             let is_before = (two < one) | ((two == one) & vec4<bool>(other < index));

@@ -22,9 +22,9 @@ fn png(path: &std::path::Path) -> (u32, u32, Vec<[u8; 3]>) {
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn demo_writes_the_scene_every_pipeline_and_a_sheet() {
     let folder = Folder::new("demo");
-    let said = folder.run("demo --size 64x36 --out made").good();
-    let names = |said: &str| said.lines().map(str::to_owned).collect::<Vec<_>>();
-    let shown = fs::read_dir(super::shipped("lynx").with_file_name("")).expect("the shipped pipelines");
+    let printed = folder.run("demo --size 64x36 --out made").good();
+    let names = |printed: &str| printed.lines().map(str::to_owned).collect::<Vec<_>>();
+    let shown = fs::read_dir(super::built_in("lynx").with_file_name("")).expect("the built-in pipelines");
     let shown =
         shown.map(|entry| entry.expect("an entry").path()).filter(|path| path.extension().is_some_and(|e| e == "ron"));
     let shown =
@@ -32,7 +32,7 @@ fn demo_writes_the_scene_every_pipeline_and_a_sheet() {
     let more = ["scene.exr", "contact-sheet.png"].map(|name| Some(name.to_owned()));
     for name in &shown.chain(more).flatten().collect::<Vec<_>>() {
         let path = folder.file("made").join(name);
-        assert!(names(&said).iter().any(|line| line.ends_with(name)), "{said}");
+        assert!(names(&printed).iter().any(|line| line.ends_with(name)), "{printed}");
         assert!(path.is_file(), "{name}");
     }
     let scene = read(&Source::file(folder.file("made/scene.exr"))).expect("a scene");
@@ -49,9 +49,9 @@ fn demo_writes_the_scene_every_pipeline_and_a_sheet() {
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn demo_plots_a_walk_that_is_the_same_at_every_frame_rate() {
     let folder = Folder::new("walk");
-    let said = folder.run("demo --walk walk.svg").good();
-    let figures: Vec<f64> = said.split(" % ").filter_map(|part| part.rsplit(' ').next()?.parse().ok()).collect();
-    assert!(figures.len() == 2 && figures.iter().all(|percent| *percent < 1.0), "{said}");
+    let printed = folder.run("demo --walk walk.svg").good();
+    let figures: Vec<f64> = printed.split(" % ").filter_map(|part| part.rsplit(' ').next()?.parse().ok()).collect();
+    assert!(figures.len() == 2 && figures.iter().all(|percent| *percent < 1.0), "{printed}");
     let plot = fs::read_to_string(folder.file("walk.svg")).expect("the plot was written");
     assert!(plot.starts_with("<svg") && plot.contains("144 frames per second"));
     folder.run("demo --walk walk.png").fails(1, "error: `--walk walk.png` does not end in `.svg`");

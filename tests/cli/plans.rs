@@ -92,9 +92,10 @@ fn errors_are_json_if_json_is_requested() {
     let folder = Folder::new("plan-json-errors");
     folder.with("broken.ron", b"Pipeline(nodes: { \"a\": Nothing() }, outputs: { \"a\": \"a\" })");
     let codes = |line: &str| -> Vec<String> {
-        let told = folder.run(line);
-        assert_eq!((told.status, told.err.as_str()), (Some(1), ""), "{line}");
-        let all: serde_json::Value = serde_json::from_str(&told.out).unwrap_or_else(|_| panic!("{line}: {}", told.out));
+        let outcome = folder.run(line);
+        assert_eq!((outcome.status, outcome.err.as_str()), (Some(1), ""), "{line}");
+        let all: serde_json::Value =
+            serde_json::from_str(&outcome.out).unwrap_or_else(|_| panic!("{line}: {}", outcome.out));
         let all = all.as_array().expect("a list of diagnostics").iter();
         all.map(|one| one["code"].as_str().expect("a code").to_owned()).collect()
     };

@@ -1,21 +1,20 @@
-//! Whatever way a graph is planned, its pixels are the same to the bit: another order, another placement, no sharing of
-//! memory, no overlap, and memory full of NaN wherever it changes hands.
+//! However a graph is planned, its pixels are the same to the bit: with another order, another placement, no sharing of
+//! memory, no overlap, and NaN in memory that an image takes over from another.
 
 use std::ops::Range;
 use std::sync::Arc;
 
 use afterimage_generators::{Recipe, Rng};
 use afterimage_graph::check::{Condition, Graph, Source};
-use afterimage_graph::node::{Arg, Fallback, ImageId, KernelCall, Pass, Resource};
+use afterimage_graph::node::{Fallback, ImageId, Pass, Resource};
 use afterimage_plan::codegen::codegen;
 use afterimage_plan::{
     Alias, Batch, Lifetime, Options, PlacedPlan, Plan, PlannedPass, ScheduledPass, Stage, When, verify, verify_placed,
 };
-use afterimage_wgsl::Shader;
 use petgraph::graph::{DiGraph, NodeIndex};
 
-use super::{bits, lively};
-use crate::support::gpu::{Picture, Run, shipped};
+use super::{bits, lively, nan_kernel};
+use crate::support::gpu::{Picture, Run, built_in};
 use crate::support::player::Player;
 
 const SEEDS: Range<u64> = 1..7;
@@ -211,11 +210,6 @@ fn a_condition_that_does_not_hold_is_a_node_that_is_off() {
     assert!(seen > 3, "the nodes do something");
 }
 
-static POISON: Shader = Shader::new(
-    "poison.wgsl",
-    "fn poison(at: Point) -> vec4f { return vec4f(bitcast<f32>(0x7fc00000u + u32(at.pixel.x & 1))); }",
-);
-
 /// The plan with a pass before each batch for every flat image whose life begins in it, which fills the image with NaN.
 fn poisoned(plan: &Plan) -> (Plan, usize) {
     let mut poisoned = plan.clone();
@@ -263,8 +257,7 @@ fn born(plan: &Plan, batch: usize) -> Vec<ImageId> {
 }
 
 fn poison(image: ImageId) -> Pass {
-    let kernel = KernelCall::function("poison", &POISON, "poison", &[("at", Arg::Point)]);
-    Pass::of_functions(vec!["poison".into()], "poison".into(), vec![kernel], image)
+    Pass::of_functions(vec!["poison".into()], "poison".into(), vec![nan_kernel()], image)
 }
 
 #[test]
@@ -284,13 +277,13 @@ fn nan_in_memory_of_another_image_is_never_seen() {
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn nor_in_any_shipped_pipeline() {
+fn nan_in_memory_is_never_seen_in_a_built_in_pipeline() {
     let mut player = Player::new();
     for name in
         ["tsushima.ron", "tsushima-night.ron", "lynx.ron", "caracal.ron", "glare.ron", "exposure.ron", "grade.ron"]
     {
         for tile in [When::Never, When::Always] {
-            let plan = planned(&player, &shipped(name, None), "scene", |run| run.options.tile = tile);
+            let plan = planned(&player, &built_in(name, None), "scene", |run| run.options.tile = tile);
             // Grain follows the number of the frame, so both films begin with the first.
             player.renew();
             let wanted = film(&mut player, &plan, "scene");

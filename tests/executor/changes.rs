@@ -8,14 +8,14 @@ use afterimage_graph::node::Origin;
 use afterimage_plan::{Alias, Options};
 
 use super::{at_tier, bits, lively};
-use crate::support::gpu::{Picture, Run, shipped};
+use crate::support::gpu::{Picture, Run, built_in};
 use crate::support::player::Player;
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_tier_swapped_between_two_frames_is_the_tier_from_the_start() {
     let scene = lively(160, 90);
-    let [full, low] = [None, Some("low")].map(|tier| shipped("tsushima.ron", tier));
+    let [full, low] = [None, Some("low")].map(|tier| built_in("tsushima.ron", tier));
     for alias in [Alias::Placed, Alias::Pool, Alias::None] {
         let mut player = Player::new();
         let mut show = |renew: bool, graph| {
@@ -42,7 +42,7 @@ fn a_tier_swapped_between_two_frames_is_the_tier_from_the_start() {
 fn an_adaptation_goes_on_through_a_change_of_tier_and_size() {
     let [dim, bright] = [0.2, 8.0].map(|light| super::flat(160, 90, light));
     let exposures = |change: bool| {
-        let [full, low] = [None, Some("low")].map(|tier| shipped("tsushima.ron", tier));
+        let [full, low] = [None, Some("low")].map(|tier| built_in("tsushima.ron", tier));
         let mut player = Player::new();
         player.load(&Run::new(&full), &[("scene", &dim)]);
         player.frame(&[("scene", &dim)], 0.1, true);
@@ -56,7 +56,7 @@ fn an_adaptation_goes_on_through_a_change_of_tier_and_size() {
     // A new adaptation would show the bright picture as it shows the dim one.
     let [kept, changed] = [false, true].map(exposures);
     assert!((kept - changed).abs() < 2.5 / 255.0, "{kept} {changed}");
-    let graph = shipped("tsushima.ron", None);
+    let graph = built_in("tsushima.ron", None);
     let settled = Run::new(&graph).frame(&[("scene", &bright)])[0].at(80, 45)[0];
     assert!(kept - settled > 0.1, "the eye is still dazzled: {kept} and {settled}");
 }
@@ -100,7 +100,7 @@ fn another_number_rewrites_a_uniform_and_nothing_else() {
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_window_of_any_size_shows_what_a_fresh_executor_shows() {
-    let graph = shipped("tsushima.ron", None);
+    let graph = built_in("tsushima.ron", None);
     let mut player = Player::new();
     let mut show = |scene: &Picture, renew: bool| {
         if renew {

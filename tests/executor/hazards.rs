@@ -1,4 +1,4 @@
-//! A fault planted in the barriers: the checker refuses the plan, and the validation layer sees the hazard.
+//! A plan without its aliasing barriers: `verify` refuses it, and the validation layer reports the hazard.
 
 use std::sync::Arc;
 
@@ -9,8 +9,8 @@ use crate::support::gpu::Run;
 use crate::support::layer;
 use crate::support::player::Player;
 
-/// Two blurs that have nothing to do with each other: what is between the passes of one lies where that of the other
-/// has lain. Their sizes differ, or both would be one texture, of which wgpu knows by itself.
+/// Two independent blurs: the image between the passes of one aliases that of the other. Their sizes differ, because
+/// images with equal descriptors would share a texture, which wgpu tracks by itself.
 const TWO_BLURS: &str = r#"Pipeline(
     inputs: { "scene": Color, "small": Color },
     nodes: {
@@ -22,7 +22,7 @@ const TWO_BLURS: &str = r#"Pipeline(
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn memory_that_changes_hands_untouched_is_seen_by_the_checker_and_by_the_layer() {
+fn a_missing_aliasing_barrier_is_found_by_verify_and_by_the_validation_layer() {
     let _alone = layer::alone();
     assert!(layer::is_installed(), "the validation layer is missing: apt-get install vulkan-validationlayers");
     let graph = at_tier(TWO_BLURS, None);
@@ -35,21 +35,21 @@ fn memory_that_changes_hands_untouched_is_seen_by_the_checker_and_by_the_layer()
     run.options.serial = true;
     let plan = player.load(&run, &inputs);
     verify(&plan).expect("the plan is good");
-    assert!(plan.batches.iter().any(|batch| !batch.aliasing.is_empty()), "memory changes hands");
-    layer::said();
+    assert!(plan.batches.iter().any(|batch| !batch.aliasing.is_empty()), "images share memory");
+    layer::messages();
     player.frame(&inputs, 0.0, true);
     player.output("wide");
-    assert_eq!(layer::said(), Vec::<String>::new());
+    assert_eq!(layer::messages(), Vec::<String>::new());
 
     let mut broken = (*plan).clone();
     broken.batches.iter_mut().for_each(|batch| batch.aliasing.clear());
-    let faults = verify(&broken).expect_err("no hand-over is left");
+    let faults = verify(&broken).expect_err("no aliasing barrier is left");
     assert!(faults.iter().any(|fault| fault.to_string().contains("nothing separates them")), "{faults:?}");
     player.renew();
     player.executor.load(Arc::new(broken)).expect("the executor runs what it is given");
     player.frame(&inputs, 0.0, true);
     player.output("wide");
-    let said = layer::said();
-    assert!(said.iter().any(|line| line.contains("SYNC-HAZARD")), "the layer has nothing to say: {said:?}");
-    assert!(said.iter().all(|line| line.contains("SYNC-HAZARD")), "{said:?}");
+    let messages = layer::messages();
+    assert!(messages.iter().any(|line| line.contains("SYNC-HAZARD")), "the layer reports no hazard: {messages:?}");
+    assert!(messages.iter().all(|line| line.contains("SYNC-HAZARD")), "{messages:?}");
 }

@@ -1,11 +1,11 @@
-//! The host's own textures, and what it is told when they do not fit.
+//! The host's own textures, and the errors that report those that do not fit.
 
 use afterimage_gpu::{Frame, Gpu, GpuError, Opening};
 use afterimage_plan::When;
 use wgpu::{TextureFormat, TextureUsages};
 
 use super::{at_tier, bits, flat, lively};
-use crate::support::gpu::{Picture, Run, shipped};
+use crate::support::gpu::{Picture, Run, built_in};
 use crate::support::player::Player;
 
 const LYNX: &str = "lynx.ron";
@@ -39,7 +39,7 @@ fn reference(scene: &Picture) -> (Player, wgpu::TextureView, Picture) {
 }
 
 fn reference_in(scene: &Picture, tile: When) -> (Player, wgpu::TextureView, Picture) {
-    let graph = shipped(LYNX, None);
+    let graph = built_in(LYNX, None);
     let mut player = Player::new();
     let mut run = Run::new(&graph);
     run.options.tile = tile;
@@ -142,7 +142,7 @@ fn a_view_with_another_encoding_than_its_texture_is_drawn_to() {
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn what_a_device_would_refuse_is_told_as_an_error() {
+fn what_a_device_would_refuse_is_an_error() {
     let (mut player, input, wanted) = reference(&lively(64, 36));
     let (drawn, read) = (TextureUsages::RENDER_ATTACHMENT, TextureUsages::TEXTURE_BINDING);
     let screen = |usage| described((64, 36), TextureFormat::Bgra8Unorm, usage);
@@ -169,25 +169,28 @@ fn what_a_device_would_refuse_is_told_as_an_error() {
     let both = make(&floats(drawn | read));
     for (view, words) in &outputs {
         let frame = Frame { inputs: &[("scene", &input)], outputs: &[("display", view)], ..Frame::default() };
-        let told = said(player.run(&frame));
-        assert!(told.contains(words), "{told}");
+        let message = error_of(player.run(&frame));
+        assert!(message.contains(words), "{message}");
     }
     for (view, words) in &inputs {
-        let told = said(player.run(&Frame { inputs: &[("scene", view)], ..Frame::default() }));
-        assert!(told.contains(words), "{told}");
+        let message = error_of(player.run(&Frame { inputs: &[("scene", view)], ..Frame::default() }));
+        assert!(message.contains(words), "{message}");
     }
-    let told =
-        said(player.run(&Frame { inputs: &[("scene", &both)], outputs: &[("display", &both)], ..Frame::default() }));
-    assert!(told.contains("`display` cannot be used: it is the image of input `scene`, which `"), "{told}");
+    let message = error_of(player.run(&Frame {
+        inputs: &[("scene", &both)],
+        outputs: &[("display", &both)],
+        ..Frame::default()
+    }));
+    assert!(message.contains("`display` cannot be used: it is the image of input `scene`, which `"), "{message}");
     let misspelt = Frame { inputs: &[("scene", &input)], outputs: &[("dispaly", &outputs[0].0)], ..Frame::default() };
-    assert_eq!(said(player.run(&misspelt)), "the plan has no output `dispaly`; it has `display`");
+    assert_eq!(error_of(player.run(&misspelt)), "the plan has no output `dispaly`; it has `display`");
     player.run(&Frame { inputs: &[("scene", &input)], ..Frame::default() }).expect("the right images still work");
     assert_eq!(bits(&player.output("display")), bits(&wanted));
 }
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn any_number_of_host_textures_may_take_turns() {
+fn any_number_of_host_textures_may_alternate() {
     let (mut player, input, wanted) = reference(&lively(64, 36));
     let format = player.executor.output("display").expect("it is an output").format();
     let views: Vec<_> = (0..7).map(|_| texture(&player, (64, 36), format, TextureUsages::STORAGE_BINDING)).collect();
@@ -203,35 +206,35 @@ fn any_number_of_host_textures_may_take_turns() {
     assert!(player.read(views[0].texture()).pixels.iter().all(|pixel| pixel[..3] == [0.0; 3]));
 }
 
-fn said(result: Result<(), GpuError>) -> String {
+fn error_of(result: Result<(), GpuError>) -> String {
     result.expect_err("it does not fit").to_string()
 }
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn what_does_not_fit_is_told_and_harms_nothing() {
+fn images_that_do_not_fit_are_errors_and_change_nothing() {
     let (mut player, input, wanted) = reference(&lively(64, 36));
     let small = player.upload(&flat(32, 36, 1.0));
     let halves = texture(&player, (64, 36), TextureFormat::Rgba16Float, TextureUsages::TEXTURE_BINDING);
     let narrow = texture(&player, (64, 35), TextureFormat::Rgba16Float, TextureUsages::STORAGE_BINDING);
     let none = Frame::default();
-    assert_eq!(said(player.run(&none)), "no image was given for input `scene`");
-    let wrong = said(player.run(&Frame { inputs: &[("scene", &small)], ..none }));
+    assert_eq!(error_of(player.run(&none)), "no image was given for input `scene`");
+    let wrong = error_of(player.run(&Frame { inputs: &[("scene", &small)], ..none }));
     assert_eq!(wrong, "the image given for `scene` is 32x36 Rgba32Float, but the plan was made for 64x36 Rgba32Float");
-    let wrong = said(player.run(&Frame { inputs: &[("scene", &halves)], ..none }));
+    let wrong = error_of(player.run(&Frame { inputs: &[("scene", &halves)], ..none }));
     assert_eq!(wrong, "the image given for `scene` is 64x36 Rgba16Float, but the plan was made for 64x36 Rgba32Float");
-    let wrong = said(player.run(&Frame { inputs: &[("scene", &input)], outputs: &[("display", &narrow)], ..none }));
+    let wrong = error_of(player.run(&Frame { inputs: &[("scene", &input)], outputs: &[("display", &narrow)], ..none }));
     assert!(wrong.starts_with("the image given for `display` is 64x35 Rgba16Float"), "{wrong}");
     player.run(&Frame { inputs: &[("scene", &input)], ..none }).expect("the right input still works");
     assert_eq!(bits(&player.output("display")), bits(&wanted));
     player.renew();
-    assert_eq!(said(player.run(&none)), "no plan is loaded");
+    assert_eq!(error_of(player.run(&none)), "no plan is loaded");
 }
 
 /// A whole kernel stores its result and cannot draw it.
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn a_texture_that_no_pass_can_write_is_told() {
+fn a_texture_that_no_pass_can_write_is_an_error() {
     let text = r#"Pipeline(
         inputs: { "scene": Exposed },
         nodes: { "around": LogGaussian(source: "scene", width: 64, height: 32) },
@@ -244,13 +247,13 @@ fn a_texture_that_no_pass_can_write_is_told() {
     let input = player.upload(&scene);
     let view = texture(&player, (64, 32), TextureFormat::Bgra8Unorm, TextureUsages::RENDER_ATTACHMENT);
     let frame = Frame { inputs: &[("scene", &input)], outputs: &[("around", &view)], ..Frame::default() };
-    let wrong = said(player.run(&frame));
+    let wrong = error_of(player.run(&frame));
     assert!(wrong.starts_with("the image given for `around` is 64x32 Bgra8Unorm without `STORAGE_BINDING`"), "{wrong}");
 }
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn an_adapter_that_is_not_there_is_told_with_those_that_are() {
+fn an_adapter_that_is_not_there_is_reported_with_those_that_are() {
     let opening = Opening { adapter: Some("voodoo 2".into()), validation: false };
     let Err(error) = Gpu::open(&opening) else { panic!("there is no such adapter") };
     let name = crate::support::gpu::gpu().name();

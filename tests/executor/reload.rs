@@ -10,7 +10,7 @@ use afterimage_wgsl::Shader;
 
 use super::histories::{BRIGHTER, TRAIL};
 use super::{at_tier, bits, flat, level, lively};
-use crate::support::gpu::{Picture, Run, shipped};
+use crate::support::gpu::{Picture, Run, built_in};
 use crate::support::layer;
 use crate::support::player::Player;
 
@@ -32,17 +32,17 @@ fn alone(player: &mut Player, plan: &Arc<Plan>, scene: &Picture, frames: usize) 
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn the_old_plan_renders_on_until_the_new_one_takes_over() {
+fn the_old_plan_renders_until_the_new_one_is_swapped_in() {
     let _alone = layer::alone();
     let scene = lively(160, 90);
     let mut player = Player::new();
-    let [old, new] = [None, Some("low")].map(|tier| planned(&player, &shipped("tsushima.ron", tier), &scene));
+    let [old, new] = [None, Some("low")].map(|tier| planned(&player, &built_in("tsushima.ron", tier), &scene));
     let frames = 40;
     let (before, after) = (alone(&mut player, &old, &scene, frames), alone(&mut player, &new, &scene, 3));
     assert_ne!(before[0], after[0], "the tiers differ");
     player.renew();
     player.executor.load(old.clone()).expect("the first plan");
-    layer::said();
+    layer::messages();
     let preparation = player.executor.prepare(new);
     let mut shown = 0;
     while shown < 2 || (!preparation.is_ready() && shown < frames) {
@@ -54,7 +54,7 @@ fn the_old_plan_renders_on_until_the_new_one_takes_over() {
     for frame in after {
         assert_eq!(step(&mut player, &scene), frame);
     }
-    assert_eq!(layer::said(), Vec::<String>::new());
+    assert_eq!(layer::messages(), Vec::<String>::new());
 }
 
 /// Both frames are in one submission, so nothing but our own barriers is between the two plans.
@@ -64,7 +64,7 @@ fn two_plans_in_one_submission_do_not_meet_in_their_memory() {
     let _alone = layer::alone();
     let scene = lively(192, 108);
     let mut player = Player::new();
-    let mut lit = shipped("tsushima.ron", None);
+    let mut lit = built_in("tsushima.ron", None);
     let old = planned(&player, &lit, &scene);
     lit.nodes.iter_mut().filter(|node| node.name == "vignette").for_each(|node| node.off = !node.off);
     let new = planned(&player, &lit, &scene);
@@ -72,7 +72,7 @@ fn two_plans_in_one_submission_do_not_meet_in_their_memory() {
     player.renew();
     player.executor.load(old).expect("the first plan");
     step(&mut player, &scene);
-    layer::said();
+    layer::messages();
     let input = player.upload(&scene);
     let frame = Frame { inputs: &[("scene", &input)], reset: true, ..Frame::default() };
     let mut encoder = player.gpu.device.create_command_encoder(&Default::default());
@@ -81,7 +81,7 @@ fn two_plans_in_one_submission_do_not_meet_in_their_memory() {
     player.executor.encode(&mut encoder, &frame).expect("the first frame of the new plan");
     player.gpu.queue.submit([encoder.finish()]);
     assert_eq!(bits(&player.output("display")), wanted);
-    assert_eq!(layer::said(), Vec::<String>::new());
+    assert_eq!(layer::messages(), Vec::<String>::new());
 }
 
 /// Where the new plan's images lay in the old one, they still lie; and a heap that is large enough is kept.
@@ -90,7 +90,7 @@ fn two_plans_in_one_submission_do_not_meet_in_their_memory() {
 fn images_keep_their_places_in_the_heap() {
     let scene = lively(640, 360);
     let mut player = Player::new();
-    let mut graph = shipped("tsushima.ron", None);
+    let mut graph = built_in("tsushima.ron", None);
     let old = planned(&player, &graph, &scene);
     graph.nodes.iter_mut().filter(|node| node.name == "bloom").for_each(|node| node.off = true);
     let new = planned(&player, &graph, &scene);
@@ -218,9 +218,9 @@ fn broken(plan: &Plan) -> Plan {
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn a_broken_shader_is_told_and_the_old_plan_renders_on() {
+fn a_broken_shader_is_an_error_and_the_old_plan_renders_on() {
     let scene = lively(64, 36);
-    let graph = shipped("tsushima.ron", None);
+    let graph = built_in("tsushima.ron", None);
     let mut player = Player::new();
     let plan = planned(&player, &graph, &scene);
     let wanted = alone(&mut player, &plan, &scene, 4);

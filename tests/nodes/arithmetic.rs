@@ -5,7 +5,7 @@ use afterimage_graph::image::Size;
 use afterimage_plan::{Options, When};
 
 use super::probes::{pipeline, scene};
-use crate::support::gpu::{Picture, Run, shipped};
+use crate::support::gpu::{Picture, Run, built_in};
 
 /// The largest half float.
 const LARGEST: f32 = 65504.0;
@@ -115,7 +115,7 @@ fn constants_stay_in_half_floats() {
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn shipped_pictures_are_within_a_code() {
+fn pictures_of_built_in_pipelines_are_within_a_code() {
     let demo = crate::support::gpu::graph(
         r#"Pipeline(inputs: {}, nodes: { "scene": DemoScene() }, outputs: { "scene": "scene" })"#,
     );
@@ -127,7 +127,7 @@ fn shipped_pictures_are_within_a_code() {
     for name in ["lynx.ron", "caracal.ron", "glare.ron", "tsushima.ron"] {
         // A value in fifty is so near to the border of two codes that it falls to the other one.
         for (switch, options, most) in [("half", half, 0.02), ("subgroups", subgroups, 0.002)] {
-            let [a, b] = both(&shipped(name, None), &picture, Options::default(), options);
+            let [a, b] = both(&built_in(name, None), &picture, Options::default(), options);
             let pairs = a.pixels.as_flattened().iter().zip(b.pixels.as_flattened());
             let codes: Vec<f32> = pairs.map(|(a, b)| 255.0 * (a - b).abs()).collect();
             let worst = codes.iter().copied().fold(0.0, f32::max);

@@ -1,8 +1,5 @@
 //! Histogram, AutoExposure, MeanLuminance and Adapt, compared with their CPU references.
 
-use std::sync::Arc;
-
-use afterimage_gpu::{Executor, Frame, Texels, download, upload};
 use afterimage_graph::check::{Graph, NoFiles};
 
 use super::probes::{SIZES, pipeline, sanitized, scene, shown, shown_with};
@@ -11,8 +8,9 @@ use crate::reference::exposure::{
     Aim, Bins, adapt_exponential, adapt_linear, auto_exposure_stops, grey_card_luminance, limit_mean, pyramid_mean,
 };
 use crate::reference::image::{Image, centre_uv, rgb};
-use crate::support::gpu::{Picture, Run, gpu};
+use crate::support::gpu::{Picture, Run};
 use crate::support::harness::checked;
+use crate::support::sequence::Sequence;
 
 /// The defaults of the metering kinds: EV100 -10 to 19.
 pub(super) const BINS: Bins = Bins { count: 384, low: -13.0, high: 16.0, black: 0.0 };
@@ -128,24 +126,13 @@ fn a_mask_and_the_distance_from_the_middle_weigh_pixels() {
 
 /// One pixel of each frame of a sequence of pictures.
 fn sequence(graph: &Graph, frames: &[(&Picture, f32, bool)]) -> Vec<[f32; 4]> {
-    let gpu = gpu();
     let run = Run::new(graph).exact();
-    let plan = Arc::new(run.plan(&gpu, &[("scene", frames[0].0)]));
-    let mut executor = Executor::with_caps(&gpu.device, &gpu.queue, gpu.caps.clone());
-    executor.load(plan).unwrap_or_else(|error| panic!("{error}"));
-    let mut values = Vec::new();
-    for (picture, dt, reset) in frames {
-        let texels = Texels::from_floats(picture.width, picture.height, &picture.pixels);
-        let view = upload(&gpu.device, &gpu.queue, &texels).create_view(&Default::default());
-        let mut encoder = gpu.device.create_command_encoder(&Default::default());
-        let frame = Frame { inputs: &[("scene", &view)], outputs: &[], time: 0.0, dt: *dt, reset: *reset };
-        executor.encode(&mut encoder, &frame).unwrap_or_else(|error| panic!("{error}"));
-        gpu.queue.submit([encoder.finish()]);
-        let texture = executor.output("out").expect("the executor keeps a texture for each output");
-        let texels = download(&gpu.device, &gpu.queue, texture).unwrap_or_else(|error| panic!("{error}"));
-        values.push(texels.to_floats()[0]);
-    }
-    values
+    let mut sequence = Sequence::new(&run);
+    let mut first_pixel = |(picture, dt, reset): &(&Picture, f32, bool)| {
+        sequence.frame(&[("scene", picture)], *dt, *reset);
+        sequence.output("out").pixels[0]
+    };
+    frames.iter().map(&mut first_pixel).collect()
 }
 
 fn grey(value: f32) -> Picture {

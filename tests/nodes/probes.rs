@@ -2,8 +2,8 @@
 
 use afterimage_graph::check::Graph;
 
-use crate::reference::guard;
 use crate::reference::image::Image;
+use crate::reference::sanitize;
 use crate::support::gpu::Picture;
 use crate::support::harness::{Nodes, image};
 
@@ -44,5 +44,5 @@ pub(crate) fn scene(width: u32, height: u32) -> Picture {
 
 /// The picture as nodes read it: sanitized, in f64.
 pub(crate) fn sanitized(picture: &Picture) -> Image {
-    guard::sanitized(&image(picture))
+    sanitize::sanitized(&image(picture))
 }

@@ -9,7 +9,7 @@ use afterimage_plan::{Plan, PlannedPass, ScheduledPass, verify};
 use half::f16;
 
 use super::probes::scene;
-use crate::support::gpu::{Picture, Run, gpu, shipped};
+use crate::support::gpu::{Picture, Run, built_in, gpu};
 use crate::support::harness::checked;
 use crate::support::player::Player;
 
@@ -173,7 +173,7 @@ fn wrong_lattices_and_lost_pixels_are_seen() {
 }
 
 fn tsushima(fuse: bool) -> Plan {
-    let graph = shipped("tsushima.ron", None);
+    let graph = built_in("tsushima.ron", None);
     let picture = Picture::new(640, 360, |_, _| [0.5; 4]);
     let mut run = Run::new(&graph);
     run.options.fuse = fuse;

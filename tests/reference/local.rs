@@ -4,10 +4,10 @@
 
 use super::color::luminance;
 use super::gaussian;
-use super::guard::LARGEST_HALF;
 use super::image::{Image, centre_uv, rgb};
 use super::math::{Rgb, mix, smooth_step};
 use super::resample::area_average;
+use super::sanitize::LARGEST_HALF;
 
 /// A range of log2 luminance, in stops.
 #[derive(Clone, Copy, Debug)]

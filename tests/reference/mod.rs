@@ -7,8 +7,7 @@
 pub(crate) mod math;
 
 pub(crate) mod image;
-
-pub(crate) mod guard;
+pub(crate) mod sanitize;
 
 pub(crate) mod color;
 pub(crate) mod transfer;

@@ -1,6 +1,8 @@
-//! Kinds that each lack one guard. Some carry the name of a built-in kind, whose promises they then break.
+//! Kinds with one fault each.
 
 use afterimage_graph::prelude::*;
+
+use promises::{cut_off, dark_edges, falling, leaning, restless, uneven};
 
 /// A fault and the words by which it must be found.
 pub(super) struct Planted {
@@ -33,7 +35,7 @@ pub(super) const ALL: &[Planted] = &[
     planted::<restless::Adapt>("time-backwards", "after 3 frames"),
     planted::<restless::Adapt>("time-huge", "after 2 frames"),
     planted::<DrawsOtherwise>("ramp", "when drawn"),
-    planted::<HandsOver>("edge", "when not fused"),
+    planted::<SharesPrivately>("edge", "when not fused"),
 ];
 
 const SOURCE: &[Input] = &[Input::image("source", "Light.").accepts(&[ColorState::Scene])];
@@ -61,6 +63,8 @@ macro_rules! faulty {
         }
     };
 }
+
+mod promises;
 
 params! {
     /// Divides by a luminance that may be 0.
@@ -237,179 +241,29 @@ fn draws_otherwise_fast(source: vec4f) -> vec4f {
 }
 
 params! {
-    /// Hands a number from one pass to the next behind the back of the images.
-    pub struct HandsOver {}
+    /// Passes a number to the next function in a private variable, and not in the image.
+    pub struct SharesPrivately {}
 }
 
-impl Node for HandsOver {
+impl Node for SharesPrivately {
     const INPUTS: &'static [Input] = SOURCE;
     const OUTPUTS: &'static [Output] = RESULT;
     const FALLBACK: Fallback = Fallback::input("source");
 
     fn record(&self, pass: &mut Recorder<'_>) {
         static SHADER: Shader = Shader::new(
-            "hands_over.wgsl",
-            "var<private> hands_over_peak: f32;
-fn hands_over_take(source: vec4f) -> vec4f {
-    hands_over_peak = max(source.r, max(source.g, source.b));
+            "shares_privately.wgsl",
+            "var<private> shares_privately_peak: f32;
+fn shares_privately_take(source: vec4f) -> vec4f {
+    shares_privately_peak = max(source.r, max(source.g, source.b));
     return source;
 }
-fn hands_over_give(taken: vec4f) -> vec4f { return vec4f(taken.rgb / (1.0 + hands_over_peak), taken.a); }",
+fn shares_privately_give(taken: vec4f) -> vec4f { return vec4f(taken.rgb / (1.0 + shares_privately_peak), taken.a); }",
         );
         let source = pass.image("source");
         let desc = ImageDesc::new(pass.desc(source).size);
         let taken = pass.transient("taken", desc);
-        pass.function(&SHADER, "hands_over_take").write_to(taken);
-        pass.function(&SHADER, "hands_over_give").read("taken", taken).write("result", desc);
-    }
-}
-
-mod dark_edges {
-    //! A blur whose taps outside the picture are black.
-    use super::*;
-
-    params! {
-        /// Lets the dark in at the border.
-        pub struct Gaussian {}
-    }
-
-    impl Node for Gaussian {
-        const INPUTS: &'static [Input] = SOURCE;
-        const OUTPUTS: &'static [Output] = RESULT;
-        const FALLBACK: Fallback = Fallback::input("source");
-
-        fn record(&self, pass: &mut Recorder<'_>) {
-            static SHADER: Shader = Shader::new(
-                "gaussian.wgsl",
-                "#import sampling
-fn gaussian_inside(source: texture_2d<f32>, p: vec2i) -> vec4f {
-    let is_inside = p.x >= 0 && p.x < i32(textureDimensions(source).x);
-    return select(vec4f(0.0), texel(source, p), is_inside);
-}
-fn gaussian(source: texture_2d<f32>, source_sampler: sampler, at: Point) -> vec4f {
-    let sides = gaussian_inside(source, at.pixel - vec2i(1, 0)) + gaussian_inside(source, at.pixel + vec2i(1, 0));
-    return 0.5 * texel(source, at.pixel) + 0.25 * sides;
-}",
-            );
-            let source = pass.image("source");
-            let desc = ImageDesc::new(pass.desc(source).size);
-            pass.function(&SHADER, "gaussian").write("result", desc);
-        }
-    }
-}
-
-mod cut_off {
-    //! A blur that takes the brightest light for a mistake.
-    use super::*;
-
-    params! {
-        /// Loses what a firefly shines.
-        pub struct Gaussian {}
-    }
-    faulty!(
-        Gaussian,
-        "gaussian",
-        RESULT,
-        |_| false,
-        "fn gaussian(source: vec4f) -> vec4f { return vec4f(min(source.rgb, vec3f(1000.0)), source.a); }"
-    );
-}
-
-mod uneven {
-    //! A kind of one pixel that looks at where it is.
-    use super::*;
-
-    params! {
-        /// Darker to the right.
-        pub struct Saturation {}
-    }
-    faulty!(
-        Saturation,
-        "saturation",
-        RESULT,
-        |_| false,
-        "fn saturation(source: vec4f, at: Point) -> vec4f { return vec4f(source.rgb * (1.0 - 0.25 * at.uv.x), source.a); }"
-    );
-}
-
-mod leaning {
-    //! A kind of one pixel that looks at its neighbour.
-    use super::*;
-
-    params! {
-        /// Mixes in the pixel to the left.
-        pub struct Saturation {}
-    }
-
-    impl Node for Saturation {
-        const INPUTS: &'static [Input] = SOURCE;
-        const OUTPUTS: &'static [Output] = RESULT;
-        const FALLBACK: Fallback = Fallback::input("source");
-
-        fn record(&self, pass: &mut Recorder<'_>) {
-            static SHADER: Shader = Shader::new(
-                "saturation.wgsl",
-                "#import sampling
-fn saturation(source: texture_2d<f32>, source_sampler: sampler, at: Point) -> vec4f {
-    return mix(texel(source, at.pixel), texel(source, at.pixel - vec2i(1, 0)), 0.25);
-}",
-            );
-            let source = pass.image("source");
-            let desc = ImageDesc::new(pass.desc(source).size);
-            pass.function(&SHADER, "saturation").write("result", desc);
-        }
-    }
-}
-
-mod falling {
-    //! A curve that turns round.
-    use super::*;
-
-    params! {
-        /// Falls above middle grey.
-        pub struct Contrast {}
-    }
-    faulty!(
-        Contrast,
-        "contrast",
-        RESULT,
-        |_| false,
-        "fn contrast(source: vec4f) -> vec4f {
-    return vec4f(source.rgb / (1.0 + source.rgb * source.rgb), source.a);
-}"
-    );
-}
-
-mod restless {
-    //! Adaptation that trusts the clock.
-    use super::*;
-
-    params! {
-        /// Follows the light of one pixel by a step that it does not look at.
-        pub struct Adapt {}
-    }
-
-    impl Node for Adapt {
-        const INPUTS: &'static [Input] = SOURCE;
-        const OUTPUTS: &'static [Output] = &[Output::new("result", PortType::Value, OutputState::Nothing, "Stops.")];
-        const FALLBACK: Fallback = Fallback::Absent;
-
-        fn record(&self, pass: &mut Recorder<'_>) {
-            static SHADER: Shader = Shader::new(
-                "adapt.wgsl",
-                "#import point
-@group(0) @binding(0) var source: texture_2d<f32>;
-@group(0) @binding(1) var<storage, read_write> result: vec4f;
-@group(0) @binding(2) var<uniform> frame: Frame;
-@compute @workgroup_size(1)
-fn adapt() {
-    let wanted = log2(max(textureLoad(source, vec2i(0), 0).g, 1e-4));
-    let share = select(frame.dt * 3.0, 1.0, frame.reset == 1u);
-    result = vec4f(mix(result.x, wanted, min(share, 0.5 + f32(frame.reset))), 0.0, 0.0, 1.0);
-}",
-            );
-            let result = pass.output_value("result", BufferLife::Persistent);
-            pass.compute(&SHADER, "adapt").buffer("result", result).dispatch([1, 1, 1]);
-        }
+        pass.function(&SHADER, "shares_privately_take").write_to(taken);
+        pass.function(&SHADER, "shares_privately_give").read("taken", taken).write("result", desc);
     }
 }

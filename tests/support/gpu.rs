@@ -1,14 +1,15 @@
 //! The one place that knows how tests reach a GPU. No adapter is a failure, unless `AFTERIMAGE_NO_GPU=1`.
 
-use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock};
 
-use afterimage_gpu::{Executor, Frame, Gpu, Opening, Texels, download, upload};
+use afterimage_gpu::{Gpu, Opening, Session, Texels};
 use afterimage_graph::check::{CheckOptions, Facts, Graph, Loader, NoFiles, check};
 use afterimage_graph::document::parse;
 use afterimage_graph::image::Size;
 use afterimage_graph::node::Registry;
-use afterimage_plan::{GivenImage, Options, Plan, PlanRequest, plan};
+use afterimage_plan::{GivenImage, Options, Plan};
+
+use super::sequence::Sequence;
 
 /// An image of four floats a pixel, as tests have it.
 #[derive(Clone, Debug, PartialEq)]
@@ -22,6 +23,11 @@ impl Picture {
     pub fn new(width: u32, height: u32, mut pixel: impl FnMut(u32, u32) -> [f32; 4]) -> Self {
         let pixels = (0..height).flat_map(|y| (0..width).map(move |x| (x, y))).map(|(x, y)| pixel(x, y)).collect();
         Self { width, height, pixels }
+    }
+
+    /// The texels of an image, as floats.
+    pub fn of(texels: &Texels) -> Self {
+        Self { width: texels.desc.size.width, height: texels.desc.size.height, pixels: texels.to_floats() }
     }
 
     pub fn at(&self, x: u32, y: u32) -> [f32; 4] {
@@ -55,13 +61,13 @@ impl Loader for Repository {
     }
 }
 
-/// The folder of shipped pipelines.
+/// The folder of built-in pipelines.
 pub fn pipelines() -> std::path::PathBuf {
     std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../pipelines")
 }
 
-/// The graph of a shipped pipeline.
-pub fn shipped(name: &str, tier: Option<&str>) -> Graph {
+/// The graph of a built-in pipeline.
+pub fn built_in(name: &str, tier: Option<&str>) -> Graph {
     let path = pipelines().join(name);
     let text = std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
     let document = parse(&path.to_string_lossy(), &text).unwrap_or_else(|errors| panic!("{errors:?}"));
@@ -106,22 +112,27 @@ impl<'a> Run<'a> {
         self
     }
 
-    pub fn plan(&self, gpu: &Gpu, inputs: &[(&str, &Picture)]) -> Plan {
-        let given: BTreeMap<String, GivenImage> = inputs
-            .iter()
-            .map(|(name, picture)| (name.to_string(), GivenImage { desc: self.texels(picture).desc, finite: false }))
-            .collect();
-        let size = inputs.first().map_or(self.size, |(_, picture)| Size::new(picture.width, picture.height));
-        let mut caps = gpu.caps.clone();
-        caps.prefer_fragment = self.prefer_fragment;
-        let executor = Executor::with_caps(&gpu.device, &gpu.queue, gpu.caps.clone());
-        let requirement = &|desc: &_| executor.requirement(desc);
-        let setting =
-            PlanRequest { size, inputs: given, facts: self.facts.clone(), caps, options: self.options, requirement };
-        plan(self.graph, &setting).unwrap_or_else(|error| panic!("{error}"))
+    /// A session that renders it, on the shared device.
+    pub fn session(&self, gpu: &Gpu) -> Session {
+        let mut gpu = gpu.clone();
+        gpu.caps.prefer_fragment = self.prefer_fragment;
+        Session::new(&gpu, self.graph.clone(), self.facts.clone(), self.options)
     }
 
-    fn texels(&self, picture: &Picture) -> Texels {
+    /// The plan for these pictures.
+    pub fn plan(&self, gpu: &Gpu, inputs: &[(&str, &Picture)]) -> Plan {
+        let given = |picture: &Picture| GivenImage { desc: self.texels(picture).desc, finite: false };
+        let given = inputs.iter().map(|(name, picture)| ((*name).to_owned(), given(picture))).collect();
+        let plan = self.session(gpu).runtime().plan_for_descs(self.size_for(inputs), given);
+        Arc::unwrap_or_clone(plan.unwrap_or_else(|error| panic!("{error}")))
+    }
+
+    /// The size of a frame with these pictures.
+    pub(super) fn size_for(&self, inputs: &[(&str, &Picture)]) -> Size {
+        inputs.first().map_or(self.size, |(_, picture)| Size::new(picture.width, picture.height))
+    }
+
+    pub(super) fn texels(&self, picture: &Picture) -> Texels {
         let make = if self.half_inputs { Texels::from_floats_as_half } else { Texels::from_floats };
         make(picture.width, picture.height, &picture.pixels)
     }
@@ -133,29 +144,13 @@ impl<'a> Run<'a> {
 
     /// The outputs of several frames with the same inputs; each frame has a dt and a reset flag.
     pub fn frames(&self, inputs: &[(&str, &Picture)], frames: &[(f32, bool)]) -> Vec<Vec<Picture>> {
-        let gpu = gpu();
-        let plan = Arc::new(self.plan(&gpu, inputs));
-        let mut executor = Executor::with_caps(&gpu.device, &gpu.queue, gpu.caps.clone());
-        executor.load(plan.clone()).unwrap_or_else(|error| panic!("{error}"));
-        let textures: Vec<_> = inputs.iter().map(|(_, p)| upload(&gpu.device, &gpu.queue, &self.texels(p))).collect();
-        let views: Vec<_> = textures.iter().map(|texture| texture.create_view(&Default::default())).collect();
-        let named: Vec<(&str, &wgpu::TextureView)> = inputs.iter().map(|(name, _)| *name).zip(&views).collect();
-        let mut results = Vec::new();
-        for (dt, reset) in frames {
-            let mut encoder = gpu.device.create_command_encoder(&Default::default());
-            let frame = Frame { inputs: &named, outputs: &[], time: 0.0, dt: *dt, reset: *reset };
-            executor.encode(&mut encoder, &frame).unwrap_or_else(|error| panic!("{error}"));
-            gpu.queue.submit([encoder.finish()]);
-            results.push(plan.outputs.iter().map(|output| read(&gpu, &executor, &output.name)).collect());
-        }
-        results
+        let mut sequence = Sequence::new(self);
+        let mut outputs = |(dt, reset): &(f32, bool)| {
+            sequence.frame(inputs, *dt, *reset);
+            sequence.outputs()
+        };
+        frames.iter().map(&mut outputs).collect()
     }
-}
-
-fn read(gpu: &Gpu, executor: &Executor, name: &str) -> Picture {
-    let texture = executor.output(name).expect("the executor keeps a texture for each output");
-    let texels = download(&gpu.device, &gpu.queue, texture).unwrap_or_else(|error| panic!("{error}"));
-    Picture { width: texels.desc.size.width, height: texels.desc.size.height, pixels: texels.to_floats() }
 }
 
 /// The outputs of one frame with 32-bit inputs and intermediates.

@@ -2,7 +2,7 @@
 
 use std::sync::{Mutex, MutexGuard};
 
-static SAID: Mutex<Vec<String>> = Mutex::new(Vec::new());
+static MESSAGES: Mutex<Vec<String>> = Mutex::new(Vec::new());
 
 struct Catcher;
 
@@ -13,7 +13,7 @@ impl log::Log for Catcher {
 
     fn log(&self, record: &log::Record<'_>) {
         if self.enabled(record.metadata()) {
-            SAID.lock().unwrap_or_else(|poisoned| poisoned.into_inner()).push(record.args().to_string());
+            MESSAGES.lock().unwrap_or_else(|poisoned| poisoned.into_inner()).push(record.args().to_string());
         }
     }
 
@@ -38,13 +38,13 @@ pub fn alone() -> MutexGuard<'static, ()> {
 /// Messages since the last call about our use of the device.
 ///
 /// Without one: a layer older than naga does not know the number of WGSL in a shader's debug information.
-pub fn said() -> Vec<String> {
-    let mut said = SAID.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+pub fn messages() -> Vec<String> {
+    let mut messages = MESSAGES.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
     let ours = |line: &String| {
         let marked = ["VUID-", "SYNC-HAZARD", "DrawState"].iter().any(|mark| line.contains(mark));
         marked && !line.contains("source language")
     };
-    said.drain(..).filter(ours).collect()
+    messages.drain(..).filter(ours).collect()
 }
 
 /// Whether the layer is installed: without it, no message proves nothing.

@@ -6,3 +6,4 @@ pub mod layer;
 pub mod numbers;
 pub mod player;
 pub mod probes;
+pub mod sequence;

@@ -1,4 +1,5 @@
-//! A plan on the shared device, frame by frame, as a host runs it.
+//! An executor on the shared device, frame by frame, as a host runs it. For tests of the executor; others use a
+//! [`Sequence`](super::sequence::Sequence).
 
 use std::ops::Deref;
 use std::sync::Arc;
@@ -74,7 +75,7 @@ impl Player {
 
     pub fn read(&self, texture: &wgpu::Texture) -> Picture {
         let texels = download(&self.gpu.device, &self.gpu.queue, texture).unwrap_or_else(|error| panic!("{error}"));
-        Picture { width: texels.desc.size.width, height: texels.desc.size.height, pixels: texels.to_floats() }
+        Picture::of(&texels)
     }
 }
 

@@ -1,8 +1,8 @@
 //! Numbers and sizes at their limits: what comes out is finite, no square is black, nothing flashes, and the frame
 //! after is as if nothing had been.
 
-use crate::support::gpu::{Picture, Run, shipped};
-use crate::support::player::Player;
+use crate::support::gpu::{Picture, Run, built_in};
+use crate::support::sequence::Sequence;
 
 const STEP: f32 = 1.0 / 24.0;
 
@@ -25,13 +25,13 @@ fn filled(width: u32, height: u32, light: f32) -> Picture {
 
 /// The display pictures of a plain frame, a frame that may be extreme, and the plain one again.
 fn around(middle: &Picture) -> [Picture; 3] {
-    let graph = shipped(super::PIPELINE, None);
+    let graph = built_in(super::PIPELINE, None);
     let clean = plain(middle.width, middle.height);
-    let mut player = Player::new();
-    player.load(&Run::new(&graph), &[("scene", &clean)]);
+    let run = Run::new(&graph);
+    let mut frames = Sequence::new(&run);
     [(&clean, true), (middle, false), (&clean, false)].map(|(picture, reset)| {
-        player.frame(&[("scene", picture)], STEP, reset);
-        player.output("display")
+        frames.frame(&[("scene", picture)], STEP, reset);
+        frames.output("display")
     })
 }
 
@@ -63,17 +63,17 @@ fn a_black_frame_is_black_and_leaves_the_exposure_alone() {
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn a_black_first_frame_poisons_nothing() {
-    let graph = shipped(super::PIPELINE, None);
+fn a_black_first_frame_does_not_affect_the_next() {
+    let graph = built_in(super::PIPELINE, None);
     let (black, clean) = (filled(96, 54, 0.0), plain(96, 54));
-    let mut player = Player::new();
-    player.load(&Run::new(&graph), &[("scene", &clean)]);
+    let run = Run::new(&graph);
+    let mut frames = Sequence::new(&run);
     for (picture, reset) in [(&black, true), (&clean, false)] {
-        player.frame(&[("scene", picture)], STEP, reset);
+        frames.frame(&[("scene", picture)], STEP, reset);
     }
-    let seen = player.output("display");
-    // The device is shared: it is given back before the next player takes it.
-    drop(player);
+    let seen = frames.output("display");
+    // A test has one sequence at a time.
+    drop(frames);
     let [first, ..] = around(&clean);
     assert_eq!(super::bits(&[seen]), super::bits(&[first]), "the first light that is metered is a beginning");
 }

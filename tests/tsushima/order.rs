@@ -8,7 +8,7 @@ use afterimage_gpu::Frame;
 use afterimage_plan::{Options, Plan, verify};
 
 use super::{bits, scene};
-use crate::support::gpu::{Picture, Run, shipped};
+use crate::support::gpu::{Picture, Run, built_in};
 use crate::support::player::Player;
 
 /// The plan with the passes of each batch in another order, each on its own.
@@ -40,8 +40,8 @@ fn frames(player: &mut Player, plan: Plan, scenes: &[Picture; 2]) -> Vec<u32> {
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn passes_may_run_in_any_order_within_their_wave() {
-    let graph = shipped(super::PIPELINE, None);
+fn passes_may_run_in_any_order_within_their_batch() {
+    let graph = built_in(super::PIPELINE, None);
     let scenes = [0.0, 0.6].map(|walk| scene(192, 108, walk));
     let mut player = Player::new();
     // The fewest batches are the widest.
@@ -63,7 +63,7 @@ fn passes_may_run_in_any_order_within_their_wave() {
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn plans_that_order_passes_otherwise_have_the_same_bits() {
-    let graph = shipped(super::PIPELINE, None);
+    let graph = built_in(super::PIPELINE, None);
     let scenes = [0.0, 0.6].map(|walk| scene(192, 108, walk));
     let mut player = Player::new();
     let [usual, serial, fewest] = [(false, false), (true, false), (false, true)].map(|(serial, batches_first)| {
@@ -82,7 +82,7 @@ fn plans_that_order_passes_otherwise_have_the_same_bits() {
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn sequences_do_not_see_in_which_order_they_are_submitted() {
-    let graph = shipped(super::PIPELINE, None);
+    let graph = built_in(super::PIPELINE, None);
     let scenes = [0.0, 0.5, 1.0].map(|walk| scene(96, 54, walk));
     let player = Player::new();
     let plan = Arc::new(Run::new(&graph).plan(&player.gpu, &[("scene", &scenes[0])]));

@@ -12,12 +12,12 @@ use crate::reference::curves::{Uchimura, display, uchimura};
 use crate::reference::exposure::{Bins, auto_exposure_stops, limit_mean};
 use crate::reference::gaussian::{blur_axis, radius, taps};
 use crate::reference::grade::LiftGammaGain;
-use crate::reference::guard::{LARGEST_HALF, guard, sanitized};
 use crate::reference::image::{Image, centre_uv, rgb};
 use crate::reference::local::{Grid, LocalToneMap, Range, Splat};
 use crate::reference::math::{Rgb, largest, transform};
 use crate::reference::purkinje::{full, strength_log};
 use crate::reference::resample::{Down, Firefly, Up, area_average, upsample};
+use crate::reference::sanitize::{LARGEST_HALF, sanitize, sanitized};
 use crate::reference::transfer::srgb_encode;
 use crate::reference::vignette;
 use crate::support::gpu::{Picture, Repository, Run, pipelines, registry};
@@ -87,7 +87,7 @@ fn exposed(graph: &Graph, scene: &Image) -> Image {
     let limited =
         limit_mean(mean.expect("the picture is not black"), metered.number("min_ev"), metered.number("max_ev"));
     let gain = auto_exposure_stops(limited, metered.number("key"), metered.number("compensation")).exp2();
-    scene.map_rgb(|color| color.map(|x| guard(x * gain, LARGEST_HALF)))
+    scene.map_rgb(|color| color.map(|x| sanitize(x * gain, LARGEST_HALF)))
 }
 
 fn seen(graph: &Graph, exposed: &Image) -> Image {
@@ -214,7 +214,7 @@ fn assert_is_its_reference(what: &str, picture: &Picture) -> f64 {
     worst
 }
 
-/// Sixteen stops of gradients and edges in all colours, with a lamp, black, and numbers that the guard must catch.
+/// Sixteen stops of gradients and edges in all colours, with a lamp, black, and numbers that are sanitized.
 fn synthetic(width: u32, height: u32) -> Picture {
     Picture::new(width, height, |x, y| {
         let (u, v) = (f64::from(x) / f64::from(width), f64::from(y) / f64::from(height));
@@ -233,7 +233,7 @@ fn synthetic(width: u32, height: u32) -> Picture {
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn the_whole_chain_is_its_twin_on_a_synthetic_picture() {
+fn the_pipeline_equals_its_cpu_reference_on_a_synthetic_picture() {
     for (width, height) in [(160, 90), (131, 77), (1, 1)] {
         assert_is_its_reference(&format!("synthetic {width}x{height}"), &synthetic(width, height));
     }
@@ -247,7 +247,7 @@ fn cut_out(walk: f64, left: u32, top: u32) -> Picture {
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn the_whole_chain_is_its_twin_on_the_built_in_scene() {
+fn the_pipeline_equals_its_cpu_reference_on_the_built_in_scene() {
     assert_is_its_reference("the room", &scene(160, 90, 0.0));
     assert_is_its_reference("the window", &scene(160, 90, 1.0));
     assert_is_its_reference("where the window meets the room", &cut_out(0.0, 240, 90));
@@ -259,7 +259,7 @@ fn the_whole_chain_is_its_twin_on_the_built_in_scene() {
 #[test]
 #[expect(clippy::print_stdout, reason = "the figures are what somebody who names pictures wants to know")]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn the_whole_chain_is_its_twin_on_pictures_of_your_own() {
+fn the_pipeline_equals_its_cpu_reference_on_pictures_of_your_own() {
     for path in std::env::var_os("AFTERIMAGE_PICTURES").iter().flat_map(std::env::split_paths) {
         let file = read(&Source::file(&path)).unwrap_or_else(|error| panic!("{error}"));
         let numbers = file.pixels.to_f32();

@@ -1,87 +1,74 @@
 //! A camera walks from the dim room to the bright window: the exposure follows, and how often frames come makes no
 //! difference.
 
-use std::sync::Arc;
+use std::sync::MutexGuard;
 
-use afterimage_gpu::{Executor, Frame};
+use afterimage_gpu::{FrameStep, Gpu, InputImage, Session};
 use afterimage_graph::image::Size;
-use afterimage_plan::Plan;
+use afterimage_plan::Options;
 
 use super::{bits, camera, scene, up_to};
-use crate::support::gpu::{Picture, Run, graph, shipped};
-use crate::support::player::Player;
+use crate::support::gpu::{Picture, Run, built_in, gpu, graph};
+use crate::support::sequence::Sequence;
 
-const SIZE: [u32; 2] = [48, 27];
+const SIZE: Size = Size { width: 48, height: 27, depth: 1 };
 /// How long the walk takes: 96 frames at 24 in a second.
 const SECONDS: f64 = 4.0;
 
-/// A camera in the built-in scene, and two meters on what it sees: one that follows, one that is right at once.
+/// A camera in the built-in scene, and two meters on its image: one that adapts, one that starts again in each frame.
 struct Walk {
-    player: Player,
-    follows: Executor,
-    snaps: Executor,
+    camera: Session,
+    adapts: Session,
+    starts: Session,
     seen: Picture,
-    view: wgpu::TextureView,
+    image: InputImage,
+    _gpu: MutexGuard<'static, Gpu>,
 }
 
 impl Walk {
     fn new() -> Self {
-        let graph = up_to("exposed");
-        let mut run = Run::new(&graph).exact();
-        run.half_inputs = true;
-        let mut player = Player::new();
-        let shape = Picture::new(SIZE[0], SIZE[1], |_, _| [0.0; 4]);
-        let plan = Arc::new(run.plan(&player.gpu, &[("scene", &shape)]));
-        let follows = player.spare(plan.clone());
-        let snaps = player.spare(plan);
-        let (seen, view) = look(&mut player, 0.0);
-        Self { player, follows, snaps, seen, view }
+        let (view, exposed) = (graph(&camera(0.0)), up_to("exposed"));
+        let gpu = gpu();
+        let exposure = Run::new(&exposed).exact();
+        let (adapts, starts) = (exposure.session(&gpu), exposure.session(&gpu));
+        let mut camera = Run::new(&view).session(&gpu);
+        let (seen, image) = look(&mut camera);
+        Self { camera, adapts, starts, seen, image, _gpu: gpu }
     }
 
     fn go_to(&mut self, walk: f64) {
-        (self.seen, self.view) = look(&mut self.player, walk.clamp(0.0, 1.0));
+        let view = graph(&camera(walk.clamp(0.0, 1.0)));
+        self.camera.runtime().change(view, Options::default());
+        (self.seen, self.image) = look(&mut self.camera);
     }
 
     /// The stops of the exposure after `dt` more seconds.
     fn follow(&mut self, dt: f64) -> f64 {
-        self.stops(dt, false)
+        gain(&self.seen, &expose(&mut self.adapts, &self.image, dt, false))
     }
 
     /// The same after a declared cut.
     fn cut(&mut self) -> f64 {
-        self.stops(0.0, true)
-    }
-
-    fn stops(&mut self, dt: f64, reset: bool) -> f64 {
-        std::mem::swap(&mut self.player.executor, &mut self.follows);
-        let exposed = expose(&mut self.player, &self.view, dt, reset);
-        std::mem::swap(&mut self.player.executor, &mut self.follows);
-        gain(&self.seen, &exposed)
+        gain(&self.seen, &expose(&mut self.adapts, &self.image, 0.0, true))
     }
 
     /// The stops that the present view asks for.
     fn wanted(&mut self) -> f64 {
-        std::mem::swap(&mut self.player.executor, &mut self.snaps);
-        let exposed = expose(&mut self.player, &self.view, 0.0, true);
-        std::mem::swap(&mut self.player.executor, &mut self.snaps);
-        gain(&self.seen, &exposed)
+        gain(&self.seen, &expose(&mut self.starts, &self.image, 0.0, true))
     }
 }
 
-fn look(player: &mut Player, walk: f64) -> (Picture, wgpu::TextureView) {
-    let graph = graph(&camera(walk));
-    let mut run = Run::new(&graph);
-    run.size = Size::new(SIZE[0], SIZE[1]);
-    player.load(&run, &[]);
-    player.run(&Frame::default()).expect("the scene renders");
-    let texture = player.executor.output("scene").expect("it is an output");
-    (player.read(texture), texture.create_view(&Default::default()))
+/// What the camera sees, on the host and on the device.
+fn look(camera: &mut Session) -> (Picture, InputImage) {
+    camera.render(SIZE, &[], FrameStep::default()).expect("the scene renders");
+    let texels = camera.output("scene").expect("the scene is read back");
+    (Picture::of(&texels), camera.output_image("scene", "scene"))
 }
 
-fn expose(player: &mut Player, scene: &wgpu::TextureView, dt: f64, reset: bool) -> Picture {
-    let frame = Frame { inputs: &[("scene", scene)], dt: dt as f32, reset, ..Frame::default() };
-    player.run(&frame).expect("the scene is exposed");
-    player.output("exposed")
+fn expose(exposure: &mut Session, scene: &InputImage, dt: f64, reset: bool) -> Picture {
+    let step = FrameStep { time: 0.0, dt: dt as f32, reset };
+    exposure.render(SIZE, std::slice::from_ref(scene), step).expect("the scene is exposed");
+    Picture::of(&exposure.output("exposed").expect("the picture is read back"))
 }
 
 /// The gain of an exposure, from the largest number below 100, which sanitizing has not changed.
@@ -163,36 +150,33 @@ fn a_declared_cut_is_right_at_once() {
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn two_runs_of_a_sequence_have_the_same_bits() {
-    let graph = shipped(super::PIPELINE, None);
+    let graph = built_in(super::PIPELINE, None);
     let scenes = [0.0, 0.5, 1.0].map(|walk| scene(96, 54, walk));
-    let run = || {
-        let mut player = Player::new();
-        player.load(&Run::new(&graph), &[("scene", &scenes[0])]);
+    let run = Run::new(&graph);
+    let render = || {
+        let mut sequence = Sequence::new(&run);
         let frames = scenes.iter().enumerate().map(|(index, scene)| {
-            player.frame(&[("scene", scene)], 1.0 / 24.0, index == 0);
-            player.output("display")
+            sequence.frame(&[("scene", scene)], 1.0 / 24.0, index == 0);
+            sequence.output("display")
         });
         frames.collect::<Vec<Picture>>()
     };
-    let first = run();
+    let first = render();
     assert_ne!(bits(&first[..1]), bits(&first[2..]), "the frames differ");
-    assert_eq!(bits(&first), bits(&run()));
+    assert_eq!(bits(&first), bits(&render()));
 }
 
-/// What of a plan's memory an earlier frame has left must not be seen: the same frame in another executor has the same
-/// bits.
+/// Memory that an earlier frame has written does not change the frame: it has the bits of a first frame.
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_frame_after_a_cut_remembers_nothing() {
-    let graph = shipped(super::PIPELINE, None);
+    let graph = built_in(super::PIPELINE, None);
     let [dim, bright] = [0.0, 1.0].map(|walk| scene(96, 54, walk));
-    let mut player = Player::new();
-    let _: Arc<Plan> = player.load(&Run::new(&graph), &[("scene", &bright)]);
-    player.frame(&[("scene", &bright)], 0.0, true);
-    player.frame(&[("scene", &dim)], 0.5, true);
-    let after = player.output("display");
-    player.renew();
-    player.load(&Run::new(&graph), &[("scene", &dim)]);
-    player.frame(&[("scene", &dim)], 0.0, true);
-    assert_eq!(bits(&[after]), bits(&[player.output("display")]));
+    let run = Run::new(&graph);
+    let last = |frames: &[(&Picture, f32)]| {
+        let mut sequence = Sequence::new(&run);
+        frames.iter().for_each(|(scene, dt)| sequence.frame(&[("scene", scene)], *dt, true));
+        sequence.output("display")
+    };
+    assert_eq!(bits(&[last(&[(&bright, 0.0), (&dim, 0.5)])]), bits(&[last(&[(&dim, 0.0)])]));
 }

@@ -1,9 +1,10 @@
-//! Types that all layers of Afterimage share: parameter values, image descriptions, diagnostics and device
+//! Types that all layers of Afterimage share: parameter values, image descriptions, colorimetry, diagnostics and device
 //! capabilities.
 //!
 //! This crate does no IO, accesses no device and depends on no other crate of the workspace.
 
 pub mod caps;
+pub mod color;
 pub mod diagnostic;
 pub mod image;
 mod shared;

@@ -16,6 +16,7 @@ use wgpu::{BufferUsages, CommandEncoder, Features};
 
 use crate::Gpu;
 use crate::error::{GpuError, SessionError};
+use crate::stream::map;
 
 /// The frequency is steady when no burst was faster for this long.
 const STEADY: Duration = Duration::from_millis(500);
@@ -215,8 +216,7 @@ impl Stamps {
     }
 
     fn read(&self, gpu: &Gpu) -> Result<f64, GpuError> {
-        self.readable.slice(..).map_async(wgpu::MapMode::Read, |_| {});
-        gpu.wait()?;
+        map(&gpu.device, &self.readable, wgpu::MapMode::Read)?;
         let words: [u64; 2] = {
             let mapped = self.readable.slice(..).get_mapped_range().map_err(|error| GpuError::lost(&error))?;
             bytemuck::pod_read_unaligned(&mapped)

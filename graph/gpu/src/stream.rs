@@ -207,8 +207,13 @@ pub fn download(device: &wgpu::Device, queue: &wgpu::Queue, texture: &wgpu::Text
     Readback::new(device, queue).download(texture)
 }
 
-fn map(device: &wgpu::Device, buffer: &wgpu::Buffer, mode: wgpu::MapMode) -> Result<(), GpuError> {
+/// Maps a buffer. Waits for the GPU. Buffers of a lost device are invalid, which is a validation error in wgpu.
+pub(crate) fn map(device: &wgpu::Device, buffer: &wgpu::Buffer, mode: wgpu::MapMode) -> Result<(), GpuError> {
+    let validation = device.push_error_scope(wgpu::ErrorFilter::Validation);
     buffer.slice(..).map_async(mode, |_| {});
+    if let Some(error) = pollster::block_on(validation.pop()) {
+        return Err(GpuError::lost(&error));
+    }
     device.poll(wgpu::PollType::wait_indefinitely()).map(drop).map_err(|error| GpuError::lost(&error))
 }
 

@@ -2,6 +2,8 @@
 
 use wgpu::util::DeviceExt as _;
 
+use crate::stream::map;
+
 /// Timestamps around the passes of one frame.
 pub(crate) struct Timing {
     pub(crate) queries: wgpu::QuerySet,
@@ -44,11 +46,9 @@ impl Timing {
 
     /// Milliseconds of each pass of the frame submitted last. Waits for it.
     pub(crate) fn read(&self, device: &wgpu::Device) -> Option<Vec<f64>> {
-        let slice = self.readable.slice(..);
-        slice.map_async(wgpu::MapMode::Read, |_| {});
-        device.poll(wgpu::PollType::wait_indefinitely()).ok()?;
+        map(device, &self.readable, wgpu::MapMode::Read).ok()?;
         let ticks: Vec<u64> = {
-            let bytes = slice.get_mapped_range().ok()?;
+            let bytes = self.readable.slice(..).get_mapped_range().ok()?;
             bytes.chunks_exact(8).map(|b| u64::from_le_bytes(b.try_into().expect("chunks of eight"))).collect()
         };
         self.readable.unmap();

@@ -14,6 +14,6 @@ mod tests;
 
 pub use codec::{
     CodecError, EncodedPixels, ErrorKind, ExrCompression, ExrOptions, Metadata, Picture, Pixels, PngColour, PngDepth,
-    PngOptions, Primaries, REC709, catch_panic, encode_exr, encode_png, limits,
+    PngOptions, catch_panic, encode_exr, encode_png, limits,
 };
 pub use files::{FileError, Source, read, sequence, write_atomic, write_exr, write_png};

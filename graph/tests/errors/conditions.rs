@@ -36,7 +36,7 @@ fn all_comparisons() {
 }
 
 #[test]
-fn what_is_not_told_may_be_either_way() {
+fn facts_that_are_not_given_may_have_any_value() {
     assert!(holds("a", &[]) && holds("not a", &[]) && holds("x < 1", &[]) && holds("not x < 1", &[]));
     assert!(!holds("a and b", &[("b", false.into())]), "one false part is enough, whatever the other is");
     assert!(holds("a and b", &[("b", true.into())]));

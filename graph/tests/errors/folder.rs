@@ -25,25 +25,25 @@ fn posterize(source: vec4f, mask: texture_2d<f32>, mask_sampler: sampler, at: Po
 }
 ";
 
-fn told(declaration: &str, shader: &str) -> String {
+fn reported(declaration: &str, shader: &str) -> String {
     let kind = folder_kind(("posterize/node.ron", declaration), ("posterize/posterize.wgsl", shader));
-    kind.map_or_else(|told| told.to_string(), |kind| panic!("{kind:?} is accepted"))
+    kind.map_or_else(|reported| reported.to_string(), |kind| panic!("{kind:?} is accepted"))
 }
 
 #[test]
 fn a_folder_becomes_a_kind() {
-    let kind =
-        folder_kind(("node.ron", DECLARATION), ("posterize.wgsl", SHADER)).unwrap_or_else(|told| panic!("{told}"));
+    let kind = folder_kind(("node.ron", DECLARATION), ("posterize.wgsl", SHADER))
+        .unwrap_or_else(|reported| panic!("{reported}"));
     assert_eq!((kind.name(), kind.main_output(), kind.inputs().len()), ("Posterize", "result", 2));
     let (_, levels) = kind.param("levels").expect("it is declared");
     assert_eq!((levels.domain, levels.usual, levels.replan), (Some((2.0, 256.0)), Some((2.0, 16.0)), false));
 }
 
 #[test]
-fn a_byte_order_mark_at_the_beginning_is_no_mistake() {
+fn a_byte_order_mark_at_the_beginning_is_skipped() {
     let marked = |text: &str| format!("\u{feff}{text}");
     let kind = folder_kind(("node.ron", &marked(DECLARATION)), ("posterize.wgsl", &marked(SHADER)));
-    assert_eq!(kind.unwrap_or_else(|told| panic!("{told}")).name(), "Posterize");
+    assert_eq!(kind.unwrap_or_else(|reported| panic!("{reported}")).name(), "Posterize");
 }
 
 #[test]
@@ -55,20 +55,20 @@ fn other_files_of_the_folder_are_for_imports_and_may_have_any_names() {
         folder_kind_of(("posterize/node.ron", DECLARATION), &[("posterize/steps.wgsl", steps), (name, &shader)])
     };
     let kind = with(steps, "posterize/posterize.wgsl");
-    assert_eq!(kind.unwrap_or_else(|told| panic!("{told}")).name(), "Posterize");
+    assert_eq!(kind.unwrap_or_else(|reported| panic!("{reported}")).name(), "Posterize");
     for (from, to, message) in [
         ("- 1.0", "- one", "posterize/steps.wgsl:2:59"),
         ("math", "maths", "no shared file is called `maths`; there are `steps`, `"),
     ] {
-        let told = with(&steps.replace(from, to), "posterize/posterize.wgsl").expect_err(message).to_string();
-        assert!(told.contains(message), "{told}");
+        let reported = with(&steps.replace(from, to), "posterize/posterize.wgsl").expect_err(message).to_string();
+        assert!(reported.contains(message), "{reported}");
     }
-    let told = with(steps, "posterize/poster.wgsl").expect_err("neither is its shader").to_string();
-    assert!(told.contains("no file of the folder is called `posterize.wgsl`"), "{told}");
+    let reported = with(steps, "posterize/poster.wgsl").expect_err("neither is its shader").to_string();
+    assert!(reported.contains("no file of the folder is called `posterize.wgsl`"), "{reported}");
 }
 
 #[test]
-fn mistakes_of_the_shader_are_told_at_its_lines() {
+fn errors_of_the_shader_are_reported_at_their_lines() {
     for (from, to, message, location) in [
         ("params.levels -", "parms.levels -", "no definition in scope for identifier: `parms`", "posterize.wgsl:4:17"),
         (
@@ -123,13 +123,13 @@ fn mistakes_of_the_shader_are_told_at_its_lines() {
             "posterize.wgsl:6:15",
         ),
     ] {
-        let told = told(DECLARATION, &SHADER.replace(from, to));
-        assert!(told.contains(message) && told.contains(location), "{from} -> {to}:\n{told}");
+        let reported = reported(DECLARATION, &SHADER.replace(from, to));
+        assert!(reported.contains(message) && reported.contains(location), "{from} -> {to}:\n{reported}");
     }
 }
 
 #[test]
-fn mistakes_of_the_declaration_are_told_at_its_lines() {
+fn errors_of_the_declaration_are_reported_at_their_lines() {
     for (from, to, message, location) in [
         ("Kind(", "Node(", "the file holds a name with parentheses, not a `Kind`", "node.ron:1:1"),
         ("Float(", "Flaot(", "no type of parameter is called `Flaot`", "node.ron:10:19"),
@@ -170,17 +170,17 @@ fn mistakes_of_the_declaration_are_told_at_its_lines() {
         ("    parameters: {", "    bypass: Zero, parameters: {", "`bypass` is called `fallback` now", "node.ron:9:5"),
         ("doc: \"Where.\"", "dok: \"Where.\"", "an input needs `doc`", "node.ron:6:19"),
     ] {
-        let told = told(&DECLARATION.replace(from, to), SHADER);
-        assert!(told.contains(message) && told.contains(location), "{from} -> {to}:\n{told}");
+        let reported = reported(&DECLARATION.replace(from, to), SHADER);
+        assert!(reported.contains(message) && reported.contains(location), "{from} -> {to}:\n{reported}");
     }
 }
 
 #[test]
 fn no_text_makes_it_panic() {
     for cut in (0..DECLARATION.len() - 2).step_by(7) {
-        told(&DECLARATION[..cut], SHADER);
+        reported(&DECLARATION[..cut], SHADER);
     }
     for cut in (0..SHADER.len() - 2).step_by(7) {
-        told(DECLARATION, &SHADER[..cut]);
+        reported(DECLARATION, &SHADER[..cut]);
     }
 }

@@ -8,11 +8,14 @@ use super::checked;
 
 /// Whatever the text, the answer is a graph or errors with words, and both renderings work.
 fn survives(text: &str) {
-    if let Err(told) = checked("fuzz.ron", text) {
-        assert!(told.has_errors());
-        assert!(told.iter().all(|one| !one.message.is_empty() && !one.labels.is_empty()), "{told}");
-        assert!(told.to_string().starts_with("error[") || told.to_string().starts_with("warning["), "{told}");
-        assert_eq!(told.to_json().as_array().map(Vec::len), Some(told.len()));
+    if let Err(reported) = checked("fuzz.ron", text) {
+        assert!(reported.has_errors());
+        assert!(reported.iter().all(|one| !one.message.is_empty() && !one.labels.is_empty()), "{reported}");
+        assert!(
+            reported.to_string().starts_with("error[") || reported.to_string().starts_with("warning["),
+            "{reported}"
+        );
+        assert_eq!(reported.to_json().as_array().map(Vec::len), Some(reported.len()));
     }
 }
 

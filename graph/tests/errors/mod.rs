@@ -33,7 +33,7 @@ fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/errors")
 }
 
-/// Parses and checks a text; tells all that is wrong.
+/// Parses and checks a text; all errors and warnings.
 fn checked(name: &str, text: &str) -> Result<(Graph, Diagnostics), Diagnostics> {
     let option = |word: &str| {
         let prefix = format!("//! {word}: ");
@@ -47,7 +47,7 @@ fn checked(name: &str, text: &str) -> Result<(Graph, Diagnostics), Diagnostics> 
     check(&parse(name, text)?, &registry, &options)
 }
 
-fn told(name: &str, text: &str) -> String {
+fn reported(name: &str, text: &str) -> String {
     match checked(name, text) {
         Ok((_, warnings)) => warnings.to_string(),
         Err(all) => all.to_string(),
@@ -55,7 +55,7 @@ fn told(name: &str, text: &str) -> String {
 }
 
 #[test]
-fn every_broken_file_is_told_to_the_letter() {
+fn every_broken_file_has_exactly_its_expected_report() {
     let bless = std::env::var_os("AFTERIMAGE_BLESS").is_some();
     let mut names: Vec<PathBuf> =
         std::fs::read_dir(folder()).expect("the folder of cases").map(|e| e.expect("an entry").path()).collect();
@@ -66,7 +66,7 @@ fn every_broken_file_is_told_to_the_letter() {
     for case in cases {
         let name = case.file_name().expect("a file has a name").to_string_lossy();
         let text = std::fs::read_to_string(case).expect("a case is text");
-        let found = told(&name, &text);
+        let found = reported(&name, &text);
         let path = case.with_extension("txt");
         if bless {
             std::fs::write(&path, &found).expect("the folder of cases can be written");

@@ -49,7 +49,7 @@ impl Loader for Few<'_> {
     }
 }
 
-/// Whether the text is a pipeline without mistakes.
+/// Whether the text is a pipeline without errors.
 pub(crate) fn survives(text: &str) -> bool {
     let loader = Few::new(text);
     let options = CheckOptions { tier: None, sets: Vec::new(), loader: &loader };

@@ -4,6 +4,7 @@ use super::{OneFile, Tolerance, compare_with, light, tolerance, unit};
 use crate::reference::lut::{Cube, lookup, shape_log2};
 use crate::reference::math::{Rgb, mix};
 use crate::reference::transfer::srgb_encode;
+use afterimage_media::{EncodedPixels, PngOptions, encode_png};
 use afterimage_nodes::PngLayout;
 
 /// The class `lut` of the test vectors.
@@ -117,25 +118,18 @@ fn one_dimensional_tables_match_alone_and_before_a_cube() {
 /// A table of 64 as a picture of 8 by 8 tiles, or as HALD.
 fn picture(layout: PngLayout, color: impl Fn(Rgb) -> Rgb) -> Vec<u8> {
     let cube = Cube::new(64, color);
-    let mut pixels = vec![0_u8; 512 * 512 * 3];
+    let mut pixels = vec![[0; 4]; 512 * 512];
     for (index, entry) in cube.entries.iter().enumerate() {
         let (r, g, b) = (index % 64, index / 64 % 64, index / 4096);
         let place = match layout {
             PngLayout::Tiles => (b / 8 * 64 + g) * 512 + b % 8 * 64 + r,
             PngLayout::Hald => index,
         };
-        let codes = entry.map(|x| (x * 255.0).round() as u8);
-        pixels[3 * place..3 * place + 3].copy_from_slice(&codes);
+        let [r, g, b] = entry.map(|x| (x * 255.0).round() as u8);
+        pixels[place] = [r, g, b, 255];
     }
-    encoded(&pixels, 512, png::ColorType::Rgb)
-}
-
-fn encoded(pixels: &[u8], side: u32, color: png::ColorType) -> Vec<u8> {
-    let mut bytes = Vec::new();
-    let mut encoder = png::Encoder::new(&mut bytes, side, side);
-    encoder.set_color(color);
-    encoder.write_header().and_then(|mut writer| writer.write_image_data(pixels)).expect("a picture in memory");
-    bytes
+    let pixels = EncodedPixels::Byte(pixels.as_flattened());
+    encode_png((512, 512), pixels, &PngOptions::default()).expect("a picture in memory")
 }
 
 #[test]

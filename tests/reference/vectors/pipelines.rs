@@ -1,4 +1,4 @@
-//! Whole pipelines on one pixel, from the guard to the code of an 8-bit display.
+//! Whole pipelines on one pixel, from sanitizing to the code of an 8-bit display.
 
 use super::{Case, Op};
 use crate::reference::bloom::{composite_add, composite_lerp};
@@ -6,10 +6,10 @@ use crate::reference::color::{BRADFORD, CUSTOM, white_balance_target};
 use crate::reference::curves::{UCHIMURA, display, exponential, in_space, narkowicz, pbr_neutral, uchimura};
 use crate::reference::exposure::auto_exposure_stops;
 use crate::reference::grade::LiftGammaGain;
-use crate::reference::guard::{LARGEST_HALF, guard, guard_rgb};
 use crate::reference::local::{Range, scale};
 use crate::reference::math::{Rgb, transform};
 use crate::reference::purkinje::{full, strength_log};
+use crate::reference::sanitize::{LARGEST_HALF, sanitize, sanitize_rgb};
 use crate::reference::transfer::srgb_encode;
 
 pub(super) const OPS: &[Op] = &[
@@ -27,7 +27,7 @@ pub(super) const OPS: &[Op] = &[
 ];
 
 fn scene(case: &Case) -> Rgb {
-    guard_rgb(case.rgb())
+    sanitize_rgb(case.rgb())
 }
 
 /// 8-bit sRGB codes before rounding.
@@ -38,7 +38,7 @@ fn codes(rgb: Rgb) -> Vec<f64> {
 /// Metering, night vision, local tone mapping, bloom, white balance, curve and grade.
 fn ghost(scene: Rgb) -> Rgb {
     let gain = auto_exposure_stops(-1.0, 0.18, 0.0).exp2();
-    let exposed = scene.map(|x| guard(x * gain, LARGEST_HALF));
+    let exposed = scene.map(|x| sanitize(x * gain, LARGEST_HALF));
     let seen = full(exposed, strength_log(100.0), 380.0);
 
     let l = Range { low: -8.0, high: 8.0 }.log_luminance(seen);

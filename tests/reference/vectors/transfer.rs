@@ -1,10 +1,10 @@
-//! The guard, the Hermite step, transfer functions, quantisation and dither.
+//! Sanitizing, the Hermite step, transfer functions, quantisation and dither.
 
 use super::Op;
-use crate::reference::{guard, math, transfer};
+use crate::reference::{math, sanitize, transfer};
 
 pub(super) const OPS: &[Op] = &[
-    ("guard", |case| guard::guard_rgb(case.rgb()).to_vec()),
+    ("sanitize", |case| sanitize::sanitize_rgb(case.rgb()).to_vec()),
     ("smoothstep_guarded", |case| {
         let [low, high, x] = case.array();
         vec![math::smooth_step(low, high, x)]

@@ -9,6 +9,7 @@
 //! | [`files`] | length, width and header of each file |
 //! | [`functions`] | how long are the functions? |
 //! | [`words`] | does a word occur that the glossary replaces? |
+//! | [`places`] | does the code have the functions and files that a document names? |
 //! | [`flows`] | through which files does a task go? |
 //! | [`packages`] | can a library crate be built from its own files? |
 //! | [`lines`] | how much code is there? |
@@ -23,6 +24,7 @@ pub mod lines;
 pub mod modules;
 pub mod packages;
 mod paths;
+pub mod places;
 pub mod revision;
 mod scopes;
 pub mod tokens;

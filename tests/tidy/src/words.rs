@@ -45,14 +45,16 @@ pub fn violations(workspace: &Workspace, words: &[(String, String)]) -> Vec<Stri
     files.iter().flat_map(|file| in_text(workspace.short(file), &read(file), words)).collect()
 }
 
-/// The files that are searched: code of the product, shaders, pipelines and documents. The changelog states old names.
+/// The files that are searched: code of the product and of its tests, shaders, pipelines and documents. The changelog
+/// and the list itself state old names.
 fn searched(workspace: &Workspace) -> Vec<PathBuf> {
     let mut files = files::of_product(workspace);
     files.push(workspace.root.join("README.md"));
     for folder in ["graph", "nodes", "pipelines", "shaders"] {
         files.extend(files_in(&workspace.root.join(folder), &["md", "ron"]));
     }
-    files.retain(|file| !file.ends_with("CHANGELOG.md"));
+    files.extend(files_in(&workspace.root.join("tests"), &["rs", "wgsl", "md", "ron"]));
+    files.retain(|file| !file.ends_with("CHANGELOG.md") && !file.starts_with(workspace.root.join("tests/tidy")));
     files
 }
 

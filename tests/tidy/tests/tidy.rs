@@ -6,7 +6,7 @@ use afterimage_tidy::flows::Flow;
 use afterimage_tidy::modules::Tree;
 use afterimage_tidy::words::Words;
 use afterimage_tidy::workspace::{Crate, Workspace, files_in, read};
-use afterimage_tidy::{files, functions, layers, packages, words};
+use afterimage_tidy::{files, functions, layers, packages, places, words};
 
 #[track_caller]
 fn assert_none(violations: &[String]) {
@@ -46,6 +46,15 @@ fn functions_are_short() {
 #[test]
 fn old_words_are_gone() {
     assert_none(&words::violations(&Workspace::this(), &Words::this().replaced));
+}
+
+#[test]
+fn places_that_documents_name_exist() {
+    let root = Workspace::this().root;
+    let text = read(&root.join("graph/docs/ARCHITECTURE.md"));
+    let named = text.matches("` in `").count();
+    assert!(named > 60, "only {named} functions are named");
+    assert_none(&places::violations(&root, &text));
 }
 
 #[test]

@@ -17,7 +17,8 @@ pub(crate) struct PipelineOptions {
     /// The tier to use
     #[arg(long)]
     pub(crate) tier: Option<String>,
-    /// A folder of shader-only node kinds (one folder with a `node.ron` and a `.wgsl` each)
+    /// A folder of node kinds in WGSL, or of one: a `node.ron`, a `.wgsl` file named like the kind, and those that it
+    /// imports
     #[arg(long, value_name = "DIR")]
     pub(crate) nodes: Vec<PathBuf>,
 }

@@ -1,6 +1,7 @@
 //! The chart of the walk: the exposure over time, and the differences between frame rates.
 
 use afterimage_lab::plot::canvas::{Anchor, Canvas};
+use afterimage_lab::plot::palette::{BLUE, GREEN, GRID, INK, ORANGE, SOFT};
 
 use super::walk::{CUT, END, Track, WALK, Walk};
 
@@ -14,13 +15,10 @@ const DIFFERENCE: (f64, f64) = (720.0, 600.0);
 /// The largest difference between frame rates, in percent.
 const MOST: f64 = 1.0;
 
-const INK: &str = "#1c2128";
-const SOFT: &str = "#6b7480";
-const GRID: &str = "#e3e6ea";
 const WANTED: &str = "#a9b1bb";
-const UNDECLARED: &str = "#c9621b";
+const UNDECLARED: &str = ORANGE;
 /// Of each rate.
-const COLOURS: [&str; 3] = ["#c2347c", "#3563c9", "#2f6f4f"];
+const COLOURS: [&str; 3] = ["#c2347c", BLUE, GREEN];
 
 /// A linear axis from `low` to `high`.
 #[derive(Clone, Copy)]

@@ -276,6 +276,14 @@ impl Executor {
     }
 
     /// Records one frame. Submit it before the next is recorded: both would otherwise run at the time of the second.
+    ///
+    /// A lost device is not noticed here: wgpu drops its commands, and reading back reports
+    /// [`GpuError::DeviceLost`]. A host learns of it from [`wgpu::Device::set_device_lost_callback`], and loads the
+    /// plan into an executor on another device.
+    ///
+    /// # Errors
+    /// [`GpuError::NoPlan`] before a plan is loaded; host images that are missing, differ from the plan, or that the
+    /// device refuses.
     pub fn encode(&mut self, encoder: &mut CommandEncoder, frame: &Frame<'_>) -> Result<(), GpuError> {
         let set = self.host_set(frame)?;
         let reset = self.fresh || frame.reset;

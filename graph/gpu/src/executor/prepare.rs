@@ -75,12 +75,14 @@ impl PlanCompiler {
             return Ok(Prepared::Numbers(placed_plan.plan, old.plan.clone()));
         }
         let PlacedPlan { plan, placement } = placed_plan;
-        let drafts = (0..plan.passes.len())
+        let dispatches = (0..plan.passes.len())
             .map(|at| UncompiledDispatch::new(&plan, at, self.immediates))
             .collect::<Result<Vec<_>, _>>()?;
-        let orders = drafts.iter().enumerate().flat_map(|(at, draft)| self.orders(&plan, at, draft, &before.drawn));
+        let orders = dispatches.iter().enumerate();
+        let orders = orders.flat_map(|(at, dispatch)| self.orders(&plan, at, dispatch, &before.drawn));
         self.pipelines.build(&self.device, orders.collect(), threads)?;
-        let passes = drafts.into_iter().enumerate().map(|(at, draft)| self.finish(&plan, at, draft)).collect();
+        let finish = |(at, dispatch)| self.finish(&plan, at, dispatch);
+        let passes = dispatches.into_iter().enumerate().map(finish).collect();
         watched(&self.device, "the memory of the plan", || {
             let placed = self.place(&plan, &placement, before.placed.as_ref());
             let same = |old: &Placed| placed.as_ref().is_some_and(|placed| Arc::ptr_eq(&placed.heap, &old.heap));
@@ -96,23 +98,23 @@ impl PlanCompiler {
         &self,
         plan: &'a Plan,
         index: usize,
-        draft: &'a UncompiledDispatch,
+        dispatch: &'a UncompiledDispatch,
         drawn: &[(String, TextureFormat)],
     ) -> impl Iterator<Item = Order<'a>> + use<'a> {
-        let output = plan.outputs.iter().find(|output| Some(output.image) == draft.writes_image);
+        let output = plan.outputs.iter().find(|output| Some(output.image) == dispatch.writes_image);
         let asked = drawn.iter().find(|(name, _)| output.is_some_and(|output| output.name == *name));
         let is_drawable = plan.passes[index].pass.kind.is_drawable();
         let extra = asked.filter(|_| is_drawable).map(|(_, format)| Some(*format));
-        let planned = planned_attachment(plan, index, draft.writes_image);
+        let planned = planned_attachment(plan, index, dispatch.writes_image);
         let attachments: Vec<_> = std::iter::once(planned).chain(extra).collect();
         let device = self.device.clone();
         attachments
             .into_iter()
-            .map(move |attachment| order(&device, plan, index, (&draft.composed, draft.immediate), attachment))
+            .map(move |attachment| order(&device, plan, index, (&dispatch.composed, dispatch.immediate), attachment))
     }
 
-    fn finish(&self, plan: &Plan, index: usize, draft: UncompiledDispatch) -> LoadedPass {
-        let UncompiledDispatch { composed, workgroups, writes_image, immediate } = draft;
+    fn finish(&self, plan: &Plan, index: usize, dispatch: UncompiledDispatch) -> LoadedPass {
+        let UncompiledDispatch { composed, workgroups, writes_image, immediate } = dispatch;
         let attachment = planned_attachment(plan, index, writes_image);
         let key = order(&self.device, plan, index, (&composed, immediate), attachment).key;
         let built = self.pipelines.get(&key).expect("every planned pipeline was built");

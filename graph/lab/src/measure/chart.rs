@@ -11,6 +11,7 @@ use crate::LabError;
 use crate::plot::axis::{LinearAxis, LogAxis};
 use crate::plot::canvas::{Anchor, Canvas};
 use crate::plot::labels::Labels;
+use crate::plot::palette::{BLUE, GREEN, GRID, INK, ORANGE, SOFT};
 use crate::plot::save;
 
 const WIDTH: f64 = 1280.0;
@@ -20,18 +21,16 @@ const RIGHT: f64 = 1230.0;
 const TOP: f64 = 150.0;
 const BOTTOM: f64 = 610.0;
 
-const INK: &str = "#1c2128";
-const SOFT: &str = "#6b7480";
-const GRID: &str = "#e3e6ea";
 const FINE_GRID: &str = "#f1f3f5";
-const FRONT: &str = "#2f6f4f";
+/// The line through the Pareto-optimal variants.
+const FRONT: &str = GREEN;
 
 /// The colour and the name of each kind of variant, in the order of the legend.
 const KINDS: [(VariantKind, &str, &str); 5] = [
-    (VariantKind::Reference, "#6b7480", "reference (32 bits, most accurate)"),
-    (VariantKind::Written, "#1c2128", "as written"),
-    (VariantKind::Tier, "#3563c9", "tier"),
-    (VariantKind::Switch, "#c9621b", "one switch"),
+    (VariantKind::Reference, SOFT, "reference (32 bits, most accurate)"),
+    (VariantKind::Written, INK, "as written"),
+    (VariantKind::Tier, BLUE, "tier"),
+    (VariantKind::Switch, ORANGE, "one switch"),
     (VariantKind::Format, "#138a86", "one format"),
 ];
 

@@ -4,6 +4,7 @@ pub mod axis;
 pub mod canvas;
 pub mod labels;
 pub mod log_chart;
+pub mod palette;
 
 use std::path::Path;
 use std::sync::Arc;

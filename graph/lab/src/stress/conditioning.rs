@@ -9,7 +9,7 @@ use comfy_table::presets::NOTHING;
 use serde::{Deserialize, Serialize};
 
 use super::images::Extreme;
-use super::render::{Configuration, OutputPixels, Renderer, Shot};
+use super::render::{Configuration, OutputPixels, RenderRequest, Renderer, Shot};
 use super::settings::{arguments, sweep};
 use super::subject::{Overrides, Subject};
 use crate::Progress;
@@ -174,7 +174,8 @@ fn growths(
     let is_shown = graph.inputs.iter().any(|input| unit_of(input.state) == ErrorUnit::Code);
     let lights = Light::all(if is_shown { WHITE } else { BRIGHTEST }, per_octave);
     let shots: Vec<Shot> = lights.iter().flat_map(|light| [light.shot(0.0), light.shot(1.0)]).collect();
-    let ran = renderer.run(configuration, (subject, &graph), SIZE, &shots, true).ok()?;
+    let request = RenderRequest { subject, graph: &graph, size: SIZE, shots: &shots, together: true };
+    let ran = renderer.run(configuration, request).ok()?;
     let first = |frame: &Vec<OutputPixels>| frame.first().cloned();
     let mut unit = ErrorUnit::Half;
     let mut all = Vec::new();

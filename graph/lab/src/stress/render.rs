@@ -74,6 +74,18 @@ pub(crate) struct Configuration {
     unsanitized: bool,
 }
 
+/// Frames to render.
+#[derive(Clone, Copy)]
+pub(crate) struct RenderRequest<'a> {
+    pub(crate) subject: &'a Subject,
+    /// The graph of the subject, with the parameters of the case.
+    pub(crate) graph: &'a Graph,
+    pub(crate) size: Size,
+    pub(crate) shots: &'a [Shot],
+    /// Whether all frames are in one submission. Then all have the time of the last.
+    pub(crate) together: bool,
+}
+
 /// The outputs of some frames.
 pub(crate) struct Rendered {
     /// The outputs of each frame.
@@ -94,18 +106,14 @@ impl Renderer {
         Configuration { gpu, session: None, options, half, unsanitized: self.unsanitized }
     }
 
-    /// Renders frames, in one submission if `together`; then all have the time of the last. An error is a sentence for
-    /// the report.
+    /// Renders frames. An error is a sentence for the report.
     pub(crate) fn run(
         &mut self,
         configuration: &mut Configuration,
-        (subject, graph): (&Subject, &Graph),
-        size: Size,
-        shots: &[Shot],
-        together: bool,
+        request: RenderRequest<'_>,
     ) -> Result<Rendered, String> {
-        let run = || self.render(configuration, (subject, graph), size, shots, together);
-        let rendered = catch_panic(run).unwrap_or_else(|panic| Err(format!("panics: {panic}")));
+        let rendered =
+            catch_panic(|| self.render(configuration, request)).unwrap_or_else(|panic| Err(format!("panics: {panic}")));
         let refused = |error: String| Err(format!("the device refuses it: {}", one_line(&error)));
         let rendered = self.errors.take_first().map_or(rendered, refused);
         if rendered.is_err() {
@@ -115,14 +123,8 @@ impl Renderer {
         rendered
     }
 
-    fn render(
-        &mut self,
-        configuration: &mut Configuration,
-        (subject, graph): (&Subject, &Graph),
-        size: Size,
-        shots: &[Shot],
-        together: bool,
-    ) -> Result<Rendered, String> {
+    fn render(&mut self, configuration: &mut Configuration, request: RenderRequest<'_>) -> Result<Rendered, String> {
+        let RenderRequest { subject, graph, size, shots, together } = request;
         let plan = configuration.plan(subject, graph, size)?;
         let (half, finite) = (configuration.half, configuration.unsanitized);
         let frame = |shot: &Shot| -> FrameInputs {

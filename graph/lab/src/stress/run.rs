@@ -7,7 +7,7 @@ use afterimage_graph::node::Registry;
 use super::case_runner::{CaseRunner, StressOptions, judge};
 use super::images::{ALL, Extreme};
 use super::promises::Promises;
-use super::render::{Configuration, OutputPixels, Rendered, Renderer, Shot};
+use super::render::{Configuration, OutputPixels, RenderRequest, Rendered, Renderer, Shot};
 use super::report::Tally;
 use super::settings::{Change, sweep};
 use super::subject::{Overrides, Subject};
@@ -176,7 +176,8 @@ impl CaseRunner<'_> {
         let sanitized: Vec<usize> = (0..images.len()).filter(|index| images[*index].is_sanitized(size)).collect();
         let clean = sanitized.iter().map(|index| Shot { sanitized: true, ..Shot::still(images[*index]) });
         let shots: Vec<Shot> = images.iter().map(|image| Shot::still(*image)).chain(clean).collect();
-        let ran = match self.renderer.run(configuration, (self.subject, graph), size, &shots, true) {
+        let request = RenderRequest { subject: self.subject, graph, size, shots: &shots, together: true };
+        let ran = match self.renderer.run(configuration, request) {
             Ok(ran) => ran,
             Err(why) => {
                 self.count(overrides, size, images[0].name, vec![why]);
@@ -216,7 +217,8 @@ impl CaseRunner<'_> {
     ) {
         let Some(graph) = self.subject.forced(self.registry, overrides) else { return };
         let shots: Vec<Shot> = images.iter().map(|image| Shot::still(*image)).collect();
-        let ran = match self.renderer.run(configuration, (self.subject, &graph), size, &shots, true) {
+        let request = RenderRequest { subject: self.subject, graph: &graph, size, shots: &shots, together: true };
+        let ran = match self.renderer.run(configuration, request) {
             Ok(ran) if !ran.skipped.iter().any(|node| node == NODE) => ran,
             _ => return,
         };

@@ -6,7 +6,7 @@ use afterimage_graph::image::Size;
 use super::case_runner::{CaseRunner, judge};
 use super::images::Extreme;
 use super::promises::Promises;
-use super::render::{OutputPixels, Shot};
+use super::render::{OutputPixels, RenderRequest, Shot};
 use super::subject::Overrides;
 use super::verdicts::{Tolerance, different};
 
@@ -155,7 +155,8 @@ fn applies(runner: &CaseRunner<'_>, promises: &Promises) -> bool {
 
 fn run(runner: &mut CaseRunner<'_>, graph: &Graph, name: &str, shots: &[Shot]) -> Option<Vec<Vec<OutputPixels>>> {
     let mut configuration = runner.renderer.configure(|_, _| {}, false);
-    match runner.renderer.run(&mut configuration, (runner.subject, graph), SIZE, shots, false) {
+    let request = RenderRequest { subject: runner.subject, graph, size: SIZE, shots, together: false };
+    match runner.renderer.run(&mut configuration, request) {
         Ok(ran) => Some(ran.frames),
         Err(why) => {
             runner.count(&Overrides::new(), SIZE, name, vec![why]);

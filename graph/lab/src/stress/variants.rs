@@ -7,7 +7,7 @@ use afterimage_plan::{Alias, Caps, Options};
 use super::case_runner::{CaseRunner, judge};
 use super::images::Extreme;
 use super::promises::Promises;
-use super::render::{Configuration, Rendered, Shot};
+use super::render::{Configuration, RenderRequest, Rendered, Shot};
 use super::settings::Change;
 use super::subject::Overrides;
 use super::verdicts::{Tolerance, different};
@@ -84,15 +84,15 @@ fn one(
 ) {
     let Ok(graph) = runner.subject.graph(runner.registry, overrides) else { return };
     let shots: Vec<Shot> = images.iter().map(|image| Shot::still(*image)).collect();
-    let subject = (runner.subject, &graph);
+    let request = RenderRequest { subject: runner.subject, graph: &graph, size, shots: &shots, together: true };
     // The still images have already reported a failure of the first variant.
-    let Ok(wanted) = runner.renderer.run(plain, subject, size, &shots, true) else { return };
+    let Ok(wanted) = runner.renderer.run(plain, request) else { return };
     // 32-bit outputs show values that a half float cannot hold; some devices round those to the largest half float.
     let signed = Promises::of(&graph, &runner.options.known_kinds).negative;
     let mut wrong: Vec<Vec<String>> =
         wanted.frames.iter().map(|frame| frame.iter().flat_map(|shown| judge(shown, signed)).collect()).collect();
     for (name, configuration) in others.iter_mut() {
-        match runner.renderer.run(configuration, subject, size, &shots, true) {
+        match runner.renderer.run(configuration, request) {
             Ok(ran) => {
                 images.iter().for_each(|_| runner.tally.judged(name));
                 differences(&ran, &wanted).for_each(|(index, what)| wrong[index].push(format!("{name}: {what}")))

@@ -2,11 +2,11 @@
 
 use std::io::{BufRead, Seek};
 
-use glam::DVec2;
+use afterimage_base::color::Chromaticities;
 use image::codecs::hdr::{HdrDecoder, HdrMetadata};
 use image::{ImageDecoder, ImageError};
 
-use crate::codec::chromaticities::{Primaries, convert, to_rec709};
+use crate::codec::chromaticities::{convert, to_rec709};
 use crate::codec::limits::{check_size, filled};
 use crate::codec::{CodecError, ErrorKind, Picture, Pixels};
 
@@ -49,7 +49,7 @@ fn apply(meta: &HdrMetadata, picture: &mut Picture) {
         picture.notes.push(format!("`EXPOSURE={exposure}` of its header is not divided out"));
     }
     // Some programs write eight zeros instead of primaries.
-    let matrix = stated_primaries(meta).and_then(|stated| to_rec709(&stated).ok().flatten());
+    let matrix = stated_primaries(meta).and_then(|stated| to_rec709(&stated));
     if let (Some(matrix), Pixels::Float(values)) = (matrix, &mut picture.pixels) {
         let matrix = matrix.as_mat3();
         for [r, g, b, _] in values.as_chunks_mut::<4>().0 {
@@ -58,16 +58,10 @@ fn apply(meta: &HdrMetadata, picture: &mut Picture) {
     }
 }
 
-fn stated_primaries(meta: &HdrMetadata) -> Option<Primaries> {
+fn stated_primaries(meta: &HdrMetadata) -> Option<Chromaticities> {
     let (_, text) = meta.custom_attributes.iter().find(|(name, _)| name == "PRIMARIES")?;
     let numbers: Vec<f64> = text.split_whitespace().map(str::parse).collect::<Result<_, _>>().ok()?;
-    let &[rx, ry, gx, gy, bx, by, wx, wy] = numbers.as_slice() else { return None };
-    Some(Primaries {
-        red: DVec2::new(rx, ry),
-        green: DVec2::new(gx, gy),
-        blue: DVec2::new(bx, by),
-        white: DVec2::new(wx, wy),
-    })
+    Chromaticities::from_numbers(numbers.try_into().ok()?)
 }
 
 fn explain(error: ImageError) -> CodecError {

@@ -11,13 +11,12 @@ mod picture;
 mod png;
 
 #[cfg(test)]
-pub(crate) use chromaticities::{NotAColourSpace, convert, to_rec709};
+pub(crate) use chromaticities::{convert, to_rec709};
 #[cfg(test)]
 pub(crate) use png::test_dither;
 
 use std::io::{BufRead, Read as _, Seek};
 
-pub use chromaticities::{Primaries, REC709};
 pub use error::{CodecError, ErrorKind};
 pub use exr::{ExrCompression, ExrOptions, encode_exr};
 pub use panics::catch_panic;

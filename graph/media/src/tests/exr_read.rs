@@ -10,7 +10,7 @@ use ::exr::meta::header::{ImageAttributes, LayerAttributes};
 use ::exr::prelude::{SmallVec, WritableImage};
 use half::f16;
 
-use super::{Folder, read_layer, told};
+use super::{Folder, message_and_hint, read_layer};
 use crate::*;
 
 const SIZE: (usize, usize) = (5, 4);
@@ -119,7 +119,7 @@ fn parts_count_as_layers() {
     let error = read_layer(&path, "beuty").unwrap_err();
     assert_eq!(error.kind, ErrorKind::Missing);
     assert_eq!(
-        told(&error),
+        message_and_hint(&error),
         "it has no layer or channel `beuty`; it has part `depth` (`Z`), \
          part `beauty` (`B`, `G`, `R`), part `extra` (`spec.G`, `spec.R`)"
     );
@@ -131,12 +131,12 @@ fn a_file_without_a_picture_says_what_it_has() {
     let channels = [("a", 1.0, FLOAT), ("b", 2.0, FLOAT), ("s.p", 3.0, FLOAT), ("s.q", 4.0, HALF)];
     let path = write(&folder, plain(), vec![part("", (0, 0), &channels)]);
     assert_eq!(
-        told(&read(&Source::file(&path)).unwrap_err()),
+        message_and_hint(&read(&Source::file(&path)).unwrap_err()),
         "no layer of this EXR is a colour picture; name a channel after `#`, for example \
          `file.exr#Z`; it has `a`, `b`, `s.p`, `s.q`"
     );
     assert_eq!(
-        told(&read_layer(&path, "s").unwrap_err()),
+        message_and_hint(&read_layer(&path, "s").unwrap_err()),
         "layer `s` is neither a colour nor a vector; name one of its channels: `s.p`, `s.q`"
     );
 }

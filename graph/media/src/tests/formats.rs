@@ -1,6 +1,6 @@
 //! The bytes decide the format, and what is no image says so.
 
-use super::{Folder, picture, read_layer, told};
+use super::{Folder, message_and_hint, picture, read_layer};
 use crate::*;
 
 fn hdr(lines: &str, pixels: &[u8]) -> Vec<u8> {
@@ -51,13 +51,13 @@ fn radiance_headers_are_heeded() {
 #[test]
 fn what_is_no_image_says_so() {
     let folder = Folder::new("no-image");
-    let said = |bytes: &[u8]| told(&folder.read(bytes).unwrap_err());
+    let message = |bytes: &[u8]| message_and_hint(&folder.read(bytes).unwrap_err());
     let known = "EXR, Radiance HDR and PNG files are read; convert it to one of them";
-    assert_eq!(said(b"\xff\xd8\xff\xe0 and so on"), format!("this is a JPEG; {known}"));
-    assert_eq!(said(b"hello"), format!("this is not an image that this program knows; {known}"));
-    assert_eq!(said(b""), "the file is empty");
+    assert_eq!(message(b"\xff\xd8\xff\xe0 and so on"), format!("this is a JPEG; {known}"));
+    assert_eq!(message(b"hello"), format!("this is not an image that this program knows; {known}"));
+    assert_eq!(message(b""), "the file is empty");
     assert_eq!(
-        said(b"v/1\x01"),
+        message(b"v/1\x01"),
         "the file ends too early; it was cut short or is still being written; copy or render it again"
     );
 }
@@ -81,7 +81,7 @@ fn only_exr_has_layers() {
     let folder = Folder::new("no-layers");
     let path = folder.with("a.hdr", b"#?RADIANCE\n\n-Y 1 +X 1\n\0\0\0\0");
     assert_eq!(
-        told(&read_layer(&path, "diffuse").unwrap_err()),
+        message_and_hint(&read_layer(&path, "diffuse").unwrap_err()),
         "only EXR files have layers, so `#diffuse` means nothing here; \
          leave out what follows the file's name"
     );

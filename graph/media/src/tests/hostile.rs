@@ -8,7 +8,7 @@ use ::exr::meta::BlockDescription;
 use ::exr::meta::attribute::{ChannelDescription, Compression, LineOrder, SampleType};
 use ::exr::meta::header::Header;
 
-use super::{Folder, picture, told};
+use super::{Folder, message_and_hint, picture};
 use crate::*;
 
 fn small_exr() -> Vec<u8> {
@@ -60,13 +60,13 @@ fn absurd_windows_are_refused_before_decoding() {
     }
     let error = folder.read(&with_window("displayWindow", [0, 0, 29_999, 39_999])).unwrap_err();
     assert_eq!(
-        told(&error),
+        message_and_hint(&error),
         "the image is too large: 30000×40000 pixels need 8.9 GiB; \
          a picture may take at most 4 GiB in memory"
     );
     let error = folder.read(&with_window("dataWindow", [1, 0, 70_000, 16])).unwrap_err();
     assert_eq!(
-        told(&error),
+        message_and_hint(&error),
         "the image is too large: a data window has 70000×17 pixels; \
          a side may have at most 65536 pixels"
     );
@@ -81,7 +81,7 @@ fn subsampled_and_deep_files_say_so() {
     put(&mut file, sampling, &[3, 1]);
     let error = folder.read(&file).unwrap_err();
     assert_eq!(
-        told(&error),
+        message_and_hint(&error),
         "chroma-subsampled EXR (luminance with `RY` and `BY`) is not supported; \
          save it again with full-size `R`, `G` and `B` channels"
     );
@@ -93,7 +93,7 @@ fn subsampled_and_deep_files_say_so() {
     let error = folder.read(&file).unwrap_err();
     assert_eq!(error.kind, ErrorKind::Unsupported);
     assert_eq!(
-        told(&error),
+        message_and_hint(&error),
         "deep EXR (many samples in a pixel) is not supported; \
          flatten it first, for example `oiiotool deep.exr --flatten -o flat.exr`"
     );

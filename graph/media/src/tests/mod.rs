@@ -62,7 +62,7 @@ fn picture(width: u32, height: u32) -> Picture {
 }
 
 /// Message and hint without the path, which differs from run to run.
-fn told(error: &FileError) -> String {
+fn message_and_hint(error: &FileError) -> String {
     match &error.hint {
         Some(hint) => format!("{}; {hint}", error.message),
         None => error.message.clone(),

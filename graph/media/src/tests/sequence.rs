@@ -1,6 +1,6 @@
 //! Frame numbers in names.
 
-use super::{Folder, told};
+use super::{Folder, message_and_hint};
 use crate::sequence::{Input, Pattern, parse_frames};
 use crate::*;
 
@@ -50,7 +50,7 @@ fn ranges_are_parsed_or_explained() {
         ("9-1", "`9-1` runs backwards", "write `1-9`"),
     ];
     for (text, message, hint) in table {
-        assert_eq!(told(&parse_frames(text).unwrap_err()), format!("{message}; {hint}"), "{text}");
+        assert_eq!(message_and_hint(&parse_frames(text).unwrap_err()), format!("{message}; {hint}"), "{text}");
     }
 }
 
@@ -74,13 +74,13 @@ fn the_first_missing_frame_is_named() {
     let folder = shots("gaps", &[1, 2, 4, 7]);
     let error = find(&folder, "shot.####.exr", None).unwrap_err();
     assert_eq!(error.path, folder.file("shot.0003.exr"));
-    assert_eq!(told(&error), "frame 3 is missing; render it, or choose others, for example `--frames 1-2`");
+    assert_eq!(message_and_hint(&error), "frame 3 is missing; render it, or choose others, for example `--frames 1-2`");
     let error = find(&folder, "shot.####.exr", Some("2-9x2")).unwrap_err();
     assert_eq!(error.path, folder.file("shot.0006.exr"));
     assert_eq!(error.exit(), 1);
     let stepped = shots("stepped", &[10, 12, 14]);
     assert_eq!(
-        told(&find(&stepped, "shot.####.exr", None).unwrap_err()),
+        message_and_hint(&find(&stepped, "shot.####.exr", None).unwrap_err()),
         "frame 11 is missing; to take every frame that is there, add `--frames 10-14x2`"
     );
 }
@@ -106,7 +106,7 @@ fn outputs_match_inputs_or_say_why_not() {
     let folder = shots("outputs", &[1, 2]);
     let many = find(&folder, "shot.####.exr", None).unwrap();
     let one = find(&folder, "shot.0001.exr", None).unwrap();
-    let names = |input: &Input, output| input.outputs(output).map_err(|error| told(&error));
+    let names = |input: &Input, output| input.outputs(output).map_err(|error| message_and_hint(&error));
     assert_eq!(names(&one, "out.png"), Ok(vec!["out.png".into()]));
     assert_eq!(names(&many, "o/out.###.png"), Ok(vec!["o/out.001.png".into(), "o/out.002.png".into()]));
     assert_eq!(
@@ -132,12 +132,12 @@ fn outputs_match_inputs_or_say_why_not() {
 fn inputs_that_make_no_sense_say_so() {
     let folder = shots("senseless", &[1]);
     assert_eq!(
-        told(&find(&folder, "shot.0001.exr", Some("1-5")).unwrap_err()),
+        message_and_hint(&find(&folder, "shot.0001.exr", Some("1-5")).unwrap_err()),
         "`--frames` needs a numbered input; \
          put a placeholder into the name, for example `shot.####.exr`"
     );
     assert_eq!(
-        told(&find(&folder, "other.####.exr", None).unwrap_err()),
+        message_and_hint(&find(&folder, "other.####.exr", None).unwrap_err()),
         "no file fits this pattern; check the folder, and that there is a `#` for each digit"
     );
     let error = find(&folder, "nowhere/shot.####.exr", None).unwrap_err();

@@ -2,16 +2,17 @@
 
 use std::io::{Read, Seek, SeekFrom};
 
+use afterimage_base::color::{Chromaticities, Xy};
 use exr::block::reader::Reader;
 use exr::meta::BlockDescription;
-use exr::meta::attribute::{Chromaticities, IntegerBounds, SampleType};
+use exr::meta::attribute::{Chromaticities as Attribute, IntegerBounds, SampleType};
 use exr::meta::header::Header;
-use glam::{DVec2, Mat3};
+use glam::Mat3;
 
 use super::decode::{Placement, decode_blocks};
 use super::select::{Choice, choose};
 use super::{explain, unsupported};
-use crate::codec::chromaticities::{self, Primaries, REC709};
+use crate::codec::chromaticities::to_rec709;
 use crate::codec::limits::{MAX_BLOCK_BYTES, MAX_SIDE, check_size, too_large};
 use crate::codec::{CodecError, Metadata, Picture, Pixels};
 
@@ -84,31 +85,23 @@ fn colour_matrix(header: &Header, choice: &Choice) -> Result<Option<Mat3>, Codec
     let is_grey = choice.slots[0] == choice.slots[1];
     let stated = header.shared_attributes.chromaticities.filter(|_| choice.is_colour && !is_grey);
     let Some(stated) = stated else { return Ok(None) };
-    let matrix = chromaticities::to_rec709(&primaries(&stated)).map_err(|_| {
+    let stated = primaries(&stated).ok_or_else(|| {
         unsupported("its `chromaticities` attribute describes no colour space")
             .hint("correct or remove that attribute; without it, Rec.709 is assumed")
     })?;
-    Ok(matrix.map(|matrix| matrix.as_mat3()))
+    Ok(to_rec709(&stated).map(|matrix| matrix.as_mat3()))
 }
 
-fn primaries(stated: &Chromaticities) -> Primaries {
-    let point = |xy: exr::math::Vec2<f32>| DVec2::new(f64::from(xy.0), f64::from(xy.1));
-    Primaries {
-        red: point(stated.red),
-        green: point(stated.green),
-        blue: point(stated.blue),
-        white: point(stated.white),
-    }
+fn primaries(stated: &Attribute) -> Option<Chromaticities> {
+    let points = [stated.red, stated.green, stated.blue, stated.white];
+    let numbers: Vec<f64> = points.iter().flat_map(|xy| [xy.0.into(), xy.1.into()]).collect();
+    Chromaticities::from_numbers(numbers.try_into().expect("four points have eight numbers"))
 }
 
-pub(super) fn rec709_attribute() -> Chromaticities {
-    let point = |xy: DVec2| exr::math::Vec2(xy.x as f32, xy.y as f32);
-    Chromaticities {
-        red: point(REC709.red),
-        green: point(REC709.green),
-        blue: point(REC709.blue),
-        white: point(REC709.white),
-    }
+pub(super) fn rec709_attribute() -> Attribute {
+    let point = |xy: Xy| exr::math::Vec2(xy.x.get() as f32, xy.y.get() as f32);
+    let [red, green, blue, white] = Chromaticities::REC709.points().map(point);
+    Attribute { red, green, blue, white }
 }
 
 fn metadata(header: &Header, choice: &Choice) -> Metadata {

@@ -2,11 +2,12 @@
 
 use std::io::{BufRead, Seek};
 
-use glam::{DMat3, DVec2};
+use afterimage_base::color::Chromaticities;
+use glam::DMat3;
 use half::f16;
 use png::{BitDepth, Decoder, DecodingError, Info, Limits, Transformations};
 
-use crate::codec::chromaticities::{Primaries, REC709, convert, to_rec709};
+use crate::codec::chromaticities::{convert, to_rec709};
 use crate::codec::limits::{MAX_BYTES, check_size, filled, too_large};
 use crate::codec::{CodecError, ErrorKind, Picture, Pixels};
 
@@ -91,11 +92,10 @@ impl Colours {
     fn of(info: &Info<'_>) -> Result<Self, CodecError> {
         let (transfer, primaries) = match info.coding_independent_code_points {
             Some(cicp) => from_cicp(cicp.color_primaries, cicp.transfer_function)?,
-            None if info.srgb.is_some() || info.icc_profile.is_some() => (Transfer::Srgb, REC709),
-            None => (from_gamma(info), stated_primaries(info)),
+            None if info.srgb.is_some() || info.icc_profile.is_some() => (Transfer::Srgb, Chromaticities::REC709),
+            None => (from_gamma(info), stated_primaries(info)?),
         };
-        let matrix =
-            to_rec709(&primaries).map_err(|_| CodecError::broken("its `cHRM` chunk describes no colour space"))?;
+        let matrix = to_rec709(&primaries);
         let mut notes = Vec::new();
         if info.icc_profile.is_some() && info.coding_independent_code_points.is_none() {
             notes.push("its ICC profile is not applied; the colours are taken as sRGB".to_owned());
@@ -133,13 +133,11 @@ impl Colours {
 }
 
 /// Numbers of ITU-T H.273.
-fn from_cicp(primaries: u8, transfer: u8) -> Result<(Transfer, Primaries), CodecError> {
-    let with = |red, green, blue| Primaries { red, green, blue, ..REC709 };
-    let xy = DVec2::new;
+fn from_cicp(primaries: u8, transfer: u8) -> Result<(Transfer, Chromaticities), CodecError> {
     let primaries = match primaries {
-        1 => Some(REC709),
-        9 => Some(with(xy(0.708, 0.292), xy(0.170, 0.797), xy(0.131, 0.046))),
-        12 => Some(with(xy(0.680, 0.320), xy(0.265, 0.690), xy(0.150, 0.060))),
+        1 => Some(Chromaticities::REC709),
+        9 => Some(Chromaticities::REC2020),
+        12 => Some(Chromaticities::DISPLAY_P3),
         _ => None,
     };
     let transfer = match transfer {
@@ -162,15 +160,13 @@ fn from_gamma(info: &Info<'_>) -> Transfer {
     }
 }
 
-fn stated_primaries(info: &Info<'_>) -> Primaries {
-    let Some(stated) = info.chrm_chunk else { return REC709 };
-    let point = |(x, y): (png::ScaledFloat, png::ScaledFloat)| DVec2::new(x.into_value().into(), y.into_value().into());
-    Primaries {
-        red: point(stated.red),
-        green: point(stated.green),
-        blue: point(stated.blue),
-        white: point(stated.white),
-    }
+fn stated_primaries(info: &Info<'_>) -> Result<Chromaticities, CodecError> {
+    let Some(stated) = info.chrm_chunk else { return Ok(Chromaticities::REC709) };
+    let points = [stated.red, stated.green, stated.blue, stated.white];
+    let numbers = points.map(|(x, y)| [x, y].map(|number| f64::from(number.into_scaled()) / 1e5));
+    let space =
+        Chromaticities::from_numbers(numbers.as_flattened().try_into().expect("four points have eight numbers"));
+    space.ok_or_else(|| CodecError::broken("its `cHRM` chunk describes no colour space"))
 }
 
 fn explain(error: &DecodingError) -> CodecError {

@@ -2,19 +2,13 @@
 
 use std::sync::Arc;
 
-use afterimage_graph::node::{Arg, ImageId, KernelCall, Origin, Pass};
+use afterimage_graph::node::{ImageId, Origin, Pass};
 use afterimage_plan::codegen::codegen;
 use afterimage_plan::{Alias, Plan, PlannedPass, ScheduledPass, When};
-use afterimage_wgsl::Shader;
 
-use super::{bits, lively};
-use crate::support::gpu::{Picture, Run, shipped};
+use super::{bits, lively, nan_kernel};
+use crate::support::gpu::{Picture, Run, built_in};
 use crate::support::player::Player;
-
-static POISON: Shader = Shader::new(
-    "poison.wgsl",
-    "fn poison(at: Point) -> vec4f { return vec4f(bitcast<f32>(0x7fc00000u + u32(at.pixel.x & 1))); }",
-);
 
 /// The same images and passes, but every pass that writes one image fills it with NaN.
 fn poisoned(plan: &Plan) -> (Plan, usize) {
@@ -23,8 +17,7 @@ fn poisoned(plan: &Plan) -> (Plan, usize) {
     let mut scheduled: Vec<ScheduledPass> = plan.passes.iter().map(PlannedPass::scheduled).collect();
     for ScheduledPass { pass, .. } in &mut scheduled {
         let Some(result) = pass.function_result() else { continue };
-        let kernel = KernelCall::function("poison", &POISON, "poison", &[("at", Arg::Point)]);
-        *pass = Pass::of_functions(pass.nodes.clone(), pass.label.clone(), vec![kernel], result);
+        *pass = Pass::of_functions(pass.nodes.clone(), pass.label.clone(), vec![nan_kernel()], result);
         filled += 1;
     }
     plan.passes = codegen(scheduled, &plan.images, &plan.options);
@@ -43,7 +36,7 @@ fn transients(plan: &Plan) -> usize {
 fn images_full_of_nan_before_a_frame_are_not_seen_in_it() {
     let scene = lively(96, 54);
     for name in ["tsushima.ron", "lynx.ron", "caracal.ron", "glare.ron"] {
-        let graph = shipped(name, None);
+        let graph = built_in(name, None);
         let mut run = Run::new(&graph);
         run.options.alias = Alias::None;
         run.options.tile = When::Never;
@@ -70,7 +63,7 @@ fn images_full_of_nan_before_a_frame_are_not_seen_in_it() {
 fn a_frame_does_not_see_the_one_before() {
     let (bright, dim) = (lively(96, 54), super::flat(96, 54, 0.01));
     for name in ["tsushima.ron", "lynx.ron", "caracal.ron", "glare.ron", "exposure.ron", "grade.ron"] {
-        let graph = shipped(name, None);
+        let graph = built_in(name, None);
         let mut player = Player::new();
         let mut show = |scenes: &[&Picture]| {
             player.renew();

@@ -1,4 +1,5 @@
-//! Slips of the command line, each with its words and its exit status: 1 for the user's, 2 for the machine's.
+//! Errors of the command line, each with its message and its exit status: 1 for an error of the input, 2 for one of the
+//! machine.
 
 use std::io::Read as _;
 use std::process::Stdio;
@@ -13,8 +14,8 @@ fn folder(test: &str) -> Folder {
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn slips_are_told_with_a_hint() {
-    let folder = folder("slips");
+fn errors_are_reported_with_a_hint() {
+    let folder = folder("errors");
     folder.with("notes.txt", b"room.exr is the good one");
     let table = [
         (
@@ -87,7 +88,7 @@ fn facts_tiers_and_parameters_are_checked() {
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn an_unknown_adapter_is_told_with_those_there_are() {
+fn an_unknown_adapter_is_reported_with_those_there_are() {
     let folder = folder("adapter");
     let outcome = folder.run("render {glare} room.exr -o out.png --adapter Voodoo2");
     outcome.fails_saying(1, &["error: no graphics adapter called `Voodoo2`: there are `"]);
@@ -145,7 +146,7 @@ fn a_reader_that_goes_away_is_no_failure() {
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn a_broken_pipeline_is_told_at_its_place() {
+fn a_broken_pipeline_is_reported_with_its_location() {
     let folder = folder("pipeline");
     folder.with("bad.ron", b"Pipeline(\n    inputs: { \"scene\": Color },\n    nodes: { \"a\": Blurr(source: \"scene\") },\n    outputs: { \"display\": \"a\" },\n)");
     let outcome = folder.run("check bad.ron");
@@ -218,7 +219,7 @@ fn a_pipe_is_no_image() {
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn files_that_are_no_text_are_told_in_words() {
+fn files_that_are_no_text_are_reported() {
     let folder = folder("no-text");
     folder.with("latin.ron", b"Pipeline(\n    // gr\xf6\xdfer\n)");
     folder.with("lut.ron", b"Pipeline(\n    inputs: { \"scene\": DisplayLinear },\n    nodes: { \"a\": ColorLut(source: \"scene\", file: \"none.cube\") },\n    outputs: { \"display\": \"a\" },\n)");

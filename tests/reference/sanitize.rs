@@ -1,4 +1,4 @@
-//! The guard at the entry of every graph: after it, no value is NaN, infinite or negative.
+//! What every host image is sanitized to: no value is NaN, infinite or negative.
 
 use super::image::Image;
 use super::math::Rgb;
@@ -8,17 +8,17 @@ pub(crate) const LARGEST_HALF: f64 = 65504.0;
 
 /// NaN and everything below zero become 0; everything above `largest` becomes `largest`
 /// (formula book, 1.7).
-pub(crate) fn guard(x: f64, largest: f64) -> f64 {
+pub(crate) fn sanitize(x: f64, largest: f64) -> f64 {
     if x.is_nan() { 0.0 } else { x.clamp(0.0, largest) }
 }
 
-/// [`guard`] on each channel with the bound of a half float.
-pub(crate) fn guard_rgb(rgb: Rgb) -> Rgb {
-    rgb.map(|x| guard(x, LARGEST_HALF))
+/// [`sanitize`] on each channel with the bound of a half float.
+pub(crate) fn sanitize_rgb(rgb: Rgb) -> Rgb {
+    rgb.map(|x| sanitize(x, LARGEST_HALF))
 }
 
 /// The image as nodes read it. NaN, negative infinity, and an infinity that no neighbour of the pixel shares become the
-/// lower median of the finite neighbours in the same channel; then [`guard`].
+/// lower median of the finite neighbours in the same channel; then [`sanitize`].
 pub(crate) fn sanitized(image: &Image) -> Image {
     Image::new(image.width, image.height, |x, y| {
         [0, 1, 2, 3].map(|channel| repaired(image, x as i64, y as i64, channel))
@@ -29,10 +29,10 @@ fn repaired(image: &Image, x: i64, y: i64, channel: usize) -> f64 {
     let value = image.texel(x, y)[channel];
     let near: Vec<f64> = neighbours(image, x, y).map(|pixel| pixel[channel]).collect();
     let is_light = value == f64::INFINITY && near.contains(&f64::INFINITY);
-    let mut finite: Vec<f64> = near.iter().filter(|v| v.is_finite()).map(|v| guard(*v, LARGEST_HALF)).collect();
+    let mut finite: Vec<f64> = near.iter().filter(|v| v.is_finite()).map(|v| sanitize(*v, LARGEST_HALF)).collect();
     finite.sort_by(f64::total_cmp);
     if value.is_finite() || is_light || finite.is_empty() {
-        return guard(value, LARGEST_HALF);
+        return sanitize(value, LARGEST_HALF);
     }
     finite[(finite.len() - 1) / 2]
 }

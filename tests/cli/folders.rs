@@ -1,0 +1,80 @@
+//! Node kinds in folders, given with `--nodes`.
+
+use std::fs;
+
+use afterimage_media::{Picture, Pixels, Source, read};
+
+use super::{Folder, save};
+
+const NODE: &str = r#"Kind(
+    name: "Posterize",
+    doc: "Quantises each channel to a few levels.",
+    inputs: { "source": Image(doc: "The image.", accepts: [Scene]) },
+    outputs: { "result": Image(doc: "The quantised image.", state: Same("source")) },
+    parameters: { "levels": Float(doc: "Levels of each channel.", default: 4.0, within: (2.0, 256.0)) },
+)"#;
+
+/// Imports a file of the folder, which imports another one.
+const POSTERIZE: &str = "#import steps
+
+struct Posterize { levels: f32 }
+
+fn posterize(source: vec4f, params: Posterize) -> vec4f {
+    return vec4f(steps(source.rgb, params.levels), source.a);
+}
+";
+const STEPS: &str = "#import nearest
+
+fn steps(color: vec3f, levels: f32) -> vec3f { return nearest(color * (levels - 1.0)) / (levels - 1.0); }
+";
+const NEAREST: &str = "fn nearest(color: vec3f) -> vec3f { return floor(color + 0.5); }\n";
+
+const PIPELINE: &str = r#"Pipeline(
+    inputs: { "scene": Color },
+    nodes: { "levels": Posterize(source: "scene", levels: 3.0) },
+    outputs: { "out": "levels" },
+)"#;
+
+/// A folder with the pipeline and `kinds/posterize`, which has these files beside its `node.ron`.
+fn with_files(test: &str, files: &[(&str, &str)]) -> Folder {
+    let folder = Folder::new(test);
+    fs::create_dir_all(folder.file("kinds/posterize")).expect("a temporary folder");
+    folder.with("pipeline.ron", PIPELINE.as_bytes());
+    folder.with("kinds/posterize/node.ron", NODE.as_bytes());
+    for (name, text) in files {
+        folder.with(&format!("kinds/posterize/{name}"), text.as_bytes());
+    }
+    folder
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn the_shader_of_a_folder_imports_its_other_files() {
+    let files = [("nearest.wgsl", NEAREST), ("posterize.wgsl", POSTERIZE), ("steps.wgsl", STEPS)];
+    let folder = with_files("imports", &files);
+    let colors = [[0.2, 0.3, 0.8, 1.0], [0.0, 0.74, 0.76, 0.5]];
+    save(&folder.file("in.exr"), &Picture::new(2, 1, Pixels::Float(colors.as_flattened().to_vec())));
+    for nodes in ["kinds", "kinds/posterize"] {
+        folder.run(&format!("render pipeline.ron in.exr -o out.exr --nodes {nodes}")).good();
+        let picture = read(&Source::file(folder.file("out.exr"))).expect("the picture was written");
+        assert_eq!(picture.pixels.to_f32(), [0.0, 0.5, 1.0, 1.0, 0.0, 0.5, 1.0, 0.5], "{nodes}");
+        fs::remove_file(folder.file("out.exr")).expect("it was written");
+    }
+}
+
+#[test]
+fn errors_name_the_file_of_the_folder_that_they_are_in() {
+    let check = |test: &str, files: &[(&str, &str)]| with_files(test, files).run("check pipeline.ron --nodes kinds");
+    let others = [("nearest.wgsl", NEAREST), ("steps.wgsl", STEPS)];
+    check("unnamed", &others).fails_saying(
+        1,
+        &["no file of the folder is called `posterize.wgsl`", "node.ron:2:11", "other files are for imports"],
+    );
+    let alone = [("posterize.wgsl", POSTERIZE), ("steps.wgsl", STEPS)];
+    check("missing", &alone).fails_saying(1, &["no shared file is called `nearest`", "posterize", "steps.wgsl"]);
+    let broken = STEPS.replace("return nearest", "return nothing");
+    let files = [("nearest.wgsl", NEAREST), ("posterize.wgsl", POSTERIZE), ("steps.wgsl", broken.as_str())];
+    check("broken", &files).fails_saying(1, &["steps.wgsl", "nothing"]);
+    check("empty", &[])
+        .fails_saying(1, &["has no `.wgsl` file beside its `node.ron`", "`posterize.wgsl` for `Posterize`"]);
+}

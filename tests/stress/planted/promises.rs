@@ -1,0 +1,155 @@
+//! Kinds with the names of built-in kinds, whose promises they break.
+
+use afterimage_graph::prelude::*;
+
+use super::{RESULT, SOURCE};
+
+pub(super) mod dark_edges {
+    //! A blur whose taps outside the picture are black.
+    use super::*;
+
+    params! {
+        /// Lets the dark in at the border.
+        pub struct Gaussian {}
+    }
+
+    impl Node for Gaussian {
+        const INPUTS: &'static [Input] = SOURCE;
+        const OUTPUTS: &'static [Output] = RESULT;
+        const FALLBACK: Fallback = Fallback::input("source");
+
+        fn record(&self, pass: &mut Recorder<'_>) {
+            static SHADER: Shader = Shader::new(
+                "gaussian.wgsl",
+                "#import sampling
+fn gaussian_inside(source: texture_2d<f32>, p: vec2i) -> vec4f {
+    let is_inside = p.x >= 0 && p.x < i32(textureDimensions(source).x);
+    return select(vec4f(0.0), texel(source, p), is_inside);
+}
+fn gaussian(source: texture_2d<f32>, source_sampler: sampler, at: Point) -> vec4f {
+    let sides = gaussian_inside(source, at.pixel - vec2i(1, 0)) + gaussian_inside(source, at.pixel + vec2i(1, 0));
+    return 0.5 * texel(source, at.pixel) + 0.25 * sides;
+}",
+            );
+            let source = pass.image("source");
+            let desc = ImageDesc::new(pass.desc(source).size);
+            pass.function(&SHADER, "gaussian").write("result", desc);
+        }
+    }
+}
+
+pub(super) mod cut_off {
+    //! A blur that removes the brightest light as if it were an outlier.
+    use super::*;
+
+    params! {
+        /// Loses what a firefly shines.
+        pub struct Gaussian {}
+    }
+    faulty!(
+        Gaussian,
+        "gaussian",
+        RESULT,
+        |_| false,
+        "fn gaussian(source: vec4f) -> vec4f { return vec4f(min(source.rgb, vec3f(1000.0)), source.a); }"
+    );
+}
+
+pub(super) mod uneven {
+    //! A kind of one pixel that looks at where it is.
+    use super::*;
+
+    params! {
+        /// Darker to the right.
+        pub struct Saturation {}
+    }
+    faulty!(
+        Saturation,
+        "saturation",
+        RESULT,
+        |_| false,
+        "fn saturation(source: vec4f, at: Point) -> vec4f { return vec4f(source.rgb * (1.0 - 0.25 * at.uv.x), source.a); }"
+    );
+}
+
+pub(super) mod leaning {
+    //! A kind of one pixel that looks at its neighbour.
+    use super::*;
+
+    params! {
+        /// Mixes in the pixel to the left.
+        pub struct Saturation {}
+    }
+
+    impl Node for Saturation {
+        const INPUTS: &'static [Input] = SOURCE;
+        const OUTPUTS: &'static [Output] = RESULT;
+        const FALLBACK: Fallback = Fallback::input("source");
+
+        fn record(&self, pass: &mut Recorder<'_>) {
+            static SHADER: Shader = Shader::new(
+                "saturation.wgsl",
+                "#import sampling
+fn saturation(source: texture_2d<f32>, source_sampler: sampler, at: Point) -> vec4f {
+    return mix(texel(source, at.pixel), texel(source, at.pixel - vec2i(1, 0)), 0.25);
+}",
+            );
+            let source = pass.image("source");
+            let desc = ImageDesc::new(pass.desc(source).size);
+            pass.function(&SHADER, "saturation").write("result", desc);
+        }
+    }
+}
+
+pub(super) mod falling {
+    //! A curve that turns round.
+    use super::*;
+
+    params! {
+        /// Falls above middle grey.
+        pub struct Contrast {}
+    }
+    faulty!(
+        Contrast,
+        "contrast",
+        RESULT,
+        |_| false,
+        "fn contrast(source: vec4f) -> vec4f {
+    return vec4f(source.rgb / (1.0 + source.rgb * source.rgb), source.a);
+}"
+    );
+}
+
+pub(super) mod restless {
+    //! Adaptation that trusts the clock.
+    use super::*;
+
+    params! {
+        /// Follows the light of one pixel by a step that it does not look at.
+        pub struct Adapt {}
+    }
+
+    impl Node for Adapt {
+        const INPUTS: &'static [Input] = SOURCE;
+        const OUTPUTS: &'static [Output] = &[Output::new("result", PortType::Value, OutputState::Nothing, "Stops.")];
+        const FALLBACK: Fallback = Fallback::Absent;
+
+        fn record(&self, pass: &mut Recorder<'_>) {
+            static SHADER: Shader = Shader::new(
+                "adapt.wgsl",
+                "#import point
+@group(0) @binding(0) var source: texture_2d<f32>;
+@group(0) @binding(1) var<storage, read_write> result: vec4f;
+@group(0) @binding(2) var<uniform> frame: Frame;
+@compute @workgroup_size(1)
+fn adapt() {
+    let wanted = log2(max(textureLoad(source, vec2i(0), 0).g, 1e-4));
+    let share = select(frame.dt * 3.0, 1.0, frame.reset == 1u);
+    result = vec4f(mix(result.x, wanted, min(share, 0.5 + f32(frame.reset))), 0.0, 0.0, 1.0);
+}",
+            );
+            let result = pass.output_value("result", BufferLife::Persistent);
+            pass.compute(&SHADER, "adapt").buffer("result", result).dispatch([1, 1, 1]);
+        }
+    }
+}

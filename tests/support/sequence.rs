@@ -1,0 +1,45 @@
+//! A session on the shared device, frame by frame.
+
+use std::sync::MutexGuard;
+
+use afterimage_gpu::{FrameStep, Gpu, InputImage, Session};
+
+use super::gpu::{Picture, Run, gpu};
+
+/// Frames of a pipeline. A test has one sequence at a time, because the device is shared.
+pub struct Sequence<'r> {
+    run: &'r Run<'r>,
+    session: Session,
+    _gpu: MutexGuard<'static, Gpu>,
+}
+
+impl<'r> Sequence<'r> {
+    pub fn new(run: &'r Run<'r>) -> Self {
+        let gpu = gpu();
+        Self { run, session: run.session(&gpu), _gpu: gpu }
+    }
+
+    /// One frame with these pictures.
+    pub fn frame(&mut self, inputs: &[(&str, &Picture)], dt: f32, reset: bool) {
+        let images: Vec<InputImage> = inputs.iter().map(|(name, picture)| self.feed(name, picture)).collect();
+        let step = FrameStep { time: 0.0, dt, reset };
+        let rendered = self.session.render(self.run.size_for(inputs), &images, step);
+        rendered.unwrap_or_else(|error| panic!("{error}"));
+    }
+
+    fn feed(&mut self, name: &str, picture: &Picture) -> InputImage {
+        let texels = self.run.texels(picture);
+        self.session.feed(name, texels.desc, &texels.bytes).unwrap_or_else(|error| panic!("{error}"))
+    }
+
+    /// What the last frame made at an output.
+    pub fn output(&mut self, name: &str) -> Picture {
+        Picture::of(&self.session.output(name).unwrap_or_else(|error| panic!("{error}")))
+    }
+
+    /// What the last frame made at all outputs, in the order of the file.
+    pub fn outputs(&mut self) -> Vec<Picture> {
+        let names: Vec<String> = self.session.plan().outputs.iter().map(|output| output.name.clone()).collect();
+        names.iter().map(|name| self.output(name)).collect()
+    }
+}
