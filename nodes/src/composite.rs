@@ -13,6 +13,9 @@ choices! {
         Add,
         /// Replaces a share of the image by it: this keeps the energy, so it needs no threshold.
         Mix,
+        /// Adds it in the distance that the image has to white, as two slides in one projector's light: for
+        /// display-linear images, which it never takes above white. A channel at white or above stays.
+        Screen,
     }
 }
 
@@ -24,7 +27,7 @@ params! {
     pub struct Composite {
         /// How the light is combined with the image.
         pub blend: CompositeBlend = CompositeBlend::Add;
-        /// For `Add`: factor of the light. For `Mix`: its share, at most 1. 0 changes nothing.
+        /// For `Add` and `Screen`: factor of the light. For `Mix`: its share, at most 1. 0 changes nothing.
         pub strength: f32 = 0.5 => within(0.0..=8.0), usually(0.0..=1.0), neutral(0.0);
         /// The filter that resamples the light.
         pub filter: UpsampleFilter = UpsampleFilter::Tent => quality(UpsampleFilter::Tent, [UpsampleFilter::Bilinear]);
@@ -42,6 +45,8 @@ impl Composite {
             (CompositeBlend::Add, UpsampleFilter::Bilinear) => "composite_add_bilinear",
             (CompositeBlend::Mix, UpsampleFilter::Tent) => "composite_mix_tent",
             (CompositeBlend::Mix, UpsampleFilter::Bilinear) => "composite_mix_bilinear",
+            (CompositeBlend::Screen, UpsampleFilter::Tent) => "composite_screen_tent",
+            (CompositeBlend::Screen, UpsampleFilter::Bilinear) => "composite_screen_bilinear",
         }
     }
 
@@ -50,12 +55,13 @@ impl Composite {
         match self.blend {
             CompositeBlend::Add => "composite_add_pixel",
             CompositeBlend::Mix => "composite_mix_pixel",
+            CompositeBlend::Screen => "composite_screen_pixel",
         }
     }
 
     fn factor(&self) -> f32 {
         match self.blend {
-            CompositeBlend::Add => self.strength,
+            CompositeBlend::Add | CompositeBlend::Screen => self.strength,
             CompositeBlend::Mix => self.strength.min(1.0),
         }
     }
@@ -71,7 +77,7 @@ impl Node for Composite {
     const FALLBACK: Fallback = Fallback::input("base");
 
     fn identity(&self, arrivals: &Arrivals) -> Option<Fallback> {
-        let adds_nothing = arrivals.is_zero("bloom") && (self.blend == CompositeBlend::Add || arrivals.is_zero("base"));
+        let adds_nothing = arrivals.is_zero("bloom") && (self.blend != CompositeBlend::Mix || arrivals.is_zero("base"));
         let leaves_base = self.strength == 0.0 || arrivals.is_absent("bloom") || adds_nothing;
         leaves_base.then_some(Self::FALLBACK)
     }

@@ -7,7 +7,7 @@ mod gaussian;
 mod upsample;
 
 use super::probes::sanitized;
-use crate::reference::bloom::{self, composite_add, composite_lerp};
+use crate::reference::bloom::{self, composite_add, composite_lerp, composite_screen};
 use crate::reference::gaussian::blur_axis;
 use crate::reference::image::{Image, rgb};
 use crate::reference::resample::{Down, Firefly, Up, upsample};
@@ -137,7 +137,9 @@ fn composite_adds_and_mixes_light_as_its_cpu_reference() {
         let light = picture([width.div_ceil(2), height.div_ceil(2)], spikes);
         for (filter, up) in [("Tent", Up::Tent), ("Bilinear", Up::Bilinear)] {
             let large = upsample(&image(&light), [width as usize, height as usize], up, 1.0);
-            for (blend, reference) in [("Add", composite_add as fn(_, _, _) -> _), ("Mix", composite_lerp)] {
+            for (blend, reference) in
+                [("Add", composite_add as fn(_, _, _) -> _), ("Mix", composite_lerp), ("Screen", composite_screen)]
+            {
                 let nodes = format!(
                     r#""result": Composite(base: "scene", bloom: "light",
                         blend: {blend}, filter: {filter}, strength: 0.3)"#

@@ -236,6 +236,35 @@ mod tests {
         assert!((taps / off - 0.012).abs() < 0.003, "{}", taps / off);
     }
 
+    /// The least and the most energy, in percent, that the thirteen taps keep of a square light between pixels.
+    fn kept(side: f64, firefly: Firefly) -> [f64; 2] {
+        let energies = (0..8).map(|phase| {
+            let start = 20.0 + 0.25 * f64::from(phase);
+            let share = |pixel: usize| ((start + side).min(pixel as f64 + 1.0) - start.max(pixel as f64)).max(0.0);
+            let light = Image::new(64, 64, |x, y| grey(200.0 * share(x) * share(y)));
+            let small = downsample_karis(&light, [32, 32], Down::ThirteenTap, firefly);
+            small.pixels.iter().map(|pixel| pixel[0]).sum::<f64>() * 4.0 / (2.0 * side * side)
+        });
+        energies.fold([f64::INFINITY, 0.0], |[least, most], energy| [least.min(energy), most.max(energy)])
+    }
+
+    /// The figures of the manual of `Downsample`.
+    #[test]
+    fn weights_against_fireflies_take_energy_from_lights_that_move() {
+        let table = [
+            (Firefly::Off, [[100.0, 100.0], [100.0, 100.0], [100.0, 100.0]]),
+            (Firefly::Groups, [[39.0, 69.0], [33.0, 64.0], [53.0, 73.0]]),
+            (Firefly::Taps, [[2.0, 8.0], [2.0, 4.0], [2.0, 17.0]]),
+        ];
+        for (firefly, rows) in table {
+            for (side, wanted) in [1.0, 2.0, 4.0].into_iter().zip(rows) {
+                let found = kept(side, firefly);
+                let is_near = (0..2).all(|i| (found[i] - wanted[i]).abs() < 0.6);
+                assert!(is_near, "{firefly:?} {side}: {found:?}, the manual has {wanted:?}");
+            }
+        }
+    }
+
     #[test]
     fn an_area_average_keeps_the_mean_at_any_size() {
         let image = Image::new(7, 5, |x, y| grey((x * x + 3 * y) as f64));

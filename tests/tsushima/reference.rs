@@ -6,7 +6,7 @@ use afterimage_graph::value::Value;
 use afterimage_media::{Source, read};
 
 use super::scene;
-use crate::reference::bloom::{additive_chain, composite_add, knee_weight, levels};
+use crate::reference::bloom::{additive_chain, composite_add, knee_weight, levels, without_fireflies};
 use crate::reference::color::{BRADFORD, CUSTOM, REC709, conversion, luminance, white_balance_target};
 use crate::reference::curves::{Uchimura, display, uchimura};
 use crate::reference::exposure::{Bins, auto_exposure_stops, limit_mean};
@@ -118,12 +118,12 @@ fn local(graph: &Graph, exposed: &Image, seen: &Image) -> Image {
 fn lit(graph: &Graph, seen: &Image, local: &Image) -> Image {
     let node = Node(graph, "bright");
     let (threshold, knee) = (node.number("threshold"), node.number("knee"));
-    let bright = seen.map_rgb(|color| {
+    let bright = without_fireflies(seen, None).map_rgb(|color| {
         let weight = knee_weight(largest(color), threshold, knee);
         color.map(|x| (x * weight).min(LARGEST_HALF))
     });
     let count = Node(graph, "mips").whole("levels").min(seen.width.max(seen.height).ilog2() as usize).max(1);
-    let mips = levels(&bright, count, Down::ThirteenTap, Firefly::Groups);
+    let mips = levels(&bright, count, Down::ThirteenTap, Firefly::Off);
     let bloom = additive_chain(&mips, Up::Tent, Node(graph, "bloom").number("radius"));
     let bloom = upsample(&bloom, [seen.width, seen.height], Up::Bilinear, 0.0);
     let strength = Node(graph, "lit").number("strength");

@@ -1,8 +1,7 @@
 //! Single bright pixels, and lights that move.
 
 use super::{SCENE, WHOLE, check, picture};
-use crate::reference::image::{Image, rgb};
-use crate::reference::math::largest;
+use crate::reference::bloom::without_fireflies;
 use crate::support::gpu::{Picture, Run};
 use crate::support::harness::{Nodes, assert_close, image};
 use crate::support::sequence::Sequence;
@@ -94,43 +93,11 @@ fn an_outlier_of_one_frame_does_not_glow() {
     }
 }
 
-/// What `fireflies: Limit` makes of an image, with the frame before if there is one.
-fn limited(image: &Image, before: Option<&Image>) -> Image {
-    let bright = |image: &Image, x: i64, y: i64| largest(rgb(image.texel(x, y)));
-    Image::new(image.width, image.height, |x, y| {
-        let (x, y) = (x as i64, y as i64);
-        let inside = |i: i64, j: i64| (0..image.width as i64).contains(&i) && (0..image.height as i64).contains(&j);
-        let around = (-1..=1).flat_map(|j| (-1..=1).map(move |i| (x + i, y + j)));
-        let near = around.filter(|&(i, j)| (i, j) != (x, y) && inside(i, j)).map(|(i, j)| bright(image, i, j));
-        let past = before.map_or(0.0, |before| {
-            let cell = |at: i64, side: usize| (at.max(0) / 2).min(side as i64 / 2 - 1);
-            let columns = [cell(x - 1, image.width), cell(x + 1, image.width)];
-            let rows = [cell(y - 1, image.height), cell(y + 1, image.height)];
-            let cells = columns.into_iter().flat_map(|i| rows.map(|j| (i, j)));
-            cells.map(|(i, j)| peak(before, i, j)).fold(0.0, f64::max)
-        });
-        let (limit, own) = (4.0 * near.fold(past, f64::max), bright(image, x, y));
-        let [r, g, b, a] = image.texel(x, y);
-        let factor = if own <= limit || image.pixels.len() == 1 { 1.0 } else { limit / own };
-        [r * factor, g * factor, b * factor, a]
-    })
-}
-
-/// The largest channel of the 2x2 pixels of a cell; up to 3x3 at odd sizes.
-fn peak(image: &Image, i: i64, j: i64) -> f64 {
-    let pixels = |cell: i64, side: usize| {
-        let (side, half) = (side as i64, (side as i64 / 2).max(1));
-        cell * side / half..((cell + 1) * side + half - 1) / half
-    };
-    let places = pixels(j, image.height).flat_map(|y| pixels(i, image.width).map(move |x| (x, y)));
-    places.map(|(x, y)| largest(rgb(image.texel(x, y)))).fold(0.0, f64::max)
-}
-
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn fireflies_are_limited_as_in_the_cpu_reference() {
     let nodes = r#""result": Extract(source: "scene", method: All, fireflies: Limit)"#;
-    check(nodes, WHOLE, |image| limited(image, None));
+    check(nodes, WHOLE, |image| without_fireflies(image, None));
     let nodes = r#""bright": Extract(source: "scene", method: All, fireflies: Limit, before: "bright.peaks@previous")
         -> bright"#;
     for size in [[64, 64], [61, 39]] {
@@ -142,7 +109,7 @@ fn fireflies_are_limited_as_in_the_cpu_reference() {
         let mut sequence = Sequence::new(&run);
         sequence.frame(&[("scene", &first)], 0.0, true);
         sequence.frame(&[("scene", &second)], 0.0, false);
-        let wanted = limited(&image(&second), Some(&image(&first)));
+        let wanted = without_fireflies(&image(&second), Some(&image(&first)));
         assert!(wanted != image(&second), "something is limited");
         assert_close("history", &sequence.output("out"), &wanted, &WHOLE.within(WHOLE.half, 0.0));
     }
