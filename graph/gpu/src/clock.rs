@@ -15,6 +15,7 @@ use std::time::{Duration, Instant};
 use wgpu::{BufferUsages, CommandEncoder, Features};
 
 use crate::Gpu;
+use crate::buffer::buffer;
 use crate::error::{GpuError, SessionError};
 use crate::stream::map;
 
@@ -198,10 +199,7 @@ impl Stamps {
             ty: wgpu::QueryType::Timestamp,
             count: 2,
         });
-        let buffer = |usage| {
-            let label = Some("frame");
-            gpu.device.create_buffer(&wgpu::BufferDescriptor { label, size: 16, usage, mapped_at_creation: false })
-        };
+        let buffer = |usage| buffer(&gpu.device, "frame", 16, usage);
         Some(Self {
             queries,
             resolved: buffer(BufferUsages::QUERY_RESOLVE | BufferUsages::COPY_SRC),

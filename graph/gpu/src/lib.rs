@@ -8,6 +8,7 @@
 //! A program without a renderer opens a device with [`Gpu::open`], or uses a [`Session`], which adds plans, uploads and
 //! read-back. [`Clock`] measures frames.
 
+mod buffer;
 mod cache;
 mod clock;
 mod device;

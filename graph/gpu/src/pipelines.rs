@@ -176,17 +176,13 @@ fn compile(device: &wgpu::Device, cache: Option<&wgpu::PipelineCache>, order: &O
         bind_group_layouts: &[Some(&order.layout)],
         immediate_size: order.immediate_bytes,
     });
-    let compilation_options = wgpu::PipelineCompilationOptions {
-        zero_initialize_workgroup_memory: order.zero_workgroup_memory,
-        ..Default::default()
-    };
     match order.stage {
         Stage::Compute => Pipeline::Compute(device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
             label: Some(&order.label),
             layout: Some(&layout),
             module: &module,
             entry_point: Some(&order.composed.compute),
-            compilation_options,
+            compilation_options: compilation_options(order),
             cache,
         })),
         Stage::Fragment => Pipeline::Render(device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
@@ -199,13 +195,18 @@ fn compile(device: &wgpu::Device, cache: Option<&wgpu::PipelineCache>, order: &O
             fragment: Some(wgpu::FragmentState {
                 module: &module,
                 entry_point: order.composed.draw.as_ref().map(|draw| draw.fragment.as_str()),
-                compilation_options,
+                compilation_options: compilation_options(order),
                 targets: &[Some(order.key.attachment.expect("a draw has an attachment").into())],
             }),
             multiview_mask: None,
             cache,
         })),
     }
+}
+
+fn compilation_options(order: &Order<'_>) -> wgpu::PipelineCompilationOptions<'static> {
+    let zero_initialize_workgroup_memory = order.zero_workgroup_memory;
+    wgpu::PipelineCompilationOptions { zero_initialize_workgroup_memory, ..Default::default() }
 }
 
 fn full_screen_triangle<'a>(module: &'a wgpu::ShaderModule, composed: &'a Composed) -> wgpu::VertexState<'a> {

@@ -5,6 +5,7 @@ use rustc_hash::FxHashMap;
 use slotmap::SlotMap;
 use wgpu::{TextureUsages, TextureViewDimension};
 
+use crate::buffer::buffer;
 use crate::device::texture_format;
 
 slotmap::new_key_type! {
@@ -185,12 +186,8 @@ pub(crate) fn blacken(device: &wgpu::Device, stored: &Stored, encoder: &mut wgpu
     let size = stored.desc.size;
     let row = size.width * stored.desc.format.bytes() as u32;
     let pitch = row.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
-    let zeros = device.create_buffer(&wgpu::BufferDescriptor {
-        label: Some("zeros"),
-        size: u64::from(pitch) * u64::from(size.height) * u64::from(size.depth),
-        usage: wgpu::BufferUsages::COPY_SRC,
-        mapped_at_creation: false,
-    });
+    let bytes = u64::from(pitch) * u64::from(size.height) * u64::from(size.depth);
+    let zeros = buffer(device, "zeros", bytes, wgpu::BufferUsages::COPY_SRC);
     let layout =
         wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(pitch), rows_per_image: Some(size.height) };
     let zeros = wgpu::TexelCopyBufferInfo { buffer: &zeros, layout };

@@ -3,6 +3,7 @@
 
 use afterimage_graph::image::{Format, ImageDesc, Size};
 
+use crate::buffer::buffer;
 use crate::device::texture_format;
 use crate::{GpuError, Texels, store};
 
@@ -46,15 +47,9 @@ impl Feed {
         }
         let size = self.stored.desc.size;
         let (row, pitch) = row_and_pitch(size, self.stored.desc.format);
-        let staging = match self.staging.take() {
-            Some(staging) => staging,
-            None => self.device.create_buffer(&wgpu::BufferDescriptor {
-                label: Some("upload"),
-                size: (pitch * rows(size)) as u64,
-                usage: wgpu::BufferUsages::MAP_WRITE | wgpu::BufferUsages::COPY_SRC,
-                mapped_at_creation: false,
-            }),
-        };
+        let usage = wgpu::BufferUsages::MAP_WRITE | wgpu::BufferUsages::COPY_SRC;
+        let new = || buffer(&self.device, "upload", (pitch * rows(size)) as u64, usage);
+        let staging = self.staging.take().unwrap_or_else(new);
         map(&self.device, &staging, wgpu::MapMode::Write)?;
         let mut mapped = staging.slice(..).get_mapped_range_mut().map_err(|error| GpuError::lost(&error))?;
         if row == pitch {
@@ -76,6 +71,8 @@ impl Feed {
 
 /// Bytes of a value: one `vec4f`.
 const VALUE_BYTES: u64 = 16;
+
+const READABLE: wgpu::BufferUsages = wgpu::BufferUsages::MAP_READ.union(wgpu::BufferUsages::COPY_DST);
 
 /// Reads textures and values back, one after another.
 pub struct Readback {
@@ -120,15 +117,10 @@ impl Readback {
     ///
     /// # Errors
     /// [`GpuError::DeviceLost`] if the device was lost.
-    pub fn value(&self, buffer: &wgpu::Buffer) -> Result<[f32; 4], GpuError> {
-        let copy = self.device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some("value"),
-            size: VALUE_BYTES,
-            usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
-            mapped_at_creation: false,
-        });
+    pub fn value(&self, source: &wgpu::Buffer) -> Result<[f32; 4], GpuError> {
+        let copy = buffer(&self.device, "value", VALUE_BYTES, READABLE);
         let mut encoder = self.device.create_command_encoder(&Default::default());
-        encoder.copy_buffer_to_buffer(buffer, 0, &copy, 0, VALUE_BYTES);
+        encoder.copy_buffer_to_buffer(source, 0, &copy, 0, VALUE_BYTES);
         self.queue.submit([encoder.finish()]);
         map(&self.device, &copy, wgpu::MapMode::Read)?;
         let mapped = copy.slice(..).get_mapped_range().map_err(|error| GpuError::lost(&error))?;
@@ -137,14 +129,8 @@ impl Readback {
 
     /// The previous buffer if it has this size, otherwise a new one.
     fn buffer_of(&mut self, bytes: u64) -> wgpu::Buffer {
-        self.buffer.take().filter(|buffer| buffer.size() == bytes).unwrap_or_else(|| {
-            self.device.create_buffer(&wgpu::BufferDescriptor {
-                label: Some("readback"),
-                size: bytes,
-                usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
-                mapped_at_creation: false,
-            })
-        })
+        let known = self.buffer.take().filter(|buffer| buffer.size() == bytes);
+        known.unwrap_or_else(|| buffer(&self.device, "readback", bytes, READABLE))
     }
 }
 
@@ -161,12 +147,7 @@ impl ReadbackBatch {
     /// A batch of textures of these descriptions, in this order.
     pub(crate) fn new(device: &wgpu::Device, descs: Vec<ImageDesc>) -> Self {
         let size: u64 = descs.iter().map(padded_bytes).sum();
-        let buffer = device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some("readback"),
-            size: size.max(4),
-            usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
-            mapped_at_creation: false,
-        });
+        let buffer = buffer(device, "readback", size.max(4), READABLE);
         Self { device: device.clone(), buffer, descs, copied: (0, 0) }
     }
 

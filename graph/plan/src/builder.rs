@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use afterimage_graph::node::{Arg, ImageId, KernelCall, Origin, Pass, Recording};
+use afterimage_graph::node::{Arg, ImageId, KernelCall, Pass, Recording};
 use afterimage_wgsl::{Shader, UniformValue, pack};
 
 use crate::plan::{Fused, PlanOutput, SharedRead, Skipped};
@@ -28,10 +28,7 @@ impl PlanBuilder {
     /// The images that outlive the frame or leave it: their passes must not be removed.
     pub(crate) fn kept(&self) -> BTreeSet<ImageId> {
         let outputs = self.outputs.iter().map(|output| output.image);
-        let remembered = self.recording.images.iter().filter_map(|image| match image.origin {
-            Origin::Previous { of, .. } => Some(of),
-            _ => None,
-        });
+        let remembered = self.recording.images.iter().filter_map(|image| image.origin.previous_of());
         outputs.chain(remembered).collect()
     }
 }

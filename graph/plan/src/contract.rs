@@ -17,12 +17,10 @@ use crate::fusion::{row_kernel, row_pass};
 /// All complaints, one sentence each, with the kind's name in front.
 pub fn contract(kinds: &[NodeKind]) -> Result<(), Vec<String>> {
     let mut complaints = afterimage_graph::node::contract(kinds).err().unwrap_or_default();
-    for kind in kinds {
-        for complaint in of_modules(kind) {
-            let complaint = format!("`{}`: {complaint}", kind.name());
-            if !complaints.contains(&complaint) {
-                complaints.push(complaint);
-            }
+    let complaint = |kind: &NodeKind, complaint: String| format!("`{}`: {complaint}", kind.name());
+    for complaint in kinds.iter().flat_map(|kind| of_modules(kind).into_iter().map(|text| complaint(kind, text))) {
+        if !complaints.contains(&complaint) {
+            complaints.push(complaint);
         }
     }
     if complaints.is_empty() { Ok(()) } else { Err(complaints) }
@@ -31,25 +29,16 @@ pub fn contract(kinds: &[NodeKind]) -> Result<(), Vec<String>> {
 fn of_modules(kind: &NodeKind) -> Vec<String> {
     let (mut shapes, mut modules, mut complaints) = (BTreeSet::new(), BTreeSet::new(), Vec::new());
     for_each_recording(kind, &mut |recording| {
-        for pass in &recording.passes {
-            if shapes.insert(shape(pass, recording)) {
-                module(pass, recording, &mut modules, &mut complaints);
-            }
-        }
+        let new = recording.passes.iter().filter(|pass| shapes.insert(shape(pass, recording)));
+        new.for_each(|pass| module(pass, recording, &mut modules, &mut complaints));
     });
     complaints
 }
 
 /// All of a pass that its module depends on.
 fn shape(pass: &Pass, recording: &Recording) -> String {
-    let formats: Vec<Option<Format>> = pass
-        .writes()
-        .into_iter()
-        .map(|resource| match resource {
-            Resource::Image(image) => Some(recording.image(image).desc.format),
-            Resource::Buffer(_) => None,
-        })
-        .collect();
+    let format = |resource: Resource| resource.image().map(|image| recording.image(image).desc.format);
+    let formats: Vec<Option<Format>> = pass.writes().into_iter().map(format).collect();
     let calls: Vec<_> = pass.kernels.iter().map(|kernel| (&kernel.shader, &kernel.function, &kernel.args)).collect();
     format!("{calls:?} {:?} {formats:?}", pass.kind)
 }
@@ -71,17 +60,13 @@ const WAYS: [(SampleMode, ShaderFeatures); 5] = [
 fn module(pass: &Pass, recording: &Recording, modules: &mut BTreeSet<String>, complaints: &mut Vec<String>) {
     let desc_of = |image: ImageId| recording.image(image).desc;
     for (reading, features) in WAYS {
-        let composed =
-            compose_pass(pass, &desc_of, &|_| reading, CodeOptions { features, immediates: features == RICH });
-        match composed {
-            Ok(composed) if modules.insert(composed.source.clone()) => {
-                if let Err(error) = composed.validate() {
-                    complaints.push(format!("the pass `{}` is no valid module: {error}", pass.label));
-                }
-            }
-            Ok(_) => {}
-            Err(error) => complaints.push(format!("the pass `{}` is no module: {error}", pass.label)),
-        }
+        let options = CodeOptions { features, immediates: features == RICH };
+        let fault = match compose_pass(pass, &desc_of, &|_| reading, options) {
+            Ok(composed) if !modules.insert(composed.source.clone()) => None,
+            Ok(composed) => composed.validate().err().map(|error| format!("no valid module: {error}")),
+            Err(error) => Some(format!("no module: {error}")),
+        };
+        complaints.extend(fault.map(|fault| format!("the pass `{}` is {fault}", pass.label)));
     }
     by_rows(pass).into_iter().chain(by_cells(pass)).for_each(|pass| module(&pass, recording, modules, complaints));
 }

@@ -12,13 +12,11 @@ pub(crate) fn cull(builder: &mut PlanBuilder) {
     let mut read: BTreeSet<Resource> = BTreeSet::new();
     let mut needed = Vec::new();
     for pass in builder.recording.passes.iter().rev() {
-        let matters = |resource: &Resource| match resource {
-            Resource::Image(image) => read.contains(resource) || kept.contains(image),
-            Resource::Buffer(buffer) => {
-                read.contains(resource) || buffers[buffer.0 as usize].life == BufferLife::Persistent
-            }
+        let stays = |resource: &Resource| match resource {
+            Resource::Image(image) => kept.contains(image),
+            Resource::Buffer(buffer) => buffers[buffer.0 as usize].life == BufferLife::Persistent,
         };
-        let matters = pass.writes().iter().any(matters);
+        let matters = pass.writes().iter().any(|resource| read.contains(resource) || stays(resource));
         needed.push(matters);
         if matters {
             read.extend(pass.reads());

@@ -12,7 +12,7 @@ use crate::plan::{PlannedImage, ScheduledPass, Stage};
 use crate::request::PlanRequest;
 use afterimage_base::caps::Caps;
 use afterimage_base::image::{Format, ImageDesc};
-use afterimage_graph::node::{ImageId, Origin, Recording, Resource, VirtualImage};
+use afterimage_graph::node::{ImageId, Origin, Pass, Recording, Resource, VirtualImage};
 use afterimage_wgsl::SampleMode;
 
 /// Passes and images with everything that depends on formats.
@@ -29,7 +29,7 @@ pub(crate) struct Formatted {
 
 /// Chooses how each pass writes; formats that a device can neither store nor draw become wider.
 pub(crate) fn formats(builder: &mut PlanBuilder, request: &PlanRequest<'_>) -> Result<Formatted, PlanError> {
-    check_sizes(&builder.recording, &request.caps)?;
+    builder.recording.images.iter().try_for_each(|image| check_size(image, &request.caps))?;
     let passes = staged(&mut builder.recording, &request.caps);
     let (mut options, ignored) = request.options.granted(&request.caps);
     if passes.iter().any(|pass| pass.stage == Stage::Fragment) {
@@ -40,31 +40,23 @@ pub(crate) fn formats(builder: &mut PlanBuilder, request: &PlanRequest<'_>) -> R
     Ok(Formatted { passes, images, options, ignored })
 }
 
-fn check_sizes(recording: &Recording, caps: &Caps) -> Result<(), PlanError> {
-    for image in &recording.images {
-        let ImageDesc { size, volume, .. } = image.desc;
-        let limit = if volume { caps.max_volume_side } else { caps.max_side };
-        if size.width.max(size.height).max(size.depth) > limit {
-            return Err(PlanError::TooLarge { label: image.label.clone(), size, limit });
-        }
-    }
-    Ok(())
+fn check_size(image: &VirtualImage, caps: &Caps) -> Result<(), PlanError> {
+    let ImageDesc { size, volume, .. } = image.desc;
+    let limit = if volume { caps.max_volume_side } else { caps.max_side };
+    let fits = size.width.max(size.height).max(size.depth) <= limit;
+    if fits { Ok(()) } else { Err(PlanError::TooLarge { label: image.label.clone(), size, limit }) }
 }
 
 fn staged(recording: &mut Recording, caps: &Caps) -> Vec<ScheduledPass> {
     let passes = std::mem::take(&mut recording.passes).into_iter().enumerate();
-    let mut staged = Vec::with_capacity(passes.len());
-    for (recorded, pass) in passes {
-        let mut stage = Stage::Compute;
-        for resource in pass.writes() {
-            if let Resource::Image(image) = resource {
-                let format = &mut recording.images[image.0 as usize].desc.format;
-                stage = choose(format, pass.kind.is_drawable(), caps);
-            }
-        }
-        staged.push(ScheduledPass { pass, stage, recorded });
-    }
-    staged
+    let mut stage = |pass: &Pass, image: ImageId| {
+        choose(&mut recording.images[image.0 as usize].desc.format, pass.kind.is_drawable(), caps)
+    };
+    let staged = passes.map(|(recorded, pass)| {
+        let stages = pass.writes().into_iter().filter_map(Resource::image).map(|image| stage(&pass, image));
+        ScheduledPass { stage: stages.last().unwrap_or(Stage::Compute), pass, recorded }
+    });
+    staged.collect()
 }
 
 fn choose(format: &mut Format, is_drawable: bool, caps: &Caps) -> Stage {

@@ -41,6 +41,7 @@ mod request;
 mod sanitize;
 mod schedule;
 mod specialize;
+mod topological;
 mod verify;
 
 pub use afterimage_base::caps::Caps;

@@ -1,9 +1,10 @@
 //! The switches of the planner.
 
 use afterimage_base::caps::Caps;
+use serde::Serialize;
 
 /// Switches of the planner.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
 pub struct Options {
     /// Whether point kernels are fused, and kernels joined that reduce one image.
     pub fuse: bool,
@@ -49,7 +50,7 @@ impl Default for Options {
 }
 
 /// When a way to run kernels together is used.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 pub enum When {
     /// Never.
     Never,
@@ -60,7 +61,7 @@ pub enum When {
 }
 
 /// How transient images share memory.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 pub enum Alias {
     /// Each image has its own.
     None,
@@ -71,7 +72,7 @@ pub enum Alias {
 }
 
 /// A switch of [`Options`] that has no effect on this device or beside another switch.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct Ignored {
     /// The switch, as the field of [`Options`] is called.
     pub switch: &'static str,
@@ -83,21 +84,23 @@ impl Options {
     /// The options without those that this device lacks or that another one excludes, and the switches that are ignored
     /// for it. Plans are made with these.
     pub fn granted(self, caps: &Caps) -> (Self, Vec<Ignored>) {
-        let mut options = self;
-        let mut ignored = Vec::new();
-        if self.subgroups && !caps.subgroups {
-            options.subgroups = false;
-            ignored.push(Ignored { switch: "subgroups", why: "the device has no operations of subgroups" });
-        }
-        let half = match (self.exact, caps.half_arithmetic) {
+        let (half, subgroups) = (self.why_no_half(caps), self.why_no_subgroups(caps));
+        let granted =
+            Self { half: self.half && half.is_none(), subgroups: self.subgroups && subgroups.is_none(), ..self };
+        let ignored = [("subgroups", subgroups), ("half", half)];
+        (granted, ignored.into_iter().filter_map(|(switch, why)| Some(Ignored { switch, why: why? })).collect())
+    }
+
+    fn why_no_half(self, caps: &Caps) -> Option<&'static str> {
+        match (self.exact, caps.half_arithmetic) {
+            _ if !self.half => None,
             (true, _) => Some("`exact` wants all bits"),
             (false, false) => Some("the device has no half-precision arithmetic"),
             (false, true) => None,
-        };
-        if let Some(why) = half.filter(|_| self.half) {
-            options.half = false;
-            ignored.push(Ignored { switch: "half", why });
         }
-        (options, ignored)
+    }
+
+    fn why_no_subgroups(self, caps: &Caps) -> Option<&'static str> {
+        (self.subgroups && !caps.subgroups).then_some("the device has no operations of subgroups")
     }
 }

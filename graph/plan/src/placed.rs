@@ -28,15 +28,19 @@ pub struct PlacedPlan {
     pub placement: HeapPlacement,
 }
 
+impl HeapPlacement {
+    /// The placement that the plan itself gives.
+    pub fn of(plan: &Plan) -> Self {
+        let offsets = plan.images.iter().map(|image| image.offset).collect();
+        let aliasing = plan.batches.iter().map(|batch| batch.aliasing.clone()).collect();
+        Self { offsets, heap: plan.memory.placed, aliasing }
+    }
+}
+
 impl PlacedPlan {
     /// The plan with its own placement.
     pub fn new(plan: Arc<Plan>) -> Self {
-        let placement = HeapPlacement {
-            offsets: plan.images.iter().map(|image| image.offset).collect(),
-            heap: plan.memory.placed,
-            aliasing: plan.batches.iter().map(|batch| batch.aliasing.clone()).collect(),
-        };
-        Self { plan, placement }
+        Self { placement: HeapPlacement::of(&plan), plan }
     }
 
     /// The plan in the heap of the previous one, with every image that both share in its old place, where all still
@@ -45,10 +49,8 @@ impl PlacedPlan {
     ///
     /// Images are the same if their names and their requirements are.
     pub fn keeping(plan: Arc<Plan>, previous: &Self) -> Self {
-        match kept_placement(&plan, previous) {
-            Some(placement) => Self { plan, placement },
-            None => Self::new(plan),
-        }
+        let placement = kept_placement(&plan, previous).unwrap_or_else(|| HeapPlacement::of(&plan));
+        Self { plan, placement }
     }
 }
 
@@ -71,11 +73,10 @@ fn kept_placement(plan: &Plan, previous: &PlacedPlan) -> Option<HeapPlacement> {
 /// For each of these images the place of its namesake in the previous plan, if the device wants the same for both.
 fn old_offsets(plan: &Plan, previous: &PlacedPlan, images: &[usize]) -> Vec<Option<u64>> {
     let old_names = previous.plan.image_names();
-    let old_images: BTreeMap<&str, usize> =
-        old_names.iter().enumerate().map(|(at, name)| (name.as_str(), at)).collect();
+    let old_images: BTreeMap<&String, usize> = old_names.iter().zip(0..).collect();
     let names = plan.image_names();
     let offset = |image: &usize| {
-        let same = *old_images.get(names[*image].as_str())?;
+        let same = *old_images.get(&names[*image])?;
         let is_equal = previous.plan.images[same].requirement == plan.images[*image].requirement;
         previous.placement.offsets[same].filter(|_| is_equal)
     };

@@ -26,13 +26,8 @@ pub(crate) fn sanitize(builder: &mut PlanBuilder) {
 
 fn sanitized(name: &str, source: &VirtualImage) -> VirtualImage {
     let format = if source.desc.format.is_32_bit() { source.desc.format } else { Format::Rgba16Float };
-    VirtualImage {
-        label: format!("{name}.sanitized"),
-        desc: source.desc.format(format),
-        origin: Origin::Transient,
-        finite: true,
-        signed: source.signed,
-    }
+    let (label, desc) = (format!("{name}.sanitized"), source.desc.format(format));
+    VirtualImage { label, desc, origin: Origin::Transient, finite: true, signed: source.signed }
 }
 
 fn needs_copy(kernel: &KernelCall, image: ImageId) -> bool {

@@ -143,23 +143,14 @@ impl Reader {
     fn section(&mut self, document: &mut Document, name: &Spanned<String>, value: Item) {
         match name.value.as_str() {
             "extends" => document.extends = self.text(value, "`extends`", "the name of a file in quotes"),
-            "inputs" => {
-                let entries = self.map(value, "inputs", "{ \"scene\": Color }");
-                document.inputs =
-                    entries.into_iter().filter_map(|(name, value)| self.read(name, value, Self::input)).collect();
-            }
+            "inputs" => document.inputs = self.entries(value, "inputs", "{ \"scene\": Color }", Self::input),
             "nodes" => {
-                let entries = self.map(value, "nodes", "{ \"name\": Kind(source: \"scene\") }");
-                document.nodes =
-                    entries.into_iter().filter_map(|(name, value)| self.read(name, value, Self::node)).collect();
+                let shape = "{ \"name\": Kind(source: \"scene\") }";
+                document.nodes = self.entries(value, "nodes", shape, Self::node);
             }
             "outputs" => {
                 let entries = self.map(value, "outputs", "{ \"display\": \"node\" }");
-                let wire = |(name, value): (Spanned<String>, Item)| {
-                    let what = format!("output {}", quote(&name.value));
-                    self.text(value, &what, "the name of a node or an input in quotes").map(|wire| (name, wire))
-                };
-                document.outputs = entries.into_iter().filter_map(wire).collect();
+                document.outputs = self.texts(entries, "output", "the name of a node or an input in quotes");
             }
             "set" => document.set = self.settings(value, "`set`"),
             "tiers" => {
@@ -168,20 +159,13 @@ impl Reader {
             }
             "facts" => {
                 let entries = self.map(value, "facts", "{ \"emissive\": \"something in view emits light\" }");
-                let fact = |(name, value): (Spanned<String>, Item)| {
-                    let what = format!("fact {}", quote(&name.value));
-                    self.text(value, &what, "a sentence in quotes that says what it means").map(|doc| (name, doc.value))
-                };
-                document.facts = Some(entries.into_iter().filter_map(fact).collect());
+                let facts = self.texts(entries, "fact", "a sentence in quotes that says what it means");
+                document.facts = Some(facts.into_iter().map(|(name, doc)| (name, doc.value)).collect());
             }
             other => {
                 self.is_partial = true;
-                self.problems.push(
-                    Diagnostic::error("unknown-section", format!("a pipeline has no section {}", quote(other)))
-                        .at(&name.location, "")
-                        .help(format!("the sections are {}", list(SECTIONS, SECTIONS.len())))
-                        .maybe_help(did_you_mean(other, SECTIONS)),
-                );
+                let message = format!("a pipeline has no section {}", quote(other));
+                self.problems.push(unknown("unknown-section", message, name, "sections", &SECTIONS));
             }
         }
     }
@@ -242,19 +226,37 @@ impl Reader {
         }
     }
 
-    /// An entry; its name is remembered when it cannot be read.
-    fn read<T>(
+    /// The entries of a section; the names of those that cannot be read are remembered.
+    fn entries<T>(
         &mut self,
-        name: Spanned<String>,
         value: Item,
+        section: &str,
+        shape: &str,
         entry: fn(&mut Self, Spanned<String>, Item) -> Option<T>,
-    ) -> Option<T> {
-        let text = name.value.clone();
-        let entry = entry(self, name, value);
-        if entry.is_none() {
-            self.unread.push(text);
+    ) -> Vec<T> {
+        let mut entries = Vec::new();
+        for (name, value) in self.map(value, section, shape) {
+            let text = name.value.clone();
+            match entry(self, name, value) {
+                Some(entry) => entries.push(entry),
+                None => self.unread.push(text),
+            }
         }
-        entry
+        entries
+    }
+
+    /// The entries that hold texts.
+    fn texts(
+        &mut self,
+        entries: Vec<(Spanned<String>, Item)>,
+        one: &str,
+        wanted: &str,
+    ) -> Vec<(Spanned<String>, Spanned<String>)> {
+        let text = |(name, value): (Spanned<String>, Item)| {
+            let what = format!("{one} {}", quote(&name.value));
+            self.text(value, &what, wanted).map(|text| (name, text))
+        };
+        entries.into_iter().filter_map(text).collect()
     }
 
     fn input(&mut self, name: Spanned<String>, value: Item) -> Option<InputEntry> {
@@ -270,13 +272,9 @@ impl Reader {
             }
         };
         let Some((_, state)) = INPUT_TYPES.into_iter().find(|(name, _)| *name == ty.value) else {
-            let names = INPUT_TYPES.map(|(name, _)| name);
-            self.problems.push(
-                Diagnostic::error("unknown-input-type", format!("no input type is called {}", quote(&ty.value)))
-                    .at(&ty.location, "")
-                    .help(format!("the types are {}", list(names, names.len())))
-                    .maybe_help(did_you_mean(&ty.value, names)),
-            );
+            let (names, message) =
+                (INPUT_TYPES.map(|(name, _)| name), format!("no input type is called {}", quote(&ty.value)));
+            self.problems.push(unknown("unknown-input-type", message, &ty, "types", &names));
             return None;
         };
         let signed = state == ColorState::Data;
@@ -294,12 +292,13 @@ impl Reader {
             "allow_negative" => set_flag(&mut input.signed, option, value),
             "needs_alpha" => set_flag(&mut input.needs_alpha, option, value),
             "scale" => set_factor(&mut input.scale, option, value),
-            other => Some(
-                Diagnostic::error("unknown-option", format!("an input has no option {}", quote(other)))
-                    .at(&option.location, "")
-                    .help(format!("the options are {}", list(OPTIONS, OPTIONS.len())))
-                    .maybe_help(did_you_mean(other, OPTIONS)),
-            ),
+            other => Some(unknown(
+                "unknown-option",
+                format!("an input has no option {}", quote(other)),
+                option,
+                "options",
+                &OPTIONS,
+            )),
         };
         problem.into_iter().for_each(|problem| self.problems.push(problem));
     }
@@ -372,6 +371,14 @@ const SMALLEST_FACTOR: f64 = 1e-30;
 fn wrong_option(option: &Spanned<String>, value: &Item, wanted: &str) -> Diagnostic {
     Diagnostic::error("wrong-type", format!("{} is {wanted}", quote(&option.value)))
         .at(&value.location, format!("this is {}", value.value.describe()))
+}
+
+/// A word that is not among those known.
+fn unknown(code: &'static str, message: String, word: &Spanned<String>, what: &str, known: &[&str]) -> Diagnostic {
+    Diagnostic::error(code, message)
+        .at(&word.location, "")
+        .help(format!("the {what} are {}", list(known.iter().copied(), known.len())))
+        .maybe_help(did_you_mean(&word.value, known.iter().copied()))
 }
 
 /// Two entries of one name.

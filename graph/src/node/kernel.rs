@@ -159,6 +159,19 @@ impl KernelCall {
         self.textures().next().is_some()
     }
 
+    /// The kernel in a pass where `earlier` kernels stand before the ones that it knows, with `new` in the place of
+    /// every argument that holds `old`.
+    pub fn moved(mut self, earlier: usize, old: Option<Arg>, new: Arg) -> Self {
+        for arg in &mut self.args {
+            arg.value = match arg.value {
+                value if old == Some(value) => new,
+                Arg::Kernel(kernel) => Arg::Kernel(earlier + kernel),
+                value => value,
+            };
+        }
+        self
+    }
+
     /// What the argument of that name holds.
     pub fn arg(&self, name: &str) -> Option<Arg> {
         self.args.iter().find(|arg| arg.name == name).map(|arg| arg.value)

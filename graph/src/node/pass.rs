@@ -147,10 +147,12 @@ impl Pass {
 
     /// The first image that it writes.
     pub fn written_image(&self) -> Option<ImageId> {
-        self.writes().into_iter().find_map(|resource| match resource {
-            Resource::Image(image) => Some(image),
-            Resource::Buffer(_) => None,
-        })
+        self.writes().into_iter().find_map(Resource::image)
+    }
+
+    /// Everything it reads and everything it writes; what it does both with is named twice.
+    pub fn resources(&self) -> impl Iterator<Item = Resource> + use<> {
+        self.reads().into_iter().chain(self.writes())
     }
 
     /// The modules that it is made of.
@@ -168,6 +170,13 @@ impl PassKind {
     /// Whether a draw can make the result as well as a dispatch.
     pub fn is_drawable(&self) -> bool {
         matches!(self, Self::Point | Self::Gather)
+    }
+}
+
+impl TiledChain {
+    /// The size of the last image.
+    pub fn size(&self) -> Size {
+        self.stages.last().expect("a chain has stages").size
     }
 }
 

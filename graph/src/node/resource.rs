@@ -21,6 +21,16 @@ pub enum Resource {
     Buffer(BufferId),
 }
 
+impl Resource {
+    /// The image; `None` for a buffer.
+    pub fn image(self) -> Option<ImageId> {
+        match self {
+            Self::Image(image) => Some(image),
+            Self::Buffer(_) => None,
+        }
+    }
+}
+
 /// Where an image comes from.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Origin {
@@ -37,6 +47,16 @@ pub enum Origin {
         /// How many frames ago.
         frames: u32,
     },
+}
+
+impl Origin {
+    /// The image whose contents of an earlier frame it shows, if it does.
+    pub fn previous_of(&self) -> Option<ImageId> {
+        match self {
+            Self::Previous { of, .. } => Some(*of),
+            _ => None,
+        }
+    }
 }
 
 /// A virtual image: a description, and how it lives.

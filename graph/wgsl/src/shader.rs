@@ -70,11 +70,6 @@ impl Shader {
         self.source.file.name()
     }
 
-    /// A handle to the file's name.
-    pub fn file_handle(&self) -> Shared<str> {
-        self.source.file.name().clone()
-    }
-
     /// The text of the file.
     pub fn text(&self) -> &str {
         self.source.file.text()

@@ -51,10 +51,7 @@ pub(super) fn explicit_transitions(
 /// The images that begin to be read in the batch, and their use before.
 fn images_to_read(batch: &Batch) -> impl Iterator<Item = (ImageId, Use)> {
     let read = batch.transitions.iter().filter(|transition| transition.to == Use::Read);
-    read.filter_map(|transition| match transition.resource {
-        Resource::Image(image) => Some((image, transition.from)),
-        Resource::Buffer(_) => None,
-    })
+    read.filter_map(|transition| Some((transition.resource.image()?, transition.from)))
 }
 
 /// Whether one pass reads all of these images: then its own barrier is enough.

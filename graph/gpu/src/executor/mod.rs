@@ -16,6 +16,7 @@ use afterimage_graph::image::ImageDesc;
 use afterimage_plan::{Caps, PlacedPlan, Plan, Requirement};
 use wgpu::{Buffer, BufferUsages, CommandEncoder, Device, Queue, TextureFormat};
 
+use crate::buffer::buffer;
 use crate::cache;
 use crate::heap;
 use crate::pipelines::{Pipelines, watched};
@@ -80,14 +81,8 @@ impl Executor {
                 ..Default::default()
             })
         };
-        let frame_uniform = || {
-            device.create_buffer(&wgpu::BufferDescriptor {
-                label: Some("frame"),
-                size: u64::from(frame_constants::BYTES),
-                usage: BufferUsages::UNIFORM | BufferUsages::COPY_DST,
-                mapped_at_creation: false,
-            })
-        };
+        let usage = BufferUsages::UNIFORM | BufferUsages::COPY_DST;
+        let frame_uniform = || buffer(device, "frame", u64::from(frame_constants::BYTES), usage);
         Self {
             linear: sampler(wgpu::FilterMode::Linear),
             nearest: sampler(wgpu::FilterMode::Nearest),

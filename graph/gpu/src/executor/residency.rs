@@ -8,6 +8,7 @@ use wgpu::{Buffer, BufferUsages, Device, Queue};
 
 use super::loaded::{ImageBinding, Loaded};
 use super::prepare::CompiledPlan;
+use crate::buffer::buffer;
 use crate::heap::Placed;
 use crate::store::{Store, TextureKey};
 use crate::timing::Timing;
@@ -117,37 +118,45 @@ impl PlanSwap<'_> {
         let mut in_heap = heap_textures.iter().copied();
         let mut slots: Vec<Option<TextureKey>> = vec![None; plan.memory.slots.len()];
         let mut bindings: Vec<ImageBinding> = Vec::with_capacity(plan.images.len());
-        let remembered: Vec<ImageId> = plan.images.iter().filter_map(past_of).collect();
+        let remembered: Vec<ImageId> = plan.images.iter().filter_map(|image| image.origin.previous_of()).collect();
         for (index, image) in plan.images.iter().enumerate() {
             let id = ImageId(index as u32);
             let output = plan.outputs.iter().position(|output| output.image == id);
-            let binding = match (&image.origin, image.lifetime, output) {
-                // Images of earlier frames are bound below, once the image of this frame has its ring.
-                (_, None, _) | (Origin::Previous { .. }, ..) => ImageBinding::Unused,
-                (Origin::Input(name), ..) => {
-                    let input = plan.inputs.iter().position(|(input, _)| input == name);
-                    ImageBinding::Input(input.expect("every input image is listed"))
-                }
-                (Origin::Constant(bytes), ..) => {
-                    ImageBinding::Fixed(self.store.constant(self.device, self.queue, image.desc, bytes))
-                }
-                (Origin::Transient, ..) if remembered.contains(&id) => {
+            bindings.push(match (self.bind_given(plan, image), output) {
+                (Some(binding), _) => binding,
+                (None, _) if remembered.contains(&id) => {
                     let known = rings.remove(&image.label);
                     ImageBinding::Ring(self.ring(plan, id, known), 0)
                 }
-                (Origin::Transient, _, Some(output)) => {
+                (None, Some(output)) => {
                     ImageBinding::Output(output, self.store.take(self.device, image.desc, &image.label))
                 }
-                (Origin::Transient, Some(_), None) => {
+                (None, None) => {
                     let in_heap = placement.offsets[index].and_then(|_| in_heap.next());
                     ImageBinding::Fixed(in_heap.unwrap_or_else(|| self.pooled(plan, image, &mut slots)))
                 }
-            };
-            bindings.push(binding);
+            });
         }
         self.bind_histories(plan, &mut bindings);
         self.store.retire(rings.into_values().flatten());
         bindings
+    }
+
+    /// The binding of an image that no pass writes; `None` for one that a pass writes. Images of earlier frames are
+    /// bound once the image of this frame has its ring.
+    fn bind_given(&mut self, plan: &Plan, image: &PlannedImage) -> Option<ImageBinding> {
+        match &image.origin {
+            _ if image.lifetime.is_none() => Some(ImageBinding::Unused),
+            Origin::Previous { .. } => Some(ImageBinding::Unused),
+            Origin::Input(name) => {
+                let input = plan.inputs.iter().position(|(input, _)| input == name);
+                Some(ImageBinding::Input(input.expect("every input image is listed")))
+            }
+            Origin::Constant(bytes) => {
+                Some(ImageBinding::Fixed(self.store.constant(self.device, self.queue, image.desc, bytes)))
+            }
+            Origin::Transient => None,
+        }
     }
 
     /// The pooled texture of an image that lives within the frame.
@@ -167,7 +176,7 @@ impl PlanSwap<'_> {
         self.store.retire(unfit);
         if known.is_empty() {
             self.uninitialized.push(Resource::Image(id));
-            let pasts = plan.images.iter().enumerate().filter(|(_, image)| past_of(image) == Some(id));
+            let pasts = plan.images.iter().enumerate().filter(|(_, image)| image.origin.previous_of() == Some(id));
             self.uninitialized.extend(pasts.map(|(index, _)| Resource::Image(ImageId(index as u32))));
         }
         let length = ring_length(plan) as usize;
@@ -199,13 +208,6 @@ impl PlanSwap<'_> {
     }
 }
 
-fn past_of(image: &PlannedImage) -> Option<ImageId> {
-    match image.origin {
-        Origin::Previous { of, .. } => Some(of),
-        _ => None,
-    }
-}
-
 /// Ring length: one texture for this frame and one for each that is remembered. It is the same for all rings, so that
 /// one ring index is valid for all.
 fn ring_length(plan: &Plan) -> u32 {
@@ -216,14 +218,10 @@ fn ring_length(plan: &Plan) -> u32 {
     1 + depth.max().unwrap_or(0)
 }
 
-fn make_buffer(device: &Device, queue: &Queue, buffer: &VirtualBuffer) -> Buffer {
-    let made = device.create_buffer(&wgpu::BufferDescriptor {
-        label: Some(&buffer.label),
-        size: buffer.bytes.next_multiple_of(16),
-        usage: BufferUsages::STORAGE | BufferUsages::COPY_DST | BufferUsages::COPY_SRC,
-        mapped_at_creation: false,
-    });
-    if let BufferLife::Constant(bytes) = &buffer.life {
+fn make_buffer(device: &Device, queue: &Queue, wanted: &VirtualBuffer) -> Buffer {
+    let usage = BufferUsages::STORAGE | BufferUsages::COPY_DST | BufferUsages::COPY_SRC;
+    let made = buffer(device, &wanted.label, wanted.bytes.next_multiple_of(16), usage);
+    if let BufferLife::Constant(bytes) = &wanted.life {
         queue.write_buffer(&made, 0, bytes);
     }
     made

@@ -124,6 +124,14 @@ impl Session {
     /// See [`load`](Self::load) and [`encode`](Self::encode).
     pub fn render(&mut self, size: Size, images: &[InputImage], step: FrameStep) -> Result<(), SessionError> {
         self.load(size, images)?;
+        self.submit(images, step)
+    }
+
+    /// Submits a frame of the plan that is loaded.
+    ///
+    /// # Errors
+    /// As [`encode`](Self::encode).
+    pub fn submit(&mut self, images: &[InputImage], step: FrameStep) -> Result<(), SessionError> {
         let mut encoder = self.gpu.encoder();
         self.encode(&mut encoder, images, step)?;
         self.gpu.queue.submit([encoder.finish()]);

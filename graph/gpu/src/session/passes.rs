@@ -42,9 +42,7 @@ impl Session {
     }
 
     fn one(&mut self, images: &[InputImage], step: FrameStep) -> Result<Vec<f64>, SessionError> {
-        let mut encoder = self.gpu.encoder();
-        self.encode(&mut encoder, images, step)?;
-        self.gpu.queue.submit([encoder.finish()]);
+        self.submit(images, step)?;
         Ok(self.executor().pass_times().unwrap_or_default())
     }
 

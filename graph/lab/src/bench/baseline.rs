@@ -8,7 +8,7 @@ use afterimage_graph::image::{Format, Size};
 use afterimage_graph::value::Value;
 use serde::Serialize;
 
-use super::raw::{compute_pipeline, draw, draw_pipeline, group, groups, module, target};
+use super::raw::{compute_pipeline, dispatch, draw, draw_pipeline, group, groups, module, target};
 use crate::LabError;
 
 /// The times of the chains in milliseconds, and the differences of their images from that of the pipeline.
@@ -264,10 +264,8 @@ impl HandWritten {
             return;
         }
         let mut pass = encoder.begin_compute_pass(&Default::default());
-        for (pipeline, group, [x, y]) in &self.dispatches {
-            pass.set_pipeline(pipeline);
-            pass.set_bind_group(0, group, &[]);
-            pass.dispatch_workgroups(*x, *y, 1);
+        for (pipeline, group, groups) in &self.dispatches {
+            dispatch(&mut pass, pipeline, group, *groups);
         }
     }
 }

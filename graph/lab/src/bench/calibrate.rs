@@ -11,7 +11,7 @@ use afterimage_graph::node::Registry;
 use afterimage_plan::Options;
 use serde::{Deserialize, Serialize};
 
-use super::raw::{compute_pipeline, draw, draw_pipeline, group, groups, module, target};
+use super::raw::{compute_pipeline, dispatch, draw, draw_pipeline, group, groups, module, target};
 use super::report::table;
 use crate::{LabError, scene};
 
@@ -104,13 +104,9 @@ fn stages(
     let result = target(gpu, size, texture_format(format), usage);
     let entry = |binding, view| BindGroupEntry { binding, resource: BindingResource::TextureView(view) };
     let compute = compute_pipeline(gpu, &module, "dispatched");
-    let [x, y] = groups(size);
     let compute_group = group(gpu, &compute.get_bind_group_layout(0), &[entry(0, source), entry(1, &result)]);
     let dispatched: Recording<'_> = Box::new(|encoder| {
-        let mut pass = encoder.begin_compute_pass(&Default::default());
-        pass.set_pipeline(&compute);
-        pass.set_bind_group(0, &compute_group, &[]);
-        pass.dispatch_workgroups(x, y, 1);
+        dispatch(&mut encoder.begin_compute_pass(&Default::default()), &compute, &compute_group, groups(size));
         Ok(())
     });
     let fragment = draw_pipeline(gpu, &module, "drawn", texture_format(format));

@@ -4,7 +4,7 @@ use afterimage_gpu::wgpu::{BufferUsages, TextureUsages};
 use afterimage_gpu::{Clock, Gpu, Recording, wgpu};
 use afterimage_graph::image::Size;
 
-use super::raw::{compute_pipeline, group, module, target};
+use super::raw::{compute_pipeline, dispatch, group, groups, module, target};
 use crate::LabError;
 
 /// The copied image: larger than any cache.
@@ -34,10 +34,7 @@ fn by_shader(gpu: &Gpu, clock: &Clock, size: Size) -> Result<f64, LabError> {
     let pipeline = compute_pipeline(gpu, &module(gpu, include_str!("copy.wgsl")), "copy");
     let group = group(gpu, &pipeline.get_bind_group_layout(0), &[entry(0, &from), entry(1, &to)]);
     let copy: Recording<'_> = Box::new(|encoder| {
-        let mut pass = encoder.begin_compute_pass(&Default::default());
-        pass.set_pipeline(&pipeline);
-        pass.set_bind_group(0, &group, &[]);
-        pass.dispatch_workgroups(size.width.div_ceil(16), size.height.div_ceil(16), 1);
+        dispatch(&mut encoder.begin_compute_pass(&Default::default()), &pipeline, &group, groups(size));
         Ok(())
     });
     let time = clock.medians(SAMPLES, &mut [copy])?[0].ms();

@@ -53,6 +53,18 @@ pub(super) fn draw_pipeline(
     })
 }
 
+/// Dispatches these workgroups.
+pub(super) fn dispatch(
+    pass: &mut wgpu::ComputePass<'_>,
+    pipeline: &wgpu::ComputePipeline,
+    group: &wgpu::BindGroup,
+    [x, y]: [u32; 2],
+) {
+    pass.set_pipeline(pipeline);
+    pass.set_bind_group(0, group, &[]);
+    pass.dispatch_workgroups(x, y, 1);
+}
+
 /// Draws the triangle.
 pub(super) fn draw(
     encoder: &mut wgpu::CommandEncoder,

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use afterimage_gpu::{Clock, ClockSource, FrameTime, Gpu, Session, Texels};
 use afterimage_graph::check::{Facts, Graph};
 use afterimage_graph::image::ImageDesc;
-use afterimage_graph::node::{BufferLife, Origin, Resource};
+use afterimage_graph::node::{BufferLife, Pass};
 use afterimage_plan::{Options, Plan};
 
 use super::clips::Clip;
@@ -82,10 +82,7 @@ impl Player {
 
     /// Renders a frame of the clip.
     pub(crate) fn render(&mut self, clip: &Clip, frame: usize) -> Result<(), LabError> {
-        let mut encoder = self.session.gpu().encoder();
-        self.session.encode(&mut encoder, clip.images(frame), clip.step(frame))?;
-        self.session.gpu().queue.submit([encoder.finish()]);
-        Ok(())
+        Ok(self.session.submit(clip.images(frame), clip.step(frame))?)
     }
 
     /// The texels of an output of the last frame.
@@ -111,13 +108,9 @@ impl Player {
 
 /// Whether two plans run the same passes on images of the same formats. Images that fusion has removed do not count.
 pub(crate) fn run_alike(a: &Plan, b: &Plan) -> bool {
-    let desc = |plan: &Plan, resource: Resource| match resource {
-        Resource::Image(image) => Some(plan.image(image).desc),
-        Resource::Buffer(_) => None,
-    };
     let used = |plan: &Plan| -> Vec<Option<ImageDesc>> {
-        let resources = plan.work().flat_map(|pass| pass.reads().into_iter().chain(pass.writes()));
-        resources.map(|resource| desc(plan, resource)).collect()
+        let resources = plan.work().flat_map(Pass::resources);
+        resources.map(|resource| Some(plan.image(resource.image()?).desc)).collect()
     };
     let stages = |plan: &Plan| plan.passes.iter().map(|planned| planned.stage).collect::<Vec<_>>();
     a.work().eq(b.work()) && stages(a) == stages(b) && used(a) == used(b)
@@ -125,6 +118,6 @@ pub(crate) fn run_alike(a: &Plan, b: &Plan) -> bool {
 
 /// Whether frames of a plan depend on earlier frames.
 pub(crate) fn has_histories(plan: &Plan) -> bool {
-    let images = plan.images.iter().any(|image| matches!(image.origin, Origin::Previous { .. }));
+    let images = plan.images.iter().any(|image| image.origin.previous_of().is_some());
     images || plan.buffers.iter().any(|buffer| buffer.life == BufferLife::Persistent)
 }

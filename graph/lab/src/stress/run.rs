@@ -188,14 +188,9 @@ impl CaseRunner<'_> {
         let signed =
             promises.negative || graph.inputs.iter().any(|input| input.signed && input.state != ColorState::Data);
         for (index, image) in images.iter().enumerate() {
-            let mut wrong = Vec::new();
-            for shown in &ran.frames[index] {
-                wrong.extend(judge(shown, signed));
-                for (promise, broken) in promised(shown, *image, size, &promises) {
-                    self.tally.judged(promise);
-                    wrong.extend(broken);
-                }
-            }
+            let frame = ran.frames[index].iter();
+            let mut wrong: Vec<String> =
+                frame.flat_map(|shown| self.faults(shown, *image, size, (&promises, signed))).collect();
             if let Some(clean) = sanitized.iter().position(|sanitized| *sanitized == index) {
                 self.tally.judged("no spread in space");
                 wrong.extend(spread(&ran.frames[index], &ran.frames[images.len() + clean]));
@@ -203,6 +198,19 @@ impl CaseRunner<'_> {
             self.count(overrides, size, image.name, wrong);
         }
         Some(ran)
+    }
+
+    /// What is wrong with an output of a still.
+    fn faults(
+        &mut self,
+        shown: &OutputPixels,
+        image: Extreme,
+        size: Size,
+        (promises, signed): (&Promises, bool),
+    ) -> Vec<String> {
+        let tested = promised(shown, image, size, promises);
+        tested.iter().for_each(|(promise, _)| self.tally.judged(promise));
+        judge(shown, signed).into_iter().chain(tested.into_iter().filter_map(|(_, broken)| broken)).collect()
     }
 
     /// A node that is skipped as an identity must change nothing when it runs. A kind that gives no negative light

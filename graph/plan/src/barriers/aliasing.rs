@@ -35,10 +35,7 @@ fn extent(image: &PlannedImage, offset: Option<u64>, alias: Alias) -> Option<Ran
     match alias {
         Alias::None => None,
         Alias::Pool => image.slot.map(|slot| u64::from(slot)..u64::from(slot) + 1),
-        Alias::Placed => {
-            let offset = offset?;
-            image.requirement.map(|requirement| offset..offset + requirement.bytes)
-        }
+        Alias::Placed => Some(offset?..offset? + image.requirement?.bytes),
     }
 }
 

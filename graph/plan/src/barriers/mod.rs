@@ -2,13 +2,14 @@
 
 mod aliasing;
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
+use std::ops::Range;
 
 use crate::builder::PlanBuilder;
 use crate::options::Alias;
-use crate::plan::{Batch, PlannedImage, ScheduledPass, Stage, Transition, Use};
+use crate::plan::{AliasingBarrier, Batch, PlannedImage, ScheduledPass, Stage, Transition, Use};
 use crate::schedule::Schedule;
-use afterimage_graph::node::{BufferLife, ImageId, Origin, Resource, VirtualBuffer};
+use afterimage_graph::node::{BufferId, BufferLife, ImageId, Origin, Resource, VirtualBuffer};
 
 pub(crate) use aliasing::aliasing;
 
@@ -22,62 +23,62 @@ pub(crate) fn barriers(
     let mut states = States::new(images, &builder.recording.buffers);
     let offsets: Vec<Option<u64>> = images.iter().map(|image| image.offset).collect();
     let aliasing = aliasing(images, &offsets, alias, schedule.batches.len());
-    let mut batches = Vec::with_capacity(schedule.batches.len());
-    for (passes, aliasing) in schedule.batches.iter().zip(aliasing) {
-        let uses: BTreeMap<Resource, Use> = schedule.passes[passes.clone()].iter().flat_map(uses_of).collect();
-        let transitions = uses.into_iter().filter_map(|(resource, to)| states.change(resource, to)).collect();
-        batches.push(Batch { passes: passes.clone(), transitions, aliasing });
-    }
-    let outputs: BTreeSet<ImageId> = builder.outputs.iter().map(|output| output.image).collect();
-    let exports = outputs.into_iter().filter_map(|image| states.change(Resource::Image(image), Use::Host));
-    (batches, exports.collect())
+    let batch = |(passes, aliasing): (&Range<usize>, Vec<AliasingBarrier>)| {
+        let uses = schedule.passes[passes.clone()].iter().flat_map(uses_of).collect();
+        Batch { passes: passes.clone(), transitions: states.enter(uses), aliasing }
+    };
+    let batches = schedule.batches.iter().zip(aliasing).map(batch).collect();
+    let outputs = builder.outputs.iter().map(|output| (Resource::Image(output.image), Use::Host)).collect();
+    (batches, states.enter(outputs))
 }
 
-/// How the pass uses its resources.
+/// How the pass uses its resources; a write counts for more than a read.
 fn uses_of(scheduled: &ScheduledPass) -> BTreeMap<Resource, Use> {
     let ScheduledPass { pass, stage, .. } = scheduled;
-    let mut uses: BTreeMap<Resource, Use> = pass.reads().into_iter().map(|resource| (resource, Use::Read)).collect();
-    for resource in pass.writes() {
-        let write = match (resource, stage) {
-            (Resource::Buffer(_), _) => Use::StorageReadWrite,
-            (Resource::Image(_), Stage::Fragment) => Use::ColorAttachment,
-            (Resource::Image(_), Stage::Compute) => Use::StorageWrite,
-        };
-        uses.insert(resource, write);
-    }
-    uses
+    let reads = pass.reads().into_iter().map(|resource| (resource, Use::Read));
+    let write = |resource: Resource| match (resource, stage) {
+        (Resource::Buffer(_), _) => Use::StorageReadWrite,
+        (Resource::Image(_), Stage::Fragment) => Use::ColorAttachment,
+        (Resource::Image(_), Stage::Compute) => Use::StorageWrite,
+    };
+    reads.chain(pass.writes().into_iter().map(|resource| (resource, write(resource)))).collect()
 }
 
 /// The present use of everything.
-struct States {
-    images: Vec<Use>,
-    buffers: Vec<Use>,
-}
+struct States(BTreeMap<Resource, Use>);
 
 impl States {
     fn new(images: &[PlannedImage], buffers: &[VirtualBuffer]) -> Self {
-        let image = |origin: &Origin| match origin {
-            Origin::Transient => Use::Undefined,
-            Origin::Input(_) | Origin::Constant(_) => Use::Host,
-            Origin::Previous { .. } => Use::PreviousFrame,
-        };
-        let buffer = |life: &BufferLife| match life {
-            BufferLife::Frame => Use::Undefined,
-            BufferLife::Zeroed | BufferLife::Constant(_) => Use::Host,
-            BufferLife::Persistent => Use::PreviousFrame,
-        };
-        Self {
-            images: images.iter().map(|i| image(&i.origin)).collect(),
-            buffers: buffers.iter().map(|b| buffer(&b.life)).collect(),
-        }
+        let image = |(image, at): (&PlannedImage, u32)| (Resource::Image(ImageId(at)), of_image(&image.origin));
+        let buffer = |(buffer, at): (&VirtualBuffer, u32)| (Resource::Buffer(BufferId(at)), of_buffer(&buffer.life));
+        Self(images.iter().zip(0..).map(image).chain(buffers.iter().zip(0..).map(buffer)).collect())
+    }
+
+    /// Changes the uses to these; the transitions that it takes.
+    fn enter(&mut self, uses: BTreeMap<Resource, Use>) -> Vec<Transition> {
+        uses.into_iter().filter_map(|(resource, to)| self.change(resource, to)).collect()
     }
 
     fn change(&mut self, resource: Resource, to: Use) -> Option<Transition> {
-        let state = match resource {
-            Resource::Image(image) => &mut self.images[image.0 as usize],
-            Resource::Buffer(buffer) => &mut self.buffers[buffer.0 as usize],
-        };
-        let from = std::mem::replace(state, to);
+        let from = self.0.insert(resource, to).expect("everything has a use");
         (from != to || to.writes()).then_some(Transition { resource, from, to })
+    }
+}
+
+/// The use of an image at the beginning of a frame.
+fn of_image(origin: &Origin) -> Use {
+    match origin {
+        Origin::Transient => Use::Undefined,
+        Origin::Input(_) | Origin::Constant(_) => Use::Host,
+        Origin::Previous { .. } => Use::PreviousFrame,
+    }
+}
+
+/// The use of a buffer at the beginning of a frame.
+fn of_buffer(life: &BufferLife) -> Use {
+    match life {
+        BufferLife::Frame => Use::Undefined,
+        BufferLife::Zeroed | BufferLife::Constant(_) => Use::Host,
+        BufferLife::Persistent => Use::PreviousFrame,
     }
 }

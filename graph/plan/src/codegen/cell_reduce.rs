@@ -104,6 +104,12 @@ impl<'a> Reader<'a> {
         linker.name(self.instance, &format!("{}_{what}", self.form.form))
     }
 
+    /// A call of one of the two functions that take the cell and its state.
+    fn call(&self, linker: &Linker<'_>, what: &str, rest: &str) -> String {
+        let number = self.number;
+        format!("{}(&state{number}, cell{number}{rest})", self.function(linker, what))
+    }
+
     /// Its cell and its state, from the cell of the finest lattice and the invocation in it.
     fn begin(&self, linker: &Linker<'_>, reduce: &CellReduce) -> String {
         let (number, inner) = (self.number, reduce.inner());
@@ -127,41 +133,27 @@ impl<'a> Reader<'a> {
 
 fn entry_point(reduce: &CellReduce, readers: &[Reader<'_>], linker: &Linker<'_>) -> String {
     let CellReduce { finest, invocations: [across, down], stride, .. } = *reduce;
-    let inner = reduce.inner();
-    let source = linker.name(readers[0].instance, readers[0].form.source);
+    let (source, inner) = (linker.name(readers[0].instance, readers[0].form.source), reduce.inner());
     let every = |line: &dyn Fn(&Reader<'_>) -> String| readers.iter().map(line).collect::<String>();
     let begins = every(&|reader| reader.begin(linker, reduce));
-    let finishes = every(&|reader| {
-        let number = reader.number;
-        format!("    {}(&state{number}, cell{number});\n", reader.function(linker, "finish"))
-    });
-    let visits = every(&|reader| {
-        let number = reader.number;
-        format!("            {}(&state{number}, cell{number}, seen);\n", reader.function(linker, "visit"))
-    });
-    // Where every pixel is read no clamp is needed.
+    let visits = every(&|reader| format!("            {};\n", reader.call(linker, "visit", ", seen")));
+    let finishes = every(&|reader| format!("    {};\n", reader.call(linker, "finish", "")));
     let picked = match stride {
         1 => "vec2i(pixel)".to_owned(),
         _ => format!("stride_pixel(pixel, whole, {stride}u)"),
     };
-    // To load several pixels before the first is used made it slower on an H200: the other invocations hide the
-    // waiting.
     format!(
         "fn cells_texel(pixel: vec2i) -> vec4f {{ return texel_inside({source}, pixel); }}
-@compute @workgroup_size({})
+@compute @workgroup_size({workgroup})
 fn compute(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) invocation: u32) {{
     let whole = textureDimensions({source});
     let size = stride_size(whole, {stride}u);
-    let lattice = vec2u({}u, {}u);
+    let lattice = vec2u({finest});
     let number = invocation / {own}u;
     let within = invocation % {own}u;
-    let inner = vec2u(number % {}u, number / {}u);
-    let place = group.xy * vec2u({}u, {}u) + inner;
-    let first = place * size / lattice;
-    let end = ((place + 1u) * size + lattice - 1u) / lattice;
-    let centred = cell_first(place, size, lattice);
-    let beyond = cell_first(place + 1u, size, lattice);
-{begins}    workgroupBarrier();
+    let inner = vec2u(number % {columns}u, number / {columns}u);
+    let place = group.xy * vec2u({inner}) + inner;
+{WALK}{begins}    workgroupBarrier();
     for (var x = first.x + within % {across}u; x < end.x; x += {across}u) {{
         for (var y = first.y + within / {across}u; y < end.y; y += {down}u) {{
             let pixel = vec2u(x, y);
@@ -172,13 +164,21 @@ fn compute(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index)
 {visits}        }}
     }}
 {finishes}}}",
-        reduce.workgroup(),
-        finest[0],
-        finest[1],
-        inner[0],
-        inner[0],
-        inner[0],
-        inner[1],
+        workgroup = reduce.workgroup(),
         own = across * down,
+        columns = inner[0],
+        finest = pair(finest),
+        inner = pair(inner),
     )
+}
+
+/// The pixels of the invocation's cell.
+const WALK: &str = "    let first = place * size / lattice;
+    let end = ((place + 1u) * size + lattice - 1u) / lattice;
+    let centred = cell_first(place, size, lattice);
+    let beyond = cell_first(place + 1u, size, lattice);
+";
+
+fn pair([across, down]: [u32; 2]) -> String {
+    format!("{across}u, {down}u")
 }

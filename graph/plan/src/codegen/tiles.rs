@@ -49,37 +49,20 @@ fn store(code: &PassCode<'_>, writer: &mut FunctionWriter<'_, '_>, stage: &TileS
 fn bases(chain: &TiledChain) -> (Vec<u32>, u32) {
     let kept = &chain.stages[..chain.stages.len() - 1];
     let area = |stage: &TileStage| stage.extent[0] * stage.extent[1];
-    let even = kept.iter().step_by(2).map(area).max().unwrap_or(0);
-    let odd = kept.iter().skip(1).step_by(2).map(area).max().unwrap_or(0);
-    let bases = (0..kept.len()).map(|index| if index % 2 == 0 { 0 } else { even }).collect();
-    (bases, even + odd)
+    let largest = |parity: usize| kept.iter().skip(parity).step_by(2).map(area).max().unwrap_or(0);
+    let bases = (0..kept.len()).map(|index| if index % 2 == 0 { 0 } else { largest(0) }).collect();
+    (bases, largest(0) + largest(1))
 }
 
-fn memory(chain: &TiledChain, params: &str) -> String {
-    let (_, texels) = bases(chain);
-    let (cell, pack, unpack) = if chain.halves {
-        (
-            "vec2u",
-            "vec2u(pack2x16float(v.xy), pack2x16float(v.zw))",
-            "vec4f(unpack2x16float(cell.x), unpack2x16float(cell.y))",
-        )
-    } else {
-        ("vec4f", "v", "cell")
-    };
-    format!(
-        "var<workgroup> tile_memory: array<{cell}, {texels}>;
+/// Reads of the image before, in workgroup memory.
+const TILE_READS: &str = "
 // Where texel (0, 0) of the image before lies or would lie, the texels in a row, and the image's size.
 var<private> tile_zero: i32;
 var<private> tile_row: i32;
 var<private> tile_bounds: vec2f;
-fn tile_pack(v: vec4f) -> {cell} {{ return {pack}; }}
-fn tile_cell(index: i32) -> vec4f {{
-    let cell = tile_memory[index];
-    return {unpack};
-}}
-fn tile_size(t: u32) -> vec2u {{ return vec2u(tile_bounds); }}
-fn tile_texel(t: u32, p: vec2i) -> vec4f {{ return tile_cell(tile_zero + p.y * tile_row + p.x); }}
-fn tile_tap(t: u32, s: u32, uv: vec2f) -> vec4f {{
+fn tile_size(t: u32) -> vec2u { return vec2u(tile_bounds); }
+fn tile_texel(t: u32, p: vec2i) -> vec4f { return tile_cell(tile_zero + p.y * tile_row + p.x); }
+fn tile_tap(t: u32, s: u32, uv: vec2f) -> vec4f {
     let p = uv * tile_bounds - 0.5;
     let corner = floor(p);
     let f = p - corner;
@@ -87,13 +70,33 @@ fn tile_tap(t: u32, s: u32, uv: vec2f) -> vec4f {{
     let top = mix(tile_cell(i), tile_cell(i + 1), f.x);
     let bottom = mix(tile_cell(i + tile_row), tile_cell(i + tile_row + 1), f.x);
     return mix(top, bottom, f.y);
-}}
-fn tile_start(next: vec2i, next_size: vec2i, size: vec2i, reach: f32) -> vec2i {{
+}
+fn tile_start(next: vec2i, next_size: vec2i, size: vec2i, reach: f32) -> vec2i {
     let center = (vec2f(next) + 0.5) / vec2f(next_size) * vec2f(size) - 0.5;
     // A little less than the exact start, so that rounding loses no texel.
     return vec2i(floor(center - reach - 0.01));
+}
+";
+
+/// Workgroup memory, and the functions that read and write it.
+fn memory(chain: &TiledChain, params: &str) -> String {
+    let (_, texels) = bases(chain);
+    let (cell, pack, unpack) = match chain.halves {
+        true => (
+            "vec2u",
+            "vec2u(pack2x16float(v.xy), pack2x16float(v.zw))",
+            "vec4f(unpack2x16float(cell.x), unpack2x16float(cell.y))",
+        ),
+        false => ("vec4f", "v", "cell"),
+    };
+    format!(
+        "var<workgroup> tile_memory: array<{cell}, {texels}>;
+fn tile_pack(v: vec4f) -> {cell} {{ return {pack}; }}
+fn tile_cell(index: i32) -> vec4f {{
+    let cell = tile_memory[index];
+    return {unpack};
 }}
-fn tile_size_of(stage: i32) -> vec2i {{ return {params}.sizes[stage].xy; }}
+{TILE_READS}fn tile_size_of(stage: i32) -> vec2i {{ return {params}.sizes[stage].xy; }}
 // Where the part of a workgroup begins in an image of that size.
 fn tile_share(group: vec2i, size: vec2i, last: vec2i) -> vec2i {{
     let whole = group * {tile} >= last;
@@ -107,35 +110,40 @@ fn tile_share(group: vec2i, size: vec2i, last: vec2i) -> vec2i {{
 fn entry_point(chain: &TiledChain, stores: &[Option<String>]) -> String {
     let last = chain.stages.len() - 1;
     let (bases, _) = bases(chain);
-    let mut body =
-        format!("    let last = tile_size_of({last});\n    let origin{last} = vec2i(group.xy) * {};\n", chain.tile);
-    for index in (0..last).rev() {
-        let reach = chain.stages[index].reach;
-        let _ = writeln!(
-            body,
-            "    let origin{index} = tile_start(origin{next}, tile_size_of({next}), tile_size_of({index}), {reach:?});",
-            next = index + 1
-        );
-    }
-    for (index, stage) in chain.stages.iter().enumerate() {
-        if index > 0 {
-            let [width, _] = chain.stages[index - 1].extent;
-            let _ = writeln!(
-                body,
-                "    workgroupBarrier();
-    tile_row = {width};
-    tile_zero = {base} - origin{before}.y * {width} - origin{before}.x;
-    tile_bounds = vec2f(tile_size_of({before}));",
-                base = bases[index - 1],
-                before = index - 1
-            );
-        }
-        body += &stage_loop(index, stage, stores[index].as_deref(), bases.get(index).copied());
-    }
+    let origins: String = (0..last).rev().map(|index| origin(index, &chain.stages[index])).collect();
+    let loops: String = (0..=last)
+        .map(|index| {
+            let before = index.checked_sub(1).map(|before| enter(before, &chain.stages[before], bases[before]));
+            let stage = &chain.stages[index];
+            before.unwrap_or_default() + &stage_loop(index, stage, stores[index].as_deref(), bases.get(index).copied())
+        })
+        .collect();
     format!(
         "@compute @workgroup_size(16, 16)
 fn compute(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) invocation: u32) {{
-{body}}}"
+    let last = tile_size_of({last});
+    let origin{last} = vec2i(group.xy) * {};
+{origins}{loops}}}",
+        chain.tile
+    )
+}
+
+/// The first texel that a workgroup makes of a stage's image.
+fn origin(index: usize, stage: &TileStage) -> String {
+    let (next, reach) = (index + 1, stage.reach);
+    format!(
+        "    let origin{index} = tile_start(origin{next}, tile_size_of({next}), tile_size_of({index}), {reach:?});\n"
+    )
+}
+
+/// Lets what follows read the image of a stage.
+fn enter(index: usize, stage: &TileStage, base: u32) -> String {
+    let [width, _] = stage.extent;
+    format!(
+        "    workgroupBarrier();
+    tile_row = {width};
+    tile_zero = {base} - origin{index}.y * {width} - origin{index}.x;
+    tile_bounds = vec2f(tile_size_of({index}));\n"
     )
 }
 

@@ -5,7 +5,6 @@
 
 use std::fmt::Write as _;
 
-use afterimage_base::image::Size;
 use afterimage_graph::node::{Pass, PassKind};
 
 use crate::plan::{Plan, PlannedImage, ScheduledPass, UniformBlock};
@@ -33,15 +32,13 @@ pub(super) fn uniform_struct(pass: &Pass, type_of: &dyn Fn(usize) -> String) -> 
 fn uniform_bytes(pass: &Pass) -> Vec<u8> {
     let mut bytes = Vec::new();
     if let PassKind::TiledChain(chain) = &pass.kind {
-        let size = |size: Size| [size.width, size.height, 0, 0];
-        let words = chain.stages.iter().flat_map(|stage| size(stage.size));
+        let words = chain.stages.iter().flat_map(|stage| [stage.size.width, stage.size.height, 0, 0]);
         bytes.extend(words.flat_map(u32::to_le_bytes));
     }
-    for kernel in pass.kernels.iter().filter(|kernel| !kernel.uniform.is_empty()) {
-        bytes.resize(bytes.len().next_multiple_of(KERNEL_ALIGNMENT), 0);
+    for kernel in &pass.kernels {
         bytes.extend_from_slice(&kernel.uniform);
+        bytes.resize(bytes.len().next_multiple_of(KERNEL_ALIGNMENT), 0);
     }
-    bytes.resize(bytes.len().next_multiple_of(KERNEL_ALIGNMENT), 0);
     bytes
 }
 
@@ -50,10 +47,8 @@ pub(super) fn uniform_blocks(passes: &[ScheduledPass], images: &[PlannedImage]) 
     let mut offset = 0;
     let block = |scheduled: &ScheduledPass| {
         let bytes = uniform_bytes(&scheduled.pass);
-        let extent = scheduled.pass.written_image().map_or([1.0; 2], |image| {
-            let Size { width, height, .. } = images[image.0 as usize].desc.size;
-            [width as f32, height as f32]
-        });
+        let size = scheduled.pass.written_image().map(|image| images[image.0 as usize].desc.size);
+        let extent = size.map_or([1.0; 2], |size| [size.width as f32, size.height as f32]);
         let extent_offset = offset + (bytes.len() as u64).next_multiple_of(UNIFORM_ALIGNMENT);
         let start = std::mem::replace(&mut offset, extent_offset + UNIFORM_ALIGNMENT);
         UniformBlock { offset: start, bytes, extent_offset, extent }
@@ -66,11 +61,10 @@ impl Plan {
     pub fn uniform_buffer(&self) -> Vec<u8> {
         let ends = self.passes.iter().map(|planned| planned.uniform.extent_offset + UNIFORM_ALIGNMENT);
         let mut buffer = vec![0; ends.max().unwrap_or(UNIFORM_ALIGNMENT) as usize];
+        let mut put = |offset: u64, bytes: &[u8]| buffer[offset as usize..][..bytes.len()].copy_from_slice(bytes);
         for block in self.passes.iter().map(|planned| &planned.uniform) {
-            let extent: Vec<u8> = block.extent.iter().flat_map(|side| side.to_le_bytes()).collect();
-            for (offset, bytes) in [(block.offset, &block.bytes), (block.extent_offset, &extent)] {
-                buffer[offset as usize..][..bytes.len()].copy_from_slice(bytes);
-            }
+            put(block.offset, &block.bytes);
+            put(block.extent_offset, block.extent.map(f32::to_le_bytes).as_flattened());
         }
         buffer
     }
@@ -84,10 +78,9 @@ impl Plan {
     /// The plan with zeros for all numbers.
     fn without_uniforms(&self) -> Self {
         let mut plan = self.clone();
-        for planned in &mut plan.passes {
-            planned.uniform.bytes.fill(0);
-            planned.pass.kernels.iter_mut().for_each(|kernel| kernel.uniform.fill(0));
-        }
+        plan.passes.iter_mut().for_each(|planned| planned.uniform.bytes.fill(0));
+        let kernels = plan.passes.iter_mut().flat_map(|planned| &mut planned.pass.kernels);
+        kernels.for_each(|kernel| kernel.uniform.fill(0));
         plan
     }
 }

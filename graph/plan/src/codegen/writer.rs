@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use afterimage_base::image::Format;
-use afterimage_graph::node::{Arg, ImageId, KernelCall};
+use afterimage_graph::node::{Arg, Argument, ImageId, KernelCall};
 use afterimage_wgsl::{ArgType, Instance, Linker, ShaderError};
 
 use super::module::{Composed, Entry, PassCode, Slot, SlotKind};
@@ -24,15 +24,11 @@ pub(super) struct FunctionWriter<'c, 'a> {
 impl<'c, 'a> FunctionWriter<'c, 'a> {
     /// A writer of all kernels of the pass. Kernels that read a tile have their files substituted.
     pub(super) fn new(code: &'c PassCode<'a>, mut linker: Linker<'a>) -> Result<Self, ShaderError> {
-        let mut instances = Vec::with_capacity(code.pass.kernels.len());
-        for kernel in &code.pass.kernels {
-            let source = kernel.shader.source();
-            instances.push(if kernel.accepts(Arg::Tile) {
-                linker.add_substituted(source, &kernel.promises)?
-            } else {
-                linker.add(source, &kernel.promises)?
-            });
-        }
+        let add = |kernel: &'a KernelCall| match kernel.accepts(Arg::Tile) {
+            true => linker.add_substituted(kernel.shader.source(), &kernel.promises),
+            false => linker.add(kernel.shader.source(), &kernel.promises),
+        };
+        let instances = code.pass.kernels.iter().map(add).collect::<Result<_, _>>()?;
         let (declarations, body) = (String::new(), String::new());
         Ok(Self { code, linker, instances, slots: Vec::new(), declarations, body, immediate: false })
     }
@@ -57,9 +53,7 @@ impl<'c, 'a> FunctionWriter<'c, 'a> {
     /// A function `name` from a `Point` to the value of the last of these kernels.
     pub(super) fn function(&mut self, name: &str, kernels: std::ops::Range<usize>) -> String {
         let last = kernels.end - 1;
-        for index in kernels {
-            self.call(index);
-        }
+        kernels.for_each(|index| self.call(index));
         let body = std::mem::take(&mut self.body);
         format!("fn {name}(at: Point) -> vec4f {{\n{body}    return kernel{last};\n}}\n")
     }
@@ -88,12 +82,12 @@ impl<'c, 'a> FunctionWriter<'c, 'a> {
 
     /// The name of the variable in the slot of that kind, which is declared when it is first asked for.
     fn variable(&mut self, kind: SlotKind, var: &str, prefix: &str, ty: &str) -> String {
-        if let Some(slot) = self.slots.iter().find(|slot| slot.kind == kind) {
-            return format!("{prefix}{}", slot.binding);
+        let known = self.slots.iter().position(|slot| slot.kind == kind);
+        let binding = known.unwrap_or(self.slots.len()) as u32;
+        if known.is_none() {
+            self.slots.push(Slot { binding, kind });
+            let _ = writeln!(self.declarations, "@group(0) @binding({binding}) {var} {prefix}{binding}: {ty};");
         }
-        let binding = self.slots.len() as u32;
-        self.slots.push(Slot { binding, kind });
-        let _ = writeln!(self.declarations, "@group(0) @binding({binding}) {var} {prefix}{binding}: {ty};");
         format!("{prefix}{binding}")
     }
 
@@ -109,18 +103,12 @@ impl<'c, 'a> FunctionWriter<'c, 'a> {
 
     fn call(&mut self, index: usize) {
         let kernel = &self.code.pass.kernels[index];
-        let types: &[(String, ArgType)] = kernel
-            .shader
-            .reflect()
-            .ok()
-            .and_then(|reflection| reflection.function(&kernel.function))
-            .map_or(&[], |function| &function.args);
-        let args: Vec<String> = (0..kernel.args.len())
-            .map(|position| {
-                let is_volume = types.get(position).is_some_and(|(_, ty)| *ty == ArgType::Volume);
-                self.arg(index, kernel, kernel.args[position].value, is_volume)
-            })
-            .collect();
+        let types = types_of(kernel);
+        let mut arg = |(position, arg): (usize, &Argument)| {
+            let is_volume = types.get(position).is_some_and(|(_, ty)| *ty == ArgType::Volume);
+            self.arg(index, kernel, arg.value, is_volume)
+        };
+        let args: Vec<String> = kernel.args.iter().enumerate().map(&mut arg).collect();
         let function = self.name(index, &kernel.function);
         let _ = writeln!(self.body, "    let kernel{index} = {function}({});", args.join(", "));
     }
@@ -159,13 +147,17 @@ impl<'c, 'a> FunctionWriter<'c, 'a> {
     }
 }
 
+/// Names and types of the arguments of a kernel.
+fn types_of(kernel: &KernelCall) -> &[(String, ArgType)] {
+    let reflection = kernel.shader.reflect().ok();
+    reflection.and_then(|known| known.function(&kernel.function)).map_or(&[], |function| &function.args)
+}
+
 /// The type of a kernel's uniform.
 fn params_type(kernel: &KernelCall) -> &str {
-    let reflection = kernel.shader.reflect().expect("a recorded kernel has a valid shader");
-    let function = reflection.function(&kernel.function).expect("a recorded kernel has a known function");
-    let params = function.args.iter().find_map(|(name, ty)| match ty {
-        ArgType::Struct(ty) if name == "params" => Some(ty),
-        _ => None,
-    });
-    params.expect("a kernel with a uniform has an argument called `params`")
+    let params = types_of(kernel).iter().find(|(name, _)| name == "params");
+    match params {
+        Some((_, ArgType::Struct(ty))) => ty,
+        _ => panic!("a kernel with a uniform has an argument called `params`, which is a struct"),
+    }
 }

@@ -1,9 +1,9 @@
 //! Passes and which of them read and write what, kept up to date while passes are joined. Each pass keeps its number.
 
-use std::cmp::Reverse;
-use std::collections::{BTreeMap, BTreeSet, BinaryHeap};
+use std::collections::{BTreeMap, BTreeSet};
 
 use crate::builder::PlanBuilder;
+use crate::topological::stable_order;
 use afterimage_graph::node::{ImageId, Pass, Resource};
 
 /// The passes of a plan while they are being joined.
@@ -48,24 +48,21 @@ impl PassGraph {
     /// Takes a pass out.
     pub(crate) fn take(&mut self, number: usize) -> Option<Pass> {
         let pass = self.passes[number].take()?;
-        for resource in pass.reads() {
-            self.readers.entry(resource).or_default().remove(&number);
-        }
-        for resource in pass.writes() {
-            self.writers.entry(resource).or_default().remove(&number);
-        }
+        self.users_of(&pass, |users| users.remove(&number));
         Some(pass)
     }
 
     /// Puts a pass at a number that is free.
     pub(crate) fn put(&mut self, number: usize, pass: Pass) {
-        for resource in pass.reads() {
-            self.readers.entry(resource).or_default().insert(number);
-        }
-        for resource in pass.writes() {
-            self.writers.entry(resource).or_default().insert(number);
-        }
+        self.users_of(&pass, |users| users.insert(number));
         self.passes[number] = Some(pass);
+    }
+
+    /// Changes the readers of everything that a pass reads, and the writers of everything that it writes.
+    fn users_of(&mut self, pass: &Pass, change: impl Fn(&mut BTreeSet<usize>) -> bool) {
+        for (users, resources) in [(&mut self.readers, pass.reads()), (&mut self.writers, pass.writes())] {
+            resources.into_iter().for_each(|resource| _ = change(users.entry(resource).or_default()));
+        }
     }
 
     /// The passes that read something, in ascending order.
@@ -90,45 +87,20 @@ impl PassGraph {
 
     /// Gives the passes back, each after those that it waits for, and otherwise in the order of their numbers.
     pub(crate) fn finish(mut self, builder: &mut PlanBuilder) {
-        let mut waiting: Vec<usize> = (0..self.len()).map(|number| self.before(number).len()).collect();
-        let mut after: Vec<Vec<usize>> = vec![Vec::new(); self.len()];
-        for number in 0..self.len() {
-            self.before(number).into_iter().for_each(|earlier| after[earlier].push(number));
-        }
-        let there = |number: &usize| self.passes[*number].is_some();
-        let mut ready: BinaryHeap<Reverse<usize>> =
-            (0..self.len()).filter(there).filter(|number| waiting[*number] == 0).map(Reverse).collect();
-        let mut sorted = Vec::with_capacity(self.len());
-        while let Some(Reverse(number)) = ready.pop() {
-            sorted.push(number);
-            for &next in &after[number] {
-                waiting[next] -= 1;
-                if waiting[next] == 0 {
-                    ready.push(Reverse(next));
-                }
-            }
-        }
-        assert_eq!(sorted.len(), self.passes.iter().flatten().count(), "joining passes makes no cycle");
-        builder.recording.passes = sorted.into_iter().filter_map(|number| self.passes[number].take()).collect();
+        let before: Vec<BTreeSet<usize>> = (0..self.len()).map(|number| self.before(number)).collect();
+        let order = stable_order(&before);
+        assert_eq!(order.len(), self.len(), "joining passes makes no cycle");
+        builder.recording.passes = order.into_iter().filter_map(|number| self.passes[number].take()).collect();
     }
 
     /// The passes that must come before a pass: those that write what it reads, and, for buffers, which are written in
     /// place, every earlier one that uses what it writes.
     pub(crate) fn before(&self, number: usize) -> BTreeSet<usize> {
         let Some(pass) = self.get(number) else { return BTreeSet::new() };
-        let mut before = BTreeSet::new();
-        for resource in pass.reads().into_iter().chain(pass.writes()) {
-            match resource {
-                Resource::Image(_) => before.extend(self.writers(resource)),
-                Resource::Buffer(_) => {
-                    before.extend(self.writers(resource).filter(|other| *other < number));
-                    if pass.writes().contains(&resource) {
-                        before.extend(self.readers(resource).filter(|other| *other < number));
-                    }
-                }
-            }
-        }
-        before.remove(&number);
-        before
+        let is_before = |resource: Resource, other: usize| resource.image().is_some() || other < number;
+        let writers = pass.resources().flat_map(|r| self.writers(r).filter(move |other| is_before(r, *other)));
+        let buffers = pass.writes().into_iter().filter(|resource| resource.image().is_none());
+        let readers = buffers.flat_map(|buffer| self.readers(buffer).filter(|other| *other < number));
+        writers.chain(readers).filter(|other| *other != number).collect()
     }
 }

@@ -7,7 +7,7 @@
 use super::pass_graph::PassGraph;
 use crate::builder::PlanBuilder;
 use crate::plan::Fused;
-use afterimage_graph::node::{Arg, ImageId, KernelCall, Origin, Pass, PassKind, Recording, Resource};
+use afterimage_graph::node::{Arg, Origin, Pass, PassKind, Recording, Resource};
 
 /// With more bindings than this in one pass, a small device refuses it.
 const MOST_TEXTURES: usize = 12;
@@ -68,23 +68,12 @@ fn merge(graph: &mut PassGraph, recording: &Recording, producer: Pass, reader_nu
     let result = reader.function_result().expect("only passes of functions are fused");
     let Pass { mut nodes, label, mut kernels, .. } = producer;
     let before = kernels.len();
-    kernels.extend(reader.kernels.into_iter().map(|kernel| moved(kernel, between, before)));
+    let joint = Some(Arg::Pixel(between));
+    kernels.extend(reader.kernels.into_iter().map(|kernel| kernel.moved(before, joint, Arg::Kernel(before - 1))));
     nodes.extend(reader.nodes);
     nodes.dedup();
     let label = format!("{label} + {}", reader.label);
     graph.put(reader_number, Pass::of_functions(nodes.clone(), label, kernels, result));
     let image = recording.image(between);
     Fused { image: image.label.clone(), nodes, bytes_saved: 2 * image.desc.bytes() }
-}
-
-/// A kernel of the reader after `before` kernels were put in front of it, the last of which makes `between`.
-fn moved(mut kernel: KernelCall, between: ImageId, before: usize) -> KernelCall {
-    for arg in &mut kernel.args {
-        arg.value = match arg.value {
-            Arg::Pixel(image) if image == between => Arg::Kernel(before - 1),
-            Arg::Kernel(earlier) => Arg::Kernel(earlier + before),
-            other => other,
-        };
-    }
-    kernel
 }

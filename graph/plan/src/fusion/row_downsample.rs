@@ -105,10 +105,7 @@ pub(crate) fn row_pass(
 /// The pass that makes the source, if it reads single pixels and makes them for this halving alone.
 fn maker(graph: &PassGraph, recording: &Recording, number: usize, source: ImageId) -> Option<usize> {
     let is_ours = recording.image(source).origin == Origin::Transient && !graph.is_kept(source);
-    let mut readers = graph.readers(Resource::Image(source));
-    if !is_ours || readers.any(|reader| reader != number) {
-        return None;
-    }
+    let is_alone = graph.readers(Resource::Image(source)).all(|reader| reader == number);
     let is_point = |maker: &usize| graph.get(*maker).is_some_and(|pass| pass.kind == PassKind::Point);
-    graph.writers(Resource::Image(source)).find(is_point)
+    graph.writers(Resource::Image(source)).find(is_point).filter(|_| is_ours && is_alone)
 }

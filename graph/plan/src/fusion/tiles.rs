@@ -21,15 +21,11 @@ const TILES: [u32; 3] = [32, 16, 8];
 
 pub(super) fn chain_in_tiles(builder: &mut PlanBuilder, caps: &Caps, always: bool) {
     let graph = PassGraph::new(builder);
+    let passes = graph.len();
     let mut tiler = Tiler { graph, recording: &builder.recording, caps, always };
-    let mut fused = Vec::new();
-    for first in 0..tiler.graph.len() {
-        if let Some(chain) = tiler.grow(first) {
-            fused.extend(tiler.merge(chain));
-        }
-    }
-    let Tiler { graph, .. } = tiler;
-    graph.finish(builder);
+    let mut chain = |first: usize| tiler.grow(first).map(|chain| tiler.merge(chain));
+    let fused: Vec<Fused> = (0..passes).filter_map(&mut chain).flatten().collect();
+    tiler.graph.finish(builder);
     builder.fused.extend(fused);
 }
 
@@ -130,16 +126,15 @@ impl Tiler<'_> {
 
     fn separate_cost(&self, number: usize) -> f64 {
         let (pass, result) = self.member(number);
-        let moved = pass.reads().into_iter().chain(pass.writes()).map(|resource| self.bytes(resource)).sum();
+        let moved = pass.resources().map(|resource| self.bytes(resource)).sum();
         separate_cost(pass, self.recording.image(result).desc.size.texels(), moved)
     }
 
     fn best_shape(&self, members: &[usize]) -> Option<Shape> {
         let stored = members.iter().filter(|number| self.is_stored(members, **number)).count();
-        if stored > self.caps.max_storage_images as usize || self.caps.workgroup_invocations < INVOCATIONS as u32 {
-            return None;
-        }
-        let shapes = TILES.into_iter().filter_map(|tile| self.shape(members, tile));
+        let can_store = stored <= self.caps.max_storage_images as usize;
+        let can_run = can_store && self.caps.workgroup_invocations >= INVOCATIONS as u32;
+        let shapes = TILES.into_iter().filter(|_| can_run).filter_map(|tile| self.shape(members, tile));
         shapes.min_by(|a, b| a.cost.total_cmp(&b.cost))
     }
 
@@ -159,9 +154,8 @@ impl Tiler<'_> {
         let reader = reader_of(&next.kernels, joint).expect("each member reads the one before");
         let declared = next.kernels[reader].reach.expect("a reader of a tile has a reach");
         // A stored member must make its whole share, which lies within half a footprint of the next image's texels.
-        let (this, next) = (self.desc(members[index]).size, self.desc(members[index + 1]).size);
-        let ratio = ratio(this.width, next.width).max(ratio(this.height, next.height)) as f32;
-        declared.max((ratio - 1.0) / 2.0 + 0.5)
+        let [across, down] = ratios(self.desc(members[index]).size, self.desc(members[index + 1]).size);
+        declared.max((across.max(down) as f32 - 1.0) / 2.0 + 0.5)
     }
 
     fn halves(&self, members: &[usize]) -> bool {
@@ -173,12 +167,10 @@ impl Tiler<'_> {
         let mut extents = vec![[tile, tile]];
         for index in (0..members.len() - 1).rev() {
             let reach = f64::from(self.reach(members, index));
-            let [width, height] = extents[0];
-            let (this, next) = (sizes[index], sizes[index + 1]);
+            let ([width, height], ratios) = (extents[0], ratios(sizes[index], sizes[index + 1]));
             // The texels under the next tile, the reach on both sides, the second texel of a filtered tap, and one for
             // rounding.
             let across = |extent: u32, ratio: f64| (f64::from(extent - 1) * ratio + 2.0 * reach).ceil() as u32 + 3;
-            let ratios = [ratio(this.width, next.width), ratio(this.height, next.height)];
             extents.insert(0, [across(width, ratios[0]), across(height, ratios[1])]);
         }
         let texel_bytes = if self.halves(members) { 8 } else { 16 };
@@ -247,23 +239,14 @@ impl Joined {
     fn add(&mut self, pass: Pass, stored: bool, size: Size, (extent, reach): ([u32; 2], f32)) {
         let image = pass.function_result().expect("members are passes of functions");
         let first = self.kernels.len();
-        for mut kernel in pass.kernels {
-            for arg in &mut kernel.args {
-                arg.value = match arg.value {
-                    Arg::Kernel(earlier) => Arg::Kernel(first + earlier),
-                    value if self.joint == Some(value) => Arg::Tile,
-                    value => value,
-                };
-            }
-            self.kernels.push(kernel);
-        }
+        let joint = self.joint.replace(Arg::Texture(image));
+        self.kernels.extend(pass.kernels.into_iter().map(|kernel| kernel.moved(first, joint, Arg::Tile)));
         let stage = TileStage { kernels: first..self.kernels.len(), size, extent, reach };
         self.results.extend(stored.then_some(PassResult { kernel: stage.last_kernel(), image }));
         self.stages.push(stage);
         let new: Vec<String> = pass.nodes.into_iter().filter(|node| !self.nodes.contains(node)).collect();
         self.nodes.extend(new);
         self.labels.push(pass.label);
-        self.joint = Some(Arg::Texture(image));
     }
 
     fn pass(self, tile: u32, halves: bool) -> Pass {
@@ -275,17 +258,17 @@ impl Joined {
 
 /// The kernel that reads `image` as a texture, if it reads no other texture and nothing else reads the image.
 fn reader_of(kernels: &[KernelCall], image: ImageId) -> Option<usize> {
-    let index = kernels.iter().position(|kernel| kernel.accepts(Arg::Texture(image)))?;
-    let elsewhere = kernels
-        .iter()
-        .enumerate()
-        .any(|(at, kernel)| kernel.accepts(Arg::Pixel(image)) || at != index && kernel.accepts(Arg::Texture(image)));
+    let is_read = |kernel: &KernelCall| kernel.accepts(Arg::Texture(image));
+    let index = kernels.iter().position(is_read)?;
     let reads_one = kernels[index].textures().count() == 1;
+    let elsewhere = kernels[index + 1..].iter().any(is_read) || kernels.iter().any(|k| k.accepts(Arg::Pixel(image)));
     (reads_one && kernels[index].reach.is_some() && !elsewhere).then_some(index)
 }
 
-fn ratio(from: u32, to: u32) -> f64 {
-    f64::from(from) / f64::from(to)
+/// How many times as wide and as high one size is as another.
+fn ratios(this: Size, next: Size) -> [f64; 2] {
+    let ratio = |from: u32, to: u32| f64::from(from) / f64::from(to);
+    [ratio(this.width, next.width), ratio(this.height, next.height)]
 }
 
 /// Texels of workgroup memory: images alternate between its two parts.

@@ -19,10 +19,8 @@ impl<'a> BestFit<'a> {
 
     /// The stretches that are taken at some time of the block's life, in ascending order.
     fn taken(&self, block: &Block) -> Vec<(u64, u64)> {
-        let mut taken = Vec::new();
-        self.placed.for_each_overlapping(block.first, block.last, &mut |other| {
-            taken.push((self.offsets[other], self.offsets[other] + self.blocks[other].bytes));
-        });
+        let stretch = |other: usize| (self.offsets[other], self.offsets[other] + self.blocks[other].bytes);
+        let mut taken: Vec<_> = self.placed.overlapping(block.first, block.last).map(stretch).collect();
         taken.sort_unstable();
         taken
     }
@@ -96,12 +94,10 @@ impl Placed {
         }
     }
 
-    fn for_each_overlapping(&self, first: usize, last: usize, visit: &mut dyn FnMut(usize)) {
-        let mut node = first + self.leaves;
-        while node > 0 {
-            self.alive[node].iter().for_each(|at| visit(*at));
-            node /= 2;
-        }
-        self.starts.range((first + 1, 0)..(last + 1, 0)).for_each(|(_, at)| visit(*at));
+    fn overlapping(&self, first: usize, last: usize) -> impl Iterator<Item = usize> + '_ {
+        let nodes =
+            std::iter::successors(Some(first + self.leaves), |node| Some(node / 2)).take_while(|node| *node > 0);
+        let later = self.starts.range((first + 1, 0)..(last + 1, 0)).map(|(_, at)| *at);
+        nodes.flat_map(|node| &self.alive[node]).copied().chain(later)
     }
 }

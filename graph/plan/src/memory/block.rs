@@ -22,17 +22,22 @@ pub(crate) struct Placement {
     pub(crate) end: u64,
 }
 
+/// Bytes that live in each batch.
+pub(crate) fn alive(blocks: &[Block]) -> Vec<u64> {
+    let batches = blocks.iter().map(|block| block.last + 1).max().unwrap_or(0);
+    let mut steps = vec![0_i64; batches + 1];
+    for block in blocks {
+        steps[block.first] += block.bytes as i64;
+        steps[block.last + 1] -= block.bytes as i64;
+    }
+    let sums = steps[..batches].iter().scan(0_i64, |sum, step| {
+        *sum += step;
+        Some(*sum as u64)
+    });
+    sums.collect()
+}
+
 /// The most bytes that live at once.
 pub(crate) fn lower_bound(blocks: &[Block]) -> u64 {
-    let batches = blocks.iter().map(|block| block.last + 1).max().unwrap_or(0);
-    let mut steps = vec![(0_u64, 0_u64); batches + 1];
-    for block in blocks {
-        steps[block.first].0 += block.bytes;
-        steps[block.last + 1].1 += block.bytes;
-    }
-    let live = steps.iter().scan(0, |live, (born, gone)| {
-        *live = *live + born - gone;
-        Some(*live)
-    });
-    live.max().unwrap_or(0)
+    alive(blocks).into_iter().max().unwrap_or(0)
 }

@@ -10,8 +10,7 @@ use afterimage_graph::node::{ImageId, Resource};
 pub(super) fn set_lifetimes(images: &mut [PlannedImage], schedule: &Schedule, kept: &BTreeSet<ImageId>) {
     for (batch, passes) in schedule.batches.iter().enumerate() {
         for scheduled in &schedule.passes[passes.clone()] {
-            for resource in scheduled.pass.reads().into_iter().chain(scheduled.pass.writes()) {
-                let Resource::Image(image) = resource else { continue };
+            for image in scheduled.pass.resources().filter_map(Resource::image) {
                 let lifetime = &mut images[image.0 as usize].lifetime;
                 lifetime.get_or_insert(Lifetime { first: batch, last: batch }).last = batch;
             }

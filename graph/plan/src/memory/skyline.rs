@@ -4,7 +4,7 @@
 //! none does, the stretch is filled up to its lower neighbour. That loses nothing: no block that is left lives within
 //! it.
 
-use super::block::{Block, Placement};
+use super::block::{Block, Placement, alive};
 
 /// A stretch of time over which the top of what is placed is level.
 #[derive(Clone, Copy, Debug)]
@@ -48,16 +48,6 @@ pub(super) fn search(blocks: &[Block], bound: u64) -> Placement {
     best
 }
 
-/// Bytes that live in each batch.
-fn alive(blocks: &[Block]) -> Vec<u64> {
-    let batches = blocks.iter().map(|block| block.last + 1).max().unwrap_or(0);
-    let mut alive = vec![0; batches];
-    for block in blocks {
-        alive[block.first..=block.last].iter_mut().for_each(|bytes| *bytes += block.bytes);
-    }
-    alive
-}
-
 /// Changes that look random and are always the same: a linear congruential generator (Knuth's MMIX constants).
 struct Shaker(u64);
 
@@ -70,13 +60,11 @@ impl Shaker {
     /// Scales an eighth to a half of the ranks by 0.5 to 2.
     fn shake(&mut self, ranks: &[f64]) -> Vec<f64> {
         let share = 1 + self.next() % 4;
-        let mut shaken = ranks.to_vec();
-        for rank in &mut shaken {
-            if self.next() % 8 < share {
-                *rank *= 0.5 + 1.5 * (self.next() % 1024) as f64 / 1024.0;
-            }
-        }
-        shaken
+        let mut scale = || match self.next() % 8 < share {
+            true => 0.5 + 1.5 * (self.next() % 1024) as f64 / 1024.0,
+            false => 1.0,
+        };
+        ranks.iter().map(|rank| rank * scale()).collect()
     }
 }
 
@@ -123,22 +111,16 @@ fn cover(skyline: &mut Vec<Level>, at: usize, block: &Block, height: u64) {
 
 /// Raises a level to its lower neighbour; returns by how much.
 fn fill(skyline: &mut Vec<Level>, at: usize) -> u64 {
-    let left = at.checked_sub(1).map(|at| skyline[at].height);
-    let right = skyline.get(at + 1).map(|level| level.height);
-    let neighbour = left.into_iter().chain(right).min();
-    let neighbour = neighbour.expect("a level over all time holds every block");
-    let raised = neighbour - skyline[at].height;
-    skyline[at].height = neighbour;
+    let neighbours = [at.checked_sub(1), Some(at + 1)].into_iter().flatten().filter_map(|at| skyline.get(at));
+    let lower = neighbours.map(|level| level.height).min().expect("a level over all time holds every block");
+    let raised = lower - std::mem::replace(&mut skyline[at].height, lower);
     join(skyline);
     raised
 }
 
 fn join(skyline: &mut Vec<Level>) {
     skyline.dedup_by(|next, level| {
-        let equal = next.height == level.height;
-        if equal {
-            level.end = next.end;
-        }
-        equal
+        level.end = if next.height == level.height { next.end } else { level.end };
+        next.height == level.height
     });
 }

@@ -40,19 +40,6 @@ impl Use {
     pub fn writes(self) -> bool {
         matches!(self, Self::StorageWrite | Self::StorageReadWrite | Self::ColorAttachment)
     }
-
-    /// The name in plans.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Undefined => "Undefined",
-            Self::Host => "Host",
-            Self::PreviousFrame => "PreviousFrame",
-            Self::Read => "Read",
-            Self::StorageWrite => "StorageWrite",
-            Self::StorageReadWrite => "StorageReadWrite",
-            Self::ColorAttachment => "ColorAttachment",
-        }
-    }
 }
 
 /// A change of use, or a write after a write, which must be ordered though the use is the same.

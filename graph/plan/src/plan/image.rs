@@ -51,9 +51,10 @@ pub struct Slot {
 ///
 /// Images that leave the frame, histories, constants and what the host gives have memory of their own. Two images share
 /// memory only if no batch mentions both, so that the barrier between two batches separates them.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Memory {
     /// Textures of the pool; one for each image where images do not share.
+    #[serde(skip)]
     pub slots: Vec<Slot>,
     /// Bytes of the heap that the plan uses.
     pub placed: u64,

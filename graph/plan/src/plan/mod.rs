@@ -103,15 +103,7 @@ impl Plan {
 
     /// Bytes that one pass reads and writes.
     pub fn bytes_moved_by(&self, pass: usize) -> u64 {
-        let pass = &self.passes[pass].pass;
-        let used = pass.reads().into_iter().chain(pass.writes());
-        used.map(|resource| self.bytes_of(resource)).sum()
-    }
-
-    fn bytes_of(&self, resource: Resource) -> u64 {
-        match resource {
-            Resource::Image(image) => self.image(image).desc.bytes(),
-            Resource::Buffer(_) => 0,
-        }
+        let images = self.passes[pass].pass.resources().filter_map(Resource::image);
+        images.map(|image| self.image(image).desc.bytes()).sum()
     }
 }

@@ -1,7 +1,9 @@
 //! What planning has left out or saved.
 
+use serde::Serialize;
+
 /// A node that is not in the plan.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Skipped {
     /// Its name.
     pub node: String,
@@ -10,7 +12,7 @@ pub struct Skipped {
 }
 
 /// An image that fusion has removed.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Fused {
     /// The image, as `node.port`.
     pub image: String,
@@ -21,7 +23,7 @@ pub struct Fused {
 }
 
 /// An image that several kernels read together.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct SharedRead {
     /// The image, as `node.port`.
     pub image: String,

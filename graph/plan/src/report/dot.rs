@@ -5,7 +5,7 @@ use std::fmt::Write;
 
 use super::names::Names;
 use crate::plan::{Plan, PlannedPass, Stage};
-use afterimage_graph::node::Resource;
+use afterimage_graph::node::{BufferId, ImageId, Resource};
 
 impl Plan {
     /// The plan in Graphviz's language: `dot -Tsvg` draws it.
@@ -54,21 +54,17 @@ impl Plan {
 
     fn dot_label(&self, resource: Resource, names: &Names) -> String {
         let name = escaped(names.of(resource));
-        match resource {
-            Resource::Image(image) => {
-                let desc = self.image(image).desc;
-                format!("{name}\\n{} {}", desc.size, desc.format.name())
-            }
-            Resource::Buffer(_) => name,
-        }
+        let Some(image) = resource.image() else { return name };
+        let desc = self.image(image).desc;
+        format!("{name}\\n{} {}", desc.size, desc.format.name())
     }
 }
 
 /// Something that no pass before has written: given by the host, constant, or from an earlier frame.
 fn given(resource: Resource, names: &Names) -> (String, String) {
     let node = match resource {
-        Resource::Image(image) => format!("image{}", image.0),
-        Resource::Buffer(buffer) => format!("buffer{}", buffer.0),
+        Resource::Image(ImageId(image)) => format!("image{image}"),
+        Resource::Buffer(BufferId(buffer)) => format!("buffer{buffer}"),
     };
     let declaration = format!("  {node} [label=\"{}\", shape=ellipse];\n", escaped(names.of(resource)));
     (node, declaration)

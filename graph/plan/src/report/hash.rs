@@ -1,6 +1,6 @@
 //! The hash of a plan: equal plans have equal hashes on every machine and in every version of Rust.
 
-use super::content::canonical;
+use super::content::content;
 use super::fnv::fnv1a;
 use crate::plan::Plan;
 
@@ -18,6 +18,6 @@ impl Plan {
     /// The hash of the canonical content: everything that [`Plan::to_json`] shows. Numbers that shaders take as
     /// uniforms are no part of it, so the hash stays when one changes while a pipeline runs; constants are part of it.
     pub fn hash(&self) -> PlanHash {
-        PlanHash(fnv1a(canonical(self).as_bytes()))
+        PlanHash(fnv1a(content(self).to_string().as_bytes()))
     }
 }

@@ -5,23 +5,17 @@ use std::fmt::Write;
 use super::names::Names;
 use super::units::{count, mebibytes};
 use crate::options::{Alias, Ignored};
-use crate::plan::{Plan, PlannedPass};
+use crate::plan::{Plan, PlannedPass, Skipped};
 use afterimage_graph::node::Resource;
 
 impl Plan {
     /// The plan as a table for people, with the memory that it needs and the nodes that it skips.
     pub fn to_text(&self) -> String {
         let names = Names::new(self);
-        let mut text = self.heading();
-        text += &table(&self.pass_table(&names));
-        text += &self.skipped_text();
-        text += &self.arithmetic_text();
-        text += &self.ignored_text();
-        text += &self.fused_text();
-        text += &self.shared_text();
-        text += &self.memory_text();
-        let _ = writeln!(text, "\nhash {}", self.hash());
-        text
+        let (heading, passes) = (self.heading(), table(&self.pass_table(&names)));
+        let without = [self.skipped_text(), self.arithmetic_text(), self.ignored_text()].concat();
+        let saved = [self.fused_text(), self.shared_text(), self.memory_text()].concat();
+        format!("{heading}{passes}{without}{saved}\nhash {}\n", self.hash())
     }
 
     fn heading(&self) -> String {
@@ -78,9 +72,8 @@ impl Plan {
     }
 
     fn skipped_text(&self) -> String {
-        let rows: Vec<Vec<String>> =
-            self.skipped.iter().map(|left| vec![format!("  {}", left.node), left.why.clone()]).collect();
-        if rows.is_empty() { String::new() } else { format!("\nskipped\n{}", table(&rows)) }
+        let row = |skipped: &Skipped| vec![format!("  {}", skipped.node), skipped.why.clone()];
+        section("skipped", self.skipped.iter().map(row).collect())
     }
 
     fn arithmetic_text(&self) -> String {
@@ -92,14 +85,12 @@ impl Plan {
             (self.options.subgroups, "  subgroups", "sums over workgroups are made by subgroups"),
         ];
         let row = |(_, switch, what): &(bool, &str, &str)| vec![(*switch).to_owned(), (*what).to_owned()];
-        let rows: Vec<Vec<String>> = used.iter().filter(|(used, ..)| *used).map(row).collect();
-        if rows.is_empty() { String::new() } else { format!("\narithmetic\n{}", table(&rows)) }
+        section("arithmetic", used.iter().filter(|(used, ..)| *used).map(row).collect())
     }
 
     fn ignored_text(&self) -> String {
         let row = |ignored: &Ignored| vec![format!("  {}", ignored.switch), ignored.why.to_owned()];
-        let rows: Vec<Vec<String>> = self.ignored.iter().map(row).collect();
-        if rows.is_empty() { String::new() } else { format!("\nignored\n{}", table(&rows)) }
+        section("ignored", self.ignored.iter().map(row).collect())
     }
 
     fn fused_text(&self) -> String {
@@ -139,23 +130,23 @@ impl Plan {
 
     fn verdict(&self) -> String {
         let (placed, bound) = (self.memory.placed, self.memory.lower_bound);
-        if placed == bound {
-            return "the placement is the best there is for this order".to_owned();
+        match 100.0 * (placed - bound) as f64 / bound as f64 {
+            _ if placed == bound => "the placement is the best there is for this order".to_owned(),
+            gap => format!("the placement is within {gap:.2} % of the best that this order allows"),
         }
-        let gap = 100.0 * (placed - bound) as f64 / bound as f64;
-        format!("the placement is within {gap:.2} % of the best that this order allows")
     }
 }
 
 /// Images and the bytes that each of them saves, under a heading with their sum; nothing if there are none.
 fn savings(why: &str, saved: Vec<(&str, u64)>) -> String {
-    if saved.is_empty() {
-        return String::new();
-    }
     let row = |(image, bytes): &(&str, u64)| vec![format!("  {image}"), format!("{} less", mebibytes(*bytes))];
-    let rows: Vec<Vec<String>> = saved.iter().map(row).collect();
     let sum = saved.iter().map(|(_, bytes)| bytes).sum();
-    format!("\n{why}: {} less moved a frame\n{}", mebibytes(sum), table(&rows))
+    section(&format!("{why}: {} less moved a frame", mebibytes(sum)), saved.iter().map(row).collect())
+}
+
+/// Rows under a heading; nothing if there are none.
+fn section(heading: &str, rows: Vec<Vec<String>>) -> String {
+    if rows.is_empty() { String::new() } else { format!("\n{heading}\n{}", table(&rows)) }
 }
 
 /// Columns two spaces apart, without spaces at the ends of lines.

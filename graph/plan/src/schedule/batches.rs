@@ -15,11 +15,7 @@ const MISSES: usize = 16;
 /// fit, so the result never needs more than the budget.
 pub(crate) fn within(graph: &ScheduleGraph, order: &[usize], budget: u64) -> Vec<Vec<usize>> {
     let mut state = Within::new(graph, order, budget);
-    let mut batches = Vec::new();
-    while !state.ready.is_empty() {
-        batches.push(state.batch());
-    }
-    batches
+    std::iter::from_fn(|| (!state.ready.is_empty()).then(|| state.batch())).collect()
 }
 
 struct Within<'a> {
@@ -203,15 +199,9 @@ fn lazy(graph: &ScheduleGraph, latest: &[usize]) -> Vec<Vec<usize>> {
 }
 
 fn frees(graph: &ScheduleGraph, left: &[usize], pass: usize) -> bool {
-    let (mut born, mut freed) = (0, 0);
-    for item in &graph.uses[pass] {
-        let whole = graph.items[*item].users.len();
-        if left[*item] == whole {
-            born += graph.items[*item].bytes;
-        }
-        if left[*item] == 1 {
-            freed += graph.items[*item].bytes;
-        }
-    }
-    freed >= born
+    let bytes = |counts: &dyn Fn(usize) -> bool| -> u64 {
+        let items = graph.uses[pass].iter().filter(|item| counts(**item));
+        items.map(|item| graph.items[*item].bytes).sum()
+    };
+    bytes(&|item| left[item] == 1) >= bytes(&|item| left[item] == graph.items[item].users.len())
 }

@@ -1,6 +1,7 @@
 //! What scheduling works on: which pass waits for which, and which images live between them.
 
 use crate::plan::{PlannedImage, ScheduledPass};
+use crate::topological::transposed;
 use afterimage_graph::node::Resource;
 
 /// Passes by their places in the recording, and their dependencies.
@@ -122,12 +123,4 @@ fn waits_for(
     waits.dedup();
     waits.retain(|pass| *pass != index);
     waits
-}
-
-fn transposed(before: &[Vec<usize>]) -> Vec<Vec<usize>> {
-    let mut after = vec![Vec::new(); before.len()];
-    for (index, waits) in before.iter().enumerate() {
-        waits.iter().for_each(|pass| after[*pass].push(index));
-    }
-    after
 }

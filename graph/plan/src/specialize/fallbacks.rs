@@ -9,11 +9,12 @@ use petgraph::graph::NodeIndex;
 use super::wires::{SpecializedGraph, WireSource};
 use crate::plan::Skipped;
 use crate::request::PlanRequest;
+use crate::topological::stable_order;
 use afterimage_graph::check::{Graph, Source};
 use afterimage_graph::node::{Arrivals, Fallback, PortType};
 
 pub(super) fn put_fallbacks(graph: &Graph, request: &PlanRequest<'_>) -> SpecializedGraph {
-    let order = stable_order(graph);
+    let order = order(graph);
     let count = graph.nodes.len();
     let given = graph.inputs.iter().map(|input| request.inputs.contains_key(&input.name)).collect();
     let mut specialized = SpecializedGraph {
@@ -102,21 +103,8 @@ fn replace(graph: &Graph, specialized: &SpecializedGraph, index: usize, fallback
     node.kind.outputs().iter().map(|output| of_port(output.ty)).collect()
 }
 
-/// Kahn's algorithm, always taking the node that stands first in the file: small edits of the file move little.
-fn stable_order(graph: &Graph) -> Vec<usize> {
-    let wires = &graph.wires;
-    let mut waiting: Vec<usize> =
-        wires.node_indices().map(|n| wires.neighbors_directed(n, Direction::Incoming).count()).collect();
-    let mut ready: BTreeSet<usize> = (0..waiting.len()).filter(|n| waiting[*n] == 0).collect();
-    let mut order = Vec::with_capacity(waiting.len());
-    while let Some(node) = ready.pop_first() {
-        order.push(node);
-        for reader in wires.neighbors_directed(NodeIndex::new(node), Direction::Outgoing) {
-            waiting[reader.index()] -= 1;
-            if waiting[reader.index()] == 0 {
-                ready.insert(reader.index());
-            }
-        }
-    }
-    order
+/// An order in which nodes can be recorded.
+fn order(graph: &Graph) -> Vec<usize> {
+    let before = |node| graph.wires.neighbors_directed(node, Direction::Incoming).map(NodeIndex::index).collect();
+    stable_order(&graph.wires.node_indices().map(before).collect::<Vec<_>>())
 }

@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use super::walk::{Faults, Walk};
 use crate::options::Alias;
-use crate::plan::Lifetime;
+use crate::plan::{Lifetime, PlannedImage};
 use afterimage_graph::node::{ImageId, Origin};
 
 pub(super) fn check(walk: &Walk<'_>, faults: &mut Faults) {
@@ -30,7 +30,7 @@ pub(super) fn check(walk: &Walk<'_>, faults: &mut Faults) {
 fn leaves(walk: &Walk<'_>, image: usize) -> bool {
     let is = |id: ImageId| id.0 as usize == image;
     walk.plan.outputs.iter().any(|output| is(output.image))
-        || walk.plan.images.iter().any(|other| matches!(other.origin, Origin::Previous { of, .. } if is(of)))
+        || walk.plan.images.iter().filter_map(|other| other.origin.previous_of()).any(is)
 }
 
 fn check_lifetimes(walk: &Walk<'_>, faults: &mut Faults) {
@@ -69,14 +69,11 @@ fn check_places(walk: &Walk<'_>, faults: &mut Faults) {
 
 /// The memory of each image: bytes of the heap, or a texture of the pool.
 fn extents(walk: &Walk<'_>, alias: Alias) -> Vec<Option<Range<u64>>> {
-    let extent = |image: usize| match alias {
-        Alias::Placed => {
-            let start = walk.places.offsets[image]?;
-            walk.plan.images[image].requirement.map(|wants| start..start + wants.bytes)
-        }
-        _ => walk.plan.images[image].slot.map(|slot| u64::from(slot)..u64::from(slot) + 1),
+    let extent = |(image, start): (&PlannedImage, &Option<u64>)| match alias {
+        Alias::Placed => Some((*start)?..(*start)? + image.requirement?.bytes),
+        _ => image.slot.map(|slot| u64::from(slot)..u64::from(slot) + 1),
     };
-    (0..walk.images.len()).map(extent).collect()
+    walk.plan.images.iter().zip(&walk.places.offsets).map(extent).collect()
 }
 
 /// Gives every image its memory at the first batch of its life, and returns for each the images that used it before.
@@ -116,7 +113,7 @@ fn replay(walk: &Walk<'_>, extents: &[Option<Range<u64>>], place: &str, faults: 
 fn check_aliasing(walk: &Walk<'_>, found: &[BTreeSet<usize>], faults: &mut Faults) {
     let mut stated = vec![None; found.len()];
     for (batch, barriers) in walk.places.aliasing.iter().enumerate() {
-        for barrier in *barriers {
+        for barrier in barriers {
             let owners: BTreeSet<usize> = barrier.owners.iter().map(|owner| owner.0 as usize).collect();
             stated[barrier.image.0 as usize] = Some((batch, owners));
         }

@@ -10,9 +10,9 @@ mod shape;
 mod states;
 mod walk;
 
-use crate::placed::PlacedPlan;
+use crate::placed::{HeapPlacement, PlacedPlan};
 use crate::plan::Plan;
-use walk::{Faults, Places, Walk};
+use walk::{Faults, Walk};
 
 pub use walk::Fault;
 
@@ -21,12 +21,7 @@ pub use walk::Fault;
 /// # Errors
 /// Every fault that was found, in the order of the walk; a plan whose parts do not fit together is not walked.
 pub fn verify(plan: &Plan) -> Result<(), Vec<Fault>> {
-    let places = Places {
-        offsets: plan.images.iter().map(|image| image.offset).collect(),
-        heap: plan.memory.placed,
-        aliasing: plan.batches.iter().map(|batch| batch.aliasing.as_slice()).collect(),
-    };
-    faults_of(plan, places)
+    faults_of(plan, &HeapPlacement::of(plan))
 }
 
 /// Checks a plan with its images in these places.
@@ -34,20 +29,16 @@ pub fn verify(plan: &Plan) -> Result<(), Vec<Fault>> {
 /// # Errors
 /// As [`verify`].
 pub fn verify_placed(placed: &PlacedPlan) -> Result<(), Vec<Fault>> {
-    let PlacedPlan { plan, placement } = placed;
-    let aliasing = placement.aliasing.iter().map(Vec::as_slice).collect();
-    faults_of(plan, Places { offsets: placement.offsets.clone(), heap: placement.heap, aliasing })
+    faults_of(&placed.plan, &placed.placement)
 }
 
-fn faults_of(plan: &Plan, places: Places<'_>) -> Result<(), Vec<Fault>> {
+fn faults_of(plan: &Plan, places: &HeapPlacement) -> Result<(), Vec<Fault>> {
     let mut faults = Faults::default();
-    shape::check(plan, &places, &mut faults);
+    shape::check(plan, places, &mut faults);
     if faults.0.is_empty() {
         let walk = Walk::new(plan, places);
-        order::check(&walk, &mut faults);
-        memory::check(&walk, &mut faults);
-        states::check(&walk, &mut faults);
-        figures::check(&walk, &mut faults);
+        let checks = [order::check, memory::check, states::check, figures::check];
+        checks.into_iter().for_each(|check| check(&walk, &mut faults));
     }
     if faults.0.is_empty() { Ok(()) } else { Err(faults.0) }
 }

@@ -9,9 +9,7 @@ pub(super) fn check(walk: &Walk<'_>, faults: &mut Faults) {
     for (resource, history) in walk.histories() {
         check_conflicts(walk, resource, &history, faults);
         check_sequence(walk, resource, &history, faults);
-        if let Resource::Image(image) = resource {
-            check_origin(walk, image, &history, faults);
-        }
+        resource.image().into_iter().for_each(|image| check_origin(walk, image, &history, faults));
     }
     check_histories(walk, faults);
     check_outputs(walk, faults);
@@ -74,7 +72,7 @@ fn check_origin(walk: &Walk<'_>, image: ImageId, history: &[(usize, Access)], fa
 fn check_histories(walk: &Walk<'_>, faults: &mut Faults) {
     let writers = writers(walk);
     for (index, image) in walk.plan.images.iter().enumerate() {
-        let Origin::Previous { of, .. } = image.origin else { continue };
+        let Some(of) = image.origin.previous_of() else { continue };
         let is_made_here = walk.plan.image(of).origin == Origin::Transient;
         let count = writers.get(&of).map_or(0, Vec::len);
         if is_made_here && count != 1 {
@@ -94,12 +92,8 @@ fn check_outputs(walk: &Walk<'_>, faults: &mut Faults) {
 
 fn writers(walk: &Walk<'_>) -> BTreeMap<ImageId, Vec<usize>> {
     let mut writers: BTreeMap<ImageId, Vec<usize>> = BTreeMap::new();
-    for (pass, accesses) in walk.accesses.iter().enumerate() {
-        for access in accesses.iter().filter(|access| access.writes) {
-            if let Resource::Image(image) = access.resource {
-                writers.entry(image).or_default().push(pass);
-            }
-        }
+    for (pass, access) in walk.uses().filter(|(_, access)| access.writes) {
+        access.resource.image().into_iter().for_each(|image| writers.entry(image).or_default().push(pass));
     }
     writers
 }

@@ -1,10 +1,13 @@
 //! Shape: the parts of a plan fit together, and everything that it mentions exists.
 
-use super::walk::{Faults, Places};
-use crate::plan::{Plan, Stage};
-use afterimage_graph::node::{Origin, Resource};
+use std::collections::BTreeSet;
 
-pub(super) fn check(plan: &Plan, places: &Places<'_>, faults: &mut Faults) {
+use super::walk::Faults;
+use crate::placed::HeapPlacement;
+use crate::plan::{Plan, Stage};
+use afterimage_graph::node::{Pass, Resource};
+
+pub(super) fn check(plan: &Plan, places: &HeapPlacement, faults: &mut Faults) {
     let lists = [
         ("offsets", places.offsets.len(), plan.images.len()),
         ("batches of aliasing barriers", places.aliasing.len(), plan.batches.len()),
@@ -12,15 +15,19 @@ pub(super) fn check(plan: &Plan, places: &Places<'_>, faults: &mut Faults) {
     for (what, has, wants) in lists.into_iter().filter(|(_, has, wants)| has != wants) {
         faults.add(format!("the plan has {has} {what} where it needs {wants}"));
     }
-    let mut seen: Vec<usize> = plan.passes.iter().map(|planned| planned.recorded).collect();
-    seen.sort_unstable();
-    if seen.iter().enumerate().any(|(at, place)| at != *place) {
-        faults.add("the places in the recording do not name every pass once".into());
-    }
+    check_recorded(plan, faults);
     check_cover(plan, faults);
     check_numbers(plan, places, faults);
     check_stages(plan, faults);
     check_uniforms(plan, faults);
+}
+
+/// Each pass has a place of its own in the recording.
+fn check_recorded(plan: &Plan, faults: &mut Faults) {
+    let places: BTreeSet<usize> = plan.passes.iter().map(|planned| planned.recorded).collect();
+    if !places.into_iter().eq(0..plan.passes.len()) {
+        faults.add("the places in the recording do not name every pass once".into());
+    }
 }
 
 /// Whether the batches cover the passes in order.
@@ -38,8 +45,8 @@ fn check_cover(plan: &Plan, faults: &mut Faults) {
     }
 }
 
-fn check_numbers(plan: &Plan, places: &Places<'_>, faults: &mut Faults) {
-    let used = plan.work().flat_map(|pass| pass.reads().into_iter().chain(pass.writes()));
+fn check_numbers(plan: &Plan, places: &HeapPlacement, faults: &mut Faults) {
+    let used = plan.work().flat_map(Pass::resources);
     let transitions = plan.batches.iter().flat_map(|batch| &batch.transitions).chain(&plan.exports);
     let mentioned = used.chain(transitions.map(|transition| transition.resource)).chain(unused(plan, places));
     for resource in mentioned {
@@ -54,15 +61,12 @@ fn check_numbers(plan: &Plan, places: &Places<'_>, faults: &mut Faults) {
 }
 
 /// Images that the plan mentions beside its passes.
-fn unused<'a>(plan: &'a Plan, places: &'a Places<'_>) -> impl Iterator<Item = Resource> + 'a {
-    let barriers = places.aliasing.iter().copied().flatten();
+fn unused<'a>(plan: &'a Plan, places: &'a HeapPlacement) -> impl Iterator<Item = Resource> + 'a {
+    let barriers = places.aliasing.iter().flatten();
     let aliased = barriers.flat_map(|barrier| barrier.owners.iter().chain(std::iter::once(&barrier.image)));
     let outputs = plan.outputs.iter().map(|output| &output.image);
-    let pasts = plan.images.iter().filter_map(|image| match &image.origin {
-        Origin::Previous { of, .. } => Some(of),
-        _ => None,
-    });
-    aliased.chain(outputs).chain(pasts).map(|image| Resource::Image(*image))
+    let pasts = plan.images.iter().filter_map(|image| image.origin.previous_of());
+    aliased.chain(outputs).copied().chain(pasts).map(Resource::Image)
 }
 
 /// Only passes of functions are drawn.

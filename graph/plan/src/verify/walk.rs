@@ -2,20 +2,14 @@
 
 use std::collections::BTreeMap;
 
-use crate::plan::{AliasingBarrier, Plan};
+use crate::placed::HeapPlacement;
+use crate::plan::Plan;
 use afterimage_graph::node::{Arg, Pass, Resource};
 
 /// Something in a plan that is wrong: a sentence with the names of the passes and images.
-#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, thiserror::Error)]
+#[error("{0}")]
 pub struct Fault(String);
-
-impl std::fmt::Display for Fault {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(&self.0)
-    }
-}
-
-impl std::error::Error for Fault {}
 
 /// What has been found.
 #[derive(Default)]
@@ -27,20 +21,10 @@ impl Faults {
     }
 }
 
-/// Where the images lie.
-pub(super) struct Places<'a> {
-    /// The offset in the heap of each image that shares memory.
-    pub(super) offsets: Vec<Option<u64>>,
-    /// Bytes of the heap.
-    pub(super) heap: u64,
-    /// The aliasing barriers before each batch.
-    pub(super) aliasing: Vec<&'a [AliasingBarrier]>,
-}
-
 /// A plan, with what follows from its passes and batches alone.
 pub(super) struct Walk<'a> {
     pub(super) plan: &'a Plan,
-    pub(super) places: Places<'a>,
+    pub(super) places: &'a HeapPlacement,
     pub(super) images: Vec<String>,
     pub(super) buffers: Vec<String>,
     pub(super) passes: Vec<String>,
@@ -61,21 +45,13 @@ pub(super) struct Access {
 }
 
 impl<'a> Walk<'a> {
-    pub(super) fn new(plan: &'a Plan, places: Places<'a>) -> Self {
+    pub(super) fn new(plan: &'a Plan, places: &'a HeapPlacement) -> Self {
         let accesses: Vec<Vec<Access>> = plan.passes.iter().map(|planned| accesses(&planned.pass)).collect();
         let mut batch_of = vec![0; accesses.len()];
         for (number, batch) in plan.batches.iter().enumerate() {
             batch_of[batch.passes.clone()].fill(number);
         }
-        let mut spans = vec![None; plan.images.len()];
-        for (access, batch) in
-            accesses.iter().zip(&batch_of).flat_map(|(all, batch)| all.iter().map(move |a| (a, *batch)))
-        {
-            if let Resource::Image(image) = access.resource {
-                let (first, last) = spans[image.0 as usize].unwrap_or((batch, batch));
-                spans[image.0 as usize] = Some((first.min(batch), last.max(batch)));
-            }
-        }
+        let spans = spans(&accesses, &batch_of, plan.images.len());
         let (images, buffers, passes) = (plan.image_names(), plan.buffer_names(), plan.pass_names());
         Self { plan, places, images, buffers, passes, batch_of, accesses, spans }
     }
@@ -87,16 +63,30 @@ impl<'a> Walk<'a> {
         }
     }
 
-    /// Everything that happens to each resource: pass and access, in the order of execution.
+    /// Everything that the passes do: pass and access, in the order of execution.
+    pub(super) fn uses(&self) -> impl Iterator<Item = (usize, Access)> + '_ {
+        let uses = self.accesses.iter().enumerate();
+        uses.flat_map(|(pass, accesses)| accesses.iter().map(move |access| (pass, *access)))
+    }
+
+    /// Everything that happens to each resource, likewise.
     pub(super) fn histories(&self) -> BTreeMap<Resource, Vec<(usize, Access)>> {
         let mut histories: BTreeMap<Resource, Vec<(usize, Access)>> = BTreeMap::new();
-        for (pass, accesses) in self.accesses.iter().enumerate() {
-            for access in accesses {
-                histories.entry(access.resource).or_default().push((pass, *access));
-            }
-        }
+        self.uses().for_each(|(pass, access)| histories.entry(access.resource).or_default().push((pass, access)));
         histories
     }
+}
+
+/// First and last batch of each image.
+fn spans(accesses: &[Vec<Access>], batch_of: &[usize], images: usize) -> Vec<Option<(usize, usize)>> {
+    let mut spans = vec![None; images];
+    for (accesses, batch) in accesses.iter().zip(batch_of) {
+        for image in accesses.iter().filter_map(|access| access.resource.image()) {
+            let (first, last) = spans[image.0 as usize].unwrap_or((*batch, *batch));
+            spans[image.0 as usize] = Some((first.min(*batch), last.max(*batch)));
+        }
+    }
+    spans
 }
 
 fn accesses(pass: &Pass) -> Vec<Access> {

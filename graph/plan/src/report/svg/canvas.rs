@@ -1,7 +1,5 @@
 //! The few shapes that the picture is made of, as SVG.
 
-use std::fmt::Write;
-
 /// A picture in the making.
 #[derive(Default)]
 pub(crate) struct Canvas(String);
@@ -12,6 +10,16 @@ pub(crate) enum Anchor {
     Start,
     Middle,
     End,
+}
+
+impl Anchor {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Start => "start",
+            Self::Middle => "middle",
+            Self::End => "end",
+        }
+    }
 }
 
 /// The colour and the weight of a text.
@@ -37,25 +45,18 @@ impl<'a> Paint<'a> {
 
 impl Canvas {
     pub(crate) fn text(&mut self, x: f64, y: f64, size: f64, anchor: Anchor, paint: Paint<'_>, text: &str) {
-        let anchor = match anchor {
-            Anchor::Start => "start",
-            Anchor::Middle => "middle",
-            Anchor::End => "end",
-        };
-        let (paint, text) = (paint.attributes(), escaped(text));
-        let _ = writeln!(
-            self.0,
-            "<text x=\"{x:.1}\" y=\"{y:.1}\" font-size=\"{size}\" text-anchor=\"{anchor}\" {paint}>{text}</text>"
+        let (anchor, paint, text) = (anchor.name(), paint.attributes(), escaped(text));
+        self.0 += &format!(
+            "<text x=\"{x:.1}\" y=\"{y:.1}\" font-size=\"{size}\" text-anchor=\"{anchor}\" {paint}>{text}</text>\n"
         );
     }
 
     /// Text that climbs to the right.
     pub(crate) fn slanted(&mut self, x: f64, y: f64, size: f64, color: &str, text: &str) {
         let text = escaped(text);
-        let _ = writeln!(
-            self.0,
+        self.0 += &format!(
             "<text transform=\"translate({x:.1} {y:.1}) rotate(-52)\" font-size=\"{size}\" \
-             fill=\"{color}\">{text}</text>"
+             fill=\"{color}\">{text}</text>\n"
         );
     }
 
@@ -64,40 +65,32 @@ impl Canvas {
         let edge = edge.map_or(String::new(), |edge| format!(" stroke=\"{edge}\" stroke-width=\"0.8\""));
         let round = if height > 6.0 { 2.0 } else { 0.0 };
         let hint = if hint.is_empty() { String::new() } else { format!("<title>{}</title>", escaped(hint)) };
-        let _ = writeln!(
-            self.0,
+        self.0 += &format!(
             "<rect x=\"{x:.1}\" y=\"{y:.1}\" width=\"{width:.1}\" height=\"{height:.1}\" rx=\"{round}\" \
-             fill=\"{fill}\"{edge}>{hint}</rect>"
+             fill=\"{fill}\"{edge}>{hint}</rect>\n"
         );
     }
 
-    pub(crate) fn line(&mut self, from: (f64, f64), to: (f64, f64), color: &str, dashed: bool) {
+    pub(crate) fn line(&mut self, (x1, y1): (f64, f64), (x2, y2): (f64, f64), color: &str, dashed: bool) {
         let dashes = if dashed { " stroke-dasharray=\"5 4\"" } else { "" };
-        let _ = writeln!(
-            self.0,
-            "<line x1=\"{:.1}\" y1=\"{:.1}\" x2=\"{:.1}\" y2=\"{:.1}\" stroke=\"{color}\"{dashes}/>",
-            from.0, from.1, to.0, to.1
+        self.0 += &format!(
+            "<line x1=\"{x1:.1}\" y1=\"{y1:.1}\" x2=\"{x2:.1}\" y2=\"{y2:.1}\" stroke=\"{color}\"{dashes}/>\n"
         );
     }
 
     pub(crate) fn disc(&mut self, x: f64, y: f64, radius: f64, fill: &str, hint: &str) {
         let hint = escaped(hint);
-        let _ = writeln!(
-            self.0,
-            "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"{radius}\" fill=\"{fill}\"><title>{hint}</title></circle>"
+        self.0 += &format!(
+            "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"{radius}\" fill=\"{fill}\"><title>{hint}</title></circle>\n"
         );
     }
 
     pub(crate) fn diamond(&mut self, x: f64, y: f64, radius: f64, fill: &str, hint: &str) {
-        let hint = escaped(hint);
-        let _ = writeln!(
-            self.0,
-            "<path d=\"M{x:.1} {:.1}L{:.1} {y:.1}L{x:.1} {:.1}L{:.1} {y:.1}Z\" fill=\"{fill}\">\
-             <title>{hint}</title></path>",
-            y - radius,
-            x + radius,
-            y + radius,
-            x - radius
+        let ([left, right], [top, bottom]) = ([x - radius, x + radius], [y - radius, y + radius]);
+        self.0 += &format!(
+            "<path d=\"M{x:.1} {top:.1}L{right:.1} {y:.1}L{x:.1} {bottom:.1}L{left:.1} {y:.1}Z\" fill=\"{fill}\">\
+             <title>{}</title></path>\n",
+            escaped(hint)
         );
     }
 
@@ -105,10 +98,8 @@ impl Canvas {
     pub(crate) fn area(&mut self, points: &[(f64, f64)], fill: &str, edge: &str) {
         let points: Vec<String> = points.iter().map(|(x, y)| format!("{x:.1},{y:.1}")).collect();
         let points = points.join(" ");
-        let _ = writeln!(
-            self.0,
-            "<polygon points=\"{points}\" fill=\"{fill}\" stroke=\"{edge}\" stroke-linejoin=\"round\"/>"
-        );
+        self.0 +=
+            &format!("<polygon points=\"{points}\" fill=\"{fill}\" stroke=\"{edge}\" stroke-linejoin=\"round\"/>\n");
     }
 
     pub(crate) fn finish(self, width: f64, height: f64) -> String {

@@ -29,11 +29,9 @@ fn heading(canvas: &mut Canvas, y: f64, text: &str) {
 
 /// Every other batch has a tinted ground.
 pub(crate) fn bands(picture: &Picture<'_>, canvas: &mut Canvas, y: std::ops::Range<f64>) {
-    for (number, batch) in picture.plan.batches.iter().enumerate() {
+    for batch in picture.plan.batches.iter().step_by(2) {
         let (left, right) = (picture.x(batch.passes.start), picture.x(batch.passes.end));
-        if number % 2 == 0 {
-            canvas.bar([left, y.start, right - left, y.end - y.start], BAND, None, "");
-        }
+        canvas.bar([left, y.start, right - left, y.end - y.start], BAND, None, "");
     }
 }
 
@@ -79,7 +77,7 @@ fn number(canvas: &mut Canvas, x: f64, y: f64, number: usize) {
 }
 
 fn transitions_hint(picture: &Picture<'_>, batch: &Batch) -> String {
-    let line = |t: &Transition| format!("{}: {} to {}", picture.names.of(t.resource), t.from.name(), t.to.name());
+    let line = |t: &Transition| format!("{}: {:?} to {:?}", picture.names.of(t.resource), t.from, t.to);
     batch.transitions.iter().map(line).collect::<Vec<String>>().join("\n")
 }
 
