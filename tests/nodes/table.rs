@@ -116,7 +116,8 @@ fn every_kind_has_a_cpu_reference_or_a_vector() {
 /// Fails unless a node of the kind runs: a skipped one proves nothing.
 fn assert_runs(kind: &str, run: &Run<'_>, pictures: &[(&str, &Picture)]) {
     let plan = run.plan(&gpu(), pictures);
-    let is_of_kind = |name: &String| run.graph.nodes.iter().any(|node| node.name == *name && node.kind.name() == kind);
+    let is_of_kind =
+        |name: &String| run.graph.nodes.iter().any(|node| node.name == *name && node.kind().name() == kind);
     let runs = plan.passes.iter().any(|pass| pass.pass.nodes.iter().any(is_of_kind));
     assert!(runs, "no pass runs a node of the kind {kind}");
 }

@@ -41,8 +41,7 @@ impl Node<'_> {
     fn value(&self, parameter: &str) -> &Value {
         let Self(graph, name) = self;
         let (_, node) = graph.node(name).unwrap_or_else(|| panic!("there is a node `{name}`"));
-        let (index, _) = node.kind.param(parameter).unwrap_or_else(|| panic!("`{name}` has `{parameter}`"));
-        &node.values[index]
+        node.instance.value(parameter).unwrap_or_else(|| panic!("`{name}` has `{parameter}`"))
     }
 
     fn number(&self, parameter: &str) -> f64 {

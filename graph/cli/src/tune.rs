@@ -52,7 +52,7 @@ fn goal(args: &GoalArgs) -> Goal {
 fn without_changes(file: &PipelineFile<'_>, options: &PipelineOptions, written: &Graph) -> Result<Graph, Failure> {
     let plain = file.check(&PipelineOptions { tier: None, sets: Vec::new(), ..options.clone() })?.0;
     let nodes = |graph: &Graph| -> Vec<_> {
-        graph.nodes.iter().map(|node| (node.name.clone(), node.kind.name().to_owned(), node.wires.clone())).collect()
+        graph.nodes.iter().map(|node| (node.name.clone(), node.kind().name().to_owned(), node.wires.clone())).collect()
     };
     if nodes(&plain) == nodes(written) {
         return Ok(plain);

@@ -81,8 +81,8 @@ fn copy(session: &mut Session, input: &str, output: &str) -> Result<InputImage, 
 
 fn set(scene: &mut Graph, parameter: &str, value: f64) {
     let node = &mut scene.nodes[0];
-    let (at, _) = node.kind.param(parameter).expect("the scene has a time and a walk");
-    node.values[at] = Value::Float(value);
+    let (at, _) = node.kind().param(parameter).expect("the scene has a time and a walk");
+    node.instance.set(at, Value::Float(value));
 }
 
 /// The output of the scene for each input: data by name, light for the first input of light.

@@ -19,7 +19,8 @@ pub(crate) fn record(
     specialized: &SpecializedGraph,
 ) -> Result<PlanBuilder, PlanError> {
     let default = ImageDesc::new(request.size);
-    let mut guesses: Vec<Vec<ImageDesc>> = graph.nodes.iter().map(|n| vec![default; n.kind.outputs().len()]).collect();
+    let mut guesses: Vec<Vec<ImageDesc>> =
+        graph.nodes.iter().map(|n| vec![default; n.kind().outputs().len()]).collect();
     let mut unstable = String::new();
     for _ in 0..ROUNDS {
         let mut round = Round::new(graph, request, specialized, &guesses);
@@ -149,8 +150,8 @@ impl<'a> Round<'a> {
         let arrivals: Vec<Arrival> = node.wires.iter().map(|wire| self.arrival(*wire)).collect();
         let context = RecorderContext {
             node: &node.name,
-            kind: node.kind.signature(),
-            values: &node.values,
+            kind: node.kind().signature(),
+            parameters: node.instance.uniform_values(),
             arrivals: &arrivals,
             format: node.format,
             frame_size: self.request.size,
@@ -160,7 +161,7 @@ impl<'a> Round<'a> {
         };
         let first_image = self.builder.recording.images.len();
         let mut recorder = Recorder::new(context, &mut self.builder.recording);
-        node.kind.record(&node.values, &mut recorder);
+        node.instance.record(&mut recorder);
         self.made[index] = recorder.finish();
         let signed = node.states.iter().flatten().any(|s| matches!(s, ColorState::Data | ColorState::LogLuminance));
         self.builder.recording.images[first_image..].iter_mut().for_each(|image| image.signed = signed);

@@ -65,7 +65,7 @@ fn other_names_do_not_change_the_order() {
 #[test]
 fn a_disabled_node_changes_the_order_little() {
     let kept = kept(|graph, rng| {
-        let can_be_off = |at: &usize| graph.nodes[*at].kind.fallback() != Fallback::Absent && !graph.nodes[*at].off;
+        let can_be_off = |at: &usize| graph.nodes[*at].kind().fallback() != Fallback::Absent && !graph.nodes[*at].off;
         let nodes: Vec<usize> = (0..graph.nodes.len()).filter(can_be_off).collect();
         graph.nodes[nodes[rng.below(nodes.len())]].off = true;
     });
@@ -75,9 +75,9 @@ fn a_disabled_node_changes_the_order_little() {
 #[test]
 fn a_rewired_input_changes_the_order_little() {
     let kept = kept(|graph, rng| {
-        let lays: Vec<usize> = (0..graph.nodes.len()).filter(|at| graph.nodes[*at].kind.name() == "Lay").collect();
+        let lays: Vec<usize> = (0..graph.nodes.len()).filter(|at| graph.nodes[*at].kind().name() == "Lay").collect();
         let reader = lays[rng.below(lays.len())];
-        let makes_image = |at: &usize| graph.nodes[*at].kind.outputs()[0].ty == PortType::Image;
+        let makes_image = |at: &usize| graph.nodes[*at].kind().outputs()[0].ty == PortType::Image;
         let earlier: Vec<usize> = (0..reader).filter(makes_image).collect();
         let wire = match earlier.is_empty() {
             true => Source::Input(0),

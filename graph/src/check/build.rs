@@ -5,9 +5,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use petgraph::graph::{DiGraph, NodeIndex};
 
 use super::files::Files;
-use super::{Condition, FactKind, Graph, GraphInput, GraphNode, GraphOutput, Source};
+use super::{Condition, FactKind, Graph, GraphInput, GraphOutput, Source};
 use crate::document::{InputEntry, Override};
-use crate::node::{NodeKind, PortType, Registry};
+use crate::node::{NodeInstance, NodeKind, PortType, Registry};
 use afterimage_base::diagnostic::{Diagnostic, Diagnostics, Location, Spanned};
 use afterimage_base::image::{ColorState, Format};
 use afterimage_base::value::Value;
@@ -145,7 +145,8 @@ impl<'a> Builder<'a> {
         self.inside(draft.scope, draft.name.value.clone(), |scope| Some(scope.name.value.clone()))
     }
 
-    fn full_label(&self, draft: &NodeDraft) -> Option<String> {
+    /// The name that people shall see, from the top, if it differs from the full name.
+    pub(super) fn full_label(&self, draft: &NodeDraft) -> Option<String> {
         let shown = |scope: &Scope| Some(scope.label.clone().unwrap_or_else(|| scope.name.value.clone()));
         let labelled = draft.label.is_some() || self.scopes_around(draft.scope).any(|scope| scope.label.is_some());
         labelled.then(|| {
@@ -164,16 +165,8 @@ impl<'a> Builder<'a> {
         std::iter::successors(Some(&self.scopes[scope]), |scope| scope.parent.map(|parent| &self.scopes[parent]))
     }
 
-    /// The graph and the warnings; all diagnostics if one of them is an error.
-    pub(super) fn finish(mut self) -> Result<(Graph, Diagnostics), Diagnostics> {
-        let diagnostics = std::mem::take(&mut self.diagnostics).sorted();
-        if diagnostics.has_errors() {
-            return Err(diagnostics);
-        }
-        Ok((self.graph(), diagnostics))
-    }
-
-    fn graph(&self) -> Graph {
+    /// The graph, if there are no errors.
+    pub(super) fn graph(&self, instances: Vec<NodeInstance>) -> Graph {
         let inputs = self.host_inputs().map(|input| GraphInput {
             name: input.name.value.clone(),
             state: input.state,
@@ -184,24 +177,14 @@ impl<'a> Builder<'a> {
         });
         Graph {
             inputs: inputs.collect(),
-            nodes: self.drafts.iter().map(|draft| self.graph_node(draft)).collect(),
+            nodes: self
+                .drafts
+                .iter()
+                .zip(instances)
+                .map(|(draft, instance)| self.graph_node(draft, instance))
+                .collect(),
             outputs: self.outputs.iter().filter_map(|(name, wire)| self.graph_output(name, wire.as_ref()?)).collect(),
             wires: self.same_frame(),
-        }
-    }
-
-    fn graph_node(&self, draft: &NodeDraft) -> GraphNode {
-        let outer = self.scopes_around(draft.scope).filter_map(|scope| scope.when.clone());
-        GraphNode {
-            name: self.full_name(draft),
-            kind: draft.kind.clone(),
-            values: draft.values.clone(),
-            wires: draft.wires.iter().map(|wire| wire.as_ref().and_then(|wire| wire.source)).collect(),
-            when: draft.when.clone().into_iter().chain(outer).reduce(Condition::and),
-            off: draft.off || self.scopes_around(draft.scope).any(|scope| scope.off),
-            format: draft.format,
-            label: self.full_label(draft),
-            states: draft.states.iter().map(|state| state.flatten()).collect(),
         }
     }
 

@@ -1,19 +1,13 @@
-//! Nodes of known kinds with their ports and parameters, those of inner pipelines included.
+//! Documents with the pipelines that they use as nodes: names, inputs, outputs.
 
 use std::collections::BTreeMap;
 
-use super::build::{Builder, Change, Feed, Named, NodeDraft, Scope};
+use super::build::{Builder, Change, Feed, Named, Scope};
 use super::files::join;
-use super::suggest::{kinds_near, known_kinds};
+use super::nodes::PIPELINE;
 use super::{Condition, DEEPEST, MOST_NODES};
-use crate::document::{Document, Field, Group, Item, NodeEntry, Tier, Tree, doubled, renamed, settings};
-use crate::node::NodeKind;
-use afterimage_base::diagnostic::{Diagnostic, Location, Spanned, did_you_mean, list, nearest, quote};
-
-/// The kind name of a pipeline used as a node.
-const PIPELINE: &str = "Pipeline";
-/// Fields that every node has, besides its ports and parameters.
-pub(super) const COMMON: [&str; 3] = ["when", "format", "label"];
+use crate::document::{Document, Field, Group, Item, NodeEntry, Tier, Tree, settings};
+use afterimage_base::diagnostic::{Diagnostic, Location, Spanned, did_you_mean, list, quote};
 
 /// What surrounds a pipeline that is being expanded.
 struct Around {
@@ -58,7 +52,11 @@ impl Builder<'_> {
                 break;
             }
             let is_good = self.good_name(&entry.name, "node") && self.is_free(scope, &entry.name);
-            let named = if is_good { self.entry(scope, entry, files) } else { Named::Broken };
+            let named = match entry.kind.value.as_str() {
+                _ if !is_good => Named::Broken,
+                PIPELINE => self.inner(scope, entry, files).unwrap_or(Named::Broken),
+                _ => self.node(scope, entry),
+            };
             self.scopes[scope].names.insert(entry.name.value.clone(), named);
         }
         for (name, _) in &document.outputs {
@@ -157,149 +155,14 @@ impl Builder<'_> {
         false
     }
 
-    fn entry(&mut self, scope: usize, entry: &NodeEntry, files: &mut Vec<String>) -> Named {
-        let fields = self.unique(&entry.fields.entries);
-        if entry.kind.value == PIPELINE {
-            return self.inner(scope, entry, fields, files).unwrap_or(Named::Broken);
-        }
-        match self.registry.get(&entry.kind.value) {
-            Some(kind) => self.node(scope, entry, kind, &fields),
-            None => {
-                let name = &entry.kind.value;
-                let message = format!("no node kind is called {}", quote(name));
-                let near = kinds_near(self.registry, name);
-                let help =
-                    near.or_else(|| did_you_mean(name, [PIPELINE])).unwrap_or_else(|| known_kinds(self.registry));
-                self.report(Diagnostic::error("unknown-kind", message).at(&entry.kind.location, "").help(help));
-                Named::Broken
-            }
-        }
-    }
-
-    fn unique(&mut self, fields: &[Field]) -> Vec<Field> {
-        let mut kept: Vec<Field> = Vec::new();
-        for (name, item) in fields {
-            match kept.iter().find(|(known, _)| known.value == name.value) {
-                Some((first, _)) => self.diagnostics.push(doubled(name, &first.location, "field")),
-                None => kept.push((name.clone(), item.clone())),
-            }
-        }
-        kept
-    }
-
-    fn node(&mut self, scope: usize, entry: &NodeEntry, kind: &NodeKind, fields: &[Field]) -> Named {
-        let mut draft = NodeDraft {
-            name: entry.name.clone(),
-            kind: kind.clone(),
-            kind_location: entry.kind.location.clone(),
-            scope,
-            values: kind.params().iter().map(|param| param.default.clone()).collect(),
-            written: vec![None; kind.params().len()],
-            asked: vec![None; kind.inputs().len()],
-            wires: vec![None; kind.inputs().len()],
-            when: None,
-            off: false,
-            format: None,
-            label: None,
-            states: vec![None; kind.outputs().len()],
-            is_partial: entry.fields.is_partial || fields.iter().any(|(_, item)| item.value.is_broken()),
-        };
-        for (name, item) in fields {
-            self.field(&mut draft, name, item);
-        }
-        if !entry.fields.is_partial {
-            self.report_missing_ports(&draft, fields);
-        }
-        self.drafts.push(draft);
-        Named::Node(self.drafts.len() - 1)
-    }
-
-    fn field(&mut self, draft: &mut NodeDraft, name: &Spanned<String>, item: &Item) {
-        let kind = draft.kind.clone();
-        if let Some(port) = kind.inputs().iter().position(|port| port.name == name.value) {
-            draft.asked[port] = self.wire(&name.value, item);
-        } else if !self.change_field(draft, &name.value, item) {
-            if let Some(param) = kind.former_param(&name.value) {
-                return self.report(renamed(name, &param.name));
-            }
-            let ports = kind.inputs().iter().map(|port| &*port.name);
-            let params = kind.params().iter().map(|param| &*param.name);
-            let known: Vec<&str> = ports.clone().chain(params.clone()).chain(COMMON).collect();
-            let message = format!("{} has no port or parameter {}", quote(kind.name()), quote(&name.value));
-            let help = [("ports", ports.collect::<Vec<_>>()), ("parameters", params.collect())]
-                .into_iter()
-                .filter(|(_, names)| !names.is_empty())
-                .map(|(what, names)| format!("its {what} are {}", list(names, 16)))
-                .collect::<Vec<_>>()
-                .join("; ");
-            let diagnostic = Diagnostic::error("unknown-field", message).at(&name.location, "");
-            self.report(diagnostic.help(help).maybe_help(did_you_mean(&name.value, known)));
-        }
-    }
-
-    /// Sets a parameter or one of what every node takes; false if the node has no such field.
-    pub(super) fn change_field(&mut self, draft: &mut NodeDraft, name: &str, item: &Item) -> bool {
-        let kind = draft.kind.clone();
-        if let Some((index, param)) = kind.param(name) {
-            if let Some(value) = self.value(&kind, param, item) {
-                draft.values[index] = value;
-                draft.written[index] = Some(item.location.clone());
-            }
-            return true;
-        }
-        match name {
-            "when" => draft.when = self.condition(draft.scope, item),
-            "format" => draft.format = self.format(item),
-            "label" => draft.label = self.label(item),
-            _ => return false,
-        }
-        true
-    }
-
-    /// The text of a wire.
-    fn wire(&mut self, port: &str, item: &Item) -> Option<Spanned<String>> {
-        if let Tree::Text(text) = &item.value {
-            return Some(Spanned::new(text.clone(), item.location.clone()));
-        }
-        if item.value.is_broken() {
-            return None;
-        }
-        let message = format!("the port {} takes the name of a node or an input in quotes", quote(port));
-        let diagnostic =
-            Diagnostic::error("wrong-type", message).at(&item.location, format!("this is {}", item.value.describe()));
-        self.report(match &item.value {
-            Tree::Name(name) => diagnostic.help(format!("write `{port}: \"{name}\"`")),
-            _ => diagnostic.help(format!("write `{port}: \"name\"`")),
-        });
-        None
-    }
-
-    fn report_missing_ports(&mut self, draft: &NodeDraft, fields: &[Field]) {
-        let ports = || draft.kind.inputs().iter().map(|port| &*port.name);
-        // A misspelt port has been reported with the right name as a hint.
-        let is_meant = |name: &str, port: &str| {
-            name == port || (draft.kind.param(name).is_none() && nearest(name, ports()) == Some(port))
-        };
-        for port in draft.kind.inputs() {
-            if !port.optional && !fields.iter().any(|(name, _)| is_meant(&name.value, &port.name)) {
-                let message = format!("{} has no {}", quote(&draft.name.value), quote(&port.name));
-                let location = &draft.kind_location;
-                let needs = format!("{} needs it", quote(draft.kind.name()));
-                let what = port.doc.trim().trim_end_matches('.');
-                let help = format!("add `{}: \"...\"`, the name of a node or an input: {what}", port.name);
-                self.report(Diagnostic::error("missing-port", message).at(location, needs).help(help));
-            }
-        }
-    }
-
     /// A pipeline used as a node.
-    fn inner(&mut self, scope: usize, entry: &NodeEntry, fields: Vec<Field>, files: &mut Vec<String>) -> Option<Named> {
+    fn inner(&mut self, scope: usize, entry: &NodeEntry, files: &mut Vec<String>) -> Option<Named> {
         let mut around =
             Around { parent: Some(scope), name: entry.name.clone(), ports: Group::default(), when: None, label: None };
         around.ports.is_partial = entry.fields.is_partial;
         let mut named = None;
         let mut changes = Vec::new();
-        for (name, item) in fields {
+        for (name, item) in self.unique(&entry.fields.entries) {
             match name.value.as_str() {
                 "file" => named = Some(item),
                 "set" => changes = self.inner_settings(item),

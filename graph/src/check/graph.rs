@@ -4,9 +4,8 @@ use std::collections::BTreeSet;
 
 use petgraph::graph::DiGraph;
 
-use crate::node::{NodeKind, PortType};
+use crate::node::{NodeInstance, NodeKind, PortType};
 use afterimage_base::image::{ColorState, Format};
-use afterimage_base::value::Value;
 
 use super::condition::{Condition, FactKind};
 
@@ -46,10 +45,8 @@ pub struct GraphInput {
 pub struct GraphNode {
     /// Its name in the file.
     pub name: String,
-    /// Its kind.
-    pub kind: NodeKind,
-    /// Its parameter values, in the order of the kind's table.
-    pub values: Vec<Value>,
+    /// The node of its kind at its parameter values.
+    pub instance: NodeInstance,
     /// What is wired to its inputs, in the order of the kind's ports.
     pub wires: Vec<Option<Source>>,
     /// When it is needed; always if `None`.
@@ -91,6 +88,13 @@ pub enum Source {
     },
 }
 
+impl GraphNode {
+    /// Its kind.
+    pub fn kind(&self) -> &NodeKind {
+        self.instance.kind()
+    }
+}
+
 impl Graph {
     /// The node of that name and its location.
     pub fn node(&self, name: &str) -> Option<(usize, &GraphNode)> {
@@ -108,7 +112,7 @@ impl Graph {
     pub fn port_type(&self, source: Source) -> PortType {
         match source {
             Source::Input(_) => PortType::Image,
-            Source::Node { node, output, .. } => self.nodes[node].kind.outputs()[output].ty,
+            Source::Node { node, output, .. } => self.nodes[node].kind().outputs()[output].ty,
         }
     }
 }

@@ -30,19 +30,19 @@
 
 mod agree;
 mod build;
+mod common;
 pub mod condition;
 mod connect;
 mod expand;
 mod files;
 mod graph;
 mod inherit;
+mod nodes;
 mod options;
 mod order;
 mod settings;
 mod suggest;
 mod unneeded;
-mod values;
-mod verify;
 
 use crate::document::Document;
 use crate::node::Registry;
@@ -88,12 +88,16 @@ impl<'a> Checker<'a> {
         builder.expand_top(&document);
         builder.command_line(sets);
         builder.change();
-        builder.verify();
+        let instances = builder.instances();
         builder.connect();
         builder.agree();
         builder.order();
         builder.report_unneeded();
-        builder.finish()
+        let diagnostics = std::mem::take(&mut builder.diagnostics).sorted();
+        if diagnostics.has_errors() {
+            return Err(diagnostics);
+        }
+        Ok((builder.graph(instances), diagnostics))
     }
 
     fn builder(&self) -> Builder<'_> {

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::build::{Builder, Change, Named, NodeDraft, Scope};
-use super::expand::COMMON;
+use super::nodes::COMMON;
 use crate::document::{Item, Override, Tree, read_tree, renamed};
 use afterimage_base::diagnostic::{Diagnostic, Location, Spanned, did_you_mean, list, quote};
 

@@ -11,7 +11,7 @@ use super::bracket::Bracket;
 use super::quotes::is_foreign_quote;
 use super::syntax;
 use super::token::{Kind, Lexer, Token};
-use super::tree::{Group, Item, Tree, plain_name};
+use super::tree::{Group, Item, Tree};
 use afterimage_base::diagnostic::{Diagnostic, Location, Spanned};
 
 /// Brackets within brackets; a pipeline needs about five.
@@ -53,7 +53,7 @@ pub(super) struct Parser<'a> {
     pub(super) next: Token,
     pub(super) second: Token,
     /// The end of the token before `next`.
-    end: usize,
+    pub(super) end: usize,
     pub(super) open: Vec<Token>,
     /// How many of the open groups, the outermost first, may have lost entries to a bracket that is not closed.
     pub(super) lossy: usize,
@@ -150,22 +150,12 @@ impl<'a> Parser<'a> {
         Spanned::new(tree, self.location(token.start, self.end))
     }
 
-    /// Reports and skips what RON has no use for; whether there was any.
-    fn skip_stray(&mut self) -> bool {
-        let has_stray = self.next.kind == Kind::Stray;
-        while self.next.kind == Kind::Stray {
-            self.report(syntax::stray(&self.next_location(), self.found()));
-            self.advance();
-        }
-        has_stray
-    }
-
     /// A word, and what follows it in parentheses.
     fn word(&mut self, token: &Token) -> Tree {
         let open = self.next;
         let is_open = open.kind == Kind::Open(Bracket::Round);
         if !is_open && !self.lacks_parenthesis() {
-            return Tree::word(self.written(token));
+            return plain_word(self.written(token));
         }
         let name = Spanned::new(plain_name(self.written(token)).to_owned(), self.token_location(token));
         if is_open {
@@ -186,14 +176,14 @@ impl<'a> Parser<'a> {
     }
 
     fn number(&mut self, token: &Token) -> Tree {
-        Tree::number(self.written(token)).unwrap_or_else(|| {
+        number(self.written(token)).unwrap_or_else(|| {
             self.report(syntax::bad_number(&self.token_location(token), self.written(token)));
             Tree::Broken
         })
     }
 
     fn quoted(&mut self, token: &Token) -> Tree {
-        Tree::text(self.written(token)).unwrap_or_else(|| {
+        text(self.written(token)).unwrap_or_else(|| {
             self.report(syntax::bad_escape(&self.token_location(token)));
             Tree::Broken
         })
@@ -301,69 +291,79 @@ impl<'a> Parser<'a> {
             _ => false,
         }
     }
+}
 
-    /// Reads the comma after an entry; false if it is missing. In any case the next token begins an entry or closes.
-    fn separator(&mut self, bracket: Bracket) -> bool {
-        let needs_no_comma = std::mem::take(&mut self.needs_no_comma);
-        loop {
-            match self.next.kind {
-                Kind::Comma => {
-                    self.advance();
-                    return true;
-                }
-                Kind::Close(_) | Kind::End => return true,
-                Kind::Stray if self.found() == ";" => {
-                    self.report(syntax::no_comma(&self.next_location(), self.found()));
-                    self.advance();
-                    return true;
-                }
-                Kind::Stray => self.stray(),
-                Kind::Colon => {
-                    self.report(syntax::second_colon(&self.next_location()));
-                    self.skip(0);
-                }
-                _ if needs_no_comma => return true,
-                _ => {
-                    self.missing_comma(bracket);
-                    return false;
-                }
-            }
-        }
+/// The value of a word without parentheses.
+fn plain_word(word: &str) -> Tree {
+    match word {
+        "true" | "false" => Tree::Bool(word == "true"),
+        "inf" | "inff32" | "inff64" => Tree::Float(f64::INFINITY),
+        "NaN" | "NaNf32" | "NaNf64" => Tree::Float(f64::NAN),
+        _ => Tree::Name(plain_name(word).to_owned()),
     }
+}
 
-    fn stray(&mut self) {
-        let is_division = self.found() == "/" && self.text[..self.end].ends_with(|c: char| c.is_ascii_digit());
-        if is_division {
-            self.report(syntax::division(&self.next_location()));
-            return self.skip(0);
-        }
-        self.report(syntax::stray(&self.next_location(), self.found()));
-        self.advance();
+/// The number that is written so.
+fn number(written: &str) -> Option<Tree> {
+    plain_number(written).or_else(|| match ron::from_str::<i64>(written) {
+        Ok(whole) => Some(Tree::Int(whole)),
+        Err(_) => ron::from_str::<f64>(written).ok().map(Tree::Float),
+    })
+}
+
+/// The text that is written so, quotes included.
+fn text(written: &str) -> Option<Tree> {
+    match plain_text(written) {
+        Some(plain) => Some(Tree::Text(plain.to_owned())),
+        None => ron::from_str(written).ok().map(Tree::Text),
     }
+}
 
-    /// Reports the comma at the end of the entry before it, unless a bracket is what is missing.
-    fn missing_comma(&mut self, bracket: Bracket) {
-        if !self.is_left_open(bracket) {
-            self.report(syntax::missing_comma(&self.location(self.end, self.end), self.found()));
-        }
+/// A name without the sign of raw names.
+fn plain_name(word: &str) -> &str {
+    word.strip_prefix("r#").unwrap_or(word)
+}
+
+/// What is between quotes and needs no decoding.
+fn plain_text(written: &str) -> Option<&str> {
+    let inside = written.strip_prefix('"')?.strip_suffix('"')?;
+    (!inside.contains(['\\', '"'])).then_some(inside)
+}
+
+/// A decimal number as everybody writes it.
+fn plain_number(written: &str) -> Option<Tree> {
+    let digits = written.strip_prefix('-').unwrap_or(written);
+    let are_digits = |part: &str| !part.is_empty() && part.bytes().all(|byte| byte.is_ascii_digit());
+    match digits.split_once('.') {
+        Some((whole, rest)) if are_digits(whole) && are_digits(rest) => written.parse().ok().map(Tree::Float),
+        None if are_digits(digits) && !digits.starts_with('0') => written.parse().ok().map(Tree::Int),
+        _ => None,
     }
+}
 
-    /// Skips to the next comma or closing bracket outside of `depth` brackets, or past the one that ends them.
-    fn skip(&mut self, mut depth: usize) {
-        let is_inside = depth > 0;
-        loop {
-            match self.next.kind {
-                Kind::End => return,
-                Kind::Comma if depth == 0 => return,
-                Kind::Close(_) if depth == 0 => return,
-                Kind::Open(_) => depth += 1,
-                Kind::Close(_) => depth -= 1,
-                _ => {}
-            }
-            self.advance();
-            if depth == 0 && is_inside {
-                return;
-            }
+#[cfg(test)]
+mod tests {
+    use super::{Tree, number, plain_number, plain_text};
+
+    /// What is taken without `ron` is what `ron` reads.
+    #[test]
+    fn plain_numbers_and_texts_are_those_of_ron() {
+        let digits = ["0", "-0", "7", "-7", "007", "1_000", "0x1F", "+3", "9223372036854775807", "9223372036854775808"];
+        let floats =
+            ["1.5", "-0.0", "0.1", "00.5", ".5", "5.", "1e3", "1.5e-3", "1.0.0", "123456789.123456789123456789"];
+        let mut taken = 0;
+        for text in digits.into_iter().chain(floats) {
+            let Some(plain) = plain_number(text) else { continue };
+            let whole = ron::from_str::<i64>(text).ok().map(Tree::Int);
+            let read = whole.or_else(|| ron::from_str::<f64>(text).ok().map(Tree::Float));
+            assert_eq!(Some(&plain), read.as_ref(), "{text}");
+            assert_eq!(Some(plain), number(text), "{text}");
+            taken += 1;
+        }
+        assert!(taken >= 8, "only {taken} numbers are plain");
+        for text in ["\"\"", "\"a b\"", "\"ü\n\"", "\"a\\tb\"", "\"\\\"\"", "\"/* no comment */\""] {
+            let plain = plain_text(text).map(str::to_owned);
+            assert!(plain.is_none_or(|plain| Ok(plain) == ron::from_str::<String>(text)), "{text}");
         }
     }
 }

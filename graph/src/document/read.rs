@@ -1,10 +1,12 @@
-//! From the tree to the sections of a pipeline.
+//! From the text of a file, by its tree, to the sections of a pipeline.
 
 use std::sync::Arc;
 
 use super::entries::{Document, InputEntry, NodeEntry, Override, Tier};
+use super::parser::{self, Parsed};
+use super::syntax;
 use super::tree::{Field, Group, Item, Tree};
-use afterimage_base::diagnostic::{Diagnostic, Diagnostics, Spanned, did_you_mean, list, quote};
+use afterimage_base::diagnostic::{Diagnostic, Diagnostics, Location, Sources, Spanned, did_you_mean, list, quote};
 use afterimage_base::image::ColorState;
 
 const SECTIONS: [&str; 7] = ["inputs", "nodes", "outputs", "set", "tiers", "extends", "facts"];
@@ -21,8 +23,45 @@ const INPUT_TYPES: [(&str, ColorState); 9] = [
     ("Mask", ColorState::Data),
 ];
 
+/// The largest file that is read, in bytes. A pipeline of a thousand nodes has a tenth of it.
+pub const LONGEST_FILE: usize = 4 << 20;
+
+/// Reads a pipeline file. The name is the one that messages show, and that files named in it are relative to.
+///
+/// Reading goes on after a syntax error: the document holds what could be read, [`Document::problems`] the errors.
+///
+/// # Errors
+/// When the text holds no `Pipeline( ... )`.
+pub fn parse(file_name: &str, text: &str) -> Result<Document, Diagnostics> {
+    let text = without_mark(text);
+    let mut sources = Sources::default();
+    let file = sources.insert(file_name, if text.len() > LONGEST_FILE { "" } else { text });
+    let mut problems = Diagnostics::new(sources);
+    if let Err(error) = check_length(&file, text) {
+        problems.push(error);
+        return Err(problems);
+    }
+    let Parsed { tree, errors } = parser::read(&file, text);
+    errors.into_iter().for_each(|error| problems.push(error));
+    document(&file, tree, problems)
+}
+
+/// The text without the byte order mark that some editors begin a file with.
+pub(crate) fn without_mark(text: &str) -> &str {
+    text.strip_prefix('\u{feff}').unwrap_or(text)
+}
+
+fn check_length(file: &Arc<str>, text: &str) -> Result<(), Diagnostic> {
+    let start = Location::new(file, 0..0);
+    match text.len() > LONGEST_FILE {
+        true => Err(syntax::too_long(&start, text.len(), LONGEST_FILE)),
+        false if parser::is_blank(file, text) => Err(syntax::blank(&start)),
+        false => Ok(()),
+    }
+}
+
 /// The document of a file's tree, with the problems found so far; only these if it is no pipeline at all.
-pub(super) fn document(file: &Arc<str>, tree: Item, mut problems: Diagnostics) -> Result<Document, Diagnostics> {
+fn document(file: &Arc<str>, tree: Item, mut problems: Diagnostics) -> Result<Document, Diagnostics> {
     if matches!(tree.value, Tree::Name(_)) {
         // The syntax of prose is of no interest.
         problems = Diagnostics::new(problems.sources);
@@ -382,11 +421,7 @@ fn unknown(code: &'static str, message: String, word: &Spanned<String>, what: &s
 }
 
 /// Two entries of one name.
-pub(crate) fn doubled(
-    again: &Spanned<String>,
-    first: &afterimage_base::diagnostic::Location,
-    what: &str,
-) -> Diagnostic {
+pub(crate) fn doubled(again: &Spanned<String>, first: &Location, what: &str) -> Diagnostic {
     Diagnostic::error("doubled", format!("the {what} {} is given twice", quote(&again.value)))
         .at(&again.location, "given again here")
         .also(first, "first given here")

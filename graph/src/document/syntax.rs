@@ -175,3 +175,15 @@ pub(super) fn after_the_end(location: &Location, token: &str, name: Option<&str>
     let message = format!("after the end of {end}, {}", found(token));
     error(message, location, format!("a file holds one {value} and nothing after it"))
 }
+
+pub(super) fn too_long(start: &Location, bytes: usize, most: usize) -> Diagnostic {
+    Diagnostic::error("file-too-long", format!("the file has {bytes} bytes, more than a pipeline can have"))
+        .at(start, "")
+        .help(format!("a pipeline file has at most {most} bytes"))
+}
+
+pub(super) fn blank(start: &Location) -> Diagnostic {
+    const SMALLEST: &str = "the smallest pipeline is `Pipeline(inputs: { \"scene\": Color }, nodes: {}, \
+                            outputs: { \"display\": \"scene\" })`";
+    Diagnostic::error("empty-file", "the file is empty").at(start, "").help(SMALLEST)
+}

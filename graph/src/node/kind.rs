@@ -1,8 +1,7 @@
-//! A kind of node: what a node author writes ([`Node`]) and what the framework sees ([`Kind`]).
+//! A kind of node, and a node, as the framework sees them.
 
 use std::sync::Arc;
 
-use super::params::Params;
 use super::ports::{Fallback, Input, Output, Signature};
 use super::recorder::Recorder;
 use afterimage_base::Shared;
@@ -32,32 +31,6 @@ impl Arrivals {
     }
 }
 
-/// A node kind with typed parameters: what a node author implements, beside `params!`.
-pub trait Node: Params {
-    /// The input ports.
-    const INPUTS: &'static [Input];
-    /// The output ports, the main one first.
-    const OUTPUTS: &'static [Output];
-    /// What replaces every output when the node is off.
-    const FALLBACK: Fallback;
-
-    /// The fallback that equals the node's output at its present values and arrivals, if there is one: the node is then
-    /// skipped. The result must be bit-identical to running the node, or more accurate.
-    fn identity(&self, arrivals: &Arrivals) -> Option<Fallback> {
-        let _ = arrivals;
-        None
-    }
-
-    /// Checks what domains cannot express: whether a loaded file can be read, whether values fit each other. The error
-    /// is one sentence, with the line of the file that it is about. A node whose values fail is never recorded.
-    fn verify(&self) -> Result<(), String> {
-        Ok(())
-    }
-
-    /// Describes the passes of the node.
-    fn record(&self, pass: &mut Recorder<'_>);
-}
-
 /// A node kind as the framework sees it.
 pub trait Kind: Send + Sync + 'static {
     /// The name in pipeline files.
@@ -72,60 +45,32 @@ pub trait Kind: Send + Sync + 'static {
     fn outputs(&self) -> &[Output];
     /// What replaces every output when the node is off.
     fn fallback(&self) -> Fallback;
-    /// The fallback that equals the node's output at these values and arrivals.
-    fn identity(&self, values: &[Value], arrivals: &Arrivals) -> Option<Fallback>;
+    /// The node at these values, in the order of `params`. Panics where a value has the wrong type.
+    fn instantiate(&self, values: &[Value]) -> Arc<dyn DynNode>;
+}
+
+/// A node at its values, as the framework sees it. Every [`Node`](super::Node) is one.
+pub trait DynNode: Send + Sync + 'static {
+    /// The fallback that equals the node's output at these arrivals, if there is one.
+    fn identity(&self, arrivals: &Arrivals) -> Option<Fallback> {
+        let _ = arrivals;
+        None
+    }
+
     /// Whether the values go together and the files among them, which are loaded by now, can be read.
-    fn verify(&self, values: &[Value]) -> Result<(), String>;
-    /// Describes the passes of the node at these values.
-    fn record(&self, values: &[Value], pass: &mut Recorder<'_>);
-}
+    fn verify(&self) -> Result<(), String> {
+        Ok(())
+    }
 
-struct Typed<N>(std::marker::PhantomData<fn() -> N>);
-
-fn typed<N: Node>(values: &[Value]) -> N {
-    N::from_values(values).expect("values of a checked graph have the types of their table")
-}
-
-impl<N: Node> Kind for Typed<N> {
-    fn name(&self) -> &str {
-        N::KIND
-    }
-    fn doc(&self) -> &str {
-        N::DOC
-    }
-    fn params(&self) -> &[Param] {
-        N::table()
-    }
-    fn inputs(&self) -> &[Input] {
-        N::INPUTS
-    }
-    fn outputs(&self) -> &[Output] {
-        N::OUTPUTS
-    }
-    fn fallback(&self) -> Fallback {
-        N::FALLBACK
-    }
-    fn identity(&self, values: &[Value], arrivals: &Arrivals) -> Option<Fallback> {
-        typed::<N>(values).identity(arrivals)
-    }
-    fn verify(&self, values: &[Value]) -> Result<(), String> {
-        typed::<N>(values).verify()
-    }
-    fn record(&self, values: &[Value], pass: &mut Recorder<'_>) {
-        typed::<N>(values).record(pass);
-    }
+    /// Describes the passes of the node.
+    fn record(&self, pass: &mut Recorder<'_>);
 }
 
 /// A handle to a node kind: what tables of kinds hold.
 #[derive(Clone)]
-pub struct NodeKind(Shared<dyn Kind>);
+pub struct NodeKind(pub(super) Shared<dyn Kind>);
 
 impl NodeKind {
-    /// The kind of a typed node.
-    pub const fn of<N: Node>() -> Self {
-        Self(Shared::Static(const { &Typed::<N>(std::marker::PhantomData) }))
-    }
-
     /// Any other implementation; it is dropped with the last handle to it.
     pub fn new(kind: Arc<dyn Kind>) -> Self {
         Self(Shared::Counted(kind))

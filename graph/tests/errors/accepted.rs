@@ -37,7 +37,7 @@ fn graph_of(text: &str, tier: Option<&str>, sets: &[(&str, &str)]) -> Graph {
 
 fn value(graph: &Graph, node: &str, param: &str) -> Value {
     let (_, node) = graph.node(node).expect("the node exists");
-    node.values[node.kind.param(param).expect("the parameter exists").0].clone()
+    node.instance.value(param).expect("the parameter exists").clone()
 }
 
 #[test]

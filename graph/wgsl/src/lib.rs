@@ -21,7 +21,7 @@ pub use link::{Instance, Linked, Linker, Place, SourceMap};
 pub use reflect::{ArgType, EntryPoint, Function, Global, GlobalKind, Member, Reflection, ScalarKind, StructLayout};
 pub use sample_mode::SampleMode;
 pub use shader::Shader;
-pub use uniform::{UniformValue, pack};
+pub use uniform::UniformValue;
 pub use validate::validate;
 
 /// Whether a name may be declared in a module: WGSL does not reserve it.

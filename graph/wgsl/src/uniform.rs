@@ -1,6 +1,6 @@
 //! Uniform bytes, packed by name: no padding by hand, no struct to keep equal on both sides.
 
-use crate::reflect::{Member, ScalarKind, StructLayout};
+use crate::reflect::{Member, Reflection, ScalarKind};
 use afterimage_base::value::Value;
 
 /// A value on its way into a uniform.
@@ -85,17 +85,23 @@ impl UniformValue {
     }
 }
 
-/// The bytes of a uniform struct. Values without a member are left out; a member without a value is an error that names
-/// it.
-pub fn pack(layout: &StructLayout, values: &[(&str, UniformValue)]) -> Result<Vec<u8>, String> {
-    let mut bytes = vec![0; layout.size as usize];
-    for member in &layout.members {
-        // The last of a name wins: what a node computes replaces what the file said.
-        let value = values.iter().rev().find(|(name, _)| *name == member.name);
-        let (_, value) = value.ok_or_else(|| format!("`{}.{}` has no value", layout.name, member.name))?;
-        write_member(&mut bytes, member, value).map_err(|why| format!("`{}.{}` {why}", layout.name, member.name))?;
+impl Reflection {
+    /// The bytes of the uniform struct `ty`, where the last of several values of one name counts. Values without a
+    /// member are left out.
+    ///
+    /// # Errors
+    /// A struct that does not exist, and a member without a value or with too many numbers.
+    pub fn pack(&self, ty: &str, values: &[(&str, UniformValue)]) -> Result<Vec<u8>, String> {
+        let layout = self.layout(ty).ok_or_else(|| format!("there is no struct `{ty}`"))?;
+        let mut bytes = vec![0; layout.size as usize];
+        for member in &layout.members {
+            let error = |why: String| format!("`{ty}.{}` {why}", member.name);
+            let value = values.iter().rev().find(|(name, _)| *name == member.name);
+            let (_, value) = value.ok_or_else(|| error("has no value".into()))?;
+            write_member(&mut bytes, member, value).map_err(error)?;
+        }
+        Ok(bytes)
     }
-    Ok(bytes)
 }
 
 fn write_member(bytes: &mut [u8], member: &Member, value: &UniformValue) -> Result<(), String> {

@@ -1,7 +1,7 @@
 //! Uniform bytes follow the layout that reflection finds in the shader.
 #![allow(missing_docs, reason = "a test binary exports nothing")]
 
-use afterimage_wgsl::{Shader, UniformValue, pack};
+use afterimage_wgsl::{Shader, UniformValue};
 
 static SHADER: Shader = Shader::new(
     "params.wgsl",
@@ -17,7 +17,7 @@ static SHADER: Shader = Shader::new(
 
 fn packed(values: &[(&str, UniformValue)]) -> Result<Vec<u8>, String> {
     let reflection = SHADER.reflect().unwrap_or_else(|error| panic!("{error:?}"));
-    pack(reflection.layout("Params").expect("the shader declares the struct"), values)
+    reflection.pack("Params", values)
 }
 
 fn values() -> Vec<(&'static str, UniformValue)> {

@@ -33,7 +33,7 @@ fn pipelines() -> &'static [Shipped] {
         let document = parse(name, text).unwrap_or_else(|told| panic!("{told}"));
         let options = CheckOptions { loader: &Few::new(""), ..Default::default() };
         let (graph, _) = check(&document, registry(), &options).unwrap_or_else(|told| panic!("{told}"));
-        let nodes = graph.nodes.into_iter().map(|node| (node.name, node.kind)).collect();
+        let nodes = graph.nodes.into_iter().map(|node| (node.name, node.instance.kind().clone())).collect();
         Shipped { document, nodes }
     };
     PIPELINES.get_or_init(|| all_shipped().iter().map(read).collect())
@@ -108,7 +108,7 @@ fn value(param: &Param, choices: &mut Bytes<'_>) -> String {
 fn switch(graph: &mut Graph, choices: &mut Bytes<'_>) {
     let formats: Vec<Format> = Format::ALL.to_vec();
     for node in &mut graph.nodes {
-        let can_be_off = node.kind.fallback() != Fallback::Absent;
+        let can_be_off = node.kind().fallback() != Fallback::Absent;
         node.off |= can_be_off && choices.rarely(8);
         if choices.rarely(16) {
             node.format = Some(choices.one_of(&formats));

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use afterimage_graph::check::{Graph, GraphInput, GraphNode, GraphOutput, Source};
-use afterimage_graph::node::NodeKind;
+use afterimage_graph::node::{NodeInstance, NodeKind};
 use afterimage_graph::prelude::*;
 use petgraph::graph::{DiGraph, NodeIndex};
 
@@ -93,8 +93,7 @@ impl Growing {
         let format = (takes_formats && self.rng.per_cent(20)).then(|| formats[self.rng.below(formats.len())]);
         self.nodes.push(GraphNode {
             name: format!("{}{node}", kind.name().to_lowercase()),
-            kind: kind.clone(),
-            values: Vec::new(),
+            instance: NodeInstance::new(kind.clone(), Vec::new()),
             wires: wires.into_iter().map(Some).collect(),
             when: None,
             off,
@@ -116,7 +115,7 @@ impl Growing {
     /// Turns the second input of some nodes into what an image was in an earlier frame.
     fn add_histories(&mut self, count: usize) {
         let images: Vec<Source> = self.made[&PortType::Image].clone();
-        let lays: Vec<usize> = (0..self.nodes.len()).filter(|at| self.nodes[*at].kind.name() == "Lay").collect();
+        let lays: Vec<usize> = (0..self.nodes.len()).filter(|at| self.nodes[*at].kind().name() == "Lay").collect();
         for _ in 0..count.min(lays.len()) {
             let (reader, past) = (lays[self.rng.below(lays.len())], images[self.rng.below(images.len())]);
             let frames = 1 + self.rng.below(3) as u32;

@@ -8,8 +8,8 @@ const STEPS: f64 = 1e6;
 
 /// A number in steps of 1e-6, so that equal numbers are equal bits and can be hashed.
 ///
-/// The steps are those of published chromaticities and of file formats, which are coarser. The nearest `f64` of a number
-/// with at most six decimals survives the conversion, and that of its `f32` becomes that number up to 8.
+/// The steps are those of published chromaticities and of file formats, which are coarser. The nearest `f64` of a
+/// number with at most six decimals survives the conversion, and that of its `f32` becomes that number up to 8.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
 pub struct Decimal(i64);
 

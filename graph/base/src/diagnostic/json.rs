@@ -2,8 +2,8 @@
 
 use serde::Serialize;
 
-use super::sources::Sources;
-use super::types::{Diagnostic, Diagnostics, Label, Severity};
+use super::diagnostics::{Diagnostic, Diagnostics, Label, Severity};
+use super::location::Sources;
 
 #[derive(Serialize)]
 struct JsonDiagnostic<'a> {

@@ -4,15 +4,11 @@
 //! hint. [`Diagnostics`] holds all of them with the texts of the files, so that it can be printed
 //! ([`Diagnostics::render`]) or passed to an editor ([`Diagnostics::to_json`]) without further data.
 
+mod diagnostics;
 mod json;
 mod location;
 mod names;
-mod render;
-mod sources;
-mod types;
 
-pub use location::{Location, Spanned};
+pub use diagnostics::{Diagnostic, Diagnostics, Label, Severity, Style};
+pub use location::{Location, Position, Sources, Spanned};
 pub use names::{did_you_mean, list, nearest, quote};
-pub use render::Style;
-pub use sources::{Position, Sources};
-pub use types::{Diagnostic, Diagnostics, Label, Severity};

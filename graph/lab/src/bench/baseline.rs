@@ -55,10 +55,10 @@ impl Chain {
         let wanted = ["Exposure", "Extract", "Downsample", "Upsample", "Composite", "ToneMap", "Encode"];
         // A final dither is optional.
         let nodes = match graph.nodes.as_slice() {
-            [nodes @ .., last] if last.kind.name() == "Dither" => nodes,
+            [nodes @ .., last] if last.kind().name() == "Dither" => nodes,
             nodes => nodes,
         };
-        let kinds: Vec<&str> = nodes.iter().map(|node| node.kind.name()).collect();
+        let kinds: Vec<&str> = nodes.iter().map(|node| node.kind().name()).collect();
         if kinds != wanted || graph.nodes.iter().any(|node| node.off || node.when.is_some()) {
             return None;
         }
@@ -74,7 +74,7 @@ impl Chain {
             (tone_map, "curve", "Aces"),
             (encode, "transfer", "Srgb"),
         ];
-        if choices.iter().any(|(node, name, choice)| value(node, name) != Some(&Value::Choice(choice))) {
+        if choices.iter().any(|(node, name, choice)| node.instance.value(name) != Some(&Value::Choice(choice))) {
             return None;
         }
         Some(Self {
@@ -83,7 +83,7 @@ impl Chain {
             knee: number(extract, "knee")?,
             radius: number(upsample, "radius")?,
             strength: number(composite, "strength")?,
-            tent: value(composite, "filter") == Some(&Value::Choice("Tent")),
+            tent: composite.instance.value("filter") == Some(&Value::Choice("Tent")),
             gain: number(exposure, "stops")?.exp2(),
         })
     }
@@ -96,12 +96,8 @@ impl Chain {
     }
 }
 
-fn value<'a>(node: &'a GraphNode, name: &str) -> Option<&'a Value> {
-    node.values.get(node.kind.param(name)?.0)
-}
-
 fn number(node: &GraphNode, name: &str) -> Option<f32> {
-    match value(node, name)? {
+    match node.instance.value(name)? {
         Value::Float(number) => Some(*number as f32),
         Value::Int(number) => Some(*number as f32),
         _ => None,

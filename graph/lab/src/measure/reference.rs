@@ -61,7 +61,7 @@ pub(crate) fn before_quantization(graph: &Graph, output: &str) -> Graph {
     {
         let node = &mut graph.nodes[node];
         let wire = node.wires.iter().flatten().next().copied();
-        match wire.filter(|_| node.kind.name() == "Dither") {
+        match wire.filter(|_| node.kind().name() == "Dither") {
             Some(wire) => {
                 node.off = true;
                 source = wire;

@@ -121,7 +121,7 @@ impl Switch {
     pub(crate) fn apply(&self, graph: &mut Graph, choice: usize) {
         let node = &mut graph.nodes[self.node];
         match (self.target, &self.choices[choice]) {
-            (SwitchTarget::Parameter(at), SwitchValue::Value(value)) => node.values[at] = value.clone(),
+            (SwitchTarget::Parameter(at), SwitchValue::Value(value)) => node.instance.set(at, value.clone()),
             (SwitchTarget::Format, SwitchValue::Format(format)) => node.format = *format,
             _ => unreachable!("the choices of a switch are of its target"),
         }
@@ -139,11 +139,11 @@ pub(crate) fn switches(graph: &Graph) -> Vec<Switch> {
 }
 
 fn parameter_switches(index: usize, node: &GraphNode) -> impl Iterator<Item = Switch> + '_ {
-    node.kind.params().iter().enumerate().filter_map(move |(at, param)| {
+    node.kind().params().iter().enumerate().filter_map(move |(at, param)| {
         let quality = param.quality.as_ref()?;
         let mut values = vec![quality.exact.clone()];
         values.extend(quality.cheaper.iter().cloned());
-        let written = node.values[at].clone();
+        let written = node.instance.values()[at].clone();
         // A value that the kind does not list is assumed to be between the most accurate and the cheaper ones.
         if !values.contains(&written) {
             values.insert(1, written.clone());
@@ -163,7 +163,7 @@ fn parameter_switches(index: usize, node: &GraphNode) -> impl Iterator<Item = Sw
 /// The format switch of a node whose images are not outputs.
 fn format_switch(graph: &Graph, index: usize) -> Option<Switch> {
     let node = &graph.nodes[index];
-    let makes_images = node.kind.outputs().iter().any(|port| matches!(port.ty, PortType::Image | PortType::Pyramid));
+    let makes_images = node.kind().outputs().iter().any(|port| matches!(port.ty, PortType::Image | PortType::Pyramid));
     let is_result = |output: &afterimage_graph::check::GraphOutput| match output.source {
         afterimage_graph::check::Source::Node { node, .. } => node == index,
         afterimage_graph::check::Source::Input(_) => false,
@@ -198,7 +198,7 @@ fn node_changes(from: &GraphNode, to: &GraphNode) -> Vec<String> {
     let mut set = |name: &str, value: Option<String>| {
         all.extend(value.map(|value| format!("{:?}: {value}", format!("{}.{name}", to.name))));
     };
-    for ((before, after), param) in from.values.iter().zip(&to.values).zip(to.kind.params()) {
+    for ((before, after), param) in from.instance.values().iter().zip(to.instance.values()).zip(to.kind().params()) {
         set(&param.name, (before != after).then(|| after.to_string()));
     }
     if from.when != to.when {
@@ -226,10 +226,7 @@ pub(crate) fn most_accurate(graph: &Graph) -> Result<Graph, LabError> {
 
 /// Checks that the values of each node are valid together.
 pub(crate) fn verify(graph: &Graph) -> Result<(), String> {
-    graph
-        .nodes
-        .iter()
-        .try_for_each(|node| node.kind.verify(&node.values).map_err(|why| format!("`{}`: {why}", node.name)))
+    graph.nodes.iter().try_for_each(|node| node.instance.verify().map_err(|why| format!("`{}`: {why}", node.name)))
 }
 
 /// The reference, the file as it is, its tiers, and each switch changed on its own.

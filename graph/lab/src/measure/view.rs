@@ -52,12 +52,11 @@ impl View {
     }
 
     fn after(encode: &GraphNode) -> Self {
-        let value = |name: &str| encode.kind.param(name).map(|(at, _)| &encode.values[at]);
-        let choice = |name: &str| match value(name) {
+        let choice = |name: &str| match encode.instance.value(name) {
             Some(Value::Choice(choice)) => *choice,
             _ => "",
         };
-        let number = |name: &str, otherwise: f64| match value(name) {
+        let number = |name: &str, otherwise: f64| match encode.instance.value(name) {
             Some(Value::Float(number)) => *number,
             _ => otherwise,
         };
@@ -128,7 +127,7 @@ fn encoder(graph: &Graph, from: Source) -> Option<&GraphNode> {
     for _ in 0..graph.nodes.len() {
         let Source::Node { node, .. } = source else { return None };
         let node = &graph.nodes[node];
-        if node.kind.name() == "Encode" {
+        if node.kind().name() == "Encode" {
             return Some(node);
         }
         source = node.wires.iter().flatten().next().copied()?;

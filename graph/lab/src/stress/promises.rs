@@ -45,8 +45,8 @@ pub(crate) struct Promises {
 impl Promises {
     /// What all nodes of a graph promise together.
     pub(crate) fn of(graph: &Graph, known_kinds: &[&str]) -> Self {
-        let is_real = |node: &&GraphNode| !PROBES.contains(&node.kind.name());
-        let is_known = |node: &GraphNode| known_kinds.contains(&node.kind.name());
+        let is_real = |node: &&GraphNode| !PROBES.contains(&node.kind().name());
+        let is_known = |node: &GraphNode| known_kinds.contains(&node.kind().name());
         let all = |promise: &dyn Fn(&GraphNode) -> bool| graph.nodes.iter().filter(is_real).all(promise);
         Self {
             constant: all(&|node| is_known(node) && !is_one_of(node, PLACED)),
@@ -61,16 +61,12 @@ impl Promises {
 }
 
 fn is_one_of(node: &GraphNode, kinds: &[&str]) -> bool {
-    kinds.contains(&node.kind.name())
-}
-
-fn value<'n>(node: &'n GraphNode, parameter: &str) -> Option<&'n Value> {
-    node.kind.param(parameter).map(|(index, _)| &node.values[index])
+    kinds.contains(&node.kind().name())
 }
 
 fn keeps(node: &GraphNode) -> bool {
     // A sum of levels is brighter than each of them.
-    let sums =
-        value(node, "normalize") == Some(&Value::Bool(false)) && value(node, "blend") == Some(&Value::Choice("Add"));
+    let sums = node.instance.value("normalize") == Some(&Value::Bool(false))
+        && node.instance.value("blend") == Some(&Value::Choice("Add"));
     is_one_of(node, KEEPING) && !sums
 }

@@ -224,11 +224,10 @@ fn outputs(plan: &Plan, graph: &Graph, texels: Vec<Texels>) -> Vec<OutputPixels>
 fn limit(plan: &Plan, graph: &Graph, source: Source) -> Option<f64> {
     let Source::Node { node, output, .. } = source else { return None };
     let node = &graph.nodes[node];
-    let gives = &node.kind.outputs()[output].state;
+    let gives = &node.kind().outputs()[output].state;
     let is_limited = matches!(gives, OutputState::Always(ColorState::DisplayLinear | ColorState::Encoded));
     let runs = !plan.skipped.iter().any(|skipped| skipped.node == node.name);
-    let peak = node.kind.param("peak").map(|(index, _)| &node.values[index]);
-    match peak {
+    match node.instance.value("peak") {
         _ if !(is_limited && runs) => None,
         Some(Value::Float(peak)) => Some(*peak),
         _ => Some(1.0),

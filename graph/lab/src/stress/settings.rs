@@ -50,7 +50,7 @@ pub(crate) fn sweep(subject: &Subject, graph: &Graph, pairs: usize) -> Vec<Chang
 fn axes(subject: &Subject, graph: &Graph) -> Vec<Axis> {
     let mut axes = Vec::new();
     for node in graph.nodes.iter().filter(|node| subject.sweeps(&node.name)) {
-        for (param, value) in node.kind.params().iter().zip(&node.values) {
+        for (param, value) in node.kind().params().iter().zip(node.instance.values()) {
             let name = format!("{}.{}", node.name, param.name);
             let ends = ends(param).into_iter().filter(|end| end != value).collect();
             let neutral = param.neutral.clone().filter(|neutral| neutral != value);

@@ -29,7 +29,7 @@ pub(super) fn put_fallbacks(graph: &Graph, request: &PlanRequest<'_>) -> Special
     for &index in &order {
         let verdict = verdict(graph, request, &specialized, index, remembered.contains(&index));
         specialized.outputs[index] = match &verdict {
-            None => ports_of(index, graph.nodes[index].kind.outputs().len()),
+            None => ports_of(index, graph.nodes[index].kind().outputs().len()),
             Some((fallback, _)) => replace(graph, &specialized, index, fallback),
         };
         specialized.runs[index] = verdict.is_none();
@@ -67,14 +67,14 @@ fn verdict(
 ) -> Option<(Fallback, String)> {
     let node = &graph.nodes[index];
     if node.off {
-        return Some((node.kind.fallback(), "switched off".into()));
+        return Some((node.kind().fallback(), "switched off".into()));
     }
     if let Some(condition) = node.when.as_ref().filter(|condition| !condition.holds(&request.facts)) {
-        return Some((node.kind.fallback(), format!("`when: {condition}` does not hold")));
+        return Some((node.kind().fallback(), format!("`when: {condition}` does not hold")));
     }
     let mut zero = Vec::new();
     let mut absent = Vec::new();
-    for (port, wire) in node.kind.inputs().iter().zip(&node.wires) {
+    for (port, wire) in node.kind().inputs().iter().zip(&node.wires) {
         match specialized.resolve(*wire) {
             WireSource::Zero => zero.push(port.name.clone()),
             WireSource::Absent => absent.push(port.name.clone()),
@@ -82,10 +82,10 @@ fn verdict(
         }
     }
     let arrivals = Arrivals::new(zero, absent);
-    if !remembered && let Some(fallback) = node.kind.identity(&node.values, &arrivals) {
+    if !remembered && let Some(fallback) = node.instance.identity(&arrivals) {
         return Some((fallback, "changes nothing here".into()));
     }
-    let starved = node.kind.inputs().iter().find(|port| !port.optional && arrivals.is_absent(&port.name))?;
+    let starved = node.kind().inputs().iter().find(|port| !port.optional && arrivals.is_absent(&port.name))?;
     Some((Fallback::Absent, format!("nothing arrives at its input `{}`", starved.name)))
 }
 
@@ -96,11 +96,11 @@ fn replace(graph: &Graph, specialized: &SpecializedGraph, index: usize, fallback
         Fallback::Zero if matches!(ty, PortType::Image | PortType::Pyramid) => WireSource::Zero,
         Fallback::Zero => WireSource::Absent,
         Fallback::Input(name) => {
-            let port = node.kind.inputs().iter().position(|input| input.name == *name && input.ty == ty);
+            let port = node.kind().inputs().iter().position(|input| input.name == *name && input.ty == ty);
             port.map_or(WireSource::Absent, |port| specialized.resolve(node.wires[port]))
         }
     };
-    node.kind.outputs().iter().map(|output| of_port(output.ty)).collect()
+    node.kind().outputs().iter().map(|output| of_port(output.ty)).collect()
 }
 
 /// An order in which nodes can be recorded.

@@ -7,7 +7,7 @@ use afterimage_graph::check::{Graph, Source};
 
 /// Marks the outputs that are needed, and skips the nodes without any.
 pub(super) fn mark_wanted(graph: &Graph, specialized: &mut SpecializedGraph) -> Result<(), PlanError> {
-    let mut wanted: Vec<Vec<bool>> = graph.nodes.iter().map(|n| vec![false; n.kind.outputs().len()]).collect();
+    let mut wanted: Vec<Vec<bool>> = graph.nodes.iter().map(|n| vec![false; n.kind().outputs().len()]).collect();
     let mut stack = shown(graph, specialized)?;
     while let Some((node, output)) = stack.pop() {
         let first_visit = !wanted[node].iter().any(|wanted| *wanted);

@@ -5,8 +5,8 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use super::complaints::Complaints;
 use super::names::{pascal, snake, stem};
 use crate::node::{
-    Arrival, Arrivals, BufferLife, NodeKind, Origin, Pass, PortType, Recorder, RecorderContext, Recording, Resource,
-    VirtualBuffer, VirtualImage,
+    Arrival, Arrivals, BufferLife, NodeInstance, NodeKind, Origin, Pass, PortType, Recorder, RecorderContext,
+    Recording, Resource, VirtualBuffer, VirtualImage,
 };
 use afterimage_base::caps::Caps;
 use afterimage_base::image::{ImageDesc, Size};
@@ -15,7 +15,7 @@ use afterimage_wgsl::Shader;
 
 /// One way of using a kind.
 struct Use<'a> {
-    values: &'a [Value],
+    node: &'a NodeInstance,
     size: Size,
     is_fully_wired: bool,
     is_exact: bool,
@@ -32,14 +32,15 @@ struct Recorded {
 
 pub(super) fn look(kind: &NodeKind, complaints: &mut Complaints, seen: &mut dyn FnMut(&Recording)) {
     for (index, values) in variants(kind).into_iter().enumerate() {
+        let node = NodeInstance::new(kind.clone(), values);
         // The defaults are used in every way; each extreme with everything wired, which is where it can do most.
         let ways: &[(bool, bool)] =
             if index == 0 { &[(true, false), (false, false), (true, true)] } else { &[(true, false)] };
         for size in [Size::new(64, 36), Size::new(1, 1)] {
             for (is_fully_wired, is_exact) in ways.iter().copied() {
-                let way = Use { values: &values, size, is_fully_wired, is_exact, is_default: index == 0 };
-                if is_recorded(kind, &way) {
-                    one(kind, &way, complaints, seen);
+                let way = Use { node: &node, size, is_fully_wired, is_exact, is_default: index == 0 };
+                if is_recorded(&way) {
+                    one(&way, complaints, seen);
                 }
             }
         }
@@ -47,18 +48,19 @@ pub(super) fn look(kind: &NodeKind, complaints: &mut Complaints, seen: &mut dyn 
 }
 
 /// Values that the kind refuses, such as a missing file, and those at which a fallback replaces it are not recorded.
-fn is_recorded(kind: &NodeKind, way: &Use<'_>) -> bool {
-    let absent = kind.inputs().iter().filter(|port| port.optional && !way.is_fully_wired).map(|port| port.name.clone());
+fn is_recorded(way: &Use<'_>) -> bool {
+    let inputs = way.node.kind().inputs();
+    let absent = inputs.iter().filter(|port| port.optional && !way.is_fully_wired).map(|port| port.name.clone());
     let arrivals = Arrivals::new(Vec::new(), absent.collect());
-    kind.verify(way.values).is_ok() && kind.identity(way.values, &arrivals).is_none()
+    way.node.verify().is_ok() && way.node.identity(&arrivals).is_none()
 }
 
-fn one(kind: &NodeKind, way: &Use<'_>, complaints: &mut Complaints, seen: &mut dyn FnMut(&Recording)) {
-    let Some(first) = record(kind, way, complaints) else { return };
+fn one(way: &Use<'_>, complaints: &mut Complaints, seen: &mut dyn FnMut(&Recording)) {
+    let Some(first) = record(way, complaints) else { return };
     // A recording may bake a table, so it is made twice only at the defaults.
-    let again = way.is_default.then(|| record(kind, way, complaints)).flatten();
+    let again = way.is_default.then(|| record(way, complaints)).flatten();
     complaints.require(again.is_none_or(|again| first == again), || "two recordings at equal values differ".into());
-    for (port, given) in kind.outputs().iter().zip(&first.outputs) {
+    for (port, given) in way.node.kind().outputs().iter().zip(&first.outputs) {
         let fits = matches!(
             (port.ty, given),
             (PortType::Image | PortType::Volume, Arrival::Image(_) | Arrival::Zero)
@@ -103,8 +105,8 @@ fn extremes(param: &Param) -> Vec<Value> {
     }
 }
 
-fn record(kind: &NodeKind, way: &Use<'_>, complaints: &mut Complaints) -> Option<Recorded> {
-    let attempt = catch_unwind(AssertUnwindSafe(|| recorded(kind, way)));
+fn record(way: &Use<'_>, complaints: &mut Complaints) -> Option<Recorded> {
+    let attempt = catch_unwind(AssertUnwindSafe(|| recorded(way)));
     attempt.map_err(|panic| complaints.add(format!("recording fails: {}", reason(&*panic)))).ok()
 }
 
@@ -113,7 +115,8 @@ fn reason(panic: &(dyn std::any::Any + Send)) -> String {
     text.unwrap_or("it panics").to_owned()
 }
 
-fn recorded(kind: &NodeKind, way: &Use<'_>) -> Recorded {
+fn recorded(way: &Use<'_>) -> Recorded {
+    let kind = way.node.kind();
     let mut recording = Recording::default();
     let arrivals: Vec<Arrival> = kind
         .inputs()
@@ -129,7 +132,7 @@ fn recorded(kind: &NodeKind, way: &Use<'_>) -> Recorded {
     let context = RecorderContext {
         node: "node",
         kind: kind.signature(),
-        values: way.values,
+        parameters: way.node.uniform_values(),
         arrivals: &arrivals,
         format: None,
         frame_size: way.size,
@@ -138,7 +141,7 @@ fn recorded(kind: &NodeKind, way: &Use<'_>) -> Recorded {
         wanted: &wanted,
     };
     let mut recorder = Recorder::new(context, &mut recording);
-    kind.record(way.values, &mut recorder);
+    way.node.record(&mut recorder);
     let outputs = recorder.finish();
     Recorded { outputs, recording, given }
 }

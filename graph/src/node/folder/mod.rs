@@ -38,7 +38,7 @@ use declaration::{Declaration, SizeRule};
 use super::contract::{contract, snake, stem};
 use std::sync::Arc;
 
-use super::kind::{Arrivals, Kind, NodeKind};
+use super::kind::{DynNode, Kind, NodeKind};
 use super::ports::{Fallback, Input, Output, PortType};
 use super::recorder::Recorder;
 use super::resource::ImageId;
@@ -132,10 +132,15 @@ struct FolderKind {
     name: String,
     doc: String,
     params: Vec<Param>,
+    fallback: Fallback,
+    node: Arc<FolderNode>,
+}
+
+/// Its node. All nodes are one, since its passes do not depend on the parameters: they are numbers in uniforms.
+struct FolderNode {
     inputs: Vec<Input>,
     outputs: Vec<Output>,
     made: Vec<(Shared<str>, SizeRule)>,
-    fallback: Fallback,
     shader: Arc<Shader>,
 }
 
@@ -150,21 +155,21 @@ impl Kind for FolderKind {
         &self.params
     }
     fn inputs(&self) -> &[Input] {
-        &self.inputs
+        &self.node.inputs
     }
     fn outputs(&self) -> &[Output] {
-        &self.outputs
+        &self.node.outputs
     }
     fn fallback(&self) -> Fallback {
         self.fallback.clone()
     }
-    fn identity(&self, _: &[Value], _: &Arrivals) -> Option<Fallback> {
-        None
+    fn instantiate(&self, _: &[Value]) -> Arc<dyn DynNode> {
+        self.node.clone()
     }
-    fn verify(&self, _: &[Value]) -> Result<(), String> {
-        Ok(())
-    }
-    fn record(&self, _: &[Value], pass: &mut Recorder<'_>) {
+}
+
+impl DynNode for FolderNode {
+    fn record(&self, pass: &mut Recorder<'_>) {
         let first = self.inputs.iter().find(|port| port.ty == PortType::Image && pass.wired(&port.name));
         let size = match first.map(|port| pass.image(&port.name)) {
             Some(image) => pass.desc(image).size,
@@ -184,18 +189,12 @@ impl FolderKind {
         let outputs: Vec<Output> = declared.outputs.into_iter().map(|output| output.port).collect();
         let inputs: Vec<Input> = declared.inputs.into_iter().map(|(port, _)| port).collect();
         let params: Vec<Param> = declared.params.into_iter().map(|(param, _)| param).collect();
-        Self {
-            name: declared.name.value,
-            doc: declared.doc,
-            params,
-            inputs,
-            outputs,
-            made,
-            fallback: declared.fallback,
-            shader,
-        }
+        let node = Arc::new(FolderNode { inputs, outputs, made, shader });
+        Self { name: declared.name.value, doc: declared.doc, params, fallback: declared.fallback, node }
     }
+}
 
+impl FolderNode {
     fn record_output(&self, output: &str, function: &Shared<str>, desc: ImageDesc, pass: &mut Recorder<'_>) {
         let reflection = self.shader.reflect().expect("the shader was read before the kind was made");
         let args = &reflection.function(function).expect("the function was found before the kind was made").args;

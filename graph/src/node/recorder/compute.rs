@@ -14,7 +14,8 @@ pub struct ComputePass<'r, 'a> {
     pub(super) entry: Shared<str>,
     pub(super) label: String,
     pub(super) bound: Vec<(&'static str, Resource)>,
-    pub(super) set: Vec<(&'static str, UniformValue)>,
+    /// The parameters, and after them what the node computes.
+    pub(super) uniform: Vec<(&'a str, UniformValue)>,
     pub(super) constants: Vec<(&'static str, f64)>,
     pub(super) by_cells: Option<ByCells>,
 }
@@ -24,14 +25,14 @@ impl<'a> Recorder<'a> {
     /// something else.
     pub fn compute(&mut self, shader: impl Into<Shared<Shader>>, entry: impl Into<Shared<str>>) -> ComputePass<'_, 'a> {
         let (shader, entry) = (shader.into(), entry.into());
-        let label = entry.to_string();
+        let (label, uniform) = (entry.to_string(), self.parameters.clone());
         ComputePass {
             recorder: self,
             shader,
             entry,
             label,
             bound: Vec::new(),
-            set: Vec::new(),
+            uniform,
             constants: Vec::new(),
             by_cells: None,
         }
@@ -63,7 +64,7 @@ impl ComputePass<'_, '_> {
 
     /// A number that the node computes for its uniform; replaces a parameter of the same name.
     pub fn set(mut self, name: &'static str, value: impl Into<UniformValue>) -> Self {
-        self.set.push((name, value.into()));
+        self.uniform.push((name, value.into()));
         self
     }
 
@@ -85,13 +86,14 @@ impl ComputePass<'_, '_> {
     pub fn dispatch(self, groups: [u32; 3]) {
         let reflection = self.recorder.reflection(&self.shader);
         let mut args = Vec::new();
-        let mut uniform = Vec::new();
+        let mut uniform = Ok(Vec::new());
         for global in &reflection.globals {
             match &global.kind {
-                GlobalKind::Uniform(ty) => uniform = self.recorder.uniform(&self.shader, ty, &self.set),
+                GlobalKind::Uniform(ty) => uniform = reflection.pack(ty, &self.uniform),
                 kind => args.extend(self.resource(&global.name).map(|held| argument(&global.name, kind, held))),
             }
         }
+        let uniform = uniform.unwrap_or_else(|why| panic!("{:?}: {why}", self.shader));
         let Self { recorder, shader, entry, label, constants, by_cells, .. } = self;
         let kernel = KernelCall {
             args,
@@ -102,7 +104,13 @@ impl ComputePass<'_, '_> {
             ..KernelCall::function(recorder.node, shader, entry, &[])
         };
         let nodes = vec![recorder.node.to_owned()];
-        recorder.push(Pass { nodes, label, kernels: vec![kernel], results: Vec::new(), kind: PassKind::Compute });
+        recorder.recording.passes.push(Pass {
+            nodes,
+            label,
+            kernels: vec![kernel],
+            results: Vec::new(),
+            kind: PassKind::Compute,
+        });
     }
 
     fn resource(&self, name: &str) -> Option<Resource> {

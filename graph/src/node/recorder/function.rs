@@ -15,7 +15,8 @@ pub struct FunctionPass<'r, 'a> {
     pub(super) function: Shared<str>,
     pub(super) label: String,
     pub(super) reads: Vec<(Shared<str>, ImageId)>,
-    pub(super) set: Vec<(&'static str, UniformValue)>,
+    /// The parameters, and after them what the node computes.
+    pub(super) uniform: Vec<(&'a str, UniformValue)>,
     pub(super) reach: Option<f32>,
     pub(super) promises: Vec<&'static str>,
     pub(super) by_rows: Option<ByRows>,
@@ -30,14 +31,14 @@ impl<'a> Recorder<'a> {
         function: impl Into<Shared<str>>,
     ) -> FunctionPass<'_, 'a> {
         let (shader, function) = (shader.into(), function.into());
-        let label = function.to_string();
+        let (label, uniform) = (function.to_string(), self.parameters.clone());
         FunctionPass {
             recorder: self,
             shader,
             function,
             label,
             reads: Vec::new(),
-            set: Vec::new(),
+            uniform,
             reach: None,
             promises: Vec::new(),
             by_rows: None,
@@ -60,7 +61,7 @@ impl FunctionPass<'_, '_> {
 
     /// A number that the node computes for its uniform; replaces a parameter of the same name.
     pub fn set(mut self, name: &'static str, value: impl Into<UniformValue>) -> Self {
-        self.set.push((name, value.into()));
+        self.uniform.push((name, value.into()));
         self
     }
 
@@ -95,7 +96,8 @@ impl FunctionPass<'_, '_> {
 
     /// Records the pass; the result goes to an image made before.
     pub fn write_to(self, result: ImageId) {
-        let function = self.recorder.reflection(&self.shader).function(&self.function);
+        let reflection = self.recorder.reflection(&self.shader);
+        let function = reflection.function(&self.function);
         let function =
             function.unwrap_or_else(|| panic!("{:?} has no kernel function `{}`", self.shader, self.function));
         let arg = |(index, (name, _)): (usize, &(String, _))| Argument {
@@ -104,14 +106,15 @@ impl FunctionPass<'_, '_> {
         };
         let args = function.args.iter().enumerate().map(arg).collect();
         let uniform = function.args.iter().find_map(|(name, ty)| match ty {
-            ArgType::Struct(ty) if name == "params" => Some(self.recorder.uniform(&self.shader, ty, &self.set)),
+            ArgType::Struct(ty) if name == "params" => Some(reflection.pack(ty, &self.uniform)),
             _ => None,
         });
+        let uniform = uniform.transpose().unwrap_or_else(|why| panic!("{:?}: {why}", self.shader));
         let (node, uniform) = (self.recorder.node, uniform.unwrap_or_default());
         let Self { recorder, shader, function, label, reach, promises, by_rows, .. } = self;
         let call = KernelCall::function(node, shader, function, &[]);
         let kernel = KernelCall { args, uniform, reach, promises, by_rows, ..call };
-        recorder.push(Pass::of_functions(vec![node.to_owned()], label, vec![kernel], result));
+        recorder.recording.passes.push(Pass::of_functions(vec![node.to_owned()], label, vec![kernel], result));
     }
 
     fn arg(&self, function: &Function, index: usize) -> Arg {

@@ -13,8 +13,7 @@ use super::ports::Signature;
 use super::resource::{BufferId, BufferLife, ImageId, Origin, VirtualBuffer, VirtualImage};
 use afterimage_base::caps::Caps;
 use afterimage_base::image::{Format, ImageDesc, Size};
-use afterimage_base::value::Value;
-use afterimage_wgsl::{Reflection, Shader, UniformValue, pack};
+use afterimage_wgsl::{Reflection, Shader, UniformValue};
 
 /// What is wired to an input port of a node that runs.
 #[derive(Clone, Debug, PartialEq)]
@@ -66,11 +65,11 @@ impl Recording {
     }
 }
 
-/// What a node gets: its values and inputs, and the recording to which it adds passes.
+/// What a node gets: its parameters and inputs, and the recording to which it adds passes.
 pub struct Recorder<'a> {
     node: &'a str,
     kind: Signature<'a>,
-    values: &'a [Value],
+    parameters: Vec<(&'a str, UniformValue)>,
     arrivals: &'a [Arrival],
     format: Option<Format>,
     frame_size: Size,
@@ -87,8 +86,8 @@ pub struct RecorderContext<'a> {
     pub node: &'a str,
     /// What its kind declares.
     pub kind: Signature<'a>,
-    /// Its parameter values, in the order of the kind's table.
-    pub values: &'a [Value],
+    /// The names and values of its parameters, for uniforms.
+    pub parameters: Vec<(&'a str, UniformValue)>,
     /// What arrives at its inputs, in the order of the kind's ports.
     pub arrivals: &'a [Arrival],
     /// The format that the file asks for.
@@ -106,9 +105,9 @@ pub struct RecorderContext<'a> {
 impl<'a> Recorder<'a> {
     /// A recorder that adds to `recording`.
     pub fn new(context: RecorderContext<'a>, recording: &'a mut Recording) -> Self {
-        let RecorderContext { node, kind, values, arrivals, format, frame_size, caps, exact, wanted } = context;
+        let RecorderContext { node, kind, parameters, arrivals, format, frame_size, caps, exact, wanted } = context;
         let outputs = vec![Arrival::Absent; kind.outputs.len()];
-        Self { node, kind, values, arrivals, format, frame_size, caps, exact, wanted, recording, outputs }
+        Self { node, kind, parameters, arrivals, format, frame_size, caps, exact, wanted, recording, outputs }
     }
 
     /// What each output port holds, in the order of the kind's ports.
@@ -263,18 +262,5 @@ impl<'a> Recorder<'a> {
 
     fn reflection<'s>(&self, shader: &'s Shader) -> &'s Reflection {
         shader.reflect().unwrap_or_else(|error| panic!("the contract test parses every shader: {error}"))
-    }
-
-    /// Packs a uniform from the parameters and what the node has computed.
-    fn uniform(&self, shader: &Shader, ty: &str, set: &[(&'static str, UniformValue)]) -> Vec<u8> {
-        let layout = self.reflection(shader).layout(ty).unwrap_or_else(|| panic!("{shader:?} has no struct `{ty}`"));
-        let params = self.kind.params.iter().zip(self.values);
-        let mut values: Vec<(&str, UniformValue)> = params.map(|(p, v)| (&*p.name, UniformValue::from(v))).collect();
-        values.extend(set.iter().map(|(name, value)| (*name, value.clone())));
-        pack(layout, &values).unwrap_or_else(|why| panic!("{shader:?}: {why}"))
-    }
-
-    fn push(&mut self, pass: Pass) {
-        self.recording.passes.push(pass);
     }
 }

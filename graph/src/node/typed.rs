@@ -1,6 +1,13 @@
-//! `params!` and `choices!`: a parameter is declared once, here, and nowhere else.
+//! Typed nodes: what a node author writes, and an instance, which is a node at its values.
 
+use std::sync::Arc;
+
+use super::kind::{Arrivals, DynNode, Kind, NodeKind};
+use super::ports::{Fallback, Input, Output};
+use super::recorder::Recorder;
+use afterimage_base::Shared;
 use afterimage_base::value::{Param, Value};
+use afterimage_wgsl::UniformValue;
 
 /// The parameters of a node kind, as `params!` declares them.
 pub trait Params: Sized + Clone + Send + Sync + 'static {
@@ -12,6 +19,141 @@ pub trait Params: Sized + Clone + Send + Sync + 'static {
     fn table() -> &'static [Param];
     /// The struct from values in the order of the table; `None` where a value has the wrong type.
     fn from_values(values: &[Value]) -> Option<Self>;
+}
+
+/// A node kind with typed parameters: what a node author implements, beside `params!`.
+pub trait Node: Params {
+    /// The input ports.
+    const INPUTS: &'static [Input];
+    /// The output ports, the main one first.
+    const OUTPUTS: &'static [Output];
+    /// What replaces every output when the node is off.
+    const FALLBACK: Fallback;
+
+    /// The fallback that equals the node's output at its present values and arrivals, if there is one: the node is then
+    /// skipped. The result must be bit-identical to running the node, or more accurate.
+    fn identity(&self, arrivals: &Arrivals) -> Option<Fallback> {
+        let _ = arrivals;
+        None
+    }
+
+    /// Checks what domains cannot express: whether a loaded file can be read, whether values fit each other. The error
+    /// is one sentence, with the line of the file that it is about. A node whose values fail is never recorded.
+    fn verify(&self) -> Result<(), String> {
+        Ok(())
+    }
+
+    /// Describes the passes of the node.
+    fn record(&self, pass: &mut Recorder<'_>);
+}
+
+impl<N: Node> DynNode for N {
+    fn identity(&self, arrivals: &Arrivals) -> Option<Fallback> {
+        Node::identity(self, arrivals)
+    }
+    fn verify(&self) -> Result<(), String> {
+        Node::verify(self)
+    }
+    fn record(&self, pass: &mut Recorder<'_>) {
+        Node::record(self, pass);
+    }
+}
+
+/// The kind of a typed node.
+struct Typed<N>(std::marker::PhantomData<fn() -> N>);
+
+impl<N: Node> Kind for Typed<N> {
+    fn name(&self) -> &str {
+        N::KIND
+    }
+    fn doc(&self) -> &str {
+        N::DOC
+    }
+    fn params(&self) -> &[Param] {
+        N::table()
+    }
+    fn inputs(&self) -> &[Input] {
+        N::INPUTS
+    }
+    fn outputs(&self) -> &[Output] {
+        N::OUTPUTS
+    }
+    fn fallback(&self) -> Fallback {
+        N::FALLBACK
+    }
+    fn instantiate(&self, values: &[Value]) -> Arc<dyn DynNode> {
+        Arc::new(N::from_values(values).expect("the values have the types of their table"))
+    }
+}
+
+impl NodeKind {
+    /// The kind of a typed node.
+    pub const fn of<N: Node>() -> Self {
+        Self(Shared::Static(const { &Typed::<N>(std::marker::PhantomData) }))
+    }
+}
+
+/// A node of a kind at parameter values: what a graph holds.
+#[derive(Clone)]
+pub struct NodeInstance {
+    kind: NodeKind,
+    values: Vec<Value>,
+    node: Arc<dyn DynNode>,
+}
+
+impl NodeInstance {
+    /// The node at these values, in the order of the kind's table.
+    ///
+    /// # Panics
+    ///
+    /// Panics where a value is missing or has another type than its parameter.
+    pub fn new(kind: NodeKind, values: Vec<Value>) -> Self {
+        let node = kind.instantiate(&values);
+        Self { kind, values, node }
+    }
+
+    /// The kind.
+    pub fn kind(&self) -> &NodeKind {
+        &self.kind
+    }
+
+    /// The parameter values, in the order of the kind's table.
+    pub fn values(&self) -> &[Value] {
+        &self.values
+    }
+
+    /// The value of the parameter of that name.
+    pub fn value(&self, name: &str) -> Option<&Value> {
+        self.kind.param(name).map(|(index, _)| &self.values[index])
+    }
+
+    /// Sets the value at this place of the kind's table.
+    ///
+    /// # Panics
+    ///
+    /// Panics where the table has no such place, or its parameter has another type.
+    pub fn set(&mut self, index: usize, value: Value) {
+        self.values[index] = value;
+        self.node = self.kind.instantiate(&self.values);
+    }
+
+    /// The names and values of the parameters, as uniforms take them.
+    pub fn uniform_values(&self) -> Vec<(&str, UniformValue)> {
+        self.kind.params().iter().zip(&self.values).map(|(param, value)| (&*param.name, value.into())).collect()
+    }
+}
+
+impl std::ops::Deref for NodeInstance {
+    type Target = dyn DynNode;
+    fn deref(&self) -> &Self::Target {
+        &*self.node
+    }
+}
+
+impl std::fmt::Debug for NodeInstance {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("NodeInstance").field("kind", &self.kind).field("values", &self.values).finish()
+    }
 }
 
 /// Declares the parameters of a node kind and, with them, the kind's name and manual text.

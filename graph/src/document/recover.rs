@@ -1,4 +1,4 @@
-//! Brackets that do not fit each other.
+//! Recovery after errors: brackets that do not fit each other, missing commas, characters that do not belong there.
 
 use super::balance::{Misfit, is_outside};
 use super::bracket::Bracket;
@@ -73,6 +73,81 @@ impl Parser<'_> {
         let open: Vec<_> = self.open.iter().map(|token| (self.token_location(token), bracket(token))).collect();
         if let Some(error) = syntax::unclosed_at_end(&open) {
             self.report(error);
+        }
+    }
+
+    /// Reports and skips what RON has no use for; whether there was any.
+    pub(super) fn skip_stray(&mut self) -> bool {
+        let has_stray = self.next.kind == Kind::Stray;
+        while self.next.kind == Kind::Stray {
+            self.report(syntax::stray(&self.next_location(), self.found()));
+            self.advance();
+        }
+        has_stray
+    }
+
+    /// Reads the comma after an entry; false if it is missing. In any case the next token begins an entry or closes.
+    pub(super) fn separator(&mut self, bracket: Bracket) -> bool {
+        let needs_no_comma = std::mem::take(&mut self.needs_no_comma);
+        loop {
+            match self.next.kind {
+                Kind::Comma => {
+                    self.advance();
+                    return true;
+                }
+                Kind::Close(_) | Kind::End => return true,
+                Kind::Stray if self.found() == ";" => {
+                    self.report(syntax::no_comma(&self.next_location(), self.found()));
+                    self.advance();
+                    return true;
+                }
+                Kind::Stray => self.stray(),
+                Kind::Colon => {
+                    self.report(syntax::second_colon(&self.next_location()));
+                    self.skip(0);
+                }
+                _ if needs_no_comma => return true,
+                _ => {
+                    self.missing_comma(bracket);
+                    return false;
+                }
+            }
+        }
+    }
+
+    fn stray(&mut self) {
+        let is_division = self.found() == "/" && self.text[..self.end].ends_with(|c: char| c.is_ascii_digit());
+        if is_division {
+            self.report(syntax::division(&self.next_location()));
+            return self.skip(0);
+        }
+        self.report(syntax::stray(&self.next_location(), self.found()));
+        self.advance();
+    }
+
+    /// Reports the comma at the end of the entry before it, unless a bracket is what is missing.
+    fn missing_comma(&mut self, bracket: Bracket) {
+        if !self.is_left_open(bracket) {
+            self.report(syntax::missing_comma(&self.location(self.end, self.end), self.found()));
+        }
+    }
+
+    /// Skips to the next comma or closing bracket outside of `depth` brackets, or past the one that ends them.
+    pub(super) fn skip(&mut self, mut depth: usize) {
+        let is_inside = depth > 0;
+        loop {
+            match self.next.kind {
+                Kind::End => return,
+                Kind::Comma if depth == 0 => return,
+                Kind::Close(_) if depth == 0 => return,
+                Kind::Open(_) => depth += 1,
+                Kind::Close(_) => depth -= 1,
+                _ => {}
+            }
+            self.advance();
+            if depth == 0 && is_inside {
+                return;
+            }
         }
     }
 }

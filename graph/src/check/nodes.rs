@@ -1,0 +1,288 @@
+//! Nodes of known kinds: from the entry in a file to the node of the graph.
+
+use super::build::{Builder, Named, NodeDraft};
+use super::files::{join, unreadable};
+use super::suggest::{kinds_near, known_kinds};
+use super::{Condition, GraphNode};
+use crate::document::{Field, Item, NodeEntry, Tree, doubled, renamed};
+use crate::node::{NodeInstance, NodeKind};
+use afterimage_base::diagnostic::{Diagnostic, Location, Spanned, did_you_mean, list, nearest, quote};
+use afterimage_base::value::{ChoiceName, FileValue, Param, Type, Value};
+
+/// The kind name of a pipeline used as a node.
+pub(super) const PIPELINE: &str = "Pipeline";
+/// Fields that every node has, besides its ports and parameters.
+pub(super) const COMMON: [&str; 3] = ["when", "format", "label"];
+
+impl Builder<'_> {
+    /// A node of a kind.
+    pub(super) fn node(&mut self, scope: usize, entry: &NodeEntry) -> Named {
+        let fields = self.unique(&entry.fields.entries);
+        let Some(kind) = self.registry.get(&entry.kind.value) else {
+            let name = &entry.kind.value;
+            let near = kinds_near(self.registry, name).or_else(|| did_you_mean(name, [PIPELINE]));
+            let help = near.unwrap_or_else(|| known_kinds(self.registry));
+            let message = format!("no node kind is called {}", quote(name));
+            self.report(Diagnostic::error("unknown-kind", message).at(&entry.kind.location, "").help(help));
+            return Named::Broken;
+        };
+        let mut draft = draft(scope, entry, kind);
+        draft.is_partial |= fields.iter().any(|(_, item)| item.value.is_broken());
+        for (name, item) in &fields {
+            self.field(&mut draft, name, item);
+        }
+        if !entry.fields.is_partial {
+            self.report_missing_ports(&draft, &fields);
+        }
+        self.drafts.push(draft);
+        Named::Node(self.drafts.len() - 1)
+    }
+
+    /// The fields without those whose name has occurred before.
+    pub(super) fn unique(&mut self, fields: &[Field]) -> Vec<Field> {
+        let mut kept: Vec<Field> = Vec::new();
+        for (name, item) in fields {
+            match kept.iter().find(|(known, _)| known.value == name.value) {
+                Some((first, _)) => self.diagnostics.push(doubled(name, &first.location, "field")),
+                None => kept.push((name.clone(), item.clone())),
+            }
+        }
+        kept
+    }
+
+    fn field(&mut self, draft: &mut NodeDraft, name: &Spanned<String>, item: &Item) {
+        let kind = draft.kind.clone();
+        if let Some(port) = kind.inputs().iter().position(|port| port.name == name.value) {
+            draft.asked[port] = self.wire(&name.value, item);
+        } else if !self.change_field(draft, &name.value, item) {
+            if let Some(param) = kind.former_param(&name.value) {
+                return self.report(renamed(name, &param.name));
+            }
+            let ports = kind.inputs().iter().map(|port| &*port.name);
+            let params = kind.params().iter().map(|param| &*param.name);
+            let known: Vec<&str> = ports.clone().chain(params.clone()).chain(COMMON).collect();
+            let message = format!("{} has no port or parameter {}", quote(kind.name()), quote(&name.value));
+            let help = [("ports", ports.collect::<Vec<_>>()), ("parameters", params.collect())]
+                .into_iter()
+                .filter(|(_, names)| !names.is_empty())
+                .map(|(what, names)| format!("its {what} are {}", list(names, 16)))
+                .collect::<Vec<_>>()
+                .join("; ");
+            let diagnostic = Diagnostic::error("unknown-field", message).at(&name.location, "");
+            self.report(diagnostic.help(help).maybe_help(did_you_mean(&name.value, known)));
+        }
+    }
+
+    /// Sets a parameter or one of what every node takes; false if the node has no such field.
+    pub(super) fn change_field(&mut self, draft: &mut NodeDraft, name: &str, item: &Item) -> bool {
+        let kind = draft.kind.clone();
+        if let Some((index, param)) = kind.param(name) {
+            if let Some(value) = self.value(&kind, param, item) {
+                draft.values[index] = value;
+                draft.written[index] = Some(item.location.clone());
+            }
+            return true;
+        }
+        match name {
+            "when" => draft.when = self.condition(draft.scope, item),
+            "format" => draft.format = self.format(item),
+            "label" => draft.label = self.label(item),
+            _ => return false,
+        }
+        true
+    }
+
+    /// The text of a wire.
+    pub(super) fn wire(&mut self, port: &str, item: &Item) -> Option<Spanned<String>> {
+        if let Tree::Text(text) = &item.value {
+            return Some(Spanned::new(text.clone(), item.location.clone()));
+        }
+        if item.value.is_broken() {
+            return None;
+        }
+        let message = format!("the port {} takes the name of a node or an input in quotes", quote(port));
+        let diagnostic =
+            Diagnostic::error("wrong-type", message).at(&item.location, format!("this is {}", item.value.describe()));
+        self.report(match &item.value {
+            Tree::Name(name) => diagnostic.help(format!("write `{port}: \"{name}\"`")),
+            _ => diagnostic.help(format!("write `{port}: \"name\"`")),
+        });
+        None
+    }
+
+    fn report_missing_ports(&mut self, draft: &NodeDraft, fields: &[Field]) {
+        let ports = || draft.kind.inputs().iter().map(|port| &*port.name);
+        // A misspelt port has been reported with the right name as a hint.
+        let is_meant = |name: &str, port: &str| {
+            name == port || (draft.kind.param(name).is_none() && nearest(name, ports()) == Some(port))
+        };
+        for port in draft.kind.inputs() {
+            if !port.optional && !fields.iter().any(|(name, _)| is_meant(&name.value, &port.name)) {
+                let message = format!("{} has no {}", quote(&draft.name.value), quote(&port.name));
+                let location = &draft.kind_location;
+                let needs = format!("{} needs it", quote(draft.kind.name()));
+                let what = port.doc.trim().trim_end_matches('.');
+                let help = format!("add `{}: \"...\"`, the name of a node or an input: {what}", port.name);
+                self.report(Diagnostic::error("missing-port", message).at(location, needs).help(help));
+            }
+        }
+    }
+
+    /// The value of a parameter; an error is reported otherwise.
+    fn value(&mut self, kind: &NodeKind, param: &Param, item: &Item) -> Option<Value> {
+        if item.value.is_broken() {
+            return None;
+        }
+        let value = match self.typed(kind, param, item) {
+            Ok(value) => value,
+            Err(diagnostic) => {
+                self.report(diagnostic);
+                return None;
+            }
+        };
+        if let Err(why) = param.accepts(&value) {
+            let diagnostic = Diagnostic::error("out-of-domain", why).at(&item.location, "");
+            self.report(diagnostic.help(about(param)));
+            return None;
+        }
+        Some(value)
+    }
+
+    fn typed(&mut self, kind: &NodeKind, param: &Param, item: &Item) -> Result<Value, Diagnostic> {
+        Ok(match (param.ty, &item.value) {
+            (Type::Bool, Tree::Bool(flag)) => Value::Bool(*flag),
+            (Type::Int, Tree::Int(whole)) => Value::Int(*whole),
+            (Type::Float, Tree::Int(_) | Tree::Float(_)) => Value::Float(number(item).unwrap_or_default()),
+            (Type::Vector(n), Tree::Tuple(None, items)) => vector(kind, param, n, items, &item.location)?,
+            (Type::Choice(choices), Tree::Name(name)) => match choices.iter().find(|choice| choice.name == name) {
+                Some(choice) => Value::Choice(choice.name),
+                None => return Err(unknown_choice(param, choices, name, &item.location)),
+            },
+            (Type::File, Tree::Text(path)) => self.file(&Spanned::new(path.clone(), item.location.clone()))?,
+            _ => return Err(wrong_type(kind, param, item)),
+        })
+    }
+
+    fn file(&mut self, named: &Spanned<String>) -> Result<Value, Diagnostic> {
+        let path = named.value.clone();
+        if path.is_empty() {
+            return Ok(Value::File(FileValue::default()));
+        }
+        let bytes = self.files.bytes(&join(&named.location.file, &path)).map_err(|why| unreadable(named, &why))?;
+        Ok(Value::File(FileValue { path, bytes: Some(bytes) }))
+    }
+
+    /// Each node at its values. Reports those whose kind refuses them: a file that is not readable, two parameters that
+    /// do not fit each other.
+    pub(super) fn instances(&mut self) -> Vec<NodeInstance> {
+        let instance = |draft: &NodeDraft| NodeInstance::new(draft.kind.clone(), draft.values.clone());
+        let instances: Vec<NodeInstance> = self.drafts.iter().map(instance).collect();
+        let complete = self.drafts.iter().zip(&instances).filter(|(draft, _)| !draft.is_partial);
+        let refused: Vec<Diagnostic> =
+            complete.filter_map(|(draft, instance)| Some(refused(draft, &instance.verify().err()?))).collect();
+        refused.into_iter().for_each(|diagnostic| self.report(diagnostic));
+        instances
+    }
+
+    /// The node in the graph.
+    pub(super) fn graph_node(&self, draft: &NodeDraft, instance: NodeInstance) -> GraphNode {
+        let outer = self.scopes_around(draft.scope).filter_map(|scope| scope.when.clone());
+        GraphNode {
+            name: self.full_name(draft),
+            instance,
+            wires: draft.wires.iter().map(|wire| wire.as_ref().and_then(|wire| wire.source)).collect(),
+            when: draft.when.clone().into_iter().chain(outer).reduce(Condition::and),
+            off: draft.off || self.scopes_around(draft.scope).any(|scope| scope.off),
+            format: draft.format,
+            label: self.full_label(draft),
+            states: draft.states.iter().map(|state| state.flatten()).collect(),
+        }
+    }
+}
+
+/// The node before any of its fields is read.
+fn draft(scope: usize, entry: &NodeEntry, kind: &NodeKind) -> NodeDraft {
+    NodeDraft {
+        name: entry.name.clone(),
+        kind: kind.clone(),
+        kind_location: entry.kind.location.clone(),
+        scope,
+        values: kind.params().iter().map(|param| param.default.clone()).collect(),
+        written: vec![None; kind.params().len()],
+        asked: vec![None; kind.inputs().len()],
+        wires: vec![None; kind.inputs().len()],
+        when: None,
+        off: false,
+        format: None,
+        label: None,
+        states: vec![None; kind.outputs().len()],
+        is_partial: entry.fields.is_partial,
+    }
+}
+
+/// The kind of a node refuses its values.
+fn refused(draft: &NodeDraft, why: &str) -> Diagnostic {
+    let message = format!("{} cannot use its parameters: {why}", quote(&draft.name.value));
+    let files = draft.kind.params().iter().zip(&draft.written).filter(|(param, _)| param.ty == Type::File);
+    let file = files.filter_map(|(_, written)| written.as_ref()).next();
+    Diagnostic::error("unusable", message).at(file.unwrap_or(&draft.kind_location), "")
+}
+
+fn number(item: &Item) -> Option<f64> {
+    match item.value {
+        Tree::Int(whole) => Some(whole as f64),
+        Tree::Float(number) => Some(number),
+        _ => None,
+    }
+}
+
+fn vector(kind: &NodeKind, param: &Param, n: usize, items: &[Item], location: &Location) -> Result<Value, Diagnostic> {
+    if items.len() != n {
+        let message =
+            format!("{} of {} takes {n} numbers, not {}", quote(&param.name), quote(kind.name()), items.len());
+        return Err(Diagnostic::error("wrong-type", message).at(location, "").help(about(param)));
+    }
+    let mut numbers = [0.0; 4];
+    for (slot, item) in numbers.iter_mut().zip(items) {
+        *slot = number(item).ok_or_else(|| {
+            let message = format!("{} of {} takes {n} numbers", quote(&param.name), quote(kind.name()));
+            let seen = format!("this is {}", item.value.describe());
+            Diagnostic::error("wrong-type", message).at(&item.location, seen).help(about(param))
+        })?;
+    }
+    Ok(Value::Vector(numbers, n))
+}
+
+fn unknown_choice(param: &Param, choices: &[ChoiceName], name: &str, location: &Location) -> Diagnostic {
+    let names = || choices.iter().map(|choice| choice.name);
+    Diagnostic::error("unknown-choice", format!("{} has no value {}", quote(&param.name), quote(name)))
+        .at(location, "")
+        .help(format!("its values are {}", list(names(), 16)))
+        .maybe_help(did_you_mean(name, names()))
+}
+
+fn wrong_type(kind: &NodeKind, param: &Param, item: &Item) -> Diagnostic {
+    let message = format!("{} of {} is {}", quote(&param.name), quote(kind.name()), param.ty.describe());
+    let diagnostic =
+        Diagnostic::error("wrong-type", message).at(&item.location, format!("this is {}", item.value.describe()));
+    match (param.ty, &item.value) {
+        (Type::Choice(choices), Tree::Text(name)) if choices.iter().any(|choice| choice.name == name) => {
+            diagnostic.help(format!("write {} without quotes", quote(name)))
+        }
+        (Type::Bool, Tree::Name(name)) if name.eq_ignore_ascii_case("true") || name.eq_ignore_ascii_case("false") => {
+            diagnostic.help(format!("write {}", quote(&name.to_lowercase())))
+        }
+        (Type::Int, Tree::Float(x)) if x.fract() == 0.0 && x.abs() < 1e15 => diagnostic.help(format!("write `{x:.0}`")),
+        (Type::Int, Tree::Float(x)) if x.fract() == 0.0 => diagnostic.help("the number is too large"),
+        (Type::Vector(n), Tree::List(items)) if items.len() == n => diagnostic.help("write parentheses, not brackets"),
+        (_, Tree::Text(_)) => diagnostic.help("only ports take the name of a node; a parameter takes a value"),
+        _ => diagnostic.help(about(param)),
+    }
+}
+
+/// The first sentence of the parameter's manual, and its default.
+fn about(param: &Param) -> String {
+    let doc = param.doc.replace('\n', " ");
+    let sentence = doc.split_inclusive(". ").next().unwrap_or_default().trim().trim_end_matches('.').to_owned();
+    format!("{}: {sentence} (default {})", quote(&param.name), param.default)
+}
