@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use afterimage_graph::node::{Arg, ImageId, KernelCall, Pass, Recording};
-use afterimage_wgsl::{Shader, UniformValue, pack};
+use afterimage_wgsl::{Shader, UniformValue};
 
 use crate::plan::{Fused, PlanOutput, SharedRead, Skipped};
 
@@ -50,10 +50,9 @@ fn scale(source: texture_2d<f32>, at: Point, params: Scale) -> vec4f {
 /// A pass that multiplies the colours of the host image `source` by a factor.
 pub(crate) fn scale_pass(input: &str, source: ImageId, factor: f32, result: ImageId) -> Pass {
     let args = [("source", Arg::Texture(source)), ("at", Arg::Point), ("params", Arg::Params)];
-    let layout = SCALE.reflect().expect("the shader is valid").layout("Scale").expect("it has this struct");
     let values = [("factor", UniformValue::Floats(vec![factor]))];
     let kernel = KernelCall {
-        uniform: pack(layout, &values).expect("the struct has one number"),
+        uniform: SCALE.pack("Scale", &values).expect("the struct has one number"),
         ..KernelCall::function(input, &SCALE, "scale", &args)
     };
     Pass::of_functions(vec![input.to_owned()], "scale".into(), vec![kernel], result)

@@ -43,7 +43,7 @@ pub(crate) struct FrameReport {
 
 /// The names of the nodes that meter.
 pub(crate) fn meters(graph: &Graph) -> Vec<String> {
-    let meters = graph.nodes.iter().filter(|node| METERS.contains(&node.kind.name()));
+    let meters = graph.nodes.iter().filter(|node| METERS.contains(&node.kind().name()));
     meters.map(|node| node.name.clone()).collect()
 }
 
