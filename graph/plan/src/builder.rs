@@ -50,9 +50,10 @@ fn scale(source: texture_2d<f32>, at: Point, params: Scale) -> vec4f {
 /// A pass that multiplies the colours of the host image `source` by a factor.
 pub(crate) fn scale_pass(input: &str, source: ImageId, factor: f32, result: ImageId) -> Pass {
     let args = [("source", Arg::Texture(source)), ("at", Arg::Point), ("params", Arg::Params)];
+    let reflection = SCALE.reflect().expect("the shader is valid");
     let values = [("factor", UniformValue::Floats(vec![factor]))];
     let kernel = KernelCall {
-        uniform: SCALE.pack("Scale", &values).expect("the struct has one number"),
+        uniform: reflection.pack("Scale", &values).expect("the struct has one number"),
         ..KernelCall::function(input, &SCALE, "scale", &args)
     };
     Pass::of_functions(vec![input.to_owned()], "scale".into(), vec![kernel], result)
