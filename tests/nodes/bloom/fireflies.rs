@@ -101,8 +101,11 @@ fn fireflies_are_limited_as_in_the_cpu_reference() {
     let nodes = r#""bright": Extract(source: "scene", method: All, fireflies: Limit, before: "bright.peaks@previous")
         -> bright"#;
     for size in [[64, 64], [61, 39]] {
-        let (first, mut second) = (picture(size, true), picture(size, false));
-        // One spark beside one of the frame before, and one by itself.
+        let (mut first, mut second) = (picture(size, true), picture(size, false));
+        for (x, y) in (6..13).flat_map(|y| (2..9).map(move |x| (x, y))) {
+            first.pixels[x + y * size[0] as usize] = [0.1; 4];
+        }
+        // A spark where the frame before was dark.
         second.pixels[(5 + 9 * size[0]) as usize] = [900.0; 4];
         let graph = Nodes::new(nodes, SCENE).graph();
         let run = Run::new(&graph).exact();
