@@ -1,6 +1,6 @@
 // Local tone mapping: less contrast between regions, equal or more contrast within them. The base is a share of the
-// bilateral grid plus a share of the wide Gaussian: the grid alone rings on smooth gradients, the Gaussian alone has
-// halos at edges.
+// bilateral grid plus a share of the wide Gaussian: the Gaussian has halos at edges, the grid ripples a little on
+// smooth gradients.
 #import color
 #import grade
 #import math

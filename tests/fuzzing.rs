@@ -40,6 +40,12 @@ fn no_table_makes_its_reader_panic() {
 }
 
 #[test]
+fn no_colour_file_makes_its_reader_panic() {
+    let accepted = survives(Target::ColorFile, 5000);
+    assert!((100..4000).contains(&accepted), "{accepted} files are right: mutation changes too little, or too much");
+}
+
+#[test]
 fn an_input_follows_from_its_number() {
     for target in Target::ALL {
         let [first, again] = [5, 5].map(|seed| Inputs::new(target, seed));

@@ -1,6 +1,7 @@
 //! The longest pipeline as a whole: over time, at extremes, and compared with its CPU reference.
 
 mod extremes;
+mod look;
 mod order;
 mod reference;
 mod sequence;

@@ -4,8 +4,8 @@ use afterimage_graph::prelude::*;
 
 use crate::bake::{Chain, Signal};
 use crate::color::Cones;
-use crate::color_lut::Interpolation;
 use crate::lift_gamma_gain::LiftGammaGain;
+use crate::lut::Interpolation;
 use crate::shaper::Shape;
 use crate::tone_map::{Curve, ToneMap, WorkingSpace};
 use crate::white_balance::{WhiteBalance, WhiteBalanceMode};

@@ -1,27 +1,15 @@
 //! ColorLut: grades by a look-up table from a file.
 
+use std::sync::Arc;
+
 use afterimage_graph::prelude::*;
 
-use crate::lut::{Lut, LutError, PngLayout, Table, parse_cube, parse_png};
+use crate::lut::{Interpolation, Lut, LutError, PngLayout, ROW, Table};
+use crate::lut_file::{LutFile, parse_lut_file};
+use crate::process::{Process, function};
 use crate::shaper::{Shape, Shaper};
 
 static SHADER: Shader = shader!("color_lut");
-
-const PNG_SIGNATURE: &[u8] = b"\x89PNG";
-
-/// Maximum row length of a 1-D table's texture, in texels. Longer tables take several rows.
-const ROW: usize = 4096;
-
-choices! {
-    /// How a 3-D table is interpolated.
-    pub enum Interpolation {
-        /// Between the four corners of a tetrahedron, as grading programs do: greys stay grey and gradients stay
-        /// linear.
-        Tetrahedral,
-        /// Between the eight corners of a cell.
-        Trilinear,
-    }
-}
 
 choices! {
     /// The precision of a table's entries and weights.
@@ -34,14 +22,18 @@ choices! {
 }
 
 params! {
-    /// Grades by a look-up table from a file.
+    /// Grades by a look-up table or another colour file.
     ///
-    /// The file is a `.cube` file with a 1-D table, a 3-D table or both, or a PNG with tiles or in HALD layout.
+    /// The file is a `.cube` or `.spi1d` or `.spi3d` table, a PNG with tiles or in HALD layout, or a `.clf` file in
+    /// Common LUT Format (version 3, SMPTE ST 2136-1): tables, matrices, ranges, logarithms, powers and colour decision
+    /// lists in any order.
     ///
     /// The author of the table decides what it expects and returns: place the node where the image is in that color
     /// state. Most tables are made for encoded images. For light above 1, set `shaper` to the spacing of the table's
-    /// axes; the domain in the file applies after the shaper. Colours outside of the domain use its border. An error in
-    /// the file is reported with its line. The node is skipped if the table is an identity or `strength` is 0.
+    /// axes; the domain in the file applies after the shaper. Colours outside of a domain use its border.
+    ///
+    /// The steps of a `.clf` file are computed for each pixel, in 32 bits, and not baked into a table. An error in the
+    /// file is reported with its line. The node is skipped if the table is an identity or `strength` is 0.
     pub struct ColorLut {
         /// The file. Without a file the node changes nothing.
         pub file: FileValue = FileValue::default();
@@ -53,9 +45,9 @@ params! {
         pub low: f32 = -12.0 => within(-24.0..=4.0), usually(-16.0..=-6.0), unit("stops from 1");
         /// For `Log2` and `LogC`: the brightest light of the table.
         pub high: f32 = 6.0 => within(5.0..=16.0), usually(5.0..=10.0), unit("stops from 1");
-        /// How a 3-D table is interpolated.
+        /// How a 3-D table is interpolated. A `.clf` file decides itself.
         pub interpolation: Interpolation = Interpolation::Tetrahedral;
-        /// The precision of entries and weights.
+        /// The precision of entries and weights. A `.clf` file is always `Exact`.
         pub precision: LutPrecision = LutPrecision::Exact => quality(LutPrecision::Exact, [LutPrecision::Fast]);
         /// Share of the table's result. 0 changes nothing.
         pub strength: f32 = 1.0 => within(0.0..=1.0), neutral(0.0);
@@ -73,21 +65,61 @@ impl Node for ColorLut {
     const FALLBACK: Fallback = Fallback::input("source");
 
     fn identity(&self, _: &Arrivals) -> Option<Fallback> {
-        let does_nothing = || self.shaper == Shaper::None && self.table().is_ok_and(|lut| lut.is_identity());
+        let does_nothing = || self.shaper == Shaper::None && self.content().is_ok_and(is_identity);
         (self.strength == 0.0 || self.file.bytes.is_none() || does_nothing()).then_some(Self::FALLBACK)
     }
 
     fn verify(&self) -> Result<(), String> {
-        let lut = self.table().map_err(|error| format!("`{}`: {error}", self.file.path))?;
-        if self.shaper != Shaper::None && lut.curve.is_some() && lut.cube.is_some() {
-            return Err(format!("`{}` has a 1-D table as its shaper: remove `shaper`", self.file.path));
+        let content = self.content().map_err(|error| format!("`{}`: {error}", self.file.path))?;
+        match content {
+            LutFile::Table(lut) if self.shaper != Shaper::None && lut.curve.is_some() && lut.cube.is_some() => {
+                Err(format!("`{}` has a 1-D table as its shaper: remove `shaper`", self.file.path))
+            }
+            LutFile::Process(_) if self.shaper != Shaper::None => {
+                Err(format!("`{}` has steps of its own before its tables: remove `shaper`", self.file.path))
+            }
+            _ => Ok(()),
         }
-        Ok(())
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {
         // `verify` has rejected files that cannot be read.
-        let lut = self.table().unwrap_or_else(|_| Lut::identity());
+        match self.content() {
+            Ok(LutFile::Process(process)) => record_process(pass, &process),
+            Ok(LutFile::Table(lut)) => self.record_table(pass, &lut),
+            Err(_) => self.record_table(pass, &Lut::identity()),
+        }
+    }
+}
+
+/// Whether a file's content changes nothing.
+fn is_identity(content: LutFile) -> bool {
+    match content {
+        LutFile::Table(lut) => lut.is_identity(),
+        LutFile::Process(process) => process.steps.is_empty(),
+    }
+}
+
+fn record_process(pass: &mut Recorder<'_>, process: &Process) {
+    const NAME: &str = "color_lut_process";
+    let (text, textures) = function(NAME, process);
+    let images = textures.images(pass);
+    let source = pass.image("source");
+    let desc = ImageDesc::new(pass.desc(source).size);
+    let shader = Arc::new(Shader::loaded("color_lut.wgsl".into(), text));
+    let kernel = pass.function(shader, NAME);
+    images.into_iter().fold(kernel, |kernel, (name, image)| kernel.read(name, image)).write("result", desc);
+}
+
+impl ColorLut {
+    fn content(&self) -> Result<LutFile, LutError> {
+        match &self.file.bytes {
+            None => Ok(LutFile::Table(Lut::identity())),
+            Some(bytes) => parse_lut_file(bytes, self.layout),
+        }
+    }
+
+    fn record_table(&self, pass: &mut Recorder<'_>, lut: &Lut) {
         let source = pass.image("source");
         let desc = ImageDesc::new(pass.desc(source).size);
         let half = self.precision == LutPrecision::Fast && !pass.exact();
@@ -96,7 +128,7 @@ impl Node for ColorLut {
         let ([curve_low, curve_scale], [cube_low, cube_scale]) = (domain(&lut.curve), domain(&lut.cube));
         let shape = self.shape();
         let mut kernel = pass
-            .function(&SHADER, self.kernel(&lut))
+            .function(&SHADER, self.kernel(lut))
             .set("line", shape.line)
             .set("shaper_curve", shape.curve)
             .set("curve_count", lut.curve.as_ref().map_or(2, |table| table.size as u32))
@@ -111,19 +143,6 @@ impl Node for ColorLut {
             kernel = kernel.read("cube", cube);
         }
         kernel.write("result", desc);
-    }
-}
-
-impl ColorLut {
-    fn table(&self) -> Result<Lut, LutError> {
-        let Some(bytes) = &self.file.bytes else { return Ok(Lut::identity()) };
-        if bytes.starts_with(PNG_SIGNATURE) {
-            return parse_png(bytes, self.layout);
-        }
-        match std::str::from_utf8(bytes) {
-            Ok(text) => parse_cube(text),
-            Err(_) => Err(LutError { line: 0, message: "the file is neither a .cube table nor a PNG".into() }),
-        }
     }
 
     fn shape(&self) -> Shape {

@@ -12,8 +12,10 @@ params! {
     /// Cells outside of the grid are empty. Sums and weights are blurred alike, so their quotient is a mean of existing
     /// cells, also at the borders. The kernel ends at three sigmas. An axis with a sigma of at most 0.2 is not blurred.
     pub struct GridBlur {
-        /// Standard deviations along x, y and luminance. 0 does not blur an axis.
-        pub sigma: [f32; 3] = [2.5, 1.25, 1.5]
+        /// Standard deviations along x, y and luminance. 0 does not blur an axis. Along luminance the sigma separates
+        /// edges from detail: the default is one stop in the default grid, with which differences of under 1 stop are
+        /// detail, and those of over 3 stops are edges.
+        pub sigma: [f32; 3] = [2.5, 1.25, 4.0]
             => within(0.0..=16.0), usually(0.0..=4.0), unit("cells"), neutral([0.0f32; 3]);
     }
 }

@@ -7,8 +7,8 @@ static SHADER: Shader = shader!("grid_build");
 choices! {
     /// How a pixel is added to the grid.
     pub enum GridBuildMethod {
-        /// To the cell that contains it: each pixel is read once. After the blur the error against `Trilinear` is at
-        /// most 0.03 stops.
+        /// To the cell that contains it: each pixel is read once. After local tone mapping with contrast 0.5 the
+        /// error against `Trilinear` is at most 0.08 stops, at edges, and 0.0015 on average.
         Nearest,
         /// To the eight cells around it, with trilinear weights: each pixel is read by four workgroups.
         Trilinear,

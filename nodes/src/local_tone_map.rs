@@ -11,13 +11,13 @@ params! {
     ///
     /// In stops: o = midpoint + contrast (base - midpoint) + detail (l - base). l is the log2 luminance of the pixel.
     /// The base is the log2 luminance of its surroundings: a share of the bilateral grid, which respects edges, plus a
-    /// share of the wide Gaussian, which prevents ringing on smooth gradients (after the hybrid of Ghost of Tsushima).
+    /// share of the wide Gaussian, which does not (the hybrid of Ghost of Tsushima has 0.4 and 0.6).
     /// The colour is multiplied by 2^(o - l), so its chromaticity stays the same. The factor is limited to 16 stops
     /// either way and the result to 65504.
     ///
-    /// Where the grid has no samples near a pixel, the base is the Gaussian. If only one of them is wired, it is the
-    /// base. With neither, or with equal contrast and detail, the base cancels out and each pixel is scaled by its own
-    /// luminance.
+    /// Where the grid has no samples near a pixel, the base is the Gaussian, or the pixel's own luminance if the
+    /// Gaussian is not read. If only one of them is wired, it is the base. With neither, or with equal contrast and
+    /// detail, the base cancels out and each pixel is scaled by its own luminance.
     pub struct LocalToneMap {
         /// Contrast between regions: 1 keeps it, 0.5 halves it in stops, 0 makes all regions equally bright.
         pub contrast: f32 = 0.5 => within(0.0..=2.0), usually(0.3..=1.0), neutral(1.0);
@@ -26,9 +26,10 @@ params! {
         /// The exposed luminance that does not change. The default is middle grey, log2 of 0.18.
         pub midpoint: f32 = -2.4739312 => within(-16.0..=16.0), usually(-6.0..=2.0), unit("log2 of luminance");
         /// The grid's share of the base. The rest is the wide Gaussian's. At an edge of nine stops with contrast 0.5,
-        /// the halo is 2.2 stops at 0, 1.3 at 0.4 and none at 1. A smooth ramp of 12 stops has no ripple at 0, 0.0013
-        /// stops at 0.4 and 0.003 at 1.
-        pub share: f32 = 0.4 => within(0.0..=1.0), replans();
+        /// the halo is 2.2 stops at 0, 1.3 at 0.4 and none at 1. A smooth ramp of 12 stops has a ripple of at most
+        /// 0.0003 stops. At 1 the Gaussian is not read, so the nodes that make it are skipped; at 0 those that make
+        /// the grid.
+        pub share: f32 = 1.0 => within(0.0..=1.0), replans();
         /// Darker pixels get the factor of this luminance.
         pub lo: f32 = -10.5 => within(-32.0..=32.0), unit("log2 of luminance");
         /// Brighter pixels get the factor of this luminance.
@@ -40,6 +41,7 @@ impl LocalToneMap {
     /// The cheapest kernel for the wired inputs.
     fn function(&self, grid: bool, gaussian: bool) -> &'static str {
         let grid = grid && (self.share > 0.0 || !gaussian);
+        let gaussian = gaussian && (self.share < 1.0 || !grid);
         match (grid, gaussian) {
             _ if self.contrast == self.detail => "local_tone_map_global",
             (true, true) => "local_tone_map",

@@ -2,6 +2,7 @@
 
 mod baked;
 mod curves;
+mod files;
 mod grade;
 pub(super) mod lut;
 pub(super) mod noise;

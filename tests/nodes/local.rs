@@ -12,7 +12,7 @@ use crate::support::harness::{Scale, Tolerance, assert_close};
 
 pub(super) const RANGE: Range = Range { low: -10.5, high: 5.5 };
 pub(super) const SIZE: [usize; 3] = [64, 32, 64];
-pub(super) const SIGMAS: [f64; 3] = [2.5, 1.25, 1.5];
+pub(super) const SIGMAS: [f64; 3] = [2.5, 1.25, 4.0];
 const GRID: &str = "\"exposed\": Exposure(source: \"scene\"), \"grid\": GridBuild(source: \"exposed\", method: METHOD)";
 const METHODS: [(&str, Splat); 2] = [("Nearest", Splat::Nearest), ("Trilinear", Splat::Trilinear)];
 
@@ -206,7 +206,7 @@ fn the_cheaper_splat_stays_near_the_exact_one() {
     let exact = shown(&trilinear, &scene);
     let exact = Image::new(641, 359, |x, y| exact.at(x as u32, y as u32).map(f64::from));
     let [worst, mean] = apart(&shown(&mapped(""), &scene), &exact);
-    assert!(mean > 0.0 && worst < 0.04 && mean < 1e-3, "{worst} {mean}");
+    assert!(mean > 0.0 && worst < 0.1 && mean < 2e-3, "{worst} {mean}");
 }
 
 #[test]
@@ -288,14 +288,15 @@ fn a_smooth_gradient_stays_smooth() {
         [light, light, light, 1.0]
     });
     // The second difference of the result in stops: a straight ramp has none.
-    let ringing = |share: f64| {
-        let picture = shown(&mapped(&format!("share: {share}")), &ramp);
+    let ripple = |picture: &Picture| {
         let stops = |x: u32| f64::from(picture.at(x, 32)[0]).log2();
         (80..432).map(|x| (stops(x + 8) - 2.0 * stops(x) + stops(x - 8)).abs()).fold(0.0, f64::max)
     };
-    let [grid, hybrid] = [1.0, 0.4].map(ringing);
-    assert!(hybrid < 0.6 * grid, "the Gaussian calms the grid's ringing: {hybrid} {grid}");
-    assert!(hybrid < 0.002, "{hybrid}");
+    let [grid, hybrid] = [1.0, 0.4].map(|share: f64| ripple(&shown(&mapped(&format!("share: {share}")), &ramp)));
+    assert!(grid < 5e-4 && hybrid < 5e-4, "a blur of a stop along luminance has no ripple: {grid} {hybrid}");
+    let narrow = mapped("share: 1.0").replace("GridBlur(", "GridBlur(sigma: (2.5, 1.25, 0.5), ");
+    let narrow = ripple(&shown(&narrow, &ramp));
+    assert!(narrow > 2.0 * grid, "a narrow one has: {narrow} {grid}");
 }
 
 fn seen_at_night(kind: &str, parameters: &str) -> String {

@@ -194,7 +194,9 @@ impl LocalToneMap {
             let [r, g, b, a] = image.texel(x as i64, y as i64);
             let l = grid.range.log_luminance([r, g, b]);
             let around = wide.tap(uv)[0];
-            let base = mix(around, grid.faded_base(uv, l, around), self.bilateral);
+            // With the grid alone the Gaussian is not read.
+            let otherwise = if self.bilateral == 1.0 { l } else { around };
+            let base = mix(around, grid.faded_base(uv, l, otherwise), self.bilateral);
             let gain = scale(l, base, self.middle, self.contrast, self.detail);
             let [r, g, b] = [r, g, b].map(|x| (x * gain).min(LARGEST_HALF));
             [r, g, b, a]

@@ -24,7 +24,7 @@ use crate::support::gpu::{Picture, Repository, Run, pipelines, registry};
 use crate::support::harness::image;
 
 /// The pipeline without its dither, whose noise no CPU reference has, and with changes.
-fn undithered(sets: &[(&str, &str)]) -> Graph {
+pub(super) fn undithered(sets: &[(&str, &str)]) -> Graph {
     let path = pipelines().join(super::PIPELINE);
     let text = std::fs::read_to_string(&path).expect("the pipeline is there");
     let document = parse(&path.to_string_lossy(), &text).unwrap_or_else(|errors| panic!("{errors:?}"));
@@ -73,9 +73,9 @@ fn whole(graph: &Graph, picture: &Picture) -> Image {
     let exposed = exposed(graph, &sanitized(&image(picture)));
     let seen = seen(graph, &exposed);
     let local = local(graph, &exposed, &seen);
-    let lit = lit(graph, &seen, &local);
-    let graded = lit.map_rgb(|color| graded(graph, color));
-    shown(graph, &graded)
+    let white = lit(graph, &seen, &local).map_rgb(|color| balanced(graph, color));
+    let mapped = vignetted(graph, &white).map_rgb(|color| graded(graph, color));
+    mapped.map_rgb(|color| color.map(|x| srgb_encode(x.clamp(0.0, 1.0))))
 }
 
 fn exposed(graph: &Graph, scene: &Image) -> Image {
@@ -133,14 +133,17 @@ fn lit(graph: &Graph, seen: &Image, local: &Image) -> Image {
     })
 }
 
-fn graded(graph: &Graph, color: Rgb) -> Rgb {
+fn balanced(graph: &Graph, color: Rgb) -> Rgb {
     let balance = white_balance_target(&BRADFORD, Node(graph, "white").triple("target"), true);
-    let balanced = transform(&balance, color).map(|x| x.max(0.0));
+    transform(&balance, color).map(|x| x.max(0.0))
+}
+
+fn graded(graph: &Graph, color: Rgb) -> Rgb {
     let node = Node(graph, "mapped");
     let [maximum, contrast, start, length, toe, pedestal] =
         ["maximum", "contrast", "linear_start", "linear_length", "toe", "pedestal"].map(|name| node.number(name));
     let curve = Uchimura { maximum, contrast, start, length, toe, pedestal };
-    let inside = transform(&conversion(&REC709, &CUSTOM), balanced).map(|x| uchimura(x.max(0.0), &curve));
+    let inside = transform(&conversion(&REC709, &CUSTOM), color).map(|x| uchimura(x.max(0.0), &curve));
     let mapped = compressed(transform(&conversion(&CUSTOM, &REC709), inside), node.number("gamut_knee"));
     let node = Node(graph, "graded");
     let [lift, gamma, gain] = ["lift", "gamma", "gain"].map(|name| node.triple(name));
@@ -158,16 +161,15 @@ fn compressed(rgb: Rgb, knee: f64) -> Rgb {
     display(rgb.map(|x| if reach > 0.0 { grey + (x - grey) * bent / reach } else { x }))
 }
 
-fn shown(graph: &Graph, graded: &Image) -> Image {
+fn vignetted(graph: &Graph, exposed: &Image) -> Image {
     let node = Node(graph, "vignette");
     let [amount, intensity, smoothness] = ["amount", "intensity", "smoothness"].map(|name| node.number(name));
-    let (width, height) = (graded.width, graded.height);
+    let (width, height) = (exposed.width, exposed.height);
     Image::new(width, height, |x, y| {
         let factor = vignette::factor(centre_uv(x, y, width, height), intensity, smoothness, 1.0);
         let light = vignette::blended(factor, amount);
-        let [r, g, b, a] = graded.texel(x as i64, y as i64);
-        let [r, g, b] = [r, g, b].map(|x| srgb_encode((x * light).clamp(0.0, 1.0)));
-        [r, g, b, a]
+        let [r, g, b, a] = exposed.texel(x as i64, y as i64);
+        [r * light, g * light, b * light, a]
     })
 }
 

@@ -18,6 +18,8 @@ pub enum Value {
     Vector([f64; 4], usize),
     /// One of a parameter's choices.
     Choice(&'static str),
+    /// A text.
+    Text(Arc<str>),
     /// A file: its path, and its bytes once loaded.
     File(FileValue),
 }
@@ -48,6 +50,7 @@ impl std::fmt::Display for Value {
                 write!(f, "({})", parts.join(", "))
             }
             Self::Choice(name) => write!(f, "{name}"),
+            Self::Text(text) => write!(f, "{text:?}"),
             Self::File(file) => write!(f, "{:?}", file.path),
         }
     }
@@ -75,6 +78,8 @@ pub enum Type {
     Vector(usize),
     /// One of these names.
     Choice(&'static [ChoiceName]),
+    /// A text, such as a name in a file.
+    Text,
     /// The path of a file, relative to the pipeline file.
     File,
 }
@@ -91,6 +96,7 @@ impl Type {
                 let names: Vec<String> = choices.iter().map(|c| format!("`{}`", c.name)).collect();
                 format!("one of {}", names.join(", "))
             }
+            Self::Text => "a text in quotes".into(),
             Self::File => "a file's path in quotes".into(),
         }
     }
@@ -133,10 +139,10 @@ pub struct Quality {
 }
 
 impl Param {
-    /// A parameter without a domain. A change of a choice, an integer, a flag or a file needs a new plan.
+    /// A parameter without a domain. A change of a choice, an integer, a flag, a text or a file needs a new plan.
     pub fn new(name: impl Into<Shared<str>>, doc: &str, ty: Type, default: Value) -> Self {
         let doc = doc.trim().to_owned();
-        let replan = matches!(ty, Type::Bool | Type::Int | Type::Choice(_) | Type::File);
+        let replan = matches!(ty, Type::Bool | Type::Int | Type::Choice(_) | Type::Text | Type::File);
         Self {
             name: name.into(),
             doc,
@@ -204,7 +210,7 @@ impl Param {
     /// Checks that `value` has this type and is in the domain. The error is a message for the user.
     pub fn accepts(&self, value: &Value) -> Result<(), String> {
         let numbers: &[f64] = match (self.ty, value) {
-            (Type::Bool, Value::Bool(_)) | (Type::File, Value::File(_)) => return Ok(()),
+            (Type::Bool, Value::Bool(_)) | (Type::Text, Value::Text(_)) | (Type::File, Value::File(_)) => return Ok(()),
             (Type::Choice(choices), Value::Choice(name)) if choices.iter().any(|c| c.name == *name) => return Ok(()),
             (Type::Int, Value::Int(v)) => &[*v as f64],
             (Type::Float, Value::Float(v)) => &[*v],
@@ -277,4 +283,5 @@ param_type!(f32, Type::Float, Value::Float(v) => Some(*v as f32), me => Value::F
 param_type!([f32; 2], Type::Vector(2), Value::Vector(v, 2) => Some(narrow(v)), me => widen_all(me));
 param_type!([f32; 3], Type::Vector(3), Value::Vector(v, 3) => Some(narrow(v)), me => widen_all(me));
 param_type!([f32; 4], Type::Vector(4), Value::Vector(v, 4) => Some(narrow(v)), me => widen_all(me));
+param_type!(Arc<str>, Type::Text, Value::Text(v) => Some(v.clone()), me => Value::Text(me));
 param_type!(FileValue, Type::File, Value::File(v) => Some(v.clone()), me => Value::File(me));

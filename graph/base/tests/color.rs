@@ -85,7 +85,7 @@ fn colorimetry_survives_json() {
     let hdr = Colorimetry::new(Chromaticities::REC2020, Transfer::Pq).nits(203.0, 1000.0);
     let gamma = Colorimetry::new(Chromaticities::DISPLAY_P3, Transfer::Gamma(Decimal::new(2.2)));
     for colorimetry in [hdr, gamma, Colorimetry::SRGB, Colorimetry::linear(Chromaticities::ACES_CG)] {
-        let json = serde_json::to_string(&colorimetry).unwrap();
-        assert_eq!(serde_json::from_str::<Colorimetry>(&json).unwrap(), colorimetry, "{json}");
+        let json = serde_json::to_string(&colorimetry).expect("it is plain data");
+        assert_eq!(serde_json::from_str::<Colorimetry>(&json).expect("it was written by serde"), colorimetry, "{json}");
     }
 }

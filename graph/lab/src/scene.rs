@@ -25,19 +25,15 @@ pub(crate) fn graph(registry: &Registry, name: &str, text: &str) -> Result<Graph
     Ok(check(&parse(name, text)?, registry, &CheckOptions::default())?.0)
 }
 
-/// Images of the scene for all required inputs: the data outputs for the inputs of their names, light for the others.
+/// Images of the scene for all required inputs.
 pub fn still(gpu: &Gpu, registry: &Registry, graph: &Graph, size: Size) -> Result<Vec<InputImage>, LabError> {
-    let required: Vec<&GraphInput> = graph.inputs.iter().filter(|input| !input.optional).collect();
-    if required.is_empty() {
+    let outputs = outputs(&graph.inputs)?;
+    if outputs.is_empty() {
         return Ok(Vec::new());
     }
     let mut scene = session(gpu, registry)?;
     scene.render(size, &[], FrameStep::FIRST)?;
-    let image = |input: &&GraphInput| {
-        let output = if DATA.contains(&input.name.as_str()) { input.name.as_str() } else { "result" };
-        scene.output_image(output, &input.name)
-    };
-    Ok(required.iter().map(image).collect())
+    Ok(outputs.iter().map(|(input, output)| scene.output_image(output, input)).collect())
 }
 
 /// Images of the scene for `frames` frames of a walk through it, at `fps` frames per second.
@@ -85,16 +81,15 @@ fn set(scene: &mut Graph, parameter: &str, value: f64) {
     node.instance.set(at, Value::Float(value));
 }
 
-/// The output of the scene for each input: data by name, light for the first input of light.
+/// The output of the scene for each required input: data by name, light for inputs of light. Optional inputs
+/// get no image, so that `bench` and `measure` measure the same frame.
 fn outputs(inputs: &[GraphInput]) -> Result<Vec<(String, &'static str)>, LabError> {
     let mut outputs = Vec::new();
-    for input in inputs {
+    for input in inputs.iter().filter(|input| !input.optional) {
         let data = DATA.into_iter().find(|output| input.name.contains(output));
         let is_light = matches!(input.state, ColorState::Scene | ColorState::Exposed | ColorState::DisplayLinear);
-        let is_first = || outputs.iter().all(|(_, output)| *output != "result");
-        match data.or((is_light && is_first()).then_some("result")) {
+        match data.or(is_light.then_some("result")) {
             Some(output) => outputs.push((input.name.clone(), output)),
-            None if input.optional => {}
             None => {
                 let message = format!("the built-in scene has no output for the input `{}`", input.name);
                 return Err(LabError::request(message).hint("give images, and this one by `--input`"));
@@ -102,4 +97,22 @@ fn outputs(inputs: &[GraphInput]) -> Result<Vec<(String, &'static str)>, LabErro
         }
     }
     Ok(outputs)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn optional_inputs_get_no_image_and_required_ones_the_output_of_their_name() {
+        let registry = Registry::new(&[afterimage_nodes::ALL]).expect("the built-in kinds are valid");
+        let text = r#"Pipeline(
+            inputs: { "scene": Color, "albedo": Data(optional: true), "depth": Data },
+            nodes: { "lit": Exposure(source: "scene", stops: 1.0) },
+            outputs: { "result": "lit", "depth": "depth" },
+        )"#;
+        let graph = graph(&registry, "test.ron", text).expect("the pipeline is valid");
+        let expected = [("scene", "result"), ("depth", "depth")].map(|(input, output)| (input.to_owned(), output));
+        assert_eq!(outputs(&graph.inputs).expect("the scene has both outputs"), expected);
+    }
 }

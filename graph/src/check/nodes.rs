@@ -158,6 +158,7 @@ impl Builder<'_> {
                 Some(choice) => Value::Choice(choice.name),
                 None => return Err(unknown_choice(param, choices, name, &item.location)),
             },
+            (Type::Text, Tree::Text(text)) => Value::Text(text.as_str().into()),
             (Type::File, Tree::Text(path)) => self.file(&Spanned::new(path.clone(), item.location.clone()))?,
             _ => return Err(wrong_type(kind, param, item)),
         })

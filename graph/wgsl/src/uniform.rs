@@ -59,8 +59,8 @@ impl From<&Value> for UniformValue {
             Value::Int(v) => Self::Ints(vec![*v]),
             Value::Float(v) => Self::Floats(vec![*v as f32]),
             Value::Vector(v, n) => Self::Floats(v[..*n].iter().map(|x| *x as f32).collect()),
-            // Choices pick functions and files become images: neither is a number.
-            Value::Choice(_) | Value::File(_) => Self::Floats(Vec::new()),
+            // Choices pick functions, texts pick parts of files, and files become images: none is a number.
+            Value::Choice(_) | Value::Text(_) | Value::File(_) => Self::Floats(Vec::new()),
         }
     }
 }

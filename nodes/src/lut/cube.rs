@@ -1,13 +1,7 @@
 //! `.cube` files (Adobe 2013, and Resolve's form with a 1-D table before a 3-D table).
 
 use super::text::{Line, lines, numbers, read, short};
-use super::{Lut, LutError, Table};
-
-/// Maximum number of entries per side of a 3-D table.
-const LARGEST_CUBE: usize = 256;
-
-/// Maximum number of entries of a 1-D table.
-const LARGEST_CURVE: usize = 65536;
+use super::{LARGEST_CUBE, LARGEST_CURVE, Lut, LutError, Table};
 
 /// Parses a `.cube` file. Red varies fastest in a 3-D table.
 ///

@@ -1,16 +1,31 @@
-//! Look-up tables as data, and the files that contain them.
+//! Look-up tables and colour corrections as data, and the files that contain them.
 
+pub(crate) mod cdl_file;
 mod cube;
 mod picture;
-mod text;
+mod spi;
+pub(crate) mod text;
+pub(crate) mod xml;
 
+use afterimage_graph::prelude::*;
 use half::f16;
 
+pub use cdl_file::{ColorCorrection, parse_correction};
 pub use cube::parse_cube;
 pub use picture::{PngLayout, parse_png};
+pub use spi::{parse_spi1d, parse_spi3d};
+
+/// Maximum row length of a 1-D table's texture, in texels. Longer tables take several rows.
+pub(crate) const ROW: usize = 4096;
+
+/// Maximum number of entries per side of a 3-D table.
+pub(crate) const LARGEST_CUBE: usize = 256;
+
+/// Maximum number of entries of a 1-D table.
+pub(crate) const LARGEST_CURVE: usize = 65536;
 
 /// The largest half float. Entries are limited to it.
-const LARGEST: f32 = 65504.0;
+pub(crate) const LARGEST: f32 = 65504.0;
 
 /// The content of a table's file: one table or, in some `.cube` files, a 1-D table before a 3-D table.
 #[derive(Clone, Debug, PartialEq)]
@@ -21,6 +36,17 @@ pub struct Lut {
     pub cube: Option<Table>,
     /// Half of the step in which the file's numbers are written. Smaller differences are rounding errors.
     pub tolerance: f32,
+}
+
+choices! {
+    /// How a 3-D table is interpolated.
+    pub enum Interpolation {
+        /// Between the four corners of a tetrahedron, as grading programs do: greys stay grey and gradients stay
+        /// linear.
+        Tetrahedral,
+        /// Between the eight corners of a cell.
+        Trilinear,
+    }
 }
 
 /// Entries at equal steps over a domain.
@@ -46,7 +72,7 @@ pub struct LutError {
 }
 
 impl LutError {
-    fn new(line: usize, message: impl Into<String>) -> Self {
+    pub(crate) fn new(line: usize, message: impl Into<String>) -> Self {
         Self { line, message: message.into() }
     }
 }
@@ -104,15 +130,28 @@ impl Table {
         std::array::from_fn(|channel| 1.0 / (f64::from(self.high[channel]) - f64::from(self.low[channel])))
     }
 
-    /// The texels, in half floats or 32 bits, padded with black to `texels`.
-    pub(crate) fn bytes(&self, half: bool, texels: usize) -> Vec<u8> {
-        let padding = std::iter::repeat_n(&[0.0; 3], texels - self.entries.len());
-        let channels = self.entries.iter().chain(padding).flat_map(|[r, g, b]| [*r, *g, *b, 1.0]);
-        let finite = channels.map(|x| x.clamp(-LARGEST, LARGEST));
-        if half {
-            finite.flat_map(|x| f16::from_f32(x).to_le_bytes()).collect()
-        } else {
-            finite.flat_map(f32::to_le_bytes).collect()
-        }
+    /// The texels, in half floats or 32 bits, padded with black to `count`.
+    pub(crate) fn bytes(&self, half: bool, count: usize) -> Vec<u8> {
+        texels(&self.entries, count, half)
+    }
+}
+
+/// Entries as texels, in half floats or 32 bits, padded with black to `count`.
+pub(crate) fn texels(entries: &[[f32; 3]], count: usize, half: bool) -> Vec<u8> {
+    let padding = std::iter::repeat_n(&[0.0; 3], count - entries.len());
+    let channels = entries.iter().chain(padding).flat_map(|[r, g, b]| [*r, *g, *b, 1.0]);
+    let finite = channels.map(|x| x.clamp(-LARGEST, LARGEST));
+    if half {
+        finite.flat_map(|x| f16::from_f32(x).to_le_bytes()).collect()
+    } else {
+        finite.flat_map(f32::to_le_bytes).collect()
+    }
+}
+
+/// An entry that half floats can hold.
+fn entry(line: usize, values: [f32; 3]) -> Result<[f32; 3], LutError> {
+    match values.iter().find(|x| x.abs() > LARGEST) {
+        None => Ok(values),
+        Some(x) => Err(LutError::new(line, format!("the entry {x:e} is beyond {LARGEST}, the largest half float"))),
     }
 }

@@ -1,9 +1,9 @@
-//! The lines of a `.cube` file, and the numbers in them.
+//! The lines of a table's text file, and the numbers in them.
 
 use super::LutError;
 
 /// The content of a line.
-pub(super) enum Line<'a> {
+pub(crate) enum Line<'a> {
     /// A keyword and the rest of its line.
     Keyword(&'a str, &'a str),
     /// An entry of the table.
@@ -11,7 +11,7 @@ pub(super) enum Line<'a> {
 }
 
 /// The lines that are neither blank nor comments, with their numbers from 1.
-pub(super) fn lines(text: &str) -> impl Iterator<Item = (usize, &str)> {
+pub(crate) fn lines(text: &str) -> impl Iterator<Item = (usize, &str)> + Clone {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     // Classic Mac OS ends lines with a carriage return. In files with CR LF the return is whitespace at the end of the
     // line.
@@ -28,7 +28,7 @@ fn content(line: &str) -> &str {
 }
 
 /// Parses a line.
-pub(super) fn read(number: usize, line: &str) -> Result<Line<'_>, LutError> {
+pub(crate) fn read(number: usize, line: &str) -> Result<Line<'_>, LutError> {
     let (word, rest) = line.split_once(char::is_whitespace).unwrap_or((line, ""));
     if is_keyword(word) {
         return Ok(Line::Keyword(word, rest.trim()));
@@ -37,7 +37,7 @@ pub(super) fn read(number: usize, line: &str) -> Result<Line<'_>, LutError> {
 }
 
 /// Parses exactly `N` finite numbers.
-pub(super) fn numbers<const N: usize>(number: usize, text: &str, what: &str) -> Result<[f32; N], LutError> {
+pub(crate) fn numbers<const N: usize>(number: usize, text: &str, what: &str) -> Result<[f32; N], LutError> {
     let mut found = [0.0; N];
     let mut words = text.split_ascii_whitespace();
     for (index, slot) in found.iter_mut().enumerate() {
@@ -69,7 +69,7 @@ fn is_keyword(word: &str) -> bool {
 }
 
 /// A word of the file, shortened for a message.
-pub(super) fn short(word: &str) -> String {
+pub(crate) fn short(word: &str) -> String {
     const MOST: usize = 24;
     if word.chars().count() <= MOST { word.to_owned() } else { word.chars().take(MOST).chain(['…']).collect() }
 }

@@ -78,6 +78,16 @@ fn files(folder: &str) -> Vec<(String, String)> {
     paths.into_iter().filter_map(named).collect()
 }
 
+/// A colour file of each kind.
+const COLOR_FILES: [&str; 6] = [
+    include_str!("../../../nodes/tests/files/display.clf"),
+    include_str!("../../../nodes/tests/files/teal.clf"),
+    include_str!("../../../nodes/tests/files/warm.cc"),
+    include_str!("../../../nodes/tests/files/edit.cdl"),
+    include_str!("../../../nodes/tests/files/toe.spi1d"),
+    include_str!("../../../nodes/tests/files/teal.spi3d"),
+];
+
 /// The shipped pipelines with their names.
 pub(crate) fn shipped() -> Vec<(String, String)> {
     files("../../pipelines")
@@ -112,6 +122,27 @@ impl Corpus {
         ];
         Self {
             texts: CUBES.iter().map(|text| (*text).to_owned()).collect(),
+            words: words.iter().map(|word| (*word).to_owned()).collect(),
+        }
+    }
+
+    /// Colour files of each kind.
+    pub(crate) fn color_files() -> Self {
+        let words = [
+            "<LUT1D inBitDepth=\"32f\" outBitDepth=\"32f\"><Array dim=\"2 1\">0 1</Array></LUT1D>",
+            "<ExponentParams exponent=\"2\"/>",
+            "halfDomain=\"true\"",
+            "rawHalfs=\"true\"",
+            "style=\"log2\"",
+            "channel=\"R\"",
+            "<Info>",
+            "</Info>",
+            "nan",
+            "1e300",
+            "-0",
+        ];
+        Self {
+            texts: COLOR_FILES.iter().map(|text| (*text).to_owned()).collect(),
             words: words.iter().map(|word| (*word).to_owned()).collect(),
         }
     }

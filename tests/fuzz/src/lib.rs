@@ -5,6 +5,7 @@
 //! -- --runs 10000000`.
 
 mod bytes;
+mod color_file;
 mod corpus;
 mod cube;
 mod document;
@@ -26,11 +27,13 @@ pub enum Target {
     Plan,
     /// The text of a `.cube` file.
     Cube,
+    /// The text of another colour file.
+    ColorFile,
 }
 
 impl Target {
     /// Every target.
-    pub const ALL: [Self; 3] = [Self::Document, Self::Plan, Self::Cube];
+    pub const ALL: [Self; 4] = [Self::Document, Self::Plan, Self::Cube, Self::ColorFile];
 
     /// The name on the command line.
     pub fn name(self) -> &'static str {
@@ -38,14 +41,15 @@ impl Target {
             Self::Document => "document",
             Self::Plan => "plan",
             Self::Cube => "cube",
+            Self::ColorFile => "color_file",
         }
     }
 
     /// Executions out of ten of a mixed run: plans take longest, and texts have most ways to be wrong.
     pub fn share(self) -> u64 {
         match self {
-            Self::Document | Self::Cube => 4,
-            Self::Plan => 2,
+            Self::Document => 4,
+            Self::Plan | Self::Cube | Self::ColorFile => 2,
         }
     }
 
@@ -58,6 +62,7 @@ impl Target {
             Self::Document => std::str::from_utf8(input).is_ok_and(document::survives),
             Self::Plan => plan::survives(&mut Bytes::new(input)),
             Self::Cube => std::str::from_utf8(input).is_ok_and(cube::survives),
+            Self::ColorFile => std::str::from_utf8(input).is_ok_and(color_file::survives),
         }
     }
 }
@@ -76,6 +81,7 @@ impl Inputs {
             Target::Document => Corpus::documents(),
             Target::Plan => Corpus::default(),
             Target::Cube => Corpus::cubes(),
+            Target::ColorFile => Corpus::color_files(),
         };
         Self { target, seed, mutator: Mutator::new(&corpus) }
     }
@@ -85,7 +91,7 @@ impl Inputs {
         let mut rng = Rng::new(self.seed.wrapping_mul(0x2545_f491_4f6c_dd1d) ^ number);
         match self.target {
             Target::Plan => (0..plan::MOST_CHOICES).map(|_| rng.below(256) as u8).collect(),
-            Target::Document | Target::Cube => self.mutator.text(&mut rng).into_bytes(),
+            Target::Document | Target::Cube | Target::ColorFile => self.mutator.text(&mut rng).into_bytes(),
         }
     }
 }

@@ -100,6 +100,7 @@ fn value(param: &Param, choices: &mut Bytes<'_>) -> String {
         Type::Int => (low + ((high - low) * choices.below(256) as f64 / 255.0).floor()).to_string(),
         Type::Float => number(choices),
         Type::Vector(n) => format!("({})", (0..n).map(|_| number(choices)).collect::<Vec<_>>().join(", ")),
+        Type::Text => ["", "\"a\""][choices.below(2)].to_owned(),
         Type::File => ["look.cube", "none.png", ""][choices.below(3)].to_owned(),
     }
 }

@@ -9,6 +9,13 @@ fn clamped(rgb: Rgb, high: f64) -> Rgb {
     rgb.map(|x| x.clamp(0.0, high))
 }
 
+/// A power has no linear part near black: it turns the rounding of a matrix, 1e-11 of a bright channel, into 3e-5.
+const NEAR_BLACK: Tolerance = Tolerance {
+    absolute: 3e-5,
+    reason: "a pure power amplifies the rounding of the matrix near black",
+    ..TRANSCENDENTAL
+};
+
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn sdr_transfer_functions_match_in_all_primaries() {
@@ -25,8 +32,8 @@ fn sdr_transfer_functions_match_in_all_primaries() {
         };
         check("Linear", ARITHMETIC, |x| x);
         check("Srgb", TRANSCENDENTAL, srgb_encode);
-        check("Gamma", TRANSCENDENTAL, |x| gamma_encode(x, 2.2));
-        check("Gamma, gamma: 2.4", TRANSCENDENTAL, |x| gamma_encode(x, 2.4));
+        check("Gamma", NEAR_BLACK, |x| gamma_encode(x, 2.2));
+        check("Gamma, gamma: 2.4", NEAR_BLACK, |x| gamma_encode(x, 2.4));
     }
 }
 

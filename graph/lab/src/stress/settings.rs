@@ -75,7 +75,7 @@ fn ends(param: &Param) -> Vec<Value> {
         (Type::Vector(n), Some((low, high))) => {
             vec![vector(n, &|_| low), vector(n, &|_| high), vector(n, &|index| if index == 0 { low } else { high })]
         }
-        (Type::File | Type::Int | Type::Float | Type::Vector(_), _) => Vec::new(),
+        (Type::Text | Type::File | Type::Int | Type::Float | Type::Vector(_), _) => Vec::new(),
     }
 }
 

@@ -83,6 +83,21 @@ impl Subject {
     /// A kind on its own, with its optional inputs, or `bare` without; `signed` light may be negative. `None` if no
     /// kind makes its inputs or reads its outputs.
     pub fn kind(registry: &Registry, kind: &NodeKind, bare: bool, signed: bool) -> Option<Self> {
+        let subject = Self::kind_with_file(registry, kind, bare, signed, CUBE)?;
+        // A kind whose files are not tables runs without a file.
+        match subject.graph(registry, &Overrides::new()) {
+            Ok(_) => Some(subject),
+            Err(_) => Self::kind_with_file(registry, kind, bare, signed, ""),
+        }
+    }
+
+    fn kind_with_file(
+        registry: &Registry,
+        kind: &NodeKind,
+        bare: bool,
+        signed: bool,
+        file: &'static str,
+    ) -> Option<Self> {
         let name = kind.name();
         let (title, flag) = match (bare, signed) {
             (false, false) => ("", ""),
@@ -91,7 +106,7 @@ impl Subject {
             (true, true) => (" (bare, signed)", " --bare --signed"),
         };
         let document = |forced: bool| {
-            let text = alone(registry, kind, Wires { bare, signed, forced, file: CUBE })?;
+            let text = alone(registry, kind, Wires { bare, signed, forced, file })?;
             Some(Arc::new(parse(&format!("{name}.ron"), &text).expect("the wiring writes pipelines")))
         };
         Some(Self {

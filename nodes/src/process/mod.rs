@@ -1,0 +1,110 @@
+//! Processes: colour operations in a row, evaluated in double precision or written as WGSL.
+//!
+//! A `ColorLut` runs a file in Common LUT Format as a process. Values between two steps are limited to ±1e12, so that
+//! 32 bits hold them.
+
+mod cdl;
+mod curves;
+mod lookup;
+mod wgsl;
+
+use glam::DVec3;
+
+pub(crate) use cdl::CdlStep;
+pub(crate) use curves::{Antilog, LIMIT, Logarithm, Power};
+pub(crate) use wgsl::function;
+
+use crate::lut::{ColorCorrection, Interpolation, Lut, Table};
+use curves::each;
+
+/// Colour operations in a row.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Process {
+    pub(crate) steps: Vec<Step>,
+}
+
+/// One colour operation.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Step {
+    /// Rows of factors for red, green and blue, and an offset.
+    Matrix([[f64; 4]; 3]),
+    /// `x * slope + offset`, limited to `low` and `high`.
+    Range { slope: f64, offset: f64, low: f64, high: f64 },
+    /// A colour decision list.
+    Cdl(CdlStep),
+    /// A logarithm per channel.
+    Logarithm([Logarithm; 3]),
+    /// An exponential per channel.
+    Antilog([Antilog; 3]),
+    /// A power per channel.
+    Power([Power; 3]),
+    /// A 1-D table per channel.
+    Curve(Table),
+    /// A 1-D table per channel with one entry for each code of a half float.
+    HalfCurve(Vec<[f32; 3]>),
+    /// A 3-D table.
+    Cube(Table, Interpolation),
+}
+
+impl Process {
+    /// A process without the steps that change nothing.
+    pub(crate) fn new(steps: impl IntoIterator<Item = Step>) -> Self {
+        Self { steps: steps.into_iter().filter(|step| !step.is_identity()).collect() }
+    }
+
+    /// The process of a table: its 1-D table, then its 3-D table.
+    pub fn of_table(lut: &Lut, interpolation: Interpolation) -> Self {
+        let curve = lut.curve.clone().map(Step::Curve);
+        let cube = lut.cube.clone().map(|table| Step::Cube(table, interpolation));
+        Self { steps: curve.into_iter().chain(cube).collect() }
+    }
+
+    /// The result for a colour, in double precision. The GPU computes the same in 32 bits.
+    pub fn apply(&self, rgb: [f64; 3]) -> [f64; 3] {
+        let bounded = |v: DVec3| v.clamp(DVec3::splat(-LIMIT), DVec3::splat(LIMIT));
+        self.steps.iter().fold(DVec3::from(rgb), |v, step| bounded(step.apply(v))).to_array()
+    }
+}
+
+impl From<ColorCorrection> for Process {
+    /// The correction as the node `Cdl` computes it: without limits.
+    fn from(correction: ColorCorrection) -> Self {
+        Self::new([Step::Cdl(correction.into())])
+    }
+}
+
+impl Step {
+    /// Limits every channel.
+    pub(crate) fn limits(low: f64, high: f64) -> Self {
+        Self::Range { slope: 1.0, offset: 0.0, low, high }
+    }
+
+    fn apply(&self, v: DVec3) -> DVec3 {
+        match self {
+            Self::Matrix(rows) => DVec3::from(rows.map(|row| glam::DVec4::from(row).dot(v.extend(1.0)))),
+            Self::Range { slope, offset, low, high } => {
+                (v * *slope + *offset).clamp(DVec3::splat(*low), DVec3::splat(*high))
+            }
+            Self::Cdl(cdl) => cdl.apply(v),
+            Self::Logarithm(curves) => each(v, |channel, x| curves[channel].apply(x)),
+            Self::Antilog(curves) => each(v, |channel, x| curves[channel].apply(x)),
+            Self::Power(curves) => each(v, |channel, x| curves[channel].apply(x)),
+            Self::Curve(table) => each(v, |channel, x| lookup::curve(table, channel, x)),
+            Self::HalfCurve(entries) => each(v, |channel, x| lookup::half_curve(entries, channel, x)),
+            Self::Cube(table, interpolation) => lookup::cube(table, *interpolation, v),
+        }
+    }
+
+    fn is_identity(&self) -> bool {
+        const UNIT: [[f64; 4]; 3] = [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]];
+        match self {
+            Self::Matrix(rows) => *rows == UNIT,
+            Self::Range { slope, offset, low, high } => {
+                *slope == 1.0 && *offset == 0.0 && *low <= -LIMIT && *high >= LIMIT
+            }
+            Self::Cdl(cdl) => cdl.is_identity(),
+            Self::Power(curves) => curves.iter().all(Power::is_identity),
+            _ => false,
+        }
+    }
+}

@@ -1,0 +1,173 @@
+//! A process as a kernel function, and the tables that it reads as textures.
+
+use std::fmt::Write as _;
+
+use afterimage_graph::prelude::*;
+use glam::DVec3;
+
+use super::{Antilog, CdlStep, Logarithm, Power, Process, Step};
+use crate::lut::{Interpolation, ROW, Table, texels};
+
+/// The tables of a process: 1-D tables in the rows of one image, and a volume per 3-D table.
+#[derive(Debug, Default)]
+pub(crate) struct Textures<'a> {
+    curves: Vec<[f32; 3]>,
+    cubes: Vec<&'a Table>,
+}
+
+impl Textures<'_> {
+    /// Adds the entries of a 1-D table, and returns the index of the first.
+    fn add_curve(&mut self, entries: &[[f32; 3]]) -> usize {
+        let first = self.curves.len();
+        self.curves.extend(entries);
+        first
+    }
+
+    /// The arguments of the kernel function, and their images.
+    pub(crate) fn images(&self, pass: &mut Recorder<'_>) -> Vec<(String, ImageId)> {
+        let mut images = Vec::new();
+        if !self.curves.is_empty() {
+            let (width, rows) = (self.curves.len().min(ROW), self.curves.len().div_ceil(ROW));
+            let desc = ImageDesc::new(Size::new(width as u32, rows as u32)).format(Format::Rgba32Float);
+            images.push(("curves".into(), pass.constant("curves", desc, texels(&self.curves, width * rows, false))));
+        }
+        for (index, cube) in self.cubes.iter().enumerate() {
+            let side = cube.size as u32;
+            let desc = ImageDesc::volume(Size::volume(side, side, side)).format(Format::Rgba32Float);
+            let bytes = texels(&cube.entries, cube.entries.len(), false);
+            images.push((format!("cube{index}"), pass.constant("cube", desc, bytes)));
+        }
+        images
+    }
+
+    fn arguments(&self) -> String {
+        let curves = if self.curves.is_empty() { "" } else { "curves: texture_2d<f32>, " };
+        let cubes: String = (0..self.cubes.len()).map(|index| format!("cube{index}: texture_3d<f32>, ")).collect();
+        format!("{curves}{cubes}")
+    }
+}
+
+/// The text of a module with one kernel function, which mixes the result with the colour by the parameter `strength`.
+pub(crate) fn function<'a>(name: &str, process: &'a Process) -> (String, Textures<'a>) {
+    let mut textures = Textures::default();
+    let body = body(process, &mut textures);
+    let arguments = textures.arguments();
+    let text = format!(
+        "#import cube\n#import grade\n#import math\n#import process\n\n\
+         struct ColorLut {{\n    strength: f32,\n}}\n\n\
+         fn {name}(source: vec4f, {arguments}params: ColorLut) -> vec4f {{\n    var v = source.rgb;\n\
+         {body}    v = between3(source.rgb, v, params.strength);\n\
+         return vec4f(bounded(v), source.a);\n}}\n"
+    );
+    (text, textures)
+}
+
+fn body<'a>(process: &'a Process, textures: &mut Textures<'a>) -> String {
+    let mut text = String::new();
+    for step in &process.steps {
+        let call = call(step, textures);
+        let _ = writeln!(text, "    v = process_limited({call});");
+    }
+    text
+}
+
+/// The expression of a step, of the colour `v`.
+fn call<'a>(step: &'a Step, textures: &mut Textures<'a>) -> String {
+    match step {
+        Step::Matrix(rows) => format!("process_matrix(v, {})", list(rows.map(vec4))),
+        Step::Range { slope, offset, low, high } => {
+            format!("process_range(v, {})", list([slope, offset, low, high].map(|x| number(*x))))
+        }
+        Step::Cdl(cdl) => cdl_call(cdl),
+        Step::Logarithm(curves) => format!("process_logarithm(v, {})", logarithm(curves)),
+        Step::Antilog(curves) => format!("process_antilog(v, {})", antilog(curves)),
+        Step::Power(curves) => power_call(curves),
+        Step::Curve(table) => {
+            let first = textures.add_curve(&table.entries);
+            let [low, scale] = domain(table);
+            format!("process_curve(curves, {first}u, {}u, (v - {low}) * {scale})", table.size)
+        }
+        Step::HalfCurve(entries) => format!("process_half_curve(curves, {}u, v)", textures.add_curve(entries)),
+        Step::Cube(table, interpolation) => {
+            let [low, scale] = domain(table);
+            let function = match interpolation {
+                Interpolation::Tetrahedral => "cube_tetrahedral",
+                Interpolation::Trilinear => "cube_trilinear",
+            };
+            textures.cubes.push(table);
+            format!("{function}(cube{}, (v - {low}) * {scale})", textures.cubes.len() - 1)
+        }
+    }
+}
+
+fn domain(table: &Table) -> [String; 2] {
+    [table.low.map(f64::from), table.scale()].map(vec3)
+}
+
+fn cdl_call(cdl: &CdlStep) -> String {
+    let name = if cdl.is_reverse { "process_cdl_reverse" } else { "process_cdl" };
+    let triples = [cdl.slope, cdl.offset, cdl.power].map(|v: DVec3| vec3(v.to_array()));
+    let [low, high] = cdl.limits();
+    format!("{name}(v, {}, {})", list(triples), list([cdl.saturation, low, high].map(number)))
+}
+
+fn logarithm(curves: &[Logarithm; 3]) -> String {
+    let member = |f: fn(&Logarithm) -> f64| vec3(curves.each_ref().map(f));
+    list([
+        member(|c| c.slope),
+        member(|c| c.offset),
+        member(|c| c.end),
+        member(|c| c.a),
+        member(|c| c.b),
+        member(|c| c.scale),
+        member(|c| c.shift),
+    ])
+}
+
+fn antilog(curves: &[Antilog; 3]) -> String {
+    let member = |f: fn(&Antilog) -> f64| vec3(curves.each_ref().map(f));
+    list([
+        member(|c| c.slope),
+        member(|c| c.offset),
+        member(|c| c.end),
+        member(|c| c.a),
+        member(|c| c.b),
+        member(|c| c.scale),
+        member(|c| c.shift),
+    ])
+}
+
+fn power_call(curves: &[Power; 3]) -> String {
+    let member = |f: fn(&Power) -> f64| vec3(curves.each_ref().map(f));
+    let constants = list([
+        member(|c| c.slope),
+        member(|c| c.end),
+        member(|c| c.a),
+        member(|c| c.b),
+        member(|c| c.exponent),
+        member(|c| c.scale),
+        member(|c| c.shift),
+    ]);
+    // The curves of a step are all mirrored or none: files state it once.
+    match curves[0].is_mirrored {
+        true => format!("process_sign(v) * process_power(abs(v), {constants})"),
+        false => format!("process_power(v, {constants})"),
+    }
+}
+
+fn list<const N: usize>(parts: [String; N]) -> String {
+    parts.join(", ")
+}
+
+/// A literal of the nearest number in 32 bits.
+fn number(x: f64) -> String {
+    format!("{:?}f", x.clamp(f64::from(f32::MIN), f64::from(f32::MAX)) as f32)
+}
+
+fn vec3(v: [f64; 3]) -> String {
+    format!("vec3f({})", list(v.map(number)))
+}
+
+fn vec4(v: [f64; 4]) -> String {
+    format!("vec4f({})", list(v.map(number)))
+}

@@ -1,0 +1,138 @@
+//! Colour files: `ColorLut` with steps, and `Cdl` with a file, compared with the evaluation in double
+//! precision, which `nodes/tests/clf.rs` compares with known values.
+
+use afterimage_nodes::{Interpolation, Process, parse_clf, parse_correction, parse_spi1d, parse_spi3d};
+
+use super::lut::look;
+use super::{OneFile, Tolerance, compare_with, light, stored, tolerance, unit};
+use crate::reference::lut::Cube;
+
+const STEPS: Tolerance = tolerance(4e-6, 2e-5, "powers and logarithms of several steps in f32");
+
+fn list(nodes: &str) -> String {
+    format!("<ProcessList id=\"test\" compCLFversion=\"3.0\">{nodes}</ProcessList>")
+}
+
+fn node(name: &str, attributes: &str, body: &str) -> String {
+    format!("<{name} inBitDepth=\"32f\" outBitDepth=\"32f\" {attributes}>{body}</{name}>")
+}
+
+/// Compares a file of these process nodes with its evaluation in double precision.
+fn assert_matches(nodes: &str, picture: fn([u32; 2]) -> crate::support::gpu::Picture, tolerance: Tolerance) {
+    let text = list(nodes);
+    let process = parse_clf(&text).unwrap_or_else(|error| panic!("{text}: {error}"));
+    let file = OneFile(text.into_bytes());
+    compare_with("Exposed", "ColorLut(file: \"a.clf\")", &file, picture, tolerance, |rgb| stored(process.apply(rgb)));
+}
+
+/// The same for numbers from -1 to 1, which the first node makes of colours: images of light have no negative numbers.
+fn assert_matches_signed(nodes: &str, tolerance: Tolerance) {
+    let bounds =
+        "<minInValue>0</minInValue><maxInValue>1</maxInValue><minOutValue>-1</minOutValue><maxOutValue>1</maxOutValue>";
+    let signed = node("Range", "style=\"noClamp\"", bounds);
+    assert_matches(&format!("{signed}{nodes}"), unit, tolerance);
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn linear_steps_match() {
+    let matrix = node("Matrix", "", "<Array dim=\"3 4\">1.2 -0.1 0.3 0.1  0 0.5 0 -0.1  0.25 0.25 2 0</Array>");
+    assert_matches(&matrix, light, STEPS);
+    let bounds = "<minInValue>0.1</minInValue><maxInValue>0.9</maxInValue>\
+                  <minOutValue>-1</minOutValue><maxOutValue>3</maxOutValue>";
+    assert_matches(&node("Range", "", bounds), unit, STEPS);
+    assert_matches(&node("Range", "style=\"noClamp\"", bounds), light, STEPS);
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn logarithms_match() {
+    let camera = "<LogParams base=\"10\" logSideSlope=\"0.24719\" logSideOffset=\"0.385537\" linSideSlope=\"5.555556\" \
+                  linSideOffset=\"0.052272\" linSideBreak=\"0.010591\"/>";
+    for style in ["log10", "log2"] {
+        assert_matches(&node("Log", &format!("style=\"{style}\""), ""), light, STEPS);
+        assert_matches(
+            &node("Log", &format!("style=\"anti{}{}\"", style[..1].to_uppercase(), &style[1..]), ""),
+            unit,
+            STEPS,
+        );
+    }
+    assert_matches(&node("Log", "style=\"cameraLinToLog\"", camera), light, STEPS);
+    assert_matches(&node("Log", "style=\"cameraLogToLin\"", camera), unit, STEPS);
+    let plain = "<LogParams base=\"10\" logSideSlope=\"0.3\" logSideOffset=\"0.6\" linSideOffset=\"0.01\"/>";
+    assert_matches(&node("Log", "style=\"linToLog\"", plain), light, STEPS);
+    assert_matches(&node("Log", "style=\"logToLin\"", plain), unit, STEPS);
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn exponents_match() {
+    for (form, offset) in [
+        ("basic", ""),
+        ("basicMirror", ""),
+        ("basicPassThru", ""),
+        ("monCurve", "offset=\"0.055\""),
+        ("monCurveMirror", "offset=\"0.055\""),
+    ] {
+        let channel = |name: &str, exponent: f64| {
+            format!("<ExponentParams channel=\"{name}\" exponent=\"{exponent}\" {offset}/>")
+        };
+        let params = [channel("R", 2.4), channel("G", 1.0), channel("B", 3.0)].concat();
+        for direction in ["Fwd", "Rev"] {
+            assert_matches_signed(&node("Exponent", &format!("style=\"{form}{direction}\""), &params), STEPS);
+        }
+    }
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn colour_decision_lists_match() {
+    let sop = "<Slope>1.1 0.9 1.3</Slope><Offset>0.05 -0.1 0.02</Offset><Power>1.2 0.8 2.0</Power>";
+    let body = format!("<SOPNode>{sop}</SOPNode><SatNode><Saturation>1.3</Saturation></SatNode>");
+    for style in ["Fwd", "Rev", "FwdNoClamp", "RevNoClamp"] {
+        assert_matches_signed(&node("ASC_CDL", &format!("style=\"{style}\""), &body), STEPS);
+    }
+    let text = include_str!("../../../nodes/tests/files/warm.cc");
+    let process = Process::from(parse_correction(text, "").expect("a correction"));
+    let file = OneFile(text.as_bytes().to_vec());
+    compare_with("Encoded", "Cdl(file: \"warm.cc\")", &file, unit, STEPS, |rgb| stored(process.apply(rgb)));
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn tables_of_a_list_match() {
+    let curve = |power: f64| (0..5000).map(move |i| (f64::from(i) / 4999.0).powf(power));
+    let line = |(r, (g, b)): (f64, (f64, f64))| format!("{r:.9} {g:.9} {b:.9}\n");
+    let rows: String = curve(0.5).zip(curve(1.0).zip(curve(2.0))).map(line).collect();
+    let table = node("LUT1D", "", &format!("<Array dim=\"5000 3\">{rows}</Array>"));
+    let steps = tolerance(2e-5, 2e-5, "the slope of a table near black, times the error of the steps before");
+    // Two 1-D tables in one texture, then a 3-D table, with a step between.
+    let entries = Cube::new(4, look).entries;
+    let blue_fastest = (0..64).map(|i| entries[(i % 4 * 4 + i / 4 % 4) * 4 + i / 16]);
+    let rows: String = blue_fastest.map(|[r, g, b]| format!("{r:.9} {g:.9} {b:.9}\n")).collect();
+    for style in ["trilinear", "tetrahedral"] {
+        let cube =
+            node("LUT3D", &format!("interpolation=\"{style}\""), &format!("<Array dim=\"4 4 4 3\">{rows}</Array>"));
+        let half = node("Matrix", "", "<Array dim=\"3 3\">0.5 0 0 0 0.5 0 0 0 0.5</Array>");
+        assert_matches(&[&*table, &half, &table, &cube, &cube].concat(), unit, steps);
+    }
+    let half = |code: u32| f64::from(half::f16::from_bits(code as u16)).clamp(-65504.0, 65504.0);
+    let roots = (0..65536).map(half).map(|x| if x.is_nan() { 0.0 } else { x.signum() * x.abs().sqrt() });
+    let rows: String = roots.map(|x| format!("{x:e} ")).collect();
+    let half = node("LUT1D", "halfDomain=\"true\"", &format!("<Array dim=\"65536 1\">{rows}</Array>"));
+    assert_matches(&half, light, steps);
+    assert_matches_signed(&half, steps);
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn tables_of_imageworks_match() {
+    let curve = include_str!("../../../nodes/tests/files/toe.spi1d");
+    let process = Process::of_table(&parse_spi1d(curve).expect("a table"), Interpolation::Trilinear);
+    let file = OneFile(curve.as_bytes().to_vec());
+    compare_with("Encoded", "ColorLut(file: \"toe.spi1d\")", &file, unit, STEPS, |rgb| process.apply(rgb));
+    let cube = include_str!("../../../nodes/tests/files/teal.spi3d");
+    let process = Process::of_table(&parse_spi3d(cube).expect("a table"), Interpolation::Tetrahedral);
+    let file = OneFile(cube.as_bytes().to_vec());
+    compare_with("Encoded", "ColorLut(file: \"teal.spi3d\")", &file, unit, STEPS, |rgb| process.apply(rgb));
+}
