@@ -22,9 +22,9 @@ fn film_grain_weights(h: u32) -> vec4f {
     return (vec4f(bytes) + 0.5) * (1.0 / 128.0) - 1.0;
 }
 
-// One grain in each cell, at a random position: the sum of their round shapes (1 - r^2)^2 with random weights. Positions
-// are uniform, so the variance is the same everywhere, and weights are independent, so the spectrum is that of one
-// grain and has no direction. Red to blue of the result have weights of their own, and w those of grey grain.
+// One grain in each cell, at a random position: the sum of their round shapes (1 - r^2)^2 with random weights.
+// Positions are uniform, so the variance is the same everywhere, and weights are independent, so the spectrum is that
+// of one grain and has no direction. Red to blue of the result have weights of their own, and w those of grey grain.
 fn film_grain_at(p: vec2f, seed: u32) -> vec4f {
     let base = vec2i(floor(p));
     var sum = vec4f();

@@ -23,7 +23,8 @@ params! {
     /// Combines light with an image: bloom before the tone curve, or glare in display-linear light after it.
     ///
     /// Both images must be in the same color state. The light may have any size and is resampled; light of the size of
-    /// the image is not filtered. If no light is wired, or it is switched off, the result is the image. Results are limited to 65504. Alpha is that of the image.
+    /// the image is not filtered. If no light is wired, or it is switched off, the result is the image. Results are
+    /// limited to 65504. Alpha is that of the image.
     pub struct Composite {
         /// How the light is combined with the image.
         pub blend: CompositeBlend = CompositeBlend::Add;

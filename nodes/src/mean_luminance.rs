@@ -20,7 +20,7 @@ params! {
     /// Computes the mean luminance of an image as log2, in two passes at any size: the top of a luminance pyramid.
     ///
     /// It has no percentiles, so bright lights and black borders count in full. `Histogram` with `AutoExposure` is the
-    /// better meter, this kind with `Adapt` the cheaper one. Each pixel counts once, with its weight, and sums have a fixed
+    /// better meter, this kind with `Adapt` the cheaper one. Each pixel counts once, with its weight. Sums have a fixed
     /// order.
     ///
     /// The result is (log2 of the mean, brightest luminance, 0, 1 if any pixel with a weight is brighter than black).

@@ -1,8 +1,8 @@
 //! Sanitizing: numbers of host images become finite at their first read.
 //!
-//! Pixels and texels are sanitized where they are read (see `shaders/lib/sampling.wgsl`). A kernel that filters, or that
-//! reads textures directly, gets a sanitized copy: a filtered read has four texels, each with the code that repairs it,
-//! and the device cannot filter what is not sanitized.
+//! Pixels and texels are sanitized where they are read (see `shaders/lib/sampling.wgsl`). A kernel that filters or reads
+//! textures directly gets a sanitized copy: a filtered read has four texels, each with the code that repairs it, and
+//! the device cannot filter what is not sanitized.
 
 use crate::builder::{PlanBuilder, copy_pass};
 use afterimage_base::image::Format;

@@ -37,6 +37,7 @@
 mod balance;
 mod bracket;
 mod entries;
+mod input_options;
 mod parser;
 mod quotes;
 mod read;

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::entries::{Document, InputEntry, NodeEntry, Override, Tier};
+use super::input_options::set_option;
 use super::parser::{self, Parsed};
 use super::syntax;
 use super::tree::{Field, Group, Item, Tree};
@@ -325,21 +326,7 @@ impl Reader {
     }
 
     fn input_option(&mut self, input: &mut InputEntry, option: &Spanned<String>, value: &Item) {
-        const OPTIONS: [&str; 4] = ["optional", "allow_negative", "needs_alpha", "scale"];
-        let problem = match option.value.as_str() {
-            "optional" => set_flag(&mut input.optional, option, value),
-            "allow_negative" => set_flag(&mut input.signed, option, value),
-            "needs_alpha" => set_flag(&mut input.needs_alpha, option, value),
-            "scale" => set_factor(&mut input.scale, option, value),
-            other => Some(unknown(
-                "unknown-option",
-                format!("an input has no option {}", quote(other)),
-                option,
-                "options",
-                &OPTIONS,
-            )),
-        };
-        problem.into_iter().for_each(|problem| self.problems.push(problem));
+        set_option(input, option, value).into_iter().for_each(|problem| self.problems.push(problem));
     }
 
     fn node(&mut self, name: Spanned<String>, value: Item) -> Option<NodeEntry> {
@@ -377,39 +364,6 @@ impl Reader {
         };
         (name, tier)
     }
-}
-
-/// Sets an option that is on or off.
-fn set_flag(flag: &mut bool, option: &Spanned<String>, value: &Item) -> Option<Diagnostic> {
-    match value.value {
-        Tree::Bool(given) => *flag = given,
-        Tree::Broken => {}
-        _ => return Some(wrong_option(option, value, "`true` or `false`")),
-    }
-    None
-}
-
-/// Sets an option that is a factor.
-fn set_factor(factor: &mut f64, option: &Spanned<String>, value: &Item) -> Option<Diagnostic> {
-    let given = match value.value {
-        Tree::Int(given) => given as f64,
-        Tree::Float(given) => given,
-        Tree::Broken => return None,
-        _ => f64::NAN,
-    };
-    if !(SMALLEST_FACTOR..=1.0 / SMALLEST_FACTOR).contains(&given) {
-        return Some(wrong_option(option, value, "a number above 0, from 1e-30 to 1e30"));
-    }
-    *factor = given;
-    None
-}
-
-/// A 32-bit float holds this factor and its inverse.
-const SMALLEST_FACTOR: f64 = 1e-30;
-
-fn wrong_option(option: &Spanned<String>, value: &Item, wanted: &str) -> Diagnostic {
-    Diagnostic::error("wrong-type", format!("{} is {wanted}", quote(&option.value)))
-        .at(&value.location, format!("this is {}", value.value.describe()))
 }
 
 /// A word that is not among those known.

@@ -1,5 +1,5 @@
-//! Functions that read textures directly, and functions that filter them. The library's `texel` and `tap` sanitize what they read; a direct read does
-//! not.
+//! Functions that read textures directly, and functions that filter them. The library's `texel` and `tap` sanitize what
+//! they read; a direct read does not.
 
 use std::collections::BTreeSet;
 
