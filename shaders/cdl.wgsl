@@ -1,4 +1,3 @@
-#import color
 #import grade
 
 struct Cdl {
@@ -6,12 +5,13 @@ struct Cdl {
     offset: vec3f,
     power: vec3f,
     saturation: f32,
+    luminance_weights: vec3f,
 }
 
 // The standard applies no power to values at or below 0.
 fn cdl(source: vec4f, params: Cdl) -> vec4f {
     let moved = source.rgb * params.slope + params.offset;
     let powered = select(moved, bounded_power3(moved, params.power), moved > vec3f(0.0));
-    let grey = vec3f(luminance(powered));
+    let grey = vec3f(dot(powered, params.luminance_weights));
     return vec4f(bounded(grey + params.saturation * (powered - grey)), source.a);
 }

@@ -10,7 +10,7 @@ struct Composite {
 
 // Limited, because a sum of bright lights may exceed the largest half float.
 fn composite_sum(base: vec4f, light: vec3f, params: Composite) -> vec4f {
-    return vec4f(min(base.rgb + params.strength * light, vec3f(HALF_MAX)), base.a);
+    return vec4f(clamp(base.rgb + params.strength * light, vec3f(-HALF_MAX), vec3f(HALF_MAX)), base.a);
 }
 
 fn composite_mean(base: vec4f, light: vec3f, params: Composite) -> vec4f {

@@ -1,18 +1,25 @@
+#import gamut
 #import math
 #import transfer
 
 struct Encode {
-    row0: vec4f,           // Rec.709 to the display's primaries
+    row0: vec4f,           // the primaries of the source to those of the result
     row1: vec4f,
     row2: vec4f,
+    luminance_weights: vec3f,
+    limit: f32,            // the brightest light of the result
+    compresses: f32,       // 1: colours are compressed into the gamut, 0: they are clipped
     gamma: f32,
     white_nits: f32,
     peak_nits: f32,
     system_power: f32,     // HLG: (1 - gamma) / gamma of the display
 }
 
-// Whether the display has the primaries of the scene. The rows are then the identity.
+// Whether the source has the primaries of the result. The rows are then the identity.
 const ENCODE_SAME_PRIMARIES: bool = false;
+
+// Up to this share of the distance from grey to the border of the gamut, compressed colours stay the same.
+const ENCODE_GAMUT_KNEE: f32 = 0.8;
 
 // Negative light becomes 0. Each transfer function limits bright light itself.
 fn encode_primaries(source: vec4f, params: Encode) -> vec3f {
@@ -22,6 +29,9 @@ fn encode_primaries(source: vec4f, params: Encode) -> vec3f {
         dot(params.row1.xyz, source.rgb),
         dot(params.row2.xyz, source.rgb),
     );
+    if params.compresses > 0.0 {
+        return gamut_compress(rgb, params.luminance_weights, params.limit, ENCODE_GAMUT_KNEE);
+    }
     return max(rgb, vec3f(0.0));
 }
 

@@ -6,10 +6,10 @@ struct Exposure {
 }
 
 fn exposure(source: vec4f, params: Exposure) -> vec4f {
-    return vec4f(bounded(source.rgb * params.gain), source.a);
+    return vec4f(bounded_scene(source.rgb * params.gain), source.a);
 }
 
 fn exposure_metered(source: vec4f, meter: f32, params: Exposure) -> vec4f {
     let gain = exp2(clamp(params.stops + meter, -24.0, 24.0));
-    return vec4f(bounded(source.rgb * gain), source.a);
+    return vec4f(bounded_scene(source.rgb * gain), source.a);
 }

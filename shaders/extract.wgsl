@@ -11,7 +11,7 @@ struct Extract {
 
 // Limited, because alpha and intensity may raise a bright colour above the largest half float.
 fn extract_scaled(source: vec4f, weight: f32) -> vec4f {
-    return vec4f(min(source.rgb * weight, vec3f(HALF_MAX)), source.a);
+    return vec4f(clamp(source.rgb * weight, vec3f(-HALF_MAX), vec3f(HALF_MAX)), source.a);
 }
 
 // The share of the brightness above the threshold, with a parabola of width 2 * knee that joins both linear parts

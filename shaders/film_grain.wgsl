@@ -1,4 +1,3 @@
-#import color
 #import math
 #import noise
 
@@ -10,6 +9,7 @@ struct FilmGrain {
     highlights: f32,
     pivot: f32,
     seed: u32,
+    luminance_weights: vec3f,
 }
 
 // The standard deviation of a grain's density is that of a triangular distribution in (-1, 1): the square root of 1/6.
@@ -59,7 +59,7 @@ fn film_grain_response(y: f32, params: FilmGrain) -> f32 {
 fn film_grain_with(source: vec4f, at: Point, params: FilmGrain, seed: u32) -> vec4f {
     let grain = film_grain_density(vec2f(at.pixel) / params.size, seed, params.color);
     let rgb = clamp(source.rgb, vec3f(0.0), vec3f(1.0));
-    let strength = params.amount * film_grain_response(luminance(rgb), params);
+    let strength = params.amount * film_grain_response(dot(rgb, params.luminance_weights), params);
     return vec4f(source.rgb + strength * grain * rgb * (1.0 - rgb), source.a);
 }
 

@@ -29,7 +29,7 @@ fn local_tone_map_level(rgb: vec3f, params: LocalToneMap) -> f32 {
 fn local_tone_map_apply(source: vec4f, level: f32, base: f32, params: LocalToneMap) -> vec4f {
     let mapped = params.midpoint + params.contrast * (base - params.midpoint) + params.detail * (level - base);
     let gain = exp2(clamp(mapped - level, -LOCAL_TONE_MAP_MAX_STOPS, LOCAL_TONE_MAP_MAX_STOPS));
-    return vec4f(bounded(source.rgb * gain), source.a);
+    return vec4f(bounded_scene(source.rgb * gain), source.a);
 }
 
 // The base from the grid, or `otherwise` where the grid is empty. The grid stores its own range.

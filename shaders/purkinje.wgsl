@@ -1,6 +1,8 @@
 // The Purkinje shift: rods share the pathways of the cones, so that colours turn blue and lose their differences in the
 // dark. Cao, Pokorny and Smith (2008) for the retina, Kirk and O'Brien (2011) for images, Patry (2021) for games.
+#import color
 #import math
+#import sanitize
 
 struct Purkinje {
     // Rows from the model: the input of each cone's gain, the response of the rods, and their effect on Rec.709.
@@ -22,7 +24,9 @@ fn purkinje_seen(source: vec4f, strength: f32, params: Purkinje) -> vec4f {
     let gain = inverseSqrt(1.0 + max(drive, vec3f(0.0)));
     let change = vec3f(dot(params.effect0, gain), dot(params.effect1, gain), dot(params.effect2, gain));
     let shift = strength * dot(params.rods, light) * change;
-    return vec4f(clamp(source.rgb + shift, vec3f(0.0), vec3f(65504.0)), source.a);
+    // No component becomes more negative than the light is.
+    let seen = clamp(source.rgb + shift, min(source.rgb, vec3f(0.0)), vec3f(HALF_MAX));
+    return vec4f(extended_light(seen), source.a);
 }
 
 fn purkinje(source: vec4f, params: Purkinje) -> vec4f {

@@ -1,6 +1,7 @@
 // A look, not a model of night vision: less saturated, bluer and brighter as the light fades.
 #import color
 #import math
+#import sanitize
 
 struct PurkinjeSimple {
     grey: f32,
@@ -13,7 +14,9 @@ fn purkinje_simple_seen(source: vec4f, grey: f32, blue: f32, boost: f32) -> vec4
     let y = luminance(source.rgb);
     let faded = between3(source.rgb, vec3f(y), grey);
     let tinted = vec3f(mix(faded.r, 0.9 * y, blue), faded.g, mix(faded.b, 1.2 * y, blue));
-    return vec4f(clamp(tinted + boost * y, vec3f(0.0), vec3f(65504.0)), source.a);
+    // No component becomes more negative than the light is.
+    let seen = clamp(tinted + boost * y, min(source.rgb, vec3f(0.0)), vec3f(HALF_MAX));
+    return vec4f(extended_light(seen), source.a);
 }
 
 fn purkinje_simple(source: vec4f, params: PurkinjeSimple) -> vec4f {

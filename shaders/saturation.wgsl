@@ -1,11 +1,19 @@
-#import color
 #import grade
 
 struct Saturation {
     amount: f32,
+    luminance_weights: vec3f,
 }
 
-fn saturation(source: vec4f, params: Saturation) -> vec4f {
-    let grey = vec3f(luminance(source.rgb));
-    return vec4f(bounded_light(grey + params.amount * (source.rgb - grey)), source.a);
+fn saturation_moved(source: vec4f, params: Saturation) -> vec3f {
+    let grey = vec3f(dot(source.rgb, params.luminance_weights));
+    return grey + params.amount * (source.rgb - grey);
+}
+
+fn saturation_scene(source: vec4f, params: Saturation) -> vec4f {
+    return vec4f(bounded_scene(saturation_moved(source, params)), source.a);
+}
+
+fn saturation_display(source: vec4f, params: Saturation) -> vec4f {
+    return vec4f(bounded_light(saturation_moved(source, params)), source.a);
 }

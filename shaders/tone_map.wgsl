@@ -1,76 +1,110 @@
-// One section per curve: the curve for light of 0 or more, and two kernels that differ in how colours are fitted into
-// the gamut.
+// One section per curve: the curve for light of 0 or more, and its kernel.
 #import color
 #import math
+#import oklab
 #import transfer
 
 struct ToneMap {
-    enter0: vec4f,  // rows: Rec.709 to the working space
+    enter0: vec4f,     // rows: Rec.709 to the working space
     enter1: vec4f,
     enter2: vec4f,
-    leave0: vec4f,  // the working space to Rec.709
+    leave0: vec4f,     // the working space to the primaries of the display
     leave1: vec4f,
     leave2: vec4f,
-    peak: f32,
+    light_lms0: vec4f, // Rec.709 to the cone responses of Oklab
+    light_lms1: vec4f,
+    light_lms2: vec4f,
+    to_lms0: vec4f,    // the primaries of the display to the cone responses
+    to_lms1: vec4f,
+    to_lms2: vec4f,
+    from_lms0: vec4f,  // and back
+    from_lms1: vec4f,
+    from_lms2: vec4f,
+    light_scale: f32,
+    keep_hue: f32,
+    compress: f32,     // 1: colours are compressed into the gamut, 0: they are clipped
     gamut_knee: f32,
+    peak: f32,
+    peak_lightness: f32,
     white_level: f32,
     exposure: f32,
     contrast: f32,
     linear_start: f32,
     toe: f32,
     pedestal: f32,
-    shoulder: vec4f,  // Uchimura: start, limit, limit minus start, steepness
-    look: vec4f,      // AgX: slope and power
+    shoulder: vec4f,   // Uchimura: start, limit, limit minus start, steepness
+    look: vec4f,       // AgX: slope and power
     saturation: f32,
-    gt7: vec4f,       // GT7: peak, then a, b, c of a + b * exp(c * x) above the linear part
+    gt7: vec4f,        // GT7: peak, then a, b, c of a + b * exp(c * x) above the linear part
     gt7_intensity: f32,
+    aces2: vec2f,      // ACES 2 tone scale: factor and offset
+    agx_hdr: vec4f,    // AgX for HDR: toe, slope, rise, white
 }
 
-// --- Conversion to the working space, and two ways back into the gamut ---
+// --- Conversion to the working space ---
 
-// Whether the curve works in the primaries of the scene. All rows are then the identity.
+// Whether the working space is that of the image. The rows are then the identity.
 const TONE_MAP_SAME_SPACE: bool = false;
 
 fn tone_map_rows(row0: vec4f, row1: vec4f, row2: vec4f, v: vec3f) -> vec3f {
-    if TONE_MAP_SAME_SPACE { return v; }
     return vec3f(dot(row0.xyz, v), dot(row1.xyz, v), dot(row2.xyz, v));
 }
 
 fn tone_map_enter(source: vec4f, params: ToneMap) -> vec3f {
-    return max(tone_map_rows(params.enter0, params.enter1, params.enter2, source.rgb), vec3f(0.0));
+    if TONE_MAP_SAME_SPACE { return max(source.rgb, vec3f(0.0)) * params.light_scale; }
+    let inside = tone_map_rows(params.enter0, params.enter1, params.enter2, source.rgb);
+    return max(inside, vec3f(0.0)) * params.light_scale;
 }
 
 fn tone_map_leave(v: vec3f, params: ToneMap) -> vec3f {
+    if TONE_MAP_SAME_SPACE { return v; }
     return tone_map_rows(params.leave0, params.leave1, params.leave2, v);
 }
 
-fn tone_map_clip(v: vec3f, params: ToneMap) -> vec3f {
-    return clamp(tone_map_leave(v, params), vec3f(0.0), vec3f(params.peak));
+// --- Hue and gamut, in Oklab ---
+
+fn tone_map_from_lms(lms: vec3f, params: ToneMap) -> vec3f {
+    return tone_map_rows(params.from_lms0, params.from_lms1, params.from_lms2, lms);
 }
 
-// Moves a colour towards the grey of its luminance. `reach` is 1 at the gamut's border. Up to the knee nothing changes.
-// Beyond it, x/(1+x) compresses the rest, so that a colour approaches the border and never passes it.
-fn tone_map_compress(v: vec3f, params: ToneMap) -> vec3f {
-    let rgb = tone_map_leave(v, params);
-    let grey = clamp(luminance(rgb), 0.0, params.peak);
-    let away = rgb - grey;
-    let room = select(vec3f(grey), vec3f(params.peak - grey), away > vec3f(0.0));
-    let reach = brightest(abs(away) / max(room, vec3f(1e-7)));
-    let rest = 1.0 - params.gamut_knee;
-    let over = max(reach - params.gamut_knee, 0.0);
-    let pulled = params.gamut_knee + over * rest / max(rest + over, 1e-7);
-    let share = select(pulled / max(reach, 1e-7), 1.0, reach <= params.gamut_knee);
-    return clamp(grey + away * share, vec3f(0.0), vec3f(params.peak));
+// Colours of all shares of this chroma at one lightness.
+fn tone_map_line(lightness: f32, chroma: vec2f, params: ToneMap) -> OklabLine {
+    let k = oklab_deviation(chroma) / max(lightness, 1e-6);
+    let k2 = k * k;
+    return OklabLine(
+        3.0 * tone_map_from_lms(k, params),
+        3.0 * tone_map_from_lms(k2, params),
+        tone_map_from_lms(k2 * k, params),
+    );
+}
+
+fn tone_map_compressed(lightness: f32, chroma: vec2f, params: ToneMap) -> vec3f {
+    let l = clamp(lightness, 0.0, params.peak_lightness);
+    let grey = l * l * l;
+    let line = tone_map_line(l, chroma, params);
+    return grey * oklab_at(line, oklab_share(line, params.peak / max(grey, 1e-30), max(params.gamut_knee, 1e-3)));
+}
+
+fn tone_map_result(mapped: vec3f, source: vec4f, params: ToneMap) -> vec4f {
+    var rgb = tone_map_leave(mapped, params);
+    if params.keep_hue + params.compress > 0.0 {
+        let lab = oklab(tone_map_rows(params.to_lms0, params.to_lms1, params.to_lms2, rgb));
+        let light = oklab(tone_map_rows(params.light_lms0, params.light_lms1, params.light_lms2, source.rgb));
+        let chroma = oklab_turn(lab.yz, light.yz, params.keep_hue);
+        if params.compress > 0.0 {
+            rgb = tone_map_compressed(lab.x, chroma, params);
+        } else {
+            let roots = lab.x + oklab_deviation(chroma);
+            rgb = tone_map_from_lms(roots * roots * roots, params);
+        }
+    }
+    return vec4f(clamp(rgb, vec3f(0.0), vec3f(params.peak)), source.a);
 }
 
 // --- None ---
 
 fn tone_map_none(source: vec4f, params: ToneMap) -> vec4f {
-    return vec4f(tone_map_clip(tone_map_enter(source, params), params), source.a);
-}
-
-fn tone_map_none_compressed(source: vec4f, params: ToneMap) -> vec4f {
-    return vec4f(tone_map_compress(tone_map_enter(source, params), params), source.a);
+    return tone_map_result(tone_map_enter(source, params), source, params);
 }
 
 // --- Reinhard ---
@@ -80,11 +114,7 @@ fn tone_map_reinhard_curve(v: vec3f) -> vec3f {
 }
 
 fn tone_map_reinhard(source: vec4f, params: ToneMap) -> vec4f {
-    return vec4f(tone_map_clip(tone_map_reinhard_curve(tone_map_enter(source, params)), params), source.a);
-}
-
-fn tone_map_reinhard_compressed(source: vec4f, params: ToneMap) -> vec4f {
-    return vec4f(tone_map_compress(tone_map_reinhard_curve(tone_map_enter(source, params)), params), source.a);
+    return tone_map_result(tone_map_reinhard_curve(tone_map_enter(source, params)), source, params);
 }
 
 // --- Reinhard, extended: per channel, and by luminance without a division by it ---
@@ -93,29 +123,17 @@ fn tone_map_reinhard_extended_curve(v: vec3f, params: ToneMap) -> vec3f {
     return v * ((1.0 + v / (params.white_level * params.white_level)) / (1.0 + v));
 }
 
-fn tone_map_reinhard_extended(source: vec4f, params: ToneMap) -> vec4f {
-    let mapped = tone_map_reinhard_extended_curve(tone_map_enter(source, params), params);
-    return vec4f(tone_map_clip(mapped, params), source.a);
-}
-
-fn tone_map_reinhard_extended_compressed(source: vec4f, params: ToneMap) -> vec4f {
-    let mapped = tone_map_reinhard_extended_curve(tone_map_enter(source, params), params);
-    return vec4f(tone_map_compress(mapped, params), source.a);
-}
-
 fn tone_map_reinhard_luminance_curve(v: vec3f, params: ToneMap) -> vec3f {
     let y = luminance(v);
     return v * ((1.0 + y / (params.white_level * params.white_level)) / (1.0 + y));
 }
 
-fn tone_map_reinhard_luminance(source: vec4f, params: ToneMap) -> vec4f {
-    let mapped = tone_map_reinhard_luminance_curve(tone_map_enter(source, params), params);
-    return vec4f(tone_map_clip(mapped, params), source.a);
+fn tone_map_reinhard_extended(source: vec4f, params: ToneMap) -> vec4f {
+    return tone_map_result(tone_map_reinhard_extended_curve(tone_map_enter(source, params), params), source, params);
 }
 
-fn tone_map_reinhard_luminance_compressed(source: vec4f, params: ToneMap) -> vec4f {
-    let mapped = tone_map_reinhard_luminance_curve(tone_map_enter(source, params), params);
-    return vec4f(tone_map_compress(mapped, params), source.a);
+fn tone_map_reinhard_luminance(source: vec4f, params: ToneMap) -> vec4f {
+    return tone_map_result(tone_map_reinhard_luminance_curve(tone_map_enter(source, params), params), source, params);
 }
 
 // --- Exponential ---
@@ -128,40 +146,38 @@ fn tone_map_exponential_curve(v: vec3f, params: ToneMap) -> vec3f {
 }
 
 fn tone_map_exponential(source: vec4f, params: ToneMap) -> vec4f {
-    return vec4f(tone_map_clip(tone_map_exponential_curve(tone_map_enter(source, params), params), params), source.a);
+    return tone_map_result(tone_map_exponential_curve(tone_map_enter(source, params), params), source, params);
 }
 
-fn tone_map_exponential_compressed(source: vec4f, params: ToneMap) -> vec4f {
-    let mapped = tone_map_exponential_curve(tone_map_enter(source, params), params);
-    return vec4f(tone_map_compress(mapped, params), source.a);
+// --- The tone scale of ACES 2.0 ---
+
+fn tone_map_aces2_curve(v: vec3f, params: ToneMap) -> vec3f {
+    let f = params.aces2.x * power3(v / (v + params.aces2.y), 1.15);
+    return f * f / (f + 0.04);
 }
 
-// --- ACES, Narkowicz's fit ---
+fn tone_map_aces2(source: vec4f, params: ToneMap) -> vec4f {
+    return tone_map_result(tone_map_aces2_curve(tone_map_enter(source, params), params), source, params);
+}
 
-fn tone_map_aces_curve(v: vec3f) -> vec3f {
+// --- Narkowicz's fit of ACES 1 ---
+
+fn tone_map_narkowicz_curve(v: vec3f) -> vec3f {
     return min(v * (2.51 * v + 0.03) / (v * (2.43 * v + 0.59) + 0.14), vec3f(1.0));
 }
 
-fn tone_map_aces(source: vec4f, params: ToneMap) -> vec4f {
-    return vec4f(tone_map_clip(tone_map_aces_curve(tone_map_enter(source, params)), params), source.a);
+fn tone_map_narkowicz(source: vec4f, params: ToneMap) -> vec4f {
+    return tone_map_result(tone_map_narkowicz_curve(tone_map_enter(source, params)), source, params);
 }
 
-fn tone_map_aces_compressed(source: vec4f, params: ToneMap) -> vec4f {
-    return vec4f(tone_map_compress(tone_map_aces_curve(tone_map_enter(source, params)), params), source.a);
-}
+// --- Hill's fit of ACES 1: the matrices replace the conversion to and from the working space ---
 
-// --- ACES, Hill's fit: the matrices replace the conversion to and from the working space ---
-
-fn tone_map_aces_hill_curve(v: vec3f) -> vec3f {
+fn tone_map_hill_curve(v: vec3f) -> vec3f {
     return (v * (v + 0.0245786) - 0.000090537) / (v * (0.983729 * v + 0.4329510) + 0.238081);
 }
 
-fn tone_map_aces_hill(source: vec4f, params: ToneMap) -> vec4f {
-    return vec4f(tone_map_clip(tone_map_aces_hill_curve(tone_map_enter(source, params)), params), source.a);
-}
-
-fn tone_map_aces_hill_compressed(source: vec4f, params: ToneMap) -> vec4f {
-    return vec4f(tone_map_compress(tone_map_aces_hill_curve(tone_map_enter(source, params)), params), source.a);
+fn tone_map_hill(source: vec4f, params: ToneMap) -> vec4f {
+    return tone_map_result(tone_map_hill_curve(tone_map_enter(source, params)), source, params);
 }
 
 // --- Hable: Uncharted 2's curve of 2x over its value at 11.2, with the offset at black folded in ---
@@ -173,11 +189,7 @@ fn tone_map_hable_curve(v: vec3f) -> vec3f {
 }
 
 fn tone_map_hable(source: vec4f, params: ToneMap) -> vec4f {
-    return vec4f(tone_map_clip(tone_map_hable_curve(tone_map_enter(source, params)), params), source.a);
-}
-
-fn tone_map_hable_compressed(source: vec4f, params: ToneMap) -> vec4f {
-    return vec4f(tone_map_compress(tone_map_hable_curve(tone_map_enter(source, params)), params), source.a);
+    return tone_map_result(tone_map_hable_curve(tone_map_enter(source, params)), source, params);
 }
 
 // --- Uchimura ---
@@ -201,11 +213,7 @@ fn tone_map_uchimura_curve(v: vec3f, params: ToneMap) -> vec3f {
 }
 
 fn tone_map_uchimura(source: vec4f, params: ToneMap) -> vec4f {
-    return vec4f(tone_map_clip(tone_map_uchimura_curve(tone_map_enter(source, params), params), params), source.a);
-}
-
-fn tone_map_uchimura_compressed(source: vec4f, params: ToneMap) -> vec4f {
-    return vec4f(tone_map_compress(tone_map_uchimura_curve(tone_map_enter(source, params), params), params), source.a);
+    return tone_map_result(tone_map_uchimura_curve(tone_map_enter(source, params), params), source, params);
 }
 
 // --- Khronos PBR Neutral: below 0.8 the colour itself minus the Fresnel offset of 0.04 ---
@@ -222,11 +230,7 @@ fn tone_map_khronos_neutral_curve(v: vec3f) -> vec3f {
 }
 
 fn tone_map_khronos_neutral(source: vec4f, params: ToneMap) -> vec4f {
-    return vec4f(tone_map_clip(tone_map_khronos_neutral_curve(tone_map_enter(source, params)), params), source.a);
-}
-
-fn tone_map_khronos_neutral_compressed(source: vec4f, params: ToneMap) -> vec4f {
-    return vec4f(tone_map_compress(tone_map_khronos_neutral_curve(tone_map_enter(source, params)), params), source.a);
+    return tone_map_result(tone_map_khronos_neutral_curve(tone_map_enter(source, params)), source, params);
 }
 
 // --- AgX ---
@@ -286,46 +290,40 @@ fn tone_map_agx_finish(s: vec3f) -> vec3f {
 }
 
 fn tone_map_agx(source: vec4f, params: ToneMap) -> vec4f {
-    let mapped = tone_map_agx_finish(tone_map_agx_exact(tone_map_enter(source, params)));
-    return vec4f(tone_map_clip(mapped, params), source.a);
-}
-
-fn tone_map_agx_compressed(source: vec4f, params: ToneMap) -> vec4f {
-    let mapped = tone_map_agx_finish(tone_map_agx_exact(tone_map_enter(source, params)));
-    return vec4f(tone_map_compress(mapped, params), source.a);
+    let s = tone_map_agx_exact(tone_map_enter(source, params));
+    return tone_map_result(tone_map_agx_finish(s), source, params);
 }
 
 fn tone_map_agx_looked(source: vec4f, params: ToneMap) -> vec4f {
     let s = tone_map_agx_look(tone_map_agx_exact(tone_map_enter(source, params)), params);
-    return vec4f(tone_map_clip(tone_map_agx_finish(s), params), source.a);
-}
-
-fn tone_map_agx_looked_compressed(source: vec4f, params: ToneMap) -> vec4f {
-    let s = tone_map_agx_look(tone_map_agx_exact(tone_map_enter(source, params)), params);
-    return vec4f(tone_map_compress(tone_map_agx_finish(s), params), source.a);
+    return tone_map_result(tone_map_agx_finish(s), source, params);
 }
 
 fn tone_map_agx_fast(source: vec4f, params: ToneMap) -> vec4f {
-    let mapped = tone_map_agx_finish(tone_map_agx_fitted(tone_map_enter(source, params)));
-    return vec4f(tone_map_clip(mapped, params), source.a);
-}
-
-fn tone_map_agx_fast_compressed(source: vec4f, params: ToneMap) -> vec4f {
-    let mapped = tone_map_agx_finish(tone_map_agx_fitted(tone_map_enter(source, params)));
-    return vec4f(tone_map_compress(mapped, params), source.a);
+    let s = tone_map_agx_fitted(tone_map_enter(source, params));
+    return tone_map_result(tone_map_agx_finish(s), source, params);
 }
 
 fn tone_map_agx_fast_looked(source: vec4f, params: ToneMap) -> vec4f {
     let s = tone_map_agx_look(tone_map_agx_fitted(tone_map_enter(source, params)), params);
-    return vec4f(tone_map_clip(tone_map_agx_finish(s), params), source.a);
+    return tone_map_result(tone_map_agx_finish(s), source, params);
 }
 
-fn tone_map_agx_fast_looked_compressed(source: vec4f, params: ToneMap) -> vec4f {
-    let s = tone_map_agx_look(tone_map_agx_fitted(tone_map_enter(source, params)), params);
-    return vec4f(tone_map_compress(tone_map_agx_finish(s), params), source.a);
+// --- AgX for HDR displays: the matrices replace the conversion to and from the working space ---
+
+fn tone_map_agx_hdr_curve(v: vec3f, params: ToneMap) -> vec3f {
+    let powered = power3(v, 1.25);
+    let above = max(v - 0.18, vec3f(0.0));
+    let line = params.agx_hdr.y * above;
+    let shoulder = line * (1.0 + above / params.agx_hdr.w) / (1.0 + line / params.agx_hdr.z);
+    return select(0.18 + min(shoulder, params.agx_hdr.zzz), powered / (powered + params.agx_hdr.x), v < vec3f(0.18));
 }
 
-// --- GT7: Rec.2020, 1 is 100 cd/m2; the result is in units of 250 cd/m2 ---
+fn tone_map_agx_hdr(source: vec4f, params: ToneMap) -> vec4f {
+    return tone_map_result(tone_map_agx_hdr_curve(tone_map_enter(source, params), params), source, params);
+}
+
+// --- GT7: Rec.2020, 1 is 100 cd/m2; the result is in units of 203 cd/m2 ---
 
 fn tone_map_gt7_channel(x: f32, params: ToneMap) -> f32 {
     let toe = 0.538 * power(min(x, 0.538) / 0.538, 1.28);
@@ -346,10 +344,11 @@ fn tone_map_ictcp(v: vec3f) -> vec3f {
     );
 }
 
+// The published operator ends at 10000 cd/m2 here, and only here.
 fn tone_map_from_ictcp(v: vec3f) -> vec3f {
-    let l = 0.01 * pq_decode(v.x + 0.008609037038 * v.y + 0.111029625003 * v.z);
-    let m = 0.01 * pq_decode(v.x - 0.008609037038 * v.y - 0.111029625003 * v.z);
-    let s = 0.01 * pq_decode(v.x + 0.560031335711 * v.y - 0.320627174987 * v.z);
+    let l = 0.01 * pq_decode(min(v.x + 0.008609037038 * v.y + 0.111029625003 * v.z, 1.0));
+    let m = 0.01 * pq_decode(min(v.x - 0.008609037038 * v.y - 0.111029625003 * v.z, 1.0));
+    let s = 0.01 * pq_decode(min(v.x + 0.560031335711 * v.y - 0.320627174987 * v.z, 1.0));
     let rgb = vec3f(
         dot(vec3f(l, m, s), vec3f(3.436606694333, -2.506452118656, 0.069845424323)),
         dot(vec3f(l, m, s), vec3f(-0.791329555599, 1.983600451792, -0.192270896193)),
@@ -369,13 +368,9 @@ fn tone_map_gt7_curve(v: vec3f, params: ToneMap) -> vec3f {
     let own = tone_map_ictcp(v);
     let fade = 1.0 - smooth_step(0.98, 1.16, own.x / params.gt7_intensity);
     let kept = tone_map_from_ictcp(vec3f(tone_map_ictcp(skewed).x, own.yz * fade));
-    return min(mix(skewed, kept, 0.6), vec3f(params.gt7.x)) / 2.5;
+    return min(mix(skewed, kept, 0.6), vec3f(params.gt7.x)) / 2.03;
 }
 
 fn tone_map_gt7(source: vec4f, params: ToneMap) -> vec4f {
-    return vec4f(tone_map_clip(tone_map_gt7_curve(tone_map_enter(source, params), params), params), source.a);
-}
-
-fn tone_map_gt7_compressed(source: vec4f, params: ToneMap) -> vec4f {
-    return vec4f(tone_map_compress(tone_map_gt7_curve(tone_map_enter(source, params), params), params), source.a);
+    return tone_map_result(tone_map_gt7_curve(tone_map_enter(source, params), params), source, params);
 }

@@ -10,7 +10,7 @@ struct Upsample {
 
 // Limited, because sums of levels without normalisation may exceed the largest half float.
 fn upsample_join(level: vec4f, rest: vec4f, params: Upsample) -> vec4f {
-    return min(params.own * level + params.rest * rest, vec4f(HALF_MAX));
+    return clamp(params.own * level + params.rest * rest, vec4f(-HALF_MAX), vec4f(HALF_MAX));
 }
 
 fn upsample_bilinear(

@@ -6,12 +6,11 @@ struct WhiteBalance {
     row2: vec4f,
 }
 
-// Saturated light may leave the gamut: negative channels become 0.
 fn white_balance(source: vec4f, params: WhiteBalance) -> vec4f {
     let rgb = vec3f(
         dot(params.row0.xyz, source.rgb),
         dot(params.row1.xyz, source.rgb),
         dot(params.row2.xyz, source.rgb),
     );
-    return vec4f(bounded_light(rgb), source.a);
+    return vec4f(bounded_scene(rgb), source.a);
 }

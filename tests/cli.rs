@@ -5,8 +5,10 @@ mod errors;
 mod folders;
 mod hostile;
 mod memory;
+mod outputs;
 mod pictures;
 mod plans;
+mod quantise;
 mod readings;
 mod sequences;
 
@@ -137,6 +139,12 @@ fn room(width: u32, height: u32) -> Picture {
 
 fn save(path: &Path, picture: &Picture) {
     write_exr(path, picture, &ExrOptions::default()).expect("a picture of a test can be written");
+}
+
+/// In 32-bit floats.
+fn save_exact(path: &Path, picture: &Picture) {
+    let options = ExrOptions { float: true, ..ExrOptions::default() };
+    write_exr(path, picture, &options).expect("a picture of a test can be written");
 }
 
 #[test]

@@ -14,7 +14,7 @@ const PIPELINE: &str = r#"Pipeline(
         "bloom": Upsample(source: "mips", blend: Mix, filter: Tent),
         "lit": Composite(base: "scene", bloom: "bloom", blend: Mix, strength: 0.5),
         "exposed": Exposure(source: "lit", stops: 0.0),
-        "mapped": ToneMap(source: "exposed", curve: Aces),
+        "mapped": ToneMap(source: "exposed", curve: AcesNarkowicz),
         "display": Encode(source: "mapped", transfer: Srgb),
     },
     outputs: { "display": "display" },

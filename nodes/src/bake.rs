@@ -39,7 +39,7 @@ pub(crate) struct Chain {
 impl Chain {
     /// Maps exposed light to the display signal.
     fn encoder(&self) -> impl Fn(DVec3) -> DVec3 {
-        let (balance, curve) = (self.balance.matrix(), self.curve.clipped());
+        let (balance, curve) = (self.balance.matrix(), self.curve.operator());
         move |exposed| {
             let balanced = (balance * exposed).max(DVec3::ZERO);
             let graded = self.grade.by_luminance(curve(balanced)).min(DVec3::ONE);

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use afterimage_graph::prelude::*;
 
+use crate::color::luminance_weights;
 use crate::lut::{ColorCorrection, LutError, parse_correction};
 
 static SHADER: Shader = shader!("cdl");
@@ -65,7 +66,8 @@ impl Node for Cdl {
     fn record(&self, pass: &mut Recorder<'_>) {
         let source = pass.image("source");
         let desc = ImageDesc::new(pass.desc(source).size);
-        let mut kernel = pass.function(&SHADER, "cdl");
+        let weights = luminance_weights(&pass.color("source").colorimetry.primaries);
+        let mut kernel = pass.function(&SHADER, "cdl").set("luminance_weights", weights.to_array());
         if self.file.bytes.is_some() {
             // `verify` has rejected files that cannot be read.
             let ColorCorrection { slope, offset, power, saturation } =

@@ -7,6 +7,11 @@ use glam::{DMat3, DVec2, DVec3};
 /// Luminance weights of linear Rec.709, with the four digits of the recommendation. Their sum is exactly 1.
 pub(crate) const LUMINANCE: DVec3 = DVec3::new(0.2126, 0.7152, 0.0722);
 
+/// The luminance weights of linear light in these primaries: those of [`LUMINANCE`] for Rec.709.
+pub(crate) fn luminance_weights(primaries: &Chromaticities) -> DVec3 {
+    if *primaries == Chromaticities::REC709 { LUMINANCE } else { primaries.to_xyz().row(1) }
+}
+
 /// AP1 with red moved outwards, after the talk on Ghost of Tsushima. Public notes confirm only the x of red.
 pub(crate) const TSUSHIMA: Chromaticities = Chromaticities { red: Xy::new(0.750, 0.270), ..Chromaticities::ACES_CG };
 

@@ -3,7 +3,7 @@
 use afterimage_graph::prelude::*;
 use glam::DVec3;
 
-use crate::color::LUMINANCE;
+use crate::color::luminance_weights;
 
 static SHADER: Shader = shader!("color_balance");
 
@@ -43,18 +43,20 @@ impl Node for ColorBalance {
     fn record(&self, pass: &mut Recorder<'_>) {
         let source = pass.image("source");
         let desc = ImageDesc::new(pass.desc(source).size);
+        let weights = luminance_weights(&pass.color("source").colorimetry.primaries);
         pass.function(&SHADER, "color_balance")
-            .set("shadows", self.shift(self.shadows))
-            .set("midtones", self.shift(self.midtones))
-            .set("highlights", self.shift(self.highlights))
+            .set("shadows", self.shift(self.shadows, weights))
+            .set("midtones", self.shift(self.midtones, weights))
+            .set("highlights", self.shift(self.highlights, weights))
+            .set("luminance_weights", weights.to_array())
             .write("result", desc);
     }
 }
 
 impl ColorBalance {
-    fn shift(&self, added: [f32; 3]) -> [f64; 3] {
+    fn shift(&self, added: [f32; 3], weights: DVec3) -> [f64; 3] {
         let added = DVec3::from(added.map(f64::from));
-        let light = if self.keep_luminance { LUMINANCE.dot(added) } else { 0.0 };
+        let light = if self.keep_luminance { weights.dot(added) } else { 0.0 };
         (added - light).to_array()
     }
 }

@@ -2,6 +2,9 @@
 
 use glam::{DMat3, DVec3, dvec3};
 
+/// The luminance of display-linear 1 in cd/m²: the reference white of ITU-R BT.2408.
+pub(crate) const REFERENCE_WHITE: f64 = 203.0;
+
 /// The input matrix of Hill's fit, as published.
 pub(crate) const HILL_IN: DMat3 = DMat3::from_cols(
     dvec3(0.59719, 0.07600, 0.02840),
@@ -15,6 +18,60 @@ pub(crate) const HILL_OUT: DMat3 = DMat3::from_cols(
     dvec3(-0.53108, 1.10813, -0.07276),
     dvec3(-0.07367, -0.00605, 1.07602),
 );
+
+/// AgX's inset for Rec.2020, as published for the curve of HDR displays.
+pub(crate) const AGX_IN_2020: DMat3 = DMat3::from_cols(
+    dvec3(0.856627153315983, 0.137318972929847, 0.11189821299995),
+    dvec3(0.0951212405381588, 0.761241990602591, 0.0767994186031903),
+    dvec3(0.0482516061458583, 0.101439036467562, 0.811302368396859),
+);
+
+/// AgX's outset for Rec.2020: no inverse of the inset, but of one with less rotation.
+pub(crate) const AGX_OUT_2020: DMat3 = DMat3::from_cols(
+    dvec3(1.1271005818144368, -0.1413297634984383, -0.14132976349843826),
+    dvec3(-0.11060664309660323, 1.157823702216272, -0.11060664309660294),
+    dvec3(-0.016493938717834573, -0.016493938717834257, 1.2519364065950405),
+);
+
+/// The constants of the curve that replaces AgX's sigmoid on HDR displays (A. Pestaluky 2025, for Godot): up to middle
+/// grey x^1.25 / (x^1.25 + toe), above it a shoulder after Reinhard that reaches the peak at 16.29 times the peak.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct AgxHdr {
+    pub(crate) toe: f64,
+    /// The slope at middle grey.
+    pub(crate) slope: f64,
+    /// From middle grey to the peak.
+    pub(crate) rise: f64,
+    /// What makes the shoulder end at the peak.
+    pub(crate) white: f64,
+}
+
+/// The contrast of AgX's curve for HDR displays.
+const AGX_CONTRAST: f64 = 1.25;
+
+/// Where the toe of AgX's curve for HDR displays ends.
+const AGX_GREY: f64 = 0.18;
+
+impl AgxHdr {
+    pub(crate) fn new(peak: f64) -> Self {
+        let power = AGX_GREY.powf(AGX_CONTRAST);
+        let toe = (1.0 / AGX_GREY - 1.0) * power;
+        let slope = AGX_CONTRAST * power / AGX_GREY * toe / (power + toe).powi(2);
+        let rise = peak - AGX_GREY;
+        let white = (16.29 * peak - AGX_GREY).powi(2) * slope / rise;
+        Self { toe, slope, rise, white }
+    }
+
+    pub(crate) fn apply(self, x: f64) -> f64 {
+        if x < AGX_GREY {
+            let power = x.powf(AGX_CONTRAST);
+            return power / (power + self.toe);
+        }
+        let above = x - AGX_GREY;
+        let line = self.slope * above;
+        AGX_GREY + (line * (1.0 + above / self.white) / (1.0 + line / self.rise)).min(self.rise)
+    }
+}
 
 /// The constants of Uchimura's curve that follow from its parameters.
 #[derive(Clone, Copy, Debug)]
@@ -86,4 +143,46 @@ impl Gt7 {
 pub(crate) fn pq_encode(nits: f64) -> f64 {
     let y = (nits.max(0.0) / 10000.0).powf(2610.0 / 16384.0);
     ((0.8359375 + 18.8515625 * y) / (1.0 + 18.6875 * y)).powf(78.84375)
+}
+
+/// The tone scale of ACES 2.0: for light x, with f = factor * (x / (x + offset))^1.15, the result is f² / (f + 0.04).
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Aces2Tone {
+    /// The result for middle grey.
+    pub(crate) grey: f64,
+    pub(crate) factor: f64,
+    pub(crate) offset: f64,
+}
+
+/// The contrast of the tone scale.
+const ACES2_CONTRAST: f64 = 1.15;
+
+/// The toe of the tone scale: what it subtracts from bright light.
+const ACES2_TOE: f64 = 0.04;
+
+impl Aces2Tone {
+    /// For a display with this peak in cd/m², with the constants of the Academy's `init_TonescaleParams`. The result is
+    /// in units of 100 cd/m².
+    pub(crate) fn new(peak: f64) -> Self {
+        let before_toe = |y: f64| 0.5 * (y + (y * (y + 4.0 * ACES2_TOE)).sqrt());
+        let power = |x: f64| (x / (x + 1.0)).powf(ACES2_CONTRAST);
+        let hit = Self::hit(peak);
+        let grey = 0.10013 * (1.0 + 0.14 * (peak / 100.0).log2());
+        let top = before_toe(peak / 100.0);
+        let share = (before_toe(grey) / (top / power(hit / top))).powf(1.0 / ACES2_CONTRAST);
+        let offset = 0.18 * (1.0 - share) / share;
+        let factor = top / power(hit / offset);
+        Self { grey, factor, offset }
+    }
+
+    /// The light that reaches the peak.
+    pub(crate) fn hit(peak: f64) -> f64 {
+        128.0 + (896.0 - 128.0) * (peak / 100.0).ln() / 100.0_f64.ln()
+    }
+
+    /// The result for light of 0 or more.
+    pub(crate) fn apply(self, x: f64) -> f64 {
+        let f = self.factor * (x / (x + self.offset)).powf(ACES2_CONTRAST);
+        f * f / (f + ACES2_TOE)
+    }
 }

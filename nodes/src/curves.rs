@@ -2,11 +2,14 @@
 
 use std::sync::LazyLock;
 
+use afterimage_graph::color::Chromaticities;
 use glam::{DMat3, DVec3, dvec3};
 
+use crate::bisection::bisected;
 use crate::color::LUMINANCE;
-use crate::curve_constants::{Agx, Gt7, Shoulder, pq_encode};
-use crate::tone_map::{AgxLook, Curve, Sigmoid, ToneMap};
+use crate::curve_constants::{Agx, Gt7, REFERENCE_WHITE, Shoulder, pq_encode};
+use crate::oklab::Lab;
+use crate::tone_map::{AgxLook, Curve, Gamut, MiddleGrey, Sigmoid, ToneMap};
 
 /// PQ (SMPTE ST 2084) to cd/m².
 fn pq_decode(v: f64) -> f64 {
@@ -15,19 +18,42 @@ fn pq_decode(v: f64) -> f64 {
 }
 
 impl ToneMap {
-    /// The whole operator on exposed light, with the gamut clipped.
-    pub(crate) fn clipped(&self) -> impl Fn(DVec3) -> DVec3 {
-        let [enter, leave] = self.space_conversions();
-        let peak = DVec3::splat(f64::from(self.peak));
+    /// The whole operator on exposed light in Rec.709.
+    pub(crate) fn operator(&self) -> impl Fn(DVec3) -> DVec3 {
+        let [enter, leave] = self.space_conversions(&Chromaticities::REC709);
+        let (scale, peak) = (self.light_scale(), f64::from(self.peak));
         move |exposed| {
-            let inside = (enter * exposed).max(DVec3::ZERO);
-            (leave * self.bend(inside)).clamp(DVec3::ZERO, peak)
+            let inside = scale * (enter * exposed).max(DVec3::ZERO);
+            let mapped = leave * self.bend(inside, scale);
+            let turned = Lab::of(mapped).with_hue_of(Lab::of(exposed), self.hue_share());
+            match self.gamut {
+                Gamut::Compress => turned.fitted(peak, f64::from(self.gamut_knee)),
+                Gamut::Clip => turned.rgb().clamp(DVec3::ZERO, DVec3::splat(peak)),
+            }
         }
     }
 
-    /// The curve alone, in its working space.
-    fn bend(&self, v: DVec3) -> DVec3 {
-        let white = f64::from(self.white_level).powi(2);
+    /// The factor of exposed light before the curve.
+    pub(crate) fn light_scale(&self) -> f64 {
+        match self.middle_grey {
+            MiddleGrey::Native => 1.0,
+            MiddleGrey::Matched if self.curve == Curve::None => 1.0,
+            MiddleGrey::Matched => {
+                // A look and the polynomial keep the exposure of the curve that they belong to.
+                let plain = Self { look: AgxLook::Base, sigmoid: Sigmoid::Exact, ..self.clone() };
+                bisected(LEAST_SCALE, 1.0 / LEAST_SCALE, |scale| plain.grey(scale) < MIDDLE_GREY)
+            }
+        }
+    }
+
+    /// What middle grey becomes if the light is scaled.
+    fn grey(&self, scale: f64) -> f64 {
+        self.bend(DVec3::splat(scale * MIDDLE_GREY), scale).y
+    }
+
+    /// The curve alone, in its working space, on light that was scaled by `scale`.
+    fn bend(&self, v: DVec3, scale: f64) -> DVec3 {
+        let white = (scale * f64::from(self.white_level)).powi(2);
         match self.curve {
             Curve::None => v,
             Curve::Reinhard => each(v, |x| x / (1.0 + x)),
@@ -37,13 +63,15 @@ impl ToneMap {
                 v * ((1.0 + y / white) / (1.0 + y))
             }
             Curve::Exponential => each(v, |x| -(-f64::from(self.exposure) * x).exp_m1()),
-            Curve::Aces => each(v, |x| (x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14)).min(1.0)),
+            Curve::Aces2ToneScale => each(v, |x| self.aces2().apply(x)),
+            Curve::AcesNarkowicz => each(v, |x| (x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14)).min(1.0)),
             Curve::AcesHill => {
                 each(v, |x| (x * (x + 0.0245786) - 0.000090537) / (x * (0.983729 * x + 0.4329510) + 0.238081))
             }
             Curve::Hable => each(v, |x| (hable(2.0 * x) / hable(11.2)).min(1.0)),
             Curve::Uchimura => each(v, |x| self.uchimura(x)),
             Curve::KhronosNeutral => khronos_neutral(v),
+            Curve::AgX if self.is_agx_hdr() => each(v, |x| self.agx_hdr().apply(x)),
             Curve::AgX => self.agx_bend(v),
             Curve::Gt7 => self.gt7_bend(v),
         }
@@ -74,9 +102,15 @@ impl ToneMap {
         let own = to_ictcp(v);
         let fade = 1.0 - smooth_step(0.98, 1.16, own.x / gt7.intensity);
         let kept = from_ictcp(dvec3(to_ictcp(skewed).x, own.y * fade, own.z * fade));
-        skewed.lerp(kept, 0.6).min(DVec3::splat(gt7.peak)) / 2.5
+        skewed.lerp(kept, 0.6).min(DVec3::splat(gt7.peak)) * (100.0 / REFERENCE_WHITE)
     }
 }
+
+/// Exposed middle grey, and the display-linear value that it becomes.
+const MIDDLE_GREY: f64 = 0.18;
+
+/// The smallest factor of light that matches a curve to middle grey; its inverse is the largest.
+const LEAST_SCALE: f64 = 1.0 / 16.0;
 
 fn each(v: DVec3, f: impl Fn(f64) -> f64) -> DVec3 {
     dvec3(f(v.x), f(v.y), f(v.z))
@@ -162,6 +196,6 @@ fn to_ictcp(v: DVec3) -> DVec3 {
 }
 
 fn from_ictcp(v: DVec3) -> DVec3 {
-    let lms = each(LMS_FROM_ICTCP.mul_vec3(v), |x| pq_decode(x.min(1.2)) / 100.0);
+    let lms = each(LMS_FROM_ICTCP.mul_vec3(v), |x| pq_decode(x.min(1.0)) / 100.0);
     REC2020_FROM_LMS.mul_vec3(lms).max(DVec3::ZERO)
 }

@@ -2,6 +2,8 @@
 
 use afterimage_graph::prelude::*;
 
+use crate::color::luminance_weights;
+
 static SHADER: Shader = shader!("film_grain");
 
 params! {
@@ -45,6 +47,7 @@ impl Node for FilmGrain {
         let source = pass.image("source");
         let desc = ImageDesc::new(pass.desc(source).size);
         let kernel = if self.animate { "film_grain_animated" } else { "film_grain" };
-        pass.function(&SHADER, kernel).write("result", desc);
+        let weights = luminance_weights(&pass.color("source").colorimetry.primaries);
+        pass.function(&SHADER, kernel).set("luminance_weights", weights.to_array()).write("result", desc);
     }
 }

@@ -28,10 +28,13 @@ macro_rules! shader {
     }};
 }
 
+mod aces2;
+mod aces2_output;
 mod adapt;
 mod auto_exposure;
 mod bake;
 mod baked_grade;
+mod bisection;
 mod brightness;
 mod cdl;
 mod clf;
@@ -45,6 +48,7 @@ mod curves;
 mod demo_scene;
 mod dither;
 mod downsample;
+mod eetf;
 mod encode;
 mod exposure;
 mod extract;
@@ -61,9 +65,11 @@ mod lut;
 mod lut_file;
 mod mean_luminance;
 mod metering;
+mod oklab;
 mod process;
 mod purkinje;
 mod purkinje_simple;
+mod reference_gamut_compress;
 mod saturation;
 mod shaper;
 mod tone_map;
@@ -73,6 +79,7 @@ mod white_balance;
 
 use afterimage_graph::node::NodeKind;
 
+pub use aces2_output::{Aces2Gamut, Aces2Output};
 pub use adapt::Adapt;
 pub use auto_exposure::{AutoExposure, AutoExposureHighlights};
 pub use baked_grade::{BakedGrade, BakedShaper, BakedTransfer};
@@ -87,6 +94,7 @@ pub use contrast::{Contrast, ContrastForm};
 pub use demo_scene::DemoScene;
 pub use dither::Dither;
 pub use downsample::{Downsample, DownsampleFilter, Firefly};
+pub use eetf::{Eetf, EetfOn};
 pub use encode::{Encode, Primaries, Transfer};
 pub use exposure::Exposure;
 pub use extract::{Brightness, Extract, ExtractMethod, Fireflies};
@@ -108,15 +116,17 @@ pub use metering::{Adaptation, MeteringWeight};
 pub use process::Process;
 pub use purkinje::Purkinje;
 pub use purkinje_simple::PurkinjeSimple;
+pub use reference_gamut_compress::ReferenceGamutCompress;
 pub use saturation::Saturation;
 pub use shaper::Shaper;
-pub use tone_map::{AgxLook, Curve, Gamut, Sigmoid, ToneMap, WorkingSpace};
+pub use tone_map::{AgxLook, Curve, Gamut, MiddleGrey, Sigmoid, ToneMap, WorkingSpace};
 pub use upsample::{Upsample, UpsampleBlend, UpsampleFilter};
 pub use vignette::Vignette;
 pub use white_balance::{WhiteBalance, WhiteBalanceMode};
 
 /// Every built-in kind.
 pub const ALL: &[NodeKind] = &[
+    NodeKind::of::<Aces2Output>(),
     NodeKind::of::<Adapt>(),
     NodeKind::of::<AutoExposure>(),
     NodeKind::of::<BakedGrade>(),
@@ -129,6 +139,7 @@ pub const ALL: &[NodeKind] = &[
     NodeKind::of::<DemoScene>(),
     NodeKind::of::<Dither>(),
     NodeKind::of::<Downsample>(),
+    NodeKind::of::<Eetf>(),
     NodeKind::of::<Encode>(),
     NodeKind::of::<Exposure>(),
     NodeKind::of::<Extract>(),
@@ -144,6 +155,7 @@ pub const ALL: &[NodeKind] = &[
     NodeKind::of::<MeanLuminance>(),
     NodeKind::of::<Purkinje>(),
     NodeKind::of::<PurkinjeSimple>(),
+    NodeKind::of::<ReferenceGamutCompress>(),
     NodeKind::of::<Saturation>(),
     NodeKind::of::<ToneMap>(),
     NodeKind::of::<Upsample>(),

@@ -3,7 +3,7 @@
 use afterimage_graph::prelude::*;
 use glam::DVec3;
 
-use crate::color::LUMINANCE;
+use crate::color::{LUMINANCE, luminance_weights};
 
 static SHADER: Shader = shader!("lift_gamma_gain");
 
@@ -59,7 +59,11 @@ impl Node for LiftGammaGain {
             LiftBy::Luminance => "lift_gamma_gain",
             LiftBy::Channel => "lift_gamma_gain_channels",
         };
-        pass.function(&SHADER, kernel).set("power", self.power().to_array()).write("result", desc);
+        let weights = luminance_weights(&pass.color("source").colorimetry.primaries);
+        pass.function(&SHADER, kernel)
+            .set("power", self.power().to_array())
+            .set("luminance_weights", weights.to_array())
+            .write("result", desc);
     }
 }
 

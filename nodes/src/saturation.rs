@@ -2,12 +2,15 @@
 
 use afterimage_graph::prelude::*;
 
+use crate::color::luminance_weights;
+
 static SHADER: Shader = shader!("saturation");
 
 params! {
     /// Scales the distance of every colour from the grey of its luminance.
     ///
-    /// The luminance of linear light stays the same, unless a channel would be negative and is clipped at 0.
+    /// The luminance of linear light stays the same. Scene light may leave the triangle of Rec.709: its channels become
+    /// negative. Light of a display stays in the display's gamut: its channels are clipped at 0.
     pub struct Saturation {
         /// 0 is grey, 1 changes nothing, 2 doubles the distance from grey.
         pub amount: f32 = 1.0 => within(0.0..=8.0), usually(0.0..=2.0), neutral(1.0);
@@ -17,7 +20,7 @@ params! {
 impl Node for Saturation {
     const INPUTS: &'static [Input] = &[Input::image("source", "Linear light, before or after the tone curve.")
         .accepts(&[ColorState::Scene, ColorState::Exposed, ColorState::DisplayLinear])];
-    const OUTPUTS: &'static [Output] = &[Output::image("result", OutputState::same("source"), "The light, 0 or more.")];
+    const OUTPUTS: &'static [Output] = &[Output::image("result", OutputState::same("source"), "The light.")];
     const FALLBACK: Fallback = Fallback::input("source");
 
     fn identity(&self, _: &Arrivals) -> Option<Fallback> {
@@ -27,6 +30,10 @@ impl Node for Saturation {
     fn record(&self, pass: &mut Recorder<'_>) {
         let source = pass.image("source");
         let desc = ImageDesc::new(pass.desc(source).size);
-        pass.function(&SHADER, "saturation").write("result", desc);
+        let ImageColor { state, colorimetry } = pass.color("source");
+        let kernel = if state == ColorState::DisplayLinear { "saturation_display" } else { "saturation_scene" };
+        pass.function(&SHADER, kernel)
+            .set("luminance_weights", luminance_weights(&colorimetry.primaries).to_array())
+            .write("result", desc);
     }
 }

@@ -5,7 +5,10 @@ use afterimage_graph::prelude::*;
 use glam::DMat3;
 
 use crate::color::{TSUSHIMA, rows};
-use crate::curve_constants::{Agx, Gt7, HILL_IN, HILL_OUT, Shoulder};
+use crate::curve_constants::{
+    AGX_IN_2020, AGX_OUT_2020, Aces2Tone, Agx, AgxHdr, Gt7, HILL_IN, HILL_OUT, REFERENCE_WHITE, Shoulder,
+};
+use crate::oklab;
 
 static SHADER: Shader = shader!("tone_map");
 
@@ -22,20 +25,24 @@ choices! {
         ReinhardLuminance,
         /// 1 - exp(-exposure * x): a simple model of film.
         Exponential,
-        /// Narkowicz's fit of ACES (2016): high contrast, hue shifts in highlights. It is brighter than ACES: 1 becomes
-        /// 0.8.
-        Aces,
-        /// Hill's fit of the ACES RRT and ODT: desaturates highlights. Light below 0.0033 becomes black.
+        /// The tone scale of ACES 2.0 (Siragusano's curve) per channel: keeps highlights up to 16
+        /// times white. With `peak` above 1 also for HDR displays. `Aces2Output` is the whole transform.
+        Aces2ToneScale,
+        /// Narkowicz's fit of ACES 1 (2016): high contrast.
+        AcesNarkowicz formerly Aces,
+        /// Hill's fit of the RRT and ODT of ACES 1: desaturates highlights. Light below 0.0033 becomes black.
         AcesHill,
         /// Hable's curve of Uncharted 2 (2010), exposure bias 2, white 11.2: a long toe, low contrast.
         Hable,
         /// Uchimura's curve (CEDEC 2017): a toe, a linear part and a shoulder with parameters.
         Uchimura,
-        /// Khronos PBR Neutral: exact colours below 0.8, for product images.
+        /// Khronos PBR Neutral, for product images: with the three switches of the published operators, colours below
+        /// 0.8 are exact.
         KhronosNeutral,
-        /// AgX (Sobotka): a wide range; bright lights become white as on film.
+        /// AgX (Sobotka): a wide range; bright lights become white as on film. With `peak` above 1 the curve and the
+        /// matrices are those of Godot for HDR displays (Pestaluky 2025), in Rec.2020.
         AgX,
-        /// The curve of Gran Turismo 7 (Uchimura 2025): keeps hues. Works in Rec.2020, also for HDR displays.
+        /// The curve of Gran Turismo 7 (Uchimura 2025), also for HDR displays. Works in Rec.2020.
         Gt7,
     }
 }
@@ -51,6 +58,8 @@ choices! {
     /// The primaries in which a curve works per channel. Wider primaries keep bright saturated lights from clipping to
     /// one primary.
     pub enum WorkingSpace {
+        /// `AcesCg` for a curve that works per channel. `None` needs no space, and the other curves define their own.
+        Auto,
         /// The primaries of the scene.
         Rec709,
         /// ACEScg, primaries AP1.
@@ -67,11 +76,21 @@ choices! {
 choices! {
     /// What happens to colours outside of the display's gamut.
     pub enum Gamut {
-        /// Each channel is clipped: bright and simple, hues may shift.
-        Clip,
-        /// Colours move towards the grey of their luminance, smoothly from `gamut_knee` on: hues and gradients are
-        /// kept.
+        /// Colours move towards the grey of their Oklab lightness, smoothly from `gamut_knee` on: hues and gradients
+        /// are kept.
         Compress,
+        /// Each channel is clipped: cheap, saturated colours lose gradients and may change their hue.
+        Clip,
+    }
+}
+
+choices! {
+    /// Which light a curve shows as middle grey.
+    pub enum MiddleGrey {
+        /// Exposed 0.18 becomes display-linear 0.18: the light is scaled before the curve, within 1/16 to 16.
+        Matched,
+        /// The published exposure of the curve, which differs from curve to curve.
+        Native,
     }
 }
 
@@ -101,26 +120,42 @@ choices! {
 params! {
     /// Maps exposed light to the range of a display by a tone curve.
     ///
-    /// The light is converted to the working space, mapped by the curve, converted back to Rec.709 and fitted into the
-    /// gamut. Both conversions keep grey, so the curve alone determines a grey ramp. The result is display-linear, from
-    /// 0 to `peak`. `AcesHill`, `KhronosNeutral`, `AgX`, `Gt7` and `ReinhardLuminance` define their own working space:
-    /// with them `space` must be `Rec709`. No curve includes a transfer function: use `Encode`.
+    /// The light is converted to the working space, scaled, mapped by the curve, and converted to the primaries of the
+    /// display: those of the `Encode` after it, the widest of several, or Rec.709 without one. Then it gets its own hue
+    /// again, and colours outside of the gamut are fitted into it. The result is display-linear, from 0 to
+    /// `peak`; 1 is SDR white, which `Encode` shows at 203 cd/m2 in HDR. No curve includes a transfer function: use
+    /// `Encode`.
+    ///
+    /// All curves show the exposed light 0.18 as 0.18, so that another curve is not another exposure. As published they
+    /// differ by 1.9 stops; a table and a plot are in graph/docs/colour.md. For the published operator, set
+    /// `middle_grey: Native, keep_hue: 0.0, gamut: Clip`, and `space: Rec709` for a curve that works per channel.
+    ///
+    /// A curve per channel turns hues: fire becomes yellow and, in wide primaries, a bright blue becomes purple. The
+    /// default keeps the hue of the light in Oklab (Ottosson 2020), exactly up to rounding. It costs six cube roots per
+    /// pixel, and `gamut: Compress` 18 halvings of an interval for colours near the border of the gamut.
     pub struct ToneMap {
         /// The tone curve.
-        pub curve: Curve = Curve::Aces;
-        /// The working space: the primaries in which the curve works per channel.
-        pub space: WorkingSpace = WorkingSpace::Rec709;
+        pub curve: Curve = Curve::Aces2ToneScale;
+        /// The working space: the primaries in which the curve works per channel. `AcesHill`, `KhronosNeutral`, `AgX`,
+        /// `Gt7` and `ReinhardLuminance` define their own: with them `space` must be `Auto`.
+        pub space: WorkingSpace = WorkingSpace::Auto;
+        /// Which light becomes middle grey.
+        pub middle_grey: MiddleGrey = MiddleGrey::Matched;
+        /// Share of the light's own hue in the result, in Oklab: 0 is the hue that the curve makes. A `look` turns hues
+        /// on purpose, so that this is 0 with one.
+        pub keep_hue: f32 = 1.0 => within(0.0..=1.0);
         /// How colours outside of the display's gamut are fitted into it.
-        pub gamut: Gamut = Gamut::Clip;
+        pub gamut: Gamut = Gamut::Compress;
         /// For `gamut: Compress`: colours stay unchanged up to this share of the distance from grey (0) to the gamut's
         /// border (1). 1 is the hardest.
         pub gamut_knee: f32 = 0.8 => within(0.0..=1.0);
-        /// The largest value of the result, in units of SDR white: 1 for SDR. Only `None`, `ReinhardExtended`,
-        /// `Uchimura` (with a `maximum` above 1) and `Gt7` use more.
-        pub peak: f32 = 1.0 => within(1.0..=100.0), unit("of SDR white");
+        /// The largest value of the result, in units of SDR white: 1 for SDR, 4.93 for 1000 cd/m2 at a white of 203.
+        /// Only `None`, `ReinhardExtended`, `Aces2ToneScale`, `Uchimura` (with a `maximum` above 1), `AgX` and `Gt7`
+        /// use more.
+        pub peak: f32 = 1.0 => within(1.0..=100.0), unit("of SDR white"), replans();
         /// For `ReinhardExtended` and `ReinhardLuminance`: the light that maps to 1.
         pub white_level: f32 = 4.0 => within(1e-3..=65504.0), usually(1.0..=16.0);
-        /// For `Exponential`: factor of the light.
+        /// For `Exponential` with `middle_grey: Native`: factor of the light.
         pub exposure: f32 = 1.0 => within(0.0..=64.0), usually(0.25..=4.0);
         /// For `Uchimura`: P, the limit for bright light.
         pub maximum: f32 = 1.0 => within(0.1..=100.0), unit("of SDR white");
@@ -134,7 +169,7 @@ params! {
         pub toe: f32 = 1.33 => within(1.0..=4.0), usually(1.0..=3.0);
         /// For `Uchimura`: b, added to the toe.
         pub pedestal: f32 = 0.0 => within(0.0..=0.5), neutral(0.0);
-        /// For `AgX`: the look.
+        /// For `AgX` with a `peak` of 1: the look.
         pub look: AgxLook = AgxLook::Base;
         /// For `AgX`: how its sigmoid is computed.
         pub sigmoid: Sigmoid = Sigmoid::Exact => quality(Sigmoid::Exact, [Sigmoid::Polynomial]);
@@ -154,12 +189,12 @@ impl Node for ToneMap {
     const OUTPUTS: &'static [Output] = &[Output::image(
         "result",
         OutputState::Always(ColorState::DisplayLinear),
-        "Display-linear light, 0 to `peak`.",
+        "Display-linear light in the primaries of the display, 0 to `peak`.",
     )];
     const FALLBACK: Fallback = Fallback::input("source");
 
     fn verify(&self) -> Result<(), String> {
-        if self.curve.has_own_space() && self.space != WorkingSpace::Rec709 {
+        if self.curve.has_own_space() && self.space != WorkingSpace::Auto {
             let curve = self.curve.name();
             return Err(format!(
                 "`{curve}` brings its own working space: remove `space`, or choose a curve that works per channel"
@@ -171,16 +206,27 @@ impl Node for ToneMap {
         if self.curve == Curve::Uchimura && self.maximum <= self.linear_start {
             return Err("`maximum` must be above `linear_start`, where the linear part begins".into());
         }
+        if self.is_agx_hdr() && self.look != AgxLook::Base {
+            return Err("a `look` of AgX needs a `peak` of 1: grade with `Cdl` for HDR".into());
+        }
         Ok(())
+    }
+
+    fn color(&self) -> ColorChange {
+        ColorChange::ToDisplay
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {
         let source = pass.image("source");
         let desc = ImageDesc::new(pass.desc(source).size);
-        let conversions = self.space_conversions();
-        let is_same_space = conversions == [DMat3::IDENTITY; 2];
+        let display = pass.output_color("result").colorimetry.primaries;
+        let conversions = self.space_conversions(&display);
         let [enter, leave] = conversions.map(rows);
-        let (shoulder, agx, gt7) = (self.shoulder(), self.agx(), self.gt7());
+        let from_lms = rows(oklab::rgb_from_lms(&display));
+        let [light_lms, to_lms] = [&Chromaticities::REC709, &display].map(|space| rows(oklab::lms_from_rgb(space)));
+        let (shoulder, agx, gt7, aces2) = (self.shoulder(), self.agx(), self.gt7(), self.aces2());
+        let agx_hdr = self.agx_hdr();
+        let scale = self.light_scale();
         pass.function(&SHADER, self.kernel())
             .set("enter0", enter[0])
             .set("enter1", enter[1])
@@ -188,43 +234,71 @@ impl Node for ToneMap {
             .set("leave0", leave[0])
             .set("leave1", leave[1])
             .set("leave2", leave[2])
+            .set("light_lms0", light_lms[0])
+            .set("light_lms1", light_lms[1])
+            .set("light_lms2", light_lms[2])
+            .set("to_lms0", to_lms[0])
+            .set("to_lms1", to_lms[1])
+            .set("to_lms2", to_lms[2])
+            .set("from_lms0", from_lms[0])
+            .set("from_lms1", from_lms[1])
+            .set("from_lms2", from_lms[2])
+            .set("light_scale", scale)
+            .set("keep_hue", self.hue_share())
+            .set("compress", if self.gamut == Gamut::Compress { 1.0 } else { 0.0 })
+            .set("peak_lightness", f64::from(self.peak).cbrt())
+            .set("white_level", scale * f64::from(self.white_level))
             .set("linear_start", shoulder.line_from)
             .set("shoulder", [shoulder.from, shoulder.limit, shoulder.gap, shoulder.steepness])
             .set("look", agx.slope.extend(agx.power).to_array())
             .set("saturation", agx.saturation)
             .set("gt7", [gt7.peak, gt7.offset, gt7.scale, gt7.rate])
             .set("gt7_intensity", gt7.intensity)
-            .promise("TONE_MAP_SAME_SPACE", is_same_space)
+            .set("aces2", [aces2.factor, aces2.offset])
+            .set("agx_hdr", [agx_hdr.toe, agx_hdr.slope, agx_hdr.rise, agx_hdr.white])
+            .promise("TONE_MAP_SAME_SPACE", conversions == [DMat3::IDENTITY; 2])
             .write("result", desc);
     }
 }
 
 impl ToneMap {
     fn kernel(&self) -> &'static str {
-        let [clip, compress] = match self.curve {
-            Curve::None => ["tone_map_none", "tone_map_none_compressed"],
-            Curve::Reinhard => ["tone_map_reinhard", "tone_map_reinhard_compressed"],
-            Curve::ReinhardExtended => ["tone_map_reinhard_extended", "tone_map_reinhard_extended_compressed"],
-            Curve::ReinhardLuminance => ["tone_map_reinhard_luminance", "tone_map_reinhard_luminance_compressed"],
-            Curve::Exponential => ["tone_map_exponential", "tone_map_exponential_compressed"],
-            Curve::Aces => ["tone_map_aces", "tone_map_aces_compressed"],
-            Curve::AcesHill => ["tone_map_aces_hill", "tone_map_aces_hill_compressed"],
-            Curve::Hable => ["tone_map_hable", "tone_map_hable_compressed"],
-            Curve::Uchimura => ["tone_map_uchimura", "tone_map_uchimura_compressed"],
-            Curve::KhronosNeutral => ["tone_map_khronos_neutral", "tone_map_khronos_neutral_compressed"],
-            Curve::AgX => self.agx_kernels(),
-            Curve::Gt7 => ["tone_map_gt7", "tone_map_gt7_compressed"],
-        };
-        if self.gamut == Gamut::Compress { compress } else { clip }
+        match self.curve {
+            Curve::None => "tone_map_none",
+            Curve::Reinhard => "tone_map_reinhard",
+            Curve::ReinhardExtended => "tone_map_reinhard_extended",
+            Curve::ReinhardLuminance => "tone_map_reinhard_luminance",
+            Curve::Exponential => "tone_map_exponential",
+            Curve::Aces2ToneScale => "tone_map_aces2",
+            Curve::AcesNarkowicz => "tone_map_narkowicz",
+            Curve::AcesHill => "tone_map_hill",
+            Curve::Hable => "tone_map_hable",
+            Curve::Uchimura => "tone_map_uchimura",
+            Curve::KhronosNeutral => "tone_map_khronos_neutral",
+            Curve::AgX if self.is_agx_hdr() => "tone_map_agx_hdr",
+            Curve::AgX => self.agx_kernel(),
+            Curve::Gt7 => "tone_map_gt7",
+        }
     }
 
-    fn agx_kernels(&self) -> [&'static str; 2] {
+    fn agx_kernel(&self) -> &'static str {
         match (self.sigmoid, self.look) {
-            (Sigmoid::Exact, AgxLook::Base) => ["tone_map_agx", "tone_map_agx_compressed"],
-            (Sigmoid::Exact, _) => ["tone_map_agx_looked", "tone_map_agx_looked_compressed"],
-            (Sigmoid::Polynomial, AgxLook::Base) => ["tone_map_agx_fast", "tone_map_agx_fast_compressed"],
-            (Sigmoid::Polynomial, _) => ["tone_map_agx_fast_looked", "tone_map_agx_fast_looked_compressed"],
+            (Sigmoid::Exact, AgxLook::Base) => "tone_map_agx",
+            (Sigmoid::Exact, _) => "tone_map_agx_looked",
+            (Sigmoid::Polynomial, AgxLook::Base) => "tone_map_agx_fast",
+            (Sigmoid::Polynomial, _) => "tone_map_agx_fast_looked",
         }
+    }
+
+    /// Whether AgX has its curve for HDR displays.
+    pub(crate) fn is_agx_hdr(&self) -> bool {
+        self.curve == Curve::AgX && self.peak > 1.0
+    }
+
+    /// The share of the light's own hue in the result.
+    pub(crate) fn hue_share(&self) -> f64 {
+        let is_graded = self.curve == Curve::AgX && self.look != AgxLook::Base;
+        if is_graded { 0.0 } else { f64::from(self.keep_hue) }
     }
 
     fn custom(&self) -> Chromaticities {
@@ -232,18 +306,19 @@ impl ToneMap {
         Chromaticities { red, green, blue, white }
     }
 
-    /// The matrices from Rec.709 to the working space and back.
-    pub(crate) fn space_conversions(&self) -> [DMat3; 2] {
+    /// The matrices from Rec.709 to the working space, and from there to the primaries of the display.
+    pub(crate) fn space_conversions(&self, display: &Chromaticities) -> [DMat3; 2] {
         let space = match (self.curve, self.space) {
-            (Curve::AcesHill, _) => return [HILL_IN, HILL_OUT],
+            (Curve::AgX, _) if self.is_agx_hdr() => return agx_hdr_conversions(display),
+            (Curve::AcesHill, _) => return [HILL_IN, Chromaticities::REC709.conversion(display) * HILL_OUT],
             (Curve::Gt7, _) | (_, WorkingSpace::Rec2020) => Chromaticities::REC2020,
             (curve, _) if curve.has_own_space() => Chromaticities::REC709,
-            (_, WorkingSpace::Rec709) => Chromaticities::REC709,
-            (_, WorkingSpace::AcesCg) => Chromaticities::ACES_CG,
+            (_, WorkingSpace::Rec709) | (Curve::None, WorkingSpace::Auto) => Chromaticities::REC709,
+            (_, WorkingSpace::AcesCg | WorkingSpace::Auto) => Chromaticities::ACES_CG,
             (_, WorkingSpace::Tsushima) => TSUSHIMA,
             (_, WorkingSpace::Custom) => self.custom(),
         };
-        [Chromaticities::REC709.conversion(&space), space.conversion(&Chromaticities::REC709)]
+        [Chromaticities::REC709.conversion(&space), space.conversion(display)]
     }
 
     pub(crate) fn shoulder(&self) -> Shoulder {
@@ -261,6 +336,19 @@ impl ToneMap {
     }
 
     pub(crate) fn gt7(&self) -> Gt7 {
-        Gt7::new(2.5 * f64::from(self.peak))
+        Gt7::new(REFERENCE_WHITE / 100.0 * f64::from(self.peak))
     }
+
+    pub(crate) fn aces2(&self) -> Aces2Tone {
+        Aces2Tone::new(100.0 * f64::from(self.peak))
+    }
+
+    pub(crate) fn agx_hdr(&self) -> AgxHdr {
+        AgxHdr::new(f64::from(self.peak))
+    }
+}
+
+fn agx_hdr_conversions(display: &Chromaticities) -> [DMat3; 2] {
+    let (rec709, rec2020) = (Chromaticities::REC709, Chromaticities::REC2020);
+    [AGX_IN_2020 * rec709.conversion(&rec2020), rec2020.conversion(display) * AGX_OUT_2020]
 }

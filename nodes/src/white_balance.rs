@@ -1,5 +1,6 @@
 //! WhiteBalance: changes the colour of white by chromatic adaptation.
 
+use afterimage_graph::color::Xy;
 use afterimage_graph::prelude::*;
 use glam::DMat3;
 
@@ -24,8 +25,8 @@ params! {
     /// Changes the colour of white by scaling cone responses (Bradford or CAT16).
     ///
     /// Place it before the tone curve: after it, clipped highlights would be tinted. With a grey `target`, or with 6500
-    /// K and no tint, the node is skipped. Saturated colours that leave the gamut are clipped at 0 in the negative
-    /// channel.
+    /// K and no tint, the node is skipped. Saturated colours may leave the triangle of Rec.709: their
+    /// channels become negative.
     pub struct WhiteBalance {
         /// Which parameters apply.
         pub mode: WhiteBalanceMode = WhiteBalanceMode::Target;
@@ -48,12 +49,18 @@ params! {
 impl Node for WhiteBalance {
     const INPUTS: &'static [Input] =
         &[Input::image("source", "Light before the tone curve.").accepts(&[ColorState::Scene, ColorState::Exposed])];
-    const OUTPUTS: &'static [Output] =
-        &[Output::image("result", OutputState::same("source"), "The balanced light, 0 or more.")];
+    const OUTPUTS: &'static [Output] = &[Output::image("result", OutputState::same("source"), "The balanced light.")];
     const FALLBACK: Fallback = Fallback::input("source");
 
     fn identity(&self, _: &Arrivals) -> Option<Fallback> {
         self.is_neutral().then_some(Self::FALLBACK)
+    }
+
+    fn color(&self) -> ColorChange {
+        match self.mode {
+            WhiteBalanceMode::Target => ColorChange::Keep,
+            WhiteBalanceMode::Temperature => ColorChange::Adapt(Xy::D65),
+        }
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {

@@ -1,7 +1,7 @@
 //! Parameters of ToneMap that exclude each other.
 
 use afterimage_graph::prelude::Node;
-use afterimage_nodes::{Curve, ToneMap, WorkingSpace};
+use afterimage_nodes::{AgxLook, Curve, ToneMap, WorkingSpace};
 
 #[test]
 fn parameters_that_exclude_each_other_are_reported() {
@@ -18,5 +18,7 @@ fn parameters_that_exclude_each_other_are_reported() {
     assert!(message(line).contains("span a triangle"));
     let low = ToneMap { curve: Curve::Uchimura, maximum: 0.2, ..ToneMap::default() };
     assert!(message(low).contains("`maximum` must be above"));
+    let looked = ToneMap { curve: Curve::AgX, peak: 4.0, look: AgxLook::Punchy, ..ToneMap::default() };
+    assert!(message(looked).contains("needs a `peak` of 1"));
     assert_eq!(ToneMap::default().verify(), Ok(()));
 }

@@ -1,4 +1,5 @@
 // Limits for grading steps: results that a half float can hold, for all parameters.
+#import color
 #import sanitize
 
 // Limits the magnitude to the largest half float and keeps the sign.
@@ -9,6 +10,11 @@ fn bounded(v: vec3f) -> vec3f {
 // Limits light to 0 and the largest half float.
 fn bounded_light(v: vec3f) -> vec3f {
     return clamp(v, vec3f(0.0), vec3f(HALF_MAX));
+}
+
+// Limits scene light to the largest half float. Negative components stay as long as the luminance is 0 or more.
+fn bounded_scene(v: vec3f) -> vec3f {
+    return extended_light(bounded(v));
 }
 
 // x^y for x up to 2^17 and y above 0. 0 for x at or below 0, the limit where the power is too large, and x itself for y

@@ -2,7 +2,8 @@
 #import sanitize
 #import math
 
-// 0 if every texture is known to be finite, 1 to sanitize colours, 2 to sanitize signed data.
+// 0 if every texture is known to be finite, 1 to sanitize signals and light of a display, 2 to sanitize signed data, 3
+// to sanitize scene light.
 const TEXEL_SANITIZE: u32 = 0u;
 // Whether the device cannot filter a texture, or a texture must be sanitized before it is filtered: a filtered NaN is a
 // NaN in four pixels. True whenever textures are sanitized.
@@ -17,9 +18,17 @@ fn sanitize_neighbour(t: texture_2d<f32>, p: vec2i, index: i32) -> vec4u {
     return select(vec4u(0x7fc00000u), bitcast<vec4u>(textureLoad(t, inside, 0)), is_other);
 }
 
-fn sanitize_plain(v: vec4f, signed: bool) -> vec4f {
-    if signed { return sanitize_signed(v); }
+// Limits a texel. The modes are those of TEXEL_SANITIZE.
+fn sanitize_limited(v: vec4f, mode: u32) -> vec4f {
+    if mode == 2u { return sanitize_signed(v); }
+    if mode == 3u { return sanitize_light(v); }
     return sanitize(v);
+}
+
+// Limits each number of a neighbour by itself.
+fn sanitize_plain(v: vec4f, mode: u32) -> vec4f {
+    if mode == 1u { return sanitize(v); }
+    return sanitize_signed(v);
 }
 
 // Repairs a texel with a number that is not finite. NaN, negative infinity, and an infinity that no neighbour shares
@@ -27,7 +36,7 @@ fn sanitize_plain(v: vec4f, signed: bool) -> vec4f {
 // format. An infinity among others is light, such as a sun, and becomes the limit. Loops and loads instead of an array
 // keep the registers of the common case free. The loops end at 9; a constant would let drivers unroll them wherever a
 // host image is read.
-fn sanitize_repair(t: texture_2d<f32>, p: vec2i, bits: vec4u, signed: bool) -> vec4f {
+fn sanitize_repair(t: texture_2d<f32>, p: vec2i, bits: vec4u, mode: u32) -> vec4f {
     let end = 9 + min(p.x, 0);
     var count = vec4u();
     var is_shared = vec4<bool>();
@@ -39,32 +48,32 @@ fn sanitize_repair(t: texture_2d<f32>, p: vec2i, bits: vec4u, signed: bool) -> v
     var median = vec4f();
     for (var index = 0; index < end; index++) {
         let bits_of_one = sanitize_neighbour(t, p, index);
-        let one = sanitize_plain(bitcast<vec4f>(bits_of_one), signed);
+        let one = sanitize_plain(bitcast<vec4f>(bits_of_one), mode);
         var rank = vec4u();
         for (var other = 0; other < end; other++) {
             let bits_of_two = sanitize_neighbour(t, p, other);
-            let two = sanitize_plain(bitcast<vec4f>(bits_of_two), signed);
+            let two = sanitize_plain(bitcast<vec4f>(bits_of_two), mode);
             let is_before = (two < one) | ((two == one) & vec4<bool>(other < index));
             rank += select(vec4u(), vec4u(1u), is_before & is_finite(bits_of_two));
         }
         median = select(median, one, is_finite(bits_of_one) & (rank == (max(count, vec4u(1u)) - 1u) / 2u));
     }
     let keeps = is_finite(bits) | ((bits == vec4u(INFINITY_BITS)) & is_shared) | (count == vec4u());
-    return select(median, sanitize_plain(bitcast<vec4f>(bits), signed), keeps);
+    return sanitize_limited(bitcast<vec4f>(select(bitcast<vec4u>(median), bits, keeps)), mode);
 }
 
 // A texel of a host image. Only a texel with a number that is not finite reads its neighbours.
-fn sanitize_texel(t: texture_2d<f32>, p: vec2i, signed: bool) -> vec4f {
+fn sanitize_texel(t: texture_2d<f32>, p: vec2i, mode: u32) -> vec4f {
     let v = textureLoad(t, p, 0);
     let bits = bitcast<vec4u>(v);
-    if all(is_finite(bits)) { return sanitize_plain(v, signed); }
-    return sanitize_repair(t, p, bits, signed);
+    if all(is_finite(bits)) { return sanitize_limited(v, mode); }
+    return sanitize_repair(t, p, bits, mode);
 }
 
 // One texel of a texture at a position inside.
 fn texel_inside(t: texture_2d<f32>, p: vec2i) -> vec4f {
     if TEXEL_SANITIZE == 0u { return textureLoad(t, p, 0); }
-    return sanitize_texel(t, p, TEXEL_SANITIZE == 2u);
+    return sanitize_texel(t, p, TEXEL_SANITIZE);
 }
 
 // A texel of a host image times a factor that brings numbers above the limit below it.

@@ -23,8 +23,9 @@ fn errors_are_reported_with_a_hint() {
             "error: rom.exr: there is no such file\n  hint: check the spelling; names are relative to the folder you are in",
         ),
         (
-            "render {glare} room.exr -o out.jpg",
-            "error: `out.jpg` ends neither in `.png` nor in `.exr`\n  hint: `.png` takes an encoded output, `.exr` a linear one",
+            "render {glare} room.exr -o out.gif",
+            "error: `out.gif` ends in none of `.png`, `.jpg`, `.avif` and `.exr`\n  hint: `.png`, `.jpg` and `.avif` take an \
+             encoded output, `.exr` a linear one",
         ),
         ("render {glare} room.exr -o out.png --depth 12", "error: a PNG has 8 or 16 bits, not 12"),
         (

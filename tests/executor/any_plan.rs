@@ -279,9 +279,16 @@ fn nan_in_memory_of_another_image_is_never_seen() {
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn nan_in_memory_is_never_seen_in_a_built_in_pipeline() {
     let mut player = Player::new();
-    for name in
-        ["tsushima.ron", "tsushima-night.ron", "lynx.ron", "caracal.ron", "glare.ron", "exposure.ron", "grade.ron"]
-    {
+    for name in [
+        "tsushima.ron",
+        "tsushima-night.ron",
+        "lynx.ron",
+        "caracal.ron",
+        "glare.ron",
+        "exposure.ron",
+        "grade.ron",
+        "hdr.ron",
+    ] {
         for tile in [When::Never, When::Always] {
             let plan = planned(&player, &built_in(name, None), "scene", |run| run.options.tile = tile);
             // Grain follows the number of the frame, so both films begin with the first.

@@ -1,9 +1,13 @@
 //! The tone and colour kinds on the GPU, compared with their CPU references.
 
+pub(super) mod aces2;
 mod baked;
+mod contract;
 mod curves;
 mod files;
+mod gamut;
 mod grade;
+mod hue;
 pub(super) mod lut;
 pub(super) mod noise;
 mod transfer;

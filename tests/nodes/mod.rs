@@ -8,3 +8,4 @@ mod metering;
 mod probes;
 mod shared;
 mod table;
+mod wide;

@@ -103,6 +103,25 @@ pub(crate) fn linear(rgb: Rgb, curve: impl Fn(f64) -> f64, look: &Look) -> Rgb {
     encoded(rgb, curve, look).map(|x| x.powf(2.2))
 }
 
+/// AgX for an HDR display with a peak of `peak` times SDR white: Rec.2020 in and out. The curve is that of Godot 4.6
+/// (A. Pestaluky 2025) with a contrast of 1.25 and a white of 16.29 times the peak.
+pub(crate) fn hdr(rgb: Rgb, peak: f64) -> Rgb {
+    let (crossover, contrast): (f64, f64) = (0.18, 1.25);
+    let toe_a = (1.0 / crossover - 1.0) * crossover.powf(contrast);
+    let denominator = crossover.powf(contrast) + toe_a;
+    let slope = contrast * crossover.powf(contrast - 1.0) * toe_a / (denominator * denominator);
+    let shoulder_max = peak - crossover;
+    let w = (16.29 * peak - crossover).powi(2) / shoulder_max * slope;
+    let curve = |x: f64| {
+        if x < crossover {
+            return x.powf(contrast) / (x.powf(contrast) + toe_a);
+        }
+        let s = x - crossover;
+        (crossover + slope * s * (1.0 + s / w) / (1.0 + slope * s / shoulder_max)).min(peak)
+    };
+    transform(&OUTSET_2020, transform(&INSET_2020, rgb).map(|x| curve(x.max(0.0))))
+}
+
 fn apply_look(rgb: Rgb, look: &Look) -> Rgb {
     let powered = [0, 1, 2].map(|i| (rgb[i] * look.slope[i]).max(0.0).powf(look.power));
     let y = luminance(powered);

@@ -32,7 +32,39 @@ pub(crate) fn exponential(x: f64, exposure: f64) -> f64 {
     1.0 - (-exposure * x.max(0.0)).exp()
 }
 
-/// Narkowicz's fit of ACES (2016); its clamp at 1 belongs to the curve.
+/// The tone scale of ACES 2.0 for a display with a peak of `n` cd/m2, with the names of the Academy's
+/// `init_TonescaleParams` and `tonescale_fwd`. The result is in units of 100 cd/m2.
+pub(crate) fn aces2_tone_scale(x: f64, n: f64) -> f64 {
+    let (n_r, g, c, c_d, w_g, t_1) = (100.0, 1.15, 0.18, 10.013, 0.14, 0.04);
+    let (r_hit_min, r_hit_max) = (128.0, 896.0);
+    let r_hit = r_hit_min + (r_hit_max - r_hit_min) * ((n / n_r).ln() / (10000.0_f64 / 100.0).ln());
+    let m_0 = n / n_r;
+    let m_1 = 0.5 * (m_0 + (m_0 * (m_0 + 4.0 * t_1)).sqrt());
+    let u = ((r_hit / m_1) / ((r_hit / m_1) + 1.0)).powf(g);
+    let m = m_1 / u;
+    let w_i = (n / 100.0).ln() / 2.0_f64.ln();
+    let c_t = c_d / n_r * (1.0 + w_i * w_g);
+    let g_ip = 0.5 * (c_t + (c_t * (c_t + 4.0 * t_1)).sqrt());
+    let g_ipp2 = -(m_1 * (g_ip / m).powf(1.0 / g)) / ((g_ip / m).powf(1.0 / g) - 1.0);
+    let w_2 = c / g_ipp2;
+    let s_2 = w_2 * m_1;
+    let u_2 = ((r_hit / m_1) / ((r_hit / m_1) + w_2)).powf(g);
+    let m_2 = m_1 / u_2;
+    let f = m_2 * (x.max(0.0) / (x + s_2)).powf(g);
+    (f * f / (f + t_1)).max(0.0)
+}
+
+/// The factor of the light with which a rising curve makes 0.18 of 0.18.
+pub(crate) fn matched_scale(curve: impl Fn(f64) -> f64) -> f64 {
+    let (mut low, mut high) = (1.0 / 16.0, 16.0);
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if curve(0.18 * middle) < 0.18 { low = middle } else { high = middle }
+    }
+    low
+}
+
+/// Narkowicz's fit of ACES 1 (2016); its clamp at 1 belongs to the curve.
 pub(crate) fn narkowicz(x: f64) -> f64 {
     ((x * (2.51 * x + 0.03)) / (x * (2.43 * x + 0.59) + 0.14)).clamp(0.0, 1.0)
 }
@@ -45,7 +77,7 @@ pub(crate) const HILL_IN: Matrix =
 pub(crate) const HILL_OUT: Matrix =
     [[1.60475, -0.53108, -0.07367], [-0.10208, 1.10813, -0.00605], [-0.00327, -0.07276, 1.07602]];
 
-/// Hill's fit of the ACES RRT and ODT, clamped to [0, 1].
+/// Hill's fit of the RRT and ODT of ACES 1, clamped to [0, 1].
 pub(crate) fn hill(rgb: Rgb) -> Rgb {
     let fit = |v: f64| (v * (v + 0.0245786) - 0.000090537) / (v * (0.983729 * v + 0.4329510) + 0.238081);
     display(transform(&HILL_OUT, transform(&HILL_IN, rgb).map(fit)))

@@ -38,9 +38,9 @@ pub(crate) fn to_ictcp(rgb: Rgb) -> Rgb {
     transform(&ICTCP_FROM_LMS, encoded)
 }
 
-/// ICtCp to Rec.2020; negative channels become 0.
+/// ICtCp to Rec.2020; negative channels become 0. As in the published sample, cone responses end at 10 000 cd/m2 here.
 pub(crate) fn from_ictcp(ictcp: Rgb) -> Rgb {
-    let lms = transform(&inverse(&ICTCP_FROM_LMS), ictcp).map(|x| pq_decode(x) / 100.0);
+    let lms = transform(&inverse(&ICTCP_FROM_LMS), ictcp).map(|x| pq_decode(x.min(1.0)) / 100.0);
     transform(&inverse(&LMS_FROM_REC2020), lms).map(|x| x.max(0.0))
 }
 

@@ -23,7 +23,9 @@ pub(crate) mod resample;
 
 pub(crate) mod agx;
 pub(crate) mod curves;
+pub(crate) mod gamut;
 pub(crate) mod gt7;
+pub(crate) mod oklab;
 
 pub(crate) mod film_grain;
 pub(crate) mod grade;

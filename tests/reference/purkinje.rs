@@ -4,6 +4,7 @@
 
 use super::color::luminance;
 use super::math::{Matrix, Rgb, diagonal, dot, inverse, mix, product, smooth_step};
+use super::sanitize::extended;
 
 /// Linear Rec.709 to the responses of the L, M and S cones under D65.
 pub(crate) const LMS_FROM_REC709: Matrix =
@@ -58,7 +59,8 @@ pub(crate) fn full(rgb: Rgb, strength: f64, scale: f64) -> Rgb {
         1.0 / (1.0 + (0.33 / SENSITIVITY[i] * drive).max(0.0)).sqrt()
     });
     let c = rod_matrix();
-    [0, 1, 2].map(|i| (rgb[i] + strength / scale * rod * dot(c[i], regulated)).max(0.0))
+    // No component becomes more negative than the light is.
+    extended([0, 1, 2].map(|i| (rgb[i] + strength / scale * rod * dot(c[i], regulated)).max(rgb[i].min(0.0))))
 }
 
 /// The simple model for a scene illuminance in lux: grey, blue and brighter as light fades.

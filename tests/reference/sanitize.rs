@@ -1,5 +1,6 @@
-//! What every host image is sanitized to: no value is NaN, infinite or negative.
+//! What every host image is sanitized to: no value is NaN or infinite, and only scene light has negative components.
 
+use super::color::luminance;
 use super::image::Image;
 use super::math::Rgb;
 
@@ -17,22 +18,39 @@ pub(crate) fn sanitize_rgb(rgb: Rgb) -> Rgb {
     rgb.map(|x| sanitize(x, LARGEST_HALF))
 }
 
-/// The image as nodes read it. NaN, negative infinity, and an infinity that no neighbour of the pixel shares become the
-/// lower median of the finite neighbours in the same channel; then [`sanitize`].
+/// The image of scene light as nodes read it. NaN, negative infinity, and an infinity that no neighbour of the pixel
+/// shares become the lower median of the finite neighbours in the same channel; then [`sanitize_scene`].
 pub(crate) fn sanitized(image: &Image) -> Image {
     Image::new(image.width, image.height, |x, y| {
-        [0, 1, 2, 3].map(|channel| repaired(image, x as i64, y as i64, channel))
+        sanitize_scene([0, 1, 2, 3].map(|channel| repaired(image, x as i64, y as i64, channel)))
     })
+}
+
+/// A pixel of scene light: NaN and negative infinity become 0, the rest is limited to the largest half float. Negative
+/// components stay, scaled so that the luminance is at least 0. Negative alpha becomes 0.
+pub(crate) fn sanitize_scene([r, g, b, a]: [f64; 4]) -> [f64; 4] {
+    let bounded =
+        |x: f64| if x.is_nan() || x == f64::NEG_INFINITY { 0.0 } else { x.clamp(-LARGEST_HALF, LARGEST_HALF) };
+    let [r, g, b] = extended([r, g, b].map(bounded));
+    [r, g, b, sanitize(a, LARGEST_HALF)]
+}
+
+/// Light whose negative components are as small as it takes for a luminance of 0 or more.
+pub(crate) fn extended(rgb: Rgb) -> Rgb {
+    let (light, missing) = (luminance(rgb.map(|x| x.max(0.0))), luminance(rgb.map(|x| (-x).max(0.0))));
+    let share = if missing > light { light / missing } else { 1.0 };
+    rgb.map(|x| if x < 0.0 { share * x } else { x })
 }
 
 fn repaired(image: &Image, x: i64, y: i64, channel: usize) -> f64 {
     let value = image.texel(x, y)[channel];
     let near: Vec<f64> = neighbours(image, x, y).map(|pixel| pixel[channel]).collect();
     let is_light = value == f64::INFINITY && near.contains(&f64::INFINITY);
-    let mut finite: Vec<f64> = near.iter().filter(|v| v.is_finite()).map(|v| sanitize(*v, LARGEST_HALF)).collect();
+    let limited = |v: &&f64| v.is_finite();
+    let mut finite: Vec<f64> = near.iter().filter(limited).map(|v| v.clamp(-LARGEST_HALF, LARGEST_HALF)).collect();
     finite.sort_by(f64::total_cmp);
     if value.is_finite() || is_light || finite.is_empty() {
-        return sanitize(value, LARGEST_HALF);
+        return value;
     }
     finite[(finite.len() - 1) / 2]
 }
@@ -45,6 +63,15 @@ fn neighbours(image: &Image, x: i64, y: i64) -> impl Iterator<Item = [f64; 4]> +
 }
 
 #[test]
+fn scene_light_keeps_negative_components_but_no_negative_luminance() {
+    assert_eq!(sanitize_scene([-0.5, 1.0, -0.1, -1.0]), [-0.5, 1.0, -0.1, 0.0]);
+    assert_eq!(sanitize_scene([f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1.0]), [0.0, LARGEST_HALF, 0.0, 1.0]);
+    assert_eq!(sanitize_scene([-1.0, -2.0, -3.0, 1.0]), [-0.0, -0.0, -0.0, 1.0]);
+    let [r, g, b, _] = sanitize_scene([1.0, -7.0, 2.0, 1.0]);
+    assert!((r, b) == (1.0, 2.0) && g < 0.0 && luminance([r, g, b]).abs() < 1e-15, "{g}");
+}
+
+#[test]
 fn only_isolated_infinities_are_repaired() {
     let image = Image::new(5, 3, |x, y| match (x, y) {
         (0, 0) => [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1.0],
@@ -54,7 +81,7 @@ fn only_isolated_infinities_are_repaired() {
     let clean = sanitized(&image);
     // The three neighbours of the corner have 1, 2 and 2 in red.
     assert_eq!(clean.texel(0, 0), [2.0, 2.0, 3.0, 1.0]);
-    assert_eq!(clean.texel(3, 1), [LARGEST_HALF, 7.0, 0.0, 1.0]);
+    assert_eq!(clean.texel(3, 1), [LARGEST_HALF, 7.0, -1.0, 1.0]);
     let nothing = sanitized(&Image::new(2, 2, |_, _| [f64::NAN; 4]));
     assert_eq!(nothing.pixels, [[0.0; 4]; 4]);
 }

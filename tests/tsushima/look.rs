@@ -60,7 +60,7 @@ fn plain(stops: f64) -> Graph {
     graph(&format!(
         "Pipeline(inputs: {{ \"scene\": Color }}, nodes: {{ \
          \"exposed\": Exposure(source: \"scene\", stops: {stops:?}), \
-         \"mapped\": ToneMap(source: \"exposed\", curve: Aces), \
+         \"mapped\": ToneMap(source: \"exposed\", curve: AcesNarkowicz), \
          \"encoded\": Encode(source: \"mapped\") }}, outputs: {{ \"display\": \"encoded\" }})"
     ))
 }

@@ -7,17 +7,18 @@ use afterimage_media::{Source, read};
 
 use super::scene;
 use crate::reference::bloom::{additive_chain, composite_add, knee_weight, levels, without_fireflies};
-use crate::reference::color::{BRADFORD, CUSTOM, REC709, conversion, luminance, white_balance_target};
-use crate::reference::curves::{Uchimura, display, uchimura};
+use crate::reference::color::{BRADFORD, CUSTOM, REC709, conversion, white_balance_target};
+use crate::reference::curves::{Uchimura, matched_scale, uchimura};
 use crate::reference::exposure::{Bins, auto_exposure_stops, limit_mean};
 use crate::reference::gaussian::{blur_axis, radius, taps};
 use crate::reference::grade::LiftGammaGain;
 use crate::reference::image::{Image, centre_uv, rgb};
 use crate::reference::local::{Grid, LocalToneMap, Range, Splat};
 use crate::reference::math::{Rgb, largest, transform};
+use crate::reference::oklab::{fitted, with_hue};
 use crate::reference::purkinje::{full, strength_log};
 use crate::reference::resample::{Down, Firefly, Up, area_average, upsample};
-use crate::reference::sanitize::{LARGEST_HALF, sanitize, sanitized};
+use crate::reference::sanitize::{LARGEST_HALF, extended, sanitized};
 use crate::reference::transfer::srgb_encode;
 use crate::reference::vignette;
 use crate::support::gpu::{Picture, Repository, Run, pipelines, registry};
@@ -86,7 +87,7 @@ fn exposed(graph: &Graph, scene: &Image) -> Image {
     let limited =
         limit_mean(mean.expect("the picture is not black"), metered.number("min_ev"), metered.number("max_ev"));
     let gain = auto_exposure_stops(limited, metered.number("key"), metered.number("compensation")).exp2();
-    scene.map_rgb(|color| color.map(|x| sanitize(x * gain, LARGEST_HALF)))
+    scene.map_rgb(|color| color.map(|x| (x * gain).clamp(-LARGEST_HALF, LARGEST_HALF)))
 }
 
 fn seen(graph: &Graph, exposed: &Image) -> Image {
@@ -135,7 +136,7 @@ fn lit(graph: &Graph, seen: &Image, local: &Image) -> Image {
 
 fn balanced(graph: &Graph, color: Rgb) -> Rgb {
     let balance = white_balance_target(&BRADFORD, Node(graph, "white").triple("target"), true);
-    transform(&balance, color).map(|x| x.max(0.0))
+    extended(transform(&balance, color))
 }
 
 fn graded(graph: &Graph, color: Rgb) -> Rgb {
@@ -143,22 +144,13 @@ fn graded(graph: &Graph, color: Rgb) -> Rgb {
     let [maximum, contrast, start, length, toe, pedestal] =
         ["maximum", "contrast", "linear_start", "linear_length", "toe", "pedestal"].map(|name| node.number(name));
     let curve = Uchimura { maximum, contrast, start, length, toe, pedestal };
-    let inside = transform(&conversion(&REC709, &CUSTOM), color).map(|x| uchimura(x.max(0.0), &curve));
-    let mapped = compressed(transform(&conversion(&CUSTOM, &REC709), inside), node.number("gamut_knee"));
+    let scale = matched_scale(|x| uchimura(x, &curve));
+    let inside = transform(&conversion(&REC709, &CUSTOM), color).map(|x| uchimura(scale * x.max(0.0), &curve));
+    let mapped = with_hue(transform(&conversion(&CUSTOM, &REC709), inside), color);
+    let mapped = fitted(mapped, 1.0, node.number("gamut_knee"));
     let node = Node(graph, "graded");
     let [lift, gamma, gain] = ["lift", "gamma", "gain"].map(|name| node.triple(name));
     LiftGammaGain { lift, gamma, gain }.apply(mapped)
-}
-
-/// The rule of `gamut: Compress`: how far a colour is from grey, as a share of the way to the border, is bent so that
-/// it ends at 1.
-fn compressed(rgb: Rgb, knee: f64) -> Rgb {
-    let grey = luminance(rgb).clamp(0.0, 1.0);
-    let share = |x: f64| if x > grey { (x - grey) / (1.0 - grey).max(1e-7) } else { (grey - x) / grey.max(1e-7) };
-    let reach = largest(rgb.map(share));
-    let over = reach - knee;
-    let bent = if over > 0.0 { knee + over * (1.0 - knee) / (1.0 - knee + over).max(1e-7) } else { reach };
-    display(rgb.map(|x| if reach > 0.0 { grey + (x - grey) * bent / reach } else { x }))
 }
 
 fn vignetted(graph: &Graph, exposed: &Image) -> Image {

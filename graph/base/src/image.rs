@@ -156,13 +156,13 @@ impl std::fmt::Display for Size {
 /// The meaning of an image's numbers. Part of the type of a wire.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub enum ColorState {
-    /// Linear scene light, not exposed.
+    /// Linear scene light in the Rec.709 basis, not exposed. Colors outside of Rec.709 have negative components.
     Scene,
     /// Scene light times 2^stops.
     Exposed,
     /// Base-2 logarithm of luminance.
     LogLuminance,
-    /// Display-linear light, after the tone curve; 1 is SDR white.
+    /// Display-linear light, after the tone curve, in the primaries of the display; 1 is SDR white.
     DisplayLinear,
     /// After a transfer function, for a file or a display.
     Encoded,
@@ -170,7 +170,27 @@ pub enum ColorState {
     Data,
 }
 
+/// The negative numbers that an image may hold. Follows from its color state.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+pub enum Signedness {
+    /// None: light of a display, and signals.
+    Unsigned,
+    /// Negative components of a luminance that is 0 or more: scene light outside of the triangle of Rec.709.
+    Extended,
+    /// Any: numbers that are not light, and logarithms.
+    Signed,
+}
+
 impl ColorState {
+    /// The negative numbers that an image of this state may hold.
+    pub fn signedness(self) -> Signedness {
+        match self {
+            Self::Scene | Self::Exposed => Signedness::Extended,
+            Self::DisplayLinear | Self::Encoded => Signedness::Unsigned,
+            Self::LogLuminance | Self::Data => Signedness::Signed,
+        }
+    }
+
     /// The name in files and messages.
     pub fn name(self) -> &'static str {
         match self {

@@ -63,6 +63,8 @@ pub struct ChoiceName {
     pub name: &'static str,
     /// Its meaning.
     pub doc: &'static str,
+    /// Its former name, if it was renamed; otherwise empty.
+    pub former: &'static str,
 }
 
 /// The type of a parameter.

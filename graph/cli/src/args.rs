@@ -70,15 +70,17 @@ pub(crate) struct RenderArgs {
     /// The image for the pipeline's first input: EXR, Radiance HDR or PNG; `shot.####.exr` is a sequence,
     /// `file.exr#layer` a layer
     pub(crate) input: Option<String>,
-    /// The output file: `.png` for an encoded output, `.exr` for a linear one; `out.####.png` for a sequence
+    /// The output file: `.png`, `.jpg` or `.avif` for an encoded output, `.exr` for a linear one; `out.####.png` for a
+    /// sequence
     #[arg(short, long, value_name = "FILE")]
-    pub(crate) out: String,
+    pub(crate) out: Option<String>,
     /// The image for another input: `--input albedo=albedo.exr`
     #[arg(long = "input", value_name = "NAME=FILE")]
     pub(crate) inputs: Vec<String>,
-    /// The output to write; by default the first that fits the file's extension
-    #[arg(long, value_name = "NAME")]
-    pub(crate) output: Option<String>,
+    /// The output to write to the file of `-o`; by default the first that fits the file's extension. With a file, an
+    /// output that is written to that file: `--output sdr=sdr.png --output hdr=hdr.png`
+    #[arg(long = "output", value_name = "NAME[=FILE]")]
+    pub(crate) outputs: Vec<String>,
     /// Frames of a sequence: `1-96`, `1-96x2`, `7,12-20`; required for a sequence from a pipeline without inputs
     #[arg(long, value_name = "RANGE")]
     pub(crate) frames: Option<String>,
@@ -94,12 +96,19 @@ pub(crate) struct RenderArgs {
     /// Pixels to render, for a pipeline without inputs
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     pub(crate) size: Option<(u32, u32)>,
-    /// Bits of a channel: 8 or 16 in PNG, 16 or 32 in EXR; 8 and 16 by default
+    /// Bits of a channel: 8 or 16 in PNG, 16 or 32 in EXR, 8 in JPEG, 10 in AVIF; the first of them by default. It
+    /// replaces the depth of the pipeline's `Dither`
     #[arg(long)]
     pub(crate) depth: Option<u8>,
-    /// Round to 8 bits without dither
+    /// Round to 8 bits without dither, also where the pipeline has a `Dither`. 10 and 16 bits are always rounded
     #[arg(long)]
     pub(crate) no_dither: bool,
+    /// Whether a PNG has alpha
+    #[arg(long, value_enum, default_value_t = AlphaChoice::Auto)]
+    pub(crate) alpha: AlphaChoice,
+    /// Quality of a JPEG or AVIF, 1 to 100; 92 and 85 by default
+    #[arg(long, value_parser = clap::value_parser!(u8).range(1..=100))]
+    pub(crate) quality: Option<u8>,
     /// Print the time of each stage and of each pass
     #[arg(long)]
     pub(crate) timings: bool,
@@ -112,6 +121,16 @@ pub(crate) struct RenderArgs {
     pub(crate) plan: PlanOptions,
     #[command(flatten)]
     pub(crate) device: DeviceOptions,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum AlphaChoice {
+    /// Where it is not 1 in all pixels
+    Auto,
+    /// Always
+    Keep,
+    /// Never
+    Drop,
 }
 
 #[derive(Debug, Args)]

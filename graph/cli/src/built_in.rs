@@ -9,6 +9,7 @@ pub(crate) const PIPELINES: &[(&str, &str)] = &[
     ("caracal", include_str!("../../../pipelines/caracal.ron")),
     ("exposure", include_str!("../../../pipelines/exposure.ron")),
     ("glare", include_str!("../../../pipelines/glare.ron")),
+    ("hdr", include_str!("../../../pipelines/hdr.ron")),
     ("lynx", include_str!("../../../pipelines/lynx.ron")),
     ("tsushima", include_str!("../../../pipelines/tsushima.ron")),
     ("grade", include_str!("../../../pipelines/grade.ron")),

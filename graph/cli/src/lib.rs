@@ -15,6 +15,7 @@ mod nodes;
 mod pipeline;
 mod plan;
 mod progress;
+mod quantise;
 mod render;
 mod save;
 mod stress;

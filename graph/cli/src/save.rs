@@ -3,44 +3,156 @@
 use std::path::Path;
 
 use afterimage_gpu::Texels;
+use afterimage_graph::color::Colorimetry;
 use afterimage_graph::image::{ColorState, Format};
+use afterimage_media::{
+    Alpha, EncodedPixels, ExrOptions, JpegOptions, Metadata, Picture, Pixels, PngDepth, PngOptions, write_exr,
+    write_jpeg, write_png,
+};
+use afterimage_plan::PlanOutput;
 use half::f16;
 
 use crate::failure::Failure;
-use afterimage_media::{EncodedPixels, ExrOptions, Metadata, Picture, Pixels, PngOptions, write_exr, write_png};
+use crate::quantise::Noise;
 
-/// How images are written.
-#[derive(Default)]
-pub(crate) struct SaveOptions {
-    pub(crate) png: PngOptions,
-    pub(crate) exr: ExrOptions,
+/// The format of a file, by the ending of its name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum FileFormat {
+    Png,
+    Jpeg,
+    #[cfg(feature = "avif")]
+    Avif,
+    Exr,
 }
 
-/// Writes an image: encoded ones as PNG, others as EXR.
-pub(crate) fn save(
+impl FileFormat {
+    /// The format of a file of that name; `None` if it is none that is written.
+    pub(crate) fn of(name: &str) -> Option<Self> {
+        let (_, ending) = name.rsplit_once('.')?;
+        match &*ending.to_lowercase() {
+            "png" => Some(Self::Png),
+            "jpg" | "jpeg" => Some(Self::Jpeg),
+            #[cfg(feature = "avif")]
+            "avif" => Some(Self::Avif),
+            "exr" => Some(Self::Exr),
+            _ => None,
+        }
+    }
+
+    /// Whether it holds encoded pictures, and not linear light.
+    pub(crate) fn is_encoded(self) -> bool {
+        self != Self::Exr
+    }
+}
+
+/// How images are written.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SaveOptions {
+    pub(crate) format: FileFormat,
+    /// Bits of a channel.
+    pub(crate) bits: u32,
+    /// Whether codes are dithered; otherwise they are rounded.
+    pub(crate) dither: bool,
+    /// The noise of the dither.
+    pub(crate) noise: Noise,
+    /// For PNG.
+    pub(crate) alpha: Alpha,
+    /// For JPEG and AVIF, 1 to 100; that of the format if `None`.
+    pub(crate) quality: Option<u8>,
+}
+
+impl SaveOptions {
+    /// Files of that format as `demo` writes them: dithered to eight bits, without alpha, which is a mask there; half
+    /// floats in EXR.
+    pub(crate) fn plain(format: FileFormat) -> Self {
+        let bits = if format == FileFormat::Exr { 16 } else { 8 };
+        Self { format, bits, dither: true, noise: Noise::default(), alpha: Alpha::Drop, quality: None }
+    }
+
+    fn seed(&self, frame: usize) -> Option<u32> {
+        self.dither.then(|| self.noise.seed(frame))
+    }
+
+    fn png(&self, colour: Colorimetry, frame: usize) -> PngOptions {
+        let depth = if self.bits == 16 { PngDepth::Sixteen } else { PngDepth::Eight };
+        PngOptions { depth, alpha: self.alpha, dither: self.seed(frame), colour: Some(colour) }
+    }
+
+    fn jpeg(&self, colour: Colorimetry, frame: usize) -> JpegOptions {
+        let default = JpegOptions::default();
+        let quality = self.quality.unwrap_or(default.quality);
+        JpegOptions { quality, dither: self.seed(frame), colour: Some(colour) }
+    }
+
+    /// Ten bits are rounded: they show no banding, and noise costs space.
+    #[cfg(feature = "avif")]
+    fn avif(&self, colour: Colorimetry) -> afterimage_media::AvifOptions {
+        let default = afterimage_media::AvifOptions::default();
+        afterimage_media::AvifOptions { quality: self.quality.unwrap_or(default.quality), colour, ..default }
+    }
+}
+
+/// What is known about an image beside its texels.
+pub(crate) struct Stated {
+    pub(crate) state: ColorState,
+    pub(crate) colorimetry: Colorimetry,
+    /// The attributes of the input, for EXR.
+    pub(crate) meta: Option<Metadata>,
+    /// The number of the frame in the run, from 0.
+    pub(crate) frame: usize,
+}
+
+impl Stated {
+    /// A single image of an output.
+    pub(crate) fn of(output: &PlanOutput) -> Self {
+        Self { state: output.state, colorimetry: output.colorimetry, meta: None, frame: 0 }
+    }
+}
+
+/// Writes an image.
+pub(crate) fn save(path: &Path, texels: &Texels, stated: Stated, options: &SaveOptions) -> Result<(), Failure> {
+    if options.format == FileFormat::Exr {
+        return save_exr(path, texels, stated, options);
+    }
+    match texels.desc.format {
+        Format::Rgba8Unorm => save_encoded(path, texels, EncodedPixels::Byte(&texels.bytes), &stated, options),
+        Format::Rgba16Float => save_encoded(path, texels, EncodedPixels::Half(&halves(texels)), &stated, options),
+        _ => save_encoded(path, texels, EncodedPixels::Float(texels.to_floats().as_flattened()), &stated, options),
+    }
+}
+
+fn save_encoded(
     path: &Path,
     texels: &Texels,
-    state: ColorState,
-    meta: Option<Metadata>,
+    pixels: EncodedPixels<'_>,
+    stated: &Stated,
     options: &SaveOptions,
 ) -> Result<(), Failure> {
     let size = (texels.desc.size.width, texels.desc.size.height);
-    if state == ColorState::Encoded {
-        return match texels.desc.format {
-            Format::Rgba8Unorm => Ok(write_png(path, size, EncodedPixels::Byte(&texels.bytes), &options.png)?),
-            Format::Rgba16Float => Ok(write_png(path, size, EncodedPixels::Half(&halves(texels)), &options.png)?),
-            _ => Ok(write_png(path, size, EncodedPixels::Float(texels.to_floats().as_flattened()), &options.png)?),
-        };
+    let (colour, frame) = (stated.colorimetry, stated.frame);
+    match options.format {
+        FileFormat::Jpeg => Ok(write_jpeg(path, size, pixels, &options.jpeg(colour, frame))?),
+        #[cfg(feature = "avif")]
+        FileFormat::Avif => Ok(afterimage_media::write_avif(path, size, pixels, &options.avif(colour))?),
+        _ => Ok(write_png(path, size, pixels, &options.png(colour, frame))?),
     }
+}
+
+fn save_exr(path: &Path, texels: &Texels, stated: Stated, options: &SaveOptions) -> Result<(), Failure> {
     let pixels = match texels.desc.format {
         Format::Rgba16Float => Pixels::Half(halves(texels)),
         _ => Pixels::Float(texels.to_floats().as_flattened().to_vec()),
     };
-    let mut picture = Picture::new(size.0, size.1, pixels);
-    if let Some(meta) = meta {
-        picture.meta = meta;
+    let mut picture = Picture::new(texels.desc.size.width, texels.desc.size.height, pixels);
+    picture.meta = stated.meta.unwrap_or(picture.meta);
+    // What the input states about its luminance holds for its own light only.
+    if stated.state != ColorState::Scene {
+        picture.meta.layer.white_luminance = None;
+        picture.meta.layer.adopted_neutral = None;
     }
-    Ok(write_exr(path, &picture, &options.exr)?)
+    let is_light = !matches!(stated.state, ColorState::Data | ColorState::LogLuminance);
+    let colour = is_light.then_some(stated.colorimetry);
+    Ok(write_exr(path, &picture, &ExrOptions { float: options.bits == 32, colour, ..ExrOptions::default() })?)
 }
 
 fn halves(texels: &Texels) -> Vec<f16> {

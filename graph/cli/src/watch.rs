@@ -36,7 +36,7 @@ fn watch(args: &RenderArgs, tables: &[&[NodeKind]], render: impl Fn() -> Result<
         places.extend(self::places(args, tables));
         let before = stamps(&places);
         match render() {
-            Ok(()) => note(&format!("wrote `{}`; waiting for changes, Ctrl-C ends it", args.out)),
+            Ok(()) => note(&format!("wrote {}; waiting for changes, Ctrl-C ends it", written(args))),
             Err(failure) => {
                 failure.report();
             }
@@ -46,6 +46,13 @@ fn watch(args: &RenderArgs, tables: &[&[NodeKind]], render: impl Fn() -> Result<
             std::thread::sleep(INTERVAL);
         }
     }
+}
+
+/// The files that are written, in words.
+fn written(args: &RenderArgs) -> String {
+    let named = args.outputs.iter().filter_map(|output| output.split_once('=')).map(|(_, file)| file);
+    let files: Vec<String> = args.out.as_deref().into_iter().chain(named).map(|file| format!("`{file}`")).collect();
+    files.join(", ")
 }
 
 /// The input files: the pipeline and the files that it names, folders of kinds, and the images.

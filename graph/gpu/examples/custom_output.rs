@@ -17,7 +17,7 @@ const PIPELINE: &str = r#"Pipeline(
     inputs: { "scene": Color },
     nodes: {
         "exposed": Exposure(source: "scene", stops: 0.0),
-        "mapped": ToneMap(source: "exposed", curve: Aces),
+        "mapped": ToneMap(source: "exposed", curve: AcesNarkowicz),
         "display": Encode(source: "mapped", transfer: Srgb),
     },
     outputs: { "display": "display" },

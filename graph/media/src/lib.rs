@@ -13,7 +13,11 @@ pub mod files;
 mod tests;
 
 pub use codec::{
-    CodecError, EncodedPixels, ErrorKind, ExrCompression, ExrOptions, Metadata, Picture, Pixels, PngColour, PngDepth,
-    PngOptions, catch_panic, encode_exr, encode_png, limits,
+    Alpha, CodecError, EncodedPixels, ErrorKind, ExrCompression, ExrOptions, JpegOptions, Metadata, Picture, Pixels,
+    PngDepth, PngOptions, catch_panic, encode_exr, encode_jpeg, encode_png, limits,
 };
-pub use files::{FileError, Source, read, sequence, write_atomic, write_exr, write_png};
+#[cfg(feature = "avif")]
+pub use codec::{AvifOptions, encode_avif};
+#[cfg(feature = "avif")]
+pub use files::write_avif;
+pub use files::{FileError, Source, read, sequence, write_atomic, write_exr, write_jpeg, write_png};

@@ -48,10 +48,11 @@ const PLAIN: ShaderFeatures = ShaderFeatures { half: false, subgroups: false };
 /// What few do not.
 const RICH: ShaderFeatures = ShaderFeatures { half: true, subgroups: true };
 /// Every way in which a module may be composed.
-const WAYS: [(SampleMode, ShaderFeatures); 5] = [
+const WAYS: [(SampleMode, ShaderFeatures); 6] = [
     (SampleMode::Plain, PLAIN),
     (SampleMode::ByHand, PLAIN),
     (SampleMode::Sanitized, PLAIN),
+    (SampleMode::SanitizedLight, PLAIN),
     (SampleMode::SanitizedSigned, PLAIN),
     (SampleMode::Plain, RICH),
 ];

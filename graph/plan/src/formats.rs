@@ -11,7 +11,7 @@ use crate::options::{Alias, Ignored, Options};
 use crate::plan::{PlannedImage, ScheduledPass, Stage};
 use crate::request::PlanRequest;
 use afterimage_base::caps::Caps;
-use afterimage_base::image::{Format, ImageDesc};
+use afterimage_base::image::{Format, ImageDesc, Signedness};
 use afterimage_graph::node::{ImageId, Origin, Pass, Recording, Resource, VirtualImage};
 use afterimage_wgsl::SampleMode;
 
@@ -82,7 +82,7 @@ fn images(builder: &PlanBuilder, request: &PlanRequest<'_>) -> Vec<PlannedImage>
             label: image.label.clone(),
             desc: image.desc,
             origin: image.origin.clone(),
-            signed: image.signed,
+            signedness: image.signedness,
             sample_mode: sample_mode(image, &request.caps, request.options.exact),
             lifetime: None,
             requirement: shares.then(&mut ask),
@@ -97,10 +97,11 @@ fn images(builder: &PlanBuilder, request: &PlanRequest<'_>) -> Vec<PlannedImage>
 /// has eight bits of fraction.
 fn sample_mode(image: &VirtualImage, caps: &Caps, exact: bool) -> SampleMode {
     let from_host = matches!(image.origin, Origin::Input(_)) && !image.finite;
-    match (from_host, image.signed, exact || image.desc.format.is_32_bit() && !caps.filter_32_bit) {
-        (true, true, _) => SampleMode::SanitizedSigned,
-        (true, false, _) => SampleMode::Sanitized,
-        (false, _, true) => SampleMode::ByHand,
-        (false, _, false) => SampleMode::Plain,
+    match (image.signedness, exact || image.desc.format.is_32_bit() && !caps.filter_32_bit) {
+        (Signedness::Unsigned, _) if from_host => SampleMode::Sanitized,
+        (Signedness::Extended, _) if from_host => SampleMode::SanitizedLight,
+        (Signedness::Signed, _) if from_host => SampleMode::SanitizedSigned,
+        (_, true) => SampleMode::ByHand,
+        (_, false) => SampleMode::Plain,
     }
 }

@@ -5,9 +5,11 @@ use crate::error::PlanError;
 use crate::plan::PlanOutput;
 use crate::request::PlanRequest;
 use crate::specialize::{SpecializedGraph, WireSource};
-use afterimage_base::image::{ColorState, Format, ImageDesc};
-use afterimage_graph::check::{Graph, GraphInput, Source};
-use afterimage_graph::node::{Arg, Arrival, ImageId, Origin, Recorder, RecorderContext, VirtualImage};
+use afterimage_base::image::{Format, ImageDesc, Signedness};
+use afterimage_graph::check::{Graph, GraphInput, ImageColors, Source};
+use afterimage_graph::node::{
+    Arg, Arrival, ImageColor, ImageId, NodeColors, Origin, Recorder, RecorderContext, VirtualImage,
+};
 
 /// How often sizes of histories are inferred again before they count as unstable.
 const ROUNDS: usize = 8;
@@ -21,9 +23,10 @@ pub(crate) fn record(
     let default = ImageDesc::new(request.size);
     let mut guesses: Vec<Vec<ImageDesc>> =
         graph.nodes.iter().map(|n| vec![default; n.kind().outputs().len()]).collect();
+    let colors = graph.colors_along(&|wire| specialized.source(wire));
     let mut unstable = String::new();
     for _ in 0..ROUNDS {
-        let mut round = Round::new(graph, request, specialized, &guesses);
+        let mut round = Round::new(graph, request, specialized, &guesses, &colors);
         round.run()?;
         let wrong = round.wrong_guesses();
         let Some((node, ..)) = wrong.first() else { return Ok(round.builder) };
@@ -41,6 +44,7 @@ struct Round<'a> {
     request: &'a PlanRequest<'a>,
     specialized: &'a SpecializedGraph,
     guesses: &'a [Vec<ImageDesc>],
+    colors: &'a ImageColors,
     builder: PlanBuilder,
     made: Vec<Vec<Arrival>>,
     given: Vec<Option<ImageId>>,
@@ -54,11 +58,12 @@ impl<'a> Round<'a> {
         request: &'a PlanRequest<'a>,
         specialized: &'a SpecializedGraph,
         guesses: &'a [Vec<ImageDesc>],
+        colors: &'a ImageColors,
     ) -> Self {
         let builder = PlanBuilder { skipped: specialized.skipped.clone(), ..PlanBuilder::default() };
         let made = vec![Vec::new(); graph.nodes.len()];
         let given = vec![None; graph.inputs.len()];
-        Self { graph, request, specialized, guesses, builder, made, given, histories: Vec::new() }
+        Self { graph, request, specialized, guesses, colors, builder, made, given, histories: Vec::new() }
     }
 
     fn run(&mut self) -> Result<(), PlanError> {
@@ -89,7 +94,7 @@ impl<'a> Round<'a> {
                 desc: given.desc,
                 origin: Origin::Input(input.name.clone()),
                 finite: given.finite,
-                signed: input.signed || input.state == ColorState::Data,
+                signedness: input.state.signedness(),
             });
             self.given[index] = Some(self.scaled(input, image));
             self.builder.inputs.push((input.name.clone(), image));
@@ -109,7 +114,7 @@ impl<'a> Round<'a> {
             desc: source.desc.format(format),
             origin: Origin::Transient,
             finite: true,
-            signed: source.signed,
+            signedness: source.signedness,
         };
         let result = self.builder.recording.add_image(scaled);
         self.builder.recording.passes.push(scale_pass(&input.name, image, input.scale as f32, result));
@@ -139,7 +144,7 @@ impl<'a> Round<'a> {
             // The image that it is the past of is not recorded yet; `link_histories` fills it in.
             origin: Origin::Previous { of: ImageId(u32::MAX), frames },
             finite: true,
-            signed: false,
+            signedness: Signedness::Unsigned,
         });
         self.histories.push((node, output, frames, image));
         image
@@ -148,6 +153,8 @@ impl<'a> Round<'a> {
     fn node(&mut self, index: usize) {
         let node = &self.graph.nodes[index];
         let arrivals: Vec<Arrival> = node.wires.iter().map(|wire| self.arrival(*wire)).collect();
+        let color = |wire: &Option<Source>| self.colors.at(self.specialized.source((*wire)?)?);
+        let inputs: Vec<Option<ImageColor>> = node.wires.iter().map(color).collect();
         let context = RecorderContext {
             node: &node.name,
             kind: node.kind().signature(),
@@ -158,13 +165,15 @@ impl<'a> Round<'a> {
             caps: &self.request.caps,
             exact: self.request.options.exact,
             wanted: &self.specialized.wanted[index],
+            colors: NodeColors { inputs: &inputs, outputs: self.colors.of_node(index) },
         };
         let first_image = self.builder.recording.images.len();
         let mut recorder = Recorder::new(context, &mut self.builder.recording);
         node.instance.record(&mut recorder);
         self.made[index] = recorder.finish();
-        let signed = node.states.iter().flatten().any(|s| matches!(s, ColorState::Data | ColorState::LogLuminance));
-        self.builder.recording.images[first_image..].iter_mut().for_each(|image| image.signed = signed);
+        let signedness = node.states.iter().flatten().map(|state| state.signedness()).max();
+        let signedness = signedness.unwrap_or(Signedness::Unsigned);
+        self.builder.recording.images[first_image..].iter_mut().for_each(|image| image.signedness = signedness);
     }
 
     fn link_histories(&mut self) {
@@ -200,7 +209,10 @@ impl<'a> Round<'a> {
                 }
                 other => self.copy(&output.name, &other),
             };
-            self.builder.outputs.push(PlanOutput { name: output.name.clone(), image, state: output.state });
+            let color = self.specialized.source(output.source).and_then(|source| self.colors.at(source));
+            let colorimetry = color.unwrap_or(ImageColor::of(output.state)).colorimetry;
+            let name = output.name.clone();
+            self.builder.outputs.push(PlanOutput { name, image, state: output.state, colorimetry });
         }
     }
 
@@ -217,7 +229,7 @@ impl<'a> Round<'a> {
             desc: desc.format(format),
             origin: Origin::Transient,
             finite: true,
-            signed: false,
+            signedness: Signedness::Unsigned,
         });
         recording.passes.push(copy_pass(name, arg, image));
         image

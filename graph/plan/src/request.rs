@@ -30,8 +30,8 @@ pub struct PlanRequest<'a> {
 pub struct GivenImage {
     /// Size and format.
     pub desc: ImageDesc,
-    /// Whether the host promises that all its numbers are finite, not negative (unless the input allows it), and at
-    /// most 65504.
+    /// Whether the host promises that all its numbers are finite and within ±65504, and negative only where the color
+    /// state allows it: see [`Signedness`](afterimage_base::image::Signedness).
     pub finite: bool,
 }
 

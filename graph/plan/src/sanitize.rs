@@ -1,8 +1,8 @@
 //! Sanitizing: numbers of host images become finite at their first read.
 //!
-//! Pixels and texels are sanitized where they are read (see `shaders/lib/sampling.wgsl`). A kernel that filters or reads
-//! textures directly gets a sanitized copy: a filtered read has four texels, each with the code that repairs it, and
-//! the device cannot filter what is not sanitized.
+//! Pixels and texels are sanitized where they are read (see `shaders/lib/sampling.wgsl`). A kernel that filters or
+//! reads textures directly gets a sanitized copy: a filtered read has four texels, each with the code that repairs it,
+//! and the device cannot filter what is not sanitized.
 
 use crate::builder::{PlanBuilder, copy_pass};
 use afterimage_base::image::Format;
@@ -27,7 +27,7 @@ pub(crate) fn sanitize(builder: &mut PlanBuilder) {
 fn sanitized(name: &str, source: &VirtualImage) -> VirtualImage {
     let format = if source.desc.format.is_32_bit() { source.desc.format } else { Format::Rgba16Float };
     let (label, desc) = (format!("{name}.sanitized"), source.desc.format(format));
-    VirtualImage { label, desc, origin: Origin::Transient, finite: true, signed: source.signed }
+    VirtualImage { label, desc, origin: Origin::Transient, finite: true, signedness: source.signedness }
 }
 
 fn needs_copy(kernel: &KernelCall, image: ImageId) -> bool {

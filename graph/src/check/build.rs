@@ -171,7 +171,6 @@ impl<'a> Builder<'a> {
             name: input.name.value.clone(),
             state: input.state,
             optional: input.optional,
-            signed: input.signed,
             needs_alpha: input.needs_alpha,
             scale: input.scale,
         });

@@ -31,8 +31,6 @@ pub struct GraphInput {
     pub state: ColorState,
     /// Whether the host may leave it out.
     pub optional: bool,
-    /// Whether negative numbers are meant.
-    pub signed: bool,
     /// Whether the pipeline needs an alpha that is not 1 everywhere, as a mask. A host should warn about an image
     /// without one.
     pub needs_alpha: bool,

@@ -30,6 +30,7 @@
 
 mod agree;
 mod build;
+mod colors;
 mod common;
 pub mod condition;
 mod connect;
@@ -37,6 +38,7 @@ mod expand;
 mod files;
 mod graph;
 mod inherit;
+mod mixes;
 mod nodes;
 mod options;
 mod order;
@@ -48,6 +50,7 @@ use crate::document::Document;
 use crate::node::Registry;
 use afterimage_base::diagnostic::Diagnostics;
 
+pub use colors::ImageColors;
 pub use condition::{Condition, ConditionError, Fact, FactKind, Facts};
 pub use graph::{Graph, GraphInput, GraphNode, GraphOutput, Source};
 pub use options::{CheckOptions, DEEPEST, Loader, MOST_NODES, MOST_PREVIOUS, NoFiles};
@@ -93,11 +96,13 @@ impl<'a> Checker<'a> {
         builder.agree();
         builder.order();
         builder.report_unneeded();
-        let diagnostics = std::mem::take(&mut builder.diagnostics).sorted();
-        if diagnostics.has_errors() {
-            return Err(diagnostics);
+        if builder.diagnostics.has_errors() {
+            return Err(builder.diagnostics.sorted());
         }
-        Ok((builder.graph(instances), diagnostics))
+        let graph = builder.graph(instances);
+        builder.agree_on_colors(&graph);
+        let diagnostics = builder.diagnostics.sorted();
+        if diagnostics.has_errors() { Err(diagnostics) } else { Ok((graph, diagnostics)) }
     }
 
     fn builder(&self) -> Builder<'_> {

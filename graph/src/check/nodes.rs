@@ -180,7 +180,7 @@ impl Builder<'_> {
         let instances: Vec<NodeInstance> = self.drafts.iter().map(instance).collect();
         let complete = self.drafts.iter().zip(&instances).filter(|(draft, _)| !draft.is_partial);
         let refused: Vec<Diagnostic> =
-            complete.filter_map(|(draft, instance)| Some(refused(draft, &instance.verify().err()?))).collect();
+            complete.filter_map(|(draft, instance)| Some(refused(draft, &doubt(draft, instance)?))).collect();
         refused.into_iter().for_each(|diagnostic| self.report(diagnostic));
         instances
     }
@@ -221,6 +221,12 @@ fn draft(scope: usize, entry: &NodeEntry, kind: &NodeKind) -> NodeDraft {
     }
 }
 
+/// Why the kind refuses the values of the node or the format of its results.
+fn doubt(draft: &NodeDraft, instance: &NodeInstance) -> Option<String> {
+    let format = || draft.format.map_or(Ok(()), |format| instance.verify_format(format));
+    instance.verify().and_then(|()| format()).err()
+}
+
 /// The kind of a node refuses its values.
 fn refused(draft: &NodeDraft, why: &str) -> Diagnostic {
     let message = format!("{} cannot use its parameters: {why}", quote(&draft.name.value));
@@ -255,6 +261,9 @@ fn vector(kind: &NodeKind, param: &Param, n: usize, items: &[Item], location: &L
 }
 
 fn unknown_choice(param: &Param, choices: &[ChoiceName], name: &str, location: &Location) -> Diagnostic {
+    if let Some(choice) = choices.iter().find(|choice| choice.former == name) {
+        return renamed(&Spanned::new(name.to_owned(), location.clone()), choice.name);
+    }
     let names = || choices.iter().map(|choice| choice.name);
     Diagnostic::error("unknown-choice", format!("{} has no value {}", quote(&param.name), quote(name)))
         .at(location, "")

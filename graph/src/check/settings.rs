@@ -210,7 +210,7 @@ fn no_such_node(scope: &Scope, part: &str, key: &Spanned<String>) -> Diagnostic 
 
 /// The value of a `--set`, with its location in the text that all of them make.
 fn command_line_value(file: &Arc<str>, value: &str, location: &Location) -> Result<Item, Diagnostic> {
-    const HELP: &str = "write it as a pipeline file would: `--set bloom.strength=0.5`, `--set tone.curve=Aces`, \
+    const HELP: &str = "write it as a pipeline file would: `--set bloom.strength=0.5`, `--set tone.curve=AgX`, \
                         `--set lut.file='\"film.cube\"'`";
     let parsed = read_tree(file, value);
     let Some(error) = parsed.errors.first() else { return Ok(shift(parsed.tree, location.start)) };

@@ -1,24 +1,24 @@
 //! The options of an input: `Color(optional: true)`.
 
 use super::entries::InputEntry;
+use super::renamed::removed;
 use super::tree::{Item, Tree};
 use afterimage_base::diagnostic::{Diagnostic, Spanned, did_you_mean, list, quote};
 
-const OPTIONS: [&str; 4] = ["optional", "allow_negative", "needs_alpha", "scale"];
+const OPTIONS: [&str; 3] = ["optional", "needs_alpha", "scale"];
 
 /// Sets an option of an input; what is wrong with it otherwise.
 pub(super) fn set_option(input: &mut InputEntry, option: &Spanned<String>, value: &Item) -> Option<Diagnostic> {
     match option.value.as_str() {
         "optional" => set_flag(&mut input.optional, option, value),
-        "allow_negative" => set_flag(&mut input.signed, option, value),
         "needs_alpha" => set_flag(&mut input.needs_alpha, option, value),
         "scale" => set_factor(&mut input.scale, option, value),
-        other => Some(
+        other => Some(removed(option).unwrap_or_else(|| {
             Diagnostic::error("unknown-option", format!("an input has no option {}", quote(other)))
                 .at(&option.location, "")
                 .help(format!("the options are {}", list(OPTIONS, OPTIONS.len())))
-                .maybe_help(did_you_mean(other, OPTIONS)),
-        ),
+                .maybe_help(did_you_mean(other, OPTIONS))
+        })),
     }
 }
 

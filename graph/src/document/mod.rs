@@ -27,8 +27,7 @@
 //! | `facts` | `"name": "its meaning"` for each fact that `when` may use; without the section, any name may be used |
 //!
 //! An input of type `Color` is scene-referred. `Exposed`, `LogLuminance`, `DisplayLinear` and `Encoded` are images of
-//! later color states; `Data`, `Depth`, `Normals` and `Mask` are not colors. Options are `Color(optional: true)` and
-//! `Color(allow_negative: true)`.
+//! later color states; `Data`, `Depth`, `Normals` and `Mask` are not colors. `Color(optional: true)` may be left out.
 //!
 //! A pipeline is itself a node: `"glow": Pipeline(file: "bloom.ron", source: "exposed", set: {"mips.levels": 3})`. Its
 //! inputs are the ports; `"glow"` is its first output, `"glow.name"` another one, and its nodes are called `glow/mips`

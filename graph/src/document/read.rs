@@ -317,8 +317,7 @@ impl Reader {
             self.problems.push(unknown("unknown-input-type", message, &ty, "types", &names));
             return None;
         };
-        let signed = state == ColorState::Data;
-        let mut input = InputEntry { name, state, optional: false, signed, needs_alpha: false, scale: 1.0 };
+        let mut input = InputEntry { name, state, optional: false, needs_alpha: false, scale: 1.0 };
         for (option, value) in self.unique(options, "option") {
             self.input_option(&mut input, &option, &value);
         }

@@ -6,6 +6,19 @@ use afterimage_base::diagnostic::{Diagnostic, Spanned, quote};
 const RENAMED: [(&str, &str, &str); 3] =
     [("a node file", "bypass", "fallback"), ("an input", "states", "accepts"), ("an output", "gives", "state")];
 
+/// Options of inputs that were removed, and what to do instead.
+const REMOVED: [(&str, &str); 1] = [(
+    "allow_negative",
+    "remove it: the type says whether numbers may be negative; `Color`, `Exposed`, `LogLuminance` and `Data` keep them",
+)];
+
+/// The error of an option of an input that was removed; `None` for any other.
+pub(crate) fn removed(option: &Spanned<String>) -> Option<Diagnostic> {
+    let (_, why) = REMOVED.iter().find(|(former, _)| *former == option.value)?;
+    let message = format!("the option {} is gone", quote(&option.value));
+    Some(Diagnostic::error("removed-key", message).at(&option.location, "").help(*why))
+}
+
 /// The present name of a key, if it was renamed.
 pub(crate) fn present_name(owner: &str, key: &str) -> Option<&'static str> {
     RENAMED.iter().find(|(of, former, _)| *of == owner && *former == key).map(|(.., present)| *present)

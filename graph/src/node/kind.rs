@@ -2,9 +2,11 @@
 
 use std::sync::Arc;
 
+use super::color::ColorChange;
 use super::ports::{Fallback, Input, Output, Signature};
 use super::recorder::Recorder;
 use afterimage_base::Shared;
+use afterimage_base::image::Format;
 use afterimage_base::value::{Param, Value};
 
 /// What arrives at a node's inputs once the graph is specialised.
@@ -60,6 +62,17 @@ pub trait DynNode: Send + Sync + 'static {
     /// Whether the values go together and the files among them, which are loaded by now, can be read.
     fn verify(&self) -> Result<(), String> {
         Ok(())
+    }
+
+    /// Whether the node can give its results in a format that the pipeline file sets.
+    fn verify_format(&self, format: Format) -> Result<(), String> {
+        let _ = format;
+        Ok(())
+    }
+
+    /// What the node does to the colorimetry of its image.
+    fn color(&self) -> ColorChange {
+        ColorChange::Keep
     }
 
     /// Describes the passes of the node.

@@ -1,5 +1,6 @@
 //! What a node is: its parameters, its ports, and the passes it records.
 
+mod color;
 mod contract;
 mod folder;
 mod kernel;
@@ -11,13 +12,14 @@ mod registry;
 mod resource;
 mod typed;
 
+pub use color::{ColorChange, ImageColor};
 pub use contract::{contract, for_each_recording};
 pub use folder::{folder_kind, folder_kind_of};
 pub use kernel::{Arg, Argument, ByCells, ByRows, KernelCall};
 pub use kind::{Arrivals, DynNode, Kind, NodeKind};
 pub use pass::{CellReduce, Pass, PassKind, PassResult, RowDownsample, TileStage, TiledChain};
 pub use ports::{Fallback, Input, Output, OutputState, PortType, Signature};
-pub use recorder::{Arrival, ComputePass, FunctionPass, Recorder, RecorderContext, Recording};
+pub use recorder::{Arrival, ComputePass, FunctionPass, NodeColors, Recorder, RecorderContext, Recording};
 pub use registry::{DuplicateKind, Registry};
 pub use resource::{BufferId, BufferLife, ImageId, Origin, Resource, VirtualBuffer, VirtualImage};
 pub use typed::{Node, NodeInstance, Params};

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use afterimage_base::image::ImageDesc;
+use afterimage_base::image::{ImageDesc, Signedness};
 
 /// A virtual image of a recording.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -70,8 +70,8 @@ pub struct VirtualImage {
     pub origin: Origin,
     /// Whether all its numbers are known to be finite and within half range.
     pub finite: bool,
-    /// Whether negative numbers are meant (data), not noise.
-    pub signed: bool,
+    /// The negative numbers that it may hold.
+    pub signedness: Signedness,
 }
 
 /// A virtual buffer.

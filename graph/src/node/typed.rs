@@ -2,10 +2,12 @@
 
 use std::sync::Arc;
 
+use super::color::ColorChange;
 use super::kind::{Arrivals, DynNode, Kind, NodeKind};
 use super::ports::{Fallback, Input, Output};
 use super::recorder::Recorder;
 use afterimage_base::Shared;
+use afterimage_base::image::Format;
 use afterimage_base::value::{Param, Value};
 use afterimage_wgsl::UniformValue;
 
@@ -43,6 +45,17 @@ pub trait Node: Params {
         Ok(())
     }
 
+    /// Checks a format that the pipeline file sets for the results. The error is one sentence.
+    fn verify_format(&self, format: Format) -> Result<(), String> {
+        let _ = format;
+        Ok(())
+    }
+
+    /// What the node does to the colorimetry of its image at its present values.
+    fn color(&self) -> ColorChange {
+        ColorChange::Keep
+    }
+
     /// Describes the passes of the node.
     fn record(&self, pass: &mut Recorder<'_>);
 }
@@ -53,6 +66,12 @@ impl<N: Node> DynNode for N {
     }
     fn verify(&self) -> Result<(), String> {
         Node::verify(self)
+    }
+    fn verify_format(&self, format: Format) -> Result<(), String> {
+        Node::verify_format(self, format)
+    }
+    fn color(&self) -> ColorChange {
+        Node::color(self)
     }
     fn record(&self, pass: &mut Recorder<'_>) {
         Node::record(self, pass);
@@ -224,7 +243,8 @@ macro_rules! params {
     };
 }
 
-/// Declares a parameter type whose values are names.
+/// Declares a parameter type whose values are names. A value that was renamed states its former name, as in `Groups
+/// formerly Blocks`: a file that uses that one gets an error with the present name.
 ///
 /// ```
 /// use afterimage_graph::prelude::*;
@@ -244,7 +264,7 @@ macro_rules! choices {
     (
         $(#[doc = $type_doc:literal])*
         pub enum $choice:ident {
-            $( $(#[doc = $doc:literal])* $variant:ident ),+ $(,)?
+            $( $(#[doc = $doc:literal])* $variant:ident $(formerly $former:ident)? ),+ $(,)?
         }
     ) => {
         $(#[doc = $type_doc])*
@@ -265,7 +285,11 @@ macro_rules! choices {
 
         impl $crate::value::ParamType for $choice {
             const TYPE: $crate::value::Type = $crate::value::Type::Choice(&[$(
-                $crate::value::ChoiceName { name: stringify!($variant), doc: concat!($($doc),*) }
+                $crate::value::ChoiceName {
+                    name: stringify!($variant),
+                    doc: concat!($($doc),*),
+                    former: concat!($(stringify!($former))?),
+                }
             ),+]);
 
             fn into_value(self) -> $crate::value::Value {

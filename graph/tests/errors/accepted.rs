@@ -61,7 +61,7 @@ fn wires_states_and_order_come_out() {
     assert_eq!(graph.node("mips").expect("it exists").1.format, Some(Format::Rg11b10Ufloat));
     assert_eq!(graph.node("bloom").expect("it exists").1.label.as_deref(), Some("glow"));
     assert_eq!(graph.outputs.iter().map(|o| o.state).collect::<Vec<_>>(), [ColorState::Encoded, ColorState::Exposed]);
-    assert_eq!((graph.inputs[1].optional, graph.inputs[1].signed, graph.inputs[0].signed), (true, true, false));
+    assert_eq!((graph.inputs[1].optional, graph.inputs[0].optional), (true, false));
     assert_eq!(graph.wires.edge_count(), 9);
     assert_eq!(graph.facts().iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>(), ["emissive", "illuminance"]);
 }

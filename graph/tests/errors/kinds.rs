@@ -6,7 +6,7 @@ choices! {
     /// Tone curves.
     pub enum Curve {
         /// The film industry's.
-        Aces,
+        Aces formerly Film,
         /// x / (1 + x).
         Reinhard,
     }

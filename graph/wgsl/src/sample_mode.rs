@@ -8,8 +8,10 @@ pub enum SampleMode {
     Plain,
     /// Finite numbers that the device cannot filter.
     ByHand,
-    /// Colors of host images: sanitized, then filtered by hand.
+    /// Signals and light of a display from host images: sanitized, then filtered by hand.
     Sanitized,
+    /// Scene light of host images, with negative components: sanitized, then filtered by hand.
+    SanitizedLight,
     /// Signed data of host images: sanitized, then filtered by hand.
     SanitizedSigned,
 }
@@ -21,6 +23,7 @@ impl SampleMode {
             Self::Plain => &[],
             Self::ByHand => &[("TAP_BY_HAND", "true")],
             Self::Sanitized => &[("TAP_BY_HAND", "true"), ("TEXEL_SANITIZE", "1u")],
+            Self::SanitizedLight => &[("TAP_BY_HAND", "true"), ("TEXEL_SANITIZE", "3u")],
             Self::SanitizedSigned => &[("TAP_BY_HAND", "true"), ("TEXEL_SANITIZE", "2u")],
         }
     }
@@ -29,8 +32,9 @@ impl SampleMode {
     pub fn pixel_read(self, texture: &str) -> String {
         match self {
             Self::Plain | Self::ByHand => format!("textureLoad({texture}, at.pixel, 0)"),
-            Self::Sanitized => format!("sanitize_texel({texture}, at.pixel, false)"),
-            Self::SanitizedSigned => format!("sanitize_texel({texture}, at.pixel, true)"),
+            Self::Sanitized => format!("sanitize_texel({texture}, at.pixel, 1u)"),
+            Self::SanitizedSigned => format!("sanitize_texel({texture}, at.pixel, 2u)"),
+            Self::SanitizedLight => format!("sanitize_texel({texture}, at.pixel, 3u)"),
         }
     }
 }

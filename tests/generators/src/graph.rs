@@ -141,7 +141,6 @@ impl Growing {
             name: "picture".into(),
             state: ColorState::Scene,
             optional: false,
-            signed: false,
             needs_alpha: false,
             scale: 1.0,
         };

@@ -4,6 +4,7 @@ use super::{ARITHMETIC, TRANSCENDENTAL, compare, light, stored, stored_light, to
 use crate::reference::color::{BRADFORD, CAT16, luminance, white_balance_scene, white_balance_target};
 use crate::reference::grade::*;
 use crate::reference::math::{Matrix, Rgb, transform, zip};
+use crate::reference::sanitize::extended;
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
@@ -18,7 +19,7 @@ fn white_balance_turns_white_into_its_target() {
             for keep in [true, false] {
                 let node = format!("WhiteBalance(target: {target}, adaptation: {name}, keep_luminance: {keep})");
                 let matrix = white_balance_target(cone, wanted.map(|x: f64| f64::from(x as f32)), keep);
-                compare("Exposed", &node, light, ARITHMETIC, |rgb| stored_light(transform(&matrix, rgb)));
+                compare("Exposed", &node, light, ARITHMETIC, |rgb| extended(stored(transform(&matrix, rgb))));
             }
         }
         for (kelvin, duv) in
@@ -27,7 +28,7 @@ fn white_balance_turns_white_into_its_target() {
             let node =
                 format!("WhiteBalance(mode: Temperature, temperature: {kelvin:?}, tint: {duv:?}, adaptation: {name})");
             let matrix = white_balance_scene(cone, kelvin, f64::from(duv as f32));
-            compare("Color", &node, light, ARITHMETIC, |rgb| stored_light(transform(&matrix, rgb)));
+            compare("Color", &node, light, ARITHMETIC, |rgb| extended(stored(transform(&matrix, rgb))));
         }
     }
 }
@@ -76,7 +77,7 @@ fn cdl_matches() {
 fn saturation_matches() {
     for amount in [0.0, 0.5, 2.5] {
         let node = format!("Saturation(amount: {amount:?})");
-        compare("Exposed", &node, light, ARITHMETIC, |rgb| stored_light(saturation(rgb, amount)));
+        compare("Exposed", &node, light, ARITHMETIC, |rgb| extended(stored(saturation(rgb, amount))));
     }
 }
 

@@ -58,13 +58,18 @@ fn dither_gives_the_codes_of_its_cpu_reference() {
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn dithered_values_are_codes_even_in_half_floats() {
-    let text = "Pipeline(inputs: { \"in\": Encoded }, nodes: { \"out\": Dither(source: \"in\", bits: 10) }, outputs: { \"out\": \"out\" })";
-    let graph = crate::support::gpu::graph(text);
-    let input = unit([61, 37]);
-    let halves = Run::new(&graph).frame(&[("in", &input)]).remove(0);
-    let exact = Run::new(&graph).exact().frame(&[("in", &input)]).remove(0);
-    for (half, exact) in halves.pixels.iter().zip(&exact.pixels) {
-        assert_eq!(codes(*half, 10), codes(*exact, 10));
+    for bits in [8, 10, 11, 12] {
+        let node = format!("Dither(source: \"in\", bits: {bits})");
+        let text = format!(
+            "Pipeline(inputs: {{ \"in\": Encoded }}, nodes: {{ \"out\": {node} }}, outputs: {{ \"out\": \"out\" }})"
+        );
+        let graph = crate::support::gpu::graph(&text);
+        let input = unit([61, 37]);
+        let halves = Run::new(&graph).frame(&[("in", &input)]).remove(0);
+        let exact = Run::new(&graph).exact().frame(&[("in", &input)]).remove(0);
+        for (half, exact) in halves.pixels.iter().zip(&exact.pixels) {
+            assert_eq!(codes(*half, bits), codes(*exact, bits), "{bits} bits");
+        }
     }
 }
 

@@ -1,14 +1,18 @@
 //! Rows of exposure, grading and display.
 
+use afterimage_nodes::Aces2Output;
+
 use super::{POWERS, ROUNDING, Reference};
 use crate::nodes::color::{self, noise, stored, stored_light, tolerance};
 use crate::reference::color::{BRADFORD, white_balance_target};
-use crate::reference::curves::{UCHIMURA, display, narkowicz, uchimura};
+use crate::reference::curves::{UCHIMURA, display, matched_scale, narkowicz, uchimura};
 use crate::reference::film_grain::Grain;
+use crate::reference::gamut::{Eetf, reference_compress};
 use crate::reference::grade::{Cdl, LiftGammaGain, balance, brightness, contrast, saturation};
 use crate::reference::image::{Image, centre_uv};
 use crate::reference::lut::Cube;
 use crate::reference::math::{Rgb, transform};
+use crate::reference::sanitize::extended;
 use crate::reference::transfer::{dither, srgb_encode};
 use crate::reference::vignette;
 
@@ -19,9 +23,11 @@ pub(super) fn exposure_and_grade() -> Vec<Reference> {
     vec![
         Reference::colors(("Exposure", "Color"), "stops: -1.5", ROUNDING, |rgb| rgb.map(|x| x * (-1.5_f64).exp2())),
         Reference::colors(("WhiteBalance", "Exposed"), "target: (1.0, 0.5, 0.75)", ROUNDING, move |rgb| {
-            stored_light(transform(&white, rgb))
+            extended(stored(transform(&white, rgb)))
         }),
-        Reference::colors(("Saturation", "Exposed"), "amount: 0.5", ROUNDING, |rgb| stored_light(saturation(rgb, 0.5))),
+        Reference::colors(("Saturation", "Exposed"), "amount: 0.5", ROUNDING, |rgb| {
+            extended(stored(saturation(rgb, 0.5)))
+        }),
         Reference::colors(("Brightness", "Encoded"), "amount: 0.1", ROUNDING, |rgb| {
             stored_light(rgb.map(|x| brightness(x, 0.1)))
         }),
@@ -53,7 +59,29 @@ pub(super) fn display_kinds() -> Vec<Reference> {
     let table = tolerance(2.0 / 255.0, 0.0, "a table of half floats, interpolated between 48 colours a side");
     let grain = Grain { amount: 0.5, size: 1.5, color: 0.5, seed: 3 };
     vec![
-        Reference::colors(("ToneMap", "Exposed"), "curve: Aces", POWERS, |rgb| display(rgb.map(narkowicz))),
+        Reference::colors(
+            ("ToneMap", "Exposed"),
+            "curve: AcesNarkowicz, space: Rec709, middle_grey: Native, keep_hue: 0.0, gamut: Clip",
+            POWERS,
+            |rgb| display(rgb.map(narkowicz)),
+        ),
+        Reference::new(
+            ("Aces2Output", "Exposed"),
+            "\"result\": Aces2Output(source: \"scene\")",
+            color::aces2::scene,
+            tolerance(1e-4, 1e-4, "a chain of seven powers in f32, and a table of hues in f32"),
+            |image| image.map_rgb(Aces2Output::default().evaluator()),
+        ),
+        Reference::colors(("ReferenceGamutCompress", "Exposed"), "", POWERS, reference_compress),
+        Reference::colors(
+            ("Eetf", "DisplayLinear"),
+            "source_nits: 1000.0, peak_nits: 300.0, white_nits: 1000.0",
+            tolerance(1e-5, 5e-5, "PQ and its inverse in f32"),
+            |rgb| {
+                let eetf = Eetf { source_peak: 1000.0, peak: 300.0, black: 0.0 };
+                eetf.on_largest(rgb.map(|x| 1000.0 * x)).map(|x| x / 1000.0)
+            },
+        ),
         Reference::colors(("Encode", "DisplayLinear"), "transfer: Srgb", POWERS, |rgb| {
             rgb.map(|x| srgb_encode(x.clamp(0.0, 1.0)))
         }),
@@ -62,10 +90,13 @@ pub(super) fn display_kinds() -> Vec<Reference> {
         }),
         Reference::new(
             ("BakedGrade", "Exposed"),
-            "\"result\": BakedGrade(source: \"scene\", curve: Uchimura, space: Rec709)",
+            "\"result\": BakedGrade(source: \"scene\", curve: Uchimura)",
             |size| color::picture(size, |index| [0.05 * (1 + index % 17) as f64; 3]),
             table,
-            |image| image.map_rgb(|rgb| rgb.map(|x| srgb_encode(uchimura(x, &UCHIMURA).min(1.0)))),
+            |image| {
+                let scale = matched_scale(|x| uchimura(x, &UCHIMURA));
+                image.map_rgb(|rgb| rgb.map(|x| srgb_encode(uchimura(scale * x, &UCHIMURA).min(1.0))))
+            },
         ),
         Reference::new(
             ("Dither", "Encoded"),

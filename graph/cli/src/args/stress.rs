@@ -29,7 +29,7 @@ pub(crate) struct StressArgs {
     /// Only without images for optional inputs
     #[arg(long)]
     pub(crate) bare: bool,
-    /// Only with light that may be negative
+    /// Only with images that have negative values
     #[arg(long)]
     pub(crate) signed: bool,
     /// Only this image or sequence

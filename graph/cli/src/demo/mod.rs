@@ -8,6 +8,7 @@ use std::path::Path;
 
 use afterimage_gpu::{FrameStep, Gpu, Texels};
 use afterimage_graph::check::{Facts, Graph};
+use afterimage_graph::color::Colorimetry;
 use afterimage_graph::image::{ColorState, Size};
 use afterimage_graph::node::{NodeKind, Registry};
 use afterimage_media::write_atomic;
@@ -18,8 +19,9 @@ use crate::built_in::{PIPELINES, SCENE};
 use crate::device::{CachedSession, open};
 use crate::failure::Failure;
 use crate::files::registry;
+use crate::quantise::unquantised;
 use crate::render::choose_output;
-use crate::save::{SaveOptions, save};
+use crate::save::{FileFormat, SaveOptions, Stated, save};
 use crate::terminal::say;
 use graph::graph;
 
@@ -32,28 +34,32 @@ pub(crate) fn run(args: &DemoArgs, tables: &[&[NodeKind]]) -> Result<(), Failure
     let size = Size::new(args.size.0, args.size.1);
     std::fs::create_dir_all(&args.out)
         .map_err(|error| Failure::machine(format!("cannot make the folder `{}`: {error}", args.out.display())))?;
-    let saved = |name: &str, texels: &Texels, state: ColorState, extension: &str| {
+    let saved = |name: &str, texels: &Texels, stated: Stated, format: FileFormat| {
+        let extension = if format == FileFormat::Exr { "exr" } else { "png" };
         let path = args.out.join(format!("{name}.{extension}"));
-        save(&path, texels, state, None, &SaveOptions::default())?;
+        save(&path, texels, stated, &SaveOptions::plain(format))?;
         say(&path.display().to_string());
         Ok::<_, Failure>(())
     };
     let time = vec![format!("scene.time={:?}", args.time)];
     let mut scene = cached(&gpu, graph(&registry, "scene", SCENE, time)?);
     scene.session.render(size, &[], FrameStep::FIRST)?;
-    saved("scene", &scene.session.output("scene")?, ColorState::Scene, "exr")?;
+    let output = choose_output(scene.session.plan(), None, false)?;
+    saved("scene", &scene.session.output(&output.name)?, Stated::of(&output), FileFormat::Exr)?;
     let images = [scene.session.output_image("scene", "scene")];
     let mut tiles = Vec::new();
     for (name, text) in PIPELINES {
-        let mut demo = cached(&gpu, graph(&registry, name, text, Vec::new())?);
+        let graph = unquantised(graph(&registry, name, text, Vec::new())?, 8, true).graph;
+        let mut demo = cached(&gpu, graph);
         demo.session.render(size, &images, FrameStep::FIRST)?;
         demo.keep_pipelines();
         let output = choose_output(demo.session.plan(), None, true)?;
         let texels = demo.session.output(&output.name)?;
-        saved(name, &texels, ColorState::Encoded, "png")?;
+        saved(name, &texels, Stated::of(&output), FileFormat::Png)?;
         tiles.push(texels);
     }
-    saved("contact-sheet", &contact_sheet(&tiles), ColorState::Encoded, "png")
+    let stated = Stated { state: ColorState::Encoded, colorimetry: Colorimetry::SRGB, meta: None, frame: 0 };
+    saved("contact-sheet", &contact_sheet(&tiles), stated, FileFormat::Png)
 }
 
 fn cached(gpu: &Gpu, graph: Graph) -> CachedSession {

@@ -12,6 +12,7 @@ use super::read::{InputPicture, Read};
 use super::readings::{FrameReport, readings};
 use super::repairs::Repairs;
 use super::request::Request;
+use super::target::Target;
 use super::times::Times;
 use super::write::Rendered;
 use crate::device::CachedSession;
@@ -28,8 +29,9 @@ pub(super) fn render_all(
     let mut frames =
         Frames { request, session, meters, said: Vec::new(), times: Times::default(), reports: Vec::new() };
     for (index, pictures) in from.iter().enumerate() {
+        let rendered = frames.render(index, pictures?)?;
         // A writer that is gone has failed and reports the error.
-        if to.send(frames.render(index, pictures?)?).is_err() {
+        if rendered.into_iter().any(|image| to.send(image).is_err()) {
             break;
         }
     }
@@ -51,7 +53,8 @@ struct Frames<'a> {
 }
 
 impl Frames<'_> {
-    fn render(&mut self, index: usize, pictures: Vec<InputPicture>) -> Result<Rendered, Failure> {
+    /// An image for each target.
+    fn render(&mut self, index: usize, pictures: Vec<InputPicture>) -> Result<Vec<Rendered>, Failure> {
         self.say_notes(&pictures);
         let start = Instant::now();
         let step = step(self.request, index);
@@ -61,13 +64,18 @@ impl Frames<'_> {
         let repaired = pictures.iter().map(|input| (input.name.clone(), input.repairs)).collect();
         // The images are uploaded: their memory is freed while the GPU works.
         let meta = pictures.into_iter().next().map(|input| input.picture.meta);
-        let (output, texels) = picture(session, self.request)?;
+        let rendered = self.request.targets.iter().enumerate();
+        let rendered = rendered.map(|(target, file)| {
+            let (output, texels) = picture(session, file)?;
+            Ok(Rendered { texels, output, meta: meta.clone(), index, target })
+        });
+        let rendered = rendered.collect::<Result<Vec<_>, Failure>>()?;
         self.times.render += start.elapsed();
         self.report(index, repaired)?;
         if index == 0 {
             self.after_first(&images)?;
         }
-        Ok(Rendered { texels, output, meta, index })
+        Ok(rendered)
     }
 
     fn say_notes(&mut self, pictures: &[InputPicture]) {
@@ -84,7 +92,7 @@ impl Frames<'_> {
     fn report(&mut self, index: usize, repaired: BTreeMap<String, Repairs>) -> Result<(), Failure> {
         let exposure = readings(&self.session.session, &self.meters)?;
         let job = &self.request.jobs[index];
-        self.reports.push(FrameReport { frame: job.frame, file: job.out.clone(), exposure, repaired });
+        self.reports.push(FrameReport { frame: job.frame, files: job.out.clone(), exposure, repaired });
         Ok(())
     }
 
@@ -132,8 +140,8 @@ fn size(request: &Request<'_>, images: &[InputImage]) -> Size {
 }
 
 /// The output for the file, and its texels.
-fn picture(session: &mut Session, request: &Request<'_>) -> Result<(PlanOutput, Texels), Failure> {
-    let output = choose_output(session.plan(), request.args.output.as_deref(), request.png)?;
+fn picture(session: &mut Session, target: &Target) -> Result<(PlanOutput, Texels), Failure> {
+    let output = choose_output(session.plan(), target.output.as_deref(), target.saving.format.is_encoded())?;
     let texels = session.output(&output.name)?;
     Ok((output, texels))
 }
@@ -145,17 +153,17 @@ fn time_passes(session: &mut Session, images: &[InputImage]) -> Result<Vec<(Stri
     Ok(passes.map(|pass| pass.label.clone()).zip(times).collect())
 }
 
-/// The named output, or the first whose color state fits the file: encoded for PNG, linear for EXR.
-pub(crate) fn choose_output(plan: &Plan, wanted: Option<&str>, png: bool) -> Result<PlanOutput, Failure> {
-    let fits = |output: &&PlanOutput| (output.state == ColorState::Encoded) == png;
+/// The named output, or the first whose color state fits the file: encoded for PNG, JPEG and AVIF, linear for EXR.
+pub(crate) fn choose_output(plan: &Plan, wanted: Option<&str>, encoded: bool) -> Result<PlanOutput, Failure> {
+    let fits = |output: &&PlanOutput| (output.state == ColorState::Encoded) == encoded;
     match wanted {
-        None => plan.outputs.iter().find(fits).cloned().ok_or_else(|| no_output(plan, png)),
+        None => plan.outputs.iter().find(fits).cloned().ok_or_else(|| no_output(plan, encoded)),
         Some(name) => {
             let unknown = || {
                 Failure::user(format!("the pipeline has no output `{name}`")).hint(format!("it has {}", names(plan)))
             };
             let output = plan.output(Some(name)).ok_or_else(unknown)?;
-            if fits(&output) { Ok(output.clone()) } else { Err(wrong_file(output, png)) }
+            if fits(&output) { Ok(output.clone()) } else { Err(wrong_file(output, encoded)) }
         }
     }
 }
@@ -165,18 +173,20 @@ fn names(plan: &Plan) -> String {
     names.join(", ")
 }
 
-fn wrong_file(output: &PlanOutput, png: bool) -> Failure {
+fn wrong_file(output: &PlanOutput, encoded: bool) -> Failure {
     let name = &output.name;
-    match png {
-        true => Failure::user(format!("output `{name}` is {}, and a PNG holds encoded pictures", output.state.name()))
-            .hint("write it to an `.exr` file, or add an `Encode` node"),
+    match encoded {
+        true => {
+            Failure::user(format!("output `{name}` is {}, and this file holds encoded pictures", output.state.name()))
+                .hint("write it to an `.exr` file, or add an `Encode` node")
+        }
         false => Failure::user(format!("output `{name}` is Encoded, and an EXR holds linear light"))
             .hint("write it to a `.png` file"),
     }
 }
 
-fn no_output(plan: &Plan, png: bool) -> Failure {
-    let (kind, hint) = match png {
+fn no_output(plan: &Plan, encoded: bool) -> Failure {
+    let (kind, hint) = match encoded {
         true => ("encoded", "write to an `.exr` file, or add an `Encode` node and an output for it"),
         false => ("linear", "write to a `.png` file, or add an output before the `Encode` node"),
     };

@@ -6,6 +6,7 @@ mod readings;
 mod repairs;
 mod request;
 mod stages;
+mod target;
 mod times;
 mod write;
 
@@ -17,6 +18,7 @@ use crate::files::{read_document, registry};
 use crate::pipeline::{PipelineFile, assignments, facts, plan_options};
 use crate::terminal::note;
 use request::Request;
+use target::targets;
 
 pub(crate) use frames::choose_output;
 
@@ -26,7 +28,8 @@ pub(crate) fn run(args: &RenderArgs, tables: &[&[NodeKind]]) -> Result<(), Failu
     let graph = PipelineFile::new(&document, &registry).graph(&args.options)?;
     let (facts, options) = (facts(&args.options)?, plan_options(&args.plan));
     let named = assignments(&args.inputs, "--input")?;
-    let request = Request::new(args, &graph, named)?;
+    let mut request = Request::new(args, targets(args)?, &graph, named)?;
+    let graph = request.prepare(graph);
     let (times, frames) = stages::run(&request, graph, facts, options)?;
     readings::summary(&frames).iter().for_each(|line| note(line));
     if let Some(path) = &args.json {

@@ -3,6 +3,7 @@
 use std::sync::mpsc::SyncSender;
 use std::time::{Duration, Instant};
 
+use afterimage_graph::image::Signedness;
 use afterimage_media::{Picture, Source};
 
 use super::repairs::{Repairs, is_opaque};
@@ -45,8 +46,8 @@ fn read_job(request: &Request<'_>, job: &Job) -> Read {
 fn read_input(request: &Request<'_>, name: &str, source: &Source) -> Result<InputPicture, Failure> {
     let picture = afterimage_media::read(source)?;
     let input = request.inputs.iter().find(|input| input.name == name);
-    let is_signed = input.is_some_and(|input| input.signed);
+    let signedness = input.map_or(Signedness::Unsigned, |input| input.state.signedness());
     let lacks_alpha = input.is_some_and(|input| input.needs_alpha) && is_opaque(&picture);
-    let repairs = Repairs::of(&picture, is_signed);
+    let repairs = Repairs::of(&picture, signedness);
     Ok(InputPicture { name: name.to_owned(), picture, repairs, lacks_alpha })
 }

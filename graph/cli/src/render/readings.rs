@@ -34,7 +34,8 @@ pub(crate) struct Reading {
 pub(crate) struct FrameReport {
     /// Its number in the sequence.
     pub(crate) frame: Option<u32>,
-    pub(crate) file: PathBuf,
+    /// The files that it was written to.
+    pub(crate) files: Vec<PathBuf>,
     /// None if the exposure is manual, or if nothing was metered yet.
     pub(crate) exposure: Vec<Reading>,
     /// Pixels of each input that the graph repaired.

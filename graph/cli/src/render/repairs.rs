@@ -1,5 +1,6 @@
 //! The pixels of an input that the graph repairs, and whether it has an alpha.
 
+use afterimage_graph::image::Signedness;
 use afterimage_media::{Picture, Pixels};
 use serde::Serialize;
 
@@ -10,18 +11,37 @@ pub(crate) struct Repairs {
     pub(crate) nan: u64,
     /// With an infinity.
     pub(crate) infinite: u64,
-    /// With a negative number, where the input holds light.
+    /// With a negative number that the input does not keep: a luminance below 0 in scene light, any in light of a
+    /// display.
     pub(crate) negative: u64,
 }
 
 impl Repairs {
-    /// Counts the pixels of a picture. `signed` is that of the input: negative numbers are then kept.
-    pub(crate) fn of(picture: &Picture, signed: bool) -> Self {
+    /// Counts the pixels of a picture for an input of this signedness.
+    pub(crate) fn of(picture: &Picture, signedness: Signedness) -> Self {
+        let mut repairs = Self::default();
         match &picture.pixels {
             Pixels::Half(values) => {
-                count(values, signed, |x| Number::of(x.is_nan(), x.is_infinite(), negative(x.to_bits())))
+                let pixels = values.as_chunks::<4>().0.iter();
+                pixels.for_each(|pixel| repairs.count(pixel.map(half::f16::to_f32), signedness));
             }
-            Pixels::Float(values) => count(values, signed, |x| Number::of(x.is_nan(), x.is_infinite(), *x < 0.0)),
+            Pixels::Float(values) => {
+                values.as_chunks::<4>().0.iter().for_each(|pixel| repairs.count(*pixel, signedness));
+            }
+        }
+        repairs
+    }
+
+    fn count(&mut self, pixel: [f32; 4], signedness: Signedness) {
+        if pixel.iter().all(|x| x.is_finite() && *x >= 0.0) {
+            return;
+        }
+        if pixel.iter().any(|x| x.is_nan()) {
+            self.nan += 1;
+        } else if pixel.iter().any(|x| x.is_infinite()) {
+            self.infinite += 1;
+        } else if is_limited(pixel, signedness) {
+            self.negative += 1;
         }
     }
 
@@ -46,42 +66,13 @@ impl std::fmt::Display for Repairs {
     }
 }
 
-/// Whether the bits are those of a half float below 0.
-fn negative(bits: u16) -> bool {
-    bits > 0x8000
-}
-
-/// What a number of a pixel is; the larger one decides for the pixel.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-enum Number {
-    Fine,
-    Negative,
-    Infinite,
-    Nan,
-}
-
-impl Number {
-    fn of(is_nan: bool, is_infinite: bool, is_negative: bool) -> Self {
-        match (is_nan, is_infinite, is_negative) {
-            (true, ..) => Self::Nan,
-            (_, true, _) => Self::Infinite,
-            (.., true) => Self::Negative,
-            _ => Self::Fine,
-        }
+/// Whether an input of this signedness does not keep a pixel with a negative number.
+fn is_limited([r, g, b, a]: [f32; 4], signedness: Signedness) -> bool {
+    match signedness {
+        Signedness::Unsigned => true,
+        Signedness::Signed => false,
+        Signedness::Extended => a < 0.0 || 0.2126 * r + 0.7152 * g + 0.0722 * b < 0.0,
     }
-}
-
-fn count<T>(values: &[T], signed: bool, number: impl Fn(&T) -> Number) -> Repairs {
-    let mut repairs = Repairs::default();
-    for pixel in values.as_chunks::<4>().0 {
-        match pixel.iter().map(&number).max() {
-            Some(Number::Nan) => repairs.nan += 1,
-            Some(Number::Infinite) => repairs.infinite += 1,
-            Some(Number::Negative) if !signed => repairs.negative += 1,
-            _ => {}
-        }
-    }
-    repairs
 }
 
 /// Whether alpha is 1 everywhere, as in an image without alpha.
@@ -102,15 +93,18 @@ mod tests {
             [1.0, 2.0, 0.0, 1.0],
             [f32::NAN, f32::INFINITY, -1.0, 1.0],
             [f32::NEG_INFINITY, -1.0, 0.0, 1.0],
-            [0.5, -0.0, -2.0, 1.0],
+            [0.9, -0.0, -2.0, 1.0],
             [0.5, 0.5, 0.5, -1.0],
         ];
         let floats = pixels.as_flattened().to_vec();
         let halves = floats.iter().map(|x| half::f16::from_f32(*x)).collect();
         for pixels in [Pixels::Float(floats), Pixels::Half(halves)] {
             let picture = Picture::new(5, 1, pixels);
-            assert_eq!(Repairs::of(&picture, false), Repairs { nan: 1, infinite: 1, negative: 2 });
-            assert_eq!(Repairs::of(&picture, true), Repairs { nan: 1, infinite: 1, negative: 0 });
+            let of = |signedness| Repairs::of(&picture, signedness);
+            assert_eq!(of(Signedness::Unsigned), Repairs { nan: 1, infinite: 1, negative: 2 });
+            // The blue of -2 is less than the luminance of the red.
+            assert_eq!(of(Signedness::Extended), Repairs { nan: 1, infinite: 1, negative: 1 });
+            assert_eq!(of(Signedness::Signed), Repairs { nan: 1, infinite: 1, negative: 0 });
             assert!(!is_opaque(&picture));
         }
     }

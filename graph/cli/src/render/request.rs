@@ -1,32 +1,33 @@
-//! The images and frames that `render` makes, the files that they are made from, and how they are written.
+//! The images and frames that `render` makes, and the files that they are made from.
 
 use std::path::{Path, PathBuf};
 
 use afterimage_graph::check::{Graph, GraphInput};
-use afterimage_media::{ExrOptions, PngDepth, PngOptions, Source, sequence};
+use afterimage_media::{Source, sequence};
 
+use super::target::Target;
 use crate::args::RenderArgs;
 use crate::failure::Failure;
-use crate::save::SaveOptions;
+use crate::quantise::unquantised;
+use crate::terminal::note;
 
-/// The inputs and the output of one image.
+/// The inputs and the files of one frame.
 pub(super) struct Job {
     /// The pipeline's inputs and their files.
     pub(super) sources: Vec<(String, Source)>,
     pub(super) frame: Option<u32>,
-    pub(super) out: PathBuf,
+    /// One file for each target.
+    pub(super) out: Vec<PathBuf>,
 }
 
 /// What `render` makes, from the command line and the pipeline's graph.
 pub(super) struct Request<'a> {
     /// The command line.
     pub(super) args: &'a RenderArgs,
-    /// How the images are written.
-    pub(super) saving: SaveOptions,
-    /// The images in order.
+    /// The files, and the output that each of them takes.
+    pub(super) targets: Vec<Target>,
+    /// The frames in order.
     pub(super) jobs: Vec<Job>,
-    /// Whether they are written as PNG.
-    pub(super) png: bool,
     /// The frames that begin a new shot.
     pub(super) cuts: Vec<u32>,
     /// The pipeline's inputs.
@@ -35,13 +36,16 @@ pub(super) struct Request<'a> {
 
 impl<'a> Request<'a> {
     /// `named` are the files of `--input`, by the name of the input.
-    pub(super) fn new(args: &'a RenderArgs, graph: &Graph, named: Vec<(String, String)>) -> Result<Self, Failure> {
-        let png = ends_with(&args.out, ".png");
-        let saving = save_options(args, png)?;
+    pub(super) fn new(
+        args: &'a RenderArgs,
+        targets: Vec<Target>,
+        graph: &Graph,
+        named: Vec<(String, String)>,
+    ) -> Result<Self, Failure> {
         let files = input_files(args, graph, named)?;
-        let jobs = if files.is_empty() { without_inputs(args) } else { with_inputs(args, files) }?;
+        let jobs = if files.is_empty() { without_inputs(args, &targets) } else { with_inputs(args, files, &targets) }?;
         let cuts = cuts(args, &jobs)?;
-        Ok(Self { args, saving, jobs, png, cuts, inputs: graph.inputs.clone() })
+        Ok(Self { args, targets, jobs, cuts, inputs: graph.inputs.clone() })
     }
 }
 
@@ -55,33 +59,22 @@ fn cuts(args: &RenderArgs, jobs: &[Job]) -> Result<Vec<u32>, Failure> {
         Some(cut) => Err(Failure::user(format!("`--cut`: the sequence has no frame {cut}"))
             .hint("a cut is a frame that is rendered, as `--frames` or the files name it")),
     }
-}
 
-fn save_options(args: &RenderArgs, png: bool) -> Result<SaveOptions, Failure> {
-    if !png && !ends_with(&args.out, ".exr") {
-        return Err(Failure::user(format!("`{}` ends neither in `.png` nor in `.exr`", args.out))
-            .hint("`.png` takes an encoded output, `.exr` a linear one"));
+    /// The graph as it is rendered for the files: without the quantisation that the writer does.
+    pub(super) fn prepare(&mut self, graph: Graph) -> Graph {
+        let encoded =
+            self.targets.iter_mut().map(|target| &mut target.saving).filter(|saving| saving.format.is_encoded());
+        let encoded: Vec<_> = encoded.collect();
+        let Some(bits) = encoded.iter().map(|saving| saving.bits).max() else { return graph };
+        let unquantised = unquantised(graph, bits, self.args.depth.is_some());
+        encoded.into_iter().for_each(|saving| saving.noise = unquantised.noise);
+        unquantised.notes.iter().for_each(|text| note(&format!("note: {text}")));
+        unquantised.graph
     }
-    let deep = match (png, args.depth) {
-        (true, None | Some(8)) | (false, None | Some(16)) => false,
-        (true, Some(16)) | (false, Some(32)) => true,
-        (true, Some(depth)) => return Err(Failure::user(format!("a PNG has 8 or 16 bits, not {depth}"))),
-        (false, Some(depth)) => return Err(Failure::user(format!("an EXR has 16 or 32 bits, not {depth}"))),
-    };
-    let depth = if png && deep { PngDepth::Sixteen } else { PngDepth::Eight };
-    let dither = (!args.no_dither).then_some(0);
-    Ok(SaveOptions {
-        png: PngOptions { depth, dither, ..PngOptions::default() },
-        exr: ExrOptions { float: !png && deep, ..ExrOptions::default() },
-    })
-}
-
-fn ends_with(name: &str, ending: &str) -> bool {
-    name.to_lowercase().ends_with(ending)
 }
 
 /// The images that are made from these files of inputs. Refuses options without effect: they are mistakes.
-fn with_inputs(args: &RenderArgs, files: Vec<(String, String)>) -> Result<Vec<Job>, Failure> {
+fn with_inputs(args: &RenderArgs, files: Vec<(String, String)>, targets: &[Target]) -> Result<Vec<Job>, Failure> {
     let find = |(name, file): (String, String)| {
         let frames = args.frames.as_deref().filter(|_| is_pattern(&file));
         Ok((name, sequence::Input::find(&file, frames)?))
@@ -95,8 +88,10 @@ fn with_inputs(args: &RenderArgs, files: Vec<(String, String)>) -> Result<Vec<Jo
         return Err(idle_frames());
     }
     let (_, first) = &inputs[0];
-    let images = first.sources().into_iter().zip(first.outputs(&args.out)?).enumerate();
-    images.map(|(index, ((frame, _), out))| job(&inputs, index, frame, out)).collect()
+    let out = targets.iter().map(|target| first.outputs(&target.file)).collect::<Result<Vec<_>, _>>()?;
+    let of_frame = |index: usize| out.iter().map(|files| files[index].clone()).collect();
+    let frames = first.sources().into_iter().enumerate();
+    frames.map(|(index, (frame, _))| job(&inputs, index, frame, of_frame(index))).collect()
 }
 
 fn idle_size() -> Failure {
@@ -109,26 +104,43 @@ fn idle_frames() -> Failure {
         .hint("put a placeholder into the name, for example `shot.####.exr`")
 }
 
-fn job(inputs: &[(String, sequence::Input)], index: usize, frame: Option<u32>, out: PathBuf) -> Result<Job, Failure> {
+fn job(
+    inputs: &[(String, sequence::Input)],
+    index: usize,
+    frame: Option<u32>,
+    out: Vec<PathBuf>,
+) -> Result<Job, Failure> {
     let source = |(name, input): &(String, _)| Ok((name.clone(), source_at(input, index, frame, name)?));
     let sources = inputs.iter().map(source).collect::<Result<Vec<_>, Failure>>()?;
-    refuse_overwriting(&sources, &out)?;
+    out.iter().try_for_each(|file| refuse_overwriting(&sources, file))?;
     Ok(Job { sources, frame, out })
 }
 
 /// The images of a pipeline without inputs: one, or the named frames.
-fn without_inputs(args: &RenderArgs) -> Result<Vec<Job>, Failure> {
+fn without_inputs(args: &RenderArgs, targets: &[Target]) -> Result<Vec<Job>, Failure> {
     let job = |frame, out| Job { sources: Vec::new(), frame, out };
-    match (sequence::Pattern::parse(&args.out)?, &args.frames) {
-        (None, None) => Ok(vec![job(None, args.out.clone().into())]),
-        (Some(pattern), Some(frames)) => {
-            Ok(sequence::parse_frames(frames)?.into_iter().map(|frame| job(Some(frame), pattern.at(frame))).collect())
-        }
-        (Some(_), None) => Err(Failure::user(format!("{}: the output is numbered, but no frames are named", args.out))
+    let Some(frames) = &args.frames else {
+        let out = targets.iter().map(|target| single(&target.file)).collect::<Result<_, _>>()?;
+        return Ok(vec![job(None, out)]);
+    };
+    let patterns = targets.iter().map(|target| pattern(&target.file)).collect::<Result<Vec<_>, _>>()?;
+    let of_frame = |frame| patterns.iter().map(|pattern| pattern.at(frame)).collect();
+    Ok(sequence::parse_frames(frames)?.into_iter().map(|frame| job(Some(frame), of_frame(frame))).collect())
+}
+
+fn single(file: &str) -> Result<PathBuf, Failure> {
+    match sequence::Pattern::parse(file)? {
+        None => Ok(file.into()),
+        Some(_) => Err(Failure::user(format!("{file}: the output is numbered, but no frames are named"))
             .hint("name them, for example `--frames 1-48`")),
-        (None, Some(_)) => Err(Failure::user(format!("{}: frames need a numbered output", args.out))
-            .hint("write `out.####.png`, or leave `--frames` out")),
     }
+}
+
+fn pattern(file: &str) -> Result<sequence::Pattern, Failure> {
+    sequence::Pattern::parse(file)?.ok_or_else(|| {
+        Failure::user(format!("{file}: frames need a numbered output"))
+            .hint("write `out.####.png`, or leave `--frames` out")
+    })
 }
 
 /// Refuses an output that overwrites an input.

@@ -12,7 +12,7 @@ use indicatif::ProgressBar;
 
 use super::request::Request;
 use crate::failure::Failure;
-use crate::save::save;
+use crate::save::{Stated, save};
 
 /// A rendered image.
 pub(super) struct Rendered {
@@ -21,6 +21,8 @@ pub(super) struct Rendered {
     pub(super) meta: Option<Metadata>,
     /// Of its job.
     pub(super) index: usize,
+    /// Of its target.
+    pub(super) target: usize,
 }
 
 /// Shared by the writers: the rendered images, and whether a writer has failed, so that the others stop.
@@ -46,12 +48,14 @@ pub(super) fn write_all(request: &Request<'_>, queue: &Queue, bar: &ProgressBar)
     let mut busy = Duration::ZERO;
     while let Some(rendered) = queue.next() {
         let start = Instant::now();
-        let path = &request.jobs[rendered.index].out;
-        let saved = save(path, &rendered.texels, rendered.output.state, rendered.meta, &request.saving);
+        let path = &request.jobs[rendered.index].out[rendered.target];
+        let stated = Stated { meta: rendered.meta, frame: rendered.index, ..Stated::of(&rendered.output) };
+        let saved = save(path, &rendered.texels, stated, &request.targets[rendered.target].saving);
         queue.failed.fetch_or(saved.is_err(), Ordering::Relaxed);
         saved?;
         busy += start.elapsed();
-        bar.inc(1);
+        // The bar counts frames; the last target ends one.
+        bar.inc(u64::from(rendered.target + 1 == request.targets.len()));
     }
     Ok(busy)
 }

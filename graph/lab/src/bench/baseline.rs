@@ -71,10 +71,17 @@ impl Chain {
             (upsample, "blend", "Add"),
             (upsample, "filter", "Tent"),
             (composite, "blend", "Add"),
-            (tone_map, "curve", "Aces"),
+            // The curve as published.
+            (tone_map, "curve", "AcesNarkowicz"),
+            (tone_map, "space", "Rec709"),
+            (tone_map, "middle_grey", "Native"),
+            (tone_map, "gamut", "Clip"),
             (encode, "transfer", "Srgb"),
         ];
-        if choices.iter().any(|(node, name, choice)| node.instance.value(name) != Some(&Value::Choice(choice))) {
+        let differs = |(node, name, choice): &(&GraphNode, &str, &'static str)| {
+            node.instance.value(name) != Some(&Value::Choice(choice))
+        };
+        if choices.iter().any(differs) || number(tone_map, "keep_hue") != Some(0.0) {
             return None;
         }
         Some(Self {

@@ -1,6 +1,6 @@
 //! The extreme images: each is a function from a position to a pixel.
 
-use afterimage_graph::image::Size;
+use afterimage_graph::image::{Signedness, Size};
 
 /// The largest finite half float, the limit of sanitized images.
 const LARGEST_HALF: f32 = 65504.0;
@@ -90,6 +90,7 @@ pub(crate) const ALL: &[Extreme] = &[
     Extreme { name: "checkerboard", rule: Rule::Place(|place| constant(((place.x + place.y) % 2) as f32)) },
     Extreme { name: "ramp", rule: Rule::Place(|place| constant((24.0 * place.along() - 12.0).exp2())) },
     Extreme { name: "primaries", rule: Rule::Place(primaries) },
+    Extreme { name: "wide", rule: Rule::Place(wide) },
     Extreme { name: "mixed", rule: Rule::Place(mixed) },
     Extreme { name: "clear", rule: Rule::Place(|place| [1.0, 0.5, 0.25, f32::from(u8::from(place.is_first_half()))]) },
 ];
@@ -99,6 +100,15 @@ fn primaries(place: Place) -> [f32; 4] {
     let index = place.x + place.y * 3;
     let channel = |c: u32| if (index % 6 + 1) >> c & 1 == 1 { LARGEST_HALF } else { 0.0 };
     [channel(0), channel(1), channel(2), 1.0]
+}
+
+/// Colours outside of Rec.709, from dim to bright: the green of Rec.2020 and the blue of ACEScg in the Rec.709 basis,
+/// and a colour of almost no luminance.
+fn wide(place: Place) -> [f32; 4] {
+    const COLORS: [[f32; 3]; 4] =
+        [[-0.587_64, 1.132_90, -0.100_58], [-0.081_02, -0.014_27, 1.153_00], [1.0, -0.29, 0.0], [0.18; 3]];
+    let [r, g, b] = COLORS[((place.x + place.y) % 4) as usize].map(|x| x * (8.0 * place.along() - 4.0).exp2());
+    [r, g, b, 1.0]
 }
 
 /// A ramp with every bad value in it, for subjects that are too large for all images.
@@ -131,7 +141,7 @@ impl Extreme {
     pub(crate) fn is_sanitized(self, size: Size) -> bool {
         let bits = |pixels: &[[f32; 4]]| pixels.as_flattened().iter().map(|x| x.to_bits()).collect::<Vec<u32>>();
         let pixels = self.pixels(size);
-        bits(&sanitized(&pixels, size, false)) != bits(&pixels)
+        bits(&sanitized(&pixels, size, Signedness::Unsigned)) != bits(&pixels)
     }
 
     /// One colour everywhere.
@@ -150,17 +160,37 @@ impl Extreme {
 
 /// An image after sanitizing, which happens at the inputs of every graph: NaN, negative infinity, and an infinity that
 /// no neighbour of the pixel shares become the lower median of the finite neighbours; then all is limited.
-pub(crate) fn sanitized(pixels: &[[f32; 4]], size: Size, signed: bool) -> Vec<[f32; 4]> {
-    let lowest = if signed { -LARGEST_HALF } else { 0.0 };
-    let bounded = |x: f32| if x.is_nan() { 0.0 } else { x.clamp(lowest, LARGEST_HALF) };
+pub(crate) fn sanitized(pixels: &[[f32; 4]], size: Size, signedness: Signedness) -> Vec<[f32; 4]> {
     let clean = |(index, pixel): (usize, &[f32; 4])| {
         if pixel.iter().all(|x| x.is_finite()) {
-            return pixel.map(bounded);
+            return limited(*pixel, signedness);
         }
         let near = neighbours(pixels, size, index);
-        [0, 1, 2, 3].map(|c| bounded(repaired(pixel[c], near.iter().map(|pixel| pixel[c]))))
+        limited([0, 1, 2, 3].map(|c| repaired(pixel[c], near.iter().map(|pixel| pixel[c]))), signedness)
     };
     pixels.iter().enumerate().map(clean).collect()
+}
+
+/// A pixel within the limits of its signedness.
+fn limited(pixel: [f32; 4], signedness: Signedness) -> [f32; 4] {
+    let bounded = |lowest: f32| pixel.map(|x| if x.is_nan() { 0.0 } else { x.clamp(lowest, LARGEST_HALF) });
+    match signedness {
+        Signedness::Unsigned => bounded(0.0),
+        Signedness::Signed => bounded(-LARGEST_HALF),
+        Signedness::Extended => {
+            let [r, g, b, a] = pixel.map(|x| if x == f32::NEG_INFINITY { 0.0 } else { x });
+            let [r, g, b, _] = limited([r, g, b, a], Signedness::Signed);
+            let [r, g, b] = with_luminance([r, g, b]);
+            [r, g, b, bounded(0.0)[3]]
+        }
+    }
+}
+
+/// Light whose negative components are as small as it takes for a luminance of 0 or more.
+fn with_luminance(rgb: [f32; 3]) -> [f32; 3] {
+    let luminance = |rgb: [f32; 3]| 0.2126 * rgb[0] + 0.7152 * rgb[1] + 0.0722 * rgb[2];
+    let (light, missing) = (luminance(rgb.map(|x| x.max(0.0))), -luminance(rgb.map(|x| x.min(0.0))));
+    if missing <= light { rgb } else { rgb.map(|x| if x < 0.0 { x * (light / missing) } else { x }) }
 }
 
 /// A number of a pixel, from those of the pixels around it.
@@ -184,7 +214,7 @@ fn neighbours(pixels: &[[f32; 4]], size: Size, index: usize) -> Vec<[f32; 4]> {
 
 #[cfg(test)]
 mod tests {
-    use afterimage_graph::image::Size;
+    use afterimage_graph::image::{Signedness, Size};
 
     use super::{ALL, Extreme, sanitized};
 
@@ -210,12 +240,21 @@ mod tests {
 
     #[test]
     fn sanitizing_repairs_from_neighbours() {
-        let row = |pixels: &[[f32; 4]], signed| sanitized(pixels, Size::new(pixels.len() as u32, 1), signed);
+        let row = |pixels: &[[f32; 4]], sign| sanitized(pixels, Size::new(pixels.len() as u32, 1), sign);
         let one = [f32::NAN, -2.0, f32::INFINITY, 1e-30];
-        assert_eq!(row(&[one], false), [[0.0, 0.0, 65504.0, 1e-30]]);
-        assert_eq!(row(&[[3.0; 4], one, [0.5; 4]], false)[1], [0.5, 0.0, 0.5, 1e-30]);
-        assert_eq!(row(&[one, one], false)[0], [0.0, 0.0, 65504.0, 1e-30]);
+        assert_eq!(row(&[one], Signedness::Unsigned), [[0.0, 0.0, 65504.0, 1e-30]]);
+        assert_eq!(row(&[[3.0; 4], one, [0.5; 4]], Signedness::Unsigned)[1], [0.5, 0.0, 0.5, 1e-30]);
+        assert_eq!(row(&[one, one], Signedness::Unsigned)[0], [0.0, 0.0, 65504.0, 1e-30]);
         let signed = [-2.0, f32::NEG_INFINITY, 0.5, f32::MAX];
-        assert_eq!(row(&[signed, [-3.0; 4]], true)[0], [-2.0, -3.0, 0.5, 65504.0]);
+        assert_eq!(row(&[signed, [-3.0; 4]], Signedness::Signed)[0], [-2.0, -3.0, 0.5, 65504.0]);
+    }
+
+    #[test]
+    fn scene_light_keeps_negative_components() {
+        let of = |pixel: [f32; 4]| sanitized(&[pixel], Size::new(1, 1), Signedness::Extended)[0];
+        assert_eq!(of([-0.5, 1.0, f32::NEG_INFINITY, -1.0]), [-0.5, 1.0, 0.0, 0.0]);
+        assert_eq!(of([0.0, -7.0, -1000.0, 1.0]), [0.0, 0.0, 0.0, 1.0]);
+        let [r, g, b, _] = of([1.0, -7.0, 0.0, 1.0]);
+        assert!(r == 1.0 && b == 0.0 && (0.2126 + 0.7152 * g).abs() < 1e-6, "{g}");
     }
 }

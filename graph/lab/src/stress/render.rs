@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use afterimage_gpu::{ErrorLog, FrameInputs, FrameStep, Gpu, InputImage, Session, Texels, input_image};
 use afterimage_graph::check::{Graph, Source};
-use afterimage_graph::image::{ColorState, Format, ImageDesc, Size};
+use afterimage_graph::image::{ColorState, Format, ImageDesc, Signedness, Size};
 use afterimage_graph::node::OutputState;
 use afterimage_graph::value::Value;
 use afterimage_media::catch_panic;
@@ -58,8 +58,7 @@ pub(crate) struct Renderer {
 struct ImageKey {
     image: (&'static str, [u32; 4]),
     size: Size,
-    sanitized: bool,
-    signed: bool,
+    signedness: Option<Signedness>,
     half: bool,
 }
 
@@ -129,7 +128,7 @@ impl Renderer {
         let (half, finite) = (configuration.half, configuration.unsanitized);
         let frame = |shot: &Shot| -> FrameInputs {
             let image = |(name, image): &(String, _)| {
-                let image = self.image(*shot, size, plan.image(*image).signed, half);
+                let image = self.image(*shot, size, plan.image(*image).signedness, half);
                 InputImage { finite, ..image.named(name) }
             };
             let images = plan.inputs.iter().map(image).collect();
@@ -144,14 +143,14 @@ impl Renderer {
         Ok(Rendered { frames, skipped: plan.skipped.iter().map(|skipped| skipped.node.clone()).collect() })
     }
 
-    fn image(&mut self, shot: Shot, size: Size, signed: bool, half: bool) -> InputImage {
-        let signed = signed && shot.sanitized;
-        let key = ImageKey { image: shot.image.key(), size, sanitized: shot.sanitized, signed, half };
+    fn image(&mut self, shot: Shot, size: Size, signedness: Signedness, half: bool) -> InputImage {
+        let signedness = shot.sanitized.then_some(signedness);
+        let key = ImageKey { image: shot.image.key(), size, signedness, half };
         let gpu = &self.gpu;
         let made = self.images.entry(key).or_insert_with(|| {
             let mut pixels = shot.image.pixels(size);
-            if shot.sanitized {
-                pixels = sanitized(&stored(&pixels, half), size, signed);
+            if let Some(signedness) = signedness {
+                pixels = sanitized(&stored(&pixels, half), size, signedness);
             }
             let make = if half { Texels::from_floats_as_half } else { Texels::from_floats };
             let texels = make(size.width, size.height, &pixels);

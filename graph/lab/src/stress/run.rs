@@ -1,7 +1,7 @@
 //! All cases of one pipeline or kind.
 
 use afterimage_graph::check::Graph;
-use afterimage_graph::image::{ColorState, Size};
+use afterimage_graph::image::Size;
 use afterimage_graph::node::Registry;
 
 use super::case_runner::{CaseRunner, StressOptions, judge};
@@ -34,7 +34,7 @@ const TOO_HEAVY: u64 = 400_000;
 /// The images for pairs of extremes.
 const PAIR_IMAGES: [&str; 5] = ["black", "nan", "firefly", "ramp", "primaries"];
 /// The images with negative values.
-const NEGATIVE: [&str; 2] = ["negative", "minus-inf"];
+const NEGATIVE: [&str; 3] = ["negative", "minus-inf", "wide"];
 /// The images for the longest sides that the device allows.
 const LONG_IMAGES: [&str; 2] = ["ramp", "inf"];
 
@@ -185,12 +185,9 @@ impl CaseRunner<'_> {
             }
         };
         let promises = Promises::of(graph, &self.options.known_kinds);
-        let signed =
-            promises.negative || graph.inputs.iter().any(|input| input.signed && input.state != ColorState::Data);
         for (index, image) in images.iter().enumerate() {
             let frame = ran.frames[index].iter();
-            let mut wrong: Vec<String> =
-                frame.flat_map(|shown| self.faults(shown, *image, size, (&promises, signed))).collect();
+            let mut wrong: Vec<String> = frame.flat_map(|shown| self.faults(shown, *image, size, &promises)).collect();
             if let Some(clean) = sanitized.iter().position(|sanitized| *sanitized == index) {
                 self.tally.judged("no spread in space");
                 wrong.extend(spread(&ran.frames[index], &ran.frames[images.len() + clean]));
@@ -201,16 +198,10 @@ impl CaseRunner<'_> {
     }
 
     /// What is wrong with an output of a still.
-    fn faults(
-        &mut self,
-        shown: &OutputPixels,
-        image: Extreme,
-        size: Size,
-        (promises, signed): (&Promises, bool),
-    ) -> Vec<String> {
+    fn faults(&mut self, shown: &OutputPixels, image: Extreme, size: Size, promises: &Promises) -> Vec<String> {
         let tested = promised(shown, image, size, promises);
         tested.iter().for_each(|(promise, _)| self.tally.judged(promise));
-        judge(shown, signed).into_iter().chain(tested.into_iter().filter_map(|(_, broken)| broken)).collect()
+        judge(shown, promises.negative).into_iter().chain(tested.into_iter().filter_map(|(_, broken)| broken)).collect()
     }
 
     /// A node that is skipped as an identity must change nothing when it runs. A kind that gives no negative light
@@ -230,7 +221,7 @@ impl CaseRunner<'_> {
             Ok(ran) if !ran.skipped.iter().any(|node| node == NODE) => ran,
             _ => return,
         };
-        let cuts = self.subject.signed && !Promises::of(&graph, &self.options.known_kinds).negative;
+        let cuts = !Promises::of(&graph, &self.options.known_kinds).negative;
         let wanted = |out: &OutputPixels| if cuts { without_negatives(out) } else { out.clone() };
         for (index, image) in images.iter().enumerate() {
             let pairs = skipped.frames[index]

@@ -31,7 +31,7 @@ pub struct Subject {
     pub(crate) shows_value: bool,
     /// Whether optional inputs have no image.
     pub bare: bool,
-    /// Whether light may be negative: then only images with negative values are run.
+    /// Whether only images with negative values are run.
     pub signed: bool,
     /// Whether its parameters are swept over their domains.
     pub(crate) sweep: bool,
@@ -80,8 +80,8 @@ impl Subject {
         })
     }
 
-    /// A kind on its own, with its optional inputs, or `bare` without; `signed` light may be negative. `None` if no
-    /// kind makes its inputs or reads its outputs.
+    /// A kind on its own, with its optional inputs, or `bare` without; if `signed`, only with negative values. `None`
+    /// if no kind makes its inputs or reads its outputs.
     pub fn kind(registry: &Registry, kind: &NodeKind, bare: bool, signed: bool) -> Option<Self> {
         let subject = Self::kind_with_file(registry, kind, bare, signed, CUBE)?;
         // A kind whose files are not tables runs without a file.
@@ -106,7 +106,7 @@ impl Subject {
             (true, true) => (" (bare, signed)", " --bare --signed"),
         };
         let document = |forced: bool| {
-            let text = alone(registry, kind, Wires { bare, signed, forced, file })?;
+            let text = alone(registry, kind, Wires { bare, forced, file })?;
             Some(Arc::new(parse(&format!("{name}.ron"), &text).expect("the wiring writes pipelines")))
         };
         Some(Self {

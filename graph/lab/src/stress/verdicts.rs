@@ -1,6 +1,6 @@
 //! What is wrong with an output.
 
-use afterimage_graph::image::{ColorState, Size};
+use afterimage_graph::image::{ColorState, Signedness, Size};
 
 use super::images::{Extreme, sanitized};
 use super::promises::Promises;
@@ -53,17 +53,26 @@ pub(crate) fn finite(shown: &OutputPixels) -> Option<String> {
     Some(format!("not finite: {}", at(shown, index)))
 }
 
-/// Colours are in the range of their state.
+/// Whether scene light with these channels has a luminance of 0 or more, up to the rounding to half floats.
+fn has_luminance(pixel: &[f32; 4]) -> bool {
+    let [r, g, b, _] = pixel.map(f64::from);
+    0.2126 * r + 0.7152 * g + 0.0722 * b >= -2e-3 * r.abs().max(g.abs()).max(b.abs()) - LEAST_NORMAL_HALF
+}
+
+/// Colours are in the range of their state. Scene light may have negative components of a luminance that is not.
 pub(crate) fn in_range(shown: &OutputPixels, may_be_negative: bool) -> Option<String> {
-    let is_light = !matches!(shown.state, ColorState::Data | ColorState::LogLuminance);
-    if !is_light || shown.pixels.iter().flatten().any(|x| !x.is_finite()) {
+    let signedness = shown.state.signedness();
+    if signedness == Signedness::Signed || shown.pixels.iter().flatten().any(|x| !x.is_finite()) {
         return None;
     }
-    let low = if may_be_negative { -LARGEST_HALF } else { 0.0 };
+    let is_extended = signedness == Signedness::Extended;
+    let low = if may_be_negative || is_extended { -LARGEST_HALF } else { 0.0 };
     let high = shown.limit.unwrap_or(LARGEST_HALF);
     // One rounding of a 32-bit float above the limit is still at the limit.
     let high = high * (1.0 + 1e-6);
-    let outside = |pixel: &[f32; 4]| pixel[..3].iter().any(|x| !(low..=high).contains(&f64::from(*x)));
+    let is_dark = |pixel: &[f32; 4]| is_extended && !may_be_negative && !has_luminance(pixel);
+    let outside =
+        |pixel: &[f32; 4]| is_dark(pixel) || pixel[..3].iter().any(|x| !(low..=high).contains(&f64::from(*x)));
     let index = shown.pixels.iter().position(outside)?;
     Some(format!("out of range for {}: {}", shown.state.name(), at(shown, index)))
 }
@@ -87,7 +96,7 @@ pub(crate) fn promised(shown: &OutputPixels, image: Extreme, size: Size, promise
     if finite(shown).is_some() || shown.state == ColorState::Data {
         return Vec::new();
     }
-    let given = sanitized(&image.pixels(size), size, false);
+    let given = sanitized(&image.pixels(size), size, shown.state.signedness());
     let checks = [
         (promises.constant && is_constant(&given)).then(|| ("constant", constant(shown))),
         (promises.keeps && is_constant(&given)).then(|| ("energy", kept(shown, given[0]))),

@@ -13,7 +13,6 @@ const LONGEST: usize = 6;
 /// The text under construction.
 struct Wiring<'r> {
     registry: &'r Registry,
-    signed: bool,
     inputs: String,
     nodes: String,
     outputs: String,
@@ -24,8 +23,6 @@ struct Wiring<'r> {
 pub(crate) struct Wires<'f> {
     /// Whether optional inputs stay without a wire.
     pub(crate) bare: bool,
-    /// Whether light may be negative.
-    pub(crate) signed: bool,
     /// Whether the node's images are also read from the previous frame, so that it is not skipped as an identity.
     pub(crate) forced: bool,
     /// The value of parameters that name a file.
@@ -34,8 +31,8 @@ pub(crate) struct Wires<'f> {
 
 /// The pipeline that runs a kind on its own; `None` if no kind makes its inputs or reads its outputs.
 pub(crate) fn alone(registry: &Registry, kind: &NodeKind, wires: Wires<'_>) -> Option<String> {
-    let Wires { bare, signed, forced, file } = wires;
-    let mut wiring = Wiring { registry, signed, inputs: String::new(), nodes: String::new(), outputs: String::new() };
+    let Wires { bare, forced, file } = wires;
+    let mut wiring = Wiring { registry, inputs: String::new(), nodes: String::new(), outputs: String::new() };
     let mut fields = String::new();
     for port in kind.inputs().iter().filter(|port| !(bare && port.optional)) {
         let wire = wiring.feed(port, &port.name, 0)?;
@@ -63,8 +60,7 @@ impl Wiring<'_> {
     fn feed(&mut self, port: &Input, name: &str, depth: usize) -> Option<String> {
         if port.ty == PortType::Image {
             let state = port.states.first().copied().unwrap_or(ColorState::Scene);
-            let options = if self.signed { "(allow_negative: true)" } else { "" };
-            let _ = writeln!(self.inputs, "        \"{name}\": {}{options},", input_type(state));
+            let _ = writeln!(self.inputs, "        \"{name}\": {},", input_type(state));
             return Some(name.to_owned());
         }
         if depth == LONGEST {

@@ -2,7 +2,7 @@
 
 use std::io::{BufRead, Seek};
 
-use afterimage_base::color::Chromaticities;
+use afterimage_base::color::{Chromaticities, Colorimetry};
 use image::codecs::hdr::{HdrDecoder, HdrMetadata};
 use image::{ImageDecoder, ImageError};
 
@@ -13,8 +13,8 @@ use crate::codec::{CodecError, ErrorKind, Picture, Pixels};
 /// The two signatures in use.
 pub(crate) const MAGICS: [&[u8]; 2] = [b"#?RADIANCE", b"#?RGBE"];
 
-/// Decodes a Radiance file to 32-bit floats with alpha 1. `PRIMARIES` is applied. `EXPOSURE` is not
-/// applied: the values are used as stored, as most programs do.
+/// Decodes a Radiance file to 32-bit floats with alpha 1. `PRIMARIES` is applied. `EXPOSURE` and `COLORCORR` are
+/// divided out, the products of all their lines, so that the values are the radiance that the file states.
 pub(crate) fn decode(reader: impl BufRead + Seek) -> Result<Picture, CodecError> {
     // Strict mode accepts only one of the two signatures.
     let decoder = HdrDecoder::new_nonstrict(reader).map_err(explain)?;
@@ -45,15 +45,29 @@ fn apply(meta: &HdrMetadata, picture: &mut Picture) {
     if let Some(aspect) = meta.pixel_aspect_ratio.filter(|a| (1e-6..=1e6).contains(a)) {
         picture.meta.image.pixel_aspect = 1.0 / aspect;
     }
-    if let Some(exposure) = meta.exposure.filter(|exposure| *exposure != 1.0) {
-        picture.notes.push(format!("`EXPOSURE={exposure}` of its header is not divided out"));
-    }
+    divide(meta, picture);
     // Some programs write eight zeros instead of primaries.
-    let matrix = stated_primaries(meta).and_then(|stated| to_rec709(&stated));
+    let stated = stated_primaries(meta);
+    picture.stated = stated.map(Colorimetry::linear);
+    let matrix = stated.and_then(|stated| to_rec709(&stated));
     if let (Some(matrix), Pixels::Float(values)) = (matrix, &mut picture.pixels) {
         let matrix = matrix.as_mat3();
         for [r, g, b, _] in values.as_chunks_mut::<4>().0 {
             [*r, *g, *b] = convert(&matrix, [*r, *g, *b]);
+        }
+    }
+}
+
+/// Divides by `EXPOSURE` and `COLORCORR`. A divisor that no camera or program has is ignored, with a note.
+fn divide(meta: &HdrMetadata, picture: &mut Picture) {
+    let exposure = meta.exposure.unwrap_or(1.0);
+    let (red, green, blue) = meta.color_correction.unwrap_or((1.0, 1.0, 1.0));
+    let divisors = [red * exposure, green * exposure, blue * exposure];
+    if !divisors.iter().all(|divisor| (1e-12..=1e12).contains(divisor)) {
+        picture.notes.push("`EXPOSURE` or `COLORCORR` of its header is no usable number and is not applied".to_owned());
+    } else if let (true, Pixels::Float(values)) = (divisors != [1.0; 3], &mut picture.pixels) {
+        for pixel in values.as_chunks_mut::<4>().0 {
+            pixel.iter_mut().zip(divisors).for_each(|(value, divisor)| *value /= divisor);
         }
     }
 }

@@ -1,27 +1,39 @@
-//! Images as bytes: [`decode`] turns the bytes of an EXR, Radiance or PNG file into a [`Picture`], [`encode_exr`] and
-//! [`encode_png`] turn pixels into bytes. Nothing here uses the file system.
+//! Images as bytes: [`decode`] turns the bytes of an EXR, Radiance or PNG file into a [`Picture`], [`encode_exr`],
+//! [`encode_png`], [`encode_jpeg`] and, with the feature `avif`, `encode_avif` turn pixels into bytes. Nothing here
+//! uses the file system.
 
+#[cfg(feature = "avif")]
+mod avif;
 mod chromaticities;
+mod cicp;
 mod error;
 mod exr;
 mod hdr;
+pub(crate) mod icc;
+mod jpeg;
+mod light_level;
 pub mod limits;
 mod panics;
 mod picture;
 mod png;
+mod quantise;
 
 #[cfg(test)]
 pub(crate) use chromaticities::{convert, to_rec709};
 #[cfg(test)]
-pub(crate) use png::test_dither;
+pub(crate) use quantise::dithered;
 
 use std::io::{BufRead, Read as _, Seek};
 
+#[cfg(feature = "avif")]
+pub use avif::{AvifOptions, encode_avif};
 pub use error::{CodecError, ErrorKind};
 pub use exr::{ExrCompression, ExrOptions, encode_exr};
+pub use jpeg::{JpegOptions, encode_jpeg};
 pub use panics::catch_panic;
 pub use picture::{Metadata, Picture, Pixels};
-pub use png::{EncodedPixels, PngColour, PngDepth, PngOptions, encode_png};
+pub use png::{Alpha, PngDepth, PngOptions, encode_png};
+pub use quantise::EncodedPixels;
 
 /// Decodes an EXR, Radiance or PNG file; the first bytes decide the format. `layer` names a layer, a part or a channel
 /// of an EXR file.

@@ -1,5 +1,6 @@
 //! A picture in memory, and what its file said about it.
 
+use afterimage_base::color::Colorimetry;
 use afterimage_base::image::{Format, ImageDesc, Size};
 use exr::meta::attribute::{AttributeValue, IntegerBounds, Text};
 use exr::meta::header::{ImageAttributes, LayerAttributes};
@@ -7,6 +8,11 @@ use half::f16;
 use half::slice::HalfFloatSliceExt;
 
 /// Linear light with Rec.709 primaries and D65 white (or plain data), interleaved RGBA, rows from the top.
+///
+/// A value of 1 is SDR white in a file for a display: code 255 of sRGB, and 203 cd/m2 of PQ and HLG (ITU-R BT.2408), so
+/// that the SDR and the HDR version of an image agree. In EXR and Radiance files it is 1 in the unit of the file; a
+/// stated `whiteLuminance` is kept in `stated` and not multiplied in, and the `EXPOSURE` of a Radiance file is divided
+/// out.
 ///
 /// Values are as the file has them: negative, infinite and NaN values are kept; graphs sanitize
 /// their inputs. Alpha is 1 where the file has none, 0 outside an EXR data window.
@@ -20,6 +26,9 @@ pub struct Picture {
     pub pixels: Pixels,
     /// The attributes of the file, to be written out again.
     pub meta: Metadata,
+    /// What the file says about its colours; `None` if it says nothing. The numbers are converted to linear Rec.709 in
+    /// any case, and negative ones are colours outside of Rec.709.
+    pub stated: Option<Colorimetry>,
     /// What was ignored or assumed while reading, as sentences for the user.
     pub notes: Vec<String>,
 }
@@ -69,7 +78,7 @@ impl Picture {
     pub fn new(width: u32, height: u32, pixels: Pixels) -> Self {
         assert_eq!(pixels.len(), width as usize * height as usize * 4, "four numbers for a pixel");
         let meta = Metadata::of_size(width, height);
-        Self { width, height, pixels, meta, notes: Vec::new() }
+        Self { width, height, pixels, meta, stated: None, notes: Vec::new() }
     }
 
     /// Size and format of the texels: half floats or floats.

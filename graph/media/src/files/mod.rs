@@ -1,5 +1,5 @@
-//! Image files: [`read()`] turns a named file into a [`Picture`], [`write_exr`] and [`write_png`] write files
-//! atomically, [`sequence`] turns `shot.####.exr` into the names of its frames.
+//! Image files: [`read()`] turns a named file into a [`Picture`], [`write_exr`], [`write_png`] and
+//! [`write_jpeg`] write files atomically, [`sequence`] turns `shot.####.exr` into the names of its frames.
 
 mod atomic;
 mod error;
@@ -12,7 +12,9 @@ use std::path::{Path, PathBuf};
 pub use atomic::write_atomic;
 pub use error::FileError;
 
-use crate::codec::{EncodedPixels, ErrorKind, ExrOptions, Picture, PngOptions, decode, encode_exr, encode_png};
+use crate::codec::{
+    EncodedPixels, ErrorKind, ExrOptions, JpegOptions, Picture, PngOptions, decode, encode_exr, encode_jpeg, encode_png,
+};
 
 /// One image to read: a file, and optionally a layer or a channel of it.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -70,4 +72,31 @@ pub fn write_png(
     options: &PngOptions,
 ) -> Result<(), FileError> {
     write_atomic(path, &encode_png(size, pixels, options).map_err(|error| FileError::at(path, error))?)
+}
+
+/// Writes a JPEG of `size` (width, height), atomically.
+///
+/// # Errors
+/// See [`encode_jpeg`] and [`write_atomic`].
+pub fn write_jpeg(
+    path: &Path,
+    size: (u32, u32),
+    pixels: EncodedPixels<'_>,
+    options: &JpegOptions,
+) -> Result<(), FileError> {
+    write_atomic(path, &encode_jpeg(size, pixels, options).map_err(|error| FileError::at(path, error))?)
+}
+
+/// Writes an AVIF of `size` (width, height), atomically.
+///
+/// # Errors
+/// See [`encode_avif`](crate::encode_avif) and [`write_atomic`].
+#[cfg(feature = "avif")]
+pub fn write_avif(
+    path: &Path,
+    size: (u32, u32),
+    pixels: EncodedPixels<'_>,
+    options: &crate::AvifOptions,
+) -> Result<(), FileError> {
+    write_atomic(path, &crate::encode_avif(size, pixels, options).map_err(|error| FileError::at(path, error))?)
 }

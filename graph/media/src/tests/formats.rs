@@ -1,5 +1,7 @@
 //! The bytes decide the format, and what is no image says so.
 
+use afterimage_base::color::{Chromaticities, Colorimetry};
+
 use super::{Folder, message_and_hint, picture, read_layer};
 use crate::*;
 
@@ -33,13 +35,19 @@ fn radiance_numbers_are_exact() {
 #[test]
 fn radiance_headers_are_heeded() {
     let folder = Folder::new("radiance-header");
-    let header = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\nEXPOSURE=2.5\nPIXASPECT=0.5\n\
+    let header = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\nEXPOSURE=5\nEXPOSURE=0.5\nCOLORCORR=2 1 1\nPIXASPECT=0.5\n\
                   PRIMARIES=.708 .292 .170 .797 .131 .046 .3127 .3290\n\n-Y 1 +X 1\n";
     let picture = folder.read(&hdr(header, &[128, 0, 0, 129])).unwrap();
-    assert!((picture.pixel(0, 0)[0] - 1.660491).abs() < 1e-5);
-    assert!((picture.pixel(0, 0)[1] + 0.124550).abs() < 1e-5);
+    // The exposures multiply to 2.5, and the first channel is also divided by 2.
+    assert!((picture.pixel(0, 0)[0] - 1.660491 / 5.0).abs() < 1e-5);
+    assert!((picture.pixel(0, 0)[1] + 0.124550 / 5.0).abs() < 1e-5);
     assert_eq!(picture.meta.image.pixel_aspect, 2.0);
-    assert_eq!(picture.notes, ["`EXPOSURE=2.5` of its header is not divided out"]);
+    assert_eq!(picture.stated, Some(Colorimetry::linear(Chromaticities::REC2020)));
+    assert!(picture.notes.is_empty());
+    let dark = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\nEXPOSURE=0\n\n-Y 1 +X 1\n";
+    let picture = folder.read(&hdr(dark, &[128, 0, 0, 129])).unwrap();
+    assert_eq!(picture.pixel(0, 0)[0], 1.0);
+    assert_eq!(picture.notes, ["`EXPOSURE` or `COLORCORR` of its header is no usable number and is not applied"]);
     let xyze = "#?RADIANCE\nFORMAT=32-bit_rle_xyze\n\n-Y 1 +X 1\n";
     let error = folder.read(&hdr(xyze, &[128, 0, 0, 129])).unwrap_err();
     assert_eq!(error.kind, ErrorKind::Unsupported);

@@ -103,7 +103,8 @@ fn subsampled_and_deep_files_say_so() {
 fn a_file_cut_anywhere_is_an_error() {
     let folder = Folder::new("cut");
     let pixels = numbers_as_bytes();
-    let png = encode_png((16, 9), EncodedPixels::Byte(&pixels), &PngOptions { alpha: true, ..PngOptions::default() });
+    let png =
+        encode_png((16, 9), EncodedPixels::Byte(&pixels), &PngOptions { alpha: Alpha::Keep, ..PngOptions::default() });
     let tiny_hdr = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 40 +X 7\n".to_vec();
     let hdr = [tiny_hdr, vec![77; 40 * 7 * 4]].concat();
     for (file, step) in [(small_exr(), 97), (png.unwrap(), 7), (hdr, 31)] {

@@ -3,11 +3,16 @@
 #![allow(clippy::unwrap_used, reason = "a test may stop at the first surprise")]
 
 mod atomic;
+#[cfg(feature = "avif")]
+mod avif;
 mod chromaticities;
 mod exr_read;
 mod exr_write;
 mod formats;
 mod hostile;
+mod icc;
+mod jpeg;
+mod labels;
 mod png;
 mod sequence;
 

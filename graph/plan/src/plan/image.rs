@@ -1,6 +1,6 @@
 //! Images of a plan and their memory.
 
-use afterimage_base::image::ImageDesc;
+use afterimage_base::image::{ImageDesc, Signedness};
 use afterimage_graph::node::Origin;
 use afterimage_wgsl::SampleMode;
 use serde::Serialize;
@@ -17,8 +17,8 @@ pub struct PlannedImage {
     pub desc: ImageDesc,
     /// Where it comes from.
     pub origin: Origin,
-    /// Whether negative numbers are meant (data), not noise.
-    pub signed: bool,
+    /// The negative numbers that it may hold.
+    pub signedness: Signedness,
     /// How it is sampled.
     pub sample_mode: SampleMode,
     /// When it is in use; `None` if no pass uses it.

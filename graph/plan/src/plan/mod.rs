@@ -6,6 +6,7 @@ mod names;
 mod note;
 mod pass;
 
+use afterimage_base::color::Colorimetry;
 use afterimage_base::image::{ColorState, Size};
 use afterimage_graph::node::{ImageId, Pass, Resource, VirtualBuffer};
 
@@ -57,8 +58,10 @@ pub struct PlanOutput {
     pub name: String,
     /// The image.
     pub image: ImageId,
-    /// What its numbers mean.
+    /// The color state of the output's wire in the graph.
     pub state: ColorState,
+    /// What the numbers mean as light: that of the image which really comes, also where nodes are skipped.
+    pub colorimetry: Colorimetry,
 }
 
 impl Plan {

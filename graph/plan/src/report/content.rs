@@ -2,6 +2,7 @@
 
 use serde_json::{Value, json};
 
+use super::colorimetry::colorimetry;
 use super::fnv::fnv1a;
 use super::kernels::KernelView;
 use super::names::Names;
@@ -34,7 +35,12 @@ pub(super) fn content(plan: &Plan) -> Value {
 }
 
 fn output(output: &PlanOutput, names: &Names) -> Value {
-    json!({ "image": names.image(output.image), "name": output.name, "state": output.state.name() })
+    json!({
+        "colorimetry": colorimetry(output.colorimetry),
+        "image": names.image(output.image),
+        "name": output.name,
+        "state": output.state.name(),
+    })
 }
 
 fn barriers(batch: &Batch, names: &Names) -> Value {

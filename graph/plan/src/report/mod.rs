@@ -1,5 +1,6 @@
 //! Reports of a finished plan: text, JSON, Graphviz, SVG, hash and difference.
 
+mod colorimetry;
 mod content;
 mod diff;
 mod dot;

@@ -2,10 +2,11 @@
 
 use std::fmt::Write;
 
+use super::colorimetry::described;
 use super::names::Names;
 use super::units::{count, mebibytes};
 use crate::options::{Alias, Ignored};
-use crate::plan::{Plan, PlannedPass, Skipped};
+use crate::plan::{Plan, PlanOutput, PlannedPass, Skipped};
 use afterimage_graph::node::Resource;
 
 impl Plan {
@@ -13,7 +14,7 @@ impl Plan {
     pub fn to_text(&self) -> String {
         let names = Names::new(self);
         let (heading, passes) = (self.heading(), table(&self.pass_table(&names)));
-        let without = [self.skipped_text(), self.arithmetic_text(), self.ignored_text()].concat();
+        let without = [self.outputs_text(), self.skipped_text(), self.arithmetic_text(), self.ignored_text()].concat();
         let saved = [self.fused_text(), self.shared_text(), self.memory_text()].concat();
         format!("{heading}{passes}{without}{saved}\nhash {}\n", self.hash())
     }
@@ -69,6 +70,11 @@ impl Plan {
         let further = nodes.iter().zip(&labels).skip(1).filter(|_| one_each);
         rows.extend(further.map(|(node, label)| vec![String::new(), format!("+ {node}"), (*label).to_owned()]));
         rows
+    }
+
+    fn outputs_text(&self) -> String {
+        let row = |output: &PlanOutput| vec![format!("  {}", output.name), described(output)];
+        section("outputs", self.outputs.iter().map(row).collect())
     }
 
     fn skipped_text(&self) -> String {

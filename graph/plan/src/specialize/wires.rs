@@ -42,6 +42,14 @@ impl SpecializedGraph {
         }
     }
 
+    /// Where a wire begins, if an image comes through it that is not known to be black.
+    pub(crate) fn source(&self, wire: Source) -> Option<Source> {
+        match self.resolve(Some(wire)) {
+            WireSource::From(source) => Some(source),
+            WireSource::Zero | WireSource::Absent => None,
+        }
+    }
+
     /// Whether a node runs and an output needs it.
     pub(crate) fn is_live(&self, node: usize) -> bool {
         self.runs[node] && self.wanted[node].iter().any(|wanted| *wanted)

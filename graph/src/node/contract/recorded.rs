@@ -5,11 +5,11 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use super::complaints::Complaints;
 use super::names::{pascal, snake, stem};
 use crate::node::{
-    Arrival, Arrivals, BufferLife, NodeInstance, NodeKind, Origin, Pass, PortType, Recorder, RecorderContext,
-    Recording, Resource, VirtualBuffer, VirtualImage,
+    Arrival, Arrivals, BufferLife, NodeColors, NodeInstance, NodeKind, Origin, Pass, PortType, Recorder,
+    RecorderContext, Recording, Resource, VirtualBuffer, VirtualImage,
 };
 use afterimage_base::caps::Caps;
-use afterimage_base::image::{ImageDesc, Size};
+use afterimage_base::image::{ImageDesc, Signedness, Size};
 use afterimage_base::value::{Param, Type, Value};
 use afterimage_wgsl::Shader;
 
@@ -139,6 +139,7 @@ fn recorded(way: &Use<'_>) -> Recorded {
         caps: &caps,
         exact: way.is_exact,
         wanted: &wanted,
+        colors: NodeColors::default(),
     };
     let mut recorder = Recorder::new(context, &mut recording);
     way.node.record(&mut recorder);
@@ -150,7 +151,13 @@ fn recorded(way: &Use<'_>) -> Recorded {
 fn arrival(ty: PortType, name: &str, size: Size, recording: &mut Recording) -> Arrival {
     let mut image = |desc: ImageDesc| {
         let origin = Origin::Input(name.to_owned());
-        recording.add_image(VirtualImage { label: name.to_owned(), desc, origin, finite: false, signed: false })
+        recording.add_image(VirtualImage {
+            label: name.to_owned(),
+            desc,
+            origin,
+            finite: false,
+            signedness: Signedness::Unsigned,
+        })
     };
     match ty {
         PortType::Image => Arrival::Image(image(ImageDesc::new(size))),

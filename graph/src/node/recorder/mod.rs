@@ -8,11 +8,12 @@ use std::sync::Arc;
 pub use compute::ComputePass;
 pub use function::FunctionPass;
 
+use super::color::ImageColor;
 use super::pass::Pass;
-use super::ports::Signature;
+use super::ports::{OutputState, Signature};
 use super::resource::{BufferId, BufferLife, ImageId, Origin, VirtualBuffer, VirtualImage};
 use afterimage_base::caps::Caps;
-use afterimage_base::image::{Format, ImageDesc, Size};
+use afterimage_base::image::{ColorState, Format, ImageDesc, Signedness, Size};
 use afterimage_wgsl::{Reflection, Shader, UniformValue};
 
 /// What is wired to an input port of a node that runs.
@@ -76,6 +77,7 @@ pub struct Recorder<'a> {
     caps: &'a Caps,
     exact: bool,
     wanted: &'a [bool],
+    colors: NodeColors<'a>,
     recording: &'a mut Recording,
     outputs: Vec<Arrival>,
 }
@@ -100,14 +102,27 @@ pub struct RecorderContext<'a> {
     pub exact: bool,
     /// Which outputs are read, in the order of the kind's ports.
     pub wanted: &'a [bool],
+    /// What the images at its ports mean.
+    pub colors: NodeColors<'a>,
+}
+
+/// What the images at the ports of a node mean, in the order of the kind's ports. `None`, or a port without an entry,
+/// is an image about which nothing is known.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct NodeColors<'a> {
+    /// Of the inputs.
+    pub inputs: &'a [Option<ImageColor>],
+    /// Of the outputs.
+    pub outputs: &'a [Option<ImageColor>],
 }
 
 impl<'a> Recorder<'a> {
     /// A recorder that adds to `recording`.
     pub fn new(context: RecorderContext<'a>, recording: &'a mut Recording) -> Self {
-        let RecorderContext { node, kind, parameters, arrivals, format, frame_size, caps, exact, wanted } = context;
+        let RecorderContext { node, kind, parameters, arrivals, format, frame_size, caps, exact, wanted, colors } =
+            context;
         let outputs = vec![Arrival::Absent; kind.outputs.len()];
-        Self { node, kind, parameters, arrivals, format, frame_size, caps, exact, wanted, recording, outputs }
+        Self { node, kind, parameters, arrivals, format, frame_size, caps, exact, wanted, colors, recording, outputs }
     }
 
     /// What each output port holds, in the order of the kind's ports.
@@ -191,6 +206,27 @@ impl<'a> Recorder<'a> {
         self.format
     }
 
+    /// What the image at an input means. Linear Rec.709, or sRGB for a port that accepts encoded images only, if
+    /// nothing is known about it.
+    pub fn color(&self, input: &str) -> ImageColor {
+        let index = self.kind.inputs.iter().position(|port| port.name == input);
+        let index = index.unwrap_or_else(|| panic!("`{}` has no input `{input}`", self.kind.name));
+        let state = self.kind.inputs[index].states.first().copied().unwrap_or(ColorState::Scene);
+        self.colors.inputs.get(index).copied().flatten().unwrap_or(ImageColor::of(state))
+    }
+
+    /// What the image at an output means: for a node that maps light to a display, with the primaries of that display.
+    pub fn output_color(&self, output: &str) -> ImageColor {
+        let index = self.kind.outputs.iter().position(|port| port.name == output);
+        let index = index.unwrap_or_else(|| panic!("`{}` has no output `{output}`", self.kind.name));
+        let otherwise = || match &self.kind.outputs[index].state {
+            OutputState::Always(state) => ImageColor::of(*state),
+            OutputState::Same(input) => self.color(input),
+            OutputState::Nothing => ImageColor::of(ColorState::Data),
+        };
+        self.colors.outputs.get(index).copied().flatten().unwrap_or_else(otherwise)
+    }
+
     fn stored(&self, desc: ImageDesc, is_output: bool) -> ImageDesc {
         let asked = if is_output { self.format.unwrap_or(desc.format) } else { desc.format };
         desc.format(if self.exact { asked.exact() } else { asked })
@@ -201,7 +237,7 @@ impl<'a> Recorder<'a> {
     }
 
     fn add_image(&mut self, label: String, desc: ImageDesc, origin: Origin) -> ImageId {
-        self.recording.add_image(VirtualImage { label, desc, origin, finite: true, signed: false })
+        self.recording.add_image(VirtualImage { label, desc, origin, finite: true, signedness: Signedness::Unsigned })
     }
 
     /// An image between two passes of this node.

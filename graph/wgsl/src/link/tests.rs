@@ -316,7 +316,13 @@ fn generated_code_that_names_what_a_file_does_not_declare_is_an_error_of_the_fil
 #[test]
 fn the_library_is_valid_with_every_feature() {
     for (half, subgroups) in [(false, false), (true, false), (false, true), (true, true)] {
-        for mode in [SampleMode::Plain, SampleMode::ByHand, SampleMode::Sanitized, SampleMode::SanitizedSigned] {
+        for mode in [
+            SampleMode::Plain,
+            SampleMode::ByHand,
+            SampleMode::Sanitized,
+            SampleMode::SanitizedLight,
+            SampleMode::SanitizedSigned,
+        ] {
             let names: Vec<String> =
                 crate::library::FRAMEWORK.names().map(|name| format!("#import {name}\n")).collect();
             for import in names {

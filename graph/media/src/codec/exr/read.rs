@@ -2,12 +2,12 @@
 
 use std::io::{Read, Seek, SeekFrom};
 
-use afterimage_base::color::{Chromaticities, Xy};
+use afterimage_base::color::{Chromaticities, Colorimetry, Cones, Decimal, Xy};
 use exr::block::reader::Reader;
+use exr::math::Vec2;
 use exr::meta::BlockDescription;
 use exr::meta::attribute::{Chromaticities as Attribute, IntegerBounds, SampleType};
 use exr::meta::header::Header;
-use glam::Mat3;
 
 use super::decode::{Placement, decode_blocks};
 use super::select::{Choice, choose};
@@ -21,7 +21,8 @@ pub(crate) fn decode(reader: impl Read + Seek, layer: Option<&str>) -> Result<Pi
     let reader = open(reader)?;
     let choice = choose(reader.headers(), layer)?;
     let header = reader.headers()[choice.part].clone();
-    let colour = colour_matrix(&header, &choice)?;
+    let stated = stated_primaries(&header, &choice)?;
+    let colour = stated.as_ref().and_then(to_rec709).map(|matrix| matrix.as_mat3());
     let display = header.shared_attributes.display_window;
     let pixel_type = pixel_type(&header, &choice);
     let bytes = if pixel_type == SampleType::F16 { 2 } else { 4 };
@@ -33,7 +34,9 @@ pub(crate) fn decode(reader: impl Read + Seek, layer: Option<&str>) -> Result<Pi
     };
     let (width, height) = (display.size.0 as u32, display.size.1 as u32);
     let notes = notes(&header, &placement);
-    Ok(Picture { width, height, pixels, meta: metadata(&header, &choice), notes })
+    let meta = metadata(&header, &choice, stated.as_ref());
+    let stated = stated.map(|primaries| stated_colour(&header, primaries));
+    Ok(Picture { width, height, pixels, meta, stated, notes })
 }
 
 /// Reads the headers and refuses what would exhaust memory later.
@@ -81,7 +84,7 @@ fn pixel_type(header: &Header, choice: &Choice) -> SampleType {
     if all_half { SampleType::F16 } else { SampleType::F32 }
 }
 
-fn colour_matrix(header: &Header, choice: &Choice) -> Result<Option<Mat3>, CodecError> {
+fn stated_primaries(header: &Header, choice: &Choice) -> Result<Option<Chromaticities>, CodecError> {
     let is_grey = choice.slots[0] == choice.slots[1];
     let stated = header.shared_attributes.chromaticities.filter(|_| choice.is_colour && !is_grey);
     let Some(stated) = stated else { return Ok(None) };
@@ -89,7 +92,7 @@ fn colour_matrix(header: &Header, choice: &Choice) -> Result<Option<Mat3>, Codec
         unsupported("its `chromaticities` attribute describes no colour space")
             .hint("correct or remove that attribute; without it, Rec.709 is assumed")
     })?;
-    Ok(to_rec709(&stated).map(|matrix| matrix.as_mat3()))
+    Ok(Some(stated))
 }
 
 fn primaries(stated: &Attribute) -> Option<Chromaticities> {
@@ -98,18 +101,41 @@ fn primaries(stated: &Attribute) -> Option<Chromaticities> {
     Chromaticities::from_numbers(numbers.try_into().expect("four points have eight numbers"))
 }
 
-pub(super) fn rec709_attribute() -> Attribute {
-    let point = |xy: Xy| exr::math::Vec2(xy.x.get() as f32, xy.y.get() as f32);
-    let [red, green, blue, white] = Chromaticities::REC709.points().map(point);
+pub(super) fn attribute(primaries: &Chromaticities) -> Attribute {
+    let [red, green, blue, white] = primaries.points().map(point);
     Attribute { red, green, blue, white }
 }
 
-fn metadata(header: &Header, choice: &Choice) -> Metadata {
+pub(super) fn point(xy: Xy) -> Vec2<f32> {
+    Vec2(xy.x.get() as f32, xy.y.get() as f32)
+}
+
+/// `whiteLuminance` and `adoptedNeutral` are stated only with the primaries that they belong to.
+fn stated_colour(header: &Header, primaries: Chromaticities) -> Colorimetry {
+    let own = &header.own_attributes;
+    let white_nits = own.white_luminance.filter(|nits| (1e-6..=1e9).contains(nits)).map(Decimal::from);
+    let adopted_white = own.adopted_neutral.map(|xy| Xy::from([xy.0, xy.1]));
+    Colorimetry { white_nits, adopted_white, ..Colorimetry::linear(primaries) }
+}
+
+/// A chromaticity after the adaptation to the white of Rec.709, which the pixels undergo, too.
+fn adapted(xy: Vec2<f32>, white: Xy) -> Option<Vec2<f32>> {
+    let adapt = Cones::Bradford.adaptation(white.to_xyz(), Xy::D65.to_xyz());
+    let at = adapt * Xy::from([xy.0, xy.1]).to_xyz();
+    let sum = at.element_sum();
+    at.is_finite().then(|| point(Xy::new(at.x / sum, at.y / sum)))
+}
+
+fn metadata(header: &Header, choice: &Choice, stated: Option<&Chromaticities>) -> Metadata {
     let mut image = header.shared_attributes.clone();
     if choice.is_colour && image.chromaticities.is_some() {
-        image.chromaticities = Some(rec709_attribute());
+        image.chromaticities = Some(attribute(&Chromaticities::REC709));
     }
-    Metadata { image, layer: header.own_attributes.clone() }
+    let mut layer = header.own_attributes.clone();
+    if let Some(stated) = stated {
+        layer.adopted_neutral = layer.adopted_neutral.and_then(|xy| adapted(xy, stated.white));
+    }
+    Metadata { image, layer }
 }
 
 fn notes(header: &Header, placement: &Placement) -> Vec<String> {

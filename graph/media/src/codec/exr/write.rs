@@ -5,6 +5,7 @@
 
 use std::io::Cursor;
 
+use afterimage_base::color::{Chromaticities, Colorimetry};
 use exr::block::writer::ChunksWriter;
 use exr::block::{BlockIndex, UncompressedBlock, enumerate_ordered_header_block_indices};
 use exr::meta::BlockDescription;
@@ -16,7 +17,7 @@ use half::f16;
 use rayon::prelude::*;
 
 use super::explain;
-use super::read::rec709_attribute;
+use super::read::{attribute, point};
 use crate::codec::limits::check_size;
 use crate::codec::panics::catch_panic;
 use crate::codec::{CodecError, ErrorKind, Picture, Pixels};
@@ -30,14 +31,20 @@ pub struct ExrOptions {
     pub alpha: bool,
     /// How blocks are packed; every choice is lossless.
     pub compression: ExrCompression,
-    /// Whether the colours are linear Rec.709; if so the file says it.
-    pub rec709: bool,
+    /// What the numbers mean, which the file states: `chromaticities`, and `whiteLuminance` and `adoptedNeutral` where
+    /// they are known. `None` keeps the attributes of the picture, for data and for unknown colours.
+    pub colour: Option<Colorimetry>,
 }
 
 impl Default for ExrOptions {
     /// Half, with alpha, ZIP, linear Rec.709.
     fn default() -> Self {
-        Self { float: false, alpha: true, compression: ExrCompression::Zip, rec709: true }
+        Self {
+            float: false,
+            alpha: true,
+            compression: ExrCompression::Zip,
+            colour: Some(Colorimetry::linear(Chromaticities::REC709)),
+        }
     }
 }
 
@@ -111,7 +118,7 @@ fn header(picture: &Picture, options: &ExrOptions) -> Header {
     let channels = stored.iter().map(|&(name, _)| channel(name)).collect();
     let size = (picture.width as usize, picture.height as usize);
     let image = image_attributes(picture, options);
-    let layer = layer_attributes(picture, &image);
+    let layer = stated_luminance(layer_attributes(picture, &image), options);
     Header::new(Text::default(), size, channels)
         .with_encoding(options.compression.method(), BlockDescription::ScanLines, LineOrder::Increasing)
         .with_shared_attributes(image)
@@ -127,8 +134,8 @@ fn image_attributes(picture: &Picture, options: &ExrOptions) -> ImageAttributes 
     if !(1e-6..=1e6).contains(&image.pixel_aspect) {
         image.pixel_aspect = 1.0;
     }
-    if options.rec709 {
-        image.chromaticities = Some(rec709_attribute());
+    if let Some(colour) = &options.colour {
+        image.chromaticities = Some(attribute(&colour.primaries));
     }
     image.other.retain(|name, _| !is_reserved(name));
     image
@@ -148,6 +155,17 @@ fn layer_attributes(picture: &Picture, image: &ImageAttributes) -> LayerAttribut
         |value: &AttributeValue| matches!(value, AttributeValue::Chromaticities(_) | AttributeValue::TimeCode(_));
     layer.other.retain(|name, value| !is_reserved(name) && !is_shared(value) && !image.other.contains_key(name));
     layer
+}
+
+/// What the colorimetry states replaces what the picture's file stated.
+fn stated_luminance(layer: LayerAttributes, options: &ExrOptions) -> LayerAttributes {
+    let white = options.colour.and_then(|colour| colour.white_nits).map(|nits| nits.get() as f32);
+    let neutral = options.colour.and_then(|colour| colour.adopted_white).map(point);
+    LayerAttributes {
+        white_luminance: white.or(layer.white_luminance),
+        adopted_neutral: neutral.or(layer.adopted_neutral),
+        ..layer
+    }
 }
 
 fn is_reserved(name: &Text) -> bool {

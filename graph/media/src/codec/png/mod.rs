@@ -1,11 +1,10 @@
-//! PNG in (8 and 16 bits, decoded to linear light) and out (8 and 16 bits, dithered).
+//! PNG in (8 and 16 bits, decoded to linear light) and out (8 and 16 bits, dithered), with what the file says about its
+//! colours.
 
-mod dither;
+mod label;
+mod light;
 mod read;
 mod write;
 
 pub(crate) use read::{MAGIC, decode};
-pub use write::{EncodedPixels, PngColour, PngDepth, PngOptions, encode_png};
-
-#[cfg(test)]
-pub(crate) use dither::dithered as test_dither;
+pub use write::{Alpha, PngDepth, PngOptions, encode_png};

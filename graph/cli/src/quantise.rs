@@ -1,0 +1,88 @@
+//! Quantisation of files. The file's depth and the options of the command line decide it, not the pipeline: what a
+//! `Dither` node does for a display, the writer does for a file, with the same noise and at the depth of the file.
+
+use afterimage_graph::check::{Graph, GraphNode, Source};
+use afterimage_graph::image::{ColorState, Format};
+use afterimage_graph::value::Value;
+
+/// The noise of the `Dither` nodes of a pipeline.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Noise {
+    seed: u32,
+    animate: bool,
+}
+
+impl Noise {
+    /// The seed of a frame.
+    pub(crate) fn seed(self, frame: usize) -> u32 {
+        // Numbers of frames wrap like those on the device.
+        if self.animate { self.seed.wrapping_add(frame as u32) } else { self.seed }
+    }
+}
+
+/// A pipeline whose outputs are written to files.
+pub(crate) struct Unquantised {
+    pub(crate) graph: Graph,
+    /// That of the last `Dither`; seed 0 without one.
+    pub(crate) noise: Noise,
+    /// What users should know, as sentences.
+    pub(crate) notes: Vec<String>,
+}
+
+/// Switches the `Dither` nodes of a pipeline off, and stores what leads to its encoded outputs in floats: of 16 bits
+/// for a file with eight bits, else of 32. So nothing is rounded before the file is written. `is_asked` is whether the
+/// user chose the depth: then it is no news that it replaces that of the pipeline.
+pub(crate) fn unquantised(mut graph: Graph, bits: u32, is_asked: bool) -> Unquantised {
+    let (mut noise, mut notes) = (Noise::default(), Vec::new());
+    for node in graph.nodes.iter_mut().filter(|node| node.kind().name() == "Dither" && !node.off) {
+        node.off = true;
+        noise = Noise { seed: integer(node, "seed"), animate: flag(node, "animate") };
+        let stated = integer(node, "bits");
+        if stated != bits && !is_asked {
+            let name = &node.name;
+            notes.push(format!("`{name}` dithers to {stated} bits; the file has {bits}, and its depth decides"));
+        }
+    }
+    let format = if bits > MOST_HALF_BITS { Format::Rgba32Float } else { Format::Rgba16Float };
+    let ends: Vec<Source> = encoded_ends(&graph).collect();
+    ends.into_iter().for_each(|end| store_as(&mut graph, end, format));
+    Unquantised { graph, noise, notes }
+}
+
+/// Half floats have eleven bits below 1: the rounding to them moves the mean of eight-bit codes by a sixteenth of a
+/// code at most.
+const MOST_HALF_BITS: u32 = 8;
+
+fn encoded_ends(graph: &Graph) -> impl Iterator<Item = Source> {
+    graph.outputs.iter().filter(|output| output.state == ColorState::Encoded).map(|output| output.source)
+}
+
+/// Sets the format of the encoded images from `end` back to the light, and leaves wider ones.
+fn store_as(graph: &mut Graph, end: Source, format: Format) {
+    let mut source = end;
+    // A path that is longer than the number of nodes is a cycle through earlier frames.
+    for _ in 0..graph.nodes.len() {
+        let Source::Node { node, .. } = source else { return };
+        let node = &mut graph.nodes[node];
+        if node.states.first() != Some(&Some(ColorState::Encoded)) {
+            return;
+        }
+        let is_narrow = node.format.is_some_and(|stated| stated.bytes() < format.bytes());
+        if !node.off && (is_narrow || format == Format::Rgba32Float) {
+            node.format = Some(format);
+        }
+        let Some(wire) = node.wires.iter().flatten().next() else { return };
+        source = *wire;
+    }
+}
+
+fn integer(node: &GraphNode, name: &str) -> u32 {
+    match node.instance.value(name) {
+        Some(Value::Int(number)) => u32::try_from(*number).expect("the domain has no negative numbers"),
+        other => panic!("`Dither` has the whole number `{name}`, not {other:?}"),
+    }
+}
+
+fn flag(node: &GraphNode, name: &str) -> bool {
+    matches!(node.instance.value(name), Some(Value::Bool(true)))
+}

@@ -1,0 +1,146 @@
+//! ICC profiles of RGB spaces: written where a file has no other exact label, and read where they are matrices with
+//! a known curve.
+
+use afterimage_base::color::{Chromaticities, Colorimetry, Cones, Transfer, Xy};
+use glam::{DMat3, DVec3};
+use moxcms::{
+    ColorDateTime, ColorProfile, DataColorSpace, LocalizableString, Matrix3d, ProfileText, ToneReprCurve, Xyzd,
+};
+
+/// The white of the profile connection space: D50 as ICC.1 rounds it.
+const PCS_WHITE: DVec3 = DVec3::new(0.9642, 1.0, 0.8249);
+
+/// One date for all profiles, so that equal colorimetry gives equal bytes.
+const DATE: ColorDateTime =
+    ColorDateTime { year: 2026, month: 1, day_of_the_month: 1, hours: 0, minutes: 0, seconds: 0 };
+
+/// Largest difference between a curve and a transfer function that counts as equal, in linear light. Tables of 8-bit
+/// profiles differ by less.
+const SAME_CURVE: f64 = 1e-3;
+
+/// A display profile with a matrix and a curve (ICC.1:2022, 8.4.3); `None` for `Pq` and `Hlg`, which have no such form.
+/// Equal colorimetry gives equal bytes.
+pub(crate) fn write(colour: &Colorimetry) -> Option<Vec<u8>> {
+    let curve = match colour.transfer {
+        Transfer::Linear => ToneReprCurve::Lut(Vec::new()),
+        Transfer::Srgb => ToneReprCurve::Parametric(vec![2.4, 1.0 / 1.055, 0.055 / 1.055, 1.0 / 12.92, 0.04045]),
+        Transfer::Gamma(exponent) => ToneReprCurve::Parametric(vec![exponent.get() as f32]),
+        Transfer::Pq | Transfer::Hlg => return None,
+    };
+    let adapt = Cones::Bradford.adaptation(colour.primaries.white.to_xyz(), PCS_WHITE);
+    let colorants = adapt * colour.primaries.to_xyz();
+    let mut profile = ColorProfile::new_srgb();
+    profile.cicp = None;
+    profile.red_colorant = xyz(colorants.x_axis);
+    profile.green_colorant = xyz(colorants.y_axis);
+    profile.blue_colorant = xyz(colorants.z_axis);
+    profile.white_point = xyz(PCS_WHITE);
+    profile.media_white_point = Some(xyz(PCS_WHITE));
+    profile.chromatic_adaptation = Some(Matrix3d { v: [0, 1, 2].map(|row| adapt.row(row).to_array()) });
+    profile.red_trc = Some(curve.clone());
+    profile.green_trc = Some(curve.clone());
+    profile.blue_trc = Some(curve);
+    profile.description = Some(text(&description(colour)));
+    profile.copyright = Some(text("No copyright, use freely"));
+    profile.creation_date_time = DATE;
+    Some(profile.encode().expect("a matrix profile can be encoded"))
+}
+
+fn description(colour: &Colorimetry) -> String {
+    let transfer = match colour.transfer {
+        Transfer::Gamma(exponent) => format!("gamma {exponent}"),
+        other => format!("{other:?}"),
+    };
+    format!("{}, {transfer}", colour.primaries.name().unwrap_or("RGB"))
+}
+
+fn text(text: &str) -> ProfileText {
+    ProfileText::Localizable(vec![LocalizableString::new("en".into(), "US".into(), text.into())])
+}
+
+fn xyz(at: DVec3) -> Xyzd {
+    Xyzd { x: at.x, y: at.y, z: at.z }
+}
+
+/// The space of an RGB profile with a matrix and one curve for all channels, if the curve is linear, sRGB's or a power;
+/// `None` for all other profiles. The white of the space is D65, to which the profile's colours are adapted.
+pub(crate) fn read(bytes: &[u8]) -> Option<(Chromaticities, Transfer)> {
+    let profile = ColorProfile::new_from_slice(bytes).ok()?;
+    let is_matrix = profile.color_space == DataColorSpace::Rgb
+        && profile.pcs == DataColorSpace::Xyz
+        && profile.lut_a_to_b_perceptual.is_none()
+        && profile.lut_a_to_b_colorimetric.is_none();
+    let curves = [profile.red_trc.as_ref()?, profile.green_trc.as_ref()?, profile.blue_trc.as_ref()?];
+    let transfer = transfer(curves[0])?;
+    let is_one = curves.iter().all(|curve| is_curve(curve, transfer));
+    let colorants = [profile.red_colorant, profile.green_colorant, profile.blue_colorant];
+    let primaries = primaries(colorants.map(|at| DVec3::new(at.x, at.y, at.z)))?;
+    (is_matrix && is_one).then_some((primaries, transfer))
+}
+
+fn primaries(colorants: [DVec3; 3]) -> Option<Chromaticities> {
+    let d65 = Xy::D65.to_xyz();
+    let adapted =
+        Cones::Bradford.adaptation(PCS_WHITE, d65) * DMat3::from_cols_array_2d(&colorants.map(|c| c.to_array()));
+    let mut numbers = [Xy::D65.to_vec(); 4].map(|xy| xy.to_array());
+    for (column, xy) in numbers.iter_mut().take(3).enumerate() {
+        let at = adapted.col(column);
+        *xy = [at.x / at.element_sum(), at.y / at.element_sum()];
+    }
+    Chromaticities::from_numbers(numbers.as_flattened().try_into().expect("four points have eight numbers"))
+}
+
+fn transfer(curve: &ToneReprCurve) -> Option<Transfer> {
+    let power = match curve {
+        ToneReprCurve::Lut(table) if table.len() == 1 => Some(f64::from(table[0]) / 256.0),
+        ToneReprCurve::Parametric(numbers) => numbers.first().map(|power| f64::from(*power)),
+        ToneReprCurve::Lut(_) => None,
+    };
+    let gamma = power.filter(|power| (0.1..=10.0).contains(power)).map(|power| Transfer::Gamma(power.into()));
+    let known = [Some(Transfer::Linear), Some(Transfer::Srgb), gamma];
+    known.into_iter().flatten().find(|known| is_curve(curve, *known))
+}
+
+fn is_curve(curve: &ToneReprCurve, transfer: Transfer) -> bool {
+    let mut signals = (0..=256).map(|step| f64::from(step) / 256.0);
+    signals.all(|signal| (light(curve, signal) - transfer.to_light(signal)).abs() <= SAME_CURVE)
+}
+
+/// The curve's value (ICC.1:2022, 10.6 and 10.18). NaN for a form that is not defined.
+fn light(curve: &ToneReprCurve, signal: f64) -> f64 {
+    match curve {
+        ToneReprCurve::Lut(table) => table_light(table, signal),
+        ToneReprCurve::Parametric(numbers) => {
+            let numbers: Vec<f64> = numbers.iter().map(|number| f64::from(*number)).collect();
+            parametric_light(&numbers, signal)
+        }
+    }
+}
+
+fn table_light(table: &[u16], signal: f64) -> f64 {
+    match table {
+        [] => signal,
+        [gamma] => signal.powf(f64::from(*gamma) / 256.0),
+        table => {
+            let at = signal * (table.len() - 1) as f64;
+            let low = (at as usize).min(table.len() - 2);
+            let [a, b] = [table[low], table[low + 1]].map(|value| f64::from(value) / 65535.0);
+            a + (b - a) * (at - low as f64)
+        }
+    }
+}
+
+fn parametric_light(numbers: &[f64], x: f64) -> f64 {
+    match *numbers {
+        [g] => x.powf(g),
+        [g, a, b] if x >= -b / a => (a * x + b).powf(g),
+        [_, _, _] => 0.0,
+        [g, a, b, c] if x >= -b / a => (a * x + b).powf(g) + c,
+        [_, _, _, c] => c,
+        [g, a, b, _, d] if x >= d => (a * x + b).powf(g),
+        [_, _, _, c, _] => c * x,
+        [g, a, b, _, d, e, _] if x >= d => (a * x + b).powf(g) + e,
+        [_, _, _, c, _, _, f] => c * x + f,
+        _ => f64::NAN,
+    }
+}

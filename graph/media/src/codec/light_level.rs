@@ -1,0 +1,71 @@
+//! The luminance of encoded pixels, for the content light level of HDR files.
+
+use afterimage_base::color::{Chromaticities, Colorimetry, Transfer, hlg_gamma};
+use rayon::prelude::*;
+
+/// Content light level in cd/m2 (CTA-861.3): of the brightest channel of a pixel.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct LightLevel {
+    /// MaxCLL: of the brightest pixel.
+    pub(crate) max: f64,
+    /// MaxFALL for a single image: the mean over all pixels.
+    pub(crate) mean: f64,
+}
+
+impl LightLevel {
+    /// The light level of HDR codes; `None` for SDR, and for HLG without a stated peak.
+    pub(crate) fn of(codes: &[u16], (channels, bits): (usize, u32), colour: &Colorimetry) -> Option<Self> {
+        let nits = Nits::new(bits, colour)?;
+        // Sums of fixed groups in a fixed order, so that equal codes give equal bytes.
+        let groups: Vec<(f32, f64)> =
+            codes.par_chunks(channels * 4096).map(|group| nits.group(group, channels)).collect();
+        let max = groups.iter().fold(0.0_f32, |max, (group, _)| max.max(*group));
+        let sum: f64 = groups.iter().map(|(_, sum)| sum).sum();
+        Some(Self { max: max.into(), mean: sum / (codes.len() / channels) as f64 })
+    }
+}
+
+/// Codes to light.
+struct Nits {
+    /// Light of each code: in cd/m2 for PQ, scene light for HLG.
+    light: Vec<f32>,
+    /// HLG: luminance weights, the peak and the system gamma less 1.
+    display: Option<([f32; 3], f32, f32)>,
+}
+
+impl Nits {
+    fn new(bits: u32, colour: &Colorimetry) -> Option<Self> {
+        let (scale, display) = match colour.transfer {
+            Transfer::Pq => (10000.0, None),
+            Transfer::Hlg => (1.0, Some(hlg_display(&colour.primaries, colour.peak_nits?.get()))),
+            Transfer::Linear | Transfer::Srgb | Transfer::Gamma(_) => return None,
+        };
+        let last = (1_u32 << bits) - 1;
+        let light = |code: u32| (colour.transfer.to_light(f64::from(code) / f64::from(last)) * scale) as f32;
+        Some(Self { light: (0..=last).map(light).collect(), display })
+    }
+
+    /// The brightest pixel and the sum of a group of pixels.
+    fn group(&self, codes: &[u16], channels: usize) -> (f32, f64) {
+        let pixels = codes.chunks_exact(channels).map(|pixel| self.pixel([pixel[0], pixel[1], pixel[2]]));
+        pixels.fold((0.0, 0.0), |(max, sum), nits| (nits.max(max), sum + f64::from(nits)))
+    }
+
+    fn pixel(&self, codes: [u16; 3]) -> f32 {
+        let [r, g, b] = codes.map(|code| self.light[usize::from(code)]);
+        let brightest = r.max(g).max(b);
+        match self.display {
+            None => brightest,
+            Some(([red, green, blue], peak, power)) => {
+                let luminance = red * r + green * g + blue * b;
+                // Black has no luminance to the power of a negative number.
+                if luminance > 0.0 { peak * brightest * luminance.powf(power) } else { 0.0 }
+            }
+        }
+    }
+}
+
+fn hlg_display(primaries: &Chromaticities, peak: f64) -> ([f32; 3], f32, f32) {
+    let weights = primaries.to_xyz().row(1).as_vec3().to_array();
+    (weights, peak as f32, (hlg_gamma(peak) - 1.0) as f32)
+}

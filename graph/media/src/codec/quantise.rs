@@ -1,0 +1,138 @@
+//! Encoded pixels to the codes of a file: the only place where files are rounded and dithered.
+
+use half::f16;
+use half::slice::HalfFloatSliceExt;
+use rayon::prelude::*;
+
+use crate::codec::CodecError;
+use crate::codec::limits::zeroed;
+
+/// Interleaved RGBA after the transfer function: numbers in [0, 1], or codes of eight bits.
+#[derive(Debug, Clone, Copy)]
+pub enum EncodedPixels<'a> {
+    /// 16-bit floats.
+    Half(&'a [f16]),
+    /// 32-bit floats.
+    Float(&'a [f32]),
+    /// Codes 0 to 255. They are rounded already, so no dither applies.
+    Byte(&'a [u8]),
+}
+
+impl EncodedPixels<'_> {
+    pub(crate) fn len(&self) -> usize {
+        match self {
+            Self::Half(values) => values.len(),
+            Self::Float(values) => values.len(),
+            Self::Byte(values) => values.len(),
+        }
+    }
+
+    /// One row as floats, in `scratch`.
+    fn row<'s>(&'s self, row: std::ops::Range<usize>, scratch: &'s mut [f32]) -> &'s [f32] {
+        match self {
+            Self::Float(values) => return &values[row],
+            Self::Half(values) => values[row].convert_to_f32_slice(scratch),
+            Self::Byte(codes) => {
+                scratch.iter_mut().zip(&codes[row]).for_each(|(value, code)| *value = f32::from(*code) / 255.0);
+            }
+        }
+        scratch
+    }
+
+    /// Whether a pixel has an alpha that is not 1 after rounding to that number of bits.
+    pub(crate) fn has_alpha(&self, bits: u32) -> bool {
+        let last = last_code(bits);
+        let is_clear = |alpha: f32| nearest(alpha, last) != last;
+        match self {
+            Self::Half(values) => values.par_chunks_exact(4).any(|pixel| is_clear(pixel[3].to_f32())),
+            Self::Float(values) => values.par_chunks_exact(4).any(|pixel| is_clear(pixel[3])),
+            Self::Byte(codes) => codes.par_chunks_exact(4).any(|pixel| pixel[3] != 255),
+        }
+    }
+}
+
+/// How numbers become codes.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Quantiser {
+    /// Bits of a code, 1 to 16.
+    pub(crate) bits: u32,
+    /// Seed of the noise; `None` rounds to the nearest code. Alpha is never dithered.
+    pub(crate) dither: Option<u32>,
+    /// 3 for RGB, 4 for RGBA.
+    pub(crate) channels: usize,
+}
+
+impl Quantiser {
+    /// The codes of an image of `size`, rows without gaps.
+    pub(crate) fn codes(self, size: (u32, u32), pixels: EncodedPixels<'_>) -> Result<Vec<u16>, CodecError> {
+        let (width, height) = (size.0 as usize, size.1 as usize);
+        assert_eq!(pixels.len(), width * height * 4, "four numbers for a pixel");
+        let dither = self.dither.filter(|_| !matches!(pixels, EncodedPixels::Byte(_)));
+        let mut codes = zeroed::<u16>(width * height * self.channels)?;
+        let rows = codes.par_chunks_exact_mut(width * self.channels).enumerate();
+        rows.for_each_init(
+            || vec![0.0; width * 4],
+            |scratch, (y, out)| {
+                let row = pixels.row(y * width * 4..(y + 1) * width * 4, scratch);
+                match dither {
+                    Some(seed) => self.dithered_row(row, y as u32, seed, out),
+                    None => self.rounded_row(row, out),
+                }
+            },
+        );
+        Ok(codes)
+    }
+
+    fn rounded_row(self, row: &[f32], out: &mut [u16]) {
+        let last = last_code(self.bits);
+        for (pixel, out) in row.as_chunks::<4>().0.iter().zip(out.chunks_exact_mut(self.channels)) {
+            out.iter_mut().zip(pixel).for_each(|(code, value)| *code = nearest(*value, last) as u16);
+        }
+    }
+
+    fn dithered_row(self, row: &[f32], y: u32, seed: u32, out: &mut [u16]) {
+        let last = last_code(self.bits);
+        for ((x, pixel), out) in (0..).zip(row.as_chunks::<4>().0).zip(out.chunks_exact_mut(self.channels)) {
+            for ((code, value), random) in out.iter_mut().zip(pixel).zip(hash3([x, y, seed])) {
+                *code = dithered(*value, last, random) as u16;
+            }
+            if let Some(alpha) = out.get_mut(3) {
+                *alpha = nearest(pixel[3], last) as u16;
+            }
+        }
+    }
+}
+
+fn last_code(bits: u32) -> f32 {
+    ((1_u32 << bits) - 1) as f32
+}
+
+/// The nearest code up to `last`. NaN passes, and casting to an integer makes it 0.
+fn nearest(value: f32, last: f32) -> f32 {
+    (value.clamp(0.0, 1.0) * last + 0.5).floor()
+}
+
+/// A code with the noise of the node `Dither`: triangular, one code to either side, so that neither the mean nor the
+/// variance of the error depends on the value. It fades to one code's width of uniform noise at the ends, so that solid
+/// black and solid white stay solid. `random` holds two 16-bit numbers.
+pub(crate) fn dithered(value: f32, last: f32, random: u32) -> f32 {
+    let centred = |bits: u32| bits as f32 / 65536.0 - 0.5;
+    let code = value.clamp(0.0, 1.0) * last;
+    let inside = (code.min(last - code) * 2.0).clamp(0.0, 1.0);
+    let noise = centred(random >> 16) + inside * centred(random & 0xffff);
+    (code + noise + 0.5).floor().clamp(0.0, last)
+}
+
+/// PCG3D (Jarzynski and Olano, "Hash Functions for GPU Rendering", JCGT 2020), as in `shaders/lib/noise.wgsl`.
+fn hash3(seed: [u32; 3]) -> [u32; 3] {
+    let [mut x, mut y, mut z] = seed.map(|v| v.wrapping_mul(1_664_525).wrapping_add(1_013_904_223));
+    let mix = |x: &mut u32, y: &mut u32, z: &mut u32| {
+        *x = x.wrapping_add(y.wrapping_mul(*z));
+        *y = y.wrapping_add(z.wrapping_mul(*x));
+        *z = z.wrapping_add(x.wrapping_mul(*y));
+    };
+    mix(&mut x, &mut y, &mut z);
+    [x, y, z] = [x, y, z].map(|v| v ^ (v >> 16));
+    mix(&mut x, &mut y, &mut z);
+    [x, y, z]
+}

@@ -1,0 +1,69 @@
+//! ICC profiles against published colorants.
+
+use afterimage_base::color::{Chromaticities, Colorimetry, Decimal, Transfer};
+
+use crate::codec::icc;
+
+/// The tags of a profile by a parser of our own.
+fn tag(profile: &[u8], name: &[u8; 4]) -> Vec<u8> {
+    let word = |at: usize| u32::from_be_bytes(profile[at..at + 4].try_into().unwrap()) as usize;
+    let entry = (0..word(128)).map(|tag| 132 + 12 * tag).find(|at| &profile[*at..*at + 4] == name).unwrap();
+    profile[word(entry + 4)..word(entry + 4) + word(entry + 8)].to_vec()
+}
+
+/// Numbers with 16 bits behind the point, after the type and the reserved bytes.
+fn numbers(tag: &[u8]) -> Vec<f64> {
+    let fixed = |word: &[u8; 4]| f64::from(i32::from_be_bytes(*word)) / 65536.0;
+    tag[8..].as_chunks::<4>().0.iter().map(fixed).collect()
+}
+
+#[test]
+fn the_profile_of_display_p3_has_the_published_colorants() {
+    let profile = icc::write(&Colorimetry::new(Chromaticities::DISPLAY_P3, Transfer::Srgb)).unwrap();
+    assert_eq!((&profile[12..24], &profile[36..40]), (&b"mntrRGB XYZ "[..], &b"acsp"[..]));
+    // Display P3 as published with the ICC's registry, adapted to D50.
+    let published = [
+        (b"rXYZ", [0.51512, 0.24120, -0.00105]),
+        (b"gXYZ", [0.29198, 0.69225, 0.04189]),
+        (b"bXYZ", [0.15710, 0.06657, 0.78407]),
+        (b"wtpt", [0.9642, 1.0, 0.8249]),
+    ];
+    for (name, expected) in published {
+        let found = numbers(&tag(&profile, name));
+        let is_close = found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 2e-4);
+        assert!(is_close, "{}: {found:?} is not {expected:?}", String::from_utf8_lossy(name));
+    }
+    let curve = tag(&profile, b"rTRC");
+    assert_eq!((&curve[..4], &curve[8..10]), (&b"para"[..], &[0, 3][..]));
+    assert!((numbers(&curve)[1] - 2.4).abs() < 1e-4, "{:?}", numbers(&curve));
+}
+
+#[test]
+fn a_profile_is_read_back_as_what_it_was_made_of() {
+    let gamma = Transfer::Gamma(Decimal::new(2.4));
+    for primaries in [Chromaticities::REC709, Chromaticities::REC2020, Chromaticities::ACES_CG] {
+        for transfer in [Transfer::Linear, Transfer::Srgb, gamma] {
+            let profile = icc::write(&Colorimetry::new(primaries, transfer)).unwrap();
+            let (found, curve) = icc::read(&profile).unwrap();
+            assert!((curve.to_light(0.5) - transfer.to_light(0.5)).abs() < 1e-4, "{curve:?} is not {transfer:?}");
+            // The white of a profile is D65 here; to which the colours of ACEScg are adapted.
+            let to_rec709 = |space: &Chromaticities| space.conversion(&Chromaticities::REC709);
+            assert!(to_rec709(&found).abs_diff_eq(to_rec709(&primaries), 1e-3), "{found:?}");
+        }
+    }
+    let srgb = Colorimetry::SRGB;
+    assert_eq!(icc::write(&srgb), icc::write(&srgb), "equal colorimetry gives equal bytes");
+    assert_eq!(icc::write(&Colorimetry::new(Chromaticities::REC2020, Transfer::Pq)), None);
+}
+
+#[test]
+fn what_is_no_matrix_profile_is_not_read() {
+    let mut profile = icc::write(&Colorimetry::SRGB).unwrap();
+    for bytes in [&b"no profile"[..], &[], &profile[..200]] {
+        assert_eq!(icc::read(bytes), None);
+    }
+    // A curve that is none of ours: the third exponent.
+    let at = profile.windows(4).position(|name| name == b"para").unwrap() + 12;
+    profile[at..at + 4].copy_from_slice(&(3_i32 << 16).to_be_bytes());
+    assert_eq!(icc::read(&profile), None, "the curves of the channels differ");
+}

@@ -1,0 +1,68 @@
+//! Images that a node mixes must have one color state and one colorimetry.
+
+use super::Graph;
+use super::build::Builder;
+use crate::node::{ImageColor, Input};
+use afterimage_base::color::Colorimetry;
+use afterimage_base::diagnostic::{Diagnostic, Location, quote};
+
+/// A mix of two images that do not fit together: where each of them is wired, and what it is.
+struct Mix {
+    node: usize,
+    first: (usize, ImageColor),
+    second: (usize, ImageColor),
+}
+
+impl Builder<'_> {
+    /// Reports the nodes whose inputs accept the same states, so that their images are mixed, and get images that a sum
+    /// has no meaning for.
+    pub(super) fn agree_on_colors(&mut self, graph: &Graph) {
+        for mix in mixes(graph) {
+            let diagnostic = self.mix_conflict(&mix);
+            self.report(diagnostic);
+        }
+    }
+
+    fn mix_conflict(&self, mix: &Mix) -> Diagnostic {
+        let draft = &self.drafts[mix.node];
+        let port = |index: usize| quote(&draft.kind.inputs()[index].name);
+        let ((first, a), (second, b)) = (mix.first, mix.second);
+        let message =
+            format!("{} mixes {} and {}, which differ in color", quote(&draft.name.value), port(first), port(second));
+        let label = |index: usize, color: ImageColor| format!("{} is {}", port(index), described(color));
+        Diagnostic::error("color-conflict", message)
+            .at(self.wired_at(mix.node, second), label(second, b))
+            .also(self.wired_at(mix.node, first), label(first, a))
+            .help("mix the images where both have the same color state, for one display")
+    }
+
+    fn wired_at(&self, node: usize, input: usize) -> &Location {
+        let draft = &self.drafts[node];
+        draft.wires[input].as_ref().map_or(&draft.kind_location, |wire| &wire.location)
+    }
+}
+
+fn mixes(graph: &Graph) -> Vec<Mix> {
+    let colors = graph.colors();
+    let of_node = |node: usize| {
+        let wired = graph.nodes[node].kind().inputs().iter().zip(&graph.nodes[node].wires).enumerate();
+        let known = wired.filter_map(|(index, (port, wire))| Some((index, port, colors.at((*wire)?)?)));
+        let pictures: Vec<(usize, &Input, ImageColor)> = known.filter(|(.., color)| color.is_picture()).collect();
+        let (first, port, color) = *pictures.first()?;
+        let accepts_the_same = |other: &Input| !port.states.is_empty() && other.states == port.states;
+        let mut others = pictures[1..].iter().filter(|(_, other, _)| accepts_the_same(other));
+        let (second, _, wrong) = others.find(|(.., other)| !color.mixes_with(other))?;
+        Some(Mix { node, first: (first, color), second: (*second, *wrong) })
+    };
+    (0..graph.nodes.len()).filter_map(of_node).collect()
+}
+
+/// `DisplayLinear`, in Rec2020.
+fn described(color: ImageColor) -> String {
+    let Colorimetry { primaries, transfer, .. } = color.colorimetry;
+    let space = primaries.name().unwrap_or("its own primaries");
+    match color.colorimetry.transfer == ImageColor::of(color.state).colorimetry.transfer {
+        true => format!("{} in {space}", quote(color.state.name())),
+        false => format!("{} by {transfer:?} in {space}", quote(color.state.name())),
+    }
+}

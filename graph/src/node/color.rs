@@ -1,0 +1,69 @@
+//! What the numbers of an image on a wire mean, and what nodes do to that meaning.
+
+use afterimage_base::color::{Chromaticities, Colorimetry, Transfer, Xy};
+use afterimage_base::image::ColorState;
+
+/// What the numbers of an image mean.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ImageColor {
+    /// Its color state.
+    pub state: ColorState,
+    /// Its primaries, transfer function, reference white and peak. Without a meaning for `Data` and `LogLuminance`.
+    pub colorimetry: Colorimetry,
+}
+
+impl ImageColor {
+    /// An image of that state about which nothing more is known: linear Rec.709, or sRGB if it is encoded.
+    pub const fn of(state: ColorState) -> Self {
+        let colorimetry = match state {
+            ColorState::Encoded => Colorimetry::SRGB,
+            _ => Colorimetry::linear(Chromaticities::REC709),
+        };
+        Self { state, colorimetry }
+    }
+
+    /// Whether it is a picture, and not data or a map of luminance.
+    pub fn is_picture(&self) -> bool {
+        !matches!(self.state, ColorState::Data | ColorState::LogLuminance)
+    }
+
+    /// Whether a sum of both images has a meaning: equal states, primaries and transfer functions.
+    pub fn mixes_with(&self, other: &Self) -> bool {
+        let same = |a: &Colorimetry, b: &Colorimetry| a.primaries == b.primaries && a.transfer == b.transfer;
+        self.state == other.state && same(&self.colorimetry, &other.colorimetry)
+    }
+
+    /// What a node makes of it that changes no colorimetry and declares `state` for its result. A node that declares
+    /// `Encoded` for light, and does not say how it encodes, is taken to encode for sRGB.
+    pub(crate) fn kept_as(self, state: ColorState) -> Self {
+        let result = Self { state, ..self };
+        if state == self.state {
+            return self;
+        }
+        match (result.is_picture() && self.is_picture(), state) {
+            (false, _) => Self::of(state),
+            (true, ColorState::Encoded) => result.with_transfer(Transfer::Srgb),
+            (true, _) => result.with_transfer(Transfer::Linear),
+        }
+    }
+
+    fn with_transfer(self, transfer: Transfer) -> Self {
+        Self { colorimetry: Colorimetry { transfer, ..self.colorimetry }, ..self }
+    }
+}
+
+/// What a node does to the colorimetry of the image that passes it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ColorChange {
+    /// Nothing: the results have the colorimetry of the input whose color state they have, or else of the first image
+    /// input.
+    #[default]
+    Keep,
+    /// Scene light becomes light of a display: linear, in the primaries of the display that the images after it are
+    /// encoded for; in Rec.709 if none is encoded. Where several are encoded, the widest primaries count.
+    ToDisplay,
+    /// The results are encoded for a display or a file with this colorimetry.
+    Encode(Colorimetry),
+    /// The image is adapted: this chromaticity is its white now.
+    Adapt(Xy),
+}

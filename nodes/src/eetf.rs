@@ -1,0 +1,65 @@
+//! Eetf: the tone mapping of BT.2390 between displays.
+
+use afterimage_graph::prelude::*;
+
+use crate::curve_constants::pq_encode;
+
+static SHADER: Shader = shader!("eetf");
+
+choices! {
+    /// What the curve is applied to.
+    pub enum EetfOn {
+        /// The largest channel, and all channels are scaled alike: chromaticities stay the same, and no channel exceeds
+        /// the peak.
+        Largest,
+        /// Each channel: bright saturated colours lose saturation.
+        Channels,
+    }
+}
+
+params! {
+    /// Maps HDR light that was made for one peak to a display with a lower one.
+    ///
+    /// The electrical-electrical transfer function of ITU-R BT.2390 (section 5.4): in PQ, light below a knee stays the
+    /// same and a Hermite spline brings the rest below the peak of the display. A black above 0 is lifted smoothly. Use
+    /// it between a picture that was tone mapped for `source_nits` and `Encode`, for displays with a lower peak; `peak`
+    /// of `ToneMap` is better where the pipeline starts from scene light.
+    pub struct Eetf {
+        /// The peak that the light was made for.
+        pub source_nits: f32 = 1000.0 => within(100.0..=10000.0), usually(400.0..=4000.0), unit("cd/m2");
+        /// The peak of the display. At `source_nits` and above, nothing changes above the black.
+        pub peak_nits: f32 = 600.0 => within(80.0..=10000.0), usually(100.0..=2000.0), unit("cd/m2");
+        /// The black of the display.
+        pub black_nits: f32 = 0.0 => within(0.0..=5.0), usually(0.0..=0.1), neutral(0.0), unit("cd/m2");
+        /// The luminance of display-linear 1. `Encode` has the same default.
+        pub white_nits: f32 = 203.0 => within(1.0..=10000.0), usually(80.0..=400.0), unit("cd/m2");
+        /// What the curve is applied to.
+        pub on: EetfOn = EetfOn::Largest;
+    }
+}
+
+impl Node for Eetf {
+    const INPUTS: &'static [Input] =
+        &[Input::image("source", "Display-linear light up to `source_nits`.").accepts(&[ColorState::DisplayLinear])];
+    const OUTPUTS: &'static [Output] =
+        &[Output::image("result", OutputState::same("source"), "Display-linear light up to `peak_nits`.")];
+    const FALLBACK: Fallback = Fallback::input("source");
+
+    fn record(&self, pass: &mut Recorder<'_>) {
+        let source = pass.image("source");
+        let desc = ImageDesc::new(pass.desc(source).size);
+        let range = pq_encode(f64::from(self.source_nits));
+        let share = |nits: f32| (pq_encode(f64::from(nits)) - pq_encode(0.0)) / (range - pq_encode(0.0));
+        let top = share(self.peak_nits.min(self.source_nits));
+        let kernel = match self.on {
+            EetfOn::Largest => "eetf_largest",
+            EetfOn::Channels => "eetf_channels",
+        };
+        pass.function(&SHADER, kernel)
+            .set("range", range)
+            .set("top", top)
+            .set("bottom", share(self.black_nits))
+            .set("knee", 1.5 * top - 0.5)
+            .write("result", desc);
+    }
+}

@@ -1,0 +1,43 @@
+#import color
+#import math
+#import transfer
+
+struct Eetf {
+    white_nits: f32,
+    source_nits: f32,
+    range: f32,   // PQ of the source's peak
+    top: f32,     // the display's peak, as a share of it
+    bottom: f32,  // the display's black, as a share of it
+    knee: f32,
+}
+
+// The curve on a share of the range. A lifted black would raise the brightest light above the top.
+fn eetf_curve(e: f32, params: Eetf) -> f32 {
+    let rest = max(1.0 - params.knee, 1e-6);
+    let t = clamp((e - params.knee) / rest, 0.0, 1.0);
+    let t2 = t * t;
+    let t3 = t2 * t;
+    let start = (2.0 * t3 - 3.0 * t2 + 1.0) * params.knee + (t3 - 2.0 * t2 + t) * rest;
+    let bent = select(start + (3.0 * t2 - 2.0 * t3) * params.top, e, e < params.knee);
+    let dark = 1.0 - bent;
+    return min(bent + params.bottom * dark * dark * dark * dark, params.top);
+}
+
+// Display-linear light, 0 or more, through the curve.
+fn eetf_light(x: f32, params: Eetf) -> f32 {
+    let e = pq_encode(min(x * params.white_nits, params.source_nits)) / params.range;
+    return pq_decode(params.range * eetf_curve(e, params)) / params.white_nits;
+}
+
+fn eetf_channels(source: vec4f, params: Eetf) -> vec4f {
+    let v = max(source.rgb, vec3f(0.0));
+    return vec4f(eetf_light(v.r, params), eetf_light(v.g, params), eetf_light(v.b, params), source.a);
+}
+
+// Where the lifted black dominates, light becomes grey.
+fn eetf_largest(source: vec4f, params: Eetf) -> vec4f {
+    let most = brightest(source.rgb);
+    let shown = eetf_light(max(most, 0.0), params);
+    let scaled = source.rgb * (min(shown, most) / max(most, 1e-30));
+    return vec4f(select(vec3f(0.0), scaled, most > 0.0) + max(shown - max(most, 0.0), 0.0), source.a);
+}

@@ -1,0 +1,69 @@
+// Oklab (Ottosson 2020): hue, and a gamut step that keeps it.
+#import math
+
+// The cone responses of Oklab, of any sign, to lightness, a and b.
+fn oklab(lms: vec3f) -> vec3f {
+    let roots = sign(lms) * power3(abs(lms), 1.0 / 3.0);
+    return vec3f(
+        dot(roots, vec3f(0.2104542553, 0.7936177850, -0.0040720468)),
+        dot(roots, vec3f(1.9779984951, -2.4285922050, 0.4505937099)),
+        dot(roots, vec3f(0.0259040371, 0.7827717662, -0.8086757660)),
+    );
+}
+
+// How the cube roots of the cone responses differ from the lightness.
+fn oklab_deviation(chroma: vec2f) -> vec3f {
+    return vec3f(
+        dot(chroma, vec2f(0.3963377774, 0.2158037573)),
+        dot(chroma, vec2f(-0.1055613458, -0.0638541728)),
+        dot(chroma, vec2f(-0.0894841775, -1.2914855480)),
+    );
+}
+
+// Chroma of unchanged amount with a share of the hue of another colour.
+fn oklab_turn(chroma: vec2f, other: vec2f, share: f32) -> vec2f {
+    let amount = length(chroma);
+    let mixed = mix(chroma, other * (amount / max(length(other), 1e-20)), share);
+    return mixed * (amount / max(length(mixed), 1e-20));
+}
+
+// Colours of one lightness and hue. At the share t of the chroma, a channel of RGB is 1 + t * (c1 + t * (c2 + t * c3)),
+// in units of the grey of this lightness.
+struct OklabLine {
+    c1: vec3f,
+    c2: vec3f,
+    c3: vec3f,
+}
+
+fn oklab_at(line: OklabLine, t: f32) -> vec3f {
+    return 1.0 + t * (line.c1 + t * (line.c2 + t * line.c3));
+}
+
+// Whether all channels are between 0 and `top`.
+fn oklab_is_inside(line: OklabLine, t: f32, top: f32) -> bool {
+    let v = oklab_at(line, t);
+    return min(v.r, min(v.g, v.b)) >= 0.0 && max(v.r, max(v.g, v.b)) <= top;
+}
+
+// The share of the chroma at which the line leaves the gamut. The variable u has finer steps near a share of 1.
+fn oklab_border(line: OklabLine, top: f32, knee: f32) -> f32 {
+    var low = 0.0;
+    var high = 1.0;
+    for (var step = 0u; step < 18u; step += 1u) {
+        let u = 0.5 * (low + high);
+        let inside = oklab_is_inside(line, u / (1.0 - u * (1.0 - knee)), top);
+        low = select(low, u, inside);
+        high = select(u, high, inside);
+    }
+    return low / (1.0 - low * (1.0 - knee));
+}
+
+// The share of the chroma in the gamut from 0 to `top`. Up to the share `knee`, above 0, of the gamut's chroma nothing
+// changes. Beyond it, x/(1+x) compresses the rest, so that a colour approaches the border and never passes it.
+fn oklab_share(line: OklabLine, top: f32, knee: f32) -> f32 {
+    if oklab_is_inside(line, 1.0 / knee, top) { return 1.0; }
+    let border = oklab_border(line, top, knee);
+    let over = 1.0 - knee * border;
+    let rest = 1.0 - knee;
+    return min(border * (knee + rest * over / max(rest * border + over, 1e-20)), 1.0);
+}

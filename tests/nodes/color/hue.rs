@@ -1,0 +1,197 @@
+//! The middle grey, the hues and the gamut step of ToneMap.
+
+use super::{Numbers, light, rgb, run, tolerance};
+use crate::reference::color::{AP1, REC709, conversion};
+use crate::reference::curves::*;
+use crate::reference::math::{Rgb, largest, transform};
+use crate::reference::oklab::{chroma, fitted, oklab, turn, with_hue};
+use crate::support::gpu::Picture;
+use crate::support::harness::{Tolerance, assert_close, image};
+use afterimage_graph::check::NoFiles;
+use afterimage_nodes::Curve;
+
+/// Cube roots, their cubes, and a share of the chroma that is found by 18 halvings.
+const OKLAB: Tolerance = tolerance(1e-4, 1e-4, "the border of the gamut is found to 6e-5 of the chroma");
+
+/// The default curve per channel in ACEScg, matched to middle grey.
+fn default_curve(rgb: Rgb) -> Rgb {
+    let curve = |x: f64| aces2_tone_scale(x, 100.0);
+    let scale = matched_scale(curve);
+    let inside = transform(&conversion(&REC709, &AP1), rgb).map(|x| curve(scale * x.max(0.0)));
+    transform(&conversion(&AP1, &REC709), inside)
+}
+
+/// Light whose hue and border are well conditioned: up to 2^6, in every saturation that Rec.709 has.
+fn moderate([width, height]: [u32; 2]) -> Picture {
+    let mut numbers = Numbers(0x51f1_3c7b_9e02_d4a5);
+    super::picture([width, height], move |_| {
+        let bright = (11.0 * numbers.next() - 5.0).exp2();
+        [0, 1, 2].map(|_| bright * (0.02 + 0.98 * numbers.next()))
+    })
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn the_default_matches_its_reference() {
+    super::compare("Exposed", "ToneMap()", moderate, OKLAB, |rgb| {
+        fitted(with_hue(default_curve(rgb), rgb), 1.0, f64::from(0.8_f32))
+    });
+    super::compare("Exposed", "ToneMap(gamut: Clip)", moderate, OKLAB, |rgb| {
+        display(with_hue(default_curve(rgb), rgb))
+    });
+    super::compare("Exposed", "ToneMap(keep_hue: 0.0)", moderate, OKLAB, |rgb| {
+        fitted(default_curve(rgb), 1.0, f64::from(0.8_f32))
+    });
+}
+
+/// Display-linear values of exposed greys.
+fn greys(node: &str, lights: &[f32]) -> Vec<f64> {
+    let ramp =
+        Picture::new(lights.len() as u32, 1, |x, _| [lights[x as usize], lights[x as usize], lights[x as usize], 1.0]);
+    run("Exposed", node, &NoFiles, &ramp).pixels.iter().map(|pixel| f64::from(pixel[1])).collect()
+}
+
+/// The curves, and what they make of middle grey as published.
+const NATIVE: [(&str, f64); 13] = [
+    ("None", 0.18),
+    ("Reinhard", 0.1525),
+    ("ReinhardExtended", 0.1543),
+    ("ReinhardLuminance", 0.1543),
+    ("Exponential", 0.1647),
+    ("Aces2ToneScale", 0.1000),
+    ("AcesNarkowicz", 0.2669),
+    ("AcesHill", 0.1056),
+    ("Hable", 0.1283),
+    ("Uchimura", 0.1790),
+    ("KhronosNeutral", 0.1400),
+    ("AgX", 0.2176),
+    ("Gt7", 0.0714),
+];
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn every_curve_shows_middle_grey_as_middle_grey() {
+    assert_eq!(
+        NATIVE.map(|(name, _)| name).as_slice(),
+        Curve::ALL.iter().map(|curve| curve.name()).collect::<Vec<_>>()
+    );
+    for (curve, native) in NATIVE {
+        for rest in ["", ", peak: 4.926", ", gamut: Clip, keep_hue: 0.0"] {
+            let [grey] = greys(&format!("ToneMap(curve: {curve}{rest})"), &[0.18])[..] else { panic!("one pixel") };
+            assert!((grey - 0.18).abs() < 2e-5, "{curve}{rest}: {grey}");
+        }
+        let [grey] = greys(&format!("ToneMap(curve: {curve}, middle_grey: Native)"), &[0.18])[..] else { panic!() };
+        assert!((grey - native).abs() < 6e-5, "{curve}: {grey}");
+    }
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn parameters_of_a_curve_do_not_change_the_exposure() {
+    let cases = [
+        "ReinhardExtended, white_level: 1.0",
+        "ReinhardLuminance, white_level: 16.0",
+        "Exponential, exposure: 3.0",
+        "Uchimura, contrast: 1.5, toe: 3.0",
+        "Uchimura, linear_start: 0.05, pedestal: 0.02",
+        "AgX, sigmoid: Polynomial",
+    ];
+    for case in cases {
+        let [grey] = greys(&format!("ToneMap(curve: {case})"), &[0.18])[..] else { panic!("one pixel") };
+        let allowed = if case.contains("Polynomial") { 3e-3 } else { 2e-5 };
+        assert!((grey - 0.18).abs() < allowed, "{case}: {grey}");
+    }
+    let [white] = greys("ToneMap(curve: ReinhardExtended, white_level: 8.0)", &[8.0])[..] else { panic!("one pixel") };
+    assert!((white - 1.0).abs() < 1e-5, "`white_level` is exposed light: {white}");
+}
+
+/// Lights that curves per channel turn.
+const LIGHTS: [(&str, Rgb); 6] = [
+    ("red", [1.0, 0.0, 0.0]),
+    ("green", [0.0, 1.0, 0.0]),
+    ("blue", [0.0, 0.0, 1.0]),
+    ("orange", [1.0, 0.376, 0.0]),
+    ("magenta", [1.0, 0.0, 1.0]),
+    ("fire", [1.0, 0.25, 0.04]),
+];
+
+/// The largest turn of each light in degrees, from -2 to +6 stops, where the display's chroma is at least 0.08.
+fn turns(node: &str) -> [f64; 6] {
+    LIGHTS.map(|(_, light)| {
+        let ramp = Picture::new(65, 1, |x, _| {
+            let [r, g, b] = light.map(|channel| (channel * (0.125 * f64::from(x) - 2.0).exp2()) as f32);
+            [r, g, b, 1.0]
+        });
+        let output = run("Exposed", node, &NoFiles, &ramp);
+        let coloured = output.pixels.iter().map(|pixel| rgb(*pixel)).filter(|shown| chroma(*shown) >= 0.08);
+        coloured.map(|shown| turn(shown, light)).fold(0.0, f64::max)
+    })
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn the_defaults_keep_hues() {
+    for curve in Curve::ALL {
+        let found = turns(&format!("ToneMap(curve: {})", curve.name()));
+        assert!(found.iter().all(|turn| *turn <= 0.2), "{}: {found:?}", curve.name());
+    }
+    let found = turns("ToneMap(curve: Uchimura, space: Tsushima)");
+    assert!(found.iter().all(|turn| *turn <= 0.2), "Tsushima: {found:?}");
+}
+
+/// What the switches of the published operators do: the reason for the defaults.
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn published_curves_turn_hues() {
+    let published = "middle_grey: Native, keep_hue: 0.0, gamut: Clip";
+    let [.., orange, _, fire] = turns(&format!("ToneMap(curve: AcesNarkowicz, space: Rec709, {published})"));
+    assert!(orange > 25.0 && fire > 45.0, "orange turns by {orange}, fire by {fire}");
+    let [_, _, blue, ..] = turns(&format!("ToneMap(curve: Uchimura, space: Tsushima, {published})"));
+    assert!(blue > 40.0, "blue turns by {blue}");
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn compression_keeps_inner_colours_and_the_lightness_of_outer_ones() {
+    let size = [61, 37];
+    // Colours around the middle of the range, up to twice as far from grey as the gamut goes.
+    let mut numbers = Numbers(77);
+    let input = Picture::new(size[0], size[1], |_, _| {
+        let grey = 0.1 + 0.7 * numbers.next();
+        let [r, g, b] = [0, 1, 2].map(|_| (grey * (0.3 + 1.6 * numbers.next())) as f32);
+        [r, g, b, 1.0]
+    });
+    let output = run("Exposed", "ToneMap(curve: None, gamut_knee: 0.6)", &NoFiles, &input);
+    let (mut inner, mut outer) = (0, 0);
+    for (&from, &to) in input.pixels.iter().zip(&output.pixels) {
+        let (from, to) = (rgb(from), rgb(to));
+        if oklab(from)[0] > 0.99 {
+            continue;
+        }
+        let moved = largest([0, 1, 2].map(|channel| (to[channel] - from[channel]).abs()));
+        if moved < 1e-5 {
+            inner += 1;
+        } else {
+            outer += 1;
+            assert!(chroma(to) < chroma(from), "{from:?} became {to:?}");
+            assert!((oklab(to)[0] - oklab(from)[0]).abs() < 1e-4, "{from:?} became {to:?}");
+            assert!(chroma(to) < 0.02 || turn(to, from) < 0.1, "{from:?} became {to:?}");
+        }
+    }
+    assert!(inner > 200 && outer > 500, "{inner} inner and {outer} outer colours");
+    let expected = image(&input).map_rgb(|rgb| fitted(rgb, 1.0, f64::from(0.6_f32)));
+    assert_close("None, compressed", &output, &expected, &OKLAB);
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn light_of_any_kind_stays_in_range() {
+    let lights = light([61, 37]);
+    for rest in ["", "peak: 4.926", "gamut: Clip", "keep_hue: 0.5", "gamut_knee: 0.0", "gamut_knee: 1.0"] {
+        let output = run("Exposed", &format!("ToneMap({rest})"), &NoFiles, &lights);
+        let most = if rest.starts_with("peak") { 4.926 } else { 1.0 };
+        assert!(output.pixels.iter().flat_map(|p| &p[..3]).all(|x| (0.0..=most).contains(x)), "{rest}");
+        assert_eq!(rgb(output.at(1, 0)), [0.0; 3], "{rest}: black");
+        assert!(largest(rgb(output.at(3, 0))) > 0.99 * f64::from(most), "{rest}: {:?}", output.at(3, 0));
+    }
+}

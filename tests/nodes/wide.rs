@@ -1,0 +1,251 @@
+//! Colours outside of Rec.709 from the host's image to the display, and the negative numbers of each color state.
+
+use afterimage_graph::check::{CheckOptions, Graph, check};
+use afterimage_graph::document::parse;
+
+use crate::reference::color::{P3_D65, REC709, REC2020, Space, conversion, luminance, to_xyz};
+use crate::reference::image::rgb;
+use crate::reference::math::{Rgb, dot, transform};
+use crate::reference::sanitize::{LARGEST_HALF, sanitize, sanitize_scene};
+use crate::reference::transfer::{pq_encode, srgb_encode};
+use crate::support::gpu::{Picture, Repository, Run, pipelines, registry, run_exact};
+use crate::support::harness::Nodes;
+
+/// The green of Rec.2020 in the basis of Rec.709.
+fn rec2020_green() -> Rgb {
+    transform(&conversion(&REC2020, &REC709), [0.0, 1.0, 0.0])
+}
+
+fn pixel(rgb: Rgb) -> Picture {
+    let [r, g, b] = rgb.map(|x| x as f32);
+    Picture::new(1, 1, |_, _| [r, g, b, 1.0])
+}
+
+/// The result of nodes on one exposed colour, in 32 bits.
+fn shown(nodes: &str, color: Rgb) -> Rgb {
+    rgb(Nodes::new(nodes, &[("scene", "Exposed")]).exact(&[&pixel(color)]).at(0, 0).map(f64::from))
+}
+
+fn assert_near(what: &str, found: Rgb, wanted: Rgb, tolerance: f64) {
+    let off = (0..3).map(|c| (found[c] - wanted[c]).abs()).fold(0.0, f64::max);
+    assert!(off <= tolerance, "{what}: {found:?} instead of {wanted:?}");
+}
+
+/// Numbers of host images that are not plain.
+const ODD: [[f32; 4]; 9] = [
+    [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, f32::NAN],
+    [-1.0, -2.0, -3.0, -1.0],
+    [-0.5, 1.0, -0.1, 1.0],
+    [1.0, -7.0, 2.0, 1.0],
+    [-4.32, -4.32, -4.32, 1.0],
+    [65504.0, -65504.0, 65504.0, 1.0],
+    [1e9, -1e9, 0.5, 2.0],
+    [-0.0, 0.0, 1e-30, 0.5],
+    [f32::MAX, f32::MIN, f32::MIN, f32::INFINITY],
+];
+
+fn limited(pixel: [f64; 4]) -> [f64; 4] {
+    pixel.map(|x| if x.is_nan() { 0.0 } else { x.clamp(-LARGEST_HALF, LARGEST_HALF) })
+}
+
+/// A type of input, a node that changes nothing, and the value of a pixel after the first read.
+type Sanitized = (&'static str, &'static str, fn([f64; 4]) -> [f64; 4]);
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn the_state_says_which_negative_numbers_stay() {
+    let blur = r#""result": Gaussian(source: "scene", sigma: 0.2)"#;
+    let table = r#""result": ColorLut(source: "scene")"#;
+    let cases: [Sanitized; 7] = [
+        ("Color", blur, sanitize_scene),
+        ("Exposed", blur, sanitize_scene),
+        ("LogLuminance", blur, limited),
+        ("Data", blur, limited),
+        ("Normals", blur, limited),
+        ("DisplayLinear", blur, |pixel| pixel.map(|x| sanitize(x, LARGEST_HALF))),
+        ("Encoded", table, |pixel| pixel.map(|x| sanitize(x, LARGEST_HALF))),
+    ];
+    for (state, node, wanted) in cases {
+        for pixel in ODD {
+            let picture = Picture::new(1, 1, |_, _| pixel);
+            let found = Nodes::new(node, &[("scene", state)]).exact(&[&picture]).at(0, 0).map(f64::from);
+            let wanted = wanted(pixel.map(f64::from));
+            let close = (0..4).all(|c| (found[c] - wanted[c]).abs() <= 1e-6 * wanted[c].abs());
+            assert!(close, "{state}: {pixel:?} becomes {found:?} and not {wanted:?}");
+        }
+    }
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn logarithms_of_the_host_keep_their_sign() {
+    let nodes =
+        r#""result": LocalToneMap(source: "scene", gaussian: "logs", contrast: 0.5, detail: 1.0, midpoint: -2.0)"#;
+    let nodes = Nodes::new(nodes, &[("scene", "Exposed"), ("logs", "LogLuminance")]);
+    for level in [0.05_f64, 0.18, 1.0, 8.0] {
+        let found = nodes.exact(&[&pixel([level; 3]), &pixel([level.log2(); 3])]).at(0, 0);
+        // The base is the level itself, so the result is 2^(midpoint + contrast * (base - midpoint)).
+        let wanted = (-2.0 + 0.5 * (level.log2() + 2.0)).exp2();
+        assert_near(&format!("{level}"), rgb(found.map(f64::from)), [wanted; 3], 1e-5 * wanted);
+    }
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_green_of_rec2020_comes_through_to_its_display() {
+    let nodes = |curve: &str, encode: &str| {
+        format!(
+            r#""mapped": ToneMap(source: "scene", curve: {curve}, space: Rec2020, gamut: Clip, keep_hue: 0.0, middle_grey: Native),
+            "graded": LiftGammaGain(source: "mapped", gain: (1.0, 0.9, 1.0)),
+            "result": Encode(source: "graded", transfer: Linear{encode})"#
+        )
+    };
+    let green = rec2020_green();
+    let wide = shown(&nodes("None", ", primaries: Rec2020"), green);
+    assert_near("Rec2020", wide, [0.0, 0.9, 0.0], 2e-6);
+    let narrow = shown(&nodes("None", ""), green);
+    assert_near("Rec709", narrow, [0.0, 0.9, 0.0], 2e-6);
+    let p3 = shown(&nodes("None", ", primaries: DisplayP3"), green);
+    let clipped = transform(&conversion(&REC709, &P3_D65), green).map(|x| x.clamp(0.0, 1.0));
+    assert_near("DisplayP3", p3, [clipped[0], 0.9 * clipped[1], clipped[2]], 2e-6);
+    // The same numbers are different colours: the wide green has the luminance of Rec.2020's.
+    let weights = |space: &Space| to_xyz(space)[1];
+    assert!((dot(weights(&REC2020), wide) - 0.9 * 0.677998).abs() < 1e-5);
+    let reinhard = shown(&nodes("Reinhard", ", primaries: Rec2020"), green.map(|x| 3.0 * x));
+    assert_near("Reinhard", reinhard, [0.0, 0.9 * 0.75, 0.0], 2e-6);
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn the_gamut_of_the_display_is_compressed_into_and_not_that_of_rec709() {
+    let nodes = |encode: &str| {
+        format!(
+            r#""mapped": ToneMap(source: "scene", curve: None, space: Rec2020, gamut: Compress),
+            "result": Encode(source: "mapped", transfer: Linear{encode})"#
+        )
+    };
+    let green = rec2020_green().map(|x| 0.5 * x);
+    let (wide, narrow) = (shown(&nodes(", primaries: Rec2020"), green), shown(&nodes(""), green));
+    let in_rec709 = transform(&conversion(&REC2020, &REC709), wide);
+    assert!(in_rec709[0] < -0.15, "the wide result is outside of Rec.709: {in_rec709:?}");
+    assert!(narrow.iter().all(|x| (0.0..=1.0).contains(x)) && narrow[1] > 0.3, "{narrow:?}");
+    // A colour deep inside of Rec.709 is the same light for both displays.
+    let grey = [0.3, 0.32, 0.28];
+    let (wide, narrow) = (shown(&nodes(", primaries: Rec2020"), grey), shown(&nodes(""), grey));
+    assert_near("inside", transform(&conversion(&REC2020, &REC709), wide), narrow, 2e-4);
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn one_curve_for_two_displays_is_fitted_by_the_narrower_encoding() {
+    let text = |gamut: &str| {
+        format!(
+            r#"Pipeline(inputs: {{ "scene": Exposed }}, outputs: {{ "narrow": "narrow", "wide": "wide" }}, nodes: {{
+            "mapped": ToneMap(source: "scene", curve: None, space: Rec2020, gamut: Clip, keep_hue: 0.0, middle_grey: Native),
+            "narrow": Encode(source: "mapped", transfer: Linear, gamut: {gamut}),
+            "wide": Encode(source: "mapped", transfer: Linear, primaries: Rec2020) }})"#
+        )
+    };
+    let green = rec2020_green().map(|x| 0.5 * x);
+    for gamut in ["Clip", "Compress"] {
+        let outputs = run_exact(&text(gamut), &[("scene", &pixel(green))]);
+        let [narrow, wide] = [0, 1].map(|output| rgb(outputs[output].at(0, 0).map(f64::from)));
+        assert_near("wide", wide, [0.0, 0.5, 0.0], 2e-6);
+        let wanted = if gamut == "Clip" { green.map(|x| x.max(0.0)) } else { compressed(green) };
+        assert_near(gamut, narrow, wanted, 5e-6);
+    }
+}
+
+/// A colour of Rec.709 towards the grey of its luminance, with the knee of `Encode`.
+fn compressed(color: Rgb) -> Rgb {
+    let (grey, knee) = (luminance(color), 0.8);
+    let reach = color.map(|x| if x > grey { (x - grey) / (1.0 - grey) } else { (grey - x) / grey });
+    let reach = reach.into_iter().fold(0.0, f64::max);
+    let over = reach - knee;
+    let share = (knee + over * (1.0 - knee) / (1.0 - knee + over)) / reach;
+    color.map(|x| grey + share * (x - grey))
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn grades_after_the_curve_use_the_luminance_of_the_display() {
+    for (name, space) in [("Rec709", REC709), ("DisplayP3", P3_D65), ("Rec2020", REC2020)] {
+        let nodes = |grade: &str| {
+            format!(
+                r#""mapped": ToneMap(source: "scene", curve: None, gamut: Clip, keep_hue: 0.0, space: Rec2020),
+                "graded": {grade},
+                "result": Encode(source: "graded", transfer: Linear, primaries: {name})"#
+            )
+        };
+        // A colour inside of all three.
+        let color = [0.7, 0.3, 0.2];
+        let grey = [dot(to_xyz(&space)[1], transform(&conversion(&REC709, &space), color)); 3];
+        let tolerance = if name == "Rec709" { 5e-5 } else { 1e-5 };
+        assert_near(name, shown(&nodes(r#"Saturation(source: "mapped", amount: 0.0)"#), color), grey, tolerance);
+        assert_near(name, shown(&nodes(r#"Cdl(source: "mapped", saturation: 0.0)"#), color), grey, tolerance);
+        let lifted = shown(&nodes(r#"LiftGammaGain(source: "mapped", lift: (0.2, 0.2, 0.2))"#), color);
+        let inside = transform(&conversion(&REC709, &space), color);
+        assert_near(name, lifted, inside.map(|x| x + 0.2 * (1.0 - grey[0])), tolerance);
+    }
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn nodes_before_the_curve_keep_colours_outside_of_rec709() {
+    let green = rec2020_green().map(|x| 0.5 * x);
+    let chain = r#""a": Gaussian(source: "scene", sigma: 2.0),
+        "b": Saturation(source: "a", amount: 1.1),
+        "c": WhiteBalance(source: "b", mode: Temperature, temperature: 6500.0),
+        "mips": Downsample(source: "c", levels: 2),
+        "bloom": Upsample(source: "mips"),
+        "result": Composite(base: "c", bloom: "bloom", strength: 0.5)"#;
+    let y = luminance(green);
+    let wanted = green.map(|x| 1.5 * (y + 1.1 * (x - y)));
+    assert!(wanted[0] < -0.4, "{wanted:?}");
+    let picture = Picture::new(16, 16, |_, _| [green[0] as f32, green[1] as f32, green[2] as f32, 1.0]);
+    let found = Nodes::new(chain, &[("scene", "Exposed")]).exact(&[&picture]).at(8, 8);
+    assert_near("chain", rgb(found.map(f64::from)), wanted, 1e-5);
+    let night = r#""result": Purkinje(source: "scene", illuminance: 0.01)"#;
+    let seen = shown(night, green);
+    assert!(seen[0] < 0.0 && luminance(seen) > 0.0, "{seen:?}");
+}
+
+/// `hdr.ron` with changes, so that its values are those of simple formulas.
+fn hdr(sets: &[(&str, &str)]) -> Graph {
+    let path = pipelines().join("hdr.ron");
+    let text = std::fs::read_to_string(&path).expect("the pipeline is there");
+    let document = parse(&path.to_string_lossy(), &text).unwrap_or_else(|errors| panic!("{errors:?}"));
+    let sets = sets.iter().map(|(key, value)| ((*key).to_owned(), (*value).to_owned())).collect();
+    let options = CheckOptions { tier: None, sets, loader: &Repository };
+    check(&document, &registry(), &options).unwrap_or_else(|errors| panic!("{errors}")).0
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn both_outputs_of_the_hdr_pipeline_are_their_reference() {
+    let graph = hdr(&[
+        ("meter", "Off"),
+        ("lit", "Off"),
+        ("sdr", "Off"),
+        ("sdr-mapped.curve", "None"),
+        ("sdr-mapped.gamut", "Clip"),
+        ("sdr-mapped.keep_hue", "0.0"),
+        ("hdr-mapped.keep_hue", "0.0"),
+        ("hdr-mapped.curve", "None"),
+        ("hdr-mapped.space", "Rec2020"),
+        ("hdr-mapped.gamut", "Clip"),
+    ]);
+    let to_wide = conversion(&REC709, &REC2020);
+    let colors =
+        [[0.18; 3], [0.0; 3], [1.0; 3], [3.0, 2.0, 1.0], [0.9, 0.1, 0.05], [65504.0; 3], rec2020_green(), [-1.0; 3]];
+    for color in colors {
+        let outputs = Run::new(&graph).exact().frame(&[("scene", &pixel(color))]);
+        let [sdr, hdr] = [0, 1].map(|output| rgb(outputs[output].at(0, 0).map(f64::from)));
+        // A colour has no negative luminance.
+        let light = if luminance(color) < 0.0 { [0.0; 3] } else { color };
+        assert_near("sdr", sdr, light.map(|x| srgb_encode(x.clamp(0.0, 1.0))), 1e-5);
+        let peak = 1000.0 / 203.0;
+        let wanted = transform(&to_wide, light).map(|x| pq_encode(203.0 * x.clamp(0.0, peak)));
+        assert_near("hdr", hdr, wanted, 2e-5);
+    }
+}
