@@ -10,8 +10,8 @@ params! {
     /// Adds film grain: random, but equal on every device for equal seeds and frames.
     ///
     /// The grain is strongest in midtones and fades to zero at black and white, so it never clips. The mean of a flat
-    /// area stays the same. Grains are round and have no grid: one in each square of `size`, at a random place. It looks
-    /// most like film on an encoded image; on linear light, set `pivot` to 0.18. Place it before `Dither`.
+    /// area stays the same. Grains are round and have no grid: one in each square of `size`, at a random place. It
+    /// looks most like film on an encoded image; on linear light, set `pivot` to 0.18. Place it before `Dither`.
     pub struct FilmGrain {
         /// Strength of the grain. 1 is the largest amplitude that does not clip, 0 changes nothing.
         pub amount: f32 = 0.15 => within(0.0..=1.0), usually(0.0..=0.4), neutral(0.0);

@@ -47,18 +47,6 @@ impl<'a> Request<'a> {
         let cuts = cuts(args, &jobs)?;
         Ok(Self { args, targets, jobs, cuts, inputs: graph.inputs.clone() })
     }
-}
-
-/// The frames of `--cut`. Each must be a frame of the sequence.
-fn cuts(args: &RenderArgs, jobs: &[Job]) -> Result<Vec<u32>, Failure> {
-    let Some(text) = &args.cut else { return Ok(Vec::new()) };
-    let cuts = sequence::parse_frames(text)?;
-    let is_missing = |cut: &&u32| !jobs.iter().any(|job| job.frame == Some(**cut));
-    match cuts.iter().find(is_missing) {
-        None => Ok(cuts),
-        Some(cut) => Err(Failure::user(format!("`--cut`: the sequence has no frame {cut}"))
-            .hint("a cut is a frame that is rendered, as `--frames` or the files name it")),
-    }
 
     /// The graph as it is rendered for the files: without the quantisation that the writer does.
     pub(super) fn prepare(&mut self, graph: Graph) -> Graph {
@@ -70,6 +58,18 @@ fn cuts(args: &RenderArgs, jobs: &[Job]) -> Result<Vec<u32>, Failure> {
         encoded.into_iter().for_each(|saving| saving.noise = unquantised.noise);
         unquantised.notes.iter().for_each(|text| note(&format!("note: {text}")));
         unquantised.graph
+    }
+}
+
+/// The frames of `--cut`. Each must be a frame of the sequence.
+fn cuts(args: &RenderArgs, jobs: &[Job]) -> Result<Vec<u32>, Failure> {
+    let Some(text) = &args.cut else { return Ok(Vec::new()) };
+    let cuts = sequence::parse_frames(text)?;
+    let is_missing = |cut: &&u32| !jobs.iter().any(|job| job.frame == Some(**cut));
+    match cuts.iter().find(is_missing) {
+        None => Ok(cuts),
+        Some(cut) => Err(Failure::user(format!("`--cut`: the sequence has no frame {cut}"))
+            .hint("a cut is a frame that is rendered, as `--frames` or the files name it")),
     }
 }
 
