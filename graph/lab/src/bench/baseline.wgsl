@@ -26,21 +26,15 @@ fn brightest(rgb: vec3f) -> f32 {
     return max(rgb.r, max(rgb.g, rgb.b));
 }
 
-// The light of four texels, weighted by the inverse of their brightness, so that a single bright texel does not
-// flicker.
+// The mean of the light of four texels.
 fn extract(p: vec2u) -> vec4f {
     let last = textureDimensions(first) - 1;
-    var sum = vec4f();
-    var weights = 0.0;
+    var sum = vec3f();
     for (var i = 0u; i < 4u; i++) {
-        let texel = textureLoad(first, min(2u * p + vec2u(i & 1u, i >> 1u), last), 0) * settings.gain;
-        let bright = brightest(texel.rgb);
-        let light = texel * smoothstep(settings.low, settings.high, bright);
-        let weight = 1.0 / (1.0 + brightest(light.rgb));
-        sum += light * weight;
-        weights += weight;
+        let texel = textureLoad(first, min(2u * p + vec2u(i & 1u, i >> 1u), last), 0).rgb * settings.gain;
+        sum += 0.25 * texel * smoothstep(settings.low, settings.high, brightest(texel));
     }
-    return vec4f(sum.rgb / weights, 1.0);
+    return vec4f(sum, 1.0);
 }
 
 // Sanitizes a colour. The bits of positive floats have the order of the floats; those of negative ones are larger.
