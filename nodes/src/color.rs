@@ -58,7 +58,7 @@ pub(crate) fn white_from(kelvin: f64, duv: f64, adaptation: Cones) -> DMat3 {
     in_rec709(adaptation.adaptation(xyz(light(kelvin, duv)), Xy::D65.to_xyz()))
 }
 
-/// The xy of a light: a black body (Kim et al. 2002) up to 4000 K, CIE daylight (CIE 15) from 5000 K, and a smooth
+/// The xy of a light: a black body (Kim et al. 2002) up to 3333 K, CIE daylight (CIE 15) from 4000 K, and a smooth
 /// blend between. The limits are 1667 K and 25000 K.
 fn light(kelvin: f64, duv: f64) -> DVec2 {
     let kelvin = kelvin.clamp(1667.0, 25000.0);
@@ -85,9 +85,10 @@ fn on_branch(branch: f64, kelvin: f64) -> DVec2 {
     at(black_body(branch)).lerp(at(daylight(branch)), daylight_share(kelvin))
 }
 
-/// The share of daylight in a light: a smooth step from 0 at 4000 K (250 mired) to 1 at 5000 K (200 mired).
+/// The share of daylight in a light: a smooth step from 0 at 3333 K (300 mired) to 1 at 4000 K (250 mired), where the
+/// formula of daylight begins to be valid.
 fn daylight_share(kelvin: f64) -> f64 {
-    let t = ((250.0 - 1e6 / kelvin) / 50.0).clamp(0.0, 1.0);
+    let t = ((300.0 - 1e6 / kelvin) / 50.0).clamp(0.0, 1.0);
     t * t * (3.0 - 2.0 * t)
 }
 
@@ -97,10 +98,6 @@ fn daylight(kelvin: f64) -> ([f64; 4], [f64; 4]) {
 }
 
 fn black_body(kelvin: f64) -> ([f64; 4], [f64; 4]) {
-    if kelvin > 4000.0 {
-        let x = [-3.0258469, 2.1070379, 0.2226347, 0.240390];
-        return (x, [3.0817580, -5.87338670, 3.75112997, -0.37001483]);
-    }
     let y = if kelvin <= 2222.0 {
         [-1.1063814, -1.34811020, 2.18555832, -0.20219683]
     } else {
@@ -147,7 +144,7 @@ mod tests {
         for duv in [0.0, 0.02, -0.02] {
             let step = largest_step(duv);
             println!("tint {duv}: the largest step of one kelvin is {step:.2e} in xy");
-            assert!(step < 5e-4, "{duv}: {step}");
+            assert!(step < 2e-4, "{duv}: {step}");
         }
     }
 }

@@ -98,7 +98,7 @@ pub(crate) fn white_balance_scene(cone: &Matrix, kelvin: f64, duv: f64) -> Matri
     in_rec709(&adaptation(cone, xyz(scene_white(kelvin, duv)), xyz(D65)))
 }
 
-/// The xy of a light: a black body up to 4000 K, daylight from 5000 K, a blend between; `kelvin` clamps to 1667..25000.
+/// The xy of a light: a black body up to 3333 K, daylight from 4000 K, a blend between; `kelvin` clamps to 1667..25000.
 /// `duv` moves it along the normal of the locus in CIE 1960 uv, positive towards green.
 pub(crate) fn scene_white(kelvin: f64, duv: f64) -> [f64; 2] {
     let kelvin = kelvin.clamp(1667.0, 25000.0);
@@ -106,7 +106,7 @@ pub(crate) fn scene_white(kelvin: f64, duv: f64) -> [f64; 2] {
     let (p, q) = (body.at(kelvin), day.at(kelvin));
     let (dp, dq) = (body.cooler(kelvin), day.cooler(kelvin));
     // The share of daylight, and its derivative towards cooler light in units of 1000 / K.
-    let t = ((250.0 - 1e6 / kelvin) / 50.0).clamp(0.0, 1.0);
+    let t = ((300.0 - 1e6 / kelvin) / 50.0).clamp(0.0, 1.0);
     let (share, rise) = (t * t * (3.0 - 2.0 * t), 6.0 * t * (1.0 - t) * 20.0);
     let xy = [0, 1].map(|i| mix(p[i], q[i], share));
     let cooler = [0, 1].map(|i| mix(dp[i], dq[i], share) + rise * (q[i] - p[i]));
@@ -193,7 +193,7 @@ fn xy_from_1960([u, v]: [f64; 2]) -> [f64; 2] {
 
 #[test]
 fn tint_moves_by_its_own_length_away_from_the_locus_towards_green() {
-    for kelvin in [1800.0, 3200.0, 4400.0, 5000.0, 7000.0, 12000.0] {
+    for kelvin in [1800.0, 3200.0, 3600.0, 5000.0, 7000.0, 12000.0] {
         let on = uv_1960(scene_white(kelvin, 0.0));
         let beside = scene_white(kelvin, 0.015);
         let moved = uv_1960(beside);
