@@ -4,6 +4,7 @@ mod downsample;
 mod extract;
 mod fireflies;
 mod gaussian;
+mod lights;
 mod upsample;
 
 use super::probes::sanitized;

@@ -8,7 +8,7 @@ use crate::support::sequence::Sequence;
 
 /// Black with a square light of `side` pixels and the light of `side` squared pixels of `brightness`, `at` pixels right
 /// of and below (20, 20).
-fn light(side: f64, brightness: f64, at: f64) -> Picture {
+pub(super) fn light(side: f64, brightness: f64, at: f64) -> Picture {
     let share = |pixel: u32| {
         let (start, pixel) = (20.0 + at, f64::from(pixel));
         ((start + side).min(pixel + 1.0) - start.max(pixel)).max(0.0)
@@ -33,7 +33,7 @@ fn glow(nodes: &str, frames: &[Picture]) -> Vec<f64> {
 }
 
 /// The largest difference from the mean, as a share of it.
-fn variation(sums: &[f64]) -> f64 {
+pub(super) fn variation(sums: &[f64]) -> f64 {
     let mean = sums.iter().sum::<f64>() / sums.len() as f64;
     sums.iter().map(|sum| (sum / mean - 1.0).abs()).fold(0.0, f64::max)
 }

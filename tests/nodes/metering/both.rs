@@ -47,7 +47,8 @@ fn flat_fields_of_the_whole_range_come_out_alike() {
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_narrow_range_cuts_flat_fields() {
     let [nodes, _] = meters("bins: 256, lo: -10.0, hi: 10.0, black: 0.0009765625", "min_ev: -4.0, max_ev: 16.0");
-    for (light, wanted) in [(0.5_f32, 0.0), (4000.0, 2.0), (10000.0, 3.3)] {
+    assert_eq!(shown(&nodes, &grey(9e-4)).at(0, 0), [0.0; 4], "it counts as black");
+    for (light, wanted) in [(0.001_f32, -3.0), (0.5, 0.0), (4000.0, 2.0), (10000.0, 3.3), (6e4, 5.9)] {
         let stops = f64::from(shown(&nodes, &grey(light)).at(0, 0)[0]);
         let away = f64::from(light).log2() + stops - 0.18_f64.log2();
         assert!((away - wanted).abs() < 0.05, "{light}: {away} stops from the key");
