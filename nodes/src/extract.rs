@@ -4,6 +4,9 @@ use afterimage_graph::prelude::*;
 
 static SHADER: Shader = shader!("extract");
 
+/// The states of light.
+const STATES: &[ColorState] = &[ColorState::Scene, ColorState::Exposed, ColorState::DisplayLinear];
+
 choices! {
     /// How light is selected.
     pub enum ExtractMethod {
@@ -109,32 +112,22 @@ impl Extract {
 
 impl Node for Extract {
     const INPUTS: &'static [Input] = &[
-        Input::image("source", "The image, exposed if the threshold is a display brightness.").accepts(&[
-            ColorState::Scene,
-            ColorState::Exposed,
-            ColorState::DisplayLinear,
-        ]),
-        Input::image("before", "For `fireflies: Limit`: `peaks` of the previous frame.")
-            .accepts(&[ColorState::Data])
-            .optional(),
+        Input::image("source", "The image, exposed if the threshold is a display brightness.").accepts(STATES),
+        Input::image("before", "For `fireflies: Limit`: `peaks` of the previous frame.").accepts(STATES).optional(),
     ];
     const OUTPUTS: &'static [Output] = &[
         Output::image("result", OutputState::same("source"), "The selected light, black elsewhere."),
         Output::image(
             "peaks",
-            OutputState::Always(ColorState::Data),
+            OutputState::same("source"),
             "The largest channel of each 2x2 pixels of the source, in red: for `before` of the next frame.",
         ),
     ];
     const FALLBACK: Fallback = Fallback::Zero;
 
     fn identity(&self, arrivals: &Arrivals) -> Option<Fallback> {
-        let selects_all = self.method == ExtractMethod::All && self.intensity == 1.0;
-        let keeps_all = selects_all && self.fireflies == Fireflies::Keep;
-        match arrivals.is_zero("source") {
-            true => Some(Fallback::Zero),
-            false => keeps_all.then_some(Fallback::input("source")),
-        }
+        // With `method: All` it still has peaks, so the source does not replace it.
+        arrivals.is_zero("source").then_some(Fallback::Zero)
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {

@@ -76,8 +76,6 @@ fn an_identity_is_skipped_with_all_that_only_feeds_it() {
     assert_eq!(skipped(&chain("0.5")), (Vec::new(), 7));
     let blur = r#""blur": Gaussian(source: "scene", sigma: 0.2), "result": Vignette(source: "blur")"#;
     assert_eq!(skipped(blur), (vec!["blur".into()], 1));
-    let all = r#""all": Extract(source: "scene", method: All), "result": Vignette(source: "all")"#;
-    assert_eq!(skipped(all), (vec!["all".into()], 1));
 }
 
 #[test]
