@@ -28,11 +28,14 @@ fn moving_glow(pipeline: &str) -> Vec<f64> {
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+#[expect(clippy::print_stdout, reason = "the figures are in graph/docs/colour.md")]
 fn the_glow_of_a_moving_light_is_constant_in_built_in_pipelines() {
     for name in ["lynx.ron", "tsushima.ron"] {
         let now = text(name);
         assert!(now.contains("fireflies: Limit") && now.contains("filter: Tap13)"), "both are replaced");
-        let weights = now.replace("fireflies: Limit", "").replace("filter: Tap13)", "filter: Tap13, firefly: Groups)");
+        let weights = now
+            .replace("fireflies: Limit", "fireflies: Keep")
+            .replace("filter: Tap13)", "filter: Tap13, firefly: Groups)");
         let [before, after] = [weights, now].map(|pipeline| variation(&moving_glow(&pipeline)));
         println!("{name}: the glow varies by {:.1} %, with weights by {:.1} %", 100.0 * after, 100.0 * before);
         assert!(before > 0.3 && after < 0.05, "{name}: {before} {after}");
@@ -70,6 +73,7 @@ fn sun() -> Picture {
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+#[expect(clippy::print_stdout, reason = "the figures are in graph/docs/colour.md")]
 fn the_glare_of_a_sun_is_no_white_blob() {
     let [none, added, screened] = [("lit.strength", "0.0"), ("lit.blend", "Add"), ("lit.blend", "Screen")].map(|set| {
         let graph = changed("glare.ron", None, &[set]);
@@ -77,5 +81,5 @@ fn the_glare_of_a_sun_is_no_white_blob() {
         shown.pixels.iter().filter(|pixel| pixel[..3].iter().all(|x| *x > 250.5 / 255.0)).count()
     });
     println!("pixels above code 250: {none} without glare, {screened} screened, {added} added");
-    assert!(none > 0 && screened < 2 * none && added > 3 * none, "{none} {screened} {added}");
+    assert!(none > 0 && screened < 3 * none && added > 4 * screened, "{none} {screened} {added}");
 }
