@@ -1,7 +1,7 @@
 //! Seconds and memory of the worst pipelines: `cargo bench -p afterimage-plan --bench limits [-- BOMB [SIZE]]`.
 //!
-//! Each bomb is made at the sizes of the table, parsed, checked and planned, each in a process of its own, whose peak of
-//! resident memory is printed. A bomb beyond a limit ends with the code of its first error.
+//! Each bomb is made at the sizes of the table, parsed, checked and planned, each in a process of its own. `MB` is the
+//! most memory that the process had. A bomb beyond a limit ends with the code of the limit's error.
 #![allow(clippy::print_stdout, missing_docs, reason = "a benchmark prints, and exports nothing")]
 
 use std::process::Command;

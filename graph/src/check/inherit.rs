@@ -9,8 +9,8 @@ use crate::document::{Document, Tier};
 use afterimage_base::diagnostic::{Diagnostic, Spanned, did_you_mean, list, quote};
 
 impl Builder<'_> {
-    /// The document of a file that another one names; its problems are reported the first time. `None` once an error has
-    /// been reported.
+    /// The document of a file that another one names; its problems are reported the first time. `None` where an error
+    /// has been reported.
     pub(super) fn document(&mut self, named: &Spanned<String>) -> Option<Rc<Document>> {
         let path = join(&named.location.file, &named.value);
         if !self.has_room_for_text(named) {

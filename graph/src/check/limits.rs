@@ -1,7 +1,7 @@
 //! Limits of a pipeline.
 //!
-//! With them the worst pipeline is checked and planned in less than two seconds and 500 MB. `graph/docs/limits.md` lists
-//! them with figures.
+//! With them the worst pipeline is checked and planned in less than two seconds and 500 MB. `graph/docs/limits.md`
+//! lists them with figures.
 
 /// Nodes; pipelines used as nodes and what is in them count.
 pub const MOST_NODES: usize = 1 << 14;

@@ -87,7 +87,7 @@ impl FactKind {
     }
 }
 
-/// A condition. Its parts are shared: those of a pipeline that is used as a node are part of the condition of every node
+/// A condition. Its parts are shared: the condition of a pipeline that is used as a node is part of that of every node
 /// inside.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Condition(Arc<Expression>);

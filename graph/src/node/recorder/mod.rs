@@ -276,8 +276,9 @@ impl<'a> Recorder<'a> {
         self.add_image(label, desc, Origin::Constant(bytes.into()))
     }
 
-    /// The same for texels that take long to compute. A plan may have a few such images, and it computes each once, also
-    /// where a node is recorded several times until the sizes of histories settle: the bytes must not depend on sizes.
+    /// The same for texels that take long to compute. A plan may have a few such images, and it computes each once,
+    /// also where a node is recorded several times until the sizes of histories settle: the bytes must not depend on
+    /// sizes.
     pub fn computed(&mut self, name: &str, desc: ImageDesc, compute: impl FnOnce() -> Vec<u8>) -> ImageId {
         let label = self.label(name);
         let bytes = self.recording.computed.entry(label.clone()).or_insert_with(|| compute().into()).clone();
