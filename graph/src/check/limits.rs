@@ -1,6 +1,6 @@
 //! Limits of a pipeline.
 //!
-//! With them the worst pipeline is checked and planned in less than two seconds and 500 MB. `graph/docs/limits.md`
+//! With them the worst known pipelines are planned in less than two seconds and 500 MB. `graph/docs/limits.md`
 //! lists them with figures.
 
 /// Nodes; pipelines used as nodes and what is in them count.
