@@ -1,5 +1,4 @@
-//! What single stages of the planner must not do, on the smallest graphs that show it. `graph/docs/faults.md` lists the
-//! fault that each of these tests notices.
+//! What single stages of the planner must not do, on the smallest graphs that show it.
 
 use afterimage_generators::Recipe;
 use afterimage_graph::check::{CheckOptions, Facts, Graph, check};
