@@ -10,6 +10,6 @@ mod planned;
 mod printing;
 mod properties;
 mod skipped;
-mod stages;
 mod stability;
+mod stages;
 mod switches;
