@@ -10,6 +10,8 @@ mod pictures;
 mod plans;
 mod quantise;
 mod sequences;
+#[cfg(target_os = "linux")]
+mod strangers;
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -14,7 +14,7 @@ use crate::args::PipelineOptions;
 use crate::args::measure::{ClipArgs, MeasureArgs};
 use crate::device::{open, options_on};
 use crate::failure::Failure;
-use crate::files::{read_document, registry};
+use crate::files::{Files, read_document, registry};
 use crate::pipeline::{PipelineFile, assignments, facts};
 use crate::progress::Bar;
 use crate::terminal::{note, say};
@@ -23,7 +23,7 @@ pub(crate) fn run(args: &MeasureArgs, tables: &[&[NodeKind]]) -> Result<(), Fail
     if let Some(path) = args.plot.iter().find(|path| !is_chart(path)) {
         return Err(Failure::user(format!("`--plot {}` ends neither in `.svg` nor in `.png`", path.display())));
     }
-    let registry = registry(tables, &args.clips.options.nodes)?;
+    let registry = registry(tables, &args.clips.options.kinds)?;
     let gpu = open(&args.clips.device)?;
     let mut options = measure_options(&args.clips, &gpu)?;
     options.tiers_only = args.tiers;
@@ -67,7 +67,8 @@ fn report(
     options: &MeasureOptions,
 ) -> Result<MeasureReport, Failure> {
     let document = read_document(path)?;
-    let file = PipelineFile::new(&document, registry);
+    let files = Files::of(path, &args.clips.options.kinds);
+    let file = PipelineFile::new(&document, registry, &files);
     let pipeline = &args.clips.options;
     let tiers = file.tiers().into_iter().map(|tier| {
         let graph = file.check(&PipelineOptions { tier: Some(tier.clone()), ..pipeline.clone() })?.0;

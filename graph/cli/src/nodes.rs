@@ -18,7 +18,7 @@ const HEADING: Style = Style::new().bold();
 const NAME: Style = AnsiColor::Cyan.on_default().bold();
 
 pub(crate) fn run(args: &NodesArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
-    let registry = registry(tables, &args.nodes)?;
+    let registry = registry(tables, &args.kinds)?;
     match &args.kind {
         None => say(&list(&registry)),
         Some(name) => say(&page(find(&registry, name)?)),

@@ -19,13 +19,8 @@ use crate::terminal::note;
 pub(crate) struct PipelineFile<'a>(Checker<'a>);
 
 impl<'a> PipelineFile<'a> {
-    /// A pipeline that names files of the file system.
-    pub(crate) fn new(document: &'a Document, registry: &'a Registry) -> Self {
-        Self(Checker::new(document, registry, &Files))
-    }
-
     /// A pipeline whose files `loader` reads.
-    pub(crate) fn with_loader(document: &'a Document, registry: &'a Registry, loader: &'a dyn Loader) -> Self {
+    pub(crate) fn new(document: &'a Document, registry: &'a Registry, loader: &'a dyn Loader) -> Self {
         Self(Checker::new(document, registry, loader))
     }
 
@@ -54,7 +49,7 @@ impl<'a> PipelineFile<'a> {
 
 /// A checked pipeline file, for commands that need it once; prints the warnings.
 pub(crate) fn load_graph(path: &Path, registry: &Registry, options: &PipelineOptions) -> Result<Graph, Failure> {
-    PipelineFile::new(&read_document(path)?, registry).graph(options)
+    PipelineFile::new(&read_document(path)?, registry, &Files::of(path, &options.kinds)).graph(options)
 }
 
 /// `name=value` of each use of an option.

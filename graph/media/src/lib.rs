@@ -1,7 +1,8 @@
 //! Images in files and in memory.
 //!
 //! - [`codec`]: bytes to a [`Picture`] and back, without a file system.
-//! - [`files`]: named files, layers, numbered sequences, atomic writes.
+//! - [`files`]: named files, layers, numbered sequences, atomic writes. Everything that the program reads goes
+//!   through [`read_bytes`], [`read_text`] and [`files::read`]: regular files of a bounded size.
 //!
 //! No file can stop the program: headers are checked against [`limits`] before anything is allocated, panics of
 //! decoders become errors, and each error says what the user can do.
@@ -20,4 +21,6 @@ pub use codec::{
 pub use codec::{AvifOptions, encode_avif};
 #[cfg(feature = "avif")]
 pub use files::write_avif;
-pub use files::{FileError, Source, read, sequence, write_atomic, write_exr, write_jpeg, write_png};
+pub use files::{
+    FileError, Source, read, read_bytes, read_text, real_path, sequence, write_atomic, write_exr, write_jpeg, write_png,
+};

@@ -9,6 +9,11 @@ use super::Loader;
 use crate::document::{self, Document};
 use afterimage_base::diagnostic::{Diagnostic, Diagnostics, Spanned, quote};
 
+/// The name of the text that `--set` options are shown in.
+pub(super) const COMMAND_LINE: &str = "--set";
+/// The most bytes of a pipeline file.
+const MOST_TEXT: usize = 16 << 20;
+
 /// The bytes of a file, or why there are none.
 type Bytes = Result<Arc<[u8]>, String>;
 
@@ -29,18 +34,26 @@ pub(super) enum Named {
 pub(super) struct Files<'a> {
     loader: &'a dyn Loader,
     bytes: RefCell<BTreeMap<String, Bytes>>,
+    /// Those that overrides name.
+    overrides: RefCell<BTreeMap<String, Bytes>>,
     documents: RefCell<BTreeMap<String, Named>>,
 }
 
 impl<'a> Files<'a> {
     pub(super) fn new(loader: &'a dyn Loader) -> Self {
-        Self { loader, bytes: RefCell::default(), documents: RefCell::default() }
+        Self { loader, bytes: RefCell::default(), overrides: RefCell::default(), documents: RefCell::default() }
     }
 
     /// The bytes of a file by its joined path.
     pub(super) fn bytes(&self, path: &str) -> Bytes {
         let load = || self.loader.load(path);
         self.bytes.borrow_mut().entry(path.to_owned()).or_insert_with(load).clone()
+    }
+
+    /// The bytes of a file that an override names.
+    pub(super) fn override_bytes(&self, path: &str) -> Bytes {
+        let load = || self.loader.load_override(path);
+        self.overrides.borrow_mut().entry(path.to_owned()).or_insert_with(load).clone()
     }
 
     /// The document in a file by its joined path.
@@ -50,7 +63,7 @@ impl<'a> Files<'a> {
     }
 
     fn parsed(&self, path: &str) -> Named {
-        match self.bytes(path).map(|bytes| String::from_utf8(bytes.to_vec())) {
+        match self.bytes(path).and_then(short).map(|bytes| String::from_utf8(bytes.to_vec())) {
             Ok(Ok(text)) => match document::parse(path, &text) {
                 Ok(document) => Named::Document(Rc::new(document)),
                 Err(problems) => Named::NoPipeline(problems),
@@ -58,6 +71,14 @@ impl<'a> Files<'a> {
             Ok(Err(_)) => Named::NoText,
             Err(why) => Named::Unreadable(why),
         }
+    }
+}
+
+/// Bytes that are not too many for a pipeline.
+fn short(bytes: Arc<[u8]>) -> Bytes {
+    match bytes.len() {
+        ..=MOST_TEXT => Ok(bytes),
+        length => Err(format!("it has {} MiB, and a pipeline may have at most {} MiB", length >> 20, MOST_TEXT >> 20)),
     }
 }
 
@@ -75,7 +96,11 @@ pub(super) fn join(from: &str, path: &str) -> String {
             _ => parts.push(part),
         }
     }
-    parts.join("/")
+    match parts.join("/") {
+        // Its locations would be those of overrides.
+        joined if joined == COMMAND_LINE => format!("./{joined}"),
+        joined => joined,
+    }
 }
 
 pub(super) fn unreadable(named: &Spanned<String>, why: &str) -> Diagnostic {

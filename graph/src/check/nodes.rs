@@ -1,7 +1,7 @@
 //! Nodes of known kinds: from the entry in a file to the node of the graph.
 
 use super::build::{Builder, Named, NodeDraft};
-use super::files::{join, unreadable};
+use super::files::{COMMAND_LINE, join, unreadable};
 use super::suggest::{kinds_near, known_kinds};
 use super::{Condition, GraphNode};
 use crate::document::{Field, Item, NodeEntry, Tree, doubled, renamed};
@@ -169,7 +169,12 @@ impl Builder<'_> {
         if path.is_empty() {
             return Ok(Value::File(FileValue::default()));
         }
-        let bytes = self.files.bytes(&join(&named.location.file, &path)).map_err(|why| unreadable(named, &why))?;
+        let joined = join(&named.location.file, &path);
+        let bytes = match &*named.location.file {
+            COMMAND_LINE => self.files.override_bytes(&joined),
+            _ => self.files.bytes(&joined),
+        };
+        let bytes = bytes.map_err(|why| unreadable(named, &why))?;
         Ok(Value::File(FileValue { path, bytes: Some(bytes) }))
     }
 

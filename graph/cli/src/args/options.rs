@@ -1,6 +1,6 @@
 //! Options that several commands have.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use afterimage_plan::Options;
 use clap::{Args, ValueEnum};
@@ -17,10 +17,20 @@ pub(crate) struct PipelineOptions {
     /// The tier to use
     #[arg(long)]
     pub(crate) tier: Option<String>,
+    #[command(flatten)]
+    pub(crate) kinds: KindOptions,
+}
+
+/// Folders of the command line: of node kinds, and of files that pipelines and kinds may name.
+#[derive(Clone, Debug, Default, Args)]
+pub(crate) struct KindOptions {
     /// A folder of node kinds in WGSL, or of one: a `node.ron`, a `.wgsl` file named like the kind, and those that it
     /// imports
     #[arg(long, value_name = "DIR")]
     pub(crate) nodes: Vec<PathBuf>,
+    /// A folder whose files, and those below it, a pipeline may name; by default only those of its own folder and below
+    #[arg(long, value_name = "DIR", value_parser = parse_folder)]
+    pub(crate) allow: Vec<PathBuf>,
 }
 
 /// Options of every command that plans.
@@ -114,6 +124,12 @@ pub(crate) struct DeviceOptions {
     pub(crate) fragment: bool,
     #[command(flatten)]
     pub(crate) arithmetic: ArithmeticOptions,
+}
+
+/// A folder that exists.
+fn parse_folder(text: &str) -> Result<PathBuf, String> {
+    let path = Path::new(text);
+    if path.is_dir() { Ok(path.to_owned()) } else { Err("there is no such folder".into()) }
 }
 
 /// `1920x1080`.
