@@ -12,7 +12,7 @@ use measure::{MeasureArgs, TuneArgs};
 use stress::StressArgs;
 
 pub(crate) use options::{
-    ArithmeticOptions, DeviceOptions, KindOptions, NoAlias, PipelineOptions, PlanOptions, TileChoice, parse_size,
+    ArithmeticOptions, DeviceOptions, ImageOptions, KindOptions, NoAlias, PipelineOptions, PlanOptions, TileChoice, parse_size,
 };
 
 /// Post-processing for HDR images: a pipeline is a RON file, its nodes are plug-ins.
@@ -109,6 +109,8 @@ pub(crate) struct RenderArgs {
     /// Render again whenever the pipeline, a file that it names, a shader of `--nodes` or an image changes
     #[arg(long)]
     pub(crate) watch: bool,
+    #[command(flatten)]
+    pub(crate) images: ImageOptions,
     #[command(flatten)]
     pub(crate) options: PipelineOptions,
     #[command(flatten)]

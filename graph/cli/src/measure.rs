@@ -47,6 +47,7 @@ pub(crate) fn measure_options(args: &ClipArgs, gpu: &Gpu) -> Result<MeasureOptio
         walk: args.walk,
         frames: args.frames.clone(),
         fps: args.fps,
+        budget: args.decoding.budget(),
     };
     Ok(MeasureOptions {
         clips,

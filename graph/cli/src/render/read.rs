@@ -3,7 +3,7 @@
 use std::sync::mpsc::SyncSender;
 use std::time::{Duration, Instant};
 
-use afterimage_media::Picture;
+use afterimage_media::{Budget, Picture, read_within};
 
 use super::request::Job;
 use crate::failure::Failure;
@@ -12,11 +12,11 @@ use crate::failure::Failure;
 pub(super) type Read = Result<Vec<(String, Picture)>, Failure>;
 
 /// Reads the images of all jobs; returns the time that it takes.
-pub(super) fn read_all(jobs: &[Job], to: &SyncSender<Read>) -> Duration {
+pub(super) fn read_all(jobs: &[Job], budget: Budget, to: &SyncSender<Read>) -> Duration {
     let mut busy = Duration::ZERO;
     for job in jobs {
         let start = Instant::now();
-        let pictures = read_job(job);
+        let pictures = read_job(job, budget);
         busy += start.elapsed();
         let failed = pictures.is_err();
         // A receiver that is gone has failed and reports the error.
@@ -27,6 +27,6 @@ pub(super) fn read_all(jobs: &[Job], to: &SyncSender<Read>) -> Duration {
     busy
 }
 
-fn read_job(job: &Job) -> Read {
-    job.sources.iter().map(|(name, source)| Ok((name.clone(), afterimage_media::read(source)?))).collect()
+fn read_job(job: &Job, budget: Budget) -> Read {
+    job.sources.iter().map(|(name, source)| Ok((name.clone(), read_within(source, budget)?))).collect()
 }

@@ -30,7 +30,7 @@ pub(super) fn run(request: &Request<'_>, graph: Graph, facts: Facts, options: Op
     let (write_to, write_from) = sync_channel(AHEAD);
     let writers = std::thread::available_parallelism().map_or(1, |cores| cores.get() / 4).clamp(1, MOST_WRITERS);
     let times = std::thread::scope(|scope| {
-        let reader = scope.spawn(move || read_all(&request.jobs, &read_to));
+        let reader = scope.spawn(move || read_all(&request.jobs, request.args.images.budget(), &read_to));
         let queue = Arc::new(Queue::new(write_from));
         let spawn = |_| {
             let queue = queue.clone();
