@@ -15,17 +15,24 @@ impl Folder {
     /// Runs the program; a run that does not end is a failure.
     #[track_caller]
     fn run_soon(&self, line: &str) -> Outcome {
+        self.run_measured(line).0
+    }
+
+    /// Runs the program; also returns the most memory that it was seen to have, in MiB.
+    #[track_caller]
+    pub(super) fn run_measured(&self, line: &str) -> (Outcome, u64) {
         let mut command = self.command(line);
         let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("the program starts");
-        let start = Instant::now();
+        let (start, mut most) = (Instant::now(), 0);
         while child.try_wait().expect("it can be waited for").is_none() {
             if start.elapsed() > LONGEST {
                 child.kill().expect("it runs");
                 panic!("`{line}` does not end");
             }
+            most = most.max(peak(child.id()).unwrap_or(0));
             std::thread::sleep(Duration::from_millis(5));
         }
-        Outcome::of(&child.wait_with_output().expect("it has ended"))
+        (Outcome::of(&child.wait_with_output().expect("it has ended")), most)
     }
 
     fn pipe(&self, name: &str) {
@@ -36,6 +43,13 @@ impl Folder {
     fn link(&self, name: &str, to: impl AsRef<Path>) {
         symlink(to, self.file(name)).expect("a link");
     }
+}
+
+/// The most memory that a process has had, in MiB.
+fn peak(process: u32) -> Option<u64> {
+    let status = fs::read_to_string(format!("/proc/{process}/status")).ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    Some(line.trim().trim_end_matches("kB").trim().parse::<u64>().ok()? >> 10)
 }
 
 /// A pipeline of one node, with further sections.
@@ -72,11 +86,11 @@ fn no_files(folder: &Folder) -> [(&'static str, &'static str); 5] {
 #[test]
 fn a_pipeline_reads_regular_files_of_a_bounded_size() {
     let folder = Folder::new("no-files");
-    let exposure = r#"Exposure(source: "scene", stops: 1.0)"#;
+    let plain = r#"ColorLut(source: "scene")"#;
     for (name, words) in no_files(&folder) {
         folder.with("extends.ron", format!("Pipeline(extends: \"{name}\")").as_bytes());
         folder.with("inner.ron", &pipeline(&format!("Pipeline(file: \"{name}\", source: \"scene\")"), ""));
-        folder.with("tier.ron", &pipeline(exposure, &format!("tiers: {{ \"low\": \"{name}\" }}")));
+        folder.with("tier.ron", &pipeline(plain, &format!("tiers: {{ \"low\": \"{name}\" }}")));
         folder.with("table.ron", &table(name));
         for pipeline in ["extends", "inner", "tier", "table"] {
             let outcome = folder.run_soon(&format!("check {pipeline}.ron"));

@@ -12,7 +12,8 @@ use measure::{MeasureArgs, TuneArgs};
 use stress::StressArgs;
 
 pub(crate) use options::{
-    ArithmeticOptions, DeviceOptions, ImageOptions, KindOptions, NoAlias, PipelineOptions, PlanOptions, TileChoice, parse_size,
+    ArithmeticOptions, DeviceOptions, ImageOptions, KindOptions, NoAlias, PipelineOptions, PlanOptions, TileChoice,
+    parse_size,
 };
 
 /// Post-processing for HDR images: a pipeline is a RON file, its nodes are plug-ins.

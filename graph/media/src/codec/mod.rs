@@ -42,11 +42,7 @@ pub use quantise::EncodedPixels;
 ///
 /// # Errors
 /// What the decoders report, and a layer of a format without layers. A panic of a decoder is an error, too.
-pub fn decode(
-    mut reader: impl BufRead + Seek,
-    layer: Option<&str>,
-    budget: Budget,
-) -> Result<Picture, CodecError> {
+pub fn decode(mut reader: impl BufRead + Seek, layer: Option<&str>, budget: Budget) -> Result<Picture, CodecError> {
     let format = Format::of(&mut reader)?;
     let decoded = catch_panic(|| match (format, layer) {
         (Format::Exr, layer) => exr::decode(reader, layer, budget),

@@ -80,9 +80,7 @@ fn check_header(header: &Header) -> Result<(), CodecError> {
 fn block_bytes(header: &Header) -> u64 {
     let (width, height) = match header.blocks {
         BlockDescription::Tiles(tiles) => (tiles.tile_size.0 as u64, tiles.tile_size.1 as u64),
-        BlockDescription::ScanLines => {
-            (header.layer_size.0 as u64, header.compression.scan_lines_per_block() as u64)
-        }
+        BlockDescription::ScanLines => (header.layer_size.0 as u64, header.compression.scan_lines_per_block() as u64),
     };
     (header.channels.bytes_per_pixel as u64).saturating_mul(width).saturating_mul(height)
 }
