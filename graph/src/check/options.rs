@@ -8,8 +8,8 @@ pub trait Loader {
     /// its folder.
     fn load(&self, path: &str) -> Result<Arc<[u8]>, String>;
 
-    /// The bytes of a file that the user names himself, by an override of [`CheckOptions::sets`]. A loader that restricts
-    /// what a pipeline may name need not restrict these.
+    /// The bytes of a file that the user names by an override of [`CheckOptions::sets`]. A loader that restricts what a
+    /// pipeline may name need not restrict these.
     fn load_override(&self, path: &str) -> Result<Arc<[u8]>, String> {
         self.load(path)
     }
