@@ -234,7 +234,7 @@ fn control_characters_do_not_reach_the_terminal() {
     save(&folder.file("room.exr"), &room(16, 9));
     let (image, file) = (format!("a{EVIL}.exr"), format!("b{EVIL}.ron"));
     let label = r#"label: "l\u{1b}[8m\u{9b}2J""#;
-    folder.with("label.ron", &pipeline(&format!("Vignette(source: \"scene\", {label})"), ""));
+    folder.with("label.ron", &pipeline(&format!("ColorLut(source: \"scene\", {label})"), ""));
     folder
         .with("comment.ron", format!("/* {EVIL} */ Pipeline(nodes: {{ \"a\": Nothing() }}, outputs: {{}})").as_bytes());
     folder.with(&file, &pipeline("Nothing()", ""));
