@@ -224,3 +224,100 @@ fn a_pipe_in_the_cache_stops_nothing() {
     folder.pipe(".cache/afterimage/calibration.json");
     folder.run_soon("render {glare} room.exr -o out.png").good();
 }
+
+/// A terminal shows no control character of a file, of its name or of an argument, but line breaks and own styles.
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn control_characters_do_not_reach_the_terminal() {
+    const EVIL: &str = "\u{1b}[8m\u{1b}]0;x\u{7}\u{9b}2J\u{85}\r\u{7f}";
+    let folder = Folder::new("controls");
+    save(&folder.file("room.exr"), &room(16, 9));
+    let (image, file) = (format!("a{EVIL}.exr"), format!("b{EVIL}.ron"));
+    let label = r#"label: "l\u{1b}[8m\u{9b}2J""#;
+    folder.with("label.ron", &pipeline(&format!("ColorLut(source: \"scene\", {label})"), ""));
+    folder
+        .with("comment.ron", format!("/* {EVIL} */ Pipeline(nodes: {{ \"a\": Nothing() }}, outputs: {{}})").as_bytes());
+    folder.with(&file, &pipeline("Nothing()", ""));
+    fs::copy(folder.file("room.exr"), folder.file(&image)).expect("a copy");
+    fs::write(folder.file(&format!("c{EVIL}.exr")), "no image").expect("a file");
+    let broken = format!("c{EVIL}.exr");
+    let option = format!("--{EVIL}");
+    for words in [
+        vec!["check", &file],
+        vec!["check", "--json", &file],
+        vec!["check", "comment.ron"],
+        vec!["plan", "label.ron"],
+        vec!["plan", "label.ron", "--format", "json"],
+        vec!["plan", &file],
+        vec!["plan", "label.ron", "--format", &option],
+        vec![&option],
+        vec!["render", "label.ron", &broken, "-o", "out.png"],
+        vec!["render", "label.ron", &image, "-o", &option],
+        vec!["check", "label.ron", "--set", &option],
+        vec!["nodes", EVIL],
+    ] {
+        let mut command = folder.command(words[0]);
+        let output = command.args(&words[1..]).env("CLICOLOR_FORCE", "1").output().expect("the program starts");
+        let Outcome { out, err, .. } = Outcome::of(&output);
+        assert!(!(out.is_empty() && err.is_empty()), "{words:?} says nothing");
+        for text in [out, err] {
+            assert!(!text.contains("\u{1b}[8m"), "{words:?}: {text:?}");
+            let plain = without_styles(&text);
+            assert!(plain.chars().all(|c| c == '\n' || c == '\t' || !c.is_control()), "{words:?}: {plain:?}");
+        }
+    }
+}
+
+/// The text without colours.
+fn without_styles(text: &str) -> String {
+    let mut parts = text.split("\u{1b}[");
+    let first = parts.next().unwrap_or_default().to_owned();
+    parts.fold(first, |all, part| {
+        let rest = part.trim_start_matches(|c: char| c.is_ascii_digit() || c == ';');
+        all + rest.strip_prefix('m').unwrap_or("\u{1b}")
+    })
+}
+
+#[test]
+fn the_pipeline_and_its_files_are_no_outputs() {
+    let folder = Folder::new("no-outputs");
+    save(&folder.file("room.exr"), &room(16, 9));
+    folder.with("look.cube", CUBE);
+    folder.with("p.ron", &table("look.cube"));
+    folder.with("p.png", &table("look.cube"));
+    folder.link("to-p.png", "p.ron");
+    folder.link("to-look.png", "look.cube");
+    let before = folder.names();
+    for line in [
+        "render p.png room.exr -o p.png",
+        "render p.ron room.exr -o to-p.png",
+        "render p.ron room.exr -o to-look.png",
+        "render p.ron room.exr --output display=./to-p.png",
+        "stress p.ron --quick --markdown p.ron",
+        "stress p.ron --conditioning --json ./p.ron",
+    ] {
+        let words = "this is the pipeline, or a file that it uses\n  hint: choose another name for the output";
+        folder.run_soon(line).fails_saying(1, &[words]);
+    }
+    assert_eq!(folder.names(), before);
+    assert_eq!(fs::read(folder.file("p.ron")).expect("it is there"), table("look.cube"));
+    assert_eq!(fs::read(folder.file("look.cube")).expect("it is there"), CUBE);
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn measurements_do_not_replace_the_pipeline() {
+    let folder = Folder::new("no-figures");
+    save(&folder.file("room.exr"), &room(16, 9));
+    folder.with("p.ron", &table(""));
+    for line in [
+        "measure p.ron room.exr --json p.ron",
+        "measure p.ron room.exr --csv ./p.ron",
+        "tune p.ron room.exr --error 1 -o p.ron",
+        "tune p.ron room.exr --error 1 --state p.ron",
+        "bench p.ron --size 16x16 --frames 1 --json p.ron",
+    ] {
+        folder.run_soon(line).fails_saying(1, &["p.ron: this is the pipeline, or a file that it uses"]);
+    }
+    assert_eq!(fs::read(folder.file("p.ron")).expect("it is there"), table(""));
+}

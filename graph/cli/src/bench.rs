@@ -27,6 +27,7 @@ pub(crate) fn run(args: &BenchArgs, tables: &[&[NodeKind]]) -> Result<(), Failur
     let Some(path) = &args.pipeline else { return Ok(()) };
     // Prints the warnings; the starts below do not print them again.
     load_graph(path, &registry, &args.options)?;
+    args.json.iter().try_for_each(|out| Files::of(path, &args.options.kinds).refuse_output(out))?;
     let load = || -> Result<Graph, Failure> {
         let files = Files::of(path, &args.options.kinds);
         Ok(PipelineFile::new(&read_document(path)?, &registry, &files).check(&args.options)?.0)

@@ -12,7 +12,7 @@ use crate::args::{CheckArgs, PipelineOptions};
 use crate::failure::Failure;
 use crate::files::{Files, read_document, registry};
 use crate::pipeline::{PipelineFile, facts, plan_without_device};
-use crate::terminal::{note, say};
+use crate::terminal::{note_styled, say};
 
 pub(crate) fn run(args: &CheckArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
     if args.json {
@@ -24,7 +24,7 @@ pub(crate) fn run(args: &CheckArgs, tables: &[&[NodeKind]]) -> Result<(), Failur
         match one(path, args, &registry) {
             Ok(verdict) => say(&format!("{}: good{verdict}", path.display())),
             Err(failure) if failure.status() == 1 => {
-                note(&failure.text());
+                failure.print();
                 failed += 1;
             }
             Err(failure) => return Err(failure),
@@ -51,7 +51,7 @@ fn one(path: &Path, args: &CheckArgs, registry: &Registry) -> Result<String, Fai
     }
     let warnings = warnings.sorted();
     if !warnings.is_empty() {
-        note(&warnings.render(Style::Coloured));
+        note_styled(&warnings.render(Style::Coloured));
     }
     if args.plan {
         graphs.iter().try_for_each(|(tier, graph)| verify_plans(graph, tier, args))?;

@@ -1,6 +1,7 @@
 //! Reads pipelines, folders of node kinds, and the files that pipelines name.
 
-use std::cell::Cell;
+use std::cell::{Cell, RefCell};
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -25,13 +26,17 @@ pub(crate) struct Files {
     folders: Vec<PathBuf>,
     /// How many bytes may still be read.
     left: Cell<u64>,
+    /// The files that have been read, without links, and the pipeline itself.
+    used: RefCell<BTreeSet<PathBuf>>,
 }
 
 impl Files {
     /// The files that a pipeline may name.
     pub(crate) fn of(pipeline: &Path, options: &KindOptions) -> Self {
         let folder = pipeline.parent().filter(|folder| !folder.as_os_str().is_empty());
-        Self::new("the folder of the pipeline", folder.unwrap_or(Path::new(".")), &options.allow)
+        let files = Self::new("the folder of the pipeline", folder.unwrap_or(Path::new(".")), &options.allow);
+        files.used.borrow_mut().extend(real_path(pipeline).ok());
+        files
     }
 
     /// The files of a folder of kinds. A link may lead out of it.
@@ -43,7 +48,7 @@ impl Files {
         // A folder that does not exist permits nothing; that it has no files is reported elsewhere.
         let folders = [folder].into_iter().chain(allow.iter().map(PathBuf::as_path));
         let folders = folders.filter_map(|folder| real_path(folder).ok()).collect();
-        Self { own, folders, left: Cell::new(MOST_BYTES) }
+        Self { own, folders, left: Cell::new(MOST_BYTES), used: RefCell::default() }
     }
 
     /// The file without links, or why it may not be read.
@@ -59,7 +64,19 @@ impl Files {
     fn bytes(&self, path: &Path) -> Result<Arc<[u8]>, String> {
         let bytes = read_bytes(path, self.left.get()).map_err(|error| error.message)?;
         self.left.set(self.left.get() - bytes.len() as u64);
+        self.used.borrow_mut().extend(real_path(path).ok());
         Ok(bytes.into())
+    }
+
+    /// Refuses an output that replaces the pipeline or a file that it names.
+    pub(crate) fn refuse_output(&self, out: &Path) -> Result<(), Failure> {
+        match real_path(out) {
+            Ok(real) if self.used.borrow().contains(&real) => {
+                Err(Failure::user(format!("{}: this is the pipeline, or a file that it uses", out.display()))
+                    .hint("choose another name for the output"))
+            }
+            _ => Ok(()),
+        }
     }
 
     /// The text of a file of a folder of kinds; `what` names it in the error.

@@ -13,7 +13,7 @@ use afterimage_plan::{Alias, Caps, GivenImage, Options, Plan, PlanRequest, Requi
 use crate::args::{NoAlias, PipelineOptions, PlanOptions, TileChoice};
 use crate::failure::Failure;
 use crate::files::{Files, read_document};
-use crate::terminal::note;
+use crate::terminal::note_styled;
 
 /// A parsed pipeline file, which is checked for each tier. The files that it names are read once, too.
 pub(crate) struct PipelineFile<'a>(Checker<'a>);
@@ -28,7 +28,7 @@ impl<'a> PipelineFile<'a> {
     pub(crate) fn graph(&self, options: &PipelineOptions) -> Result<Graph, Failure> {
         let (graph, warnings) = self.check(options)?;
         if !warnings.is_empty() {
-            note(&warnings.render(Style::Coloured));
+            note_styled(&warnings.render(Style::Coloured));
         }
         Ok(graph)
     }

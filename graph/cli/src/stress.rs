@@ -79,6 +79,7 @@ fn subjects(args: &StressArgs, registry: &Registry, tables: &[&[NodeKind]]) -> R
         let text = text(path, "pipeline")?;
         // A subject may live as long as the program.
         let files = Box::leak(Box::new(Files::of(path, &args.options.kinds)));
+        args.markdown.iter().chain(&args.json).try_for_each(|out| files.refuse_output(out))?;
         subjects.extend(stress::pipelines((&file, &file), (&file, &text), files, tier)?);
     }
     if everything {

@@ -19,16 +19,8 @@ pub(crate) fn figures(measured: &Measured) -> String {
     format!("{ms:.3} ms, 99.9 % of pixels within {p999:.3} codes and all within {max:.3}, {mebibytes:.1} MiB")
 }
 
-/// Refuses a name that RON cannot hold, and an output that overwrites the pipeline itself.
+/// Refuses a name that RON cannot hold.
 pub(crate) fn check_name(args: &TuneArgs, registry: &Registry) -> Result<(), Failure> {
-    let same = |out: &PathBuf| {
-        std::fs::canonicalize(out).ok().filter(|out| Some(out) == std::fs::canonicalize(&args.pipeline).ok().as_ref())
-    };
-    if let Some(out) = args.out.as_ref().and_then(same) {
-        return Err(
-            Failure::user(format!("`{}` is the pipeline that is tuned", out.display())).hint("name another file")
-        );
-    }
     let text = document(args, "", &[]);
     let document = parse("the tuned pipeline", &text)?;
     let files = Files::of(&args.pipeline, &args.clips.options.kinds);

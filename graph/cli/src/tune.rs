@@ -26,6 +26,7 @@ pub(crate) fn run(args: &TuneArgs, tables: &[&[NodeKind]]) -> Result<(), Failure
     let plain = without_changes(&file, pipeline, &written)?;
     // `--set` asks for another look, but a tier is a compromise: errors are measured against the file without it.
     let ideal = file.check(&PipelineOptions { tier: None, ..pipeline.clone() })?.0;
+    args.out.iter().chain(&args.state).try_for_each(|out| files.refuse_output(out))?;
     tier_file::check_name(args, &registry)?;
     let gpu = open(&args.clips.device)?;
     let options = measure_options(&args.clips, &gpu)?;

@@ -28,6 +28,7 @@ pub(crate) fn run(args: &RenderArgs, tables: &[&[NodeKind]]) -> Result<(), Failu
     let (facts, options) = (facts(&args.options)?, plan_options(&args.plan));
     let named = assignments(&args.inputs, "--input")?;
     let mut request = Request::new(args, targets(args)?, &graph, named)?;
+    request.jobs.iter().flat_map(|job| &job.out).try_for_each(|out| files.refuse_output(out))?;
     let graph = request.prepare(graph);
     let times = stages::run(&request, graph, facts, options)?;
     if args.timings {

@@ -131,7 +131,8 @@ fn find(options: &ClipOptions, image: &str) -> Result<sequence::Input, LabError>
 fn short_name(image: &str) -> String {
     let file = Path::new(image).file_name().map_or(image.into(), |name| name.to_string_lossy());
     let stem = file.rsplit_once('.').map_or(file.as_ref(), |(stem, _)| stem);
-    stem.trim_end_matches(['#', '.', '_', '-']).to_owned()
+    // The name is printed in tables with styles.
+    stem.trim_end_matches(['#', '.', '_', '-']).replace(char::is_control, "?")
 }
 
 impl ClipSource {

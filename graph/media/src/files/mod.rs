@@ -3,8 +3,10 @@
 
 mod atomic;
 mod error;
+mod leftovers;
 mod memory;
 mod regular;
+mod rights;
 pub mod sequence;
 
 use std::io::BufReader;
