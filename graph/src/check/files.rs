@@ -11,8 +11,6 @@ use afterimage_base::diagnostic::{Diagnostic, Diagnostics, Spanned, quote};
 
 /// The name of the text that `--set` options are shown in.
 pub(super) const COMMAND_LINE: &str = "--set";
-/// The most bytes of a pipeline file.
-const MOST_TEXT: usize = 16 << 20;
 
 /// The bytes of a file, or why there are none.
 type Bytes = Result<Arc<[u8]>, String>;
@@ -63,7 +61,7 @@ impl<'a> Files<'a> {
     }
 
     fn parsed(&self, path: &str) -> Named {
-        match self.bytes(path).and_then(short).map(|bytes| String::from_utf8(bytes.to_vec())) {
+        match self.bytes(path).map(|bytes| String::from_utf8(bytes.to_vec())) {
             Ok(Ok(text)) => match document::parse(path, &text) {
                 Ok(document) => Named::Document(Rc::new(document)),
                 Err(problems) => Named::NoPipeline(problems),
@@ -71,14 +69,6 @@ impl<'a> Files<'a> {
             Ok(Err(_)) => Named::NoText,
             Err(why) => Named::Unreadable(why),
         }
-    }
-}
-
-/// Bytes that are not too many for a pipeline.
-fn short(bytes: Arc<[u8]>) -> Bytes {
-    match bytes.len() {
-        ..=MOST_TEXT => Ok(bytes),
-        length => Err(format!("it has {} MiB, and a pipeline may have at most {} MiB", length >> 20, MOST_TEXT >> 20)),
     }
 }
 
