@@ -293,6 +293,7 @@ fn the_pipeline_and_its_files_are_no_outputs() {
         "render p.ron room.exr -o to-p.png",
         "render p.ron room.exr -o to-look.png",
         "render p.ron room.exr --output display=./to-p.png",
+        "render p.ron room.exr -o out.png --json p.ron",
         "stress p.ron --quick --markdown p.ron",
         "stress p.ron --conditioning --json ./p.ron",
     ] {

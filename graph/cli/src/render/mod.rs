@@ -2,6 +2,8 @@
 
 mod frames;
 mod read;
+mod readings;
+mod repairs;
 mod request;
 mod stages;
 mod target;
@@ -28,9 +30,14 @@ pub(crate) fn run(args: &RenderArgs, tables: &[&[NodeKind]]) -> Result<(), Failu
     let (facts, options) = (facts(&args.options)?, plan_options(&args.plan));
     let named = assignments(&args.inputs, "--input")?;
     let mut request = Request::new(args, targets(args)?, &graph, named)?;
-    request.jobs.iter().flat_map(|job| &job.out).try_for_each(|out| files.refuse_output(out))?;
+    let mut written = request.jobs.iter().flat_map(|job| &job.out).chain(&args.json);
+    written.try_for_each(|out| files.refuse_output(out))?;
     let graph = request.prepare(graph);
-    let times = stages::run(&request, graph, facts, options)?;
+    let (times, frames) = stages::run(&request, graph, facts, options)?;
+    readings::summary(&frames).iter().for_each(|line| note(line));
+    if let Some(path) = &args.json {
+        readings::write_json(path, &frames)?;
+    }
     if args.timings {
         note(&times.to_string());
     }
