@@ -10,6 +10,7 @@ mod pictures;
 mod plans;
 mod quantise;
 mod sequences;
+mod untrusted;
 
 use std::fs;
 use std::path::{Path, PathBuf};

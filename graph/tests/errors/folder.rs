@@ -106,14 +106,26 @@ fn errors_of_the_shader_are_reported_at_their_lines() {
         (
             "fn posterize",
             "@group(0) @binding(0) var posterize_t: texture_2d<f32>;\nfn posterize",
-            "`posterize_t` is bound to a resource, which the framework makes by itself",
+            "this is bound to a resource, which the framework makes by itself",
             "posterize.wgsl:3:27",
         ),
         (
             "fn posterize",
             "@compute @workgroup_size(1) fn posterize_all() { }\nfn posterize",
-            "`posterize_all` is an entry point",
-            "posterize.wgsl:3:32",
+            "this belongs to an entry point or a binding, which the framework makes by itself",
+            "posterize.wgsl:3:1",
+        ),
+        (
+            "levels: f32",
+            "levels: array<f32, 1>",
+            "`levels` is a number and does not fit its member",
+            "posterize.wgsl:1:20",
+        ),
+        (
+            "levels: f32",
+            "levels: f32, is_soft: bool",
+            "the struct `Posterize` has a member that no parameter fits",
+            "posterize.wgsl:1:8",
         ),
         ("    let steps", "    loop { }\n    let steps", "this loop never ends", "posterize.wgsl:4:5"),
         (

@@ -5,10 +5,12 @@
 //! name in front. All edits are of tokens; the text between them stays as it is, so that each byte of the result has a
 //! place in a file.
 
+mod contents;
 mod edit;
 mod emit;
 mod instance;
 mod linker;
+mod loops;
 mod names;
 mod resolve;
 mod source_map;
