@@ -8,6 +8,8 @@ use crate::limits::{STACK_BYTES, check_cost, check_memory};
 use crate::link::SourceMap;
 use crate::lints;
 
+const TOO_DEEP: &str = "brackets, types or statements are nested too deeply for the parser";
+
 /// Parses and validates a module; the first error otherwise.
 ///
 /// # Errors
@@ -49,7 +51,10 @@ fn validate_here(source: &str, map: &SourceMap) -> Result<naga::Module, ShaderEr
 fn parse(source: &str, map: &SourceMap) -> Result<naga::Module, ShaderError> {
     naga::front::wgsl::parse_str(source).map_err(|error| {
         let byte = error.location(source).map(|place| place.offset as usize);
-        place_error(map, byte, error.message().to_owned())
+        // naga has no place for this one.
+        let is_too_deep = byte.is_none() && error.message().starts_with("internal");
+        let message = if is_too_deep { TOO_DEEP } else { error.message() };
+        place_error(map, byte, message.to_owned())
     })
 }
 

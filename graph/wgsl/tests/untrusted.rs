@@ -141,6 +141,14 @@ fn bombs() -> Vec<(&'static str, Limit, String)> {
         ("long code", limits::OPERATIONS, {
             in_body(&format!("var s = source; {} return s;", "s = sin(s) * cos(s) + s.yzwx;".repeat(3000)))
         }),
+        ("a chain of calls", limits::CALLS, {
+            let chain = numbered(900, |i| format!("fn g{}(x: vec4f) -> vec4f {{ return g{i}(x); }}\n", i + 1));
+            format!("fn g0(x: vec4f) -> vec4f {{ return x; }}\n{chain}{}", in_body("return g900(source);"))
+        }),
+        ("loops", limits::LOOPS, {
+            let count = "for (var i = 0; i < 9; i++) { s += s.yzwx; }".repeat(100);
+            in_body(&format!("var s = source; {count} return s;"))
+        }),
         ("powers", limits::OPERATIONS, {
             in_body(&format!("var s = source; {} return s;", "s = pow(s, s.yzwx);".repeat(200)))
         }),

@@ -1,14 +1,20 @@
 //! The work of compiling a function. Drivers inline every call, and write out what a device has no instruction for.
 //!
-//! The weights are measured with llvmpipe: an operation on one component takes it about 16 microseconds.
+//! The weights are measured with llvmpipe, which takes up to 16 microseconds for a weight of 1: two seconds for the limit.
 
 use naga::valid::{FunctionInfo, ModuleInfo};
-use naga::{Block, Expression, Function, Handle, MathFunction, Module, Span, Statement, TypeInner};
+use naga::{
+    BinaryOperator, Block, Expression, Function, Handle, MathFunction, Module, ScalarKind, Span, Statement, TypeInner,
+};
 
-use super::{LOOPS, OPERATIONS};
+use super::{CALLS, LOOPS, OPERATIONS};
 
+/// An operation on one component.
+const OPERATION: usize = 3;
+/// A division of whole numbers, which drivers write out.
+const DIVISION: usize = 256;
 /// A branch, and a case of a `switch`.
-const BRANCH: usize = 16;
+const BRANCH: usize = 64;
 /// A read of a texture, filtered by hand.
 const READ: usize = 512;
 
@@ -18,10 +24,10 @@ pub(crate) fn check_cost(module: &Module, info: &ModuleInfo) -> Option<(Span, St
     // A module declares functions before those that call them.
     for (handle, function) in module.functions.iter() {
         let types = Types { module, info: &info[handle], function };
-        let mut cost = Cost { operations: types.expressions(), loops: 0 };
+        let mut cost = Cost { operations: types.expressions(), loops: 0, calls: 0 };
         cost.block(&function.body, &costs);
-        let message = LOOPS.exceeded(cost.loops).or_else(|| OPERATIONS.exceeded(cost.operations));
-        if let Some(message) = message {
+        let exceeded = OPERATIONS.exceeded(cost.operations).or_else(|| LOOPS.exceeded(cost.loops));
+        if let Some(message) = exceeded.or_else(|| CALLS.exceeded(cost.calls)) {
             return Some((module.functions.get_span(handle), message));
         }
         costs.push(cost);
@@ -34,6 +40,8 @@ pub(crate) fn check_cost(module: &Module, info: &ModuleInfo) -> Option<(Span, St
 struct Cost {
     operations: usize,
     loops: usize,
+    /// Calls inside of calls.
+    calls: usize,
 }
 
 impl Cost {
@@ -49,6 +57,7 @@ impl Cost {
                 Statement::Call { function, .. } => {
                     let called = known[function.index()];
                     self.add(called.operations, called.loops);
+                    self.calls = self.calls.max(called.calls + 1);
                 }
                 Statement::Block(block) => self.block(block, known),
                 Statement::If { accept, reject, .. } => {
@@ -99,11 +108,21 @@ impl<'m> Types<'m> {
             Expression::Access { base, .. } => self.access(self.of(*base)),
             Expression::ImageLoad { .. } | Expression::ImageSample { .. } => READ,
             Expression::Binary { left, right, .. } if self.is_matrix(*left) || self.is_matrix(*right) => {
-                4 * self.numbers(handle).max(self.numbers(*left)).max(self.numbers(*right))
+                4 * OPERATION * self.numbers(handle).max(self.numbers(*left)).max(self.numbers(*right))
+            }
+            Expression::Binary { op: BinaryOperator::Divide | BinaryOperator::Modulo, .. }
+                if self.is_integer(handle) =>
+            {
+                DIVISION * self.numbers(handle)
             }
             Expression::Math { fun, arg, .. } => self.numbers(*arg).max(self.numbers(handle)) * weight(*fun),
-            _ => self.numbers(handle),
+            _ => OPERATION * self.numbers(handle),
         }
+    }
+
+    fn is_integer(&self, expression: Handle<Expression>) -> bool {
+        let kind = self.of(expression).scalar_kind();
+        matches!(kind, Some(ScalarKind::Sint | ScalarKind::Uint))
     }
 
     fn is_matrix(&self, expression: Handle<Expression>) -> bool {
@@ -118,10 +137,10 @@ impl<'m> Types<'m> {
             if is_array { (bytes as usize).div_ceil(4) } else { 1 }
         };
         match base {
-            TypeInner::Pointer { base, .. } => 12 * elements(&self.module.types[*base].inner),
+            TypeInner::Pointer { base, .. } => 24 * elements(&self.module.types[*base].inner),
             value => {
                 let count = elements(value);
-                count.saturating_mul(count).saturating_mul(3)
+                count.saturating_mul(count).saturating_mul(4)
             }
         }
     }
@@ -135,6 +154,10 @@ fn weight(function: MathFunction) -> usize {
         F::Asinh | F::Acosh | F::Atanh | F::Refract => 480,
         F::Sin | F::Cos => 256,
         F::Inverse | F::Determinant | F::Exp | F::Exp2 | F::Log | F::Log2 | F::Modf | F::Frexp | F::Ldexp => 32,
-        _ => 4,
+        F::Pack4x8snorm | F::Pack4x8unorm | F::Pack2x16snorm | F::Pack2x16unorm | F::Pack2x16float => 64,
+        F::Unpack4x8snorm | F::Unpack4x8unorm | F::Unpack2x16snorm | F::Unpack2x16unorm => 64,
+        F::Unpack2x16float | F::QuantizeToF16 => 64,
+        F::SmoothStep | F::FaceForward | F::Reflect | F::Normalize | F::Length | F::Distance => 48,
+        _ => 12,
     }
 }

@@ -54,10 +54,12 @@ pub const VALUE_BYTES: Limit = Limit::new(1 << 16, "bytes in a value");
 /// Of a function, with those that it calls counted at each call. Arrays in constants do not count.
 pub const ARRAY_BYTES: Limit = Limit::new(1 << 10, "bytes in array variables of a function and all that it calls");
 /// Of a function, with those that it calls counted at each call, since drivers inline all calls. An operation counts
-/// once for each component; what drivers write out counts more: see `cost.rs`.
+/// for each component, and what drivers write out counts more: see `cost.rs`.
 pub const OPERATIONS: Limit = Limit::new(96_000, "operations in a function and all that it calls");
 /// Of a function, with those that it calls counted at each call: llvmpipe takes twice as long for each further one.
 pub const LOOPS: Limit = Limit::new(10, "loops in a function and all that it calls");
+/// Of a function.
+pub const CALLS: Limit = Limit::new(64, "calls inside of calls");
 /// Of all loops in one call of a kernel function. What runs longer ends there; `lib/loops.wgsl` counts.
 pub const LOOP_STEPS: Limit = Limit::new(1 << 20, "steps of loops for a pixel");
 /// Of a kind without Rust.
@@ -68,7 +70,7 @@ pub const INPUTS: Limit = Limit::new(12, "inputs of a kind");
 pub const OUTPUTS: Limit = Limit::new(8, "outputs of a kind");
 
 /// All limits, in the order of the table in `nodes/README.md`.
-pub const ALL: [Limit; 16] = [
+pub const ALL: [Limit; 17] = [
     FILE_BYTES,
     FILES,
     FILE_TOKENS,
@@ -81,6 +83,7 @@ pub const ALL: [Limit; 16] = [
     ARRAY_BYTES,
     OPERATIONS,
     LOOPS,
+    CALLS,
     LOOP_STEPS,
     PARAMETERS,
     INPUTS,
