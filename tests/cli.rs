@@ -149,6 +149,6 @@ fn help_version_and_nonsense() {
     }
     assert!(folder.run("--version").good().starts_with("afterimage "));
     folder.run("rendr").fails_saying(1, &["rendr", "render"]);
-    folder.run("render").fails_saying(1, &["<PIPELINE>", "--out <FILE>"]);
+    folder.run("render").fails_saying(1, &["<PIPELINE>"]);
     assert_eq!(folder.names(), Vec::<String>::new());
 }

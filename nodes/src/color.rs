@@ -7,6 +7,14 @@ use glam::{DMat3, DVec2, DVec3};
 /// Luminance weights of linear Rec.709, with the four digits of the recommendation. Their sum is exactly 1.
 pub(crate) const LUMINANCE: DVec3 = DVec3::new(0.2126, 0.7152, 0.0722);
 
+/// ARRI Wide Gamut 3 (ARRI, "ALEXA Log C Curve", 2012).
+pub(crate) const ARRI_WIDE_GAMUT_3: Chromaticities = Chromaticities {
+    red: Xy::new(0.6840, 0.3130),
+    green: Xy::new(0.2210, 0.8480),
+    blue: Xy::new(0.0861, -0.1020),
+    white: Xy::D65,
+};
+
 /// The luminance weights of linear light in these primaries: those of [`LUMINANCE`] for Rec.709.
 pub(crate) fn luminance_weights(primaries: &Chromaticities) -> DVec3 {
     if *primaries == Chromaticities::REC709 { LUMINANCE } else { primaries.to_xyz().row(1) }

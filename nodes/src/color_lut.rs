@@ -6,7 +6,7 @@ use afterimage_graph::prelude::*;
 
 use crate::lut::{Interpolation, Lut, LutError, PngLayout, ROW, Table};
 use crate::lut_file::{LutFile, parse_lut_file};
-use crate::process::{Process, function};
+use crate::process::{Conversion, LutSpace, LutState, Process, Step, function};
 use crate::shaper::{Shape, Shaper};
 
 static SHADER: Shader = shader!("color_lut");
@@ -28,15 +28,27 @@ params! {
     /// Common LUT Format (version 3, SMPTE ST 2136-1): tables, matrices, ranges, logarithms, powers and colour decision
     /// lists in any order.
     ///
-    /// The author of the table decides what it expects and returns: place the node where the image is in that color
-    /// state. Most tables are made for encoded images. For light above 1, set `shaper` to the spacing of the table's
-    /// axes; the domain in the file applies after the shaper. Colours outside of a domain use its border.
+    /// State in `from` the space that the table was made for, and in `to` that of its results. Without them, the author
+    /// of the table decides, and the node belongs where the image is in that space. With them, the node converts. A
+    /// look for sRGB works on light, before `Encode`, as it would after it, and a table that contains a display
+    /// transform replaces `ToneMap` and `Encode`, with `state`. Colours outside of a table's domain use its border. For
+    /// light above 1, state `from`, or set `shaper` to the spacing of the table's axes; the domain in the file applies
+    /// after the shaper.
     ///
-    /// The steps of a `.clf` file are computed for each pixel, in 32 bits, and not baked into a table. An error in the
-    /// file is reported with its line. The node is skipped if the table is an identity or `strength` is 0.
+    /// The steps of a `.clf` file and the conversions are computed for each pixel, in 32 bits, and not baked into a
+    /// table. An error in the file is reported with its line. The node is skipped if the table is an identity, or if
+    /// `strength` is 0 and the state stays.
     pub struct ColorLut {
         /// The file. Without a file the node changes nothing.
         pub file: FileValue = FileValue::default();
+        /// The space of the colours that the table expects. An image in another space is converted to it.
+        pub from: LutSpace = LutSpace::Same;
+        /// The space of the colours that the table returns. They are converted to the result.
+        pub to: LutSpace = LutSpace::Same;
+        /// The color state of the result.
+        pub state: LutState = LutState::Source;
+        /// For `Pq`: the luminance of light of 1, which is SDR white.
+        pub white_nits: f32 = 203.0 => within(1.0..=10000.0), usually(80.0..=400.0), unit("cd/m2"), replans();
         /// For a PNG: the layout of the table.
         pub layout: PngLayout = PngLayout::Tiles;
         /// How a colour maps to a position in the table.
@@ -47,45 +59,57 @@ params! {
         pub high: f32 = 6.0 => within(5.0..=16.0), usually(5.0..=10.0), unit("stops from 1");
         /// How a 3-D table is interpolated. A `.clf` file decides itself.
         pub interpolation: Interpolation = Interpolation::Tetrahedral;
-        /// The precision of entries and weights. A `.clf` file is always `Exact`.
+        /// The precision of entries and weights. `.clf` files, and tables with `from` or `to`, are always `Exact`.
         pub precision: LutPrecision = LutPrecision::Exact => quality(LutPrecision::Exact, [LutPrecision::Fast]);
-        /// Share of the table's result. 0 changes nothing.
+        /// Share of the table's result, in the space of `to`. 0 changes nothing.
         pub strength: f32 = 1.0 => within(0.0..=1.0), neutral(0.0);
     }
 }
 
 impl Node for ColorLut {
     const INPUTS: &'static [Input] =
-        &[Input::image("source", "The image, in the color state that the table was made for.").accepts(&[
+        &[Input::image("source", "The image. Without `from`, in the state that the table was made for.").accepts(&[
             ColorState::Exposed,
             ColorState::DisplayLinear,
             ColorState::Encoded,
         ])];
-    const OUTPUTS: &'static [Output] = &[Output::image("result", OutputState::same("source"), "The graded image.")];
+    const OUTPUTS: &'static [Output] = &[Output::image("result", OutputState::chosen("state"), "The graded image.")];
     const FALLBACK: Fallback = Fallback::input("source");
 
     fn identity(&self, _: &Arrivals) -> Option<Fallback> {
-        let does_nothing = || self.shaper == Shaper::None && self.content().is_ok_and(is_identity);
-        (self.strength == 0.0 || self.file.bytes.is_none() || does_nothing()).then_some(Self::FALLBACK)
+        let keeps = self.state == LutState::Source;
+        let does_nothing = || self.is_plain() && self.shaper == Shaper::None && self.content().is_ok_and(is_identity);
+        (keeps && (self.strength == 0.0 || self.file.bytes.is_none() || does_nothing())).then_some(Self::FALLBACK)
     }
 
     fn verify(&self) -> Result<(), String> {
         let content = self.content().map_err(|error| format!("`{}`: {error}", self.file.path))?;
         match content {
             LutFile::Table(lut) if self.shaper != Shaper::None && lut.curve.is_some() && lut.cube.is_some() => {
-                Err(format!("`{}` has a 1-D table as its shaper: remove `shaper`", self.file.path))
+                return Err(format!("`{}` has a 1-D table as its shaper: remove `shaper`", self.file.path));
             }
             LutFile::Process(_) if self.shaper != Shaper::None => {
-                Err(format!("`{}` has steps of its own before its tables: remove `shaper`", self.file.path))
+                return Err(format!("`{}` has steps of its own before its tables: remove `shaper`", self.file.path));
             }
-            _ => Ok(()),
+            _ => {}
+        }
+        self.verify_state()
+    }
+
+    fn color(&self) -> ColorChange {
+        let encoded = || self.result_space().colorimetry(f64::from(self.white_nits));
+        match self.state {
+            LutState::Source => ColorChange::Keep,
+            LutState::DisplayLinear => ColorChange::ToDisplay,
+            LutState::Encoded => encoded().map_or(ColorChange::Keep, ColorChange::Encode),
         }
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {
         // `verify` has rejected files that cannot be read.
         match self.content() {
-            Ok(LutFile::Process(process)) => record_process(pass, &process),
+            Ok(LutFile::Process(process)) => self.record_process(pass, process),
+            Ok(LutFile::Table(lut)) if !self.is_plain() => self.record_process(pass, self.process(&lut)),
             Ok(LutFile::Table(lut)) => self.record_table(pass, &lut),
             Err(_) => self.record_table(pass, &Lut::identity()),
         }
@@ -100,23 +124,60 @@ fn is_identity(content: LutFile) -> bool {
     }
 }
 
-fn record_process(pass: &mut Recorder<'_>, process: &Process) {
-    const NAME: &str = "color_lut_process";
-    let (text, textures) = function(NAME, process);
-    let images = textures.images(pass);
-    let source = pass.image("source");
-    let desc = ImageDesc::new(pass.desc(source).size);
-    let shader = Arc::new(Shader::loaded("color_lut.wgsl".into(), text));
-    let kernel = pass.function(shader, NAME);
-    images.into_iter().fold(kernel, |kernel, (name, image)| kernel.read(name, image)).write("result", desc);
-}
-
 impl ColorLut {
+    /// Whether the table works on the numbers of the image.
+    fn is_plain(&self) -> bool {
+        self.from == LutSpace::Same && self.to == LutSpace::Same
+    }
+
     fn content(&self) -> Result<LutFile, LutError> {
         match &self.file.bytes {
             None => Ok(LutFile::Table(Lut::identity())),
             Some(bytes) => parse_lut_file(bytes, self.layout),
         }
+    }
+
+    fn verify_state(&self) -> Result<(), String> {
+        let state = self.state.name();
+        match self.state {
+            LutState::Source => Ok(()),
+            _ if self.file.bytes.is_none() => Err(format!("`state: {state}` needs a `file`")),
+            _ if self.is_plain() => Err(format!("`state: {state}` needs `to`: the space of the table's results")),
+            LutState::Encoded if !self.result_space().is_for_displays() => {
+                Err(format!("`{}` is no space of encoded images", self.result_space().name()))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    fn result_space(&self) -> LutSpace {
+        if self.to == LutSpace::Same { self.from } else { self.to }
+    }
+
+    /// The shaper and the table as steps.
+    fn process(&self, lut: &Lut) -> Process {
+        let shaper = match self.shaper {
+            Shaper::None => Vec::new(),
+            Shaper::Srgb => LutSpace::Srgb.encode(f64::from(self.white_nits)),
+            Shaper::Log2 | Shaper::LogC => vec![Step::Shape(self.shape())],
+        };
+        let table = Process::of_table(lut, self.interpolation);
+        Process::new(shaper.into_iter().chain(table.steps))
+    }
+
+    fn record_process(&self, pass: &mut Recorder<'_>, process: Process) {
+        const NAME: &str = "color_lut_process";
+        let source = pass.color("source").colorimetry;
+        let result = pass.output_color("result").colorimetry.primaries;
+        let (from, to, state, white_nits) = (self.from, self.to, self.state, f64::from(self.white_nits));
+        let parts = Conversion { from, to, state, white_nits, source, result }.around(process);
+        let (text, textures) = function(NAME, &parts);
+        let images = textures.images(pass);
+        let source = pass.image("source");
+        let desc = ImageDesc::new(pass.desc(source).size);
+        let shader = Arc::new(Shader::loaded("color_lut.wgsl".into(), text));
+        let kernel = pass.function(shader, NAME);
+        images.into_iter().fold(kernel, |kernel, (name, image)| kernel.read(name, image)).write("result", desc);
     }
 
     fn record_table(&self, pass: &mut Recorder<'_>, lut: &Lut) {

@@ -113,7 +113,7 @@ pub use lut::{
 pub use lut_file::{LutFile, parse_lut_file};
 pub use mean_luminance::{MeanLuminance, MeanLuminanceOf};
 pub use metering::Adaptation;
-pub use process::Process;
+pub use process::{LutSpace, LutState, Process};
 pub use purkinje::Purkinje;
 pub use purkinje_simple::PurkinjeSimple;
 pub use reference_gamut_compress::ReferenceGamutCompress;

@@ -18,7 +18,7 @@ choices! {
 }
 
 /// A linear part up to a point and a logarithm above it: the form in which shaders compute every shaper but sRGB.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Shape {
     /// Slope, offset, end of the linear part, 0.
     pub(crate) line: [f64; 4],
@@ -45,6 +45,13 @@ impl Shape {
         let foot = raw(cut) - slope * cut;
         let scale = 1.0 / (raw(high.exp2()) - foot);
         Self { line: [slope * scale, 0.0, cut, 0.0], curve: [a, b, c * scale, (d - foot) * scale] }
+    }
+
+    /// The position of light in a table.
+    pub(crate) fn apply(&self, light: f64) -> f64 {
+        let [slope, offset, end, _] = self.line;
+        let [a, b, c, d] = self.curve;
+        if light > end { c * (a * light + b).max(1e-30).log2() + d } else { slope * light + offset }
     }
 
     /// The inverse: the light at position `t` of a table.

@@ -164,6 +164,12 @@ fn a_file_and_parameters_of_the_same_meaning_exclude_each_other() {
         ("Cdl(source: \"in\", file: \"shots.ccc\", id: 20)", "`id` of `Cdl` is a text in quotes"),
         ("ColorLut(source: \"in\", file: \"warm.cc\")", "the file is a colour correction: use a node `Cdl`"),
         ("ColorLut(source: \"in\", file: \"display.clf\", shaper: Log2)", "remove `shaper`"),
+        ("ColorLut(source: \"in\", state: Encoded, to: Srgb)", "`state: Encoded` needs a `file`"),
+        ("ColorLut(source: \"in\", file: \"display.clf\", state: Encoded)", "`state: Encoded` needs `to`"),
+        (
+            "ColorLut(source: \"in\", file: \"display.clf\", state: Encoded, to: AcesCct)",
+            "`AcesCct` is no space of encoded images",
+        ),
     ];
     for (node, expected) in errors {
         let error = checked("Exposed", node).expect_err(node);
@@ -171,5 +177,20 @@ fn a_file_and_parameters_of_the_same_meaning_exclude_each_other() {
     }
     for node in ["Cdl(source: \"in\", file: \"shots.ccc\", id: \"sh020\")", "Cdl(source: \"in\", file: \"warm.cc\")"] {
         checked("Exposed", node).unwrap_or_else(|error| panic!("{node}\n{error}"));
+    }
+}
+
+#[test]
+fn the_state_of_a_table_s_result_is_the_chosen_one() {
+    use afterimage_graph::image::ColorState;
+    let table = [
+        ("", ColorState::Exposed),
+        (", state: DisplayLinear", ColorState::DisplayLinear),
+        (", state: Encoded", ColorState::Encoded),
+    ];
+    for (choice, expected) in table {
+        let node = format!("ColorLut(source: \"in\", file: \"display.clf\", from: AcesCct, to: Srgb{choice})");
+        let graph = checked("Exposed", &node).unwrap_or_else(|error| panic!("{node}\n{error}"));
+        assert_eq!(graph.outputs[0].state, expected, "{node}");
     }
 }

@@ -1,6 +1,7 @@
 // The steps of colour processes: see nodes/src/process. Each limits the arguments of powers, logarithms and
 // exponentials like the version in double precision.
 #import color
+#import transfer
 
 // The largest magnitude between two steps.
 const PROCESS_LIMIT: f32 = 1e12;
@@ -113,6 +114,35 @@ fn process_cdl_reverse(
     let grey = process_saturated(clamp(v, vec3f(low), vec3f(high)), saturation);
     let base = process_cdl_power(clamp(grey, vec3f(low), vec3f(high)), power);
     return clamp((base - offset) * slope, vec3f(low), vec3f(high));
+}
+
+// cd/m2 to the perceptual quantiser. Negative light counts as 0, and light above 10000 as that.
+fn process_pq_encode(nits: vec3f) -> vec3f {
+    let n = clamp(nits, vec3f(0.0), vec3f(10000.0));
+    return vec3f(pq_encode(n.r), pq_encode(n.g), pq_encode(n.b));
+}
+
+fn process_pq_decode(v: vec3f) -> vec3f {
+    let n = clamp(v, vec3f(0.0), vec3f(1.0));
+    return vec3f(pq_decode(n.r), pq_decode(n.g), pq_decode(n.b));
+}
+
+// Luminance weights of linear Rec.2020.
+const PROCESS_REC2020: vec3f = vec3f(0.262700212011, 0.677998071519, 0.059301716470);
+
+// Light in units of the peak to HLG. `exponent` is that of luminance from the display to the scene.
+fn process_hlg_encode(light: vec3f, exponent: f32) -> vec3f {
+    let bounded = clamp(light, vec3f(0.0), vec3f(1.0));
+    let factor = process_raised(vec3f(max(dot(bounded, PROCESS_REC2020), 1e-30)), vec3f(exponent)).x;
+    let scene = min(bounded * factor, vec3f(1.0));
+    return vec3f(hlg_encode(scene.r), hlg_encode(scene.g), hlg_encode(scene.b));
+}
+
+// HLG to light in units of the peak. `exponent` is that of luminance from the scene to the display.
+fn process_hlg_decode(v: vec3f, exponent: f32) -> vec3f {
+    let n = clamp(v, vec3f(0.0), vec3f(1.0));
+    let scene = vec3f(hlg_decode(n.r), hlg_decode(n.g), hlg_decode(n.b));
+    return scene * process_raised(vec3f(dot(scene, PROCESS_REC2020)), vec3f(exponent)).x;
 }
 
 // An entry of the 1-D tables of a process, which lie in the rows of one texture.

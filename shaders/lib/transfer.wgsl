@@ -47,3 +47,8 @@ const HLG_C: f32 = 0.55991073;
 fn hlg_encode(e: f32) -> f32 {
     return select(HLG_A * log(max(12.0 * e - HLG_B, 1e-3)) + HLG_C, sqrt(3.0 * max(e, 0.0)), e <= 1.0 / 12.0);
 }
+
+// HLG, 0..1, to linear scene light.
+fn hlg_decode(v: f32) -> f32 {
+    return select((exp((v - HLG_C) / HLG_A) + HLG_B) / 12.0, v * v / 3.0, v <= 0.5);
+}

@@ -9,7 +9,7 @@ use afterimage_plan::{Plan, PlannedPass, ScheduledPass, verify};
 use half::f16;
 
 use super::probes::scene;
-use crate::support::gpu::{Picture, Run, built_in, gpu};
+use crate::support::gpu::{Picture, Run, changed, gpu};
 use crate::support::harness::checked;
 use crate::support::player::Player;
 
@@ -172,8 +172,9 @@ fn wrong_lattices_and_lost_pixels_are_seen() {
     }
 }
 
+/// Tsushima with a share of the Gaussian, which the file leaves out.
 fn tsushima(fuse: bool) -> Plan {
-    let graph = built_in("tsushima.ron", None);
+    let graph = changed("tsushima.ron", None, &[("local.share", "0.4")]);
     let picture = Picture::new(640, 360, |_, _| [0.5; 4]);
     let mut run = Run::new(&graph);
     run.options.fuse = fuse;

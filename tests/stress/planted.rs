@@ -25,7 +25,7 @@ pub(super) const ALL: &[Planted] = &[
     planted::<BelowBlack>("grey", "out of range for Scene"),
     planted::<AboveWhite>("bright", "out of range for Encoded"),
     planted::<FalseIdentity>("grey", "skipped as an identity"),
-    planted::<PowerOfNegative>("negative", "not finite"),
+    planted::<PowerOfNegative>("wide", "not finite"),
     planted::<CountsTooFar>("grey", "panics"),
     planted::<dark_edges::Gaussian>("white", "a constant becomes another"),
     planted::<uneven::Saturation>("white", "a constant image does not stay constant"),

@@ -68,10 +68,16 @@ pub fn pipelines() -> std::path::PathBuf {
 
 /// The graph of a built-in pipeline.
 pub fn built_in(name: &str, tier: Option<&str>) -> Graph {
+    changed(name, tier, &[])
+}
+
+/// The graph of a built-in pipeline with other values, as `--set` gives them.
+pub fn changed(name: &str, tier: Option<&str>, sets: &[(&str, &str)]) -> Graph {
     let path = pipelines().join(name);
     let text = std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
     let document = parse(&path.to_string_lossy(), &text).unwrap_or_else(|errors| panic!("{errors:?}"));
-    let options = CheckOptions { tier: tier.map(str::to_owned), sets: Vec::new(), loader: &Repository };
+    let sets = sets.iter().map(|(name, value)| ((*name).into(), (*value).into())).collect();
+    let options = CheckOptions { tier: tier.map(str::to_owned), sets, loader: &Repository };
     check(&document, &registry(), &options).unwrap_or_else(|errors| panic!("{name}: {errors:?}")).0
 }
 

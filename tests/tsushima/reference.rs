@@ -1,7 +1,6 @@
 //! The whole chain against its CPU references, with the numbers that the pipeline's file has.
 
-use afterimage_graph::check::{CheckOptions, Graph, check};
-use afterimage_graph::document::parse;
+use afterimage_graph::check::Graph;
 use afterimage_graph::value::Value;
 use afterimage_media::{Source, read};
 
@@ -21,17 +20,12 @@ use crate::reference::resample::{Down, Firefly, Up, area_average, upsample};
 use crate::reference::sanitize::{LARGEST_HALF, extended, sanitize_scene};
 use crate::reference::transfer::srgb_encode;
 use crate::reference::vignette;
-use crate::support::gpu::{Picture, Repository, Run, pipelines, registry};
+use crate::support::gpu::{Picture, Run, changed};
 
 /// The pipeline without its dither, whose noise no CPU reference has, and with changes.
 pub(super) fn undithered(sets: &[(&str, &str)]) -> Graph {
-    let path = pipelines().join(super::PIPELINE);
-    let text = std::fs::read_to_string(&path).expect("the pipeline is there");
-    let document = parse(&path.to_string_lossy(), &text).unwrap_or_else(|errors| panic!("{errors:?}"));
-    let sets =
-        sets.iter().chain(&[("display", "Off")]).map(|(node, value)| ((*node).into(), (*value).into())).collect();
-    let options = CheckOptions { tier: None, sets, loader: &Repository };
-    check(&document, &registry(), &options).unwrap_or_else(|errors| panic!("{errors:?}")).0
+    let sets: Vec<_> = sets.iter().copied().chain([("display", "Off")]).collect();
+    changed(super::PIPELINE, None, &sets)
 }
 
 /// The parameters of a node.

@@ -182,6 +182,15 @@ pub enum Signedness {
 }
 
 impl ColorState {
+    /// All states.
+    pub const ALL: [Self; 6] =
+        [Self::Scene, Self::Exposed, Self::LogLuminance, Self::DisplayLinear, Self::Encoded, Self::Data];
+
+    /// The state of that name.
+    pub fn named(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|state| state.name() == name)
+    }
+
     /// The negative numbers that an image of this state may hold.
     pub fn signedness(self) -> Signedness {
         match self {

@@ -88,6 +88,7 @@ fn output(port: &Output) -> String {
     let state = match &port.state {
         OutputState::Always(state) => format!(" ({})", state.name()),
         OutputState::Same(input) => format!(" (in the state of `{input}`)"),
+        OutputState::Chosen(param) => format!(" (in the state that `{param}` names)"),
         OutputState::Nothing => String::new(),
     };
     format!("  {NAME}{}{NAME:#}: {}{state}\n      {}\n", port.name, port.ty.name(), port.doc)

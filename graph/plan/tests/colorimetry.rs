@@ -70,7 +70,7 @@ fn every_kind_keeps_the_colorimetry_or_says_what_it_is() {
                 }
                 ("Exposure", _) => ImageColor::of(ColorState::Exposed),
                 ("LogGaussian", _) => ImageColor::of(ColorState::LogLuminance),
-                (_, OutputState::Same(_)) => ImageColor::of(state),
+                (_, OutputState::Same(_) | OutputState::Chosen(_)) => ImageColor::of(state),
                 (name, other) => panic!("{name} is {other:?} and has no row in this test"),
             };
             assert_eq!(found, wanted, "{} of {}", kind.name(), state.name());

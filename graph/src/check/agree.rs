@@ -3,11 +3,12 @@
 use std::collections::VecDeque;
 
 use super::Source;
-use super::build::{Builder, Feed, Wire};
+use super::build::{Builder, Feed, NodeDraft, Wire};
 use super::suggest::{OnWire, between, either, path};
 use crate::node::{Input, OutputState, PortType};
 use afterimage_base::diagnostic::{Diagnostic, Location, Spanned, quote};
 use afterimage_base::image::ColorState;
+use afterimage_base::value::Value;
 
 impl Builder<'_> {
     /// Checks every wire.
@@ -77,6 +78,10 @@ impl Builder<'_> {
         let state = |gives: &OutputState| match gives {
             OutputState::Always(state) => Some(Some(*state)),
             OutputState::Same(name) => follow(name),
+            OutputState::Chosen(param) => match chosen_state(draft, param) {
+                Some(state) => Some(Some(state)),
+                None => follow(&draft.kind.inputs().first()?.name),
+            },
             OutputState::Nothing => Some(None),
         };
         draft.kind.outputs().iter().map(|output| state(&output.state)).collect()
@@ -235,6 +240,15 @@ impl Builder<'_> {
                 .help("let one node of the cycle read an input, or a node that makes an image");
             self.report(diagnostic);
         }
+    }
+}
+
+/// The color state that a choice parameter of a node names, if its value is the name of one.
+fn chosen_state(draft: &NodeDraft, param: &str) -> Option<ColorState> {
+    let (index, _) = draft.kind.param(param)?;
+    match draft.values[index] {
+        Value::Choice(name) => ColorState::named(name),
+        _ => None,
     }
 }
 

@@ -8,6 +8,7 @@ use petgraph::algo::toposort;
 use super::{Graph, Source};
 use crate::node::{ColorChange, ImageColor, Input, OutputState, PortType};
 use afterimage_base::color::Chromaticities;
+use afterimage_base::image::ColorState;
 
 /// The meaning of the images of a graph.
 #[derive(Clone, Debug)]
@@ -140,17 +141,20 @@ impl<'a> Flow<'a> {
 
     fn colors_of(&self, node: usize) -> Vec<Option<ImageColor>> {
         let outputs = self.graph.nodes[node].kind().outputs().iter();
-        outputs.map(|output| self.color_of(node, &output.state)).collect()
+        let states = &self.graph.nodes[node].states;
+        outputs.zip(states).map(|(output, state)| self.color_of(node, &output.state, *state)).collect()
     }
 
-    fn color_of(&self, node: usize, state: &OutputState) -> Option<ImageColor> {
+    /// The meaning of an output, which is in the color state `found` if it has one.
+    fn color_of(&self, node: usize, state: &OutputState, found: Option<ColorState>) -> Option<ImageColor> {
         let mut arriving = self.arriving(node).filter_map(|(port, source)| Some((port, self.at(source)?)));
         let kept = match state {
             OutputState::Nothing => return None,
             OutputState::Same(name) => arriving.find(|(port, _)| port.name == *name)?.1,
-            OutputState::Always(state) => {
+            OutputState::Always(_) | OutputState::Chosen(_) => {
+                let state = found?;
                 let first = arriving.find(|(port, color)| port.ty == PortType::Image && color.is_picture());
-                first.map_or(ImageColor::of(*state), |(_, color)| color.kept_as(*state))
+                first.map_or(ImageColor::of(state), |(_, color)| color.kept_as(state))
             }
         };
         Some(if kept.is_picture() { self.changed(node, kept) } else { kept })

@@ -55,6 +55,8 @@ fn through(kind: &NodeKind, on_wire: OnWire) -> Option<OnWire> {
     let state = match &output.state {
         OutputState::Always(state) => Some(*state),
         OutputState::Same(name) if *name == port.name => on_wire.state,
+        // A new node has the parameter's default, which names no state.
+        OutputState::Chosen(_) => on_wire.state,
         OutputState::Same(_) | OutputState::Nothing => None,
     };
     takes.then_some(OnWire { ty: output.ty, state })

@@ -79,6 +79,8 @@ pub enum OutputState {
     Always(ColorState),
     /// That of the named input.
     Same(Shared<str>),
+    /// The one with the name of this choice parameter's value. At values that name none, that of the first input.
+    Chosen(Shared<str>),
     /// Nothing that has a state: a table or a value.
     Nothing,
 }
@@ -87,6 +89,11 @@ impl OutputState {
     /// The state of the named input.
     pub const fn same(input: &'static str) -> Self {
         Self::Same(Shared::of(input))
+    }
+
+    /// The state with the name of a choice parameter's value, or that of the first input.
+    pub const fn chosen(param: &'static str) -> Self {
+        Self::Chosen(Shared::of(param))
     }
 }
 

@@ -1,20 +1,30 @@
 //! Processes: colour operations in a row, evaluated in double precision or written as WGSL.
 //!
-//! A `ColorLut` runs a file in Common LUT Format as a process. Values between two steps are limited to ±1e12, so that
-//! 32 bits hold them.
+//! A `ColorLut` runs a file in Common LUT Format, and the conversions around a table, as processes. Values between two
+//! steps are limited to ±1e12, so that 32 bits hold them.
 
 mod cdl;
+mod conversion;
 mod curves;
+mod encoding;
 mod lookup;
+mod spaces;
+mod transfer;
 mod wgsl;
 
 use glam::DVec3;
 
 pub(crate) use cdl::CdlStep;
+pub(crate) use conversion::Conversion;
+pub use conversion::LutState;
 pub(crate) use curves::{Antilog, LIMIT, Logarithm, Power};
-pub(crate) use wgsl::function;
+pub(crate) use encoding::Encoding;
+pub use spaces::LutSpace;
+pub(crate) use transfer::Hlg;
+pub(crate) use wgsl::{Parts, function};
 
 use crate::lut::{ColorCorrection, Interpolation, Lut, Table};
+use crate::shaper::Shape;
 use curves::each;
 
 /// Colour operations in a row.
@@ -38,6 +48,16 @@ pub(crate) enum Step {
     Antilog([Antilog; 3]),
     /// A power per channel.
     Power([Power; 3]),
+    /// Light, in units of the white of this luminance in cd/m2, to the perceptual quantiser.
+    PqEncode(f64),
+    /// The reverse.
+    PqDecode(f64),
+    /// Light to hybrid log-gamma.
+    HlgEncode(Hlg),
+    /// The reverse.
+    HlgDecode(Hlg),
+    /// A shaper of `ColorLut`.
+    Shape(Shape),
     /// A 1-D table per channel.
     Curve(Table),
     /// A 1-D table per channel with one entry for each code of a half float.
@@ -74,6 +94,11 @@ impl From<ColorCorrection> for Process {
 }
 
 impl Step {
+    /// A matrix without an offset.
+    pub(crate) fn matrix(matrix: glam::DMat3) -> Self {
+        Self::Matrix([0, 1, 2].map(|row| matrix.row(row).extend(0.0).to_array()))
+    }
+
     /// Limits every channel.
     pub(crate) fn limits(low: f64, high: f64) -> Self {
         Self::Range { slope: 1.0, offset: 0.0, low, high }
@@ -89,6 +114,11 @@ impl Step {
             Self::Logarithm(curves) => each(v, |channel, x| curves[channel].apply(x)),
             Self::Antilog(curves) => each(v, |channel, x| curves[channel].apply(x)),
             Self::Power(curves) => each(v, |channel, x| curves[channel].apply(x)),
+            Self::PqEncode(white) => each(v, |_, x| transfer::pq_encode(x * white)),
+            Self::PqDecode(white) => each(v, |_, x| transfer::pq_decode(x) / white),
+            Self::HlgEncode(hlg) => hlg.encode(v),
+            Self::HlgDecode(hlg) => hlg.decode(v),
+            Self::Shape(shape) => each(v, |_, x| shape.apply(x)),
             Self::Curve(table) => each(v, |channel, x| lookup::curve(table, channel, x)),
             Self::HalfCurve(entries) => each(v, |channel, x| lookup::half_curve(entries, channel, x)),
             Self::Cube(table, interpolation) => lookup::cube(table, *interpolation, v),

@@ -47,17 +47,32 @@ impl Textures<'_> {
     }
 }
 
-/// The text of a module with one kernel function, which mixes the result with the colour by the parameter `strength`.
-pub(crate) fn function<'a>(name: &str, process: &'a Process) -> (String, Textures<'a>) {
+/// What a kernel function does to a colour.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Parts {
+    /// What comes first.
+    pub(crate) before: Process,
+    /// What makes the unchanged colour of the result of `before`, for the parameter `strength`.
+    pub(crate) unchanged: Process,
+    /// What makes the changed colour of the result of `before`.
+    pub(crate) changed: Process,
+    /// What comes last, on the mixed colour.
+    pub(crate) after: Process,
+}
+
+/// The text of a module with one kernel function.
+pub(crate) fn function<'a>(name: &str, parts: &'a Parts) -> (String, Textures<'a>) {
     let mut textures = Textures::default();
-    let body = body(process, &mut textures);
+    let Parts { before, unchanged, changed, after } = parts;
+    let [before, unchanged, changed, after] = [before, unchanged, changed, after].map(|part| body(part, &mut textures));
     let arguments = textures.arguments();
     let text = format!(
-        "#import cube\n#import grade\n#import math\n#import process\n\n\
+        "#import cube\n#import grade\n#import math\n#import process\n#import shaper\n\n\
          struct ColorLut {{\n    strength: f32,\n}}\n\n\
          fn {name}(source: vec4f, {arguments}params: ColorLut) -> vec4f {{\n    var v = source.rgb;\n\
-         {body}    v = between3(source.rgb, v, params.strength);\n\
-         return vec4f(bounded(v), source.a);\n}}\n"
+         {before}    let begin = v;\n{unchanged}    let unchanged = v;\n    v = begin;\n\
+         {changed}    v = between3(unchanged, v, params.strength);\n\
+         {after}    return vec4f(bounded(v), source.a);\n}}\n"
     );
     (text, textures)
 }
@@ -82,6 +97,15 @@ fn call<'a>(step: &'a Step, textures: &mut Textures<'a>) -> String {
         Step::Logarithm(curves) => format!("process_logarithm(v, {})", logarithm(curves)),
         Step::Antilog(curves) => format!("process_antilog(v, {})", antilog(curves)),
         Step::Power(curves) => power_call(curves),
+        Step::PqEncode(white) => format!("process_pq_encode(v * {})", number(*white)),
+        Step::PqDecode(white) => format!("process_pq_decode(v) * {}", number(white.recip())),
+        Step::HlgEncode(hlg) => {
+            format!("process_hlg_encode(v * {}, {})", number(hlg.white / hlg.peak), number(hlg.powers()[1]))
+        }
+        Step::HlgDecode(hlg) => {
+            format!("process_hlg_decode(v, {}) * {}", number(hlg.powers()[0]), number(hlg.peak / hlg.white))
+        }
+        Step::Shape(shape) => format!("shape3(v, {}, {})", vec4(shape.line), vec4(shape.curve)),
         Step::Curve(table) => {
             let first = textures.add_curve(&table.entries);
             let [low, scale] = domain(table);

@@ -1,11 +1,15 @@
-//! Colour files: `ColorLut` with steps, and `Cdl` with a file, compared with the evaluation in double
+//! Colour files: `ColorLut` with steps and conversions, and `Cdl` with a file, compared with the evaluation in double
 //! precision, which `nodes/tests/clf.rs` compares with known values.
 
+use afterimage_graph::check::NoFiles;
 use afterimage_nodes::{Interpolation, Process, parse_clf, parse_correction, parse_spi1d, parse_spi3d};
 
 use super::lut::look;
-use super::{OneFile, Tolerance, compare_with, light, stored, tolerance, unit};
+use super::{OneFile, SIZES, Tolerance, compare_with, light, rgb, run, stored, tolerance, unit};
 use crate::reference::lut::Cube;
+use crate::reference::math::{Rgb, mix};
+use crate::reference::transfer::srgb_encode;
+use crate::support::harness::{Nodes, assert_close, image};
 
 const STEPS: Tolerance = tolerance(4e-6, 2e-5, "powers and logarithms of several steps in f32");
 
@@ -135,4 +139,93 @@ fn tables_of_imageworks_match() {
     let process = Process::of_table(&parse_spi3d(cube).expect("a table"), Interpolation::Tetrahedral);
     let file = OneFile(cube.as_bytes().to_vec());
     compare_with("Encoded", "ColorLut(file: \"teal.spi3d\")", &file, unit, STEPS, |rgb| process.apply(rgb));
+}
+
+/// sRGB to light.
+fn srgb_decode(x: f64) -> f64 {
+    if x <= 0.04045 { x / 12.92 } else { ((x + 0.055) / 1.055).powf(2.4) }
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_look_for_srgb_works_on_light_as_it_does_after_encoding() {
+    let cube = Cube::new(7, look);
+    let file = OneFile(cube.text().into_bytes());
+    for strength in [1.0, 0.3] {
+        let node = format!("ColorLut(file: \"look.cube\", from: Srgb, strength: {strength})");
+        let detour = |rgb: Rgb| {
+            let encoded = rgb.map(|x| srgb_encode(x.clamp(0.0, 1.0)));
+            let looked = cube.tetrahedral(encoded);
+            [0, 1, 2].map(|c| srgb_decode(mix(encoded[c], looked[c], strength).clamp(0.0, 1.0)))
+        };
+        let steps = tolerance(1e-5, 5e-5, "encoding, table and decoding in f32");
+        compare_with("DisplayLinear", &node, &file, unit, steps, detour);
+    }
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_display_transform_as_a_table_replaces_curve_and_encoding() {
+    let text = include_str!("../../../nodes/tests/files/display.clf");
+    let file = OneFile(text.as_bytes().to_vec());
+    let transform = parse_clf(text).expect("a process");
+    let steps = tolerance(4e-5, 4e-5, "the steps of the file and the conversions in f32");
+    let signal = |rgb: Rgb| transform.apply(acescct(rgb)).map(|x| x.clamp(0.0, 1.0));
+    let node = |state: &str| format!("ColorLut(file: \"display.clf\", from: AcesCct, to: Srgb, state: {state})");
+    compare_with("Exposed", &node("Encoded"), &file, light, steps, signal);
+    compare_with("Exposed", &node("DisplayLinear"), &file, light, steps, |rgb| signal(rgb).map(srgb_decode));
+}
+
+/// Linear Rec.709 to ACEScct, by the matrix and the curve of the Academy.
+fn acescct(rgb: Rgb) -> Rgb {
+    const TO_AP1: [Rgb; 3] =
+        [[0.6130974, 0.3395231, 0.0473795], [0.0701937, 0.9163539, 0.0134524], [0.0206156, 0.1095698, 0.8698147]];
+    let ap1 = TO_AP1.map(|row| (0..3).map(|c| row[c] * rgb[c]).sum::<f64>());
+    ap1.map(|x| if x <= 0.0078125 { 10.5402377416545 * x + 0.0729055341958355 } else { (x.log2() + 9.72) / 17.52 })
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn every_space_leads_back_to_the_same_light() {
+    // Linear and logarithmic spaces keep light of any range, those of displays light from 0 to 1.
+    let identity = Cube::new(2, |rgb| rgb.map(|x| 40.0 * x - 20.0)).text();
+    let wide = identity.replacen('\n', "\nDOMAIN_MIN -20 -20 -20\nDOMAIN_MAX 20 20 20\n", 1);
+    let file = OneFile(wide.into_bytes());
+    let steps = tolerance(2e-5, 2e-4, "a space and back in f32, through a table of -20 to 20");
+    for space in ["LinearRec709", "LinearRec2020", "Aces", "AcesCg", "AcesCct", "LogC3"] {
+        let node = format!("ColorLut(file: \"a.cube\", from: {space})");
+        compare_with("Exposed", &node, &file, unit, steps, |rgb| rgb);
+    }
+    let steps = tolerance(3e-5, 2e-4, "a space and back in f32, through a table of -20 to 20");
+    for space in ["Srgb", "DisplayP3", "Gamma22", "Gamma24", "Pq"] {
+        let node = format!("ColorLut(file: \"a.cube\", from: {space})");
+        compare_with("DisplayLinear", &node, &file, unit, steps, |rgb| rgb);
+    }
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_node_without_a_file_changes_nothing_whatever_its_space() {
+    let input = unit(SIZES[1]);
+    let output = run("DisplayLinear", "ColorLut(from: Srgb)", &NoFiles, &input);
+    assert!(input.pixels.iter().zip(&output.pixels).all(|(a, b)| rgb(*a) == rgb(*b)));
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn an_encoded_image_is_decoded_by_its_own_colorimetry() {
+    let half = node("Matrix", "", "<Array dim=\"3 3\">0.5 0 0 0 0.5 0 0 0 0.5</Array>");
+    let file = OneFile(list(&half).into_bytes());
+    let input = unit(SIZES[2]);
+    let mut darker = input.clone();
+    darker.pixels.iter_mut().for_each(|[r, g, b, _]| [r, g, b].into_iter().for_each(|x| *x *= 0.5));
+    let steps = tolerance(2e-4, 1e-4, "the conversion to light and back in f32, where PQ is steep");
+    for transfer in ["Srgb", "Gamma", "Linear", "Pq", "Hlg"] {
+        let encode = format!("Encode(source: \"in\", transfer: {transfer}, primaries: Rec2020)");
+        let run = |nodes: &str, picture| Nodes::new(nodes, &[("in", "DisplayLinear")]).files(&file).exact(&[picture]);
+        let expected = run(&format!("\"result\": {encode}"), &darker);
+        let looked = "ColorLut(source: \"encoded\", file: \"a.clf\", from: LinearRec709)";
+        let found = run(&format!("\"encoded\": {encode}, \"result\": {looked}"), &input);
+        assert_close(transfer, &found, &image(&expected), &steps);
+    }
 }

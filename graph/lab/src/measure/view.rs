@@ -1,81 +1,38 @@
 //! From the values of an output to the light or the signal of a display.
 
 use afterimage_gpu::Texels;
-use afterimage_graph::check::{Graph, GraphNode, GraphOutput, Source};
+use afterimage_graph::check::{Graph, GraphOutput};
+use afterimage_graph::color::{Chromaticities, Colorimetry, GRAPHICS_WHITE, Transfer, hlg_gamma};
 use afterimage_graph::image::ColorState;
-use afterimage_graph::value::Value;
+use afterimage_graph::node::ImageColor;
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
 use crate::LabError;
-use crate::metrics::{REC2020, Range, Shown, nits_of_pq, srgb_encode};
-
-/// Light of the linear value 1: reference white (ITU-R BT.2408).
-const WHITE_NITS: f64 = 203.0;
-
-/// The transfer function of an output.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Signal {
-    Srgb,
-    /// A power; 1 for linear files.
-    Gamma(f64),
-    /// 1 is [`WHITE_NITS`].
-    Linear,
-    Pq,
-    /// With the peak of the display.
-    Hlg(f64),
-}
+use crate::metrics::{Range, Shown, srgb_encode};
 
 /// How an output is displayed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct View {
-    signal: Signal,
-    /// Whether HDR light has the primaries of Rec.2020.
-    wide: bool,
+    colorimetry: Colorimetry,
+    /// Whether the numbers are a signal. Light has no upper limit.
+    is_encoded: bool,
 }
 
 impl View {
-    /// The view of an output, from its state and from the `Encode` node before it. A signal without one counts as sRGB.
+    /// The view of an output, from its color state and its colorimetry.
     pub(crate) fn of(graph: &Graph, output: &GraphOutput) -> Result<Self, LabError> {
-        match output.state {
-            ColorState::Encoded => {
-                Ok(encoder(graph, output.source).map_or(Self { signal: Signal::Srgb, wide: false }, Self::after))
-            }
-            ColorState::Scene | ColorState::Exposed | ColorState::DisplayLinear => {
-                Ok(Self { signal: Signal::Linear, wide: false })
-            }
-            ColorState::LogLuminance | ColorState::Data => {
-                let message = format!("output `{}` is {}, which cannot be displayed", output.name, output.state.name());
-                Err(LabError::request(message).hint("choose another output with `--output`"))
-            }
+        let color = graph.colors().at(output.source).unwrap_or(ImageColor::of(output.state));
+        if color.is_picture() {
+            return Ok(Self { colorimetry: color.colorimetry, is_encoded: output.state == ColorState::Encoded });
         }
-    }
-
-    fn after(encode: &GraphNode) -> Self {
-        let choice = |name: &str| match encode.instance.value(name) {
-            Some(Value::Choice(choice)) => *choice,
-            _ => "",
-        };
-        let number = |name: &str, otherwise: f64| match encode.instance.value(name) {
-            Some(Value::Float(number)) => *number,
-            _ => otherwise,
-        };
-        let signal = match choice("transfer") {
-            "Gamma" => Signal::Gamma(number("gamma", 2.2)),
-            "Linear" => Signal::Gamma(1.0),
-            "Pq" => Signal::Pq,
-            "Hlg" => Signal::Hlg(number("peak_nits", 1000.0)),
-            _ => Signal::Srgb,
-        };
-        Self { signal, wide: choice("primaries") == "Rec2020" }
+        let message = format!("output `{}` is {}, which cannot be displayed", output.name, output.state.name());
+        Err(LabError::request(message).hint("choose another output with `--output`"))
     }
 
     /// Whether the display is SDR or HDR.
     pub(crate) fn range(self) -> Range {
-        match self.signal {
-            Signal::Srgb | Signal::Gamma(_) => Range::Sdr,
-            Signal::Linear | Signal::Pq | Signal::Hlg(_) => Range::Hdr,
-        }
+        if self.is_encoded && !self.colorimetry.is_hdr() { Range::Sdr } else { Range::Hdr }
     }
 
     /// The displayed image; `None` if a value is not finite.
@@ -85,62 +42,58 @@ impl View {
         if !numbers.par_iter().all(is_finite) {
             return None;
         }
-        let to_narrow = if self.wide { REC2020.inverse() } else { DMat3::IDENTITY };
-        let pixels = numbers.par_iter().map(|[r, g, b, _]| self.pixel(&to_narrow, [*r, *g, *b])).collect();
+        let to_rec709 = self.to_rec709();
+        let pixels = numbers.par_iter().map(|[r, g, b, _]| self.pixel(&to_rec709, [*r, *g, *b])).collect();
         let size = texels.desc.size;
         Some(Shown { width: size.width as usize, height: size.height as usize, range: self.range(), pixels })
     }
 
-    fn pixel(self, to_narrow: &DMat3, rgb: [f32; 3]) -> [f32; 3] {
-        let light = |nits: DVec3| (*to_narrow * nits).max(DVec3::ZERO).as_vec3().to_array();
-        let numbers = DVec3::from_array(rgb.map(f64::from));
-        match self.signal {
-            Signal::Srgb => rgb.map(|x| x.clamp(0.0, 1.0)),
-            Signal::Gamma(gamma) => rgb.map(|x| srgb_encode(f64::from(x).clamp(0.0, 1.0).powf(gamma)) as f32),
-            Signal::Linear => light(numbers * WHITE_NITS),
-            Signal::Pq => light(numbers.map(nits_of_pq)),
-            Signal::Hlg(peak) => light(hlg_light(numbers, peak)),
+    fn to_rec709(self) -> DMat3 {
+        self.colorimetry.primaries.conversion(&Chromaticities::REC709)
+    }
+
+    fn pixel(self, to_rec709: &DMat3, rgb: [f32; 3]) -> [f32; 3] {
+        let transfer = self.colorimetry.transfer;
+        match self.range() {
+            // An SDR image is compared by its signal, in the primaries of its own display.
+            Range::Sdr if transfer == Transfer::Srgb => rgb.map(|x| x.clamp(0.0, 1.0)),
+            Range::Sdr => rgb.map(|x| srgb_encode(transfer.to_light(f64::from(x)).clamp(0.0, 1.0)) as f32),
+            Range::Hdr => {
+                let nits = self.nits(DVec3::from_array(rgb.map(f64::from)));
+                (*to_rec709 * nits).max(DVec3::ZERO).as_vec3().to_array()
+            }
         }
     }
-}
 
-/// Light in cd/m² of an HLG signal on a display with that peak (ITU-R BT.2100, its gamma as in BT.2390).
-fn hlg_light(signal: DVec3, peak: f64) -> DVec3 {
-    const A: f64 = 0.178_832_77;
-    const B: f64 = 1.0 - 4.0 * A;
-    let c = 0.5 - A * (4.0 * A).ln();
-    let scene = signal
-        .clamp(DVec3::ZERO, DVec3::ONE)
-        .map(|x| if x <= 0.5 { x * x / 3.0 } else { (((x - c) / A).exp() + B) / 12.0 });
-    let gamma = match (400.0..=2000.0).contains(&peak) {
-        true => 1.2 + 0.42 * (peak / 1000.0).log10(),
-        false => 1.2 * 1.111_f64.powf((peak / 1000.0).log2()),
-    };
-    let luminance = scene.dot(DVec3::new(0.2627, 0.6780, 0.0593));
-    scene * peak * luminance.max(0.0).powf(gamma - 1.0)
-}
-
-/// The `Encode` node before an output, also through nodes such as `Dither`.
-fn encoder(graph: &Graph, from: Source) -> Option<&GraphNode> {
-    let mut source = from;
-    // A path that is longer than the number of nodes is a cycle through earlier frames.
-    for _ in 0..graph.nodes.len() {
-        let Source::Node { node, .. } = source else { return None };
-        let node = &graph.nodes[node];
-        if node.kind().name() == "Encode" {
-            return Some(node);
+    /// The light of an HDR image in cd/m², in its own primaries.
+    fn nits(self, numbers: DVec3) -> DVec3 {
+        let Colorimetry { primaries, transfer, white_nits, peak_nits, .. } = self.colorimetry;
+        let light = numbers.map(|x| transfer.to_light(x));
+        match transfer {
+            Transfer::Pq => light * 10000.0,
+            Transfer::Hlg => {
+                // The system gamma of ITU-R BT.2100, on a display of 1000 cd/m² where no peak is stated.
+                let peak = peak_nits.map_or(1000.0, |peak| peak.get());
+                let luminance = light.dot(primaries.to_xyz().row(1)).max(0.0);
+                light * peak * luminance.powf(hlg_gamma(peak) - 1.0)
+            }
+            Transfer::Linear | Transfer::Srgb | Transfer::Gamma(_) => {
+                light * white_nits.unwrap_or(GRAPHICS_WHITE).get()
+            }
         }
-        source = node.wires.iter().flatten().next().copied()?;
     }
-    None
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    fn encoded(colorimetry: Colorimetry) -> View {
+        View { colorimetry, is_encoded: true }
+    }
+
     fn shown(view: View, signal: f32) -> [f32; 3] {
-        view.pixel(&if view.wide { REC2020.inverse() } else { DMat3::IDENTITY }, [signal; 3])
+        view.pixel(&view.to_rec709(), [signal; 3])
     }
 
     #[track_caller]
@@ -151,19 +104,30 @@ mod tests {
     #[test]
     fn reference_white_has_the_levels_of_bt_2408() {
         // 203 cd/m² are 58 % of the PQ signal and 75 % of the HLG signal of a display of 1000 cd/m².
-        for wide in [false, true] {
-            close(shown(View { signal: Signal::Pq, wide }, 0.580_69), 203.0);
-            close(shown(View { signal: Signal::Hlg(1000.0), wide }, 0.749_88), 203.0);
-            close(shown(View { signal: Signal::Hlg(1000.0), wide }, 1.0), 1000.0);
+        for primaries in [Chromaticities::REC709, Chromaticities::DISPLAY_P3, Chromaticities::REC2020] {
+            let hdr = |transfer| encoded(Colorimetry::new(primaries, transfer).nits(203.0, 1000.0));
+            close(shown(hdr(Transfer::Pq), 0.580_69), 203.0);
+            close(shown(hdr(Transfer::Hlg), 0.749_88), 203.0);
+            close(shown(hdr(Transfer::Hlg), 1.0), 1000.0);
         }
-        close(shown(View { signal: Signal::Linear, wide: false }, 1.0), 203.0);
+        close(shown(View { colorimetry: Colorimetry::linear(Chromaticities::REC709), is_encoded: false }, 1.0), 203.0);
     }
 
     #[test]
     fn signals_of_other_curves_become_srgb() {
-        close(shown(View { signal: Signal::Srgb, wide: false }, 0.5), 0.5);
-        close(shown(View { signal: Signal::Gamma(1.0), wide: false }, 0.214_041), 0.5);
-        close(shown(View { signal: Signal::Gamma(2.2), wide: false }, 0.496_1), 0.499_87);
-        close(shown(View { signal: Signal::Srgb, wide: false }, 1.5), 1.0);
+        let sdr = |transfer| encoded(Colorimetry::new(Chromaticities::REC709, transfer));
+        close(shown(sdr(Transfer::Srgb), 0.5), 0.5);
+        close(shown(sdr(Transfer::Linear), 0.214_041), 0.5);
+        close(shown(sdr(Transfer::Gamma(2.2.into())), 0.496_1), 0.499_87);
+        close(shown(sdr(Transfer::Srgb), 1.5), 1.0);
+    }
+
+    #[test]
+    fn light_of_a_wide_display_becomes_that_of_rec_709() {
+        let view = encoded(Colorimetry::new(Chromaticities::REC2020, Transfer::Pq).nits(203.0, 1000.0));
+        // Red of Rec.709 at 203 cd/m² in Rec.2020 (ITU-R BT.2087): 0.6274, 0.0691, 0.0164.
+        let signal = [0.6274, 0.0691, 0.0164].map(|x| Transfer::Pq.to_signal(x * 203.0 / 10000.0) as f32);
+        let [red, green, blue] = view.pixel(&view.to_rec709(), signal);
+        assert!((red - 203.0).abs() < 0.05 && green < 0.05 && blue < 0.05, "{red} {green} {blue}");
     }
 }

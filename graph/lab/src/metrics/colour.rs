@@ -1,6 +1,7 @@
 //! Colour spaces that the metrics need. Matrices follow from the primaries of ITU-R BT.709 and the white D65 (0.3127,
 //! 0.3290).
 
+use afterimage_graph::color::Transfer;
 use glam::{DMat3, DVec3};
 
 /// Linear Rec.709 to XYZ, Y of white 1; columns are the primaries.
@@ -15,14 +16,14 @@ pub(super) fn white() -> DVec3 {
     XYZ * DVec3::ONE
 }
 
-/// Light of an sRGB signal (IEC 61966-2-1), both 0 to 1.
+/// Light of an sRGB signal (IEC 61966-2-1), both limited to 0 to 1.
 pub fn srgb_decode(signal: f64) -> f64 {
-    if signal <= 0.04045 { signal / 12.92 } else { ((signal + 0.055) / 1.055).powf(2.4) }
+    Transfer::Srgb.to_light(signal)
 }
 
-/// The sRGB signal of light, both 0 to 1.
+/// The sRGB signal of light, both limited to 0 to 1.
 pub fn srgb_encode(light: f64) -> f64 {
-    if light <= 0.003_130_8 { light * 12.92 } else { 1.055 * light.powf(1.0 / 2.4) - 0.055 }
+    Transfer::Srgb.to_signal(light)
 }
 
 /// CIELAB of an sRGB signal, white D65.
@@ -39,20 +40,12 @@ pub(super) fn lab(xyz: DVec3) -> [f64; 3] {
     [116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)]
 }
 
-const M1: f64 = 2610.0 / 16384.0;
-const M2: f64 = 2523.0 / 4096.0 * 128.0;
-const C1: f64 = 3424.0 / 4096.0;
-const C2: f64 = 2413.0 / 4096.0 * 32.0;
-const C3: f64 = 2392.0 / 4096.0 * 32.0;
-
 /// The PQ signal of light in cd/m² (SMPTE ST 2084).
 pub(super) fn pq_of_nits(nits: f64) -> f64 {
-    let power = (nits / 10_000.0).clamp(0.0, 1.0).powf(M1);
-    ((C1 + C2 * power) / (1.0 + C3 * power)).powf(M2)
+    Transfer::Pq.to_signal(nits / 10_000.0)
 }
 
 /// Light in cd/m² of a PQ signal.
 pub fn nits_of_pq(signal: f64) -> f64 {
-    let power = signal.clamp(0.0, 1.0).powf(1.0 / M2);
-    10_000.0 * ((power - C1).max(0.0) / (C2 - C3 * power)).powf(1.0 / M1)
+    10_000.0 * Transfer::Pq.to_light(signal)
 }

@@ -80,6 +80,13 @@ fn output(kind: &NodeKind, port: &Output, complaints: &mut Complaints) {
                 format!("the output `{name}` is a {} and has no image state", port.ty.name())
             });
         }
+        OutputState::Chosen(param) => {
+            let is_choice = kind.param(param).is_some_and(|(_, param)| matches!(param.ty, Type::Choice(_)));
+            let follows = kind.inputs().first().is_some_and(|input| !is_number(input.ty) && !input.optional);
+            complaints.require(is_choice && follows, || {
+                format!("the state of `{name}` needs the choice parameter `{param}` and a required image input first")
+            });
+        }
         OutputState::Same(source) => {
             let fits = kind.input(source).is_some_and(|input| !is_number(input.ty) && !input.optional);
             complaints.require(fits, || {

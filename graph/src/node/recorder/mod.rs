@@ -222,6 +222,7 @@ impl<'a> Recorder<'a> {
         let otherwise = || match &self.kind.outputs[index].state {
             OutputState::Always(state) => ImageColor::of(*state),
             OutputState::Same(input) => self.color(input),
+            OutputState::Chosen(_) => self.color(&self.kind.inputs[0].name),
             OutputState::Nothing => ImageColor::of(ColorState::Data),
         };
         self.colors.outputs.get(index).copied().flatten().unwrap_or_else(otherwise)

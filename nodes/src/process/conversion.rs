@@ -1,0 +1,72 @@
+//! The conversions around a table: from the image to the space that the table was made for, and to the result.
+
+use afterimage_graph::color::{Chromaticities, Colorimetry};
+use afterimage_graph::prelude::*;
+
+use super::{Encoding, LIMIT, LutSpace, Parts, Process, Step};
+
+choices! {
+    /// The color state of a table's result.
+    pub enum LutState {
+        /// That of the image: the table is a look.
+        Source,
+        /// Display-linear light: the table contains a tone curve.
+        DisplayLinear,
+        /// Encoded: the table's numbers are the signal.
+        Encoded,
+    }
+}
+
+/// What a table takes and returns, and the light around it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Conversion {
+    /// The space of the table's entry; not `Same` in front of another space of the result.
+    pub(crate) from: LutSpace,
+    /// The space of the table's result.
+    pub(crate) to: LutSpace,
+    /// The state of the result.
+    pub(crate) state: LutState,
+    /// The luminance of light of 1, for `Pq`.
+    pub(crate) white_nits: f64,
+    /// What the numbers of the image mean.
+    pub(crate) source: Colorimetry,
+    /// The primaries of a result that is light.
+    pub(crate) result: Chromaticities,
+}
+
+impl Conversion {
+    /// The space of the table's result, with that of its entry for `Same`.
+    fn to(&self) -> LutSpace {
+        if self.to == LutSpace::Same { self.from } else { self.to }
+    }
+
+    /// The table with the conversions around it.
+    pub(crate) fn around(&self, table: Process) -> Parts {
+        let enter = |space: LutSpace| match space {
+            LutSpace::Same => Vec::new(),
+            space => [self.wire().decode(), space.numbers_of(self.source.primaries, self.white_nits)].concat(),
+        };
+        let after = Process::new(self.leave());
+        if self.from == self.to() {
+            let before = Process::new(enter(self.from));
+            return Parts { before, unchanged: Process::default(), changed: table, after };
+        }
+        let changed = Process::new(enter(self.from).into_iter().chain(table.steps));
+        Parts { before: Process::default(), unchanged: Process::new(enter(self.to())), changed, after }
+    }
+
+    /// The function between light and the numbers of the image.
+    fn wire(&self) -> Encoding {
+        Encoding::of(&self.source, self.white_nits)
+    }
+
+    fn leave(&self) -> Vec<Step> {
+        let light = |primaries: Chromaticities| self.to().to_light(primaries, self.white_nits);
+        match (self.state, self.to()) {
+            (LutState::Source, LutSpace::Same) => Vec::new(),
+            (LutState::Source, _) => [light(self.source.primaries), self.wire().encode()].concat(),
+            (LutState::DisplayLinear, _) => [light(self.result), vec![Step::limits(0.0, LIMIT)]].concat(),
+            (LutState::Encoded, _) => vec![Step::limits(0.0, 1.0)],
+        }
+    }
+}
