@@ -12,11 +12,13 @@ use super::{CALLS, LOOPS, OPERATIONS};
 /// An operation on one component.
 const OPERATION: usize = 3;
 /// A division of whole numbers, which drivers write out.
-const DIVISION: usize = 256;
+const DIVISION: usize = 400;
+/// A component of a vector at a computed index.
+const COMPONENT: usize = 96;
 /// A branch, and a case of a `switch`.
 const BRANCH: usize = 64;
 /// A read of a texture, filtered by hand.
-const READ: usize = 512;
+const READ: usize = 128;
 
 /// The first function that takes too long to compile, and why.
 pub(crate) fn check_cost(module: &Module, info: &ModuleInfo) -> Option<(Span, String)> {
@@ -131,18 +133,16 @@ impl<'m> Types<'m> {
 
     /// The choice of an element: drivers compare the index with all, and copy a value that is not in memory for it.
     fn access(&self, base: &TypeInner) -> usize {
-        let elements = |ty: &TypeInner| {
-            let is_array = matches!(ty, TypeInner::Array { .. });
-            let bytes = ty.try_size(self.module.to_ctx()).unwrap_or(u32::MAX);
-            if is_array { (bytes as usize).div_ceil(4) } else { 1 }
+        let (inner, is_value) = match base {
+            TypeInner::Pointer { base, .. } => (&self.module.types[*base].inner, false),
+            value => (value, true),
         };
-        match base {
-            TypeInner::Pointer { base, .. } => 24 * elements(&self.module.types[*base].inner),
-            value => {
-                let count = elements(value);
-                count.saturating_mul(count).saturating_mul(4)
-            }
+        if !matches!(inner, TypeInner::Array { .. }) {
+            return COMPONENT;
         }
+        let bytes = inner.try_size(self.module.to_ctx()).unwrap_or(u32::MAX);
+        let numbers = (bytes as usize).div_ceil(4).max(32);
+        if is_value { numbers.saturating_mul(numbers).saturating_mul(4) } else { numbers.saturating_mul(24) }
     }
 }
 
@@ -150,13 +150,16 @@ impl<'m> Types<'m> {
 fn weight(function: MathFunction) -> usize {
     use MathFunction as F;
     match function {
-        F::Pow | F::Tan | F::Asin | F::Acos | F::Atan | F::Atan2 | F::Sinh | F::Cosh | F::Tanh => 480,
-        F::Asinh | F::Acosh | F::Atanh | F::Refract => 480,
-        F::Sin | F::Cos => 256,
-        F::Inverse | F::Determinant | F::Exp | F::Exp2 | F::Log | F::Log2 | F::Modf | F::Frexp | F::Ldexp => 32,
-        F::Pack4x8snorm | F::Pack4x8unorm | F::Pack2x16snorm | F::Pack2x16unorm | F::Pack2x16float => 64,
+        F::Pow | F::Tan | F::Asin | F::Acos | F::Atan | F::Atan2 | F::Sinh | F::Cosh | F::Tanh => 500,
+        F::Asinh | F::Acosh | F::Atanh | F::Refract => 500,
+        F::Pack2x16float | F::Unpack2x16float | F::QuantizeToF16 => 320,
+        F::Sin | F::Cos | F::Log | F::Log2 => 256,
+        F::Ldexp | F::Modf | F::Frexp => 96,
+        F::Exp | F::Exp2 | F::Inverse | F::Determinant => 64,
+        F::Pack4x8snorm | F::Pack4x8unorm | F::Pack2x16snorm | F::Pack2x16unorm => 64,
         F::Unpack4x8snorm | F::Unpack4x8unorm | F::Unpack2x16snorm | F::Unpack2x16unorm => 64,
-        F::Unpack2x16float | F::QuantizeToF16 => 64,
+        F::ReverseBits | F::CountOneBits | F::CountLeadingZeros | F::CountTrailingZeros => 64,
+        F::FirstLeadingBit | F::FirstTrailingBit | F::ExtractBits | F::InsertBits => 64,
         F::SmoothStep | F::FaceForward | F::Reflect | F::Normalize | F::Length | F::Distance => 48,
         _ => 12,
     }
