@@ -117,12 +117,6 @@ fn errors_of_the_shader_are_reported_at_their_lines() {
         ),
         (
             "levels: f32",
-            "levels: array<f32, 1>",
-            "`levels` is a number and does not fit its member",
-            "posterize.wgsl:1:20",
-        ),
-        (
-            "levels: f32",
             "levels: f32, is_soft: bool",
             "the struct `Posterize` has a member that no parameter fits",
             "posterize.wgsl:1:8",
@@ -138,6 +132,14 @@ fn errors_of_the_shader_are_reported_at_their_lines() {
         let reported = reported(DECLARATION, &SHADER.replace(from, to));
         assert!(reported.contains(message) && reported.contains(location), "{from} -> {to}:\n{reported}");
     }
+}
+
+#[test]
+fn an_array_of_one_number_is_no_member_for_a_parameter() {
+    let shader = SHADER.replace("levels: f32", "levels: array<f32, 1>").replace("params.levels", "params.levels[0]");
+    let reported = reported(DECLARATION, &shader);
+    assert!(reported.contains("`levels` is a number and does not fit its member"), "{reported}");
+    assert!(reported.contains("posterize.wgsl:1:20"), "{reported}");
 }
 
 #[test]
