@@ -1,5 +1,6 @@
-//! Kinds from folders are freed with their last handle, so that a program may reload them for days. A binary of its own:
-//! it counts the bytes of the whole process.
+//! Kinds from folders are freed with their last handle, so that a program may reload them for days.
+//!
+//! This is a binary of its own, because it counts the bytes of the whole process.
 #![allow(missing_docs, reason = "a test binary has no outside")]
 
 use std::alloc::{GlobalAlloc, Layout, System};

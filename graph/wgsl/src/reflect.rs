@@ -6,8 +6,7 @@ use crate::direct_reads::direct_reads;
 use crate::error::ShaderError;
 use crate::features::ShaderFeatures;
 use crate::library::Source;
-use crate::limits::check_work;
-use crate::link::{Declared, GENERATED, Instance, Linker};
+use crate::link::{Declared, GENERATED, Instance, Linker, check_work};
 use crate::sample_mode::SampleMode;
 use crate::validate::{validate, validate_untrusted};
 

@@ -1,6 +1,7 @@
 //! The work of compiling a function. Drivers inline every call, and write out what a device has no instruction for.
 //!
-//! The weights are measured with llvmpipe, which takes up to 16 microseconds for a weight of 1: two seconds for the limit.
+//! The weights are measured with llvmpipe, which takes up to 16 microseconds for a weight of 1: two seconds for the
+//! limit.
 
 use naga::valid::{FunctionInfo, ModuleInfo};
 use naga::{

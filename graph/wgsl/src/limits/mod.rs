@@ -6,12 +6,10 @@
 mod cost;
 mod memory;
 mod text;
-mod work;
 
 pub(crate) use cost::check_cost;
 pub(crate) use memory::check_memory;
 pub(crate) use text::{check_size, check_text};
-pub(crate) use work::check_work;
 
 /// How much of something there may be.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -7,8 +7,8 @@ use crate::token::TokenKind;
 
 const BOUND: &str = "this is bound to a resource, which the framework makes by itself: what a function reads are its \
                      arguments";
-const ENTRY: &str = "this belongs to an entry point or a binding, which the framework makes by itself: write a function \
-                     and take what it reads as arguments";
+const ENTRY: &str = "this belongs to an entry point or a binding, which the framework makes by itself: write a \
+                     function and take what it reads as arguments";
 const WORKGROUP: &str =
     "a function of one pixel has no memory of a workgroup: neighbours do not run together in a draw";
 const PRIVATE: &str = "a function of one pixel keeps nothing outside of itself, because the next pixel would read it: \

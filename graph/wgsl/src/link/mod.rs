@@ -16,9 +16,11 @@ mod resolve;
 mod source_map;
 #[cfg(test)]
 mod tests;
+mod work;
 
 pub use instance::Instance;
 pub(crate) use linker::Declared;
 pub use linker::{Linked, Linker};
 pub(crate) use source_map::GENERATED;
 pub use source_map::{Place, SourceMap};
+pub(crate) use work::check_work;

@@ -2,7 +2,8 @@
 //!
 //! Two files of a pair declare the same names, names of the language and of the library, and names as a linker would
 //! make them. Members, parameters and local variables have names of declarations. Tokens stand on one line or on many,
-//! with comments between them. Both import a file `shared.wgsl` of their own, and have loops. The tame form of a pair computes the same with names that nothing else has.
+//! with comments between them. Each imports a file `shared.wgsl` of its own and has a loop. The tame form of a pair
+//! computes the same with names that nothing else has.
 
 /// The two files of a pair, `one.wgsl` and `two.wgsl`.
 pub struct Pair {

@@ -1,8 +1,9 @@
 //! Limits of a module that grows when a compiler computes its constants.
 
-use super::{DECLARATIONS, VALUE_TOKENS};
+use super::linker::Linked;
+use super::source_map::GENERATED;
 use crate::error::ShaderError;
-use crate::link::{GENERATED, Linked};
+use crate::limits::{DECLARATIONS, VALUE_TOKENS};
 use crate::module::{DeclarationKind, Module};
 
 /// Checks the declarations of a linked module.
