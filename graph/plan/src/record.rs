@@ -1,12 +1,12 @@
 //! Recording: every node that runs records its passes, and with them the virtual images and buffers.
 
-use crate::builder::{PlanBuilder, copy_pass};
+use crate::builder::{PlanBuilder, copy_pass, scale_pass};
 use crate::error::PlanError;
 use crate::plan::PlanOutput;
 use crate::request::PlanRequest;
 use crate::specialize::{SpecializedGraph, WireSource};
 use afterimage_base::image::{Format, ImageDesc, Signedness};
-use afterimage_graph::check::{Graph, ImageColors, Source};
+use afterimage_graph::check::{Graph, GraphInput, ImageColors, Source};
 use afterimage_graph::node::{
     Arg, Arrival, ImageColor, ImageId, NodeColors, Origin, Recorder, RecorderContext, VirtualImage,
 };
@@ -96,10 +96,29 @@ impl<'a> Round<'a> {
                 finite: given.finite,
                 signedness: input.state.signedness(),
             });
-            self.given[index] = Some(image);
+            self.given[index] = Some(self.scaled(input, image));
             self.builder.inputs.push((input.name.clone(), image));
         }
         Ok(())
+    }
+
+    /// The image of an input with its factor; the image itself if the factor is 1.
+    fn scaled(&mut self, input: &GraphInput, image: ImageId) -> ImageId {
+        if input.scale == 1.0 {
+            return image;
+        }
+        let source = self.builder.recording.image(image);
+        let format = if source.desc.format.is_32_bit() { source.desc.format } else { Format::Rgba16Float };
+        let scaled = VirtualImage {
+            label: format!("{}.scaled", input.name),
+            desc: source.desc.format(format),
+            origin: Origin::Transient,
+            finite: true,
+            signedness: source.signedness,
+        };
+        let result = self.builder.recording.add_image(scaled);
+        self.builder.recording.passes.push(scale_pass(&input.name, image, input.scale as f32, result));
+        result
     }
 
     fn arrival(&mut self, wire: Option<Source>) -> Arrival {

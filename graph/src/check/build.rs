@@ -171,6 +171,8 @@ impl<'a> Builder<'a> {
             name: input.name.value.clone(),
             state: input.state,
             optional: input.optional,
+            needs_alpha: input.needs_alpha,
+            scale: input.scale,
         });
         Graph {
             inputs: inputs.collect(),
