@@ -167,14 +167,14 @@ fn reflect_linked(source: &Source) -> Result<Reflection, ShaderError> {
     let mut linker = Linker::new(SampleMode::Plain, ShaderFeatures::default());
     let instance = linker.add(source, &[])?;
     let (linked, declared) = linker.link_whole(instance)?;
+    let names = Names { declared: &declared, instance };
     let module = match source.file.is_untrusted() {
         false => validate(&linked.text, &linked.map)?,
         true => {
             check_work(&linked)?;
-            validate_untrusted(&linked.text, &linked.map)?
+            validate_untrusted(&linked.text, &linked.map, &|name| names.of_framework(name).is_some())?
         }
     };
-    let names = Names { declared: &declared, instance };
     Ok(Reader { module: &module, names }.reflection())
 }
 

@@ -18,15 +18,20 @@ pub fn validate(source: &str, map: &SourceMap) -> Result<naga::Module, ShaderErr
     on_large_stack(|| validate_here(source, map))
 }
 
-/// The same for a module of untrusted files, whose values and variables have limits.
-pub(crate) fn validate_untrusted(source: &str, map: &SourceMap) -> Result<naga::Module, ShaderError> {
+/// The same for a module of untrusted files, whose values, variables and functions have limits; those of the library do
+/// not count.
+pub(crate) fn validate_untrusted(
+    source: &str,
+    map: &SourceMap,
+    is_of_library: &(dyn Fn(Option<&String>) -> bool + Sync),
+) -> Result<naga::Module, ShaderError> {
     on_large_stack(|| {
         let module = parse(source, map)?;
         match check_memory(&module) {
             Some((span, why)) => Err(place_error(map, first_byte(span), why)),
             None => {
                 let (module, info) = checked(module, map)?;
-                match check_cost(&module, &info) {
+                match check_cost(&module, &info, is_of_library) {
                     Some((span, why)) => Err(place_error(map, first_byte(span), why)),
                     None => Ok(module),
                 }

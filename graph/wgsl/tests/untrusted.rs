@@ -69,6 +69,19 @@ fn what_a_function_of_one_pixel_cannot_hold_is_refused_at_its_place() {
 }
 
 #[test]
+fn the_code_that_repairs_host_images_does_not_count() {
+    let reads = "s += tap(image, image_sampler, at.uv + s.xy) + texel(image, at.pixel);".repeat(20);
+    let text = format!(
+        "fn kind(image: texture_2d<f32>, image_sampler: sampler, at: Point) -> vec4f {{
+    var s = vec4f();
+    {reads}
+    return s;
+}}"
+    );
+    untrusted(&text).reflect().unwrap_or_else(|error| panic!("{error}"));
+}
+
+#[test]
 fn names_of_the_author_may_begin_like_forbidden_ones() {
     let text = "fn atomics(x: vec4f) -> vec4f { let f64_ = x; return f64_; }\n\
                 struct Pair { atomic: f32, workgroupBarrier: f32 }\n\

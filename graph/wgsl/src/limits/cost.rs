@@ -18,17 +18,27 @@ const DIVISION: usize = 400;
 const COMPONENT: usize = 96;
 /// A branch, and a case of a `switch`.
 const BRANCH: usize = 64;
-/// A read of a texture, filtered by hand.
+/// A read of a texture.
 const READ: usize = 128;
+/// A function of the library that reads textures. Its code to repair and filter host images does not run for untrusted
+/// kernels, which read sanitized copies.
+const LIBRARY_READ: Cost = Cost { operations: 700, loops: 0, calls: 0, is_reader: true };
 
 /// The first function that takes too long to compile, and why.
-pub(crate) fn check_cost(module: &Module, info: &ModuleInfo) -> Option<(Span, String)> {
+pub(crate) fn check_cost(
+    module: &Module,
+    info: &ModuleInfo,
+    is_of_library: &dyn Fn(Option<&String>) -> bool,
+) -> Option<(Span, String)> {
     let mut costs: Vec<Cost> = Vec::with_capacity(module.functions.len());
     // A module declares functions before those that call them.
     for (handle, function) in module.functions.iter() {
         let types = Types { module, info: &info[handle], function };
-        let mut cost = Cost { operations: types.expressions(), loops: 0, calls: 0 };
+        let mut cost = Cost { operations: types.expressions(), is_reader: types.read(), ..Cost::default() };
         cost.block(&function.body, &costs);
+        if cost.is_reader && is_of_library(function.name.as_ref()) {
+            cost = LIBRARY_READ;
+        }
         let exceeded = OPERATIONS.exceeded(cost.operations).or_else(|| LOOPS.exceeded(cost.loops));
         if let Some(message) = exceeded.or_else(|| CALLS.exceeded(cost.calls)) {
             return Some((module.functions.get_span(handle), message));
@@ -39,12 +49,14 @@ pub(crate) fn check_cost(module: &Module, info: &ModuleInfo) -> Option<(Span, St
 }
 
 /// What a function and all that it calls takes.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Default)]
 struct Cost {
     operations: usize,
     loops: usize,
     /// Calls inside of calls.
     calls: usize,
+    /// Whether it reads textures.
+    is_reader: bool,
 }
 
 impl Cost {
@@ -61,6 +73,7 @@ impl Cost {
                     let called = known[function.index()];
                     self.add(called.operations, called.loops);
                     self.calls = self.calls.max(called.calls + 1);
+                    self.is_reader |= called.is_reader;
                 }
                 Statement::Block(block) => self.block(block, known),
                 Statement::If { accept, reject, .. } => {
@@ -99,6 +112,11 @@ impl<'m> Types<'m> {
         (bytes as usize).div_ceil(4)
     }
 
+    /// Whether the function reads textures itself.
+    fn read(&self) -> bool {
+        self.function.expressions.iter().any(|(_, expression)| is_read(expression))
+    }
+
     fn expressions(&self) -> usize {
         let costs = self.function.expressions.iter().map(|(handle, expression)| self.cost(handle, expression));
         costs.fold(0, usize::saturating_add)
@@ -109,7 +127,7 @@ impl<'m> Types<'m> {
             Expression::Literal(_) | Expression::Constant(_) | Expression::ZeroValue(_) => 0,
             Expression::FunctionArgument(_) | Expression::LocalVariable(_) | Expression::GlobalVariable(_) => 0,
             Expression::Access { base, .. } => self.access(self.of(*base)),
-            Expression::ImageLoad { .. } | Expression::ImageSample { .. } => READ,
+            read if is_read(read) => READ,
             Expression::Binary { left, right, .. } if self.is_matrix(*left) || self.is_matrix(*right) => {
                 4 * OPERATION * self.numbers(handle).max(self.numbers(*left)).max(self.numbers(*right))
             }
@@ -145,6 +163,10 @@ impl<'m> Types<'m> {
         let numbers = (bytes as usize).div_ceil(4).max(32);
         if is_value { numbers.saturating_mul(numbers).saturating_mul(4) } else { numbers.saturating_mul(24) }
     }
+}
+
+fn is_read(expression: &Expression) -> bool {
+    matches!(expression, Expression::ImageLoad { .. } | Expression::ImageSample { .. })
 }
 
 /// The operations that a function of the language becomes, for each component.
