@@ -22,7 +22,7 @@ const BRANCH: usize = 64;
 const READ: usize = 128;
 /// A function of the library that reads textures. Its code to repair and filter host images does not run for untrusted
 /// kernels, which read sanitized copies.
-const LIBRARY_READ: Cost = Cost { operations: 700, loops: 0, calls: 0, is_reader: true };
+const LIBRARY_READ: Cost = Cost { operations: 1800, loops: 0, calls: 0, is_reader: true };
 
 /// The first function that takes too long to compile, and why.
 pub(crate) fn check_cost(
@@ -137,6 +137,7 @@ impl<'m> Types<'m> {
                 DIVISION * self.numbers(handle)
             }
             Expression::Math { fun, arg, .. } => self.numbers(*arg).max(self.numbers(handle)) * weight(*fun),
+            _ if self.is_integer(handle) => 2 * OPERATION * self.numbers(handle),
             _ => OPERATION * self.numbers(handle),
         }
     }
@@ -173,10 +174,12 @@ fn is_read(expression: &Expression) -> bool {
 fn weight(function: MathFunction) -> usize {
     use MathFunction as F;
     match function {
-        F::Pow | F::Tan | F::Asin | F::Acos | F::Atan | F::Atan2 | F::Sinh | F::Cosh | F::Tanh => 500,
+        F::Tan => 600,
+        F::Log | F::Log2 => 400,
+        F::Pow | F::Asin | F::Acos | F::Atan | F::Atan2 | F::Sinh | F::Cosh | F::Tanh => 500,
         F::Asinh | F::Acosh | F::Atanh | F::Refract => 500,
         F::Pack2x16float | F::Unpack2x16float | F::QuantizeToF16 => 320,
-        F::Sin | F::Cos | F::Log | F::Log2 => 256,
+        F::Sin | F::Cos => 256,
         F::Ldexp | F::Modf | F::Frexp => 96,
         F::Exp | F::Exp2 | F::Inverse | F::Determinant => 64,
         F::Pack4x8snorm | F::Pack4x8unorm | F::Pack2x16snorm | F::Pack2x16unorm => 64,

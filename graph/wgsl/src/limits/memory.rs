@@ -11,7 +11,17 @@ pub(crate) fn check_memory(module: &Module) -> Option<(Span, String)> {
         let message = VALUE_BYTES.exceeded(bytes(&ty.inner, module.to_ctx()))?;
         Some((module.types.get_span(handle), message))
     });
-    types.or_else(|| arrays(module))
+    large_variable(module).or(types).or_else(|| arrays(module))
+}
+
+/// A variable of a type that is too large: the type itself may have no place.
+fn large_variable(module: &Module) -> Option<(Span, String)> {
+    module.functions.iter().find_map(|(_, function)| {
+        function.local_variables.iter().find_map(|(handle, variable)| {
+            let message = VALUE_BYTES.exceeded(bytes(&module.types[variable.ty].inner, module.to_ctx()))?;
+            Some((function.local_variables.get_span(handle), message))
+        })
+    })
 }
 
 fn bytes(ty: &TypeInner, context: GlobalCtx<'_>) -> usize {
