@@ -3,6 +3,8 @@
 //! The displays that images are encoded for are found first, against the wires. Then the colorimetry of each image
 //! follows along the wires. Only nodes that an output needs count.
 
+use std::collections::BTreeSet;
+
 use petgraph::algo::toposort;
 
 use super::{Graph, Source};
@@ -49,12 +51,19 @@ impl Graph {
     }
 }
 
+/// Visits of a node on average after which its color stays as it is.
+const MOST_VISITS: usize = 32;
+
 struct Flow<'a> {
     graph: &'a Graph,
     resolve: &'a dyn Fn(Source) -> Option<Source>,
     changes: Vec<ColorChange>,
     /// The nodes that an output needs, each after those that it reads in the same frame.
     order: Vec<usize>,
+    /// For each node its place in the order, if it has one.
+    places: Vec<Option<usize>>,
+    /// For each place the places of the nodes that read the node there.
+    readers: Vec<Vec<usize>>,
     /// For each node, the primaries that the images after it are encoded for.
     displays: Vec<Option<Chromaticities>>,
     inputs: Vec<ImageColor>,
@@ -68,12 +77,29 @@ impl<'a> Flow<'a> {
             resolve,
             changes: graph.nodes.iter().map(|node| node.instance.color()).collect(),
             order: Vec::new(),
+            places: vec![None; graph.nodes.len()],
+            readers: Vec::new(),
             displays: vec![None; graph.nodes.len()],
             inputs: graph.inputs.iter().map(|input| ImageColor::of(input.state)).collect(),
             outputs: graph.nodes.iter().map(|node| vec![None; node.kind().outputs().len()]).collect(),
         };
         flow.order = flow.needed();
+        flow.order.iter().enumerate().for_each(|(place, node)| flow.places[*node] = Some(place));
+        flow.readers = vec![Vec::new(); flow.order.len()];
+        for (place, node) in flow.order.iter().enumerate() {
+            flow.places_read(*node).into_iter().for_each(|read| flow.readers[read].push(place));
+        }
         flow
+    }
+
+    /// The places of the nodes that a node reads.
+    fn places_read(&self, node: usize) -> Vec<usize> {
+        let sources = self.arriving(node).map(|(_, source)| source);
+        let place = |source| match source {
+            Source::Node { node, .. } => self.places[node],
+            Source::Input(_) => None,
+        };
+        sources.filter_map(place).collect()
     }
 
     fn needed(&self) -> Vec<usize> {
@@ -97,37 +123,43 @@ impl<'a> Flow<'a> {
         wired.filter_map(|(port, wire)| Some((port, (self.resolve)((*wire)?)?)))
     }
 
-    /// Against the wires, and once more where wires of earlier frames form cycles.
+    /// Against the wires, and again where wires of earlier frames form cycles. The widest display wins, so the order of
+    /// the visits does not matter.
     fn find_displays(&mut self) {
-        let mut is_changed = true;
-        while std::mem::take(&mut is_changed) {
-            for node in self.order.clone().into_iter().rev() {
-                let display = match self.changes[node] {
-                    ColorChange::Encode(colorimetry) => Some(colorimetry.primaries),
-                    ColorChange::ToDisplay => None,
-                    ColorChange::Keep | ColorChange::Adapt(_) => self.displays[node],
-                };
-                let sources: Vec<Source> = self.arriving(node).map(|(_, source)| source).collect();
-                for source in sources {
-                    let Source::Node { node, .. } = source else { continue };
-                    let widest = wider(self.displays[node], display);
-                    is_changed |= std::mem::replace(&mut self.displays[node], widest) != widest;
+        let mut pending = self.order.clone();
+        while let Some(node) = pending.pop() {
+            let display = match self.changes[node] {
+                ColorChange::Encode(colorimetry) => Some(colorimetry.primaries),
+                ColorChange::ToDisplay => None,
+                ColorChange::Keep | ColorChange::Adapt(_) => self.displays[node],
+            };
+            for read in self.places_read(node) {
+                let node = self.order[read];
+                let widest = wider(self.displays[node], display);
+                if std::mem::replace(&mut self.displays[node], widest) != widest {
+                    pending.push(node);
                 }
             }
         }
     }
 
-    /// Along the wires, and once more where wires of earlier frames form cycles.
+    /// Along the wires in rounds, and again where wires of earlier frames form cycles: a round visits the nodes after a
+    /// change, in their order.
     fn find_colors(&mut self) {
-        // A round fixes at least one further output, or none is left.
-        for _ in 0..=self.order.len() {
-            let mut is_changed = false;
-            for node in self.order.clone() {
-                let colors = self.colors_of(node);
-                is_changed |= std::mem::replace(&mut self.outputs[node], colors.clone()) != colors;
+        let mut round: BTreeSet<usize> = (0..self.order.len()).collect();
+        let mut next = BTreeSet::new();
+        // Two images that chase each other around a cycle never settle.
+        for _ in 0..MOST_VISITS * self.order.len() {
+            let Some(place) = round.pop_first() else { break };
+            let node = self.order[place];
+            let colors = self.colors_of(node);
+            if std::mem::replace(&mut self.outputs[node], colors.clone()) != colors {
+                let (later, earlier): (Vec<usize>, _) = self.readers[place].iter().partition(|reader| **reader > place);
+                round.extend(later);
+                next.extend::<Vec<usize>>(earlier);
             }
-            if !is_changed {
-                break;
+            if round.is_empty() {
+                std::mem::swap(&mut round, &mut next);
             }
         }
     }
