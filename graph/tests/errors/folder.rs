@@ -47,6 +47,19 @@ fn a_byte_order_mark_at_the_beginning_is_skipped() {
 }
 
 #[test]
+fn a_doc_has_no_control_characters() {
+    for escape in ["\\u{1b}[8m", "\\u{9b}8m", "\\u{7}"] {
+        let reported = reported(&DECLARATION.replacen("doc: \"", &format!("doc: \"{escape}"), 1), SHADER);
+        assert!(
+            reported.contains("`doc` is a text in quotes that is not empty and has no control characters"),
+            "{reported}"
+        );
+    }
+    let lines = DECLARATION.replacen("doc: \"", "doc: \"First.\\n\\n\\tSecond. ", 1);
+    assert!(folder_kind(("node.ron", &lines), ("posterize.wgsl", SHADER)).is_ok(), "{lines}");
+}
+
+#[test]
 fn other_files_of_the_folder_are_for_imports_and_may_have_any_names() {
     let shader =
         SHADER.replace("struct", "#import steps\nstruct").replace("params.levels - 1.0", "step(params.levels)");
