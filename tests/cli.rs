@@ -15,6 +15,7 @@ mod readings;
 mod sequences;
 #[cfg(target_os = "linux")]
 mod strangers;
+mod untrusted;
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -119,14 +119,20 @@ fn errors_of_the_shader_are_reported_at_their_lines() {
         (
             "fn posterize",
             "@group(0) @binding(0) var posterize_t: texture_2d<f32>;\nfn posterize",
-            "`posterize_t` is bound to a resource, which the framework makes by itself",
+            "this is bound to a resource, which the framework makes by itself",
             "posterize.wgsl:3:27",
         ),
         (
             "fn posterize",
             "@compute @workgroup_size(1) fn posterize_all() { }\nfn posterize",
-            "`posterize_all` is an entry point",
-            "posterize.wgsl:3:32",
+            "this belongs to an entry point or a binding, which the framework makes by itself",
+            "posterize.wgsl:3:1",
+        ),
+        (
+            "levels: f32",
+            "levels: f32, is_soft: bool",
+            "the struct `Posterize` has a member that no parameter fits",
+            "posterize.wgsl:1:8",
         ),
         ("    let steps", "    loop { }\n    let steps", "this loop never ends", "posterize.wgsl:4:5"),
         (
@@ -139,6 +145,14 @@ fn errors_of_the_shader_are_reported_at_their_lines() {
         let reported = reported(DECLARATION, &SHADER.replace(from, to));
         assert!(reported.contains(message) && reported.contains(location), "{from} -> {to}:\n{reported}");
     }
+}
+
+#[test]
+fn an_array_of_one_number_is_no_member_for_a_parameter() {
+    let shader = SHADER.replace("levels: f32", "levels: array<f32, 1>").replace("params.levels", "params.levels[0]");
+    let reported = reported(DECLARATION, &shader);
+    assert!(reported.contains("`levels` is a number and does not fit its member"), "{reported}");
+    assert!(reported.contains("posterize.wgsl:1:20"), "{reported}");
 }
 
 #[test]
