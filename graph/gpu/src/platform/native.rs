@@ -2,6 +2,8 @@
 
 use std::thread::JoinHandle;
 
+use afterimage_wgsl::limits;
+
 use crate::GpuError;
 
 /// Work on a thread of its own.
@@ -22,9 +24,14 @@ impl<T: Send + 'static> Worker<T> {
     }
 }
 
-/// Does the same work on several threads, and waits for all of them.
+/// Does the same work on several threads, and waits for all of them. wgpu parses shaders there, and its parser recurses.
 pub(crate) fn on_threads(threads: usize, work: impl Fn() + Sync) {
-    std::thread::scope(|scope| (0..threads).for_each(|_| drop(scope.spawn(&work))));
+    std::thread::scope(|scope| {
+        for _ in 0..threads {
+            let thread = std::thread::Builder::new().stack_size(limits::STACK_BYTES).spawn_scoped(scope, &work);
+            thread.unwrap_or_else(|error| panic!("the system has no more threads: {error}"));
+        }
+    });
 }
 
 /// Calls `make` inside error scopes and returns the device's error if there is one. wgpu's error scopes belong to the
