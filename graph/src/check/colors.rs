@@ -3,11 +3,13 @@
 //! The displays that images are encoded for are found first, against the wires. Then the colorimetry of each image
 //! follows along the wires. Only nodes that an output needs count.
 
+use std::collections::BTreeSet;
+
 use petgraph::algo::toposort;
 
 use super::{Graph, Source};
 use crate::node::{ColorChange, ImageColor, Input, OutputState, PortType};
-use afterimage_base::color::Chromaticities;
+use afterimage_base::color::{Chromaticities, Colorimetry, Transfer};
 use afterimage_base::image::ColorState;
 
 /// The meaning of the images of a graph.
@@ -16,6 +18,7 @@ pub struct ImageColors {
     inputs: Vec<ImageColor>,
     /// For each node and output; `None` for what is no image, and for nodes that no output needs.
     outputs: Vec<Vec<Option<ImageColor>>>,
+    displays: Vec<BTreeSet<Colorimetry>>,
 }
 
 impl ImageColors {
@@ -25,6 +28,11 @@ impl ImageColors {
             Source::Input(input) => self.inputs.get(input).copied(),
             Source::Node { node, output, .. } => self.of_node(node).get(output).copied().flatten(),
         }
+    }
+
+    /// The displays and files that the results of a node are encoded for.
+    pub fn displays_after(&self, node: usize) -> &BTreeSet<Colorimetry> {
+        &self.displays[node]
     }
 
     /// The meaning of the images of each output of a node.
@@ -45,7 +53,7 @@ impl Graph {
         let mut flow = Flow::new(self, resolve);
         flow.find_displays();
         flow.find_colors();
-        ImageColors { inputs: flow.inputs, outputs: flow.outputs }
+        ImageColors { inputs: flow.inputs, outputs: flow.outputs, displays: flow.displays }
     }
 }
 
@@ -55,8 +63,8 @@ struct Flow<'a> {
     changes: Vec<ColorChange>,
     /// The nodes that an output needs, each after those that it reads in the same frame.
     order: Vec<usize>,
-    /// For each node, the primaries that the images after it are encoded for.
-    displays: Vec<Option<Chromaticities>>,
+    /// For each node, what the images after it are encoded for.
+    displays: Vec<BTreeSet<Colorimetry>>,
     inputs: Vec<ImageColor>,
     outputs: Vec<Vec<Option<ImageColor>>>,
 }
@@ -68,7 +76,7 @@ impl<'a> Flow<'a> {
             resolve,
             changes: graph.nodes.iter().map(|node| node.instance.color()).collect(),
             order: Vec::new(),
-            displays: vec![None; graph.nodes.len()],
+            displays: vec![BTreeSet::new(); graph.nodes.len()],
             inputs: graph.inputs.iter().map(|input| ImageColor::of(input.state)).collect(),
             outputs: graph.nodes.iter().map(|node| vec![None; node.kind().outputs().len()]).collect(),
         };
@@ -102,17 +110,28 @@ impl<'a> Flow<'a> {
         let mut is_changed = true;
         while std::mem::take(&mut is_changed) {
             for node in self.order.clone().into_iter().rev() {
-                let display = match self.changes[node] {
-                    ColorChange::Encode(colorimetry) => Some(colorimetry.primaries),
-                    ColorChange::ToDisplay => None,
-                    ColorChange::Keep | ColorChange::Adapt(_) => self.displays[node],
-                };
+                let displays = self.displays_before(node);
                 let sources: Vec<Source> = self.arriving(node).map(|(_, source)| source).collect();
                 for source in sources {
                     let Source::Node { node, .. } = source else { continue };
-                    let widest = wider(self.displays[node], display);
-                    is_changed |= std::mem::replace(&mut self.displays[node], widest) != widest;
+                    let known = self.displays[node].len();
+                    self.displays[node].extend(&displays);
+                    is_changed |= self.displays[node].len() > known;
                 }
+            }
+        }
+    }
+
+    /// The displays that the images which a node reads are for.
+    fn displays_before(&self, node: usize) -> BTreeSet<Colorimetry> {
+        match self.changes[node] {
+            ColorChange::Encode(colorimetry) => BTreeSet::from([colorimetry]),
+            ColorChange::ToDisplay | ColorChange::Display(_) => BTreeSet::new(),
+            ColorChange::Keep | ColorChange::Adapt(_) => self.displays[node].clone(),
+            ColorChange::Refit { white_nits, peak_nits } => {
+                let hdr = |after: &Colorimetry| Colorimetry::new(after.primaries, Transfer::Pq);
+                let before = |after| hdr(after).nits(white_nits.get(), peak_nits.get());
+                self.displays[node].iter().map(before).collect()
             }
         }
     }
@@ -163,8 +182,9 @@ impl<'a> Flow<'a> {
     fn changed(&self, node: usize, kept: ImageColor) -> ImageColor {
         let mut colorimetry = kept.colorimetry;
         match self.changes[node] {
-            ColorChange::Keep => {}
-            ColorChange::ToDisplay => colorimetry.primaries = self.displays[node].unwrap_or(Chromaticities::REC709),
+            ColorChange::Keep | ColorChange::Refit { .. } => {}
+            ColorChange::ToDisplay => colorimetry.primaries = widest(&self.displays[node]),
+            ColorChange::Display(primaries) => colorimetry.primaries = primaries,
             ColorChange::Encode(encoded) => {
                 let adopted_white = colorimetry.adopted_white;
                 colorimetry = encoded;
@@ -176,12 +196,13 @@ impl<'a> Flow<'a> {
     }
 }
 
-/// The primaries of the larger triangle in xy.
-fn wider(a: Option<Chromaticities>, b: Option<Chromaticities>) -> Option<Chromaticities> {
+/// The primaries of the largest triangle in xy; Rec.709 if there is no display.
+fn widest(displays: &BTreeSet<Colorimetry>) -> Chromaticities {
     let area = |primaries: &Chromaticities| {
         let [red, green, blue] = [primaries.red, primaries.green, primaries.blue].map(|xy| xy.to_vec());
         (green - red).perp_dot(blue - red).abs()
     };
     // Equal areas are compared by their coordinates, so that the order of the wires does not matter.
-    a.into_iter().chain(b).max_by(|a, b| area(a).total_cmp(&area(b)).then(a.cmp(b)))
+    let all = displays.iter().map(|display| display.primaries);
+    all.max_by(|a, b| area(a).total_cmp(&area(b)).then(a.cmp(b))).unwrap_or(Chromaticities::REC709)
 }
