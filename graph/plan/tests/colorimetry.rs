@@ -289,7 +289,8 @@ fn aces_works_for_the_display_after_it() {
 fn light_that_the_display_cannot_show_is_an_error() {
     let errors_of = |nodes: &str| {
         let document = parse("test.ron", &text("Exposed", nodes, r#""out": "result""#)).expect("it is RON");
-        check(&document, &built_in(), CheckOptions::default()).err().map(|errors| errors.to_string())
+        let registry = Registry::new(&[afterimage_nodes::ALL]).expect("names are unique");
+        check(&document, &registry, &CheckOptions::default()).err().map(|errors| errors.to_string())
     };
     let cases = [
         ("peak: 4.926", "", "transfer: Srgb", Some("where an SDR signal ends")),
