@@ -14,7 +14,7 @@ impl Builder<'_> {
                 let draft = &self.drafts[index];
                 let message = format!("{} does not suit the display after it: {why}", quote(&draft.name.value));
                 let diagnostic = Diagnostic::error("display-conflict", message).at(&draft.kind_location, "");
-                self.report(diagnostic);
+                self.report(diagnostic.help("make this node and the encoding after it for one display"));
             }
         }
     }
