@@ -285,6 +285,9 @@ fn aces_works_for_the_display_after_it() {
     assert_eq!(checked_as(", gamut: Rec2020", ""), Chromaticities::REC2020);
 }
 
+/// The node before `Encode` where there is no `Eetf` between.
+const MAPPED: &str = "mapped";
+
 #[test]
 fn light_that_the_display_cannot_show_is_an_error() {
     let errors_of = |nodes: &str| {
@@ -293,23 +296,27 @@ fn light_that_the_display_cannot_show_is_an_error() {
         check(&document, &registry, &CheckOptions::default()).err().map(|errors| errors.to_string())
     };
     let cases = [
-        ("peak: 4.926", "", "transfer: Srgb", Some("where an SDR signal ends")),
-        ("peak: 4.926", "", "transfer: Pq, peak_nits: 500.0", Some("above its peak of 500 cd/m2")),
+        ("peak: 4.926", MAPPED, "transfer: Srgb", Some("where an SDR signal ends")),
+        ("peak: 4.926", MAPPED, "transfer: Pq, peak_nits: 500.0", Some("above its peak of 500 cd/m2")),
         (
             "peak: 4.926",
-            "",
+            MAPPED,
             "transfer: Hlg, white_nits: 100.0",
             Some("SDR white is 203 cd/m2 here and 100 cd/m2 there"),
         ),
-        ("peak: 4.926", "", "transfer: Pq", None),
-        ("peak: 1.0", "", "transfer: Pq, white_nits: 100.0", None),
+        ("peak: 4.926", MAPPED, "transfer: Pq", None),
+        ("peak: 1.0", MAPPED, "transfer: Pq, white_nits: 100.0", None),
         // A display between the two.
-        ("peak: 4.926", r#""fitted": Eetf(peak_nits: 500.0),"#, "transfer: Pq, peak_nits: 500.0", None),
-        ("peak: 4.926", r#""fitted": Eetf(peak_nits: 600.0),"#, "transfer: Pq, peak_nits: 500.0", Some("`fitted`")),
-        ("peak: 9.85", r#""fitted": Eetf(peak_nits: 500.0),"#, "transfer: Pq, peak_nits: 500.0", Some("`mapped`")),
+        ("peak: 4.926", "peak_nits: 500.0", "transfer: Pq, peak_nits: 500.0", None),
+        ("peak: 4.926", "peak_nits: 600.0", "transfer: Pq, peak_nits: 500.0", Some("`fitted`")),
+        ("peak: 9.85", "peak_nits: 500.0", "transfer: Pq, peak_nits: 500.0", Some("`mapped`")),
     ];
-    for (aces, between, encode, expected) in cases {
-        let nodes = format!(r#""mapped": Aces2Output(source: "in", {aces}), {between} "result": Encode({encode})"#);
+    for (aces, eetf, encode, expected) in cases {
+        let last = if eetf == MAPPED { MAPPED } else { "fitted" };
+        let fitted =
+            if eetf == MAPPED { String::new() } else { format!(r#""fitted": Eetf(source: "mapped", {eetf}),"#) };
+        let aces = format!(r#""mapped": Aces2Output(source: "in", {aces}),"#);
+        let nodes = format!(r#"{aces} {fitted} "result": Encode(source: "{last}", {encode})"#);
         match (errors_of(&nodes), expected) {
             (found, None) => assert_eq!(found, None, "{nodes}"),
             (Some(found), Some(part)) => {

@@ -90,8 +90,9 @@ fn the_table_works_in_the_primaries_of_its_display() {
     let (target, grade) = ("target: (1.0, 0.93, 0.82)", "lift: (0.01, 0.0, 0.0), gamma: (1.05, 1.0, 1.0)");
     for (primaries, largest) in [("Rec709", 8.0), ("DisplayP3", 8.0), ("Rec2020", 8.0)] {
         let nodes = format!(
-            r#""white": WhiteBalance(source: "in", {target}), "mapped": ToneMap(),
-            "graded": LiftGammaGain({grade}), "result": Encode(primaries: {primaries})"#
+            r#""white": WhiteBalance(source: "in", {target}), "mapped": ToneMap(source: "white"),
+            "graded": LiftGammaGain(source: "mapped", {grade}),
+            "result": Encode(source: "graded", primaries: {primaries})"#
         );
         let wanted = Nodes::new(&nodes, &[("in", "Exposed")]).exact(&[&input]);
         let found = run("Exposed", &format!("BakedGrade(primaries: {primaries}, {target}, {grade})"), &NoFiles, &input);
