@@ -8,6 +8,7 @@ struct Adapt {
     compensation: f32,
     rate_dark: f32,
     rate_bright: f32,
+    hold: u32,
 }
 
 @group(0) @binding(0) var<uniform> params: Adapt;
@@ -33,7 +34,8 @@ fn adapt_aim() -> MeteringAim {
 fn adapt_write(adapted: f32, wanted: f32) {
     let known = result[0].w > 0.0 && frame.reset == 0u;
     let metered = mean[0].w > 0.0;
-    let next = vec4f(select(wanted, adapted, known), mean[0].x, metering_lux(mean[0].x), 1.0);
+    let stops = metering_held(params.hold, result[0].x, adapted);
+    let next = vec4f(select(wanted, stops, known), mean[0].x, metering_lux(mean[0].x), 1.0);
     result[0] = select(select(vec4f(), result[0], known), next, metered);
     if metered { wanted_before[0] = wanted; }
 }

@@ -15,9 +15,11 @@ struct AutoExposure {
     rate_dark: f32,
     rate_bright: f32,
     highlight_log2: f32,
+    hold: u32,
 }
 
-const AUTO_EXPOSURE_BINS: u32 = 256u;
+// Each invocation has two bins.
+const AUTO_EXPOSURE_INVOCATIONS: u32 = 256u;
 
 @group(0) @binding(0) var<uniform> params: AutoExposure;
 @group(0) @binding(1) var<uniform> frame: Frame;
@@ -55,6 +57,34 @@ fn auto_exposure_holds(rank: f32, below: u32, through: u32, total: u32) -> bool 
     return in_use && (rank < f32(through) || through == total);
 }
 
+// The number of counted pixels in a bin. Bin 0 holds those that the meter ignores.
+fn auto_exposure_count(bin: u32, bins: AutoExposureBins) -> u32 {
+    let count = histogram[4u + min(bin, bins.count - 1u)];
+    return select(0u, count, bin > 0u && bin < bins.count);
+}
+
+// The ranks of the two percentiles, and the number of counted pixels.
+struct AutoExposureRanks {
+    first: f32,
+    last: f32,
+    total: u32,
+}
+
+// The part of a bin between the percentiles: the weight times the bin's centre, and the weight.
+fn auto_exposure_part(bin: u32, below: u32, count: u32, bins: AutoExposureBins, ranks: AutoExposureRanks) -> vec2f {
+    let through = below + count;
+    let edge = bins.lo + (f32(bin) - 1.0) * bins.per_bin;
+    let center = edge + 0.5 * bins.per_bin;
+    if auto_exposure_holds(ranks.first, below, through, ranks.total) { auto_exposure_quantile = center; }
+    if auto_exposure_holds(ranks.last, below, through, ranks.total) {
+        let part = clamp((ranks.last - f32(below)) / f32(count), 0.0, 1.0);
+        auto_exposure_bright = edge + part * bins.per_bin;
+    }
+    let end = max(ranks.first, ranks.last);
+    let weight = clamp(f32(through), ranks.first, end) - clamp(f32(below), ranks.first, end);
+    return vec2f(weight * center, weight);
+}
+
 fn auto_exposure_meter(invocation: Invocation) -> AutoExposureMetered {
     // A default, because no invocation writes a result if no pixel was counted.
     if invocation.index == 0u {
@@ -62,26 +92,19 @@ fn auto_exposure_meter(invocation: Invocation) -> AutoExposureMetered {
         auto_exposure_bright = 0.0;
     }
     let bins = auto_exposure_bins();
-    // One bin per invocation, scanned from the darkest to the brightest.
-    let bin = workgroup_rank(invocation);
-    let used = bin > 0u && bin < bins.count;
-    let count = select(0u, histogram[4u + min(bin, bins.count - 1u)], used);
-    // The number of pixels in this bin and all darker ones, and in all bins.
-    let scanned = workgroup_scan(invocation, AUTO_EXPOSURE_BINS, count);
-    let through = scanned.x;
+    // Two neighbouring bins per invocation, scanned from the darkest to the brightest.
+    let bin = 2u * workgroup_rank(invocation);
+    let counts = vec2u(auto_exposure_count(bin, bins), auto_exposure_count(bin + 1u, bins));
+    // The number of pixels in these bins and all darker ones, and in all bins.
+    let scanned = workgroup_scan(invocation, AUTO_EXPOSURE_INVOCATIONS, counts.x + counts.y);
     let total = scanned.y;
-    let below = through - count;
-    let first = params.low * f32(total);
-    let last = params.high * f32(total);
-    let edge = bins.lo + (f32(bin) - 1.0) * bins.per_bin;
-    if auto_exposure_holds(first, below, through, total) { auto_exposure_quantile = edge + 0.5 * bins.per_bin; }
-    if auto_exposure_holds(last, below, through, total) {
-        let part = clamp((last - f32(below)) / f32(count), 0.0, 1.0);
-        auto_exposure_bright = edge + part * bins.per_bin;
-    }
-    let weight = clamp(f32(through), first, max(first, last)) - clamp(f32(below), first, max(first, last));
-    let sums = workgroup_sum(invocation, AUTO_EXPOSURE_BINS, vec2f(weight * (edge + 0.5 * bins.per_bin), weight));
-    let mean = select(auto_exposure_quantile, sums.x / max(sums.y, 1e-30), last > first && sums.y > 0.0);
+    let below = scanned.x - counts.x - counts.y;
+    let ranks = AutoExposureRanks(params.low * f32(total), params.high * f32(total), total);
+    let parts = auto_exposure_part(bin, below, counts.x, bins, ranks)
+        + auto_exposure_part(bin + 1u, below + counts.x, counts.y, bins, ranks);
+    let sums = workgroup_sum(invocation, AUTO_EXPOSURE_INVOCATIONS, parts);
+    let is_range = ranks.last > ranks.first && sums.y > 0.0;
+    let mean = select(auto_exposure_quantile, sums.x / max(sums.y, 1e-30), is_range);
     return AutoExposureMetered(total > 0u, mean, auto_exposure_bright);
 }
 
@@ -105,7 +128,8 @@ fn auto_exposure_aim(metered: AutoExposureMetered, before: AutoExposureBefore) -
 
 fn auto_exposure_write(metered: AutoExposureMetered, before: AutoExposureBefore, adapted: f32, wanted: f32) {
     let known = before.result.w > 0.0 && frame.reset == 0u;
-    let next = vec4f(select(wanted, adapted, known), metered.mean, metering_lux(metered.mean), 1.0);
+    let stops = metering_held(params.hold, before.result.x, adapted);
+    let next = vec4f(select(wanted, stops, known), metered.mean, metering_lux(metered.mean), 1.0);
     let held = select(vec4f(), before.result, known);
     result[0] = select(held, next, metered.counted);
     if metered.counted { wanted_before[0] = wanted; }

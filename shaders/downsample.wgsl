@@ -83,6 +83,21 @@ fn downsample_tap13(source: texture_2d<f32>, source_sampler: sampler, at: Point)
     return 0.5 * of_real(groups.center) + 0.125 * around;
 }
 
+// A box is a single read, so its four texels are weighted instead.
+fn downsample_box_taps(source: texture_2d<f32>, at: Point) -> vec4f {
+    let p = at.uv * vec2f(textureDimensions(source)) - 0.5;
+    let base = floor(p);
+    let right = p - base;
+    var sum = DownsampleSum();
+    for (var y = 0; y <= 1; y++) {
+        for (var x = 0; x <= 1; x++) {
+            let share = select(1.0 - right, right, vec2(x, y) == vec2i(1));
+            downsample_add(&sum, texel(source, vec2i(base) + vec2i(x, y)), share.x * share.y);
+        }
+    }
+    return sum.color / sum.weight;
+}
+
 fn downsample_tap4_taps(source: texture_2d<f32>, source_sampler: sampler, at: Point) -> vec4f {
     var sum = DownsampleSum();
     for (var y = -1; y <= 1; y += 2) {

@@ -53,3 +53,61 @@ fn extract_emissive(source: vec4f, params: Extract) -> vec4f {
 fn extract_all(source: vec4f, params: Extract) -> vec4f {
     return extract_scaled(source, params.intensity);
 }
+
+// A pixel this much brighter than all around it is a firefly. A light of two pixels has a neighbour of at least a
+// quarter of its brightness wherever it lies between pixels.
+const EXTRACT_CONTRAST: f32 = 4.0;
+
+// The largest channel of the eight pixels around one.
+fn extract_around(source: texture_2d<f32>, p: vec2i) -> f32 {
+    let last = vec2i(textureDimensions(source)) - 1;
+    var around = 0.0;
+    for (var y = -1; y <= 1; y++) {
+        for (var x = -1; x <= 1; x++) {
+            let at = p + vec2i(x, y);
+            let is_other = all(at == clamp(at, vec2i(0), last)) && any(at != p);
+            around = max(around, select(0.0, brightest(texel(source, at).rgb), is_other));
+        }
+    }
+    return around;
+}
+
+// The largest channel within a pixel of a place in the frame before, from the peaks of 2x2 pixels.
+fn extract_before(before: texture_2d<f32>, p: vec2i) -> f32 {
+    let upper = max(texel(before, (p - 1) / 2).r, texel(before, vec2i(p.x + 1, p.y - 1) / 2).r);
+    let lower = max(texel(before, vec2i(p.x - 1, p.y + 1) / 2).r, texel(before, (p + 1) / 2).r);
+    return max(upper, lower);
+}
+
+// The colour, dimmed so that no channel exceeds the limit. The only pixel of an image has nothing around it.
+fn extract_dimmed(color: vec4f, limit: f32, at: Point) -> vec4f {
+    let light = brightest(color.rgb);
+    let is_alone = all(at.size <= vec2f(1.0));
+    return vec4f(color.rgb * select(limit / light, 1.0, light <= limit || is_alone), color.a);
+}
+
+fn extract_limited(source: texture_2d<f32>, at: Point) -> vec4f {
+    let limit = EXTRACT_CONTRAST * extract_around(source, at.pixel);
+    return extract_dimmed(texel(source, at.pixel), limit, at);
+}
+
+// The same with the peaks of the frame before.
+fn extract_limited_since(source: texture_2d<f32>, before: texture_2d<f32>, at: Point) -> vec4f {
+    let near = max(extract_around(source, at.pixel), extract_before(before, at.pixel));
+    return extract_dimmed(texel(source, at.pixel), EXTRACT_CONTRAST * near, at);
+}
+
+// The largest channel of the pixels under one of half the size; up to three by three at odd sizes.
+fn extract_peaks(source: texture_2d<f32>, at: Point) -> vec4f {
+    let size = vec2i(textureDimensions(source));
+    let half = vec2i(at.size);
+    let first = at.pixel * size / half;
+    let end = ((at.pixel + 1) * size + half - 1) / half;
+    var peak = 0.0;
+    for (var y = first.y; y < end.y; y++) {
+        for (var x = first.x; x < end.x; x++) {
+            peak = max(peak, brightest(texel(source, vec2i(x, y)).rgb));
+        }
+    }
+    return vec4f(peak, 0.0, 0.0, 1.0);
+}

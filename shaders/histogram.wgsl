@@ -4,6 +4,7 @@
 #import color
 #import workgroup
 #import stride
+#import metering_weight
 
 struct Histogram {
     bins: u32,
@@ -19,7 +20,8 @@ struct Histogram {
     full_weight: f32,
 }
 
-override HISTOGRAM_CENTER: bool = false;
+// How pixels are weighted by their distance from the centre.
+override HISTOGRAM_WEIGHT: u32 = 0;
 override HISTOGRAM_MASK: bool = false;
 override HISTOGRAM_ALBEDO: bool = false;
 
@@ -27,6 +29,9 @@ override HISTOGRAM_ALBEDO: bool = false;
 override HISTOGRAM_ROWS: u32 = 64;
 
 const HISTOGRAM_COLUMNS: u32 = 64u;
+const HISTOGRAM_INVOCATIONS: u32 = 256u;
+// The largest number of bins.
+const HISTOGRAM_MAX_BINS: u32 = 2u * HISTOGRAM_INVOCATIONS;
 // The first four words of the table are floats: the brightest channel of the frame, lo, hi and the number of bins.
 const HISTOGRAM_HEADER: u32 = 4u;
 
@@ -36,13 +41,14 @@ const HISTOGRAM_HEADER: u32 = 4u;
 @group(0) @binding(3) var mask: texture_2d<f32>;
 @group(0) @binding(4) var<storage, read_write> result: array<atomic<u32>>;
 
-var<workgroup> histogram_bins: array<atomic<u32>, 256>;
+var<workgroup> histogram_bins: array<atomic<u32>, HISTOGRAM_MAX_BINS>;
 var<workgroup> histogram_brightest: atomic<u32>;
 
 @compute @workgroup_size(256)
 fn histogram(@builtin(workgroup_id) tile: vec3u, own: Invocation) {
     let invocation = own.index;
     atomicStore(&histogram_bins[invocation], 0u);
+    atomicStore(&histogram_bins[invocation + HISTOGRAM_INVOCATIONS], 0u);
     if invocation == 0u { atomicStore(&histogram_brightest, 0u); }
     workgroupBarrier();
     let size = textureDimensions(source);
@@ -74,14 +80,20 @@ fn histogram(@builtin(workgroup_id) tile: vec3u, own: Invocation) {
     let near = subgroup_max(brightest);
     if is_subgroup_leader(own) { atomicMax(&histogram_brightest, bitcast<u32>(near)); }
     workgroupBarrier();
-    let counted = atomicLoad(&histogram_bins[invocation]);
-    if counted > 0u { atomicAdd(&result[HISTOGRAM_HEADER + invocation], counted); }
+    histogram_add(invocation);
+    histogram_add(invocation + HISTOGRAM_INVOCATIONS);
     if invocation == 0u { atomicMax(&result[0], atomicLoad(&histogram_brightest)); }
     if invocation == 0u && all(tile.xy == vec2u()) {
         atomicStore(&result[1], bitcast<u32>(params.lo));
         atomicStore(&result[2], bitcast<u32>(params.hi));
         atomicStore(&result[3], bitcast<u32>(f32(params.bins)));
     }
+}
+
+// Adds a bin of the tile to that of the image. Bins beyond the last are empty.
+fn histogram_add(bin: u32) {
+    let counted = atomicLoad(&histogram_bins[bin]);
+    if counted > 0u { atomicAdd(&result[HISTOGRAM_HEADER + bin], counted); }
 }
 
 // Counts one pixel and returns its largest channel.
@@ -94,7 +106,7 @@ fn histogram_count(rgb: vec3f, pixel: vec2i, size: vec2u) -> f32 {
 // The bin of a luminance. 0 for pixels that the meter ignores.
 fn histogram_bin(light: f32) -> u32 {
     if light <= params.black { return 0u; }
-    let place = (log2(max(light, 1e-30)) - params.lo) * params.bins_per_stop;
+    let place = (log2(max(light, 1e-37)) - params.lo) * params.bins_per_stop;
     return 1u + u32(clamp(place, 0.0, f32(params.bins) - 2.0));
 }
 
@@ -109,9 +121,8 @@ fn histogram_metered(rgb: vec3f, uv: vec2f) -> f32 {
 
 fn histogram_weight(uv: vec2f, size: vec2f) -> u32 {
     var weight = params.full_weight;
-    if HISTOGRAM_CENTER {
-        let away = (uv - params.center) * vec2f(size.x / size.y, 1.0) / params.radius;
-        weight *= exp2(-min(dot(away, away), 126.0));
+    if HISTOGRAM_WEIGHT != 0u {
+        weight *= metering_weight(HISTOGRAM_WEIGHT, uv, size, params.center, params.radius);
     }
     if HISTOGRAM_MASK { weight *= clamp(histogram_nearest(mask, uv).r, 0.0, 1.0); }
     return u32(weight + 0.5);

@@ -1,36 +1,72 @@
 // The mean luminance of an image: each workgroup sums a tile of 64x64 pixels, then one workgroup sums the tiles. Both
-// sums have a fixed order, and the divisor is the exact number of pixels, so no size needs padding.
+// sums have a fixed order. Without weights the divisor is the exact number of pixels, so no size needs padding.
 #import color
 #import workgroup
+#import metering_weight
 
 struct MeanLuminance {
     lo: f32,
+    center: vec2f,
+    radius: f32,
     // Numbers of pixels and of tiles, computed from the size.
     pixels: f32,
     tiles: u32,
 }
+
+// How pixels are weighted by their distance from the centre, whether by a mask, and whether at all.
+override MEAN_LUMINANCE_WEIGHT: u32 = 0;
+override MEAN_LUMINANCE_MASK: bool = false;
+override MEAN_LUMINANCE_WEIGHTED: bool = false;
 
 const MEAN_LUMINANCE_INVOCATIONS: u32 = 256u;
 const MEAN_LUMINANCE_TILE: u32 = 64u;
 
 @group(0) @binding(0) var<uniform> params: MeanLuminance;
 @group(0) @binding(1) var picture: texture_2d<f32>;
-// The sum and the brightest pixel of each tile.
-@group(0) @binding(2) var<storage, read_write> written: array<vec2f>;
-@group(0) @binding(3) var<storage, read> tiles: array<vec2f>;
-@group(0) @binding(4) var<storage, read_write> result: array<vec4f>;
+@group(0) @binding(2) var mask: texture_2d<f32>;
+// The weighted sum, the brightest pixel and the weight of each tile.
+@group(0) @binding(3) var<storage, read_write> written: array<vec4f>;
+@group(0) @binding(4) var<storage, read> tiles: array<vec4f>;
+@group(0) @binding(5) var<storage, read_write> result: array<vec4f>;
 
-// A pixel of the tile, row by row: its luminance, or a negative number outside of the image.
-fn mean_luminance_of(tile: vec2u, invocation: u32, row: u32) -> f32 {
+// A pixel of the tile, row by row: its luminance and its weight, 0 outside of the image.
+fn mean_luminance_of(tile: vec2u, invocation: u32, row: u32) -> vec2f {
     let within = vec2u(invocation % MEAN_LUMINANCE_TILE, row + invocation / MEAN_LUMINANCE_TILE);
     let cell = tile * MEAN_LUMINANCE_TILE + within;
+    let size = textureDimensions(picture);
     let light = max(luminance(texel(picture, vec2i(cell)).rgb), 0.0);
-    return select(-1.0, light, all(cell < textureDimensions(picture)));
+    let uv = (vec2f(cell) + 0.5) / vec2f(size);
+    return vec2f(light, select(0.0, mean_luminance_weight(uv, vec2f(size)), all(cell < size)));
 }
 
-fn mean_luminance_write(group: vec2u, groups: u32, invocation: Invocation, sum: vec2f) {
-    let joined = workgroup_sum_and_max(invocation, MEAN_LUMINANCE_INVOCATIONS, sum);
-    if invocation.index == 0u { written[group.y * groups + group.x] = joined; }
+fn mean_luminance_weight(uv: vec2f, size: vec2f) -> f32 {
+    var weight = 1.0;
+    if MEAN_LUMINANCE_WEIGHT != 0u {
+        weight = metering_weight(MEAN_LUMINANCE_WEIGHT, uv, size, params.center, params.radius);
+    }
+    if MEAN_LUMINANCE_MASK {
+        weight *= clamp(texel(mask, vec2i(uv * vec2f(textureDimensions(mask)))).r, 0.0, 1.0);
+    }
+    return weight;
+}
+
+// Adds a pixel: its part of the mean, its luminance and its weight.
+fn mean_luminance_add(sum: vec3f, part: f32, pixel: vec2f) -> vec3f {
+    let brightest = max(sum.y, select(0.0, pixel.x, pixel.y > 0.0));
+    return vec3f(sum.x + part * pixel.y, brightest, sum.z + pixel.y);
+}
+
+// The sum, the brightest pixel and the weight of all invocations.
+fn mean_luminance_join(invocation: Invocation, sum: vec3f) -> vec3f {
+    let joined = workgroup_sum_and_max(invocation, MEAN_LUMINANCE_INVOCATIONS, sum.xy);
+    if !MEAN_LUMINANCE_WEIGHTED { return vec3f(joined, 0.0); }
+    workgroupBarrier();
+    return vec3f(joined, workgroup_sum(invocation, MEAN_LUMINANCE_INVOCATIONS, vec2f(sum.z, 0.0)).x);
+}
+
+fn mean_luminance_write(group: vec2u, groups: u32, invocation: Invocation, sum: vec3f) {
+    let joined = mean_luminance_join(invocation, sum);
+    if invocation.index == 0u { written[group.y * groups + group.x] = vec4f(joined, 0.0); }
 }
 
 @compute @workgroup_size(256)
@@ -39,11 +75,10 @@ fn mean_luminance_log(
     @builtin(num_workgroups) groups: vec3u,
     invocation: Invocation,
 ) {
-    var sum = vec2f();
+    var sum = vec3f();
     for (var row = 0u; row < MEAN_LUMINANCE_TILE; row += 4u) {
-        let light = mean_luminance_of(group.xy, invocation.index, row);
-        let logarithm = max(log2(max(light, 1e-30)), params.lo);
-        sum = sum_and_max(sum, vec2f(select(0.0, logarithm, light >= 0.0), light));
+        let pixel = mean_luminance_of(group.xy, invocation.index, row);
+        sum = mean_luminance_add(sum, max(log2(max(pixel.x, 1e-37)), params.lo), pixel);
     }
     mean_luminance_write(group.xy, groups.x, invocation, sum);
 }
@@ -54,35 +89,42 @@ fn mean_luminance_linear(
     @builtin(num_workgroups) groups: vec3u,
     invocation: Invocation,
 ) {
-    var sum = vec2f();
+    var sum = vec3f();
     for (var row = 0u; row < MEAN_LUMINANCE_TILE; row += 4u) {
-        let light = mean_luminance_of(group.xy, invocation.index, row);
-        sum = sum_and_max(sum, vec2f(max(light, 0.0), light));
+        let pixel = mean_luminance_of(group.xy, invocation.index, row);
+        sum = mean_luminance_add(sum, pixel.x, pixel);
     }
     mean_luminance_write(group.xy, groups.x, invocation, sum);
 }
 
-fn mean_luminance_total(invocation: Invocation) -> vec2f {
-    var sum = vec2f();
+fn mean_luminance_total(invocation: Invocation) -> vec3f {
+    var sum = vec3f();
     for (var tile = invocation.index; tile < params.tiles; tile += MEAN_LUMINANCE_INVOCATIONS) {
-        sum = sum_and_max(sum, tiles[tile]);
+        let part = tiles[tile].xyz;
+        sum = vec3f(sum.x + part.x, max(sum.y, part.y), sum.z + part.z);
     }
-    return workgroup_sum_and_max(invocation, MEAN_LUMINANCE_INVOCATIONS, sum);
+    return mean_luminance_join(invocation, sum);
 }
 
-// The mean as log2, the brightest pixel, and 1 if any pixel is brighter than the lower limit.
+// The mean of all pixels from their sum.
+fn mean_luminance_mean(total: vec3f) -> f32 {
+    if MEAN_LUMINANCE_WEIGHTED { return total.x / max(total.z, 1e-30); }
+    return total.x / params.pixels;
+}
+
+// The mean as log2, the brightest pixel, and 1 if any pixel is brighter than black.
 fn mean_luminance_give(mean: f32, brightest: f32) {
-    result[0] = vec4f(max(mean, params.lo), brightest, 0.0, select(0.0, 1.0, brightest > exp2(params.lo)));
+    result[0] = vec4f(max(mean, params.lo), brightest, 0.0, select(0.0, 1.0, brightest > 0.0));
 }
 
 @compute @workgroup_size(256)
 fn mean_luminance_of_logs(invocation: Invocation) {
     let total = mean_luminance_total(invocation);
-    if invocation.index == 0u { mean_luminance_give(total.x / params.pixels, total.y); }
+    if invocation.index == 0u { mean_luminance_give(mean_luminance_mean(total), total.y); }
 }
 
 @compute @workgroup_size(256)
 fn mean_luminance_log_of_mean(invocation: Invocation) {
     let total = mean_luminance_total(invocation);
-    if invocation.index == 0u { mean_luminance_give(log2(max(total.x / params.pixels, 1e-30)), total.y); }
+    if invocation.index == 0u { mean_luminance_give(log2(max(mean_luminance_mean(total), 1e-37)), total.y); }
 }

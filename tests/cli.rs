@@ -9,6 +9,7 @@ mod outputs;
 mod pictures;
 mod plans;
 mod quantise;
+mod readings;
 mod sequences;
 
 use std::fs;
@@ -93,6 +94,13 @@ impl Outcome {
     fn good(self) -> String {
         assert_eq!(self.status, Some(0), "{}", self.err);
         self.out
+    }
+
+    /// That it went well; what it wrote to standard error.
+    #[track_caller]
+    fn notes(self) -> String {
+        assert_eq!(self.status, Some(0), "{}", self.err);
+        self.err
     }
 
     /// That it stopped with this status and these words, to the letter.

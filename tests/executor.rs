@@ -6,6 +6,7 @@ mod hazards;
 mod histories;
 mod host;
 mod lost;
+mod memory;
 mod reload;
 mod stale_memory;
 

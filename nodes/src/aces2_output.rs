@@ -171,11 +171,12 @@ const ROW: usize = 512;
 
 fn hull_texture(pass: &mut Recorder<'_>, transform: &OutputTransform) -> ImageId {
     let size = Size::new(ROW as u32, (4 * SEGMENTS / ROW) as u32);
-    let segments = transform.segments();
-    let texels = segments.iter().flat_map(|segment| {
-        let [first, bent, last] = segment.values;
-        [first, bent, last, [segment.bend, 0.0, 0.0, 0.0]]
-    });
-    let bytes = texels.flatten().flat_map(|number| (number as f32).to_le_bytes()).collect();
-    pass.constant("hulls", ImageDesc::new(size).format(Format::Rgba32Float), bytes)
+    pass.computed("hulls", ImageDesc::new(size).format(Format::Rgba32Float), || {
+        let segments = transform.segments();
+        let texels = segments.iter().flat_map(|segment| {
+            let [first, bent, last] = segment.values;
+            [first, bent, last, [segment.bend, 0.0, 0.0, 0.0]]
+        });
+        texels.flatten().flat_map(|number| (number as f32).to_le_bytes()).collect()
+    })
 }

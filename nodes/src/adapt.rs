@@ -2,7 +2,7 @@
 
 use afterimage_graph::prelude::*;
 
-use crate::metering::{Adaptation, EV100_OF_LUMINANCE, wanted_before};
+use crate::metering::{Adaptation, EV100_OF_LUMINANCE, HIGHEST_EV, LOWEST_EV, wanted_before};
 
 static SHADER: Shader = shader!("adapt");
 
@@ -16,9 +16,9 @@ params! {
         /// Target of the mean, in exposed luminance. 0.18 is middle grey.
         pub key: f32 = 0.18 => within(0.0001..=10.0), usually(0.05..=0.5), unit("luminance");
         /// Lower limit of the metered brightness. A darker scene is exposed as if it had this brightness.
-        pub min_ev: f32 = -4.0 => within(-24.0..=24.0), unit("EV100");
+        pub min_ev: f32 = LOWEST_EV => within(-24.0..=24.0), unit("EV100");
         /// Upper limit of the metered brightness. A brighter scene is exposed as if it had this brightness.
-        pub max_ev: f32 = 16.0 => within(-24.0..=24.0), unit("EV100");
+        pub max_ev: f32 = HIGHEST_EV => within(-24.0..=24.0), unit("EV100");
         /// Stops added to the exposure. 0 changes nothing, 1 doubles the light.
         pub compensation: f32 = 0.0 => within(-16.0..=16.0), usually(-4.0..=4.0), unit("stops"), neutral(0.0);
         /// How the exposure approaches its target.
@@ -27,6 +27,9 @@ params! {
         pub rate_dark: f32 = 1.0 => within(0.0..=1000.0), usually(0.1..=10.0), unit("1/s");
         /// Adaptation speed when the scene gets brighter. The eye is faster in this direction.
         pub rate_bright: f32 = 3.0 => within(0.0..=1000.0), usually(0.1..=10.0), unit("1/s");
+        /// Holds the exposure: it stays as it is, from the next metered frame on if there is none yet. The metered mean
+        /// and lux still follow the scene.
+        pub hold: bool = false => live(), neutral(false);
     }
 }
 

@@ -158,9 +158,11 @@ impl BakedGrade {
     }
 
     fn table(&self, pass: &mut Recorder<'_>) -> ImageId {
-        let lut = self.chain().bake(self.size as usize, self.shape());
-        let cube = lut.cube.expect("a baked table is a cube");
         let desc = ImageDesc::volume(Size::volume(self.size, self.size, self.size));
-        pass.constant("table", desc, cube.bytes(true, cube.entries.len()))
+        pass.computed("table", desc, || {
+            let lut = self.chain().bake(self.size as usize, self.shape());
+            let cube = lut.cube.expect("a baked table is a cube");
+            cube.bytes(true, cube.entries.len())
+        })
     }
 }

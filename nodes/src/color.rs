@@ -66,8 +66,8 @@ pub(crate) fn white_from(kelvin: f64, duv: f64, adaptation: Cones) -> DMat3 {
     in_rec709(adaptation.adaptation(xyz(light(kelvin, duv)), Xy::D65.to_xyz()))
 }
 
-/// The xy of a light: CIE daylight (CIE 15) from 4000 K, a black body (Kim et al. 2002) below. The limits are 1667 K
-/// and 25000 K.
+/// The xy of a light: a black body (Kim et al. 2002) up to 3333 K, CIE daylight (CIE 15) from 4000 K, and a smooth
+/// blend between. The limits are 1667 K and 25000 K.
 fn light(kelvin: f64, duv: f64) -> DVec2 {
     let kelvin = kelvin.clamp(1667.0, 25000.0);
     if duv == 0.0 {
@@ -83,11 +83,21 @@ fn on_locus(kelvin: f64) -> DVec2 {
     on_branch(kelvin, kelvin)
 }
 
-/// The locus at `kelvin`, by the polynomials that are valid at `branch`.
+/// The locus at `kelvin`, by the polynomials that are valid at `branch`. The loci of black bodies and of daylight are
+/// 0.007 apart in y, so a light that changes from one to the other must do so gradually.
 fn on_branch(branch: f64, kelvin: f64) -> DVec2 {
-    let (x, y) = if branch < 4000.0 { black_body(branch) } else { daylight(branch) };
-    let at = cubic(x, 1000.0 / kelvin);
-    DVec2::new(at, cubic(y, at))
+    let at = |(x, y): ([f64; 4], [f64; 4])| {
+        let x = cubic(x, 1000.0 / kelvin);
+        DVec2::new(x, cubic(y, x))
+    };
+    at(black_body(branch)).lerp(at(daylight(branch)), daylight_share(kelvin))
+}
+
+/// The share of daylight in a light: a smooth step from 0 at 3333 K (300 mired) to 1 at 4000 K (250 mired), where the
+/// formula of daylight begins to be valid.
+fn daylight_share(kelvin: f64) -> f64 {
+    let t = ((300.0 - 1e6 / kelvin) / 50.0).clamp(0.0, 1.0);
+    t * t * (3.0 - 2.0 * t)
 }
 
 fn daylight(kelvin: f64) -> ([f64; 4], [f64; 4]) {
@@ -123,4 +133,27 @@ fn xy(uv: DVec2) -> DVec2 {
 /// The rows of a matrix, for three dot products in a shader.
 pub(crate) fn rows(matrix: DMat3) -> [[f64; 4]; 3] {
     [0, 1, 2].map(|row| matrix.row(row).extend(0.0).to_array())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::light;
+
+    /// The largest distance in xy of two lights one kelvin apart.
+    fn largest_step(duv: f64) -> f64 {
+        (1700..12000)
+            .map(|kelvin| light(f64::from(kelvin + 1), duv).distance(light(f64::from(kelvin), duv)))
+            .fold(0.0, f64::max)
+    }
+
+    #[test]
+    #[expect(clippy::print_stdout, reason = "the figures are in graph/docs/colour.md")]
+    fn a_light_moves_smoothly_with_its_temperature() {
+        // Without a blend it was 0.0073 from 3999 K to 4000 K.
+        for duv in [0.0, 0.02, -0.02] {
+            let step = largest_step(duv);
+            println!("tint {duv}: the largest step of one kelvin is {step:.2e} in xy");
+            assert!(step < 2e-4, "{duv}: {step}");
+        }
+    }
 }

@@ -13,18 +13,22 @@ choices! {
         Add,
         /// Replaces a share of the image by it: this keeps the energy, so it needs no threshold.
         Mix,
+        /// Adds it in the distance that the image has to white, as two slides in one projector's light: for
+        /// display-linear images, which it never takes above white. A channel at white or above stays.
+        Screen,
     }
 }
 
 params! {
     /// Combines light with an image: bloom before the tone curve, or glare in display-linear light after it.
     ///
-    /// Both images must be in the same color state. The light may have any size and is resampled. If no light is wired,
-    /// or it is switched off, the result is the image. Results are limited to 65504. Alpha is that of the image.
+    /// Both images must be in the same color state. The light may have any size and is resampled; light of the size of
+    /// the image is not filtered. If no light is wired, or it is switched off, the result is the image. Results are
+    /// limited to 65504. Alpha is that of the image.
     pub struct Composite {
         /// How the light is combined with the image.
         pub blend: CompositeBlend = CompositeBlend::Add;
-        /// For `Add`: factor of the light. For `Mix`: its share, at most 1. 0 changes nothing.
+        /// For `Add` and `Screen`: factor of the light. For `Mix`: its share, at most 1. 0 changes nothing.
         pub strength: f32 = 0.5 => within(0.0..=8.0), usually(0.0..=1.0), neutral(0.0);
         /// The filter that resamples the light.
         pub filter: UpsampleFilter = UpsampleFilter::Tent => quality(UpsampleFilter::Tent, [UpsampleFilter::Bilinear]);
@@ -42,12 +46,23 @@ impl Composite {
             (CompositeBlend::Add, UpsampleFilter::Bilinear) => "composite_add_bilinear",
             (CompositeBlend::Mix, UpsampleFilter::Tent) => "composite_mix_tent",
             (CompositeBlend::Mix, UpsampleFilter::Bilinear) => "composite_mix_bilinear",
+            (CompositeBlend::Screen, UpsampleFilter::Tent) => "composite_screen_tent",
+            (CompositeBlend::Screen, UpsampleFilter::Bilinear) => "composite_screen_bilinear",
+        }
+    }
+
+    /// The function for light of the size of the image.
+    fn pixel_function(&self) -> &'static str {
+        match self.blend {
+            CompositeBlend::Add => "composite_add_pixel",
+            CompositeBlend::Mix => "composite_mix_pixel",
+            CompositeBlend::Screen => "composite_screen_pixel",
         }
     }
 
     fn factor(&self) -> f32 {
         match self.blend {
-            CompositeBlend::Add => self.strength,
+            CompositeBlend::Add | CompositeBlend::Screen => self.strength,
             CompositeBlend::Mix => self.strength.min(1.0),
         }
     }
@@ -63,7 +78,7 @@ impl Node for Composite {
     const FALLBACK: Fallback = Fallback::input("base");
 
     fn identity(&self, arrivals: &Arrivals) -> Option<Fallback> {
-        let adds_nothing = arrivals.is_zero("bloom") && (self.blend == CompositeBlend::Add || arrivals.is_zero("base"));
+        let adds_nothing = arrivals.is_zero("bloom") && (self.blend != CompositeBlend::Mix || arrivals.is_zero("base"));
         let leaves_base = self.strength == 0.0 || arrivals.is_absent("bloom") || adds_nothing;
         leaves_base.then_some(Self::FALLBACK)
     }
@@ -80,7 +95,9 @@ impl Node for Composite {
             let base = pass.image("base");
             pass.desc(base).size
         };
-        pass.function(&SHADER, self.function())
+        // The filter would blur light that has a texel for each pixel.
+        let is_equal = pass.desc(bloom).size == size;
+        pass.function(&SHADER, if is_equal { self.pixel_function() } else { self.function() })
             .read("bloom", bloom)
             .reach(if self.filter == UpsampleFilter::Tent { self.radius } else { 0.0 })
             .set("strength", strength)

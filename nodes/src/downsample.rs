@@ -20,7 +20,11 @@ choices! {
 }
 
 choices! {
-    /// How the first halving limits single very bright pixels, which would flicker in all levels.
+    /// How the first halving weights bright pixels down. The weights take energy from every small light, and how much
+    /// depends on where it lies between texels, so its bloom flickers when it moves. `fireflies: Limit` of `Extract`
+    /// does not. Energy that `Tap13` keeps of a light of 200 times white, over its positions between pixels: with `Off`
+    /// 100 %; with `Groups` 39 to 69 % of 1x1 pixels, 33 to 64 % of 2x2 and 53 to 73 % of 4x4; with `Taps` 2 to 8 %, 2
+    /// to 4 % and 2 to 17 %.
     pub enum Firefly {
         /// It does not: small lights keep all of their energy.
         Off,
@@ -29,7 +33,7 @@ choices! {
         /// the look.
         Groups,
         /// Each tap is weighted by 1 / (1 + brightness): the strongest. It also dims small lights that are intended
-        /// (Karis, 2013).
+        /// (Karis, 2013). `Box` has one tap, so its four texels are weighted.
         Taps,
     }
 }
@@ -71,8 +75,8 @@ impl Downsample {
         match (self.filter, firefly) {
             (DownsampleFilter::Tap13, Firefly::Groups) => "downsample_tap13_groups",
             (_, Firefly::Groups) => "downsample_tap4_groups",
-            // A single tap has nothing to be weighted against.
-            (DownsampleFilter::Box, _) => "downsample_box",
+            (DownsampleFilter::Box, Firefly::Off) => "downsample_box",
+            (DownsampleFilter::Box, Firefly::Taps) => "downsample_box_taps",
             (DownsampleFilter::Tap4, Firefly::Off) => "downsample_tap4",
             (DownsampleFilter::Tap4, Firefly::Taps) => "downsample_tap4_taps",
             (DownsampleFilter::Tap9, Firefly::Off) => "downsample_tap9",

@@ -4,6 +4,9 @@ use afterimage_graph::prelude::*;
 
 static SHADER: Shader = shader!("extract");
 
+/// The states of light.
+const STATES: &[ColorState] = &[ColorState::Scene, ColorState::Exposed, ColorState::DisplayLinear];
+
 choices! {
     /// How light is selected.
     pub enum ExtractMethod {
@@ -33,11 +36,28 @@ choices! {
     }
 }
 
+choices! {
+    /// How single bright pixels, which would flicker in the bloom, are limited before the selection.
+    pub enum Fireflies {
+        /// They are not.
+        Keep,
+        /// A pixel more than four times as bright as the brightest of the eight around it is dimmed to that limit. A
+        /// light that covers two pixels or more keeps all of its energy wherever it moves.
+        Limit,
+    }
+}
+
 params! {
     /// Selects the light that bloom spreads: the colour of the source times a weight.
     ///
     /// Place it after the exposure, so that the threshold is a display brightness and does not depend on the units of
     /// the scene. Black stays black. Results are limited to 65504. Alpha passes unchanged.
+    ///
+    /// `fireflies: Limit` compares each pixel with the eight around it and, with `before` wired to the own output
+    /// `peaks` of the previous frame (`before: "bright.peaks@previous"`), with what was there or next to it in that
+    /// frame. So an outlier of one frame goes, and a light of one pixel stays if it moves by less than a pixel per
+    /// frame. In the first frame of a sequence, and in a single image, only the neighbours count: stars and lamps of
+    /// one pixel keep their light in the image, but get little bloom.
     pub struct Extract {
         /// How light is selected.
         pub method: ExtractMethod = ExtractMethod::Knee;
@@ -48,6 +68,8 @@ params! {
         /// For `Knee` and `Gate`: half of the width of the transition around the threshold. 0 is a hard edge, which
         /// flickers in motion.
         pub knee: f32 = 0.1 => within(0.0..=65504.0), usually(0.0..=1.0);
+        /// How single bright pixels are limited.
+        pub fireflies: Fireflies = Fireflies::Keep => neutral(Fireflies::Keep);
         /// Factor of the result. 1 changes nothing.
         pub intensity: f32 = 1.0 => within(0.0..=64.0), usually(0.0..=4.0), neutral(1.0);
     }
@@ -77,30 +99,50 @@ impl Extract {
     }
 }
 
+impl Extract {
+    /// The image with single bright pixels limited.
+    fn without_fireflies(pass: &mut Recorder<'_>, source: ImageId) -> ImageId {
+        let result = pass.transient("limited", ImageDesc::new(pass.desc(source).size));
+        let has_before = pass.wired("before") && !pass.is_zero("before");
+        let function = if has_before { "extract_limited_since" } else { "extract_limited" };
+        pass.function(&SHADER, function).reach(1.0).write_to(result);
+        result
+    }
+}
+
 impl Node for Extract {
-    const INPUTS: &'static [Input] =
-        &[Input::image("source", "The image, exposed if the threshold is a display brightness.").accepts(&[
-            ColorState::Scene,
-            ColorState::Exposed,
-            ColorState::DisplayLinear,
-        ])];
-    const OUTPUTS: &'static [Output] =
-        &[Output::image("result", OutputState::same("source"), "The selected light, black elsewhere.")];
+    const INPUTS: &'static [Input] = &[
+        Input::image("source", "The image, exposed if the threshold is a display brightness.").accepts(STATES),
+        Input::image("before", "For `fireflies: Limit`: `peaks` of the previous frame.").accepts(STATES).optional(),
+    ];
+    const OUTPUTS: &'static [Output] = &[
+        Output::image("result", OutputState::same("source"), "The selected light, black elsewhere."),
+        Output::image(
+            "peaks",
+            OutputState::same("source"),
+            "The largest channel of each 2x2 pixels of the source, in red: for `before` of the next frame.",
+        ),
+    ];
     const FALLBACK: Fallback = Fallback::Zero;
 
     fn identity(&self, arrivals: &Arrivals) -> Option<Fallback> {
-        let keeps_all = self.method == ExtractMethod::All && self.intensity == 1.0;
-        match arrivals.is_zero("source") {
-            true => Some(Fallback::Zero),
-            false => keeps_all.then_some(Fallback::input("source")),
-        }
+        // With `method: All` it still has peaks, so the source does not replace it.
+        arrivals.is_zero("source").then_some(Fallback::Zero)
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {
         let source = pass.image("source");
         let result = ImageDesc::new(pass.desc(source).size);
+        if pass.wanted("peaks") {
+            pass.function(&SHADER, "extract_peaks").write("peaks", result.half().format(Format::R16Float));
+        }
+        let light = match self.fireflies {
+            Fireflies::Keep => source,
+            Fireflies::Limit => Self::without_fireflies(pass, source),
+        };
         let Numbers(threshold, knee, intensity) = self.numbers();
         pass.function(&SHADER, self.function())
+            .read("source", light)
             .set("threshold", threshold)
             .set("knee", knee)
             .set("intensity", intensity)

@@ -10,14 +10,15 @@ params! {
     /// Adds film grain: random, but equal on every device for equal seeds and frames.
     ///
     /// The grain is strongest in midtones and fades to zero at black and white, so it never clips. The mean of a flat
-    /// area stays the same. It looks most like film on an encoded image; on linear light, set `pivot` to 0.18. Place it
-    /// before `Dither`.
+    /// area stays the same. Grains are round and have no grid: one in each square of `size`, at a random place. It
+    /// looks most like film on an encoded image; on linear light, set `pivot` to 0.18. Place it before `Dither`.
     pub struct FilmGrain {
         /// Strength of the grain. 1 is the largest amplitude that does not clip, 0 changes nothing.
         pub amount: f32 = 0.15 => within(0.0..=1.0), usually(0.0..=0.4), neutral(0.0);
         /// Diameter of a grain. 1 is one grain per pixel.
         pub size: f32 = 1.5 => within(1.0..=64.0), usually(1.0..=4.0), unit("px");
-        /// 0 for monochrome grain (equal in all channels), 1 for colour grain (independent channels).
+        /// 0 for monochrome grain (equal in all channels), 1 for colour grain (independent channels). The strength in
+        /// each channel is the same for all values.
         pub color: f32 = 0.3 => within(0.0..=1.0);
         /// Strength of the grain in the darkest shadows, relative to midtones.
         pub shadows: f32 = 0.8 => within(0.0..=1.0);

@@ -2,17 +2,9 @@
 
 use afterimage_graph::prelude::*;
 
-static SHADER: Shader = shader!("histogram");
+use crate::metering::{HIGHEST_LOG2, LOWEST_LOG2, MeteringWeight, image_or_nothing};
 
-choices! {
-    /// The weight of each pixel.
-    pub enum HistogramWeight {
-        /// Equal weights.
-        Uniform,
-        /// A Gaussian of the distance from `center`.
-        Center,
-    }
-}
+static SHADER: Shader = shader!("histogram");
 
 params! {
     /// Counts the pixels of each luminance in bins of equal width in stops.
@@ -22,6 +14,9 @@ params! {
     /// last of the other bins. So the sum of all bins is the weight of the whole image. Counts are integers, so equal
     /// images give equal histograms.
     ///
+    /// The default range is EV100 -10 to 19 for luminance in cd/m2, up to the largest half float. For brighter light,
+    /// give the input a factor in the pipeline file, `Color(scale: 0.001)`.
+    ///
     /// With `albedo` wired, the meter measures illumination and not reflected light: each pixel counts as a grey card
     /// of 18 % in the same light, 0.18 L / albedo (Lambert), with the albedo's luminance limited to 0.04 to 1. Without
     /// it, the mean reflectance of the scene is assumed to be 18 %.
@@ -30,25 +25,24 @@ params! {
     /// weighting, a pixel counts 1. With weighting, a full weight is min(255, (2^32 - 1) / pixels), so that no bin can
     /// overflow: 255 up to 16.8 million pixels, 129 at 7680x4320, 15 at 16384x16384.
     pub struct Histogram {
-        /// Number of bins, including bin 0. Fewer are less accurate, not faster: the error is 2e-5 stops with 256, 6e-4
-        /// with 128 and 4e-3 with 64.
-        pub bins: u32 = 256 => within(64.0..=256.0), quality(256u32, [128, 64]);
-        /// Lower end of the range.
-        pub lo: f32 = -10.0 => within(-32.0..=32.0), unit("log2 of luminance");
-        /// Upper end of the range.
-        pub hi: f32 = 10.0 => within(-32.0..=32.0), unit("log2 of luminance");
-        /// Luminance at or below this counts in bin 0. The default is 2^-10, the lower end of the range. 0 excludes
-        /// only exact black.
-        pub black: f32 = 0.0009765625 => within(0.0..=65504.0), usually(0.0..=0.01), unit("luminance");
+        /// Number of bins, including bin 0. Fewer are less accurate, not faster. The default has 13.2 bins per stop.
+        pub bins: u32 = 384 => within(64.0..=512.0), quality(384u32, [192, 96]);
+        /// Lower end of the range. -13 is EV100 -10, the default lower limit of `AutoExposure`.
+        pub lo: f32 = LOWEST_LOG2 => within(-32.0..=32.0), unit("log2 of luminance");
+        /// Upper end of the range. 16 is EV100 19, the default upper limit of `AutoExposure`.
+        pub hi: f32 = HIGHEST_LOG2 => within(-32.0..=32.0), unit("log2 of luminance");
+        /// Luminance at or below this counts in bin 0. 0 excludes only exact black, as of borders without a picture.
+        pub black: f32 = 0.0 => within(0.0..=65504.0), usually(0.0..=0.01), unit("luminance");
         /// Sampling stride along x and y: 1 reads every pixel, 2 every second pixel of every second row. Pixels are
         /// skipped and not averaged, because a mean of light before the logarithm is too bright. The error is about
         /// 0.006 stops at 2 and 0.021 at 4.
         pub step: u32 = 1 => within(1.0..=8.0), quality(1u32, [2, 4]);
         /// The weight of each pixel. A wired `mask` multiplies it.
-        pub weight: HistogramWeight = HistogramWeight::Uniform;
-        /// For `weight: Center`: the position of full weight.
+        pub weight: MeteringWeight = MeteringWeight::Uniform;
+        /// For `Center` and `Spot`: the position of full weight.
         pub center: [f32; 2] = [0.5, 0.5] => within(-1.0..=2.0), unit("uv");
-        /// For `weight: Center`: the distance from `center` at which the weight is 1/2.
+        /// For `Center`: the distance from `center` at which the weight is 1/2. For `Spot`: the radius of the spot. A
+        /// spot without a pixel keeps the exposure.
         pub radius: f32 = 0.5 => within(0.01..=16.0), usually(0.1..=2.0), unit("image heights");
     }
 }
@@ -68,13 +62,6 @@ impl Histogram {
     /// The count of a pixel with full weight.
     fn full_weight(&self, weighted: bool, pixels: u64) -> f32 {
         if weighted { (u64::from(u32::MAX) / pixels).clamp(1, 255) as f32 } else { 1.0 }
-    }
-
-    fn image_or_nothing(pass: &mut Recorder<'_>, port: &str) -> ImageId {
-        if pass.wired(port) {
-            return pass.image(port);
-        }
-        pass.constant("nothing", ImageDesc::new(Size::new(1, 1)), vec![0; 8])
     }
 }
 
@@ -108,9 +95,9 @@ impl Node for Histogram {
         let size = pass.desc(source).size;
         let sampled = size.div_up(self.step);
         let (albedo, mask) = (pass.wired("albedo"), pass.wired("mask"));
-        let center = self.weight == HistogramWeight::Center;
-        let albedo_image = Self::image_or_nothing(pass, "albedo");
-        let mask_image = Self::image_or_nothing(pass, "mask");
+        let weighted = mask || self.weight != MeteringWeight::Uniform;
+        let albedo_image = image_or_nothing(pass, "albedo");
+        let mask_image = image_or_nothing(pass, "mask");
         // Whole vectors, because the header is also read as one.
         let bytes = (4 * (HEADER + u64::from(self.bins))).next_multiple_of(16);
         let table = pass.output_table("result", bytes, BufferLife::Zeroed);
@@ -121,10 +108,10 @@ impl Node for Histogram {
             .image("mask", mask_image)
             .buffer("result", table)
             .set("bins_per_stop", f64::from(self.bins - 1) / f64::from(self.hi - self.lo))
-            .set("full_weight", self.full_weight(center || mask, sampled.texels()))
+            .set("full_weight", self.full_weight(weighted, sampled.texels()))
             .constant("HISTOGRAM_ALBEDO", f64::from(u8::from(albedo)))
             .constant("HISTOGRAM_MASK", f64::from(u8::from(mask)))
-            .constant("HISTOGRAM_CENTER", f64::from(u8::from(center)))
+            .constant("HISTOGRAM_WEIGHT", self.weight.constant())
             .constant("HISTOGRAM_ROWS", f64::from(rows))
             .dispatch([sampled.width.div_ceil(COLUMNS), sampled.height.div_ceil(rows), 1]);
     }

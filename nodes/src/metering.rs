@@ -5,9 +5,28 @@ use afterimage_graph::prelude::*;
 /// EV100 of a luminance of 1 cd/m2: log2(100 / 12.5), a reflected-light meter with K = 12.5 (ISO 2720).
 pub(crate) const EV100_OF_LUMINANCE: f32 = 3.0;
 
+/// The lower end of the metering range, in EV100: 1.2e-4 cd/m2, a landscape under stars. All metering kinds have this
+/// default, so that none of them ends before another.
+pub(crate) const LOWEST_EV: f32 = -10.0;
+/// The upper end of the metering range, in EV100: 65536 cd/m2. The largest half float is 65504.
+pub(crate) const HIGHEST_EV: f32 = 19.0;
+
+/// The lower end of the metering range in log2 of luminance.
+pub(crate) const LOWEST_LOG2: f32 = LOWEST_EV - EV100_OF_LUMINANCE;
+/// The upper end of the metering range in log2 of luminance.
+pub(crate) const HIGHEST_LOG2: f32 = HIGHEST_EV - EV100_OF_LUMINANCE;
+
 /// The target of the previous frame, in stops. Between two frames the target is taken to move on a straight line.
 pub(crate) fn wanted_before(pass: &mut Recorder<'_>) -> BufferId {
     pass.add_buffer("wanted_before", 4, BufferLife::Persistent)
+}
+
+/// The image of an optional input; one black texel if nothing is wired.
+pub(crate) fn image_or_nothing(pass: &mut Recorder<'_>, port: &str) -> ImageId {
+    if pass.wired(port) {
+        return pass.image(port);
+    }
+    pass.constant("nothing", ImageDesc::new(Size::new(1, 1)), vec![0; 8])
 }
 
 choices! {
@@ -17,5 +36,28 @@ choices! {
         Exponential,
         /// At a constant speed. Rates in stops per second.
         Linear,
+    }
+}
+
+choices! {
+    /// The weight of each pixel.
+    pub enum MeteringWeight {
+        /// Equal weights.
+        Uniform,
+        /// A Gaussian of the distance from `center`: centre-weighted metering.
+        Center,
+        /// 1 within `radius` of `center`, 0 beyond: spot metering.
+        Spot,
+    }
+}
+
+impl MeteringWeight {
+    /// The value of the shader's constant: see `metering_weight` in `shaders/lib/metering_weight.wgsl`.
+    pub(crate) fn constant(self) -> f64 {
+        match self {
+            Self::Uniform => 0.0,
+            Self::Center => 1.0,
+            Self::Spot => 2.0,
+        }
     }
 }

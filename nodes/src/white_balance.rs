@@ -37,7 +37,7 @@ params! {
         /// For `Target`: whether to use only the chromaticity of `target` and keep the luminance of white.
         pub keep_luminance: bool = true;
         /// For `Temperature`: the temperature of the scene's light. 3200 is a lamp, 10000 is open shade, 6500 is
-        /// exactly D65.
+        /// exactly D65. Up to 3333 K it is that of a black body, from 4000 K that of daylight, and a blend between.
         pub temperature: f32 = 6500.0
             => within(1667.0..=25000.0), usually(2500.0..=12000.0), unit("K"), neutral(6500.0);
         /// For `Temperature`: distance of the light from the locus of daylight and black bodies, positive towards

@@ -23,6 +23,11 @@ fn metering_stops(mean: f32, lowest: f32, highest: f32, key: f32, compensation: 
     return clamp(key - clamp(mean, lowest, highest) + compensation, -METERING_MAX_STOPS, METERING_MAX_STOPS);
 }
 
+// The stops of the previous frame while the exposure is held.
+fn metering_held(hold: u32, before: f32, adapted: f32) -> f32 {
+    return select(adapted, before, hold != 0u);
+}
+
 // Lux on a grey card whose log2 luminance is `mean`: E = pi L / 0.18 (Lambert).
 fn metering_lux(mean: f32) -> f32 {
     return METERING_PI / METERING_GREY * exp2(clamp(mean, -32.0, 32.0));

@@ -6,26 +6,95 @@
 // to sanitize scene light.
 const TEXEL_SANITIZE: u32 = 0u;
 // Whether the device cannot filter a texture, or a texture must be sanitized before it is filtered: a filtered NaN is a
-// NaN in four pixels.
+// NaN in four pixels. True whenever textures are sanitized.
 const TAP_BY_HAND: bool = false;
 
-fn sanitized(v: vec4f) -> vec4f {
-    if TEXEL_SANITIZE == 1u { return sanitize(v); }
-    if TEXEL_SANITIZE == 2u { return sanitize_signed(v); }
-    if TEXEL_SANITIZE == 3u { return sanitize_light(v); }
-    return v;
+// The bits of a neighbour of a texel: 0 to 8 are the rows of the square around it. NaN for the texel itself and outside
+// of the texture, so that these are not used.
+fn sanitize_neighbour(t: texture_2d<f32>, p: vec2i, index: i32) -> vec4u {
+    let at = p + vec2i(index % 3 - 1, index / 3 - 1);
+    let inside = clamp(at, vec2i(0), vec2i(textureDimensions(t)) - 1);
+    let is_other = all(at == inside) && any(at != p);
+    return select(vec4u(0x7fc00000u), bitcast<vec4u>(textureLoad(t, inside, 0)), is_other);
+}
+
+// Limits a texel. The modes are those of TEXEL_SANITIZE.
+fn sanitize_limited(v: vec4f, mode: u32) -> vec4f {
+    if mode == 2u { return sanitize_signed(v); }
+    if mode == 3u { return sanitize_light(v); }
+    return sanitize(v);
+}
+
+// Limits each number of a neighbour by itself.
+fn sanitize_plain(v: vec4f, mode: u32) -> vec4f {
+    if mode == 1u { return sanitize(v); }
+    return sanitize_signed(v);
+}
+
+// Repairs a texel with a number that is not finite. NaN, negative infinity, and an infinity that no neighbour shares
+// become the median of the finite neighbours: the lower of two. The median is one of the numbers, so it is exact in any
+// format. An infinity among others is light, such as a sun, and becomes the limit. Loops and loads instead of an array
+// keep the registers of the common case free. The loops end at 9; a constant would let drivers unroll them wherever a
+// host image is read.
+fn sanitize_repair(t: texture_2d<f32>, p: vec2i, bits: vec4u, mode: u32) -> vec4f {
+    let end = 9 + min(p.x, 0);
+    var count = vec4u();
+    var is_shared = vec4<bool>();
+    for (var index = 0; index < end; index++) {
+        let near = sanitize_neighbour(t, p, index);
+        count += select(vec4u(), vec4u(1u), is_finite(near));
+        is_shared |= near == vec4u(INFINITY_BITS);
+    }
+    var median = vec4f();
+    for (var index = 0; index < end; index++) {
+        let bits_of_one = sanitize_neighbour(t, p, index);
+        let one = sanitize_plain(bitcast<vec4f>(bits_of_one), mode);
+        var rank = vec4u();
+        for (var other = 0; other < end; other++) {
+            let bits_of_two = sanitize_neighbour(t, p, other);
+            let two = sanitize_plain(bitcast<vec4f>(bits_of_two), mode);
+            let is_before = (two < one) | ((two == one) & vec4<bool>(other < index));
+            rank += select(vec4u(), vec4u(1u), is_before & is_finite(bits_of_two));
+        }
+        median = select(median, one, is_finite(bits_of_one) & (rank == (max(count, vec4u(1u)) - 1u) / 2u));
+    }
+    let keeps = is_finite(bits) | ((bits == vec4u(INFINITY_BITS)) & is_shared) | (count == vec4u());
+    return sanitize_limited(bitcast<vec4f>(select(bitcast<vec4u>(median), bits, keeps)), mode);
+}
+
+// A texel of a host image. Only a texel with a number that is not finite reads its neighbours.
+fn sanitize_texel(t: texture_2d<f32>, p: vec2i, mode: u32) -> vec4f {
+    let v = textureLoad(t, p, 0);
+    let bits = bitcast<vec4u>(v);
+    if all(is_finite(bits)) { return sanitize_limited(v, mode); }
+    return sanitize_repair(t, p, bits, mode);
+}
+
+// One texel of a texture at a position inside.
+fn texel_inside(t: texture_2d<f32>, p: vec2i) -> vec4f {
+    if TEXEL_SANITIZE == 0u { return textureLoad(t, p, 0); }
+    return sanitize_texel(t, p, TEXEL_SANITIZE);
+}
+
+// A texel of a host image times a factor that brings numbers above the limit below it.
+fn texel_scaled(t: texture_2d<f32>, p: vec2i, factor: f32) -> vec4f {
+    let v = textureLoad(t, p, 0);
+    let clean = texel_inside(t, p);
+    let bits = bitcast<vec4u>(v);
+    let is_light = is_finite(bits) & ((bits & vec4u(SIGN_BIT)) == vec4u());
+    let light = select(clean, v, is_light).rgb * factor;
+    return vec4f(clamp(light, vec3f(-HALF_MAX), vec3f(HALF_MAX)), clean.a);
 }
 
 // One texel of a texture, or the nearest one if `p` is outside.
 fn texel(t: texture_2d<f32>, p: vec2i) -> vec4f {
-    let last = vec2i(textureDimensions(t)) - 1;
-    return sanitized(textureLoad(t, clamp(p, vec2i(0), last), 0));
+    return texel_inside(t, clamp(p, vec2i(0), vec2i(textureDimensions(t)) - 1));
 }
 
 // Bilinear filter, clamped to the border.
 fn tap(t: texture_2d<f32>, s: sampler, uv: vec2f) -> vec4f {
     if TAP_BY_HAND { return tap_by_hand(t, uv); }
-    return sanitized(textureSampleLevel(t, s, uv, 0.0));
+    return textureSampleLevel(t, s, uv, 0.0);
 }
 
 fn tap_by_hand(t: texture_2d<f32>, uv: vec2f) -> vec4f {

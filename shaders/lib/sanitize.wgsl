@@ -1,4 +1,4 @@
-// Makes the values of host images finite by bit tests: a WGSL compiler may assume that NaN and infinity do not occur,
+// Makes numbers of host images finite by bit tests: a WGSL compiler may assume that NaN and infinity do not occur,
 // so `x != x` and `max(x, 0)` are not reliable.
 #import color
 
@@ -10,12 +10,17 @@ const HALF_MAX_BITS: u32 = 0x477fe000u;
 const INFINITY_BITS: u32 = 0x7f800000u;
 const SIGN_BIT: u32 = 0x80000000u;
 
-// NaN becomes 0, infinity and large values become the limit, negatives become 0. The bits of negatives and of NaN are
-// greater than those of infinity.
+// NaN becomes 0, infinity and large values become the limit, negatives become 0. A NaN gets here only if no neighbour
+// of its pixel is finite: see `sanitize_texel`. The bits of negatives and of NaN are greater than those of infinity.
 fn sanitize(v: vec4f) -> vec4f {
     let bits = bitcast<vec4u>(v);
     let bounded = min(bits, vec4u(HALF_MAX_BITS));
     return bitcast<vec4f>(select(bounded, vec4u(), bits > vec4u(INFINITY_BITS)));
+}
+
+// Whether each number is neither infinite nor NaN.
+fn is_finite(bits: vec4u) -> vec4<bool> {
+    return (bits & vec4u(INFINITY_BITS)) != vec4u(INFINITY_BITS);
 }
 
 // For data and logarithms, which may be negative.

@@ -92,7 +92,7 @@ fn images_keep_their_places_in_the_heap() {
     let mut player = Player::new();
     let mut graph = built_in("tsushima.ron", None);
     let old = planned(&player, &graph, &scene);
-    graph.nodes.iter_mut().filter(|node| node.name == "bloom").for_each(|node| node.off = true);
+    graph.nodes.iter_mut().filter(|node| node.name == "grid").for_each(|node| node.off = true);
     let new = planned(&player, &graph, &scene);
     assert_ne!(old.memory.placed, new.memory.placed, "a fresh plan would have another heap");
     player.executor.load(old.clone()).expect("the first plan");

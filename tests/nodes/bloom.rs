@@ -2,10 +2,13 @@
 
 mod downsample;
 mod extract;
+mod fireflies;
 mod gaussian;
+mod lights;
 mod upsample;
 
-use crate::reference::bloom::{self, composite_add, composite_lerp};
+use super::probes::sanitized;
+use crate::reference::bloom::{self, composite_add, composite_lerp, composite_screen};
 use crate::reference::gaussian::blur_axis;
 use crate::reference::image::{Image, rgb};
 use crate::reference::resample::{Down, Firefly, Up, upsample};
@@ -135,7 +138,9 @@ fn composite_adds_and_mixes_light_as_its_cpu_reference() {
         let light = picture([width.div_ceil(2), height.div_ceil(2)], spikes);
         for (filter, up) in [("Tent", Up::Tent), ("Bilinear", Up::Bilinear)] {
             let large = upsample(&image(&light), [width as usize, height as usize], up, 1.0);
-            for (blend, reference) in [("Add", composite_add as fn(_, _, _) -> _), ("Mix", composite_lerp)] {
+            for (blend, reference) in
+                [("Add", composite_add as fn(_, _, _) -> _), ("Mix", composite_lerp), ("Screen", composite_screen)]
+            {
                 let nodes = format!(
                     r#""result": Composite(base: "scene", bloom: "light",
                         blend: {blend}, filter: {filter}, strength: 0.3)"#
@@ -172,8 +177,7 @@ fn the_brightest_lights_stay_within_half_range() {
 fn nan_and_infinity_of_a_picture_do_not_spread() {
     let mut scene = picture([37, 21], false);
     scene.pixels[37 * 10 + 18] = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, f32::NAN];
-    let mut sanitized = image(&scene);
-    sanitized.pixels[37 * 10 + 18] = [0.0, BRIGHTEST, 0.0, 0.0];
+    let sanitized = sanitized(&scene);
     let nodes = r#"
         "mips": Downsample(source: "scene", levels: 3, filter: Tap13),
         "result": Upsample(source: "mips", spread: 0.5)"#;

@@ -1,5 +1,7 @@
 //! Histogram, AutoExposure, MeanLuminance and Adapt, compared with their CPU references.
 
+mod both;
+
 use afterimage_graph::check::{Graph, NoFiles};
 
 use super::probes::{SIZES, pipeline, sanitized, scene, shown, shown_with};
@@ -12,7 +14,10 @@ use crate::support::gpu::{Picture, Run};
 use crate::support::harness::checked;
 use crate::support::sequence::Sequence;
 
-pub(super) const BINS: Bins = Bins { count: 256, low: -10.0, high: 10.0, black: 0.0009765625 };
+/// The defaults of the metering kinds: EV100 -10 to 19.
+pub(super) const BINS: Bins = Bins { count: 384, low: -13.0, high: 16.0, black: 0.0 };
+/// The default limits of a metered mean in EV100.
+pub(super) const LIMITS: [f64; 2] = [-10.0, 19.0];
 
 /// The header and the bins of a shown table.
 fn read_table(shown: &Picture) -> ([f32; 4], Vec<u32>) {
@@ -57,7 +62,7 @@ fn a_histogram_equals_its_cpu_reference_at_every_size_and_step() {
             let image = picked(&sanitized(&scene), step);
             assert_close(&bins, &BINS.histogram(&image), &format!("{width}x{height} step {step}"));
             let brightest = image.pixels.iter().flat_map(|p| rgb(*p)).fold(0.0, f64::max);
-            assert_eq!(header, [brightest as f32, -10.0, 10.0, 256.0]);
+            assert_eq!(header, [brightest as f32, -13.0, 16.0, 384.0]);
         }
     }
 }
@@ -88,7 +93,7 @@ fn an_albedo_meters_light_and_not_paint() {
     });
     let text = "\"h\": Histogram(source: \"scene\", albedo: \"albedo\"), \"result\": ProbeTable(table: \"h\")";
     let (_, bins) = read_table(&shown_with(text, &painted, "albedo", &albedo));
-    let mut wanted = vec![0; 256];
+    let mut wanted = vec![0; BINS.count];
     for (surface, pixel) in sanitized(&albedo).pixels.iter().zip(&sanitized(&painted).pixels) {
         let light = grey_card_luminance(luminance(rgb(*pixel)), luminance(rgb(*surface)));
         wanted[if surface[3] < 0.5 { 0 } else { BINS.bin(light) }] += 1;
@@ -152,10 +157,10 @@ fn percentiles_cut_as_in_the_cpu_reference() {
         for (low, high) in [(0.4, 0.95), (0.0, 1.0), (0.5, 0.5), (0.9, 0.2), (1.0, 1.0), (0.31, 0.3100001)] {
             let value = shown(&auto(&format!("low: {low}, high: {high}")), &scene).at(0, 0);
             let Some(mean) = BINS.trimmed_mean(&counts, low, high) else { panic!("some pixels count") };
-            // One bin is 0.078 stops wide; a quantile may fall on either side of a border.
+            // One bin is 0.076 stops wide; a quantile may fall on either side of a border.
             let tolerance = if low >= high || high - low < 1e-6 { 0.08 } else { 2e-4 };
             assert!((f64::from(value[1]) - mean).abs() < tolerance, "{width}x{height} {low} {high}: {value:?} {mean}");
-            let stops = auto_exposure_stops(limit_mean(mean, -4.0, 16.0), 0.18, 0.0);
+            let stops = auto_exposure_stops(limit_mean(mean, LIMITS[0], LIMITS[1]), 0.18, 0.0);
             assert!((f64::from(value[0]) - stops).abs() < tolerance + 1e-4, "{value:?} {stops}");
             let lux = std::f64::consts::PI / 0.18 * f64::from(value[1]).exp2();
             assert!((f64::from(value[2]) / lux - 1.0).abs() < 1e-4, "{value:?} {lux}");
@@ -180,7 +185,7 @@ fn limits_compensation_and_highlights_move_the_exposure() {
             0.25,
             key - centre(0.25) + 0.5 - 0.75 * (centre(0.25) + 2.0),
         ),
-        ("highlights: Protect, highlight_threshold: 0.125", 0.5, -3.0 - (centre(0.5) + 0.45 * 20.0 / 255.0)),
+        ("highlights: Protect, highlight_threshold: 0.125", 0.5, -3.0 - (centre(0.5) + 0.45 * 29.0 / 383.0)),
         ("highlights: Protect, highlight_threshold: 10.0", 0.5, key - centre(0.5)),
     ] {
         let value = shown(&auto(parameters), &grey(light as f32)).at(0, 0);
@@ -249,8 +254,8 @@ fn a_mean_is_the_top_of_a_pyramid_and_adapt_follows_it() {
     for (width, height) in SIZES {
         let scene = scene(width, height);
         let lights: Vec<f64> = sanitized(&scene).pixels.iter().map(|p| luminance(rgb(*p))).collect();
-        let log = pyramid_mean(&lights, -10.0);
-        let linear = (lights.iter().sum::<f64>() / lights.len() as f64).max(2.0_f64.powi(-10)).log2();
+        let log = pyramid_mean(&lights, BINS.low);
+        let linear = (lights.iter().sum::<f64>() / lights.len() as f64).max(BINS.low.exp2()).log2();
         for (mean, wanted) in [("Log", log), ("Linear", linear)] {
             let nodes = format!(
                 "\"mean\": MeanLuminance(source: \"scene\", mean: {mean}), \"auto\": Adapt(mean: \"mean\"), \
@@ -258,7 +263,7 @@ fn a_mean_is_the_top_of_a_pyramid_and_adapt_follows_it() {
             );
             let value = shown(&nodes, &scene).at(0, 0);
             assert!((f64::from(value[1]) - wanted).abs() < 1e-4, "{width}x{height} {mean}: {value:?} {wanted}");
-            let stops = auto_exposure_stops(limit_mean(wanted, -4.0, 16.0), 0.18, 0.0);
+            let stops = auto_exposure_stops(limit_mean(wanted, LIMITS[0], LIMITS[1]), 0.18, 0.0);
             assert!((f64::from(value[0]) - stops).abs() < 1e-4, "{value:?} {stops}");
         }
     }

@@ -3,9 +3,9 @@
 use afterimage_graph::check::Graph;
 
 use crate::reference::image::Image;
-use crate::reference::sanitize::sanitize_scene;
+use crate::reference::sanitize;
 use crate::support::gpu::Picture;
-use crate::support::harness::Nodes;
+use crate::support::harness::{Nodes, image};
 
 /// A pipeline from `scene` to the node `result`.
 pub(crate) fn pipeline(nodes: &str) -> Graph {
@@ -44,7 +44,5 @@ pub(crate) fn scene(width: u32, height: u32) -> Picture {
 
 /// The picture as nodes read it: sanitized, in f64.
 pub(crate) fn sanitized(picture: &Picture) -> Image {
-    Image::new(picture.width as usize, picture.height as usize, |x, y| {
-        sanitize_scene(picture.at(x as u32, y as u32).map(f64::from))
-    })
+    sanitize::sanitized(&image(picture))
 }

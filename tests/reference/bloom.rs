@@ -1,8 +1,8 @@
 //! Bloom: what glows, the chain of levels and the composite (formula book, 12); glare (14).
 
 use super::color::luminance;
-use super::image::{Image, mix4};
-use super::math::{Rgb, mix, smooth_step};
+use super::image::{Image, mix4, rgb};
+use super::math::{Rgb, largest, mix, smooth_step};
 use super::resample::{Down, Firefly, Up, downsample, downsample_karis, half_size, upsample};
 
 /// The factor of a colour of `brightness` under a threshold with a quadratic knee.
@@ -113,6 +113,43 @@ pub(crate) fn composite_lerp(scene: Rgb, bloom: Rgb, strength: f64) -> Rgb {
 /// Adds bloom to the scene.
 pub(crate) fn composite_add(scene: Rgb, bloom: Rgb, strength: f64) -> Rgb {
     [0, 1, 2].map(|i| scene[i] + strength * bloom[i])
+}
+
+/// Adds bloom in the distance to white; never above it.
+pub(crate) fn composite_screen(scene: Rgb, bloom: Rgb, strength: f64) -> Rgb {
+    [0, 1, 2].map(|i| scene[i] + (strength * bloom[i]).clamp(0.0, 1.0) * (1.0 - scene[i]).max(0.0))
+}
+
+/// What `fireflies: Limit` makes of an image, with the frame before if there is one.
+pub(crate) fn without_fireflies(image: &Image, before: Option<&Image>) -> Image {
+    let bright = |image: &Image, x: i64, y: i64| largest(rgb(image.texel(x, y)));
+    Image::new(image.width, image.height, |x, y| {
+        let (x, y) = (x as i64, y as i64);
+        let inside = |i: i64, j: i64| (0..image.width as i64).contains(&i) && (0..image.height as i64).contains(&j);
+        let around = (-1..=1).flat_map(|j| (-1..=1).map(move |i| (x + i, y + j)));
+        let near = around.filter(|&(i, j)| (i, j) != (x, y) && inside(i, j)).map(|(i, j)| bright(image, i, j));
+        let past = before.map_or(0.0, |before| {
+            let cell = |at: i64, side: usize| (at.max(0) / 2).min(side as i64 / 2 - 1);
+            let columns = [cell(x - 1, image.width), cell(x + 1, image.width)];
+            let rows = [cell(y - 1, image.height), cell(y + 1, image.height)];
+            let cells = columns.into_iter().flat_map(|i| rows.map(|j| (i, j)));
+            cells.map(|(i, j)| peak(before, i, j)).fold(0.0, f64::max)
+        });
+        let (limit, own) = (4.0 * near.fold(past, f64::max), bright(image, x, y));
+        let [r, g, b, a] = image.texel(x, y);
+        let factor = if own <= limit || image.pixels.len() == 1 { 1.0 } else { limit / own };
+        [r * factor, g * factor, b * factor, a]
+    })
+}
+
+/// The largest channel of the 2x2 pixels of a cell; up to 3x3 at odd sizes.
+fn peak(image: &Image, i: i64, j: i64) -> f64 {
+    let pixels = |cell: i64, side: usize| {
+        let (side, half) = (side as i64, (side as i64 / 2).max(1));
+        cell * side / half..((cell + 1) * side + half - 1) / half
+    };
+    let places = pixels(j, image.height).flat_map(|y| pixels(i, image.width).map(move |x| (x, y)));
+    places.map(|(x, y)| largest(rgb(image.texel(x, y)))).fold(0.0, f64::max)
 }
 
 /// What glares in a colour that the exponential curve has mapped.

@@ -3,7 +3,7 @@
 //! Matrices from primaries: SMPTE RP 177. Daylight locus: CIE 15. Planckian locus: the cubic fit
 //! of Kim et al. (2002). Bradford: Lam (1985). CAT16: Li et al. (2017).
 
-use super::math::{Matrix, Rgb, diagonal, dot, inverse, product, transform, transpose, zip};
+use super::math::{Matrix, Rgb, diagonal, dot, inverse, mix, product, transform, transpose, zip};
 
 /// The relative luminance of linear Rec.709, with the usual four-digit weights.
 pub(crate) fn luminance(rgb: Rgb) -> f64 {
@@ -98,12 +98,19 @@ pub(crate) fn white_balance_scene(cone: &Matrix, kelvin: f64, duv: f64) -> Matri
     in_rec709(&adaptation(cone, xyz(scene_white(kelvin, duv)), xyz(D65)))
 }
 
-/// The xy of a light: daylight from 4000 K, a black body below; `kelvin` clamps to 1667..25000.
+/// The xy of a light: a black body up to 3333 K, daylight from 4000 K, a blend between; `kelvin` clamps to 1667..25000.
 /// `duv` moves it along the normal of the locus in CIE 1960 uv, positive towards green.
 pub(crate) fn scene_white(kelvin: f64, duv: f64) -> [f64; 2] {
     let kelvin = kelvin.clamp(1667.0, 25000.0);
-    let locus = if kelvin < 4000.0 { planck(kelvin) } else { daylight(kelvin) };
-    locus.beside(kelvin, duv)
+    let (body, day) = (planck(kelvin), daylight(kelvin));
+    let (p, q) = (body.at(kelvin), day.at(kelvin));
+    let (dp, dq) = (body.cooler(kelvin), day.cooler(kelvin));
+    // The share of daylight, and its derivative towards cooler light in units of 1000 / K.
+    let t = ((300.0 - 1e6 / kelvin) / 50.0).clamp(0.0, 1.0);
+    let (share, rise) = (t * t * (3.0 - 2.0 * t), 6.0 * t * (1.0 - t) * 20.0);
+    let xy = [0, 1].map(|i| mix(p[i], q[i], share));
+    let cooler = [0, 1].map(|i| mix(dp[i], dq[i], share) + rise * (q[i] - p[i]));
+    beside(xy, cooler, duv)
 }
 
 /// The xy of CIE daylight, 4000 K to 25000 K.
@@ -154,18 +161,16 @@ impl Locus {
         let dx = -slope(self.x, 1000.0 / kelvin);
         [dx, dx * slope(self.y, self.at(kelvin)[0])]
     }
+}
 
-    /// The xy at distance `duv` in uv from the locus.
-    fn beside(&self, kelvin: f64, duv: f64) -> [f64; 2] {
-        let [x, y] = self.at(kelvin);
-        let [dx, dy] = self.cooler(kelvin);
-        let [u, v] = uv_1960([x, y]);
-        let w = -2.0 * x + 12.0 * y + 3.0;
-        let dw = -2.0 * dx + 12.0 * dy;
-        let (du, dv) = ((4.0 * dx - u * dw) / w, (6.0 * dy - v * dw) / w);
-        let length = du.hypot(dv);
-        xy_from_1960([u + duv * dv / length, v - duv * du / length])
-    }
+/// The xy at distance `duv` in uv from a point of a locus, where the light becomes cooler in the given direction.
+fn beside([x, y]: [f64; 2], [dx, dy]: [f64; 2], duv: f64) -> [f64; 2] {
+    let [u, v] = uv_1960([x, y]);
+    let w = -2.0 * x + 12.0 * y + 3.0;
+    let dw = -2.0 * dx + 12.0 * dy;
+    let (du, dv) = ((4.0 * dx - u * dw) / w, (6.0 * dy - v * dw) / w);
+    let length = du.hypot(dv);
+    xy_from_1960([u + duv * dv / length, v - duv * du / length])
 }
 
 fn cubic([a, b, c, d]: [f64; 4], t: f64) -> f64 {
@@ -188,7 +193,7 @@ fn xy_from_1960([u, v]: [f64; 2]) -> [f64; 2] {
 
 #[test]
 fn tint_moves_by_its_own_length_away_from_the_locus_towards_green() {
-    for kelvin in [1800.0, 3200.0, 5000.0, 7000.0, 12000.0] {
+    for kelvin in [1800.0, 3200.0, 3600.0, 5000.0, 7000.0, 12000.0] {
         let on = uv_1960(scene_white(kelvin, 0.0));
         let beside = scene_white(kelvin, 0.015);
         let moved = uv_1960(beside);

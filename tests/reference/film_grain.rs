@@ -26,35 +26,79 @@ fn hash(v: u32) -> u32 {
     (word >> 22) ^ word
 }
 
-/// The sum of two uniform numbers in (-1/2, 1/2) for each lattice point.
-fn point(x: u32, y: u32, seed: u32) -> f64 {
-    let bits = hash(x ^ hash(y ^ hash(seed)));
-    f64::from((bits >> 16) + (bits & 0xffff)) / 65536.0 - 1.0
-}
-
-/// The lattice, interpolated and scaled back to the variance of its points.
-fn lattice([x, y]: [f64; 2], seed: u32) -> f64 {
-    let (left, top) = (x.floor(), y.floor());
-    let [u, v] = [x - left, y - top].map(|f| f * f * (3.0 - 2.0 * f));
-    let (left, top) = (left as u32, top as u32);
-    let low = mix(point(left, top, seed), point(left + 1, top, seed), u);
-    let high = mix(point(left, top + 1, seed), point(left + 1, top + 1, seed), u);
-    let power = (u * u + (1.0 - u) * (1.0 - u)) * (v * v + (1.0 - v) * (1.0 - v));
-    (mix(low, high, v) / power.sqrt()).clamp(-1.0, 1.0)
+/// Four independent sums over grains at random places, each a round shape with a random weight; scaled to the variance
+/// 1/8.
+fn grains([x, y]: [f64; 2], seed: u32) -> [f64; 4] {
+    let mut sums = [0.0; 4];
+    for (i, j) in (-1..=1).flat_map(|j| (-1..=1).map(move |i| (i, j))) {
+        let cell = [x.floor() as i64 + i, y.floor() as i64 + j];
+        let place = hash(cell[0] as u32 ^ hash(cell[1] as u32 ^ hash(seed)));
+        let at = [f64::from(place & 0xffff), f64::from(place >> 16)].map(|part| part / 65536.0);
+        let squared = (cell[0] as f64 + at[0] - x).powi(2) + (cell[1] as f64 + at[1] - y).powi(2);
+        let shape = (1.0 - squared).max(0.0).powi(2);
+        let weights = hash(place ^ 0x9e37_79b9).to_le_bytes().map(|byte| (f64::from(byte) + 0.5) / 128.0 - 1.0);
+        sums = [0, 1, 2, 3].map(|k| sums[k] + weights[k] * shape);
+    }
+    let variance = std::f64::consts::PI / 5.0 / 3.0;
+    sums.map(|sum| sum / (8.0 * variance).sqrt())
 }
 
 impl Grain {
     /// The colour of a pixel with grain, for colours from 0 to 1.
     pub(crate) fn apply(&self, rgb: Rgb, pixel: [usize; 2]) -> Rgb {
-        let at = pixel.map(|side| side as f64 / self.size);
-        let grey = lattice(at, self.seed * 4);
         let y = luminance(rgb);
         let rising = mix(SHADOWS, 1.0, smooth_step(0.0, PIVOT, y));
         let strength = self.amount * mix(rising, HIGHLIGHTS, smooth_step(PIVOT, 1.0, y));
-        [0, 1, 2].map(|channel| {
-            let tinted = lattice(at, self.seed * 4 + 1 + channel as u32);
-            rgb[channel] + strength * mix(grey, tinted, self.color) * rgb[channel] * (1.0 - rgb[channel])
-        })
+        let density = self.density(pixel);
+        [0, 1, 2].map(|channel| rgb[channel] + strength * density[channel] * rgb[channel] * (1.0 - rgb[channel]))
+    }
+
+    /// The random number of each channel of a pixel.
+    fn density(&self, pixel: [usize; 2]) -> Rgb {
+        let grains = grains(pixel.map(|side| side as f64 / self.size), self.seed);
+        let (grey, tinted) = ((1.0 - self.color).sqrt(), self.color.sqrt());
+        [0, 1, 2].map(|channel| (grey * grains[3] + tinted * grains[channel]).clamp(-1.0, 1.0))
+    }
+}
+
+/// The mean product of pixels at this distance, over the mean square.
+fn correlation(field: &[f64], side: usize, [dx, dy]: [i64; 2]) -> f64 {
+    let wrap = |at: usize, by: i64| (at as i64 + by).rem_euclid(side as i64) as usize;
+    let products = (0..side * side).map(|i| field[i] * field[wrap(i % side, dx) + side * wrap(i / side, dy)]);
+    products.sum::<f64>() / field.iter().map(|x| x * x).sum::<f64>()
+}
+
+#[test]
+#[expect(clippy::print_stdout, reason = "the figures are in graph/docs/colour.md")]
+fn the_variance_of_grain_depends_neither_on_colour_nor_on_size() {
+    for size in [1.0, 1.5, 3.0] {
+        for color in [0.0, 0.25, 0.5, 0.75, 1.0] {
+            let grain = Grain { amount: 1.0, size, color, seed: 5 };
+            let all: Vec<Rgb> = (0..500 * 500).map(|i| grain.density([i % 500, i / 500])).collect();
+            let variance = all.iter().flatten().map(|x| x * x).sum::<f64>() / (3 * all.len()) as f64;
+            println!("size {size}, color {color}: variance {variance:.4}");
+            assert!((variance * 8.0 - 0.98).abs() < 0.04, "{size} {color}: {variance}");
+        }
+    }
+}
+
+#[test]
+#[expect(clippy::print_stdout, reason = "the figures are in graph/docs/colour.md")]
+fn grain_has_no_direction_and_no_grid() {
+    let (side, size) = (600, 6.0);
+    let grain = Grain { amount: 1.0, size, color: 0.0, seed: 2 };
+    let field: Vec<f64> = (0..side * side).map(|i| grain.density([i % side, i / side])[0]).collect();
+    // Offsets of five pixels along the axes and between them.
+    let along = correlation(&field, side, [5, 0]) + correlation(&field, side, [0, 5]);
+    let across = correlation(&field, side, [3, 4]) + correlation(&field, side, [4, -3]);
+    println!("correlation at 5 px: {:.4} along the axes, {:.4} between", along / 2.0, across / 2.0);
+    assert!(along > 0.2 && (along - across).abs() < 0.04, "{along} {across}");
+    // The variance at each place within a cell.
+    let place = |i: usize| (i % side) % 6 + 6 * ((i / side) % 6);
+    for at in 0..36 {
+        let here = (0..field.len()).filter(|i| place(*i) == at).map(|i| field[i] * field[i]);
+        let variance = here.sum::<f64>() * 36.0 / field.len() as f64;
+        assert!((variance * 8.0 - 0.98).abs() < 0.12, "{at}: {variance}");
     }
 }
 

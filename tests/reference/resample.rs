@@ -86,6 +86,7 @@ pub(crate) fn downsample(image: &Image, size: [usize; 2], filter: Down) -> Image
 pub(crate) fn downsample_karis(image: &Image, size: [usize; 2], filter: Down, firefly: Firefly) -> Image {
     match firefly {
         Firefly::Off => return downsample(image, size, filter),
+        Firefly::Taps if filter == Down::Box => return downsample_texels(image, size),
         Firefly::Groups if filter != Down::ThirteenTap => return downsample_corners(image, size),
         Firefly::Groups | Firefly::Taps => {}
     }
@@ -115,6 +116,23 @@ fn downsample_corners(image: &Image, size: [usize; 2]) -> Image {
             let square = [0, 1, 2, 3].map(|i| 0.2 * corner[i] + 0.8 * middle[i]);
             let weight = share * karis_weight(rgb(square), largest);
             sum = add_weighted(sum, corner, weight);
+            total += weight;
+        }
+        sum.map(|x| x / total)
+    })
+}
+
+/// A box whose four texels weigh `1 / (1 + brightness)`.
+fn downsample_texels(image: &Image, size: [usize; 2]) -> Image {
+    Image::from_uv(size[0], size[1], |[u, v]| {
+        let (x, y) = (u * image.width as f64 - 0.5, v * image.height as f64 - 0.5);
+        let share = |at: f64, side: i64| (1.0 - (at - at.floor() - side as f64).abs()).max(0.0);
+        let mut sum = [0.0; 4];
+        let mut total = 0.0;
+        for (i, j) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
+            let texel = image.texel(x.floor() as i64 + i, y.floor() as i64 + j);
+            let weight = share(x, i) * share(y, j) * karis_weight(rgb(texel), largest);
+            sum = add_weighted(sum, texel, weight);
             total += weight;
         }
         sum.map(|x| x / total)
@@ -216,6 +234,35 @@ mod tests {
         assert!((groups / off - 0.32).abs() < 0.01, "{}", groups / off);
         assert!((corners / off - 0.25).abs() < 0.02, "{}", corners / off);
         assert!((taps / off - 0.012).abs() < 0.003, "{}", taps / off);
+    }
+
+    /// The least and the most energy, in percent, that the thirteen taps keep of a square light between pixels.
+    fn kept(side: f64, firefly: Firefly) -> [f64; 2] {
+        let energies = (0..8).map(|phase| {
+            let start = 20.0 + 0.25 * f64::from(phase);
+            let share = |pixel: usize| ((start + side).min(pixel as f64 + 1.0) - start.max(pixel as f64)).max(0.0);
+            let light = Image::new(64, 64, |x, y| grey(200.0 * share(x) * share(y)));
+            let small = downsample_karis(&light, [32, 32], Down::ThirteenTap, firefly);
+            small.pixels.iter().map(|pixel| pixel[0]).sum::<f64>() * 4.0 / (2.0 * side * side)
+        });
+        energies.fold([f64::INFINITY, 0.0], |[least, most], energy| [least.min(energy), most.max(energy)])
+    }
+
+    /// The figures of the manual of `Downsample`.
+    #[test]
+    fn weights_against_fireflies_take_energy_from_lights_that_move() {
+        let table = [
+            (Firefly::Off, [[100.0, 100.0], [100.0, 100.0], [100.0, 100.0]]),
+            (Firefly::Groups, [[39.0, 69.0], [33.0, 64.0], [53.0, 73.0]]),
+            (Firefly::Taps, [[2.0, 8.0], [2.0, 4.0], [2.0, 17.0]]),
+        ];
+        for (firefly, rows) in table {
+            for (side, wanted) in [1.0, 2.0, 4.0].into_iter().zip(rows) {
+                let found = kept(side, firefly);
+                let is_near = (0..2).all(|i| (found[i] - wanted[i]).abs() < 0.6);
+                assert!(is_near, "{firefly:?} {side}: {found:?}, the manual has {wanted:?}");
+            }
+        }
     }
 
     #[test]

@@ -29,7 +29,7 @@ fn probe_volume(@builtin(global_invocation_id) id: vec3u) {
 );
 
 params! {
-    /// The first 260 words of a table: four floats, then integers as their low and high halves.
+    /// The first 388 words of a table: four floats, then integers as their low and high halves.
     pub struct ProbeTable {}
 }
 
@@ -55,8 +55,8 @@ impl Node for ProbeTable {
     const FALLBACK: Fallback = Fallback::Absent;
 
     fn record(&self, pass: &mut Recorder<'_>) {
-        let result = pass.output("result", seen(260, 1));
-        pass.compute(&TABLE, "probe_table").image("result", result).dispatch([5, 1, 1]);
+        let result = pass.output("result", seen(388, 1));
+        pass.compute(&TABLE, "probe_table").image("result", result).dispatch([7, 1, 1]);
     }
 }
 

@@ -5,7 +5,7 @@ use afterimage_graph::value::Value;
 use afterimage_media::{Source, read};
 
 use super::scene;
-use crate::reference::bloom::{additive_chain, composite_add, knee_weight, levels};
+use crate::reference::bloom::{additive_chain, composite_add, knee_weight, levels, without_fireflies};
 use crate::reference::color::{BRADFORD, CUSTOM, REC709, conversion, white_balance_target};
 use crate::reference::curves::{Uchimura, matched_scale, uchimura};
 use crate::reference::exposure::{Bins, auto_exposure_stops, limit_mean};
@@ -17,10 +17,11 @@ use crate::reference::math::{Rgb, largest, transform};
 use crate::reference::oklab::{fitted, with_hue};
 use crate::reference::purkinje::{full, strength_log};
 use crate::reference::resample::{Down, Firefly, Up, area_average, upsample};
-use crate::reference::sanitize::{LARGEST_HALF, extended, sanitize_scene};
+use crate::reference::sanitize::{LARGEST_HALF, extended, sanitized};
 use crate::reference::transfer::srgb_encode;
 use crate::reference::vignette;
 use crate::support::gpu::{Picture, Run, changed};
+use crate::support::harness::image;
 
 /// The pipeline without its dither, whose noise no CPU reference has, and with changes.
 pub(super) fn undithered(sets: &[(&str, &str)]) -> Graph {
@@ -64,10 +65,7 @@ impl Node<'_> {
 
 /// What the pipeline makes of a picture, step by step.
 fn whole(graph: &Graph, picture: &Picture) -> Image {
-    let sanitized = Image::new(picture.width as usize, picture.height as usize, |x, y| {
-        sanitize_scene(picture.at(x as u32, y as u32).map(f64::from))
-    });
-    let exposed = exposed(graph, &sanitized);
+    let exposed = exposed(graph, &sanitized(&image(picture)));
     let seen = seen(graph, &exposed);
     let local = local(graph, &exposed, &seen);
     let white = lit(graph, &seen, &local).map_rgb(|color| balanced(graph, color));
@@ -114,12 +112,12 @@ fn local(graph: &Graph, exposed: &Image, seen: &Image) -> Image {
 fn lit(graph: &Graph, seen: &Image, local: &Image) -> Image {
     let node = Node(graph, "bright");
     let (threshold, knee) = (node.number("threshold"), node.number("knee"));
-    let bright = seen.map_rgb(|color| {
+    let bright = without_fireflies(seen, None).map_rgb(|color| {
         let weight = knee_weight(largest(color), threshold, knee);
         color.map(|x| (x * weight).min(LARGEST_HALF))
     });
     let count = Node(graph, "mips").whole("levels").min(seen.width.max(seen.height).ilog2() as usize).max(1);
-    let mips = levels(&bright, count, Down::ThirteenTap, Firefly::Groups);
+    let mips = levels(&bright, count, Down::ThirteenTap, Firefly::Off);
     let bloom = additive_chain(&mips, Up::Tent, Node(graph, "bloom").number("radius"));
     let bloom = upsample(&bloom, [seen.width, seen.height], Up::Bilinear, 0.0);
     let strength = Node(graph, "lit").number("strength");

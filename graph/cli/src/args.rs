@@ -84,6 +84,12 @@ pub(crate) struct RenderArgs {
     /// Frames of a sequence: `1-96`, `1-96x2`, `7,12-20`; required for a sequence from a pipeline without inputs
     #[arg(long, value_name = "RANGE")]
     pub(crate) frames: Option<String>,
+    /// Frames that begin a new shot: adaptation and histories start again; written as for `--frames`
+    #[arg(long, value_name = "FRAMES")]
+    pub(crate) cut: Option<String>,
+    /// Also write the exposure and the numbers of repaired pixels of each frame as JSON
+    #[arg(long, value_name = "FILE")]
+    pub(crate) json: Option<PathBuf>,
     /// Frames per second, for adaptation over time
     #[arg(long, default_value_t = 24.0, value_parser = parse_fps)]
     pub(crate) fps: f32,

@@ -69,9 +69,12 @@ impl Feed {
     }
 }
 
+/// Bytes of a value: one `vec4f`.
+const VALUE_BYTES: u64 = 16;
+
 const READABLE: wgpu::BufferUsages = wgpu::BufferUsages::MAP_READ.union(wgpu::BufferUsages::COPY_DST);
 
-/// Reads textures back, one after another.
+/// Reads textures and values back, one after another.
 pub struct Readback {
     device: wgpu::Device,
     queue: wgpu::Queue,
@@ -108,6 +111,20 @@ impl Readback {
         self.buffer = Some(buffer);
         let volume = texture.dimension() == wgpu::TextureDimension::D3;
         Ok(Texels { desc: ImageDesc { size, format, volume }, bytes })
+    }
+
+    /// The first four numbers of a storage buffer. Waits for the GPU.
+    ///
+    /// # Errors
+    /// [`GpuError::DeviceLost`] if the device was lost.
+    pub fn value(&self, source: &wgpu::Buffer) -> Result<[f32; 4], GpuError> {
+        let copy = buffer(&self.device, "value", VALUE_BYTES, READABLE);
+        let mut encoder = self.device.create_command_encoder(&Default::default());
+        encoder.copy_buffer_to_buffer(source, 0, &copy, 0, VALUE_BYTES);
+        self.queue.submit([encoder.finish()]);
+        map(&self.device, &copy, wgpu::MapMode::Read)?;
+        let mapped = copy.slice(..).get_mapped_range().map_err(|error| GpuError::lost(&error))?;
+        Ok(bytemuck::pod_read_unaligned(&mapped))
     }
 
     /// The previous buffer if it has this size, otherwise a new one.

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use afterimage_graph::node::{Arg, ImageId, KernelCall, Pass, Recording};
-use afterimage_wgsl::Shader;
+use afterimage_wgsl::{Shader, UniformValue};
 
 use crate::plan::{Fused, PlanOutput, SharedRead, Skipped};
 
@@ -37,6 +37,27 @@ impl PlanBuilder {
 #[allow(unsafe_code, reason = "the shader was unchecked")]
 // SAFETY: it reads nothing.
 static COPY: Shader = unsafe { Shader::unchecked("copy.wgsl", "fn copy(source: vec4f) -> vec4f { return source; }") };
+
+/// Scales a host image. It reads through the library, which limits after the factor.
+static SCALE: Shader = Shader::new(
+    "scale.wgsl",
+    "struct Scale { factor: f32 }
+fn scale(source: texture_2d<f32>, at: Point, params: Scale) -> vec4f {
+    return texel_scaled(source, at.pixel, params.factor);
+}",
+);
+
+/// A pass that multiplies the colours of the host image `source` by a factor.
+pub(crate) fn scale_pass(input: &str, source: ImageId, factor: f32, result: ImageId) -> Pass {
+    let args = [("source", Arg::Texture(source)), ("at", Arg::Point), ("params", Arg::Params)];
+    let reflection = SCALE.reflect().expect("the shader is valid");
+    let values = [("factor", UniformValue::Floats(vec![factor]))];
+    let kernel = KernelCall {
+        uniform: reflection.pack("Scale", &values).expect("the struct has one number"),
+        ..KernelCall::function(input, &SCALE, "scale", &args)
+    };
+    Pass::of_functions(vec![input.to_owned()], "scale".into(), vec![kernel], result)
+}
 
 /// A kernel that copies a pixel of `source`.
 pub(crate) fn copy_kernel(node: &str, source: ImageId) -> KernelCall {

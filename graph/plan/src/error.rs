@@ -1,5 +1,6 @@
 //! Why a graph cannot be planned.
 
+use crate::limits::{MOST_COMPUTED, MOST_PASSES};
 use afterimage_base::image::Size;
 
 /// Why a graph cannot be planned for a request.
@@ -24,4 +25,20 @@ pub enum PlanError {
     /// The sizes of images that depend on the previous frame do not settle.
     #[error("the size of `{0}@previous` grows from frame to frame")]
     UnstableHistory(String),
+    /// The nodes up to this one record more passes than a plan may have.
+    #[error("the nodes up to `{0}` have more than {MOST_PASSES} passes; a pyramid has several for each of its levels")]
+    TooManyPasses(String),
+    /// The nodes up to this one compute more tables than a plan may have.
+    #[error("the nodes up to `{0}` compute more than {MOST_COMPUTED} tables")]
+    TooManyTables(String),
+    /// The tables that the nodes up to this one compute, or all of them, have more bytes than those of a plan may have.
+    #[error("the tables of the nodes up to `{node}` have {bytes} bytes, more than {limit}")]
+    TooLargeTables {
+        /// The node.
+        node: String,
+        /// The bytes of the tables.
+        bytes: u64,
+        /// The most that is allowed.
+        limit: u64,
+    },
 }

@@ -21,6 +21,7 @@
 //! A [`Plan`] is never altered. Where its images lie when the heap of the previous plan is kept is a value of its own,
 //! the [`PlacedPlan`].
 
+mod amounts;
 mod barriers;
 mod builder;
 pub mod codegen;
@@ -29,6 +30,7 @@ mod cull;
 mod error;
 mod formats;
 mod fusion;
+pub mod limits;
 mod memory;
 mod options;
 mod placed;

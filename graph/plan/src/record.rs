@@ -1,12 +1,15 @@
 //! Recording: every node that runs records its passes, and with them the virtual images and buffers.
 
-use crate::builder::{PlanBuilder, copy_pass};
+use std::collections::BTreeMap;
+
+use crate::amounts::Amounts;
+use crate::builder::{PlanBuilder, copy_pass, scale_pass};
 use crate::error::PlanError;
 use crate::plan::PlanOutput;
 use crate::request::PlanRequest;
 use crate::specialize::{SpecializedGraph, WireSource};
 use afterimage_base::image::{Format, ImageDesc, Signedness};
-use afterimage_graph::check::{Graph, ImageColors, Source};
+use afterimage_graph::check::{Graph, GraphInput, ImageColors, Source};
 use afterimage_graph::node::{
     Arg, Arrival, ImageColor, ImageId, NodeColors, Origin, Recorder, RecorderContext, VirtualImage,
 };
@@ -25,12 +28,15 @@ pub(crate) fn record(
         graph.nodes.iter().map(|n| vec![default; n.kind().outputs().len()]).collect();
     let colors = graph.colors_along(&|wire| specialized.source(wire));
     let mut unstable = String::new();
+    let mut computed = BTreeMap::new();
     for _ in 0..ROUNDS {
         let mut round = Round::new(graph, request, specialized, &guesses, &colors);
+        round.builder.recording.computed = computed;
         round.run()?;
         let wrong = round.wrong_guesses();
         let Some((node, ..)) = wrong.first() else { return Ok(round.builder) };
         unstable.clone_from(&graph.nodes[*node].name);
+        computed = std::mem::take(&mut round.builder.recording.computed);
         for (node, output, desc) in wrong {
             guesses[node][output] = desc;
         }
@@ -48,8 +54,11 @@ struct Round<'a> {
     builder: PlanBuilder,
     made: Vec<Vec<Arrival>>,
     given: Vec<Option<ImageId>>,
-    /// Histories that are read: node, output, frames ago, image.
+    /// Histories that are read, in the order of their images: node, output, frames ago, image.
     histories: Vec<(usize, usize, u32, ImageId)>,
+    /// The image of each history.
+    known: BTreeMap<(usize, usize, u32), ImageId>,
+    amounts: Amounts,
 }
 
 impl<'a> Round<'a> {
@@ -63,7 +72,9 @@ impl<'a> Round<'a> {
         let builder = PlanBuilder { skipped: specialized.skipped.clone(), ..PlanBuilder::default() };
         let made = vec![Vec::new(); graph.nodes.len()];
         let given = vec![None; graph.inputs.len()];
-        Self { graph, request, specialized, guesses, colors, builder, made, given, histories: Vec::new() }
+        let (histories, known) = (Vec::new(), BTreeMap::new());
+        let amounts = Amounts::default();
+        Self { graph, request, specialized, guesses, colors, builder, made, given, histories, known, amounts }
     }
 
     fn run(&mut self) -> Result<(), PlanError> {
@@ -71,6 +82,7 @@ impl<'a> Round<'a> {
         for &index in &self.specialized.order {
             if self.specialized.is_live(index) {
                 self.node(index);
+                self.amounts.check(&self.graph.nodes[index].name, &self.builder.recording)?;
             }
         }
         // Outputs may ask for histories too, and must know all of them: an image that is remembered is not theirs.
@@ -96,10 +108,29 @@ impl<'a> Round<'a> {
                 finite: given.finite,
                 signedness: input.state.signedness(),
             });
-            self.given[index] = Some(image);
+            self.given[index] = Some(self.scaled(input, image));
             self.builder.inputs.push((input.name.clone(), image));
         }
         Ok(())
+    }
+
+    /// The image of an input with its factor; the image itself if the factor is 1.
+    fn scaled(&mut self, input: &GraphInput, image: ImageId) -> ImageId {
+        if input.scale == 1.0 {
+            return image;
+        }
+        let source = self.builder.recording.image(image);
+        let format = if source.desc.format.is_32_bit() { source.desc.format } else { Format::Rgba16Float };
+        let scaled = VirtualImage {
+            label: format!("{}.scaled", input.name),
+            desc: source.desc.format(format),
+            origin: Origin::Transient,
+            finite: true,
+            signedness: source.signedness,
+        };
+        let result = self.builder.recording.add_image(scaled);
+        self.builder.recording.passes.push(scale_pass(&input.name, image, input.scale as f32, result));
+        result
     }
 
     fn arrival(&mut self, wire: Option<Source>) -> Arrival {
@@ -115,8 +146,7 @@ impl<'a> Round<'a> {
     }
 
     fn history(&mut self, node: usize, output: usize, frames: u32) -> ImageId {
-        let known = self.histories.iter().find(|(n, o, f, _)| (*n, *o, *f) == (node, output, frames));
-        if let Some((.., image)) = known {
+        if let Some(image) = self.known.get(&(node, output, frames)) {
             return *image;
         }
         let image = self.builder.recording.add_image(VirtualImage {
@@ -128,6 +158,7 @@ impl<'a> Round<'a> {
             signedness: Signedness::Unsigned,
         });
         self.histories.push((node, output, frames, image));
+        self.known.insert((node, output, frames), image);
         image
     }
 
@@ -179,9 +210,10 @@ impl<'a> Round<'a> {
     }
 
     fn add_outputs(&mut self, shown: Vec<Arrival>) {
+        let mut kept = self.builder.kept();
         for (output, arrival) in self.graph.outputs.iter().zip(shown) {
             // An image that is remembered, or that is an output already, cannot be the host's: it gets a copy.
-            let taken = |image: &ImageId| self.builder.kept().contains(image);
+            let taken = |image: &ImageId| kept.contains(image);
             let image = match arrival {
                 Arrival::Image(image)
                     if self.builder.recording.image(image).origin == Origin::Transient && !taken(&image) =>
@@ -193,6 +225,7 @@ impl<'a> Round<'a> {
             let color = self.specialized.source(output.source).and_then(|source| self.colors.at(source));
             let colorimetry = color.unwrap_or(ImageColor::of(output.state)).colorimetry;
             let name = output.name.clone();
+            kept.insert(image);
             self.builder.outputs.push(PlanOutput { name, image, state: output.state, colorimetry });
         }
     }

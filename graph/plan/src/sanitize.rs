@@ -1,22 +1,23 @@
 //! Sanitizing: numbers of host images become finite at their first read.
 //!
-//! Pixels and taps are sanitized where they are read (see `shaders/lib/sampling.wgsl`). A shader that reads textures
-//! directly gets a sanitized copy.
+//! Pixels and texels are sanitized where they are read (see `shaders/lib/sampling.wgsl`). A kernel that filters or
+//! reads textures directly gets a sanitized copy: a filtered read has four texels, each with the code that repairs it,
+//! and the device cannot filter what is not sanitized.
 
 use crate::builder::{PlanBuilder, copy_pass};
 use afterimage_base::image::Format;
 use afterimage_graph::node::{Arg, ImageId, KernelCall, Origin, VirtualImage};
 
-/// Puts a sanitized copy in front of kernels that read a host image directly.
+/// Puts a sanitized copy in front of kernels that filter a host image or read it directly.
 pub(crate) fn sanitize(builder: &mut PlanBuilder) {
     for (name, image) in builder.inputs.clone() {
         let recording = &mut builder.recording;
-        let reads = |kernel: &KernelCall| reads_directly(kernel, image);
+        let reads = |kernel: &KernelCall| needs_copy(kernel, image);
         let first = recording.passes.iter().position(|pass| pass.kernels.iter().any(reads));
         let Some(first) = first.filter(|_| !recording.image(image).finite) else { continue };
         let copy = recording.add_image(sanitized(&name, recording.image(image)));
         let kernels = recording.passes.iter_mut().flat_map(|pass| &mut pass.kernels);
-        kernels.filter(|kernel| reads_directly(kernel, image)).for_each(|kernel| redirect(kernel, image, copy));
+        kernels.filter(|kernel| needs_copy(kernel, image)).for_each(|kernel| redirect(kernel, image, copy));
         let mut pass = copy_pass(&name, Arg::Pixel(image), copy);
         pass.label = "sanitize".into();
         recording.passes.insert(first, pass);
@@ -29,8 +30,10 @@ fn sanitized(name: &str, source: &VirtualImage) -> VirtualImage {
     VirtualImage { label, desc, origin: Origin::Transient, finite: true, signedness: source.signedness }
 }
 
-fn reads_directly(kernel: &KernelCall, image: ImageId) -> bool {
-    kernel.accepts(Arg::Texture(image)) && kernel.shader.reads_textures_itself(&kernel.function)
+fn needs_copy(kernel: &KernelCall, image: ImageId) -> bool {
+    let (shader, function) = (&kernel.shader, &kernel.function);
+    let cannot_sanitize = shader.reads_textures_itself(function) || shader.filters_textures(function);
+    kernel.accepts(Arg::Texture(image)) && cannot_sanitize
 }
 
 fn redirect(kernel: &mut KernelCall, old: ImageId, new: ImageId) {

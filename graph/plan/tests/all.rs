@@ -3,6 +3,7 @@
 
 mod colorimetry;
 mod faults;
+mod limits;
 mod pipelines;
 mod plan_cache;
 mod planned;
@@ -10,4 +11,5 @@ mod printing;
 mod properties;
 mod skipped;
 mod stability;
+mod stages;
 mod switches;

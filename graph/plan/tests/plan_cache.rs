@@ -9,12 +9,16 @@ use afterimage_plan::{GivenImage, Options, Plan, PlanCache, PlanRequest, Require
 use super::planned::{all_formats, built_in, checked};
 
 fn planned(plans: &mut PlanCache, side: u32, facts: &[(&str, f64)]) -> Arc<Plan> {
-    let size = Size::new(side, side);
+    planned_with(plans, Size::new(side, side), Size::new(side, side), facts)
+}
+
+/// The plan for a frame of one size and a host image of another.
+fn planned_with(plans: &mut PlanCache, size: Size, image: Size, facts: &[(&str, f64)]) -> Arc<Plan> {
     let mut facts_set = Facts::default();
     facts.iter().for_each(|(name, number)| facts_set.set(*name, *number));
     let request = PlanRequest {
         size,
-        inputs: [("scene".to_owned(), GivenImage { desc: ImageDesc::new(size), finite: false })].into(),
+        inputs: [("scene".to_owned(), GivenImage { desc: ImageDesc::new(image), finite: false })].into(),
         facts: facts_set,
         caps: all_formats(),
         options: Options::default(),
@@ -44,6 +48,19 @@ fn a_fact_needs_another_plan_only_if_a_condition_changes() {
     let larger = planned(&mut plans, 65, &[("lamps", 4.0)]);
     assert_eq!(larger.size, Size::new(65, 65));
     assert!(Arc::ptr_eq(&planned(&mut plans, 64, &[("lamps", 4.0)]), &lit), "both sizes are kept");
+}
+
+#[test]
+fn a_frame_of_another_size_needs_another_plan_also_with_the_same_images() {
+    let mut plans = PlanCache::new(checked(LAMPS));
+    let sides = [64, 32, 64].map(|side| {
+        let plan = planned_with(&mut plans, Size::new(side, side), Size::new(64, 64), &[]);
+        plan.size.width
+    });
+    assert_eq!(sides, [64, 32, 64]);
+    let image = |side| Size::new(side, side);
+    let [small, large] = [16, 48].map(|side| planned_with(&mut plans, Size::new(64, 64), image(side), &[]));
+    assert!(!Arc::ptr_eq(&small, &large), "images of another size need another plan, too");
 }
 
 #[test]

@@ -33,7 +33,7 @@ impl Builder<'_> {
             return Some(Some(declared));
         }
         match wire.source? {
-            Source::Input(input) => self.host_inputs().nth(input).map(|input| Some(input.state)),
+            Source::Input(input) => self.host_input(input).map(|input| Some(input.state)),
             Source::Node { node, output, .. } => self.drafts[node].states[output],
         }
     }
@@ -162,8 +162,7 @@ impl Builder<'_> {
                 }
             }
             Some(Source::Input(input)) => self
-                .host_inputs()
-                .nth(input)
+                .host_input(input)
                 .map_or_else(String::new, |input| format!("the input {}", quote(&input.name.value))),
             None => "the input".into(),
         }
@@ -172,7 +171,7 @@ impl Builder<'_> {
     fn maker_location(&self, wire: &Wire) -> Option<Location> {
         match wire.source? {
             Source::Node { node, .. } => Some(self.drafts[node].kind_location.clone()),
-            Source::Input(input) => self.host_inputs().nth(input).map(|input| input.name.location.clone()),
+            Source::Input(input) => self.host_input(input).map(|input| input.name.location.clone()),
         }
     }
 

@@ -5,6 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use petgraph::graph::{DiGraph, NodeIndex};
 
 use super::files::Files;
+use super::limits::Counted;
 use super::{Condition, FactKind, Graph, GraphInput, GraphOutput, Source};
 use crate::document::{InputEntry, Override};
 use crate::node::{NodeInstance, NodeKind, PortType, Registry};
@@ -25,7 +26,7 @@ pub(super) struct Builder<'a> {
     pub(super) facts: BTreeMap<String, (FactKind, Location)>,
     pub(super) outputs: Vec<(Spanned<String>, Option<Wire>)>,
     pub(super) tier: Option<String>,
-    pub(super) is_full: bool,
+    pub(super) counted: Counted,
 }
 
 /// A node in the making.
@@ -119,7 +120,7 @@ impl<'a> Builder<'a> {
             facts: BTreeMap::new(),
             outputs: Vec::new(),
             tier: None,
-            is_full: false,
+            counted: Counted::default(),
         }
     }
 
@@ -130,6 +131,11 @@ impl<'a> Builder<'a> {
     /// The inputs of the pipeline at the top.
     pub(super) fn host_inputs(&self) -> impl Iterator<Item = &InputEntry> + '_ {
         self.scopes.first().into_iter().flat_map(|top| top.inputs.iter().map(|(input, _)| input))
+    }
+
+    /// One of them.
+    pub(super) fn host_input(&self, input: usize) -> Option<&InputEntry> {
+        self.scopes.first()?.inputs.get(input).map(|(input, _)| input)
     }
 
     /// What a source gives.
@@ -171,6 +177,8 @@ impl<'a> Builder<'a> {
             name: input.name.value.clone(),
             state: input.state,
             optional: input.optional,
+            needs_alpha: input.needs_alpha,
+            scale: input.scale,
         });
         Graph {
             inputs: inputs.collect(),

@@ -7,6 +7,7 @@ use std::collections::BTreeSet;
 
 use petgraph::algo::toposort;
 
+use super::displays::{decisive, widest};
 use super::{Graph, Source};
 use crate::node::{ColorChange, ImageColor, Input, OutputState, PortType};
 use afterimage_base::color::{Chromaticities, Colorimetry, Transfer};
@@ -30,7 +31,9 @@ impl ImageColors {
         }
     }
 
-    /// The displays and files that the results of a node are encoded for.
+    /// The displays and files that the results of a node are encoded for. Of more than a few only those that decide: the
+    /// one with the widest primaries, one for SDR, and for HDR the ones with the least and the greatest luminance of SDR
+    /// white and with the least peak.
     pub fn displays_after(&self, node: usize) -> &BTreeSet<Colorimetry> {
         &self.displays[node]
     }
@@ -57,12 +60,19 @@ impl Graph {
     }
 }
 
+/// Visits of a node on average after which its color stays as it is.
+const MOST_VISITS: usize = 32;
+
 struct Flow<'a> {
     graph: &'a Graph,
     resolve: &'a dyn Fn(Source) -> Option<Source>,
     changes: Vec<ColorChange>,
     /// The nodes that an output needs, each after those that it reads in the same frame.
     order: Vec<usize>,
+    /// For each node its place in the order, if it has one.
+    places: Vec<Option<usize>>,
+    /// For each place the places of the nodes that read the node there.
+    readers: Vec<Vec<usize>>,
     /// For each node, what the images after it are encoded for.
     displays: Vec<BTreeSet<Colorimetry>>,
     inputs: Vec<ImageColor>,
@@ -76,12 +86,29 @@ impl<'a> Flow<'a> {
             resolve,
             changes: graph.nodes.iter().map(|node| node.instance.color()).collect(),
             order: Vec::new(),
+            places: vec![None; graph.nodes.len()],
+            readers: Vec::new(),
             displays: vec![BTreeSet::new(); graph.nodes.len()],
             inputs: graph.inputs.iter().map(|input| ImageColor::of(input.state)).collect(),
             outputs: graph.nodes.iter().map(|node| vec![None; node.kind().outputs().len()]).collect(),
         };
         flow.order = flow.needed();
+        flow.order.iter().enumerate().for_each(|(place, node)| flow.places[*node] = Some(place));
+        flow.readers = vec![Vec::new(); flow.order.len()];
+        for (place, node) in flow.order.iter().enumerate() {
+            flow.places_read(*node).into_iter().for_each(|read| flow.readers[read].push(place));
+        }
         flow
+    }
+
+    /// The places of the nodes that a node reads.
+    fn places_read(&self, node: usize) -> Vec<usize> {
+        let sources = self.arriving(node).map(|(_, source)| source);
+        let place = |source| match source {
+            Source::Node { node, .. } => self.places[node],
+            Source::Input(_) => None,
+        };
+        sources.filter_map(place).collect()
     }
 
     fn needed(&self) -> Vec<usize> {
@@ -105,18 +132,17 @@ impl<'a> Flow<'a> {
         wired.filter_map(|(port, wire)| Some((port, (self.resolve)((*wire)?)?)))
     }
 
-    /// Against the wires, and once more where wires of earlier frames form cycles.
+    /// Against the wires, and again where wires of earlier frames form cycles. What is kept of several displays does not
+    /// depend on the order of the visits.
     fn find_displays(&mut self) {
-        let mut is_changed = true;
-        while std::mem::take(&mut is_changed) {
-            for node in self.order.clone().into_iter().rev() {
-                let displays = self.displays_before(node);
-                let sources: Vec<Source> = self.arriving(node).map(|(_, source)| source).collect();
-                for source in sources {
-                    let Source::Node { node, .. } = source else { continue };
-                    let known = self.displays[node].len();
-                    self.displays[node].extend(&displays);
-                    is_changed |= self.displays[node].len() > known;
+        let mut pending = self.order.clone();
+        while let Some(node) = pending.pop() {
+            let displays = self.displays_before(node);
+            for read in self.places_read(node) {
+                let node = self.order[read];
+                let all = decisive(self.displays[node].union(&displays).copied().collect());
+                if std::mem::replace(&mut self.displays[node], all.clone()) != all {
+                    pending.push(node);
                 }
             }
         }
@@ -136,17 +162,23 @@ impl<'a> Flow<'a> {
         }
     }
 
-    /// Along the wires, and once more where wires of earlier frames form cycles.
+    /// Along the wires in rounds, and again where wires of earlier frames form cycles: a round visits the nodes after a
+    /// change, in their order.
     fn find_colors(&mut self) {
-        // A round fixes at least one further output, or none is left.
-        for _ in 0..=self.order.len() {
-            let mut is_changed = false;
-            for node in self.order.clone() {
-                let colors = self.colors_of(node);
-                is_changed |= std::mem::replace(&mut self.outputs[node], colors.clone()) != colors;
+        let mut round: BTreeSet<usize> = (0..self.order.len()).collect();
+        let mut next = BTreeSet::new();
+        // Two images that chase each other around a cycle never settle.
+        for _ in 0..MOST_VISITS * self.order.len() {
+            let Some(place) = round.pop_first() else { break };
+            let node = self.order[place];
+            let colors = self.colors_of(node);
+            if std::mem::replace(&mut self.outputs[node], colors.clone()) != colors {
+                let (later, earlier): (Vec<usize>, _) = self.readers[place].iter().partition(|reader| **reader > place);
+                round.extend(later);
+                next.extend::<Vec<usize>>(earlier);
             }
-            if !is_changed {
-                break;
+            if round.is_empty() {
+                std::mem::swap(&mut round, &mut next);
             }
         }
     }
@@ -183,7 +215,9 @@ impl<'a> Flow<'a> {
         let mut colorimetry = kept.colorimetry;
         match self.changes[node] {
             ColorChange::Keep | ColorChange::Refit { .. } => {}
-            ColorChange::ToDisplay => colorimetry.primaries = widest(&self.displays[node]),
+            ColorChange::ToDisplay => {
+                colorimetry.primaries = widest(&self.displays[node]).map_or(Chromaticities::REC709, |d| d.primaries);
+            }
             ColorChange::Display(primaries) => colorimetry.primaries = primaries,
             ColorChange::Encode(encoded) => {
                 let adopted_white = colorimetry.adopted_white;
@@ -194,15 +228,4 @@ impl<'a> Flow<'a> {
         }
         ImageColor { colorimetry, ..kept }
     }
-}
-
-/// The primaries of the largest triangle in xy; Rec.709 if there is no display.
-fn widest(displays: &BTreeSet<Colorimetry>) -> Chromaticities {
-    let area = |primaries: &Chromaticities| {
-        let [red, green, blue] = [primaries.red, primaries.green, primaries.blue].map(|xy| xy.to_vec());
-        (green - red).perp_dot(blue - red).abs()
-    };
-    // Equal areas are compared by their coordinates, so that the order of the wires does not matter.
-    let all = displays.iter().map(|display| display.primaries);
-    all.max_by(|a, b| area(a).total_cmp(&area(b)).then(a.cmp(b))).unwrap_or(Chromaticities::REC709)
 }

@@ -2,6 +2,7 @@
 
 use super::build::Builder;
 use super::condition::{Condition, FactKind};
+use super::limits::LONGEST_NAME;
 use crate::document::{Item, Tree};
 use afterimage_base::diagnostic::{Diagnostic, Location, did_you_mean, list, quote};
 use afterimage_base::image::Format;
@@ -107,10 +108,19 @@ impl Builder<'_> {
         None
     }
 
+    fn short_label(&mut self, label: &str, location: &Location) -> Option<String> {
+        if label.len() > LONGEST_NAME {
+            let error = Diagnostic::error("long-name", format!("the label has {} bytes", label.len()));
+            self.report(error.at(location, "").help(format!("a label has at most {LONGEST_NAME} bytes")));
+            return None;
+        }
+        Some(label.to_owned())
+    }
+
     /// The value of `label`.
     pub(super) fn label(&mut self, item: &Item) -> Option<String> {
         if let Tree::Text(label) = &item.value {
-            return Some(label.clone());
+            return self.short_label(label, &item.location);
         }
         if item.value.is_broken() {
             return None;

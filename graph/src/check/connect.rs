@@ -1,7 +1,8 @@
 //! Wires: from `"node.port@previous:2"` to the source that is meant.
 
+use super::Source;
 use super::build::{Builder, Feed, Named, Wire};
-use super::{DEEPEST, MOST_PREVIOUS, Source};
+use super::limits::{DEEPEST, MOST_PREVIOUS};
 use crate::node::PortType;
 use afterimage_base::diagnostic::{Diagnostic, Spanned, did_you_mean, list, quote};
 use afterimage_base::image::ColorState;
@@ -94,13 +95,16 @@ impl Builder<'_> {
         if self.scopes[scope].is_partial {
             return;
         }
+        let message = format!("no input or node is called {}", quote(wire.node));
+        let diagnostic = Diagnostic::error("unknown-name", message).at(&asked.location, "");
+        if self.has_many_errors() {
+            return self.report(diagnostic);
+        }
         let names: Vec<&str> = self.scopes[scope].names.keys().map(String::as_str).collect();
         let help = match names.as_slice() {
             [] => "the pipeline has neither inputs nor nodes".into(),
             names => format!("there are {}", list(names.iter().copied(), 12)),
         };
-        let message = format!("no input or node is called {}", quote(wire.node));
-        let diagnostic = Diagnostic::error("unknown-name", message).at(&asked.location, "");
         let diagnostic = diagnostic.help(help).maybe_help(did_you_mean(wire.node, names));
         self.report(diagnostic);
     }

@@ -2,12 +2,13 @@
 
 use std::collections::BTreeMap;
 
+use super::Condition;
 use super::build::{Builder, Change, Feed, Named, Scope};
 use super::files::join;
+use super::limits::{DEEPEST, MOST_FACTS, MOST_INPUTS, MOST_OUTPUTS, MOST_TIERS};
 use super::nodes::PIPELINE;
-use super::{Condition, DEEPEST, MOST_NODES};
 use crate::document::{Document, Field, Group, Item, NodeEntry, Tier, Tree, settings};
-use afterimage_base::diagnostic::{Diagnostic, Location, Spanned, did_you_mean, list, quote};
+use afterimage_base::diagnostic::{Diagnostic, Spanned, did_you_mean, list, quote};
 
 /// What surrounds a pipeline that is being expanded.
 struct Around {
@@ -29,7 +30,9 @@ impl Builder<'_> {
 
     fn expand(&mut self, document: &Document, around: Around, files: &mut Vec<String>) -> usize {
         let Around { parent, name, ports, when, label } = around;
-        let facts = document.facts.as_ref().map(|facts| facts.iter().map(|(name, _)| name.value.clone()).collect());
+        self.report_long_sections(document);
+        let facts = document.facts.as_ref().filter(|facts| facts.len() <= MOST_FACTS);
+        let facts = facts.map(|facts| facts.iter().map(|(name, _)| name.value.clone()).collect());
         let scope = self.scopes.len();
         self.scopes.push(Scope {
             parent,
@@ -49,9 +52,10 @@ impl Builder<'_> {
         self.inputs(scope, document, ports);
         for entry in &document.nodes {
             if !self.has_room(&entry.name.location) {
+                self.scopes[scope].is_partial = true;
                 break;
             }
-            let is_good = self.good_name(&entry.name, "node") && self.is_free(scope, &entry.name);
+            let is_good = self.good_name(scope, &entry.name, "node") && self.is_free(scope, &entry.name);
             let named = match entry.kind.value.as_str() {
                 _ if !is_good => Named::Broken,
                 PIPELINE => self.inner(scope, entry, files).unwrap_or(Named::Broken),
@@ -59,17 +63,18 @@ impl Builder<'_> {
             };
             self.scopes[scope].names.insert(entry.name.value.clone(), named);
         }
-        for (name, _) in &document.outputs {
-            self.good_name(name, "output");
+        let outputs = &document.outputs[..document.outputs.len().min(MOST_OUTPUTS)];
+        for (name, _) in outputs {
+            self.good_name(scope, name, "output");
         }
-        self.scopes[scope].outputs = document.outputs.clone();
+        self.scopes[scope].outputs = outputs.to_vec();
         self.own_changes(scope, document);
         scope
     }
 
     fn own_changes(&mut self, scope: usize, document: &Document) {
         self.changes.push(Change { scope, settings: document.set.clone(), is_made: true });
-        for (name, tier) in &document.tiers {
+        for (name, tier) in document.tiers.iter().take(MOST_TIERS) {
             if let Tier::Settings(settings) = tier {
                 let is_made = self.tier.as_ref() == Some(&name.value);
                 self.changes.push(Change { scope, settings: settings.clone(), is_made });
@@ -79,14 +84,15 @@ impl Builder<'_> {
 
     /// The inputs of a scope: the host's at the top, the ports of the node inside.
     fn inputs(&mut self, scope: usize, document: &Document, ports: Group<Field>) {
-        let Group { entries: mut ports, is_partial } = ports;
+        let Group { entries, is_partial } = ports;
+        let mut ports: indexmap::IndexMap<String, Field> =
+            entries.into_iter().map(|field| (field.0.value.clone(), field)).collect();
         let is_top = self.scopes[scope].parent.is_none();
-        for (index, input) in document.inputs.iter().enumerate() {
-            if !self.good_name(&input.name, "input") {
+        for (index, input) in document.inputs.iter().take(MOST_INPUTS).enumerate() {
+            if !self.good_name(scope, &input.name, "input") {
                 continue;
             }
-            let wired = ports.iter().position(|(name, _)| name.value == input.name.value);
-            let feed = match wired.map(|at| ports.remove(at)) {
+            let feed = match ports.shift_remove(&input.name.value) {
                 _ if is_top => Feed::Host(index),
                 Some((name, item)) => self.wire(&name.value, &item).map_or(Feed::Absent, Feed::Wire),
                 None => {
@@ -98,7 +104,7 @@ impl Builder<'_> {
             self.scopes[scope].inputs.push((input.clone(), feed));
             self.scopes[scope].names.insert(input.name.value.clone(), Named::Input(at));
         }
-        for (name, _) in &ports {
+        for (name, _) in ports.values() {
             let known = || document.inputs.iter().map(|input| input.name.value.as_str());
             let help = format!("its inputs are {}", list(known(), 8));
             let message = format!("the pipeline {} has no input {}", quote(&document.file), quote(&name.value));
@@ -119,27 +125,14 @@ impl Builder<'_> {
         }
     }
 
-    fn has_room(&mut self, location: &Location) -> bool {
-        if self.drafts.len() + self.scopes.len() <= MOST_NODES {
-            return true;
-        }
-        if !self.is_full {
-            self.is_full = true;
-            let message = format!("the pipeline has more than {MOST_NODES} nodes");
-            let diagnostic = Diagnostic::error("too-many-nodes", message).at(location, "the first one too many");
-            self.report(diagnostic.help("look for a pipeline that uses others which use others, each of them twice"));
-        }
-        false
-    }
-
     /// Names are free but for the signs that wires and settings are made of.
-    fn good_name(&mut self, name: &Spanned<String>, what: &str) -> bool {
+    fn good_name(&mut self, scope: usize, name: &Spanned<String>, what: &str) -> bool {
         let text = &name.value;
         let message = match text.chars().find(|c| ".@/".contains(*c) || c.is_control()) {
             _ if text.is_empty() => format!("the name of this {what} is empty"),
             _ if text.trim() != text => format!("the name of this {what} begins or ends with a space"),
             Some(c) => format!("the name {} holds {}", quote(text), quote(&c.to_string())),
-            None => return true,
+            None => return self.is_short(scope, name),
         };
         let diagnostic = Diagnostic::error("bad-name", message).at(&name.location, "");
         self.report(diagnostic.help("names are any text without `.`, `@` and `/`, which wires and settings use"));

@@ -31,6 +31,11 @@ pub struct GraphInput {
     pub state: ColorState,
     /// Whether the host may leave it out.
     pub optional: bool,
+    /// Whether the pipeline needs an alpha that is not 1 everywhere, as a mask. A host should warn about an image
+    /// without one.
+    pub needs_alpha: bool,
+    /// A factor of its colours, before they are limited to the range of half floats.
+    pub scale: f64,
 }
 
 /// A node.

@@ -2,16 +2,20 @@
 
 use std::rc::Rc;
 
-use super::DEEPEST;
 use super::build::Builder;
 use super::files::{Named, join, unreadable};
+use super::limits::DEEPEST;
 use crate::document::{Document, Tier};
 use afterimage_base::diagnostic::{Diagnostic, Spanned, did_you_mean, list, quote};
 
 impl Builder<'_> {
-    /// The document of a file that another one names; its problems are reported the first time.
+    /// The document of a file that another one names; its problems are reported the first time. `None` where an error
+    /// has been reported.
     pub(super) fn document(&mut self, named: &Spanned<String>) -> Option<Rc<Document>> {
         let path = join(&named.location.file, &named.value);
+        if !self.has_room_for_text(named) {
+            return None;
+        }
         let file = self.files.document(&path);
         let is_new = self.files_used.insert(path);
         if let Named::Document(document) = &file {

@@ -29,6 +29,7 @@
 //! ```
 
 mod agree;
+mod bounds;
 mod build;
 mod colors;
 mod common;
@@ -39,6 +40,7 @@ mod expand;
 mod files;
 mod graph;
 mod inherit;
+pub mod limits;
 mod mixes;
 mod nodes;
 mod options;
@@ -54,7 +56,7 @@ use afterimage_base::diagnostic::Diagnostics;
 pub use colors::ImageColors;
 pub use condition::{Condition, ConditionError, Fact, FactKind, Facts};
 pub use graph::{Graph, GraphInput, GraphNode, GraphOutput, Source};
-pub use options::{CheckOptions, DEEPEST, Loader, MOST_NODES, MOST_PREVIOUS, NoFiles};
+pub use options::{CheckOptions, Loader, NoFiles};
 
 use build::Builder;
 use files::Files;
@@ -92,6 +94,7 @@ impl<'a> Checker<'a> {
         builder.expand_top(&document);
         builder.command_line(sets);
         builder.change();
+        builder.report_long_conditions();
         let instances = builder.instances();
         builder.connect();
         builder.agree();

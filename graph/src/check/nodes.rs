@@ -1,5 +1,8 @@
 //! Nodes of known kinds: from the entry in a file to the node of the graph.
 
+use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
+
 use super::build::{Builder, Named, NodeDraft};
 use super::files::{join, unreadable};
 use super::suggest::{kinds_near, known_kinds};
@@ -40,11 +43,15 @@ impl Builder<'_> {
 
     /// The fields without those whose name has occurred before.
     pub(super) fn unique(&mut self, fields: &[Field]) -> Vec<Field> {
+        let mut seen: BTreeMap<&str, &Location> = BTreeMap::new();
         let mut kept: Vec<Field> = Vec::new();
         for (name, item) in fields {
-            match kept.iter().find(|(known, _)| known.value == name.value) {
-                Some((first, _)) => self.diagnostics.push(doubled(name, &first.location, "field")),
-                None => kept.push((name.clone(), item.clone())),
+            match seen.entry(&name.value) {
+                Entry::Occupied(first) => self.diagnostics.push(doubled(name, first.get(), "field")),
+                Entry::Vacant(first) => {
+                    first.insert(&name.location);
+                    kept.push((name.clone(), item.clone()));
+                }
             }
         }
         kept
@@ -170,6 +177,7 @@ impl Builder<'_> {
             return Ok(Value::File(FileValue::default()));
         }
         let bytes = self.files.bytes(&join(&named.location.file, &path)).map_err(|why| unreadable(named, &why))?;
+        self.count_file(named, bytes.len())?;
         Ok(Value::File(FileValue { path, bytes: Some(bytes) }))
     }
 

@@ -1,4 +1,4 @@
-//! Options of a check, and its limits.
+//! Options of a check.
 
 use std::sync::Arc;
 
@@ -35,10 +35,3 @@ impl Default for CheckOptions<'_> {
         Self { tier: None, sets: Vec::new(), loader: &NoFiles }
     }
 }
-
-/// More nodes than this, pipelines used as nodes and what is in them included, are an error.
-pub const MOST_NODES: usize = 1 << 16;
-/// Frames that a wire can reach back.
-pub const MOST_PREVIOUS: u32 = 16;
-/// Pipelines within pipelines, and files that extend files.
-pub const DEEPEST: usize = 16;

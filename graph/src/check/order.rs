@@ -1,8 +1,8 @@
 //! Order: nothing waits for itself.
 
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
-use petgraph::algo::tarjan_scc;
+use petgraph::algo::kosaraju_scc;
 use petgraph::graph::{DiGraph, NodeIndex};
 
 use super::build::Builder;
@@ -15,8 +15,9 @@ impl Builder<'_> {
     /// Reports every cycle of nodes that read each other in the same frame.
     pub(super) fn order(&mut self) {
         let graph = self.same_frame();
+        // Tarjan's algorithm would recurse once for each node of a chain.
         let mut cycles: Vec<Vec<usize>> =
-            tarjan_scc(&graph).into_iter().filter_map(|part| cycle(&graph, &part)).collect();
+            kosaraju_scc(&graph).into_iter().filter_map(|part| cycle(&graph, &part)).collect();
         cycles.sort();
         for cycle in cycles {
             let diagnostic = self.cycle(&cycle);
@@ -56,28 +57,29 @@ impl Builder<'_> {
 /// A shortest cycle through the first node of a part of the graph in which all nodes reach each other.
 fn cycle(graph: &DiGraph<(), ()>, part: &[NodeIndex]) -> Option<Vec<usize>> {
     let start = *part.iter().min()?;
-    let is_inside = |node: NodeIndex| part.len() > 1 && part.contains(&node) || node == start;
-    let mut came_from = vec![None; graph.node_count()];
+    let inside: BTreeSet<NodeIndex> = part.iter().copied().collect();
+    let mut came_from = BTreeMap::new();
     let mut queue = VecDeque::from([start]);
     while let Some(node) = queue.pop_front() {
-        let mut next: Vec<NodeIndex> = graph.neighbors(node).filter(|next| is_inside(*next)).collect();
+        let mut next: Vec<NodeIndex> = graph.neighbors(node).filter(|next| inside.contains(next)).collect();
         next.sort_unstable();
         for next in next {
             if next == start {
                 return Some(trace(&came_from, start, node));
             }
-            if came_from[next.index()].is_none() {
-                came_from[next.index()] = Some(node);
+            came_from.entry(next).or_insert_with(|| {
                 queue.push_back(next);
-            }
+                node
+            });
         }
     }
     None
 }
 
 /// The way from `start` to `end`.
-fn trace(came_from: &[Option<NodeIndex>], start: NodeIndex, end: NodeIndex) -> Vec<usize> {
-    let back = std::iter::successors(Some(end), |node| if *node == start { None } else { came_from[node.index()] });
+fn trace(came_from: &BTreeMap<NodeIndex, NodeIndex>, start: NodeIndex, end: NodeIndex) -> Vec<usize> {
+    let before = |node: &NodeIndex| if *node == start { None } else { came_from.get(node).copied() };
+    let back = std::iter::successors(Some(end), before);
     let mut way: Vec<usize> = back.map(NodeIndex::index).collect();
     way.reverse();
     way

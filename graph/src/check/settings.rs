@@ -85,7 +85,8 @@ impl Builder<'_> {
                 Some(Named::Broken) => return None,
                 _ => {
                     if !self.scopes[scope].is_partial {
-                        self.report(no_such_node(&self.scopes[scope], part, key));
+                        let has_hint = !self.has_many_errors();
+                        self.report(no_such_node(&self.scopes[scope], part, key, has_hint));
                     }
                     return None;
                 }
@@ -189,7 +190,7 @@ fn node_names(scope: &Scope) -> impl Iterator<Item = &str> + '_ {
     scope.names.iter().filter(|(_, named)| !matches!(named, Named::Input(_))).map(|(name, _)| name.as_str())
 }
 
-fn no_such_node(scope: &Scope, part: &str, key: &Spanned<String>) -> Diagnostic {
+fn no_such_node(scope: &Scope, part: &str, key: &Spanned<String>, has_hint: bool) -> Diagnostic {
     let message = match scope.names.get(part) {
         Some(Named::Input(_)) => format!("{} is an input, not a node", quote(part)),
         Some(_) => {
@@ -200,12 +201,15 @@ fn no_such_node(scope: &Scope, part: &str, key: &Spanned<String>) -> Diagnostic 
         None if part.is_empty() => "the name of the node is missing".into(),
         None => format!("no node is called {}", quote(part)),
     };
+    let diagnostic = Diagnostic::error("unknown-node", message).at(&key.location, "");
+    if !has_hint {
+        return diagnostic;
+    }
     let help = match node_names(scope).next() {
         None => "there are no nodes".into(),
         Some(_) => format!("the nodes are {}", list(node_names(scope), 12)),
     };
-    let diagnostic = Diagnostic::error("unknown-node", message).at(&key.location, "").help(help);
-    diagnostic.maybe_help(did_you_mean(part, node_names(scope)))
+    diagnostic.help(help).maybe_help(did_you_mean(part, node_names(scope)))
 }
 
 /// The value of a `--set`, with its location in the text that all of them make.

@@ -44,6 +44,10 @@ pub struct InputEntry {
     pub state: ColorState,
     /// Whether the host may leave it out.
     pub optional: bool,
+    /// Whether the pipeline needs an alpha that is not 1 everywhere.
+    pub needs_alpha: bool,
+    /// A factor of its colours, before anything is limited.
+    pub scale: f64,
 }
 
 /// A node.

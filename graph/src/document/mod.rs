@@ -36,6 +36,7 @@
 mod balance;
 mod bracket;
 mod entries;
+mod input_options;
 mod parser;
 mod quotes;
 mod read;

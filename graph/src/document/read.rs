@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use super::entries::{Document, InputEntry, NodeEntry, Override, Tier};
+use super::input_options::set_option;
 use super::parser::{self, Parsed};
-use super::renamed::removed;
 use super::syntax;
 use super::tree::{Field, Group, Item, Tree};
 use afterimage_base::diagnostic::{Diagnostic, Diagnostics, Location, Sources, Spanned, did_you_mean, list, quote};
@@ -317,7 +317,7 @@ impl Reader {
             self.problems.push(unknown("unknown-input-type", message, &ty, "types", &names));
             return None;
         };
-        let mut input = InputEntry { name, state, optional: false };
+        let mut input = InputEntry { name, state, optional: false, needs_alpha: false, scale: 1.0 };
         for (option, value) in self.unique(options, "option") {
             self.input_option(&mut input, &option, &value);
         }
@@ -325,21 +325,7 @@ impl Reader {
     }
 
     fn input_option(&mut self, input: &mut InputEntry, option: &Spanned<String>, value: &Item) {
-        const OPTIONS: [&str; 1] = ["optional"];
-        if !OPTIONS.contains(&option.value.as_str()) {
-            let message = format!("an input has no option {}", quote(&option.value));
-            let problem = removed(option);
-            let unknown = || unknown("unknown-option", message, option, "options", &OPTIONS);
-            return self.problems.push(problem.unwrap_or_else(unknown));
-        }
-        match value.value {
-            Tree::Bool(flag) => input.optional = flag,
-            Tree::Broken => {}
-            ref other => self.problems.push(
-                Diagnostic::error("wrong-type", format!("{} is `true` or `false`", quote(&option.value)))
-                    .at(&value.location, format!("this is {}", other.describe())),
-            ),
-        }
+        set_option(input, option, value).into_iter().for_each(|problem| self.problems.push(problem));
     }
 
     fn node(&mut self, name: Spanned<String>, value: Item) -> Option<NodeEntry> {

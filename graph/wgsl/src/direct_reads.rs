@@ -1,5 +1,5 @@
-//! Functions that read textures directly. The library's `texel` and `tap` sanitize what they read; a direct read does
-//! not.
+//! Functions that read textures directly, and functions that filter them. The library's `texel` and `tap` sanitize what
+//! they read; a direct read does not.
 
 use std::collections::BTreeSet;
 
@@ -24,6 +24,27 @@ pub(crate) fn direct_reads<'m>(module: &'m Module, is_of_library: &dyn Fn(Option
         function.expressions.iter().any(|(_, expression)| is_read(expression)) || calls_any(&function.body, &readers)
     });
     functions.chain(entries.map(|entry| &entry.name)).collect()
+}
+
+/// The functions and entry points that filter texels, also through the library's `tap`, or call one that does.
+pub(crate) fn filtering(module: &Module) -> Vec<&String> {
+    let filters = |function: &Function| function.expressions.iter().any(|(_, expression)| is_sample(expression));
+    let mut found = BTreeSet::new();
+    for (handle, function) in module.functions.iter() {
+        if filters(function) || calls_any(&function.body, &found) {
+            found.insert(handle);
+        }
+    }
+    let functions = found.iter().filter_map(|handle| module.functions[*handle].name.as_ref());
+    let entries = module.entry_points.iter().filter(|entry| {
+        let function = &entry.function;
+        filters(function) || calls_any(&function.body, &found)
+    });
+    functions.chain(entries.map(|entry| &entry.name)).collect()
+}
+
+fn is_sample(expression: &Expression) -> bool {
+    matches!(expression, Expression::ImageSample { .. })
 }
 
 fn is_read(expression: &Expression) -> bool {
@@ -54,6 +75,7 @@ fn samples(source: texture_2d<f32>, s: sampler, at: Point) -> vec4f {
     return textureSampleLevel(source, s, at.uv, 0.0);
 }
 fn gathers(source: texture_2d<f32>, s: sampler, at: Point) -> vec4f { return textureGather(0, source, s, at.uv); }
+fn taps(source: texture_2d<f32>, s: sampler, at: Point) -> vec4f { return tap(source, s, at.uv); }
 fn calls(source: texture_2d<f32>, at: Point) -> vec4f {
     for (var i = 0; i < 2; i++) { if i == 1 { return loads(source, at); } }
     return vec4f();
@@ -71,5 +93,8 @@ fn measures(source: texture_2d<f32>, at: Point) -> vec4f { return vec4f(vec2f(te
         let reads = |name: &str| shader.reads_textures_itself(name);
         assert_eq!(["loads", "samples", "gathers", "calls", "entry"].map(reads), [true; 5]);
         assert_eq!(["through_library", "measures", "guarded_entry"].map(reads), [false; 3]);
+        let filters = |name: &str| shader.filters_textures(name);
+        assert_eq!(["samples", "gathers", "taps"].map(filters), [true; 3]);
+        assert_eq!(["through_library", "loads", "calls", "entry"].map(filters), [false; 4]);
     }
 }

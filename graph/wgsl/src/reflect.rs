@@ -2,7 +2,7 @@
 
 use naga::{AddressSpace, ImageClass, ImageDimension, ScalarKind as NagaKind, TypeInner};
 
-use crate::direct_reads::direct_reads;
+use crate::direct_reads::{direct_reads, filtering};
 use crate::error::ShaderError;
 use crate::features::ShaderFeatures;
 use crate::library::Source;
@@ -23,6 +23,8 @@ pub struct Reflection {
     pub globals: Vec<Global>,
     /// Functions and entry points of the file that read textures directly, and not through `texel` and `tap`.
     pub direct_reads: Vec<String>,
+    /// Functions and entry points of the file that filter textures, also through `tap`.
+    pub filtering: Vec<String>,
 }
 
 /// The entry point of a whole kernel.
@@ -208,11 +210,14 @@ impl Reader<'_> {
             entries: module.entry_points.iter().filter_map(|entry| self.entry_point(entry)).collect(),
             structs: structs.into_iter().map(|(_, layout)| layout).collect(),
             globals: module.global_variables.iter().filter_map(|(_, g)| self.global(g)).collect(),
-            direct_reads: direct_reads(module, &|name| self.names.of_framework(name).is_some())
-                .into_iter()
-                .filter_map(|name| self.names.own(Some(name)))
-                .collect(),
+            direct_reads: self.own(direct_reads(module, &|name| self.names.of_framework(name).is_some())),
+            filtering: self.own(filtering(module)),
         }
+    }
+
+    /// The names of the file's own functions among these.
+    fn own(&self, names: Vec<&String>) -> Vec<String> {
+        names.into_iter().filter_map(|name| self.names.own(Some(name))).collect()
     }
 
     fn entry_point(&self, entry: &naga::EntryPoint) -> Option<EntryPoint> {

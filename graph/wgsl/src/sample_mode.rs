@@ -28,13 +28,13 @@ impl SampleMode {
         }
     }
 
-    /// The function that a loaded texel goes through; empty for none.
-    pub fn sanitize_call(self) -> &'static str {
+    /// The WGSL expression of the texel of a texture at the pixel of the result.
+    pub fn pixel_read(self, texture: &str) -> String {
         match self {
-            Self::Plain | Self::ByHand => "",
-            Self::Sanitized => "sanitize",
-            Self::SanitizedLight => "sanitize_light",
-            Self::SanitizedSigned => "sanitize_signed",
+            Self::Plain | Self::ByHand => format!("textureLoad({texture}, at.pixel, 0)"),
+            Self::Sanitized => format!("sanitize_texel({texture}, at.pixel, 1u)"),
+            Self::SanitizedSigned => format!("sanitize_texel({texture}, at.pixel, 2u)"),
+            Self::SanitizedLight => format!("sanitize_texel({texture}, at.pixel, 3u)"),
         }
     }
 }

@@ -94,6 +94,11 @@ impl Shader {
         self.reflect().is_ok_and(|reflection| reflection.direct_reads.iter().any(|name| name == function))
     }
 
+    /// Whether a function or an entry point of the file filters textures, through `tap` or directly.
+    pub fn filters_textures(&self, function: &str) -> bool {
+        self.reflect().is_ok_and(|reflection| reflection.filtering.iter().any(|name| name == function))
+    }
+
     /// Adds an error in the file to diagnostics, with an excerpt if it is in this file and not in one that it imports.
     pub fn report(&self, error: &ShaderError, diagnostics: &mut Diagnostics) {
         if error.file == self.file() {

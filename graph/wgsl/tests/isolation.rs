@@ -32,7 +32,7 @@ fn files_with_unkind_names_become_one_valid_module() {
 @group(0) @binding(0) var image0: texture_2d<f32>;
 @group(0) @binding(1) var<uniform> params1: PassUniform;
 fn run(at: Point) -> vec4f {{
-    let kernel0 = sanitize(textureLoad(image0, at.pixel, 0)) + params1.size;
+    let kernel0 = sanitize_texel(image0, at.pixel, 1u) + params1.size;
 {calls}    return kernel2;
 }}
 @fragment

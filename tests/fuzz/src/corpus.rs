@@ -21,6 +21,8 @@ const WORDS: &[&str] = &[
     "format",
     "optional",
     "allow_negative",
+    "needs_alpha",
+    "scale",
     "true",
     "false",
     "None",

@@ -137,7 +137,13 @@ impl Growing {
                 }
             }
         }
-        let input = GraphInput { name: "picture".into(), state: ColorState::Scene, optional: false };
+        let input = GraphInput {
+            name: "picture".into(),
+            state: ColorState::Scene,
+            optional: false,
+            needs_alpha: false,
+            scale: 1.0,
+        };
         let images = &self.made[&PortType::Image];
         let shown = [images[images.len() - 1], images[images.len() / 2]];
         let output = |(index, source): (usize, &Source)| GraphOutput {

@@ -1,8 +1,11 @@
-//! Random numbers and random graphs that depend on a seed alone: for tests, benches and fuzzing.
+//! Random numbers, random graphs and expensive pipelines that depend on their arguments alone: for tests, benches and
+//! fuzzing.
 
+mod bombs;
 mod graph;
 mod kinds;
 mod rng;
 
+pub use bombs::{BOMBS, Bomb, MakeBomb};
 pub use graph::Recipe;
 pub use rng::Rng;

@@ -5,7 +5,7 @@ use crate::nodes::bloom::{self, blurred, caracal_taps, levels};
 use crate::reference::bloom::{additive_chain, composite_lerp, knee_weight, lerp_chain};
 use crate::reference::image::{Image, rgb};
 use crate::reference::math::largest;
-use crate::reference::resample::{Down, Firefly, Up, upsample};
+use crate::reference::resample::{Down, Firefly, Up, downsample, half_size, upsample};
 
 pub(super) fn bloom_kinds() -> Vec<Reference> {
     let [loaded, sampled] = [bloom::WHOLE, bloom::SAMPLED].map(|precision| precision.within(precision.exact, 0.0));
@@ -61,11 +61,13 @@ pub(super) fn bloom_kinds() -> Vec<Reference> {
         ),
         Reference::new(
             ("Composite", "Color"),
-            "\"result\": Composite(base: \"scene\", bloom: \"scene\", blend: Mix, strength: 0.25)",
+            "\"half\": Downsample(source: \"scene\", levels: 1, filter: Box), \
+             \"result\": Composite(base: \"scene\", bloom: \"half.coarsest\", blend: Mix, strength: 0.25)",
             light,
             sampled,
             |image| {
-                let bloom = upsample(image, [image.width, image.height], Up::Tent, 1.0);
+                let level = downsample(image, half_size(image.width, image.height), Down::Box);
+                let bloom = upsample(&level, [image.width, image.height], Up::Tent, 1.0);
                 Image::new(image.width, image.height, |x, y| {
                     let [base, bloom] = [image, &bloom].map(|image| image.texel(x as i64, y as i64));
                     let [r, g, b] = composite_lerp(rgb(base), rgb(bloom), 0.25);

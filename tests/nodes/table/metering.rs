@@ -2,7 +2,7 @@
 
 use super::{Reference, smooth};
 use crate::nodes::color::tolerance;
-use crate::nodes::metering::BINS;
+use crate::nodes::metering::{BINS, LIMITS};
 use crate::reference::color::luminance;
 use crate::reference::exposure::{auto_exposure_stops, limit_mean, pyramid_mean};
 use crate::reference::image::{Image, rgb};
@@ -19,7 +19,7 @@ fn in_one_bin([width, height]: [u32; 2]) -> Picture {
 /// the illuminance, 1.
 fn exposure(mean: f64) -> Image {
     let lux = std::f64::consts::PI / 0.18 * mean.exp2();
-    Image::new(1, 1, |_, _| [auto_exposure_stops(limit_mean(mean, -4.0, 16.0), 0.18, 0.0), mean, lux, 1.0])
+    Image::new(1, 1, |_, _| [auto_exposure_stops(limit_mean(mean, LIMITS[0], LIMITS[1]), 0.18, 0.0), mean, lux, 1.0])
 }
 
 /// The words of a histogram: the brightest channel, the range, the number of bins; then counts, low and high halves.
@@ -28,7 +28,7 @@ fn histogram_image(image: &Image) -> Image {
     let header = [brightest, BINS.low, BINS.high, BINS.count as f64].map(|word| [word, 0.0, 0.0, 0.0]);
     let counts = BINS.histogram(image).into_iter();
     let counts = counts.map(|count| [f64::from(count & 0xffff), f64::from(count >> 16), 0.0, 0.0]);
-    Image { width: 260, height: 1, pixels: header.into_iter().chain(counts).collect() }
+    Image { width: 4 + BINS.count, height: 1, pixels: header.into_iter().chain(counts).collect() }
 }
 
 pub(super) fn metering_kinds() -> Vec<Reference> {
@@ -36,7 +36,7 @@ pub(super) fn metering_kinds() -> Vec<Reference> {
     let logarithm = Tolerance { of: Scale::Channel, ..tolerance(2e-4, 1e-4, "sums of logarithms in fixed point") };
     let mean = |image: &Image| {
         let lights: Vec<f64> = image.pixels.iter().map(|pixel| luminance(rgb(*pixel))).collect();
-        pyramid_mean(&lights, -10.0)
+        pyramid_mean(&lights, BINS.low)
     };
     let metered = "\"mean\": MeanLuminance(source: \"scene\"), \"value\": Adapt(mean: \"mean\"), \
                    \"result\": ProbeValue(value: \"value\")";

@@ -11,12 +11,13 @@ pub fn quote(name: &str) -> String {
 
 /// A list of names for a message: `a`, `b` and `c`; at most `most` of them.
 pub fn list<'a>(names: impl IntoIterator<Item = &'a str>, most: usize) -> String {
-    let all: Vec<String> = names.into_iter().map(quote).collect();
-    match all.split_last() {
-        None => String::new(),
-        Some((only, [])) => only.clone(),
-        Some((last, rest)) if all.len() <= most => format!("{} and {last}", rest.join(", ")),
-        _ => format!("{} and {} more", all[..most].join(", "), all.len() - most),
+    let mut names = names.into_iter();
+    let shown: Vec<String> = names.by_ref().take(most).map(quote).collect();
+    match (shown.split_last(), names.count()) {
+        (None, 0) => String::new(),
+        (Some((only, [])), 0) => only.clone(),
+        (Some((last, rest)), 0) => format!("{} and {last}", rest.join(", ")),
+        (_, more) => format!("{} and {more} more", shown.join(", ")),
     }
 }
 

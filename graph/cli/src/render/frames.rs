@@ -1,14 +1,16 @@
 //! The middle stage of `render`: frames are rendered in order.
 
+use std::collections::BTreeMap;
 use std::sync::mpsc::{Receiver, SyncSender};
 use std::time::Instant;
 
 use afterimage_gpu::{FrameStep, InputImage, Session, Texels};
 use afterimage_graph::image::{ColorState, Size};
-use afterimage_media::Picture;
 use afterimage_plan::{Plan, PlanOutput};
 
-use super::read::Read;
+use super::read::{InputPicture, Read};
+use super::readings::{FrameReport, readings};
+use super::repairs::Repairs;
 use super::request::Request;
 use super::target::Target;
 use super::times::Times;
@@ -20,11 +22,12 @@ use crate::terminal::note;
 /// Renders what is read. The device is freed while the last image is written.
 pub(super) fn render_all(
     request: &Request<'_>,
-    session: CachedSession,
+    (session, meters): (CachedSession, Vec<String>),
     from: Receiver<Read>,
     to: SyncSender<Rendered>,
-) -> Result<Times, Failure> {
-    let mut frames = Frames { request, session, said: Vec::new(), times: Times::default() };
+) -> Result<(Times, Vec<FrameReport>), Failure> {
+    let mut frames =
+        Frames { request, session, meters, said: Vec::new(), times: Times::default(), reports: Vec::new() };
     for (index, pictures) in from.iter().enumerate() {
         let rendered = frames.render(index, pictures?)?;
         // A writer that is gone has failed and reports the error.
@@ -34,29 +37,33 @@ pub(super) fn render_all(
     }
     // Everything is rendered: the writers may end before the device is freed.
     drop(to);
-    Ok(frames.times)
+    Ok((frames.times, frames.reports))
 }
 
 /// The frames that are rendered one after another.
 struct Frames<'a> {
     request: &'a Request<'a>,
     session: CachedSession,
+    /// The nodes whose exposure is reported.
+    meters: Vec<String>,
     /// The notes of images that are printed already.
     said: Vec<String>,
     times: Times,
+    reports: Vec<FrameReport>,
 }
 
 impl Frames<'_> {
     /// An image for each target.
-    fn render(&mut self, index: usize, pictures: Vec<(String, Picture)>) -> Result<Vec<Rendered>, Failure> {
+    fn render(&mut self, index: usize, pictures: Vec<InputPicture>) -> Result<Vec<Rendered>, Failure> {
         self.say_notes(&pictures);
         let start = Instant::now();
         let step = step(self.request, index);
         let session = &mut self.session.session;
         let images = feed(session, &pictures)?;
         session.render(size(self.request, &images), &images, step)?;
+        let repaired = pictures.iter().map(|input| (input.name.clone(), input.repairs)).collect();
         // The images are uploaded: their memory is freed while the GPU works.
-        let meta = pictures.into_iter().next().map(|(_, picture)| picture.meta);
+        let meta = pictures.into_iter().next().map(|input| input.picture.meta);
         let rendered = self.request.targets.iter().enumerate();
         let rendered = rendered.map(|(target, file)| {
             let (output, texels) = picture(session, file)?;
@@ -64,19 +71,29 @@ impl Frames<'_> {
         });
         let rendered = rendered.collect::<Result<Vec<_>, Failure>>()?;
         self.times.render += start.elapsed();
+        self.report(index, repaired)?;
         if index == 0 {
             self.after_first(&images)?;
         }
         Ok(rendered)
     }
 
-    fn say_notes(&mut self, pictures: &[(String, Picture)]) {
-        for text in pictures.iter().flat_map(|(_, picture)| &picture.notes) {
-            if !self.said.contains(text) {
-                note(&format!("note: {text}"));
-                self.said.push(text.clone());
+    fn say_notes(&mut self, pictures: &[InputPicture]) {
+        let lacking = pictures.iter().filter(|input| input.lacks_alpha).map(lacking_alpha);
+        let notes = pictures.iter().flat_map(|input| &input.picture.notes).map(|text| format!("note: {text}"));
+        for text in lacking.chain(notes) {
+            if !self.said.contains(&text) {
+                note(&text);
+                self.said.push(text);
             }
         }
+    }
+
+    fn report(&mut self, index: usize, repaired: BTreeMap<String, Repairs>) -> Result<(), Failure> {
+        let exposure = readings(&self.session.session, &self.meters)?;
+        let job = &self.request.jobs[index];
+        self.reports.push(FrameReport { frame: job.frame, files: job.out.clone(), exposure, repaired });
+        Ok(())
     }
 
     fn after_first(&mut self, images: &[InputImage]) -> Result<(), Failure> {
@@ -88,18 +105,28 @@ impl Frames<'_> {
     }
 }
 
+/// The warning about an image that is opaque where the pipeline needs a mask.
+fn lacking_alpha(input: &InputPicture) -> String {
+    let name = &input.name;
+    format!(
+        "warning: the alpha of the image for input `{name}` is 1 everywhere, but the pipeline uses it as a mask: it \
+         selects the whole image"
+    )
+}
+
 /// The position of a frame of a sequence in time, by its number.
 fn step(request: &Request<'_>, index: usize) -> FrameStep {
     let (jobs, fps) = (&request.jobs, request.args.fps);
     let frames = jobs[index].frame.zip(index.checked_sub(1).and_then(|i| jobs[i].frame));
     let dt = frames.map_or(0.0, |(now, before)| now.saturating_sub(before) as f32 / fps);
     let time = jobs[index].frame.map_or(0.0, |frame| frame as f32 / fps);
-    FrameStep { time, dt, reset: index == 0 }
+    let is_cut = jobs[index].frame.is_some_and(|frame| request.cuts.contains(&frame));
+    FrameStep { time, dt, reset: index == 0 || is_cut }
 }
 
 /// Uploads the images of a frame.
-fn feed(session: &mut Session, pictures: &[(String, Picture)]) -> Result<Vec<InputImage>, Failure> {
-    let upload = |(name, picture): &(String, Picture)| {
+fn feed(session: &mut Session, pictures: &[InputPicture]) -> Result<Vec<InputImage>, Failure> {
+    let upload = |InputPicture { name, picture, .. }: &InputPicture| {
         session.gpu().check_fits(picture.desc())?;
         Ok(session.feed(name, picture.desc(), picture.bytes())?)
     };

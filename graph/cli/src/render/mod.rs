@@ -2,6 +2,8 @@
 
 mod frames;
 mod read;
+mod readings;
+mod repairs;
 mod request;
 mod stages;
 mod target;
@@ -28,7 +30,11 @@ pub(crate) fn run(args: &RenderArgs, tables: &[&[NodeKind]]) -> Result<(), Failu
     let named = assignments(&args.inputs, "--input")?;
     let mut request = Request::new(args, targets(args)?, &graph, named)?;
     let graph = request.prepare(graph);
-    let times = stages::run(&request, graph, facts, options)?;
+    let (times, frames) = stages::run(&request, graph, facts, options)?;
+    readings::summary(&frames).iter().for_each(|line| note(line));
+    if let Some(path) = &args.json {
+        readings::write_json(path, &frames)?;
+    }
     if args.timings {
         note(&times.to_string());
     }

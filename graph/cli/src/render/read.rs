@@ -3,20 +3,32 @@
 use std::sync::mpsc::SyncSender;
 use std::time::{Duration, Instant};
 
-use afterimage_media::Picture;
+use afterimage_graph::image::Signedness;
+use afterimage_media::{Picture, Source};
 
-use super::request::Job;
+use super::repairs::{Repairs, is_opaque};
+use super::request::{Job, Request};
 use crate::failure::Failure;
 
+/// The image of an input, and what its file is worth.
+pub(super) struct InputPicture {
+    pub(super) name: String,
+    pub(super) picture: Picture,
+    /// The pixels that the graph repairs.
+    pub(super) repairs: Repairs,
+    /// Whether the input needs an alpha that the image does not have.
+    pub(super) lacks_alpha: bool,
+}
+
 /// The images of a job.
-pub(super) type Read = Result<Vec<(String, Picture)>, Failure>;
+pub(super) type Read = Result<Vec<InputPicture>, Failure>;
 
 /// Reads the images of all jobs; returns the time that it takes.
-pub(super) fn read_all(jobs: &[Job], to: &SyncSender<Read>) -> Duration {
+pub(super) fn read_all(request: &Request<'_>, to: &SyncSender<Read>) -> Duration {
     let mut busy = Duration::ZERO;
-    for job in jobs {
+    for job in &request.jobs {
         let start = Instant::now();
-        let pictures = read_job(job);
+        let pictures = read_job(request, job);
         busy += start.elapsed();
         let failed = pictures.is_err();
         // A receiver that is gone has failed and reports the error.
@@ -27,6 +39,15 @@ pub(super) fn read_all(jobs: &[Job], to: &SyncSender<Read>) -> Duration {
     busy
 }
 
-fn read_job(job: &Job) -> Read {
-    job.sources.iter().map(|(name, source)| Ok((name.clone(), afterimage_media::read(source)?))).collect()
+fn read_job(request: &Request<'_>, job: &Job) -> Read {
+    job.sources.iter().map(|(name, source)| read_input(request, name, source)).collect()
+}
+
+fn read_input(request: &Request<'_>, name: &str, source: &Source) -> Result<InputPicture, Failure> {
+    let picture = afterimage_media::read(source)?;
+    let input = request.inputs.iter().find(|input| input.name == name);
+    let signedness = input.map_or(Signedness::Unsigned, |input| input.state.signedness());
+    let lacks_alpha = input.is_some_and(|input| input.needs_alpha) && is_opaque(&picture);
+    let repairs = Repairs::of(&picture, signedness);
+    Ok(InputPicture { name: name.to_owned(), picture, repairs, lacks_alpha })
 }

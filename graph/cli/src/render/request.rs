@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use afterimage_graph::check::Graph;
+use afterimage_graph::check::{Graph, GraphInput};
 use afterimage_media::{Source, sequence};
 
 use super::target::Target;
@@ -28,6 +28,10 @@ pub(super) struct Request<'a> {
     pub(super) targets: Vec<Target>,
     /// The frames in order.
     pub(super) jobs: Vec<Job>,
+    /// The frames that begin a new shot.
+    pub(super) cuts: Vec<u32>,
+    /// The pipeline's inputs.
+    pub(super) inputs: Vec<GraphInput>,
 }
 
 impl<'a> Request<'a> {
@@ -40,7 +44,8 @@ impl<'a> Request<'a> {
     ) -> Result<Self, Failure> {
         let files = input_files(args, graph, named)?;
         let jobs = if files.is_empty() { without_inputs(args, &targets) } else { with_inputs(args, files, &targets) }?;
-        Ok(Self { args, targets, jobs })
+        let cuts = cuts(args, &jobs)?;
+        Ok(Self { args, targets, jobs, cuts, inputs: graph.inputs.clone() })
     }
 
     /// The graph as it is rendered for the files: without the quantisation that the writer does.
@@ -53,6 +58,18 @@ impl<'a> Request<'a> {
         encoded.into_iter().for_each(|saving| saving.noise = unquantised.noise);
         unquantised.notes.iter().for_each(|text| note(&format!("note: {text}")));
         unquantised.graph
+    }
+}
+
+/// The frames of `--cut`. Each must be a frame of the sequence.
+fn cuts(args: &RenderArgs, jobs: &[Job]) -> Result<Vec<u32>, Failure> {
+    let Some(text) = &args.cut else { return Ok(Vec::new()) };
+    let cuts = sequence::parse_frames(text)?;
+    let is_missing = |cut: &&u32| !jobs.iter().any(|job| job.frame == Some(**cut));
+    match cuts.iter().find(is_missing) {
+        None => Ok(cuts),
+        Some(cut) => Err(Failure::user(format!("`--cut`: the sequence has no frame {cut}"))
+            .hint("a cut is a frame that is rendered, as `--frames` or the files name it")),
     }
 }
 

@@ -10,6 +10,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use super::frames::render_all;
 use super::read::read_all;
+use super::readings::{FrameReport, meters};
 use super::request::Request;
 use super::times::Times;
 use super::write::{Queue, write_all};
@@ -23,14 +24,20 @@ const AHEAD: usize = 2;
 const MOST_WRITERS: usize = 4;
 
 /// Reads, renders and writes all images. The reader and the writers end with the stage between them.
-pub(super) fn run(request: &Request<'_>, graph: Graph, facts: Facts, options: Options) -> Result<Times, Failure> {
+pub(super) fn run(
+    request: &Request<'_>,
+    graph: Graph,
+    facts: Facts,
+    options: Options,
+) -> Result<(Times, Vec<FrameReport>), Failure> {
     let start = Instant::now();
     let bar = &progress(request.jobs.len());
     let (read_to, read_from) = sync_channel(AHEAD);
     let (write_to, write_from) = sync_channel(AHEAD);
     let writers = std::thread::available_parallelism().map_or(1, |cores| cores.get() / 4).clamp(1, MOST_WRITERS);
-    let times = std::thread::scope(|scope| {
-        let reader = scope.spawn(move || read_all(&request.jobs, &read_to));
+    let meters = meters(&graph);
+    let (times, reports) = std::thread::scope(|scope| {
+        let reader = scope.spawn(move || read_all(request, &read_to));
         let queue = Arc::new(Queue::new(write_from));
         let spawn = |_| {
             let queue = queue.clone();
@@ -40,15 +47,15 @@ pub(super) fn run(request: &Request<'_>, graph: Graph, facts: Facts, options: Op
         drop(queue);
         let session = CachedSession::open(&request.args.device, graph, facts, options);
         let start = start.elapsed();
-        let rendered = session.and_then(|session| render_all(request, session, read_from, write_to));
+        let rendered = session.and_then(|session| render_all(request, (session, meters), read_from, write_to));
         let read = reader.join().expect("the reader returns its errors");
         let written = writing.into_iter().map(|writer| writer.join().expect("a writer returns its errors"));
         let written = written.collect::<Result<Vec<Duration>, _>>();
-        let rendered = rendered?;
-        Ok::<_, Failure>(Times { start, read, write: written?.iter().sum(), writers, ..rendered })
+        let (times, reports) = rendered?;
+        Ok::<_, Failure>((Times { start, read, write: written?.iter().sum(), writers, ..times }, reports))
     })?;
     bar.finish_and_clear();
-    Ok(Times { all: start.elapsed(), frames: request.jobs.len(), ..times })
+    Ok((Times { all: start.elapsed(), frames: request.jobs.len(), ..times }, reports))
 }
 
 fn progress(frames: usize) -> ProgressBar {

@@ -23,29 +23,41 @@ pub(super) fn explicit_transitions(
     runs: &[Run],
     views: &[TextureView],
 ) -> Vec<Vec<Vec<ExplicitTransition>>> {
-    let plan = &loaded.plan;
-    let mut explicit_transitions: Vec<Vec<Vec<ExplicitTransition>>> = runs.iter().map(|_| Vec::new()).collect();
+    let is_drawn: Vec<bool> = runs.iter().map(|run| !matches!(run.pipeline, Pipeline::Compute(_))).collect();
+    let wanted = wanted(&loaded.plan, &loaded.placement.aliasing, &is_drawn, loaded.placed.is_some());
+    wanted.iter().map(|wanted| for_each_ring_index(loaded, store, views, wanted)).collect()
+}
+
+/// For each pass the images that change before it, and their new states. `aliasing` are the aliasing barriers of each
+/// batch, which count where the images lie in a heap.
+fn wanted(
+    plan: &Plan,
+    aliasing: &[Vec<AliasingBarrier>],
+    is_drawn: &[bool],
+    has_heap: bool,
+) -> Vec<Vec<(ImageId, TextureUses)>> {
+    let mut transitions = vec![Vec::new(); plan.passes.len()];
     let mut finished = vec![false; plan.images.len()];
-    for (batch, aliasing) in plan.batches.iter().zip(&loaded.placement.aliasing) {
+    for (batch, aliasing) in plan.batches.iter().zip(aliasing) {
         // A draw ends the compute pass of the dispatches before it. The next compute pass begins with the barriers of
         // all that follows, which are then missing there.
         let first = batch.passes.start;
-        let is_dispatched = runs[..batch.passes.end].iter().all(|run| matches!(run.pipeline, Pipeline::Compute(_)));
+        let is_dispatched = !is_drawn[..batch.passes.end].contains(&true);
         let made: Vec<ImageId> = images_to_read(batch).filter(|(_, from)| from.writes()).map(|(i, _)| i).collect();
         let mut wanted = Vec::new();
         if !is_dispatched || !all_read_by(plan, first, &made) {
             let read = images_to_read(batch).filter(|_| batch.passes.len() > 1);
             wanted.extend(read.map(|(image, _)| (image, TextureUses::RESOURCE)));
         }
-        if loaded.placed.is_some() {
+        if has_heap {
             let waits = is_dispatched && !made.is_empty();
             let unordered = aliasing.iter().filter(|barrier| !(waits && were_read(barrier, &finished)));
             wanted.extend(unordered.map(|barrier| (barrier.image, TextureUses::STORAGE_WRITE_ONLY)));
         }
-        explicit_transitions[first] = for_each_ring_index(loaded, store, views, &wanted);
+        transitions[first] = wanted;
         images_to_read(batch).for_each(|(image, _)| finished[image.0 as usize] = true);
     }
-    explicit_transitions
+    transitions
 }
 
 /// The images that begin to be read in the batch, and their use before.
@@ -84,4 +96,83 @@ fn for_each_ring_index(
     (0..loaded.ring_length)
         .map(|ring_index| wanted.iter().map(|wanted| transition(wanted, ring_index)).collect())
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use afterimage_base::caps::Caps;
+    use afterimage_base::image::{Format, ImageDesc, Size};
+    use afterimage_graph::check::{CheckOptions, Facts, check};
+    use afterimage_graph::document::parse;
+    use afterimage_graph::node::{ImageId, Registry};
+    use afterimage_plan::{GivenImage, Options, Plan, PlanRequest, Requirement, When, plan};
+    use wgpu::TextureUses;
+
+    use super::wanted;
+
+    /// Two blurs of two images of the host.
+    fn two_blurs(options: Options) -> Plan {
+        let text = r#"Pipeline(
+            inputs: { "scene": Color, "small": Color },
+            nodes: {
+                "narrow": Gaussian(source: "scene", sigma: 2.0),
+                "wide": Gaussian(source: "small", sigma: 5.0),
+            },
+            outputs: { "narrow": "narrow", "wide": "wide" },
+        )"#;
+        let document = parse("blurs.ron", text).unwrap_or_else(|errors| panic!("{errors}"));
+        let registry = Registry::new(&[afterimage_nodes::ALL]).expect("no two kinds share a name");
+        let graph = check(&document, &registry, &CheckOptions::default()).unwrap_or_else(|errors| panic!("{errors}")).0;
+        let size = Size::new(256, 144);
+        let given = |size| GivenImage { desc: ImageDesc::new(size), finite: true };
+        let request = PlanRequest {
+            size,
+            inputs: [("scene".into(), given(size)), ("small".into(), given(size.half()))].into(),
+            facts: Facts::default(),
+            caps: Caps { storage: Format::ALL.into(), ..Caps::default() },
+            options: Options { tile: When::Never, row_downsample: When::Never, ..options },
+            requirement: &Requirement::typical,
+        };
+        plan(&graph, &request).unwrap_or_else(|error| panic!("{error}"))
+    }
+
+    /// The transitions before each pass, with the labels of their images.
+    fn transitions(plan: &Plan, is_drawn: bool, has_heap: bool) -> Vec<Vec<(String, TextureUses)>> {
+        let aliasing: Vec<_> = plan.batches.iter().map(|batch| batch.aliasing.clone()).collect();
+        let named = |(image, state): &(ImageId, TextureUses)| (plan.image(*image).label.clone(), *state);
+        let wanted = wanted(plan, &aliasing, &vec![is_drawn; plan.passes.len()], has_heap);
+        wanted.iter().map(|wanted| wanted.iter().map(named).collect()).collect()
+    }
+
+    #[test]
+    fn images_that_several_passes_of_a_batch_read_change_before_the_first_of_them() {
+        let plan = two_blurs(Options { batches_first: true, ..Options::default() });
+        assert_eq!(plan.batches.len(), 2, "{}", plan.to_text());
+        let between: Vec<(String, TextureUses)> = plan.batches[1]
+            .transitions
+            .iter()
+            .filter_map(|t| Some((plan.image(t.resource.image()?).label.clone(), TextureUses::RESOURCE)))
+            .filter(|(label, _)| !plan.outputs.iter().any(|output| plan.image(output.image).label == *label))
+            .collect();
+        assert_eq!(between.len(), 2);
+        assert_eq!(transitions(&plan, false, false), [vec![], vec![], between.clone(), vec![]]);
+        // Draws of the first batch read the images of the host.
+        let host = ["scene", "small"].map(|label| (label.to_owned(), TextureUses::RESOURCE)).to_vec();
+        assert_eq!(transitions(&plan, true, false), [host, vec![], between, vec![]]);
+    }
+
+    #[test]
+    fn an_image_that_takes_over_memory_waits_for_its_last_users_where_no_barrier_does() {
+        let plan = two_blurs(Options { serial: true, ..Options::default() });
+        let barriers: Vec<(usize, String)> = plan
+            .batches
+            .iter()
+            .flat_map(|batch| batch.aliasing.iter().map(|b| (batch.passes.start, plan.image(b.image).label.clone())))
+            .collect();
+        let [(pass, label)] = barriers.as_slice() else { panic!("one image takes over: {barriers:?}") };
+        let mut wanted = vec![Vec::new(); plan.passes.len()];
+        assert_eq!(transitions(&plan, false, false), wanted, "images with textures of their own");
+        wanted[*pass] = vec![(label.clone(), TextureUses::STORAGE_WRITE_ONLY)];
+        assert_eq!(transitions(&plan, false, true), wanted);
+    }
 }

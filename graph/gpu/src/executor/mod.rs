@@ -212,6 +212,14 @@ impl Executor {
         }
     }
 
+    /// The buffer of a table or value by its label, `node.port`. `None` if the plan has none, for example because the
+    /// node is skipped.
+    pub fn buffer(&self, label: &str) -> Option<&Buffer> {
+        let loaded = self.loaded.as_ref()?;
+        let index = loaded.plan.buffers.iter().position(|buffer| buffer.label == label)?;
+        loaded.buffers.get(index)
+    }
+
     /// Starts histories and adaptation anew with the next frame.
     pub fn reset(&mut self) {
         self.fresh = true;

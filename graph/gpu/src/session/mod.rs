@@ -177,6 +177,16 @@ impl Session {
         Ok(self.readback.download(texture)?)
     }
 
+    /// The value of a node's output port after the last frame, by `node.port`. Waits for the GPU. `None` if the plan
+    /// has no such value, for example because the node is skipped.
+    ///
+    /// # Errors
+    /// The device is lost.
+    pub fn value(&self, label: &str) -> Result<Option<[f32; 4]>, SessionError> {
+        let buffer = self.runtime.buffer(label);
+        Ok(buffer.map(|buffer| self.readback.value(buffer)).transpose()?)
+    }
+
     /// An output of the last frame as the image of an input of another session. The next frame overwrites it.
     pub fn output_image(&self, name: &str, input: &str) -> InputImage {
         let output = self.plan().output(Some(name)).expect("the plan has an output of this name");

@@ -51,6 +51,11 @@ impl Runtime {
         self.executor.output(name).expect("the executor keeps a texture for each output")
     }
 
+    /// The buffer of a table or value of the loaded plan, by its label.
+    pub(super) fn buffer(&self, label: &str) -> Option<&wgpu::Buffer> {
+        self.executor.buffer(label)
+    }
+
     /// The plan for these images, without loading it.
     ///
     /// # Errors

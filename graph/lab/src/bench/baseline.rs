@@ -232,7 +232,7 @@ impl HandWritten {
         if !matches!(step.name, "extract" | "pick") {
             bind(0, BindingResource::Sampler(&sampler));
         }
-        if !matches!(step.name, "halve" | "tame") {
+        if step.name != "halve" {
             bind(1, uniform.as_entire_binding());
         }
         bind(2, BindingResource::TextureView(step.first));
@@ -285,7 +285,7 @@ fn steps<'a>(
         None => vec![Step { name: "extract", coarser: 0, first: scene, second: None, to: &down[0] }],
         Some(picked) => vec![
             Step { name: "pick", coarser: 0, first: scene, second: None, to: picked },
-            Step { name: "tame", coarser: 0, first: picked, second: None, to: &down[0] },
+            Step { name: "halve", coarser: 0, first: picked, second: None, to: &down[0] },
         ],
     };
     for at in 1..down.len() {

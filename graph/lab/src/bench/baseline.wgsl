@@ -1,8 +1,7 @@
 // Threshold bloom with a filmic curve, written by hand: extraction at half size, four halvings, four enlargements,
 // and a last pass that adds the bloom, applies the curve and encodes. LEVEL is replaced by the format of the levels,
 // GLOW by the filter of the bloom: a tent or bilinear. With SAME the chain does all the work of the pipeline:
-// extraction at full size, a first halving of thirteen taps in five squares with weights against fireflies,
-// sanitizing, and dither.
+// extraction at full size without single bright pixels, sanitizing, and dither. It has no history of the frame before.
 
 struct Settings {
     low: f32,      // the threshold, lower end
@@ -27,21 +26,15 @@ fn brightest(rgb: vec3f) -> f32 {
     return max(rgb.r, max(rgb.g, rgb.b));
 }
 
-// The light of four texels, weighted by the inverse of their brightness, so that a single bright texel does not
-// flicker.
+// The mean of the light of four texels.
 fn extract(p: vec2u) -> vec4f {
     let last = textureDimensions(first) - 1;
-    var sum = vec4f();
-    var weights = 0.0;
+    var sum = vec3f();
     for (var i = 0u; i < 4u; i++) {
-        let texel = textureLoad(first, min(2u * p + vec2u(i & 1u, i >> 1u), last), 0) * settings.gain;
-        let bright = brightest(texel.rgb);
-        let light = texel * smoothstep(settings.low, settings.high, bright);
-        let weight = 1.0 / (1.0 + brightest(light.rgb));
-        sum += light * weight;
-        weights += weight;
+        let texel = textureLoad(first, min(2u * p + vec2u(i & 1u, i >> 1u), last), 0).rgb * settings.gain;
+        sum += 0.25 * texel * smoothstep(settings.low, settings.high, brightest(texel));
     }
-    return vec4f(sum.rgb / weights, 1.0);
+    return vec4f(sum, 1.0);
 }
 
 // Sanitizes a colour. The bits of positive floats have the order of the floats; those of negative ones are larger.
@@ -51,30 +44,19 @@ fn sane(v: vec4f) -> vec4f {
     return bitcast<vec4f>(select(min(bits, vec4u(0x477fe000u)), vec4u(), bits > vec4u(0x7f800000u)));
 }
 
+// The light above the threshold, without pixels that are more than four times as bright as all around them.
 fn pick(p: vec2u) -> vec4f {
+    let last = vec2i(textureDimensions(first)) - 1;
     let texel = sane(textureLoad(first, p, 0)) * settings.gain;
-    return vec4f(texel.rgb * smoothstep(settings.low, settings.high, brightest(texel.rgb)), texel.a);
-}
-
-fn weighed(rgb: vec3f, share: f32) -> vec4f {
-    return vec4f(rgb, 1.0) * (share / (1.0 + brightest(rgb)));
-}
-
-fn tame(uv: vec2f) -> vec4f {
-    let a = around(uv, -2.0, -2.0);
-    let b = around(uv, 0.0, -2.0);
-    let c = around(uv, 2.0, -2.0);
-    let d = around(uv, -2.0, 0.0);
-    let e = around(uv, 0.0, 0.0);
-    let f = around(uv, 2.0, 0.0);
-    let g = around(uv, -2.0, 2.0);
-    let h = around(uv, 0.0, 2.0);
-    let i = around(uv, 2.0, 2.0);
-    let inner = around(uv, -1.0, -1.0) + around(uv, 1.0, -1.0) + around(uv, -1.0, 1.0) + around(uv, 1.0, 1.0);
-    let sum = weighed(0.25 * inner, 0.5) + weighed(0.25 * (a + b + d + e), 0.125)
-        + weighed(0.25 * (b + c + e + f), 0.125)
-        + weighed(0.25 * (d + e + g + h), 0.125) + weighed(0.25 * (e + f + h + i), 0.125);
-    return vec4f(sum.rgb / sum.w, 1.0);
+    var near = 0.0;
+    for (var i = 0; i < 9; i++) {
+        let at = vec2i(p) + vec2i(i % 3 - 1, i / 3 - 1);
+        let light = brightest(sane(textureLoad(first, clamp(at, vec2i(0), last), 0)).rgb) * settings.gain;
+        near = max(near, select(0.0, light, i != 4 && all(at == clamp(at, vec2i(0), last))));
+    }
+    let bright = brightest(texel.rgb);
+    let limited = texel.rgb * select(4.0 * near / bright, 1.0, bright <= 4.0 * near);
+    return vec4f(limited * smoothstep(settings.low, settings.high, brightest(limited)), texel.a);
 }
 
 // Triangular noise of one code, from PCG3D (Jarzynski and Olano 2020).
@@ -151,13 +133,6 @@ fn pick_dispatch(@builtin(global_invocation_id) id: vec3u) {
 }
 
 @compute @workgroup_size(16, 16)
-fn tame_dispatch(@builtin(global_invocation_id) id: vec3u) {
-    let size = textureDimensions(level);
-    if any(id.xy >= size) { return; }
-    textureStore(level, id.xy, tame(center(id.xy, size)));
-}
-
-@compute @workgroup_size(16, 16)
 fn halve_dispatch(@builtin(global_invocation_id) id: vec3u) {
     let size = textureDimensions(level);
     if any(id.xy >= size) { return; }
@@ -197,11 +172,6 @@ fn extract_draw(corner: Corner) -> @location(0) vec4f {
 @fragment
 fn pick_draw(corner: Corner) -> @location(0) vec4f {
     return pick(vec2u(corner.position.xy));
-}
-
-@fragment
-fn tame_draw(corner: Corner) -> @location(0) vec4f {
-    return tame(corner.uv);
 }
 
 @fragment

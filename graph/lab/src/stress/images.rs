@@ -139,8 +139,9 @@ impl Extreme {
 
     /// Whether sanitizing changes it.
     pub(crate) fn is_sanitized(self, size: Size) -> bool {
-        let bits = |pixel: [f32; 4]| pixel.map(f32::to_bits);
-        self.pixels(size).into_iter().any(|pixel| bits(sanitized(pixel, Signedness::Unsigned)) != bits(pixel))
+        let bits = |pixels: &[[f32; 4]]| pixels.as_flattened().iter().map(|x| x.to_bits()).collect::<Vec<u32>>();
+        let pixels = self.pixels(size);
+        bits(&sanitized(&pixels, size, Signedness::Unsigned)) != bits(&pixels)
     }
 
     /// One colour everywhere.
@@ -157,15 +158,28 @@ impl Extreme {
     }
 }
 
-/// A pixel after sanitizing, which happens at the inputs of every graph.
-pub(crate) fn sanitized(pixel: [f32; 4], signedness: Signedness) -> [f32; 4] {
+/// An image after sanitizing, which happens at the inputs of every graph: NaN, negative infinity, and an infinity that
+/// no neighbour of the pixel shares become the lower median of the finite neighbours; then all is limited.
+pub(crate) fn sanitized(pixels: &[[f32; 4]], size: Size, signedness: Signedness) -> Vec<[f32; 4]> {
+    let clean = |(index, pixel): (usize, &[f32; 4])| {
+        if pixel.iter().all(|x| x.is_finite()) {
+            return limited(*pixel, signedness);
+        }
+        let near = neighbours(pixels, size, index);
+        limited([0, 1, 2, 3].map(|c| repaired(pixel[c], near.iter().map(|pixel| pixel[c]))), signedness)
+    };
+    pixels.iter().enumerate().map(clean).collect()
+}
+
+/// A pixel within the limits of its signedness.
+fn limited(pixel: [f32; 4], signedness: Signedness) -> [f32; 4] {
     let bounded = |lowest: f32| pixel.map(|x| if x.is_nan() { 0.0 } else { x.clamp(lowest, LARGEST_HALF) });
     match signedness {
         Signedness::Unsigned => bounded(0.0),
         Signedness::Signed => bounded(-LARGEST_HALF),
         Signedness::Extended => {
             let [r, g, b, a] = pixel.map(|x| if x == f32::NEG_INFINITY { 0.0 } else { x });
-            let [r, g, b, _] = sanitized([r, g, b, a], Signedness::Signed);
+            let [r, g, b, _] = limited([r, g, b, a], Signedness::Signed);
             let [r, g, b] = with_luminance([r, g, b]);
             [r, g, b, bounded(0.0)[3]]
         }
@@ -177,6 +191,25 @@ fn with_luminance(rgb: [f32; 3]) -> [f32; 3] {
     let luminance = |rgb: [f32; 3]| 0.2126 * rgb[0] + 0.7152 * rgb[1] + 0.0722 * rgb[2];
     let (light, missing) = (luminance(rgb.map(|x| x.max(0.0))), -luminance(rgb.map(|x| x.min(0.0))));
     if missing <= light { rgb } else { rgb.map(|x| if x < 0.0 { x * (light / missing) } else { x }) }
+}
+
+/// A number of a pixel, from those of the pixels around it.
+fn repaired(value: f32, near: impl Iterator<Item = f32> + Clone) -> f32 {
+    let is_light = value == f32::INFINITY && near.clone().any(|x| x == f32::INFINITY);
+    let mut finite: Vec<f32> = near.filter(|x| x.is_finite()).collect();
+    if value.is_finite() || is_light || finite.is_empty() {
+        return value;
+    }
+    finite.sort_by(f32::total_cmp);
+    finite[(finite.len() - 1) / 2]
+}
+
+fn neighbours(pixels: &[[f32; 4]], size: Size, index: usize) -> Vec<[f32; 4]> {
+    let (width, height) = (size.width as usize, size.height as usize);
+    let (x, y) = (index % width, index / width);
+    let around = |at: usize, side: usize| at.saturating_sub(1)..(at + 2).min(side);
+    let places = around(y, height).flat_map(|j| around(x, width).map(move |i| i + j * width));
+    places.filter(|place| *place != index).map(|place| pixels[place]).collect()
 }
 
 #[cfg(test)]
@@ -203,14 +236,25 @@ mod tests {
         assert_eq!((ramp[12][1] / ramp[0][1]).log2(), 24.0);
         let edge = of("edge");
         assert_eq!(edge[12][0] / edge[0][0], 1e6);
-        assert_eq!(sanitized([f32::NAN, -2.0, f32::INFINITY, 1e-30], Signedness::Unsigned), [0.0, 0.0, 65504.0, 1e-30]);
-        assert_eq!(
-            sanitized([-2.0, f32::NEG_INFINITY, 0.5, f32::MAX], Signedness::Signed),
-            [-2.0, -65504.0, 0.5, 65504.0]
-        );
-        assert_eq!(sanitized([-0.5, 1.0, f32::NEG_INFINITY, -1.0], Signedness::Extended), [-0.5, 1.0, 0.0, 0.0]);
-        assert_eq!(sanitized([0.0, -7.0, -1000.0, 1.0], Signedness::Extended), [0.0, 0.0, 0.0, 1.0]);
-        let [r, g, b, _] = sanitized([1.0, -7.0, 0.0, 1.0], Signedness::Extended);
+    }
+
+    #[test]
+    fn sanitizing_repairs_from_neighbours() {
+        let row = |pixels: &[[f32; 4]], sign| sanitized(pixels, Size::new(pixels.len() as u32, 1), sign);
+        let one = [f32::NAN, -2.0, f32::INFINITY, 1e-30];
+        assert_eq!(row(&[one], Signedness::Unsigned), [[0.0, 0.0, 65504.0, 1e-30]]);
+        assert_eq!(row(&[[3.0; 4], one, [0.5; 4]], Signedness::Unsigned)[1], [0.5, 0.0, 0.5, 1e-30]);
+        assert_eq!(row(&[one, one], Signedness::Unsigned)[0], [0.0, 0.0, 65504.0, 1e-30]);
+        let signed = [-2.0, f32::NEG_INFINITY, 0.5, f32::MAX];
+        assert_eq!(row(&[signed, [-3.0; 4]], Signedness::Signed)[0], [-2.0, -3.0, 0.5, 65504.0]);
+    }
+
+    #[test]
+    fn scene_light_keeps_negative_components() {
+        let of = |pixel: [f32; 4]| sanitized(&[pixel], Size::new(1, 1), Signedness::Extended)[0];
+        assert_eq!(of([-0.5, 1.0, f32::NEG_INFINITY, -1.0]), [-0.5, 1.0, 0.0, 0.0]);
+        assert_eq!(of([0.0, -7.0, -1000.0, 1.0]), [0.0, 0.0, 0.0, 1.0]);
+        let [r, g, b, _] = of([1.0, -7.0, 0.0, 1.0]);
         assert!(r == 1.0 && b == 0.0 && (0.2126 + 0.7152 * g).abs() < 1e-6, "{g}");
     }
 }

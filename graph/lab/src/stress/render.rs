@@ -150,7 +150,7 @@ impl Renderer {
         let made = self.images.entry(key).or_insert_with(|| {
             let mut pixels = shot.image.pixels(size);
             if let Some(signedness) = signedness {
-                pixels.iter_mut().for_each(|pixel| *pixel = sanitized(*pixel, signedness));
+                pixels = sanitized(&stored(&pixels, half), size, signedness);
             }
             let make = if half { Texels::from_floats_as_half } else { Texels::from_floats };
             let texels = make(size.width, size.height, &pixels);
@@ -158,6 +158,12 @@ impl Renderer {
         });
         made.clone()
     }
+}
+
+/// The pixels as an image of floats or half floats holds them.
+fn stored(pixels: &[[f32; 4]], half: bool) -> Vec<[f32; 4]> {
+    let as_half = |pixel: &[f32; 4]| pixel.map(|x| half::f16::from_f32(x).to_f32());
+    if half { pixels.iter().map(as_half).collect() } else { pixels.to_vec() }
 }
 
 impl Configuration {

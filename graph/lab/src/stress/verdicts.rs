@@ -96,8 +96,7 @@ pub(crate) fn promised(shown: &OutputPixels, image: Extreme, size: Size, promise
     if finite(shown).is_some() || shown.state == ColorState::Data {
         return Vec::new();
     }
-    let given: Vec<[f32; 4]> =
-        image.pixels(size).into_iter().map(|pixel| sanitized(pixel, shown.state.signedness())).collect();
+    let given = sanitized(&image.pixels(size), size, shown.state.signedness());
     let checks = [
         (promises.constant && is_constant(&given)).then(|| ("constant", constant(shown))),
         (promises.keeps && is_constant(&given)).then(|| ("energy", kept(shown, given[0]))),

@@ -143,7 +143,7 @@ fn entry_point(reduce: &CellReduce, readers: &[Reader<'_>], linker: &Linker<'_>)
         _ => format!("stride_pixel(pixel, whole, {stride}u)"),
     };
     format!(
-        "fn cells_texel(pixel: vec2i) -> vec4f {{ return sanitized(textureLoad({source}, pixel, 0)); }}
+        "fn cells_texel(pixel: vec2i) -> vec4f {{ return texel_inside({source}, pixel); }}
 @compute @workgroup_size({workgroup})
 fn compute(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) invocation: u32) {{
     let whole = textureDimensions({source});

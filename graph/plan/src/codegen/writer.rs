@@ -126,7 +126,7 @@ impl<'c, 'a> FunctionWriter<'c, 'a> {
             Arg::Texture(image) => self.texture(image, is_volume),
             Arg::Pixel(image) => {
                 let texture = self.texture(image, false);
-                format!("{}(textureLoad({texture}, at.pixel, 0))", (self.code.sample_mode_of)(image).sanitize_call())
+                (self.code.sample_mode_of)(image).pixel_read(&texture)
             }
             Arg::Value(buffer, components) => {
                 let name =

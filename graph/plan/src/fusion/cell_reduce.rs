@@ -13,6 +13,8 @@ use afterimage_graph::node::{Arg, ByCells, CellReduce, ImageId, KernelCall, Pass
 /// Cells of the finest lattice that a workgroup makes at most: with more, each has too few invocations to read rows of
 /// pixels.
 const MOST_CELLS: u32 = 64;
+/// Readers of an image that are tried as members of one group; more only cost planning time.
+const MOST_CANDIDATES: usize = 64;
 
 pub(super) fn join_cell_reductions(builder: &mut PlanBuilder, caps: &Caps) {
     let mut graph = PassGraph::new(builder);
@@ -55,7 +57,7 @@ impl Group {
         let (by, kernel, source) = reducer(graph, recording, first)?;
         let (before, results) = (graph.before(first), results(kernel));
         let mut group = Self { source, members: vec![first], forms: vec![by], before, results };
-        for number in graph.readers(Resource::Image(source)).filter(|number| *number > first) {
+        for number in graph.readers_after(Resource::Image(source), first).take(MOST_CANDIDATES) {
             group.take_in(graph, recording, caps, number);
         }
         Some(group)

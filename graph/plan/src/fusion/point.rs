@@ -13,6 +13,8 @@ use afterimage_graph::node::{Arg, Origin, Pass, PassKind, Recording, Resource};
 const MOST_TEXTURES: usize = 12;
 /// Readers that a light pass is copied into, at most.
 const MOST_COPIES: usize = 4;
+/// Kernels of one pass, at most: it keeps planning linear, and modules small enough for a device's compiler.
+const MOST_KERNELS: usize = 64;
 
 pub(super) fn fuse_points(builder: &mut PlanBuilder) {
     let mut graph = PassGraph::new(builder);
@@ -40,15 +42,21 @@ fn pixel_readers(graph: &PassGraph, recording: &Recording, number: usize) -> Vec
     if image.origin != Origin::Transient || graph.is_kept(result) {
         return Vec::new();
     }
-    let readers: Vec<usize> = graph.readers(Resource::Image(result)).collect();
+    // An image may have thousands of readers, and this is asked whenever one of them changes.
+    let readers: Vec<usize> = graph.readers(Resource::Image(result)).take(MOST_COPIES + 1).collect();
     let takes = |reader: &usize| {
         let Some((reader, reader_result)) = graph.functions(*reader) else { return false };
         let only_pixels = reader.args().all(|arg| arg != Arg::Texture(result));
         let same_size = recording.image(reader_result).desc.size == image.desc.size;
-        only_pixels && same_size && bindings(pass) + bindings(reader) <= MOST_TEXTURES
+        only_pixels && same_size && fit_together(pass, reader)
     };
     let few = readers.len() == 1 || readers.len() <= MOST_COPIES && is_light(pass);
     if few && readers.iter().all(takes) { readers } else { Vec::new() }
+}
+
+fn fit_together(producer: &Pass, reader: &Pass) -> bool {
+    let kernels = producer.kernels.len() + reader.kernels.len();
+    kernels <= MOST_KERNELS && bindings(producer) + bindings(reader) <= MOST_TEXTURES
 }
 
 /// Whether to compute the pass again for each reader costs less than to store its result: it is short and reads one

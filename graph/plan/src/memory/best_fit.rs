@@ -1,6 +1,7 @@
 //! Best fit: each block goes into the smallest gap that holds it.
 
-use std::collections::BTreeSet;
+use std::collections::BTreeMap;
+use std::ops::Range;
 
 use super::block::{Block, Placement};
 
@@ -19,9 +20,9 @@ impl<'a> BestFit<'a> {
 
     /// The stretches that are taken at some time of the block's life, in ascending order.
     fn taken(&self, block: &Block) -> Vec<(u64, u64)> {
-        let stretch = |other: usize| (self.offsets[other], self.offsets[other] + self.blocks[other].bytes);
-        let mut taken: Vec<_> = self.placed.overlapping(block.first, block.last).map(stretch).collect();
-        taken.sort_unstable();
+        let mut taken: Vec<(u64, u64)> = self.placed.overlapping(block.first, block.last).collect();
+        // The stretches come as a few ascending runs, which a stable sort merges.
+        taken.sort();
         taken
     }
 
@@ -54,7 +55,8 @@ impl<'a> BestFit<'a> {
 
     fn put(&mut self, at: usize, offset: u64) {
         self.offsets[at] = offset;
-        self.placed.insert(at, self.blocks[at].first, self.blocks[at].last);
+        let Block { bytes, first, last, .. } = self.blocks[at];
+        self.placed.insert((offset, offset + bytes), at, first..last + 1);
     }
 
     pub(super) fn placement(self) -> Placement {
@@ -64,40 +66,46 @@ impl<'a> BestFit<'a> {
 }
 
 /// Placed blocks by their time: finds those that overlap a stretch of time without a look at the others (a segment tree
-/// for what is alive at its beginning, a sorted set for what begins later).
+/// for what is alive at its beginning, an ordered map for what begins later).
 struct Placed {
     leaves: usize,
-    alive: Vec<Vec<usize>>,
-    starts: BTreeSet<(usize, usize)>,
+    /// The stretches of the blocks that are alive in all of a node's time, in ascending order.
+    alive: Vec<Vec<(u64, u64)>>,
+    /// The stretches of blocks by their first batch.
+    starts: BTreeMap<(usize, usize), (u64, u64)>,
 }
 
 impl Placed {
     fn new(batches: usize) -> Self {
         let leaves = batches.next_power_of_two();
-        Self { leaves, alive: vec![Vec::new(); 2 * leaves], starts: BTreeSet::new() }
+        Self { leaves, alive: vec![Vec::new(); 2 * leaves], starts: BTreeMap::new() }
     }
 
-    fn insert(&mut self, at: usize, first: usize, last: usize) {
-        self.starts.insert((first, at));
-        let (mut low, mut high) = (first + self.leaves, last + 1 + self.leaves);
+    fn insert(&mut self, stretch: (u64, u64), at: usize, life: Range<usize>) {
+        self.starts.insert((life.start, at), stretch);
+        let (mut low, mut high) = (life.start + self.leaves, life.end + self.leaves);
         while low < high {
             if low % 2 == 1 {
-                self.alive[low].push(at);
+                insert_sorted(&mut self.alive[low], stretch);
                 low += 1;
             }
             if high % 2 == 1 {
                 high -= 1;
-                self.alive[high].push(at);
+                insert_sorted(&mut self.alive[high], stretch);
             }
             low /= 2;
             high /= 2;
         }
     }
 
-    fn overlapping(&self, first: usize, last: usize) -> impl Iterator<Item = usize> + '_ {
+    fn overlapping(&self, first: usize, last: usize) -> impl Iterator<Item = (u64, u64)> + '_ {
         let nodes =
             std::iter::successors(Some(first + self.leaves), |node| Some(node / 2)).take_while(|node| *node > 0);
-        let later = self.starts.range((first + 1, 0)..(last + 1, 0)).map(|(_, at)| *at);
+        let later = self.starts.range((first + 1, 0)..(last + 1, 0)).map(|(_, stretch)| *stretch);
         nodes.flat_map(|node| &self.alive[node]).copied().chain(later)
     }
+}
+
+fn insert_sorted(stretches: &mut Vec<(u64, u64)>, stretch: (u64, u64)) {
+    stretches.insert(stretches.partition_point(|other| *other < stretch), stretch);
 }

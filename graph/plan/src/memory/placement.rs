@@ -10,6 +10,9 @@ use super::best_fit::BestFit;
 use super::block::{Block, Placement};
 use super::skyline::search;
 
+/// With more blocks than this, only the first order is tried: blocks that all live at once take quadratic time.
+const MOST_REORDERED: usize = 4096;
+
 /// The lowest placement that a handful of orders and a short search find; `bound` is [`lower_bound`].
 pub(super) fn place(blocks: &[Block], bound: u64) -> Placement {
     let life = |at: usize| (blocks[at].last + 1 - blocks[at].first) as u128;
@@ -19,7 +22,7 @@ pub(super) fn place(blocks: &[Block], bound: u64) -> Placement {
     let mut best = place_in(blocks, &order);
     let rules: [&dyn Fn(usize) -> u128; 3] = [&life, &area, &soon];
     for rule in rules {
-        if best.end > bound {
+        if best.end > bound && blocks.len() <= MOST_REORDERED {
             order.sort_by_key(|at| Reverse(rule(*at)));
             best = lower(best, place_in(blocks, &order));
         }

@@ -9,8 +9,9 @@ use crate::plan::{Lifetime, PlannedImage};
 use afterimage_graph::node::{ImageId, Origin};
 
 pub(super) fn check(walk: &Walk<'_>, faults: &mut Faults) {
-    check_lifetimes(walk, faults);
-    check_places(walk, faults);
+    let leaving = leaving(walk);
+    check_lifetimes(walk, &leaving, faults);
+    check_places(walk, &leaving, faults);
     let heap = replay(walk, &extents(walk, Alias::Placed), "the heap", faults);
     let pool = replay(walk, &extents(walk, Alias::Pool), "the pool", faults);
     match walk.plan.options.alias {
@@ -26,17 +27,17 @@ pub(super) fn check(walk: &Walk<'_>, faults: &mut Faults) {
     }
 }
 
-/// Whether the image leaves the frame: an output, or the present of a history.
-fn leaves(walk: &Walk<'_>, image: usize) -> bool {
-    let is = |id: ImageId| id.0 as usize == image;
-    walk.plan.outputs.iter().any(|output| is(output.image))
-        || walk.plan.images.iter().filter_map(|other| other.origin.previous_of()).any(is)
+/// The images that leave the frame: outputs, and the present of each history.
+fn leaving(walk: &Walk<'_>) -> BTreeSet<ImageId> {
+    let outputs = walk.plan.outputs.iter().map(|output| output.image);
+    outputs.chain(walk.plan.images.iter().filter_map(|other| other.origin.previous_of())).collect()
 }
 
-fn check_lifetimes(walk: &Walk<'_>, faults: &mut Faults) {
+fn check_lifetimes(walk: &Walk<'_>, leaving: &BTreeSet<ImageId>, faults: &mut Faults) {
     for (image, (planned, span)) in walk.plan.images.iter().zip(&walk.spans).enumerate() {
         let stated = planned.lifetime;
-        let end = |last: usize| if leaves(walk, image) { walk.plan.batches.len() } else { last };
+        let leaves = leaving.contains(&ImageId(image as u32));
+        let end = |last: usize| if leaves { walk.plan.batches.len() } else { last };
         let found = span.map(|(first, last)| Lifetime { first, last: end(last) });
         if stated != found {
             faults.add(format!("`{}` lives {found:?}, but the plan says {stated:?}", walk.images[image]));
@@ -44,10 +45,11 @@ fn check_lifetimes(walk: &Walk<'_>, faults: &mut Faults) {
     }
 }
 
-fn check_places(walk: &Walk<'_>, faults: &mut Faults) {
+fn check_places(walk: &Walk<'_>, leaving: &BTreeSet<ImageId>, faults: &mut Faults) {
     let heap = walk.places.heap;
     for (image, planned) in walk.plan.images.iter().enumerate() {
-        let shares = planned.origin == Origin::Transient && walk.spans[image].is_some() && !leaves(walk, image);
+        let leaves = leaving.contains(&ImageId(image as u32));
+        let shares = planned.origin == Origin::Transient && walk.spans[image].is_some() && !leaves;
         let (offset, slot, wants) = (walk.places.offsets[image], planned.slot, planned.requirement);
         let name = &walk.images[image];
         if [offset.is_some(), slot.is_some(), wants.is_some()] != [shares; 3] {

@@ -7,6 +7,7 @@ mod parse;
 
 use std::collections::BTreeMap;
 use std::fmt;
+use std::sync::Arc;
 
 pub use parse::ConditionError;
 
@@ -86,9 +87,10 @@ impl FactKind {
     }
 }
 
-/// A condition.
+/// A condition. Its parts are shared: the condition of a pipeline that is used as a node is part of that of every node
+/// inside.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Condition(Expression);
+pub struct Condition(Arc<Expression>);
 
 #[derive(Clone, Debug, PartialEq)]
 enum Expression {
@@ -96,7 +98,7 @@ enum Expression {
     Flag(String),
     Compare(Side, Comparison, Side),
     Not(Box<Self>),
-    And(Box<Self>, Box<Self>),
+    And(Arc<Self>, Arc<Self>),
     Or(Box<Self>, Box<Self>),
 }
 
@@ -119,7 +121,7 @@ enum Comparison {
 impl Condition {
     /// Holds when both hold.
     pub fn and(self, other: Self) -> Self {
-        Self(Expression::And(Box::new(self.0), Box::new(other.0)))
+        Self(Arc::new(Expression::And(self.0, other.0)))
     }
 
     /// Whether it holds. A condition that depends on an unknown fact holds.
@@ -180,10 +182,8 @@ impl Expression {
                 }
             }
             Self::Not(inner) => inner.collect(all),
-            Self::And(a, b) | Self::Or(a, b) => {
-                a.collect(all);
-                b.collect(all);
-            }
+            Self::And(a, b) => [a, b].into_iter().for_each(|part| part.collect(all)),
+            Self::Or(a, b) => [a, b].into_iter().for_each(|part| part.collect(all)),
         }
     }
 }

@@ -9,8 +9,10 @@
 //! ```
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use super::{Comparison, Condition, Expression, Side};
+use crate::check::limits::LONGEST_CONDITION;
 use afterimage_base::diagnostic::quote;
 
 /// A condition that cannot be read.
@@ -34,7 +36,7 @@ impl Condition {
         let mut parser = Parser { text, tokens, next: 0, depth: 0 };
         let expression = parser.any()?;
         match parser.peek() {
-            None => Ok(Self(expression)),
+            None => Ok(Self(Arc::new(expression))),
             Some(_) => Err(parser.expected("`and`, `or` or the end of the condition")),
         }
     }
@@ -161,13 +163,13 @@ impl Parser<'_> {
     fn all(&mut self) -> Result<Expression, ConditionError> {
         let mut left = self.single()?;
         while self.take_word("and") {
-            left = Expression::And(Box::new(left), Box::new(self.single()?));
+            left = Expression::And(Arc::new(left), Arc::new(self.single()?));
         }
         Ok(left)
     }
 
     fn single(&mut self) -> Result<Expression, ConditionError> {
-        if self.depth >= DEEPEST || self.tokens.len() > LONGEST {
+        if self.depth >= DEEPEST || self.tokens.len() > LONGEST || self.text.len() > LONGEST_CONDITION {
             return Err(ConditionError {
                 span: self.span(),
                 message: "the condition is too long".into(),

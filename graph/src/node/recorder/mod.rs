@@ -3,6 +3,7 @@
 mod compute;
 mod function;
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 pub use compute::ComputePass;
@@ -40,6 +41,8 @@ pub struct Recording {
     pub buffers: Vec<VirtualBuffer>,
     /// The passes, in the order in which they were recorded.
     pub passes: Vec<Pass>,
+    /// The bytes of [computed](Recorder::computed) images, by their labels.
+    pub computed: BTreeMap<String, Arc<[u8]>>,
 }
 
 impl Recording {
@@ -271,6 +274,16 @@ impl<'a> Recorder<'a> {
         assert_eq!(bytes.len() as u64, desc.bytes(), "`{}.{name}` has the bytes of its description", self.node);
         let label = self.label(name);
         self.add_image(label, desc, Origin::Constant(bytes.into()))
+    }
+
+    /// The same for texels that take long to compute. A plan may have a few such images, and it computes each once,
+    /// also where a node is recorded several times until the sizes of histories settle: the bytes must not depend on
+    /// sizes.
+    pub fn computed(&mut self, name: &str, desc: ImageDesc, compute: impl FnOnce() -> Vec<u8>) -> ImageId {
+        let label = self.label(name);
+        let bytes = self.recording.computed.entry(label.clone()).or_insert_with(|| compute().into()).clone();
+        assert_eq!(bytes.len() as u64, desc.bytes(), "`{label}` has the bytes of its description");
+        self.add_image(label, desc, Origin::Constant(bytes))
     }
 
     /// A buffer of this node.

@@ -1,0 +1,111 @@
+//! The pixels of an input that the graph repairs, and whether it has an alpha.
+
+use afterimage_graph::image::Signedness;
+use afterimage_media::{Picture, Pixels};
+use serde::Serialize;
+
+/// Numbers of pixels with values that no image can show. Each pixel counts once, for the first that holds.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub(crate) struct Repairs {
+    /// With a NaN.
+    pub(crate) nan: u64,
+    /// With an infinity.
+    pub(crate) infinite: u64,
+    /// With a negative number that the input does not keep: a luminance below 0 in scene light, any in light of a
+    /// display.
+    pub(crate) negative: u64,
+}
+
+impl Repairs {
+    /// Counts the pixels of a picture for an input of this signedness.
+    pub(crate) fn of(picture: &Picture, signedness: Signedness) -> Self {
+        let mut repairs = Self::default();
+        match &picture.pixels {
+            Pixels::Half(values) => {
+                let pixels = values.as_chunks::<4>().0.iter();
+                pixels.for_each(|pixel| repairs.count(pixel.map(half::f16::to_f32), signedness));
+            }
+            Pixels::Float(values) => {
+                values.as_chunks::<4>().0.iter().for_each(|pixel| repairs.count(*pixel, signedness));
+            }
+        }
+        repairs
+    }
+
+    fn count(&mut self, pixel: [f32; 4], signedness: Signedness) {
+        if pixel.iter().all(|x| x.is_finite() && *x >= 0.0) {
+            return;
+        }
+        if pixel.iter().any(|x| x.is_nan()) {
+            self.nan += 1;
+        } else if pixel.iter().any(|x| x.is_infinite()) {
+            self.infinite += 1;
+        } else if is_limited(pixel, signedness) {
+            self.negative += 1;
+        }
+    }
+
+    /// The sum of both.
+    pub(crate) fn and(self, other: Self) -> Self {
+        Self {
+            nan: self.nan + other.nan,
+            infinite: self.infinite + other.infinite,
+            negative: self.negative + other.negative,
+        }
+    }
+
+    /// Whether no pixel is repaired.
+    pub(crate) fn is_none(self) -> bool {
+        self == Self::default()
+    }
+}
+
+impl std::fmt::Display for Repairs {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{} NaN, {} infinite, {} negative", self.nan, self.infinite, self.negative)
+    }
+}
+
+/// Whether an input of this signedness does not keep a pixel with a negative number.
+fn is_limited([r, g, b, a]: [f32; 4], signedness: Signedness) -> bool {
+    match signedness {
+        Signedness::Unsigned => true,
+        Signedness::Signed => false,
+        Signedness::Extended => a < 0.0 || 0.2126 * r + 0.7152 * g + 0.0722 * b < 0.0,
+    }
+}
+
+/// Whether alpha is 1 everywhere, as in an image without alpha.
+pub(crate) fn is_opaque(picture: &Picture) -> bool {
+    match &picture.pixels {
+        Pixels::Half(values) => values.as_chunks::<4>().0.iter().all(|pixel| pixel[3].to_f32() == 1.0),
+        Pixels::Float(values) => values.as_chunks::<4>().0.iter().all(|pixel| pixel[3] == 1.0),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_pixel_counts_once() {
+        let pixels = [
+            [1.0, 2.0, 0.0, 1.0],
+            [f32::NAN, f32::INFINITY, -1.0, 1.0],
+            [f32::NEG_INFINITY, -1.0, 0.0, 1.0],
+            [0.9, -0.0, -2.0, 1.0],
+            [0.5, 0.5, 0.5, -1.0],
+        ];
+        let floats = pixels.as_flattened().to_vec();
+        let halves = floats.iter().map(|x| half::f16::from_f32(*x)).collect();
+        for pixels in [Pixels::Float(floats), Pixels::Half(halves)] {
+            let picture = Picture::new(5, 1, pixels);
+            let of = |signedness| Repairs::of(&picture, signedness);
+            assert_eq!(of(Signedness::Unsigned), Repairs { nan: 1, infinite: 1, negative: 2 });
+            // The blue of -2 is less than the luminance of the red.
+            assert_eq!(of(Signedness::Extended), Repairs { nan: 1, infinite: 1, negative: 1 });
+            assert_eq!(of(Signedness::Signed), Repairs { nan: 1, infinite: 1, negative: 0 });
+            assert!(!is_opaque(&picture));
+        }
+    }
+}

@@ -1,0 +1,132 @@
+//! The most expensive pipelines: what a limit refuses, and that what it accepts costs work in proportion to its size.
+
+use afterimage_generators::{BOMBS, Bomb};
+use afterimage_graph::check::limits::{MOST_FACTS, MOST_INPUTS, MOST_NODES, MOST_OUTPUTS, MOST_TIERS};
+use afterimage_graph::check::{CheckOptions, Facts, Graph, check};
+use afterimage_graph::diagnostic::Diagnostics;
+use afterimage_graph::document::parse;
+use afterimage_graph::image::{ImageDesc, Size};
+use afterimage_graph::node::Registry;
+use afterimage_plan::limits::{MOST_COMPUTED, MOST_COMPUTED_BYTES, MOST_PASSES};
+use afterimage_plan::{Caps, GivenImage, Options, Plan, PlanError, PlanRequest, Requirement, plan, verify};
+
+use super::planned::all_formats;
+
+fn bomb(name: &str, size: usize) -> Bomb {
+    let (_, make) =
+        BOMBS.iter().find(|(known, _)| *known == name).unwrap_or_else(|| panic!("no bomb is called {name}"));
+    make(size)
+}
+
+fn checked(bomb: &Bomb) -> Result<Graph, Diagnostics> {
+    let registry = Registry::new(&[afterimage_nodes::ALL]).expect("no two kinds share a name");
+    let options = CheckOptions { loader: bomb, ..CheckOptions::default() };
+    parse("bomb.ron", &bomb.text).and_then(|document| check(&document, &registry, &options)).map(|(graph, _)| graph)
+}
+
+fn accepted(name: &str, size: usize) -> Graph {
+    checked(&bomb(name, size)).unwrap_or_else(|errors| panic!("{name} {size}: {errors}"))
+}
+
+fn planned(graph: &Graph) -> Result<Plan, PlanError> {
+    let size = Size::new(3840, 2160);
+    let given = GivenImage { desc: ImageDesc::new(size), finite: false };
+    plan(
+        graph,
+        &PlanRequest {
+            size,
+            inputs: graph.inputs.iter().map(|input| (input.name.clone(), given)).collect(),
+            facts: Facts::default(),
+            caps: Caps { tiles: true, ..all_formats() },
+            options: Options::default(),
+            requirement: &Requirement::typical,
+        },
+    )
+}
+
+#[test]
+fn a_pipeline_at_a_limit_is_accepted_and_one_beyond_is_refused() {
+    // A bomb, the largest size that is accepted, and the error of the next one.
+    let limits = [
+        ("points", MOST_NODES, "too-many-nodes"),
+        ("inputs", MOST_INPUTS, "too-many-inputs"),
+        ("inner-inputs", MOST_INPUTS, "too-many-inputs"),
+        ("outputs", MOST_OUTPUTS, "too-many-outputs"),
+        ("outputs-of-one", MOST_OUTPUTS, "too-many-outputs"),
+        ("inner-outputs", MOST_OUTPUTS, "too-many-outputs"),
+        ("tiers", MOST_TIERS, "too-many-tiers"),
+        ("facts", MOST_FACTS - 1, "too-many-facts"),
+        ("nested-names", 8, "long-name"),
+        ("nested-labels", 8, "long-name"),
+        ("nested-conditions", 3, "long-condition"),
+    ];
+    for (name, most, code) in limits {
+        accepted(name, most);
+        let errors = checked(&bomb(name, most + 1)).expect_err(name);
+        let codes: Vec<&str> = errors.iter().map(|error| error.code).collect();
+        assert!(codes.contains(&code), "{name}: {errors}");
+    }
+}
+
+#[test]
+fn a_file_counts_as_often_as_it_is_used() {
+    for (name, size, code) in [
+        ("nested", 4 * MOST_NODES, "too-many-nodes"),
+        ("nested-facts", 1000, "too-many-facts"),
+        ("nested-tiers", 1000, "too-many-tiers"),
+        ("nested-comments", 1000, "too-much-text"),
+        ("extends", 12_000, "too-much-text"),
+    ] {
+        let errors = checked(&bomb(name, size)).expect_err(name);
+        assert!(errors.iter().any(|error| error.code == code), "{name}: {errors}");
+        let of_limits = errors.iter().filter(|error| error.code == code).count();
+        assert_eq!(of_limits, 1, "{name}: {errors}");
+    }
+    accepted("nested", MOST_NODES / 2);
+    accepted("nested-comments", 100);
+}
+
+#[test]
+fn a_plan_of_too_many_passes_or_too_large_tables_is_refused_with_the_node() {
+    let error = planned(&accepted("pyramids", MOST_NODES)).expect_err("a pyramid has many passes");
+    let PlanError::TooManyPasses(node) = &error else { panic!("{error}") };
+    assert!(error.to_string().contains(&format!("`{node}` have more than {MOST_PASSES} passes")), "{error}");
+    let error = planned(&accepted("bakes", 2)).expect_err("two tables of 96 steps");
+    let (node, bytes) = ("n1".to_owned(), 2 * 8 * 96 * 96 * 96);
+    assert_eq!(error, PlanError::TooLargeTables { node, bytes, limit: MOST_COMPUTED_BYTES });
+    let error = planned(&accepted("transforms", MOST_COMPUTED + 1)).expect_err("many tables");
+    assert_eq!(error, PlanError::TooManyTables(format!("n{MOST_COMPUTED}")));
+    assert!(planned(&accepted("transforms", MOST_COMPUTED)).is_ok());
+}
+
+/// Chains are cut into passes of a bounded size, so that no name, label or kernel is copied for each node after it.
+#[test]
+fn a_chain_of_thousands_of_points_is_cut_into_passes_of_a_bounded_size() {
+    let nodes = 5000;
+    let plan = planned(&accepted("points", nodes)).unwrap_or_else(|error| panic!("{error}"));
+    let kernels: Vec<usize> = plan.work().map(|pass| pass.kernels.len()).collect();
+    assert_eq!(kernels.iter().sum::<usize>(), nodes);
+    assert!(kernels.iter().all(|count| *count <= 64), "{kernels:?}");
+    let names: usize = plan.fused.iter().map(|fused| fused.nodes.len()).sum();
+    assert!(names <= 64 * nodes, "{names} names of fused nodes");
+    assert_eq!(verify(&plan), Ok(()));
+}
+
+#[test]
+fn every_bomb_of_a_moderate_size_is_planned_and_verified_or_refused() {
+    let mut plans = 0;
+    for (name, _) in BOMBS {
+        match checked(&bomb(name, 200)) {
+            Ok(graph) => {
+                let plan = planned(&graph);
+                if let Ok(plan) = &plan {
+                    assert_eq!(verify(plan), Ok(()), "{name}");
+                    plans += 1;
+                }
+                assert!(plan.is_ok() || ["bakes", "transforms"].contains(name), "{name}: {plan:?}");
+            }
+            Err(errors) => assert!(errors.iter().any(|error| !error.code.is_empty()), "{name}"),
+        }
+    }
+    assert!(plans >= 18, "only {plans} bombs are planned");
+}

@@ -1,0 +1,233 @@
+//! What single stages of the planner must not do, on the smallest graphs that show it.
+
+use afterimage_generators::Recipe;
+use afterimage_graph::check::{CheckOptions, Facts, Graph, check};
+use afterimage_graph::document::parse;
+use afterimage_graph::node::{Arg, KernelCall, NodeKind, Pass, PassKind, Registry};
+use afterimage_graph::prelude::*;
+use afterimage_plan::{GivenImage, Options, Plan, PlanRequest, Requirement, When, plan, verify};
+use afterimage_wgsl::SampleMode;
+
+use super::planned::{FRAME, all_formats, built_in, plan_of};
+
+static PIXELS: Shader = Shader::new("pixels", "fn dim(source: vec4f) -> vec4f { return 0.5 * source; }");
+static RAW: Shader = Shader::new(
+    "raw",
+    "fn raw(source: texture_2d<f32>, at: Point) -> vec4f { return textureLoad(source, at.pixel, 0); }",
+);
+static KEEP: Shader = Shader::new(
+    "keep",
+    "@group(0) @binding(0) var source: texture_2d<f32>;
+    @group(0) @binding(1) var result: texture_storage_2d<rgba16float, write>;
+    @group(0) @binding(2) var<storage, read> before: array<vec4f>;
+    @group(0) @binding(3) var<storage, read_write> kept: array<vec4f>;
+    @compute @workgroup_size(1)
+    fn keep_show(@builtin(global_invocation_id) id: vec3u) {
+        textureStore(result, id.xy, texel(source, vec2i(id.xy)) + before[0]);
+    }
+    @compute @workgroup_size(1)
+    fn keep_store() { kept[0] = texel(source, vec2i(0)); }",
+);
+const SOURCE: Input = Input::image("source", "An image.");
+const RESULT: Output = Output::image("result", OutputState::same("source"), "An image.");
+
+params! {
+    /// Two images, each made only where it is wanted.
+    pub struct Pair {}
+}
+
+impl Node for Pair {
+    const INPUTS: &'static [Input] = &[SOURCE];
+    const OUTPUTS: &'static [Output] = &[RESULT, Output::image("other", OutputState::same("source"), "An image.")];
+    const FALLBACK: Fallback = Fallback::input("source");
+
+    fn record(&self, pass: &mut Recorder<'_>) {
+        let source = pass.image("source");
+        let desc = pass.desc(source);
+        for port in ["result", "other"] {
+            if pass.wanted(port) {
+                pass.function(&PIXELS, "dim").label(port).write(port, desc);
+            }
+        }
+    }
+}
+
+params! {
+    /// Half the size, one pixel from one pixel.
+    pub struct Corner {}
+}
+
+impl Node for Corner {
+    const INPUTS: &'static [Input] = &[SOURCE];
+    const OUTPUTS: &'static [Output] = &[RESULT];
+    const FALLBACK: Fallback = Fallback::Zero;
+
+    fn record(&self, pass: &mut Recorder<'_>) {
+        let source = pass.image("source");
+        let desc = pass.desc(source).half();
+        pass.function(&PIXELS, "dim").write("result", desc);
+    }
+}
+
+params! {
+    /// Adds what it has kept of the frame before, and then keeps something of this one.
+    pub struct Keep {}
+}
+
+impl Node for Keep {
+    const INPUTS: &'static [Input] = &[SOURCE];
+    const OUTPUTS: &'static [Output] = &[RESULT];
+    const FALLBACK: Fallback = Fallback::input("source");
+
+    fn record(&self, pass: &mut Recorder<'_>) {
+        let source = pass.image("source");
+        let desc = ImageDesc::new(pass.desc(source).size);
+        let kept = pass.add_buffer("kept", 16, BufferLife::Persistent);
+        let result = pass.output("result", desc);
+        let groups = [desc.size.width, desc.size.height, 1];
+        pass.compute(&KEEP, "keep_show").image("result", result).buffer("before", kept).dispatch(groups);
+        pass.compute(&KEEP, "keep_store").buffer("kept", kept).dispatch([1, 1, 1]);
+    }
+}
+
+params! {
+    /// Loads a texel without the library.
+    pub struct Raw {}
+}
+
+impl Node for Raw {
+    const INPUTS: &'static [Input] = &[SOURCE];
+    const OUTPUTS: &'static [Output] = &[RESULT];
+    const FALLBACK: Fallback = Fallback::input("source");
+
+    fn record(&self, pass: &mut Recorder<'_>) {
+        let source = pass.image("source");
+        let desc = ImageDesc::new(pass.desc(source).size);
+        pass.function(&RAW, "raw").write("result", desc);
+    }
+}
+
+const KINDS: &[NodeKind] =
+    &[NodeKind::of::<Pair>(), NodeKind::of::<Corner>(), NodeKind::of::<Keep>(), NodeKind::of::<Raw>()];
+
+fn graph(nodes: &str, outputs: &str) -> Graph {
+    let text = format!("Pipeline(inputs: {{\"in\": Color}}, nodes: {{{nodes}}}, outputs: {{{outputs}}})");
+    let document = parse("stages.ron", &text).unwrap_or_else(|errors| panic!("{errors}"));
+    let registry = Registry::new(&[afterimage_nodes::ALL, KINDS]).expect("no two kinds share a name");
+    check(&document, &registry, &CheckOptions::default()).unwrap_or_else(|errors| panic!("{errors}")).0
+}
+
+/// The plan of these nodes, for an image of the host that may hold any number.
+fn planned(nodes: &str, outputs: &str) -> Plan {
+    let given = GivenImage { desc: ImageDesc::new(FRAME), finite: false };
+    let request = PlanRequest {
+        size: FRAME,
+        inputs: [("in".to_owned(), given)].into(),
+        facts: Facts::default(),
+        caps: all_formats(),
+        options: Options { tile: When::Never, row_downsample: When::Never, ..Options::default() },
+        requirement: &Requirement::typical,
+    };
+    let plan = plan(&graph(nodes, outputs), &request).unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!(verify(&plan), Ok(()));
+    plan
+}
+
+/// The place of the pass that calls a function.
+fn place(plan: &Plan, function: &str) -> usize {
+    let calls = |pass: &Pass| pass.kernels.iter().any(|kernel| &*kernel.function == function);
+    plan.work().position(calls).unwrap_or_else(|| panic!("no pass calls `{function}`:\n{}", plan.to_text()))
+}
+
+#[test]
+fn every_wanted_output_of_a_node_is_made_and_no_other() {
+    let labels = |outputs| {
+        let plan = planned(r#""pair": Pair(source: "in")"#, outputs);
+        let mut labels: Vec<String> = plan.work().map(|pass| pass.label.clone()).collect();
+        labels.sort();
+        labels
+    };
+    assert_eq!(labels(r#""a": "pair", "b": "pair.other""#), ["other", "result"]);
+    assert_eq!(labels(r#""b": "pair.other", "a": "pair""#), ["other", "result"]);
+    assert_eq!(labels(r#""b": "pair.other""#), ["other"]);
+}
+
+#[test]
+fn a_pass_that_only_feeds_the_next_frame_stays_after_the_pass_that_reads_the_one_before() {
+    let plan = planned(r#""keep": Keep(source: "in")"#, r#""out": "keep""#);
+    let (show, store) = (place(&plan, "keep_show"), place(&plan, "keep_store"));
+    let batch = |pass: usize| plan.batches.iter().position(|batch| batch.passes.contains(&pass));
+    assert!(batch(show) < batch(store), "the kept value is replaced before it is read:\n{}", plan.to_text());
+}
+
+#[test]
+fn only_images_of_one_size_are_fused() {
+    let dims = |nodes| planned(nodes, r#""out": "b""#).passes.len();
+    assert_eq!(dims(r#""a": Pair(source: "in"), "b": Pair(source: "a")"#), 1);
+    assert_eq!(dims(r#""a": Pair(source: "in"), "b": Corner(source: "a")"#), 2);
+}
+
+/// What the arguments of the kernels of a pass hold that come from other kernels.
+fn earlier(pass: &Pass) -> Vec<Vec<usize>> {
+    let of_kernel = |kernel: &KernelCall| {
+        let numbers = kernel.args.iter().filter_map(|arg| if let Arg::Kernel(k) = arg.value { Some(k) } else { None });
+        numbers.collect()
+    };
+    pass.kernels.iter().map(of_kernel).collect()
+}
+
+#[test]
+fn a_fused_kernel_reads_the_kernel_that_made_its_pixel() {
+    let chain = r#""a": Pair(source: "in"), "b": Saturation(source: "a", amount: 0.5), "c": Pair(source: "b"),
+        "d": Saturation(source: "c", amount: 0.25)"#;
+    let plan = planned(chain, r#""out": "d""#);
+    let [pass] = plan.work().collect::<Vec<_>>()[..] else { panic!("one pass:\n{}", plan.to_text()) };
+    assert_eq!(earlier(pass), [vec![], vec![0], vec![1], vec![2]]);
+}
+
+#[test]
+fn every_kernel_of_a_fused_pass_is_read_by_a_later_one() {
+    let built_in = ["tsushima.ron", "lynx.ron", "caracal.ron", "grade.ron"].map(|name| {
+        let options = Options { tile: When::Never, row_downsample: When::Never, ..Options::default() };
+        super::planned::plan_images(&built_in(name), Format::Rgba32Float, Facts::default(), all_formats(), options)
+    });
+    let recipe = |seed| Recipe { seed, nodes: 60, histories: 2, off: 5 };
+    let random = (0..20).map(|seed| plan_of(recipe(seed), Options::default()).expect("the graph can be planned"));
+    let mut joints = 0;
+    for plan in built_in.into_iter().chain(random) {
+        let fused = plan.work().filter(|pass| matches!(pass.kind, PassKind::Point | PassKind::Gather));
+        for pass in fused {
+            let earlier = earlier(pass);
+            for (index, numbers) in earlier.iter().enumerate() {
+                assert!(numbers.iter().all(|number| *number < index), "{}: {earlier:?}", pass.label);
+                joints += numbers.len();
+            }
+            let last = pass.kernels.len() - 1;
+            let is_read = |kernel: usize| earlier.iter().flatten().any(|number| *number == kernel);
+            assert!((0..last).all(is_read), "{}: {earlier:?}", pass.label);
+        }
+    }
+    assert!(joints > 100, "only {joints} kernels read others");
+}
+
+#[test]
+fn functions_sanitize_what_they_read_of_the_host() {
+    let plan = planned(r#""a": Pair(source: "in"), "b": Gaussian(source: "in")"#, r#""a": "a", "b": "b""#);
+    let host = plan.inputs[0].1;
+    assert_eq!(plan.image(host).sample_mode, SampleMode::SanitizedLight);
+    for (index, pass) in plan.work().enumerate() {
+        let reads_host = pass.args().filter_map(Arg::read).any(|read| read.image() == Some(host));
+        let source = plan.compose(index, false).unwrap_or_else(|error| panic!("{error}")).source;
+        let sanitizes = source.contains("TEXEL_SANITIZE: u32 = 3u") || source.contains(", at.pixel, 3u)");
+        assert_eq!(sanitizes, reads_host, "{}:\n{source}", pass.label);
+    }
+}
+
+#[test]
+fn functions_that_load_texels_themselves_share_a_sanitized_copy() {
+    let plan = planned(r#""a": Raw(source: "in"), "b": Raw(source: "in")"#, r#""a": "a", "b": "b""#);
+    let host = plan.inputs[0].1;
+    let copy = plan.work().find(|pass| pass.label == "sanitize").and_then(Pass::written_image).expect("a copy is made");
+    let readers = |image| plan.work().filter(|pass| pass.args().any(|arg| arg == Arg::Texture(image))).count();
+    assert_eq!((readers(host), readers(copy), plan.passes.len()), (0, 2, 3), "{}", plan.to_text());
+}

@@ -1,0 +1,56 @@
+//! The options of an input: `Color(optional: true)`.
+
+use super::entries::InputEntry;
+use super::renamed::removed;
+use super::tree::{Item, Tree};
+use afterimage_base::diagnostic::{Diagnostic, Spanned, did_you_mean, list, quote};
+
+const OPTIONS: [&str; 3] = ["optional", "needs_alpha", "scale"];
+
+/// Sets an option of an input; what is wrong with it otherwise.
+pub(super) fn set_option(input: &mut InputEntry, option: &Spanned<String>, value: &Item) -> Option<Diagnostic> {
+    match option.value.as_str() {
+        "optional" => set_flag(&mut input.optional, option, value),
+        "needs_alpha" => set_flag(&mut input.needs_alpha, option, value),
+        "scale" => set_factor(&mut input.scale, option, value),
+        other => Some(removed(option).unwrap_or_else(|| {
+            Diagnostic::error("unknown-option", format!("an input has no option {}", quote(other)))
+                .at(&option.location, "")
+                .help(format!("the options are {}", list(OPTIONS, OPTIONS.len())))
+                .maybe_help(did_you_mean(other, OPTIONS))
+        })),
+    }
+}
+
+/// Sets an option that is on or off.
+fn set_flag(flag: &mut bool, option: &Spanned<String>, value: &Item) -> Option<Diagnostic> {
+    match value.value {
+        Tree::Bool(given) => *flag = given,
+        Tree::Broken => {}
+        _ => return Some(wrong_option(option, value, "`true` or `false`")),
+    }
+    None
+}
+
+/// Sets an option that is a factor.
+fn set_factor(factor: &mut f64, option: &Spanned<String>, value: &Item) -> Option<Diagnostic> {
+    let given = match value.value {
+        Tree::Int(given) => given as f64,
+        Tree::Float(given) => given,
+        Tree::Broken => return None,
+        _ => f64::NAN,
+    };
+    if !(SMALLEST_FACTOR..=1.0 / SMALLEST_FACTOR).contains(&given) {
+        return Some(wrong_option(option, value, "a number above 0, from 1e-30 to 1e30"));
+    }
+    *factor = given;
+    None
+}
+
+/// A 32-bit float holds this factor and its inverse.
+const SMALLEST_FACTOR: f64 = 1e-30;
+
+fn wrong_option(option: &Spanned<String>, value: &Item, wanted: &str) -> Diagnostic {
+    Diagnostic::error("wrong-type", format!("{} is {wanted}", quote(&option.value)))
+        .at(&value.location, format!("this is {}", value.value.describe()))
+}

@@ -1,0 +1,93 @@
+//! Buffers that outlive frames: where they begin, and that they go on through a change of plan.
+
+use afterimage_graph::check::{CheckOptions, Graph, check};
+use afterimage_graph::document::parse;
+use afterimage_graph::node::{NodeKind, Registry};
+use afterimage_graph::prelude::*;
+
+use super::flat;
+use crate::support::gpu::Run;
+use crate::support::player::Player;
+
+static COUNT: Shader = Shader::new(
+    "count",
+    "@group(0) @binding(0) var result: texture_storage_2d<rgba16float, write>;
+    @group(0) @binding(1) var<uniform> frame: Frame;
+    @group(0) @binding(2) var<storage, read_write> counted: array<f32>;
+    @group(0) @binding(3) var<storage, read> shown: array<f32>;
+    @compute @workgroup_size(1)
+    fn count_step() {
+        counted[0] = counted[0] + 1.0;
+        counted[1] = select(counted[1], 10.0, frame.reset != 0u) + 1.0;
+    }
+    @compute @workgroup_size(1)
+    fn count_show(@builtin(global_invocation_id) id: vec3u) {
+        textureStore(result, id.xy, vec4f(shown[0], shown[1], 0.0, 1.0));
+    }",
+);
+
+params! {
+    /// Counts frames: in red those since its memory was zero, in green those since a reset, from 10 on.
+    pub struct Count {}
+}
+
+impl Node for Count {
+    const INPUTS: &'static [Input] = &[Input::image("source", "An image, for the size.")];
+    const OUTPUTS: &'static [Output] = &[Output::image("result", OutputState::same("source"), "The counts.")];
+    const FALLBACK: Fallback = Fallback::input("source");
+
+    fn record(&self, pass: &mut Recorder<'_>) {
+        let source = pass.image("source");
+        let desc = ImageDesc::new(pass.desc(source).size);
+        let counted = pass.add_buffer("counted", 16, BufferLife::Persistent);
+        let result = pass.output("result", desc);
+        pass.compute(&COUNT, "count_step").buffer("counted", counted).dispatch([1, 1, 1]);
+        let groups = [desc.size.width, desc.size.height, 1];
+        pass.compute(&COUNT, "count_show").image("result", result).buffer("shown", counted).dispatch(groups);
+    }
+}
+
+fn graph(counters: &[&str]) -> Graph {
+    let nodes: String = counters.iter().map(|name| format!("\"{name}\": Count(source: \"scene\"), ")).collect();
+    let outputs: String = counters.iter().map(|name| format!("\"{name}\": \"{name}\", ")).collect();
+    let text = format!("Pipeline(inputs: {{\"scene\": Color}}, nodes: {{{nodes}}}, outputs: {{{outputs}}})");
+    let document = parse("count.ron", &text).unwrap_or_else(|errors| panic!("{errors}"));
+    let kinds: &[NodeKind] = &[NodeKind::of::<Count>()];
+    let registry = Registry::new(&[afterimage_nodes::ALL, kinds]).expect("no two kinds share a name");
+    check(&document, &registry, &CheckOptions::default()).unwrap_or_else(|errors| panic!("{errors}")).0
+}
+
+/// What a counter shows after one more frame.
+fn step(player: &mut Player, reset: bool, counter: &str) -> [f32; 2] {
+    player.frame(&[("scene", &flat(4, 2, 1.0))], 0.1, reset);
+    counts(player, counter)
+}
+
+fn counts(player: &Player, counter: &str) -> [f32; 2] {
+    let [red, green, ..] = player.output(counter).at(3, 1);
+    [red, green]
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn memory_is_zero_in_a_first_frame_and_after_a_reset() {
+    let mut player = Player::new();
+    player.load(&Run::new(&graph(&["a"])), &[("scene", &flat(4, 2, 1.0))]);
+    let shown = [false, false, false, true, false].map(|reset| step(&mut player, reset, "a"));
+    assert_eq!(shown, [[1.0, 11.0], [2.0, 12.0], [3.0, 13.0], [1.0, 11.0], [2.0, 12.0]]);
+    player.executor.reset();
+    assert_eq!(step(&mut player, false, "a"), [1.0, 11.0]);
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn memory_that_begins_with_a_plan_begins_as_in_a_first_frame_and_the_other_goes_on() {
+    let mut player = Player::new();
+    let scene = flat(4, 2, 1.0);
+    player.load(&Run::new(&graph(&["a"])), &[("scene", &scene)]);
+    assert_eq!([(); 2].map(|()| step(&mut player, false, "a")), [[1.0, 11.0], [2.0, 12.0]]);
+    player.load(&Run::new(&graph(&["a", "b"])), &[("scene", &scene)]);
+    assert_eq!(step(&mut player, false, "a"), [3.0, 13.0]);
+    assert_eq!(counts(&player, "b"), [1.0, 11.0], "the new memory begins with this frame");
+    assert_eq!(step(&mut player, false, "b"), [2.0, 12.0], "and only with this one");
+}

@@ -1,0 +1,85 @@
+//! Built-in pipelines with lights: moving lights, suns, and a single infinite pixel.
+
+use super::fireflies::{light, variation};
+use crate::support::gpu::{Picture, Run, built_in, changed, graph, pipelines};
+use crate::support::sequence::Sequence;
+
+const DISPLAY: &str = "outputs: { \"display\": \"display\" }";
+
+/// The text of a built-in pipeline.
+fn text(name: &str) -> String {
+    std::fs::read_to_string(pipelines().join(name)).unwrap_or_else(|error| panic!("{name}: {error}"))
+}
+
+/// The sum of the bloom of a light of 2x2 pixels that moves a quarter of a pixel per frame.
+fn moving_glow(pipeline: &str) -> Vec<f64> {
+    assert!(pipeline.contains(DISPLAY), "the output is replaced");
+    let graph = graph(&pipeline.replace(DISPLAY, "outputs: { \"glow\": \"bloom\" }"));
+    let run = Run::new(&graph);
+    let mut sequence = Sequence::new(&run);
+    let sums = (0..13).map(|frame| {
+        let mut picture = light(2.0, 200.0, 0.25 * f64::from(frame));
+        picture.pixels.iter_mut().for_each(|pixel| *pixel = pixel.map(|x| x + 0.1));
+        sequence.frame(&[("scene", &picture)], 0.0, frame == 0);
+        sequence.output("glow").pixels.iter().map(|pixel| f64::from(pixel[0])).sum()
+    });
+    sums.skip(1).collect()
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+#[expect(clippy::print_stdout, reason = "the figures are in graph/docs/colour.md")]
+fn the_glow_of_a_moving_light_is_constant_in_built_in_pipelines() {
+    for name in ["lynx.ron", "tsushima.ron"] {
+        let now = text(name);
+        assert!(now.contains("fireflies: Limit") && now.contains("filter: Tap13)"), "both are replaced");
+        let weights = now
+            .replace("fireflies: Limit", "fireflies: Keep")
+            .replace("filter: Tap13)", "filter: Tap13, firefly: Groups)");
+        let [before, after] = [weights, now].map(|pipeline| variation(&moving_glow(&pipeline)));
+        println!("{name}: the glow varies by {:.1} %, with weights by {:.1} %", 100.0 * after, 100.0 * before);
+        assert!(before > 0.3 && after < 0.05, "{name}: {before} {after}");
+    }
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_pixel_that_is_not_finite_changes_no_other() {
+    let grey = Picture::new(120, 90, |_, _| [0.3, 0.3, 0.3, 1.0]);
+    for name in ["caracal.ron", "exposure.ron", "glare.ron", "lynx.ron", "tsushima.ron"] {
+        let graph = built_in(name, None);
+        let run = Run::new(&graph);
+        let shown = |picture: &Picture| run.frame(&[("scene", picture)]).remove(0).pixels;
+        let clean = shown(&grey);
+        for number in [f32::INFINITY, f32::NEG_INFINITY, f32::NAN] {
+            let mut bad = Picture::new(120, 90, |x, y| grey.at(x, y));
+            bad.pixels[50 + 40 * 120][..3].fill(number);
+            assert!(shown(&bad) == clean, "{name}: one pixel with {number} changes the image");
+            // Two infinite neighbours are light.
+            bad.pixels[51 + 40 * 120][..3].fill(number);
+            assert_eq!(shown(&bad) == clean, number != f32::INFINITY, "{name}: two pixels with {number}");
+        }
+    }
+}
+
+/// A sky with a haze around a sun of four pixels.
+fn sun() -> Picture {
+    Picture::new(256, 256, |x, y| {
+        let away = (x as f32 - 128.0).hypot(y as f32 - 128.0);
+        let light = 0.4 + 4.0 * (-away / 24.0).exp() + if away < 4.0 { 20_000.0 } else { 0.0 };
+        [light, 0.95 * light, 0.85 * light, 1.0]
+    })
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+#[expect(clippy::print_stdout, reason = "the figures are in graph/docs/colour.md")]
+fn the_glare_of_a_sun_is_no_white_blob() {
+    let [none, added, screened] = [("lit.strength", "0.0"), ("lit.blend", "Add"), ("lit.blend", "Screen")].map(|set| {
+        let graph = changed("glare.ron", None, &[set]);
+        let shown = Run::new(&graph).frame(&[("scene", &sun())]).remove(0);
+        shown.pixels.iter().filter(|pixel| pixel[..3].iter().all(|x| *x > 250.5 / 255.0)).count()
+    });
+    println!("pixels above code 250: {none} without glare, {screened} screened, {added} added");
+    assert!(none > 0 && screened < 3 * none && added > 4 * screened, "{none} {screened} {added}");
+}
