@@ -19,11 +19,9 @@ struct Aces2Output {
     display0: vec4f,    // cone responses to the display's RGB
     display1: vec4f,
     display2: vec4f,
-    leave0: vec4f,      // the display's RGB to Rec.709, with the unit of the result
-    leave1: vec4f,
-    leave2: vec4f,
     brightest: f32,     // AP1 is clipped here
     top: f32,           // the peak in units of 100 cd/m2
+    unit: f32,          // 100 cd/m2 in units of the result
     level: f32,         // luminance in cd/m2 to cone responses
     white: f32,         // compressed response to white
     exponent: f32,      // from A to J
@@ -215,5 +213,5 @@ fn aces2_output(source: vec4f, hulls: texture_2d<f32>, params: Aces2Output) -> v
     let from_j = 100.0 * power(response.x, params.exponent);
     let chroma = compressed_chroma(from_j, j, m, hue, hull.reach, params);
     let rgb = displayed(compressed_gamut(vec2f(j, chroma), hull, params), hue, params);
-    return vec4f(rows(params.leave0, params.leave1, params.leave2, rgb), source.a);
+    return vec4f(params.unit * rgb, source.a);
 }

@@ -1,19 +1,22 @@
 //! Aces2Output: the output transform of ACES 2.0 for SDR and HDR displays.
 
-use afterimage_graph::color::Chromaticities;
+use afterimage_graph::color::{Chromaticities, Colorimetry};
 use afterimage_graph::prelude::*;
 use glam::DVec3;
 
 use crate::aces2::{OutputTransform, SEGMENTS};
 use crate::bisection::bisected;
 use crate::color::rows;
+use crate::display_range::DisplayRange;
 use crate::tone_map::MiddleGrey;
 
 static SHADER: Shader = shader!("aces2_output");
 
 choices! {
-    /// The gamut of the display, which limits the colours of the result.
+    /// The gamut that limits the colours of the result.
     pub enum Aces2Gamut {
+        /// That of the `Encode` after it, the widest of several, or Rec.709 without one.
+        Display,
         /// sRGB and HDTV.
         Rec709,
         /// P3 with D65 white.
@@ -32,12 +35,14 @@ params! {
     /// when the plan is made. graph/docs/colour.md has the largest differences from OpenColorIO's built-in transforms.
     /// A pixel takes 17 powers and four reads of a table, where `ToneMap` takes nine powers.
     ///
-    /// The result is display-linear in Rec.709, with negative channels for colours outside of Rec.709: give `Encode`
-    /// the `primaries` of the display, and put no node between them that cuts negative light, such as `LiftGammaGain`.
-    /// For HDR, `Encode` needs `transfer: Pq`.
+    /// The result is display-linear in the primaries of `gamut`, from 0 to `peak`. An `Encode` for other primaries
+    /// converts it: with `gamut: P3` and `Encode(primaries: Rec2020)` the file has the primaries of Rec.2020 and the
+    /// colours of P3, and for narrower primaries `gamut` of `Encode` fits the colours. Light that the display after it
+    /// cannot show is an error: a `peak` above 1 needs `transfer: Pq` or `Hlg` in `Encode`, the same `white_nits`, and
+    /// a `peak_nits` of at least `peak` times that.
     pub struct Aces2Output {
-        /// The gamut of the display.
-        pub gamut: Aces2Gamut = Aces2Gamut::Rec709;
+        /// The gamut that limits the colours.
+        pub gamut: Aces2Gamut = Aces2Gamut::Display;
         /// The peak of the display, as in `ToneMap`: 4.926 for 1000 cd/m2 at a white of 203. With 1 the transform is
         /// that for SDR, 100 cd/m2.
         pub peak: f32 = 1.0 => within(1.0..=100.0), usually(1.0..=20.0), unit("of SDR white"), replans();
@@ -55,16 +60,27 @@ impl Node for Aces2Output {
     const OUTPUTS: &'static [Output] = &[Output::image(
         "result",
         OutputState::Always(ColorState::DisplayLinear),
-        "Display-linear light in Rec.709, negative outside of its gamut.",
+        "Display-linear light in the primaries of `gamut`, 0 to `peak`.",
     )];
     const FALLBACK: Fallback = Fallback::input("source");
+
+    fn verify_display(&self, display: &Colorimetry) -> Result<(), String> {
+        if self.peak <= 1.0 {
+            return Ok(());
+        }
+        DisplayRange { white_nits: self.unit(), peak_nits: self.peak_nits() }.suits(display)
+    }
+
+    fn color(&self) -> ColorChange {
+        self.limit().map_or(ColorChange::ToDisplay, ColorChange::Display)
+    }
 
     fn record(&self, pass: &mut Recorder<'_>) {
         let source = pass.image("source");
         let desc = ImageDesc::new(pass.desc(source).size);
-        let transform = OutputTransform::of(self.space(), self.peak_nits());
+        let display = self.limit().unwrap_or(pass.output_color("result").colorimetry.primaries);
+        let transform = OutputTransform::of(display, self.peak_nits());
         let enter = rows(Chromaticities::REC709.conversion(&Chromaticities::ACES_CG) * self.light_scale(&transform));
-        let leave = rows(self.space().conversion(&Chromaticities::REC709) * (100.0 / self.unit()));
         let hulls = hull_texture(pass, &transform);
         let [cones, opponents, back, display] = transform.matrices().map(rows);
         let chroma = transform.chroma();
@@ -86,9 +102,7 @@ impl Node for Aces2Output {
             .set("display0", display[0])
             .set("display1", display[1])
             .set("display2", display[2])
-            .set("leave0", leave[0])
-            .set("leave1", leave[1])
-            .set("leave2", leave[2])
+            .set("unit", 100.0 / self.unit())
             .set("brightest", transform.brightest())
             .set("top", self.top())
             .set("level", level)
@@ -106,21 +120,23 @@ impl Node for Aces2Output {
 }
 
 impl Aces2Output {
-    fn space(&self) -> Chromaticities {
+    /// The primaries of `gamut`; `None` for those of the display.
+    fn limit(&self) -> Option<Chromaticities> {
         match self.gamut {
-            Aces2Gamut::Rec709 => Chromaticities::REC709,
-            Aces2Gamut::P3 => Chromaticities::DISPLAY_P3,
-            Aces2Gamut::Rec2020 => Chromaticities::REC2020,
+            Aces2Gamut::Display => None,
+            Aces2Gamut::Rec709 => Some(Chromaticities::REC709),
+            Aces2Gamut::P3 => Some(Chromaticities::DISPLAY_P3),
+            Aces2Gamut::Rec2020 => Some(Chromaticities::REC2020),
         }
     }
 
-    /// The transform in double precision: exposed light of Rec.709 to display-linear light of Rec.709, as the shader
-    /// computes it on the GPU. A colour takes some microseconds.
+    /// The transform in double precision: exposed light of Rec.709 to display-linear light in the primaries of `gamut`,
+    /// as the shader computes it on the GPU. `Display` counts as Rec.709. A colour takes some microseconds.
     pub fn evaluator(&self) -> impl Fn([f64; 3]) -> [f64; 3] + use<> {
-        let transform = OutputTransform::of(self.space(), self.peak_nits());
+        let transform = OutputTransform::of(self.limit().unwrap_or(Chromaticities::REC709), self.peak_nits());
         let enter = Chromaticities::REC709.conversion(&Chromaticities::ACES_CG) * self.light_scale(&transform);
-        let leave = self.space().conversion(&Chromaticities::REC709) * (100.0 / self.unit());
-        move |exposed| (leave * transform.apply(enter * DVec3::from(exposed))).to_array()
+        let unit = 100.0 / self.unit();
+        move |exposed| (unit * transform.apply(enter * DVec3::from(exposed))).to_array()
     }
 
     /// The peak in cd/m².

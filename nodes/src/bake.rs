@@ -1,7 +1,9 @@
 //! Evaluates a chain of colour nodes in double precision at the entries of a 3-D table.
 
+use afterimage_graph::color::Chromaticities;
 use glam::DVec3;
 
+use crate::color::luminance_weights;
 use crate::lift_gamma_gain::LiftGammaGain;
 use crate::lut::Lut;
 use crate::shaper::Shape;
@@ -34,15 +36,21 @@ pub(crate) struct Chain {
     pub(crate) curve: ToneMap,
     pub(crate) grade: LiftGammaGain,
     pub(crate) signal: Signal,
+    /// The primaries of the display, and of the light at the axes of the table.
+    pub(crate) display: Chromaticities,
 }
 
 impl Chain {
-    /// Maps exposed light to the display signal.
+    /// Maps exposed light in the primaries of the display to its signal. After the balance the light is limited to these
+    /// primaries.
     fn encoder(&self) -> impl Fn(DVec3) -> DVec3 {
-        let (balance, curve) = (self.balance.matrix(), self.curve.operator());
+        let rec709 = Chromaticities::REC709;
+        let (enter, leave) = (self.display.conversion(&rec709), rec709.conversion(&self.display));
+        let (balance, curve) = (leave * self.balance.matrix() * enter, self.curve.operator(&self.display));
+        let weights = luminance_weights(&self.display);
         move |exposed| {
-            let balanced = (balance * exposed).max(DVec3::ZERO);
-            let graded = self.grade.by_luminance(curve(balanced)).min(DVec3::ONE);
+            let balanced = enter * (balance * exposed).max(DVec3::ZERO);
+            let graded = self.grade.by_luminance(curve(balanced), weights).min(DVec3::ONE);
             DVec3::from(graded.to_array().map(|x| self.signal.encode(x)))
         }
     }

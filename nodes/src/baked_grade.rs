@@ -1,10 +1,11 @@
 //! BakedGrade: white balance, tone curve, lift-gamma-gain and transfer function as one fetch from a table.
 
-use afterimage_graph::color::{Chromaticities, Colorimetry, Transfer};
+use afterimage_graph::color::{Colorimetry, Transfer};
 use afterimage_graph::prelude::*;
 
 use crate::bake::{Chain, Signal};
-use crate::color::Cones;
+use crate::color::{Cones, rows};
+use crate::encode::Primaries;
 use crate::lift_gamma_gain::LiftGammaGain;
 use crate::lut::Interpolation;
 use crate::shaper::Shape;
@@ -48,6 +49,10 @@ params! {
     /// the hue or the gamut bends within a cell of the table, single saturated colours have larger errors: 6 codes
     /// with `AgX`, 8 with `Aces2ToneScale`, 11 with `AcesNarkowicz` and 17 with `Uchimura`. A larger table does not
     /// remove these. `size` 32 has three to four times the error. Light above 2^`high` counts as 2^`high`.
+    ///
+    /// The axes of the table are light in `primaries`, without negative channels: before and after the white balance,
+    /// colours outside of these primaries are clipped to them, which the four nodes do not do. For a source of wide
+    /// colours and a Rec.709 display, use the four nodes.
     pub struct BakedGrade {
         /// Entries per side of the table.
         pub size: u32 = 64 => within(8.0..=96.0), usually(16.0..=64.0), quality(64, [48, 32, 16]);
@@ -76,6 +81,8 @@ params! {
             => within(0.0..=16.0), usually(0.5..=2.0), neutral([1.0, 1.0, 1.0]), replans();
         /// The transfer function, as in `Encode`.
         pub transfer: BakedTransfer = BakedTransfer::Srgb;
+        /// The primaries of the result, as in `Encode`. Those of the table's axes, too.
+        pub primaries: Primaries = Primaries::Rec709;
         /// For `transfer: Gamma`: the gamma of the display.
         pub display_gamma: f32 = 2.2 => within(0.1..=10.0), usually(1.8..=2.6), replans();
     }
@@ -84,7 +91,7 @@ params! {
 impl Node for BakedGrade {
     const INPUTS: &'static [Input] = &[Input::image("source", "Exposed light.").accepts(&[ColorState::Exposed])];
     const OUTPUTS: &'static [Output] =
-        &[Output::image("result", OutputState::Always(ColorState::Encoded), "The signal, Rec.709, 0 to 1.")];
+        &[Output::image("result", OutputState::Always(ColorState::Encoded), "The signal, 0 to 1.")];
     const FALLBACK: Fallback = Fallback::input("source");
 
     fn verify(&self) -> Result<(), String> {
@@ -97,12 +104,14 @@ impl Node for BakedGrade {
             BakedTransfer::Gamma => Transfer::Gamma(self.display_gamma.into()),
             BakedTransfer::Linear => Transfer::Linear,
         };
-        ColorChange::Encode(Colorimetry::new(Chromaticities::REC709, transfer))
+        ColorChange::Encode(Colorimetry::new(self.primaries.space(), transfer))
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {
         let source = pass.image("source");
         let desc = ImageDesc::new(pass.desc(source).size);
+        let (from, to) = (pass.color("source").colorimetry.primaries, self.primaries.space());
+        let to_axes = rows(from.conversion(&to));
         let table = self.table(pass);
         let shape = self.shape();
         let kernel = match self.interpolation {
@@ -110,8 +119,12 @@ impl Node for BakedGrade {
             Interpolation::Tetrahedral => "baked_grade_tetrahedral",
         };
         pass.function(&SHADER, kernel)
+            .set("row0", to_axes[0])
+            .set("row1", to_axes[1])
+            .set("row2", to_axes[2])
             .set("line", shape.line)
             .set("shaper_curve", shape.curve)
+            .promise("BAKED_GRADE_SAME_PRIMARIES", from == to)
             .read("table", table)
             .write("result", desc);
     }
@@ -133,6 +146,7 @@ impl BakedGrade {
                 BakedTransfer::Gamma => Signal::Gamma(f64::from(self.display_gamma)),
                 BakedTransfer::Linear => Signal::Linear,
             },
+            display: self.primaries.space(),
         }
     }
 

@@ -18,17 +18,18 @@ fn pq_decode(v: f64) -> f64 {
 }
 
 impl ToneMap {
-    /// The whole operator on exposed light in Rec.709.
-    pub(crate) fn operator(&self) -> impl Fn(DVec3) -> DVec3 {
+    /// The whole operator, from exposed light in Rec.709 to light in the primaries of a display.
+    pub(crate) fn operator(&self, display: &Chromaticities) -> impl Fn(DVec3) -> DVec3 {
         let [enter, leave] = self.space_conversions(&Chromaticities::REC709);
+        let to_display = Chromaticities::REC709.conversion(display);
         let (scale, peak) = (self.light_scale(), f64::from(self.peak));
         move |exposed| {
             let inside = scale * (enter * exposed).max(DVec3::ZERO);
             let mapped = leave * self.bend(inside, scale);
             let turned = Lab::of(mapped).with_hue_of(Lab::of(exposed), self.hue_share());
             match self.gamut {
-                Gamut::Compress => turned.fitted(peak, f64::from(self.gamut_knee)),
-                Gamut::Clip => turned.rgb().clamp(DVec3::ZERO, DVec3::splat(peak)),
+                Gamut::Compress => turned.fitted(&to_display, peak, f64::from(self.gamut_knee)),
+                Gamut::Clip => (to_display * turned.rgb()).clamp(DVec3::ZERO, DVec3::splat(peak)),
             }
         }
     }

@@ -1,8 +1,10 @@
 //! Eetf: the tone mapping of BT.2390 between displays.
 
+use afterimage_graph::color::Colorimetry;
 use afterimage_graph::prelude::*;
 
 use crate::curve_constants::pq_encode;
+use crate::display_range::DisplayRange;
 
 static SHADER: Shader = shader!("eetf");
 
@@ -23,7 +25,8 @@ params! {
     /// The electrical-electrical transfer function of ITU-R BT.2390 (section 5.4): in PQ, light below a knee stays the
     /// same and a Hermite spline brings the rest below the peak of the display. A black above 0 is lifted smoothly. Use
     /// it between a picture that was tone mapped for `source_nits` and `Encode`, for displays with a lower peak; `peak`
-    /// of `ToneMap` is better where the pipeline starts from scene light.
+    /// of `ToneMap` is better where the pipeline starts from scene light. An `Encode` after it with another `white_nits`
+    /// or a lower peak is an error.
     pub struct Eetf {
         /// The peak that the light was made for.
         pub source_nits: f32 = 1000.0 => within(100.0..=10000.0), usually(400.0..=4000.0), unit("cd/m2");
@@ -44,6 +47,15 @@ impl Node for Eetf {
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::same("source"), "Display-linear light up to `peak_nits`.")];
     const FALLBACK: Fallback = Fallback::input("source");
+
+    fn verify_display(&self, display: &Colorimetry) -> Result<(), String> {
+        let peak_nits = self.peak_nits.min(self.source_nits).into();
+        DisplayRange { white_nits: self.white_nits.into(), peak_nits }.suits(display)
+    }
+
+    fn color(&self) -> ColorChange {
+        ColorChange::Refit { white_nits: self.white_nits.into(), peak_nits: self.source_nits.into() }
+    }
 
     fn record(&self, pass: &mut Recorder<'_>) {
         let source = pass.image("source");

@@ -37,7 +37,7 @@ choices! {
 }
 
 impl Primaries {
-    fn space(self) -> Chromaticities {
+    pub(crate) fn space(self) -> Chromaticities {
         match self {
             Self::Rec709 => Chromaticities::REC709,
             Self::DisplayP3 => Chromaticities::DISPLAY_P3,

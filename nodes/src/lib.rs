@@ -46,6 +46,7 @@ mod contrast;
 mod curve_constants;
 mod curves;
 mod demo_scene;
+mod display_range;
 mod dither;
 mod downsample;
 mod eetf;

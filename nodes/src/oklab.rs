@@ -64,18 +64,18 @@ impl Lab {
         Self { chroma: mixed * (amount / mixed.length().max(1e-20)), ..self }
     }
 
-    /// The colour of this hue in the gamut from 0 to `peak`. Up to the share `knee` of the gamut's chroma nothing
-    /// changes; x / (1 + x) compresses the rest.
-    pub(crate) fn fitted(self, peak: f64, knee: f64) -> DVec3 {
+    /// The colour of this hue in the gamut from 0 to `peak` of the primaries that `display` converts Rec.709 to, and in
+    /// these primaries. Up to the share `knee` of the gamut's chroma nothing changes; x / (1 + x) compresses the rest.
+    pub(crate) fn fitted(self, display: &DMat3, peak: f64, knee: f64) -> DVec3 {
         let knee = knee.max(1e-3);
         let clamped = Self { lightness: self.lightness.clamp(0.0, peak.cbrt()), ..self };
-        let scaled = |share: f64| Self { chroma: clamped.chroma * share, ..clamped }.rgb();
+        let scaled = |share: f64| *display * Self { chroma: clamped.chroma * share, ..clamped }.rgb();
         let is_inside = |share: f64| {
             let rgb = scaled(share);
             rgb.min_element() >= 0.0 && rgb.max_element() <= peak
         };
         if is_inside(1.0 / knee) {
-            return clamped.rgb();
+            return scaled(1.0);
         }
         // The share of the chroma that reaches the border, through a variable whose steps are finer near 1.
         let stretched = |u: f64| u / (1.0 - u * (1.0 - knee));
@@ -110,7 +110,7 @@ mod tests {
     #[test]
     fn outer_colours_are_fitted_on_their_hue_and_lightness() {
         for rgb in [dvec3(1.4, 0.2, -0.1), dvec3(0.1, -0.05, 0.9), dvec3(0.4, 0.9, -0.2)] {
-            let (source, fitted) = (Lab::of(rgb), Lab::of(Lab::of(rgb).fitted(1.0, 0.8)));
+            let (source, fitted) = (Lab::of(rgb), Lab::of(Lab::of(rgb).fitted(&DMat3::IDENTITY, 1.0, 0.8)));
             assert!((source.lightness - fitted.lightness).abs() < 1e-6, "{rgb}");
             assert!(source.chroma.angle_to(fitted.chroma).abs() < 1e-5, "{rgb}");
             assert!(fitted.chroma.length() < source.chroma.length(), "{rgb}");

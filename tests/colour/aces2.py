@@ -102,7 +102,7 @@ def rendered(program, folder, rec709, gamut, peak):
     with OpenEXR.File(str(result)) as file:
         channels = file.channels()
         shown = channels["RGBA" if "RGBA" in channels else "RGB"].pixels[..., :3]
-    return shown.reshape(-1, 3)[: len(rec709)].astype(float) @ conversion("Rec709", gamut).T
+    return shown.reshape(-1, 3)[: len(rec709)].astype(float)
 
 
 def compare(program):

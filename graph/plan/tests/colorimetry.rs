@@ -80,13 +80,16 @@ fn every_kind_keeps_the_colorimetry_or_says_what_it_is() {
     assert!(tried >= 40, "only {tried} pairs of a kind and a state");
 }
 
+/// The kinds that change colorimetry with their defaults, or the range of light.
+const CHANGING: [&str; 5] = ["Aces2Output", "BakedGrade", "Eetf", "Encode", "ToneMap"];
+
 #[test]
 fn only_a_tone_curve_an_encoding_and_an_adaptation_change_colorimetry() {
     let registry = Registry::new(&[afterimage_nodes::ALL]).expect("names are unique");
     for kind in registry.iter() {
         let defaults: Vec<_> = kind.params().iter().map(|param| param.default.clone()).collect();
         let keeps = kind.instantiate(&defaults).color() == ColorChange::Keep;
-        assert_eq!(keeps, !["ToneMap", "Encode", "BakedGrade"].contains(&kind.name()), "{}", kind.name());
+        assert_eq!(keeps, !CHANGING.contains(&kind.name()), "{}", kind.name());
     }
 }
 
@@ -266,6 +269,61 @@ fn images_of_different_meaning_are_not_mixed() {
         assert!(errors.iter().any(|error| error.code == "color-conflict"), "{errors}");
         let text = errors.to_string();
         assert!(text.contains(first) && text.contains(second), "{text}");
+    }
+}
+
+#[test]
+fn aces_works_for_the_display_after_it() {
+    let checked_as = |gamut: &str, encode: &str| {
+        let nodes =
+            format!(r#""mapped": Aces2Output(source: "in"{gamut}), "result": Encode(source: "mapped"{encode})"#);
+        primaries_of(&checked(&text("Exposed", &nodes, r#""out": "result", "light": "mapped""#)), "mapped")
+    };
+    assert_eq!(checked_as("", ""), Chromaticities::REC709);
+    assert_eq!(checked_as("", ", primaries: Rec2020"), Chromaticities::REC2020);
+    assert_eq!(checked_as(", gamut: P3", ", primaries: Rec2020"), Chromaticities::DISPLAY_P3);
+    assert_eq!(checked_as(", gamut: Rec2020", ""), Chromaticities::REC2020);
+}
+
+/// The node before `Encode` where there is no `Eetf` between.
+const MAPPED: &str = "mapped";
+
+#[test]
+fn light_that_the_display_cannot_show_is_an_error() {
+    let errors_of = |nodes: &str| {
+        let document = parse("test.ron", &text("Exposed", nodes, r#""out": "result""#)).expect("it is RON");
+        let registry = Registry::new(&[afterimage_nodes::ALL]).expect("names are unique");
+        check(&document, &registry, &CheckOptions::default()).err().map(|errors| errors.to_string())
+    };
+    let cases = [
+        ("peak: 4.926", MAPPED, "transfer: Srgb", Some("where an SDR signal ends")),
+        ("peak: 4.926", MAPPED, "transfer: Pq, peak_nits: 500.0", Some("above its peak of 500 cd/m2")),
+        (
+            "peak: 4.926",
+            MAPPED,
+            "transfer: Hlg, white_nits: 100.0",
+            Some("SDR white is 203 cd/m2 here and 100 cd/m2 there"),
+        ),
+        ("peak: 4.926", MAPPED, "transfer: Pq", None),
+        ("peak: 1.0", MAPPED, "transfer: Pq, white_nits: 100.0", None),
+        // A display between the two.
+        ("peak: 4.926", "peak_nits: 500.0", "transfer: Pq, peak_nits: 500.0", None),
+        ("peak: 4.926", "peak_nits: 600.0", "transfer: Pq, peak_nits: 500.0", Some("`fitted`")),
+        ("peak: 9.85", "peak_nits: 500.0", "transfer: Pq, peak_nits: 500.0", Some("`mapped`")),
+    ];
+    for (aces, eetf, encode, expected) in cases {
+        let last = if eetf == MAPPED { MAPPED } else { "fitted" };
+        let fitted =
+            if eetf == MAPPED { String::new() } else { format!(r#""fitted": Eetf(source: "mapped", {eetf}),"#) };
+        let aces = format!(r#""mapped": Aces2Output(source: "in", {aces}),"#);
+        let nodes = format!(r#"{aces} {fitted} "result": Encode(source: "{last}", {encode})"#);
+        match (errors_of(&nodes), expected) {
+            (found, None) => assert_eq!(found, None, "{nodes}"),
+            (Some(found), Some(part)) => {
+                assert!(found.contains("display-conflict") && found.contains(part), "{nodes}: {found}");
+            }
+            (None, Some(part)) => panic!("{nodes}: nothing about {part}"),
+        }
     }
 }
 

@@ -7,9 +7,10 @@ use std::collections::BTreeSet;
 
 use petgraph::algo::toposort;
 
+use super::displays::{decisive, widest};
 use super::{Graph, Source};
 use crate::node::{ColorChange, ImageColor, Input, OutputState, PortType};
-use afterimage_base::color::Chromaticities;
+use afterimage_base::color::{Chromaticities, Colorimetry, Transfer};
 use afterimage_base::image::ColorState;
 
 /// The meaning of the images of a graph.
@@ -18,6 +19,7 @@ pub struct ImageColors {
     inputs: Vec<ImageColor>,
     /// For each node and output; `None` for what is no image, and for nodes that no output needs.
     outputs: Vec<Vec<Option<ImageColor>>>,
+    displays: Vec<BTreeSet<Colorimetry>>,
 }
 
 impl ImageColors {
@@ -27,6 +29,13 @@ impl ImageColors {
             Source::Input(input) => self.inputs.get(input).copied(),
             Source::Node { node, output, .. } => self.of_node(node).get(output).copied().flatten(),
         }
+    }
+
+    /// The displays and files that the results of a node are encoded for. Of more than a few only those that decide: the
+    /// one with the widest primaries, one for SDR, and for HDR the ones with the least and the greatest luminance of SDR
+    /// white and with the least peak.
+    pub fn displays_after(&self, node: usize) -> &BTreeSet<Colorimetry> {
+        &self.displays[node]
     }
 
     /// The meaning of the images of each output of a node.
@@ -47,7 +56,7 @@ impl Graph {
         let mut flow = Flow::new(self, resolve);
         flow.find_displays();
         flow.find_colors();
-        ImageColors { inputs: flow.inputs, outputs: flow.outputs }
+        ImageColors { inputs: flow.inputs, outputs: flow.outputs, displays: flow.displays }
     }
 }
 
@@ -64,8 +73,8 @@ struct Flow<'a> {
     places: Vec<Option<usize>>,
     /// For each place the places of the nodes that read the node there.
     readers: Vec<Vec<usize>>,
-    /// For each node, the primaries that the images after it are encoded for.
-    displays: Vec<Option<Chromaticities>>,
+    /// For each node, what the images after it are encoded for.
+    displays: Vec<BTreeSet<Colorimetry>>,
     inputs: Vec<ImageColor>,
     outputs: Vec<Vec<Option<ImageColor>>>,
 }
@@ -79,7 +88,7 @@ impl<'a> Flow<'a> {
             order: Vec::new(),
             places: vec![None; graph.nodes.len()],
             readers: Vec::new(),
-            displays: vec![None; graph.nodes.len()],
+            displays: vec![BTreeSet::new(); graph.nodes.len()],
             inputs: graph.inputs.iter().map(|input| ImageColor::of(input.state)).collect(),
             outputs: graph.nodes.iter().map(|node| vec![None; node.kind().outputs().len()]).collect(),
         };
@@ -123,22 +132,32 @@ impl<'a> Flow<'a> {
         wired.filter_map(|(port, wire)| Some((port, (self.resolve)((*wire)?)?)))
     }
 
-    /// Against the wires, and again where wires of earlier frames form cycles. The widest display wins, so the order of
-    /// the visits does not matter.
+    /// Against the wires, and again where wires of earlier frames form cycles. What is kept of several displays does not
+    /// depend on the order of the visits.
     fn find_displays(&mut self) {
         let mut pending = self.order.clone();
         while let Some(node) = pending.pop() {
-            let display = match self.changes[node] {
-                ColorChange::Encode(colorimetry) => Some(colorimetry.primaries),
-                ColorChange::ToDisplay => None,
-                ColorChange::Keep | ColorChange::Adapt(_) => self.displays[node],
-            };
+            let displays = self.displays_before(node);
             for read in self.places_read(node) {
                 let node = self.order[read];
-                let widest = wider(self.displays[node], display);
-                if std::mem::replace(&mut self.displays[node], widest) != widest {
+                let all = decisive(self.displays[node].union(&displays).copied().collect());
+                if std::mem::replace(&mut self.displays[node], all.clone()) != all {
                     pending.push(node);
                 }
+            }
+        }
+    }
+
+    /// The displays that the images which a node reads are for.
+    fn displays_before(&self, node: usize) -> BTreeSet<Colorimetry> {
+        match self.changes[node] {
+            ColorChange::Encode(colorimetry) => BTreeSet::from([colorimetry]),
+            ColorChange::ToDisplay | ColorChange::Display(_) => BTreeSet::new(),
+            ColorChange::Keep | ColorChange::Adapt(_) => self.displays[node].clone(),
+            ColorChange::Refit { white_nits, peak_nits } => {
+                let hdr = |after: &Colorimetry| Colorimetry::new(after.primaries, Transfer::Pq);
+                let before = |after| hdr(after).nits(white_nits.get(), peak_nits.get());
+                self.displays[node].iter().map(before).collect()
             }
         }
     }
@@ -195,8 +214,11 @@ impl<'a> Flow<'a> {
     fn changed(&self, node: usize, kept: ImageColor) -> ImageColor {
         let mut colorimetry = kept.colorimetry;
         match self.changes[node] {
-            ColorChange::Keep => {}
-            ColorChange::ToDisplay => colorimetry.primaries = self.displays[node].unwrap_or(Chromaticities::REC709),
+            ColorChange::Keep | ColorChange::Refit { .. } => {}
+            ColorChange::ToDisplay => {
+                colorimetry.primaries = widest(&self.displays[node]).map_or(Chromaticities::REC709, |d| d.primaries);
+            }
+            ColorChange::Display(primaries) => colorimetry.primaries = primaries,
             ColorChange::Encode(encoded) => {
                 let adopted_white = colorimetry.adopted_white;
                 colorimetry = encoded;
@@ -206,14 +228,4 @@ impl<'a> Flow<'a> {
         }
         ImageColor { colorimetry, ..kept }
     }
-}
-
-/// The primaries of the larger triangle in xy.
-fn wider(a: Option<Chromaticities>, b: Option<Chromaticities>) -> Option<Chromaticities> {
-    let area = |primaries: &Chromaticities| {
-        let [red, green, blue] = [primaries.red, primaries.green, primaries.blue].map(|xy| xy.to_vec());
-        (green - red).perp_dot(blue - red).abs()
-    };
-    // Equal areas are compared by their coordinates, so that the order of the wires does not matter.
-    a.into_iter().chain(b).max_by(|a, b| area(a).total_cmp(&area(b)).then(a.cmp(b)))
 }

@@ -35,6 +35,7 @@ mod colors;
 mod common;
 pub mod condition;
 mod connect;
+mod displays;
 mod expand;
 mod files;
 mod graph;
@@ -104,6 +105,7 @@ impl<'a> Checker<'a> {
         }
         let graph = builder.graph(instances);
         builder.agree_on_colors(&graph);
+        builder.agree_on_displays(&graph);
         let diagnostics = builder.diagnostics.sorted();
         if diagnostics.has_errors() { Err(diagnostics) } else { Ok((graph, diagnostics)) }
     }

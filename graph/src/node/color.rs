@@ -1,6 +1,6 @@
 //! What the numbers of an image on a wire mean, and what nodes do to that meaning.
 
-use afterimage_base::color::{Chromaticities, Colorimetry, Transfer, Xy};
+use afterimage_base::color::{Chromaticities, Colorimetry, Decimal, Transfer, Xy};
 use afterimage_base::image::ColorState;
 
 /// What the numbers of an image mean.
@@ -62,8 +62,18 @@ pub enum ColorChange {
     /// Scene light becomes light of a display: linear, in the primaries of the display that the images after it are
     /// encoded for; in Rec.709 if none is encoded. Where several are encoded, the widest primaries count.
     ToDisplay,
+    /// Scene light becomes light of a display: linear, in these primaries, whatever follows.
+    Display(Chromaticities),
     /// The results are encoded for a display or a file with this colorimetry.
     Encode(Colorimetry),
+    /// Light of one display is fitted to another. The images before are for a display with these luminances of SDR
+    /// white and of the peak, in cd/m2, and with the primaries of the display after it.
+    Refit {
+        /// The luminance of display-linear 1.
+        white_nits: Decimal,
+        /// The highest luminance.
+        peak_nits: Decimal,
+    },
     /// The image is adapted: this chromaticity is its white now.
     Adapt(Xy),
 }

@@ -6,6 +6,7 @@ use super::color::ColorChange;
 use super::ports::{Fallback, Input, Output, Signature};
 use super::recorder::Recorder;
 use afterimage_base::Shared;
+use afterimage_base::color::Colorimetry;
 use afterimage_base::image::Format;
 use afterimage_base::value::{Param, Value};
 
@@ -67,6 +68,12 @@ pub trait DynNode: Send + Sync + 'static {
     /// Whether the node can give its results in a format that the pipeline file sets.
     fn verify_format(&self, format: Format) -> Result<(), String> {
         let _ = format;
+        Ok(())
+    }
+
+    /// Whether the results suit a display that they are encoded for.
+    fn verify_display(&self, display: &Colorimetry) -> Result<(), String> {
+        let _ = display;
         Ok(())
     }
 

@@ -7,6 +7,7 @@ use super::kind::{Arrivals, DynNode, Kind, NodeKind};
 use super::ports::{Fallback, Input, Output};
 use super::recorder::Recorder;
 use afterimage_base::Shared;
+use afterimage_base::color::Colorimetry;
 use afterimage_base::image::Format;
 use afterimage_base::value::{Param, Value};
 use afterimage_wgsl::UniformValue;
@@ -51,6 +52,13 @@ pub trait Node: Params {
         Ok(())
     }
 
+    /// Checks that the results suit a display that they are encoded for: called for each `Encode` that follows on the
+    /// wires. The error is one sentence.
+    fn verify_display(&self, display: &Colorimetry) -> Result<(), String> {
+        let _ = display;
+        Ok(())
+    }
+
     /// What the node does to the colorimetry of its image at its present values.
     fn color(&self) -> ColorChange {
         ColorChange::Keep
@@ -69,6 +77,9 @@ impl<N: Node> DynNode for N {
     }
     fn verify_format(&self, format: Format) -> Result<(), String> {
         Node::verify_format(self, format)
+    }
+    fn verify_display(&self, display: &Colorimetry) -> Result<(), String> {
+        Node::verify_display(self, display)
     }
     fn color(&self) -> ColorChange {
         Node::color(self)

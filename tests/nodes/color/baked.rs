@@ -9,6 +9,7 @@ use crate::reference::oklab::{fitted, with_hue};
 use crate::reference::transfer::srgb_encode;
 use crate::reference::{agx, math};
 use crate::support::gpu::Picture;
+use crate::support::harness::Nodes;
 use afterimage_graph::check::NoFiles;
 
 const GRADE: LiftGammaGain = LiftGammaGain { lift: [0.01, 0.0, 0.0], gamma: [1.05, 1.0, 1.0], gain: [1.0, 1.0, 1.02] };
@@ -80,6 +81,30 @@ fn the_error_is_what_the_manual_says() {
         assert!(found > 0.01, "{rest}: a table of half floats cannot be as close as {found}");
     }
     assert!(above.is_empty(), "{above}");
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn the_table_works_in_the_primaries_of_its_display() {
+    let input = population();
+    let (target, grade) = ("target: (1.0, 0.93, 0.82)", "lift: (0.01, 0.0, 0.0), gamma: (1.05, 1.0, 1.0)");
+    for (primaries, largest) in [("Rec709", 8.0), ("DisplayP3", 8.0), ("Rec2020", 8.0)] {
+        let nodes = format!(
+            r#""white": WhiteBalance(source: "in", {target}), "mapped": ToneMap(source: "white"),
+            "graded": LiftGammaGain(source: "mapped", {grade}),
+            "result": Encode(source: "graded", primaries: {primaries})"#
+        );
+        let wanted = Nodes::new(&nodes, &[("in", "Exposed")]).exact(&[&input]);
+        let found = run("Exposed", &format!("BakedGrade(primaries: {primaries}, {target}, {grade})"), &NoFiles, &input);
+        let pairs = wanted.pixels.iter().zip(&found.pixels).flat_map(|(a, b)| [0, 1, 2].map(|c| (a[c], b[c])));
+        let mut errors: Vec<f32> = pairs.map(|(wanted, found)| 255.0 * (wanted - found).abs()).collect();
+        errors.sort_by(f32::total_cmp);
+        let (most, worst) = (errors[errors.len() * 99 / 100], errors[errors.len() - 1]);
+        assert!(most < 0.7 && worst < largest, "{primaries}: 99 % below {most}, largest {worst}");
+        // Another display has another signal: the parameter has an effect.
+        let other = run("Exposed", &format!("BakedGrade({target}, {grade})"), &NoFiles, &input);
+        assert_eq!(other.pixels == found.pixels, primaries == "Rec709", "{primaries}");
+    }
 }
 
 #[test]

@@ -1,0 +1,70 @@
+//! Nodes that make light for a display must suit the displays that this light is encoded for.
+
+use std::collections::BTreeSet;
+
+use super::Graph;
+use super::build::Builder;
+use afterimage_base::color::Colorimetry;
+use afterimage_base::diagnostic::{Diagnostic, quote};
+
+impl Builder<'_> {
+    /// Reports the nodes whose results do not suit a display after them.
+    pub(super) fn agree_on_displays(&mut self, graph: &Graph) {
+        let colors = graph.colors();
+        for (index, node) in graph.nodes.iter().enumerate() {
+            let mut displays = colors.displays_after(index).iter();
+            if let Some(why) = displays.find_map(|display| node.instance.verify_display(display).err()) {
+                let draft = &self.drafts[index];
+                let message = format!("{} does not suit the display after it: {why}", quote(&draft.name.value));
+                let diagnostic = Diagnostic::error("display-conflict", message).at(&draft.kind_location, "");
+                self.report(diagnostic.help("make this node and the encoding after it for one display"));
+            }
+        }
+    }
+}
+
+/// The display with the primaries of the largest triangle in xy.
+pub(super) fn widest(displays: &BTreeSet<Colorimetry>) -> Option<&Colorimetry> {
+    let area = |display: &Colorimetry| {
+        let primaries = &display.primaries;
+        let [red, green, blue] = [primaries.red, primaries.green, primaries.blue].map(|xy| xy.to_vec());
+        (green - red).perp_dot(blue - red).abs()
+    };
+    // Equal areas are compared by all numbers, so that the order of the wires does not matter.
+    displays.iter().max_by(|a, b| area(a).total_cmp(&area(b)).then(a.cmp(b)))
+}
+
+/// The displays that decide about a node, of all that its results are encoded for: see `ImageColors::displays_after`.
+/// Their number is limited, so that a graph with many encodings needs no more than its size.
+pub(super) fn decisive(displays: BTreeSet<Colorimetry>) -> BTreeSet<Colorimetry> {
+    let with_white = || displays.iter().filter(|display| display.is_hdr() && display.white_nits.is_some());
+    let with_peak = displays.iter().filter(|display| display.is_hdr() && display.peak_nits.is_some());
+    let all = [
+        widest(&displays),
+        displays.iter().find(|display| !display.is_hdr()),
+        with_white().min_by_key(|display| (display.white_nits, **display)),
+        with_white().max_by_key(|display| (display.white_nits, **display)),
+        with_peak.min_by_key(|display| (display.peak_nits, **display)),
+    ];
+    all.into_iter().flatten().copied().collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use afterimage_base::color::{Chromaticities, Transfer};
+
+    #[test]
+    fn of_many_displays_the_extremes_decide_in_any_order() {
+        let hdr = |white: f64, peak: f64| Colorimetry::new(Chromaticities::REC2020, Transfer::Pq).nits(white, peak);
+        let displays: Vec<Colorimetry> = (0..400).map(|i| hdr(100.0 + f64::from(i), 4000.0 - f64::from(i))).collect();
+        let sdr = Colorimetry::SRGB;
+        let all = decisive(displays.iter().copied().chain([sdr]).collect());
+        assert!(all.len() <= 5 && [displays[0], displays[399], sdr].iter().all(|display| all.contains(display)));
+        let one_by_one = displays.iter().rev().fold(BTreeSet::from([sdr]), |mut found, display| {
+            found.insert(*display);
+            decisive(found)
+        });
+        assert_eq!(one_by_one, all);
+    }
+}
