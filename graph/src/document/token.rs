@@ -171,7 +171,7 @@ impl<'a> Lexer<'a> {
         const LONGEST: usize = 256;
         let rest = self.rest();
         let attribute = rest.bytes().take(LONGEST).position(|byte| byte == b']').map(|end| &rest[..=end]);
-        match attribute.filter(|attribute| !self.has_begun && attribute.starts_with("#!")) {
+        match attribute.filter(|_| !self.has_begun) {
             Some(attribute) if ron::de::Deserializer::from_str(attribute).is_ok() => self.at + attribute.len(),
             _ => {
                 self.errors.push(syntax::hash(&self.location(self.at, self.at + 1)));
