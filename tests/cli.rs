@@ -1,5 +1,7 @@
 //! The program as a user runs it: arguments in; pictures, words and an exit status out.
 
+#[cfg(target_os = "linux")]
+mod bombs;
 mod broken;
 mod errors;
 mod folders;
@@ -11,6 +13,9 @@ mod plans;
 mod quantise;
 mod readings;
 mod sequences;
+#[cfg(target_os = "linux")]
+mod strangers;
+mod untrusted;
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -22,6 +22,7 @@ fn measured(gpu: &Gpu, graph: &Graph, samples: u32) -> (FrameTime, serde_json::V
         walk: 1,
         frames: None,
         fps: 24.0,
+        budget: afterimage_media::default_budget(),
     };
     let options = MeasureOptions {
         clips,

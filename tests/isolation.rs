@@ -5,13 +5,13 @@ mod hostile;
 
 use afterimage_graph::check::{CheckOptions, Graph, NoFiles, check};
 use afterimage_graph::document::parse;
-use afterimage_graph::node::{NodeKind, Registry, folder_kind};
+use afterimage_graph::node::{NodeKind, Registry, folder_kind_of};
 
 use crate::support::gpu::{Picture, Run};
 use hostile::{Kernel, pair};
 
 fn kind(name: &str, kernel: &Kernel) -> NodeKind {
-    let Kernel { text, function, argument } = kernel;
+    let Kernel { text, function, argument, shared } = kernel;
     let declaration = format!(
         r#"Kind(
             name: "{name}", doc: "Computes something.",
@@ -20,7 +20,8 @@ fn kind(name: &str, kernel: &Kernel) -> NodeKind {
         )"#
     );
     let file = format!("{}.wgsl", name.to_lowercase());
-    folder_kind(("node.ron", &declaration), (&file, text)).unwrap_or_else(|errors| panic!("{errors}\n{text}"))
+    let files = [(file.as_str(), text.as_str()), ("shared.wgsl", shared.as_str())];
+    folder_kind_of(("node.ron", &declaration), &files).unwrap_or_else(|errors| panic!("{errors}\n{text}"))
 }
 
 fn graph(kernels: &[Kernel; 2]) -> Graph {
@@ -29,8 +30,8 @@ fn graph(kernels: &[Kernel; 2]) -> Graph {
     let text = format!(
         r#"Pipeline(
             inputs: {{ "in": Color }},
-            nodes: {{ "one": One({}: "in"), "two": Two({}: "one") }},
-            outputs: {{ "out": "two" }},
+            nodes: {{ "one": One({0}: "in"), "two": Two({1}: "one"), "again": One({0}: "two") }},
+            outputs: {{ "out": "again" }},
         )"#,
         kernels[0].argument, kernels[1].argument
     );
@@ -46,11 +47,17 @@ fn pixels(graph: &Graph, is_fused: bool, scene: &Picture) -> Vec<[u32; 4]> {
     shown.pixels.into_iter().map(|pixel| pixel.map(f32::to_bits)).collect()
 }
 
+/// Pairs that the test runs. `AFTERIMAGE_HOSTILE_PAIRS=10000 cargo test -p afterimage-tests isolation` runs more.
+fn pairs() -> u64 {
+    let more = std::env::var("AFTERIMAGE_HOSTILE_PAIRS").ok().and_then(|count| count.parse().ok());
+    more.unwrap_or(40)
+}
+
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn kinds_with_clashing_names_compute_the_same_together_as_alone() {
-    let scene = Picture::new(19, 7, |x, y| [x as f32 * 0.11, y as f32 * 0.3, (x * y) as f32 * 0.01, 1.0]);
-    for seed in 0..12 {
+    let scene = Picture::new(16, 16, |x, y| [x as f32 * 0.11, y as f32 * 0.3, (x * y) as f32 * 0.01, 1.0]);
+    for seed in 0..pairs() {
         let pair = pair(seed);
         let (hostile, tame) = (graph(&pair.hostile), graph(&pair.tame));
         let fused = pixels(&hostile, true, &scene);

@@ -3,5 +3,5 @@
 
 /// Errors in files, and what is said of them.
 mod errors;
-/// Memory of kinds that are loaded again and again.
-mod reload;
+/// When kinds from folders are freed.
+mod release;

@@ -1,6 +1,6 @@
 //! The host's own textures, and the errors that report those that do not fit.
 
-use afterimage_gpu::{Frame, Gpu, GpuError, Opening};
+use afterimage_gpu::{Frame, Gpu, GpuError, Opening, Readback, download};
 use afterimage_plan::When;
 use wgpu::{TextureFormat, TextureUsages};
 
@@ -260,4 +260,22 @@ fn an_adapter_that_is_not_there_is_reported_with_those_that_are() {
     let text = error.to_string();
     assert!(text.starts_with("no graphics adapter called `voodoo 2`: there are "), "{text}");
     assert!(text.contains(&name), "{text} does not name {name}");
+}
+
+/// As outputs are that are larger than a buffer of the device may be.
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_texture_is_read_back_in_pieces() {
+    let player = Player::new();
+    let (device, queue) = (&player.gpu.device, &player.gpu.queue);
+    let view = player.upload(&lively(37, 23));
+    let whole = download(device, queue, view.texture()).expect("a texture can be read");
+    // A row is padded to 768 bytes.
+    for piece in [1, 768, 2 * 768, 5 * 768 - 1, 22 * 768, 23 * 768] {
+        let mut readback = Readback::new(device, queue).in_pieces_of(piece);
+        for _ in 0..2 {
+            let read = readback.download(view.texture()).expect("a texture can be read");
+            assert!(read == whole, "pieces of {piece} bytes");
+        }
+    }
 }

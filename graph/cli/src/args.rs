@@ -12,7 +12,8 @@ use measure::{MeasureArgs, TuneArgs};
 use stress::StressArgs;
 
 pub(crate) use options::{
-    ArithmeticOptions, DeviceOptions, NoAlias, PipelineOptions, PlanOptions, TileChoice, parse_size,
+    ArithmeticOptions, DeviceOptions, ImageOptions, KindOptions, NoAlias, PipelineOptions, PlanOptions, TileChoice,
+    parse_size,
 };
 
 /// Post-processing for HDR images: a pipeline is a RON file, its nodes are plug-ins.
@@ -116,6 +117,8 @@ pub(crate) struct RenderArgs {
     #[arg(long)]
     pub(crate) watch: bool,
     #[command(flatten)]
+    pub(crate) images: ImageOptions,
+    #[command(flatten)]
     pub(crate) options: PipelineOptions,
     #[command(flatten)]
     pub(crate) plan: PlanOptions,
@@ -195,9 +198,8 @@ pub(crate) enum PlanFormat {
 pub(crate) struct NodesArgs {
     /// The kind to describe; all are listed without it
     pub(crate) kind: Option<String>,
-    /// A folder of shader-only node kinds
-    #[arg(long, value_name = "DIR")]
-    pub(crate) nodes: Vec<PathBuf>,
+    #[command(flatten)]
+    pub(crate) kinds: KindOptions,
 }
 
 #[derive(Debug, Args)]

@@ -9,12 +9,12 @@ use afterimage_media::write_atomic;
 use crate::args::BenchArgs;
 use crate::device::{keep_calibration, keep_pipeline_data, open, options_on, pipelines};
 use crate::failure::Failure;
-use crate::files::{read_document, registry};
+use crate::files::{Files, read_document, registry};
 use crate::pipeline::{PipelineFile, facts, load_graph, plan_options};
 use crate::terminal::say;
 
 pub(crate) fn run(args: &BenchArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
-    let registry = registry(tables, &args.options.nodes)?;
+    let registry = registry(tables, &args.options.kinds)?;
     let gpu = open(&args.device)?;
     if args.calibrate {
         let (calibration, size) = bench::calibrate(&gpu, &registry, args.frames)?;
@@ -27,8 +27,10 @@ pub(crate) fn run(args: &BenchArgs, tables: &[&[NodeKind]]) -> Result<(), Failur
     let Some(path) = &args.pipeline else { return Ok(()) };
     // Prints the warnings; the starts below do not print them again.
     load_graph(path, &registry, &args.options)?;
+    args.json.iter().try_for_each(|out| Files::of(path, &args.options.kinds).refuse_output(out))?;
     let load = || -> Result<Graph, Failure> {
-        Ok(PipelineFile::new(&read_document(path)?, &registry).check(&args.options)?.0)
+        let files = Files::of(path, &args.options.kinds);
+        Ok(PipelineFile::new(&read_document(path)?, &registry, &files).check(&args.options)?.0)
     };
     let options = BenchOptions {
         size: Size::new(args.size.0, args.size.1),

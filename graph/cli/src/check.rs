@@ -10,21 +10,21 @@ use afterimage_plan::verify;
 
 use crate::args::{CheckArgs, PipelineOptions};
 use crate::failure::Failure;
-use crate::files::{read_document, registry};
+use crate::files::{Files, read_document, registry};
 use crate::pipeline::{PipelineFile, facts, plan_without_device};
-use crate::terminal::{note, say};
+use crate::terminal::{note_styled, say};
 
 pub(crate) fn run(args: &CheckArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
     if args.json {
         return json(args, tables);
     }
-    let registry = registry(tables, &args.options.nodes)?;
+    let registry = registry(tables, &args.options.kinds)?;
     let mut failed = 0;
     for path in &args.pipelines {
         match one(path, args, &registry) {
             Ok(verdict) => say(&format!("{}: good{verdict}", path.display())),
             Err(failure) if failure.status() == 1 => {
-                note(&failure.text());
+                failure.print();
                 failed += 1;
             }
             Err(failure) => return Err(failure),
@@ -39,7 +39,8 @@ pub(crate) fn run(args: &CheckArgs, tables: &[&[NodeKind]]) -> Result<(), Failur
 /// Checks a pipeline; returns the rest of the line about a good one.
 fn one(path: &Path, args: &CheckArgs, registry: &Registry) -> Result<String, Failure> {
     let document = read_document(path)?;
-    let file = PipelineFile::new(&document, registry);
+    let files = Files::of(path, &args.options.kinds);
+    let file = PipelineFile::new(&document, registry, &files);
     let (written, mut warnings) = file.check(&args.options)?;
     let mut graphs = vec![(String::new(), written)];
     let tiers = other_tiers(&file, &args.options);
@@ -50,7 +51,7 @@ fn one(path: &Path, args: &CheckArgs, registry: &Registry) -> Result<String, Fai
     }
     let warnings = warnings.sorted();
     if !warnings.is_empty() {
-        note(&warnings.render(Style::Coloured));
+        note_styled(&warnings.render(Style::Coloured));
     }
     if args.plan {
         graphs.iter().try_for_each(|(tier, graph)| verify_plans(graph, tier, args))?;
@@ -93,7 +94,7 @@ fn json(args: &CheckArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
             all.absorb(failure.into_diagnostics());
         }
     };
-    match registry(tables, &args.options.nodes) {
+    match registry(tables, &args.options.kinds) {
         Ok(registry) => args.pipelines.iter().for_each(|path| add(diagnostics(path, args, &registry))),
         Err(failure) => add(Err(failure)),
     }
@@ -105,7 +106,8 @@ fn json(args: &CheckArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
 /// The warnings of a file and of its tiers; or all errors, of the file if it has any, otherwise of its tiers.
 fn diagnostics(path: &Path, args: &CheckArgs, registry: &Registry) -> Result<Diagnostics, Failure> {
     let document = read_document(path)?;
-    let file = PipelineFile::new(&document, registry);
+    let files = Files::of(path, &args.options.kinds);
+    let file = PipelineFile::new(&document, registry, &files);
     let (graph, mut all) = file.check(&args.options)?;
     let mut graphs = vec![(String::new(), graph)];
     let mut failed = None;

@@ -9,7 +9,7 @@ use std::path::PathBuf;
 use afterimage_gpu::{Gpu, Opening, Session};
 use afterimage_graph::check::{Facts, Graph};
 use afterimage_lab::bench::{Calibration, Gain};
-use afterimage_media::write_atomic;
+use afterimage_media::{read_bytes, write_atomic};
 use afterimage_plan::Options;
 
 use crate::args::{ArithmeticOptions, DeviceOptions};
@@ -17,7 +17,7 @@ use crate::failure::Failure;
 use crate::terminal::note;
 
 /// Drivers only add to their caches; a larger one is not used again.
-const MOST_BYTES: usize = 64 << 20;
+const MOST_BYTES: u64 = 64 << 20;
 
 /// Opens the device that the command line names.
 pub(crate) fn open(options: &DeviceOptions) -> Result<Gpu, Failure> {
@@ -98,10 +98,7 @@ fn pipelines_file(gpu: &Gpu) -> Option<PathBuf> {
 
 /// The driver's pipelines of earlier runs; empty if there are none.
 pub(crate) fn pipelines(gpu: &Gpu) -> Vec<u8> {
-    pipelines_file(gpu)
-        .and_then(|path| std::fs::read(path).ok())
-        .filter(|bytes| bytes.len() <= MOST_BYTES)
-        .unwrap_or_default()
+    pipelines_file(gpu).and_then(|path| read_bytes(&path, MOST_BYTES).ok()).unwrap_or_default()
 }
 
 /// Stores the driver's pipelines for the next run, if there are others than `known`.
@@ -113,6 +110,10 @@ pub(crate) fn keep_pipeline_data(gpu: &Gpu, bytes: &[u8], known: &[u8]) {
 }
 
 fn keep(path: &std::path::Path, bytes: &[u8]) {
+    // A pipe of that name would be written to, and wait for a reader.
+    if path.exists() && !path.is_file() {
+        return log::info!("`{}` is no file; the next start will be as slow as this one", path.display());
+    }
     let made = path.parent().map_or(Ok(()), std::fs::create_dir_all);
     if made.is_err() || write_atomic(path, bytes).is_err() {
         log::info!("`{}` cannot be written; the next start will be as slow as this one", path.display());
@@ -121,7 +122,7 @@ fn keep(path: &std::path::Path, bytes: &[u8]) {
 
 fn calibrations() -> Option<(PathBuf, BTreeMap<String, Calibration>)> {
     let path = folder()?.join("calibration.json");
-    let known = std::fs::read(&path).ok().and_then(|bytes| serde_json::from_slice(&bytes).ok());
+    let known = read_bytes(&path, MOST_BYTES).ok().and_then(|bytes| serde_json::from_slice(&bytes).ok());
     Some((path, known.unwrap_or_default()))
 }
 

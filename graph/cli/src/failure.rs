@@ -8,6 +8,8 @@ use afterimage_lab::LabError;
 use afterimage_media::FileError;
 use afterimage_plan::PlanError;
 
+use crate::terminal::{note, note_styled};
+
 /// The reason of a failed command.
 #[derive(Debug)]
 pub(crate) enum Failure {
@@ -67,16 +69,6 @@ impl Failure {
         }
     }
 
-    /// The text for a terminal; may have several lines and colours.
-    pub(crate) fn text(&self) -> String {
-        match self {
-            Self::Error { message, hint: Some(hint), .. } => format!("error: {message}\n  hint: {hint}"),
-            Self::Error { message, hint: None, .. } => format!("error: {message}"),
-            Self::Pipeline(diagnostics) => diagnostics.render(Style::Coloured),
-            Self::Printed { .. } => String::new(),
-        }
-    }
-
     /// The failure as diagnostics, for JSON.
     pub(crate) fn into_diagnostics(self) -> Diagnostics {
         let mut diagnostics = Diagnostics::default();
@@ -90,12 +82,19 @@ impl Failure {
         diagnostics
     }
 
+    /// Prints it.
+    pub(crate) fn print(&self) {
+        match self {
+            Self::Error { message, hint: Some(hint), .. } => note(&format!("error: {message}\n  hint: {hint}")),
+            Self::Error { message, hint: None, .. } => note(&format!("error: {message}")),
+            Self::Pipeline(diagnostics) => note_styled(&diagnostics.render(Style::Coloured)),
+            Self::Printed { .. } => {}
+        }
+    }
+
     /// Prints it and returns the exit status.
     pub(crate) fn report(&self) -> ExitCode {
-        let text = self.text();
-        if !text.is_empty() {
-            crate::terminal::note(&text);
-        }
+        self.print();
         ExitCode::from(self.status())
     }
 }

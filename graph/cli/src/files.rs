@@ -1,64 +1,138 @@
-//! Reads the files of the command line: pipelines and folders of node kinds.
+//! Reads pipelines, folders of node kinds, and the files that pipelines name.
 
+use std::cell::{Cell, RefCell};
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use afterimage_graph::check::Loader;
 use afterimage_graph::document::{Document, parse};
 use afterimage_graph::node::{NodeKind, Registry, folder_kind_of};
+use afterimage_media::{read_bytes, read_text, real_path};
 
+use crate::args::KindOptions;
 use crate::failure::Failure;
 
-/// Reads the files that a pipeline names.
-pub(crate) struct Files;
+/// The most bytes of a pipeline, a declaration or a shader.
+const MOST_TEXT: u64 = 16 << 20;
+/// The most bytes of all files together that one pipeline names. The largest table has about 450 MiB as text.
+const MOST_BYTES: u64 = 1 << 30;
+
+/// Reads the files that a stranger's file may name: those of its folder and below, and of the folders of `--allow`.
+pub(crate) struct Files {
+    /// What the first of the folders is, for errors.
+    own: &'static str,
+    /// The folders, without links.
+    folders: Vec<PathBuf>,
+    /// How many bytes may still be read.
+    left: Cell<u64>,
+    /// The files that have been read, without links, and the pipeline itself.
+    used: RefCell<BTreeSet<PathBuf>>,
+}
+
+impl Files {
+    /// The files that a pipeline may name.
+    pub(crate) fn of(pipeline: &Path, options: &KindOptions) -> Self {
+        let folder = pipeline.parent().filter(|folder| !folder.as_os_str().is_empty());
+        let files = Self::new("the folder of the pipeline", folder.unwrap_or(Path::new(".")), &options.allow);
+        files.used.borrow_mut().extend(real_path(pipeline).ok());
+        files
+    }
+
+    /// The files of a folder of kinds. A link may lead out of it.
+    fn of_kinds(folder: &Path, allow: &[PathBuf]) -> Self {
+        Self::new("the folder of `--nodes`", folder, allow)
+    }
+
+    fn new(own: &'static str, folder: &Path, allow: &[PathBuf]) -> Self {
+        // A folder that does not exist permits nothing; that it has no files is reported elsewhere.
+        let folders = [folder].into_iter().chain(allow.iter().map(PathBuf::as_path));
+        let folders = folders.filter_map(|folder| real_path(folder).ok()).collect();
+        Self { own, folders, left: Cell::new(MOST_BYTES), used: RefCell::default() }
+    }
+
+    /// The file without links, or why it may not be read.
+    fn permitted(&self, path: &Path) -> Result<PathBuf, String> {
+        let real = real_path(path).map_err(|error| error.message)?;
+        if self.folders.iter().any(|folder| real.starts_with(folder)) {
+            return Ok(real);
+        }
+        let folder = real.parent().unwrap_or(&real);
+        Err(format!("only files in {} and below are read; `--allow {}` permits this one", self.own, folder.display()))
+    }
+
+    fn bytes(&self, path: &Path) -> Result<Arc<[u8]>, String> {
+        let bytes = read_bytes(path, self.left.get()).map_err(|error| error.message)?;
+        self.left.set(self.left.get() - bytes.len() as u64);
+        self.used.borrow_mut().extend(real_path(path).ok());
+        Ok(bytes.into())
+    }
+
+    /// Refuses an output that replaces the pipeline or a file that it names.
+    pub(crate) fn refuse_output(&self, out: &Path) -> Result<(), Failure> {
+        match real_path(out) {
+            Ok(real) if self.used.borrow().contains(&real) => {
+                Err(Failure::user(format!("{}: this is the pipeline, or a file that it uses", out.display()))
+                    .hint("choose another name for the output"))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// The text of a file of a folder of kinds; `what` names it in the error.
+    fn text(&self, path: &Path, what: &str) -> Result<String, Failure> {
+        self.permitted(path).map_err(|why| unreadable(path, what, &why))?;
+        text(path, what)
+    }
+}
 
 impl Loader for Files {
     fn load(&self, path: &str) -> Result<Arc<[u8]>, String> {
-        std::fs::read(path).map(Into::into).map_err(|error| why_not(Path::new(path), &error))
+        self.bytes(&self.permitted(Path::new(path))?)
+    }
+
+    fn load_override(&self, path: &str) -> Result<Arc<[u8]>, String> {
+        self.bytes(Path::new(path))
     }
 }
 
-/// The text of a file; `what` names it in the error.
-pub(crate) fn read_text(path: &Path, what: &str) -> Result<String, Failure> {
-    let failed = |why: String| Failure::unreadable(format!("cannot read the {what} `{}`: {why}", path.display()));
-    let bytes = std::fs::read(path).map_err(|error| failed(why_not(path, &error)))?;
-    String::from_utf8(bytes).map_err(|error| {
-        let valid = &error.as_bytes()[..error.utf8_error().valid_up_to()];
-        let line = valid.iter().filter(|byte| **byte == b'\n').count() + 1;
-        failed(format!("line {line} is not text in UTF-8")).hint("save the file in that encoding")
+/// The text of a file that the user names; `what` names it in the error.
+pub(crate) fn text(path: &Path, what: &str) -> Result<String, Failure> {
+    read_text(path, MOST_TEXT).map_err(|error| {
+        let failure = unreadable(path, what, &error.message);
+        match error.hint {
+            Some(hint) => failure.hint(hint),
+            None => failure,
+        }
     })
 }
 
-/// Why a file cannot be read.
-fn why_not(path: &Path, error: &std::io::Error) -> String {
-    use std::io::ErrorKind;
-    // An empty path names the current folder.
-    if path.is_dir() || path.as_os_str().is_empty() {
-        return "it is a folder".into();
-    }
-    match error.kind() {
-        ErrorKind::NotFound => "there is no such file".into(),
-        ErrorKind::PermissionDenied => "you may not read it".into(),
-        _ => error.to_string(),
-    }
+fn unreadable(path: &Path, what: &str, why: &str) -> Failure {
+    Failure::unreadable(format!("cannot read the {what} `{}`: {why}", path.display()))
 }
 
 /// The kinds of the program and of plug-in folders.
-pub(crate) fn registry(tables: &[&[NodeKind]], folders: &[PathBuf]) -> Result<Registry, Failure> {
-    let mut from_folders = Vec::new();
-    for folder in folders {
-        from_folders.extend(folder_kinds(folder)?);
-    }
+pub(crate) fn registry(tables: &[&[NodeKind]], folders: &KindOptions) -> Result<Registry, Failure> {
+    let from_folders = folder_kinds(folders)?;
     let mut all = tables.to_vec();
     all.push(&from_folders);
     let hint = "a kind of `--nodes` needs a name that no other kind has; `afterimage nodes` lists the built-in ones";
     Registry::new(&all).map_err(|error| Failure::user(error).hint(hint))
 }
 
+/// The kinds of the folders.
+pub(crate) fn folder_kinds(folders: &KindOptions) -> Result<Vec<NodeKind>, Failure> {
+    let mut kinds = Vec::new();
+    for folder in &folders.nodes {
+        kinds.extend(kinds_in(folder, &Files::of_kinds(folder, &folders.allow))?);
+    }
+    Ok(kinds)
+}
+
 /// The kinds in a folder: the folder itself if it has a `node.ron`, or each folder in it that has one.
-pub(crate) fn folder_kinds(folder: &Path) -> Result<Vec<NodeKind>, Failure> {
+fn kinds_in(folder: &Path, files: &Files) -> Result<Vec<NodeKind>, Failure> {
     if folder.join("node.ron").is_file() {
-        return Ok(vec![folder_node(folder)?]);
+        return Ok(vec![folder_node(folder, files)?]);
     }
     let entries = std::fs::read_dir(folder)
         .map_err(|error| Failure::unreadable(format!("`{}` has no node kinds: {error}", folder.display())))?;
@@ -68,15 +142,15 @@ pub(crate) fn folder_kinds(folder: &Path) -> Result<Vec<NodeKind>, Failure> {
     if folders.is_empty() {
         return Err(Failure::user(format!("no folder in `{}` has a `node.ron`", folder.display())));
     }
-    folders.iter().map(|folder| folder_node(folder)).collect()
+    folders.iter().map(|folder| folder_node(folder, files)).collect()
 }
 
-fn folder_node(folder: &Path) -> Result<NodeKind, Failure> {
+fn folder_node(folder: &Path, files: &Files) -> Result<NodeKind, Failure> {
     let ron_path = folder.join("node.ron");
-    let ron = read_text(&ron_path, "node kind")?;
+    let ron = files.text(&ron_path, "node kind")?;
     let mut shaders = Vec::new();
     for path in shaders_of(folder)? {
-        shaders.push((path.to_string_lossy().into_owned(), read_text(&path, "shader")?));
+        shaders.push((path.to_string_lossy().into_owned(), files.text(&path, "shader")?));
     }
     let shaders: Vec<(&str, &str)> = shaders.iter().map(|(path, text)| (path.as_str(), text.as_str())).collect();
     Ok(folder_kind_of((&ron_path.to_string_lossy(), &ron), &shaders)?)
@@ -98,5 +172,5 @@ fn shaders_of(folder: &Path) -> Result<Vec<PathBuf>, Failure> {
 
 /// Reads and parses a pipeline file.
 pub(crate) fn read_document(path: &Path) -> Result<Document, Failure> {
-    Ok(parse(&path.to_string_lossy(), &read_text(path, "pipeline")?)?)
+    Ok(parse(&path.to_string_lossy(), &text(path, "pipeline")?)?)
 }

@@ -42,7 +42,7 @@ pub fn run(tables: &[&[NodeKind]], arguments: impl IntoIterator<Item = std::ffi:
         Ok(arguments) => arguments,
         Err(error) => {
             let is_help = !error.use_stderr();
-            let _ = error.print();
+            terminal::print_usage(&error);
             return ExitCode::from(u8::from(!is_help));
         }
     };

@@ -14,16 +14,16 @@ use crate::args::PipelineOptions;
 use crate::args::measure::{ClipArgs, MeasureArgs};
 use crate::device::{open, options_on};
 use crate::failure::Failure;
-use crate::files::{read_document, registry};
+use crate::files::{Files, read_document, registry};
 use crate::pipeline::{PipelineFile, assignments, facts};
 use crate::progress::Bar;
-use crate::terminal::{note, say};
+use crate::terminal::{note, say_styled, visible};
 
 pub(crate) fn run(args: &MeasureArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
     if let Some(path) = args.plot.iter().find(|path| !is_chart(path)) {
         return Err(Failure::user(format!("`--plot {}` ends neither in `.svg` nor in `.png`", path.display())));
     }
-    let registry = registry(tables, &args.clips.options.nodes)?;
+    let registry = registry(tables, &args.clips.options.kinds)?;
     let gpu = open(&args.clips.device)?;
     let mut options = measure_options(&args.clips, &gpu)?;
     options.tiers_only = args.tiers;
@@ -32,7 +32,7 @@ pub(crate) fn run(args: &MeasureArgs, tables: &[&[NodeKind]]) -> Result<(), Fail
         return page(folder, args, &gpu, &registry, &options);
     }
     let report = report(args, &args.pipeline, &gpu, &registry, &options)?;
-    say(&measure::table(&report));
+    say_styled(&measure::table(&report));
     write(args, &report)
 }
 
@@ -47,6 +47,7 @@ pub(crate) fn measure_options(args: &ClipArgs, gpu: &Gpu) -> Result<MeasureOptio
         walk: args.walk,
         frames: args.frames.clone(),
         fps: args.fps,
+        budget: args.decoding.budget(),
     };
     Ok(MeasureOptions {
         clips,
@@ -67,14 +68,16 @@ fn report(
     options: &MeasureOptions,
 ) -> Result<MeasureReport, Failure> {
     let document = read_document(path)?;
-    let file = PipelineFile::new(&document, registry);
+    let files = Files::of(path, &args.clips.options.kinds);
+    let file = PipelineFile::new(&document, registry, &files);
     let pipeline = &args.clips.options;
+    args.json.iter().chain(&args.csv).chain(&args.plot).try_for_each(|out| files.refuse_output(out))?;
     let tiers = file.tiers().into_iter().map(|tier| {
         let graph = file.check(&PipelineOptions { tier: Some(tier.clone()), ..pipeline.clone() })?.0;
-        Ok((tier, graph))
+        Ok((visible(&tier), graph))
     });
     let pipeline = Pipeline {
-        name: path.to_string_lossy().into_owned(),
+        name: visible(&path.to_string_lossy()),
         written: file.graph(pipeline)?,
         tier: pipeline.tier.clone(),
         tiers: tiers.collect::<Result<_, Failure>>()?,

@@ -12,16 +12,16 @@ use anstyle::{AnsiColor, Style};
 use crate::args::NodesArgs;
 use crate::failure::Failure;
 use crate::files::registry;
-use crate::terminal::say;
+use crate::terminal::say_styled;
 
 const HEADING: Style = Style::new().bold();
 const NAME: Style = AnsiColor::Cyan.on_default().bold();
 
 pub(crate) fn run(args: &NodesArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
-    let registry = registry(tables, &args.nodes)?;
+    let registry = registry(tables, &args.kinds)?;
     match &args.kind {
-        None => say(&list(&registry)),
-        Some(name) => say(&page(find(&registry, name)?)),
+        None => say_styled(&list(&registry)),
+        Some(name) => say_styled(&page(find(&registry, name)?)),
     }
     Ok(())
 }

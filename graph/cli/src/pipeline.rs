@@ -13,19 +13,14 @@ use afterimage_plan::{Alias, Caps, GivenImage, Options, Plan, PlanRequest, Requi
 use crate::args::{NoAlias, PipelineOptions, PlanOptions, TileChoice};
 use crate::failure::Failure;
 use crate::files::{Files, read_document};
-use crate::terminal::note;
+use crate::terminal::note_styled;
 
 /// A parsed pipeline file, which is checked for each tier. The files that it names are read once, too.
 pub(crate) struct PipelineFile<'a>(Checker<'a>);
 
 impl<'a> PipelineFile<'a> {
-    /// A pipeline that names files of the file system.
-    pub(crate) fn new(document: &'a Document, registry: &'a Registry) -> Self {
-        Self(Checker::new(document, registry, &Files))
-    }
-
     /// A pipeline whose files `loader` reads.
-    pub(crate) fn with_loader(document: &'a Document, registry: &'a Registry, loader: &'a dyn Loader) -> Self {
+    pub(crate) fn new(document: &'a Document, registry: &'a Registry, loader: &'a dyn Loader) -> Self {
         Self(Checker::new(document, registry, loader))
     }
 
@@ -33,7 +28,7 @@ impl<'a> PipelineFile<'a> {
     pub(crate) fn graph(&self, options: &PipelineOptions) -> Result<Graph, Failure> {
         let (graph, warnings) = self.check(options)?;
         if !warnings.is_empty() {
-            note(&warnings.render(Style::Coloured));
+            note_styled(&warnings.render(Style::Coloured));
         }
         Ok(graph)
     }
@@ -54,7 +49,7 @@ impl<'a> PipelineFile<'a> {
 
 /// A checked pipeline file, for commands that need it once; prints the warnings.
 pub(crate) fn load_graph(path: &Path, registry: &Registry, options: &PipelineOptions) -> Result<Graph, Failure> {
-    PipelineFile::new(&read_document(path)?, registry).graph(options)
+    PipelineFile::new(&read_document(path)?, registry, &Files::of(path, &options.kinds)).graph(options)
 }
 
 /// `name=value` of each use of an option.

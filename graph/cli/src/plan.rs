@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 
 use crate::args::{PipelineOptions, PlanArgs, PlanFormat};
 use crate::failure::Failure;
-use crate::files::{read_document, registry};
+use crate::files::{Files, read_document, registry};
 use crate::memory::table;
 use crate::pipeline::{PipelineFile, facts, load_graph, plan_options, plan_without_device, request};
 use crate::terminal::say;
@@ -31,7 +31,7 @@ pub(crate) fn run(args: &PlanArgs, tables: &[&[NodeKind]]) -> Result<(), Failure
 }
 
 fn text(args: &PlanArgs, tables: &[&[NodeKind]]) -> Result<String, Failure> {
-    let registry = registry(tables, &args.options.nodes)?;
+    let registry = registry(tables, &args.options.kinds)?;
     if args.memory {
         return table(args, &registry);
     }
@@ -39,7 +39,8 @@ fn text(args: &PlanArgs, tables: &[&[NodeKind]]) -> Result<String, Failure> {
         return Err(Failure::user("this shows one pipeline at a time").hint("compare two with `--diff OTHER`"));
     };
     let document = read_document(path)?;
-    let file = PipelineFile::new(&document, &registry);
+    let files = Files::of(path, &args.options.kinds);
+    let file = PipelineFile::new(&document, &registry, &files);
     let this = plan_of(&file.graph(&args.options)?, args)?;
     let other = match (&args.diff, &args.diff_tier) {
         (Some(path), _) => load_graph(path, &registry, &args.options)?,

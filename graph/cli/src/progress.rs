@@ -3,6 +3,8 @@
 use afterimage_lab::Progress;
 use indicatif::{ProgressBar, ProgressStyle};
 
+use crate::terminal::visible;
+
 /// A bar on standard error; it disappears when it is dropped.
 pub(crate) struct Bar(ProgressBar);
 
@@ -20,7 +22,7 @@ impl Progress for Bar {
     }
 
     fn begin(&self, step: &str) {
-        self.0.set_message(step.to_owned());
+        self.0.set_message(visible(step));
     }
 
     fn end(&self) {

@@ -11,7 +11,7 @@ use crate::args::stress::StressArgs;
 use crate::built_in::{BuiltIn, PIPELINES};
 use crate::device::{open, options_on};
 use crate::failure::Failure;
-use crate::files::{Files, folder_kinds, read_text};
+use crate::files::{Files, folder_kinds, text};
 use crate::pipeline::{assignments, facts};
 use crate::progress::Bar;
 use crate::terminal::say;
@@ -20,10 +20,7 @@ use crate::terminal::say;
 const LISTED: usize = 8;
 
 pub(crate) fn run(args: &StressArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
-    let mut from_folders = Vec::new();
-    for folder in &args.options.nodes {
-        from_folders.extend(folder_kinds(folder)?);
-    }
+    let from_folders = folder_kinds(&args.options.kinds)?;
     let mut tables = tables.to_vec();
     tables.push(&from_folders);
     let registry = stress::registry(&tables).map_err(Failure::user)?;
@@ -79,8 +76,11 @@ fn subjects(args: &StressArgs, registry: &Registry, tables: &[&[NodeKind]]) -> R
     let mut subjects = Vec::new();
     for path in &args.pipelines {
         let file = path.to_string_lossy();
-        let text = read_text(path, "pipeline")?;
-        subjects.extend(stress::pipelines((&file, &file), (&file, &text), &Files, tier)?);
+        let text = text(path, "pipeline")?;
+        // A subject may live as long as the program.
+        let files = Box::leak(Box::new(Files::of(path, &args.options.kinds)));
+        args.markdown.iter().chain(&args.json).try_for_each(|out| files.refuse_output(out))?;
+        subjects.extend(stress::pipelines((&file, &file), (&file, &text), files, tier)?);
     }
     if everything {
         for (name, text) in PIPELINES {

@@ -1,4 +1,8 @@
 //! The only place that writes to the terminal.
+//!
+//! A control character can clear the screen, change the title or hide what follows, and names and texts of files can
+//! hold any. Here all of them but line breaks and tabs are written as escapes; texts that this program has styled keep
+//! their styles.
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "all output of the program is written here")]
 
 use std::io::{ErrorKind, Write as _};
@@ -12,6 +16,15 @@ static OUTPUT_ERROR: Mutex<Option<FileError>> = Mutex::new(None);
 
 /// Prints a result to standard output. A closed pipe is not an error; [`check_output`] returns other errors.
 pub(crate) fn say(text: &str) {
+    print(&visible(text));
+}
+
+/// Prints a result that has styles. Its parts from files have no control characters.
+pub(crate) fn say_styled(text: &str) {
+    print(&visible_but_styles(text));
+}
+
+fn print(text: &str) {
     let mut out = anstream::stdout().lock();
     let written = writeln!(out, "{}", text.trim_end_matches('\n')).and_then(|()| out.flush());
     if let Err(error) = written
@@ -30,6 +43,90 @@ pub(crate) fn check_output() -> Result<(), FileError> {
 
 /// Prints a message that is not a result to standard error.
 pub(crate) fn note(text: &str) {
+    print_note(&visible(text));
+}
+
+/// Prints a message that has styles. Its parts from files have no control characters.
+pub(crate) fn note_styled(text: &str) {
+    print_note(&visible_but_styles(text));
+}
+
+fn print_note(text: &str) {
     let mut out = anstream::stderr().lock();
     let _ = writeln!(out, "{}", text.trim_end_matches('\n'));
+}
+
+/// Prints the help, or an error of the arguments, which it quotes: with colours unless they have control characters.
+pub(crate) fn print_usage(error: &clap::Error) {
+    let text = error.render().to_string();
+    match visible(&text) == text {
+        true => drop(error.print()),
+        false => note(&text),
+    }
+}
+
+/// The text with escapes in place of control characters. In JSON, where they can be in strings only, the escapes mean
+/// the same characters.
+pub(crate) fn visible(text: &str) -> String {
+    let mut shown = String::with_capacity(text.len());
+    text.chars().for_each(|c| push(&mut shown, c));
+    shown
+}
+
+fn push(shown: &mut String, c: char) {
+    match c {
+        '\n' | '\t' => shown.push(c),
+        c if c.is_control() => *shown += &format!("\\u{:04x}", u32::from(c)),
+        c => shown.push(c),
+    }
+}
+
+/// The text with escapes in place of control characters that are not part of a colour or another style.
+fn visible_but_styles(text: &str) -> String {
+    let mut shown = String::with_capacity(text.len());
+    let mut rest = text;
+    while let Some(c) = rest.chars().next() {
+        let length = style_length(rest);
+        match length {
+            0 => push(&mut shown, c),
+            length => shown += &rest[..length],
+        }
+        rest = &rest[length.max(c.len_utf8())..];
+    }
+    shown
+}
+
+/// The length of the style at the start: `ESC [`, numbers and semicolons, `m` (ECMA-48, SGR); 0 if there is none.
+fn style_length(text: &str) -> usize {
+    let Some(numbers) = text.strip_prefix("\u{1b}[") else { return 0 };
+    let end = numbers.find(|c: char| !c.is_ascii_digit() && c != ';').unwrap_or(numbers.len());
+    if numbers[end..].starts_with('m') { end + 3 } else { 0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn control_characters_are_escaped() {
+        let text = "a\tb\n\r\u{1b}[31m\u{7}\u{0}\u{7f}\u{85}\u{9b}31m é";
+        assert_eq!(visible(text), "a\tb\n\\u000d\\u001b[31m\\u0007\\u0000\\u007f\\u0085\\u009b31m é");
+    }
+
+    #[test]
+    fn styles_stay_and_nothing_else() {
+        let styled = "\u{1b}[1m\u{1b}[38;5;9merror\u{1b}[0m: \u{1b}[m";
+        assert_eq!(visible_but_styles(styled), styled);
+        let text = "\u{1b}[2J\u{1b}]0;title\u{7}\u{1b}[1;2H\u{1b}\u{9b}0m\u{1b}[31\u{1b}[";
+        let shown = "\\u001b[2J\\u001b]0;title\\u0007\\u001b[1;2H\\u001b\\u009b0m\\u001b[31\\u001b[";
+        assert_eq!(visible_but_styles(text), shown);
+    }
+
+    #[test]
+    fn json_means_the_same_characters() {
+        let text = serde_json::to_string("\u{9b}0m\u{7f}é\u{1b}").expect("a text is JSON");
+        assert!(text.contains('\u{9b}'), "only C0 is escaped by the format itself");
+        let read: String = serde_json::from_str(&visible(&text)).expect("it is JSON still");
+        assert_eq!(read, "\u{9b}0m\u{7f}é\u{1b}");
+    }
 }

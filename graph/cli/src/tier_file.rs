@@ -6,6 +6,7 @@ use afterimage_graph::check::{CheckOptions, check};
 use afterimage_graph::document::parse;
 use afterimage_graph::node::Registry;
 use afterimage_lab::tune::{Measured, Tuned};
+use afterimage_media::real_path;
 
 use crate::args::measure::TuneArgs;
 use crate::failure::Failure;
@@ -18,19 +19,12 @@ pub(crate) fn figures(measured: &Measured) -> String {
     format!("{ms:.3} ms, 99.9 % of pixels within {p999:.3} codes and all within {max:.3}, {mebibytes:.1} MiB")
 }
 
-/// Refuses a name that RON cannot hold, and an output that overwrites the pipeline itself.
+/// Refuses a name that RON cannot hold.
 pub(crate) fn check_name(args: &TuneArgs, registry: &Registry) -> Result<(), Failure> {
-    let same = |out: &PathBuf| {
-        std::fs::canonicalize(out).ok().filter(|out| Some(out) == std::fs::canonicalize(&args.pipeline).ok().as_ref())
-    };
-    if let Some(out) = args.out.as_ref().and_then(same) {
-        return Err(
-            Failure::user(format!("`{}` is the pipeline that is tuned", out.display())).hint("name another file")
-        );
-    }
     let text = document(args, "", &[]);
     let document = parse("the tuned pipeline", &text)?;
-    let options = CheckOptions { tier: Some(args.name.clone()), sets: Vec::new(), loader: &Files };
+    let files = Files::of(&args.pipeline, &args.clips.options.kinds);
+    let options = CheckOptions { tier: Some(args.name.clone()), sets: Vec::new(), loader: &files };
     // Only the name is checked here; the file itself was checked before.
     match document.tiers.first() {
         Some((name, _)) if name.value == args.name => Ok(()),
@@ -43,9 +37,17 @@ pub(crate) fn text(args: &TuneArgs, registry: &Registry, entries: &[String], tun
     let comment = format!("// {}\n// {}\n", figures(&tuned.measured), tuned.conditions);
     let text = document(args, &comment, entries);
     let path = args.out.clone().unwrap_or_else(|| args.pipeline.with_file_name("tuned.ron"));
-    let options = CheckOptions { tier: Some(args.name.clone()), sets: Vec::new(), loader: &Files };
+    let files = Files::of(&args.pipeline, &args.clips.options.kinds);
+    let options = CheckOptions { tier: Some(args.name.clone()), sets: Vec::new(), loader: &files };
     check(&parse(&path.to_string_lossy(), &text)?, registry, &options)?;
     Ok(text)
+}
+
+/// The folder of the pipeline if the file does not lie in it or above: `--allow` must then name it.
+pub(crate) fn foreign_folder(args: &TuneArgs) -> Option<PathBuf> {
+    let pipeline = real_path(&args.pipeline).ok()?;
+    let folder = real_path(args.out.as_ref()?.parent()?).ok()?;
+    if pipeline.starts_with(&folder) { None } else { Some(pipeline.parent()?.to_owned()) }
 }
 
 fn document(args: &TuneArgs, comment: &str, entries: &[String]) -> String {

@@ -9,7 +9,7 @@ use crate::args::PipelineOptions;
 use crate::args::measure::{GoalArgs, TuneArgs};
 use crate::device::open;
 use crate::failure::Failure;
-use crate::files::{read_document, registry};
+use crate::files::{Files, read_document, registry};
 use crate::measure::measure_options;
 use crate::pipeline::PipelineFile;
 use crate::progress::Bar;
@@ -18,13 +18,15 @@ use crate::tier_file;
 
 pub(crate) fn run(args: &TuneArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
     let pipeline = &args.clips.options;
-    let registry = registry(tables, &pipeline.nodes)?;
+    let registry = registry(tables, &pipeline.kinds)?;
     let document = read_document(&args.pipeline)?;
-    let file = PipelineFile::new(&document, &registry);
+    let files = Files::of(&args.pipeline, &pipeline.kinds);
+    let file = PipelineFile::new(&document, &registry, &files);
     let written = file.graph(pipeline)?;
     let plain = without_changes(&file, pipeline, &written)?;
     // `--set` asks for another look, but a tier is a compromise: errors are measured against the file without it.
     let ideal = file.check(&PipelineOptions { tier: None, ..pipeline.clone() })?.0;
+    args.out.iter().chain(&args.state).try_for_each(|out| files.refuse_output(out))?;
     tier_file::check_name(args, &registry)?;
     let gpu = open(&args.clips.device)?;
     let options = measure_options(&args.clips, &gpu)?;
@@ -35,6 +37,9 @@ pub(crate) fn run(args: &TuneArgs, tables: &[&[NodeKind]]) -> Result<(), Failure
     match &args.out {
         Some(path) => write_atomic(path, text.as_bytes())?,
         None => say(&text),
+    }
+    if let Some(folder) = tier_file::foreign_folder(args) {
+        note(&format!("note: the file extends one of another folder; use it with `--allow {}`", folder.display()));
     }
     note(&format!("{}; {} choices were measured", tier_file::figures(&tuned.measured), tuned.choices));
     Ok(())

@@ -58,7 +58,7 @@ fn written(args: &RenderArgs) -> String {
 /// The input files: the pipeline and the files that it names, folders of kinds, and the images.
 fn places(args: &RenderArgs, tables: &[&[NodeKind]]) -> BTreeSet<PathBuf> {
     let mut places = files_of(&args.pipeline, tables, &args.options);
-    places.extend(args.options.nodes.iter().cloned());
+    places.extend(args.options.kinds.nodes.iter().cloned());
     let named = args.inputs.iter().filter_map(|input| input.split_once('=')).map(|(_, file)| file);
     for file in args.input.as_deref().into_iter().chain(named) {
         match sequence::Input::find(file, args.frames.as_deref()).or_else(|_| sequence::Input::find(file, None)) {
@@ -70,26 +70,33 @@ fn places(args: &RenderArgs, tables: &[&[NodeKind]]) -> BTreeSet<PathBuf> {
 }
 
 /// Records which files are loaded, also those that do not exist.
-#[derive(Default)]
-struct RecordingLoader(RefCell<BTreeSet<PathBuf>>);
+struct RecordingLoader {
+    files: Files,
+    named: RefCell<BTreeSet<PathBuf>>,
+}
 
 impl Loader for RecordingLoader {
     fn load(&self, path: &str) -> Result<Arc<[u8]>, String> {
-        self.0.borrow_mut().insert(path.into());
-        Files.load(path)
+        self.named.borrow_mut().insert(path.into());
+        self.files.load(path)
+    }
+
+    fn load_override(&self, path: &str) -> Result<Arc<[u8]>, String> {
+        self.named.borrow_mut().insert(path.into());
+        self.files.load_override(path)
     }
 }
 
 /// The pipeline file and the files that it names: extended and used pipelines, looks, tables. Files that cannot be read
 /// name no others.
 fn files_of(path: &Path, tables: &[&[NodeKind]], options: &PipelineOptions) -> BTreeSet<PathBuf> {
-    let loader = RecordingLoader::default();
-    if let (Ok(registry), Ok(document)) = (registry(tables, &options.nodes), read_document(path)) {
-        let file = PipelineFile::with_loader(&document, &registry, &loader);
+    let loader = RecordingLoader { files: Files::of(path, &options.kinds), named: RefCell::default() };
+    if let (Ok(registry), Ok(document)) = (registry(tables, &options.kinds), read_document(path)) {
+        let file = PipelineFile::new(&document, &registry, &loader);
         // The command that uses the pipeline reports its errors.
         let _ = file.check(&PipelineOptions { sets: Vec::new(), facts: Vec::new(), ..options.clone() });
     }
-    let mut files = loader.0.into_inner();
+    let mut files = loader.named.into_inner();
     files.insert(path.to_owned());
     files
 }
@@ -147,6 +154,8 @@ mod tests {
         let (kinds, pipeline, shot, out) =
             (file("kinds"), file("night/a.ron"), file("shot.####.exr"), file("kinds/o.png"));
         let words = [pipeline.as_str(), &shot, "-o", &out];
+        let root = folder.to_str().unwrap();
+        let words = [&words[..], &["--allow", root]].concat();
         let places = places_of(&[&words[..], &["--nodes", &kinds]].concat());
         // A folder without kinds is a mistake, and is waited for all the same.
         assert!(places.contains(&folder.join("kinds")) && places.contains(&folder.join("night/a.ron")), "{places:?}");

@@ -4,6 +4,7 @@ use std::sync::Mutex;
 
 use afterimage_plan::Stage;
 use afterimage_plan::codegen::Composed;
+use afterimage_wgsl::limits;
 use rustc_hash::FxHashMap;
 
 use crate::GpuError;
@@ -110,13 +111,16 @@ impl Pipelines {
         let (queue, refused) = (Mutex::new(missing), Mutex::new(None));
         std::thread::scope(|scope| {
             for _ in 0..threads {
-                scope.spawn(|| {
+                let work = || {
                     while let Some(order) = pop(&queue) {
                         if let Err(error) = self.build_one(device, order) {
                             refused.lock().expect(UNBROKEN).get_or_insert(error);
                         }
                     }
-                });
+                };
+                // wgpu parses the module again, and its parser recurses.
+                let thread = std::thread::Builder::new().stack_size(limits::STACK_BYTES).spawn_scoped(scope, work);
+                thread.unwrap_or_else(|error| panic!("the system has no more threads: {error}"));
             }
         });
         refused.into_inner().expect(UNBROKEN).map_or(Ok(()), Err)

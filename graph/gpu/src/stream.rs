@@ -47,6 +47,11 @@ impl Feed {
         }
         let size = self.stored.desc.size;
         let (row, pitch) = row_and_pitch(size, self.stored.desc.format);
+        if (pitch * rows(size)) as u64 > self.device.limits().max_buffer_size {
+            // No staging buffer can hold it; wgpu copies it by its own.
+            store::upload(&self.queue, &self.stored.texture, self.stored.desc, bytes);
+            return Ok(());
+        }
         let usage = wgpu::BufferUsages::MAP_WRITE | wgpu::BufferUsages::COPY_SRC;
         let new = || buffer(&self.device, "upload", (pitch * rows(size)) as u64, usage);
         let staging = self.staging.take().unwrap_or_else(new);
@@ -79,15 +84,27 @@ pub struct Readback {
     device: wgpu::Device,
     queue: wgpu::Queue,
     buffer: Option<wgpu::Buffer>,
+    /// Bytes that are read at a time.
+    piece: u64,
 }
+
+/// A copy of this size is as fast as a larger one.
+const PIECE: u64 = 256 << 20;
 
 impl Readback {
     /// For textures of this device.
     pub fn new(device: &wgpu::Device, queue: &wgpu::Queue) -> Self {
-        Self { device: device.clone(), queue: queue.clone(), buffer: None }
+        let piece = device.limits().max_buffer_size.min(PIECE);
+        Self { device: device.clone(), queue: queue.clone(), buffer: None, piece }
     }
 
-    /// The texels of a texture. Waits for the GPU.
+    /// Reads at most so many bytes at a time, but a row at least.
+    #[must_use]
+    pub fn in_pieces_of(self, bytes: u64) -> Self {
+        Self { piece: bytes.min(self.piece), ..self }
+    }
+
+    /// The texels of a texture. Waits for the GPU. A texture that is larger than a buffer may be is read in pieces.
     ///
     /// # Errors
     /// [`GpuError::Format`] for a texture in none of the formats of images, [`GpuError::DeviceLost`] if the device was
@@ -97,20 +114,36 @@ impl Readback {
         let format = format.ok_or_else(|| GpuError::Format { what: format!("reading {:?} back", texture.format()) })?;
         let size = Size::volume(texture.width(), texture.height(), texture.depth_or_array_layers());
         let (row, pitch) = row_and_pitch(size, format);
+        let mut bytes = Vec::with_capacity(row * rows(size));
+        for (origin, extent) in pieces(size, (self.piece / pitch as u64).max(1)) {
+            let part = wgpu::TexelCopyTextureInfo { origin, ..texture.as_image_copy() };
+            self.read(part, extent, (row, pitch), &mut bytes)?;
+        }
+        let volume = texture.dimension() == wgpu::TextureDimension::D3;
+        Ok(Texels { desc: ImageDesc { size, format, volume }, bytes })
+    }
+
+    /// Appends the texels of a part of a texture.
+    fn read(
+        &mut self,
+        part: wgpu::TexelCopyTextureInfo<'_>,
+        extent: wgpu::Extent3d,
+        (row, pitch): (usize, usize),
+        bytes: &mut Vec<u8>,
+    ) -> Result<(), GpuError> {
+        let size = Size::volume(extent.width, extent.height, extent.depth_or_array_layers);
         let buffer = self.buffer_of((pitch * rows(size)) as u64);
         let mut encoder = self.device.create_command_encoder(&Default::default());
         let to = wgpu::TexelCopyBufferInfo { buffer: &buffer, layout: layout(size, pitch) };
-        encoder.copy_texture_to_buffer(texture.as_image_copy(), to, texture.size());
+        encoder.copy_texture_to_buffer(part, to, extent);
         self.queue.submit([encoder.finish()]);
         map(&self.device, &buffer, wgpu::MapMode::Read)?;
-        let bytes = {
-            let mapped = buffer.slice(..).get_mapped_range().map_err(|error| GpuError::lost(&error))?;
-            without_padding(&mapped, row, pitch)
-        };
+        let mapped = buffer.slice(..).get_mapped_range().map_err(|error| GpuError::lost(&error))?;
+        append_without_padding(bytes, &mapped, row, pitch);
+        drop(mapped);
         buffer.unmap();
         self.buffer = Some(buffer);
-        let volume = texture.dimension() == wgpu::TextureDimension::D3;
-        Ok(Texels { desc: ImageDesc { size, format, volume }, bytes })
+        Ok(())
     }
 
     /// The first four numbers of a storage buffer. Waits for the GPU.
@@ -151,6 +184,11 @@ impl ReadbackBatch {
         Self { device: device.clone(), buffer, descs, copied: (0, 0) }
     }
 
+    /// Whether a buffer of the device can hold them all.
+    pub(crate) fn fits(device: &wgpu::Device, descs: &[ImageDesc]) -> bool {
+        descs.iter().map(padded_bytes).sum::<u64>() <= device.limits().max_buffer_size
+    }
+
     /// Records the copy of the next texture.
     pub(crate) fn copy(&mut self, encoder: &mut wgpu::CommandEncoder, texture: &wgpu::Texture) {
         let (number, offset) = self.copied;
@@ -172,7 +210,9 @@ impl ReadbackBatch {
             let (padded, after) = rest.split_at(padded_bytes(desc) as usize);
             rest = after;
             let (row, pitch) = row_and_pitch(desc.size, desc.format);
-            Texels { desc: *desc, bytes: without_padding(padded, row, pitch) }
+            let mut bytes = Vec::with_capacity(row * rows(desc.size));
+            append_without_padding(&mut bytes, padded, row, pitch);
+            Texels { desc: *desc, bytes }
         });
         Ok(texels.collect())
     }
@@ -212,12 +252,53 @@ fn layout(size: Size, pitch: usize) -> wgpu::TexelCopyBufferLayout {
     wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(pitch as u32), rows_per_image: Some(size.height) }
 }
 
-/// The rows without padding.
-fn without_padding(padded: &[u8], row: usize, pitch: usize) -> Vec<u8> {
+/// Appends the rows without padding.
+fn append_without_padding(bytes: &mut Vec<u8>, padded: &[u8], row: usize, pitch: usize) {
     if row == pitch {
-        return padded.to_vec();
+        return bytes.extend_from_slice(padded);
     }
-    let mut bytes = Vec::with_capacity(padded.len() / pitch * row);
     padded.chunks_exact(pitch).for_each(|line| bytes.extend_from_slice(&line[..row]));
-    bytes
+}
+
+/// The parts of a texture in the order of its texels, of at most `most` rows each: whole slices, or rows of one.
+fn pieces(size: Size, most: u64) -> Vec<(wgpu::Origin3d, wgpu::Extent3d)> {
+    let slices = (most / u64::from(size.height)).clamp(1, size.depth.into()) as u32;
+    let lines = most.min(size.height.into()) as u32;
+    let mut parts = Vec::new();
+    for z in (0..size.depth).step_by(slices as usize) {
+        for y in (0..size.height).step_by(lines as usize) {
+            let (height, depth) = (lines.min(size.height - y), slices.min(size.depth - z));
+            let extent = wgpu::Extent3d { width: size.width, height, depth_or_array_layers: depth };
+            parts.push((wgpu::Origin3d { x: 0, y, z }, extent));
+        }
+    }
+    parts
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The slices and the rows of each piece.
+    fn ranges(size: Size, most: u64) -> Vec<(std::ops::Range<u32>, std::ops::Range<u32>)> {
+        let range = |from: u32, length: u32| from..from + length;
+        let parts = pieces(size, most).into_iter();
+        parts.map(|(at, part)| (range(at.z, part.depth_or_array_layers), range(at.y, part.height))).collect()
+    }
+
+    #[test]
+    fn pieces_cover_each_row_once_in_order() {
+        assert_eq!(ranges(Size::new(9, 7), 100), [(0..1, 0..7)]);
+        assert_eq!(ranges(Size::new(9, 7), 3), [(0..1, 0..3), (0..1, 3..6), (0..1, 6..7)]);
+        assert_eq!(ranges(Size::volume(9, 2, 5), 4), [(0..2, 0..2), (2..4, 0..2), (4..5, 0..2)]);
+        assert_eq!(ranges(Size::volume(9, 2, 2), 1), [(0..1, 0..1), (0..1, 1..2), (1..2, 0..1), (1..2, 1..2)]);
+        for (height, depth, most) in [(1, 1, 1), (13, 1, 5), (4, 6, 9), (4, 6, 3)] {
+            let rows: Vec<_> = ranges(Size::volume(3, height, depth), most)
+                .into_iter()
+                .flat_map(|(slices, rows)| slices.flat_map(move |z| rows.clone().map(move |y| (z, y))))
+                .collect();
+            let all: Vec<_> = (0..depth).flat_map(|z| (0..height).map(move |y| (z, y))).collect();
+            assert_eq!(rows, all, "{height} rows, {depth} slices, {most} at most");
+        }
+    }
 }

@@ -1,10 +1,11 @@
 //! Images in files and in memory.
 //!
 //! - [`codec`]: bytes to a [`Picture`] and back, without a file system.
-//! - [`files`]: named files, layers, numbered sequences, atomic writes.
+//! - [`files`]: named files, layers, numbered sequences, atomic writes. Everything that the program reads goes
+//!   through [`read_bytes`], [`read_text`] and [`files::read`]: regular files of a bounded size.
 //!
-//! No file can stop the program: headers are checked against [`limits`] before anything is allocated, panics of
-//! decoders become errors, and each error says what the user can do.
+//! No file can stop the program: headers are checked against [`limits`] and a [`Budget`] before anything is allocated,
+//! panics of decoders become errors, and each error says what the user can do.
 
 pub mod codec;
 pub mod files;
@@ -13,11 +14,14 @@ pub mod files;
 mod tests;
 
 pub use codec::{
-    Alpha, CodecError, EncodedPixels, ErrorKind, ExrCompression, ExrOptions, JpegOptions, Metadata, Picture, Pixels,
-    PngDepth, PngOptions, catch_panic, encode_exr, encode_jpeg, encode_png, limits,
+    Alpha, Budget, CodecError, EncodedPixels, ErrorKind, ExrCompression, ExrOptions, JpegOptions, Metadata, Picture,
+    Pixels, PngDepth, PngOptions, catch_panic, encode_exr, encode_jpeg, encode_png, limits,
 };
 #[cfg(feature = "avif")]
 pub use codec::{AvifOptions, encode_avif};
 #[cfg(feature = "avif")]
 pub use files::write_avif;
-pub use files::{FileError, Source, read, sequence, write_atomic, write_exr, write_jpeg, write_png};
+pub use files::{
+    FileError, Source, default_budget, read, read_bytes, read_text, read_within, real_path, sequence, write_atomic,
+    write_exr, write_jpeg, write_png,
+};

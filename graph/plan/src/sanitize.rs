@@ -32,7 +32,9 @@ fn sanitized(name: &str, source: &VirtualImage) -> VirtualImage {
 
 fn needs_copy(kernel: &KernelCall, image: ImageId) -> bool {
     let (shader, function) = (&kernel.shader, &kernel.function);
-    let cannot_sanitize = shader.reads_textures_itself(function) || shader.filters_textures(function);
+    // Nobody knows how often an untrusted kernel reads: each read would have the code that repairs a texel.
+    let cannot_sanitize =
+        shader.is_untrusted() || shader.reads_textures_itself(function) || shader.filters_textures(function);
     kernel.accepts(Arg::Texture(image)) && cannot_sanitize
 }
 

@@ -1,4 +1,5 @@
-//! What single stages of the planner must not do, on the smallest graphs that show it.
+//! What single stages of the planner must not do, on the smallest graphs that show it. `graph/docs/faults.md` lists the
+//! faults that these tests notice.
 
 use afterimage_generators::Recipe;
 use afterimage_graph::check::{CheckOptions, Facts, Graph, check};

@@ -9,6 +9,9 @@ use super::Loader;
 use crate::document::{self, Document};
 use afterimage_base::diagnostic::{Diagnostic, Diagnostics, Spanned, quote};
 
+/// The name of the text that `--set` options are shown in.
+pub(super) const COMMAND_LINE: &str = "--set";
+
 /// The bytes of a file, or why there are none.
 type Bytes = Result<Arc<[u8]>, String>;
 
@@ -29,18 +32,26 @@ pub(super) enum Named {
 pub(super) struct Files<'a> {
     loader: &'a dyn Loader,
     bytes: RefCell<BTreeMap<String, Bytes>>,
+    /// Those that overrides name.
+    overrides: RefCell<BTreeMap<String, Bytes>>,
     documents: RefCell<BTreeMap<String, Named>>,
 }
 
 impl<'a> Files<'a> {
     pub(super) fn new(loader: &'a dyn Loader) -> Self {
-        Self { loader, bytes: RefCell::default(), documents: RefCell::default() }
+        Self { loader, bytes: RefCell::default(), overrides: RefCell::default(), documents: RefCell::default() }
     }
 
     /// The bytes of a file by its joined path.
     pub(super) fn bytes(&self, path: &str) -> Bytes {
         let load = || self.loader.load(path);
         self.bytes.borrow_mut().entry(path.to_owned()).or_insert_with(load).clone()
+    }
+
+    /// The bytes of a file that an override names.
+    pub(super) fn override_bytes(&self, path: &str) -> Bytes {
+        let load = || self.loader.load_override(path);
+        self.overrides.borrow_mut().entry(path.to_owned()).or_insert_with(load).clone()
     }
 
     /// The document in a file by its joined path.
@@ -75,7 +86,11 @@ pub(super) fn join(from: &str, path: &str) -> String {
             _ => parts.push(part),
         }
     }
-    parts.join("/")
+    match parts.join("/") {
+        // Its locations would be those of overrides.
+        joined if joined == COMMAND_LINE => format!("./{joined}"),
+        joined => joined,
+    }
 }
 
 pub(super) fn unreadable(named: &Spanned<String>, why: &str) -> Diagnostic {

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
 
 use super::build::{Builder, Named, NodeDraft};
-use super::files::{join, unreadable};
+use super::files::{COMMAND_LINE, join, unreadable};
 use super::suggest::{kinds_near, known_kinds};
 use super::{Condition, GraphNode};
 use crate::document::{Field, Item, NodeEntry, Tree, doubled, renamed};
@@ -176,7 +176,12 @@ impl Builder<'_> {
         if path.is_empty() {
             return Ok(Value::File(FileValue::default()));
         }
-        let bytes = self.files.bytes(&join(&named.location.file, &path)).map_err(|why| unreadable(named, &why))?;
+        let joined = join(&named.location.file, &path);
+        let bytes = match &*named.location.file {
+            COMMAND_LINE => self.files.override_bytes(&joined),
+            _ => self.files.bytes(&joined),
+        };
+        let bytes = bytes.map_err(|why| unreadable(named, &why))?;
         self.count_file(named, bytes.len())?;
         Ok(Value::File(FileValue { path, bytes: Some(bytes) }))
     }

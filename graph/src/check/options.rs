@@ -7,6 +7,12 @@ pub trait Loader {
     /// The bytes of a file, or why there are none. Paths are relative to the file that names them, already joined to
     /// its folder.
     fn load(&self, path: &str) -> Result<Arc<[u8]>, String>;
+
+    /// The bytes of a file that the user names by an override of [`CheckOptions::sets`]. A loader that restricts what a
+    /// pipeline may name need not restrict these.
+    fn load_override(&self, path: &str) -> Result<Arc<[u8]>, String> {
+        self.load(path)
+    }
 }
 
 /// A loader for hosts without files: every path is an error.

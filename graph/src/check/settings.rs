@@ -3,12 +3,10 @@
 use std::sync::Arc;
 
 use super::build::{Builder, Change, Named, NodeDraft, Scope};
+use super::files::COMMAND_LINE;
 use super::nodes::COMMON;
 use crate::document::{Item, Override, Tree, read_tree, renamed};
 use afterimage_base::diagnostic::{Diagnostic, Location, Spanned, did_you_mean, list, quote};
-
-/// The name of the text that `--set` options are shown in.
-const COMMAND_LINE: &str = "--set";
 
 /// What a key names.
 enum Target {

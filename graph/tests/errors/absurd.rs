@@ -61,6 +61,18 @@ fn control_characters_do_not_reach_the_terminal() {
     assert!(reported.contains("ab\\u{1b}[31m.ron") && !reported.contains('\u{1b}'), "{reported:?}");
 }
 
+/// Also those of the text that an error shows, at the places that it underlines.
+#[test]
+fn control_characters_of_an_excerpt_are_replaced() {
+    let text = "Pipeline(/* \u{9b}2J \u{1b}[2J \u{85} \r \u{7f} \u{202e} */ nodes: { \"a\": Nothing() }, outputs: {})";
+    let reported = reported("absurd.ron", text);
+    assert!(reported.chars().all(|c| c == '\n' || !c.is_control()), "{reported:?}");
+    let lines: Vec<&str> = reported.lines().collect();
+    let place = |text: &str| lines.iter().find_map(|line| line.find(text).map(|at| line[..at].chars().count()));
+    assert_eq!(place("Nothing()"), place("^^^^^^^"), "{reported}");
+    assert!(reported.contains("/* ·2J ␛[2J · "), "{reported}");
+}
+
 #[test]
 fn a_chain_of_sixteen_thousand_nodes_is_checked_in_order() {
     let nodes: String = (1..16_000).rev().map(|n| format!("\"{n}\":Tint(source:\"{}\"),\n", n - 1)).collect();

@@ -47,6 +47,19 @@ fn a_byte_order_mark_at_the_beginning_is_skipped() {
 }
 
 #[test]
+fn a_doc_has_no_control_characters() {
+    for escape in ["\\u{1b}[8m", "\\u{9b}8m", "\\u{7}"] {
+        let reported = reported(&DECLARATION.replacen("doc: \"", &format!("doc: \"{escape}"), 1), SHADER);
+        assert!(
+            reported.contains("`doc` is a text in quotes that is not empty and has no control characters"),
+            "{reported}"
+        );
+    }
+    let lines = DECLARATION.replacen("doc: \"", "doc: \"First.\\n\\n\\tSecond. ", 1);
+    assert!(folder_kind(("node.ron", &lines), ("posterize.wgsl", SHADER)).is_ok(), "{lines}");
+}
+
+#[test]
 fn other_files_of_the_folder_are_for_imports_and_may_have_any_names() {
     let shader =
         SHADER.replace("struct", "#import steps\nstruct").replace("params.levels - 1.0", "step(params.levels)");
@@ -106,14 +119,20 @@ fn errors_of_the_shader_are_reported_at_their_lines() {
         (
             "fn posterize",
             "@group(0) @binding(0) var posterize_t: texture_2d<f32>;\nfn posterize",
-            "`posterize_t` is bound to a resource, which the framework makes by itself",
+            "this is bound to a resource, which the framework makes by itself",
             "posterize.wgsl:3:27",
         ),
         (
             "fn posterize",
             "@compute @workgroup_size(1) fn posterize_all() { }\nfn posterize",
-            "`posterize_all` is an entry point",
-            "posterize.wgsl:3:32",
+            "this belongs to an entry point or a binding, which the framework makes by itself",
+            "posterize.wgsl:3:1",
+        ),
+        (
+            "levels: f32",
+            "levels: f32, is_soft: bool",
+            "the struct `Posterize` has a member that no parameter fits",
+            "posterize.wgsl:1:8",
         ),
         ("    let steps", "    loop { }\n    let steps", "this loop never ends", "posterize.wgsl:4:5"),
         (
@@ -126,6 +145,14 @@ fn errors_of_the_shader_are_reported_at_their_lines() {
         let reported = reported(DECLARATION, &SHADER.replace(from, to));
         assert!(reported.contains(message) && reported.contains(location), "{from} -> {to}:\n{reported}");
     }
+}
+
+#[test]
+fn an_array_of_one_number_is_no_member_for_a_parameter() {
+    let shader = SHADER.replace("levels: f32", "levels: array<f32, 1>").replace("params.levels", "params.levels[0]");
+    let reported = reported(DECLARATION, &shader);
+    assert!(reported.contains("`levels` is a number and does not fit its member"), "{reported}");
+    assert!(reported.contains("posterize.wgsl:1:20"), "{reported}");
 }
 
 #[test]

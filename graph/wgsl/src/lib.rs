@@ -4,6 +4,7 @@ mod direct_reads;
 mod error;
 mod features;
 mod library;
+pub mod limits;
 mod link;
 mod lints;
 mod module;

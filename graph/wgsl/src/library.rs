@@ -12,12 +12,22 @@ use crate::module::Module;
 pub(crate) struct SourceFile {
     name: Shared<str>,
     text: Shared<str>,
+    untrusted: bool,
     module: OnceLock<Result<Module, ShaderError>>,
 }
 
 impl SourceFile {
     pub(crate) const fn new(name: Shared<str>, text: Shared<str>) -> Self {
-        Self { name, text, module: OnceLock::new() }
+        Self { name, text, untrusted: false, module: OnceLock::new() }
+    }
+
+    /// A file that is not trusted.
+    pub(crate) fn untrusted(name: Shared<str>, text: Shared<str>) -> Self {
+        Self { untrusted: true, ..Self::new(name, text) }
+    }
+
+    pub(crate) fn is_untrusted(&self) -> bool {
+        self.untrusted
     }
 
     /// The name that errors show.
@@ -30,7 +40,8 @@ impl SourceFile {
     }
 
     pub(crate) fn module(&self) -> Result<&Module, ShaderError> {
-        let module = self.module.get_or_init(|| Module::parse(&self.name, &self.text));
+        let parse = if self.untrusted { Module::parse_untrusted } else { Module::parse };
+        let module = self.module.get_or_init(|| parse(&self.name, &self.text));
         module.as_ref().map_err(Clone::clone)
     }
 
@@ -57,9 +68,9 @@ impl Library {
         Self { built_in: files, files: OnceLock::new() }
     }
 
-    /// A library of files that were read: the path and the text of each.
+    /// A library of untrusted files: the path and the text of each.
     pub fn of_files(files: impl IntoIterator<Item = (String, String)>) -> Self {
-        let file = |(name, text): (String, String)| SourceFile::new(name.into(), text.into());
+        let file = |(name, text): (String, String)| SourceFile::untrusted(name.into(), text.into());
         Self { built_in: &[], files: OnceLock::from(files.into_iter().map(file).collect::<Vec<_>>()) }
     }
 

@@ -6,9 +6,9 @@ use crate::direct_reads::{direct_reads, filtering};
 use crate::error::ShaderError;
 use crate::features::ShaderFeatures;
 use crate::library::Source;
-use crate::link::{Declared, Instance, Linker};
+use crate::link::{Declared, GENERATED, Instance, Linker, check_work};
 use crate::sample_mode::SampleMode;
-use crate::validate::validate;
+use crate::validate::{validate, validate_untrusted};
 
 /// The functions, structs and bindings of a module.
 #[derive(Clone, Debug, Default)]
@@ -156,11 +156,25 @@ impl Reflection {
 
 /// What a file declares: linked with its imports, parsed and validated.
 pub(crate) fn reflect(source: &Source) -> Result<Reflection, ShaderError> {
+    reflect_linked(source).map_err(|error| match error.file == GENERATED {
+        // The file is all that is known of the place.
+        true => ShaderError::new(source.file.name(), (1, 1), error.message),
+        false => error,
+    })
+}
+
+fn reflect_linked(source: &Source) -> Result<Reflection, ShaderError> {
     let mut linker = Linker::new(SampleMode::Plain, ShaderFeatures::default());
     let instance = linker.add(source, &[])?;
     let (linked, declared) = linker.link_whole(instance)?;
-    let module = validate(&linked.text, &linked.map)?;
     let names = Names { declared: &declared, instance };
+    let module = match source.file.is_untrusted() {
+        false => validate(&linked.text, &linked.map)?,
+        true => {
+            check_work(&linked)?;
+            validate_untrusted(&linked.text, &linked.map, &|name| names.of_framework(name).is_some())?
+        }
+    };
     Ok(Reader { module: &module, names }.reflection())
 }
 

@@ -22,9 +22,14 @@ impl Shader {
         Self::from_source(SourceFile::new(Shared::of(file), Shared::of(text)), Brought::Nothing)
     }
 
-    /// A file that is read when the program runs.
+    /// A text that the program makes while it runs.
     pub fn loaded(file: String, text: String) -> Self {
         Self::from_source(SourceFile::new(file.into(), text.into()), Brought::Nothing)
+    }
+
+    /// A file that is not trusted: [`limits`](crate::limits) hold for it, and its loops end.
+    pub fn untrusted(file: String, text: String) -> Self {
+        Self::from_source(SourceFile::untrusted(file.into(), text.into()), Brought::Nothing)
     }
 
     /// The same file with a library that is read when the program runs.
@@ -63,6 +68,11 @@ impl Shader {
     /// Whether it was made by [`unchecked`](Self::unchecked).
     pub fn is_unchecked(&self) -> bool {
         self.unchecked
+    }
+
+    /// Whether it was made by [`untrusted`](Self::untrusted).
+    pub fn is_untrusted(&self) -> bool {
+        self.source.file.is_untrusted()
     }
 
     /// The file's name.

@@ -3,7 +3,7 @@
 
 mod hostile;
 
-use afterimage_wgsl::{Instance, Linker, SampleMode, Shader, ShaderFeatures, validate};
+use afterimage_wgsl::{Instance, Library, Linker, SampleMode, Shader, ShaderFeatures, validate};
 use hostile::{Kernel, pair};
 
 /// Pairs that the test links. `AFTERIMAGE_HOSTILE_PAIRS=20000 cargo test -p afterimage-wgsl --test isolation` links
@@ -17,15 +17,19 @@ fn pairs() -> u64 {
 fn files_with_unkind_names_become_one_valid_module() {
     for seed in 0..pairs() {
         let pair = pair(seed);
-        let shader = |file: &str, kernel: &Kernel| Shader::loaded(file.into(), kernel.text.clone());
+        let shader = |file: &str, kernel: &Kernel| {
+            let library = Library::of_files([("shared.wgsl".to_owned(), kernel.shared.clone())]);
+            Shader::untrusted(file.into(), kernel.text.clone()).with_loaded_library(library)
+        };
         let (one, two) = (shader("one.wgsl", &pair.hostile[0]), shader("two.wgsl", &pair.hostile[1]));
         let mut linker = Linker::new(SampleMode::Sanitized, ShaderFeatures::default());
         let mut calls = String::new();
         for (index, shader) in [&one, &two].into_iter().enumerate() {
             shader.reflect().unwrap_or_else(|error| panic!("pair {seed} is not WGSL: {error}\n{}", shader.text()));
-            let instance = linker.add(shader.source(), &[]).expect("it imports nothing");
+            let instance = linker.add(shader.source(), &[]).expect("it imports what there is");
             let function = linker.name(instance, &pair.hostile[index].function);
-            calls += &format!("    let kernel{} = {function}(kernel{index});\n", index + 1);
+            let before = linker.before_call().expect("the kernels have loops");
+            calls += &format!("    {before}\n    let kernel{} = {function}(kernel{index});\n", index + 1);
         }
         let code = format!(
             "struct PassUniform {{ size: vec4f }}

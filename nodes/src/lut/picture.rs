@@ -28,6 +28,9 @@ pub fn parse_png(bytes: &[u8], layout: PngLayout) -> Result<Lut, LutError> {
     let broken = |error: png::DecodingError| LutError::new(0, format!("the PNG cannot be read: {error}"));
     let mut decoder = Decoder::new_with_limits(Cursor::new(bytes), Limits { bytes: MOST_BYTES });
     decoder.set_transformations(Transformations::EXPAND);
+    // Codes are used as they are: a profile is not applied, and need not be unpacked.
+    decoder.set_ignore_iccp_chunk(true);
+    decoder.set_ignore_text_chunk(true);
     let mut reader = decoder.read_info().map_err(broken)?;
     let level = level(reader.info().width, reader.info().height)?;
     let size = reader.output_buffer_size().ok_or_else(|| LutError::new(0, "the PNG is too large"))?;

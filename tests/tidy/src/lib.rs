@@ -11,6 +11,7 @@
 //! | [`words`] | does a word occur that the glossary replaces? |
 //! | [`places`] | does the code have the functions and files that a document names? |
 //! | [`flows`] | through which files does a task go? |
+//! | [`opens`] | is there a second place that opens files? |
 //! | [`packages`] | can a library crate be built from its own files? |
 //! | [`lines`] | how much code is there? |
 
@@ -22,6 +23,7 @@ pub mod imports;
 pub mod layers;
 pub mod lines;
 pub mod modules;
+pub mod opens;
 pub mod packages;
 mod paths;
 pub mod places;

@@ -6,7 +6,7 @@ use afterimage_tidy::flows::Flow;
 use afterimage_tidy::modules::Tree;
 use afterimage_tidy::words::Words;
 use afterimage_tidy::workspace::{Crate, Workspace, files_in, read};
-use afterimage_tidy::{files, functions, layers, packages, places, words};
+use afterimage_tidy::{files, functions, layers, opens, packages, places, words};
 
 #[track_caller]
 fn assert_none(violations: &[String]) {
@@ -41,6 +41,12 @@ fn files_are_short_narrow_and_described() {
 fn functions_are_short() {
     let of_crate = |member: &Crate| functions::violations(&member.name, &functions::of_crate(member));
     assert_none(&Workspace::this().product().flat_map(of_crate).collect::<Vec<_>>());
+}
+
+#[test]
+fn files_are_opened_in_one_place() {
+    let workspace = Workspace::this();
+    assert_none(&opens::violations(&workspace, &files::of_product(&workspace)));
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! One diagnostic, the list of all diagnostics with the texts that they point into, and both as text: the excerpts with
 //! underlined locations, and the hints.
 
+use std::borrow::Cow;
 use std::ops::Range;
 
 use annotate_snippets::{AnnotationKind, Element, Group, Level, Origin, Renderer, Snippet};
@@ -222,6 +223,16 @@ fn clean(text: &str) -> String {
     text.chars().map(escape).collect()
 }
 
+/// The text of an excerpt without the control characters that the renderer does not replace: those from U+0080.
+/// Each becomes a character of as many bytes, so that locations stay.
+fn pictured(text: &str) -> Cow<'_, str> {
+    let is_left = |c: char| matches!(c, '\u{80}'..='\u{9f}');
+    if !text.contains(is_left) {
+        return text.into();
+    }
+    text.chars().map(|c| if is_left(c) { '·' } else { c }).collect::<String>().into()
+}
+
 /// One excerpt per file, in the order in which the labels name the files.
 fn excerpts<'a>(labels: &'a [Label], sources: &'a Sources) -> Vec<Element<'a>> {
     let mut files: Vec<&str> = Vec::new();
@@ -281,5 +292,5 @@ fn snippet<'a>(file: &'a str, text: &'a str, lines: Range<usize>, labels: &[&'a 
         let annotation = kind.span(start..end.max(start));
         if label.text.is_empty() { annotation } else { annotation.label(clean(&label.text)) }
     });
-    Snippet::source(&text[lines.clone()]).path(clean(file)).line_start(first).annotations(annotations).into()
+    Snippet::source(pictured(&text[lines.clone()])).path(clean(file)).line_start(first).annotations(annotations).into()
 }

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::options::{DeviceOptions, PipelineOptions, parse_size};
+use super::options::{DeviceOptions, ImageOptions, PipelineOptions, parse_size};
 
 /// What each figure means, below the options.
 const FIGURES: &str = "\
@@ -52,6 +52,8 @@ pub(crate) struct ClipArgs {
     /// Samples of each time; 50 on a GPU and 7 on a processor by default
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..=10_000))]
     pub(crate) repeats: Option<u32>,
+    #[command(flatten)]
+    pub(crate) decoding: ImageOptions,
     #[command(flatten)]
     pub(crate) options: PipelineOptions,
     #[command(flatten)]

@@ -1,7 +1,8 @@
 //! Options that several commands have.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
+use afterimage_media::{Budget, default_budget};
 use afterimage_plan::Options;
 use clap::{Args, ValueEnum};
 
@@ -17,10 +18,20 @@ pub(crate) struct PipelineOptions {
     /// The tier to use
     #[arg(long)]
     pub(crate) tier: Option<String>,
+    #[command(flatten)]
+    pub(crate) kinds: KindOptions,
+}
+
+/// Folders of the command line: of node kinds, and of files that pipelines and kinds may name.
+#[derive(Clone, Debug, Default, Args)]
+pub(crate) struct KindOptions {
     /// A folder of node kinds in WGSL, or of one: a `node.ron`, a `.wgsl` file named like the kind, and those that it
     /// imports
     #[arg(long, value_name = "DIR")]
     pub(crate) nodes: Vec<PathBuf>,
+    /// A folder whose files, and those below it, a pipeline may name; by default only those of its own folder and below
+    #[arg(long, value_name = "DIR", value_parser = parse_folder)]
+    pub(crate) allow: Vec<PathBuf>,
 }
 
 /// Options of every command that plans.
@@ -116,6 +127,42 @@ pub(crate) struct DeviceOptions {
     pub(crate) arithmetic: ArithmeticOptions,
 }
 
+/// Options of every command that reads images.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct ImageOptions {
+    /// Memory that decoding one image may take, such as `512M` or `4G`; a quarter of the machine's memory by default
+    #[arg(long, value_name = "SIZE", value_parser = parse_bytes)]
+    memory: Option<Budget>,
+}
+
+impl ImageOptions {
+    pub(crate) fn budget(&self) -> Budget {
+        self.memory.unwrap_or_else(default_budget)
+    }
+}
+
+/// `512M`, `4G`, `4GiB` or `1000000`.
+fn parse_bytes(text: &str) -> Result<Budget, String> {
+    let digits = text.trim_end_matches(|c: char| c.is_ascii_alphabetic());
+    let shift = match text[digits.len()..].to_ascii_uppercase().trim_end_matches("IB") {
+        "" => Some(0),
+        "K" => Some(10),
+        "M" => Some(20),
+        "G" => Some(30),
+        "T" => Some(40),
+        _ => None,
+    };
+    let number: Option<u64> = digits.trim().parse().ok().filter(|number| *number > 0);
+    let bytes = number.zip(shift).and_then(|(number, shift)| number.checked_mul(1 << shift));
+    bytes.map(Budget).ok_or_else(|| "a size of memory is a whole number with `K`, `M`, `G` or `T`, such as 512M".into())
+}
+
+/// A folder that exists.
+fn parse_folder(text: &str) -> Result<PathBuf, String> {
+    let path = Path::new(text);
+    if path.is_dir() { Ok(path.to_owned()) } else { Err("there is no such folder".into()) }
+}
+
 /// `1920x1080`.
 pub(crate) fn parse_size(text: &str) -> Result<(u32, u32), String> {
     let parts =
@@ -123,5 +170,22 @@ pub(crate) fn parse_size(text: &str) -> Result<(u32, u32), String> {
     match parts {
         Some((width @ 1.., height @ 1..)) => Ok((width, height)),
         _ => Err("a size is two whole numbers from 1, such as 1920x1080".into()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes_of_memory_have_binary_units() {
+        let bytes = |text| parse_bytes(text).map(|budget| budget.0).ok();
+        assert_eq!(bytes("4G"), Some(4 << 30));
+        assert_eq!(bytes("4GiB"), Some(4 << 30));
+        assert_eq!(bytes("512m"), Some(512 << 20));
+        assert_eq!(bytes("1000"), Some(1000));
+        for text in ["", "G", "0", "-1G", "1.5G", "1x", "1GB", "99999999T", "1iB4"] {
+            assert_eq!(bytes(text), None, "{text}");
+        }
     }
 }

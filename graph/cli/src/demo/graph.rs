@@ -4,14 +4,14 @@ use afterimage_graph::check::Graph;
 use afterimage_graph::document::parse;
 use afterimage_graph::node::Registry;
 
-use crate::args::PipelineOptions;
+use crate::args::{KindOptions, PipelineOptions};
 use crate::built_in::BuiltIn;
 use crate::failure::Failure;
 use crate::pipeline::PipelineFile;
 
 /// The graph of a built-in pipeline.
 pub(super) fn graph(registry: &Registry, name: &str, text: &str, sets: Vec<String>) -> Result<Graph, Failure> {
-    let options = PipelineOptions { sets, facts: Vec::new(), tier: None, nodes: Vec::new() };
+    let options = PipelineOptions { sets, facts: Vec::new(), tier: None, kinds: KindOptions::default() };
     let document = parse(&format!("{name}.ron"), text)?;
-    Ok(PipelineFile::with_loader(&document, registry, &BuiltIn).check(&options)?.0)
+    Ok(PipelineFile::new(&document, registry, &BuiltIn).check(&options)?.0)
 }

@@ -14,7 +14,7 @@ use afterimage_graph::node::{NodeKind, Registry};
 use afterimage_media::write_atomic;
 use afterimage_plan::Options;
 
-use crate::args::DemoArgs;
+use crate::args::{DemoArgs, KindOptions};
 use crate::built_in::{PIPELINES, SCENE};
 use crate::device::{CachedSession, open};
 use crate::failure::Failure;
@@ -26,7 +26,7 @@ use crate::terminal::say;
 use graph::graph;
 
 pub(crate) fn run(args: &DemoArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
-    let registry = registry(tables, &[])?;
+    let registry = registry(tables, &KindOptions::default())?;
     if let Some(file) = &args.walk {
         return plot_walk(args, &registry, file);
     }

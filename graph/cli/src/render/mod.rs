@@ -14,7 +14,7 @@ use afterimage_graph::node::NodeKind;
 
 use crate::args::RenderArgs;
 use crate::failure::Failure;
-use crate::files::{read_document, registry};
+use crate::files::{Files, read_document, registry};
 use crate::pipeline::{PipelineFile, assignments, facts, plan_options};
 use crate::terminal::note;
 use request::Request;
@@ -23,12 +23,15 @@ use target::targets;
 pub(crate) use frames::choose_output;
 
 pub(crate) fn run(args: &RenderArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
-    let registry = registry(tables, &args.options.nodes)?;
+    let registry = registry(tables, &args.options.kinds)?;
     let document = read_document(&args.pipeline)?;
-    let graph = PipelineFile::new(&document, &registry).graph(&args.options)?;
+    let files = Files::of(&args.pipeline, &args.options.kinds);
+    let graph = PipelineFile::new(&document, &registry, &files).graph(&args.options)?;
     let (facts, options) = (facts(&args.options)?, plan_options(&args.plan));
     let named = assignments(&args.inputs, "--input")?;
     let mut request = Request::new(args, targets(args)?, &graph, named)?;
+    let mut written = request.jobs.iter().flat_map(|job| &job.out).chain(&args.json);
+    written.try_for_each(|out| files.refuse_output(out))?;
     let graph = request.prepare(graph);
     let (times, frames) = stages::run(&request, graph, facts, options)?;
     readings::summary(&frames).iter().for_each(|line| note(line));

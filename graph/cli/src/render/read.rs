@@ -4,7 +4,7 @@ use std::sync::mpsc::SyncSender;
 use std::time::{Duration, Instant};
 
 use afterimage_graph::image::Signedness;
-use afterimage_media::{Picture, Source};
+use afterimage_media::{Picture, Source, read_within};
 
 use super::repairs::{Repairs, is_opaque};
 use super::request::{Job, Request};
@@ -44,7 +44,7 @@ fn read_job(request: &Request<'_>, job: &Job) -> Read {
 }
 
 fn read_input(request: &Request<'_>, name: &str, source: &Source) -> Result<InputPicture, Failure> {
-    let picture = afterimage_media::read(source)?;
+    let picture = read_within(source, request.args.images.budget())?;
     let input = request.inputs.iter().find(|input| input.name == name);
     let signedness = input.map_or(Signedness::Unsigned, |input| input.state.signedness());
     let lacks_alpha = input.is_some_and(|input| input.needs_alpha) && is_opaque(&picture);

@@ -146,8 +146,11 @@ impl Session {
     pub fn render_all(&mut self, frames: &[FrameInputs], together: bool) -> Result<Vec<Vec<Texels>>, SessionError> {
         let plan = self.plan().clone();
         let outputs = plan.outputs.iter().map(|output| plan.image(output.image).desc);
-        let descs: Vec<ImageDesc> = outputs.collect();
-        let mut batch = ReadbackBatch::new(&self.gpu.device, descs.repeat(frames.len()));
+        let descs = outputs.collect::<Vec<ImageDesc>>().repeat(frames.len());
+        if !ReadbackBatch::fits(&self.gpu.device, &descs) {
+            return frames.iter().map(|frame| self.render_alone(frame, &plan)).collect();
+        }
+        let mut batch = ReadbackBatch::new(&self.gpu.device, descs);
         let mut encoder = self.gpu.encoder();
         for (images, step) in frames {
             if step.reset {
@@ -166,6 +169,15 @@ impl Session {
         self.gpu.queue.submit([encoder.finish()]);
         let mut texels = batch.read()?.into_iter();
         Ok(frames.iter().map(|_| texels.by_ref().take(plan.outputs.len()).collect()).collect())
+    }
+
+    /// Renders a frame and reads back its outputs, one after another.
+    fn render_alone(&mut self, (images, step): &FrameInputs, plan: &Plan) -> Result<Vec<Texels>, SessionError> {
+        if step.reset {
+            self.restart();
+        }
+        self.submit(images, *step)?;
+        plan.outputs.iter().map(|output| self.output(&output.name)).collect()
     }
 
     /// The texels of an output of the last frame. Waits for the GPU.

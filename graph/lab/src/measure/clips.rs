@@ -6,7 +6,7 @@ use afterimage_gpu::{FrameStep, Gpu, InputImage, input_image};
 use afterimage_graph::check::{Graph, GraphInput};
 use afterimage_graph::image::Size;
 use afterimage_graph::node::Registry;
-use afterimage_media::{read, sequence};
+use afterimage_media::{Budget, Source, read_within, sequence};
 
 use crate::{LabError, scene};
 
@@ -27,6 +27,8 @@ pub struct ClipOptions {
     pub frames: Option<String>,
     /// Frames per second.
     pub fps: f32,
+    /// Memory that decoding a file may take.
+    pub budget: Budget,
 }
 
 /// The frames of a sequence, or a still image.
@@ -129,7 +131,8 @@ fn find(options: &ClipOptions, image: &str) -> Result<sequence::Input, LabError>
 fn short_name(image: &str) -> String {
     let file = Path::new(image).file_name().map_or(image.into(), |name| name.to_string_lossy());
     let stem = file.rsplit_once('.').map_or(file.as_ref(), |(stem, _)| stem);
-    stem.trim_end_matches(['#', '.', '_', '-']).to_owned()
+    // The name is printed in tables with styles.
+    stem.trim_end_matches(['#', '.', '_', '-']).replace(char::is_control, "?")
 }
 
 impl ClipSource {
@@ -150,7 +153,7 @@ impl ClipSource {
         options: &ClipOptions,
     ) -> Result<Clip, LabError> {
         let images = match self {
-            Self::Files { inputs, .. } => file_images(gpu, inputs)?,
+            Self::Files { inputs, .. } => file_images(gpu, inputs, options.budget)?,
             Self::Scene => scene::walk(gpu, registry, &graph.inputs, options.size, (options.walk, options.fps))?,
         };
         let size = images[0].first().map_or(options.size, |image| image.desc.size);
@@ -168,25 +171,27 @@ fn steps(frames: usize, fps: f32) -> Vec<FrameStep> {
     (0..frames).map(step).collect()
 }
 
-fn file_images(gpu: &Gpu, inputs: &[(String, sequence::Input)]) -> Result<Vec<Vec<InputImage>>, LabError> {
+fn file_images(
+    gpu: &Gpu,
+    inputs: &[(String, sequence::Input)],
+    budget: Budget,
+) -> Result<Vec<Vec<InputImage>>, LabError> {
     let frames = inputs.iter().map(|(_, input)| input.sources().len()).max().unwrap_or(1);
-    (0..frames).map(|frame| inputs.iter().map(|(name, input)| file_image(gpu, name, input, frame)).collect()).collect()
+    let image = |(name, input): &(String, _), frame| {
+        let picture = read_within(&file_of(name, input, frame)?, budget)?;
+        gpu.check_fits(picture.desc())?;
+        Ok(input_image(gpu, name, picture.desc(), picture.bytes()))
+    };
+    (0..frames).map(|frame| inputs.iter().map(|input| image(input, frame)).collect()).collect()
 }
 
-fn file_image(gpu: &Gpu, name: &str, input: &sequence::Input, frame: usize) -> Result<InputImage, LabError> {
-    let sources = input.sources();
-    let source = match sources.as_slice() {
-        [(_, still)] => still,
-        frames => match frames.get(frame) {
-            Some((_, source)) => source,
-            None => {
-                return Err(LabError::request(format!("input `{name}` has only {} frames", frames.len()))
-                    .hint("shorten the others with `--frames`"));
-            }
-        },
-    };
-    let picture = read(source)?;
-    let (desc, bytes) = (picture.desc(), picture.bytes());
-    gpu.check_fits(desc)?;
-    Ok(input_image(gpu, name, desc, bytes))
+/// The file of an input in a frame; a still image is that of all frames.
+fn file_of(name: &str, input: &sequence::Input, frame: usize) -> Result<Source, LabError> {
+    let mut sources = input.sources();
+    let last = sources.len() - 1;
+    if last > 0 && frame > last {
+        return Err(LabError::request(format!("input `{name}` has only {} frames", last + 1))
+            .hint("shorten the others with `--frames`"));
+    }
+    Ok(sources.swap_remove(frame.min(last)).1)
 }

@@ -5,7 +5,7 @@
 
 use std::path::{Path, PathBuf};
 
-use afterimage_media::write_atomic;
+use afterimage_media::{read_text, write_atomic};
 use serde_json::{Value, json};
 
 use super::chart::write_chart;
@@ -13,7 +13,7 @@ use super::json::json as report_json;
 use super::report::MeasureReport;
 use super::table::significant;
 use crate::LabError;
-use crate::files::{has_extension, make_folder};
+use crate::files::{MOST_TEXT, has_extension, make_folder};
 
 const HEADING: &str = "\
 # Tiers and switches, measured
@@ -131,8 +131,7 @@ struct Figures {
 }
 
 fn read(path: &Path) -> Result<Figures, LabError> {
-    let text = std::fs::read_to_string(path)
-        .map_err(|error| LabError::request(format!("cannot read the figures `{}`: {error}", path.display())))?;
+    let text = read_text(path, MOST_TEXT)?;
     let pipelines = serde_json::from_str(&text)
         .map_err(|error| LabError::request(format!("`{}` holds no figures: {error}", path.display())))?;
     Ok(Figures { name: stem(path), pipelines })

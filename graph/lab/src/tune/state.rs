@@ -8,7 +8,8 @@ use serde_json::Value;
 
 use super::search::Measured;
 use crate::LabError;
-use afterimage_media::write_atomic;
+use crate::files::MOST_TEXT;
+use afterimage_media::{read_text, write_atomic};
 
 /// Figures by choice.
 pub(super) struct SearchState {
@@ -56,8 +57,7 @@ impl SearchState {
 
 fn read(path: &Path, identity: &Value) -> Result<Content, LabError> {
     let shown = path.display();
-    let text = std::fs::read_to_string(path)
-        .map_err(|error| LabError::request(format!("cannot read the state `{shown}`: {error}")))?;
+    let text = read_text(path, MOST_TEXT)?;
     let content: Content = serde_json::from_str(&text).map_err(|error| {
         LabError::request(format!("`{shown}` is not the state of a search: {error}")).hint("name another file")
     })?;

@@ -47,6 +47,7 @@ impl CodecError {
     pub(crate) fn reading(error: &io::Error) -> Self {
         match error.kind() {
             io::ErrorKind::UnexpectedEof => Self::cut_short(),
+            io::ErrorKind::FileTooLarge => Self::broken("its header is too long"),
             // A seek to a negative position.
             io::ErrorKind::InvalidInput | io::ErrorKind::InvalidData => Self::broken("it points outside itself"),
             _ => Self::new(ErrorKind::Machine, format!("reading failed: {error}")),

@@ -7,7 +7,8 @@ use image::codecs::hdr::{HdrDecoder, HdrMetadata};
 use image::{ImageDecoder, ImageError};
 
 use crate::codec::chromaticities::{convert, to_rec709};
-use crate::codec::limits::{check_size, filled};
+use crate::codec::limits::{Budget, MAX_HDR_HEADER, filled, zeroed};
+use crate::codec::metered::Metered;
 use crate::codec::{CodecError, ErrorKind, Picture, Pixels};
 
 /// The two signatures in use.
@@ -15,13 +16,16 @@ pub(crate) const MAGICS: [&[u8]; 2] = [b"#?RADIANCE", b"#?RGBE"];
 
 /// Decodes a Radiance file to 32-bit floats with alpha 1. `PRIMARIES` is applied. `EXPOSURE` and `COLORCORR` are
 /// divided out, the products of all their lines, so that the values are the radiance that the file states.
-pub(crate) fn decode(reader: impl BufRead + Seek) -> Result<Picture, CodecError> {
+pub(crate) fn decode(reader: impl BufRead + Seek, budget: Budget) -> Result<Picture, CodecError> {
+    let (reader, allowance) = Metered::new(reader, MAX_HDR_HEADER);
     // Strict mode accepts only one of the two signatures.
     let decoder = HdrDecoder::new_nonstrict(reader).map_err(explain)?;
     let (width, height) = decoder.dimensions();
-    check_size((width.into(), height.into()), 4)?;
+    // The decoder's three floats a pixel are there until all are copied.
+    budget.check((width.into(), height.into()), 4, u64::from(width) * u64::from(height) * 12)?;
+    allowance.lift();
     let meta = decoder.metadata();
-    let mut bytes = filled(width as usize * height as usize * 12, 0_u8)?;
+    let mut bytes = zeroed(width as usize * height as usize * 12)?;
     decoder.read_image(&mut bytes).map_err(explain)?;
     let mut picture = Picture::new(width, height, Pixels::Float(rgba(&bytes)?));
     apply(&meta, &mut picture);

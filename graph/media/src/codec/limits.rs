@@ -6,14 +6,53 @@ use crate::codec::{CodecError, ErrorKind};
 /// Largest width and height, in pixels.
 pub const MAX_SIDE: u64 = 65536;
 
-/// Largest picture in memory, in bytes: four channels of two or four bytes for each pixel.
+/// Largest picture that is written, in bytes: four channels of one, two or four bytes for each pixel.
 pub const MAX_BYTES: u64 = 4 << 30;
 
 /// Largest single scan-line block or tile of an EXR file, in bytes, all channels together.
 pub(crate) const MAX_BLOCK_BYTES: u64 = 1 << 30;
 
-/// Accepts a picture of `width` × `height` RGBA pixels with `bytes` per channel, or returns the reason why not.
-pub(crate) fn check_size((width, height): (u64, u64), bytes: u64) -> Result<(), CodecError> {
+/// Largest header of a Radiance file, in bytes; usual ones have some hundred.
+pub(crate) const MAX_HDR_HEADER: u64 = 64 << 10;
+
+/// Largest headers of an EXR file, in bytes. Names of objects (Cryptomatte) can take some MiB.
+pub(crate) const MAX_EXR_HEADER: u64 = 32 << 20;
+
+/// Most bytes of what a PNG has beside its pixels: an ICC profile takes a few KiB, or some MiB for a printer.
+pub(crate) const MAX_PNG_EXTRAS: usize = 16 << 20;
+
+/// How many bytes it may take to decode an image: the picture, and what the decoder needs at the same time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Budget(pub u64);
+
+impl Budget {
+    /// Accepts a picture of `width` × `height` RGBA pixels with `bytes` per channel, whose decoder needs `beside` bytes
+    /// more, or returns the reason why not.
+    pub(crate) fn check(self, size: (u64, u64), bytes: u64, beside: u64) -> Result<(), CodecError> {
+        check_sides(size)?;
+        let needed = (size.0 * size.1 * 4 * bytes).saturating_add(beside);
+        if needed <= self.0 {
+            return Ok(());
+        }
+        Err(too_much(size, needed)
+            .hint(format!("decoding may take {:.1} GiB; `--memory SIZE` changes the limit", gibibytes(self.0))))
+    }
+}
+
+/// Accepts a picture of `width` × `height` RGBA pixels with `bytes` per channel for writing, or returns the reason why
+/// not.
+pub(crate) fn check_size(size: (u64, u64), bytes: u64) -> Result<(), CodecError> {
+    check_sides(size)?;
+    let needed = size.0 * size.1 * 4 * bytes;
+    if needed > MAX_BYTES {
+        return Err(
+            too_much(size, needed).hint(format!("a picture may take at most {} GiB in memory", MAX_BYTES >> 30))
+        );
+    }
+    Ok(())
+}
+
+fn check_sides((width, height): (u64, u64)) -> Result<(), CodecError> {
     if width == 0 || height == 0 {
         return Err(CodecError::broken(format!("its header says {width}×{height} pixels")));
     }
@@ -21,13 +60,15 @@ pub(crate) fn check_size((width, height): (u64, u64), bytes: u64) -> Result<(), 
         return Err(too_large(format!("its header says {width}×{height} pixels"))
             .hint(format!("a side may have at most {MAX_SIDE} pixels")));
     }
-    let needed = width * height * 4 * bytes;
-    if needed > MAX_BYTES {
-        let gigabytes = needed as f64 / f64::from(1 << 30);
-        return Err(too_large(format!("{width}×{height} pixels need {gigabytes:.1} GiB"))
-            .hint(format!("a picture may take at most {} GiB in memory", MAX_BYTES >> 30)));
-    }
     Ok(())
+}
+
+fn too_much((width, height): (u64, u64), needed: u64) -> CodecError {
+    too_large(format!("{width}×{height} pixels need {:.1} GiB", gibibytes(needed)))
+}
+
+fn gibibytes(bytes: u64) -> f64 {
+    bytes as f64 / f64::from(1 << 30)
 }
 
 /// A vector of `len` copies of `value`, or an error where memory does not suffice.
@@ -40,7 +81,7 @@ pub(crate) fn filled<T: Copy>(len: usize, value: T) -> Result<Vec<T>, CodecError
 }
 
 /// A vector of `len` zeros, or an error where memory does not suffice. The system's fresh pages are zero already:
-/// none is touched.
+/// none is touched, so that a short file with a large header takes no memory.
 pub(crate) fn zeroed<T: bytemuck::Zeroable>(len: usize) -> Result<Vec<T>, CodecError> {
     bytemuck::allocation::try_zeroed_vec(len)
         .map_err(|()| too_large(format!("this machine has no {} MiB free", (len * size_of::<T>()) >> 20)))

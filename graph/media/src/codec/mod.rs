@@ -13,6 +13,7 @@ pub(crate) mod icc;
 mod jpeg;
 mod light_level;
 pub mod limits;
+mod metered;
 mod panics;
 mod picture;
 mod png;
@@ -30,22 +31,23 @@ pub use avif::{AvifOptions, encode_avif};
 pub use error::{CodecError, ErrorKind};
 pub use exr::{ExrCompression, ExrOptions, encode_exr};
 pub use jpeg::{JpegOptions, encode_jpeg};
+pub use limits::Budget;
 pub use panics::catch_panic;
 pub use picture::{Metadata, Picture, Pixels};
 pub use png::{Alpha, PngDepth, PngOptions, encode_png};
 pub use quantise::EncodedPixels;
 
 /// Decodes an EXR, Radiance or PNG file; the first bytes decide the format. `layer` names a layer, a part or a channel
-/// of an EXR file.
+/// of an EXR file. `budget` limits the memory that decoding takes.
 ///
 /// # Errors
 /// What the decoders report, and a layer of a format without layers. A panic of a decoder is an error, too.
-pub fn decode(mut reader: impl BufRead + Seek, layer: Option<&str>) -> Result<Picture, CodecError> {
+pub fn decode(mut reader: impl BufRead + Seek, layer: Option<&str>, budget: Budget) -> Result<Picture, CodecError> {
     let format = Format::of(&mut reader)?;
     let decoded = catch_panic(|| match (format, layer) {
-        (Format::Exr, layer) => exr::decode(reader, layer),
-        (Format::Hdr, None) => hdr::decode(reader),
-        (Format::Png, None) => png::decode(reader),
+        (Format::Exr, layer) => exr::decode(reader, layer, budget),
+        (Format::Hdr, None) => hdr::decode(reader, budget),
+        (Format::Png, None) => png::decode(reader, budget),
         (_, Some(layer)) => Err(no_layers(layer)),
     });
     decoded.unwrap_or_else(|panic| Err(CodecError::broken(panic)))

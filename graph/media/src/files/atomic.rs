@@ -1,16 +1,21 @@
 //! Output files are written whole or not at all: beside the destination first, then renamed.
 
-use std::fs::{self, File, OpenOptions};
+use std::fs::{self, File, Metadata, OpenOptions, TryLockError};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::process;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use crate::files::FileError;
+use crate::files::leftovers::{ENDING, remove_leftovers};
+use crate::files::rights::{keep_rights, private};
 
 /// Writes `bytes` to `path`. Whatever fails, the file that was there before stays as it was and
 /// nothing half written is left. Through a symbolic link the file behind it is replaced; devices
 /// and pipes are written to directly, as they cannot be replaced.
+///
+/// A replaced file keeps its mode and, as far as the system permits it, its owner and its group. What killed runs have
+/// left in the folder is removed.
 pub fn write_atomic(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
     write_with_io_errors(path, bytes).map_err(|error| FileError::writing(path, &error))
 }
@@ -19,33 +24,46 @@ fn write_with_io_errors(path: &Path, bytes: &[u8]) -> io::Result<()> {
     match fs::metadata(path) {
         Ok(meta) if meta.is_dir() => Err(io::ErrorKind::IsADirectory.into()),
         Ok(meta) if !meta.is_file() => File::options().write(true).open(path)?.write_all(bytes),
-        Ok(_) => replace(&fs::canonicalize(path)?, bytes),
-        Err(_) => replace(path, bytes),
+        Ok(meta) => replace(&fs::canonicalize(path)?, bytes, Some(&meta)),
+        Err(_) => replace(path, bytes, None),
     }
 }
 
-fn replace(path: &Path, bytes: &[u8]) -> io::Result<()> {
-    let (temporary, mut file) = Temporary::beside(path)?;
+fn replace(path: &Path, bytes: &[u8], old: Option<&Metadata>) -> io::Result<()> {
+    remove_leftovers(path);
+    let (temporary, mut file) = Temporary::beside(path, old)?;
     file.write_all(bytes)?;
+    if let Some(old) = old {
+        keep_rights(&file, old);
+    }
     // Network file systems report a full disk only now.
     file.sync_data()?;
-    drop(file);
     temporary.rename(path)
+    // The lock of the file ends here, when nobody can take it for a leftover any more.
 }
 
 /// A file that is removed when dropped, unless it was renamed.
 struct Temporary(Option<PathBuf>);
 
 impl Temporary {
-    fn beside(path: &Path) -> io::Result<(Self, File)> {
-        static COUNT: AtomicU32 = AtomicU32::new(0);
-        let name = path.file_name().ok_or(io::ErrorKind::IsADirectory)?.to_string_lossy();
-        // The name itself may already be as long as the file system allows.
-        let short: String = name.chars().take(40).collect();
-        let count = COUNT.fetch_add(1, Ordering::Relaxed);
-        let own = path.with_file_name(format!(".{short}.{}-{count}.part", process::id()));
-        let file = OpenOptions::new().write(true).create_new(true).open(&own)?;
-        Ok((Self(Some(own)), file))
+    /// A new file, locked, which another run takes for a leftover otherwise.
+    fn beside(path: &Path, old: Option<&Metadata>) -> io::Result<(Self, File)> {
+        let mut options = OpenOptions::new();
+        options.write(true).create_new(true);
+        if old.is_some() {
+            private(&mut options);
+        }
+        loop {
+            let own = unused_name(path)?;
+            let file = match options.open(&own) {
+                Err(error) if error.kind() == io::ErrorKind::AlreadyExists => continue,
+                file => file?,
+            };
+            // Another run may lock and remove it before this one has locked it. Some file systems have no locks.
+            if !matches!(file.try_lock(), Err(TryLockError::WouldBlock)) && own.exists() {
+                return Ok((Self(Some(own)), file));
+            }
+        }
     }
 
     fn rename(mut self, to: &Path) -> io::Result<()> {
@@ -56,6 +74,15 @@ impl Temporary {
         self.0 = None;
         Ok(())
     }
+}
+
+fn unused_name(path: &Path) -> io::Result<PathBuf> {
+    static COUNT: AtomicU32 = AtomicU32::new(0);
+    let name = path.file_name().ok_or(io::ErrorKind::IsADirectory)?.to_string_lossy();
+    // The name itself may already be as long as the file system allows.
+    let short: String = name.chars().take(40).collect();
+    let count = COUNT.fetch_add(1, Ordering::Relaxed);
+    Ok(path.with_file_name(format!(".{short}.{}-{count}{ENDING}", process::id())))
 }
 
 impl Drop for Temporary {

@@ -47,6 +47,12 @@ impl FileError {
             io::ErrorKind::PermissionDenied => Self::new(path, Unreadable, "you may not read this file")
                 .hint("change its permissions, or copy it to a place of your own"),
             io::ErrorKind::IsADirectory => Self::folder(path),
+            io::ErrorKind::NotADirectory => Self::new(path, Missing, "a part of this name is a file, not a folder"),
+            io::ErrorKind::InvalidFilename | io::ErrorKind::InvalidInput => {
+                Self::new(path, Missing, "the file system refuses this name")
+            }
+            #[cfg(unix)]
+            _ if error.raw_os_error() == Some(libc::ELOOP) => Self::new(path, Unreadable, "its links lead in a circle"),
             _ => Self::at(path, CodecError::reading(error)),
         }
     }

@@ -3,17 +3,22 @@
 
 mod atomic;
 mod error;
+mod leftovers;
+mod memory;
+mod regular;
+mod rights;
 pub mod sequence;
 
-use std::fs::File;
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
 pub use atomic::write_atomic;
 pub use error::FileError;
+pub use memory::default_budget;
+pub use regular::{read_bytes, read_text, real_path};
 
 use crate::codec::{
-    EncodedPixels, ErrorKind, ExrOptions, JpegOptions, Picture, PngOptions, decode, encode_exr, encode_jpeg, encode_png,
+    Budget, EncodedPixels, ExrOptions, JpegOptions, Picture, PngOptions, decode, encode_exr, encode_jpeg, encode_png,
 };
 
 /// One image to read: a file, and optionally a layer or a channel of it.
@@ -32,25 +37,26 @@ impl Source {
     }
 }
 
-/// Reads an EXR, Radiance or PNG file. The first bytes decide the format, not the name.
+/// Reads an EXR, Radiance or PNG file within a quarter of the machine's memory. The first bytes decide the format, not
+/// the name.
+///
+/// # Errors
+/// See [`read_within`].
+pub fn read(source: &Source) -> Result<Picture, FileError> {
+    read_within(source, default_budget())
+}
+
+/// Reads an EXR, Radiance or PNG file. The header is checked against the budget before the image is decoded.
 ///
 /// # Errors
 /// See [`FileError`]: a file that does not exist, that this user may not read, or that [`decode`] refuses.
-pub fn read(source: &Source) -> Result<Picture, FileError> {
+pub fn read_within(source: &Source, budget: Budget) -> Result<Picture, FileError> {
     let path = &source.path;
-    let file = open(path)?;
-    decode(BufReader::new(file), source.layer.as_deref()).map_err(|error| FileError::at(path, error))
-}
-
-fn open(path: &Path) -> Result<File, FileError> {
     if path.is_dir() {
         return Err(FileError::folder(path));
     }
-    if path.metadata().is_ok_and(|meta| !meta.is_file()) {
-        return Err(FileError::new(path, ErrorKind::Unsupported, "this is a pipe or a device, not a file")
-            .hint("save the image to a file first: reading needs to seek"));
-    }
-    File::open(path).map_err(|error| FileError::reading(path, &error))
+    let (file, _) = regular::open(path)?;
+    decode(BufReader::new(file), source.layer.as_deref(), budget).map_err(|error| FileError::at(path, error))
 }
 
 /// Writes `picture` as an EXR file, atomically.

@@ -63,3 +63,64 @@ fn a_link_stays_a_link() {
     assert_eq!(fs::read(&file).unwrap(), b"new");
     assert!(folder.file("link").is_symlink());
 }
+
+#[cfg(unix)]
+#[test]
+fn a_replaced_file_keeps_its_mode_and_its_owner() {
+    use std::os::unix::fs::{MetadataExt as _, PermissionsExt as _, chown};
+    let folder = Folder::new("rights");
+    for mode in [0o600, 0o640, 0o444, 0o777] {
+        let path = folder.with("file", b"old");
+        fs::set_permissions(&path, fs::Permissions::from_mode(mode)).unwrap();
+        // Only root may give files away; others keep their own.
+        let _ = chown(&path, Some(4321), Some(1234));
+        let rights = |path: &Path| {
+            let meta = fs::metadata(path).unwrap();
+            (meta.mode() & 0o7777, meta.uid(), meta.gid())
+        };
+        let before = rights(&path);
+        assert_eq!(before.0, mode);
+        write_atomic(&path, b"new").unwrap();
+        assert_eq!((fs::read(&path).unwrap().as_slice(), rights(&path)), (b"new".as_slice(), before), "{mode:o}");
+        fs::remove_file(&path).unwrap();
+    }
+    // A new file has the mode that the system gives to new files.
+    let usual = rights_of_a_new_file(&folder);
+    write_atomic(&folder.file("new"), b"new").unwrap();
+    assert_eq!(fs::metadata(folder.file("new")).unwrap().mode(), usual);
+}
+
+#[cfg(unix)]
+fn rights_of_a_new_file(folder: &Folder) -> u32 {
+    use std::os::unix::fs::MetadataExt as _;
+    fs::metadata(folder.with("usual", b"")).unwrap().mode()
+}
+
+#[test]
+fn what_killed_runs_have_left_is_removed_and_nothing_else() {
+    let folder = Folder::new("leftovers");
+    let of_a_killed_run = ".out.png.4242-7.afterimage.part";
+    let in_work = ".other.png.4243-0.afterimage.part";
+    let kept = [in_work, "mine.afterimage.part", ".out.png.4242-7.part"];
+    for name in kept.into_iter().chain([of_a_killed_run]) {
+        folder.with(name, b"half");
+    }
+    let lock = fs::File::open(folder.file(in_work)).unwrap();
+    lock.try_lock().unwrap();
+    write_atomic(&folder.file("out.png"), b"x").unwrap();
+    let mut left: Vec<&str> = kept.into_iter().chain(["out.png"]).collect();
+    left.sort();
+    assert_eq!(names(&folder), left);
+}
+
+#[test]
+fn writers_of_one_folder_do_not_remove_each_other_s_files() {
+    let folder = Folder::new("writers");
+    std::thread::scope(|scope| {
+        for writer in 0..8 {
+            let path = folder.file(&format!("{writer}.png"));
+            scope.spawn(move || (0..50).for_each(|_| write_atomic(&path, &[writer; 1000]).unwrap()));
+        }
+    });
+    assert_eq!(names(&folder), (0..8).map(|writer| format!("{writer}.png")).collect::<Vec<_>>());
+}

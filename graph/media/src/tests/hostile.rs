@@ -61,8 +61,8 @@ fn absurd_windows_are_refused_before_decoding() {
     let error = folder.read(&with_window("displayWindow", [0, 0, 29_999, 39_999])).unwrap_err();
     assert_eq!(
         message_and_hint(&error),
-        "the image is too large: 30000×40000 pixels need 8.9 GiB; \
-         a picture may take at most 4 GiB in memory"
+        "the image is too large: 30000×40000 pixels need 9.0 GiB; \
+         decoding may take 4.0 GiB; `--memory SIZE` changes the limit"
     );
     let error = folder.read(&with_window("dataWindow", [1, 0, 70_000, 16])).unwrap_err();
     assert_eq!(

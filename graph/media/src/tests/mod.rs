@@ -5,6 +5,7 @@
 mod atomic;
 #[cfg(feature = "avif")]
 mod avif;
+mod budget;
 mod chromaticities;
 mod exr_read;
 mod exr_write;
@@ -21,7 +22,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process;
 
-use crate::{FileError, Picture, Pixels, Source, read};
+use crate::{Budget, FileError, Picture, Pixels, Source, read, read_within};
 
 /// A folder of one test, removed at its end.
 struct Folder(PathBuf);
@@ -44,7 +45,7 @@ impl Folder {
 
     /// Reads bytes as a file of this folder.
     fn read(&self, bytes: &[u8]) -> Result<Picture, FileError> {
-        read(&Source::file(self.with("bytes", bytes)))
+        read_within(&Source::file(self.with("bytes", bytes)), Budget(4 << 30))
     }
 }
 

@@ -109,6 +109,9 @@ impl<'c, 'a> FunctionWriter<'c, 'a> {
             self.arg(index, kernel, arg.value, is_volume)
         };
         let args: Vec<String> = kernel.args.iter().enumerate().map(&mut arg).collect();
+        if let Some(before) = self.linker.before_call().filter(|_| kernel.shader.is_untrusted()) {
+            let _ = writeln!(self.body, "    {before}");
+        }
         let function = self.name(index, &kernel.function);
         let _ = writeln!(self.body, "    let kernel{index} = {function}({});", args.join(", "));
     }

@@ -13,7 +13,6 @@ use afterimage_wgsl::{ArgType, Function, Member, Reflection, ScalarKind, Shader,
 pub(super) fn look(declared: &Declaration, shader: &Shader, reflection: &Reflection, diagnostics: &mut Diagnostics) {
     let mut pair = Pair { declared, file: shader.file().into(), source: shader.text(), diagnostics };
     pair.names();
-    pair.own_bindings(reflection);
     let mut used = BTreeSet::new();
     for output in &declared.outputs {
         if let Some(function) = pair.function(output, reflection) {
@@ -60,18 +59,6 @@ impl Pair<'_> {
         }
     }
 
-    /// The framework binds what arguments ask for, and writes the entry points: others would clash with its own.
-    fn own_bindings(&mut self, reflection: &Reflection) {
-        let bound = reflection.globals.iter().map(|global| (&global.name, "is bound to a resource"));
-        let entries = reflection.entries.iter().map(|entry| (&entry.name, "is an entry point"));
-        for (name, what) in bound.chain(entries) {
-            let location = self.word(name, "");
-            let message = format!("{} {what}, which the framework makes by itself", quote(name));
-            let help = "a kind without Rust is functions; what they read are their arguments";
-            self.diagnostics.push(Diagnostic::error("shader-binding", message).at(&location, "").help(help));
-        }
-    }
-
     fn function<'r>(&mut self, output: &DeclaredOutput, reflection: &'r Reflection) -> Option<&'r Function> {
         let name = &output.function;
         let found = reflection.function(&name.value);
@@ -98,16 +85,23 @@ impl Pair<'_> {
         used: &mut BTreeSet<String>,
     ) {
         match ty {
-            ArgType::Struct(layout) if name == "params" => {
-                if let Some(layout) = reflection.layout(layout) {
-                    layout.members.iter().for_each(|member| self.member(layout, member, used));
-                }
-            }
+            ArgType::Struct(layout) if name == "params" => match reflection.layout(layout) {
+                Some(layout) => layout.members.iter().for_each(|member| self.member(layout, member, used)),
+                None => self.not_numbers(layout),
+            },
             ArgType::Point if name == "at" => {}
             ArgType::Frame if name == "frame" => {}
             ArgType::Sampler => self.sampler(function, name),
             _ => self.port(function, name, ty, used),
         }
+    }
+
+    /// A member of the parameters is neither a number nor a vector.
+    fn not_numbers(&mut self, layout: &str) {
+        let location = self.word(layout, "struct");
+        let message = format!("the struct {} has a member that no parameter fits", quote(layout));
+        let help = "its members are `f32`, `i32`, `u32`, `vec2f`, `vec3f` and `vec4f`";
+        self.diagnostics.push(Diagnostic::error("shader-params", message).at(&location, "").help(help));
     }
 
     fn sampler(&mut self, function: &Function, name: &str) {
@@ -197,5 +191,6 @@ fn holds(member: &Member, param: &Param) -> bool {
         Type::Bool => !is_float,
         _ => true,
     };
-    member.count == 1 && member.width == width && kind
+    let is_array = member.stride > 0;
+    !is_array && member.width == width && kind
 }

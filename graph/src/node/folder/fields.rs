@@ -95,9 +95,9 @@ impl<'d> Fields<'d> {
     pub(super) fn text(&mut self, name: &str) -> Option<Spanned<String>> {
         let item = self.required(name)?;
         match &item.value {
-            Tree::Text(text) if !text.trim().is_empty() => Some(Spanned::new(text.clone(), item.location)),
+            Tree::Text(text) if is_shown(text) => Some(Spanned::new(text.clone(), item.location)),
             _ => {
-                self.wrong(name, &item, "a text in quotes that is not empty");
+                self.wrong(name, &item, "a text in quotes that is not empty and has no control characters");
                 None
             }
         }
@@ -281,4 +281,9 @@ fn vector(items: &[Item]) -> Option<Value> {
         *slot = number(item)?;
     }
     Some(Value::Vector(numbers, items.len()))
+}
+
+/// Whether a text can be printed: it is not empty, and has no control characters but line breaks and tabs.
+fn is_shown(text: &str) -> bool {
+    !text.trim().is_empty() && text.chars().all(|c| !c.is_control() || matches!(c, '\n' | '\r' | '\t'))
 }

@@ -31,6 +31,7 @@
 mod agree;
 mod declaration;
 mod fields;
+mod limits;
 mod read;
 
 use declaration::{Declaration, SizeRule};
@@ -75,9 +76,10 @@ pub fn folder_kind_of(declaration: (&str, &str), files: &[(&str, &str)]) -> Resu
     let parsed = document::read_tree(&file, &declaration.1);
     parsed.errors.into_iter().for_each(|error| diagnostics.push(error));
     let declared = read::declaration(parsed.tree, &mut diagnostics);
+    limits::check(declared.as_ref(), files.len(), &mut diagnostics);
     let Some(own) = shader_of(declared.as_ref(), &files, &mut diagnostics) else { return Err(diagnostics.sorted()) };
     let (name, text) = files.remove(own);
-    let shader = Arc::new(Shader::loaded(name, text).with_loaded_library(Library::of_files(files)));
+    let shader = Arc::new(Shader::untrusted(name, text).with_loaded_library(Library::of_files(files)));
     match (shader.reflect(), &declared) {
         // What was not understood in the declaration would look like an error in the shader.
         (Ok(reflection), Some(declared)) if !diagnostics.has_errors() => {

@@ -11,8 +11,9 @@ use crate::features::ShaderFeatures;
 use crate::module::{Declaration, Use};
 
 /// The module: what every device must be asked for, then the declarations of each instance.
-pub(super) fn emit(parts: &[Part<'_>], features: ShaderFeatures) -> (String, SourceMap) {
-    let mut writer = Writer { parts, text: String::with_capacity(8192), map: SourceMap::default() };
+/// `loop_start` follows the first bracket of the loops whose steps are counted.
+pub(super) fn emit(parts: &[Part<'_>], features: ShaderFeatures, loop_start: &str) -> (String, SourceMap) {
+    let mut writer = Writer { parts, loop_start, text: String::with_capacity(8192), map: SourceMap::default() };
     writer.directives(features);
     for (index, part) in parts.iter().enumerate() {
         if part.reached.contains(&true) {
@@ -24,6 +25,7 @@ pub(super) fn emit(parts: &[Part<'_>], features: ShaderFeatures) -> (String, Sou
 
 struct Writer<'w, 'a> {
     parts: &'w [Part<'a>],
+    loop_start: &'w str,
     text: String,
     map: SourceMap,
 }
@@ -94,6 +96,8 @@ impl<'w> Writer<'w, '_> {
         let edits = part.edits.iter().filter(|(edited, _)| bytes.start <= edited.start && edited.end <= bytes.end);
         let mut changes: Vec<(Range<usize>, Cow<'w, str>)> =
             edits.map(|(bytes, text)| (bytes.clone(), Cow::Borrowed(text.as_str()))).collect();
+        let loops = part.loops.iter().filter(|at| bytes.start <= at.start && at.end <= bytes.end);
+        changes.extend(loops.map(|at| (at.clone(), Cow::Borrowed(self.loop_start))));
         let is_edited = !changes.is_empty();
         changes.extend(declaration.uses.iter().filter_map(|used| self.renamed(instance, part, used)));
         if is_edited {

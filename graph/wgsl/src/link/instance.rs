@@ -57,6 +57,8 @@ pub(super) struct Part<'a> {
     pub(super) prelude: Vec<Instance>,
     /// Other text for some bytes of the file.
     pub(super) edits: Vec<(Range<usize>, String)>,
+    /// The brackets where loops begin whose steps are counted: bytes of the file.
+    pub(super) loops: Vec<Range<usize>>,
     pub(super) replacements: Vec<Replacement>,
     /// What each name means.
     pub(super) targets: Vec<Option<Target>>,
@@ -91,6 +93,7 @@ impl<'a> Part<'a> {
             imports: Vec::new(),
             prelude: Vec::new(),
             edits: Vec::new(),
+            loops: Vec::new(),
             replacements: Vec::new(),
             targets: vec![None; module.symbol_count()],
             reached: vec![false; module.declarations.len()],

@@ -1,8 +1,10 @@
 //! The linker: instances of files, what is changed in them, and the module that they become.
 
+use super::contents::check_contents;
 use super::edit;
 use super::emit::emit;
 use super::instance::{Instance, Part, Replacement, Variant};
+use super::loops;
 use super::names::choose_names;
 use super::resolve::{Roots, check, reach};
 use super::source_map::{GENERATED, SourceMap};
@@ -19,6 +21,8 @@ const PRELUDE: [&str; 3] = ["point", "sanitize", "sampling"];
 pub struct Linker<'a> {
     parts: Vec<Part<'a>>,
     prelude: Vec<Instance>,
+    /// The file that counts the steps of loops, if an untrusted file has one.
+    counter: Option<Instance>,
     mode: SampleMode,
     features: ShaderFeatures,
     /// Names, with their template lists, and what replaces them.
@@ -51,7 +55,8 @@ pub(crate) struct Declared {
 impl<'a> Linker<'a> {
     /// A linker of a module that samples its textures like that and uses those features of the language.
     pub fn new(mode: SampleMode, features: ShaderFeatures) -> Self {
-        let mut linker = Self { parts: Vec::new(), prelude: Vec::new(), mode, features, substitution: &[] };
+        let (parts, prelude) = (Vec::new(), Vec::new());
+        let mut linker = Self { parts, prelude, counter: None, mode, features, substitution: &[] };
         let instances = PRELUDE.map(|name| linker.framework(name));
         linker.prelude = instances.to_vec();
         linker.parts.iter_mut().for_each(|part| part.prelude = instances.to_vec());
@@ -209,6 +214,15 @@ impl<'a> Linker<'a> {
         format!("__{}_{name}", instance.0)
     }
 
+    /// The statement that generated code has in front of each call of a kernel function; `None` if no file has loops
+    /// whose steps are counted.
+    pub fn before_call(&mut self) -> Option<String> {
+        if self.counter.is_none() && loops::any(&self.parts) {
+            self.counter = Some(self.framework(loops::FILE));
+        }
+        self.counter.map(|counter| format!("{}();", self.name(counter, loops::BEGIN)))
+    }
+
     /// Gives a variable another binding.
     pub fn bind(&mut self, instance: Instance, variable: &str, group: u32, binding: u32) {
         edit::bind(&mut self.parts[instance.index()], variable, group, binding);
@@ -250,12 +264,17 @@ impl<'a> Linker<'a> {
     pub fn link(self, generated: String, entries: &[(Instance, &str)]) -> Result<Linked, ShaderError> {
         let file = generated_file(generated);
         let (mut linker, code) = self.with_generated(&file);
-        let entries: Vec<(Instance, &str)> = entries
+        let mut entries: Vec<(Instance, &str)> = entries
             .iter()
             .map(|(instance, name)| (if *instance == Instance::GENERATED { code } else { *instance }, *name))
             .collect();
+        let wanted = entries.len();
+        if let Some(counter) = linker.counter {
+            loops::mark(&mut linker.parts);
+            entries.push((counter, loops::STEP));
+        }
         reach(&mut linker.parts, Roots { whole: code, entries: &entries });
-        linker.finish(&entries)
+        linker.finish(&entries[..wanted])
     }
 
     /// The module of everything that a file declares, with its declarations.
@@ -264,9 +283,10 @@ impl<'a> Linker<'a> {
         let (mut linker, _) = self.with_generated(&file);
         reach(&mut linker.parts, Roots { whole: instance, entries: &[] });
         check(&linker.parts)?;
+        check_contents(&linker.parts)?;
         choose_names(&mut linker.parts);
         let declared = linker.declared();
-        let (text, map) = emit(&linker.parts, linker.features);
+        let (text, map) = emit(&linker.parts, linker.features, "");
         Ok((Linked { text, map, entries: Vec::new() }, declared))
     }
 
@@ -278,7 +298,8 @@ impl<'a> Linker<'a> {
     fn finish(mut self, entries: &[(Instance, &str)]) -> Result<Linked, ShaderError> {
         check(&self.parts)?;
         choose_names(&mut self.parts);
-        let (text, map) = emit(&self.parts, self.features);
+        let loop_start = self.counter.map(|counter| loops::start(&self.parts, counter)).unwrap_or_default();
+        let (text, map) = emit(&self.parts, self.features, &loop_start);
         let final_name = |(instance, name): &(Instance, &str)| {
             let part = &self.parts[instance.index()];
             part.module.symbol(name).map_or_else(|| (*name).to_owned(), |symbol| part.final_name(symbol).to_owned())

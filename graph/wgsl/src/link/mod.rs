@@ -5,18 +5,22 @@
 //! name in front. All edits are of tokens; the text between them stays as it is, so that each byte of the result has a
 //! place in a file.
 
+mod contents;
 mod edit;
 mod emit;
 mod instance;
 mod linker;
+mod loops;
 mod names;
 mod resolve;
 mod source_map;
 #[cfg(test)]
 mod tests;
+mod work;
 
 pub use instance::Instance;
 pub(crate) use linker::Declared;
 pub use linker::{Linked, Linker};
 pub(crate) use source_map::GENERATED;
 pub use source_map::{Place, SourceMap};
+pub(crate) use work::check_work;

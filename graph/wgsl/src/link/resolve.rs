@@ -83,7 +83,8 @@ fn look_up(parts: &[Part<'_>], instance: Instance, symbol: Symbol) -> Target {
         return Target::Declared(instance, symbol);
     }
     let name = part.module.name(symbol);
-    match reference(name) {
+    // Only generated code refers to files by their instances.
+    match reference(name).filter(|_| instance.index() + 1 == parts.len()) {
         Some((other, name)) => meaning(parts, other, name),
         None => imported(parts, instance, name),
     }

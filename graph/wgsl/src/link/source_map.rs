@@ -2,7 +2,7 @@
 
 use afterimage_base::Shared;
 
-use crate::error::position;
+use crate::error::{ShaderError, position};
 
 /// The name of the file that generated text belongs to.
 pub(crate) const GENERATED: &str = "(generated)";
@@ -46,6 +46,14 @@ impl SourceMap {
     pub(super) fn segment(&mut self, at: usize, source: usize, length: usize) {
         let file = self.files.len() as u32 - 1;
         self.segments.push(Segment { at: at as u32, file, source: source as u32, length: length as u32 });
+    }
+
+    /// An error at a byte of the module, if its byte is known and came from a file.
+    pub(crate) fn error(&self, byte: Option<usize>, message: String) -> ShaderError {
+        match byte.and_then(|byte| self.locate(byte)) {
+            Some(place) => ShaderError::new(&place.file, (place.line, place.column), message),
+            None => ShaderError::new(GENERATED, (0, 0), message),
+        }
     }
 
     /// Where a byte of the module came from; `None` for text before the first declaration.

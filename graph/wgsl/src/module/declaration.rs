@@ -8,6 +8,7 @@ use super::kind::DeclarationKind;
 use super::scope::names_of;
 use super::syntax::{Item, items};
 use crate::error::{ShaderError, position};
+use crate::limits::{check_size, check_text};
 use crate::token::{OpenComment, Token, tokens};
 
 /// A distinct name of a file: an index into its names.
@@ -66,6 +67,11 @@ pub(crate) struct Module {
     declared: Vec<Option<u32>>,
 }
 
+fn tokens_of(file: &str, text: &str) -> Result<Vec<Token>, ShaderError> {
+    let error = |OpenComment(at)| ShaderError::new(file, position(text, at), "this comment has no end `*/`");
+    tokens(text).map_err(error)
+}
+
 fn distinct(uses: &[Use]) -> Vec<Symbol> {
     let mut symbols: Vec<Symbol> = uses.iter().map(|used| used.symbol).collect();
     symbols.sort_unstable();
@@ -80,8 +86,22 @@ impl Module {
     /// A comment or a bracket without an end, and an import that is not at the top level. What else is wrong, the
     /// validator finds.
     pub(crate) fn parse(file: &str, text: &str) -> Result<Self, ShaderError> {
+        Self::of_tokens(file, text, tokens_of(file, text)?)
+    }
+
+    /// Parses an untrusted file.
+    ///
+    /// # Errors
+    /// As for [`parse`](Self::parse), and limits of the text.
+    pub(crate) fn parse_untrusted(file: &str, text: &str) -> Result<Self, ShaderError> {
+        check_size(file, text)?;
+        let tokens = tokens_of(file, text)?;
+        check_text(file, text, &tokens)?;
+        Self::of_tokens(file, text, tokens)
+    }
+
+    fn of_tokens(file: &str, text: &str, tokens: Vec<Token>) -> Result<Self, ShaderError> {
         let error = |at: usize, message: &str| ShaderError::new(file, position(text, at), message);
-        let tokens = tokens(text).map_err(|OpenComment(at)| error(at, "this comment has no end `*/`"))?;
         let found = items(text, &tokens).map_err(|wrong| error(tokens[wrong.token].start as usize, &wrong.message))?;
         let mut module = Self { tokens, ..Self::default() };
         for item in found {

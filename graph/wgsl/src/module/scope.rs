@@ -15,7 +15,8 @@ pub(super) struct Names {
 
 /// The names of a declaration.
 pub(super) fn names_of(text: &str, tokens: &[Token], kind: DeclarationKind) -> Names {
-    let mut reader = Reader { text, tokens, at: 0, names: Names::default(), scopes: Vec::new(), pending: Vec::new() };
+    let mut reader =
+        Reader { text, tokens, at: 0, names: Names::default(), scopes: Vec::new(), pending: Vec::new(), pointers: 0 };
     match kind {
         DeclarationKind::Function => reader.function(),
         DeclarationKind::Struct => reader.members(),
@@ -41,8 +42,12 @@ struct Reader<'t> {
     scopes: Vec<(Scope, Vec<&'t str>)>,
     /// Names that are known from the end of their statement, or of their parameter list, on.
     pending: Vec<&'t str>,
+    /// Pointer types that are read, one inside of the other.
+    pointers: u32,
 }
 
+/// No language has pointers to pointers; a file may.
+const MOST_POINTERS: u32 = 16;
 /// Attributes whose arguments are enumerants.
 const NAMING_ATTRIBUTES: [&str; 3] = ["builtin", "interpolate", "diagnostic"];
 /// Words of the language that no declaration can have for a name.
@@ -122,8 +127,10 @@ impl<'t> Reader<'t> {
         }
         if name == "var" || name.starts_with("texture_storage_") {
             self.skip_to('>');
-        } else if name == "ptr" {
+        } else if name == "ptr" && self.pointers < MOST_POINTERS {
+            self.pointers += 1;
             self.pointer();
+            self.pointers -= 1;
         }
     }
 

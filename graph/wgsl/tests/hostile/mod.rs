@@ -2,7 +2,8 @@
 //!
 //! Two files of a pair declare the same names, names of the language and of the library, and names as a linker would
 //! make them. Members, parameters and local variables have names of declarations. Tokens stand on one line or on many,
-//! with comments between them. The tame form of a pair computes the same with names that nothing else has.
+//! with comments between them. Each imports a file `shared.wgsl` of its own and has a loop. The tame form of a pair
+//! computes the same with names that nothing else has.
 
 /// The two files of a pair, `one.wgsl` and `two.wgsl`.
 pub struct Pair {
@@ -20,10 +21,12 @@ pub struct Kernel {
     pub function: String,
     /// The name of its only argument.
     pub argument: &'static str,
+    /// The text of the file `shared.wgsl` that it imports.
+    pub shared: String,
 }
 
 /// Names that declarations, members, parameters and local variables share.
-const NAMES: [&str; 36] = [
+const NAMES: [&str; 44] = [
     "helper",
     "gain",
     "length",
@@ -60,6 +63,14 @@ const NAMES: [&str; 36] = [
     "one_gain",
     "two_gain",
     "point_at",
+    "power",
+    "sanitize",
+    "sin",
+    "shared_help",
+    "is_last_step",
+    "begin_steps",
+    "loop_steps",
+    "loops_is_last_step",
 ];
 
 /// Builtin functions that a file uses where it does not declare them.
@@ -107,6 +118,8 @@ struct File {
     locals: Vec<Vec<&'static str>>,
     /// A builtin function that the file may use.
     builtin: Option<&'static str>,
+    /// The function of the imported file.
+    shared: &'static str,
 }
 
 impl File {
@@ -119,7 +132,9 @@ impl File {
             .map(|helper| random.names(2, &[top[0], top[1], top[2 + helper], "clamp", "abs", "max", "length"]))
             .collect();
         let builtin = BUILTINS.into_iter().find(|name| !top.contains(name));
-        Self { stem, seed, top, members, locals, builtin }
+        let taken: Vec<&str> = top.iter().copied().chain(BUILTINS).chain(["source"]).collect();
+        let shared = random.names(1, &taken)[0];
+        Self { stem, seed, top, members, locals, builtin, shared }
     }
 
     fn kernel(&self, is_hostile: bool) -> Kernel {
@@ -128,7 +143,8 @@ impl File {
             self.top.iter().enumerate().map(|(at, top)| name(top, format!("{}_top_{at}", self.stem))).collect();
         let members: Vec<String> =
             self.members.iter().enumerate().map(|(at, member)| name(member, format!("member_{at}"))).collect();
-        let mut words: Vec<String> = Vec::new();
+        let shared = name(self.shared, format!("{}_shared", self.stem));
+        let mut words: Vec<String> = vec!["#import shared\n".into()];
         let mut add = |text: &str| words.extend(text.split(' ').map(str::to_owned));
         add(&format!("const {} = 0.375 ; const {} : f32 = 0.25 ;", top[0], top[1]));
         for helper in 0..2 {
@@ -151,12 +167,19 @@ impl File {
         add(&format!("fn {} ( {argument} : vec4f ) -> vec4f {{", top[5]));
         add(&format!("var it = {} ( 0.5 , {argument} ) ; it . {second} = {} ( it . {second} ) ;", top[4], top[2]));
         add(&format!(
-            "for ( var i = 0 ; i < 2 ; i ++ ) {{ it . {second} += {} ( it . {second} * it . {first} ) ; }}",
+            "{} it . {second} += {} ( {shared} ( it . {second} ) * it . {first} ) ; }}",
+            [
+                "for ( var i = 0 ; i < 2 ; i ++ ) {",
+                "var i = 0 ; while i < 2 { i ++ ;",
+                "var i = 0 ; loop { if i == 2 { break ; } i ++ ;"
+            ][self.seed as usize % 3],
             top[3]
         ));
         add(&format!("return it . {second} ; }}"));
         let text = if is_hostile { self.scattered(&words) } else { words.join(" ") };
-        Kernel { text, function: top[5].clone(), argument }
+        let factor = if self.stem == "one" { 0.75 } else { 0.625 };
+        let shared = format!("fn {shared}(x: vec4f) -> vec4f {{ return x * {factor} + 0.0625; }}\n");
+        Kernel { text, function: top[5].clone(), argument, shared }
     }
 
     /// The kernel's argument is the port `source`, unless a declaration that it uses has that name.

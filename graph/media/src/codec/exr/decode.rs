@@ -105,10 +105,12 @@ pub(super) fn decode_blocks<T: Sample, R: Read + Seek>(
     if seen.len() == expected { Ok(picture) } else { Err(missing_blocks()) }
 }
 
-/// As many chunks as fill 16 MiB when decompressed: enough for every core, and little enough for the next batch to
+/// Bytes of the chunks that are decoded at a time.
+pub(super) const BATCH_BYTES: usize = 16 << 20;
+
+/// As many chunks as fill this when decompressed: enough for every core, and little enough for the next batch to
 /// find the memory of the last one still in the caches.
 fn batch_size(header: &Header) -> usize {
-    const BATCH_BYTES: usize = 16 << 20;
     (BATCH_BYTES / header.max_block_byte_size().max(1)).clamp(1, 4096)
 }
 

@@ -9,15 +9,16 @@ use exr::meta::BlockDescription;
 use exr::meta::attribute::{Chromaticities as Attribute, IntegerBounds, SampleType};
 use exr::meta::header::Header;
 
-use super::decode::{Placement, decode_blocks};
+use super::decode::{BATCH_BYTES, Placement, decode_blocks};
 use super::select::{Choice, choose};
 use super::{explain, unsupported};
 use crate::codec::chromaticities::to_rec709;
-use crate::codec::limits::{MAX_BLOCK_BYTES, MAX_SIDE, check_size, too_large};
+use crate::codec::limits::{Budget, MAX_BLOCK_BYTES, MAX_EXR_HEADER, MAX_SIDE, too_large};
+use crate::codec::metered::Metered;
 use crate::codec::{CodecError, Metadata, Picture, Pixels};
 
 /// Decodes the chosen layer of an EXR file, placed in its display window.
-pub(crate) fn decode(reader: impl Read + Seek, layer: Option<&str>) -> Result<Picture, CodecError> {
+pub(crate) fn decode(reader: impl Read + Seek, layer: Option<&str>, budget: Budget) -> Result<Picture, CodecError> {
     let reader = open(reader)?;
     let choice = choose(reader.headers(), layer)?;
     let header = reader.headers()[choice.part].clone();
@@ -26,7 +27,7 @@ pub(crate) fn decode(reader: impl Read + Seek, layer: Option<&str>) -> Result<Pi
     let display = header.shared_attributes.display_window;
     let pixel_type = pixel_type(&header, &choice);
     let bytes = if pixel_type == SampleType::F16 { 2 } else { 4 };
-    check_size((display.size.0 as u64, display.size.1 as u64), bytes)?;
+    budget.check((display.size.0 as u64, display.size.1 as u64), bytes, bytes_in_work(&header))?;
     let placement = Placement { choice, display, data: header.data_window(), colour };
     let pixels = match pixel_type {
         SampleType::F16 => Pixels::Half(decode_blocks(reader, &placement)?),
@@ -40,11 +41,13 @@ pub(crate) fn decode(reader: impl Read + Seek, layer: Option<&str>) -> Result<Pi
 }
 
 /// Reads the headers and refuses what would exhaust memory later.
-fn open<R: Read + Seek>(mut reader: R) -> Result<Reader<R>, CodecError> {
+fn open<R: Read + Seek>(mut reader: R) -> Result<Reader<Metered<R>>, CodecError> {
     let failed = |error| CodecError::reading(&error);
     let length = reader.seek(SeekFrom::End(0)).map_err(failed)?;
     reader.rewind().map_err(failed)?;
+    let (reader, allowance) = Metered::new(reader, MAX_EXR_HEADER);
     let reader = exr::block::read(reader, false).map_err(|error| explain(&error))?;
+    allowance.lift();
     for header in reader.headers() {
         check_header(header)?;
     }
@@ -65,16 +68,26 @@ fn check_header(header: &Header) -> Result<(), CodecError> {
         return Err(too_large(format!("a data window has {width}×{height} pixels"))
             .hint(format!("a side may have at most {MAX_SIDE} pixels")));
     }
-    let (block_width, block_height) = match header.blocks {
-        BlockDescription::Tiles(tiles) => (tiles.tile_size.0 as u64, tiles.tile_size.1 as u64),
-        BlockDescription::ScanLines => (width, header.compression.scan_lines_per_block() as u64),
-    };
-    let block = (header.channels.bytes_per_pixel as u64).saturating_mul(block_width).saturating_mul(block_height);
+    let block = block_bytes(header);
     if block > MAX_BLOCK_BYTES {
         return Err(too_large(format!("one of its blocks takes {} MiB", block >> 20))
             .hint(format!("a block may take at most {} MiB", MAX_BLOCK_BYTES >> 20)));
     }
     Ok(())
+}
+
+/// Bytes of the largest block, all channels together.
+fn block_bytes(header: &Header) -> u64 {
+    let (width, height) = match header.blocks {
+        BlockDescription::Tiles(tiles) => (tiles.tile_size.0 as u64, tiles.tile_size.1 as u64),
+        BlockDescription::ScanLines => (header.layer_size.0 as u64, header.compression.scan_lines_per_block() as u64),
+    };
+    (header.channels.bytes_per_pixel as u64).saturating_mul(width).saturating_mul(height)
+}
+
+/// Bytes that blocks take while they are decoded: as stored, as the decompressor leaves them, and as samples.
+fn bytes_in_work(header: &Header) -> u64 {
+    3 * block_bytes(header).max(BATCH_BYTES as u64)
 }
 
 /// Half where every chosen channel is half; float can hold all else.

@@ -6,7 +6,7 @@ use half::f16;
 use png::{BitDepth, Decoder, DecodingError, Limits, Transformations};
 
 use super::light::Colours;
-use crate::codec::limits::{MAX_BYTES, check_size, filled, too_large};
+use crate::codec::limits::{Budget, MAX_PNG_EXTRAS, filled, too_large, zeroed};
 use crate::codec::{CodecError, Picture, Pixels};
 
 /// The first eight bytes of every PNG.
@@ -14,18 +14,20 @@ pub(crate) const MAGIC: [u8; 8] = *b"\x89PNG\r\n\x1a\n";
 
 /// Decodes a PNG to linear light. `cICP`, `iCCP`, `sRGB`, and `gAMA` with `cHRM` are applied, in this order of
 /// priority. A profile that is no matrix with a known curve is ignored, with a note. Alpha is not multiplied in.
-pub(crate) fn decode(reader: impl BufRead + Seek) -> Result<Picture, CodecError> {
-    let limits = Limits { bytes: MAX_BYTES as usize };
-    let mut decoder = Decoder::new_with_limits(reader, limits);
+pub(crate) fn decode(reader: impl BufRead + Seek, budget: Budget) -> Result<Picture, CodecError> {
+    let mut decoder = Decoder::new_with_limits(reader, Limits { bytes: MAX_PNG_EXTRAS });
     decoder.set_transformations(Transformations::EXPAND);
+    decoder.set_ignore_text_chunk(true);
     let header = decoder.read_header_info().map_err(|error| explain(&error))?;
     let (width, height) = (header.width, header.height);
-    check_size((width.into(), height.into()), 4)?;
+    budget.check((width.into(), height.into()), 2, 0)?;
     let mut reader = decoder.read_info().map_err(|error| explain(&error))?;
     let colours = Colours::of(reader.info())?;
     let (colour_type, depth) = reader.output_color_type();
     let size = reader.output_buffer_size().ok_or_else(|| CodecError::broken("no size"))?;
-    let mut bytes = filled(size, 0_u8)?;
+    let is_half = depth == BitDepth::Eight && !colours.is_hdr();
+    budget.check((width.into(), height.into()), if is_half { 2 } else { 4 }, size as u64)?;
+    let mut bytes = zeroed(size)?;
     reader.next_frame(&mut bytes).map_err(|error| explain(&error))?;
     let codes = Codes { bytes, depth, channels: colour_type.samples(), pixels: width as usize * height as usize };
     let mut picture = Picture::new(width, height, codes.to_light(&colours)?);

@@ -1,0 +1,56 @@
+//! The memory of the machine, as far as it limits what is decoded.
+
+use std::fs::File;
+use std::io::Read as _;
+use std::sync::OnceLock;
+
+use crate::codec::Budget;
+
+/// Assumed where the system does not state its memory.
+const ASSUMED: u64 = 16 << 30;
+/// Memory for decoding an image, of all memory. A sequence has up to four images in work.
+const SHARE: u64 = 4;
+
+/// The budget for decoding an image if the user names none: a quarter of the machine's memory, or of what its control
+/// group may use.
+pub fn default_budget() -> Budget {
+    static MEMORY: OnceLock<u64> = OnceLock::new();
+    Budget(*MEMORY.get_or_init(machine_memory) / SHARE)
+}
+
+fn machine_memory() -> u64 {
+    let machine = system_text("/proc/meminfo").and_then(|text| total(&text)).unwrap_or(ASSUMED);
+    let group = system_text("/sys/fs/cgroup/memory.max").and_then(|text| text.trim().parse().ok());
+    machine.min(group.unwrap_or(u64::MAX))
+}
+
+/// The line `MemTotal: 16316412 kB`, in bytes.
+fn total(text: &str) -> Option<u64> {
+    let line = text.lines().find_map(|line| line.strip_prefix("MemTotal:"))?;
+    line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()?.checked_mul(1024)
+}
+
+/// A text that the system makes when it is read, so that its file has no length.
+fn system_text(path: &str) -> Option<String> {
+    let mut text = String::new();
+    File::open(path).ok()?.take(64 << 10).read_to_string(&mut text).ok()?;
+    Some(text)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_memory_is_read_from_the_text_of_the_system() {
+        assert_eq!(total("MemTotal:       24518456 kB\nMemFree:  1 kB\n"), Some(24_518_456 * 1024));
+        assert_eq!(total("MemTotal: much\n"), None);
+        assert_eq!(total(""), None);
+    }
+
+    #[test]
+    fn the_budget_is_a_part_of_the_memory() {
+        let Budget(bytes) = default_budget();
+        assert!((64 << 20..1 << 46).contains(&bytes), "{bytes}");
+    }
+}

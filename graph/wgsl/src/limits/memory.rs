@@ -1,0 +1,73 @@
+//! Limits of the memory that values and variables take.
+
+use naga::proc::GlobalCtx;
+use naga::{Block, Function, Handle, Module, Span, Statement, TypeInner};
+
+use super::{ARRAY_BYTES, VALUE_BYTES};
+
+/// The first value or function that takes too much memory, and why it is too much.
+pub(crate) fn check_memory(module: &Module) -> Option<(Span, String)> {
+    let types = module.types.iter().find_map(|(handle, ty)| {
+        let message = VALUE_BYTES.exceeded(bytes(&ty.inner, module.to_ctx()))?;
+        Some((module.types.get_span(handle), message))
+    });
+    large_variable(module).or(types).or_else(|| arrays(module))
+}
+
+/// A variable of a type that is too large: the type itself may have no place.
+fn large_variable(module: &Module) -> Option<(Span, String)> {
+    module.functions.iter().find_map(|(_, function)| {
+        function.local_variables.iter().find_map(|(handle, variable)| {
+            let message = VALUE_BYTES.exceeded(bytes(&module.types[variable.ty].inner, module.to_ctx()))?;
+            Some((function.local_variables.get_span(handle), message))
+        })
+    })
+}
+
+fn bytes(ty: &TypeInner, context: GlobalCtx<'_>) -> usize {
+    ty.try_size(context).map_or(usize::MAX, |bytes| bytes as usize)
+}
+
+fn arrays(module: &Module) -> Option<(Span, String)> {
+    let mut sums = Vec::with_capacity(module.functions.len());
+    // A module declares functions before those that call them.
+    for (handle, function) in module.functions.iter() {
+        let own = function.local_variables.iter().map(|(_, variable)| variable.ty);
+        let own: usize = own.map(|ty| array_bytes(module, &module.types[ty].inner)).fold(0, usize::saturating_add);
+        let mut sum = own;
+        calls(&function.body, &mut |callee| sum = sum.saturating_add(sums[callee.index()]));
+        sums.push(sum);
+        if let Some(message) = ARRAY_BYTES.exceeded(sum) {
+            return Some((module.functions.get_span(handle), message));
+        }
+    }
+    None
+}
+
+/// Bytes of the arrays in a value.
+fn array_bytes(module: &Module, ty: &TypeInner) -> usize {
+    match ty {
+        TypeInner::Array { .. } => bytes(ty, module.to_ctx()),
+        TypeInner::Struct { members, .. } => {
+            let members = members.iter().map(|member| array_bytes(module, &module.types[member.ty].inner));
+            members.fold(0, usize::saturating_add)
+        }
+        _ => 0,
+    }
+}
+
+/// Every call in the block, however deep.
+fn calls(block: &Block, found: &mut impl FnMut(Handle<Function>)) {
+    for statement in block.iter() {
+        match statement {
+            Statement::Call { function, .. } => found(*function),
+            Statement::Block(block) => calls(block, found),
+            Statement::If { accept, reject, .. } => [accept, reject].into_iter().for_each(|block| calls(block, found)),
+            Statement::Switch { cases, .. } => cases.iter().for_each(|case| calls(&case.body, found)),
+            Statement::Loop { body, continuing, .. } => {
+                [body, continuing].into_iter().for_each(|block| calls(block, found));
+            }
+            _ => {}
+        }
+    }
+}

@@ -1,0 +1,92 @@
+//! Limits of untrusted shaders: the files of node kinds in folders.
+//!
+//! A short text can take a parser or a driver any amount of time, memory or stack. Each limit has its place here, and a
+//! row in `nodes/README.md`.
+
+mod cost;
+mod memory;
+mod text;
+
+pub(crate) use cost::check_cost;
+pub(crate) use memory::check_memory;
+pub(crate) use text::{check_size, check_text};
+
+/// How much of something there may be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Limit {
+    /// What is counted, in the plural.
+    pub counts: &'static str,
+    /// How many there may be.
+    pub most: usize,
+}
+
+impl Limit {
+    const fn new(most: usize, counts: &'static str) -> Self {
+        Self { counts, most }
+    }
+
+    /// What is wrong with that many; `None` if they are not too many.
+    pub fn exceeded(&self, count: usize) -> Option<String> {
+        (count > self.most).then(|| format!("too many {}: the limit is {}", self.counts, self.most))
+    }
+}
+
+/// Of each file.
+pub const FILE_BYTES: Limit = Limit::new(1 << 18, "bytes in a file");
+/// Of all `.wgsl` files of a folder.
+pub const FILES: Limit = Limit::new(64, "`.wgsl` files in a folder");
+/// Of each file. Comments are no tokens.
+pub const FILE_TOKENS: Limit = Limit::new(1 << 16, "tokens in a file");
+/// Of each file.
+pub const IMPORTS: Limit = Limit::new(64, "imports in a file");
+/// Brackets, and operators in front of what they apply to.
+pub const NESTING: Limit = Limit::new(64, "nested brackets and prefix operators");
+/// Of an expression with the expressions around it, and of a chain of `else if`.
+pub const OPERATORS: Limit = Limit::new(512, "operators in an expression");
+/// Of a kind's files and what they use of the library.
+pub const DECLARATIONS: Limit = Limit::new(1024, "declarations in the files of a kind");
+/// Of a constant or a type, with those that it uses counted at each use.
+pub const VALUE_TOKENS: Limit = Limit::new(1 << 17, "tokens in a constant or type and all that it uses");
+/// Of each type, and thus of each constant and value.
+pub const VALUE_BYTES: Limit = Limit::new(1 << 16, "bytes in a value");
+/// Of a function, with those that it calls counted at each call. Arrays in constants do not count.
+pub const ARRAY_BYTES: Limit = Limit::new(1 << 10, "bytes in array variables of a function and all that it calls");
+/// Of a function, with those that it calls counted at each call, since drivers inline all calls. An operation counts
+/// for each component, and what drivers write out counts more: see `cost.rs`.
+pub const OPERATIONS: Limit = Limit::new(96_000, "operations in a function and all that it calls");
+/// Of a function, with those that it calls counted at each call: llvmpipe takes twice as long for each further one.
+pub const LOOPS: Limit = Limit::new(10, "loops in a function and all that it calls");
+/// Of a function.
+pub const CALLS: Limit = Limit::new(64, "calls inside of calls");
+/// Of all loops in one call of a kernel function. What runs longer ends there; `lib/loops.wgsl` counts.
+pub const LOOP_STEPS: Limit = Limit::new(1 << 20, "steps of loops for a pixel");
+/// Of a kind without Rust.
+pub const PARAMETERS: Limit = Limit::new(64, "parameters of a kind");
+/// Of a kind without Rust. A device binds at least 16 textures in a pass.
+pub const INPUTS: Limit = Limit::new(12, "inputs of a kind");
+/// Of a kind without Rust.
+pub const OUTPUTS: Limit = Limit::new(8, "outputs of a kind");
+
+/// All limits, in the order of the table in `nodes/README.md`.
+pub const ALL: [Limit; 17] = [
+    FILE_BYTES,
+    FILES,
+    FILE_TOKENS,
+    IMPORTS,
+    NESTING,
+    OPERATORS,
+    DECLARATIONS,
+    VALUE_TOKENS,
+    VALUE_BYTES,
+    ARRAY_BYTES,
+    OPERATIONS,
+    LOOPS,
+    CALLS,
+    LOOP_STEPS,
+    PARAMETERS,
+    INPUTS,
+    OUTPUTS,
+];
+
+/// Stack of a thread that parses shaders: the parsers of naga recurse, by up to [`OPERATORS`] expressions.
+pub const STACK_BYTES: usize = 64 << 20;

@@ -1,0 +1,248 @@
+//! Untrusted files: what is refused, where, and that the limits hold before a parser or a driver sees the file.
+
+use std::time::{Duration, Instant};
+
+use afterimage_wgsl::limits::{self, Limit};
+use afterimage_wgsl::{Library, Linker, SampleMode, Shader, ShaderError, ShaderFeatures, validate};
+
+fn untrusted(text: &str) -> Shader {
+    Shader::untrusted("kind.wgsl".into(), text.into())
+}
+
+fn refused(text: &str) -> ShaderError {
+    let start: String = text.chars().take(200).collect();
+    let error = untrusted(text).reflect().expect_err(&start);
+    assert_eq!(error.file, "kind.wgsl", "{error}");
+    assert!(error.line > 0 && error.column > 0, "{error}");
+    error
+}
+
+fn in_body(body: &str) -> String {
+    format!("fn kind(source: vec4f) -> vec4f {{ {body} }}\n")
+}
+
+#[test]
+fn what_a_function_of_one_pixel_cannot_hold_is_refused_at_its_place() {
+    let whole = in_body("return source;");
+    for (before, message, column) in [
+        ("var<workgroup> w: array<f32, 64>;", "no memory of a workgroup", 16),
+        ("var<workgroup> w: atomic<u32>;", "no memory of a workgroup", 16),
+        ("var<immediate> f: f32;", "which the framework makes by itself", 16),
+        ("var<private> p: f32 = 0.0;", "keeps nothing outside of itself", 14),
+        ("@group(0) @binding(9) var<uniform> f: f32;", "is bound to a resource", 36),
+        ("@group(0) @binding(9) var<storage, read_write> f: array<u32>;", "is bound to a resource", 48),
+        ("@group(0) @binding(9) var t: texture_2d<f32>;", "is bound to a resource", 27),
+        ("var s: sampler;", "is bound to a resource", 5),
+        ("@compute @workgroup_size(1) fn main() { }", "belongs to an entry point", 1),
+        ("@fragment fn main() -> @location(0) vec4f { return vec4f(); }", "belongs to an entry point", 1),
+        ("@id(3) override gain = 2.0;", "belongs to an entry point", 1),
+        ("override gain: f32;", "nothing sets this `override`", 1),
+        ("enable f16;", "without extensions", 1),
+        ("requires readonly_and_readwrite_storage_textures;", "without extensions", 1),
+        ("diagnostic(off, derivative_uniformity);", "without extensions", 1),
+    ] {
+        let error = refused(&format!("{before}\n{whole}"));
+        assert!(error.message.contains(message), "{before}: {error}");
+        assert_eq!((error.line, error.column), (1, column), "{before}: {error}");
+    }
+    for (body, message) in [
+        ("workgroupBarrier(); return source;", "cannot wait for others"),
+        ("storageBarrier(); return source;", "cannot wait for others"),
+        ("textureBarrier(); return source;", "cannot wait for others"),
+        ("return subgroupAdd(source);", "does not see its neighbours"),
+        ("return quadSwapX(source);", "does not see its neighbours"),
+        ("return source * f32(f64(2.0));", "numbers have 32 bits"),
+        ("return source * f32(i64(2));", "numbers have 32 bits"),
+        ("return source * f32(u64(2));", "numbers have 32 bits"),
+        ("let wide = 2.5lf; return source;", "numbers have 32 bits"),
+        ("let wide = 2li; return source;", "numbers have 32 bits"),
+        ("let half = 2.5h; return source;", "numbers have 32 bits"),
+        ("return dpdx(source);", "neighbouring pixels"),
+        ("if source.x > 1.0 { discard; } return source;", "cannot discard a pixel"),
+        ("loop { } return source;", "this loop never ends"),
+        ("return __1_sanitize(source);", "__1_sanitize"),
+    ] {
+        let error = refused(&format!("// a line\n{}", in_body(body)));
+        assert!(error.message.contains(message), "{body}: {error}");
+        assert_eq!(error.line, 2, "{body}: {error}");
+    }
+}
+
+#[test]
+fn the_code_that_repairs_host_images_does_not_count() {
+    let reads = "s += tap(image, image_sampler, at.uv + s.xy) + texel(image, at.pixel);".repeat(20);
+    let text = format!(
+        "fn kind(image: texture_2d<f32>, image_sampler: sampler, at: Point) -> vec4f {{
+    var s = vec4f();
+    {reads}
+    return s;
+}}"
+    );
+    untrusted(&text).reflect().unwrap_or_else(|error| panic!("{error}"));
+}
+
+#[test]
+fn names_of_the_author_may_begin_like_forbidden_ones() {
+    let text = "fn atomics(x: vec4f) -> vec4f { let f64_ = x; return f64_; }\n\
+                struct Pair { atomic: f32, workgroupBarrier: f32 }\n\
+                fn subgroupAdd(x: vec4f) -> vec4f { return atomics(x); }\n";
+    let text = format!("{text}{}", in_body("var p: Pair; p.atomic = 1.0; return subgroupAdd(source) * p.atomic;"));
+    untrusted(&text).reflect().unwrap_or_else(|error| panic!("{error}"));
+    let set = format!("override gain = 2.0;\n{}", in_body("return source * gain;"));
+    untrusted(&set).reflect().unwrap_or_else(|error| panic!("{error}"));
+}
+
+#[test]
+fn what_an_imported_file_holds_is_refused_in_that_file() {
+    let import = |helper: &str, name: &str| {
+        let library = Library::of_files([(name.to_owned(), helper.to_owned())]);
+        let own = format!("\n#import {}\n{}", name.trim_end_matches(".wgsl"), in_body("return source * help();"));
+        untrusted(&own).with_loaded_library(library).reflect().expect_err(helper).to_string()
+    };
+    let bound = import("@group(0) @binding(0) var<uniform> f: f32;\nfn help() -> f32 { return f; }", "own.wgsl");
+    assert!(bound.starts_with("own.wgsl:1:36: this is bound to a resource"), "{bound}");
+    let unset = import("\noverride q: f32;\nfn help() -> f32 { return q; }", "own.wgsl");
+    assert!(unset.starts_with("own.wgsl:2:1: nothing sets"), "{unset}");
+    let text = format!("#import workgroup\n{}", in_body("let i = Invocation(0u); return source * f32(i.index);"));
+    untrusted(&text).reflect().unwrap_or_else(|error| panic!("a struct needs no workgroup: {error}"));
+    let text = format!("#import workgroup\n{}", in_body("return source * f32(workgroup_rank(Invocation(0u)));"));
+    untrusted(&text).reflect().unwrap_or_else(|error| panic!("a number needs no workgroup: {error}"));
+    let body = "return source * f32(workgroup_scan(Invocation(0u), 1u, 1u).x);";
+    let error = refused(&format!("#import math\n#import workgroup\n{}", in_body(body)));
+    assert!(error.message.contains("of a workgroup") || error.message.contains("wait for others"), "{error}");
+    assert_eq!((error.line, error.column), (2, 9), "{error}");
+}
+
+fn numbered(count: usize, item: impl Fn(usize) -> String) -> String {
+    (0..count).map(item).collect()
+}
+
+/// Each limit with a text that exceeds it and takes a parser or a driver very long, much memory or all of its stack.
+fn bombs() -> Vec<(&'static str, Limit, String)> {
+    let nested = |open: &str, inner: &str, close: &str| {
+        in_body(&format!("return {}{inner}{};", open.repeat(3800), close.repeat(3800)))
+    };
+    let tree = numbered(16, |i| format!("fn f{}(x: vec4f) -> vec4f {{ return f{i}(x) + f{i}(x * 0.5); }}\n", i + 1));
+    let structs = numbered(25, |i| format!("struct S{} {{ a: S{i}, b: S{i} }}\n", i + 1));
+    let arrays = numbered(23, |i| format!("const A{} = array(A{i}, A{i});\n", i + 1));
+    let line = in_body("return source;");
+    vec![
+        ("a long comment", limits::FILE_BYTES, format!("/*{}*/{line}", "x".repeat(3_000_000))),
+        ("many tokens", limits::FILE_TOKENS, format!("{}{line}", ";".repeat(100_000))),
+        ("many imports", limits::IMPORTS, format!("{}{line}", "#import math\n".repeat(5000))),
+        ("minus signs", limits::NESTING, nested("- ", "source", "")),
+        ("parentheses", limits::NESTING, nested("(", "source", ")")),
+        ("calls", limits::NESTING, nested("abs(", "source", ")")),
+        ("blocks", limits::NESTING, in_body(&format!("{}{} return source;", "{".repeat(3800), "}".repeat(3800)))),
+        ("a sum", limits::OPERATORS, nested("source + ", "source", "")),
+        (
+            "a conjunction",
+            limits::OPERATORS,
+            in_body(&format!("let a = {}true; return source;", "true && ".repeat(6000))),
+        ),
+        ("swizzles", limits::OPERATORS, in_body(&format!("return source{};", ".xyzw".repeat(5000)))),
+        ("branches", limits::OPERATORS, {
+            in_body(&format!("if source.x > 0.0 {{ }} {} return source;", "else if source.x > 1.0 { }".repeat(3000)))
+        }),
+        ("types", limits::OPERATORS, format!("alias T = {}f32{};\n{line}", "array<".repeat(1000), ", 1>".repeat(1000))),
+        ("functions", limits::DECLARATIONS, {
+            numbered(3000, |i| format!("fn g{i}(x: vec4f) -> vec4f {{ return x; }}\n")) + &line
+        }),
+        ("a call tree", limits::OPERATIONS, {
+            format!("fn f0(x: vec4f) -> vec4f {{ return x * 1.5; }}\n{tree}{}", in_body("return f16(source);"))
+        }),
+        ("long code", limits::OPERATIONS, {
+            in_body(&format!("var s = source; {} return s;", "s = sin(s) * cos(s) + s.yzwx;".repeat(3000)))
+        }),
+        ("a chain of calls", limits::CALLS, {
+            let chain = numbered(900, |i| format!("fn g{}(x: vec4f) -> vec4f {{ return g{i}(x); }}\n", i + 1));
+            format!("fn g0(x: vec4f) -> vec4f {{ return x; }}\n{chain}{}", in_body("return g900(source);"))
+        }),
+        ("loops", limits::LOOPS, {
+            let count = "for (var i = 0; i < 9; i++) { s += s.yzwx; }".repeat(100);
+            in_body(&format!("var s = source; {count} return s;"))
+        }),
+        ("powers", limits::OPERATIONS, {
+            in_body(&format!("var s = source; {} return s;", "s = pow(s, s.yzwx);".repeat(200)))
+        }),
+        ("doubling types", limits::VALUE_TOKENS, {
+            format!("struct S0 {{ a: f32 }}\n{structs}{}", in_body("var s = S25(); return source;"))
+        }),
+        ("doubling constants", limits::VALUE_TOKENS, {
+            format!("const A0 = array(1.0, 1.0);\n{arrays}{}", in_body("let z = A23; return source;"))
+        }),
+        ("a large value", limits::VALUE_BYTES, {
+            in_body("var z = array<f32, 16777216>(); return source * z[u32(source.x)];")
+        }),
+        ("large variables", limits::ARRAY_BYTES, {
+            in_body("var z: array<f32, 8192>; z[u32(source.y)] = 1.0; return source * z[u32(source.x)];")
+        }),
+        ("variables of calls", limits::ARRAY_BYTES, {
+            let calls = "s += big(s);".repeat(20);
+            "fn big(x: vec4f) -> vec4f { var z: array<vec4f, 64>; z[u32(x.y)] = x; return z[u32(x.x)]; }\n".to_owned()
+                + &in_body(&format!("var s = source; {calls} return s;"))
+        }),
+    ]
+}
+
+#[test]
+fn every_bomb_is_refused_by_its_limit_and_soon() {
+    for (what, limit, text) in bombs() {
+        let start = Instant::now();
+        let error = refused(&text);
+        let took = start.elapsed();
+        let expected = format!("too many {}: the limit is {}", limit.counts, limit.most);
+        assert_eq!(error.message, expected, "{what}: {error}");
+        assert!(took < Duration::from_secs(2), "{what} took {took:?}");
+    }
+}
+
+/// The text of the module that a pass of an untrusted function becomes.
+fn linked(text: &str) -> String {
+    let shader = untrusted(text);
+    let mut linker = Linker::new(SampleMode::Plain, ShaderFeatures::default());
+    let instance = linker.add(shader.source(), &[]).unwrap_or_else(|error| panic!("{error}"));
+    let before = linker.before_call().unwrap_or_default();
+    let call = linker.name(instance, "kind");
+    let code = format!("@fragment\nfn run() -> @location(0) vec4f {{ {before} return {call}(vec4f()); }}");
+    let linked = linker.link(code, &[(afterimage_wgsl::Instance::GENERATED, "run")]).expect("all names are known");
+    validate(&linked.text, &linked.map).unwrap_or_else(|error| panic!("{error}\n{}", linked.text));
+    linked.text
+}
+
+#[test]
+fn the_steps_of_every_loop_are_counted_whatever_its_form() {
+    let text = linked(&in_body(
+        "var s = source; let is_last_step = 1.0; /* for { */
+        for (var i = 0; i < 4; i++) { s += is_last_step; }
+        while s.x < 1.0 /* { */ { s *= 2.0; }
+        loop { if s.x > 9.0 { break; } continuing { s += 1.0; } }
+        return s;",
+    ));
+    assert_eq!(text.matches("{ if loops_is_last_step() { break; }").count(), 3, "{text}");
+    assert_eq!(text.matches("begin_steps();").count(), 1, "{text}");
+    let plain = linked(&in_body("return source;"));
+    assert!(!plain.contains("steps"), "{plain}");
+}
+
+#[test]
+fn the_manual_lists_all_limits_in_their_order() {
+    let manual = concat!(env!("CARGO_MANIFEST_DIR"), "/../../nodes/README.md");
+    let manual = std::fs::read_to_string(manual).expect("the manual of node kinds");
+    let rows: Vec<&str> = limits::ALL
+        .iter()
+        .map(|limit| {
+            let row = format!("| {} | {} |", limit.most, limit.counts);
+            manual.lines().find(|line| line.starts_with(&row)).unwrap_or_else(|| panic!("the table has no `{row}`"))
+        })
+        .collect();
+    let table: Vec<&str> = manual.lines().skip_while(|line| *line != "| limit | of | reason |").skip(2).collect();
+    assert_eq!(table[..rows.len()], rows);
+    assert_eq!(table[rows.len()], "", "the table has a limit that the code has not");
+}
+
+#[test]
+fn the_library_counts_to_the_limit() {
+    let text = linked(&in_body("loop { if source.x > 0.0 { break; } } return source;"));
+    assert!(text.contains(&format!("loop_steps > {}u", limits::LOOP_STEPS.most)), "{text}");
+}
