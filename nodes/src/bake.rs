@@ -41,8 +41,8 @@ pub(crate) struct Chain {
 }
 
 impl Chain {
-    /// Maps exposed light in the primaries of the display to its signal. After the balance the light is limited to these
-    /// primaries.
+    /// Maps exposed light in the primaries of the display to its signal. After the balance the light is limited to
+    /// these primaries.
     fn encoder(&self) -> impl Fn(DVec3) -> DVec3 {
         let rec709 = Chromaticities::REC709;
         let (enter, leave) = (self.display.conversion(&rec709), rec709.conversion(&self.display));

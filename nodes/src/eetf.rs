@@ -25,8 +25,8 @@ params! {
     /// The electrical-electrical transfer function of ITU-R BT.2390 (section 5.4): in PQ, light below a knee stays the
     /// same and a Hermite spline brings the rest below the peak of the display. A black above 0 is lifted smoothly. Use
     /// it between a picture that was tone mapped for `source_nits` and `Encode`, for displays with a lower peak; `peak`
-    /// of `ToneMap` is better where the pipeline starts from scene light. An `Encode` after it with another `white_nits`
-    /// or a lower peak is an error.
+    /// of `ToneMap` is better where the pipeline starts from scene light. An `Encode` after it with another
+    /// `white_nits` or a lower peak is an error.
     pub struct Eetf {
         /// The peak that the light was made for.
         pub source_nits: f32 = 1000.0 => within(100.0..=10000.0), usually(400.0..=4000.0), unit("cd/m2");

@@ -60,7 +60,7 @@ def run(state, node, pixels, *options, suffix=".exr"):
     header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
     with OpenEXR.File(header, {"RGB": pixels.reshape(SIDE, SIDE, 3).astype(np.float32)}) as file:
         file.write(str(source))
-    kind, parameters = node.rstrip(")").split("(", 1)
+    kind, parameters = node.removesuffix(")").split("(", 1)
     pipeline.write_text(
         f'Pipeline(inputs: {{ "in": {state} }}, nodes: {{ "result": {kind}(source: "in", format: Rgba32Float, '
         f'{parameters}) }}, outputs: {{ "out": "result" }})'

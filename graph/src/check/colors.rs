@@ -31,9 +31,9 @@ impl ImageColors {
         }
     }
 
-    /// The displays and files that the results of a node are encoded for. Of more than a few only those that decide: the
-    /// one with the widest primaries, one for SDR, and for HDR the ones with the least and the greatest luminance of SDR
-    /// white and with the least peak.
+    /// The displays and files that the results of a node are encoded for. Of more than a few only those that decide:
+    /// the one with the widest primaries, one for SDR, and for HDR the ones with the least and the greatest luminance
+    /// of SDR white and with the least peak.
     pub fn displays_after(&self, node: usize) -> &BTreeSet<Colorimetry> {
         &self.displays[node]
     }
@@ -132,8 +132,8 @@ impl<'a> Flow<'a> {
         wired.filter_map(|(port, wire)| Some((port, (self.resolve)((*wire)?)?)))
     }
 
-    /// Against the wires, and again where wires of earlier frames form cycles. What is kept of several displays does not
-    /// depend on the order of the visits.
+    /// Against the wires, and again where wires of earlier frames form cycles. What is kept of several displays does
+    /// not depend on the order of the visits.
     fn find_displays(&mut self) {
         let mut pending = self.order.clone();
         while let Some(node) = pending.pop() {
