@@ -54,9 +54,15 @@ mod tests {
         let hdr = |white, peak| light.suits(&display(Transfer::Pq).nits(white, peak));
         assert!([hdr(203.0, 1000.0), hdr(203.0, 4000.0), hdr(203.0, 995.0)].iter().all(Result::is_ok));
         assert!(light.suits(&display(Transfer::Hlg)).is_ok(), "a display that states nothing");
-        assert!(hdr(100.0, 1000.0).unwrap_err().contains("SDR white is 203 cd/m2 here and 100 cd/m2 there"));
-        assert!(hdr(203.0, 500.0).unwrap_err().contains("above its peak of 500 cd/m2"));
-        assert!(light.suits(&display(Transfer::Srgb)).unwrap_err().contains("where an SDR signal ends"));
+        assert!(
+            hdr(100.0, 1000.0)
+                .expect_err("it does not suit")
+                .contains("SDR white is 203 cd/m2 here and 100 cd/m2 there")
+        );
+        assert!(hdr(203.0, 500.0).expect_err("it does not suit").contains("above its peak of 500 cd/m2"));
+        assert!(
+            light.suits(&display(Transfer::Srgb)).expect_err("it does not suit").contains("where an SDR signal ends")
+        );
         let sdr = DisplayRange { white_nits: 203.0, peak_nits: 203.0 };
         assert!(sdr.suits(&display(Transfer::Srgb)).is_ok());
     }
