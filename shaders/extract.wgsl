@@ -66,7 +66,7 @@ fn extract_around(source: texture_2d<f32>, p: vec2i) -> f32 {
         for (var x = -1; x <= 1; x++) {
             let at = p + vec2i(x, y);
             let is_other = all(at == clamp(at, vec2i(0), last)) && any(at != p);
-            around = max(around, select(0.0, brightest(texel_limited(source, at).rgb), is_other));
+            around = max(around, select(0.0, brightest(texel(source, at).rgb), is_other));
         }
     }
     return around;

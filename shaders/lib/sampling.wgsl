@@ -91,14 +91,6 @@ fn texel(t: texture_2d<f32>, p: vec2i) -> vec4f {
     return texel_inside(t, clamp(p, vec2i(0), vec2i(textureDimensions(t)) - 1));
 }
 
-// The same for comparisons between many texels: what is not finite is limited by itself, not repaired from its
-// neighbours, which would read those of each texel.
-fn texel_limited(t: texture_2d<f32>, p: vec2i) -> vec4f {
-    let v = textureLoad(t, clamp(p, vec2i(0), vec2i(textureDimensions(t)) - 1), 0);
-    if TEXEL_SANITIZE == 0u { return v; }
-    return sanitize_plain(v, TEXEL_SANITIZE);
-}
-
 // Bilinear filter, clamped to the border.
 fn tap(t: texture_2d<f32>, s: sampler, uv: vec2f) -> vec4f {
     if TAP_BY_HAND { return tap_by_hand(t, uv); }

@@ -16,12 +16,11 @@ use super::writer::FunctionWriter;
 const TILE_SIDE: u32 = 16;
 
 /// What functions that read a tile use in place of textures.
-const SUBSTITUTION: [(&str, &str); 6] = [
+const SUBSTITUTION: [(&str, &str); 5] = [
     ("texture_2d<>", "u32"),
     ("sampler", "u32"),
     ("textureDimensions", "tile_size"),
     ("texel", "tile_texel"),
-    ("texel_limited", "tile_texel"),
     ("tap", "tile_tap"),
 ];
 
