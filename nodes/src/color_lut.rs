@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use afterimage_graph::image::Signedness;
 use afterimage_graph::prelude::*;
 
 use crate::lut::{Interpolation, Lut, LutError, PngLayout, ROW, Table};
@@ -170,7 +171,9 @@ impl ColorLut {
         let source = pass.color("source").colorimetry;
         let result = pass.output_color("result").colorimetry.primaries;
         let (from, to, state, white_nits) = (self.from, self.to, self.state, f64::from(self.white_nits));
-        let parts = Conversion { from, to, state, white_nits, source, result }.around(process);
+        let mut parts = Conversion { from, to, state, white_nits, source, result }.around(process);
+        let is_light = pass.output_color("result").state.signedness() == Signedness::Extended;
+        parts.is_scene_light = is_light && !self.is_plain();
         let (text, textures) = function(NAME, &parts);
         let images = textures.images(pass);
         let source = pass.image("source");

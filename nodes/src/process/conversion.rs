@@ -49,10 +49,10 @@ impl Conversion {
         let after = Process::new(self.leave());
         if self.from == self.to() {
             let before = Process::new(enter(self.from));
-            return Parts { before, unchanged: Process::default(), changed: table, after };
+            return Parts { before, changed: table, after, ..Parts::default() };
         }
         let changed = Process::new(enter(self.from).into_iter().chain(table.steps));
-        Parts { before: Process::default(), unchanged: Process::new(enter(self.to())), changed, after }
+        Parts { unchanged: Process::new(enter(self.to())), changed, after, ..Parts::default() }
     }
 
     /// The function between light and the numbers of the image.

@@ -58,21 +58,24 @@ pub(crate) struct Parts {
     pub(crate) changed: Process,
     /// What comes last, on the mixed colour.
     pub(crate) after: Process,
+    /// Whether the result is scene light, whose luminance is not below 0.
+    pub(crate) is_scene_light: bool,
 }
 
 /// The text of a module with one kernel function.
 pub(crate) fn function<'a>(name: &str, parts: &'a Parts) -> (String, Textures<'a>) {
     let mut textures = Textures::default();
-    let Parts { before, unchanged, changed, after } = parts;
+    let Parts { before, unchanged, changed, after, is_scene_light } = parts;
+    let result = if *is_scene_light { "extended_light(bounded(v))" } else { "bounded(v)" };
     let [before, unchanged, changed, after] = [before, unchanged, changed, after].map(|part| body(part, &mut textures));
     let arguments = textures.arguments();
     let text = format!(
-        "#import cube\n#import grade\n#import math\n#import process\n#import shaper\n\n\
+        "#import color\n#import cube\n#import grade\n#import math\n#import process\n#import shaper\n\n\
          struct ColorLut {{\n    strength: f32,\n}}\n\n\
          fn {name}(source: vec4f, {arguments}params: ColorLut) -> vec4f {{\n    var v = source.rgb;\n\
          {before}    let begin = v;\n{unchanged}    let unchanged = v;\n    v = begin;\n\
          {changed}    v = between3(unchanged, v, params.strength);\n\
-         {after}    return vec4f(bounded(v), source.a);\n}}\n"
+         {after}    return vec4f({result}, source.a);\n}}\n"
     );
     (text, textures)
 }

@@ -17,18 +17,11 @@ use unplaced as backend;
 #[cfg(not(any(target_vendor = "apple", target_family = "wasm")))]
 use vulkan as backend;
 
+mod asked;
 #[cfg(any(target_vendor = "apple", target_family = "wasm"))]
 mod unplaced;
 #[cfg(not(any(target_vendor = "apple", target_family = "wasm")))]
 mod vulkan;
-
-/// The memory that a driver asks for an image.
-struct Asked {
-    bytes: u64,
-    alignment: u64,
-    /// A bit for each suitable memory type.
-    memory_types: u32,
-}
 
 /// The images of a plan in a heap with their offsets, in the order of the plan's images. Images of equal description at
 /// the same offset are one texture, so wgpu inserts the barrier between them by itself.

@@ -2,7 +2,7 @@
 
 use afterimage_graph::image::ImageDesc;
 
-use super::Asked;
+use super::asked::Asked;
 use crate::store::Stored;
 
 /// No heap exists.

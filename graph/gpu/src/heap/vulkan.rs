@@ -11,7 +11,7 @@ use afterimage_graph::image::ImageDesc;
 use ash::vk;
 use wgpu::hal::api::Vulkan;
 
-use super::Asked;
+use super::asked::Asked;
 use crate::store::{self, Stored, extent, usages, view};
 
 /// Memory for the transient images of a plan, and of the plan after it where they fit.

@@ -24,7 +24,8 @@ impl<T: Send + 'static> Worker<T> {
     }
 }
 
-/// Does the same work on several threads, and waits for all of them. wgpu parses shaders there, and its parser recurses.
+/// Does the same work on several threads, and waits for all of them. wgpu parses shaders there, and its parser
+/// recurses.
 pub(crate) fn on_threads(threads: usize, work: impl Fn() + Sync) {
     std::thread::scope(|scope| {
         for _ in 0..threads {
