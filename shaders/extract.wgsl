@@ -79,6 +79,13 @@ fn extract_before(before: texture_2d<f32>, p: vec2i) -> f32 {
     return max(upper, lower);
 }
 
+// Whether the pixel beside shows that this one is no firefly. It decides nearly all pixels with one read.
+fn extract_is_plain(source: texture_2d<f32>, color: vec4f, p: vec2i) -> bool {
+    let side = p + vec2i(select(1, -1, p.x > 0), 0);
+    let is_other = side.x < i32(textureDimensions(source).x);
+    return is_other && brightest(color.rgb) <= EXTRACT_CONTRAST * brightest(texel(source, side).rgb);
+}
+
 // The colour, dimmed so that no channel exceeds the limit. The only pixel of an image has nothing around it.
 fn extract_dimmed(color: vec4f, limit: f32, at: Point) -> vec4f {
     let light = brightest(color.rgb);
@@ -87,14 +94,17 @@ fn extract_dimmed(color: vec4f, limit: f32, at: Point) -> vec4f {
 }
 
 fn extract_limited(source: texture_2d<f32>, at: Point) -> vec4f {
-    let limit = EXTRACT_CONTRAST * extract_around(source, at.pixel);
-    return extract_dimmed(texel(source, at.pixel), limit, at);
+    let color = texel(source, at.pixel);
+    if extract_is_plain(source, color, at.pixel) { return color; }
+    return extract_dimmed(color, EXTRACT_CONTRAST * extract_around(source, at.pixel), at);
 }
 
 // The same with the peaks of the frame before.
 fn extract_limited_since(source: texture_2d<f32>, before: texture_2d<f32>, at: Point) -> vec4f {
+    let color = texel(source, at.pixel);
+    if extract_is_plain(source, color, at.pixel) { return color; }
     let near = max(extract_around(source, at.pixel), extract_before(before, at.pixel));
-    return extract_dimmed(texel(source, at.pixel), EXTRACT_CONTRAST * near, at);
+    return extract_dimmed(color, EXTRACT_CONTRAST * near, at);
 }
 
 // The largest channel of the pixels under one of half the size; up to three by three at odd sizes.

@@ -41,7 +41,8 @@ fn measured(gpu: &Gpu, graph: &Graph, samples: u32) -> (FrameTime, serde_json::V
 
 /// The frame of the same pipeline, and the report as JSON.
 fn benched(gpu: &Gpu, graph: &Graph, samples: u32) -> (FrameTime, serde_json::Value) {
-    let options = BenchOptions { size: SIZE, samples, facts: Facts::default(), options: Options::default() };
+    let options =
+        BenchOptions { size: SIZE, samples, finite: false, facts: Facts::default(), options: Options::default() };
     let load = || Ok::<_, LabError>(graph.clone());
     let report = bench(gpu, &registry(), "lynx", &load, &options).unwrap_or_else(|error| panic!("{error}"));
     (report.frame.time(), serde_json::to_value(&report).expect("names and numbers are JSON"))

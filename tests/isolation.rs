@@ -66,3 +66,61 @@ fn kinds_with_clashing_names_compute_the_same_together_as_alone() {
         assert!(fused.iter().any(|pixel| *pixel != fused[0]), "pair {seed} has one color");
     }
 }
+
+/// A kind whose kernel makes numbers that are not finite at three pixels, or 0 there, or what they are limited to.
+fn poison(bits: [u32; 3]) -> NodeKind {
+    let [a, b, c] = bits;
+    let text = format!(
+        "fn poison(source: vec4f, at: Point) -> vec4f {{
+    let index = at.pixel.x + 32 * at.pixel.y;
+    let bits = select(select({a}u, {b}u, index == 400), {c}u, index == 700);
+    let poisoned = vec4f(vec3f(bitcast<f32>(bits + u32(min(at.pixel.x, 0)))), 1.0);
+    return select(source, poisoned, index == 100 || index == 400 || index == 700);
+}}"
+    );
+    let declaration = r#"Kind(
+        name: "Poison", doc: "Spoils some pixels.",
+        inputs: { "source": Image(doc: "A picture.") },
+        outputs: { "result": Image(doc: "The same, spoilt.", state: Same("source")) },
+    )"#;
+    folder_kind_of(("node.ron", declaration), &[("poison.wgsl", &text)]).unwrap_or_else(|errors| panic!("{errors}"))
+}
+
+/// Four frames of a bloom, a meter with adaptation and a history behind the kind.
+fn spoilt_frames(kind: NodeKind, is_fused: bool) -> Vec<Vec<Picture>> {
+    let registry = Registry::new(&[afterimage_nodes::ALL, &[kind]]).expect("no other kind has this name");
+    let text = r#"Pipeline(
+        inputs: { "scene": Color },
+        nodes: {
+            "poison": Poison(source: "scene"),
+            "mean": MeanLuminance(source: "poison"),
+            "meter": Adapt(mean: "mean"),
+            "exposed": Exposure(source: "poison", meter: "meter"),
+            "bright": Extract(source: "exposed", before: "bright.peaks@previous", fireflies: Limit, threshold: 0.2),
+            "mips": Downsample(source: "bright", levels: 3),
+            "bloom": Upsample(source: "mips"),
+            "lit": Composite(base: "exposed", bloom: "bloom", blend: Add, strength: 0.5),
+        },
+        outputs: { "lit": "lit" },
+    )"#;
+    let document = parse("test.ron", text).unwrap_or_else(|errors| panic!("{errors:?}"));
+    let options = CheckOptions { tier: None, sets: Vec::new(), loader: &NoFiles };
+    let graph = check(&document, &registry, &options).unwrap_or_else(|errors| panic!("{errors:?}")).0;
+    let mut run = Run::new(&graph);
+    run.options.fuse = is_fused;
+    let scene = Picture::new(32, 24, |x, y| [0.02 * x as f32, 0.03 * y as f32, 0.2, 1.0]);
+    run.frames(&[("scene", &scene)], &[(0.1, false); 4])
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn numbers_of_a_strangers_kernel_that_are_not_finite_act_as_finite_ones() {
+    // NaN, infinity and negative infinity, and what they are limited to.
+    let limited = [0, 65504.0_f32.to_bits(), 0];
+    for is_fused in [true, false] {
+        let spoilt = spoilt_frames(poison([0x7fc0_0000, 0x7f80_0000, 0xff80_0000]), is_fused);
+        assert_eq!(spoilt, spoilt_frames(poison(limited), is_fused), "fused: {is_fused}");
+        let clean = spoilt_frames(poison([0x3dcc_cccd; 3]), is_fused);
+        assert_ne!(spoilt[3][0].at(0, 0), clean[3][0].at(0, 0), "the limit is light that the meter sees");
+    }
+}

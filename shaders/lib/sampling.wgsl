@@ -9,13 +9,19 @@ const TEXEL_SANITIZE: u32 = 0u;
 // NaN in four pixels. True whenever textures are sanitized.
 const TAP_BY_HAND: bool = false;
 
-// The bits of a neighbour of a texel: 0 to 8 are the rows of the square around it. NaN for the texel itself and outside
-// of the texture, so that these are not used.
-fn sanitize_neighbour(t: texture_2d<f32>, p: vec2i, index: i32) -> vec4u {
+// A channel of the bits of a texel.
+fn sanitize_channel(bits: vec4u, channel: i32) -> u32 {
+    return select(select(bits.x, bits.y, channel == 1), select(bits.z, bits.w, channel == 3), channel >= 2);
+}
+
+// The bits of a number of a neighbour: 0 to 8 are the rows of the square around a texel. NaN for the texel itself and
+// outside of the texture, so that these are not used.
+fn sanitize_neighbour(t: texture_2d<f32>, p: vec2i, index: i32, channel: i32) -> u32 {
     let at = p + vec2i(index % 3 - 1, index / 3 - 1);
     let inside = clamp(at, vec2i(0), vec2i(textureDimensions(t)) - 1);
     let is_other = all(at == inside) && any(at != p);
-    return select(vec4u(0x7fc00000u), bitcast<vec4u>(textureLoad(t, inside, 0)), is_other);
+    let bits = bitcast<vec4u>(textureLoad(t, inside, 0));
+    return select(0x7fc00000u, sanitize_channel(bits, channel), is_other);
 }
 
 // Limits a texel. The modes are those of TEXEL_SANITIZE.
@@ -25,47 +31,79 @@ fn sanitize_limited(v: vec4f, mode: u32) -> vec4f {
     return sanitize(v);
 }
 
-// Limits each number of a neighbour by itself.
-fn sanitize_plain(v: vec4f, mode: u32) -> vec4f {
-    if mode == 1u { return sanitize(v); }
-    return sanitize_signed(v);
-}
-
-// Repairs a texel with a number that is not finite. NaN, negative infinity, and an infinity that no neighbour shares
-// become the median of the finite neighbours: the lower of two. The median is one of the numbers, so it is exact in any
-// format. An infinity among others is light, such as a sun, and becomes the limit. Loops and loads instead of an array
-// keep the registers of the common case free. The loops end at 9; a constant would let drivers unroll them wherever a
-// host image is read.
-fn sanitize_repair(t: texture_2d<f32>, p: vec2i, bits: vec4u, mode: u32) -> vec4f {
-    let end = 9 + min(p.x, 0);
-    var count = vec4u();
-    var is_shared = vec4<bool>();
-    for (var index = 0; index < end; index++) {
-        let near = sanitize_neighbour(t, p, index);
-        count += select(vec4u(), vec4u(1u), is_finite(near));
-        is_shared |= near == vec4u(INFINITY_BITS);
-    }
-    var median = vec4f();
-    for (var index = 0; index < end; index++) {
-        let bits_of_one = sanitize_neighbour(t, p, index);
-        let one = sanitize_plain(bitcast<vec4f>(bits_of_one), mode);
-        var rank = vec4u();
-        for (var other = 0; other < end; other++) {
-            let bits_of_two = sanitize_neighbour(t, p, other);
-            let two = sanitize_plain(bitcast<vec4f>(bits_of_two), mode);
-            let is_before = (two < one) | ((two == one) & vec4<bool>(other < index));
-            rank += select(vec4u(), vec4u(1u), is_before & is_finite(bits_of_two));
+// The number of this rank, from 1, among the finite neighbours in one channel, within the limits. Equal numbers have
+// successive ranks.
+fn sanitize_ranked(t: texture_2d<f32>, p: vec2i, channel: i32, rank: i32, end: i32) -> f32 {
+    var found = -1e9;
+    var left = rank;
+    while left > 0 {
+        var next = 1e9;
+        var count = 0;
+        for (var index = 0; index < end; index++) {
+            let bits = sanitize_neighbour(t, p, index, channel);
+            let limited = clamp(bitcast<f32>(bits), -HALF_MAX, HALF_MAX);
+            let one = select(-1e9, limited, (bits & INFINITY_BITS) != INFINITY_BITS);
+            if one > found {
+                count = select(select(count, count + 1, one == next), 1, one < next);
+                next = min(next, one);
+            }
         }
-        median = select(median, one, is_finite(bits_of_one) & (rank == (max(count, vec4u(1u)) - 1u) / 2u));
+        found = next;
+        left -= max(count, 1);
     }
-    let keeps = is_finite(bits) | ((bits == vec4u(INFINITY_BITS)) & is_shared) | (count == vec4u());
-    return sanitize_limited(bitcast<vec4f>(select(bitcast<vec4u>(median), bits, keeps)), mode);
+    return found;
 }
 
-// A texel of a host image. Only a texel with a number that is not finite reads its neighbours.
+// Repairs a number that is not finite. NaN, negative infinity, and an infinity that no neighbour shares become the
+// median of the finite neighbours: the lower of two. The median is one of the numbers, so it is exact in any format. An
+// infinity among others is light, such as a sun, and becomes the limit.
+fn sanitize_number(t: texture_2d<f32>, p: vec2i, bits: u32, channel: i32, end: i32) -> u32 {
+    var count = 0;
+    var is_shared = false;
+    for (var index = 0; index < end; index++) {
+        let near = sanitize_neighbour(t, p, index, channel);
+        count += select(0, 1, (near & INFINITY_BITS) != INFINITY_BITS);
+        is_shared |= near == INFINITY_BITS;
+    }
+    if count == 0 || is_shared && bits == INFINITY_BITS { return bits; }
+    return bitcast<u32>(sanitize_ranked(t, p, channel, (count + 1) / 2, end));
+}
+
+// Repairs a texel channel by channel. This code runs for few texels, but every read of a host image contains it: one
+// number at a time takes few registers, and the loops end at numbers that are not constants, because drivers would
+// unroll them otherwise.
+fn sanitize_repair(t: texture_2d<f32>, p: vec2i, bits: vec4u, mode: u32) -> vec4f {
+    let zero = min(p.x, 0);
+    var clean = bits;
+    for (var channel = 0; channel < 4 + zero; channel++) {
+        let number = sanitize_channel(bits, channel);
+        if (number & INFINITY_BITS) == INFINITY_BITS {
+            let repaired = sanitize_number(t, p, number, channel, 9 + zero);
+            clean = select(clean, vec4u(repaired), vec4i(0, 1, 2, 3) == vec4i(channel));
+        }
+    }
+    return sanitize_limited(bitcast<vec4f>(clean), mode);
+}
+
+// Whether a value is within the limits of a mode, so that it stays the same: one comparison of its bits, which nearly
+// all values pass. Negative light does not, even where it may stay.
+fn sanitize_is_clean(bits: vec4u, mode: u32) -> bool {
+    let magnitudes = select(bits, bits & vec4u(~SIGN_BIT), mode == 2u);
+    let largest = max(magnitudes.xy, magnitudes.zw);
+    return max(largest.x, largest.y) <= HALF_MAX_BITS;
+}
+
+// The value of a kernel that may make any numbers.
+fn sanitize_value(v: vec4f, mode: u32) -> vec4f {
+    if sanitize_is_clean(bitcast<vec4u>(v), mode) { return v; }
+    return sanitize_limited(v, mode);
+}
+
+// A texel of a host image. Only one with a number that is not finite reads its neighbours.
 fn sanitize_texel(t: texture_2d<f32>, p: vec2i, mode: u32) -> vec4f {
     let v = textureLoad(t, p, 0);
     let bits = bitcast<vec4u>(v);
+    if sanitize_is_clean(bits, mode) { return v; }
     if all(is_finite(bits)) { return sanitize_limited(v, mode); }
     return sanitize_repair(t, p, bits, mode);
 }

@@ -213,6 +213,9 @@ pub(crate) struct BenchArgs {
     /// Samples of each median
     #[arg(long, default_value_t = 100, value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) frames: u32,
+    /// Measure as if the host promised that its images hold finite numbers only: the plan does not repair them
+    #[arg(long)]
+    pub(crate) finite: bool,
     /// Also write the figures as JSON
     #[arg(long, value_name = "FILE")]
     pub(crate) json: Option<PathBuf>,

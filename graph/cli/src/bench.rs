@@ -35,6 +35,7 @@ pub(crate) fn run(args: &BenchArgs, tables: &[&[NodeKind]]) -> Result<(), Failur
     let options = BenchOptions {
         size: Size::new(args.size.0, args.size.1),
         samples: args.frames,
+        finite: args.finite,
         facts: facts(&args.options)?,
         options: options_on(&gpu, plan_options(&args.plan), &args.device.arithmetic),
     };

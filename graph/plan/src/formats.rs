@@ -11,7 +11,7 @@ use crate::options::{Alias, Ignored, Options};
 use crate::plan::{PlannedImage, ScheduledPass, Stage};
 use crate::request::PlanRequest;
 use afterimage_base::caps::Caps;
-use afterimage_base::image::{Format, ImageDesc, Signedness};
+use afterimage_base::image::{Format, ImageDesc};
 use afterimage_graph::node::{ImageId, Origin, Pass, Recording, Resource, VirtualImage};
 use afterimage_wgsl::SampleMode;
 
@@ -97,11 +97,10 @@ fn images(builder: &PlanBuilder, request: &PlanRequest<'_>) -> Vec<PlannedImage>
 /// has eight bits of fraction.
 fn sample_mode(image: &VirtualImage, caps: &Caps, exact: bool) -> SampleMode {
     let from_host = matches!(image.origin, Origin::Input(_)) && !image.finite;
-    match (image.signedness, exact || image.desc.format.is_32_bit() && !caps.filter_32_bit) {
-        (Signedness::Unsigned, _) if from_host => SampleMode::Sanitized,
-        (Signedness::Extended, _) if from_host => SampleMode::SanitizedLight,
-        (Signedness::Signed, _) if from_host => SampleMode::SanitizedSigned,
-        (_, true) => SampleMode::ByHand,
-        (_, false) => SampleMode::Plain,
+    let by_hand = exact || image.desc.format.is_32_bit() && !caps.filter_32_bit;
+    match (from_host, by_hand) {
+        (true, _) => SampleMode::sanitizing(image.signedness),
+        (false, true) => SampleMode::ByHand,
+        (false, false) => SampleMode::Plain,
     }
 }

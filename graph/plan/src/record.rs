@@ -180,12 +180,16 @@ impl<'a> Round<'a> {
             colors: NodeColors { inputs: &inputs, outputs: self.colors.of_node(index) },
         };
         let first_image = self.builder.recording.images.len();
+        let first_pass = self.builder.recording.passes.len();
         let mut recorder = Recorder::new(context, &mut self.builder.recording);
         node.instance.record(&mut recorder);
         self.made[index] = recorder.finish();
         let signedness = node.states.iter().flatten().map(|state| state.signedness()).max();
         let signedness = signedness.unwrap_or(Signedness::Unsigned);
         self.builder.recording.images[first_image..].iter_mut().for_each(|image| image.signedness = signedness);
+        let kernels = self.builder.recording.passes[first_pass..].iter_mut().flat_map(|pass| &mut pass.kernels);
+        let untrusted = kernels.filter(|kernel| kernel.shader.is_untrusted());
+        untrusted.for_each(|kernel| kernel.limited = Some(signedness));
     }
 
     fn link_histories(&mut self) {

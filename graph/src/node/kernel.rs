@@ -1,6 +1,7 @@
 //! A kernel in a pass: a function or a compute entry point, with what its arguments hold.
 
 use afterimage_base::Shared;
+use afterimage_base::image::Signedness;
 use afterimage_wgsl::Shader;
 
 use super::resource::{BufferId, ImageId, Resource};
@@ -30,6 +31,8 @@ pub struct KernelCall {
     pub by_rows: Option<ByRows>,
     /// The form by cells of an entry point, if it has one.
     pub by_cells: Option<ByCells>,
+    /// The limits of a function's result, if it may make numbers that are not finite: those of untrusted shaders may.
+    pub limited: Option<Signedness>,
 }
 
 /// An argument of a kernel function or a binding of an entry point.
@@ -138,12 +141,18 @@ impl KernelCall {
             constants: Vec::new(),
             by_rows: None,
             by_cells: None,
+            limited: None,
         }
     }
 
     /// Whether an argument holds this.
     pub fn accepts(&self, value: Arg) -> bool {
         self.args.iter().any(|arg| arg.value == value)
+    }
+
+    /// Whether to compute its result again takes longer than to store it and to read it again.
+    pub fn is_heavy(&self) -> bool {
+        self.shader.is_heavy(&self.function)
     }
 
     /// The images that it reads as textures.

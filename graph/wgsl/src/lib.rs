@@ -1,5 +1,6 @@
 //! Shaders as values: files of WGSL, what they declare, and the linker that puts them together.
 
+mod arithmetic;
 mod direct_reads;
 mod error;
 mod features;

@@ -2,6 +2,7 @@
 
 use naga::{AddressSpace, ImageClass, ImageDimension, ScalarKind as NagaKind, TypeInner};
 
+use crate::arithmetic::heavy;
 use crate::direct_reads::{direct_reads, filtering};
 use crate::error::ShaderError;
 use crate::features::ShaderFeatures;
@@ -25,6 +26,8 @@ pub struct Reflection {
     pub direct_reads: Vec<String>,
     /// Functions and entry points of the file that filter textures, also through `tap`.
     pub filtering: Vec<String>,
+    /// Functions of the file that take longer than a trip of their result through memory.
+    pub heavy: Vec<String>,
 }
 
 /// The entry point of a whole kernel.
@@ -226,6 +229,7 @@ impl Reader<'_> {
             globals: module.global_variables.iter().filter_map(|(_, g)| self.global(g)).collect(),
             direct_reads: self.own(direct_reads(module, &|name| self.names.of_framework(name).is_some())),
             filtering: self.own(filtering(module)),
+            heavy: self.own(heavy(module)),
         }
     }
 

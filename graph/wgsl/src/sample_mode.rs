@@ -1,5 +1,7 @@
 //! How the textures of a module are sampled.
 
+use afterimage_base::image::Signedness;
+
 /// How a module's textures are sampled.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum SampleMode {
@@ -28,13 +30,35 @@ impl SampleMode {
         }
     }
 
+    /// The mode that sanitizes to these limits.
+    pub fn sanitizing(signedness: Signedness) -> Self {
+        match signedness {
+            Signedness::Unsigned => Self::Sanitized,
+            Signedness::Extended => Self::SanitizedLight,
+            Signedness::Signed => Self::SanitizedSigned,
+        }
+    }
+
     /// The WGSL expression of the texel of a texture at the pixel of the result.
     pub fn pixel_read(self, texture: &str) -> String {
+        match self.number() {
+            None => format!("textureLoad({texture}, at.pixel, 0)"),
+            Some(number) => format!("sanitize_texel({texture}, at.pixel, {number}u)"),
+        }
+    }
+
+    /// The WGSL expression of a value within the limits of the mode.
+    pub fn limited(self, value: &str) -> String {
+        self.number().map_or(value.to_owned(), |number| format!("sanitize_value({value}, {number}u)"))
+    }
+
+    /// The number of the mode in WGSL, if it sanitizes.
+    fn number(self) -> Option<u32> {
         match self {
-            Self::Plain | Self::ByHand => format!("textureLoad({texture}, at.pixel, 0)"),
-            Self::Sanitized => format!("sanitize_texel({texture}, at.pixel, 1u)"),
-            Self::SanitizedSigned => format!("sanitize_texel({texture}, at.pixel, 2u)"),
-            Self::SanitizedLight => format!("sanitize_texel({texture}, at.pixel, 3u)"),
+            Self::Plain | Self::ByHand => None,
+            Self::Sanitized => Some(1),
+            Self::SanitizedSigned => Some(2),
+            Self::SanitizedLight => Some(3),
         }
     }
 }

@@ -109,6 +109,11 @@ impl Shader {
         self.reflect().is_ok_and(|reflection| reflection.filtering.iter().any(|name| name == function))
     }
 
+    /// Whether to compute a function again takes longer than to store its result and to read it again.
+    pub fn is_heavy(&self, function: &str) -> bool {
+        self.reflect().is_ok_and(|reflection| reflection.heavy.iter().any(|name| name == function))
+    }
+
     /// Adds an error in the file to diagnostics, with an excerpt if it is in this file and not in one that it imports.
     pub fn report(&self, error: &ShaderError, diagnostics: &mut Diagnostics) {
         if error.file == self.file() {

@@ -37,6 +37,8 @@ pub struct BenchOptions {
     pub size: Size,
     /// Samples of each median.
     pub samples: u32,
+    /// Whether the host promises that its images hold finite numbers only.
+    pub finite: bool,
     /// Facts about the scene.
     pub facts: Facts,
     /// The planner's options.
@@ -56,7 +58,8 @@ pub fn bench<E: From<LabError>>(
     options: &BenchOptions,
 ) -> Result<BenchReport, E> {
     let graph = load()?;
-    let images = scene::still(gpu, registry, &graph, options.size)?;
+    let mut images = scene::still(gpu, registry, &graph, options.size)?;
+    images.iter_mut().for_each(|image| image.finite = options.finite);
     let (first_frame, session) = starts(gpu, load, &images, options)?;
     Ok(Bench { gpu, session, images, frames: 0, options }.report(name, &graph, first_frame)?)
 }

@@ -1,6 +1,7 @@
 //! The entry points of a pass of functions of one pixel: a compute one and a full-screen triangle.
 
 use afterimage_base::image::Size;
+use afterimage_graph::node::{KernelCall, Pass};
 use afterimage_wgsl::ShaderError;
 
 use super::module::{Composed, PassCode};
@@ -25,18 +26,22 @@ pub(super) fn compose_functions(code: &PassCode<'_>) -> Result<Composed, ShaderE
     let mut writer = FunctionWriter::new(code, code.linker())?;
     let function = writer.function("run", 0..code.pass.kernels.len());
     let (result, extent) = (writer.storage(image, desc.format), writer.extent());
-    let entry_points = entry_points(&result, &extent, rows_of(desc.size));
+    let entry_points = entry_points(&result, &extent, rows_of(code.pass, desc.size));
     writer.finish(&(function + &entry_points), [WIDTH, HEIGHT, 1], &["compute", "vertex", "fragment"])
 }
 
 /// Texels of a result of that size that a workgroup makes, across and down.
-pub(super) fn functions_cover(size: Size) -> [u32; 2] {
-    [WIDTH, HEIGHT * rows_of(size)]
+pub(super) fn functions_cover(pass: &Pass, size: Size) -> [u32; 2] {
+    [WIDTH, HEIGHT * rows_of(pass, size)]
 }
 
 /// Texels that an invocation makes, one below the other. Several in flight hide each other's waiting (at 4K an H200
-/// takes a third less time for four than for one), but a small image needs all of its texels to occupy the device.
-fn rows_of(size: Size) -> u32 {
+/// takes a third less time for four than for one), but a small image needs all of its texels to occupy the device, and
+/// loops of several texels would need more registers: one takes 2 to 7 % less time.
+fn rows_of(pass: &Pass, size: Size) -> u32 {
+    if pass.kernels.iter().any(KernelCall::is_heavy) {
+        return 1;
+    }
     match size.texels() {
         0..0x4_0000 => 1,
         0x4_0000..0x10_0000 => 2,

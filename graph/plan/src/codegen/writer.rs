@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use afterimage_base::image::Format;
 use afterimage_graph::node::{Arg, Argument, ImageId, KernelCall};
-use afterimage_wgsl::{ArgType, Instance, Linker, ShaderError};
+use afterimage_wgsl::{ArgType, Instance, Linker, SampleMode, ShaderError};
 
 use super::module::{Composed, Entry, PassCode, Slot, SlotKind};
 use super::uniforms::uniform_struct;
@@ -113,7 +113,12 @@ impl<'c, 'a> FunctionWriter<'c, 'a> {
             let _ = writeln!(self.body, "    {before}");
         }
         let function = self.name(index, &kernel.function);
-        let _ = writeln!(self.body, "    let kernel{index} = {function}({});", args.join(", "));
+        let value = format!("{function}({})", args.join(", "));
+        let value = match kernel.limited {
+            Some(signedness) => SampleMode::sanitizing(signedness).limited(&value),
+            None => value,
+        };
+        let _ = writeln!(self.body, "    let kernel{index} = {value};");
     }
 
     fn arg(&mut self, index: usize, kernel: &KernelCall, arg: Arg, is_volume: bool) -> String {

@@ -7,7 +7,7 @@
 use super::pass_graph::PassGraph;
 use crate::builder::PlanBuilder;
 use crate::plan::Fused;
-use afterimage_graph::node::{Arg, Origin, Pass, PassKind, Recording, Resource};
+use afterimage_graph::node::{Arg, KernelCall, Origin, Pass, PassKind, Recording, Resource};
 
 /// With more bindings than this in one pass, a small device refuses it.
 const MOST_TEXTURES: usize = 12;
@@ -63,7 +63,8 @@ fn fit_together(producer: &Pass, reader: &Pass) -> bool {
 /// pixel of one image.
 fn is_light(pass: &Pass) -> bool {
     let pixels = pass.args().filter(|arg| matches!(arg, Arg::Pixel(_))).count();
-    pass.kind == PassKind::Point && pass.kernels.len() <= 2 && pixels <= 1
+    let is_short = pass.kind == PassKind::Point && pass.kernels.len() <= 2 && pixels <= 1;
+    is_short && !pass.kernels.iter().any(KernelCall::is_heavy)
 }
 
 fn bindings(pass: &Pass) -> usize {
