@@ -129,7 +129,8 @@ impl Node for Table {
             COMPUTED.fetch_add(1, Ordering::Relaxed);
             vec![1; table.bytes() as usize]
         });
-        let desc = pass.desc(pass.image("source"));
+        let source = pass.image("source");
+        let desc = pass.desc(source);
         pass.function(&PIXELS, "dim").write("result", desc);
     }
 }

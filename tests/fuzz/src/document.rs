@@ -60,7 +60,7 @@ pub(crate) fn survives(text: &str) -> bool {
     match checked {
         Ok((graph, warnings)) => {
             has_words(&warnings);
-            let is_planned = text.len() % ONE_OF == 0;
+            let is_planned = text.len().is_multiple_of(ONE_OF);
             if let Some(Ok(plan)) =
                 is_planned.then(|| planned(&graph, Size::new(64, 36), Caps::default(), Options::default()))
             {
