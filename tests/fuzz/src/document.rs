@@ -49,7 +49,7 @@ impl Loader for Few<'_> {
     }
 }
 
-/// Of so many documents without errors one is planned: the target `plan` plans all of its own.
+/// One of N documents without errors is planned: the target `plan` plans all of its own.
 const ONE_OF: usize = 8;
 
 /// Whether the text is a pipeline without errors.

@@ -9,8 +9,8 @@ fn numbered(count: usize, item: impl Fn(usize) -> String) -> String {
     (0..count).map(item).collect()
 }
 
-/// Each bomb with its name. A part of 1 is the whole bomb; with a larger part it has that many times less of what it has
-/// too many of.
+/// Each bomb with its name. A part of 1 is the whole bomb; with a part of N it has N times less of what it has too many
+/// of.
 pub fn bombs(part: usize) -> Vec<(&'static str, String)> {
     let all = [nested(part), repeated(part), doubled(part), large(part)];
     all.into_iter().flatten().collect()

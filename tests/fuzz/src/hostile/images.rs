@@ -122,7 +122,7 @@ fn exr_of((width, height): (usize, usize), channels: usize, display: Option<(usi
     written(vec![header], count)
 }
 
-/// An EXR of so many parts of one pixel, or of one part with a name of a million letters.
+/// An EXR of `count` parts of one pixel, or of one part with a name of a million letters.
 fn exr_of_parts(count: usize) -> Vec<u8> {
     let part = |name: String| {
         let channels = [ChannelDescription::named("Y", SampleType::F16)].into_iter().collect();

@@ -68,7 +68,7 @@ pub(crate) fn odd(sources: &Sources, number: u64) -> Case {
 
 /// A colour file where the kinds that read one have it.
 pub(crate) fn table(sources: &Sources, number: u64) -> Case {
-    let source = if number % 2 == 0 { &sources.cubes } else { &sources.color_files };
+    let source = if number.is_multiple_of(2) { &sources.cubes } else { &sources.color_files };
     let node = match number % 4 {
         3 => r#"Cdl(source: "scene", file: "table")"#,
         _ => r#"ColorLut(source: "scene", file: "table")"#,
