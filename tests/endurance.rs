@@ -2,6 +2,7 @@
 //! the process holds is recorded after each round.
 //!
 //! [`endurance.sh`](endurance.sh) runs all rounds and plots the result; the ordinary test runs a few small ones.
+#![allow(clippy::print_stdout, clippy::print_stderr, reason = "the report of a run of many minutes")]
 
 mod record;
 

@@ -3,6 +3,7 @@
 //!
 //! All calls: `AFTERIMAGE_FAULTS=all cargo test -p afterimage-tests faults:: -- --nocapture`. The runs are in processes
 //! of their own, because wgpu 30 does not close a device properly after some of these errors.
+#![allow(clippy::print_stdout, reason = "the report of the trials")]
 
 mod limits;
 mod scenario;
@@ -42,7 +43,7 @@ struct Report {
 
 /// A trial as its process tells it.
 #[derive(Default)]
-struct Told {
+struct Trial {
     number: u64,
     call: String,
     verdict: Option<String>,
@@ -54,19 +55,19 @@ impl Report {
     fn run(&mut self, kind: Kind, numbers: &[u64]) {
         let mut rest = numbers;
         while !rest.is_empty() {
-            let told = tell(kind, rest);
-            assert!(!told.is_empty(), "the process of {kind:?} {} tells nothing", rest[0]);
-            told.iter().for_each(|told| self.count(kind, told));
-            rest = &rest[told.len()..];
+            let ended = tell(kind, rest);
+            assert!(!ended.is_empty(), "the process of {kind:?} {} tells nothing", rest[0]);
+            ended.iter().for_each(|trial| self.count(kind, trial));
+            rest = &rest[ended.len()..];
         }
     }
 
-    fn count(&mut self, kind: Kind, told: &Told) {
-        let verdict = told.verdict.clone().unwrap_or_else(|| "the process ends".into());
-        if !told.verdict.as_ref().is_some_and(|verdict| Verdict::is_good(verdict)) {
-            self.bad.push(format!("{kind:?} {} {}: {verdict}", told.number, told.call));
-        } else if !told.is_closed {
-            *self.unclosed.entry(told.call.clone()).or_default() += 1;
+    fn count(&mut self, kind: Kind, trial: &Trial) {
+        let verdict = trial.verdict.clone().unwrap_or_else(|| "the process ends".into());
+        if !trial.verdict.as_ref().is_some_and(|verdict| Verdict::is_good(verdict)) {
+            self.bad.push(format!("{kind:?} {} {}: {verdict}", trial.number, trial.call));
+        } else if !trial.is_closed {
+            *self.unclosed.entry(trial.call.clone()).or_default() += 1;
         }
         *self.counts.entry((format!("{kind:?}"), verdict)).or_default() += 1;
     }
@@ -82,7 +83,7 @@ impl Report {
 }
 
 /// The trials of a process until it ends, the last one perhaps in the middle.
-fn tell(kind: Kind, numbers: &[u64]) -> Vec<Told> {
+fn tell(kind: Kind, numbers: &[u64]) -> Vec<Trial> {
     let list: Vec<String> = numbers.iter().map(u64::to_string).collect();
     let program = std::env::current_exe().expect("the test knows its file");
     let mut child = Command::new(program)
@@ -93,11 +94,11 @@ fn tell(kind: Kind, numbers: &[u64]) -> Vec<Told> {
         .spawn()
         .expect("the test can run itself");
     let lines = BufReader::new(child.stdout.take().expect("it is piped")).lines();
-    let mut all: Vec<Told> = Vec::new();
+    let mut all: Vec<Trial> = Vec::new();
     for line in lines.map_while(Result::ok) {
         match line.split_once('\t') {
             Some(("begin", number)) => {
-                all.push(Told { number: number.parse().expect("a number"), ..Told::default() });
+                all.push(Trial { number: number.parse().expect("a number"), ..Trial::default() });
             }
             Some(("ran", text)) => {
                 let last = all.last_mut().expect("it has begun");

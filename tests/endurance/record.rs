@@ -9,7 +9,7 @@ use afterimage_lab::plot::canvas::{Anchor, Canvas};
 #[derive(Clone, Copy)]
 pub struct Sample {
     at: Instant,
-    /// Resident memory in MiB.
+    /// MiB of memory in use.
     memory: f64,
     /// Open file descriptors.
     descriptors: usize,
@@ -116,7 +116,7 @@ impl Record {
         canvas.text((LEFT, 24.0), 14.0, Anchor::Start, INK, &title);
         let memory: Vec<f64> = self.0.iter().map(|sample| sample.memory).collect();
         let descriptors: Vec<f64> = self.0.iter().map(|sample| sample.descriptors as f64).collect();
-        panel(&mut canvas, "resident memory, MiB", 50.0, &memory);
+        panel(&mut canvas, "memory in use (RSS), MiB", 50.0, &memory);
         panel(&mut canvas, "file descriptors", 250.0, &descriptors);
         canvas.text((WIDTH - 20.0, HEIGHT - 12.0), 12.0, Anchor::End, INK, "round");
         canvas.finish()

@@ -1,4 +1,5 @@
 //! Trials: runs of the scenario in which one call fails.
+#![allow(clippy::print_stdout, reason = "the process that counts trials reads them")]
 
 use std::io::Write as _;
 use std::panic::{AssertUnwindSafe, catch_unwind};

@@ -67,8 +67,8 @@ impl Gpu {
         Self::open_on(&wgpu::Instance::new(descriptor), opening.adapter.as_deref()).await
     }
 
-    /// Opens a device of an instance that the program has made, on the adapter whose name contains `wanted`, or else on the one
-    /// with the highest performance.
+    /// Opens a device of an instance that the program has made, on the adapter whose name contains `wanted`;
+    /// without it, on the one with the highest performance.
     ///
     /// # Errors
     /// [`GpuError::NoAdapter`] and [`GpuError::NoDevice`].

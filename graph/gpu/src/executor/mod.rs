@@ -294,9 +294,9 @@ impl Executor {
 
     /// Records one frame. Submit it before the next is recorded: both would otherwise run at the time of the second.
     ///
-    /// A lost device is noticed here only with images that are new to the executor: wgpu drops the commands, and reading
-    /// back reports [`GpuError::DeviceLost`]. A host learns of it from [`wgpu::Device::set_device_lost_callback`], and loads the
-    /// plan into an executor on another device.
+    /// A lost device is noticed here only with images that are new to the executor. Otherwise wgpu drops the commands,
+    /// and reading back reports [`GpuError::DeviceLost`]. A host learns of it from
+    /// [`wgpu::Device::set_device_lost_callback`], and loads the plan into an executor on another device.
     ///
     /// # Errors
     /// [`GpuError::NoPlan`] before a plan is loaded; host images that are missing, differ from the plan, or that the
