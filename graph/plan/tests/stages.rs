@@ -1,12 +1,16 @@
 //! What single stages of the planner must not do, on the smallest graphs that show it. `graph/docs/faults.md` lists the
 //! faults that these tests notice.
 
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use afterimage_generators::Recipe;
 use afterimage_graph::check::{CheckOptions, Facts, Graph, check};
 use afterimage_graph::document::parse;
 use afterimage_graph::node::{Arg, KernelCall, NodeKind, Pass, PassKind, Registry};
 use afterimage_graph::prelude::*;
-use afterimage_plan::{GivenImage, Options, Plan, PlanRequest, PlannedImage, Requirement, When, plan, verify};
+use afterimage_plan::{
+    GivenImage, Options, Plan, PlanError, PlanRequest, PlannedImage, Requirement, When, plan, verify,
+};
 use afterimage_wgsl::SampleMode;
 
 use super::planned::{FRAME, all_formats, built_in, plan_of};
@@ -129,12 +133,38 @@ impl Node for Raw {
     }
 }
 
+params! {
+    /// A table of 5 MiB that takes long to compute.
+    pub struct Table {}
+}
+
+/// How many tables have been computed.
+static COMPUTED: AtomicUsize = AtomicUsize::new(0);
+
+impl Node for Table {
+    const INPUTS: &'static [Input] = &[SOURCE];
+    const OUTPUTS: &'static [Output] = &[RESULT];
+    const FALLBACK: Fallback = Fallback::input("source");
+
+    fn record(&self, pass: &mut Recorder<'_>) {
+        let table = ImageDesc::new(Size::new(1024, 640));
+        pass.computed("table", table, || {
+            COMPUTED.fetch_add(1, Ordering::Relaxed);
+            vec![1; table.bytes() as usize]
+        });
+        let source = pass.image("source");
+        let desc = pass.desc(source);
+        pass.function(&PIXELS, "dim").write("result", desc);
+    }
+}
+
 const KINDS: &[NodeKind] = &[
     NodeKind::of::<Pair>(),
     NodeKind::of::<Corner>(),
     NodeKind::of::<Keep>(),
     NodeKind::of::<Sum>(),
     NodeKind::of::<Raw>(),
+    NodeKind::of::<Table>(),
 ];
 
 fn graph(nodes: &str, outputs: &str) -> Graph {
@@ -146,6 +176,12 @@ fn graph(nodes: &str, outputs: &str) -> Graph {
 
 /// The plan of these nodes, for an image of the host that may hold any number.
 fn planned(nodes: &str, outputs: &str) -> Plan {
+    let plan = attempted(nodes, outputs).unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!(verify(&plan), Ok(()));
+    plan
+}
+
+fn attempted(nodes: &str, outputs: &str) -> Result<Plan, PlanError> {
     let given = GivenImage { desc: ImageDesc::new(FRAME), finite: false };
     let request = PlanRequest {
         size: FRAME,
@@ -155,9 +191,18 @@ fn planned(nodes: &str, outputs: &str) -> Plan {
         options: Options { tile: When::Never, row_downsample: When::Never, ..Options::default() },
         requirement: &Requirement::typical,
     };
-    let plan = plan(&graph(nodes, outputs), &request).unwrap_or_else(|error| panic!("{error}"));
-    assert_eq!(verify(&plan), Ok(()));
-    plan
+    plan(&graph(nodes, outputs), &request)
+}
+
+#[test]
+fn a_table_beyond_the_limit_is_refused_before_it_is_computed() {
+    let table = |at, source| format!(r#""t{at}": Table(source: "{source}"), "#);
+    let (one, two) = (table(0, "in"), table(0, "in") + &table(1, "t0"));
+    planned(&one, r#""out": "t0""#);
+    assert_eq!(COMPUTED.load(Ordering::Relaxed), 1);
+    let error = attempted(&two, r#""out": "t1""#).expect_err("two tables of 5 MiB");
+    assert_eq!(error, PlanError::TooLargeTables { node: "t1".into(), bytes: 10 << 20, limit: 8 << 20 });
+    assert_eq!(COMPUTED.load(Ordering::Relaxed), 2, "the second table was computed");
 }
 
 /// The place of the pass that calls a function.
