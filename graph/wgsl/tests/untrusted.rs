@@ -204,3 +204,17 @@ fn the_library_counts_to_the_limit() {
     let text = linked(&in_body("loop { if source.x > 0.0 { break; } } return source;"));
     assert!(text.contains(&format!("loop_steps > {}u", limits::LOOP_STEPS.most)), "{text}");
 }
+
+#[test]
+fn a_wrong_use_of_the_library_is_reported_where_it_is_used() {
+    for body in [
+        "let p = Point(0.5, source); return source;",
+        "return sanitize(source.x);",
+        "return sanitize(source, source);",
+        "var p: Point; p.pixel = source; return source;",
+        "return source * between(1, 2);",
+    ] {
+        let error = refused(&format!("\n{}", in_body(body)));
+        assert_eq!(error.line, 2, "{body}: {error}");
+    }
+}
