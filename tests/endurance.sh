@@ -4,6 +4,10 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
+# Without it glibc gives new threads heaps of their own, up to eight for each core, and each keeps what shader compilers
+# have used at most: memory in use then grows in steps for minutes, and the plot shows nothing else.
+export MALLOC_ARENA_MAX=${MALLOC_ARENA_MAX:-1}
+
 folder=${2:-target/endurance}
 mkdir -p "$folder"
 AFTERIMAGE_ENDURANCE="${1:-200} $(cd "$folder" && pwd)" cargo test -p afterimage-tests endurance -- --nocapture

@@ -135,14 +135,5 @@ fn each_call_of_the_driver_may_fail() {
 }
 
 /// wgpu 30.0.1 does not close a device after an error of these calls: it asserts that an encoder is open, or destroys
-/// what belongs to the device after it.
-const UNCLOSED: &[&str] = &[
-    "vkAllocateCommandBuffers",
-    "vkBeginCommandBuffer",
-    "vkEndCommandBuffer",
-    "vkCreateCommandPool",
-    "vkCreateDescriptorPool",
-    "vkCreateFramebuffer",
-    "vkCreateRenderPass",
-    "vkQueueSubmit",
-];
+/// what belongs to the device after it. No call fails before the end where the fault comes while the device is closed.
+const UNCLOSED: &[&str] = &["vkCreateSemaphore", "vkEndCommandBuffer", "no call"];

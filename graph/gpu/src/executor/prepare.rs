@@ -91,7 +91,7 @@ impl PlanCompiler {
             let placed = self.place(&plan, &placement, before.placed.as_ref());
             let same = |old: &Placed| placed.as_ref().is_some_and(|placed| Arc::ptr_eq(&placed.heap, &old.heap));
             let shares_old_heap = before.placed.as_ref().is_some_and(same);
-            let uniforms = self.uniforms(&plan);
+            let uniforms = self.uniforms(&plan)?;
             let compiled = CompiledPlan { plan, placement, passes, uniforms, placed, shares_old_heap };
             Ok(Prepared::Whole(Box::new(compiled)))
         })
@@ -125,7 +125,7 @@ impl PlanCompiler {
         LoadedPass { composed, workgroups, writes_image, by_hand, immediate, built }
     }
 
-    fn uniforms(&self, plan: &Plan) -> Buffer {
+    fn uniforms(&self, plan: &Plan) -> Result<Buffer, GpuError> {
         let bytes = plan.uniform_buffer();
         let usage = BufferUsages::UNIFORM | BufferUsages::COPY_DST;
         filled_buffer(&self.device, "uniforms", &bytes, usage)
