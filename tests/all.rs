@@ -10,8 +10,12 @@ mod bench;
 mod cli;
 /// The clock that `measure` and `bench` share.
 mod clock;
+/// Memory and descriptors over many rounds of all work.
+mod endurance;
 /// The executor, used as a host uses it.
 mod executor;
+/// Calls of the driver that fail.
+mod faults;
 /// The first inputs of each fuzz target.
 mod fuzzing;
 /// Kinds with clashing names in one module.

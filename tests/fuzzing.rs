@@ -46,6 +46,24 @@ fn no_colour_file_makes_its_reader_panic() {
 }
 
 #[test]
+fn no_declaration_makes_the_reader_of_folders_panic() {
+    let accepted = survives(Target::Declaration, 2000);
+    assert!((20..1600).contains(&accepted), "{accepted} kinds are right: mutation changes too little, or too much");
+}
+
+#[test]
+fn no_shader_makes_the_linker_panic() {
+    let accepted = survives(Target::Linker, 1500);
+    assert!((30..1200).contains(&accepted), "{accepted} shaders are right: mutation changes too little, or too much");
+}
+
+#[test]
+fn no_image_makes_a_decoder_panic() {
+    let accepted = survives(Target::Image, 2000);
+    assert!((200..1800).contains(&accepted), "{accepted} images are right: damage is too small, or too large");
+}
+
+#[test]
 fn an_input_follows_from_its_number() {
     for target in Target::ALL {
         let [first, again] = [5, 5].map(|seed| Inputs::new(target, seed));

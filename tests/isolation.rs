@@ -1,6 +1,7 @@
 //! Kinds whose shaders have clashing names: fused into one module, one after the other, and with names of their own.
 
 #[path = "../graph/wgsl/tests/hostile/mod.rs"]
+#[allow(dead_code, reason = "the bombs are for other tests")]
 mod hostile;
 
 use afterimage_graph::check::{CheckOptions, Graph, NoFiles, check};

@@ -64,7 +64,7 @@ fn bombs_are_refused_by_their_headers() {
         outcome.fails(
             1,
             &format!(
-                "error: {name}: the image is too large: 16384×16384 pixels need {needed}\n  hint: decoding may take 0.5 GiB; \
+                "error: {name}: the image is too large: 16384×16384 pixels need {needed}\n  hint: decoding may take 512 MiB; \
                  `--memory SIZE` changes the limit"
             ),
         );

@@ -11,7 +11,7 @@ fn open() -> Player {
     Player::on(Gpu::open(&opening).unwrap_or_else(|error| panic!("{error}")))
 }
 
-/// wgpu drops commands for a lost device without an error, so a frame is recorded as before.
+/// wgpu drops commands for a lost device without an error, so a frame is recorded as before, but no new object is made.
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_lost_device_is_reported_when_texels_are_read_and_the_plan_renders_on_another() {
@@ -21,9 +21,13 @@ fn a_lost_device_is_reported_when_texels_are_read_and_the_plan_renders_on_anothe
     let plan = player.load(&Run::new(&graph), &[("scene", &scene)]);
     player.frame(&[("scene", &scene)], 0.0, true);
     let wanted = bits(&player.output("display"));
-    let view = player.upload(&scene);
+    let [known, new] = [(); 2].map(|()| player.upload(&scene));
+    let frame = |view| [("scene", view)];
+    player.run(&Frame { inputs: &frame(&known), ..Frame::default() }).expect("a frame before");
     player.gpu.device.destroy();
-    player.run(&Frame { inputs: &[("scene", &view)], ..Frame::default() }).expect("a lost device is not noticed");
+    player.run(&Frame { inputs: &frame(&known), ..Frame::default() }).expect("a lost device is not noticed");
+    let error = player.run(&Frame { inputs: &frame(&new), ..Frame::default() }).expect_err("bind groups are new");
+    assert!(matches!(error, GpuError::DeviceLost { .. }), "{error}");
     let texture = player.executor.output("display").expect("it is an output");
     let error = download(&player.gpu.device, &player.gpu.queue, texture).expect_err("nothing can be read");
     assert!(matches!(error, GpuError::DeviceLost { .. }), "{error}");

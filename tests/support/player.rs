@@ -50,7 +50,8 @@ impl Player {
     /// The picture as a texture of 32-bit floats.
     pub fn upload(&self, picture: &Picture) -> wgpu::TextureView {
         let texels = Texels::from_floats(picture.width, picture.height, &picture.pixels);
-        upload(&self.gpu.device, &self.gpu.queue, &texels).create_view(&Default::default())
+        let texture = upload(&self.gpu.device, &self.gpu.queue, &texels).unwrap_or_else(|error| panic!("{error}"));
+        texture.create_view(&Default::default())
     }
 
     /// One frame with these pictures.

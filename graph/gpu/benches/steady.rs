@@ -205,7 +205,7 @@ fn load(gpu: &Gpu, pipeline: &str, size: Size) -> Result<(Executor, wgpu::Textur
     executor.load(Arc::new(plan))?;
     let pixels = (0..size.width * size.height).map(|at| [at as f32 * 1e-4, 0.5, 2.0, 1.0]).collect::<Vec<_>>();
     let texels = Texels::from_floats_as_half(size.width, size.height, &pixels);
-    Ok((executor, upload(&gpu.device, &gpu.queue, &texels)))
+    Ok((executor, upload(&gpu.device, &gpu.queue, &texels)?))
 }
 
 fn frame(

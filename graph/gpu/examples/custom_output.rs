@@ -34,7 +34,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     let ramp: Vec<[f32; 4]> = (0..SIZE.width * SIZE.height).map(|index| [(index % 64) as f32 / 16.0; 4]).collect();
     let texels = Texels::from_floats_as_half(SIZE.width, SIZE.height, &ramp);
-    let view = upload(device, queue, &texels).create_view(&Default::default());
+    let view = upload(device, queue, &texels)?.create_view(&Default::default());
     let scene = InputImage { input: "scene".into(), view, desc: texels.desc, finite: true };
 
     // The last pass draws into the texture, because no shader can store to this format.

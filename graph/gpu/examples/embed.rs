@@ -80,7 +80,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     // A renderer has its own device.
     let Gpu { adapter, device, queue, .. } = Gpu::open(&Opening::default())?;
     let size = Size::new(64, 64);
-    let scene = upload(&device, &queue, &grey(size, 0.18));
+    let scene = upload(&device, &queue, &grey(size, 0.18))?;
     let screen = screen(&device, size);
 
     let mut post = Post::new(&adapter, &device, &queue)?;

@@ -6,7 +6,7 @@
 
 use std::error::Error;
 
-use afterimage_gpu::{Executor, Frame, InputImage, Runtime, Texels, caps, download, upload};
+use afterimage_gpu::{Executor, Frame, GpuError, InputImage, Runtime, Texels, caps, download, upload};
 use afterimage_graph::check::{CheckOptions, Facts, Graph, check};
 use afterimage_graph::document::parse;
 use afterimage_graph::image::Size;
@@ -32,12 +32,12 @@ async fn open() -> Result<(wgpu::Adapter, wgpu::Device, wgpu::Queue), Box<dyn Er
 }
 
 /// The renderer's image: a ramp from black to twenty times white, a half float per channel.
-fn scene(device: &wgpu::Device, queue: &wgpu::Queue, size: Size) -> InputImage {
+fn scene(device: &wgpu::Device, queue: &wgpu::Queue, size: Size) -> Result<InputImage, GpuError> {
     let ramp = |index: u32| 20.0 * (index % size.width) as f32 / size.width as f32;
     let pixels: Vec<[f32; 4]> = (0..size.width * size.height).map(|index| [ramp(index); 4]).collect();
     let texels = Texels::from_floats_as_half(size.width, size.height, &pixels);
-    let view = upload(device, queue, &texels).create_view(&Default::default());
-    InputImage { input: "scene".into(), view, desc: texels.desc, finite: true }
+    let view = upload(device, queue, &texels)?.create_view(&Default::default());
+    Ok(InputImage { input: "scene".into(), view, desc: texels.desc, finite: true })
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -48,7 +48,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         // The pipelines that both tiers use stay compiled.
         runtime.change(graph(tier)?, Options::default());
         for size in [Size::new(640, 360), Size::new(960, 540)] {
-            let scene = scene(&device, &queue, size);
+            let scene = scene(&device, &queue, size)?;
             // Plans are cached: only a size, a fact or a tier that is new makes one.
             let plan = runtime.load(size, std::slice::from_ref(&scene))?;
             let (passes, bytes) = (plan.passes.len(), plan.memory.placed);

@@ -17,6 +17,7 @@ use wgpu::{BufferUsages, CommandEncoder, Features};
 use crate::Gpu;
 use crate::buffer::buffer;
 use crate::error::{GpuError, SessionError};
+use crate::platform::watched;
 use crate::stream::map;
 
 /// The frequency is steady when no burst was faster for this long.
@@ -89,9 +90,10 @@ pub struct Clock {
 }
 
 impl Clock {
-    /// A clock for work on this device.
+    /// A clock for work on this device. It is the host's where the device refuses its timestamps.
     pub fn new(gpu: &Gpu) -> Self {
-        Self { gpu: gpu.clone(), stamps: Stamps::new(gpu), warm: Cell::new(None) }
+        let stamps = watched(&gpu.device, "the timestamps of a frame", || Ok(Stamps::new(gpu)));
+        Self { gpu: gpu.clone(), stamps: stamps.ok().flatten(), warm: Cell::new(None) }
     }
 
     /// What measures the time on this device.
@@ -144,22 +146,16 @@ impl Clock {
     /// Milliseconds of the last of `frames` frames that are submitted without gaps.
     fn burst(&self, stamps: &Stamps, frames: u32, work: &mut Recording<'_>) -> Result<f64, SessionError> {
         for _ in 1..frames {
-            self.submit(work)?;
+            self.gpu.submit(&mut *work)?;
         }
-        let mut encoder = self.gpu.encoder();
-        encoder.write_timestamp(&stamps.queries, 0);
-        work(&mut encoder)?;
-        encoder.write_timestamp(&stamps.queries, 1);
-        stamps.resolve(&mut encoder);
-        self.gpu.queue.submit([encoder.finish()]);
+        self.gpu.submit(|encoder| {
+            encoder.write_timestamp(&stamps.queries, 0);
+            work(encoder)?;
+            encoder.write_timestamp(&stamps.queries, 1);
+            stamps.resolve(encoder);
+            Ok::<(), SessionError>(())
+        })?;
         Ok(stamps.read(&self.gpu)?)
-    }
-
-    fn submit(&self, work: &mut Recording<'_>) -> Result<(), SessionError> {
-        let mut encoder = self.gpu.encoder();
-        work(&mut encoder)?;
-        self.gpu.queue.submit([encoder.finish()]);
-        Ok(())
     }
 
     /// The samples of each recording; all recordings have one sample in each round.
@@ -168,7 +164,7 @@ impl Clock {
         for round in 0..HOST_WARM_UP + samples {
             for (work, times) in work.iter_mut().zip(&mut all) {
                 let start = Instant::now();
-                self.submit(work)?;
+                self.gpu.submit(&mut *work)?;
                 self.gpu.wait()?;
                 if round >= HOST_WARM_UP {
                     times.push(start.elapsed().as_secs_f64() * 1e3);

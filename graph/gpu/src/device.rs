@@ -7,6 +7,9 @@ use afterimage_plan::Caps;
 use wgpu::{Features, TextureFormat, TextureUsages};
 
 use crate::GpuError;
+#[cfg(not(target_family = "wasm"))]
+use crate::platform;
+use crate::platform::caught;
 
 /// A device that Afterimage opens itself, for programs without a renderer. Clones are handles to the same device.
 #[derive(Clone)]
@@ -61,19 +64,27 @@ impl Gpu {
         // reports every shader's source language.
         let validated = wgpu::InstanceFlags::VALIDATION | wgpu::InstanceFlags::DEBUG;
         descriptor.flags = if opening.validation { validated } else { wgpu::InstanceFlags::empty() };
-        let instance = wgpu::Instance::new(descriptor);
-        let adapter = adapter(&instance, opening.adapter.as_deref()).await?;
+        Self::open_on(&wgpu::Instance::new(descriptor), opening.adapter.as_deref()).await
+    }
+
+    /// Opens a device of an instance that the program has made, on the adapter whose name contains `wanted`;
+    /// without it, on the one with the highest performance.
+    ///
+    /// # Errors
+    /// [`GpuError::NoAdapter`] and [`GpuError::NoDevice`].
+    pub async fn open_on(instance: &wgpu::Instance, wanted: Option<&str>) -> Result<Self, GpuError> {
+        let adapter = adapter(instance, wanted).await?;
         let info = adapter.get_info();
-        let (device, queue) = adapter
-            .request_device(&wgpu::DeviceDescriptor {
-                label: Some("afterimage"),
-                required_features: adapter.features() & WELCOME,
-                required_limits: adapter.limits(),
-                memory_hints: wgpu::MemoryHints::Performance,
-                ..Default::default()
-            })
-            .await
-            .map_err(|error| GpuError::NoDevice { adapter: info.name, why: error.to_string() })?;
+        let descriptor = wgpu::DeviceDescriptor {
+            label: Some("afterimage"),
+            required_features: adapter.features() & WELCOME,
+            required_limits: adapter.limits(),
+            memory_hints: wgpu::MemoryHints::Performance,
+            ..Default::default()
+        };
+        let opened = caught("the device", || adapter.request_device(&descriptor))?.await;
+        let (device, queue) =
+            opened.map_err(|error| GpuError::NoDevice { adapter: info.name, why: error.to_string() })?;
         let caps = caps(&adapter, &device);
         Ok(Self { adapter, device, queue, caps })
     }
@@ -100,15 +111,27 @@ impl Gpu {
         }
     }
 
-    /// A new command encoder.
+    /// A new command encoder. Errors of its commands go to the device's error handler.
     pub fn encoder(&self) -> wgpu::CommandEncoder {
         self.device.create_command_encoder(&Default::default())
+    }
+
+    /// Submits what `record` records.
+    ///
+    /// # Errors
+    /// Those of `record`; the device has no memory for the commands, or refuses them.
+    #[cfg(not(target_family = "wasm"))]
+    pub fn submit<E: From<GpuError>>(
+        &self,
+        record: impl FnOnce(&mut wgpu::CommandEncoder) -> Result<(), E>,
+    ) -> Result<(), E> {
+        platform::submit(&self.device, &self.queue, "the commands", record)
     }
 
     /// Waits until all submitted work is done.
     ///
     /// # Errors
-    /// The device is lost.
+    /// [`GpuError::DeviceLost`], [`GpuError::TimedOut`].
     #[cfg(not(target_family = "wasm"))]
     pub fn wait(&self) -> Result<(), GpuError> {
         self.wait_for(None)
@@ -117,11 +140,10 @@ impl Gpu {
     /// Waits for the end of a submission; of the last one if `submission_index` is `None`.
     ///
     /// # Errors
-    /// The device is lost.
+    /// [`GpuError::DeviceLost`], [`GpuError::TimedOut`].
     #[cfg(not(target_family = "wasm"))]
     pub fn wait_for(&self, submission_index: Option<wgpu::SubmissionIndex>) -> Result<(), GpuError> {
-        let wait = wgpu::PollType::Wait { submission_index, timeout: None };
-        self.device.poll(wait).map(drop).map_err(|error| GpuError::lost(&error))
+        platform::wait(&self.device, submission_index)
     }
 
     /// Collects the errors of the device from now on, which would stop the program otherwise.
@@ -153,10 +175,10 @@ async fn adapter(instance: &wgpu::Instance, wanted: Option<&str>) -> Result<wgpu
             power_preference: wgpu::PowerPreference::HighPerformance,
             ..Default::default()
         };
-        let adapter = instance.request_adapter(&options).await;
+        let adapter = caught("the list of adapters", || instance.request_adapter(&options))?.await;
         return adapter.map_err(|_| GpuError::NoAdapter { wanted: None, advice: ADVICE.into() });
     };
-    let adapters = instance.enumerate_adapters(wgpu::Backends::all()).await;
+    let adapters = caught("the list of adapters", || instance.enumerate_adapters(wgpu::Backends::all()))?.await;
     let names: Vec<String> = adapters.iter().map(|a| format!("`{}`", a.get_info().name)).collect();
     let matches = |a: &wgpu::Adapter| a.get_info().name.to_lowercase().contains(&wanted.to_lowercase());
     adapters.into_iter().find(matches).ok_or_else(|| GpuError::NoAdapter {

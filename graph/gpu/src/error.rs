@@ -34,6 +34,9 @@ pub enum GpuError {
         /// The driver's reason.
         why: String,
     },
+    /// The device did not finish in time. What it was given may still run, so nothing of it can be read.
+    #[error("the graphics device did not finish within the driver's time limit")]
+    TimedOut,
     /// An image of the host is larger than the device allows.
     #[error("the image is {width}x{height}, but `{adapter}` takes at most {limit} pixels a side")]
     TooLarge {

@@ -2,12 +2,12 @@
 
 use std::sync::Mutex;
 
-use afterimage_plan::Stage;
 use afterimage_plan::codegen::Composed;
+use afterimage_plan::{Plan, Stage};
 use rustc_hash::FxHashMap;
 
 use crate::GpuError;
-use crate::layout::Pipeline;
+use crate::layout::{Pipeline, bind_group_layout};
 use crate::platform::{on_threads, watched};
 
 /// Two pipelines with equal keys are the same.
@@ -79,8 +79,8 @@ impl<T: Clone> PipelineTable<T> {
 pub(crate) struct Order<'a> {
     pub(crate) key: PipelineKey,
     pub(crate) composed: &'a Composed,
+    pub(crate) plan: &'a Plan,
     pub(crate) stage: Stage,
-    pub(crate) layout: wgpu::BindGroupLayout,
     /// Bytes of immediates that the shader reads.
     pub(crate) immediate_bytes: u32,
     pub(crate) label: String,
@@ -121,8 +121,7 @@ impl Pipelines {
 
     fn build_one(&self, device: &wgpu::Device, order: Order<'_>) -> Result<(), GpuError> {
         let what = format!("the shader of `{}`", order.label);
-        let pipeline = watched(device, &what, || Ok(compile(device, self.cache.as_ref(), &order)))?;
-        let built = Built { pipeline, layout: order.layout };
+        let built = watched(device, &what, || Ok(compile(device, self.cache.as_ref(), &order)))?;
         self.table.lock().expect(UNBROKEN).put(order.key, built);
         Ok(())
     }
@@ -142,21 +141,22 @@ fn trusted(device: &wgpu::Device, descriptor: wgpu::ShaderModuleDescriptor<'_>) 
     unsafe { device.create_shader_module_trusted(descriptor, wgpu::ShaderRuntimeChecks::unchecked()) }
 }
 
-fn compile(device: &wgpu::Device, cache: Option<&wgpu::PipelineCache>, order: &Order<'_>) -> Pipeline {
+fn compile(device: &wgpu::Device, cache: Option<&wgpu::PipelineCache>, order: &Order<'_>) -> Built {
+    let layout = bind_group_layout(device, order.plan, order.composed, order.stage);
     let descriptor = wgpu::ShaderModuleDescriptor {
         label: Some(&order.label),
         source: wgpu::ShaderSource::Wgsl(order.composed.source.as_str().into()),
     };
     let module = if order.key.checked { device.create_shader_module(descriptor) } else { trusted(device, descriptor) };
-    let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+    let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
         label: Some(&order.label),
-        bind_group_layouts: &[Some(&order.layout)],
+        bind_group_layouts: &[Some(&layout)],
         immediate_size: order.immediate_bytes,
     });
-    match order.stage {
+    let pipeline = match order.stage {
         Stage::Compute => Pipeline::Compute(device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
             label: Some(&order.label),
-            layout: Some(&layout),
+            layout: Some(&pipeline_layout),
             module: &module,
             entry_point: Some(&order.composed.compute),
             compilation_options: compilation_options(order),
@@ -164,7 +164,7 @@ fn compile(device: &wgpu::Device, cache: Option<&wgpu::PipelineCache>, order: &O
         })),
         Stage::Fragment => Pipeline::Render(device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
             label: Some(&order.label),
-            layout: Some(&layout),
+            layout: Some(&pipeline_layout),
             vertex: full_screen_triangle(&module, order.composed),
             primitive: Default::default(),
             depth_stencil: None,
@@ -178,7 +178,8 @@ fn compile(device: &wgpu::Device, cache: Option<&wgpu::PipelineCache>, order: &O
             multiview_mask: None,
             cache,
         })),
-    }
+    };
+    Built { pipeline, layout }
 }
 
 fn compilation_options(order: &Order<'_>) -> wgpu::PipelineCompilationOptions<'static> {

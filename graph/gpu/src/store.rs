@@ -5,8 +5,10 @@ use rustc_hash::FxHashMap;
 use slotmap::SlotMap;
 use wgpu::{TextureUsages, TextureViewDimension};
 
+use crate::GpuError;
 use crate::buffer::buffer;
 use crate::device::texture_format;
+use crate::platform::caught;
 
 slotmap::new_key_type! {
     /// A texture in the store. The key of a removed texture finds nothing, so no stale texture is ever bound.
@@ -79,18 +81,18 @@ impl Store {
         queue: &wgpu::Queue,
         desc: ImageDesc,
         bytes: &[u8],
-    ) -> TextureKey {
+    ) -> Result<TextureKey, GpuError> {
         let content = (desc, bytes.to_vec());
         if let Some(key) = self.constants.get(&content) {
             self.wanted.push(*key);
-            return *key;
+            return Ok(*key);
         }
         let stored = create(device, desc, "constant");
-        upload(queue, &stored.texture, desc, bytes);
+        upload(queue, &stored.texture, desc, bytes)?;
         let key = self.insert(stored);
         self.constants.insert(content, key);
         self.wanted.push(key);
-        key
+        Ok(key)
     }
 
     /// Frees what the loaded plan did not take.
@@ -164,17 +166,25 @@ pub(crate) fn extent(desc: ImageDesc) -> wgpu::Extent3d {
 }
 
 /// Fills a texture from tightly packed texels.
-pub(crate) fn upload(queue: &wgpu::Queue, texture: &wgpu::Texture, desc: ImageDesc, bytes: &[u8]) {
-    queue.write_texture(
-        texture.as_image_copy(),
-        bytes,
-        wgpu::TexelCopyBufferLayout {
-            offset: 0,
-            bytes_per_row: Some(desc.size.width * desc.format.bytes() as u32),
-            rows_per_image: Some(desc.size.height),
-        },
-        extent(desc),
-    );
+pub(crate) fn upload(
+    queue: &wgpu::Queue,
+    texture: &wgpu::Texture,
+    desc: ImageDesc,
+    bytes: &[u8],
+) -> Result<(), GpuError> {
+    let write = || {
+        queue.write_texture(
+            texture.as_image_copy(),
+            bytes,
+            wgpu::TexelCopyBufferLayout {
+                offset: 0,
+                bytes_per_row: Some(desc.size.width * desc.format.bytes() as u32),
+                rows_per_image: Some(desc.size.height),
+            },
+            extent(desc),
+        )
+    };
+    caught("the texels of a texture", write)
 }
 
 /// Clears a texture to zero: by a copy where the device has no clear command.

@@ -5,6 +5,7 @@ use afterimage_graph::image::{Format, ImageDesc, Size};
 
 use crate::buffer::buffer;
 use crate::device::texture_format;
+use crate::platform::{scoped, submit, wait, watched};
 use crate::{GpuError, Texels, store};
 
 /// A texture that receives one image after another, as an input of a pipeline. The texture stays the same, so bind
@@ -20,9 +21,12 @@ pub struct Feed {
 
 impl Feed {
     /// A texture for images of that description.
-    pub fn new(device: &wgpu::Device, queue: &wgpu::Queue, desc: ImageDesc) -> Self {
-        let stored = store::create(device, desc, "input");
-        Self { device: device.clone(), queue: queue.clone(), stored, staging: None, is_filled: false }
+    ///
+    /// # Errors
+    /// The device is lost or has no memory for it.
+    pub fn new(device: &wgpu::Device, queue: &wgpu::Queue, desc: ImageDesc) -> Result<Self, GpuError> {
+        let stored = watched(device, "an input image", || Ok(store::create(device, desc, "input")))?;
+        Ok(Self { device: device.clone(), queue: queue.clone(), stored, staging: None, is_filled: false })
     }
 
     /// The description of the images.
@@ -38,23 +42,40 @@ impl Feed {
     /// Uploads the next image: rows tightly packed. Frames that were submitted earlier still see the previous image.
     ///
     /// # Errors
-    /// [`GpuError::DeviceLost`] if the device was lost.
+    /// [`GpuError::DeviceLost`] if the device was lost, [`GpuError::OutOfMemory`] if it cannot hold the bytes on their
+    /// way. The texture keeps the image before.
     pub fn fill(&mut self, bytes: &[u8]) -> Result<(), GpuError> {
-        if !self.is_filled {
-            store::upload(&self.queue, &self.stored.texture, self.stored.desc, bytes);
+        let size = self.stored.desc.size;
+        let (_, pitch) = row_and_pitch(size, self.stored.desc.format);
+        // No staging buffer can hold a very large one; wgpu copies it by its own.
+        if !self.is_filled || (pitch * rows(size)) as u64 > self.device.limits().max_buffer_size {
+            let upload = || store::upload(&self.queue, &self.stored.texture, self.stored.desc, bytes);
+            scoped(&self.device, WHAT_FED, upload)?;
             self.is_filled = true;
             return Ok(());
         }
+        let staging = self.stage(bytes)?;
+        submit(&self.device, &self.queue, WHAT_FED, |encoder| {
+            let from = wgpu::TexelCopyBufferInfo { buffer: &staging, layout: layout(size, pitch) };
+            encoder.copy_buffer_to_texture(from, self.stored.texture.as_image_copy(), self.stored.texture.size());
+            Ok::<(), GpuError>(())
+        })?;
+        self.staging = Some(staging);
+        Ok(())
+    }
+
+    /// The staging buffer with these bytes, rows padded.
+    fn stage(&mut self, bytes: &[u8]) -> Result<wgpu::Buffer, GpuError> {
         let size = self.stored.desc.size;
         let (row, pitch) = row_and_pitch(size, self.stored.desc.format);
-        if (pitch * rows(size)) as u64 > self.device.limits().max_buffer_size {
-            // No staging buffer can hold it; wgpu copies it by its own.
-            store::upload(&self.queue, &self.stored.texture, self.stored.desc, bytes);
-            return Ok(());
-        }
-        let usage = wgpu::BufferUsages::MAP_WRITE | wgpu::BufferUsages::COPY_SRC;
-        let new = || buffer(&self.device, "upload", (pitch * rows(size)) as u64, usage);
-        let staging = self.staging.take().unwrap_or_else(new);
+        let staging = match self.staging.take() {
+            Some(staging) => staging,
+            None => {
+                let usage = wgpu::BufferUsages::MAP_WRITE | wgpu::BufferUsages::COPY_SRC;
+                let new = || Ok(buffer(&self.device, "upload", (pitch * rows(size)) as u64, usage));
+                watched(&self.device, WHAT_FED, new)?
+            }
+        };
         map(&self.device, &staging, wgpu::MapMode::Write)?;
         let mut mapped = staging.slice(..).get_mapped_range_mut().map_err(|error| GpuError::lost(&error))?;
         if row == pitch {
@@ -65,19 +86,22 @@ impl Feed {
         }
         drop(mapped);
         staging.unmap();
-        let mut encoder = self.device.create_command_encoder(&Default::default());
-        let from = wgpu::TexelCopyBufferInfo { buffer: &staging, layout: layout(size, pitch) };
-        encoder.copy_buffer_to_texture(from, self.stored.texture.as_image_copy(), self.stored.texture.size());
-        self.queue.submit([encoder.finish()]);
-        self.staging = Some(staging);
-        Ok(())
+        Ok(staging)
     }
 }
+
+/// What an error names.
+const WHAT_FED: &str = "the next input image";
 
 /// Bytes of a value: one `vec4f`.
 const VALUE_BYTES: u64 = 16;
 
 const READABLE: wgpu::BufferUsages = wgpu::BufferUsages::MAP_READ.union(wgpu::BufferUsages::COPY_DST);
+
+/// A buffer that copies end in.
+fn readable(device: &wgpu::Device, label: &str, bytes: u64) -> Result<wgpu::Buffer, GpuError> {
+    watched(device, "the buffer to read back", || Ok(buffer(device, label, bytes, READABLE)))
+}
 
 /// Reads textures and values back, one after another.
 pub struct Readback {
@@ -107,8 +131,8 @@ impl Readback {
     /// The texels of a texture. Waits for the GPU. A texture that is larger than a buffer may be is read in pieces.
     ///
     /// # Errors
-    /// [`GpuError::Format`] for a texture in none of the formats of images, [`GpuError::DeviceLost`] if the device was
-    /// lost.
+    /// [`GpuError::Format`] for a texture in none of the formats of images, [`GpuError::DeviceLost`],
+    /// [`GpuError::OutOfMemory`], [`GpuError::TimedOut`].
     pub fn download(&mut self, texture: &wgpu::Texture) -> Result<Texels, GpuError> {
         let format = Format::ALL.into_iter().find(|format| texture_format(*format) == texture.format());
         let format = format.ok_or_else(|| GpuError::Format { what: format!("reading {:?} back", texture.format()) })?;
@@ -132,11 +156,12 @@ impl Readback {
         bytes: &mut Vec<u8>,
     ) -> Result<(), GpuError> {
         let size = Size::volume(extent.width, extent.height, extent.depth_or_array_layers);
-        let buffer = self.buffer_of((pitch * rows(size)) as u64);
-        let mut encoder = self.device.create_command_encoder(&Default::default());
+        let buffer = self.buffer_of((pitch * rows(size)) as u64)?;
         let to = wgpu::TexelCopyBufferInfo { buffer: &buffer, layout: layout(size, pitch) };
-        encoder.copy_texture_to_buffer(part, to, extent);
-        self.queue.submit([encoder.finish()]);
+        submit(&self.device, &self.queue, "the copy of a texture", |encoder| {
+            encoder.copy_texture_to_buffer(part, to, extent);
+            Ok::<(), GpuError>(())
+        })?;
         map(&self.device, &buffer, wgpu::MapMode::Read)?;
         let mapped = buffer.slice(..).get_mapped_range().map_err(|error| GpuError::lost(&error))?;
         append_without_padding(bytes, &mapped, row, pitch);
@@ -149,21 +174,22 @@ impl Readback {
     /// The first four numbers of a storage buffer. Waits for the GPU.
     ///
     /// # Errors
-    /// [`GpuError::DeviceLost`] if the device was lost.
+    /// [`GpuError::DeviceLost`], [`GpuError::OutOfMemory`], [`GpuError::TimedOut`].
     pub fn value(&self, source: &wgpu::Buffer) -> Result<[f32; 4], GpuError> {
-        let copy = buffer(&self.device, "value", VALUE_BYTES, READABLE);
-        let mut encoder = self.device.create_command_encoder(&Default::default());
-        encoder.copy_buffer_to_buffer(source, 0, &copy, 0, VALUE_BYTES);
-        self.queue.submit([encoder.finish()]);
+        let copy = readable(&self.device, "value", VALUE_BYTES)?;
+        submit(&self.device, &self.queue, "the copy of a value", |encoder| {
+            encoder.copy_buffer_to_buffer(source, 0, &copy, 0, VALUE_BYTES);
+            Ok::<(), GpuError>(())
+        })?;
         map(&self.device, &copy, wgpu::MapMode::Read)?;
         let mapped = copy.slice(..).get_mapped_range().map_err(|error| GpuError::lost(&error))?;
         Ok(bytemuck::pod_read_unaligned(&mapped))
     }
 
     /// The previous buffer if it has this size, otherwise a new one.
-    fn buffer_of(&mut self, bytes: u64) -> wgpu::Buffer {
+    fn buffer_of(&mut self, bytes: u64) -> Result<wgpu::Buffer, GpuError> {
         let known = self.buffer.take().filter(|buffer| buffer.size() == bytes);
-        known.unwrap_or_else(|| buffer(&self.device, "readback", bytes, READABLE))
+        known.map_or_else(|| readable(&self.device, "readback", bytes), Ok)
     }
 }
 
@@ -178,10 +204,10 @@ pub(crate) struct ReadbackBatch {
 
 impl ReadbackBatch {
     /// A batch of textures of these descriptions, in this order.
-    pub(crate) fn new(device: &wgpu::Device, descs: Vec<ImageDesc>) -> Self {
+    pub(crate) fn new(device: &wgpu::Device, descs: Vec<ImageDesc>) -> Result<Self, GpuError> {
         let size: u64 = descs.iter().map(padded_bytes).sum();
-        let buffer = buffer(device, "readback", size.max(4), READABLE);
-        Self { device: device.clone(), buffer, descs, copied: (0, 0) }
+        let buffer = readable(device, "readback", size.max(4))?;
+        Ok(Self { device: device.clone(), buffer, descs, copied: (0, 0) })
     }
 
     /// Whether a buffer of the device can hold them all.
@@ -230,12 +256,10 @@ pub fn download(device: &wgpu::Device, queue: &wgpu::Queue, texture: &wgpu::Text
 
 /// Maps a buffer. Waits for the GPU. Buffers of a lost device are invalid, which is a validation error in wgpu.
 pub(crate) fn map(device: &wgpu::Device, buffer: &wgpu::Buffer, mode: wgpu::MapMode) -> Result<(), GpuError> {
-    let validation = device.push_error_scope(wgpu::ErrorFilter::Validation);
-    buffer.slice(..).map_async(mode, |_| {});
-    if let Some(error) = pollster::block_on(validation.pop()) {
-        return Err(GpuError::lost(&error));
-    }
-    device.poll(wgpu::PollType::wait_indefinitely()).map(drop).map_err(|error| GpuError::lost(&error))
+    scoped(device, "a buffer for the host", || {
+        buffer.slice(..).map_async(mode, |_| {});
+        wait(device, None)
+    })
 }
 
 /// Bytes of a row of texels, and the aligned distance between rows in a buffer.

@@ -1,7 +1,8 @@
 //! GPU time of every pass, by timestamps inside the one compute pass.
 
-use wgpu::util::DeviceExt as _;
-
+use crate::GpuError;
+use crate::buffer::buffer;
+use crate::platform::watched;
 #[cfg(not(target_family = "wasm"))]
 use crate::stream::map;
 
@@ -16,6 +17,14 @@ pub(crate) struct Timing {
 
 impl Timing {
     /// Timestamps for `passes` passes; `None` where the device has no timestamps inside passes.
+    ///
+    /// # Errors
+    /// The device is lost or has no memory for them.
+    pub(crate) fn watched(device: &wgpu::Device, queue: &wgpu::Queue, passes: u32) -> Result<Option<Self>, GpuError> {
+        watched(device, "the times of passes", || Ok(Self::new(device, queue, passes)))
+    }
+
+    /// As [`watched`](Self::watched), where the caller watches.
     pub(crate) fn new(device: &wgpu::Device, queue: &wgpu::Queue, passes: u32) -> Option<Self> {
         let needed = wgpu::Features::TIMESTAMP_QUERY_INSIDE_PASSES | wgpu::Features::TIMESTAMP_QUERY_INSIDE_ENCODERS;
         if !device.features().contains(needed) {
@@ -27,13 +36,7 @@ impl Timing {
             ty: wgpu::QueryType::Timestamp,
             count,
         });
-        let buffer = |usage| {
-            device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-                label: Some("pass times"),
-                contents: &vec![0; count as usize * 8],
-                usage,
-            })
-        };
+        let buffer = |usage| buffer(device, "pass times", u64::from(count) * 8, usage);
         let resolved = buffer(wgpu::BufferUsages::QUERY_RESOLVE | wgpu::BufferUsages::COPY_SRC);
         let readable = buffer(wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST);
         Some(Self { queries, resolved, readable, count, period_ns: queue.get_timestamp_period() })
@@ -46,15 +49,18 @@ impl Timing {
     }
 
     /// Milliseconds of each pass of the frame submitted last. Waits for it.
+    ///
+    /// # Errors
+    /// The device is lost.
     #[cfg(not(target_family = "wasm"))]
-    pub(crate) fn read(&self, device: &wgpu::Device) -> Option<Vec<f64>> {
-        map(device, &self.readable, wgpu::MapMode::Read).ok()?;
+    pub(crate) fn read(&self, device: &wgpu::Device) -> Result<Vec<f64>, GpuError> {
+        map(device, &self.readable, wgpu::MapMode::Read)?;
         let ticks: Vec<u64> = {
-            let bytes = self.readable.slice(..).get_mapped_range().ok()?;
+            let bytes = self.readable.slice(..).get_mapped_range().map_err(|error| GpuError::lost(&error))?;
             bytes.chunks_exact(8).map(|b| u64::from_le_bytes(b.try_into().expect("chunks of eight"))).collect()
         };
         self.readable.unmap();
         let ms = |w: &[u64]| w[1].saturating_sub(w[0]) as f64 * f64::from(self.period_ns) * 1e-6;
-        Some(ticks.windows(2).map(ms).collect())
+        Ok(ticks.windows(2).map(ms).collect())
     }
 }

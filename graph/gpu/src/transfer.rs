@@ -3,7 +3,8 @@
 use afterimage_graph::image::{Format, ImageDesc, Size};
 use half::f16;
 
-use crate::store;
+use crate::platform::watched;
+use crate::{GpuError, store};
 
 /// Texels on the host, tightly packed.
 #[derive(Clone, Debug, PartialEq)]
@@ -60,13 +61,26 @@ fn small_float(word: u32, mantissa: u32) -> f32 {
 }
 
 /// Creates a texture with these texels, as an input of a pipeline.
-pub fn upload(device: &wgpu::Device, queue: &wgpu::Queue, texels: &Texels) -> wgpu::Texture {
+///
+/// # Errors
+/// The device is lost or has no memory for it.
+pub fn upload(device: &wgpu::Device, queue: &wgpu::Queue, texels: &Texels) -> Result<wgpu::Texture, GpuError> {
     upload_bytes(device, queue, texels.desc, &texels.bytes)
 }
 
 /// Creates a texture from borrowed, tightly packed texels.
-pub fn upload_bytes(device: &wgpu::Device, queue: &wgpu::Queue, desc: ImageDesc, bytes: &[u8]) -> wgpu::Texture {
-    let stored = store::create(device, desc, "input");
-    store::upload(queue, &stored.texture, desc, bytes);
-    stored.texture
+///
+/// # Errors
+/// As [`upload`].
+pub fn upload_bytes(
+    device: &wgpu::Device,
+    queue: &wgpu::Queue,
+    desc: ImageDesc,
+    bytes: &[u8],
+) -> Result<wgpu::Texture, GpuError> {
+    watched(device, "an input image", || {
+        let stored = store::create(device, desc, "input");
+        store::upload(queue, &stored.texture, desc, bytes)?;
+        Ok(stored.texture)
+    })
 }

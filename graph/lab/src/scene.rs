@@ -72,7 +72,7 @@ fn session(gpu: &Gpu, registry: &Registry) -> Result<Session, LabError> {
 /// A copy of an output that the next frame does not overwrite.
 fn copy(session: &mut Session, input: &str, output: &str) -> Result<InputImage, LabError> {
     let texels = session.output(output)?;
-    Ok(input_image(session.gpu(), input, texels.desc, &texels.bytes))
+    Ok(input_image(session.gpu(), input, texels.desc, &texels.bytes)?)
 }
 
 fn set(scene: &mut Graph, parameter: &str, value: f64) {

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use crate::amounts::Amounts;
 use crate::builder::{PlanBuilder, copy_pass, scale_pass};
 use crate::error::PlanError;
+use crate::limits::MOST_COMPUTED_BYTES;
 use crate::plan::PlanOutput;
 use crate::request::PlanRequest;
 use crate::specialize::{SpecializedGraph, WireSource};
@@ -69,7 +70,9 @@ impl<'a> Round<'a> {
         guesses: &'a [Vec<ImageDesc>],
         colors: &'a ImageColors,
     ) -> Self {
-        let builder = PlanBuilder { skipped: specialized.skipped.clone(), ..PlanBuilder::default() };
+        let mut builder = PlanBuilder { skipped: specialized.skipped.clone(), ..PlanBuilder::default() };
+        // `Amounts` refuses what exceeds it.
+        builder.recording.most_computed = Some(MOST_COMPUTED_BYTES);
         let made = vec![Vec::new(); graph.nodes.len()];
         let given = vec![None; graph.inputs.len()];
         let (histories, known) = (Vec::new(), BTreeMap::new());

@@ -130,3 +130,15 @@ fn every_bomb_of_a_moderate_size_is_planned_and_verified_or_refused() {
     }
     assert!(plans >= 18, "only {plans} bombs are planned");
 }
+
+/// A hint compares a name with all others, so a text with thousands of errors has a bounded number of them.
+#[test]
+fn only_the_first_errors_have_hints() {
+    for name in ["inner-inputs", "unknown-names", "unknown-fields", "unknown-outputs", "unknown-facts", "unknown-kinds"]
+    {
+        let errors = checked(&bomb(name, 2000)).expect_err(name);
+        let hints = errors.iter().filter(|error| error.help.as_ref().is_some_and(|help| help.contains("did you mean")));
+        assert!(errors.len() > 1500, "{name} has {} errors", errors.len());
+        assert!((1..=100).contains(&hints.count()), "{name}");
+    }
+}

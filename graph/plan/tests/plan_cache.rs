@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use afterimage_graph::check::Facts;
 use afterimage_graph::image::{ImageDesc, Size};
-use afterimage_plan::{GivenImage, Options, Plan, PlanCache, PlanRequest, Requirement};
+use afterimage_plan::{Caps, GivenImage, Options, Plan, PlanCache, PlanRequest, Requirement};
 
 use super::planned::{all_formats, built_in, checked};
 
@@ -61,6 +61,23 @@ fn a_frame_of_another_size_needs_another_plan_also_with_the_same_images() {
     let image = |side| Size::new(side, side);
     let [small, large] = [16, 48].map(|side| planned_with(&mut plans, Size::new(64, 64), image(side), &[]));
     assert!(!Arc::ptr_eq(&small, &large), "images of another size need another plan, too");
+}
+
+#[test]
+fn other_switches_and_another_device_need_another_plan() {
+    let mut plans = PlanCache::new(checked(LAMPS));
+    let size = Size::new(64, 64);
+    let mut plan = |options: Options, caps: Caps| {
+        let inputs = [("scene".to_owned(), GivenImage { desc: ImageDesc::new(size), finite: false })].into();
+        let requirement = &Requirement::typical;
+        let request = PlanRequest { size, inputs, facts: Facts::default(), caps, options, requirement };
+        plans.plan(&request).unwrap_or_else(|error| panic!("{error}"))
+    };
+    let first = plan(Options::default(), all_formats());
+    let serial = plan(Options { serial: true, ..Options::default() }, all_formats());
+    let plain = plan(Options::default(), Caps::default());
+    assert!(!Arc::ptr_eq(&first, &serial) && !Arc::ptr_eq(&first, &plain));
+    assert!(Arc::ptr_eq(&first, &plan(Options::default(), all_formats())), "the first is kept");
 }
 
 #[test]

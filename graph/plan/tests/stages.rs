@@ -1,17 +1,25 @@
 //! What single stages of the planner must not do, on the smallest graphs that show it. `graph/docs/faults.md` lists the
 //! faults that these tests notice.
 
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use afterimage_generators::Recipe;
 use afterimage_graph::check::{CheckOptions, Facts, Graph, check};
 use afterimage_graph::document::parse;
 use afterimage_graph::node::{Arg, KernelCall, NodeKind, Pass, PassKind, Registry};
 use afterimage_graph::prelude::*;
-use afterimage_plan::{GivenImage, Options, Plan, PlanRequest, Requirement, When, plan, verify};
+use afterimage_plan::{
+    GivenImage, Options, Plan, PlanError, PlanRequest, PlannedImage, Requirement, When, plan, verify,
+};
 use afterimage_wgsl::SampleMode;
 
 use super::planned::{FRAME, all_formats, built_in, plan_of};
 
-static PIXELS: Shader = Shader::new("pixels", "fn dim(source: vec4f) -> vec4f { return 0.5 * source; }");
+static PIXELS: Shader = Shader::new(
+    "pixels",
+    "fn dim(source: vec4f) -> vec4f { return 0.5 * source; }
+    fn sum(source: vec4f, other: vec4f) -> vec4f { return source + other; }",
+);
 static RAW: Shader = Shader::new(
     "raw",
     "fn raw(source: texture_2d<f32>, at: Point) -> vec4f { return textureLoad(source, at.pixel, 0); }",
@@ -92,6 +100,23 @@ impl Node for Keep {
 }
 
 params! {
+    /// The sum of two pixels.
+    pub struct Sum {}
+}
+
+impl Node for Sum {
+    const INPUTS: &'static [Input] = &[SOURCE, Input::image("other", "An image.")];
+    const OUTPUTS: &'static [Output] = &[RESULT];
+    const FALLBACK: Fallback = Fallback::input("source");
+
+    fn record(&self, pass: &mut Recorder<'_>) {
+        let source = pass.image("source");
+        let desc = pass.desc(source);
+        pass.function(&PIXELS, "sum").write("result", desc);
+    }
+}
+
+params! {
     /// Loads a texel without the library.
     pub struct Raw {}
 }
@@ -108,8 +133,39 @@ impl Node for Raw {
     }
 }
 
-const KINDS: &[NodeKind] =
-    &[NodeKind::of::<Pair>(), NodeKind::of::<Corner>(), NodeKind::of::<Keep>(), NodeKind::of::<Raw>()];
+params! {
+    /// A table of 5 MiB that takes long to compute.
+    pub struct Table {}
+}
+
+/// How many tables have been computed.
+static COMPUTED: AtomicUsize = AtomicUsize::new(0);
+
+impl Node for Table {
+    const INPUTS: &'static [Input] = &[SOURCE];
+    const OUTPUTS: &'static [Output] = &[RESULT];
+    const FALLBACK: Fallback = Fallback::input("source");
+
+    fn record(&self, pass: &mut Recorder<'_>) {
+        let table = ImageDesc::new(Size::new(1024, 640));
+        pass.computed("table", table, || {
+            COMPUTED.fetch_add(1, Ordering::Relaxed);
+            vec![1; table.bytes() as usize]
+        });
+        let source = pass.image("source");
+        let desc = pass.desc(source);
+        pass.function(&PIXELS, "dim").write("result", desc);
+    }
+}
+
+const KINDS: &[NodeKind] = &[
+    NodeKind::of::<Pair>(),
+    NodeKind::of::<Corner>(),
+    NodeKind::of::<Keep>(),
+    NodeKind::of::<Sum>(),
+    NodeKind::of::<Raw>(),
+    NodeKind::of::<Table>(),
+];
 
 fn graph(nodes: &str, outputs: &str) -> Graph {
     let text = format!("Pipeline(inputs: {{\"in\": Color}}, nodes: {{{nodes}}}, outputs: {{{outputs}}})");
@@ -120,6 +176,12 @@ fn graph(nodes: &str, outputs: &str) -> Graph {
 
 /// The plan of these nodes, for an image of the host that may hold any number.
 fn planned(nodes: &str, outputs: &str) -> Plan {
+    let plan = attempted(nodes, outputs).unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!(verify(&plan), Ok(()));
+    plan
+}
+
+fn attempted(nodes: &str, outputs: &str) -> Result<Plan, PlanError> {
     let given = GivenImage { desc: ImageDesc::new(FRAME), finite: false };
     let request = PlanRequest {
         size: FRAME,
@@ -129,9 +191,18 @@ fn planned(nodes: &str, outputs: &str) -> Plan {
         options: Options { tile: When::Never, row_downsample: When::Never, ..Options::default() },
         requirement: &Requirement::typical,
     };
-    let plan = plan(&graph(nodes, outputs), &request).unwrap_or_else(|error| panic!("{error}"));
-    assert_eq!(verify(&plan), Ok(()));
-    plan
+    plan(&graph(nodes, outputs), &request)
+}
+
+#[test]
+fn a_table_beyond_the_limit_is_refused_before_it_is_computed() {
+    let table = |at, source| format!(r#""t{at}": Table(source: "{source}"), "#);
+    let (one, two) = (table(0, "in"), table(0, "in") + &table(1, "t0"));
+    planned(&one, r#""out": "t0""#);
+    assert_eq!(COMPUTED.load(Ordering::Relaxed), 1);
+    let error = attempted(&two, r#""out": "t1""#).expect_err("two tables of 5 MiB");
+    assert_eq!(error, PlanError::TooLargeTables { node: "t1".into(), bytes: 10 << 20, limit: 8 << 20 });
+    assert_eq!(COMPUTED.load(Ordering::Relaxed), 2, "the second table was computed");
 }
 
 /// The place of the pass that calls a function.
@@ -184,6 +255,48 @@ fn a_fused_kernel_reads_the_kernel_that_made_its_pixel() {
     let plan = planned(chain, r#""out": "d""#);
     let [pass] = plan.work().collect::<Vec<_>>()[..] else { panic!("one pass:\n{}", plan.to_text()) };
     assert_eq!(earlier(pass), [vec![], vec![0], vec![1], vec![2]]);
+}
+
+/// The second producer moves the kernels of its reader, one of which reads the first producer.
+#[test]
+fn a_kernel_of_two_pixels_reads_the_two_kernels_that_made_them() {
+    let both =
+        r#""a": Pair(source: "in"), "b": Saturation(source: "in", amount: 0.5), "c": Sum(source: "a", other: "b")"#;
+    let plan = planned(both, r#""out": "c""#);
+    let [pass] = plan.work().collect::<Vec<_>>()[..] else { panic!("one pass:\n{}", plan.to_text()) };
+    let [.., sum] = pass.kernels.as_slice() else { panic!("a pass has kernels") };
+    let made = |argument: &str| match sum.arg(argument) {
+        Some(Arg::Kernel(kernel)) => pass.kernels[kernel].node.as_str(),
+        other => panic!("{other:?}"),
+    };
+    assert_eq!((made("source"), made("other"), pass.kernels.len()), ("a", "b", 3));
+}
+
+#[test]
+fn two_outputs_of_one_node_are_two_images() {
+    let plan = planned(r#""a": Pair(source: "in")"#, r#""x": "a", "y": "a""#);
+    let [x, y] = plan.outputs.as_slice() else { panic!("two outputs") };
+    assert_ne!(x.image, y.image, "the host gets a texture for each output");
+}
+
+#[test]
+fn a_history_has_the_size_of_what_it_is_the_past_of() {
+    let plan = planned(
+        r#""small": Corner(source: "in"), "lit": Composite(base: "in", bloom: "small@previous")"#,
+        r#""out": "lit""#,
+    );
+    let past = |image: &PlannedImage| Some((image.desc, plan.image(image.origin.previous_of()?).desc));
+    let pasts: Vec<_> = plan.images.iter().filter_map(past).collect();
+    assert_eq!(pasts, [(ImageDesc::new(FRAME.half()), ImageDesc::new(FRAME.half()))]);
+}
+
+/// At its neutral value the node is an identity, but its result of the frame before is asked for.
+#[test]
+fn a_node_whose_past_is_read_runs_also_where_it_changes_nothing() {
+    let nodes =
+        r#""same": Saturation(source: "in", amount: 1.0), "lit": Composite(base: "in", bloom: "same@previous")"#;
+    let plan = planned(nodes, r#""out": "lit""#);
+    assert!(plan.work().any(|pass| pass.nodes.contains(&"same".to_owned())), "{}", plan.to_text());
 }
 
 #[test]

@@ -8,7 +8,7 @@ use super::limits::{
     MOST_TIERS,
 };
 use crate::document::Document;
-use afterimage_base::diagnostic::{Diagnostic, Location, Spanned};
+use afterimage_base::diagnostic::{Diagnostic, Location, Spanned, did_you_mean};
 
 /// Errors after which names are no longer listed and suggested: each hint looks at all of them.
 const MOST_HINTS: usize = 100;
@@ -111,5 +111,10 @@ impl Builder<'_> {
     /// Whether there are so many errors that nobody reads the hints of further ones.
     pub(super) fn has_many_errors(&self) -> bool {
         self.diagnostics.len() >= MOST_HINTS
+    }
+
+    /// The nearest of the names as a hint, for errors that somebody reads: all names are compared.
+    pub(super) fn near<'n>(&self, wrong: &str, names: impl IntoIterator<Item = &'n str>) -> Option<String> {
+        if self.has_many_errors() { None } else { did_you_mean(wrong, names) }
     }
 }

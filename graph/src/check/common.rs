@@ -55,7 +55,7 @@ impl Builder<'_> {
                 let diagnostic = Diagnostic::error("unknown-fact", format!("no fact is called {}", quote(name)))
                     .at(&location, "")
                     .help(help)
-                    .maybe_help(did_you_mean(name, known.iter().map(String::as_str)));
+                    .maybe_help(self.near(name, known.iter().map(String::as_str)));
                 self.report(diagnostic);
                 continue;
             }

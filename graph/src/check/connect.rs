@@ -123,7 +123,7 @@ impl Builder<'_> {
                 .at(&asked.location, "")
                 .also(&self.drafts[node].kind_location, "the node is of this kind")
                 .help(format!("its outputs are {}", list(names(), 8)))
-                .maybe_help(wire.port.and_then(|port| did_you_mean(port, names())));
+                .maybe_help(wire.port.and_then(|port| self.near(port, names())));
             self.report(diagnostic);
             return None;
         };
@@ -175,7 +175,7 @@ impl Builder<'_> {
             let message =
                 format!("the pipeline {} has no output {}", quote(wire.node), quote(wire.port.unwrap_or("display")));
             let diagnostic = Diagnostic::error("unknown-output", message).at(&asked.location, "");
-            let near = wire.port.and_then(|port| did_you_mean(port, names.iter().copied()));
+            let near = wire.port.and_then(|port| self.near(port, names.iter().copied()));
             let diagnostic = if names.is_empty() { diagnostic } else { diagnostic.help(help) };
             self.report(diagnostic.maybe_help(near));
             return None;

@@ -8,7 +8,7 @@ use super::files::join;
 use super::limits::{DEEPEST, MOST_FACTS, MOST_INPUTS, MOST_OUTPUTS, MOST_TIERS};
 use super::nodes::PIPELINE;
 use crate::document::{Document, Field, Group, Item, NodeEntry, Tier, Tree, settings};
-use afterimage_base::diagnostic::{Diagnostic, Spanned, did_you_mean, list, quote};
+use afterimage_base::diagnostic::{Diagnostic, Spanned, list, quote};
 
 /// What surrounds a pipeline that is being expanded.
 struct Around {
@@ -109,7 +109,8 @@ impl Builder<'_> {
             let help = format!("its inputs are {}", list(known(), 8));
             let message = format!("the pipeline {} has no input {}", quote(&document.file), quote(&name.value));
             let diagnostic = Diagnostic::error("unknown-field", message).at(&name.location, "");
-            self.report(diagnostic.help(help).maybe_help(did_you_mean(&name.value, known())));
+            let near = self.near(&name.value, known());
+            self.report(diagnostic.help(help).maybe_help(near));
         }
     }
 

@@ -23,7 +23,8 @@ impl Builder<'_> {
         let fields = self.unique(&entry.fields.entries);
         let Some(kind) = self.registry.get(&entry.kind.value) else {
             let name = &entry.kind.value;
-            let near = kinds_near(self.registry, name).or_else(|| did_you_mean(name, [PIPELINE]));
+            let near = || kinds_near(self.registry, name).or_else(|| did_you_mean(name, [PIPELINE]));
+            let near = if self.has_many_errors() { None } else { near() };
             let help = near.unwrap_or_else(|| known_kinds(self.registry));
             let message = format!("no node kind is called {}", quote(name));
             self.report(Diagnostic::error("unknown-kind", message).at(&entry.kind.location, "").help(help));
@@ -76,7 +77,8 @@ impl Builder<'_> {
                 .collect::<Vec<_>>()
                 .join("; ");
             let diagnostic = Diagnostic::error("unknown-field", message).at(&name.location, "");
-            self.report(diagnostic.help(help).maybe_help(did_you_mean(&name.value, known)));
+            let near = self.near(&name.value, known);
+            self.report(diagnostic.help(help).maybe_help(near));
         }
     }
 

@@ -136,7 +136,7 @@ impl Builder<'_> {
         } else {
             Diagnostic::error("unknown-field", format!("{name} has no parameter {}", quote(field)))
                 .help(format!("{} has {}", quote(kind.name()), list(known(), 16)))
-                .maybe_help(did_you_mean(field, known()))
+                .maybe_help(self.near(field, known()))
         };
         self.report(diagnostic.at(&setting.key.location, ""));
     }

@@ -55,7 +55,8 @@ fn validate_here(source: &str, map: &SourceMap) -> Result<naga::Module, ShaderEr
 
 fn parse(source: &str, map: &SourceMap) -> Result<naga::Module, ShaderError> {
     naga::front::wgsl::parse_str(source).map_err(|error| {
-        let byte = error.location(source).map(|place| place.offset as usize);
+        // What a declaration of the library requires is named before the author's expression.
+        let byte = map.of_author(error.labels().filter_map(|(span, _)| first_byte(span)));
         // naga has no place for this one.
         let is_too_deep = byte.is_none() && error.message().starts_with("internal");
         let message = if is_too_deep { TOO_DEEP } else { error.message() };

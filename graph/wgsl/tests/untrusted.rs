@@ -1,9 +1,13 @@
 //! Untrusted files: what is refused, where, and that the limits hold before a parser or a driver sees the file.
+#![allow(unreachable_pub, dead_code, reason = "other tests use all of `hostile`")]
+
+mod hostile;
 
 use std::time::{Duration, Instant};
 
 use afterimage_wgsl::limits::{self, Limit};
 use afterimage_wgsl::{Library, Linker, SampleMode, Shader, ShaderError, ShaderFeatures, validate};
+use hostile::bombs::{bombs, in_body};
 
 fn untrusted(text: &str) -> Shader {
     Shader::untrusted("kind.wgsl".into(), text.into())
@@ -15,10 +19,6 @@ fn refused(text: &str) -> ShaderError {
     assert_eq!(error.file, "kind.wgsl", "{error}");
     assert!(error.line > 0 && error.column > 0, "{error}");
     error
-}
-
-fn in_body(body: &str) -> String {
-    format!("fn kind(source: vec4f) -> vec4f {{ {body} }}\n")
 }
 
 #[test]
@@ -113,81 +113,39 @@ fn what_an_imported_file_holds_is_refused_in_that_file() {
     assert_eq!((error.line, error.column), (2, 9), "{error}");
 }
 
-fn numbered(count: usize, item: impl Fn(usize) -> String) -> String {
-    (0..count).map(item).collect()
-}
-
-/// Each limit with a text that exceeds it and takes a parser or a driver very long, much memory or all of its stack.
-fn bombs() -> Vec<(&'static str, Limit, String)> {
-    let nested = |open: &str, inner: &str, close: &str| {
-        in_body(&format!("return {}{inner}{};", open.repeat(3800), close.repeat(3800)))
-    };
-    let tree = numbered(16, |i| format!("fn f{}(x: vec4f) -> vec4f {{ return f{i}(x) + f{i}(x * 0.5); }}\n", i + 1));
-    let structs = numbered(25, |i| format!("struct S{} {{ a: S{i}, b: S{i} }}\n", i + 1));
-    let arrays = numbered(23, |i| format!("const A{} = array(A{i}, A{i});\n", i + 1));
-    let line = in_body("return source;");
-    vec![
-        ("a long comment", limits::FILE_BYTES, format!("/*{}*/{line}", "x".repeat(3_000_000))),
-        ("many tokens", limits::FILE_TOKENS, format!("{}{line}", ";".repeat(100_000))),
-        ("many imports", limits::IMPORTS, format!("{}{line}", "#import math\n".repeat(5000))),
-        ("minus signs", limits::NESTING, nested("- ", "source", "")),
-        ("parentheses", limits::NESTING, nested("(", "source", ")")),
-        ("calls", limits::NESTING, nested("abs(", "source", ")")),
-        ("blocks", limits::NESTING, in_body(&format!("{}{} return source;", "{".repeat(3800), "}".repeat(3800)))),
-        ("a sum", limits::OPERATORS, nested("source + ", "source", "")),
-        (
-            "a conjunction",
-            limits::OPERATORS,
-            in_body(&format!("let a = {}true; return source;", "true && ".repeat(6000))),
-        ),
-        ("swizzles", limits::OPERATORS, in_body(&format!("return source{};", ".xyzw".repeat(5000)))),
-        ("branches", limits::OPERATORS, {
-            in_body(&format!("if source.x > 0.0 {{ }} {} return source;", "else if source.x > 1.0 { }".repeat(3000)))
-        }),
-        ("types", limits::OPERATORS, format!("alias T = {}f32{};\n{line}", "array<".repeat(1000), ", 1>".repeat(1000))),
-        ("functions", limits::DECLARATIONS, {
-            numbered(3000, |i| format!("fn g{i}(x: vec4f) -> vec4f {{ return x; }}\n")) + &line
-        }),
-        ("a call tree", limits::OPERATIONS, {
-            format!("fn f0(x: vec4f) -> vec4f {{ return x * 1.5; }}\n{tree}{}", in_body("return f16(source);"))
-        }),
-        ("long code", limits::OPERATIONS, {
-            in_body(&format!("var s = source; {} return s;", "s = sin(s) * cos(s) + s.yzwx;".repeat(3000)))
-        }),
-        ("a chain of calls", limits::CALLS, {
-            let chain = numbered(900, |i| format!("fn g{}(x: vec4f) -> vec4f {{ return g{i}(x); }}\n", i + 1));
-            format!("fn g0(x: vec4f) -> vec4f {{ return x; }}\n{chain}{}", in_body("return g900(source);"))
-        }),
-        ("loops", limits::LOOPS, {
-            let count = "for (var i = 0; i < 9; i++) { s += s.yzwx; }".repeat(100);
-            in_body(&format!("var s = source; {count} return s;"))
-        }),
-        ("powers", limits::OPERATIONS, {
-            in_body(&format!("var s = source; {} return s;", "s = pow(s, s.yzwx);".repeat(200)))
-        }),
-        ("doubling types", limits::VALUE_TOKENS, {
-            format!("struct S0 {{ a: f32 }}\n{structs}{}", in_body("var s = S25(); return source;"))
-        }),
-        ("doubling constants", limits::VALUE_TOKENS, {
-            format!("const A0 = array(1.0, 1.0);\n{arrays}{}", in_body("let z = A23; return source;"))
-        }),
-        ("a large value", limits::VALUE_BYTES, {
-            in_body("var z = array<f32, 16777216>(); return source * z[u32(source.x)];")
-        }),
-        ("large variables", limits::ARRAY_BYTES, {
-            in_body("var z: array<f32, 8192>; z[u32(source.y)] = 1.0; return source * z[u32(source.x)];")
-        }),
-        ("variables of calls", limits::ARRAY_BYTES, {
-            let calls = "s += big(s);".repeat(20);
-            "fn big(x: vec4f) -> vec4f { var z: array<vec4f, 64>; z[u32(x.y)] = x; return z[u32(x.x)]; }\n".to_owned()
-                + &in_body(&format!("var s = source; {calls} return s;"))
-        }),
-    ]
-}
+/// The limit that refuses each bomb.
+const LIMITS: [(&str, Limit); 23] = [
+    ("a long comment", limits::FILE_BYTES),
+    ("many tokens", limits::FILE_TOKENS),
+    ("many imports", limits::IMPORTS),
+    ("minus signs", limits::NESTING),
+    ("parentheses", limits::NESTING),
+    ("calls", limits::NESTING),
+    ("blocks", limits::NESTING),
+    ("a sum", limits::OPERATORS),
+    ("a conjunction", limits::OPERATORS),
+    ("swizzles", limits::OPERATORS),
+    ("branches", limits::OPERATORS),
+    ("types", limits::OPERATORS),
+    ("functions", limits::DECLARATIONS),
+    ("a call tree", limits::OPERATIONS),
+    ("long code", limits::OPERATIONS),
+    ("a chain of calls", limits::CALLS),
+    ("loops", limits::LOOPS),
+    ("powers", limits::OPERATIONS),
+    ("doubling types", limits::VALUE_TOKENS),
+    ("doubling constants", limits::VALUE_TOKENS),
+    ("a large value", limits::VALUE_BYTES),
+    ("large variables", limits::ARRAY_BYTES),
+    ("variables of calls", limits::ARRAY_BYTES),
+];
 
 #[test]
 fn every_bomb_is_refused_by_its_limit_and_soon() {
-    for (what, limit, text) in bombs() {
+    let all = bombs(1);
+    assert_eq!(all.len(), LIMITS.len());
+    for (what, text) in all {
+        let limit = LIMITS.iter().find(|(name, _)| *name == what).unwrap_or_else(|| panic!("{what} has no limit")).1;
         let start = Instant::now();
         let error = refused(&text);
         let took = start.elapsed();
@@ -245,4 +203,18 @@ fn the_manual_lists_all_limits_in_their_order() {
 fn the_library_counts_to_the_limit() {
     let text = linked(&in_body("loop { if source.x > 0.0 { break; } } return source;"));
     assert!(text.contains(&format!("loop_steps > {}u", limits::LOOP_STEPS.most)), "{text}");
+}
+
+#[test]
+fn a_wrong_use_of_the_library_is_reported_where_it_is_used() {
+    for body in [
+        "let p = Point(0.5, source); return source;",
+        "return sanitize(source.x);",
+        "return sanitize(source, source);",
+        "var p: Point; p.pixel = source; return source;",
+        "return source * between(1, 2);",
+    ] {
+        let error = refused(&format!("\n{}", in_body(body)));
+        assert_eq!(error.line, 2, "{body}: {error}");
+    }
 }

@@ -2,6 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::declaration::{DECLARATIONS, WORDS as WORDS_OF_DECLARATIONS};
+use crate::hostile::{Pair, pair};
+use crate::linker::text;
+
 /// Texts, and words that none of them need have.
 #[derive(Default)]
 pub(crate) struct Corpus {
@@ -52,6 +56,83 @@ const WORDS: &[&str] = &[
     "\u{feff}",
 ];
 
+/// Pairs of shaders that mutation begins with.
+const PAIRS: u64 = 24;
+
+/// Words of WGSL that the generated shaders do not use, and pieces that need another piece.
+const SHADER_WORDS: &[&str] = &[
+    "var<workgroup>",
+    "var<private>",
+    "var<uniform>",
+    "var<immediate>",
+    "@group(0)",
+    "@binding(0)",
+    "@compute",
+    "@fragment",
+    "@workgroup_size(1)",
+    "@id(1)",
+    "override",
+    "const_assert",
+    "alias",
+    "enable f16;",
+    "requires unrestricted_pointer_parameters;",
+    "diagnostic(off, derivative_uniformity);",
+    "#import shared",
+    "#import math",
+    "#import nothing",
+    "array<vec4f, 17>",
+    "array<f32>",
+    "atomic<u32>",
+    "ptr<function, f32>",
+    "texture_2d<f32>",
+    "texture_storage_2d<rgba16float, write>",
+    "sampler",
+    "mat4x4f",
+    "vec4<f16>",
+    "vec3u",
+    "i64",
+    "f64",
+    "Point",
+    "Frame",
+    "switch",
+    "case",
+    "default",
+    "loop",
+    "break",
+    "continue",
+    "continuing",
+    "discard",
+    "if",
+    "else",
+    "while",
+    "for",
+    "workgroupBarrier()",
+    "dpdx(source)",
+    "pow",
+    "bitcast<u32>",
+    "textureLoad",
+    "tap",
+    "texel",
+    "_",
+    "__",
+    "0x1p-126",
+    "1u",
+    "1i",
+    "1h",
+    "1lf",
+    "-2147483648",
+    "4294967295u",
+    "&",
+    "&&",
+    "->",
+    "<<",
+    ">>=",
+    "/",
+    "%",
+    "é",
+    "\u{2028}",
+];
+
 /// Tables of each sort.
 const CUBES: &[&str] = &[
     "LUT_3D_SIZE 2\n0 0 0\n1 0 0\n0 1 0\n1 1 0\n0 0 1\n1 0 1\n0 1 1\n1 1 1\n",
@@ -96,7 +177,9 @@ pub(crate) fn shipped() -> Vec<(String, String)> {
 impl Corpus {
     /// Shipped pipelines, broken documents, and every name of the built-in kinds.
     pub(crate) fn documents() -> Self {
-        let files = shipped().into_iter().chain(files("../errors"));
+        let broken = files("../../graph/tests/errors");
+        assert!(broken.len() > 50, "the broken documents are elsewhere");
+        let files = shipped().into_iter().chain(broken);
         let mut words: Vec<String> = WORDS.iter().map(|word| (*word).to_owned()).collect();
         for kind in afterimage_nodes::ALL {
             words.push(kind.name().to_owned());
@@ -105,6 +188,22 @@ impl Corpus {
             words.extend(kind.outputs().iter().map(|port| port.name.to_string()));
         }
         Self { texts: files.map(|(_, text)| text).collect(), words }
+    }
+
+    /// Declarations of kinds in folders.
+    pub(crate) fn declarations() -> Self {
+        let owned = |words: &[&str]| words.iter().map(|word| (*word).to_owned()).collect();
+        Self { texts: owned(&DECLARATIONS), words: owned(WORDS_OF_DECLARATIONS) }
+    }
+
+    /// Shaders with unkind names, and words of the language that they do not use.
+    pub(crate) fn shaders() -> Self {
+        let kernels = (0..PAIRS).flat_map(|seed| {
+            let Pair { hostile, tame } = pair(seed);
+            hostile.into_iter().chain(tame)
+        });
+        let words = SHADER_WORDS.iter().map(|word| (*word).to_owned());
+        Self { texts: kernels.map(|kernel| text(&kernel)).collect(), words: words.collect() }
     }
 
     /// Tables of each sort.

@@ -49,6 +49,9 @@ impl Loader for Few<'_> {
     }
 }
 
+/// One of N documents without errors is planned: the target `plan` plans all of its own.
+const ONE_OF: usize = 8;
+
 /// Whether the text is a pipeline without errors.
 pub(crate) fn survives(text: &str) -> bool {
     let loader = Few::new(text);
@@ -57,7 +60,10 @@ pub(crate) fn survives(text: &str) -> bool {
     match checked {
         Ok((graph, warnings)) => {
             has_words(&warnings);
-            if let Ok(plan) = planned(&graph, Size::new(64, 36), Caps::default(), Options::default()) {
+            let is_planned = text.len().is_multiple_of(ONE_OF);
+            if let Some(Ok(plan)) =
+                is_planned.then(|| planned(&graph, Size::new(64, 36), Caps::default(), Options::default()))
+            {
                 assert_eq!(verify(&plan), Ok(()));
             }
             true
@@ -71,7 +77,7 @@ pub(crate) fn survives(text: &str) -> bool {
 }
 
 /// Every message says what and where, in each form.
-fn has_words(diagnostics: &Diagnostics) {
+pub(crate) fn has_words(diagnostics: &Diagnostics) {
     assert!(diagnostics.iter().all(|one| !one.message.is_empty() && !one.labels.is_empty()), "{diagnostics}");
     let text = diagnostics.to_string();
     assert!(diagnostics.is_empty() || text.starts_with("error[") || text.starts_with("warning["), "{text}");

@@ -8,10 +8,21 @@ mod bytes;
 mod color_file;
 mod corpus;
 mod cube;
+mod damage;
+mod declaration;
 mod document;
+#[path = "../../../graph/wgsl/tests/hostile/mod.rs"]
+#[allow(unreachable_pub, dead_code, reason = "tests of other crates use all of it")]
+pub mod hostile;
+mod image;
+mod linker;
 mod mutate;
+mod pictures;
 mod plan;
 mod tokens;
+
+pub use declaration::SHADER as DECLARED_SHADER;
+pub use linker::SECOND_FILE;
 
 use afterimage_generators::Rng;
 use bytes::Bytes;
@@ -29,11 +40,18 @@ pub enum Target {
     Cube,
     /// The text of another colour file.
     ColorFile,
+    /// The text of a `node.ron`.
+    Declaration,
+    /// A shader of a folder and a file that it imports: checked, and linked with another.
+    Linker,
+    /// The bytes of an image.
+    Image,
 }
 
 impl Target {
     /// Every target.
-    pub const ALL: [Self; 4] = [Self::Document, Self::Plan, Self::Cube, Self::ColorFile];
+    pub const ALL: [Self; 7] =
+        [Self::Document, Self::Plan, Self::Cube, Self::ColorFile, Self::Declaration, Self::Linker, Self::Image];
 
     /// The name on the command line.
     pub fn name(self) -> &'static str {
@@ -42,14 +60,18 @@ impl Target {
             Self::Plan => "plan",
             Self::Cube => "cube",
             Self::ColorFile => "color_file",
+            Self::Declaration => "declaration",
+            Self::Linker => "linker",
+            Self::Image => "image",
         }
     }
 
-    /// Executions out of ten of a mixed run: plans take longest, and texts have most ways to be wrong.
+    /// The share in a mixed run: plans and images take longest, and texts have most ways to be wrong.
     pub fn share(self) -> u64 {
         match self {
             Self::Document => 4,
-            Self::Plan | Self::Cube | Self::ColorFile => 2,
+            Self::Cube | Self::ColorFile => 2,
+            Self::Declaration | Self::Plan | Self::Linker | Self::Image => 1,
         }
     }
 
@@ -63,6 +85,9 @@ impl Target {
             Self::Plan => plan::survives(&mut Bytes::new(input)),
             Self::Cube => std::str::from_utf8(input).is_ok_and(cube::survives),
             Self::ColorFile => std::str::from_utf8(input).is_ok_and(color_file::survives),
+            Self::Declaration => std::str::from_utf8(input).is_ok_and(declaration::survives),
+            Self::Linker => std::str::from_utf8(input).is_ok_and(linker::survives),
+            Self::Image => image::survives(input),
         }
     }
 }
@@ -72,6 +97,7 @@ pub struct Inputs {
     target: Target,
     seed: u64,
     mutator: Mutator,
+    pictures: Vec<Vec<u8>>,
 }
 
 impl Inputs {
@@ -79,11 +105,14 @@ impl Inputs {
     pub fn new(target: Target, seed: u64) -> Self {
         let corpus = match target {
             Target::Document => Corpus::documents(),
-            Target::Plan => Corpus::default(),
+            Target::Plan | Target::Image => Corpus::default(),
             Target::Cube => Corpus::cubes(),
             Target::ColorFile => Corpus::color_files(),
+            Target::Declaration => Corpus::declarations(),
+            Target::Linker => Corpus::shaders(),
         };
-        Self { target, seed, mutator: Mutator::new(&corpus) }
+        let pictures = if target == Target::Image { pictures::pictures() } else { Vec::new() };
+        Self { target, seed, mutator: Mutator::new(&corpus), pictures }
     }
 
     /// The input of that number.
@@ -91,7 +120,13 @@ impl Inputs {
         let mut rng = Rng::new(self.seed.wrapping_mul(0x2545_f491_4f6c_dd1d) ^ number);
         match self.target {
             Target::Plan => (0..plan::MOST_CHOICES).map(|_| rng.below(256) as u8).collect(),
-            Target::Document | Target::Cube | Target::ColorFile => self.mutator.text(&mut rng).into_bytes(),
+            Target::Image => {
+                let file = &self.pictures[rng.below(self.pictures.len())];
+                damage::damaged(file, &mut rng)
+            }
+            Target::Document | Target::Cube | Target::ColorFile | Target::Declaration | Target::Linker => {
+                self.mutator.text(&mut rng).into_bytes()
+            }
         }
     }
 }

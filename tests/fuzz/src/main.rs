@@ -63,8 +63,9 @@ fn run(target: Target, runs: u64, seed: u64) -> Tally {
             Err(panic) => Some(words(panic.as_ref())),
         };
         tally.slowest = tally.slowest.max(begin_of_one.elapsed());
-        if let Some(fault) = fault {
-            tally.faults.entry(fault).or_insert(number);
+        if let Some(fault) = fault.filter(|fault| !tally.faults.contains_key(fault)) {
+            println!("{} {number}: {fault}", target.name());
+            tally.faults.insert(fault, number);
         }
         if (number + 1) % STRIDE == 0 {
             let (name, faults) = (target.name(), tally.faults.len());

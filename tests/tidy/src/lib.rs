@@ -13,6 +13,8 @@
 //! | [`flows`] | through which files does a task go? |
 //! | [`opens`] | is there a second place that opens files? |
 //! | [`packages`] | can a library crate be built from its own files? |
+//! | [`licenses`] | are the licenses and sources of dependencies allowed? |
+//! | [`unsafes`] | which code is `unsafe`, and why? |
 //! | [`lines`] | how much code is there? |
 
 pub mod cycles;
@@ -21,6 +23,7 @@ pub mod flows;
 pub mod functions;
 pub mod imports;
 pub mod layers;
+pub mod licenses;
 pub mod lines;
 pub mod modules;
 pub mod opens;
@@ -30,5 +33,6 @@ pub mod places;
 pub mod revision;
 mod scopes;
 pub mod tokens;
+pub mod unsafes;
 pub mod words;
 pub mod workspace;

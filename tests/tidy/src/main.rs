@@ -12,7 +12,7 @@ use afterimage_tidy::modules::Tree;
 use afterimage_tidy::revision::Revision;
 use afterimage_tidy::words::Words;
 use afterimage_tidy::workspace::{Crate, Workspace, files_in, read};
-use afterimage_tidy::{files, layers, packages, words};
+use afterimage_tidy::{files, layers, licenses, packages, unsafes, words};
 
 const HELP: &str = "\
 afterimage-tidy layers                dependencies that break the layers of the crates
@@ -20,6 +20,8 @@ afterimage-tidy packages              library crates that need files from outsid
 afterimage-tidy cycles                cycles of imports in each crate
 afterimage-tidy files                 files that are too long or too wide
 afterimage-tidy functions [REVISION]  lengths of functions by crate
+afterimage-tidy licenses              dependencies whose license or source is not allowed
+afterimage-tidy unsafe                every `unsafe` block, with its reason
 afterimage-tidy words                 words that the glossary replaces
 afterimage-tidy flows [REVISION]      files and returns of the flows in tests/tidy/flows or tests/tidy/flows/REVISION
 afterimage-tidy lines [REVISION]      lines of code by crate
@@ -54,6 +56,8 @@ fn answer(command: &str, workspace: &Workspace, revision: &str) -> Option<String
             let Words { replaced, pending } = Words::this();
             list(&words::violations(workspace, &[replaced, pending].concat()))
         }
+        "licenses" => list(&licenses::violations(workspace)),
+        "unsafe" => of_unsafe(workspace),
         "flows" => of_flows(workspace, &Workspace::this().root.join("tests/tidy/flows").join(revision)),
         "lines" => of_lines(&lines::by_crate(workspace)),
         _ => return None,
@@ -89,6 +93,14 @@ fn of_functions(workspace: &Workspace) -> String {
     };
     let head = format!("{:20} functions   median   99 %  excess\n", "crate");
     head + &workspace.product().map(of_crate).collect::<String>()
+}
+
+fn of_unsafe(workspace: &Workspace) -> String {
+    let line = |one: &unsafes::Unsafe| {
+        let reason = one.reason.as_deref().unwrap_or("no reason");
+        format!("{}:{}: {reason}\n", one.file.display(), one.line)
+    };
+    unsafes::all(workspace).iter().map(line).collect()
 }
 
 fn of_flows(workspace: &Workspace, folder: &Path) -> String {

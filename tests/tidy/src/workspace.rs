@@ -55,14 +55,7 @@ impl Workspace {
     /// Panics if `cargo metadata` fails there.
     pub fn at(root: &Path) -> Self {
         let root = root.canonicalize().expect("the folder of the workspace exists");
-        let output = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()))
-            .args(["metadata", "--format-version", "1", "--no-deps", "--offline", "--manifest-path"])
-            .arg(root.join("Cargo.toml"))
-            .output()
-            .expect("cargo starts");
-        assert!(output.status.success(), "cargo metadata fails: {}", String::from_utf8_lossy(&output.stderr));
-        let metadata: Value = serde_json::from_slice(&output.stdout).expect("cargo metadata prints JSON");
-        let crates = list(&metadata, "packages").iter().map(Crate::read).collect();
+        let crates = list(&metadata(&root, &["--no-deps"]), "packages").iter().map(Crate::read).collect();
         Self { root, crates }
     }
 
@@ -111,11 +104,24 @@ impl Dependency {
     }
 }
 
-fn list<'a>(value: &'a Value, key: &str) -> &'a [Value] {
+/// What `cargo metadata` prints about the workspace at `root`.
+pub(crate) fn metadata(root: &Path, options: &[&str]) -> Value {
+    let output = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()))
+        .args(["metadata", "--format-version", "1", "--offline"])
+        .args(options)
+        .arg("--manifest-path")
+        .arg(root.join("Cargo.toml"))
+        .output()
+        .expect("cargo starts");
+    assert!(output.status.success(), "cargo metadata fails: {}", String::from_utf8_lossy(&output.stderr));
+    serde_json::from_slice(&output.stdout).expect("cargo metadata prints JSON")
+}
+
+pub(crate) fn list<'a>(value: &'a Value, key: &str) -> &'a [Value] {
     value[key].as_array().map_or(&[], Vec::as_slice)
 }
 
-fn string(value: &Value, key: &str) -> String {
+pub(crate) fn string(value: &Value, key: &str) -> String {
     value[key].as_str().unwrap_or_else(|| panic!("cargo metadata has no text `{key}`")).to_owned()
 }
 

@@ -6,7 +6,7 @@ use afterimage_tidy::flows::Flow;
 use afterimage_tidy::modules::Tree;
 use afterimage_tidy::words::Words;
 use afterimage_tidy::workspace::{Crate, Workspace, files_in, read};
-use afterimage_tidy::{files, functions, layers, opens, packages, places, words};
+use afterimage_tidy::{files, functions, layers, licenses, opens, packages, places, unsafes, words};
 
 #[track_caller]
 fn assert_none(violations: &[String]) {
@@ -47,6 +47,18 @@ fn functions_are_short() {
 fn files_are_opened_in_one_place() {
     let workspace = Workspace::this();
     assert_none(&opens::violations(&workspace, &files::of_product(&workspace)));
+}
+
+#[test]
+fn licenses_and_sources_of_dependencies_are_allowed() {
+    assert_none(&licenses::violations(&Workspace::this()));
+}
+
+#[test]
+fn unsafe_code_has_reasons() {
+    let found = unsafes::all(&Workspace::this());
+    assert!(found.len() > 10, "only {} `unsafe` blocks are found", found.len());
+    assert_none(&unsafes::violations(&found));
 }
 
 #[test]

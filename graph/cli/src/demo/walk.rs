@@ -145,7 +145,7 @@ struct Meter {
 impl Meter {
     fn new(gpu: &Gpu, registry: &Registry) -> Result<Self, Failure> {
         let one = Texels::from_floats(1, 1, &[[1.0; 4]]);
-        let one = input_image(gpu, "one", one.desc, &one.bytes);
+        let one = input_image(gpu, "one", one.desc, &one.bytes)?;
         let options = Options { exact: true, ..Options::default() };
         let session = Session::new(gpu, graph(registry, "meter", METER, Vec::new())?, Facts::default(), options);
         Ok(Self { session, one })

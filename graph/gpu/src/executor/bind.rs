@@ -74,7 +74,7 @@ impl Executor {
         let pipelines = &self.compiler.pipelines;
         let pass = &loaded.passes[index];
         let shader = (&pass.composed, pass.immediate);
-        let order = order(&self.compiler.device, &loaded.plan, index, shader, Some(format));
+        let order = order(&loaded.plan, index, shader, Some(format));
         let key = order.key.clone();
         pipelines.build(&self.compiler.device, vec![order], 1)?;
         Ok(pipelines.get(&key).expect("it was built above"))

@@ -7,7 +7,7 @@ use wgpu::{Device, Texture, TextureFormat, TextureUsages, TextureView};
 use super::frame::Frame;
 use crate::GpuError;
 use crate::device::texture_format;
-use crate::platform::watched;
+use crate::platform::{caught, watched};
 
 /// Kinds of textures whose formats for drawing are remembered: a host has few.
 const MOST_LOOKS: usize = 16;
@@ -148,7 +148,8 @@ fn other_encoding(format: TextureFormat) -> Option<TextureFormat> {
 
 /// Records an empty draw into the view, which is never submitted: the device reports whether it is valid.
 fn draw_nothing(device: &Device, port: &str, view: &TextureView, format: TextureFormat) -> Result<(), GpuError> {
-    watched(device, &format!("the image given for `{port}`"), || {
+    let what = format!("the image given for `{port}`");
+    watched(device, &what, || {
         let bundle = device.create_render_bundle_encoder(&wgpu::RenderBundleEncoderDescriptor {
             color_formats: &[Some(format)],
             sample_count: 1,
@@ -168,7 +169,6 @@ fn draw_nothing(device: &Device, port: &str, view: &TextureView, format: Texture
         });
         pass.execute_bundles([&bundle]);
         drop(pass);
-        drop(encoder.finish());
-        Ok(())
+        caught(&what, || drop(encoder.finish()))
     })
 }

@@ -20,7 +20,7 @@ use crate::buffer::buffer;
 use crate::cache;
 use crate::heap;
 use crate::pipelines::Pipelines;
-use crate::platform::{Worker, watched};
+use crate::platform::{Worker, caught, scoped, watched};
 use crate::store::Store;
 use crate::timing::Timing;
 use crate::{Gpu, GpuError};
@@ -72,7 +72,8 @@ impl Executor {
         Self::with_caps(device, queue, caps)
     }
 
-    /// An executor that relies on `caps`, from [`caps`](crate::caps).
+    /// An executor that relies on `caps`, from [`caps`](crate::caps). If the device has no memory for it or is lost,
+    /// loading a plan returns that error.
     pub fn with_caps(device: &Device, queue: &Queue, caps: Caps) -> Self {
         let sampler = |filter| {
             device.create_sampler(&wgpu::SamplerDescriptor {
@@ -84,19 +85,27 @@ impl Executor {
         };
         let usage = BufferUsages::UNIFORM | BufferUsages::COPY_DST;
         let frame_uniform = || buffer(device, "frame", u64::from(frame_constants::BYTES), usage);
+        let mut objects = None;
+        let made = watched(device, "the executor", || {
+            let samplers = [wgpu::FilterMode::Linear, wgpu::FilterMode::Nearest].map(sampler);
+            objects = Some((samplers, [frame_uniform(), frame_uniform()]));
+            Ok(())
+        });
+        let ([linear, nearest], frame_uniforms) = objects.expect("they are made above");
         Self {
-            linear: sampler(wgpu::FilterMode::Linear),
-            nearest: sampler(wgpu::FilterMode::Nearest),
+            linear,
+            nearest,
             compiler: PlanCompiler {
                 device: device.clone(),
                 pipelines: Arc::default(),
                 immediates: frame_constants::has_immediates(device),
+                broken: made.err(),
             },
             queue: queue.clone(),
             caps,
             store: Store::default(),
             frame_constants: FrameConstants::default(),
-            frame_uniforms: [frame_uniform(), frame_uniform()],
+            frame_uniforms,
             loaded: None,
             drawn: Vec::new(),
             formats: Formats::default(),
@@ -107,9 +116,11 @@ impl Executor {
 
     /// The same executor with a cache of the driver's pipelines, which begins with the result of an earlier
     /// [`pipeline_cache_data`](Self::pipeline_cache_data): then the driver need not compile them again. Bytes that are
-    /// damaged, or of another adapter, driver or version, are ignored, and so is the cache where the device has none.
+    /// damaged, or of another adapter, driver or version, are ignored, and so is the cache where the
+    /// device has none or no memory for it.
     pub fn with_pipeline_cache(mut self, data: &[u8]) -> Self {
-        let cache = cache::open(&self.compiler.device, data);
+        let device = &self.compiler.device;
+        let cache = watched(device, "the pipeline cache", || Ok(cache::open(device, data))).ok().flatten();
         self.compiler.pipelines = Arc::new(Pipelines::with_cache(cache));
         self
     }
@@ -180,7 +191,9 @@ impl Executor {
             Prepared::Whole(parts) => self.settle(*parts),
             Prepared::Numbers(plan, base) => match &mut self.loaded {
                 Some(loaded) if Arc::ptr_eq(&loaded.plan, &base) => {
-                    self.queue.write_buffer(&loaded.uniforms, 0, &plan.uniform_buffer());
+                    let what = "the parameters of the plan";
+                    let write = || self.queue.write_buffer(&loaded.uniforms, 0, &plan.uniform_buffer());
+                    watched(&self.compiler.device, what, || caught(what, write))?;
                     loaded.plan = plan;
                     Ok(())
                 }
@@ -195,7 +208,7 @@ impl Executor {
         let device = &compiler.device;
         let changing =
             PlanSwap { device, queue, store, old: old.as_ref(), frame: *frame_index, uninitialized: Vec::new() };
-        match watched(device, "the images of the plan", || Ok(changing.settle(parts))) {
+        match watched(device, "the images of the plan", || changing.settle(parts)) {
             Ok(mut new) => {
                 if self.fresh {
                     // All memory begins with the next frame, for every pass.
@@ -235,16 +248,23 @@ impl Executor {
 
     /// Measures the GPU time of each of the plan's passes from now on, in this plan and those after it. `false` before
     /// a plan is loaded, and where the device has no timestamps inside passes.
-    pub fn enable_timing(&mut self) -> bool {
-        let Some(loaded) = &mut self.loaded else { return false };
-        loaded.timing = Timing::new(&self.compiler.device, &self.queue, loaded.passes.len() as u32);
-        loaded.timing.is_some()
+    ///
+    /// # Errors
+    /// The device is lost or has no memory for them.
+    pub fn enable_timing(&mut self) -> Result<bool, GpuError> {
+        let Some(loaded) = &mut self.loaded else { return Ok(false) };
+        loaded.timing = Timing::watched(&self.compiler.device, &self.queue, loaded.passes.len() as u32)?;
+        Ok(loaded.timing.is_some())
     }
 
-    /// Milliseconds of each pass of the last submitted frame. Waits for it.
+    /// Milliseconds of each pass of the last submitted frame; `None` if they are not measured. Waits for it.
+    ///
+    /// # Errors
+    /// The device is lost.
     #[cfg(not(target_family = "wasm"))]
-    pub fn pass_times(&self) -> Option<Vec<f64>> {
-        self.loaded.as_ref()?.timing.as_ref()?.read(&self.compiler.device)
+    pub fn pass_times(&self) -> Result<Option<Vec<f64>>, GpuError> {
+        let timing = self.loaded.as_ref().and_then(|loaded| loaded.timing.as_ref());
+        timing.map(|timing| timing.read(&self.compiler.device)).transpose()
     }
 
     /// The texture of an output that the host gave no image for.
@@ -274,21 +294,25 @@ impl Executor {
 
     /// Records one frame. Submit it before the next is recorded: both would otherwise run at the time of the second.
     ///
-    /// A lost device is not noticed here: wgpu drops its commands, and reading back reports
-    /// [`GpuError::DeviceLost`]. A host learns of it from [`wgpu::Device::set_device_lost_callback`], and loads the
-    /// plan into an executor on another device.
+    /// A lost device is noticed here only with images that are new to the executor. Otherwise wgpu drops the commands,
+    /// and reading back reports [`GpuError::DeviceLost`]. A host learns of it from
+    /// [`wgpu::Device::set_device_lost_callback`], and loads the plan into an executor on another device.
     ///
     /// # Errors
     /// [`GpuError::NoPlan`] before a plan is loaded; host images that are missing, differ from the plan, or that the
-    /// device refuses.
+    /// device refuses; [`GpuError::OutOfMemory`].
     pub fn encode(&mut self, encoder: &mut CommandEncoder, frame: &Frame<'_>) -> Result<(), GpuError> {
         let set = self.host_set(frame)?;
         let reset = self.fresh || frame.reset;
         self.frame_constants = FrameConstants::new(frame, self.frame_index, reset);
-        self.write_frame_constants();
+        self.write_frame_constants()?;
         let loaded = self.loaded.as_mut().ok_or(GpuError::NoPlan)?;
         if reset {
-            clear_memory(&self.compiler.device, &self.store, loaded, encoder);
+            let device = &self.compiler.device;
+            scoped(device, "the cleared histories", || {
+                clear_memory(device, &self.store, loaded, encoder);
+                Ok::<(), GpuError>(())
+            })?;
         }
         if std::mem::take(&mut loaded.shares_old_heap) {
             take_over(&self.store, loaded, encoder);
@@ -311,12 +335,16 @@ impl Executor {
     }
 
     /// Writes the constants for passes that take them from a buffer.
-    fn write_frame_constants(&self) {
-        let Some(loaded) = self.loaded.as_ref().filter(|loaded| loaded.binds_frame) else { return };
-        self.queue.write_buffer(&self.frame_uniforms[0], 0, self.frame_constants.bytes(false));
-        if !loaded.uninitialized.is_empty() {
-            self.queue.write_buffer(&self.frame_uniforms[1], 0, self.frame_constants.bytes(true));
-        }
+    fn write_frame_constants(&self) -> Result<(), GpuError> {
+        let Some(loaded) = self.loaded.as_ref().filter(|loaded| loaded.binds_frame) else { return Ok(()) };
+        let write = || {
+            self.queue.write_buffer(&self.frame_uniforms[0], 0, self.frame_constants.bytes(false));
+            if !loaded.uninitialized.is_empty() {
+                self.queue.write_buffer(&self.frame_uniforms[1], 0, self.frame_constants.bytes(true));
+            }
+        };
+        let what = "the time of the frame";
+        scoped(&self.compiler.device, what, || caught(what, write))
     }
 }
 

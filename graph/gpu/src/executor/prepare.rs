@@ -3,18 +3,17 @@
 
 use std::sync::Arc;
 
-use afterimage_graph::image::ImageDesc;
 use afterimage_graph::node::ImageId;
 use afterimage_plan::codegen::{Composed, SlotKind};
-use afterimage_plan::{Alias, HeapPlacement, PlacedPlan, Plan, Stage};
-use wgpu::util::DeviceExt as _;
+use afterimage_plan::{Alias, HeapPlacement, PlacedPlan, Plan, PlannedImage, Stage};
 use wgpu::{Buffer, BufferUsages, Device, TextureFormat};
 
 use super::frame_constants;
 use super::loaded::{LoadedPass, planned_attachment};
 use crate::GpuError;
-use crate::heap::Placed;
-use crate::layout::{bind_group_layout, by_hand};
+use crate::buffer::filled_buffer;
+use crate::heap::{Place, Placed};
+use crate::layout::by_hand;
 use crate::pipelines::{Order, PipelineKey, Pipelines};
 use crate::platform::{Worker, watched};
 
@@ -56,6 +55,8 @@ pub(super) struct PlanCompiler {
     pub(super) pipelines: Arc<Pipelines>,
     /// Whether passes take the frame constants from immediates.
     pub(super) immediates: bool,
+    /// The error of the device while the executor was made, if there was one.
+    pub(super) broken: Option<GpuError>,
 }
 
 /// What the next plan can keep of the plan that runs.
@@ -70,6 +71,9 @@ pub(super) struct PreviousPlan {
 impl PlanCompiler {
     /// Compiles the plan with this many threads. Its images keep their places in the heap where those still fit.
     pub(super) fn prepare(&self, plan: Arc<Plan>, before: &PreviousPlan, threads: usize) -> Result<Prepared, GpuError> {
+        if let Some(error) = &self.broken {
+            return Err(error.clone());
+        }
         let placed_plan = keep_places(plan, before);
         if let Some(old) = before.plan.as_ref().filter(|old| differ_in_uniforms_only(old, &placed_plan)) {
             return Ok(Prepared::Numbers(placed_plan.plan, old.plan.clone()));
@@ -87,7 +91,7 @@ impl PlanCompiler {
             let placed = self.place(&plan, &placement, before.placed.as_ref());
             let same = |old: &Placed| placed.as_ref().is_some_and(|placed| Arc::ptr_eq(&placed.heap, &old.heap));
             let shares_old_heap = before.placed.as_ref().is_some_and(same);
-            let uniforms = self.uniforms(&plan);
+            let uniforms = self.uniforms(&plan)?;
             let compiled = CompiledPlan { plan, placement, passes, uniforms, placed, shares_old_heap };
             Ok(Prepared::Whole(Box::new(compiled)))
         })
@@ -107,34 +111,33 @@ impl PlanCompiler {
         let extra = asked.filter(|_| is_drawable).map(|(_, format)| Some(*format));
         let planned = planned_attachment(plan, index, dispatch.writes_image);
         let attachments: Vec<_> = std::iter::once(planned).chain(extra).collect();
-        let device = self.device.clone();
         attachments
             .into_iter()
-            .map(move |attachment| order(&device, plan, index, (&dispatch.composed, dispatch.immediate), attachment))
+            .map(move |attachment| order(plan, index, (&dispatch.composed, dispatch.immediate), attachment))
     }
 
     fn finish(&self, plan: &Plan, index: usize, dispatch: UncompiledDispatch) -> LoadedPass {
         let UncompiledDispatch { composed, workgroups, writes_image, immediate } = dispatch;
         let attachment = planned_attachment(plan, index, writes_image);
-        let key = order(&self.device, plan, index, (&composed, immediate), attachment).key;
+        let key = order(plan, index, (&composed, immediate), attachment).key;
         let built = self.pipelines.get(&key).expect("every planned pipeline was built");
         let by_hand = by_hand(&composed);
         LoadedPass { composed, workgroups, writes_image, by_hand, immediate, built }
     }
 
-    fn uniforms(&self, plan: &Plan) -> Buffer {
-        self.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-            label: Some("uniforms"),
-            contents: &plan.uniform_buffer(),
-            usage: BufferUsages::UNIFORM | BufferUsages::COPY_DST,
-        })
+    fn uniforms(&self, plan: &Plan) -> Result<Buffer, GpuError> {
+        let bytes = plan.uniform_buffer();
+        let usage = BufferUsages::UNIFORM | BufferUsages::COPY_DST;
+        filled_buffer(&self.device, "uniforms", &bytes, usage)
     }
 
     /// The plan's transient images in one heap, where the plan and the backend allow it.
-    fn place(&self, plan: &Plan, placement: &HeapPlacement, old: Option<&Placed>) -> Option<Placed> {
-        let images = plan.images.iter().zip(&placement.offsets);
-        let places: Vec<(u64, ImageDesc, &str)> =
-            images.filter_map(|(image, offset)| Some(((*offset)?, image.desc, image.label.as_str()))).collect();
+    fn place<'p>(&self, plan: &'p Plan, placement: &HeapPlacement, old: Option<&Placed>) -> Option<Placed> {
+        let place = |(image, offset): (&'p PlannedImage, &Option<u64>)| {
+            let (offset, planned) = ((*offset)?, image.requirement.expect("an image in the heap has a requirement"));
+            Some(Place { offset, desc: image.desc, planned, label: &image.label })
+        };
+        let places: Vec<Place<'_>> = plan.images.iter().zip(&placement.offsets).filter_map(place).collect();
         if plan.options.alias != Alias::Placed || places.is_empty() {
             return None;
         }
@@ -172,7 +175,6 @@ impl UncompiledDispatch {
 
 /// The pipeline of a pass, which takes the frame constants from immediates or not; drawn if there is an attachment.
 pub(super) fn order<'a>(
-    device: &Device,
     plan: &'a Plan,
     index: usize,
     (composed, immediate): (&'a Composed, bool),
@@ -193,9 +195,9 @@ pub(super) fn order<'a>(
             layout: layout.join(","),
             checked: plan.options.bounds_checks || !composed.unchecked,
         },
+        plan,
         composed,
         stage,
-        layout: bind_group_layout(device, plan, composed, stage),
         immediate_bytes: if immediate { frame_constants::BYTES } else { 0 },
         label: pass.label.clone(),
         zero_workgroup_memory: composed.zero_workgroup_memory,

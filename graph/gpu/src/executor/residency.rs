@@ -8,8 +8,10 @@ use wgpu::{Buffer, BufferUsages, Device, Queue};
 
 use super::loaded::{ImageBinding, Loaded};
 use super::prepare::CompiledPlan;
+use crate::GpuError;
 use crate::buffer::buffer;
 use crate::heap::Placed;
+use crate::platform::caught;
 use crate::store::{Store, TextureKey};
 use crate::timing::Timing;
 
@@ -26,19 +28,19 @@ pub(super) struct PlanSwap<'a> {
 
 impl PlanSwap<'_> {
     /// The plan on textures and buffers of its own and of the old plan.
-    pub(super) fn settle(mut self, parts: CompiledPlan) -> Loaded {
+    pub(super) fn settle(mut self, parts: CompiledPlan) -> Result<Loaded, GpuError> {
         let CompiledPlan { plan, placement, passes, uniforms, placed, shares_old_heap } = parts;
         let rings = self.retire();
-        let buffers = self.buffers(&plan);
+        let buffers = self.buffers(&plan)?;
         let heap_textures = self.store_heap(placed.as_ref());
-        let bindings = self.bind_images(&plan, &placement, rings, &heap_textures);
+        let bindings = self.bind_images(&plan, &placement, rings, &heap_textures)?;
         let lives = |wanted: fn(&BufferLife) -> bool| {
             let buffers = plan.buffers.iter().enumerate();
             buffers.filter(|(_, b)| wanted(&b.life)).map(|(index, _)| index).collect::<Vec<_>>()
         };
         let binds_frame = passes.iter().any(|pass| pass.composed.slots.iter().any(|slot| slot.kind == SlotKind::Frame));
         let timed = self.old.is_some_and(|old| old.timing.is_some());
-        Loaded {
+        Ok(Loaded {
             zeroed: lives(|life| *life == BufferLife::Zeroed),
             persistent: lives(|life| *life == BufferLife::Persistent),
             ring_length: ring_length(&plan),
@@ -55,7 +57,7 @@ impl PlanSwap<'_> {
             heap_textures,
             uninitialized: self.uninitialized,
             shares_old_heap,
-        }
+        })
     }
 
     /// Offers the old plan's textures, and returns those of its histories by the names of their images.
@@ -80,7 +82,7 @@ impl PlanSwap<'_> {
     }
 
     /// Buffers of the plan; those that outlive frames keep their contents where the old plan had the same.
-    fn buffers(&mut self, plan: &Plan) -> Vec<Buffer> {
+    fn buffers(&mut self, plan: &Plan) -> Result<Vec<Buffer>, GpuError> {
         let mut kept: FxHashMap<(&str, u64), Buffer> = FxHashMap::default();
         if let Some(old) = self.old {
             let lasting = old.plan.buffers.iter().zip(&old.buffers);
@@ -96,9 +98,9 @@ impl PlanSwap<'_> {
             if lasts && known.is_none() {
                 self.uninitialized.push(Resource::Buffer(BufferId(index as u32)));
             }
-            buffers.push(known.unwrap_or_else(|| make_buffer(self.device, self.queue, described)));
+            buffers.push(known.map_or_else(|| make_buffer(self.device, self.queue, described), Ok)?);
         }
-        buffers
+        Ok(buffers)
     }
 
     /// Stores the textures of the heap.
@@ -114,7 +116,7 @@ impl PlanSwap<'_> {
         placement: &HeapPlacement,
         mut rings: FxHashMap<String, Vec<TextureKey>>,
         heap_textures: &[TextureKey],
-    ) -> Vec<ImageBinding> {
+    ) -> Result<Vec<ImageBinding>, GpuError> {
         let mut in_heap = heap_textures.iter().copied();
         let mut slots: Vec<Option<TextureKey>> = vec![None; plan.memory.slots.len()];
         let mut bindings: Vec<ImageBinding> = Vec::with_capacity(plan.images.len());
@@ -122,7 +124,7 @@ impl PlanSwap<'_> {
         for (index, image) in plan.images.iter().enumerate() {
             let id = ImageId(index as u32);
             let output = plan.outputs.iter().position(|output| output.image == id);
-            bindings.push(match (self.bind_given(plan, image), output) {
+            bindings.push(match (self.bind_given(plan, image)?, output) {
                 (Some(binding), _) => binding,
                 (None, _) if remembered.contains(&id) => {
                     let known = rings.remove(&image.label);
@@ -139,13 +141,13 @@ impl PlanSwap<'_> {
         }
         self.bind_histories(plan, &mut bindings);
         self.store.retire(rings.into_values().flatten());
-        bindings
+        Ok(bindings)
     }
 
     /// The binding of an image that no pass writes; `None` for one that a pass writes. Images of earlier frames are
     /// bound once the image of this frame has its ring.
-    fn bind_given(&mut self, plan: &Plan, image: &PlannedImage) -> Option<ImageBinding> {
-        match &image.origin {
+    fn bind_given(&mut self, plan: &Plan, image: &PlannedImage) -> Result<Option<ImageBinding>, GpuError> {
+        Ok(match &image.origin {
             _ if image.lifetime.is_none() => Some(ImageBinding::Unused),
             Origin::Previous { .. } => Some(ImageBinding::Unused),
             Origin::Input(name) => {
@@ -153,10 +155,10 @@ impl PlanSwap<'_> {
                 Some(ImageBinding::Input(input.expect("every input image is listed")))
             }
             Origin::Constant(bytes) => {
-                Some(ImageBinding::Fixed(self.store.constant(self.device, self.queue, image.desc, bytes)))
+                Some(ImageBinding::Fixed(self.store.constant(self.device, self.queue, image.desc, bytes)?))
             }
             Origin::Transient => None,
-        }
+        })
     }
 
     /// The pooled texture of an image that lives within the frame.
@@ -218,11 +220,11 @@ fn ring_length(plan: &Plan) -> u32 {
     1 + depth.max().unwrap_or(0)
 }
 
-fn make_buffer(device: &Device, queue: &Queue, wanted: &VirtualBuffer) -> Buffer {
+fn make_buffer(device: &Device, queue: &Queue, wanted: &VirtualBuffer) -> Result<Buffer, GpuError> {
     let usage = BufferUsages::STORAGE | BufferUsages::COPY_DST | BufferUsages::COPY_SRC;
     let made = buffer(device, &wanted.label, wanted.bytes.next_multiple_of(16), usage);
     if let BufferLife::Constant(bytes) = &wanted.life {
-        queue.write_buffer(&made, 0, bytes);
+        caught("a table", || queue.write_buffer(&made, 0, bytes))?;
     }
-    made
+    Ok(made)
 }

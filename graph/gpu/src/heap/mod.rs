@@ -11,6 +11,7 @@ use afterimage_graph::image::ImageDesc;
 use afterimage_plan::Requirement;
 
 use crate::store::Stored;
+use asked::Asked;
 use backend::Heap;
 #[cfg(any(target_vendor = "apple", target_family = "wasm"))]
 use unplaced as backend;
@@ -34,15 +35,11 @@ pub(crate) struct Placed {
 impl Placed {
     /// Creates images at the given offsets of one heap of `bytes` bytes. The old heap is reused if it has this size and
     /// a suitable memory type, and so are its images that have the same offset and description. `None` where the
-    /// backend cannot place images.
-    pub(crate) fn new(
-        device: &wgpu::Device,
-        bytes: u64,
-        places: &[(u64, ImageDesc, &str)],
-        old: Option<&Self>,
-    ) -> Option<Self> {
-        let types = places.iter().try_fold(u32::MAX, |types, (_, desc, _)| {
-            Some(types & backend::requirements(device, desc)?.memory_types)
+    /// backend cannot place images, has no memory for the heap, or asks for more than the plan was made with.
+    pub(crate) fn new(device: &wgpu::Device, bytes: u64, places: &[Place<'_>], old: Option<&Self>) -> Option<Self> {
+        let types = places.iter().try_fold(u32::MAX, |types, place| {
+            let asked = backend::requirements(device, &place.desc)?;
+            place.suits(&asked).then_some(types & asked.memory_types)
         })?;
         let old = old.filter(|old| old.heap.bytes == bytes && types & (1 << old.heap.memory_type) != 0);
         let heap = match old {
@@ -51,12 +48,27 @@ impl Placed {
         };
         let old = old.map_or(&[][..], |old| &old.images);
         let mut images: Vec<(u64, Stored)> = Vec::with_capacity(places.len());
-        for (offset, desc, label) in places {
+        for Place { offset, desc, label, .. } in places {
             let is_same = |(at, stored): &&(u64, Stored)| at == offset && stored.desc == *desc;
             let known = images.iter().chain(old).find(is_same).map(|(_, stored)| stored.clone());
             images.push((*offset, known.or_else(|| heap.place(*desc, *offset, label))?));
         }
         Some(Self { heap, images })
+    }
+}
+
+/// Where an image of a plan lies.
+pub(crate) struct Place<'p> {
+    pub(crate) offset: u64,
+    pub(crate) desc: ImageDesc,
+    /// What the plan was made with: of another device, or where the driver had no answer, the real one may be larger.
+    pub(crate) planned: Requirement,
+    pub(crate) label: &'p str,
+}
+
+impl Place<'_> {
+    fn suits(&self, asked: &Asked) -> bool {
+        asked.bytes <= self.planned.bytes && self.offset.is_multiple_of(asked.alignment)
     }
 }
 

@@ -6,6 +6,6 @@ mod native;
 mod web;
 
 #[cfg(not(target_family = "wasm"))]
-pub(crate) use native::{Worker, on_threads, watched};
+pub(crate) use native::{Worker, caught, on_threads, scoped, submit, wait, watched};
 #[cfg(target_family = "wasm")]
-pub(crate) use web::{Worker, on_threads, watched};
+pub(crate) use web::{Worker, caught, on_threads, scoped, watched};

@@ -32,3 +32,17 @@ pub(crate) fn watched<T>(
 ) -> Result<T, GpuError> {
     make()
 }
+
+/// Calls a function of wgpu.
+pub(crate) fn caught<T>(_what: &str, call: impl FnOnce() -> T) -> Result<T, GpuError> {
+    Ok(call())
+}
+
+/// As [`watched`].
+pub(crate) fn scoped<T, E: From<GpuError>>(
+    _device: &wgpu::Device,
+    _what: &str,
+    make: impl FnOnce() -> Result<T, E>,
+) -> Result<T, E> {
+    make()
+}

@@ -20,8 +20,9 @@ pub use runtime::Runtime;
 
 use crate::clock::{Clock, FrameTime, Recording};
 use crate::error::SessionError;
+use crate::platform::submit;
 use crate::stream::ReadbackBatch;
-use crate::{Executor, Feed, Frame, Gpu, Readback, Texels, upload_bytes};
+use crate::{Executor, Feed, Frame, Gpu, GpuError, Readback, Texels, upload_bytes};
 
 /// A frame of [`Session::render_all`]: its images and its position in time.
 pub type FrameInputs = (Vec<InputImage>, FrameStep);
@@ -84,7 +85,7 @@ impl Session {
     pub fn feed(&mut self, input: &str, desc: ImageDesc, bytes: &[u8]) -> Result<InputImage, SessionError> {
         let mut feed = match self.feeds.remove(input) {
             Some(feed) if feed.desc() == desc => feed,
-            _ => Feed::new(&self.gpu.device, &self.gpu.queue, desc),
+            _ => Feed::new(&self.gpu.device, &self.gpu.queue, desc)?,
         };
         feed.fill(bytes)?;
         let image = InputImage { input: input.to_owned(), view: feed.view().clone(), desc, finite: false };
@@ -132,10 +133,25 @@ impl Session {
     /// # Errors
     /// As [`encode`](Self::encode).
     pub fn submit(&mut self, images: &[InputImage], step: FrameStep) -> Result<(), SessionError> {
-        let mut encoder = self.gpu.encoder();
-        self.encode(&mut encoder, images, step)?;
-        self.gpu.queue.submit([encoder.finish()]);
-        Ok(())
+        self.submit_recorded(|session, encoder| session.encode(encoder, images, step))
+    }
+
+    fn submit_recorded(
+        &mut self,
+        record: impl FnOnce(&mut Self, &mut CommandEncoder) -> Result<(), SessionError>,
+    ) -> Result<(), SessionError> {
+        let (device, queue) = (self.gpu.device.clone(), self.gpu.queue.clone());
+        let mut is_recorded = false;
+        let submitted = submit(&device, &queue, "the commands of a frame", |encoder| {
+            record(self, encoder)?;
+            is_recorded = true;
+            Ok(())
+        });
+        if submitted.is_err() && is_recorded {
+            // Histories may lack this frame.
+            self.executor().reset();
+        }
+        submitted
     }
 
     /// Renders frames of the loaded plan and reads back all outputs of each, in the order of the plan. `together`
@@ -150,25 +166,33 @@ impl Session {
         if !ReadbackBatch::fits(&self.gpu.device, &descs) {
             return frames.iter().map(|frame| self.render_alone(frame, &plan)).collect();
         }
-        let mut batch = ReadbackBatch::new(&self.gpu.device, descs);
-        let mut encoder = self.gpu.encoder();
-        for (images, step) in frames {
-            if step.reset {
-                // A sequence that starts again has the noise of a first frame, so that it can be compared with others.
-                self.restart();
-            }
-            self.encode(&mut encoder, images, *step)?;
-            for output in &plan.outputs {
-                batch.copy(&mut encoder, self.runtime.output(&output.name));
-            }
-            if !together {
-                let full = std::mem::replace(&mut encoder, self.gpu.encoder());
-                self.gpu.queue.submit([full.finish()]);
-            }
+        let mut batch = ReadbackBatch::new(&self.gpu.device, descs)?;
+        let per_submission = if together { frames.len().max(1) } else { 1 };
+        for frames in frames.chunks(per_submission) {
+            self.submit_recorded(|session, encoder| {
+                frames.iter().try_for_each(|frame| session.encode_copied(encoder, frame, &mut batch))
+            })?;
         }
-        self.gpu.queue.submit([encoder.finish()]);
         let mut texels = batch.read()?.into_iter();
         Ok(frames.iter().map(|_| texels.by_ref().take(plan.outputs.len()).collect()).collect())
+    }
+
+    /// Records a frame of a sequence, and copies of its outputs.
+    fn encode_copied(
+        &mut self,
+        encoder: &mut CommandEncoder,
+        (images, step): &FrameInputs,
+        batch: &mut ReadbackBatch,
+    ) -> Result<(), SessionError> {
+        if step.reset {
+            // A sequence that starts again has the noise of a first frame, so that it can be compared with others.
+            self.restart();
+        }
+        self.encode(encoder, images, *step)?;
+        for output in &self.plan().clone().outputs {
+            batch.copy(encoder, self.runtime.output(&output.name));
+        }
+        Ok(())
     }
 
     /// Renders a frame and reads back its outputs, one after another.
@@ -230,9 +254,12 @@ impl Session {
 }
 
 /// An image with these texels for an input, in a texture of its own. `bytes` are rows without gaps.
-pub fn input_image(gpu: &Gpu, input: &str, desc: ImageDesc, bytes: &[u8]) -> InputImage {
-    let view = upload_bytes(&gpu.device, &gpu.queue, desc, bytes).create_view(&Default::default());
-    InputImage { input: input.to_owned(), view, desc, finite: false }
+///
+/// # Errors
+/// As [`upload`](crate::upload).
+pub fn input_image(gpu: &Gpu, input: &str, desc: ImageDesc, bytes: &[u8]) -> Result<InputImage, GpuError> {
+    let view = upload_bytes(&gpu.device, &gpu.queue, desc, bytes)?.create_view(&Default::default());
+    Ok(InputImage { input: input.to_owned(), view, desc, finite: false })
 }
 
 /// Calls `use_frame` with the executor's description of a frame.

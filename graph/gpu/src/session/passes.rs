@@ -19,7 +19,7 @@ impl Session {
         images: &[InputImage],
         steps: &mut dyn FnMut() -> FrameStep,
     ) -> Result<Vec<f64>, SessionError> {
-        if !clock.is_gpu() || !self.executor().enable_timing() {
+        if !clock.is_gpu() || !self.executor().enable_timing()? {
             return self.alone(clock, samples, images, steps());
         }
         let mut all = vec![Vec::new(); self.plan().passes.len()];
@@ -35,7 +35,7 @@ impl Session {
     /// # Errors
     /// See [`encode`](Self::encode).
     pub fn pass_times_once(&mut self, images: &[InputImage], step: FrameStep) -> Result<Vec<f64>, SessionError> {
-        match self.executor().enable_timing() {
+        match self.executor().enable_timing()? {
             true => self.one(images, step),
             false => Ok(Vec::new()),
         }
@@ -43,7 +43,7 @@ impl Session {
 
     fn one(&mut self, images: &[InputImage], step: FrameStep) -> Result<Vec<f64>, SessionError> {
         self.submit(images, step)?;
-        Ok(self.executor().pass_times().unwrap_or_default())
+        Ok(self.executor().pass_times()?.unwrap_or_default())
     }
 
     fn alone(

@@ -180,7 +180,7 @@ fn file_images(
     let image = |(name, input): &(String, _), frame| {
         let picture = read_within(&file_of(name, input, frame)?, budget)?;
         gpu.check_fits(picture.desc())?;
-        Ok(input_image(gpu, name, picture.desc(), picture.bytes()))
+        Ok(input_image(gpu, name, picture.desc(), picture.bytes())?)
     };
     (0..frames).map(|frame| inputs.iter().map(|input| image(input, frame)).collect()).collect()
 }

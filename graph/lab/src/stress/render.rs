@@ -2,7 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use afterimage_gpu::{ErrorLog, FrameInputs, FrameStep, Gpu, InputImage, Session, Texels, input_image};
+use afterimage_gpu::{
+    ErrorLog, FrameInputs, FrameStep, Gpu, GpuError, InputImage, Session, SessionError, Texels, input_image,
+};
 use afterimage_graph::check::{Graph, Source};
 use afterimage_graph::image::{ColorState, Format, ImageDesc, Signedness, Size};
 use afterimage_graph::node::OutputState;
@@ -126,37 +128,37 @@ impl Renderer {
         let RenderRequest { subject, graph, size, shots, together } = request;
         let plan = configuration.plan(subject, graph, size)?;
         let (half, finite) = (configuration.half, configuration.unsanitized);
-        let frame = |shot: &Shot| -> FrameInputs {
+        let line = |error: SessionError| one_line(&error.to_string());
+        let frame = |shot: &Shot| -> Result<FrameInputs, SessionError> {
             let image = |(name, image): &(String, _)| {
-                let image = self.image(*shot, size, plan.image(*image).signedness, half);
-                InputImage { finite, ..image.named(name) }
+                let image = self.image(*shot, size, plan.image(*image).signedness, half)?;
+                Ok(InputImage { finite, ..image.named(name) })
             };
-            let images = plan.inputs.iter().map(image).collect();
-            (images, FrameStep { time: 0.0, dt: shot.dt, reset: shot.reset })
+            let images = plan.inputs.iter().map(image).collect::<Result<_, SessionError>>()?;
+            Ok((images, FrameStep { time: 0.0, dt: shot.dt, reset: shot.reset }))
         };
-        let frames: Vec<FrameInputs> = shots.iter().map(frame).collect();
+        let frames = shots.iter().map(frame).collect::<Result<Vec<FrameInputs>, _>>().map_err(line)?;
         let session = configuration.session(subject, graph);
-        let line = |error: afterimage_gpu::SessionError| one_line(&error.to_string());
         session.load(size, &frames[0].0).map_err(line)?;
         let texels = session.render_all(&frames, together).map_err(line)?;
         let frames = texels.into_iter().map(|texels| outputs(&plan, graph, texels)).collect();
         Ok(Rendered { frames, skipped: plan.skipped.iter().map(|skipped| skipped.node.clone()).collect() })
     }
 
-    fn image(&mut self, shot: Shot, size: Size, signedness: Signedness, half: bool) -> InputImage {
+    fn image(&mut self, shot: Shot, size: Size, signedness: Signedness, half: bool) -> Result<InputImage, GpuError> {
         let signedness = shot.sanitized.then_some(signedness);
         let key = ImageKey { image: shot.image.key(), size, signedness, half };
-        let gpu = &self.gpu;
-        let made = self.images.entry(key).or_insert_with(|| {
-            let mut pixels = shot.image.pixels(size);
-            if let Some(signedness) = signedness {
-                pixels = sanitized(&stored(&pixels, half), size, signedness);
-            }
-            let make = if half { Texels::from_floats_as_half } else { Texels::from_floats };
-            let texels = make(size.width, size.height, &pixels);
-            input_image(gpu, "", texels.desc, &texels.bytes)
-        });
-        made.clone()
+        if let Some(made) = self.images.get(&key) {
+            return Ok(made.clone());
+        }
+        let mut pixels = shot.image.pixels(size);
+        if let Some(signedness) = signedness {
+            pixels = sanitized(&stored(&pixels, half), size, signedness);
+        }
+        let make = if half { Texels::from_floats_as_half } else { Texels::from_floats };
+        let texels = make(size.width, size.height, &pixels);
+        let made = input_image(&self.gpu, "", texels.desc, &texels.bytes)?;
+        Ok(self.images.entry(key).or_insert(made).clone())
     }
 }
 

@@ -35,7 +35,7 @@ impl Budget {
             return Ok(());
         }
         Err(too_much(size, needed)
-            .hint(format!("decoding may take {:.1} GiB; `--memory SIZE` changes the limit", gibibytes(self.0))))
+            .hint(format!("decoding may take {}; `--memory SIZE` changes the limit", size_of_bytes(self.0))))
     }
 }
 
@@ -64,11 +64,17 @@ fn check_sides((width, height): (u64, u64)) -> Result<(), CodecError> {
 }
 
 fn too_much((width, height): (u64, u64), needed: u64) -> CodecError {
-    too_large(format!("{width}×{height} pixels need {:.1} GiB", gibibytes(needed)))
+    too_large(format!("{width}×{height} pixels need {}", size_of_bytes(needed)))
 }
 
-fn gibibytes(bytes: u64) -> f64 {
-    bytes as f64 / f64::from(1 << 30)
+/// Bytes in the unit that suits their number.
+pub(crate) fn size_of_bytes(bytes: u64) -> String {
+    match bytes {
+        0..0x400 => format!("{bytes} bytes"),
+        0x400..0x10_0000 => format!("{} KiB", bytes >> 10),
+        0x10_0000..0x4000_0000 => format!("{} MiB", bytes >> 20),
+        _ => format!("{:.1} GiB", bytes as f64 / f64::from(1 << 30)),
+    }
 }
 
 /// A vector of `len` copies of `value`, or an error where memory does not suffice.

@@ -8,6 +8,7 @@ use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
 use crate::codec::ErrorKind;
+use crate::codec::limits::size_of_bytes;
 use crate::files::FileError;
 
 /// Opens a regular file for reading; returns it with its length in bytes.
@@ -54,7 +55,7 @@ fn folder(path: &Path) -> FileError {
 pub fn read_bytes(path: &Path, most: u64) -> Result<Vec<u8>, FileError> {
     let (file, length) = open(path)?;
     if length > most {
-        let message = format!("the file has {}, and at most {} are read", size(length), size(most));
+        let message = format!("the file has {}, and at most {} are read", size_of_bytes(length), size_of_bytes(most));
         return Err(FileError::new(path, ErrorKind::TooLarge, message));
     }
     let mut bytes = Vec::new();
@@ -83,14 +84,4 @@ pub fn real_path(path: &Path) -> Result<PathBuf, FileError> {
     // An empty path names the current folder.
     let path = if path.as_os_str().is_empty() { Path::new(".") } else { path };
     std::fs::canonicalize(path).map_err(|error| FileError::reading(path, &error))
-}
-
-/// Bytes in the unit that suits their number.
-fn size(bytes: u64) -> String {
-    match bytes {
-        0..0x400 => format!("{bytes} bytes"),
-        0x400..0x10_0000 => format!("{} KiB", bytes >> 10),
-        0x10_0000..0x4000_0000 => format!("{} MiB", bytes >> 20),
-        _ => format!("{:.1} GiB", bytes as f64 / f64::from(1 << 30)),
-    }
 }

@@ -43,6 +43,9 @@ pub struct Recording {
     pub passes: Vec<Pass>,
     /// The bytes of [computed](Recorder::computed) images, by their labels.
     pub computed: BTreeMap<String, Arc<[u8]>>,
+    /// The bytes that computed images may have together, if that is limited. What exceeds them is not computed: it is
+    /// all zeros, and whoever sets the limit refuses the recording.
+    pub most_computed: Option<u64>,
 }
 
 impl Recording {
@@ -281,7 +284,10 @@ impl<'a> Recorder<'a> {
     /// sizes.
     pub fn computed(&mut self, name: &str, desc: ImageDesc, compute: impl FnOnce() -> Vec<u8>) -> ImageId {
         let label = self.label(name);
-        let bytes = self.recording.computed.entry(label.clone()).or_insert_with(|| compute().into()).clone();
+        let held: u64 = self.recording.computed.values().map(|bytes| bytes.len() as u64).sum();
+        let has_room = self.recording.most_computed.is_none_or(|most| held.saturating_add(desc.bytes()) <= most);
+        let make = || if has_room { compute() } else { vec![0; desc.bytes() as usize] };
+        let bytes = self.recording.computed.entry(label.clone()).or_insert_with(|| make().into()).clone();
         assert_eq!(bytes.len() as u64, desc.bytes(), "`{label}` has the bytes of its description");
         self.add_image(label, desc, Origin::Constant(bytes))
     }

@@ -48,7 +48,7 @@ impl<'w> Writer<'w, '_> {
     }
 
     fn part(&mut self, instance: Instance, part: &'w Part<'_>) {
-        self.map.file(part.file.name(), part.file.text());
+        self.map.file(part.file.name(), part.file.text(), part.is_framework);
         for (declaration, reached) in part.module.declarations.iter().zip(&part.reached) {
             if *reached && !self.is_replaced(part, declaration) {
                 self.declaration(instance, part, declaration);

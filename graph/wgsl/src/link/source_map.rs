@@ -30,16 +30,24 @@ struct Segment {
     length: u32,
 }
 
+#[derive(Clone, Debug)]
+struct MappedFile {
+    name: Shared<str>,
+    text: Shared<str>,
+    /// Whether it is one of the framework's library.
+    is_framework: bool,
+}
+
 /// Which byte of which file each byte of a linked module came from.
 #[derive(Clone, Debug, Default)]
 pub struct SourceMap {
-    files: Vec<(Shared<str>, Shared<str>)>,
+    files: Vec<MappedFile>,
     segments: Vec<Segment>,
 }
 
 impl SourceMap {
-    pub(super) fn file(&mut self, name: &Shared<str>, text: &Shared<str>) {
-        self.files.push((name.clone(), text.clone()));
+    pub(super) fn file(&mut self, name: &Shared<str>, text: &Shared<str>, is_framework: bool) {
+        self.files.push(MappedFile { name: name.clone(), text: text.clone(), is_framework });
     }
 
     /// The bytes of the module from `at` on come from `length` bytes of the last file, from `source` on.
@@ -58,11 +66,23 @@ impl SourceMap {
 
     /// Where a byte of the module came from; `None` for text before the first declaration.
     pub fn locate(&self, byte: usize) -> Option<Place> {
-        let after = self.segments.partition_point(|segment| segment.at as usize <= byte);
-        let segment = self.segments.get(after.checked_sub(1)?)?;
-        let (name, text) = &self.files[segment.file as usize];
+        let segment = self.segment_of(byte)?;
+        let MappedFile { name, text, .. } = &self.files[segment.file as usize];
         let away = (byte - segment.at as usize).min((segment.length as usize).saturating_sub(1));
         let (line, column) = position(text, segment.source as usize + away);
         Some(Place { file: name.to_string(), line, column })
+    }
+
+    fn segment_of(&self, byte: usize) -> Option<&Segment> {
+        let after = self.segments.partition_point(|segment| segment.at as usize <= byte);
+        self.segments.get(after.checked_sub(1)?)
+    }
+
+    /// Of the places that an error names, the first in a file of an author; the first of all if there is none.
+    pub(crate) fn of_author(&self, bytes: impl IntoIterator<Item = usize>) -> Option<usize> {
+        let is_authors =
+            |byte: usize| self.segment_of(byte).is_some_and(|segment| !self.files[segment.file as usize].is_framework);
+        let bytes: Vec<usize> = bytes.into_iter().collect();
+        bytes.iter().copied().find(|byte| is_authors(*byte)).or(bytes.first().copied())
     }
 }

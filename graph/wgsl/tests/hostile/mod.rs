@@ -5,6 +5,8 @@
 //! with comments between them. Each imports a file `shared.wgsl` of its own and has a loop. The tame form of a pair
 //! computes the same with names that nothing else has.
 
+pub mod bombs;
+
 /// The two files of a pair, `one.wgsl` and `two.wgsl`.
 pub struct Pair {
     /// Files with unkind names.

@@ -171,6 +171,29 @@ pub(super) fn unknown_fields(count: usize) -> Bomb {
     Bomb::of(format!("{}, set: {{\n{settings}}})", text.trim_end_matches(')')))
 }
 
+/// Wires to outputs of a pipeline that it nearly has.
+pub(super) fn unknown_outputs(count: usize) -> Bomb {
+    let inner = outputs(count.min(256)).text;
+    let node = |at| format!("\"n{at}\": Composite(base: \"scene\", bloom: \"inner.o{at}x\")");
+    let nodes = format!("\"inner\": Pipeline(file: \"inner.ron\", scene: \"scene\"),\n{}", lines(count, node));
+    Bomb { text: pipeline(&nodes, &last(count)), files: [("inner.ron".to_owned(), inner)].into() }
+}
+
+/// Conditions with facts that are nearly those of the list.
+pub(super) fn unknown_facts(count: usize) -> Bomb {
+    let node = |at| format!("\"n{at}\": Saturation(source: \"{}\", amount: 0.5, when: \"fact{at}x > 1\")", before(at));
+    let facts = lines(count.min(256), |at| format!("\"fact{at}\": \"a fact\""));
+    let text = pipeline(&lines(count, node), &last(count));
+    Bomb::of(format!("{}, facts: {{\n{facts}}})", text.trim_end_matches(')')))
+}
+
+/// Kinds and parameters that are nearly those that there are.
+pub(super) fn unknown_kinds(count: usize) -> Bomb {
+    let kind = |at: usize| if at.is_multiple_of(2) { "Saturations" } else { "AutoExposure" };
+    let node = |at| format!("\"n{at}\": {}(source: \"{}\", amounts: 0.5)", kind(at), before(at));
+    Bomb::of(pipeline(&lines(count, node), &last(count)))
+}
+
 /// A cycle through all nodes, with shorter ones inside.
 pub(super) fn cycle(count: usize) -> Bomb {
     let node = |at: usize| {

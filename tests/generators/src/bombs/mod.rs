@@ -9,7 +9,7 @@ pub use bomb::Bomb;
 use documents::{
     conditions, cycle, extends, facts, fields, inner_inputs, inner_outputs, inputs, nested, nested_comments,
     nested_conditions, nested_facts, nested_labels, nested_names, nested_tiers, outputs, outputs_of_one, settings,
-    tiers, unknown_fields, unknown_names,
+    tiers, unknown_facts, unknown_fields, unknown_kinds, unknown_names, unknown_outputs,
 };
 use graphs::{
     bakes, blurred_fan_in, blurs, fan_in, fan_out, ladder, live_pyramids, lives, meters, points, previous,
@@ -59,5 +59,8 @@ pub const BOMBS: &[(&str, MakeBomb)] = &[
     ("fields", fields),
     ("unknown-names", unknown_names),
     ("unknown-fields", unknown_fields),
+    ("unknown-outputs", unknown_outputs),
+    ("unknown-facts", unknown_facts),
+    ("unknown-kinds", unknown_kinds),
     ("cycle", cycle),
 ];

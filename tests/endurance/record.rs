@@ -1,0 +1,152 @@
+//! What the process holds over time, as a table, a plot and a verdict.
+
+use std::fmt::Write as _;
+use std::time::Instant;
+
+use afterimage_lab::plot::canvas::{Anchor, Canvas};
+
+/// What the process holds at one time.
+#[derive(Clone, Copy)]
+pub struct Sample {
+    at: Instant,
+    /// MiB of memory in use.
+    memory: f64,
+    /// Open file descriptors.
+    descriptors: usize,
+}
+
+impl Sample {
+    pub fn now() -> Self {
+        let status = std::fs::read_to_string("/proc/self/status").expect("Linux has this file");
+        let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:")).expect("it states the memory");
+        let kibibytes: f64 = line.trim().trim_end_matches(" kB").parse().expect("a number");
+        let descriptors = std::fs::read_dir("/proc/self/fd").expect("Linux has this folder").count();
+        Self { at: Instant::now(), memory: kibibytes / 1024.0, descriptors }
+    }
+}
+
+/// The samples of all rounds.
+#[derive(Default)]
+pub struct Record(Vec<Sample>);
+
+/// Memory is flat if it grows by less than this share over the second half.
+const FLAT: f64 = 0.02;
+
+impl Record {
+    pub fn push(&mut self, sample: Sample) {
+        self.0.push(sample);
+    }
+
+    pub fn last(&self) -> String {
+        self.0.last().map_or(String::new(), |s| format!("{:.1} MiB, {} descriptors", s.memory, s.descriptors))
+    }
+
+    fn second_half(&self) -> &[Sample] {
+        &self.0[self.0.len() / 2..]
+    }
+
+    /// How many descriptors the last round has more than the first one of the second half.
+    pub fn more_descriptors(&self) -> i64 {
+        let half = self.second_half();
+        let count = |sample: Option<&Sample>| sample.map_or(0, |sample| sample.descriptors as i64);
+        count(half.last()) - count(half.first())
+    }
+
+    /// MiB a round over the second half, by least squares, and the mean of it.
+    fn slope(&self) -> (f64, f64) {
+        let half = self.second_half();
+        let count = half.len().max(1) as f64;
+        let mean = half.iter().map(|sample| sample.memory).sum::<f64>() / count;
+        let middle = (count - 1.0) / 2.0;
+        let from_middle = |index: usize| index as f64 - middle;
+        let terms = half.iter().enumerate();
+        let with_memory: f64 = terms.map(|(index, sample)| from_middle(index) * (sample.memory - mean)).sum();
+        let squares: f64 = (0..half.len()).map(|index| from_middle(index).powi(2)).sum();
+        (if squares > 0.0 { with_memory / squares } else { 0.0 }, mean)
+    }
+
+    /// MiB by which memory grows over the second half.
+    fn growth(&self) -> f64 {
+        self.slope().0 * self.second_half().len() as f64
+    }
+
+    pub fn is_flat(&self) -> bool {
+        self.growth() < FLAT * self.slope().1
+    }
+
+    pub fn verdict(&self) -> String {
+        let (slope, mean) = self.slope();
+        let word = if self.is_flat() { "flat" } else { "growing" };
+        let seconds = self.0.last().map_or(0.0, |last| (last.at - self.0[0].at).as_secs_f64());
+        format!(
+            "{} rounds, {:.0} min: memory is {word}: {mean:.1} MiB in the second half, {:.1} KiB more a round, {:.2} MiB \
+             in all of it; descriptors: {} at the end, {} more in the second half",
+            self.0.len(),
+            seconds / 60.0,
+            slope * 1024.0,
+            self.growth(),
+            self.0.last().map_or(0, |last| last.descriptors),
+            self.more_descriptors()
+        )
+    }
+
+    /// Writes `endurance.csv` and `endurance.svg` into a folder, and prints the verdict.
+    pub fn write(&self, folder: &str) {
+        let mut table = "round,seconds,MiB,descriptors\n".to_owned();
+        for (index, sample) in self.0.iter().enumerate() {
+            let seconds = (sample.at - self.0[0].at).as_secs_f64();
+            writeln!(table, "{},{seconds:.1},{:.2},{}", index + 1, sample.memory, sample.descriptors)
+                .expect("a text has room");
+        }
+        let write = |name: &str, text: &str| {
+            let path = std::path::Path::new(folder).join(name);
+            std::fs::write(&path, text).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+        };
+        std::fs::create_dir_all(folder).unwrap_or_else(|error| panic!("{folder}: {error}"));
+        write("endurance.csv", &table);
+        write("endurance.svg", &self.plot());
+        println!("{}", self.verdict());
+    }
+
+    /// Memory above, descriptors below, both from zero.
+    fn plot(&self) -> String {
+        let mut canvas = Canvas::new(WIDTH, HEIGHT);
+        let rounds = self.0.len();
+        let title = format!("{rounds} rounds of 50 reloads, 25 resizes, 100 frames and an opening, at 64x48");
+        canvas.text((LEFT, 24.0), 14.0, Anchor::Start, INK, &title);
+        let memory: Vec<f64> = self.0.iter().map(|sample| sample.memory).collect();
+        let descriptors: Vec<f64> = self.0.iter().map(|sample| sample.descriptors as f64).collect();
+        panel(&mut canvas, "memory in use (RSS), MiB", 50.0, &memory);
+        panel(&mut canvas, "file descriptors", 250.0, &descriptors);
+        canvas.text((WIDTH - 20.0, HEIGHT - 12.0), 12.0, Anchor::End, INK, "round");
+        canvas.finish()
+    }
+}
+
+const WIDTH: f64 = 720.0;
+const HEIGHT: f64 = 460.0;
+const LEFT: f64 = 60.0;
+const TALL: f64 = 150.0;
+const INK: &str = "#333";
+
+/// One curve with its axes; `top` is the upper edge.
+fn panel(canvas: &mut Canvas, title: &str, top: f64, values: &[f64]) {
+    let most = values.iter().copied().fold(1.0, f64::max) * 1.1;
+    let bottom = top + 20.0 + TALL;
+    let wide = WIDTH - 20.0 - LEFT;
+    let x = |index: usize| LEFT + wide * index as f64 / (values.len().max(2) - 1) as f64;
+    let y = |value: f64| bottom - TALL * value / most;
+    canvas.text((LEFT, top + 8.0), 12.0, Anchor::Start, INK, title);
+    canvas.line((LEFT, bottom), (WIDTH - 20.0, bottom), INK, false);
+    for part in 0..=4 {
+        let value = most * f64::from(part) / 4.0;
+        canvas.line((LEFT, y(value)), (WIDTH - 20.0, y(value)), "#ddd", false);
+        canvas.text((LEFT - 6.0, y(value) + 4.0), 11.0, Anchor::End, INK, &format!("{value:.0}"));
+    }
+    for part in 0..=4 {
+        let index = (values.len() - 1) * part / 4;
+        canvas.text((x(index), bottom + 16.0), 11.0, Anchor::Middle, INK, &(index + 1).to_string());
+    }
+    let points: Vec<(f64, f64)> = values.iter().enumerate().map(|(index, value)| (x(index), y(*value))).collect();
+    canvas.path(&points, "#1f6fb2");
+}

@@ -1,0 +1,141 @@
+//! Trials: runs of the scenario in which one call fails.
+#![allow(clippy::print_stdout, reason = "the process that counts trials reads them")]
+
+use std::io::Write as _;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
+use std::sync::mpsc::channel;
+use std::time::Duration;
+
+use afterimage_gpu::{GpuError, SessionError, Texels};
+
+use super::scenario::{self, Pipelines, Seen};
+use super::vulkan::{self, Kind};
+
+/// A run without faults takes a hundredth of it.
+const HANG: Duration = Duration::from_secs(30);
+
+/// How a trial ends, as a text.
+pub struct Verdict(String);
+
+impl Verdict {
+    /// Whether it is the end as without the fault, or an error of the fault's kind after which the old plan runs on or
+    /// says why not.
+    pub fn is_good(text: &str) -> bool {
+        text.starts_with("unharmed") || text.starts_with("error: ")
+    }
+
+    fn of(kind: Kind, run: Run, clean: &[(&'static str, Vec<Texels>)]) -> Self {
+        let (result, seen) = match run {
+            Run::Hangs => return Self("hangs".into()),
+            Run::Panics(text) => return Self(format!("panics: {text}")),
+            Run::Ends(result, seen) => (result, seen),
+        };
+        if let Some(((step, _), _)) = seen.shown.iter().zip(clean).find(|(shown, clean)| shown != clean) {
+            return Self(format!("shows a wrong image after `{step}`"));
+        }
+        let Err(error) = result else { return Self("unharmed".into()) };
+        let after = match seen.after {
+            None => "before a plan",
+            Some(Err(_)) => "the old plan says why not",
+            Some(Ok(texels)) if clean.iter().any(|(_, known)| *known == texels) => "the old plan runs on",
+            Some(Ok(_)) => return Self("shows a wrong image of the old plan".into()),
+        };
+        match (name(&error), kind) {
+            (Some("lost"), Kind::TimeOut) | (None, _) => {
+                Self(format!("reports another error: {}", error.to_string().lines().collect::<Vec<_>>().join(" ")))
+            }
+            (Some(name), _) => Self(format!("error: {name}, {after}")),
+        }
+    }
+}
+
+/// What the error of a failing call may be.
+fn name(error: &SessionError) -> Option<&'static str> {
+    match error {
+        SessionError::Gpu(GpuError::OutOfMemory { .. }) => Some("out of memory"),
+        SessionError::Gpu(GpuError::DeviceLost { .. }) => Some("lost"),
+        SessionError::Gpu(GpuError::TimedOut) => Some("timed out"),
+        SessionError::Gpu(GpuError::NoAdapter { .. } | GpuError::NoDevice { .. }) => Some("no device"),
+        _ => None,
+    }
+}
+
+enum Run {
+    Ends(Result<(), SessionError>, Box<Seen>),
+    Panics(String),
+    Hangs,
+}
+
+/// What trials share.
+pub struct Trials(Arc<(wgpu::Instance, Pipelines)>);
+
+impl Trials {
+    pub fn new() -> Self {
+        Self(Arc::new((vulkan::instance(), Pipelines::new())))
+    }
+
+    /// How many calls of a run without faults could return this error.
+    pub fn calls(&self, kind: Kind) -> u64 {
+        vulkan::arm(kind, 0);
+        self.clean();
+        vulkan::disarm()
+    }
+
+    fn clean(&self) -> Vec<(&'static str, Vec<Texels>)> {
+        match self.run() {
+            Run::Ends(result, seen) => {
+                result.unwrap_or_else(|error| panic!("without a fault: {error}"));
+                seen.shown
+            }
+            Run::Panics(text) => panic!("without a fault: {text}"),
+            Run::Hangs => panic!("without a fault: no end"),
+        }
+    }
+
+    /// Runs the scenario. The device is still open in what is seen.
+    fn run(&self) -> Run {
+        let (sender, receiver) = channel();
+        let stand = self.0.clone();
+        std::thread::spawn(move || {
+            let mut seen = Box::<Seen>::default();
+            let ran = catch_unwind(AssertUnwindSafe(|| scenario::run(&stand.0, &stand.1, &mut seen)));
+            let run = match ran {
+                Ok(result) => Run::Ends(result, seen),
+                Err(panic) => Run::Panics(text_of(&*panic)),
+            };
+            // The trial may have given up waiting.
+            sender.send(run).ok();
+        });
+        receiver.recv_timeout(HANG).unwrap_or(Run::Hangs)
+    }
+
+    /// Runs the trials that the text lists and prints each: its beginning, its verdict, and that its device is closed.
+    pub fn tell(&self, asked: &str) {
+        let mut words = asked.split(' ');
+        let name = words.next().expect("the name of a kind");
+        let kind = Kind::ALL.into_iter().find(|kind| format!("{kind:?}") == name).expect("a known kind");
+        let clean = self.clean();
+        for number in words.map(|word| word.parse().expect("the number of a call")) {
+            println!("\nbegin\t{number}");
+            vulkan::arm(kind, number);
+            let mut run = self.run();
+            let gpu = if let Run::Ends(_, seen) = &mut run { seen.gpu.take() } else { None };
+            let verdict = Verdict::of(kind, run, &clean);
+            println!("ran\t{}\t{}", vulkan::failed().unwrap_or("no call"), verdict.0);
+            // Closing may end the process.
+            std::io::stdout().flush().expect("the parent reads");
+            let is_closed = catch_unwind(AssertUnwindSafe(|| drop(gpu))).is_ok();
+            vulkan::disarm();
+            if is_closed {
+                println!("closed\t");
+            }
+        }
+    }
+}
+
+fn text_of(panic: &(dyn std::any::Any + Send)) -> String {
+    let text = panic.downcast_ref::<String>().map(String::as_str);
+    let text = text.or_else(|| panic.downcast_ref::<&str>().copied()).unwrap_or_default();
+    text.lines().take(6).collect::<Vec<_>>().join(" ")
+}

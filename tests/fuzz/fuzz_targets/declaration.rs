@@ -1,0 +1,6 @@
+//! Declarations of kinds from arbitrary text.
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
+    afterimage_fuzz::Target::Declaration.run(bytes);
+});

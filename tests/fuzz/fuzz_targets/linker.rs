@@ -1,0 +1,6 @@
+//! Shaders of folders from arbitrary text.
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
+    afterimage_fuzz::Target::Linker.run(bytes);
+});

@@ -1,0 +1,105 @@
+//! Folders of node kinds.
+
+use std::sync::OnceLock;
+
+use afterimage_fuzz::hostile::bombs::bombs as shader_bombs;
+use afterimage_fuzz::hostile::pair;
+use afterimage_fuzz::{DECLARED_SHADER, SECOND_FILE};
+use afterimage_media::{ExrOptions, Picture, Pixels, encode_exr};
+
+use crate::case::Case;
+use crate::classes::Sources;
+
+/// By how much bombs are divided.
+const PARTS: [usize; 9] = [1, 2, 4, 8, 16, 32, 64, 128, 256];
+
+/// Two nodes of the kind, one after the other.
+fn pipeline(kind: &str, port: &str) -> String {
+    format!(
+        r#"Pipeline(
+    inputs: {{ "scene": Color }},
+    nodes: {{ "first": {kind}({port}: "scene"), "second": {kind}({port}: "first") }},
+    outputs: {{ "out": "second" }},
+)"#
+    )
+}
+
+pub(crate) fn declaration(sources: &Sources, number: u64) -> Case {
+    Case::new("check p.ron --plan --nodes tint")
+        .with("p.ron", pipeline("Tint", "source"))
+        .with("tint/tint.wgsl", DECLARED_SHADER)
+        .with("tint/node.ron", sources.declarations.get(number))
+}
+
+/// A folder with a kind whose shader has a kernel function of one pixel.
+fn folder(line: &str, shader: &str, shared: &str) -> Case {
+    let (function, port) = last_function(shader);
+    let declaration = format!(
+        r#"Kind(
+    name: "Kind", doc: "Attacks.",
+    inputs: {{ "{port}": Image(doc: "The image.") }},
+    outputs: {{ "result": Image(doc: "The result.", state: Same("{port}"), function: "{function}") }},
+)"#
+    );
+    Case::new(line)
+        .with("p.ron", pipeline("Kind", &port))
+        .with("kind/node.ron", declaration)
+        .with("kind/kind.wgsl", shader)
+        .with("kind/shared.wgsl", shared)
+}
+
+/// The name of the last function of a shader, and of its argument.
+fn last_function(shader: &str) -> (String, String) {
+    // Comments of the generated shaders have functions, too.
+    let code = SCATTERED.iter().fold(shader.replace('(', " ( "), |code, comment| code.replace(comment, " "));
+    let after = code.rsplit_once(" fn ").map_or("", |(_, after)| after);
+    let mut words = after.split(|c: char| c.is_whitespace() || c == ':').filter(|word| !matches!(*word, "" | "("));
+    let mut word = |otherwise: &str| words.next().unwrap_or(otherwise).to_owned();
+    (word("kind"), word("source"))
+}
+
+/// What the generator writes between words, with spaces around brackets.
+const SCATTERED: [&str; 4] = ["/* fn helper ( ) { */", "// const gain = }\n", "/* /* nested */ } */", "\n"];
+
+pub(crate) fn checked(sources: &Sources, number: u64) -> Case {
+    mutated("check p.ron --plan --nodes kind", sources, number)
+}
+
+fn mutated(line: &str, sources: &Sources, number: u64) -> Case {
+    let text = String::from_utf8(sources.shaders.get(number)).expect("mutated text is text");
+    let (own, shared) = text.split_once(SECOND_FILE).unwrap_or((&text, ""));
+    folder(line, own, shared)
+}
+
+const RENDER: &str = "render p.ron in.exr -o out.exr --nodes kind";
+
+/// An image of 16x16 pixels.
+pub(crate) fn scene() -> Vec<u8> {
+    static SCENE: OnceLock<Vec<u8>> = OnceLock::new();
+    let made = SCENE.get_or_init(|| {
+        let numbers = (0..16 * 16 * 4).map(|i| (i * 37 % 251) as f32 * 0.03).collect();
+        encode_exr(&Picture::new(16, 16, Pixels::Float(numbers)), &ExrOptions::default()).expect("a picture")
+    });
+    made.clone()
+}
+
+pub(crate) fn rendered(sources: &Sources, number: u64) -> Case {
+    let case = match number % 2 {
+        0 => mutated(RENDER, sources, number),
+        _ => {
+            let [kernel, _] = pair(sources.seed << 32 | number).hostile;
+            folder(RENDER, &kernel.text, &kernel.shared)
+        }
+    };
+    case.with("in.exr", scene())
+}
+
+pub(crate) fn bombs() -> u64 {
+    (shader_bombs(1).len() * PARTS.len()) as u64
+}
+
+pub(crate) fn bomb(_: &Sources, number: u64) -> Case {
+    let part = PARTS[number as usize % PARTS.len()];
+    let (_, text) = shader_bombs(part).swap_remove(number as usize / PARTS.len());
+    folder(RENDER, &text, "").with("in.exr", scene())
+}
