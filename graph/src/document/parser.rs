@@ -159,6 +159,9 @@ impl<'a> Parser<'a> {
         }
         let name = Spanned::new(plain_name(self.written(token)).to_owned(), self.token_location(token));
         if is_open {
+            if !matches!(plain_word(self.written(token)), Tree::Name(_)) {
+                self.report(syntax::value_with_parenthesis(&self.token_location(token), &name.value));
+            }
             self.advance();
         } else {
             self.report(syntax::no_parenthesis(&self.location(self.end, self.end), &name.value));

@@ -41,6 +41,14 @@ pub(super) fn foreign_end(text: &str, start: usize) -> Option<usize> {
     close.filter(|(_, c)| *c != '\n').map(|(at, c)| inside + at + c.len_utf8())
 }
 
+/// The end of a character in single quotes. It may be a quote or a line break itself.
+pub(super) fn character_end(text: &str, start: usize) -> Option<usize> {
+    let character = text[start + 1..].chars().next()?;
+    let close = start + 1 + character.len_utf8();
+    let is_closed = character != '\\' && text[close..].starts_with('\'');
+    if is_closed { Some(close + 1) } else { foreign_end(text, start) }
+}
+
 /// What is known of the quotes of a line.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct LineQuotes {

@@ -136,6 +136,11 @@ pub(super) fn no_parenthesis(location: &Location, kind: &str) -> Diagnostic {
 }
 
 /// A bracket that is closed by one of another kind.
+pub(super) fn value_with_parenthesis(location: &Location, value: &str) -> Diagnostic {
+    let message = format!("`{value}` is a value and no name: a parenthesis cannot follow");
+    Diagnostic::error("syntax", message).at(location, "")
+}
+
 pub(super) fn wrong_close(open: (&Location, Bracket), close: (&Location, Bracket)) -> Diagnostic {
     let (opened, wanted, found) = (open.1.open(), open.1.close(), close.1.close());
     error(format!("`{opened}` is closed by `{found}`"), close.0, format!("write `{wanted}` in place of `{found}`"))

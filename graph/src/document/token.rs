@@ -6,7 +6,7 @@
 use std::sync::Arc;
 
 use super::bracket::Bracket;
-use super::quotes::{LineQuotes, foreign_end, is_foreign_quote, raw_end, text_end};
+use super::quotes::{LineQuotes, character_end, foreign_end, is_foreign_quote, raw_end, text_end};
 use super::syntax::{self, Errors};
 use afterimage_base::diagnostic::Location;
 
@@ -229,7 +229,7 @@ impl<'a> Lexer<'a> {
         let start = self.at + rest.len() - quote.len();
         let hashes = quote.bytes().skip(1).take_while(|byte| *byte == b'#').count();
         let end = match quote.as_bytes().first()? {
-            b'\'' => foreign_end(self.text, start),
+            b'\'' => character_end(self.text, start),
             b'"' => text_end(self.text, start),
             b'r' if quote.as_bytes().get(1 + hashes) == Some(&b'"') => raw_end(self.text, start + 1, hashes),
             _ => return None,
@@ -242,11 +242,12 @@ impl<'a> Lexer<'a> {
 
     /// A text in quotes of a word processor or in single quotes; `'x'` is a character of RON.
     fn foreign_text(&mut self, quote: char) -> (Kind, usize) {
-        let end = foreign_end(self.text, self.at);
-        let is_character = |end: usize| quote == '\'' && ron::from_str::<char>(&self.text[self.at..end]).is_ok();
-        if let Some(end) = end.filter(|end| is_character(*end)) {
+        let is_character = |end: &usize| ron::from_str::<char>(&self.text[self.at..*end]).is_ok();
+        let character = if quote == '\'' { character_end(self.text, self.at) } else { None };
+        if let Some(end) = character.filter(is_character) {
             return (Kind::Literal, end);
         }
+        let end = foreign_end(self.text, self.at);
         let one = self.at + quote.len_utf8();
         self.errors.push(syntax::foreign_quote(&self.location(self.at, one), quote));
         end.map_or((Kind::BrokenText, one), |end| (Kind::ForeignText, end))
