@@ -6,4 +6,7 @@ cd "$(dirname "$0")/.."
 
 # All members but the program and what only tests need: a new crate is packaged unless it is listed here.
 unpublished=(afterimage halftone afterimage-fuzz afterimage-generators afterimage-tidy afterimage-tests)
-cargo package --workspace "${unpublished[@]/#/--exclude=}" "$@"
+# A folder of its own: cargo takes a package of the same version from an earlier run for the same.
+folder=$(mktemp -d)
+trap 'rm -rf "$folder"' EXIT
+CARGO_TARGET_DIR="$folder" cargo package --workspace "${unpublished[@]/#/--exclude=}" "$@"
