@@ -3,6 +3,7 @@
 
 mod colorimetry;
 mod faults;
+mod fusion;
 mod limits;
 mod pipelines;
 mod plan_cache;
