@@ -1,5 +1,5 @@
-//! What fusion must not do, on the smallest graphs that show it: `graph/docs/faults.md` lists the faults that these tests
-//! notice.
+//! What fusion must not do, on the smallest graphs that show it. `graph/docs/faults.md` lists the faults that these
+//! tests notice.
 
 use afterimage_graph::check::{CheckOptions, Facts, check};
 use afterimage_graph::document::parse;

@@ -9,8 +9,7 @@ use crate::list::Mutant;
 /// How many mutants of a crate had which end.
 #[derive(Clone, Copy, Default)]
 struct Counts {
-    own: u64,
-    other: u64,
+    noticed: u64,
     survived: u64,
     refused: u64,
 }
@@ -31,9 +30,8 @@ impl Report {
         for mutant in sample {
             let Some(outcome) = outcomes.get(mutant.name.as_str()) else { continue };
             let counts = report.by_crate.entry(mutant.package.clone()).or_default();
-            match outcome.split(' ').next() {
-                Some("own") => counts.own += 1,
-                Some("other") => counts.other += 1,
+            match outcome.split('\t').next() {
+                Some("noticed") => counts.noticed += 1,
                 Some("refused") => {
                     counts.refused += 1;
                     report.refused.push(mutant.name.clone());
@@ -58,8 +56,7 @@ impl Display for Report {
         writeln!(f, "|---|---:|---:|---:|---:|")?;
         for (name, counts) in &self.by_crate {
             row(f, name, counts)?;
-            all.own += counts.own;
-            all.other += counts.other;
+            all.noticed += counts.noticed;
             all.survived += counts.survived;
             all.refused += counts.refused;
         }
@@ -72,9 +69,9 @@ impl Display for Report {
 }
 
 fn row(f: &mut Formatter<'_>, name: &str, counts: &Counts) -> fmt::Result {
-    let Counts { own, other, survived, refused } = *counts;
-    let count = own + other + survived;
-    writeln!(f, "| {name} | {count} | {} | {} | {refused} |", share(own, count), share(own + other, count))
+    let Counts { noticed, survived, refused } = *counts;
+    let count = noticed + survived;
+    writeln!(f, "| {name} | {count} | {} | {refused} |", share(noticed, count))
 }
 
 /// A share in per cent with the interval of Wilson at 95 %.

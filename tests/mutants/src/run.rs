@@ -18,6 +18,8 @@ pub(crate) struct Test {
 
 /// The same random numbers in every run of a property.
 const SEED: &str = "17";
+/// Tests that take longer are left out. What they notice alone counts as not noticed.
+const LONGEST: Duration = Duration::from_secs(8);
 
 impl Test {
     fn command(&self) -> Command {
@@ -54,11 +56,12 @@ fn ended(command: &mut Command, limit: Duration) -> Option<ExitStatus> {
     }
 }
 
-/// All tests of the programs, each run once without a mutant. Tests that fail then are left out and printed.
-pub(crate) fn traced(programs: &[Program], folder: &Path) -> Vec<Test> {
+/// The tests of the programs whose names begin with one of the groups, each run once without a mutant. Tests that fail
+/// then or take long are left out and printed.
+pub(crate) fn traced(programs: &[Program], folder: &Path, groups: &[&str]) -> Vec<Test> {
     let mut tests = Vec::new();
     for program in programs {
-        for name in names(program) {
+        for name in names(program).into_iter().filter(|name| groups.iter().any(|group| name.starts_with(group))) {
             let mut test = Test {
                 package: program.package.clone(),
                 name,
@@ -73,10 +76,10 @@ pub(crate) fn traced(programs: &[Program], folder: &Path) -> Vec<Test> {
             test.time = begin.elapsed();
             let reached = std::fs::read_to_string(&trace).expect("it was written");
             test.reaches = reached.lines().filter_map(|line| line.parse().ok()).collect();
-            if status.is_some_and(|status| status.success()) {
-                tests.push(test);
-            } else {
-                println!("{} fails without a mutant and is left out", test.name);
+            match status.is_some_and(|status| status.success()) {
+                true if test.time < LONGEST => tests.push(test),
+                true => println!("{} takes {:.0} s and is left out", test.name, test.time.as_secs_f64()),
+                false => println!("{} fails without a mutant and is left out", test.name),
             }
         }
     }
@@ -92,41 +95,15 @@ fn names(program: &Program) -> Vec<String> {
     lines.lines().filter_map(|line| line.strip_suffix(": test")).map(str::to_owned).collect()
 }
 
-/// What happened to a mutant.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) enum Outcome {
-    /// A test of its crate notices it.
-    Own(String),
-    /// A test of another pure crate notices it.
-    Other(String),
-    /// Tests reach it and pass.
-    Survives,
-    /// No test reaches it.
-    Unreached,
-}
-
-impl Outcome {
-    pub(crate) fn of(number: usize, package: &str, tests: &[Test]) -> Self {
-        let reaching: Vec<&Test> = tests.iter().filter(|test| test.reaches.contains(&number)).collect();
-        let (own, other): (Vec<&Test>, Vec<&Test>) = reaching.iter().partition(|test| test.package == package);
-        let notices = |tests: &[&Test]| tests.iter().find(|test| test.notices(number)).map(|test| test.name.clone());
-        if let Some(name) = notices(&own) {
-            return Self::Own(name);
-        }
-        match notices(&other) {
-            Some(name) => Self::Other(name),
-            None if reaching.is_empty() => Self::Unreached,
-            None => Self::Survives,
-        }
-    }
-
-    pub(crate) fn text(&self) -> String {
-        match self {
-            Self::Own(test) => format!("own {test}"),
-            Self::Other(test) => format!("other {test}"),
-            Self::Survives => "survives".into(),
-            Self::Unreached => "unreached".into(),
-        }
+/// The first test that notices a mutant, or why none does. Tests of its crate run first, the fast ones before the slow
+/// ones.
+pub(crate) fn outcome(number: usize, package: &str, tests: &[Test]) -> String {
+    let reaching: Vec<&Test> = tests.iter().filter(|test| test.reaches.contains(&number)).collect();
+    let (own, other): (Vec<&Test>, Vec<&Test>) = reaching.iter().partition(|test| test.package == package);
+    match own.into_iter().chain(other).find(|test| test.notices(number)) {
+        Some(test) => format!("noticed\t{}: {}", test.package, test.name),
+        None if reaching.is_empty() => "unreached".into(),
+        None => "survives".into(),
     }
 }
 

@@ -43,8 +43,8 @@ enum What {
     Around(Site),
 }
 
-/// The text of a file with these mutants, each with its number. The numbers of mutants whose place is not found, or which
-/// cannot be behind a condition, come with it.
+/// The text of a file with these mutants, each with its number. The numbers of mutants whose place is not found, or
+/// which cannot be behind a condition, come with it.
 pub(crate) fn weave(text: &Text, mutants: &[(usize, Mutant)]) -> (String, Vec<usize>) {
     let (sites, mut lost) = (text.sites(), Vec::new());
     let mut edits: BTreeMap<(usize, bool, Reverse<usize>), Edit> = BTreeMap::new();
