@@ -1,4 +1,4 @@
-//! Targets with threads.
+//! Targets with threads that may wait.
 
 use std::panic::AssertUnwindSafe;
 
