@@ -115,7 +115,7 @@ fn histogram_bin(light: f32) -> u32 {
 fn histogram_metered(rgb: vec3f, uv: vec2f) -> f32 {
     let light = luminance(rgb);
     if !HISTOGRAM_ALBEDO { return light; }
-    let surface = histogram_nearest(albedo, uv);
+    let surface = metering_nearest(albedo, uv);
     return select(-1.0, 0.18 * light / clamp(luminance(surface.rgb), 0.04, 1.0), surface.a >= 0.5);
 }
 
@@ -124,10 +124,6 @@ fn histogram_weight(uv: vec2f, size: vec2f) -> u32 {
     if HISTOGRAM_WEIGHT != 0u {
         weight *= metering_weight(HISTOGRAM_WEIGHT, uv, size, params.center, params.radius);
     }
-    if HISTOGRAM_MASK { weight *= clamp(histogram_nearest(mask, uv).r, 0.0, 1.0); }
+    if HISTOGRAM_MASK { weight *= metering_mask(mask, uv); }
     return u32(weight + 0.5);
-}
-
-fn histogram_nearest(image: texture_2d<f32>, uv: vec2f) -> vec4f {
-    return texel(image, vec2i(uv * vec2f(textureDimensions(image))));
 }

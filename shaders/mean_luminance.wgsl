@@ -44,9 +44,7 @@ fn mean_luminance_weight(uv: vec2f, size: vec2f) -> f32 {
     if MEAN_LUMINANCE_WEIGHT != 0u {
         weight = metering_weight(MEAN_LUMINANCE_WEIGHT, uv, size, params.center, params.radius);
     }
-    if MEAN_LUMINANCE_MASK {
-        weight *= clamp(texel(mask, vec2i(uv * vec2f(textureDimensions(mask)))).r, 0.0, 1.0);
-    }
+    if MEAN_LUMINANCE_MASK { weight *= metering_mask(mask, uv); }
     return weight;
 }
 

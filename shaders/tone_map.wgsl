@@ -82,7 +82,8 @@ fn tone_map_compressed(lightness: f32, chroma: vec2f, params: ToneMap) -> vec3f 
     let l = clamp(lightness, 0.0, params.peak_lightness);
     let grey = l * l * l;
     let line = tone_map_line(l, chroma, params);
-    return grey * oklab_at(line, oklab_share(line, params.peak / max(grey, 1e-30), max(params.gamut_knee, 1e-3)));
+    let share = oklab_share(line, params.peak / max(grey, 1e-30), max(params.gamut_knee, 1e-3));
+    return grey * oklab_at(line, vec3f(share));
 }
 
 fn tone_map_result(mapped: vec3f, source: vec4f, params: ToneMap) -> vec4f {

@@ -3,5 +3,7 @@
 
 /// Errors in files, and what is said of them.
 mod errors;
+/// A kind from a folder.
+mod posterize;
 /// When kinds from folders are freed.
 mod release;

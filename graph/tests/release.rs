@@ -2,31 +2,13 @@
 
 use std::sync::Arc;
 
-use afterimage_graph::node::{NodeKind, Registry, folder_kind};
+use afterimage_graph::node::Registry;
 
-const DECLARATION: &str = r#"Kind(
-    name: "Posterize",
-    doc: "Leaves only a few levels of each color.",
-    inputs: { "source": Image(doc: "The picture.", accepts: [DisplayLinear]) },
-    outputs: { "result": Image(doc: "The picture in levels.", state: Same("source")) },
-    parameters: { "levels": Float(doc: "Levels.", default: 4.0, within: (2.0, 256.0), unit: "levels") },
-)"#;
-
-const SHADER: &str = "struct Posterize { levels: f32 }
-
-fn posterize(source: vec4f, params: Posterize) -> vec4f {
-    return vec4f(round(source.rgb * params.levels) / params.levels, source.a);
-}
-";
-
-fn load() -> NodeKind {
-    let kind = folder_kind(("posterize/node.ron", DECLARATION), ("posterize/posterize.wgsl", SHADER));
-    kind.unwrap_or_else(|errors| panic!("{errors}"))
-}
+use super::posterize::posterize;
 
 #[test]
 fn a_kind_is_dropped_with_its_registry() {
-    let kind = load();
+    let kind = posterize();
     let held = Arc::downgrade(kind.counted().expect("a kind from a folder is counted"));
     let registry = Registry::new(&[&[kind]]).expect("one kind has one name");
     assert!(held.upgrade().is_some() && registry.get("Posterize").is_some());

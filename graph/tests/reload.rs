@@ -6,27 +6,9 @@
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::sync::atomic::{AtomicIsize, Ordering};
 
-use afterimage_graph::node::{NodeKind, folder_kind};
+mod posterize;
 
-const DECLARATION: &str = r#"Kind(
-    name: "Posterize",
-    doc: "Leaves only a few levels of each color.",
-    inputs: { "source": Image(doc: "The picture.", accepts: [DisplayLinear]) },
-    outputs: { "result": Image(doc: "The picture in levels.", state: Same("source")) },
-    parameters: { "levels": Float(doc: "Levels.", default: 4.0, within: (2.0, 256.0), unit: "levels") },
-)"#;
-
-const SHADER: &str = "struct Posterize { levels: f32 }
-
-fn posterize(source: vec4f, params: Posterize) -> vec4f {
-    return vec4f(round(source.rgb * params.levels) / params.levels, source.a);
-}
-";
-
-fn load() -> NodeKind {
-    let kind = folder_kind(("posterize/node.ron", DECLARATION), ("posterize/posterize.wgsl", SHADER));
-    kind.unwrap_or_else(|errors| panic!("{errors}"))
-}
+use posterize::posterize;
 
 /// Counts the bytes that the process holds: shaders are parsed on threads of their own.
 struct Counting;
@@ -59,9 +41,9 @@ static COUNTING: Counting = Counting;
 #[test]
 fn a_thousand_reloads_hold_no_memory() {
     // The first loads fill what is made once per program.
-    (0..3).for_each(|_| drop(load()));
+    (0..3).for_each(|_| drop(posterize()));
     let before = LIVE.load(Ordering::Relaxed);
-    (0..1000).for_each(|_| drop(load()));
+    (0..1000).for_each(|_| drop(posterize()));
     let held = LIVE.load(Ordering::Relaxed) - before;
     // The test's own thread is not the only one of the process.
     assert!(held.abs() < 1000, "{held} bytes are held after 1000 loads");

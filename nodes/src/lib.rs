@@ -113,7 +113,7 @@ pub use lut::{
 };
 pub use lut_file::{LutFile, parse_lut_file};
 pub use mean_luminance::{MeanLuminance, MeanLuminanceOf};
-pub use metering::{Adaptation, MeteringWeight};
+pub use metering::{Adaptation, EV100_OF_LUMINANCE, MeteringWeight};
 pub use process::{LutSpace, LutState, Process};
 pub use purkinje::Purkinje;
 pub use purkinje_simple::PurkinjeSimple;

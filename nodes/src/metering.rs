@@ -3,7 +3,7 @@
 use afterimage_graph::prelude::*;
 
 /// EV100 of a luminance of 1 cd/m2: log2(100 / 12.5), a reflected-light meter with K = 12.5 (ISO 2720).
-pub(crate) const EV100_OF_LUMINANCE: f32 = 3.0;
+pub const EV100_OF_LUMINANCE: f32 = 3.0;
 
 /// The lower end of the metering range, in EV100: 1.2e-4 cd/m2, a landscape under stars. All metering kinds have this
 /// default, so that none of them ends before another.

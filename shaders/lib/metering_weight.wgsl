@@ -11,3 +11,13 @@ fn metering_weight(kind: u32, uv: vec2f, size: vec2f, center: vec2f, radius: f32
     if kind == METERING_WEIGHT_SPOT { return select(0.0, 1.0, squared <= 1.0); }
     return 1.0;
 }
+
+// The texel of an image of any size at a place.
+fn metering_nearest(image: texture_2d<f32>, uv: vec2f) -> vec4f {
+    return texel(image, vec2i(uv * vec2f(textureDimensions(image))));
+}
+
+// The weight that a mask gives to a place.
+fn metering_mask(mask: texture_2d<f32>, uv: vec2f) -> f32 {
+    return clamp(metering_nearest(mask, uv).r, 0.0, 1.0);
+}

@@ -35,29 +35,28 @@ struct OklabLine {
     c3: vec3f,
 }
 
-fn oklab_at(line: OklabLine, t: f32) -> vec3f {
+fn oklab_at(line: OklabLine, t: vec3f) -> vec3f {
     return 1.0 + t * (line.c1 + t * (line.c2 + t * line.c3));
 }
 
 // Whether all channels are between 0 and `top`.
 fn oklab_is_inside(line: OklabLine, t: f32, top: f32) -> bool {
-    let v = oklab_at(line, t);
+    let v = oklab_at(line, vec3f(t));
     return min(v.r, min(v.g, v.b)) >= 0.0 && max(v.r, max(v.g, v.b)) <= top;
 }
 
 // The share of the chroma at which the line leaves the gamut, between two shares of which the second is outside. A step
 // of Newton's method for the channels that are outside there; the first of them counts.
 fn oklab_crossing(line: OklabLine, inside: f32, outside: f32, top: f32) -> f32 {
-    let near = oklab_at(line, inside);
-    let far = oklab_at(line, outside);
+    let near = oklab_at(line, vec3f(inside));
+    let far = oklab_at(line, vec3f(outside));
     let goal = select(vec3f(top), vec3f(0.0), far < vec3f(0.0));
     let is_out = (far < vec3f(0.0)) | (far > vec3f(top));
     let width = outside - inside;
     let share = clamp((goal - near) / select(far - near, vec3f(1.0), far == near), vec3f(0.0), vec3f(1.0));
     let chord = inside + width * share;
-    let value = 1.0 + chord * (line.c1 + chord * (line.c2 + chord * line.c3));
     let slope = line.c1 + chord * (2.0 * line.c2 + 3.0 * chord * line.c3);
-    let step = (goal - value) / select(slope, vec3f(1.0), slope == vec3f(0.0));
+    let step = (goal - oklab_at(line, chord)) / select(slope, vec3f(1.0), slope == vec3f(0.0));
     let crossing = select(vec3f(outside), clamp(chord + step, vec3f(inside), vec3f(outside)), is_out);
     return min(crossing.x, min(crossing.y, crossing.z));
 }

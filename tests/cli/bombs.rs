@@ -13,7 +13,7 @@ use exr::meta::header::Header;
 use super::Folder;
 
 const SIDE: u32 = 16384;
-/// MiB that the program and the driver take without an image, with room for other drivers.
+/// MiB that the program and the driver take without an image, with a margin for other drivers.
 const PROGRAM: u64 = 400;
 
 /// A PNG of one bit a pixel.

@@ -33,8 +33,9 @@ pub(crate) struct Files {
 impl Files {
     /// The files that a pipeline may name.
     pub(crate) fn of(pipeline: &Path, options: &KindOptions) -> Self {
-        let folder = pipeline.parent().filter(|folder| !folder.as_os_str().is_empty());
-        let files = Self::new("the folder of the pipeline", folder.unwrap_or(Path::new(".")), &options.allow);
+        // The parent of a bare name is empty, and means the current folder.
+        let folder = pipeline.parent().unwrap_or(Path::new(""));
+        let files = Self::new("the folder of the pipeline", folder, &options.allow);
         files.used.borrow_mut().extend(real_path(pipeline).ok());
         files
     }

@@ -122,7 +122,7 @@ impl Readback {
         Self { device: device.clone(), queue: queue.clone(), buffer: None, piece }
     }
 
-    /// Reads at most so many bytes at a time, but a row at least.
+    /// Reads at most that many bytes at a time, and at least a row.
     #[must_use]
     pub fn in_pieces_of(self, bytes: u64) -> Self {
         Self { piece: bytes.min(self.piece), ..self }

@@ -2,7 +2,8 @@
 
 use std::collections::BTreeSet;
 
-use afterimage_graph::node::{Arg, ImageId, KernelCall, Pass, Recording};
+use afterimage_base::image::Format;
+use afterimage_graph::node::{Arg, ImageId, KernelCall, Origin, Pass, Recording, VirtualImage};
 use afterimage_wgsl::{Shader, UniformValue};
 
 use crate::plan::{Fused, PlanOutput, SharedRead, Skipped};
@@ -46,6 +47,17 @@ fn scale(source: texture_2d<f32>, at: Point, params: Scale) -> vec4f {
     return texel_scaled(source, at.pixel, params.factor);
 }",
 );
+
+/// A format for the numbers of an image: floats if it has them, else half floats.
+pub(crate) fn float_format(format: Format) -> Format {
+    if format.is_32_bit() { format } else { Format::Rgba16Float }
+}
+
+/// An image of finite numbers in place of an image of the host.
+pub(crate) fn finite_image(label: String, source: &VirtualImage) -> VirtualImage {
+    let desc = source.desc.format(float_format(source.desc.format));
+    VirtualImage { label, desc, origin: Origin::Transient, finite: true, signedness: source.signedness }
+}
 
 /// A pass that multiplies the colours of the host image `source` by a factor.
 pub(crate) fn scale_pass(input: &str, source: ImageId, factor: f32, result: ImageId) -> Pass {

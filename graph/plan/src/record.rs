@@ -3,13 +3,13 @@
 use std::collections::BTreeMap;
 
 use crate::amounts::Amounts;
-use crate::builder::{PlanBuilder, copy_pass, scale_pass};
+use crate::builder::{PlanBuilder, copy_pass, finite_image, float_format, scale_pass};
 use crate::error::PlanError;
 use crate::limits::MOST_COMPUTED_BYTES;
 use crate::plan::PlanOutput;
 use crate::request::PlanRequest;
 use crate::specialize::{SpecializedGraph, WireSource};
-use afterimage_base::image::{Format, ImageDesc, Signedness};
+use afterimage_base::image::{ImageDesc, Signedness};
 use afterimage_graph::check::{Graph, GraphInput, ImageColors, Source};
 use afterimage_graph::node::{
     Arg, Arrival, ImageColor, ImageId, NodeColors, Origin, Recorder, RecorderContext, VirtualImage,
@@ -122,15 +122,7 @@ impl<'a> Round<'a> {
         if input.scale == 1.0 {
             return image;
         }
-        let source = self.builder.recording.image(image);
-        let format = if source.desc.format.is_32_bit() { source.desc.format } else { Format::Rgba16Float };
-        let scaled = VirtualImage {
-            label: format!("{}.scaled", input.name),
-            desc: source.desc.format(format),
-            origin: Origin::Transient,
-            finite: true,
-            signedness: source.signedness,
-        };
+        let scaled = finite_image(format!("{}.scaled", input.name), self.builder.recording.image(image));
         let result = self.builder.recording.add_image(scaled);
         self.builder.recording.passes.push(scale_pass(&input.name, image, input.scale as f32, result));
         result
@@ -243,11 +235,10 @@ impl<'a> Round<'a> {
             Arrival::Image(image) => (Arg::Pixel(*image), self.builder.recording.image(*image).desc),
             _ => (Arg::Zero(4), ImageDesc::new(self.request.size)),
         };
-        let format = if desc.format.is_32_bit() { desc.format } else { Format::Rgba16Float };
         let recording = &mut self.builder.recording;
         let image = recording.add_image(VirtualImage {
             label: name.to_owned(),
-            desc: desc.format(format),
+            desc: desc.format(float_format(desc.format)),
             origin: Origin::Transient,
             finite: true,
             signedness: Signedness::Unsigned,

@@ -4,9 +4,8 @@
 //! reads textures directly gets a sanitized copy: a filtered read has four texels, each with the code that repairs it,
 //! and the device cannot filter what is not sanitized.
 
-use crate::builder::{PlanBuilder, copy_pass};
-use afterimage_base::image::Format;
-use afterimage_graph::node::{Arg, ImageId, KernelCall, Origin, VirtualImage};
+use crate::builder::{PlanBuilder, copy_pass, finite_image};
+use afterimage_graph::node::{Arg, ImageId, KernelCall};
 
 /// Puts a sanitized copy in front of kernels that filter a host image or read it directly.
 pub(crate) fn sanitize(builder: &mut PlanBuilder) {
@@ -15,19 +14,13 @@ pub(crate) fn sanitize(builder: &mut PlanBuilder) {
         let reads = |kernel: &KernelCall| needs_copy(kernel, image);
         let first = recording.passes.iter().position(|pass| pass.kernels.iter().any(reads));
         let Some(first) = first.filter(|_| !recording.image(image).finite) else { continue };
-        let copy = recording.add_image(sanitized(&name, recording.image(image)));
+        let copy = recording.add_image(finite_image(format!("{name}.sanitized"), recording.image(image)));
         let kernels = recording.passes.iter_mut().flat_map(|pass| &mut pass.kernels);
         kernels.filter(|kernel| needs_copy(kernel, image)).for_each(|kernel| redirect(kernel, image, copy));
         let mut pass = copy_pass(&name, Arg::Pixel(image), copy);
         pass.label = "sanitize".into();
         recording.passes.insert(first, pass);
     }
-}
-
-fn sanitized(name: &str, source: &VirtualImage) -> VirtualImage {
-    let format = if source.desc.format.is_32_bit() { source.desc.format } else { Format::Rgba16Float };
-    let (label, desc) = (format!("{name}.sanitized"), source.desc.format(format));
-    VirtualImage { label, desc, origin: Origin::Transient, finite: true, signedness: source.signedness }
 }
 
 fn needs_copy(kernel: &KernelCall, image: ImageId) -> bool {

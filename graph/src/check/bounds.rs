@@ -14,7 +14,7 @@ use afterimage_base::diagnostic::{Diagnostic, Location, Spanned, did_you_mean};
 const MOST_HINTS: usize = 100;
 
 impl Builder<'_> {
-    /// Whether there is room for one more node.
+    /// Whether the number of nodes permits one more.
     pub(super) fn has_room(&mut self, location: &Location) -> bool {
         let has_room = self.drafts.len() + self.scopes.len() <= MOST_NODES;
         if !has_room {
@@ -108,12 +108,12 @@ impl Builder<'_> {
         }
     }
 
-    /// Whether there are so many errors that nobody reads the hints of further ones.
+    /// Whether there are so many errors that further ones get no hints.
     pub(super) fn has_many_errors(&self) -> bool {
         self.diagnostics.len() >= MOST_HINTS
     }
 
-    /// The nearest of the names as a hint, for errors that somebody reads: all names are compared.
+    /// The nearest of the names as a hint, unless there are many errors: all names are compared.
     pub(super) fn near<'n>(&self, wrong: &str, names: impl IntoIterator<Item = &'n str>) -> Option<String> {
         if self.has_many_errors() { None } else { did_you_mean(wrong, names) }
     }

@@ -1,9 +1,9 @@
 //! The options of an input: `Color(optional: true)`.
 
 use super::entries::InputEntry;
-use super::renamed::removed;
+use super::renamed::{removed, unknown};
 use super::tree::{Item, Tree};
-use afterimage_base::diagnostic::{Diagnostic, Spanned, did_you_mean, list, quote};
+use afterimage_base::diagnostic::{Diagnostic, Spanned, quote};
 
 const OPTIONS: [&str; 3] = ["optional", "needs_alpha", "scale"];
 
@@ -14,10 +14,7 @@ pub(super) fn set_option(input: &mut InputEntry, option: &Spanned<String>, value
         "needs_alpha" => set_flag(&mut input.needs_alpha, option, value),
         "scale" => set_factor(&mut input.scale, option, value),
         other => Some(removed(option).unwrap_or_else(|| {
-            Diagnostic::error("unknown-option", format!("an input has no option {}", quote(other)))
-                .at(&option.location, "")
-                .help(format!("the options are {}", list(OPTIONS, OPTIONS.len())))
-                .maybe_help(did_you_mean(other, OPTIONS))
+            unknown("unknown-option", format!("an input has no option {}", quote(other)), option, "options", &OPTIONS)
         })),
     }
 }

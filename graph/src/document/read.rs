@@ -5,6 +5,7 @@ use std::sync::Arc;
 use super::entries::{Document, InputEntry, NodeEntry, Override, Tier};
 use super::input_options::set_option;
 use super::parser::{self, Parsed};
+use super::renamed::unknown;
 use super::syntax;
 use super::tree::{Field, Group, Item, Tree};
 use afterimage_base::diagnostic::{Diagnostic, Diagnostics, Location, Sources, Spanned, did_you_mean, list, quote};
@@ -363,14 +364,6 @@ impl Reader {
         };
         (name, tier)
     }
-}
-
-/// A word that is not among those known.
-fn unknown(code: &'static str, message: String, word: &Spanned<String>, what: &str, known: &[&str]) -> Diagnostic {
-    Diagnostic::error(code, message)
-        .at(&word.location, "")
-        .help(format!("the {what} are {}", list(known.iter().copied(), known.len())))
-        .maybe_help(did_you_mean(&word.value, known.iter().copied()))
 }
 
 /// Two entries of one name.

@@ -1,6 +1,7 @@
-//! Keys of RON files that had another name before. Parameters of kinds declare theirs by `formerly`.
+//! Words that a RON file may not hold: keys that had another name before, removed options, and all unknown ones.
+//! Parameters of kinds declare their former names by `formerly`.
 
-use afterimage_base::diagnostic::{Diagnostic, Spanned, quote};
+use afterimage_base::diagnostic::{Diagnostic, Spanned, did_you_mean, list, quote};
 
 /// What has the key, the key's former name and its present one. A further rename is a further line here.
 const RENAMED: [(&str, &str, &str); 2] = [("an input", "states", "accepts"), ("an output", "gives", "state")];
@@ -45,4 +46,18 @@ pub(crate) fn renamed(key: &Spanned<String>, present: &str) -> Diagnostic {
     Diagnostic::error("renamed-key", format!("{} is called {} now", quote(&key.value), quote(present)))
         .at(&key.location, "")
         .help(format!("write {}", quote(present)))
+}
+
+/// A word that is not among those known.
+pub(super) fn unknown(
+    code: &'static str,
+    message: String,
+    word: &Spanned<String>,
+    what: &str,
+    known: &[&str],
+) -> Diagnostic {
+    Diagnostic::error(code, message)
+        .at(&word.location, "")
+        .help(format!("the {what} are {}", list(known.iter().copied(), known.len())))
+        .maybe_help(did_you_mean(&word.value, known.iter().copied()))
 }

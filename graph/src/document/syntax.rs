@@ -135,12 +135,12 @@ pub(super) fn no_parenthesis(location: &Location, kind: &str) -> Diagnostic {
     error(format!("`(` is missing after {}", quote(kind)), location, format!("write `{kind}(...)`"))
 }
 
-/// A bracket that is closed by one of another kind.
 pub(super) fn value_with_parenthesis(location: &Location, value: &str) -> Diagnostic {
     let message = format!("`{value}` is a value and no name: a parenthesis cannot follow");
     Diagnostic::error("syntax", message).at(location, "")
 }
 
+/// A bracket that is closed by one of another kind.
 pub(super) fn wrong_close(open: (&Location, Bracket), close: (&Location, Bracket)) -> Diagnostic {
     let (opened, wanted, found) = (open.1.open(), open.1.close(), close.1.close());
     error(format!("`{opened}` is closed by `{found}`"), close.0, format!("write `{wanted}` in place of `{found}`"))

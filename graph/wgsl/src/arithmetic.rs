@@ -1,6 +1,8 @@
 //! Functions that compute much for each pixel.
 
-use naga::{Block, Expression, Function, MathFunction, Module, Statement};
+use naga::{Expression, Function, MathFunction, Module, Statement};
+
+use crate::walk::statements;
 
 /// Powers, exponentials and logarithms of a number, at most, of a function that takes less time than to store an image
 /// and to read it again. On an H200 that trip takes as long as eight powers.
@@ -27,31 +29,20 @@ struct Work {
 }
 
 impl Work {
+    /// `known` holds the work of the functions before.
     fn of(function: &Function, known: &[Self]) -> Self {
         let powers = function.expressions.iter().filter(|(_, expression)| is_power(expression)).count();
         let mut work = Self { powers, has_loop: false };
-        work.block(&function.body, known);
-        work
-    }
-
-    /// Adds the statements of a block; `known` holds the work of the functions before.
-    fn block(&mut self, block: &Block, known: &[Self]) {
-        for statement in block.iter() {
-            match statement {
-                Statement::Call { function, .. } => {
-                    let called = known[function.index()];
-                    self.powers = self.powers.saturating_add(called.powers);
-                    self.has_loop |= called.has_loop;
-                }
-                Statement::Block(block) => self.block(block, known),
-                Statement::If { accept, reject, .. } => {
-                    [accept, reject].into_iter().for_each(|block| self.block(block, known));
-                }
-                Statement::Switch { cases, .. } => cases.iter().for_each(|case| self.block(&case.body, known)),
-                Statement::Loop { .. } => self.has_loop = true,
-                _ => {}
+        statements(&function.body, &mut |statement| match statement {
+            Statement::Call { function, .. } => {
+                let called = known[function.index()];
+                work.powers = work.powers.saturating_add(called.powers);
+                work.has_loop |= called.has_loop;
             }
-        }
+            Statement::Loop { .. } => work.has_loop = true,
+            _ => {}
+        });
+        work
     }
 }
 

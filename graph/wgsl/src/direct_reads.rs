@@ -1,66 +1,33 @@
 //! Functions that read textures directly, and functions that filter them. The library's `texel` and `tap` sanitize what
 //! they read; a direct read does not.
 
-use std::collections::BTreeSet;
+use naga::{Expression, Function, Module};
 
-use naga::{Block, Expression, Function, Handle, Module, Statement};
+use crate::walk::with_callers;
 
 /// The functions and entry points that load, sample or gather texels themselves, or call one that does; those of the
 /// library are not counted, nor what they read.
 pub(crate) fn direct_reads<'m>(module: &'m Module, is_of_library: &dyn Fn(Option<&String>) -> bool) -> Vec<&'m String> {
-    let reads_itself = |function: &Function| {
-        !is_of_library(function.name.as_ref()) && function.expressions.iter().any(|(_, expression)| is_read(expression))
-    };
-    let mut readers = BTreeSet::new();
-    // A module declares functions before those that call them.
-    for (handle, function) in module.functions.iter() {
-        if reads_itself(function) || calls_any(&function.body, &readers) {
-            readers.insert(handle);
-        }
-    }
-    let functions = readers.iter().filter_map(|reader| module.functions[*reader].name.as_ref());
-    let entries = module.entry_points.iter().filter(|entry| {
-        let function = &entry.function;
-        function.expressions.iter().any(|(_, expression)| is_read(expression)) || calls_any(&function.body, &readers)
-    });
-    functions.chain(entries.map(|entry| &entry.name)).collect()
+    with_callers(module, &|function| !is_of_library(function.name.as_ref()) && has(function, is_read))
 }
 
 /// The functions and entry points that filter texels, also through the library's `tap`, or call one that does.
 pub(crate) fn filtering(module: &Module) -> Vec<&String> {
-    let filters = |function: &Function| function.expressions.iter().any(|(_, expression)| is_sample(expression));
-    let mut found = BTreeSet::new();
-    for (handle, function) in module.functions.iter() {
-        if filters(function) || calls_any(&function.body, &found) {
-            found.insert(handle);
-        }
-    }
-    let functions = found.iter().filter_map(|handle| module.functions[*handle].name.as_ref());
-    let entries = module.entry_points.iter().filter(|entry| {
-        let function = &entry.function;
-        filters(function) || calls_any(&function.body, &found)
-    });
-    functions.chain(entries.map(|entry| &entry.name)).collect()
+    with_callers(module, &|function| has(function, is_sample))
+}
+
+/// Whether a function itself has such an expression.
+pub(crate) fn has(function: &Function, wanted: fn(&Expression) -> bool) -> bool {
+    function.expressions.iter().any(|(_, expression)| wanted(expression))
 }
 
 fn is_sample(expression: &Expression) -> bool {
     matches!(expression, Expression::ImageSample { .. })
 }
 
-fn is_read(expression: &Expression) -> bool {
+/// Whether it loads, samples or gathers texels.
+pub(crate) fn is_read(expression: &Expression) -> bool {
     matches!(expression, Expression::ImageLoad { .. } | Expression::ImageSample { .. })
-}
-
-fn calls_any(block: &Block, functions: &BTreeSet<Handle<Function>>) -> bool {
-    let inside = |block: &Block| calls_any(block, functions);
-    block.iter().any(|statement| match statement {
-        Statement::Call { function, .. } => functions.contains(function),
-        Statement::Block(block) => inside(block),
-        Statement::If { accept, reject, .. } => inside(accept) || inside(reject),
-        Statement::Switch { cases, .. } => cases.iter().any(|case| inside(&case.body)),
-        Statement::Loop { body, continuing, .. } => inside(body) || inside(continuing),
-        _ => false,
-    })
 }
 
 #[cfg(test)]

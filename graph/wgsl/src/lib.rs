@@ -15,6 +15,7 @@ mod shader;
 mod token;
 mod uniform;
 mod validate;
+mod walk;
 
 pub use error::ShaderError;
 pub use features::ShaderFeatures;

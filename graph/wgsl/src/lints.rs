@@ -2,6 +2,8 @@
 
 use naga::{Block, Expression, Function, Literal, Module, SampleLevel, Span, Statement, TypeInner};
 
+use crate::walk::blocks;
+
 const CONSTANT_PART: &str =
     "a vector constant of the module cannot be a part of a larger vector: write its components, `NAME.x, NAME.y`";
 const NEIGHBOURS: &str = "this compares neighbouring pixels of a draw, which a dispatch has not: read textures through \
@@ -70,11 +72,7 @@ fn leaves(function: &Function, block: &Block, is_own: bool) -> bool {
 fn find(block: &Block, wanted: &dyn Fn(&Statement) -> bool) -> Option<Span> {
     block.span_iter().find_map(|(statement, span)| match statement {
         statement if wanted(statement) => Some(*span),
-        Statement::Block(block) => find(block, wanted),
-        Statement::If { accept, reject, .. } => find(accept, wanted).or_else(|| find(reject, wanted)),
-        Statement::Switch { cases, .. } => cases.iter().find_map(|case| find(&case.body, wanted)),
-        Statement::Loop { body, continuing, .. } => find(body, wanted).or_else(|| find(continuing, wanted)),
-        _ => None,
+        statement => blocks(statement).into_iter().find_map(|block| find(block, wanted)),
     })
 }
 

@@ -4,7 +4,7 @@ use naga::Span;
 use naga::valid::ModuleInfo;
 
 use crate::error::ShaderError;
-use crate::limits::{STACK_BYTES, check_cost, check_memory};
+use crate::limits::{check_cost, check_memory, parser_thread};
 use crate::link::SourceMap;
 use crate::lints;
 
@@ -43,9 +43,7 @@ pub(crate) fn validate_untrusted(
 /// naga's parser recurses, more deeply than the stack of every thread allows.
 fn on_large_stack<T: Send>(work: impl FnOnce() -> T + Send) -> T {
     std::thread::scope(|scope| {
-        let thread = std::thread::Builder::new().stack_size(STACK_BYTES).spawn_scoped(scope, work);
-        let result = thread.unwrap_or_else(|error| panic!("the system has no more threads: {error}")).join();
-        result.unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+        parser_thread(scope, work).join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
     })
 }
 

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use afterimage_gpu::Session;
 use afterimage_graph::check::Graph;
 use afterimage_media::write_atomic;
+use afterimage_nodes::EV100_OF_LUMINANCE;
 use serde::Serialize;
 
 use super::repairs::Repairs;
@@ -13,8 +14,6 @@ use crate::failure::Failure;
 
 /// The kinds whose value is an exposure: stops, metered mean in log2, lux, and 1 once they are valid.
 const METERS: [&str; 2] = ["Adapt", "AutoExposure"];
-/// EV100 of a luminance of 1 cd/m2 (ISO 2720, K = 12.5).
-const EV100_OF_LUMINANCE: f32 = 3.0;
 
 /// The reading of a meter after a frame.
 #[derive(Clone, Debug, Serialize)]

@@ -20,15 +20,10 @@ impl Repairs {
     /// Counts the pixels of a picture for an input of this signedness.
     pub(crate) fn of(picture: &Picture, signedness: Signedness) -> Self {
         let mut repairs = Self::default();
-        match &picture.pixels {
-            Pixels::Half(values) => {
-                let pixels = values.as_chunks::<4>().0.iter();
-                pixels.for_each(|pixel| repairs.count(pixel.map(half::f16::to_f32), signedness));
-            }
-            Pixels::Float(values) => {
-                values.as_chunks::<4>().0.iter().for_each(|pixel| repairs.count(*pixel, signedness));
-            }
-        }
+        all_pixels(picture, |pixel| {
+            repairs.count(pixel, signedness);
+            true
+        });
         repairs
     }
 
@@ -77,9 +72,14 @@ fn is_limited([r, g, b, a]: [f32; 4], signedness: Signedness) -> bool {
 
 /// Whether alpha is 1 everywhere, as in an image without alpha.
 pub(crate) fn is_opaque(picture: &Picture) -> bool {
+    all_pixels(picture, |[.., alpha]| alpha == 1.0)
+}
+
+/// Whether this holds for all pixels; those after the first for which it does not are not visited.
+fn all_pixels(picture: &Picture, mut holds: impl FnMut([f32; 4]) -> bool) -> bool {
     match &picture.pixels {
-        Pixels::Half(values) => values.as_chunks::<4>().0.iter().all(|pixel| pixel[3].to_f32() == 1.0),
-        Pixels::Float(values) => values.as_chunks::<4>().0.iter().all(|pixel| pixel[3] == 1.0),
+        Pixels::Half(values) => values.as_chunks::<4>().0.iter().all(|pixel| holds(pixel.map(half::f16::to_f32))),
+        Pixels::Float(values) => values.as_chunks::<4>().0.iter().all(|pixel| holds(*pixel)),
     }
 }
 

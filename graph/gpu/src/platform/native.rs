@@ -3,7 +3,7 @@
 use std::panic::AssertUnwindSafe;
 use std::thread::JoinHandle;
 
-use afterimage_wgsl::limits;
+use afterimage_wgsl::limits::parser_thread;
 
 use crate::GpuError;
 
@@ -30,8 +30,7 @@ impl<T: Send + 'static> Worker<T> {
 pub(crate) fn on_threads(threads: usize, work: impl Fn() + Sync) {
     std::thread::scope(|scope| {
         for _ in 0..threads {
-            let thread = std::thread::Builder::new().stack_size(limits::STACK_BYTES).spawn_scoped(scope, &work);
-            thread.unwrap_or_else(|error| panic!("the system has no more threads: {error}"));
+            parser_thread(scope, &work);
         }
     });
 }

@@ -5,10 +5,12 @@
 
 use naga::valid::{FunctionInfo, ModuleInfo};
 use naga::{
-    BinaryOperator, Block, Expression, Function, Handle, MathFunction, Module, ScalarKind, Span, Statement, TypeInner,
+    BinaryOperator, Expression, Function, Handle, MathFunction, Module, ScalarKind, Span, Statement, TypeInner,
 };
 
 use super::{CALLS, LOOPS, OPERATIONS};
+use crate::direct_reads::{has, is_read};
+use crate::walk::statements;
 
 /// An operation on one component.
 const OPERATION: usize = 3;
@@ -34,8 +36,9 @@ pub(crate) fn check_cost(
     // A module declares functions before those that call them.
     for (handle, function) in module.functions.iter() {
         let types = Types { module, info: &info[handle], function };
-        let mut cost = Cost { operations: types.expressions(), is_reader: types.read(), ..Cost::default() };
-        cost.block(&function.body, &costs);
+        let is_reader = has(function, is_read);
+        let mut cost = Cost { operations: types.expressions(), is_reader, ..Cost::default() };
+        statements(&function.body, &mut |statement| cost.statement(statement, &costs));
         if cost.is_reader && is_of_library(function.name.as_ref()) {
             cost = LIBRARY_READ;
         }
@@ -65,31 +68,20 @@ impl Cost {
         self.loops = self.loops.saturating_add(loops);
     }
 
-    /// Adds the statements of a block; `known` holds the costs of the functions before.
-    fn block(&mut self, block: &Block, known: &[Self]) {
-        for statement in block.iter() {
-            match statement {
-                Statement::Call { function, .. } => {
-                    let called = known[function.index()];
-                    self.add(called.operations, called.loops);
-                    self.calls = self.calls.max(called.calls + 1);
-                    self.is_reader |= called.is_reader;
-                }
-                Statement::Block(block) => self.block(block, known),
-                Statement::If { accept, reject, .. } => {
-                    self.add(BRANCH, 0);
-                    [accept, reject].into_iter().for_each(|block| self.block(block, known));
-                }
-                Statement::Switch { cases, .. } => {
-                    self.add(BRANCH * cases.len(), 0);
-                    cases.iter().for_each(|case| self.block(&case.body, known));
-                }
-                Statement::Loop { body, continuing, .. } => {
-                    self.add(BRANCH, 1);
-                    [body, continuing].into_iter().for_each(|block| self.block(block, known));
-                }
-                _ => self.add(1, 0),
+    /// Adds a statement without those in it; `known` holds the costs of the functions before.
+    fn statement(&mut self, statement: &Statement, known: &[Self]) {
+        match statement {
+            Statement::Call { function, .. } => {
+                let called = known[function.index()];
+                self.add(called.operations, called.loops);
+                self.calls = self.calls.max(called.calls + 1);
+                self.is_reader |= called.is_reader;
             }
+            Statement::Block(_) => {}
+            Statement::If { .. } => self.add(BRANCH, 0),
+            Statement::Switch { cases, .. } => self.add(BRANCH * cases.len(), 0),
+            Statement::Loop { .. } => self.add(BRANCH, 1),
+            _ => self.add(1, 0),
         }
     }
 }
@@ -110,11 +102,6 @@ impl<'m> Types<'m> {
     fn numbers(&self, expression: Handle<Expression>) -> usize {
         let bytes = self.of(expression).try_size(self.module.to_ctx()).unwrap_or(u32::MAX);
         (bytes as usize).div_ceil(4)
-    }
-
-    /// Whether the function reads textures itself.
-    fn read(&self) -> bool {
-        self.function.expressions.iter().any(|(_, expression)| is_read(expression))
     }
 
     fn expressions(&self) -> usize {
@@ -164,10 +151,6 @@ impl<'m> Types<'m> {
         let numbers = (bytes as usize).div_ceil(4).max(32);
         if is_value { numbers.saturating_mul(numbers).saturating_mul(4) } else { numbers.saturating_mul(24) }
     }
-}
-
-fn is_read(expression: &Expression) -> bool {
-    matches!(expression, Expression::ImageLoad { .. } | Expression::ImageSample { .. })
 }
 
 /// The operations that a function of the language becomes, for each component.

@@ -1,9 +1,10 @@
 //! Limits of the memory that values and variables take.
 
 use naga::proc::GlobalCtx;
-use naga::{Block, Function, Handle, Module, Span, Statement, TypeInner};
+use naga::{Module, Span, TypeInner};
 
 use super::{ARRAY_BYTES, VALUE_BYTES};
+use crate::walk::calls;
 
 /// The first value or function that takes too much memory, and why it is too much.
 pub(crate) fn check_memory(module: &Module) -> Option<(Span, String)> {
@@ -53,21 +54,5 @@ fn array_bytes(module: &Module, ty: &TypeInner) -> usize {
             members.fold(0, usize::saturating_add)
         }
         _ => 0,
-    }
-}
-
-/// Every call in the block, however deep.
-fn calls(block: &Block, found: &mut impl FnMut(Handle<Function>)) {
-    for statement in block.iter() {
-        match statement {
-            Statement::Call { function, .. } => found(*function),
-            Statement::Block(block) => calls(block, found),
-            Statement::If { accept, reject, .. } => [accept, reject].into_iter().for_each(|block| calls(block, found)),
-            Statement::Switch { cases, .. } => cases.iter().for_each(|case| calls(&case.body, found)),
-            Statement::Loop { body, continuing, .. } => {
-                [body, continuing].into_iter().for_each(|block| calls(block, found));
-            }
-            _ => {}
-        }
     }
 }
