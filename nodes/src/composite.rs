@@ -74,13 +74,11 @@ impl Node for Composite {
         Input::image("bloom", "The light to combine with it, of any size.").accepts(STATES).optional(),
     ];
     const OUTPUTS: &'static [Output] =
-        &[Output::image("result", OutputState::same("base"), "The image with the light.")];
-    const FALLBACK: Fallback = Fallback::input("base");
+        &[Output::image("result", OutputState::same("base"), "The image with the light.").or_input("base")];
 
-    fn identity(&self, arrivals: &Arrivals) -> Option<Fallback> {
+    fn identity(&self, arrivals: &Arrivals) -> bool {
         let adds_nothing = arrivals.is_zero("bloom") && (self.blend != CompositeBlend::Mix || arrivals.is_zero("base"));
-        let leaves_base = self.strength == 0.0 || arrivals.is_absent("bloom") || adds_nothing;
-        leaves_base.then_some(Self::FALLBACK)
+        self.strength == 0.0 || arrivals.is_absent("bloom") || adds_nothing
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {

@@ -33,11 +33,10 @@ impl GridBlur {
 impl Node for GridBlur {
     const INPUTS: &'static [Input] = &[Input::new("source", PortType::Volume, "The result of a `GridBuild`.")];
     const OUTPUTS: &'static [Output] =
-        &[Output::new("result", PortType::Volume, OutputState::same("source"), "The blurred grid.")];
-    const FALLBACK: Fallback = Fallback::input("source");
+        &[Output::new("result", PortType::Volume, OutputState::same("source"), "The blurred grid.").or_input("source")];
 
-    fn identity(&self, _: &Arrivals) -> Option<Fallback> {
-        self.axes().is_empty().then_some(Self::FALLBACK)
+    fn identity(&self, _: &Arrivals) -> bool {
+        self.axes().is_empty()
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {

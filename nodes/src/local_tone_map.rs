@@ -61,16 +61,16 @@ impl Node for LocalToneMap {
             .optional(),
     ];
     const OUTPUTS: &'static [Output] =
-        &[Output::image("result", OutputState::same("source"), "The image with compressed local contrast.")];
-    const FALLBACK: Fallback = Fallback::input("source");
+        &[Output::image("result", OutputState::same("source"), "The image with compressed local contrast.")
+            .or_input("source")];
 
     fn verify(&self) -> Result<(), String> {
         if self.lo < self.hi { Ok(()) } else { Err("`hi` must be above `lo`".into()) }
     }
 
-    fn identity(&self, arrivals: &Arrivals) -> Option<Fallback> {
+    fn identity(&self, arrivals: &Arrivals) -> bool {
         let identity = self.contrast == 1.0 && self.detail == 1.0;
-        (identity || arrivals.is_zero("source")).then_some(Self::FALLBACK)
+        identity || arrivals.is_zero("source")
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {

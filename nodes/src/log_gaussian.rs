@@ -86,8 +86,8 @@ impl Node for LogGaussian {
         "result",
         OutputState::Always(ColorState::LogLuminance),
         "The blurred log2 luminance, equal in red, green and blue.",
-    )];
-    const FALLBACK: Fallback = Fallback::Absent;
+    )
+    .or(Fallback::Absent)];
 
     fn verify(&self) -> Result<(), String> {
         if self.lo < self.hi { Ok(()) } else { Err("`hi` must be above `lo`".into()) }

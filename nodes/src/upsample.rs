@@ -87,10 +87,9 @@ impl Node for Upsample {
     const INPUTS: &'static [Input] = &[Input::new("source", PortType::Pyramid, "The levels to combine.")];
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::same("source"), "One image of the size of the finest level.")];
-    const FALLBACK: Fallback = Fallback::Zero;
 
-    fn identity(&self, arrivals: &Arrivals) -> Option<Fallback> {
-        arrivals.is_zero("source").then_some(Fallback::Zero)
+    fn identity(&self, arrivals: &Arrivals) -> bool {
+        arrivals.is_zero("source")
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {

@@ -11,7 +11,7 @@ use crate::plan::Skipped;
 use crate::request::PlanRequest;
 use crate::topological::stable_order;
 use afterimage_graph::check::{Graph, Source};
-use afterimage_graph::node::{Arrivals, Fallback, PortType};
+use afterimage_graph::node::{Arrivals, Fallback, Output};
 
 pub(super) fn put_fallbacks(graph: &Graph, request: &PlanRequest<'_>) -> SpecializedGraph {
     let order = order(graph);
@@ -28,20 +28,45 @@ pub(super) fn put_fallbacks(graph: &Graph, request: &PlanRequest<'_>) -> Special
     let remembered = remembered(graph);
     for &index in &order {
         let verdict = verdict(graph, request, &specialized, index, remembered.contains(&index));
-        specialized.outputs[index] = match &verdict {
-            None => ports_of(index, graph.nodes[index].kind().outputs().len()),
-            Some((fallback, _)) => replace(graph, &specialized, index, fallback),
-        };
-        specialized.runs[index] = verdict.is_none();
+        let outputs = graph.nodes[index].kind().outputs();
+        specialized.outputs[index] = (0..outputs.len())
+            .map(|output| match &verdict {
+                Verdict::Runs { replaced } if !replaced[output] => {
+                    WireSource::From(Source::Node { node: index, output, previous: 0 })
+                }
+                Verdict::Runs { .. } | Verdict::Fallbacks(_) => fallback(graph, &specialized, index, &outputs[output]),
+                Verdict::Starved(_) => WireSource::Absent,
+            })
+            .collect();
+        specialized.runs[index] = matches!(verdict, Verdict::Runs { .. });
         let node = graph.nodes[index].name.clone();
-        specialized.skipped.extend(verdict.map(|(_, why)| Skipped { node, why }));
+        specialized.skipped.extend(verdict.reason().map(|why| Skipped { node, why }));
     }
     specialized.order = order;
     specialized
 }
 
-fn ports_of(node: usize, count: usize) -> Vec<WireSource> {
-    (0..count).map(|output| WireSource::From(Source::Node { node, output, previous: 0 })).collect()
+/// What becomes of a node.
+enum Verdict {
+    /// It runs. Outputs that equal their fallbacks are replaced by them.
+    Runs {
+        /// Whether the fallback replaces each output.
+        replaced: Vec<bool>,
+    },
+    /// It does not run for this reason; readers of each output get its fallback.
+    Fallbacks(String),
+    /// It does not run for this reason; its readers get nothing.
+    Starved(String),
+}
+
+impl Verdict {
+    /// Why the node does not run.
+    fn reason(self) -> Option<String> {
+        match self {
+            Self::Runs { .. } => None,
+            Self::Fallbacks(why) | Self::Starved(why) => Some(why),
+        }
+    }
 }
 
 /// Nodes whose results of earlier frames are read: their memory must go on, so no identity removes them.
@@ -57,21 +82,34 @@ fn remembered(graph: &Graph) -> BTreeSet<usize> {
         .collect()
 }
 
-/// The fallback of a node and the reason, or `None` if it runs.
 fn verdict(
     graph: &Graph,
     request: &PlanRequest<'_>,
     specialized: &SpecializedGraph,
     index: usize,
     remembered: bool,
-) -> Option<(Fallback, String)> {
+) -> Verdict {
     let node = &graph.nodes[index];
     if node.off {
-        return Some((node.kind().fallback(), "switched off".into()));
+        return Verdict::Fallbacks("switched off".into());
     }
     if let Some(condition) = node.when.as_ref().filter(|condition| !condition.holds(&request.facts)) {
-        return Some((node.kind().fallback(), format!("`when: {condition}` does not hold")));
+        return Verdict::Fallbacks(format!("`when: {condition}` does not hold"));
     }
+    let arrivals = arrivals(graph, specialized, index);
+    let equals = |output: &Output| !remembered && node.instance.identity_of(&output.name, &arrivals);
+    let replaced: Vec<bool> = node.kind().outputs().iter().map(equals).collect();
+    if replaced.iter().all(|replaced| *replaced) {
+        return Verdict::Fallbacks("changes nothing here".into());
+    }
+    match node.kind().inputs().iter().find(|port| !port.optional && arrivals.is_absent(&port.name)) {
+        Some(starved) => Verdict::Starved(format!("nothing arrives at its input `{}`", starved.name)),
+        None => Verdict::Runs { replaced },
+    }
+}
+
+fn arrivals(graph: &Graph, specialized: &SpecializedGraph, index: usize) -> Arrivals {
+    let node = &graph.nodes[index];
     let mut zero = Vec::new();
     let mut absent = Vec::new();
     for (port, wire) in node.kind().inputs().iter().zip(&node.wires) {
@@ -81,26 +119,22 @@ fn verdict(
             WireSource::From(_) => {}
         }
     }
-    let arrivals = Arrivals::new(zero, absent);
-    if !remembered && let Some(fallback) = node.instance.identity(&arrivals) {
-        return Some((fallback, "changes nothing here".into()));
-    }
-    let starved = node.kind().inputs().iter().find(|port| !port.optional && arrivals.is_absent(&port.name))?;
-    Some((Fallback::Absent, format!("nothing arrives at its input `{}`", starved.name)))
+    Arrivals::new(zero, absent)
 }
 
-fn replace(graph: &Graph, specialized: &SpecializedGraph, index: usize, fallback: &Fallback) -> Vec<WireSource> {
+/// What readers of an output get when its node does not run.
+fn fallback(graph: &Graph, specialized: &SpecializedGraph, index: usize, output: &Output) -> WireSource {
     let node = &graph.nodes[index];
-    let of_port = |ty: PortType| match fallback {
+    match &output.fallback {
         Fallback::Absent => WireSource::Absent,
-        Fallback::Zero if matches!(ty, PortType::Image | PortType::Pyramid) => WireSource::Zero,
-        Fallback::Zero => WireSource::Absent,
+        Fallback::Zero => WireSource::Zero,
         Fallback::Input(name) => {
-            let port = node.kind().inputs().iter().position(|input| input.name == *name && input.ty == ty);
-            port.map_or(WireSource::Absent, |port| specialized.resolve(node.wires[port]))
+            let port = node.kind().inputs().iter().position(|input| input.name == *name);
+            let port =
+                port.unwrap_or_else(|| panic!("the contract test finds the fallback `{name}` of `{}`", node.name));
+            specialized.resolve(node.wires[port])
         }
-    };
-    node.kind().outputs().iter().map(|output| of_port(output.ty)).collect()
+    }
 }
 
 /// An order in which nodes can be recorded.

@@ -52,7 +52,8 @@ fn is_recorded(way: &Use<'_>) -> bool {
     let inputs = way.node.kind().inputs();
     let absent = inputs.iter().filter(|port| port.optional && !way.is_fully_wired).map(|port| port.name.clone());
     let arrivals = Arrivals::new(Vec::new(), absent.collect());
-    way.node.verify().is_ok() && way.node.identity(&arrivals).is_none()
+    let is_replaced = way.node.kind().outputs().iter().all(|port| way.node.identity_of(&port.name, &arrivals));
+    way.node.verify().is_ok() && !is_replaced
 }
 
 fn one(way: &Use<'_>, complaints: &mut Complaints, seen: &mut dyn FnMut(&Recording)) {
