@@ -57,7 +57,6 @@ macro_rules! kind {
         impl Node for $kind {
             const INPUTS: &'static [Input] = &[$($input),*];
             const OUTPUTS: &'static [Output] = &[$output];
-            const FALLBACK: Fallback = Fallback::Absent;
             fn record(&self, pass: &mut Recorder<'_>) {
                 let record: fn(&mut Recorder<'_>) = $record;
                 record(pass)
