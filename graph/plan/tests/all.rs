@@ -4,6 +4,7 @@
 mod colorimetry;
 mod faults;
 mod fusion;
+mod golden;
 mod limits;
 mod pipelines;
 mod plan_cache;

@@ -10,6 +10,7 @@ mod contract;
 mod folder;
 mod fuzz;
 mod kinds;
+mod mutated;
 mod once;
 
 use std::path::{Path, PathBuf};
