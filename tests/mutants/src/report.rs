@@ -49,11 +49,8 @@ impl Report {
 impl Display for Report {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
         let mut all = Counts::default();
-        writeln!(
-            f,
-            "\n| crate | mutants | noticed by its own tests | also by those of the other pure crates | not compiled |"
-        )?;
-        writeln!(f, "|---|---:|---:|---:|---:|")?;
+        writeln!(f, "\n| crate | mutants | noticed | not compiled |")?;
+        writeln!(f, "|---|---:|---:|---:|")?;
         for (name, counts) in &self.by_crate {
             row(f, name, counts)?;
             all.noticed += counts.noticed;
