@@ -3,7 +3,7 @@
 #
 # `sample` takes mutants of the pure crates (base, wgsl, graph, plan) as cargo-mutants lists them, in an order with a
 # fixed seed: `sample 0 300` and `sample 300 400` have none in common. `faults` takes those of tests/mutants/faults.txt,
-# which are in the planner and the GPU crate. Results are kept in target/mutants/results-*.tsv: a run that was stopped
+# which are in the planner and the GPU crate. Results are kept in target/mutants/*/results-*.tsv: a run that was stopped
 # goes on where it was, and a run that was finished prints its table again. Remove the file to begin anew. It ends with
 # the share of the mutants that a test notices, its 95 % interval, and the mutants that no test notices.
 set -euo pipefail

@@ -27,11 +27,15 @@ const SEED: u64 = 17;
 
 fn main() {
     let words: Vec<String> = std::env::args().skip(1).collect();
-    let folder = std::env::current_dir().expect("there is a folder").join("target/mutants");
-    std::fs::create_dir_all(&folder).expect("the folder can be made");
+    let here = std::env::current_dir().expect("there is a folder");
+    let folder = |name: &str| {
+        let folder = here.join("target/mutants").join(name);
+        std::fs::create_dir_all(&folder).expect("the folder can be made");
+        folder
+    };
     match words.iter().map(String::as_str).collect::<Vec<_>>()[..] {
-        ["sample", from, count] => sample(&folder, number(from), number(count)),
-        ["faults", list] => seeded(&folder, list),
+        ["sample", from, count] => sample(&folder("pure"), number(from), number(count)),
+        ["faults", list] => seeded(&folder("faults"), list),
         _ => panic!("`sample FIRST COUNT` or `faults FILE`"),
     }
 }
