@@ -55,6 +55,7 @@ impl Post {
             facts,
             caps: executor.caps().clone(),
             options: Options::default(),
+            dynamic: Default::default(),
             requirement: &|desc| executor.requirement(desc),
         };
         Ok(Arc::new(plan(&self.graph, &request)?))

@@ -22,6 +22,7 @@ mod heap;
 mod layout;
 mod pipelines;
 mod platform;
+mod post;
 #[cfg(not(target_family = "wasm"))]
 mod session;
 mod store;
@@ -34,10 +35,11 @@ mod transfer;
 #[cfg(not(target_family = "wasm"))]
 pub use clock::{Clock, ClockSource, FrameTime, Recording, median};
 pub use device::{ErrorLog, Gpu, Opening, caps, texture_format};
-pub use error::{GpuError, SessionError};
+pub use error::GpuError;
 pub use executor::{Executor, Frame, Preparation};
+pub use post::{Control, Parameter, ParameterInfo, Post, PostError};
 #[cfg(not(target_family = "wasm"))]
-pub use session::{FrameInputs, FrameStep, InputImage, Runtime, Session, input_image};
+pub use session::{FrameInputs, FrameStep, InputImage, Session, input_image};
 #[cfg(not(target_family = "wasm"))]
 pub use stream::{Feed, Readback, download};
 pub use transfer::{Texels, upload, upload_bytes};

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use crate::amounts::Amounts;
 use crate::builder::{PlanBuilder, copy_pass, finite_image, float_format, scale_pass};
+use crate::dynamic::{FrameSetting, NodeSetting};
 use crate::error::PlanError;
 use crate::limits::MOST_COMPUTED_BYTES;
 use crate::plan::PlanOutput;
@@ -11,9 +12,7 @@ use crate::request::PlanRequest;
 use crate::specialize::{SpecializedGraph, WireSource};
 use afterimage_base::image::{ImageDesc, Signedness};
 use afterimage_graph::check::{Graph, GraphInput, ImageColors, Source};
-use afterimage_graph::node::{
-    Arg, Arrival, ImageColor, ImageId, NodeColors, Origin, Recorder, RecorderContext, VirtualImage,
-};
+use afterimage_graph::node::{Arg, Arrival, ImageColor, ImageId, KernelOrigin, Origin, VirtualImage};
 
 /// How often sizes of histories are inferred again before they count as unstable.
 const ROUNDS: usize = 8;
@@ -52,6 +51,7 @@ struct Round<'a> {
     specialized: &'a SpecializedGraph,
     guesses: &'a [Vec<ImageDesc>],
     colors: &'a ImageColors,
+    frame: FrameSetting,
     builder: PlanBuilder,
     made: Vec<Vec<Arrival>>,
     given: Vec<Option<ImageId>>,
@@ -77,7 +77,8 @@ impl<'a> Round<'a> {
         let given = vec![None; graph.inputs.len()];
         let (histories, known) = (Vec::new(), BTreeMap::new());
         let amounts = Amounts::default();
-        Self { graph, request, specialized, guesses, colors, builder, made, given, histories, known, amounts }
+        let frame = FrameSetting::new(request);
+        Self { graph, request, specialized, guesses, colors, frame, builder, made, given, histories, known, amounts }
     }
 
     fn run(&mut self) -> Result<(), PlanError> {
@@ -162,29 +163,28 @@ impl<'a> Round<'a> {
         let arrivals: Vec<Arrival> = node.wires.iter().map(|wire| self.arrival(*wire)).collect();
         let color = |wire: &Option<Source>| self.colors.at(self.specialized.source((*wire)?)?);
         let inputs: Vec<Option<ImageColor>> = node.wires.iter().map(color).collect();
-        let context = RecorderContext {
-            node: &node.name,
-            kind: node.kind().signature(),
-            parameters: node.instance.uniform_values(),
-            arrivals: &arrivals,
+        let setting = NodeSetting {
+            name: node.name.clone(),
             format: node.format,
-            frame_size: self.request.size,
-            caps: &self.request.caps,
-            exact: self.request.options.exact,
-            wanted: &self.specialized.wanted[index],
-            colors: NodeColors { inputs: &inputs, outputs: self.colors.of_node(index) },
+            arrivals,
+            inputs,
+            outputs: self.colors.of_node(index).to_vec(),
+            wanted: self.specialized.wanted[index].clone(),
         };
         let first_image = self.builder.recording.images.len();
         let first_pass = self.builder.recording.passes.len();
-        let mut recorder = Recorder::new(context, &mut self.builder.recording);
-        node.instance.record(&mut recorder);
-        self.made[index] = recorder.finish();
+        self.made[index] = self.frame.record(&node.instance, &setting, &mut self.builder.recording);
+        if !self.request.dynamic_of(index).is_empty() {
+            self.builder.dynamic.insert(index, setting);
+        }
         let signedness = node.states.iter().flatten().map(|state| state.signedness()).max();
         let signedness = signedness.unwrap_or(Signedness::Unsigned);
         self.builder.recording.images[first_image..].iter_mut().for_each(|image| image.signedness = signedness);
         let kernels = self.builder.recording.passes[first_pass..].iter_mut().flat_map(|pass| &mut pass.kernels);
-        let untrusted = kernels.filter(|kernel| kernel.shader.is_untrusted());
-        untrusted.for_each(|kernel| kernel.limited = Some(signedness));
+        for (number, kernel) in kernels.enumerate() {
+            kernel.origin = Some(KernelOrigin { node: index, kernel: number });
+            kernel.limited = kernel.shader.is_untrusted().then_some(signedness);
+        }
     }
 
     fn link_histories(&mut self) {

@@ -189,6 +189,7 @@ fn attempted(nodes: &str, outputs: &str) -> Result<Plan, PlanError> {
         facts: Facts::default(),
         caps: all_formats(),
         options: Options { tile: When::Never, row_downsample: When::Never, ..Options::default() },
+        dynamic: Default::default(),
         requirement: &Requirement::typical,
     };
     plan(&graph(nodes, outputs), &request)

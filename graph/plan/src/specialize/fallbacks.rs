@@ -1,7 +1,7 @@
 //! Nodes that are off, whose condition does not hold, or that are an identity at their present values get their
 //! fallbacks.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use petgraph::Direction;
 use petgraph::graph::NodeIndex;
@@ -10,8 +10,9 @@ use super::wires::{SpecializedGraph, WireSource};
 use crate::plan::Skipped;
 use crate::request::PlanRequest;
 use crate::topological::stable_order;
+use afterimage_base::value::Value;
 use afterimage_graph::check::{Graph, Source};
-use afterimage_graph::node::{Arrivals, Fallback, PortType};
+use afterimage_graph::node::{Arrivals, Fallback, NodeInstance, PortType};
 
 pub(super) fn put_fallbacks(graph: &Graph, request: &PlanRequest<'_>) -> SpecializedGraph {
     let order = order(graph);
@@ -24,17 +25,22 @@ pub(super) fn put_fallbacks(graph: &Graph, request: &PlanRequest<'_>) -> Special
         given,
         wanted: Vec::new(),
         skipped: Vec::new(),
+        identities: BTreeMap::new(),
     };
     let remembered = remembered(graph);
     for &index in &order {
-        let verdict = verdict(graph, request, &specialized, index, remembered.contains(&index));
+        let arrivals = arrivals(graph, &specialized, index);
+        let verdict = verdict(graph, request, index, (&arrivals, remembered.contains(&index)));
         specialized.outputs[index] = match &verdict {
             None => ports_of(index, graph.nodes[index].kind().outputs().len()),
-            Some((fallback, _)) => replace(graph, &specialized, index, fallback),
+            Some(verdict) => replace(graph, &specialized, index, &verdict.fallback),
         };
         specialized.runs[index] = verdict.is_none();
-        let node = graph.nodes[index].name.clone();
-        specialized.skipped.extend(verdict.map(|(_, why)| Skipped { node, why }));
+        let Some(Verdict { fallback, why, is_identity }) = verdict else { continue };
+        specialized.skipped.push(Skipped { node: graph.nodes[index].name.clone(), why });
+        if is_identity {
+            specialized.identities.insert(index, (arrivals, fallback));
+        }
     }
     specialized.order = order;
     specialized
@@ -57,21 +63,9 @@ fn remembered(graph: &Graph) -> BTreeSet<usize> {
         .collect()
 }
 
-/// The fallback of a node and the reason, or `None` if it runs.
-fn verdict(
-    graph: &Graph,
-    request: &PlanRequest<'_>,
-    specialized: &SpecializedGraph,
-    index: usize,
-    remembered: bool,
-) -> Option<(Fallback, String)> {
+/// Which inputs of a node are zero, and at which nothing arrives.
+fn arrivals(graph: &Graph, specialized: &SpecializedGraph, index: usize) -> Arrivals {
     let node = &graph.nodes[index];
-    if node.off {
-        return Some((node.kind().fallback(), "switched off".into()));
-    }
-    if let Some(condition) = node.when.as_ref().filter(|condition| !condition.holds(&request.facts)) {
-        return Some((node.kind().fallback(), format!("`when: {condition}` does not hold")));
-    }
     let mut zero = Vec::new();
     let mut absent = Vec::new();
     for (port, wire) in node.kind().inputs().iter().zip(&node.wires) {
@@ -81,12 +75,68 @@ fn verdict(
             WireSource::From(_) => {}
         }
     }
-    let arrivals = Arrivals::new(zero, absent);
-    if !remembered && let Some(fallback) = node.instance.identity(&arrivals) {
-        return Some((fallback, "changes nothing here".into()));
+    Arrivals::new(zero, absent)
+}
+
+/// What replaces a node, and why.
+struct Verdict {
+    fallback: Fallback,
+    why: String,
+    is_identity: bool,
+}
+
+impl Verdict {
+    fn new(fallback: Fallback, why: impl Into<String>) -> Self {
+        Self { fallback, why: why.into(), is_identity: false }
+    }
+}
+
+/// What replaces a node, or `None` if it runs. A node that is remembered runs also as an identity.
+fn verdict(
+    graph: &Graph,
+    request: &PlanRequest<'_>,
+    index: usize,
+    (arrivals, remembered): (&Arrivals, bool),
+) -> Option<Verdict> {
+    let node = &graph.nodes[index];
+    if node.off {
+        return Some(Verdict::new(node.kind().fallback(), "switched off"));
+    }
+    if let Some(condition) = node.when.as_ref().filter(|condition| !condition.holds(&request.facts)) {
+        return Some(Verdict::new(node.kind().fallback(), format!("`when: {condition}` does not hold")));
+    }
+    if !remembered && let Some(fallback) = identity(&node.instance, &request.dynamic_of(index), arrivals) {
+        return Some(Verdict { is_identity: true, ..Verdict::new(fallback, "changes nothing here") });
     }
     let starved = node.kind().inputs().iter().find(|port| !port.optional && arrivals.is_absent(&port.name))?;
-    Some((Fallback::Absent, format!("nothing arrives at its input `{}`", starved.name)))
+    Some(Verdict::new(Fallback::Absent, format!("nothing arrives at its input `{}`", starved.name)))
+}
+
+/// The fallback that equals the node's output, whatever values its dynamic parameters get.
+fn identity(instance: &NodeInstance, dynamic: &[usize], arrivals: &Arrivals) -> Option<Fallback> {
+    let fallback = instance.identity(arrivals)?;
+    // An identity because of what arrives is one at all values. One because of its values is very likely not one at
+    // some of these; should it be, `DynamicNodes` notices the first values at which it is none.
+    let probes = if dynamic.is_empty() { 0 } else { PROBES };
+    let holds = |probe: usize| probed(instance, dynamic, probe).identity(arrivals).as_ref() == Some(&fallback);
+    (0..probes).all(holds).then_some(fallback)
+}
+
+/// Values of dynamic parameters at which an identity must hold.
+const PROBES: usize = 48;
+
+/// The node with its dynamic parameters at other values, mixed in a way that depends on the number of the probe.
+fn probed(instance: &NodeInstance, dynamic: &[usize], probe: usize) -> NodeInstance {
+    let mut other = instance.clone();
+    for &index in dynamic {
+        let param = &instance.kind().params()[index];
+        let present = Some(instance.values()[index].clone());
+        let values = [param.lowest(), param.highest(), param.middle(), Some(param.default.clone()), present];
+        let values: Vec<Value> = values.into_iter().flatten().collect();
+        let mixed = (probe as u32 + 1).wrapping_mul(0x9e37_79b1).wrapping_mul(2 * index as u32 + 1) >> 16;
+        other.set(index, values[mixed as usize % values.len()].clone());
+    }
+    other
 }
 
 fn replace(graph: &Graph, specialized: &SpecializedGraph, index: usize, fallback: &Fallback) -> Vec<WireSource> {

@@ -1,6 +1,9 @@
 //! The graph with fallbacks in the place of nodes that do not run.
 
+use std::collections::BTreeMap;
+
 use afterimage_graph::check::Source;
+use afterimage_graph::node::{Arrivals, Fallback};
 
 use crate::plan::Skipped;
 
@@ -29,6 +32,8 @@ pub(crate) struct SpecializedGraph {
     pub(crate) wanted: Vec<Vec<bool>>,
     /// Nodes that do not run, and why.
     pub(crate) skipped: Vec<Skipped>,
+    /// Nodes that do not run because they change nothing at their values: what arrives, and what replaces them.
+    pub(crate) identities: BTreeMap<usize, (Arrivals, Fallback)>,
 }
 
 impl SpecializedGraph {
