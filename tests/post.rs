@@ -90,8 +90,12 @@ fn a_parameter_with_a_handle_follows_without_a_plan() {
         assert!(!host.post.is_changing(), "no plan is made");
         let shown = host.shown();
         let wanted = [("lit.strength", text), ("exposed.stops", &format!("{:?}", 2.0 * value))];
+        // At a strength of 0 the plan without handles has no bloom, and another rounding.
+        let mut wanted = Host::new(changed("tsushima.ron", None, &wanted));
+        wanted.post.control("lit.strength").unwrap();
+        wanted.post.control("exposed.stops").unwrap();
         assert!(Arc::ptr_eq(&plan, &host.plan()));
-        assert_same(&shown, &fresh("tsushima.ron", None, &wanted));
+        assert_same(&shown, &wanted.shown());
         assert!(shown != before, "the picture changes at {value}");
     }
 }
@@ -151,6 +155,7 @@ fn a_tier_keeps_what_the_host_has_set() {
     host.post.change(changed("grade.ron", None, &[]));
     assert_eq!(host.post.value(strength.control()), Some(&Value::Float(0.25)), "it has no such parameter");
     host.post.set(strength, 0.5).unwrap();
+    host.post.finish_changes().unwrap();
     assert_same(&host.shown(), &fresh("grade.ron", None, &[]));
     host.post.change(changed("tsushima.ron", None, &[]));
     host.post.finish_changes().unwrap();
@@ -181,14 +186,19 @@ fn a_fact_changes_the_plan_in_the_background_and_another_size_at_once() {
 fn a_plan_that_cannot_be_made_is_reported_once_and_the_old_one_renders_on() {
     let mut host = Host::new(changed("lynx.ron", None, &[]));
     let before = host.shown();
-    host.post.change(changed("tsushima-night.ron", None, &[]));
     let graph = changed("lynx.ron", None, &[]);
     let mut without = graph.clone();
     without.inputs[0].name = "other".into();
     without.inputs[0].optional = false;
     host.post.change(without);
-    let error = host.frame().unwrap_err().to_string();
-    assert!(error.contains("`other`"), "{error}");
+    let errors: Vec<String> = (0..200)
+        .filter_map(|_| {
+            std::thread::sleep(std::time::Duration::from_millis(5));
+            host.frame().err().map(|error| error.to_string())
+        })
+        .collect();
+    assert_eq!(errors, ["output `display` comes from a node that is off and has no fallback"]);
+    assert_same(&host.shown(), &before);
     host.post.change(graph);
     host.post.finish_changes().unwrap();
     assert_same(&host.shown(), &before);

@@ -61,8 +61,8 @@ impl Node for Aces2Output {
         "result",
         OutputState::Always(ColorState::DisplayLinear),
         "Display-linear light in the primaries of `gamut`, 0 to `peak`.",
-    )];
-    const FALLBACK: Fallback = Fallback::input("source");
+    )
+    .or_input("source")];
 
     fn verify_display(&self, display: &Colorimetry) -> Result<(), String> {
         if self.peak <= 1.0 {

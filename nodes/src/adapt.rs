@@ -37,7 +37,6 @@ impl Node for Adapt {
     const INPUTS: &'static [Input] = &[Input::new("mean", PortType::Value, "The result of a `MeanLuminance`.")];
     const OUTPUTS: &'static [Output] =
         &[Output::new("result", PortType::Value, OutputState::Nothing, "Stops, mean, lux, and 1 once they are valid.")];
-    const FALLBACK: Fallback = Fallback::Absent;
 
     fn verify(&self) -> Result<(), String> {
         if self.min_ev <= self.max_ev { Ok(()) } else { Err("`max_ev` must not be below `min_ev`".into()) }

@@ -85,7 +85,6 @@ impl Node for AutoExposure {
         OutputState::Nothing,
         "Stops, metered mean, lux, and 1 once they are valid.",
     )];
-    const FALLBACK: Fallback = Fallback::Absent;
 
     fn verify(&self) -> Result<(), String> {
         if self.min_ev > self.max_ev {

@@ -91,8 +91,7 @@ params! {
 impl Node for BakedGrade {
     const INPUTS: &'static [Input] = &[Input::image("source", "Exposed light.").accepts(&[ColorState::Exposed])];
     const OUTPUTS: &'static [Output] =
-        &[Output::image("result", OutputState::Always(ColorState::Encoded), "The signal, 0 to 1.")];
-    const FALLBACK: Fallback = Fallback::input("source");
+        &[Output::image("result", OutputState::Always(ColorState::Encoded), "The signal, 0 to 1.").or_input("source")];
 
     fn verify(&self) -> Result<(), String> {
         self.tone_map().verify()

@@ -41,12 +41,11 @@ impl Node for Cdl {
             ColorState::DisplayLinear,
             ColorState::Encoded,
         ])];
-    const OUTPUTS: &'static [Output] = &[Output::image("result", OutputState::same("source"), "The graded image.")];
-    const FALLBACK: Fallback = Fallback::input("source");
+    const OUTPUTS: &'static [Output] =
+        &[Output::image("result", OutputState::same("source"), "The graded image.").or_input("source")];
 
-    fn identity(&self, _: &Arrivals) -> Option<Fallback> {
-        let is_neutral = self.values().is_ok_and(|values| values == ColorCorrection::NEUTRAL);
-        is_neutral.then_some(Self::FALLBACK)
+    fn identity(&self, _: &Arrivals) -> bool {
+        self.values().is_ok_and(|values| values == ColorCorrection::NEUTRAL)
     }
 
     fn verify(&self) -> Result<(), String> {

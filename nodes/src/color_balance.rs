@@ -32,12 +32,11 @@ impl Node for ColorBalance {
     const INPUTS: &'static [Input] = &[Input::image("source", "The image after the tone curve, preferably encoded.")
         .accepts(&[ColorState::DisplayLinear, ColorState::Encoded])];
     const OUTPUTS: &'static [Output] =
-        &[Output::image("result", OutputState::same("source"), "The tinted image, 0 or more.")];
-    const FALLBACK: Fallback = Fallback::input("source");
+        &[Output::image("result", OutputState::same("source"), "The tinted image, 0 or more.").or_input("source")];
 
-    fn identity(&self, _: &Arrivals) -> Option<Fallback> {
+    fn identity(&self, _: &Arrivals) -> bool {
         let still = [self.shadows, self.midtones, self.highlights] == [[0.0; 3]; 3];
-        (still && self.multiply == [1.0; 3]).then_some(Self::FALLBACK)
+        still && self.multiply == [1.0; 3]
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {

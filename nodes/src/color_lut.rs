@@ -74,13 +74,13 @@ impl Node for ColorLut {
             ColorState::DisplayLinear,
             ColorState::Encoded,
         ])];
-    const OUTPUTS: &'static [Output] = &[Output::image("result", OutputState::chosen("state"), "The graded image.")];
-    const FALLBACK: Fallback = Fallback::input("source");
+    const OUTPUTS: &'static [Output] =
+        &[Output::image("result", OutputState::chosen("state"), "The graded image.").or_input("source")];
 
-    fn identity(&self, _: &Arrivals) -> Option<Fallback> {
+    fn identity(&self, _: &Arrivals) -> bool {
         let keeps = self.state == LutState::Source;
         let does_nothing = || self.is_plain() && self.shaper == Shaper::None && self.content().is_ok_and(is_identity);
-        (keeps && (self.strength == 0.0 || self.file.bytes.is_none() || does_nothing())).then_some(Self::FALLBACK)
+        keeps && (self.strength == 0.0 || self.file.bytes.is_none() || does_nothing())
     }
 
     fn verify(&self) -> Result<(), String> {

@@ -32,11 +32,11 @@ impl Node for Contrast {
     const INPUTS: &'static [Input] = &[Input::image("source", "Exposed light, or an image after the tone curve.")
         .accepts(&[ColorState::Exposed, ColorState::DisplayLinear, ColorState::Encoded])];
     const OUTPUTS: &'static [Output] =
-        &[Output::image("result", OutputState::same("source"), "The image with its new contrast, 0 or more.")];
-    const FALLBACK: Fallback = Fallback::input("source");
+        &[Output::image("result", OutputState::same("source"), "The image with its new contrast, 0 or more.")
+            .or_input("source")];
 
-    fn identity(&self, _: &Arrivals) -> Option<Fallback> {
-        (self.amount == 1.0).then_some(Self::FALLBACK)
+    fn identity(&self, _: &Arrivals) -> bool {
+        self.amount == 1.0
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {

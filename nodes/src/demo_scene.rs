@@ -41,7 +41,6 @@ impl Node for DemoScene {
             "Diffuse albedo; alpha is 1 where metering should count the pixel.",
         ),
     ];
-    const FALLBACK: Fallback = Fallback::Zero;
 
     fn record(&self, pass: &mut Recorder<'_>) {
         let desc = ImageDesc::new(pass.frame_size());

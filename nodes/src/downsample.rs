@@ -112,10 +112,9 @@ impl Node for Downsample {
         Output::new("result", PortType::Pyramid, OutputState::same("source"), "The levels, finest first."),
         Output::image("coarsest", OutputState::same("source"), "The coarsest level: a small image for wide blurs."),
     ];
-    const FALLBACK: Fallback = Fallback::Zero;
 
-    fn identity(&self, arrivals: &Arrivals) -> Option<Fallback> {
-        arrivals.is_zero("source").then_some(Fallback::Zero)
+    fn identity(&self, arrivals: &Arrivals) -> bool {
+        arrivals.is_zero("source")
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {

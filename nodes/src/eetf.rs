@@ -45,8 +45,8 @@ impl Node for Eetf {
     const INPUTS: &'static [Input] =
         &[Input::image("source", "Display-linear light up to `source_nits`.").accepts(&[ColorState::DisplayLinear])];
     const OUTPUTS: &'static [Output] =
-        &[Output::image("result", OutputState::same("source"), "Display-linear light up to `peak_nits`.")];
-    const FALLBACK: Fallback = Fallback::input("source");
+        &[Output::image("result", OutputState::same("source"), "Display-linear light up to `peak_nits`.")
+            .or_input("source")];
 
     fn verify_display(&self, display: &Colorimetry) -> Result<(), String> {
         let peak_nits = self.peak_nits.min(self.source_nits).into();

@@ -77,8 +77,7 @@ impl Node for Encode {
     const INPUTS: &'static [Input] =
         &[Input::image("source", "Display-linear light.").accepts(&[ColorState::DisplayLinear])];
     const OUTPUTS: &'static [Output] =
-        &[Output::image("result", OutputState::Always(ColorState::Encoded), "The signal, 0 to 1.")];
-    const FALLBACK: Fallback = Fallback::input("source");
+        &[Output::image("result", OutputState::Always(ColorState::Encoded), "The signal, 0 to 1.").or_input("source")];
 
     fn color(&self) -> ColorChange {
         let primaries = self.primaries.space();

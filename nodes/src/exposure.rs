@@ -22,11 +22,11 @@ impl Node for Exposure {
         Input::new("meter", PortType::Value, "Stops to add, in x: the result of a metering node.").optional(),
     ];
     const OUTPUTS: &'static [Output] =
-        &[Output::image("result", OutputState::Always(ColorState::Exposed), "The light times 2^stops, at most 65504.")];
-    const FALLBACK: Fallback = Fallback::input("source");
+        &[Output::image("result", OutputState::Always(ColorState::Exposed), "The light times 2^stops, at most 65504.")
+            .or_input("source")];
 
-    fn identity(&self, arrivals: &Arrivals) -> Option<Fallback> {
-        (self.stops == 0.0 && arrivals.is_absent("meter")).then_some(Self::FALLBACK)
+    fn identity(&self, arrivals: &Arrivals) -> bool {
+        self.stops == 0.0 && arrivals.is_absent("meter")
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {

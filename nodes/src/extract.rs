@@ -123,11 +123,10 @@ impl Node for Extract {
             "The largest channel of each 2x2 pixels of the source, in red: for `before` of the next frame.",
         ),
     ];
-    const FALLBACK: Fallback = Fallback::Zero;
 
-    fn identity(&self, arrivals: &Arrivals) -> Option<Fallback> {
+    fn identity(&self, arrivals: &Arrivals) -> bool {
         // With `method: All` it still has peaks, so the source does not replace it.
-        arrivals.is_zero("source").then_some(Fallback::Zero)
+        arrivals.is_zero("source")
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {

@@ -36,11 +36,11 @@ params! {
 impl Node for FilmGrain {
     const INPUTS: &'static [Input] = &[Input::image("source", "The image after the tone curve.")
         .accepts(&[ColorState::DisplayLinear, ColorState::Encoded])];
-    const OUTPUTS: &'static [Output] = &[Output::image("result", OutputState::same("source"), "The image with grain.")];
-    const FALLBACK: Fallback = Fallback::input("source");
+    const OUTPUTS: &'static [Output] =
+        &[Output::image("result", OutputState::same("source"), "The image with grain.").or_input("source")];
 
-    fn identity(&self, _: &Arrivals) -> Option<Fallback> {
-        (self.amount == 0.0).then_some(Self::FALLBACK)
+    fn identity(&self, _: &Arrivals) -> bool {
+        self.amount == 0.0
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {

@@ -133,11 +133,11 @@ impl Node for Gaussian {
         ColorState::DisplayLinear,
         ColorState::Data,
     ])];
-    const OUTPUTS: &'static [Output] = &[Output::image("result", OutputState::same("source"), "The blurred image.")];
-    const FALLBACK: Fallback = Fallback::input("source");
+    const OUTPUTS: &'static [Output] =
+        &[Output::image("result", OutputState::same("source"), "The blurred image.").or_input("source")];
 
-    fn identity(&self, arrivals: &Arrivals) -> Option<Fallback> {
-        (arrivals.is_zero("source") || self.blur().changes_nothing()).then_some(Self::FALLBACK)
+    fn identity(&self, arrivals: &Arrivals) -> bool {
+        arrivals.is_zero("source") || self.blur().changes_nothing()
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {
@@ -151,11 +151,11 @@ impl Node for Gaussian {
 impl Node for GaussianPyramid {
     const INPUTS: &'static [Input] = &[Input::new("source", PortType::Pyramid, "The levels to blur.")];
     const OUTPUTS: &'static [Output] =
-        &[Output::new("result", PortType::Pyramid, OutputState::same("source"), "The blurred levels, finest first.")];
-    const FALLBACK: Fallback = Fallback::input("source");
+        &[Output::new("result", PortType::Pyramid, OutputState::same("source"), "The blurred levels, finest first.")
+            .or_input("source")];
 
-    fn identity(&self, arrivals: &Arrivals) -> Option<Fallback> {
-        (arrivals.is_zero("source") || self.blur().changes_nothing()).then_some(Self::FALLBACK)
+    fn identity(&self, arrivals: &Arrivals) -> bool {
+        arrivals.is_zero("source") || self.blur().changes_nothing()
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {

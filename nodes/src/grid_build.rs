@@ -87,7 +87,6 @@ impl Node for GridBuild {
         OutputState::Always(ColorState::Data),
         "Sums, weights and the range.",
     )];
-    const FALLBACK: Fallback = Fallback::Absent;
 
     fn verify(&self) -> Result<(), String> {
         let [lo, hi] = self.range();

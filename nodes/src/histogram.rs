@@ -84,7 +84,6 @@ impl Node for Histogram {
             "x: the largest channel of all counted pixels; y, z: the range in log2; w: the number of bins.",
         ),
     ];
-    const FALLBACK: Fallback = Fallback::Absent;
 
     fn verify(&self) -> Result<(), String> {
         if self.lo < self.hi { Ok(()) } else { Err("`hi` must be above `lo`".into()) }

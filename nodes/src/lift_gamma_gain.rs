@@ -45,11 +45,10 @@ impl Node for LiftGammaGain {
         ColorState::Encoded,
     ])];
     const OUTPUTS: &'static [Output] =
-        &[Output::image("result", OutputState::same("source"), "The graded image, 0 or more.")];
-    const FALLBACK: Fallback = Fallback::input("source");
+        &[Output::image("result", OutputState::same("source"), "The graded image, 0 or more.").or_input("source")];
 
-    fn identity(&self, _: &Arrivals) -> Option<Fallback> {
-        self.is_neutral().then_some(Self::FALLBACK)
+    fn identity(&self, _: &Arrivals) -> bool {
+        self.is_neutral()
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {

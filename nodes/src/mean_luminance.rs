@@ -55,7 +55,6 @@ impl Node for MeanLuminance {
         OutputState::Nothing,
         "log2 of the mean, the brightest luminance, 0, and 1 if any pixel is brighter than black.",
     )];
-    const FALLBACK: Fallback = Fallback::Absent;
 
     fn record(&self, pass: &mut Recorder<'_>) {
         let source = pass.image("source");

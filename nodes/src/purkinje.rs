@@ -102,11 +102,10 @@ pub(crate) const INPUTS: &[Input] = &[
 impl Node for Purkinje {
     const INPUTS: &'static [Input] = INPUTS;
     const OUTPUTS: &'static [Output] =
-        &[Output::image("result", OutputState::same("source"), "The image as seen in dim light.")];
-    const FALLBACK: Fallback = Fallback::input("source");
+        &[Output::image("result", OutputState::same("source"), "The image as seen in dim light.").or_input("source")];
 
-    fn identity(&self, arrivals: &Arrivals) -> Option<Fallback> {
-        has_no_effect(self.strength, self.illuminance, arrivals).then_some(Self::FALLBACK)
+    fn identity(&self, arrivals: &Arrivals) -> bool {
+        has_no_effect(self.strength, self.illuminance, arrivals)
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {

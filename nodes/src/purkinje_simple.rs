@@ -30,11 +30,10 @@ fn fading(lo: f64, hi: f64, lux: f32) -> f64 {
 impl Node for PurkinjeSimple {
     const INPUTS: &'static [Input] = INPUTS;
     const OUTPUTS: &'static [Output] =
-        &[Output::image("result", OutputState::same("source"), "The image with the night look.")];
-    const FALLBACK: Fallback = Fallback::input("source");
+        &[Output::image("result", OutputState::same("source"), "The image with the night look.").or_input("source")];
 
-    fn identity(&self, arrivals: &Arrivals) -> Option<Fallback> {
-        has_no_effect(self.strength, self.illuminance, arrivals).then_some(Self::FALLBACK)
+    fn identity(&self, arrivals: &Arrivals) -> bool {
+        has_no_effect(self.strength, self.illuminance, arrivals)
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {

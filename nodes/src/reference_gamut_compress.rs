@@ -36,8 +36,8 @@ impl Node for ReferenceGamutCompress {
     const INPUTS: &'static [Input] =
         &[Input::image("source", "Scene light.").accepts(&[ColorState::Scene, ColorState::Exposed])];
     const OUTPUTS: &'static [Output] =
-        &[Output::image("result", OutputState::same("source"), "The light, with no colour outside of AP1.")];
-    const FALLBACK: Fallback = Fallback::input("source");
+        &[Output::image("result", OutputState::same("source"), "The light, with no colour outside of AP1.")
+            .or_input("source")];
 
     fn record(&self, pass: &mut Recorder<'_>) {
         let source = pass.image("source");

@@ -20,11 +20,11 @@ params! {
 impl Node for Saturation {
     const INPUTS: &'static [Input] = &[Input::image("source", "Linear light, before or after the tone curve.")
         .accepts(&[ColorState::Scene, ColorState::Exposed, ColorState::DisplayLinear])];
-    const OUTPUTS: &'static [Output] = &[Output::image("result", OutputState::same("source"), "The light.")];
-    const FALLBACK: Fallback = Fallback::input("source");
+    const OUTPUTS: &'static [Output] =
+        &[Output::image("result", OutputState::same("source"), "The light.").or_input("source")];
 
-    fn identity(&self, _: &Arrivals) -> Option<Fallback> {
-        (self.amount == 1.0).then_some(Self::FALLBACK)
+    fn identity(&self, _: &Arrivals) -> bool {
+        self.amount == 1.0
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {

@@ -190,8 +190,8 @@ impl Node for ToneMap {
         "result",
         OutputState::Always(ColorState::DisplayLinear),
         "Display-linear light in the primaries of the display, 0 to `peak`.",
-    )];
-    const FALLBACK: Fallback = Fallback::input("source");
+    )
+    .or_input("source")];
 
     fn verify(&self) -> Result<(), String> {
         if self.curve.has_own_space() && self.space != WorkingSpace::Auto {

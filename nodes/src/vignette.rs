@@ -25,11 +25,11 @@ params! {
 impl Node for Vignette {
     const INPUTS: &'static [Input] = &[Input::image("source", "The image, before or after the tone curve.")
         .accepts(&[ColorState::Scene, ColorState::Exposed, ColorState::DisplayLinear])];
-    const OUTPUTS: &'static [Output] = &[Output::image("result", OutputState::same("source"), "The darkened image.")];
-    const FALLBACK: Fallback = Fallback::input("source");
+    const OUTPUTS: &'static [Output] =
+        &[Output::image("result", OutputState::same("source"), "The darkened image.").or_input("source")];
 
-    fn identity(&self, _: &Arrivals) -> Option<Fallback> {
-        (self.amount == 0.0).then_some(Self::FALLBACK)
+    fn identity(&self, _: &Arrivals) -> bool {
+        self.amount == 0.0
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {

@@ -49,11 +49,11 @@ params! {
 impl Node for WhiteBalance {
     const INPUTS: &'static [Input] =
         &[Input::image("source", "Light before the tone curve.").accepts(&[ColorState::Scene, ColorState::Exposed])];
-    const OUTPUTS: &'static [Output] = &[Output::image("result", OutputState::same("source"), "The balanced light.")];
-    const FALLBACK: Fallback = Fallback::input("source");
+    const OUTPUTS: &'static [Output] =
+        &[Output::image("result", OutputState::same("source"), "The balanced light.").or_input("source")];
 
-    fn identity(&self, _: &Arrivals) -> Option<Fallback> {
-        self.is_neutral().then_some(Self::FALLBACK)
+    fn identity(&self, _: &Arrivals) -> bool {
+        self.is_neutral()
     }
 
     fn color(&self) -> ColorChange {

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use afterimage_generators::{Recipe, Rng};
 use afterimage_graph::check::{Condition, Graph, Source};
-use afterimage_graph::node::{Fallback, ImageId, Pass, Resource};
+use afterimage_graph::node::{ImageId, Pass, Resource};
 use afterimage_plan::codegen::codegen;
 use afterimage_plan::{
     Alias, Batch, Lifetime, Options, PlacedPlan, Plan, PlannedPass, ScheduledPass, Stage, When, verify, verify_placed,
@@ -194,7 +194,7 @@ fn a_condition_that_does_not_hold_is_a_node_that_is_off() {
     for seed in SEEDS {
         let (mut conditional, mut off) = (graph(seed), graph(seed));
         for at in (0..off.nodes.len()).filter(|at| at % 5 == 2) {
-            if off.nodes[at].kind().fallback() != Fallback::Absent {
+            if off.nodes[at].kind().can_be_off() {
                 off.nodes[at].off = true;
                 conditional.nodes[at].when = Some(Condition::parse("fog > 0.5").expect("a condition"));
             }

@@ -33,8 +33,8 @@ params! {
 
 impl Node for Count {
     const INPUTS: &'static [Input] = &[Input::image("source", "An image, for the size.")];
-    const OUTPUTS: &'static [Output] = &[Output::image("result", OutputState::same("source"), "The counts.")];
-    const FALLBACK: Fallback = Fallback::input("source");
+    const OUTPUTS: &'static [Output] =
+        &[Output::image("result", OutputState::same("source"), "The counts.").or_input("source")];
 
     fn record(&self, pass: &mut Recorder<'_>) {
         let source = pass.image("source");

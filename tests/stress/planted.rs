@@ -39,7 +39,7 @@ pub(super) const ALL: &[Planted] = &[
 ];
 
 const SOURCE: &[Input] = &[Input::image("source", "Light.").accepts(&[ColorState::Scene])];
-const RESULT: &[Output] = &[Output::image("result", OutputState::same("source"), "Light.")];
+const RESULT: &[Output] = &[Output::image("result", OutputState::same("source"), "Light.").or_input("source")];
 
 /// A kind of one function that is named after its shader's text.
 macro_rules! faulty {
@@ -47,11 +47,10 @@ macro_rules! faulty {
         impl Node for $kind {
             const INPUTS: &'static [Input] = SOURCE;
             const OUTPUTS: &'static [Output] = $outputs;
-            const FALLBACK: Fallback = Fallback::input("source");
 
-            fn identity(&self, _: &Arrivals) -> Option<Fallback> {
+            fn identity(&self, _: &Arrivals) -> bool {
                 let is_neutral: fn(&Self) -> bool = $fallback;
-                is_neutral(self).then_some(Self::FALLBACK)
+                is_neutral(self)
             }
 
             fn record(&self, pass: &mut Recorder<'_>) {
@@ -198,7 +197,6 @@ params! {
 impl Node for CountsTooFar {
     const INPUTS: &'static [Input] = SOURCE;
     const OUTPUTS: &'static [Output] = RESULT;
-    const FALLBACK: Fallback = Fallback::input("source");
 
     fn record(&self, pass: &mut Recorder<'_>) {
         const WEIGHTS: [f32; 4] = [0.4, 0.3, 0.2, 0.1];
@@ -222,7 +220,6 @@ params! {
 impl Node for DrawsOtherwise {
     const INPUTS: &'static [Input] = SOURCE;
     const OUTPUTS: &'static [Output] = RESULT;
-    const FALLBACK: Fallback = Fallback::input("source");
 
     fn record(&self, pass: &mut Recorder<'_>) {
         static SHADER: Shader = Shader::new(
@@ -248,7 +245,6 @@ params! {
 impl Node for SharesPrivately {
     const INPUTS: &'static [Input] = SOURCE;
     const OUTPUTS: &'static [Output] = RESULT;
-    const FALLBACK: Fallback = Fallback::input("source");
 
     fn record(&self, pass: &mut Recorder<'_>) {
         static SHADER: Shader = Shader::new(

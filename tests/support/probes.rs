@@ -43,7 +43,8 @@ params! {
     pub struct ProbeVolume {}
 }
 
-const RESULT: &[Output] = &[Output::image("result", OutputState::Always(ColorState::Data), "The content of the wire.")];
+const RESULT: &[Output] =
+    &[Output::image("result", OutputState::Always(ColorState::Data), "The content of the wire.").or(Fallback::Absent)];
 
 fn seen(width: u32, height: u32) -> ImageDesc {
     ImageDesc::new(Size::new(width, height)).format(Format::Rgba32Float)
@@ -52,7 +53,6 @@ fn seen(width: u32, height: u32) -> ImageDesc {
 impl Node for ProbeTable {
     const INPUTS: &'static [Input] = &[Input::new("table", PortType::Table, "The table.")];
     const OUTPUTS: &'static [Output] = RESULT;
-    const FALLBACK: Fallback = Fallback::Absent;
 
     fn record(&self, pass: &mut Recorder<'_>) {
         let result = pass.output("result", seen(388, 1));
@@ -63,7 +63,6 @@ impl Node for ProbeTable {
 impl Node for ProbeValue {
     const INPUTS: &'static [Input] = &[Input::new("value", PortType::Value, "The value.")];
     const OUTPUTS: &'static [Output] = RESULT;
-    const FALLBACK: Fallback = Fallback::Absent;
 
     fn record(&self, pass: &mut Recorder<'_>) {
         pass.function(&VALUE, "probe_value").write("result", seen(1, 1));
@@ -73,7 +72,6 @@ impl Node for ProbeValue {
 impl Node for ProbeVolume {
     const INPUTS: &'static [Input] = &[Input::new("volume", PortType::Volume, "The volume.")];
     const OUTPUTS: &'static [Output] = RESULT;
-    const FALLBACK: Fallback = Fallback::Absent;
 
     fn record(&self, pass: &mut Recorder<'_>) {
         let volume = pass.image("volume");

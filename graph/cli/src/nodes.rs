@@ -58,7 +58,8 @@ fn page(kind: &NodeKind) -> String {
         text += "  none\n";
     }
     kind.params().iter().for_each(|param| text += &parameter(param));
-    let _ = writeln!(text, "\n{HEADING}When it is off{HEADING:#}\n  {}", fallback(kind.fallback()));
+    let _ = writeln!(text, "\n{HEADING}When it is off{HEADING:#}");
+    kind.outputs().iter().for_each(|port| text += &fallback(port));
     let figures = match kind.inputs() {
         [] => Some("  nothing: it has no input".to_owned()),
         _ => conditioning(kind.name()),
@@ -121,12 +122,13 @@ fn parameter(param: &Param) -> String {
     text
 }
 
-fn fallback(fallback: Fallback) -> String {
-    match fallback {
-        Fallback::Input(port) => format!("its result is its input `{port}`"),
-        Fallback::Zero => "its result is black".into(),
-        Fallback::Absent => "its result is nothing, and what needs it is off too".into(),
-    }
+fn fallback(port: &Output) -> String {
+    let what = match &port.fallback {
+        Fallback::Input(input) => format!("the input `{input}`"),
+        Fallback::Zero => "black".into(),
+        Fallback::Absent => "absent, and what needs it is off too".into(),
+    };
+    format!("  {NAME}{}{NAME:#} is {what}\n", port.name)
 }
 
 /// The growth of errors in a kind, as `stress --conditioning --json` measured it.

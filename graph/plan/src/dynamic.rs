@@ -6,8 +6,8 @@ use afterimage_base::caps::Caps;
 use afterimage_base::image::{Format, Size};
 use afterimage_graph::check::Graph;
 use afterimage_graph::node::{
-    Arrival, Arrivals, Fallback, ImageColor, NodeColors, NodeInstance, Pass, Recorder, RecorderContext, Recording,
-    VirtualBuffer, VirtualImage,
+    Arrival, Arrivals, ImageColor, NodeColors, NodeInstance, Pass, Recorder, RecorderContext, Recording, VirtualBuffer,
+    VirtualImage,
 };
 
 use crate::plan::Plan;
@@ -17,6 +17,7 @@ use crate::request::PlanRequest;
 #[derive(Clone, Debug)]
 pub(crate) struct NodeSetting {
     pub(crate) name: String,
+    pub(crate) dynamic: Vec<usize>,
     pub(crate) format: Option<Format>,
     pub(crate) arrivals: Vec<Arrival>,
     pub(crate) inputs: Vec<Option<ImageColor>>,
@@ -48,6 +49,7 @@ impl FrameSetting {
             node: &setting.name,
             kind: instance.kind().signature(),
             parameters: instance.uniform_values(),
+            dynamic: &setting.dynamic,
             arrivals: &setting.arrivals,
             format: setting.format,
             frame_size: self.size,
@@ -69,8 +71,9 @@ impl FrameSetting {
 pub struct DynamicNodes {
     frame: FrameSetting,
     nodes: BTreeMap<usize, DynamicNode>,
-    /// Nodes that do not run because they change nothing at the values they have had so far.
-    identities: BTreeMap<usize, (Arrivals, Fallback)>,
+    /// Nodes whose outputs equal their fallbacks at the values that they have had so far: what arrives, and of each
+    /// output whether its fallback replaces it.
+    identities: BTreeMap<usize, (Arrivals, Vec<bool>)>,
     /// What nodes read. Each recording adds to it, and is taken away again.
     recording: Recording,
 }
@@ -100,15 +103,16 @@ pub struct NeedsPlan;
 /// What the dynamic nodes of a plan have recorded with, while the plan is being made.
 pub(crate) struct DynamicRecords {
     settings: BTreeMap<usize, NodeSetting>,
-    identities: BTreeMap<usize, (Arrivals, Fallback)>,
+    identities: BTreeMap<usize, (Arrivals, Vec<bool>)>,
     recording: Recording,
 }
 
 impl DynamicRecords {
-    /// Those of a recording that no stage has changed yet. `identities` are nodes that change nothing at their values.
+    /// Those of a recording that no stage has changed yet. `identities` are nodes with outputs that equal
+    /// their fallbacks.
     pub(crate) fn new(
         settings: BTreeMap<usize, NodeSetting>,
-        identities: BTreeMap<usize, (Arrivals, Fallback)>,
+        identities: BTreeMap<usize, (Arrivals, Vec<bool>)>,
         recorded: &Recording,
     ) -> Self {
         let mut recording = Recording::default();
@@ -144,8 +148,11 @@ impl DynamicNodes {
         instance: &NodeInstance,
         write: &mut dyn FnMut(u64, &[u8]),
     ) -> Result<(), NeedsPlan> {
-        if let Some((arrivals, fallback)) = self.identities.get(&index) {
-            return if instance.identity(arrivals).as_ref() == Some(fallback) { Ok(()) } else { Err(NeedsPlan) };
+        if let Some((arrivals, replaced)) = self.identities.get(&index) {
+            let outputs = instance.kind().outputs().iter().zip(replaced).filter(|(_, replaced)| **replaced);
+            if outputs.into_iter().any(|(output, _)| !instance.identity_of(&output.name, arrivals)) {
+                return Err(NeedsPlan);
+            }
         }
         let Some(node) = self.nodes.get(&index) else { return Ok(()) };
         let (made, uniforms) = self.frame.again(instance, &node.setting, &mut self.recording);

@@ -165,6 +165,7 @@ impl<'a> Round<'a> {
         let inputs: Vec<Option<ImageColor>> = node.wires.iter().map(color).collect();
         let setting = NodeSetting {
             name: node.name.clone(),
+            dynamic: self.request.dynamic_of(index),
             format: node.format,
             arrivals,
             inputs,
@@ -174,7 +175,7 @@ impl<'a> Round<'a> {
         let first_image = self.builder.recording.images.len();
         let first_pass = self.builder.recording.passes.len();
         self.made[index] = self.frame.record(&node.instance, &setting, &mut self.builder.recording);
-        if !self.request.dynamic_of(index).is_empty() {
+        if !setting.dynamic.is_empty() {
             self.builder.dynamic.insert(index, setting);
         }
         let signedness = node.states.iter().flatten().map(|state| state.signedness()).max();

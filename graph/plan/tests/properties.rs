@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use afterimage_generators::{Recipe, Rng};
 use afterimage_graph::check::Graph;
-use afterimage_graph::node::{Fallback, ImageId, Pass, Resource};
+use afterimage_graph::node::{ImageId, Pass, Resource};
 use afterimage_plan::{Alias, Caps, Options, PlacedPlan, Plan, Stage, verify, verify_placed};
 use proptest::prelude::*;
 
@@ -136,8 +136,7 @@ proptest! {
 
 /// Switches a node off, or on.
 fn switch_one(graph: &mut Graph, seed: u64) {
-    let can_be_off: Vec<usize> =
-        (0..graph.nodes.len()).filter(|at| graph.nodes[*at].kind().fallback() != Fallback::Absent).collect();
+    let can_be_off: Vec<usize> = (0..graph.nodes.len()).filter(|at| graph.nodes[*at].kind().can_be_off()).collect();
     let at = can_be_off[Rng::new(seed).below(can_be_off.len())];
     graph.nodes[at].off = !graph.nodes[at].off;
 }

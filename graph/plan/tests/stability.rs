@@ -2,7 +2,7 @@
 
 use afterimage_generators::{Recipe, Rng};
 use afterimage_graph::check::{Graph, Source};
-use afterimage_graph::node::{Fallback, PortType};
+use afterimage_graph::node::PortType;
 use afterimage_plan::{Options, Plan};
 
 use super::planned::{FRAME, plan_at};
@@ -65,7 +65,7 @@ fn other_names_do_not_change_the_order() {
 #[test]
 fn a_disabled_node_changes_the_order_little() {
     let kept = kept(|graph, rng| {
-        let can_be_off = |at: &usize| graph.nodes[*at].kind().fallback() != Fallback::Absent && !graph.nodes[*at].off;
+        let can_be_off = |at: &usize| graph.nodes[*at].kind().can_be_off() && !graph.nodes[*at].off;
         let nodes: Vec<usize> = (0..graph.nodes.len()).filter(can_be_off).collect();
         graph.nodes[nodes[rng.below(nodes.len())]].off = true;
     });

@@ -38,7 +38,7 @@ static KEEP: Shader = Shader::new(
     fn keep_store() { kept[0] = texel(source, vec2i(0)); }",
 );
 const SOURCE: Input = Input::image("source", "An image.");
-const RESULT: Output = Output::image("result", OutputState::same("source"), "An image.");
+const RESULT: Output = Output::image("result", OutputState::same("source"), "An image.").or_input("source");
 
 params! {
     /// Two images, each made only where it is wanted.
@@ -47,8 +47,8 @@ params! {
 
 impl Node for Pair {
     const INPUTS: &'static [Input] = &[SOURCE];
-    const OUTPUTS: &'static [Output] = &[RESULT, Output::image("other", OutputState::same("source"), "An image.")];
-    const FALLBACK: Fallback = Fallback::input("source");
+    const OUTPUTS: &'static [Output] =
+        &[RESULT, Output::image("other", OutputState::same("source"), "An image.").or_input("source")];
 
     fn record(&self, pass: &mut Recorder<'_>) {
         let source = pass.image("source");
@@ -62,14 +62,38 @@ impl Node for Pair {
 }
 
 params! {
+    /// Light, and its glow alone: the glow of a node that is off is black.
+    pub struct Glow {
+        /// The share of the glow in the result. At 0 the result is the source, and the glow is what it was.
+        pub amount: f32 = 1.0 => within(0.0..=1.0);
+    }
+}
+
+impl Node for Glow {
+    const INPUTS: &'static [Input] = &[SOURCE];
+    const OUTPUTS: &'static [Output] = &[RESULT, Output::image("glow", OutputState::same("source"), "An image.")];
+
+    fn identity_of(&self, output: &str, _: &Arrivals) -> bool {
+        output == "result" && self.amount == 0.0
+    }
+
+    fn record(&self, pass: &mut Recorder<'_>) {
+        let source = pass.image("source");
+        let desc = pass.desc(source);
+        for port in ["result", "glow"] {
+            pass.function(&PIXELS, "dim").label(port).write(port, desc);
+        }
+    }
+}
+
+params! {
     /// Half the size, one pixel from one pixel.
     pub struct Corner {}
 }
 
 impl Node for Corner {
     const INPUTS: &'static [Input] = &[SOURCE];
-    const OUTPUTS: &'static [Output] = &[RESULT];
-    const FALLBACK: Fallback = Fallback::Zero;
+    const OUTPUTS: &'static [Output] = &[Output::image("result", OutputState::same("source"), "An image.")];
 
     fn record(&self, pass: &mut Recorder<'_>) {
         let source = pass.image("source");
@@ -86,7 +110,6 @@ params! {
 impl Node for Keep {
     const INPUTS: &'static [Input] = &[SOURCE];
     const OUTPUTS: &'static [Output] = &[RESULT];
-    const FALLBACK: Fallback = Fallback::input("source");
 
     fn record(&self, pass: &mut Recorder<'_>) {
         let source = pass.image("source");
@@ -107,7 +130,6 @@ params! {
 impl Node for Sum {
     const INPUTS: &'static [Input] = &[SOURCE, Input::image("other", "An image.")];
     const OUTPUTS: &'static [Output] = &[RESULT];
-    const FALLBACK: Fallback = Fallback::input("source");
 
     fn record(&self, pass: &mut Recorder<'_>) {
         let source = pass.image("source");
@@ -124,7 +146,6 @@ params! {
 impl Node for Raw {
     const INPUTS: &'static [Input] = &[SOURCE];
     const OUTPUTS: &'static [Output] = &[RESULT];
-    const FALLBACK: Fallback = Fallback::input("source");
 
     fn record(&self, pass: &mut Recorder<'_>) {
         let source = pass.image("source");
@@ -144,7 +165,6 @@ static COMPUTED: AtomicUsize = AtomicUsize::new(0);
 impl Node for Table {
     const INPUTS: &'static [Input] = &[SOURCE];
     const OUTPUTS: &'static [Output] = &[RESULT];
-    const FALLBACK: Fallback = Fallback::input("source");
 
     fn record(&self, pass: &mut Recorder<'_>) {
         let table = ImageDesc::new(Size::new(1024, 640));
@@ -160,6 +180,7 @@ impl Node for Table {
 
 const KINDS: &[NodeKind] = &[
     NodeKind::of::<Pair>(),
+    NodeKind::of::<Glow>(),
     NodeKind::of::<Corner>(),
     NodeKind::of::<Keep>(),
     NodeKind::of::<Sum>(),
@@ -298,6 +319,40 @@ fn a_node_whose_past_is_read_runs_also_where_it_changes_nothing() {
         r#""same": Saturation(source: "in", amount: 1.0), "lit": Composite(base: "in", bloom: "same@previous")"#;
     let plan = planned(nodes, r#""out": "lit""#);
     assert!(plan.work().any(|pass| pass.nodes.contains(&"same".to_owned())), "{}", plan.to_text());
+}
+
+/// The passes of the node `glow` in a plan, and why nodes are skipped.
+fn glowing(nodes: &str, outputs: &str) -> (usize, Vec<String>) {
+    let plan = planned(nodes, outputs);
+    let passes = plan.work().filter(|pass| pass.nodes.iter().any(|node| node == "glow")).count();
+    (passes, plan.skipped.iter().map(|skipped| format!("{}: {}", skipped.node, skipped.why)).collect())
+}
+
+#[test]
+fn each_output_of_a_node_that_is_off_has_its_own_fallback() {
+    let nodes = r#""glow": Glow(source: "in"), "blur": Gaussian(source: "glow.glow"),
+        "lit": Composite(base: "glow", bloom: "blur")"#;
+    let off = r#""out": "lit"}, set: {"glow": Off"#;
+    let reasons = ["glow: switched off", "blur: changes nothing here", "lit: changes nothing here"];
+    assert_eq!(glowing(nodes, off), (0, reasons.map(String::from).into()));
+    let source = planned(nodes, off);
+    let Some(Arg::Pixel(read)) =
+        source.work().next().and_then(|pass| pass.kernels[0].args.first()).map(|arg| arg.value)
+    else {
+        panic!("{}", source.to_text())
+    };
+    assert_eq!(read, source.inputs[0].1, "the result of the node that is off is its source");
+}
+
+#[test]
+fn an_output_that_equals_its_fallback_is_replaced_although_the_node_runs_for_another() {
+    let neutral = r#""glow": Glow(source: "in", amount: 0.0)"#;
+    assert_eq!(glowing(neutral, r#""out": "glow""#), (0, vec!["glow: nobody needs it".into()]));
+    let plan = planned(&format!(r#"{neutral}, "sum": Sum(source: "glow", other: "glow.glow")"#), r#""out": "sum""#);
+    let sum = plan.work().flat_map(|pass| &pass.kernels).find(|kernel| &*kernel.function == "sum").expect("it runs");
+    assert_eq!(sum.arg("source"), Some(Arg::Pixel(plan.inputs[0].1)), "{}", plan.to_text());
+    assert!(matches!(sum.arg("other"), Some(Arg::Kernel(_) | Arg::Pixel(_))), "{}", plan.to_text());
+    assert_eq!(glowing(&neutral.replace("0.0", "1.0"), r#""out": "glow""#), (1, Vec::new()));
 }
 
 #[test]

@@ -54,5 +54,5 @@ pub use entries::{Document, InputEntry, NodeEntry, Override, Tier};
 pub(crate) use parser::read as read_tree;
 pub use read::{LONGEST_FILE, parse};
 pub(crate) use read::{doubled, settings, without_mark};
-pub(crate) use renamed::{present_name, renamed};
+pub(crate) use renamed::{moved, present_name, renamed};
 pub(crate) use tree::{Field, Group, Item, Tree};

@@ -4,8 +4,17 @@
 use afterimage_base::diagnostic::{Diagnostic, Spanned, did_you_mean, list, quote};
 
 /// What has the key, the key's former name and its present one. A further rename is a further line here.
-const RENAMED: [(&str, &str, &str); 3] =
-    [("a node file", "bypass", "fallback"), ("an input", "states", "accepts"), ("an output", "gives", "state")];
+const RENAMED: [(&str, &str, &str); 2] = [("an input", "states", "accepts"), ("an output", "gives", "state")];
+
+/// What had the key, the key, and where it stands now.
+const MOVED: [(&str, &str, &str); 2] = [
+    ("a node file", "fallback", "write it in each output: `\"result\": Image(doc: \"...\", fallback: Zero, ...)`"),
+    (
+        "a node file",
+        "bypass",
+        "write `fallback` in each output: `\"result\": Image(doc: \"...\", fallback: Zero, ...)`",
+    ),
+];
 
 /// Options of inputs that were removed, and what to do instead.
 const REMOVED: [(&str, &str); 1] = [(
@@ -23,6 +32,13 @@ pub(crate) fn removed(option: &Spanned<String>) -> Option<Diagnostic> {
 /// The present name of a key, if it was renamed.
 pub(crate) fn present_name(owner: &str, key: &str) -> Option<&'static str> {
     RENAMED.iter().find(|(of, former, _)| *of == owner && *former == key).map(|(.., present)| *present)
+}
+
+/// The error of a key that stands elsewhere now; `None` for any other.
+pub(crate) fn moved(owner: &str, key: &Spanned<String>) -> Option<Diagnostic> {
+    let (.., help) = MOVED.iter().find(|(of, former, _)| *of == owner && *former == key.value)?;
+    let message = format!("{owner} has no field {} any more", quote(&key.value));
+    Some(Diagnostic::error("moved-key", message).at(&key.location, "").help(*help))
 }
 
 /// The error of a key with its former name.

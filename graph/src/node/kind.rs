@@ -46,18 +46,22 @@ pub trait Kind: Send + Sync + 'static {
     fn inputs(&self) -> &[Input];
     /// The output ports, the main one first.
     fn outputs(&self) -> &[Output];
-    /// What replaces every output when the node is off.
-    fn fallback(&self) -> Fallback;
     /// The node at these values, in the order of `params`. Panics where a value has the wrong type.
     fn instantiate(&self, values: &[Value]) -> Arc<dyn DynNode>;
 }
 
 /// A node at its values, as the framework sees it. Every [`Node`](super::Node) is one.
 pub trait DynNode: Send + Sync + 'static {
-    /// The fallback that equals the node's output at these arrivals, if there is one.
-    fn identity(&self, arrivals: &Arrivals) -> Option<Fallback> {
+    /// Whether every output equals its fallback at these arrivals.
+    fn identity(&self, arrivals: &Arrivals) -> bool {
         let _ = arrivals;
-        None
+        false
+    }
+
+    /// Whether the named output equals its fallback at these arrivals.
+    fn identity_of(&self, output: &str, arrivals: &Arrivals) -> bool {
+        let _ = output;
+        self.identity(arrivals)
     }
 
     /// Whether the values go together and the files among them, which are loaded by now, can be read.
@@ -122,6 +126,11 @@ impl NodeKind {
     /// The output port of that name.
     pub fn output(&self, name: &str) -> Option<&Output> {
         self.outputs().iter().find(|port| port.name == name)
+    }
+
+    /// Whether a node of this kind may be off in any graph: readers of each output get something.
+    pub fn can_be_off(&self) -> bool {
+        self.outputs().iter().all(|port| port.fallback != Fallback::Absent)
     }
 
     /// The parameter that had that name before.

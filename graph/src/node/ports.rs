@@ -108,17 +108,31 @@ pub struct Output {
     pub state: OutputState,
     /// What it holds.
     pub doc: Shared<str>,
+    /// What its readers get when the node does not run.
+    pub fallback: Fallback,
 }
 
 impl Output {
-    /// A port.
+    /// A port. Its fallback is [`Fallback::of_type`], unless `or` or `or_input` sets another one.
     pub const fn new(name: &'static str, ty: PortType, state: OutputState, doc: &'static str) -> Self {
-        Self { name: Shared::of(name), ty, state, doc: Shared::of(doc) }
+        Self { name: Shared::of(name), ty, state, doc: Shared::of(doc), fallback: Fallback::of_type(ty) }
     }
 
     /// An image port.
     pub const fn image(name: &'static str, state: OutputState, doc: &'static str) -> Self {
         Self::new(name, PortType::Image, state, doc)
+    }
+
+    /// Sets what its readers get when the node does not run.
+    pub const fn or(mut self, fallback: Fallback) -> Self {
+        // A constant function cannot drop what it replaces, which is a part of the program and needs no drop.
+        std::mem::forget(std::mem::replace(&mut self.fallback, fallback));
+        self
+    }
+
+    /// Lets its readers read the named input when the node does not run.
+    pub const fn or_input(self, name: &'static str) -> Self {
+        self.or(Fallback::input(name))
     }
 }
 
@@ -150,5 +164,13 @@ impl Fallback {
     /// Whatever the named input holds.
     pub const fn input(name: &'static str) -> Self {
         Self::Input(Shared::of(name))
+    }
+
+    /// The fallback of a port that declares none: zero for images and pyramids, otherwise nothing.
+    pub const fn of_type(ty: PortType) -> Self {
+        match ty {
+            PortType::Image | PortType::Pyramid => Self::Zero,
+            PortType::Volume | PortType::Table | PortType::Value => Self::Absent,
+        }
     }
 }

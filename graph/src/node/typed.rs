@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::color::ColorChange;
 use super::kind::{Arrivals, DynNode, Kind, NodeKind};
-use super::ports::{Fallback, Input, Output};
+use super::ports::{Input, Output};
 use super::recorder::Recorder;
 use afterimage_base::Shared;
 use afterimage_base::color::Colorimetry;
@@ -28,16 +28,21 @@ pub trait Params: Sized + Clone + Send + Sync + 'static {
 pub trait Node: Params {
     /// The input ports.
     const INPUTS: &'static [Input];
-    /// The output ports, the main one first.
+    /// The output ports, the main one first, each with its fallback.
     const OUTPUTS: &'static [Output];
-    /// What replaces every output when the node is off.
-    const FALLBACK: Fallback;
 
-    /// The fallback that equals the node's output at its present values and arrivals, if there is one: the node is then
-    /// skipped. The result must be bit-identical to running the node, or more accurate.
-    fn identity(&self, arrivals: &Arrivals) -> Option<Fallback> {
+    /// Whether every output equals its fallback at the present values and arrivals: the node is then skipped. The
+    /// fallback must be bit-identical to the result of running the node, or more accurate.
+    fn identity(&self, arrivals: &Arrivals) -> bool {
         let _ = arrivals;
-        None
+        false
+    }
+
+    /// The same for the named output alone, for a kind whose outputs become identities at different values. Readers of
+    /// such an output get its fallback, and the node runs only if another output is read.
+    fn identity_of(&self, output: &str, arrivals: &Arrivals) -> bool {
+        let _ = output;
+        self.identity(arrivals)
     }
 
     /// Checks what domains cannot express: whether a loaded file can be read, whether values fit each other. The error
@@ -69,8 +74,11 @@ pub trait Node: Params {
 }
 
 impl<N: Node> DynNode for N {
-    fn identity(&self, arrivals: &Arrivals) -> Option<Fallback> {
+    fn identity(&self, arrivals: &Arrivals) -> bool {
         Node::identity(self, arrivals)
+    }
+    fn identity_of(&self, output: &str, arrivals: &Arrivals) -> bool {
+        Node::identity_of(self, output, arrivals)
     }
     fn verify(&self) -> Result<(), String> {
         Node::verify(self)
@@ -107,9 +115,6 @@ impl<N: Node> Kind for Typed<N> {
     }
     fn outputs(&self) -> &[Output] {
         N::OUTPUTS
-    }
-    fn fallback(&self) -> Fallback {
-        N::FALLBACK
     }
     fn instantiate(&self, values: &[Value]) -> Arc<dyn DynNode> {
         Arc::new(N::from_values(values).expect("the values have the types of their table"))

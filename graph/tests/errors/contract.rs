@@ -38,8 +38,8 @@ params! {
 impl Node for Careless {
     const INPUTS: &'static [Input] =
         &[Input::image("source", ""), Input::new("target", PortType::Value, "A word of WGSL.").optional()];
-    const OUTPUTS: &'static [Output] = &[Output::image("result", OutputState::same("sauce"), "The picture.")];
-    const FALLBACK: Fallback = Fallback::input("target");
+    const OUTPUTS: &'static [Output] =
+        &[Output::image("result", OutputState::same("sauce"), "The picture.").or_input("target")];
 
     fn record(&self, pass: &mut Recorder<'_>) {
         let source = pass.image("source");
@@ -59,7 +59,7 @@ fn every_broken_promise_is_named() {
         "`Careless`: the input `source` has no doc",
         "`target` is a word of WGSL",
         "the state of `result` follows `sauce`, which is no required image input",
-        "the fallback `target` is a Value, but `result` is a Image",
+        "the fallback of `result` (Image) is `target` (Value)",
         "the default of `amount` is not acceptable: `amount` must be within 0 and 1",
         "the numbers of `open` have no domain",
         "the file `plugin/Careless.wgsl` is not called after a kind, in snake_case",

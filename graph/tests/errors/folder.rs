@@ -187,19 +187,36 @@ fn errors_of_the_declaration_are_reported_at_their_lines() {
             "node.ron:6:9",
         ),
         (
-            "    parameters: {",
-            "    fallback: \"levels\", parameters: {",
-            "`fallback` is no fallback of a node",
-            "node.ron:9:15",
+            "state: Same(\"source\")",
+            "state: Same(\"source\"), fallback: \"levels\"",
+            "`fallback` is no fallback of an output",
+            "node.ron:8:96",
         ),
+        ("    parameters: {", "    fallback: Zero, parameters: {", "no field `fallback` any more", "node.ron:9:5"),
         ("accepts: [", "states: [", "`states` is called `accepts` now", "node.ron:5:67"),
         ("state: Same", "gives: Same", "`gives` is called `state` now", "node.ron:8:63"),
-        ("    parameters: {", "    bypass: Zero, parameters: {", "`bypass` is called `fallback` now", "node.ron:9:5"),
+        ("    parameters: {", "    bypass: Zero, parameters: {", "no field `bypass` any more", "node.ron:9:5"),
         ("doc: \"Where.\"", "dok: \"Where.\"", "an input needs `doc`", "node.ron:6:19"),
     ] {
         let reported = reported(&DECLARATION.replace(from, to), SHADER);
         assert!(reported.contains(message) && reported.contains(location), "{from} -> {to}:\n{reported}");
     }
+}
+
+#[test]
+fn each_output_has_a_fallback() {
+    use afterimage_graph::node::Fallback;
+    let glow = |fallback: &str| {
+        let glow = format!(", \"glow\": Image(doc: \"G.\", state: Data{fallback}) }},");
+        let declaration = DECLARATION.replace("Same(\"source\")) },", &format!("Same(\"source\")){glow}"));
+        let kind = folder_kind(("node.ron", &declaration), ("posterize.wgsl", SHADER));
+        let kind = kind.unwrap_or_else(|reported| panic!("{reported}"));
+        kind.outputs().iter().map(|port| port.fallback.clone()).collect::<Vec<_>>()
+    };
+    let source = || Fallback::input("source");
+    assert_eq!(glow(""), [source(), Fallback::Zero]);
+    assert_eq!(glow(", fallback: Absent"), [source(), Fallback::Absent]);
+    assert_eq!(glow(", fallback: \"mask\""), [source(), Fallback::input("mask")]);
 }
 
 #[test]

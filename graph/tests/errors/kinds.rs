@@ -97,7 +97,6 @@ macro_rules! node {
         impl Node for $kind {
             const INPUTS: &'static [Input] = &[$($input),*];
             const OUTPUTS: &'static [Output] = &[$($output),*];
-            const FALLBACK: Fallback = Fallback::Zero;
             $($verify)?
             fn record(&self, _: &mut Recorder<'_>) {}
         }

@@ -22,13 +22,12 @@ pub(crate) const DECLARATIONS: [&str; 3] = [
     inputs: {
         "source": Image(doc: "The image.", accepts: [Scene, Exposed, DisplayLinear, Encoded]),
     },
-    outputs: { "result": Image(doc: "The result.", state: Same("source"), function: "tint") },
+    outputs: { "result": Image(doc: "The result.", state: Same("source"), function: "tint", fallback: "source") },
     parameters: {
         "levels": Float(doc: "Levels.", default: 4.0, within: (2.0, 256.0), usually: (2.0, 16.0), unit: "1", neutral: 256.0),
         "strong": Bool(doc: "Whether it is strong.", default: false),
         "place": Vector2(doc: "A place.", default: (0.5, 0.5), within: (0.0, 1.0)),
     },
-    fallback: "source",
 )"#,
     r#"Kind(
     name: "Tint",
@@ -36,11 +35,10 @@ pub(crate) const DECLARATIONS: [&str; 3] = [
     inputs: { "source": Image(doc: "The image."), "mask": Image(doc: "Where.", optional: true) },
     outputs: {
         "result": Image(doc: "The result.", state: Encoded, function: "tint_mask", size: Half),
-        "other": Image(doc: "Another.", state: Same("source"), function: "tint_mask", size: Fixed(256, 256)),
+        "other": Image(doc: "Another.", state: Same("source"), function: "tint_mask", size: Fixed(256, 256), fallback: Zero),
     },
-    fallback: Zero,
 )"#,
-    r#"Kind(name: "Tint", doc: "Tints.", inputs: { "source": Image(doc: "The image.") }, outputs: { "result": Image(doc: "The result.", state: Same("source")) }, fallback: Absent)"#,
+    r#"Kind(name: "Tint", doc: "Tints.", inputs: { "source": Image(doc: "The image.") }, outputs: { "result": Image(doc: "The result.", state: Same("source"), fallback: Absent) })"#,
 ];
 
 /// Words that the declarations do not use.

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use afterimage_graph::check::{CheckOptions, FactKind, Facts, Graph, check};
 use afterimage_graph::document::{Document, parse};
 use afterimage_graph::image::{Format, ImageDesc, Size};
-use afterimage_graph::node::{Fallback, NodeKind};
+use afterimage_graph::node::NodeKind;
 use afterimage_graph::value::{Param, Type};
 use afterimage_plan::{
     Alias, Caps, GivenImage, Options, Plan, PlanError, PlanRequest, Requirement, When, diff, plan, verify,
@@ -112,7 +112,7 @@ fn value(param: &Param, choices: &mut Bytes<'_>) -> String {
 fn switch(graph: &mut Graph, choices: &mut Bytes<'_>) {
     let formats: Vec<Format> = Format::ALL.to_vec();
     for node in &mut graph.nodes {
-        let can_be_off = node.kind().fallback() != Fallback::Absent;
+        let can_be_off = node.kind().can_be_off();
         node.off |= can_be_off && choices.rarely(8);
         if choices.rarely(16) {
             node.format = Some(choices.one_of(&formats));

@@ -60,7 +60,7 @@ impl Growing {
         if has_all {
             let wires = kind.inputs().iter().map(|input| self.pick(input.ty)).collect();
             // Whoever needs a volume or a value is starved without it, and so on to the outputs.
-            let off = self.rng.per_cent(off) && kind.fallback() != Fallback::Absent;
+            let off = self.rng.per_cent(off) && kind.can_be_off();
             self.add(kind, wires, off);
         }
     }

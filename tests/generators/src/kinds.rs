@@ -53,9 +53,9 @@ static SCALE: Shader = Shader::new(
 
 const ANY: OutputState = OutputState::same("source");
 
-/// Declares a test kind: its ports, its fallback, and what it records.
+/// Declares a test kind: its ports, and what it records.
 macro_rules! kind {
-    ($kind:ident, $doc:literal, [$($input:expr),*], [$($output:expr),*], $fallback:expr, $record:expr) => {
+    ($kind:ident, $doc:literal, [$($input:expr),*], [$($output:expr),*], $record:expr) => {
         params! {
             #[doc = $doc]
             pub struct $kind {}
@@ -63,7 +63,6 @@ macro_rules! kind {
         impl Node for $kind {
             const INPUTS: &'static [Input] = &[$($input),*];
             const OUTPUTS: &'static [Output] = &[$($output),*];
-            const FALLBACK: Fallback = $fallback;
             fn record(&self, pass: &mut Recorder<'_>) {
                 let record: fn(&mut Recorder<'_>) = $record;
                 record(pass)
@@ -74,6 +73,7 @@ macro_rules! kind {
 
 const SOURCE: Input = Input::image("source", "An image.");
 const RESULT: Output = Output::image("result", ANY, "An image.");
+const SOURCE_OR_RESULT: Output = Output::image("result", ANY, "An image.").or_input("source");
 
 fn sized(pass: &mut Recorder<'_>, port: &str, change: fn(Size) -> Size) -> ImageDesc {
     let image = pass.image(port);
@@ -84,7 +84,7 @@ fn look(pass: &mut Recorder<'_>, source: ImageId, result: ImageId) {
     pass.function(&COPY, "look").read("source", source).write_to(result);
 }
 
-kind!(Tint, "Changes each pixel.", [SOURCE], [RESULT], Fallback::input("source"), |pass| {
+kind!(Tint, "Changes each pixel.", [SOURCE], [SOURCE_OR_RESULT], |pass| {
     let desc = sized(pass, "source", |size| size);
     pass.function(&TINT, "tint").write("result", desc);
 });
@@ -92,22 +92,21 @@ kind!(
     Lay,
     "Lays one image over another.",
     [Input::image("base", "An image."), Input::image("over", "An image.")],
-    [Output::image("result", OutputState::same("base"), "An image.")],
-    Fallback::input("base"),
+    [Output::image("result", OutputState::same("base"), "An image.").or_input("base")],
     |pass| {
         let over = pass.image("over");
         let desc = sized(pass, "base", |size| size);
         pass.function(&LAY, "lay").read("over", over).write("result", desc);
     }
 );
-kind!(Blur, "Two passes with an image between.", [SOURCE], [RESULT], Fallback::input("source"), |pass| {
+kind!(Blur, "Two passes with an image between.", [SOURCE], [SOURCE_OR_RESULT], |pass| {
     let (source, desc) = (pass.image("source"), sized(pass, "source", |size| size));
     let between = pass.transient("between", desc);
     look(pass, source, between);
     let result = pass.output("result", desc);
     look(pass, between, result);
 });
-kind!(Shrink, "Half the size.", [SOURCE], [RESULT], Fallback::Zero, |pass| {
+kind!(Shrink, "Half the size.", [SOURCE], [RESULT], |pass| {
     let (source, desc) = (pass.image("source"), sized(pass, "source", Size::half));
     let result = pass.output("result", desc);
     look(pass, source, result);
@@ -116,39 +115,30 @@ kind!(
     Grow,
     "The size of another image.",
     [SOURCE, Input::image("like", "An image.")],
-    [Output::image("result", ANY, "An image.")],
-    Fallback::input("like"),
+    [Output::image("result", ANY, "An image.").or_input("like")],
     |pass| {
         let (source, desc) = (pass.image("source"), sized(pass, "like", |size| size));
         let result = pass.output("result", desc);
         look(pass, source, result);
     }
 );
-kind!(
-    Levels,
-    "A pyramid.",
-    [SOURCE],
-    [Output::new("result", PortType::Pyramid, ANY, "Levels.")],
-    Fallback::Zero,
-    |pass| {
-        let (mut above, mut desc) = (pass.image("source"), sized(pass, "source", |size| size));
-        let mut levels = Vec::new();
-        for index in 0..desc.size.levels().clamp(1, 6) {
-            desc = desc.half();
-            let level = pass.level(&format!("result.{index}"), desc);
-            look(pass, above, level);
-            levels.push(level);
-            above = level;
-        }
-        pass.give("result", Arrival::Pyramid(levels));
+kind!(Levels, "A pyramid.", [SOURCE], [Output::new("result", PortType::Pyramid, ANY, "Levels.")], |pass| {
+    let (mut above, mut desc) = (pass.image("source"), sized(pass, "source", |size| size));
+    let mut levels = Vec::new();
+    for index in 0..desc.size.levels().clamp(1, 6) {
+        desc = desc.half();
+        let level = pass.level(&format!("result.{index}"), desc);
+        look(pass, above, level);
+        levels.push(level);
+        above = level;
     }
-);
+    pass.give("result", Arrival::Pyramid(levels));
+});
 kind!(
     Join,
     "Joins a pyramid from its coarsest level up.",
     [Input::new("source", PortType::Pyramid, "Levels.")],
     [RESULT],
-    Fallback::Zero,
     |pass| {
         let levels = pass.pyramid("source");
         let (coarsest, finer) = levels.split_last().expect("a pyramid has a level");
@@ -161,25 +151,17 @@ kind!(
         pass.give("result", Arrival::Image(joined));
     }
 );
-kind!(
-    Bake,
-    "A volume.",
-    [SOURCE],
-    [Output::new("result", PortType::Volume, ANY, "A volume.")],
-    Fallback::Absent,
-    |pass| {
-        let size = sized(pass, "source", |size| size.div_up(16)).size;
-        let result = pass.output("result", ImageDesc::volume(Size::volume(size.width, size.height, 16)));
-        let groups = size.div_up(4);
-        pass.compute(&BAKE, "bake").image("result", result).dispatch([groups.width, groups.height, 4]);
-    }
-);
+kind!(Bake, "A volume.", [SOURCE], [Output::new("result", PortType::Volume, ANY, "A volume.")], |pass| {
+    let size = sized(pass, "source", |size| size.div_up(16)).size;
+    let result = pass.output("result", ImageDesc::volume(Size::volume(size.width, size.height, 16)));
+    let groups = size.div_up(4);
+    pass.compute(&BAKE, "bake").image("result", result).dispatch([groups.width, groups.height, 4]);
+});
 kind!(
     Slice,
     "Looks into a volume.",
     [Input::image("base", "An image."), Input::new("volume", PortType::Volume, "A volume.")],
-    [Output::image("result", OutputState::same("base"), "An image.")],
-    Fallback::input("base"),
+    [Output::image("result", OutputState::same("base"), "An image.").or_input("base")],
     |pass| {
         let desc = sized(pass, "base", |size| size);
         pass.function(&SLICE, "slice").write("result", desc);
@@ -190,7 +172,6 @@ kind!(
     "A value that remembers the frame before.",
     [SOURCE],
     [Output::new("value", PortType::Value, OutputState::Nothing, "A value.")],
-    Fallback::Absent,
     |pass| {
         let sum = pass.add_buffer("sum", 16, BufferLife::Frame);
         let value = pass.output_value("value", BufferLife::Persistent);
@@ -202,8 +183,7 @@ kind!(
     Scale,
     "Scales by a value.",
     [SOURCE, Input::new("value", PortType::Value, "A value.")],
-    [RESULT],
-    Fallback::input("source"),
+    [SOURCE_OR_RESULT],
     |pass| {
         let desc = sized(pass, "source", |size| size);
         pass.function(&SCALE, "scale").write("result", desc);
@@ -214,7 +194,6 @@ kind!(
     "Two images, one of half the size.",
     [SOURCE],
     [RESULT, Output::image("small", ANY, "An image.")],
-    Fallback::Zero,
     |pass| {
         let (source, desc) = (pass.image("source"), sized(pass, "source", |size| size));
         let (whole, half) = (pass.output("result", desc), pass.output("small", desc.half()));

@@ -20,12 +20,12 @@ params! {
 impl Node for Halftone {
     const INPUTS: &'static [Input] =
         &[Input::image("source", "The image after the tone curve.").accepts(&[ColorState::DisplayLinear])];
-    const OUTPUTS: &'static [Output] = &[Output::image("result", OutputState::same("source"), "The printed image.")];
-    const FALLBACK: Fallback = Fallback::input("source");
+    const OUTPUTS: &'static [Output] =
+        &[Output::image("result", OutputState::same("source"), "The printed image.").or_input("source")];
 
     // A node that changes nothing is skipped: its readers read its fallback.
-    fn identity(&self, _: &Arrivals) -> Option<Fallback> {
-        (self.amount == 0.0).then_some(Self::FALLBACK)
+    fn identity(&self, _: &Arrivals) -> bool {
+        self.amount == 0.0
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {

@@ -16,7 +16,6 @@ pub(super) mod dark_edges {
     impl Node for Gaussian {
         const INPUTS: &'static [Input] = SOURCE;
         const OUTPUTS: &'static [Output] = RESULT;
-        const FALLBACK: Fallback = Fallback::input("source");
 
         fn record(&self, pass: &mut Recorder<'_>) {
             static SHADER: Shader = Shader::new(
@@ -84,7 +83,6 @@ pub(super) mod leaning {
     impl Node for Saturation {
         const INPUTS: &'static [Input] = SOURCE;
         const OUTPUTS: &'static [Output] = RESULT;
-        const FALLBACK: Fallback = Fallback::input("source");
 
         fn record(&self, pass: &mut Recorder<'_>) {
             static SHADER: Shader = Shader::new(
@@ -132,7 +130,6 @@ pub(super) mod restless {
     impl Node for Adapt {
         const INPUTS: &'static [Input] = SOURCE;
         const OUTPUTS: &'static [Output] = &[Output::new("result", PortType::Value, OutputState::Nothing, "Stops.")];
-        const FALLBACK: Fallback = Fallback::Absent;
 
         fn record(&self, pass: &mut Recorder<'_>) {
             static SHADER: Shader = Shader::new(

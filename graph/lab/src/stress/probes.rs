@@ -57,7 +57,6 @@ params! {
 impl Node for ProbeLevel {
     const INPUTS: &'static [Input] = &[Input::new("pyramid", PortType::Pyramid, "The pyramid.")];
     const OUTPUTS: &'static [Output] = &[Output::image("result", OutputState::same("pyramid"), "The level.")];
-    const FALLBACK: Fallback = Fallback::Zero;
 
     fn record(&self, pass: &mut Recorder<'_>) {
         let levels = pass.pyramid("pyramid");
@@ -72,8 +71,8 @@ impl Node for ProbeLevel {
 
 impl Node for ProbeValue {
     const INPUTS: &'static [Input] = &[Input::new("value", PortType::Value, "The value.")];
-    const OUTPUTS: &'static [Output] = &[Output::image("result", OutputState::Always(ColorState::Data), "The value.")];
-    const FALLBACK: Fallback = Fallback::Absent;
+    const OUTPUTS: &'static [Output] =
+        &[Output::image("result", OutputState::Always(ColorState::Data), "The value.").or(Fallback::Absent)];
 
     fn record(&self, pass: &mut Recorder<'_>) {
         let desc = ImageDesc::new(Size::new(1, 1)).format(Format::Rgba32Float);
@@ -84,8 +83,7 @@ impl Node for ProbeValue {
 impl Node for ProbeVolume {
     const INPUTS: &'static [Input] = &[Input::new("volume", PortType::Volume, "The volume.")];
     const OUTPUTS: &'static [Output] =
-        &[Output::image("result", OutputState::Always(ColorState::Data), "Its worst cells.")];
-    const FALLBACK: Fallback = Fallback::Absent;
+        &[Output::image("result", OutputState::Always(ColorState::Data), "Its worst cells.").or(Fallback::Absent)];
 
     fn record(&self, pass: &mut Recorder<'_>) {
         let volume = pass.image("volume");

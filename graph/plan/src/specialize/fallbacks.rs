@@ -12,7 +12,7 @@ use crate::request::PlanRequest;
 use crate::topological::stable_order;
 use afterimage_base::value::Value;
 use afterimage_graph::check::{Graph, Source};
-use afterimage_graph::node::{Arrivals, Fallback, NodeInstance, PortType};
+use afterimage_graph::node::{Arrivals, Fallback, NodeInstance, Output};
 
 pub(super) fn put_fallbacks(graph: &Graph, request: &PlanRequest<'_>) -> SpecializedGraph {
     let order = order(graph);
@@ -29,25 +29,49 @@ pub(super) fn put_fallbacks(graph: &Graph, request: &PlanRequest<'_>) -> Special
     };
     let remembered = remembered(graph);
     for &index in &order {
-        let arrivals = arrivals(graph, &specialized, index);
-        let verdict = verdict(graph, request, index, (&arrivals, remembered.contains(&index)));
-        specialized.outputs[index] = match &verdict {
-            None => ports_of(index, graph.nodes[index].kind().outputs().len()),
-            Some(verdict) => replace(graph, &specialized, index, &verdict.fallback),
-        };
-        specialized.runs[index] = verdict.is_none();
-        let Some(Verdict { fallback, why, is_identity }) = verdict else { continue };
-        specialized.skipped.push(Skipped { node: graph.nodes[index].name.clone(), why });
-        if is_identity {
-            specialized.identities.insert(index, (arrivals, fallback));
+        let (arrivals, outputs) = (arrivals(graph, &specialized, index), graph.nodes[index].kind().outputs());
+        let dynamic = request.dynamic_of(index);
+        let equals = |output: &Output| is_identity(&graph.nodes[index].instance, &dynamic, &output.name, &arrivals);
+        let replaced: Vec<bool> = outputs.iter().map(|output| !remembered.contains(&index) && equals(output)).collect();
+        let verdict = verdict(graph, request, index, (&arrivals, &replaced));
+        specialized.outputs[index] = (0..outputs.len())
+            .map(|output| match &verdict {
+                Verdict::Runs if !replaced[output] => {
+                    WireSource::From(Source::Node { node: index, output, previous: 0 })
+                }
+                Verdict::Runs | Verdict::Fallbacks(_) => fallback(graph, &specialized, index, &outputs[output]),
+                Verdict::Starved(_) => WireSource::Absent,
+            })
+            .collect();
+        specialized.runs[index] = matches!(verdict, Verdict::Runs);
+        let node = graph.nodes[index].name.clone();
+        specialized.skipped.extend(verdict.reason().map(|why| Skipped { node, why }));
+        if replaced.contains(&true) && !dynamic.is_empty() {
+            specialized.identities.insert(index, (arrivals, replaced));
         }
     }
     specialized.order = order;
     specialized
 }
 
-fn ports_of(node: usize, count: usize) -> Vec<WireSource> {
-    (0..count).map(|output| WireSource::From(Source::Node { node, output, previous: 0 })).collect()
+/// What becomes of a node.
+enum Verdict {
+    /// It runs. Outputs that equal their fallbacks are replaced by them.
+    Runs,
+    /// It does not run for this reason; readers of each output get its fallback.
+    Fallbacks(String),
+    /// It does not run for this reason; its readers get nothing.
+    Starved(String),
+}
+
+impl Verdict {
+    /// Why the node does not run.
+    fn reason(self) -> Option<String> {
+        match self {
+            Self::Runs => None,
+            Self::Fallbacks(why) | Self::Starved(why) => Some(why),
+        }
+    }
 }
 
 /// Nodes whose results of earlier frames are read: their memory must go on, so no identity removes them.
@@ -63,63 +87,36 @@ fn remembered(graph: &Graph) -> BTreeSet<usize> {
         .collect()
 }
 
-/// Which inputs of a node are zero, and at which nothing arrives.
-fn arrivals(graph: &Graph, specialized: &SpecializedGraph, index: usize) -> Arrivals {
-    let node = &graph.nodes[index];
-    let mut zero = Vec::new();
-    let mut absent = Vec::new();
-    for (port, wire) in node.kind().inputs().iter().zip(&node.wires) {
-        match specialized.resolve(*wire) {
-            WireSource::Zero => zero.push(port.name.clone()),
-            WireSource::Absent => absent.push(port.name.clone()),
-            WireSource::From(_) => {}
-        }
-    }
-    Arrivals::new(zero, absent)
-}
-
-/// What replaces a node, and why.
-struct Verdict {
-    fallback: Fallback,
-    why: String,
-    is_identity: bool,
-}
-
-impl Verdict {
-    fn new(fallback: Fallback, why: impl Into<String>) -> Self {
-        Self { fallback, why: why.into(), is_identity: false }
-    }
-}
-
-/// What replaces a node, or `None` if it runs. A node that is remembered runs also as an identity.
+/// `replaced` says of each output whether its fallback equals it.
 fn verdict(
     graph: &Graph,
     request: &PlanRequest<'_>,
     index: usize,
-    (arrivals, remembered): (&Arrivals, bool),
-) -> Option<Verdict> {
+    (arrivals, replaced): (&Arrivals, &[bool]),
+) -> Verdict {
     let node = &graph.nodes[index];
     if node.off {
-        return Some(Verdict::new(node.kind().fallback(), "switched off"));
+        return Verdict::Fallbacks("switched off".into());
     }
     if let Some(condition) = node.when.as_ref().filter(|condition| !condition.holds(&request.facts)) {
-        return Some(Verdict::new(node.kind().fallback(), format!("`when: {condition}` does not hold")));
+        return Verdict::Fallbacks(format!("`when: {condition}` does not hold"));
     }
-    if !remembered && let Some(fallback) = identity(&node.instance, &request.dynamic_of(index), arrivals) {
-        return Some(Verdict { is_identity: true, ..Verdict::new(fallback, "changes nothing here") });
+    if replaced.iter().all(|replaced| *replaced) {
+        return Verdict::Fallbacks("changes nothing here".into());
     }
-    let starved = node.kind().inputs().iter().find(|port| !port.optional && arrivals.is_absent(&port.name))?;
-    Some(Verdict::new(Fallback::Absent, format!("nothing arrives at its input `{}`", starved.name)))
+    match node.kind().inputs().iter().find(|port| !port.optional && arrivals.is_absent(&port.name)) {
+        Some(starved) => Verdict::Starved(format!("nothing arrives at its input `{}`", starved.name)),
+        None => Verdict::Runs,
+    }
 }
 
-/// The fallback that equals the node's output, whatever values its dynamic parameters get.
-fn identity(instance: &NodeInstance, dynamic: &[usize], arrivals: &Arrivals) -> Option<Fallback> {
-    let fallback = instance.identity(arrivals)?;
+/// Whether the fallback of an output equals it, whatever values the dynamic parameters get.
+fn is_identity(instance: &NodeInstance, dynamic: &[usize], output: &str, arrivals: &Arrivals) -> bool {
     // An identity because of what arrives is one at all values. One because of its values is very likely not one at
     // some of these; should it be, `DynamicNodes` notices the first values at which it is none.
     let probes = if dynamic.is_empty() { 0 } else { PROBES };
-    let holds = |probe: usize| probed(instance, dynamic, probe).identity(arrivals).as_ref() == Some(&fallback);
-    (0..probes).all(holds).then_some(fallback)
+    instance.identity_of(output, arrivals)
+        && (0..probes).all(|probe| probed(instance, dynamic, probe).identity_of(output, arrivals))
 }
 
 /// Values of dynamic parameters at which an identity must hold.
@@ -139,18 +136,34 @@ fn probed(instance: &NodeInstance, dynamic: &[usize], probe: usize) -> NodeInsta
     other
 }
 
-fn replace(graph: &Graph, specialized: &SpecializedGraph, index: usize, fallback: &Fallback) -> Vec<WireSource> {
+/// Which inputs of a node are zero, and at which nothing arrives.
+fn arrivals(graph: &Graph, specialized: &SpecializedGraph, index: usize) -> Arrivals {
     let node = &graph.nodes[index];
-    let of_port = |ty: PortType| match fallback {
-        Fallback::Absent => WireSource::Absent,
-        Fallback::Zero if matches!(ty, PortType::Image | PortType::Pyramid) => WireSource::Zero,
-        Fallback::Zero => WireSource::Absent,
-        Fallback::Input(name) => {
-            let port = node.kind().inputs().iter().position(|input| input.name == *name && input.ty == ty);
-            port.map_or(WireSource::Absent, |port| specialized.resolve(node.wires[port]))
+    let mut zero = Vec::new();
+    let mut absent = Vec::new();
+    for (port, wire) in node.kind().inputs().iter().zip(&node.wires) {
+        match specialized.resolve(*wire) {
+            WireSource::Zero => zero.push(port.name.clone()),
+            WireSource::Absent => absent.push(port.name.clone()),
+            WireSource::From(_) => {}
         }
-    };
-    node.kind().outputs().iter().map(|output| of_port(output.ty)).collect()
+    }
+    Arrivals::new(zero, absent)
+}
+
+/// What readers of an output get when its node does not run.
+fn fallback(graph: &Graph, specialized: &SpecializedGraph, index: usize, output: &Output) -> WireSource {
+    let node = &graph.nodes[index];
+    match &output.fallback {
+        Fallback::Absent => WireSource::Absent,
+        Fallback::Zero => WireSource::Zero,
+        Fallback::Input(name) => {
+            let port = node.kind().inputs().iter().position(|input| input.name == *name);
+            let port =
+                port.unwrap_or_else(|| panic!("the contract test finds the fallback `{name}` of `{}`", node.name));
+            specialized.resolve(node.wires[port])
+        }
+    }
 }
 
 /// An order in which nodes can be recorded.

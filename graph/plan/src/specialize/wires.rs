@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use afterimage_graph::check::Source;
-use afterimage_graph::node::{Arrivals, Fallback};
+use afterimage_graph::node::Arrivals;
 
 use crate::plan::Skipped;
 
@@ -32,8 +32,9 @@ pub(crate) struct SpecializedGraph {
     pub(crate) wanted: Vec<Vec<bool>>,
     /// Nodes that do not run, and why.
     pub(crate) skipped: Vec<Skipped>,
-    /// Nodes that do not run because they change nothing at their values: what arrives, and what replaces them.
-    pub(crate) identities: BTreeMap<usize, (Arrivals, Fallback)>,
+    /// Nodes with dynamic parameters whose outputs equal their fallbacks at their values: what arrives, and of each
+    /// output whether its fallback replaces it.
+    pub(crate) identities: BTreeMap<usize, (Arrivals, Vec<bool>)>,
 }
 
 impl SpecializedGraph {

@@ -20,7 +20,7 @@ pub(super) fn look(kind: &NodeKind, complaints: &mut Complaints) {
     kind.inputs().iter().for_each(|port| input(port, complaints));
     complaints.require(!kind.outputs().is_empty(), || "there is no output".into());
     kind.outputs().iter().for_each(|port| output(kind, port, complaints));
-    fallback(kind, complaints);
+    kind.outputs().iter().for_each(|port| fallback(kind, port, complaints));
     kind.params().iter().for_each(|param| parameter(param, complaints));
 }
 
@@ -96,13 +96,19 @@ fn output(kind: &NodeKind, port: &Output, complaints: &mut Complaints) {
     }
 }
 
-fn fallback(kind: &NodeKind, complaints: &mut Complaints) {
-    let (Fallback::Input(name), Some(main)) = (kind.fallback(), kind.outputs().first()) else { return };
-    match kind.input(&name) {
-        None => complaints.add(format!("the fallback `{name}` is no input")),
-        Some(input) => complaints.require(input.ty == main.ty, || {
-            format!("the fallback `{name}` is a {}, but `{}` is a {}", input.ty.name(), main.name, main.ty.name())
+fn fallback(kind: &NodeKind, port: &Output, complaints: &mut Complaints) {
+    let (name, ty) = (&port.name, port.ty.name());
+    match &port.fallback {
+        Fallback::Absent => {}
+        Fallback::Zero => complaints.require(is_image(port.ty), || {
+            format!("the fallback of `{name}` is zero, but a {ty} has no zero: it may be absent")
         }),
+        Fallback::Input(source) => match kind.input(source) {
+            None => complaints.add(format!("the fallback of `{name}` is `{source}`, which is no input")),
+            Some(input) => complaints.require(input.ty == port.ty, || {
+                format!("the fallback of `{name}` ({ty}) is `{source}` ({})", input.ty.name())
+            }),
+        },
     }
 }
 

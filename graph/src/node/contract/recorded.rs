@@ -16,6 +16,7 @@ use afterimage_wgsl::Shader;
 /// One way of using a kind.
 struct Use<'a> {
     node: &'a NodeInstance,
+    dynamic: &'a [usize],
     size: Size,
     is_fully_wired: bool,
     is_exact: bool,
@@ -38,7 +39,7 @@ pub(super) fn look(kind: &NodeKind, complaints: &mut Complaints, seen: &mut dyn 
             if index == 0 { &[(true, false), (false, false), (true, true)] } else { &[(true, false)] };
         for size in [Size::new(64, 36), Size::new(1, 1)] {
             for (is_fully_wired, is_exact) in ways.iter().copied() {
-                let way = Use { node: &node, size, is_fully_wired, is_exact, is_default: index == 0 };
+                let way = Use { node: &node, dynamic: &[], size, is_fully_wired, is_exact, is_default: index == 0 };
                 if is_recorded(&way) {
                     one(&way, complaints, seen);
                 }
@@ -50,14 +51,19 @@ pub(super) fn look(kind: &NodeKind, complaints: &mut Complaints, seen: &mut dyn 
 /// A parameter that needs no new plan changes uniforms only: the host may set it while a plan runs.
 pub(super) fn live(kind: &NodeKind, complaints: &mut Complaints) {
     let defaults = defaults(kind);
+    let all: Vec<usize> = (0..kind.params().len()).filter(|index| !kind.params()[*index].replan).collect();
+    if all.is_empty() {
+        return;
+    }
     for is_fully_wired in [true, false] {
         let without_uniforms = |values: Vec<Value>, complaints: &mut Complaints| {
             let node = NodeInstance::new(kind.clone(), values);
-            let way = Use { node: &node, size: Size::new(64, 36), is_fully_wired, is_exact: false, is_default: false };
+            let (dynamic, size) = (all.as_slice(), Size::new(64, 36));
+            let way = Use { node: &node, dynamic, size, is_fully_wired, is_exact: false, is_default: false };
             node.verify().is_ok().then(|| record(&way, complaints)).flatten().map(Recorded::without_uniforms)
         };
         let Some(first) = without_uniforms(defaults.clone(), complaints) else { return };
-        for (index, param) in kind.params().iter().enumerate().filter(|(_, param)| !param.replan) {
+        for (index, param) in all.iter().map(|index| (*index, &kind.params()[*index])) {
             let probes = [param.lowest(), param.highest(), param.middle(), param.neutral.clone()];
             for value in probes.into_iter().flatten() {
                 let mut values = defaults.clone();
@@ -76,7 +82,8 @@ fn is_recorded(way: &Use<'_>) -> bool {
     let inputs = way.node.kind().inputs();
     let absent = inputs.iter().filter(|port| port.optional && !way.is_fully_wired).map(|port| port.name.clone());
     let arrivals = Arrivals::new(Vec::new(), absent.collect());
-    way.node.verify().is_ok() && way.node.identity(&arrivals).is_none()
+    let is_replaced = way.node.kind().outputs().iter().all(|port| way.node.identity_of(&port.name, &arrivals));
+    way.node.verify().is_ok() && !is_replaced
 }
 
 fn one(way: &Use<'_>, complaints: &mut Complaints, seen: &mut dyn FnMut(&Recording)) {
@@ -162,6 +169,7 @@ fn recorded(way: &Use<'_>) -> Recorded {
         node: "node",
         kind: kind.signature(),
         parameters: way.node.uniform_values(),
+        dynamic: way.dynamic,
         arrivals: &arrivals,
         format: None,
         frame_size: way.size,

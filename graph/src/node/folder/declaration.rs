@@ -1,6 +1,6 @@
 //! What a `node.ron` declares.
 
-use crate::node::{Fallback, Input, Output};
+use crate::node::{Input, Output};
 use afterimage_base::diagnostic::{Location, Spanned};
 use afterimage_base::image::Size;
 use afterimage_base::value::Param;
@@ -12,7 +12,6 @@ pub(super) struct Declaration {
     pub(super) inputs: Vec<(Input, Location)>,
     pub(super) outputs: Vec<DeclaredOutput>,
     pub(super) params: Vec<(Param, Location)>,
-    pub(super) fallback: Fallback,
 }
 
 /// An output and how it is made.

@@ -21,12 +21,11 @@
 //!   out). With `optional: true`, a port may stay unwired; then it reads as zero.
 //! * `outputs` are of type `Image`. `state` is `Same("input")` or a color state, `function` the kernel function (the
 //!   kind's name in snake case, if it is left out), `size` one of `Same`, `Half`, `Double` (of the first image input,
-//!   or of the frame) and `Fixed(256, 256)`.
+//!   or of the frame) and `Fixed(256, 256)`. `fallback` is what readers get when the node is off: an input, `Zero` or
+//!   `Absent`. For the first output it is the first image input, if it is left out, and `Zero` for the others.
 //! * `parameters` are of type `Bool`, `Int`, `Float`, `Vector2`, `Vector3` or `Vector4`. Each needs `doc` and
 //!   `default`, numbers need `within`, and `usually`, `unit` and `neutral` are optional. They go by name into the
 //!   struct of the function's argument `params`.
-//! * `fallback` replaces the output of a node that is off: an input, `Zero` or `Absent`. It is the first image input,
-//!   if it is left out.
 
 mod agree;
 mod declaration;
@@ -40,7 +39,7 @@ use super::contract::{contract, snake, stem};
 use std::sync::Arc;
 
 use super::kind::{DynNode, Kind, NodeKind};
-use super::ports::{Fallback, Input, Output, PortType};
+use super::ports::{Input, Output, PortType};
 use super::recorder::Recorder;
 use super::resource::ImageId;
 use crate::document;
@@ -134,7 +133,6 @@ struct FolderKind {
     name: String,
     doc: String,
     params: Vec<Param>,
-    fallback: Fallback,
     node: Arc<FolderNode>,
 }
 
@@ -161,9 +159,6 @@ impl Kind for FolderKind {
     }
     fn outputs(&self) -> &[Output] {
         &self.node.outputs
-    }
-    fn fallback(&self) -> Fallback {
-        self.fallback.clone()
     }
     fn instantiate(&self, _: &[Value]) -> Arc<dyn DynNode> {
         self.node.clone()
@@ -192,7 +187,7 @@ impl FolderKind {
         let inputs: Vec<Input> = declared.inputs.into_iter().map(|(port, _)| port).collect();
         let params: Vec<Param> = declared.params.into_iter().map(|(param, _)| param).collect();
         let node = Arc::new(FolderNode { inputs, outputs, made, shader });
-        Self { name: declared.name.value, doc: declared.doc, params, fallback: declared.fallback, node }
+        Self { name: declared.name.value, doc: declared.doc, params, node }
     }
 }
 

@@ -33,7 +33,8 @@ pub(super) fn declaration(tree: Item, diagnostics: &mut Diagnostics) -> Option<D
     let outputs = match (fields.map("outputs"), function) {
         (outputs, Some(function)) => outputs
             .into_iter()
-            .filter_map(|(name, item)| output(&name, item, &function, &inputs, fields.diagnostics))
+            .enumerate()
+            .filter_map(|(at, (name, item))| output(&name, item, at == 0, &function, &inputs, fields.diagnostics))
             .collect(),
         _ => Vec::new(),
     };
@@ -42,16 +43,21 @@ pub(super) fn declaration(tree: Item, diagnostics: &mut Diagnostics) -> Option<D
         None => Vec::new(),
     };
     let params = params.into_iter().filter_map(|(name, item)| parameter(&name, item, fields.diagnostics)).collect();
-    let fallback = fields.take("fallback");
-    let fallback = fallback_of(fallback, &inputs, fields.diagnostics);
-    fields.finish(&["name", "doc", "inputs", "outputs", "parameters", "fallback"]);
-    Some(Declaration { name: name?, doc: doc?.value, inputs, outputs, params, fallback })
+    fields.finish(&["name", "doc", "inputs", "outputs", "parameters"]);
+    Some(Declaration { name: name?, doc: doc?.value, inputs, outputs, params })
 }
 
-fn fallback_of(item: Option<Item>, inputs: &[(Input, Location)], diagnostics: &mut Diagnostics) -> Fallback {
+/// The fallback of an output. Readers of the main one get the first image input, if nothing is declared.
+fn fallback_of(
+    item: Option<Item>,
+    is_main: bool,
+    inputs: &[(Input, Location)],
+    diagnostics: &mut Diagnostics,
+) -> Fallback {
     let images = || inputs.iter().filter(|(port, _)| port.ty == PortType::Image).map(|(port, _)| &*port.name);
     let Some(item) = item else {
-        return images().next().map_or(Fallback::Zero, |name| Fallback::Input(name.to_owned().into()));
+        let first = images().next().filter(|_| is_main);
+        return first.map_or(Fallback::Zero, |name| Fallback::Input(name.to_owned().into()));
     };
     match &item.value {
         Tree::Name(name) if name == "Zero" => Fallback::Zero,
@@ -60,7 +66,7 @@ fn fallback_of(item: Option<Item>, inputs: &[(Input, Location)], diagnostics: &m
         _ => {
             let help = format!("write `Zero`, `Absent` or one of the image inputs in quotes: {}", list(images(), 8));
             diagnostics.push(
-                Diagnostic::error("wrong-type", "`fallback` is no fallback of a node")
+                Diagnostic::error("wrong-type", "`fallback` is no fallback of an output")
                     .at(&item.location, "")
                     .help(help),
             );
@@ -110,6 +116,7 @@ fn input(name: &Spanned<String>, item: Item, diagnostics: &mut Diagnostics) -> O
 fn output(
     name: &Spanned<String>,
     item: Item,
+    is_main: bool,
     otherwise: &Spanned<String>,
     inputs: &[(Input, Location)],
     diagnostics: &mut Diagnostics,
@@ -121,8 +128,11 @@ fn output(
     let state = fields.output_state(inputs);
     let function = if fields.has("function") { fields.text("function") } else { Some(otherwise.clone()) };
     let size = fields.size();
-    fields.finish(&["doc", "state", "function", "size"]);
-    let port = Output { name: name.value.clone().into(), ty: image?, state: state?, doc: doc?.value.into() };
+    let fallback = fields.take("fallback");
+    let fallback = fallback_of(fallback, is_main, inputs, fields.diagnostics);
+    fields.finish(&["doc", "state", "function", "size", "fallback"]);
+    let name = name.value.clone().into();
+    let port = Output { name, ty: image?, state: state?, doc: doc?.value.into(), fallback };
     Some(DeclaredOutput { port, function: function?, size: size? })
 }
 
