@@ -33,7 +33,8 @@ params! {
         /// The filter that resamples the light.
         pub filter: UpsampleFilter = UpsampleFilter::Tent => quality(UpsampleFilter::Tent, [UpsampleFilter::Bilinear]);
         /// Distance between the reads of the tent.
-        pub radius: f32 = 1.0 => within(0.0..=f64::from(LARGEST_RADIUS)), usually(0.5..=1.5), unit("texels of the bloom");
+        pub radius: f32 = 1.0
+            => within(0.0..=f64::from(LARGEST_RADIUS)), usually(0.5..=1.5), unit("texels of the bloom");
     }
 }
 

@@ -45,7 +45,8 @@ params! {
         /// The filter of each enlargement.
         pub filter: UpsampleFilter = UpsampleFilter::Tent => quality(UpsampleFilter::Tent, [UpsampleFilter::Bilinear]);
         /// Distance between the reads of the tent. Above 1.5 the gaps between them become visible.
-        pub radius: f32 = 1.0 => within(0.0..=f64::from(LARGEST_RADIUS)), usually(0.5..=1.5), unit("texels of the coarser level");
+        pub radius: f32 = 1.0
+            => within(0.0..=f64::from(LARGEST_RADIUS)), usually(0.5..=1.5), unit("texels of the coarser level");
     }
 }
 

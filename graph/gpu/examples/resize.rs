@@ -49,7 +49,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             let scene = scene(&device, &queue, size)?;
             post.finish_changes()?;
             let mut encoder = device.create_command_encoder(&Default::default());
-            // Another size makes another plan here. Plans are cached: only a size, a fact or a tier that is new makes one.
+            // Another size makes another plan here, and plans are kept: only what is new makes one.
             post.encode(&mut encoder, &Frame { inputs: &[("scene", &scene)], reset: true, ..Frame::default() })?;
             queue.submit([encoder.finish()]);
 

@@ -2,9 +2,9 @@
 //!
 //! A host with its own renderer keeps a [`Post`] for each pipeline: [`Post::encode`] records a frame into the host's
 //! encoder, and plans follow the images, the facts and the parameters. Below it is the [`Executor`]: [`Executor::load`]
-//! makes the textures and pipelines of a [`Plan`](afterimage_plan::Plan), and [`Executor::encode`] records a frame of it.
-//! While the plan renders, [`Executor::prepare`] compiles another one, and [`Executor::swap`] exchanges them between two
-//! frames.
+//! makes the textures and pipelines of a [`Plan`](afterimage_plan::Plan), and [`Executor::encode`] records a frame.
+//! While the plan renders, [`Executor::prepare`] compiles another one, and [`Executor::swap`] exchanges them between
+//! two frames.
 //!
 //! A program without a renderer opens a device with [`Gpu::open`], or uses a [`Session`], which adds plans, uploads and
 //! read-back. [`Clock`] measures frames.

@@ -6,8 +6,8 @@ use afterimage_base::image::Format;
 use afterimage_graph::node::{Arg, ImageId, KernelCall, Origin, Pass, Recording, VirtualImage};
 use afterimage_wgsl::{Shader, UniformValue};
 
-use crate::dynamic::NodeSetting;
 use crate::plan::{Fused, PlanOutput, SharedRead, Skipped};
+use crate::setting::NodeSetting;
 
 /// The plan under construction, before its passes are ordered.
 #[derive(Default)]

@@ -2,67 +2,13 @@
 
 use std::collections::BTreeMap;
 
-use afterimage_base::caps::Caps;
-use afterimage_base::image::{Format, Size};
 use afterimage_graph::check::Graph;
-use afterimage_graph::node::{
-    Arrival, Arrivals, ImageColor, NodeColors, NodeInstance, Pass, Recorder, RecorderContext, Recording, VirtualBuffer,
-    VirtualImage,
-};
+use afterimage_graph::node::{Arrivals, NodeInstance, Pass, Recording, VirtualBuffer, VirtualImage};
 
 use crate::plan::Plan;
+use crate::record::record_node;
 use crate::request::PlanRequest;
-
-/// What a node records with, beside its parameters.
-#[derive(Clone, Debug)]
-pub(crate) struct NodeSetting {
-    pub(crate) name: String,
-    pub(crate) dynamic: Vec<usize>,
-    pub(crate) format: Option<Format>,
-    pub(crate) arrivals: Vec<Arrival>,
-    pub(crate) inputs: Vec<Option<ImageColor>>,
-    pub(crate) outputs: Vec<Option<ImageColor>>,
-    pub(crate) wanted: Vec<bool>,
-}
-
-/// What all nodes record with.
-#[derive(Clone, Debug)]
-pub(crate) struct FrameSetting {
-    size: Size,
-    caps: Caps,
-    exact: bool,
-}
-
-impl FrameSetting {
-    pub(crate) fn new(request: &PlanRequest<'_>) -> Self {
-        Self { size: request.size, caps: request.caps.clone(), exact: request.options.exact }
-    }
-
-    /// Lets a node record its passes; what its outputs hold.
-    pub(crate) fn record(
-        &self,
-        instance: &NodeInstance,
-        setting: &NodeSetting,
-        recording: &mut Recording,
-    ) -> Vec<Arrival> {
-        let context = RecorderContext {
-            node: &setting.name,
-            kind: instance.kind().signature(),
-            parameters: instance.uniform_values(),
-            dynamic: &setting.dynamic,
-            arrivals: &setting.arrivals,
-            format: setting.format,
-            frame_size: self.size,
-            caps: &self.caps,
-            exact: self.exact,
-            wanted: &setting.wanted,
-            colors: NodeColors { inputs: &setting.inputs, outputs: &setting.outputs },
-        };
-        let mut recorder = Recorder::new(context, recording);
-        instance.record(&mut recorder);
-        recorder.finish()
-    }
-}
+use crate::setting::{FrameSetting, NodeSetting};
 
 /// The nodes of a plan whose parameters change while it runs: they can be recorded again for new uniforms.
 ///
@@ -128,7 +74,7 @@ impl DynamicRecords {
         let frame = FrameSetting::new(request);
         let mut nodes = BTreeMap::new();
         for (index, setting) in self.settings {
-            let (made, uniforms) = frame.again(&graph.nodes[index].instance, &setting, &mut self.recording);
+            let (made, uniforms) = again(&frame, &graph.nodes[index].instance, &setting, &mut self.recording);
             let places = (0..uniforms.len()).map(|kernel| plan.uniform_places(index, kernel)).collect();
             nodes.insert(index, DynamicNode { setting, made, places });
         }
@@ -155,7 +101,7 @@ impl DynamicNodes {
             }
         }
         let Some(node) = self.nodes.get(&index) else { return Ok(()) };
-        let (made, uniforms) = self.frame.again(instance, &node.setting, &mut self.recording);
+        let (made, uniforms) = again(&self.frame, instance, &node.setting, &mut self.recording);
         if made != node.made {
             return Err(NeedsPlan);
         }
@@ -166,22 +112,25 @@ impl DynamicNodes {
     }
 }
 
-impl FrameSetting {
-    /// Records a node behind what `recording` holds, and takes it away: what it is, and its uniforms.
-    fn again(&self, instance: &NodeInstance, setting: &NodeSetting, recording: &mut Recording) -> (Made, Vec<Vec<u8>>) {
-        let (images, buffers) = (recording.images.len(), recording.buffers.len());
-        self.record(instance, setting, recording);
-        // Other values may compute other texels.
-        recording.computed.clear();
-        let mut passes = std::mem::take(&mut recording.passes);
-        let kernels = passes.iter_mut().flat_map(|pass| &mut pass.kernels);
-        let uniforms: Vec<Vec<u8>> = kernels.map(|kernel| std::mem::take(&mut kernel.uniform)).collect();
-        let made = Made {
-            images: recording.images.split_off(images),
-            buffers: recording.buffers.split_off(buffers),
-            passes,
-            lengths: uniforms.iter().map(Vec::len).collect(),
-        };
-        (made, uniforms)
-    }
+/// Records a node behind what `recording` holds, and takes it away: what it is, and its uniforms.
+fn again(
+    frame: &FrameSetting,
+    instance: &NodeInstance,
+    setting: &NodeSetting,
+    recording: &mut Recording,
+) -> (Made, Vec<Vec<u8>>) {
+    let (images, buffers) = (recording.images.len(), recording.buffers.len());
+    record_node(frame, instance, setting, recording);
+    // Other values may compute other texels.
+    recording.computed.clear();
+    let mut passes = std::mem::take(&mut recording.passes);
+    let kernels = passes.iter_mut().flat_map(|pass| &mut pass.kernels);
+    let uniforms: Vec<Vec<u8>> = kernels.map(|kernel| std::mem::take(&mut kernel.uniform)).collect();
+    let made = Made {
+        images: recording.images.split_off(images),
+        buffers: recording.buffers.split_off(buffers),
+        passes,
+        lengths: uniforms.iter().map(Vec::len).collect(),
+    };
+    (made, uniforms)
 }

@@ -43,6 +43,7 @@ mod report;
 mod request;
 mod sanitize;
 mod schedule;
+mod setting;
 mod specialize;
 mod topological;
 mod verify;

@@ -4,15 +4,18 @@ use std::collections::BTreeMap;
 
 use crate::amounts::Amounts;
 use crate::builder::{PlanBuilder, copy_pass, finite_image, float_format, scale_pass};
-use crate::dynamic::{FrameSetting, NodeSetting};
 use crate::error::PlanError;
 use crate::limits::MOST_COMPUTED_BYTES;
 use crate::plan::PlanOutput;
 use crate::request::PlanRequest;
+use crate::setting::{FrameSetting, NodeSetting};
 use crate::specialize::{SpecializedGraph, WireSource};
 use afterimage_base::image::{ImageDesc, Signedness};
 use afterimage_graph::check::{Graph, GraphInput, ImageColors, Source};
-use afterimage_graph::node::{Arg, Arrival, ImageColor, ImageId, KernelOrigin, Origin, VirtualImage};
+use afterimage_graph::node::{
+    Arg, Arrival, ImageColor, ImageId, KernelOrigin, NodeColors, NodeInstance, Origin, Recorder, RecorderContext,
+    Recording, VirtualImage,
+};
 
 /// How often sizes of histories are inferred again before they count as unstable.
 const ROUNDS: usize = 8;
@@ -174,7 +177,7 @@ impl<'a> Round<'a> {
         };
         let first_image = self.builder.recording.images.len();
         let first_pass = self.builder.recording.passes.len();
-        self.made[index] = self.frame.record(&node.instance, &setting, &mut self.builder.recording);
+        self.made[index] = record_node(&self.frame, &node.instance, &setting, &mut self.builder.recording);
         if !setting.dynamic.is_empty() {
             self.builder.dynamic.insert(index, setting);
         }
@@ -247,4 +250,29 @@ impl<'a> Round<'a> {
         recording.passes.push(copy_pass(name, arg, image));
         image
     }
+}
+
+/// Lets a node record its passes; what its outputs hold.
+pub(crate) fn record_node(
+    frame: &FrameSetting,
+    instance: &NodeInstance,
+    setting: &NodeSetting,
+    recording: &mut Recording,
+) -> Vec<Arrival> {
+    let context = RecorderContext {
+        node: &setting.name,
+        kind: instance.kind().signature(),
+        parameters: instance.uniform_values(),
+        dynamic: &setting.dynamic,
+        arrivals: &setting.arrivals,
+        format: setting.format,
+        frame_size: frame.size,
+        caps: &frame.caps,
+        exact: frame.exact,
+        wanted: &setting.wanted,
+        colors: NodeColors { inputs: &setting.inputs, outputs: &setting.outputs },
+    };
+    let mut recorder = Recorder::new(context, recording);
+    instance.record(&mut recorder);
+    recorder.finish()
 }

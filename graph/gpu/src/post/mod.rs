@@ -1,21 +1,24 @@
 //! A pipeline on a device that may belong to somebody else: plans follow the images, the facts and the parameters.
 
+mod error;
+mod handle;
 mod parameters;
 mod plans;
+mod running;
 mod uniforms;
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use afterimage_graph::check::{Fact, Facts, Graph};
-use afterimage_plan::{Options, Plan, PlanCache, PlanError};
+use afterimage_plan::{Options, Plan, PlanCache};
 use wgpu::{CommandEncoder, Device, Queue};
 
-use crate::error::GpuError;
 use crate::{Executor, Frame};
-use parameters::Handle;
-pub use parameters::{Control, Parameter, ParameterInfo};
-use plans::{Next, Running};
+pub use error::PostError;
+use handle::Handle;
+pub use handle::{Control, Parameter, ParameterInfo};
+use running::{Next, Running};
 
 /// A graph, its plans, and an executor: what a host keeps for each pipeline that it runs.
 ///
@@ -51,36 +54,6 @@ pub struct Post {
     next: Option<Next>,
     /// Whether something has changed since the last plan was asked for.
     is_stale: bool,
-}
-
-/// Why a host's call failed.
-#[derive(Debug, Clone, thiserror::Error)]
-pub enum PostError {
-    /// The graph cannot be planned for these images.
-    #[error(transparent)]
-    Plan(#[from] PlanError),
-    /// The device or the executor reports an error.
-    #[error(transparent)]
-    Gpu(#[from] GpuError),
-    /// The pipeline has no such parameter.
-    #[error("{0}")]
-    UnknownParameter(String),
-    /// The parameter has another type.
-    #[error("`{name}` is {ty}")]
-    WrongType {
-        /// The parameter, as `node.parameter`.
-        name: String,
-        /// Its type in words.
-        ty: String,
-    },
-    /// The value is outside of the domain, or does not go with the values of other parameters.
-    #[error("`{name}`: {why}")]
-    Refused {
-        /// The parameter, as `node.parameter`.
-        name: String,
-        /// The reason.
-        why: String,
-    },
 }
 
 impl Post {

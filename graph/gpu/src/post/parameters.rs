@@ -1,58 +1,10 @@
 //! Parameters that the host changes while a plan renders.
 
-use std::marker::PhantomData;
+use afterimage_graph::check::ParameterId;
+use afterimage_graph::value::{ParamType, Value};
 
-use afterimage_graph::check::{Graph, ParameterId};
-use afterimage_graph::value::{Param, ParamType, Type, Value};
-
+use super::handle::{Control, Handle, Parameter, ParameterInfo};
 use super::{Post, PostError};
-
-/// A parameter that the host changes, with values of type `T`.
-pub struct Parameter<T> {
-    control: Control,
-    value: PhantomData<fn(T)>,
-}
-
-impl<T> Clone for Parameter<T> {
-    fn clone(&self) -> Self {
-        *self
-    }
-}
-
-impl<T> Copy for Parameter<T> {}
-
-impl<T> Parameter<T> {
-    /// The same without its type, for code that treats all parameters alike.
-    pub fn control(self) -> Control {
-        self.control
-    }
-}
-
-/// A parameter that the host changes, of any type.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Control(usize);
-
-/// A parameter of a graph.
-#[derive(Clone, Debug)]
-pub struct ParameterInfo<'p> {
-    /// Its name, `node.parameter`.
-    pub name: String,
-    /// Its type, domain, unit, documentation and more. [`replan`](Param::replan) says whether a change needs a new
-    /// plan.
-    pub declaration: &'p Param,
-    /// Its present value.
-    pub value: &'p Value,
-}
-
-/// What the host holds a [`Control`] for.
-pub(super) struct Handle {
-    name: String,
-    ty: Type,
-    /// The value that the host has set.
-    value: Option<Value>,
-    /// Where it is in the present graph, which may have none.
-    place: Option<ParameterId>,
-}
 
 impl Post {
     /// All parameters of the graph.
@@ -71,7 +23,7 @@ impl Post {
     /// A handle to the parameter that `node.parameter` names.
     ///
     /// The parameter is dynamic from the next plan on: its node runs also where its value changes nothing, so that new
-    /// values need no plan. Where the declaration says that a change [needs one](Param::replan), each does.
+    /// values need no plan. Where the declaration says that a change [needs one](afterimage_graph::value::Param::replan), each does.
     ///
     /// # Errors
     /// There is no such parameter, or it has another type.
@@ -81,7 +33,7 @@ impl Post {
         if ty != T::TYPE {
             return Err(PostError::WrongType { name: name.to_owned(), ty: ty.describe() });
         }
-        Ok(Parameter { control: self.control(name)?, value: PhantomData })
+        Ok(Parameter::new(self.control(name)?))
     }
 
     /// The same for a parameter of any type.
@@ -148,16 +100,11 @@ impl Post {
     pub(super) fn place_handles(&mut self) {
         let graph = self.plans.shared_graph();
         for handle in &mut self.handles {
-            handle.place = place_in(&graph, handle);
+            handle.place = handle.place_in(&graph);
             if let (Some(place), Some(value)) = (handle.place, &handle.value) {
                 // What this graph does not accept keeps the value of its file.
                 let _ = self.plans.set(place, value.clone());
             }
         }
     }
-}
-
-fn place_in(graph: &Graph, handle: &Handle) -> Option<ParameterId> {
-    let place = graph.parameter(&handle.name).ok()?;
-    (graph.declaration(place).ty == handle.ty).then_some(place)
 }

@@ -1,60 +1,19 @@
-//! Which plan renders, and the next one while it is being made.
+//! Which plan renders, when the next one is made, and when it comes in.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use afterimage_graph::check::{Facts, GraphInput, ParameterId};
+use afterimage_graph::check::GraphInput;
 use afterimage_graph::image::{ImageDesc, Size};
-use afterimage_plan::{Caps, GivenImage, Options, Plan, PlanError, PlanRequest, Planned};
-use wgpu::{Device, TextureView};
+use afterimage_plan::{GivenImage, NeedsPlan, Plan, PlanError, Planned};
+use wgpu::TextureView;
 
+use super::running::{Next, Running, Wish};
 use super::uniforms::Uniforms;
 use super::{Post, PostError};
 use crate::device::image_format;
-use crate::executor::Prepared;
-use crate::heap;
 use crate::platform::Worker;
 use crate::{Frame, GpuError};
-
-/// What a plan is wanted for: a [`PlanRequest`] that can go to another thread.
-#[derive(Clone)]
-struct Wish {
-    size: Size,
-    inputs: BTreeMap<String, GivenImage>,
-    facts: Facts,
-    caps: Caps,
-    options: Options,
-    dynamic: BTreeSet<ParameterId>,
-}
-
-impl Wish {
-    /// Calls `use_request` with the request for a device.
-    fn on<T>(&self, device: &Device, use_request: impl FnOnce(&PlanRequest<'_>) -> T) -> T {
-        let Self { size, inputs, facts, caps, options, dynamic } = self.clone();
-        let requirement = &|desc: &ImageDesc| heap::requirement(device, desc);
-        use_request(&PlanRequest { size, inputs, facts, caps, options, dynamic, requirement })
-    }
-}
-
-/// The plan that renders.
-pub(super) struct Running {
-    size: Size,
-    inputs: BTreeMap<String, GivenImage>,
-    pub(super) planned: Planned,
-    pub(super) uniforms: Uniforms,
-}
-
-impl Running {
-    pub(super) fn plan(&self) -> &Arc<Plan> {
-        &self.planned.plan
-    }
-}
-
-/// A plan that is being made and compiled.
-pub(super) struct Next {
-    wish: Wish,
-    worker: Worker<Result<(Planned, Prepared), PostError>>,
-}
 
 impl Post {
     /// Brings in the plan for these images if there is another one than the one that renders. Returns why one that was
@@ -185,6 +144,20 @@ impl Post {
         let changed = self.dynamic().map(|parameter| parameter.node).collect();
         let uniforms = Uniforms::new(planned.plan.uniform_buffer(), changed);
         self.running = Some(Running { size, inputs, planned, uniforms });
+    }
+
+    /// Writes the uniforms that have changed, in one range.
+    pub(super) fn write_uniforms(&mut self) -> Result<(), PostError> {
+        let Some(running) = &mut self.running else { return Ok(()) };
+        if running.uniforms.update(&mut running.planned.dynamic, self.plans.graph()) == Err(NeedsPlan) {
+            self.plans.clear();
+            self.is_stale = true;
+        }
+        if let Some(unwritten) = running.uniforms.unwritten.clone() {
+            self.executor.write_uniforms(unwritten.start as u64, &running.uniforms.bytes[unwritten])?;
+            running.uniforms.unwritten = None;
+        }
+        Ok(())
     }
 
     /// Waits for the plan that the present facts and values ask for, and brings it in.

@@ -5,15 +5,13 @@ use std::ops::Range;
 use afterimage_graph::check::Graph;
 use afterimage_plan::{DynamicNodes, NeedsPlan};
 
-use super::{Post, PostError};
-
 /// A copy of the plan's uniform buffer, and what the device does not have yet.
 pub(super) struct Uniforms {
-    bytes: Vec<u8>,
+    pub(super) bytes: Vec<u8>,
     /// Nodes at other values than their bytes.
     changed: Vec<usize>,
     /// Bytes that the device lacks.
-    unwritten: Option<Range<usize>>,
+    pub(super) unwritten: Option<Range<usize>>,
 }
 
 impl Uniforms {
@@ -29,7 +27,7 @@ impl Uniforms {
     }
 
     /// Records the changed nodes again.
-    fn update(&mut self, nodes: &mut DynamicNodes, graph: &Graph) -> Result<(), NeedsPlan> {
+    pub(super) fn update(&mut self, nodes: &mut DynamicNodes, graph: &Graph) -> Result<(), NeedsPlan> {
         let Self { bytes, changed, unwritten } = self;
         let mut write = |offset: u64, new: &[u8]| {
             let place = offset as usize..offset as usize + new.len();
@@ -40,21 +38,5 @@ impl Uniforms {
             }
         };
         changed.drain(..).try_for_each(|node| nodes.uniforms(node, &graph.nodes[node].instance, &mut write))
-    }
-}
-
-impl Post {
-    /// Writes the uniforms that have changed, in one range.
-    pub(super) fn write_uniforms(&mut self) -> Result<(), PostError> {
-        let Some(running) = &mut self.running else { return Ok(()) };
-        if running.uniforms.update(&mut running.planned.dynamic, self.plans.graph()) == Err(NeedsPlan) {
-            self.plans.clear();
-            self.is_stale = true;
-        }
-        if let Some(unwritten) = running.uniforms.unwritten.clone() {
-            self.executor.write_uniforms(unwritten.start as u64, &running.uniforms.bytes[unwritten])?;
-            running.uniforms.unwritten = None;
-        }
-        Ok(())
     }
 }

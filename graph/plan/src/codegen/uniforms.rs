@@ -77,8 +77,8 @@ impl Plan {
         buffer
     }
 
-    /// Where the uniform of a kernel of a node lies in the buffer: nowhere if the kernel is culled, and several times if
-    /// it is.
+    /// Where the uniform of a kernel of a node lies in the buffer: nowhere if the kernel is culled, and in several
+    /// places if it runs in several passes.
     pub(crate) fn uniform_places(&self, node: usize, kernel: usize) -> Vec<u64> {
         let origin = Some(KernelOrigin { node, kernel });
         let of_pass = |planned: &PlannedPass| {

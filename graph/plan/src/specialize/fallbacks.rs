@@ -54,7 +54,7 @@ pub(super) fn put_fallbacks(graph: &Graph, request: &PlanRequest<'_>) -> Special
     specialized
 }
 
-/// What becomes of a node.
+/// Whether a node runs.
 enum Verdict {
     /// It runs. Outputs that equal their fallbacks are replaced by them.
     Runs,
