@@ -32,6 +32,7 @@ pub(super) use names::{is_pascal, snake, stem};
 /// * Every kind records at its defaults and at each parameter's extremes, with and without its optional inputs, for an
 ///   image and for a single pixel. It records the same each time, gives every output that is wanted, and writes only to
 ///   its own images.
+/// * A parameter whose change needs no new plan changes nothing but uniforms.
 ///
 /// # Errors
 /// All violations, one sentence each, beginning with the kind's name.
@@ -45,6 +46,7 @@ pub fn contract(kinds: &[NodeKind]) -> Result<(), Vec<String>> {
         }
         declared::look(kind, &mut complaints);
         recorded::look(kind, &mut complaints, &mut |_| {});
+        recorded::live(kind, &mut complaints);
     }
     complaints.finish()
 }

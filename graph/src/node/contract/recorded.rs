@@ -16,6 +16,7 @@ use afterimage_wgsl::Shader;
 /// One way of using a kind.
 struct Use<'a> {
     node: &'a NodeInstance,
+    dynamic: &'a [usize],
     size: Size,
     is_fully_wired: bool,
     is_exact: bool,
@@ -38,10 +39,39 @@ pub(super) fn look(kind: &NodeKind, complaints: &mut Complaints, seen: &mut dyn 
             if index == 0 { &[(true, false), (false, false), (true, true)] } else { &[(true, false)] };
         for size in [Size::new(64, 36), Size::new(1, 1)] {
             for (is_fully_wired, is_exact) in ways.iter().copied() {
-                let way = Use { node: &node, size, is_fully_wired, is_exact, is_default: index == 0 };
+                let way = Use { node: &node, dynamic: &[], size, is_fully_wired, is_exact, is_default: index == 0 };
                 if is_recorded(&way) {
                     one(&way, complaints, seen);
                 }
+            }
+        }
+    }
+}
+
+/// A parameter that needs no new plan changes uniforms only: the host may set it while a plan runs.
+pub(super) fn live(kind: &NodeKind, complaints: &mut Complaints) {
+    let defaults = defaults(kind);
+    let all: Vec<usize> = (0..kind.params().len()).filter(|index| !kind.params()[*index].replan).collect();
+    if all.is_empty() {
+        return;
+    }
+    for is_fully_wired in [true, false] {
+        let without_uniforms = |values: Vec<Value>, complaints: &mut Complaints| {
+            let node = NodeInstance::new(kind.clone(), values);
+            let (dynamic, size) = (all.as_slice(), Size::new(64, 36));
+            let way = Use { node: &node, dynamic, size, is_fully_wired, is_exact: false, is_default: false };
+            node.verify().is_ok().then(|| record(&way, complaints)).flatten().map(Recorded::without_uniforms)
+        };
+        let Some(first) = without_uniforms(defaults.clone(), complaints) else { return };
+        for (index, param) in all.iter().map(|index| (*index, &kind.params()[*index])) {
+            let probes = [param.lowest(), param.highest(), param.middle(), param.neutral.clone()];
+            for value in probes.into_iter().flatten() {
+                let mut values = defaults.clone();
+                values[index] = value.clone();
+                let other = without_uniforms(values, complaints);
+                complaints.require(other.is_none_or(|other| other == first), || {
+                    format!("`{}` at {value} changes more than uniforms: declare `replans()`", param.name)
+                });
             }
         }
     }
@@ -78,9 +108,21 @@ fn one(way: &Use<'_>, complaints: &mut Complaints, seen: &mut dyn FnMut(&Recordi
     seen(&first.recording);
 }
 
+impl Recorded {
+    fn without_uniforms(mut self) -> Self {
+        let kernels = self.recording.passes.iter_mut().flat_map(|pass| &mut pass.kernels);
+        kernels.for_each(|kernel| kernel.uniform.fill(0));
+        self
+    }
+}
+
+fn defaults(kind: &NodeKind) -> Vec<Value> {
+    kind.params().iter().map(|param| param.default.clone()).collect()
+}
+
 /// Every parameter at its extremes, one at a time, the defaults first.
 fn variants(kind: &NodeKind) -> Vec<Vec<Value>> {
-    let defaults: Vec<Value> = kind.params().iter().map(|param| param.default.clone()).collect();
+    let defaults = defaults(kind);
     let mut all = vec![defaults.clone()];
     for (index, param) in kind.params().iter().enumerate() {
         for value in extremes(param).into_iter().filter(|value| *value != param.default) {
@@ -93,16 +135,9 @@ fn variants(kind: &NodeKind) -> Vec<Vec<Value>> {
 }
 
 fn extremes(param: &Param) -> Vec<Value> {
-    let (low, high) = param.domain.unwrap_or_default();
-    match (param.ty, param.domain) {
-        (Type::Bool, _) => vec![Value::Bool(false), Value::Bool(true)],
-        (Type::Choice(choices), _) => choices.iter().map(|choice| Value::Choice(choice.name)).collect(),
-        (Type::Int, Some(_)) => vec![Value::Int(low as i64), Value::Int(high as i64)],
-        (Type::Float, Some(_)) => vec![Value::Float(low), Value::Float(high)],
-        (Type::Vector(n), Some(_)) => {
-            [low, high].map(|x| Value::Vector(std::array::from_fn(|i| if i < n { x } else { 0.0 }), n)).into()
-        }
-        _ => Vec::new(),
+    match param.ty {
+        Type::Choice(choices) => choices.iter().map(|choice| Value::Choice(choice.name)).collect(),
+        _ => param.lowest().into_iter().chain(param.highest()).collect(),
     }
 }
 
@@ -134,6 +169,7 @@ fn recorded(way: &Use<'_>) -> Recorded {
         node: "node",
         kind: kind.signature(),
         parameters: way.node.uniform_values(),
+        dynamic: way.dynamic,
         arrivals: &arrivals,
         format: None,
         frame_size: way.size,
