@@ -1,6 +1,6 @@
-//! Texts that are compared with files in `golden/`: reports of plans, the code of each kind of pass, and what is decided
-//! for many graphs. A change of any of them is meant, or a fault. `AFTERIMAGE_BLESS=1` writes the files again; then read
-//! the difference, and look at the pictures.
+//! Texts that are compared with files in `golden/`: reports of plans, the code of each kind of pass, and what is
+//! decided for many graphs. A change of any of them is meant, or a fault. `AFTERIMAGE_BLESS=1` writes the files again;
+//! then read the difference, and look at the pictures.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -96,7 +96,7 @@ fn the_code_of_each_kind_of_pass_is_as_known() {
             }
         }
     }
-    assert_golden("code.wgsl", &text);
+    assert_golden("code.txt", &text);
 }
 
 /// What the planner decides for a graph, in a line.

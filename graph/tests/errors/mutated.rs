@@ -1,6 +1,7 @@
 //! Many wrong files, compared with what is known of them: each case of this folder, a good pipeline and a folder kind,
-//! with words and signs removed, doubled, exchanged and replaced. `mutated.tsv` has a line for each file: how many texts
-//! are accepted, how many errors and warnings the others have, and a hash of all that is reported and of the graphs.
+//! with words and signs removed, doubled, exchanged and replaced. `mutated.tsv` has a line for each file: how many of
+//! its texts are accepted, how many errors and warnings the others have, and a hash of all that is reported and of the
+//! graphs.
 //!
 //! `AFTERIMAGE_BLESS=1 cargo test -p afterimage-graph errors` writes it anew. A change of a message changes many lines;
 //! what each text is reported is asserted nowhere, only that nothing changes by accident.

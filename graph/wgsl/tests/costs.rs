@@ -11,7 +11,7 @@ fn kernel(line: &str, count: usize) -> Shader {
     text += "var list: array<f32, 40>; var one = source.x; var i = whole.x;\n";
     text += &format!("{line}\n").repeat(count);
     text += "return sum + vec4f(vec2f(whole), vec2f(signed)) + one + list[i] + m[0].xyxy; }";
-    Shader::untrusted("kind.wgsl".into(), text.into())
+    Shader::untrusted("kind.wgsl".into(), text)
 }
 
 /// The most lines that are accepted, to a hundredth.

@@ -78,7 +78,7 @@ fn share(part: u64, count: u64) -> String {
     let (p, z2) = (k / n, Z * Z / n);
     let middle = (p + z2 / 2.0) / (1.0 + z2);
     let half = Z / (1.0 + z2) * (p * (1.0 - p) / n + z2 / (4.0 * n)).sqrt();
-    format!("{part}, {:.1} % ({:.1} to {:.1})", 100.0 * p, 100.0 * (middle - half), 100.0 * (middle + half))
+    format!("{part}, {:.1} % ({:.1} to {:.1})", 100.0 * p, 100.0 * (middle - half).max(0.0), 100.0 * (middle + half))
 }
 
 #[cfg(test)]
