@@ -8,7 +8,7 @@ use wgpu::{BindGroup, BindGroupEntry, BindingResource, TextureView};
 use super::Executor;
 use super::explicit_transitions::explicit_transitions;
 use super::frame::Frame;
-use super::host_images::{Formats, check_apart, check_input, check_names, check_output, must_be_drawn};
+use super::host_images::{Formats, check_apart, check_encoding, check_input, check_names, check_output, must_be_drawn};
 use super::loaded::{HostSet, ImageBinding, Loaded, Run, planned_attachment};
 use super::prepare::order;
 use crate::GpuError;
@@ -155,9 +155,11 @@ fn drawn(
     views: &[TextureView],
 ) -> Result<Vec<Option<wgpu::TextureFormat>>, GpuError> {
     let outputs = loaded.plan.outputs.iter().zip(&views[loaded.plan.inputs.len()..]);
-    let format = |(output, view): (&PlanOutput, &TextureView)| {
+    let format = |(output, view): (&PlanOutput, &TextureView)| -> Result<_, GpuError> {
         let is_drawn = must_be_drawn(&loaded.plan, output.image, view.texture());
-        is_drawn.then(|| formats.of(device, &output.name, view)).transpose()
+        let format = is_drawn.then(|| formats.of(device, &output.name, view)).transpose()?;
+        check_encoding(output, format)?;
+        Ok(format)
     };
     outputs.map(format).collect()
 }
