@@ -57,6 +57,9 @@ struct Host<'g> {
     views: [wgpu::TextureView; 2],
 }
 
+/// What the host does before a frame, by its number.
+type Change<'c, 'g> = &'c mut dyn FnMut(&mut Host<'g>, usize) -> Result<(), Box<dyn Error>>;
+
 impl<'g> Host<'g> {
     fn new(gpu: &'g Gpu, pipeline: &str) -> Result<Self, Box<dyn Error>> {
         let path = format!(concat!(env!("CARGO_MANIFEST_DIR"), "/../../pipelines/{}.ron"), pipeline);
@@ -85,11 +88,7 @@ impl<'g> Host<'g> {
     }
 
     /// The median and the longest time of a call of `change` and the recording of its frame, without a first few.
-    fn measure(
-        &mut self,
-        frames: usize,
-        change: &mut dyn FnMut(&mut Self, usize) -> Result<(), Box<dyn Error>>,
-    ) -> Result<(f64, f64), Box<dyn Error>> {
+    fn measure(&mut self, frames: usize, change: Change<'_, 'g>) -> Result<(f64, f64), Box<dyn Error>> {
         let mut times = Vec::new();
         for frame in 0..WARM_UP + frames {
             let mut encoder = self.gpu.device.create_command_encoder(&Default::default());

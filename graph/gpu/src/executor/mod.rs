@@ -301,8 +301,8 @@ impl Executor {
         }
     }
 
-    /// The number of passes for which the last recorded frame has made bind groups: those that name an image of the host
-    /// in a view that the frame before did not have. 0 while the host's images alternate between a few.
+    /// For how many passes the last recorded frame has made bind groups: those that name an image of the host in a view
+    /// that the frame before did not have. 0 while the host's images alternate between a few.
     pub fn passes_bound(&self) -> usize {
         self.runs_made
     }
