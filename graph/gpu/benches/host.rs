@@ -23,22 +23,24 @@ fn main() -> Result<(), Box<dyn Error>> {
     let gpu = Gpu::open(&Opening::default())?;
     println!("microseconds to record a frame, median of {frames}, on {}:", gpu.name());
     println!("  {:<48} {:.2}", "one `create_bind_group` of three entries", bind_group(&gpu, frames)?);
+    println!("  {:<48} {:.2}", "one `write_buffer` of 16 bytes", write(&gpu, frames)?);
     for pipeline in ["lynx", "tsushima"] {
         let mut host = Host::new(&gpu, pipeline)?;
         println!("{pipeline}.ron:");
         let strength = host.post.parameter::<f32>("lit.strength")?;
-        let steady = host.measure(frames, &mut |_, _| Ok(()))?;
+        let steady = host.measure(frames, &mut |_, _| Ok(()), None)?;
         print(&host, "nothing changes", steady);
-        let moved = host.measure(frames, &mut |host, frame| host.set(strength, frame))?;
+        let moved = host.measure(frames, &mut |_, _| Ok(()), Some(strength))?;
         print(&host, "a parameter with a handle is set", moved);
-        let shown = host.measure(frames, &mut |host, _| host.renew_output())?;
+        let shown = host.measure(frames, &mut |host, _| host.renew_output(), None)?;
         print(&host, "a new view of the output", shown);
-        let renewed = host.measure(frames, &mut |host, _| host.renew_input().and(host.renew_output()))?;
+        let renewed = host.measure(frames, &mut |host, _| host.renew_input().and(host.renew_output()), None)?;
         print(&host, "new views of all images", renewed);
-        let fact = host.measure(frames, &mut |host, frame| {
+        let mut set_fact = |host: &mut Host<'_>, frame: usize| {
             host.post.set_fact("emissive", frame % 20 < 10);
             Ok(())
-        })?;
+        };
+        let fact = host.measure(frames, &mut set_fact, None)?;
         print(&host, "a fact, whose plans come in from the background", fact);
     }
     Ok(())
@@ -58,7 +60,7 @@ struct Host<'g> {
 }
 
 /// What the host does before a frame, by its number.
-type Change<'c, 'g> = &'c mut dyn FnMut(&mut Host<'g>, usize) -> Result<(), Box<dyn Error>>;
+type Before<'c, 'g> = &'c mut dyn FnMut(&mut Host<'g>, usize) -> Result<(), Box<dyn Error>>;
 
 impl<'g> Host<'g> {
     fn new(gpu: &'g Gpu, pipeline: &str) -> Result<Self, Box<dyn Error>> {
@@ -73,10 +75,6 @@ impl<'g> Host<'g> {
         Ok(Self { gpu, post: Post::new(&gpu.adapter, &gpu.device, &gpu.queue, graph), input, output, views })
     }
 
-    fn set(&mut self, strength: Parameter<f32>, frame: usize) -> Result<(), Box<dyn Error>> {
-        Ok(self.post.set(strength, 0.001 * (frame % 500) as f32)?)
-    }
-
     fn renew_input(&mut self) -> Result<(), Box<dyn Error>> {
         self.views[0] = self.input.create_view(&Default::default());
         Ok(())
@@ -87,13 +85,22 @@ impl<'g> Host<'g> {
         Ok(())
     }
 
-    /// The median and the longest time of a call of `change` and the recording of its frame, without a first few.
-    fn measure(&mut self, frames: usize, change: Change<'_, 'g>) -> Result<(f64, f64), Box<dyn Error>> {
+    /// The median and the longest time to set a parameter, if there is one, and to record the frame, without a first
+    /// few. What the host does in `before` is its own.
+    fn measure(
+        &mut self,
+        frames: usize,
+        before: Before<'_, 'g>,
+        parameter: Option<Parameter<f32>>,
+    ) -> Result<(f64, f64), Box<dyn Error>> {
         let mut times = Vec::new();
         for frame in 0..WARM_UP + frames {
             let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
+            before(self, frame)?;
             let start = Instant::now();
-            change(self, frame)?;
+            if let Some(parameter) = parameter {
+                self.post.set(parameter, 0.001 * (frame % 500) as f32)?;
+            }
             let (inputs, outputs) = (&[("scene", &self.views[0])], &[("display", &self.views[1])]);
             let step = Frame { inputs, outputs, time: frame as f32 / 60.0, dt: 1.0 / 60.0, reset: false };
             self.post.encode(&mut encoder, &step)?;
@@ -122,6 +129,22 @@ fn screen(gpu: &Gpu) -> wgpu::Texture {
         usage: wgpu::TextureUsages::RENDER_ATTACHMENT,
         view_formats: &[],
     })
+}
+
+/// The median time to write to a buffer, with an empty submission after each.
+fn write(gpu: &Gpu, times: usize) -> Result<f64, Box<dyn Error>> {
+    let usage = wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST;
+    let buffer =
+        gpu.device.create_buffer(&wgpu::BufferDescriptor { label: None, size: 256, usage, mapped_at_creation: false });
+    let mut measured = Vec::new();
+    for number in 0..times {
+        let start = Instant::now();
+        gpu.queue.write_buffer(&buffer, 0, &[number as u8; 16]);
+        measured.push(start.elapsed());
+        gpu.queue.submit([]);
+        gpu.device.poll(wgpu::PollType::wait_indefinitely())?;
+    }
+    Ok(summary(measured).0)
 }
 
 /// The median time to make a bind group with an image, a sampler and a buffer, which few passes exceed.

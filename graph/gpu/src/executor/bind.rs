@@ -1,6 +1,8 @@
 //! Bind groups: a loaded plan with the images that the host gives for a frame.
 
-use afterimage_graph::node::{ImageId, Resource};
+use std::sync::Arc;
+
+use afterimage_graph::node::ImageId;
 use afterimage_plan::codegen::SlotKind;
 use afterimage_plan::{PlanOutput, Stage};
 use wgpu::{BindGroup, BindGroupEntry, BindingResource, TextureView};
@@ -9,7 +11,7 @@ use super::Executor;
 use super::explicit_transitions::explicit_transitions;
 use super::frame::Frame;
 use super::host_images::{Formats, check_apart, check_encoding, check_input, check_names, check_output, must_be_drawn};
-use super::loaded::{HostSet, ImageBinding, Loaded, Run, planned_attachment};
+use super::loaded::{HostSet, ImageBinding, Loaded, Run};
 use super::prepare::order;
 use crate::GpuError;
 use crate::layout::bound_slots;
@@ -53,8 +55,11 @@ impl Executor {
             Some(last) if last.drawn == drawn => scoped(device, what, || self.make_set(loaded, views, &drawn, last))?,
             _ => watched(device, what, || self.make_set(loaded, views, &drawn, &HostSet::default()))?,
         };
-        let names = loaded.plan.outputs.iter().map(|output| output.name.clone());
-        self.drawn = names.zip(drawn).filter_map(|(name, format)| Some((name, format?))).collect();
+        let names = loaded.plan.outputs.iter().map(|output| &output.name).zip(drawn);
+        let now: Vec<_> = names.filter_map(|(name, format)| Some((name, format?))).collect();
+        if !now.iter().copied().eq(self.drawn.iter().map(|(name, format)| (name, *format))) {
+            self.drawn = now.into_iter().map(|(name, format)| (name.clone(), format)).collect();
+        }
         Ok(set)
     }
 
@@ -67,37 +72,44 @@ impl Executor {
         last: &HostSet,
     ) -> Result<HostSet, GpuError> {
         let mut made = 0;
-        let mut run = |index| match last.runs.get(index).filter(|_| !names_new(loaded, index, (&last.views, &views))) {
-            Some(run) => Ok(run.clone()),
-            None => {
+        let mut run = |index| match last.runs.get(index) {
+            Some(run) if !names_new(loaded, index, (&last.views, &views)) => Ok(run.clone()),
+            known => {
                 made += 1;
-                self.make_run(loaded, index, &views, drawn)
+                let built = known.map_or_else(|| self.built(loaded, index, drawn), |run| Ok(run.built.clone()))?;
+                Ok(self.make_run(loaded, index, built, &views))
             }
         };
-        let runs = (0..loaded.passes.len()).map(&mut run).collect::<Result<Vec<_>, _>>()?;
-        let explicit_transitions = explicit_transitions(loaded, &self.store, &runs, &views);
-        Ok(HostSet { views, drawn: drawn.to_vec(), runs, explicit_transitions, made })
+        let runs = (0..loaded.passes.len()).map(&mut run).collect::<Result<Vec<_>, GpuError>>()?;
+        let explicit_transitions = match &last.explicit_transitions {
+            Some(known) if !known.has_host_views => known.clone(),
+            _ => Arc::new(explicit_transitions(loaded, &self.store, &runs, &views)),
+        };
+        Ok(HostSet { views, drawn: drawn.to_vec(), runs, explicit_transitions: Some(explicit_transitions), made })
     }
 
-    fn make_run(&self, loaded: &Loaded, index: usize, views: &[TextureView], drawn: &Drawn) -> Result<Run, GpuError> {
+    /// The pipeline of a pass: the planned one, or the one that draws into the host's image.
+    fn built(&self, loaded: &Loaded, index: usize, drawn: &Drawn) -> Result<Built, GpuError> {
         let pass = &loaded.passes[index];
-        let host_attachment = pass.writes_image.and_then(|image| attachment_of_host(loaded, image, drawn));
-        let attachment = host_attachment.or_else(|| planned_attachment(&loaded.plan, index, pass.writes_image));
-        let Built { pipeline, layout } = match host_attachment {
-            None => pass.built.clone(),
-            Some(format) => self.drawing(loaded, index, format)?,
-        };
-        let stage = if attachment.is_some() { Stage::Fragment } else { Stage::Compute };
+        match pass.writes_image.and_then(|image| attachment_of_host(loaded, image, drawn)) {
+            None => Ok(pass.built.clone()),
+            Some(format) => self.drawing(loaded, index, format),
+        }
+    }
+
+    fn make_run(&self, loaded: &Loaded, index: usize, built: Built, views: &[TextureView]) -> Run {
+        let pass = &loaded.passes[index];
+        let stage = built.pipeline.stage();
         let ring_indices = 0..loaded.ring_length;
         let groups = ring_indices
             .clone()
-            .map(|ring_index| self.bind_group(loaded, index, stage, &layout, views, ring_index))
+            .map(|ring_index| self.bind_group(loaded, index, stage, &built.layout, views, ring_index))
             .collect();
         let target = |ring_index| match (stage, pass.writes_image) {
             (Stage::Fragment, Some(image)) => Some(loaded.view(&self.store, image, views, ring_index).clone()),
             _ => None,
         };
-        Ok(Run { pipeline, groups, attachments: ring_indices.map(target).collect() })
+        Run { built, groups, attachments: ring_indices.map(target).collect() }
     }
 
     /// The pipeline that draws a pass's result into the host's image.
@@ -166,9 +178,7 @@ fn drawn(
 
 /// Whether a pass names an image of the host whose view is another one now.
 fn names_new(loaded: &Loaded, pass: usize, (last, views): (&[TextureView], &[TextureView])) -> bool {
-    let images = loaded.plan.passes[pass].pass.resources().filter_map(Resource::image);
-    let mut of_host = images.filter_map(|image| loaded.host_view(image));
-    of_host.any(|view| last[view] != views[view])
+    loaded.host_views[pass].iter().any(|view| last[*view] != views[*view])
 }
 
 fn named<'a>(views: &[(&str, &'a TextureView)], name: &str) -> Option<&'a TextureView> {

@@ -9,7 +9,6 @@ use wgpu::{BindGroup, Buffer, TextureFormat, TextureView};
 
 use crate::device::texture_format;
 use crate::heap::Placed;
-use crate::layout::Pipeline;
 use crate::pipelines::Built;
 use crate::store::{Store, TextureKey};
 use crate::timing::Timing;
@@ -28,6 +27,17 @@ pub(super) enum ImageBinding {
     Ring(Vec<TextureKey>, u32),
 }
 
+impl ImageBinding {
+    /// The place among the host's views, if it is one of the host's.
+    pub(super) fn host_view(&self, plan: &Plan) -> Option<usize> {
+        match self {
+            Self::Input(index) => Some(*index),
+            Self::Output(index, _) => Some(plan.inputs.len() + index),
+            Self::Unused | Self::Fixed(_) | Self::Ring(..) => None,
+        }
+    }
+}
+
 pub(super) struct Loaded {
     pub(super) plan: Arc<Plan>,
     /// Where the images of the plan lie.
@@ -35,6 +45,8 @@ pub(super) struct Loaded {
     pub(super) passes: Vec<LoadedPass>,
     pub(super) uniforms: Buffer,
     pub(super) bindings: Vec<ImageBinding>,
+    /// For each pass the places of the images that it names among the host's views: inputs, then outputs.
+    pub(super) host_views: Vec<Vec<usize>>,
     pub(super) buffers: Vec<Buffer>,
     pub(super) zeroed: Vec<usize>,
     pub(super) persistent: Vec<usize>,
@@ -76,8 +88,16 @@ pub(super) struct HostSet {
     /// How many runs are its own, and not those of the set before.
     pub(super) made: usize,
     pub(super) runs: Vec<Run>,
-    /// For each pass that opens a batch, what must be brought into its state before the batch, for each ring index.
-    pub(super) explicit_transitions: Vec<Vec<Vec<ExplicitTransition>>>,
+    /// `None` in a set without runs.
+    pub(super) explicit_transitions: Option<Arc<ExplicitTransitions>>,
+}
+
+/// What must be brought into its state before batches.
+pub(super) struct ExplicitTransitions {
+    /// For each pass that opens a batch, for each ring index.
+    pub(super) of_passes: Vec<Vec<Vec<ExplicitTransition>>>,
+    /// Whether images of the host are among them.
+    pub(super) has_host_views: bool,
 }
 
 /// A texture and the state that a batch wants it in.
@@ -86,9 +106,17 @@ pub(super) struct ExplicitTransition {
     pub(super) state: wgpu::TextureUses,
 }
 
+impl HostSet {
+    /// The explicit transitions before a pass, if it has some.
+    pub(super) fn transitions_before(&self, pass: usize, ring_index: usize) -> Option<&[ExplicitTransition]> {
+        let of_pass = &self.explicit_transitions.as_ref()?.of_passes[pass];
+        of_pass.get(ring_index).map(Vec::as_slice)
+    }
+}
+
 #[derive(Clone)]
 pub(super) struct Run {
-    pub(super) pipeline: Pipeline,
+    pub(super) built: Built,
     /// For each ring index.
     pub(super) groups: Vec<BindGroup>,
     /// The attachments of a draw, for each ring index.
@@ -119,11 +147,7 @@ impl Loaded {
 
     /// The place of an image among the host's views, if it is one of the host's: inputs, then outputs.
     pub(super) fn host_view(&self, image: ImageId) -> Option<usize> {
-        match &self.bindings[image.0 as usize] {
-            ImageBinding::Input(index) => Some(*index),
-            ImageBinding::Output(index, _) => Some(self.plan.inputs.len() + index),
-            ImageBinding::Unused | ImageBinding::Fixed(_) | ImageBinding::Ring(..) => None,
-        }
+        self.bindings[image.0 as usize].host_view(&self.plan)
     }
 
     /// The plan, and where its images lie.
