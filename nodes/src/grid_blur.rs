@@ -31,9 +31,12 @@ impl GridBlur {
 }
 
 impl Node for GridBlur {
-    const INPUTS: &'static [Input] = &[Input::new("source", PortType::Volume, "The result of a `GridBuild`.")];
+    const INPUTS: &'static [Input] =
+        &[Input::new("source", PortType::Volume, "The result of a `GridBuild`.").content("bilateral-grid")];
     const OUTPUTS: &'static [Output] =
-        &[Output::new("result", PortType::Volume, OutputState::same("source"), "The blurred grid.").or_input("source")];
+        &[Output::new("result", PortType::Volume, OutputState::same("source"), "The blurred grid.")
+            .content("bilateral-grid")
+            .or_input("source")];
 
     fn identity(&self, _: &Arrivals) -> bool {
         self.axes().is_empty()

@@ -78,3 +78,36 @@ fn errors_name_the_file_of_the_folder_that_they_are_in() {
     check("empty", &[])
         .fails_saying(1, &["has no `.wgsl` file beside its `node.ron`", "`posterize.wgsl` for `Posterize`"]);
 }
+
+#[test]
+fn kinds_share_the_files_of_a_folder_beside_them() {
+    let own = [("posterize.wgsl", POSTERIZE)];
+    let folder = with_files("shared", &own);
+    fs::create_dir_all(folder.file("kinds/lib")).expect("a temporary folder");
+    folder.with("kinds/lib/steps.wgsl", STEPS.as_bytes());
+    folder.with("kinds/lib/nearest.wgsl", NEAREST.as_bytes());
+    folder.run("check pipeline.ron --nodes kinds").good();
+    let alone = folder.run("check pipeline.ron --nodes kinds/posterize");
+    alone.fails_saying(1, &["no shared file is called `steps`"]);
+    folder.run("check pipeline.ron --nodes kinds/posterize --allow kinds/lib").good();
+    // A file of the kind precedes the shared one of its name.
+    folder.with("kinds/posterize/nearest.wgsl", b"fn other() {}\n");
+    folder.run("check pipeline.ron --nodes kinds").fails_saying(1, &["steps.wgsl", "nearest"]);
+    fs::remove_file(folder.file("kinds/posterize/nearest.wgsl")).expect("it was written");
+    folder.with("kinds/lib/nearest.wgsl", NEAREST.replace("floor", "flor").as_bytes());
+    folder.run("check pipeline.ron --nodes kinds").fails_saying(1, &["kinds/lib/nearest.wgsl:1", "flor"]);
+}
+
+#[cfg(unix)]
+#[test]
+fn a_shared_file_that_leads_out_of_the_folder_needs_permission() {
+    let folder = with_files("shared-link", &[("posterize.wgsl", POSTERIZE)]);
+    fs::create_dir_all(folder.file("kinds/lib")).expect("a temporary folder");
+    fs::create_dir_all(folder.file("elsewhere")).expect("a temporary folder");
+    folder.with("kinds/lib/steps.wgsl", STEPS.as_bytes());
+    folder.with("elsewhere/nearest.wgsl", NEAREST.as_bytes());
+    std::os::unix::fs::symlink(folder.file("elsewhere/nearest.wgsl"), folder.file("kinds/lib/nearest.wgsl")).unwrap();
+    let line = "check pipeline.ron --nodes kinds";
+    folder.run(line).fails_saying(1, &["cannot read the shader", "--allow", "elsewhere"]);
+    folder.run(&format!("{line} --allow elsewhere")).good();
+}
