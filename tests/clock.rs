@@ -54,7 +54,7 @@ fn benched(gpu: &Gpu, graph: &Graph, samples: u32) -> (FrameTime, serde_json::Va
 fn measure_and_bench_time_a_frame_by_the_same_function() {
     let gpu = gpu();
     let graph = built_in("lynx.ron", None);
-    let source = Clock::new(&gpu).source();
+    let source = Clock::new(&gpu).expect("the device is not lost").source();
     for (time, json) in [measured(&gpu, &graph, 3), benched(&gpu, &graph, 3)] {
         assert_eq!((time.source(), time.samples()), (source, 3));
         assert!(time.ms() > 0.0);

@@ -1,6 +1,6 @@
 //! A device that is lost while a plan renders.
 
-use afterimage_gpu::{Frame, Gpu, GpuError, Opening, download};
+use afterimage_gpu::{Clock, Frame, Gpu, GpuError, Opening, download};
 
 use super::{bits, lively};
 use crate::support::gpu::{Run, built_in};
@@ -30,6 +30,8 @@ fn a_lost_device_is_reported_when_texels_are_read_and_the_plan_renders_on_anothe
     assert!(matches!(error, GpuError::DeviceLost { .. }), "{error}");
     let texture = player.executor.output("display").expect("it is an output");
     let error = download(&player.gpu.device, &player.gpu.queue, texture).expect_err("nothing can be read");
+    assert!(matches!(error, GpuError::DeviceLost { .. }), "{error}");
+    let error = Clock::new(&player.gpu).err().expect("it is not the host's clock instead");
     assert!(matches!(error, GpuError::DeviceLost { .. }), "{error}");
     let mut other = open();
     other.executor.load(plan).expect("a plan holds nothing of a device");

@@ -90,10 +90,13 @@ pub struct Clock {
 }
 
 impl Clock {
-    /// A clock for work on this device. It is the host's where the device refuses its timestamps.
-    pub fn new(gpu: &Gpu) -> Self {
-        let stamps = watched(&gpu.device, "the timestamps of a frame", || Ok(Stamps::new(gpu)));
-        Self { gpu: gpu.clone(), stamps: stamps.ok().flatten(), warm: Cell::new(None) }
+    /// A clock for work on this device. It is the host's on a processor and where the device has no timestamps.
+    ///
+    /// # Errors
+    /// The device has timestamps and is lost, or has no memory for these.
+    pub fn new(gpu: &Gpu) -> Result<Self, GpuError> {
+        let stamps = watched(&gpu.device, "the timestamps of a frame", || Ok(Stamps::new(gpu)))?;
+        Ok(Self { gpu: gpu.clone(), stamps, warm: Cell::new(None) })
     }
 
     /// What measures the time on this device.

@@ -4,6 +4,7 @@
 mod colorimetry;
 mod contract;
 mod faults;
+mod fusion;
 mod limits;
 mod pipelines;
 mod plan_cache;

@@ -1,39 +1,8 @@
-//! Targets with threads.
+//! Targets with threads that may wait.
 
 use std::panic::AssertUnwindSafe;
-use std::thread::JoinHandle;
-
-use afterimage_wgsl::limits::parser_thread;
 
 use crate::GpuError;
-
-/// Work on a thread of its own.
-pub(crate) struct Worker<T>(JoinHandle<T>);
-
-impl<T: Send + 'static> Worker<T> {
-    pub(crate) fn new(work: impl FnOnce() -> T + Send + 'static) -> Self {
-        Self(std::thread::spawn(work))
-    }
-
-    pub(crate) fn is_finished(&self) -> bool {
-        self.0.is_finished()
-    }
-
-    /// Waits for the result. A panic of the work goes on here.
-    pub(crate) fn join(self) -> T {
-        self.0.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
-    }
-}
-
-/// Does the same work on several threads, and waits for all of them. wgpu parses shaders there, and its parser
-/// recurses.
-pub(crate) fn on_threads(threads: usize, work: impl Fn() + Sync) {
-    std::thread::scope(|scope| {
-        for _ in 0..threads {
-            parser_thread(scope, &work);
-        }
-    });
-}
 
 /// Calls `make` inside error scopes and returns the device's error if there is one, also that it was lost before or
 /// meanwhile. wgpu's error scopes belong to the calling thread.

@@ -70,7 +70,7 @@ impl Calibration {
 /// # Errors
 /// Errors of the device.
 pub fn calibrate(gpu: &Gpu, registry: &Registry, samples: u32) -> Result<(Calibration, Size), LabError> {
-    let clock = Clock::new(gpu);
+    let clock = Clock::new(gpu)?;
     let side = if gpu.is_processor() { (1280, 720) } else { (3840, 2160) };
     let size = Size::new(side.0.min(gpu.caps.max_side), side.1.min(gpu.caps.max_side));
     let usage = TextureUsages::TEXTURE_BINDING | TextureUsages::RENDER_ATTACHMENT;

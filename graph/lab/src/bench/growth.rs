@@ -49,7 +49,7 @@ struct Growth {
 /// # Errors
 /// Errors of the device, and files that cannot be written.
 pub fn growth(gpu: &Gpu, registry: &Registry, samples: u32, folder: &Path) -> Result<String, LabError> {
-    let conditions = Conditions { gpu, registry, clock: Clock::new(gpu), samples };
+    let conditions = Conditions { gpu, registry, clock: Clock::new(gpu)?, samples };
     let mut all = Vec::new();
     let (highest, chain_height) = if gpu.is_processor() { PROCESSOR_HEIGHTS } else { (u32::MAX, CHAIN_HEIGHT) };
     for size in HEIGHTS.into_iter().filter(|height| *height <= highest).map(wide) {

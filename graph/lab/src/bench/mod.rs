@@ -97,7 +97,7 @@ struct Bench<'a> {
 
 impl Bench<'_> {
     fn report(mut self, name: &str, graph: &Graph, first_frame: FirstFrame) -> Result<BenchReport, LabError> {
-        let clock = Clock::new(self.gpu);
+        let clock = Clock::new(self.gpu)?;
         let (frame, baseline) = self.frame_times(graph, &clock)?;
         let host = self.host_times()?;
         let copy_gbps = copy::bandwidth(self.gpu, &clock)?;

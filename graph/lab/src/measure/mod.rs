@@ -84,7 +84,7 @@ pub fn measure(
     let output = reference::output(&pipeline.written, options.output.as_deref())?;
     let view = View::of(&pipeline.written, output)?;
     let sources = clips::sources(&options.clips, &pipeline.written)?;
-    let player = Player::new(gpu, &pipeline.written, options.facts.clone(), options.options, options.samples);
+    let player = Player::new(gpu, &pipeline.written, options.facts.clone(), options.options, options.samples)?;
     let mut measurement = Measurement { pipeline, options, output: &output.name, view, player, progress };
     let mut report = measurement.report(gpu, registry, &sources)?;
     report.mark_pareto();

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use afterimage_gpu::{Clock, ClockSource, FrameTime, Gpu, Session, Texels};
+use afterimage_gpu::{Clock, ClockSource, FrameTime, Gpu, GpuError, Session, Texels};
 use afterimage_graph::check::{Facts, Graph};
 use afterimage_graph::image::ImageDesc;
 use afterimage_graph::node::{BufferLife, Pass};
@@ -49,9 +49,18 @@ pub(crate) struct Player {
 
 impl Player {
     /// Plans are made with these options; those of the reference with 32-bit intermediates, too.
-    pub(crate) fn new(gpu: &Gpu, graph: &Graph, facts: Facts, options: Options, samples: Option<u32>) -> Self {
+    ///
+    /// # Errors
+    /// See [`Clock::new`].
+    pub(crate) fn new(
+        gpu: &Gpu,
+        graph: &Graph,
+        facts: Facts,
+        options: Options,
+        samples: Option<u32>,
+    ) -> Result<Self, GpuError> {
         let session = Session::new(gpu, graph.clone(), facts, options);
-        Self { session, clock: Clock::new(gpu), options, samples }
+        Ok(Self { session, clock: Clock::new(gpu)?, options, samples })
     }
 
     /// What measures the time.

@@ -104,7 +104,7 @@ impl<'a> Candidates<'a> {
         let output = reference::output(written, options.output.as_deref())?;
         let view = View::of(written, output)?;
         let exact = reference::before_quantization(&most_accurate(&pipeline.ideal)?, &output.name);
-        let mut player = Player::new(gpu, written, options.facts.clone(), options.options, options.samples);
+        let mut player = Player::new(gpu, written, options.facts.clone(), options.options, options.samples)?;
         let (mut references, mut ready) = (Vec::new(), Vec::new());
         for source in clips::sources(&options.clips, written)? {
             let clip = load(&source, gpu, registry, &mut player, written, &options.clips)?;

@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::walk::Faults;
+use crate::options::Alias;
 use crate::placed::HeapPlacement;
 use crate::plan::{Plan, Stage};
 use afterimage_graph::node::{Pass, Resource};
@@ -69,11 +70,16 @@ fn unused<'a>(plan: &'a Plan, places: &'a HeapPlacement) -> impl Iterator<Item =
     aliased.chain(outputs).copied().chain(pasts).map(Resource::Image)
 }
 
-/// Only passes of functions are drawn.
+/// Only passes of functions are drawn, and where one is, no images overlap in a heap: what is drawn to has a layout of
+/// its own.
 fn check_stages(plan: &Plan, faults: &mut Faults) {
-    let drawn = plan.passes.iter().filter(|planned| planned.stage == Stage::Fragment);
-    for planned in drawn.filter(|planned| !planned.pass.kind.is_drawable()) {
-        faults.add(format!("pass `{}` is drawn, but it can only be dispatched", planned.pass.label));
+    for planned in plan.passes.iter().filter(|planned| planned.stage == Stage::Fragment) {
+        if !planned.pass.kind.is_drawable() {
+            faults.add(format!("pass `{}` is drawn, but it can only be dispatched", planned.pass.label));
+        }
+        if plan.options.alias == Alias::Placed {
+            faults.add(format!("pass `{}` is drawn, but images share a heap", planned.pass.label));
+        }
     }
 }
 

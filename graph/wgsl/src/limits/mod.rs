@@ -97,13 +97,13 @@ pub const ALL: [Limit; 19] = [
 ];
 
 /// Stack of a thread that parses shaders: the parsers of naga recurse, by up to [`OPERATORS`] expressions.
-const STACK_BYTES: usize = 64 << 20;
+pub const STACK_BYTES: usize = 64 << 20;
 
 /// A thread that may parse shaders.
 ///
 /// # Panics
 /// If the system has no more threads.
-pub fn parser_thread<'scope, T: Send + 'scope>(
+pub(crate) fn parser_thread<'scope, T: Send + 'scope>(
     scope: &'scope Scope<'scope, '_>,
     work: impl FnOnce() -> T + Send + 'scope,
 ) -> ScopedJoinHandle<'scope, T> {

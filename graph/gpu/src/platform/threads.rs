@@ -1,0 +1,121 @@
+//! Threads that compile plans. They stay for the life of the process.
+//!
+//! wgpu 30 keeps a list of error scopes for each thread that ever opened one, for as long as the device is open
+//! (`ErrorSinkRaw::scopes` in `backend/wgpu_core.rs`: nothing removes an entry). With new threads for each plan, the
+//! memory of a program that reloads would grow with each reload.
+
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
+use std::sync::{Arc, Condvar, LazyLock, Mutex};
+
+use afterimage_wgsl::limits;
+use rayon::{ThreadPool, ThreadPoolBuilder};
+
+/// The threads of plans that the caller waits for.
+static LOADING: LazyLock<ThreadPool> = LazyLock::new(|| pool("load"));
+/// The threads of plans that are prepared while another one renders. They are others, so that a plan that is loaded
+/// does not wait for one that is prepared.
+static PREPARING: LazyLock<ThreadPool> = LazyLock::new(|| pool("prepare"));
+
+/// As many threads as there are cores. wgpu parses shaders there, and its parser recurses.
+fn pool(name: &'static str) -> ThreadPool {
+    let builder = ThreadPoolBuilder::new().stack_size(limits::STACK_BYTES);
+    let pool = builder.thread_name(move |index| format!("afterimage-{name}-{index}")).build();
+    pool.unwrap_or_else(|error| panic!("the system has no more threads: {error}"))
+}
+
+/// Does the same work on several threads, and waits for all of them. A panic of the work goes on here.
+pub(crate) fn on_threads(threads: usize, work: impl Fn() + Sync) {
+    // Work that is part of a preparation stays on the threads of preparations.
+    let pool = if PREPARING.current_thread_index().is_some() { &PREPARING } else { &LOADING };
+    pool.scope(|scope| (0..threads).for_each(|_| scope.spawn(|_| work())));
+}
+
+/// Work on a thread of the preparations. It goes on if this is dropped.
+pub(crate) struct Worker<T>(Arc<Outcome<T>>);
+
+/// The result of work, or its panic, and a signal that it is there.
+struct Outcome<T> {
+    result: Mutex<Option<std::thread::Result<T>>>,
+    done: Condvar,
+}
+
+const UNBROKEN: &str = "no thread panics with the lock";
+
+impl<T: Send + 'static> Worker<T> {
+    pub(crate) fn new(work: impl FnOnce() -> T + Send + 'static) -> Self {
+        let outcome = Arc::new(Outcome { result: Mutex::new(None), done: Condvar::new() });
+        let filled = outcome.clone();
+        PREPARING.spawn(move || {
+            let result = catch_unwind(AssertUnwindSafe(work));
+            *filled.result.lock().expect(UNBROKEN) = Some(result);
+            filled.done.notify_one();
+        });
+        Self(outcome)
+    }
+
+    pub(crate) fn is_finished(&self) -> bool {
+        self.0.result.lock().expect(UNBROKEN).is_some()
+    }
+
+    /// Waits for the result. A panic of the work goes on here.
+    pub(crate) fn join(self) -> T {
+        let empty = self.0.result.lock().expect(UNBROKEN);
+        let mut result = self.0.done.wait_while(empty, |result| result.is_none()).expect(UNBROKEN);
+        result.take().expect("the wait ends with a result").unwrap_or_else(|panic| resume_unwind(panic))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::HashSet;
+    use std::sync::atomic::{AtomicUsize, Ordering};
+    use std::sync::mpsc::channel;
+    use std::thread::{ThreadId, current};
+
+    use super::*;
+
+    #[test]
+    fn threads_are_used_again() {
+        let seen: Mutex<HashSet<ThreadId>> = Mutex::default();
+        let runs = AtomicUsize::new(0);
+        for _ in 0..100 {
+            on_threads(3, || {
+                seen.lock().expect(UNBROKEN).insert(current().id());
+                runs.fetch_add(1, Ordering::Relaxed);
+            });
+        }
+        assert_eq!(runs.into_inner(), 300);
+        assert!(seen.into_inner().expect(UNBROKEN).len() <= LOADING.current_num_threads());
+        let prepared: HashSet<ThreadId> = (0..100).map(|_| Worker::new(|| current().id()).join()).collect();
+        assert!(prepared.len() <= PREPARING.current_num_threads());
+    }
+
+    #[test]
+    fn work_of_a_preparation_stays_on_its_threads_and_a_loaded_plan_does_not_wait_for_it() {
+        let (begin, begun) = channel();
+        let hold = Arc::new(Mutex::new(()));
+        let held = hold.lock().expect(UNBROKEN);
+        let waits = hold.clone();
+        let worker = Worker::new(move || {
+            let here = Mutex::new(Vec::new());
+            on_threads(1, || here.lock().expect(UNBROKEN).push(PREPARING.current_thread_index().is_some()));
+            begin.send(here.into_inner().expect(UNBROKEN)).expect("the test waits");
+            drop(waits.lock());
+            7
+        });
+        assert_eq!(begun.recv().expect("the work begins"), [true]);
+        on_threads(2, || assert!(LOADING.current_thread_index().is_some()));
+        assert!(!worker.is_finished());
+        drop(held);
+        assert_eq!(worker.join(), 7);
+    }
+
+    #[test]
+    fn a_panic_goes_on_where_the_result_is_awaited() {
+        let worker = Worker::new(|| -> u32 { panic!("of the work") });
+        let panic = catch_unwind(AssertUnwindSafe(|| worker.join())).expect_err("the work panics");
+        assert_eq!(panic.downcast_ref::<&str>(), Some(&"of the work"));
+        catch_unwind(|| on_threads(2, || panic!("of all"))).expect_err("the work panics");
+        assert_eq!(Worker::new(|| 3).join(), 3, "the threads go on");
+    }
+}

@@ -1,0 +1,326 @@
+//! What fusion must not do, on the smallest graphs that show it. `graph/docs/faults.md` lists the faults that these
+//! tests notice.
+
+use afterimage_graph::check::{CheckOptions, Facts, check};
+use afterimage_graph::document::parse;
+use afterimage_graph::node::{NodeKind, Pass, PassKind, Registry};
+use afterimage_graph::prelude::*;
+use afterimage_plan::{
+    Alias, Caps, GivenImage, Options, Plan, PlanRequest, PlannedPass, Requirement, Stage, When, plan, verify,
+};
+
+use super::planned::{FRAME, all_formats, built_in, plan_images};
+
+static SOFT: Shader = Shader::new(
+    "soft",
+    "fn soft(source: texture_2d<f32>, source_sampler: sampler, at: Point) -> vec4f {
+        return 0.5 * (tap(source, source_sampler, at.uv) + tap(source, source_sampler, at.uv + 0.5 / at.size));
+    }
+    fn far(source: texture_2d<f32>, source_sampler: sampler, at: Point) -> vec4f {
+        return tap(source, source_sampler, vec2f(1.0) - at.uv);
+    }
+    fn beside(source: texture_2d<f32>, source_sampler: sampler, at: Point, other: vec4f) -> vec4f {
+        return other + tap(source, source_sampler, at.uv);
+    }
+    fn dim(source: vec4f) -> vec4f { return 0.5 * source; }",
+);
+static LATE: Shader = Shader::new(
+    "late",
+    "@group(0) @binding(0) var source: texture_2d<f32>;
+    @group(0) @binding(1) var result: texture_storage_2d<rgba16float, write>;
+    @group(0) @binding(2) var<storage, read> before: array<vec4f>;
+    @group(0) @binding(3) var<storage, read_write> kept: array<vec4f>;
+    @compute @workgroup_size(1)
+    fn late_show(@builtin(global_invocation_id) id: vec3u) {
+        textureStore(result, id.xy, texel(source, vec2i(id.xy)) + before[0]);
+    }
+    @compute @workgroup_size(1)
+    fn late_store() { kept[0] = kept[0] + vec4f(1.0); }",
+);
+static METER: Shader = Shader::new(
+    "meter",
+    "@group(0) @binding(0) var source: texture_2d<f32>;
+    @group(0) @binding(1) var<storage, read_write> value: array<vec4f>;
+    @compute @workgroup_size(1)
+    fn meter() { value[0] = texel(source, vec2i(0)); }",
+);
+const SOURCE: Input = Input::image("source", "An image.");
+const RESULT: Output = Output::image("result", OutputState::same("source"), "An image.");
+
+/// Declares a kind of this test.
+macro_rules! kind {
+    ($kind:ident, $doc:literal, [$($input:expr),*], $output:expr, $record:expr) => {
+        params! {
+            #[doc = $doc]
+            pub struct $kind {}
+        }
+        impl Node for $kind {
+            const INPUTS: &'static [Input] = &[$($input),*];
+            const OUTPUTS: &'static [Output] = &[$output];
+            fn record(&self, pass: &mut Recorder<'_>) {
+                let record: fn(&mut Recorder<'_>) = $record;
+                record(pass)
+            }
+        }
+    };
+}
+
+/// The description of an image as large as the source.
+fn like_source(pass: &mut Recorder<'_>) -> ImageDesc {
+    let source = pass.image("source");
+    ImageDesc::new(pass.desc(source).size)
+}
+
+kind!(Soft, "Reads its neighbours, and can be part of a chain.", [SOURCE], RESULT, |pass| {
+    let desc = like_source(pass);
+    pass.function(&SOFT, "soft").reach(1.0).write("result", desc);
+});
+kind!(Far, "Reads from anywhere, so it cannot be part of a chain.", [SOURCE], RESULT, |pass| {
+    let desc = like_source(pass);
+    pass.function(&SOFT, "far").write("result", desc);
+});
+kind!(
+    Beside,
+    "Reads one image around the pixel, and the pixel of another.",
+    [SOURCE, Input::image("other", "An image.")],
+    RESULT,
+    |pass| {
+        let desc = like_source(pass);
+        pass.function(&SOFT, "beside").reach(1.0).write("result", desc);
+    }
+);
+kind!(Dim, "Reads one pixel.", [SOURCE], RESULT, |pass| {
+    let desc = like_source(pass);
+    pass.function(&SOFT, "dim").write("result", desc);
+});
+kind!(Late, "Shows what it has kept, and then counts on.", [SOURCE], RESULT, |pass| {
+    let desc = like_source(pass);
+    let kept = pass.add_buffer("kept", 16, BufferLife::Persistent);
+    let result = pass.output("result", desc);
+    let groups = [desc.size.width, desc.size.height, 1];
+    pass.compute(&LATE, "late_show").image("result", result).buffer("before", kept).dispatch(groups);
+    pass.compute(&LATE, "late_store").buffer("kept", kept).dispatch([1, 1, 1]);
+});
+kind!(
+    Meter,
+    "A value of an image.",
+    [SOURCE],
+    Output::new("result", PortType::Value, OutputState::Always(ColorState::Data), "A value."),
+    |pass| {
+        let value = pass.add_buffer("value", 16, BufferLife::Frame);
+        pass.compute(&METER, "meter").buffer("value", value).dispatch([1, 1, 1]);
+        pass.give("result", Arrival::Buffer(value));
+    }
+);
+
+const KINDS: &[NodeKind] = &[
+    NodeKind::of::<Soft>(),
+    NodeKind::of::<Far>(),
+    NodeKind::of::<Beside>(),
+    NodeKind::of::<Dim>(),
+    NodeKind::of::<Late>(),
+    NodeKind::of::<Meter>(),
+];
+
+fn planned_at(size: Size, nodes: &str, outputs: &str, options: Options) -> Plan {
+    let text = format!("Pipeline(inputs: {{\"in\": Color}}, nodes: {{{nodes}}}, outputs: {{{outputs}}})");
+    let document = parse("fusion.ron", &text).unwrap_or_else(|errors| panic!("{errors}"));
+    let registry = Registry::new(&[afterimage_nodes::ALL, KINDS]).expect("no two kinds share a name");
+    let graph = check(&document, &registry, &CheckOptions::default()).unwrap_or_else(|errors| panic!("{errors}")).0;
+    let given = GivenImage { desc: ImageDesc::new(size), finite: true };
+    let request = PlanRequest {
+        size,
+        inputs: [("in".to_owned(), given)].into(),
+        facts: Facts::default(),
+        caps: Caps { tiles: true, ..all_formats() },
+        options,
+        requirement: &Requirement::typical,
+    };
+    let plan = plan(&graph, &request).unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!(verify(&plan), Ok(()), "{}", plan.to_text());
+    plan
+}
+
+/// The plan with chains and halvings by rows wherever they are possible, and nothing else fused.
+fn chained(nodes: &str, outputs: &str) -> Plan {
+    let options = Options { fuse: false, tile: When::Always, row_downsample: When::Always, ..Options::default() };
+    planned_at(FRAME, nodes, outputs, options)
+}
+
+/// The nodes of each chain in workgroup memory, and how many images it stores.
+fn chains(plan: &Plan) -> Vec<(Vec<String>, usize)> {
+    let chains = plan.work().filter(|pass| matches!(pass.kind, PassKind::TiledChain(_)));
+    chains.map(|pass| (pass.nodes.clone(), pass.results.len())).collect()
+}
+
+fn chain(nodes: &[&str], stored: usize) -> (Vec<String>, usize) {
+    (nodes.iter().map(|node| (*node).to_owned()).collect(), stored)
+}
+
+#[test]
+fn a_chain_stores_its_last_image_and_those_that_others_read() {
+    let three = r#""a": Soft(source: "in"), "b": Soft(source: "a"), "c": Soft(source: "b"), "out": Far(source: "c")"#;
+    assert_eq!(chains(&chained(three, r#""out": "out""#)), [chain(&["a", "b", "c"], 1)]);
+    let read = format!(r#"{three}, "far": Far(source: "b")"#);
+    assert_eq!(chains(&chained(&read, r#""out": "out", "far": "far""#)), [chain(&["a", "b", "c"], 2)]);
+    let remembered = format!(r#"{three}, "past": Far(source: "a@previous")"#);
+    assert_eq!(chains(&chained(&remembered, r#""out": "out", "past": "past""#)), [chain(&["a", "b", "c"], 2)]);
+}
+
+#[test]
+fn an_output_is_no_part_of_a_chain() {
+    let three = r#""a": Soft(source: "in"), "b": Soft(source: "a"), "c": Soft(source: "b"), "d": Far(source: "c")"#;
+    let plan = chained(three, r#""b": "b", "d": "d""#);
+    assert_eq!(chains(&plan), []);
+    assert_eq!(plan.passes.len(), 4);
+}
+
+/// `c` reads what `a` makes, and also what `far` makes of it: in one dispatch it would wait for itself.
+#[test]
+fn a_pass_that_needs_a_chain_in_another_way_does_not_join_it() {
+    let nodes = r#""a": Soft(source: "in"), "far": Far(source: "a"), "c": Beside(source: "a", other: "far"),
+        "out": Far(source: "c")"#;
+    assert_eq!(chains(&chained(nodes, r#""out": "out""#)), []);
+    let apart = r#""a": Soft(source: "in"), "far": Far(source: "in"), "c": Beside(source: "a", other: "far"),
+        "out": Far(source: "c")"#;
+    assert_eq!(chains(&chained(apart, r#""out": "out""#)), [chain(&["a", "c"], 1)]);
+}
+
+/// The chain of `a` and `c` stands where `c` was recorded, behind `late`, which reads `a`.
+#[test]
+fn a_writer_of_a_buffer_waits_for_a_reader_that_a_chain_moves_behind_it() {
+    let nodes =
+        r#""a": Soft(source: "in"), "late": Late(source: "a"), "c": Soft(source: "a"), "out": Far(source: "c")"#;
+    let plan = chained(nodes, r#""out": "out", "late": "late""#);
+    assert_eq!(chains(&plan), [chain(&["a", "c"], 2)]);
+    let place = |label: &str| plan.work().position(|pass| pass.label == label).expect("a pass of that label");
+    assert!(place("late_show") < place("late_store"), "it shows what it stores:\n{}", plan.to_text());
+}
+
+/// The passes that halve by rows, with their kernels.
+fn by_rows(plan: &Plan) -> Vec<usize> {
+    let rows = plan.work().filter(|pass| matches!(pass.kind, PassKind::RowDownsample(_)));
+    rows.map(|pass| pass.kernels.len()).collect()
+}
+
+#[test]
+fn a_halving_makes_its_source_itself_only_if_nothing_else_reads_it() {
+    let half = r#""a": Dim(source: "in"), "half": Downsample(source: "a", levels: 1),
+        "out": Far(source: "half.coarsest")"#;
+    let plan = chained(half, r#""out": "out""#);
+    assert_eq!((by_rows(&plan), plan.passes.len()), (vec![2], 2), "{}", plan.to_text());
+    let shared = format!(r#"{half}, "far": Far(source: "a")"#);
+    let plan = chained(&shared, r#""out": "out", "far": "far""#);
+    assert_eq!((by_rows(&plan), plan.passes.len()), (vec![2], 4), "{}", plan.to_text());
+    let remembered = format!(r#"{half}, "past": Far(source: "a@previous")"#);
+    let plan = chained(&remembered, r#""out": "out", "past": "past""#);
+    assert_eq!((by_rows(&plan), plan.passes.len()), (vec![2], 4), "{}", plan.to_text());
+}
+
+/// How many reductions each shared read has.
+fn shared_reads(nodes: &str, outputs: &str) -> Vec<usize> {
+    let plan = planned_at(FRAME, nodes, outputs, Options::default());
+    let shared = plan.work().filter(|pass| matches!(pass.kind, PassKind::CellReduce(_)));
+    let counts: Vec<usize> = shared.map(|pass| pass.kernels.len()).collect();
+    assert_eq!(plan.shared_reads.len(), counts.len());
+    counts
+}
+
+fn mean(name: &str, source: &str, more: &str) -> String {
+    format!(r#""{name}": LogGaussian(source: "{source}", width: 16, height: 8, sigma: 0.0{more}), "#)
+}
+
+#[test]
+fn reductions_share_a_read_if_they_read_the_same_pixels() {
+    let outputs = r#""a": "a", "b": "b""#;
+    let two = |more: &str| mean("a", "in", "") + &mean("b", "in", more);
+    assert_eq!(shared_reads(&two(", lo: -4.0"), outputs), [2]);
+    assert_eq!(shared_reads(&two(", step: 2"), outputs), Vec::<usize>::new(), "other pixels");
+    let strides = mean("a", "in", ", step: 2") + &mean("b", "in", ", step: 2");
+    assert_eq!(shared_reads(&strides, outputs), [2]);
+    let other = format!(r#""soft": Soft(source: "in"), {}{}"#, mean("a", "in", ""), mean("b", "soft", ""));
+    assert_eq!(shared_reads(&other, outputs), Vec::<usize>::new(), "another image");
+}
+
+/// The second reduction waits for a value that is made of the result of the first.
+#[test]
+fn reductions_that_wait_for_each_other_do_not_share_a_read() {
+    let metered = |of: &str| {
+        let meter = format!(r#""value": Meter(source: "{of}"), "#);
+        mean("a", "in", "") + &meter + &mean("b", "in", r#", meter: "value""#)
+    };
+    let outputs = r#""a": "a", "b": "b""#;
+    assert_eq!(shared_reads(&metered("a"), outputs), Vec::<usize>::new());
+    let both = r#""value": Meter(source: "in"), "#.to_owned()
+        + &mean("a", "in", r#", meter: "value""#)
+        + &mean("b", "in", r#", meter: "value""#);
+    assert_eq!(shared_reads(&both, outputs), [2]);
+}
+
+/// Texels of the result that a workgroup makes: from the entry point in the text of the shader, or from the pass.
+fn covered(plan: &Plan, index: usize) -> Option<[u32; 2]> {
+    let PlannedPass { pass, .. } = &plan.passes[index];
+    let source = plan.compose(index, false).unwrap_or_else(|error| panic!("{error}")).source;
+    let (_, sizes) = source.rsplit_once("@workgroup_size(").expect("a compute entry point");
+    let sizes = sizes.split(')').next().expect("a bracket closes").split(',');
+    let sides: Vec<u32> = sizes.map(|side| side.trim().parse().expect("a number")).collect();
+    match &pass.kind {
+        PassKind::Point | PassKind::Gather => {
+            let rows = source.matches("textureStore(").count() as u32;
+            Some([sides[0], sides[1] * rows])
+        }
+        PassKind::TiledChain(chain) => Some([chain.tile; 2]),
+        // The first and the last invocation only make what their neighbours need.
+        PassKind::RowDownsample(rows) => Some([sides[0] - 2, rows.rows]),
+        PassKind::CellReduce(_) | PassKind::Compute => None,
+    }
+}
+
+#[test]
+fn the_workgroups_of_a_pass_reach_its_last_pixels_and_no_further() {
+    let nodes = r#""a": Dim(source: "in"), "half": Downsample(source: "a", levels: 1),
+        "b": Soft(source: "in"), "c": Soft(source: "b"), "x": Far(source: "half.coarsest"), "y": Far(source: "c")"#;
+    let mut seen = Vec::new();
+    for (width, height) in [(1, 1), (2, 2), (15, 7), (16, 8), (17, 9), (124, 64), (126, 66), (643, 361), (1300, 1100)] {
+        let options = Options { fuse: false, tile: When::Always, row_downsample: When::Always, ..Options::default() };
+        let plan = planned_at(Size::new(width, height), nodes, r#""x": "x", "y": "y", "a": "a""#, options);
+        for (index, planned) in plan.passes.iter().enumerate() {
+            let Some(cover) = covered(&plan, index) else { continue };
+            let size = plan.image(planned.pass.results.last().expect("a result").image).desc.size;
+            for (axis, side) in [size.width, size.height].into_iter().enumerate() {
+                let (groups, cover) = (planned.workgroups[axis], cover[axis]);
+                let label = &planned.pass.label;
+                assert!(groups * cover >= side, "{label} at {size}: {groups} groups of {cover}");
+                assert!((groups - 1) * cover < side, "{label} at {size}: {groups} groups of {cover}");
+            }
+            seen.push((std::mem::discriminant(&planned.pass.kind), cover));
+        }
+    }
+    let covers: std::collections::BTreeSet<[u32; 2]> = seen.iter().map(|(_, cover)| *cover).collect();
+    let kinds: std::collections::HashSet<_> = seen.iter().map(|(kind, _)| *kind).collect();
+    assert!(kinds.len() >= 3 && covers.len() >= 5, "points, gathers, chains or rows: {covers:?}");
+}
+
+/// Images that are drawn to have layouts of their own, so they must not overlap others in a heap.
+#[test]
+fn a_plan_with_a_draw_has_no_heap() {
+    let caps = Caps { prefer_fragment: true, ..Caps::default() };
+    let graph = built_in("lynx.ron");
+    let planned = |caps| plan_images(&graph, Format::Rgba16Float, Facts::default(), caps, Options::default());
+    let (drawn, dispatched) = (planned(caps), planned(all_formats()));
+    let has_draw = |plan: &Plan| plan.passes.iter().any(|planned| planned.stage == Stage::Fragment);
+    assert_eq!((has_draw(&drawn), drawn.options.alias), (true, Alias::Pool));
+    assert_eq!((has_draw(&dispatched), dispatched.options.alias), (false, Alias::Placed));
+    let mut broken = drawn;
+    broken.options.alias = Alias::Placed;
+    let faults = verify(&broken).expect_err("drawn images in a heap");
+    assert!(faults.iter().any(|fault| fault.to_string().contains("is drawn, but images share a heap")), "{faults:?}");
+}
+
+/// A pass is what its kernels make of it: only those of one pixel are points.
+#[test]
+fn the_kind_of_a_pass_follows_from_what_its_kernels_read() {
+    let plan = chained(r#""a": Dim(source: "in"), "b": Far(source: "a")"#, r#""a": "a", "b": "b""#);
+    let kinds: Vec<&PassKind> = plan.work().map(|pass: &Pass| &pass.kind).collect();
+    assert_eq!(kinds, [&PassKind::Point, &PassKind::Gather]);
+}
