@@ -111,3 +111,31 @@ fn a_shared_file_that_leads_out_of_the_folder_needs_permission() {
     folder.run(line).fails_saying(1, &["cannot read the shader", "--allow", "elsewhere"]);
     folder.run(&format!("{line} --allow elsewhere")).good();
 }
+
+#[test]
+fn stress_says_what_makes_a_kind_reachable() {
+    let folder = with_files("lost", &[("posterize.wgsl", POSTERIZE), ("steps.wgsl", STEPS), ("nearest.wgsl", NEAREST)]);
+    fs::create_dir_all(folder.file("kinds/lost")).expect("a temporary folder");
+    let port = "\"clue\": Value(doc: \"A number.\", content: \"clue\")";
+    let node = NODE.replace("Posterize", "Lost").replace("inputs: { ", &format!("inputs: {{ {port}, "));
+    folder.with("kinds/lost/node.ron", node.as_bytes());
+    let shader = POSTERIZE.replace("#import steps\n", "").replace("posterize(source", "lost(clue: f32, source");
+    let shader = shader
+        .replace("Posterize", "Lost")
+        .replace("steps(source.rgb, params.levels)", "source.rgb * clue * params.levels");
+    folder.with("kinds/lost/lost.wgsl", shader.as_bytes());
+    let why =
+        "nothing makes its input `clue`: register a kind that has an output of the type Value and the content `clue`";
+    folder
+        .run("stress --kind Lost --nodes kinds")
+        .fails_saying(1, &["`Lost` does not run with all of its inputs", why]);
+    let conflict = r#"Pipeline(
+        inputs: { "scene": Color },
+        nodes: { "mean": MeanLuminance(source: "scene"), "lost": Lost(source: "scene", clue: "mean") },
+        outputs: { "out": "lost" },
+    )"#;
+    folder.with("conflict.ron", conflict.as_bytes());
+    let parts =
+        ["`clue` of `Lost` accepts `clue`, but `mean` is `mean-luminance`", "wire it to a node that gives `clue`"];
+    folder.run("check conflict.ron --nodes kinds").fails_saying(1, &parts);
+}
