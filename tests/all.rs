@@ -32,6 +32,8 @@ mod nodes;
 mod pipelines;
 /// A node kind from another crate.
 mod plug_in;
+/// A pipeline as a host keeps it.
+mod post;
 /// CPU references of the operators, and the vectors that verify them.
 mod reference;
 /// Faults that `stress` must find, and subjects without any.

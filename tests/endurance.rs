@@ -78,7 +78,7 @@ impl Program {
     fn round(&mut self, round: &Round) {
         for _ in 0..round.reloads {
             self.edit += 1;
-            self.session.runtime().change(edited(self.edit), options());
+            self.session.change(edited(self.edit), options());
             self.frame(SIZE, true);
             self.check(SIZE);
         }

@@ -2,7 +2,7 @@
 
 use afterimage_graph::prelude::*;
 
-use crate::upsample::UpsampleFilter;
+use crate::upsample::{LARGEST_RADIUS, UpsampleFilter};
 
 static SHADER: Shader = shader!("composite");
 
@@ -33,7 +33,8 @@ params! {
         /// The filter that resamples the light.
         pub filter: UpsampleFilter = UpsampleFilter::Tent => quality(UpsampleFilter::Tent, [UpsampleFilter::Bilinear]);
         /// Distance between the reads of the tent.
-        pub radius: f32 = 1.0 => within(0.0..=4.0), usually(0.5..=1.5), unit("texels of the bloom");
+        pub radius: f32 = 1.0
+            => within(0.0..=f64::from(LARGEST_RADIUS)), usually(0.5..=1.5), unit("texels of the bloom");
     }
 }
 
@@ -95,9 +96,10 @@ impl Node for Composite {
         };
         // The filter would blur light that has a texel for each pixel.
         let is_equal = pass.desc(bloom).size == size;
+        let reach = self.filter.reach(self.radius, pass.is_dynamic("radius"));
         pass.function(&SHADER, if is_equal { self.pixel_function() } else { self.function() })
             .read("bloom", bloom)
-            .reach(if self.filter == UpsampleFilter::Tent { self.radius } else { 0.0 })
+            .reach(reach)
             .set("strength", strength)
             .write("result", ImageDesc::new(size));
     }

@@ -14,6 +14,9 @@ pub(crate) struct GaussianWeights {
 const NO_BLUR: f32 = 0.2;
 
 impl GaussianWeights {
+    /// A copy.
+    pub(crate) const COPY: Self = Self { radius: 0, falloff: 0.0, scale: 1.0 };
+
     /// The kernel of standard deviation `sigma` up to `reach` sigmas. `None` if a blur changes nothing.
     pub(crate) fn new(sigma: f32, reach: f32) -> Option<Self> {
         if sigma <= NO_BLUR {
@@ -23,5 +26,11 @@ impl GaussianWeights {
         let falloff = -std::f64::consts::LOG2_E / (2.0 * f64::from(sigma).powi(2));
         let side: f64 = (1..=radius).map(|i| (falloff * f64::from(i).powi(2)).exp2()).sum();
         Some(Self { radius, falloff, scale: 1.0 / (1.0 + 2.0 * side) })
+    }
+
+    /// The axes to blur with their kernels, for these standard deviations: all of them if the sigmas may change.
+    pub(crate) fn of_axes(sigmas: &[f32], reach: f32, may_change: bool) -> Vec<(usize, Self)> {
+        let kernel = |sigma: f32| Self::new(sigma, reach).or(may_change.then_some(Self::COPY));
+        sigmas.iter().enumerate().filter_map(|(axis, sigma)| Some((axis, kernel(*sigma)?))).collect()
     }
 }

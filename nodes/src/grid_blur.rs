@@ -23,13 +23,6 @@ params! {
 const REACH: f32 = 3.0;
 const GROUP: [u32; 3] = [8, 8, 4];
 
-impl GridBlur {
-    /// The axes to blur, with their kernels.
-    fn axes(&self) -> Vec<(usize, GaussianWeights)> {
-        (0..3).filter_map(|axis| Some((axis, GaussianWeights::new(self.sigma[axis], REACH)?))).collect()
-    }
-}
-
 impl Node for GridBlur {
     const INPUTS: &'static [Input] =
         &[Input::new("source", PortType::Volume, "The result of a `GridBuild`.").content("bilateral-grid")];
@@ -39,14 +32,14 @@ impl Node for GridBlur {
             .or_input("source")];
 
     fn identity(&self, _: &Arrivals) -> bool {
-        self.axes().is_empty()
+        GaussianWeights::of_axes(&self.sigma, REACH, false).is_empty()
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {
         let mut cells = pass.image("source");
         let desc = pass.desc(cells);
         let size = desc.size;
-        let axes = self.axes();
+        let axes = GaussianWeights::of_axes(&self.sigma, REACH, pass.is_dynamic("sigma"));
         for (index, (axis, weights)) in axes.iter().enumerate() {
             let last = index + 1 == axes.len();
             let name = ["x", "y", "z"][*axis];

@@ -38,12 +38,12 @@ params! {
 }
 
 impl LocalToneMap {
-    /// The cheapest kernel for the wired inputs.
-    fn function(&self, grid: bool, gaussian: bool) -> &'static str {
+    /// The cheapest kernel for the wired inputs. Without local contrast none is needed.
+    fn function(&self, has_local_contrast: bool, grid: bool, gaussian: bool) -> &'static str {
         let grid = grid && (self.share > 0.0 || !gaussian);
         let gaussian = gaussian && (self.share < 1.0 || !grid);
         match (grid, gaussian) {
-            _ if self.contrast == self.detail => "local_tone_map_global",
+            _ if !has_local_contrast => "local_tone_map_global",
             (true, true) => "local_tone_map",
             (true, false) => "local_tone_map_grid",
             (false, true) => "local_tone_map_gaussian",
@@ -78,7 +78,9 @@ impl Node for LocalToneMap {
     fn record(&self, pass: &mut Recorder<'_>) {
         let source = pass.image("source");
         let desc = pass.desc(source);
-        let function = self.function(pass.wired("grid"), pass.wired("gaussian"));
+        let may_change = pass.is_dynamic("contrast") || pass.is_dynamic("detail");
+        let has_local_contrast = self.contrast != self.detail || may_change;
+        let function = self.function(has_local_contrast, pass.wired("grid"), pass.wired("gaussian"));
         pass.function(&SHADER, function).write("result", desc);
     }
 }

@@ -98,8 +98,7 @@ impl Node for LogGaussian {
     fn record(&self, pass: &mut Recorder<'_>) {
         let picture = pass.image("source");
         let sigmas = self.sigmas(pass.desc(picture).size);
-        let kernels: Vec<(usize, GaussianWeights)> =
-            (0..2).filter_map(|axis| Some((axis, GaussianWeights::new(sigmas[axis], REACH)?))).collect();
+        let kernels = GaussianWeights::of_axes(&sigmas, REACH, pass.is_dynamic("sigma"));
         let desc = ImageDesc::new(Size::new(self.width, self.height));
         let images: Vec<ImageId> = (0..=kernels.len())
             .map(|i| if i == kernels.len() { pass.output("result", desc) } else { pass.transient("small", desc) })

@@ -45,11 +45,24 @@ params! {
         /// The filter of each enlargement.
         pub filter: UpsampleFilter = UpsampleFilter::Tent => quality(UpsampleFilter::Tent, [UpsampleFilter::Bilinear]);
         /// Distance between the reads of the tent. Above 1.5 the gaps between them become visible.
-        pub radius: f32 = 1.0 => within(0.0..=4.0), usually(0.5..=1.5), unit("texels of the coarser level");
+        pub radius: f32 = 1.0
+            => within(0.0..=f64::from(LARGEST_RADIUS)), usually(0.5..=1.5), unit("texels of the coarser level");
     }
 }
 
+/// The largest radius of the tent.
+pub(crate) const LARGEST_RADIUS: f32 = 4.0;
+
 impl UpsampleFilter {
+    /// How far a filter of that radius reads, in texels; at most, if the radius may change.
+    pub(crate) fn reach(self, radius: f32, may_change: bool) -> f32 {
+        match self {
+            Self::Tent if may_change => LARGEST_RADIUS,
+            Self::Tent => radius,
+            Self::Bilinear => 0.0,
+        }
+    }
+
     fn function(self) -> &'static str {
         match self {
             Self::Tent => "upsample_tent",
@@ -94,8 +107,9 @@ impl Node for Upsample {
 
     fn record(&self, pass: &mut Recorder<'_>) {
         let levels = pass.pyramid("source");
-        let used = if self.is_finest_alone() { &levels[..1] } else { &levels[..] };
+        let used = if self.is_finest_alone() && !pass.is_dynamic("spread") { &levels[..1] } else { &levels[..] };
         let (coarsest, finer) = used.split_last().expect("a pyramid has a level");
+        let reach = self.filter.reach(self.radius, pass.is_dynamic("radius"));
         let mut joined = *coarsest;
         for (index, level) in finer.iter().enumerate().rev() {
             let desc = ImageDesc::new(pass.desc(*level).size);
@@ -106,7 +120,7 @@ impl Node for Upsample {
                 .label(format!("{function} {}", desc.size))
                 .read("level", *level)
                 .read("coarser", joined)
-                .reach(if self.filter == UpsampleFilter::Tent { self.radius } else { 0.0 })
+                .reach(reach)
                 .set("own", own)
                 .set("rest", rest)
                 .write_to(result);

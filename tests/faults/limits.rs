@@ -1,7 +1,7 @@
 //! Validation errors: wgpu refuses what is beyond the limits of a device that was opened with less than the capabilities
 //! that plans rely on.
 
-use afterimage_gpu::{FrameStep, Gpu, GpuError, Opening, Session, SessionError, Texels};
+use afterimage_gpu::{FrameStep, Gpu, GpuError, Opening, PostError, Session, Texels};
 use afterimage_graph::check::Facts;
 use afterimage_graph::image::Size;
 use afterimage_plan::Options;
@@ -40,7 +40,7 @@ fn open(whole: &Gpu, lower: fn(&mut wgpu::Limits)) -> Gpu {
     Gpu { adapter: whole.adapter.clone(), device, queue, caps: whole.caps.clone() }
 }
 
-fn frame(session: &mut Session, picture: &Picture) -> Result<Texels, SessionError> {
+fn frame(session: &mut Session, picture: &Picture) -> Result<Texels, PostError> {
     let texels = Texels::from_floats_as_half(picture.width, picture.height, &picture.pixels);
     let images = [session.feed("scene", texels.desc, &texels.bytes)?];
     session.render(Size::new(picture.width, picture.height), &images, FrameStep::FIRST)?;
@@ -62,8 +62,8 @@ fn what_a_device_refuses_is_an_error_and_the_old_plan_runs_on() {
         let mut session = session(&open(&whole, *lower));
         let first = frame(&mut session, &small);
         let second = frame(&mut session, &large);
-        let refused = |error: &SessionError| matches!(error, SessionError::Gpu(GpuError::Refused { .. }));
-        let errors: Vec<SessionError> =
+        let refused = |error: &PostError| matches!(error, PostError::Gpu(GpuError::Refused { .. }));
+        let errors: Vec<PostError> =
             [first.as_ref().err(), second.err().as_ref()].into_iter().flatten().cloned().collect();
         assert!(errors.iter().all(refused), "{what}: {errors:?}");
         if errors.is_empty() {

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use afterimage_gpu::{FrameStep, Gpu, InputImage, Session, SessionError, Texels};
+use afterimage_gpu::{FrameStep, Gpu, InputImage, PostError, Session, Texels};
 use afterimage_graph::check::{Facts, Graph};
 use afterimage_graph::image::Size;
 use afterimage_plan::Options;
@@ -50,7 +50,7 @@ pub struct Seen {
     /// What was read back, with the name of the step.
     pub shown: Vec<(&'static str, Vec<Texels>)>,
     /// After an error of a session that had rendered: what the old plan renders, or why not.
-    pub after: Option<Result<Vec<Texels>, SessionError>>,
+    pub after: Option<Result<Vec<Texels>, PostError>>,
     /// The device: it is closed with this.
     pub gpu: Option<Gpu>,
 }
@@ -59,7 +59,7 @@ pub struct Seen {
 ///
 /// # Errors
 /// The first error.
-pub fn run(instance: &wgpu::Instance, pipelines: &Pipelines, seen: &mut Seen) -> Result<(), SessionError> {
+pub fn run(instance: &wgpu::Instance, pipelines: &Pipelines, seen: &mut Seen) -> Result<(), PostError> {
     let gpu = seen.gpu.insert(pollster::block_on(Gpu::open_on(instance, None))?).clone();
     for prefer_fragment in [false, true] {
         let mut gpu = gpu.clone();
@@ -83,15 +83,15 @@ struct Program {
 }
 
 impl Program {
-    fn run(&mut self, pipelines: &Pipelines, seen: &mut Seen) -> Result<(), SessionError> {
+    fn run(&mut self, pipelines: &Pipelines, seen: &mut Seen) -> Result<(), PostError> {
         self.frames("load", Size::new(16, 9), seen)?;
         self.frames("resize", Size::new(24, 16), seen)?;
         self.session.value("meter.result")?.expect("the plan has this value");
-        self.session.runtime().change(pipelines.edited.clone(), Options::default());
+        self.session.change(pipelines.edited.clone(), Options::default());
         self.frames("reload", Size::new(24, 16), seen)?;
-        self.session.runtime().change(pipelines.brighter.clone(), Options::default());
+        self.session.change(pipelines.brighter.clone(), Options::default());
         self.frames("numbers", Size::new(24, 16), seen)?;
-        self.session.runtime().change(pipelines.first.clone(), Options::default());
+        self.session.change(pipelines.first.clone(), Options::default());
         self.swap(seen)?;
         let frames = [true, false].map(|reset| (self.images.clone(), FrameStep { time: 0.0, dt: 0.1, reset }));
         for texels in self.session.render_all(&frames, false)? {
@@ -104,7 +104,7 @@ impl Program {
     }
 
     /// A first frame and another one.
-    fn frames(&mut self, step: &'static str, size: Size, seen: &mut Seen) -> Result<(), SessionError> {
+    fn frames(&mut self, step: &'static str, size: Size, seen: &mut Seen) -> Result<(), PostError> {
         for frame in [FrameStep::FIRST, FrameStep { time: 0.1, dt: 0.1, reset: false }] {
             let images = vec![self.scene(size)?];
             self.session.render(size, &images, frame)?;
@@ -115,8 +115,8 @@ impl Program {
     }
 
     /// Another plan is compiled while the old one renders.
-    fn swap(&mut self, seen: &mut Seen) -> Result<(), SessionError> {
-        let plan = self.session.runtime().plan_for(Size::new(24, 16), &self.images.clone())?;
+    fn swap(&mut self, seen: &mut Seen) -> Result<(), PostError> {
+        let plan = self.session.plan_for(Size::new(24, 16), &self.images.clone())?;
         let preparation = self.session.executor().prepare(plan);
         while !preparation.is_ready() {
             std::thread::sleep(Duration::from_millis(1));
@@ -127,21 +127,21 @@ impl Program {
         self.frames("swapped", Size::new(24, 16), seen)
     }
 
-    fn scene(&mut self, size: Size) -> Result<InputImage, SessionError> {
+    fn scene(&mut self, size: Size) -> Result<InputImage, PostError> {
         let light = |index: u32| [0.01 * index as f32, 0.5, 2.0 / (1 + index % 7) as f32, 1.0];
         let pixels: Vec<[f32; 4]> = (0..size.width * size.height).map(light).collect();
         let texels = Texels::from_floats_as_half(size.width, size.height, &pixels);
         self.session.feed("scene", texels.desc, &texels.bytes)
     }
 
-    fn outputs(&mut self) -> Result<Vec<Texels>, SessionError> {
+    fn outputs(&mut self) -> Result<Vec<Texels>, PostError> {
         let names: Vec<String> = self.session.plan().outputs.iter().map(|output| output.name.clone()).collect();
         names.iter().map(|name| self.session.output(name)).collect()
     }
 
     /// A first frame of the plan that is loaded, if one is.
-    fn after(mut self) -> Option<Result<Vec<Texels>, SessionError>> {
-        self.session.runtime().plan()?;
+    fn after(mut self) -> Option<Result<Vec<Texels>, PostError>> {
+        self.session.post().plan()?;
         let images = self.images.clone();
         (!images.is_empty()).then(|| self.session.submit(&images, FrameStep::FIRST).and_then(|()| self.outputs()))
     }

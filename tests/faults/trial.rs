@@ -7,7 +7,7 @@ use std::sync::Arc;
 use std::sync::mpsc::channel;
 use std::time::Duration;
 
-use afterimage_gpu::{GpuError, SessionError, Texels};
+use afterimage_gpu::{GpuError, PostError, Texels};
 
 use super::scenario::{self, Pipelines, Seen};
 use super::vulkan::{self, Kind};
@@ -51,18 +51,18 @@ impl Verdict {
 }
 
 /// What the error of a failing call may be.
-fn name(error: &SessionError) -> Option<&'static str> {
+fn name(error: &PostError) -> Option<&'static str> {
     match error {
-        SessionError::Gpu(GpuError::OutOfMemory { .. }) => Some("out of memory"),
-        SessionError::Gpu(GpuError::DeviceLost { .. }) => Some("lost"),
-        SessionError::Gpu(GpuError::TimedOut) => Some("timed out"),
-        SessionError::Gpu(GpuError::NoAdapter { .. } | GpuError::NoDevice { .. }) => Some("no device"),
+        PostError::Gpu(GpuError::OutOfMemory { .. }) => Some("out of memory"),
+        PostError::Gpu(GpuError::DeviceLost { .. }) => Some("lost"),
+        PostError::Gpu(GpuError::TimedOut) => Some("timed out"),
+        PostError::Gpu(GpuError::NoAdapter { .. } | GpuError::NoDevice { .. }) => Some("no device"),
         _ => None,
     }
 }
 
 enum Run {
-    Ends(Result<(), SessionError>, Box<Seen>),
+    Ends(Result<(), PostError>, Box<Seen>),
     Panics(String),
     Hangs,
 }

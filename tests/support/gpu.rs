@@ -129,7 +129,7 @@ impl<'a> Run<'a> {
     pub fn plan(&self, gpu: &Gpu, inputs: &[(&str, &Picture)]) -> Plan {
         let given = |picture: &Picture| GivenImage { desc: self.texels(picture).desc, finite: false };
         let given = inputs.iter().map(|(name, picture)| ((*name).to_owned(), given(picture))).collect();
-        let plan = self.session(gpu).runtime().plan_for_descs(self.size_for(inputs), given);
+        let plan = self.session(gpu).post().plan_for(self.size_for(inputs), given);
         Arc::unwrap_or_clone(plan.unwrap_or_else(|error| panic!("{error}")))
     }
 

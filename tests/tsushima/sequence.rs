@@ -38,7 +38,7 @@ impl Walk {
 
     fn go_to(&mut self, walk: f64) {
         let view = graph(&camera(walk.clamp(0.0, 1.0)));
-        self.camera.runtime().change(view, Options::default());
+        self.camera.change(view, Options::default());
         (self.seen, self.image) = look(&mut self.camera);
     }
 

@@ -209,6 +209,39 @@ impl Param {
         self
     }
 
+    /// The value at the lower end of the domain; `false`, or the first choice. `None` without a domain.
+    pub fn lowest(&self) -> Option<Value> {
+        self.at(|(low, _)| low, |choices| choices.first())
+    }
+
+    /// The value at the upper end of the domain; `true`, or the last choice. `None` without a domain.
+    pub fn highest(&self) -> Option<Value> {
+        self.at(|(_, high)| high, |choices| choices.last())
+    }
+
+    /// The value in the middle of the domain. `None` without a domain.
+    pub fn middle(&self) -> Option<Value> {
+        self.at(|(low, high)| low + 0.5 * (high - low), |choices| choices.get(choices.len() / 2))
+    }
+
+    fn at(
+        &self,
+        number: impl Fn((f64, f64)) -> f64,
+        choice: impl Fn(&'static [ChoiceName]) -> Option<&'static ChoiceName>,
+    ) -> Option<Value> {
+        let number = |domain: Option<(f64, f64)>| domain.map(&number);
+        match self.ty {
+            Type::Bool => number(Some((0.0, 1.0))).map(|side| Value::Bool(side > 0.5)),
+            Type::Int => number(self.domain).map(|whole| Value::Int(whole.round() as i64)),
+            Type::Float => number(self.domain).map(Value::Float),
+            Type::Vector(n) => {
+                number(self.domain).map(|x| Value::Vector(std::array::from_fn(|i| if i < n { x } else { 0.0 }), n))
+            }
+            Type::Choice(choices) => choice(choices).map(|choice| Value::Choice(choice.name)),
+            Type::Text | Type::File => None,
+        }
+    }
+
     /// Checks that `value` has this type and is in the domain. The error is a message for the user.
     pub fn accepts(&self, value: &Value) -> Result<(), String> {
         let numbers: &[f64] = match (self.ty, value) {

@@ -174,6 +174,9 @@ pub(crate) struct PlanArgs {
     /// Plan for this machine's graphics adapter instead of a typical one
     #[arg(long)]
     pub(crate) device: bool,
+    /// Plan as for a host that changes this parameter in every frame: `--dynamic lit.strength`
+    #[arg(long, value_name = "NODE.PARAMETER")]
+    pub(crate) dynamic: Vec<String>,
     #[command(flatten)]
     pub(crate) arithmetic: ArithmeticOptions,
     #[command(flatten)]

@@ -2,7 +2,7 @@
 
 use std::process::ExitCode;
 
-use afterimage_gpu::{GpuError, SessionError};
+use afterimage_gpu::{GpuError, PostError};
 use afterimage_graph::diagnostic::{Diagnostic, Diagnostics, Style};
 use afterimage_lab::LabError;
 use afterimage_media::FileError;
@@ -131,11 +131,12 @@ impl From<GpuError> for Failure {
     }
 }
 
-impl From<SessionError> for Failure {
-    fn from(error: SessionError) -> Self {
+impl From<PostError> for Failure {
+    fn from(error: PostError) -> Self {
         match error {
-            SessionError::Plan(error) => error.into(),
-            SessionError::Gpu(error) => error.into(),
+            PostError::Plan(error) => error.into(),
+            PostError::Gpu(error) => error.into(),
+            error => Self::user(error),
         }
     }
 }

@@ -122,17 +122,14 @@ pub(crate) fn plan_options(options: &PlanOptions) -> Options {
     }
 }
 
-/// A plan for a typical device, which stores every format and has half-precision arithmetic and subgroups, with
-/// half-float inputs of this size.
+/// A typical device: it stores every format and has half-precision arithmetic and subgroups.
+pub(crate) fn typical_caps() -> Caps {
+    Caps { storage: Format::ALL.into(), max_side: 16384, half_arithmetic: true, subgroups: true, ..Caps::default() }
+}
+
+/// A plan for a typical device with half-float inputs of this size.
 pub(crate) fn plan_without_device(graph: &Graph, size: Size, facts: Facts, options: Options) -> Result<Plan, Failure> {
-    let caps = Caps {
-        storage: Format::ALL.into(),
-        max_side: 16384,
-        half_arithmetic: true,
-        subgroups: true,
-        ..Caps::default()
-    };
-    Ok(plan(graph, &request(graph, size, facts, options, caps, &Requirement::typical))?)
+    Ok(plan(graph, &request(graph, size, facts, options, typical_caps(), &Requirement::typical))?)
 }
 
 /// A request with half-float images of one size for all required inputs.
@@ -147,5 +144,5 @@ pub(crate) fn request<'a>(
     let given = GivenImage { desc: ImageDesc::new(size), finite: false };
     let required = graph.inputs.iter().filter(|input| !input.optional);
     let inputs: BTreeMap<String, GivenImage> = required.map(|input| (input.name.clone(), given)).collect();
-    PlanRequest { size, inputs, facts, caps, options, requirement }
+    PlanRequest { size, inputs, facts, caps, options, dynamic: Default::default(), requirement }
 }

@@ -1,17 +1,17 @@
 //! `afterimage plan`: what a pipeline does on the GPU.
 
 use afterimage_gpu::{Gpu, Opening};
-use afterimage_graph::check::Graph;
+use afterimage_graph::check::{Graph, ParameterId};
 use afterimage_graph::image::Size;
 use afterimage_graph::node::NodeKind;
-use afterimage_plan::{Plan, PlanDiff, diff, plan};
+use afterimage_plan::{Plan, PlanDiff, PlanRequest, Requirement, diff, plan};
 use serde_json::{Value, json};
 
 use crate::args::{PipelineOptions, PlanArgs, PlanFormat};
 use crate::failure::Failure;
 use crate::files::{Files, read_document, registry};
 use crate::memory::table;
-use crate::pipeline::{PipelineFile, facts, load_graph, plan_options, plan_without_device, request};
+use crate::pipeline::{PipelineFile, facts, load_graph, plan_options, request, typical_caps};
 use crate::terminal::say;
 
 pub(crate) fn run(args: &PlanArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
@@ -87,11 +87,24 @@ fn diff_json(diff: &PlanDiff) -> Value {
 fn plan_of(graph: &Graph, args: &PlanArgs) -> Result<Plan, Failure> {
     let size = Size::new(args.size.0, args.size.1);
     let (facts, options) = (facts(&args.options)?, args.arithmetic.over(plan_options(&args.plan)));
+    let dynamic = args.dynamic.iter().map(|name| dynamic(graph, name)).collect::<Result<_, _>>()?;
     if !args.device {
-        return plan_without_device(graph, size, facts, options);
+        let request = request(graph, size, facts, options, typical_caps(), &Requirement::typical);
+        return Ok(plan(graph, &PlanRequest { dynamic, ..request })?);
     }
     let gpu = Gpu::open(&Opening::default())?;
     let executor = gpu.executor();
     let requirement = |desc: &_| executor.requirement(desc);
-    Ok(plan(graph, &request(graph, size, facts, options, gpu.caps.clone(), &requirement))?)
+    let request = request(graph, size, facts, options, gpu.caps.clone(), &requirement);
+    Ok(plan(graph, &PlanRequest { dynamic, ..request })?)
+}
+
+/// A parameter that can change without a new plan.
+fn dynamic(graph: &Graph, name: &str) -> Result<ParameterId, Failure> {
+    let parameter = graph.parameter(name).map_err(Failure::user)?;
+    match graph.declaration(parameter).replan {
+        false => Ok(parameter),
+        true => Err(Failure::user(format!("each change of `{name}` needs a new plan"))
+            .hint("`afterimage nodes KIND` says which parameters do")),
+    }
 }

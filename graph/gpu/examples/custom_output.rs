@@ -6,12 +6,11 @@
 
 use std::error::Error;
 
-use afterimage_gpu::{Frame, Gpu, InputImage, Opening, Runtime, Texels, upload};
-use afterimage_graph::check::{CheckOptions, Facts, check};
+use afterimage_gpu::{Frame, Gpu, Opening, Post, Texels, upload};
+use afterimage_graph::check::{CheckOptions, check};
 use afterimage_graph::document::parse;
 use afterimage_graph::image::Size;
 use afterimage_graph::node::Registry;
-use afterimage_plan::Options;
 
 const PIPELINE: &str = r#"Pipeline(
     inputs: { "scene": Color },
@@ -34,17 +33,15 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     let ramp: Vec<[f32; 4]> = (0..SIZE.width * SIZE.height).map(|index| [(index % 64) as f32 / 16.0; 4]).collect();
     let texels = Texels::from_floats_as_half(SIZE.width, SIZE.height, &ramp);
-    let view = upload(device, queue, &texels)?.create_view(&Default::default());
-    let scene = InputImage { input: "scene".into(), view, desc: texels.desc, finite: true };
+    let scene = upload(device, queue, &texels)?.create_view(&Default::default());
 
     // The last pass draws into the texture, because no shader can store to this format.
     let screen = screen(device);
     let screen_view = screen.create_view(&Default::default());
-    let mut runtime = Runtime::new(gpu.executor(), graph, Facts::default(), Options::default());
-    runtime.load(SIZE, std::slice::from_ref(&scene))?;
+    let mut post = Post::new(&gpu.adapter, device, queue, graph);
     let mut encoder = device.create_command_encoder(&Default::default());
-    let (inputs, outputs) = (&[("scene", &scene.view)], &[("display", &screen_view)]);
-    runtime.executor().encode(&mut encoder, &Frame { inputs, outputs, reset: true, ..Frame::default() })?;
+    let (inputs, outputs) = (&[("scene", &scene)], &[("display", &screen_view)]);
+    post.encode(&mut encoder, &Frame { inputs, outputs, reset: true, ..Frame::default() })?;
 
     let bytes = read(device, queue, encoder, &screen)?;
     let red: Vec<u8> = bytes[..4 * SIZE.width as usize].chunks(4).map(|pixel| pixel[2]).collect();

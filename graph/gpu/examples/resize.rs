@@ -6,12 +6,11 @@
 
 use std::error::Error;
 
-use afterimage_gpu::{Executor, Frame, GpuError, InputImage, Runtime, Texels, caps, download, upload};
-use afterimage_graph::check::{CheckOptions, Facts, Graph, check};
+use afterimage_gpu::{Frame, GpuError, Post, Texels, download, upload};
+use afterimage_graph::check::{CheckOptions, Graph, check};
 use afterimage_graph::document::parse;
 use afterimage_graph::image::Size;
 use afterimage_graph::node::Registry;
-use afterimage_plan::Options;
 
 const PIPELINE: &str = include_str!("../../../pipelines/lynx.ron");
 
@@ -32,33 +31,31 @@ async fn open() -> Result<(wgpu::Adapter, wgpu::Device, wgpu::Queue), Box<dyn Er
 }
 
 /// The renderer's image: a ramp from black to twenty times white, a half float per channel.
-fn scene(device: &wgpu::Device, queue: &wgpu::Queue, size: Size) -> Result<InputImage, GpuError> {
+fn scene(device: &wgpu::Device, queue: &wgpu::Queue, size: Size) -> Result<wgpu::TextureView, GpuError> {
     let ramp = |index: u32| 20.0 * (index % size.width) as f32 / size.width as f32;
     let pixels: Vec<[f32; 4]> = (0..size.width * size.height).map(|index| [ramp(index); 4]).collect();
     let texels = Texels::from_floats_as_half(size.width, size.height, &pixels);
-    let view = upload(device, queue, &texels)?.create_view(&Default::default());
-    Ok(InputImage { input: "scene".into(), view, desc: texels.desc, finite: true })
+    Ok(upload(device, queue, &texels)?.create_view(&Default::default()))
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
     let (adapter, device, queue) = pollster::block_on(open())?;
-    let executor = Executor::with_caps(&device, &queue, caps(&adapter, &device));
-    let mut runtime = Runtime::new(executor, graph("high")?, Facts::default(), Options::default());
+    let mut post = Post::new(&adapter, &device, &queue, graph("high")?);
+    post.promise_finite("scene");
     for tier in ["high", "low"] {
         // The pipelines that both tiers use stay compiled.
-        runtime.change(graph(tier)?, Options::default());
+        post.change(graph(tier)?);
         for size in [Size::new(640, 360), Size::new(960, 540)] {
             let scene = scene(&device, &queue, size)?;
-            // Plans are cached: only a size, a fact or a tier that is new makes one.
-            let plan = runtime.load(size, std::slice::from_ref(&scene))?;
-            let (passes, bytes) = (plan.passes.len(), plan.memory.placed);
-
+            post.finish_changes()?;
             let mut encoder = device.create_command_encoder(&Default::default());
-            let frame = Frame { inputs: &[("scene", &scene.view)], reset: true, ..Frame::default() };
-            runtime.executor().encode(&mut encoder, &frame)?;
+            // Another size makes another plan here, and plans are kept: only what is new makes one.
+            post.encode(&mut encoder, &Frame { inputs: &[("scene", &scene)], reset: true, ..Frame::default() })?;
             queue.submit([encoder.finish()]);
 
-            let shown = download(&device, &queue, runtime.output("display"))?.to_floats();
+            let plan = post.plan().expect("a frame was recorded");
+            let (passes, bytes) = (plan.passes.len(), plan.memory.placed);
+            let shown = download(&device, &queue, post.output("display"))?.to_floats();
             let middle = shown[shown.len() / 2 + size.width as usize / 2];
             println!("{tier:4} {}x{}: {passes} passes, {bytes} bytes, centre {middle:.3?}", size.width, size.height);
         }

@@ -16,8 +16,9 @@ use wgpu::{BufferUsages, CommandEncoder, Features};
 
 use crate::Gpu;
 use crate::buffer::buffer;
-use crate::error::{GpuError, SessionError};
+use crate::error::GpuError;
 use crate::platform::watched;
+use crate::post::PostError;
 use crate::stream::map;
 
 /// The frequency is steady when no burst was faster for this long.
@@ -79,7 +80,7 @@ impl FrameTime {
 }
 
 /// Work that is recorded again for each sample.
-pub type Recording<'r> = Box<dyn FnMut(&mut CommandEncoder) -> Result<(), SessionError> + 'r>;
+pub type Recording<'r> = Box<dyn FnMut(&mut CommandEncoder) -> Result<(), PostError> + 'r>;
 
 /// Measures work on one GPU.
 pub struct Clock {
@@ -114,7 +115,7 @@ impl Clock {
     ///
     /// # Errors
     /// What recording reports, and [`GpuError::DeviceLost`].
-    pub fn medians(&self, samples: u32, work: &mut [Recording<'_>]) -> Result<Vec<FrameTime>, SessionError> {
+    pub fn medians(&self, samples: u32, work: &mut [Recording<'_>]) -> Result<Vec<FrameTime>, PostError> {
         let all = match &self.stamps {
             Some(stamps) => work.iter_mut().map(|work| self.on_gpu(stamps, samples, work)).collect::<Result<_, _>>()?,
             None => self.on_host(samples, work)?,
@@ -123,7 +124,7 @@ impl Clock {
         Ok(all.into_iter().map(time).collect())
     }
 
-    fn on_gpu(&self, stamps: &Stamps, samples: u32, work: &mut Recording<'_>) -> Result<Vec<f64>, SessionError> {
+    fn on_gpu(&self, stamps: &Stamps, samples: u32, work: &mut Recording<'_>) -> Result<Vec<f64>, PostError> {
         let burst = (BURST_MS / self.burst(stamps, 2, work)?).clamp(2.0, BURST) as u32;
         if self.warm.get().is_none_or(|warm| warm.elapsed() > STAYS_WARM) {
             self.warm_up(stamps, burst, work)?;
@@ -134,7 +135,7 @@ impl Clock {
     }
 
     /// Runs bursts until none was faster for [`STEADY`].
-    fn warm_up(&self, stamps: &Stamps, frames: u32, work: &mut Recording<'_>) -> Result<(), SessionError> {
+    fn warm_up(&self, stamps: &Stamps, frames: u32, work: &mut Recording<'_>) -> Result<(), PostError> {
         let start = Instant::now();
         let (mut fastest, mut since) = (f64::INFINITY, start);
         while since.elapsed() < STEADY && start.elapsed() < LONGEST_WARM_UP {
@@ -147,7 +148,7 @@ impl Clock {
     }
 
     /// Milliseconds of the last of `frames` frames that are submitted without gaps.
-    fn burst(&self, stamps: &Stamps, frames: u32, work: &mut Recording<'_>) -> Result<f64, SessionError> {
+    fn burst(&self, stamps: &Stamps, frames: u32, work: &mut Recording<'_>) -> Result<f64, PostError> {
         for _ in 1..frames {
             self.gpu.submit(&mut *work)?;
         }
@@ -156,13 +157,13 @@ impl Clock {
             work(encoder)?;
             encoder.write_timestamp(&stamps.queries, 1);
             stamps.resolve(encoder);
-            Ok::<(), SessionError>(())
+            Ok::<(), PostError>(())
         })?;
         Ok(stamps.read(&self.gpu)?)
     }
 
     /// The samples of each recording; all recordings have one sample in each round.
-    fn on_host(&self, samples: u32, work: &mut [Recording<'_>]) -> Result<Vec<Vec<f64>>, SessionError> {
+    fn on_host(&self, samples: u32, work: &mut [Recording<'_>]) -> Result<Vec<Vec<f64>>, PostError> {
         let mut all = vec![Vec::new(); work.len()];
         for round in 0..HOST_WARM_UP + samples {
             for (work, times) in work.iter_mut().zip(&mut all) {

@@ -218,6 +218,11 @@ pub fn caps(adapter: &wgpu::Adapter, device: &wgpu::Device) -> Caps {
     }
 }
 
+/// The image format of a wgpu format, if images have it.
+pub(crate) fn image_format(format: TextureFormat) -> Option<Format> {
+    Format::ALL.into_iter().find(|known| texture_format(*known) == format)
+}
+
 /// The wgpu format of an image format.
 pub fn texture_format(format: Format) -> TextureFormat {
     match format {

@@ -1,6 +1,5 @@
 //! Errors of the device and of the host's images, as values.
 
-use afterimage_plan::PlanError;
 use afterimage_wgsl::ShaderError;
 
 /// The reason why nothing was rendered.
@@ -110,15 +109,4 @@ impl GpuError {
 
 fn called(name: Option<&str>) -> String {
     name.map_or(String::new(), |name| format!(" called `{name}`"))
-}
-
-/// Why a session could not render.
-#[derive(Debug, Clone, thiserror::Error)]
-pub enum SessionError {
-    /// The graph cannot be planned for these images.
-    #[error(transparent)]
-    Plan(#[from] PlanError),
-    /// The device or the executor reports an error.
-    #[error(transparent)]
-    Gpu(#[from] GpuError),
 }

@@ -1,9 +1,10 @@
 //! Plan to pixels: the API for hosts, and the only crate of the framework that uses wgpu.
 //!
-//! A host with its own renderer creates an [`Executor`] on its own device. [`Executor::load`] makes the textures and
-//! pipelines of a [`Plan`](afterimage_plan::Plan), and [`Executor::encode`] records a frame of it into the host's
-//! encoder. While the plan renders, [`Executor::prepare`] compiles another one, and [`Executor::swap`] exchanges them
-//! between two frames.
+//! A host with its own renderer keeps a [`Post`] for each pipeline: [`Post::encode`] records a frame into the host's
+//! encoder, and plans follow the images, the facts and the parameters. Below it is the [`Executor`]: [`Executor::load`]
+//! makes the textures and pipelines of a [`Plan`](afterimage_plan::Plan), and [`Executor::encode`] records a frame.
+//! While the plan renders, [`Executor::prepare`] compiles another one, and [`Executor::swap`] exchanges them between
+//! two frames.
 //!
 //! A program without a renderer opens a device with [`Gpu::open`], or uses a [`Session`], which adds plans, uploads and
 //! read-back. [`Clock`] measures frames.
@@ -22,6 +23,7 @@ mod heap;
 mod layout;
 mod pipelines;
 mod platform;
+mod post;
 #[cfg(not(target_family = "wasm"))]
 mod session;
 mod store;
@@ -34,10 +36,11 @@ mod transfer;
 #[cfg(not(target_family = "wasm"))]
 pub use clock::{Clock, ClockSource, FrameTime, Recording, median};
 pub use device::{ErrorLog, Gpu, Opening, caps, texture_format};
-pub use error::{GpuError, SessionError};
+pub use error::GpuError;
 pub use executor::{Executor, Frame, Preparation};
+pub use post::{Control, Parameter, ParameterInfo, Post, PostError};
 #[cfg(not(target_family = "wasm"))]
-pub use session::{FrameInputs, FrameStep, InputImage, Runtime, Session, input_image};
+pub use session::{FrameInputs, FrameStep, InputImage, Session, input_image};
 #[cfg(not(target_family = "wasm"))]
 pub use stream::{Feed, Readback, download};
 pub use transfer::{Texels, upload, upload_bytes};

@@ -1,6 +1,6 @@
 //! Errors of measurements.
 
-use afterimage_gpu::{GpuError, SessionError};
+use afterimage_gpu::{GpuError, PostError};
 use afterimage_graph::diagnostic::Diagnostics;
 use afterimage_media::FileError;
 use afterimage_plan::PlanError;
@@ -27,7 +27,7 @@ pub enum LabError {
     Pipeline(#[from] Diagnostics),
     /// The planner or the device.
     #[error(transparent)]
-    Session(#[from] SessionError),
+    Session(#[from] PostError),
 }
 
 impl LabError {

@@ -55,7 +55,7 @@ pub(crate) fn walk(
         let seconds = f64::from(frame) / f64::from(fps);
         set(&mut scene, "time", seconds);
         set(&mut scene, "walk", (seconds * SPEED).min(1.0));
-        session.runtime().change(scene.clone(), Options::default());
+        session.change(scene.clone(), Options::default());
         session.render(size, &[], FrameStep::FIRST)?;
         let copied: Result<_, LabError> =
             outputs.iter().map(|(input, output)| copy(&mut session, input, output)).collect();

@@ -78,6 +78,7 @@ fn planned(graph: &Graph) -> String {
         facts: Facts::default(),
         caps: Caps { storage: Format::ALL.into(), tiles: true, ..Caps::default() },
         options: Options::default(),
+        dynamic: Default::default(),
         requirement: &Requirement::typical,
     };
     plan(graph, &request).map_or_else(|error| error.to_string(), |plan| format!("{} passes", plan.passes.len()))

@@ -1,12 +1,13 @@
 //! The plan under construction: what the stages before scheduling hand on.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use afterimage_base::image::Format;
 use afterimage_graph::node::{Arg, ImageId, KernelCall, Origin, Pass, Recording, VirtualImage};
 use afterimage_wgsl::{Shader, UniformValue};
 
 use crate::plan::{Fused, PlanOutput, SharedRead, Skipped};
+use crate::setting::NodeSetting;
 
 /// The plan under construction, before its passes are ordered.
 #[derive(Default)]
@@ -23,6 +24,8 @@ pub(crate) struct PlanBuilder {
     pub(crate) fused: Vec<Fused>,
     /// Images that several kernels read together in one pass.
     pub(crate) shared_reads: Vec<SharedRead>,
+    /// The nodes with dynamic parameters that run, by their indices in the graph.
+    pub(crate) dynamic: BTreeMap<usize, NodeSetting>,
 }
 
 impl PlanBuilder {

@@ -27,6 +27,7 @@ mod builder;
 pub mod codegen;
 mod contract;
 mod cull;
+mod dynamic;
 mod error;
 mod formats;
 mod fusion;
@@ -42,12 +43,14 @@ mod report;
 mod request;
 mod sanitize;
 mod schedule;
+mod setting;
 mod specialize;
 mod topological;
 mod verify;
 
 pub use afterimage_base::caps::Caps;
 pub use contract::contract;
+pub use dynamic::{DynamicNodes, NeedsPlan};
 pub use error::PlanError;
 pub use options::{Alias, Ignored, Options, When};
 pub use placed::{HeapPlacement, PlacedPlan};
@@ -55,8 +58,8 @@ pub use plan::{
     AliasingBarrier, Batch, Fused, Lifetime, Memory, Plan, PlanOutput, PlannedImage, PlannedPass, ScheduledPass,
     SharedRead, Skipped, Slot, Stage, Transition, UniformBlock, Use,
 };
-pub use plan_cache::PlanCache;
-pub use planner::plan;
+pub use plan_cache::{PlanCache, Planned};
+pub use planner::{plan, plan_dynamic};
 pub use report::{PlanDiff, PlanHash, diff};
 pub use request::{GivenImage, PlanRequest, Requirement};
 pub use verify::{Fault, verify, verify_placed};

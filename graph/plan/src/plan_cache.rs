@@ -1,19 +1,41 @@
 //! One plan for each distinct request, kept while there is space.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
+use crate::dynamic::DynamicNodes;
 use crate::error::PlanError;
 use crate::options::Options;
 use crate::plan::Plan;
-use crate::planner::plan;
+use crate::planner::plan_dynamic;
 use crate::request::{GivenImage, PlanRequest};
 use afterimage_base::caps::Caps;
 use afterimage_base::image::Size;
-use afterimage_graph::check::{Facts, Graph};
+use afterimage_base::value::Value;
+use afterimage_graph::check::{Facts, Graph, ParameterId};
 
 /// Plans that are kept: the answers of a few conditions at two or three sizes.
 const MOST: usize = 32;
+
+/// A plan, and what it takes to change its dynamic parameters.
+#[derive(Clone)]
+pub struct Planned {
+    /// The plan.
+    pub plan: Arc<Plan>,
+    /// Its nodes with dynamic parameters.
+    pub dynamic: DynamicNodes,
+}
+
+impl Planned {
+    /// Plans a graph.
+    ///
+    /// # Errors
+    /// As [`plan`](crate::plan()).
+    pub fn new(graph: &Graph, request: &PlanRequest<'_>) -> Result<Self, PlanError> {
+        let (plan, dynamic) = plan_dynamic(graph, request)?;
+        Ok(Self { plan: Arc::new(plan), dynamic })
+    }
+}
 
 /// A graph and its plans, each made once.
 ///
@@ -21,9 +43,9 @@ const MOST: usize = 32;
 /// some `when` changes. The least recently used plan is dropped for a new one. All requests must have the same device's
 /// [`requirement`](PlanRequest::requirement).
 pub struct PlanCache {
-    graph: Graph,
+    graph: Arc<Graph>,
     /// The one used last is at the end.
-    plans: Vec<(Key, Arc<Plan>)>,
+    plans: Vec<(Key, Planned)>,
 }
 
 /// The parts of a request that a plan depends on.
@@ -35,12 +57,13 @@ struct Key {
     answers: Vec<bool>,
     caps: Caps,
     options: Options,
+    dynamic: BTreeSet<ParameterId>,
 }
 
 impl PlanCache {
     /// No plans yet.
     pub fn new(graph: Graph) -> Self {
-        Self { graph, plans: Vec::new() }
+        Self { graph: Arc::new(graph), plans: Vec::new() }
     }
 
     /// The graph.
@@ -48,25 +71,87 @@ impl PlanCache {
         &self.graph
     }
 
+    /// The graph, for another thread.
+    pub fn shared_graph(&self) -> Arc<Graph> {
+        self.graph.clone()
+    }
+
+    /// Sets a parameter of the graph. Plans in which it is dynamic stay good, but for their uniforms; if its change
+    /// needs a new plan, all plans are dropped, and the result is `true`.
+    ///
+    /// # Errors
+    /// The value is outside of the domain, or does not go with the other values of the node: why, in a sentence.
+    /// Nothing has changed then.
+    pub fn set(&mut self, parameter: ParameterId, value: Value) -> Result<bool, String> {
+        let declaration = self.graph.declaration(parameter);
+        declaration.accepts(&value)?;
+        let needs_plan = declaration.replan;
+        let instance = &mut Arc::make_mut(&mut self.graph).nodes[parameter.node].instance;
+        let old = instance.values()[parameter.index].clone();
+        instance.set(parameter.index, value);
+        if let Err(why) = instance.verify() {
+            instance.set(parameter.index, old);
+            return Err(why);
+        }
+        if needs_plan {
+            self.clear();
+        }
+        Ok(needs_plan)
+    }
+
+    /// Drops all plans.
+    pub fn clear(&mut self) {
+        self.plans.clear();
+    }
+
     /// The plan for this request: the same `Arc` as before where nothing has changed that matters to it.
+    ///
+    /// # Errors
+    /// As [`plan`](crate::plan()).
     pub fn plan(&mut self, request: &PlanRequest<'_>) -> Result<Arc<Plan>, PlanError> {
-        let key = Key {
+        Ok(self.planned(request)?.plan)
+    }
+
+    /// The same, with what it takes to change its dynamic parameters.
+    ///
+    /// # Errors
+    /// As [`plan`](crate::plan()).
+    pub fn planned(&mut self, request: &PlanRequest<'_>) -> Result<Planned, PlanError> {
+        if let Some(known) = self.known(request) {
+            return Ok(known);
+        }
+        let planned = Planned::new(&self.graph, request)?;
+        self.keep(request, &planned);
+        Ok(planned)
+    }
+
+    /// The plan for this request, if there is one.
+    pub fn known(&mut self, request: &PlanRequest<'_>) -> Option<Planned> {
+        let key = self.key(request);
+        let at = self.plans.iter().position(|(known, _)| *known == key)?;
+        let known = self.plans.remove(at);
+        let planned = known.1.clone();
+        self.plans.push(known);
+        Some(planned)
+    }
+
+    /// Keeps a plan that was made elsewhere, for the graph of this cache.
+    pub fn keep(&mut self, request: &PlanRequest<'_>, planned: &Planned) {
+        self.plans.push((self.key(request), planned.clone()));
+        if self.plans.len() > MOST {
+            self.plans.remove(0);
+        }
+    }
+
+    fn key(&self, request: &PlanRequest<'_>) -> Key {
+        Key {
             size: request.size,
             inputs: request.inputs.clone(),
             answers: self.answers(&request.facts),
             caps: request.caps.clone(),
             options: request.options,
-        };
-        let known = match self.plans.iter().position(|(known, _)| *known == key) {
-            Some(at) => self.plans.remove(at),
-            None => (key, Arc::new(plan(&self.graph, request)?)),
-        };
-        let plan = known.1.clone();
-        self.plans.push(known);
-        if self.plans.len() > MOST {
-            self.plans.remove(0);
+            dynamic: request.dynamic.clone(),
         }
-        Ok(plan)
     }
 
     fn answers(&self, facts: &Facts) -> Vec<bool> {

@@ -5,6 +5,7 @@ use afterimage_graph::check::Graph;
 use crate::barriers::barriers;
 use crate::codegen::codegen;
 use crate::cull::cull;
+use crate::dynamic::{DynamicNodes, DynamicRecords};
 use crate::error::PlanError;
 use crate::formats::{Formatted, formats};
 use crate::fusion::fusion;
@@ -22,8 +23,18 @@ use crate::specialize::specialize;
 /// An input that the host does not give, an image that is too large for the device, an output without an image, or
 /// sizes of histories that do not settle.
 pub fn plan(graph: &Graph, request: &PlanRequest<'_>) -> Result<Plan, PlanError> {
+    Ok(plan_dynamic(graph, request)?.0)
+}
+
+/// Makes the plan of a graph, and what it takes to change its [dynamic](PlanRequest::dynamic) parameters while it runs.
+///
+/// # Errors
+/// As [`plan`].
+pub fn plan_dynamic(graph: &Graph, request: &PlanRequest<'_>) -> Result<(Plan, DynamicNodes), PlanError> {
     let specialized = specialize(graph, request)?;
     let mut builder = record(graph, request, &specialized)?;
+    let settings = std::mem::take(&mut builder.dynamic);
+    let records = DynamicRecords::new(settings, specialized.identities, &builder.recording);
     cull(&mut builder);
     sanitize(&mut builder);
     fusion(&mut builder, request);
@@ -32,7 +43,7 @@ pub fn plan(graph: &Graph, request: &PlanRequest<'_>) -> Result<Plan, PlanError>
     let memory = memory(&mut images, &schedule, &builder, (request, &options));
     let (batches, exports) = barriers(&schedule, &images, &builder, options.alias);
     let passes = codegen(schedule.passes, &images, &options);
-    Ok(Plan {
+    let plan = Plan {
         images,
         buffers: builder.recording.buffers,
         passes,
@@ -45,7 +56,10 @@ pub fn plan(graph: &Graph, request: &PlanRequest<'_>) -> Result<Plan, PlanError>
         ignored,
         fused: builder.fused,
         shared_reads: builder.shared_reads,
+        dynamic: request.dynamic.iter().map(|parameter| graph.parameter_name(*parameter)).collect(),
         size: request.size,
         options,
-    })
+    };
+    let dynamic = records.nodes(graph, request, &plan);
+    Ok((plan, dynamic))
 }

@@ -8,11 +8,13 @@ use crate::error::PlanError;
 use crate::limits::MOST_COMPUTED_BYTES;
 use crate::plan::PlanOutput;
 use crate::request::PlanRequest;
+use crate::setting::{FrameSetting, NodeSetting};
 use crate::specialize::{SpecializedGraph, WireSource};
 use afterimage_base::image::{ImageDesc, Signedness};
 use afterimage_graph::check::{Graph, GraphInput, ImageColors, Source};
 use afterimage_graph::node::{
-    Arg, Arrival, ImageColor, ImageId, NodeColors, Origin, Recorder, RecorderContext, VirtualImage,
+    Arg, Arrival, ImageColor, ImageId, KernelOrigin, NodeColors, NodeInstance, Origin, Recorder, RecorderContext,
+    Recording, VirtualImage,
 };
 
 /// How often sizes of histories are inferred again before they count as unstable.
@@ -52,6 +54,7 @@ struct Round<'a> {
     specialized: &'a SpecializedGraph,
     guesses: &'a [Vec<ImageDesc>],
     colors: &'a ImageColors,
+    frame: FrameSetting,
     builder: PlanBuilder,
     made: Vec<Vec<Arrival>>,
     given: Vec<Option<ImageId>>,
@@ -77,7 +80,8 @@ impl<'a> Round<'a> {
         let given = vec![None; graph.inputs.len()];
         let (histories, known) = (Vec::new(), BTreeMap::new());
         let amounts = Amounts::default();
-        Self { graph, request, specialized, guesses, colors, builder, made, given, histories, known, amounts }
+        let frame = FrameSetting::new(request);
+        Self { graph, request, specialized, guesses, colors, frame, builder, made, given, histories, known, amounts }
     }
 
     fn run(&mut self) -> Result<(), PlanError> {
@@ -162,29 +166,29 @@ impl<'a> Round<'a> {
         let arrivals: Vec<Arrival> = node.wires.iter().map(|wire| self.arrival(*wire)).collect();
         let color = |wire: &Option<Source>| self.colors.at(self.specialized.source((*wire)?)?);
         let inputs: Vec<Option<ImageColor>> = node.wires.iter().map(color).collect();
-        let context = RecorderContext {
-            node: &node.name,
-            kind: node.kind().signature(),
-            parameters: node.instance.uniform_values(),
-            arrivals: &arrivals,
+        let setting = NodeSetting {
+            name: node.name.clone(),
+            dynamic: self.request.dynamic_of(index),
             format: node.format,
-            frame_size: self.request.size,
-            caps: &self.request.caps,
-            exact: self.request.options.exact,
-            wanted: &self.specialized.wanted[index],
-            colors: NodeColors { inputs: &inputs, outputs: self.colors.of_node(index) },
+            arrivals,
+            inputs,
+            outputs: self.colors.of_node(index).to_vec(),
+            wanted: self.specialized.wanted[index].clone(),
         };
         let first_image = self.builder.recording.images.len();
         let first_pass = self.builder.recording.passes.len();
-        let mut recorder = Recorder::new(context, &mut self.builder.recording);
-        node.instance.record(&mut recorder);
-        self.made[index] = recorder.finish();
+        self.made[index] = record_node(&self.frame, &node.instance, &setting, &mut self.builder.recording);
+        if !setting.dynamic.is_empty() {
+            self.builder.dynamic.insert(index, setting);
+        }
         let signedness = node.states.iter().flatten().map(|state| state.signedness()).max();
         let signedness = signedness.unwrap_or(Signedness::Unsigned);
         self.builder.recording.images[first_image..].iter_mut().for_each(|image| image.signedness = signedness);
         let kernels = self.builder.recording.passes[first_pass..].iter_mut().flat_map(|pass| &mut pass.kernels);
-        let untrusted = kernels.filter(|kernel| kernel.shader.is_untrusted());
-        untrusted.for_each(|kernel| kernel.limited = Some(signedness));
+        for (number, kernel) in kernels.enumerate() {
+            kernel.origin = Some(KernelOrigin { node: index, kernel: number });
+            kernel.limited = kernel.shader.is_untrusted().then_some(signedness);
+        }
     }
 
     fn link_histories(&mut self) {
@@ -246,4 +250,29 @@ impl<'a> Round<'a> {
         recording.passes.push(copy_pass(name, arg, image));
         image
     }
+}
+
+/// Lets a node record its passes; what its outputs hold.
+pub(crate) fn record_node(
+    frame: &FrameSetting,
+    instance: &NodeInstance,
+    setting: &NodeSetting,
+    recording: &mut Recording,
+) -> Vec<Arrival> {
+    let context = RecorderContext {
+        node: &setting.name,
+        kind: instance.kind().signature(),
+        parameters: instance.uniform_values(),
+        dynamic: &setting.dynamic,
+        arrivals: &setting.arrivals,
+        format: setting.format,
+        frame_size: frame.size,
+        caps: &frame.caps,
+        exact: frame.exact,
+        wanted: &setting.wanted,
+        colors: NodeColors { inputs: &setting.inputs, outputs: &setting.outputs },
+    };
+    let mut recorder = Recorder::new(context, recording);
+    instance.record(&mut recorder);
+    recorder.finish()
 }

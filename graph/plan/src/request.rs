@@ -1,10 +1,10 @@
 //! What a plan is made for, beside the graph.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use afterimage_base::caps::Caps;
 use afterimage_base::image::{ImageDesc, Size};
-use afterimage_graph::check::Facts;
+use afterimage_graph::check::{Facts, ParameterId};
 use serde::Serialize;
 
 use crate::options::Options;
@@ -21,8 +21,19 @@ pub struct PlanRequest<'a> {
     pub caps: Caps,
     /// Switches.
     pub options: Options,
+    /// Parameters that the host changes while the plan runs. A node that has one runs also where its present values
+    /// change nothing.
+    pub dynamic: BTreeSet<ParameterId>,
     /// Bytes and alignment that the device wants for an image.
     pub requirement: &'a dyn Fn(&ImageDesc) -> Requirement,
+}
+
+impl PlanRequest<'_> {
+    /// The parameters of a node that the host changes, by their indices.
+    pub(crate) fn dynamic_of(&self, node: usize) -> Vec<usize> {
+        let (first, last) = (ParameterId { node, index: 0 }, ParameterId { node, index: usize::MAX });
+        self.dynamic.range(first..=last).map(|parameter| parameter.index).collect()
+    }
 }
 
 /// An image that the host gives.

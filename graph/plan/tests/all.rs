@@ -3,6 +3,7 @@
 
 mod colorimetry;
 mod contract;
+mod dynamic;
 mod faults;
 mod fusion;
 mod limits;

@@ -134,6 +134,7 @@ fn planned_at(size: Size, nodes: &str, outputs: &str, options: Options) -> Plan 
         facts: Facts::default(),
         caps: Caps { tiles: true, ..all_formats() },
         options,
+        dynamic: Default::default(),
         requirement: &Requirement::typical,
     };
     let plan = plan(&graph, &request).unwrap_or_else(|error| panic!("{error}"));

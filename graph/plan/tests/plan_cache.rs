@@ -22,6 +22,7 @@ fn planned_with(plans: &mut PlanCache, size: Size, image: Size, facts: &[(&str, 
         facts: facts_set,
         caps: all_formats(),
         options: Options::default(),
+        dynamic: Default::default(),
         requirement: &Requirement::typical,
     };
     plans.plan(&request).unwrap_or_else(|error| panic!("{error}"))
@@ -70,7 +71,15 @@ fn other_switches_and_another_device_need_another_plan() {
     let mut plan = |options: Options, caps: Caps| {
         let inputs = [("scene".to_owned(), GivenImage { desc: ImageDesc::new(size), finite: false })].into();
         let requirement = &Requirement::typical;
-        let request = PlanRequest { size, inputs, facts: Facts::default(), caps, options, requirement };
+        let request = PlanRequest {
+            size,
+            inputs,
+            facts: Facts::default(),
+            caps,
+            options,
+            dynamic: Default::default(),
+            requirement,
+        };
         plans.plan(&request).unwrap_or_else(|error| panic!("{error}"))
     };
     let first = plan(Options::default(), all_formats());

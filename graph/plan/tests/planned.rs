@@ -34,18 +34,30 @@ pub fn plan_on(graph: &Graph, size: Size, options: Options, caps: Caps) -> Resul
     let given = GivenImage { desc: ImageDesc::new(size), finite: true };
     let inputs = BTreeMap::from([("picture".to_owned(), given)]);
     let requirement = &Requirement::typical;
-    plan(graph, &PlanRequest { size, inputs, facts: Facts::default(), caps, options, requirement })
+    plan(
+        graph,
+        &PlanRequest { size, inputs, facts: Facts::default(), caps, options, dynamic: Default::default(), requirement },
+    )
 }
 
 /// The plan of a graph of built-in kinds: every required input is an unsanitized image of the format and has the size
 /// of the frame.
 pub fn plan_images(graph: &Graph, format: Format, facts: Facts, caps: Caps, options: Options) -> Plan {
+    attempt(graph, format, facts, (caps, options)).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// The same, or the error.
+pub fn attempt(
+    graph: &Graph,
+    format: Format,
+    facts: Facts,
+    (caps, options): (Caps, Options),
+) -> Result<Plan, PlanError> {
     let given = GivenImage { desc: ImageDesc::new(FRAME).format(format), finite: false };
     let required = graph.inputs.iter().filter(|input| !input.optional);
     let inputs = required.map(|input| (input.name.clone(), given)).collect();
     let requirement = &Requirement::typical;
-    let request = PlanRequest { size: FRAME, inputs, facts, caps, options, requirement };
-    plan(graph, &request).unwrap_or_else(|error| panic!("{error}"))
+    plan(graph, &PlanRequest { size: FRAME, inputs, facts, caps, options, dynamic: Default::default(), requirement })
 }
 
 /// The graph of a text of built-in kinds.

@@ -8,12 +8,10 @@ use afterimage_graph::check::{CheckOptions, Facts, Graph, check};
 use afterimage_graph::document::parse;
 use afterimage_graph::node::{Arg, KernelCall, NodeKind, Pass, PassKind, Registry};
 use afterimage_graph::prelude::*;
-use afterimage_plan::{
-    GivenImage, Options, Plan, PlanError, PlanRequest, PlannedImage, Requirement, When, plan, verify,
-};
+use afterimage_plan::{Options, Plan, PlanError, PlannedImage, When, verify};
 use afterimage_wgsl::SampleMode;
 
-use super::planned::{FRAME, all_formats, built_in, plan_of};
+use super::planned::{FRAME, all_formats, attempt, built_in, plan_of};
 
 static PIXELS: Shader = Shader::new(
     "pixels",
@@ -203,16 +201,8 @@ fn planned(nodes: &str, outputs: &str) -> Plan {
 }
 
 fn attempted(nodes: &str, outputs: &str) -> Result<Plan, PlanError> {
-    let given = GivenImage { desc: ImageDesc::new(FRAME), finite: false };
-    let request = PlanRequest {
-        size: FRAME,
-        inputs: [("in".to_owned(), given)].into(),
-        facts: Facts::default(),
-        caps: all_formats(),
-        options: Options { tile: When::Never, row_downsample: When::Never, ..Options::default() },
-        requirement: &Requirement::typical,
-    };
-    plan(&graph(nodes, outputs), &request)
+    let options = Options { tile: When::Never, row_downsample: When::Never, ..Options::default() };
+    attempt(&graph(nodes, outputs), Format::Rgba16Float, Facts::default(), (all_formats(), options))
 }
 
 #[test]

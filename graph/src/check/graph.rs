@@ -5,7 +5,9 @@ use std::collections::BTreeSet;
 use petgraph::graph::DiGraph;
 
 use crate::node::{NodeInstance, NodeKind, PortType};
+use afterimage_base::diagnostic::did_you_mean;
 use afterimage_base::image::{ColorState, Format};
+use afterimage_base::value::{Param, Value};
 
 use super::condition::{Condition, FactKind};
 
@@ -93,7 +95,51 @@ impl GraphNode {
     }
 }
 
+/// A parameter of a node of a graph.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct ParameterId {
+    /// The index of the node in the graph.
+    pub node: usize,
+    /// The index of the parameter in the table of its kind.
+    pub index: usize,
+}
+
 impl Graph {
+    /// The parameter that `node.parameter` names.
+    ///
+    /// # Errors
+    /// There is none: a sentence that suggests the nearest name.
+    pub fn parameter(&self, name: &str) -> Result<ParameterId, String> {
+        let (node_name, parameter) = name.rsplit_once('.').unwrap_or((name, ""));
+        let with_hint =
+            |message: String, hint: Option<String>| hint.map_or(message.clone(), |hint| format!("{message}: {hint}"));
+        let Some((node, found)) = self.node(node_name) else {
+            let names = self.nodes.iter().map(|node| node.name.as_str());
+            return Err(with_hint(format!("no node is called `{node_name}`"), did_you_mean(node_name, names)));
+        };
+        let Some((index, _)) = found.kind().param(parameter) else {
+            let names = found.kind().params().iter().map(|param| &*param.name);
+            let message = format!("`{node_name}` has no parameter `{parameter}`");
+            return Err(with_hint(message, did_you_mean(parameter, names)));
+        };
+        Ok(ParameterId { node, index })
+    }
+
+    /// The name of a parameter, `node.parameter`.
+    pub fn parameter_name(&self, parameter: ParameterId) -> String {
+        format!("{}.{}", self.nodes[parameter.node].name, self.declaration(parameter).name)
+    }
+
+    /// The present value of a parameter.
+    pub fn value(&self, parameter: ParameterId) -> &Value {
+        &self.nodes[parameter.node].instance.values()[parameter.index]
+    }
+
+    /// The declaration of a parameter.
+    pub fn declaration(&self, parameter: ParameterId) -> &Param {
+        &self.nodes[parameter.node].kind().params()[parameter.index]
+    }
+
     /// The node of that name and its location.
     pub fn node(&self, name: &str) -> Option<(usize, &GraphNode)> {
         self.nodes.iter().enumerate().find(|(_, node)| node.name == name)

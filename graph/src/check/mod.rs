@@ -55,7 +55,7 @@ use afterimage_base::diagnostic::Diagnostics;
 
 pub use colors::ImageColors;
 pub use condition::{Condition, ConditionError, Fact, FactKind, Facts};
-pub use graph::{Graph, GraphInput, GraphNode, GraphOutput, Source};
+pub use graph::{Graph, GraphInput, GraphNode, GraphOutput, ParameterId, Source};
 pub use options::{CheckOptions, Loader, NoFiles};
 
 use build::Builder;

@@ -33,6 +33,18 @@ pub struct KernelCall {
     pub by_cells: Option<ByCells>,
     /// The limits of a function's result, if it may make numbers that are not finite: those of untrusted shaders may.
     pub limited: Option<Signedness>,
+    /// Which kernel of which node it is; `None` for the framework's own. New values of parameters find their uniforms
+    /// by it.
+    pub origin: Option<KernelOrigin>,
+}
+
+/// Which kernel of which node a kernel is, also after fusion.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct KernelOrigin {
+    /// The index of the node in the graph.
+    pub node: usize,
+    /// How many kernels the node records before it.
+    pub kernel: usize,
 }
 
 /// An argument of a kernel function or a binding of an entry point.
@@ -142,6 +154,7 @@ impl KernelCall {
             by_rows: None,
             by_cells: None,
             limited: None,
+            origin: None,
         }
     }
 

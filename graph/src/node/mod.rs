@@ -15,7 +15,7 @@ mod typed;
 pub use color::{ColorChange, ImageColor};
 pub use contract::{contract, for_each_recording, kind_file_name};
 pub use folder::{folder_kind, folder_kind_of, folder_kind_sharing};
-pub use kernel::{Arg, Argument, ByCells, ByRows, KernelCall};
+pub use kernel::{Arg, Argument, ByCells, ByRows, KernelCall, KernelOrigin};
 pub use kind::{Arrivals, DynNode, Kind, NodeKind};
 pub use pass::{CellReduce, Pass, PassKind, PassResult, RowDownsample, TileStage, TiledChain};
 pub use ports::{Fallback, Input, Output, OutputState, PortType, Signature};

@@ -44,7 +44,10 @@ pub(crate) fn planned(graph: &Graph, size: Size, caps: Caps, options: Options) -
     let given = GivenImage { desc: ImageDesc::new(size), finite: false };
     let inputs = graph.inputs.iter().map(|input| (input.name.clone(), given)).collect();
     let requirement = &Requirement::typical;
-    plan(graph, &PlanRequest { size, inputs, facts: Facts::default(), caps, options, requirement })
+    plan(
+        graph,
+        &PlanRequest { size, inputs, facts: Facts::default(), caps, options, dynamic: Default::default(), requirement },
+    )
 }
 
 /// Whether the choices lead to a plan.
@@ -127,7 +130,7 @@ fn plan_anyhow(graph: &Graph, choices: &mut Bytes<'_>) -> Result<Plan, PlanError
     }
     let (facts, caps, options) = (facts(graph, choices), caps(choices), options(choices));
     let requirement = &Requirement::typical;
-    plan(graph, &PlanRequest { size, inputs, facts, caps, options, requirement })
+    plan(graph, &PlanRequest { size, inputs, facts, caps, options, dynamic: Default::default(), requirement })
 }
 
 fn given(size: Size, choices: &mut Bytes<'_>) -> GivenImage {

@@ -128,7 +128,7 @@ impl<'g> Camera<'g> {
     fn view(&mut self, position: f64) -> Result<InputImage, Failure> {
         if self.position != Some(position) {
             let scene = graph(self.registry, "scene", SCENE, vec![format!("scene.walk={position:?}")])?;
-            self.scene.runtime().change(scene, Options::default());
+            self.scene.change(scene, Options::default());
             self.scene.render(SIZE, &[], FrameStep::FIRST)?;
             self.position = Some(position);
         }

@@ -131,6 +131,7 @@ mod tests {
             facts: Facts::default(),
             caps: Caps { storage: Format::ALL.into(), ..Caps::default() },
             options: Options { tile: When::Never, row_downsample: When::Never, ..options },
+            dynamic: Default::default(),
             requirement: &Requirement::typical,
         };
         plan(&graph, &request).unwrap_or_else(|error| panic!("{error}"))

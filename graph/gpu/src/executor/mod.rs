@@ -29,7 +29,8 @@ use frame_constants::FrameConstants;
 use host_images::Formats;
 use loaded::{ImageBinding, Loaded};
 pub use prepare::Preparation;
-use prepare::{CompiledPlan, PlanCompiler, Prepared, PreviousPlan};
+pub(crate) use prepare::Prepared;
+use prepare::{CompiledPlan, PlanCompiler, PreviousPlan};
 use record::{clear_memory, record, take_over};
 use residency::PlanSwap;
 
@@ -130,6 +131,20 @@ impl Executor {
         cache::seal(self.compiler.pipelines.cache.as_ref()?)
     }
 
+    /// The host's device.
+    pub(crate) fn device(&self) -> &Device {
+        &self.compiler.device
+    }
+
+    /// Changes bytes of the uniforms of the plan in use, for all frames that are submitted later.
+    pub(crate) fn write_uniforms(&self, offset: u64, bytes: &[u8]) -> Result<(), GpuError> {
+        let Some(loaded) = &self.loaded else { return Ok(()) };
+        let what = "the parameters of the plan";
+        scoped(&self.compiler.device, what, || {
+            caught(what, || self.queue.write_buffer(&loaded.uniforms, offset, bytes))
+        })
+    }
+
     /// What plans for this executor may rely on.
     pub fn caps(&self) -> &Caps {
         &self.caps
@@ -163,9 +178,14 @@ impl Executor {
 
     /// Begins to compile a plan on threads of its own, while the plan in use renders. One core is left to the renderer.
     pub fn prepare(&self, plan: Arc<Plan>) -> Preparation {
+        let compile = self.compilation();
+        Preparation { worker: Worker::new(move || compile(plan)) }
+    }
+
+    /// Compiles a plan on any thread, while the plan in use renders.
+    pub(crate) fn compilation(&self) -> impl FnOnce(Arc<Plan>) -> Result<Prepared, GpuError> + Send + use<> {
         let (compiler, before) = (self.compiler.clone(), self.before());
-        let work = move || compiler.prepare(plan, &before, cores().saturating_sub(1).max(1));
-        Preparation { worker: Worker::new(work) }
+        move |plan| compiler.prepare(plan, &before, cores().saturating_sub(1).max(1))
     }
 
     /// Makes a prepared plan the one that runs from the next frame on; waits for it if it is not ready.
@@ -186,7 +206,8 @@ impl Executor {
         }
     }
 
-    fn put_in(&mut self, prepared: Prepared) -> Result<(), GpuError> {
+    /// Makes a plan the one that runs from the next frame on.
+    pub(crate) fn put_in(&mut self, prepared: Prepared) -> Result<(), GpuError> {
         match prepared {
             Prepared::Whole(parts) => self.settle(*parts),
             Prepared::Numbers(plan, base) => match &mut self.loaded {

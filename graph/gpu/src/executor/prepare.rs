@@ -31,14 +31,14 @@ impl Preparation {
 }
 
 /// A plan that can be swapped in.
-pub(super) enum Prepared {
+pub(crate) enum Prepared {
     /// The plan differs from the running one (the second) only in uniform values.
     Numbers(Arc<Plan>, Arc<Plan>),
     Whole(Box<CompiledPlan>),
 }
 
 /// What a plan needs that no other plan has.
-pub(super) struct CompiledPlan {
+pub(crate) struct CompiledPlan {
     pub(super) plan: Arc<Plan>,
     pub(super) placement: HeapPlacement,
     pub(super) passes: Vec<LoadedPass>,

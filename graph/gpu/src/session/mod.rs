@@ -1,26 +1,22 @@
-//! A pipeline on a device of our own: the runtime of the program, of measurements and of tests.
-//!
-//! [`Runtime`] is the inner part, for a device that belongs to somebody else: a plan cache and an executor. [`Session`]
-//! adds the [`Gpu`], uploads and read-back.
+//! A pipeline on a device of our own, for the program, for measurements and for tests: [`Session`] adds the [`Gpu`],
+//! uploads and read-back to [`Post`].
 
 mod frame;
 mod passes;
-mod runtime;
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use afterimage_graph::check::{Facts, Graph};
 use afterimage_graph::image::{ImageDesc, Size};
-use afterimage_plan::{Options, Plan};
+use afterimage_plan::{GivenImage, Options, Plan};
 use wgpu::{CommandEncoder, TextureView};
 
 pub use frame::{FrameStep, InputImage};
-pub use runtime::Runtime;
 
 use crate::clock::{Clock, FrameTime, Recording};
-use crate::error::SessionError;
 use crate::platform::submit;
+use crate::post::{Post, PostError};
 use crate::stream::ReadbackBatch;
 use crate::{Executor, Feed, Frame, Gpu, GpuError, Readback, Texels, upload_bytes};
 
@@ -30,7 +26,7 @@ pub type FrameInputs = (Vec<InputImage>, FrameStep);
 /// A graph on a [`Gpu`]. Plans follow the sizes of the images.
 pub struct Session {
     gpu: Gpu,
-    runtime: Runtime,
+    post: Post,
     /// The textures that [`feed`](Self::feed) fills, by the names of the inputs.
     feeds: BTreeMap<String, Feed>,
     readback: Readback,
@@ -45,13 +41,10 @@ impl Session {
     /// A session whose executor starts with the driver's pipelines of an earlier run, as
     /// [`pipeline_cache_data`](Executor::pipeline_cache_data) returned them.
     pub fn with_pipeline_cache(gpu: &Gpu, graph: Graph, facts: Facts, options: Options, data: &[u8]) -> Self {
-        let executor = gpu.executor().with_pipeline_cache(data);
-        Self {
-            gpu: gpu.clone(),
-            runtime: Runtime::new(executor, graph, facts, options),
-            feeds: BTreeMap::new(),
-            readback: Readback::new(&gpu.device, &gpu.queue),
-        }
+        let mut post = Post::with_executor(gpu.executor().with_pipeline_cache(data), graph);
+        post.set_facts(facts);
+        post.set_options(options);
+        Self { gpu: gpu.clone(), post, feeds: BTreeMap::new(), readback: Readback::new(&gpu.device, &gpu.queue) }
     }
 
     /// The device.
@@ -59,14 +52,20 @@ impl Session {
         &self.gpu
     }
 
-    /// The plan cache and the executor.
-    pub fn runtime(&mut self) -> &mut Runtime {
-        &mut self.runtime
+    /// The graph, its plans and the executor.
+    pub fn post(&mut self) -> &mut Post {
+        &mut self.post
+    }
+
+    /// Replaces the graph and the options; plans are made anew. What the executor has compiled is kept.
+    pub fn change(&mut self, graph: Graph, options: Options) {
+        self.post.change(graph);
+        self.post.set_options(options);
     }
 
     /// The executor.
     pub fn executor(&mut self) -> &mut Executor {
-        self.runtime.executor()
+        self.post.executor()
     }
 
     /// The plan that is loaded, as the planner made it.
@@ -74,7 +73,7 @@ impl Session {
     /// # Panics
     /// If nothing was loaded or rendered yet.
     pub fn plan(&self) -> &Arc<Plan> {
-        self.runtime.plan().expect("a plan is loaded")
+        self.post.plan().expect("a plan is loaded")
     }
 
     /// Fills the texture of an input with the next image, row by row without gaps. Images of one size and format use
@@ -82,7 +81,7 @@ impl Session {
     ///
     /// # Errors
     /// The device is lost.
-    pub fn feed(&mut self, input: &str, desc: ImageDesc, bytes: &[u8]) -> Result<InputImage, SessionError> {
+    pub fn feed(&mut self, input: &str, desc: ImageDesc, bytes: &[u8]) -> Result<InputImage, PostError> {
         let mut feed = match self.feeds.remove(input) {
             Some(feed) if feed.desc() == desc => feed,
             _ => Feed::new(&self.gpu.device, &self.gpu.queue, desc)?,
@@ -97,13 +96,21 @@ impl Session {
     ///
     /// # Errors
     /// The graph cannot be planned at this size, or the device refuses the plan.
-    pub fn load(&mut self, size: Size, images: &[InputImage]) -> Result<&Arc<Plan>, SessionError> {
-        self.runtime.load(size, images)
+    pub fn load(&mut self, size: Size, images: &[InputImage]) -> Result<&Arc<Plan>, PostError> {
+        self.post.load_for(size, given(images))
     }
 
     /// Starts at the first frame: histories start again, and noise is that of the first frame.
     pub fn restart(&mut self) {
         self.executor().count_from(0);
+    }
+
+    /// The plan for these images, without loading it.
+    ///
+    /// # Errors
+    /// The graph cannot be planned at this size.
+    pub fn plan_for(&mut self, size: Size, images: &[InputImage]) -> Result<Arc<Plan>, PostError> {
+        Ok(self.post.plan_for(size, given(images))?)
     }
 
     /// Records a frame of the loaded plan.
@@ -115,15 +122,15 @@ impl Session {
         encoder: &mut CommandEncoder,
         images: &[InputImage],
         step: FrameStep,
-    ) -> Result<(), SessionError> {
-        with_frame(images, step, |frame| Ok(self.runtime.executor().encode(encoder, frame)?))
+    ) -> Result<(), PostError> {
+        with_frame(images, step, |frame| self.post.record(encoder, frame))
     }
 
     /// Renders a frame; the outputs stay on the GPU.
     ///
     /// # Errors
     /// See [`load`](Self::load) and [`encode`](Self::encode).
-    pub fn render(&mut self, size: Size, images: &[InputImage], step: FrameStep) -> Result<(), SessionError> {
+    pub fn render(&mut self, size: Size, images: &[InputImage], step: FrameStep) -> Result<(), PostError> {
         self.load(size, images)?;
         self.submit(images, step)
     }
@@ -132,14 +139,14 @@ impl Session {
     ///
     /// # Errors
     /// As [`encode`](Self::encode).
-    pub fn submit(&mut self, images: &[InputImage], step: FrameStep) -> Result<(), SessionError> {
+    pub fn submit(&mut self, images: &[InputImage], step: FrameStep) -> Result<(), PostError> {
         self.submit_recorded(|session, encoder| session.encode(encoder, images, step))
     }
 
     fn submit_recorded(
         &mut self,
-        record: impl FnOnce(&mut Self, &mut CommandEncoder) -> Result<(), SessionError>,
-    ) -> Result<(), SessionError> {
+        record: impl FnOnce(&mut Self, &mut CommandEncoder) -> Result<(), PostError>,
+    ) -> Result<(), PostError> {
         let (device, queue) = (self.gpu.device.clone(), self.gpu.queue.clone());
         let mut is_recorded = false;
         let submitted = submit(&device, &queue, "the commands of a frame", |encoder| {
@@ -159,7 +166,7 @@ impl Session {
     ///
     /// # Errors
     /// See [`encode`](Self::encode) and [`Readback::download`].
-    pub fn render_all(&mut self, frames: &[FrameInputs], together: bool) -> Result<Vec<Vec<Texels>>, SessionError> {
+    pub fn render_all(&mut self, frames: &[FrameInputs], together: bool) -> Result<Vec<Vec<Texels>>, PostError> {
         let plan = self.plan().clone();
         let outputs = plan.outputs.iter().map(|output| plan.image(output.image).desc);
         let descs = outputs.collect::<Vec<ImageDesc>>().repeat(frames.len());
@@ -183,20 +190,20 @@ impl Session {
         encoder: &mut CommandEncoder,
         (images, step): &FrameInputs,
         batch: &mut ReadbackBatch,
-    ) -> Result<(), SessionError> {
+    ) -> Result<(), PostError> {
         if step.reset {
             // A sequence that starts again has the noise of a first frame, so that it can be compared with others.
             self.restart();
         }
         self.encode(encoder, images, *step)?;
         for output in &self.plan().clone().outputs {
-            batch.copy(encoder, self.runtime.output(&output.name));
+            batch.copy(encoder, self.post.output(&output.name));
         }
         Ok(())
     }
 
     /// Renders a frame and reads back its outputs, one after another.
-    fn render_alone(&mut self, (images, step): &FrameInputs, plan: &Plan) -> Result<Vec<Texels>, SessionError> {
+    fn render_alone(&mut self, (images, step): &FrameInputs, plan: &Plan) -> Result<Vec<Texels>, PostError> {
         if step.reset {
             self.restart();
         }
@@ -208,8 +215,8 @@ impl Session {
     ///
     /// # Errors
     /// The device is lost.
-    pub fn output(&mut self, name: &str) -> Result<Texels, SessionError> {
-        let texture = self.runtime.output(name);
+    pub fn output(&mut self, name: &str) -> Result<Texels, PostError> {
+        let texture = self.post.output(name);
         Ok(self.readback.download(texture)?)
     }
 
@@ -218,8 +225,8 @@ impl Session {
     ///
     /// # Errors
     /// The device is lost.
-    pub fn value(&self, label: &str) -> Result<Option<[f32; 4]>, SessionError> {
-        let buffer = self.runtime.buffer(label);
+    pub fn value(&self, label: &str) -> Result<Option<[f32; 4]>, PostError> {
+        let buffer = self.post.buffer(label);
         Ok(buffer.map(|buffer| self.readback.value(buffer)).transpose()?)
     }
 
@@ -227,7 +234,7 @@ impl Session {
     pub fn output_image(&self, name: &str, input: &str) -> InputImage {
         let output = self.plan().output(Some(name)).expect("the plan has an output of this name");
         let desc = self.plan().image(output.image).desc;
-        let view = self.runtime.output(name).create_view(&Default::default());
+        let view = self.post.output(name).create_view(&Default::default());
         InputImage { input: input.to_owned(), view, desc, finite: false }
     }
 
@@ -244,7 +251,7 @@ impl Session {
         samples: u32,
         (images, steps): (&'r [InputImage], &'r mut dyn FnMut() -> FrameStep),
         baselines: Vec<Recording<'r>>,
-    ) -> Result<(FrameTime, Vec<FrameTime>), SessionError> {
+    ) -> Result<(FrameTime, Vec<FrameTime>), PostError> {
         let frame: Recording<'r> = Box::new(move |encoder| self.encode(encoder, images, steps()));
         let mut work: Vec<Recording<'r>> = [frame].into_iter().chain(baselines).collect();
         let mut times = clock.medians(samples, &mut work)?.into_iter();
@@ -260,6 +267,12 @@ impl Session {
 pub fn input_image(gpu: &Gpu, input: &str, desc: ImageDesc, bytes: &[u8]) -> Result<InputImage, GpuError> {
     let view = upload_bytes(&gpu.device, &gpu.queue, desc, bytes)?.create_view(&Default::default());
     Ok(InputImage { input: input.to_owned(), view, desc, finite: false })
+}
+
+/// What plans need to know of images.
+fn given(images: &[InputImage]) -> BTreeMap<String, GivenImage> {
+    let given = |image: &InputImage| (image.input.clone(), GivenImage { desc: image.desc, finite: image.finite });
+    images.iter().map(given).collect()
 }
 
 /// Calls `use_frame` with the executor's description of a frame.

@@ -2,7 +2,7 @@
 
 use super::{FrameStep, InputImage, Session, with_frame};
 use crate::clock::{Clock, Recording, median};
-use crate::error::SessionError;
+use crate::post::PostError;
 
 impl Session {
     /// Median milliseconds of each pass of the loaded plan: by timestamps between the passes, or, where timestamps
@@ -18,7 +18,7 @@ impl Session {
         samples: u32,
         images: &[InputImage],
         steps: &mut dyn FnMut() -> FrameStep,
-    ) -> Result<Vec<f64>, SessionError> {
+    ) -> Result<Vec<f64>, PostError> {
         if !clock.is_gpu() || !self.executor().enable_timing()? {
             return self.alone(clock, samples, images, steps());
         }
@@ -34,14 +34,14 @@ impl Session {
     ///
     /// # Errors
     /// See [`encode`](Self::encode).
-    pub fn pass_times_once(&mut self, images: &[InputImage], step: FrameStep) -> Result<Vec<f64>, SessionError> {
+    pub fn pass_times_once(&mut self, images: &[InputImage], step: FrameStep) -> Result<Vec<f64>, PostError> {
         match self.executor().enable_timing()? {
             true => self.one(images, step),
             false => Ok(Vec::new()),
         }
     }
 
-    fn one(&mut self, images: &[InputImage], step: FrameStep) -> Result<Vec<f64>, SessionError> {
+    fn one(&mut self, images: &[InputImage], step: FrameStep) -> Result<Vec<f64>, PostError> {
         self.submit(images, step)?;
         Ok(self.executor().pass_times()?.unwrap_or_default())
     }
@@ -52,7 +52,7 @@ impl Session {
         samples: u32,
         images: &[InputImage],
         step: FrameStep,
-    ) -> Result<Vec<f64>, SessionError> {
+    ) -> Result<Vec<f64>, PostError> {
         let passes = self.plan().passes.len();
         let executor = self.executor();
         let mut one = |pass| {

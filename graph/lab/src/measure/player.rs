@@ -76,15 +76,14 @@ impl Player {
     /// The plan of a graph for the images of a clip; `exact` stores intermediates in 32 bits.
     pub(crate) fn plan(&mut self, graph: &Graph, clip: &Clip, exact: bool) -> Result<Arc<Plan>, LabError> {
         let options = Options { exact, ..self.options };
-        let runtime = self.session.runtime();
-        runtime.change(graph.clone(), options);
-        Ok(runtime.plan_for(clip.size, clip.images(0))?)
+        self.session.change(graph.clone(), options);
+        Ok(self.session.plan_for(clip.size, clip.images(0))?)
     }
 
     /// Loads the plan of a graph and starts at its first frame, so that all graphs have the same noise in a frame.
     pub(crate) fn load(&mut self, graph: &Graph, clip: &Clip, exact: bool) -> Result<Arc<Plan>, LabError> {
         let options = Options { exact, ..self.options };
-        self.session.runtime().change(graph.clone(), options);
+        self.session.change(graph.clone(), options);
         self.session.restart();
         Ok(self.session.load(clip.size, clip.images(0))?.clone())
     }

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use afterimage_gpu::{
-    ErrorLog, FrameInputs, FrameStep, Gpu, GpuError, InputImage, Session, SessionError, Texels, input_image,
+    ErrorLog, FrameInputs, FrameStep, Gpu, GpuError, InputImage, PostError, Session, Texels, input_image,
 };
 use afterimage_graph::check::{Graph, Source};
 use afterimage_graph::image::{ColorState, Format, ImageDesc, Signedness, Size};
@@ -128,13 +128,13 @@ impl Renderer {
         let RenderRequest { subject, graph, size, shots, together } = request;
         let plan = configuration.plan(subject, graph, size)?;
         let (half, finite) = (configuration.half, configuration.unsanitized);
-        let line = |error: SessionError| one_line(&error.to_string());
-        let frame = |shot: &Shot| -> Result<FrameInputs, SessionError> {
+        let line = |error: PostError| one_line(&error.to_string());
+        let frame = |shot: &Shot| -> Result<FrameInputs, PostError> {
             let image = |(name, image): &(String, _)| {
                 let image = self.image(*shot, size, plan.image(*image).signedness, half)?;
                 Ok(InputImage { finite, ..image.named(name) })
             };
-            let images = plan.inputs.iter().map(image).collect::<Result<_, SessionError>>()?;
+            let images = plan.inputs.iter().map(image).collect::<Result<_, PostError>>()?;
             Ok((images, FrameStep { time: 0.0, dt: shot.dt, reset: shot.reset }))
         };
         let frames = shots.iter().map(frame).collect::<Result<Vec<FrameInputs>, _>>().map_err(line)?;
@@ -196,9 +196,9 @@ impl Configuration {
         let wanted = graph.inputs.iter().filter(|input| !(input.optional && subject.bare));
         let inputs = wanted.map(|input| (input.name.clone(), given)).collect();
         let options = self.options;
-        let runtime = self.session(subject, graph).runtime();
-        runtime.change(graph.clone(), options);
-        runtime.plan_for_descs(size, inputs).map_err(|error| error.to_string())
+        let session = self.session(subject, graph);
+        session.change(graph.clone(), options);
+        session.post().plan_for(size, inputs).map_err(|error| error.to_string())
     }
 }
 

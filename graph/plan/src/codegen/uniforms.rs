@@ -5,9 +5,9 @@
 
 use std::fmt::Write as _;
 
-use afterimage_graph::node::{Pass, PassKind};
+use afterimage_graph::node::{KernelOrigin, Pass, PassKind};
 
-use crate::plan::{Plan, PlannedImage, ScheduledPass, UniformBlock};
+use crate::plan::{Plan, PlannedImage, PlannedPass, ScheduledPass, UniformBlock};
 
 /// Offsets in the uniform buffer are multiples of this: every device accepts it.
 pub const UNIFORM_ALIGNMENT: u64 = 256;
@@ -26,6 +26,14 @@ pub(super) fn uniform_struct(pass: &Pass, type_of: &dyn Fn(usize) -> String) -> 
         let _ = writeln!(members, "    @align({KERNEL_ALIGNMENT}) kernel{index}: {},", type_of(index));
     }
     if members.is_empty() { members } else { format!("struct PassUniform {{\n{members}}}\n") }
+}
+
+/// Bytes of the sizes in front of the uniforms of kernels.
+fn sizes_bytes(pass: &Pass) -> usize {
+    match &pass.kind {
+        PassKind::TiledChain(chain) => chain.stages.len() * size_of::<[i32; 4]>(),
+        _ => 0,
+    }
 }
 
 /// The bytes of that struct.
@@ -67,6 +75,22 @@ impl Plan {
             put(block.extent_offset, block.extent.map(f32::to_le_bytes).as_flattened());
         }
         buffer
+    }
+
+    /// Where the uniform of a kernel of a node lies in the buffer: nowhere if the kernel is culled, and in several
+    /// places if it runs in several passes.
+    pub(crate) fn uniform_places(&self, node: usize, kernel: usize) -> Vec<u64> {
+        let origin = Some(KernelOrigin { node, kernel });
+        let of_pass = |planned: &PlannedPass| {
+            let mut offset = planned.uniform.offset + sizes_bytes(&planned.pass) as u64;
+            let mut places = Vec::new();
+            for kernel in &planned.pass.kernels {
+                places.extend((kernel.origin == origin).then_some(offset));
+                offset += kernel.uniform.len().next_multiple_of(KERNEL_ALIGNMENT) as u64;
+            }
+            places
+        };
+        self.passes.iter().flat_map(of_pass).collect()
     }
 
     /// Whether two plans are equal but for the numbers in their uniforms, so that one can run with the resources of the

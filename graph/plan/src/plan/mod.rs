@@ -45,6 +45,8 @@ pub struct Plan {
     pub fused: Vec<Fused>,
     /// Images that several kernels read together in one pass.
     pub shared_reads: Vec<SharedRead>,
+    /// Parameters that change while the plan runs, as `node.parameter`.
+    pub dynamic: Vec<String>,
     /// The size of the frame.
     pub size: Size,
     /// The switches it was made with.

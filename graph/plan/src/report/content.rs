@@ -29,6 +29,9 @@ pub(super) fn content(plan: &Plan) -> Value {
         "size": [plan.size.width, plan.size.height],
         "skipped": plan.skipped,
     });
+    if !plan.dynamic.is_empty() {
+        content["dynamic"] = json!(plan.dynamic);
+    }
     // Nothing to do, unless another crate asks `serde_json` to keep the order of insertion.
     content.sort_all_objects();
     content

@@ -14,7 +14,14 @@ impl Plan {
     pub fn to_text(&self) -> String {
         let names = Names::new(self);
         let (heading, passes) = (self.heading(), table(&self.pass_table(&names)));
-        let without = [self.outputs_text(), self.skipped_text(), self.arithmetic_text(), self.ignored_text()].concat();
+        let without = [
+            self.outputs_text(),
+            self.dynamic_text(),
+            self.skipped_text(),
+            self.arithmetic_text(),
+            self.ignored_text(),
+        ]
+        .concat();
         let saved = [self.fused_text(), self.shared_text(), self.memory_text()].concat();
         format!("{heading}{passes}{without}{saved}\nhash {}\n", self.hash())
     }
@@ -75,6 +82,11 @@ impl Plan {
     fn outputs_text(&self) -> String {
         let row = |output: &PlanOutput| vec![format!("  {}", output.name), described(output)];
         section("outputs", self.outputs.iter().map(row).collect())
+    }
+
+    fn dynamic_text(&self) -> String {
+        let row = |name: &String| vec![format!("  {name}")];
+        section("parameters that change without a new plan", self.dynamic.iter().map(row).collect())
     }
 
     fn skipped_text(&self) -> String {

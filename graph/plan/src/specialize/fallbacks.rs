@@ -1,7 +1,7 @@
 //! Nodes that are off, whose condition does not hold, or that are an identity at their present values get their
 //! fallbacks.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use petgraph::Direction;
 use petgraph::graph::NodeIndex;
@@ -10,8 +10,9 @@ use super::wires::{SpecializedGraph, WireSource};
 use crate::plan::Skipped;
 use crate::request::PlanRequest;
 use crate::topological::stable_order;
+use afterimage_base::value::Value;
 use afterimage_graph::check::{Graph, Source};
-use afterimage_graph::node::{Arrivals, Fallback, Output};
+use afterimage_graph::node::{Arrivals, Fallback, NodeInstance, Output};
 
 pub(super) fn put_fallbacks(graph: &Graph, request: &PlanRequest<'_>) -> SpecializedGraph {
     let order = order(graph);
@@ -24,35 +25,39 @@ pub(super) fn put_fallbacks(graph: &Graph, request: &PlanRequest<'_>) -> Special
         given,
         wanted: Vec::new(),
         skipped: Vec::new(),
+        identities: BTreeMap::new(),
     };
     let remembered = remembered(graph);
     for &index in &order {
-        let verdict = verdict(graph, request, &specialized, index, remembered.contains(&index));
-        let outputs = graph.nodes[index].kind().outputs();
+        let (arrivals, outputs) = (arrivals(graph, &specialized, index), graph.nodes[index].kind().outputs());
+        let dynamic = request.dynamic_of(index);
+        let equals = |output: &Output| is_identity(&graph.nodes[index].instance, &dynamic, &output.name, &arrivals);
+        let replaced: Vec<bool> = outputs.iter().map(|output| !remembered.contains(&index) && equals(output)).collect();
+        let verdict = verdict(graph, request, index, (&arrivals, &replaced));
         specialized.outputs[index] = (0..outputs.len())
             .map(|output| match &verdict {
-                Verdict::Runs { replaced } if !replaced[output] => {
+                Verdict::Runs if !replaced[output] => {
                     WireSource::From(Source::Node { node: index, output, previous: 0 })
                 }
-                Verdict::Runs { .. } | Verdict::Fallbacks(_) => fallback(graph, &specialized, index, &outputs[output]),
+                Verdict::Runs | Verdict::Fallbacks(_) => fallback(graph, &specialized, index, &outputs[output]),
                 Verdict::Starved(_) => WireSource::Absent,
             })
             .collect();
-        specialized.runs[index] = matches!(verdict, Verdict::Runs { .. });
+        specialized.runs[index] = matches!(verdict, Verdict::Runs);
         let node = graph.nodes[index].name.clone();
         specialized.skipped.extend(verdict.reason().map(|why| Skipped { node, why }));
+        if replaced.contains(&true) && !dynamic.is_empty() {
+            specialized.identities.insert(index, (arrivals, replaced));
+        }
     }
     specialized.order = order;
     specialized
 }
 
-/// What becomes of a node.
+/// Whether a node runs.
 enum Verdict {
     /// It runs. Outputs that equal their fallbacks are replaced by them.
-    Runs {
-        /// Whether the fallback replaces each output.
-        replaced: Vec<bool>,
-    },
+    Runs,
     /// It does not run for this reason; readers of each output get its fallback.
     Fallbacks(String),
     /// It does not run for this reason; its readers get nothing.
@@ -63,7 +68,7 @@ impl Verdict {
     /// Why the node does not run.
     fn reason(self) -> Option<String> {
         match self {
-            Self::Runs { .. } => None,
+            Self::Runs => None,
             Self::Fallbacks(why) | Self::Starved(why) => Some(why),
         }
     }
@@ -82,12 +87,12 @@ fn remembered(graph: &Graph) -> BTreeSet<usize> {
         .collect()
 }
 
+/// `replaced` says of each output whether its fallback equals it.
 fn verdict(
     graph: &Graph,
     request: &PlanRequest<'_>,
-    specialized: &SpecializedGraph,
     index: usize,
-    remembered: bool,
+    (arrivals, replaced): (&Arrivals, &[bool]),
 ) -> Verdict {
     let node = &graph.nodes[index];
     if node.off {
@@ -96,18 +101,42 @@ fn verdict(
     if let Some(condition) = node.when.as_ref().filter(|condition| !condition.holds(&request.facts)) {
         return Verdict::Fallbacks(format!("`when: {condition}` does not hold"));
     }
-    let arrivals = arrivals(graph, specialized, index);
-    let equals = |output: &Output| !remembered && node.instance.identity_of(&output.name, &arrivals);
-    let replaced: Vec<bool> = node.kind().outputs().iter().map(equals).collect();
     if replaced.iter().all(|replaced| *replaced) {
         return Verdict::Fallbacks("changes nothing here".into());
     }
     match node.kind().inputs().iter().find(|port| !port.optional && arrivals.is_absent(&port.name)) {
         Some(starved) => Verdict::Starved(format!("nothing arrives at its input `{}`", starved.name)),
-        None => Verdict::Runs { replaced },
+        None => Verdict::Runs,
     }
 }
 
+/// Whether the fallback of an output equals it, whatever values the dynamic parameters get.
+fn is_identity(instance: &NodeInstance, dynamic: &[usize], output: &str, arrivals: &Arrivals) -> bool {
+    // An identity because of what arrives is one at all values. One because of its values is very likely not one at
+    // some of these; should it be, `DynamicNodes` notices the first values at which it is none.
+    let probes = if dynamic.is_empty() { 0 } else { PROBES };
+    instance.identity_of(output, arrivals)
+        && (0..probes).all(|probe| probed(instance, dynamic, probe).identity_of(output, arrivals))
+}
+
+/// Values of dynamic parameters at which an identity must hold.
+const PROBES: usize = 48;
+
+/// The node with its dynamic parameters at other values, mixed in a way that depends on the number of the probe.
+fn probed(instance: &NodeInstance, dynamic: &[usize], probe: usize) -> NodeInstance {
+    let mut other = instance.clone();
+    for &index in dynamic {
+        let param = &instance.kind().params()[index];
+        let present = Some(instance.values()[index].clone());
+        let values = [param.lowest(), param.highest(), param.middle(), Some(param.default.clone()), present];
+        let values: Vec<Value> = values.into_iter().flatten().collect();
+        let mixed = (probe as u32 + 1).wrapping_mul(0x9e37_79b1).wrapping_mul(2 * index as u32 + 1) >> 16;
+        other.set(index, values[mixed as usize % values.len()].clone());
+    }
+    other
+}
+
+/// Which inputs of a node are zero, and at which nothing arrives.
 fn arrivals(graph: &Graph, specialized: &SpecializedGraph, index: usize) -> Arrivals {
     let node = &graph.nodes[index];
     let mut zero = Vec::new();

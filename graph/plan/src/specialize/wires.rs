@@ -1,6 +1,9 @@
 //! The graph with fallbacks in the place of nodes that do not run.
 
+use std::collections::BTreeMap;
+
 use afterimage_graph::check::Source;
+use afterimage_graph::node::Arrivals;
 
 use crate::plan::Skipped;
 
@@ -29,6 +32,9 @@ pub(crate) struct SpecializedGraph {
     pub(crate) wanted: Vec<Vec<bool>>,
     /// Nodes that do not run, and why.
     pub(crate) skipped: Vec<Skipped>,
+    /// Nodes with dynamic parameters whose outputs equal their fallbacks at their values: what arrives, and of each
+    /// output whether its fallback replaces it.
+    pub(crate) identities: BTreeMap<usize, (Arrivals, Vec<bool>)>,
 }
 
 impl SpecializedGraph {

@@ -36,6 +36,7 @@ pub(super) use names::{is_pascal, is_snake, snake, stem};
 ///   that is wanted, and writes only to its own images.
 /// * Dispatches, workgroups, buffers and bindings are within what every WebGPU device allows, also for the largest
 ///   images.
+/// * A parameter whose change needs no new plan changes nothing but uniforms.
 ///
 /// Returns what could not be checked, one sentence each with what makes it reachable: kinds that never record, since
 /// they refuse their values or are replaced by their fallbacks.
@@ -52,6 +53,7 @@ pub fn contract(kinds: &[NodeKind]) -> Result<Vec<String>, Vec<String>> {
         }
         declared::look(kind, &mut complaints);
         recorded::look(kind, &mut complaints, &mut |_| {});
+        recorded::live(kind, &mut complaints);
     }
     complaints.finish()
 }

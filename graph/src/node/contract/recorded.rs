@@ -19,6 +19,7 @@ use afterimage_wgsl::Shader;
 /// One way of using a kind.
 struct Use<'a> {
     node: &'a NodeInstance,
+    dynamic: &'a [usize],
     size: Size,
     is_fully_wired: bool,
     is_exact: bool,
@@ -46,7 +47,7 @@ pub(super) fn look(kind: &NodeKind, complaints: &mut Complaints, seen: &mut dyn 
         for (is_fully_wired, is_exact) in ways.iter().copied() {
             let mut computed = BTreeMap::new();
             for size in SIZES.map(|(width, height)| Size::new(width, height)) {
-                let way = Use { node: &node, size, is_fully_wired, is_exact, is_default: index == 0 };
+                let way = Use { node: &node, dynamic: &[], size, is_fully_wired, is_exact, is_default: index == 0 };
                 if records(&way) {
                     is_recorded = true;
                     one(&way, &mut computed, complaints, seen);
@@ -61,8 +62,7 @@ pub(super) fn look(kind: &NodeKind, complaints: &mut Complaints, seen: &mut dyn 
 
 /// No value that was tried lets the kind record.
 fn skipped(kind: &NodeKind, complaints: &mut Complaints) {
-    let defaults = kind.params().iter().map(|param| param.default.clone()).collect();
-    let why = match NodeInstance::new(kind.clone(), defaults).verify() {
+    let why = match NodeInstance::new(kind.clone(), defaults(kind)).verify() {
         Err(why) => format!("its defaults are refused ({why})"),
         Ok(()) => "each output equals its fallback at the defaults".into(),
     };
@@ -70,6 +70,36 @@ fn skipped(kind: &NodeKind, complaints: &mut Complaints) {
         "no pass is checked, because {why}, and so it is at each parameter's extremes: give it defaults at which it runs, \
          or test it in a pipeline"
     ));
+}
+
+/// A parameter that needs no new plan changes uniforms only: the host may set it while a plan runs.
+pub(super) fn live(kind: &NodeKind, complaints: &mut Complaints) {
+    let defaults = defaults(kind);
+    let all: Vec<usize> = (0..kind.params().len()).filter(|index| !kind.params()[*index].replan).collect();
+    if all.is_empty() {
+        return;
+    }
+    for is_fully_wired in [true, false] {
+        let without_uniforms = |values: Vec<Value>, complaints: &mut Complaints| {
+            let node = NodeInstance::new(kind.clone(), values);
+            let (dynamic, size) = (all.as_slice(), Size::new(64, 36));
+            let way = Use { node: &node, dynamic, size, is_fully_wired, is_exact: false, is_default: false };
+            let recorded = node.verify().is_ok().then(|| record(&way, Tables::new(), complaints)).flatten();
+            recorded.map(Recorded::without_uniforms)
+        };
+        let Some(first) = without_uniforms(defaults.clone(), complaints) else { return };
+        for (index, param) in all.iter().map(|index| (*index, &kind.params()[*index])) {
+            let probes = [param.lowest(), param.highest(), param.middle(), param.neutral.clone()];
+            for value in probes.into_iter().flatten() {
+                let mut values = defaults.clone();
+                values[index] = value.clone();
+                let other = without_uniforms(values, complaints);
+                complaints.require(other.is_none_or(|other| other == first), || {
+                    format!("`{}` at {value} changes more than uniforms: declare `replans()`", param.name)
+                });
+            }
+        }
+    }
 }
 
 /// Values that the kind refuses, such as a missing file, and those at which a fallback replaces it are not recorded.
@@ -109,9 +139,21 @@ fn one(way: &Use<'_>, computed: &mut Tables, complaints: &mut Complaints, seen: 
     seen(&first.recording);
 }
 
+impl Recorded {
+    fn without_uniforms(mut self) -> Self {
+        let kernels = self.recording.passes.iter_mut().flat_map(|pass| &mut pass.kernels);
+        kernels.for_each(|kernel| kernel.uniform.fill(0));
+        self
+    }
+}
+
+fn defaults(kind: &NodeKind) -> Vec<Value> {
+    kind.params().iter().map(|param| param.default.clone()).collect()
+}
+
 /// Every parameter at its extremes, one at a time, the defaults first.
 fn variants(kind: &NodeKind) -> Vec<Vec<Value>> {
-    let defaults: Vec<Value> = kind.params().iter().map(|param| param.default.clone()).collect();
+    let defaults = defaults(kind);
     let mut all = vec![defaults.clone()];
     for (index, param) in kind.params().iter().enumerate() {
         for value in extremes(param).into_iter().filter(|value| *value != param.default) {
@@ -124,16 +166,9 @@ fn variants(kind: &NodeKind) -> Vec<Vec<Value>> {
 }
 
 fn extremes(param: &Param) -> Vec<Value> {
-    let (low, high) = param.domain.unwrap_or_default();
-    match (param.ty, param.domain) {
-        (Type::Bool, _) => vec![Value::Bool(false), Value::Bool(true)],
-        (Type::Choice(choices), _) => choices.iter().map(|choice| Value::Choice(choice.name)).collect(),
-        (Type::Int, Some(_)) => vec![Value::Int(low as i64), Value::Int(high as i64)],
-        (Type::Float, Some(_)) => vec![Value::Float(low), Value::Float(high)],
-        (Type::Vector(n), Some(_)) => {
-            [low, high].map(|x| Value::Vector(std::array::from_fn(|i| if i < n { x } else { 0.0 }), n)).into()
-        }
-        _ => Vec::new(),
+    match param.ty {
+        Type::Choice(choices) => choices.iter().map(|choice| Value::Choice(choice.name)).collect(),
+        _ => param.lowest().into_iter().chain(param.highest()).collect(),
     }
 }
 
@@ -165,6 +200,7 @@ fn recorded(way: &Use<'_>, computed: Tables) -> Recorded {
         node: "node",
         kind: kind.signature(),
         parameters: way.node.uniform_values(),
+        dynamic: way.dynamic,
         arrivals: &arrivals,
         format: None,
         frame_size: way.size,

@@ -77,6 +77,7 @@ pub struct Recorder<'a> {
     node: &'a str,
     kind: Signature<'a>,
     parameters: Vec<(&'a str, UniformValue)>,
+    dynamic: &'a [usize],
     arrivals: &'a [Arrival],
     format: Option<Format>,
     frame_size: Size,
@@ -96,6 +97,8 @@ pub struct RecorderContext<'a> {
     pub kind: Signature<'a>,
     /// The names and values of its parameters, for uniforms.
     pub parameters: Vec<(&'a str, UniformValue)>,
+    /// The parameters that the host changes while the plan runs, by their indices in the kind's table.
+    pub dynamic: &'a [usize],
     /// What arrives at its inputs, in the order of the kind's ports.
     pub arrivals: &'a [Arrival],
     /// The format that the file asks for.
@@ -125,10 +128,24 @@ pub struct NodeColors<'a> {
 impl<'a> Recorder<'a> {
     /// A recorder that adds to `recording`.
     pub fn new(context: RecorderContext<'a>, recording: &'a mut Recording) -> Self {
-        let RecorderContext { node, kind, parameters, arrivals, format, frame_size, caps, exact, wanted, colors } =
-            context;
+        let RecorderContext { node, kind, parameters, dynamic, arrivals, .. } = context;
+        let RecorderContext { format, frame_size, caps, exact, wanted, colors, .. } = context;
         let outputs = vec![Arrival::Absent; kind.outputs.len()];
-        Self { node, kind, parameters, arrivals, format, frame_size, caps, exact, wanted, colors, recording, outputs }
+        Self {
+            node,
+            kind,
+            parameters,
+            dynamic,
+            arrivals,
+            format,
+            frame_size,
+            caps,
+            exact,
+            wanted,
+            colors,
+            recording,
+            outputs,
+        }
     }
 
     /// What each output port holds, in the order of the kind's ports.
@@ -155,6 +172,13 @@ impl<'a> Recorder<'a> {
     pub fn wanted(&self, port: &str) -> bool {
         let index = self.kind.outputs.iter().position(|output| output.name == port);
         index.is_some_and(|index| self.wanted[index])
+    }
+
+    /// Whether the host changes the parameter while the plan runs. Then the passes must be the same at all its values,
+    /// but for their uniforms.
+    pub fn is_dynamic(&self, parameter: &str) -> bool {
+        let index = self.kind.params.iter().position(|param| param.name == parameter);
+        self.dynamic.contains(&index.unwrap_or_else(|| panic!("`{}` has no parameter `{parameter}`", self.kind.name)))
     }
 
     /// The image or volume at an input; one black texel where the input is zero.

@@ -1,0 +1,165 @@
+//! A pipeline on a device that may belong to somebody else: plans follow the images, the facts and the parameters.
+
+mod error;
+mod handle;
+mod parameters;
+mod plans;
+mod running;
+mod uniforms;
+
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+use afterimage_graph::check::{Fact, Facts, Graph};
+use afterimage_plan::{Options, Plan, PlanCache};
+use wgpu::{CommandEncoder, Device, Queue};
+
+use crate::{Executor, Frame};
+pub use error::PostError;
+use handle::Handle;
+pub use handle::{Control, Parameter, ParameterInfo};
+use running::{Next, Running};
+
+/// A graph, its plans, and an executor: what a host keeps for each pipeline that it runs.
+///
+/// ```no_run
+/// # use afterimage_gpu::{Frame, Post, wgpu};
+/// # use afterimage_graph::{check::{CheckOptions, check}, document::parse, node::Registry};
+/// # fn run(adapter: &wgpu::Adapter, device: &wgpu::Device, queue: &wgpu::Queue, encoder: &mut wgpu::CommandEncoder,
+/// #     scene: &wgpu::TextureView, screen: &wgpu::TextureView, text: &str) -> Result<(), Box<dyn std::error::Error>> {
+/// let kinds = Registry::new(&[afterimage_nodes::ALL])?;
+/// let (graph, _warnings) = check(&parse("look.ron", text)?, &kinds, &CheckOptions::default())?;
+/// let mut post = Post::new(adapter, device, queue, graph);
+/// let strength = post.parameter::<f32>("lit.strength")?;
+/// // In every frame:
+/// post.set(strength, 0.3)?;
+/// let (inputs, outputs) = (&[("scene", scene)], &[("display", screen)]);
+/// post.encode(encoder, &Frame { inputs, outputs, time: 0.0, dt: 1.0 / 60.0, reset: false })?;
+/// # Ok(())
+/// # }
+/// ```
+///
+/// A plan is made at once for the first frame, and when the host's images change their sizes or formats, because no
+/// frame can use another one. For everything else the next plan is made and compiled on a thread of its own, while the
+/// present one renders, and a later frame swaps it in. What is equal in both plans is kept, also histories.
+pub struct Post {
+    executor: Executor,
+    plans: PlanCache,
+    facts: Facts,
+    options: Options,
+    /// Inputs whose texels are known to be finite.
+    finite: BTreeSet<String>,
+    handles: Vec<Handle>,
+    running: Option<Running>,
+    next: Option<Next>,
+    /// Whether something has changed since the last plan was asked for.
+    is_stale: bool,
+}
+
+impl Post {
+    /// A pipeline on the host's device. [`caps`](crate::caps) says what its plans rely on.
+    pub fn new(adapter: &wgpu::Adapter, device: &Device, queue: &Queue, graph: Graph) -> Self {
+        Self::with_executor(Executor::with_caps(device, queue, crate::caps(adapter, device)), graph)
+    }
+
+    /// The same with an executor that the host has made.
+    pub fn with_executor(executor: Executor, graph: Graph) -> Self {
+        Self {
+            executor,
+            plans: PlanCache::new(graph),
+            facts: Facts::default(),
+            options: Options::default(),
+            finite: BTreeSet::new(),
+            handles: Vec::new(),
+            running: None,
+            next: None,
+            is_stale: true,
+        }
+    }
+
+    /// The executor, for timing, resets and read-back.
+    pub fn executor(&mut self) -> &mut Executor {
+        &mut self.executor
+    }
+
+    /// The graph at the present values of its parameters.
+    pub fn graph(&self) -> &Graph {
+        self.plans.graph()
+    }
+
+    /// The plan that renders.
+    pub fn plan(&self) -> Option<&Arc<Plan>> {
+        self.running.as_ref().map(Running::plan)
+    }
+
+    /// Whether a plan is being made, or will be at the next frame.
+    pub fn is_changing(&self) -> bool {
+        self.is_stale || self.next.is_some()
+    }
+
+    /// Says something about the scene, for the conditions of the pipeline.
+    pub fn set_fact(&mut self, name: impl Into<String>, fact: impl Into<Fact>) {
+        self.facts.set(name, fact);
+        self.is_stale = true;
+    }
+
+    /// Replaces all facts.
+    pub fn set_facts(&mut self, facts: Facts) {
+        self.facts = facts;
+        self.is_stale = true;
+    }
+
+    /// Sets the switches of plans.
+    pub fn set_options(&mut self, options: Options) {
+        self.options = options;
+        self.is_stale = true;
+    }
+
+    /// Promises that all texels of an input are finite, within ±65504, and negative only where its color state allows
+    /// it, so that plans need not sanitize them.
+    pub fn promise_finite(&mut self, input: impl Into<String>) {
+        self.finite.insert(input.into());
+        self.is_stale = true;
+    }
+
+    /// Replaces the graph: another tier, or another pipeline. Values that the host has set hold in the new graph where
+    /// it has their parameters and accepts them; handles stay valid.
+    pub fn change(&mut self, graph: Graph) {
+        self.plans = PlanCache::new(graph);
+        self.place_handles();
+        self.is_stale = true;
+    }
+
+    /// Records a frame into the host's encoder. Submit it before the next is recorded.
+    ///
+    /// # Errors
+    /// Without a recorded frame: the graph cannot be planned for these images, or the device reports an error. With a
+    /// recorded frame of the old plan: a plan that was being made has failed. Each failure is reported once.
+    pub fn encode(&mut self, encoder: &mut CommandEncoder, frame: &Frame<'_>) -> Result<(), PostError> {
+        let failure = self.follow(frame)?;
+        self.record(encoder, frame)?;
+        failure.map_or(Ok(()), Err)
+    }
+
+    /// Records a frame of the plan that is loaded.
+    ///
+    /// # Errors
+    /// The device reports an error.
+    pub(crate) fn record(&mut self, encoder: &mut CommandEncoder, frame: &Frame<'_>) -> Result<(), PostError> {
+        self.write_uniforms()?;
+        Ok(self.executor.encode(encoder, frame)?)
+    }
+
+    /// The texture of an output of the last frame, unless the host gave one.
+    ///
+    /// # Panics
+    /// If the loaded plan has no such output.
+    pub fn output(&self, name: &str) -> &wgpu::Texture {
+        self.executor.output(name).expect("the executor keeps a texture for each output")
+    }
+
+    /// The buffer of a table or value of the loaded plan, by its label.
+    pub(crate) fn buffer(&self, label: &str) -> Option<&wgpu::Buffer> {
+        self.executor.buffer(label)
+    }
+}

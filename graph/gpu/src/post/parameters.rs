@@ -1,0 +1,110 @@
+//! Parameters that the host changes while a plan renders.
+
+use afterimage_graph::check::ParameterId;
+use afterimage_graph::value::{ParamType, Value};
+
+use super::handle::{Control, Handle, Parameter, ParameterInfo};
+use super::{Post, PostError};
+
+impl Post {
+    /// All parameters of the graph.
+    pub fn parameters(&self) -> impl Iterator<Item = ParameterInfo<'_>> {
+        let of_node = |(node, found): (usize, &'_ afterimage_graph::check::GraphNode)| -> Vec<ParameterId> {
+            (0..found.kind().params().len()).map(|index| ParameterId { node, index }).collect()
+        };
+        let ids: Vec<ParameterId> = self.graph().nodes.iter().enumerate().flat_map(of_node).collect();
+        ids.into_iter().map(|id| ParameterInfo {
+            name: self.graph().parameter_name(id),
+            declaration: self.graph().declaration(id),
+            value: self.graph().value(id),
+        })
+    }
+
+    /// A handle to the parameter that `node.parameter` names.
+    ///
+    /// The parameter is dynamic from the next plan on: its node runs also where its value changes nothing, so that new
+    /// values need no plan. Where the declaration says that a change [needs one](afterimage_graph::value::Param::replan), each does.
+    ///
+    /// # Errors
+    /// There is no such parameter, or it has another type.
+    pub fn parameter<T: ParamType>(&mut self, name: &str) -> Result<Parameter<T>, PostError> {
+        let place = self.graph().parameter(name).map_err(PostError::UnknownParameter)?;
+        let ty = self.graph().declaration(place).ty;
+        if ty != T::TYPE {
+            return Err(PostError::WrongType { name: name.to_owned(), ty: ty.describe() });
+        }
+        Ok(Parameter::new(self.control(name)?))
+    }
+
+    /// The same for a parameter of any type.
+    ///
+    /// # Errors
+    /// There is no such parameter.
+    pub fn control(&mut self, name: &str) -> Result<Control, PostError> {
+        let place = self.graph().parameter(name).map_err(PostError::UnknownParameter)?;
+        if let Some(known) = self.handles.iter().position(|handle| handle.place == Some(place)) {
+            return Ok(Control(known));
+        }
+        let ty = self.graph().declaration(place).ty;
+        self.handles.push(Handle { name: name.to_owned(), ty, value: None, place: Some(place) });
+        self.is_stale = true;
+        Ok(Control(self.handles.len() - 1))
+    }
+
+    /// Sets a value, from the next frame on; in the background if it needs a new plan. While the present graph has no
+    /// such parameter, the value is kept for the next one.
+    ///
+    /// # Errors
+    /// It is outside of the domain, or does not go with other values of the node, which then keeps the old one.
+    pub fn set<T: ParamType>(&mut self, parameter: Parameter<T>, value: T) -> Result<(), PostError> {
+        self.set_value(parameter.control, value.into_value())
+    }
+
+    /// The same for a parameter of any type.
+    ///
+    /// # Errors
+    /// As [`set`](Self::set); also if the value has another type.
+    pub fn set_value(&mut self, control: Control, value: Value) -> Result<(), PostError> {
+        let handle = &mut self.handles[control.0];
+        if let Some(place) = handle.place {
+            let refused = |why| PostError::Refused { name: handle.name.clone(), why };
+            let is_new = *self.plans.graph().value(place) != value;
+            if is_new && self.plans.set(place, value.clone()).map_err(refused)? {
+                self.is_stale = true;
+            } else if is_new && let Some(running) = &mut self.running {
+                running.uniforms.change(place.node);
+            }
+        }
+        handle.value = Some(value);
+        Ok(())
+    }
+
+    /// The present value of a parameter: that of the graph, or the last that was set while the graph has none.
+    pub fn value(&self, control: Control) -> Option<&Value> {
+        let handle = &self.handles[control.0];
+        handle.place.map(|place| self.graph().value(place)).or(handle.value.as_ref())
+    }
+
+    /// Whether a change of the parameter needs a new plan.
+    pub fn needs_plan(&self, control: Control) -> bool {
+        self.handles[control.0].place.is_some_and(|place| self.graph().declaration(place).replan)
+    }
+
+    /// The parameters with handles whose changes need no plan.
+    pub(super) fn dynamic(&self) -> impl Iterator<Item = ParameterId> + '_ {
+        let places = self.handles.iter().filter_map(|handle| handle.place);
+        places.filter(|place| !self.graph().declaration(*place).replan)
+    }
+
+    /// Finds the parameters of all handles in a new graph, and sets what the host has set.
+    pub(super) fn place_handles(&mut self) {
+        let graph = self.plans.shared_graph();
+        for handle in &mut self.handles {
+            handle.place = handle.place_in(&graph);
+            if let (Some(place), Some(value)) = (handle.place, &handle.value) {
+                // What this graph does not accept keeps the value of its file.
+                let _ = self.plans.set(place, value.clone());
+            }
+        }
+    }
+}

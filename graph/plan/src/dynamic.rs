@@ -1,0 +1,136 @@
+//! Parameters that change while a plan runs: their new uniforms, without a new plan.
+
+use std::collections::BTreeMap;
+
+use afterimage_graph::check::Graph;
+use afterimage_graph::node::{Arrivals, NodeInstance, Pass, Recording, VirtualBuffer, VirtualImage};
+
+use crate::plan::Plan;
+use crate::record::record_node;
+use crate::request::PlanRequest;
+use crate::setting::{FrameSetting, NodeSetting};
+
+/// The nodes of a plan whose parameters change while it runs: they can be recorded again for new uniforms.
+///
+/// A node is recorded alone, with the images that arrived at it in the plan. Only its uniforms may then differ.
+#[derive(Clone, Debug)]
+pub struct DynamicNodes {
+    frame: FrameSetting,
+    nodes: BTreeMap<usize, DynamicNode>,
+    /// Nodes whose outputs equal their fallbacks at the values that they have had so far: what arrives, and of each
+    /// output whether its fallback replaces it.
+    identities: BTreeMap<usize, (Arrivals, Vec<bool>)>,
+    /// What nodes read. Each recording adds to it, and is taken away again.
+    recording: Recording,
+}
+
+#[derive(Clone, Debug)]
+struct DynamicNode {
+    setting: NodeSetting,
+    made: Made,
+    /// For each kernel the places of its uniform in the buffer: none if it is culled.
+    places: Vec<Vec<u64>>,
+}
+
+/// What a node has recorded, without its uniforms.
+#[derive(Clone, Debug, PartialEq)]
+struct Made {
+    images: Vec<VirtualImage>,
+    buffers: Vec<VirtualBuffer>,
+    passes: Vec<Pass>,
+    /// The lengths of the uniforms of all kernels.
+    lengths: Vec<usize>,
+}
+
+/// A node records other passes at its new values, so they need a new plan.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct NeedsPlan;
+
+/// What the dynamic nodes of a plan have recorded with, while the plan is being made.
+pub(crate) struct DynamicRecords {
+    settings: BTreeMap<usize, NodeSetting>,
+    identities: BTreeMap<usize, (Arrivals, Vec<bool>)>,
+    recording: Recording,
+}
+
+impl DynamicRecords {
+    /// Those of a recording that no stage has changed yet. `identities` are nodes with outputs that equal
+    /// their fallbacks.
+    pub(crate) fn new(
+        settings: BTreeMap<usize, NodeSetting>,
+        identities: BTreeMap<usize, (Arrivals, Vec<bool>)>,
+        recorded: &Recording,
+    ) -> Self {
+        let mut recording = Recording::default();
+        if !settings.is_empty() {
+            recording.images.clone_from(&recorded.images);
+            recording.buffers.clone_from(&recorded.buffers);
+        }
+        Self { settings, identities, recording }
+    }
+
+    /// The nodes, with the places of their uniforms in the finished plan.
+    pub(crate) fn nodes(mut self, graph: &Graph, request: &PlanRequest<'_>, plan: &Plan) -> DynamicNodes {
+        let frame = FrameSetting::new(request);
+        let mut nodes = BTreeMap::new();
+        for (index, setting) in self.settings {
+            let (made, uniforms) = again(&frame, &graph.nodes[index].instance, &setting, &mut self.recording);
+            let places = (0..uniforms.len()).map(|kernel| plan.uniform_places(index, kernel)).collect();
+            nodes.insert(index, DynamicNode { setting, made, places });
+        }
+        DynamicNodes { frame, nodes, identities: self.identities, recording: self.recording }
+    }
+}
+
+impl DynamicNodes {
+    /// Calls `write` with an offset in the plan's uniform buffer and bytes for each uniform of a node at its present
+    /// values. A node that the plan does not run has none.
+    ///
+    /// # Errors
+    /// The node records other passes than those of the plan. Nothing is written.
+    pub fn uniforms(
+        &mut self,
+        index: usize,
+        instance: &NodeInstance,
+        write: &mut dyn FnMut(u64, &[u8]),
+    ) -> Result<(), NeedsPlan> {
+        if let Some((arrivals, replaced)) = self.identities.get(&index) {
+            let outputs = instance.kind().outputs().iter().zip(replaced).filter(|(_, replaced)| **replaced);
+            if outputs.into_iter().any(|(output, _)| !instance.identity_of(&output.name, arrivals)) {
+                return Err(NeedsPlan);
+            }
+        }
+        let Some(node) = self.nodes.get(&index) else { return Ok(()) };
+        let (made, uniforms) = again(&self.frame, instance, &node.setting, &mut self.recording);
+        if made != node.made {
+            return Err(NeedsPlan);
+        }
+        for (bytes, places) in uniforms.iter().zip(&node.places) {
+            places.iter().for_each(|place| write(*place, bytes));
+        }
+        Ok(())
+    }
+}
+
+/// Records a node behind what `recording` holds, and takes it away: what it is, and its uniforms.
+fn again(
+    frame: &FrameSetting,
+    instance: &NodeInstance,
+    setting: &NodeSetting,
+    recording: &mut Recording,
+) -> (Made, Vec<Vec<u8>>) {
+    let (images, buffers) = (recording.images.len(), recording.buffers.len());
+    record_node(frame, instance, setting, recording);
+    // Other values may compute other texels.
+    recording.computed.clear();
+    let mut passes = std::mem::take(&mut recording.passes);
+    let kernels = passes.iter_mut().flat_map(|pass| &mut pass.kernels);
+    let uniforms: Vec<Vec<u8>> = kernels.map(|kernel| std::mem::take(&mut kernel.uniform)).collect();
+    let made = Made {
+        images: recording.images.split_off(images),
+        buffers: recording.buffers.split_off(buffers),
+        passes,
+        lengths: uniforms.iter().map(Vec::len).collect(),
+    };
+    (made, uniforms)
+}

@@ -1,0 +1,33 @@
+//! What nodes record with, beside their parameters.
+
+use afterimage_base::caps::Caps;
+use afterimage_base::image::{Format, Size};
+use afterimage_graph::node::{Arrival, ImageColor};
+
+use crate::request::PlanRequest;
+
+/// What a node records with, beside its parameters.
+#[derive(Clone, Debug)]
+pub(crate) struct NodeSetting {
+    pub(crate) name: String,
+    pub(crate) dynamic: Vec<usize>,
+    pub(crate) format: Option<Format>,
+    pub(crate) arrivals: Vec<Arrival>,
+    pub(crate) inputs: Vec<Option<ImageColor>>,
+    pub(crate) outputs: Vec<Option<ImageColor>>,
+    pub(crate) wanted: Vec<bool>,
+}
+
+/// What all nodes record with.
+#[derive(Clone, Debug)]
+pub(crate) struct FrameSetting {
+    pub(crate) size: Size,
+    pub(crate) caps: Caps,
+    pub(crate) exact: bool,
+}
+
+impl FrameSetting {
+    pub(crate) fn new(request: &PlanRequest<'_>) -> Self {
+        Self { size: request.size, caps: request.caps.clone(), exact: request.options.exact }
+    }
+}

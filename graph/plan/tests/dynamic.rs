@@ -1,0 +1,189 @@
+//! Dynamic parameters: their uniforms follow new values without a new plan.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use afterimage_graph::check::{Facts, Graph, ParameterId};
+use afterimage_graph::image::ImageDesc;
+use afterimage_graph::value::{Param, Value};
+use afterimage_plan::{GivenImage, NeedsPlan, Options, PlanCache, PlanRequest, Planned, Requirement};
+
+use super::planned::{FRAME, all_formats, built_in, checked};
+
+/// The plan of a graph in which these parameters are dynamic, with an image for every input.
+fn planned(graph: &Graph, dynamic: &BTreeSet<ParameterId>, facts: &[(&str, bool)]) -> Planned {
+    let mut given_facts = Facts::default();
+    facts.iter().for_each(|(name, holds)| given_facts.set(*name, *holds));
+    let given = GivenImage { desc: ImageDesc::new(FRAME), finite: false };
+    let inputs: BTreeMap<_, _> = graph.inputs.iter().map(|input| (input.name.clone(), given)).collect();
+    let request = PlanRequest {
+        size: FRAME,
+        inputs,
+        facts: given_facts,
+        caps: all_formats(),
+        options: Options::default(),
+        dynamic: dynamic.clone(),
+        requirement: &Requirement::typical,
+    };
+    Planned::new(graph, &request).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// The parameters of a graph that can change without a new plan.
+fn live(graph: &Graph) -> BTreeSet<ParameterId> {
+    let of_node = |(node, found): (usize, &afterimage_graph::check::GraphNode)| {
+        let params = found.kind().params().iter().enumerate().filter(|(_, param)| !param.replan);
+        params.map(|(index, _)| ParameterId { node, index }).collect::<Vec<_>>()
+    };
+    graph.nodes.iter().enumerate().flat_map(of_node).collect()
+}
+
+fn probes(param: &Param) -> Vec<Value> {
+    [param.lowest(), param.highest(), param.middle(), param.neutral.clone()].into_iter().flatten().collect()
+}
+
+/// Changes each parameter of a pipeline to several values, one after the other; the number of changes.
+fn follow_all(name: &str) -> usize {
+    let graph = built_in(name);
+    let dynamic = live(&graph);
+    let mut planned_once = planned(&graph, &dynamic, &[]);
+    let mut changes = 0;
+    for parameter in &dynamic {
+        let mut changed = PlanCache::new(graph.clone());
+        for value in probes(graph.declaration(*parameter)) {
+            // Values that do not go with others of the node are refused.
+            let Ok(needs_plan) = changed.set(*parameter, value.clone()) else { continue };
+            assert!(!needs_plan);
+            let mut bytes = planned_once.plan.uniform_buffer();
+            let mut write = |at: u64, new: &[u8]| bytes[at as usize..][..new.len()].copy_from_slice(new);
+            let instance = &changed.graph().nodes[parameter.node].instance;
+            let what = format!("{name}: {} = {value}", graph.parameter_name(*parameter));
+            assert_eq!(planned_once.dynamic.uniforms(parameter.node, instance, &mut write), Ok(()), "{what}");
+            let fresh = planned(changed.graph(), &dynamic, &[]);
+            let wanted = fresh.plan.uniform_buffer();
+            let differing = bytes.iter().zip(&wanted).position(|(left, right)| left != right);
+            assert_eq!((bytes.len(), differing), (wanted.len(), None), "{what}: the uniforms are those of a new plan");
+            assert!(planned_once.plan.differs_in_uniforms_only(&fresh.plan), "{what}: nothing else changes");
+            changes += usize::from(bytes != planned_once.plan.uniform_buffer());
+        }
+    }
+    changes
+}
+
+#[test]
+fn uniforms_follow_every_parameter_of_the_built_in_pipelines() {
+    for (name, at_least) in [("lynx.ron", 10), ("tsushima.ron", 100), ("grade.ron", 20), ("glare.ron", 10)] {
+        let changes = follow_all(name);
+        assert!(changes > at_least, "{name}: {changes} changes were seen");
+    }
+}
+
+const LOOK: &str = r#"Pipeline(
+    inputs: { "scene": Color },
+    nodes: {
+        "bright": Extract(source: "scene", threshold: 1.0, when: "emissive"),
+        "mips": Downsample(source: "bright", levels: 3),
+        "bloom": Upsample(source: "mips", blend: Mix),
+        "lit": Composite(base: "scene", bloom: "bloom", blend: Add, strength: 0.0),
+        "exposed": Exposure(source: "lit"),
+    },
+    outputs: { "out": "exposed" },
+)"#;
+
+#[test]
+fn a_node_with_a_dynamic_parameter_runs_also_where_it_changes_nothing() {
+    let graph = checked(LOOK);
+    let strength = BTreeSet::from([graph.parameter("lit.strength").unwrap()]);
+    let is_skipped = |planned: &Planned, node: &str| planned.plan.skipped.iter().any(|skipped| skipped.node == node);
+    let still = planned(&graph, &BTreeSet::new(), &[("emissive", true)]);
+    assert!(is_skipped(&still, "lit") && is_skipped(&still, "bloom"), "a strength of 0 needs no bloom");
+    let moving = planned(&graph, &strength, &[("emissive", true)]);
+    assert!(!is_skipped(&moving, "lit") && !is_skipped(&moving, "bloom"));
+    assert!(is_skipped(&moving, "exposed"), "other nodes are skipped as before");
+    assert_eq!(moving.plan.dynamic, ["lit.strength"]);
+    assert!(moving.plan.to_text().contains("lit.strength"), "{}", moving.plan.to_text());
+    let dark = planned(&graph, &strength, &[("emissive", false)]);
+    assert!(is_skipped(&dark, "lit"), "without bloom no strength changes anything");
+}
+
+#[test]
+fn values_that_need_another_plan_are_found() {
+    let graph = checked(LOOK);
+    let strength = graph.parameter("lit.strength").unwrap();
+    let mut moving = planned(&graph, &BTreeSet::from([strength]), &[("emissive", true)]);
+    let mut changed = graph.clone();
+    let blend = graph.parameter("lit.blend").unwrap();
+    changed.nodes[blend.node].instance.set(blend.index, Value::Choice("Screen"));
+    let instance = &changed.nodes[blend.node].instance;
+    let mut write = |_: u64, _: &[u8]| panic!("nothing is written");
+    assert_eq!(moving.dynamic.uniforms(blend.node, instance, &mut write), Err(NeedsPlan));
+    let bright = graph.parameter("bright.threshold").unwrap();
+    let other = &graph.nodes[bright.node].instance;
+    assert_eq!(moving.dynamic.uniforms(bright.node, other, &mut write), Ok(()), "it is not dynamic, so it stays");
+}
+
+#[test]
+fn a_parameter_is_found_by_its_name_and_near_names_are_suggested() {
+    let graph = checked(LOOK);
+    let found = graph.parameter("lit.strength").unwrap();
+    assert_eq!(graph.parameter_name(found), "lit.strength");
+    assert_eq!(graph.value(found), &Value::Float(0.0));
+    for (wrong, hint) in
+        [("lit.strenght", "`strength`"), ("lid.strength", "`lit`"), ("lit", "no parameter"), ("", "no node")]
+    {
+        let error = graph.parameter(wrong).unwrap_err();
+        assert!(error.contains(hint), "{wrong}: {error}");
+    }
+}
+
+#[test]
+fn a_value_that_a_node_refuses_changes_nothing() {
+    let graph = checked(
+        r#"Pipeline(inputs: { "scene": Color }, nodes: {
+            "mean": MeanLuminance(source: "scene"),
+            "meter": Adapt(mean: "mean", min_ev: 0.0, max_ev: 10.0),
+            "exposed": Exposure(source: "scene", meter: "meter"),
+        }, outputs: { "out": "exposed" })"#,
+    );
+    let mut plans = PlanCache::new(graph);
+    let lowest = plans.graph().parameter("meter.min_ev").unwrap();
+    for (value, why) in [(Value::Float(11.0), "max_ev"), (Value::Float(1e30), "within"), (Value::Bool(true), "number")]
+    {
+        let error = plans.set(lowest, value).unwrap_err();
+        assert!(error.contains(why), "{error}");
+        assert_eq!(plans.graph().value(lowest), &Value::Float(0.0));
+    }
+}
+
+/// A value that a plan without the node cannot show asks for another plan.
+#[test]
+fn an_identity_of_several_parameters_is_none_at_other_values() {
+    let graph = checked(
+        r#"Pipeline(inputs: { "scene": Color }, nodes: {
+            "exposed": Exposure(source: "scene", stops: 1.0),
+            "seen": Purkinje(source: "exposed", illuminance: 1000.0),
+        }, outputs: { "out": "seen" })"#,
+    );
+    let seen = graph.node("seen").unwrap().0;
+    for parameters in [vec!["seen.illuminance"], vec!["seen.illuminance", "seen.strength", "seen.scale"]] {
+        let dynamic = parameters.iter().map(|name| graph.parameter(name).unwrap()).collect();
+        let planned = planned(&graph, &dynamic, &[]);
+        assert!(planned.plan.skipped.is_empty(), "{parameters:?}: {:?}", planned.plan.skipped);
+    }
+    // By day no strength changes anything, so the node is skipped; at another illuminance it would be missed.
+    let mut by_day = planned(&graph, &BTreeSet::from([graph.parameter("seen.strength").unwrap()]), &[]);
+    assert_eq!(by_day.plan.skipped.len(), 1);
+    let mut at_night = graph.clone();
+    let illuminance = graph.parameter("seen.illuminance").unwrap();
+    at_night.nodes[seen].instance.set(illuminance.index, Value::Float(0.1));
+    let mut write = |_: u64, _: &[u8]| panic!("nothing is written");
+    assert_eq!(by_day.dynamic.uniforms(seen, &graph.nodes[seen].instance, &mut write), Ok(()));
+    assert_eq!(by_day.dynamic.uniforms(seen, &at_night.nodes[seen].instance, &mut write), Err(NeedsPlan));
+}
+
+/// `BakedGrade` takes 40 s here, because it bakes a table for each of its values. All of its parameters need a plan.
+#[test]
+fn the_built_in_kinds_keep_the_contract() {
+    let (baked, others): (Vec<_>, Vec<_>) = afterimage_nodes::ALL.iter().partition(|kind| kind.name() == "BakedGrade");
+    assert!(baked.len() == 1 && baked[0].params().iter().all(|param| param.replan));
+    let kinds: Vec<_> = others.into_iter().cloned().collect();
+    afterimage_graph::node::contract(&kinds).unwrap_or_else(|complaints| panic!("{}", complaints.join("\n")));
+}

@@ -1,0 +1,217 @@
+//! A pipeline as a host keeps it: parameters by handle, facts, tiers and sizes.
+
+use std::sync::Arc;
+
+use afterimage_gpu::{Frame, Gpu, Post, PostError, Texels, download, upload, wgpu};
+use afterimage_graph::check::Graph;
+use afterimage_graph::image::Size;
+use afterimage_graph::value::Value;
+use afterimage_nodes::{CompositeBlend, Curve};
+use afterimage_plan::Plan;
+
+use crate::support::gpu::{Picture, changed, gpu};
+
+/// A host with one scene.
+struct Host {
+    gpu: Gpu,
+    scene: wgpu::TextureView,
+    post: Post,
+    time: f32,
+}
+
+impl Host {
+    fn new(graph: Graph) -> Self {
+        let gpu = gpu().clone();
+        let post = Post::new(&gpu.adapter, &gpu.device, &gpu.queue, graph);
+        let scene = scene(&gpu, Size::new(96, 54));
+        Self { gpu, scene, post, time: 0.0 }
+    }
+
+    fn frame(&mut self) -> Result<(), PostError> {
+        let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
+        let (inputs, time) = (&[("scene", &self.scene)], self.time);
+        let recorded =
+            self.post.encode(&mut encoder, &Frame { inputs, outputs: &[], time, dt: 0.1, reset: time == 0.0 });
+        self.gpu.queue.submit([encoder.finish()]);
+        self.time += 0.1;
+        recorded
+    }
+
+    /// The display after a first frame.
+    fn shown(&mut self) -> Vec<u8> {
+        self.post.executor().count_from(0);
+        self.time = 0.0;
+        self.frame().unwrap_or_else(|error| panic!("{error}"));
+        let texels = download(&self.gpu.device, &self.gpu.queue, self.post.output("display"));
+        texels.unwrap_or_else(|error| panic!("{error}")).bytes
+    }
+
+    fn plan(&self) -> Arc<Plan> {
+        self.post.plan().expect("a frame was rendered").clone()
+    }
+}
+
+/// Light up to twenty times white, all of it different from pixel to pixel.
+fn scene(gpu: &Gpu, size: Size) -> wgpu::TextureView {
+    let light = |x: u32, y: u32| {
+        let (u, v) = (x as f32 / size.width as f32, y as f32 / size.height as f32);
+        [0.1 + 20.0 * u * v, 0.2 + v, 0.3 + (u * 40.0).sin().abs(), 1.0]
+    };
+    let picture = Picture::new(size.width, size.height, light);
+    let texels = Texels::from_floats_as_half(size.width, size.height, &picture.pixels);
+    upload(&gpu.device, &gpu.queue, &texels).unwrap_or_else(|error| panic!("{error}")).create_view(&Default::default())
+}
+
+#[track_caller]
+fn assert_same(left: &[u8], right: &[u8]) {
+    assert_eq!(left.len(), right.len());
+    let differing = left.iter().zip(right).filter(|(left, right)| left != right).count();
+    let worst = left.iter().zip(right).map(|(left, right)| left.abs_diff(*right)).max();
+    assert_eq!(differing, 0, "bytes of {} differ, by at most {worst:?}", left.len());
+}
+
+/// What a pipeline shows if its file has these values.
+fn fresh(name: &str, tier: Option<&str>, sets: &[(&str, &str)]) -> Vec<u8> {
+    Host::new(changed(name, tier, sets)).shown()
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_parameter_with_a_handle_follows_without_a_plan() {
+    let mut host = Host::new(changed("tsushima.ron", None, &[]));
+    let strength = host.post.parameter::<f32>("lit.strength").unwrap();
+    let stops = host.post.parameter::<f32>("exposed.stops").unwrap();
+    let before = host.shown();
+    assert_same(&before, &fresh("tsushima.ron", None, &[]));
+    let plan = host.plan();
+    for (value, text) in [(0.5_f32, "0.5"), (0.0, "0.0"), (0.015, "0.015")] {
+        host.post.set(strength, value).unwrap();
+        host.post.set(stops, 2.0 * value).unwrap();
+        assert!(!host.post.is_changing(), "no plan is made");
+        let shown = host.shown();
+        let wanted = [("lit.strength", text), ("exposed.stops", &format!("{:?}", 2.0 * value))];
+        // At a strength of 0 the plan without handles has no bloom, and another rounding.
+        let mut wanted = Host::new(changed("tsushima.ron", None, &wanted));
+        wanted.post.control("lit.strength").unwrap();
+        wanted.post.control("exposed.stops").unwrap();
+        assert!(Arc::ptr_eq(&plan, &host.plan()));
+        assert_same(&shown, &wanted.shown());
+        assert!(shown != before, "the picture changes at {value}");
+    }
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_parameter_that_needs_a_plan_says_so_and_gets_it_in_the_background() {
+    let mut host = Host::new(changed("lynx.ron", None, &[]));
+    let curve = host.post.parameter::<Curve>("mapped.curve").unwrap();
+    let strength = host.post.parameter::<f32>("lit.strength").unwrap();
+    assert!(host.post.needs_plan(curve.control()) && !host.post.needs_plan(strength.control()));
+    let before = host.shown();
+    let plan = host.plan();
+    host.post.set(curve, Curve::Reinhard).unwrap();
+    host.post.set(strength, 0.4).unwrap();
+    assert!(host.post.is_changing());
+    host.frame().unwrap();
+    host.post.finish_changes().unwrap();
+    assert!(!Arc::ptr_eq(&plan, &host.plan()));
+    let shown = host.shown();
+    assert!(shown != before);
+    assert_same(&shown, &fresh("lynx.ron", None, &[("mapped.curve", "Reinhard"), ("lit.strength", "0.4")]));
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn wrong_names_types_and_values_are_errors_and_change_nothing() {
+    let mut host = Host::new(changed("lynx.ron", None, &[]));
+    let error = host.post.parameter::<f32>("lit.strenght").map(|_| ()).unwrap_err().to_string();
+    assert!(error.contains("`strength`"), "{error}");
+    let error = host.post.parameter::<CompositeBlend>("lit.strength").map(|_| ()).unwrap_err().to_string();
+    assert_eq!(error, "`lit.strength` is a number");
+    let strength = host.post.parameter::<f32>("lit.strength").unwrap();
+    let before = host.shown();
+    for wrong in [1e30, -1.0, f32::NAN, f32::INFINITY] {
+        let error = host.post.set(strength, wrong).unwrap_err().to_string();
+        assert!(error.starts_with("`lit.strength`: `strength` must be"), "{error}");
+    }
+    assert!(host.post.set_value(strength.control(), Value::Bool(true)).is_err());
+    assert_eq!(host.post.value(strength.control()), Some(&Value::Float(0.15)));
+    assert_same(&host.shown(), &before);
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_tier_keeps_what_the_host_has_set() {
+    let mut host = Host::new(changed("tsushima.ron", None, &[]));
+    let strength = host.post.parameter::<f32>("lit.strength").unwrap();
+    host.post.set(strength, 0.25).unwrap();
+    host.frame().unwrap();
+    for tier in [Some("low"), Some("high"), None] {
+        host.post.change(changed("tsushima.ron", tier, &[]));
+        host.frame().unwrap();
+        host.post.finish_changes().unwrap();
+        assert_same(&host.shown(), &fresh("tsushima.ron", tier, &[("lit.strength", "0.25")]));
+    }
+    host.post.change(changed("grade.ron", None, &[]));
+    assert_eq!(host.post.value(strength.control()), Some(&Value::Float(0.25)), "it has no such parameter");
+    host.post.set(strength, 0.5).unwrap();
+    host.post.finish_changes().unwrap();
+    assert_same(&host.shown(), &fresh("grade.ron", None, &[]));
+    host.post.change(changed("tsushima.ron", None, &[]));
+    host.post.finish_changes().unwrap();
+    assert_same(&host.shown(), &fresh("tsushima.ron", None, &[("lit.strength", "0.5")]));
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_fact_changes_the_plan_in_the_background_and_another_size_at_once() {
+    let mut host = Host::new(changed("caracal.ron", None, &[]));
+    host.frame().unwrap();
+    let lit = host.plan();
+    host.post.set_fact("emissive", false);
+    host.frame().unwrap();
+    host.post.finish_changes().unwrap();
+    let dark = host.plan();
+    assert!(dark.passes.len() < lit.passes.len());
+    host.post.set_fact("emissive", true);
+    host.post.finish_changes().unwrap();
+    assert!(Arc::ptr_eq(&lit, &host.plan()), "the plan was kept");
+    host.scene = scene(&host.gpu, Size::new(33, 17));
+    host.frame().unwrap();
+    assert_eq!(host.plan().size, Size::new(33, 17));
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_plan_that_cannot_be_made_is_reported_once_and_the_old_one_renders_on() {
+    let mut host = Host::new(changed("lynx.ron", None, &[]));
+    let before = host.shown();
+    let graph = changed("lynx.ron", None, &[]);
+    let mut without = graph.clone();
+    without.inputs[0].name = "other".into();
+    without.inputs[0].optional = false;
+    host.post.change(without);
+    let errors: Vec<String> = (0..200)
+        .filter_map(|_| {
+            std::thread::sleep(std::time::Duration::from_millis(5));
+            host.frame().err().map(|error| error.to_string())
+        })
+        .collect();
+    assert_eq!(errors, ["output `display` comes from a node that is off and has no fallback"]);
+    assert_same(&host.shown(), &before);
+    host.post.change(graph);
+    host.post.finish_changes().unwrap();
+    assert_same(&host.shown(), &before);
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn parameters_can_be_listed_for_a_panel() {
+    let host = Host::new(changed("lynx.ron", None, &[]));
+    let all: Vec<_> = host.post.parameters().collect();
+    let strength = all.iter().find(|parameter| parameter.name == "lit.strength").expect("it is there");
+    assert_eq!((strength.value, strength.declaration.replan), (&Value::Float(0.15), false));
+    assert!(all.iter().all(|parameter| !parameter.declaration.doc.is_empty()));
+    let names: std::collections::BTreeSet<&String> = all.iter().map(|parameter| &parameter.name).collect();
+    assert_eq!(names.len(), all.len());
+}
