@@ -14,8 +14,8 @@ use crate::codegen::{CodeOptions, compose_pass, functions_cover};
 use crate::fusion::{row_kernel, row_pass};
 
 /// The contract of [`afterimage_graph::node::contract`], and beyond it: every pass becomes a valid module, alone and
-/// fused with another one, in every way in which its textures may be sampled and its numbers computed, and its workgroup
-/// memory is within what every WebGPU device has.
+/// fused with another one, in every way in which its textures may be sampled and its numbers computed, and its
+/// workgroup memory is within what every WebGPU device has.
 ///
 /// Returns what could not be checked, one sentence each.
 ///

@@ -67,8 +67,8 @@ fn skipped(kind: &NodeKind, complaints: &mut Complaints) {
         Ok(()) => "each output equals its fallback at the defaults".into(),
     };
     complaints.skip(format!(
-        "no pass is checked, because {why}, and so it is at each parameter's extremes: give it defaults at which it runs, \
-         or test it in a pipeline"
+        "no pass is checked, because {why}, and so it is at each parameter's extremes: give it defaults at which it \
+         runs, or test it in a pipeline"
     ));
 }
 

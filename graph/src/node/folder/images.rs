@@ -2,7 +2,7 @@
 
 use super::declaration::{Made, Read, Shape, SizeRule};
 use super::fields::{Fields, one_of};
-use super::read::{fallback_of, typed};
+use super::ports::{fallback_of, typed};
 use crate::document::{Item, Tree, doubled};
 use crate::node::contract::is_snake;
 use crate::node::{Input, Output, PortType};

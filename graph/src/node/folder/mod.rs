@@ -17,10 +17,11 @@
 //! )
 //! ```
 //!
-//! * `inputs` are of type `Image`, `Pyramid`, `Volume`, `Table` or `Value`. `accepts` lists the color states that fit (any, if it
-//!   is left out). With `optional: true`, a port may stay unwired; then it reads as zero.
-//! * `images` are made by functions, too, and only read by those after them. They are of type `Image` or `Pyramid`, with
-//!   the fields of an output except for `doc`, `state` and `fallback`, and with a `format`.
+//! * `inputs` are of type `Image`, `Pyramid`, `Volume`, `Table` or `Value`. `accepts` lists the color states that fit
+//!   (any, if it is left out), `content` names what other numbers are. With `optional: true`, a port may stay unwired;
+//!   then it reads as zero.
+//! * `images` are made by functions, too, and only read by those after them. They are of type `Image` or `Pyramid`,
+//!   with the fields of an output except for `doc`, `state` and `fallback`, and with a `format`.
 //! * `outputs` are of type `Image` or `Pyramid`. `state` is `Same("input")` or a color state, `function` the kernel
 //!   function (the kind's name in snake case, if it is left out; for one of `images` followed by its name), `size` one
 //!   of `Same`, `Half`, `Double` (of the first image input, or of the frame) and `Fixed(256, 256)`. `fallback` is what
@@ -40,6 +41,7 @@ mod declaration;
 mod fields;
 mod images;
 mod limits;
+mod ports;
 mod read;
 mod record;
 mod sources;
