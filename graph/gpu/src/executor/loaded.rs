@@ -5,7 +5,7 @@ use std::sync::Arc;
 use afterimage_graph::node::{ImageId, Resource};
 use afterimage_plan::codegen::Composed;
 use afterimage_plan::{HeapPlacement, PlacedPlan, Plan, Stage};
-use wgpu::{BindGroup, Buffer, TextureView};
+use wgpu::{BindGroup, Buffer, TextureFormat, TextureView};
 
 use crate::device::texture_format;
 use crate::heap::Placed;
@@ -68,8 +68,13 @@ pub(super) struct LoadedPass {
 }
 
 /// The bind groups for one choice of host images.
+#[derive(Default)]
 pub(super) struct HostSet {
     pub(super) views: Vec<TextureView>,
+    /// For each output the format in which it is drawn, if it is.
+    pub(super) drawn: Vec<Option<TextureFormat>>,
+    /// How many runs are its own, and not those of the set before.
+    pub(super) made: usize,
     pub(super) runs: Vec<Run>,
     /// For each pass that opens a batch, what must be brought into its state before the batch, for each ring index.
     pub(super) explicit_transitions: Vec<Vec<Vec<ExplicitTransition>>>,
@@ -81,6 +86,7 @@ pub(super) struct ExplicitTransition {
     pub(super) state: wgpu::TextureUses,
 }
 
+#[derive(Clone)]
 pub(super) struct Run {
     pub(super) pipeline: Pipeline,
     /// For each ring index.
@@ -99,14 +105,24 @@ impl Loaded {
         ring_index: u32,
     ) -> &'a TextureView {
         match &self.bindings[image.0 as usize] {
-            ImageBinding::Input(index) => &views[*index],
-            ImageBinding::Output(index, _) => &views[self.plan.inputs.len() + index],
+            ImageBinding::Input(_) | ImageBinding::Output(..) => {
+                &views[self.host_view(image).expect("it is the host's")]
+            }
             ImageBinding::Fixed(key) => &store.get(*key).view,
             ImageBinding::Ring(keys, behind) => {
                 let length = keys.len() as u32;
                 &store.get(keys[((ring_index + length - behind % length) % length) as usize]).view
             }
             ImageBinding::Unused => panic!("image {image:?} is bound but no pass mentions it"),
+        }
+    }
+
+    /// The place of an image among the host's views, if it is one of the host's: inputs, then outputs.
+    pub(super) fn host_view(&self, image: ImageId) -> Option<usize> {
+        match &self.bindings[image.0 as usize] {
+            ImageBinding::Input(index) => Some(*index),
+            ImageBinding::Output(index, _) => Some(self.plan.inputs.len() + index),
+            ImageBinding::Unused | ImageBinding::Fixed(_) | ImageBinding::Ring(..) => None,
         }
     }
 
@@ -124,7 +140,7 @@ impl Loaded {
 }
 
 /// The format that the plan draws a pass's image in; `None` for a dispatch.
-pub(super) fn planned_attachment(plan: &Plan, pass: usize, writes: Option<ImageId>) -> Option<wgpu::TextureFormat> {
+pub(super) fn planned_attachment(plan: &Plan, pass: usize, writes: Option<ImageId>) -> Option<TextureFormat> {
     let image = writes.filter(|_| plan.passes[pass].stage == Stage::Fragment)?;
     Some(texture_format(plan.image(image).desc.format))
 }
