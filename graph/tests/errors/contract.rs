@@ -78,3 +78,69 @@ fn every_broken_promise_is_named() {
 fn the_built_in_kinds_keep_it() {
     contract(afterimage_nodes::ALL).unwrap_or_else(|complaints| panic!("{}", complaints.join("\n")));
 }
+
+static LARGE: Shader = Shader::new(
+    "large.wgsl",
+    "@group(0) @binding(0) var source: texture_2d<f32>;
+    @group(0) @binding(1) var<storage, read_write> sums: array<vec4f>;
+    @compute @workgroup_size(16, 32)
+    fn large(@builtin(workgroup_id) id: vec3u) { sums[id.x] = textureLoad(source, vec2i(id.xy), 0); }",
+);
+
+params! {
+    /// Fits into the limits of a device for small images.
+    pub struct Large {}
+}
+
+impl Node for Large {
+    const INPUTS: &'static [Input] = &[Input::image("source", "The picture.")];
+    const OUTPUTS: &'static [Output] = &[Output::new("result", PortType::Table, OutputState::Nothing, "Sums.")];
+
+    fn record(&self, pass: &mut Recorder<'_>) {
+        let source = pass.image("source");
+        let texels = pass.desc(source).size.texels();
+        let sums = pass.output_table("result", texels * 16, BufferLife::Frame);
+        let groups = texels.div_ceil(256) as u32;
+        pass.compute(&LARGE, "large").buffer("sums", sums).dispatch([groups, 1, 1]);
+    }
+}
+
+#[test]
+fn limits_of_devices_hold_for_large_images() {
+    let complaints = contract(&[NodeKind::of::<Large>()]).expect_err("it exceeds limits").join("\n");
+    for part in [
+        "`Large`: the output `result` is a table, which its readers must know: name its layout by `content`",
+        "the pass `large` at 64x36 has 512 invocations in a workgroup; the limit of a device may be 256",
+        "the pass `large` at 7680x4320 has 129600 workgroups in one direction; the limit of a device may be 65535",
+        "the buffer `node.result` has 530841600 bytes at 7680x4320; the limit of a device may be 134217728",
+    ] {
+        assert!(complaints.contains(part), "{part} is missing in:\n{complaints}");
+    }
+    assert!(!complaints.contains("at 64x36 has 9 workgroups"), "{complaints}");
+}
+
+params! {
+    /// Always refused.
+    pub struct Refused {}
+}
+
+impl Node for Refused {
+    const INPUTS: &'static [Input] = &[Input::image("source", "The picture.")];
+    const OUTPUTS: &'static [Output] =
+        &[Output::image("result", OutputState::same("source"), "The picture.").or_input("source")];
+
+    fn verify(&self) -> Result<(), String> {
+        Err("a file is missing".into())
+    }
+
+    fn record(&self, _: &mut Recorder<'_>) {}
+}
+
+#[test]
+fn a_kind_that_never_records_is_reported_as_skipped() {
+    let skipped = contract(&[NodeKind::of::<Refused>()]).expect("nothing is wrong").join("\n");
+    assert!(
+        skipped.contains("`Refused`: no pass is checked, because its defaults are refused (a file is missing)"),
+        "{skipped}"
+    );
+}

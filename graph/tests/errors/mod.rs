@@ -8,6 +8,7 @@ mod accepted;
 mod conditions;
 mod contract;
 mod folder;
+mod folder_images;
 mod fuzz;
 mod kinds;
 mod once;
