@@ -24,6 +24,8 @@ mod isolation;
 mod measure;
 /// Image metrics, compared with published figures.
 mod metrics;
+/// Kinds without Rust that have several passes, compared with CPU references.
+mod node_folders;
 /// Each kind on the GPU, compared with its CPU reference.
 mod nodes;
 /// Every built-in pipeline, rendered under the validation layer.

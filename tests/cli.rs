@@ -12,6 +12,7 @@ mod pictures;
 mod plans;
 mod quantise;
 mod readings;
+mod scaffold;
 mod sequences;
 #[cfg(target_os = "linux")]
 mod strangers;

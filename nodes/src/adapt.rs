@@ -34,9 +34,11 @@ params! {
 }
 
 impl Node for Adapt {
-    const INPUTS: &'static [Input] = &[Input::new("mean", PortType::Value, "The result of a `MeanLuminance`.")];
+    const INPUTS: &'static [Input] =
+        &[Input::new("mean", PortType::Value, "The result of a `MeanLuminance`.").content("mean-luminance")];
     const OUTPUTS: &'static [Output] =
-        &[Output::new("result", PortType::Value, OutputState::Nothing, "Stops, mean, lux, and 1 once they are valid.")];
+        &[Output::new("result", PortType::Value, OutputState::Nothing, "Stops, mean, lux, and 1 once they are valid.")
+            .content("exposure")];
 
     fn verify(&self) -> Result<(), String> {
         if self.min_ev <= self.max_ev { Ok(()) } else { Err("`max_ev` must not be below `min_ev`".into()) }

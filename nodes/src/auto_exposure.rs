@@ -78,13 +78,15 @@ const NO_LIMIT: f32 = 256.0;
 
 impl Node for AutoExposure {
     const INPUTS: &'static [Input] =
-        &[Input::new("histogram", PortType::Table, "The result of a `Histogram`, with its range.")];
+        &[Input::new("histogram", PortType::Table, "The result of a `Histogram`, with its range.")
+            .content("histogram")];
     const OUTPUTS: &'static [Output] = &[Output::new(
         "result",
         PortType::Value,
         OutputState::Nothing,
         "Stops, metered mean, lux, and 1 once they are valid.",
-    )];
+    )
+    .content("exposure")];
 
     fn verify(&self) -> Result<(), String> {
         if self.min_ev > self.max_ev {

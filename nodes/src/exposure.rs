@@ -19,7 +19,9 @@ params! {
 impl Node for Exposure {
     const INPUTS: &'static [Input] = &[
         Input::image("source", "Scene light.").accepts(&[ColorState::Scene]),
-        Input::new("meter", PortType::Value, "Stops to add, in x: the result of a metering node.").optional(),
+        Input::new("meter", PortType::Value, "Stops to add, in x: the result of a metering node.")
+            .content("exposure")
+            .optional(),
     ];
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::Always(ColorState::Exposed), "The light times 2^stops, at most 65504.")

@@ -24,9 +24,12 @@ const REACH: f32 = 3.0;
 const GROUP: [u32; 3] = [8, 8, 4];
 
 impl Node for GridBlur {
-    const INPUTS: &'static [Input] = &[Input::new("source", PortType::Volume, "The result of a `GridBuild`.")];
+    const INPUTS: &'static [Input] =
+        &[Input::new("source", PortType::Volume, "The result of a `GridBuild`.").content("bilateral-grid")];
     const OUTPUTS: &'static [Output] =
-        &[Output::new("result", PortType::Volume, OutputState::same("source"), "The blurred grid.").or_input("source")];
+        &[Output::new("result", PortType::Volume, OutputState::same("source"), "The blurred grid.")
+            .content("bilateral-grid")
+            .or_input("source")];
 
     fn identity(&self, _: &Arrivals) -> bool {
         GaussianWeights::of_axes(&self.sigma, REACH, false).is_empty()

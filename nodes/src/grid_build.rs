@@ -79,14 +79,17 @@ impl Node for GridBuild {
     const INPUTS: &'static [Input] = &[
         Input::image("source", "The exposed image, or the scene with `meter`.")
             .accepts(&[ColorState::Exposed, ColorState::Scene]),
-        Input::new("meter", PortType::Value, "Stops to add, in x: the result of a metering node.").optional(),
+        Input::new("meter", PortType::Value, "Stops to add, in x: the result of a metering node.")
+            .content("exposure")
+            .optional(),
     ];
     const OUTPUTS: &'static [Output] = &[Output::new(
         "result",
         PortType::Volume,
         OutputState::Always(ColorState::Data),
         "Sums, weights and the range.",
-    )];
+    )
+    .content("bilateral-grid")];
 
     fn verify(&self) -> Result<(), String> {
         let [lo, hi] = self.range();

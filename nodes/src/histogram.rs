@@ -76,13 +76,14 @@ impl Node for Histogram {
             .optional(),
     ];
     const OUTPUTS: &'static [Output] = &[
-        Output::new("result", PortType::Table, OutputState::Nothing, "The range and the bins."),
+        Output::new("result", PortType::Table, OutputState::Nothing, "The range and the bins.").content("histogram"),
         Output::new(
             "brightest",
             PortType::Value,
             OutputState::Nothing,
             "x: the largest channel of all counted pixels; y, z: the range in log2; w: the number of bins.",
-        ),
+        )
+        .content("brightest"),
     ];
 
     fn verify(&self) -> Result<(), String> {

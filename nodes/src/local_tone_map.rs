@@ -55,7 +55,9 @@ impl LocalToneMap {
 impl Node for LocalToneMap {
     const INPUTS: &'static [Input] = &[
         Input::image("source", "The exposed image.").accepts(&[ColorState::Exposed]),
-        Input::new("grid", PortType::Volume, "The blurred bilateral grid of the image.").optional(),
+        Input::new("grid", PortType::Volume, "The blurred bilateral grid of the image.")
+            .content("bilateral-grid")
+            .optional(),
         Input::image("gaussian", "The wide Gaussian of the image's log2 luminance.")
             .accepts(&[ColorState::LogLuminance])
             .optional(),

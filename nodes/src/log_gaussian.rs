@@ -80,7 +80,9 @@ impl Node for LogGaussian {
     const INPUTS: &'static [Input] = &[
         Input::image("source", "The exposed image, or the scene with `meter`.")
             .accepts(&[ColorState::Exposed, ColorState::Scene]),
-        Input::new("meter", PortType::Value, "Stops to add, in x: the result of a metering node.").optional(),
+        Input::new("meter", PortType::Value, "Stops to add, in x: the result of a metering node.")
+            .content("exposure")
+            .optional(),
     ];
     const OUTPUTS: &'static [Output] = &[Output::image(
         "result",

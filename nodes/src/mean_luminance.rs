@@ -54,7 +54,8 @@ impl Node for MeanLuminance {
         PortType::Value,
         OutputState::Nothing,
         "log2 of the mean, the brightest luminance, 0, and 1 if any pixel is brighter than black.",
-    )];
+    )
+    .content("mean-luminance")];
 
     fn record(&self, pass: &mut Recorder<'_>) {
         let source = pass.image("source");

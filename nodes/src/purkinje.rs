@@ -96,6 +96,7 @@ pub(crate) fn has_no_effect(strength: f32, illuminance: f32, arrivals: &Arrivals
 pub(crate) const INPUTS: &[Input] = &[
     Input::image("source", "The exposed image.").accepts(&[ColorState::Exposed]),
     Input::new("meter", PortType::Value, "Lux in z: the result of a metering node. It replaces `illuminance`.")
+        .content("exposure")
         .optional(),
 ];
 

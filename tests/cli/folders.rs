@@ -78,3 +78,64 @@ fn errors_name_the_file_of_the_folder_that_they_are_in() {
     check("empty", &[])
         .fails_saying(1, &["has no `.wgsl` file beside its `node.ron`", "`posterize.wgsl` for `Posterize`"]);
 }
+
+#[test]
+fn kinds_share_the_files_of_a_folder_beside_them() {
+    let own = [("posterize.wgsl", POSTERIZE)];
+    let folder = with_files("shared", &own);
+    fs::create_dir_all(folder.file("kinds/lib")).expect("a temporary folder");
+    folder.with("kinds/lib/steps.wgsl", STEPS.as_bytes());
+    folder.with("kinds/lib/nearest.wgsl", NEAREST.as_bytes());
+    folder.run("check pipeline.ron --nodes kinds").good();
+    let alone = folder.run("check pipeline.ron --nodes kinds/posterize");
+    alone.fails_saying(1, &["no shared file is called `steps`"]);
+    folder.run("check pipeline.ron --nodes kinds/posterize --allow kinds/lib").good();
+    // A file of the kind precedes the shared one of its name.
+    folder.with("kinds/posterize/nearest.wgsl", b"fn other() {}\n");
+    folder.run("check pipeline.ron --nodes kinds").fails_saying(1, &["steps.wgsl", "nearest"]);
+    fs::remove_file(folder.file("kinds/posterize/nearest.wgsl")).expect("it was written");
+    folder.with("kinds/lib/nearest.wgsl", NEAREST.replace("floor", "flor").as_bytes());
+    folder.run("check pipeline.ron --nodes kinds").fails_saying(1, &["kinds/lib/nearest.wgsl:1", "flor"]);
+}
+
+#[cfg(unix)]
+#[test]
+fn a_shared_file_that_leads_out_of_the_folder_needs_permission() {
+    let folder = with_files("shared-link", &[("posterize.wgsl", POSTERIZE)]);
+    fs::create_dir_all(folder.file("kinds/lib")).expect("a temporary folder");
+    fs::create_dir_all(folder.file("elsewhere")).expect("a temporary folder");
+    folder.with("kinds/lib/steps.wgsl", STEPS.as_bytes());
+    folder.with("elsewhere/nearest.wgsl", NEAREST.as_bytes());
+    std::os::unix::fs::symlink(folder.file("elsewhere/nearest.wgsl"), folder.file("kinds/lib/nearest.wgsl")).unwrap();
+    let line = "check pipeline.ron --nodes kinds";
+    folder.run(line).fails_saying(1, &["cannot read the shader", "--allow", "elsewhere"]);
+    folder.run(&format!("{line} --allow elsewhere")).good();
+}
+
+#[test]
+fn stress_says_what_makes_a_kind_reachable() {
+    let folder = with_files("lost", &[("posterize.wgsl", POSTERIZE), ("steps.wgsl", STEPS), ("nearest.wgsl", NEAREST)]);
+    fs::create_dir_all(folder.file("kinds/lost")).expect("a temporary folder");
+    let port = "\"clue\": Value(doc: \"A number.\", content: \"clue\")";
+    let node = NODE.replace("Posterize", "Lost").replace("inputs: { ", &format!("inputs: {{ {port}, "));
+    folder.with("kinds/lost/node.ron", node.as_bytes());
+    let shader = POSTERIZE.replace("#import steps\n", "").replace("posterize(source", "lost(clue: f32, source");
+    let shader = shader
+        .replace("Posterize", "Lost")
+        .replace("steps(source.rgb, params.levels)", "source.rgb * clue * params.levels");
+    folder.with("kinds/lost/lost.wgsl", shader.as_bytes());
+    let why =
+        "nothing makes its input `clue`: register a kind that has an output of the type Value and the content `clue`";
+    folder
+        .run("stress --kind Lost --nodes kinds")
+        .fails_saying(1, &["`Lost` does not run with all of its inputs", why]);
+    let conflict = r#"Pipeline(
+        inputs: { "scene": Color },
+        nodes: { "mean": MeanLuminance(source: "scene"), "lost": Lost(source: "scene", clue: "mean") },
+        outputs: { "out": "lost" },
+    )"#;
+    folder.with("conflict.ron", conflict.as_bytes());
+    let parts =
+        ["`clue` of `Lost` accepts `clue`, but `mean` is `mean-luminance`", "wire it to a node that gives `clue`"];
+    folder.run("check conflict.ron --nodes kinds").fails_saying(1, &parts);
+}

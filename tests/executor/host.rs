@@ -1,11 +1,13 @@
 //! The host's own textures, and the errors that report those that do not fit.
 
 use afterimage_gpu::{Frame, Gpu, GpuError, Opening, Readback, download};
+use afterimage_graph::check::Graph;
+use afterimage_graph::node::{ImageId, Pass, Resource};
 use afterimage_plan::When;
 use wgpu::{TextureFormat, TextureUsages};
 
 use super::{at_tier, bits, flat, lively};
-use crate::support::gpu::{Picture, Run, built_in};
+use crate::support::gpu::{Picture, Run, built_in, changed};
 use crate::support::player::Player;
 
 const LYNX: &str = "lynx.ron";
@@ -39,9 +41,12 @@ fn reference(scene: &Picture) -> (Player, wgpu::TextureView, Picture) {
 }
 
 fn reference_in(scene: &Picture, tile: When) -> (Player, wgpu::TextureView, Picture) {
-    let graph = built_in(LYNX, None);
+    reference_of(&built_in(LYNX, None), scene, tile)
+}
+
+fn reference_of(graph: &Graph, scene: &Picture, tile: When) -> (Player, wgpu::TextureView, Picture) {
     let mut player = Player::new();
-    let mut run = Run::new(&graph);
+    let mut run = Run::new(graph);
     run.options.tile = tile;
     run.options.row_downsample = tile;
     player.load(&run, &[("scene", scene)]);
@@ -118,13 +123,25 @@ fn encoded(value: f32) -> f32 {
     if value <= 0.003_130_8 { 12.92 * value } else { 1.055 * value.powf(1.0 / 2.4) - 0.055 }
 }
 
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn an_image_is_not_encoded_twice() {
+    let (mut player, input, _) = reference(&lively(64, 36));
+    let view = texture(&player, (64, 36), TextureFormat::Bgra8UnormSrgb, TextureUsages::RENDER_ATTACHMENT);
+    let frame = Frame { inputs: &[("scene", &input)], outputs: &[("display", &view)], ..Frame::default() };
+    let error = error_of(player.run(&frame));
+    assert!(error.contains("encoded the image already") && error.contains("`display`"), "{error}");
+}
+
 /// Renderers keep a swap chain in one format and draw to it in another.
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_view_with_another_encoding_than_its_texture_is_drawn_to() {
-    let (mut player, input, wanted) = reference(&lively(64, 36));
     let (plain, encodes) = (TextureFormat::Bgra8Unorm, TextureFormat::Bgra8UnormSrgb);
     for (of_texture, of_view) in [(plain, encodes), (encodes, plain)] {
+        let transfer = if of_view == encodes { "Linear" } else { "Srgb" };
+        let linear = changed(LYNX, None, &[("encoded.transfer", transfer)]);
+        let (mut player, input, wanted) = reference_of(&linear, &lively(64, 36), When::WhereItPays);
         let described = described((64, 36), of_texture, TextureUsages::RENDER_ATTACHMENT);
         let view_formats = &[of_view];
         let texture = player.gpu.device.create_texture(&wgpu::TextureDescriptor { view_formats, ..described });
@@ -204,6 +221,39 @@ fn any_number_of_host_textures_may_alternate() {
     let frame = Frame { inputs: &[("scene", &dark)], outputs: &[("display", &views[0])], ..Frame::default() };
     player.run(&frame).expect("the host's texture fits");
     assert!(player.read(views[0].texture()).pixels.iter().all(|pixel| pixel[..3] == [0.0; 3]));
+}
+
+/// A swap chain has new views in every frame: only the passes that name them get new bind groups.
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn new_views_renew_only_the_passes_that_name_them() {
+    let (scene, graph) = (lively(64, 36), built_in("tsushima.ron", None));
+    let mut player = Player::new();
+    let plan = player.load(&Run::new(&graph), &[("scene", &scene)]);
+    let input = player.upload(&scene).texture().clone();
+    player.run(&Frame { inputs: &[("scene", &input.create_view(&Default::default()))], ..Frame::default() }).unwrap();
+    let format = player.executor.output("display").expect("it is an output").format();
+    let output = texture(&player, (64, 36), format, TextureUsages::STORAGE_BINDING).texture().clone();
+    let naming = |ids: &[ImageId]| {
+        let names = |pass: &&Pass| pass.resources().filter_map(Resource::image).any(|image| ids.contains(&image));
+        plan.work().filter(names).count()
+    };
+    let (of_input, of_output) = (plan.inputs[0].1, plan.outputs[0].image);
+    let (shown, all) = (naming(&[of_output]), naming(&[of_input, of_output]));
+    assert!(shown == 1 && all > shown && all <= plan.passes.len() / 2, "{shown}, {all} of {}", plan.passes.len());
+    let mut views = [&input, &output].map(|texture| texture.create_view(&Default::default()));
+    let mut bound = |renewed: [bool; 2]| {
+        for (view, _) in views.iter_mut().zip(renewed).filter(|(_, renewed)| *renewed) {
+            *view = view.texture().create_view(&Default::default());
+        }
+        let (inputs, outputs) = (&[("scene", &views[0])], &[("display", &views[1])]);
+        player.run(&Frame { inputs, outputs, dt: 0.1, ..Frame::default() }).expect("the images fit");
+        player.executor.passes_bound()
+    };
+    bound([true, true]);
+    for _ in 0..20 {
+        assert_eq!([[false, false], [false, true], [true, true]].map(&mut bound), [0, shown, all]);
+    }
 }
 
 fn error_of(result: Result<(), GpuError>) -> String {

@@ -11,7 +11,7 @@ fn open() -> Player {
     Player::on(Gpu::open(&opening).unwrap_or_else(|error| panic!("{error}")))
 }
 
-/// wgpu drops commands for a lost device without an error, so a frame is recorded as before, but no new object is made.
+/// wgpu drops commands for a lost device without an error, so a frame is recorded as before, but no plan is loaded.
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_lost_device_is_reported_when_texels_are_read_and_the_plan_renders_on_another() {
@@ -25,8 +25,12 @@ fn a_lost_device_is_reported_when_texels_are_read_and_the_plan_renders_on_anothe
     let frame = |view| [("scene", view)];
     player.run(&Frame { inputs: &frame(&known), ..Frame::default() }).expect("a frame before");
     player.gpu.device.destroy();
-    player.run(&Frame { inputs: &frame(&known), ..Frame::default() }).expect("a lost device is not noticed");
-    let error = player.run(&Frame { inputs: &frame(&new), ..Frame::default() }).expect_err("bind groups are new");
+    for view in [&known, &new] {
+        player.run(&Frame { inputs: &frame(view), ..Frame::default() }).expect("a lost device is not noticed");
+    }
+    let other =
+        std::sync::Arc::new(Run::new(&built_in("lynx.ron", Some("low"))).plan(&player.gpu, &[("scene", &scene)]));
+    let error = player.executor.load(other).expect_err("it needs memory");
     assert!(matches!(error, GpuError::DeviceLost { .. }), "{error}");
     let texture = player.executor.output("display").expect("it is an output");
     let error = download(&player.gpu.device, &player.gpu.queue, texture).expect_err("nothing can be read");

@@ -201,6 +201,16 @@ pub(crate) enum PlanFormat {
 pub(crate) struct NodesArgs {
     /// The kind to describe; all are listed without it
     pub(crate) kind: Option<String>,
+    /// Write the files of a new kind of this name, which runs at once, to a new folder: `--new SoftGlow`
+    #[arg(long, value_name = "NAME", conflicts_with = "kind")]
+    pub(crate) new: Option<String>,
+    /// With `--new`: write a crate with the kind in Rust, and a program that has it
+    #[arg(long, requires = "new")]
+    pub(crate) rust: bool,
+    /// With `--rust`: the repository of Afterimage, on which the crate depends; by default one that this folder or the
+    /// program is in
+    #[arg(long, value_name = "DIR", requires = "rust")]
+    pub(crate) repository: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) kinds: KindOptions,
 }

@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use afterimage_graph::check::Loader;
 use afterimage_graph::document::{Document, parse};
-use afterimage_graph::node::{NodeKind, Registry, folder_kind_of};
+use afterimage_graph::node::{NodeKind, Registry, folder_kind_sharing};
 use afterimage_media::{read_bytes, read_text, real_path};
 
 use crate::args::KindOptions;
@@ -133,7 +133,11 @@ pub(crate) fn folder_kinds(folders: &KindOptions) -> Result<Vec<NodeKind>, Failu
 /// The kinds in a folder: the folder itself if it has a `node.ron`, or each folder in it that has one.
 fn kinds_in(folder: &Path, files: &Files) -> Result<Vec<NodeKind>, Failure> {
     if folder.join("node.ron").is_file() {
-        return Ok(vec![folder_node(folder, files)?]);
+        // What is beside the folder needs a permission.
+        let parent = real_path(folder).ok().and_then(|folder| Some(folder.parent()?.to_owned()));
+        let library = parent.filter(|parent| files.permitted(&parent.join(LIBRARY)).is_ok());
+        let library = library.map_or(Ok(Vec::new()), |parent| library_in(&parent, files))?;
+        return Ok(vec![folder_node(folder, &library, files)?]);
     }
     let entries = std::fs::read_dir(folder)
         .map_err(|error| Failure::unreadable(format!("`{}` has no node kinds: {error}", folder.display())))?;
@@ -143,32 +147,46 @@ fn kinds_in(folder: &Path, files: &Files) -> Result<Vec<NodeKind>, Failure> {
     if folders.is_empty() {
         return Err(Failure::user(format!("no folder in `{}` has a `node.ron`", folder.display())));
     }
-    folders.iter().map(|folder| folder_node(folder, files)).collect()
+    let library = library_in(folder, files)?;
+    folders.iter().map(|folder| folder_node(folder, &library, files)).collect()
 }
 
-fn folder_node(folder: &Path, files: &Files) -> Result<NodeKind, Failure> {
+/// The name of the folder with the files that kinds beside it share.
+const LIBRARY: &str = "lib";
+
+/// A `.wgsl` file: its path and its text.
+type ShaderText = (String, String);
+
+/// The files that the kinds of a folder share, if they share any.
+fn library_in(folder: &Path, files: &Files) -> Result<Vec<ShaderText>, Failure> {
+    let library = folder.join(LIBRARY);
+    let is_library = library.is_dir() && !library.join("node.ron").is_file();
+    if is_library { shaders_of(&library, files) } else { Ok(Vec::new()) }
+}
+
+fn folder_node(folder: &Path, library: &[ShaderText], files: &Files) -> Result<NodeKind, Failure> {
     let ron_path = folder.join("node.ron");
     let ron = files.text(&ron_path, "node kind")?;
-    let mut shaders = Vec::new();
-    for path in shaders_of(folder)? {
-        shaders.push((path.to_string_lossy().into_owned(), files.text(&path, "shader")?));
+    let shaders = shaders_of(folder, files)?;
+    if shaders.is_empty() {
+        return Err(Failure::user(format!("`{}` has no `.wgsl` file beside its `node.ron`", folder.display()))
+            .hint("a kind's shader is called like the kind in snake case: `posterize.wgsl` for `Posterize`"));
     }
-    let shaders: Vec<(&str, &str)> = shaders.iter().map(|(path, text)| (path.as_str(), text.as_str())).collect();
-    Ok(folder_kind_of((&ron_path.to_string_lossy(), &ron), &shaders)?)
+    Ok(folder_kind_sharing((&ron_path.to_string_lossy(), &ron), &borrowed(&shaders), &borrowed(library))?)
 }
 
-/// The `.wgsl` files of a folder: the kind's own and those that it imports.
-fn shaders_of(folder: &Path) -> Result<Vec<PathBuf>, Failure> {
+fn borrowed(files: &[ShaderText]) -> Vec<(&str, &str)> {
+    files.iter().map(|(path, text)| (path.as_str(), text.as_str())).collect()
+}
+
+/// The `.wgsl` files of a folder.
+fn shaders_of(folder: &Path, files: &Files) -> Result<Vec<ShaderText>, Failure> {
     let entries =
         std::fs::read_dir(folder).map_err(|error| Failure::user(format!("`{}`: {error}", folder.display())))?;
     let mut shaders: Vec<_> = entries.filter_map(|entry| Some(entry.ok()?.path())).collect();
     shaders.retain(|path| path.extension().is_some_and(|ending| ending == "wgsl"));
     shaders.sort();
-    if shaders.is_empty() {
-        return Err(Failure::user(format!("`{}` has no `.wgsl` file beside its `node.ron`", folder.display()))
-            .hint("a kind's shader is called like the kind in snake case: `posterize.wgsl` for `Posterize`"));
-    }
-    Ok(shaders)
+    shaders.into_iter().map(|path| Ok((path.to_string_lossy().into_owned(), files.text(&path, "shader")?))).collect()
 }
 
 /// Reads and parses a pipeline file.

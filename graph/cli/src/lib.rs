@@ -18,6 +18,7 @@ mod progress;
 mod quantise;
 mod render;
 mod save;
+mod scaffold;
 mod stress;
 mod terminal;
 mod tier_file;

@@ -12,16 +12,19 @@ use anstyle::{AnsiColor, Style};
 use crate::args::NodesArgs;
 use crate::failure::Failure;
 use crate::files::registry;
-use crate::terminal::say_styled;
+use crate::scaffold;
+use crate::terminal::{say, say_styled};
 
 const HEADING: Style = Style::new().bold();
 const NAME: Style = AnsiColor::Cyan.on_default().bold();
 
 pub(crate) fn run(args: &NodesArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
     let registry = registry(tables, &args.kinds)?;
-    match &args.kind {
-        None => say_styled(&list(&registry)),
-        Some(name) => say_styled(&page(find(&registry, name)?)),
+    match (&args.new, &args.kind) {
+        (Some(name), _) if args.rust => say(&scaffold::rust_crate(name, &registry, args.repository.as_deref())?),
+        (Some(name), _) => say(&scaffold::folder(name, &registry)?),
+        (None, None) => say_styled(&list(&registry)),
+        (None, Some(name)) => say_styled(&page(find(&registry, name)?)),
     }
     Ok(())
 }
@@ -82,7 +85,18 @@ fn states(states: &[ColorState]) -> String {
 
 fn input(port: &Input) -> String {
     let optional = if port.optional { ", optional" } else { "" };
-    format!("  {NAME}{}{NAME:#}: {}{}{optional}\n      {}\n", port.name, port.ty.name(), states(&port.states), port.doc)
+    let content = content(port.content.as_deref());
+    format!(
+        "  {NAME}{}{NAME:#}: {}{}{content}{optional}\n      {}\n",
+        port.name,
+        port.ty.name(),
+        states(&port.states),
+        port.doc
+    )
+}
+
+fn content(content: Option<&str>) -> String {
+    content.map_or_else(String::new, |content| format!(" ({content})"))
 }
 
 fn output(port: &Output) -> String {
@@ -92,7 +106,8 @@ fn output(port: &Output) -> String {
         OutputState::Chosen(param) => format!(" (in the state that `{param}` names)"),
         OutputState::Nothing => String::new(),
     };
-    format!("  {NAME}{}{NAME:#}: {}{state}\n      {}\n", port.name, port.ty.name(), port.doc)
+    let content = content(port.content.as_deref());
+    format!("  {NAME}{}{NAME:#}: {}{state}{content}\n      {}\n", port.name, port.ty.name(), port.doc)
 }
 
 fn parameter(param: &Param) -> String {

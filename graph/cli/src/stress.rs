@@ -14,7 +14,7 @@ use crate::failure::Failure;
 use crate::files::{Files, folder_kinds, text};
 use crate::pipeline::{assignments, facts};
 use crate::progress::Bar;
-use crate::terminal::say;
+use crate::terminal::{note, say};
 
 /// Failed cases that are listed for each pipeline and kind without `--all`.
 const LISTED: usize = 8;
@@ -27,7 +27,8 @@ pub(crate) fn run(args: &StressArgs, tables: &[&[NodeKind]]) -> Result<(), Failu
     if let Some(case) = args.case.as_ref().filter(|case| !stress::is_case(case)) {
         return Err(unknown_case(case));
     }
-    let subjects = subjects(args, &registry, &tables)?;
+    let (subjects, skipped) = subjects(args, &registry, &tables)?;
+    skipped.iter().for_each(|kind| note(kind));
     let gpu = open(&args.device)?;
     if args.conditioning {
         return conditioning(args, &gpu, &registry, &subjects);
@@ -70,10 +71,14 @@ fn unknown_case(case: &str) -> Failure {
 }
 
 /// The subjects that the command line names, with its overrides and facts.
-fn subjects(args: &StressArgs, registry: &Registry, tables: &[&[NodeKind]]) -> Result<Vec<Subject>, Failure> {
+fn subjects(
+    args: &StressArgs,
+    registry: &Registry,
+    tables: &[&[NodeKind]],
+) -> Result<(Vec<Subject>, Vec<String>), Failure> {
     let everything = args.pipelines.is_empty() && args.kind.is_empty() && !args.kinds;
     let tier = args.options.tier.as_deref();
-    let mut subjects = Vec::new();
+    let (mut subjects, mut skipped) = (Vec::new(), Vec::new());
     for path in &args.pipelines {
         let file = path.to_string_lossy();
         let text = text(path, "pipeline")?;
@@ -89,27 +94,29 @@ fn subjects(args: &StressArgs, registry: &Registry, tables: &[&[NodeKind]]) -> R
         }
     }
     if everything || args.kinds {
-        subjects.extend(stress::kinds(registry, tables));
+        let (alone, others) = stress::kinds(registry, tables);
+        subjects.extend(alone);
+        skipped.extend(others);
     }
     for name in &args.kind {
-        subjects.extend(one_kind(registry, name)?);
+        let (alone, others) = one_kind(registry, name)?;
+        subjects.extend(alone);
+        skipped.extend(others);
     }
     subjects.retain(|subject| (subject.bare || !args.bare) && (subject.signed || !args.signed));
     let base = assignments(&args.options.sets, "--set")?;
     let facts = facts(&args.options)?;
     subjects.iter_mut().for_each(|subject| (subject.base, subject.facts) = (base.clone(), facts.clone()));
-    Ok(subjects)
+    Ok((subjects, skipped))
 }
 
-fn one_kind(registry: &Registry, name: &str) -> Result<Vec<Subject>, Failure> {
+fn one_kind(registry: &Registry, name: &str) -> Result<(Vec<Subject>, Vec<String>), Failure> {
     let kind = registry.get(name).ok_or_else(|| {
         let hint = did_you_mean(name, registry.names()).unwrap_or_else(|| "`afterimage nodes` lists them all".into());
         Failure::user(format!("no node kind is called `{name}`")).hint(hint)
     })?;
     match stress::kinds(registry, &[std::slice::from_ref(kind)]) {
-        subjects if subjects.is_empty() => Err(Failure::user(format!(
-            "the inputs of `{name}` cannot all be made from images, so it cannot run on its own"
-        ))),
-        subjects => Ok(subjects),
+        (subjects, skipped) if subjects.is_empty() => Err(Failure::user(skipped.join("; "))),
+        found => Ok(found),
     }
 }

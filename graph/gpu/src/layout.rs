@@ -19,6 +19,16 @@ pub(crate) enum Pipeline {
     Render(wgpu::RenderPipeline),
 }
 
+impl Pipeline {
+    /// Whether it dispatches or draws.
+    pub(crate) fn stage(&self) -> Stage {
+        match self {
+            Self::Compute(_) => Stage::Compute,
+            Self::Render(_) => Stage::Fragment,
+        }
+    }
+}
+
 /// The layout of the bind group of a pass.
 pub(crate) fn bind_group_layout(device: &Device, plan: &Plan, composed: &Composed, stage: Stage) -> BindGroupLayout {
     let entries: Vec<BindGroupLayoutEntry> =

@@ -2,37 +2,57 @@
 
 use std::collections::BTreeSet;
 
-use afterimage_base::image::Format;
-use afterimage_graph::node::{CellReduce, ImageId, NodeKind, Pass, PassKind, Recording, Resource, for_each_recording};
+use afterimage_base::caps::Caps;
+use afterimage_base::image::{Format, Signedness, Size};
+use afterimage_graph::node::{
+    Arg, CellReduce, ImageId, NodeKind, Pass, PassKind, PassResult, Recording, Resource, for_each_recording,
+};
 use afterimage_wgsl::{SampleMode, ShaderFeatures};
 
 use crate::builder::copy_kernel;
-use crate::codegen::{CodeOptions, compose_pass};
+use crate::codegen::{CodeOptions, compose_pass, functions_cover};
 use crate::fusion::{row_kernel, row_pass};
 
-/// The contract of [`afterimage_graph::node::contract`], and beyond it: every pass becomes a valid module, in every way
-/// in which its textures may be sampled and its numbers computed.
+/// The contract of [`afterimage_graph::node::contract`], and beyond it: every pass becomes a valid module, alone and
+/// fused with another one, in every way in which its textures may be sampled and its numbers computed, and its
+/// workgroup memory is within what every WebGPU device has.
+///
+/// Returns what could not be checked, one sentence each.
 ///
 /// # Errors
 /// All complaints, one sentence each, with the kind's name in front.
-pub fn contract(kinds: &[NodeKind]) -> Result<(), Vec<String>> {
-    let mut complaints = afterimage_graph::node::contract(kinds).err().unwrap_or_default();
+pub fn contract(kinds: &[NodeKind]) -> Result<Vec<String>, Vec<String>> {
+    let (skipped, mut complaints) = match afterimage_graph::node::contract(kinds) {
+        Ok(skipped) => (skipped, Vec::new()),
+        Err(complaints) => (Vec::new(), complaints),
+    };
     let complaint = |kind: &NodeKind, complaint: String| format!("`{}`: {complaint}", kind.name());
     for complaint in kinds.iter().flat_map(|kind| of_modules(kind).into_iter().map(|text| complaint(kind, text))) {
         if !complaints.contains(&complaint) {
             complaints.push(complaint);
         }
     }
-    if complaints.is_empty() { Ok(()) } else { Err(complaints) }
+    if complaints.is_empty() { Ok(skipped) } else { Err(complaints) }
 }
 
 fn of_modules(kind: &NodeKind) -> Vec<String> {
-    let (mut shapes, mut modules, mut complaints) = (BTreeSet::new(), BTreeSet::new(), Vec::new());
+    let mut modules = Modules::default();
     for_each_recording(kind, &mut |recording| {
-        let new = recording.passes.iter().filter(|pass| shapes.insert(shape(pass, recording)));
-        new.for_each(|pass| module(pass, recording, &mut modules, &mut complaints));
+        for pass in &recording.passes {
+            if modules.shapes.insert(shape(pass, recording)) {
+                modules.check(&limited(pass), recording);
+            }
+        }
     });
-    complaints
+    modules.complaints
+}
+
+/// The pass as the planner records it: it limits the results of untrusted shaders.
+fn limited(pass: &Pass) -> Pass {
+    let mut pass = pass.clone();
+    let untrusted = pass.kernels.iter_mut().filter(|kernel| kernel.shader.is_untrusted());
+    untrusted.for_each(|kernel| kernel.limited = Some(Signedness::Unsigned));
+    pass
 }
 
 /// All of a pass that its module depends on.
@@ -40,7 +60,12 @@ fn shape(pass: &Pass, recording: &Recording) -> String {
     let format = |resource: Resource| resource.image().map(|image| recording.image(image).desc.format);
     let formats: Vec<Option<Format>> = pass.writes().into_iter().map(format).collect();
     let calls: Vec<_> = pass.kernels.iter().map(|kernel| (&kernel.shader, &kernel.function, &kernel.args)).collect();
-    format!("{calls:?} {:?} {formats:?}", pass.kind)
+    format!("{calls:?} {:?} {formats:?} {:?}", pass.kind, cover(pass, recording))
+}
+
+/// Texels that a workgroup of functions makes: more of large images.
+fn cover(pass: &Pass, recording: &Recording) -> Option<[u32; 2]> {
+    pass.function_result().map(|image| functions_cover(pass, recording.image(image).desc.size))
 }
 
 /// What every device understands.
@@ -57,19 +82,67 @@ const WAYS: [(SampleMode, ShaderFeatures); 6] = [
     (SampleMode::Plain, RICH),
 ];
 
-/// The pass as a module, for every way in which its textures may be read and its numbers may be made.
-fn module(pass: &Pass, recording: &Recording, modules: &mut BTreeSet<String>, complaints: &mut Vec<String>) {
-    let desc_of = |image: ImageId| recording.image(image).desc;
-    for (reading, features) in WAYS {
-        let options = CodeOptions { features, immediates: features == RICH };
-        let fault = match compose_pass(pass, &desc_of, &|_| reading, options) {
-            Ok(composed) if !modules.insert(composed.source.clone()) => None,
-            Ok(composed) => composed.validate().err().map(|error| format!("no valid module: {error}")),
-            Err(error) => Some(format!("no module: {error}")),
-        };
-        complaints.extend(fault.map(|fault| format!("the pass `{}` is {fault}", pass.label)));
+/// The modules of a kind.
+#[derive(Default)]
+struct Modules {
+    shapes: BTreeSet<String>,
+    sources: BTreeSet<String>,
+    complaints: Vec<String>,
+}
+
+impl Modules {
+    /// The pass as a module, for every way in which its textures may be read and its numbers may be made; and in its
+    /// other forms.
+    fn check(&mut self, pass: &Pass, recording: &Recording) {
+        // In large images the same functions are called in a longer entry point.
+        let small = functions_cover(pass, Size::new(1, 1));
+        let is_small = cover(pass, recording).is_none_or(|cover| cover == small);
+        self.ways(pass, recording, "", if is_small { &WAYS } else { &WAYS[..1] });
+        if let Some(fused) = fused(pass) {
+            self.ways(&fused, recording, " fused with its reader", &WAYS[..1]);
+        }
+        by_rows(pass).into_iter().chain(by_cells(pass)).for_each(|pass| self.ways(&pass, recording, "", &WAYS));
     }
-    by_rows(pass).into_iter().chain(by_cells(pass)).for_each(|pass| module(&pass, recording, modules, complaints));
+
+    fn ways(&mut self, pass: &Pass, recording: &Recording, form: &str, ways: &[(SampleMode, ShaderFeatures)]) {
+        let desc_of = |image: ImageId| recording.image(image).desc;
+        for (reading, features) in ways.iter().copied() {
+            let options = CodeOptions { features, immediates: features == RICH };
+            let fault = match compose_pass(pass, &desc_of, &|_| reading, options) {
+                Ok(composed) if !self.sources.insert(composed.source.clone()) => None,
+                Ok(composed) => match composed.validate() {
+                    Ok(module) => too_much_memory(&module),
+                    Err(error) => Some(format!("is no valid module: {error}")),
+                },
+                Err(error) => Some(format!("is no module: {error}")),
+            };
+            self.complaints.extend(fault.map(|fault| format!("the pass `{}`{form} {fault}", pass.label)));
+        }
+    }
+}
+
+/// Workgroup memory beyond what every device has.
+fn too_much_memory(module: &naga::Module) -> Option<String> {
+    let shared = module.global_variables.iter().filter(|(_, global)| global.space == naga::AddressSpace::WorkGroup);
+    let bytes: u32 =
+        shared.map(|(_, global)| module.types[global.ty].inner.size(module.to_ctx()).next_multiple_of(16)).sum();
+    let most = Caps::default().workgroup_bytes;
+    (bytes > most).then(|| format!("has {bytes} bytes of workgroup memory; the limit of a device may be {most}"))
+}
+
+/// The pass before a reader of its pixels, in one module: itself once more, or a copy.
+fn fused(pass: &Pass) -> Option<Pass> {
+    let (image, [kernel]) = (pass.function_result()?, pass.kernels.as_slice()) else { return None };
+    if !matches!(pass.kind, PassKind::Point | PassKind::Gather) {
+        return None;
+    }
+    let pixel = kernel.args.iter().map(|arg| arg.value).find(|value| matches!(value, Arg::Pixel(_)));
+    let (reader, read) = match pixel {
+        Some(pixel) => (kernel.clone(), pixel),
+        None => (copy_kernel(&kernel.node, image), Arg::Pixel(image)),
+    };
+    let kernels = vec![kernel.clone(), reader.moved(0, Some(read), Arg::Kernel(0))];
+    Some(Pass { kernels, results: vec![PassResult { kernel: 1, image }], ..pass.clone() })
 }
 
 /// The pass in its form by rows, if it has one.

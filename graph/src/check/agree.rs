@@ -98,8 +98,30 @@ impl Builder<'_> {
                 let diagnostic = self.state_conflict(wire, on_wire, &port.states, reader);
                 self.report(diagnostic);
             }
-            _ => {}
+            _ => self.agree_on_content(wire, port, reader),
         }
+    }
+
+    /// Tables, values and volumes may declare what their numbers are.
+    fn agree_on_content(&mut self, wire: &Wire, port: &Input, reader: &str) {
+        let Some(Source::Node { node, output, .. }) = wire.source else { return };
+        let found = self.drafts[node].kind.outputs()[output].content.clone();
+        let (Some(found), Some(wanted)) = (found, &port.content) else { return };
+        if found == *wanted {
+            return;
+        }
+        let between = self.registry.iter().find(|kind| {
+            let takes = kind.inputs().iter().any(|input| input.content.as_ref() == Some(&found));
+            takes && kind.outputs().iter().any(|output| output.content.as_ref() == Some(wanted))
+        });
+        let help = match between {
+            Some(kind) => format!("put a node {} between them", quote(kind.name())),
+            None => format!("wire it to a node that gives {}", quote(wanted)),
+        };
+        let message = format!("{reader} accepts {}, but {} is {}", quote(wanted), self.maker(wire), quote(&found));
+        let (accepts, gives) = (format!("accepts {}", quote(wanted)), format!("gives {}", quote(&found)));
+        let diagnostic = self.ends(Diagnostic::error("content-conflict", message), wire, &accepts, &gives).help(help);
+        self.report(diagnostic);
     }
 
     fn type_conflict(

@@ -13,8 +13,8 @@ mod resource;
 mod typed;
 
 pub use color::{ColorChange, ImageColor};
-pub use contract::{contract, for_each_recording};
-pub use folder::{folder_kind, folder_kind_of};
+pub use contract::{contract, for_each_recording, kind_file_name};
+pub use folder::{folder_kind, folder_kind_of, folder_kind_sharing};
 pub use kernel::{Arg, Argument, ByCells, ByRows, KernelCall, KernelOrigin};
 pub use kind::{Arrivals, DynNode, Kind, NodeKind};
 pub use pass::{CellReduce, Pass, PassKind, PassResult, RowDownsample, TileStage, TiledChain};

@@ -43,6 +43,9 @@ pub struct Input {
     pub states: Shared<[ColorState]>,
     /// Whether it may stay unwired.
     pub optional: bool,
+    /// What its numbers are, for a table, a value or a volume: only outputs with this content fit, and those that
+    /// declare none.
+    pub content: Option<Shared<str>>,
     /// What it is for.
     pub doc: Shared<str>,
 }
@@ -50,7 +53,14 @@ pub struct Input {
 impl Input {
     /// A required port.
     pub const fn new(name: &'static str, ty: PortType, doc: &'static str) -> Self {
-        Self { name: Shared::of(name), ty, states: Shared::of(&[]), optional: false, doc: Shared::of(doc) }
+        Self {
+            name: Shared::of(name),
+            ty,
+            states: Shared::of(&[]),
+            optional: false,
+            content: None,
+            doc: Shared::of(doc),
+        }
     }
 
     /// A required image port.
@@ -68,6 +78,13 @@ impl Input {
     /// Lets it stay unwired.
     pub const fn optional(mut self) -> Self {
         self.optional = true;
+        self
+    }
+
+    /// Names what its numbers are: the content of the outputs that fit.
+    pub const fn content(mut self, name: &'static str) -> Self {
+        // A constant function cannot drop what it replaces, which is a part of the program and needs no drop.
+        std::mem::forget(self.content.replace(Shared::of(name)));
         self
     }
 }
@@ -110,12 +127,14 @@ pub struct Output {
     pub doc: Shared<str>,
     /// What its readers get when the node does not run.
     pub fallback: Fallback,
+    /// What its numbers are, for a table, a value or a volume: the layout of a histogram, stops of exposure.
+    pub content: Option<Shared<str>>,
 }
 
 impl Output {
     /// A port. Its fallback is [`Fallback::of_type`], unless `or` or `or_input` sets another one.
     pub const fn new(name: &'static str, ty: PortType, state: OutputState, doc: &'static str) -> Self {
-        Self { name: Shared::of(name), ty, state, doc: Shared::of(doc), fallback: Fallback::of_type(ty) }
+        Self { name: Shared::of(name), ty, state, doc: Shared::of(doc), fallback: Fallback::of_type(ty), content: None }
     }
 
     /// An image port.
@@ -127,6 +146,13 @@ impl Output {
     pub const fn or(mut self, fallback: Fallback) -> Self {
         // A constant function cannot drop what it replaces, which is a part of the program and needs no drop.
         std::mem::forget(std::mem::replace(&mut self.fallback, fallback));
+        self
+    }
+
+    /// Names what its numbers are: inputs with another content do not fit. A table needs it.
+    pub const fn content(mut self, name: &'static str) -> Self {
+        // A constant function cannot drop what it replaces, which is a part of the program and needs no drop.
+        std::mem::forget(self.content.replace(Shared::of(name)));
         self
     }
 

@@ -79,65 +79,68 @@ fn the_built_in_kinds_keep_it() {
     contract(afterimage_nodes::ALL).unwrap_or_else(|complaints| panic!("{}", complaints.join("\n")));
 }
 
+static LARGE: Shader = Shader::new(
+    "large.wgsl",
+    "@group(0) @binding(0) var source: texture_2d<f32>;
+    @group(0) @binding(1) var<storage, read_write> sums: array<vec4f>;
+    @compute @workgroup_size(16, 32)
+    fn large(@builtin(workgroup_id) id: vec3u) { sums[id.x] = textureLoad(source, vec2i(id.xy), 0); }",
+);
+
 params! {
-    /// Keeps every promise but those of its parameters.
-    pub struct Loose {
-        /// A range that leaves its domain at the lower end.
-        pub low: f32 = 0.5 => within(0.0..=1.0), usually(-1.0..=0.5);
-        /// A range that leaves its domain at the upper end.
-        pub high: f32 = 0.5 => within(0.0..=1.0), usually(0.5..=2.0);
-        /// An empty range.
-        pub empty: f32 = 0.5 => within(0.0..=1.0), usually(0.5..=0.5);
-        /// A range that is its domain.
-        pub whole: f32 = 0.5 => within(0.0..=1.0), usually(0.0..=1.0);
-        /// An empty domain.
-        pub nowhere: f32 = 0.5 => within(0.5..=0.5);
-        /// A domain without an end.
-        pub endless: f32 = 0.5 => within(0.0..=f64::INFINITY);
-        /// A neutral value outside.
-        pub neutral: f32 = 0.5 => within(0.0..=1.0), neutral(2.0);
-    }
+    /// Fits into the limits of a device for small images.
+    pub struct Large {}
 }
 
-impl Node for Loose {
-    const INPUTS: &'static [Input] = &[Input::image("source", "A picture.")];
-    const OUTPUTS: &'static [Output] = &[
-        Output::image("result", OutputState::same("source"), "The picture.").or_input("source"),
-        Output::image("Result", OutputState::same("source"), ""),
-    ];
+impl Node for Large {
+    const INPUTS: &'static [Input] = &[Input::image("source", "The picture.")];
+    const OUTPUTS: &'static [Output] = &[Output::new("result", PortType::Table, OutputState::Nothing, "Sums.")];
 
     fn record(&self, pass: &mut Recorder<'_>) {
         let source = pass.image("source");
-        pass.give("result", Arrival::Image(source));
-        pass.give("Result", Arrival::Image(source));
+        let texels = pass.desc(source).size.texels();
+        let sums = pass.output_table("result", texels * 16, BufferLife::Frame);
+        let groups = texels.div_ceil(256) as u32;
+        pass.compute(&LARGE, "large").buffer("sums", sums).dispatch([groups, 1, 1]);
     }
 }
 
 #[test]
-fn ranges_and_domains_are_checked() {
-    let complaints = contract(&[NodeKind::of::<Loose>()]).expect_err("it breaks many");
-    let named = |part: &str| complaints.iter().any(|complaint| complaint.contains(part));
+fn limits_of_devices_hold_for_large_images() {
+    let complaints = contract(&[NodeKind::of::<Large>()]).expect_err("it exceeds limits").join("\n");
     for part in [
-        "the usual range of `low` leaves its domain",
-        "the usual range of `high` leaves its domain",
-        "the usual range of `empty` leaves its domain",
-        "the domain of `nowhere` is not finite",
-        "the domain of `endless` is not finite",
-        "the neutral value of `neutral` is not acceptable",
-        "the output `Result` has no doc",
+        "`Large`: the output `result` is a table, which its readers must know: name its layout by `content`",
+        "the pass `large` at 64x36 has 512 invocations in a workgroup; the limit of a device may be 256",
+        "the pass `large` at 7680x4320 has 129600 workgroups in one direction; the limit of a device may be 65535",
+        "the buffer `node.result` has 530841600 bytes at 7680x4320; the limit of a device may be 134217728",
     ] {
-        assert!(named(part), "{part} is not in\n{}", complaints.join("\n"));
+        assert!(complaints.contains(part), "{part} is missing in:\n{complaints}");
     }
-    assert!(!named("`whole`") && !named("the output `result` has no doc"), "{}", complaints.join("\n"));
+    assert!(!complaints.contains("at 64x36 has 9 workgroups"), "{complaints}");
+}
+
+params! {
+    /// Always refused.
+    pub struct Refused {}
+}
+
+impl Node for Refused {
+    const INPUTS: &'static [Input] = &[Input::image("source", "The picture.")];
+    const OUTPUTS: &'static [Output] =
+        &[Output::image("result", OutputState::same("source"), "The picture.").or_input("source")];
+
+    fn verify(&self) -> Result<(), String> {
+        Err("a file is missing".into())
+    }
+
+    fn record(&self, _: &mut Recorder<'_>) {}
 }
 
 #[test]
-fn a_kind_has_its_ports_and_no_others() {
-    let kind = NodeKind::of::<Loose>();
-    let names = |name| kind.output(name).map(|port| port.name.to_string());
-    assert_eq!(names("result").as_deref(), Some("result"));
-    assert_eq!(names("Result").as_deref(), Some("Result"));
-    assert!(kind.output("source").is_none() && kind.input("result").is_none());
-    assert_eq!(kind.input("source").map(|port| port.name.to_string()).as_deref(), Some("source"));
-    assert_eq!(kind.param("whole").map(|(at, param)| (at, param.name.to_string())), Some((3, "whole".into())));
+fn a_kind_that_never_records_is_reported_as_skipped() {
+    let skipped = contract(&[NodeKind::of::<Refused>()]).expect("nothing is wrong").join("\n");
+    assert!(
+        skipped.contains("`Refused`: no pass is checked, because its defaults are refused (a file is missing)"),
+        "{skipped}"
+    );
 }

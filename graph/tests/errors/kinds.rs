@@ -109,15 +109,20 @@ const SAME: Output = Output::image("result", OutputState::same("source"), "The p
 
 node!(
     Exposure,
-    [SOURCE.accepts(&[ColorState::Scene]), Input::new("meter", PortType::Value, "Measured light.").optional()],
+    [
+        SOURCE.accepts(&[ColorState::Scene]),
+        Input::new("meter", PortType::Value, "Measured light.").content("exposure").optional()
+    ],
     [Output::image("result", OutputState::Always(ColorState::Exposed), "The exposed picture.")]
 );
 node!(
     Meter,
     [SOURCE.accepts(LIGHT)],
     [
-        Output::new("histogram", PortType::Table, OutputState::Nothing, "How often each brightness occurs."),
-        Output::new("exposure", PortType::Value, OutputState::Nothing, "The exposure that fits.")
+        Output::new("histogram", PortType::Table, OutputState::Nothing, "How often each brightness occurs.")
+            .content("histogram"),
+        Output::new("exposure", PortType::Value, OutputState::Nothing, "The exposure that fits.").content("exposure"),
+        Output::new("light", PortType::Value, OutputState::Nothing, "The light in lux.").content("lux")
     ]
 );
 node!(Extract, [SOURCE.accepts(LIGHT)], [SAME]);

@@ -8,10 +8,12 @@ mod accepted;
 mod conditions;
 mod contract;
 mod folder;
+mod folder_images;
 mod fuzz;
 mod kinds;
 mod mutated;
 mod once;
+mod ranges;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;

@@ -12,10 +12,18 @@ fn tint(source: vec4f, params: Tint) -> vec4f { return source * params.levels; }
 fn tint_mask(source: vec4f, mask: texture_2d<f32>, mask_sampler: sampler, at: Point) -> vec4f {
     return source * tap(mask, mask_sampler, at.uv).x;
 }
+fn tint_over(source: texture_2d<f32>, mask: texture_2d<f32>, at: Point) -> vec4f {
+    return texel(source, at.pixel) * texel(mask, at.pixel);
+}
+fn tint_levels(source: texture_2d<f32>, at: Point) -> vec4f { return texel(source, 2 * at.pixel); }
+fn tint_wide(levels: vec4f, coarser: texture_2d<f32>, low: texture_2d<f32>, at: Point) -> vec4f {
+    return levels + texel(coarser, at.pixel / 2) + texel(low, at.pixel);
+}
+fn tint_end(wide: texture_2d<f32>, at: Point) -> vec4f { return texel(wide, at.pixel / 2); }
 ";
 
 /// Declarations with each field, and with few.
-pub(crate) const DECLARATIONS: [&str; 3] = [
+pub(crate) const DECLARATIONS: [&str; 4] = [
     r#"Kind(
     name: "Tint",
     doc: "Tints.",
@@ -34,11 +42,22 @@ pub(crate) const DECLARATIONS: [&str; 3] = [
     doc: "Tints.",
     inputs: { "source": Image(doc: "The image."), "mask": Image(doc: "Where.", optional: true) },
     outputs: {
-        "result": Image(doc: "The result.", state: Encoded, function: "tint_mask", size: Half),
-        "other": Image(doc: "Another.", state: Same("source"), function: "tint_mask", size: Fixed(256, 256), fallback: Zero),
+        "result": Image(doc: "The result.", state: Encoded, function: "tint_over", size: Half),
+        "other": Image(doc: "Another.", state: Same("source"), function: "tint_over", size: Fixed(256, 256), fallback: Zero),
     },
 )"#,
     r#"Kind(name: "Tint", doc: "Tints.", inputs: { "source": Image(doc: "The image.") }, outputs: { "result": Image(doc: "The result.", state: Same("source"), fallback: Absent) })"#,
+    r#"Kind(
+    name: "Tint",
+    doc: "Tints.",
+    inputs: { "source": Image(doc: "The image.") },
+    images: {
+        "levels": Pyramid(down: "source", levels: 4, format: R32Float),
+        "soft": Pyramid(each: "levels", function: "tint_levels", reads: { "source": Level("levels", 0) }),
+        "wide": Image(up: "levels", reads: { "low": Level("soft", 2) }),
+    },
+    outputs: { "result": Image(doc: "The result.", state: Same("source"), function: "tint_end") },
+)"#,
 ];
 
 /// Words that the declarations do not use.

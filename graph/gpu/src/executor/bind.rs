@@ -1,5 +1,7 @@
 //! Bind groups: a loaded plan with the images that the host gives for a frame.
 
+use std::sync::Arc;
+
 use afterimage_graph::node::ImageId;
 use afterimage_plan::codegen::SlotKind;
 use afterimage_plan::{PlanOutput, Stage};
@@ -8,65 +10,106 @@ use wgpu::{BindGroup, BindGroupEntry, BindingResource, TextureView};
 use super::Executor;
 use super::explicit_transitions::explicit_transitions;
 use super::frame::Frame;
-use super::host_images::{Formats, check_apart, check_input, check_names, check_output, must_be_drawn};
-use super::loaded::{HostSet, ImageBinding, Loaded, Run, planned_attachment};
+use super::host_images::{Formats, check_apart, check_encoding, check_input, check_names, check_output, must_be_drawn};
+use super::loaded::{HostSet, ImageBinding, Loaded, Run};
 use super::prepare::order;
 use crate::GpuError;
 use crate::layout::bound_slots;
 use crate::pipelines::Built;
-use crate::platform::watched;
+use crate::platform::{scoped, watched};
 use crate::store::Store;
 
-/// How many choices of host images are remembered: the images of a swap chain.
-const MOST_SETS: usize = 4;
+/// How many choices of host images are remembered: the images of a few swap chains.
+const MOST_SETS: usize = 16;
 
 impl Executor {
     /// The bind groups for this frame's host images: remembered, or made.
     pub(super) fn host_set(&mut self, frame: &Frame<'_>) -> Result<usize, GpuError> {
         let loaded = self.loaded.as_ref().ok_or(GpuError::NoPlan)?;
         check_names(&loaded.plan, frame)?;
-        if let Some(known) = loaded.sets.iter().position(|set| same_views(&self.store, loaded, set, frame)) {
-            return Ok(known);
-        }
-        let views = chosen_views(&self.store, loaded, frame)?;
-        let drawn = drawn(&self.compiler.device, &mut self.formats, loaded, &views)?;
-        let set = watched(&self.compiler.device, "the images of the host", || self.make_set(loaded, views, &drawn))?;
-        let names = loaded.plan.outputs.iter().map(|output| output.name.clone());
-        self.drawn = names.zip(drawn).filter_map(|(name, format)| Some((name, format?))).collect();
+        let known = loaded.sets.iter().position(|set| same_views(&self.store, loaded, set, frame));
+        let set = match known {
+            Some(_) => None,
+            None => Some(self.new_set(frame)?),
+        };
         let loaded = self.loaded.as_mut().expect("it was there above");
-        if loaded.sets.len() == MOST_SETS {
-            loaded.sets.remove(0);
+        self.runs_made = set.as_ref().map_or(0, |set| set.made);
+        match (known, set) {
+            // The set used last is at the end.
+            (Some(known), _) => loaded.sets[known..].rotate_left(1),
+            (None, set) => {
+                loaded.sets.drain(..(loaded.sets.len() + 1).saturating_sub(MOST_SETS));
+                loaded.sets.extend(set);
+            }
         }
-        loaded.sets.push(set);
         Ok(loaded.sets.len() - 1)
     }
 
-    fn make_set(&self, loaded: &Loaded, views: Vec<TextureView>, drawn: &Drawn) -> Result<HostSet, GpuError> {
-        let passes = 0..loaded.passes.len();
-        let runs = passes.map(|index| self.make_run(loaded, index, &views, drawn)).collect::<Result<Vec<_>, _>>()?;
-        let explicit_transitions = explicit_transitions(loaded, &self.store, &runs, &views);
-        Ok(HostSet { views, runs, explicit_transitions })
+    fn new_set(&mut self, frame: &Frame<'_>) -> Result<HostSet, GpuError> {
+        let loaded = self.loaded.as_ref().ok_or(GpuError::NoPlan)?;
+        let (device, what) = (&self.compiler.device, "the images of the host");
+        let views = chosen_views(&self.store, loaded, frame)?;
+        let drawn = drawn(device, &mut self.formats, loaded, &views)?;
+        let set = match loaded.sets.last() {
+            // A swap chain has new views in every frame: most of the last set is as good as new.
+            Some(last) if last.drawn == drawn => scoped(device, what, || self.make_set(loaded, views, &drawn, last))?,
+            _ => watched(device, what, || self.make_set(loaded, views, &drawn, &HostSet::default()))?,
+        };
+        let names = loaded.plan.outputs.iter().map(|output| &output.name).zip(drawn);
+        let now: Vec<_> = names.filter_map(|(name, format)| Some((name, format?))).collect();
+        if !now.iter().copied().eq(self.drawn.iter().map(|(name, format)| (name, *format))) {
+            self.drawn = now.into_iter().map(|(name, format)| (name.clone(), format)).collect();
+        }
+        Ok(set)
     }
 
-    fn make_run(&self, loaded: &Loaded, index: usize, views: &[TextureView], drawn: &Drawn) -> Result<Run, GpuError> {
-        let pass = &loaded.passes[index];
-        let host_attachment = pass.writes_image.and_then(|image| attachment_of_host(loaded, image, drawn));
-        let attachment = host_attachment.or_else(|| planned_attachment(&loaded.plan, index, pass.writes_image));
-        let Built { pipeline, layout } = match host_attachment {
-            None => pass.built.clone(),
-            Some(format) => self.drawing(loaded, index, format)?,
+    /// The set for these views. What names only views that the last set has, too, is taken from there.
+    fn make_set(
+        &self,
+        loaded: &Loaded,
+        views: Vec<TextureView>,
+        drawn: &Drawn,
+        last: &HostSet,
+    ) -> Result<HostSet, GpuError> {
+        let mut made = 0;
+        let mut run = |index| match last.runs.get(index) {
+            Some(run) if !names_new(loaded, index, (&last.views, &views)) => Ok(run.clone()),
+            known => {
+                made += 1;
+                let built = known.map_or_else(|| self.built(loaded, index, drawn), |run| Ok(run.built.clone()))?;
+                Ok(self.make_run(loaded, index, built, &views))
+            }
         };
-        let stage = if attachment.is_some() { Stage::Fragment } else { Stage::Compute };
+        let runs = (0..loaded.passes.len()).map(&mut run).collect::<Result<Vec<_>, GpuError>>()?;
+        let explicit_transitions = match &last.explicit_transitions {
+            Some(known) if !known.has_host_views => known.clone(),
+            _ => Arc::new(explicit_transitions(loaded, &self.store, &runs, &views)),
+        };
+        Ok(HostSet { views, drawn: drawn.to_vec(), runs, explicit_transitions: Some(explicit_transitions), made })
+    }
+
+    /// The pipeline of a pass: the planned one, or the one that draws into the host's image.
+    fn built(&self, loaded: &Loaded, index: usize, drawn: &Drawn) -> Result<Built, GpuError> {
+        let pass = &loaded.passes[index];
+        match pass.writes_image.and_then(|image| attachment_of_host(loaded, image, drawn)) {
+            None => Ok(pass.built.clone()),
+            Some(format) => self.drawing(loaded, index, format),
+        }
+    }
+
+    fn make_run(&self, loaded: &Loaded, index: usize, built: Built, views: &[TextureView]) -> Run {
+        let pass = &loaded.passes[index];
+        let stage = built.pipeline.stage();
         let ring_indices = 0..loaded.ring_length;
         let groups = ring_indices
             .clone()
-            .map(|ring_index| self.bind_group(loaded, index, stage, &layout, views, ring_index))
+            .map(|ring_index| self.bind_group(loaded, index, stage, &built.layout, views, ring_index))
             .collect();
         let target = |ring_index| match (stage, pass.writes_image) {
             (Stage::Fragment, Some(image)) => Some(loaded.view(&self.store, image, views, ring_index).clone()),
             _ => None,
         };
-        Ok(Run { pipeline, groups, attachments: ring_indices.map(target).collect() })
+        Run { built, groups, attachments: ring_indices.map(target).collect() }
     }
 
     /// The pipeline that draws a pass's result into the host's image.
@@ -124,11 +167,18 @@ fn drawn(
     views: &[TextureView],
 ) -> Result<Vec<Option<wgpu::TextureFormat>>, GpuError> {
     let outputs = loaded.plan.outputs.iter().zip(&views[loaded.plan.inputs.len()..]);
-    let format = |(output, view): (&PlanOutput, &TextureView)| {
+    let format = |(output, view): (&PlanOutput, &TextureView)| -> Result<_, GpuError> {
         let is_drawn = must_be_drawn(&loaded.plan, output.image, view.texture());
-        is_drawn.then(|| formats.of(device, &output.name, view)).transpose()
+        let format = is_drawn.then(|| formats.of(device, &output.name, view)).transpose()?;
+        check_encoding(output, format)?;
+        Ok(format)
     };
     outputs.map(format).collect()
+}
+
+/// Whether a pass names an image of the host whose view is another one now.
+fn names_new(loaded: &Loaded, pass: usize, (last, views): (&[TextureView], &[TextureView])) -> bool {
+    loaded.host_views[pass].iter().any(|view| last[*view] != views[*view])
 }
 
 fn named<'a>(views: &[(&str, &'a TextureView)], name: &str) -> Option<&'a TextureView> {

@@ -9,11 +9,10 @@
 //! transition costs the host as much as half a dispatch, and a barrier of its own.
 
 use afterimage_graph::node::{ImageId, Resource};
-use afterimage_plan::{AliasingBarrier, Batch, Plan, Use};
+use afterimage_plan::{AliasingBarrier, Batch, Plan, Stage, Use};
 use wgpu::{TextureUsages, TextureUses, TextureView};
 
-use super::loaded::{ExplicitTransition, Loaded, Run};
-use crate::layout::Pipeline;
+use super::loaded::{ExplicitTransition, ExplicitTransitions, Loaded, Run};
 use crate::store::Store;
 
 /// For each pass the transitions before it, for each ring index; none for most.
@@ -22,10 +21,12 @@ pub(super) fn explicit_transitions(
     store: &Store,
     runs: &[Run],
     views: &[TextureView],
-) -> Vec<Vec<Vec<ExplicitTransition>>> {
-    let is_drawn: Vec<bool> = runs.iter().map(|run| !matches!(run.pipeline, Pipeline::Compute(_))).collect();
+) -> ExplicitTransitions {
+    let is_drawn: Vec<bool> = runs.iter().map(|run| run.built.pipeline.stage() == Stage::Fragment).collect();
     let wanted = wanted(&loaded.plan, &loaded.placement.aliasing, &is_drawn, loaded.placed.is_some());
-    wanted.iter().map(|wanted| for_each_ring_index(loaded, store, views, wanted)).collect()
+    let of_passes = wanted.iter().map(|wanted| for_each_ring_index(loaded, store, views, wanted)).collect();
+    let has_host_views = wanted.iter().flatten().any(|(image, _)| loaded.host_view(*image).is_some());
+    ExplicitTransitions { of_passes, has_host_views }
 }
 
 /// For each pass the images that change before it, and their new states. `aliasing` are the aliasing barriers of each

@@ -1,7 +1,9 @@
 //! The host's images: whether they suit the plan, and in which format an output is drawn into one.
 
+use afterimage_base::color::Transfer;
+use afterimage_graph::image::ColorState;
 use afterimage_graph::node::{ImageId, Pass, Resource};
-use afterimage_plan::Plan;
+use afterimage_plan::{Plan, PlanOutput};
 use wgpu::{Device, Texture, TextureFormat, TextureUsages, TextureView};
 
 use super::frame::Frame;
@@ -44,6 +46,17 @@ pub(super) fn check_output(plan: &Plan, port: &str, image: ImageId, view: &Textu
     }
     let why = "its texture lacks the usage `RENDER_ATTACHMENT`, or `STORAGE_BINDING` in the planned format";
     Err(GpuError::UnfitImage { port: port.to_owned(), why: why.into() })
+}
+
+/// An image that the pipeline has encoded would be encoded a second time by a format that encodes.
+pub(super) fn check_encoding(output: &PlanOutput, drawn: Option<TextureFormat>) -> Result<(), GpuError> {
+    let is_encoded = output.state == ColorState::Encoded && output.colorimetry.transfer != Transfer::Linear;
+    let Some(format) = drawn.filter(|format| format.is_srgb() && is_encoded) else { return Ok(()) };
+    let why = format!(
+        "the device encodes for the format {format:?}, and the pipeline has encoded the image already: give a view \
+         without `Srgb`, or use `Encode(transfer: Linear)`"
+    );
+    Err(GpuError::UnfitImage { port: output.name.clone(), why })
 }
 
 /// No pass may read a host image while it writes to it. `views` are those of the inputs, then of the outputs.

@@ -5,11 +5,10 @@ use std::sync::Arc;
 use afterimage_graph::node::{ImageId, Resource};
 use afterimage_plan::codegen::Composed;
 use afterimage_plan::{HeapPlacement, PlacedPlan, Plan, Stage};
-use wgpu::{BindGroup, Buffer, TextureView};
+use wgpu::{BindGroup, Buffer, TextureFormat, TextureView};
 
 use crate::device::texture_format;
 use crate::heap::Placed;
-use crate::layout::Pipeline;
 use crate::pipelines::Built;
 use crate::store::{Store, TextureKey};
 use crate::timing::Timing;
@@ -28,6 +27,17 @@ pub(super) enum ImageBinding {
     Ring(Vec<TextureKey>, u32),
 }
 
+impl ImageBinding {
+    /// The place among the host's views, if it is one of the host's.
+    pub(super) fn host_view(&self, plan: &Plan) -> Option<usize> {
+        match self {
+            Self::Input(index) => Some(*index),
+            Self::Output(index, _) => Some(plan.inputs.len() + index),
+            Self::Unused | Self::Fixed(_) | Self::Ring(..) => None,
+        }
+    }
+}
+
 pub(super) struct Loaded {
     pub(super) plan: Arc<Plan>,
     /// Where the images of the plan lie.
@@ -35,6 +45,8 @@ pub(super) struct Loaded {
     pub(super) passes: Vec<LoadedPass>,
     pub(super) uniforms: Buffer,
     pub(super) bindings: Vec<ImageBinding>,
+    /// For each pass the places of the images that it names among the host's views: inputs, then outputs.
+    pub(super) host_views: Vec<Vec<usize>>,
     pub(super) buffers: Vec<Buffer>,
     pub(super) zeroed: Vec<usize>,
     pub(super) persistent: Vec<usize>,
@@ -68,11 +80,24 @@ pub(super) struct LoadedPass {
 }
 
 /// The bind groups for one choice of host images.
+#[derive(Default)]
 pub(super) struct HostSet {
     pub(super) views: Vec<TextureView>,
+    /// For each output the format in which it is drawn, if it is.
+    pub(super) drawn: Vec<Option<TextureFormat>>,
+    /// How many runs are its own, and not those of the set before.
+    pub(super) made: usize,
     pub(super) runs: Vec<Run>,
-    /// For each pass that opens a batch, what must be brought into its state before the batch, for each ring index.
-    pub(super) explicit_transitions: Vec<Vec<Vec<ExplicitTransition>>>,
+    /// `None` in a set without runs.
+    pub(super) explicit_transitions: Option<Arc<ExplicitTransitions>>,
+}
+
+/// What must be brought into its state before batches.
+pub(super) struct ExplicitTransitions {
+    /// For each pass that opens a batch, for each ring index.
+    pub(super) of_passes: Vec<Vec<Vec<ExplicitTransition>>>,
+    /// Whether images of the host are among them.
+    pub(super) has_host_views: bool,
 }
 
 /// A texture and the state that a batch wants it in.
@@ -81,8 +106,17 @@ pub(super) struct ExplicitTransition {
     pub(super) state: wgpu::TextureUses,
 }
 
+impl HostSet {
+    /// The explicit transitions before a pass, if it has some.
+    pub(super) fn transitions_before(&self, pass: usize, ring_index: usize) -> Option<&[ExplicitTransition]> {
+        let of_pass = &self.explicit_transitions.as_ref()?.of_passes[pass];
+        of_pass.get(ring_index).map(Vec::as_slice)
+    }
+}
+
+#[derive(Clone)]
 pub(super) struct Run {
-    pub(super) pipeline: Pipeline,
+    pub(super) built: Built,
     /// For each ring index.
     pub(super) groups: Vec<BindGroup>,
     /// The attachments of a draw, for each ring index.
@@ -99,8 +133,9 @@ impl Loaded {
         ring_index: u32,
     ) -> &'a TextureView {
         match &self.bindings[image.0 as usize] {
-            ImageBinding::Input(index) => &views[*index],
-            ImageBinding::Output(index, _) => &views[self.plan.inputs.len() + index],
+            ImageBinding::Input(_) | ImageBinding::Output(..) => {
+                &views[self.host_view(image).expect("it is the host's")]
+            }
             ImageBinding::Fixed(key) => &store.get(*key).view,
             ImageBinding::Ring(keys, behind) => {
                 let length = keys.len() as u32;
@@ -108,6 +143,11 @@ impl Loaded {
             }
             ImageBinding::Unused => panic!("image {image:?} is bound but no pass mentions it"),
         }
+    }
+
+    /// The place of an image among the host's views, if it is one of the host's: inputs, then outputs.
+    pub(super) fn host_view(&self, image: ImageId) -> Option<usize> {
+        self.bindings[image.0 as usize].host_view(&self.plan)
     }
 
     /// The plan, and where its images lie.
@@ -124,7 +164,7 @@ impl Loaded {
 }
 
 /// The format that the plan draws a pass's image in; `None` for a dispatch.
-pub(super) fn planned_attachment(plan: &Plan, pass: usize, writes: Option<ImageId>) -> Option<wgpu::TextureFormat> {
+pub(super) fn planned_attachment(plan: &Plan, pass: usize, writes: Option<ImageId>) -> Option<TextureFormat> {
     let image = writes.filter(|_| plan.passes[pass].stage == Stage::Fragment)?;
     Some(texture_format(plan.image(image).desc.format))
 }

@@ -52,6 +52,8 @@ pub struct Executor {
     formats: Formats,
     frame_index: u32,
     fresh: bool,
+    /// Passes for which the last frame has made bind groups.
+    runs_made: usize,
 }
 
 impl Gpu {
@@ -112,6 +114,7 @@ impl Executor {
             formats: Formats::default(),
             frame_index: 0,
             fresh: true,
+            runs_made: 0,
         }
     }
 
@@ -298,6 +301,12 @@ impl Executor {
         }
     }
 
+    /// For how many passes the last recorded frame has made bind groups: those that name an image of the host in a view
+    /// that the frame before did not have. 0 while the host's images alternate between a few.
+    pub fn passes_bound(&self) -> usize {
+        self.runs_made
+    }
+
     /// Records one pass of a frame and no other, for measurements on devices whose timestamps are not reliable. It
     /// reads what the frames before have left, and the frame number stays.
     pub fn encode_pass(
@@ -315,8 +324,8 @@ impl Executor {
 
     /// Records one frame. Submit it before the next is recorded: both would otherwise run at the time of the second.
     ///
-    /// A lost device is noticed here only with images that are new to the executor. Otherwise wgpu drops the commands,
-    /// and reading back reports [`GpuError::DeviceLost`]. A host learns of it from
+    /// A lost device is noticed here only in the first frame of a plan. Otherwise wgpu drops the commands, and reading
+    /// back reports [`GpuError::DeviceLost`]. A host learns of it from
     /// [`wgpu::Device::set_device_lost_callback`], and loads the plan into an executor on another device.
     ///
     /// # Errors

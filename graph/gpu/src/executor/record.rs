@@ -7,6 +7,7 @@ use wgpu::{CommandEncoder, Device};
 use super::frame_constants::FrameConstants;
 use super::loaded::{ExplicitTransition, HostSet, ImageBinding, Loaded, Run};
 use crate::layout::Pipeline;
+use crate::pipelines::Built;
 use crate::store::{self, Store};
 
 /// Histories and adaptation as they are before a first frame: zero.
@@ -39,10 +40,10 @@ type Now<'m> = (usize, &'m FrameConstants);
 pub(super) fn record(loaded: &Loaded, set: &HostSet, now: Now<'_>, passes: Range<usize>, encoder: &mut CommandEncoder) {
     let mut index = passes.start;
     while index < passes.end {
-        match &set.runs[index].pipeline {
+        match &set.runs[index].built.pipeline {
             Pipeline::Compute(_) => index = record_dispatches(loaded, set, now, index..passes.end, encoder),
             Pipeline::Render(pipeline) => {
-                transition_for_draw(&set.explicit_transitions[index], now.0, encoder);
+                transition_for_draw(set.transitions_before(index, now.0), encoder);
                 record_draw(loaded, &set.runs[index], pipeline, now, index, encoder);
                 index += 1;
             }
@@ -64,9 +65,11 @@ fn record_dispatches(
     if let Some(timing) = &loaded.timing {
         pass.write_timestamp(&timing.queries, index as u32);
     }
-    while let Some(Run { pipeline: Pipeline::Compute(pipeline), groups, .. }) = set.runs[..passes.end].get(index) {
+    while let Some(Run { built: Built { pipeline: Pipeline::Compute(pipeline), .. }, groups, .. }) =
+        set.runs[..passes.end].get(index)
+    {
         let [x, y, z] = loaded.passes[index].workgroups;
-        if let Some(explicit_transitions) = set.explicit_transitions[index].get(ring_index) {
+        if let Some(explicit_transitions) = set.transitions_before(index, ring_index) {
             let textures = explicit_transitions.iter().map(|transition| wgpu::TextureTransition {
                 texture: &transition.view,
                 selector: None,
@@ -90,12 +93,8 @@ fn record_dispatches(
 
 /// Before a draw there is no compute pass in which to record transitions. From the state `RESOURCE` a barrier waits for
 /// all shaders before.
-fn transition_for_draw(
-    explicit_transitions: &[Vec<ExplicitTransition>],
-    ring_index: usize,
-    encoder: &mut CommandEncoder,
-) {
-    let Some(explicit_transitions) = explicit_transitions.get(ring_index) else { return };
+fn transition_for_draw(explicit_transitions: Option<&[ExplicitTransition]>, encoder: &mut CommandEncoder) {
+    let Some(explicit_transitions) = explicit_transitions else { return };
     let new = explicit_transitions.iter().filter(|transition| transition.state != wgpu::TextureUses::RESOURCE);
     let textures = new.map(|transition| wgpu::TextureTransition {
         texture: transition.view.texture(),

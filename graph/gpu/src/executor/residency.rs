@@ -1,6 +1,6 @@
 //! Residency: the textures and buffers of a plan. A new plan takes those of the old one where they are the same.
 
-use afterimage_graph::node::{BufferId, BufferLife, ImageId, Origin, Resource, VirtualBuffer};
+use afterimage_graph::node::{BufferId, BufferLife, ImageId, Origin, Pass, Resource, VirtualBuffer};
 use afterimage_plan::codegen::SlotKind;
 use afterimage_plan::{HeapPlacement, Plan, PlannedImage};
 use rustc_hash::FxHashMap;
@@ -44,6 +44,7 @@ impl PlanSwap<'_> {
             zeroed: lives(|life| *life == BufferLife::Zeroed),
             persistent: lives(|life| *life == BufferLife::Persistent),
             ring_length: ring_length(&plan),
+            host_views: host_views(&plan, &bindings),
             timing: timed.then(|| Timing::new(self.device, self.queue, passes.len() as u32)).flatten(),
             plan,
             placement,
@@ -227,4 +228,13 @@ fn make_buffer(device: &Device, queue: &Queue, wanted: &VirtualBuffer) -> Result
         caught("a table", || queue.write_buffer(&made, 0, bytes))?;
     }
     Ok(made)
+}
+
+/// For each pass the places of the images that it names among the host's views.
+fn host_views(plan: &Plan, bindings: &[ImageBinding]) -> Vec<Vec<usize>> {
+    let of_pass = |pass: &Pass| {
+        let images = pass.resources().filter_map(Resource::image);
+        images.filter_map(|image| bindings[image.0 as usize].host_view(plan)).collect()
+    };
+    plan.work().map(of_pass).collect()
 }

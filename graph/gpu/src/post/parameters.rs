@@ -23,7 +23,7 @@ impl Post {
     /// A handle to the parameter that `node.parameter` names.
     ///
     /// The parameter is dynamic from the next plan on: its node runs also where its value changes nothing, so that new
-    /// values need no plan. Where the declaration says that a change [needs one](afterimage_graph::value::Param::replan), each does.
+    /// values need no plan. Where a change [needs a plan](Self::needs_plan), each does.
     ///
     /// # Errors
     /// There is no such parameter, or it has another type.

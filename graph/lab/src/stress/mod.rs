@@ -42,18 +42,21 @@ pub fn registry(tables: &[&[NodeKind]]) -> Result<Registry, DuplicateKind> {
 }
 
 /// Each kind of these tables on its own: with its optional inputs, with light that may be negative, and without
-/// optional inputs if it has any. A kind is skipped if its inputs cannot be made from images. `loader` reads the
-/// files of pipelines.
-pub fn kinds(registry: &Registry, tables: &[&[NodeKind]]) -> Vec<Subject> {
-    let mut subjects = Vec::new();
+/// optional inputs if it has any. Beside them, the kinds that cannot run alone, each with the reason and with what
+/// makes it reachable.
+pub fn kinds(registry: &Registry, tables: &[&[NodeKind]]) -> (Vec<Subject>, Vec<String>) {
+    let (mut subjects, mut skipped) = (Vec::new(), Vec::new());
     for kind in tables.iter().copied().flatten() {
-        subjects.extend(Subject::kind(registry, kind, false, false));
-        subjects.extend(Subject::kind(registry, kind, false, true).filter(Subject::takes_images));
+        match Subject::kind(registry, kind, false, false) {
+            Ok(subject) => subjects.push(subject),
+            Err(why) => skipped.push(format!("`{}` does not run with all of its inputs: {why}", kind.name())),
+        }
+        subjects.extend(Subject::kind(registry, kind, false, true).ok().filter(Subject::takes_images));
         if kind.inputs().iter().any(|port| port.optional) {
-            subjects.extend(Subject::kind(registry, kind, true, false));
+            subjects.extend(Subject::kind(registry, kind, true, false).ok());
         }
     }
-    subjects
+    (subjects, skipped)
 }
 
 /// A pipeline, without its optional inputs, and at each of its tiers; or at the tier that is given. `words` are the

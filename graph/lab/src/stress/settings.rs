@@ -126,7 +126,8 @@ mod tests {
         for kind in afterimage_nodes::ALL {
             for (bare, signed) in [(false, false), (true, false), (false, true), (true, true)] {
                 let (registry, _) = subject("Contrast");
-                let subject = Subject::kind(&registry, kind, bare, signed).unwrap_or_else(|| panic!("{kind:?}"));
+                let subject =
+                    Subject::kind(&registry, kind, bare, signed).unwrap_or_else(|why| panic!("{kind:?}: {why}"));
                 let graph = subject.graph(&registry, &Vec::new());
                 assert!(graph.is_ok(), "{kind:?}: {}", graph.expect_err("checked"));
             }

@@ -80,13 +80,15 @@ impl Subject {
         })
     }
 
-    /// A kind on its own, with its optional inputs, or `bare` without; if `signed`, only with negative values. `None`
-    /// if no kind makes its inputs or reads its outputs.
-    pub fn kind(registry: &Registry, kind: &NodeKind, bare: bool, signed: bool) -> Option<Self> {
+    /// A kind on its own, with its optional inputs, or `bare` without; if `signed`, only with negative values.
+    ///
+    /// # Errors
+    /// No kind makes one of its inputs or reads one of its outputs: which, and what makes it reachable.
+    pub fn kind(registry: &Registry, kind: &NodeKind, bare: bool, signed: bool) -> Result<Self, String> {
         let subject = Self::kind_with_file(registry, kind, bare, signed, CUBE)?;
         // A kind whose files are not tables runs without a file.
         match subject.graph(registry, &Overrides::new()) {
-            Ok(_) => Some(subject),
+            Ok(_) => Ok(subject),
             Err(_) => Self::kind_with_file(registry, kind, bare, signed, ""),
         }
     }
@@ -97,7 +99,7 @@ impl Subject {
         bare: bool,
         signed: bool,
         file: &'static str,
-    ) -> Option<Self> {
+    ) -> Result<Self, String> {
         let name = kind.name();
         let (title, flag) = match (bare, signed) {
             (false, false) => ("", ""),
@@ -107,13 +109,13 @@ impl Subject {
         };
         let document = |forced: bool| {
             let text = alone(registry, kind, Wires { bare, forced, file })?;
-            Some(Arc::new(parse(&format!("{name}.ron"), &text).expect("the wiring writes pipelines")))
+            Ok::<_, String>(Arc::new(parse(&format!("{name}.ron"), &text).expect("the wiring writes pipelines")))
         };
-        Some(Self {
+        Ok(Self {
             title: format!("{name}{title}"),
             words: format!("--kind {name}{flag}"),
             document: document(false)?,
-            forced: document(true),
+            forced: document(true).ok(),
             tier: None,
             loader: &CubeFile,
             is_kind: true,

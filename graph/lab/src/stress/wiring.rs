@@ -29,13 +29,16 @@ pub(crate) struct Wires<'f> {
     pub(crate) file: &'f str,
 }
 
-/// The pipeline that runs a kind on its own; `None` if no kind makes its inputs or reads its outputs.
-pub(crate) fn alone(registry: &Registry, kind: &NodeKind, wires: Wires<'_>) -> Option<String> {
+/// The pipeline that runs a kind on its own.
+///
+/// # Errors
+/// No kind makes one of its inputs or reads one of its outputs: which, and what makes it reachable.
+pub(crate) fn alone(registry: &Registry, kind: &NodeKind, wires: Wires<'_>) -> Result<String, String> {
     let Wires { bare, forced, file } = wires;
     let mut wiring = Wiring { registry, inputs: String::new(), nodes: String::new(), outputs: String::new() };
     let mut fields = String::new();
     for port in kind.inputs().iter().filter(|port| !(bare && port.optional)) {
-        let wire = wiring.feed(port, &port.name, 0)?;
+        let wire = wiring.feed(port, &port.name, 0).ok_or_else(|| unmade(port))?;
         let _ = write!(fields, "{}: \"{wire}\", ", port.name);
     }
     for param in kind.params().iter().filter(|param| param.ty == afterimage_graph::value::Type::File) {
@@ -43,13 +46,13 @@ pub(crate) fn alone(registry: &Registry, kind: &NodeKind, wires: Wires<'_>) -> O
     }
     let _ = writeln!(wiring.nodes, "        \"{NODE}\": {}({}),", kind.name(), fields.trim_end_matches(", "));
     for port in kind.outputs() {
-        wiring.show(port, kind, 0)?;
+        wiring.show(port).ok_or_else(|| unread(port))?;
         if forced && port.ty == PortType::Image {
             let _ = writeln!(wiring.outputs, "        \"{}-before\": \"{NODE}.{}@previous\",", port.name, port.name);
         }
     }
     let Wiring { inputs, nodes, outputs, .. } = wiring;
-    Some(format!(
+    Ok(format!(
         "Pipeline(\n    inputs: {{\n{inputs}    }},\n    nodes: {{\n{nodes}    }},\n    \
          outputs: {{\n{outputs}    }},\n)\n"
     ))
@@ -78,12 +81,12 @@ impl Wiring<'_> {
     }
 
     /// Adds outputs that show a port of the kind.
-    fn show(&mut self, port: &Output, kind: &NodeKind, depth: usize) -> Option<()> {
+    fn show(&mut self, port: &Output) -> Option<()> {
         let wire = format!("{NODE}.{}", port.name);
-        self.show_wire(port, kind, &wire, &port.name, depth)
+        self.show_wire(port, &wire, &port.name, 0)
     }
 
-    fn show_wire(&mut self, port: &Output, kind: &NodeKind, wire: &str, name: &str, depth: usize) -> Option<()> {
+    fn show_wire(&mut self, port: &Output, wire: &str, name: &str, depth: usize) -> Option<()> {
         match port.ty {
             PortType::Image => self.output(name, wire),
             PortType::Value => self.probe(name, &format!("ProbeValue(value: \"{wire}\")")),
@@ -92,25 +95,19 @@ impl Wiring<'_> {
                 self.probe(&format!("{name}-finest"), &format!("ProbeLevel(pyramid: \"{wire}\", end: Finest)"));
                 self.probe(&format!("{name}-coarsest"), &format!("ProbeLevel(pyramid: \"{wire}\", end: Coarsest)"));
             }
-            PortType::Table if depth < LONGEST => return self.read_table(kind, wire, name, depth),
+            PortType::Table if depth < LONGEST => return self.read_table(port, wire, name, depth),
             PortType::Table => return None,
         }
         Some(())
     }
 
-    /// The layout of a table is known to the two kinds that share it, so a kind that reads it shows its content.
-    fn read_table(&mut self, kind: &NodeKind, wire: &str, name: &str, depth: usize) -> Option<()> {
-        let (reader, port) = reader(self.registry, kind)?;
+    /// The layout of a table is known to the kinds that share its content, so a kind that reads it shows it.
+    fn read_table(&mut self, table: &Output, wire: &str, name: &str, depth: usize) -> Option<()> {
+        let (reader, port) = reader(self.registry, table)?;
         let node = format!("{name}-reader");
         let _ = writeln!(self.nodes, "        \"{node}\": {}({}: \"{wire}\"),", reader.name(), port.name);
         for port in reader.outputs() {
-            self.show_wire(
-                port,
-                reader,
-                &format!("{node}.{}", port.name),
-                &format!("{name}-{}", port.name),
-                depth + 1,
-            )?;
+            self.show_wire(port, &format!("{node}.{}", port.name), &format!("{name}-{}", port.name), depth + 1)?;
         }
         Some(())
     }
@@ -133,31 +130,54 @@ fn input_type(state: ColorState) -> &'static str {
     }
 }
 
-/// The kind that makes what a port accepts: the one that its documentation names, or the first.
+/// The kind that makes what a port accepts: one with the content that the port declares, if there is one.
 fn maker<'r>(registry: &'r Registry, port: &Input) -> Option<(&'r NodeKind, &'r Output)> {
-    let gives = |kind: &'r NodeKind| kind.outputs().iter().find(|output| output.ty == port.ty);
-    let is_named = |kind: &&NodeKind| port.doc.contains(kind.name());
-    let named = registry.iter().filter(is_named).find_map(|kind| Some((kind, gives(kind)?)));
-    named.or_else(|| {
-        let from_images =
-            |kind: &NodeKind| kind.inputs().iter().all(|input| input.optional || input.ty == PortType::Image);
-        // Values come from metering kinds that follow other kinds; everything else is preferably made from images
-        // directly.
-        let is_preferred = |kind: &&NodeKind| from_images(kind) != (port.ty == PortType::Value);
-        let makers = || registry.iter().filter(|kind| gives(kind).is_some_and(|output| is_main(kind, output)));
-        let kind = makers().find(is_preferred).or_else(|| makers().next())?;
-        Some((kind, gives(kind)?))
-    })
+    let is_declared = |output: &Output| output.content.is_some() && output.content == port.content;
+    let fits = |output: &Output| output.content.is_none() || port.content.is_none();
+    let declared = preferred(registry, port.ty, &|_, output| is_declared(output));
+    declared.or_else(|| preferred(registry, port.ty, &|kind, output| is_main(kind, output) && fits(output)))
+}
+
+/// A kind with such an output. Values come from metering kinds that follow other kinds; everything else is preferably
+/// made from images directly.
+fn preferred<'r>(
+    registry: &'r Registry,
+    ty: PortType,
+    fits: &dyn Fn(&NodeKind, &Output) -> bool,
+) -> Option<(&'r NodeKind, &'r Output)> {
+    let from_images = |kind: &NodeKind| kind.inputs().iter().all(|port| port.optional || port.ty == PortType::Image);
+    let gives = |kind: &'r NodeKind| kind.outputs().iter().find(|output| output.ty == ty && fits(kind, output));
+    let makers = || registry.iter().filter_map(|kind| Some((kind, gives(kind)?)));
+    makers().find(|(kind, _)| from_images(kind) != (ty == PortType::Value)).or_else(|| makers().next())
 }
 
 fn is_main(kind: &NodeKind, output: &Output) -> bool {
     output.name == kind.main_output()
 }
 
-/// A kind that reads the tables of another kind, and the port for them.
-fn reader<'r>(registry: &'r Registry, maker: &NodeKind) -> Option<(&'r NodeKind, &'r Input)> {
+/// A kind that reads tables of this content, and the port for them.
+fn reader<'r>(registry: &'r Registry, table: &Output) -> Option<(&'r NodeKind, &'r Input)> {
     let takes = |kind: &'r NodeKind| {
-        kind.inputs().iter().find(|port| port.ty == PortType::Table && port.doc.contains(maker.name()))
+        kind.inputs().iter().find(|port| port.ty == PortType::Table && port.content == table.content)
     };
     registry.iter().find_map(|kind| Some((kind, takes(kind)?)))
+}
+
+/// Why an input cannot be made, and what to do.
+fn unmade(port: &Input) -> String {
+    let ty = port.ty.name();
+    let what = match &port.content {
+        Some(content) => format!("an output of the type {ty} and the content `{content}`"),
+        None => format!("an output of the type {ty}"),
+    };
+    format!("nothing makes its input `{}`: register a kind that has {what} and can be made from images", port.name)
+}
+
+/// Why an output cannot be shown, and what to do.
+fn unread(port: &Output) -> String {
+    let what = match &port.content {
+        Some(content) => format!("register a kind whose input of the type Table has the content `{content}`"),
+        None => "declare its `content`, and register a kind with an input of that content".into(),
+    };
+    format!("nothing reads the table of its output `{}`: {what}", port.name)
 }

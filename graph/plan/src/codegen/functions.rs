@@ -31,7 +31,7 @@ pub(super) fn compose_functions(code: &PassCode<'_>) -> Result<Composed, ShaderE
 }
 
 /// Texels of a result of that size that a workgroup makes, across and down.
-pub(super) fn functions_cover(pass: &Pass, size: Size) -> [u32; 2] {
+pub(crate) fn functions_cover(pass: &Pass, size: Size) -> [u32; 2] {
     [WIDTH, HEIGHT * rows_of(pass, size)]
 }
 

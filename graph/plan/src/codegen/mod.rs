@@ -19,6 +19,7 @@ use crate::options::Options;
 use crate::plan::{Plan, PlannedImage, PlannedPass, ScheduledPass};
 
 pub use compose::compose_pass;
+pub(crate) use functions::functions_cover;
 pub use module::{CodeOptions, Composed, Draw, Slot, SlotKind};
 pub use uniforms::UNIFORM_ALIGNMENT;
 

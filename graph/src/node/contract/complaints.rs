@@ -5,6 +5,7 @@
 pub(super) struct Complaints {
     kind: String,
     all: Vec<String>,
+    skipped: Vec<String>,
 }
 
 impl Complaints {
@@ -28,8 +29,13 @@ impl Complaints {
         }
     }
 
-    /// All violations; `Ok` if there are none.
-    pub(super) fn finish(self) -> Result<(), Vec<String>> {
-        if self.all.is_empty() { Ok(()) } else { Err(self.all) }
+    /// Adds what cannot be checked of the present kind.
+    pub(super) fn skip(&mut self, what: impl std::fmt::Display) {
+        self.skipped.push(format!("`{}`: {what}", self.kind));
+    }
+
+    /// All violations; if there are none, what was skipped.
+    pub(super) fn finish(self) -> Result<Vec<String>, Vec<String>> {
+        if self.all.is_empty() { Ok(self.skipped) } else { Err(self.all) }
     }
 }

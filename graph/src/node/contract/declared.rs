@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::complaints::Complaints;
-use super::names::{is_free_in_wgsl, is_pascal, is_snake};
+use super::names::{RESERVED, is_free_in_wgsl, is_pascal, is_snake};
 use crate::node::{Fallback, Input, NodeKind, Output, OutputState, PortType};
 use afterimage_base::value::{Param, Type, Value};
 
@@ -12,9 +12,7 @@ const TAKEN: [&str; 6] = ["when", "format", "label", "at", "frame", "params"];
 
 pub(super) fn look(kind: &NodeKind, complaints: &mut Complaints) {
     complaints.require(is_pascal(kind.name()), || "the name is not in PascalCase".into());
-    complaints.require(!["Pipeline", "Off", "On"].contains(&kind.name()), || {
-        "pipeline files use this name themselves".into()
-    });
+    complaints.require(!RESERVED.contains(&kind.name()), || "pipeline files use this name themselves".into());
     complaints.require(!kind.doc().trim().is_empty(), || "there is no doc".into());
     names(kind, complaints);
     kind.inputs().iter().for_each(|port| input(port, complaints));
@@ -64,12 +62,28 @@ fn input(port: &Input, complaints: &mut Complaints) {
     complaints.require(!is_number(port.ty) || port.states.is_empty(), || {
         format!("the input `{name}` is a {} and has no image state", port.ty.name())
     });
+    content(name, port.ty, port.content.as_deref(), complaints);
+}
+
+/// Images and pyramids have a color state, which says what their numbers are.
+fn content(port: &str, ty: PortType, content: Option<&str>, complaints: &mut Complaints) {
+    complaints.require(content.is_none() || !is_image(ty), || {
+        format!("`{port}` is a {} and has no content but its color state", ty.name())
+    });
+    let is_word = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
+    complaints.require(content.is_none_or(|name| !name.is_empty() && name.chars().all(is_word)), || {
+        format!("the content of `{port}` is not in small letters with hyphens, as `mean-luminance` is")
+    });
 }
 
 fn output(kind: &NodeKind, port: &Output, complaints: &mut Complaints) {
     let name = &*port.name;
     port_name(name, complaints);
     complaints.require(!port.doc.trim().is_empty(), || format!("the output `{name}` has no doc"));
+    content(name, port.ty, port.content.as_deref(), complaints);
+    complaints.require(port.ty != PortType::Table || port.content.is_some(), || {
+        format!("the output `{name}` is a table, which its readers must know: name its layout by `content`")
+    });
     match &port.state {
         OutputState::Nothing => {
             complaints

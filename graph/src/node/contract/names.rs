@@ -1,12 +1,31 @@
 //! Well-formed names.
 
+/// Names that pipeline files use themselves.
+pub(super) const RESERVED: [&str; 3] = ["Pipeline", "Off", "On"];
+
+/// What the files and functions of a kind are called: `tone_map` for `ToneMap`.
+///
+/// # Errors
+/// Why no kind can have the name.
+pub fn kind_file_name(kind: &str) -> Result<String, String> {
+    if !is_pascal(kind) {
+        return Err("it begins with a capital letter and holds letters and digits only, as `ToneMap` does".into());
+    }
+    let file = snake(kind);
+    match is_free_in_wgsl(&file) {
+        _ if RESERVED.contains(&kind) => Err("pipeline files use this name themselves".into()),
+        false => Err(format!("`{file}` is a word of WGSL and cannot be the name of its function")),
+        true => Ok(file),
+    }
+}
+
 /// `ToneMap`.
 pub(in crate::node) fn is_pascal(name: &str) -> bool {
     name.starts_with(|c: char| c.is_ascii_uppercase()) && name.chars().all(|c| c.is_ascii_alphanumeric())
 }
 
 /// `tone_map`.
-pub(super) fn is_snake(name: &str) -> bool {
+pub(in crate::node) fn is_snake(name: &str) -> bool {
     let inner = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_';
     name.starts_with(|c: char| c.is_ascii_lowercase())
         && name.chars().all(inner)
@@ -55,6 +74,15 @@ mod tests {
             assert!(!is_free_in_wgsl(word), "{word}");
         }
         assert!(is_free_in_wgsl("source"));
+    }
+
+    #[test]
+    fn a_kind_has_a_file_name_unless_its_own_is_taken() {
+        assert_eq!(kind_file_name("ToneMap").as_deref(), Ok("tone_map"));
+        for (name, why) in [("toneMap", "capital"), ("../Up", "capital"), ("Off", "pipeline files"), ("Target", "WGSL")]
+        {
+            assert!(kind_file_name(name).is_err_and(|error| error.contains(why)), "{name}");
+        }
     }
 
     #[test]

@@ -1,8 +1,11 @@
 //! What a kind records, and whether the passes are fit for a device.
 
+use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
 
 use super::complaints::Complaints;
+use super::limits;
 use super::names::{pascal, snake, stem};
 use crate::node::{
     Arrival, Arrivals, BufferLife, NodeColors, NodeInstance, NodeKind, Origin, Pass, PortType, Recorder,
@@ -31,21 +34,42 @@ struct Recorded {
     given: usize,
 }
 
+/// An image as tests have it, a single pixel, and the largest images that every device has.
+const SIZES: [(u32, u32); 4] = [(64, 36), (1, 1), (7680, 4320), (8192, 8192)];
+
 pub(super) fn look(kind: &NodeKind, complaints: &mut Complaints, seen: &mut dyn FnMut(&Recording)) {
+    let mut is_recorded = false;
     for (index, values) in variants(kind).into_iter().enumerate() {
         let node = NodeInstance::new(kind.clone(), values);
         // The defaults are used in every way; each extreme with everything wired, which is where it can do most.
         let ways: &[(bool, bool)] =
             if index == 0 { &[(true, false), (false, false), (true, true)] } else { &[(true, false)] };
-        for size in [Size::new(64, 36), Size::new(1, 1)] {
-            for (is_fully_wired, is_exact) in ways.iter().copied() {
+        for (is_fully_wired, is_exact) in ways.iter().copied() {
+            let mut computed = BTreeMap::new();
+            for size in SIZES.map(|(width, height)| Size::new(width, height)) {
                 let way = Use { node: &node, dynamic: &[], size, is_fully_wired, is_exact, is_default: index == 0 };
-                if is_recorded(&way) {
-                    one(&way, complaints, seen);
+                if records(&way) {
+                    is_recorded = true;
+                    one(&way, &mut computed, complaints, seen);
                 }
             }
         }
     }
+    if !is_recorded {
+        skipped(kind, complaints);
+    }
+}
+
+/// No value that was tried lets the kind record.
+fn skipped(kind: &NodeKind, complaints: &mut Complaints) {
+    let why = match NodeInstance::new(kind.clone(), defaults(kind)).verify() {
+        Err(why) => format!("its defaults are refused ({why})"),
+        Ok(()) => "each output equals its fallback at the defaults".into(),
+    };
+    complaints.skip(format!(
+        "no pass is checked, because {why}, and so it is at each parameter's extremes: give it defaults at which it \
+         runs, or test it in a pipeline"
+    ));
 }
 
 /// A parameter that needs no new plan changes uniforms only: the host may set it while a plan runs.
@@ -60,7 +84,8 @@ pub(super) fn live(kind: &NodeKind, complaints: &mut Complaints) {
             let node = NodeInstance::new(kind.clone(), values);
             let (dynamic, size) = (all.as_slice(), Size::new(64, 36));
             let way = Use { node: &node, dynamic, size, is_fully_wired, is_exact: false, is_default: false };
-            node.verify().is_ok().then(|| record(&way, complaints)).flatten().map(Recorded::without_uniforms)
+            let recorded = node.verify().is_ok().then(|| record(&way, Tables::new(), complaints)).flatten();
+            recorded.map(Recorded::without_uniforms)
         };
         let Some(first) = without_uniforms(defaults.clone(), complaints) else { return };
         for (index, param) in all.iter().map(|index| (*index, &kind.params()[*index])) {
@@ -78,7 +103,7 @@ pub(super) fn live(kind: &NodeKind, complaints: &mut Complaints) {
 }
 
 /// Values that the kind refuses, such as a missing file, and those at which a fallback replaces it are not recorded.
-fn is_recorded(way: &Use<'_>) -> bool {
+fn records(way: &Use<'_>) -> bool {
     let inputs = way.node.kind().inputs();
     let absent = inputs.iter().filter(|port| port.optional && !way.is_fully_wired).map(|port| port.name.clone());
     let arrivals = Arrivals::new(Vec::new(), absent.collect());
@@ -86,10 +111,15 @@ fn is_recorded(way: &Use<'_>) -> bool {
     way.node.verify().is_ok() && !is_replaced
 }
 
-fn one(way: &Use<'_>, complaints: &mut Complaints, seen: &mut dyn FnMut(&Recording)) {
-    let Some(first) = record(way, complaints) else { return };
-    // A recording may bake a table, so it is made twice only at the defaults.
-    let again = way.is_default.then(|| record(way, complaints)).flatten();
+/// Tables that a recording has computed.
+type Tables = BTreeMap<String, Arc<[u8]>>;
+
+fn one(way: &Use<'_>, computed: &mut Tables, complaints: &mut Complaints, seen: &mut dyn FnMut(&Recording)) {
+    let is_first = computed.is_empty();
+    let Some(first) = record(way, std::mem::take(computed), complaints) else { return };
+    computed.clone_from(&first.recording.computed);
+    // A recording may bake a table, which no size changes, so it is made twice only at the defaults and for one size.
+    let again = (way.is_default && is_first).then(|| record(way, Tables::new(), complaints)).flatten();
     complaints.require(again.is_none_or(|again| first == again), || "two recordings at equal values differ".into());
     for (port, given) in way.node.kind().outputs().iter().zip(&first.outputs) {
         let fits = matches!(
@@ -101,6 +131,7 @@ fn one(way: &Use<'_>, complaints: &mut Complaints, seen: &mut dyn FnMut(&Recordi
         complaints
             .require(fits, || format!("the output `{}` is wanted and not given as a {}", port.name, port.ty.name()));
     }
+    limits::look(&first.recording, way.size, complaints);
     for pass in &first.recording.passes {
         writes_its_own(pass, &first, complaints);
         pass.shaders().for_each(|shader| file_name(shader, complaints));
@@ -141,8 +172,8 @@ fn extremes(param: &Param) -> Vec<Value> {
     }
 }
 
-fn record(way: &Use<'_>, complaints: &mut Complaints) -> Option<Recorded> {
-    let attempt = catch_unwind(AssertUnwindSafe(|| recorded(way)));
+fn record(way: &Use<'_>, computed: Tables, complaints: &mut Complaints) -> Option<Recorded> {
+    let attempt = catch_unwind(AssertUnwindSafe(|| recorded(way, computed)));
     attempt.map_err(|panic| complaints.add(format!("recording fails: {}", reason(&*panic)))).ok()
 }
 
@@ -151,9 +182,9 @@ fn reason(panic: &(dyn std::any::Any + Send)) -> String {
     text.unwrap_or("it panics").to_owned()
 }
 
-fn recorded(way: &Use<'_>) -> Recorded {
+fn recorded(way: &Use<'_>, computed: Tables) -> Recorded {
     let kind = way.node.kind();
-    let mut recording = Recording::default();
+    let mut recording = Recording { computed, ..Recording::default() };
     let arrivals: Vec<Arrival> = kind
         .inputs()
         .iter()

@@ -3,44 +3,51 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use super::declaration::{Declaration, DeclaredOutput};
-use crate::node::PortType;
+use super::declaration::{Declaration, Made};
 use crate::node::contract::{is_pascal, snake, stem};
 use afterimage_base::diagnostic::{Diagnostic, Diagnostics, Location, did_you_mean, list, quote};
 use afterimage_base::value::{Param, Type};
 use afterimage_wgsl::{ArgType, Function, Member, Reflection, ScalarKind, Shader, StructLayout};
 
 pub(super) fn look(declared: &Declaration, shader: &Shader, reflection: &Reflection, diagnostics: &mut Diagnostics) {
-    let mut pair = Pair { declared, file: shader.file().into(), source: shader.text(), diagnostics };
+    let (file, source) = (shader.file().into(), shader.text());
+    let mut pair = Pair { declared, file, source, diagnostics, used: BTreeSet::new() };
     pair.names();
-    let mut used = BTreeSet::new();
-    for output in &declared.outputs {
-        if let Some(function) = pair.function(output, reflection) {
-            for (name, ty) in &function.args {
-                pair.argument(function, name, ty, reflection, &mut used);
-            }
+    for (at, made) in declared.made.iter().enumerate() {
+        pair.named_sources(at);
+        if let Some(function) = pair.function(made, reflection) {
+            function.args.iter().for_each(|(name, ty)| pair.argument(at, function, name, ty, reflection));
+            pair.arguments(at, function);
         }
     }
-    pair.unused(&used);
+    pair.unused();
 }
 
-struct Pair<'a> {
-    declared: &'a Declaration,
+/// A declaration and its shader.
+pub(super) struct Pair<'a> {
+    pub(super) declared: &'a Declaration,
     file: Arc<str>,
     source: &'a str,
-    diagnostics: &'a mut Diagnostics,
+    pub(super) diagnostics: &'a mut Diagnostics,
+    /// The inputs, images and parameters that functions read.
+    pub(super) used: BTreeSet<String>,
 }
 
 impl Pair<'_> {
-    /// The location of a word in the shader, searched after another one.
-    fn word(&self, word: &str, after: &str) -> Location {
-        let from = self.source.find(after).unwrap_or(0);
-        let is_word = |c: Option<char>| c.is_some_and(|c| c.is_alphanumeric() || c == '_');
-        let found = self.source[from..].match_indices(word).map(|(at, _)| from + at).find(|at| {
-            !is_word(self.source[..*at].chars().next_back()) && !is_word(self.source[at + word.len()..].chars().next())
-        });
-        let start = found.unwrap_or(from);
+    /// The location of a word in the shader, searched after other words.
+    pub(super) fn word(&self, word: &str, after: &str) -> Location {
+        let from = self.find(after, 0).unwrap_or(0);
+        let start = self.find(word, from).unwrap_or(from);
         Location::new(&self.file, start..(start + word.len()).min(self.source.len()))
+    }
+
+    /// Where words stand that are no part of longer ones.
+    fn find(&self, words: &str, from: usize) -> Option<usize> {
+        let is_word = |c: Option<char>| c.is_some_and(|c| c.is_alphanumeric() || c == '_');
+        self.source[from..].match_indices(words).map(|(at, _)| from + at).find(|at| {
+            let (before, behind) = (&self.source[..*at], &self.source[at + words.len()..]);
+            !is_word(before.chars().next_back()) && !is_word(behind.chars().next())
+        })
     }
 
     /// The file is named after the kind.
@@ -59,8 +66,8 @@ impl Pair<'_> {
         }
     }
 
-    fn function<'r>(&mut self, output: &DeclaredOutput, reflection: &'r Reflection) -> Option<&'r Function> {
-        let name = &output.function;
+    fn function<'r>(&mut self, made: &Made, reflection: &'r Reflection) -> Option<&'r Function> {
+        let name = &made.function;
         let found = reflection.function(&name.value);
         if found.is_none() {
             let own = || reflection.functions.iter().map(|function| function.name.as_str());
@@ -76,23 +83,16 @@ impl Pair<'_> {
         found
     }
 
-    fn argument(
-        &mut self,
-        function: &Function,
-        name: &str,
-        ty: &ArgType,
-        reflection: &Reflection,
-        used: &mut BTreeSet<String>,
-    ) {
+    fn argument(&mut self, at: usize, function: &Function, name: &str, ty: &ArgType, reflection: &Reflection) {
         match ty {
             ArgType::Struct(layout) if name == "params" => match reflection.layout(layout) {
-                Some(layout) => layout.members.iter().for_each(|member| self.member(layout, member, used)),
+                Some(layout) => layout.members.iter().for_each(|member| self.member(layout, member)),
                 None => self.not_numbers(layout),
             },
             ArgType::Point if name == "at" => {}
             ArgType::Frame if name == "frame" => {}
             ArgType::Sampler => self.sampler(function, name),
-            _ => self.port(function, name, ty, used),
+            _ => self.port(at, function, name, ty),
         }
     }
 
@@ -118,29 +118,7 @@ impl Pair<'_> {
         }
     }
 
-    fn port(&mut self, function: &Function, name: &str, ty: &ArgType, used: &mut BTreeSet<String>) {
-        let location = self.word(name, &format!("fn {}", function.name));
-        let Some((port, declared)) = self.declared.inputs.iter().find(|(port, _)| port.name == name) else {
-            let names = || self.declared.inputs.iter().map(|(port, _)| &*port.name).chain(["at", "frame", "params"]);
-            let message = format!("the argument {} is no input of the node", quote(name));
-            let help = format!("arguments are {}", list(names(), 12));
-            let diagnostic = Diagnostic::error("shader-argument", message).at(&location, "").help(help);
-            return self.diagnostics.push(diagnostic.maybe_help(did_you_mean(name, names())));
-        };
-        used.insert(name.to_owned());
-        let (fits, wanted) = match port.ty {
-            PortType::Volume => (*ty == ArgType::Volume, "`texture_3d<f32>`"),
-            PortType::Value => (matches!(ty, ArgType::Floats(1..=4)), "`f32`, `vec2f`, `vec3f` or `vec4f`"),
-            _ => (matches!(ty, ArgType::Floats(4) | ArgType::Texture), "`vec4f` or `texture_2d<f32>`"),
-        };
-        if !fits {
-            let message = format!("the argument {} is a {} and needs the type {wanted}", quote(name), port.ty.name());
-            let diagnostic = Diagnostic::error("shader-argument", message).at(&location, "the shader takes it here");
-            self.diagnostics.push(diagnostic.also(declared, "the node declares it here"));
-        }
-    }
-
-    fn member(&mut self, layout: &StructLayout, member: &Member, used: &mut BTreeSet<String>) {
+    fn member(&mut self, layout: &StructLayout, member: &Member) {
         let location = self.word(&member.name, &format!("struct {}", layout.name));
         let Some((param, declared)) = self.declared.params.iter().find(|(param, _)| param.name == member.name) else {
             let names = || self.declared.params.iter().map(|(param, _)| &*param.name);
@@ -149,7 +127,7 @@ impl Pair<'_> {
                 Diagnostic::error("shader-params", message).at(&location, "").help("declare it under `parameters`");
             return self.diagnostics.push(diagnostic.maybe_help(did_you_mean(&member.name, names())));
         };
-        used.insert(member.name.clone());
+        self.used.insert(member.name.clone());
         if !holds(member, param) {
             let message = format!("{} is {} and does not fit its member", quote(&param.name), param.ty.describe());
             let diagnostic = Diagnostic::error("shader-params", message)
@@ -160,22 +138,6 @@ impl Pair<'_> {
                        into `vec3f`",
                 );
             self.diagnostics.push(diagnostic);
-        }
-    }
-
-    fn unused(&mut self, used: &BTreeSet<String>) {
-        if self.diagnostics.has_errors() {
-            return;
-        }
-        let inputs = self.declared.inputs.iter().map(|(port, location)| ("input", &*port.name, location));
-        let params = self.declared.params.iter().map(|(param, location)| ("parameter", &*param.name, location));
-        for (what, name, location) in inputs.chain(params).filter(|(_, name, _)| !used.contains(*name)) {
-            let message = format!("the shader does not read the {what} {}", quote(name));
-            let help = match what {
-                "input" => "take it as an argument of the function, or leave it out",
-                _ => "add it to the struct of the argument `params`, or leave it out",
-            };
-            self.diagnostics.push(Diagnostic::error("unread", message).at(location, "").help(help));
         }
     }
 }

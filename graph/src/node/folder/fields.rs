@@ -191,7 +191,7 @@ impl<'d> Fields<'d> {
 
     /// A state can follow only an input that is always there.
     pub(super) fn is_required_image(&mut self, input: &str, location: &Location, inputs: &[(Input, Location)]) {
-        let fits = |port: &&Input| port.ty == PortType::Image && !port.optional;
+        let fits = |port: &&Input| matches!(port.ty, PortType::Image | PortType::Pyramid) && !port.optional;
         let names = || inputs.iter().map(|(port, _)| port).filter(fits).map(|port| &*port.name);
         // An input that could not be read would be missed here once more.
         if names().any(|name| name == input) || self.diagnostics.has_errors() {

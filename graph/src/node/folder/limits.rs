@@ -2,7 +2,7 @@
 
 use super::declaration::Declaration;
 use afterimage_base::diagnostic::{Diagnostic, Diagnostics, Location};
-use afterimage_wgsl::limits::{FILES, INPUTS, Limit, OUTPUTS, PARAMETERS};
+use afterimage_wgsl::limits::{FILES, IMAGES, INPUTS, Limit, OUTPUTS, PARAMETERS};
 
 pub(super) fn check(declared: Option<&Declaration>, files: usize, diagnostics: &mut Diagnostics) {
     let Some(declared) = declared else { return };
@@ -13,7 +13,9 @@ pub(super) fn check(declared: Option<&Declaration>, files: usize, diagnostics: &
     };
     check(FILES, files, &declared.name.location);
     check(INPUTS, declared.inputs.len(), last(declared.inputs.iter().map(|(_, location)| location), declared));
-    check(OUTPUTS, declared.outputs.len(), &declared.name.location);
+    let (outputs, images): (Vec<_>, Vec<_>) = declared.made.iter().partition(|made| made.port.is_some());
+    check(IMAGES, images.len(), last(images.iter().map(|image| &image.name.location), declared));
+    check(OUTPUTS, outputs.len(), &declared.name.location);
     check(PARAMETERS, declared.params.len(), last(declared.params.iter().map(|(_, location)| location), declared));
 }
 

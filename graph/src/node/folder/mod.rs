@@ -17,12 +17,21 @@
 //! )
 //! ```
 //!
-//! * `inputs` are of type `Image`, `Volume` or `Value`. `accepts` lists the color states that fit (any, if it is left
-//!   out). With `optional: true`, a port may stay unwired; then it reads as zero.
-//! * `outputs` are of type `Image`. `state` is `Same("input")` or a color state, `function` the kernel function (the
-//!   kind's name in snake case, if it is left out), `size` one of `Same`, `Half`, `Double` (of the first image input,
-//!   or of the frame) and `Fixed(256, 256)`. `fallback` is what readers get when the node is off: an input, `Zero` or
-//!   `Absent`. For the first output it is the first image input, if it is left out, and `Zero` for the others.
+//! * `inputs` are of type `Image`, `Pyramid`, `Volume`, `Table` or `Value`. `accepts` lists the color states that fit
+//!   (any, if it is left out), `content` names what other numbers are. With `optional: true`, a port may stay unwired;
+//!   then it reads as zero.
+//! * `images` are made by functions, too, and only read by those after them. They are of type `Image` or `Pyramid`,
+//!   with the fields of an output except for `doc`, `state` and `fallback`, and with a `format`.
+//! * `outputs` are of type `Image` or `Pyramid`. `state` is `Same("input")` or a color state, `function` the kernel
+//!   function (the kind's name in snake case, if it is left out; for one of `images` followed by its name), `size` one
+//!   of `Same`, `Half`, `Double` (of the first image input, or of the frame) and `Fixed(256, 256)`. `fallback` is what
+//!   readers get when the node is off: an input, `Zero` or `Absent`. For the first output it is the first input of its
+//!   type, if it is left out, and `Zero` for the others.
+//! * The arguments of a function read the inputs, images and earlier outputs of the same names. `reads` names others:
+//!   `reads: { "wide": "across", "low": Level("levels", 3) }`.
+//! * A pyramid is made from fine to coarse, `down: "source", levels: 6`, where the argument `source` is the image above
+//!   the level, or level by level, `each: "levels"`. `up: "levels"` makes an image from coarse to fine, where the
+//!   argument `levels` is the level and `coarser` what was made of the coarser ones.
 //! * `parameters` are of type `Bool`, `Int`, `Float`, `Vector2`, `Vector3` or `Vector4`. Each needs `doc` and
 //!   `default`, numbers need `within`, and `usually`, `unit` and `neutral` are optional. They go by name into the
 //!   struct of the function's argument `params`.
@@ -30,24 +39,25 @@
 mod agree;
 mod declaration;
 mod fields;
+mod images;
 mod limits;
+mod ports;
 mod read;
+mod record;
+mod sources;
 
-use declaration::{Declaration, SizeRule};
+use declaration::Declaration;
+use record::FolderNode;
 
 use super::contract::{contract, snake, stem};
 use std::sync::Arc;
 
 use super::kind::{DynNode, Kind, NodeKind};
-use super::ports::{Input, Output, PortType};
-use super::recorder::Recorder;
-use super::resource::ImageId;
+use super::ports::{Input, Output};
 use crate::document;
-use afterimage_base::Shared;
 use afterimage_base::diagnostic::{Diagnostic, Diagnostics, Sources};
-use afterimage_base::image::{ImageDesc, Size};
 use afterimage_base::value::{Param, Value};
-use afterimage_wgsl::{ArgType, Library, Shader};
+use afterimage_wgsl::{Library, Shader};
 
 /// Makes a node kind of the text of a `node.ron` and the text of its shader, each with its file's name in front.
 ///
@@ -65,20 +75,35 @@ pub fn folder_kind(declaration: (&str, &str), shader: (&str, &str)) -> Result<No
 /// # Errors
 /// All errors of the declaration and the shader, each at its location; no file with the kind's name.
 pub fn folder_kind_of(declaration: (&str, &str), files: &[(&str, &str)]) -> Result<NodeKind, Diagnostics> {
+    folder_kind_sharing(declaration, files, &[])
+}
+
+/// The same for a folder with files that it shares with other kinds: its own files may import those of `library`, after
+/// their own, and those of `library` each other.
+///
+/// # Errors
+/// The same. Errors in a file of `library` that nothing imports are not found.
+pub fn folder_kind_sharing(
+    declaration: (&str, &str),
+    files: &[(&str, &str)],
+    library: &[(&str, &str)],
+) -> Result<NodeKind, Diagnostics> {
     let without_mark = |(file, text): (&'_ str, &'_ str)| (file.to_owned(), document::without_mark(text).to_owned());
-    let (declaration, mut files) =
-        (without_mark(declaration), files.iter().copied().map(without_mark).collect::<Vec<_>>());
+    let texts = |files: &[(&str, &str)]| files.iter().copied().map(without_mark).collect::<Vec<_>>();
+    let (declaration, mut files, library) = (without_mark(declaration), texts(files), texts(library));
     let mut sources = Sources::default();
     let file = sources.insert(&declaration.0, &declaration.1);
-    files.iter().for_each(|(file, text)| _ = sources.insert(file, text));
+    files.iter().chain(&library).for_each(|(file, text)| _ = sources.insert(file, text));
     let mut diagnostics = Diagnostics::new(sources);
     let parsed = document::read_tree(&file, &declaration.1);
     parsed.errors.into_iter().for_each(|error| diagnostics.push(error));
     let declared = read::declaration(parsed.tree, &mut diagnostics);
-    limits::check(declared.as_ref(), files.len(), &mut diagnostics);
+    limits::check(declared.as_ref(), files.len() + library.len(), &mut diagnostics);
     let Some(own) = shader_of(declared.as_ref(), &files, &mut diagnostics) else { return Err(diagnostics.sorted()) };
     let (name, text) = files.remove(own);
-    let shader = Arc::new(Shader::untrusted(name, text).with_loaded_library(Library::of_files(files)));
+    let shader = Arc::new(
+        Shader::untrusted(name, text).with_loaded_library(Library::of_files(files.into_iter().chain(library))),
+    );
     match (shader.reflect(), &declared) {
         // What was not understood in the declaration would look like an error in the shader.
         (Ok(reflection), Some(declared)) if !diagnostics.has_errors() => {
@@ -136,14 +161,6 @@ struct FolderKind {
     node: Arc<FolderNode>,
 }
 
-/// Its node. All nodes are one, since its passes do not depend on the parameters: they are numbers in uniforms.
-struct FolderNode {
-    inputs: Vec<Input>,
-    outputs: Vec<Output>,
-    made: Vec<(Shared<str>, SizeRule)>,
-    shader: Arc<Shader>,
-}
-
 impl Kind for FolderKind {
     fn name(&self) -> &str {
         &self.name
@@ -165,49 +182,10 @@ impl Kind for FolderKind {
     }
 }
 
-impl DynNode for FolderNode {
-    fn record(&self, pass: &mut Recorder<'_>) {
-        let first = self.inputs.iter().find(|port| port.ty == PortType::Image && pass.wired(&port.name));
-        let size = match first.map(|port| pass.image(&port.name)) {
-            Some(image) => pass.desc(image).size,
-            None => pass.frame_size(),
-        };
-        for (output, (function, rule)) in self.outputs.iter().zip(&self.made) {
-            if pass.wanted(&output.name) {
-                self.record_output(&output.name, function, ImageDesc::new(rule.of(size)), pass);
-            }
-        }
-    }
-}
-
 impl FolderKind {
     fn new(declared: Declaration, shader: Arc<Shader>) -> Self {
-        let made = declared.outputs.iter().map(|output| (output.function.value.clone().into(), output.size)).collect();
-        let outputs: Vec<Output> = declared.outputs.into_iter().map(|output| output.port).collect();
-        let inputs: Vec<Input> = declared.inputs.into_iter().map(|(port, _)| port).collect();
+        let node = Arc::new(FolderNode::new(&declared, shader));
         let params: Vec<Param> = declared.params.into_iter().map(|(param, _)| param).collect();
-        let node = Arc::new(FolderNode { inputs, outputs, made, shader });
         Self { name: declared.name.value, doc: declared.doc, params, node }
     }
-}
-
-impl FolderNode {
-    fn record_output(&self, output: &str, function: &Shared<str>, desc: ImageDesc, pass: &mut Recorder<'_>) {
-        let reflection = self.shader.reflect().expect("the shader was read before the kind was made");
-        let args = &reflection.function(function).expect("the function was found before the kind was made").args;
-        let textures = args.iter().filter(|(_, ty)| matches!(ty, ArgType::Texture | ArgType::Volume));
-        let ports = textures.filter_map(|(name, _)| self.inputs.iter().find(|port| port.name == *name));
-        let images: Vec<_> = ports.map(|port| (port.name.clone(), black_or(port, pass))).collect();
-        let call = pass.function(self.shader.clone(), function.clone());
-        images.into_iter().fold(call, |call, (port, image)| call.read(port, image)).write(output, desc);
-    }
-}
-
-/// The image at a port; one black texel where nothing arrives.
-fn black_or(port: &Input, pass: &mut Recorder<'_>) -> ImageId {
-    if pass.wired(&port.name) {
-        return pass.image(&port.name);
-    }
-    let black = ImageDesc { volume: port.ty == PortType::Volume, ..ImageDesc::new(Size::new(1, 1)) };
-    pass.constant("black", black, vec![0; black.bytes() as usize])
 }

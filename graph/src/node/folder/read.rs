@@ -1,12 +1,14 @@
-//! SampleMode a `node.ron`.
+//! Reads a `node.ron`.
 
-use super::declaration::{Declaration, DeclaredOutput};
+use super::declaration::{Declaration, Made};
 use super::fields::{Fields, one_of};
-use crate::document::{Field, Group, Item, Tree};
+use super::images;
+use super::ports::typed;
+use crate::document::{Item, Tree};
 use crate::node::contract::snake;
-use crate::node::{Fallback, Input, Output, PortType};
+use crate::node::{Input, PortType};
 use afterimage_base::Shared;
-use afterimage_base::diagnostic::{Diagnostic, Diagnostics, Location, Spanned, list, quote};
+use afterimage_base::diagnostic::{Diagnostic, Diagnostics, Location, Spanned, quote};
 use afterimage_base::value::{Param, Type};
 
 const SHAPE: &str =
@@ -29,111 +31,48 @@ pub(super) fn declaration(tree: Item, diagnostics: &mut Diagnostics) -> Option<D
     let doc = fields.text("doc");
     let inputs: Vec<_> =
         fields.map("inputs").into_iter().filter_map(|(name, item)| input(&name, item, fields.diagnostics)).collect();
-    let function = name.as_ref().map(|name| Spanned::new(snake(&name.value), name.location.clone()));
-    let outputs = match (fields.map("outputs"), function) {
-        (outputs, Some(function)) => outputs
-            .into_iter()
-            .enumerate()
-            .filter_map(|(at, (name, item))| output(&name, item, at == 0, &function, &inputs, fields.diagnostics))
-            .collect(),
-        _ => Vec::new(),
-    };
+    let made = name.as_ref().map(|name| made(name, &mut fields, &inputs)).unwrap_or_default();
     let params = match fields.take("parameters") {
         Some(item) => fields.entries("parameters", item),
         None => Vec::new(),
     };
     let params = params.into_iter().filter_map(|(name, item)| parameter(&name, item, fields.diagnostics)).collect();
-    fields.finish(&["name", "doc", "inputs", "outputs", "parameters"]);
-    Some(Declaration { name: name?, doc: doc?.value, inputs, outputs, params })
+    fields.finish(&["name", "doc", "inputs", "images", "outputs", "parameters"]);
+    Some(Declaration { name: name?, doc: doc?.value, inputs, made, params })
 }
 
-/// The fallback of an output. Readers of the main one get the first image input, if nothing is declared.
-fn fallback_of(
-    item: Option<Item>,
-    is_main: bool,
-    inputs: &[(Input, Location)],
-    diagnostics: &mut Diagnostics,
-) -> Fallback {
-    let images = || inputs.iter().filter(|(port, _)| port.ty == PortType::Image).map(|(port, _)| &*port.name);
-    let Some(item) = item else {
-        let first = images().next().filter(|_| is_main);
-        return first.map_or(Fallback::Zero, |name| Fallback::Input(name.to_owned().into()));
+/// The images and the outputs.
+fn made(kind: &Spanned<String>, fields: &mut Fields<'_>, inputs: &[(Input, Location)]) -> Vec<Made> {
+    let snake = snake(&kind.value);
+    let images = match fields.take("images") {
+        Some(item) => fields.entries("images", item),
+        None => Vec::new(),
     };
-    match &item.value {
-        Tree::Name(name) if name == "Zero" => Fallback::Zero,
-        Tree::Name(name) if name == "Absent" => Fallback::Absent,
-        Tree::Text(name) if images().any(|port| port == name) => Fallback::Input(name.clone().into()),
-        _ => {
-            let help = format!("write `Zero`, `Absent` or one of the image inputs in quotes: {}", list(images(), 8));
-            diagnostics.push(
-                Diagnostic::error("wrong-type", "`fallback` is no fallback of an output")
-                    .at(&item.location, "")
-                    .help(help),
-            );
-            Fallback::Zero
-        }
+    let images = images.into_iter().filter_map(|(name, item)| images::image(name, item, &snake, fields.diagnostics));
+    let mut made: Vec<Made> = images.collect();
+    let function = Spanned::new(snake, kind.location.clone());
+    for (at, (name, item)) in fields.map("outputs").into_iter().enumerate() {
+        made.extend(images::output(name, item, at == 0, &function, inputs, fields.diagnostics));
     }
-}
-
-/// The name and the fields of `Type(...)`.
-fn typed(
-    name: &Spanned<String>,
-    item: Item,
-    what: &str,
-    diagnostics: &mut Diagnostics,
-) -> Option<(Spanned<String>, Group<Field>)> {
-    match item.value {
-        Tree::Struct(Some(ty), fields) => Some((ty, fields)),
-        Tree::Name(ty) => Some((Spanned::new(ty, item.location), Group::default())),
-        Tree::Broken => None,
-        other => {
-            let message = format!("the {what} {} has {} for a type", quote(&name.value), other.describe());
-            diagnostics.push(
-                Diagnostic::error("wrong-shape", message)
-                    .at(&item.location, "")
-                    .help("write it as `\"name\": Type(doc: \"...\")`"),
-            );
-            None
-        }
-    }
+    images::check_distinct(inputs, &made, fields.diagnostics);
+    made
 }
 
 fn input(name: &Spanned<String>, item: Item, diagnostics: &mut Diagnostics) -> Option<(Input, Location)> {
-    const TYPES: [(&str, PortType); 3] =
-        [("Image", PortType::Image), ("Volume", PortType::Volume), ("Value", PortType::Value)];
+    let types = [PortType::Image, PortType::Pyramid, PortType::Volume, PortType::Table, PortType::Value];
+    let types = types.map(|ty| (ty.name(), ty));
     let (ty, fields) = typed(name, item, "input", diagnostics)?;
-    let port = one_of(&ty, "type of input", TYPES, diagnostics);
+    let port = one_of(&ty, "type of input", types, diagnostics);
     let mut fields = Fields::new(ty.location, "an input", fields, diagnostics);
     let doc = fields.text("doc");
     let optional = fields.flag("optional");
     let states = fields.accepted();
-    fields.finish(&["doc", "optional", "accepts"]);
-    let input =
-        Input { name: name.value.clone().into(), ty: port?, states: states.into(), optional, doc: doc?.value.into() };
+    let content = if fields.has("content") { fields.text("content") } else { None };
+    fields.finish(&["doc", "optional", "accepts", "content"]);
+    let content = content.map(|content| content.value.into());
+    let (states, doc) = (states.into(), doc?.value.into());
+    let input = Input { name: name.value.clone().into(), ty: port?, states, optional, content, doc };
     Some((input, name.location.clone()))
-}
-
-fn output(
-    name: &Spanned<String>,
-    item: Item,
-    is_main: bool,
-    otherwise: &Spanned<String>,
-    inputs: &[(Input, Location)],
-    diagnostics: &mut Diagnostics,
-) -> Option<DeclaredOutput> {
-    let (ty, fields) = typed(name, item, "output", diagnostics)?;
-    let image = one_of(&ty, "type of output", [("Image", PortType::Image)], diagnostics);
-    let mut fields = Fields::new(ty.location, "an output", fields, diagnostics);
-    let doc = fields.text("doc");
-    let state = fields.output_state(inputs);
-    let function = if fields.has("function") { fields.text("function") } else { Some(otherwise.clone()) };
-    let size = fields.size();
-    let fallback = fields.take("fallback");
-    let fallback = fallback_of(fallback, is_main, inputs, fields.diagnostics);
-    fields.finish(&["doc", "state", "function", "size", "fallback"]);
-    let name = name.value.clone().into();
-    let port = Output { name, ty: image?, state: state?, doc: doc?.value.into(), fallback };
-    Some(DeclaredOutput { port, function: function?, size: size? })
 }
 
 fn parameter(name: &Spanned<String>, item: Item, diagnostics: &mut Diagnostics) -> Option<(Param, Location)> {

@@ -207,6 +207,11 @@ impl<'a> Recorder<'a> {
         }
     }
 
+    /// The size of a buffer.
+    pub fn buffer_bytes(&self, buffer: BufferId) -> u64 {
+        self.recording.buffer(buffer).bytes
+    }
+
     fn black(&mut self) -> ImageId {
         self.constant("black", ImageDesc::new(Size::new(1, 1)), vec![0; 8])
     }

@@ -66,11 +66,15 @@ pub const LOOP_STEPS: Limit = Limit::new(1 << 20, "steps of loops for a pixel");
 pub const PARAMETERS: Limit = Limit::new(64, "parameters of a kind");
 /// Of a kind without Rust. A device binds at least 16 textures in a pass.
 pub const INPUTS: Limit = Limit::new(12, "inputs of a kind");
+/// Of a kind without Rust. Each has a function, which a driver compiles.
+pub const IMAGES: Limit = Limit::new(8, "images of a kind");
 /// Of a kind without Rust.
 pub const OUTPUTS: Limit = Limit::new(8, "outputs of a kind");
+/// Of a function of a kind without Rust. A device binds at least 16 textures in a pass.
+pub const TEXTURES: Limit = Limit::new(12, "textures that a function reads");
 
 /// All limits, in the order of the table in `nodes/README.md`.
-pub const ALL: [Limit; 17] = [
+pub const ALL: [Limit; 19] = [
     FILE_BYTES,
     FILES,
     FILE_TOKENS,
@@ -87,7 +91,9 @@ pub const ALL: [Limit; 17] = [
     LOOP_STEPS,
     PARAMETERS,
     INPUTS,
+    IMAGES,
     OUTPUTS,
+    TEXTURES,
 ];
 
 /// Stack of a thread that parses shaders: the parsers of naga recurse, by up to [`OPERATORS`] expressions.

@@ -1,0 +1,47 @@
+//! The contract with code generation: the built-in kinds keep it, and what it finds beyond declarations.
+
+use afterimage_graph::prelude::*;
+use afterimage_plan::contract;
+
+#[test]
+fn the_modules_of_the_built_in_kinds_are_valid_alone_and_fused() {
+    contract(afterimage_nodes::ALL).unwrap_or_else(|complaints| panic!("{}", complaints.join("\n")));
+}
+
+static SHARED: Shader = Shader::new(
+    "hoard.wgsl",
+    "@group(0) @binding(0) var source: texture_2d<f32>;
+    @group(0) @binding(1) var result: texture_storage_2d<rgba16float, write>;
+    var<workgroup> hoard_texels: array<vec4f, 1025>;
+    @compute @workgroup_size(64)
+    fn hoard(@builtin(global_invocation_id) id: vec3u, @builtin(local_invocation_index) index: u32) {
+        hoard_texels[index] = texel(source, vec2i(id.xy));
+        textureStore(result, id.xy, hoard_texels[index]);
+    }",
+);
+
+params! {
+    /// Has one texel more of workgroup memory than every device has.
+    pub struct Hoard {}
+}
+
+impl Node for Hoard {
+    const INPUTS: &'static [Input] = &[Input::image("source", "An image.")];
+    const OUTPUTS: &'static [Output] =
+        &[Output::image("result", OutputState::same("source"), "An image.").or_input("source")];
+
+    fn record(&self, pass: &mut Recorder<'_>) {
+        let source = pass.image("source");
+        let desc = ImageDesc::new(pass.desc(source).size);
+        let result = pass.output("result", desc);
+        let groups = desc.size.div_up(64);
+        pass.compute(&SHARED, "hoard").image("result", result).dispatch([groups.width, desc.size.height, 1]);
+    }
+}
+
+#[test]
+fn workgroup_memory_is_within_what_every_device_has() {
+    let complaints = contract(&[NodeKind::of::<Hoard>()]).expect_err("it has too much").join("\n");
+    let memory = "the pass `hoard` has 16400 bytes of workgroup memory; the limit of a device may be 16384";
+    assert!(complaints.contains(memory), "{complaints}");
+}

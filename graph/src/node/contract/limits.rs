@@ -1,0 +1,68 @@
+//! Limits that every WebGPU device has: dispatches, workgroups, bindings and buffers.
+
+use super::complaints::Complaints;
+use crate::node::{Arg, KernelCall, Recording};
+use afterimage_base::caps::Caps;
+use afterimage_base::image::Size;
+
+/// Workgroups of a dispatch in each direction.
+const MOST_GROUPS: u32 = 65_535;
+/// Invocations of a workgroup in each direction.
+const MOST_INVOCATIONS: [u32; 3] = [256, 256, 64];
+/// Bindings of a pass, and bytes of a uniform.
+const MOST_TEXTURES: usize = 16;
+const MOST_BUFFERS: usize = 8;
+const MOST_UNIFORM_BYTES: usize = 64 << 10;
+
+pub(super) fn look(recording: &Recording, size: Size, complaints: &mut Complaints) {
+    let caps = Caps::default();
+    for buffer in recording.buffers.iter().filter(|buffer| buffer.bytes > caps.max_buffer) {
+        complaints.add(format!(
+            "the buffer `{}` has {} bytes at {size}; the limit of a device may be {}",
+            buffer.label, buffer.bytes, caps.max_buffer
+        ));
+    }
+    for pass in &recording.passes {
+        for kernel in &pass.kernels {
+            let place = format!("the pass `{}` at {size}", pass.label);
+            dispatch(kernel, &place, complaints);
+            workgroup(kernel, &caps, &place, complaints);
+            bindings(kernel, &caps, &place, complaints);
+        }
+    }
+}
+
+fn exceeds(count: usize, most: usize, what: &str, place: &str, complaints: &mut Complaints) {
+    complaints.require(count <= most, || format!("{place} has {count} {what}; the limit of a device may be {most}"));
+}
+
+fn dispatch(kernel: &KernelCall, place: &str, complaints: &mut Complaints) {
+    let most = kernel.workgroups.into_iter().flatten().max().unwrap_or(0);
+    exceeds(most as usize, MOST_GROUPS as usize, "workgroups in one direction", place, complaints);
+}
+
+fn workgroup(kernel: &KernelCall, caps: &Caps, place: &str, complaints: &mut Complaints) {
+    if kernel.workgroups.is_none() {
+        return;
+    }
+    let entry = kernel.shader.reflect().ok().and_then(|reflection| reflection.entry(&kernel.function));
+    let Some(entry) = entry else {
+        return complaints.add(format!("{place} has no entry point `{}`", kernel.function));
+    };
+    let invocations = entry.workgroup.iter().map(|side| *side as usize).product();
+    exceeds(invocations, caps.workgroup_invocations as usize, "invocations in a workgroup", place, complaints);
+    for (side, most) in entry.workgroup.into_iter().zip(MOST_INVOCATIONS) {
+        exceeds(side as usize, most as usize, "invocations in one direction of a workgroup", place, complaints);
+    }
+}
+
+fn bindings(kernel: &KernelCall, caps: &Caps, place: &str, complaints: &mut Complaints) {
+    let count = |fits: fn(&Arg) -> bool| kernel.args.iter().filter(|arg| fits(&arg.value)).count();
+    let textures = count(|arg| matches!(arg, Arg::Texture(_) | Arg::Pixel(_)));
+    exceeds(textures, MOST_TEXTURES, "textures", place, complaints);
+    let buffers = count(|arg| matches!(arg, Arg::Buffer(..) | Arg::Value(..)));
+    exceeds(buffers, MOST_BUFFERS, "buffers", place, complaints);
+    let images = count(|arg| matches!(arg, Arg::Storage(_)));
+    exceeds(images, caps.max_storage_images as usize, "storage images", place, complaints);
+    exceeds(kernel.uniform.len(), MOST_UNIFORM_BYTES, "bytes in its uniform", place, complaints);
+}

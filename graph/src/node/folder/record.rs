@@ -1,0 +1,305 @@
+//! The passes of a kind without Rust.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use super::declaration::{Declaration, Made, Pyramid, Shape, SizeRule, Source};
+use crate::node::{Arrival, DynNode, ImageId, Input, Output, PortType, Recorder};
+use afterimage_base::Shared;
+use afterimage_base::image::{Format, ImageDesc, Size};
+use afterimage_wgsl::{ArgType, Shader};
+
+/// The words of a table, two in a texel, as the library's `table` reads them.
+static WORDS: Shader = Shader::new(
+    "table_words.wgsl",
+    "@group(0) @binding(0) var<storage, read> table: array<u32>;
+@group(0) @binding(1) var words: texture_storage_2d<rgba32float, write>;
+fn table_halves(index: u32) -> vec2f {
+    let word = select(0u, table[min(index, arrayLength(&table) - 1u)], index < arrayLength(&table));
+    return vec2f(f32(word & 0xffffu), f32(word >> 16u));
+}
+@compute @workgroup_size(16, 16)
+fn table_words(@builtin(global_invocation_id) id: vec3u) {
+    let size = textureDimensions(words);
+    if any(id.xy >= size) { return; }
+    let index = 2u * (id.y * size.x + id.x);
+    textureStore(words, id.xy, vec4f(table_halves(index), table_halves(index + 1u)));
+}",
+);
+
+/// Texels in a row of the image of a table, and the most rows: what lies beyond is not read.
+const TABLE_WIDTH: u64 = 256;
+const MOST_ROWS: u64 = 8192;
+
+/// A node of a kind without Rust. All nodes are one, since passes do not depend on the parameters: they are numbers in
+/// uniforms.
+pub(super) struct FolderNode {
+    pub(super) inputs: Vec<Input>,
+    pub(super) outputs: Vec<Output>,
+    steps: Vec<Step>,
+    shader: Arc<Shader>,
+}
+
+/// A function and what it makes.
+struct Step {
+    name: Shared<str>,
+    function: Shared<str>,
+    levels: Levels,
+    size: SizeRule,
+    format: Format,
+    /// The images of its arguments, where the recorder does not find them by their names.
+    reads: Vec<(Shared<str>, Source)>,
+}
+
+/// For what the function is called.
+enum Levels {
+    Image,
+    Down { of: Source, levels: u32 },
+    Each(Pyramid),
+    Up(Pyramid),
+}
+
+impl FolderNode {
+    /// The node of a declaration that agrees with its shader.
+    pub(super) fn new(declared: &Declaration, shader: Arc<Shader>) -> Self {
+        let inputs = declared.inputs.iter().map(|(port, _)| port.clone()).collect();
+        let outputs = declared.made.iter().filter_map(|made| made.port.clone()).collect();
+        let steps = declared.made.iter().enumerate().map(|(at, made)| step(declared, at, made, &shader)).collect();
+        Self { inputs, outputs, steps, shader }
+    }
+
+    /// The functions whose results are read.
+    fn needed(&self, pass: &Recorder<'_>) -> Vec<bool> {
+        let mut needed: Vec<bool> = self.steps.iter().map(|step| pass.wanted(&step.name)).collect();
+        // Each reads only those before it.
+        for at in (0..self.steps.len()).rev() {
+            if needed[at] {
+                self.steps[at].reads_of_made().for_each(|made| needed[made] = true);
+            }
+        }
+        needed
+    }
+
+    /// The size of the first image, or of the frame.
+    fn size(&self, pass: &mut Recorder<'_>) -> Size {
+        let is_image = |port: &&Input| matches!(port.ty, PortType::Image | PortType::Pyramid);
+        let first =
+            self.inputs.iter().filter(is_image).find(|port| pass.wired(&port.name) && !pass.is_zero(&port.name));
+        let image = match first {
+            Some(port) if port.ty == PortType::Pyramid => pass.pyramid(&port.name)[0],
+            Some(port) => pass.image(&port.name),
+            None => return pass.frame_size(),
+        };
+        pass.desc(image).size
+    }
+}
+
+fn step(declared: &Declaration, at: usize, made: &Made, shader: &Shader) -> Step {
+    let reflection = shader.reflect().expect("the shader was read before the kind was made");
+    let function = &made.function.value;
+    let args = &reflection.function(function).expect("the function was found before the kind was made").args;
+    // The recorder finds the numbers of inputs itself, also where nothing arrives.
+    let reads = args.iter().filter_map(|(name, ty)| {
+        let source = declared.source(at, name)?;
+        let is_own = matches!(source, Source::Input(input) if declared.inputs[input].0.name == *name);
+        let is_image = matches!(ty, ArgType::Texture | ArgType::Volume);
+        (is_image || (matches!(ty, ArgType::Floats(_)) && !is_own)).then(|| (name.clone().into(), source))
+    });
+    let of = |name: &str| declared.named(name, at).expect("what it goes through was found before the kind was made");
+    let pyramid = |name: &str| match of(name) {
+        Source::Made(made) => Pyramid::Made(made),
+        Source::Input(input) => Pyramid::Input(input),
+        other => panic!("a name means an input or an image, not {other:?}"),
+    };
+    let levels = match &made.shape {
+        Shape::Image => Levels::Image,
+        Shape::Down { of: name, levels } => Levels::Down { of: of(&name.value), levels: *levels },
+        Shape::Each { of } => Levels::Each(pyramid(&of.value)),
+        Shape::Up { of } => Levels::Up(pyramid(&of.value)),
+    };
+    let (name, function) = (made.name.value.clone().into(), function.clone().into());
+    Step { name, function, levels, size: made.size, format: made.format, reads: reads.collect() }
+}
+
+impl Step {
+    /// The places of what other functions make and this one reads.
+    fn reads_of_made(&self) -> impl Iterator<Item = usize> + '_ {
+        let through = match self.levels {
+            Levels::Down { of: Source::Made(made), .. }
+            | Levels::Each(Pyramid::Made(made))
+            | Levels::Up(Pyramid::Made(made)) => Some(made),
+            _ => None,
+        };
+        let reads = self.reads.iter().filter_map(|(_, source)| match source {
+            Source::Made(made) | Source::Level(Pyramid::Made(made), _) => Some(*made),
+            _ => None,
+        });
+        through.into_iter().chain(reads)
+    }
+}
+
+impl DynNode for FolderNode {
+    fn record(&self, pass: &mut Recorder<'_>) {
+        let needed = self.needed(pass);
+        let size = self.size(pass);
+        let mut round = Round { node: self, size, made: Vec::new(), tables: BTreeMap::new(), pass };
+        for (step, needed) in self.steps.iter().zip(needed) {
+            let made = if needed { round.step(step) } else { Arrival::Absent };
+            if round.pass.wanted(&step.name) {
+                round.pass.give(&step.name, made.clone());
+            }
+            round.made.push(made);
+        }
+    }
+}
+
+/// One recording.
+struct Round<'n, 'r, 'a> {
+    node: &'n FolderNode,
+    size: Size,
+    /// What the functions before have made.
+    made: Vec<Arrival>,
+    /// The tables that have been read, as images.
+    tables: BTreeMap<usize, ImageId>,
+    pass: &'r mut Recorder<'a>,
+}
+
+/// What a function that is called for several levels reads beside the others.
+#[derive(Clone, Copy, Default)]
+struct Moving {
+    at_hand: Option<ImageId>,
+    coarser: Option<ImageId>,
+}
+
+impl Round<'_, '_, '_> {
+    fn step(&mut self, step: &Step) -> Arrival {
+        match step.levels {
+            Levels::Image => {
+                let image = self.target(step, &step.name, step.size.of(self.size));
+                self.call(step, Moving::default(), image);
+                Arrival::Image(image)
+            }
+            Levels::Down { of, levels } => self.down(step, of, levels),
+            Levels::Each(of) => {
+                let levels = self.pyramid(of).into_iter().enumerate();
+                let level = |(index, level)| self.level(step, index, level, Moving::default());
+                Arrival::Pyramid(levels.map(level).collect())
+            }
+            Levels::Up(of) => {
+                let levels = self.pyramid(of);
+                let (coarsest, finer) = levels.split_last().expect("a pyramid has a level");
+                let upwards = finer.iter().enumerate().rev();
+                Arrival::Image(upwards.fold(*coarsest, |coarser, (index, level)| {
+                    self.level(step, index, *level, Moving { coarser: Some(coarser), ..Moving::default() })
+                }))
+            }
+        }
+    }
+
+    fn down(&mut self, step: &Step, of: Source, levels: u32) -> Arrival {
+        let mut above = self.image(of, Moving::default());
+        let mut size = self.pass.desc(above).size;
+        let mut made = Vec::new();
+        for index in 0..levels.min(size.levels()).max(1) {
+            size = size.half();
+            let image = self.target(step, &format!("{}.{index}", step.name), size);
+            self.call(step, Moving { at_hand: Some(above), coarser: None }, image);
+            made.push(image);
+            above = image;
+        }
+        Arrival::Pyramid(made)
+    }
+
+    /// Calls the function for a level of a pyramid; the result has its size.
+    fn level(&mut self, step: &Step, index: usize, level: ImageId, moving: Moving) -> ImageId {
+        let size = self.pass.desc(level).size;
+        let image = self.target(step, &format!("{}.{index}", step.name), size);
+        self.call(step, Moving { at_hand: Some(level), ..moving }, image);
+        image
+    }
+
+    /// An image for a result. The format that a pipeline sets is for outputs.
+    fn target(&mut self, step: &Step, name: &str, size: Size) -> ImageId {
+        let desc = ImageDesc::new(size).format(step.format);
+        match self.pass.wanted(&step.name) {
+            true => self.pass.level(name, desc),
+            false => self.pass.transient(name, desc),
+        }
+    }
+
+    fn call(&mut self, step: &Step, moving: Moving, result: ImageId) {
+        let reads: Vec<_> = step.reads.iter().map(|(name, of)| (name.clone(), self.image(*of, moving))).collect();
+        let size = self.pass.desc(result).size;
+        let label = match step.levels {
+            Levels::Image => step.function.to_string(),
+            _ => format!("{} {size}", step.function),
+        };
+        let call = self.pass.function(self.node.shader.clone(), step.function.clone()).label(label);
+        reads.into_iter().fold(call, |call, (name, image)| call.read(name, image)).write_to(result);
+    }
+
+    fn image(&mut self, source: Source, moving: Moving) -> ImageId {
+        match source {
+            Source::Input(input) => self.input(input),
+            Source::Made(made) => match &self.made[made] {
+                Arrival::Image(image) => *image,
+                other => panic!("an image was made before its readers, not {other:?}"),
+            },
+            Source::Level(of, level) => {
+                let levels = self.pyramid(of);
+                levels[(level as usize).min(levels.len() - 1)]
+            }
+            Source::AtHand => moving.at_hand.expect("the function goes through levels"),
+            Source::Coarser => moving.coarser.expect("the function goes up through levels"),
+        }
+    }
+
+    /// The image of an input; one black texel where nothing arrives.
+    fn input(&mut self, input: usize) -> ImageId {
+        let port = &self.node.inputs[input];
+        match (self.pass.wired(&port.name), port.ty) {
+            (false, ty) => self.black(ty == PortType::Volume),
+            (true, PortType::Table) => self.table(input),
+            (true, _) => self.pass.image(&port.name),
+        }
+    }
+
+    /// The words of a table as an image: a function cannot take a buffer.
+    fn table(&mut self, input: usize) -> ImageId {
+        if let Some(image) = self.tables.get(&input) {
+            return *image;
+        }
+        let name = &self.node.inputs[input].name;
+        let buffer = self.pass.buffer(name);
+        let texels = self.pass.buffer_bytes(buffer).div_ceil(8);
+        let rows = texels.div_ceil(TABLE_WIDTH).clamp(1, MOST_ROWS);
+        let desc = ImageDesc::new(Size::new(TABLE_WIDTH as u32, rows as u32)).format(Format::Rgba32Float);
+        let image = self.pass.transient(&format!("{name}.words"), desc);
+        let groups = desc.size.div_up(16);
+        let call = self.pass.compute(&WORDS, "table_words").buffer("table", buffer).image("words", image);
+        call.dispatch([groups.width, groups.height, 1]);
+        self.tables.insert(input, image);
+        image
+    }
+
+    fn pyramid(&mut self, of: Pyramid) -> Vec<ImageId> {
+        match of {
+            Pyramid::Made(made) => match &self.made[made] {
+                Arrival::Pyramid(levels) => levels.clone(),
+                other => panic!("a pyramid was made before its readers, not {other:?}"),
+            },
+            Pyramid::Input(input) => {
+                let port = &self.node.inputs[input];
+                match self.pass.wired(&port.name) {
+                    true => self.pass.pyramid(&port.name),
+                    false => vec![self.black(false)],
+                }
+            }
+        }
+    }
+
+    fn black(&mut self, volume: bool) -> ImageId {
+        let black = ImageDesc { volume, ..ImageDesc::new(Size::new(1, 1)) };
+        self.pass.constant("black", black, vec![0; black.bytes() as usize])
+    }
+}

@@ -1,0 +1,161 @@
+//! The kinds of `tests/folders`, which have several passes and no Rust, compared with CPU references.
+
+use std::path::Path;
+
+use afterimage_graph::check::{CheckOptions, Graph, NoFiles, check};
+use afterimage_graph::document::parse;
+use afterimage_graph::image::Size;
+use afterimage_graph::node::{NodeKind, Registry, folder_kind_of, folder_kind_sharing};
+
+use crate::reference::gaussian;
+use crate::reference::image::Image;
+use crate::support::gpu::{Picture, Run};
+use crate::support::probes;
+
+fn kind(name: &str) -> NodeKind {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("folders");
+    let text = |path: &str| {
+        let path = folder.join(path);
+        std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+    };
+    let file = format!("{name}/{name}.wgsl");
+    let (declaration, shader, gauss) = (text(&format!("{name}/node.ron")), text(&file), text("lib/gauss.wgsl"));
+    folder_kind_sharing(("node.ron", &declaration), &[(&file, &shader)], &[("lib/gauss.wgsl", &gauss)])
+        .unwrap_or_else(|errors| panic!("{errors}"))
+}
+
+fn kinds() -> [NodeKind; 2] {
+    [kind("soft_blur"), kind("haze")]
+}
+
+fn graph(nodes: &str, outputs: &str) -> Graph {
+    let registry = Registry::new(&[afterimage_nodes::ALL, &kinds()]).expect("no two kinds share a name");
+    graph_of(&registry, nodes, outputs)
+}
+
+fn graph_of(registry: &Registry, nodes: &str, outputs: &str) -> Graph {
+    let text = format!("Pipeline(inputs: {{ \"in\": Color }}, nodes: {{ {nodes} }}, outputs: {{ {outputs} }})");
+    let document = parse("test.ron", &text).unwrap_or_else(|errors| panic!("{errors:?}"));
+    let options = CheckOptions { tier: None, sets: Vec::new(), loader: &NoFiles };
+    check(&document, registry, &options).unwrap_or_else(|errors| panic!("{errors:?}")).0
+}
+
+fn scene(width: u32, height: u32) -> Picture {
+    Picture::new(width, height, |x, y| {
+        let spark = if (x * 7 + y * 3) % 23 == 0 { 40.0 } else { 0.0 };
+        [x as f32 * 0.11 + spark, (y as f32 * 0.7).sin().abs(), (x * y) as f32 * 0.01, 1.0]
+    })
+}
+
+fn image(picture: &Picture) -> Image {
+    Image::new(picture.width as usize, picture.height as usize, |x, y| picture.at(x as u32, y as u32).map(f64::from))
+}
+
+/// The largest difference of a channel, in parts of the largest number of the reference.
+fn error(picture: &Picture, wanted: &Image) -> f64 {
+    assert_eq!((picture.width as usize, picture.height as usize), (wanted.width, wanted.height));
+    let largest = wanted.pixels.iter().flatten().fold(0.0_f64, |most, number| most.max(number.abs()));
+    let pairs = picture.pixels.iter().flatten().zip(wanted.pixels.iter().flatten());
+    pairs.fold(0.0_f64, |most, (got, wanted)| most.max((f64::from(*got) - wanted).abs())) / largest
+}
+
+const SIZES: [(u32, u32); 4] = [(33, 17), (64, 36), (5, 70), (1, 1)];
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_separable_blur_without_rust_is_a_gaussian() {
+    let both = r#""soft": SoftBlur(source: "in", sigma: 2.5), "gauss": Gaussian(source: "in", sigma: 2.5)"#;
+    let graph = graph(both, r#""soft": "soft", "gauss": "gauss""#);
+    for (width, height) in SIZES {
+        let scene = scene(width, height);
+        let [soft, gauss] = &Run::new(&graph).exact().frame(&[("in", &scene)])[..] else { panic!("two outputs") };
+        let wanted = gaussian::blur(&image(&scene), 2.5);
+        assert!(error(soft, &wanted) < 1e-6, "{width}x{height}: {}", error(soft, &wanted));
+        assert!(error(soft, &image(gauss)) < 1e-6, "{width}x{height}: {}", error(soft, &image(gauss)));
+    }
+}
+
+/// The haze, and what it makes of the image.
+fn hazed(source: &Image, amount: f64, width: f64) -> Image {
+    let full = Size::new(source.width as u32, source.height as u32);
+    let (mut levels, mut size) = (Vec::<Image>::new(), full);
+    for _ in 0..full.levels().clamp(1, 6) {
+        size = size.half();
+        let above = levels.last().unwrap_or(source);
+        levels.push(Image::from_uv(size.width as usize, size.height as usize, |uv| above.tap(uv)));
+    }
+    let half = gaussian::taps(1.0, 3);
+    let soft = |level: &Image| gaussian::blur_axis(&gaussian::blur_axis(level, &half, [1, 0]), &half, [0, 1]);
+    let mix = |a: [f64; 4], b: [f64; 4], share: f64| std::array::from_fn(|i| a[i] + (b[i] - a[i]) * share);
+    let coarsest = soft(levels.last().expect("there is a level"));
+    let wide = levels.iter().rev().skip(1).fold(coarsest, |coarser, level| {
+        let soft = soft(level);
+        Image::from_uv(level.width, level.height, |uv| mix(soft.tap(uv), coarser.tap(uv), width))
+    });
+    Image::from_uv(source.width, source.height, |uv| {
+        let (own, spread): ([f64; 4], [f64; 4]) = (source.tap(uv), wide.tap(uv));
+        let [r, g, b, _] = mix(own, spread, amount);
+        [r, g, b, own[3]]
+    })
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_pyramid_without_rust_goes_down_and_up() {
+    let graph = graph(r#""haze": Haze(source: "in", amount: 0.4, width: 0.7)"#, r#""out": "haze""#);
+    for (width, height) in SIZES {
+        let scene = scene(width, height);
+        let out = Run::new(&graph).exact().frame(&[("in", &scene)]).remove(0);
+        let wanted = hazed(&image(&scene), f64::from(0.4_f32), f64::from(0.7_f32));
+        assert!(error(&out, &wanted) < 2e-5, "{width}x{height}: {}", error(&out, &wanted));
+    }
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn the_glow_of_a_node_that_is_off_is_black_and_its_result_the_source() {
+    let outputs = r#""out": "haze", "glow": "haze.glow""#;
+    let scene = scene(20, 10);
+    let on = Run::new(&graph(r#""haze": Haze(source: "in")"#, outputs)).exact().frame(&[("in", &scene)]);
+    assert!(on[1].pixels.iter().any(|pixel| pixel[0] > 0.1), "there is no glow");
+    let off = format!(r#"{outputs} }}, set: {{ "haze": Off"#);
+    let off = Run::new(&graph(r#""haze": Haze(source: "in")"#, &off)).exact().frame(&[("in", &scene)]);
+    assert_eq!(off[0].pixels, scene.pixels);
+    assert!(off[1].pixels.iter().all(|pixel| pixel[..3] == [0.0; 3]), "{:?}", off[1].pixels[0]);
+}
+
+const COUNTS: &str = r#"Kind(
+    name: "Counts",
+    doc: "Shows the words of a histogram: four numbers, then counts.",
+    inputs: { "histogram": Table(doc: "The histogram.", content: "histogram") },
+    outputs: { "result": Image(doc: "A pixel for each word.", state: Data, size: Fixed(388, 1)) },
+)"#;
+
+/// As the probe of tables shows them.
+const COUNTS_SHADER: &str = "#import table
+fn counts(histogram: texture_2d<f32>, at: Point) -> vec4f {
+    let index = u32(at.pixel.x);
+    if index < 4u { return vec4f(table_number(histogram, index), 0.0, 0.0, 0.0); }
+    let word = table_word(histogram, index);
+    return vec4f(f32(word & 0xffffu), f32(word >> 16u), 0.0, 0.0);
+}";
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_kind_without_rust_reads_each_word_of_a_table() {
+    let kind = folder_kind_of(("node.ron", COUNTS), &[("counts.wgsl", COUNTS_SHADER)]);
+    let kind = kind.unwrap_or_else(|errors| panic!("{errors}"));
+    afterimage_plan::contract(std::slice::from_ref(&kind)).unwrap_or_else(|errors| panic!("{}", errors.join("\n")));
+    let registry = Registry::new(&[afterimage_nodes::ALL, &[kind], probes::ALL]).expect("no two kinds share a name");
+    let nodes = r#""all": Histogram(source: "in"), "own": Counts(histogram: "all"), "probe": ProbeTable(table: "all")"#;
+    let graph = graph_of(&registry, nodes, r#""own": "own", "probe": "probe""#);
+    let shown = Run::new(&graph).exact().frame(&[("in", &scene(64, 36))]);
+    assert!(shown[0] == shown[1], "the words differ from those of the probe");
+    let counted: f32 = shown[0].pixels[4..].iter().map(|pixel| pixel[0]).sum();
+    assert!(counted > 100.0 && shown[0].pixels[..4].iter().any(|pixel| pixel[0] < 0.0), "{:?}", &shown[0].pixels[..8]);
+}
+
+#[test]
+fn the_kinds_of_folders_keep_the_contract() {
+    afterimage_plan::contract(&kinds()).unwrap_or_else(|complaints| panic!("{}", complaints.join("\n")));
+}
