@@ -2,12 +2,12 @@
 
 use std::sync::Arc;
 
-use afterimage_gpu::{Frame, Gpu, Post, PostError, Texels, download, upload, wgpu};
-use afterimage_graph::check::Graph;
-use afterimage_graph::image::Size;
+use afterimage_gpu::{Frame, FrameStep, Gpu, InputImage, Post, PostError, Session, Texels, download, upload, wgpu};
+use afterimage_graph::check::{Facts, Graph};
+use afterimage_graph::image::{ImageDesc, Size};
 use afterimage_graph::value::Value;
 use afterimage_nodes::{CompositeBlend, Curve};
-use afterimage_plan::Plan;
+use afterimage_plan::{Options, Plan};
 
 use crate::support::gpu::{Picture, changed, gpu};
 
@@ -214,4 +214,48 @@ fn parameters_can_be_listed_for_a_panel() {
     assert!(all.iter().all(|parameter| !parameter.declaration.doc.is_empty()));
     let names: std::collections::BTreeSet<&String> = all.iter().map(|parameter| &parameter.name).collect();
     assert_eq!(names.len(), all.len());
+}
+
+/// The value after each frame, read back at once from a plan of its own.
+fn exposures(lights: &[f32]) -> Vec<[f32; 4]> {
+    let graph = changed("exposure.ron", None, &[]);
+    let gpu = gpu().clone();
+    let mut session = Session::new(&gpu, graph, Facts::default(), Options::default());
+    let mut values = Vec::new();
+    for (number, light) in lights.iter().enumerate() {
+        let image = flat(&gpu, *light);
+        let desc = ImageDesc::new(Size::new(64, 36));
+        let image = InputImage { input: "scene".into(), view: image, desc, finite: false };
+        let step = FrameStep { time: 0.1 * number as f32, dt: 0.1, reset: number == 0 };
+        session.render(desc.size, &[image], step).unwrap();
+        values.push(session.value("meter.result").unwrap().expect("the meter runs"));
+    }
+    values
+}
+
+fn flat(gpu: &Gpu, light: f32) -> wgpu::TextureView {
+    let texels = Texels::from_floats_as_half(64, 36, &vec![[light, light, light, 1.0]; 64 * 36]);
+    upload(&gpu.device, &gpu.queue, &texels).unwrap().create_view(&Default::default())
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn the_meter_is_read_back_without_a_wait_with_the_frame_that_it_belongs_to() {
+    let lights: Vec<f32> = (0..24).map(|frame| 0.05 + 0.3 * (frame % 7) as f32).collect();
+    let wanted = exposures(&lights);
+    let mut host = Host::new(changed("exposure.ron", None, &[]));
+    let meter = host.post.watch("meter.result");
+    let nothing = host.post.watch("nothing.result");
+    let mut seen = std::collections::BTreeSet::new();
+    for light in lights {
+        host.scene = flat(&host.gpu, light);
+        host.frame().unwrap();
+        host.gpu.device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
+        let Some(reading) = host.post.reading(meter) else { continue };
+        assert!(reading.frame < host.post.frame() && host.post.frame() - reading.frame <= 3, "it is not old");
+        assert_eq!(reading.value(), Some(wanted[reading.frame as usize - 1]), "frame {}", reading.frame);
+        seen.insert(reading.frame);
+    }
+    assert!(seen.len() > 18, "nearly every frame was read: {seen:?}");
+    assert_eq!(host.post.reading(nothing), None);
 }

@@ -101,7 +101,6 @@ pub enum GpuError {
 
 impl GpuError {
     /// The device is lost, for the reason that wgpu gives.
-    #[cfg(not(target_family = "wasm"))]
     pub(crate) fn lost(why: &dyn std::fmt::Display) -> Self {
         Self::DeviceLost { why: why.to_string() }
     }

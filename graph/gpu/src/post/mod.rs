@@ -6,6 +6,7 @@ mod parameters;
 mod plans;
 mod running;
 mod uniforms;
+mod watch;
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -19,6 +20,8 @@ pub use error::PostError;
 use handle::Handle;
 pub use handle::{Control, Parameter, ParameterInfo};
 use running::{Next, Running};
+use watch::Watched;
+pub use watch::{Reading, Watch};
 
 /// A graph, its plans, and an executor: what a host keeps for each pipeline that it runs.
 ///
@@ -50,6 +53,9 @@ pub struct Post {
     /// Inputs whose texels are known to be finite.
     finite: BTreeSet<String>,
     handles: Vec<Handle>,
+    watched: Vec<Watched>,
+    /// Frames that have been recorded.
+    frame: u64,
     running: Option<Running>,
     next: Option<Next>,
     /// Whether something has changed since the last plan was asked for.
@@ -71,6 +77,8 @@ impl Post {
             options: Options::default(),
             finite: BTreeSet::new(),
             handles: Vec::new(),
+            watched: Vec::new(),
+            frame: 0,
             running: None,
             next: None,
             is_stale: true,
@@ -147,7 +155,36 @@ impl Post {
     /// The device reports an error.
     pub(crate) fn record(&mut self, encoder: &mut CommandEncoder, frame: &Frame<'_>) -> Result<(), PostError> {
         self.write_uniforms()?;
-        Ok(self.executor.encode(encoder, frame)?)
+        self.executor.encode(encoder, frame)?;
+        self.frame += 1;
+        for watched in &mut self.watched {
+            watched.collect()?;
+            if let Some(buffer) = self.executor.buffer(&watched.label) {
+                watched.record(self.executor.device(), buffer, self.frame, encoder)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// The number of frames that have been recorded: that of the last one, counted from 1.
+    pub fn frame(&self) -> u64 {
+        self.frame
+    }
+
+    /// Reads a table or value of a node, `node.port`, back after every frame from now on, without a wait. A node that
+    /// the plan does not run has none.
+    pub fn watch(&mut self, label: &str) -> Watch {
+        let known = self.watched.iter().position(|watched| watched.label == label);
+        Watch(known.unwrap_or_else(|| {
+            self.watched.push(Watched::new(label));
+            self.watched.len() - 1
+        }))
+    }
+
+    /// The newest reading that has arrived: a few frames old, because nothing waits for it. Readings arrive while frames
+    /// are recorded and submitted, and the device is polled. Each frame is submitted before the next is recorded.
+    pub fn reading(&self, watch: Watch) -> Option<&Reading> {
+        self.watched[watch.0].latest.as_ref()
     }
 
     /// The texture of an output of the last frame, unless the host gave one.
