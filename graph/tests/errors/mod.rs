@@ -11,7 +11,9 @@ mod folder;
 mod folder_images;
 mod fuzz;
 mod kinds;
+mod mutated;
 mod once;
+mod ranges;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
