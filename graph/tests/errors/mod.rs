@@ -106,3 +106,13 @@ fn json_has_the_location_that_the_text_has() {
     assert_eq!((json[0]["code"].as_str(), json[0]["severity"].as_str()), (Some("unknown-name"), Some("error")));
     assert_eq!(label["file"], "umlaut.ron");
 }
+
+/// `main` prints the error that it returns by `Debug`.
+#[test]
+fn an_error_of_main_is_a_text_with_an_excerpt() {
+    let errors = checked("look.ron", "Pipeline(nodes: { \"a\" Exposure() })").expect_err("a colon is missing");
+    let error: Box<dyn std::error::Error> = Box::new(errors);
+    let printed = format!("Error: {error:?}");
+    assert!(printed.starts_with("Error: \nerror["), "{printed}");
+    assert!(printed.contains("--> look.ron:1:") && printed.contains("^"), "{printed}");
+}
