@@ -1,17 +1,17 @@
 #!/usr/bin/env bash
-# Which faults do the tests notice? tests/mutants.sh sample FIRST COUNT, or tests/mutants.sh faults
+# Which faults do the tests notice? tests/mutants.sh sample FIRST COUNT, or tests/mutants.sh faults planner|gpu
 #
 # `sample` takes mutants of the pure crates (base, wgsl, graph, plan) as cargo-mutants lists them, in an order with a
-# fixed seed: `sample 0 300` and `sample 300 400` have none in common. `faults` takes those of tests/mutants/faults.txt,
-# which are in the planner and the GPU crate. Results are kept in target/mutants/results-*.tsv: a run that was stopped
-# goes on where it was, and a run that was finished prints its table again. Remove the file to begin anew. It ends with
-# the share of the mutants that a test notices, its 95 % interval, and the mutants that no test notices.
+# fixed seed: `sample 0 300` and `sample 300 400` have none in common. `faults` takes those of tests/mutants/planner.txt
+# or gpu.txt. Results are kept in target/mutants/*/results-*.tsv: a run that was stopped goes on where it was, and a run
+# that was finished prints its table again. Remove the file to begin anew. It ends with the share of the mutants that a
+# test notices, its 95 % interval, and the mutants that no test notices.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
 cargo mutants --version >/dev/null 2>&1 || { echo "first: cargo install cargo-mutants --locked" >&2; exit 2; }
 case "${1:-}" in
 sample) exec cargo run --quiet -p afterimage-mutants -- sample "${2:-0}" "${3:-400}" ;;
-faults) exec cargo run --quiet -p afterimage-mutants -- faults tests/mutants/faults.txt ;;
+faults) exec cargo run --quiet -p afterimage-mutants -- faults "${2:-planner}" ;;
 *) sed -n '2,9s/^# \{0,1\}//p' "$0"; exit 2 ;;
 esac

@@ -89,3 +89,36 @@ fn colorimetry_survives_json() {
         assert_eq!(serde_json::from_str::<Colorimetry>(&json).expect("it was written by serde"), colorimetry, "{json}");
     }
 }
+
+#[test]
+fn the_system_gamma_of_hlg_is_that_of_bt_2390() {
+    // ITU-R BT.2100, note 5f: 1.2 at 1000 cd/m2; BT.2390, 6.2: the extended range.
+    for (peak, gamma) in [
+        (1000.0, 1.2),
+        (400.0, 1.2 + 0.42 * 0.4_f64.log10()),
+        (2000.0, 1.2 + 0.42 * 2.0_f64.log10()),
+        (4000.0, 1.2 * 1.111 * 1.111),
+        (250.0, 1.2 / (1.111 * 1.111)),
+        (125.0, 1.2 / 1.111_f64.powi(3)),
+    ] {
+        assert!((hlg_gamma(peak) - gamma).abs() < 1e-12, "{peak}: {}", hlg_gamma(peak));
+    }
+}
+
+#[test]
+fn spaces_are_close_if_every_coordinate_is() {
+    for space in &SPACES {
+        assert!(space.close_to(space, 1e-9));
+        for axis in 0..2 {
+            for point in 0..4 {
+                let mut moved = *space;
+                let points = [&mut moved.red, &mut moved.green, &mut moved.blue, &mut moved.white];
+                let [x, y] = [points[point].x.get(), points[point].y.get()];
+                let shifted = if axis == 0 { [x + 0.01, y] } else { [x, y - 0.01] };
+                *points.into_iter().nth(point).expect("four points") = Xy::from(shifted.map(|c| c as f32));
+                assert!(space.close_to(&moved, 0.011) && moved.close_to(space, 0.011));
+                assert!(!space.close_to(&moved, 0.009) && !moved.close_to(space, 0.009));
+            }
+        }
+    }
+}

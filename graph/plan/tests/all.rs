@@ -6,6 +6,7 @@ mod contract;
 mod dynamic;
 mod faults;
 mod fusion;
+mod golden;
 mod limits;
 mod pipelines;
 mod plan_cache;

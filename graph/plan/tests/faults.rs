@@ -228,3 +228,10 @@ fn a_draw_of_a_compute_kernel_is_found() {
     let plan = plans(Options::default()).find_map(drawn).expect("some plan has a compute kernel");
     assert_reports(&faults(&plan, "a compute kernel is drawn"), &["is drawn, but it can only be dispatched"]);
 }
+
+#[test]
+fn a_place_in_the_recording_that_two_passes_have_is_found() {
+    let mut plan = plans(Options::default()).next().expect("there is a plan");
+    plan.passes[1].recorded = plan.passes[0].recorded;
+    assert_reports(&faults(&plan, "two passes are recorded at one place"), &["do not name every pass once"]);
+}

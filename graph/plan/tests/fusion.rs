@@ -122,7 +122,8 @@ const KINDS: &[NodeKind] = &[
     NodeKind::of::<Meter>(),
 ];
 
-fn planned_at(size: Size, nodes: &str, outputs: &str, options: Options) -> Plan {
+/// The plan of these nodes for a frame of that size, on a device where tiles may pay.
+pub fn planned_at(size: Size, nodes: &str, outputs: &str, options: Options) -> Plan {
     let text = format!("Pipeline(inputs: {{\"in\": Color}}, nodes: {{{nodes}}}, outputs: {{{outputs}}})");
     let document = parse("fusion.ron", &text).unwrap_or_else(|errors| panic!("{errors}"));
     let registry = Registry::new(&[afterimage_nodes::ALL, KINDS]).expect("no two kinds share a name");
@@ -241,6 +242,30 @@ fn reductions_share_a_read_if_they_read_the_same_pixels() {
     assert_eq!(shared_reads(&strides, outputs), [2]);
     let other = format!(r#""soft": Soft(source: "in"), {}{}"#, mean("a", "in", ""), mean("b", "soft", ""));
     assert_eq!(shared_reads(&other, outputs), Vec::<usize>::new(), "another image");
+}
+
+#[test]
+fn a_shared_read_saves_all_reads_but_one() {
+    let three = mean("a", "in", "") + &mean("b", "in", ", lo: -4.0") + &mean("c", "in", ", lo: -5.0");
+    let plan = planned_at(FRAME, &three, r#""a": "a", "b": "b", "c": "c""#, Options::default());
+    let [shared] = plan.shared_reads.as_slice() else { panic!("one read:\n{}", plan.to_text()) };
+    assert_eq!(shared.bytes_saved, 2 * ImageDesc::new(FRAME).bytes());
+}
+
+#[test]
+fn a_light_pass_is_computed_again_for_a_few_readers_and_stored_for_many() {
+    let passes = |readers: usize| {
+        let reader = |at: usize| format!(r#""b{at}": Dim(source: "a"), "#);
+        let output = |at: usize| format!(r#""b{at}": "b{at}", "#);
+        let nodes = r#""a": Dim(source: "in"), "#.to_owned() + &(0..readers).map(reader).collect::<String>();
+        let outputs: String = (0..readers).map(output).collect();
+        planned_at(FRAME, &nodes, &outputs, Options::default()).passes.len()
+    };
+    assert_eq!([1, 2, 3, 4, 5, 6].map(passes), [1, 2, 3, 4, 6, 7]);
+    // Three kernels are not light: they are computed once.
+    let long = r#""a": Dim(source: "in"), "b": Dim(source: "a"), "c": Dim(source: "b"), "x": Dim(source: "c"),
+        "y": Dim(source: "c")"#;
+    assert_eq!(planned_at(FRAME, long, r#""x": "x", "y": "y""#, Options::default()).passes.len(), 3);
 }
 
 /// The second reduction waits for a value that is made of the result of the first.

@@ -98,3 +98,29 @@ pub(super) fn unreadable(named: &Spanned<String>, why: &str) -> Diagnostic {
         .at(&named.location, "")
         .help("paths are relative to the file that names them")
 }
+
+#[cfg(test)]
+mod tests {
+    use super::join;
+
+    #[test]
+    fn a_path_is_joined_to_the_folder_of_the_file_that_names_it() {
+        for (from, path, joined) in [
+            ("a/b.ron", "c.ron", "a/c.ron"),
+            ("b.ron", "c.ron", "c.ron"),
+            ("a/b.ron", "./c.ron", "a/c.ron"),
+            ("a/b.ron", "d/./c.ron", "a/d/c.ron"),
+            ("a/b.ron", "d//c.ron", "a/d/c.ron"),
+            ("a/b.ron", "../c.ron", "c.ron"),
+            ("a/b.ron", "../../c.ron", "../c.ron"),
+            ("../b.ron", "../c.ron", "../../c.ron"),
+            ("/a/b.ron", "../../c.ron", "/../c.ron"),
+            ("a/b.ron", "/c.ron", "/c.ron"),
+            ("a/b.ron", "\\c.ron", "\\c.ron"),
+            ("a/b.ron", "c:/d.ron", "c:/d.ron"),
+            ("a/b.ron", "cc:/d.ron", "a/cc:/d.ron"),
+        ] {
+            assert_eq!(join(from, path), joined, "`{path}` in `{from}`");
+        }
+    }
+}

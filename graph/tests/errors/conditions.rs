@@ -74,3 +74,22 @@ fn endless_conditions_are_refused() {
         assert_eq!(Condition::parse(&condition).expect_err("it is endless").message, "the condition is too long");
     }
 }
+
+#[test]
+fn a_condition_is_as_long_and_as_deep_as_it_may_be_and_no_more() {
+    let refused = |text: &str| {
+        let error = Condition::parse(text).expect_err("it is too long");
+        assert_eq!(error.message, "the condition is too long", "{} bytes", text.len());
+    };
+    let nested = |depth: usize| "(".repeat(depth) + "a" + &")".repeat(depth);
+    assert!(Condition::parse(&nested(63)).is_ok());
+    refused(&nested(64));
+    // A negation and a word, then two words each.
+    let words = |more: usize| "not a".to_owned() + &" and a".repeat(more);
+    assert!(Condition::parse(&words(255)).is_ok(), "512 tokens");
+    refused(&words(256));
+    let name = |bytes: usize| "a".repeat(bytes);
+    let long = (1..1 << 20).find(|bytes| Condition::parse(&name(*bytes)).is_err()).expect("there is a limit");
+    assert!(long > 512, "{long} bytes, and one token");
+    refused(&name(long));
+}

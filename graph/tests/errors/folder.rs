@@ -2,7 +2,7 @@
 
 use afterimage_graph::node::{folder_kind, folder_kind_of};
 
-const DECLARATION: &str = r#"Kind(
+pub(super) const DECLARATION: &str = r#"Kind(
     name: "Posterize",
     doc: "Leaves only a few levels of each colour.",
     inputs: {
@@ -16,7 +16,7 @@ const DECLARATION: &str = r#"Kind(
 )
 "#;
 
-const SHADER: &str = "struct Posterize { levels: f32 }
+pub(super) const SHADER: &str = "struct Posterize { levels: f32 }
 
 fn posterize(source: vec4f, mask: texture_2d<f32>, mask_sampler: sampler, at: Point, params: Posterize) -> vec4f {
     let steps = params.levels - 1.0;

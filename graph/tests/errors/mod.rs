@@ -11,7 +11,9 @@ mod folder;
 mod folder_images;
 mod fuzz;
 mod kinds;
+mod mutated;
 mod once;
+mod ranges;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -103,4 +105,14 @@ fn json_has_the_location_that_the_text_has() {
     );
     assert_eq!((json[0]["code"].as_str(), json[0]["severity"].as_str()), (Some("unknown-name"), Some("error")));
     assert_eq!(label["file"], "umlaut.ron");
+}
+
+/// `main` prints the error that it returns by `Debug`.
+#[test]
+fn an_error_of_main_is_a_text_with_an_excerpt() {
+    let errors = checked("look.ron", "Pipeline(nodes: { \"a\" Exposure() })").expect_err("a colon is missing");
+    let error: Box<dyn std::error::Error> = Box::new(errors);
+    let printed = format!("Error: {error:?}");
+    assert!(printed.starts_with("Error: \nerror["), "{printed}");
+    assert!(printed.contains("--> look.ron:1:") && printed.contains("^"), "{printed}");
 }

@@ -4,7 +4,9 @@ use naga::Span;
 use naga::valid::ModuleInfo;
 
 use crate::error::ShaderError;
-use crate::limits::{check_cost, check_memory, parser_thread};
+#[cfg(not(target_family = "wasm"))]
+use crate::limits::parser_thread;
+use crate::limits::{check_cost, check_memory};
 use crate::link::SourceMap;
 use crate::lints;
 
@@ -40,7 +42,14 @@ pub(crate) fn validate_untrusted(
     })
 }
 
+/// The web has no threads. What may be nested there is limited as everywhere.
+#[cfg(target_family = "wasm")]
+fn on_large_stack<T>(work: impl FnOnce() -> T) -> T {
+    work()
+}
+
 /// naga's parser recurses, more deeply than the stack of every thread allows.
+#[cfg(not(target_family = "wasm"))]
 fn on_large_stack<T: Send>(work: impl FnOnce() -> T + Send) -> T {
     std::thread::scope(|scope| {
         parser_thread(scope, work).join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))

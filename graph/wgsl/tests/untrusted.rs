@@ -218,3 +218,14 @@ fn a_wrong_use_of_the_library_is_reported_where_it_is_used() {
         assert_eq!(error.line, 2, "{body}: {error}");
     }
 }
+
+#[test]
+fn a_lone_semicolon_is_no_declaration() {
+    let text = format!(";;\nconst ONE = 1.0;;\n; {};", in_body("return source * ONE;").trim_end());
+    let kernel = untrusted(&text);
+    let reflection = kernel.reflect().unwrap_or_else(|error| panic!("{error}"));
+    assert!(reflection.function("kind").is_some());
+    let error = refused(&format!(";\n;;\n{}", in_body("return sauce;")));
+    assert_eq!((error.line, error.column), (3, 42), "{error}");
+    assert!(error.message.starts_with("no definition in scope"), "{error}");
+}

@@ -12,7 +12,7 @@ use crate::sites::Text;
 use crate::weave::{SUPPORT, marks, weave};
 
 /// Crates and their folders.
-type Crates = [(&'static str, &'static str)];
+pub(crate) type Crates = [(&'static str, &'static str)];
 
 /// The crates whose mutants are taken, and whose tests run.
 pub(crate) const PURE: [(&str, &str); 4] = [

@@ -17,7 +17,7 @@ use std::collections::BTreeSet;
 use std::fmt::Write as _;
 use std::path::Path;
 
-use build::{GROUPS, PURE, Tree, WITH_GPU};
+use build::{Crates, GROUPS, PURE, Tree, WITH_GPU};
 use list::Mutant;
 use report::Report;
 use run::{Test, outcome, summary, traced};
@@ -27,12 +27,17 @@ const SEED: u64 = 17;
 
 fn main() {
     let words: Vec<String> = std::env::args().skip(1).collect();
-    let folder = std::env::current_dir().expect("there is a folder").join("target/mutants");
-    std::fs::create_dir_all(&folder).expect("the folder can be made");
+    let here = std::env::current_dir().expect("there is a folder");
+    let folder = |name: &str| {
+        let folder = here.join("target/mutants").join(name);
+        std::fs::create_dir_all(&folder).expect("the folder can be made");
+        folder
+    };
     match words.iter().map(String::as_str).collect::<Vec<_>>()[..] {
-        ["sample", from, count] => sample(&folder, number(from), number(count)),
-        ["faults", list] => seeded(&folder, list),
-        _ => panic!("`sample FIRST COUNT` or `faults FILE`"),
+        ["sample", from, count] => sample(&folder("pure"), number(from), number(count)),
+        ["faults", "planner"] => seeded(&folder("pure"), "planner", &PURE, &[""]),
+        ["faults", "gpu"] => seeded(&folder("gpu"), "gpu", &WITH_GPU, GROUPS),
+        _ => panic!("`sample FIRST COUNT`, `faults planner` or `faults gpu`"),
     }
 }
 
@@ -54,13 +59,13 @@ fn sample(folder: &Path, from: usize, count: usize) {
     print!("{}", Report::read(&results, &sample));
 }
 
-/// Runs the faults of a list in the planner and in the GPU crate.
-fn seeded(folder: &Path, list: &str) {
-    let faults = faults::read(list);
+/// Runs the faults of a list.
+fn seeded(folder: &Path, list: &str, crates: &'static Crates, groups: &[&str]) {
+    let faults = faults::read(&format!("tests/mutants/{list}.txt"));
     println!("{} faults", faults.len());
-    let tree = Tree::copy(folder, &WITH_GPU);
+    let tree = Tree::copy(folder, crates);
     tree.seed(&faults);
-    let tests = traced(&tree.programs(), folder, GROUPS);
+    let tests = traced(&tree.programs(), folder, groups);
     let mutants: Vec<Mutant> = faults.iter().map(faults::Fault::mutant).collect();
     let results = folder.join("results-faults.tsv");
     run(&mutants, &BTreeSet::new(), &tests, &results);

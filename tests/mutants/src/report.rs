@@ -49,11 +49,8 @@ impl Report {
 impl Display for Report {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
         let mut all = Counts::default();
-        writeln!(
-            f,
-            "\n| crate | mutants | noticed by its own tests | also by those of the other pure crates | not compiled |"
-        )?;
-        writeln!(f, "|---|---:|---:|---:|---:|")?;
+        writeln!(f, "\n| crate | mutants | noticed | not compiled |")?;
+        writeln!(f, "|---|---:|---:|---:|")?;
         for (name, counts) in &self.by_crate {
             row(f, name, counts)?;
             all.noticed += counts.noticed;
@@ -81,7 +78,7 @@ fn share(part: u64, count: u64) -> String {
     let (p, z2) = (k / n, Z * Z / n);
     let middle = (p + z2 / 2.0) / (1.0 + z2);
     let half = Z / (1.0 + z2) * (p * (1.0 - p) / n + z2 / (4.0 * n)).sqrt();
-    format!("{part}, {:.1} % ({:.1} to {:.1})", 100.0 * p, 100.0 * (middle - half), 100.0 * (middle + half))
+    format!("{part}, {:.1} % ({:.1} to {:.1})", 100.0 * p, 100.0 * (middle - half).max(0.0), 100.0 * (middle + half))
 }
 
 #[cfg(test)]

@@ -93,7 +93,7 @@ impl Diagnostic {
 }
 
 /// All diagnostics, with the texts that their locations point into.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Default)]
 pub struct Diagnostics {
     list: Vec<Diagnostic>,
     /// The texts of the files.
@@ -199,6 +199,13 @@ impl Diagnostics {
 impl std::fmt::Display for Diagnostics {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str(&self.render(Style::Plain))
+    }
+}
+
+/// As for people, because `main` prints the errors that it returns in this way.
+impl std::fmt::Debug for Diagnostics {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "\n{self}")
     }
 }
 

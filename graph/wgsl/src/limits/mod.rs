@@ -3,6 +3,7 @@
 //! A short text can take a parser or a driver any amount of time, memory or stack. Each limit has its place here, and a
 //! row in `nodes/README.md`.
 
+#[cfg(not(target_family = "wasm"))]
 use std::thread::{Builder, Scope, ScopedJoinHandle};
 
 mod cost;
@@ -103,6 +104,7 @@ pub const STACK_BYTES: usize = 64 << 20;
 ///
 /// # Panics
 /// If the system has no more threads.
+#[cfg(not(target_family = "wasm"))]
 pub(crate) fn parser_thread<'scope, T: Send + 'scope>(
     scope: &'scope Scope<'scope, '_>,
     work: impl FnOnce() -> T + Send + 'scope,

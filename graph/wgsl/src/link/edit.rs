@@ -133,3 +133,32 @@ pub(super) fn with_template(part: &Part<'_>, token: usize) -> Range<usize> {
     }
     part.module.bytes(token..end)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::literal;
+
+    #[test]
+    fn a_number_is_written_in_the_type_of_the_constant() {
+        for (value, ty, present, written) in [
+            (2.0, Some("f32"), "1", "2.0"),
+            (0.5, Some("f16"), "", "0.5"),
+            (3.0, Some("u32"), "1.0", "3"),
+            (-3.0, Some("i32"), "", "-3"),
+            (1.0, Some("bool"), "false", "true"),
+            (0.0, Some("bool"), "true", "false"),
+            (1.0, None, "false", "true"),
+            (0.0, None, "true", "false"),
+            (7.0, None, "1u", "7u"),
+            (7.0, None, "0x1fu", "7"),
+            (7.0, None, "1.5", "7.0f"),
+            (7.0, None, "1e3", "7.0f"),
+            (7.0, None, "1f", "7.0f"),
+            (7.0, None, "0x1f", "7"),
+            (7.0, None, "1", "7"),
+            (7.0, None, "", "7"),
+        ] {
+            assert_eq!(literal(value, ty, present), written, "{value} for {ty:?} and `{present}`");
+        }
+    }
+}

@@ -1,0 +1,108 @@
+//! What a function of the language costs an untrusted kernel: how many of it fit below the limit of operations.
+//!
+//! The weights are measured with a driver (`limits/cost.rs`), so a change of one is meant, or a fault.
+
+use afterimage_wgsl::{Shader, limits};
+
+/// A kernel that computes something so many times.
+fn kernel(line: &str, count: usize) -> Shader {
+    let mut text = String::from("struct Pair { numbers: array<f32, 40> }\nfn kind(source: vec4f) -> vec4f {\n");
+    text += "var sum = source; var whole = vec2u(source.xy); var signed = vec2i(source.xy); var m = mat2x2f();\n";
+    text += "var list: array<f32, 40>; var one = source.x; var i = whole.x;\n";
+    text += &format!("{line}\n").repeat(count);
+    text += "return sum + vec4f(vec2f(whole), vec2f(signed)) + one + list[i] + m[0].xyxy; }";
+    Shader::untrusted("kind.wgsl".into(), text)
+}
+
+/// The most lines that are accepted, to a hundredth.
+fn most(line: &str) -> usize {
+    let fits = |count: &usize| match kernel(line, *count).reflect() {
+        Ok(_) => true,
+        Err(error) if error.message.contains(limits::OPERATIONS.counts) => false,
+        Err(error) => panic!("{line}: {error}"),
+    };
+    assert!(fits(&1), "{line}");
+    let mut low = 1;
+    while low < 4096 && fits(&(low * 2)) {
+        low *= 2;
+    }
+    let (mut low, mut high) = (low, 2 * low);
+    while high - low > (low / 100).max(1) {
+        let middle = (low + high) / 2;
+        if fits(&middle) { low = middle } else { high = middle }
+    }
+    low
+}
+
+/// Operations that a line takes, to a hundredth.
+fn operations(line: &str) -> f64 {
+    limits::OPERATIONS.most as f64 / most(line) as f64
+}
+
+fn assert_costs(cases: &[(&str, f64)]) {
+    let wrong = |(line, wanted): &(&str, f64)| {
+        let found = operations(line);
+        ((found / wanted - 1.0).abs() > 0.04).then(|| format!("`{line}` takes {found:.0} operations and not {wanted}"))
+    };
+    let wrong: Vec<String> = cases.iter().filter_map(wrong).collect();
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+#[test]
+fn functions_cost_what_a_driver_needs_for_them() {
+    assert_costs(&[
+        ("one = tan(one);", 602.0),
+        ("one = log(one);", 402.0),
+        ("one = log2(one);", 402.0),
+        ("one = pow(one, one);", 503.0),
+        ("one = atan2(one, one);", 503.0),
+        ("one = asinh(one);", 502.0),
+        ("sum = acosh(sum);", 2010.0),
+        ("one = sin(one);", 258.0),
+        ("one = cos(one);", 258.0),
+        ("one = ldexp(one, signed.x);", 112.0),
+        ("one = exp2(one);", 70.0),
+        ("one = determinant(m);", 270.0),
+        ("one = smoothstep(0.0, 1.0, one);", 55.0),
+        ("one = length(sum);", 206.0),
+        ("sum = normalize(sum);", 206.0),
+        ("sum = reflect(sum, sum);", 222.0),
+        ("sum = max(sum, sum);", 75.0),
+    ]);
+}
+
+#[test]
+fn functions_of_bits_and_packing_cost_what_a_driver_needs_for_them() {
+    assert_costs(&[
+        ("i = pack2x16float(sum.xy);", 659.0),
+        ("sum = vec4f(unpack2x16float(i), 0.0, 0.0);", 661.0),
+        ("one = quantizeToF16(one);", 326.0),
+        ("i = pack4x8snorm(sum);", 273.0),
+        ("i = pack4x8unorm(sum);", 273.0),
+        ("sum = unpack4x8snorm(i);", 273.0),
+        ("sum = unpack4x8unorm(i);", 273.0),
+        ("i = reverseBits(i);", 72.0),
+        ("i = countOneBits(i);", 72.0),
+        ("i = countLeadingZeros(i);", 72.0),
+        ("i = firstLeadingBit(i);", 72.0),
+        ("i = extractBits(i, 1u, 2u);", 73.0),
+    ]);
+}
+
+#[test]
+fn operators_cost_what_a_driver_writes_out_for_them() {
+    assert_costs(&[
+        ("one = one + one;", 12.0),
+        ("sum = sum * sum;", 38.0),
+        ("i = i / 3u;", 408.0),
+        ("i = i % 3u;", 408.0),
+        ("whole = whole / whole;", 840.0),
+        ("one = one / 3.0;", 12.0),
+        ("i = i + 1u;", 15.0),
+        ("m = m * m;", 73.0),
+        ("one = sum[i];", 113.0),
+        ("one = list[i];", 977.0),
+        ("if one > 0.0 { one = 1.0; }", 74.0),
+        ("switch i { case 1u: { one = 1.0; } default: { one = 2.0; } }", 139.0),
+    ]);
+}
