@@ -182,7 +182,7 @@ impl Post {
     }
 
     /// The newest reading that has arrived: a few frames old, because nothing waits for it. Readings arrive while
-    /// frames are recorded and submitted, and the device is polled. Each frame is submitted before the next one is
+    /// frames are recorded and submitted, and the device is polled. Each frame is submitted before the next is
     /// recorded.
     pub fn reading(&self, watch: Watch) -> Option<&Reading> {
         self.watched[watch.0].latest.as_ref()
