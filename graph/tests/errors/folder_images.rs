@@ -161,6 +161,35 @@ fn images_and_textures_are_limited() {
 }
 
 #[test]
+fn a_table_is_a_texture_also_under_another_name() {
+    let counts = |ty: &str, arg: &str| {
+        let declaration = format!(
+            r#"Kind(
+                name: "Haze", doc: "Reads.",
+                inputs: {{ "counts": Table(doc: "Counts.", content: "counts") }},
+                outputs: {{
+                    "result": Image(doc: "One.", state: Data, size: Fixed(4, 1), reads: {{ "{arg}": "counts" }}),
+                }},
+            )"#
+        );
+        let shader =
+            format!("#import table\nfn haze({arg}: {ty}, at: Point) -> vec4f {{ return vec4f(at.uv, 0.0, 1.0); }}");
+        (declaration, shader)
+    };
+    let (declaration, shader) = counts("texture_2d<f32>", "words");
+    let mut labels = Vec::new();
+    for_each_recording(&kind(&declaration, &shader), &mut |recording| {
+        labels = recording.passes.iter().map(|pass| pass.label.clone()).collect();
+    });
+    assert_eq!(labels, ["table_words", "haze"]);
+    let (declaration, shader) = counts("vec4f", "words");
+    assert!(
+        reported(&declaration, &shader)
+            .contains("the argument `words` is a Table and needs the type `texture_2d<f32>`")
+    );
+}
+
+#[test]
 fn no_cut_makes_it_panic() {
     for cut in (0..DECLARATION.len() - 2).filter(|cut| cut % 5 == 0) {
         reported(&DECLARATION[..cut], SHADER);

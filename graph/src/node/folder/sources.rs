@@ -17,7 +17,7 @@ impl Pair<'_> {
         for (_, read) in &made.reads {
             let wanted: &[PortType] = match read.level {
                 Some(_) => &[PortType::Pyramid],
-                None => &[PortType::Image, PortType::Volume],
+                None => &[PortType::Image, PortType::Volume, PortType::Table],
             };
             self.named_source(at, &read.of, wanted);
         }
