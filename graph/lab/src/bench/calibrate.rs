@@ -135,7 +135,8 @@ const METER: &str = r#"Pipeline(
     inputs: { "scene": Color },
     nodes: {
         "mean": MeanLuminance(source: "scene"),
-        "lit": Exposure(source: "scene", meter: "mean"),
+        "meter": Adapt(mean: "mean"),
+        "lit": Exposure(source: "scene", meter: "meter"),
     },
     outputs: { "lit": "lit" },
 )"#;
