@@ -3,13 +3,14 @@
 use std::sync::Arc;
 
 use afterimage_gpu::{Frame, FrameStep, Gpu, InputImage, Post, PostError, Session, Texels, download, upload, wgpu};
-use afterimage_graph::check::{Facts, Graph};
+use afterimage_graph::check::{CheckOptions, Facts, Graph, check};
+use afterimage_graph::document::parse;
 use afterimage_graph::image::{ImageDesc, Size};
 use afterimage_graph::value::Value;
 use afterimage_nodes::{CompositeBlend, Curve};
 use afterimage_plan::{Options, Plan};
 
-use crate::support::gpu::{Picture, changed, gpu};
+use crate::support::gpu::{Picture, changed, gpu, registry};
 
 /// A host with one scene.
 struct Host {
@@ -179,6 +180,25 @@ fn a_fact_changes_the_plan_in_the_background_and_another_size_at_once() {
     host.scene = scene(&host.gpu, Size::new(33, 17));
     host.frame().unwrap();
     assert_eq!(host.plan().size, Size::new(33, 17));
+}
+
+/// Without an input the frame has the size of the output, also if the host gives an image that nothing needs.
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_pipeline_without_inputs_follows_the_size_of_its_output() {
+    let text = r#"Pipeline(nodes: { "scene": DemoScene() }, outputs: { "scene": "scene" })"#;
+    let document = parse("scene.ron", text).unwrap_or_else(|errors| panic!("{errors}"));
+    let (graph, _) =
+        check(&document, &registry(), &CheckOptions::default()).unwrap_or_else(|errors| panic!("{errors}"));
+    let mut host = Host::new(graph);
+    for size in [Size::new(32, 18), Size::new(48, 27)] {
+        let output = scene(&host.gpu, size);
+        let mut encoder = host.gpu.device.create_command_encoder(&Default::default());
+        let (inputs, outputs) = (&[("scene", &host.scene)], &[("scene", &output)]);
+        // The output is no render target: only the size of the plan matters here.
+        let _ = host.post.encode(&mut encoder, &Frame { inputs, outputs, ..Frame::default() });
+        assert_eq!(host.plan().size, size);
+    }
 }
 
 #[test]

@@ -12,16 +12,16 @@ type Template = (&'static str, &'static str);
 
 const PIPELINE: Template = ("my_kind.ron", include_str!("scaffold/my_kind.ron"));
 
-const FOLDER: [Template; 3] = [
-    ("node.ron", include_str!("scaffold/folder/node.ron")),
-    ("my_kind.wgsl", include_str!("scaffold/folder/my_kind.wgsl")),
-    PIPELINE,
-];
+/// The shader of a kind, in a folder and in a crate.
+const SHADER: &str = include_str!("scaffold/crate/src/my_kind.wgsl");
+
+const FOLDER: [Template; 3] =
+    [("node.ron", include_str!("scaffold/folder/node.ron")), ("my_kind.wgsl", SHADER), PIPELINE];
 
 const CRATE: [Template; 6] = [
     ("Cargo.toml", include_str!("scaffold/crate/Cargo.toml.txt")),
     ("src/lib.rs", include_str!("scaffold/crate/src/lib.rs")),
-    ("src/my_kind.wgsl", include_str!("scaffold/crate/src/my_kind.wgsl")),
+    ("src/my_kind.wgsl", SHADER),
     ("tests/contract.rs", include_str!("scaffold/crate/tests/contract.rs")),
     ("examples/program.rs", include_str!("scaffold/crate/examples/program.rs")),
     PIPELINE,

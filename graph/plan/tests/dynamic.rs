@@ -29,11 +29,7 @@ fn planned(graph: &Graph, dynamic: &BTreeSet<ParameterId>, facts: &[(&str, bool)
 
 /// The parameters of a graph that can change without a new plan.
 fn live(graph: &Graph) -> BTreeSet<ParameterId> {
-    let of_node = |(node, found): (usize, &afterimage_graph::check::GraphNode)| {
-        let params = found.kind().params().iter().enumerate().filter(|(_, param)| !param.replan);
-        params.map(|(index, _)| ParameterId { node, index }).collect::<Vec<_>>()
-    };
-    graph.nodes.iter().enumerate().flat_map(of_node).collect()
+    graph.parameters().filter(|parameter| !graph.declaration(*parameter).replan).collect()
 }
 
 fn probes(param: &Param) -> Vec<Value> {
@@ -186,4 +182,17 @@ fn the_built_in_kinds_keep_the_contract() {
     assert!(baked.len() == 1 && baked[0].params().iter().all(|param| param.replan));
     let kinds: Vec<_> = others.into_iter().cloned().collect();
     afterimage_graph::node::contract(&kinds).unwrap_or_else(|complaints| panic!("{}", complaints.join("\n")));
+}
+
+/// A new value of a node that is off needs no plan: it is off at all values.
+#[test]
+fn a_node_that_is_off_asks_for_no_plan() {
+    let graph = checked(&LOOK.replace("blend: Add, strength: 0.0", "blend: Add, strength: 0.0, when: \"emissive\""));
+    let strength = graph.parameter("lit.strength").unwrap();
+    let mut dark = planned(&graph, &BTreeSet::from([strength]), &[("emissive", false)]);
+    let mut changed = graph.clone();
+    changed.nodes[strength.node].instance.set(strength.index, Value::Float(0.5));
+    let mut write = |_: u64, _: &[u8]| panic!("nothing is written");
+    let instance = &changed.nodes[strength.node].instance;
+    assert_eq!(dark.dynamic.uniforms(strength.node, instance, &mut write), Ok(()));
 }

@@ -91,8 +91,8 @@ fn the_code_of_each_kind_of_pass_is_as_known() {
             let is_new = seen.iter().filter(|known| **known == kind).count() < 2;
             if is_new && planned.pass.kind != PassKind::Compute {
                 seen.push(kind);
-                writeln!(text, "// {} {:?}", planned.pass.label, planned.workgroups).expect("a text has room");
-                writeln!(text, "{}\n", generated(&composed.source)).expect("a text has room");
+                writeln!(text, "// {} {:?}", planned.pass.label, planned.workgroups).expect("a string grows");
+                writeln!(text, "{}\n", generated(&composed.source)).expect("a string grows");
             }
         }
     }
@@ -143,12 +143,12 @@ fn what_is_decided_for_many_graphs_is_as_known() {
     for (name, options) in variants {
         for (width, height) in [(640, 360), (1920, 1080), (3840, 2160), (97, 61)] {
             let line = decisions(&kinds(Size::new(width, height), options));
-            writeln!(text, "kinds, {width}x{height}, {name}: {line}").expect("a text has room");
+            writeln!(text, "kinds, {width}x{height}, {name}: {line}").expect("a string grows");
         }
         for seed in 0..6 {
             let graph = Recipe { seed, nodes: 30, histories: 2, off: 8 }.graph();
             let plan = plan_at(&graph, FRAME, options).unwrap_or_else(|error| panic!("{error}"));
-            writeln!(text, "graph {seed}, {name}: {}", decisions(&plan)).expect("a text has room");
+            writeln!(text, "graph {seed}, {name}: {}", decisions(&plan)).expect("a string grows");
         }
     }
     assert_golden("decisions.txt", &text);

@@ -108,7 +108,7 @@ impl Builder<'_> {
         }
     }
 
-    /// Whether there are so many errors that further ones get no hints.
+    /// Whether further errors get no hints, because there are many.
     pub(super) fn has_many_errors(&self) -> bool {
         self.diagnostics.len() >= MOST_HINTS
     }

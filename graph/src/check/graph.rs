@@ -125,6 +125,14 @@ impl Graph {
         Ok(ParameterId { node, index })
     }
 
+    /// All parameters of all nodes.
+    pub fn parameters(&self) -> impl Iterator<Item = ParameterId> + '_ {
+        let of_node = |(node, found): (usize, &GraphNode)| {
+            (0..found.kind().params().len()).map(move |index| ParameterId { node, index })
+        };
+        self.nodes.iter().enumerate().flat_map(of_node)
+    }
+
     /// The name of a parameter, `node.parameter`.
     pub fn parameter_name(&self, parameter: ParameterId) -> String {
         format!("{}.{}", self.nodes[parameter.node].name, self.declaration(parameter).name)

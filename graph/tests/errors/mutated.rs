@@ -79,7 +79,7 @@ fn described(graph: &Graph) -> String {
         let values: Vec<String> = node.instance.values().iter().map(ToString::to_string).collect();
         let (kind, when) = (node.instance.kind().name(), node.when.as_ref().map(ToString::to_string));
         let rest = (&node.wires, when, node.off, node.format, &node.label, &node.states);
-        writeln!(text, "{} {kind} {values:?} {rest:?}", node.name).expect("a text has room");
+        writeln!(text, "{} {kind} {values:?} {rest:?}", node.name).expect("a string grows");
     }
     text
 }

@@ -4,8 +4,6 @@ use naga::Span;
 use naga::valid::ModuleInfo;
 
 use crate::error::ShaderError;
-#[cfg(not(target_family = "wasm"))]
-use crate::limits::parser_thread;
 use crate::limits::{check_cost, check_memory};
 use crate::link::SourceMap;
 use crate::lints;
@@ -51,8 +49,11 @@ fn on_large_stack<T>(work: impl FnOnce() -> T) -> T {
 /// naga's parser recurses, more deeply than the stack of every thread allows.
 #[cfg(not(target_family = "wasm"))]
 fn on_large_stack<T: Send>(work: impl FnOnce() -> T + Send) -> T {
+    let builder = std::thread::Builder::new().stack_size(crate::limits::STACK_BYTES);
     std::thread::scope(|scope| {
-        parser_thread(scope, work).join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+        let thread = builder.spawn_scoped(scope, work);
+        let thread = thread.unwrap_or_else(|error| panic!("the system has no more threads: {error}"));
+        thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
     })
 }
 

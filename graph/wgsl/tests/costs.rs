@@ -4,7 +4,7 @@
 
 use afterimage_wgsl::{Shader, limits};
 
-/// A kernel that computes something so many times.
+/// A kernel that repeats a computation this often.
 fn kernel(line: &str, count: usize) -> Shader {
     let mut text = String::from("struct Pair { numbers: array<f32, 40> }\nfn kind(source: vec4f) -> vec4f {\n");
     text += "var sum = source; var whole = vec2u(source.xy); var signed = vec2i(source.xy); var m = mat2x2f();\n";

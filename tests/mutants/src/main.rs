@@ -85,7 +85,7 @@ fn run(mutants: &[Mutant], refused: &BTreeSet<usize>, tests: &[Test], results: &
             false => outcome(number, &mutant.package, tests),
         };
         println!("{number} {}\t{outcome}", mutant.name);
-        writeln!(known, "{}\t{outcome}", mutant.name).expect("a text has room");
+        writeln!(known, "{}\t{outcome}", mutant.name).expect("a string grows");
         std::fs::write(results, &known).expect("the folder can be written to");
     }
 }

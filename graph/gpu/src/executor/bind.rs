@@ -52,8 +52,10 @@ impl Executor {
         let drawn = drawn(device, &mut self.formats, loaded, &views)?;
         let set = match loaded.sets.last() {
             // A swap chain has new views in every frame: most of the last set is as good as new.
-            Some(last) if last.drawn == drawn => scoped(device, what, || self.make_set(loaded, views, &drawn, last))?,
-            _ => watched(device, what, || self.make_set(loaded, views, &drawn, &HostSet::default()))?,
+            Some(last) if last.drawn == drawn => {
+                scoped(device, what, || self.make_set(loaded, views, &drawn, Some(last)))?
+            }
+            _ => watched(device, what, || self.make_set(loaded, views, &drawn, None))?,
         };
         let names = loaded.plan.outputs.iter().map(|output| &output.name).zip(drawn);
         let now: Vec<_> = names.filter_map(|(name, format)| Some((name, format?))).collect();
@@ -69,23 +71,24 @@ impl Executor {
         loaded: &Loaded,
         views: Vec<TextureView>,
         drawn: &Drawn,
-        last: &HostSet,
+        last: Option<&HostSet>,
     ) -> Result<HostSet, GpuError> {
         let mut made = 0;
-        let mut run = |index| match last.runs.get(index) {
-            Some(run) if !names_new(loaded, index, (&last.views, &views)) => Ok(run.clone()),
-            known => {
+        let mut run = |index: usize| match last {
+            Some(last) if !names_new(loaded, index, (&last.views, &views)) => Ok(last.runs[index].clone()),
+            _ => {
                 made += 1;
-                let built = known.map_or_else(|| self.built(loaded, index, drawn), |run| Ok(run.built.clone()))?;
+                let built = last.map(|last| Ok(last.runs[index].built.clone()));
+                let built = built.unwrap_or_else(|| self.built(loaded, index, drawn))?;
                 Ok(self.make_run(loaded, index, built, &views))
             }
         };
         let runs = (0..loaded.passes.len()).map(&mut run).collect::<Result<Vec<_>, GpuError>>()?;
-        let explicit_transitions = match &last.explicit_transitions {
+        let explicit_transitions = match last.map(|last| &last.explicit_transitions) {
             Some(known) if !known.has_host_views => known.clone(),
             _ => Arc::new(explicit_transitions(loaded, &self.store, &runs, &views)),
         };
-        Ok(HostSet { views, drawn: drawn.to_vec(), runs, explicit_transitions: Some(explicit_transitions), made })
+        Ok(HostSet { views, drawn: drawn.to_vec(), runs, explicit_transitions, made })
     }
 
     /// The pipeline of a pass: the planned one, or the one that draws into the host's image.

@@ -80,7 +80,6 @@ pub(super) struct LoadedPass {
 }
 
 /// The bind groups for one choice of host images.
-#[derive(Default)]
 pub(super) struct HostSet {
     pub(super) views: Vec<TextureView>,
     /// For each output the format in which it is drawn, if it is.
@@ -88,8 +87,7 @@ pub(super) struct HostSet {
     /// How many runs are its own, and not those of the set before.
     pub(super) made: usize,
     pub(super) runs: Vec<Run>,
-    /// `None` in a set without runs.
-    pub(super) explicit_transitions: Option<Arc<ExplicitTransitions>>,
+    pub(super) explicit_transitions: Arc<ExplicitTransitions>,
 }
 
 /// What must be brought into its state before batches.
@@ -109,8 +107,7 @@ pub(super) struct ExplicitTransition {
 impl HostSet {
     /// The explicit transitions before a pass, if it has some.
     pub(super) fn transitions_before(&self, pass: usize, ring_index: usize) -> Option<&[ExplicitTransition]> {
-        let of_pass = &self.explicit_transitions.as_ref()?.of_passes[pass];
-        of_pass.get(ring_index).map(Vec::as_slice)
+        self.explicit_transitions.of_passes[pass].get(ring_index).map(Vec::as_slice)
     }
 }
 

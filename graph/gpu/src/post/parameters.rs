@@ -9,11 +9,7 @@ use super::{Post, PostError};
 impl Post {
     /// All parameters of the graph.
     pub fn parameters(&self) -> impl Iterator<Item = ParameterInfo<'_>> {
-        let of_node = |(node, found): (usize, &'_ afterimage_graph::check::GraphNode)| -> Vec<ParameterId> {
-            (0..found.kind().params().len()).map(|index| ParameterId { node, index }).collect()
-        };
-        let ids: Vec<ParameterId> = self.graph().nodes.iter().enumerate().flat_map(of_node).collect();
-        ids.into_iter().map(|id| ParameterInfo {
+        self.graph().parameters().map(|id| ParameterInfo {
             name: self.graph().parameter_name(id),
             declaration: self.graph().declaration(id),
             value: self.graph().value(id),

@@ -44,7 +44,7 @@ impl Post {
                 return Ok(false);
             }
         }
-        Ok(frame.inputs.iter().any(|_| true) || output_size(frame).is_none_or(|size| size == running.size))
+        Ok(!running.inputs.is_empty() || output_size(frame).is_none_or(|size| size == running.size))
     }
 
     /// The size of the frame and the host's images. The size is that of the first input, or else of the first output.

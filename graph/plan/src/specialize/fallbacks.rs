@@ -11,7 +11,7 @@ use crate::plan::Skipped;
 use crate::request::PlanRequest;
 use crate::topological::stable_order;
 use afterimage_base::value::Value;
-use afterimage_graph::check::{Graph, Source};
+use afterimage_graph::check::{Graph, GraphNode, Source};
 use afterimage_graph::node::{Arrivals, Fallback, NodeInstance, Output};
 
 pub(super) fn put_fallbacks(graph: &Graph, request: &PlanRequest<'_>) -> SpecializedGraph {
@@ -31,9 +31,11 @@ pub(super) fn put_fallbacks(graph: &Graph, request: &PlanRequest<'_>) -> Special
     for &index in &order {
         let (arrivals, outputs) = (arrivals(graph, &specialized, index), graph.nodes[index].kind().outputs());
         let dynamic = request.dynamic_of(index);
+        let off = off(&graph.nodes[index], request);
+        let may_be_replaced = off.is_none() && !remembered.contains(&index);
         let equals = |output: &Output| is_identity(&graph.nodes[index].instance, &dynamic, &output.name, &arrivals);
-        let replaced: Vec<bool> = outputs.iter().map(|output| !remembered.contains(&index) && equals(output)).collect();
-        let verdict = verdict(graph, request, index, (&arrivals, &replaced));
+        let replaced: Vec<bool> = outputs.iter().map(|output| may_be_replaced && equals(output)).collect();
+        let verdict = off.map_or_else(|| verdict(&graph.nodes[index], &arrivals, &replaced), Verdict::Fallbacks);
         specialized.outputs[index] = (0..outputs.len())
             .map(|output| match &verdict {
                 Verdict::Runs if !replaced[output] => {
@@ -87,20 +89,17 @@ fn remembered(graph: &Graph) -> BTreeSet<usize> {
         .collect()
 }
 
-/// `replaced` says of each output whether its fallback equals it.
-fn verdict(
-    graph: &Graph,
-    request: &PlanRequest<'_>,
-    index: usize,
-    (arrivals, replaced): (&Arrivals, &[bool]),
-) -> Verdict {
-    let node = &graph.nodes[index];
+/// Why a node is off, if it is.
+fn off(node: &GraphNode, request: &PlanRequest<'_>) -> Option<String> {
     if node.off {
-        return Verdict::Fallbacks("switched off".into());
+        return Some("switched off".into());
     }
-    if let Some(condition) = node.when.as_ref().filter(|condition| !condition.holds(&request.facts)) {
-        return Verdict::Fallbacks(format!("`when: {condition}` does not hold"));
-    }
+    let condition = node.when.as_ref().filter(|condition| !condition.holds(&request.facts))?;
+    Some(format!("`when: {condition}` does not hold"))
+}
+
+/// Whether a node that is not off runs. `replaced` says of each output whether its fallback equals it.
+fn verdict(node: &GraphNode, arrivals: &Arrivals, replaced: &[bool]) -> Verdict {
     if replaced.iter().all(|replaced| *replaced) {
         return Verdict::Fallbacks("changes nothing here".into());
     }

@@ -3,9 +3,6 @@
 //! A short text can take a parser or a driver any amount of time, memory or stack. Each limit has its place here, and a
 //! row in `nodes/README.md`.
 
-#[cfg(not(target_family = "wasm"))]
-use std::thread::{Builder, Scope, ScopedJoinHandle};
-
 mod cost;
 mod memory;
 mod text;
@@ -99,16 +96,3 @@ pub const ALL: [Limit; 19] = [
 
 /// Stack of a thread that parses shaders: the parsers of naga recurse, by up to [`OPERATORS`] expressions.
 pub const STACK_BYTES: usize = 64 << 20;
-
-/// A thread that may parse shaders.
-///
-/// # Panics
-/// If the system has no more threads.
-#[cfg(not(target_family = "wasm"))]
-pub(crate) fn parser_thread<'scope, T: Send + 'scope>(
-    scope: &'scope Scope<'scope, '_>,
-    work: impl FnOnce() -> T + Send + 'scope,
-) -> ScopedJoinHandle<'scope, T> {
-    let thread = Builder::new().stack_size(STACK_BYTES).spawn_scoped(scope, work);
-    thread.unwrap_or_else(|error| panic!("the system has no more threads: {error}"))
-}
