@@ -153,6 +153,9 @@ fn a_tier_keeps_what_the_host_has_set() {
         host.post.finish_changes().unwrap();
         assert_same(&host.shown(), &fresh("tsushima.ron", tier, &[("lit.strength", "0.25")]));
     }
+    host.post.unset(strength.control()).unwrap();
+    assert_same(&host.shown(), &fresh("tsushima.ron", None, &[]));
+    host.post.set(strength, 0.25).unwrap();
     host.post.change(changed("grade.ron", None, &[]));
     assert_eq!(host.post.value(strength.control()), Some(&Value::Float(0.25)), "it has no such parameter");
     host.post.set(strength, 0.5).unwrap();
