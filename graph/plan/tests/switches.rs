@@ -2,6 +2,8 @@
 
 use afterimage_graph::check::{Facts, Graph};
 use afterimage_graph::image::Format;
+use afterimage_graph::node::PassKind;
+use afterimage_plan::codegen::{Slot, SlotKind};
 use afterimage_plan::{Caps, Options, Plan};
 
 use super::planned::{all_formats, built_in, plan_images};
@@ -55,4 +57,28 @@ fn a_switch_that_the_device_lacks_is_reported_and_changes_nothing() {
     let exact = planned(&graph, Options { exact: true, ..both() }, Format::Rgba16Float, full());
     assert!(sources(&exact).iter().all(|source| !source.contains("f16;")));
     assert_eq!(exact.ignored[0].why, "`exact` wants all bits");
+}
+
+/// Immediates take the place of one binding: that of the frame's constants.
+#[test]
+fn a_compute_kernel_takes_the_frame_as_immediates_or_bound() {
+    let graph = built_in("exposure.ron");
+    let plan = plan_images(&graph, Format::Rgba16Float, Facts::default(), all_formats(), Options::default());
+    let mut with_frame = 0;
+    for (index, planned) in plan.passes.iter().enumerate().filter(|(_, p)| p.pass.kind == PassKind::Compute) {
+        let compose = |immediates| {
+            plan.compose(index, immediates).unwrap_or_else(|error| panic!("{}: {error}", planned.pass.label))
+        };
+        let (bound, immediate) = (compose(false), compose(true));
+        let has_frame = bound.slots.iter().any(|slot| slot.kind == SlotKind::Frame);
+        let others: Vec<Slot> = bound.slots.iter().filter(|slot| slot.kind != SlotKind::Frame).copied().collect();
+        assert_eq!((bound.immediate, immediate.immediate), (false, has_frame), "{}", planned.pass.label);
+        assert_eq!(immediate.slots, others, "{}", planned.pass.label);
+        for (composed, immediates) in [(&bound, 0), (&immediate, usize::from(has_frame))] {
+            assert_eq!(composed.source.matches("var<immediate>").count(), immediates, "{}", composed.source);
+            assert_eq!(composed.source.matches("@binding(").count(), composed.slots.len(), "{}", composed.source);
+        }
+        with_frame += usize::from(has_frame);
+    }
+    assert!(with_frame > 0, "a kernel adapts over time");
 }
