@@ -5,11 +5,9 @@ use afterimage_graph::check::{CheckOptions, Facts, check};
 use afterimage_graph::document::parse;
 use afterimage_graph::node::{CellReduce, NodeKind, Pass, PassKind, Registry};
 use afterimage_graph::prelude::*;
-use afterimage_plan::{
-    Alias, Caps, GivenImage, Options, Plan, PlanRequest, PlannedPass, Requirement, Stage, When, plan, verify,
-};
+use afterimage_plan::{Caps, GivenImage, Options, Plan, PlanRequest, PlannedPass, Requirement, When, plan, verify};
 
-use super::planned::{FRAME, all_formats, built_in, plan_images};
+use super::planned::{FRAME, all_formats};
 
 static SOFT: Shader = Shader::new(
     "soft",
@@ -383,22 +381,6 @@ fn the_workgroups_of_a_pass_reach_its_last_pixels_and_no_further() {
     let covers: std::collections::BTreeSet<[u32; 2]> = seen.iter().map(|(_, cover)| *cover).collect();
     let kinds: std::collections::HashSet<_> = seen.iter().map(|(kind, _)| *kind).collect();
     assert!(kinds.len() >= 3 && covers.len() >= 5, "points, gathers, chains or rows: {covers:?}");
-}
-
-/// Images that are drawn to have layouts of their own, so they must not overlap others in a heap.
-#[test]
-fn a_plan_with_a_draw_has_no_heap() {
-    let caps = Caps { prefer_fragment: true, ..Caps::default() };
-    let graph = built_in("lynx.ron");
-    let planned = |caps| plan_images(&graph, Format::Rgba16Float, Facts::default(), caps, Options::default());
-    let (drawn, dispatched) = (planned(caps), planned(all_formats()));
-    let has_draw = |plan: &Plan| plan.passes.iter().any(|planned| planned.stage == Stage::Fragment);
-    assert_eq!((has_draw(&drawn), drawn.options.alias), (true, Alias::Pool));
-    assert_eq!((has_draw(&dispatched), dispatched.options.alias), (false, Alias::Placed));
-    let mut broken = drawn;
-    broken.options.alias = Alias::Placed;
-    let faults = verify(&broken).expect_err("drawn images in a heap");
-    assert!(faults.iter().any(|fault| fault.to_string().contains("is drawn, but images share a heap")), "{faults:?}");
 }
 
 /// A pass is what its kernels make of it: only those of one pixel are points.

@@ -1,10 +1,10 @@
-//! The switches for half floats and subgroups.
+//! The switches for half floats, subgroups and immediates, and what a device prefers.
 
 use afterimage_graph::check::{Facts, Graph};
 use afterimage_graph::image::Format;
 use afterimage_graph::node::PassKind;
 use afterimage_plan::codegen::{Slot, SlotKind};
-use afterimage_plan::{Caps, Options, Plan};
+use afterimage_plan::{Alias, Caps, Options, Plan, Stage, verify};
 
 use super::planned::{all_formats, built_in, plan_images};
 
@@ -81,4 +81,20 @@ fn a_compute_kernel_takes_the_frame_as_immediates_or_bound() {
         with_frame += usize::from(has_frame);
     }
     assert!(with_frame > 0, "a kernel adapts over time");
+}
+
+/// Images that are drawn to have layouts of their own, so they must not overlap others in a heap.
+#[test]
+fn a_plan_with_a_draw_has_no_heap() {
+    let caps = Caps { prefer_fragment: true, ..Caps::default() };
+    let graph = built_in("lynx.ron");
+    let planned = |caps| plan_images(&graph, Format::Rgba16Float, Facts::default(), caps, Options::default());
+    let (drawn, dispatched) = (planned(caps), planned(all_formats()));
+    let has_draw = |plan: &Plan| plan.passes.iter().any(|planned| planned.stage == Stage::Fragment);
+    assert_eq!((has_draw(&drawn), drawn.options.alias), (true, Alias::Pool));
+    assert_eq!((has_draw(&dispatched), dispatched.options.alias), (false, Alias::Placed));
+    let mut broken = drawn;
+    broken.options.alias = Alias::Placed;
+    let faults = verify(&broken).expect_err("drawn images in a heap");
+    assert!(faults.iter().any(|fault| fault.to_string().contains("is drawn, but images share a heap")), "{faults:?}");
 }

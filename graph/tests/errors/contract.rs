@@ -159,8 +159,8 @@ impl Node for Misnamed {
     const INPUTS: &'static [Input] = &[Input::image("source", "A picture.")];
     const OUTPUTS: &'static [Output] = &[
         Output::image("Result", OutputState::same("source"), "Another."),
-        Output::image("twin", OutputState::same("source"), "One of two."),
-        Output::image("twin", OutputState::same("source"), "The other."),
+        Output::image("double", OutputState::same("source"), "One of two."),
+        Output::image("double", OutputState::same("source"), "The other."),
     ];
 
     fn record(&self, _: &mut Recorder<'_>) {}
@@ -173,7 +173,7 @@ fn names_are_given_once_and_to_one_thing() {
         "the name `source` is given twice",
         "`when` means something else in every pipeline file or shader",
         "the name `Result` is not in snake_case",
-        "the name `twin` is given twice",
+        "the name `double` is given twice",
     ] {
         assert!(complaints.contains(part), "{part} is not in\n{complaints}");
     }
