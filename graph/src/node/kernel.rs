@@ -4,7 +4,7 @@ use afterimage_base::Shared;
 use afterimage_base::image::Signedness;
 use afterimage_wgsl::Shader;
 
-use super::resource::{BufferId, ImageId, Resource};
+use super::resource::{BlockId, BufferId, ImageId, Resource};
 
 /// A kernel function or a compute entry point, and what it is called with.
 #[derive(Clone, Debug, PartialEq)]
@@ -84,6 +84,8 @@ pub enum Arg {
     Point,
     /// The frame's time.
     Frame,
+    /// A struct of numbers from the host.
+    Block(BlockId),
     /// The kernel's uniform.
     Params,
 }
@@ -206,6 +208,14 @@ impl Arg {
         match self {
             Self::Pixel(image) | Self::Texture(image) => Some(Resource::Image(image)),
             Self::Value(buffer, _) | Self::Buffer(buffer, _) => Some(Resource::Buffer(buffer)),
+            _ => None,
+        }
+    }
+
+    /// The host block that it reads.
+    pub fn block(self) -> Option<BlockId> {
+        match self {
+            Self::Block(block) => Some(block),
             _ => None,
         }
     }

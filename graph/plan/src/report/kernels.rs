@@ -52,6 +52,7 @@ fn argument(arg: Arg, names: &Names) -> String {
         Arg::Sampler => "sampler".to_owned(),
         Arg::Point => "point".to_owned(),
         Arg::Frame => "frame".to_owned(),
+        Arg::Block(block) => format!("block {}", names.block(block)),
         Arg::Params => "params".to_owned(),
     }
 }
