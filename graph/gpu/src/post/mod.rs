@@ -93,6 +93,26 @@ impl Post {
         }
     }
 
+    /// The same pipeline for another view: a second camera, window or half of the screen, with images and histories of
+    /// its own. Both share what is compiled and planned. Values and facts are those of now, and change apart from then
+    /// on; handles are valid for both.
+    pub fn another(&self) -> Self {
+        Self {
+            executor: self.executor.another(),
+            plans: self.plans.clone(),
+            facts: self.facts.clone(),
+            options: self.options,
+            finite: self.finite.clone(),
+            linear: self.linear.clone(),
+            handles: self.handles.clone(),
+            watched: self.watched.iter().map(|watched| Watched::new(&watched.label)).collect(),
+            frame: 0,
+            running: None,
+            next: None,
+            is_stale: true,
+        }
+    }
+
     /// The executor, for timing, resets and read-back.
     pub fn executor(&mut self) -> &mut Executor {
         &mut self.executor
