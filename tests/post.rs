@@ -462,13 +462,9 @@ fn two_views_of_one_pipeline_are_two_pipelines() {
         })
         .collect();
     let mut first = Host::new(changed("tsushima.ron", None, &[]));
-    let begin = std::time::Instant::now();
     let mut shown = vec![vec![frames(&mut first, 0, 0)], Vec::new()];
-    let load = begin.elapsed();
     let mut second = Host { post: first.post.another(), gpu: first.gpu.clone(), scene: views[1].clone(), time: 0.0 };
-    let begin = std::time::Instant::now();
     shown[1].push(frames(&mut second, 0, 1));
-    println!("first frame of the first view {load:?}, of the second {:?}", begin.elapsed());
     for number in 1..4 {
         shown[1].push(frames(&mut second, number, 1));
         shown[0].push(frames(&mut first, number, 0));

@@ -1,5 +1,7 @@
 //! The governor against traces of load: `cargo test -p afterimage-gpu --test governor -- --nocapture` prints the table.
 
+#![allow(clippy::print_stdout, reason = "it prints the table of its figures")]
+
 use afterimage_gpu::{Governor, TierChange};
 
 /// Costs of the tiers, cheapest first: those of `tsushima.ron` on one GPU.
@@ -76,7 +78,7 @@ impl Outcome {
 /// Runs a trace; `choose` gets the time of a frame and returns the tier of the next one.
 fn run(trace: &Trace, first: usize, mut choose: impl FnMut(f64) -> (usize, Option<TierChange>)) -> Outcome {
     let (mut outcome, mut random, mut tier, mut changed) = (Outcome::default(), Random(trace.seed), first, 0);
-    // True costs differ from those that the governor is told.
+    // True costs differ from those that the governor begins with.
     let costs = COSTS.map(|cost| cost * (1.0 + 0.08 * (7.0 * cost).sin()));
     for (frame, base) in trace.base.iter().enumerate() {
         if frame > 0 && (base / trace.base[frame - 1] - 1.0).abs() > 0.05 {
