@@ -1,5 +1,5 @@
-// Lateral chromatic aberration: a lens magnifies red and blue otherwise than green. Each function is where in the source
-// one channel of a pixel comes from.
+// Lateral chromatic aberration: a lens magnifies red and blue otherwise than green. Each function is where in the
+// source one channel of a pixel comes from.
 
 struct ChromaticAberration {
     amount: f32,

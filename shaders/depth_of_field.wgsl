@@ -2,8 +2,8 @@
 // area, and light of surfaces behind a pixel's own is limited to the pixel's circle, so that it does not bleed over a
 // sharp foreground; light of surfaces before it covers the pixel by the share that the circles cover.
 //
-// After Jimenez, "Next Generation Post Processing in Call of Duty: Advanced Warfare", SIGGRAPH 2014. The polygon: Sousa,
-// "Graphics Gems from CryENGINE 3", SIGGRAPH 2013.
+// After Jimenez, "Next Generation Post Processing in Call of Duty: Advanced Warfare", SIGGRAPH 2014. The polygon:
+// Sousa, "Graphics Gems from CryENGINE 3", SIGGRAPH 2013.
 #import grade
 #import math
 

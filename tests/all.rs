@@ -6,6 +6,8 @@
 
 /// The figures of `afterimage bench`.
 mod bench;
+/// Host blocks: cameras.
+mod blocks;
 /// The program, run as a user runs it.
 mod cli;
 /// The clock that `measure` and `bench` share.

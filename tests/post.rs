@@ -32,7 +32,7 @@ impl Host {
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
         let (inputs, time) = (&[("scene", &self.scene)], self.time);
         let recorded =
-            self.post.encode(&mut encoder, &Frame { inputs, outputs: &[], time, dt: 0.1, reset: time == 0.0 });
+            self.post.encode(&mut encoder, &Frame { inputs, time, dt: 0.1, reset: time == 0.0, ..Frame::default() });
         self.gpu.queue.submit([encoder.finish()]);
         self.time += 0.1;
         recorded

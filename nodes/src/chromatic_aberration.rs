@@ -7,8 +7,8 @@ static SHADER: Shader = shader!("chromatic_aberration");
 params! {
     /// Moves red and blue outwards or inwards, so that edges far from the centre have coloured fringes.
     ///
-    /// A lens magnifies colours differently (lateral chromatic aberration). A channel of the pixel at a place p from the
-    /// centre is that of the source at p / (1 + amount m s): m is `red` or `blue`, and s is 1 or, by `growth`, the
+    /// A lens magnifies colours differently (lateral chromatic aberration). A channel of the pixel at a place p from
+    /// the centre is that of the source at p / (1 + amount m s): m is `red` or `blue`, and s is 1 or, by `growth`, the
     /// square of the distance, which is 1 at the corners. Green and alpha stay. It is a warp: with a `LensDistortion`
     /// before or after it, it is one pass, which reads each image three times. Beyond the border the border is read.
     pub struct ChromaticAberration {

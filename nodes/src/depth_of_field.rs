@@ -10,16 +10,16 @@ static SHADER: Shader = shader!("depth_of_field");
 params! {
     /// Blurs what is nearer or farther than the focus, as a lens does.
     ///
-    /// The circle of confusion on the sensor has the diameter F^2 / N / (s - F) |z - s| / z, for the focal length F, the
-    /// f-number N, the distance s of the focus and the depth z. Each pixel gathers the light whose circles cover it, each
-    /// with its light spread over its area. Light from behind does not bleed over a sharp foreground, and a blurred
-    /// foreground covers what is behind it by its share; what it hides there is filled with what is seen around it.
+    /// The circle of confusion on the sensor has the diameter F^2 / N / (s - F) |z - s| / z, for the focal length F,
+    /// the f-number N, the distance s of the focus and the depth z. Each pixel gathers the light whose circles cover
+    /// it, each with its light spread over its area. Light from behind does not bleed over a sharp foreground, and a
+    /// blurred foreground covers what is behind it by its share; what it hides there is filled with what is seen around
+    /// it.
     ///
     /// Place it before the tone curve, so that bright lights become bright discs. The depth is the distance along the
-    /// view axis in metres. Samples lie on
-    /// rings, 6 on the first, 12 on the second and so on, nearer to each other in the middle of the largest circle. Alpha
-    /// passes unchanged. After Jimenez, "Next Generation Post Processing in Call of Duty: Advanced Warfare", SIGGRAPH
-    /// 2014.
+    /// view axis in metres. Samples lie on rings, 6 on the first, 12 on the second and so on, nearer to each other in
+    /// the middle of the largest circle. Alpha passes unchanged. After Jimenez, "Next Generation Post Processing in
+    /// Call of Duty: Advanced Warfare", SIGGRAPH 2014.
     pub struct DepthOfField {
         /// Factor of the circles. 0 changes nothing, 1 is the lens.
         pub amount: f32 = 1.0 => within(0.0..=4.0), usually(0.0..=1.0), neutral(0.0);

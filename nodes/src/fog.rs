@@ -11,9 +11,9 @@ params! {
     ///
     /// Along each ray the light of the scene is multiplied by exp(-optical depth), and the rest is `color` plus
     /// `sun_color` times the phase function of Henyey and Greenstein (times 4 pi). The optical depth of a density that
-    /// falls exponentially with the height has a closed form (Quilez, "Better Fog", 2010). Place it before exposure. The
-    /// depth is the distance along the view axis in metres; the sky has a large one. Directions are in view space: x to
-    /// the right, y up, z towards the viewer. Alpha passes unchanged.
+    /// falls exponentially with the height has a closed form (Quilez, "Better Fog", 2010). Place it before exposure.
+    /// The depth is the distance along the view axis in metres; the sky has a large one. Directions are in view space:
+    /// x to the right, y up, z towards the viewer. Alpha passes unchanged.
     pub struct Fog {
         /// Share of the light that a metre of fog absorbs, at `level`. 0 changes nothing.
         pub density: f32 = 0.02 => within(0.0..=10.0), usually(0.0..=0.2), unit("1/m"), neutral(0.0);

@@ -28,11 +28,11 @@ params! {
     /// Bends an image as a lens does, or undoes it.
     ///
     /// Places are relative to the optical centre, and the distance r = 1 is half of the diagonal. The model of
-    /// `BrownConrady` is that of OpenCV: a straight place is at p (1 + k1 r^2 + k2 r^4 + k3 r^6) plus the tangential part
-    /// in the image of the lens (coefficients for a focal length f are multiplied by powers of half of the diagonal over
-    /// f: k1 by its square). In `Division` a place p of the lens's image is straight at p / (1 + k1 r^2 + k2 r^4).
-    /// Negative k1 makes barrels with `BrownConrady`, and positive ones with `Division`. What has no closed form is
-    /// solved by Newton's method, to a thousandth of a pixel.
+    /// `BrownConrady` is that of OpenCV: a straight place is at p (1 + k1 r^2 + k2 r^4 + k3 r^6) plus the tangential
+    /// part in the image of the lens (coefficients for a focal length f are multiplied by powers of half of the
+    /// diagonal over f: k1 by its square). In `Division` a place p of the lens's image is straight at p / (1 + k1 r^2 +
+    /// k2 r^4). Negative k1 makes barrels with `BrownConrady`, and positive ones with `Division`. What has no closed
+    /// form is solved by Newton's method, to a thousandth of a pixel.
     ///
     /// Where the formula folds the image, it is continued from the last place before. Beyond the border the border is
     /// read: `zoom` hides it. It is a warp: with a `ChromaticAberration` before or after it, it is one pass, and with

@@ -4,7 +4,8 @@ use afterimage_graph::prelude::*;
 
 static NEAREST: Shader = shader!("nearest");
 
-/// The image of an input at this size: itself, or its nearest texels, because a mean of two depths is at neither surface.
+/// The image of an input at this size: itself, or its nearest texels, because a mean of two depths is at neither
+/// surface.
 pub(crate) fn at_size(pass: &mut Recorder<'_>, port: &'static str, size: Size) -> ImageId {
     let image = pass.image(port);
     let desc = pass.desc(image);

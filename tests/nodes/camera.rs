@@ -105,7 +105,8 @@ fn scene(output: &str, walk: f32, step: f32) -> Picture {
     run.frame(&[]).remove(0)
 }
 
-/// The position of the camera of the built-in scene, and its axes: right, up, backwards. The path is a part of the scene.
+/// The position of the camera of the built-in scene, and its axes: right, up, backwards. The path is a part of the
+/// scene.
 fn camera(walk: f64) -> (Rgb, [Rgb; 3]) {
     let w = walk * walk * (3.0 - 2.0 * walk);
     let along = |a: Rgb, b: Rgb| [0, 1, 2].map(|i| mix(a[i], b[i], w));

@@ -54,7 +54,7 @@ const CHAIN: &str = r#"
     "bent": LensDistortion(source: "exposed", k1: -0.15, k2: 0.02, zoom: 1.1),
     "fringed": ChromaticAberration(source: "bent", red: 0.01, blue: -0.012),
     "dark": Vignette(source: "fringed"),
-    "result": ToneMap(source: "dark", curve: AcesNarkowicz, space: Rec709, middle_grey: Native, keep_hue: 0.0, gamut: Clip)"#;
+    "result": ToneMap(source: "dark", curve: AcesNarkowicz, space: Rec709, keep_hue: 0.0, gamut: Clip)"#;
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]

@@ -108,8 +108,8 @@ fn tile_most(image: &Image, [x, y]: [usize; 2], tile: usize) -> f64 {
     most
 }
 
-/// Calls `f` for each pixel of the nine tiles around a pixel, row by row of each tile. Tiles beyond the border are those
-/// at it.
+/// Calls `f` for each pixel of the nine tiles around a pixel, row by row of each tile. Tiles beyond the border are
+/// those at it.
 fn for_tiles(image: &Image, [x, y]: [usize; 2], tile: usize, mut f: impl FnMut([f64; 4])) {
     let last = [(image.width - 1) / tile, (image.height - 1) / tile];
     let near = |at: usize, last: usize| [-1, 0, 1].map(|i| (at as i64 + i).clamp(0, last as i64) as usize);

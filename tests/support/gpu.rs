@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock};
 
-use afterimage_gpu::{Gpu, Opening, Session, Texels};
+use afterimage_gpu::{Given, Gpu, Opening, Session, Texels};
 use afterimage_graph::check::{CheckOptions, Facts, Graph, Loader, NoFiles, check};
 use afterimage_graph::document::parse;
 use afterimage_graph::image::Size;
@@ -129,7 +129,11 @@ impl<'a> Run<'a> {
     pub fn plan(&self, gpu: &Gpu, inputs: &[(&str, &Picture)]) -> Plan {
         let given = |picture: &Picture| GivenImage { desc: self.texels(picture).desc, finite: false };
         let given = inputs.iter().map(|(name, picture)| ((*name).to_owned(), given(picture))).collect();
-        let plan = self.session(gpu).post().plan_for(self.size_for(inputs), given);
+        let plan = self.session(gpu).post().plan_for(Given {
+            size: self.size_for(inputs),
+            inputs: given,
+            blocks: Default::default(),
+        });
         Arc::unwrap_or_clone(plan.unwrap_or_else(|error| panic!("{error}")))
     }
 

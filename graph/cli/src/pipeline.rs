@@ -144,5 +144,14 @@ pub(crate) fn request<'a>(
     let given = GivenImage { desc: ImageDesc::new(size), finite: false };
     let required = graph.inputs.iter().filter(|input| !input.optional);
     let inputs: BTreeMap<String, GivenImage> = required.map(|input| (input.name.clone(), given)).collect();
-    PlanRequest { size, inputs, facts, caps, options, dynamic: Default::default(), requirement }
+    PlanRequest {
+        size,
+        inputs,
+        facts,
+        caps,
+        options,
+        blocks: Default::default(),
+        dynamic: Default::default(),
+        requirement,
+    }
 }

@@ -199,6 +199,7 @@ fn load(gpu: &Gpu, pipeline: &str, size: Size) -> Result<(Executor, wgpu::Textur
         facts: Default::default(),
         caps: gpu.caps.clone(),
         options: Default::default(),
+        blocks: Default::default(),
         dynamic: Default::default(),
         requirement: &requirement,
     };

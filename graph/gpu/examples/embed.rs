@@ -38,7 +38,10 @@ fn main() -> Result<(), Box<dyn Error>> {
         let mut encoder = device.create_command_encoder(&Default::default());
         let (inputs, outputs) = (&[("scene", &scene)], &[("display", &screen_view)]);
         let time = f32::from(frame) / 60.0;
-        post.encode(&mut encoder, &Frame { inputs, outputs, time, dt: 1.0 / 60.0, reset: frame == 0 })?;
+        post.encode(
+            &mut encoder,
+            &Frame { inputs, outputs, time, dt: 1.0 / 60.0, reset: frame == 0, ..Frame::default() },
+        )?;
         queue.submit([encoder.finish()]);
     }
 

@@ -68,6 +68,24 @@ pub enum GpuError {
     /// The host supplied no image for an input.
     #[error("no image was given for input `{0}`")]
     MissingInput(String),
+    /// The host gave no block for an input.
+    #[error("no {ty} was given for input `{port}`: set it in `Frame::blocks`")]
+    MissingBlock {
+        /// The input.
+        port: String,
+        /// The type of the block.
+        ty: &'static str,
+    },
+    /// The host's block for an input is of another type.
+    #[error("the block given for `{port}` is a {given}, but the pipeline wants a {wanted}")]
+    WrongBlock {
+        /// The input.
+        port: String,
+        /// The type of the host's block.
+        given: &'static str,
+        /// The type of the input.
+        wanted: &'static str,
+    },
     /// The host's image for a port differs in size or format from the plan.
     #[error("the image given for `{port}` is {given}, but the plan was made for {planned}")]
     WrongImage {

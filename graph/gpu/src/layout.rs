@@ -49,7 +49,9 @@ pub(crate) fn by_hand(composed: &Composed) -> bool {
 fn entry(plan: &Plan, composed: &Composed, slot: Slot, stage: Stage) -> BindGroupLayoutEntry {
     let visibility = if stage == Stage::Compute { ShaderStages::COMPUTE } else { ShaderStages::FRAGMENT };
     let ty = match slot.kind {
-        SlotKind::Frame | SlotKind::Params | SlotKind::Extent => buffer(BufferBindingType::Uniform),
+        SlotKind::Frame | SlotKind::Block(_) | SlotKind::Params | SlotKind::Extent => {
+            buffer(BufferBindingType::Uniform)
+        }
         SlotKind::Sampler if by_hand(composed) => BindingType::Sampler(SamplerBindingType::NonFiltering),
         SlotKind::Sampler => BindingType::Sampler(SamplerBindingType::Filtering),
         SlotKind::Texture(image) => BindingType::Texture {

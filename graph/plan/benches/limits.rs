@@ -78,6 +78,7 @@ fn planned(graph: &Graph) -> String {
         facts: Facts::default(),
         caps: Caps { storage: Format::ALL.into(), tiles: true, ..Caps::default() },
         options: Options::default(),
+        blocks: Default::default(),
         dynamic: Default::default(),
         requirement: &Requirement::typical,
     };

@@ -41,6 +41,7 @@ fn planned(graph: &Graph, finite: bool) -> Plan {
         facts: Facts::default(),
         caps: Caps { storage: Format::ALL.into(), ..Caps::default() },
         options: Options::default(),
+        blocks: Default::default(),
         dynamic: Default::default(),
         requirement: &Requirement::typical,
     };

@@ -55,8 +55,8 @@ pub use error::PlanError;
 pub use options::{Alias, Ignored, Options, When};
 pub use placed::{HeapPlacement, PlacedPlan};
 pub use plan::{
-    AliasingBarrier, Batch, Fused, Lifetime, Memory, Plan, PlanOutput, PlannedImage, PlannedPass, ScheduledPass,
-    SharedRead, Skipped, Slot, Stage, Transition, UniformBlock, Use,
+    AliasingBarrier, Batch, Fused, Lifetime, Memory, Plan, PlanOutput, PlannedBlock, PlannedImage, PlannedPass,
+    ScheduledPass, SharedRead, Skipped, Slot, Stage, Transition, UniformBlock, Use,
 };
 pub use plan_cache::{PlanCache, Planned};
 pub use planner::{plan, plan_dynamic};

@@ -53,6 +53,7 @@ pub struct PlanCache {
 struct Key {
     size: Size,
     inputs: BTreeMap<String, GivenImage>,
+    blocks: BTreeSet<String>,
     /// What each node's condition says.
     answers: Vec<bool>,
     caps: Caps,
@@ -147,6 +148,7 @@ impl PlanCache {
         Key {
             size: request.size,
             inputs: request.inputs.clone(),
+            blocks: request.blocks.clone(),
             answers: self.answers(&request.facts),
             caps: request.caps.clone(),
             options: request.options,

@@ -3,7 +3,7 @@
 use afterimage_graph::check::Graph;
 
 use crate::barriers::barriers;
-use crate::codegen::codegen;
+use crate::codegen::{blocks, codegen};
 use crate::cull::cull;
 use crate::dynamic::{DynamicNodes, DynamicRecords};
 use crate::error::PlanError;
@@ -44,6 +44,7 @@ pub fn plan_dynamic(graph: &Graph, request: &PlanRequest<'_>) -> Result<(Plan, D
     let (batches, exports) = barriers(&schedule, &images, &builder, options.alias);
     let passes = codegen(schedule.passes, &images, &options);
     let plan = Plan {
+        blocks: blocks(graph, &passes),
         images,
         buffers: builder.recording.buffers,
         passes,

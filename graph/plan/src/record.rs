@@ -13,8 +13,8 @@ use crate::specialize::{SpecializedGraph, WireSource};
 use afterimage_base::image::{ImageDesc, Signedness};
 use afterimage_graph::check::{Graph, GraphInput, ImageColors, Source};
 use afterimage_graph::node::{
-    Arg, Arrival, ImageColor, ImageId, KernelOrigin, NodeColors, NodeInstance, Origin, Recorder, RecorderContext,
-    Recording, VirtualImage,
+    Arg, Arrival, BlockId, ImageColor, ImageId, KernelOrigin, NodeColors, NodeInstance, Origin, Recorder,
+    RecorderContext, Recording, VirtualImage,
 };
 
 /// How often sizes of histories are inferred again before they count as unstable.
@@ -102,6 +102,9 @@ impl<'a> Round<'a> {
 
     fn add_inputs(&mut self) -> Result<(), PlanError> {
         for (index, input) in self.graph.inputs.iter().enumerate() {
+            if input.block.is_some() && (input.optional || self.request.gives(input)) {
+                continue;
+            }
             let Some(given) = self.request.inputs.get(&input.name) else {
                 if input.optional {
                     continue;
@@ -136,7 +139,11 @@ impl<'a> Round<'a> {
         match self.specialized.resolve(wire) {
             WireSource::Zero => Arrival::Zero,
             WireSource::Absent => Arrival::Absent,
-            WireSource::From(Source::Input(input)) => self.given[input].map_or(Arrival::Absent, Arrival::Image),
+            WireSource::From(Source::Input(input)) => match (self.given[input], self.graph.inputs[input].block) {
+                (Some(image), _) => Arrival::Image(image),
+                (None, Some(_)) => Arrival::Block(BlockId(input as u32)),
+                (None, None) => Arrival::Absent,
+            },
             WireSource::From(Source::Node { node, output, previous: 0 }) => self.made[node][output].clone(),
             WireSource::From(Source::Node { node, output, previous }) => {
                 Arrival::Image(self.history(node, output, previous))

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use afterimage_base::caps::Caps;
 use afterimage_base::image::{ImageDesc, Size};
-use afterimage_graph::check::{Facts, ParameterId};
+use afterimage_graph::check::{Facts, GraphInput, ParameterId};
 use serde::Serialize;
 
 use crate::options::Options;
@@ -15,6 +15,8 @@ pub struct PlanRequest<'a> {
     pub size: Size,
     /// The images that the host gives, by the name of the pipeline's input.
     pub inputs: BTreeMap<String, GivenImage>,
+    /// The host blocks that the host gives, by the name of the pipeline's input.
+    pub blocks: BTreeSet<String>,
     /// What the host says of the scene.
     pub facts: Facts,
     /// What the device can do.
@@ -29,6 +31,14 @@ pub struct PlanRequest<'a> {
 }
 
 impl PlanRequest<'_> {
+    /// Whether the host gives an input.
+    pub(crate) fn gives(&self, input: &GraphInput) -> bool {
+        match input.block {
+            Some(_) => self.blocks.contains(&input.name),
+            None => self.inputs.contains_key(&input.name),
+        }
+    }
+
     /// The parameters of a node that the host changes, by their indices.
     pub(crate) fn dynamic_of(&self, node: usize) -> Vec<usize> {
         let (first, last) = (ParameterId { node, index: 0 }, ParameterId { node, index: usize::MAX });

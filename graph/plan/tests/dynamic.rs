@@ -21,6 +21,7 @@ fn planned(graph: &Graph, dynamic: &BTreeSet<ParameterId>, facts: &[(&str, bool)
         facts: given_facts,
         caps: all_formats(),
         options: Options::default(),
+        blocks: Default::default(),
         dynamic: dynamic.clone(),
         requirement: &Requirement::typical,
     };

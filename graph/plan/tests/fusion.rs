@@ -135,6 +135,7 @@ pub fn planned_at(size: Size, nodes: &str, outputs: &str, options: Options) -> P
         facts: Facts::default(),
         caps: Caps { tiles: true, ..all_formats() },
         options,
+        blocks: Default::default(),
         dynamic: Default::default(),
         requirement: &Requirement::typical,
     };

@@ -39,6 +39,7 @@ fn planned(graph: &Graph) -> Result<Plan, PlanError> {
             facts: Facts::default(),
             caps: Caps { tiles: true, ..all_formats() },
             options: Options::default(),
+            blocks: Default::default(),
             dynamic: Default::default(),
             requirement: &Requirement::typical,
         },

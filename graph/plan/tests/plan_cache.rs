@@ -22,6 +22,7 @@ fn planned_with(plans: &mut PlanCache, size: Size, image: Size, facts: &[(&str, 
         facts: facts_set,
         caps: all_formats(),
         options: Options::default(),
+        blocks: Default::default(),
         dynamic: Default::default(),
         requirement: &Requirement::typical,
     };
@@ -77,6 +78,7 @@ fn other_switches_and_another_device_need_another_plan() {
             facts: Facts::default(),
             caps,
             options,
+            blocks: Default::default(),
             dynamic: Default::default(),
             requirement,
         };

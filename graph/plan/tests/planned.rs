@@ -36,7 +36,16 @@ pub fn plan_on(graph: &Graph, size: Size, options: Options, caps: Caps) -> Resul
     let requirement = &Requirement::typical;
     plan(
         graph,
-        &PlanRequest { size, inputs, facts: Facts::default(), caps, options, dynamic: Default::default(), requirement },
+        &PlanRequest {
+            size,
+            inputs,
+            facts: Facts::default(),
+            caps,
+            options,
+            blocks: Default::default(),
+            dynamic: Default::default(),
+            requirement,
+        },
     )
 }
 
@@ -57,7 +66,19 @@ pub fn attempt(
     let required = graph.inputs.iter().filter(|input| !input.optional);
     let inputs = required.map(|input| (input.name.clone(), given)).collect();
     let requirement = &Requirement::typical;
-    plan(graph, &PlanRequest { size: FRAME, inputs, facts, caps, options, dynamic: Default::default(), requirement })
+    plan(
+        graph,
+        &PlanRequest {
+            size: FRAME,
+            inputs,
+            facts,
+            caps,
+            options,
+            blocks: Default::default(),
+            dynamic: Default::default(),
+            requirement,
+        },
+    )
 }
 
 /// The graph of a text of built-in kinds.

@@ -5,7 +5,8 @@ use std::collections::VecDeque;
 use super::Source;
 use super::build::{Builder, Feed, NodeDraft, Wire};
 use super::suggest::{OnWire, between, either, path};
-use crate::node::{Input, OutputState, PortType};
+use crate::document::InputEntry;
+use crate::node::{HostBlock, Input, OutputState, PortType};
 use afterimage_base::diagnostic::{Diagnostic, Location, Spanned, quote};
 use afterimage_base::image::ColorState;
 use afterimage_base::value::Value;
@@ -33,7 +34,7 @@ impl Builder<'_> {
             return Some(Some(declared));
         }
         match wire.source? {
-            Source::Input(input) => self.host_input(input).map(|input| Some(input.state)),
+            Source::Input(input) => self.host_input(input).map(|input| input.block.is_none().then_some(input.state)),
             Source::Node { node, output, .. } => self.drafts[node].states[output],
         }
     }
@@ -88,6 +89,10 @@ impl Builder<'_> {
     }
 
     fn agree_on(&mut self, wire: &Wire, port: &Input, reader: &str) {
+        if wire.source.is_none() && wire.declared.is_none() {
+            // A block that the host of an inner pipeline leaves out.
+            return;
+        }
         let on_wire = OnWire { ty: self.wire_type(wire), state: self.state(wire).flatten() };
         if on_wire.ty != port.ty {
             let diagnostic = self.type_conflict(wire, on_wire, port.ty, &port.states, reader);
@@ -102,8 +107,23 @@ impl Builder<'_> {
         }
     }
 
+    /// A block is of the type that the port declares.
+    fn agree_on_block(&mut self, wire: &Wire, wanted: &HostBlock, reader: &str) {
+        let Some(Source::Input(input)) = wire.source else { return };
+        let Some(found) = self.host_input(input).and_then(|input| input.block.clone()) else { return };
+        if found.value != wanted.name {
+            let message = format!("{reader} accepts a {}, but {} is a {}", wanted.name, self.maker(wire), found.value);
+            let (accepts, gives) = (format!("accepts a {}", wanted.name), format!("gives a {}", found.value));
+            let diagnostic = self.ends(Diagnostic::error("content-conflict", message), wire, &accepts, &gives);
+            self.report(diagnostic.help(format!("declare an input of the type {}", quote(wanted.name))));
+        }
+    }
+
     /// Tables, values and volumes may declare what their numbers are.
     fn agree_on_content(&mut self, wire: &Wire, port: &Input, reader: &str) {
+        if let Some(block) = port.block {
+            return self.agree_on_block(wire, block, reader);
+        }
         let Some(Source::Node { node, output, .. }) = wire.source else { return };
         let found = self.drafts[node].kind.outputs()[output].content.clone();
         let (Some(found), Some(wanted)) = (found, &port.content) else { return };
@@ -210,18 +230,22 @@ impl Builder<'_> {
     fn agree_with_inner(&mut self) {
         for scope in 1..self.scopes.len() {
             let parent = self.scopes[scope].parent.unwrap_or(0);
-            let wired: Vec<(Spanned<String>, ColorState, Spanned<String>)> = self.scopes[scope]
+            let wired: Vec<(InputEntry, Spanned<String>)> = self.scopes[scope]
                 .inputs
                 .iter()
                 .filter_map(|(input, feed)| match feed {
-                    Feed::Wire(wire) => Some((input.name.clone(), input.state, wire.clone())),
+                    Feed::Wire(wire) => Some((input.clone(), wire.clone())),
                     _ => None,
                 })
                 .collect();
-            for (input, state, asked) in wired {
+            for (InputEntry { name: input, state, block, .. }, asked) in wired {
                 let Some(wire) = self.connected(parent, &asked) else { continue };
-                let port = Input::image("", "");
                 let reader = format!("the input {} of {}", quote(&input.value), quote(&self.scopes[scope].name.value));
+                if let Some(block) = block.and_then(|block| self.registry.block(&block.value)) {
+                    self.agree_on(&wire, &Input::block("", block, ""), &reader);
+                    continue;
+                }
+                let port = Input::image("", "");
                 let on_wire = OnWire { ty: self.wire_type(&wire), state: self.state(&wire).flatten() };
                 let diagnostic = if on_wire.ty != port.ty {
                     self.type_conflict(&wire, on_wire, port.ty, &[state], &reader)

@@ -141,7 +141,10 @@ impl<'a> Builder<'a> {
     /// What a source gives.
     pub(super) fn port_type(&self, source: Source) -> PortType {
         match source {
-            Source::Input(_) => PortType::Image,
+            Source::Input(input) => match self.host_input(input) {
+                Some(InputEntry { block: Some(_), .. }) => PortType::Block,
+                _ => PortType::Image,
+            },
             Source::Node { node, output, .. } => self.drafts[node].kind.outputs()[output].ty,
         }
     }
@@ -175,6 +178,7 @@ impl<'a> Builder<'a> {
     pub(super) fn graph(&self, instances: Vec<NodeInstance>) -> Graph {
         let inputs = self.host_inputs().map(|input| GraphInput {
             name: input.name.value.clone(),
+            block: input.block.as_ref().and_then(|name| self.registry.block(&name.value)),
             state: input.state,
             optional: input.optional,
             needs_alpha: input.needs_alpha,

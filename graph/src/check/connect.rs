@@ -145,14 +145,15 @@ impl Builder<'_> {
             return None;
         }
         let (entry, feed) = &self.scopes[scope].inputs[input];
-        let state = entry.state;
+        // A block has no color state.
+        let declared = entry.block.is_none().then_some(entry.state);
         match feed {
             Feed::Host(host) => Some(Found { source: Some(Source::Input(*host)), declared: None }),
-            Feed::Absent => Some(Found { source: None, declared: Some(state) }),
+            Feed::Absent => Some(Found { source: None, declared }),
             Feed::Wire(outer) => {
                 let (outer, parent) = (outer.clone(), self.scopes[scope].parent.unwrap_or(0));
                 let found = self.follow(parent, &outer, depth + 1)?;
-                Some(Found { declared: Some(state), ..found })
+                Some(Found { declared, ..found })
             }
         }
     }

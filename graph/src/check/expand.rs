@@ -7,8 +7,8 @@ use super::build::{Builder, Change, Feed, Named, Scope};
 use super::files::join;
 use super::limits::{DEEPEST, MOST_FACTS, MOST_INPUTS, MOST_OUTPUTS, MOST_TIERS};
 use super::nodes::PIPELINE;
-use crate::document::{Document, Field, Group, Item, NodeEntry, Tier, Tree, settings};
-use afterimage_base::diagnostic::{Diagnostic, Spanned, list, quote};
+use crate::document::{Document, Field, Group, InputEntry, Item, NodeEntry, Tier, Tree, image_type_names, settings};
+use afterimage_base::diagnostic::{Diagnostic, Spanned, did_you_mean, list, quote};
 
 /// What surrounds a pipeline that is being expanded.
 struct Around {
@@ -89,7 +89,8 @@ impl Builder<'_> {
             entries.into_iter().map(|field| (field.0.value.clone(), field)).collect();
         let is_top = self.scopes[scope].parent.is_none();
         for (index, input) in document.inputs.iter().take(MOST_INPUTS).enumerate() {
-            if !self.good_name(scope, &input.name, "input") {
+            if !self.good_name(scope, &input.name, "input") || !self.is_known_type(input) {
+                self.scopes[scope].names.insert(input.name.value.clone(), Named::Broken);
                 continue;
             }
             let feed = match ports.shift_remove(&input.name.value) {
@@ -112,6 +113,20 @@ impl Builder<'_> {
             let near = self.near(&name.value, known());
             self.report(diagnostic.help(help).maybe_help(near));
         }
+    }
+
+    /// Whether an input is an image, or a block that some kind reads.
+    fn is_known_type(&mut self, input: &InputEntry) -> bool {
+        let Some(ty) = input.block.as_ref().filter(|ty| self.registry.block(&ty.value).is_none()) else { return true };
+        let mut names: Vec<&str> = image_type_names().chain(self.registry.blocks().map(|block| block.name)).collect();
+        names.dedup();
+        let diagnostic =
+            Diagnostic::error("unknown-input-type", format!("no input type is called {}", quote(&ty.value)))
+                .at(&ty.location, "")
+                .help(format!("the types are {}", list(names.iter().copied(), 24)))
+                .maybe_help(did_you_mean(&ty.value, names));
+        self.report(diagnostic);
+        false
     }
 
     fn report_missing_input(&mut self, scope: usize, is_optional: bool, input: &Spanned<String>) {

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use petgraph::graph::DiGraph;
 
-use crate::node::{NodeInstance, NodeKind, PortType};
+use crate::node::{HostBlock, NodeInstance, NodeKind, PortType};
 use afterimage_base::diagnostic::did_you_mean;
 use afterimage_base::image::{ColorState, Format};
 use afterimage_base::value::{Param, Value};
@@ -14,7 +14,7 @@ use super::condition::{Condition, FactKind};
 /// A valid pipeline: both ends of every wire have one type, every value is in its domain, there are no cycles.
 #[derive(Clone, Debug)]
 pub struct Graph {
-    /// The images that the host gives.
+    /// The images and blocks that the host gives.
     pub inputs: Vec<GraphInput>,
     /// The nodes, in the order of the file; those of a pipeline used as a node are called `outer/inner`.
     pub nodes: Vec<GraphNode>,
@@ -24,12 +24,14 @@ pub struct Graph {
     pub wires: DiGraph<(), ()>,
 }
 
-/// An image that the host gives.
+/// An image or a host block that the host gives.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GraphInput {
     /// Its name.
     pub name: String,
-    /// What its numbers mean.
+    /// The declaration of a host block; `None` for an image.
+    pub block: Option<&'static HostBlock>,
+    /// What the numbers of an image mean.
     pub state: ColorState,
     /// Whether the host may leave it out.
     pub optional: bool,
@@ -38,6 +40,13 @@ pub struct GraphInput {
     pub needs_alpha: bool,
     /// A factor of its colours, before they are limited to the range of half floats.
     pub scale: f64,
+}
+
+impl GraphInput {
+    /// What it gives.
+    pub fn port_type(&self) -> PortType {
+        if self.block.is_some() { PortType::Block } else { PortType::Image }
+    }
 }
 
 /// A node.
@@ -163,7 +172,7 @@ impl Graph {
     /// The type of what a wire carries.
     pub fn port_type(&self, source: Source) -> PortType {
         match source {
-            Source::Input(_) => PortType::Image,
+            Source::Input(input) => self.inputs[input].port_type(),
             Source::Node { node, output, .. } => self.nodes[node].kind().outputs()[output].ty,
         }
     }

@@ -15,7 +15,7 @@ pub struct Document {
     pub location: Location,
     /// The file that this one changes.
     pub extends: Option<Spanned<String>>,
-    /// The images that the host gives.
+    /// The images and blocks that the host gives.
     pub inputs: Vec<InputEntry>,
     /// The nodes.
     pub nodes: Vec<NodeEntry>,
@@ -35,13 +35,15 @@ pub struct Document {
     pub(crate) is_partial: bool,
 }
 
-/// An image that the host gives.
+/// An image or a host block that the host gives.
 #[derive(Clone, Debug, PartialEq)]
 pub struct InputEntry {
     /// Its name.
     pub name: Spanned<String>,
-    /// What its numbers mean.
+    /// What the numbers of an image mean.
     pub state: ColorState,
+    /// The name of a type that is none of images: that of a host block, if some kind declares it.
+    pub block: Option<Spanned<String>>,
     /// Whether the host may leave it out.
     pub optional: bool,
     /// Whether the pipeline needs an alpha that is not 1 everywhere.

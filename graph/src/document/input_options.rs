@@ -1,9 +1,34 @@
-//! The options of an input: `Color(optional: true)`.
+//! The types of inputs and their options: `Color(optional: true)`.
 
 use super::entries::InputEntry;
 use super::renamed::{removed, unknown};
 use super::tree::{Item, Tree};
 use afterimage_base::diagnostic::{Diagnostic, Spanned, quote};
+use afterimage_base::image::ColorState;
+
+const IMAGE_TYPES: [(&str, ColorState); 11] = [
+    ("Color", ColorState::Scene),
+    ("Exposed", ColorState::Exposed),
+    ("LogLuminance", ColorState::LogLuminance),
+    ("DisplayLinear", ColorState::DisplayLinear),
+    ("Encoded", ColorState::Encoded),
+    ("Data", ColorState::Data),
+    ("Depth", ColorState::Data),
+    ("Normals", ColorState::Data),
+    ("Motion", ColorState::Data),
+    ("Albedo", ColorState::Data),
+    ("Mask", ColorState::Data),
+];
+
+/// The state of images of the type of that name.
+pub(super) fn image_type(name: &str) -> Option<ColorState> {
+    IMAGE_TYPES.iter().find(|(known, _)| *known == name).map(|(_, state)| *state)
+}
+
+/// The names of all types of images.
+pub(crate) fn image_type_names() -> impl Iterator<Item = &'static str> {
+    IMAGE_TYPES.iter().map(|(name, _)| *name)
+}
 
 const OPTIONS: [&str; 3] = ["optional", "needs_alpha", "scale"];
 

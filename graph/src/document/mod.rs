@@ -51,6 +51,7 @@ mod tree;
 mod tests;
 
 pub use entries::{Document, InputEntry, NodeEntry, Override, Tier};
+pub(crate) use input_options::image_type_names;
 pub(crate) use parser::read as read_tree;
 pub use read::{LONGEST_FILE, parse};
 pub(crate) use read::{doubled, settings, without_mark};

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::entries::{Document, InputEntry, NodeEntry, Override, Tier};
-use super::input_options::set_option;
+use super::input_options::{image_type, image_type_names, set_option};
 use super::parser::{self, Parsed};
 use super::renamed::unknown;
 use super::syntax;
@@ -12,18 +12,6 @@ use afterimage_base::diagnostic::{Diagnostic, Diagnostics, Location, Sources, Sp
 use afterimage_base::image::ColorState;
 
 const SECTIONS: [&str; 7] = ["inputs", "nodes", "outputs", "set", "tiers", "extends", "facts"];
-
-const INPUT_TYPES: [(&str, ColorState); 9] = [
-    ("Color", ColorState::Scene),
-    ("Exposed", ColorState::Exposed),
-    ("LogLuminance", ColorState::LogLuminance),
-    ("DisplayLinear", ColorState::DisplayLinear),
-    ("Encoded", ColorState::Encoded),
-    ("Data", ColorState::Data),
-    ("Depth", ColorState::Data),
-    ("Normals", ColorState::Data),
-    ("Mask", ColorState::Data),
-];
 
 /// The largest file that is read, in bytes. A pipeline of a thousand nodes has a tenth of it.
 pub const LONGEST_FILE: usize = 4 << 20;
@@ -307,18 +295,15 @@ impl Reader {
             Tree::Broken => return None,
             other => {
                 let message = format!("input {} has {} for a type", quote(&name.value), other.describe());
-                let help = format!("the types are {}", list(INPUT_TYPES.map(|(name, _)| name), INPUT_TYPES.len()));
+                let help = format!("the types of images are {}", list(image_type_names(), 16));
                 self.problems.push(Diagnostic::error("wrong-shape", message).at(&value.location, "").help(help));
                 return None;
             }
         };
-        let Some((_, state)) = INPUT_TYPES.into_iter().find(|(name, _)| *name == ty.value) else {
-            let (names, message) =
-                (INPUT_TYPES.map(|(name, _)| name), format!("no input type is called {}", quote(&ty.value)));
-            self.problems.push(unknown("unknown-input-type", message, &ty, "types", &names));
-            return None;
-        };
-        let mut input = InputEntry { name, state, optional: false, needs_alpha: false, scale: 1.0 };
+        let state = image_type(&ty.value);
+        let block = state.is_none().then_some(ty);
+        let state = state.unwrap_or(ColorState::Data);
+        let mut input = InputEntry { name, state, block, optional: false, needs_alpha: false, scale: 1.0 };
         for (option, value) in self.unique(options, "option") {
             self.input_option(&mut input, &option, &value);
         }

@@ -4,7 +4,7 @@ use afterimage_base::Shared;
 use afterimage_base::image::Signedness;
 use afterimage_wgsl::Shader;
 
-use super::resource::{BufferId, ImageId, Resource};
+use super::resource::{BlockId, BufferId, ImageId, Resource};
 
 /// A kernel function or a compute entry point, and what it is called with.
 #[derive(Clone, Debug, PartialEq)]
@@ -40,8 +40,9 @@ pub struct KernelCall {
     pub warp: Option<WarpPart>,
 }
 
-/// The part of a function in a warp: a pass that reads an image at places that functions compute. A warp makes the value
-/// at any place of its result, also between pixels, so two warps become one that reads the image once for each place.
+/// The part of a function in a warp: a pass that reads an image at places that functions compute. A warp makes the
+/// value at any place of its result, also between pixels, so two warps become one that reads the image once for each
+/// place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum WarpPart {
     /// Computes the uv of a place in x and y, from a place alone.
@@ -100,6 +101,8 @@ pub enum Arg {
     PointOf(usize),
     /// The frame's time.
     Frame,
+    /// A struct of numbers from the host.
+    Block(BlockId),
     /// The kernel's uniform.
     Params,
 }
@@ -224,6 +227,14 @@ impl Arg {
         match self {
             Self::Pixel(image) | Self::Texture(image) => Some(Resource::Image(image)),
             Self::Value(buffer, _) | Self::Buffer(buffer, _) => Some(Resource::Buffer(buffer)),
+            _ => None,
+        }
+    }
+
+    /// The host block that it reads.
+    pub fn block(self) -> Option<BlockId> {
+        match self {
+            Self::Block(block) => Some(block),
             _ => None,
         }
     }

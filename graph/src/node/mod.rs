@@ -1,5 +1,7 @@
 //! What a node is: its parameters, its ports, and the passes it records.
 
+mod block;
+mod camera;
 mod color;
 mod contract;
 mod folder;
@@ -12,6 +14,8 @@ mod registry;
 mod resource;
 mod typed;
 
+pub use block::{BlockData, BlockField, FieldType, HostBlock};
+pub use camera::{CAMERA, Camera, Matrix};
 pub use color::{ColorChange, ImageColor};
 pub use contract::{contract, for_each_recording, kind_file_name};
 pub use folder::{folder_kind, folder_kind_of, folder_kind_sharing};
@@ -21,5 +25,5 @@ pub use pass::{CellReduce, Pass, PassKind, PassResult, RowDownsample, TileStage,
 pub use ports::{Fallback, Input, Output, OutputState, PortType, Signature};
 pub use recorder::{Arrival, ComputePass, FunctionPass, NodeColors, Recorder, RecorderContext, Recording, WarpPass};
 pub use registry::{DuplicateKind, Registry};
-pub use resource::{BufferId, BufferLife, ImageId, Origin, Resource, VirtualBuffer, VirtualImage};
+pub use resource::{BlockId, BufferId, BufferLife, ImageId, Origin, Resource, VirtualBuffer, VirtualImage};
 pub use typed::{Node, NodeInstance, Params};

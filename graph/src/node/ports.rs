@@ -1,5 +1,6 @@
 //! Ports: what goes into a node and what comes out, with the type and the state of each.
 
+use super::block::HostBlock;
 use afterimage_base::Shared;
 use afterimage_base::image::ColorState;
 use afterimage_base::value::Param;
@@ -17,6 +18,8 @@ pub enum PortType {
     Table,
     /// One number or vector that stays on the GPU.
     Value,
+    /// A struct of numbers from the host: a camera.
+    Block,
 }
 
 impl PortType {
@@ -28,6 +31,7 @@ impl PortType {
             Self::Volume => "Volume",
             Self::Table => "Table",
             Self::Value => "Value",
+            Self::Block => "Block",
         }
     }
 }
@@ -46,6 +50,8 @@ pub struct Input {
     /// What its numbers are, for a table, a value or a volume: only outputs with this content fit, and those that
     /// declare none.
     pub content: Option<Shared<str>>,
+    /// The declaration of a host block.
+    pub block: Option<&'static HostBlock>,
     /// What it is for.
     pub doc: Shared<str>,
 }
@@ -59,8 +65,16 @@ impl Input {
             states: Shared::of(&[]),
             optional: false,
             content: None,
+            block: None,
             doc: Shared::of(doc),
         }
+    }
+
+    /// A required port for a host block. The argument or uniform variable of the same name has the block's struct.
+    pub const fn block(name: &'static str, block: &'static HostBlock, doc: &'static str) -> Self {
+        let mut port = Self::new(name, PortType::Block, doc);
+        port.block = Some(block);
+        port
     }
 
     /// A required image port.
@@ -196,7 +210,7 @@ impl Fallback {
     pub const fn of_type(ty: PortType) -> Self {
         match ty {
             PortType::Image | PortType::Pyramid => Self::Zero,
-            PortType::Volume | PortType::Table | PortType::Value => Self::Absent,
+            PortType::Volume | PortType::Table | PortType::Value | PortType::Block => Self::Absent,
         }
     }
 }

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use super::block::HostBlock;
 use super::kind::NodeKind;
 
 /// All node kinds of a program, by name.
@@ -42,6 +43,16 @@ impl Registry {
     /// All kinds, by name.
     pub fn iter(&self) -> impl Iterator<Item = &NodeKind> + '_ {
         self.kinds.values()
+    }
+
+    /// The host block of that name, which a port of some kind declares.
+    pub fn block(&self, name: &str) -> Option<&'static HostBlock> {
+        self.blocks().find(|block| block.name == name)
+    }
+
+    /// The host blocks that ports declare; one that several ports declare comes as often.
+    pub fn blocks(&self) -> impl Iterator<Item = &'static HostBlock> + '_ {
+        self.iter().flat_map(|kind| kind.inputs()).filter_map(|port| port.block)
     }
 
     /// All names, sorted.

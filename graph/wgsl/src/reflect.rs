@@ -91,7 +91,7 @@ pub struct Member {
     pub scalar: ScalarKind,
     /// Numbers in one element.
     pub width: u32,
-    /// Elements, and the bytes from one to the next.
+    /// Elements of an array, or columns of a matrix.
     pub count: u32,
     /// Bytes from one element to the next.
     pub stride: u32,
@@ -149,6 +149,16 @@ impl Reflection {
     /// The kernel function of that name.
     pub fn function(&self, name: &str) -> Option<&Function> {
         self.functions.iter().find(|f| f.name == name)
+    }
+
+    /// The name of the struct that an argument of a kernel function has, or a uniform variable of that name.
+    pub fn struct_of(&self, function: &str, name: &str) -> Option<&str> {
+        let arg = self.function(function).and_then(|function| function.args.iter().find(|(arg, _)| arg == name));
+        match (arg, self.globals.iter().find(|global| global.name == name)) {
+            (Some((_, ArgType::Struct(ty))), _) => Some(ty),
+            (None, Some(Global { kind: GlobalKind::Uniform(ty), .. })) => Some(ty),
+            _ => None,
+        }
     }
 
     /// The struct of that name.
@@ -308,17 +318,16 @@ fn floats(inner: &TypeInner) -> Option<u8> {
 }
 
 fn member(module: &naga::Module, member: &naga::StructMember) -> Option<Member> {
-    let inner = &module.types[member.ty].inner;
-    let (element, count, stride) = match inner {
+    let ((scalar, width), count, stride) = match &module.types[member.ty].inner {
         TypeInner::Array { base, size: naga::ArraySize::Constant(n), stride } => {
-            (&module.types[*base].inner, n.get(), *stride)
+            (vector(&module.types[*base].inner)?, n.get(), *stride)
         }
-        inner => (inner, 1, 0),
-    };
-    let (scalar, width) = match element {
-        TypeInner::Scalar(s) => (s.kind, 1),
-        TypeInner::Vector { size, scalar } => (scalar.kind, *size as u32),
-        _ => return None,
+        // A column is aligned like a vector of its length: three numbers take the space of four.
+        TypeInner::Matrix { columns, rows, scalar } => {
+            let rows = *rows as u32;
+            ((scalar.kind, rows), *columns as u32, 4 * rows.next_power_of_two())
+        }
+        inner => (vector(inner)?, 1, 0),
     };
     let scalar = match scalar {
         NagaKind::Float => ScalarKind::Float,
@@ -327,4 +336,13 @@ fn member(module: &naga::Module, member: &naga::StructMember) -> Option<Member> 
         _ => return None,
     };
     Some(Member { name: member.name.clone()?, offset: member.offset, scalar, width, count, stride })
+}
+
+/// The kind and the number of the numbers of a scalar or a vector.
+fn vector(inner: &TypeInner) -> Option<(NagaKind, u32)> {
+    match inner {
+        TypeInner::Scalar(s) => Some((s.kind, 1)),
+        TypeInner::Vector { size, scalar } => Some((scalar.kind, *size as u32)),
+        _ => None,
+    }
 }

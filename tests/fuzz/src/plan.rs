@@ -46,7 +46,16 @@ pub(crate) fn planned(graph: &Graph, size: Size, caps: Caps, options: Options) -
     let requirement = &Requirement::typical;
     plan(
         graph,
-        &PlanRequest { size, inputs, facts: Facts::default(), caps, options, dynamic: Default::default(), requirement },
+        &PlanRequest {
+            size,
+            inputs,
+            facts: Facts::default(),
+            caps,
+            options,
+            blocks: Default::default(),
+            dynamic: Default::default(),
+            requirement,
+        },
     )
 }
 
@@ -130,7 +139,19 @@ fn plan_anyhow(graph: &Graph, choices: &mut Bytes<'_>) -> Result<Plan, PlanError
     }
     let (facts, caps, options) = (facts(graph, choices), caps(choices), options(choices));
     let requirement = &Requirement::typical;
-    plan(graph, &PlanRequest { size, inputs, facts, caps, options, dynamic: Default::default(), requirement })
+    plan(
+        graph,
+        &PlanRequest {
+            size,
+            inputs,
+            facts,
+            caps,
+            options,
+            blocks: Default::default(),
+            dynamic: Default::default(),
+            requirement,
+        },
+    )
 }
 
 fn given(size: Size, choices: &mut Bytes<'_>) -> GivenImage {

@@ -139,6 +139,7 @@ impl Growing {
         }
         let input = GraphInput {
             name: "picture".into(),
+            block: None,
             state: ColorState::Scene,
             optional: false,
             needs_alpha: false,

@@ -144,6 +144,10 @@ impl Executor {
         let frame = &self.frame_uniforms[usize::from(loaded.uses_uninitialized(index))];
         let resource = |kind| match kind {
             SlotKind::Frame => frame.as_entire_binding(),
+            SlotKind::Block(block) => {
+                let planned = loaded.plan.block(block);
+                region(planned.offset, planned.block.bytes() as u64)
+            }
             SlotKind::Params => region(uniform.offset, uniform.bytes.len() as u64),
             SlotKind::Extent => region(uniform.extent_offset, size_of_val(&uniform.extent) as u64),
             SlotKind::Sampler => BindingResource::Sampler(if pass.by_hand { &self.nearest } else { &self.linear }),

@@ -132,6 +132,7 @@ mod tests {
             facts: Facts::default(),
             caps: Caps { storage: Format::ALL.into(), ..Caps::default() },
             options: Options { tile: When::Never, row_downsample: When::Never, ..options },
+            blocks: Default::default(),
             dynamic: Default::default(),
             requirement: &Requirement::typical,
         };

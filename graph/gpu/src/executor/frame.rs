@@ -1,5 +1,6 @@
 //! What a host gives for one frame.
 
+use afterimage_graph::node::BlockData;
 use wgpu::TextureView;
 
 /// One frame's inputs, outputs and time.
@@ -7,6 +8,8 @@ use wgpu::TextureView;
 pub struct Frame<'a> {
     /// The host's images, by the names of the pipeline's inputs; names that the plan does not need are ignored.
     pub inputs: &'a [(&'a str, &'a TextureView)],
+    /// The host's blocks, such as its camera, by the names of the pipeline's inputs; likewise.
+    pub blocks: &'a [(&'a str, &'a BlockData)],
     /// Where the host wants outputs, by their names; the executor keeps a texture for each output that is not named. A
     /// view has one level and one layer, and its texture is none of the inputs: a pass may read those while it writes.
     pub outputs: &'a [(&'a str, &'a TextureView)],

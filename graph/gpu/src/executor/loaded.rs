@@ -44,6 +44,8 @@ pub(super) struct Loaded {
     pub(super) placement: HeapPlacement,
     pub(super) passes: Vec<LoadedPass>,
     pub(super) uniforms: Buffer,
+    /// What the uniforms hold of each host block.
+    pub(super) blocks: Vec<Vec<u8>>,
     pub(super) bindings: Vec<ImageBinding>,
     /// For each pass the places of the images that it names among the host's views: inputs, then outputs.
     pub(super) host_views: Vec<Vec<usize>>,
@@ -102,6 +104,13 @@ pub(super) struct ExplicitTransitions {
 pub(super) struct ExplicitTransition {
     pub(super) view: TextureView,
     pub(super) state: wgpu::TextureUses,
+}
+
+impl Loaded {
+    /// The uniforms hold zeros again where host blocks were.
+    pub(super) fn forget_blocks(&mut self) {
+        self.blocks.iter_mut().for_each(|held| held.fill(0));
+    }
 }
 
 impl HostSet {

@@ -1,6 +1,7 @@
 //! The executor: records a loaded plan as commands in the host's encoder.
 
 mod bind;
+mod blocks;
 mod explicit_transitions;
 mod frame;
 mod frame_constants;
@@ -219,6 +220,7 @@ impl Executor {
                     let write = || self.queue.write_buffer(&loaded.uniforms, 0, &plan.uniform_buffer());
                     watched(&self.compiler.device, what, || caught(what, write))?;
                     loaded.plan = plan;
+                    loaded.forget_blocks();
                     Ok(())
                 }
                 // Another plan has come in between.
@@ -336,6 +338,7 @@ impl Executor {
         let reset = self.fresh || frame.reset;
         self.frame_constants = FrameConstants::new(frame, self.frame_index, reset);
         self.write_frame_constants()?;
+        self.write_blocks(frame)?;
         let loaded = self.loaded.as_mut().ok_or(GpuError::NoPlan)?;
         if reset {
             let device = &self.compiler.device;

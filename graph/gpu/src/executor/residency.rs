@@ -46,6 +46,7 @@ impl PlanSwap<'_> {
             ring_length: ring_length(&plan),
             host_views: host_views(&plan, &bindings),
             timing: timed.then(|| Timing::new(self.device, self.queue, passes.len() as u32)).flatten(),
+            blocks: plan.blocks.iter().map(|planned| vec![0; planned.block.bytes()]).collect(),
             plan,
             placement,
             passes,

@@ -19,6 +19,7 @@ use crate::{Executor, Frame};
 pub use error::PostError;
 use handle::Handle;
 pub use handle::{Control, Parameter, ParameterInfo};
+pub use running::Given;
 use running::{Next, Running};
 use watch::Watched;
 pub use watch::{Reading, Watch};
@@ -37,7 +38,7 @@ pub use watch::{Reading, Watch};
 /// // In every frame:
 /// post.set(strength, 0.3)?;
 /// let (inputs, outputs) = (&[("scene", scene)], &[("display", screen)]);
-/// post.encode(encoder, &Frame { inputs, outputs, time: 0.0, dt: 1.0 / 60.0, reset: false })?;
+/// post.encode(encoder, &Frame { inputs, outputs, dt: 1.0 / 60.0, ..Frame::default() })?;
 /// # Ok(())
 /// # }
 /// ```

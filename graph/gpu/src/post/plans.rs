@@ -1,6 +1,6 @@
 //! Which plan renders, when the next one is made, and when it comes in.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use afterimage_graph::check::GraphInput;
@@ -8,7 +8,7 @@ use afterimage_graph::image::{ImageDesc, Size};
 use afterimage_plan::{GivenImage, NeedsPlan, Plan, PlanError, Planned};
 use wgpu::TextureView;
 
-use super::running::{Next, Running, Wish};
+use super::running::{Given, Next, Running, Wish};
 use super::uniforms::Uniforms;
 use super::{Post, PostError};
 use crate::device::image_format;
@@ -20,8 +20,8 @@ impl Post {
     /// being made has failed.
     pub(super) fn follow(&mut self, frame: &Frame<'_>) -> Result<Option<PostError>, PostError> {
         if !self.fits(frame)? {
-            let (size, inputs) = self.given(frame)?;
-            self.load_for(size, inputs)?;
+            let given = self.given(frame)?;
+            self.load_for(given)?;
             return Ok(None);
         }
         let failure = match self.next.take_if(|next| next.worker.is_finished()) {
@@ -39,68 +39,71 @@ impl Post {
     fn fits(&self, frame: &Frame<'_>) -> Result<bool, GpuError> {
         let Some(running) = &self.running else { return Ok(false) };
         for input in &self.plans.graph().inputs {
+            if input.block.is_some() {
+                if gives_block(frame, input) != running.given.blocks.contains(&input.name) {
+                    return Ok(false);
+                }
+                continue;
+            }
             let given = view_of(frame, input).map(|view| desc_of(&input.name, view)).transpose()?;
-            if given != running.inputs.get(&input.name).map(|given| given.desc) {
+            if given != running.given.inputs.get(&input.name).map(|given| given.desc) {
                 return Ok(false);
             }
         }
-        Ok(!running.inputs.is_empty() || output_size(frame).is_none_or(|size| size == running.size))
+        Ok(!running.given.inputs.is_empty() || output_size(frame).is_none_or(|size| size == running.given.size))
     }
 
-    /// The size of the frame and the host's images. The size is that of the first input, or else of the first output.
-    fn given(&self, frame: &Frame<'_>) -> Result<(Size, BTreeMap<String, GivenImage>), PostError> {
-        let mut inputs = BTreeMap::new();
+    /// What the host gives. The size is that of the first image, or else of the first output.
+    fn given(&self, frame: &Frame<'_>) -> Result<Given, PostError> {
+        let (mut inputs, mut blocks) = (BTreeMap::new(), BTreeSet::new());
         let mut size = None;
         for input in &self.plans.graph().inputs {
+            if gives_block(frame, input) {
+                blocks.insert(input.name.clone());
+            }
             let Some(view) = view_of(frame, input) else { continue };
             let desc = desc_of(&input.name, view)?;
             size = size.or(Some(desc.size));
             inputs.insert(input.name.clone(), GivenImage { desc, finite: self.finite.contains(&input.name) });
         }
-        let first = self.plans.graph().inputs.first();
+        let first = self.plans.graph().inputs.iter().find(|input| input.block.is_none());
         let missing =
             || PostError::from(PlanError::MissingInput(first.map_or(String::new(), |input| input.name.clone())));
-        Ok((size.or(output_size(frame)).ok_or_else(missing)?, inputs))
+        Ok(Given { size: size.or(output_size(frame)).ok_or_else(missing)?, inputs, blocks })
     }
 
-    /// Makes the plan for images of these descriptions and loads it, if it is not the one that renders.
+    /// Makes the plan for what the host gives and loads it, if it is not the one that renders.
     ///
     /// # Errors
-    /// The graph cannot be planned for them, or the device refuses the plan.
-    pub(crate) fn load_for(
-        &mut self,
-        size: Size,
-        inputs: BTreeMap<String, GivenImage>,
-    ) -> Result<&Arc<Plan>, PostError> {
+    /// The graph cannot be planned for it, or the device refuses the plan.
+    pub(crate) fn load_for(&mut self, given: Given) -> Result<&Arc<Plan>, PostError> {
         self.next = None;
-        let planned = self.planned(size, inputs.clone())?;
+        let planned = self.planned(given.clone())?;
         if self.running.as_ref().is_none_or(|running| !Arc::ptr_eq(&running.planned.plan, &planned.plan)) {
             self.executor.load(planned.plan.clone())?;
-            self.run(size, inputs, planned);
+            self.run(given, planned);
         }
         self.is_stale = false;
         Ok(self.plan().expect("it runs"))
     }
 
-    /// The plan for images of these descriptions, without loading it.
-    fn planned(&mut self, size: Size, inputs: BTreeMap<String, GivenImage>) -> Result<Planned, PlanError> {
+    fn planned(&mut self, given: Given) -> Result<Planned, PlanError> {
         let device = self.executor.device().clone();
-        let wish = self.wish(size, inputs);
+        let wish = self.wish(given);
         wish.on(&device, |request| self.plans.planned(request))
     }
 
-    /// The plan for images of these descriptions, without loading it.
+    /// The plan for what the host would give, without loading it.
     ///
     /// # Errors
-    /// The graph cannot be planned for them.
-    pub fn plan_for(&mut self, size: Size, inputs: BTreeMap<String, GivenImage>) -> Result<Arc<Plan>, PlanError> {
-        Ok(self.planned(size, inputs)?.plan)
+    /// The graph cannot be planned for it.
+    pub fn plan_for(&mut self, given: Given) -> Result<Arc<Plan>, PlanError> {
+        Ok(self.planned(given)?.plan)
     }
 
-    fn wish(&self, size: Size, inputs: BTreeMap<String, GivenImage>) -> Wish {
+    fn wish(&self, given: Given) -> Wish {
         Wish {
-            size,
-            inputs,
+            given,
             facts: self.facts.clone(),
             caps: self.executor.caps().clone(),
             options: self.options,
@@ -111,7 +114,7 @@ impl Post {
     /// Begins to make the plan that the present facts and values ask for, unless it is the one that renders.
     fn begin_next(&mut self) {
         let Some(running) = &self.running else { return };
-        let wish = self.wish(running.size, running.inputs.clone());
+        let wish = self.wish(running.given.clone());
         let device = self.executor.device().clone();
         let known = wish.on(&device, |request| self.plans.known(request));
         if known.as_ref().is_some_and(|known| Arc::ptr_eq(&known.plan, &running.planned.plan)) {
@@ -135,15 +138,15 @@ impl Post {
         self.executor.put_in(prepared)?;
         let device = self.executor.device().clone();
         next.wish.on(&device, |request| self.plans.keep(request, &planned));
-        self.run(next.wish.size, next.wish.inputs, planned);
+        self.run(next.wish.given, planned);
         Ok(())
     }
 
     /// From now on this plan renders, with the present values of its dynamic parameters.
-    fn run(&mut self, size: Size, inputs: BTreeMap<String, GivenImage>, planned: Planned) {
+    fn run(&mut self, given: Given, planned: Planned) {
         let changed = self.dynamic().map(|parameter| parameter.node).collect();
         let uniforms = Uniforms::new(planned.plan.uniform_buffer(), changed);
-        self.running = Some(Running { size, inputs, planned, uniforms });
+        self.running = Some(Running { given, planned, uniforms });
     }
 
     /// Writes the uniforms that have changed, in one range.
@@ -179,6 +182,10 @@ impl Post {
 
 fn view_of<'f>(frame: &Frame<'f>, input: &GraphInput) -> Option<&'f TextureView> {
     frame.inputs.iter().find(|(name, _)| *name == input.name).map(|(_, view)| *view)
+}
+
+fn gives_block(frame: &Frame<'_>, input: &GraphInput) -> bool {
+    input.block.is_some() && frame.blocks.iter().any(|(name, _)| *name == input.name)
 }
 
 fn output_size(frame: &Frame<'_>) -> Option<Size> {

@@ -14,11 +14,21 @@ use crate::executor::Prepared;
 use crate::heap;
 use crate::platform::Worker;
 
+/// What the host gives in a frame, as far as plans depend on it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Given {
+    /// The size of the frame, for nodes without an image input.
+    pub size: Size,
+    /// The images, by the names of the inputs.
+    pub inputs: BTreeMap<String, GivenImage>,
+    /// The inputs that blocks are given for.
+    pub blocks: BTreeSet<String>,
+}
+
 /// What a plan is wanted for: a [`PlanRequest`] that can go to another thread.
 #[derive(Clone)]
 pub(super) struct Wish {
-    pub(super) size: Size,
-    pub(super) inputs: BTreeMap<String, GivenImage>,
+    pub(super) given: Given,
     pub(super) facts: Facts,
     pub(super) caps: Caps,
     pub(super) options: Options,
@@ -28,16 +38,15 @@ pub(super) struct Wish {
 impl Wish {
     /// Calls `use_request` with the request for a device.
     pub(super) fn on<T>(&self, device: &Device, use_request: impl FnOnce(&PlanRequest<'_>) -> T) -> T {
-        let Self { size, inputs, facts, caps, options, dynamic } = self.clone();
+        let Self { given: Given { size, inputs, blocks }, facts, caps, options, dynamic } = self.clone();
         let requirement = &|desc: &ImageDesc| heap::requirement(device, desc);
-        use_request(&PlanRequest { size, inputs, facts, caps, options, dynamic, requirement })
+        use_request(&PlanRequest { size, inputs, blocks, facts, caps, options, dynamic, requirement })
     }
 }
 
 /// The plan that renders.
 pub(super) struct Running {
-    pub(super) size: Size,
-    pub(super) inputs: BTreeMap<String, GivenImage>,
+    pub(super) given: Given,
     pub(super) planned: Planned,
     pub(super) uniforms: Uniforms,
 }

@@ -9,6 +9,7 @@ use std::sync::Arc;
 
 use afterimage_graph::check::{Facts, Graph};
 use afterimage_graph::image::{ImageDesc, Size};
+use afterimage_graph::node::BlockData;
 use afterimage_plan::{GivenImage, Options, Plan};
 use wgpu::{CommandEncoder, TextureView};
 
@@ -16,7 +17,7 @@ pub use frame::{FrameStep, InputImage};
 
 use crate::clock::{Clock, FrameTime, Recording};
 use crate::platform::submit;
-use crate::post::{Post, PostError};
+use crate::post::{Given, Post, PostError};
 use crate::stream::ReadbackBatch;
 use crate::{Executor, Feed, Frame, Gpu, GpuError, Readback, Texels, upload_bytes};
 
@@ -29,6 +30,8 @@ pub struct Session {
     post: Post,
     /// The textures that [`feed`](Self::feed) fills, by the names of the inputs.
     feeds: BTreeMap<String, Feed>,
+    /// The host blocks, by the names of the inputs.
+    blocks: BTreeMap<String, BlockData>,
     readback: Readback,
 }
 
@@ -44,7 +47,13 @@ impl Session {
         let mut post = Post::with_executor(gpu.executor().with_pipeline_cache(data), graph);
         post.set_facts(facts);
         post.set_options(options);
-        Self { gpu: gpu.clone(), post, feeds: BTreeMap::new(), readback: Readback::new(&gpu.device, &gpu.queue) }
+        Self {
+            gpu: gpu.clone(),
+            post,
+            feeds: BTreeMap::new(),
+            blocks: BTreeMap::new(),
+            readback: Readback::new(&gpu.device, &gpu.queue),
+        }
     }
 
     /// The device.
@@ -92,12 +101,23 @@ impl Session {
         Ok(image)
     }
 
+    /// Sets the host block of an input, such as a camera, for all frames from now on.
+    pub fn set_block(&mut self, input: &str, data: BlockData) {
+        self.blocks.insert(input.to_owned(), data);
+    }
+
+    /// What plans need to know of images and blocks.
+    fn given(&self, size: Size, images: &[InputImage]) -> Given {
+        let image = |image: &InputImage| (image.input.clone(), GivenImage { desc: image.desc, finite: image.finite });
+        Given { size, inputs: images.iter().map(image).collect(), blocks: self.blocks.keys().cloned().collect() }
+    }
+
     /// Makes the plan for these images and loads it if it is not the loaded one.
     ///
     /// # Errors
     /// The graph cannot be planned at this size, or the device refuses the plan.
     pub fn load(&mut self, size: Size, images: &[InputImage]) -> Result<&Arc<Plan>, PostError> {
-        self.post.load_for(size, given(images))
+        self.post.load_for(self.given(size, images))
     }
 
     /// Starts at the first frame: histories start again, and noise is that of the first frame.
@@ -110,7 +130,7 @@ impl Session {
     /// # Errors
     /// The graph cannot be planned at this size.
     pub fn plan_for(&mut self, size: Size, images: &[InputImage]) -> Result<Arc<Plan>, PostError> {
-        Ok(self.post.plan_for(size, given(images))?)
+        Ok(self.post.plan_for(self.given(size, images))?)
     }
 
     /// Records a frame of the loaded plan.
@@ -123,7 +143,8 @@ impl Session {
         images: &[InputImage],
         step: FrameStep,
     ) -> Result<(), PostError> {
-        with_frame(images, step, |frame| self.post.record(encoder, frame))
+        let blocks: Vec<(&str, &BlockData)> = self.blocks.iter().map(|(name, data)| (name.as_str(), data)).collect();
+        with_frame(images, step, |frame| self.post.record(encoder, &Frame { blocks: &blocks, ..*frame }))
     }
 
     /// Renders a frame; the outputs stay on the GPU.
@@ -269,14 +290,8 @@ pub fn input_image(gpu: &Gpu, input: &str, desc: ImageDesc, bytes: &[u8]) -> Res
     Ok(InputImage { input: input.to_owned(), view, desc, finite: false })
 }
 
-/// What plans need to know of images.
-fn given(images: &[InputImage]) -> BTreeMap<String, GivenImage> {
-    let given = |image: &InputImage| (image.input.clone(), GivenImage { desc: image.desc, finite: image.finite });
-    images.iter().map(given).collect()
-}
-
-/// Calls `use_frame` with the executor's description of a frame.
+/// Calls `use_frame` with the executor's description of a frame without blocks.
 fn with_frame<T>(images: &[InputImage], step: FrameStep, use_frame: impl FnOnce(&Frame<'_>) -> T) -> T {
     let inputs: Vec<(&str, &TextureView)> = images.iter().map(|image| (image.input.as_str(), &image.view)).collect();
-    use_frame(&Frame { inputs: &inputs, outputs: &[], time: step.time, dt: step.dt, reset: step.reset })
+    use_frame(&Frame { inputs: &inputs, time: step.time, dt: step.dt, reset: step.reset, ..Frame::default() })
 }

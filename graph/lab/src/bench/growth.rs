@@ -160,6 +160,7 @@ impl Conditions<'_> {
                 facts: Facts::default(),
                 caps: self.gpu.caps.clone(),
                 options: Options::default(),
+                blocks: Default::default(),
                 dynamic: Default::default(),
                 requirement: &Requirement::typical,
             };

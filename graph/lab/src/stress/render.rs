@@ -3,11 +3,11 @@
 use std::collections::BTreeMap;
 
 use afterimage_gpu::{
-    ErrorLog, FrameInputs, FrameStep, Gpu, GpuError, InputImage, PostError, Session, Texels, input_image,
+    ErrorLog, FrameInputs, FrameStep, Given, Gpu, GpuError, InputImage, PostError, Session, Texels, input_image,
 };
 use afterimage_graph::check::{Graph, Source};
 use afterimage_graph::image::{ColorState, Format, ImageDesc, Signedness, Size};
-use afterimage_graph::node::OutputState;
+use afterimage_graph::node::{BlockData, CAMERA, Camera, HostBlock, OutputState};
 use afterimage_graph::value::Value;
 use afterimage_media::catch_panic;
 use afterimage_plan::{Caps, GivenImage, Options, Plan};
@@ -193,13 +193,30 @@ impl Configuration {
     fn plan(&mut self, subject: &Subject, graph: &Graph, size: Size) -> Result<std::sync::Arc<Plan>, String> {
         let format = if self.half { Format::Rgba16Float } else { Format::Rgba32Float };
         let given = GivenImage { desc: ImageDesc::new(size).format(format), finite: self.unsanitized };
-        let wanted = graph.inputs.iter().filter(|input| !(input.optional && subject.bare));
-        let inputs = wanted.map(|input| (input.name.clone(), given)).collect();
+        let wanted = || graph.inputs.iter().filter(|input| !(input.optional && subject.bare));
+        let images = wanted().filter(|input| input.block.is_none());
+        let inputs = images.map(|input| (input.name.clone(), given)).collect();
         let options = self.options;
         let session = self.session(subject, graph);
+        let blocks = wanted().filter_map(|input| Some((&input.name, plausible(input.block?))));
+        blocks.for_each(|(name, data)| session.set_block(name, data));
         session.change(graph.clone(), options);
-        session.post().plan_for(size, inputs).map_err(|error| error.to_string())
+        let blocks = wanted().filter(|input| input.block.is_some()).map(|input| input.name.clone()).collect();
+        session.post().plan_for(Given { size, inputs, blocks }).map_err(|error| error.to_string())
     }
+}
+
+/// Numbers for a host block: a camera that has moved, or the defaults.
+fn plausible(block: &'static HostBlock) -> BlockData {
+    if *block != CAMERA {
+        return BlockData::new(block);
+    }
+    let view = |x: f32| glam::Mat4::from_translation(glam::vec3(x, -1.5, -6.0)).to_cols_array_2d();
+    // The near plane at depth 1, the far plane infinitely far.
+    let projection =
+        glam::camera::rh::proj::directx::perspective_infinite_reverse(1.0, 16.0 / 9.0, 0.1).to_cols_array_2d();
+    let camera = Camera { previous_view: view(0.2), jitter: [0.25, -0.25], ..Camera::still(view(0.25), projection) };
+    camera.data().expect("its matrices have inverses")
 }
 
 fn one_line(text: &str) -> String {

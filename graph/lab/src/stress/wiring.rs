@@ -66,6 +66,10 @@ impl Wiring<'_> {
             let _ = writeln!(self.inputs, "        \"{name}\": {},", input_type(state));
             return Some(name.to_owned());
         }
+        if let Some(block) = port.block {
+            let _ = writeln!(self.inputs, "        \"{name}\": {},", block.name);
+            return Some(name.to_owned());
+        }
         if depth == LONGEST {
             return None;
         }
@@ -96,7 +100,7 @@ impl Wiring<'_> {
                 self.probe(&format!("{name}-coarsest"), &format!("ProbeLevel(pyramid: \"{wire}\", end: Coarsest)"));
             }
             PortType::Table if depth < LONGEST => return self.read_table(port, wire, name, depth),
-            PortType::Table => return None,
+            PortType::Table | PortType::Block => return None,
         }
         Some(())
     }

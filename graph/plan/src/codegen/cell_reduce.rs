@@ -88,7 +88,8 @@ impl<'a> Reader<'a> {
     /// The type of its first uniform of that kind.
     fn uniform(&self, found: &dyn Fn(&GlobalKind) -> bool) -> Option<&'a GlobalKind> {
         let reflection = self.kernel.shader.reflect().ok()?;
-        reflection.globals.iter().map(|global| &global.kind).find(|kind| found(kind))
+        let own = reflection.globals.iter().filter(|global| self.kernel.arg(&global.name).is_none());
+        own.map(|global| &global.kind).find(|kind| found(kind))
     }
 
     /// The type of its uniform.

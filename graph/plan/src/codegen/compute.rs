@@ -39,6 +39,7 @@ pub(super) fn bind(
     for global in &kernel.shader.reflect()?.globals {
         let kind = match (&global.kind, kernel.arg(&global.name)) {
             (GlobalKind::Frame, None) => SlotKind::Frame,
+            (GlobalKind::Uniform(_), Some(Arg::Block(block))) => SlotKind::Block(block),
             (GlobalKind::Uniform(_), None) => SlotKind::Params,
             (GlobalKind::Sampler, None) => SlotKind::Sampler,
             (GlobalKind::Texture(_), Some(Arg::Texture(image))) => SlotKind::Texture(image),

@@ -22,6 +22,7 @@ pub use compose::compose_pass;
 pub(crate) use functions::functions_cover;
 pub use module::{CodeOptions, Composed, Draw, Slot, SlotKind};
 pub use uniforms::UNIFORM_ALIGNMENT;
+pub(crate) use uniforms::blocks;
 
 /// The passes with their shader features, workgroups and uniforms.
 pub fn codegen(passes: Vec<ScheduledPass>, images: &[PlannedImage], options: &Options) -> Vec<PlannedPass> {

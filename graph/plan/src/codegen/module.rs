@@ -1,7 +1,7 @@
 //! A module that a device can run, and what its bindings hold.
 
 use afterimage_base::image::{Format, ImageDesc};
-use afterimage_graph::node::{BufferId, ImageId, Pass, PassKind};
+use afterimage_graph::node::{BlockId, BufferId, ImageId, Pass, PassKind};
 use afterimage_wgsl::{Instance, Linked, Linker, SampleMode, Shader, ShaderError, ShaderFeatures, SourceMap, validate};
 
 /// What a binding slot of a composed module holds.
@@ -18,6 +18,8 @@ pub struct Slot {
 pub enum SlotKind {
     /// The uniform with the frame's time.
     Frame,
+    /// A host block.
+    Block(BlockId),
     /// The pass's own uniform.
     Params,
     /// A uniform with the size of the result in texels: two floats. To ask the texture for it takes longer.

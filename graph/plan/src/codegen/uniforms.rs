@@ -3,11 +3,13 @@
 //! A block begins with the sizes of the images of a tiled chain, if the pass is one. The uniforms of the kernels
 //! follow, in order, each at a multiple of 16 bytes.
 
+use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
-use afterimage_graph::node::{KernelOrigin, Pass, PassKind};
+use afterimage_graph::check::Graph;
+use afterimage_graph::node::{Arg, BlockId, KernelOrigin, Pass, PassKind};
 
-use crate::plan::{Plan, PlannedImage, PlannedPass, ScheduledPass, UniformBlock};
+use crate::plan::{Plan, PlannedBlock, PlannedImage, PlannedPass, ScheduledPass, UniformBlock};
 
 /// Offsets in the uniform buffer are multiples of this: every device accepts it.
 pub const UNIFORM_ALIGNMENT: u64 = 256;
@@ -64,10 +66,30 @@ pub(super) fn uniform_blocks(passes: &[ScheduledPass], images: &[PlannedImage]) 
     passes.iter().map(block).collect()
 }
 
+fn uniform_ends(passes: &[PlannedPass]) -> impl Iterator<Item = u64> {
+    passes.iter().map(|planned| planned.uniform.extent_offset + UNIFORM_ALIGNMENT)
+}
+
+/// The host blocks that passes read, behind the uniforms of the passes.
+pub(crate) fn blocks(graph: &Graph, passes: &[PlannedPass]) -> Vec<PlannedBlock> {
+    let args = passes.iter().flat_map(|planned| planned.pass.args());
+    let read: BTreeSet<BlockId> = args.filter_map(Arg::block).collect();
+    let mut end = uniform_ends(passes).max().unwrap_or(0);
+    let planned = |id: BlockId| {
+        let input = &graph.inputs[id.0 as usize];
+        let block = input.block.expect("only inputs for blocks give blocks");
+        let offset = end;
+        end += (block.bytes() as u64).next_multiple_of(UNIFORM_ALIGNMENT);
+        PlannedBlock { id, name: input.name.clone(), block, offset }
+    };
+    read.into_iter().map(planned).collect()
+}
+
 impl Plan {
     /// The contents of the one uniform buffer.
     pub fn uniform_buffer(&self) -> Vec<u8> {
-        let ends = self.passes.iter().map(|planned| planned.uniform.extent_offset + UNIFORM_ALIGNMENT);
+        let blocks = self.blocks.iter().map(|planned| planned.offset + planned.block.bytes() as u64);
+        let ends = uniform_ends(&self.passes).chain(blocks);
         let mut buffer = vec![0; ends.max().unwrap_or(UNIFORM_ALIGNMENT) as usize];
         let mut put = |offset: u64, bytes: &[u8]| buffer[offset as usize..][..bytes.len()].copy_from_slice(bytes);
         for block in self.passes.iter().map(|planned| &planned.uniform) {

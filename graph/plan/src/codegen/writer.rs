@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use afterimage_base::image::Format;
-use afterimage_graph::node::{Arg, Argument, ImageId, KernelCall, WarpPart};
+use afterimage_graph::node::{Arg, Argument, BlockId, ImageId, KernelCall, WarpPart};
 use afterimage_wgsl::{ArgType, Instance, Linker, SampleMode, ShaderError};
 
 use super::module::{Composed, Entry, PassCode, Slot, SlotKind};
@@ -16,6 +16,8 @@ pub(super) struct FunctionWriter<'c, 'a> {
     /// The file of each kernel in the module.
     instances: Vec<Instance>,
     slots: Vec<Slot>,
+    /// The variables of host blocks: struct, block, name.
+    blocks: Vec<(String, BlockId, String)>,
     declarations: String,
     body: String,
     immediate: bool,
@@ -30,7 +32,16 @@ impl<'c, 'a> FunctionWriter<'c, 'a> {
         };
         let instances = code.pass.kernels.iter().map(add).collect::<Result<_, _>>()?;
         let (declarations, body) = (String::new(), String::new());
-        Ok(Self { code, linker, instances, slots: Vec::new(), declarations, body, immediate: false })
+        Ok(Self {
+            code,
+            linker,
+            instances,
+            slots: Vec::new(),
+            blocks: Vec::new(),
+            declarations,
+            body,
+            immediate: false,
+        })
     }
 
     /// The module: the uniform, the bindings and that code around the kernels. `names` are those of the entry points.
@@ -101,12 +112,33 @@ impl<'c, 'a> FunctionWriter<'c, 'a> {
         "frame".into()
     }
 
+    /// The variable of a host block. Structs of two files may differ in their names, and so need two variables.
+    fn block(&mut self, index: usize, name: &str, block: BlockId) -> String {
+        let kernel = &self.code.pass.kernels[index];
+        let reflection = kernel.shader.reflect().expect("a kernel that is recorded was reflected");
+        let ty = reflection.struct_of(&kernel.function, name).expect("the argument has a struct");
+        let ty = self.name(index, ty);
+        let known = self.blocks.iter().find(|(known, of, _)| (known, *of) == (&ty, block));
+        if let Some((.., variable)) = known {
+            return variable.clone();
+        }
+        // Mesa 22 crashes where a branch depends on the fourth uniform buffer of a module, and those of the framework's
+        // own code depend on this one.
+        self.extent();
+        let binding = self.slots.len() as u32;
+        let variable = format!("block{binding}");
+        self.slots.push(Slot { binding, kind: SlotKind::Block(block) });
+        let _ = writeln!(self.declarations, "@group(0) @binding({binding}) var<uniform> {variable}: {ty};");
+        self.blocks.push((ty, block, variable.clone()));
+        variable
+    }
+
     fn call(&mut self, index: usize) {
         let kernel = &self.code.pass.kernels[index];
         let types = types_of(kernel);
         let mut arg = |(position, arg): (usize, &Argument)| {
             let is_volume = types.get(position).is_some_and(|(_, ty)| *ty == ArgType::Volume);
-            self.arg(index, kernel, arg.value, is_volume)
+            self.arg(index, kernel, arg, is_volume)
         };
         let args: Vec<String> = kernel.args.iter().enumerate().map(&mut arg).collect();
         if let Some(before) = self.linker.before_call().filter(|_| kernel.shader.is_untrusted()) {
@@ -124,8 +156,9 @@ impl<'c, 'a> FunctionWriter<'c, 'a> {
         }
     }
 
-    fn arg(&mut self, index: usize, kernel: &KernelCall, arg: Arg, is_volume: bool) -> String {
-        match arg {
+    fn arg(&mut self, index: usize, kernel: &KernelCall, arg: &Argument, is_volume: bool) -> String {
+        let name = &arg.name;
+        match arg.value {
             Arg::Kernel(earlier) => format!("kernel{earlier}"),
             // The image before is the only one that there is.
             Arg::Tile => "0u".into(),
@@ -134,6 +167,7 @@ impl<'c, 'a> FunctionWriter<'c, 'a> {
             Arg::PointOf(earlier) => format!("place{earlier}"),
             Arg::Params => format!("{}.kernel{index}", self.params()),
             Arg::Frame => self.frame(),
+            Arg::Block(block) => self.block(index, name, block),
             Arg::Sampler => self.variable(SlotKind::Sampler, "var", "linear", "sampler"),
             Arg::Texture(image) => self.texture(image, is_volume),
             Arg::Pixel(image) => {
@@ -159,8 +193,8 @@ impl<'c, 'a> FunctionWriter<'c, 'a> {
     }
 }
 
-/// The place that a kernel has computed. Beyond the border it is moved to the middle of the last texel, where a tap would
-/// read the same.
+/// The place that a kernel has computed. Beyond the border it is moved to the middle of the last texel, where a tap
+/// would read the same.
 fn place(index: usize) -> String {
     format!(
         "    let uv{index} = clamp(kernel{index}.xy, 0.5 / at.size, 1.0 - 0.5 / at.size);

@@ -8,7 +8,7 @@ mod pass;
 
 use afterimage_base::color::Colorimetry;
 use afterimage_base::image::{ColorState, Size};
-use afterimage_graph::node::{ImageId, Pass, Resource, VirtualBuffer};
+use afterimage_graph::node::{BlockId, HostBlock, ImageId, Pass, Resource, VirtualBuffer};
 
 pub use barrier::{AliasingBarrier, Batch, Transition, Use};
 pub use image::{Lifetime, Memory, PlannedImage, Slot};
@@ -35,6 +35,8 @@ pub struct Plan {
     pub memory: Memory,
     /// The images that the host gives: input name and image.
     pub inputs: Vec<(String, ImageId)>,
+    /// The host blocks that passes read.
+    pub blocks: Vec<PlannedBlock>,
     /// What the host gets.
     pub outputs: Vec<PlanOutput>,
     /// Nodes that are not in the plan, and why.
@@ -51,6 +53,19 @@ pub struct Plan {
     pub size: Size,
     /// The switches it was made with.
     pub options: Options,
+}
+
+/// A host block and where it lies in the one uniform buffer of a plan.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlannedBlock {
+    /// Its input in the graph.
+    pub id: BlockId,
+    /// The name of the input.
+    pub name: String,
+    /// Its declaration.
+    pub block: &'static HostBlock,
+    /// Where it begins in the buffer.
+    pub offset: u64,
 }
 
 /// An image that the host gets.
@@ -78,6 +93,14 @@ impl Plan {
     /// The image with that id.
     pub fn image(&self, id: ImageId) -> &PlannedImage {
         &self.images[id.0 as usize]
+    }
+
+    /// The host block with that id.
+    ///
+    /// # Panics
+    /// If no pass reads it.
+    pub fn block(&self, id: BlockId) -> &PlannedBlock {
+        self.blocks.iter().find(|planned| planned.id == id).expect("a plan lists the blocks that its passes read")
     }
 
     /// The name of each image: its label, with `#2` and so on after it where several have the same.

@@ -6,7 +6,7 @@ use super::colorimetry::colorimetry;
 use super::fnv::fnv1a;
 use super::kernels::KernelView;
 use super::names::Names;
-use crate::plan::{AliasingBarrier, Batch, Plan, PlanOutput, PlannedImage, PlannedPass, Transition};
+use crate::plan::{AliasingBarrier, Batch, Plan, PlanOutput, PlannedBlock, PlannedImage, PlannedPass, Transition};
 use afterimage_base::image::ImageDesc;
 use afterimage_graph::node::{BufferLife, Origin, Resource};
 
@@ -29,6 +29,10 @@ pub(super) fn content(plan: &Plan) -> Value {
         "size": [plan.size.width, plan.size.height],
         "skipped": plan.skipped,
     });
+    if !plan.blocks.is_empty() {
+        let block = |planned: &PlannedBlock| json!({ "name": planned.name, "type": planned.block.name });
+        content["blocks"] = plan.blocks.iter().map(block).collect();
+    }
     if !plan.dynamic.is_empty() {
         content["dynamic"] = json!(plan.dynamic);
     }

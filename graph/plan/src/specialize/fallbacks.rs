@@ -12,12 +12,12 @@ use crate::request::PlanRequest;
 use crate::topological::stable_order;
 use afterimage_base::value::Value;
 use afterimage_graph::check::{Graph, GraphNode, Source};
-use afterimage_graph::node::{Arrivals, Fallback, NodeInstance, Output};
+use afterimage_graph::node::{Arrivals, Fallback, Input, NodeInstance, Output};
 
 pub(super) fn put_fallbacks(graph: &Graph, request: &PlanRequest<'_>) -> SpecializedGraph {
     let order = order(graph);
     let count = graph.nodes.len();
-    let given = graph.inputs.iter().map(|input| request.inputs.contains_key(&input.name)).collect();
+    let given = graph.inputs.iter().map(|input| request.gives(input)).collect();
     let mut specialized = SpecializedGraph {
         order: Vec::new(),
         runs: vec![false; count],
@@ -62,7 +62,7 @@ enum Verdict {
     Runs,
     /// It does not run for this reason; readers of each output get its fallback.
     Fallbacks(String),
-    /// It does not run for this reason; its readers get nothing.
+    /// Its first input does not arrive: it does not run, and its readers get nothing.
     Starved(String),
 }
 
@@ -103,9 +103,14 @@ fn verdict(node: &GraphNode, arrivals: &Arrivals, replaced: &[bool]) -> Verdict 
     if replaced.iter().all(|replaced| *replaced) {
         return Verdict::Fallbacks("changes nothing here".into());
     }
-    match node.kind().inputs().iter().find(|port| !port.optional && arrivals.is_absent(&port.name)) {
-        Some(starved) => Verdict::Starved(format!("nothing arrives at its input `{}`", starved.name)),
+    let mut ports = node.kind().inputs().iter().enumerate();
+    let starved = ports.find(|(_, port)| !port.optional && arrivals.is_absent(&port.name));
+    let why = |port: &Input| format!("nothing arrives at its input `{}`", port.name);
+    match starved {
         None => Verdict::Runs,
+        // Without its image there is nothing to give. Without a depth or a camera the image stays as it is.
+        Some((0, port)) => Verdict::Starved(why(port)),
+        Some((_, port)) => Verdict::Fallbacks(why(port)),
     }
 }
 

@@ -45,7 +45,7 @@ fn is_image(ty: PortType) -> bool {
 }
 
 fn is_number(ty: PortType) -> bool {
-    matches!(ty, PortType::Table | PortType::Value)
+    matches!(ty, PortType::Table | PortType::Value | PortType::Block)
 }
 
 /// Ports are arguments and bindings of shaders. Parameters need not be: a number that stays on the CPU may have any
@@ -61,6 +61,9 @@ fn input(port: &Input, complaints: &mut Complaints) {
     complaints.require(!port.doc.trim().is_empty(), || format!("the input `{name}` has no doc"));
     complaints.require(!is_number(port.ty) || port.states.is_empty(), || {
         format!("the input `{name}` is a {} and has no image state", port.ty.name())
+    });
+    complaints.require((port.ty == PortType::Block) == port.block.is_some(), || {
+        format!("the input `{name}` is a block without a declaration, or has one and is none: use `Input::block`")
     });
     content(name, port.ty, port.content.as_deref(), complaints);
 }
@@ -80,6 +83,8 @@ fn output(kind: &NodeKind, port: &Output, complaints: &mut Complaints) {
     let name = &*port.name;
     port_name(name, complaints);
     complaints.require(!port.doc.trim().is_empty(), || format!("the output `{name}` has no doc"));
+    complaints
+        .require(port.ty != PortType::Block, || format!("the output `{name}` is a block: hosts alone give these"));
     content(name, port.ty, port.content.as_deref(), complaints);
     complaints.require(port.ty != PortType::Table || port.content.is_some(), || {
         format!("the output `{name}` is a table, which its readers must know: name its layout by `content`")

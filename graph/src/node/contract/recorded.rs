@@ -8,8 +8,8 @@ use super::complaints::Complaints;
 use super::limits;
 use super::names::{pascal, snake, stem};
 use crate::node::{
-    Arrival, Arrivals, BufferLife, NodeColors, NodeInstance, NodeKind, Origin, Pass, PortType, Recorder,
-    RecorderContext, Recording, Resource, VirtualBuffer, VirtualImage,
+    Arg, Arrival, Arrivals, BlockId, BufferLife, KernelCall, NodeColors, NodeInstance, NodeKind, Origin, Pass,
+    PortType, Recorder, RecorderContext, Recording, Resource, VirtualBuffer, VirtualImage,
 };
 use afterimage_base::caps::Caps;
 use afterimage_base::image::{ImageDesc, Signedness, Size};
@@ -135,6 +135,7 @@ fn one(way: &Use<'_>, computed: &mut Tables, complaints: &mut Complaints, seen: 
     for pass in &first.recording.passes {
         writes_its_own(pass, &first, complaints);
         pass.shaders().for_each(|shader| file_name(shader, complaints));
+        pass.kernels.iter().for_each(|kernel| blocks(kernel, way.node.kind(), complaints));
     }
     seen(&first.recording);
 }
@@ -240,6 +241,20 @@ fn arrival(ty: PortType, name: &str, size: Size, recording: &mut Recording) -> A
             let buffer = VirtualBuffer { label: name.to_owned(), bytes, life: BufferLife::Frame };
             Arrival::Buffer(recording.add_buffer(buffer))
         }
+        PortType::Block => Arrival::Block(BlockId(0)),
+    }
+}
+
+/// The structs of host blocks have the members that the kind's ports declare.
+fn blocks(kernel: &KernelCall, kind: &NodeKind, complaints: &mut Complaints) {
+    let Ok(reflection) = kernel.shader.reflect() else { return };
+    for arg in kernel.args.iter().filter(|arg| matches!(arg.value, Arg::Block(_))) {
+        let layout = reflection.struct_of(&kernel.function, &arg.name).and_then(|ty| reflection.layout(ty));
+        let declared = kind.input(&arg.name).and_then(|port| port.block);
+        let fits = layout.zip(declared).is_some_and(|(layout, declared)| declared.fits(layout));
+        complaints.require(fits, || {
+            format!("the struct of `{}` in `{}` has not the members of its host block", arg.name, kernel.function)
+        });
     }
 }
 

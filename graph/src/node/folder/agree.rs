@@ -89,10 +89,26 @@ impl Pair<'_> {
                 Some(layout) => layout.members.iter().for_each(|member| self.member(layout, member)),
                 None => self.not_numbers(layout),
             },
+            ArgType::Struct(layout) => {
+                self.port(at, function, name, ty);
+                self.block(function, name, reflection.layout(layout));
+            }
             ArgType::Point if name == "at" => {}
             ArgType::Frame if name == "frame" => {}
             ArgType::Sampler => self.sampler(function, name),
             _ => self.port(at, function, name, ty),
+        }
+    }
+
+    /// The struct of a host block is that of the framework's library, or has its members.
+    fn block(&mut self, function: &Function, name: &str, layout: Option<&StructLayout>) {
+        let port = self.declared.inputs.iter().find(|(port, _)| port.name == name);
+        let Some(block) = port.and_then(|(port, _)| port.block) else { return };
+        if !layout.is_some_and(|layout| block.fits(layout)) {
+            let location = self.word(name, &format!("fn {}", function.name));
+            let message = format!("the type of {} has not the members of the block {}", quote(name), quote(block.name));
+            let help = format!("`#import {}` declares it", block.name.to_lowercase());
+            self.diagnostics.push(Diagnostic::error("shader-argument", message).at(&location, "").help(help));
         }
     }
 

@@ -6,7 +6,7 @@ use super::images;
 use super::ports::typed;
 use crate::document::{Item, Tree};
 use crate::node::contract::snake;
-use crate::node::{Input, PortType};
+use crate::node::{CAMERA, Input, PortType};
 use afterimage_base::Shared;
 use afterimage_base::diagnostic::{Diagnostic, Diagnostics, Location, Spanned, quote};
 use afterimage_base::value::{Param, Type};
@@ -59,19 +59,30 @@ fn made(kind: &Spanned<String>, fields: &mut Fields<'_>, inputs: &[(Input, Locat
 }
 
 fn input(name: &Spanned<String>, item: Item, diagnostics: &mut Diagnostics) -> Option<(Input, Location)> {
-    let types = [PortType::Image, PortType::Pyramid, PortType::Volume, PortType::Table, PortType::Value];
-    let types = types.map(|ty| (ty.name(), ty));
+    let plain = |ty: PortType| (ty.name(), (ty, None));
+    let types = [
+        plain(PortType::Image),
+        plain(PortType::Pyramid),
+        plain(PortType::Volume),
+        plain(PortType::Table),
+        plain(PortType::Value),
+        (CAMERA.name, (PortType::Block, Some(&CAMERA))),
+    ];
     let (ty, fields) = typed(name, item, "input", diagnostics)?;
     let port = one_of(&ty, "type of input", types, diagnostics);
     let mut fields = Fields::new(ty.location, "an input", fields, diagnostics);
     let doc = fields.text("doc");
-    let optional = fields.flag("optional");
+    let (port, block) = port.unzip();
+    // A function cannot take a block that is not there.
+    let may_be_absent = block.flatten().is_none();
+    let optional = may_be_absent && fields.flag("optional");
     let states = fields.accepted();
     let content = if fields.has("content") { fields.text("content") } else { None };
-    fields.finish(&["doc", "optional", "accepts", "content"]);
+    let known: &[&str] = if may_be_absent { &["doc", "optional", "accepts", "content"] } else { &["doc"] };
+    fields.finish(known);
     let content = content.map(|content| content.value.into());
     let (states, doc) = (states.into(), doc?.value.into());
-    let input = Input { name: name.value.clone().into(), ty: port?, states, optional, content, doc };
+    let input = Input { name: name.value.clone().into(), ty: port?, states, optional, content, block: block?, doc };
     Some((input, name.location.clone()))
 }
 

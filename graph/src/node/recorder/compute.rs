@@ -88,6 +88,10 @@ impl ComputePass<'_, '_> {
         let mut args = Vec::new();
         let mut uniform = Ok(Vec::new());
         for global in &reflection.globals {
+            if let Some(value) = self.block(&global.name) {
+                args.push(Argument { name: global.name.clone(), value });
+                continue;
+            }
             match &global.kind {
                 GlobalKind::Uniform(ty) => uniform = reflection.pack(ty, &self.uniform),
                 kind => args.extend(self.resource(&global.name).map(|held| argument(&global.name, kind, held))),
@@ -111,6 +115,15 @@ impl ComputePass<'_, '_> {
             results: Vec::new(),
             kind: PassKind::Compute,
         });
+    }
+
+    /// The host block at the input of that name.
+    fn block(&self, name: &str) -> Option<Arg> {
+        let index = self.recorder.kind.inputs.iter().position(|input| input.name == name)?;
+        match self.recorder.arrivals[index] {
+            Arrival::Block(block) => Some(Arg::Block(block)),
+            _ => None,
+        }
     }
 
     fn resource(&self, name: &str) -> Option<Resource> {

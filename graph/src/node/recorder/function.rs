@@ -3,7 +3,7 @@
 use super::{Arrival, Recorder};
 use crate::node::kernel::{Arg, Argument, ByRows, KernelCall};
 use crate::node::pass::Pass;
-use crate::node::resource::ImageId;
+use crate::node::resource::{BlockId, ImageId};
 use afterimage_base::Shared;
 use afterimage_base::image::ImageDesc;
 use afterimage_wgsl::{ArgType, Function, Shader, UniformValue};
@@ -132,6 +132,7 @@ impl FunctionPass<'_, '_> {
         let (name, ty) = &function.args[index];
         match ty {
             ArgType::Struct(_) if name == "params" => Arg::Params,
+            ArgType::Struct(_) => Arg::Block(self.block(name)),
             ArgType::Point => Arg::Point,
             ArgType::Frame => Arg::Frame,
             ArgType::Sampler => Arg::Sampler,
@@ -155,6 +156,13 @@ impl FunctionPass<'_, '_> {
         })
     }
 
+    fn block(&self, name: &str) -> BlockId {
+        match self.recorder.arrival(name) {
+            Arrival::Block(block) => *block,
+            other => panic!("input `{name}` of `{}` is {other:?}, not a host block", self.recorder.node),
+        }
+    }
+
     fn numbers(&self, name: &str, components: u8) -> Arg {
         if let Some(image) = self.chosen(name) {
             return Arg::Pixel(image);
@@ -163,7 +171,7 @@ impl FunctionPass<'_, '_> {
             Arrival::Image(image) => Arg::Pixel(*image),
             Arrival::Buffer(buffer) => Arg::Value(*buffer, components),
             Arrival::Zero | Arrival::Absent => Arg::Zero(components),
-            other @ Arrival::Pyramid(_) => {
+            other @ (Arrival::Pyramid(_) | Arrival::Block(_)) => {
                 panic!("input `{name}` of `{}` is {other:?}, not a pixel", self.recorder.node)
             }
         }

@@ -14,7 +14,7 @@ pub use warp::WarpPass;
 use super::color::ImageColor;
 use super::pass::Pass;
 use super::ports::{OutputState, Signature};
-use super::resource::{BufferId, BufferLife, ImageId, Origin, VirtualBuffer, VirtualImage};
+use super::resource::{BlockId, BufferId, BufferLife, ImageId, Origin, VirtualBuffer, VirtualImage};
 use afterimage_base::caps::Caps;
 use afterimage_base::image::{ColorState, Format, ImageDesc, Signedness, Size};
 use afterimage_wgsl::{Reflection, Shader, UniformValue};
@@ -28,6 +28,8 @@ pub enum Arrival {
     Pyramid(Vec<ImageId>),
     /// A table or a value.
     Buffer(BufferId),
+    /// A struct of numbers from the host.
+    Block(BlockId),
     /// An image that is zero everywhere.
     Zero,
     /// Nothing.

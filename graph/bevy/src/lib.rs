@@ -1,0 +1,1 @@
+//! Afterimage for Bevy.

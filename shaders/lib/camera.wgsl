@@ -1,0 +1,49 @@
+// The camera of a frame: the host block `Camera`. Positions are in the camera's space, which looks along -z with y
+// upwards, or in the world's. Depth is what the projection writes: from 0 to 1, with the near plane at either end.
+
+struct Camera {
+    view: mat4x4f,
+    projection: mat4x4f,
+    inverse_view: mat4x4f,
+    inverse_projection: mat4x4f,
+    previous_view: mat4x4f,
+    previous_projection: mat4x4f,
+    jitter: vec2f,
+    previous_jitter: vec2f,
+}
+
+// The least divisor of a position: an infinite far plane has 0. Farther things count as this much closer.
+const CAMERA_SMALLEST_W: f32 = 1e-7;
+
+// The place in the camera's space of what is seen at `uv`.
+fn camera_position(camera: Camera, uv: vec2f, depth: f32) -> vec3f {
+    let clip = vec4f(2.0 * uv.x - 1.0, 1.0 - 2.0 * uv.y, depth, 1.0);
+    let place = camera.inverse_projection * clip;
+    return place.xyz / max(place.w, CAMERA_SMALLEST_W);
+}
+
+// The distance along the camera's axis of what is seen at `uv`.
+fn camera_distance(camera: Camera, uv: vec2f, depth: f32) -> f32 {
+    return -camera_position(camera, uv, depth).z;
+}
+
+// Where a place in the camera's space is seen: uv and depth. What is behind the camera lies far outside of 0..1.
+fn camera_uv(camera: Camera, place: vec3f) -> vec3f {
+    return camera_clip_uv(camera.projection * vec4f(place, 1.0));
+}
+
+// The place in the world of a place in the camera's space.
+fn camera_world(camera: Camera, place: vec3f) -> vec3f {
+    return (camera.inverse_view * vec4f(place, 1.0)).xyz;
+}
+
+// Where a place in the world was seen in the frame before: uv and depth.
+fn camera_previous_uv(camera: Camera, world: vec3f) -> vec3f {
+    return camera_clip_uv(camera.previous_projection * (camera.previous_view * vec4f(world, 1.0)));
+}
+
+// uv and depth of a place in clip space.
+fn camera_clip_uv(clip: vec4f) -> vec3f {
+    let place = clip.xyz / max(clip.w, CAMERA_SMALLEST_W);
+    return vec3f(0.5 + 0.5 * place.x, 0.5 - 0.5 * place.y, place.z);
+}
