@@ -63,5 +63,5 @@ fn lens_flare(source: texture_2d<f32>, source_sampler: sampler, at: Point, param
     let place = at.uv - 0.5;
     let ghosts = params.ghost_strength * lens_flare_ghosts(source, source_sampler, place, params);
     let halo = params.halo_strength * lens_flare_halo(source, source_sampler, place, params);
-    return vec4f(bounded_scene(ghosts + halo), 1.0);
+    return vec4f(bounded_scene(ghosts + halo), 0.0);
 }

@@ -11,7 +11,7 @@ params! {
     /// the coarse levels), and add the result with a `Composite`. Ghost i is the image with the magnification -1, 2,
     /// -3, 4 and so on times `spacing`, in the colours of coatings: all ghosts of a light lie on the line through the
     /// centre of the image. Light within a tenth of the border fades, and there is none outside: a light that leaves
-    /// the image takes its ghosts with it. After Chapman, "Pseudo Lens Flare", 2013. Alpha is 1.
+    /// the image takes its ghosts with it. After Chapman, "Pseudo Lens Flare", 2013. Alpha is 0.
     pub struct LensFlare {
         /// Number of ghosts.
         pub ghosts: u32 = 5 => within(0.0..=8.0);

@@ -8,12 +8,12 @@ use crate::reference::warp::{Lens, aberration, inverse, warped};
 use crate::support::gpu::{Picture, Run, gpu};
 use crate::support::harness::{Nodes, Scale, Tolerance, assert_close, image};
 
-/// Waves of twelve pixels and more: a bilinear filter changes them little.
+/// Ripples of twelve pixels and more: a bilinear filter changes them little.
 fn smooth(width: u32, height: u32) -> Picture {
     Picture::new(width, height, |x, y| {
         let (x, y) = (f64::from(x), f64::from(y));
-        let wave = |a: f64, b: f64| (1.0 + 0.5 * (a * x + b * y).sin()) as f32;
-        [wave(0.21, 0.05), wave(-0.1, 0.25), wave(0.17, 0.17), wave(0.02, 0.11)]
+        let ripple = |a: f64, b: f64| (1.0 + 0.5 * (a * x + b * y).sin()) as f32;
+        [ripple(0.21, 0.05), ripple(-0.1, 0.25), ripple(0.17, 0.17), ripple(0.02, 0.11)]
     })
 }
 
@@ -91,7 +91,7 @@ fn warps_in_one_pass_equal_separate_ones_but_for_one_filter() {
     let [red, green, blue] = [&red, &green, &blue].map(|warp| move |place| bent(warp(place)));
     let once = warped(&image(&picture), [&red, &green, &blue]);
     assert_close("one filter", &fused, &once, &PLACES);
-    // A second bilinear filter lowers a wave of 24 pixels by at most 1 - cos(pi / 24): 0.9 % of its height of 0.5.
+    // A second bilinear filter lowers a ripple of 24 pixels by at most 1 - cos(pi / 24): 0.9 % of its height of 0.5.
     let twice = Tolerance { absolute: 0.006, relative: 0.0, of: Scale::Pixel, reason: "one more bilinear filter" };
     assert_close(
         "two filters",

@@ -81,7 +81,7 @@ impl Flare {
             let reach = self.halo_radius / length - 1.0;
             let halo = Self::light(image, [u * reach, v * reach], 4.0 * self.dispersion);
             let [r, g, b] = [0, 1, 2].map(|c| sum[c] + self.halo_strength * halo[c]);
-            [r, g, b, 1.0]
+            [r, g, b, 0.0]
         })
     }
 }

@@ -8,14 +8,20 @@ use afterimage_base::Shared;
 use afterimage_base::image::ImageDesc;
 use afterimage_wgsl::{Shader, UniformValue};
 
-/// Reads an image at a place, and joins the channels of three reads.
+/// Reads an image at a place, and joins the channels of three reads. A place within a thousandth of a texel from the
+/// middle of one is that texel: a warp that moves nothing changes nothing. Channels of three places may have a negative
+/// luminance together.
 static WARP: Shader = Shader::new(
     "warp.wgsl",
-    "fn warp_tap(source: texture_2d<f32>, source_sampler: sampler, at: Point) -> vec4f {
+    "#import color
+fn warp_tap(source: texture_2d<f32>, source_sampler: sampler, at: Point) -> vec4f {
+    let place = at.uv * vec2f(textureDimensions(source));
+    let off = abs(fract(place) - 0.5);
+    if max(off.x, off.y) < 0.0009765625 { return texel(source, vec2i(floor(place))); }
     return tap(source, source_sampler, at.uv);
 }
 fn warp_channels(red: vec4f, green: vec4f, blue: vec4f) -> vec4f {
-    return vec4f(red.r, green.g, blue.b, green.a);
+    return vec4f(extended_light(vec3f(red.r, green.g, blue.b)), green.a);
 }",
 );
 
