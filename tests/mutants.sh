@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
 # Which faults do the tests notice? tests/mutants.sh sample FIRST COUNT, or tests/mutants.sh faults planner|gpu
+# `weave FIRST COUNT` and `run FIRST` are the two halves of `sample`.
 #
 # `sample` takes mutants of the pure crates (base, wgsl, graph, plan) as cargo-mutants lists them, in an order with a
 # fixed seed: `sample 0 300` and `sample 300 400` have none in common. `faults` takes those of tests/mutants/planner.txt
@@ -11,7 +12,9 @@ cd "$(dirname "$0")/.."
 
 cargo mutants --version >/dev/null 2>&1 || { echo "first: cargo install cargo-mutants --locked" >&2; exit 2; }
 case "${1:-}" in
+weave) exec cargo run --quiet -p afterimage-mutants -- weave "${2:-0}" "${3:-400}" ;;
+run) exec cargo run --quiet -p afterimage-mutants -- run "${2:-0}" ;;
 sample) exec cargo run --quiet -p afterimage-mutants -- sample "${2:-0}" "${3:-400}" ;;
 faults) exec cargo run --quiet -p afterimage-mutants -- faults "${2:-planner}" ;;
-*) sed -n '2,9s/^# \{0,1\}//p' "$0"; exit 2 ;;
+*) sed -n '2,10s/^# \{0,1\}//p' "$0"; exit 2 ;;
 esac

@@ -97,7 +97,7 @@ impl Trials {
     fn run(&self) -> Run {
         let (sender, receiver) = channel();
         let stand = self.0.clone();
-        std::thread::spawn(move || {
+        let thread = std::thread::spawn(move || {
             let mut seen = Box::<Seen>::default();
             let ran = catch_unwind(AssertUnwindSafe(|| scenario::run(&stand.0, &stand.1, &mut seen)));
             let run = match ran {
@@ -107,7 +107,11 @@ impl Trials {
             // The trial may have given up waiting.
             sender.send(run).ok();
         });
-        receiver.recv_timeout(HANG).unwrap_or(Run::Hangs)
+        let Ok(run) = receiver.recv_timeout(HANG) else { return Run::Hangs };
+        // The thread may be the last that holds the instance. Closing it unloads the driver, which must not happen while
+        // the process ends and runs the driver's exit handlers.
+        thread.join().expect("what the scenario panics with is caught");
+        run
     }
 
     /// Runs the trials that the text lists and prints each: its beginning, its verdict, and that its device is closed.

@@ -1,6 +1,7 @@
 //! Sizes, formats and parameters.
 #![allow(missing_docs, reason = "a test binary exports nothing")]
 
+use afterimage_base::diagnostic::Sources;
 use afterimage_base::image::{Format, ImageDesc, Size};
 use afterimage_base::value::{Param, Type, Value};
 
@@ -59,4 +60,37 @@ fn a_parameter_accepts_its_type_within_its_domain_only() {
     assert_eq!(tint.accepts(&Value::Vector([0.5, 1.0, 9.0, 9.0], 2)), Ok(()), "unused components do not count");
     assert!(tint.accepts(&Value::Vector([0.5, 1.5, 0.0, 0.0], 2)).is_err());
     assert!(tint.accepts(&Value::Vector([0.5; 4], 3)).is_err(), "another number of components");
+}
+
+#[test]
+fn a_size_is_written_with_its_depth_where_it_has_one() {
+    let written = [Size::new(640, 360), Size::volume(33, 32, 17), Size::volume(4, 3, 1)].map(|size| size.to_string());
+    assert_eq!(written, ["640x360", "33x32x17", "4x3"]);
+}
+
+/// Compilers of shaders count lines from 1, and columns from 1 in bytes.
+#[test]
+fn a_line_and_a_column_are_the_word_that_is_there() {
+    let text = "first line\n  let größe = wert;\nend";
+    let mut sources = Sources::default();
+    sources.insert("a.wgsl", "another file");
+    sources.insert("b.wgsl", text);
+    let word = |line, column| sources.line("b.wgsl", line, column).map(|at| (at.start, &text[at.span()]));
+    for (line, column, start, expected) in [
+        (1, 1, 0, "first"),
+        (1, 0, 0, "first"),
+        (1, 7, 6, "line"),
+        (1, 99, 10, ""),
+        (2, 0, 13, "let"),
+        (2, 7, 17, "größe"),
+        (2, 10, 19, "öße"),
+        (2, 15, 25, "="),
+        (2, 17, 27, "wert"),
+        (2, 21, 31, ";"),
+        (3, 1, 33, "end"),
+    ] {
+        assert_eq!(word(line, column), Some((start, expected)), "{line}:{column}");
+    }
+    assert_eq!((word(0, 1), word(4, 1)), (None, None));
+    assert_eq!(sources.line("c.wgsl", 1, 1), None);
 }

@@ -54,6 +54,7 @@ struct Key {
     size: Size,
     inputs: BTreeMap<String, GivenImage>,
     blocks: BTreeSet<String>,
+    linear: BTreeSet<String>,
     /// What each node's condition says.
     answers: Vec<bool>,
     caps: Caps,
@@ -149,6 +150,7 @@ impl PlanCache {
             size: request.size,
             inputs: request.inputs.clone(),
             blocks: request.blocks.clone(),
+            linear: request.linear.clone(),
             answers: self.answers(&request.facts),
             caps: request.caps.clone(),
             options: request.options,

@@ -1,8 +1,8 @@
 //! Faults put into correct plans: `verify` finds each of them and names the pass or image at fault.
 
 use afterimage_generators::Recipe;
-use afterimage_graph::node::{ImageId, Origin, Resource};
-use afterimage_plan::{Alias, Options, Plan, Stage, verify};
+use afterimage_graph::node::{BufferId, ImageId, Origin, Resource};
+use afterimage_plan::{Alias, AliasingBarrier, Options, Plan, Stage, verify};
 
 use super::planned::plan_of;
 
@@ -65,6 +65,70 @@ fn a_missing_aliasing_barrier_is_found() {
 }
 
 /// Two shared images that are alive in the same batch.
+/// A barrier in another batch separates too early or too late, and one that does not name every image before lets the
+/// memory of that one change while it is read.
+#[test]
+fn an_aliasing_barrier_in_another_batch_or_with_other_images_is_found() {
+    for alias in [Alias::Placed, Alias::Pool] {
+        for plan in plans(Options { alias, ..Options::default() }) {
+            let batch = plan.batches.iter().position(|batch| !batch.aliasing.is_empty()).expect("images share memory");
+            let barrier = plan.batches[batch].aliasing[0].clone();
+            let name = &plan.image_names()[barrier.image.0 as usize];
+            let other = if batch + 1 < plan.batches.len() { batch + 1 } else { batch - 1 };
+            let mut moved = plan.clone();
+            moved.batches[batch].aliasing.remove(0);
+            moved.batches[other].aliasing.push(barrier.clone());
+            let reported = faults(&moved, "a barrier is in another batch");
+            assert_reports(&reported, &[&format!("`{name}` takes over"), &format!("in batch {other}")]);
+            let mut changed = plan.clone();
+            changed.batches[batch].aliasing[0].owners = vec![barrier.image];
+            let reported = faults(&changed, "a barrier names another image");
+            assert_reports(&reported, &[&format!("but the plan says of `{name}` in batch {batch}")]);
+        }
+    }
+}
+
+#[test]
+fn what_a_plan_mentions_and_does_not_have_is_found() {
+    let plan = plans(Options::default()).find(|plan| plan.batches.iter().any(|batch| !batch.aliasing.is_empty()));
+    let plan = plan.expect("in some plan images share memory");
+    let changes: [fn(&mut Plan); 5] = [
+        |plan| plan.outputs[0].image = strange(plan),
+        |plan| plan.exports[0].resource = Resource::Image(strange(plan)),
+        |plan| plan.batches[0].transitions[0].resource = Resource::Image(strange(plan)),
+        |plan| {
+            let image = strange(plan);
+            first_barrier(plan).image = image;
+        },
+        |plan| {
+            let image = strange(plan);
+            first_barrier(plan).owners.push(image);
+        },
+    ];
+    for change in changes {
+        let mut broken = plan.clone();
+        change(&mut broken);
+        let expected = format!("the plan mentions {:?}, which is not in it", Resource::Image(strange(&plan)));
+        assert_reports(&faults(&broken, "an image does not exist"), &[&expected]);
+    }
+    let mut broken = plan.clone();
+    let buffer = Resource::Buffer(BufferId(plan.buffers.len() as u32));
+    broken.batches[0].transitions[0].resource = buffer;
+    assert_reports(
+        &faults(&broken, "a buffer does not exist"),
+        &[&format!("the plan mentions {buffer:?}, which is not in it")],
+    );
+}
+
+/// An image after the last.
+fn strange(plan: &Plan) -> ImageId {
+    ImageId(plan.images.len() as u32)
+}
+
+fn first_barrier(plan: &mut Plan) -> &mut AliasingBarrier {
+    plan.batches.iter_mut().find_map(|batch| batch.aliasing.first_mut()).expect("images share memory")
+}
+
 fn alive_together(plan: &Plan) -> (usize, usize) {
     let shared = |image: &usize| plan.images[*image].offset.is_some();
     let lives: Vec<(usize, _)> =

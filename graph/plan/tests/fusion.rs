@@ -3,13 +3,11 @@
 
 use afterimage_graph::check::{CheckOptions, Facts, check};
 use afterimage_graph::document::parse;
-use afterimage_graph::node::{NodeKind, Pass, PassKind, Registry};
+use afterimage_graph::node::{CellReduce, NodeKind, Pass, PassKind, Registry};
 use afterimage_graph::prelude::*;
-use afterimage_plan::{
-    Alias, Caps, GivenImage, Options, Plan, PlanRequest, PlannedPass, Requirement, Stage, When, plan, verify,
-};
+use afterimage_plan::{Caps, GivenImage, Options, Plan, PlanRequest, PlannedPass, Requirement, When, plan, verify};
 
-use super::planned::{FRAME, all_formats, built_in, plan_images};
+use super::planned::{FRAME, all_formats};
 
 static SOFT: Shader = Shader::new(
     "soft",
@@ -136,6 +134,7 @@ pub fn planned_at(size: Size, nodes: &str, outputs: &str, options: Options) -> P
         caps: Caps { tiles: true, ..all_formats() },
         options,
         blocks: Default::default(),
+        linear: Default::default(),
         dynamic: Default::default(),
         requirement: &Requirement::typical,
     };
@@ -282,6 +281,64 @@ fn reductions_that_wait_for_each_other_do_not_share_a_read() {
         + &mean("a", "in", r#", meter: "value""#)
         + &mean("b", "in", r#", meter: "value""#);
     assert_eq!(shared_reads(&both, outputs), [2]);
+    // The first one can run before the value is known.
+    let second =
+        r#""value": Meter(source: "in"), "#.to_owned() + &mean("a", "in", "") + &mean("b", "in", r#", meter: "value""#);
+    assert_eq!(shared_reads(&second, outputs), Vec::<usize>::new());
+}
+
+/// The reduction of a frame of that size over 16x8 cells, joined with one over other cells; `None` if it is not.
+fn joined_with(size: Size, cells: [u32; 2]) -> Option<CellReduce> {
+    let [width, height] = cells;
+    let other = format!(r#""b": LogGaussian(source: "in", width: {width}, height: {height}, sigma: 0.0), "#);
+    let plan = planned_at(size, &(mean("a", "in", "") + &other), r#""a": "a", "b": "b""#, Options::default());
+    plan.work().find_map(|pass| match &pass.kind {
+        PassKind::CellReduce(reduce) => Some(*reduce),
+        _ => None,
+    })
+}
+
+/// Each lattice divides the finer one, a workgroup has room for its cells, and they divide its invocations.
+#[test]
+fn reductions_share_a_read_if_one_workgroup_can_serve_their_lattices() {
+    for (cells, is_joined) in [
+        ([16, 8], true),
+        ([32, 8], true),
+        ([32, 16], true),
+        ([128, 64], true),
+        ([8, 16], true),
+        ([24, 8], false),
+        ([16, 12], false),
+        ([48, 8], false),
+        ([256, 64], false),
+    ] {
+        let joined = joined_with(FRAME, cells);
+        assert_eq!(joined.is_some(), is_joined, "16x8 and {cells:?}");
+        if let Some(joined) = joined {
+            let [width, height] = cells;
+            assert_eq!(joined.coarsest, [width.min(16), height.min(8)]);
+            assert_eq!(joined.finest, [width.max(16), height.max(8)]);
+            assert_eq!(joined.inner(), [0, 1].map(|axis| joined.finest[axis] / joined.coarsest[axis]));
+        }
+    }
+}
+
+/// As many invocations across as a cell has columns, and half as many in all where they have few pixels each.
+#[test]
+fn the_invocations_of_a_cell_follow_from_its_pixels() {
+    for (width, height, invocations) in [
+        (512, 512, [16, 4]),
+        (512, 511, [16, 2]),
+        (100, 60, [4, 8]),
+        (2, 3, [1, 32]),
+        (4096, 2160, [64, 1]),
+        (1000, 1000, [32, 2]),
+    ] {
+        let joined = joined_with(Size::new(width, height), [32, 16]).expect("they can be joined");
+        assert_eq!(joined.invocations, invocations, "{width}x{height}");
+        let all = if width * height < 2048 * 16 * 8 { 128 } else { 256 };
+        assert_eq!(joined.workgroup(), all, "{width}x{height}");
+    }
 }
 
 /// Texels of the result that a workgroup makes: from the entry point in the text of the shader, or from the pass.
@@ -326,22 +383,6 @@ fn the_workgroups_of_a_pass_reach_its_last_pixels_and_no_further() {
     let covers: std::collections::BTreeSet<[u32; 2]> = seen.iter().map(|(_, cover)| *cover).collect();
     let kinds: std::collections::HashSet<_> = seen.iter().map(|(kind, _)| *kind).collect();
     assert!(kinds.len() >= 3 && covers.len() >= 5, "points, gathers, chains or rows: {covers:?}");
-}
-
-/// Images that are drawn to have layouts of their own, so they must not overlap others in a heap.
-#[test]
-fn a_plan_with_a_draw_has_no_heap() {
-    let caps = Caps { prefer_fragment: true, ..Caps::default() };
-    let graph = built_in("lynx.ron");
-    let planned = |caps| plan_images(&graph, Format::Rgba16Float, Facts::default(), caps, Options::default());
-    let (drawn, dispatched) = (planned(caps), planned(all_formats()));
-    let has_draw = |plan: &Plan| plan.passes.iter().any(|planned| planned.stage == Stage::Fragment);
-    assert_eq!((has_draw(&drawn), drawn.options.alias), (true, Alias::Pool));
-    assert_eq!((has_draw(&dispatched), dispatched.options.alias), (false, Alias::Placed));
-    let mut broken = drawn;
-    broken.options.alias = Alias::Placed;
-    let faults = verify(&broken).expect_err("drawn images in a heap");
-    assert!(faults.iter().any(|fault| fault.to_string().contains("is drawn, but images share a heap")), "{faults:?}");
 }
 
 /// A pass is what its kernels make of it: only those of one pixel are points.

@@ -52,7 +52,29 @@ pub(super) fn decisive(displays: BTreeSet<Colorimetry>) -> BTreeSet<Colorimetry>
 #[cfg(test)]
 mod tests {
     use super::*;
-    use afterimage_base::color::{Chromaticities, Transfer};
+    use afterimage_base::color::{Chromaticities, Transfer, Xy};
+
+    /// Against the shoelace formula, for triangles of all shapes and places.
+    #[test]
+    fn the_widest_display_has_the_largest_triangle() {
+        // The finalizer of murmur3 spreads consecutive numbers.
+        let spread = |at: u32| (at ^ at >> 16).wrapping_mul(0x85eb_ca6b);
+        let number = |at: u32| f64::from(spread(spread(at + 1)).wrapping_mul(0xc2b2_ae35) >> 16) / 65536.0;
+        let xy = |at: u32| (0.05 + 0.6 * number(at), 0.05 + 0.3 * number(at + 1));
+        let area = |[(ax, ay), (bx, by), (cx, cy)]: [(f64, f64); 3]| {
+            (ax * by - bx * ay + bx * cy - cx * by + cx * ay - ax * cy).abs()
+        };
+        for first in (0..600).step_by(30) {
+            let triangles: Vec<[(f64, f64); 3]> = (0..4).map(|at| [0, 2, 4].map(|k| xy(first + 6 * at + k))).collect();
+            let display = |[red, green, blue]: [(f64, f64); 3]| {
+                let [red, green, blue] = [red, green, blue].map(|(x, y)| Xy::new(x, y));
+                Colorimetry::new(Chromaticities { red, green, blue, white: Xy::D65 }, Transfer::Srgb)
+            };
+            let largest = triangles.iter().max_by(|a, b| area(**a).total_cmp(&area(**b))).expect("there are four");
+            let displays = triangles.iter().map(|triangle| display(*triangle)).collect();
+            assert_eq!(widest(&displays), Some(&display(*largest)), "{triangles:?}");
+        }
+    }
 
     #[test]
     fn of_many_displays_the_extremes_decide_in_any_order() {

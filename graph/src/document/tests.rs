@@ -123,3 +123,40 @@ proptest! {
         }
     }
 }
+
+/// What follows a text is read, so the text ends where it should.
+#[test]
+fn texts_of_every_form_hold_what_is_between_their_quotes() {
+    for (written, inside) in [
+        (r#""plain""#, "plain"),
+        (r#""a \"quote\" in it""#, r#"a "quote" in it"#),
+        (r#""ends with \\""#, r"ends with \"),
+        (r#"r"raw \""#, r"raw \"),
+        (r##"r#"# a heading"#"##, "# a heading"),
+        (r##"r#"a "quote""#"##, r#"a "quote""#),
+        (r###"r##"ends not here: "# "##"###, r##"ends not here: "# "##),
+        (r###"r##"## twice"##"###, "## twice"),
+    ] {
+        let text = format!("[{written}, 1]");
+        let parsed = read(&"test".into(), &text);
+        assert!(ron_reads(&text) && parsed.errors.is_empty(), "{text}");
+        let Tree::List(items) = parsed.tree.value else { panic!("{text} is a list") };
+        let [Tree::Text(read), Tree::Int(1)] = [&items[0].value, &items[1].value] else { panic!("{text}: {items:?}") };
+        assert_eq!((read.as_str(), &text[items[0].location.span()]), (inside, written));
+    }
+}
+
+#[test]
+fn characters_and_bytes_end_where_their_quotes_do() {
+    for written in ["'x'", "'\\''", "b'x'", r#"b"bytes""#, r#"b"a \" b""#, r#"br"raw \""#, r##"br#"# "raw""#"##] {
+        let text = format!("[{written}, 1]");
+        let parsed = read(&"test".into(), &text);
+        assert!(ron_reads(&text) && parsed.errors.is_empty(), "{text}: {:?}", parsed.errors);
+        let Tree::List(items) = parsed.tree.value else { panic!("{text} is a list") };
+        assert_eq!((items.len(), &text[items[0].location.span()]), (2, written));
+        assert!(matches!(items[1].value, Tree::Int(1)), "{text}");
+    }
+    for open in ["b\"bytes", "r#\"raw\"", "br\"raw", "\"plain"] {
+        assert!(!errors(&format!("[{open}, 1]")).is_empty(), "{open} is not closed");
+    }
+}

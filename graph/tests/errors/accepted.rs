@@ -134,3 +134,12 @@ fn a_file_may_end_without_a_line_and_begin_with_extensions() {
     let (graph, _) = checked("end.ron", text).unwrap_or_else(|told| panic!("{told}"));
     assert_eq!((graph.outputs[0].source, graph.outputs[0].state), (Source::Input(0), ColorState::Encoded));
 }
+
+#[test]
+fn a_scale_is_any_factor_that_a_number_of_32_bits_holds() {
+    for (written, scale) in [("0.25", 0.25), ("4", 4.0), ("1e-30", 1e-30), ("1e30", 1e30)] {
+        let text = LYNX.replace("\"scene\": Color,", &format!("\"scene\": Color(scale: {written}),"));
+        let graph = graph_of(&text, None, &[]);
+        assert_eq!([graph.inputs[0].scale, graph.inputs[1].scale], [scale, 1.0], "{written}");
+    }
+}

@@ -93,3 +93,20 @@ fn a_condition_is_as_long_and_as_deep_as_it_may_be_and_no_more() {
     assert!(long > 512, "{long} bytes, and one token");
     refused(&name(long));
 }
+
+#[test]
+fn signs_of_other_languages_are_named_with_the_word_for_them() {
+    for (condition, sign, help) in [
+        ("a && b", "&&", "write `and`"),
+        ("a & b", "&", "write `and`"),
+        ("a || b", "||", "write `or`"),
+        ("!a", "!", "write `not`"),
+        ("x = 1", "=", "write `==`"),
+        ("a $ b", "$", "a condition looks like `emissive and illuminance < 10`"),
+    ] {
+        let Err(error) = Condition::parse(condition) else { panic!("{condition} is no condition") };
+        assert_eq!(&condition[error.span.clone()], sign);
+        assert_eq!(error.message, format!("`{sign}` does not belong into a condition"));
+        assert_eq!(error.help, help);
+    }
+}

@@ -144,3 +144,45 @@ fn a_kind_that_never_records_is_reported_as_skipped() {
         "{skipped}"
     );
 }
+
+params! {
+    /// Has names that mean something else.
+    pub struct Misnamed {
+        /// An input has this name.
+        pub source: f32 = 0.5 => within(0.0..=1.0);
+        /// A condition has this name.
+        pub when: f32 = 0.5 => within(0.0..=1.0);
+    }
+}
+
+impl Node for Misnamed {
+    const INPUTS: &'static [Input] = &[Input::image("source", "A picture.")];
+    const OUTPUTS: &'static [Output] = &[
+        Output::image("Result", OutputState::same("source"), "Another."),
+        Output::image("double", OutputState::same("source"), "One of two."),
+        Output::image("double", OutputState::same("source"), "The other."),
+    ];
+
+    fn record(&self, _: &mut Recorder<'_>) {}
+}
+
+#[test]
+fn names_are_given_once_and_to_one_thing() {
+    let complaints = contract(&[NodeKind::of::<Misnamed>()]).expect_err("its names are taken").join("\n");
+    for part in [
+        "the name `source` is given twice",
+        "`when` means something else in every pipeline file or shader",
+        "the name `Result` is not in snake_case",
+        "the name `double` is given twice",
+    ] {
+        assert!(complaints.contains(part), "{part} is not in\n{complaints}");
+    }
+}
+
+#[test]
+fn the_manual_of_a_kind_is_its_comment() {
+    let kind = NodeKind::of::<Misnamed>();
+    assert_eq!((kind.name(), kind.doc().trim()), ("Misnamed", "Has names that mean something else."));
+    let docs: Vec<&str> = kind.params().iter().map(|param| param.doc.trim()).collect();
+    assert_eq!(docs, ["An input has this name.", "A condition has this name."]);
+}

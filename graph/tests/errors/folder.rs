@@ -228,3 +228,33 @@ fn no_text_makes_it_panic() {
         reported(DECLARATION, &SHADER[..cut]);
     }
 }
+
+/// `Float` goes into `f32`, `Int` into `i32`, `u32` or `f32`, `Bool` into `u32`, and a vector into one as long.
+#[test]
+fn a_member_has_the_width_and_the_kind_of_its_parameter() {
+    let report = |parameter: &str, member: &str| {
+        let from = "Float(doc: \"Levels of each channel.\", default: 4.0, within: (2, 256), usually: (2.0, 16.0))";
+        let declaration = DECLARATION.replace(from, parameter);
+        assert_ne!(declaration, DECLARATION);
+        let shader = SHADER
+            .replace("levels: f32", &format!("levels: {member}"))
+            .replace("params.levels - 1.0", "f32(all(vec2f(f32(params.x)) == vec2f(1.0)))");
+        let shader =
+            shader.replace("params.x", if member.starts_with("vec") { "params.levels.x" } else { "params.levels" });
+        folder_kind(("node.ron", &declaration), ("posterize.wgsl", &shader)).err().map(|reported| reported.to_string())
+    };
+    let float = r#"Float(doc: "A number.", default: 4.0, within: (2, 256), usually: (2.0, 16.0))"#;
+    let int = r#"Int(doc: "A number.", default: 4, within: (2, 256), usually: (2, 16))"#;
+    let truth = r#"Bool(doc: "A switch.", default: true)"#;
+    let vector = r#"Vector3(doc: "Numbers.", default: (1.0, 1.0, 1.0), within: (0, 1), usually: (0.0, 1.0))"#;
+    for (parameter, fitting) in
+        [(float, &["f32"][..]), (int, &["f32", "i32", "u32"]), (truth, &["u32", "i32"]), (vector, &["vec3f"])]
+    {
+        for member in ["f32", "i32", "u32", "vec2f", "vec3f", "vec4f", "vec3i", "vec2u"] {
+            let reported = report(parameter, member);
+            let fits = fitting.contains(&member);
+            assert_eq!(reported.is_none(), fits, "{parameter} in {member}: {reported:?}");
+            assert!(fits || reported.is_some_and(|text| text.contains("does not fit its member")), "{parameter}");
+        }
+    }
+}

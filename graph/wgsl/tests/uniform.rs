@@ -1,7 +1,7 @@
 //! Uniform bytes follow the layout that reflection finds in the shader.
 #![allow(missing_docs, reason = "a test binary exports nothing")]
 
-use afterimage_wgsl::{Shader, UniformValue};
+use afterimage_wgsl::{ArgType, Shader, UniformValue};
 
 static SHADER: Shader = Shader::new(
     "params.wgsl",
@@ -73,4 +73,29 @@ fn reflection_finds_functions_and_their_arguments() {
     let reflection = SHADER.reflect().unwrap_or_else(|error| panic!("{error:?}"));
     assert!(reflection.function("params").is_some() && reflection.function("helper").is_none());
     assert!(reflection.layout("Params").is_some_and(|layout| layout.members.len() == 5));
+}
+
+/// Four floats are a color; whole numbers and truth values are not.
+#[test]
+fn a_kernel_function_gives_four_floats() {
+    let text = "fn kernel(a: f32, b: vec2f, c: i32, d: vec3u, e: bool) -> vec4f { return vec4f(a); }
+        fn whole(a: f32) -> vec4i { return vec4i(i32(a)); }
+        fn unsigned(a: f32) -> vec4u { return vec4u(u32(a)); }
+        fn three(a: f32) -> vec3f { return vec3f(a); }
+        fn truth(a: f32) -> vec4<bool> { return vec4<bool>(a > 0.0); }
+        fn one(a: f32) -> f32 { return a; }
+        fn nothing(a: f32) { }";
+    let shader = Shader::new("kernel.wgsl", text);
+    let reflection = shader.reflect().unwrap_or_else(|error| panic!("{error:?}"));
+    let [kernel] = reflection.functions.as_slice() else { panic!("one function: {:?}", reflection.functions) };
+    let types: Vec<Option<u8>> = kernel.args.iter().map(|(_, ty)| floats(ty)).collect();
+    assert_eq!((kernel.name.as_str(), types), ("kernel", vec![Some(1), Some(2), None, None, None]));
+}
+
+fn floats(ty: &ArgType) -> Option<u8> {
+    match ty {
+        ArgType::Floats(count) => Some(*count),
+        ArgType::Other(_) => None,
+        other => panic!("a number is not {other:?}"),
+    }
 }

@@ -36,6 +36,8 @@ fn what_a_function_of_one_pixel_cannot_hold_is_refused_at_its_place() {
         ("@compute @workgroup_size(1) fn main() { }", "belongs to an entry point", 1),
         ("@fragment fn main() -> @location(0) vec4f { return vec4f(); }", "belongs to an entry point", 1),
         ("@id(3) override gain = 2.0;", "belongs to an entry point", 1),
+        ("struct Place { @location(0) at: vec4f }", "belongs to an entry point", 16),
+        ("const ONE = 1; struct Place { at: vec4f, @builtin(position) up: vec4f }", "belongs to an entry point", 42),
         ("override gain: f32;", "nothing sets this `override`", 1),
         ("enable f16;", "without extensions", 1),
         ("requires readonly_and_readwrite_storage_textures;", "without extensions", 1),

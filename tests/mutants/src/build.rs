@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
+use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use crate::faults::Fault;
@@ -48,7 +49,7 @@ pub(crate) const GROUPS: &[&str] = &[
 ];
 
 /// A test program, the crate that it belongs to, and the folder in which it runs.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 pub(crate) struct Program {
     pub(crate) package: String,
     pub(crate) path: PathBuf,

@@ -15,12 +15,15 @@ mod weave;
 
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
 
-use build::{Crates, GROUPS, PURE, Tree, WITH_GPU};
+use serde::{Deserialize, Serialize};
+
+use build::{Crates, GROUPS, PURE, Program, Tree, WITH_GPU};
 use list::Mutant;
 use report::Report;
-use run::{Test, outcome, summary, traced};
+use run::{Test, on_all_cores, outcome, summary, traced};
 
 /// The seed of the order of mutants.
 const SEED: u64 = 17;
@@ -34,10 +37,15 @@ fn main() {
         folder
     };
     match words.iter().map(String::as_str).collect::<Vec<_>>()[..] {
-        ["sample", from, count] => sample(&folder("pure"), number(from), number(count)),
+        ["sample", from, count] => {
+            weave(&folder("pure"), number(from), number(count));
+            run_woven(&folder("pure"), number(from));
+        }
+        ["weave", from, count] => weave(&folder("pure"), number(from), number(count)),
+        ["run", from] => run_woven(&folder("pure"), number(from)),
         ["faults", "planner"] => seeded(&folder("pure"), "planner", &PURE, &[""]),
         ["faults", "gpu"] => seeded(&folder("gpu"), "gpu", &WITH_GPU, GROUPS),
-        _ => panic!("`sample FIRST COUNT`, `faults planner` or `faults gpu`"),
+        _ => panic!("`sample|weave FIRST COUNT`, `run FIRST`, `faults planner` or `faults gpu`"),
     }
 }
 
@@ -45,15 +53,37 @@ fn number(word: &str) -> usize {
     word.parse().unwrap_or_else(|error| panic!("`{word}`: {error}"))
 }
 
-/// Runs a sample of the mutants of the pure crates.
-fn sample(folder: &Path, from: usize, count: usize) {
+/// A sample that is compiled. With the programs and the copy of the source at the same places, another machine can run
+/// it.
+#[derive(Serialize, Deserialize)]
+struct Woven {
+    sample: Vec<Mutant>,
+    refused: BTreeSet<usize>,
+    programs: Vec<Program>,
+}
+
+/// Compiles a sample of the mutants of the pure crates.
+fn weave(folder: &Path, from: usize, count: usize) {
     let packages = PURE.map(|(name, _)| name);
     let all = list::shuffled(&packages, SEED);
     let sample: Vec<Mutant> = all.iter().skip(from).take(count).cloned().collect();
     println!("{} of {} mutants, from {from} on", sample.len(), all.len());
     let tree = Tree::copy(folder, &PURE);
     let refused = tree.weave(&sample);
-    let tests = traced(&tree.programs(), folder, &[""]);
+    let woven = Woven { refused, programs: tree.programs(), sample };
+    let text = serde_json::to_string(&woven).expect("it is made of texts and numbers");
+    std::fs::write(woven_file(folder, from), text).expect("the folder can be written to");
+}
+
+fn woven_file(folder: &Path, from: usize) -> PathBuf {
+    folder.join(format!("woven-{from}.json"))
+}
+
+/// Runs the tests with each mutant of a sample that is compiled.
+fn run_woven(folder: &Path, from: usize) {
+    let text = std::fs::read_to_string(woven_file(folder, from)).expect("the sample is compiled");
+    let Woven { sample, refused, programs } = serde_json::from_str(&text).expect("it is a sample");
+    let tests = traced(&programs, folder, &[""]);
     let results = folder.join(format!("results-{from}.tsv"));
     run(&sample, &refused, &tests, &results);
     print!("{}", Report::read(&results, &sample));
@@ -72,20 +102,22 @@ fn seeded(folder: &Path, list: &str, crates: &'static Crates, groups: &[&str]) {
     print!("{}", Report::read(&results, &mutants));
 }
 
-/// Runs the mutants that the table of results does not have yet.
+/// Runs the mutants that the table of results does not have yet, several at a time.
 fn run(mutants: &[Mutant], refused: &BTreeSet<usize>, tests: &[Test], results: &Path) {
     print!("{}", summary(tests));
-    let mut known = std::fs::read_to_string(results).unwrap_or_default();
-    for (number, mutant) in mutants.iter().enumerate() {
-        if known.lines().any(|line| line.split('\t').next() == Some(&mutant.name)) {
-            continue;
-        }
+    let known = std::fs::read_to_string(results).unwrap_or_default();
+    let is_new = |mutant: &Mutant| !known.lines().any(|line| line.split('\t').next() == Some(&mutant.name));
+    let open: Vec<usize> = (0..mutants.len()).filter(|number| is_new(&mutants[*number])).collect();
+    let known = Mutex::new(known);
+    on_all_cores(open.len(), |at| {
+        let (number, mutant) = (open[at], &mutants[open[at]]);
         let outcome = match refused.contains(&number) {
             true => "refused".to_owned(),
             false => outcome(number, &mutant.package, tests),
         };
         println!("{number} {}\t{outcome}", mutant.name);
+        let mut known = known.lock().expect("no thread panics with it");
         writeln!(known, "{}\t{outcome}", mutant.name).expect("a string grows");
-        std::fs::write(results, &known).expect("the folder can be written to");
-    }
+        std::fs::write(results, &*known).expect("the folder can be written to");
+    });
 }

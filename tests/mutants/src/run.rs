@@ -3,6 +3,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::process::{Command, ExitStatus, Stdio};
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
 use crate::build::Program;
@@ -19,9 +21,28 @@ pub(crate) struct Test {
 /// The same random numbers in every run of a property.
 const SEED: &str = "17";
 /// Tests that take longer are left out. What they notice alone counts as not noticed.
-const LONGEST: Duration = Duration::from_secs(60);
+const LONGEST: Duration = Duration::from_secs(120);
 
 impl Test {
+    /// Runs the test once, with a file for the mutants that it reaches. `None`, and a line, if it fails or takes long.
+    fn traced(program: &Program, name: &str, trace: &Path) -> Option<Self> {
+        let (package, name, program) = (program.package.clone(), name.to_owned(), program.clone());
+        let mut test = Self { package, name, program, time: Duration::ZERO, reaches: BTreeSet::new() };
+        std::fs::write(trace, "").expect("the folder can be written to");
+        let begin = Instant::now();
+        let status = ended(test.command().env("MUTANT_TRACE", trace), Duration::from_secs(600));
+        test.time = begin.elapsed();
+        let reached = std::fs::read_to_string(trace).expect("it was written");
+        std::fs::remove_file(trace).expect("it was written");
+        test.reaches = reached.lines().filter_map(|line| line.parse().ok()).collect();
+        match status.is_some_and(|status| status.success()) {
+            true if test.time < LONGEST => return Some(test),
+            true => println!("{} takes {:.0} s and is left out", test.name, test.time.as_secs_f64()),
+            false => println!("{} fails without a mutant and is left out", test.name),
+        }
+        None
+    }
+
     fn command(&self) -> Command {
         let mut command = Command::new(&self.program.path);
         command.args(["--exact", &self.name, "--test-threads", "1"]).current_dir(&self.program.folder);
@@ -56,34 +77,41 @@ fn ended(command: &mut Command, limit: Duration) -> Option<ExitStatus> {
     }
 }
 
+/// Does all of a number of jobs, as many at a time as there are cores.
+pub(crate) fn on_all_cores(count: usize, job: impl Fn(usize) + Sync) {
+    let next = AtomicUsize::new(0);
+    let work = || {
+        loop {
+            let at = next.fetch_add(1, Ordering::Relaxed);
+            if at >= count {
+                return;
+            }
+            job(at);
+        }
+    };
+    std::thread::scope(|scope| {
+        for _ in 0..std::thread::available_parallelism().map_or(1, usize::from) {
+            scope.spawn(work);
+        }
+    });
+}
+
 /// The tests of the programs whose names begin with one of the groups, each run once without a mutant. Tests that fail
 /// then or take long are left out and printed.
 pub(crate) fn traced(programs: &[Program], folder: &Path, groups: &[&str]) -> Vec<Test> {
-    let mut tests = Vec::new();
-    for program in programs {
-        for name in names(program).into_iter().filter(|name| groups.iter().any(|group| name.starts_with(group))) {
-            let mut test = Test {
-                package: program.package.clone(),
-                name,
-                program: program.clone(),
-                time: Duration::ZERO,
-                reaches: BTreeSet::new(),
-            };
-            let trace = folder.join("trace");
-            std::fs::write(&trace, "").expect("the folder can be written to");
-            let begin = Instant::now();
-            let status = ended(test.command().env("MUTANT_TRACE", &trace), Duration::from_secs(600));
-            test.time = begin.elapsed();
-            let reached = std::fs::read_to_string(&trace).expect("it was written");
-            test.reaches = reached.lines().filter_map(|line| line.parse().ok()).collect();
-            match status.is_some_and(|status| status.success()) {
-                true if test.time < LONGEST => tests.push(test),
-                true => println!("{} takes {:.0} s and is left out", test.name, test.time.as_secs_f64()),
-                false => println!("{} fails without a mutant and is left out", test.name),
-            }
+    let is_asked = |name: &String| groups.iter().any(|group| name.starts_with(group));
+    let named = |program: &Program| names(program).into_iter().filter(is_asked).collect::<Vec<String>>();
+    let all: Vec<(&Program, String)> =
+        programs.iter().flat_map(|program| named(program).into_iter().map(move |name| (program, name))).collect();
+    let tests = Mutex::new(Vec::new());
+    on_all_cores(all.len(), |at| {
+        let (program, name) = &all[at];
+        if let Some(test) = Test::traced(program, name, &folder.join(format!("trace-{at}"))) {
+            tests.lock().expect("no thread panics with it").push(test);
         }
-    }
-    tests.sort_by_key(|test| test.time);
+    });
+    let mut tests = tests.into_inner().expect("no thread panics with it");
+    tests.sort_by_key(|test: &Test| test.time);
     tests
 }
 

@@ -53,6 +53,8 @@ pub struct Post {
     options: Options,
     /// Inputs whose texels are known to be finite.
     finite: BTreeSet<String>,
+    /// Outputs that hold linear light.
+    linear: BTreeSet<String>,
     handles: Vec<Handle>,
     watched: Vec<Watched>,
     /// Frames that have been recorded.
@@ -77,6 +79,7 @@ impl Post {
             facts: Facts::default(),
             options: Options::default(),
             finite: BTreeSet::new(),
+            linear: BTreeSet::new(),
             handles: Vec::new(),
             watched: Vec::new(),
             frame: 0,
@@ -129,6 +132,13 @@ impl Post {
     pub fn promise_finite(&mut self, input: impl Into<String>) {
         self.finite.insert(input.into());
         self.is_stale = true;
+    }
+
+    /// States that the image of an output holds linear light, as the main texture of an engine does which is encoded
+    /// later: what the pipeline has encoded as sRGB or with a gamma is decoded again, at the end of its last pass. For
+    /// an image of an sRGB format this is so anyway.
+    pub fn hold_linear(&mut self, output: impl Into<String>) {
+        self.linear.insert(output.into());
     }
 
     /// Replaces the graph: another tier, or another pipeline. Values that the host has set hold in the new graph where

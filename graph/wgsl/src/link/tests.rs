@@ -135,6 +135,7 @@ fn errors_of_imports_have_a_place() {
         .with_library(&LIBRARY);
     let error = both.reflect().expect_err("two imports declare it");
     assert_eq!((error.line, error.column), (3, 38));
+    assert!(error.message.contains("is declared in") && error.message.contains("import one of them"), "{error}");
     let hidden = Shader::new(
         "hidden.wgsl",
         "#import a\n#import b\nfn same() -> f32 { return 0.5; }\nfn f(c: vec4f) -> vec4f { return c * same(); }",
