@@ -4,7 +4,7 @@ use afterimage_plan::Options;
 
 use super::lens::lights;
 use crate::reference::image::{Image, rgb};
-use crate::reference::warp::{Lens, aberration, inverse, warped};
+use crate::reference::warp::{Lens, Warp, aberration, inverse, warped};
 use crate::support::gpu::{Picture, Run, gpu};
 use crate::support::harness::{Nodes, Scale, Tolerance, assert_close, image};
 
@@ -30,7 +30,7 @@ fn every_formula_of_a_lens_equals_its_reference() {
         let lens = Lens { k, p };
         let brown = |place| lens.brown(place);
         let division = |place| lens.division(place);
-        let cases: [(&str, &str, &dyn Fn([f64; 2]) -> [f64; 2]); 4] = [
+        let cases: [(&str, &str, Warp<'_>); 4] = [
             ("BrownConrady", "Undistort", &brown),
             ("BrownConrady", "Distort", &|place| inverse(brown, place)),
             ("Division", "Distort", &division),

@@ -3,6 +3,9 @@
 
 use super::image::Image;
 
+/// A function from a place of the result to one of the source.
+pub(crate) type Warp<'a> = &'a dyn Fn([f64; 2]) -> [f64; 2];
+
 /// Coefficients of Brown and Conrady, as OpenCV names them; those of the division model are k1 and k2.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Lens {
@@ -50,7 +53,7 @@ fn uv(image: &Image, [x, y]: [f64; 2]) -> [f64; 2] {
 }
 
 /// The image whose channels are read at the places that the three warps give, alpha with green.
-pub(crate) fn warped(image: &Image, warps: [&dyn Fn([f64; 2]) -> [f64; 2]; 3]) -> Image {
+pub(crate) fn warped(image: &Image, warps: [Warp<'_>; 3]) -> Image {
     let half = 0.5 * (image.width as f64).hypot(image.height as f64);
     Image::new(image.width, image.height, |x, y| {
         let place = [x as f64 + 0.5 - 0.5 * image.width as f64, y as f64 + 0.5 - 0.5 * image.height as f64];
