@@ -442,3 +442,41 @@ fn inputs_of_an_engine_are_read_as_they_are() {
     gpu.queue.submit([encoder.finish()]);
     assert_eq!(read(&depth)[0], 0.625);
 }
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn two_views_of_one_pipeline_are_two_pipelines() {
+    let sizes = [Size::new(96, 54), Size::new(64, 48)];
+    let views = sizes.map(|size| scene(&gpu(), size));
+    let frames = |host: &mut Host, number: usize, view: usize| {
+        host.scene = views[view].clone();
+        host.time = 0.1 * number as f32;
+        host.frame().unwrap_or_else(|error| panic!("{error}"));
+        let texels = download(&host.gpu.device, &host.gpu.queue, host.post.output("display"));
+        texels.unwrap_or_else(|error| panic!("{error}")).bytes
+    };
+    let alone: Vec<Vec<Vec<u8>>> = (0..2)
+        .map(|view| {
+            let mut host = Host::new(changed("tsushima.ron", None, &[]));
+            (0..4).map(|number| frames(&mut host, number, view)).collect()
+        })
+        .collect();
+    let mut first = Host::new(changed("tsushima.ron", None, &[]));
+    let mut shown = vec![vec![frames(&mut first, 0, 0)], Vec::new()];
+    let mut second = Host { post: first.post.another(), gpu: first.gpu.clone(), scene: views[1].clone(), time: 0.0 };
+    shown[1].push(frames(&mut second, 0, 1));
+    for number in 1..4 {
+        shown[1].push(frames(&mut second, number, 1));
+        shown[0].push(frames(&mut first, number, 0));
+    }
+    for (view, (shown, alone)) in shown.iter().zip(&alone).enumerate() {
+        for (number, (shown, alone)) in shown.iter().zip(alone).enumerate() {
+            assert!(shown == alone, "view {view}, frame {number}");
+        }
+    }
+    // A value of one view is not the other's.
+    let strength = first.post.parameter::<f32>("lit.strength").unwrap();
+    let other = second.post.parameter::<f32>("lit.strength").unwrap();
+    first.post.set(strength, 0.5).unwrap();
+    assert_eq!(second.post.value(other.control()), Some(&Value::Float(0.015)));
+}

@@ -47,6 +47,7 @@ pub struct ParameterInfo<'p> {
 }
 
 /// What the host holds a [`Control`] for.
+#[derive(Clone)]
 pub(super) struct Handle {
     pub(super) name: String,
     pub(super) ty: Type,
