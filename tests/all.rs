@@ -22,6 +22,8 @@ mod faults;
 mod fuzzing;
 /// Kinds with clashing names in one module.
 mod isolation;
+/// Devices that are lost.
+mod lost;
 /// The figures of `measure` and `tune`.
 mod measure;
 /// Image metrics, compared with published figures.

@@ -215,7 +215,7 @@ fn without_a_camera_its_nodes_are_skipped_or_it_is_an_error() {
     assert_eq!(skipped[0].why, "nothing arrives at its input `camera`");
     let error = host.frame(&[("camera", &data)]).expect_err("`light` is not optional").to_string();
     assert!(error.contains("`light`"), "{error}");
-    let given = Given { size: SIZE, inputs: Default::default(), blocks: Default::default() };
+    let given = Given::nothing(SIZE);
     assert!(host.post.plan_for(given).is_err());
 }
 

@@ -129,11 +129,7 @@ impl<'a> Run<'a> {
     pub fn plan(&self, gpu: &Gpu, inputs: &[(&str, &Picture)]) -> Plan {
         let given = |picture: &Picture| GivenImage { desc: self.texels(picture).desc, finite: false };
         let given = inputs.iter().map(|(name, picture)| ((*name).to_owned(), given(picture))).collect();
-        let plan = self.session(gpu).post().plan_for(Given {
-            size: self.size_for(inputs),
-            inputs: given,
-            blocks: Default::default(),
-        });
+        let plan = self.session(gpu).post().plan_for(Given { inputs: given, ..Given::nothing(self.size_for(inputs)) });
         Arc::unwrap_or_clone(plan.unwrap_or_else(|error| panic!("{error}")))
     }
 

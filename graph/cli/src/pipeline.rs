@@ -151,6 +151,7 @@ pub(crate) fn request<'a>(
         caps,
         options,
         blocks: Default::default(),
+        linear: Default::default(),
         dynamic: Default::default(),
         requirement,
     }

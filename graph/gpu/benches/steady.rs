@@ -200,6 +200,7 @@ fn load(gpu: &Gpu, pipeline: &str, size: Size) -> Result<(Executor, wgpu::Textur
         caps: gpu.caps.clone(),
         options: Default::default(),
         blocks: Default::default(),
+        linear: Default::default(),
         dynamic: Default::default(),
         requirement: &requirement,
     };

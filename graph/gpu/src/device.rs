@@ -218,9 +218,22 @@ pub fn caps(adapter: &wgpu::Adapter, device: &wgpu::Device) -> Caps {
     }
 }
 
-/// The image format of a wgpu format, if images have it.
+/// The image format that a plan takes an input of a wgpu format for: it has the channels, and at least the bits, of
+/// what shaders read. Depth is one channel of 32 bits.
 pub(crate) fn image_format(format: TextureFormat) -> Option<Format> {
-    Format::ALL.into_iter().find(|known| texture_format(*known) == format)
+    let same = Format::ALL.into_iter().find(|known| texture_format(*known) == format);
+    same.or(match format {
+        TextureFormat::Rgba8UnormSrgb | TextureFormat::Bgra8Unorm | TextureFormat::Bgra8UnormSrgb => {
+            Some(Format::Rgba8Unorm)
+        }
+        TextureFormat::R8Unorm => Some(Format::R16Float),
+        TextureFormat::Rg8Unorm => Some(Format::Rg16Float),
+        TextureFormat::Rgb10a2Unorm => Some(Format::Rgba16Float),
+        TextureFormat::Depth16Unorm | TextureFormat::Depth24Plus | TextureFormat::Depth32Float => {
+            Some(Format::R32Float)
+        }
+        _ => None,
+    })
 }
 
 /// The wgpu format of an image format.

@@ -19,6 +19,7 @@ mod clock;
 mod device;
 mod error;
 mod executor;
+mod governor;
 mod heap;
 mod layout;
 mod pipelines;
@@ -38,6 +39,7 @@ pub use clock::{Clock, ClockSource, FrameTime, Recording, median};
 pub use device::{ErrorLog, Gpu, Opening, caps, texture_format};
 pub use error::GpuError;
 pub use executor::{Executor, Frame, Preparation};
+pub use governor::{Governor, TierChange};
 pub use post::{Control, Given, Parameter, ParameterInfo, Post, PostError, Reading, Watch};
 #[cfg(not(target_family = "wasm"))]
 pub use session::{FrameInputs, FrameStep, InputImage, Session, input_image};

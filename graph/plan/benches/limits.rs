@@ -79,6 +79,7 @@ fn planned(graph: &Graph) -> String {
         caps: Caps { storage: Format::ALL.into(), tiles: true, ..Caps::default() },
         options: Options::default(),
         blocks: Default::default(),
+        linear: Default::default(),
         dynamic: Default::default(),
         requirement: &Requirement::typical,
     };

@@ -42,6 +42,7 @@ fn planned(graph: &Graph, finite: bool) -> Plan {
         caps: Caps { storage: Format::ALL.into(), ..Caps::default() },
         options: Options::default(),
         blocks: Default::default(),
+        linear: Default::default(),
         dynamic: Default::default(),
         requirement: &Requirement::typical,
     };

@@ -32,6 +32,7 @@ mod error;
 mod formats;
 mod fusion;
 pub mod limits;
+mod linear;
 mod memory;
 mod options;
 mod placed;

@@ -42,6 +42,7 @@ impl Planned {
 /// Facts matter only through conditions, so a fact that changes in every frame needs no new plan until the answer of
 /// some `when` changes. The least recently used plan is dropped for a new one. All requests must have the same device's
 /// [`requirement`](PlanRequest::requirement).
+#[derive(Clone)]
 pub struct PlanCache {
     graph: Arc<Graph>,
     /// The one used last is at the end.
@@ -49,11 +50,12 @@ pub struct PlanCache {
 }
 
 /// The parts of a request that a plan depends on.
-#[derive(PartialEq)]
+#[derive(Clone, PartialEq)]
 struct Key {
     size: Size,
     inputs: BTreeMap<String, GivenImage>,
     blocks: BTreeSet<String>,
+    linear: BTreeSet<String>,
     /// What each node's condition says.
     answers: Vec<bool>,
     caps: Caps,
@@ -149,6 +151,7 @@ impl PlanCache {
             size: request.size,
             inputs: request.inputs.clone(),
             blocks: request.blocks.clone(),
+            linear: request.linear.clone(),
             answers: self.answers(&request.facts),
             caps: request.caps.clone(),
             options: request.options,

@@ -6,6 +6,7 @@ use crate::amounts::Amounts;
 use crate::builder::{PlanBuilder, copy_pass, finite_image, float_format, scale_pass};
 use crate::error::PlanError;
 use crate::limits::MOST_COMPUTED_BYTES;
+use crate::linear::{Decoding, decoded_desc};
 use crate::plan::PlanOutput;
 use crate::request::PlanRequest;
 use crate::setting::{FrameSetting, NodeSetting};
@@ -190,7 +191,8 @@ impl<'a> Round<'a> {
         }
         let signedness = node.states.iter().flatten().map(|state| state.signedness()).max();
         let signedness = signedness.unwrap_or(Signedness::Unsigned);
-        self.builder.recording.images[first_image..].iter_mut().for_each(|image| image.signedness = signedness);
+        let images = self.builder.recording.images[first_image..].iter_mut();
+        images.for_each(|image| image.signedness = image.signedness.max(signedness));
         let kernels = self.builder.recording.passes[first_pass..].iter_mut().flat_map(|pass| &mut pass.kernels);
         for (number, kernel) in kernels.enumerate() {
             kernel.origin = Some(KernelOrigin { node: index, kernel: number });
@@ -222,6 +224,17 @@ impl<'a> Round<'a> {
     fn add_outputs(&mut self, shown: Vec<Arrival>) {
         let mut kept = self.builder.kept();
         for (output, arrival) in self.graph.outputs.iter().zip(shown) {
+            let color = self.specialized.source(output.source).and_then(|source| self.colors.at(source));
+            let color = color.unwrap_or(ImageColor::of(output.state));
+            let linear = self.request.linear.contains(&output.name);
+            if let (Arrival::Image(image), Some(decoding)) = (&arrival, Decoding::of(color).filter(|_| linear)) {
+                let image = self.decode(&output.name, *image, decoding);
+                let ImageColor { state, colorimetry } = Decoding::decoded(color);
+                let name = output.name.clone();
+                kept.insert(image);
+                self.builder.outputs.push(PlanOutput { name, image, state, colorimetry });
+                continue;
+            }
             // An image that is remembered, or that is an output already, cannot be the host's: it gets a copy.
             let taken = |image: &ImageId| kept.contains(image);
             let image = match arrival {
@@ -232,12 +245,24 @@ impl<'a> Round<'a> {
                 }
                 other => self.copy(&output.name, &other),
             };
-            let color = self.specialized.source(output.source).and_then(|source| self.colors.at(source));
-            let colorimetry = color.unwrap_or(ImageColor::of(output.state)).colorimetry;
-            let name = output.name.clone();
+            let (name, colorimetry) = (output.name.clone(), color.colorimetry);
             kept.insert(image);
             self.builder.outputs.push(PlanOutput { name, image, state: output.state, colorimetry });
         }
+    }
+
+    /// The image of an output that holds linear light.
+    fn decode(&mut self, name: &str, source: ImageId, decoding: Decoding) -> ImageId {
+        let recording = &mut self.builder.recording;
+        let image = recording.add_image(VirtualImage {
+            label: format!("{name}.decoded"),
+            desc: decoded_desc(recording.image(source).desc),
+            origin: Origin::Transient,
+            finite: true,
+            signedness: recording.image(source).signedness,
+        });
+        recording.passes.push(decoding.pass(name, source, image));
+        image
     }
 
     /// A pass that writes an output which no node writes.

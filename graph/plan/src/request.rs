@@ -17,6 +17,9 @@ pub struct PlanRequest<'a> {
     pub inputs: BTreeMap<String, GivenImage>,
     /// The host blocks that the host gives, by the name of the pipeline's input.
     pub blocks: BTreeSet<String>,
+    /// The outputs whose images hold linear light: what is encoded as sRGB or with a gamma is decoded again. A texture
+    /// of an sRGB format holds linear light, because the device encodes it.
+    pub linear: BTreeSet<String>,
     /// What the host says of the scene.
     pub facts: Facts,
     /// What the device can do.

@@ -22,6 +22,7 @@ fn planned(graph: &Graph, dynamic: &BTreeSet<ParameterId>, facts: &[(&str, bool)
         caps: all_formats(),
         options: Options::default(),
         blocks: Default::default(),
+        linear: Default::default(),
         dynamic: dynamic.clone(),
         requirement: &Requirement::typical,
     };

@@ -138,6 +138,7 @@ pub fn planned_at(size: Size, nodes: &str, outputs: &str, options: Options) -> P
         caps: Caps { tiles: true, ..all_formats() },
         options,
         blocks: Default::default(),
+        linear: Default::default(),
         dynamic: Default::default(),
         requirement: &Requirement::typical,
     };

@@ -40,6 +40,7 @@ fn planned(graph: &Graph) -> Result<Plan, PlanError> {
             caps: Caps { tiles: true, ..all_formats() },
             options: Options::default(),
             blocks: Default::default(),
+            linear: Default::default(),
             dynamic: Default::default(),
             requirement: &Requirement::typical,
         },

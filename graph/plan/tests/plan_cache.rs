@@ -23,6 +23,7 @@ fn planned_with(plans: &mut PlanCache, size: Size, image: Size, facts: &[(&str, 
         caps: all_formats(),
         options: Options::default(),
         blocks: Default::default(),
+        linear: Default::default(),
         dynamic: Default::default(),
         requirement: &Requirement::typical,
     };
@@ -79,6 +80,7 @@ fn other_switches_and_another_device_need_another_plan() {
             caps,
             options,
             blocks: Default::default(),
+            linear: Default::default(),
             dynamic: Default::default(),
             requirement,
         };

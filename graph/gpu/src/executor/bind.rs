@@ -49,7 +49,7 @@ impl Executor {
         let loaded = self.loaded.as_ref().ok_or(GpuError::NoPlan)?;
         let (device, what) = (&self.compiler.device, "the images of the host");
         let views = chosen_views(&self.store, loaded, frame)?;
-        let drawn = drawn(device, &mut self.formats, loaded, &views)?;
+        let drawn = drawn(device, &mut self.formats, (loaded, frame), &views)?;
         let set = match loaded.sets.last() {
             // A swap chain has new views in every frame: most of the last set is as good as new.
             Some(last) if last.drawn == drawn => {
@@ -170,13 +170,15 @@ type Drawn = [Option<wgpu::TextureFormat>];
 fn drawn(
     device: &wgpu::Device,
     formats: &mut Formats,
-    loaded: &Loaded,
+    (loaded, frame): (&Loaded, &Frame<'_>),
     views: &[TextureView],
 ) -> Result<Vec<Option<wgpu::TextureFormat>>, GpuError> {
     let outputs = loaded.plan.outputs.iter().zip(&views[loaded.plan.inputs.len()..]);
     let format = |(output, view): (&PlanOutput, &TextureView)| -> Result<_, GpuError> {
         let is_drawn = must_be_drawn(&loaded.plan, output.image, view.texture());
-        let format = is_drawn.then(|| formats.of(device, &output.name, view)).transpose()?;
+        let format = is_drawn
+            .then(|| formats.of(device, (&output.name, view), frame.stated_format(&output.name)))
+            .transpose()?;
         check_encoding(output, format)?;
         Ok(format)
     };

@@ -133,6 +133,7 @@ mod tests {
             caps: Caps { storage: Format::ALL.into(), ..Caps::default() },
             options: Options { tile: When::Never, row_downsample: When::Never, ..options },
             blocks: Default::default(),
+            linear: Default::default(),
             dynamic: Default::default(),
             requirement: &Requirement::typical,
         };

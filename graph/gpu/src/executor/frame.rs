@@ -1,7 +1,7 @@
 //! What a host gives for one frame.
 
 use afterimage_graph::node::BlockData;
-use wgpu::TextureView;
+use wgpu::{TextureFormat, TextureView};
 
 /// One frame's inputs, outputs and time.
 #[derive(Clone, Copy, Default)]
@@ -13,10 +13,20 @@ pub struct Frame<'a> {
     /// Where the host wants outputs, by their names; the executor keeps a texture for each output that is not named. A
     /// view has one level and one layer, and its texture is none of the inputs: a pass may read those while it writes.
     pub outputs: &'a [(&'a str, &'a TextureView)],
+    /// The formats of views that have another one than their texture, by the names of inputs and outputs. Without it an
+    /// output's view is tried, once for each kind of texture.
+    pub formats: &'a [(&'a str, TextureFormat)],
     /// Seconds since the start.
     pub time: f32,
     /// Seconds since the frame before.
     pub dt: f32,
     /// Whether this frame does not follow the one before: a cut, a teleport.
     pub reset: bool,
+}
+
+impl Frame<'_> {
+    /// The format of a view of the host, as far as it is stated.
+    pub(crate) fn stated_format(&self, port: &str) -> Option<TextureFormat> {
+        self.formats.iter().find(|(name, _)| *name == port).map(|(_, format)| *format)
+    }
 }

@@ -4,11 +4,12 @@ use afterimage_base::color::Transfer;
 use afterimage_graph::image::ColorState;
 use afterimage_graph::node::{ImageId, Pass, Resource};
 use afterimage_plan::{Plan, PlanOutput};
+use afterimage_wgsl::SampleMode;
 use wgpu::{Device, Texture, TextureFormat, TextureUsages, TextureView};
 
 use super::frame::Frame;
 use crate::GpuError;
-use crate::device::texture_format;
+use crate::device::{image_format, texture_format};
 use crate::platform::{caught, watched};
 
 /// Kinds of textures whose formats for drawing are remembered: a host has few.
@@ -28,7 +29,17 @@ pub(super) fn check_names(plan: &Plan, frame: &Frame<'_>) -> Result<(), GpuError
 
 pub(super) fn check_input(plan: &Plan, port: &str, image: ImageId, view: &TextureView) -> Result<(), GpuError> {
     let texture = view.texture();
-    check_desc(plan, port, image, texture, texture.format() == texture_format(plan.image(image).desc.format))?;
+    let planned = plan.image(image);
+    check_desc(plan, port, image, texture, image_format(texture.format()) == Some(planned.desc.format))?;
+    if texture.sample_count() > 1 {
+        let why = "it is multisampled: give the image that it is resolved into";
+        return Err(GpuError::UnfitImage { port: port.to_owned(), why: why.into() });
+    }
+    // A device filters no depth. Only an image that is finite is read by its filter.
+    if texture.format().is_depth_stencil_format() && planned.sample_mode == SampleMode::Plain {
+        let why = "it is a depth, which no device filters: do not promise that it is finite";
+        return Err(GpuError::UnfitImage { port: port.to_owned(), why: why.into() });
+    }
     if texture.usage().contains(TextureUsages::TEXTURE_BINDING) {
         return Ok(());
     }
@@ -109,6 +120,8 @@ fn can_be_drawn(plan: &Plan, image: ImageId) -> bool {
 #[derive(Clone, Copy, PartialEq)]
 struct Look {
     format: TextureFormat,
+    /// The format of the view, if the host states it.
+    stated: Option<TextureFormat>,
     usage: TextureUsages,
     samples: u32,
     levels: u32,
@@ -119,6 +132,7 @@ impl Look {
     fn of(texture: &Texture) -> Self {
         Self {
             format: texture.format(),
+            stated: None,
             usage: texture.usage(),
             samples: texture.sample_count(),
             levels: texture.mip_level_count(),
@@ -136,13 +150,20 @@ pub(super) struct Formats {
 impl Formats {
     /// The format of a view that is drawn to: the texture's own, or the same with or without sRGB, which is common for
     /// swap chains.
-    pub(super) fn of(&mut self, device: &Device, port: &str, view: &TextureView) -> Result<TextureFormat, GpuError> {
-        let look = Look::of(view.texture());
+    pub(super) fn of(
+        &mut self,
+        device: &Device,
+        (port, view): (&str, &TextureView),
+        stated: Option<TextureFormat>,
+    ) -> Result<TextureFormat, GpuError> {
+        let look = Look { stated, ..Look::of(view.texture()) };
         if let Some((_, format)) = self.known.iter().find(|(known, _)| *known == look) {
             return Ok(*format);
         }
         let attempt = |format| draw_nothing(device, port, view, format);
-        let format = match (attempt(look.format), other_encoding(look.format)) {
+        let format = match (attempt(stated.unwrap_or(look.format)), other_encoding(look.format)) {
+            (Ok(()), _) if stated.is_some() => look.stated.unwrap_or(look.format),
+            (Err(refused), _) if stated.is_some() => return Err(refused),
             (Ok(()), _) => look.format,
             (Err(_), Some(other)) if attempt(other).is_ok() => other,
             (Err(refused), _) => return Err(refused),

@@ -119,6 +119,14 @@ impl Executor {
         }
     }
 
+    /// Another executor on the same device, with images and histories of its own. Both share the pipelines that are
+    /// compiled, so that a plan which one has loaded needs only memory in the other.
+    pub fn another(&self) -> Self {
+        let mut other = Self::with_caps(&self.compiler.device, &self.queue, self.caps.clone());
+        other.compiler.pipelines = self.compiler.pipelines.clone();
+        other
+    }
+
     /// The same executor with a cache of the driver's pipelines, which begins with the result of an earlier
     /// [`pipeline_cache_data`](Self::pipeline_cache_data): then the driver need not compile them again. Bytes that are
     /// damaged, or of another adapter, driver or version, are ignored, and so is the cache where the

@@ -47,11 +47,14 @@ pub struct ParameterInfo<'p> {
 }
 
 /// What the host holds a [`Control`] for.
+#[derive(Clone)]
 pub(super) struct Handle {
     pub(super) name: String,
     pub(super) ty: Type,
     /// The value that the host has set.
     pub(super) value: Option<Value>,
+    /// The value of the present graph before the host has set one.
+    pub(super) written: Option<Value>,
     /// Where it is in the present graph, which may have none.
     pub(super) place: Option<ParameterId>,
 }

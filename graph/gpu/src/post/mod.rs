@@ -15,7 +15,8 @@ use afterimage_graph::check::{Fact, Facts, Graph};
 use afterimage_plan::{Options, Plan, PlanCache};
 use wgpu::{CommandEncoder, Device, Queue};
 
-use crate::{Executor, Frame};
+use crate::platform::watched;
+use crate::{Executor, Frame, GpuError};
 pub use error::PostError;
 use handle::Handle;
 pub use handle::{Control, Parameter, ParameterInfo};
@@ -23,6 +24,9 @@ pub use running::Given;
 use running::{Next, Running};
 use watch::Watched;
 pub use watch::{Reading, Watch};
+
+/// Frames until the device is looked at again.
+const FRAMES_BETWEEN_CHECKS: u64 = 32;
 
 /// A graph, its plans, and an executor: what a host keeps for each pipeline that it runs.
 ///
@@ -53,6 +57,8 @@ pub struct Post {
     options: Options,
     /// Inputs whose texels are known to be finite.
     finite: BTreeSet<String>,
+    /// Outputs that hold linear light.
+    linear: BTreeSet<String>,
     handles: Vec<Handle>,
     watched: Vec<Watched>,
     /// Frames that have been recorded.
@@ -77,8 +83,29 @@ impl Post {
             facts: Facts::default(),
             options: Options::default(),
             finite: BTreeSet::new(),
+            linear: BTreeSet::new(),
             handles: Vec::new(),
             watched: Vec::new(),
+            frame: 0,
+            running: None,
+            next: None,
+            is_stale: true,
+        }
+    }
+
+    /// The same pipeline for another view: a second camera, window or half of the screen, with images and histories of
+    /// its own. Both share what is compiled and planned. Values and facts are those of now, and change apart from then
+    /// on; handles are valid for both.
+    pub fn another(&self) -> Self {
+        Self {
+            executor: self.executor.another(),
+            plans: self.plans.clone(),
+            facts: self.facts.clone(),
+            options: self.options,
+            finite: self.finite.clone(),
+            linear: self.linear.clone(),
+            handles: self.handles.clone(),
+            watched: self.watched.iter().map(|watched| Watched::new(&watched.label)).collect(),
             frame: 0,
             running: None,
             next: None,
@@ -131,6 +158,13 @@ impl Post {
         self.is_stale = true;
     }
 
+    /// States that the image of an output holds linear light, as the main texture of an engine does which is encoded
+    /// later: what the pipeline has encoded as sRGB or with a gamma is decoded again, at the end of its last pass. For
+    /// an image of an sRGB format this is so anyway.
+    pub fn hold_linear(&mut self, output: impl Into<String>) {
+        self.linear.insert(output.into());
+    }
+
     /// Replaces the graph: another tier, or another pipeline. Values that the host has set hold in the new graph where
     /// it has their parameters and accepts them; handles stay valid.
     pub fn change(&mut self, graph: Graph) {
@@ -139,12 +173,35 @@ impl Post {
         self.is_stale = true;
     }
 
+    /// Goes on on another device, after the one before was lost. Parameters, facts and options stay, histories start
+    /// again; the next frame makes its plan and waits for it.
+    pub fn rebuild(&mut self, adapter: &wgpu::Adapter, device: &Device, queue: &Queue) {
+        self.executor = Executor::with_caps(device, queue, crate::caps(adapter, device));
+        (self.running, self.next) = (None, None);
+        self.watched.iter_mut().for_each(Watched::renew);
+        self.is_stale = true;
+    }
+
+    /// Checks that the device is there, at the cost of a buffer of a few bytes.
+    ///
+    /// # Errors
+    /// [`GpuError::DeviceLost`].
+    pub fn check_device(&self) -> Result<(), GpuError> {
+        watched(self.executor.device(), "a check of the device", || Ok(()))
+    }
+
     /// Records a frame into the host's encoder. Submit it before the next is recorded.
+    ///
+    /// wgpu drops the commands of a lost device without an error, so every 32nd frame looks whether it is there: see
+    /// [`check_device`](Self::check_device). [`wgpu::Device::set_device_lost_callback`] says it at once.
     ///
     /// # Errors
     /// Without a recorded frame: the graph cannot be planned for these images, or the device reports an error. With a
     /// recorded frame of the old plan: a plan that was being made has failed. Each failure is reported once.
     pub fn encode(&mut self, encoder: &mut CommandEncoder, frame: &Frame<'_>) -> Result<(), PostError> {
+        if self.frame.is_multiple_of(FRAMES_BETWEEN_CHECKS) {
+            self.check_device()?;
+        }
         let failure = self.follow(frame)?;
         self.record(encoder, frame)?;
         failure.map_or(Ok(()), Err)

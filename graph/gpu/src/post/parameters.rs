@@ -41,8 +41,8 @@ impl Post {
         if let Some(known) = self.handles.iter().position(|handle| handle.place == Some(place)) {
             return Ok(Control(known));
         }
-        let ty = self.graph().declaration(place).ty;
-        self.handles.push(Handle { name: name.to_owned(), ty, value: None, place: Some(place) });
+        let (ty, written) = (self.graph().declaration(place).ty, Some(self.graph().value(place).clone()));
+        self.handles.push(Handle { name: name.to_owned(), ty, value: None, written, place: Some(place) });
         self.is_stale = true;
         Ok(Control(self.handles.len() - 1))
     }
@@ -81,6 +81,18 @@ impl Post {
         handle.place.map(|place| self.graph().value(place)).or(handle.value.as_ref())
     }
 
+    /// Takes back what the host has set: the value of the graph holds again, also in the next one.
+    ///
+    /// # Errors
+    /// As [`set`](Self::set).
+    pub fn unset(&mut self, control: Control) -> Result<(), PostError> {
+        if let Some(written) = self.handles[control.0].written.clone() {
+            self.set_value(control, written)?;
+        }
+        self.handles[control.0].value = None;
+        Ok(())
+    }
+
     /// Whether a change of the parameter needs a new plan.
     pub fn needs_plan(&self, control: Control) -> bool {
         self.handles[control.0].place.is_some_and(|place| self.graph().declaration(place).replan)
@@ -97,6 +109,7 @@ impl Post {
         let graph = self.plans.shared_graph();
         for handle in &mut self.handles {
             handle.place = handle.place_in(&graph);
+            handle.written = handle.place.map(|place| graph.value(place).clone());
             if let (Some(place), Some(value)) = (handle.place, &handle.value) {
                 // What this graph does not accept keeps the value of its file.
                 let _ = self.plans.set(place, value.clone());

@@ -50,7 +50,19 @@ impl Post {
                 return Ok(false);
             }
         }
+        for output in &self.plans.graph().outputs {
+            if self.is_linear(frame, &output.name) != running.given.linear.contains(&output.name) {
+                return Ok(false);
+            }
+        }
         Ok(!running.given.inputs.is_empty() || output_size(frame).is_none_or(|size| size == running.given.size))
+    }
+
+    /// Whether the image of an output holds linear light: the host says so, or the device encodes it.
+    fn is_linear(&self, frame: &Frame<'_>, output: &str) -> bool {
+        let view = frame.outputs.iter().find(|(name, _)| *name == output).map(|(_, view)| *view);
+        let format = frame.stated_format(output).or(view.map(|view| view.texture().format()));
+        self.linear.contains(output) || format.is_some_and(|format| format.is_srgb())
     }
 
     /// What the host gives. The size is that of the first image, or else of the first output.
@@ -66,10 +78,12 @@ impl Post {
             size = size.or(Some(desc.size));
             inputs.insert(input.name.clone(), GivenImage { desc, finite: self.finite.contains(&input.name) });
         }
+        let outputs = self.plans.graph().outputs.iter().filter(|output| self.is_linear(frame, &output.name));
+        let linear = outputs.map(|output| output.name.clone()).collect();
         let first = self.plans.graph().inputs.iter().find(|input| input.block.is_none());
         let missing =
             || PostError::from(PlanError::MissingInput(first.map_or(String::new(), |input| input.name.clone())));
-        Ok(Given { size: size.or(output_size(frame)).ok_or_else(missing)?, inputs, blocks })
+        Ok(Given { size: size.or(output_size(frame)).ok_or_else(missing)?, inputs, blocks, linear })
     }
 
     /// Makes the plan for what the host gives and loads it, if it is not the one that renders.

@@ -23,6 +23,15 @@ pub struct Given {
     pub inputs: BTreeMap<String, GivenImage>,
     /// The inputs that blocks are given for.
     pub blocks: BTreeSet<String>,
+    /// The outputs that hold linear light: see [`PlanRequest::linear`].
+    pub linear: BTreeSet<String>,
+}
+
+impl Given {
+    /// A frame of this size for which the host gives nothing.
+    pub fn nothing(size: Size) -> Self {
+        Self { size, inputs: BTreeMap::new(), blocks: BTreeSet::new(), linear: BTreeSet::new() }
+    }
 }
 
 /// What a plan is wanted for: a [`PlanRequest`] that can go to another thread.
@@ -38,9 +47,9 @@ pub(super) struct Wish {
 impl Wish {
     /// Calls `use_request` with the request for a device.
     pub(super) fn on<T>(&self, device: &Device, use_request: impl FnOnce(&PlanRequest<'_>) -> T) -> T {
-        let Self { given: Given { size, inputs, blocks }, facts, caps, options, dynamic } = self.clone();
+        let Self { given: Given { size, inputs, blocks, linear }, facts, caps, options, dynamic } = self.clone();
         let requirement = &|desc: &ImageDesc| heap::requirement(device, desc);
-        use_request(&PlanRequest { size, inputs, blocks, facts, caps, options, dynamic, requirement })
+        use_request(&PlanRequest { size, inputs, blocks, linear, facts, caps, options, dynamic, requirement })
     }
 }
 

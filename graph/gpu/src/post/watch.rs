@@ -60,6 +60,11 @@ impl Watched {
         Self { label: label.to_owned(), copies: Vec::new(), latest: None }
     }
 
+    /// Forgets the copies of a device that was lost; the newest reading stays.
+    pub(super) fn renew(&mut self) {
+        self.copies.clear();
+    }
+
     /// Reads the copies that the device has finished, and asks for those of the frames that were recorded before.
     pub(super) fn collect(&mut self) -> Result<(), GpuError> {
         for copy in &self.copies {

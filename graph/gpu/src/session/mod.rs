@@ -109,7 +109,8 @@ impl Session {
     /// What plans need to know of images and blocks.
     fn given(&self, size: Size, images: &[InputImage]) -> Given {
         let image = |image: &InputImage| (image.input.clone(), GivenImage { desc: image.desc, finite: image.finite });
-        Given { size, inputs: images.iter().map(image).collect(), blocks: self.blocks.keys().cloned().collect() }
+        let (inputs, blocks) = (images.iter().map(image).collect(), self.blocks.keys().cloned().collect());
+        Given { inputs, blocks, ..Given::nothing(size) }
     }
 
     /// Makes the plan for these images and loads it if it is not the loaded one.

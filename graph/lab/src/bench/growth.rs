@@ -161,6 +161,7 @@ impl Conditions<'_> {
                 caps: self.gpu.caps.clone(),
                 options: Options::default(),
                 blocks: Default::default(),
+                linear: Default::default(),
                 dynamic: Default::default(),
                 requirement: &Requirement::typical,
             };

@@ -202,7 +202,7 @@ impl Configuration {
         blocks.for_each(|(name, data)| session.set_block(name, data));
         session.change(graph.clone(), options);
         let blocks = wanted().filter(|input| input.block.is_some()).map(|input| input.name.clone()).collect();
-        session.post().plan_for(Given { size, inputs, blocks }).map_err(|error| error.to_string())
+        session.post().plan_for(Given { inputs, blocks, ..Given::nothing(size) }).map_err(|error| error.to_string())
     }
 }
 
