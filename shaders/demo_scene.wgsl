@@ -13,6 +13,7 @@ struct DemoScene {
     time: f32,   // seconds; animates the neon's flicker and the dust in the sunbeam
     range: f32,  // stops from the room's grey to the sun's disc: 18 is the reference, 0 makes all light equal
     walk: f32,   // 0 deep in the room, 1 in front of the window
+    step: f32,   // how far the camera has come since the previous frame
 }
 
 struct DemoSceneCamera {
@@ -125,4 +126,23 @@ fn demo_scene_albedo(at: Point, frame: Frame, params: DemoScene) -> vec4f {
     let lamps = loft_lamps(params.time, params.range);
     let surface = loft_surface(hit, p, hit.distance * demo_scene_pixel(at), lamps);
     return vec4f(surface.albedo, step(1e-3, brightest(surface.albedo)));
+}
+
+// The uv at which a camera sees the point at a vector from it; far outside for points behind it.
+fn demo_scene_seen(camera: DemoSceneCamera, way: vec3f, at: Point) -> vec2f {
+    let depth = max(-dot(way, camera.back), 1e-3);
+    let place = vec2f(dot(way, camera.right), -dot(way, camera.up)) / (depth * DEMO_SCENE_TAN_FOV);
+    return 0.5 + 0.5 * place * vec2f(at.size.y / at.size.x, 1.0);
+}
+
+// Where the surface at a pixel's centre is in the image, minus where it was in the previous frame, in uv. Nothing but
+// the camera moves, and the sky is too far to move with it.
+fn demo_scene_motion(at: Point, frame: Frame, params: DemoScene) -> vec4f {
+    let camera = demo_scene_camera(params.walk);
+    let before = demo_scene_camera(params.walk - params.step);
+    let ray = demo_scene_ray(camera, at, vec2f(0.0));
+    let hit = loft_trace(ray);
+    let way = ray.direction * min(hit.distance, DEMO_SCENE_SKY_DEPTH);
+    let moved = select(camera.eye - before.eye, vec3f(0.0), hit.what == LOFT_OUTSIDE);
+    return vec4f(at.uv - demo_scene_seen(before, way + moved, at), 0.0, 1.0);
 }

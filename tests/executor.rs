@@ -2,6 +2,7 @@
 
 mod any_plan;
 mod changes;
+mod feeds;
 mod hazards;
 mod histories;
 mod host;

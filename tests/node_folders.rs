@@ -24,8 +24,8 @@ fn kind(name: &str) -> NodeKind {
         .unwrap_or_else(|errors| panic!("{errors}"))
 }
 
-fn kinds() -> [NodeKind; 2] {
-    [kind("soft_blur"), kind("haze")]
+fn kinds() -> [NodeKind; 5] {
+    ["soft_blur", "haze", "pixelate", "crt", "glitch"].map(kind)
 }
 
 fn graph(nodes: &str, outputs: &str) -> Graph {
@@ -153,6 +153,98 @@ fn a_kind_without_rust_reads_each_word_of_a_table() {
     assert!(shown[0] == shown[1], "the words differ from those of the probe");
     let counted: f32 = shown[0].pixels[4..].iter().map(|pixel| pixel[0]).sum();
     assert!(counted > 100.0 && shown[0].pixels[..4].iter().any(|pixel| pixel[0] < 0.0), "{:?}", &shown[0].pixels[..8]);
+}
+
+/// What a kind makes of a picture after the tone curve, at the start of the first frame.
+fn shown(node: &str, scene: &Picture) -> Picture {
+    let registry = Registry::new(&[afterimage_nodes::ALL, &kinds()]).expect("no two kinds share a name");
+    let text = format!(
+        "Pipeline(inputs: {{ \"in\": DisplayLinear }}, nodes: {{ \"it\": {node} }}, outputs: {{ \"out\": \"it\" }})"
+    );
+    let document = parse("test.ron", &text).unwrap_or_else(|errors| panic!("{errors:?}"));
+    let options = CheckOptions { tier: None, sets: Vec::new(), loader: &NoFiles };
+    let graph = check(&document, &registry, &options).unwrap_or_else(|errors| panic!("{errors:?}")).0;
+    Run::new(&graph).exact().frame(&[("in", scene)]).remove(0)
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_large_pixel_is_the_mean_of_the_light_under_it() {
+    for (width, height) in SIZES {
+        let scene = scene(width, height);
+        let source = image(&scene);
+        let wanted = Image::new(source.width, source.height, |x, y| {
+            let side = |at: usize, end: usize| {
+                let first = (at / 4 * 4) as f64;
+                [first, (first + 4.0).min(end as f64)]
+            };
+            let ([left, right], [top, bottom]) = (side(x, source.width), side(y, source.height));
+            let mut sum = [0.0; 4];
+            for (i, j) in (0..64).map(|k| (f64::from(k % 8) + 0.5, f64::from(k / 8) + 0.5)) {
+                let place = [left + (right - left) * i / 8.0, top + (bottom - top) * j / 8.0];
+                let read = source.tap([place[0] / source.width as f64, place[1] / source.height as f64]);
+                sum = std::array::from_fn(|c| sum[c] + read[c] / 64.0);
+            }
+            sum
+        });
+        let found = shown("Pixelate(source: \"in\", side: 4.0)", &scene);
+        assert!(error(&found, &wanted) < 1e-5, "{width}x{height}: {}", error(&found, &wanted));
+        assert!(width < 9 || found.at(4, 4) == found.at(7, 4.min(height - 1)));
+    }
+}
+
+/// The tube with its default values but for the curvature, by the formulas of its file.
+fn tube(source: &Image, curvature: f64) -> Image {
+    let (width, height) = (source.width as f64, source.height as f64);
+    let spread = 0.5 / 24.0 * height / width;
+    let weights = [(-2.0, 0.0625), (-1.0, 0.25), (0.0, 0.375), (1.0, 0.25), (2.0, 0.0625)];
+    let soft = Image::from_uv(source.width, source.height, |[u, v]| {
+        let reads = weights.map(|(at, weight)| source.tap([u + at * spread, v]).map(|x| weight * x));
+        reads.iter().fold([0.0; 4], |sum, read| std::array::from_fn(|c| sum[c] + read[c]))
+    });
+    Image::new(source.width, source.height, |x, y| {
+        let [p, q] = [2.0 * (x as f64 + 0.5) / width - 1.0, 2.0 * (y as f64 + 0.5) / height - 1.0];
+        let [u, v] = [p * (1.0 + 0.5 * curvature * q * q), q * (1.0 + 0.5 * curvature * p * p)].map(|t| 0.5 + 0.5 * t);
+        let edge = ((u.min(1.0 - u) * width).min(v.min(1.0 - v) * height) + 0.5).clamp(0.0, 1.0);
+        let line = 1.0 - 0.6 * (2.0 * std::f64::consts::PI * v * 24.0).cos();
+        let color = soft.tap([u, v]);
+        let light = |c: usize| color[c] * line * edge * if x % 3 == c { 2.0 } else { 0.5 };
+        [light(0), light(1), light(2), color[3]]
+    })
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_tube_has_lines_stripes_and_a_curved_glass() {
+    for (width, height) in SIZES {
+        let scene = scene(width, height);
+        let found = shown("Crt(source: \"in\", lines: 24.0, curvature: 0.2)", &scene);
+        let wanted = tube(&image(&scene), f64::from(0.2_f32));
+        assert!(error(&found, &wanted) < 1e-4, "{width}x{height}: {}", error(&found, &wanted));
+    }
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_faulty_signal_moves_whole_blocks_of_lines() {
+    let hash = |v: u32| {
+        let state = v.wrapping_mul(747796405).wrapping_add(2891336453);
+        let word = ((state >> ((state >> 28) + 4)) ^ state).wrapping_mul(277803737);
+        (word >> 22) ^ word
+    };
+    let cell = |x: u32, y: u32| f64::from(hash(x ^ hash(y)) >> 8) / 16777216.0;
+    let scene = scene(64, 36);
+    let source = image(&scene);
+    let wanted = Image::from_uv(64, 36, |[u, v]| {
+        let block = (v * 9.0).floor() as u32;
+        let jump = if cell(block, 0) < 0.5 { 0.2 * (2.0 * cell(block, 1) - 1.0) } else { 0.0 };
+        let read = |apart: f64| source.tap([u + jump * (1.0 + 0.3 * apart), v]);
+        [read(1.0)[0], read(0.0)[1], read(-1.0)[2], read(0.0)[3]]
+    });
+    let found = shown("Glitch(source: \"in\", amount: 0.2, share: 0.5, blocks: 9.0)", &scene);
+    assert!(error(&found, &wanted) < 1e-4, "{}", error(&found, &wanted));
+    let still = (0..9).filter(|block| (0..64).all(|x| found.at(x, 4 * block) == scene.at(x, 4 * block))).count();
+    assert!((2..=7).contains(&still), "{still} of 9 blocks are as they were");
 }
 
 #[test]

@@ -18,6 +18,8 @@ params! {
         pub range: f32 = 18.0 => within(0.0..=24.0), unit("stops");
         /// Position of the camera: 0 is deep in the room, 1 in front of the window.
         pub walk: f32 = 0.0 => within(0.0..=1.0);
+        /// How far `walk` has come since the previous frame: for `motion`.
+        pub step: f32 = 0.0 => within(-1.0..=1.0), usually(0.0..=0.1), neutral(0.0);
     }
 }
 
@@ -40,6 +42,11 @@ impl Node for DemoScene {
             OutputState::Always(ColorState::Data),
             "Diffuse albedo; alpha is 1 where metering should count the pixel.",
         ),
+        Output::image(
+            "motion",
+            OutputState::Always(ColorState::Data),
+            "Where a surface is minus where it was in the previous frame, in uv; only the camera moves.",
+        ),
     ];
 
     fn record(&self, pass: &mut Recorder<'_>) {
@@ -49,6 +56,7 @@ impl Node for DemoScene {
             ("depth", "demo_scene_depth"),
             ("normal", "demo_scene_normal"),
             ("albedo", "demo_scene_albedo"),
+            ("motion", "demo_scene_motion"),
         ];
         for (port, function) in kernels {
             if pass.wanted(port) {

@@ -2,7 +2,7 @@
 
 use afterimage_graph::prelude::*;
 
-static SHADER: Shader = shader!("downsample");
+pub(crate) static SHADER: Shader = shader!("downsample");
 static ROWS: Shader = shader!("downsample_rows");
 
 choices! {

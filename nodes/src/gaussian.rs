@@ -78,14 +78,14 @@ const NO_BLUR: f32 = 0.2;
 const COURSE: (f32, u32) = (3.5119, 16);
 
 /// The shader's parameters for one blur.
-struct Blur {
+pub(crate) struct Blur {
     function: &'static str,
     radius: u32,
     falloff: f32,
 }
 
 impl Blur {
-    fn new(kernel: GaussianKernel, taps: GaussianTaps, sigma: f32, reach: f32) -> Self {
+    pub(crate) fn new(kernel: GaussianKernel, taps: GaussianTaps, sigma: f32, reach: f32) -> Self {
         let function = match (kernel, taps) {
             (GaussianKernel::Caracal9, GaussianTaps::Exact) => "gaussian_caracal_exact",
             (GaussianKernel::Caracal9, GaussianTaps::Linear) => "gaussian_caracal_linear",
@@ -106,7 +106,7 @@ impl Blur {
     }
 
     /// Blurs along x, then along y.
-    fn record(&self, pass: &mut Recorder<'_>, source: ImageId, result: ImageId) {
+    pub(crate) fn record(&self, pass: &mut Recorder<'_>, source: ImageId, result: ImageId) {
         let between = pass.transient("across", pass.desc(result));
         self.along(pass, [1, 0], source, between);
         self.along(pass, [0, 1], between, result);

@@ -36,7 +36,9 @@ mod bake;
 mod baked_grade;
 mod bisection;
 mod brightness;
+mod cas;
 mod cdl;
+mod chromatic_aberration;
 mod clf;
 mod color;
 mod color_balance;
@@ -46,6 +48,7 @@ mod contrast;
 mod curve_constants;
 mod curves;
 mod demo_scene;
+mod depth_of_field;
 mod display_range;
 mod dither;
 mod downsample;
@@ -54,11 +57,17 @@ mod encode;
 mod exposure;
 mod extract;
 mod film_grain;
+mod fog;
+mod fxaa;
 mod gaussian;
 mod gaussian_weights;
 mod grid_blur;
 mod grid_build;
+mod halation;
 mod histogram;
+mod lens_dirt;
+mod lens_distortion;
+mod lens_flare;
 mod lift_gamma_gain;
 mod local_tone_map;
 mod log_gaussian;
@@ -66,13 +75,18 @@ mod lut;
 mod lut_file;
 mod mean_luminance;
 mod metering;
+mod motion_blur;
 mod oklab;
+mod outline;
 mod process;
 mod purkinje;
 mod purkinje_simple;
 mod reference_gamut_compress;
 mod saturation;
 mod shaper;
+mod sharpen;
+mod streaks;
+mod surface;
 mod tone_map;
 mod upsample;
 mod vignette;
@@ -85,7 +99,9 @@ pub use adapt::Adapt;
 pub use auto_exposure::{AutoExposure, AutoExposureHighlights};
 pub use baked_grade::{BakedGrade, BakedShaper, BakedTransfer};
 pub use brightness::Brightness as BrightnessKind;
+pub use cas::Cas;
 pub use cdl::Cdl;
+pub use chromatic_aberration::ChromaticAberration;
 pub use clf::parse_clf;
 pub use color::Cones;
 pub use color_balance::ColorBalance;
@@ -93,6 +109,7 @@ pub use color_lut::{ColorLut, LutPrecision};
 pub use composite::{Composite, CompositeBlend};
 pub use contrast::{Contrast, ContrastForm};
 pub use demo_scene::DemoScene;
+pub use depth_of_field::DepthOfField;
 pub use dither::Dither;
 pub use downsample::{Downsample, DownsampleFilter, Firefly};
 pub use eetf::{Eetf, EetfOn};
@@ -100,10 +117,16 @@ pub use encode::{Encode, Primaries, Transfer};
 pub use exposure::Exposure;
 pub use extract::{Brightness, Extract, ExtractMethod, Fireflies};
 pub use film_grain::FilmGrain;
+pub use fog::Fog;
+pub use fxaa::{Fxaa, FxaaSearch};
 pub use gaussian::{Gaussian, GaussianKernel, GaussianPyramid, GaussianTaps};
 pub use grid_blur::GridBlur;
 pub use grid_build::{GridBuild, GridBuildMethod};
+pub use halation::Halation;
 pub use histogram::Histogram;
+pub use lens_dirt::LensDirt;
+pub use lens_distortion::{LensDirection, LensDistortion, LensModel};
+pub use lens_flare::LensFlare;
 pub use lift_gamma_gain::{LiftBy, LiftGammaGain};
 pub use local_tone_map::LocalToneMap;
 pub use log_gaussian::LogGaussian;
@@ -114,12 +137,16 @@ pub use lut::{
 pub use lut_file::{LutFile, parse_lut_file};
 pub use mean_luminance::{MeanLuminance, MeanLuminanceOf};
 pub use metering::{Adaptation, EV100_OF_LUMINANCE, MeteringWeight};
+pub use motion_blur::{MotionBlur, MotionUnit};
+pub use outline::Outline;
 pub use process::{LutSpace, LutState, Process};
 pub use purkinje::Purkinje;
 pub use purkinje_simple::PurkinjeSimple;
 pub use reference_gamut_compress::ReferenceGamutCompress;
 pub use saturation::Saturation;
 pub use shaper::Shaper;
+pub use sharpen::Sharpen;
+pub use streaks::{Streaks, StreaksAxis};
 pub use tone_map::{AgxLook, Curve, Gamut, MiddleGrey, Sigmoid, ToneMap, WorkingSpace};
 pub use upsample::{Upsample, UpsampleBlend, UpsampleFilter};
 pub use vignette::Vignette;
@@ -132,12 +159,15 @@ pub const ALL: &[NodeKind] = &[
     NodeKind::of::<AutoExposure>(),
     NodeKind::of::<BakedGrade>(),
     NodeKind::of::<BrightnessKind>(),
+    NodeKind::of::<Cas>(),
     NodeKind::of::<Cdl>(),
+    NodeKind::of::<ChromaticAberration>(),
     NodeKind::of::<ColorBalance>(),
     NodeKind::of::<ColorLut>(),
     NodeKind::of::<Composite>(),
     NodeKind::of::<Contrast>(),
     NodeKind::of::<DemoScene>(),
+    NodeKind::of::<DepthOfField>(),
     NodeKind::of::<Dither>(),
     NodeKind::of::<Downsample>(),
     NodeKind::of::<Eetf>(),
@@ -145,19 +175,29 @@ pub const ALL: &[NodeKind] = &[
     NodeKind::of::<Exposure>(),
     NodeKind::of::<Extract>(),
     NodeKind::of::<FilmGrain>(),
+    NodeKind::of::<Fog>(),
+    NodeKind::of::<Fxaa>(),
     NodeKind::of::<Gaussian>(),
     NodeKind::of::<GaussianPyramid>(),
     NodeKind::of::<GridBlur>(),
     NodeKind::of::<GridBuild>(),
+    NodeKind::of::<Halation>(),
     NodeKind::of::<Histogram>(),
+    NodeKind::of::<LensDirt>(),
+    NodeKind::of::<LensDistortion>(),
+    NodeKind::of::<LensFlare>(),
     NodeKind::of::<LiftGammaGain>(),
     NodeKind::of::<LocalToneMap>(),
     NodeKind::of::<LogGaussian>(),
     NodeKind::of::<MeanLuminance>(),
+    NodeKind::of::<MotionBlur>(),
+    NodeKind::of::<Outline>(),
     NodeKind::of::<Purkinje>(),
     NodeKind::of::<PurkinjeSimple>(),
     NodeKind::of::<ReferenceGamutCompress>(),
     NodeKind::of::<Saturation>(),
+    NodeKind::of::<Sharpen>(),
+    NodeKind::of::<Streaks>(),
     NodeKind::of::<ToneMap>(),
     NodeKind::of::<Upsample>(),
     NodeKind::of::<Vignette>(),

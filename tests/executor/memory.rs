@@ -50,9 +50,13 @@ impl Node for Count {
 fn graph(counters: &[&str]) -> Graph {
     let nodes: String = counters.iter().map(|name| format!("\"{name}\": Count(source: \"scene\"), ")).collect();
     let outputs: String = counters.iter().map(|name| format!("\"{name}\": \"{name}\", ")).collect();
+    graph_of(&nodes, &outputs)
+}
+
+fn graph_of(nodes: &str, outputs: &str) -> Graph {
     let text = format!("Pipeline(inputs: {{\"scene\": Color}}, nodes: {{{nodes}}}, outputs: {{{outputs}}})");
     let document = parse("count.ron", &text).unwrap_or_else(|errors| panic!("{errors}"));
-    let kinds: &[NodeKind] = &[NodeKind::of::<Count>()];
+    let kinds: &[NodeKind] = &[NodeKind::of::<Count>(), NodeKind::of::<Table>()];
     let registry = Registry::new(&[afterimage_nodes::ALL, kinds]).expect("no two kinds share a name");
     check(&document, &registry, &CheckOptions::default()).unwrap_or_else(|errors| panic!("{errors}")).0
 }
@@ -90,4 +94,53 @@ fn memory_that_begins_with_a_plan_begins_as_in_a_first_frame_and_the_other_goes_
     assert_eq!(step(&mut player, false, "a"), [3.0, 13.0]);
     assert_eq!(counts(&player, "b"), [1.0, 11.0], "the new memory begins with this frame");
     assert_eq!(step(&mut player, false, "b"), [2.0, 12.0], "and only with this one");
+}
+
+static TABLE: Shader = Shader::new(
+    "table",
+    "@group(0) @binding(0) var result: texture_storage_2d<rgba16float, write>;
+    @group(0) @binding(1) var<storage, read> table: array<f32>;
+    @compute @workgroup_size(1)
+    fn table_show(@builtin(global_invocation_id) id: vec3u) {
+        textureStore(result, id.xy, vec4f(table[0], table[1], table[2], table[3]));
+    }",
+);
+
+params! {
+    /// Shows four numbers of a buffer that is computed with the plan.
+    pub struct Table {
+        /// The first of them.
+        pub first: f32 = 0.25 => within(0.0..=8.0), replans();
+    }
+}
+
+impl Node for Table {
+    const INPUTS: &'static [Input] = &[Input::image("source", "An image, for the size.")];
+    const OUTPUTS: &'static [Output] =
+        &[Output::image("result", OutputState::same("source"), "The numbers.").or_input("source")];
+
+    fn record(&self, pass: &mut Recorder<'_>) {
+        let source = pass.image("source");
+        let desc = ImageDesc::new(pass.desc(source).size);
+        let numbers = [self.first, 0.5, 2.0, 1.0];
+        let table = pass.constant_buffer("numbers", numbers.iter().flat_map(|number| number.to_le_bytes()).collect());
+        let result = pass.output("result", desc);
+        let groups = [desc.size.width, desc.size.height, 1];
+        pass.compute(&TABLE, "table_show").image("result", result).buffer("table", table).dispatch(groups);
+    }
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_buffer_that_is_computed_with_the_plan_holds_its_numbers_in_every_frame() {
+    let mut player = Player::new();
+    let scene = flat(4, 2, 1.0);
+    for first in [0.25, 4.0] {
+        let nodes = format!("\"a\": Table(source: \"scene\", first: {first:?})");
+        player.load(&Run::new(&graph_of(&nodes, "\"a\": \"a\"")), &[("scene", &scene)]);
+        for reset in [true, false, true] {
+            player.frame(&[("scene", &scene)], 0.1, reset);
+            assert_eq!(player.output("a").at(3, 1), [first, 0.5, 2.0, 1.0]);
+        }
+    }
 }

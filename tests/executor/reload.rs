@@ -10,7 +10,7 @@ use afterimage_wgsl::Shader;
 
 use super::histories::{BRIGHTER, TRAIL};
 use super::{at_tier, bits, flat, level, lively};
-use crate::support::gpu::{Picture, Run, built_in};
+use crate::support::gpu::{Picture, Run, built_in, changed};
 use crate::support::layer;
 use crate::support::player::Player;
 
@@ -256,4 +256,26 @@ fn a_plan_that_the_device_refuses_leaves_histories_as_they_are() {
     let error = player.executor.load(Arc::new(too_large)).expect_err("no device has such images");
     assert!(matches!(error, GpuError::Refused { .. } | GpuError::OutOfMemory { .. }), "{error}");
     assert_eq!(trail(&mut player, &scene, "out"), 0.875);
+}
+
+/// Numbers alone are written into the plan that they were prepared for, and into no other.
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn numbers_that_come_after_another_plan_bring_their_own_plan() {
+    let scene = lively(64, 36);
+    let mut player = Player::new();
+    let brighter = changed("lynx.ron", None, &[("exposed.stops", "1.5")]);
+    let graphs = [built_in("lynx.ron", None), brighter, built_in("exposure.ron", None)];
+    let [first, numbers, other] = graphs.map(|graph| planned(&player, &graph, &scene));
+    let wanted = alone(&mut player, &numbers, &scene, 1);
+    assert_ne!(wanted, alone(&mut player, &first, &scene, 1), "the numbers matter");
+    player.renew();
+    player.executor.load(first).expect("the first plan");
+    step(&mut player, &scene);
+    let preparation = player.executor.prepare(numbers);
+    player.executor.load(other).expect("another plan");
+    step(&mut player, &scene);
+    player.executor.swap(preparation).expect("the plan with other numbers");
+    player.executor.reset();
+    assert_eq!(step(&mut player, &scene), wanted[0]);
 }

@@ -2,10 +2,13 @@
 
 mod arithmetic;
 mod bloom;
+mod camera;
 mod color;
+mod lens;
 mod local;
 mod metering;
 mod probes;
 mod shared;
 mod table;
+mod warp;
 mod wide;

@@ -2,7 +2,9 @@
 //! with known values. A kind without a row fails a test.
 
 mod bloom;
+mod camera;
 mod color;
+mod lens;
 mod local;
 mod metering;
 
@@ -22,6 +24,8 @@ struct Reference {
     state: &'static str,
     nodes: String,
     scene: fn([u32; 2]) -> Picture,
+    /// An input `data` of numbers that are not light.
+    data: Option<fn([u32; 2]) -> Picture>,
     expected: Box<dyn Fn(&Image) -> Image>,
     tolerance: Tolerance,
 }
@@ -34,7 +38,12 @@ impl Reference {
         tolerance: Tolerance,
         expected: impl Fn(&Image) -> Image + 'static,
     ) -> Self {
-        Self { kind, state, nodes: nodes.to_owned(), scene, expected: Box::new(expected), tolerance }
+        Self { kind, state, nodes: nodes.to_owned(), scene, data: None, expected: Box::new(expected), tolerance }
+    }
+
+    /// With an input `data` of numbers that are not light.
+    fn with_data(self, data: fn([u32; 2]) -> Picture) -> Self {
+        Self { data: Some(data), ..self }
     }
 
     /// A kind that maps each colour by itself.
@@ -59,6 +68,10 @@ fn references() -> Vec<Reference> {
         color::exposure_and_grade(),
         color::display_kinds(),
         bloom::bloom_kinds(),
+        camera::camera_kinds(),
+        lens::sharpness_kinds(),
+        lens::lens_kinds(),
+        lens::warp_kinds(),
         local::local_kinds(),
         metering::metering_kinds(),
     ];
@@ -127,16 +140,18 @@ fn assert_runs(kind: &str, run: &Run<'_>, pictures: &[(&str, &Picture)]) {
 fn every_kind_with_a_cpu_reference_equals_it() {
     let cube = OneFile(Cube::new(5, lut::look).text().into_bytes());
     for row in references() {
-        let inputs = [("scene", row.state)];
+        let mut inputs = vec![("scene", row.state)];
+        inputs.extend(row.data.map(|_| ("data", "Data")));
         let nodes = Nodes::new(&row.nodes, &inputs).files(&cube);
         for size in SIZES {
-            let scene = (row.scene)(size);
+            let pictures: Vec<Picture> = [Some(row.scene), row.data].into_iter().flatten().map(|f| f(size)).collect();
+            let given: Vec<&Picture> = pictures.iter().collect();
             // The pyramid of a picture of a few pixels has one level, and no pass joins it.
             if size[0] > 3 {
-                assert_runs(row.kind, &Run::new(&nodes.graph()), &nodes.named(&[&scene]));
+                assert_runs(row.kind, &Run::new(&nodes.graph()), &nodes.named(&given));
             }
-            let expected = (row.expected)(&image(&scene));
-            assert_close(&format!("{} at {size:?}", row.kind), &nodes.exact(&[&scene]), &expected, &row.tolerance);
+            let expected = (row.expected)(&image(&pictures[0]));
+            assert_close(&format!("{} at {size:?}", row.kind), &nodes.exact(&given), &expected, &row.tolerance);
         }
     }
 }

@@ -27,6 +27,14 @@ pub(crate) mod gamut;
 pub(crate) mod gt7;
 pub(crate) mod oklab;
 
+pub(crate) mod fog;
+pub(crate) mod fxaa;
+pub(crate) mod lens;
+pub(crate) mod lens_blur;
+pub(crate) mod outline;
+pub(crate) mod sharpen;
+pub(crate) mod warp;
+
 pub(crate) mod film_grain;
 pub(crate) mod grade;
 pub(crate) mod lut;

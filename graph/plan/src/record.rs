@@ -191,7 +191,8 @@ impl<'a> Round<'a> {
         }
         let signedness = node.states.iter().flatten().map(|state| state.signedness()).max();
         let signedness = signedness.unwrap_or(Signedness::Unsigned);
-        self.builder.recording.images[first_image..].iter_mut().for_each(|image| image.signedness = signedness);
+        let images = self.builder.recording.images[first_image..].iter_mut();
+        images.for_each(|image| image.signedness = image.signedness.max(signedness));
         let kernels = self.builder.recording.passes[first_pass..].iter_mut().flat_map(|pass| &mut pass.kernels);
         for (number, kernel) in kernels.enumerate() {
             kernel.origin = Some(KernelOrigin { node: index, kernel: number });

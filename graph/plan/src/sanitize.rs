@@ -2,33 +2,48 @@
 //!
 //! Pixels and texels are sanitized where they are read (see `shaders/lib/sampling.wgsl`). A kernel that filters or
 //! reads textures directly gets a sanitized copy: a filtered read has four texels, each with the code that repairs it,
-//! and the device cannot filter what is not sanitized.
+//! and the device cannot filter what is not sanitized. So does a kernel that reads numbers beside it which may be
+//! negative where the host image may not: all textures of a pass are sampled alike.
+
+use std::collections::BTreeSet;
 
 use crate::builder::{PlanBuilder, copy_pass, finite_image};
-use afterimage_graph::node::{Arg, ImageId, KernelCall};
+use afterimage_graph::node::{Arg, ImageId, KernelCall, Pass, Resource};
 
 /// Puts a sanitized copy in front of kernels that filter a host image or read it directly.
 pub(crate) fn sanitize(builder: &mut PlanBuilder) {
     for (name, image) in builder.inputs.clone() {
         let recording = &mut builder.recording;
-        let reads = |kernel: &KernelCall| needs_copy(kernel, image);
+        let signedness = |image: ImageId| recording.image(image).signedness;
+        let is_more_signed = |other: ImageId| other != image && signedness(other) > signedness(image);
+        let more_signed: BTreeSet<ImageId> = recording
+            .passes
+            .iter()
+            .flat_map(Pass::reads)
+            .filter_map(Resource::image)
+            .filter(|i| is_more_signed(*i))
+            .collect();
+        let reads = |kernel: &KernelCall| needs_copy(kernel, image, &more_signed);
         let first = recording.passes.iter().position(|pass| pass.kernels.iter().any(reads));
         let Some(first) = first.filter(|_| !recording.image(image).finite) else { continue };
         let copy = recording.add_image(finite_image(format!("{name}.sanitized"), recording.image(image)));
         let kernels = recording.passes.iter_mut().flat_map(|pass| &mut pass.kernels);
-        kernels.filter(|kernel| needs_copy(kernel, image)).for_each(|kernel| redirect(kernel, image, copy));
+        kernels
+            .filter(|kernel| needs_copy(kernel, image, &more_signed))
+            .for_each(|kernel| redirect(kernel, image, copy));
         let mut pass = copy_pass(&name, Arg::Pixel(image), copy);
         pass.label = "sanitize".into();
         recording.passes.insert(first, pass);
     }
 }
 
-fn needs_copy(kernel: &KernelCall, image: ImageId) -> bool {
+fn needs_copy(kernel: &KernelCall, image: ImageId, more_signed: &BTreeSet<ImageId>) -> bool {
     let (shader, function) = (&kernel.shader, &kernel.function);
     // Nobody knows how often an untrusted kernel reads: each read would have the code that repairs a texel.
     let cannot_sanitize =
         shader.is_untrusted() || shader.reads_textures_itself(function) || shader.filters_textures(function);
-    kernel.accepts(Arg::Texture(image)) && cannot_sanitize
+    let is_mixed = kernel.textures().any(|other| more_signed.contains(&other));
+    kernel.accepts(Arg::Texture(image)) && (cannot_sanitize || is_mixed)
 }
 
 fn redirect(kernel: &mut KernelCall, old: ImageId, new: ImageId) {

@@ -27,11 +27,15 @@ static LATE: Shader = Shader::new(
     "@group(0) @binding(0) var source: texture_2d<f32>;
     @group(0) @binding(1) var result: texture_storage_2d<rgba16float, write>;
     @group(0) @binding(2) var<storage, read> before: array<vec4f>;
-    @group(0) @binding(3) var<storage, read_write> kept: array<vec4f>;
     @compute @workgroup_size(1)
     fn late_show(@builtin(global_invocation_id) id: vec3u) {
         textureStore(result, id.xy, texel(source, vec2i(id.xy)) + before[0]);
-    }
+    }",
+);
+// It reads no image, so nothing but the buffer orders it.
+static STORE: Shader = Shader::new(
+    "store",
+    "@group(0) @binding(0) var<storage, read_write> kept: array<vec4f>;
     @compute @workgroup_size(1)
     fn late_store() { kept[0] = kept[0] + vec4f(1.0); }",
 );
@@ -97,7 +101,7 @@ kind!(Late, "Shows what it has kept, and then counts on.", [SOURCE], RESULT, |pa
     let result = pass.output("result", desc);
     let groups = [desc.size.width, desc.size.height, 1];
     pass.compute(&LATE, "late_show").image("result", result).buffer("before", kept).dispatch(groups);
-    pass.compute(&LATE, "late_store").buffer("kept", kept).dispatch([1, 1, 1]);
+    pass.compute(&STORE, "late_store").buffer("kept", kept).dispatch([1, 1, 1]);
 });
 kind!(
     Meter,

@@ -36,6 +36,21 @@ pub struct KernelCall {
     /// Which kernel of which node it is; `None` for the framework's own. New values of parameters find their uniforms
     /// by it.
     pub origin: Option<KernelOrigin>,
+    /// Its part in a warp, if it has one.
+    pub warp: Option<WarpPart>,
+}
+
+/// The part of a function in a warp: a pass that reads an image at places that functions compute. A warp makes the
+/// value at any place of its result, also between pixels, so two warps become one that reads the image once for each
+/// place.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum WarpPart {
+    /// Computes the uv of a place in x and y, from a place alone.
+    Place,
+    /// Reads an image at a place.
+    Tap,
+    /// Combines taps.
+    Join,
 }
 
 /// Which kernel of which node a kernel is, also after fusion.
@@ -82,6 +97,8 @@ pub enum Arg {
     Zero(u8),
     /// The pixel's place.
     Point,
+    /// The place that an earlier kernel of the same pass computes, by its place in the pass: see [`WarpPart::Place`].
+    PointOf(usize),
     /// The frame's time.
     Frame,
     /// A struct of numbers from the host.
@@ -157,6 +174,7 @@ impl KernelCall {
             by_cells: None,
             limited: None,
             origin: None,
+            warp: None,
         }
     }
 
@@ -190,6 +208,7 @@ impl KernelCall {
             arg.value = match arg.value {
                 value if old == Some(value) => new,
                 Arg::Kernel(kernel) => Arg::Kernel(earlier + kernel),
+                Arg::PointOf(kernel) => Arg::PointOf(earlier + kernel),
                 value => value,
             };
         }

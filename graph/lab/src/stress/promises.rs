@@ -7,11 +7,23 @@ use afterimage_graph::check::{Graph, GraphNode};
 use afterimage_graph::value::Value;
 
 /// Kinds whose effect depends on the position in the image.
-const PLACED: &[&str] = &["DemoScene", "Dither", "FilmGrain", "Vignette"];
+const PLACED: &[&str] = &["DemoScene", "Dither", "FilmGrain", "Fog", "LensDirt", "LensFlare", "Streaks", "Vignette"];
 /// Kinds whose effect is not the same on the left and on the right.
-const ASYMMETRIC: &[&str] = &["DemoScene", "Dither", "FilmGrain"];
+const ASYMMETRIC: &[&str] =
+    &["ChromaticAberration", "DemoScene", "Dither", "FilmGrain", "Fog", "LensDirt", "LensDistortion", "MotionBlur"];
 /// Kinds that keep a constant image as it is.
-const KEEPING: &[&str] = &["Downsample", "Gaussian", "GaussianPyramid", "Upsample"];
+const KEEPING: &[&str] = &[
+    "Cas",
+    "ChromaticAberration",
+    "Downsample",
+    "Fxaa",
+    "Gaussian",
+    "GaussianPyramid",
+    "Halation",
+    "LensDistortion",
+    "Sharpen",
+    "Upsample",
+];
 /// Kinds that spread light without losing any.
 const SPREADING: &[&str] = &["Gaussian"];
 /// Monotone point kinds: more light never becomes less.

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use afterimage_base::image::Format;
-use afterimage_graph::node::{Arg, Argument, BlockId, ImageId, KernelCall};
+use afterimage_graph::node::{Arg, Argument, BlockId, ImageId, KernelCall, WarpPart};
 use afterimage_wgsl::{ArgType, Instance, Linker, SampleMode, ShaderError};
 
 use super::module::{Composed, Entry, PassCode, Slot, SlotKind};
@@ -151,6 +151,9 @@ impl<'c, 'a> FunctionWriter<'c, 'a> {
             None => value,
         };
         let _ = writeln!(self.body, "    let kernel{index} = {value};");
+        if kernel.warp == Some(WarpPart::Place) {
+            self.body += &place(index);
+        }
     }
 
     fn arg(&mut self, index: usize, kernel: &KernelCall, arg: &Argument, is_volume: bool) -> String {
@@ -161,6 +164,7 @@ impl<'c, 'a> FunctionWriter<'c, 'a> {
             Arg::Tile => "0u".into(),
             Arg::Sampler if kernel.accepts(Arg::Tile) => "0u".into(),
             Arg::Point => "at".into(),
+            Arg::PointOf(earlier) => format!("place{earlier}"),
             Arg::Params => format!("{}.kernel{index}", self.params()),
             Arg::Frame => self.frame(),
             Arg::Block(block) => self.block(index, name, block),
@@ -187,6 +191,16 @@ impl<'c, 'a> FunctionWriter<'c, 'a> {
         let ty = if is_volume { "texture_3d<f32>" } else { "texture_2d<f32>" };
         self.variable(SlotKind::Texture(image), "var", "image", ty)
     }
+}
+
+/// The place that a kernel has computed. Beyond the border it is moved to the middle of the last texel, where a tap
+/// would read the same.
+fn place(index: usize) -> String {
+    format!(
+        "    let uv{index} = clamp(kernel{index}.xy, 0.5 / at.size, 1.0 - 0.5 / at.size);
+    let place{index} = Point(vec2i(uv{index} * at.size), uv{index}, at.size);
+"
+    )
 }
 
 /// Names and types of the arguments of a kernel.

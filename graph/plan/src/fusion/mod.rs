@@ -6,6 +6,7 @@ mod point;
 mod row_downsample;
 mod tile_cost;
 mod tiles;
+mod warp;
 
 pub(crate) use row_downsample::{row_kernel, row_pass};
 
@@ -19,6 +20,7 @@ pub(crate) fn fusion(builder: &mut PlanBuilder, request: &PlanRequest<'_>) {
     let pays = |when: When| when == When::Always || when == When::WhereItPays && request.caps.tiles;
     if options.fuse {
         point::fuse_points(builder);
+        warp::fuse_warps(builder);
     }
     if pays(options.row_downsample) {
         row_downsample::downsample_by_rows(builder, options.row_downsample == When::Always);

@@ -51,6 +51,7 @@ fn argument(arg: Arg, names: &Names) -> String {
         Arg::Zero(components) => format!("zero {components}"),
         Arg::Sampler => "sampler".to_owned(),
         Arg::Point => "point".to_owned(),
+        Arg::PointOf(kernel) => format!("place of kernel {kernel}"),
         Arg::Frame => "frame".to_owned(),
         Arg::Block(block) => format!("block {}", names.block(block)),
         Arg::Params => "params".to_owned(),

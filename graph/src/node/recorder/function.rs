@@ -96,6 +96,13 @@ impl FunctionPass<'_, '_> {
 
     /// Records the pass; the result goes to an image made before.
     pub fn write_to(self, result: ImageId) {
+        let kernel = self.call();
+        let nodes = vec![self.recorder.node.to_owned()];
+        self.recorder.recording.passes.push(Pass::of_functions(nodes, self.label, vec![kernel], result));
+    }
+
+    /// The call of the function.
+    pub(super) fn call(&self) -> KernelCall {
         let reflection = self.recorder.reflection(&self.shader);
         let function = reflection.function(&self.function);
         let function =
@@ -110,11 +117,15 @@ impl FunctionPass<'_, '_> {
             _ => None,
         });
         let uniform = uniform.transpose().unwrap_or_else(|why| panic!("{:?}: {why}", self.shader));
-        let (node, uniform) = (self.recorder.node, uniform.unwrap_or_default());
-        let Self { recorder, shader, function, label, reach, promises, by_rows, .. } = self;
-        let call = KernelCall::function(node, shader, function, &[]);
-        let kernel = KernelCall { args, uniform, reach, promises, by_rows, ..call };
-        recorder.recording.passes.push(Pass::of_functions(vec![node.to_owned()], label, vec![kernel], result));
+        let call = KernelCall::function(self.recorder.node, self.shader.clone(), self.function.clone(), &[]);
+        KernelCall {
+            args,
+            uniform: uniform.unwrap_or_default(),
+            reach: self.reach,
+            promises: self.promises.clone(),
+            by_rows: self.by_rows,
+            ..call
+        }
     }
 
     fn arg(&self, function: &Function, index: usize) -> Arg {

@@ -2,12 +2,14 @@
 
 mod compute;
 mod function;
+mod warp;
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
 pub use compute::ComputePass;
 pub use function::FunctionPass;
+pub use warp::WarpPass;
 
 use super::color::ImageColor;
 use super::pass::Pass;
@@ -282,6 +284,13 @@ impl<'a> Recorder<'a> {
     pub fn transient(&mut self, name: &str, desc: ImageDesc) -> ImageId {
         let (label, desc) = (self.label(name), self.stored(desc, false));
         self.add_image(label, desc, Origin::Transient)
+    }
+
+    /// The same for numbers that may be negative, whatever the color states of the node's outputs are: such as motion.
+    pub fn transient_signed(&mut self, name: &str, desc: ImageDesc) -> ImageId {
+        let image = self.transient(name, desc);
+        self.recording.images[image.0 as usize].signedness = Signedness::Signed;
+        image
     }
 
     /// An image that becomes a level of an output pyramid, or that is given to an output later.

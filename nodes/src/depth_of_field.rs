@@ -1,0 +1,114 @@
+//! DepthOfField: what is not in focus is blurred as a lens blurs it.
+
+use afterimage_graph::node::FunctionPass;
+use afterimage_graph::prelude::*;
+
+use crate::surface;
+
+static SHADER: Shader = shader!("depth_of_field");
+
+params! {
+    /// Blurs what is nearer or farther than the focus, as a lens does.
+    ///
+    /// The circle of confusion on the sensor has the diameter F^2 / N / (s - F) |z - s| / z, for the focal length F,
+    /// the f-number N, the distance s of the focus and the depth z. Each pixel gathers the light whose circles cover
+    /// it, each with its light spread over its area. Light from behind does not bleed over a sharp foreground, and a
+    /// blurred foreground covers what is behind it by its share; what it hides there is filled with what is seen around
+    /// it.
+    ///
+    /// Place it before the tone curve, so that bright lights become bright discs. The depth is the distance along the
+    /// view axis in metres. Samples lie on rings, 6 on the first, 12 on the second and so on, nearer to each other in
+    /// the middle of the largest circle. Alpha passes unchanged. After Jimenez, "Next Generation Post Processing in
+    /// Call of Duty: Advanced Warfare", SIGGRAPH 2014.
+    pub struct DepthOfField {
+        /// Factor of the circles. 0 changes nothing, 1 is the lens.
+        pub amount: f32 = 1.0 => within(0.0..=4.0), usually(0.0..=1.0), neutral(0.0);
+        /// The distance of the focus.
+        pub focus: f32 = 5.0 => within(0.5..=10000.0), usually(0.5..=50.0), unit("m");
+        /// The f-number: the focal length over the diameter of the aperture.
+        pub f_stop: f32 = 2.0 => within(0.5..=64.0), usually(1.4..=16.0);
+        /// The focal length.
+        pub focal_length: f32 = 50.0 => within(5.0..=400.0), usually(18.0..=200.0), unit("mm");
+        /// The height of the sensor: 24 mm of a 35 mm camera.
+        pub sensor: f32 = 24.0 => within(1.0..=100.0), unit("mm");
+        /// The largest radius of a circle. A larger one needs more rings.
+        pub largest: f32 = 0.02 => within(0.0..=0.1), usually(0.005..=0.05), unit("heights"), replans();
+        /// Rings of samples in the largest circle nearby.
+        pub rings: u32 = 8 => within(1.0..=16.0), quality(12u32, [8, 5, 3]);
+        /// Blades of the aperture, 5 to 9 mostly. Below 3 it is round.
+        pub blades: u32 = 0 => within(0.0..=16.0), live();
+        /// The direction of a corner of the aperture.
+        pub rotation: f32 = 0.0 => within(-360.0..=360.0), unit("degrees");
+    }
+}
+
+impl DepthOfField {
+    /// The radius of the circle of confusion of an infinite distance, in pixels of an image of this height.
+    fn strength(&self, height: f64) -> f64 {
+        let focal = f64::from(self.focal_length);
+        let diameter = focal * focal / f64::from(self.f_stop) / (1000.0 * f64::from(self.focus) - focal);
+        0.5 * f64::from(self.amount) * diameter / f64::from(self.sensor) * height
+    }
+
+    /// A pass from the image that the argument names, of this size.
+    fn step(
+        &self,
+        pass: &mut Recorder<'_>,
+        (argument, image): (&'static str, ImageId),
+        (result, desc): (&'static str, ImageDesc),
+        numbers: Numbers,
+    ) -> ImageId {
+        let made = pass.transient(result, desc);
+        let function = format!("depth_of_field_{result}");
+        numbers.set(pass.function(&SHADER, function).read(argument, image)).write_to(made);
+        made
+    }
+}
+
+/// What the shader gets besides the parameters.
+#[derive(Clone, Copy)]
+struct Numbers {
+    strength: f64,
+    most: f64,
+    tile: u32,
+    rotation: f64,
+}
+
+impl Numbers {
+    fn set<'r, 'a>(self, pass: FunctionPass<'r, 'a>) -> FunctionPass<'r, 'a> {
+        let pass = pass.set("strength", self.strength).set("most", self.most).set("tile", self.tile);
+        pass.set("rotation", self.rotation)
+    }
+}
+
+impl Node for DepthOfField {
+    const INPUTS: &'static [Input] = &[
+        Input::image("source", "The image, before the tone curve.").accepts(&[ColorState::Scene, ColorState::Exposed]),
+        Input::image("depth", "Distance along the view axis in metres, in x.").accepts(&[ColorState::Data]),
+    ];
+    const OUTPUTS: &'static [Output] =
+        &[Output::image("result", OutputState::same("source"), "The image in focus.").or_input("source")];
+
+    fn identity(&self, arrivals: &Arrivals) -> bool {
+        self.amount == 0.0 || self.largest == 0.0 || arrivals.is_zero("source")
+    }
+
+    fn record(&self, pass: &mut Recorder<'_>) {
+        let source = pass.image("source");
+        let desc = ImageDesc::new(pass.desc(source).size);
+        let height = f64::from(desc.size.height);
+        let most = f64::from(self.largest) * height;
+        let tile = (most.ceil() as u32 + 1).max(8);
+        let rotation = f64::from(self.rotation).to_radians();
+        let numbers = Numbers { strength: self.strength(height), most, tile, rotation };
+        let depth = surface::at_size(pass, "depth", desc.size);
+        let circle = self.step(pass, ("depth", depth), ("circle", desc), numbers);
+        let tiles = surface::tiles(desc.size, tile);
+        let rows = ImageDesc::new(Size::new(tiles.width, desc.size.height));
+        let rows = self.step(pass, ("circle", circle), ("rows", rows), numbers);
+        let each = self.step(pass, ("rows", rows), ("tiles", ImageDesc::new(tiles)), numbers);
+        let around = self.step(pass, ("tiles", each), ("around", ImageDesc::new(tiles)), numbers);
+        let last = pass.function(&SHADER, "depth_of_field").read("source", source);
+        numbers.set(last.read("circle", circle).read("around", around)).write("result", desc);
+    }
+}

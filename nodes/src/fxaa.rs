@@ -1,0 +1,69 @@
+//! Fxaa: anti-aliasing of a finished image.
+
+use afterimage_graph::prelude::*;
+
+static SHADER: Shader = shader!("fxaa");
+
+choices! {
+    /// How far an edge is followed to each side, in at most this many reads.
+    pub enum FxaaSearch {
+        /// 26.5 pixels in 12 reads.
+        Long,
+        /// 22.5 pixels in 8 reads.
+        Medium,
+        /// 20.5 pixels in 5 reads: ends of edges are missed by some pixels.
+        Short,
+    }
+}
+
+params! {
+    /// Smooths the steps of edges in a finished image, from its colours alone: FXAA.
+    ///
+    /// Lottes, "FXAA", NVIDIA, 2009, in the form of FXAA 3.11 for quality. An edge is found by its contrast, followed
+    /// to both of its ends, and each pixel beside it is read between the two sides of the edge. Place it last, before
+    /// grain and dither: noise makes edges. Text and fine patterns lose sharpness; `subpixel` says how much. Alpha is
+    /// filtered like colour. Brightness is the luminance of encoded colours, and the square root of that of
+    /// display-linear ones.
+    pub struct Fxaa {
+        /// How much dots and lines of one pixel are dimmed: 0 leaves them, 1 is the softest.
+        pub subpixel: f32 = 0.75 => within(0.0..=1.0);
+        /// The least contrast of an edge, as a share of the brightest of its pixels.
+        pub threshold: f32 = 0.125 => within(0.03..=1.0), usually(0.06..=0.33);
+        /// The least contrast of an edge in dark parts.
+        pub floor: f32 = 0.0312 => within(0.0..=1.0), usually(0.01..=0.1);
+        /// How far an edge is followed.
+        pub search: FxaaSearch = FxaaSearch::Long
+            => quality(FxaaSearch::Long, [FxaaSearch::Medium, FxaaSearch::Short]);
+    }
+}
+
+impl Fxaa {
+    fn function(&self, is_light: bool) -> &'static str {
+        match (self.search, is_light) {
+            (FxaaSearch::Long, false) => "fxaa_long",
+            (FxaaSearch::Medium, false) => "fxaa_medium",
+            (FxaaSearch::Short, false) => "fxaa_short",
+            (FxaaSearch::Long, true) => "fxaa_long_light",
+            (FxaaSearch::Medium, true) => "fxaa_medium_light",
+            (FxaaSearch::Short, true) => "fxaa_short_light",
+        }
+    }
+}
+
+impl Node for Fxaa {
+    const INPUTS: &'static [Input] = &[Input::image("source", "The image, after the tone curve.")
+        .accepts(&[ColorState::DisplayLinear, ColorState::Encoded])];
+    const OUTPUTS: &'static [Output] =
+        &[Output::image("result", OutputState::same("source"), "The image with smooth edges.").or_input("source")];
+
+    fn identity(&self, arrivals: &Arrivals) -> bool {
+        arrivals.is_zero("source")
+    }
+
+    fn record(&self, pass: &mut Recorder<'_>) {
+        let source = pass.image("source");
+        let desc = ImageDesc::new(pass.desc(source).size);
+        let is_light = pass.color("source").state == ColorState::DisplayLinear;
+        pass.function(&SHADER, self.function(is_light)).read("source", source).write("result", desc);
+    }
+}

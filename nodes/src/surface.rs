@@ -1,0 +1,23 @@
+//! Images about the surfaces in a frame: depth, motion, normals.
+
+use afterimage_graph::prelude::*;
+
+static NEAREST: Shader = shader!("nearest");
+
+/// The image of an input at this size: itself, or its nearest texels, because a mean of two depths is at neither
+/// surface.
+pub(crate) fn at_size(pass: &mut Recorder<'_>, port: &'static str, size: Size) -> ImageId {
+    let image = pass.image(port);
+    let desc = pass.desc(image);
+    if desc.size == size {
+        return image;
+    }
+    let result = pass.transient_signed(port, ImageDesc { size, ..desc });
+    pass.function(&NEAREST, "nearest").label(format!("nearest {port}")).read("source", image).write_to(result);
+    result
+}
+
+/// The number of tiles of this side that cover an image, across and down.
+pub(crate) fn tiles(size: Size, side: u32) -> Size {
+    Size::new(size.width.div_ceil(side), size.height.div_ceil(side))
+}

@@ -1,0 +1,177 @@
+// Fast approximate anti-aliasing: Lottes, "FXAA", NVIDIA, 2009, in the form of FXAA 3.11 for quality. An edge is found
+// by its contrast, followed along its row or column to both ends, and each pixel beside it is read at a place between
+// the two sides of the edge, by its distance from the nearer end.
+#import color
+
+struct Fxaa {
+    subpixel: f32,
+    threshold: f32,
+    floor: f32,
+}
+
+// Distances of the reads along an edge, in pixels. The last ones are far apart.
+const FXAA_LONG = array<f32, 12>(1.0, 2.0, 3.0, 4.0, 5.0, 6.5, 8.5, 10.5, 12.5, 14.5, 18.5, 26.5);
+const FXAA_MEDIUM = array<f32, 8>(1.0, 2.5, 4.5, 6.5, 8.5, 10.5, 14.5, 22.5);
+const FXAA_SHORT = array<f32, 5>(1.0, 2.5, 4.5, 8.5, 20.5);
+
+// The brightness of the square around a pixel: rows from the top.
+struct FxaaSquare {
+    rows: array<vec3f, 3>,
+}
+
+// An edge beside a pixel.
+struct FxaaEdge {
+    along: vec2f,      // the step along the edge, in pixels
+    across: vec2f,     // the step to the pixel on its other side
+    middle: f32,       // the mean brightness of both sides
+    contrast: f32,     // the least difference from it that ends the edge
+}
+
+// Brightness as the eye sees it: of encoded colours their luminance, of light the square root of it.
+fn fxaa_brightness(color: vec4f, is_light: bool) -> f32 {
+    let y = max(luminance(color.rgb), 0.0);
+    return select(y, sqrt(y), is_light);
+}
+
+fn fxaa_square(source: texture_2d<f32>, p: vec2i, is_light: bool) -> FxaaSquare {
+    var square = FxaaSquare();
+    for (var y = 0; y < 3; y++) {
+        let row = p + vec2i(0, y - 1);
+        square.rows[y] = vec3f(
+            fxaa_brightness(texel(source, row - vec2i(1, 0)), is_light),
+            fxaa_brightness(texel(source, row), is_light),
+            fxaa_brightness(texel(source, row + vec2i(1, 0)), is_light),
+        );
+    }
+    return square;
+}
+
+// The difference between the brightest and the darkest of a pixel and the four beside it; 0 where that is too small to
+// be seen.
+fn fxaa_contrast(square: FxaaSquare, params: Fxaa) -> f32 {
+    let upper = square.rows[0];
+    let middle = square.rows[1];
+    let lower = square.rows[2];
+    let high = max(max(middle.x, middle.z), max(max(upper.y, lower.y), middle.y));
+    let low = min(min(middle.x, middle.z), min(min(upper.y, lower.y), middle.y));
+    return select(high - low, 0.0, high - low < max(params.floor, high * params.threshold));
+}
+
+// How far a pixel that stands out from all around it moves to its neighbour: this dims dots and thin lines.
+fn fxaa_subpixel(square: FxaaSquare, contrast: f32, params: Fxaa) -> f32 {
+    let upper = square.rows[0];
+    let middle = square.rows[1];
+    let lower = square.rows[2];
+    let beside = (upper.y + lower.y) + (middle.x + middle.z);
+    let corners = (upper.x + upper.z) + (lower.x + lower.z);
+    let differs = clamp(abs((2.0 * beside + corners) / 12.0 - middle.y) / contrast, 0.0, 1.0);
+    let smoothed = differs * differs * (3.0 - 2.0 * differs);
+    return smoothed * smoothed * params.subpixel;
+}
+
+// Second differences across the rows, of the three columns; the middle one counts twice.
+fn fxaa_bend(before: vec3f, middle: vec3f, after: vec3f) -> f32 {
+    let bend = abs(before + after - 2.0 * middle);
+    return (bend.x + bend.z) + 2.0 * bend.y;
+}
+
+fn fxaa_edge(square: FxaaSquare) -> FxaaEdge {
+    let columns = transpose(mat3x3f(square.rows[0], square.rows[1], square.rows[2]));
+    let center = square.rows[1].y;
+    let across_rows = fxaa_bend(square.rows[0], square.rows[1], square.rows[2]);
+    let across_columns = fxaa_bend(columns[0], columns[1], columns[2]);
+    // At the corner of an area both are equal but for rounding: then it is a row, on every device.
+    let is_row = 1.001 * across_rows >= across_columns;
+    let before = select(square.rows[1].x, square.rows[0].y, is_row);
+    let after = select(square.rows[1].z, square.rows[2].y, is_row);
+    let is_before = abs(before - center) >= abs(after - center);
+    let other = select(after, before, is_before);
+    let side = select(1.0, -1.0, is_before);
+    let across = side * select(vec2f(1.0, 0.0), vec2f(0.0, 1.0), is_row);
+    let along = select(vec2f(0.0, 1.0), vec2f(1.0, 0.0), is_row);
+    return FxaaEdge(along, across, 0.5 * (other + center), 0.25 * abs(other - center));
+}
+
+// The distance at which an edge ends in one direction, and the brightness there less that of the edge.
+fn fxaa_end(
+    source: texture_2d<f32>,
+    s: sampler,
+    uv: vec2f,
+    step: vec2f,
+    edge: FxaaEdge,
+    quality: u32,
+    is_light: bool,
+) -> vec2f {
+    var end = vec2f();
+    for (var i = 0u; i < 12u; i++) {
+        var distance = FXAA_LONG[i];
+        if quality == 1u {
+            if i >= 8u { break; }
+            distance = FXAA_MEDIUM[i];
+        }
+        if quality == 2u {
+            if i >= 5u { break; }
+            distance = FXAA_SHORT[i];
+        }
+        end = vec2f(distance, fxaa_brightness(tap(source, s, uv + distance * step), is_light) - edge.middle);
+        if abs(end.y) >= edge.contrast { break; }
+    }
+    return end;
+}
+
+// How far a pixel beside an edge moves across it: half a pixel at the end of the edge, nothing from its middle on, and
+// nothing where the edge ends to the other side.
+fn fxaa_offset(
+    source: texture_2d<f32>,
+    s: sampler,
+    at: Point,
+    edge: FxaaEdge,
+    center: f32,
+    quality: u32,
+    is_light: bool,
+) -> f32 {
+    let texel_size = 1.0 / at.size;
+    let uv = at.uv + 0.5 * edge.across * texel_size;
+    let step = edge.along * texel_size;
+    let first = fxaa_end(source, s, uv, -step, edge, quality, is_light);
+    let second = fxaa_end(source, s, uv, step, edge, quality, is_light);
+    let inside = center - edge.middle < 0.0;
+    // Both ends count where they are equally far.
+    let is_first = first.x <= second.x && (first.y < 0.0) != inside;
+    let is_second = second.x <= first.x && (second.y < 0.0) != inside;
+    return select(0.0, 0.5 - min(first.x, second.x) / (first.x + second.x), is_first || is_second);
+}
+
+fn fxaa_at(source: texture_2d<f32>, s: sampler, at: Point, params: Fxaa, quality: u32, is_light: bool) -> vec4f {
+    let square = fxaa_square(source, at.pixel, is_light);
+    let contrast = fxaa_contrast(square, params);
+    if contrast <= 0.0 { return texel(source, at.pixel); }
+    let edge = fxaa_edge(square);
+    let offset = fxaa_offset(source, s, at, edge, square.rows[1].y, quality, is_light);
+    let moved = max(offset, fxaa_subpixel(square, contrast, params));
+    return tap(source, s, at.uv + moved * edge.across / at.size);
+}
+
+fn fxaa_long(source: texture_2d<f32>, source_sampler: sampler, at: Point, params: Fxaa) -> vec4f {
+    return fxaa_at(source, source_sampler, at, params, 0u, false);
+}
+
+fn fxaa_medium(source: texture_2d<f32>, source_sampler: sampler, at: Point, params: Fxaa) -> vec4f {
+    return fxaa_at(source, source_sampler, at, params, 1u, false);
+}
+
+fn fxaa_short(source: texture_2d<f32>, source_sampler: sampler, at: Point, params: Fxaa) -> vec4f {
+    return fxaa_at(source, source_sampler, at, params, 2u, false);
+}
+
+fn fxaa_long_light(source: texture_2d<f32>, source_sampler: sampler, at: Point, params: Fxaa) -> vec4f {
+    return fxaa_at(source, source_sampler, at, params, 0u, true);
+}
+
+fn fxaa_medium_light(source: texture_2d<f32>, source_sampler: sampler, at: Point, params: Fxaa) -> vec4f {
+    return fxaa_at(source, source_sampler, at, params, 1u, true);
+}
+
+fn fxaa_short_light(source: texture_2d<f32>, source_sampler: sampler, at: Point, params: Fxaa) -> vec4f {
+    return fxaa_at(source, source_sampler, at, params, 2u, true);
+}

@@ -1,0 +1,27 @@
+#import noise
+
+struct Glitch {
+    amount: f32,
+    share: f32,
+    blocks: f32,
+    rate: f32,
+    fringe: f32,
+}
+
+// How far the block of a line jumps, from -1 to 1: mostly 0.
+fn glitch_jump(line: f32, time: f32, params: Glitch) -> f32 {
+    let moment = i32(clamp(floor(time * params.rate), 0.0, 1e6));
+    let block = i32(floor(line * params.blocks));
+    let chance = hash_cell(vec2i(block, 2 * moment));
+    let distance = 2.0 * hash_cell(vec2i(block, 2 * moment + 1)) - 1.0;
+    return select(0.0, distance, chance < params.share);
+}
+
+fn glitch(source: texture_2d<f32>, source_sampler: sampler, at: Point, frame: Frame, params: Glitch) -> vec4f {
+    let jump = params.amount * glitch_jump(at.uv.y, frame.time, params);
+    let apart = jump * params.fringe;
+    let middle = tap(source, source_sampler, at.uv + vec2f(jump, 0.0));
+    let red = tap(source, source_sampler, at.uv + vec2f(jump + apart, 0.0)).r;
+    let blue = tap(source, source_sampler, at.uv + vec2f(jump - apart, 0.0)).b;
+    return vec4f(red, middle.g, blue, middle.a);
+}

@@ -1,0 +1,119 @@
+//! Sharpening, anti-aliasing and lenses on the GPU: what their CPU references do not say.
+
+use crate::reference::fxaa::{Fxaa, STEPS};
+use crate::reference::image::Image;
+use crate::support::gpu::Picture;
+use crate::support::harness::{Nodes, Scale, Tolerance, assert_close, differences, image};
+use crate::support::numbers::Numbers;
+
+/// Few lights in the dark, up to 60 times white.
+pub(super) fn lights([width, height]: [u32; 2]) -> Picture {
+    let mut numbers = Numbers(0x9e37_79b9_7f4a_7c15);
+    Picture::new(width, height, |x, _| {
+        let is_light = numbers.next() < 0.03;
+        let strength = if is_light { 60.0 * numbers.next() } else { 0.1 };
+        let color = [0, 1, 2].map(|_| (strength * numbers.next()) as f32);
+        [color[0], color[1], color[2], (x % 3) as f32 * 0.5]
+    })
+}
+
+/// Colours of the half-planes of `aliased`, and how each divides the image: the slope and the place of its edge.
+const EDGES: [([f64; 3], [f64; 3]); 4] = [
+    ([0.83, 0.61, 0.27], [0.131, -1.0, 0.31]),
+    ([0.12, 0.34, 0.71], [-1.0, 0.237, 0.62]),
+    ([0.47, 0.88, 0.35], [0.713, 1.0, -1.32]),
+    ([0.05, 0.03, 0.09], [-1.0, -0.387, 0.41]),
+];
+
+/// The colour at a place: the last half-plane that contains it, a little brighter from pixel to pixel, so that no two
+/// brightnesses are equal.
+fn plane([u, v]: [f64; 2]) -> [f64; 3] {
+    let inside = |(_, [a, b, c]): &&([f64; 3], [f64; 3])| a * u + b * v + c > 0.0;
+    EDGES.iter().rev().find(inside).map_or([0.93, 0.95, 0.86], |(color, _)| *color)
+}
+
+/// Edges in four directions, one sample a pixel.
+pub(super) fn aliased([width, height]: [u32; 2]) -> Picture {
+    let mut numbers = Numbers(0x2545_f491_4f6c_dd1d);
+    Picture::new(width, height, |x, y| {
+        let uv = [(f64::from(x) + 0.5) / f64::from(width), (f64::from(y) + 0.5) / f64::from(height)];
+        let [r, g, b] = plane(uv).map(|light| (light + 0.03 * (numbers.next() - 0.5)) as f32);
+        [r, g, b, (x % 5) as f32 * 0.25]
+    })
+}
+
+/// The same with 256 samples a pixel.
+fn supersampled(width: usize, height: usize) -> Image {
+    Image::new(width, height, |x, y| {
+        let place = |i: usize, j: usize| {
+            [(x as f64 + (i as f64 + 0.5) / 16.0) / width as f64, (y as f64 + (j as f64 + 0.5) / 16.0) / height as f64]
+        };
+        let mut sum = [0.0; 3];
+        for color in (0..256).map(|k| plane(place(k % 16, k / 16))) {
+            sum = [0, 1, 2].map(|c| sum[c] + color[c] / 256.0);
+        }
+        [sum[0], sum[1], sum[2], 1.0]
+    })
+}
+
+fn mean_square(found: &Picture, wanted: &Image) -> f64 {
+    let squares = found.pixels.iter().zip(&wanted.pixels);
+    let sum: f64 = squares.map(|(a, b)| (0..3).map(|c| (f64::from(a[c]) - b[c]).powi(2)).sum::<f64>()).sum();
+    sum / found.pixels.len() as f64
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn every_search_of_fxaa_equals_the_published_one_and_comes_nearer_to_the_supersampled_image() {
+    let picture = aliased([161, 97]);
+    let wanted = supersampled(161, 97);
+    let before = mean_square(&picture, &wanted);
+    let mut errors = Vec::new();
+    for (state, is_light) in [("Encoded", false), ("DisplayLinear", true)] {
+        for (search, steps) in ["Long", "Medium", "Short"].into_iter().zip(STEPS) {
+            let fxaa = Fxaa { subpixel: 0.5, threshold: 0.166, floor: 0.05, steps, is_light };
+            let text = format!(
+                "\"result\": Fxaa(source: \"in\", search: {search}, subpixel: 0.5, threshold: 0.166, floor: 0.05)"
+            );
+            let found = Nodes::new(&text, &[("in", state)]).exact(&[&picture]);
+            let reason = "the place of the last read is a quotient of distances in f32";
+            let tolerance = Tolerance { absolute: 1e-6, relative: 2e-4, of: Scale::Neighbourhood, reason };
+            // Whether an edge ends at a read between two pixels is a tie but for the noise: f32 may decide otherwise.
+            let differ = differences(&found, &fxaa.apply(&image(&picture)), &tolerance);
+            assert!(differ.len() <= 8, "{search} in {state}: {} pixels\n{}", differ.len(), differ[..4].join("\n"));
+            errors.push(mean_square(&found, &wanted) / before);
+        }
+    }
+    assert!(errors.iter().all(|share| *share < 0.6), "{errors:?}");
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_sharpened_edge_has_no_halo_and_is_steeper() {
+    // A soft edge, as of a scaled image.
+    let ramp = [0.2, 0.2, 0.2, 0.26, 0.5, 0.74, 0.8, 0.8, 0.8_f32];
+    let edge = Picture::new(9, 5, |x, _| [ramp[x as usize], ramp[x as usize], ramp[x as usize], 1.0]);
+    for node in ["Sharpen(source: \"in\", amount: 2.0)", "Cas(source: \"in\", sharpness: 1.0)"] {
+        let sharp = Nodes::new(&format!("\"result\": {node}"), &[("in", "DisplayLinear")]).exact(&[&edge]);
+        let row: Vec<f32> = (0..9).map(|x| sharp.at(x, 2)[0]).collect();
+        assert!(row[5] - row[3] > 0.55, "{node}: {row:?}");
+        let slack = if node.starts_with("Sharpen") { 1e-6 } else { 0.08 };
+        assert!(row.iter().all(|x| (0.2 - slack..=0.8 + slack).contains(x)), "{node}: {row:?}");
+    }
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn dirt_of_an_image_is_read_at_the_same_place() {
+    let light = Picture::new(8, 4, |x, _| [1.0 + x as f32, 2.0, 0.5, 1.0]);
+    let dirt = Picture::new(4, 2, |x, y| [x as f32, y as f32, 0.5, 1.0]);
+    let nodes = "\"result\": LensDirt(source: \"light\", dirt: \"dirt\", strength: 2.0)";
+    let found = Nodes::new(nodes, &[("light", "Exposed"), ("dirt", "Data")]).exact(&[&light, &dirt]);
+    let (light, dirt) = (image(&light), image(&dirt));
+    let wanted = Image::from_uv(8, 4, |uv| {
+        let (light, dirt) = (light.tap(uv), dirt.tap(uv));
+        [0, 1, 2, 3].map(|c| if c < 3 { light[c] * (1.0 + 2.0 * dirt[c]) } else { light[c] })
+    });
+    let tolerance = Tolerance { absolute: 1e-5, relative: 4e-3, of: Scale::Pixel, reason: "a sampled image" };
+    assert_close("dirt", &found, &wanted, &tolerance);
+}

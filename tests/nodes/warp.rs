@@ -1,0 +1,125 @@
+//! Warps on the GPU: every formula of a lens, and warps that become one pass.
+
+use afterimage_plan::Options;
+
+use super::lens::lights;
+use crate::reference::image::{Image, rgb};
+use crate::reference::warp::{Lens, Warp, aberration, inverse, warped};
+use crate::support::gpu::{Picture, Run, gpu};
+use crate::support::harness::{Nodes, Scale, Tolerance, assert_close, image};
+
+/// Ripples of twelve pixels and more: a bilinear filter changes them little.
+fn smooth(width: u32, height: u32) -> Picture {
+    Picture::new(width, height, |x, y| {
+        let (x, y) = (f64::from(x), f64::from(y));
+        let ripple = |a: f64, b: f64| (1.0 + 0.5 * (a * x + b * y).sin()) as f32;
+        [ripple(0.21, 0.05), ripple(-0.1, 0.25), ripple(0.17, 0.17), ripple(0.02, 0.11)]
+    })
+}
+
+/// The relative tolerance of places in f32.
+const PLACES: Tolerance =
+    Tolerance { absolute: 1e-4, relative: 4e-3, of: Scale::Neighbourhood, reason: "places of taps in f32" };
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn every_formula_of_a_lens_equals_its_reference() {
+    let (barrel, pincushion) = ([-0.15, 0.03, 0.0], [0.1, 0.02, 0.01]);
+    let picture = lights([67, 41]);
+    for (k, p) in [(barrel, [0.0; 2]), (pincushion, [0.01, -0.004])] {
+        let lens = Lens { k, p };
+        let brown = |place| lens.brown(place);
+        let division = |place| lens.division(place);
+        let cases: [(&str, &str, Warp<'_>); 4] = [
+            ("BrownConrady", "Undistort", &brown),
+            ("BrownConrady", "Distort", &|place| inverse(brown, place)),
+            ("Division", "Distort", &division),
+            ("Division", "Undistort", &|place| inverse(division, place)),
+        ];
+        for (model, direction, warp) in cases {
+            let ([k1, k2, k3], [p1, p2]) = (k, p);
+            let text = format!(
+                "\"result\": LensDistortion(source: \"in\", model: {model}, direction: {direction}, \
+                 k1: {k1:?}, k2: {k2:?}, k3: {k3:?}, p1: {p1:?}, p2: {p2:?})"
+            );
+            let found = Nodes::new(&text, &[("in", "Exposed")]).exact(&[&picture]);
+            assert_close(&text, &found, &warped(&image(&picture), [warp; 3]), &PLACES);
+        }
+    }
+}
+
+/// A chain of warps between nodes of one pixel, as a lens has it.
+const CHAIN: &str = r#"
+    "exposed": Exposure(source: "scene", stops: 1.0),
+    "bent": LensDistortion(source: "exposed", k1: -0.15, k2: 0.02, zoom: 1.1),
+    "fringed": ChromaticAberration(source: "bent", red: 0.01, blue: -0.012),
+    "dark": Vignette(source: "fringed"),
+    "result": ToneMap(source: "dark", curve: AcesNarkowicz, space: Rec709, keep_hue: 0.0, gamut: Clip)"#;
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn distortion_aberration_vignette_and_curve_are_one_pass_with_three_reads() {
+    let nodes = Nodes::new(CHAIN, &[("scene", "Color")]);
+    let (graph, picture) = (nodes.graph(), smooth(96, 54));
+    let plan = Run::new(&graph).plan(&gpu(), &[("scene", &picture)]);
+    let names: Vec<Vec<String>> = plan.passes.iter().map(|pass| pass.pass.nodes.clone()).collect();
+    assert_eq!(names, [vec!["exposed"], vec!["bent", "fringed", "dark", "result"]], "{}", plan.to_text());
+    let reads = plan.passes[1].pass.kernels.iter().filter(|kernel| kernel.reads_texture()).count();
+    assert_eq!(reads, 3);
+    assert!(plan.to_text().contains("bent"), "{}", plan.to_text());
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn warps_in_one_pass_equal_separate_ones_but_for_one_filter() {
+    let text = r#"
+        "bent": LensDistortion(source: "scene", k1: -0.15, k2: 0.02, zoom: 1.4),
+        "result": ChromaticAberration(source: "bent", red: 0.02, blue: -0.03, growth: 0.0)"#;
+    let nodes = Nodes::new(text, &[("scene", "Color")]);
+    let (graph, picture) = (nodes.graph(), smooth(192, 108));
+    let input = [("scene", &picture)];
+    let fused = Run::new(&graph).exact().frame(&input).remove(0);
+    let mut run = Run::new(&graph).exact();
+    run.options = Options { fuse: false, ..run.options };
+    let separate = run.frame(&input).remove(0);
+    let lens = Lens { k: [-0.15, 0.02, 0.0], p: [0.0; 2] };
+    // The image between both warps has a border.
+    let half = 0.5 * 192.0_f64.hypot(108.0);
+    let inside = |x: f64, pixels: f64| x.clamp(-0.5 * (pixels - 1.0) / half, 0.5 * (pixels - 1.0) / half);
+    let bent = |[x, y]: [f64; 2]| inverse(|place| lens.brown(place), [inside(x, 192.0) / 1.4, inside(y, 108.0) / 1.4]);
+    let [red, green, blue] = [0.02, 0.0, -0.03].map(|m| aberration(m, 0.0));
+    let [red, green, blue] = [&red, &green, &blue].map(|warp| move |place| bent(warp(place)));
+    let once = warped(&image(&picture), [&red, &green, &blue]);
+    assert_close("one filter", &fused, &once, &PLACES);
+    // A second bilinear filter lowers a ripple of 24 pixels by at most 1 - cos(pi / 24): 0.9 % of its height of 0.5.
+    let twice = Tolerance { absolute: 0.006, relative: 0.0, of: Scale::Pixel, reason: "one more bilinear filter" };
+    assert_close(
+        "two filters",
+        &separate,
+        &image(&fused).map(|pixel| pixel),
+        &Tolerance { of: Scale::Channel, ..twice },
+    );
+    assert!(error(&separate, &once) > 3.0 * error(&fused, &once), "one filter is better than two");
+}
+
+/// The mean error of the colours.
+fn error(found: &Picture, wanted: &Image) -> f64 {
+    let off = |(found, wanted): (&[f32; 4], &[f64; 4])| {
+        let wanted = rgb(*wanted);
+        (0..3).map(|c| (f64::from(found[c]) - wanted[c]).abs()).sum::<f64>()
+    };
+    found.pixels.iter().zip(&wanted.pixels).map(off).sum::<f64>() / found.pixels.len() as f64
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn two_aberrations_store_the_image_between_them() {
+    let text = r#"
+        "first": ChromaticAberration(source: "scene"),
+        "result": ChromaticAberration(source: "first")"#;
+    let nodes = Nodes::new(text, &[("scene", "Color")]);
+    let picture = smooth(32, 18);
+    let plan = Run::new(&nodes.graph()).plan(&gpu(), &[("scene", &picture)]);
+    let of_first = plan.passes.iter().filter(|pass| pass.pass.nodes == ["first"]).count();
+    assert_eq!(of_first, 1, "nine reads cost more than an image: {}", plan.to_text());
+}

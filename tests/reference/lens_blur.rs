@@ -1,0 +1,201 @@
+//! Depth of field and motion blur by gathering, as Jimenez (2014) and McGuire and others (2012) describe it.
+
+use std::f64::consts::PI;
+
+use super::image::Image;
+use super::math::{mix, smooth_step};
+
+/// Surfaces whose depths differ by less than this share belong together.
+const SOFT: f64 = 0.05;
+
+/// A lens.
+#[derive(Clone, Copy)]
+pub(crate) struct DepthOfField {
+    /// The distance of the focus in metres.
+    pub(crate) focus: f64,
+    pub(crate) f_stop: f64,
+    /// In millimetres.
+    pub(crate) focal_length: f64,
+    /// The height of the sensor in millimetres.
+    pub(crate) sensor: f64,
+    /// The largest radius in pixels.
+    pub(crate) most: f64,
+    pub(crate) rings: usize,
+    pub(crate) blades: usize,
+    /// Radians.
+    pub(crate) rotation: f64,
+}
+
+impl DepthOfField {
+    /// The radius of the circle of confusion in pixels.
+    pub(crate) fn radius(&self, depth: f64, height: f64) -> f64 {
+        let focus = 1000.0 * self.focus;
+        let diameter = self.focal_length.powi(2) / self.f_stop / (focus - self.focal_length);
+        let on_sensor = diameter * (depth - self.focus).abs() / depth.max(1e-3);
+        (0.5 * on_sensor / self.sensor * height).min(self.most)
+    }
+
+    fn edge(&self, angle: f64) -> f64 {
+        if self.blades < 3 {
+            return 1.0;
+        }
+        let side = 2.0 * PI / self.blades as f64;
+        let within = (angle + self.rotation).rem_euclid(side);
+        (0.5 * side).cos() / (within - 0.5 * side).cos()
+    }
+
+    /// The radius of a ring: rings are nearer to each other in the middle.
+    fn ring(&self, ring: f64, reach: f64) -> f64 {
+        reach * (ring / self.rings as f64).powf(1.5)
+    }
+
+    /// Offset, distance in a round aperture, and area of each sample, the pixel itself first.
+    fn samples(&self, reach: f64) -> Vec<([f64; 2], f64, f64)> {
+        let middle = ([0.0, 0.0], 0.0, PI * self.ring(0.5, reach).powi(2));
+        let ring = |ring: usize| {
+            let [inside, distance, outside] = [-0.5, 0.0, 0.5].map(|off| self.ring(ring as f64 + off, reach));
+            let area = PI * (outside.powi(2) - inside.powi(2)) / (6 * ring) as f64;
+            (0..6 * ring).map(move |i| {
+                let angle = 2.0 * PI * (i as f64 + 0.5 * (ring % 2) as f64) / (6 * ring) as f64;
+                let along = distance * self.edge(angle);
+                ([along * angle.cos(), along * angle.sin()], distance, area)
+            })
+        };
+        std::iter::once(middle).chain((1..=self.rings).flat_map(ring)).collect()
+    }
+
+    pub(crate) fn apply(&self, image: &Image, depth: &Image) -> Image {
+        let circles = depth.map(|[z, ..]| [self.radius(z, image.height as f64), z.max(1e-3), 0.0, 1.0]);
+        let tile = (self.most.ceil() as usize + 1).max(8);
+        Image::new(image.width, image.height, |x, y| {
+            let reach = tile_most(&circles, [x, y], tile);
+            if reach < 0.5 {
+                return image.texel(x as i64, y as i64);
+            }
+            self.gather(image, &circles, [x, y], reach)
+        })
+    }
+
+    fn gather(&self, image: &Image, circles: &Image, [x, y]: [usize; 2], reach: f64) -> [f64; 4] {
+        let center = image.texel(x as i64, y as i64);
+        let [own, own_depth, ..] = circles.texel(x as i64, y as i64);
+        let mut layers = [[0.0; 4]; 2];
+        let mut add = |color: [f64; 4], [radius, depth, ..]: [f64; 4], distance: f64, area: f64| {
+            let before = ((own_depth - depth) / (SOFT * own_depth)).clamp(0.0, 1.0);
+            for (layer, share, radius) in [(0, before, radius), (1, 1.0 - before, radius.min(own))] {
+                let covers = (radius - distance + 0.5).clamp(0.0, 1.0) / (PI * radius * radius).max(1.0);
+                let weight = area * share * covers;
+                (0..3).for_each(|c| layers[layer][c] += weight * color[c]);
+                layers[layer][3] += weight;
+            }
+        };
+        for ([dx, dy], distance, area) in self.samples(reach) {
+            let place = [x as i64 + dx.round_ties_even() as i64, y as i64 + dy.round_ties_even() as i64];
+            let color = image.texel(place[0], place[1]);
+            add(color, circles.texel(place[0], place[1]), distance, area);
+        }
+        let [before, behind] = layers;
+        let cover = before[3].clamp(0.0, 1.0);
+        let light = |c: usize| mix(behind[c] / behind[3].max(1e-6), before[c] / before[3].max(1e-6), cover);
+        [light(0), light(1), light(2), center[3]]
+    }
+}
+
+/// The largest red of the nine tiles around a pixel.
+fn tile_most(image: &Image, [x, y]: [usize; 2], tile: usize) -> f64 {
+    let mut most = 0.0_f64;
+    for_tiles(image, [x, y], tile, |pixel| most = most.max(pixel[0]));
+    most
+}
+
+/// Calls `f` for each pixel of the nine tiles around a pixel, row by row of each tile. Tiles beyond the border are
+/// those at it.
+fn for_tiles(image: &Image, [x, y]: [usize; 2], tile: usize, mut f: impl FnMut([f64; 4])) {
+    let last = [(image.width - 1) / tile, (image.height - 1) / tile];
+    let near = |at: usize, last: usize| [-1, 0, 1].map(|i| (at as i64 + i).clamp(0, last as i64) as usize);
+    for j in near(y / tile, last[1]) {
+        for i in near(x / tile, last[0]) {
+            for at in 0..tile * tile {
+                f(image.texel((i * tile + at % tile) as i64, (j * tile + at / tile) as i64));
+            }
+        }
+    }
+}
+
+/// Motion blur with this many samples along half paths of at most `most` pixels.
+#[derive(Clone, Copy)]
+pub(crate) struct MotionBlur {
+    pub(crate) samples: usize,
+    pub(crate) most: f64,
+}
+
+impl MotionBlur {
+    /// `paths` holds half of each pixel's path in pixels, and its depth; `shift` is the random number of a pixel, from
+    /// -0.5 to 0.5.
+    pub(crate) fn apply(&self, image: &Image, paths: &Image, shift: impl Fn(usize, usize) -> f64) -> Image {
+        let paths = paths.map(|[x, y, z, _]| {
+            let limit = (self.most / x.hypot(y).max(1e-6)).min(1.0);
+            [x * limit, y * limit, z.max(1e-3), 1.0]
+        });
+        let tile = (self.most.ceil() as usize + 1).max(8);
+        Image::new(image.width, image.height, |x, y| {
+            let mut longest = [0.0_f64; 2];
+            for_tiles(&paths, [x, y], tile, |[i, j, ..]| {
+                if i.hypot(j) > longest[0].hypot(longest[1]) {
+                    longest = [i, j];
+                }
+            });
+            let center = image.texel(x as i64, y as i64);
+            if longest[0].hypot(longest[1]) < 0.5 {
+                return center;
+            }
+            self.gather((image, &paths), [x, y], longest, shift(x, y))
+        })
+    }
+
+    fn gather(&self, (image, paths): (&Image, &Image), [x, y]: [usize; 2], longest: [f64; 2], shift: f64) -> [f64; 4] {
+        let (x, y) = (x as i64, y as i64);
+        let (center, own) = (image.texel(x, y), paths.texel(x, y));
+        let mut total = 1.0 / own[0].hypot(own[1]).max(0.5);
+        let mut sum = [0, 1, 2].map(|c| total * center[c]);
+        for i in 0..self.samples {
+            let t = 2.0 * (i as f64 + 0.5 + shift) / self.samples as f64 - 1.0;
+            let offset = longest.map(|part| part * t);
+            let place = [x + offset[0].round_ties_even() as i64, y + offset[1].round_ties_even() as i64];
+            let share = share(own, paths.texel(place[0], place[1]), offset[0].hypot(offset[1]));
+            let color = image.texel(place[0], place[1]);
+            sum = [0, 1, 2].map(|c| sum[c] + share * color[c]);
+            total += share;
+        }
+        [sum[0] / total, sum[1] / total, sum[2] / total, center[3]]
+    }
+}
+
+/// The published weight: cone and depth of either surface, and both cylinders.
+fn share(own: [f64; 4], other: [f64; 4], distance: f64) -> f64 {
+    let [own_length, other_length] = [own, other].map(|path| path[0].hypot(path[1]));
+    let before = |a: f64, b: f64| (1.0 - (a - b) / (SOFT * a.min(b))).clamp(0.0, 1.0);
+    let cone = |length: f64| (1.0 - distance / length.max(1e-3)).clamp(0.0, 1.0);
+    let cylinder = |length: f64| 1.0 - smooth_step(0.95 * length, 1.05 * length, distance);
+    before(other[2], own[2]) * cone(other_length)
+        + before(own[2], other[2]) * cone(own_length)
+        + 2.0 * cylinder(own_length) * cylinder(other_length)
+}
+
+#[test]
+fn a_circle_of_confusion_is_that_of_a_lens() {
+    let lens = DepthOfField {
+        focus: 2.0,
+        f_stop: 2.0,
+        focal_length: 50.0,
+        sensor: 24.0,
+        most: 1e9,
+        rings: 4,
+        blades: 0,
+        rotation: 0.0,
+    };
+    // By the thin lens: the image of 4 m lies at 1 / (1/50 - 1/4000) mm, the sensor at 1 / (1/50 - 1/2000) mm.
+    let image = |distance: f64| 1.0 / (1.0 / 50.0 - 1.0 / distance);
+    let diameter = 25.0 * (image(2000.0) - image(4000.0)).abs() / image(4000.0);
+    assert!((lens.radius(4.0, 1080.0) - 0.5 * diameter / 24.0 * 1080.0).abs() < 1e-9);
+}
