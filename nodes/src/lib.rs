@@ -77,6 +77,7 @@ mod mean_luminance;
 mod metering;
 mod motion_blur;
 mod oklab;
+mod outline;
 mod process;
 mod purkinje;
 mod purkinje_simple;
@@ -137,6 +138,7 @@ pub use lut_file::{LutFile, parse_lut_file};
 pub use mean_luminance::{MeanLuminance, MeanLuminanceOf};
 pub use metering::{Adaptation, EV100_OF_LUMINANCE, MeteringWeight};
 pub use motion_blur::{MotionBlur, MotionUnit};
+pub use outline::Outline;
 pub use process::{LutSpace, LutState, Process};
 pub use purkinje::Purkinje;
 pub use purkinje_simple::PurkinjeSimple;
@@ -189,6 +191,7 @@ pub const ALL: &[NodeKind] = &[
     NodeKind::of::<LogGaussian>(),
     NodeKind::of::<MeanLuminance>(),
     NodeKind::of::<MotionBlur>(),
+    NodeKind::of::<Outline>(),
     NodeKind::of::<Purkinje>(),
     NodeKind::of::<PurkinjeSimple>(),
     NodeKind::of::<ReferenceGamutCompress>(),

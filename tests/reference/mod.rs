@@ -31,6 +31,7 @@ pub(crate) mod fog;
 pub(crate) mod fxaa;
 pub(crate) mod lens;
 pub(crate) mod lens_blur;
+pub(crate) mod outline;
 pub(crate) mod sharpen;
 pub(crate) mod warp;
 

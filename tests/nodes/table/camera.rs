@@ -6,6 +6,7 @@ use crate::nodes::color::{self, tolerance};
 use crate::nodes::lens::lights;
 use crate::reference::fog::Fog;
 use crate::reference::lens_blur::{DepthOfField, MotionBlur};
+use crate::reference::outline;
 use crate::support::harness::{Scale, Tolerance, image};
 
 /// Edges of samples' circles fall between one and nothing within a pixel, and lights are up to 60.
@@ -74,6 +75,21 @@ pub(super) fn camera_kinds() -> Vec<Reference> {
                 let blur = MotionBlur { samples: 9, most: f64::from(0.1_f32) * source.height as f64 };
                 let paths = image(&motions(size(source))).map(|[x, y, ..]| [0.5 * x, 0.5 * y, 1.0, 1.0]);
                 blur.apply(source, &paths, shift)
+            },
+        )
+        .with_data(motions),
+        Reference::new(
+            ("Outline", "Encoded"),
+            "\"result\": Outline(source: \"scene\", depth: \"data\", normal: \"data\", color: (0.9, 0.5, 0.1), \
+             amount: 0.75, depth_threshold: 0.04, normal_threshold: 0.2)",
+            color::unit,
+            tolerance(2e-5, 0.0, "differences of inverse depths in f32, over the width of a threshold"),
+            move |source| {
+                let data = image(&motions(size(source)));
+                outline::drawn(source, [0.9, 0.5, 0.1], |at| {
+                    let normal = outline::normal_edge(&data, at, 1, f64::from(0.2_f32));
+                    0.75 * outline::depth_edge(&data, at, 1, f64::from(0.04_f32)).max(normal)
+                })
             },
         )
         .with_data(motions),
