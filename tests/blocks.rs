@@ -17,6 +17,14 @@ use crate::support::gpu::{Picture, gpu};
 const FOG: [&str; 2] =
     [include_str!("folders/ground_fog/node.ron"), include_str!("folders/ground_fog/ground_fog.wgsl")];
 
+const VIEW_DEPTH: [&str; 2] =
+    [include_str!("folders/view_depth/node.ron"), include_str!("folders/view_depth/view_depth.wgsl")];
+
+fn view_depth() -> NodeKind {
+    let shader = ("view_depth.wgsl", VIEW_DEPTH[1]);
+    folder_kind_of(("node.ron", VIEW_DEPTH[0]), &[shader]).unwrap_or_else(|errors| panic!("{errors}"))
+}
+
 fn fog() -> NodeKind {
     let shader = ("ground_fog.wgsl", FOG[1]);
     folder_kind_of(("node.ron", FOG[0]), &[shader]).unwrap_or_else(|errors| panic!("{errors}"))
@@ -66,7 +74,8 @@ impl Node for Distance {
 }
 
 fn registry() -> Registry {
-    Registry::new(&[afterimage_nodes::ALL, &[fog(), NodeKind::of::<Distance>()]]).expect("no two kinds share a name")
+    Registry::new(&[afterimage_nodes::ALL, &[fog(), view_depth(), NodeKind::of::<Distance>()]])
+        .expect("no two kinds share a name")
 }
 
 fn errors_of(text: &str) -> String {
@@ -88,8 +97,9 @@ const BOTH: &str = r#"Pipeline(
         "low":  GroundFog(source: "scene", depth: "depth", camera: "camera", height: 0.8),
         "high": GroundFog(source: "low", depth: "depth", camera: "light", height: 3.0, color: (0.1, 0.2, 0.9)),
         "far":  Distance(depth: "depth", eye: "light"),
+        "view": ViewDepth(depth: "depth", camera: "light", format: R32Float),
     },
-    outputs: { "display": "high", "far": "far" },
+    outputs: { "display": "high", "far": "far", "view": "view" },
 )"#;
 
 const SIZE: Size = Size { width: 24, height: 16, depth: 1 };
@@ -161,7 +171,7 @@ fn fogged(light: [f64; 3], height: f64, ends: f64, color: [f64; 3]) -> [f64; 3] 
 }
 
 fn compare(host: &Host, eye: Option<&Camera>, light: &Camera) {
-    let (display, far) = (host.shown("display"), host.shown("far"));
+    let (display, far, view) = (host.shown("display"), host.shown("far"), host.shown("view"));
     let mut fog = 0;
     for (x, y) in (0..SIZE.height).flat_map(|y| (0..SIZE.width).map(move |x| (x, y))) {
         let source = scene(x, y);
@@ -177,7 +187,9 @@ fn compare(host: &Host, eye: Option<&Camera>, light: &Camera) {
             assert!(near, "({x}, {y}): {got:?}, not {wanted:?}");
             fog += usize::from(f64::from(source[i]) != wanted[i]);
         }
-        let (got, wanted) = (f64::from(far.at(x, y)[0]), distance.min(65504.0));
+        let (got, wanted) = (f64::from(view.at(x, y)[0]), distance.min(65504.0));
+        assert!((got - wanted).abs() <= 1e-5 * wanted, "({x}, {y}): {got} m, not {wanted}");
+        let got = f64::from(far.at(x, y)[0]);
         assert!((got - wanted).abs() <= 2e-3 * wanted, "({x}, {y}): {got} m, not {wanted}");
     }
     assert!(fog > 100, "there is fog to be seen");
@@ -214,7 +226,7 @@ fn without_a_camera_its_nodes_are_skipped_or_it_is_an_error() {
     let skipped = &host.post.plan().expect("it renders").skipped;
     assert_eq!(skipped[0].why, "nothing arrives at its input `camera`");
     let error = host.frame(&[("camera", &data)]).expect_err("`light` is not optional").to_string();
-    assert!(error.contains("`light`"), "{error}");
+    assert_eq!(error, "output `view` comes from a node that is off and has no fallback");
     let given = Given::nothing(SIZE);
     assert!(host.post.plan_for(given).is_err());
 }
@@ -241,7 +253,7 @@ fn a_parameter_that_changes_leaves_the_camera_as_it_is() {
 
 #[test]
 fn the_kinds_keep_the_contract() {
-    assert_eq!(contract(&[fog(), NodeKind::of::<Distance>()]), Ok(Vec::new()));
+    assert_eq!(contract(&[fog(), view_depth(), NodeKind::of::<Distance>()]), Ok(Vec::new()));
 }
 
 #[test]
@@ -252,7 +264,7 @@ fn mistakes_with_blocks_are_diagnostics() {
     assert!(image.contains("accepts a Block, but the input `scene` is an Image"), "{image}");
     let block = errors_of(&BOTH.replace("source: \"scene\"", "source: \"light\""));
     assert!(block.contains("is a Block"), "{block}");
-    let shown = errors_of(&BOTH.replace("\"far\": \"far\" }", "\"far\": \"light\" }"));
+    let shown = errors_of(&BOTH.replace("\"far\": \"far\",", "\"far\": \"light\","));
     assert!(shown.contains("is a Block"), "{shown}");
     let shader = (
         "ground_fog.wgsl",
