@@ -77,7 +77,7 @@ impl Gpu {
         let info = adapter.get_info();
         let descriptor = wgpu::DeviceDescriptor {
             label: Some("afterimage"),
-            required_features: adapter.features() & WELCOME,
+            required_features: wanted_features(&adapter),
             required_limits: adapter.limits(),
             memory_hints: wgpu::MemoryHints::Performance,
             ..Default::default()
@@ -185,6 +185,11 @@ async fn adapter(instance: &wgpu::Instance, wanted: Option<&str>) -> Result<wgpu
         wanted: Some(wanted.to_owned()),
         advice: if names.is_empty() { ADVICE.into() } else { format!("there are {}", names.join(", ")) },
     })
+}
+
+/// The features of an adapter that make plans faster. A host that opens the device itself adds them to its own.
+pub fn wanted_features(adapter: &wgpu::Adapter) -> Features {
+    adapter.features() & WELCOME
 }
 
 /// The capabilities of a device of this adapter.

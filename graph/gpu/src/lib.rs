@@ -36,7 +36,7 @@ mod transfer;
 
 #[cfg(not(target_family = "wasm"))]
 pub use clock::{Clock, ClockSource, FrameTime, Recording, median};
-pub use device::{ErrorLog, Gpu, Opening, caps, texture_format};
+pub use device::{ErrorLog, Gpu, Opening, caps, texture_format, wanted_features};
 pub use error::GpuError;
 pub use executor::{Executor, Frame, Preparation};
 pub use governor::{Governor, TierChange};

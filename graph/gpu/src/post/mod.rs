@@ -259,3 +259,9 @@ impl Post {
         self.executor.buffer(label)
     }
 }
+
+// Hosts encode on any thread.
+const _: fn() = || {
+    fn is_send<T: Send>() {}
+    is_send::<Post>();
+};
