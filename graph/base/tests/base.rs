@@ -3,7 +3,7 @@
 
 use afterimage_base::diagnostic::Sources;
 use afterimage_base::image::{Format, ImageDesc, Size};
-use afterimage_base::value::{Param, Type, Value};
+use afterimage_base::value::{FileValue, Param, Type, Value};
 
 #[test]
 fn no_side_of_a_size_is_zero() {
@@ -93,4 +93,22 @@ fn a_line_and_a_column_are_the_word_that_is_there() {
     }
     assert_eq!((word(0, 1), word(4, 1)), (None, None));
     assert_eq!(sources.line("c.wgsl", 1, 1), None);
+}
+
+#[test]
+fn a_description_with_another_size_keeps_its_format() {
+    let desc = ImageDesc::new(Size::new(7, 5)).format(Format::Rg11b10Ufloat);
+    let wide = desc.sized(Size::new(640, 360));
+    assert_eq!((wide.size, wide.format), (Size::new(640, 360), Format::Rg11b10Ufloat));
+    assert_eq!(desc.half(), desc.sized(Size::new(7, 5).half()));
+}
+
+#[test]
+fn files_are_equal_if_path_and_content_are() {
+    let file = |path: &str, bytes: Option<&[u8]>| FileValue { path: path.to_owned(), bytes: bytes.map(Into::into) };
+    let film = file("film.cube", Some(b"1"));
+    assert_eq!(film, film.clone());
+    for other in [file("other.cube", Some(b"1")), file("film.cube", Some(b"2")), file("film.cube", None)] {
+        assert_ne!(film, other);
+    }
 }

@@ -1,10 +1,14 @@
 //! Plans as text, JSON, Graphviz and SVG, their hashes and their differences.
 
+use std::collections::BTreeSet;
+
 use afterimage_generators::Recipe;
-use afterimage_graph::image::Size;
+use afterimage_graph::check::Facts;
+use afterimage_graph::image::{Format, Size};
+use afterimage_graph::node::BufferLife;
 use afterimage_plan::{Alias, Options, Plan, diff};
 
-use super::planned::{plan_at, plan_of};
+use super::planned::{all_formats, checked, plan_at, plan_images, plan_of};
 
 const RECIPE: Recipe = Recipe { seed: 5, nodes: 24, histories: 2, off: 12 };
 
@@ -103,4 +107,42 @@ fn the_picture_shows_every_image_of_the_heap() {
             + svg.matches("fill=\"#ffffff\"/>").count() * usize::from(tag == "rect");
         assert_eq!(opened, closed, "{tag}");
     }
+}
+
+/// What a buffer holds is part of the plan: another table is another plan.
+#[test]
+fn the_contents_and_the_life_of_a_buffer_are_part_of_the_plan() {
+    let graph = checked(
+        r#"Pipeline(
+            inputs: { "scene": Exposed },
+            nodes: { "around": LogGaussian(source: "scene", width: 16, height: 8) },
+            outputs: { "around": "around" },
+        )"#,
+    );
+    let plan = plan_images(&graph, Format::Rgba16Float, Facts::default(), all_formats(), Options::default());
+    let lives = [
+        BufferLife::Constant(vec![0; 16].into()),
+        BufferLife::Constant(vec![1; 16].into()),
+        BufferLife::Frame,
+        BufferLife::Zeroed,
+        BufferLife::Persistent,
+    ];
+    let other = |life: &BufferLife| {
+        let mut other = plan.clone();
+        other.buffers[0].life = life.clone();
+        other.hash().to_string()
+    };
+    let hashes: BTreeSet<String> = lives.iter().map(other).collect();
+    assert_eq!(hashes.len(), lives.len(), "{hashes:?}");
+}
+
+#[test]
+fn plans_that_differ_in_images_or_figures_differ() {
+    let plan = example();
+    let unfused = plan_of(RECIPE, Options { fuse: false, ..Options::default() }).expect("the graph can be planned");
+    assert!(diff(&plan, &plan).is_empty());
+    assert!(!diff(&plan, &unfused).is_empty() && !diff(&unfused, &plan).is_empty());
+    let mut slower = plan.clone();
+    slower.batches.truncate(1);
+    assert!(!diff(&plan, &slower).is_empty(), "only the number of batches differs");
 }
