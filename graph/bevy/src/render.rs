@@ -23,7 +23,7 @@ use crate::camera::{Settings, Target, Wanted};
 pub(crate) fn build(render: &mut SubApp) {
     render
         .init_resource::<Running>()
-        .add_systems(Render, output_without_copy.in_set(RenderSystems::PrepareResources))
+        .add_systems(Render, (output_without_copy, forget_cameras).in_set(RenderSystems::PrepareResources))
         .add_systems(Core3d, afterimage.before(tonemapping).in_set(Core3dSystems::PostProcess));
 }
 
@@ -39,6 +39,12 @@ struct CameraPost {
     is_first: bool,
     /// The last error, which is logged once.
     error: Option<String>,
+}
+
+/// Images and histories of cameras that are gone are freed.
+fn forget_cameras(running: Res<Running>, views: Query<&MainEntity, With<Wanted>>) {
+    let mut running = running.0.lock().unwrap_or_else(PoisonError::into_inner);
+    running.retain(|camera, _| views.iter().any(|view| view.id() == *camera));
 }
 
 /// Bevy copies the main texture to the output, unless the pipeline writes there itself.
