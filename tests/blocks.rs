@@ -2,12 +2,13 @@
 
 use std::sync::Arc;
 
-use afterimage_gpu::{Frame, Given, GpuError, Post, PostError, Texels, download, upload, wgpu};
+use afterimage_gpu::{Frame, GpuError, Post, PostError, Texels, download, upload, wgpu};
 use afterimage_graph::check::{CheckOptions, Graph, NoFiles, check};
 use afterimage_graph::document::parse;
 use afterimage_graph::image::{Format, Size};
 use afterimage_graph::node::{BlockData, CAMERA, Camera, NodeKind, Registry, contract, folder_kind_of};
 use afterimage_graph::prelude::*;
+use afterimage_plan::Given;
 use glam::camera::rh::proj::directx;
 use glam::camera::rh::view::look_to_mat4;
 use glam::{DMat4, DVec2, DVec4, Mat4, vec3};

@@ -55,12 +55,7 @@ impl Node for Fog {
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {
-        let size = if pass.is_zero("source") {
-            pass.frame_size()
-        } else {
-            let source = pass.image("source");
-            pass.desc(source).size
-        };
+        let size = surface::size_of(pass, "source");
         let depth = surface::at_size(pass, "depth", size);
         let tan_fov = (0.5 * f64::from(self.fov)).to_radians().tan();
         pass.function(&SHADER, "fog")

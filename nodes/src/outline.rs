@@ -41,12 +41,7 @@ impl Node for Outline {
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {
-        let size = if pass.is_zero("source") {
-            pass.frame_size()
-        } else {
-            let source = pass.image("source");
-            pass.desc(source).size
-        };
+        let size = surface::size_of(pass, "source");
         let depth = surface::at_size(pass, "depth", size);
         if pass.wired("normal") {
             let normal = surface::at_size(pass, "normal", size);

@@ -17,6 +17,15 @@ pub(crate) fn at_size(pass: &mut Recorder<'_>, port: &'static str, size: Size) -
     result
 }
 
+/// The size of the image at an input; that of the frame where the input is black.
+pub(crate) fn size_of(pass: &mut Recorder<'_>, port: &str) -> Size {
+    if pass.is_zero(port) {
+        return pass.frame_size();
+    }
+    let image = pass.image(port);
+    pass.desc(image).size
+}
+
 /// The number of tiles of this side that cover an image, across and down.
 pub(crate) fn tiles(size: Size, side: u32) -> Size {
     Size::new(size.width.div_ceil(side), size.height.div_ceil(side))

@@ -7,7 +7,7 @@ use afterimage_plan::When;
 use wgpu::{TextureFormat, TextureUsages};
 
 use super::{at_tier, bits, flat, lively};
-use crate::support::gpu::{Picture, Run, built_in, changed};
+use crate::support::gpu::{Picture, Run, built_in, changed, texture_bytes};
 use crate::support::player::Player;
 
 const LYNX: &str = "lynx.ron";
@@ -77,26 +77,6 @@ fn an_output_goes_to_the_host_s_own_texture() {
 }
 
 /// The texels of an 8-bit texture of 64 texels a row, as bytes.
-fn bytes(player: &Player, texture: &wgpu::Texture) -> Vec<u8> {
-    let (width, height) = (texture.width(), texture.height());
-    assert_eq!(width, 64, "rows of buffers are multiples of 256 bytes");
-    let device = &player.gpu.device;
-    let buffer = device.create_buffer(&wgpu::BufferDescriptor {
-        label: None,
-        size: u64::from(4 * width * height),
-        usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
-        mapped_at_creation: false,
-    });
-    let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(4 * width), rows_per_image: None };
-    let mut encoder = device.create_command_encoder(&Default::default());
-    let to = wgpu::TexelCopyBufferInfo { buffer: &buffer, layout };
-    encoder.copy_texture_to_buffer(texture.as_image_copy(), to, texture.size());
-    player.gpu.queue.submit([encoder.finish()]);
-    buffer.slice(..).map_async(wgpu::MapMode::Read, |_| {});
-    device.poll(wgpu::PollType::wait_indefinitely()).expect("the device answers");
-    buffer.slice(..).get_mapped_range().expect("it is mapped").to_vec()
-}
-
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_surface_s_format_is_drawn_to() {
@@ -109,7 +89,7 @@ fn is_drawn_to((mut player, input, wanted): (Player, wgpu::TextureView, Picture)
     let view = texture(&player, (64, 36), TextureFormat::Bgra8Unorm, TextureUsages::RENDER_ATTACHMENT);
     let frame = Frame { inputs: &[("scene", &input)], outputs: &[("display", &view)], ..Frame::default() };
     player.run(&frame).expect("the host's texture can be drawn to");
-    let texels = bytes(&player, view.texture());
+    let texels = texture_bytes(&player.gpu, view.texture(), 4);
     for (texel, pixel) in texels.chunks_exact(4).zip(&wanted.pixels) {
         let swapped = [texel[2], texel[1], texel[0]];
         for (code, value) in swapped.into_iter().zip(pixel) {
@@ -148,7 +128,7 @@ fn a_view_with_another_encoding_than_its_texture_is_drawn_to() {
         let view = texture.create_view(&wgpu::TextureViewDescriptor { format: Some(of_view), ..Default::default() });
         let frame = Frame { inputs: &[("scene", &input)], outputs: &[("display", &view)], ..Frame::default() };
         player.run(&frame).expect("the host's view can be drawn to");
-        for (texel, pixel) in bytes(&player, &texture).chunks_exact(4).zip(&wanted.pixels) {
+        for (texel, pixel) in texture_bytes(&player.gpu, &texture, 4).chunks_exact(4).zip(&wanted.pixels) {
             let value = if of_view == encodes { encoded(pixel[0]) } else { pixel[0] };
             // The encoding is steep in the dark, where a code more in its argument is many in its value.
             let off = if of_view == encodes { 13.0 } else { 1.01 };

@@ -2,12 +2,12 @@
 
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock};
 
-use afterimage_gpu::{Given, Gpu, Opening, Session, Texels};
+use afterimage_gpu::{Gpu, Opening, Session, Texels, wgpu};
 use afterimage_graph::check::{CheckOptions, Facts, Graph, Loader, NoFiles, check};
 use afterimage_graph::document::parse;
 use afterimage_graph::image::Size;
 use afterimage_graph::node::Registry;
-use afterimage_plan::{GivenImage, Options, Plan};
+use afterimage_plan::{Given, GivenImage, Options, Plan};
 
 use super::sequence::Sequence;
 
@@ -163,4 +163,25 @@ impl<'a> Run<'a> {
 pub fn run_exact(text: &str, inputs: &[(&str, &Picture)]) -> Vec<Picture> {
     let graph = graph(text);
     Run::new(&graph).exact().frame(inputs)
+}
+
+/// The bytes of a texture whose texels have this many bytes, row by row without gaps.
+pub fn texture_bytes(gpu: &Gpu, texture: &wgpu::Texture, texel: u32) -> Vec<u8> {
+    let size = texture.size();
+    let row = (texel * size.width).next_multiple_of(256);
+    let buffer = gpu.device.create_buffer(&wgpu::BufferDescriptor {
+        label: None,
+        size: u64::from(row * size.height),
+        usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
+        mapped_at_creation: false,
+    });
+    let mut encoder = gpu.device.create_command_encoder(&Default::default());
+    let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(row), rows_per_image: None };
+    let target = wgpu::TexelCopyBufferInfo { buffer: &buffer, layout };
+    encoder.copy_texture_to_buffer(texture.as_image_copy(), target, size);
+    gpu.queue.submit([encoder.finish()]);
+    buffer.slice(..).map_async(wgpu::MapMode::Read, |mapped| mapped.expect("it can be read"));
+    gpu.device.poll(wgpu::PollType::wait_indefinitely()).expect("the device is there");
+    let mapped = buffer.slice(..).get_mapped_range().expect("it is mapped");
+    mapped.chunks_exact(row as usize).flat_map(|line| line[..(texel * size.width) as usize].to_vec()).collect()
 }

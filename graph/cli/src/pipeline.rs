@@ -1,6 +1,6 @@
 //! From a pipeline file to a graph and a plan.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 use std::path::Path;
 
 use afterimage_graph::check::{Checker, Facts, Graph, Loader};
@@ -8,7 +8,7 @@ use afterimage_graph::diagnostic::{Diagnostics, Style};
 use afterimage_graph::document::Document;
 use afterimage_graph::image::{Format, ImageDesc, Size};
 use afterimage_graph::node::Registry;
-use afterimage_plan::{Alias, Caps, GivenImage, Options, Plan, PlanRequest, Requirement, When, plan};
+use afterimage_plan::{Alias, Caps, Given, GivenImage, Options, Plan, PlanRequest, Requirement, When, plan};
 
 use crate::args::{NoAlias, PipelineOptions, PlanOptions, TileChoice};
 use crate::failure::Failure;
@@ -132,7 +132,7 @@ pub(crate) fn plan_without_device(graph: &Graph, size: Size, facts: Facts, optio
     Ok(plan(graph, &request(graph, size, facts, options, typical_caps(), &Requirement::typical))?)
 }
 
-/// A request with half-float images of one size for all required inputs.
+/// A request with half-float images of one size, and blocks, for all required inputs.
 pub(crate) fn request<'a>(
     graph: &Graph,
     size: Size,
@@ -141,18 +141,7 @@ pub(crate) fn request<'a>(
     caps: Caps,
     requirement: &'a dyn Fn(&ImageDesc) -> Requirement,
 ) -> PlanRequest<'a> {
-    let given = GivenImage { desc: ImageDesc::new(size), finite: false };
-    let required = graph.inputs.iter().filter(|input| !input.optional);
-    let inputs: BTreeMap<String, GivenImage> = required.map(|input| (input.name.clone(), given)).collect();
-    PlanRequest {
-        size,
-        inputs,
-        facts,
-        caps,
-        options,
-        blocks: Default::default(),
-        linear: Default::default(),
-        dynamic: Default::default(),
-        requirement,
-    }
+    let image = GivenImage { desc: ImageDesc::new(size), finite: false };
+    let given = Given::everything(size, graph.inputs.iter().filter(|input| !input.optional), image);
+    PlanRequest { given, facts, caps, options, dynamic: Default::default(), requirement }
 }

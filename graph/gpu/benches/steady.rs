@@ -22,7 +22,7 @@ use afterimage_graph::check::{CheckOptions, NoFiles, check};
 use afterimage_graph::document::parse;
 use afterimage_graph::image::{ImageDesc, Size};
 use afterimage_graph::node::Registry;
-use afterimage_plan::{GivenImage, PlanRequest, plan};
+use afterimage_plan::{Given, GivenImage, PlanRequest, plan};
 
 const WARM_UP: u32 = 8;
 const FRAMES: u32 = 20;
@@ -194,13 +194,13 @@ fn load(gpu: &Gpu, pipeline: &str, size: Size) -> Result<(Executor, wgpu::Textur
     let mut executor = Executor::with_caps(&gpu.device, &gpu.queue, gpu.caps.clone());
     let requirement = |desc: &ImageDesc| executor.requirement(desc);
     let setting = PlanRequest {
-        size,
-        inputs: [("scene".to_owned(), GivenImage { desc: ImageDesc::new(size), finite: false })].into(),
+        given: Given {
+            inputs: [("scene".to_owned(), GivenImage { desc: ImageDesc::new(size), finite: false })].into(),
+            ..Given::nothing(size)
+        },
         facts: Default::default(),
         caps: gpu.caps.clone(),
         options: Default::default(),
-        blocks: Default::default(),
-        linear: Default::default(),
         dynamic: Default::default(),
         requirement: &requirement,
     };

@@ -65,9 +65,7 @@ const MOST_OVER: usize = 2;
 /// Seconds between two changes.
 const COOL_DOWN: f64 = 1.0;
 /// A more expensive tier must leave this share of the budget.
-const ROOM: f64 = 0.03;
-/// The longest patience, in seconds.
-const MOST_PATIENCE: f64 = 16.0;
+const MARGIN: f64 = 0.03;
 
 impl Governor {
     /// A governor that begins with the cheapest tier. `costs` are what the tiers cost relative to each other, cheapest
@@ -121,14 +119,14 @@ impl Governor {
         if now * self.costs[self.tier] > self.budget || (many_over && highest * self.costs[self.tier] > self.budget) {
             return self.move_to(self.fitting(highest.max(now), 0.0).min(self.tier.saturating_sub(1)), now);
         }
-        let better = self.fitting(highest, ROOM);
+        let better = self.fitting(highest, MARGIN);
         let is_ready = self.loads.len() == WINDOW + LATE && self.patience == 0.0;
         if better > self.tier && is_ready { self.move_to(better, highest) } else { None }
     }
 
     /// The most expensive tier that leaves a share of the budget at this load; the cheapest if none does.
-    fn fitting(&self, load: f64, room: f64) -> usize {
-        self.costs.iter().rposition(|cost| load * cost <= self.budget * (1.0 - room)).unwrap_or(0)
+    fn fitting(&self, load: f64, margin: f64) -> usize {
+        self.costs.iter().rposition(|cost| load * cost <= self.budget * (1.0 - margin)).unwrap_or(0)
     }
 
     /// The median load of the last frames.
@@ -151,7 +149,7 @@ impl Governor {
         if to < from {
             // It did not last: wait longer before it is tried again.
             let lasted = self.since_change;
-            self.patience = if lasted < 4.0 { (8.0 - lasted).min(MOST_PATIENCE) } else { 1.0 };
+            self.patience = if lasted < 4.0 { 8.0 - lasted } else { 1.0 };
         }
         self.before = Some(self.now());
         (self.tier, self.since_change) = (to, 0.0);

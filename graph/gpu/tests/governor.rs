@@ -130,7 +130,7 @@ fn frames_stay_within_the_budget_at_nearly_the_best_tier() {
 #[test]
 fn a_change_says_why() {
     let mut governor = Governor::new(BUDGET, &COSTS);
-    let up = (0..200).find_map(|_| governor.frame(1.0, DT)).expect("there is much room");
+    let up = (0..200).find_map(|_| governor.frame(1.0, DT)).expect("the load is small");
     assert_eq!((up.from, up.to), (0, 3));
     assert_eq!(up.to_string(), "tier 0 to 3: 1.00 ms, within 4.00; 2.86 ms expected");
     let down = (0..200).find_map(|_| governor.frame(6.0, DT)).expect("it is too slow");

@@ -13,7 +13,7 @@ use afterimage_graph::diagnostic::Diagnostics;
 use afterimage_graph::document::parse;
 use afterimage_graph::image::{Format, ImageDesc, Size};
 use afterimage_graph::node::Registry;
-use afterimage_plan::{Caps, GivenImage, Options, PlanRequest, Requirement, plan};
+use afterimage_plan::{Caps, Given, GivenImage, Options, PlanRequest, Requirement, plan};
 
 const SIZES: [usize; 3] = [1000, 4000, 10_000];
 const FRAME: Size = Size { width: 3840, height: 2160, depth: 1 };
@@ -73,13 +73,13 @@ fn code(errors: &Diagnostics) -> &'static str {
 fn planned(graph: &Graph) -> String {
     let given = GivenImage { desc: ImageDesc::new(FRAME), finite: false };
     let request = PlanRequest {
-        size: FRAME,
-        inputs: graph.inputs.iter().map(|input| (input.name.clone(), given)).collect(),
+        given: Given {
+            inputs: graph.inputs.iter().map(|input| (input.name.clone(), given)).collect(),
+            ..Given::nothing(FRAME)
+        },
         facts: Facts::default(),
         caps: Caps { storage: Format::ALL.into(), tiles: true, ..Caps::default() },
         options: Options::default(),
-        blocks: Default::default(),
-        linear: Default::default(),
         dynamic: Default::default(),
         requirement: &Requirement::typical,
     };

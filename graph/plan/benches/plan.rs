@@ -1,7 +1,6 @@
 //! Planning time: the longest pipeline from its text to its plan, and random graphs of up to 10 000 nodes.
 #![allow(missing_docs, unreachable_pub, reason = "a benchmark exports nothing")]
 
-use std::collections::BTreeMap;
 use std::hint::black_box;
 use std::path::Path;
 use std::sync::Arc;
@@ -11,7 +10,7 @@ use afterimage_graph::check::{CheckOptions, Facts, Graph, Loader, check};
 use afterimage_graph::document::parse;
 use afterimage_graph::image::{Format, ImageDesc, Size};
 use afterimage_graph::node::Registry;
-use afterimage_plan::{Caps, GivenImage, Options, Plan, PlanRequest, Requirement, plan};
+use afterimage_plan::{Caps, Given, GivenImage, Options, Plan, PlanRequest, Requirement, plan};
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 
 const FOUR_K: Size = Size { width: 3840, height: 2160, depth: 1 };
@@ -36,13 +35,10 @@ fn planned(graph: &Graph, finite: bool) -> Plan {
     let given = GivenImage { desc: ImageDesc::new(FOUR_K), finite };
     let required = graph.inputs.iter().filter(|input| !input.optional);
     let request = PlanRequest {
-        size: FOUR_K,
-        inputs: required.map(|input| (input.name.clone(), given)).collect::<BTreeMap<_, _>>(),
+        given: Given::everything(FOUR_K, required, given),
         facts: Facts::default(),
         caps: Caps { storage: Format::ALL.into(), ..Caps::default() },
         options: Options::default(),
-        blocks: Default::default(),
-        linear: Default::default(),
         dynamic: Default::default(),
         requirement: &Requirement::typical,
     };

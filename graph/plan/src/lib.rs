@@ -62,5 +62,5 @@ pub use plan::{
 pub use plan_cache::{PlanCache, Planned};
 pub use planner::{plan, plan_dynamic};
 pub use report::{PlanDiff, PlanHash, diff};
-pub use request::{GivenImage, PlanRequest, Requirement};
+pub use request::{Given, GivenImage, PlanRequest, Requirement};
 pub use verify::{Fault, verify, verify_placed};

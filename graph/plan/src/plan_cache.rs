@@ -1,6 +1,6 @@
 //! One plan for each distinct request, kept while there is space.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use crate::dynamic::DynamicNodes;
@@ -8,9 +8,8 @@ use crate::error::PlanError;
 use crate::options::Options;
 use crate::plan::Plan;
 use crate::planner::plan_dynamic;
-use crate::request::{GivenImage, PlanRequest};
+use crate::request::{Given, PlanRequest};
 use afterimage_base::caps::Caps;
-use afterimage_base::image::Size;
 use afterimage_base::value::Value;
 use afterimage_graph::check::{Facts, Graph, ParameterId};
 
@@ -52,10 +51,7 @@ pub struct PlanCache {
 /// The parts of a request that a plan depends on.
 #[derive(Clone, PartialEq)]
 struct Key {
-    size: Size,
-    inputs: BTreeMap<String, GivenImage>,
-    blocks: BTreeSet<String>,
-    linear: BTreeSet<String>,
+    given: Given,
     /// What each node's condition says.
     answers: Vec<bool>,
     caps: Caps,
@@ -148,10 +144,7 @@ impl PlanCache {
 
     fn key(&self, request: &PlanRequest<'_>) -> Key {
         Key {
-            size: request.size,
-            inputs: request.inputs.clone(),
-            blocks: request.blocks.clone(),
-            linear: request.linear.clone(),
+            given: request.given.clone(),
             answers: self.answers(&request.facts),
             caps: request.caps.clone(),
             options: request.options,

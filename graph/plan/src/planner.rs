@@ -58,7 +58,7 @@ pub fn plan_dynamic(graph: &Graph, request: &PlanRequest<'_>) -> Result<(Plan, D
         fused: builder.fused,
         shared_reads: builder.shared_reads,
         dynamic: request.dynamic.iter().map(|parameter| graph.parameter_name(*parameter)).collect(),
-        size: request.size,
+        size: request.given.size,
         options,
     };
     let dynamic = records.nodes(graph, request, &plan);

@@ -27,7 +27,7 @@ pub(crate) fn record(
     request: &PlanRequest<'_>,
     specialized: &SpecializedGraph,
 ) -> Result<PlanBuilder, PlanError> {
-    let default = ImageDesc::new(request.size);
+    let default = ImageDesc::new(request.given.size);
     let mut guesses: Vec<Vec<ImageDesc>> =
         graph.nodes.iter().map(|n| vec![default; n.kind().outputs().len()]).collect();
     let colors = graph.colors_along(&|wire| specialized.source(wire));
@@ -103,15 +103,10 @@ impl<'a> Round<'a> {
 
     fn add_inputs(&mut self) -> Result<(), PlanError> {
         for (index, input) in self.graph.inputs.iter().enumerate() {
-            if input.block.is_some() && (input.optional || self.request.gives(input)) {
-                continue;
-            }
-            let Some(given) = self.request.inputs.get(&input.name) else {
-                if input.optional {
-                    continue;
-                }
+            if !input.optional && !self.request.given.has(input) {
                 return Err(PlanError::MissingInput(input.name.clone()));
-            };
+            }
+            let Some(given) = self.request.given.inputs.get(&input.name) else { continue };
             let image = self.builder.recording.add_image(VirtualImage {
                 label: input.name.clone(),
                 desc: given.desc,
@@ -226,28 +221,23 @@ impl<'a> Round<'a> {
         for (output, arrival) in self.graph.outputs.iter().zip(shown) {
             let color = self.specialized.source(output.source).and_then(|source| self.colors.at(source));
             let color = color.unwrap_or(ImageColor::of(output.state));
-            let linear = self.request.linear.contains(&output.name);
-            if let (Arrival::Image(image), Some(decoding)) = (&arrival, Decoding::of(color).filter(|_| linear)) {
-                let image = self.decode(&output.name, *image, decoding);
-                let ImageColor { state, colorimetry } = Decoding::decoded(color);
-                let name = output.name.clone();
-                kept.insert(image);
-                self.builder.outputs.push(PlanOutput { name, image, state, colorimetry });
-                continue;
-            }
+            let is_linear = self.request.given.linear.contains(&output.name);
+            let decoding = Decoding::of(color).filter(|_| is_linear);
             // An image that is remembered, or that is an output already, cannot be the host's: it gets a copy.
             let taken = |image: &ImageId| kept.contains(image);
-            let image = match arrival {
-                Arrival::Image(image)
+            let (image, ImageColor { state, colorimetry }) = match (arrival, decoding) {
+                (Arrival::Image(image), Some(decoding)) => {
+                    (self.decode(&output.name, image, decoding), Decoding::decoded(color))
+                }
+                (Arrival::Image(image), None)
                     if self.builder.recording.image(image).origin == Origin::Transient && !taken(&image) =>
                 {
-                    image
+                    (image, ImageColor { state: output.state, ..color })
                 }
-                other => self.copy(&output.name, &other),
+                (other, _) => (self.copy(&output.name, &other), ImageColor { state: output.state, ..color }),
             };
-            let (name, colorimetry) = (output.name.clone(), color.colorimetry);
             kept.insert(image);
-            self.builder.outputs.push(PlanOutput { name, image, state: output.state, colorimetry });
+            self.builder.outputs.push(PlanOutput { name: output.name.clone(), image, state, colorimetry });
         }
     }
 
@@ -269,7 +259,7 @@ impl<'a> Round<'a> {
     fn copy(&mut self, name: &str, what: &Arrival) -> ImageId {
         let (arg, desc) = match what {
             Arrival::Image(image) => (Arg::Pixel(*image), self.builder.recording.image(*image).desc),
-            _ => (Arg::Zero(4), ImageDesc::new(self.request.size)),
+            _ => (Arg::Zero(4), ImageDesc::new(self.request.given.size)),
         };
         let recording = &mut self.builder.recording;
         let image = recording.add_image(VirtualImage {

@@ -11,15 +11,8 @@ use crate::options::Options;
 
 /// What a plan is made for, beside the graph: the frame, the scene and the device.
 pub struct PlanRequest<'a> {
-    /// The size of the frame, for nodes without an image input.
-    pub size: Size,
-    /// The images that the host gives, by the name of the pipeline's input.
-    pub inputs: BTreeMap<String, GivenImage>,
-    /// The host blocks that the host gives, by the name of the pipeline's input.
-    pub blocks: BTreeSet<String>,
-    /// The outputs whose images hold linear light: what is encoded as sRGB or with a gamma is decoded again. A texture
-    /// of an sRGB format holds linear light, because the device encodes it.
-    pub linear: BTreeSet<String>,
+    /// What the host gives in a frame.
+    pub given: Given,
     /// What the host says of the scene.
     pub facts: Facts,
     /// What the device can do.
@@ -33,15 +26,48 @@ pub struct PlanRequest<'a> {
     pub requirement: &'a dyn Fn(&ImageDesc) -> Requirement,
 }
 
-impl PlanRequest<'_> {
+/// What the host gives in a frame, as far as plans depend on it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Given {
+    /// The size of the frame, for nodes without an image input.
+    pub size: Size,
+    /// The images, by the names of the pipeline's inputs.
+    pub inputs: BTreeMap<String, GivenImage>,
+    /// The inputs that host blocks are given for.
+    pub blocks: BTreeSet<String>,
+    /// The outputs whose images hold linear light: what is encoded as sRGB or with a gamma is decoded again. A texture
+    /// of an sRGB format holds linear light, because the device encodes it.
+    pub linear: BTreeSet<String>,
+}
+
+impl Given {
+    /// A frame of this size for which the host gives nothing.
+    pub fn nothing(size: Size) -> Self {
+        Self { size, inputs: BTreeMap::new(), blocks: BTreeSet::new(), linear: BTreeSet::new() }
+    }
+
+    /// A frame of this size with the same image, or a block, for each of these inputs.
+    pub fn everything<'i>(size: Size, inputs: impl IntoIterator<Item = &'i GraphInput>, image: GivenImage) -> Self {
+        let mut given = Self::nothing(size);
+        for input in inputs {
+            match input.block {
+                Some(_) => drop(given.blocks.insert(input.name.clone())),
+                None => drop(given.inputs.insert(input.name.clone(), image)),
+            }
+        }
+        given
+    }
+
     /// Whether the host gives an input.
-    pub(crate) fn gives(&self, input: &GraphInput) -> bool {
+    pub(crate) fn has(&self, input: &GraphInput) -> bool {
         match input.block {
             Some(_) => self.blocks.contains(&input.name),
             None => self.inputs.contains_key(&input.name),
         }
     }
+}
 
+impl PlanRequest<'_> {
     /// The parameters of a node that the host changes, by their indices.
     pub(crate) fn dynamic_of(&self, node: usize) -> Vec<usize> {
         let (first, last) = (ParameterId { node, index: 0 }, ParameterId { node, index: usize::MAX });

@@ -28,6 +28,6 @@ pub(crate) struct FrameSetting {
 
 impl FrameSetting {
     pub(crate) fn new(request: &PlanRequest<'_>) -> Self {
-        Self { size: request.size, caps: request.caps.clone(), exact: request.options.exact }
+        Self { size: request.given.size, caps: request.caps.clone(), exact: request.options.exact }
     }
 }

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use afterimage_graph::check::{Facts, Graph, ParameterId};
 use afterimage_graph::image::ImageDesc;
 use afterimage_graph::value::{Param, Value};
-use afterimage_plan::{GivenImage, NeedsPlan, Options, PlanCache, PlanRequest, Planned, Requirement};
+use afterimage_plan::{Given, GivenImage, NeedsPlan, Options, PlanCache, PlanRequest, Planned, Requirement};
 
 use super::planned::{FRAME, all_formats, built_in, checked};
 
@@ -16,13 +16,10 @@ fn planned(graph: &Graph, dynamic: &BTreeSet<ParameterId>, facts: &[(&str, bool)
     let given = GivenImage { desc: ImageDesc::new(FRAME), finite: false };
     let inputs: BTreeMap<_, _> = graph.inputs.iter().map(|input| (input.name.clone(), given)).collect();
     let request = PlanRequest {
-        size: FRAME,
-        inputs,
+        given: Given { inputs, ..Given::nothing(FRAME) },
         facts: given_facts,
         caps: all_formats(),
         options: Options::default(),
-        blocks: Default::default(),
-        linear: Default::default(),
         dynamic: dynamic.clone(),
         requirement: &Requirement::typical,
     };

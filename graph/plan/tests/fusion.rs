@@ -5,7 +5,9 @@ use afterimage_graph::check::{CheckOptions, Facts, check};
 use afterimage_graph::document::parse;
 use afterimage_graph::node::{CellReduce, NodeKind, Pass, PassKind, Registry};
 use afterimage_graph::prelude::*;
-use afterimage_plan::{Caps, GivenImage, Options, Plan, PlanRequest, PlannedPass, Requirement, When, plan, verify};
+use afterimage_plan::{
+    Caps, Given, GivenImage, Options, Plan, PlanRequest, PlannedPass, Requirement, When, plan, verify,
+};
 
 use super::planned::{FRAME, all_formats};
 
@@ -132,13 +134,10 @@ pub fn planned_at(size: Size, nodes: &str, outputs: &str, options: Options) -> P
     let graph = check(&document, &registry, &CheckOptions::default()).unwrap_or_else(|errors| panic!("{errors}")).0;
     let given = GivenImage { desc: ImageDesc::new(size), finite: true };
     let request = PlanRequest {
-        size,
-        inputs: [("in".to_owned(), given)].into(),
+        given: Given { inputs: [("in".to_owned(), given)].into(), ..Given::nothing(size) },
         facts: Facts::default(),
         caps: Caps { tiles: true, ..all_formats() },
         options,
-        blocks: Default::default(),
-        linear: Default::default(),
         dynamic: Default::default(),
         requirement: &Requirement::typical,
     };

@@ -8,7 +8,7 @@ use afterimage_graph::document::parse;
 use afterimage_graph::image::{ImageDesc, Size};
 use afterimage_graph::node::Registry;
 use afterimage_plan::limits::{MOST_COMPUTED, MOST_COMPUTED_BYTES, MOST_PASSES};
-use afterimage_plan::{Caps, GivenImage, Options, Plan, PlanError, PlanRequest, Requirement, plan, verify};
+use afterimage_plan::{Caps, Given, GivenImage, Options, Plan, PlanError, PlanRequest, Requirement, plan, verify};
 
 use super::planned::all_formats;
 
@@ -34,13 +34,13 @@ fn planned(graph: &Graph) -> Result<Plan, PlanError> {
     plan(
         graph,
         &PlanRequest {
-            size,
-            inputs: graph.inputs.iter().map(|input| (input.name.clone(), given)).collect(),
+            given: Given {
+                inputs: graph.inputs.iter().map(|input| (input.name.clone(), given)).collect(),
+                ..Given::nothing(size)
+            },
             facts: Facts::default(),
             caps: Caps { tiles: true, ..all_formats() },
             options: Options::default(),
-            blocks: Default::default(),
-            linear: Default::default(),
             dynamic: Default::default(),
             requirement: &Requirement::typical,
         },

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use afterimage_graph::check::Facts;
 use afterimage_graph::image::{ImageDesc, Size};
-use afterimage_plan::{Caps, GivenImage, Options, Plan, PlanCache, PlanRequest, Requirement};
+use afterimage_plan::{Caps, Given, GivenImage, Options, Plan, PlanCache, PlanRequest, Requirement};
 
 use super::planned::{all_formats, built_in, checked};
 
@@ -17,13 +17,13 @@ fn planned_with(plans: &mut PlanCache, size: Size, image: Size, facts: &[(&str, 
     let mut facts_set = Facts::default();
     facts.iter().for_each(|(name, number)| facts_set.set(*name, *number));
     let request = PlanRequest {
-        size,
-        inputs: [("scene".to_owned(), GivenImage { desc: ImageDesc::new(image), finite: false })].into(),
+        given: Given {
+            inputs: [("scene".to_owned(), GivenImage { desc: ImageDesc::new(image), finite: false })].into(),
+            ..Given::nothing(size)
+        },
         facts: facts_set,
         caps: all_formats(),
         options: Options::default(),
-        blocks: Default::default(),
-        linear: Default::default(),
         dynamic: Default::default(),
         requirement: &Requirement::typical,
     };
@@ -74,13 +74,10 @@ fn other_switches_and_another_device_need_another_plan() {
         let inputs = [("scene".to_owned(), GivenImage { desc: ImageDesc::new(size), finite: false })].into();
         let requirement = &Requirement::typical;
         let request = PlanRequest {
-            size,
-            inputs,
+            given: Given { inputs, ..Given::nothing(size) },
             facts: Facts::default(),
             caps,
             options,
-            blocks: Default::default(),
-            linear: Default::default(),
             dynamic: Default::default(),
             requirement,
         };

@@ -9,7 +9,7 @@ use afterimage_graph::check::{CheckOptions, Facts, Graph, Loader, check};
 use afterimage_graph::document::parse;
 use afterimage_graph::image::{Format, ImageDesc, Size};
 use afterimage_graph::node::Registry;
-use afterimage_plan::{Caps, GivenImage, Options, Plan, PlanError, PlanRequest, Requirement, plan};
+use afterimage_plan::{Caps, Given, GivenImage, Options, Plan, PlanError, PlanRequest, Requirement, plan};
 
 /// The size of most frames.
 pub const FRAME: Size = Size { width: 640, height: 360, depth: 1 };
@@ -37,13 +37,10 @@ pub fn plan_on(graph: &Graph, size: Size, options: Options, caps: Caps) -> Resul
     plan(
         graph,
         &PlanRequest {
-            size,
-            inputs,
+            given: Given { inputs, ..Given::nothing(size) },
             facts: Facts::default(),
             caps,
             options,
-            blocks: Default::default(),
-            linear: Default::default(),
             dynamic: Default::default(),
             requirement,
         },
@@ -63,24 +60,10 @@ pub fn attempt(
     facts: Facts,
     (caps, options): (Caps, Options),
 ) -> Result<Plan, PlanError> {
-    let given = GivenImage { desc: ImageDesc::new(FRAME).format(format), finite: false };
-    let required = graph.inputs.iter().filter(|input| !input.optional);
-    let inputs = required.map(|input| (input.name.clone(), given)).collect();
+    let image = GivenImage { desc: ImageDesc::new(FRAME).format(format), finite: false };
+    let given = Given::everything(FRAME, graph.inputs.iter().filter(|input| !input.optional), image);
     let requirement = &Requirement::typical;
-    plan(
-        graph,
-        &PlanRequest {
-            size: FRAME,
-            inputs,
-            facts,
-            caps,
-            options,
-            blocks: Default::default(),
-            linear: Default::default(),
-            dynamic: Default::default(),
-            requirement,
-        },
-    )
+    plan(graph, &PlanRequest { given, facts, caps, options, dynamic: Default::default(), requirement })
 }
 
 /// The graph of a text of built-in kinds.

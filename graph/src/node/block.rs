@@ -61,17 +61,6 @@ impl FieldType {
             Self::Vector3 | Self::Vector4 | Self::Matrix4 => 16,
         }
     }
-
-    /// The name in WGSL.
-    pub const fn wgsl(self) -> &'static str {
-        match self {
-            Self::Float => "f32",
-            Self::Vector2 => "vec2f",
-            Self::Vector3 => "vec3f",
-            Self::Vector4 => "vec4f",
-            Self::Matrix4 => "mat4x4f",
-        }
-    }
 }
 
 impl HostBlock {

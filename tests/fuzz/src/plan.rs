@@ -8,7 +8,7 @@ use afterimage_graph::image::{Format, ImageDesc, Size};
 use afterimage_graph::node::NodeKind;
 use afterimage_graph::value::{Param, Type};
 use afterimage_plan::{
-    Alias, Caps, GivenImage, Options, Plan, PlanError, PlanRequest, Requirement, When, diff, plan, verify,
+    Alias, Caps, Given, GivenImage, Options, Plan, PlanError, PlanRequest, Requirement, When, diff, plan, verify,
 };
 
 use crate::bytes::Bytes;
@@ -47,13 +47,10 @@ pub(crate) fn planned(graph: &Graph, size: Size, caps: Caps, options: Options) -
     plan(
         graph,
         &PlanRequest {
-            size,
-            inputs,
+            given: Given { inputs, ..Given::nothing(size) },
             facts: Facts::default(),
             caps,
             options,
-            blocks: Default::default(),
-            linear: Default::default(),
             dynamic: Default::default(),
             requirement,
         },
@@ -143,13 +140,10 @@ fn plan_anyhow(graph: &Graph, choices: &mut Bytes<'_>) -> Result<Plan, PlanError
     plan(
         graph,
         &PlanRequest {
-            size,
-            inputs,
+            given: Given { inputs, ..Given::nothing(size) },
             facts,
             caps,
             options,
-            blocks: Default::default(),
-            linear: Default::default(),
             dynamic: Default::default(),
             requirement,
         },

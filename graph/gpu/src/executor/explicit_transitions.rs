@@ -106,7 +106,7 @@ mod tests {
     use afterimage_graph::check::{CheckOptions, Facts, check};
     use afterimage_graph::document::parse;
     use afterimage_graph::node::{ImageId, Registry};
-    use afterimage_plan::{GivenImage, Options, Plan, PlanRequest, Requirement, When, plan};
+    use afterimage_plan::{Given, GivenImage, Options, Plan, PlanRequest, Requirement, When, plan};
     use wgpu::TextureUses;
 
     use super::wanted;
@@ -127,13 +127,13 @@ mod tests {
         let size = Size::new(256, 144);
         let given = |size| GivenImage { desc: ImageDesc::new(size), finite: true };
         let request = PlanRequest {
-            size,
-            inputs: [("scene".into(), given(size)), ("small".into(), given(size.half()))].into(),
+            given: Given {
+                inputs: [("scene".into(), given(size)), ("small".into(), given(size.half()))].into(),
+                ..Given::nothing(size)
+            },
             facts: Facts::default(),
             caps: Caps { storage: Format::ALL.into(), ..Caps::default() },
             options: Options { tile: When::Never, row_downsample: When::Never, ..options },
-            blocks: Default::default(),
-            linear: Default::default(),
             dynamic: Default::default(),
             requirement: &Requirement::typical,
         };

@@ -161,10 +161,10 @@ impl Formats {
             return Ok(*format);
         }
         let attempt = |format| draw_nothing(device, port, view, format);
-        let format = match (attempt(stated.unwrap_or(look.format)), other_encoding(look.format)) {
-            (Ok(()), _) if stated.is_some() => look.stated.unwrap_or(look.format),
-            (Err(refused), _) if stated.is_some() => return Err(refused),
-            (Ok(()), _) => look.format,
+        let other = if stated.is_some() { None } else { other_encoding(look.format) };
+        let first = stated.unwrap_or(look.format);
+        let format = match (attempt(first), other) {
+            (Ok(()), _) => first,
             (Err(_), Some(other)) if attempt(other).is_ok() => other,
             (Err(refused), _) => return Err(refused),
         };

@@ -20,7 +20,6 @@ use crate::{Executor, Frame, GpuError};
 pub use error::PostError;
 use handle::Handle;
 pub use handle::{Control, Parameter, ParameterInfo};
-pub use running::Given;
 use running::{Next, Running};
 use watch::Watched;
 pub use watch::{Reading, Watch};

@@ -5,10 +5,10 @@ use std::sync::Arc;
 
 use afterimage_graph::check::GraphInput;
 use afterimage_graph::image::{ImageDesc, Size};
-use afterimage_plan::{GivenImage, NeedsPlan, Plan, PlanError, Planned};
+use afterimage_plan::{Given, GivenImage, NeedsPlan, Plan, PlanError, Planned};
 use wgpu::TextureView;
 
-use super::running::{Given, Next, Running, Wish};
+use super::running::{Next, Running, Wish};
 use super::uniforms::Uniforms;
 use super::{Post, PostError};
 use crate::device::image_format;

@@ -1,11 +1,11 @@
 //! Plans: the one that renders, and the one that is being made.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use afterimage_graph::check::{Facts, ParameterId};
-use afterimage_graph::image::{ImageDesc, Size};
-use afterimage_plan::{Caps, GivenImage, Options, Plan, PlanRequest, Planned};
+use afterimage_graph::image::ImageDesc;
+use afterimage_plan::{Caps, Given, Options, Plan, PlanRequest, Planned};
 use wgpu::Device;
 
 use super::error::PostError;
@@ -13,26 +13,6 @@ use super::uniforms::Uniforms;
 use crate::executor::Prepared;
 use crate::heap;
 use crate::platform::Worker;
-
-/// What the host gives in a frame, as far as plans depend on it.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Given {
-    /// The size of the frame, for nodes without an image input.
-    pub size: Size,
-    /// The images, by the names of the inputs.
-    pub inputs: BTreeMap<String, GivenImage>,
-    /// The inputs that blocks are given for.
-    pub blocks: BTreeSet<String>,
-    /// The outputs that hold linear light: see [`PlanRequest::linear`].
-    pub linear: BTreeSet<String>,
-}
-
-impl Given {
-    /// A frame of this size for which the host gives nothing.
-    pub fn nothing(size: Size) -> Self {
-        Self { size, inputs: BTreeMap::new(), blocks: BTreeSet::new(), linear: BTreeSet::new() }
-    }
-}
 
 /// What a plan is wanted for: a [`PlanRequest`] that can go to another thread.
 #[derive(Clone)]
@@ -47,9 +27,9 @@ pub(super) struct Wish {
 impl Wish {
     /// Calls `use_request` with the request for a device.
     pub(super) fn on<T>(&self, device: &Device, use_request: impl FnOnce(&PlanRequest<'_>) -> T) -> T {
-        let Self { given: Given { size, inputs, blocks, linear }, facts, caps, options, dynamic } = self.clone();
+        let Self { given, facts, caps, options, dynamic } = self.clone();
         let requirement = &|desc: &ImageDesc| heap::requirement(device, desc);
-        use_request(&PlanRequest { size, inputs, blocks, linear, facts, caps, options, dynamic, requirement })
+        use_request(&PlanRequest { given, facts, caps, options, dynamic, requirement })
     }
 }
 

@@ -10,14 +10,14 @@ use std::sync::Arc;
 use afterimage_graph::check::{Facts, Graph};
 use afterimage_graph::image::{ImageDesc, Size};
 use afterimage_graph::node::BlockData;
-use afterimage_plan::{GivenImage, Options, Plan};
+use afterimage_plan::{Given, GivenImage, Options, Plan};
 use wgpu::{CommandEncoder, TextureView};
 
 pub use frame::{FrameStep, InputImage};
 
 use crate::clock::{Clock, FrameTime, Recording};
 use crate::platform::submit;
-use crate::post::{Given, Post, PostError};
+use crate::post::{Post, PostError};
 use crate::stream::ReadbackBatch;
 use crate::{Executor, Feed, Frame, Gpu, GpuError, Readback, Texels, upload_bytes};
 

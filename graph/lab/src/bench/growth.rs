@@ -10,7 +10,7 @@ use afterimage_graph::check::Facts;
 use afterimage_graph::image::Size;
 use afterimage_graph::node::Registry;
 use afterimage_media::write_atomic;
-use afterimage_plan::{GivenImage, Options, PlanRequest, Requirement, plan};
+use afterimage_plan::{Given, GivenImage, Options, PlanRequest, Requirement, plan};
 
 use super::next_step;
 use crate::files::make_folder;
@@ -155,13 +155,10 @@ impl Conditions<'_> {
             let start = Instant::now();
             let graph = scene::graph(self.registry, "growth.ron", text)?;
             let request = PlanRequest {
-                size,
-                inputs: inputs.clone(),
+                given: Given { inputs: inputs.clone(), ..Given::nothing(size) },
                 facts: Facts::default(),
                 caps: self.gpu.caps.clone(),
                 options: Options::default(),
-                blocks: Default::default(),
-                linear: Default::default(),
                 dynamic: Default::default(),
                 requirement: &Requirement::typical,
             };

@@ -3,14 +3,14 @@
 use std::collections::BTreeMap;
 
 use afterimage_gpu::{
-    ErrorLog, FrameInputs, FrameStep, Given, Gpu, GpuError, InputImage, PostError, Session, Texels, input_image,
+    ErrorLog, FrameInputs, FrameStep, Gpu, GpuError, InputImage, PostError, Session, Texels, input_image,
 };
 use afterimage_graph::check::{Graph, Source};
 use afterimage_graph::image::{ColorState, Format, ImageDesc, Signedness, Size};
 use afterimage_graph::node::{BlockData, CAMERA, Camera, HostBlock, OutputState};
 use afterimage_graph::value::Value;
 use afterimage_media::catch_panic;
-use afterimage_plan::{Caps, GivenImage, Options, Plan};
+use afterimage_plan::{Caps, Given, GivenImage, Options, Plan};
 
 use super::images::{Extreme, sanitized};
 use super::subject::Subject;
@@ -194,15 +194,13 @@ impl Configuration {
         let format = if self.half { Format::Rgba16Float } else { Format::Rgba32Float };
         let given = GivenImage { desc: ImageDesc::new(size).format(format), finite: self.unsanitized };
         let wanted = || graph.inputs.iter().filter(|input| !(input.optional && subject.bare));
-        let images = wanted().filter(|input| input.block.is_none());
-        let inputs = images.map(|input| (input.name.clone(), given)).collect();
         let options = self.options;
         let session = self.session(subject, graph);
-        let blocks = wanted().filter_map(|input| Some((&input.name, plausible(input.block?))));
-        blocks.for_each(|(name, data)| session.set_block(name, data));
+        for input in wanted() {
+            input.block.into_iter().for_each(|block| session.set_block(&input.name, plausible(block)));
+        }
         session.change(graph.clone(), options);
-        let blocks = wanted().filter(|input| input.block.is_some()).map(|input| input.name.clone()).collect();
-        session.post().plan_for(Given { inputs, blocks, ..Given::nothing(size) }).map_err(|error| error.to_string())
+        session.post().plan_for(Given::everything(size, wanted(), given)).map_err(|error| error.to_string())
     }
 }
 

@@ -17,7 +17,7 @@ use afterimage_graph::node::{Arrivals, Fallback, Input, NodeInstance, Output};
 pub(super) fn put_fallbacks(graph: &Graph, request: &PlanRequest<'_>) -> SpecializedGraph {
     let order = order(graph);
     let count = graph.nodes.len();
-    let given = graph.inputs.iter().map(|input| request.gives(input)).collect();
+    let given = graph.inputs.iter().map(|input| request.given.has(input)).collect();
     let mut specialized = SpecializedGraph {
         order: Vec::new(),
         runs: vec![false; count],

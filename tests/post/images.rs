@@ -1,0 +1,149 @@
+//! Images of hosts in the formats that they have.
+
+use afterimage_gpu::{Frame, Post, download, wgpu};
+use afterimage_graph::check::{CheckOptions, check};
+use afterimage_graph::document::parse;
+use afterimage_graph::image::Size;
+
+use super::{Host, assert_same};
+use crate::support::gpu::{Picture, changed, gpu, texture_bytes};
+
+/// What a host sees in a target of this format, after a first frame.
+fn in_target(host: &mut Host, size: Size, of_texture: wgpu::TextureFormat, of_view: wgpu::TextureFormat) -> Vec<u8> {
+    let usage = wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC;
+    let texture = host.gpu.device.create_texture(&wgpu::TextureDescriptor {
+        label: None,
+        size: wgpu::Extent3d { width: size.width, height: size.height, depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: of_texture,
+        usage,
+        view_formats: &[of_view],
+    });
+    let view = texture.create_view(&wgpu::TextureViewDescriptor { format: Some(of_view), ..Default::default() });
+    let (inputs, outputs) = (&[("scene", &host.scene)], &[("display", &view)]);
+    let formats: &[_] = if of_view == of_texture { &[] } else { &[("display", of_view)] };
+    let mut encoder = host.gpu.device.create_command_encoder(&Default::default());
+    let frame = Frame { inputs, outputs, formats, dt: 0.1, reset: true, ..Frame::default() };
+    host.post.executor().count_from(0);
+    host.post.encode(&mut encoder, &frame).unwrap_or_else(|error| panic!("{error}"));
+    host.gpu.queue.submit([encoder.finish()]);
+    texture_bytes(&host.gpu, &texture, 4)
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn an_encoded_pipeline_looks_the_same_in_every_kind_of_target() {
+    use wgpu::TextureFormat::{Bgra8Unorm, Bgra8UnormSrgb, Rgba8Unorm, Rgba8UnormSrgb};
+    let size = Size::new(96, 54);
+    for pipeline in ["lynx.ron", "tsushima.ron"] {
+        let mut host = Host::new(changed(pipeline, None, &[]));
+        let wanted = in_target(&mut host, size, Rgba8Unorm, Rgba8Unorm);
+        assert!(wanted.iter().any(|code| *code != wanted[0]));
+        let swapped: Vec<u8> = wanted.as_chunks::<4>().0.iter().flat_map(|[r, g, b, a]| [*b, *g, *r, *a]).collect();
+        for (of_texture, of_view) in [
+            (Rgba8UnormSrgb, Rgba8UnormSrgb),
+            (Bgra8UnormSrgb, Bgra8UnormSrgb),
+            (Bgra8Unorm, Bgra8Unorm),
+            // The same texture, first as it is and then with a view that encodes.
+            (Bgra8Unorm, Bgra8UnormSrgb),
+            (Bgra8UnormSrgb, Bgra8Unorm),
+        ] {
+            let shown = in_target(&mut host, size, of_texture, of_view);
+            let wanted = if of_texture.remove_srgb_suffix() == Rgba8Unorm { &wanted } else { &swapped };
+            assert_same(&shown, wanted);
+        }
+    }
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn an_output_that_holds_linear_light_is_decoded() {
+    let mut host = Host::new(changed("lynx.ron", None, &[]));
+    let codes = host.shown();
+    host.post.hold_linear("display");
+    host.frame().unwrap();
+    let texture = host.post.output("display");
+    let texels = download(&host.gpu.device, &host.gpu.queue, texture).unwrap();
+    let picture = Picture::of(&texels);
+    let encoded = |x: f64| if x <= 0.003_130_8 { 12.92 * x } else { 1.055 * x.powf(1.0 / 2.4) - 0.055 };
+    let mut seen = std::collections::BTreeSet::new();
+    for (code, pixel) in codes.as_chunks::<4>().0.iter().zip(&picture.pixels) {
+        for channel in 0..3 {
+            let again = (255.0 * encoded(f64::from(pixel[channel]))).round();
+            assert!((again - f64::from(code[channel])).abs() < 0.5, "{code:?} {pixel:?}");
+            seen.insert(code[channel]);
+        }
+    }
+    assert!(seen.len() > 100, "the picture has many codes: {}", seen.len());
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn inputs_of_an_engine_are_read_as_they_are() {
+    use wgpu::TextureFormat::{Bgra8Unorm, Depth32Float, R8Unorm, Rg8Unorm, Rgb10a2Unorm, Rgba8UnormSrgb};
+    let text = r#"Pipeline(inputs: { "in": Data }, nodes: { "out": Mask(source: "in") }, outputs: { "out": "out" })"#;
+    let kind = afterimage_graph::node::folder_kind_of(
+        (
+            "node.ron",
+            r#"Kind(name: "Mask", doc: "Its pixels.", inputs: { "source": Image(doc: "Numbers.") },
+            outputs: { "result": Image(doc: "The same.", state: Same("source")) })"#,
+        ),
+        &[("mask.wgsl", "fn mask(source: texture_2d<f32>, at: Point) -> vec4f { return texel(source, at.pixel); }")],
+    );
+    let kind = kind.unwrap_or_else(|errors| panic!("{errors}"));
+    let registry = afterimage_graph::node::Registry::new(&[&[kind]]).unwrap();
+    let document = parse("in.ron", text).unwrap_or_else(|errors| panic!("{errors}"));
+    let (graph, _) = check(&document, &registry, &CheckOptions::default()).unwrap_or_else(|errors| panic!("{errors}"));
+    let gpu = gpu().clone();
+    let cases: [(_, &[u8], [f32; 4]); 5] = [
+        (Bgra8Unorm, &[51, 102, 204, 255], [0.8, 0.4, 0.2, 1.0]),
+        (Rgba8UnormSrgb, &[255, 188, 0, 255], [1.0, 0.502_886, 0.0, 1.0]),
+        (R8Unorm, &[51], [0.2, 0.0, 0.0, 1.0]),
+        (Rg8Unorm, &[51, 102], [0.2, 0.4, 0.0, 1.0]),
+        (Rgb10a2Unorm, &(3_u32 << 30 | 512 << 20 | 1023 << 10 | 256).to_le_bytes(), [0.250_24, 1.0, 0.500_49, 1.0]),
+    ];
+    let described = |format, usage| wgpu::TextureDescriptor {
+        label: None,
+        size: wgpu::Extent3d { width: 1, height: 1, depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format,
+        usage,
+        view_formats: &[],
+    };
+    let mut post = Post::new(&gpu.adapter, &gpu.device, &gpu.queue, graph);
+    let mut read = |texture: &wgpu::Texture| {
+        let view = texture.create_view(&Default::default());
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
+        let frame = Frame { inputs: &[("in", &view)], reset: true, ..Frame::default() };
+        post.encode(&mut encoder, &frame).unwrap_or_else(|error| panic!("{error}"));
+        gpu.queue.submit([encoder.finish()]);
+        Picture::of(&download(&gpu.device, &gpu.queue, post.output("out")).unwrap()).at(0, 0)
+    };
+    let usage = wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST;
+    for (format, bytes, wanted) in cases {
+        let texture = gpu.device.create_texture(&described(format, usage));
+        let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: None, rows_per_image: None };
+        gpu.queue.write_texture(texture.as_image_copy(), bytes, layout, texture.size());
+        let got = read(&texture);
+        let off = got.iter().zip(wanted).map(|(got, wanted)| (got - wanted).abs()).fold(0.0, f32::max);
+        assert!(off < 1e-3, "{format:?}: {got:?}, not {wanted:?}");
+    }
+    let usage = wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::RENDER_ATTACHMENT;
+    let depth = gpu.device.create_texture(&described(Depth32Float, usage));
+    let view = depth.create_view(&Default::default());
+    let mut encoder = gpu.device.create_command_encoder(&Default::default());
+    encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+        depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
+            view: &view,
+            depth_ops: Some(wgpu::Operations { load: wgpu::LoadOp::Clear(0.625), store: wgpu::StoreOp::Store }),
+            stencil_ops: None,
+        }),
+        ..Default::default()
+    });
+    gpu.queue.submit([encoder.finish()]);
+    assert_eq!(read(&depth)[0], 0.625);
+}
