@@ -3,6 +3,8 @@
 pub(crate) mod measure;
 mod options;
 pub(crate) mod stress;
+#[cfg(feature = "view")]
+pub(crate) mod view;
 
 use std::path::PathBuf;
 
@@ -10,6 +12,8 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use measure::{MeasureArgs, TuneArgs};
 use stress::StressArgs;
+#[cfg(feature = "view")]
+use view::ViewArgs;
 
 pub(crate) use options::{
     ArithmeticOptions, DeviceOptions, ImageOptions, KindOptions, NoAlias, PipelineOptions, PlanOptions, TileChoice,
@@ -28,6 +32,9 @@ pub(crate) struct Arguments {
 pub(crate) enum Command {
     /// Render the built-in scene through every built-in pipeline
     Demo(DemoArgs),
+    /// Look at a pipeline in a window, and turn its parameters
+    #[cfg(feature = "view")]
+    View(ViewArgs),
     /// Render an image or a sequence through a pipeline
     Render(RenderArgs),
     /// Check pipeline files: all errors at once, with locations
