@@ -11,7 +11,6 @@ use afterimage_view::{Desktop, Images, Problem, Project, Scene, TextProject};
 use crate::args::view::ViewArgs;
 use crate::failure::Failure;
 use open::Opener;
-use project::FileProject;
 
 /// The pipeline that is shown if none is named.
 const FIRST: &str = "tsushima";

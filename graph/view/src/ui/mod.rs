@@ -106,11 +106,12 @@ impl Viewer {
 
     /// Records what the pipelines render, `passed` seconds after the last frame.
     pub fn render(&mut self, encoder: &mut wgpu::CommandEncoder, passed: f64) -> Rendered {
+        let had_problem = self.model.problem().is_some();
         self.model.follow_files();
         self.model.set_probes(self.shows_probe);
-        let had_problem = self.model.problem().is_some();
         let rendered = self.model.render(encoder, passed);
-        if !had_problem && self.model.problem().is_some() {
+        // Beside the text its errors are shown anyway.
+        if !had_problem && self.model.problem().is_some() && self.tab != Some(Tab::Text) {
             self.tab = Some(Tab::Messages);
         }
         self.read(encoder);
@@ -147,14 +148,18 @@ impl Viewer {
     pub fn show(&mut self, ui: &mut Ui) {
         self.keys(ui.ctx());
         Panel::top("top").show(ui, |ui| self.top_bar(ui));
+        self.bottom(ui);
         Panel::left("parameters").default_size(308.0).size_range(240.0..=460.0).show(ui, |ui| {
             ui.add_space(4.0);
             self.parameters.show(ui, &mut self.model);
         });
         if self.shows_scopes || self.shows_probe {
-            Panel::right("scopes").default_size(238.0).size_range(200.0..=420.0).show(ui, |ui| self.side(ui));
+            Panel::right("scopes").default_size(264.0).size_range(200.0..=420.0).show(ui, |ui| self.side(ui));
         }
-        self.bottom(ui);
+        Panel::bottom("picture bar").show(ui, |ui| {
+            self.picture_bar(ui);
+            self.time_bar(ui);
+        });
         if self.model.tap().is_some() {
             Panel::top("tap").show(ui, |ui| self.tap_bar(ui));
         }
@@ -181,7 +186,7 @@ impl Viewer {
                 ui.separator();
                 match tab {
                     Tab::Graph => self.graph.show(ui, &mut self.model),
-                    Tab::Text => self.text.show(ui, &mut self.model),
+                    Tab::Text => self.show_text(ui),
                     Tab::Cost => self.cost.show(ui, &self.model),
                     Tab::Messages => {
                         if let Some(line) = text::messages(ui, &self.model) {
@@ -194,10 +199,18 @@ impl Viewer {
         } else {
             Panel::bottom("closed tabs").show(ui, |ui| self.tabs(ui));
         }
-        Panel::bottom("picture bar").show(ui, |ui| {
-            self.picture_bar(ui);
-            self.time_bar(ui);
-        });
+    }
+
+    /// The text, with what is wrong beside it.
+    fn show_text(&mut self, ui: &mut Ui) {
+        if self.model.problem().is_some() || !self.model.warnings().is_empty() {
+            Panel::right("errors of the text").default_size(440.0).size_range(200.0..=900.0).show(ui, |ui| {
+                if let Some(line) = text::messages(ui, &self.model) {
+                    self.text.go_to(line);
+                }
+            });
+        }
+        self.text.show(ui, &mut self.model);
     }
 
     fn tabs(&mut self, ui: &mut Ui) {

@@ -58,19 +58,20 @@ impl ProbePanel {
 
     fn line(&self, ui: &mut Ui, reading: &Reading, reference: Option<&Reading>) {
         ui.label(RichText::new(&reading.name).color(DIM).small());
-        ui.label(RichText::new(numbers(reading.value)).monospace());
+        ui.add(egui::Label::new(RichText::new(numbers(reading.value)).monospace()).extend());
         let differs = |reference: &&Reading| {
             let pairs = reading.value.iter().zip(reference.value);
             pairs.clone().any(|(a, b)| !(a - b).abs().le(&(APART * (b.abs() + 1e-3))) && !(a.is_nan() && b.is_nan()))
         };
         if let Some(reference) = reference.filter(differs) {
-            ui.label(RichText::new(numbers(reference.value)).monospace().color(ACCENT));
+            let text = RichText::new(numbers(reference.value)).monospace().color(ACCENT);
+            ui.add(egui::Label::new(text).extend());
         }
     }
 }
 
 fn numbers(value: [f32; 4]) -> String {
-    value.map(|number| format!("{number:>8}", number = short(number))).join(" ")
+    value.map(|number| format!("{:>7}", short(number))).join(" ")
 }
 
 /// Four digits, whatever the size.
@@ -79,7 +80,8 @@ fn short(number: f32) -> String {
         0.0 => "0".into(),
         large if large >= 1e4 => format!("{number:.1e}"),
         middle if middle >= 100.0 => format!("{number:.1}"),
-        middle if middle >= 0.001 => format!("{number:.4}"),
+        middle if middle >= 10.0 => format!("{number:.2}"),
+        middle if middle >= 0.001 => format!("{number:.3}"),
         small if small > 0.0 => format!("{number:.1e}"),
         _ => number.to_string(),
     }
@@ -113,7 +115,7 @@ mod tests {
     #[test]
     fn numbers_have_few_digits_at_any_size() {
         let shown = [0.0, 0.18, -0.5, 123.456, 65504.0, 1e-7, f32::INFINITY].map(short);
-        assert_eq!(shown, ["0", "0.1800", "-0.5000", "123.5", "6.6e4", "1.0e-7", "inf"]);
+        assert_eq!(shown, ["0", "0.180", "-0.500", "123.5", "6.6e4", "1.0e-7", "inf"]);
         assert_eq!(short(f32::NAN), "NaN");
     }
 }

@@ -43,7 +43,8 @@ impl ScopePanel {
         histogram(ui, scopes, *is_light);
         let [white, black] = scopes.clipped.map(|part| part * 100.0);
         let (low, high) = scopes.range;
-        ui.label(RichText::new(format!("{low:.3} to {high:.3};  at 1: {white:.1} %,  black: {black:.1} %")).small());
+        let text = format!("{low:.3} to {high:.3}, clipped {white:.1} %, black {black:.1} %");
+        ui.add(egui::Label::new(RichText::new(text).small()).truncate());
         ui.label(RichText::new("Waveform").color(DIM).small());
         let width = ui.available_width();
         show_image(ui, self.waveform.as_ref(), Vec2::new(width, width * 0.42));

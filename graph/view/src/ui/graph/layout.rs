@@ -29,7 +29,7 @@ pub(super) struct Placed {
 /// Rows between two boxes of a column.
 const GAP: f32 = 0.8;
 /// How often the columns are put in order by their neighbours.
-const SWEEPS: usize = 6;
+const SWEEPS: usize = 48;
 
 /// Places the inputs and nodes of a graph.
 pub(super) fn layout(graph: &Graph) -> Vec<Placed> {
@@ -65,17 +65,21 @@ fn ranks(graph: &Graph) -> Vec<usize> {
     ranks
 }
 
-/// Puts the boxes of each column below each other, in their present order.
+/// Puts the boxes of each column below each other, in their present order and as near to their places as they fit.
 fn stack(placed: &mut [Placed]) {
     let ranks = placed.iter().map(|placed| placed.rank).max().unwrap_or(0);
     for rank in 0..=ranks {
         let mut column: Vec<&mut Placed> = placed.iter_mut().filter(|placed| placed.rank == rank).collect();
         column.sort_by(|a, b| a.row.total_cmp(&b.row));
+        let wanted: f32 = column.iter().map(|placed| placed.row).sum();
         let mut next = f32::MIN;
-        for placed in column {
+        for placed in &mut column {
             placed.row = placed.row.max(next);
             next = placed.row + placed.rows + GAP;
         }
+        // Boxes were moved down only. Without this the whole drawing would sink step by step.
+        let sunk = (column.iter().map(|placed| placed.row).sum::<f32>() - wanted) / column.len().max(1) as f32;
+        column.iter_mut().for_each(|placed| placed.row -= sunk);
     }
 }
 

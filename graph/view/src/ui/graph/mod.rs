@@ -12,9 +12,20 @@ use super::theme::{ACCENT, DIM, FIELD, wire_color};
 use crate::model::{Chain, Model, Tap};
 use layout::{Item, Placed, layout};
 
+/// The colours of passes that hold several nodes.
+const GROUNDS: [Color32; 4] = [
+    Color32::from_rgb(0xf2, 0xb1, 0x34),
+    Color32::from_rgb(0x5a, 0xa0, 0xe0),
+    Color32::from_rgb(0x8a, 0xc9, 0x66),
+    Color32::from_rgb(0xc0, 0x80, 0xd8),
+];
+
+/// The least enlargement at which a graph is shown first: names can be read.
+const READABLE: f32 = 0.8;
+
 /// Points between columns, the width of a box, and the height of a row.
-const COLUMN: f32 = 142.0;
-const WIDTH: f32 = 108.0;
+const COLUMN: f32 = 130.0;
+const WIDTH: f32 = 104.0;
 const ROW: f32 = 15.0;
 
 /// What the panel remembers.
@@ -65,6 +76,9 @@ impl GraphPanel {
         let roles = Roles::of(model.shown().and_then(Chain::plan).map(|plan| &**plan));
         let tapped = model.tap().map(|tap| tap.wire.clone());
         let mut chosen = None;
+        if self.scene == Rect::ZERO {
+            self.scene = self.first_view(ui.available_size());
+        }
         let mut scene = self.scene;
         egui::Scene::new().zoom_range(0.3..=2.0).show(ui, &mut scene, |ui| {
             let drawing = Drawing { graph: &graph, placed: &self.placed, roles: &roles, tapped: tapped.as_deref() };
@@ -75,6 +89,18 @@ impl GraphPanel {
             let again = tapped.as_deref() == Some(&wire);
             model.set_tap(if again { None } else { Some(Tap::new(wire)) });
         }
+    }
+
+    /// The part of the drawing that is shown first: all of it, or its beginning if it were too small to read.
+    fn first_view(&self, panel: Vec2) -> Rect {
+        let right = self.placed.iter().map(|placed| placed.rank as f32 * COLUMN + WIDTH).fold(0.0, f32::max);
+        let lower = self.placed.iter().map(|placed| (placed.row + placed.rows) * ROW).fold(0.0, f32::max);
+        let margin = 14.0;
+        let whole = Vec2::new(right + 2.0 * margin, lower + 2.0 * margin);
+        let scale = (panel / whole).min_elem().clamp(READABLE, 1.2);
+        let shown = panel / scale;
+        let top = (lower - shown.y) / 2.0;
+        Rect::from_min_size(Pos2::new(-margin, top.min(lower / 2.0 - shown.y / 2.0)), shown)
     }
 
     /// Places the nodes anew if they are others.
@@ -167,19 +193,14 @@ impl Drawing<'_> {
         }
     }
 
-    /// Frames around neighbours of one pass.
+    /// A ground under the nodes of one pass, in a colour of its own.
     fn fused(&self, ui: &Ui) {
-        let mut groups: BTreeMap<usize, Rect> = BTreeMap::new();
         for placed in self.placed {
             let Item::Node(node) = placed.item else { continue };
-            if let Some(pass) = self.roles.fused.get(&self.graph.nodes[node].name) {
-                let rect = self.rect(placed);
-                groups.entry(*pass).and_modify(|group| *group = group.union(rect)).or_insert(rect);
-            }
-        }
-        for group in groups.values() {
-            let fill = Color32::from_rgba_unmultiplied(0xf2, 0xb1, 0x34, 10);
-            ui.painter().rect(group.expand(8.0), 6.0, fill, Stroke::new(1.0, Color32::from_rgb(0x5c, 0x4a, 0x22)), egui::StrokeKind::Middle);
+            let Some(pass) = self.roles.fused.get(&self.graph.nodes[node].name) else { continue };
+            let color = GROUNDS[pass % GROUNDS.len()];
+            let wide = self.rect(placed).expand2(Vec2::new((COLUMN - WIDTH) / 2.0, 5.0));
+            ui.painter().rect_filled(wide, 5.0, color.gamma_multiply(0.22));
         }
     }
 
