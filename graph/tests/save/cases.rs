@@ -207,10 +207,10 @@ fn wrong_changes_are_errors() {
 /// A pipeline used as a node may extend the file that uses it, if it replaces that node.
 #[test]
 fn a_file_that_is_used_twice_is_not_saved() {
-    let own = BASE.replace("nodes: {", "nodes: {\n        \"twin\": Pipeline(file: \"twin.ron\", scene: \"scene\"),");
-    let twin = r#"Pipeline(extends: "a.ron", nodes: { "twin": Exposure(source: "scene") })"#;
-    let folder = Folder::of(&[("a.ron", own.as_str()), ("twin.ron", twin)]);
-    assert!(folder.graph(&own, None).node("twin/exposed").is_some());
+    let own = BASE.replace("nodes: {", "nodes: {\n        \"again\": Pipeline(file: \"again.ron\", scene: \"scene\"),");
+    let again = r#"Pipeline(extends: "a.ron", nodes: { "again": Exposure(source: "scene") })"#;
+    let folder = Folder::of(&[("a.ron", own.as_str()), ("again.ron", again)]);
+    assert!(folder.graph(&own, None).node("again/exposed").is_some());
     let told = refused(&folder, &own, None, &[float("exposed.stops", 1.0)]);
     assert_eq!(told, "used-twice: `a.ron` is extended by a pipeline that it uses as a node");
 }

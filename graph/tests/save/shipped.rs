@@ -159,7 +159,8 @@ impl Pipeline<'_> {
     }
 }
 
-/// Whether two lists of tokens are one, begun at different tokens: an insertion after a comma may be seen from before it.
+/// Whether two lists of tokens are one, begun at different tokens: an insertion after a comma may be seen from before
+/// it.
 fn is_rotated(wanted: &str, found: &str) -> bool {
     let (wanted, found): (Vec<&str>, Vec<&str>) = (wanted.split(' ').collect(), found.split(' ').collect());
     wanted.len() == found.len()

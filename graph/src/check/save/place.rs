@@ -1,12 +1,12 @@
 //! Where a change is written.
 
 use super::path::{join_written, relative};
-use super::state::{Setting, State, Subject};
+use super::state::{SetTo, State, Subject};
 use super::wanted::{Wanted, switch};
 use crate::document::{Editor, Override, Tree};
 use afterimage_base::value::{FileValue, Type, Value};
 
-impl Setting {
+impl SetTo {
     /// As the file writes it.
     pub(super) fn text(&self, file: &str) -> String {
         match self {
@@ -45,8 +45,8 @@ impl State<'_> {
     /// Writes a value in place of the one that is written.
     fn replace(&self, editor: &mut Editor<'_>, wanted: &Wanted) {
         let Some(location) = self.given(wanted.subject) else { return };
-        match (self.setting(wanted.subject), &wanted.setting) {
-            (Setting::Value(Value::Vector(old, n)), Setting::Value(Value::Vector(new, _))) => {
+        match (self.set_to(wanted.subject), &wanted.set_to) {
+            (SetTo::Value(Value::Vector(old, n)), SetTo::Value(Value::Vector(new, _))) => {
                 let number = |(old, new): (&f64, &f64)| (old != new).then(|| Value::Float(*new).to_string());
                 editor.replace_numbers(location.span(), old.iter().zip(new).take(n).map(number).collect());
             }
@@ -54,8 +54,8 @@ impl State<'_> {
         }
     }
 
-    /// Adds an override to a tier. A tier that the file inherits is copied into it, as a tier replaces the inherited one
-    /// of its name.
+    /// Adds an override to a tier. A tier that the file inherits is copied into it, because a tier replaces the
+    /// inherited one of its name.
     pub(super) fn write_to_tier(&self, editor: &mut Editor<'_>, tier: &str, key: &str, text: String) {
         if !editor.has_tier(tier) {
             self.copy_tier(editor, tier, tier);
@@ -80,7 +80,7 @@ impl State<'_> {
         if let (Tree::Text(path), true) = (&setting.value.value, self.is_file(&setting.key.value)) {
             let [here, there] = [own, &location.file].map(|file| join_written(file, path));
             if here != there {
-                return Some(Setting::Value(Value::File(FileValue { path: there, bytes: None })).text(own));
+                return Some(SetTo::Value(Value::File(FileValue { path: there, bytes: None })).text(own));
             }
         }
         let text = self.builder.diagnostics.sources.text(&location.file)?;

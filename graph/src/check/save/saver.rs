@@ -1,7 +1,7 @@
 //! From changes to a text that is checked again.
 
 use super::change::Change;
-use super::state::{Setting, State};
+use super::state::{SetTo, State};
 use super::verify::{Context, Goal, alone, not_saved};
 use super::wanted::wanted;
 use crate::check::files::Files;
@@ -11,7 +11,7 @@ use crate::node::Registry;
 use afterimage_base::diagnostic::{Diagnostic, Diagnostics, quote};
 
 /// A tier, a key, and what the text must set it to there.
-type Difference = (Option<String>, String, Setting);
+type Difference = (Option<String>, String, SetTo);
 
 /// A pipeline file into whose text changes are written.
 pub struct Saver<'a> {
@@ -22,7 +22,7 @@ pub struct Saver<'a> {
 }
 
 impl<'a> Saver<'a> {
-    /// Reads a text. `file` is the name that messages show and that files named in the text are relative to.
+    /// Reads a text. `file` is the name that messages show, and that files named in the text are relative to.
     ///
     /// # Errors
     /// The syntax errors of the text.
@@ -36,14 +36,14 @@ impl<'a> Saver<'a> {
 
     /// The text with changes to the pipeline at a tier. Checked again at this tier, it has the wanted values.
     ///
-    /// A value that the tier gives changes in the tier, and the other tiers keep theirs. Any other value changes for all
-    /// tiers that give none of their own. A change to what the text says already changes nothing. If the tier is
+    /// A value that the tier gives changes in the tier, and the other tiers keep theirs. Any other value changes for
+    /// all tiers that give none of their own. A change to what the text says already changes nothing. If the tier is
     /// inherited, it is copied into the file with the change, because a tier replaces the inherited one of its name.
     ///
     /// # Errors
     /// Unknown names, values outside of their domain, a tier that is a file of its own, and all that makes the changed
-    /// text wrong, at this tier or at another one that was right before. Without a hint to the text, the location of
-    /// these errors is the word `Pipeline`.
+    /// text wrong, at this tier or at another one that was right before. An error of a change itself points to the word
+    /// `Pipeline`; one of the changed text points into that text.
     pub fn save(&self, tier: Option<&str>, changes: &[Change]) -> Result<String, Diagnostics> {
         let state = self.context.state(&self.document, tier)?;
         let wanted = wanted(&state, changes)?;
@@ -111,7 +111,7 @@ impl<'a> Saver<'a> {
         Ok(all)
     }
 
-    /// Whether a text is right at all tiers at which it was right before. An error that the text had before at the
+    /// Checks that a text is right at all tiers at which it was right before. An error that the text had before at the
     /// tier that is saved is shown in that text.
     fn check(&self, text: &str, goal: &Goal<'_>) -> Result<(), Diagnostics> {
         let saved = parse(&self.document.file, text)?;

@@ -21,7 +21,7 @@ pub(super) enum Subject {
 
 /// What it is set to. Paths of files are relative to the folder of the program, and files have no bytes.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) enum Setting {
+pub(super) enum SetTo {
     Value(Value),
     Off(bool),
 }
@@ -120,14 +120,14 @@ impl<'a> State<'a> {
     }
 
     /// What it is set to.
-    pub(super) fn setting(&self, subject: Subject) -> Setting {
+    pub(super) fn set_to(&self, subject: Subject) -> SetTo {
         match subject {
             Subject::Value(node, index) => {
                 let file = self.given(subject).map_or(&*self.document.file, |location| &*location.file);
-                Setting::value(&self.draft(node).values[index], file)
+                SetTo::value(&self.draft(node).values[index], file)
             }
-            Subject::Node(node) => Setting::Off(self.draft(node).off),
-            Subject::Scope(scope) => Setting::Off(self.builder.scopes[scope].off),
+            Subject::Node(node) => SetTo::Off(self.draft(node).off),
+            Subject::Scope(scope) => SetTo::Off(self.builder.scopes[scope].off),
         }
     }
 
@@ -191,7 +191,7 @@ fn used_twice(document: &Document) -> Diagnostic {
         .help("a value of it is one of several nodes: write the value by hand")
 }
 
-impl Setting {
+impl SetTo {
     /// A value as it is written in a file.
     pub(super) fn value(value: &Value, file: &str) -> Self {
         Self::Value(match value {

@@ -1,6 +1,6 @@
 //! What a saved text must say: the wanted values at the tier that is saved, and the values of before everywhere else.
 
-use super::state::{Setting, State, Subject};
+use super::state::{SetTo, State, Subject};
 use super::wanted::Wanted;
 use crate::check::files::Files;
 use crate::document::Document;
@@ -41,7 +41,7 @@ impl Goal<'_> {
         context: &Context<'_>,
         saved: &Document,
         tier: Option<&str>,
-    ) -> Result<Vec<(String, Setting)>, Diagnostics> {
+    ) -> Result<Vec<(String, SetTo)>, Diagnostics> {
         let is_new = tier.is_some() && tier == self.new_tier;
         let before = context.state(self.before, if is_new { self.tier } else { tier })?;
         let after = context.state(saved, tier)?;
@@ -51,10 +51,10 @@ impl Goal<'_> {
         let must = |subject: Subject| {
             let wanted = self.wanted.iter().find(|wanted| wanted.subject == subject);
             let wanted = wanted.filter(|wanted| self.applies(wanted, &before, tier));
-            wanted.map_or_else(|| before.setting(subject), |wanted| wanted.setting.clone())
+            wanted.map_or_else(|| before.set_to(subject), |wanted| wanted.set_to.clone())
         };
         let subjects = before.subjects().map(|subject| (subject, must(subject)));
-        let differ = subjects.filter(|(subject, must)| after.setting(*subject) != *must);
+        let differ = subjects.filter(|(subject, must)| after.set_to(*subject) != *must);
         Ok(differ.map(|(subject, must)| (before.key(subject), must)).collect())
     }
 

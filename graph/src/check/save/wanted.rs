@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use indexmap::IndexMap;
 
 use super::change::Change;
-use super::state::{Setting, State, Subject};
+use super::state::{SetTo, State, Subject};
 use afterimage_base::diagnostic::{Diagnostic, Diagnostics, did_you_mean, list, quote};
 use afterimage_base::value::Value;
 
@@ -13,7 +13,7 @@ use afterimage_base::value::Value;
 #[derive(Clone, Debug)]
 pub(super) struct Wanted {
     pub(super) subject: Subject,
-    pub(super) setting: Setting,
+    pub(super) set_to: SetTo,
     /// The value as the file writes it.
     pub(super) text: String,
     /// Whether the tier gives the value that is changed.
@@ -67,10 +67,10 @@ fn changed(state: &State<'_>, parameter: &str, value: &Value) -> Result<(Subject
         return Err(Diagnostic::error("out-of-domain", format!("{} cannot be saved: {why}", quote(parameter))));
     }
     let subject = Subject::Value(node, index);
-    let setting = Setting::value(value, &state.document.file);
-    let is_new = draft.values[index] != *value && state.setting(subject) != setting;
+    let set_to = SetTo::value(value, &state.document.file);
+    let is_new = draft.values[index] != *value && state.set_to(subject) != set_to;
     let is_of_tier = state.is_of_tier(subject);
-    Ok((subject, is_new.then(|| Wanted { subject, setting, text: value.to_string(), is_of_tier })))
+    Ok((subject, is_new.then(|| Wanted { subject, set_to, text: value.to_string(), is_of_tier })))
 }
 
 fn switched(
@@ -82,7 +82,7 @@ fn switched(
     let of_scope = || state.scope(name).map(Subject::Scope);
     let subject = state.node(name).map(Subject::Node).or_else(of_scope).ok_or_else(|| unknown_node(state, name))?;
     let outer = state.outer(subject).find(|scope| scopes.get(scope).copied().unwrap_or(state.is_scope_off(*scope)));
-    let is_off = outer.is_some() || state.setting(subject) == Setting::Off(true);
+    let is_off = outer.is_some() || state.set_to(subject) == SetTo::Off(true);
     match outer {
         Some(outer) if on => {
             let outer = state.key(Subject::Scope(outer));
@@ -90,8 +90,8 @@ fn switched(
             Err(Diagnostic::error("off-around", message).help(format!("switch {} on", quote(&outer))))
         }
         _ => {
-            let (setting, is_of_tier) = (Setting::Off(!on), state.is_of_tier(subject));
-            let wanted = Wanted { subject, setting, text: switch(!on).to_owned(), is_of_tier };
+            let (set_to, is_of_tier) = (SetTo::Off(!on), state.is_of_tier(subject));
+            let wanted = Wanted { subject, set_to, text: switch(!on).to_owned(), is_of_tier };
             Ok((subject, (is_off == on).then_some(wanted)))
         }
     }

@@ -50,8 +50,8 @@ fn sections_are_made_where_there_are_none() {
         ("Pipeline(x: 1,)", r#"Pipeline(x: 1, set: { "a.p": 1.0 }, tiers: { "t": { "b \"c\"": Off } },)"#),
         (
             "Pipeline(\n  x: 1\n)",
-            "Pipeline(\n  x: 1,\n  set: {\n    \"a.p\": 1.0,\n  },\n  tiers: {\n    \"t\": {\n      \"b \\\"c\\\"\": Off,\n    \
-             },\n  }\n)",
+            "Pipeline(\n  x: 1,\n  set: {\n    \"a.p\": 1.0,\n  },\n  tiers: {\n    \"t\": {\n      \
+             \"b \\\"c\\\"\": Off,\n    },\n  }\n)",
         ),
         (
             "Pipeline(\n  set: {},\n  tiers: { \"t\": {} },\n)",
