@@ -19,8 +19,8 @@ params! {
     /// Turns a depth buffer into the distance along the view axis, in metres if the world is.
     ///
     /// The projection of the camera may be any: perspective or orthographic, with the near plane at 0 or at 1, and with
-    /// a far plane at an infinite distance. What is farther than 65504 m, the largest half float, counts as being there.
-    /// Without a camera, the numbers pass as they are. All kinds that take a `depth` expect such distances.
+    /// a far plane at an infinite distance. What is farther than 65504 m, the largest half float, counts as being
+    /// there. Without a camera, the numbers pass as they are. All kinds that take a `depth` expect such distances.
     pub struct LinearDepth {
         /// What the numbers of `depth` are. Distances pass as they are.
         pub encoding: DepthEncoding = DepthEncoding::Projected;
