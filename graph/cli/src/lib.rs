@@ -3,6 +3,7 @@
 
 mod args;
 mod bench;
+mod cameras;
 mod check;
 mod demo;
 mod device;

@@ -16,6 +16,13 @@ pub(super) const SCENE: &str = r#"Pipeline(
     outputs: { "scene": "scene" },
 )"#;
 
+/// The built-in scene, with what a renderer gives besides its light.
+pub(super) const RENDERER: &str = r#"Pipeline(
+    inputs: {},
+    nodes: { "scene": DemoScene() },
+    outputs: { "scene": "scene", "depth": "scene.projected", "normal": "scene.normal", "motion": "scene.motion" },
+)"#;
+
 /// The graph of a built-in pipeline.
 pub(super) fn graph(registry: &Registry, name: &str, text: &str, sets: Vec<String>) -> Result<Graph, Failure> {
     let options = PipelineOptions { sets, facts: Vec::new(), tier: None, kinds: KindOptions::default() };

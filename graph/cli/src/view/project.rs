@@ -1,13 +1,15 @@
 //! A pipeline in a file, with the files that it names.
 
 use std::collections::BTreeSet;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use afterimage_graph::check::{Change, Loader as _};
 use afterimage_graph::diagnostic::Diagnostics;
 use afterimage_graph::node::NodeKind;
 use afterimage_media::write_atomic;
-use afterimage_view::{Checked, Project};
+use afterimage_view::{Checked, Project, saved};
 
 use crate::args::KindOptions;
 use crate::failure::Failure;
@@ -92,6 +94,17 @@ impl Project for FileProject {
 
     fn edit(&mut self, text: Option<String>) {
         self.edited = text;
+    }
+
+    fn saved(&self, tier: Option<&str>, new_tier: Option<&str>, changes: &[Change]) -> Result<String, Diagnostics> {
+        let registry = registry(&[&self.kinds], &self.options).map_err(Failure::into_diagnostics)?;
+        let files = Files::of(&self.path, &self.options);
+        saved((&self.path.to_string_lossy(), &self.known), (tier, new_tier), changes, &registry, &files)
+    }
+
+    fn file(&self, path: &str) -> Result<Arc<[u8]>, String> {
+        let folder = self.path.parent().unwrap_or(Path::new(""));
+        Files::of(&self.path, &self.options).load(&folder.join(path).to_string_lossy())
     }
 
     fn write(&mut self, text: &str) -> Result<(), String> {

@@ -6,6 +6,7 @@ use afterimage_gpu::wgpu::{self, TextureView};
 use afterimage_gpu::{Control, Frame, Gpu, PassTimes, Post};
 use afterimage_graph::check::{Facts, Graph};
 use afterimage_graph::image::ColorState;
+use afterimage_graph::node::BlockData;
 use afterimage_graph::value::Value;
 use afterimage_plan::{Alias, Options, Plan, When};
 
@@ -132,9 +133,10 @@ impl Chain {
             self.is_timed = true;
             self.post.time_passes()?;
         }
-        let inputs: Vec<(&str, &TextureView)> = images.iter().map(|(name, view)| (name.as_str(), view)).collect();
+        let inputs: Vec<(&str, &TextureView)> = images.images.iter().map(|(name, view)| (name.as_str(), view)).collect();
+        let blocks: Vec<(&str, &BlockData)> = images.blocks.iter().map(|(name, data)| (name.as_str(), data)).collect();
         let (time, dt) = (moment.time as f32, moment.dt as f32);
-        let frame = Frame { inputs: &inputs, time, dt, reset: moment.reset, ..Frame::default() };
+        let frame = Frame { inputs: &inputs, blocks: &blocks, time, dt, reset: moment.reset, ..Frame::default() };
         Ok(self.post.encode(encoder, &frame)?)
     }
 

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use afterimage_graph::check::Change;
 use afterimage_graph::value::Value;
 
 /// Something that a user changes.
@@ -11,6 +12,16 @@ pub enum Target {
     Parameter(String),
     /// Whether a node runs.
     Node(String),
+}
+
+impl Target {
+    /// What is saved if it has this value.
+    pub fn change(&self, value: &Value) -> Change {
+        match self {
+            Self::Parameter(name) => Change::Value { parameter: name.clone(), value: value.clone() },
+            Self::Node(name) => Change::Enabled { node: name.clone(), on: *value == Value::Bool(true) },
+        }
+    }
 }
 
 /// One change: what it was and what it is; `None` is what the file says.

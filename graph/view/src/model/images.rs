@@ -5,13 +5,20 @@ use afterimage_gpu::{Frame, Gpu, Parameter, Post, texture_format, upload_bytes};
 use afterimage_graph::check::{CheckOptions, Graph, GraphInput, check};
 use afterimage_graph::document::parse;
 use afterimage_graph::image::{ColorState, Format, Size};
-use afterimage_graph::node::Registry;
+use afterimage_graph::node::{BlockData, CAMERA, Registry};
 use afterimage_media::Picture;
+use afterimage_nodes::DemoScene;
 
 use crate::Problem;
 
-/// The images of one frame, by the names of the inputs.
-pub type FrameImages = Vec<(String, TextureView)>;
+/// What the inputs of a pipeline get in a frame, by their names.
+#[derive(Clone, Default)]
+pub struct FrameImages {
+    /// The images.
+    pub images: Vec<(String, TextureView)>,
+    /// The cameras.
+    pub blocks: Vec<(String, BlockData)>,
+}
 
 /// What the inputs of a pipeline get.
 pub enum Images {
@@ -52,7 +59,7 @@ impl Images {
     /// An input gets no image.
     pub fn again(&mut self, inputs: &[GraphInput]) -> Result<FrameImages, Problem> {
         match self {
-            Self::Scene(scene) => images_of(inputs, &scene.targets),
+            Self::Scene(scene) => scene.again(inputs),
             Self::Files(files) => files.again(inputs),
         }
     }
@@ -90,12 +97,14 @@ const SCENE: &str = r#"Pipeline(
     inputs: {},
     nodes: { "scene": DemoScene() },
     outputs: {
-        "result": "scene", "depth": "scene.depth", "normal": "scene.normal", "albedo": "scene.albedo",
-        "motion": "scene.motion",
+        "result": "scene", "depth": "scene.depth", "projected": "scene.projected", "normal": "scene.normal",
+        "albedo": "scene.albedo", "motion": "scene.motion",
     },
 )"#;
 /// The outputs of the scene that are not light.
 const DATA: [&str; 4] = ["depth", "normal", "albedo", "motion"];
+/// The output that a pipeline with a camera gets for its depth.
+const PROJECTED: &str = "projected";
 /// The part of the camera's way that it moves in a second.
 const SPEED: f64 = 0.05;
 
@@ -105,6 +114,9 @@ pub struct Scene {
     time: Parameter<f32>,
     walk: Parameter<f32>,
     step: Parameter<f32>,
+    dt: Parameter<f32>,
+    /// Where and when the scene is seen.
+    seen: DemoScene,
     size: Size,
     targets: Vec<(&'static str, TextureView)>,
 }
@@ -119,11 +131,14 @@ impl Scene {
         let document = parse("scene.ron", SCENE).map_err(Problem::Pipeline)?;
         let (graph, _) = check(&document, &registry, &CheckOptions::default()).map_err(Problem::Pipeline)?;
         let mut post = Post::with_executor(gpu.executor(), graph);
-        let (time, walk, step) =
-            (post.parameter("scene.time")?, post.parameter("scene.walk")?, post.parameter("scene.step")?);
-        let target = |name| (name, target(&gpu.device, name, size));
-        let targets = ["result"].into_iter().chain(DATA).map(target).collect();
-        Ok(Self { post, time, walk, step, size, targets })
+        let (time, walk) = (post.parameter("scene.time")?, post.parameter("scene.walk")?);
+        let (step, dt) = (post.parameter("scene.step")?, post.parameter("scene.dt")?);
+        let target = |name| {
+            let format = if DEPTHS.contains(&name) { Format::R32Float } else { Format::Rgba16Float };
+            (name, target(&gpu.device, name, size, format))
+        };
+        let targets = ["result", PROJECTED].into_iter().chain(DATA).map(target).collect();
+        Ok(Self { post, time, walk, step, dt, seen: DemoScene::default(), size, targets })
     }
 
     fn at(
@@ -134,14 +149,28 @@ impl Scene {
         encoder: &mut wgpu::CommandEncoder,
     ) -> Result<FrameImages, Problem> {
         let (here, before) = (walked(time), walked((time - dt).max(0.0)));
-        self.post.set(self.time, time as f32)?;
-        self.post.set(self.walk, here as f32)?;
-        self.post.set(self.step, (here - before) as f32)?;
+        let step = (here - before) as f32;
+        self.seen = DemoScene { time: time as f32, walk: here as f32, step, dt: dt as f32, ..DemoScene::default() };
+        self.post.set(self.time, self.seen.time)?;
+        self.post.set(self.walk, self.seen.walk)?;
+        self.post.set(self.step, self.seen.step)?;
+        self.post.set(self.dt, self.seen.dt)?;
         let outputs: Vec<(&str, &TextureView)> = self.targets.iter().map(|(name, view)| (*name, view)).collect();
         self.post.encode(encoder, &Frame { outputs: &outputs, time: time as f32, ..Frame::default() })?;
-        images_of(inputs, &self.targets)
+        self.again(inputs)
+    }
+
+    /// What the inputs get of the frame that was rendered last.
+    fn again(&self, inputs: &[GraphInput]) -> Result<FrameImages, Problem> {
+        let cameras = inputs.iter().filter(|input| input.block.is_some_and(|block| *block == CAMERA));
+        let camera = self.seen.camera(self.size).data().map_err(Problem::said)?;
+        let blocks: Vec<_> = cameras.map(|input| (input.name.clone(), camera.clone())).collect();
+        Ok(FrameImages { images: images_of(inputs, &self.targets, !blocks.is_empty())?, blocks })
     }
 }
+
+/// The outputs of the scene with one number.
+const DEPTHS: [&str; 2] = ["depth", PROJECTED];
 
 /// Where the camera is: it goes to the window and back.
 fn walked(time: f64) -> f64 {
@@ -151,7 +180,7 @@ fn walked(time: f64) -> f64 {
     there_and_back * there_and_back * (3.0 - 2.0 * there_and_back)
 }
 
-fn target(device: &wgpu::Device, label: &str, size: Size) -> TextureView {
+fn target(device: &wgpu::Device, label: &str, size: Size, format: Format) -> TextureView {
     let usages = wgpu::TextureUsages::TEXTURE_BINDING
         | wgpu::TextureUsages::STORAGE_BINDING
         | wgpu::TextureUsages::RENDER_ATTACHMENT
@@ -162,7 +191,7 @@ fn target(device: &wgpu::Device, label: &str, size: Size) -> TextureView {
         mip_level_count: 1,
         sample_count: 1,
         dimension: wgpu::TextureDimension::D2,
-        format: texture_format(Format::Rgba16Float),
+        format: texture_format(format),
         usage: usages,
         view_formats: &[],
     });
@@ -171,10 +200,15 @@ fn target(device: &wgpu::Device, label: &str, size: Size) -> TextureView {
 
 /// The output of the scene for each input: data by name, light for inputs of light. Optional inputs of light get none,
 /// because they are masks and second pictures.
-fn images_of(inputs: &[GraphInput], targets: &[(&'static str, TextureView)]) -> Result<FrameImages, Problem> {
-    let mut images = FrameImages::new();
+fn images_of(
+    inputs: &[GraphInput],
+    targets: &[(&'static str, TextureView)],
+    has_camera: bool,
+) -> Result<Vec<(String, TextureView)>, Problem> {
+    let mut images = Vec::new();
     for input in inputs.iter().filter(|input| input.block.is_none()) {
         let data = DATA.into_iter().find(|output| input.name.contains(output));
+        let data = data.map(|output| if has_camera && output == "depth" { PROJECTED } else { output });
         let is_light = matches!(input.state, ColorState::Scene | ColorState::Exposed | ColorState::DisplayLinear);
         let output = data.or((is_light && !input.optional).then_some("result"));
         match output.and_then(|output| targets.iter().find(|(name, _)| *name == output)) {
@@ -242,7 +276,7 @@ impl Files {
 
     fn again(&mut self, inputs: &[GraphInput]) -> Result<FrameImages, Problem> {
         let mut main = Some(self.frame(self.present)?);
-        let mut images = FrameImages::new();
+        let mut images = Vec::new();
         for input in inputs.iter().filter(|input| input.block.is_none()) {
             let named = self.further.iter().find(|further| further.input == input.name);
             let named = named.map(|further| further.view.clone());
@@ -252,7 +286,7 @@ impl Files {
                 None => return Err(Problem::no_image(&input.name)),
             }
         }
-        Ok(images)
+        Ok(FrameImages { images, blocks: Vec::new() })
     }
 
     fn frame(&mut self, index: usize) -> Result<TextureView, Problem> {

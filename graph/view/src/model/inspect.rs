@@ -115,7 +115,7 @@ impl Model {
     /// The image that the tap shows, once a frame has made it.
     pub fn tapped(&self) -> Option<(TapImage, wgpu::Texture)> {
         let tap = self.tap.as_ref()?;
-        if let Some((_, view)) = self.fed.iter().find(|(name, _)| *name == tap.wire) {
+        if let Some((_, view)) = self.fed.images.iter().find(|(name, _)| *name == tap.wire) {
             let texture = view.texture().clone();
             let size = afterimage_graph::image::Size::new(texture.width(), texture.height());
             return Some((TapImage { name: tap.wire.clone(), desc: ImageDesc::new(size) }, texture));

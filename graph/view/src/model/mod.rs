@@ -10,9 +10,9 @@ mod inspect;
 mod project;
 
 use afterimage_gpu::{Gpu, Watch};
-use afterimage_graph::check::{Fact, Facts, Graph};
+use afterimage_graph::check::{Change, Fact, Facts, Graph};
 use afterimage_graph::diagnostic::Diagnostics;
-use afterimage_graph::value::Value;
+use afterimage_graph::value::{FileValue, Value};
 
 pub use beside::Beside;
 pub use chain::{Chain, Moment, Purpose};
@@ -21,7 +21,7 @@ pub use clock::PlayClock;
 pub use frame::Rendered;
 pub use images::{Files, FrameImages, Images, ReadFrame, Scene, scene_suits};
 pub use inspect::{Tap, TapImage};
-pub use project::{Checked, Project, TextProject};
+pub use project::{Checked, Project, TextProject, saved};
 
 use crate::Problem;
 
@@ -69,7 +69,7 @@ impl Model {
             changes: Changes::default(),
             problem: None,
             images,
-            fed: FrameImages::new(),
+            fed: FrameImages::default(),
             clock: PlayClock::default(),
             shown: None,
             beside: None,
@@ -122,13 +122,17 @@ impl Model {
         self.reload();
     }
 
-    /// Writes a text to where the pipeline comes from, in which all changes are; they are no changes any more.
+    /// Writes all changes into the text of the pipeline, where everything else stays as it is, or into a new tier of
+    /// it, which is shown from then on. They are no changes any more.
     ///
     /// # Errors
-    /// Why it cannot be written.
-    pub fn write(&mut self, text: &str) -> Result<(), Problem> {
-        self.project.write(text).map_err(Problem::said)?;
+    /// Why they cannot be written; nothing is written then.
+    pub fn save(&mut self, new_tier: Option<&str>) -> Result<(), Problem> {
+        let changes: Vec<Change> = self.changes.iter().map(|(target, value)| target.change(value)).collect();
+        let text = self.project.saved(self.tier.as_deref(), new_tier, &changes).map_err(Problem::Pipeline)?;
+        self.project.write(&text).map_err(Problem::said)?;
         self.changes.clear();
+        self.tier = new_tier.map(str::to_owned).or(self.tier.take());
         self.reload();
         self.each_chain(|chain| chain.forget_values());
         Ok(())
@@ -213,11 +217,25 @@ impl Model {
     /// problem, and changes nothing.
     pub fn set(&mut self, target: &Target, value: Option<Value>) {
         let before = self.changes.get(target).cloned();
-        let value = value.filter(|value| !self.is_as_written(target, value));
+        let value = match value.map(|value| self.with_bytes(value)).transpose() {
+            Ok(value) => value.filter(|value| !self.is_as_written(target, value)),
+            Err(why) => return self.problem = Some(Problem::said(why)),
+        };
         self.changes.set(target, value);
         if let Err(problem) = self.apply(target) {
             self.changes.set(target, before);
             self.problem = Some(problem);
+        }
+    }
+
+    /// A file with its content.
+    fn with_bytes(&self, value: Value) -> Result<Value, String> {
+        match value {
+            Value::File(file) if file.bytes.is_none() && !file.path.is_empty() => {
+                let bytes = self.project.file(&file.path).map_err(|why| format!("`{}`: {why}", file.path))?;
+                Ok(Value::File(FileValue { bytes: Some(bytes), ..file }))
+            }
+            other => Ok(other),
         }
     }
 
@@ -345,7 +363,7 @@ impl Model {
         let beside = self.beside.as_mut().map(|(_, chain)| chain);
         let chains = [&mut self.shown, &mut self.inspected, &mut self.reference].into_iter().flatten();
         chains.chain(beside).for_each(|chain| chain.rebuild(gpu));
-        (self.problem, self.fed) = (None, FrameImages::new());
+        (self.problem, self.fed) = (None, FrameImages::default());
         self.clock.cut();
         Ok(())
     }

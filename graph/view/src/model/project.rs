@@ -1,6 +1,8 @@
 //! Where the viewer's pipeline comes from.
 
-use afterimage_graph::check::{Checker, Graph, Loader};
+use std::sync::Arc;
+
+use afterimage_graph::check::{Change, Checker, Graph, Loader, Saver};
 use afterimage_graph::diagnostic::Diagnostics;
 use afterimage_graph::document::parse;
 use afterimage_graph::node::Registry;
@@ -25,6 +27,18 @@ pub trait Project {
 
     /// Replaces the text that the next check reads, without writing it anywhere. `None` goes back to what is written.
     fn edit(&mut self, text: Option<String>);
+
+    /// The text with changes in it; everything else stays as it is. `new_tier` puts them into a tier of that name.
+    ///
+    /// # Errors
+    /// Why they cannot be written.
+    fn saved(&self, tier: Option<&str>, new_tier: Option<&str>, changes: &[Change]) -> Result<String, Diagnostics>;
+
+    /// The bytes of a file that the pipeline may name.
+    ///
+    /// # Errors
+    /// Why there are none, for people.
+    fn file(&self, path: &str) -> Result<Arc<[u8]>, String>;
 
     /// Writes a text to where the pipeline comes from.
     ///
@@ -58,6 +72,24 @@ impl Checked {
         let checker = Checker::new(&document, registry, loader);
         let (graph, warnings) = checker.check(tier, &[])?;
         Ok(Self { graph, warnings, tiers: checker.tiers() })
+    }
+}
+
+/// The text of a pipeline with changes in it: see [`Project::saved`].
+///
+/// # Errors
+/// Why they cannot be written.
+pub fn saved(
+    (name, text): (&str, &str),
+    (tier, new_tier): (Option<&str>, Option<&str>),
+    changes: &[Change],
+    registry: &Registry,
+    loader: &dyn Loader,
+) -> Result<String, Diagnostics> {
+    let saver = Saver::new(name, text, registry, loader)?;
+    match new_tier {
+        None => saver.save(tier, changes),
+        Some(new) => saver.save_as_tier(new, tier, changes),
     }
 }
 
@@ -105,6 +137,14 @@ impl Project for TextProject {
 
     fn edit(&mut self, text: Option<String>) {
         self.edited = text;
+    }
+
+    fn saved(&self, tier: Option<&str>, new_tier: Option<&str>, changes: &[Change]) -> Result<String, Diagnostics> {
+        saved((&self.name, &self.text()), (tier, new_tier), changes, &self.registry, &BuiltIn)
+    }
+
+    fn file(&self, path: &str) -> Result<Arc<[u8]>, String> {
+        BuiltIn.load(path)
     }
 
     fn write(&mut self, text: &str) -> Result<(), String> {

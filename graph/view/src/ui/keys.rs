@@ -11,7 +11,7 @@ impl Viewer {
     pub(super) fn keys(&mut self, ctx: &Context) {
         let pressed = |modifiers, key| ctx.input_mut(|input| input.consume_key(modifiers, key));
         if pressed(Modifiers::COMMAND, Key::S) {
-            self.save(None);
+            self.save(ctx, None);
         }
         if ctx.egui_wants_keyboard_input() {
             return;

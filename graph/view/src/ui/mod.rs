@@ -65,6 +65,8 @@ pub struct Viewer {
     probe: ProbePanel,
     /// A sentence for the user about what was just done.
     said: Option<(String, f64)>,
+    /// The name of a tier that is being typed.
+    tier_name: String,
 }
 
 /// Seconds for which a sentence is shown.
@@ -90,6 +92,7 @@ impl Viewer {
             grid: Grid::new(&device),
             probe: ProbePanel::default(),
             said: None,
+            tier_name: String::new(),
 
         }
     }

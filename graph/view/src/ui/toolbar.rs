@@ -21,10 +21,7 @@ impl Viewer {
             if ui.add_enabled(redo, egui::Button::new("Redo")).on_hover_text("Ctrl+Shift+Z").clicked() {
                 self.model.redo();
             }
-            let is_unsaved = !self.model.changes().is_empty();
-            if ui.add_enabled(is_unsaved, egui::Button::new("Save")).on_hover_text(SAVE).clicked() {
-                self.save(None);
-            }
+            self.save_menu(ui);
             ui.separator();
             self.compare_menu(ui);
             ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
@@ -163,5 +160,3 @@ impl Viewer {
         });
     }
 }
-
-const SAVE: &str = "Ctrl+S: writes the changed values into the file; everything else stays as it is";
