@@ -17,7 +17,7 @@ use view::ViewArgs;
 
 pub(crate) use options::{
     ArithmeticOptions, DeviceOptions, ImageOptions, KindOptions, NoAlias, PipelineOptions, PlanOptions, TileChoice,
-    parse_size,
+    parse_fps, parse_size,
 };
 
 /// Post-processing for HDR images: a pipeline is a RON file, its nodes are plug-ins.
@@ -253,10 +253,4 @@ pub(crate) struct BenchArgs {
     pub(crate) plan: PlanOptions,
     #[command(flatten)]
     pub(crate) device: DeviceOptions,
-}
-
-/// Frames per second, above 0 and finite.
-fn parse_fps(text: &str) -> Result<f32, String> {
-    let fps = text.parse().ok().filter(|fps: &f32| fps.is_normal() && *fps > 0.0);
-    fps.ok_or_else(|| "frames per second are a number above 0, such as 24 or 23.976".into())
 }

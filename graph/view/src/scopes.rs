@@ -84,9 +84,8 @@ fn range(pixels: &[[f32; 4]]) -> (f32, f32) {
 }
 
 fn clipped(pixels: &[[f32; 4]]) -> [f32; 2] {
-    let part = |is: fn(&[f32; 4]) -> bool| {
-        pixels.iter().filter(|pixel| is(pixel)).count() as f32 / pixels.len().max(1) as f32
-    };
+    let part =
+        |is: fn(&[f32; 4]) -> bool| pixels.iter().filter(|pixel| is(pixel)).count() as f32 / pixels.len().max(1) as f32;
     [part(|pixel| pixel[..3].iter().any(|x| *x >= 1.0)), part(|pixel| pixel[..3].iter().all(|x| *x <= 0.0))]
 }
 

@@ -57,7 +57,9 @@ impl Stage {
         let mut output = self.ctx.run_ui(input, |ui| self.viewer.show(ui));
         let jobs = self.ctx.tessellate(std::mem::take(&mut output.shapes), output.pixels_per_point);
         let screen = ScreenDescriptor { size_in_pixels: target.size, pixels_per_point: output.pixels_per_point };
-        for (id, deltas) in std::mem::take(&mut output.textures_delta.set) {
+        let mut textures: Vec<_> = std::mem::take(&mut output.textures_delta.set).into_iter().collect();
+        textures.sort_by_key(|(id, _)| *id);
+        for (id, deltas) in textures {
             deltas.iter().for_each(|delta| self.renderer.update_texture(&gpu.device, &gpu.queue, id, delta));
         }
         self.renderer.update_buffers(&gpu.device, &gpu.queue, &mut encoder, &jobs, &screen);

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::{ImageOptions, KindOptions, parse_fps, parse_size};
+use super::options::{ImageOptions, KindOptions, parse_fps, parse_size};
 
 #[derive(Debug, Args)]
 pub(crate) struct ViewArgs {

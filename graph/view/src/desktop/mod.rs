@@ -2,7 +2,7 @@
 
 mod surface;
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -13,9 +13,9 @@ use winit::event::{StartCause, WindowEvent};
 use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop};
 use winit::window::{Window, WindowId};
 
+use crate::Problem;
 use crate::model::{Images, Model, Project};
 use crate::stage::{Stage, Target};
-use crate::Problem;
 use surface::Surface;
 
 /// What the window is opened with.
@@ -174,9 +174,12 @@ impl Shown {
             return Ok(());
         };
         let input = self.input.take_egui_input(&self.window);
-        let view = frame.texture.create_view(&Default::default());
         let size = [frame.texture.width(), frame.texture.height()];
-        let output = self.stage.frame(input, Target { view: &view, size }, passed);
+        let gpu = self.stage.viewer.model.gpu().clone();
+        self.stage.viewer.picture.headroom = self.surface.headroom();
+        let (stage, gpu) = (&mut self.stage, gpu);
+        let draw = |view: &_| stage.frame(input, Target { view, size }, passed);
+        let output = self.surface.draw(&frame.texture, draw, &gpu);
         self.window.pre_present_notify();
         self.stage.viewer.model.gpu().queue.present(frame);
         self.input.handle_platform_output(&self.window, output.platform_output);
@@ -189,9 +192,6 @@ impl Shown {
         let is_playing = self.stage.viewer.model.clock().is_playing;
         let delay = if is_playing { Duration::ZERO } else { delay.unwrap_or(LOOK).min(LOOK) };
         self.again = Some(Instant::now() + delay);
-        if delay.is_zero() {
-            self.window.request_redraw();
-        }
     }
 
     /// Opens the device again if it was lost.
@@ -215,7 +215,7 @@ impl Shown {
         self.window.set_title(&format!("{}{mark} – Afterimage", model.project().name()));
     }
 
-    fn drop_file(&mut self, path: &PathBuf) {
+    fn drop_file(&mut self, path: &Path) {
         let model = &mut self.stage.viewer.model;
         let said = match (self.open)(model.gpu(), path) {
             Ok(Opened::Pipeline(project)) => {

@@ -133,7 +133,8 @@ impl Chain {
             self.is_timed = true;
             self.post.time_passes()?;
         }
-        let inputs: Vec<(&str, &TextureView)> = images.images.iter().map(|(name, view)| (name.as_str(), view)).collect();
+        let inputs: Vec<(&str, &TextureView)> =
+            images.images.iter().map(|(name, view)| (name.as_str(), view)).collect();
         let blocks: Vec<(&str, &BlockData)> = images.blocks.iter().map(|(name, data)| (name.as_str(), data)).collect();
         let (time, dt) = (moment.time as f32, moment.dt as f32);
         let frame = Frame { inputs: &inputs, blocks: &blocks, time, dt, reset: moment.reset, ..Frame::default() };

@@ -263,10 +263,7 @@ impl Files {
     fn rebuild(&mut self, gpu: &Gpu) -> Result<(), Problem> {
         self.gpu = gpu.clone();
         self.frames.fill(None);
-        for further in &mut self.further {
-            further.view = uploaded(gpu, &further.picture)?;
-        }
-        Ok(())
+        self.further.iter_mut().try_for_each(|further| further.upload(gpu))
     }
 
     fn at(&mut self, time: f64, inputs: &[GraphInput]) -> Result<FrameImages, Problem> {
@@ -311,6 +308,13 @@ struct Further {
     view: TextureView,
 }
 
+impl Further {
+    fn upload(&mut self, gpu: &Gpu) -> Result<(), Problem> {
+        self.view = uploaded(gpu, &self.picture)?;
+        Ok(())
+    }
+}
+
 /// The most bytes of frames that are kept on the device.
 const MOST_BYTES: u64 = 2 << 30;
 
@@ -322,9 +326,8 @@ fn uploaded(gpu: &Gpu, picture: &Picture) -> Result<TextureView, Problem> {
 
 /// Whether a graph can be rendered from the built-in scene alone.
 pub fn scene_suits(graph: &Graph) -> bool {
-    let light = |input: &GraphInput| {
-        matches!(input.state, ColorState::Scene | ColorState::Exposed | ColorState::DisplayLinear)
-    };
+    let light =
+        |input: &GraphInput| matches!(input.state, ColorState::Scene | ColorState::Exposed | ColorState::DisplayLinear);
     let suits = |input: &GraphInput| light(input) || DATA.iter().any(|output| input.name.contains(output));
     graph.inputs.iter().filter(|input| !input.optional).all(suits)
 }

@@ -8,34 +8,8 @@ use afterimage_graph::check::Source;
 use afterimage_graph::image::{ColorState, ImageDesc};
 use afterimage_graph::node::PortType;
 
+use super::tap::{Tap, TapImage};
 use super::{Chain, Model, Purpose};
-
-/// A place in the graph that the user looks at.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Tap {
-    /// The wire: an input of the pipeline, or `node.port`.
-    pub wire: String,
-    /// Which of the wire's images: a level of a pyramid, a step of the node, or its history.
-    pub index: usize,
-    /// The slice of a volume.
-    pub slice: u32,
-}
-
-impl Tap {
-    /// The first image of a wire.
-    pub fn new(wire: impl Into<String>) -> Self {
-        Self { wire: wire.into(), index: 0, slice: 0 }
-    }
-}
-
-/// An image that a tap can show.
-#[derive(Clone, Debug, PartialEq)]
-pub struct TapImage {
-    /// Its name in the plan.
-    pub name: String,
-    /// Size and format.
-    pub desc: ImageDesc,
-}
 
 impl Model {
     /// The place in the graph that is looked at.
@@ -101,15 +75,17 @@ impl Model {
         self.reference.as_ref()
     }
 
-    /// The images of a wire, as the run stores them: levels of a pyramid, steps of the node, histories.
+    /// The images of a wire, as the run stores them: levels of a pyramid and histories, then the other images of its
+    /// node.
     pub fn tap_images(&self, wire: &str) -> Vec<TapImage> {
         let Some(plan) = self.inspected.as_ref().and_then(Chain::plan) else { return Vec::new() };
-        let of_wire = |name: &str| {
-            name == wire || name.strip_prefix(wire).is_some_and(|rest| rest.starts_with(['.', '@', '#']))
-        };
+        let node = wire.rsplit_once('.').map_or(wire, |(node, _)| node);
         let named = plan.image_names().into_iter().zip(&plan.images);
         let used = named.filter(|(_, image)| image.lifetime.is_some());
-        used.filter(|(name, _)| of_wire(name)).map(|(name, image)| TapImage { name, desc: image.desc }).collect()
+        let of_node = used.filter(|(name, _)| belongs(name, node));
+        let mut images: Vec<TapImage> = of_node.map(|(name, image)| TapImage { name, desc: image.desc }).collect();
+        images.sort_by_key(|image| !belongs(&image.name, wire));
+        images
     }
 
     /// The image that the tap shows, once a frame has made it.
@@ -148,4 +124,9 @@ impl Model {
         let (_, node) = graph.node(node)?;
         Some(node.kind().outputs().iter().find(|output| output.name == port)?.ty)
     }
+}
+
+/// Whether an image is that of a wire or a node, one of its levels or steps, or its past.
+fn belongs(image: &str, owner: &str) -> bool {
+    image.strip_prefix(owner).is_some_and(|rest| rest.is_empty() || rest.starts_with(['.', '@', '#']))
 }

@@ -4,10 +4,12 @@ mod beside;
 mod chain;
 mod changes;
 mod clock;
+mod comparison;
 mod frame;
 mod images;
 mod inspect;
 mod project;
+mod tap;
 
 use afterimage_gpu::{Gpu, Watch};
 use afterimage_graph::check::{Change, Fact, Facts, Graph};
@@ -20,8 +22,8 @@ pub use changes::{Changes, Target};
 pub use clock::PlayClock;
 pub use frame::Rendered;
 pub use images::{Files, FrameImages, Images, ReadFrame, Scene, scene_suits};
-pub use inspect::{Tap, TapImage};
 pub use project::{Checked, Project, TextProject, saved};
+pub use tap::{Tap, TapImage};
 
 use crate::Problem;
 

@@ -138,10 +138,10 @@ fn visible(value: vec4f, pixel: vec2f) -> vec3f {
     }
     let white = encode(vec3f(placement.peak)).x;
     if (has(CLIPPING) && any(signal >= vec3f(white - 0.5 / 255.0))) {
-        return select(signal, vec3f(1.0, 0.1, 0.1), stripes(pixel));
+        return select(min(signal, vec3f(white)), vec3f(1.0, 0.1, 0.1), stripes(pixel));
     }
     if (has(CLIPPING) && all(signal <= vec3f(0.5 / 255.0))) {
-        return select(signal, vec3f(0.15, 0.3, 1.0), stripes(pixel));
+        return select(max(signal, vec3f(0.0)), vec3f(0.15, 0.3, 1.0), stripes(pixel));
     }
     return clamp(signal, vec3f(0.0), vec3f(white));
 }

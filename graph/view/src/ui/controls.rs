@@ -26,7 +26,9 @@ pub(super) fn control(ui: &mut Ui, param: &Param, value: &Value) -> Option<Turne
         (Type::Float, Value::Float(number)) => float(ui, param, *number),
         (Type::Vector(count), Value::Vector(numbers, _)) => vector(ui, param, *numbers, count),
         (Type::Choice(choices), Value::Choice(chosen)) => choice(ui, param, choices, chosen),
-        (Type::Text, Value::Text(text)) => line(ui, param, text).map(|(text, done)| turned(Value::Text(text.into()), done)),
+        (Type::Text, Value::Text(text)) => {
+            line(ui, param, text).map(|(text, done)| turned(Value::Text(text.into()), done))
+        }
         (Type::File, Value::File(file)) => {
             let path = |path| Value::File(FileValue { path, bytes: None });
             line(ui, param, &file.path).map(|(text, done)| turned(path(text), done))
@@ -127,11 +129,14 @@ fn picker(ui: &mut Ui, numbers: &mut [f64; 4]) -> egui::Response {
 
 fn choice(ui: &mut Ui, param: &Param, choices: &'static [ChoiceName], chosen: &'static str) -> Option<Turned> {
     let mut new = chosen;
-    egui::ComboBox::from_id_salt(("choice", ui.id(), &*param.name)).selected_text(chosen).width(150.0).show_ui(ui, |ui| {
-        for choice in choices {
-            ui.selectable_value(&mut new, choice.name, choice.name).on_hover_text(choice.doc);
-        }
-    });
+    egui::ComboBox::from_id_salt(("choice", ui.id(), &*param.name)).selected_text(chosen).width(150.0).show_ui(
+        ui,
+        |ui| {
+            for choice in choices {
+                ui.selectable_value(&mut new, choice.name, choice.name).on_hover_text(choice.doc);
+            }
+        },
+    );
     (new != chosen).then(|| turned(Value::Choice(new), true))
 }
 
@@ -156,7 +161,7 @@ mod tests {
     #[test]
     fn digits_that_nobody_typed_are_dropped() {
         assert_eq!(rounded(0.123_456_789), 0.123457);
-        assert_eq!(rounded(1234.567_891), 1234.57);
+        assert_eq!(rounded(321.098_765), 321.099);
         assert_eq!(rounded(-0.1 - 0.2), -0.3);
         assert_eq!(rounded(0.0), 0.0);
     }

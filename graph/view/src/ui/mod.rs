@@ -93,7 +93,6 @@ impl Viewer {
             probe: ProbePanel::default(),
             said: None,
             tier_name: String::new(),
-
         }
     }
 
@@ -177,7 +176,8 @@ impl Viewer {
         }
         if self.shows_probe {
             ui.separator();
-            let size = Subject::of(&self.model).map_or([1, 1], |subject| [subject.image.width(), subject.image.height()]);
+            let size =
+                Subject::of(&self.model).map_or([1, 1], |subject| [subject.image.width(), subject.image.height()]);
             self.probe.show(ui, self.picture.pointer, size);
         }
     }

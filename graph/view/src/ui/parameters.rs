@@ -26,7 +26,8 @@ impl Parameters {
     /// Shows the panel and applies what the user changes.
     pub(super) fn show(&mut self, ui: &mut Ui, model: &mut Model) {
         ui.horizontal(|ui| {
-            let search = egui::TextEdit::singleline(&mut self.search).hint_text("Find a parameter").desired_width(168.0);
+            let search =
+                egui::TextEdit::singleline(&mut self.search).hint_text("Find a parameter").desired_width(168.0);
             ui.add(search).labelled_by(ui.id());
             let text = format!("Changed {}", model.changes().len());
             ui.toggle_value(&mut self.only_changed, text).on_hover_text("Show only what differs from the file");
@@ -100,7 +101,7 @@ fn header(ui: &mut Ui, model: &Model, node: &GraphNode, acts: &mut Vec<Act>) {
         acts.push(Act::Release);
     }
     ui.label(RichText::new(&node.name).strong());
-    ui.label(RichText::new(&*node.kind().name()).color(DIM)).on_hover_text(first_sentence(node.kind().doc()));
+    ui.label(RichText::new(node.kind().name()).color(DIM)).on_hover_text(first_sentence(node.kind().doc()));
     if let Some(when) = &node.when {
         ui.label(RichText::new("when").color(DIM).small()).on_hover_text(when.to_string());
     }

@@ -49,8 +49,10 @@ pub struct PictureView {
     pub clipping: bool,
     /// Stripes on NaN, infinite and negative pixels.
     pub faults: bool,
-    /// The light that the screen shows as its brightest.
-    pub peak: f32,
+    /// The brightest light of an HDR screen, where 1 is SDR white; `None` for other screens.
+    pub headroom: Option<f32>,
+    /// Whether the picture is limited to SDR on an HDR screen, at the same white.
+    pub is_sdr: bool,
     /// Where the pointer is, in parts of the picture.
     pub pointer: Option<[f32; 2]>,
     /// The range of the numbers that are no light, which are shown from black to white.
@@ -71,7 +73,8 @@ impl Default for PictureView {
             false_color: false,
             clipping: false,
             faults: true,
-            peak: 1.0,
+            headroom: None,
+            is_sdr: false,
             pointer: None,
             range: (0.0, 1.0),
             is_wiping: false,
@@ -165,16 +168,15 @@ impl PictureView {
             channel: self.channel,
             flags: self.flags(subject, compares, self.zoom_in(ui, area, subject)),
             slice: subject.slice,
-            peak: self.peak,
+            peak: self.headroom.filter(|_| !self.is_sdr).unwrap_or(1.0),
         }
     }
 
     /// The corner and the extent of the picture in physical pixels.
     fn place(&self, ui: &Ui, area: Rect, subject: &Subject) -> (Vec2, Vec2) {
-        let scale = ui.pixels_per_point();
         let extent = size_of(subject) * self.zoom_in(ui, area, subject);
         let center = if self.zoom.is_none() { Vec2::splat(0.5) } else { self.center };
-        let origin = area.center().to_vec2() * scale - center * extent;
+        let origin = area.center().to_vec2() * ui.pixels_per_point() - center * extent;
         // Texels end at pixels of the screen where they are as large or larger.
         (Vec2::new(origin.x.round(), origin.y.round()), extent)
     }
@@ -235,8 +237,8 @@ impl PictureView {
         if self.zoom.is_none() {
             (self.zoom, self.center) = (Some(zoom), Vec2::splat(0.5));
         }
-        self.center -= by * ui.pixels_per_point() / (size_of(subject) * zoom);
-        self.center = self.center.clamp(Vec2::ZERO, Vec2::splat(1.0));
+        let center = self.center - by * ui.pixels_per_point() / (size_of(subject) * zoom);
+        self.center = center.clamp(Vec2::ZERO, Vec2::splat(1.0));
     }
 
     /// Enlarges the picture; what is under the pointer stays there.
@@ -277,7 +279,8 @@ impl PictureView {
             let text = format!("8 times the difference from {}", beside.name());
             return say(area.left_top() + Vec2::new(14.0, 10.0), egui::Align2::LEFT_TOP, &text);
         }
-        let line = if self.comparison == Comparison::Wipe { area.min.x + area.width() * self.wipe } else { area.center().x };
+        let line =
+            if self.comparison == Comparison::Wipe { area.min.x + area.width() * self.wipe } else { area.center().x };
         say(Pos2::new(line - 14.0, area.max.y - 10.0), egui::Align2::RIGHT_BOTTOM, "shown");
         say(Pos2::new(line + 14.0, area.max.y - 10.0), egui::Align2::LEFT_BOTTOM, &beside.name());
         if self.comparison == Comparison::Wipe {

@@ -20,7 +20,12 @@ const APART: f32 = 0.02;
 
 impl ProbePanel {
     /// Records copies of the texels at a place.
-    pub(super) fn record(&mut self, model: &Model, encoder: &mut afterimage_gpu::wgpu::CommandEncoder, place: [f32; 2]) {
+    pub(super) fn record(
+        &mut self,
+        model: &Model,
+        encoder: &mut afterimage_gpu::wgpu::CommandEncoder,
+        place: [f32; 2],
+    ) {
         let device = &model.gpu().device;
         for (probe, chain) in [(&mut self.stored, model.inspected()), (&mut self.exact, model.reference())] {
             if let Some(chain) = chain {
@@ -59,15 +64,18 @@ impl ProbePanel {
     fn line(&self, ui: &mut Ui, reading: &Reading, reference: Option<&Reading>) {
         ui.label(RichText::new(&reading.name).color(DIM).small());
         ui.add(egui::Label::new(RichText::new(numbers(reading.value)).monospace()).extend());
-        let differs = |reference: &&Reading| {
-            let pairs = reading.value.iter().zip(reference.value);
-            pairs.clone().any(|(a, b)| !(a - b).abs().le(&(APART * (b.abs() + 1e-3))) && !(a.is_nan() && b.is_nan()))
-        };
+        let differs = |reference: &&Reading| reading.value.iter().zip(reference.value).any(|(a, b)| are_apart(*a, b));
         if let Some(reference) = reference.filter(differs) {
             let text = RichText::new(numbers(reference.value)).monospace().color(ACCENT);
             ui.add(egui::Label::new(text).extend());
         }
     }
+}
+
+/// Whether a number differs noticeably from its reference. Two that are NaN do not.
+fn are_apart(number: f32, reference: f32) -> bool {
+    let distance = (number - reference).abs();
+    number.is_nan() != reference.is_nan() || distance > APART * (reference.abs() + 1e-3)
 }
 
 fn numbers(value: [f32; 4]) -> String {

@@ -13,6 +13,9 @@ pub(super) struct ScopePanel {
     vectors: Option<egui::TextureHandle>,
 }
 
+/// All of a texture.
+const WHOLE: Rect = Rect { min: Pos2::ZERO, max: Pos2 { x: 1.0, y: 1.0 } };
+
 const CHANNELS: [Color32; 3] =
     [Color32::from_rgb(0xe0, 0x5a, 0x50), Color32::from_rgb(0x66, 0xc0, 0x5c), Color32::from_rgb(0x5c, 0x8c, 0xf0)];
 
@@ -74,9 +77,8 @@ fn image(counts: &[u32], size: [usize; 2], gamma: f32) -> ColorImage {
 
 fn show_image(ui: &mut Ui, texture: Option<&egui::TextureHandle>, size: Vec2) -> Rect {
     let (rect, _) = ui.allocate_exact_size(size, Sense::hover());
-    let whole = Rect::from_min_max(Pos2::ZERO, Pos2::new(1.0, 1.0));
     if let Some(texture) = texture {
-        ui.painter().image(texture.id(), rect, whole, Color32::WHITE);
+        ui.painter().image(texture.id(), rect, WHOLE, Color32::WHITE);
     }
     rect
 }
@@ -86,11 +88,7 @@ fn histogram(ui: &mut Ui, scopes: &Scopes, is_light: bool) {
     let (rect, _) = ui.allocate_exact_size(Vec2::new(width, 74.0), Sense::hover());
     let painter = ui.painter_at(rect);
     painter.rect_filled(rect, 2.0, FIELD);
-    let marks: Vec<f32> = if is_light {
-        (1..5).map(|step| step as f32 / 5.0).collect()
-    } else {
-        vec![0.25, 0.5, 0.75]
-    };
+    let marks: Vec<f32> = if is_light { (1..5).map(|step| step as f32 / 5.0).collect() } else { vec![0.25, 0.5, 0.75] };
     for part in marks {
         let x = rect.min.x + rect.width() * part;
         painter.vline(x, rect.y_range(), Stroke::new(1.0, Color32::from_gray(0x30)));

@@ -87,7 +87,13 @@ impl Viewer {
             painter.line_segment(ends, Stroke::new(step.max(1.0), wire_color(PortType::Table)));
         }
         let text = format!("{} numbers, at most {most:.4}", numbers.len());
-        painter.text(rect.left_top() + Vec2::new(4.0, 2.0), egui::Align2::LEFT_TOP, text, egui::FontId::proportional(10.0), Color32::GRAY);
+        painter.text(
+            rect.left_top() + Vec2::new(4.0, 2.0),
+            egui::Align2::LEFT_TOP,
+            text,
+            egui::FontId::proportional(10.0),
+            Color32::GRAY,
+        );
     }
 }
 

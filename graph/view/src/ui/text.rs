@@ -90,10 +90,13 @@ fn list(ui: &mut Ui, model: &Model, found: &afterimage_graph::diagnostic::Diagno
             if let Some(label) = diagnostic.labels.first() {
                 let place = found.sources.position(&label.location.file, label.location.start);
                 if let Some(place) = place {
-                    let is_own = *label.location.file == *model.project().name() || label.location.file.ends_with(&model.project().name());
-                    let link = ui.link(RichText::new(format!("{}:{}:{}", label.location.file, place.line, place.column)).monospace());
+                    let is_own = *label.location.file == *model.project().name()
+                        || label.location.file.ends_with(&model.project().name());
+                    let link = ui.link(
+                        RichText::new(format!("{}:{}:{}", label.location.file, place.line, place.column)).monospace(),
+                    );
                     if link.clicked() && is_own {
-                        chosen = Some(place.line as usize);
+                        chosen = Some(place.line);
                     }
                 }
             }

@@ -52,12 +52,8 @@ pub(super) fn apply(ctx: &egui::Context) {
         style.spacing.item_spacing = egui::vec2(6.0, 4.0);
         style.spacing.slider_width = 118.0;
         style.spacing.interact_size.y = 20.0;
-        let sizes = [
-            (TextStyle::Body, 12.5),
-            (TextStyle::Button, 12.5),
-            (TextStyle::Small, 10.5),
-            (TextStyle::Heading, 14.0),
-        ];
+        let sizes =
+            [(TextStyle::Body, 12.5), (TextStyle::Button, 12.5), (TextStyle::Small, 10.5), (TextStyle::Heading, 14.0)];
         for (style_name, size) in sizes {
             style.text_styles.insert(style_name, FontId::new(size, FontFamily::Proportional));
         }

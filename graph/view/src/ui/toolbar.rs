@@ -126,6 +126,11 @@ impl Viewer {
             ui.toggle_value(&mut view.clipping, "Clipping").on_hover_text("Red: a channel at white. Blue: black.");
             ui.toggle_value(&mut view.faults, "Faults")
                 .on_hover_text("Stripes: magenta for NaN, yellow for infinite, cyan for negative numbers");
+            if let Some(headroom) = view.headroom {
+                ui.separator();
+                let text = format!("The screen shows light up to {headroom:.1} times SDR white");
+                ui.toggle_value(&mut view.is_sdr, "As SDR").on_hover_text(text);
+            }
         });
     }
 
