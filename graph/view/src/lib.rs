@@ -5,9 +5,12 @@
 #[cfg(not(target_family = "wasm"))]
 mod desktop;
 mod model;
+#[cfg(all(target_family = "wasm", feature = "page"))]
+pub mod page;
 mod problem;
 pub mod render;
 pub mod scopes;
+#[cfg(not(target_family = "wasm"))]
 mod stage;
 mod ui;
 
@@ -15,5 +18,6 @@ mod ui;
 pub use desktop::{Desktop, MakeImages, OpenFile, Opened};
 pub use model::*;
 pub use problem::Problem;
+#[cfg(not(target_family = "wasm"))]
 pub use stage::{Stage, Target as FrameTarget};
 pub use ui::{Comparison, PictureView, Subject, Tab, Viewer};

@@ -287,6 +287,7 @@ impl Post {
     }
 
     /// The buffer of a table or value of the loaded plan, by its label.
+    #[cfg(not(target_family = "wasm"))]
     pub(crate) fn buffer(&self, label: &str) -> Option<&wgpu::Buffer> {
         self.executor.buffer(label)
     }
