@@ -9,6 +9,8 @@ pub(super) struct Address {
     pub(super) pipeline: Option<String>,
     /// The text of a pipeline.
     pub(super) text: Option<String>,
+    /// The size of the scene.
+    pub(super) size: Option<(u32, u32)>,
     /// Whether time stands, and nothing differs from frame to frame.
     pub(super) is_still: bool,
     /// The text that the address has.
@@ -24,6 +26,7 @@ impl Address {
             match part.split_once('=') {
                 Some(("pipeline", name)) => address.pipeline = Some(name.to_owned()),
                 Some(("text", text)) => address.text = decoded(text),
+                Some(("size", size)) => address.size = sides(size),
                 _ => address.is_still |= part == "still",
             }
         }
@@ -52,4 +55,10 @@ impl Address {
 
 fn decoded(text: &str) -> Option<String> {
     js_sys::decode_uri_component(text).ok().map(String::from)
+}
+
+/// `WIDTHxHEIGHT`.
+fn sides(text: &str) -> Option<(u32, u32)> {
+    let (width, height) = text.split_once('x')?;
+    Some((width.parse().ok()?, height.parse().ok()?))
 }

@@ -1,7 +1,7 @@
 //! The viewer as a page in a browser, on WebGPU.
 //!
-//! The address carries what is shown: `#pipeline=lynx` is a built-in pipeline, `#text=...` a whole text, and
-//! `#still` stops time at the first frame, without dither and histories, for comparisons.
+//! The address carries what is shown: `#pipeline=lynx` is a built-in pipeline, `#text=...` a whole text,
+//! `#size=640x360` the size of the scene, and `#still` stops time at the first frame, without dither, for comparisons.
 
 mod address;
 
@@ -84,7 +84,8 @@ impl Page {
         let gpu = Gpu { adapter, device, queue, caps };
         Viewer::style(&context.egui_ctx);
         let address = Address::read();
-        let scene = Scene::new(&gpu, SIZE).map_err(|problem| problem.to_string())?;
+        let size = address.size.map_or(SIZE, |(width, height)| Size::new(width, height));
+        let scene = Scene::new(&gpu, size).map_err(|problem| problem.to_string())?;
         let mut model = Model::new(&gpu, project(&address), Images::Scene(Box::new(scene)));
         model.clock().is_playing = !address.is_still;
         if address.is_still {

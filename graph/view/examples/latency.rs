@@ -1,0 +1,224 @@
+//! How soon a change is in the commands that are submitted, what the viewer itself costs, and whether it keeps memory.
+//!
+//! `cargo run --release -p afterimage-view --example latency [CHANGES]`
+
+#![allow(clippy::print_stdout, reason = "it prints a table")]
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use afterimage_gpu::{Gpu, Opening, wgpu};
+use afterimage_graph::check::{Change, NoFiles};
+use afterimage_graph::diagnostic::Diagnostics;
+use afterimage_graph::image::Size;
+use afterimage_graph::node::{Registry, folder_kind_sharing};
+use afterimage_graph::value::Value;
+use afterimage_view::{
+    Checked, FrameTarget, Images, Model, Problem, Project, Scene, Stage, Target, TextProject, saved,
+};
+
+const WINDOW: [u32; 2] = [1280, 720];
+const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
+
+/// A pipeline with a node whose shader changes.
+struct Shader {
+    /// A number in the shader.
+    number: f64,
+}
+
+const TEXT: &str = r#"Pipeline(
+    inputs: { "scene": Color },
+    nodes: {
+        "exposed": Exposure(source: "scene", stops: 0.5),
+        "tinted": Tinted(source: "exposed"),
+        "mapped": ToneMap(source: "tinted", curve: AcesNarkowicz),
+        "display": Encode(source: "mapped", transfer: Srgb),
+    },
+    outputs: { "display": "display" },
+)"#;
+const KIND: &str = r#"Kind(
+    name: "Tinted",
+    doc: "A tint.",
+    inputs: { "source": Image(doc: "The image.") },
+    outputs: { "result": Image(doc: "The tinted image.", state: Same("source")) },
+    parameters: {},
+)"#;
+
+impl Shader {
+    fn registry(&self) -> Result<Registry, Diagnostics> {
+        let wgsl =
+            format!("fn tinted(source: vec4f) -> vec4f {{ return source * vec4f(1.0, {:?}, 1.0, 1.0); }}", self.number);
+        let kind = folder_kind_sharing(("node.ron", KIND), &[("tinted.wgsl", &wgsl)], &[])?;
+        Ok(Registry::new(&[afterimage_nodes::ALL, &[kind]]).expect("the names differ"))
+    }
+}
+
+impl Project for Shader {
+    fn name(&self) -> String {
+        "tinted.ron".into()
+    }
+    fn text(&self) -> String {
+        TEXT.into()
+    }
+    fn check(&mut self, tier: Option<&str>) -> Result<Checked, Diagnostics> {
+        self.number += 1e-3;
+        Checked::of(("tinted.ron", TEXT), tier, &self.registry()?, &NoFiles)
+    }
+    fn has_changed(&mut self) -> bool {
+        false
+    }
+    fn edit(&mut self, _: Option<String>) {}
+    fn saved(&self, tier: Option<&str>, new: Option<&str>, changes: &[Change]) -> Result<String, Diagnostics> {
+        saved(("tinted.ron", TEXT), (tier, new), changes, &self.registry()?, &NoFiles)
+    }
+    fn file(&self, _: &str) -> Result<Arc<[u8]>, String> {
+        Err("there are no files".into())
+    }
+    fn write(&mut self, _: &str) -> Result<(), String> {
+        Ok(())
+    }
+}
+
+/// A viewer on a texture.
+struct Bench {
+    stage: Stage,
+    view: wgpu::TextureView,
+    gpu: Gpu,
+}
+
+impl Bench {
+    fn new(gpu: &Gpu, project: Box<dyn Project>, size: Size) -> Result<Self, Problem> {
+        let scene = Scene::new(gpu, size)?;
+        let model = Model::new(gpu, project, Images::Scene(Box::new(scene)));
+        let target = gpu.device.create_texture(&wgpu::TextureDescriptor {
+            label: None,
+            size: wgpu::Extent3d { width: WINDOW[0], height: WINDOW[1], depth_or_array_layers: 1 },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format: FORMAT,
+            usage: wgpu::TextureUsages::RENDER_ATTACHMENT,
+            view_formats: &[],
+        });
+        let mut bench =
+            Self { stage: Stage::new(model, FORMAT), view: target.create_view(&Default::default()), gpu: gpu.clone() };
+        (0..8).for_each(|_| bench.frame());
+        Ok(bench)
+    }
+
+    fn model(&mut self) -> &mut Model {
+        &mut self.stage.viewer.model
+    }
+
+    fn frame(&mut self) {
+        let size = egui::vec2(WINDOW[0] as f32, WINDOW[1] as f32);
+        let input = egui::RawInput {
+            screen_rect: Some(egui::Rect::from_min_size(egui::Pos2::ZERO, size)),
+            ..Default::default()
+        };
+        self.stage.frame(input, FrameTarget { view: &self.view, size: WINDOW }, 1.0 / 60.0);
+    }
+
+    /// Milliseconds of the processor for the pipeline's part of a frame alone.
+    fn pipeline(&mut self) -> f64 {
+        let gpu = self.gpu.clone();
+        let begin = Instant::now();
+        let mut encoder = gpu.encoder();
+        self.stage.viewer.render(&mut encoder, 1.0 / 60.0);
+        gpu.queue.submit([encoder.finish()]);
+        let passed = milliseconds(begin);
+        let _ = gpu.wait();
+        passed
+    }
+
+    /// Milliseconds from a change to the submission of the first frame that has it.
+    fn after(&mut self, change: impl FnOnce(&mut Model)) -> f64 {
+        let begin = Instant::now();
+        change(self.model());
+        loop {
+            let gpu = self.gpu.clone();
+            let mut encoder = gpu.encoder();
+            self.stage.viewer.render(&mut encoder, 1.0 / 60.0);
+            let is_in = !self.model().shown().is_some_and(|chain| chain.is_changing());
+            gpu.queue.submit([encoder.finish()]);
+            if is_in {
+                let passed = milliseconds(begin);
+                let _ = gpu.wait();
+                return passed;
+            }
+            let waited = Instant::now();
+            while waited.elapsed().as_micros() < 200 {
+                std::thread::yield_now();
+            }
+        }
+    }
+}
+
+fn milliseconds(begin: Instant) -> f64 {
+    begin.elapsed().as_secs_f64() * 1e3
+}
+
+fn row(what: &str, mut times: Vec<f64>) {
+    times.sort_by(f64::total_cmp);
+    let at = |part: f64| times[((times.len() - 1) as f64 * part) as usize];
+    println!("{what:<58} median {:8.3} ms, 95 % {:8.3} ms, of {}", at(0.5), at(0.95), times.len());
+}
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let changes: usize = std::env::args().nth(1).map_or(Ok(2000), |text| text.parse())?;
+    let gpu = Gpu::open(&Opening::default())?;
+    println!("{}", gpu.name());
+    let small = Size::new(320, 180);
+    let opened = |name: &str, size| {
+        let project = TextProject::built_in(name).ok_or("no such pipeline")?;
+        Bench::new(&gpu, Box::new(project), size).map_err(|problem| problem.to_string())
+    };
+    let size = if gpu.is_processor() { small } else { Size::new(1280, 720) };
+    println!("tsushima at {size}, a window of {}x{}", WINDOW[0], WINDOW[1]);
+    let mut bench = opened("tsushima", size)?;
+    let strength = Target::Parameter("lit.strength".into());
+    bench.after(|model| model.set(&strength, Some(Value::Float(0.1))));
+    let number = |index: usize| Some(Value::Float(0.1 + index as f64 * 1e-4));
+    row("a number, to submit", (0..200).map(|i| bench.after(|model| model.set(&strength, number(i)))).collect());
+    row("the pipeline's commands for a frame", (0..200).map(|_| bench.pipeline()).collect());
+    let whole = (0..200).map(|_| {
+        let begin = Instant::now();
+        bench.frame();
+        let passed = milliseconds(begin);
+        let _ = gpu.wait();
+        passed
+    });
+    row("a frame with the user interface", whole.collect());
+    let curve = Target::Parameter("mapped.curve".into());
+    let names = ["AcesNarkowicz", "Uchimura", "Hable"];
+    let choose = |index: usize| Some(Value::Choice(names[index % names.len()]));
+    row("a choice that needs a plan, to submit", (0..60).map(|i| bench.after(|m| m.set(&curve, choose(i)))).collect());
+    let mut shader =
+        Bench::new(&gpu, Box::new(Shader { number: 0.5 }), small).map_err(|problem| problem.to_string())?;
+    row("a shader of one node, to submit", (0..60).map(|_| shader.after(Model::reload)).collect());
+    let mut bench = opened("lynx", Size::new(64, 36))?;
+    println!("{changes} reloads and moves of a slider at 64x36: resident memory and open files");
+    for index in 0..changes {
+        let value = Some(Value::Float(0.05 + (index % 100) as f64 * 0.01));
+        bench.after(|model| model.set(&Target::Parameter("lit.strength".into()), value));
+        bench.model().release();
+        bench.after(Model::reload);
+        bench.frame();
+        if index % (changes / 8).max(1) == 0 || index + 1 == changes {
+            println!("  {:>6}  {:8.1} MiB  {:>4}", index, resident(), open_files());
+        }
+    }
+    Ok(())
+}
+
+/// MiB of memory that the process holds.
+fn resident() -> f64 {
+    let text = std::fs::read_to_string("/proc/self/statm").unwrap_or_default();
+    let pages = text.split(' ').nth(1).and_then(|pages| pages.parse::<f64>().ok()).unwrap_or(f64::NAN);
+    pages * 4096.0 / f64::from(1 << 20)
+}
+
+/// Open file descriptors.
+fn open_files() -> usize {
+    std::fs::read_dir("/proc/self/fd").map_or(0, Iterator::count)
+}
