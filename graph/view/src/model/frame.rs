@@ -43,6 +43,9 @@ impl Model {
 
     fn record(&mut self, encoder: &mut wgpu::CommandEncoder, moment: Moment) -> Result<(), Problem> {
         let Some(shown) = &mut self.shown else { return Ok(()) };
+        if let Some((_, chain)) = &self.beside {
+            self.images.want(&chain.graph().inputs)?;
+        }
         let images = self.images.at((moment.time, moment.dt), &shown.graph().inputs, encoder)?;
         shown.frame(encoder, &images, moment)?;
         for chain in [&mut self.inspected, &mut self.reference].into_iter().flatten() {

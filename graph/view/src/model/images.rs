@@ -1,5 +1,7 @@
 //! The images that the inputs of a pipeline get: the built-in scene, a file, or the frames of a sequence.
 
+use std::collections::BTreeSet;
+
 use afterimage_gpu::wgpu::{self, TextureView};
 use afterimage_gpu::{Frame, Gpu, Parameter, Post, texture_format, upload_bytes};
 use afterimage_graph::check::{CheckOptions, Graph, GraphInput, check};
@@ -64,6 +66,17 @@ impl Images {
         }
     }
 
+    /// Says that a pipeline with these inputs will be rendered beside the one that [`at`](Self::at) gets.
+    ///
+    /// # Errors
+    /// The device fails.
+    pub fn want(&mut self, inputs: &[GraphInput]) -> Result<(), Problem> {
+        match self {
+            Self::Scene(scene) => scene.want(inputs),
+            Self::Files(_) => Ok(()),
+        }
+    }
+
     /// Makes the images again on another device.
     ///
     /// # Errors
@@ -115,6 +128,10 @@ pub struct Scene {
     walk: Parameter<f32>,
     step: Parameter<f32>,
     dt: Parameter<f32>,
+    /// The scene with all its outputs.
+    whole: Graph,
+    /// The outputs that are rendered: those that a pipeline has needed so far.
+    wanted: BTreeSet<&'static str>,
     /// Where and when the scene is seen.
     seen: DemoScene,
     size: Size,
@@ -130,7 +147,7 @@ impl Scene {
         let registry = Registry::new(&[afterimage_nodes::ALL]).expect("built-in kinds have different names");
         let document = parse("scene.ron", SCENE).map_err(Problem::Pipeline)?;
         let (graph, _) = check(&document, &registry, &CheckOptions::default()).map_err(Problem::Pipeline)?;
-        let mut post = Post::with_executor(gpu.executor(), graph);
+        let mut post = Post::with_executor(gpu.executor(), graph.clone());
         let (time, walk) = (post.parameter("scene.time")?, post.parameter("scene.walk")?);
         let (step, dt) = (post.parameter("scene.step")?, post.parameter("scene.dt")?);
         let target = |name| {
@@ -138,7 +155,8 @@ impl Scene {
             (name, target(&gpu.device, name, size, format))
         };
         let targets = ["result", PROJECTED].into_iter().chain(DATA).map(target).collect();
-        Ok(Self { post, time, walk, step, dt, seen: DemoScene::default(), size, targets })
+        let (whole, wanted, seen) = (graph, BTreeSet::new(), DemoScene::default());
+        Ok(Self { post, time, walk, step, dt, whole, wanted, seen, size, targets })
     }
 
     fn at(
@@ -155,14 +173,32 @@ impl Scene {
         self.post.set(self.walk, self.seen.walk)?;
         self.post.set(self.step, self.seen.step)?;
         self.post.set(self.dt, self.seen.dt)?;
-        let outputs: Vec<(&str, &TextureView)> = self.targets.iter().map(|(name, view)| (*name, view)).collect();
-        self.post.encode(encoder, &Frame { outputs: &outputs, time: time as f32, ..Frame::default() })?;
+        self.want(inputs)?;
+        let wanted = self.targets.iter().filter(|(name, _)| self.wanted.contains(name));
+        let outputs: Vec<(&str, &TextureView)> = wanted.map(|(name, view)| (*name, view)).collect();
+        if !outputs.is_empty() {
+            self.post.encode(encoder, &Frame { outputs: &outputs, time: time as f32, ..Frame::default() })?;
+        }
         self.again(inputs)
+    }
+
+    /// Renders what these inputs need from now on, and what others needed before.
+    fn want(&mut self, inputs: &[GraphInput]) -> Result<(), Problem> {
+        let has_camera = inputs.iter().any(is_camera);
+        let needed: BTreeSet<&str> = inputs.iter().filter_map(|input| output_for(input, has_camera)).collect();
+        if needed.is_subset(&self.wanted) {
+            return Ok(());
+        }
+        self.wanted.extend(needed);
+        let mut graph = self.whole.clone();
+        graph.outputs.retain(|output| self.wanted.contains(output.name.as_str()));
+        self.post.change(graph);
+        Ok(self.post.finish_changes()?)
     }
 
     /// What the inputs get of the frame that was rendered last.
     fn again(&self, inputs: &[GraphInput]) -> Result<FrameImages, Problem> {
-        let cameras = inputs.iter().filter(|input| input.block.is_some_and(|block| *block == CAMERA));
+        let cameras = inputs.iter().filter(|input| is_camera(input));
         let camera = self.seen.camera(self.size).data().map_err(Problem::said)?;
         let blocks: Vec<_> = cameras.map(|input| (input.name.clone(), camera.clone())).collect();
         Ok(FrameImages { images: images_of(inputs, &self.targets, !blocks.is_empty())?, blocks })
@@ -198,6 +234,21 @@ fn target(device: &wgpu::Device, label: &str, size: Size, format: Format) -> Tex
     texture.create_view(&Default::default())
 }
 
+fn is_camera(input: &GraphInput) -> bool {
+    input.block.is_some_and(|block| *block == CAMERA)
+}
+
+/// The output of the scene for an input: data by name, light for inputs of light.
+fn output_for(input: &GraphInput, has_camera: bool) -> Option<&'static str> {
+    if input.block.is_some() {
+        return None;
+    }
+    let data = DATA.into_iter().find(|output| input.name.contains(output));
+    let data = data.map(|output| if has_camera && output == "depth" { PROJECTED } else { output });
+    let is_light = matches!(input.state, ColorState::Scene | ColorState::Exposed | ColorState::DisplayLinear);
+    data.or((is_light && !input.optional).then_some("result"))
+}
+
 /// The output of the scene for each input: data by name, light for inputs of light. Optional inputs of light get none,
 /// because they are masks and second pictures.
 fn images_of(
@@ -207,10 +258,7 @@ fn images_of(
 ) -> Result<Vec<(String, TextureView)>, Problem> {
     let mut images = Vec::new();
     for input in inputs.iter().filter(|input| input.block.is_none()) {
-        let data = DATA.into_iter().find(|output| input.name.contains(output));
-        let data = data.map(|output| if has_camera && output == "depth" { PROJECTED } else { output });
-        let is_light = matches!(input.state, ColorState::Scene | ColorState::Exposed | ColorState::DisplayLinear);
-        let output = data.or((is_light && !input.optional).then_some("result"));
+        let output = output_for(input, has_camera);
         match output.and_then(|output| targets.iter().find(|(name, _)| *name == output)) {
             Some((_, view)) => images.push((input.name.clone(), view.clone())),
             None if input.optional => {}
@@ -322,12 +370,4 @@ fn uploaded(gpu: &Gpu, picture: &Picture) -> Result<TextureView, Problem> {
     gpu.check_fits(picture.desc())?;
     let texture = upload_bytes(&gpu.device, &gpu.queue, picture.desc(), picture.bytes())?;
     Ok(texture.create_view(&Default::default()))
-}
-
-/// Whether a graph can be rendered from the built-in scene alone.
-pub fn scene_suits(graph: &Graph) -> bool {
-    let light =
-        |input: &GraphInput| matches!(input.state, ColorState::Scene | ColorState::Exposed | ColorState::DisplayLinear);
-    let suits = |input: &GraphInput| light(input) || DATA.iter().any(|output| input.name.contains(output));
-    graph.inputs.iter().filter(|input| !input.optional).all(suits)
 }

@@ -21,7 +21,7 @@ pub use chain::{Chain, Moment, Purpose};
 pub use changes::{Changes, Target};
 pub use clock::PlayClock;
 pub use frame::Rendered;
-pub use images::{Files, FrameImages, Images, ReadFrame, Scene, scene_suits};
+pub use images::{Files, FrameImages, Images, ReadFrame, Scene};
 pub use project::{Checked, Project, TextProject, saved};
 pub use tap::{Tap, TapImage};
 

@@ -15,7 +15,7 @@ use eframe::egui_wgpu::{WgpuConfiguration, WgpuSetup, WgpuSetupCreateNew};
 use wasm_bindgen::JsCast as _;
 
 use crate::model::{Files, Images, Model, Project, Scene, TextProject};
-use crate::{Problem, Viewer};
+use crate::{Problem, Rendered, Viewer};
 use address::Address;
 
 /// The size of the scene.
@@ -156,12 +156,15 @@ impl eframe::App for Page {
         let passed = now - std::mem::replace(&mut self.last, now);
         let gpu = self.viewer.model.gpu().clone();
         let mut encoder = gpu.encoder();
-        self.viewer.render(&mut encoder, passed);
+        let rendered = self.viewer.render(&mut encoder, passed);
         gpu.queue.submit([encoder.finish()]);
+        if rendered != Rendered::Same {
+            // The next frame is wanted once this one is finished, so that frames never queue up.
+            let ctx = ui.ctx().clone();
+            gpu.queue.on_submitted_work_done(move || ctx.request_repaint());
+        }
         self.viewer.show(ui);
         self.viewer.submitted(ui.ctx(), 0.0);
         self.address.follow(&self.viewer.model);
-        let is_playing = self.viewer.model.clock().is_playing;
-        ui.ctx().request_repaint_after(std::time::Duration::from_millis(if is_playing { 0 } else { 50 }));
     }
 }

@@ -1,0 +1,72 @@
+#!/usr/bin/env bash
+# Drives the viewer's window as a person would, on a display of its own: tests/view.sh [FOLDER for the screenshots]
+# Needs Xvfb, openbox, xdotool and ImageMagick, and takes a few minutes on a processor:
+#   apt-get install -y xvfb openbox xdotool imagemagick mesa-vulkan-drivers
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+out=$(mkdir -p "${1:-out/view}" && cd "${1:-out/view}" && pwd)
+work=$(mktemp -d)
+display=:$((90 + $$ % 100))
+export XDG_RUNTIME_DIR=${XDG_RUNTIME_DIR:-/tmp}
+cargo build --quiet -p afterimage
+program=${CARGO_TARGET_DIR:-target}/debug/afterimage
+Xvfb $display -screen 0 1400x900x24 >/dev/null 2>&1 & screen=$!
+trap 'kill $screen ${viewer:-} 2>/dev/null; rm -rf "$work"' EXIT
+sleep 2
+export DISPLAY=$display
+openbox >/dev/null 2>&1 &
+cp pipelines/lynx.ron "$work/look.ron"
+"$program" view "$work/look.ron" --size 320x180 --window 1280x720 >"$work/log" 2>&1 & viewer=$!
+
+fail() { echo "failed: $*" >&2; cat "$work/log" >&2; exit 1; }
+alive() { kill -0 $viewer 2>/dev/null || fail "the viewer has ended after: $1"; }
+settle() { sleep "${1:-3}"; }
+shot() { settle; import -window "$window" "$out/$1.png"; alive "$1"; echo "$out/$1.png"; }
+key() { xdotool windowfocus "$window" key "$@"; }
+# The mean difference of the pictures of two screenshots, in codes.
+apart() {
+    compare -metric MAE -extract 560x330+420+110 "$out/$1.png" "$out/$2.png" null: 2>&1 | sed 's/ .*//' | awk '{ print $1 / 257 }'
+}
+near() { awk "BEGIN { exit !($(apart "$1" "$2") < 0.7) }" || fail "$1 and $2 are $(apart "$1" "$2") codes apart"; }
+far() { awk "BEGIN { exit !($(apart "$1" "$2") > 1.5) }" || fail "$1 and $2 are only $(apart "$1" "$2") codes apart"; }
+
+for _ in $(seq 60); do window=$(xdotool search --name 'look.ron' | tail -1) && [ -n "$window" ] && break; sleep 1; done
+[ -n "${window:-}" ] || fail "there is no window"
+xdotool windowmove "$window" 0 0
+key space
+settle 4
+shot opened
+echo "a slider is dragged"
+xdotool mousemove 90 40 click 1 type "lit.strength"
+settle
+key Escape
+xdotool mousemove 150 88 mousedown 1 mousemove --sync 200 88 mousemove --sync 235 88 mouseup 1
+shot dragged
+far opened dragged
+echo "saved"
+before=$(cat "$work/look.ron")
+key ctrl+s
+settle
+[ "$before" != "$(cat "$work/look.ron")" ] || fail "nothing was saved"
+[ "$(diff <(echo "$before") "$work/look.ron" | grep -c '^>')" = 1 ] || fail "more than one line differs"
+shot saved
+near dragged saved
+echo "a broken file keeps the picture, a mended one is shown"
+sed -i 's/AcesNarkowicz/AcesNarkowich/' "$work/look.ron"
+shot broken
+near saved broken
+sed -i 's/AcesNarkowich/AcesNarkowicz/' "$work/look.ron"
+shot mended
+near saved mended
+echo "compared with the reference, by a wipe, side by side, by the difference"
+key r; shot wipe; near mended wipe
+key b; shot beside; far wipe beside
+key d; shot difference; far wipe difference
+key r; key g
+echo "resized and minimised"
+for size in "900 560" "640 400" "1300 800" "1280 720"; do xdotool windowsize "$window" $size; sleep 0.4; done
+xdotool windowminimize "$window"; sleep 1; xdotool windowmap "$window"
+shot restored
+near mended restored
+echo "all is well"
