@@ -3,7 +3,7 @@
 use afterimage_graph::image::{Format, Size};
 use afterimage_graph::node::{NodeKind, Recording, folder_kind, for_each_recording};
 
-const DECLARATION: &str = r#"Kind(
+pub(super) const DECLARATION: &str = r#"Kind(
     name: "Haze",
     doc: "Spreads light.",
     inputs: {
@@ -23,7 +23,7 @@ const DECLARATION: &str = r#"Kind(
 )
 "#;
 
-const SHADER: &str = "\
+pub(super) const SHADER: &str = "\
 fn haze_across(source: texture_2d<f32>, at: Point) -> vec4f { return texel(source, at.pixel); }
 fn haze_levels(across: texture_2d<f32>, at: Point) -> vec4f { return texel(across, 2 * at.pixel); }
 fn haze_soft(levels: vec4f) -> vec4f { return levels; }

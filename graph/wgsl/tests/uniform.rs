@@ -66,6 +66,14 @@ fn a_member_without_a_value_or_with_too_many_numbers_is_an_error_with_its_name()
     let mut long = values();
     long.push(("offset", UniformValue::Ints(vec![1, 2, 3])));
     assert!(packed(&long).expect_err("three numbers").contains("`Params.offset`"));
+    let mut array = values();
+    array.push(("taps", UniformValue::Floats(vec![1.0; 9])));
+    assert!(packed(&array).expect_err("nine numbers").contains("`Params.taps` takes 8 numbers, not 9"));
+    array.push(("taps", UniformValue::Floats(vec![1.0; 6])));
+    assert!(packed(&array).expect_err("no whole element").contains("`Params.taps` takes 8 numbers, not 6"));
+    array.push(("taps", UniformValue::Floats(vec![1.0; 4])));
+    let bytes = packed(&array).expect("the first element alone");
+    assert_eq!([48, 60, 64, 76].map(|at| float(&bytes, at)), [1.0, 1.0, 0.0, 0.0], "the others are zero");
 }
 
 #[test]
