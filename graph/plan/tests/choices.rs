@@ -10,7 +10,7 @@ use afterimage_graph::check::Facts;
 use afterimage_graph::image::{Format, Size};
 use afterimage_plan::{Caps, Options, PlacedPlan, Plan};
 
-use super::fusion::planned_at;
+use super::fusion::{planned_at, planned_on};
 use super::golden::assert_golden;
 use super::model::{blurs, ways};
 use super::planned::{FRAME, all_formats, built_in, plan_at, plan_images, plan_on};
@@ -50,8 +50,11 @@ fn what_is_chosen_for_many_graphs_is_as_known() {
     for seed in 0..40 {
         let (nodes, outputs) = blurs(seed);
         for (width, height) in [(97, 61), (480, 272), (1280, 720), (2560, 1440), (3840, 2160)] {
-            let planned = |(_, options)| planned_at(Size::new(width, height), &nodes, &outputs, options);
-            line(&mut text, &format!("pipeline {seed} at {width}x{height}"), ways().into_iter().map(planned));
+            let size = Size::new(width, height);
+            let planned = |(_, options)| planned_at(size, &nodes, &outputs, options);
+            let on = |caps| planned_on(size, &nodes, &outputs, Options::default(), caps);
+            let plans = ways().into_iter().map(planned).chain(devices().map(on));
+            line(&mut text, &format!("pipeline {seed} at {width}x{height}"), plans);
         }
     }
     assert_golden("choices.txt", &text);

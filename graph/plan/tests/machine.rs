@@ -11,7 +11,7 @@ use std::ops::Range;
 
 use afterimage_graph::image::Size;
 use afterimage_graph::node::{
-    Arg, Argument, BufferId, BufferLife, ImageId, KernelCall, Origin, PassKind, Resource, TiledChain,
+    Arg, Argument, BufferId, BufferLife, ImageId, KernelCall, Origin, PassKind, Resource, TiledChain, WarpPart,
 };
 use afterimage_plan::{Alias, Batch, Plan, PlannedPass};
 
@@ -39,12 +39,35 @@ pub struct Machine<'p> {
     ready: BTreeSet<Resource>,
     /// What images held at the ends of frames, newest first.
     past: BTreeMap<ImageId, Vec<Term>>,
+    /// What warps have made: it is known at any place, also between pixels.
+    warps: BTreeMap<Term, Warp>,
+}
+
+/// The kernels of a warp, and what they read.
+#[derive(Clone)]
+struct Warp {
+    kernels: Vec<KernelCall>,
+    size: Size,
+    read: BTreeMap<Resource, Term>,
+}
+
+/// What a kernel function is called with beside its arguments.
+#[derive(Clone, Copy)]
+struct Call<'a> {
+    /// The values of the kernels before.
+    values: &'a [Term],
+    /// The image before in a chain.
+    tile: Option<Term>,
+    size: Size,
+    /// The place of the pixel.
+    place: Term,
+    read: &'a dyn Fn(Resource) -> Result<Term, String>,
 }
 
 impl<'p> Machine<'p> {
     pub fn new(plan: &'p Plan) -> Self {
-        let (held, ready, past) = (BTreeMap::new(), BTreeSet::new(), BTreeMap::new());
-        Self { plan, held, owners: Vec::new(), ready, past }
+        let (held, ready, past, warps) = (BTreeMap::new(), BTreeSet::new(), BTreeMap::new(), BTreeMap::new());
+        Self { plan, held, owners: Vec::new(), ready, past, warps }
     }
 
     /// The outputs of some frames, or what went wrong.
@@ -93,6 +116,8 @@ impl<'p> Machine<'p> {
         let passes = &self.plan.passes[batch.passes.clone()];
         self.is_apart(passes)?;
         let mut written = BTreeMap::new();
+        let warps: Vec<(Term, Warp)> = passes.iter().filter_map(|planned| self.warp(planned)).collect();
+        self.warps.extend(warps);
         for planned in passes {
             for (resource, value) in self.pass(planned)? {
                 let label = &planned.pass.label;
@@ -220,11 +245,37 @@ impl<'p> Machine<'p> {
         Ok(pass.results.iter().map(|result| (Resource::Image(result.image), values[result.kernel])).collect())
     }
 
+    /// What a pass makes whose kernels are all of a warp.
+    fn warp(&self, planned: &PlannedPass) -> Option<(Term, Warp)> {
+        let pass = &planned.pass;
+        let image = pass.function_result().filter(|_| pass.kernels.iter().all(|kernel| kernel.warp.is_some()))?;
+        let reads = pass.reads().into_iter().map(|resource| Some((resource, self.read(resource).ok()?)));
+        let size = self.plan.image(image).desc.size;
+        let made = self.functions(&pass.kernels, size).ok()?.last().copied()?;
+        Some((made, Warp { kernels: pass.kernels.clone(), size, read: reads.collect::<Option<_>>()? }))
+    }
+
+    /// What a warp reads at a place: of what another warp has made, the value that its kernels give there.
+    fn tapped(&self, source: Term, place: Term) -> Result<Term, String> {
+        let Some(warp) = self.warps.get(&source) else { return Ok(term(("tap", source, place))) };
+        let read = |resource| warp.read.get(&resource).copied().ok_or_else(|| format!("{resource:?} was not read"));
+        let mut values = Vec::new();
+        for kernel in &warp.kernels {
+            let call = Call { values: &values, tile: None, size: warp.size, place, read: &read };
+            let value = self.function(kernel, call)?;
+            values.push(value);
+        }
+        Ok(*values.last().expect("a pass has kernels"))
+    }
+
     fn chain(&self, kernels: &[KernelCall], chain: &TiledChain) -> Result<Vec<Term>, String> {
         let (mut values, mut tile) = (Vec::new(), None);
         for stage in &chain.stages {
             for kernel in &kernels[stage.kernels.clone()] {
-                values.push(self.function(kernel, &values, tile, stage.size)?);
+                let read = |resource| self.read(resource);
+                let call = Call { values: &values, tile, size: stage.size, place: term("point"), read: &read };
+                let value = self.function(kernel, call)?;
+                values.push(value);
             }
             tile = values.last().copied();
         }
@@ -234,26 +285,36 @@ impl<'p> Machine<'p> {
     fn functions(&self, kernels: &[KernelCall], size: Size) -> Result<Vec<Term>, String> {
         let mut values = Vec::new();
         for kernel in kernels {
-            values.push(self.function(kernel, &values, None, size)?);
+            let read = |resource| self.read(resource);
+            let call = Call { values: &values, tile: None, size, place: term("point"), read: &read };
+            let value = self.function(kernel, call)?;
+            values.push(value);
         }
         Ok(values)
     }
 
-    fn function(&self, kernel: &KernelCall, values: &[Term], tile: Option<Term>, size: Size) -> Result<Term, String> {
+    fn function(&self, kernel: &KernelCall, call: Call<'_>) -> Result<Term, String> {
+        let Call { values, tile, size, place, read } = call;
         let earlier = |kernel: usize| values.get(kernel).copied().ok_or("a kernel reads one behind it");
         let value = |arg: &Argument| {
             Ok::<Term, String>(match arg.value {
                 Arg::Kernel(kernel) => earlier(kernel)?,
                 Arg::PointOf(kernel) => term(("place", earlier(kernel)?)),
                 Arg::Tile => tile.ok_or("a tile is read where there is none")?,
-                Arg::Pixel(image) | Arg::Texture(image) => self.read(Resource::Image(image))?,
-                Arg::Value(buffer, components) => term((components, self.read(Resource::Buffer(buffer))?)),
+                Arg::Point => place,
+                Arg::Pixel(image) | Arg::Texture(image) => read(Resource::Image(image))?,
+                Arg::Value(buffer, components) => term((components, read(Resource::Buffer(buffer))?)),
                 other => term(format!("{other:?}")),
             })
         };
         let values: Vec<Term> = kernel.args.iter().map(value).collect::<Result<_, _>>()?;
         if kernel.shader.file() == "copy.wgsl" {
             return Ok(values[0]);
+        }
+        if kernel.warp == Some(WarpPart::Tap) {
+            let at =
+                |name| kernel.args.iter().position(|arg| arg.name == name).expect("a tap has a source and a place");
+            return self.tapped(values[at("source")], values[at("at")]);
         }
         if let Some(by) = &kernel.by_rows {
             let reads = |arg: &Argument| matches!(arg.value, Arg::Texture(_) | Arg::Tile);

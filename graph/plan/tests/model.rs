@@ -7,7 +7,7 @@ use std::fmt::Write as _;
 use afterimage_generators::{Recipe, Rng};
 use afterimage_graph::check::Facts;
 use afterimage_graph::image::{Format, Size};
-use afterimage_graph::node::PassKind;
+use afterimage_graph::node::{Pass, PassKind, WarpPart};
 use afterimage_plan::{Alias, Caps, Options, Plan, When, verify};
 
 use super::fusion::planned_at;
@@ -84,7 +84,7 @@ pub fn blurs(seed: u64) -> (String, String) {
         let beside = alike[rng.below(alike.len())].0.clone();
         let levels = 1 + rng.below(3) as u32;
         let sigma = [0.4, 1.0, 3.0][rng.below(3)];
-        let (text, name, level) = match rng.below(14) {
+        let (text, name, level) = match rng.below(17) {
             0..3 => (format!("Soft(source: \"{source}\")"), format!("n{at}"), level),
             3 => (format!("Far(source: \"{source}\")"), format!("n{at}"), level),
             4 | 5 => (format!("Dim(source: \"{source}\")"), format!("n{at}"), level),
@@ -110,12 +110,14 @@ pub fn blurs(seed: u64) -> (String, String) {
                 (format!("Dim(source: \"{source}\")"), format!("n{at}"), level)
             }
             13 => (format!("Late(source: \"{source}\")"), format!("n{at}"), level),
+            14 => (format!("LensDistortion(source: \"{source}\")"), format!("n{at}"), level),
+            15 => (format!("ChromaticAberration(source: \"{source}\")"), format!("n{at}"), level),
             _ => (format!("Composite(base: \"{source}\", bloom: \"{}\")", other.0), format!("n{at}"), level),
         };
         write!(nodes, "\"n{at}\": {text}, ").expect("it grows");
         images.push((name, level));
     }
-    for (name, _) in images.iter().skip(1).step_by(4).chain(images.last()) {
+    for (name, _) in images.iter().skip(1).step_by(5).chain(images.last()) {
         let output = name.replace('.', "_");
         if !outputs.contains(&format!("\"{output}\"")) {
             write!(outputs, "\"{output}\": \"{name}\", ").expect("it grows");
@@ -126,7 +128,7 @@ pub fn blurs(seed: u64) -> (String, String) {
 
 #[test]
 fn chains_rows_and_shared_reads_compute_what_single_passes_do() {
-    let mut kinds = std::collections::HashSet::new();
+    let (mut kinds, mut warps) = (std::collections::HashSet::new(), 0);
     for seed in 0..60 {
         let (nodes, outputs) = blurs(seed);
         for size in [Size::new(97, 61), Size::new(640, 384), Size::new(2560, 1440)] {
@@ -135,10 +137,13 @@ fn chains_rows_and_shared_reads_compute_what_single_passes_do() {
                 let plan = planned_at(size, &nodes, &outputs, options);
                 assert_computes_the_same(&plan, &plain, &format!("pipeline {seed} at {size}, {name}: {nodes}"));
                 kinds.extend(plan.work().map(|pass| std::mem::discriminant(&pass.kind)));
+                let taps = |pass: &Pass| pass.kernels.iter().filter(|k| k.warp == Some(WarpPart::Place)).count();
+                warps += plan.work().filter(|pass| taps(pass) > 1 && pass.nodes.len() > 1).count();
             }
         }
     }
     assert_eq!(kinds.len(), 6, "every kind of pass occurs");
+    assert!(warps > 20, "{warps} passes are several warps");
 }
 
 #[test]
