@@ -5,6 +5,7 @@
 #import loft
 #import loft_lamps
 #import loft_outside
+#import loft_pose
 #import loft_shade
 #import loft_surfaces
 #import ray
@@ -14,6 +15,10 @@ struct DemoScene {
     range: f32,  // stops from the room's grey to the sun's disc: 18 is the reference, 0 makes all light equal
     walk: f32,   // 0 deep in the room, 1 in front of the window
     step: f32,   // how far the camera has come since the previous frame
+    dt: f32,     // seconds since the previous frame
+    objects: i32,
+    samples: i32,
+    jitter: vec2f,  // of the samples, in pixels, y downwards
 }
 
 struct DemoSceneCamera {
@@ -24,6 +29,7 @@ struct DemoSceneCamera {
 }
 
 const DEMO_SCENE_TAN_FOV: f32 = 0.4245;     // of half the vertical field of view, 46 degrees
+const DEMO_SCENE_NEAR: f32 = 0.1;           // metres
 const DEMO_SCENE_SKY_DEPTH: f32 = 1000.0;   // metres
 const DEMO_SCENE_BRIGHTEST: f32 = 60000.0;  // half floats end at 65504: leaves room for a filter's overshoot
 
@@ -58,14 +64,14 @@ fn demo_scene_reflectance(surface: LoftSurface, view: vec3f) -> vec3f {
 }
 
 // Radiance along a ray with at most one mirror reflection, and the emissive strength of the first hit.
-fn demo_scene_radiance(first: Ray, pixel: f32, sun: vec3f, lamps: LoftLamps) -> vec4f {
+fn demo_scene_radiance(first: Ray, pixel: f32, sun: vec3f, lamps: LoftLamps, pose: LoftPose) -> vec4f {
     var ray = first;
     var share = vec3f(1.0);
     var colour = vec3f(0.0);
     var glow = 0.0;
     var travelled = 0.0;
     for (var bounce = 0; bounce < 2; bounce++) {
-        let hit = loft_trace(ray);
+        let hit = loft_trace(ray, pose);
         if bounce == 0 { colour += loft_haze(ray, min(hit.distance, 20.0), lamps); }
         if hit.what == LOFT_OUTSIDE {
             colour += share * loft_view(ray.direction, lamps);
@@ -74,7 +80,7 @@ fn demo_scene_radiance(first: Ray, pixel: f32, sun: vec3f, lamps: LoftLamps) -> 
         let p = ray.origin + ray.direction * hit.distance;
         travelled += hit.distance;
         let surface = loft_surface(hit, p, travelled * pixel, lamps);
-        colour += share * loft_lit(surface, p, -ray.direction, hit.normal, sun, lamps);
+        colour += share * loft_lit(surface, p, -ray.direction, hit.normal, sun, lamps, pose);
         if bounce == 0 { glow = surface.glow; }
         share *= demo_scene_reflectance(surface, -ray.direction);
         if brightest(share) < 0.004 { break; }
@@ -83,66 +89,106 @@ fn demo_scene_radiance(first: Ray, pixel: f32, sun: vec3f, lamps: LoftLamps) -> 
     return vec4f(colour, glow);
 }
 
-// The image, with the emissive strength in alpha: the mean of four samples on a rotated grid. A mean of linear light is
-// what a lens collects, and no sample is brighter than the sun's disc.
+// Where sample `i` of `count` lies in a pixel: on a rotated grid for four of them, else in the R2 sequence (Roberts,
+// "The Unreasonable Effectiveness of Quasirandom Sequences", 2018).
+fn demo_scene_offset(i: i32, count: i32) -> vec2f {
+    var offset = vec2f(0.125, 0.375);
+    if (i & 1) == 1 { offset = vec2f(-offset.y, offset.x); }
+    if (i & 2) == 2 { offset = -offset; }
+    let spread = fract(0.5 + f32(i) * vec2f(0.7548777, 0.5698403)) - 0.5;
+    return select(spread, offset, count == 4);
+}
+
+// The image, with the emissive strength in alpha: the mean of its samples. A mean of linear light is what a lens
+// collects, and no sample is brighter than the sun's disc.
 fn demo_scene(at: Point, frame: Frame, params: DemoScene) -> vec4f {
     let camera = demo_scene_camera(params.walk);
     let lamps = loft_lamps(params.time, params.range);
+    let pose = loft_pose(params.time, params.objects);
+    let count = min(params.samples, 64);
     var sum = vec4f(0.0);
-    for (var i = 0; i < 4; i++) {
-        var offset = vec2f(0.125, 0.375);
-        if (i & 1) == 1 { offset = vec2f(-offset.y, offset.x); }
-        if (i & 2) == 2 { offset = -offset; }
+    for (var i = 0; i < count; i++) {
+        let offset = demo_scene_offset(i, count) + params.jitter;
         let ray = demo_scene_ray(camera, at, offset);
-        sum += demo_scene_radiance(ray, demo_scene_pixel(at), loft_sun_point(offset), lamps);
+        sum += demo_scene_radiance(ray, demo_scene_pixel(at), loft_sun_point(offset), lamps, pose);
     }
-    return vec4f(min(sum.rgb * 0.25, vec3f(DEMO_SCENE_BRIGHTEST)), sum.a * 0.25);
+    let mean = sum / f32(count);
+    return vec4f(min(mean.rgb, vec3f(DEMO_SCENE_BRIGHTEST)), mean.a);
 }
 
-// Distance along the view axis in metres in x, at the pixel's centre.
-fn demo_scene_depth(at: Point, frame: Frame, params: DemoScene) -> vec4f {
+// What is seen at the middle of a pixel.
+struct DemoSceneSeen {
+    camera: DemoSceneCamera,
+    ray: Ray,
+    hit: LoftHit,
+}
+
+fn demo_scene_seen(at: Point, params: DemoScene) -> DemoSceneSeen {
     let camera = demo_scene_camera(params.walk);
-    let ray = demo_scene_ray(camera, at, vec2f(0.0));
-    let hit = loft_trace(ray);
-    let depth = -dot(ray.direction, camera.back) * hit.distance;
-    return vec4f(select(depth, DEMO_SCENE_SKY_DEPTH, hit.what == LOFT_OUTSIDE), 0.0, 0.0, 1.0);
+    let ray = demo_scene_ray(camera, at, params.jitter);
+    return DemoSceneSeen(camera, ray, loft_trace(ray, loft_pose(params.time, params.objects)));
+}
+
+// The distance along the view axis in metres.
+fn demo_scene_distance(seen: DemoSceneSeen) -> f32 {
+    let depth = -dot(seen.ray.direction, seen.camera.back) * seen.hit.distance;
+    return select(depth, DEMO_SCENE_SKY_DEPTH, seen.hit.what == LOFT_OUTSIDE);
+}
+
+fn demo_scene_depth(at: Point, frame: Frame, params: DemoScene) -> vec4f {
+    return vec4f(demo_scene_distance(demo_scene_seen(at, params)), 0.0, 0.0, 1.0);
+}
+
+// Depth as a projection writes it whose near plane is at 1 and whose far plane is infinitely far, at 0.
+fn demo_scene_projected(at: Point, frame: Frame, params: DemoScene) -> vec4f {
+    let seen = demo_scene_seen(at, params);
+    let depth = DEMO_SCENE_NEAR / demo_scene_distance(seen);
+    return vec4f(select(depth, 0.0, seen.hit.what == LOFT_OUTSIDE), 0.0, 0.0, 1.0);
 }
 
 // View-space normal: x right, y up, z towards the viewer. The sky has (0, 0, 1).
 fn demo_scene_normal(at: Point, frame: Frame, params: DemoScene) -> vec4f {
-    let camera = demo_scene_camera(params.walk);
-    let hit = loft_trace(demo_scene_ray(camera, at, vec2f(0.0)));
-    let n = vec3f(dot(hit.normal, camera.right), dot(hit.normal, camera.up), dot(hit.normal, camera.back));
-    return vec4f(select(n, vec3f(0.0, 0.0, 1.0), hit.what == LOFT_OUTSIDE), 1.0);
+    let seen = demo_scene_seen(at, params);
+    let normal = seen.hit.normal;
+    let camera = seen.camera;
+    let n = vec3f(dot(normal, camera.right), dot(normal, camera.up), dot(normal, camera.back));
+    return vec4f(select(n, vec3f(0.0, 0.0, 1.0), seen.hit.what == LOFT_OUTSIDE), 1.0);
 }
 
 // Diffuse albedo. Alpha is 1 where a light meter should count the pixel, 0 for the sky, lamps and metal.
 fn demo_scene_albedo(at: Point, frame: Frame, params: DemoScene) -> vec4f {
-    let camera = demo_scene_camera(params.walk);
-    let ray = demo_scene_ray(camera, at, vec2f(0.0));
-    let hit = loft_trace(ray);
+    let seen = demo_scene_seen(at, params);
+    let hit = seen.hit;
     if hit.what == LOFT_OUTSIDE { return vec4f(0.0); }
-    let p = ray.origin + ray.direction * hit.distance;
+    let p = seen.ray.origin + seen.ray.direction * hit.distance;
     let lamps = loft_lamps(params.time, params.range);
     let surface = loft_surface(hit, p, hit.distance * demo_scene_pixel(at), lamps);
     return vec4f(surface.albedo, step(1e-3, brightest(surface.albedo)));
 }
 
 // The uv at which a camera sees the point at a vector from it; far outside for points behind it.
-fn demo_scene_seen(camera: DemoSceneCamera, way: vec3f, at: Point) -> vec2f {
+fn demo_scene_uv(camera: DemoSceneCamera, way: vec3f, at: Point) -> vec2f {
     let depth = max(-dot(way, camera.back), 1e-3);
     let place = vec2f(dot(way, camera.right), -dot(way, camera.up)) / (depth * DEMO_SCENE_TAN_FOV);
     return 0.5 + 0.5 * place * vec2f(at.size.y / at.size.x, 1.0);
 }
 
-// Where the surface at a pixel's centre is in the image, minus where it was in the previous frame, in uv. Nothing but
-// the camera moves, and the sky is too far to move with it.
+// How far the surface that was hit has moved since the previous frame.
+fn demo_scene_moved(what: u32, params: DemoScene) -> vec3f {
+    let now = loft_pose(params.time, params.objects);
+    let before = loft_pose(params.time - params.dt, params.objects);
+    let ball = select(vec3f(0.0), now.ball - before.ball, what == LOFT_BALL);
+    return select(ball, now.balloon - before.balloon, what == LOFT_BALLOON);
+}
+
+// Where the surface at a pixel's centre is in the image, minus where it was in the previous frame, in uv. The sky is
+// too far to move with the camera.
 fn demo_scene_motion(at: Point, frame: Frame, params: DemoScene) -> vec4f {
-    let camera = demo_scene_camera(params.walk);
+    let seen = demo_scene_seen(at, params);
     let before = demo_scene_camera(params.walk - params.step);
-    let ray = demo_scene_ray(camera, at, vec2f(0.0));
-    let hit = loft_trace(ray);
-    let way = ray.direction * min(hit.distance, DEMO_SCENE_SKY_DEPTH);
-    let moved = select(camera.eye - before.eye, vec3f(0.0), hit.what == LOFT_OUTSIDE);
-    return vec4f(at.uv - demo_scene_seen(before, way + moved, at), 0.0, 1.0);
+    let way = seen.ray.direction * min(seen.hit.distance, DEMO_SCENE_SKY_DEPTH);
+    let moved = seen.camera.eye - before.eye - demo_scene_moved(seen.hit.what, params);
+    let is_sky = seen.hit.what == LOFT_OUTSIDE;
+    let there = demo_scene_uv(before, way + select(moved, vec3f(0.0), is_sky), at);
+    return vec4f(at.uv + params.jitter / at.size - there, 0.0, 1.0);
 }

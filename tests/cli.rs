@@ -3,6 +3,7 @@
 #[cfg(target_os = "linux")]
 mod bombs;
 mod broken;
+mod cameras;
 mod errors;
 mod folders;
 mod hostile;

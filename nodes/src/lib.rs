@@ -69,6 +69,7 @@ mod lens_dirt;
 mod lens_distortion;
 mod lens_flare;
 mod lift_gamma_gain;
+mod linear_depth;
 mod local_tone_map;
 mod log_gaussian;
 mod lut;
@@ -128,6 +129,7 @@ pub use lens_dirt::LensDirt;
 pub use lens_distortion::{LensDirection, LensDistortion, LensModel};
 pub use lens_flare::LensFlare;
 pub use lift_gamma_gain::{LiftBy, LiftGammaGain};
+pub use linear_depth::{DepthEncoding, LinearDepth};
 pub use local_tone_map::LocalToneMap;
 pub use log_gaussian::LogGaussian;
 pub use lut::{
@@ -187,6 +189,7 @@ pub const ALL: &[NodeKind] = &[
     NodeKind::of::<LensDistortion>(),
     NodeKind::of::<LensFlare>(),
     NodeKind::of::<LiftGammaGain>(),
+    NodeKind::of::<LinearDepth>(),
     NodeKind::of::<LocalToneMap>(),
     NodeKind::of::<LogGaussian>(),
     NodeKind::of::<MeanLuminance>(),

@@ -1,6 +1,7 @@
 // A loft at golden hour: its solids, and their intersections with a ray. All intersections have closed forms.
 //
 // Units are metres; x to the right, y up, z towards the viewer. The window is in the wall at z = -4.
+#import loft_pose
 #import noise
 #import ray
 
@@ -29,6 +30,8 @@ const LOFT_PAPER: u32 = 15u;
 const LOFT_LEAF: u32 = 16u;
 const LOFT_CLAY: u32 = 17u;
 const LOFT_NEON: u32 = 18u;
+const LOFT_BALLOON: u32 = 19u;
+const LOFT_BALL: u32 = 20u;
 
 const LOFT_ROOM_LOW = vec3f(-4.0, 0.0, -4.0);
 const LOFT_ROOM_HIGH = vec3f(4.0, 4.2, 5.6);
@@ -106,7 +109,7 @@ fn loft_leaf(hit: ptr<function, LoftHit>, ray: Ray, middle: vec3f, turn: mat3x3f
 }
 
 // All solids in the room. The sun's shadow rays use it too, so the glowing tubes are not in it.
-fn loft_furniture(ray: Ray, nearest: LoftHit) -> LoftHit {
+fn loft_furniture(ray: Ray, nearest: LoftHit, pose: LoftPose) -> LoftHit {
     var hit = nearest;
     // Table, and the objects on it.
     loft_box(&hit, ray, vec3f(-2.0, 0.72, -1.15), vec3f(-0.2, 0.77, -0.15), LOFT_WALNUT);
@@ -132,6 +135,8 @@ fn loft_furniture(ray: Ray, nearest: LoftHit) -> LoftHit {
     loft_box(&hit, ray, vec3f(-2.75, 3.98, -4.0), vec3f(-2.55, 4.2, 5.6), LOFT_WALNUT);
     loft_box(&hit, ray, vec3f(-0.5, 3.98, -4.0), vec3f(-0.3, 4.2, 5.6), LOFT_WALNUT);
     loft_box(&hit, ray, vec3f(1.75, 3.98, -4.0), vec3f(1.95, 4.2, 5.6), LOFT_WALNUT);
+    loft_ball(&hit, ray, pose.balloon, LOFT_BALLOON_RADII, LOFT_BALLOON);
+    loft_ball(&hit, ray, pose.ball, vec3f(LOFT_BALL_RADIUS), LOFT_BALL);
     return hit;
 }
 
@@ -222,8 +227,8 @@ fn loft_shell(ray: Ray) -> LoftHit {
     return LoftHit(t.z, vec3f(0.0, 0.0, facing.z), LOFT_BRICK);
 }
 
-fn loft_trace(ray: Ray) -> LoftHit {
-    var hit = loft_furniture(ray, loft_shell(ray));
+fn loft_trace(ray: Ray, pose: LoftPose) -> LoftHit {
+    var hit = loft_furniture(ray, loft_shell(ray), pose);
     loft_neon(&hit, ray);
     return hit;
 }

@@ -15,11 +15,12 @@ const LOFT_AMBER = vec3f(12.0, 4.6, 0.7);
 
 const LOFT_REFERENCE: f32 = 18.0;           // stops
 
-// A point of the sun's disc. `offset` is in the circle of radius 0.4 in which pixels are sampled.
+// A point of the sun's disc for a sample of a pixel, `offset` pixels from its centre; at the disc's edge beyond 0.55.
 fn loft_sun_point(offset: vec2f) -> vec3f {
+    let inside = offset * min(1.0, 0.55 / max(length(offset), 1e-6));
     let right = normalize(cross(LOFT_SUN, vec3f(0.0, 1.0, 0.0)));
     let up = cross(right, LOFT_SUN);
-    return normalize(LOFT_SUN + (right * offset.x + up * offset.y) * (1.8 * LOFT_SUN_RADIUS));
+    return normalize(LOFT_SUN + (right * inside.x + up * inside.y) * (1.8 * LOFT_SUN_RADIUS));
 }
 
 struct LoftLamps {

@@ -1,6 +1,7 @@
 // The lighting of the loft: the sun's beam and its haze, the window as an area light, neon, and indirect light.
 #import loft
 #import loft_lamps
+#import loft_pose
 #import loft_surfaces
 #import noise
 #import ray
@@ -27,9 +28,9 @@ fn loft_past_blind(p: vec3f, blur: f32) -> f32 {
 }
 
 // 1 if nothing in the room lies between `p` and `sun`, a point of the sun's disc.
-fn loft_unshaded(p: vec3f, n: vec3f, sun: vec3f) -> f32 {
+fn loft_unshaded(p: vec3f, n: vec3f, sun: vec3f, pose: LoftPose) -> f32 {
     let ray = Ray(p + n * 2e-3, sun);
-    let hit = loft_furniture(ray, LoftHit(RAY_MISS, n, LOFT_OUTSIDE));
+    let hit = loft_furniture(ray, LoftHit(RAY_MISS, n, LOFT_OUTSIDE), pose);
     return step(RAY_MISS, hit.distance);
 }
 
@@ -126,11 +127,19 @@ fn loft_glint(surface: LoftSurface, n: vec3f, view: vec3f) -> vec3f {
     return f * (peak / (1.0 + 0.2 * peak)) * nl * step(1e-3, surface.mirror.g);
 }
 
-fn loft_lit(surface: LoftSurface, p: vec3f, view: vec3f, flat_normal: vec3f, sun: vec3f, lamps: LoftLamps) -> vec3f {
+fn loft_lit(
+    surface: LoftSurface,
+    p: vec3f,
+    view: vec3f,
+    flat_normal: vec3f,
+    sun: vec3f,
+    lamps: LoftLamps,
+    pose: LoftPose,
+) -> vec3f {
     let n = surface.normal;
     let around = (loft_skylight(p, n) + loft_bounce(p, n)) * loft_open(p, flat_normal) + loft_neon_light(p, n, lamps);
     let beam = loft_beam(p) * lamps.sunlight;
-    let sunlit = beam * loft_unshaded(p, flat_normal, sun);
+    let sunlit = beam * loft_unshaded(p, flat_normal, sun, pose);
     // Uneven bricks must not reflect a sun behind the wall.
     let facing = max(dot(n, LOFT_SUN), 0.0) * step(0.0, dot(flat_normal, LOFT_SUN));
     let behind = surface.translucence * max(0.2 - 0.8 * dot(n, LOFT_SUN), 0.0);

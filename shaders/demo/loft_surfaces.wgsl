@@ -214,6 +214,11 @@ fn loft_surface(hit: LoftHit, p: vec3f, pixel: f32, lamps: LoftLamps) -> LoftSur
             let soil = step(0.36, p.y);
             return loft_matte(mix(vec3f(0.3, 0.13, 0.075), vec3f(0.05, 0.035, 0.025), soil), n);
         }
+        case LOFT_BALLOON: { return loft_glossy(vec3f(0.42, 0.035, 0.03), n, 0.2); }
+        case LOFT_BALL: {
+            let stripe = step(0.5, fract(1.5 * n.y + 0.25));
+            return loft_matte(mix(vec3f(0.5, 0.47, 0.4), vec3f(0.05, 0.2, 0.32), stripe), n);
+        }
         default: { return loft_neon_surface(p, lamps); }
     }
 }

@@ -47,3 +47,24 @@ fn camera_clip_uv(clip: vec4f) -> vec3f {
     let place = clip.xyz / max(clip.w, CAMERA_SMALLEST_W);
     return vec3f(0.5 + 0.5 * place.x, 0.5 - 0.5 * place.y, place.z);
 }
+
+// What clip space divides by at a distance along the camera's axis.
+fn camera_clip_w(camera: Camera, distance: f32) -> f32 {
+    return max(camera.projection[3].w - camera.projection[2].w * distance, CAMERA_SMALLEST_W);
+}
+
+// The place in the camera's space of what is seen at `uv` at this distance along the camera's axis.
+fn camera_place(camera: Camera, uv: vec2f, distance: f32) -> vec3f {
+    let m = camera.projection;
+    let clip = vec2f(2.0 * uv.x - 1.0, 1.0 - 2.0 * uv.y) * camera_clip_w(camera, distance);
+    let rest = clip - m[3].xy + m[2].xy * distance;
+    let area = m[0].x * m[1].y - m[0].y * m[1].x;
+    let xy = vec2f(m[1].y * rest.x - m[1].x * rest.y, m[0].x * rest.y - m[0].y * rest.x);
+    return vec3f(xy / select(area, 1.0, area == 0.0), -distance);
+}
+
+// How far in uv two places at this distance lie from each other that are `apart` in the camera's x and y.
+fn camera_uv_apart(camera: Camera, apart: vec2f, distance: f32) -> vec2f {
+    let clip = camera.projection[0].xy * apart.x + camera.projection[1].xy * apart.y;
+    return vec2f(0.5, -0.5) * clip / camera_clip_w(camera, distance);
+}

@@ -9,6 +9,7 @@ mod local;
 mod metering;
 mod probes;
 mod shared;
+mod surface;
 mod table;
 mod warp;
 mod wide;

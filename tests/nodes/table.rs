@@ -7,8 +7,11 @@ mod color;
 mod lens;
 mod local;
 mod metering;
+mod surface;
 
 use std::collections::BTreeSet;
+
+use afterimage_graph::node::Camera;
 
 use super::color::{ARITHMETIC, OneFile, SIZES, TRANSCENDENTAL, light, lut, tolerance, unit};
 use crate::reference::image::Image;
@@ -26,6 +29,8 @@ struct Reference {
     scene: fn([u32; 2]) -> Picture,
     /// An input `data` of numbers that are not light.
     data: Option<fn([u32; 2]) -> Picture>,
+    /// An input `camera`.
+    camera: Option<Camera>,
     expected: Box<dyn Fn(&Image) -> Image>,
     tolerance: Tolerance,
 }
@@ -38,12 +43,26 @@ impl Reference {
         tolerance: Tolerance,
         expected: impl Fn(&Image) -> Image + 'static,
     ) -> Self {
-        Self { kind, state, nodes: nodes.to_owned(), scene, data: None, expected: Box::new(expected), tolerance }
+        Self {
+            kind,
+            state,
+            nodes: nodes.to_owned(),
+            scene,
+            data: None,
+            camera: None,
+            expected: Box::new(expected),
+            tolerance,
+        }
     }
 
     /// With an input `data` of numbers that are not light.
     fn with_data(self, data: fn([u32; 2]) -> Picture) -> Self {
         Self { data: Some(data), ..self }
+    }
+
+    /// With an input `camera`.
+    fn with_camera(self, camera: Camera) -> Self {
+        Self { camera: Some(camera), ..self }
     }
 
     /// A kind that maps each colour by itself.
@@ -69,6 +88,7 @@ fn references() -> Vec<Reference> {
         color::display_kinds(),
         bloom::bloom_kinds(),
         camera::camera_kinds(),
+        surface::surface_kinds(),
         lens::sharpness_kinds(),
         lens::lens_kinds(),
         lens::warp_kinds(),
@@ -142,13 +162,15 @@ fn every_kind_with_a_cpu_reference_equals_it() {
     for row in references() {
         let mut inputs = vec![("scene", row.state)];
         inputs.extend(row.data.map(|_| ("data", "Data")));
-        let nodes = Nodes::new(&row.nodes, &inputs).files(&cube);
+        let nodes = Nodes::new(&row.nodes, &inputs).files(&cube).camera(row.camera.as_ref());
         for size in SIZES {
             let pictures: Vec<Picture> = [Some(row.scene), row.data].into_iter().flatten().map(|f| f(size)).collect();
             let given: Vec<&Picture> = pictures.iter().collect();
             // The pyramid of a picture of a few pixels has one level, and no pass joins it.
             if size[0] > 3 {
-                assert_runs(row.kind, &Run::new(&nodes.graph()), &nodes.named(&given));
+                let graph = nodes.graph();
+                let run = Run::new(&graph).camera(row.camera.as_ref());
+                assert_runs(row.kind, &run, &nodes.named(&given));
             }
             let expected = (row.expected)(&image(&pictures[0]));
             assert_close(&format!("{} at {size:?}", row.kind), &nodes.exact(&given), &expected, &row.tolerance);

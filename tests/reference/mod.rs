@@ -33,6 +33,7 @@ pub(crate) mod lens;
 pub(crate) mod lens_blur;
 pub(crate) mod outline;
 pub(crate) mod sharpen;
+pub(crate) mod view;
 pub(crate) mod warp;
 
 pub(crate) mod film_grain;

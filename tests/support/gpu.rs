@@ -6,7 +6,7 @@ use afterimage_gpu::{Gpu, Opening, Session, Texels, wgpu};
 use afterimage_graph::check::{CheckOptions, Facts, Graph, Loader, NoFiles, check};
 use afterimage_graph::document::parse;
 use afterimage_graph::image::Size;
-use afterimage_graph::node::Registry;
+use afterimage_graph::node::{BlockData, Camera, Registry};
 use afterimage_plan::{Given, GivenImage, Options, Plan};
 
 use super::sequence::Sequence;
@@ -97,6 +97,8 @@ pub struct Run<'a> {
     pub prefer_fragment: bool,
     /// Whether inputs are stored as half floats; otherwise in 32 bits.
     pub half_inputs: bool,
+    /// The host's blocks, by the names of the inputs.
+    pub blocks: Vec<(String, BlockData)>,
 }
 
 impl<'a> Run<'a> {
@@ -109,7 +111,15 @@ impl<'a> Run<'a> {
             facts: Facts::default(),
             prefer_fragment: false,
             half_inputs: false,
+            blocks: Vec::new(),
         }
+    }
+
+    /// With a camera for the input `camera`.
+    pub fn camera(mut self, camera: Option<&Camera>) -> Self {
+        let data = camera.map(|camera| camera.data().expect("its matrices have inverses"));
+        self.blocks.extend(data.map(|data| ("camera".to_owned(), data)));
+        self
     }
 
     /// Everything exact: 32-bit intermediates.
@@ -122,14 +132,18 @@ impl<'a> Run<'a> {
     pub fn session(&self, gpu: &Gpu) -> Session {
         let mut gpu = gpu.clone();
         gpu.caps.prefer_fragment = self.prefer_fragment;
-        Session::new(&gpu, self.graph.clone(), self.facts.clone(), self.options)
+        let mut session = Session::new(&gpu, self.graph.clone(), self.facts.clone(), self.options);
+        self.blocks.iter().for_each(|(name, data)| session.set_block(name, data.clone()));
+        session
     }
 
     /// The plan for these pictures.
     pub fn plan(&self, gpu: &Gpu, inputs: &[(&str, &Picture)]) -> Plan {
         let given = |picture: &Picture| GivenImage { desc: self.texels(picture).desc, finite: false };
         let given = inputs.iter().map(|(name, picture)| ((*name).to_owned(), given(picture))).collect();
-        let plan = self.session(gpu).post().plan_for(Given { inputs: given, ..Given::nothing(self.size_for(inputs)) });
+        let blocks = self.blocks.iter().map(|(name, _)| name.clone()).collect();
+        let given = Given { inputs: given, blocks, ..Given::nothing(self.size_for(inputs)) };
+        let plan = self.session(gpu).post().plan_for(given);
         Arc::unwrap_or_clone(plan.unwrap_or_else(|error| panic!("{error}")))
     }
 

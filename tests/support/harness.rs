@@ -3,7 +3,7 @@
 
 use afterimage_graph::check::{CheckOptions, Graph, Loader, NoFiles, check};
 use afterimage_graph::document::parse;
-use afterimage_graph::node::Registry;
+use afterimage_graph::node::{Camera, Registry};
 
 use super::gpu::{Picture, Run};
 use super::probes;
@@ -15,13 +15,19 @@ pub struct Nodes<'a> {
     text: &'a str,
     inputs: &'a [(&'a str, &'a str)],
     files: &'a dyn Loader,
+    camera: Option<&'a Camera>,
 }
 
 impl<'a> Nodes<'a> {
     /// The text of the nodes, and the names and color states of the inputs. The node `result` is the output; an
     /// arrow at the end of the text names another, as in `"mips": ... -> mips.coarsest`.
     pub fn new(text: &'a str, inputs: &'a [(&'a str, &'a str)]) -> Self {
-        Self { text, inputs, files: &NoFiles }
+        Self { text, inputs, files: &NoFiles, camera: None }
+    }
+
+    /// With a camera for an input `camera`.
+    pub fn camera(self, camera: Option<&'a Camera>) -> Self {
+        Self { camera, ..self }
     }
 
     /// With the files that parameters name.
@@ -32,7 +38,9 @@ impl<'a> Nodes<'a> {
     /// The graph of the built-in kinds and the probes.
     pub fn graph(&self) -> Graph {
         let (nodes, output) = self.text.split_once(" -> ").unwrap_or((self.text, "result"));
-        let inputs: String = self.inputs.iter().map(|(name, state)| format!("\"{name}\": {state}, ")).collect();
+        let camera = self.camera.map(|_| ("camera", "Camera"));
+        let inputs = self.inputs.iter().copied().chain(camera);
+        let inputs: String = inputs.map(|(name, state)| format!("\"{name}\": {state}, ")).collect();
         checked(
             &format!("Pipeline(inputs: {{ {inputs} }}, nodes: {{ {nodes} }}, outputs: {{ \"out\": \"{output}\" }})"),
             self.files,
@@ -41,12 +49,12 @@ impl<'a> Nodes<'a> {
 
     /// The output in the first frame, with 32 bits between all passes. Pictures are in the order of the inputs.
     pub fn exact(&self, pictures: &[&Picture]) -> Picture {
-        Run::new(&self.graph()).exact().frame(&self.named(pictures)).remove(0)
+        Run::new(&self.graph()).camera(self.camera).exact().frame(&self.named(pictures)).remove(0)
     }
 
     /// The output in the first frame, with half floats between the passes.
     pub fn half(&self, pictures: &[&Picture]) -> Picture {
-        Run::new(&self.graph()).frame(&self.named(pictures)).remove(0)
+        Run::new(&self.graph()).camera(self.camera).frame(&self.named(pictures)).remove(0)
     }
 
     /// The pictures with the names of the inputs.

@@ -75,7 +75,8 @@ pub(crate) struct RenderArgs {
     /// sequence
     #[arg(short, long, value_name = "FILE")]
     pub(crate) out: Option<String>,
-    /// The image for another input: `--input albedo=albedo.exr`
+    /// The image for another input: `--input albedo=albedo.exr`; a camera is a JSON file with its matrices: `--input
+    /// camera=camera.####.json`
     #[arg(long = "input", value_name = "NAME=FILE")]
     pub(crate) inputs: Vec<String>,
     /// The output to write to the file of `-o`; by default the first that fits the file's extension. With a file, an

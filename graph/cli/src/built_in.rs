@@ -35,3 +35,10 @@ pub(crate) const SCENE: &str = r#"Pipeline(
     nodes: { "scene": DemoScene() },
     outputs: { "scene": "scene" },
 )"#;
+
+/// The built-in scene, with what a renderer gives besides its light.
+pub(crate) const RENDERER: &str = r#"Pipeline(
+    inputs: {},
+    nodes: { "scene": DemoScene() },
+    outputs: { "scene": "scene", "depth": "scene.projected", "normal": "scene.normal", "motion": "scene.motion" },
+)"#;

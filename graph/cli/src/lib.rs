@@ -4,6 +4,7 @@
 mod args;
 mod bench;
 mod built_in;
+mod cameras;
 mod check;
 mod demo;
 mod device;

@@ -6,16 +6,17 @@ mod walk;
 
 use std::path::Path;
 
-use afterimage_gpu::{FrameStep, Gpu, Texels};
+use afterimage_gpu::{FrameStep, Gpu, InputImage, Session, Texels};
 use afterimage_graph::check::{Facts, Graph};
 use afterimage_graph::color::Colorimetry;
 use afterimage_graph::image::{ColorState, Size};
-use afterimage_graph::node::{NodeKind, Registry};
+use afterimage_graph::node::{BlockData, NodeKind, Registry};
 use afterimage_media::write_atomic;
 use afterimage_plan::Options;
 
 use crate::args::{DemoArgs, KindOptions};
-use crate::built_in::{PIPELINES, SCENE};
+use crate::built_in::{PIPELINES, RENDERER};
+use crate::cameras::{is_camera, scene, scene_camera};
 use crate::device::{CachedSession, open};
 use crate::failure::Failure;
 use crate::files::registry;
@@ -42,16 +43,18 @@ pub(crate) fn run(args: &DemoArgs, tables: &[&[NodeKind]]) -> Result<(), Failure
         Ok::<_, Failure>(())
     };
     let time = vec![format!("scene.time={:?}", args.time)];
-    let mut scene = cached(&gpu, graph(&registry, "scene", SCENE, time)?);
+    let renderer = graph(&registry, "scene", RENDERER, time)?;
+    let camera = scene(&renderer).map(|scene| scene_camera(&scene, size));
+    let mut scene = cached(&gpu, renderer);
     scene.session.render(size, &[], FrameStep::FIRST)?;
-    let output = choose_output(scene.session.plan(), None, false)?;
-    saved("scene", &scene.session.output(&output.name)?, Stated::of(&output), FileFormat::Exr)?;
-    let images = [scene.session.output_image("scene", "scene")];
+    let output = choose_output(scene.session.plan(), Some("scene"), false)?;
+    saved("scene", &scene.session.output("scene")?, Stated::of(&output), FileFormat::Exr)?;
+    let images = ["scene", "depth", "normal", "motion"].map(|name| scene.session.output_image(name, name));
     let mut tiles = Vec::new();
     for (name, text) in PIPELINES {
         let graph = unquantised(graph(&registry, name, text, Vec::new())?, 8, true).graph;
-        let mut demo = cached(&gpu, graph);
-        demo.session.render(size, &images, FrameStep::FIRST)?;
+        let mut demo = cached(&gpu, graph.clone());
+        render(&mut demo.session, &graph, &images, camera.as_ref())?;
         demo.keep_pipelines();
         let output = choose_output(demo.session.plan(), None, true)?;
         let texels = demo.session.output(&output.name)?;
@@ -60,6 +63,21 @@ pub(crate) fn run(args: &DemoArgs, tables: &[&[NodeKind]]) -> Result<(), Failure
     }
     let stated = Stated { state: ColorState::Encoded, colorimetry: Colorimetry::SRGB, meta: None, frame: 0 };
     saved("contact-sheet", &contact_sheet(&tiles), stated, FileFormat::Png)
+}
+
+/// Renders the first frame with the images that the graph has inputs for, and with the camera.
+fn render(
+    session: &mut Session,
+    graph: &Graph,
+    images: &[InputImage],
+    camera: Option<&BlockData>,
+) -> Result<(), Failure> {
+    let takes = |image: &&InputImage| graph.inputs.iter().any(|input| input.name == image.input);
+    let images: Vec<InputImage> = images.iter().filter(takes).cloned().collect();
+    for (input, camera) in graph.inputs.iter().filter(|input| is_camera(input)).zip(camera.into_iter().cycle()) {
+        session.set_block(&input.name, camera.clone());
+    }
+    Ok(session.render(images[0].desc.size, &images, FrameStep::FIRST)?)
 }
 
 fn cached(gpu: &Gpu, graph: Graph) -> CachedSession {

@@ -8,7 +8,7 @@ use afterimage_gpu::{FrameStep, InputImage, Session, Texels};
 use afterimage_graph::image::{ColorState, Size};
 use afterimage_plan::{Plan, PlanOutput};
 
-use super::read::{InputPicture, Read};
+use super::read::{InputPicture, Inputs, Read};
 use super::readings::{FrameReport, readings};
 use super::repairs::Repairs;
 use super::request::Request;
@@ -28,8 +28,8 @@ pub(super) fn render_all(
 ) -> Result<(Times, Vec<FrameReport>), Failure> {
     let mut frames =
         Frames { request, session, meters, said: Vec::new(), times: Times::default(), reports: Vec::new() };
-    for (index, pictures) in from.iter().enumerate() {
-        let rendered = frames.render(index, pictures?)?;
+    for (index, inputs) in from.iter().enumerate() {
+        let rendered = frames.render(index, inputs?)?;
         // A writer that is gone has failed and reports the error.
         if rendered.into_iter().any(|image| to.send(image).is_err()) {
             break;
@@ -54,13 +54,16 @@ struct Frames<'a> {
 
 impl Frames<'_> {
     /// An image for each target.
-    fn render(&mut self, index: usize, pictures: Vec<InputPicture>) -> Result<Vec<Rendered>, Failure> {
+    fn render(&mut self, index: usize, Inputs { pictures, blocks }: Inputs) -> Result<Vec<Rendered>, Failure> {
         self.say_notes(&pictures);
         let start = Instant::now();
         let step = step(self.request, index);
         let session = &mut self.session.session;
         let images = feed(session, &pictures)?;
-        session.render(size(self.request, &images), &images, step)?;
+        let size = size(self.request, &images);
+        let blocks = blocks.into_iter().chain(self.request.scene_cameras(size));
+        blocks.for_each(|(name, data)| session.set_block(&name, data));
+        session.render(size, &images, step)?;
         let repaired = pictures.iter().map(|input| (input.name.clone(), input.repairs)).collect();
         // The images are uploaded: their memory is freed while the GPU works.
         let meta = pictures.into_iter().next().map(|input| input.picture.meta);

@@ -1,13 +1,16 @@
 //! The first stage of `render`: images are read.
 
+use std::collections::BTreeMap;
 use std::sync::mpsc::SyncSender;
 use std::time::{Duration, Instant};
 
 use afterimage_graph::image::Signedness;
+use afterimage_graph::node::BlockData;
 use afterimage_media::{Picture, Source, read_within};
 
 use super::repairs::{Repairs, is_opaque};
 use super::request::{Job, Request};
+use crate::cameras::{CameraFile, is_camera};
 use crate::failure::Failure;
 
 /// The image of an input, and what its file is worth.
@@ -20,27 +23,57 @@ pub(super) struct InputPicture {
     pub(super) lacks_alpha: bool,
 }
 
-/// The images of a job.
-pub(super) type Read = Result<Vec<InputPicture>, Failure>;
+/// What the files of a job hold.
+pub(super) struct Inputs {
+    pub(super) pictures: Vec<InputPicture>,
+    /// The cameras, by the names of inputs.
+    pub(super) blocks: Vec<(String, BlockData)>,
+}
+
+/// The inputs of a job.
+pub(super) type Read = Result<Inputs, Failure>;
+
+/// The cameras of the frame before, by the names of inputs.
+type Cameras = BTreeMap<String, CameraFile>;
 
 /// Reads the images of all jobs; returns the time that it takes.
 pub(super) fn read_all(request: &Request<'_>, to: &SyncSender<Read>) -> Duration {
     let mut busy = Duration::ZERO;
+    let mut cameras = Cameras::new();
     for job in &request.jobs {
         let start = Instant::now();
-        let pictures = read_job(request, job);
+        let inputs = read_job(request, job, &mut cameras);
         busy += start.elapsed();
-        let failed = pictures.is_err();
+        let failed = inputs.is_err();
         // A receiver that is gone has failed and reports the error.
-        if to.send(pictures).is_err() || failed {
+        if to.send(inputs).is_err() || failed {
             break;
         }
     }
     busy
 }
 
-fn read_job(request: &Request<'_>, job: &Job) -> Read {
-    job.sources.iter().map(|(name, source)| read_input(request, name, source)).collect()
+fn read_job(request: &Request<'_>, job: &Job, before: &mut Cameras) -> Read {
+    if job.frame.is_some_and(|frame| request.cuts.contains(&frame)) {
+        before.clear();
+    }
+    let mut inputs = Inputs { pictures: Vec::new(), blocks: Vec::new() };
+    for (name, source) in &job.sources {
+        if request.inputs.iter().any(|input| input.name == *name && is_camera(input)) {
+            inputs.blocks.push((name.clone(), read_camera(name, source, before)?));
+        } else {
+            inputs.pictures.push(read_input(request, name, source)?);
+        }
+    }
+    Ok(inputs)
+}
+
+/// The camera of a frame. What its file does not say of the frame before is what the last file says.
+fn read_camera(name: &str, source: &Source, before: &mut Cameras) -> Result<BlockData, Failure> {
+    let file = CameraFile::read(&source.path)?;
+    let data = file.data(before.get(name));
+    before.insert(name.to_owned(), file);
+    Ok(data.expect("both files have finite matrices with inverses"))
 }
 
 fn read_input(request: &Request<'_>, name: &str, source: &Source) -> Result<InputPicture, Failure> {

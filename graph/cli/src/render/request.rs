@@ -3,10 +3,14 @@
 use std::path::{Path, PathBuf};
 
 use afterimage_graph::check::{Graph, GraphInput};
+use afterimage_graph::image::Size;
+use afterimage_graph::node::BlockData;
 use afterimage_media::{Source, sequence};
+use afterimage_nodes::DemoScene;
 
 use super::target::Target;
 use crate::args::RenderArgs;
+use crate::cameras::{is_camera, scene, scene_camera};
 use crate::failure::Failure;
 use crate::quantise::unquantised;
 use crate::terminal::note;
@@ -32,6 +36,8 @@ pub(super) struct Request<'a> {
     pub(super) cuts: Vec<u32>,
     /// The pipeline's inputs.
     pub(super) inputs: Vec<GraphInput>,
+    /// The built-in scene, if the pipeline has it: its camera is that of inputs without a file.
+    scene: Option<DemoScene>,
 }
 
 impl<'a> Request<'a> {
@@ -45,7 +51,15 @@ impl<'a> Request<'a> {
         let files = input_files(args, graph, named)?;
         let jobs = if files.is_empty() { without_inputs(args, &targets) } else { with_inputs(args, files, &targets) }?;
         let cuts = cuts(args, &jobs)?;
-        Ok(Self { args, targets, jobs, cuts, inputs: graph.inputs.clone() })
+        Ok(Self { args, targets, jobs, cuts, inputs: graph.inputs.clone(), scene: scene(graph) })
+    }
+
+    /// The camera of the built-in scene for the cameras that no file gives, for an image of this size.
+    pub(super) fn scene_cameras(&self, size: Size) -> impl Iterator<Item = (String, BlockData)> {
+        let has_file = |name: &String| self.jobs.iter().any(|job| job.sources.iter().any(|(given, _)| given == name));
+        let free = self.inputs.iter().filter(move |input| is_camera(input) && !has_file(&input.name));
+        let cameras = self.scene.as_ref().map(|scene| free.map(move |input| (scene, input)));
+        cameras.into_iter().flatten().map(move |(scene, input)| (input.name.clone(), scene_camera(scene, size)))
     }
 
     /// The graph as it is rendered for the files: without the quantisation that the writer does.
@@ -184,11 +198,15 @@ fn input_files(
     }
     let given = |name: &str, files: &[(String, String)]| files.iter().any(|(known, _)| known == name);
     if let Some(file) = &args.input {
-        let free = known.iter().find(|name| !given(name, &files)).ok_or_else(no_further_input)?;
-        files.insert(0, ((*free).to_owned(), file.clone()));
+        let is_free = |input: &&GraphInput| input.block.is_none() && !given(&input.name, &files);
+        let free = graph.inputs.iter().find(is_free).ok_or_else(no_further_input)?;
+        files.insert(0, (free.name.clone(), file.clone()));
     }
-    match graph.inputs.iter().find(|input| !input.optional && !given(&input.name, &files)) {
+    let has_scene = scene(graph).is_some();
+    let is_given = |input: &GraphInput| given(&input.name, &files) || is_camera(input) && has_scene;
+    match graph.inputs.iter().find(|input| !input.optional && !is_given(input)) {
         None => Ok(files),
+        Some(input) if is_camera(input) => Err(missing_camera(&input.name)),
         Some(input) => Err(missing_input(&input.name)),
     }
 }
@@ -200,6 +218,11 @@ fn unknown_input(name: &str, known: &[&str]) -> Failure {
 
 fn no_further_input() -> Failure {
     Failure::user("the pipeline takes no further image").hint("leave the input file out")
+}
+
+fn missing_camera(name: &str) -> Failure {
+    Failure::user(format!("the pipeline needs a camera for its input `{name}`"))
+        .hint(format!("name a JSON file with its matrices: `--input {name}=FILE.json`"))
 }
 
 fn missing_input(name: &str) -> Failure {

@@ -1,0 +1,37 @@
+//! What a camera sees, in f64: places in its space, which looks along -z with y upwards, and depths.
+
+use afterimage_graph::node::{Camera, Matrix};
+use glam::{DMat4, DVec2, DVec4};
+
+use super::image::Image;
+
+/// A camera and the size of its image.
+#[derive(Clone, Copy)]
+pub(crate) struct View {
+    pub(crate) projection: DMat4,
+    pub(crate) size: [usize; 2],
+}
+
+fn wide(matrix: Matrix) -> DMat4 {
+    DMat4::from_cols_array_2d(&matrix.map(|column| column.map(f64::from)))
+}
+
+impl View {
+    pub(crate) fn new(camera: &Camera, image: &Image) -> Self {
+        let size = [image.width, image.height];
+        Self { projection: wide(camera.projection), size }
+    }
+
+    /// From -1 to 1 in both directions, y upwards, at the middle of a pixel.
+    fn clip(&self, [x, y]: [f64; 2]) -> DVec2 {
+        let [width, height] = self.size.map(|side| side as f64);
+        DVec2::new(2.0 * (x + 0.5) / width - 1.0, 1.0 - 2.0 * (y + 0.5) / height)
+    }
+
+    /// The distance along the axis of what a pixel shows at this depth of the projection.
+    pub(crate) fn distance(&self, pixel: [f64; 2], depth: f64) -> f64 {
+        let clip = self.clip(pixel);
+        let place = self.projection.inverse() * DVec4::new(clip.x, clip.y, depth, 1.0);
+        (-place.z / place.w.max(1e-7)).clamp(0.0, 65504.0)
+    }
+}
