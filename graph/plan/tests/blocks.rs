@@ -69,7 +69,10 @@ fn haze(source: vec4f, depth: texture_2d<f32>, camera: Camera, at: Point) -> vec
 
 /// Two layers of fog, which are fused, and a distance; one camera may be missing.
 const TEXT: &str = r#"Pipeline(
-    inputs: { "scene": Color, "depth": Depth, "eye": Camera(optional: true), "light": Camera, "unread": Camera(optional: true) },
+    inputs: {
+        "scene": Color, "depth": Depth,
+        "eye": Camera(optional: true), "light": Camera, "unread": Camera(optional: true),
+    },
     nodes: {
         "low":  Haze(source: "scene", depth: "depth", camera: "eye"),
         "high": Haze(source: "low", depth: "depth", camera: "light"),

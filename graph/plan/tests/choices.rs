@@ -1,6 +1,6 @@
-//! What the planner chooses among good plans, compared with `golden/choices.txt`: the hashes of the plans of many graphs
-//! in every way, and where images stay when a plan follows another one. `AFTERIMAGE_BLESS=1` writes the file again. A
-//! change of one line is meant, or a fault that no property of plans shows.
+//! What the planner chooses among good plans, compared with `golden/choices.txt`: the hashes of the plans of many
+//! graphs in every way, and where images stay when a plan follows another one. `AFTERIMAGE_BLESS=1` writes the file
+//! again. A change of one line is meant, or a fault that no property of plans shows.
 
 use std::fmt::Write as _;
 use std::sync::Arc;

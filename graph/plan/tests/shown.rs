@@ -1,5 +1,5 @@
-//! What the host gets: outputs that hold linear light, their states where nodes are skipped, plans that differ in numbers
-//! alone, and what reports say of the placement.
+//! What the host gets: outputs that hold linear light, their states where nodes are skipped, plans that differ in
+//! numbers alone, and what reports say of the placement.
 
 use std::collections::BTreeSet;
 

@@ -1,5 +1,5 @@
 //! The contract of kinds, one broken promise after the other: a kind that keeps it is changed in one thing, and what it
-//! is told is compared with `promises.txt`, to the letter: no complaint is missing, and there is none beside it.
+//! is told is compared with `promises.told`, to the letter: no complaint is missing, and there is none beside it.
 //! `AFTERIMAGE_BLESS=1` writes the file anew.
 
 use std::fmt::Write as _;
@@ -37,7 +37,7 @@ const BAD_CHOICES: &[ChoiceName] =
 
 /// What a kind declares and records.
 #[derive(Clone)]
-struct Draft {
+struct Declared {
     name: &'static str,
     doc: &'static str,
     params: Vec<Param>,
@@ -48,9 +48,9 @@ struct Draft {
 }
 
 /// A node of the kind at its values.
-struct Values(Vec<Value>, Draft);
+struct Values(Vec<Value>, Declared);
 
-impl Kind for Draft {
+impl Kind for Declared {
     fn name(&self) -> &str {
         self.name
     }
@@ -97,11 +97,11 @@ fn choice(choices: &'static [ChoiceName], default: &'static str) -> Param {
 }
 
 /// A kind that keeps every promise.
-fn good() -> Draft {
+fn good() -> Declared {
     let mut amount = number("amount", (0.0, 1.0));
     (amount.usual, amount.neutral) = (Some((0.0, 0.5)), Some(Value::Float(0.0)));
     amount.quality = Some(Quality { exact: Value::Float(1.0), cheaper: vec![Value::Float(0.25)] });
-    Draft {
+    Declared {
         name: "Mist",
         doc: "Mist.",
         params: vec![amount],
@@ -116,7 +116,7 @@ fn good() -> Draft {
 }
 
 /// A second output of a type, which the kind gives as a buffer.
-fn with_buffer(draft: &mut Draft, port: Output) {
+fn with_buffer(draft: &mut Declared, port: Output) {
     draft.outputs.push(port);
     draft.record = |values, pass| {
         plain(values, pass);
@@ -129,7 +129,7 @@ fn value(state: OutputState) -> Output {
     Output::new("other", PortType::Value, state, "A value.")
 }
 
-type Change = fn(&mut Draft);
+type Change = fn(&mut Declared);
 
 const DECLARED: &[(&str, Change)] = &[
     ("nothing", |_| {}),
@@ -354,7 +354,7 @@ const RECORDED: &[(&str, Change)] = &[
 ];
 
 #[test]
-fn each_broken_promise_is_told_and_nothing_else() {
+fn each_broken_promise_is_reported_and_nothing_else() {
     let mut told = String::new();
     for (name, change) in DECLARED.iter().chain(RECORDED) {
         let mut draft = good();
@@ -367,7 +367,7 @@ fn each_broken_promise_is_told_and_nothing_else() {
         };
         lines.iter().for_each(|line| writeln!(told, "{line}").expect("a string grows"));
     }
-    let path = super::folder().join("promises.txt");
+    let path = super::folder().join("promises.told");
     if std::env::var_os("AFTERIMAGE_BLESS").is_some() {
         std::fs::write(&path, &told).expect("the folder of cases can be written");
     }

@@ -1,7 +1,7 @@
-//! What the linker makes of many texts, compared with `known.tsv`: of each text, and of forty with a few changes, whether
-//! it is accepted, what it declares, what errors say, and the modules that it becomes in every way in which it can be
-//! linked. `AFTERIMAGE_BLESS=1 cargo test -p afterimage-wgsl --test known` writes the file anew. A change of a message, of
-//! naga, or of a module changes lines; what is right about them is asserted elsewhere.
+//! What the linker makes of many texts, compared with `known.tsv`: of each text, and of forty with a few changes,
+//! whether it is accepted, what it declares, what errors say, and the modules that it becomes in every way in which it
+//! can be linked. `AFTERIMAGE_BLESS=1 cargo test -p afterimage-wgsl --test known` writes the file anew. A change of a
+//! message, of naga, or of a module changes lines; what is right about them is asserted elsewhere.
 
 use std::fmt::Write as _;
 
