@@ -7,7 +7,7 @@ use afterimage_graph::check::{Change, Checker, Graph};
 use afterimage_graph::document::parse;
 use afterimage_graph::value::Value;
 
-use super::{Folder, float, registry, switch, tokens, value, values};
+use super::{Folder, float, is_within, registry, switch, tokens, value, values};
 
 const INNER: &str = r#"Pipeline(inputs: { "scene": Color }, nodes: {
     "lifted": Exposure(source: "scene", stops: 0.25), "kept": Extract(source: "lifted", threshold: 1.0) },
@@ -83,18 +83,30 @@ fn change(graph: &Graph, choice: usize) -> (Change, (String, String)) {
     (value(&name, new.clone()), (name, new.to_string()))
 }
 
-/// Whether `old` is what is left of `new` without some of its characters.
-fn is_within(old: &str, new: &str) -> bool {
-    let mut rest = new.chars();
-    old.chars().all(|c| rest.any(|other| other == c))
-}
-
 fn comments(text: &str) -> Vec<&str> {
     tokens(text).into_iter().filter(|token| token.starts_with("//") || token.starts_with("/*")).collect()
 }
 
+/// What tiers give in the files above, with those of the files that they extend and nest.
+const OF_TIERS: [&[(&str, &str)]; 3] = [
+    &[("low", "exposed.stops"), ("low", "inner/kept.knee"), ("low", "inner/kept.threshold")],
+    &[("low", "exposed.stops"), ("low", "tinted"), ("base", "exposed.stops")],
+    &[("own", "tinted.temperature"), ("base", "exposed.stops")],
+];
+
+/// Compares what a saved text says at the other tiers: a tier that gives the value keeps it, and all tiers do if the
+/// value was that of a tier.
+fn compare_tiers(own: usize, text: &str, (tier, set): (Option<&str>, &(String, String)), saved: &str) {
+    let gives = |tier: Option<&str>| tier.is_some_and(|tier| OF_TIERS[own].contains(&(tier, set.0.as_str())));
+    for other in tiers(text).iter().map(Option::as_deref).filter(|other| *other != tier) {
+        let sets = if gives(tier) || gives(other) { Vec::new() } else { vec![set.clone()] };
+        let found = graph(saved, other, &[]).map(|graph| values(&graph));
+        assert_eq!(found, graph(text, other, &sets).map(|graph| values(&graph)), "at {other:?}: {set:?}\n{saved}");
+    }
+}
+
 /// Saves a change and compares: all else of the text stays, and the graph is that of an override.
-fn compare(text: &str, tier: Option<&str>, choice: usize) {
+fn compare(own: usize, text: &str, tier: Option<&str>, choice: usize) {
     let Some(before) = graph(text, tier, &[]) else { panic!("a layout is wrong\n{text}") };
     let (change, set) = change(&before, choice);
     let Some(wanted) = graph(text, tier, std::slice::from_ref(&set)) else { return };
@@ -110,6 +122,7 @@ fn compare(text: &str, tier: Option<&str>, choice: usize) {
     let what = format!("{tier:?} {set:?}\n{text}\n---\n{saved}");
     let found = graph(&saved, tier, &[]).unwrap_or_else(|| panic!("{what}"));
     assert_eq!(values(&found), values(&wanted), "{what}");
+    compare_tiers(own, text, (tier, &set), &saved);
     assert_eq!(comments(&saved), comments(text), "{what}");
     let (old_tokens, new_tokens) = (tokens(text), tokens(&saved));
     if old_tokens.len() == new_tokens.len() {
@@ -132,7 +145,7 @@ proptest! {
     ) {
         let text = laid_out(OWN[own], &gaps, if windows { "\r\n" } else { "\n" });
         let tiers = tiers(&text);
-        compare(&text, tiers[tier.index(tiers.len())].as_deref(), choice);
+        compare(own, &text, tiers[tier.index(tiers.len())].as_deref(), choice);
     }
 
     #[test]

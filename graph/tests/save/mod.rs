@@ -74,6 +74,12 @@ fn inserted<'n>(old: &str, new: &'n str) -> Option<&'n str> {
     (start + end == old.len()).then(|| new.get(start..new.len() - end)).flatten()
 }
 
+/// Whether `old` is what is left of `new` without some of its characters.
+fn is_within(old: &str, new: &str) -> bool {
+    let mut rest = new.chars();
+    old.chars().all(|c| rest.any(|other| other == c))
+}
+
 /// Words, numbers, texts in quotes, comments, runs of space and single signs.
 fn tokens(text: &str) -> Vec<&str> {
     let mut tokens = Vec::new();

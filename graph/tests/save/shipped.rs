@@ -6,7 +6,7 @@ use afterimage_graph::check::{Checker, Graph, ParameterId, Saver};
 use afterimage_graph::document::parse;
 use afterimage_graph::value::{FileValue, Type, Value};
 
-use super::{Folder, inserted, registry, tokens, value, values};
+use super::{Folder, inserted, is_within, registry, tokens, value, values};
 
 fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../pipelines")
@@ -64,24 +64,34 @@ fn tier_text<'t>(text: &'t str, tier: &str) -> &'t str {
 }
 
 /// A pipeline at its tiers.
+#[derive(Clone)]
 struct Pipeline<'a> {
     files: &'a Folder,
     name: &'a str,
     text: &'a str,
-    /// The text whose tiers it has: its own, or that of the file that it extends.
+    /// The text whose tiers it has: its own, that of the file that it extends or of the one that it uses as a node.
     tiers_text: &'a str,
+    /// What the names of nodes in that text begin with here.
+    prefix: &'a str,
     tiers: Vec<Option<String>>,
 }
 
-impl Pipeline<'_> {
-    fn graph(&self, text: &str, tier: Option<&str>, sets: &[(String, String)]) -> Option<Graph> {
-        let document = parse(self.name, text).unwrap_or_else(|errors| panic!("{errors}\n{text}"));
-        Checker::new(&document, registry(), self.files).check(tier, sets).ok().map(|(graph, _)| graph)
+/// A pipeline with what is read of it once.
+struct Read<'a> {
+    pipeline: &'a Pipeline<'a>,
+    checker: Checker<'a>,
+    saver: Saver<'a>,
+}
+
+impl Read<'_> {
+    /// What the pipeline says at a tier with overrides; none if that is an error.
+    fn graph(&self, tier: Option<&str>, sets: &[(String, String)]) -> Option<Graph> {
+        self.checker.check(tier, sets).ok().map(|(graph, _)| graph)
     }
 
     /// Saves another value of each parameter at a tier; how many there are, and which have no other value.
     fn each_parameter(&self, tier: Option<&str>) -> (usize, Vec<String>) {
-        let graph = self.graph(self.text, tier, &[]).expect("a shipped pipeline is right");
+        let graph = self.graph(tier, &[]).expect("a shipped pipeline is right");
         let mut fixed = Vec::new();
         for id in graph.parameters() {
             let key = graph.parameter_name(id);
@@ -89,8 +99,8 @@ impl Pipeline<'_> {
             let present = graph.value(id).to_string();
             let others = candidates(&graph, id).into_iter().filter(|value| value.to_string() != present);
             let accepted = others.into_iter().find_map(|value| {
-                let wanted = self.graph(self.text, tier, &set(&value))?;
-                let saved = self.saved(tier, &key, &value)?;
+                let wanted = self.graph(tier, &set(&value))?;
+                let saved = self.saver.save(tier, &[super::value(&key, value.clone())]).ok()?;
                 Some((wanted, value, saved))
             });
             match accepted {
@@ -101,35 +111,34 @@ impl Pipeline<'_> {
         (graph.parameters().count(), fixed)
     }
 
-    fn saved(&self, tier: Option<&str>, key: &str, new: &Value) -> Option<String> {
-        let saver = Saver::new(self.name, self.text, registry(), self.files);
-        let saver = saver.unwrap_or_else(|errors| panic!("{errors}"));
-        let change = value(key, new.clone());
-        let saved = saver.save(tier, std::slice::from_ref(&change)).ok()?;
-        // Saved again, nothing changes.
-        let again = Saver::new(self.name, &saved, registry(), self.files);
-        let again = again.and_then(|saver| saver.save(tier, &[change])).unwrap_or_else(|errors| panic!("{errors}"));
-        assert_eq!(again, saved, "{key}");
-        Some(saved)
-    }
-
     /// What the saved text says at every tier, and how it differs from the text before.
     fn compare(&self, tier: Option<&str>, key: &str, (new, saved): (&Value, &str), wanted: &Graph) {
-        let what = format!("{} {tier:?} {key} {new}\n{saved}", self.name);
-        let found = self.graph(saved, tier, &[]).unwrap_or_else(|| panic!("{what}"));
-        assert_eq!(values(&found), values(wanted), "{what}");
-        let quoted = format!("\"{key}\"");
-        let gives = |tier: Option<&str>| tier.is_some_and(|tier| tier_text(self.tiers_text, tier).contains(&quoted));
-        for other in self.tiers.iter().map(Option::as_deref).filter(|other| *other != tier) {
+        let Pipeline { files, name, text, tiers_text, prefix, tiers } = self.pipeline;
+        let what = format!("{name} {tier:?} {key} {new}\n{saved}");
+        let document = parse(name, saved).unwrap_or_else(|errors| panic!("{errors}\n{what}"));
+        let checker = Checker::new(&document, registry(), *files);
+        let found = |tier| checker.check(tier, &[]).ok().map(|(graph, _)| values(&graph));
+        assert_eq!(found(tier), Some(values(wanted)), "{what}");
+        let quoted = format!("\"{}\"", key.strip_prefix(prefix).expect("all nodes are in it"));
+        let gives = |tier: Option<&str>| tier.is_some_and(|tier| tier_text(tiers_text, tier).contains(&quoted));
+        for other in tiers.iter().map(Option::as_deref).filter(|other| *other != tier) {
             let keeps = gives(tier) || gives(other);
             let sets = if keeps { Vec::new() } else { vec![(key.to_owned(), new.to_string())] };
-            let must = self.graph(self.text, other, &sets).map(|graph| values(&graph));
-            let found = self.graph(saved, other, &[]).map(|graph| values(&graph));
-            assert_eq!(found, must, "at {other:?}: {what}");
+            assert_eq!(found(other), self.graph(other, &sets).map(|graph| values(&graph)), "at {other:?}: {what}");
         }
-        self.compare_texts(key, (new, saved), gives(tier), &what);
+        if prefix.is_empty() {
+            self.pipeline.compare_texts(key, (new, saved), gives(tier), &what);
+        } else {
+            assert!(is_within(text, saved) && saved.contains(&format!("\"{key}\": {new}")), "{what}");
+        }
+        // Saved again, nothing changes.
+        let again = Saver::new(name, saved, registry(), *files).unwrap_or_else(|errors| panic!("{errors}\n{what}"));
+        let change = value(key, new.clone());
+        assert_eq!(again.save(tier, &[change]).unwrap_or_else(|errors| panic!("{errors}\n{what}")), *saved);
     }
+}
 
+impl Pipeline<'_> {
     fn compare_texts(&self, key: &str, (new, saved): (&Value, &str), is_of_tier: bool, what: &str) {
         let (old_tokens, new_tokens) = (tokens(self.text), tokens(saved));
         if old_tokens.len() == new_tokens.len() {
@@ -153,7 +162,10 @@ impl Pipeline<'_> {
                 let forms = [format!(", {field}"), format!("{field} ,")];
                 assert!(forms.iter().any(|form| is_rotated(form, &added)), "{added}: {what}");
             }
-            (false, false) => assert!(is_rotated(&format!("{override_} ,"), &added), "{added}: {what}"),
+            (false, false) => {
+                let forms = [format!("{override_} ,"), format!("set : {{ {override_} , }} ,")];
+                assert!(forms.iter().any(|form| is_rotated(form, &added)), "{added}: {what}");
+            }
             (false, true) => assert!(added.contains("tiers : {") && added.contains(&override_), "{added}: {what}"),
         }
     }
@@ -176,20 +188,56 @@ fn each_pipeline(check: impl Fn(&Pipeline<'_>)) {
         let extended = document.extends.as_ref().map(|base| &base.value);
         let tiers_text = pipelines.iter().find(|(name, _)| Some(name) == extended).map_or(text, |(_, text)| text);
         let tiers = std::iter::once(None).chain(tiers).collect();
-        check(&Pipeline { files: &files, name, text, tiers_text, tiers });
+        check(&Pipeline { files: &files, name, text, tiers_text, prefix: "", tiers });
+    }
+}
+
+impl Pipeline<'_> {
+    fn save_each_parameter(&self) {
+        let document = parse(self.name, self.text).unwrap_or_else(|errors| panic!("{errors}\n{}", self.text));
+        let checker = Checker::new(&document, registry(), self.files);
+        let saver = Saver::new(self.name, self.text, registry(), self.files);
+        let read = Read { pipeline: self, checker, saver: saver.unwrap_or_else(|errors| panic!("{errors}")) };
+        for tier in &self.tiers {
+            let (count, fixed) = read.each_parameter(tier.as_deref());
+            let is_known = |key: &String| FIXED.contains(&key.strip_prefix(self.prefix).expect("all nodes are in it"));
+            assert!(count > 40 && fixed.iter().all(is_known), "{} {tier:?}: {fixed:?}", self.name);
+        }
     }
 }
 
 #[test]
 fn every_parameter_of_every_pipeline_is_saved_at_every_tier() {
+    each_pipeline(|pipeline| pipeline.save_each_parameter());
+}
+
+/// The tiers at which files that inherit and nest are saved.
+fn few_tiers() -> Vec<Option<String>> {
+    vec![None, Some("low".to_owned())]
+}
+
+#[test]
+fn every_parameter_is_saved_in_a_file_that_inherits_it() {
     each_pipeline(|pipeline| {
-        for tier in &pipeline.tiers {
-            let (count, fixed) = pipeline.each_parameter(tier.as_deref());
-            assert!(
-                count > 40 && fixed.iter().all(|key| FIXED.contains(&&**key)),
-                "{} {tier:?}: {fixed:?}",
-                pipeline.name
-            );
-        }
+        let text = format!("// Own.\nPipeline(\n    extends: \"{}\",\n)\n", pipeline.name);
+        let own = Pipeline { name: "own.ron", text: &text, tiers: few_tiers(), ..pipeline.clone() };
+        own.save_each_parameter();
+    });
+}
+
+#[test]
+fn every_parameter_is_saved_in_a_file_that_nests_it() {
+    each_pipeline(|pipeline| {
+        let inputs = pipeline.tiers_text.lines().find(|line| line.trim_start().starts_with("inputs: "));
+        let inputs = inputs.expect("a line has the inputs");
+        let names = inputs.split('"').skip(1).step_by(2);
+        let wires: Vec<String> = names.map(|name| format!("{name}: \"{name}\"")).collect();
+        let node = format!("Pipeline(file: \"{}\", {})", pipeline.name, wires.join(", "));
+        let text = format!(
+            "Pipeline(\n{inputs}\n    nodes: {{ \"outer\": {node} }},\n    outputs: {{ \"display\": \"outer\" }},\n    \
+             tiers: {{ \"low\": {{}} }},\n)\n"
+        );
+        let own = Pipeline { name: "own.ron", text: &text, prefix: "outer/", tiers: few_tiers(), ..pipeline.clone() };
+        own.save_each_parameter();
     });
 }

@@ -121,12 +121,24 @@ impl<'a> Saver<'a> {
             let Err(errors) = checker.check(tier.as_deref(), &[]) else { continue };
             let is_new = tier.is_some() && tier.as_deref() == goal.new_tier;
             let tier = if is_new { goal.tier } else { tier.as_deref() };
-            match before.check(tier, &[]) {
-                Ok(_) => return Err(errors),
-                Err(errors) if tier == goal.tier => return Err(errors),
-                Err(_) => {}
+            match (before.check(tier, &[]), tier) {
+                (Err(errors), _) if tier == goal.tier => return Err(errors),
+                (Ok(_), Some(other)) if tier != goal.tier => return Err(wrong_tier(&saved, other, errors)),
+                (Ok(_), _) => return Err(errors),
+                (Err(_), _) => {}
             }
         }
         Ok(())
     }
+}
+
+/// The errors of a tier that a change for all tiers makes wrong.
+fn wrong_tier(saved: &Document, tier: &str, errors: Diagnostics) -> Diagnostics {
+    let message = format!("the change cannot be saved: at the tier {} it is wrong", quote(tier));
+    let named = saved.tiers.iter().find(|(name, _)| name.value == tier);
+    let location = named.map_or(&saved.location, |(name, _)| &name.location);
+    let mut all = Diagnostics::new(errors.sources.clone());
+    all.push(Diagnostic::error("wrong-at-tier", message).at(location, "").help("change the value of the tier first"));
+    all.absorb(errors);
+    all
 }

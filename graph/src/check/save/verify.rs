@@ -1,5 +1,7 @@
 //! What a saved text must say: the wanted values at the tier that is saved, and the values of before everywhere else.
 
+use std::collections::HashMap;
+
 use super::state::{SetTo, State, Subject};
 use super::wanted::Wanted;
 use crate::check::files::Files;
@@ -48,10 +50,10 @@ impl Goal<'_> {
         if !before.others().eq(after.others()) {
             return Err(alone(&after, not_saved("the text")));
         }
+        let applying = self.wanted.iter().filter(|wanted| self.applies(wanted, &before, tier));
+        let applying: HashMap<Subject, &SetTo> = applying.map(|wanted| (wanted.subject, &wanted.set_to)).collect();
         let must = |subject: Subject| {
-            let wanted = self.wanted.iter().find(|wanted| wanted.subject == subject);
-            let wanted = wanted.filter(|wanted| self.applies(wanted, &before, tier));
-            wanted.map_or_else(|| before.set_to(subject), |wanted| wanted.set_to.clone())
+            applying.get(&subject).map_or_else(|| before.set_to(subject), |set_to| (*set_to).clone())
         };
         let subjects = before.subjects().map(|subject| (subject, must(subject)));
         let differ = subjects.filter(|(subject, must)| after.set_to(*subject) != *must);
