@@ -1,6 +1,6 @@
 //! Plans against an interpreter that knows nothing of the planner: whatever is fused, ordered, batched or laid over
-//! other images, the terms of the outputs are those of the plan that does nothing of it. And `verify` finds every change
-//! of a plan that the interpreter notices.
+//! other images, the terms of the outputs are those of the plan that does nothing of it. And `verify` finds every
+//! change of a plan that the interpreter notices.
 
 use std::fmt::Write as _;
 

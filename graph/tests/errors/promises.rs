@@ -1,5 +1,5 @@
-//! The contract of kinds, one broken promise after the other: a kind that keeps it is changed in one thing, and what it
-//! is told is compared with `promises.told`, to the letter: no complaint is missing, and there is none beside it.
+//! The contract of kinds, one broken promise after the other: a kind that keeps it is changed in one thing, and the
+//! complaints are compared with `promises.told`, to the letter: none is missing, and there is none beside them.
 //! `AFTERIMAGE_BLESS=1` writes the file anew.
 
 use std::fmt::Write as _;
