@@ -10,8 +10,8 @@ use afterimage_graph::value::Value;
 use super::layouts::{OWN, change, folder};
 use super::{registry, tokens};
 
-/// Saves a change in a text in two ways, at its tier and as a new one; how many of them are possible. The result is right
-/// and has the value, or there are errors with words.
+/// Saves a change in a text in two ways, at its tier and as a new one; how many of them are possible. The result is
+/// right and has the value, or there are errors with words.
 fn save(text: &str, choice: usize) -> usize {
     let folder = folder();
     let Ok(document) = parse("a.ron", text) else { return 0 };
