@@ -7,11 +7,15 @@ use afterimage_graph::check::Loader;
 /// Name and text of every file in `pipelines/`. The last ones extend another or name a table, which [`BuiltIn`] loads.
 pub(crate) const PIPELINES: &[(&str, &str)] = &[
     ("caracal", include_str!("../../../pipelines/caracal.ron")),
+    ("cookbook", include_str!("../../../pipelines/cookbook.ron")),
     ("exposure", include_str!("../../../pipelines/exposure.ron")),
     ("glare", include_str!("../../../pipelines/glare.ron")),
     ("hdr", include_str!("../../../pipelines/hdr.ron")),
     ("lynx", include_str!("../../../pipelines/lynx.ron")),
+    ("mobile", include_str!("../../../pipelines/mobile.ron")),
     ("tsushima", include_str!("../../../pipelines/tsushima.ron")),
+    ("cinematic", include_str!("../../../pipelines/cinematic.ron")),
+    ("course", include_str!("../../../pipelines/course.ron")),
     ("grade", include_str!("../../../pipelines/grade.ron")),
     ("tsushima-night", include_str!("../../../pipelines/tsushima-night.ron")),
 ];
