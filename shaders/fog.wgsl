@@ -56,7 +56,8 @@ fn fog(source: vec4f, depth: vec4f, at: Point, params: Fog) -> vec4f {
     let ray = fog_ray(at, params);
     let direction = normalize(ray);
     let distance = max(depth.x, 0.0) * length(ray);
-    return fog_lit(source, fog_depth(params.eye_height, dot(params.up, direction), distance, params), direction, params);
+    let optical = fog_depth(params.eye_height, dot(params.up, direction), distance, params);
+    return fog_lit(source, optical, direction, params);
 }
 
 // The same in the world's space: the camera says where a ray begins and where it leads.

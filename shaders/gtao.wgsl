@@ -25,8 +25,8 @@ const GTAO_PI: f32 = 3.14159265;
 const GTAO_FARTHEST: f32 = 60000.0;
 // The distance off a plane, as a share of the depth, beyond which visibilities are not mixed.
 const GTAO_SOFT: f32 = 0.02;
-// The sine of the angle over the surface below which an occluder counts less: texels lie beside the slice, and depths are
-// rounded, so a flat surface would occlude itself.
+// The sine of the angle over the surface below which an occluder counts less: texels lie beside the slice, and depths
+// are rounded, so a flat surface would occlude itself.
 const GTAO_FLAT: f32 = 0.08;
 
 // What is seen at a texel of the depth image.
