@@ -121,8 +121,8 @@ impl Node for MotionBlur {
         let desc = ImageDesc::new(pass.desc(source).size);
         let most = f64::from(self.largest) * f64::from(desc.size.height);
         let tile = (most.ceil() as u32 + 1).max(8);
-        let has_motion = pass.wired("motion");
-        if !has_motion && !(pass.wired("depth") && pass.wired("camera")) {
+        let is_known = pass.wired("motion") || pass.wired("depth") && pass.wired("camera");
+        if !is_known {
             pass.function(&SHADER, "motion_blur_still").read("source", source).write("result", desc);
             return;
         }
