@@ -62,9 +62,10 @@ fn second_frame(wires: &str, frames: impl Fn(&Frames<'_>) -> Image) {
         camera: &camera,
         ratio: 1.0,
     };
-    // At a threshold, the depth of a pixel is that of the same surface or not, and one or the other limit is reached.
+    // The history has steps of 60, so a place that is off by a thousandth of a texel counts, and at a threshold a depth is
+    // that of the same surface or not. Without a limit or a rejection, most pixels would differ.
     let off = differences(&found, &frames(&all), &PLACES);
-    assert!(off.len() <= found.pixels.len() / 100, "{wires}: {off:?}");
+    assert!(off.len() <= found.pixels.len() / 50, "{wires}: {off:?}");
 }
 
 #[test]
@@ -165,6 +166,7 @@ fn error(a: &Picture, b: &Picture, counts: impl Fn(usize) -> bool) -> f64 {
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+#[expect(clippy::print_stdout, reason = "the figures are in graph/docs/depth.md")]
 fn a_still_image_converges_to_the_supersampled_one() {
     let shot = shot(32, (0.0, 0.0));
     let wanted = shot[31].reference();
@@ -176,6 +178,7 @@ fn a_still_image_converges_to_the_supersampled_one() {
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+#[expect(clippy::print_stdout, reason = "the figures are in graph/docs/depth.md")]
 fn a_walk_past_moving_objects_is_smooth_and_has_no_ghosts() {
     let shot = shot(20, (0.004, 1.0 / 24.0));
     let last = &shot[19];
