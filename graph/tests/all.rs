@@ -7,3 +7,5 @@ mod errors;
 mod posterize;
 /// When kinds from folders are freed.
 mod release;
+/// Changed values, written into the text of a file.
+mod save;

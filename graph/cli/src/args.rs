@@ -3,6 +3,8 @@
 pub(crate) mod measure;
 mod options;
 pub(crate) mod stress;
+#[cfg(feature = "view")]
+pub(crate) mod view;
 
 use std::path::PathBuf;
 
@@ -10,10 +12,12 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use measure::{MeasureArgs, TuneArgs};
 use stress::StressArgs;
+#[cfg(feature = "view")]
+use view::ViewArgs;
 
 pub(crate) use options::{
     ArithmeticOptions, DeviceOptions, ImageOptions, KindOptions, NoAlias, PipelineOptions, PlanOptions, TileChoice,
-    parse_size,
+    parse_fps, parse_size,
 };
 
 /// Post-processing for HDR images: a pipeline is a RON file, its nodes are plug-ins.
@@ -28,6 +32,9 @@ pub(crate) struct Arguments {
 pub(crate) enum Command {
     /// Render the built-in scene through every built-in pipeline
     Demo(DemoArgs),
+    /// Look at a pipeline in a window, and turn its parameters
+    #[cfg(feature = "view")]
+    View(ViewArgs),
     /// Render an image or a sequence through a pipeline
     Render(RenderArgs),
     /// Check pipeline files: all errors at once, with locations
@@ -246,10 +253,4 @@ pub(crate) struct BenchArgs {
     pub(crate) plan: PlanOptions,
     #[command(flatten)]
     pub(crate) device: DeviceOptions,
-}
-
-/// Frames per second, above 0 and finite.
-fn parse_fps(text: &str) -> Result<f32, String> {
-    let fps = text.parse().ok().filter(|fps: &f32| fps.is_normal() && *fps > 0.0);
-    fps.ok_or_else(|| "frames per second are a number above 0, such as 24 or 23.976".into())
 }

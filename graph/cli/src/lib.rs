@@ -3,7 +3,6 @@
 
 mod args;
 mod bench;
-mod built_in;
 mod cameras;
 mod check;
 mod demo;
@@ -24,6 +23,8 @@ mod stress;
 mod terminal;
 mod tier_file;
 mod tune;
+#[cfg(feature = "view")]
+mod view;
 mod watch;
 
 use std::process::ExitCode;
@@ -50,6 +51,8 @@ pub fn run(tables: &[&[NodeKind]], arguments: impl IntoIterator<Item = std::ffi:
     };
     let result = match &arguments.command {
         Command::Demo(args) => demo::run(args, tables),
+        #[cfg(feature = "view")]
+        Command::View(args) => view::run(args, tables),
         Command::Render(args) => watch::run(args, tables),
         Command::Check(args) => check::run(args, tables),
         Command::Plan(args) => plan::run(args, tables),

@@ -86,8 +86,13 @@ fn known(facts: &BTreeSet<&str>) -> String {
 
 /// The facts of the command line.
 pub(crate) fn facts(options: &PipelineOptions) -> Result<Facts, Failure> {
+    fact_list(&options.facts)
+}
+
+/// The facts of each use of `--fact`.
+pub(crate) fn fact_list(texts: &[String]) -> Result<Facts, Failure> {
     let mut facts = Facts::default();
-    for fact in &options.facts {
+    for fact in texts {
         let (name, value) = split(fact, "--fact")?;
         match (value.parse::<bool>(), value.parse::<f64>()) {
             (Ok(flag), _) => facts.set(name, flag),

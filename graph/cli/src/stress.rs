@@ -5,10 +5,10 @@ use afterimage_graph::diagnostic::did_you_mean;
 use afterimage_graph::node::{NodeKind, Registry};
 use afterimage_lab::stress::{self, StressOptions, Subject};
 use afterimage_media::write_atomic;
+use afterimage_pipelines::{BuiltIn, PIPELINES};
 use afterimage_plan::Options;
 
 use crate::args::stress::StressArgs;
-use crate::built_in::{BuiltIn, PIPELINES};
 use crate::device::{open, options_on};
 use crate::failure::Failure;
 use crate::files::{Files, folder_kinds, text};

@@ -70,9 +70,20 @@ fn places(args: &RenderArgs, tables: &[&[NodeKind]]) -> BTreeSet<PathBuf> {
 }
 
 /// Records which files are loaded, also those that do not exist.
-struct RecordingLoader {
+pub(crate) struct RecordingLoader {
     files: Files,
     named: RefCell<BTreeSet<PathBuf>>,
+}
+
+impl RecordingLoader {
+    pub(crate) fn new(files: Files) -> Self {
+        Self { files, named: RefCell::default() }
+    }
+
+    /// The files that were loaded.
+    pub(crate) fn named(self) -> BTreeSet<PathBuf> {
+        self.named.into_inner()
+    }
 }
 
 impl Loader for RecordingLoader {
@@ -90,21 +101,21 @@ impl Loader for RecordingLoader {
 /// The pipeline file and the files that it names: extended and used pipelines, looks, tables. Files that cannot be read
 /// name no others.
 fn files_of(path: &Path, tables: &[&[NodeKind]], options: &PipelineOptions) -> BTreeSet<PathBuf> {
-    let loader = RecordingLoader { files: Files::of(path, &options.kinds), named: RefCell::default() };
+    let loader = RecordingLoader::new(Files::of(path, &options.kinds));
     if let (Ok(registry), Ok(document)) = (registry(tables, &options.kinds), read_document(path)) {
         let file = PipelineFile::new(&document, &registry, &loader);
         // The command that uses the pipeline reports its errors.
         let _ = file.check(&PipelineOptions { sets: Vec::new(), facts: Vec::new(), ..options.clone() });
     }
-    let mut files = loader.named.into_inner();
+    let mut files = loader.named();
     files.insert(path.to_owned());
     files
 }
 
 /// A file, the time of its last change, and its length.
-type Stamp = (PathBuf, Option<SystemTime>, u64);
+pub(crate) type Stamp = (PathBuf, Option<SystemTime>, u64);
 
-fn stamps(places: &BTreeSet<PathBuf>) -> Vec<Stamp> {
+pub(crate) fn stamps(places: &BTreeSet<PathBuf>) -> Vec<Stamp> {
     let mut found = Vec::new();
     places.iter().for_each(|place| look(place, DEPTH, &mut found));
     found.sort();

@@ -40,7 +40,7 @@ pub use device::{ErrorLog, Gpu, Opening, caps, texture_format, wanted_features};
 pub use error::GpuError;
 pub use executor::{Executor, Frame, Preparation};
 pub use governor::{Governor, TierChange};
-pub use post::{Control, Parameter, ParameterInfo, Post, PostError, Reading, Watch};
+pub use post::{Control, Parameter, ParameterInfo, PassTimes, Post, PostError, Reading, Watch};
 #[cfg(not(target_family = "wasm"))]
 pub use session::{FrameInputs, FrameStep, InputImage, Session, input_image};
 #[cfg(not(target_family = "wasm"))]

@@ -60,7 +60,17 @@ impl Timing {
             bytes.chunks_exact(8).map(|b| u64::from_le_bytes(b.try_into().expect("chunks of eight"))).collect()
         };
         self.readable.unmap();
-        let ms = |w: &[u64]| w[1].saturating_sub(w[0]) as f64 * f64::from(self.period_ns) * 1e-6;
-        Ok(ticks.windows(2).map(ms).collect())
+        Ok(between(&ticks, self.period_ns))
     }
+
+    /// The buffer with the timestamps of the frame that is recorded, and the nanoseconds of a tick.
+    pub(crate) fn timestamps(&self) -> (&wgpu::Buffer, f32) {
+        (&self.resolved, self.period_ns)
+    }
+}
+
+/// Milliseconds between each two timestamps.
+pub(crate) fn between(ticks: &[u64], period_ns: f32) -> Vec<f64> {
+    let ms = |pair: &[u64]| pair[1].saturating_sub(pair[0]) as f64 * f64::from(period_ns) * 1e-6;
+    ticks.windows(2).map(ms).collect()
 }

@@ -44,6 +44,8 @@ pub(super) struct NodeDraft {
     pub(super) wires: Vec<Option<Wire>>,
     pub(super) when: Option<Condition>,
     pub(super) off: bool,
+    /// Where `Off` or `On` was written.
+    pub(super) switched: Option<Location>,
     pub(super) format: Option<Format>,
     pub(super) label: Option<String>,
     /// The state of each output once it is known.
@@ -62,6 +64,8 @@ pub(super) struct Scope {
     pub(super) outputs: Vec<(Spanned<String>, Spanned<String>)>,
     pub(super) when: Option<Condition>,
     pub(super) off: bool,
+    /// Where `Off` or `On` was written.
+    pub(super) switched: Option<Location>,
     pub(super) label: Option<String>,
     pub(super) facts: Option<Vec<String>>,
     /// Whether names are missing because of errors that have been reported.
@@ -103,8 +107,8 @@ pub(super) struct Wire {
 pub(super) struct Change {
     pub(super) scope: usize,
     pub(super) settings: Vec<Override>,
-    /// Whether they are applied; those of other tiers are only checked.
-    pub(super) is_made: bool,
+    /// The tier that they belong to, if they do; those of other tiers than the requested one are only checked.
+    pub(super) tier: Option<String>,
 }
 
 impl<'a> Builder<'a> {
@@ -152,6 +156,14 @@ impl<'a> Builder<'a> {
     /// The name of a node from the top: `outer/inner`.
     pub(super) fn full_name(&self, draft: &NodeDraft) -> String {
         self.inside(draft.scope, draft.name.value.clone(), |scope| Some(scope.name.value.clone()))
+    }
+
+    /// The name of a pipeline used as a node from the top; empty at the top.
+    pub(super) fn full_scope_name(&self, scope: usize) -> String {
+        let Scope { parent, name, .. } = &self.scopes[scope];
+        parent.map_or(String::new(), |parent| {
+            self.inside(parent, name.value.clone(), |scope| Some(scope.name.value.clone()))
+        })
     }
 
     /// The name that people shall see, from the top, if it differs from the full name.

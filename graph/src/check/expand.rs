@@ -42,6 +42,7 @@ impl Builder<'_> {
             outputs: Vec::new(),
             when,
             off: false,
+            switched: None,
             label,
             facts,
             is_partial: document.is_partial,
@@ -73,11 +74,10 @@ impl Builder<'_> {
     }
 
     fn own_changes(&mut self, scope: usize, document: &Document) {
-        self.changes.push(Change { scope, settings: document.set.clone(), is_made: true });
+        self.changes.push(Change { scope, settings: document.set.clone(), tier: None });
         for (name, tier) in document.tiers.iter().take(MOST_TIERS) {
             if let Tier::Settings(settings) = tier {
-                let is_made = self.tier.as_ref() == Some(&name.value);
-                self.changes.push(Change { scope, settings: settings.clone(), is_made });
+                self.changes.push(Change { scope, settings: settings.clone(), tier: Some(name.value.clone()) });
             }
         }
     }
@@ -189,7 +189,7 @@ impl Builder<'_> {
         files.push(document.file.to_string());
         let inner = self.expand(&document, around, files);
         files.pop();
-        self.changes.push(Change { scope: inner, settings: changes, is_made: true });
+        self.changes.push(Change { scope: inner, settings: changes, tier: None });
         Some(Named::Scope(inner))
     }
 

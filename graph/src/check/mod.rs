@@ -45,6 +45,7 @@ mod mixes;
 mod nodes;
 mod options;
 mod order;
+mod save;
 mod settings;
 mod suggest;
 mod unneeded;
@@ -57,6 +58,7 @@ pub use colors::ImageColors;
 pub use condition::{Condition, ConditionError, Fact, FactKind, Facts};
 pub use graph::{Graph, GraphInput, GraphNode, GraphOutput, ParameterId, Source};
 pub use options::{CheckOptions, Loader, NoFiles};
+pub use save::{Change, Saver};
 
 use build::Builder;
 use files::Files;

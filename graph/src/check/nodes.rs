@@ -229,6 +229,7 @@ fn draft(scope: usize, entry: &NodeEntry, kind: &NodeKind) -> NodeDraft {
         wires: vec![None; kind.inputs().len()],
         when: None,
         off: false,
+        switched: None,
         format: None,
         label: None,
         states: vec![None; kind.outputs().len()],

@@ -35,16 +35,22 @@ impl Builder<'_> {
                 Err(diagnostic) => self.report(diagnostic),
             }
         }
-        self.changes.push(Change { scope: 0, settings, is_made: true });
+        self.changes.push(Change { scope: 0, settings, tier: None });
     }
 
     /// Applies all overrides: those of inner pipelines first, then those of outer ones, the command line's last.
     pub(super) fn change(&mut self) {
         for change in std::mem::take(&mut self.changes) {
+            let is_made = self.is_made(&change);
             for setting in &change.settings {
-                self.setting(change.scope, setting, change.is_made);
+                self.setting(change.scope, setting, is_made);
             }
         }
+    }
+
+    /// Whether changes are applied, not only checked.
+    pub(super) fn is_made(&self, change: &Change) -> bool {
+        change.tier.is_none() || change.tier == self.tier
     }
 
     fn setting(&mut self, scope: usize, setting: &Override, is_made: bool) {
@@ -56,13 +62,15 @@ impl Builder<'_> {
         let Some(found) = self.find(scope, path, key) else { return };
         match (found, field) {
             (Target::Node(node), None) => {
-                if let Some(off) = self.switch(setting) {
-                    self.drafts[node].off = if is_made { off } else { self.drafts[node].off };
+                if let Some(off) = self.switch(setting).filter(|_| is_made) {
+                    self.drafts[node].off = off;
+                    self.drafts[node].switched = Some(setting.value.location.clone());
                 }
             }
             (Target::Scope(inner), None) => {
-                if let Some(off) = self.switch(setting) {
-                    self.scopes[inner].off = if is_made { off } else { self.scopes[inner].off };
+                if let Some(off) = self.switch(setting).filter(|_| is_made) {
+                    self.scopes[inner].off = off;
+                    self.scopes[inner].switched = Some(setting.value.location.clone());
                 }
             }
             (Target::Node(node), Some(field)) => self.node_setting(node, field, setting, is_made),
@@ -176,6 +184,7 @@ impl NodeDraft {
             wires: self.wires.clone(),
             when: self.when.clone(),
             off: self.off,
+            switched: self.switched.clone(),
             format: self.format,
             label: self.label.clone(),
             states: self.states.clone(),

@@ -35,6 +35,7 @@
 
 mod balance;
 mod bracket;
+mod edit;
 mod entries;
 mod input_options;
 mod parser;
@@ -50,6 +51,7 @@ mod tree;
 #[cfg(test)]
 mod tests;
 
+pub(crate) use edit::Editor;
 pub use entries::{Document, InputEntry, NodeEntry, Override, Tier};
 pub(crate) use input_options::image_type_names;
 pub(crate) use parser::read as read_tree;

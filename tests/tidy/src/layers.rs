@@ -13,10 +13,15 @@ pub const LAYERS: &[(&str, &[&str])] = &[
     ("afterimage-graph", &["afterimage-base", "afterimage-wgsl"]),
     ("afterimage-plan", &["afterimage-base", "afterimage-wgsl", "afterimage-graph"]),
     ("afterimage-nodes", &["afterimage-graph", "afterimage-shaders"]),
+    ("afterimage-pipelines", &["afterimage-graph"]),
     ("afterimage-gpu", &["afterimage-plan"]),
     ("afterimage-media", &["afterimage-base"]),
     ("afterimage-lab", &["afterimage-gpu", "afterimage-media", "afterimage-plan"]),
-    ("afterimage", &["afterimage-lab", "afterimage-nodes"]),
+    (
+        "afterimage-view",
+        &["afterimage-gpu", "afterimage-media", "afterimage-nodes", "afterimage-pipelines", "afterimage-plan"],
+    ),
+    ("afterimage", &["afterimage-lab", "afterimage-nodes", "afterimage-pipelines", "afterimage-view"]),
 ];
 
 /// External crates that only some crates may name as normal dependencies.

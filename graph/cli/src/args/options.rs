@@ -173,6 +173,12 @@ pub(crate) fn parse_size(text: &str) -> Result<(u32, u32), String> {
     }
 }
 
+/// Frames per second, above 0 and finite.
+pub(crate) fn parse_fps(text: &str) -> Result<f32, String> {
+    let fps = text.parse().ok().filter(|fps: &f32| fps.is_normal() && *fps > 0.0);
+    fps.ok_or_else(|| "frames per second are a number above 0, such as 24 or 23.976".into())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

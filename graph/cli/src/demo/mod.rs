@@ -12,10 +12,10 @@ use afterimage_graph::color::Colorimetry;
 use afterimage_graph::image::{ColorState, Size};
 use afterimage_graph::node::{BlockData, NodeKind, Registry};
 use afterimage_media::write_atomic;
+use afterimage_pipelines::PIPELINES;
 use afterimage_plan::Options;
 
 use crate::args::{DemoArgs, KindOptions};
-use crate::built_in::{PIPELINES, RENDERER};
 use crate::cameras::{is_camera, scene, scene_camera};
 use crate::device::{CachedSession, open};
 use crate::failure::Failure;
@@ -24,7 +24,7 @@ use crate::quantise::unquantised;
 use crate::render::choose_output;
 use crate::save::{FileFormat, SaveOptions, Stated, save};
 use crate::terminal::say;
-use graph::graph;
+use graph::{RENDERER, graph};
 
 pub(crate) fn run(args: &DemoArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
     let registry = registry(tables, &KindOptions::default())?;

@@ -6,8 +6,7 @@ use afterimage_graph::image::Size;
 use afterimage_graph::node::Registry;
 use afterimage_plan::Options;
 
-use super::graph::graph;
-use crate::built_in::SCENE;
+use super::graph::{SCENE, graph};
 use crate::failure::Failure;
 
 /// Frames per second.

@@ -143,10 +143,7 @@ impl Loaded {
                 &views[self.host_view(image).expect("it is the host's")]
             }
             ImageBinding::Fixed(key) => &store.get(*key).view,
-            ImageBinding::Ring(keys, behind) => {
-                let length = keys.len() as u32;
-                &store.get(keys[((ring_index + length - behind % length) % length) as usize]).view
-            }
+            ImageBinding::Ring(keys, behind) => &store.get(keys[ring_place(keys.len(), ring_index, *behind)]).view,
             ImageBinding::Unused => panic!("image {image:?} is bound but no pass mentions it"),
         }
     }
@@ -167,6 +164,12 @@ impl Loaded {
         let pass = &self.plan.passes[pass].pass;
         !self.uninitialized.is_empty() && (pass.reads().iter().any(begins) || pass.writes().iter().any(begins))
     }
+}
+
+/// The place in a ring of that many textures of the one that is so many frames behind the frame.
+pub(super) fn ring_place(length: usize, frame: u32, behind: u32) -> usize {
+    let length = length as u32;
+    ((frame % length + length - behind % length) % length) as usize
 }
 
 /// The format that the plan draws a pass's image in; `None` for a dispatch.

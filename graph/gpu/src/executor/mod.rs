@@ -2,6 +2,7 @@
 
 mod bind;
 mod blocks;
+mod contents;
 mod explicit_transitions;
 mod frame;
 mod frame_constants;
@@ -258,14 +259,6 @@ impl Executor {
                 Err(error)
             }
         }
-    }
-
-    /// The buffer of a table or value by its label, `node.port`. `None` if the plan has none, for example because the
-    /// node is skipped.
-    pub fn buffer(&self, label: &str) -> Option<&Buffer> {
-        let loaded = self.loaded.as_ref()?;
-        let index = loaded.plan.buffers.iter().position(|buffer| buffer.label == label)?;
-        loaded.buffers.get(index)
     }
 
     /// Starts histories and adaptation anew with the next frame.

@@ -3,6 +3,7 @@
 mod error;
 mod handle;
 mod parameters;
+mod pass_times;
 mod plans;
 mod running;
 mod uniforms;
@@ -20,6 +21,8 @@ use crate::{Executor, Frame, GpuError};
 pub use error::PostError;
 use handle::Handle;
 pub use handle::{Control, Parameter, ParameterInfo};
+pub use pass_times::PassTimes;
+use pass_times::TimedPasses;
 use running::{Next, Running};
 use watch::Watched;
 pub use watch::{Reading, Watch};
@@ -60,6 +63,7 @@ pub struct Post {
     linear: BTreeSet<String>,
     handles: Vec<Handle>,
     watched: Vec<Watched>,
+    pass_times: TimedPasses,
     /// Frames that have been recorded.
     frame: u64,
     running: Option<Running>,
@@ -85,6 +89,7 @@ impl Post {
             linear: BTreeSet::new(),
             handles: Vec::new(),
             watched: Vec::new(),
+            pass_times: TimedPasses::default(),
             frame: 0,
             running: None,
             next: None,
@@ -105,6 +110,7 @@ impl Post {
             linear: self.linear.clone(),
             handles: self.handles.clone(),
             watched: self.watched.iter().map(|watched| Watched::new(&watched.label)).collect(),
+            pass_times: TimedPasses::default(),
             frame: 0,
             running: None,
             next: None,
@@ -177,7 +183,8 @@ impl Post {
     pub fn rebuild(&mut self, adapter: &wgpu::Adapter, device: &Device, queue: &Queue) {
         self.executor = Executor::with_caps(device, queue, crate::caps(adapter, device));
         (self.running, self.next) = (None, None);
-        self.watched.iter_mut().for_each(Watched::renew);
+        self.watched.iter_mut().for_each(|watched| watched.readings.renew());
+        self.pass_times.renew();
         self.is_stale = true;
     }
 
@@ -215,10 +222,13 @@ impl Post {
         self.executor.encode(encoder, frame)?;
         self.frame += 1;
         for watched in &mut self.watched {
-            watched.collect()?;
+            watched.readings.collect()?;
             if let Some(buffer) = self.executor.buffer(&watched.label) {
-                watched.record(self.executor.device(), buffer, self.frame, encoder)?;
+                watched.readings.record(self.executor.device(), buffer, self.frame, encoder)?;
             }
+        }
+        if let Some(running) = &self.running {
+            self.pass_times.record(&self.executor, running.plan(), self.frame, encoder)?;
         }
         Ok(())
     }
@@ -242,7 +252,30 @@ impl Post {
     /// frames are recorded and submitted, and the device is polled. Each frame is submitted before the next is
     /// recorded.
     pub fn reading(&self, watch: Watch) -> Option<&Reading> {
-        self.watched[watch.0].latest.as_ref()
+        self.watched[watch.0].readings.latest.as_ref()
+    }
+
+    /// Measures the GPU time of each pass of every frame from now on, without a wait. `false` where the device has no
+    /// timestamps inside passes, and before a plan is loaded. A measured frame is a little slower, because the passes
+    /// of a batch do not overlap.
+    ///
+    /// # Errors
+    /// The device is lost or has no memory for the timestamps.
+    pub fn time_passes(&mut self) -> Result<bool, GpuError> {
+        self.executor.enable_timing()
+    }
+
+    /// The newest times of passes that have arrived, if they are [measured](Self::time_passes): a few frames old, like
+    /// a [`reading`](Self::reading).
+    pub fn pass_times(&self) -> Option<&PassTimes> {
+        self.pass_times.latest.as_ref()
+    }
+
+    /// The texture of an image of the plan that renders, by its label, `node.port`, or by its name in
+    /// [`Plan::image_names`]. It holds the texels of the last frame where the plan shares no memory:
+    /// [`Alias::None`](afterimage_plan::Alias::None). `None` for images of the host, and for those that no pass uses.
+    pub fn image(&self, name: &str) -> Option<&wgpu::Texture> {
+        self.executor.image(name)
     }
 
     /// The texture of an output of the last frame, unless the host gave one.
@@ -254,6 +287,7 @@ impl Post {
     }
 
     /// The buffer of a table or value of the loaded plan, by its label.
+    #[cfg(not(target_family = "wasm"))]
     pub(crate) fn buffer(&self, label: &str) -> Option<&wgpu::Buffer> {
         self.executor.buffer(label)
     }

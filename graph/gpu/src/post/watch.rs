@@ -32,10 +32,16 @@ impl Reading {
     }
 }
 
-/// A watched buffer, and the copies of it that are under way.
+/// A watched buffer, and what was read of it.
 pub(super) struct Watched {
     /// The label of the buffer, `node.port`.
     pub(super) label: String,
+    pub(super) readings: Readings,
+}
+
+/// The copies of a buffer that are under way, and the newest that has arrived.
+#[derive(Default)]
+pub(super) struct Readings {
     copies: Vec<Copy>,
     pub(super) latest: Option<Reading>,
 }
@@ -57,9 +63,11 @@ const MAPPED: u8 = 3;
 
 impl Watched {
     pub(super) fn new(label: &str) -> Self {
-        Self { label: label.to_owned(), copies: Vec::new(), latest: None }
+        Self { label: label.to_owned(), readings: Readings::default() }
     }
+}
 
+impl Readings {
     /// Forgets the copies of a device that was lost; the newest reading stays.
     pub(super) fn renew(&mut self) {
         self.copies.clear();

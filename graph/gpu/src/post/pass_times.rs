@@ -1,0 +1,67 @@
+//! Times of passes that the host reads without a wait.
+
+use std::sync::{Arc, Weak};
+
+use afterimage_plan::Plan;
+use wgpu::CommandEncoder;
+
+use super::watch::Readings;
+use crate::{Executor, GpuError};
+
+/// The GPU time of each pass of a frame.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PassTimes {
+    /// The number of the frame, as [`Post::frame`](super::Post::frame) counts them.
+    pub frame: u64,
+    /// Milliseconds of each pass, in the order of [`Plan::passes`]; what lies between two passes counts for the first.
+    pub ms: Vec<f64>,
+}
+
+impl PassTimes {
+    /// Milliseconds of the whole frame.
+    pub fn sum(&self) -> f64 {
+        self.ms.iter().sum()
+    }
+}
+
+/// The times of the plan that renders.
+#[derive(Default)]
+pub(super) struct TimedPasses {
+    readings: Readings,
+    plan: Weak<Plan>,
+    pub(super) latest: Option<PassTimes>,
+}
+
+impl TimedPasses {
+    /// Forgets the copies of a device that was lost.
+    pub(super) fn renew(&mut self) {
+        self.readings.renew();
+    }
+
+    /// Takes the times that have arrived, and asks for those of the frame that was recorded.
+    pub(super) fn record(
+        &mut self,
+        executor: &Executor,
+        plan: &Arc<Plan>,
+        frame: u64,
+        encoder: &mut CommandEncoder,
+    ) -> Result<(), GpuError> {
+        let Some((timestamps, period_ns)) = executor.timestamps() else { return Ok(()) };
+        if !std::ptr::eq(self.plan.as_ptr(), Arc::as_ptr(plan)) {
+            // Copies of the plan before have other passes.
+            *self = Self { plan: Arc::downgrade(plan), ..Self::default() };
+        }
+        self.readings.collect()?;
+        if let Some(reading) = &self.readings.latest {
+            let ms = milliseconds(&reading.bytes, period_ns);
+            self.latest = Some(PassTimes { frame: reading.frame, ms });
+        }
+        self.readings.record(executor.device(), timestamps, frame, encoder)
+    }
+}
+
+/// The times between timestamps.
+fn milliseconds(bytes: &[u8], period_ns: f32) -> Vec<f64> {
+    let ticks: Vec<u64> = bytes.chunks_exact(size_of::<u64>()).map(bytemuck::pod_read_unaligned).collect();
+    crate::timing::between(&ticks, period_ns)
+}

@@ -1,0 +1,32 @@
+//! Saving: changed values are written into the text of a pipeline file, and everything else in it stays as it is.
+//!
+//! A value changes where the file gives it: one number, name or text differs. A default becomes a new field of its
+//! node. What the file does not hold, nodes of the file that it `extends` and of pipelines used as nodes, gets an
+//! override: in the tier if the tier gives the value, in the section `set` otherwise.
+//!
+//! ```
+//! use afterimage_graph::check::{Change, NoFiles, Saver};
+//! use afterimage_graph::value::Value;
+//! # let registry = afterimage_graph::node::Registry::new(&[afterimage_nodes::ALL]).expect("names are unique");
+//! let text = r#"Pipeline(
+//!     inputs: { "scene": Color },
+//!     nodes: { "exposed": Exposure(source: "scene" /* of the camera */) },
+//!     outputs: { "display": "exposed" },
+//! )"#;
+//! let saver = Saver::new("look.ron", text, &registry, &NoFiles)?;
+//! let brighter = Change::Value { parameter: "exposed.stops".into(), value: Value::Float(1.0) };
+//! let saved = saver.save(None, &[brighter])?;
+//! assert_eq!(saved, text.replace("\"scene\" /*", "\"scene\", stops: 1.0 /*"));
+//! # Ok::<(), afterimage_graph::diagnostic::Diagnostics>(())
+//! ```
+
+mod change;
+mod path;
+mod place;
+mod saver;
+mod state;
+mod verify;
+mod wanted;
+
+pub use change::Change;
+pub use saver::Saver;

@@ -1,0 +1,236 @@
+//! The window: events of the desktop, the swap chain, and files that are dropped.
+
+mod surface;
+
+use std::path::Path;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use afterimage_gpu::{ErrorLog, Gpu};
+use afterimage_graph::check::Facts;
+use winit::application::ApplicationHandler;
+use winit::event::{StartCause, WindowEvent};
+use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop};
+use winit::window::{Window, WindowId};
+
+use crate::Problem;
+use crate::model::{Images, Model, Project};
+use crate::stage::{Stage, Target};
+use surface::Surface;
+
+/// What the window is opened with.
+pub struct Desktop {
+    /// Part of the name of the graphics adapter; `None` for the fastest.
+    pub adapter: Option<String>,
+    /// The size of the window in points.
+    pub size: [f64; 2],
+    /// The pipeline.
+    pub project: Box<dyn Project>,
+    /// Makes the images on the device.
+    pub images: MakeImages,
+    /// Opens a file that is dropped.
+    pub open: OpenFile,
+    /// The tier to begin with.
+    pub tier: Option<String>,
+    /// What is known about the scene.
+    pub facts: Facts,
+}
+
+/// Makes the first images.
+pub type MakeImages = Box<dyn Fn(&Gpu) -> Result<Images, Problem>>;
+
+/// What a dropped file is.
+pub enum Opened {
+    /// A pipeline.
+    Pipeline(Box<dyn Project>),
+    /// Images.
+    Images(Images),
+}
+
+/// Opens a file.
+pub type OpenFile = Box<dyn Fn(&Gpu, &Path) -> Result<Opened, Problem>>;
+
+impl Desktop {
+    /// Shows the window until it is closed.
+    ///
+    /// # Errors
+    /// There is no display or no graphics adapter, or the images cannot be made.
+    pub fn run(self) -> Result<(), Problem> {
+        let events = EventLoop::new().map_err(|error| {
+            Problem::said(format!("no window can be opened: {error}"))
+                .hint("the viewer needs a desktop; `afterimage render` works without one")
+        })?;
+        let mut shell = Shell { desktop: Some(self), shown: None, failure: None };
+        let ran = events.run_app(&mut shell).map_err(|error| Problem::said(error.to_string()));
+        shell.failure.map_or(ran, Err)
+    }
+}
+
+struct Shell {
+    desktop: Option<Desktop>,
+    shown: Option<Shown>,
+    failure: Option<Problem>,
+}
+
+/// The window and everything in it.
+struct Shown {
+    window: Arc<Window>,
+    surface: Surface,
+    stage: Stage,
+    input: egui_winit::State,
+    open: OpenFile,
+    adapter: Option<String>,
+    errors: ErrorLog,
+    last: Instant,
+    /// When something is to be drawn again although nothing happens.
+    again: Option<Instant>,
+}
+
+/// Between two looks at the files while nothing else happens.
+const LOOK: Duration = Duration::from_millis(50);
+
+impl ApplicationHandler for Shell {
+    fn resumed(&mut self, events: &ActiveEventLoop) {
+        if self.shown.is_some() {
+            return;
+        }
+        let Some(desktop) = self.desktop.take() else { return };
+        match Shown::new(events, desktop) {
+            Ok(shown) => self.shown = Some(shown),
+            Err(problem) => {
+                self.failure = Some(problem);
+                events.exit();
+            }
+        }
+    }
+
+    fn window_event(&mut self, events: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
+        let Some(shown) = &mut self.shown else { return };
+        let response = shown.input.on_window_event(&shown.window, &event);
+        if response.repaint {
+            shown.window.request_redraw();
+        }
+        match event {
+            WindowEvent::CloseRequested => events.exit(),
+            WindowEvent::Resized(size) => shown.surface.resize(size.into()),
+            WindowEvent::DroppedFile(path) => shown.drop_file(&path),
+            WindowEvent::RedrawRequested => {
+                if let Err(problem) = shown.draw() {
+                    self.failure = Some(problem);
+                    events.exit();
+                }
+            }
+            _ => {}
+        }
+    }
+
+    fn new_events(&mut self, _: &ActiveEventLoop, cause: StartCause) {
+        if let (StartCause::ResumeTimeReached { .. }, Some(shown)) = (cause, &self.shown) {
+            shown.window.request_redraw();
+        }
+    }
+
+    fn about_to_wait(&mut self, events: &ActiveEventLoop) {
+        let Some(shown) = &self.shown else { return };
+        let next = Instant::now() + LOOK;
+        events.set_control_flow(ControlFlow::WaitUntil(shown.again.map_or(next, |again| again.min(next))));
+    }
+}
+
+impl Shown {
+    fn new(events: &ActiveEventLoop, desktop: Desktop) -> Result<Self, Problem> {
+        let attributes = Window::default_attributes()
+            .with_title("Afterimage")
+            .with_inner_size(winit::dpi::LogicalSize::new(desktop.size[0], desktop.size[1]))
+            .with_min_inner_size(winit::dpi::LogicalSize::new(640.0, 400.0));
+        let window = events.create_window(attributes).map_err(|error| Problem::said(error.to_string()))?;
+        let window = Arc::new(window);
+        let (gpu, surface) = Surface::open(&window, desktop.adapter.as_deref())?;
+        let errors = gpu.log_errors();
+        let images = (desktop.images)(&gpu)?;
+        let mut model = Model::new(&gpu, desktop.project, images);
+        model.set_tier(desktop.tier);
+        desktop.facts.iter().for_each(|(name, fact)| model.set_fact(name, fact));
+        let stage = Stage::new(model, surface.format());
+        let input = egui_winit::State::new(
+            stage.ctx().clone(),
+            egui::ViewportId::ROOT,
+            &window,
+            Some(window.scale_factor() as f32),
+            None,
+            Some(gpu.device.limits().max_texture_dimension_2d as usize),
+        );
+        window.request_redraw();
+        let (open, adapter) = (desktop.open, desktop.adapter);
+        Ok(Self { window, surface, stage, input, open, adapter, errors, last: Instant::now(), again: None })
+    }
+
+    /// Draws a frame, if the window can be seen.
+    fn draw(&mut self) -> Result<(), Problem> {
+        self.say_title();
+        let passed = std::mem::replace(&mut self.last, Instant::now()).elapsed().as_secs_f64();
+        let Some(frame) = self.surface.next(self.stage.viewer.model.gpu()) else {
+            self.again = Some(Instant::now() + LOOK);
+            return Ok(());
+        };
+        let input = self.input.take_egui_input(&self.window);
+        let size = [frame.texture.width(), frame.texture.height()];
+        let gpu = self.stage.viewer.model.gpu().clone();
+        self.stage.viewer.picture.headroom = self.surface.headroom();
+        let (stage, gpu) = (&mut self.stage, gpu);
+        let draw = |view: &_| stage.frame(input, Target { view, size }, passed);
+        let output = self.surface.draw(&frame.texture, draw, &gpu);
+        self.window.pre_present_notify();
+        self.stage.viewer.model.gpu().queue.present(frame);
+        self.input.handle_platform_output(&self.window, output.platform_output);
+        self.plan_next(output.viewport_output.values().map(|viewport| viewport.repaint_delay).min());
+        self.follow_device()
+    }
+
+    /// Says when the next frame is drawn.
+    fn plan_next(&mut self, delay: Option<Duration>) {
+        let is_playing = self.stage.viewer.model.clock().is_playing;
+        let delay = if is_playing { Duration::ZERO } else { delay.unwrap_or(LOOK).min(LOOK) };
+        self.again = Some(Instant::now() + delay);
+    }
+
+    /// Opens the device again if it was lost.
+    fn follow_device(&mut self) -> Result<(), Problem> {
+        if let Some(error) = self.errors.take_first() {
+            self.stage.viewer.tell(&self.stage.ctx().clone(), error);
+        }
+        if !matches!(self.stage.viewer.model.problem(), Some(Problem::DeviceLost)) {
+            return Ok(());
+        }
+        let (gpu, surface) = Surface::open(&self.window, self.adapter.as_deref())?;
+        (self.errors, self.surface) = (gpu.log_errors(), surface);
+        self.stage.viewer.model.rebuild(&gpu)?;
+        self.stage.renew(self.surface.format());
+        Ok(())
+    }
+
+    fn say_title(&self) {
+        let model = &self.stage.viewer.model;
+        let mark = if model.changes().is_empty() { "" } else { " *" };
+        self.window.set_title(&format!("{}{mark} – Afterimage", model.project().name()));
+    }
+
+    fn drop_file(&mut self, path: &Path) {
+        let model = &mut self.stage.viewer.model;
+        let said = match (self.open)(model.gpu(), path) {
+            Ok(Opened::Pipeline(project)) => {
+                model.open(project);
+                None
+            }
+            Ok(Opened::Images(images)) => {
+                model.set_images(images);
+                None
+            }
+            Err(problem) => Some(problem.to_string()),
+        };
+        if let Some(text) = said {
+            self.stage.viewer.tell(&self.stage.ctx().clone(), text);
+        }
+        self.window.request_redraw();
+    }
+}

@@ -1,0 +1,27 @@
+//! What a picture is compared with.
+
+/// What the shown picture is compared with.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Beside {
+    /// The pipeline as it is written, without the user's changes.
+    Written,
+    /// The same with 32-bit intermediates: the reference.
+    Reference,
+    /// Another tier, with the user's changes; `None` is the pipeline without one.
+    Tier(Option<String>),
+    /// A built-in pipeline.
+    Pipeline(String),
+}
+
+impl Beside {
+    /// Its name for people.
+    pub fn name(&self) -> String {
+        match self {
+            Self::Written => "as saved".into(),
+            Self::Reference => "32-bit reference".into(),
+            Self::Tier(None) => "no tier".into(),
+            Self::Tier(Some(tier)) => format!("tier {tier}"),
+            Self::Pipeline(name) => format!("{name}.ron"),
+        }
+    }
+}

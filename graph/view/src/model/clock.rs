@@ -1,0 +1,100 @@
+//! Time in the viewer: it runs, stands, or goes on by one frame.
+
+use super::chain::Moment;
+
+/// Seconds of a frame that is stepped to.
+const STEP: f64 = 1.0 / 60.0;
+/// A longer pause between two frames is not played back.
+const LONGEST: f64 = 0.1;
+
+/// The time that frames are rendered at.
+#[derive(Debug)]
+pub struct PlayClock {
+    /// Seconds since the start.
+    pub time: f64,
+    /// Whether it runs.
+    pub is_playing: bool,
+    /// Whether the next frame is rendered although time stands.
+    step: bool,
+    /// Whether the next frame is a cut.
+    cut: bool,
+    /// Whether the last frame was gone to, and has no history.
+    was_sought: bool,
+}
+
+impl Default for PlayClock {
+    fn default() -> Self {
+        Self { time: 0.0, is_playing: true, step: false, cut: true, was_sought: false }
+    }
+}
+
+impl PlayClock {
+    /// The next frame is rendered one step later.
+    pub fn step(&mut self) {
+        (self.is_playing, self.step) = (false, true);
+    }
+
+    /// The next frame begins without its history.
+    pub fn cut(&mut self) {
+        self.cut = true;
+    }
+
+    /// Goes to a time. What is shown there has no history.
+    pub fn seek(&mut self, time: f64) {
+        (self.time, self.cut, self.was_sought) = (time.max(0.0), true, true);
+    }
+
+    /// Whether the frame that is shown was gone to: it has no history.
+    pub fn is_cut_shown(&self) -> bool {
+        self.was_sought
+    }
+
+    /// The moment of the next frame, `passed` seconds after the last one; `None` if it is the same as before.
+    pub fn advance(&mut self, passed: f64) -> Option<Moment> {
+        let dt = match (self.is_playing, std::mem::take(&mut self.step)) {
+            (true, _) => passed.clamp(0.0, LONGEST),
+            (false, true) => STEP,
+            (false, false) if self.cut => 0.0,
+            (false, false) => return None,
+        };
+        let reset = std::mem::take(&mut self.cut);
+        // A cut is a first frame: nothing has passed since the one before.
+        let dt = if reset { 0.0 } else { dt };
+        self.was_sought &= reset;
+        self.time += dt;
+        Some(Moment { time: self.time, dt, reset })
+    }
+
+    /// The moment of the last frame again: nothing passes.
+    pub fn again(&self) -> Moment {
+        Moment { time: self.time, dt: 0.0, reset: false }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn time_stands_in_a_pause_and_a_step_is_a_sixtieth() {
+        let mut clock = PlayClock::default();
+        assert_eq!(clock.advance(0.02), Some(Moment { time: 0.0, dt: 0.0, reset: true }));
+        assert_eq!(clock.advance(0.02), Some(Moment { time: 0.02, dt: 0.02, reset: false }));
+        clock.is_playing = false;
+        assert_eq!(clock.advance(0.02), None);
+        clock.step();
+        let stepped = clock.advance(7.0).expect("a step is a frame");
+        assert!((stepped.time - 0.02 - STEP).abs() < 1e-12 && stepped.dt == STEP, "{stepped:?}");
+        assert_eq!(clock.advance(0.02), None);
+    }
+
+    #[test]
+    fn a_window_that_was_away_does_not_jump_and_a_cut_has_no_history() {
+        let mut clock = PlayClock::default();
+        clock.advance(0.0);
+        assert_eq!(clock.advance(60.0).map(|moment| moment.dt), Some(LONGEST));
+        clock.is_playing = false;
+        clock.seek(3.0);
+        assert_eq!(clock.advance(0.02), Some(Moment { time: 3.0, dt: 0.0, reset: true }));
+    }
+}

@@ -1,0 +1,63 @@
+//! A frame of the viewer: the images, the shown pipeline, and the others that run beside it.
+
+use afterimage_gpu::wgpu;
+
+use super::{Chain, FrameImages, Model, Moment};
+use crate::Problem;
+
+/// What a call of [`Model::render`] has done.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Rendered {
+    /// The pictures are new.
+    New,
+    /// Nothing has changed, so nothing was rendered.
+    Same,
+    /// The pictures are those before: see [`Model::problem`].
+    Failed,
+}
+
+impl Model {
+    /// Records the next frame, `passed` seconds after the last call, if time runs or something has changed.
+    pub fn render(&mut self, encoder: &mut wgpu::CommandEncoder, passed: f64) -> Rendered {
+        let advanced = self.clock.advance(passed);
+        let is_changing = self.shown.iter().chain(&self.inspected).any(Chain::is_changing);
+        if self.graph.is_none() || advanced.is_none() && !self.is_stale && !is_changing {
+            return Rendered::Same;
+        }
+        let moment = advanced.unwrap_or_else(|| self.clock.again());
+        match self.record(encoder, moment) {
+            Ok(()) => {
+                self.is_stale = false;
+                if !matches!(self.problem, Some(Problem::Pipeline(_))) {
+                    self.problem = None;
+                }
+                Rendered::New
+            }
+            Err(problem) => {
+                self.is_stale = false;
+                self.problem = Some(problem);
+                Rendered::Failed
+            }
+        }
+    }
+
+    fn record(&mut self, encoder: &mut wgpu::CommandEncoder, moment: Moment) -> Result<(), Problem> {
+        let Some(shown) = &mut self.shown else { return Ok(()) };
+        let images = self.images.at((moment.time, moment.dt), &shown.graph().inputs, encoder)?;
+        shown.frame(encoder, &images, moment)?;
+        for chain in [&mut self.inspected, &mut self.reference].into_iter().flatten() {
+            chain.frame(encoder, &images, moment)?;
+        }
+        if let Some((_, chain)) = &mut self.beside {
+            let images = self.images.again(&chain.graph().inputs)?;
+            chain.frame(encoder, &images, moment)?;
+        }
+        self.fed = images;
+        Ok(())
+    }
+
+    /// The images that the last frame was made from.
+    pub fn fed(&self) -> &FrameImages {
+        &self.fed
+    }
+}

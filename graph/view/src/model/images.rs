@@ -1,0 +1,333 @@
+//! The images that the inputs of a pipeline get: the built-in scene, a file, or the frames of a sequence.
+
+use afterimage_gpu::wgpu::{self, TextureView};
+use afterimage_gpu::{Frame, Gpu, Parameter, Post, texture_format, upload_bytes};
+use afterimage_graph::check::{CheckOptions, Graph, GraphInput, check};
+use afterimage_graph::document::parse;
+use afterimage_graph::image::{ColorState, Format, Size};
+use afterimage_graph::node::{BlockData, CAMERA, Registry};
+use afterimage_media::Picture;
+use afterimage_nodes::DemoScene;
+
+use crate::Problem;
+
+/// What the inputs of a pipeline get in a frame, by their names.
+#[derive(Clone, Default)]
+pub struct FrameImages {
+    /// The images.
+    pub images: Vec<(String, TextureView)>,
+    /// The cameras.
+    pub blocks: Vec<(String, BlockData)>,
+}
+
+/// What the inputs of a pipeline get.
+pub enum Images {
+    /// The built-in scene.
+    Scene(Box<Scene>),
+    /// Images from files, one for each named input.
+    Files(Files),
+}
+
+impl Images {
+    /// The size of the images.
+    pub fn size(&self) -> Size {
+        match self {
+            Self::Scene(scene) => scene.size,
+            Self::Files(files) => files.size,
+        }
+    }
+
+    /// The images at a time, in seconds, `dt` after those before. Records what makes them.
+    ///
+    /// # Errors
+    /// An input gets no image, or the device fails.
+    pub fn at(
+        &mut self,
+        (time, dt): (f64, f64),
+        inputs: &[GraphInput],
+        encoder: &mut wgpu::CommandEncoder,
+    ) -> Result<FrameImages, Problem> {
+        match self {
+            Self::Scene(scene) => scene.at(time, dt, inputs, encoder),
+            Self::Files(files) => files.at(time, inputs),
+        }
+    }
+
+    /// The images of the last time again, for another pipeline.
+    ///
+    /// # Errors
+    /// An input gets no image.
+    pub fn again(&mut self, inputs: &[GraphInput]) -> Result<FrameImages, Problem> {
+        match self {
+            Self::Scene(scene) => scene.again(inputs),
+            Self::Files(files) => files.again(inputs),
+        }
+    }
+
+    /// Makes the images again on another device.
+    ///
+    /// # Errors
+    /// A file cannot be read any more, or the device cannot hold the images.
+    pub fn rebuild(&mut self, gpu: &Gpu) -> Result<(), Problem> {
+        match self {
+            Self::Scene(scene) => **scene = Scene::new(gpu, scene.size)?,
+            Self::Files(files) => files.rebuild(gpu)?,
+        }
+        Ok(())
+    }
+
+    /// Whether the images change with time.
+    pub fn moves(&self) -> bool {
+        match self {
+            Self::Scene(_) => true,
+            Self::Files(files) => files.frames.len() > 1,
+        }
+    }
+
+    /// The number of frames and how many there are in a second, for a sequence.
+    pub fn length(&self) -> Option<(usize, f64)> {
+        match self {
+            Self::Files(files) if files.frames.len() > 1 => Some((files.frames.len(), files.fps)),
+            _ => None,
+        }
+    }
+}
+
+const SCENE: &str = r#"Pipeline(
+    inputs: {},
+    nodes: { "scene": DemoScene() },
+    outputs: {
+        "result": "scene", "depth": "scene.depth", "projected": "scene.projected", "normal": "scene.normal",
+        "albedo": "scene.albedo", "motion": "scene.motion",
+    },
+)"#;
+/// The outputs of the scene that are not light.
+const DATA: [&str; 4] = ["depth", "normal", "albedo", "motion"];
+/// The output that a pipeline with a camera gets for its depth.
+const PROJECTED: &str = "projected";
+/// The part of the camera's way that it moves in a second.
+const SPEED: f64 = 0.05;
+
+/// The built-in scene, at any size.
+pub struct Scene {
+    post: Post,
+    time: Parameter<f32>,
+    walk: Parameter<f32>,
+    step: Parameter<f32>,
+    dt: Parameter<f32>,
+    /// Where and when the scene is seen.
+    seen: DemoScene,
+    size: Size,
+    targets: Vec<(&'static str, TextureView)>,
+}
+
+impl Scene {
+    /// The scene on a device.
+    ///
+    /// # Errors
+    /// The device refuses it.
+    pub fn new(gpu: &Gpu, size: Size) -> Result<Self, Problem> {
+        let registry = Registry::new(&[afterimage_nodes::ALL]).expect("built-in kinds have different names");
+        let document = parse("scene.ron", SCENE).map_err(Problem::Pipeline)?;
+        let (graph, _) = check(&document, &registry, &CheckOptions::default()).map_err(Problem::Pipeline)?;
+        let mut post = Post::with_executor(gpu.executor(), graph);
+        let (time, walk) = (post.parameter("scene.time")?, post.parameter("scene.walk")?);
+        let (step, dt) = (post.parameter("scene.step")?, post.parameter("scene.dt")?);
+        let target = |name| {
+            let format = if DEPTHS.contains(&name) { Format::R32Float } else { Format::Rgba16Float };
+            (name, target(&gpu.device, name, size, format))
+        };
+        let targets = ["result", PROJECTED].into_iter().chain(DATA).map(target).collect();
+        Ok(Self { post, time, walk, step, dt, seen: DemoScene::default(), size, targets })
+    }
+
+    fn at(
+        &mut self,
+        time: f64,
+        dt: f64,
+        inputs: &[GraphInput],
+        encoder: &mut wgpu::CommandEncoder,
+    ) -> Result<FrameImages, Problem> {
+        let (here, before) = (walked(time), walked((time - dt).max(0.0)));
+        let step = (here - before) as f32;
+        self.seen = DemoScene { time: time as f32, walk: here as f32, step, dt: dt as f32, ..DemoScene::default() };
+        self.post.set(self.time, self.seen.time)?;
+        self.post.set(self.walk, self.seen.walk)?;
+        self.post.set(self.step, self.seen.step)?;
+        self.post.set(self.dt, self.seen.dt)?;
+        let outputs: Vec<(&str, &TextureView)> = self.targets.iter().map(|(name, view)| (*name, view)).collect();
+        self.post.encode(encoder, &Frame { outputs: &outputs, time: time as f32, ..Frame::default() })?;
+        self.again(inputs)
+    }
+
+    /// What the inputs get of the frame that was rendered last.
+    fn again(&self, inputs: &[GraphInput]) -> Result<FrameImages, Problem> {
+        let cameras = inputs.iter().filter(|input| input.block.is_some_and(|block| *block == CAMERA));
+        let camera = self.seen.camera(self.size).data().map_err(Problem::said)?;
+        let blocks: Vec<_> = cameras.map(|input| (input.name.clone(), camera.clone())).collect();
+        Ok(FrameImages { images: images_of(inputs, &self.targets, !blocks.is_empty())?, blocks })
+    }
+}
+
+/// The outputs of the scene with one number.
+const DEPTHS: [&str; 2] = ["depth", PROJECTED];
+
+/// Where the camera is: it goes to the window and back.
+fn walked(time: f64) -> f64 {
+    let part = (time * SPEED).rem_euclid(2.0);
+    let there_and_back = if part > 1.0 { 2.0 - part } else { part };
+    // Slow at both ends.
+    there_and_back * there_and_back * (3.0 - 2.0 * there_and_back)
+}
+
+fn target(device: &wgpu::Device, label: &str, size: Size, format: Format) -> TextureView {
+    let usages = wgpu::TextureUsages::TEXTURE_BINDING
+        | wgpu::TextureUsages::STORAGE_BINDING
+        | wgpu::TextureUsages::RENDER_ATTACHMENT
+        | wgpu::TextureUsages::COPY_SRC;
+    let texture = device.create_texture(&wgpu::TextureDescriptor {
+        label: Some(label),
+        size: wgpu::Extent3d { width: size.width, height: size.height, depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: texture_format(format),
+        usage: usages,
+        view_formats: &[],
+    });
+    texture.create_view(&Default::default())
+}
+
+/// The output of the scene for each input: data by name, light for inputs of light. Optional inputs of light get none,
+/// because they are masks and second pictures.
+fn images_of(
+    inputs: &[GraphInput],
+    targets: &[(&'static str, TextureView)],
+    has_camera: bool,
+) -> Result<Vec<(String, TextureView)>, Problem> {
+    let mut images = Vec::new();
+    for input in inputs.iter().filter(|input| input.block.is_none()) {
+        let data = DATA.into_iter().find(|output| input.name.contains(output));
+        let data = data.map(|output| if has_camera && output == "depth" { PROJECTED } else { output });
+        let is_light = matches!(input.state, ColorState::Scene | ColorState::Exposed | ColorState::DisplayLinear);
+        let output = data.or((is_light && !input.optional).then_some("result"));
+        match output.and_then(|output| targets.iter().find(|(name, _)| *name == output)) {
+            Some((_, view)) => images.push((input.name.clone(), view.clone())),
+            None if input.optional => {}
+            None => return Err(Problem::no_image(&input.name)),
+        }
+    }
+    Ok(images)
+}
+
+/// Reads a frame of a sequence, by its index.
+pub type ReadFrame = Box<dyn FnMut(usize) -> Result<Picture, String>>;
+
+/// Images from files: a picture or a sequence for the first input, and one picture for each further input.
+pub struct Files {
+    gpu: Gpu,
+    frames: Vec<Option<TextureView>>,
+    read: ReadFrame,
+    /// The frame that is shown.
+    present: usize,
+    further: Vec<Further>,
+    size: Size,
+    /// Frames in a second.
+    fps: f64,
+}
+
+impl Files {
+    /// Frames for the first input. Each is read when it is shown for the first time.
+    ///
+    /// # Errors
+    /// The first frame cannot be read, or the device cannot hold it.
+    pub fn new(gpu: &Gpu, count: usize, fps: f64, mut read: ReadFrame) -> Result<Self, Problem> {
+        let first = read(0).map_err(Problem::said)?;
+        let size = Size::new(first.width, first.height);
+        let mut frames = vec![None; count.max(1)];
+        frames[0] = Some(uploaded(gpu, &first)?);
+        Ok(Self { gpu: gpu.clone(), frames, read, present: 0, further: Vec::new(), size, fps })
+    }
+
+    /// Gives one more input an image, in every frame.
+    ///
+    /// # Errors
+    /// The device cannot hold it.
+    pub fn add(&mut self, input: &str, picture: Picture) -> Result<(), Problem> {
+        let view = uploaded(&self.gpu, &picture)?;
+        self.further.retain(|further| further.input != input);
+        self.further.push(Further { input: input.to_owned(), picture, view });
+        Ok(())
+    }
+
+    fn rebuild(&mut self, gpu: &Gpu) -> Result<(), Problem> {
+        self.gpu = gpu.clone();
+        self.frames.fill(None);
+        self.further.iter_mut().try_for_each(|further| further.upload(gpu))
+    }
+
+    fn at(&mut self, time: f64, inputs: &[GraphInput]) -> Result<FrameImages, Problem> {
+        self.present = (time * self.fps).round() as usize % self.frames.len();
+        self.again(inputs)
+    }
+
+    fn again(&mut self, inputs: &[GraphInput]) -> Result<FrameImages, Problem> {
+        let mut main = Some(self.frame(self.present)?);
+        let mut images = Vec::new();
+        for input in inputs.iter().filter(|input| input.block.is_none()) {
+            let named = self.further.iter().find(|further| further.input == input.name);
+            let named = named.map(|further| further.view.clone());
+            match named.or_else(|| if input.optional { None } else { main.take() }) {
+                Some(view) => images.push((input.name.clone(), view)),
+                None if input.optional => {}
+                None => return Err(Problem::no_image(&input.name)),
+            }
+        }
+        Ok(FrameImages { images, blocks: Vec::new() })
+    }
+
+    fn frame(&mut self, index: usize) -> Result<TextureView, Problem> {
+        if let Some(view) = &self.frames[index] {
+            return Ok(view.clone());
+        }
+        let view = uploaded(&self.gpu, &(self.read)(index).map_err(Problem::said)?)?;
+        let bytes = u64::from(self.size.width) * u64::from(self.size.height) * 8;
+        if self.frames.iter().flatten().count() as u64 * bytes > MOST_BYTES {
+            self.frames.fill(None);
+        }
+        self.frames[index] = Some(view.clone());
+        Ok(view)
+    }
+}
+
+/// An image for an input beside the first.
+struct Further {
+    input: String,
+    /// Kept for a device that replaces a lost one.
+    picture: Picture,
+    view: TextureView,
+}
+
+impl Further {
+    fn upload(&mut self, gpu: &Gpu) -> Result<(), Problem> {
+        self.view = uploaded(gpu, &self.picture)?;
+        Ok(())
+    }
+}
+
+/// The most bytes of frames that are kept on the device.
+const MOST_BYTES: u64 = 2 << 30;
+
+fn uploaded(gpu: &Gpu, picture: &Picture) -> Result<TextureView, Problem> {
+    gpu.check_fits(picture.desc())?;
+    let texture = upload_bytes(&gpu.device, &gpu.queue, picture.desc(), picture.bytes())?;
+    Ok(texture.create_view(&Default::default()))
+}
+
+/// Whether a graph can be rendered from the built-in scene alone.
+pub fn scene_suits(graph: &Graph) -> bool {
+    let light =
+        |input: &GraphInput| matches!(input.state, ColorState::Scene | ColorState::Exposed | ColorState::DisplayLinear);
+    let suits = |input: &GraphInput| light(input) || DATA.iter().any(|output| input.name.contains(output));
+    graph.inputs.iter().filter(|input| !input.optional).all(suits)
+}

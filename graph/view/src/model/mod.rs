@@ -1,0 +1,377 @@
+//! What the viewer shows, without a window: a pipeline, what feeds it, what is changed in it, and when.
+
+mod beside;
+mod chain;
+mod changes;
+mod clock;
+mod comparison;
+mod frame;
+mod images;
+mod inspect;
+mod project;
+mod tap;
+
+use afterimage_gpu::{Gpu, Watch};
+use afterimage_graph::check::{Change, Fact, Facts, Graph};
+use afterimage_graph::diagnostic::Diagnostics;
+use afterimage_graph::value::{FileValue, Value};
+
+pub use beside::Beside;
+pub use chain::{Chain, Moment, Purpose};
+pub use changes::{Changes, Target};
+pub use clock::PlayClock;
+pub use frame::Rendered;
+pub use images::{Files, FrameImages, Images, ReadFrame, Scene, scene_suits};
+pub use project::{Checked, Project, TextProject, saved};
+pub use tap::{Tap, TapImage};
+
+use crate::Problem;
+
+/// A pipeline that is open in the viewer.
+pub struct Model {
+    gpu: Gpu,
+    project: Box<dyn Project>,
+    /// The graph as the file has it, for the present tier.
+    graph: Option<Graph>,
+    warnings: Diagnostics,
+    tiers: Vec<String>,
+    tier: Option<String>,
+    facts: Facts,
+    changes: Changes,
+    /// Why the newest text, or a frame, cannot be shown. The last good picture stays.
+    problem: Option<Problem>,
+    images: Images,
+    /// The images of the last frame.
+    fed: FrameImages,
+    clock: PlayClock,
+    shown: Option<Chain>,
+    beside: Option<(Beside, Chain)>,
+    inspected: Option<Chain>,
+    reference: Option<Chain>,
+    tap: Option<Tap>,
+    /// The table or value that the tap reads.
+    watched: Option<Watch>,
+    /// Whether the values at every node are asked for.
+    probes: bool,
+    /// Whether the picture no longer suits what is set.
+    is_stale: bool,
+}
+
+impl Model {
+    /// Opens a pipeline on a device.
+    pub fn new(gpu: &Gpu, project: Box<dyn Project>, images: Images) -> Self {
+        let mut model = Self {
+            gpu: gpu.clone(),
+            project,
+            graph: None,
+            warnings: Diagnostics::default(),
+            tiers: Vec::new(),
+            tier: None,
+            facts: Facts::default(),
+            changes: Changes::default(),
+            problem: None,
+            images,
+            fed: FrameImages::default(),
+            clock: PlayClock::default(),
+            shown: None,
+            beside: None,
+            inspected: None,
+            reference: None,
+            tap: None,
+            watched: None,
+            probes: false,
+            is_stale: true,
+        };
+        model.reload();
+        model
+    }
+
+    /// Opens another pipeline; the images stay.
+    pub fn open(&mut self, project: Box<dyn Project>) {
+        self.project = project;
+        (self.tier, self.tap, self.watched, self.beside, self.graph) = (None, None, None, None, None);
+        self.changes.clear();
+        self.facts = Facts::default();
+        (self.shown, self.inspected, self.reference) = (None, None, None);
+        self.clock.cut();
+        self.reload();
+    }
+
+    /// Reads the pipeline again. If it is wrong, what was shown before is shown on.
+    pub fn reload(&mut self) {
+        match self.project.check(self.tier.as_deref()) {
+            Ok(checked) => {
+                (self.warnings, self.tiers, self.problem) = (checked.warnings, checked.tiers, None);
+                self.graph = Some(checked.graph);
+                self.apply_graph();
+            }
+            Err(errors) => self.problem = Some(Problem::Pipeline(errors)),
+        }
+    }
+
+    /// Reads the pipeline again if its files have changed. Returns whether they have.
+    pub fn follow_files(&mut self) -> bool {
+        let has_changed = self.project.has_changed();
+        if has_changed {
+            self.reload();
+        }
+        has_changed
+    }
+
+    /// Replaces the text, without writing it.
+    pub fn edit(&mut self, text: Option<String>) {
+        self.project.edit(text);
+        self.reload();
+    }
+
+    /// Writes all changes into the text of the pipeline, where everything else stays as it is, or into a new tier of
+    /// it, which is shown from then on. They are no changes any more.
+    ///
+    /// # Errors
+    /// Why they cannot be written; nothing is written then.
+    pub fn save(&mut self, new_tier: Option<&str>) -> Result<(), Problem> {
+        let changes: Vec<Change> = self.changes.iter().map(|(target, value)| target.change(value)).collect();
+        let text = self.project.saved(self.tier.as_deref(), new_tier, &changes).map_err(Problem::Pipeline)?;
+        self.project.write(&text).map_err(Problem::said)?;
+        self.changes.clear();
+        self.tier = new_tier.map(str::to_owned).or(self.tier.take());
+        self.reload();
+        self.each_chain(|chain| chain.forget_values());
+        Ok(())
+    }
+
+    /// The pipeline.
+    pub fn project(&self) -> &dyn Project {
+        &*self.project
+    }
+
+    /// The graph as the file has it, if it ever was without errors.
+    pub fn graph(&self) -> Option<&Graph> {
+        self.graph.as_ref()
+    }
+
+    /// The warnings of the last check.
+    pub fn warnings(&self) -> &Diagnostics {
+        &self.warnings
+    }
+
+    /// Why the newest text, or the last frame, cannot be shown.
+    pub fn problem(&self) -> Option<&Problem> {
+        self.problem.as_ref()
+    }
+
+    /// The tiers of the pipeline.
+    pub fn tiers(&self) -> &[String] {
+        &self.tiers
+    }
+
+    /// The tier that is shown.
+    pub fn tier(&self) -> Option<&str> {
+        self.tier.as_deref()
+    }
+
+    /// Shows a tier; `None` is the pipeline without one.
+    pub fn set_tier(&mut self, tier: Option<String>) {
+        if self.tier != tier {
+            self.tier = tier;
+            self.reload();
+        }
+    }
+
+    /// What is said about the scene.
+    pub fn fact(&self, name: &str) -> Option<Fact> {
+        self.facts.get(name)
+    }
+
+    /// Says something about the scene, for the conditions of the pipeline.
+    pub fn set_fact(&mut self, name: &str, fact: impl Into<Fact>) {
+        self.facts.set(name, fact);
+        let facts = self.facts.clone();
+        self.each_chain(|chain| chain.post().set_facts(facts.clone()));
+    }
+
+    /// The changes that are not in the file.
+    pub fn changes(&self) -> &Changes {
+        &self.changes
+    }
+
+    /// The present value of a parameter.
+    pub fn value(&self, name: &str) -> Option<Value> {
+        let set = self.changes.get(&Target::Parameter(name.to_owned()));
+        set.cloned().or_else(|| self.written(name))
+    }
+
+    /// The value that the file gives.
+    pub fn written(&self, name: &str) -> Option<Value> {
+        let graph = self.graph.as_ref()?;
+        Some(graph.value(graph.parameter(name).ok()?).clone())
+    }
+
+    /// Whether a node runs, as far as the file and the user say.
+    pub fn is_on(&self, node: &str) -> bool {
+        match self.changes.get(&Target::Node(node.to_owned())) {
+            Some(value) => *value == Value::Bool(true),
+            None => self.graph.as_ref().and_then(|graph| graph.node(node)).is_some_and(|(_, node)| !node.off),
+        }
+    }
+
+    /// Changes a parameter or switches a node; `None` goes back to the file. A value that the node refuses is a
+    /// problem, and changes nothing.
+    pub fn set(&mut self, target: &Target, value: Option<Value>) {
+        let before = self.changes.get(target).cloned();
+        let value = match value.map(|value| self.with_bytes(value)).transpose() {
+            Ok(value) => value.filter(|value| !self.is_as_written(target, value)),
+            Err(why) => return self.problem = Some(Problem::said(why)),
+        };
+        self.changes.set(target, value);
+        if let Err(problem) = self.apply(target) {
+            self.changes.set(target, before);
+            self.problem = Some(problem);
+        }
+    }
+
+    /// A file with its content.
+    fn with_bytes(&self, value: Value) -> Result<Value, String> {
+        match value {
+            Value::File(file) if file.bytes.is_none() && !file.path.is_empty() => {
+                let bytes = self.project.file(&file.path).map_err(|why| format!("`{}`: {why}", file.path))?;
+                Ok(Value::File(FileValue { bytes: Some(bytes), ..file }))
+            }
+            other => Ok(other),
+        }
+    }
+
+    /// The change that was under way is finished: the next one is another step of undo.
+    pub fn release(&mut self) {
+        self.changes.release();
+    }
+
+    /// Takes the last change back.
+    pub fn undo(&mut self) {
+        let target = self.changes.undo();
+        self.apply_again(target);
+    }
+
+    /// Makes the change again that was taken back last.
+    pub fn redo(&mut self) {
+        let target = self.changes.redo();
+        self.apply_again(target);
+    }
+
+    fn apply_again(&mut self, target: Option<Target>) {
+        if let Some(Err(problem)) = target.map(|target| self.apply(&target)) {
+            self.problem = Some(problem);
+        }
+    }
+
+    fn is_as_written(&self, target: &Target, value: &Value) -> bool {
+        match target {
+            Target::Parameter(name) => self.written(name).as_ref() == Some(value),
+            Target::Node(name) => {
+                let node = self.graph.as_ref().and_then(|graph| graph.node(name));
+                node.is_some_and(|(_, node)| Value::Bool(!node.off) == *value)
+            }
+        }
+    }
+
+    /// Makes a change hold in what renders.
+    fn apply(&mut self, target: &Target) -> Result<(), Problem> {
+        self.problem = None;
+        self.is_stale = true;
+        match target {
+            Target::Node(_) => self.apply_graph(),
+            Target::Parameter(name) => {
+                let Some(value) = self.value(name) else { return Ok(()) };
+                let mut failure = Ok(());
+                self.each_chain(|chain| {
+                    if let Err(problem) = chain.set(name, &value) {
+                        failure = Err(problem);
+                    }
+                });
+                failure?;
+            }
+        }
+        Ok(())
+    }
+
+    /// The graph with the nodes that the user has switched.
+    fn present_graph(&self) -> Option<Graph> {
+        let mut graph = self.graph.clone()?;
+        for (target, value) in self.changes.iter() {
+            let Target::Node(name) = target else { continue };
+            if let Some((index, _)) = graph.node(name) {
+                graph.nodes[index].off = *value == Value::Bool(false);
+            }
+        }
+        Some(graph)
+    }
+
+    /// Brings the graph into everything that renders.
+    fn apply_graph(&mut self) {
+        let Some(graph) = self.present_graph() else { return };
+        let facts = self.facts.clone();
+        if self.shown.is_none() {
+            self.shown = Some(Chain::new(&self.gpu, graph.clone(), Purpose::Show));
+        }
+        let chains = [&mut self.shown, &mut self.inspected, &mut self.reference];
+        chains.into_iter().flatten().for_each(|chain| chain.change(graph.clone(), facts.clone()));
+        self.renew_beside();
+        self.is_stale = true;
+    }
+
+    /// What has the values of the present graph: all but the picture beside, if that has its own.
+    fn each_chain(&mut self, mut visit: impl FnMut(&mut Chain)) {
+        let chains = [&mut self.shown, &mut self.inspected, &mut self.reference];
+        chains.into_iter().flatten().for_each(&mut visit);
+        self.is_stale = true;
+    }
+
+    /// What feeds the pipeline.
+    pub fn images(&mut self) -> &mut Images {
+        self.is_stale = true;
+        &mut self.images
+    }
+
+    /// The number of frames of a sequence, and how many there are in a second.
+    pub fn images_length(&self) -> Option<(usize, f64)> {
+        self.images.length()
+    }
+
+    /// Feeds the pipeline with other images.
+    pub fn set_images(&mut self, images: Images) {
+        self.images = images;
+        self.problem = None;
+        self.clock.seek(0.0);
+        self.is_stale = true;
+    }
+
+    /// Time.
+    pub fn clock(&mut self) -> &mut PlayClock {
+        &mut self.clock
+    }
+
+    /// The pipeline that is shown, once it was without errors.
+    pub fn shown(&self) -> Option<&Chain> {
+        self.shown.as_ref()
+    }
+
+    /// Goes on on another device, after the one before was lost. Histories start again.
+    ///
+    /// # Errors
+    /// The images cannot be made on it.
+    pub fn rebuild(&mut self, gpu: &Gpu) -> Result<(), Problem> {
+        self.gpu = gpu.clone();
+        self.images.rebuild(gpu)?;
+        let beside = self.beside.as_mut().map(|(_, chain)| chain);
+        let chains = [&mut self.shown, &mut self.inspected, &mut self.reference].into_iter().flatten();
+        chains.chain(beside).for_each(|chain| chain.rebuild(gpu));
+        (self.problem, self.fed) = (None, FrameImages::default());
+        self.clock.cut();
+        Ok(())
+    }
+
+    /// The device.
+    pub fn gpu(&self) -> &Gpu {
+        &self.gpu
+    }
+}

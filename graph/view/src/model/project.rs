@@ -1,0 +1,154 @@
+//! Where the viewer's pipeline comes from.
+
+use std::sync::Arc;
+
+use afterimage_graph::check::{Change, Checker, Graph, Loader, Saver};
+use afterimage_graph::diagnostic::Diagnostics;
+use afterimage_graph::document::parse;
+use afterimage_graph::node::Registry;
+use afterimage_pipelines::BuiltIn;
+
+/// A pipeline that is open: where its text, and the files that it names, are read and written.
+pub trait Project {
+    /// Its name for people, such as `tsushima.ron`.
+    fn name(&self) -> String;
+
+    /// Its text, as the viewer works on it.
+    fn text(&self) -> String;
+
+    /// Reads and checks it, for a tier.
+    ///
+    /// # Errors
+    /// What is wrong with it, or with a file that it names.
+    fn check(&mut self, tier: Option<&str>) -> Result<Checked, Diagnostics>;
+
+    /// Whether something that the last [`check`](Self::check) has read is different now.
+    fn has_changed(&mut self) -> bool;
+
+    /// Replaces the text that the next check reads, without writing it anywhere. `None` goes back to what is written.
+    fn edit(&mut self, text: Option<String>);
+
+    /// The text with changes in it; everything else stays as it is. `new_tier` puts them into a tier of that name.
+    ///
+    /// # Errors
+    /// Why they cannot be written.
+    fn saved(&self, tier: Option<&str>, new_tier: Option<&str>, changes: &[Change]) -> Result<String, Diagnostics>;
+
+    /// The bytes of a file that the pipeline may name.
+    ///
+    /// # Errors
+    /// Why there are none, for people.
+    fn file(&self, path: &str) -> Result<Arc<[u8]>, String>;
+
+    /// Writes a text to where the pipeline comes from.
+    ///
+    /// # Errors
+    /// Why it cannot be written, for people.
+    fn write(&mut self, text: &str) -> Result<(), String>;
+}
+
+/// What a check has found.
+pub struct Checked {
+    /// The graph.
+    pub graph: Graph,
+    /// The warnings.
+    pub warnings: Diagnostics,
+    /// The tiers of the pipeline.
+    pub tiers: Vec<String>,
+}
+
+impl Checked {
+    /// Checks a text whose files `loader` reads.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    pub fn of(
+        (name, text): (&str, &str),
+        tier: Option<&str>,
+        registry: &Registry,
+        loader: &dyn Loader,
+    ) -> Result<Self, Diagnostics> {
+        let document = parse(name, text)?;
+        let checker = Checker::new(&document, registry, loader);
+        let (graph, warnings) = checker.check(tier, &[])?;
+        Ok(Self { graph, warnings, tiers: checker.tiers() })
+    }
+}
+
+/// The text of a pipeline with changes in it: see [`Project::saved`].
+///
+/// # Errors
+/// Why they cannot be written.
+pub fn saved(
+    (name, text): (&str, &str),
+    (tier, new_tier): (Option<&str>, Option<&str>),
+    changes: &[Change],
+    registry: &Registry,
+    loader: &dyn Loader,
+) -> Result<String, Diagnostics> {
+    let saver = Saver::new(name, text, registry, loader)?;
+    match new_tier {
+        None => saver.save(tier, changes),
+        Some(new) => saver.save_as_tier(new, tier, changes),
+    }
+}
+
+/// A pipeline that lies in memory: a built-in one, or a text that was pasted. What is written stays in memory.
+pub struct TextProject {
+    name: String,
+    written: String,
+    edited: Option<String>,
+    registry: Registry,
+}
+
+impl TextProject {
+    /// A pipeline of that name. It may use the built-in kinds, and name the built-in files.
+    ///
+    /// # Panics
+    /// If two built-in kinds had one name.
+    pub fn new(name: &str, text: &str) -> Self {
+        let registry = Registry::new(&[afterimage_nodes::ALL]).expect("built-in kinds have different names");
+        Self { name: name.to_owned(), written: text.to_owned(), edited: None, registry }
+    }
+
+    /// The built-in pipeline of that name, such as `lynx`.
+    pub fn built_in(name: &str) -> Option<Self> {
+        let (_, text) = afterimage_pipelines::PIPELINES.iter().find(|(known, _)| *known == name)?;
+        Some(Self::new(&format!("{name}.ron"), text))
+    }
+}
+
+impl Project for TextProject {
+    fn name(&self) -> String {
+        self.name.clone()
+    }
+
+    fn text(&self) -> String {
+        self.edited.as_ref().unwrap_or(&self.written).clone()
+    }
+
+    fn check(&mut self, tier: Option<&str>) -> Result<Checked, Diagnostics> {
+        Checked::of((&self.name, &self.text()), tier, &self.registry, &BuiltIn)
+    }
+
+    fn has_changed(&mut self) -> bool {
+        false
+    }
+
+    fn edit(&mut self, text: Option<String>) {
+        self.edited = text;
+    }
+
+    fn saved(&self, tier: Option<&str>, new_tier: Option<&str>, changes: &[Change]) -> Result<String, Diagnostics> {
+        saved((&self.name, &self.text()), (tier, new_tier), changes, &self.registry, &BuiltIn)
+    }
+
+    fn file(&self, path: &str) -> Result<Arc<[u8]>, String> {
+        BuiltIn.load(path)
+    }
+
+    fn write(&mut self, text: &str) -> Result<(), String> {
+        (self.written, self.edited) = (text.to_owned(), None);
+        Ok(())
+    }
+}

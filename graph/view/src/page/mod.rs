@@ -1,0 +1,166 @@
+//! The viewer as a page in a browser, on WebGPU.
+//!
+//! The address carries what is shown: `#pipeline=lynx` is a built-in pipeline, `#text=...` a whole text, and
+//! `#still` stops time at the first frame, without dither and histories, for comparisons.
+
+mod address;
+
+use std::cell::RefCell;
+use std::rc::Rc;
+
+use afterimage_gpu::{Gpu, caps, wanted_features, wgpu};
+use afterimage_graph::image::Size;
+use afterimage_media::{Budget, codec};
+use eframe::egui_wgpu::{WgpuConfiguration, WgpuSetup, WgpuSetupCreateNew};
+use wasm_bindgen::JsCast as _;
+
+use crate::model::{Files, Images, Model, Project, Scene, TextProject};
+use crate::{Problem, Viewer};
+use address::Address;
+
+/// The size of the scene.
+const SIZE: Size = Size { width: 960, height: 540, depth: 1 };
+/// The most bytes that a dropped image may take.
+const BUDGET: u64 = 1 << 30;
+
+/// Starts the page on its canvas.
+///
+/// # Panics
+/// If the page has no canvas called `viewer`.
+pub fn start() {
+    let document = web_sys::window().and_then(|window| window.document()).expect("a page has a document");
+    let canvas = document.get_element_by_id("viewer").expect("the page has a canvas");
+    let canvas: web_sys::HtmlCanvasElement = canvas.dyn_into().expect("it is a canvas");
+    wasm_bindgen_futures::spawn_local(async move {
+        let options = eframe::WebOptions { wgpu_options: configuration(), ..Default::default() };
+        let made = eframe::WebRunner::new().start(canvas, options, Box::new(|context| Page::new(context))).await;
+        let said = match made {
+            Ok(()) => String::new(),
+            Err(error) => format!("{error:?}"),
+        };
+        say(&document, &said);
+    });
+}
+
+/// Writes a sentence into the page, or takes the first one away.
+fn say(document: &web_sys::Document, text: &str) {
+    if let Some(element) = document.get_element_by_id("said") {
+        element.set_text_content(Some(text));
+    }
+}
+
+/// A device with the features that plans can use.
+fn configuration() -> WgpuConfiguration {
+    let mut setup = WgpuSetupCreateNew::without_display_handle();
+    setup.instance_descriptor.backends = wgpu::Backends::BROWSER_WEBGPU;
+    setup.device_descriptor = std::sync::Arc::new(|adapter| wgpu::DeviceDescriptor {
+        label: Some("afterimage"),
+        required_features: wanted_features(adapter),
+        required_limits: adapter.limits(),
+        ..Default::default()
+    });
+    WgpuConfiguration { wgpu_setup: WgpuSetup::CreateNew(setup), ..Default::default() }
+}
+
+/// The page.
+struct Page {
+    viewer: Viewer,
+    last: f64,
+    address: Address,
+    /// Files that were dropped and have been read, by name.
+    arrived: Rc<RefCell<Vec<Dropped>>>,
+}
+
+/// A dropped file: its name and its bytes.
+type Dropped = (String, Result<Vec<u8>, String>);
+
+type Made = Result<Box<dyn eframe::App>, Box<dyn std::error::Error + Send + Sync>>;
+
+impl Page {
+    fn new(context: &eframe::CreationContext<'_>) -> Made {
+        let state = context.wgpu_render_state.as_ref().ok_or("this browser has no WebGPU")?;
+        let (adapter, device, queue) = (state.adapter.clone(), state.device.clone(), state.queue.clone());
+        let caps = caps(&adapter, &device);
+        let gpu = Gpu { adapter, device, queue, caps };
+        Viewer::style(&context.egui_ctx);
+        let address = Address::read();
+        let scene = Scene::new(&gpu, SIZE).map_err(|problem| problem.to_string())?;
+        let mut model = Model::new(&gpu, project(&address), Images::Scene(Box::new(scene)));
+        model.clock().is_playing = !address.is_still;
+        if address.is_still {
+            still(&mut model);
+        }
+        let viewer = Viewer::new(model, state.target_format);
+        Ok(Box::new(Self { viewer, last: 0.0, address, arrived: Rc::default() }))
+    }
+
+    /// Opens what is dropped on the page: the browser reads it in the background.
+    fn open_dropped(&mut self, ui: &egui::Ui) {
+        for file in ui.input(|input| input.raw.dropped_files.clone()) {
+            let (arrived, ctx) = (self.arrived.clone(), ui.ctx().clone());
+            wasm_bindgen_futures::spawn_local(async move {
+                let name = file.path().to_string_lossy().into_owned();
+                let read = file.bytes_async().await;
+                arrived.borrow_mut().push((name, read));
+                ctx.request_repaint();
+            });
+        }
+        let arrived = std::mem::take(&mut *self.arrived.borrow_mut());
+        for (name, read) in arrived {
+            let opened = read.map_err(Problem::said).and_then(|bytes| self.open(&name, &bytes));
+            if let Err(problem) = opened {
+                self.viewer.tell(ui.ctx(), problem.to_string());
+            }
+        }
+    }
+
+    fn open(&mut self, name: &str, bytes: &[u8]) -> Result<(), Problem> {
+        let model = &mut self.viewer.model;
+        if name.ends_with(".ron") {
+            model.open(Box::new(TextProject::new(name, &String::from_utf8_lossy(bytes))));
+            return Ok(());
+        }
+        let picture = codec::decode(std::io::Cursor::new(bytes), None, Budget(BUDGET))
+            .map_err(|error| Problem::said(error.to_string()))?;
+        let gpu = model.gpu().clone();
+        let read = move |_| Ok(picture.clone());
+        model.set_images(Images::Files(Files::new(&gpu, 1, 24.0, Box::new(read))?));
+        Ok(())
+    }
+}
+
+/// The pipeline that the address names.
+fn project(address: &Address) -> Box<dyn Project> {
+    if let Some(text) = &address.text {
+        return Box::new(TextProject::new("shared.ron", text));
+    }
+    let named = TextProject::built_in(address.pipeline.as_deref().unwrap_or("tsushima"));
+    Box::new(named.or_else(|| TextProject::built_in("tsushima")).expect("it is built in"))
+}
+
+/// Switches off what differs from frame to frame.
+fn still(model: &mut Model) {
+    let dithers: Vec<String> = model.graph().map_or(Vec::new(), |graph| {
+        graph.nodes.iter().filter(|node| node.kind().name() == "Dither").map(|node| node.name.clone()).collect()
+    });
+    for node in dithers {
+        model.set(&crate::Target::Node(node), Some(afterimage_graph::value::Value::Bool(false)));
+    }
+}
+
+impl eframe::App for Page {
+    fn ui(&mut self, ui: &mut egui::Ui, _: &mut eframe::Frame) {
+        self.open_dropped(ui);
+        let now = ui.input(|input| input.time);
+        let passed = now - std::mem::replace(&mut self.last, now);
+        let gpu = self.viewer.model.gpu().clone();
+        let mut encoder = gpu.encoder();
+        self.viewer.render(&mut encoder, passed);
+        gpu.queue.submit([encoder.finish()]);
+        self.viewer.show(ui);
+        self.viewer.submitted(ui.ctx(), 0.0);
+        self.address.follow(&self.viewer.model);
+        let is_playing = self.viewer.model.clock().is_playing;
+        ui.ctx().request_repaint_after(std::time::Duration::from_millis(if is_playing { 0 } else { 50 }));
+    }
+}

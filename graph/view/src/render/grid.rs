@@ -1,0 +1,90 @@
+//! A coarse grid of the picture's numbers, for the scopes.
+
+use afterimage_gpu::wgpu;
+use half::f16;
+
+use super::picture::{GRID_FORMAT, Painter, Placement, Shown};
+use super::readback::Arriving;
+
+/// Columns and rows of the grid. A row is a multiple of the alignment of copies.
+pub const GRID: [u32; 2] = [256, 144];
+/// Bytes of a texel of the grid.
+const TEXEL: u32 = 8;
+
+/// Reads a grid of the picture, a few frames late.
+pub struct Grid {
+    target: wgpu::Texture,
+    under_way: Option<Arriving>,
+}
+
+impl Grid {
+    /// A grid on a device.
+    pub fn new(device: &wgpu::Device) -> Self {
+        let target = device.create_texture(&wgpu::TextureDescriptor {
+            label: Some("grid of the scopes"),
+            size: wgpu::Extent3d { width: GRID[0], height: GRID[1], depth_or_array_layers: 1 },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format: GRID_FORMAT,
+            usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
+            view_formats: &[],
+        });
+        Self { target, under_way: None }
+    }
+
+    /// Samples an image, unless an earlier grid is still on its way.
+    pub fn record(
+        &mut self,
+        device: &wgpu::Device,
+        painter: &Painter,
+        encoder: &mut wgpu::CommandEncoder,
+        (image, slice): (&wgpu::Texture, u32),
+    ) {
+        if self.under_way.is_some() {
+            return;
+        }
+        let mut placement: Placement = bytemuck::Zeroable::zeroed();
+        placement.extent = GRID.map(|side| side as f32);
+        placement.slice = slice;
+        let drawn = painter.sampled(&Shown { image, other: None, placement });
+        let view = self.target.create_view(&Default::default());
+        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("grid of the scopes"),
+            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+                view: &view,
+                depth_slice: None,
+                resolve_target: None,
+                ops: wgpu::Operations { load: wgpu::LoadOp::Clear(wgpu::Color::BLACK), store: wgpu::StoreOp::Store },
+            })],
+            ..Default::default()
+        });
+        drawn.draw(&mut pass);
+        drop(pass);
+        let arriving = Arriving::new(device, u64::from(GRID[0] * GRID[1] * TEXEL));
+        let layout = wgpu::TexelCopyBufferLayout {
+            offset: 0,
+            bytes_per_row: Some(GRID[0] * TEXEL),
+            rows_per_image: Some(GRID[1]),
+        };
+        let to = wgpu::TexelCopyBufferInfo { buffer: &arriving.buffer, layout };
+        encoder.copy_texture_to_buffer(self.target.as_image_copy(), to, self.target.size());
+        self.under_way = Some(arriving);
+    }
+
+    /// Asks for the grid that was sampled; call it after the commands are submitted.
+    pub fn ask(&mut self) {
+        if let Some(arriving) = &mut self.under_way {
+            arriving.ask();
+        }
+    }
+
+    /// The numbers, row by row, once they have arrived.
+    pub fn take(&mut self) -> Option<Vec<[f32; 4]>> {
+        let bytes = self.under_way.as_ref()?.bytes()?;
+        self.under_way = None;
+        let half = |bytes: &[u8], channel: usize| f16::from_le_bytes([bytes[2 * channel], bytes[2 * channel + 1]]);
+        let texels = bytes.chunks_exact(TEXEL as usize);
+        Some(texels.map(|texel| std::array::from_fn(|channel| half(texel, channel).to_f32())).collect())
+    }
+}

@@ -1,0 +1,12 @@
+//! What the viewer draws by itself: pictures, and the readings of probes and scopes.
+
+mod grid;
+mod picture;
+mod probe;
+mod readback;
+mod screen;
+
+pub use grid::{GRID, Grid};
+pub use picture::{Drawn, Flags, Painter, Placement, Shown};
+pub use probe::{Probe, Reading, Wanted};
+pub use screen::{DRAWN, SDR_WHITE, Screen};

@@ -1,0 +1,232 @@
+//! Draws images of a pipeline into the window.
+
+use afterimage_gpu::wgpu;
+use bytemuck::{Pod, Zeroable};
+
+/// How an image is placed and made visible: the uniform of `picture.wgsl`.
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct Placement {
+    /// Where the picture's upper left corner lies, in physical pixels.
+    pub origin: [f32; 2],
+    /// Physical pixels that the picture covers.
+    pub extent: [f32; 2],
+    /// A factor of the numbers.
+    pub gain: f32,
+    /// What is added after it.
+    pub bias: f32,
+    /// Where the other picture begins, in physical pixels.
+    pub wipe: f32,
+    /// How many times a difference is enlarged.
+    pub difference: f32,
+    /// The channel that is shown alone, 0 to 3; 4 for all.
+    pub channel: u32,
+    /// See [`Flags`].
+    pub flags: u32,
+    /// The slice of a volume.
+    pub slice: u32,
+    /// The light that the display shows as its brightest, where 1 is SDR white.
+    pub peak: f32,
+}
+
+/// Switches of `picture.wgsl`.
+pub struct Flags;
+
+impl Flags {
+    /// Filtered, not as texels.
+    pub const SMOOTH: u32 = 1;
+    /// The numbers are light, which is encoded for the window.
+    pub const IS_LIGHT: u32 = 2;
+    /// Exposure as colours.
+    pub const FALSE_COLOR: u32 = 4;
+    /// Clipped pixels are striped.
+    pub const CLIPPING: u32 = 8;
+    /// NaN, infinite and negative pixels are striped.
+    pub const FAULTS: u32 = 16;
+    /// The other picture is shown beyond the wipe.
+    pub const COMPARES: u32 = 32;
+    /// The difference is shown.
+    pub const DIFFERS: u32 = 64;
+}
+
+/// What is drawn.
+#[derive(Clone)]
+pub struct Shown<'t> {
+    /// The image.
+    pub image: &'t wgpu::Texture,
+    /// The picture that it is compared with.
+    pub other: Option<&'t wgpu::Texture>,
+    /// Where and how.
+    pub placement: Placement,
+}
+
+/// The pipelines that draw images.
+pub struct Painter {
+    device: wgpu::Device,
+    flat: Pipelines,
+    volume: Pipelines,
+}
+
+struct Pipelines {
+    layout: wgpu::BindGroupLayout,
+    draw: wgpu::RenderPipeline,
+    grid: wgpu::RenderPipeline,
+}
+
+/// The format of the coarse grid that scopes read.
+pub(super) const GRID_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
+
+impl Painter {
+    /// For a target of that format.
+    pub fn new(device: &wgpu::Device, target: wgpu::TextureFormat) -> Self {
+        let pipelines = |shape| Pipelines::new(device, target, shape);
+        let (flat, volume) = (pipelines(wgpu::TextureViewDimension::D2), pipelines(wgpu::TextureViewDimension::D3));
+        Self { device: device.clone(), flat, volume }
+    }
+
+    /// What a render pass draws.
+    pub fn drawn(&self, shown: &Shown<'_>) -> Drawn {
+        let pipelines = self.pipelines(shown.image);
+        Drawn { pipeline: pipelines.draw.clone(), group: self.group(pipelines, shown) }
+    }
+
+    /// The same for the coarse grid of the scopes.
+    pub(super) fn sampled(&self, shown: &Shown<'_>) -> Drawn {
+        let pipelines = self.pipelines(shown.image);
+        Drawn { pipeline: pipelines.grid.clone(), group: self.group(pipelines, shown) }
+    }
+
+    fn pipelines(&self, image: &wgpu::Texture) -> &Pipelines {
+        if image.dimension() == wgpu::TextureDimension::D3 { &self.volume } else { &self.flat }
+    }
+
+    fn group(&self, pipelines: &Pipelines, shown: &Shown<'_>) -> wgpu::BindGroup {
+        let uniform = self.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("placement"),
+            size: size_of::<Placement>() as u64,
+            usage: wgpu::BufferUsages::UNIFORM,
+            mapped_at_creation: true,
+        });
+        if let Ok(mut bytes) = uniform.get_mapped_range_mut(..) {
+            bytes.slice(..).copy_from_slice(bytemuck::bytes_of(&shown.placement));
+        }
+        uniform.unmap();
+        let image = shown.image.create_view(&Default::default());
+        let other = shown.other.filter(|other| other.dimension() == wgpu::TextureDimension::D2);
+        let other = other.map(|other| other.create_view(&Default::default()));
+        let other = other.unwrap_or_else(|| self.nothing());
+        self.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("picture"),
+            layout: &pipelines.layout,
+            entries: &[
+                wgpu::BindGroupEntry { binding: 0, resource: uniform.as_entire_binding() },
+                wgpu::BindGroupEntry { binding: 1, resource: wgpu::BindingResource::TextureView(&image) },
+                wgpu::BindGroupEntry { binding: 2, resource: wgpu::BindingResource::TextureView(&other) },
+            ],
+        })
+    }
+
+    /// A picture for the place of the other one where there is none.
+    fn nothing(&self) -> wgpu::TextureView {
+        let texture = self.device.create_texture(&wgpu::TextureDescriptor {
+            label: Some("no other picture"),
+            size: wgpu::Extent3d { width: 1, height: 1, depth_or_array_layers: 1 },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format: wgpu::TextureFormat::Rgba8Unorm,
+            usage: wgpu::TextureUsages::TEXTURE_BINDING,
+            view_formats: &[],
+        });
+        texture.create_view(&Default::default())
+    }
+}
+
+/// An image that is ready to be drawn into a render pass.
+#[derive(Clone)]
+pub struct Drawn {
+    pipeline: wgpu::RenderPipeline,
+    group: wgpu::BindGroup,
+}
+
+impl Drawn {
+    /// Draws it.
+    pub fn draw(&self, pass: &mut wgpu::RenderPass<'_>) {
+        pass.set_pipeline(&self.pipeline);
+        pass.set_bind_group(0, &self.group, &[]);
+        pass.draw(0..3, 0..1);
+    }
+}
+
+impl Pipelines {
+    fn new(device: &wgpu::Device, target: wgpu::TextureFormat, shape: wgpu::TextureViewDimension) -> Self {
+        let is_volume = shape == wgpu::TextureViewDimension::D3;
+        let source = if is_volume { include_str!("volume.wgsl") } else { include_str!("flat.wgsl") };
+        let text = [include_str!("picture.wgsl"), source].concat();
+        let shader = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+            label: Some("picture"),
+            source: wgpu::ShaderSource::Wgsl(text.into()),
+        });
+        let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+            label: Some("picture"),
+            entries: &[uniform_entry(), texture_entry(1, shape), texture_entry(2, wgpu::TextureViewDimension::D2)],
+        });
+        let whole = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label: Some("picture"),
+            bind_group_layouts: &[Some(&layout)],
+            ..Default::default()
+        });
+        let pipeline = |entry, format| pipeline(device, &whole, &shader, (entry, format));
+        Self { draw: pipeline("draw", target), grid: pipeline("sample_grid", GRID_FORMAT), layout }
+    }
+}
+
+fn uniform_entry() -> wgpu::BindGroupLayoutEntry {
+    let ty = wgpu::BufferBindingType::Uniform;
+    wgpu::BindGroupLayoutEntry {
+        binding: 0,
+        visibility: wgpu::ShaderStages::FRAGMENT,
+        ty: wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None },
+        count: None,
+    }
+}
+
+fn texture_entry(binding: u32, view_dimension: wgpu::TextureViewDimension) -> wgpu::BindGroupLayoutEntry {
+    // Texels are loaded, so images of 32 bits need no filter of the device.
+    let sample_type = wgpu::TextureSampleType::Float { filterable: false };
+    wgpu::BindGroupLayoutEntry {
+        binding,
+        visibility: wgpu::ShaderStages::FRAGMENT,
+        ty: wgpu::BindingType::Texture { sample_type, view_dimension, multisampled: false },
+        count: None,
+    }
+}
+
+fn pipeline(
+    device: &wgpu::Device,
+    layout: &wgpu::PipelineLayout,
+    module: &wgpu::ShaderModule,
+    (entry, format): (&str, wgpu::TextureFormat),
+) -> wgpu::RenderPipeline {
+    device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+        label: Some("picture"),
+        layout: Some(layout),
+        vertex: wgpu::VertexState {
+            module,
+            entry_point: Some("corner"),
+            compilation_options: Default::default(),
+            buffers: &[],
+        },
+        primitive: Default::default(),
+        depth_stencil: None,
+        multisample: Default::default(),
+        fragment: Some(wgpu::FragmentState {
+            module,
+            entry_point: Some(entry),
+            compilation_options: Default::default(),
+            targets: &[Some(format.into())],
+        }),
+        multiview_mask: None,
+        cache: None,
+    })
+}

@@ -1,0 +1,98 @@
+//! The numbers of single texels of many images.
+
+use afterimage_gpu::{Texels, wgpu};
+use afterimage_graph::image::{ImageDesc, Size};
+
+use super::readback::Arriving;
+
+/// A texel that is wanted.
+pub struct Wanted<'t> {
+    /// What the reading is called.
+    pub name: String,
+    /// The image.
+    pub texture: &'t wgpu::Texture,
+    /// Size and format.
+    pub desc: ImageDesc,
+    /// The slice of a volume.
+    pub slice: u32,
+}
+
+/// A texel that has arrived.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Reading {
+    /// As it was called.
+    pub name: String,
+    /// The four numbers; missing colour channels are 0, missing alpha is 1.
+    pub value: [f32; 4],
+}
+
+/// Bytes of the widest texel: each reading begins at a multiple.
+const STRIDE: u64 = 16;
+
+/// Reads texels, a few frames late.
+#[derive(Default)]
+pub struct Probe {
+    under_way: Option<(Arriving, Vec<(String, ImageDesc)>)>,
+}
+
+impl Probe {
+    /// Copies the texels at a place, in parts of the width and the height, unless others are still on their way.
+    /// `Rgba32Float` and the like are read as they are stored.
+    pub fn record(
+        &mut self,
+        device: &wgpu::Device,
+        encoder: &mut wgpu::CommandEncoder,
+        place: [f32; 2],
+        wanted: &[Wanted<'_>],
+    ) {
+        if self.under_way.is_some() || wanted.is_empty() {
+            return;
+        }
+        let arriving = Arriving::new(device, wanted.len() as u64 * STRIDE);
+        for (index, texel) in wanted.iter().enumerate() {
+            copy_texel(encoder, texel, place, (&arriving.buffer, index as u64 * STRIDE));
+        }
+        let names = wanted.iter().map(|texel| (texel.name.clone(), texel.desc)).collect();
+        self.under_way = Some((arriving, names));
+    }
+
+    /// Asks for the texels that were copied; call it after the commands are submitted.
+    pub fn ask(&mut self) {
+        if let Some((arriving, _)) = &mut self.under_way {
+            arriving.ask();
+        }
+    }
+
+    /// The texels, once they have arrived.
+    pub fn take(&mut self) -> Option<Vec<Reading>> {
+        let bytes = self.under_way.as_ref()?.0.bytes()?;
+        let (_, names) = self.under_way.take()?;
+        let stride = STRIDE as usize;
+        let decoded = names.into_iter().zip(bytes.chunks_exact(stride)).map(|((name, desc), bytes)| {
+            let desc = desc.sized(Size::new(1, 1));
+            let texels = Texels { desc, bytes: bytes[..desc.format.bytes() as usize].to_vec() };
+            Reading { name, value: texels.to_floats()[0] }
+        });
+        Some(decoded.collect())
+    }
+}
+
+fn copy_texel(
+    encoder: &mut wgpu::CommandEncoder,
+    texel: &Wanted<'_>,
+    place: [f32; 2],
+    (buffer, offset): (&wgpu::Buffer, u64),
+) {
+    let at = |part: f32, side: u32| ((part * side as f32) as u32).min(side - 1);
+    let (width, height) = (texel.texture.width(), texel.texture.height());
+    let slice = if texel.desc.volume { texel.slice.min(texel.desc.size.depth - 1) } else { 0 };
+    let origin = wgpu::Origin3d { x: at(place[0], width), y: at(place[1], height), z: slice };
+    encoder.copy_texture_to_buffer(
+        wgpu::TexelCopyTextureInfo { origin, ..texel.texture.as_image_copy() },
+        wgpu::TexelCopyBufferInfo {
+            buffer,
+            layout: wgpu::TexelCopyBufferLayout { offset, bytes_per_row: None, rows_per_image: None },
+        },
+        wgpu::Extent3d { width: 1, height: 1, depth_or_array_layers: 1 },
+    );
+}

@@ -1,0 +1,154 @@
+//! HDR screens: what the viewer draws becomes what a swap chain of another colour space holds.
+//!
+//! The viewer draws sRGB signals that may leave 0 to 1: 1 is SDR white, and colours outside of Rec.709 have negative
+//! numbers. A last pass converts them.
+
+use afterimage_gpu::wgpu::{self, SurfaceColorSpace};
+use afterimage_graph::color::{Chromaticities, hlg_gamma};
+use bytemuck::{Pod, Zeroable};
+
+/// The luminance of SDR white in cd/m2 where the system does not say it: ITU-R BT.2408.
+pub const SDR_WHITE: f64 = 203.0;
+/// The luminance that 1 stands for in scRGB on Windows, in cd/m2.
+const SCRGB_UNIT: f64 = 80.0;
+/// The luminance that 1 stands for in PQ.
+const PQ_UNIT: f64 = 10_000.0;
+/// The nominal peak of HLG.
+const HLG_PEAK: f64 = 1000.0;
+
+/// The uniform of `screen.wgsl`.
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+struct Numbers {
+    rows: [[f32; 4]; 3],
+    encoding: u32,
+    white: f32,
+    gamma: f32,
+    unused: f32,
+}
+
+impl Numbers {
+    /// For a colour space, where `white` is the luminance of SDR white in cd/m2, and `is_absolute` says whether 1 in
+    /// scRGB is a luminance, as on Windows, and not SDR white.
+    fn of(space: SurfaceColorSpace, white: f64, is_absolute: bool) -> Self {
+        let (primaries, encoding, unit) = match space {
+            SurfaceColorSpace::ExtendedSrgbLinear => {
+                (Chromaticities::REC709, 0, if is_absolute { SCRGB_UNIT } else { white })
+            }
+            SurfaceColorSpace::DisplayP3 | SurfaceColorSpace::ExtendedDisplayP3 => {
+                (Chromaticities::DISPLAY_P3, 1, white)
+            }
+            SurfaceColorSpace::Bt2100Pq => (Chromaticities::REC2020, 2, PQ_UNIT),
+            SurfaceColorSpace::Bt2100Hlg => (Chromaticities::REC2020, 3, HLG_PEAK),
+            _ => (Chromaticities::REC709, 1, white),
+        };
+        let rows = Chromaticities::REC709.conversion(&primaries).transpose().to_cols_array_2d();
+        let row = |row: [f64; 3]| [row[0] as f32, row[1] as f32, row[2] as f32, 0.0];
+        Self {
+            rows: rows.map(row),
+            encoding,
+            white: (white / unit) as f32,
+            gamma: hlg_gamma(HLG_PEAK) as f32,
+            unused: 0.0,
+        }
+    }
+}
+
+/// What the viewer draws into before it is converted, and the conversion.
+pub struct Screen {
+    device: wgpu::Device,
+    pipeline: wgpu::RenderPipeline,
+    numbers: wgpu::Buffer,
+    drawn: Option<wgpu::Texture>,
+}
+
+/// The format that the viewer draws in for such a screen.
+pub const DRAWN: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
+
+impl Screen {
+    /// For swap chains of a format and a colour space. `white` is the luminance of SDR white in cd/m2.
+    pub fn new(device: &wgpu::Device, format: wgpu::TextureFormat, space: SurfaceColorSpace, white: f64) -> Self {
+        let shader = device.create_shader_module(wgpu::include_wgsl!("screen.wgsl"));
+        let pipeline = device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+            label: Some("screen"),
+            layout: None,
+            vertex: wgpu::VertexState {
+                module: &shader,
+                entry_point: Some("corner"),
+                compilation_options: Default::default(),
+                buffers: &[],
+            },
+            primitive: Default::default(),
+            depth_stencil: None,
+            multisample: Default::default(),
+            fragment: Some(wgpu::FragmentState {
+                module: &shader,
+                entry_point: Some("convert"),
+                compilation_options: Default::default(),
+                targets: &[Some(format.into())],
+            }),
+            multiview_mask: None,
+            cache: None,
+        });
+        let numbers = Numbers::of(space, white, cfg!(target_os = "windows"));
+        Self { device: device.clone(), pipeline, numbers: filled(device, &numbers), drawn: None }
+    }
+
+    /// What the viewer draws into, for a window of that size.
+    pub fn drawn(&mut self, [width, height]: [u32; 2]) -> wgpu::TextureView {
+        let fits = |texture: &wgpu::Texture| (texture.width(), texture.height()) == (width, height);
+        let texture = match self.drawn.take().filter(fits) {
+            Some(texture) => texture,
+            None => self.device.create_texture(&wgpu::TextureDescriptor {
+                label: Some("drawn"),
+                size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+                mip_level_count: 1,
+                sample_count: 1,
+                dimension: wgpu::TextureDimension::D2,
+                format: DRAWN,
+                usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::TEXTURE_BINDING,
+                view_formats: &[],
+            }),
+        };
+        self.drawn.insert(texture).create_view(&Default::default())
+    }
+
+    /// Records the conversion of what was drawn.
+    pub fn convert(&self, encoder: &mut wgpu::CommandEncoder, drawn: &wgpu::TextureView, to: &wgpu::TextureView) {
+        let group = self.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("screen"),
+            layout: &self.pipeline.get_bind_group_layout(0),
+            entries: &[
+                wgpu::BindGroupEntry { binding: 0, resource: self.numbers.as_entire_binding() },
+                wgpu::BindGroupEntry { binding: 1, resource: wgpu::BindingResource::TextureView(drawn) },
+            ],
+        });
+        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("screen"),
+            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+                view: to,
+                depth_slice: None,
+                resolve_target: None,
+                ops: wgpu::Operations { load: wgpu::LoadOp::Clear(wgpu::Color::BLACK), store: wgpu::StoreOp::Store },
+            })],
+            ..Default::default()
+        });
+        pass.set_pipeline(&self.pipeline);
+        pass.set_bind_group(0, &group, &[]);
+        pass.draw(0..3, 0..1);
+    }
+}
+
+fn filled(device: &wgpu::Device, numbers: &Numbers) -> wgpu::Buffer {
+    let buffer = device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some("screen"),
+        size: size_of::<Numbers>() as u64,
+        usage: wgpu::BufferUsages::UNIFORM,
+        mapped_at_creation: true,
+    });
+    if let Ok(mut bytes) = buffer.get_mapped_range_mut(..) {
+        bytes.slice(..).copy_from_slice(bytemuck::bytes_of(numbers));
+    }
+    buffer.unmap();
+    buffer
+}

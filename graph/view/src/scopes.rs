@@ -1,0 +1,123 @@
+//! Scopes: what a coarse grid of the picture says about its light and its colours.
+
+/// Columns of a histogram and of a waveform.
+pub const COLUMNS: usize = 256;
+/// Rows of a waveform, and both sides of a vectorscope.
+pub const ROWS: usize = 128;
+/// The lowest and the highest stop of a histogram of light, from middle grey.
+pub const STOPS: (f32, f32) = (-10.0, 10.0);
+/// Middle grey.
+const GREY: f32 = 0.18;
+/// The luminance of Rec.709.
+const LUMA: [f32; 3] = [0.2126, 0.7152, 0.0722];
+
+/// What the scopes show.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Scopes {
+    /// Pixels of each channel in steps: of codes for an encoded image, of stops for light.
+    pub histogram: [Vec<u32>; 3],
+    /// For each column of the picture, from left to right, how many pixels have each brightness, from bottom to top;
+    /// row by row.
+    pub waveform: Vec<u32>,
+    /// How many pixels have each pair of colour differences, row by row, neutral in the middle.
+    pub vectors: Vec<u32>,
+    /// The least and the largest finite number of the colour channels.
+    pub range: (f32, f32),
+    /// The part of the pixels that has a channel at or over 1, and the part that has none over 0.
+    pub clipped: [f32; 2],
+}
+
+impl Scopes {
+    /// The scopes of a grid of `width` columns. `is_light` says whether the numbers are light, and not signals.
+    pub fn of(pixels: &[[f32; 4]], width: usize, is_light: bool) -> Self {
+        let mut scopes = Self {
+            histogram: std::array::from_fn(|_| vec![0; COLUMNS]),
+            waveform: vec![0; COLUMNS * ROWS],
+            vectors: vec![0; ROWS * ROWS],
+            range: range(pixels),
+            clipped: clipped(pixels),
+        };
+        for (index, pixel) in pixels.iter().enumerate() {
+            scopes.count(index % width.max(1), width, pixel, is_light);
+        }
+        scopes
+    }
+
+    fn count(&mut self, column: usize, width: usize, pixel: &[f32; 4], is_light: bool) {
+        for (channel, histogram) in self.histogram.iter_mut().enumerate() {
+            if let Some(place) = place(level(pixel[channel], is_light), COLUMNS) {
+                histogram[place] += 1;
+            }
+        }
+        let luma: f32 = (0..3).map(|c| LUMA[c] * pixel[c]).sum();
+        if let Some(row) = place(level(luma, is_light), ROWS) {
+            self.waveform[(ROWS - 1 - row) * COLUMNS + column * COLUMNS / width.max(1)] += 1;
+        }
+        // Differences of signals: light is encoded roughly first.
+        let signal = |x: f32| if is_light { x.clamp(0.0, 1.0).sqrt() } else { x };
+        let luma = (0..3).map(|c| LUMA[c] * signal(pixel[c])).sum::<f32>();
+        let (blue, red) = ((signal(pixel[2]) - luma) / 1.8556, (signal(pixel[0]) - luma) / 1.5748);
+        if let (Some(x), Some(y)) = (place(blue + 0.5, ROWS), place(0.5 - red, ROWS)) {
+            self.vectors[y * ROWS + x] += 1;
+        }
+    }
+}
+
+/// Where a number is between the ends of a scope, as 0 to 1.
+fn level(number: f32, is_light: bool) -> f32 {
+    if !is_light {
+        return number;
+    }
+    let stops = (number.max(f32::MIN_POSITIVE) / GREY).log2();
+    (stops - STOPS.0) / (STOPS.1 - STOPS.0)
+}
+
+/// The step of a level; those beyond an end count at the end. `None` for NaN.
+fn place(level: f32, steps: usize) -> Option<usize> {
+    (!level.is_nan()).then(|| ((level * steps as f32) as isize).clamp(0, steps as isize - 1) as usize)
+}
+
+fn range(pixels: &[[f32; 4]]) -> (f32, f32) {
+    let finite = pixels.iter().flat_map(|pixel| &pixel[..3]).filter(|number| number.is_finite());
+    let (low, high) = finite.fold((f32::MAX, f32::MIN), |(low, high), number| (low.min(*number), high.max(*number)));
+    if low <= high { (low, high) } else { (0.0, 1.0) }
+}
+
+fn clipped(pixels: &[[f32; 4]]) -> [f32; 2] {
+    let part =
+        |is: fn(&[f32; 4]) -> bool| pixels.iter().filter(|pixel| is(pixel)).count() as f32 / pixels.len().max(1) as f32;
+    [part(|pixel| pixel[..3].iter().any(|x| *x >= 1.0)), part(|pixel| pixel[..3].iter().all(|x| *x <= 0.0))]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn light_is_counted_in_stops_from_middle_grey_and_signals_in_codes() {
+        let pixels = [[0.18, 0.36, 0.09, 1.0]];
+        let light = Scopes::of(&pixels, 1, true);
+        let peak = |channel: usize| light.histogram[channel].iter().position(|count| *count == 1);
+        // 256 columns for 20 stops: 12.8 for each.
+        assert_eq!([peak(0), peak(1), peak(2)], [Some(128), Some(140), Some(115)]);
+        let signal = Scopes::of(&[[0.5, 1.0, -1.0, 1.0]], 1, false);
+        let peak = |channel: usize| signal.histogram[channel].iter().position(|count| *count == 1);
+        assert_eq!([peak(0), peak(1), peak(2)], [Some(128), Some(255), Some(0)]);
+    }
+
+    #[test]
+    fn a_waveform_keeps_columns_and_a_vectorscope_has_grey_in_the_middle() {
+        let scopes = Scopes::of(&[[0.25; 4], [0.75; 4]], 2, false);
+        let lit: Vec<usize> =
+            scopes.waveform.iter().enumerate().filter(|(_, count)| **count > 0).map(|(index, _)| index).collect();
+        assert_eq!(lit, [(ROWS - 1 - 96) * COLUMNS + 128, (ROWS - 1 - 32) * COLUMNS]);
+        assert_eq!(scopes.vectors[ROWS / 2 * ROWS + ROWS / 2], 2);
+    }
+
+    #[test]
+    fn nan_and_infinite_pixels_count_nowhere_or_at_the_end() {
+        let scopes = Scopes::of(&[[f32::NAN, f32::INFINITY, 0.5, 1.0]], 1, false);
+        assert_eq!(scopes.histogram[0].iter().sum::<u32>(), 0);
+        assert_eq!((scopes.histogram[1][COLUMNS - 1], scopes.range), (1, (0.5, 0.5)));
+    }
+}

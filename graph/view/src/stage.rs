@@ -1,0 +1,88 @@
+//! A frame of the viewer on any target: a window, a page, or a texture in a test.
+
+use std::time::Instant;
+
+use afterimage_gpu::wgpu;
+use egui_wgpu::{RendererOptions, ScreenDescriptor};
+
+use crate::{Model, Viewer};
+
+/// The viewer with what draws it.
+pub struct Stage {
+    /// What is shown.
+    pub viewer: Viewer,
+    ctx: egui::Context,
+    renderer: egui_wgpu::Renderer,
+    /// Milliseconds that the last frame took of the processor.
+    own_ms: f64,
+}
+
+/// Where a frame is drawn.
+#[derive(Clone, Copy)]
+pub struct Target<'t> {
+    /// The image.
+    pub view: &'t wgpu::TextureView,
+    /// Its size in physical pixels.
+    pub size: [u32; 2],
+}
+
+impl Stage {
+    /// A stage for targets of that format, which hold encoded numbers: not one of the sRGB formats.
+    pub fn new(model: Model, format: wgpu::TextureFormat) -> Self {
+        let ctx = egui::Context::default();
+        Viewer::style(&ctx);
+        let renderer = renderer(&model, format);
+        Self { viewer: Viewer::new(model, format), ctx, renderer, own_ms: 0.0 }
+    }
+
+    /// The context of the user interface.
+    pub fn ctx(&self) -> &egui::Context {
+        &self.ctx
+    }
+
+    /// Draws into targets of another format, or on another device, from now on.
+    pub fn renew(&mut self, format: wgpu::TextureFormat) {
+        self.viewer.set_target(format);
+        self.renderer = renderer(&self.viewer.model, format);
+        // The textures of fonts are on the device that is gone.
+        self.ctx.forget_all_images();
+    }
+
+    /// Renders and draws a frame, `passed` seconds after the last one, and submits it.
+    pub fn frame(&mut self, input: egui::RawInput, target: Target<'_>, passed: f64) -> egui::FullOutput {
+        let begin = Instant::now();
+        let gpu = self.viewer.model.gpu().clone();
+        let mut encoder = gpu.encoder();
+        self.viewer.render(&mut encoder, passed);
+        let mut output = self.ctx.run_ui(input, |ui| self.viewer.show(ui));
+        let jobs = self.ctx.tessellate(std::mem::take(&mut output.shapes), output.pixels_per_point);
+        let screen = ScreenDescriptor { size_in_pixels: target.size, pixels_per_point: output.pixels_per_point };
+        let mut textures: Vec<_> = std::mem::take(&mut output.textures_delta.set).into_iter().collect();
+        textures.sort_by_key(|(id, _)| *id);
+        for (id, deltas) in textures {
+            deltas.iter().for_each(|delta| self.renderer.update_texture(&gpu.device, &gpu.queue, id, delta));
+        }
+        self.renderer.update_buffers(&gpu.device, &gpu.queue, &mut encoder, &jobs, &screen);
+        let pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("viewer"),
+            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+                view: target.view,
+                depth_slice: None,
+                resolve_target: None,
+                ops: wgpu::Operations { load: wgpu::LoadOp::Clear(wgpu::Color::BLACK), store: wgpu::StoreOp::Store },
+            })],
+            ..Default::default()
+        });
+        self.renderer.render(&mut pass.forget_lifetime(), &jobs, &screen);
+        gpu.queue.submit([encoder.finish()]);
+        let free = std::mem::take(&mut output.textures_delta.free);
+        free.iter().for_each(|id| self.renderer.free_texture(id));
+        self.viewer.submitted(&self.ctx, self.own_ms);
+        self.own_ms = begin.elapsed().as_secs_f64() * 1e3;
+        output
+    }
+}
+
+fn renderer(model: &Model, format: wgpu::TextureFormat) -> egui_wgpu::Renderer {
+    egui_wgpu::Renderer::new(&model.gpu().device, format, RendererOptions { dithering: false, ..Default::default() })
+}

@@ -1,0 +1,120 @@
+//! The panel of cost: GPU time of passes and frames, memory, batches.
+
+use std::collections::VecDeque;
+
+use afterimage_plan::Plan;
+use egui::{Color32, Pos2, Rect, RichText, ScrollArea, Sense, Stroke, Ui, Vec2};
+
+use super::theme::{ACCENT, DIM, FIELD};
+use crate::model::{Chain, Model};
+
+/// Frames that the plot shows.
+const FRAMES: usize = 240;
+/// How much a new time counts in the times of the table.
+const NEW: f64 = 0.1;
+
+/// What the panel remembers.
+#[derive(Default)]
+pub(super) struct CostPanel {
+    /// Milliseconds of the last frames.
+    frames: VecDeque<f64>,
+    /// The number of the last frame that was taken.
+    last: u64,
+    /// Running means of the passes, in milliseconds, and the plan's passes that they belong to.
+    passes: Vec<f64>,
+    /// Milliseconds of the viewer's own work in a frame, beside the pipeline.
+    own: f64,
+}
+
+impl CostPanel {
+    /// Takes the newest times.
+    pub(super) fn take(&mut self, model: &Model, own_ms: f64) {
+        self.own += NEW * (own_ms - self.own);
+        let Some(times) = model.shown().and_then(Chain::pass_times).filter(|times| times.frame != self.last) else {
+            return;
+        };
+        self.last = times.frame;
+        if self.frames.len() == FRAMES {
+            self.frames.pop_front();
+        }
+        self.frames.push_back(times.sum());
+        if self.passes.len() == times.ms.len() {
+            self.passes.iter_mut().zip(&times.ms).for_each(|(mean, new)| *mean += NEW * (new - *mean));
+        } else {
+            self.passes.clone_from(&times.ms);
+        }
+    }
+
+    /// The median of the last frames, in milliseconds.
+    pub(super) fn median(&self) -> Option<f64> {
+        let mut sorted: Vec<f64> = self.frames.iter().copied().collect();
+        sorted.sort_by(f64::total_cmp);
+        sorted.get(sorted.len() / 2).copied()
+    }
+
+    /// Shows the panel.
+    pub(super) fn show(&self, ui: &mut Ui, model: &Model) {
+        let Some(plan) = model.shown().and_then(Chain::plan) else {
+            ui.label(RichText::new("Nothing runs yet.").color(DIM));
+            return;
+        };
+        ui.horizontal_top(|ui| {
+            ui.vertical(|ui| {
+                ui.set_width(280.0);
+                self.summary(ui, plan, model);
+            });
+            ui.separator();
+            ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| self.table(ui, plan));
+        });
+    }
+
+    fn summary(&self, ui: &mut Ui, plan: &Plan, model: &Model) {
+        match self.median() {
+            Some(median) => ui.label(format!("GPU {median:.3} ms a frame, median of {}", self.frames.len())),
+            None => ui.label(RichText::new("This adapter has no timestamps inside passes.").color(DIM)),
+        };
+        self.plot(ui);
+        let mib = |bytes: u64| bytes as f64 / f64::from(1 << 20);
+        let memory = plan.memory.bytes(plan.options.alias) + plan.memory.kept;
+        ui.label(format!("{} passes in {} batches at {}", plan.passes.len(), plan.batches.len(), plan.size));
+        ui.label(format!("{:.1} MiB of images, {:.1} MiB moved", mib(memory), mib(plan.bytes_moved())));
+        let own = format!("{:.2} ms of the processor for a frame of the viewer", self.own);
+        ui.label(RichText::new(own).color(DIM));
+        ui.label(RichText::new(model.gpu().name()).color(DIM));
+    }
+
+    fn plot(&self, ui: &mut Ui) {
+        let (rect, _) = ui.allocate_exact_size(Vec2::new(270.0, 56.0), Sense::hover());
+        let painter = ui.painter_at(rect);
+        painter.rect_filled(rect, 2.0, FIELD);
+        let most = self.frames.iter().copied().fold(1e-3, f64::max) * 1.15;
+        let point = |(frame, ms): (usize, &f64)| {
+            let x = rect.min.x + rect.width() * frame as f32 / (FRAMES - 1) as f32;
+            Pos2::new(x, rect.max.y - rect.height() * (ms / most) as f32)
+        };
+        painter.line(self.frames.iter().enumerate().map(point).collect(), Stroke::new(1.2, ACCENT));
+        let at = rect.left_top() + Vec2::new(4.0, 2.0);
+        let text = format!("{most:.2} ms");
+        painter.text(at, egui::Align2::LEFT_TOP, text, egui::FontId::proportional(9.0), Color32::from_gray(0x80));
+    }
+
+    fn table(&self, ui: &mut Ui, plan: &Plan) {
+        let most = self.passes.iter().copied().fold(1e-6, f64::max);
+        for (index, name) in plan.pass_names().iter().enumerate() {
+            let ms = self.passes.get(index).copied();
+            ui.horizontal(|ui| {
+                bar(ui, ms.map_or(0.0, |ms| (ms / most) as f32));
+                let text = ms.map_or("–".to_owned(), |ms| format!("{ms:.3} ms"));
+                ui.add_sized([62.0, 16.0], egui::Label::new(RichText::new(text).monospace()));
+                ui.add(egui::Label::new(name).truncate());
+            });
+        }
+    }
+}
+
+fn bar(ui: &mut Ui, part: f32) {
+    let (rect, _) = ui.allocate_exact_size(Vec2::new(90.0, 10.0), Sense::hover());
+    ui.painter().rect_filled(rect, 1.0, FIELD);
+    let full = Rect::from_min_size(rect.min, Vec2::new(rect.width() * part, rect.height()));
+    ui.painter().rect_filled(full, 1.0, ACCENT.gamma_multiply(0.8));
+}

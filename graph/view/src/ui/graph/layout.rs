@@ -1,0 +1,149 @@
+//! Where the nodes of a graph stand: in ranks from left to right, so that wires go to the right.
+
+use afterimage_graph::check::{Graph, Source};
+use petgraph::Direction;
+use petgraph::graph::NodeIndex;
+
+/// A box of the drawing: an input of the pipeline or a node.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Item {
+    /// An input of the pipeline.
+    Input(usize),
+    /// A node.
+    Node(usize),
+}
+
+/// A box and its place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Placed {
+    /// What it is.
+    pub(super) item: Item,
+    /// Its column.
+    pub(super) rank: usize,
+    /// Its upper end, in rows.
+    pub(super) row: f32,
+    /// Its height in rows: one for the name, and one for each port on the side that has more.
+    pub(super) rows: f32,
+}
+
+/// Rows between two boxes of a column.
+const GAP: f32 = 0.8;
+/// How often the columns are put in order by their neighbours.
+const SWEEPS: usize = 48;
+
+/// Places the inputs and nodes of a graph.
+pub(super) fn layout(graph: &Graph) -> Vec<Placed> {
+    let ranks = ranks(graph);
+    let inputs = (0..graph.inputs.len()).map(|input| (Item::Input(input), 0, 1.6));
+    let nodes = graph.nodes.iter().enumerate().map(|(index, node)| {
+        let ports = node.wires.iter().filter(|wire| wire.is_some()).count().max(node.kind().outputs().len());
+        (Item::Node(index), ranks[index], 1.2 + ports as f32)
+    });
+    let place = |(item, rank, rows): (Item, usize, f32)| Placed { item, rank, row: 0.0, rows };
+    let mut placed: Vec<Placed> = inputs.chain(nodes).map(place).collect();
+    stack(&mut placed);
+    for _ in 0..SWEEPS {
+        align(graph, &mut placed);
+    }
+    placed
+}
+
+/// The rank of each node: one more than the largest of those that it reads.
+fn ranks(graph: &Graph) -> Vec<usize> {
+    let mut ranks = vec![1; graph.nodes.len()];
+    // Nodes may stand in any order in the file, and a rank is at most the number of nodes.
+    for _ in 0..graph.nodes.len() {
+        let before = ranks.clone();
+        for node in 0..graph.nodes.len() {
+            let read = graph.wires.neighbors_directed(NodeIndex::new(node), Direction::Incoming);
+            ranks[node] = read.map(|other| ranks[other.index()] + 1).max().unwrap_or(1).max(1);
+        }
+        if ranks == before {
+            break;
+        }
+    }
+    ranks
+}
+
+/// Puts the boxes of each column below each other, in their present order and as near to their places as they fit.
+fn stack(placed: &mut [Placed]) {
+    let ranks = placed.iter().map(|placed| placed.rank).max().unwrap_or(0);
+    for rank in 0..=ranks {
+        let mut column: Vec<&mut Placed> = placed.iter_mut().filter(|placed| placed.rank == rank).collect();
+        column.sort_by(|a, b| a.row.total_cmp(&b.row));
+        let wanted: f32 = column.iter().map(|placed| placed.row).sum();
+        let mut next = f32::MIN;
+        for placed in &mut column {
+            placed.row = placed.row.max(next);
+            next = placed.row + placed.rows + GAP;
+        }
+        // Boxes were moved down only. Without this the whole drawing would sink step by step.
+        let sunk = (column.iter().map(|placed| placed.row).sum::<f32>() - wanted) / column.len().max(1) as f32;
+        column.iter_mut().for_each(|placed| placed.row -= sunk);
+    }
+}
+
+/// Moves each box to the mean of those that it is wired to, then takes overlaps away.
+fn align(graph: &Graph, placed: &mut [Placed]) {
+    let middles: Vec<(Item, f32)> = placed.iter().map(|placed| (placed.item, placed.row + placed.rows / 2.0)).collect();
+    let middle = |item: Item| middles.iter().find(|(known, _)| *known == item).map_or(0.0, |(_, middle)| *middle);
+    for placed in placed.iter_mut() {
+        let neighbours = neighbours(graph, placed.item);
+        if !neighbours.is_empty() {
+            let mean = neighbours.iter().map(|item| middle(*item)).sum::<f32>() / neighbours.len() as f32;
+            placed.row = mean - placed.rows / 2.0;
+        }
+    }
+    stack(placed);
+    let least = placed.iter().map(|placed| placed.row).fold(f32::MAX, f32::min);
+    placed.iter_mut().for_each(|placed| placed.row -= least);
+}
+
+/// What a box is wired to, on both sides.
+fn neighbours(graph: &Graph, item: Item) -> Vec<Item> {
+    let of = |source: &Source| match source {
+        Source::Input(input) => Item::Input(*input),
+        Source::Node { node, .. } => Item::Node(*node),
+    };
+    let reads = |node: usize| graph.nodes[node].wires.iter().flatten().map(of);
+    let read_by = (0..graph.nodes.len()).filter(|node| reads(*node).any(|read| read == item)).map(Item::Node);
+    match item {
+        Item::Input(_) => read_by.collect(),
+        Item::Node(node) => reads(node).chain(read_by).collect(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::{Project, TextProject};
+
+    fn graph(name: &str) -> Graph {
+        let mut project = TextProject::built_in(name).expect("it is built in");
+        project.check(None).expect("it is valid").graph
+    }
+
+    #[test]
+    fn every_wire_goes_to_the_right_and_no_boxes_overlap() {
+        for (name, _) in afterimage_pipelines::PIPELINES {
+            let graph = graph(name);
+            let placed = layout(&graph);
+            let rank = |item: Item| placed.iter().find(|placed| placed.item == item).expect("it has a place").rank;
+            for (index, node) in graph.nodes.iter().enumerate() {
+                for source in node.wires.iter().flatten() {
+                    let from = match source {
+                        Source::Input(input) => Item::Input(*input),
+                        Source::Node { node, previous: 0, .. } => Item::Node(*node),
+                        // What an earlier frame has made may stand anywhere.
+                        Source::Node { .. } => continue,
+                    };
+                    assert!(rank(from) < rank(Item::Node(index)), "{name}: {}", node.name);
+                }
+            }
+            for (index, a) in placed.iter().enumerate() {
+                let apart = |b: &Placed| a.rank != b.rank || a.row + a.rows < b.row || b.row + b.rows < a.row;
+                assert!(placed[index + 1..].iter().all(apart), "{name}: {a:?}");
+            }
+        }
+    }
+}

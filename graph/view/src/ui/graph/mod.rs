@@ -1,0 +1,286 @@
+//! The graph: nodes and wires, what is skipped and what is fused, and the wire that is looked at.
+
+mod layout;
+
+use std::collections::BTreeMap;
+
+use afterimage_graph::check::{Graph, Source};
+use afterimage_plan::Plan;
+use egui::{Color32, FontId, Pos2, Rect, Response, RichText, Sense, Stroke, Ui, Vec2};
+
+use super::theme::{ACCENT, DIM, FIELD, wire_color};
+use crate::model::{Chain, Model, Tap};
+use layout::{Item, Placed, layout};
+
+/// The colours of passes that hold several nodes.
+const GROUNDS: [Color32; 4] = [
+    Color32::from_rgb(0xf2, 0xb1, 0x34),
+    Color32::from_rgb(0x5a, 0xa0, 0xe0),
+    Color32::from_rgb(0x8a, 0xc9, 0x66),
+    Color32::from_rgb(0xc0, 0x80, 0xd8),
+];
+
+/// The least enlargement at which a graph is shown first: names can be read.
+const READABLE: f32 = 0.8;
+
+/// Points between columns, the width of a box, and the height of a row.
+const COLUMN: f32 = 130.0;
+const WIDTH: f32 = 104.0;
+const ROW: f32 = 15.0;
+
+/// What the panel remembers.
+pub(super) struct GraphPanel {
+    scene: Rect,
+    placed: Vec<Placed>,
+    /// What was placed: the names of the nodes.
+    names: Vec<String>,
+}
+
+impl Default for GraphPanel {
+    fn default() -> Self {
+        Self { scene: Rect::ZERO, placed: Vec::new(), names: Vec::new() }
+    }
+}
+
+/// What a node is in the plan that runs.
+#[derive(Default)]
+struct Roles {
+    /// Why a node is skipped.
+    skipped: BTreeMap<String, String>,
+    /// The first pass that a node shares with others.
+    fused: BTreeMap<String, usize>,
+}
+
+impl Roles {
+    fn of(plan: Option<&Plan>) -> Self {
+        let mut roles = Self::default();
+        let Some(plan) = plan else { return roles };
+        roles.skipped = plan.skipped.iter().map(|skipped| (skipped.node.clone(), skipped.why.clone())).collect();
+        for (index, pass) in plan.work().enumerate().filter(|(_, pass)| pass.nodes.len() > 1) {
+            for node in &pass.nodes {
+                roles.fused.entry(node.clone()).or_insert(index);
+            }
+        }
+        roles
+    }
+}
+
+impl GraphPanel {
+    /// Shows the graph; a click on an output looks at what it carries.
+    pub(super) fn show(&mut self, ui: &mut Ui, model: &mut Model) {
+        let Some(graph) = model.graph().cloned() else {
+            ui.label(RichText::new("The pipeline has errors: see Messages.").color(DIM));
+            return;
+        };
+        self.place(&graph);
+        let roles = Roles::of(model.shown().and_then(Chain::plan).map(|plan| &**plan));
+        let tapped = model.tap().map(|tap| tap.wire.clone());
+        let mut chosen = None;
+        if self.scene == Rect::ZERO {
+            self.scene = self.first_view(ui.available_size());
+        }
+        let mut scene = self.scene;
+        egui::Scene::new().zoom_range(0.3..=2.0).show(ui, &mut scene, |ui| {
+            let drawing = Drawing { graph: &graph, placed: &self.placed, roles: &roles, tapped: tapped.as_deref() };
+            chosen = drawing.show(ui);
+        });
+        self.scene = scene;
+        if let Some(wire) = chosen {
+            let again = tapped.as_deref() == Some(&wire);
+            model.set_tap(if again { None } else { Some(Tap::new(wire)) });
+        }
+    }
+
+    /// The part of the drawing that is shown first: all of it, or its beginning if it were too small to read.
+    fn first_view(&self, panel: Vec2) -> Rect {
+        let right = self.placed.iter().map(|placed| placed.rank as f32 * COLUMN + WIDTH).fold(0.0, f32::max);
+        let lower = self.placed.iter().map(|placed| (placed.row + placed.rows) * ROW).fold(0.0, f32::max);
+        let margin = 14.0;
+        let whole = Vec2::new(right + 2.0 * margin, lower + 2.0 * margin);
+        let scale = (panel / whole).min_elem().clamp(READABLE, 1.2);
+        let shown = panel / scale;
+        let top = (lower - shown.y) / 2.0;
+        Rect::from_min_size(Pos2::new(-margin, top.min(lower / 2.0 - shown.y / 2.0)), shown)
+    }
+
+    /// Places the nodes anew if they are others.
+    fn place(&mut self, graph: &Graph) {
+        let inputs = graph.inputs.iter().map(|input| input.name.clone());
+        let names: Vec<String> = inputs.chain(graph.nodes.iter().map(|node| node.name.clone())).collect();
+        if names != self.names {
+            (self.placed, self.names) = (layout(graph), names);
+            self.scene = Rect::ZERO;
+        }
+    }
+}
+
+/// A drawing of a graph.
+struct Drawing<'d> {
+    graph: &'d Graph,
+    placed: &'d [Placed],
+    roles: &'d Roles,
+    tapped: Option<&'d str>,
+}
+
+impl Drawing<'_> {
+    /// Draws it, and says which wire was clicked.
+    fn show(&self, ui: &mut Ui) -> Option<String> {
+        self.fused(ui);
+        let mut chosen = None;
+        for (index, node) in self.graph.nodes.iter().enumerate() {
+            let wired = node.wires.iter().flatten().enumerate();
+            for (row, source) in wired {
+                self.wire(ui, *source, self.input_at(index, row));
+            }
+        }
+        for placed in self.placed {
+            chosen = self.item(ui, placed).or(chosen);
+        }
+        chosen
+    }
+
+    fn rect(&self, placed: &Placed) -> Rect {
+        let corner = Pos2::new(placed.rank as f32 * COLUMN, placed.row * ROW);
+        Rect::from_min_size(corner, Vec2::new(WIDTH, placed.rows * ROW))
+    }
+
+    fn rect_of(&self, item: Item) -> Rect {
+        self.placed.iter().find(|placed| placed.item == item).map_or(Rect::ZERO, |placed| self.rect(placed))
+    }
+
+    /// Where a wire arrives at a node.
+    fn input_at(&self, node: usize, row: usize) -> Pos2 {
+        let rect = self.rect_of(Item::Node(node));
+        Pos2::new(rect.min.x, rect.min.y + (1.7 + row as f32) * ROW)
+    }
+
+    /// Where a wire begins.
+    fn output_at(&self, source: Source) -> Pos2 {
+        match source {
+            Source::Input(input) => self.rect_of(Item::Input(input)).right_center(),
+            Source::Node { node, output, .. } => {
+                let rect = self.rect_of(Item::Node(node));
+                Pos2::new(rect.max.x, rect.min.y + (1.7 + output as f32) * ROW)
+            }
+        }
+    }
+
+    fn wire(&self, ui: &Ui, source: Source, to: Pos2) {
+        let from = self.output_at(source);
+        let is_past = matches!(source, Source::Node { previous: 1.., .. });
+        let is_tapped = self.tapped == Some(&self.name_of(source));
+        let color = wire_color(self.graph.port_type(source));
+        let color = if is_past { color.gamma_multiply(0.4) } else { color };
+        let stroke = if is_tapped { Stroke::new(3.0, ACCENT) } else { Stroke::new(1.5, color) };
+        let bend = Vec2::new(((to.x - from.x).abs() * 0.5).clamp(18.0, 90.0), 0.0);
+        let curve = egui::epaint::CubicBezierShape::from_points_stroke(
+            [from, from + bend, to - bend, to],
+            false,
+            Color32::TRANSPARENT,
+            stroke,
+        );
+        ui.painter().add(curve);
+    }
+
+    /// The wire's name: an input, or `node.port`.
+    fn name_of(&self, source: Source) -> String {
+        match source {
+            Source::Input(input) => self.graph.inputs[input].name.clone(),
+            Source::Node { node, output, .. } => {
+                let node = &self.graph.nodes[node];
+                format!("{}.{}", node.name, node.kind().outputs()[output].name)
+            }
+        }
+    }
+
+    /// A ground under the nodes of one pass, in a colour of its own.
+    fn fused(&self, ui: &Ui) {
+        for placed in self.placed {
+            let Item::Node(node) = placed.item else { continue };
+            let Some(pass) = self.roles.fused.get(&self.graph.nodes[node].name) else { continue };
+            let color = GROUNDS[pass % GROUNDS.len()];
+            let wide = self.rect(placed).expand2(Vec2::new((COLUMN - WIDTH) / 2.0, 5.0));
+            ui.painter().rect_filled(wide, 5.0, color.gamma_multiply(0.22));
+        }
+    }
+
+    /// Draws a box; its outputs can be clicked.
+    fn item(&self, ui: &mut Ui, placed: &Placed) -> Option<String> {
+        let rect = self.rect(placed);
+        match placed.item {
+            Item::Input(input) => {
+                let name = &self.graph.inputs[input].name;
+                let response = self.frame(ui, rect, name, false, self.tapped == Some(name));
+                response.clicked().then(|| name.clone())
+            }
+            Item::Node(node) => self.node(ui, rect, node),
+        }
+    }
+
+    fn node(&self, ui: &mut Ui, rect: Rect, index: usize) -> Option<String> {
+        let node = &self.graph.nodes[index];
+        let skipped = self.roles.skipped.get(&node.name);
+        let names = node.kind().outputs().iter().map(|port| format!("{}.{}", node.name, port.name));
+        let names: Vec<String> = names.collect();
+        let is_tapped = names.iter().any(|name| self.tapped == Some(name));
+        let response = self.frame(ui, rect, &node.name, skipped.is_some(), is_tapped);
+        let response = response.on_hover_ui(|ui| about(ui, node, skipped));
+        for (row, wire) in node.wires.iter().zip(node.kind().inputs()).filter(|(wire, _)| wire.is_some()).enumerate() {
+            let at = self.input_at(index, row);
+            let ty = wire.1.ty;
+            ui.painter().circle_filled(at, 3.0, wire_color(ty));
+            text(ui, at + Vec2::new(6.0, 0.0), egui::Align2::LEFT_CENTER, &wire.1.name, skipped.is_some());
+        }
+        let mut chosen = response.clicked().then(|| names[0].clone());
+        for (output, (port, name)) in node.kind().outputs().iter().zip(&names).enumerate() {
+            let at = self.output_at(Source::Node { node: index, output, previous: 0 });
+            let area = Rect::from_center_size(at, Vec2::splat(12.0));
+            let port_response = ui.interact(area, ui.id().with(name), Sense::click()).on_hover_text(&*port.doc);
+            let radius = if port_response.hovered() { 5.0 } else { 3.5 };
+            ui.painter().circle_filled(at, radius, wire_color(port.ty));
+            if output > 0 || names.len() > 1 {
+                text(ui, at - Vec2::new(6.0, 0.0), egui::Align2::RIGHT_CENTER, &port.name, skipped.is_some());
+            }
+            if port_response.clicked() {
+                chosen = Some(name.clone());
+            }
+        }
+        chosen
+    }
+
+    fn frame(&self, ui: &mut Ui, rect: Rect, name: &str, is_skipped: bool, is_tapped: bool) -> Response {
+        let response = ui.allocate_rect(rect, Sense::click());
+        let fill = if is_skipped { FIELD } else { Color32::from_gray(0x2c) };
+        let line = match (is_tapped, response.hovered()) {
+            (true, _) => Stroke::new(2.0, ACCENT),
+            (false, true) => Stroke::new(1.0, Color32::from_gray(0xa0)),
+            (false, false) => Stroke::new(1.0, Color32::from_gray(0x48)),
+        };
+        ui.painter().rect(rect, 4.0, fill, line, egui::StrokeKind::Inside);
+        let color = if is_skipped { Color32::from_gray(0x70) } else { Color32::from_gray(0xe4) };
+        let clip = rect.shrink2(Vec2::new(6.0, 0.0));
+        let at = rect.min + Vec2::new(7.0, 2.0);
+        ui.painter().with_clip_rect(clip.intersect(ui.clip_rect())).text(
+            at,
+            egui::Align2::LEFT_TOP,
+            name,
+            FontId::proportional(11.5),
+            color,
+        );
+        response
+    }
+}
+
+fn text(ui: &Ui, at: Pos2, align: egui::Align2, text: &str, is_skipped: bool) {
+    let color = Color32::from_gray(if is_skipped { 0x58 } else { 0x98 });
+    ui.painter().text(at, align, text, FontId::proportional(9.0), color);
+}
+
+/// What a node is, and why it is skipped.
+fn about(ui: &mut Ui, node: &afterimage_graph::check::GraphNode, skipped: Option<&String>) {
+    ui.label(RichText::new(format!("{}: {}", node.name, node.kind().name())).strong());
+    ui.label(node.kind().doc().split("\n\n").next().unwrap_or_default());
+    if let Some(why) = skipped {
+        ui.label(RichText::new(format!("skipped: {why}")).color(ACCENT));
+    }
+}

@@ -1,0 +1,39 @@
+//! The sheet of keys.
+
+use egui::{Grid, RichText};
+
+use super::theme::ACCENT;
+
+const KEYS: &[(&str, &str)] = &[
+    ("Space", "play and pause"),
+    (".", "one frame further"),
+    ("C", "a cut: histories and adaptation start again"),
+    ("F, double click", "fit the picture into the window"),
+    ("1", "a pixel of the picture is a pixel of the screen"),
+    ("wheel, drag", "enlarge, and move the picture"),
+    ("W, B, D", "compare by a wipe, side by side, by the difference"),
+    ("R", "compare with the 32-bit reference"),
+    ("S, P", "scopes; the pixel under the pointer at every node"),
+    ("G, T, K, M", "the tabs Graph, Text, Cost and Messages"),
+    ("Esc", "from an intermediate image back to the result"),
+    ("Ctrl+Z, Ctrl+Shift+Z", "undo, redo"),
+    ("Ctrl+S", "save"),
+    ("Ctrl+E", "write what is shown as an EXR and a PNG file"),
+    ("F1", "this sheet"),
+];
+
+/// Shows the sheet in a window.
+pub(super) fn show(ctx: &egui::Context, is_open: &mut bool) {
+    egui::Window::new("Keys").open(is_open).collapsible(false).resizable(false).show(ctx, |ui| {
+        Grid::new("keys").num_columns(2).spacing([24.0, 6.0]).show(ui, |ui| {
+            for (key, what) in KEYS {
+                ui.label(RichText::new(*key).monospace().color(ACCENT));
+                ui.label(*what);
+                ui.end_row();
+            }
+        });
+        ui.add_space(6.0);
+        ui.label("A name in the parameters: a double click goes back to the value of the file.");
+        ui.label("An output in the graph: a click shows what it carries; a second click goes back.");
+    });
+}

@@ -1,0 +1,86 @@
+//! Keys.
+
+use egui::{Context, Key, Modifiers};
+
+use super::picture::Comparison;
+use super::{Tab, Viewer};
+use crate::model::Beside;
+
+impl Viewer {
+    /// Does what keys ask for, unless a text is being typed.
+    pub(super) fn keys(&mut self, ctx: &Context) {
+        let pressed = |modifiers, key| ctx.input_mut(|input| input.consume_key(modifiers, key));
+        if pressed(Modifiers::COMMAND, Key::S) {
+            self.save(ctx, None);
+        }
+        if ctx.egui_wants_keyboard_input() {
+            return;
+        }
+        if pressed(Modifiers::COMMAND | Modifiers::SHIFT, Key::Z) || pressed(Modifiers::COMMAND, Key::Y) {
+            self.model.redo();
+        }
+        if pressed(Modifiers::COMMAND, Key::Z) {
+            self.model.undo();
+        }
+        let plain = |key| ctx.input(|input| input.modifiers.is_none() && input.key_pressed(key));
+        self.time_keys(plain);
+        self.picture_keys(plain);
+        self.tab_keys(plain);
+    }
+
+    fn time_keys(&mut self, pressed: impl Fn(Key) -> bool) {
+        let clock = self.model.clock();
+        if pressed(Key::Space) {
+            clock.is_playing = !clock.is_playing;
+        }
+        if pressed(Key::Period) {
+            clock.step();
+        }
+        if pressed(Key::C) {
+            clock.cut();
+        }
+    }
+
+    fn picture_keys(&mut self, pressed: impl Fn(Key) -> bool) {
+        if pressed(Key::F) {
+            self.picture.zoom = None;
+        }
+        if pressed(Key::Num1) {
+            self.picture.zoom = Some(1.0);
+        }
+        let modes = [(Key::W, Comparison::Wipe), (Key::B, Comparison::Beside), (Key::D, Comparison::Difference)];
+        for (key, mode) in modes {
+            if pressed(key) {
+                self.picture.comparison = mode;
+                if self.model.beside().is_none() {
+                    self.model.set_beside(Some(Beside::Written));
+                }
+            }
+        }
+        if pressed(Key::R) {
+            let is_reference = self.model.beside() == Some(&Beside::Reference);
+            self.model.set_beside(if is_reference { None } else { Some(Beside::Reference) });
+        }
+        if pressed(Key::Escape) {
+            self.model.set_tap(None);
+        }
+    }
+
+    fn tab_keys(&mut self, pressed: impl Fn(Key) -> bool) {
+        let tabs = [(Key::G, Tab::Graph), (Key::T, Tab::Text), (Key::K, Tab::Cost), (Key::M, Tab::Messages)];
+        for (key, tab) in tabs {
+            if pressed(key) {
+                self.tab = if self.tab == Some(tab) { None } else { Some(tab) };
+            }
+        }
+        if pressed(Key::S) {
+            self.shows_scopes = !self.shows_scopes;
+        }
+        if pressed(Key::P) {
+            self.shows_probe = !self.shows_probe;
+        }
+        if pressed(Key::F1) {
+            self.shows_help = !self.shows_help;
+        }
+    }
+}

@@ -1,0 +1,256 @@
+//! The user interface: panels around the picture. It knows no window: a shell gives it events and draws what it says.
+
+mod controls;
+mod cost;
+mod graph;
+mod help;
+mod keys;
+mod parameters;
+mod picture;
+mod probe;
+mod save;
+mod scopes;
+mod tap;
+mod text;
+mod theme;
+mod toolbar;
+
+use afterimage_gpu::wgpu;
+use egui::{CentralPanel, Panel, RichText, Ui};
+
+use crate::model::{Model, Rendered};
+use crate::render::{GRID, Grid, Painter};
+use cost::CostPanel;
+use graph::GraphPanel;
+use parameters::Parameters;
+pub use picture::{Comparison, PictureView, Subject};
+use probe::ProbePanel;
+use scopes::ScopePanel;
+use text::TextPanel;
+
+/// The tabs below the picture.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Tab {
+    /// Nodes and wires.
+    #[default]
+    Graph,
+    /// The text of the pipeline.
+    Text,
+    /// Times and memory.
+    Cost,
+    /// Errors and warnings.
+    Messages,
+}
+
+/// The viewer: what is shown, and how.
+pub struct Viewer {
+    /// What is shown.
+    pub model: Model,
+    /// How the picture is placed and made visible.
+    pub picture: PictureView,
+    /// The tab below the picture; `None` while it is closed.
+    pub tab: Option<Tab>,
+    /// Whether the scopes are shown.
+    pub shows_scopes: bool,
+    /// Whether the pixel under the pointer is read at every node.
+    pub shows_probe: bool,
+    shows_help: bool,
+    painter: Painter,
+    parameters: Parameters,
+    graph: GraphPanel,
+    cost: CostPanel,
+    text: TextPanel,
+    scopes: ScopePanel,
+    grid: Grid,
+    probe: ProbePanel,
+    /// A sentence for the user about what was just done.
+    said: Option<(String, f64)>,
+    /// The name of a tier that is being typed.
+    tier_name: String,
+}
+
+/// Seconds for which a sentence is shown.
+const SAYS: f64 = 6.0;
+
+impl Viewer {
+    /// A viewer that draws into targets of that format.
+    pub fn new(model: Model, target: wgpu::TextureFormat) -> Self {
+        let device = model.gpu().device.clone();
+        Self {
+            model,
+            picture: PictureView::default(),
+            tab: Some(Tab::Graph),
+            shows_scopes: true,
+            shows_probe: false,
+            shows_help: false,
+            painter: Painter::new(&device, target),
+            parameters: Parameters::default(),
+            graph: GraphPanel::default(),
+            cost: CostPanel::default(),
+            text: TextPanel::default(),
+            scopes: ScopePanel::default(),
+            grid: Grid::new(&device),
+            probe: ProbePanel::default(),
+            said: None,
+            tier_name: String::new(),
+        }
+    }
+
+    /// Draws into targets of another format from now on.
+    pub fn set_target(&mut self, target: wgpu::TextureFormat) {
+        self.painter = Painter::new(&self.model.gpu().device, target);
+    }
+
+    /// Sets the look of a context.
+    pub fn style(ctx: &egui::Context) {
+        theme::apply(ctx);
+    }
+
+    /// Records what the pipelines render, `passed` seconds after the last frame.
+    pub fn render(&mut self, encoder: &mut wgpu::CommandEncoder, passed: f64) -> Rendered {
+        let had_problem = self.model.problem().is_some();
+        self.model.follow_files();
+        self.model.set_probes(self.shows_probe);
+        let rendered = self.model.render(encoder, passed);
+        // Beside the text its errors are shown anyway.
+        if !had_problem && self.model.problem().is_some() && self.tab != Some(Tab::Text) {
+            self.tab = Some(Tab::Messages);
+        }
+        self.read(encoder);
+        rendered
+    }
+
+    /// Records what scopes and probe read.
+    fn read(&mut self, encoder: &mut wgpu::CommandEncoder) {
+        let Some(subject) = Subject::of(&self.model) else { return };
+        if self.shows_scopes || subject.is_data() {
+            let device = &self.model.gpu().device;
+            self.grid.record(device, &self.painter, encoder, (&subject.image, subject.slice));
+        }
+        if let Some(place) = self.picture.pointer.filter(|_| self.shows_probe) {
+            self.probe.record(&self.model, encoder, place);
+        }
+    }
+
+    /// Takes what has arrived; call it after the commands are submitted. `own_ms` is what the last frame of the viewer
+    /// took of the processor.
+    pub fn submitted(&mut self, ctx: &egui::Context, own_ms: f64) {
+        self.grid.ask();
+        self.probe.ask();
+        // Mapped buffers arrive while the device is polled, and nothing waits for them.
+        let _ = self.model.gpu().device.poll(wgpu::PollType::Poll);
+        let is_light = Subject::of(&self.model).is_some_and(|subject| subject.is_light());
+        if let Some(pixels) = self.grid.take() {
+            self.scopes.set(ctx, &pixels, GRID[0] as usize, is_light);
+        }
+        self.cost.take(&self.model, own_ms);
+    }
+
+    /// Shows everything.
+    pub fn show(&mut self, ui: &mut Ui) {
+        self.keys(ui.ctx());
+        Panel::top("top").show(ui, |ui| self.top_bar(ui));
+        self.bottom(ui);
+        Panel::left("parameters").default_size(308.0).size_range(240.0..=460.0).show(ui, |ui| {
+            ui.add_space(4.0);
+            self.parameters.show(ui, &mut self.model);
+        });
+        if self.shows_scopes || self.shows_probe {
+            Panel::right("scopes").default_size(264.0).size_range(200.0..=420.0).show(ui, |ui| self.side(ui));
+        }
+        Panel::bottom("picture bar").show(ui, |ui| {
+            self.picture_bar(ui);
+            self.time_bar(ui);
+        });
+        if self.model.tap().is_some() {
+            Panel::top("tap").show(ui, |ui| self.tap_bar(ui));
+        }
+        CentralPanel::no_frame().show(ui, |ui| self.picture.show(ui, &self.painter, &self.model));
+        help::show(ui.ctx(), &mut self.shows_help);
+        self.say(ui);
+    }
+
+    fn side(&mut self, ui: &mut Ui) {
+        if self.shows_scopes {
+            self.scopes.show(ui);
+        }
+        if self.shows_probe {
+            ui.separator();
+            let size =
+                Subject::of(&self.model).map_or([1, 1], |subject| [subject.image.width(), subject.image.height()]);
+            self.probe.show(ui, self.picture.pointer, size);
+        }
+    }
+
+    fn bottom(&mut self, ui: &mut Ui) {
+        if let Some(tab) = self.tab {
+            Panel::bottom("tabs").resizable(true).default_size(206.0).size_range(90.0..=600.0).show(ui, |ui| {
+                self.tabs(ui);
+                ui.separator();
+                match tab {
+                    Tab::Graph => self.graph.show(ui, &mut self.model),
+                    Tab::Text => self.show_text(ui),
+                    Tab::Cost => self.cost.show(ui, &self.model),
+                    Tab::Messages => {
+                        if let Some(line) = text::messages(ui, &self.model) {
+                            self.text.go_to(line);
+                            self.tab = Some(Tab::Text);
+                        }
+                    }
+                }
+            });
+        } else {
+            Panel::bottom("closed tabs").show(ui, |ui| self.tabs(ui));
+        }
+    }
+
+    /// The text, with what is wrong beside it.
+    fn show_text(&mut self, ui: &mut Ui) {
+        if self.model.problem().is_some() || !self.model.warnings().is_empty() {
+            Panel::right("errors of the text").default_size(440.0).size_range(200.0..=900.0).show(ui, |ui| {
+                if let Some(line) = text::messages(ui, &self.model) {
+                    self.text.go_to(line);
+                }
+            });
+        }
+        self.text.show(ui, &mut self.model);
+    }
+
+    fn tabs(&mut self, ui: &mut Ui) {
+        ui.horizontal(|ui| {
+            let tabs = [("Graph", Tab::Graph), ("Text", Tab::Text), ("Cost", Tab::Cost), ("Messages", Tab::Messages)];
+            for (name, tab) in tabs {
+                let is_wrong = tab == Tab::Messages && self.model.problem().is_some();
+                let text = RichText::new(name);
+                let text = if is_wrong { text.color(theme::ERROR) } else { text };
+                if ui.selectable_label(self.tab == Some(tab), text).clicked() {
+                    self.tab = if self.tab == Some(tab) { None } else { Some(tab) };
+                }
+            }
+            if self.model.problem().is_some() {
+                let text = "The last good picture is shown.";
+                ui.label(RichText::new(text).color(theme::ERROR).small());
+            }
+            if let Some(median) = self.cost.median() {
+                ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+                    ui.label(RichText::new(format!("{median:.2} ms")).color(theme::DIM));
+                });
+            }
+        });
+    }
+
+    /// Tells the user something for a few seconds.
+    pub fn tell(&mut self, ctx: &egui::Context, text: impl Into<String>) {
+        self.said = Some((text.into(), ctx.input(|input| input.time)));
+    }
+
+    fn say(&mut self, ui: &Ui) {
+        let now = ui.input(|input| input.time);
+        self.said.take_if(|(_, since)| now - *since > SAYS);
+        let Some((text, _)) = &self.said else { return };
+        let anchor = egui::Align2::CENTER_BOTTOM;
+        egui::Area::new("said".into()).anchor(anchor, [0.0, -280.0]).show(ui.ctx(), |ui| {
+            egui::Frame::popup(ui.style()).show(ui, |ui| ui.label(text));
+        });
+    }
+}

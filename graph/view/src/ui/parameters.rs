@@ -1,0 +1,182 @@
+//! The panel of parameters: one group for each node, one row for each parameter.
+
+use afterimage_graph::check::{Fact, FactKind, Graph, GraphNode, ParameterId};
+use afterimage_graph::value::{Param, Value};
+use egui::{RichText, ScrollArea, Ui};
+
+use super::controls::{Turned, control};
+use super::theme::{ACCENT, DIM};
+use crate::model::{Model, Target};
+
+/// What the panel remembers.
+#[derive(Default)]
+pub(super) struct Parameters {
+    search: String,
+    /// Whether only what was changed is shown.
+    only_changed: bool,
+}
+
+/// What a user has done in the panel.
+enum Act {
+    Set(Target, Option<Value>),
+    Release,
+}
+
+impl Parameters {
+    /// Shows the panel and applies what the user changes.
+    pub(super) fn show(&mut self, ui: &mut Ui, model: &mut Model) {
+        ui.horizontal(|ui| {
+            let search =
+                egui::TextEdit::singleline(&mut self.search).hint_text("Find a parameter").desired_width(168.0);
+            ui.add(search).labelled_by(ui.id());
+            let text = format!("Changed {}", model.changes().len());
+            ui.toggle_value(&mut self.only_changed, text).on_hover_text("Show only what differs from the file");
+        });
+        ui.separator();
+        let Some(graph) = model.graph().cloned() else {
+            ui.label(RichText::new("The pipeline has errors: see Messages.").color(DIM));
+            return;
+        };
+        ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
+            facts(ui, model, &graph);
+            let mut acts = Vec::new();
+            for (index, node) in graph.nodes.iter().enumerate() {
+                self.node(ui, model, (&graph, index, node), &mut acts);
+            }
+            if self.is_empty(model, &graph) {
+                ui.label(RichText::new("No parameter has this name.").color(DIM));
+            }
+            for act in acts {
+                match act {
+                    Act::Set(target, value) => model.set(&target, value),
+                    Act::Release => model.release(),
+                }
+            }
+        });
+    }
+
+    fn is_empty(&self, model: &Model, graph: &Graph) -> bool {
+        !(0..graph.nodes.len()).any(|node| self.rows(model, graph, node).next().is_some())
+    }
+
+    /// The parameters of a node that are shown.
+    fn rows<'r>(&'r self, model: &'r Model, graph: &'r Graph, node: usize) -> impl Iterator<Item = ParameterId> + 'r {
+        let count = graph.nodes[node].kind().params().len();
+        let search = self.search.to_lowercase();
+        let is_shown = move |parameter: &ParameterId| {
+            let name = graph.parameter_name(*parameter);
+            let is_changed = model.changes().get(&Target::Parameter(name.clone())).is_some();
+            name.to_lowercase().contains(&search) && (is_changed || !self.only_changed)
+        };
+        (0..count).map(move |index| ParameterId { node, index }).filter(is_shown)
+    }
+
+    fn node(&self, ui: &mut Ui, model: &Model, (graph, index, node): (&Graph, usize, &GraphNode), acts: &mut Vec<Act>) {
+        let rows: Vec<ParameterId> = self.rows(model, graph, index).collect();
+        if rows.is_empty() {
+            return;
+        }
+        let id = ui.make_persistent_id(("node", &node.name));
+        let is_searched = !self.search.is_empty() || self.only_changed;
+        let mut state =
+            egui::collapsing_header::CollapsingState::load_with_default_open(ui.ctx(), id, graph.nodes.len() < 6);
+        if is_searched {
+            state.set_open(true);
+        }
+        let header = state.show_header(ui, |ui| header(ui, model, node, acts));
+        header.body(|ui| {
+            for parameter in rows {
+                let name = graph.parameter_name(parameter);
+                row(ui, model, &name, graph.declaration(parameter), acts);
+            }
+        });
+    }
+}
+
+/// The line of a node: its switch, its name and its kind.
+fn header(ui: &mut Ui, model: &Model, node: &GraphNode, acts: &mut Vec<Act>) {
+    let mut on = model.is_on(&node.name);
+    if ui.checkbox(&mut on, "").on_hover_text("Whether the node runs").changed() {
+        acts.push(Act::Set(Target::Node(node.name.clone()), Some(Value::Bool(on))));
+        acts.push(Act::Release);
+    }
+    ui.label(RichText::new(&node.name).strong());
+    ui.label(RichText::new(node.kind().name()).color(DIM)).on_hover_text(first_sentence(node.kind().doc()));
+    if let Some(when) = &node.when {
+        ui.label(RichText::new("when").color(DIM).small()).on_hover_text(when.to_string());
+    }
+}
+
+/// A row: the name, marked if it is changed, and the control.
+fn row(ui: &mut Ui, model: &Model, name: &str, param: &Param, acts: &mut Vec<Act>) {
+    let target = Target::Parameter(name.to_owned());
+    let Some(value) = model.value(name) else { return };
+    let is_changed = model.changes().get(&target).is_some();
+    ui.horizontal(|ui| {
+        let color = if is_changed { ACCENT } else { ui.visuals().text_color() };
+        let text = egui::Label::new(RichText::new(&*param.name).color(color)).sense(egui::Sense::click()).truncate();
+        let label = ui.add_sized([94.0, 20.0], text).on_hover_text(about(param, model.written(name).as_ref()));
+        if label.double_clicked() && is_changed {
+            acts.push(Act::Set(target.clone(), None));
+            acts.push(Act::Release);
+        }
+        if let Some(Turned { value, is_done }) = control(ui, param, &value) {
+            acts.push(Act::Set(target, Some(value)));
+            if is_done {
+                acts.push(Act::Release);
+            }
+        }
+        if !param.unit.is_empty() {
+            ui.label(RichText::new(&*param.unit).color(DIM).small());
+        }
+    });
+}
+
+/// What a parameter does, its domain, and what the file says.
+fn about(param: &Param, written: Option<&Value>) -> String {
+    let mut text = param.doc.clone();
+    if let Some((low, high)) = param.domain {
+        text += &format!("\n\n{low} to {high} {}", param.unit);
+    }
+    if let Some(neutral) = &param.neutral {
+        text += &format!("\nchanges nothing at {neutral}");
+    }
+    if let Some(written) = written {
+        text += &format!("\nin the file {written}; a double click goes back to it");
+    }
+    if param.replan {
+        text += "\na change needs a new plan; the old picture stays until it is ready";
+    }
+    text
+}
+
+fn first_sentence(doc: &str) -> String {
+    doc.split("\n\n").next().unwrap_or(doc).to_owned()
+}
+
+/// The facts that the conditions of the pipeline ask for.
+fn facts(ui: &mut Ui, model: &mut Model, graph: &Graph) {
+    let asked = graph.facts();
+    if asked.is_empty() {
+        return;
+    }
+    ui.label(RichText::new("Facts about the scene").strong());
+    for (name, kind) in asked {
+        ui.horizontal(|ui| match (kind, model.fact(&name)) {
+            (FactKind::Flag, fact) => {
+                let mut on = matches!(fact, Some(Fact::Flag(true)));
+                if ui.checkbox(&mut on, &name).changed() {
+                    model.set_fact(&name, on);
+                }
+            }
+            (FactKind::Number, fact) => {
+                let mut number = if let Some(Fact::Number(number)) = fact { number } else { 0.0 };
+                ui.label(&name);
+                if ui.add(egui::DragValue::new(&mut number).speed(0.05)).changed() {
+                    model.set_fact(&name, number);
+                }
+            }
+        });
+    }
+    ui.separator();
+}

@@ -1,0 +1,318 @@
+//! The picture: placed, moved and enlarged without rendering it again, and compared with another.
+
+use afterimage_gpu::wgpu;
+use afterimage_graph::image::{ColorState, Signedness};
+use egui::{Color32, Pos2, Rect, Sense, Stroke, Ui, Vec2};
+
+use super::theme::{ACCENT, SURROUND};
+use crate::model::Model;
+use crate::render::{Drawn, Flags, Painter, Placement, Shown};
+
+/// How two pictures are compared.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Comparison {
+    /// The other begins at a line that can be moved.
+    #[default]
+    Wipe,
+    /// Side by side.
+    Beside,
+    /// Their difference, enlarged eight times.
+    Difference,
+}
+
+/// The most physical pixels that a texel is enlarged to, and the least.
+const ZOOMS: (f32, f32) = (1.0 / 32.0, 128.0);
+/// How much a difference is enlarged.
+const DIFFERENCE: f32 = 8.0;
+/// From this zoom on, texels are shown as squares unless the user wants otherwise.
+const SQUARES: f32 = 2.0;
+
+/// What the user has chosen for the picture.
+pub struct PictureView {
+    /// Physical pixels of a texel; `None` fits the picture into the window.
+    pub zoom: Option<f32>,
+    /// The place in the picture that is in the middle of the window, in parts of its width and height.
+    pub center: Vec2,
+    /// Whether enlarged texels are filtered.
+    pub smooth: bool,
+    /// How two pictures are compared.
+    pub comparison: Comparison,
+    /// Where the line of a wipe is, in parts of the window's width.
+    pub wipe: f32,
+    /// Stops by which light is made brighter, to look into it.
+    pub stops: f32,
+    /// The channel that is shown alone; 4 for all.
+    pub channel: u32,
+    /// Exposure as colours.
+    pub false_color: bool,
+    /// Stripes on clipped pixels.
+    pub clipping: bool,
+    /// Stripes on NaN, infinite and negative pixels.
+    pub faults: bool,
+    /// The brightest light of an HDR screen, where 1 is SDR white; `None` for other screens.
+    pub headroom: Option<f32>,
+    /// Whether the picture is limited to SDR on an HDR screen, at the same white.
+    pub is_sdr: bool,
+    /// Where the pointer is, in parts of the picture.
+    pub pointer: Option<[f32; 2]>,
+    /// The range of the numbers that are no light, which are shown from black to white.
+    pub range: (f32, f32),
+    is_wiping: bool,
+}
+
+impl Default for PictureView {
+    fn default() -> Self {
+        Self {
+            zoom: None,
+            center: Vec2::splat(0.5),
+            smooth: true,
+            comparison: Comparison::default(),
+            wipe: 0.5,
+            stops: 0.0,
+            channel: 4,
+            false_color: false,
+            clipping: false,
+            faults: true,
+            headroom: None,
+            is_sdr: false,
+            pointer: None,
+            range: (0.0, 1.0),
+            is_wiping: false,
+        }
+    }
+}
+
+/// An image that is shown, and what its numbers mean.
+#[derive(Clone)]
+pub struct Subject {
+    /// The image.
+    pub image: wgpu::Texture,
+    /// What its numbers mean; `None` if nobody has said.
+    pub state: Option<ColorState>,
+    /// The slice of a volume.
+    pub slice: u32,
+}
+
+impl Subject {
+    /// What the model shows: the place that is tapped, or the result.
+    pub fn of(model: &Model) -> Option<Self> {
+        if let (Some(tap), Some((image, texture))) = (model.tap(), model.tapped()) {
+            let state = model.wire_state(&tap.wire);
+            return Some(Self { image: texture, state, slice: tap.slice.min(image.desc.size.depth - 1) });
+        }
+        let shown = model.shown()?;
+        Some(Self { image: shown.picture()?.clone(), state: shown.output_state(), slice: 0 })
+    }
+
+    /// Whether the numbers are light that the window must encode.
+    pub fn is_light(&self) -> bool {
+        matches!(self.state, Some(ColorState::Scene | ColorState::Exposed | ColorState::DisplayLinear))
+    }
+
+    /// Whether the numbers are no picture, and are shown by their range.
+    pub fn is_data(&self) -> bool {
+        self.state.is_none_or(|state| state.signedness() == Signedness::Signed)
+    }
+}
+
+impl PictureView {
+    /// Shows the picture in the rest of the window.
+    pub fn show(&mut self, ui: &mut Ui, painter: &Painter, model: &Model) {
+        let (area, response) = ui.allocate_exact_size(ui.available_size(), Sense::click_and_drag());
+        ui.painter().rect_filled(area, 0.0, SURROUND);
+        let Some(subject) = Subject::of(model) else {
+            return nothing(ui, area, model);
+        };
+        let other = if model.tap().is_some() { None } else { model.picture_beside() };
+        let halves = self.areas(area, other.is_some());
+        self.handle(ui, &response, &subject, halves[0], other.is_some());
+        let images = [Some(&subject.image), if halves.len() == 2 { other } else { None }];
+        let compared = if halves.len() == 2 { None } else { other };
+        for (half, image) in halves.iter().zip(images.into_iter().flatten()) {
+            let placement = self.placement(ui, *half, &subject, compared.is_some());
+            let shown = Shown { image, other: compared, placement };
+            let callback = egui_wgpu::Callback::new_paint_callback(*half, Callback(painter.drawn(&shown)));
+            ui.painter_at(*half).add(callback);
+        }
+        self.say_names(ui, model, area, other.is_some());
+        self.pointer = response.hover_pos().and_then(|at| self.place_of(ui, at, &halves, &subject));
+    }
+
+    /// Where pictures are shown: two halves side by side, or everything.
+    fn areas(&self, area: Rect, compares: bool) -> Vec<Rect> {
+        if compares && self.comparison == Comparison::Beside {
+            let (left, right) = area.split_left_right_at_fraction(0.5);
+            return vec![left.with_max_x(left.max.x - 1.0), right.with_min_x(right.min.x + 1.0)];
+        }
+        vec![area]
+    }
+
+    /// Physical pixels of a texel.
+    fn zoom_in(&self, ui: &Ui, area: Rect, subject: &Subject) -> f32 {
+        let size = size_of(subject);
+        let fit = (area.size() * ui.pixels_per_point() / size).min_elem();
+        self.zoom.unwrap_or(fit)
+    }
+
+    fn placement(&self, ui: &Ui, area: Rect, subject: &Subject, compares: bool) -> Placement {
+        let (origin, extent) = self.place(ui, area, subject);
+        let (gain, bias) = self.gain(subject);
+        let whole = ui.pixels_per_point() * (area.min.x + area.width() * self.wipe);
+        Placement {
+            origin: [origin.x, origin.y],
+            extent: [extent.x, extent.y],
+            gain,
+            bias,
+            wipe: whole.round(),
+            difference: DIFFERENCE,
+            channel: self.channel,
+            flags: self.flags(subject, compares, self.zoom_in(ui, area, subject)),
+            slice: subject.slice,
+            peak: self.headroom.filter(|_| !self.is_sdr).unwrap_or(1.0),
+        }
+    }
+
+    /// The corner and the extent of the picture in physical pixels.
+    fn place(&self, ui: &Ui, area: Rect, subject: &Subject) -> (Vec2, Vec2) {
+        let extent = size_of(subject) * self.zoom_in(ui, area, subject);
+        let center = if self.zoom.is_none() { Vec2::splat(0.5) } else { self.center };
+        let origin = area.center().to_vec2() * ui.pixels_per_point() - center * extent;
+        // Texels end at pixels of the screen where they are as large or larger.
+        (Vec2::new(origin.x.round(), origin.y.round()), extent)
+    }
+
+    fn gain(&self, subject: &Subject) -> (f32, f32) {
+        if subject.is_data() {
+            let (low, high) = self.range;
+            let gain = 1.0 / (high - low).max(1e-6);
+            return (gain, -low * gain);
+        }
+        (self.stops.exp2(), 0.0)
+    }
+
+    fn flags(&self, subject: &Subject, compares: bool, zoom: f32) -> u32 {
+        let is_smooth = self.smooth && zoom < SQUARES;
+        let light = subject.is_light();
+        let switches = [
+            (is_smooth, Flags::SMOOTH),
+            (light, Flags::IS_LIGHT),
+            (self.false_color && !subject.is_data(), Flags::FALSE_COLOR),
+            (self.clipping && !subject.is_data(), Flags::CLIPPING),
+            (self.faults && !subject.is_data(), Flags::FAULTS),
+            (compares, Flags::COMPARES),
+            (compares && self.comparison == Comparison::Difference, Flags::DIFFERS),
+        ];
+        switches.into_iter().filter(|(on, _)| *on).fold(0, |all, (_, flag)| all | flag)
+    }
+
+    /// Moves and enlarges the picture, and moves the line of a wipe.
+    fn handle(&mut self, ui: &Ui, response: &egui::Response, subject: &Subject, area: Rect, compares: bool) {
+        let line = area.min.x + area.width() * self.wipe;
+        let wipes = compares && self.comparison == Comparison::Wipe;
+        let is_near = |at: Pos2| wipes && (at.x - line).abs() < 8.0;
+        if response.drag_started() {
+            self.is_wiping = ui.input(|input| input.pointer.press_origin()).is_some_and(is_near);
+        }
+        if response.dragged() && self.is_wiping {
+            let at = response.interact_pointer_pos().map_or(line, |at| at.x);
+            self.wipe = ((at - area.min.x) / area.width()).clamp(0.0, 1.0);
+        } else if response.dragged() {
+            self.pan(ui, response.drag_delta(), area, subject);
+        }
+        if response.double_clicked() {
+            self.zoom = if self.zoom.is_none() { Some(1.0) } else { None };
+        }
+        let Some(at) = response.hover_pos() else { return };
+        if is_near(at) {
+            ui.set_cursor_icon(egui::CursorIcon::ResizeHorizontal);
+        }
+        let turned = ui.input(|input| input.smooth_scroll_delta().y / 200.0 + input.zoom_delta().log2());
+        if turned.abs() > 1e-3 {
+            self.zoom_about(ui, at, turned.exp2(), area, subject);
+        }
+    }
+
+    fn pan(&mut self, ui: &Ui, by: Vec2, area: Rect, subject: &Subject) {
+        let zoom = self.zoom_in(ui, area, subject);
+        if self.zoom.is_none() {
+            (self.zoom, self.center) = (Some(zoom), Vec2::splat(0.5));
+        }
+        let center = self.center - by * ui.pixels_per_point() / (size_of(subject) * zoom);
+        self.center = center.clamp(Vec2::ZERO, Vec2::splat(1.0));
+    }
+
+    /// Enlarges the picture; what is under the pointer stays there.
+    fn zoom_about(&mut self, ui: &Ui, at: Pos2, factor: f32, area: Rect, subject: &Subject) {
+        let before = self.zoom_in(ui, area, subject);
+        let (origin, extent) = self.place(ui, area, subject);
+        let place = (at.to_vec2() * ui.pixels_per_point() - origin) / extent;
+        let zoom = (before * factor).clamp(ZOOMS.0, ZOOMS.1);
+        self.zoom = Some(zoom);
+        let from_center = (at - area.center()) * ui.pixels_per_point();
+        self.center = place - from_center / (size_of(subject) * zoom);
+    }
+
+    /// The place in the picture under a point of the window.
+    fn place_of(&self, ui: &Ui, at: Pos2, halves: &[Rect], subject: &Subject) -> Option<[f32; 2]> {
+        let area = halves.iter().find(|half| half.contains(at))?;
+        let (origin, extent) = self.place(ui, *area, subject);
+        let place = (at.to_vec2() * ui.pixels_per_point() - origin) / extent;
+        let is_inside = (0.0..1.0).contains(&place.x) && (0.0..1.0).contains(&place.y);
+        is_inside.then_some([place.x, place.y])
+    }
+
+    /// The names of the pictures, where two are shown.
+    fn say_names(&self, ui: &Ui, model: &Model, area: Rect, compares: bool) {
+        let say = |at: Pos2, align: egui::Align2, text: &str| {
+            let font = egui::FontId::proportional(12.0);
+            let galley = ui.painter().layout_no_wrap(text.to_owned(), font, Color32::WHITE);
+            let rect = align.anchor_size(at, galley.size());
+            ui.painter().rect_filled(rect.expand2(Vec2::new(6.0, 3.0)), 3.0, Color32::from_black_alpha(0xb0));
+            ui.painter().galley(rect.min, galley, Color32::WHITE);
+        };
+        if let Some(tap) = model.tap() {
+            let name = model.tapped().map_or(tap.wire.clone(), |(image, _)| image.name);
+            say(area.left_top() + Vec2::new(14.0, 10.0), egui::Align2::LEFT_TOP, &format!("{name}  (Esc: the result)"));
+        }
+        let Some(beside) = model.beside().filter(|_| compares) else { return };
+        if self.comparison == Comparison::Difference {
+            let text = format!("8 times the difference from {}", beside.name());
+            return say(area.left_top() + Vec2::new(14.0, 10.0), egui::Align2::LEFT_TOP, &text);
+        }
+        let line =
+            if self.comparison == Comparison::Wipe { area.min.x + area.width() * self.wipe } else { area.center().x };
+        say(Pos2::new(line - 14.0, area.max.y - 10.0), egui::Align2::RIGHT_BOTTOM, "shown");
+        say(Pos2::new(line + 14.0, area.max.y - 10.0), egui::Align2::LEFT_BOTTOM, &beside.name());
+        if self.comparison == Comparison::Wipe {
+            let at = Pos2::new(line, area.center().y);
+            ui.painter().circle(at, 7.0, ACCENT, Stroke::new(1.0, Color32::BLACK));
+        }
+    }
+}
+
+fn size_of(subject: &Subject) -> Vec2 {
+    Vec2::new(subject.image.width() as f32, subject.image.height() as f32)
+}
+
+/// What is shown before there is a picture.
+fn nothing(ui: &Ui, area: Rect, model: &Model) {
+    let text = match model.problem() {
+        Some(_) => "There is no picture yet: the tab Messages says why.",
+        None => "The first picture is on its way.",
+    };
+    let font = egui::FontId::proportional(14.0);
+    ui.painter().text(area.center(), egui::Align2::CENTER_CENTER, text, font, Color32::from_gray(0x90));
+}
+
+struct Callback(Drawn);
+
+impl egui_wgpu::CallbackTrait for Callback {
+    fn paint(
+        &self,
+        _: egui::PaintCallbackInfo,
+        pass: &mut wgpu::RenderPass<'static>,
+        _: &egui_wgpu::CallbackResources,
+    ) {
+        self.0.draw(pass);
+    }
+}

@@ -1,0 +1,50 @@
+//! Save: changed values are written into the text of the pipeline.
+
+use egui::{Context, RichText, Ui};
+
+use super::Viewer;
+use super::theme::{DIM, ERROR};
+
+impl Viewer {
+    /// Writes the changes into the pipeline, or into a new tier of it.
+    pub(super) fn save(&mut self, ctx: &Context, new_tier: Option<&str>) {
+        let (name, count) = (self.model.project().name(), self.model.changes().len());
+        let said = match self.model.save(new_tier) {
+            Ok(()) => format!("{count} {} in {name}.", if count == 1 { "change is" } else { "changes are" }),
+            Err(problem) => format!("Nothing is saved: {problem}"),
+        };
+        self.tell(ctx, said);
+    }
+
+    /// The button and its menu.
+    pub(super) fn save_menu(&mut self, ui: &mut Ui) {
+        let is_unsaved = !self.model.changes().is_empty();
+        if ui.add_enabled(is_unsaved, egui::Button::new("Save")).on_hover_text(SAVE).clicked() {
+            let ctx = ui.ctx().clone();
+            self.save(&ctx, None);
+        }
+        ui.add_enabled_ui(is_unsaved, |ui| {
+            ui.menu_button("Save as tier", |ui| self.tier_name(ui));
+        });
+    }
+
+    fn tier_name(&mut self, ui: &mut Ui) {
+        ui.label(RichText::new("The changes become a tier of this name.").color(DIM));
+        let response = ui.text_edit_singleline(&mut self.tier_name);
+        let name = self.tier_name.trim().to_owned();
+        let is_taken = self.model.tiers().contains(&name);
+        if is_taken {
+            ui.label(RichText::new("A tier has this name.").color(ERROR));
+        }
+        let can = !name.is_empty() && !is_taken;
+        let entered = response.lost_focus() && ui.input(|input| input.key_pressed(egui::Key::Enter));
+        if ui.add_enabled(can, egui::Button::new("Save")).clicked() || entered && can {
+            let ctx = ui.ctx().clone();
+            self.save(&ctx, Some(&name));
+            self.tier_name.clear();
+            ui.close();
+        }
+    }
+}
+
+const SAVE: &str = "Ctrl+S: writes the changed values into the file; everything else stays as it is";

@@ -1,0 +1,62 @@
+//! How the window looks: neutral greys, so that nothing beside the picture changes how its colours seem, and one
+//! accent.
+
+use afterimage_graph::node::PortType;
+use egui::{Color32, CornerRadius, FontFamily, FontId, Stroke, TextStyle, Visuals};
+
+/// What is chosen, changed, or under way.
+pub(super) const ACCENT: Color32 = Color32::from_rgb(0xf2, 0xb1, 0x34);
+/// Errors.
+pub(super) const ERROR: Color32 = Color32::from_rgb(0xf0, 0x6a, 0x5c);
+/// Text that is less important.
+pub(super) const DIM: Color32 = Color32::from_gray(0x96);
+/// What surrounds the picture.
+pub(super) const SURROUND: Color32 = Color32::from_gray(0x17);
+/// Panels.
+const PANEL: Color32 = Color32::from_gray(0x20);
+/// Fields and the backs of plots.
+pub(super) const FIELD: Color32 = Color32::from_gray(0x15);
+
+/// The colour of what a wire carries.
+pub(super) fn wire_color(ty: PortType) -> Color32 {
+    match ty {
+        PortType::Image => Color32::from_rgb(0x6c, 0xa8, 0xe0),
+        PortType::Pyramid => Color32::from_rgb(0x5a, 0xc8, 0xc0),
+        PortType::Volume => Color32::from_rgb(0x8a, 0xc9, 0x66),
+        PortType::Table => Color32::from_rgb(0xe0, 0x9a, 0x5c),
+        PortType::Value => Color32::from_rgb(0xe0, 0xd0, 0x6c),
+        PortType::Block => Color32::from_rgb(0xb4, 0x8e, 0xe0),
+    }
+}
+
+/// Sets the look of everything.
+pub(super) fn apply(ctx: &egui::Context) {
+    let mut visuals = Visuals::dark();
+    (visuals.panel_fill, visuals.window_fill) = (PANEL, PANEL);
+    (visuals.extreme_bg_color, visuals.faint_bg_color) = (FIELD, Color32::from_gray(0x26));
+    visuals.selection.bg_fill = Color32::from_rgb(0x6e, 0x52, 0x1c);
+    visuals.selection.stroke = Stroke::new(1.0, ACCENT);
+    visuals.hyperlink_color = ACCENT;
+    visuals.slider_trailing_fill = true;
+    let corner = CornerRadius::same(3);
+    let widgets = &mut visuals.widgets;
+    widgets.noninteractive.fg_stroke.color = Color32::from_gray(0xcc);
+    widgets.inactive.fg_stroke.color = Color32::from_gray(0xd4);
+    widgets.inactive.bg_fill = Color32::from_gray(0x3a);
+    widgets.inactive.weak_bg_fill = Color32::from_gray(0x30);
+    for look in [&mut widgets.inactive, &mut widgets.hovered, &mut widgets.active, &mut widgets.open] {
+        look.corner_radius = corner;
+    }
+    ctx.set_visuals(visuals);
+    ctx.all_styles_mut(|style| {
+        style.spacing.item_spacing = egui::vec2(6.0, 4.0);
+        style.spacing.slider_width = 118.0;
+        style.spacing.interact_size.y = 20.0;
+        let sizes =
+            [(TextStyle::Body, 12.5), (TextStyle::Button, 12.5), (TextStyle::Small, 10.5), (TextStyle::Heading, 14.0)];
+        for (style_name, size) in sizes {
+            style.text_styles.insert(style_name, FontId::new(size, FontFamily::Proportional));
+        }
+        style.text_styles.insert(TextStyle::Monospace, FontId::new(11.5, FontFamily::Monospace));
+    });
+}

@@ -1,0 +1,167 @@
+//! The bars above and below the picture: what is open, how it is compared and shown, and time.
+
+use egui::{ComboBox, RichText, Ui};
+
+use super::Viewer;
+use super::picture::Comparison;
+use super::theme::{ACCENT, DIM};
+use crate::model::{Beside, TextProject};
+
+impl Viewer {
+    /// The bar above.
+    pub(super) fn top_bar(&mut self, ui: &mut Ui) {
+        ui.horizontal(|ui| {
+            self.pipeline_menu(ui);
+            self.tier_menu(ui);
+            ui.separator();
+            let (undo, redo) = self.model.changes().can();
+            if ui.add_enabled(undo, egui::Button::new("Undo")).on_hover_text("Ctrl+Z").clicked() {
+                self.model.undo();
+            }
+            if ui.add_enabled(redo, egui::Button::new("Redo")).on_hover_text("Ctrl+Shift+Z").clicked() {
+                self.model.redo();
+            }
+            self.save_menu(ui);
+            ui.separator();
+            self.compare_menu(ui);
+            ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+                if ui.button("Help").on_hover_text("F1").clicked() {
+                    self.shows_help = !self.shows_help;
+                }
+                ui.toggle_value(&mut self.shows_scopes, "Scopes").on_hover_text("S");
+                ui.toggle_value(&mut self.shows_probe, "Probe").on_hover_text("P: the pixel at every node");
+            });
+        });
+    }
+
+    fn pipeline_menu(&mut self, ui: &mut Ui) {
+        let mut name = self.model.project().name();
+        if !self.model.changes().is_empty() {
+            name += " *";
+        }
+        let mut chosen = None;
+        ui.menu_button(RichText::new(name).strong(), |ui| {
+            ui.label(RichText::new("Built-in pipelines").color(DIM).small());
+            for (name, _) in afterimage_pipelines::PIPELINES {
+                if ui.button(*name).clicked() {
+                    chosen = Some(*name);
+                    ui.close();
+                }
+            }
+            ui.separator();
+            ui.label(RichText::new("Drop a .ron file to open it,\nor an EXR, HDR or PNG image to see it.").color(DIM));
+        });
+        if let Some(project) = chosen.and_then(TextProject::built_in) {
+            self.model.open(Box::new(project));
+        }
+    }
+
+    fn tier_menu(&mut self, ui: &mut Ui) {
+        if self.model.tiers().is_empty() {
+            return;
+        }
+        let mut tier = self.model.tier().map(str::to_owned);
+        let shown = tier.clone().unwrap_or_else(|| "no tier".into());
+        ComboBox::from_id_salt("tier").selected_text(shown).width(82.0).show_ui(ui, |ui| {
+            ui.selectable_value(&mut tier, None, "no tier");
+            for name in self.model.tiers() {
+                ui.selectable_value(&mut tier, Some(name.clone()), name);
+            }
+        });
+        self.model.set_tier(tier);
+    }
+
+    fn compare_menu(&mut self, ui: &mut Ui) {
+        let present = self.model.beside().cloned();
+        let mut chosen = present.clone();
+        let shown = present.as_ref().map_or("compare with…".into(), Beside::name);
+        ComboBox::from_id_salt("beside").selected_text(shown).width(130.0).show_ui(ui, |ui| {
+            ui.selectable_value(&mut chosen, None, "nothing");
+            for beside in self.comparable() {
+                let name = beside.name();
+                ui.selectable_value(&mut chosen, Some(beside), name);
+            }
+        });
+        if chosen != present {
+            self.model.set_beside(chosen);
+        }
+        if self.model.beside().is_some() {
+            let modes =
+                [("Wipe", Comparison::Wipe), ("Beside", Comparison::Beside), ("Difference", Comparison::Difference)];
+            for (name, mode) in modes {
+                ui.selectable_value(&mut self.picture.comparison, mode, name);
+            }
+        }
+    }
+
+    fn comparable(&self) -> Vec<Beside> {
+        let own = self.model.project().name();
+        let others = afterimage_pipelines::PIPELINES.iter().map(|(name, _)| (*name).to_owned());
+        let others = others.filter(|name| own != format!("{name}.ron")).map(Beside::Pipeline);
+        let tiers = self.model.tiers().iter().map(|tier| Beside::Tier(Some(tier.clone())));
+        [Beside::Written, Beside::Reference].into_iter().chain(tiers).chain(others).collect()
+    }
+
+    /// The bar below the picture.
+    pub(super) fn picture_bar(&mut self, ui: &mut Ui) {
+        ui.horizontal(|ui| {
+            let view = &mut self.picture;
+            if ui.selectable_label(view.zoom.is_none(), "Fit").on_hover_text("F, or a double click").clicked() {
+                view.zoom = None;
+            }
+            if ui.selectable_label(view.zoom == Some(1.0), "1:1").on_hover_text("1").clicked() {
+                view.zoom = Some(1.0);
+            }
+            ui.toggle_value(&mut view.smooth, "Smooth").on_hover_text("Filtered when it is made smaller");
+            ui.separator();
+            let mut channel = view.channel;
+            for (index, name) in ["R", "G", "B", "A", "RGB"].into_iter().enumerate() {
+                ui.selectable_value(&mut channel, index as u32, name);
+            }
+            view.channel = channel;
+            ui.add(egui::DragValue::new(&mut view.stops).speed(0.02).range(-16.0..=16.0).suffix(" stops"))
+                .on_hover_text("Makes the picture brighter to look at, and nothing else. A double click types.");
+            ui.separator();
+            ui.toggle_value(&mut view.false_color, "False colour").on_hover_text("Stops from middle grey as colours");
+            ui.toggle_value(&mut view.clipping, "Clipping").on_hover_text("Red: a channel at white. Blue: black.");
+            ui.toggle_value(&mut view.faults, "Faults")
+                .on_hover_text("Stripes: magenta for NaN, yellow for infinite, cyan for negative numbers");
+            if let Some(headroom) = view.headroom {
+                ui.separator();
+                let text = format!("The screen shows light up to {headroom:.1} times SDR white");
+                ui.toggle_value(&mut view.is_sdr, "As SDR").on_hover_text(text);
+            }
+        });
+    }
+
+    /// The line of time.
+    pub(super) fn time_bar(&mut self, ui: &mut Ui) {
+        let length = self.model.images_length();
+        ui.horizontal(|ui| {
+            let clock = self.model.clock();
+            let text = if clock.is_playing { "Pause" } else { "Play" };
+            if ui.add_sized([48.0, 20.0], egui::Button::new(text)).on_hover_text("Space").clicked() {
+                clock.is_playing = !clock.is_playing;
+            }
+            if ui.button("Step").on_hover_text(". : one sixtieth of a second").clicked() {
+                clock.step();
+            }
+            if ui.button("Cut").on_hover_text("C: histories and adaptation start again").clicked() {
+                clock.cut();
+            }
+            let mut time = clock.time;
+            let seconds = length.map_or(40.0, |(frames, fps)| (frames as f64 - 1.0) / fps);
+            ui.spacing_mut().slider_width = (ui.available_width() - 190.0).max(80.0);
+            let mut shown = time.rem_euclid(seconds.max(1e-3));
+            if ui.add(egui::Slider::new(&mut shown, 0.0..=seconds).show_value(false)).changed() {
+                time = shown;
+                clock.seek(time);
+            }
+            ui.label(RichText::new(format!("{:7.2} s", clock.time)).monospace());
+            if clock.is_cut_shown() {
+                ui.label(RichText::new("without history").color(ACCENT).small())
+                    .on_hover_text("The frame was gone to: adaptation and other histories begin with it.");
+            }
+        });
+    }
+}

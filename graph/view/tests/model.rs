@@ -1,0 +1,393 @@
+//! What the viewer shows, without its window.
+#![allow(clippy::unwrap_used, reason = "a test may stop at the first surprise")]
+#![allow(dead_code, reason = "each test program uses a part of the support")]
+
+mod support;
+
+use afterimage_gpu::{FrameStep, Session, Texels, wgpu};
+use afterimage_graph::check::{Facts, Source};
+use afterimage_graph::node::{Origin, PortType};
+use afterimage_graph::value::{Type, Value};
+use afterimage_plan::Options;
+use afterimage_view::render::{Flags, Painter, Placement, Shown};
+use afterimage_view::{Beside, Model, Problem, Project, Rendered, Tap, Target, TextProject};
+use support::{SIZE, gpu, model, of, picture, render, settle, texels};
+
+/// The largest difference between two pictures in codes. A dither depends on the number of the frame, so equal pictures
+/// differ by 1.
+fn apart(a: &Texels, b: &Texels) -> u8 {
+    assert_eq!(a.desc, b.desc);
+    a.bytes.iter().zip(&b.bytes).map(|(a, b)| a.abs_diff(*b)).max().unwrap()
+}
+
+fn parameter(name: &str) -> Target {
+    Target::Parameter(name.into())
+}
+
+#[test]
+fn nothing_is_rendered_while_nothing_changes() {
+    let mut model = model("lynx");
+    settle(&mut model);
+    assert_eq!(render(&mut model), Rendered::Same);
+    model.clock().step();
+    assert_eq!(render(&mut model), Rendered::New);
+}
+
+#[test]
+fn a_slider_changes_the_next_frame_and_undo_brings_the_old_picture_back() {
+    let mut model = model("lynx");
+    settle(&mut model);
+    let before = picture(&model);
+    model.set(&parameter("lit.strength"), Some(Value::Float(0.9)));
+    model.release();
+    settle(&mut model);
+    let changed = picture(&model);
+    assert!(apart(&changed, &before) > 5);
+    model.set(&parameter("lit.strength"), Some(Value::Float(0.5)));
+    assert_eq!(render(&mut model), Rendered::New);
+    assert!(!model.shown().unwrap().is_changing(), "a slider that has moved before needs no plan");
+    model.undo();
+    model.undo();
+    settle(&mut model);
+    assert!(apart(&picture(&model), &before) <= 1);
+    assert!(model.changes().is_empty());
+}
+
+#[test]
+fn a_value_that_a_node_refuses_changes_nothing_and_is_the_problem() {
+    let mut model = model("lynx");
+    settle(&mut model);
+    model.set(&parameter("lit.strength"), Some(Value::Float(-1e9)));
+    assert!(model.problem().unwrap().to_string().contains("strength"), "{:?}", model.problem());
+    assert!(model.changes().is_empty());
+    model.set(&parameter("lit.strength"), Some(Value::Float(0.2)));
+    assert!(model.problem().is_none() && model.changes().len() == 1);
+}
+
+#[test]
+fn a_node_can_be_switched_off_and_on() {
+    let mut model = model("tsushima");
+    settle(&mut model);
+    let before = picture(&model);
+    let vignette = Target::Node("vignette".into());
+    model.set(&vignette, Some(Value::Bool(false)));
+    model.clock().cut();
+    settle(&mut model);
+    assert!(model.shown().unwrap().plan().unwrap().skipped.iter().any(|skipped| skipped.node == "vignette"));
+    assert!(apart(&picture(&model), &before) > 5);
+    model.set(&vignette, Some(Value::Bool(true)));
+    assert!(model.changes().is_empty(), "that is what the file says");
+}
+
+#[test]
+fn a_broken_text_keeps_the_picture_and_says_where_it_is_wrong() {
+    let mut model = model("lynx");
+    settle(&mut model);
+    let (before, good) = (picture(&model), model.project().text());
+    let broken = good.replace("Composite(", "Compositor(");
+    model.edit(Some(broken));
+    let Some(Problem::Pipeline(errors)) = model.problem() else { panic!("{:?}", model.problem()) };
+    assert!(errors.to_string().contains("lynx.ron:"), "{errors}");
+    model.clock().step();
+    assert_eq!(render(&mut model), Rendered::New);
+    assert!(model.problem().is_some(), "a frame of the old pipeline does not mend the text");
+    model.edit(Some(good));
+    assert!(model.problem().is_none());
+    model.clock().seek(0.0);
+    settle(&mut model);
+    assert!(apart(&picture(&model), &before) <= 1);
+}
+
+#[test]
+fn what_is_saved_renders_what_was_shown() {
+    for (name, changed) in [("lynx", "lit.strength"), ("tsushima", "vignette.amount"), ("caracal", "lit.strength")] {
+        let mut model = model(name);
+        model.set(&parameter(changed), Some(Value::Float(0.45)));
+        model.clock().cut();
+        settle(&mut model);
+        model.clock().cut();
+        render(&mut model);
+        let shown = picture(&model);
+        let before = model.project().text();
+        model.save(None).unwrap();
+        let text = model.project().text();
+        assert!(text.contains("0.45") && text.len().abs_diff(before.len()) < 40, "{name}");
+        let mut opened = of(Box::new(TextProject::new("saved.ron", &text)));
+        settle(&mut opened);
+        opened.clock().cut();
+        render(&mut opened);
+        let apart = apart(&picture(&opened), &shown);
+        assert!(apart <= 1, "{name}: {apart}");
+    }
+}
+
+#[test]
+fn changes_are_saved_as_a_tier_and_the_rest_of_the_file_stays() {
+    let mut model = model("lynx");
+    model.set(&parameter("lit.strength"), Some(Value::Float(0.45)));
+    let before = model.project().text();
+    model.save(Some("strong")).unwrap();
+    assert_eq!((model.tier(), model.changes().is_empty()), (Some("strong"), true));
+    assert_eq!(model.written("lit.strength"), Some(Value::Float(0.45)));
+    model.set_tier(None);
+    assert_ne!(model.written("lit.strength"), Some(Value::Float(0.45)));
+    let text = model.project().text();
+    let kept = before.lines().filter(|line| text.lines().any(|other| other == *line)).count();
+    assert!(kept + 2 >= before.lines().count(), "{text}");
+}
+
+#[test]
+fn a_tier_a_pipeline_and_the_reference_stand_beside_the_picture() {
+    let mut model = model("tsushima");
+    for beside in
+        [Beside::Written, Beside::Reference, Beside::Tier(Some("low".into())), Beside::Pipeline("lynx".into())]
+    {
+        model.set_beside(Some(beside.clone()));
+        model.clock().cut();
+        settle(&mut model);
+        assert!(model.problem().is_none(), "{beside:?}: {:?}", model.problem());
+        let other = texels(model.picture_beside().unwrap());
+        assert_eq!((other.desc.size.width, other.desc.size.height), (SIZE.width, SIZE.height));
+        let floats = (picture(&model).to_floats(), other.to_floats());
+        let mean =
+            floats.0.iter().zip(&floats.1).map(|(a, b)| (a[1] - b[1]).abs()).sum::<f32>() / floats.0.len() as f32;
+        let limit = if beside == Beside::Written || beside == Beside::Reference { 0.004 } else { 0.5 };
+        assert!(mean < limit, "{beside:?}: {mean}");
+        assert!(mean > 0.005 || limit < 0.01 || matches!(beside, Beside::Tier(_)), "{beside:?}: {mean}");
+    }
+}
+
+/// A texture that images are drawn into.
+fn target(width: u32, height: u32) -> wgpu::Texture {
+    gpu().device.create_texture(&wgpu::TextureDescriptor {
+        label: Some("target"),
+        size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: wgpu::TextureFormat::Rgba32Float,
+        usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
+        view_formats: &[],
+    })
+}
+
+fn plain(width: u32, height: u32) -> Placement {
+    Placement {
+        origin: [0.0; 2],
+        extent: [width as f32, height as f32],
+        gain: 1.0,
+        bias: 0.0,
+        wipe: 0.0,
+        difference: 8.0,
+        channel: 4,
+        flags: 0,
+        slice: 0,
+        peak: 1.0,
+    }
+}
+
+/// What the viewer draws of an image, texel by texel.
+fn drawn(image: &wgpu::Texture, placement: Placement) -> Vec<[f32; 4]> {
+    let painter = Painter::new(&gpu().device, wgpu::TextureFormat::Rgba32Float);
+    let target = target(image.width(), image.height());
+    let view = target.create_view(&Default::default());
+    let mut encoder = gpu().encoder();
+    let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+        label: None,
+        color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+            view: &view,
+            depth_slice: None,
+            resolve_target: None,
+            ops: wgpu::Operations { load: wgpu::LoadOp::Clear(wgpu::Color::BLACK), store: wgpu::StoreOp::Store },
+        })],
+        ..Default::default()
+    });
+    painter.drawn(&Shown { image, other: None, placement }).draw(&mut pass);
+    drop(pass);
+    gpu().queue.submit([encoder.finish()]);
+    texels(&target).to_floats()
+}
+
+/// The images of all wires that the run stores, by wire.
+fn wires(model: &Model) -> Vec<(String, PortType)> {
+    let graph = model.graph().unwrap();
+    let outputs = graph.nodes.iter().flat_map(|node| {
+        node.kind().outputs().iter().map(move |output| (format!("{}.{}", node.name, output.name), output.ty))
+    });
+    outputs.collect()
+}
+
+#[test]
+fn every_transient_can_be_looked_at_in_every_level_and_slice() {
+    let mut model = model("tsushima");
+    model.set_tap(Some(Tap::new("exposed.result")));
+    settle(&mut model);
+    let (mut images, mut slices, mut levels) = (0, 0, 0);
+    let plan = model.inspected().unwrap().plan().unwrap().clone();
+    let mut seen = std::collections::BTreeSet::new();
+    for (wire, ty) in wires(&model) {
+        for (index, image) in model.tap_images(&wire).into_iter().enumerate() {
+            levels += usize::from(ty == PortType::Pyramid && index > 0);
+            for slice in 0..image.desc.size.depth {
+                model.set_tap(Some(Tap { wire: wire.clone(), index, slice }));
+                let (tapped, texture) = model.tapped().unwrap();
+                assert_eq!(tapped.name, image.name);
+                let mut placement = plain(texture.width(), texture.height());
+                (placement.slice, placement.peak) = (slice, 1e30);
+                let shown = drawn(&texture, placement);
+                let stored = texels(&texture).to_floats();
+                let begin = slice as usize * shown.len();
+                for (shown, stored) in shown.iter().zip(&stored[begin..]) {
+                    let wanted = [0, 1, 2].map(|channel| stored[channel].max(0.0));
+                    let is_same = (0..3).all(|c| (shown[c] - wanted[c]).abs() <= 1e-6 * wanted[c].abs());
+                    assert!(is_same, "{} slice {slice}: {shown:?} {stored:?}", image.name);
+                }
+                slices += usize::from(image.desc.volume);
+            }
+            images += 1;
+            seen.insert(image.name);
+        }
+    }
+    assert!(levels >= 5 && slices >= 128 && images >= 20, "{images} images, {levels} levels, {slices} slices");
+    let names = plan.image_names().into_iter().zip(&plan.images);
+    let inputs: Vec<&str> = plan.inputs.iter().map(|(name, _)| name.as_str()).collect();
+    for (name, image) in names.filter(|(_, image)| image.lifetime.is_some()) {
+        let is_given =
+            inputs.iter().any(|input| name.starts_with(input)) || matches!(image.origin, Origin::Constant(_));
+        assert!(seen.contains(&name) || is_given, "{name}: {:?}", image.origin);
+    }
+}
+
+#[test]
+fn an_image_that_is_looked_at_is_what_the_pipeline_gives_for_that_wire() {
+    let mut model = model("tsushima");
+    model.set_tap(Some(Tap::new("exposed.result")));
+    settle(&mut model);
+    model.clock().cut();
+    render(&mut model);
+    let mut compared = 0;
+    for wire in ["exposed.result", "local.result", "lit.result", "vignette.result", "mapped.result", "encoded.result"] {
+        model.set_tap(Some(Tap::new(wire)));
+        let shown = texels(&model.tapped().unwrap().1).to_floats();
+        let given = given(&mut model, wire);
+        let apart =
+            shown.iter().zip(&given).flat_map(|(a, b)| (0..3).map(|c| (a[c] - b[c]).abs() / (1.0 + b[c].abs())));
+        let worst = apart.fold(0.0, f32::max);
+        // Halves are rounded between nodes that the other plan joins.
+        assert!(worst < 0.03, "{wire}: {worst}");
+        compared += 1;
+    }
+    assert_eq!(compared, 6);
+}
+
+/// What a session gives for a wire, as an output of the same pipeline.
+fn given(model: &mut Model, wire: &str) -> Vec<[f32; 4]> {
+    let mut graph = model.graph().unwrap().clone();
+    let (node, port) = wire.rsplit_once('.').unwrap();
+    let (index, found) = graph.node(node).unwrap();
+    let output = found.kind().outputs().iter().position(|output| output.name == port).unwrap();
+    let state = found.states[output].unwrap();
+    graph.outputs[0].source = Source::Node { node: index, output, previous: 0 };
+    graph.outputs[0].state = state;
+    let name = graph.outputs[0].name.clone();
+    let mut session = Session::new(gpu(), graph, Facts::default(), Options::default());
+    let scene = model.fed().images.clone();
+    let images: Vec<_> = scene
+        .iter()
+        .map(|(name, view)| {
+            let texels = texels(view.texture());
+            afterimage_gpu::input_image(gpu(), name, texels.desc, &texels.bytes).unwrap()
+        })
+        .collect();
+    session.render(SIZE, &images, FrameStep::FIRST).unwrap();
+    session.output(&name).unwrap().to_floats()
+}
+
+#[test]
+fn tables_and_values_are_read_as_bytes() {
+    let mut model = model("tsushima");
+    settle(&mut model);
+    for (wire, bytes) in [("counted.result", 256), ("metered.result", 16)] {
+        model.set_tap(Some(Tap::new(wire)));
+        for _ in 0..8 {
+            model.clock().step();
+            render(&mut model);
+            let _ = gpu().wait();
+        }
+        let read = model.tapped_bytes().unwrap();
+        assert!(read.len() >= bytes && read.iter().any(|byte| *byte > 0), "{wire}: {} bytes", read.len());
+    }
+}
+
+#[test]
+fn faults_and_clipped_pixels_are_striped_and_light_is_encoded() {
+    let values = [f32::NAN, f32::INFINITY, -0.5, 0.0, 0.18, 2.0];
+    let pixels: Vec<[f32; 4]> = values.iter().flat_map(|value| [[*value, *value, *value, 1.0]; 12]).collect();
+    let texels = Texels::from_floats(12, values.len() as u32, &pixels);
+    let image = afterimage_gpu::upload(&gpu().device, &gpu().queue, &texels).unwrap();
+    let mut placement = plain(12, values.len() as u32);
+    placement.flags = Flags::FAULTS | Flags::CLIPPING | Flags::IS_LIGHT;
+    let shown = drawn(&image, placement);
+    let colors = |row: usize| -> std::collections::BTreeSet<[u32; 3]> {
+        shown[12 * row..12 * (row + 1)]
+            .iter()
+            .map(|pixel| [0, 1, 2].map(|c| (pixel[c] * 100.0).round() as u32))
+            .collect()
+    };
+    assert_eq!(colors(0), [[0, 0, 0], [100, 0, 90]].into());
+    assert_eq!(colors(1), [[0, 0, 0], [100, 90, 0]].into());
+    assert_eq!(colors(2), [[0, 0, 0], [0, 90, 90]].into());
+    assert_eq!(colors(3), [[0, 0, 0], [15, 30, 100]].into());
+    assert_eq!(colors(4), [[46, 46, 46]].into());
+    assert_eq!(colors(5), [[100, 10, 10], [100, 100, 100]].into());
+}
+
+#[test]
+fn every_parameter_of_every_pipeline_has_a_present_value() {
+    for (name, _) in afterimage_pipelines::PIPELINES {
+        let mut project = TextProject::built_in(name).unwrap();
+        let graph = project.check(None).unwrap().graph;
+        let model = model(name);
+        for parameter in graph.parameters() {
+            let name = graph.parameter_name(parameter);
+            let declared = graph.declaration(parameter);
+            let value = model.value(&name).unwrap();
+            assert!(matches!(declared.ty, Type::File) || declared.accepts(&value).is_ok(), "{name}");
+        }
+    }
+}
+
+#[test]
+fn a_lost_device_is_replaced_and_the_picture_is_the_same() {
+    let own = afterimage_gpu::Gpu::open(&afterimage_gpu::Opening::default()).unwrap();
+    let scene = afterimage_view::Scene::new(&own, SIZE).unwrap();
+    let project = Box::new(TextProject::built_in("lynx").unwrap());
+    let mut model = Model::new(&own, project, afterimage_view::Images::Scene(Box::new(scene)));
+    model.clock().is_playing = false;
+    model.set(&parameter("lit.strength"), Some(Value::Float(0.4)));
+    let frame = |gpu: &afterimage_gpu::Gpu, model: &mut Model| {
+        let mut encoder = gpu.encoder();
+        model.render(&mut encoder, 0.0);
+        gpu.queue.submit([encoder.finish()]);
+    };
+    let read = |gpu: &afterimage_gpu::Gpu, model: &Model| {
+        let picture = model.shown().unwrap().picture().unwrap();
+        afterimage_gpu::download(&gpu.device, &gpu.queue, picture).unwrap()
+    };
+    frame(&own, &mut model);
+    let before = read(&own, &model);
+    own.device.destroy();
+    for _ in 0..64 {
+        model.clock().step();
+        frame(&own, &mut model);
+        if matches!(model.problem(), Some(Problem::DeviceLost)) {
+            break;
+        }
+    }
+    assert!(matches!(model.problem(), Some(Problem::DeviceLost)), "{:?}", model.problem());
+    let other = afterimage_gpu::Gpu::open(&afterimage_gpu::Opening::default()).unwrap();
+    model.rebuild(&other).unwrap();
+    model.clock().seek(0.0);
+    frame(&other, &mut model);
+    assert!(apart(&read(&other, &model), &before) <= 1);
+}

@@ -1,0 +1,135 @@
+//! A viewer without a window.
+
+use std::sync::OnceLock;
+
+use afterimage_gpu::{Gpu, Opening, Texels, download, wgpu};
+use afterimage_graph::image::Size;
+use afterimage_view::{FrameTarget, Images, Model, Project, Rendered, Scene, Stage, TextProject};
+
+/// The size of the scene: small, and no multiple of anything.
+pub(crate) const SIZE: Size = Size { width: 150, height: 86, depth: 1 };
+/// The size of the window.
+pub(crate) const WINDOW: [u32; 2] = [1280, 720];
+const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
+
+/// The device, which all tests of a program share.
+pub(crate) fn gpu() -> &'static Gpu {
+    static GPU: OnceLock<Gpu> = OnceLock::new();
+    GPU.get_or_init(|| Gpu::open(&Opening::default()).expect("the tests need a Vulkan driver, such as lavapipe"))
+}
+
+/// A built-in pipeline on the scene, which stands still.
+pub(crate) fn model(name: &str) -> Model {
+    of(Box::new(TextProject::built_in(name).expect("it is built in")))
+}
+
+/// A pipeline on the scene, which stands still.
+pub(crate) fn of(project: Box<dyn Project>) -> Model {
+    let scene = Scene::new(gpu(), SIZE).expect("the scene is made");
+    let mut model = Model::new(gpu(), project, Images::Scene(Box::new(scene)));
+    model.clock().is_playing = false;
+    model
+}
+
+/// Renders a frame.
+pub(crate) fn render(model: &mut Model) -> Rendered {
+    let mut encoder = gpu().encoder();
+    let rendered = model.render(&mut encoder, 1.0 / 60.0);
+    gpu().queue.submit([encoder.finish()]);
+    rendered
+}
+
+/// Renders until no new plan is on its way.
+pub(crate) fn settle(model: &mut Model) {
+    for _ in 0..2000 {
+        render(model);
+        if !model.shown().is_some_and(|chain| chain.is_changing()) {
+            render(model);
+            return;
+        }
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+    panic!("the plan never comes: {:?}", model.problem());
+}
+
+/// The texels of a texture.
+pub(crate) fn texels(texture: &wgpu::Texture) -> Texels {
+    download(&gpu().device, &gpu().queue, texture).expect("the device is there")
+}
+
+/// The texels of the picture that is shown.
+pub(crate) fn picture(model: &Model) -> Texels {
+    texels(model.shown().and_then(|chain| chain.picture()).expect("there is a picture"))
+}
+
+/// The whole viewer on a texture, and its events.
+pub(crate) struct Window {
+    pub(crate) stage: Stage,
+    target: wgpu::Texture,
+    time: f64,
+}
+
+impl Window {
+    /// A viewer of a model.
+    pub(crate) fn new(model: Model) -> Self {
+        let target = gpu().device.create_texture(&wgpu::TextureDescriptor {
+            label: Some("window"),
+            size: wgpu::Extent3d { width: WINDOW[0], height: WINDOW[1], depth_or_array_layers: 1 },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format: FORMAT,
+            usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
+            view_formats: &[],
+        });
+        Self { stage: Stage::new(model, FORMAT), target, time: 0.0 }
+    }
+
+    /// Draws frames until the first one after these events is finished.
+    pub(crate) fn frame(&mut self, events: Vec<egui::Event>) {
+        self.time += 1.0 / 60.0;
+        let [width, height] = WINDOW.map(|side| side as f32);
+        let input = egui::RawInput {
+            screen_rect: Some(egui::Rect::from_min_size(egui::Pos2::ZERO, egui::vec2(width, height))),
+            time: Some(self.time),
+            events,
+            focused: true,
+            ..Default::default()
+        };
+        let view = self.target.create_view(&Default::default());
+        self.stage.frame(input, FrameTarget { view: &view, size: WINDOW }, 1.0 / 60.0);
+    }
+
+    /// Presses and releases a key.
+    pub(crate) fn key(&mut self, key: egui::Key, modifiers: egui::Modifiers) {
+        for pressed in [true, false] {
+            self.frame(vec![egui::Event::Key { key, physical_key: None, pressed, repeat: false, modifiers }]);
+        }
+    }
+
+    /// Drags the pointer from one place to another.
+    pub(crate) fn drag(&mut self, from: egui::Pos2, to: egui::Pos2) {
+        let button = |pos, pressed| egui::Event::PointerButton {
+            pos,
+            button: egui::PointerButton::Primary,
+            pressed,
+            modifiers: Default::default(),
+        };
+        self.frame(vec![egui::Event::PointerMoved(from)]);
+        self.frame(vec![button(from, true)]);
+        for step in 1..=4 {
+            self.frame(vec![egui::Event::PointerMoved(from.lerp(to, step as f32 / 4.0))]);
+        }
+        self.frame(vec![button(to, false)]);
+    }
+
+    /// A click.
+    pub(crate) fn click(&mut self, at: egui::Pos2) {
+        self.drag(at, at);
+    }
+
+    /// What the window shows.
+    pub(crate) fn texels(&self) -> Texels {
+        texels(&self.target)
+    }
+}
