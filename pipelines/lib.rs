@@ -7,11 +7,15 @@ use afterimage_graph::check::Loader;
 /// Name and text of every pipeline. The last ones extend another or name a table, which [`BuiltIn`] loads.
 pub const PIPELINES: &[(&str, &str)] = &[
     ("caracal", include_str!("caracal.ron")),
+    ("cookbook", include_str!("cookbook.ron")),
     ("exposure", include_str!("exposure.ron")),
     ("glare", include_str!("glare.ron")),
     ("hdr", include_str!("hdr.ron")),
     ("lynx", include_str!("lynx.ron")),
+    ("mobile", include_str!("mobile.ron")),
     ("tsushima", include_str!("tsushima.ron")),
+    ("cinematic", include_str!("cinematic.ron")),
+    ("course", include_str!("course.ron")),
     ("grade", include_str!("grade.ron")),
     ("tsushima-night", include_str!("tsushima-night.ron")),
 ];

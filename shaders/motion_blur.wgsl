@@ -1,5 +1,6 @@
 // Motion blur: each pixel gathers the light that moves over it while the shutter is open. McGuire, Hennessy, Bukowski
 // and Osman, "A Reconstruction Filter for Plausible Motion Blur", I3D 2012.
+#import camera
 #import grade
 #import math
 #import noise
@@ -27,6 +28,19 @@ fn motion_blur_path(motion: vec4f, params: MotionBlur) -> vec4f {
 
 fn motion_blur_path_depth(motion: vec4f, depth: vec4f, params: MotionBlur) -> vec4f {
     return vec4f(motion_blur_limited(motion.xy, params), max(depth.x, 1e-3), 1.0);
+}
+
+// The path of what stands still while the camera moves.
+fn motion_blur_path_camera(depth: vec4f, camera: Camera, at: Point, params: MotionBlur) -> vec4f {
+    let distance = clamp(depth.x, 1e-3, HALF_MAX);
+    let uv = at.uv + camera.jitter / at.size;
+    let before = camera_previous_uv(camera, camera_world(camera, camera_place(camera, uv, distance)));
+    return vec4f(motion_blur_limited(clamp(uv - before.xy, vec2f(-1e3), vec2f(1e3)), params), distance, 1.0);
+}
+
+// Without motion and camera nothing moves.
+fn motion_blur_still(source: vec4f) -> vec4f {
+    return source;
 }
 
 // The longer of two paths.

@@ -1,5 +1,6 @@
 //! Fog: distance and height fog with light of the sun in it.
 
+use afterimage_graph::node::CAMERA;
 use afterimage_graph::prelude::*;
 
 use crate::surface;
@@ -12,8 +13,10 @@ params! {
     /// Along each ray the light of the scene is multiplied by exp(-optical depth), and the rest is `color` plus
     /// `sun_color` times the phase function of Henyey and Greenstein (times 4 pi). The optical depth of a density that
     /// falls exponentially with the height has a closed form (Quilez, "Better Fog", 2010). Place it before exposure.
-    /// The depth is the distance along the view axis in metres; the sky has a large one. Directions are in view space:
-    /// x to the right, y up, z towards the viewer. Alpha passes unchanged.
+    /// The depth is the distance along the view axis in metres; the sky has a large one. With a camera, directions and
+    /// heights are those of the world, so the fog stays where it is when the camera moves; `eye_height` and `fov` are
+    /// not used. Without one, directions are in view space: x to the right, y up, z towards the viewer. Alpha passes
+    /// unchanged.
     pub struct Fog {
         /// Share of the light that a metre of fog absorbs, at `level`. 0 changes nothing.
         pub density: f32 = 0.02 => within(0.0..=10.0), usually(0.0..=0.2), unit("1/m"), neutral(0.0);
@@ -21,9 +24,9 @@ params! {
         pub falloff: f32 = 0.0 => within(0.0..=10.0), usually(0.0..=0.5), unit("1/m"), neutral(0.0);
         /// The height at which the fog has its density.
         pub level: f32 = 0.0 => within(-10000.0..=10000.0), usually(-100.0..=100.0), unit("m");
-        /// The height of the camera.
+        /// The height of the camera, if none is wired.
         pub eye_height: f32 = 1.7 => within(-10000.0..=10000.0), usually(0.0..=100.0), unit("m");
-        /// Upwards in view space, of length 1.
+        /// Upwards, of length 1.
         pub up: [f32; 3] = [0.0, 1.0, 0.0] => within(-1.0..=1.0);
         /// The distance at which the fog begins.
         pub start: f32 = 0.0 => within(0.0..=10000.0), usually(0.0..=100.0), unit("m"), neutral(0.0);
@@ -31,13 +34,13 @@ params! {
         pub most: f32 = 1.0 => within(0.0..=1.0);
         /// The light that the fog scatters from all sides, in the units of the source.
         pub color: [f32; 3] = [0.5, 0.6, 0.7] => within(0.0..=1000.0), usually(0.0..=4.0);
-        /// Towards the sun in view space, of length 1.
+        /// Towards the sun, of length 1.
         pub sun: [f32; 3] = [0.0, 0.0, -1.0] => within(-1.0..=1.0);
         /// The light of the sun that the fog scatters, of all directions on average.
         pub sun_color: [f32; 3] = [0.0, 0.0, 0.0] => within(0.0..=1000.0), usually(0.0..=4.0);
         /// How much of the sun's light is scattered forwards: 0 to all sides, near 1 a glow around the sun.
         pub anisotropy: f32 = 0.7 => within(-0.9..=0.9), usually(0.0..=0.9);
-        /// Vertical field of view of the camera.
+        /// Vertical field of view of the camera, if none is wired.
         pub fov: f32 = 46.0 => within(1.0..=170.0), usually(20.0..=110.0), unit("degrees");
     }
 }
@@ -46,6 +49,7 @@ impl Node for Fog {
     const INPUTS: &'static [Input] = &[
         Input::image("source", "The light of the scene.").accepts(&[ColorState::Scene, ColorState::Exposed]),
         Input::image("depth", "Distance along the view axis in metres, in x.").accepts(&[ColorState::Data]),
+        Input::block("camera", &CAMERA, "The camera, for fog that stands in the world.").optional(),
     ];
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::same("source"), "The scene in fog.").or_input("source")];
@@ -58,9 +62,7 @@ impl Node for Fog {
         let size = surface::size_of(pass, "source");
         let depth = surface::at_size(pass, "depth", size);
         let tan_fov = (0.5 * f64::from(self.fov)).to_radians().tan();
-        pass.function(&SHADER, "fog")
-            .read("depth", depth)
-            .set("tan_fov", tan_fov)
-            .write("result", ImageDesc::new(size));
+        let name = if pass.wired("camera") { "fog_camera" } else { "fog" };
+        pass.function(&SHADER, name).read("depth", depth).set("tan_fov", tan_fov).write("result", ImageDesc::new(size));
     }
 }

@@ -34,6 +34,7 @@ mod adapt;
 mod auto_exposure;
 mod bake;
 mod baked_grade;
+mod bilateral_blur;
 mod bisection;
 mod brightness;
 mod cas;
@@ -63,6 +64,7 @@ mod gaussian;
 mod gaussian_weights;
 mod grid_blur;
 mod grid_build;
+mod gtao;
 mod halation;
 mod histogram;
 mod lens_dirt;
@@ -88,6 +90,7 @@ mod shaper;
 mod sharpen;
 mod streaks;
 mod surface;
+mod taa;
 mod tone_map;
 mod upsample;
 mod vignette;
@@ -99,6 +102,7 @@ pub use aces2_output::{Aces2Gamut, Aces2Output};
 pub use adapt::Adapt;
 pub use auto_exposure::{AutoExposure, AutoExposureHighlights};
 pub use baked_grade::{BakedGrade, BakedShaper, BakedTransfer};
+pub use bilateral_blur::BilateralBlur;
 pub use brightness::Brightness as BrightnessKind;
 pub use cas::Cas;
 pub use cdl::Cdl;
@@ -123,6 +127,7 @@ pub use fxaa::{Fxaa, FxaaSearch};
 pub use gaussian::{Gaussian, GaussianKernel, GaussianPyramid, GaussianTaps};
 pub use grid_blur::GridBlur;
 pub use grid_build::{GridBuild, GridBuildMethod};
+pub use gtao::{Gtao, NormalSpace, OcclusionSize};
 pub use halation::Halation;
 pub use histogram::Histogram;
 pub use lens_dirt::LensDirt;
@@ -149,6 +154,7 @@ pub use saturation::Saturation;
 pub use shaper::Shaper;
 pub use sharpen::Sharpen;
 pub use streaks::{Streaks, StreaksAxis};
+pub use taa::{HistoryFilter, Taa};
 pub use tone_map::{AgxLook, Curve, Gamut, MiddleGrey, Sigmoid, ToneMap, WorkingSpace};
 pub use upsample::{Upsample, UpsampleBlend, UpsampleFilter};
 pub use vignette::Vignette;
@@ -160,6 +166,7 @@ pub const ALL: &[NodeKind] = &[
     NodeKind::of::<Adapt>(),
     NodeKind::of::<AutoExposure>(),
     NodeKind::of::<BakedGrade>(),
+    NodeKind::of::<BilateralBlur>(),
     NodeKind::of::<BrightnessKind>(),
     NodeKind::of::<Cas>(),
     NodeKind::of::<Cdl>(),
@@ -183,6 +190,7 @@ pub const ALL: &[NodeKind] = &[
     NodeKind::of::<GaussianPyramid>(),
     NodeKind::of::<GridBlur>(),
     NodeKind::of::<GridBuild>(),
+    NodeKind::of::<Gtao>(),
     NodeKind::of::<Halation>(),
     NodeKind::of::<Histogram>(),
     NodeKind::of::<LensDirt>(),
@@ -201,6 +209,7 @@ pub const ALL: &[NodeKind] = &[
     NodeKind::of::<Saturation>(),
     NodeKind::of::<Sharpen>(),
     NodeKind::of::<Streaks>(),
+    NodeKind::of::<Taa>(),
     NodeKind::of::<ToneMap>(),
     NodeKind::of::<Upsample>(),
     NodeKind::of::<Vignette>(),

@@ -1,6 +1,6 @@
 //! MotionBlur: what moves while the shutter is open is drawn out along its path.
 
-use afterimage_graph::node::FunctionPass;
+use afterimage_graph::node::{CAMERA, FunctionPass};
 use afterimage_graph::prelude::*;
 
 use crate::surface;
@@ -23,8 +23,10 @@ params! {
     /// Each pixel gathers light along the longest path nearby, from what moves over it: McGuire and others, "A
     /// Reconstruction Filter for Plausible Motion Blur", I3D 2012. The motion is where a pixel's surface is now minus
     /// where it was in the previous frame, in x and y of the image, v downwards. The path is straight, and the frame is
-    /// in its middle. With a depth, a moving object does not draw out what is before it. Samples are moved by a random
-    /// number for each pixel, equal on every device. Place it before the tone curve. Alpha passes unchanged.
+    /// in its middle. With a depth, a moving object does not draw out what is before it. Without a motion, a depth and
+    /// the camera say how what stands still has moved in the image; without these, nothing is blurred. Samples are
+    /// moved by a random number for each pixel, equal on every device. Place it before the tone curve. Alpha passes
+    /// unchanged.
     pub struct MotionBlur {
         /// How long the shutter is open: 360 degrees is the whole frame. 0 changes nothing.
         pub shutter: f32 = 180.0 => within(0.0..=360.0), unit("degrees"), neutral(0.0);
@@ -52,14 +54,16 @@ impl Numbers {
 }
 
 impl MotionBlur {
-    /// From the numbers of the motion image to half of a path in pixels of the result.
-    fn scale(&self, motion: Size, size: Size) -> [f64; 2] {
+    /// From the numbers of the motion image, or from uv without one, to half of a path in pixels of the result.
+    fn scale(&self, pass: &mut Recorder<'_>, size: Size) -> [f64; 2] {
         let half = 0.5 * f64::from(self.shutter) / 360.0;
         let [width, height] = [size.width, size.height].map(f64::from);
-        match self.unit {
-            MotionUnit::Uv => [half * width, half * height],
-            MotionUnit::Pixels => [half * width / f64::from(motion.width), half * height / f64::from(motion.height)],
+        if self.unit == MotionUnit::Uv || !pass.wired("motion") {
+            return [half * width, half * height];
         }
+        let motion = pass.image("motion");
+        let motion = pass.desc(motion).size;
+        [half * width / f64::from(motion.width), half * height / f64::from(motion.height)]
     }
 
     /// A pass from the image that the argument names, of this size.
@@ -77,8 +81,14 @@ impl MotionBlur {
 
     /// Half of the path of each pixel, and its depth: 1 everywhere if no depth is wired.
     fn path(pass: &mut Recorder<'_>, desc: ImageDesc, numbers: Numbers) -> ImageId {
-        let motion = surface::at_size(pass, "motion", desc.size);
         let path = pass.transient_signed("path", desc);
+        if !pass.wired("motion") {
+            let depth = surface::at_size(pass, "depth", desc.size);
+            let call = pass.function(&SHADER, "motion_blur_path_camera").label("motion_blur_path");
+            numbers.set(call.read("depth", depth)).write_to(path);
+            return path;
+        }
+        let motion = surface::at_size(pass, "motion", desc.size);
         if pass.wired("depth") {
             let depth = surface::at_size(pass, "depth", desc.size);
             let call = pass.function(&SHADER, "motion_blur_path_depth").label("motion_blur_path");
@@ -93,15 +103,17 @@ impl MotionBlur {
 impl Node for MotionBlur {
     const INPUTS: &'static [Input] = &[
         Input::image("source", "The image, before the tone curve.").accepts(&[ColorState::Scene, ColorState::Exposed]),
-        Input::image("motion", "Motion since the previous frame, in x and y.").accepts(&[ColorState::Data]),
+        Input::image("motion", "Motion since the previous frame, in x and y.").accepts(&[ColorState::Data]).optional(),
         Input::image("depth", "Distance along the view axis, in x.").accepts(&[ColorState::Data]).optional(),
+        Input::block("camera", &CAMERA, "The camera, for the motion of what stands still.").optional(),
     ];
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::same("source"), "The image in motion.").or_input("source")];
 
     fn identity(&self, arrivals: &Arrivals) -> bool {
+        let is_unknown = arrivals.is_absent("motion") && (arrivals.is_absent("depth") || arrivals.is_absent("camera"));
         let is_still = self.shutter == 0.0 || self.largest == 0.0 || arrivals.is_zero("motion");
-        is_still || arrivals.is_zero("source")
+        is_still || is_unknown || arrivals.is_zero("source")
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {
@@ -109,9 +121,12 @@ impl Node for MotionBlur {
         let desc = ImageDesc::new(pass.desc(source).size);
         let most = f64::from(self.largest) * f64::from(desc.size.height);
         let tile = (most.ceil() as u32 + 1).max(8);
-        let motion = pass.image("motion");
-        let scale = self.scale(pass.desc(motion).size, desc.size);
-        let numbers = Numbers { scale, most, tile };
+        let is_known = pass.wired("motion") || pass.wired("depth") && pass.wired("camera");
+        if !is_known {
+            pass.function(&SHADER, "motion_blur_still").read("source", source).write("result", desc);
+            return;
+        }
+        let numbers = Numbers { scale: self.scale(pass, desc.size), most, tile };
         let path = Self::path(pass, desc, numbers);
         let tiles = surface::tiles(desc.size, tile);
         let rows = ImageDesc::new(Size::new(tiles.width, desc.size.height));

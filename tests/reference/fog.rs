@@ -1,8 +1,12 @@
 //! Fog whose density falls exponentially with the height, by the closed form (Quilez, "Better Fog", 2010), and light of
 //! the sun in it (Henyey and Greenstein, 1941).
 
+use afterimage_graph::node::Camera;
+use glam::{DMat4, DVec3};
+
 use super::image::{Image, centre_uv};
 use super::math::{Rgb, dot};
+use super::view::View;
 
 /// The fog and the camera, in metres. Directions are in view space.
 #[derive(Clone, Copy)]
@@ -23,10 +27,10 @@ pub(crate) struct Fog {
 }
 
 impl Fog {
-    /// The optical depth up to a distance on a ray that rises by this much in a metre.
-    pub(crate) fn optical_depth(&self, rise: f64, distance: f64) -> f64 {
+    /// The optical depth up to a distance on a ray that begins at a height and rises by this much in a metre.
+    pub(crate) fn optical_depth(&self, eye_height: f64, rise: f64, distance: f64) -> f64 {
         let way = (distance - self.start).max(0.0);
-        let height = self.eye_height + rise * self.start - self.level;
+        let height = eye_height + rise * self.start - self.level;
         let x = self.falloff * rise * way;
         let mean = if x == 0.0 { 1.0 } else { -(-x).exp_m1() / x };
         self.density * (-self.falloff * height).exp() * way * mean
@@ -46,12 +50,29 @@ impl Fog {
             let length = dot(ray, ray).sqrt();
             let direction = ray.map(|part| part / length);
             let distance = depth.texel(x as i64, y as i64)[0].max(0.0) * length;
-            let optical = self.optical_depth(dot(self.up, direction), distance);
-            let passed = (-optical).exp().max(1.0 - self.most);
-            let phase = self.phase(dot(direction, self.sun));
-            let source = image.texel(x as i64, y as i64);
-            let lit = |c: usize| source[c] * passed + (self.color[c] + self.sun_color[c] * phase) * (1.0 - passed);
-            [lit(0), lit(1), lit(2), source[3]]
+            let optical = self.optical_depth(self.eye_height, dot(self.up, direction), distance);
+            self.lit(image.texel(x as i64, y as i64), optical, direction)
+        })
+    }
+
+    fn lit(&self, source: [f64; 4], optical: f64, direction: Rgb) -> [f64; 4] {
+        let passed = (-optical).exp().max(1.0 - self.most);
+        let phase = self.phase(dot(direction, self.sun));
+        let lit = |c: usize| source[c] * passed + (self.color[c] + self.sun_color[c] * phase) * (1.0 - passed);
+        [lit(0), lit(1), lit(2), source[3]]
+    }
+
+    /// With directions and heights of the world, which the camera stands in. For a perspective camera: its rays begin
+    /// in one place.
+    pub(crate) fn apply_in_world(&self, image: &Image, depth: &Image, camera: &Camera) -> Image {
+        let view = View::new(camera, image);
+        let to_world = DMat4::from_cols_array_2d(&camera.view.map(|column| column.map(f64::from))).inverse();
+        let height = dot(self.up, to_world.transform_point3(DVec3::ZERO).to_array());
+        Image::new(image.width, image.height, |x, y| {
+            let place = view.place([x as f64, y as f64], depth.texel(x as i64, y as i64)[0].max(1e-3));
+            let direction = to_world.transform_vector3(place.normalize()).to_array();
+            let optical = self.optical_depth(height, dot(self.up, direction), place.length());
+            self.lit(image.texel(x as i64, y as i64), optical, direction)
         })
     }
 }
@@ -82,7 +103,7 @@ mod tests {
             let step = 17.0 / f64::from(steps);
             let density = |way: f64| FOG.density * (-FOG.falloff * (2.5 + rise * (3.0 + way) - 1.0)).exp();
             let sum: f64 = (0..steps).map(|i| density((f64::from(i) + 0.5) * step) * step).sum();
-            assert!((FOG.optical_depth(rise, 20.0) / sum - 1.0).abs() < 1e-8, "{rise}");
+            assert!((FOG.optical_depth(2.5, rise, 20.0) / sum - 1.0).abs() < 1e-8, "{rise}");
         }
     }
 

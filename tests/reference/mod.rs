@@ -18,6 +18,7 @@ pub(crate) mod purkinje;
 pub(crate) mod gaussian;
 pub(crate) mod local;
 
+pub(crate) mod bilateral;
 pub(crate) mod bloom;
 pub(crate) mod resample;
 
@@ -29,10 +30,12 @@ pub(crate) mod oklab;
 
 pub(crate) mod fog;
 pub(crate) mod fxaa;
+pub(crate) mod gtao;
 pub(crate) mod lens;
 pub(crate) mod lens_blur;
 pub(crate) mod outline;
 pub(crate) mod sharpen;
+pub(crate) mod taa;
 pub(crate) mod view;
 pub(crate) mod warp;
 

@@ -1,7 +1,7 @@
 //! What a camera sees, in f64: places in its space, which looks along -z with y upwards, and depths.
 
 use afterimage_graph::node::{Camera, Matrix};
-use glam::{DMat4, DVec2, DVec4};
+use glam::{DMat4, DVec2, DVec3, DVec4, Vec4Swizzles as _};
 
 use super::image::Image;
 
@@ -33,5 +33,29 @@ impl View {
         let clip = self.clip(pixel);
         let place = self.projection.inverse() * DVec4::new(clip.x, clip.y, depth, 1.0);
         (-place.z / place.w.max(1e-7)).clamp(0.0, 65504.0)
+    }
+
+    /// The place in the camera's space of what a pixel shows at this distance along the axis: where the ray through
+    /// the pixel, from two depths of it, has this distance.
+    pub(crate) fn place(&self, pixel: [f64; 2], distance: f64) -> DVec3 {
+        let clip = self.clip(pixel);
+        let inverse = self.projection.inverse();
+        let at = |depth: f64| {
+            let place = inverse * DVec4::new(clip.x, clip.y, depth, 1.0);
+            place.xyz() / place.w
+        };
+        let (a, b) = (at(0.75), at(0.25));
+        a + (b - a) * ((-distance - a.z) / (b.z - a.z))
+    }
+
+    /// How far in pixels two places lie from each other that are `apart` in the camera's x and y, y downwards.
+    pub(crate) fn pixels_apart(&self, apart: DVec2, distance: f64) -> DVec2 {
+        let of = |x: f64, y: f64| {
+            let clip = self.projection * DVec4::new(x, y, -distance, 1.0);
+            clip.xy() / clip.w
+        };
+        let clip = of(apart.x, apart.y) - of(0.0, 0.0);
+        let [width, height] = self.size.map(|side| side as f64);
+        DVec2::new(0.5 * width, -0.5 * height) * clip
     }
 }

@@ -3,6 +3,7 @@
 use std::sync::MutexGuard;
 
 use afterimage_gpu::{FrameStep, Gpu, InputImage, Session};
+use afterimage_graph::node::Camera;
 
 use super::gpu::{Picture, Run, gpu};
 
@@ -17,6 +18,11 @@ impl<'r> Sequence<'r> {
     pub fn new(run: &'r Run<'r>) -> Self {
         let gpu = gpu();
         Self { run, session: run.session(&gpu), _gpu: gpu }
+    }
+
+    /// The camera of the frames from now on, for the input `camera`.
+    pub fn camera(&mut self, camera: &Camera) {
+        self.session.set_block("camera", camera.data().expect("its matrices have inverses"));
     }
 
     /// One frame with these pictures.

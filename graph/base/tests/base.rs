@@ -24,6 +24,55 @@ fn a_pyramid_ends_where_both_sides_are_one() {
 }
 
 #[test]
+fn the_aspect_of_a_size_is_its_width_over_its_height() {
+    assert_eq!(
+        [(16, 9), (9, 16), (640, 640), (1, 8192)].map(|(w, h)| Size::new(w, h).aspect()),
+        [16.0 / 9.0, 0.5625, 1.0, 1.0 / 8192.0]
+    );
+}
+
+/// Each type takes its own values within its domain, up to both ends, and nothing else.
+#[test]
+fn a_parameter_accepts_the_values_of_its_type_and_domain() {
+    use afterimage_base::value::ChoiceName;
+    const CHOICES: &[ChoiceName] =
+        &[ChoiceName { name: "One", doc: "1", former: "" }, ChoiceName { name: "Two", doc: "2", former: "" }];
+    let vector = |x: f64, n: usize| Value::Vector(std::array::from_fn(|at| if at < n { x } else { 0.0 }), n);
+    let kinds = [
+        (Type::Bool, vec![Value::Bool(true), Value::Bool(false)]),
+        (Type::Int, vec![Value::Int(-2), Value::Int(0), Value::Int(5)]),
+        (Type::Float, vec![Value::Float(-2.0), Value::Float(0.5), Value::Float(5.0)]),
+        (Type::Vector(2), vec![vector(-2.0, 2), vector(5.0, 2)]),
+        (Type::Vector(3), vec![vector(1.0, 3)]),
+        (Type::Choice(CHOICES), vec![Value::Choice("One"), Value::Choice("Two")]),
+        (Type::Text, vec![Value::Text("a".into())]),
+        (Type::File, vec![Value::File(FileValue::default())]),
+    ];
+    let refused = [
+        Value::Int(-3),
+        Value::Int(6),
+        Value::Float(-2.000_1),
+        Value::Float(5.000_1),
+        Value::Float(f64::NAN),
+        Value::Float(f64::INFINITY),
+        vector(5.1, 2),
+        vector(f64::NAN, 3),
+        Value::Vector([0.0, 6.0, 0.0, 0.0], 2),
+        vector(0.0, 4),
+        Value::Choice("Three"),
+        Value::Choice("one"),
+    ];
+    for (ty, good) in &kinds {
+        let mut param = Param::new("p", "A parameter.", *ty, good[0].clone());
+        param.domain = Some((-2.0, 5.0));
+        for value in kinds.iter().flat_map(|(_, values)| values).chain(&refused) {
+            let is_good = good.contains(value);
+            assert_eq!(param.accepts(value).is_ok(), is_good, "{ty:?} and {value}: {:?}", param.accepts(value));
+        }
+    }
+}
+
+#[test]
 fn tiles_cover_a_size() {
     assert_eq!(Size::new(641, 359).div_up(16), Size::new(41, 23));
     assert_eq!(Size::new(640, 352).div_up(16), Size::new(40, 22));

@@ -1,18 +1,25 @@
 //! Tests of the planner without a device: properties of the plans of random graphs, and faults that `verify` must find.
 #![allow(unreachable_pub, missing_docs, clippy::unwrap_used, reason = "a test binary exports nothing")]
 
+mod blocks;
+mod choices;
 mod colorimetry;
 mod contract;
+mod devices;
 mod dynamic;
 mod faults;
 mod fusion;
 mod golden;
 mod limits;
+mod machine;
+mod model;
+mod odd;
 mod pipelines;
 mod plan_cache;
 mod planned;
 mod printing;
 mod properties;
+mod shown;
 mod skipped;
 mod stability;
 mod stages;

@@ -20,6 +20,43 @@ static SHARED: Shader = Shader::new(
     }",
 );
 
+static HALVES: Shader = Shader::new(
+    "halves.wgsl",
+    "#import real
+fn halves(source: vec4f) -> vec4f { return source; }
+fn halves_far(source: texture_2d<f32>, source_sampler: sampler, at: Point) -> vec4f {
+    let one: f32 = real(1.0);
+    return one * tap(source, source_sampler, at.uv);
+}",
+);
+
+params! {
+    /// Its second pass is no module where `real` has 16 bits.
+    pub struct Halves {}
+}
+
+impl Node for Halves {
+    const INPUTS: &'static [Input] = &[Input::image("source", "An image.")];
+    const OUTPUTS: &'static [Output] =
+        &[Output::image("result", OutputState::same("source"), "An image.").or_input("source")];
+
+    fn record(&self, pass: &mut Recorder<'_>) {
+        let source = pass.image("source");
+        let desc = pass.desc(source);
+        let between = pass.transient("between", desc);
+        pass.function(&HALVES, "halves").write_to(between);
+        pass.function(&HALVES, "halves_far").read("source", between).write("result", desc);
+    }
+}
+
+#[test]
+fn every_pass_is_checked_in_every_way_in_which_it_may_be_composed() {
+    let complaints = contract(&[NodeKind::of::<Halves>()]).expect_err("the second pass is no module");
+    let of_halves = "`Halves`: the pass `halves_far` is no valid module";
+    assert!(complaints.iter().all(|complaint| complaint.starts_with(of_halves)), "{complaints:?}");
+    assert_eq!(complaints.len(), 1, "{complaints:?}");
+}
+
 params! {
     /// Has one texel more of workgroup memory than every device has.
     pub struct Hoard {}

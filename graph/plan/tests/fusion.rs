@@ -128,19 +128,19 @@ const KINDS: &[NodeKind] = &[
 
 /// The plan of these nodes for a frame of that size, on a device where tiles may pay.
 pub fn planned_at(size: Size, nodes: &str, outputs: &str, options: Options) -> Plan {
+    planned_on(size, nodes, outputs, options, Caps { tiles: true, ..all_formats() })
+}
+
+/// The plan of these nodes for a frame of that size and a device.
+pub fn planned_on(size: Size, nodes: &str, outputs: &str, options: Options, caps: Caps) -> Plan {
     let text = format!("Pipeline(inputs: {{\"in\": Color}}, nodes: {{{nodes}}}, outputs: {{{outputs}}})");
     let document = parse("fusion.ron", &text).unwrap_or_else(|errors| panic!("{errors}"));
     let registry = Registry::new(&[afterimage_nodes::ALL, KINDS]).expect("no two kinds share a name");
     let graph = check(&document, &registry, &CheckOptions::default()).unwrap_or_else(|errors| panic!("{errors}")).0;
-    let given = GivenImage { desc: ImageDesc::new(size), finite: true };
-    let request = PlanRequest {
-        given: Given { inputs: [("in".to_owned(), given)].into(), ..Given::nothing(size) },
-        facts: Facts::default(),
-        caps: Caps { tiles: true, ..all_formats() },
-        options,
-        dynamic: Default::default(),
-        requirement: &Requirement::typical,
-    };
+    let image = GivenImage { desc: ImageDesc::new(size), finite: true };
+    let given = Given { inputs: [("in".to_owned(), image)].into(), ..Given::nothing(size) };
+    let (facts, dynamic, requirement) = (Facts::default(), Default::default(), &Requirement::typical);
+    let request = PlanRequest { given, facts, caps, options, dynamic, requirement };
     let plan = plan(&graph, &request).unwrap_or_else(|error| panic!("{error}"));
     assert_eq!(verify(&plan), Ok(()), "{}", plan.to_text());
     plan

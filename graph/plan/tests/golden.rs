@@ -14,7 +14,7 @@ use super::fusion::planned_at;
 use super::planned::{FRAME, all_formats, plan_at, plan_on};
 
 /// Compares a text with its file.
-fn assert_golden(name: &str, text: &str) {
+pub fn assert_golden(name: &str, text: &str) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden").join(name);
     if std::env::var_os("AFTERIMAGE_BLESS").is_some() {
         std::fs::write(&path, text).unwrap_or_else(|error| panic!("{}: {error}", path.display()));

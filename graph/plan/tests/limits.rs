@@ -5,12 +5,49 @@ use afterimage_graph::check::limits::{MOST_FACTS, MOST_INPUTS, MOST_NODES, MOST_
 use afterimage_graph::check::{CheckOptions, Facts, Graph, check};
 use afterimage_graph::diagnostic::Diagnostics;
 use afterimage_graph::document::parse;
-use afterimage_graph::image::{ImageDesc, Size};
-use afterimage_graph::node::Registry;
-use afterimage_plan::limits::{MOST_COMPUTED, MOST_COMPUTED_BYTES, MOST_PASSES};
+use afterimage_graph::node::{NodeKind, Registry};
+use afterimage_graph::prelude::*;
+use afterimage_plan::limits::{MOST_COMPUTED, MOST_COMPUTED_BYTES, MOST_PASSES, MOST_TABLE_BYTES};
 use afterimage_plan::{Caps, Given, GivenImage, Options, Plan, PlanError, PlanRequest, Requirement, plan, verify};
 
 use super::planned::all_formats;
+
+static COPY: Shader = Shader::new("hold.wgsl", "fn hold(source: vec4f) -> vec4f { return source; }");
+
+params! {
+    /// Holds tables.
+    pub struct Hold {
+        /// MiB of images.
+        pub images: i32 = 0 => within(0.0..=1000.0);
+        /// MiB of buffers.
+        pub buffers: i32 = 0 => within(0.0..=1000.0);
+        /// Bytes of a buffer.
+        pub bytes: i32 = 0 => within(0.0..=1000.0);
+    }
+}
+
+impl Node for Hold {
+    const INPUTS: &'static [Input] = &[Input::image("source", "An image.")];
+    const OUTPUTS: &'static [Output] = &[Output::image("result", OutputState::same("source"), "An image.")];
+
+    fn record(&self, pass: &mut Recorder<'_>) {
+        let mebibyte = ImageDesc::new(Size::new(512, 256));
+        for number in 0..self.images {
+            pass.constant(&format!("table{number}"), mebibyte, vec![number as u8; 1 << 20]);
+        }
+        for number in 0..self.buffers {
+            let bytes = vec![number as u8; 1 << 20];
+            pass.add_buffer(&format!("buffer{number}"), 1 << 20, BufferLife::Constant(bytes.into()));
+        }
+        if self.bytes > 0 {
+            let bytes = vec![1; self.bytes as usize];
+            pass.add_buffer("bytes", bytes.len() as u64, BufferLife::Constant(bytes.into()));
+        }
+        let source = pass.image("source");
+        let desc = pass.desc(source);
+        pass.function(&COPY, "hold").write("result", desc);
+    }
+}
 
 fn bomb(name: &str, size: usize) -> Bomb {
     let (_, make) =
@@ -100,6 +137,35 @@ fn a_plan_of_too_many_passes_or_too_large_tables_is_refused_with_the_node() {
     let error = planned(&accepted("transforms", MOST_COMPUTED + 1)).expect_err("many tables");
     assert_eq!(error, PlanError::TooManyTables(format!("n{MOST_COMPUTED}")));
     assert!(planned(&accepted("transforms", MOST_COMPUTED)).is_ok());
+}
+
+/// Tables of images and of buffers count together, over all nodes, to the last byte.
+#[test]
+fn tables_are_refused_beyond_their_limit() {
+    let held = |nodes: &[(i32, i32, i32)]| {
+        let node = |(at, (images, buffers, bytes)): (usize, &(i32, i32, i32))| {
+            let source = if at == 0 { "in".to_owned() } else { format!("n{}", at - 1) };
+            format!("\"n{at}\": Hold(source: \"{source}\", images: {images}, buffers: {buffers}, bytes: {bytes}), ")
+        };
+        let text: String = nodes.iter().enumerate().map(node).collect();
+        let outputs = format!("\"out\": \"n{}\"", nodes.len() - 1);
+        let text = format!("Pipeline(inputs: {{\"in\": Color}}, nodes: {{{text}}}, outputs: {{{outputs}}})");
+        let registry = Registry::new(&[&[NodeKind::of::<Hold>()]]).expect("it is one kind");
+        let checked =
+            parse("hold.ron", &text).and_then(|document| check(&document, &registry, &CheckOptions::default()));
+        planned(&checked.unwrap_or_else(|errors| panic!("{errors}")).0)
+    };
+    let most = (MOST_TABLE_BYTES >> 20) as i32;
+    assert!(held(&[(most / 2, most / 2, 0)]).is_ok());
+    assert!(held(&[(most / 4, most / 4, 0), (most / 2, 0, 0)]).is_ok());
+    for (nodes, node, bytes) in [
+        (vec![(most, 0, 1)], "n0", MOST_TABLE_BYTES + 1),
+        (vec![(0, most, 4)], "n0", MOST_TABLE_BYTES + 4),
+        (vec![(most / 2, 0, 0), (most / 4, most / 4, 8)], "n1", MOST_TABLE_BYTES + 8),
+    ] {
+        let error = held(&nodes).expect_err("it is too much");
+        assert_eq!(error, PlanError::TooLargeTables { node: node.into(), bytes, limit: MOST_TABLE_BYTES });
+    }
 }
 
 /// Chains are cut into passes of a bounded size, so that no name, label or kernel is copied for each node after it.

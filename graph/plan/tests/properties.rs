@@ -135,7 +135,7 @@ proptest! {
 }
 
 /// Switches a node off, or on.
-fn switch_one(graph: &mut Graph, seed: u64) {
+pub fn switch_one(graph: &mut Graph, seed: u64) {
     let can_be_off: Vec<usize> = (0..graph.nodes.len()).filter(|at| graph.nodes[*at].kind().can_be_off()).collect();
     let at = can_be_off[Rng::new(seed).below(can_be_off.len())];
     graph.nodes[at].off = !graph.nodes[at].off;

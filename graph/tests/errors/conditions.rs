@@ -43,6 +43,29 @@ fn facts_that_are_not_given_may_have_any_value() {
     assert!(!holds("not (a or b)", &[("b", true.into())]));
 }
 
+/// Kleene's three values: a part that nobody knows counts only where the other does not decide.
+#[test]
+fn the_tables_of_truth_hold_for_what_is_known_and_for_what_is_not() {
+    let values = [Some(true), Some(false), None];
+    let and = |a, b| if a == Some(false) || b == Some(false) { Some(false) } else { Some(a? && b?) };
+    let or = |a, b| if a == Some(true) || b == Some(true) { Some(true) } else { Some(a? || b?) };
+    for (a, b) in values.into_iter().flat_map(|a| values.map(|b| (a, b))) {
+        let named = [("a", a), ("b", b)].into_iter().filter_map(|(name, value)| Some((name, Fact::from(value?))));
+        let facts: Vec<(&str, Fact)> = named.collect();
+        let not = |a: Option<bool>| a.map(|a| !a);
+        for (condition, wanted) in [
+            ("a and b", and(a, b)),
+            ("a or b", or(a, b)),
+            ("not (a and b)", not(and(a, b))),
+            ("not (a or b)", not(or(a, b))),
+            ("not a or b", or(not(a), b)),
+            ("a and not b", and(a, not(b))),
+        ] {
+            assert_eq!(holds(condition, &facts), wanted.unwrap_or(true), "{condition} where a is {a:?} and b {b:?}");
+        }
+    }
+}
+
 #[test]
 fn nonsense_from_the_host_counts_as_untold() {
     assert!(holds("x < 1", &[("x", f64::NAN.into())]) && holds("not x < 1", &[("x", f64::NAN.into())]));

@@ -3,7 +3,7 @@
 use afterimage_graph::image::{Format, Size};
 use afterimage_graph::node::{NodeKind, Recording, folder_kind, for_each_recording};
 
-const DECLARATION: &str = r#"Kind(
+pub(super) const DECLARATION: &str = r#"Kind(
     name: "Haze",
     doc: "Spreads light.",
     inputs: {
@@ -23,7 +23,7 @@ const DECLARATION: &str = r#"Kind(
 )
 "#;
 
-const SHADER: &str = "\
+pub(super) const SHADER: &str = "\
 fn haze_across(source: texture_2d<f32>, at: Point) -> vec4f { return texel(source, at.pixel); }
 fn haze_levels(across: texture_2d<f32>, at: Point) -> vec4f { return texel(across, 2 * at.pixel); }
 fn haze_soft(levels: vec4f) -> vec4f { return levels; }
@@ -145,6 +145,69 @@ fn a_pixel_of_another_size_is_an_error_also_for_outputs() {
     let half = DECLARATION.replace("state: Same(\"source\"))", "state: Same(\"source\"), size: Half)");
     let reported = reported(&half, SHADER);
     assert!(reported.contains("the argument `source` is a pixel of an image that may have another size"), "{reported}");
+}
+
+/// A pixel is one of an image of the result's size, whatever made it.
+#[test]
+fn a_pixel_of_an_image_of_the_same_size_is_none_of_another() {
+    let declared = |made: &str, read: &str| {
+        format!(
+            r#"Kind(name: "Haze", doc: "Reads.", inputs: {{ "source": Image(doc: "Light.") }},
+            images: {{ "one": Image({made}) }},
+            outputs: {{ "result": Image(doc: "Light.", state: Same("source"){read}) }})"#
+        )
+    };
+    let shader = "fn haze_one(source: texture_2d<f32>, at: Point) -> vec4f { return texel(source, at.pixel); }
+        fn haze(one: vec4f) -> vec4f { return one; }";
+    for (made, read, fits) in [
+        ("", "", true),
+        ("size: Half", ", size: Half", true),
+        ("size: Fixed(64, 32)", ", size: Fixed(64, 32)", true),
+        ("size: Half", "", false),
+        ("", ", size: Half", false),
+        ("size: Double", ", size: Half", false),
+        ("size: Fixed(64, 32)", ", size: Fixed(64, 33)", false),
+    ] {
+        let kind = folder_kind(("node.ron", &declared(made, read)), ("haze.wgsl", shader));
+        assert_eq!(kind.is_ok(), fits, "{made}{read}: {:?}", kind.err().map(|errors| errors.to_string()));
+    }
+}
+
+/// A camera is taken in the struct of the library, or in one with all its members.
+#[test]
+fn a_block_has_the_members_of_its_struct() {
+    let declaration = r#"Kind(name: "Haze", doc: "Reads.",
+        inputs: { "source": Image(doc: "Light."), "eye": Camera(doc: "The camera.") },
+        outputs: { "result": Image(doc: "Light.", state: Same("source")) })"#;
+    let matrices = "view: mat4x4f, projection: mat4x4f, inverse_view: mat4x4f, inverse_projection: mat4x4f, \
+        previous_view: mat4x4f, previous_projection: mat4x4f, jitter: vec2f, previous_jitter: vec2f";
+    let shader = |members: &str| {
+        format!("struct Eye {{ {members} }}\nfn haze(source: vec4f, eye: Eye) -> vec4f {{ return eye.view * source; }}")
+    };
+    let reported = |shader: &str| folder_kind(("node.ron", declaration), ("haze.wgsl", shader)).err();
+    assert!(reported(&shader(matrices)).is_none());
+    let library = "#import camera\nfn haze(source: vec4f, eye: Camera) -> vec4f { return eye.view * source; }";
+    assert!(reported(library).is_none());
+    for (from, to) in [
+        (", previous_jitter: vec2f", ""),
+        ("previous_jitter: vec2f", "previous_jitter: vec2f, more: f32"),
+        ("previous_jitter: vec2f", "previous_jitter: vec2i"),
+        ("previous_jitter: vec2f", "previous_jitter: f32"),
+        ("jitter: vec2f", "jitter: vec3f"),
+        ("projection: mat4x4f", "projection: vec4f"),
+        ("inverse_view: mat4x4f", "inverse_view: mat4x3f"),
+        ("inverse_view: mat4x4f", "inverse_view: mat2x2f"),
+        ("jitter: vec2f", "@size(16) jitter: vec2f"),
+        ("projection: mat4x4f", "projektion: mat4x4f"),
+        ("view: mat4x4f, projection: mat4x4f", "projection: mat4x4f, view: mat4x4f"),
+    ] {
+        let errors = reported(&shader(&matrices.replacen(from, to, 1))).expect("it is another struct").to_string();
+        let message = "the type of `eye` has not the members of the block `Camera`";
+        assert!(errors.contains(message) && errors.contains("haze.wgsl:2:24"), "{from} -> {to}:\n{errors}");
+    }
+    let no_struct = "fn haze(source: vec4f, eye: vec4f) -> vec4f { return eye * source; }";
+    let errors = reported(no_struct).expect("a block is a struct").to_string();
+    assert!(errors.contains("the argument `eye` is a Block and needs the type of the struct"), "{errors}");
 }
 
 #[test]

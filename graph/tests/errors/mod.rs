@@ -13,6 +13,7 @@ mod fuzz;
 mod kinds;
 mod mutated;
 mod once;
+mod promises;
 mod ranges;
 
 use std::path::{Path, PathBuf};

@@ -1,16 +1,17 @@
 //! Many wrong files, compared with what is known of them: each case of this folder, a good pipeline and a folder kind,
 //! with words and signs removed, doubled, exchanged and replaced. `mutated.tsv` has a line for each file: how many of
 //! its texts are accepted, how many errors and warnings the others have, and a hash of all that is reported and of the
-//! graphs.
+//! graphs. `folders.tsv` has the same for folder kinds of many images, with what the accepted ones record.
 //!
 //! `AFTERIMAGE_BLESS=1 cargo test -p afterimage-graph errors` writes it anew. A change of a message changes many lines;
 //! what each text is reported is asserted nowhere, only that nothing changes by accident.
 
 use std::fmt::Write as _;
 
+use afterimage_generators::{FNV_START, fnv1a, mutated};
 use afterimage_graph::check::Graph;
 use afterimage_graph::diagnostic::Diagnostics;
-use afterimage_graph::node::{NodeKind, folder_kind};
+use afterimage_graph::node::{NodeKind, folder_kind, folder_kind_sharing, for_each_recording};
 
 use super::accepted::LYNX;
 use super::folder::{DECLARATION, SHADER};
@@ -19,57 +20,17 @@ use super::{checked, folder};
 /// Texts that are made of each file.
 const TEXTS: u64 = 40;
 
-/// Words, numbers and texts in quotes as wholes, and every other character by itself.
-fn tokens(text: &str) -> Vec<&str> {
-    let kind = |c: char| {
-        if c.is_alphanumeric() || c == '_' {
-            'w'
-        } else if c == ' ' {
-            ' '
-        } else {
-            's'
-        }
-    };
-    let mut tokens = Vec::new();
-    let mut rest = text;
-    while let Some(first) = rest.chars().next() {
-        let same = rest.find(|c| kind(c) != kind(first)).unwrap_or(rest.len());
-        let (token, after) = rest.split_at(if kind(first) == 's' { first.len_utf8() } else { same });
-        tokens.push(token);
-        rest = after;
-    }
-    tokens
-}
+/// What texts get that they do not have.
+const OTHERS: [&str; 22] = [
+    "(", ")", "[", "]", "{", "}", ",", ":", "\"", ".", "-", "0", "1e9", "4.5", "true", "None", "//", "/*", "@",
+    "previous", "not", "<",
+];
 
-/// The finalizer of splitmix64.
-fn mixed(mut z: u64) -> u64 {
-    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    z ^ (z >> 31)
-}
-
-/// The text with one to three changes behind the lines of options.
-fn mutated(text: &str, seed: u64) -> String {
-    const OTHERS: [&str; 22] = [
-        "(", ")", "[", "]", "{", "}", ",", ":", "\"", ".", "-", "0", "1e9", "4.5", "true", "None", "//", "/*", "@",
-        "previous", "not", "<",
-    ];
+/// The text with changes behind the lines of options.
+fn changed(text: &str, seed: u64) -> String {
     let begin = text.split_inclusive('\n').take_while(|line| line.starts_with("//!")).map(str::len).sum();
     let (head, body) = text.split_at(begin);
-    let mut tokens = tokens(body);
-    for change in 0..1 + seed % 3 {
-        let at = |salt: u64, count: usize| (mixed(seed * 97 + change * 7 + salt) % count.max(1) as u64) as usize;
-        let (first, second) = (at(1, tokens.len()), at(2, tokens.len()));
-        match at(3, 5) {
-            _ if tokens.is_empty() => tokens.push(OTHERS[at(4, OTHERS.len())]),
-            0 => drop(tokens.remove(first)),
-            1 => tokens.insert(first, tokens[first]),
-            2 => tokens.swap(first, second),
-            3 => tokens[first] = tokens[second],
-            _ => tokens.insert(first, OTHERS[at(4, OTHERS.len())]),
-        }
-    }
-    head.to_owned() + &tokens.concat()
+    head.to_owned() + &mutated(body, seed, &OTHERS)
 }
 
 /// All of a graph that a pipeline says.
@@ -110,13 +71,12 @@ impl Row {
                 errors.to_string()
             }
         };
-        let fnv = |hash: u64, byte: u8| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
-        self.hash = text.bytes().fold(self.hash, fnv);
+        self.hash = fnv1a(&text, self.hash);
     }
 
     fn of(text: &str, report: impl Fn(&str) -> Result<(String, usize), Diagnostics>) -> Self {
-        let mut row = Self { hash: 0xcbf2_9ce4_8422_2325, ..Self::default() };
-        (0..TEXTS).for_each(|seed| row.add(report(&mutated(text, seed))));
+        let mut row = Self { hash: FNV_START, ..Self::default() };
+        (0..TEXTS).for_each(|seed| row.add(report(&changed(text, seed))));
         row
     }
 
@@ -145,12 +105,127 @@ fn what_many_wrong_files_are_reported_changes_only_where_it_is_meant_to() {
     };
     table += &Row::of(DECLARATION, |text| kind(text, SHADER)).line("a declaration");
     table += &Row::of(SHADER, |text| kind(DECLARATION, text)).line("a shader");
-    let path = folder().join("mutated.tsv");
+    assert_known("mutated.tsv", &table);
+}
+
+#[track_caller]
+fn assert_known(file: &str, table: &str) {
+    let path = folder().join(file);
     if std::env::var_os("AFTERIMAGE_BLESS").is_some() {
-        std::fs::write(&path, &table).expect("the folder of cases can be written");
+        std::fs::write(&path, table).expect("the folder of cases can be written");
     }
     let known = std::fs::read_to_string(&path).unwrap_or_default();
     let changed: Vec<(&str, &str)> = known.lines().zip(table.lines()).filter(|(old, new)| old != new).collect();
     assert!(changed.is_empty(), "if this is meant, set AFTERIMAGE_BLESS=1: {changed:#?}");
     assert_eq!(known.lines().count(), table.lines().count());
+}
+
+/// A kind with a field of each name that a declaration may have.
+const TINT: &str = r#"Kind(
+    name: "Tint",
+    doc: "Tints.",
+    inputs: {
+        "source": Image(doc: "The image.", accepts: [Scene, Exposed, DisplayLinear, Encoded]),
+        "mask": Image(doc: "Where.", optional: true),
+        "table": Table(doc: "A table.", optional: true),
+        "level": Value(doc: "A value.", optional: true),
+        "eye": Camera(doc: "The camera."),
+    },
+    images: {
+        "levels": Pyramid(down: "source", levels: 4),
+        "soft": Pyramid(each: "levels", reads: { "low": Level("levels", 0) }),
+        "wide": Image(up: "levels", reads: { "high": Level("soft", 2) }),
+        "small": Image(format: R32Float, size: Fixed(64, 32)),
+    },
+    outputs: {
+        "result": Image(doc: "The result.", state: Same("source"), fallback: "source"),
+        "other": Image(doc: "Another.", state: Encoded, function: "tint_over", size: Half, fallback: Zero),
+        "none": Image(doc: "A third.", state: Same("source"), function: "tint_over", fallback: Absent),
+        "pile": Pyramid(doc: "Levels.", state: Same("source"), each: "soft", function: "tint_pile"),
+    },
+    parameters: {
+        "gain": Float(doc: "Gain.", default: 4.0, within: (2.0, 256.0), usually: (2.0, 16.0), unit: "1", neutral: 2.0),
+        "count": Int(doc: "A number.", default: 3, within: (1, 9)),
+        "strong": Bool(doc: "Whether it is strong.", default: false),
+        "place": Vector2(doc: "A place.", default: (0.5, 0.5), within: (0.0, 1.0)),
+        "color": Vector3(doc: "A colour.", default: (0.5, 0.5, 1.0), within: (0.0, 1.0)),
+    },
+)
+"#;
+
+const TINT_SHADER: &str = "#import camera
+#import table
+struct Tint { gain: f32, count: i32, strong: u32, place: vec2f, color: vec3f }
+
+fn tint_levels(source: texture_2d<f32>, at: Point) -> vec4f { return texel(source, 2 * at.pixel); }
+fn tint_soft(levels: vec4f, low: texture_2d<f32>, at: Point, frame: Frame) -> vec4f {
+    return levels * frame.time + texel(low, at.pixel);
+}
+fn tint_wide(levels: vec4f, coarser: texture_2d<f32>, high: texture_2d<f32>, at: Point) -> vec4f {
+    return levels + texel(coarser, at.pixel / 2) + texel(high, at.pixel);
+}
+fn tint_small(source: texture_2d<f32>, source_sampler: sampler, at: Point) -> vec4f {
+    return tap(source, source_sampler, at.uv);
+}
+fn tint(source: vec4f, mask: texture_2d<f32>, mask_sampler: sampler, wide: texture_2d<f32>, small: texture_2d<f32>,
+        level: f32, eye: Camera, at: Point, params: Tint) -> vec4f {
+    let far = camera_distance(eye, at.uv, level) * params.gain;
+    return source * tap(mask, mask_sampler, at.uv).x + texel(wide, at.pixel) + far * texel(small, at.pixel);
+}
+fn tint_over(source: texture_2d<f32>, table: texture_2d<f32>, at: Point) -> vec4f {
+    return texel(source, at.pixel) * texel(table, at.pixel);
+}
+fn tint_pile(soft: vec4f, params: Tint) -> vec4f { return soft * vec4f(params.color, params.place.x); }
+";
+
+/// All that a folder kind declares and records, without what its shader computes.
+fn described_folder(kind: &NodeKind) -> String {
+    let mut text = described_kind(kind);
+    for_each_recording(kind, &mut |recording| {
+        let (images, buffers, passes) = (&recording.images, &recording.buffers, &recording.passes);
+        write!(text, "{images:?}{buffers:?}{passes:?}").expect("a string grows");
+    });
+    text
+}
+
+/// The texts of a kind in the folder `tests/folders`, and those that it shares.
+fn texts_of(name: &str) -> (String, String, String) {
+    let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/folders");
+    let read = |file: &str| {
+        let path = root.join(file);
+        std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+    };
+    (read(&format!("{name}/node.ron")), read(&format!("{name}/{name}.wgsl")), read("lib/gauss.wgsl"))
+}
+
+#[test]
+fn what_many_wrong_folders_are_reported_changes_only_where_it_is_meant_to() {
+    let mut table = String::new();
+    let (_, _, shared) = texts_of("crt");
+    let haze = (super::folder_images::DECLARATION, super::folder_images::SHADER);
+    let crt = texts_of("crt");
+    let blur = texts_of("soft_blur");
+    for (name, declaration, shader) in [
+        ("tint", TINT, TINT_SHADER),
+        ("haze", haze.0, haze.1),
+        ("crt", crt.0.as_str(), crt.1.as_str()),
+        ("soft_blur", blur.0.as_str(), blur.1.as_str()),
+    ] {
+        let file = format!("{name}.wgsl");
+        let kind = |declaration: &str, shader: &str| {
+            let own = [(file.as_str(), shader)];
+            let kind = folder_kind_sharing(("node.ron", declaration), &own, &[("gauss.wgsl", shared.as_str())]);
+            kind.map(|kind| (described_folder(&kind), 0))
+        };
+        let whole = kind(declaration, shader);
+        assert!(whole.is_ok(), "{name}: {}", whole.expect_err("it is no kind"));
+        for part in 0..6 {
+            let texts = |text: &str, seed: u64| changed(text, 1000 * part + seed);
+            let mut row = Row { hash: FNV_START, ..Row::default() };
+            (0..TEXTS).for_each(|seed| row.add(kind(&texts(declaration, seed), shader)));
+            (0..TEXTS / 4).for_each(|seed| row.add(kind(declaration, &texts(shader, seed))));
+            table += &row.line(&format!("{name} {part}"));
+        }
+    }
+    assert_known("folders.tsv", &table);
 }

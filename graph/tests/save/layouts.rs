@@ -19,7 +19,7 @@ const BASE: &str = r#"Pipeline(inputs: { "scene": Color }, nodes: {
     tiers: { "low": { "exposed.stops": 1.0, "tinted": Off }, "base": { "exposed.stops": 2.0 } })"#;
 
 /// What is laid out: files with and without the sections that a save needs.
-const OWN: [&str; 3] = [
+pub(super) const OWN: [&str; 3] = [
     r#"Pipeline(inputs: { "scene": Color }, nodes: { "exposed": Exposure(source: "scene", stops: -1),
     "tinted": WhiteBalance(source: "exposed", target: (1, 0.5, 2.5e-1)),
     "inner": Pipeline(file: "inner.ron", scene: "scene", set: { "lifted.stops": 3.0 }),
@@ -31,7 +31,7 @@ const OWN: [&str; 3] = [
     nodes: { "exposed": Exposure(source: "scene") }, outputs: {})"#,
 ];
 
-fn folder() -> Folder {
+pub(super) fn folder() -> Folder {
     Folder::of(&[("inner.ron", INNER), ("base.ron", BASE)])
 }
 
@@ -65,7 +65,7 @@ fn tiers(text: &str) -> Vec<Option<String>> {
 }
 
 /// Another value of a parameter that a number chooses, or a switch; its key and value as an override writes them.
-fn change(graph: &Graph, choice: usize) -> (Change, (String, String)) {
+pub(super) fn change(graph: &Graph, choice: usize) -> (Change, (String, String)) {
     let parameters: Vec<_> = graph.parameters().collect();
     let Some(&id) = parameters.get(choice % (parameters.len() + graph.nodes.len())) else {
         let node = &graph.nodes[choice % graph.nodes.len()];

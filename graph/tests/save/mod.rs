@@ -1,6 +1,7 @@
 //! Changed values are written into the text of a file, and nothing else of it changes.
 
 mod cases;
+mod hostile;
 mod layouts;
 mod shipped;
 

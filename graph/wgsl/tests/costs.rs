@@ -6,7 +6,11 @@ use afterimage_wgsl::{Shader, limits};
 
 /// A kernel that repeats a computation this often.
 fn kernel(line: &str, count: usize) -> Shader {
-    let mut text = String::from("struct Pair { numbers: array<f32, 40> }\nfn kind(source: vec4f) -> vec4f {\n");
+    let mut text = String::from("#import math\nstruct Pair { numbers: array<f32, 40> }\n");
+    text +=
+        "fn twice(image: texture_2d<f32>, at: vec2i) -> vec4f { return texel(image, at) + texel(image, at + 1); }\n";
+    text += "fn many(a: mat4x4f, b: mat4x4f, c: mat4x4f, d: mat4x4f) -> f32 { return 1.0; }\n";
+    text += "fn kind(source: vec4f, image: texture_2d<f32>, at: Point) -> vec4f {\nvar wide = mat4x4f();\n";
     text += "var sum = source; var whole = vec2u(source.xy); var signed = vec2i(source.xy); var m = mat2x2f();\n";
     text += "var list: array<f32, 40>; var one = source.x; var i = whole.x;\n";
     text += &format!("{line}\n").repeat(count);
@@ -104,5 +108,17 @@ fn operators_cost_what_a_driver_writes_out_for_them() {
         ("one = list[i];", 977.0),
         ("if one > 0.0 { one = 1.0; }", 74.0),
         ("switch i { case 1u: { one = 1.0; } default: { one = 2.0; } }", 139.0),
+    ]);
+}
+
+/// A function of the library that reads textures has a weight of its own, and no other function has it. What a function
+/// is given costs nothing.
+#[test]
+fn calls_cost_what_the_function_does() {
+    assert_costs(&[
+        ("sum = texel(image, at.pixel);", 1882.0),
+        ("sum = twice(image, at.pixel);", 3840.0),
+        ("one = power(one, one);", 542.0),
+        ("one = many(wide, wide, wide, wide);", 202.0),
     ]);
 }

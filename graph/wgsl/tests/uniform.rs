@@ -1,7 +1,7 @@
 //! Uniform bytes follow the layout that reflection finds in the shader.
 #![allow(missing_docs, reason = "a test binary exports nothing")]
 
-use afterimage_wgsl::{ArgType, Shader, UniformValue};
+use afterimage_wgsl::{ArgType, Library, Linker, SampleMode, Shader, ShaderFeatures, UniformValue};
 
 static SHADER: Shader = Shader::new(
     "params.wgsl",
@@ -66,6 +66,14 @@ fn a_member_without_a_value_or_with_too_many_numbers_is_an_error_with_its_name()
     let mut long = values();
     long.push(("offset", UniformValue::Ints(vec![1, 2, 3])));
     assert!(packed(&long).expect_err("three numbers").contains("`Params.offset`"));
+    let mut array = values();
+    array.push(("taps", UniformValue::Floats(vec![1.0; 9])));
+    assert!(packed(&array).expect_err("nine numbers").contains("`Params.taps` takes 8 numbers, not 9"));
+    array.push(("taps", UniformValue::Floats(vec![1.0; 6])));
+    assert!(packed(&array).expect_err("no whole element").contains("`Params.taps` takes 8 numbers, not 6"));
+    array.push(("taps", UniformValue::Floats(vec![1.0; 4])));
+    let bytes = packed(&array).expect("the first element alone");
+    assert_eq!([48, 60, 64, 76].map(|at| float(&bytes, at)), [1.0, 1.0, 0.0, 0.0], "the others are zero");
 }
 
 #[test]
@@ -90,6 +98,55 @@ fn a_kernel_function_gives_four_floats() {
     let [kernel] = reflection.functions.as_slice() else { panic!("one function: {:?}", reflection.functions) };
     let types: Vec<Option<u8>> = kernel.args.iter().map(|(_, ty)| floats(ty)).collect();
     assert_eq!((kernel.name.as_str(), types), ("kernel", vec![Some(1), Some(2), None, None, None]));
+}
+
+/// Only textures of floats that can be filtered, and samplers that do not compare, are arguments.
+#[test]
+fn other_textures_are_no_arguments() {
+    let text = "fn kernel(a: texture_2d<f32>, b: texture_3d<f32>, c: sampler, d: texture_2d<u32>, e: texture_3d<i32>,
+            f: texture_depth_2d, g: texture_multisampled_2d<f32>, h: texture_2d_array<f32>, i: texture_cube<f32>,
+            j: sampler_comparison, k: texture_1d<f32>, l: texture_storage_2d<rgba16float, write>,
+            m: texture_storage_3d<rgba16float, write>) -> vec4f { return vec4f(); }";
+    let shader = Shader::new("kernel.wgsl", text);
+    let reflection = shader.reflect().unwrap_or_else(|error| panic!("{error:?}"));
+    let args = &reflection.function("kernel").expect("it gives four floats").args;
+    assert_eq!(
+        args[..3].iter().map(|(_, ty)| ty).collect::<Vec<_>>(),
+        [&ArgType::Texture, &ArgType::Volume, &ArgType::Sampler]
+    );
+    for (name, ty) in &args[3..] {
+        assert!(matches!(ty, ArgType::Other(_)), "{name} is {ty:?}");
+    }
+    assert_eq!(args.len(), 13);
+}
+
+/// Shaders are equal if their files, texts and libraries are, wherever they are in memory.
+#[test]
+fn shaders_are_equal_by_what_they_hold() {
+    let shader = |file: &str, text: &str| Shader::loaded(file.into(), text.into());
+    let files = |text: &str| Library::of_files([("a.wgsl".to_owned(), text.to_owned())]);
+    let (one, text) = (shader("a", "const A = 1;"), "const A = 1;");
+    assert!(one == one && one == shader("a", text));
+    assert!(one != shader("b", text) && one != shader("a", "const A = 2;"));
+    let with = |library| shader("a", text).with_loaded_library(library);
+    assert!(one != with(files("")));
+    let own = with(files("const B = 1;"));
+    assert!(own != with(files("const B = 2;")) && own == own);
+}
+
+/// Equal files are one part of a module, and others are parts of their own.
+#[test]
+fn a_file_is_in_a_module_once() {
+    let text = "const FAST: bool = false; fn kernel(a: vec4f) -> vec4f { return a; }";
+    let shader = |file: &str, text: &str| Shader::loaded(file.into(), text.into());
+    let shaders = [shader("a", text), shader("a", text), shader("b", text), shader("a", "const A = 1;")];
+    let mut linker = Linker::new(SampleMode::Plain, ShaderFeatures::default());
+    let mut add = |at: usize, promises: &[&str]| linker.add(shaders[at].source(), promises).expect("it has no imports");
+    let first = add(0, &[]);
+    assert!(first == add(0, &[]) && first == add(1, &[]));
+    assert!(first != add(2, &[]) && first != add(3, &[]) && first != add(0, &["FAST"]));
+    assert!(add(0, &["FAST"]) == add(1, &["FAST"]));
+    assert!(linker.add_copy(shaders[0].source()).expect("it has no imports") != first);
 }
 
 fn floats(ty: &ArgType) -> Option<u8> {

@@ -1,11 +1,13 @@
-//! Random numbers, random graphs and expensive pipelines that depend on their arguments alone: for tests, benches and
-//! fuzzing.
+//! Random numbers, random graphs, texts with changes and expensive pipelines that depend on their arguments alone: for
+//! tests, benches and fuzzing.
 
 mod bombs;
 mod graph;
 mod kinds;
+mod mutate;
 mod rng;
 
 pub use bombs::{BOMBS, Bomb, MakeBomb};
 pub use graph::Recipe;
+pub use mutate::{FNV_START, fnv1a, mutated};
 pub use rng::Rng;

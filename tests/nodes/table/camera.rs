@@ -4,9 +4,12 @@ use super::Reference;
 use crate::nodes::camera::{depths, motions, shift};
 use crate::nodes::color::{self, tolerance};
 use crate::nodes::lens::lights;
+use crate::nodes::taa::moved;
 use crate::reference::fog::Fog;
+use crate::reference::image::Image;
 use crate::reference::lens_blur::{DepthOfField, MotionBlur};
 use crate::reference::outline;
+use crate::reference::taa::Frames;
 use crate::support::harness::{Scale, Tolerance, image};
 
 /// Edges of samples' circles fall between one and nothing within a pixel, and lights are up to 60.
@@ -32,7 +35,7 @@ pub(super) fn camera_kinds() -> Vec<Reference> {
         anisotropy: 0.6,
         fov: 60.0,
     };
-    let size = |image: &crate::reference::image::Image| [image.width as u32, image.height as u32];
+    let size = |image: &Image| [image.width as u32, image.height as u32];
     vec![
         Reference::new(
             ("Fog", "Color"),
@@ -44,6 +47,17 @@ pub(super) fn camera_kinds() -> Vec<Reference> {
             move |source| fog.apply(source, &image(&depths(size(source)))),
         )
         .with_data(depths),
+        Reference::new(
+            ("Fog", "Exposed"),
+            "\"result\": Fog(source: \"scene\", depth: \"data\", camera: \"camera\", density: 0.03, falloff: 0.2, \
+             level: 0.5, up: (0.0, 0.8, 0.6), start: 1.0, most: 0.9, sun: (0.6, 0.0, -0.8), sun_color: (0.4, 0.3, 0.2), \
+             anisotropy: 0.6)",
+            color::light,
+            tolerance(2e-5, 4e-5, "exponentials of distances in f32, and products with matrices"),
+            move |source| fog.apply_in_world(source, &image(&depths(size(source))), &moved()),
+        )
+        .with_data(depths)
+        .with_camera(moved()),
         Reference::new(
             ("DepthOfField", "Exposed"),
             "\"result\": DepthOfField(source: \"scene\", depth: \"data\", focus: 4.0, f_stop: 1.4, \
@@ -78,6 +92,28 @@ pub(super) fn camera_kinds() -> Vec<Reference> {
             },
         )
         .with_data(motions),
+        Reference::new(
+            ("MotionBlur", "Exposed"),
+            "\"result\": MotionBlur(source: \"scene\", depth: \"data\", camera: \"camera\", shutter: 360.0, largest: 0.1, \
+             samples: 9)",
+            lights,
+            EDGES,
+            move |source| {
+                let blur = MotionBlur { samples: 9, most: f64::from(0.1_f32) * source.height as f64 };
+                let depth = image(&depths(size(source)));
+                let (camera, depth) = (&moved(), &depth);
+                let frames =
+                    Frames { source, history: None, depth, previous_depth: None, motion: None, camera, ratio: 1.0 };
+                let paths = Image::new(source.width, source.height, |x, y| {
+                    let [u, v] = frames.motion([x as i64, y as i64]).to_array();
+                    let depth = depth.texel(x as i64, y as i64)[0];
+                    [0.5 * u * source.width as f64, 0.5 * v * source.height as f64, depth, 1.0]
+                });
+                blur.apply(source, &paths, shift)
+            },
+        )
+        .with_data(depths)
+        .with_camera(moved()),
         Reference::new(
             ("Outline", "Encoded"),
             "\"result\": Outline(source: \"scene\", depth: \"data\", normal: \"data\", color: (0.9, 0.5, 0.1), \

@@ -7,12 +7,25 @@ use afterimage_graph::check::{Graph, GraphNode};
 use afterimage_graph::value::Value;
 
 /// Kinds whose effect depends on the position in the image.
-const PLACED: &[&str] = &["DemoScene", "Dither", "FilmGrain", "Fog", "LensDirt", "LensFlare", "Streaks", "Vignette"];
+const PLACED: &[&str] =
+    &["DemoScene", "Dither", "FilmGrain", "Fog", "Gtao", "LensDirt", "LensFlare", "Streaks", "Vignette"];
 /// Kinds whose effect is not the same on the left and on the right.
-const ASYMMETRIC: &[&str] =
-    &["ChromaticAberration", "DemoScene", "Dither", "FilmGrain", "Fog", "LensDirt", "LensDistortion", "MotionBlur"];
+const ASYMMETRIC: &[&str] = &[
+    "BilateralBlur",
+    "ChromaticAberration",
+    "DemoScene",
+    "Dither",
+    "FilmGrain",
+    "Fog",
+    "Gtao",
+    "LensDirt",
+    "LensDistortion",
+    "MotionBlur",
+    "Taa",
+];
 /// Kinds that keep a constant image as it is.
 const KEEPING: &[&str] = &[
+    "BilateralBlur",
     "Cas",
     "ChromaticAberration",
     "Downsample",

@@ -55,3 +55,122 @@ pub(crate) fn place_around(blocks: &[Block], old: &[Option<u64>]) -> Placement {
     moved.into_iter().for_each(|at| heap.place(at));
     heap.placement()
 }
+
+#[cfg(test)]
+mod tests {
+    use afterimage_generators::Rng;
+
+    use super::super::block::{alive, lower_bound};
+    use super::super::skyline::search;
+    use super::*;
+
+    fn blocks(rng: &mut Rng, count: usize) -> Vec<Block> {
+        let block = |_| {
+            let (first, length) = (rng.below(8), rng.below(4));
+            let alignment = 1 << (4 + 2 * rng.below(3));
+            Block { bytes: 16 * (1 + rng.below(40) as u64), alignment, first, last: first + length }
+        };
+        (0..count).map(block).collect()
+    }
+
+    /// No two blocks share a byte and a batch, each is aligned, and the end is that of the highest.
+    fn assert_valid(blocks: &[Block], placement: &Placement, what: &str) {
+        for (at, (one, offset)) in blocks.iter().zip(&placement.offsets).enumerate() {
+            assert!(offset.is_multiple_of(one.alignment), "{what}: {one:?} at {offset}");
+            for (other, place) in blocks.iter().zip(&placement.offsets).take(at) {
+                let in_time = one.first <= other.last && other.first <= one.last;
+                let in_space = *offset < place + other.bytes && *place < offset + one.bytes;
+                assert!(!(in_time && in_space), "{what}: {one:?} at {offset} and {other:?} at {place}");
+            }
+        }
+        let ends = blocks.iter().zip(&placement.offsets).map(|(block, offset)| offset + block.bytes);
+        assert_eq!(placement.end, ends.max().unwrap_or(0), "{what}");
+    }
+
+    /// The least end over all orders in which each block goes to the lowest place that is free.
+    fn best(blocks: &[Block]) -> u64 {
+        fn go(blocks: &[Block], placed: &mut Vec<(usize, u64)>, end: u64, best: &mut u64) {
+            if end >= *best {
+                return;
+            }
+            if placed.len() == blocks.len() {
+                *best = end;
+                return;
+            }
+            for at in (0..blocks.len()).filter(|at| placed.iter().all(|(other, _)| other != at)).collect::<Vec<_>>() {
+                let block = blocks[at];
+                let beside: Vec<(u64, u64)> = placed
+                    .iter()
+                    .filter(|(other, _)| blocks[*other].first <= block.last && block.first <= blocks[*other].last)
+                    .map(|(other, offset)| (*offset, offset + blocks[*other].bytes))
+                    .collect();
+                let is_free =
+                    |start: &u64| beside.iter().all(|(from, to)| start + block.bytes <= *from || *to <= *start);
+                let starts = beside.iter().map(|(_, to)| to.next_multiple_of(block.alignment)).chain([0]);
+                let start = starts.filter(is_free).min().expect("above all others is room");
+                placed.push((at, start));
+                go(blocks, placed, end.max(start + block.bytes), best);
+                placed.pop();
+            }
+        }
+        let mut found = u64::MAX;
+        go(blocks, &mut Vec::new(), 0, &mut found);
+        found
+    }
+
+    #[test]
+    fn a_placement_of_few_blocks_is_about_the_best_there_is() {
+        let (mut rng, mut wasted, mut exact) = (Rng::new(5), 0, 0);
+        for _ in 0..60 {
+            let blocks = blocks(&mut rng, 6);
+            let bound = lower_bound(&blocks);
+            let most = (0..12).map(|batch| {
+                let alive = blocks.iter().filter(|block| (block.first..=block.last).contains(&batch));
+                alive.map(|block| block.bytes).sum::<u64>()
+            });
+            assert_eq!(Some(bound), most.max());
+            let (found, best) = (place(&blocks, bound), best(&blocks));
+            assert_valid(&blocks, &found, "placed");
+            assert!(bound <= best && best <= found.end, "{bound} <= {best} <= {}", found.end);
+            wasted += found.end - best;
+            exact += usize::from(found.end == best);
+        }
+        assert!(exact >= 50 && wasted <= 512, "{exact} of 60 are the best; {wasted} bytes too many");
+    }
+
+    #[test]
+    fn every_search_gives_a_valid_placement() {
+        let (mut rng, mut better) = (Rng::new(9), 0);
+        for count in [1, 2, 7, 20, 60] {
+            for _ in 0..12 {
+                let blocks = blocks(&mut rng, count);
+                let (bound, searched) = (lower_bound(&blocks), search(&blocks, lower_bound(&blocks)));
+                assert_valid(&blocks, &searched, "searched");
+                let sorted = place_in(&blocks, &by_size(&blocks));
+                assert_valid(&blocks, &sorted, "by size");
+                assert!(place(&blocks, bound).end <= searched.end.min(sorted.end), "the lowest of both is kept");
+                better += usize::from(searched.end < sorted.end);
+                assert_eq!(alive(&blocks).into_iter().max(), Some(bound));
+            }
+        }
+        assert!(better >= 20, "the search is better than one order {better} times");
+    }
+
+    /// Blocks stay at the places that are asked for, as far as these are free.
+    #[test]
+    fn what_has_a_place_stays_there() {
+        let mut rng = Rng::new(11);
+        for _ in 0..60 {
+            let blocks = blocks(&mut rng, 24);
+            let old = place(&blocks, lower_bound(&blocks));
+            let asked: Vec<Option<u64>> =
+                old.offsets.iter().map(|offset| Some(*offset).filter(|_| rng.per_cent(70))).collect();
+            let kept = place_around(&blocks, &asked);
+            assert_valid(&blocks, &kept, "kept");
+            let stayed = asked.iter().zip(&kept.offsets).filter(|(asked, offset)| **asked == Some(**offset)).count();
+            assert_eq!(stayed, asked.iter().flatten().count(), "all of them fitted together before");
+            let crooked: Vec<Option<u64>> = asked.iter().map(|offset| offset.map(|offset| offset + 1)).collect();
+            assert_valid(&blocks, &place_around(&blocks, &crooked), "asked for places without alignment");
+        }
+    }
+}

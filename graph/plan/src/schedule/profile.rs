@@ -71,3 +71,42 @@ impl Profile {
         left.max(right) + self.plus[node]
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use afterimage_generators::Rng;
+
+    use super::*;
+
+    /// Against a list of numbers that is walked through.
+    #[test]
+    fn a_profile_is_a_list_of_numbers() {
+        let mut rng = Rng::new(3);
+        for count in [1, 2, 3, 5, 8, 13, 32, 33] {
+            let steps: Vec<i64> = (0..count).map(|_| rng.below(100) as i64 - 40).collect();
+            let sum = |sum: &mut i64, step: &i64| {
+                *sum += step;
+                Some(*sum)
+            };
+            let mut numbers: Vec<Option<i64>> = steps.iter().scan(0, sum).map(Some).collect();
+            let mut profile = Profile::new(&steps);
+            for _ in 0..60 {
+                let (start, end) = (rng.below(count), rng.below(count + 1));
+                let value = rng.below(50) as i64 - 20;
+                if rng.per_cent(10) && numbers[start].is_some() {
+                    profile.remove(start);
+                    numbers[start] = None;
+                } else {
+                    profile.add(start..end, value);
+                    let changed = numbers.iter_mut().take(end).skip(start).flatten();
+                    changed.for_each(|number| *number += value);
+                }
+                for before in 0..=count {
+                    let wanted = numbers[..before].iter().flatten().max().copied();
+                    let found = Some(profile.most_before(before)).filter(|most| *most > i64::MIN / 8);
+                    assert_eq!(found, wanted, "the most of the first {before} of {numbers:?}");
+                }
+            }
+        }
+    }
+}

@@ -137,6 +137,32 @@ mod tests {
         assert_eq!(exceeded(&format!("x{}", ".x".repeat(513))), Some(OPERATORS.counts));
         assert_eq!(exceeded(&format!("f({}x)", "x + x, ".repeat(1000))), None);
         assert_eq!(exceeded(&format!("x;{}", "x += x * x;".repeat(1000))), None);
+        assert_eq!(exceeded(&"f(x) ".repeat(512)), None);
+        assert_eq!(exceeded(&"f(x) ".repeat(513)), Some(OPERATORS.counts), "a call is an operator");
+        assert_eq!(exceeded(&"x: @a ".repeat(600)), None, "a type and an attribute are none");
+    }
+
+    /// At the first token that is too much, also where two levels add up.
+    #[test]
+    fn the_first_token_too_many_is_named() {
+        let at = |text: &str| {
+            let tokens = tokens(text).expect("no comment is open");
+            too_deep(text, &tokens).map(|(at, limit)| (tokens[at].start as usize, limit.counts))
+        };
+        assert_eq!(at(&"(".repeat(65)), Some((64, NESTING.counts)));
+        assert_eq!(at(&"-".repeat(65)), Some((64, NESTING.counts)));
+        assert_eq!(at(&("x".to_owned() + &"+x".repeat(513))), Some((1025, OPERATORS.counts)));
+        assert_eq!(at(&format!("{0}({0}x)", "x+".repeat(300))), Some((1026, OPERATORS.counts)));
+        let limits = [(FILE_TOKENS.most + 1, "x "), (IMPORTS.most + 1, "#import a\n")];
+        for (count, text) in limits {
+            let (most, more) = (text.repeat(count - 1), text.repeat(count));
+            assert!(check_text("f", &most, &tokens(&most).expect("tokens")).is_ok(), "{text}");
+            assert!(check_text("f", &more, &tokens(&more).expect("tokens")).is_err(), "{text}");
+        }
+        assert!(
+            check_size("f", &"x".repeat(FILE_BYTES.most)).is_ok()
+                && check_size("f", &"x".repeat(FILE_BYTES.most + 1)).is_err()
+        );
     }
 
     #[test]

@@ -1,0 +1,190 @@
+//! A plan keeps to what its device can do, and uses it up to the last byte.
+
+use std::collections::BTreeSet;
+
+use afterimage_generators::Recipe;
+use afterimage_graph::image::{Format, ImageDesc};
+use afterimage_graph::node::{PassKind, Resource};
+use afterimage_plan::{Caps, Options, Plan, PlanError, PlannedPass, Stage, When};
+use proptest::prelude::*;
+
+use super::fusion::planned_on;
+use super::model::blurs;
+use super::planned::{FRAME, all_formats, plan_on};
+
+/// Bytes of workgroup memory in the module of a pass.
+fn workgroup_bytes(plan: &Plan, index: usize) -> u32 {
+    let composed = plan.compose(index, false).unwrap_or_else(|error| panic!("{error}"));
+    let module = composed.validate().unwrap_or_else(|error| panic!("{error}"));
+    let shared = module.global_variables.iter().filter(|(_, global)| global.space == naga::AddressSpace::WorkGroup);
+    shared.map(|(_, global)| module.types[global.ty].inner.size(module.to_ctx())).sum()
+}
+
+/// What the framework writes for a pass: an author's compute kernel keeps to what every device has by the contract.
+fn is_ours(planned: &PlannedPass) -> bool {
+    planned.pass.kind != PassKind::Compute
+}
+
+/// Each pass is within what the device can do.
+#[track_caller]
+pub fn assert_fits(plan: &Plan, caps: &Caps, what: &str) {
+    for (index, planned) in plan.passes.iter().enumerate() {
+        let label = format!("{what}: {}", planned.pass.label);
+        let written = planned.pass.writes().into_iter().filter_map(Resource::image);
+        let formats: Vec<Format> = written.map(|image| plan.image(image).desc.format).collect();
+        let possible = if planned.stage == Stage::Fragment { &caps.renderable } else { &caps.storage };
+        assert!(formats.iter().all(|format| possible.contains(format)), "{label} writes {formats:?}");
+        if planned.stage == Stage::Compute && is_ours(planned) {
+            assert!(formats.len() <= caps.max_storage_images as usize, "{label} writes {} images", formats.len());
+            let composed = plan.compose(index, false).unwrap_or_else(|error| panic!("{error}"));
+            let invocations: u32 = composed.workgroup.iter().product();
+            assert!(invocations <= caps.workgroup_invocations, "{label} has {invocations} invocations");
+            if matches!(planned.pass.kind, PassKind::TiledChain(_)) {
+                let bytes = workgroup_bytes(plan, index);
+                assert!(bytes <= caps.workgroup_bytes, "{label} has {bytes} bytes");
+            }
+        }
+    }
+    let too_large = plan.images.iter().find(|image| {
+        let ImageDesc { size, volume, .. } = image.desc;
+        size.width.max(size.height).max(size.depth) > if volume { caps.max_volume_side } else { caps.max_side }
+    });
+    assert_eq!(too_large, None, "{what}");
+}
+
+fn some_formats() -> impl Strategy<Value = BTreeSet<Format>> {
+    any::<u32>().prop_map(|bits| {
+        let chosen = Format::ALL.into_iter().enumerate().filter(|(at, _)| bits >> at & 1 == 1);
+        chosen.map(|(_, format)| format).chain([Format::R32Float, Format::Rgba16Float, Format::Rgba32Float]).collect()
+    })
+}
+
+fn devices() -> impl Strategy<Value = Caps> {
+    let sizes = (1_u32..6, 10_u32..17, 7_u32..9);
+    (some_formats(), some_formats(), sizes, any::<[bool; 3]>()).prop_map(|(storage, renderable, sizes, flags)| {
+        let (max_storage_images, bytes, invocations) = sizes;
+        let [filter_32_bit, tiles, prefer_fragment] = flags;
+        let (workgroup_bytes, workgroup_invocations) = (1 << bytes, 1 << invocations);
+        let limits = Caps { max_storage_images, workgroup_bytes, workgroup_invocations, ..Caps::default() };
+        Caps { storage, renderable, filter_32_bit, tiles, prefer_fragment, ..limits }
+    })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(48) })]
+
+    #[test]
+    fn every_plan_fits_its_device(seed in any::<u64>(), caps in devices(), always in any::<bool>()) {
+        let when = if always { When::Always } else { When::WhereItPays };
+        let options = Options { tile: when, row_downsample: when, ..Options::default() };
+        let graph = Recipe { seed, nodes: 24, histories: 1, off: 5 }.graph();
+        let plan = plan_on(&graph, FRAME, options, caps.clone()).expect("the graph can be planned");
+        assert_fits(&plan, &caps, "a graph");
+        let (nodes, outputs) = blurs(seed);
+        assert_fits(&planned_on(FRAME, &nodes, &outputs, options, caps.clone()), &caps, &nodes);
+    }
+}
+
+/// Three images of one chain, of which each is read elsewhere too.
+const CHAIN: &str = r#""a": Soft(source: "in"), "b": Soft(source: "a"), "c": Soft(source: "b"),
+    "x": Far(source: "a"), "y": Far(source: "b"), "z": Far(source: "c")"#;
+const OUTPUTS: &str = r#""x": "x", "y": "y", "z": "z""#;
+
+/// The members of each chain in workgroup memory with its tile, and the bytes that it takes.
+fn chains(caps: Caps) -> Vec<(usize, u32, u32)> {
+    let options = Options { fuse: false, tile: When::Always, ..Options::default() };
+    let plan = planned_on(FRAME, CHAIN, OUTPUTS, options, caps);
+    let chain = |(index, pass): (usize, &PlannedPass)| match &pass.pass.kind {
+        PassKind::TiledChain(chain) => Some((chain.stages.len(), chain.tile, workgroup_bytes(&plan, index))),
+        _ => None,
+    };
+    plan.passes.iter().enumerate().filter_map(chain).collect()
+}
+
+#[test]
+fn a_chain_uses_the_memory_of_a_workgroup_to_the_last_byte() {
+    let caps = |workgroup_bytes| Caps { tiles: true, workgroup_bytes, ..all_formats() };
+    let mut limit = 1 << 20;
+    let mut tiles = Vec::new();
+    while let [(3, tile, bytes)] = chains(caps(limit))[..] {
+        assert_eq!(chains(caps(bytes)), [(3, tile, bytes)], "it fits exactly");
+        tiles.push(tile);
+        limit = bytes - 1;
+    }
+    assert_eq!(tiles, [32, 16, 8], "each side of a tile is the best for some device");
+}
+
+#[test]
+fn a_chain_stores_as_many_images_as_a_device_allows() {
+    let members = |max_storage_images| {
+        let found = chains(Caps { tiles: true, max_storage_images, ..all_formats() });
+        found.into_iter().map(|(members, ..)| members).collect::<Vec<_>>()
+    };
+    assert_eq!([1, 2, 3, 4].map(members), [vec![], vec![2], vec![3], vec![3]]);
+    let invocations =
+        |workgroup_invocations| chains(Caps { tiles: true, workgroup_invocations, ..all_formats() }).len();
+    assert_eq!([255, 256].map(invocations), [0, 1]);
+}
+
+#[test]
+fn a_shared_read_stores_as_many_images_as_a_device_allows() {
+    let mean =
+        |at: i32| format!(r#""m{at}": LogGaussian(source: "in", width: 16, height: 8, sigma: 0.0, lo: -{at}.0), "#);
+    let nodes: String = (1..=5).map(mean).collect();
+    let outputs: String = (1..=5).map(|at| format!(r#""m{at}": "m{at}", "#)).collect();
+    let members = |caps: Caps| {
+        let plan = planned_on(FRAME, &nodes, &outputs, Options::default(), caps);
+        let shared = plan.work().filter(|pass| matches!(pass.kind, PassKind::CellReduce(_)));
+        shared.map(|pass| pass.kernels.len()).collect::<Vec<_>>()
+    };
+    let storing = |max_storage_images| members(Caps { max_storage_images, ..all_formats() });
+    assert_eq!([1, 2, 3, 5, 8].map(storing), [vec![], vec![2, 2], vec![3, 2], vec![5], vec![5]]);
+    let invocations = |workgroup_invocations| members(Caps { workgroup_invocations, ..all_formats() }).len();
+    assert_eq!([255, 256].map(invocations), [0, 1], "four images are what every device stores");
+}
+
+#[test]
+fn an_image_or_a_volume_is_as_large_as_the_device_allows_and_no_larger() {
+    let graph = |seed| Recipe { seed, nodes: 40, histories: 0, off: 0 }.graph();
+    let is_volume = |plan: &Plan| plan.images.iter().find(|image| image.desc.volume).map(|image| image.desc.size);
+    let plan = |seed, caps| plan_on(&graph(seed), FRAME, Options::default(), caps);
+    let with_volume = |seed: &u64| is_volume(&plan(*seed, all_formats()).expect("it fits")).is_some();
+    let seed = (0..20).find(with_volume).expect("some graph has a volume");
+    let flat = |max_side| plan(seed, Caps { max_side, ..all_formats() });
+    assert!(flat(640).is_ok());
+    let error = PlanError::TooLarge { label: "picture".into(), size: FRAME, limit: 639 };
+    assert_eq!(flat(639).expect_err("the frame is 640 wide"), error);
+    let whole = plan(seed, all_formats()).expect("it fits");
+    let volumes = whole.images.iter().filter(|image| image.desc.volume).map(|image| image.desc.size);
+    let longest = volumes.map(|size| size.width.max(size.height).max(size.depth)).max().expect("there is a volume");
+    let deep = |max_volume_side| plan(seed, Caps { max_volume_side, ..all_formats() });
+    assert!(deep(longest).is_ok());
+    assert!(matches!(deep(longest - 1), Err(PlanError::TooLarge { limit, .. }) if limit == longest - 1));
+}
+
+/// Of a format that the device can neither store nor draw, the next wider one is taken, and no wider one.
+#[test]
+fn formats_are_as_narrow_as_the_device_allows() {
+    let options = Options { fuse: false, ..Options::default() };
+    let asked = |seed, caps: Caps| {
+        let graph = Recipe { seed, nodes: 40, histories: 0, off: 0 }.graph();
+        let plan = plan_on(&graph, FRAME, options, caps).expect("the graph can be planned");
+        let written = plan.work().flat_map(|pass| pass.writes()).filter_map(Resource::image);
+        written.map(|image| (image, plan.image(image).desc.format)).collect::<std::collections::BTreeMap<_, _>>()
+    };
+    let few = [Format::Rgba16Float, Format::R32Float, Format::Rgba32Float];
+    let caps = Caps { storage: few.into(), renderable: few.into(), ..Caps::default() };
+    let mut widened = 0;
+    for seed in 0..20 {
+        let chosen = asked(seed, caps.clone());
+        for (image, wanted) in asked(seed, all_formats()) {
+            let mut wider = wanted;
+            while !caps.storage.contains(&wider) && !caps.renderable.contains(&wider) {
+                wider = wider.wider();
+                widened += 1;
+            }
+            assert_eq!(chosen[&image], wider, "{image:?} of graph {seed}");
+        }
+    }
+    assert!(widened > 20, "{widened} steps");
+}

@@ -1,0 +1,84 @@
+//! Reports of plans with what others lack: images of many heights, long names, numbers that change while the plan runs,
+//! tables, two sizes, arithmetic in half floats, and nothing at all.
+
+use std::collections::BTreeSet;
+
+use afterimage_graph::check::{Facts, Graph};
+use afterimage_graph::image::{Format, ImageDesc, Size};
+use afterimage_plan::{Alias, Caps, Given, GivenImage, Options, Plan, PlanRequest, Requirement, When, diff, plan};
+
+use super::fusion::planned_on;
+use super::golden::assert_golden;
+use super::planned::{FRAME, all_formats, checked};
+
+/// A pyramid, whose images have all heights on paper, and a name that no bar holds.
+const PYRAMID: &str = r#""a": Dim(source: "in"), "levels": Downsample(source: "a", levels: 5),
+    "the_wide_bloom_of_all_levels": Upsample(source: "levels"),
+    "lit": Composite(base: "a", bloom: "the_wide_bloom_of_all_levels"), "late": Late(source: "lit"),
+    "past": Composite(base: "late", bloom: "lit@previous")"#;
+
+fn pyramid(size: Size, options: Options) -> Plan {
+    let options = Options { fuse: false, tile: When::Never, row_downsample: When::Never, ..options };
+    planned_on(size, PYRAMID, r#""out": "past""#, options, all_formats())
+}
+
+#[test]
+fn the_reports_of_a_pyramid_are_as_known() {
+    let plan = pyramid(FRAME, Options::default());
+    assert_golden("pyramid.svg", &plan.to_svg());
+    assert_golden("pyramid.txt", &plan.to_text());
+    let pooled = pyramid(FRAME, Options { alias: Alias::Pool, ..Options::default() });
+    assert_golden("pyramid-pooled.svg", &pooled.to_svg());
+    let larger = pyramid(Size::new(1280, 700), Options { serial: true, ..Options::default() });
+    assert_golden("pyramid-larger.txt", &diff(&plan, &larger).to_string());
+    assert_golden("pyramid-smaller.txt", &diff(&larger, &plan).to_string());
+    assert_eq!(diff(&plan, &plan).to_string(), "the plans do the same work in the same memory\n");
+}
+
+const LIVE: &str = r#"Pipeline(
+    inputs: { "scene": Color },
+    nodes: {
+        "around": LogGaussian(source: "scene", width: 16, height: 8),
+        "mean": MeanLuminance(source: "scene"),
+        "meter": Adapt(mean: "mean"),
+        "exposed": Exposure(source: "scene", meter: "meter"),
+    },
+    outputs: { "out": "exposed", "around": "around" },
+)"#;
+
+/// The plan of a graph on a device with all features, with these parameters dynamic.
+fn live(graph: &Graph, dynamic: &[&str], caps: Caps, options: Options) -> Plan {
+    let image = GivenImage { desc: ImageDesc::new(FRAME).format(Format::Rgba16Float), finite: false };
+    let request = PlanRequest {
+        given: Given::everything(FRAME, &graph.inputs, image),
+        facts: Facts::default(),
+        caps,
+        options,
+        dynamic: dynamic.iter().map(|name| graph.parameter(name).expect("it has one")).collect::<BTreeSet<_>>(),
+        requirement: &Requirement::typical,
+    };
+    plan(graph, &request).unwrap_or_else(|error| panic!("{error}"))
+}
+
+#[test]
+fn the_reports_of_a_meter_are_as_known() {
+    let graph = checked(LIVE);
+    let caps = Caps { half_arithmetic: true, subgroups: true, ..all_formats() };
+    let options = Options { half: true, subgroups: true, ..Options::default() };
+    let plan = live(&graph, &["exposed.stops", "meter.min_ev"], caps, options);
+    assert_golden("meter.txt", &plan.to_text());
+    assert_golden("meter.json", &plan.to_json());
+    assert_golden("meter.dot", &plan.to_dot());
+    assert_golden("meter.svg", &plan.to_svg());
+    let lacking = live(&graph, &[], all_formats(), options);
+    assert_golden("meter-lacking.txt", &lacking.to_text());
+}
+
+#[test]
+fn a_plan_that_only_copies_has_reports_too() {
+    let text = r#"Pipeline(inputs: { "scene": Color }, nodes: {}, outputs: { "out": "scene" })"#;
+    let plan = live(&checked(text), &[], all_formats(), Options::default());
+    assert_golden("copy.txt", &plan.to_text());
+    assert_golden("copy.svg", &plan.to_svg());
+    assert_golden("copy.json", &plan.to_json());
+}

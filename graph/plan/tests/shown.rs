@@ -1,0 +1,175 @@
+//! What the host gets: outputs that hold linear light, their states where nodes are skipped, plans that differ in
+//! numbers alone, and what reports say of the placement.
+
+use std::collections::BTreeSet;
+
+use afterimage_generators::Recipe;
+use afterimage_graph::check::{Facts, Graph};
+use afterimage_graph::image::{ColorState, Format, ImageDesc};
+use afterimage_graph::node::Pass;
+use afterimage_plan::{Caps, Given, GivenImage, Options, Plan, PlanRequest, Planned, Requirement, When, verify};
+
+use super::golden::assert_golden;
+use super::planned::{FRAME, all_formats, checked, plan_at};
+
+fn request(graph: &Graph, linear: &[&str]) -> PlanRequest<'static> {
+    let image = GivenImage { desc: ImageDesc::new(FRAME).format(Format::Rgba16Float), finite: true };
+    let linear = linear.iter().map(|name| (*name).to_owned()).collect();
+    PlanRequest {
+        given: Given { linear, ..Given::everything(FRAME, &graph.inputs, image) },
+        facts: Facts::default(),
+        caps: all_formats(),
+        options: Options::default(),
+        dynamic: Default::default(),
+        requirement: &Requirement::typical,
+    }
+}
+
+fn planned(text: &str, linear: &[&str]) -> Plan {
+    let graph = checked(text);
+    let plan = afterimage_plan::plan(&graph, &request(&graph, linear)).unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!(verify(&plan), Ok(()));
+    plan
+}
+
+const ENCODED: &str = r#"Pipeline(
+    inputs: { "scene": Color },
+    nodes: {
+        "exposed": Exposure(source: "scene", stops: 1.0),
+        "mapped": ToneMap(source: "exposed"),
+        "srgb": Encode(source: "mapped"),
+        "power": Encode(source: "mapped", transfer: Gamma, gamma: 2.4),
+        "pq": Encode(source: "mapped", transfer: Pq),
+    },
+    outputs: { "srgb": "srgb", "power": "power", "pq": "pq", "light": "mapped" },
+)"#;
+
+#[test]
+fn outputs_that_hold_linear_light_are_decoded_if_they_are_encoded_for_an_sdr_display() {
+    let names = ["srgb", "power", "pq", "light"];
+    for held in names {
+        let plan = planned(ENCODED, &[held]);
+        for output in &plan.outputs {
+            let decoded = output.name == held && ["srgb", "power"].contains(&held);
+            let encoded = output.name != "light";
+            let state = if encoded && !decoded { ColorState::Encoded } else { ColorState::DisplayLinear };
+            assert_eq!(output.state, state, "`{}` where `{held}` is linear", output.name);
+            let label = plan.image(output.image).label.clone();
+            assert_eq!(label.ends_with(".decoded"), decoded, "{label}");
+        }
+        let functions: Vec<&str> = plan.work().flat_map(|pass| &pass.kernels).map(|kernel| &*kernel.function).collect();
+        let decodes =
+            ["decode_srgb", "decode_gamma"].map(|function| functions.iter().filter(|f| **f == function).count());
+        assert_eq!(decodes, [usize::from(held == "srgb"), usize::from(held == "power")], "{held}: {functions:?}");
+    }
+    let power = planned(ENCODED, &["power"]);
+    let kernel = power.work().flat_map(|pass| &pass.kernels).find(|kernel| &*kernel.function == "decode_gamma");
+    assert_eq!(kernel.expect("it is decoded").uniform[..4], 2.4_f32.to_le_bytes());
+    assert_golden("decoded.txt", &power.to_text());
+}
+
+/// The state is that of the wire; the colours are those of the image that comes.
+#[test]
+fn an_output_of_a_node_that_is_skipped_has_the_state_of_its_wire() {
+    let text = r#"Pipeline(inputs: { "scene": Color }, nodes: { "same": Exposure(source: "scene", stops: 0.0) },
+        outputs: { "out": "same", "scene": "scene" })"#;
+    let plan = planned(text, &[]);
+    assert_eq!(plan.skipped.len(), 1);
+    assert_eq!(
+        plan.outputs.iter().map(|output| output.state).collect::<Vec<_>>(),
+        [ColorState::Exposed, ColorState::Scene]
+    );
+}
+
+fn exposed(stops: f32, more: &str) -> Plan {
+    let node = format!("Exposure(source: \"scene\", stops: {stops:?})");
+    planned(
+        &format!(
+            r#"Pipeline(inputs: {{ "scene": Color }}, nodes: {{ "a": {node} {more} }}, outputs: {{ "out": "a" }})"#
+        ),
+        &[],
+    )
+}
+
+#[test]
+fn plans_that_differ_in_numbers_alone_are_told_from_others() {
+    let (one, other) = (exposed(1.0, ""), exposed(2.0, ""));
+    assert!(one != other && one.differs_in_uniforms_only(&other) && one.differs_in_uniforms_only(&one));
+    let mut slower = other.clone();
+    slower.passes[0].workgroups[0] += 1;
+    assert!(!one.differs_in_uniforms_only(&slower));
+    let mut longer = other.clone();
+    longer.passes[0].uniform.bytes.push(0);
+    assert!(!one.differs_in_uniforms_only(&longer));
+    assert!(!one.differs_in_uniforms_only(&exposed(1.0, ", \"b\": Exposure(source: \"scene\")").clone_with_label()));
+}
+
+trait Labelled {
+    fn clone_with_label(&self) -> Self;
+}
+
+impl Labelled for Plan {
+    /// The plan with another label of its first pass.
+    fn clone_with_label(&self) -> Self {
+        let mut plan = self.clone();
+        plan.passes[0].pass.label = "another".into();
+        plan
+    }
+}
+
+#[test]
+fn the_text_says_how_far_the_placement_is_from_the_best() {
+    let (mut best, mut others) = (0, 0);
+    for seed in 0..60 {
+        let graph = Recipe { seed, nodes: 60, histories: 2, off: 5 }.graph();
+        let plan = plan_at(&graph, FRAME, Options::default()).expect("the graph can be planned");
+        let (placed, bound) = (plan.memory.placed, plan.memory.lower_bound);
+        let text = plan.to_text();
+        if placed == bound {
+            best += 1;
+            assert!(text.contains("the placement is the best there is for this order"), "{text}");
+        } else {
+            others += 1;
+            let share = (placed as f64 / bound as f64 - 1.0) * 100.0;
+            assert!(text.contains(&format!("within {share:.2} % of the best")), "{share}: {text}");
+        }
+    }
+    assert!(best > 30 && others > 0, "{best} are the best, {others} are not");
+}
+
+/// Where a chain runs in tiles, the numbers of its kernels lie behind the sizes of its images.
+#[test]
+fn the_numbers_of_a_chain_change_in_their_places() {
+    let graph = checked(
+        r#"Pipeline(inputs: { "scene": Color }, nodes: {
+            "bright": Extract(source: "scene", threshold: 1.0),
+            "mips": Downsample(source: "bright", levels: 4),
+            "bloom": Upsample(source: "mips", radius: 0.85),
+            "lit": Composite(base: "scene", bloom: "bloom", strength: 0.5),
+        }, outputs: { "out": "lit" })"#,
+    );
+    let dynamic: BTreeSet<_> = graph.parameters().filter(|id| !graph.declaration(*id).replan).collect();
+    let options = Options { tile: When::Always, row_downsample: When::Never, ..Options::default() };
+    let caps = Caps { tiles: true, ..all_formats() };
+    let make = |graph: &Graph| {
+        let request = PlanRequest { dynamic: dynamic.clone(), options, caps: caps.clone(), ..request(graph, &[]) };
+        Planned::new(graph, &request).unwrap_or_else(|error| panic!("{error}"))
+    };
+    let mut moving = make(&graph);
+    let is_chain = |pass: &Pass| matches!(pass.kind, afterimage_graph::node::PassKind::TiledChain(_));
+    assert!(moving.plan.work().any(is_chain), "{}", moving.plan.to_text());
+    let mut changes = 0;
+    for parameter in &dynamic {
+        let mut changed = graph.clone();
+        let Some(highest) = graph.declaration(*parameter).highest() else { continue };
+        changed.nodes[parameter.node].instance.set(parameter.index, highest);
+        let (mut bytes, before) = (moving.plan.uniform_buffer(), moving.plan.uniform_buffer());
+        let mut write = |at: u64, new: &[u8]| bytes[at as usize..][..new.len()].copy_from_slice(new);
+        let instance = &changed.nodes[parameter.node].instance;
+        if moving.dynamic.uniforms(parameter.node, instance, &mut write).is_ok() {
+            assert_eq!(bytes, make(&changed).plan.uniform_buffer(), "{}", graph.parameter_name(*parameter));
+            changes += usize::from(bytes != before);
+        }
+    }
+    assert!(changes >= 4, "{changes} numbers were changed");
+}

@@ -1,0 +1,181 @@
+//! Gtao: ambient occlusion from depth.
+
+use afterimage_graph::node::{CAMERA, FunctionPass};
+use afterimage_graph::prelude::*;
+
+use crate::surface;
+
+static SHADER: Shader = shader!("gtao");
+
+choices! {
+    /// The size at which occlusion is computed.
+    pub enum OcclusionSize {
+        /// That of the image.
+        Full,
+        /// Half of each side; it is enlarged along the edges of surfaces.
+        Half,
+    }
+}
+
+choices! {
+    /// The space that normals are in.
+    pub enum NormalSpace {
+        /// The camera's: x right, y up, z towards the camera.
+        View,
+        /// The world's.
+        World,
+    }
+}
+
+params! {
+    /// Darkens corners and gaps, which less of the light around them reaches: ambient occlusion from depth.
+    ///
+    /// For each pixel, slices of the hemisphere over the surface are searched for the highest horizon to both sides;
+    /// the cosine-weighted light between them has a closed form. Slices differ within four by four pixels, and a mean
+    /// on the same surface makes them one. Jimenez, Wu, Pesce and Jarabo, "Practical Realtime Strategies for Accurate
+    /// Indirect Occlusion", 2016; graph/docs/depth.md compares it with rays. What lies outside of the image, or behind
+    /// what is seen, occludes nothing.
+    ///
+    /// `result` is the light times the visibility, so place it before exposure, fog and bloom. A renderer that has its
+    /// ambient light apart multiplies that one with 1 - `occlusion`. With `albedo`, light that bounces between bright
+    /// surfaces fills a part of what is missing. The projection may be any, perspective or orthographic. Alpha passes
+    /// unchanged.
+    pub struct Gtao {
+        /// Share of the occlusion. 0 changes nothing.
+        pub amount: f32 = 1.0 => within(0.0..=1.0), neutral(0.0);
+        /// The distance from which nothing occludes.
+        pub radius: f32 = 0.6 => within(0.001..=1000.0), usually(0.1..=4.0), unit("m");
+        /// The last part of the radius, over which occluders fade out.
+        pub falloff: f32 = 0.6 => within(0.01..=1.0);
+        /// Exponent of the visibility: more than 1 is darker than it is.
+        pub power: f32 = 1.0 => within(0.25..=4.0), usually(0.5..=2.0), neutral(1.0);
+        /// The longest way that is searched.
+        pub largest: f32 = 0.2 => within(0.01..=1.0), usually(0.05..=0.5), unit("heights");
+        /// Slices for each pixel; the denoiser makes sixteen times as many of them.
+        pub slices: u32 = 2 => within(1.0..=16.0), quality(4u32, [2]), live();
+        /// Samples of each slice to each side.
+        pub steps: u32 = 4 => within(1.0..=32.0), quality(8u32, [6, 4]), live();
+        /// The size at which it is computed.
+        pub size: OcclusionSize = OcclusionSize::Full => quality(OcclusionSize::Full, [OcclusionSize::Half]);
+        /// Means over four by four pixels of a surface, one after the other. 0 shows the noise.
+        pub denoise: u32 = 1 => within(0.0..=3.0);
+        /// The space that `normal` is in.
+        pub space: NormalSpace = NormalSpace::View;
+    }
+}
+
+/// What the shader gets besides the parameters.
+#[derive(Clone, Copy)]
+struct Numbers {
+    most: f64,
+    stride: f64,
+    is_world: f64,
+    axis: [f64; 2],
+}
+
+impl Numbers {
+    fn set<'r, 'a>(self, pass: FunctionPass<'r, 'a>) -> FunctionPass<'r, 'a> {
+        let pass = pass.set("most", self.most).set("stride", self.stride);
+        pass.set("is_world", self.is_world).set("axis", self.axis)
+    }
+}
+
+impl Gtao {
+    fn numbers(&self, size: Size) -> Numbers {
+        Numbers {
+            most: f64::from(self.largest) * f64::from(size.height),
+            stride: if self.size == OcclusionSize::Half { 2.0 } else { 1.0 },
+            is_world: if self.space == NormalSpace::World { 1.0 } else { 0.0 },
+            axis: [0.0; 2],
+        }
+    }
+
+    /// A pass of this function from an image to another one of this size: visibilities, and inverse distances.
+    fn step(
+        pass: &mut Recorder<'_>,
+        function: &'static str,
+        reads: &[(&'static str, ImageId)],
+        (size, numbers): (Size, Numbers),
+    ) -> ImageId {
+        let made = pass.transient(function, ImageDesc::new(size).format(Format::Rg16Float));
+        let call = numbers.set(pass.function(&SHADER, function));
+        reads.iter().fold(call, |call, (name, image)| call.read(*name, *image)).write_to(made);
+        made
+    }
+
+    /// The visibility of each pixel.
+    fn visibility(&self, pass: &mut Recorder<'_>, size: Size) -> ImageId {
+        let depth = surface::at_size(pass, "depth", size);
+        let is_half = self.size == OcclusionSize::Half;
+        let numbers = self.numbers(size);
+        let searched = (if is_half { size.div_up(2) } else { size }, numbers);
+        let mut found = if pass.wired("normal") {
+            let normal = surface::at_size(pass, "normal", size);
+            Self::step(pass, "gtao_visibility_normals", &[("depth", depth), ("normal", normal)], searched)
+        } else {
+            Self::step(pass, "gtao_visibility", &[("depth", depth)], searched)
+        };
+        for _ in 0..self.denoise {
+            for axis in [[1.0, 0.0], [0.0, 1.0]] {
+                found =
+                    Self::step(pass, "gtao_denoise", &[("noisy", found)], (searched.0, Numbers { axis, ..numbers }));
+            }
+        }
+        if is_half {
+            let reads = [("small", found), ("depth", depth)];
+            found = Self::step(pass, "gtao_enlarge", &reads, (size, numbers));
+        }
+        found
+    }
+
+    fn lit(&self, pass: &mut Recorder<'_>, visibility: ImageId, size: Size) {
+        let numbers = self.numbers(size);
+        let albedo = pass.wired("albedo").then(|| surface::at_size(pass, "albedo", size));
+        let name = if albedo.is_some() { "gtao_lit_albedo" } else { "gtao_lit" };
+        let call = numbers.set(pass.function(&SHADER, name)).read("visibility", visibility);
+        match albedo {
+            Some(albedo) => call.read("albedo", albedo).write("result", ImageDesc::new(size)),
+            None => call.write("result", ImageDesc::new(size)),
+        };
+    }
+}
+
+impl Node for Gtao {
+    const INPUTS: &'static [Input] = &[
+        Input::image("source", "The light of the scene.").accepts(&[ColorState::Scene, ColorState::Exposed]),
+        Input::image("depth", "Distance along the view axis, in x.").accepts(&[ColorState::Data]),
+        Input::block("camera", &CAMERA, "The camera."),
+        Input::image("normal", "Normals of any length, in x, y and z; without them, they are made from the depth.")
+            .accepts(&[ColorState::Data])
+            .optional(),
+        Input::image("albedo", "The share of light that surfaces reflect.").accepts(&[ColorState::Data]).optional(),
+    ];
+    const OUTPUTS: &'static [Output] = &[
+        Output::image("result", OutputState::same("source"), "The light that reaches the camera.").or_input("source"),
+        Output::image(
+            "occlusion",
+            OutputState::Always(ColorState::Data),
+            "1 minus the visibility, in x; 0 in the others.",
+        ),
+    ];
+
+    fn identity(&self, _: &Arrivals) -> bool {
+        self.amount == 0.0
+    }
+
+    fn identity_of(&self, output: &str, arrivals: &Arrivals) -> bool {
+        self.identity(arrivals) || output == "result" && arrivals.is_zero("source")
+    }
+
+    fn record(&self, pass: &mut Recorder<'_>) {
+        let size = surface::size_of(pass, "source");
+        let visibility = self.visibility(pass, size);
+        if pass.wanted("result") {
+            self.lit(pass, visibility, size);
+        }
+        if pass.wanted("occlusion") {
+            let call = self.numbers(size).set(pass.function(&SHADER, "gtao_occlusion"));
+            call.read("visibility", visibility).write("occlusion", ImageDesc::new(size));
+        }
+    }
+}

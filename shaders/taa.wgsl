@@ -1,0 +1,220 @@
+// Temporal anti-aliasing: the result of the frame before is read where each surface was, limited to what is seen around
+// the pixel now, and a part of the new frame is mixed in. Karis, "High Quality Temporal Supersampling", SIGGRAPH 2014;
+// the limit by mean and variance: Salvi, "An Excursion in Temporal Supersampling", GDC 2016.
+#import camera
+#import grade
+#import math
+
+struct Taa {
+    blend: f32,
+    variance: f32,
+    depth_threshold: f32,
+    white: f32,
+    scale: vec2f,          // from the numbers of the motion image to uv
+    has_motion: f32,       // 1 or 0, as the next two
+    has_depth: f32,        // of the frame before
+    has_exposure: f32,
+}
+
+// How fast a sample counts less that lies this far from the middle of the pixel: the square of the distance in pixels.
+const TAA_SHARPNESS: f32 = 2.29;
+
+// Light in YCoCg times its weight, and the weight: bright light counts less in means, that at `white` half.
+fn taa_packed(light: vec3f, white: f32) -> vec4f {
+    let y = 0.25 * light.r + 0.5 * light.g + 0.25 * light.b;
+    let color = vec3f(y, 0.5 * (light.r - light.b), 0.5 * light.g - 0.25 * (light.r + light.b));
+    return vec4f(color, 1.0) / (1.0 + max(y, 0.0) / white);
+}
+
+fn taa_unpacked(packed: vec4f) -> vec3f {
+    let color = packed.xyz / max(packed.w, 1e-7);
+    return vec3f(color.x + color.y - color.z, color.x + color.z, color.x - color.y - color.z);
+}
+
+// What is seen around a pixel: the new color, and the limits of the old one.
+struct TaaAround {
+    color: vec4f,
+    mean: vec4f,
+    below: vec3f,   // from the mean to the least and to the greatest
+    above: vec3f,
+}
+
+fn taa_around(source: texture_2d<f32>, p: vec2i, jitter: vec2f, params: Taa) -> TaaAround {
+    // The variance is of differences from the pixel itself: that of colors loses its digits where they are alike.
+    let middle = taa_packed(texel(source, p).rgb, params.white);
+    var sum = vec4f();
+    var total = 0.0;
+    var mean = vec4f();
+    var square = vec3f();
+    var least = vec3f(1e9);
+    var greatest = vec3f(-1e9);
+    for (var y = -1; y <= 1; y++) {
+        for (var x = -1; x <= 1; x++) {
+            let color = taa_packed(texel(source, p + vec2i(x, y)).rgb, params.white);
+            let away = vec2f(f32(x), f32(y)) + jitter;
+            let weight = exp(-TAA_SHARPNESS * dot(away, away));
+            sum += weight * color;
+            total += weight;
+            let apart = color - middle;
+            mean += apart / 9.0;
+            square += apart.xyz * apart.xyz / 9.0;
+            least = min(least, color.xyz);
+            greatest = max(greatest, color.xyz);
+        }
+    }
+    let most = params.variance * sqrt(max(square - mean.xyz * mean.xyz, vec3f(0.0)));
+    mean += middle;
+    return TaaAround(sum / total, mean, min(mean.xyz - least, most), min(greatest - mean.xyz, most));
+}
+
+// The nearest of the nine texels around: edges move with the surface in front.
+fn taa_nearest(depth: texture_2d<f32>, p: vec2i) -> vec2i {
+    var nearest = p;
+    var least = texel(depth, p).x;
+    for (var y = -1; y <= 1; y++) {
+        for (var x = -1; x <= 1; x++) {
+            let found = texel(depth, p + vec2i(x, y)).x;
+            nearest = select(nearest, p + vec2i(x, y), found < least);
+            least = min(least, found);
+        }
+    }
+    return clamp(nearest, vec2i(0), vec2i(textureDimensions(depth)) - 1);
+}
+
+// The place in the world that is seen at a texel.
+fn taa_world(depth: texture_2d<f32>, camera: Camera, p: vec2i) -> vec3f {
+    let uv = (vec2f(p) + 0.5 + camera.jitter) / vec2f(textureDimensions(depth));
+    return camera_world(camera, camera_place(camera, uv, clamp(texel(depth, p).x, 1e-3, HALF_MAX)));
+}
+
+// How far a texel has moved since the frame before, in uv: by the motion image, or of what stands still.
+fn taa_motion(depth: texture_2d<f32>, motion: texture_2d<f32>, camera: Camera, p: vec2i, params: Taa) -> vec2f {
+    let uv = (vec2f(p) + 0.5 + camera.jitter) / vec2f(textureDimensions(depth));
+    let still = uv - camera_previous_uv(camera, taa_world(depth, camera, p)).xy;
+    let moved = texel(motion, p).xy * params.scale;
+    return clamp(select(still, moved, params.has_motion > 0.5), vec2f(-4.0), vec2f(4.0));
+}
+
+// Whether the surface of a texel was seen in the frame before: whether its distance then is that of a texel there.
+fn taa_was_seen(
+    depth: texture_2d<f32>,
+    previous_depth: texture_2d<f32>,
+    camera: Camera,
+    p: vec2i,
+    there: vec2f,
+    params: Taa,
+) -> bool {
+    let place = camera.previous_view * vec4f(taa_world(depth, camera, p), 1.0);
+    let expected = max(-place.z, 1e-3);
+    let size = vec2f(textureDimensions(previous_depth));
+    let middle = vec2i(floor(clamp(there * size - camera.previous_jitter, vec2f(-4.0), size + 4.0)));
+    var off = 1e9;
+    for (var y = -1; y <= 1; y++) {
+        for (var x = -1; x <= 1; x++) {
+            let found = clamp(texel(previous_depth, middle + vec2i(x, y)).x, 1e-3, HALF_MAX);
+            off = min(off, abs(found - expected) / min(expected, found));
+        }
+    }
+    // A distance of the sky has no meaning in detail.
+    return off < params.depth_threshold || expected > 30000.0 && off < 2.0;
+}
+
+// The weights of a Catmull-Rom spline for the texels -1, 0, 1 and 2 at a place between 0 and 1.
+fn taa_weights(x: f32) -> vec4f {
+    let first = x * (-0.5 + x * (1.0 - 0.5 * x));
+    let second = 1.0 + x * x * (-2.5 + 1.5 * x);
+    let third = x * (0.5 + x * (2.0 - 1.5 * x));
+    return vec4f(first, second, third, x * x * (0.5 * x - 0.5));
+}
+
+// A sharp filter of the history, which is filtered again in every frame.
+fn taa_bicubic(history: texture_2d<f32>, uv: vec2f) -> vec3f {
+    let size = vec2f(textureDimensions(history));
+    let place = clamp(uv * size - 0.5, vec2f(-2.0), size + 1.0);
+    let base = floor(place);
+    let across = taa_weights(place.x - base.x);
+    let down = taa_weights(place.y - base.y);
+    var sum = vec3f();
+    for (var y = 0; y < 4; y++) {
+        for (var x = 0; x < 4; x++) {
+            let color = texel(history, vec2i(base) + vec2i(x - 1, y - 1)).rgb;
+            sum += across[x] * down[y] * color;
+        }
+    }
+    return sum;
+}
+
+// A color limited to what is seen around, and to a number of deviations, on the way to the mean.
+fn taa_limited(color: vec4f, around: TaaAround) -> vec4f {
+    let away = color - around.mean;
+    let room = select(around.below, around.above, away.xyz > vec3f(0.0));
+    let units = abs(away.xyz) / max(room, vec3f(1e-6));
+    return around.mean + away / max(max(max(units.x, units.y), units.z), 1.0);
+}
+
+fn taa_mixed(old: vec3f, around: TaaAround, is_seen: bool, alpha: f32, params: Taa) -> vec4f {
+    let packed = taa_limited(taa_packed(old, params.white), around);
+    let share = select(1.0, params.blend, is_seen);
+    let light = taa_unpacked(between(packed, around.color, share));
+    return vec4f(bounded_scene(light), alpha);
+}
+
+// Whether the frame before has a meaning at a place.
+fn taa_inside(there: vec2f, frame: Frame) -> bool {
+    return frame.reset == 0u && all(there >= vec2f(0.0)) && all(there <= vec2f(1.0));
+}
+
+// How many times as bright exposed light is as in the frame before.
+fn taa_ratio(meter: f32, previous_exposure: texture_2d<f32>, params: Taa) -> f32 {
+    let stops = meter - texel(previous_exposure, vec2i(0)).x;
+    return exp2(params.has_exposure * clamp(stops, -16.0, 16.0));
+}
+
+// The exposure, for the next frame.
+fn taa_exposure(meter: f32) -> vec4f {
+    return vec4f(meter, 0.0, 0.0, 1.0);
+}
+
+fn taa(
+    source: texture_2d<f32>,
+    history: texture_2d<f32>,
+    depth: texture_2d<f32>,
+    previous_depth: texture_2d<f32>,
+    motion: texture_2d<f32>,
+    previous_exposure: texture_2d<f32>,
+    camera: Camera,
+    meter: f32,
+    at: Point,
+    frame: Frame,
+    params: Taa,
+) -> vec4f {
+    let around = taa_around(source, at.pixel, camera.jitter, params);
+    let there = at.uv - taa_motion(depth, motion, camera, taa_nearest(depth, at.pixel), params);
+    let was_seen = taa_was_seen(depth, previous_depth, camera, at.pixel, there, params);
+    let is_seen = taa_inside(there, frame) && (was_seen || params.has_depth < 0.5);
+    let old = bounded_scene(taa_bicubic(history, there) * taa_ratio(meter, previous_exposure, params));
+    return taa_mixed(old, around, is_seen, texel(source, at.pixel).a, params);
+}
+
+// The same with a filter of four texels.
+fn taa_bilinear(
+    source: texture_2d<f32>,
+    history: texture_2d<f32>,
+    history_sampler: sampler,
+    depth: texture_2d<f32>,
+    previous_depth: texture_2d<f32>,
+    motion: texture_2d<f32>,
+    previous_exposure: texture_2d<f32>,
+    camera: Camera,
+    meter: f32,
+    at: Point,
+    frame: Frame,
+    params: Taa,
+) -> vec4f {
+    let around = taa_around(source, at.pixel, camera.jitter, params);
+    let there = at.uv - taa_motion(depth, motion, camera, taa_nearest(depth, at.pixel), params);
+    let was_seen = taa_was_seen(depth, previous_depth, camera, at.pixel, there, params);
+    let is_seen = taa_inside(there, frame) && (was_seen || params.has_depth < 0.5);
+    let old = bounded_scene(tap(history, history_sampler, there).rgb * taa_ratio(meter, previous_exposure, params));
+    return taa_mixed(old, around, is_seen, texel(source, at.pixel).a, params);
+}

@@ -1,0 +1,197 @@
+//! Ambient occlusion and bilateral blurs on the GPU: what their CPU references do not say.
+
+use afterimage_graph::image::Size;
+use afterimage_graph::node::{CAMERA, Camera, NodeKind, Registry};
+use afterimage_graph::prelude::*;
+use afterimage_nodes::DemoScene;
+use glam::{Mat4, Quat};
+
+use super::surface::{eye, scene};
+use crate::support::gpu::{Picture, Run};
+use crate::support::harness::Nodes;
+
+/// A surface that rises and falls before a step, in metres, and in all three numbers normals that turn with it.
+pub(super) fn surfaces([width, height]: [u32; 2]) -> Picture {
+    Picture::new(width, height, |x, y| {
+        let (u, v) = (x as f32 / width as f32, y as f32 / height as f32);
+        let step = if 2 * x > width { 1.7 } else { 0.0 };
+        let depth = 3.0 + 0.9 * (9.0 * u + 3.0 * v).sin() + step;
+        [depth, 3.1 * (7.0 * u).cos() + 2.0 * v, 4.3 + 2.0 * v, 1.0]
+    })
+}
+
+params! {
+    /// The openness of the built-in scene by rays: the cosine-weighted mean, with the fading of `Gtao`.
+    pub struct Rays {
+        /// The distance from which nothing occludes.
+        pub radius: f32 = 0.6 => within(0.0..=10.0);
+        /// The last part of it, over which occluders fade out.
+        pub falloff: f32 = 0.6 => within(0.0..=1.0);
+    }
+}
+
+static ROOM: Library = Library::new(afterimage_shaders::DEMO);
+static RAYS: Shader = Shader::new(
+    "rays.wgsl",
+    "#import camera
+#import loft
+#import loft_pose
+#import ray
+struct Rays { radius: f32, falloff: f32 }
+fn rays(depth: vec4f, normal: vec4f, camera: Camera, at: Point, params: Rays) -> vec4f {
+    let eye = camera_world(camera, camera_place(camera, at.uv, depth.x));
+    let n = normalize((camera.inverse_view * vec4f(normal.xyz, 0.0)).xyz);
+    let aside = normalize(cross(n, select(vec3f(0.0, 1.0, 0.0), vec3f(1.0, 0.0, 0.0), abs(n.y) > 0.9)));
+    var sum = 0.0;
+    for (var i = 0; i < 256; i++) {
+        let turn = 6.2831853 * fract(f32(i) * 0.618034);
+        let square = (f32(i) + 0.5) / 256.0;
+        let flat = sqrt(square) * (cos(turn) * aside + sin(turn) * cross(n, aside));
+        let ray = Ray(eye + n * 2e-3, ray_direction(flat + n * sqrt(1.0 - square)));
+        let far = loft_trace(ray, loft_pose(0.0, 0)).distance;
+        sum += 1.0 - clamp((params.radius - far) / (params.falloff * params.radius), 0.0, 1.0);
+    }
+    return vec4f(sum / 256.0, 0.0, 0.0, 1.0);
+}",
+)
+.with_library(&ROOM);
+
+impl Node for Rays {
+    const INPUTS: &'static [Input] = &[
+        Input::image("depth", "Distances.").accepts(&[ColorState::Data]),
+        Input::image("normal", "Normals.").accepts(&[ColorState::Data]),
+        Input::block("camera", &CAMERA, "The camera."),
+    ];
+    const OUTPUTS: &'static [Output] =
+        &[Output::image("result", OutputState::Always(ColorState::Data), "The visibility.").or_input("depth")];
+
+    fn record(&self, pass: &mut Recorder<'_>) {
+        let size = pass.frame_size();
+        pass.function(&RAYS, "rays").write("result", ImageDesc::new(size));
+    }
+}
+
+const SIZE: Size = Size { width: 240, height: 135, depth: 1 };
+
+/// The visibilities of the scene: by rays, and by `Gtao` with these parameters.
+fn visibilities(parameters: &str) -> [Picture; 2] {
+    let text = format!(
+        r#"Pipeline(inputs: {{ "camera": Camera }}, nodes: {{
+            "room": DemoScene(walk: 0.15),
+            "rays": Rays(depth: "room.depth", normal: "room.normal", camera: "camera"),
+            "ao": Gtao(source: "room", depth: "room.depth", camera: "camera", radius: 0.6, falloff: 0.6, {parameters}),
+        }}, outputs: {{ "rays": "rays", "occlusion": "ao.occlusion" }})"#
+    );
+    let registry = Registry::new(&[afterimage_nodes::ALL, &[NodeKind::of::<Rays>()]]).expect("kinds of their own");
+    let document = afterimage_graph::document::parse("test.ron", &text).unwrap_or_else(|errors| panic!("{errors}"));
+    let checked = afterimage_graph::check::check(&document, &registry, &Default::default());
+    let graph = checked.unwrap_or_else(|errors| panic!("{errors}")).0;
+    let camera = DemoScene { walk: 0.15, ..DemoScene::default() }.camera(SIZE);
+    let mut run = Run::new(&graph).camera(Some(&camera));
+    run.size = SIZE;
+    run.frame(&[]).try_into().expect("two outputs")
+}
+
+/// Root mean square, over the pixels of the room, of the error of a visibility; the first is 1 everywhere.
+fn errors([rays, occlusion]: &[Picture; 2], depth: &Picture) -> [f64; 2] {
+    let mut sums = [0.0, 0.0];
+    let mut count = 0.0;
+    for ((rays, occlusion), depth) in rays.pixels.iter().zip(&occlusion.pixels).zip(&depth.pixels) {
+        // The sky, and glass of thin bars before it.
+        if depth[0] > 900.0 {
+            continue;
+        }
+        let off = [1.0 - rays[0], 1.0 - occlusion[0] - rays[0]].map(f64::from);
+        (0..2).for_each(|i| sums[i] += off[i] * off[i]);
+        count += 1.0;
+    }
+    sums.map(|sum| (sum / count).sqrt())
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+#[expect(clippy::print_stdout, reason = "the figures are in graph/docs/depth.md")]
+fn occlusion_from_depth_is_near_to_that_of_rays() {
+    let depth = scene("depth", "walk: 0.15", SIZE);
+    // The most that is left of the error, as a share of that without occlusion.
+    let table =
+        [("slices: 4, steps: 8", 0.55), ("slices: 2", 0.6), ("normal: \"room.normal\"", 0.6), ("size: Half", 0.66)];
+    for (parameters, most) in table {
+        let [none, with] = errors(&visibilities(parameters), &depth);
+        println!("{parameters}: {with:.4} instead of {none:.4}");
+        assert!(with < most * none, "{parameters}: {with} instead of {none}");
+    }
+}
+
+const NODE: &str = "Gtao(source: \"in\", depth: \"data\", camera: \"camera\", radius: 3.0, normal: \"normal\")";
+
+fn lit(node: &str, camera: &Camera, data: &Picture, normal: &Picture) -> Picture {
+    let grey = Picture::new(data.width, data.height, |_, _| [0.5, 0.4, 0.3, 0.2]);
+    let inputs = [("in", "Color"), ("data", "Depth"), ("normal", "Normals")];
+    Nodes::new(&format!("\"result\": {node}"), &inputs).camera(Some(camera)).exact(&[&grey, data, normal])
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn normals_of_the_world_are_those_of_the_view_turned() {
+    let data = surfaces([40, 30]);
+    let turn = Mat4::from_quat(Quat::from_rotation_y(0.7) * Quat::from_rotation_x(-0.4));
+    let camera = Camera::still(turn.to_cols_array_2d(), eye().projection);
+    let world = Picture::new(40, 30, |x, y| {
+        let [a, b, c, _] = data.at(x, y);
+        let turned = turn.inverse().transform_vector3(glam::vec3(a, b, c));
+        [turned.x, turned.y, turned.z, 1.0]
+    });
+    let in_view = lit(NODE, &camera, &data, &data);
+    let in_world = lit(&NODE.replace("radius", "space: World, radius"), &camera, &data, &world);
+    for (a, b) in in_view.pixels.iter().zip(&in_world.pixels) {
+        assert!((a[0] - b[0]).abs() < 2e-3, "{a:?} and {b:?}");
+    }
+    assert!(in_view.pixels.iter().any(|pixel| pixel[0] < 0.4) && in_view.pixels.iter().all(|pixel| pixel[3] == 0.2));
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn the_sky_and_a_single_pixel_are_open() {
+    let sky = Picture::new(24, 16, |_, _| [65504.0, 0.0, 0.0, 1.0]);
+    let front = Picture::new(24, 16, |_, _| [0.0, 0.0, 1.0, 0.0]);
+    assert!(lit(NODE, &eye(), &sky, &front).pixels.iter().all(|pixel| *pixel == [0.5, 0.4, 0.3, 0.2]));
+    let one = lit(NODE, &eye(), &surfaces([1, 1]), &Picture::new(1, 1, |_, _| [0.0, 0.0, 1.0, 0.0]));
+    assert!((one.pixels[0][0] - 0.5).abs() < 1e-3, "{one:?}");
+}
+
+/// What is far away, infinite, or not finite: the places are garbage, the numbers are not.
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn broken_depths_and_normals_give_light_within_its_bounds() {
+    let odd = [f32::NAN, f32::INFINITY, -5.0, 0.0, 1e30, 65504.0, 1e-30, 2.0];
+    let data = Picture::new(24, 16, |x, y| [odd[((3 * x + 5 * y) % 8) as usize]; 4]);
+    for node in [NODE.to_owned(), NODE.replace("radius", "size: Half, radius")] {
+        let found = lit(&node, &eye(), &data, &data);
+        let is_bounded = |pixel: &[f32; 4]| (0.0..=0.5).contains(&pixel[0]) && pixel[3] == 0.2;
+        assert!(found.pixels.iter().all(is_bounded), "{node}");
+    }
+}
+
+/// Noise on a sloping floor is removed, and the edge of the object before it stays.
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_bilateral_blur_takes_noise_and_leaves_edges() {
+    let depth = Picture::new(64, 48, |x, y| {
+        let floor = 1.0 / (0.05 + 0.004 * y as f32);
+        [if (20..40).contains(&x) { 0.8 * floor } else { floor }, 0.0, 0.0, 1.0]
+    });
+    let clean = |x: u32| if (20..40).contains(&x) { 1.0 } else { 0.25 };
+    let noisy = Picture::new(64, 48, |x, y| {
+        let noise = super::camera::shift(x as usize, y as usize) as f32;
+        [clean(x) + 0.2 * noise, 0.0, 0.0, 1.0]
+    });
+    let node = "\"result\": BilateralBlur(source: \"in\", depth: \"data\", radius: 8, depth_threshold: 0.02)";
+    let found = Nodes::new(node, &[("in", "Color"), ("data", "Depth")]).exact(&[&noisy, &depth]);
+    let deviation = |picture: &Picture| {
+        let off = |(index, pixel): (usize, &[f32; 4])| f64::from(pixel[0] - clean(index as u32 % 64)).powi(2);
+        (picture.pixels.iter().enumerate().map(off).sum::<f64>() / picture.pixels.len() as f64).sqrt()
+    };
+    let (before, after) = (deviation(&noisy), deviation(&found));
+    assert!(after < 0.2 * before, "{before} becomes {after}");
+}

@@ -1,0 +1,257 @@
+//! Ambient occlusion by horizons, as Jimenez and others (2016) describe it, with a denoiser.
+
+use std::f64::consts::{FRAC_PI_2, PI};
+
+use glam::{DVec2, DVec3};
+
+use super::image::Image;
+use super::math::mix;
+use super::view::View;
+
+/// The distance off a plane, as a share of the depth, beyond which visibilities are not mixed.
+const SOFT: f64 = 0.02;
+/// The sine of the angle over the surface below which an occluder counts less.
+const FLAT: f64 = 0.08;
+
+/// The search of a pixel.
+#[derive(Clone, Copy)]
+pub(crate) struct Gtao {
+    pub(crate) radius: f64,
+    pub(crate) falloff: f64,
+    /// The longest way in pixels.
+    pub(crate) most: f64,
+    pub(crate) slices: usize,
+    pub(crate) steps: usize,
+    /// Whether it is computed at half of the size.
+    pub(crate) is_half: bool,
+    pub(crate) denoise: usize,
+}
+
+/// Depth, and what sees it.
+#[derive(Clone, Copy)]
+pub(crate) struct Surfaces<'a> {
+    pub(crate) view: View,
+    pub(crate) depth: &'a Image,
+}
+
+/// A pixel, its place, the direction to the camera, and the normal.
+#[derive(Clone, Copy)]
+struct Seen {
+    pixel: [i64; 2],
+    place: DVec3,
+    towards: DVec3,
+    normal: DVec3,
+}
+
+impl Surfaces<'_> {
+    fn distance(&self, [x, y]: [i64; 2]) -> f64 {
+        self.depth.texel(x, y)[0].clamp(1e-3, 65504.0)
+    }
+
+    fn place(&self, [x, y]: [i64; 2]) -> DVec3 {
+        self.view.place([x as f64, y as f64], self.distance([x, y]))
+    }
+
+    fn has(&self, [x, y]: [i64; 2]) -> bool {
+        (0..self.depth.width as i64).contains(&x) && (0..self.depth.height as i64).contains(&y)
+    }
+
+    fn tangent(&self, [x, y]: [i64; 2], [dx, dy]: [i64; 2]) -> DVec3 {
+        let middle = self.place([x, y]);
+        let (next, last) = ([x + dx, y + dy], [x - dx, y - dy]);
+        let after = self.has(next).then(|| self.place(next) - middle);
+        let before = self.has(last).then(|| middle - self.place(last));
+        match (after, before) {
+            (Some(after), Some(before)) if after.z.abs() < before.z.abs() => after,
+            (after, before) => before.or(after).unwrap_or_else(|| middle - self.place(last)),
+        }
+    }
+
+    pub(crate) fn normal(&self, pixel: [i64; 2]) -> DVec3 {
+        self.tangent(pixel, [0, 1]).cross(self.tangent(pixel, [1, 0])).normalize_or(DVec3::Z)
+    }
+
+    fn seen(&self, pixel: [i64; 2], normal: DVec3) -> Seen {
+        let place = self.place(pixel);
+        let is_perspective = self.view.projection.z_axis.w != 0.0;
+        Seen { pixel, place, towards: if is_perspective { (-place).normalize() } else { DVec3::Z }, normal }
+    }
+}
+
+fn arc(horizon: f64, normal: f64) -> f64 {
+    0.25 * (normal.cos() - (2.0 * horizon - normal).cos() + 2.0 * horizon * normal.sin())
+}
+
+impl Gtao {
+    /// The highest cosine on one side.
+    fn horizon(&self, surfaces: Surfaces<'_>, seen: Seen, way: DVec2, lowest: f64, shift: f64) -> f64 {
+        let cosines = (0..self.steps).filter_map(|i| {
+            let share = (i as f64 + shift) / self.steps as f64;
+            let pixels = 1.0 + share * share * (way.length() - 1.0).max(0.0);
+            let offset = way * (pixels / way.length());
+            let round = |x: f64| x.round_ties_even() as i64;
+            let other = [seen.pixel[0] + round(offset.x), seen.pixel[1] + round(offset.y)];
+            let to = surfaces.has(other).then(|| surfaces.place(other) - seen.place)?;
+            let near = ((self.radius - to.length()) / (self.falloff * self.radius)).clamp(0.0, 1.0);
+            let rise = (to.dot(seen.normal) / (FLAT * to.length()).max(1e-6)).clamp(0.0, 1.0);
+            Some(mix(lowest, to.dot(seen.towards) / to.length().max(1e-6), near * rise))
+        });
+        cosines.fold(lowest, f64::max)
+    }
+
+    fn slice(&self, surfaces: Surfaces<'_>, seen: Seen, turn: f64, shift: f64) -> f64 {
+        let direction = DVec2::new(turn.cos(), turn.sin());
+        let along = direction.extend(0.0);
+        let side = along.cross(seen.towards).normalize();
+        let within = seen.normal - side * seen.normal.dot(side);
+        let cosine = (within.dot(seen.towards) / within.length().max(1e-6)).clamp(-1.0, 1.0);
+        let tangent = along - seen.towards * along.dot(seen.towards);
+        let angle = if tangent.dot(within) >= 0.0 { cosine.acos() } else { -cosine.acos() };
+        let way = surfaces.view.pixels_apart(direction * self.radius, -seen.place.z);
+        let way = way * (self.most / way.length().max(1e-6)).min(1.0);
+        if way.length() < 1.0 {
+            return within.length() * (angle.cos() + angle * angle.sin());
+        }
+        let horizon =
+            |way: DVec2, lowest: f64| self.horizon(surfaces, seen, way, lowest, shift).clamp(-1.0, 1.0).acos();
+        let up = horizon(way, (angle + FRAC_PI_2).cos());
+        let down = -horizon(-way, (angle - FRAC_PI_2).cos());
+        let (high, low) = (angle + (up - angle).min(FRAC_PI_2), angle + (down - angle).max(-FRAC_PI_2));
+        within.length() * (arc(low, angle) + arc(high, angle))
+    }
+
+    /// The visibility of a pixel; `texel` is the place in the image of visibilities.
+    fn visible(&self, surfaces: Surfaces<'_>, pixel: [i64; 2], [x, y]: [usize; 2], normal: DVec3) -> f64 {
+        let turn = (((x + y) & 3) * 4 + (x & 3)) as f64 / 16.0;
+        let shift = 0.125 + 0.25 * ((y + 4 * x - x) & 3) as f64;
+        let seen = surfaces.seen(pixel, normal);
+        let angle = |i: usize| PI * (i as f64 + turn) / self.slices as f64;
+        let sum: f64 = (0..self.slices).map(|i| self.slice(surfaces, seen, angle(i), shift)).sum();
+        (sum / self.slices as f64).clamp(0.0, 1.0)
+    }
+
+    /// Visibilities and inverse distances, by normals that `normal` gives for a pixel.
+    pub(crate) fn visibility(&self, surfaces: Surfaces<'_>, normal: impl Fn([i64; 2]) -> DVec3) -> Image {
+        let depth = surfaces.depth;
+        let stride = if self.is_half { 2 } else { 1 };
+        let pixel_of = |x: usize, last: usize| ((2 * x + 1) * stride / 2).min(last);
+        let mut found = Image::new(depth.width.div_ceil(stride), depth.height.div_ceil(stride), |x, y| {
+            let pixel = [pixel_of(x, depth.width - 1) as i64, pixel_of(y, depth.height - 1) as i64];
+            let distance = surfaces.distance(pixel);
+            let is_sky = distance > 60000.0;
+            let visible = if is_sky { 1.0 } else { self.visible(surfaces, pixel, [x, y], normal(pixel)) };
+            [visible, 1.0 / distance, 0.0, 1.0]
+        });
+        for _ in 0..self.denoise {
+            found = denoised(&denoised(&found, [1, 0]), [0, 1]);
+        }
+        if self.is_half { enlarged(&found, depth) } else { found }
+    }
+}
+
+fn slope(image: &Image, [x, y]: [i64; 2], [dx, dy]: [i64; 2]) -> f64 {
+    let at = |x: i64, y: i64| {
+        let is_inside = (0..image.width as i64).contains(&x) && (0..image.height as i64).contains(&y);
+        is_inside.then(|| image.texel(x, y)[1])
+    };
+    let middle = image.texel(x, y)[1];
+    let (after, before) = (at(x + dx, y + dy).map(|z| z - middle), at(x - dx, y - dy).map(|z| middle - z));
+    match (after, before) {
+        (Some(after), Some(before)) if after.abs() < before.abs() => after,
+        (after, before) => before.or(after).unwrap_or(0.0),
+    }
+}
+
+/// The mean of four texels along an axis, on the plane of each pixel.
+fn denoised(image: &Image, [dx, dy]: [i64; 2]) -> Image {
+    Image::new(image.width, image.height, |x, y| {
+        let (x, y) = (x as i64, y as i64);
+        let [own, inverse, ..] = image.texel(x, y);
+        let slope = slope(image, [x, y], [dx, dy]);
+        let (mut sum, mut total) = (own, 1.0);
+        for i in [-2, -1, 1, 2] {
+            let (i_x, i_y) = (x + i * dx, y + i * dy);
+            if !(0..image.width as i64).contains(&i_x) || !(0..image.height as i64).contains(&i_y) {
+                continue;
+            }
+            let [other, found, ..] = image.texel(i_x, i_y);
+            let off = ((found - inverse - slope * i as f64).abs() / (inverse.max(1e-6) * SOFT)).min(1.0);
+            let weight = (1.0 - off * off) * if i.abs() == 2 { 0.5 } else { 1.0 };
+            sum += weight * other;
+            total += weight;
+        }
+        [sum / total, inverse, 0.0, 1.0]
+    })
+}
+
+/// Visibilities of half of the size at the pixels of the depth.
+fn enlarged(small: &Image, depth: &Image) -> Image {
+    Image::new(depth.width, depth.height, |x, y| {
+        let inverse = 1.0 / depth.texel(x as i64, y as i64)[0].clamp(1e-3, 65504.0);
+        let place = [x, y].map(|at| (at as f64 - 1.0) / 2.0);
+        let (mut sum, mut total) = (0.0, 0.0);
+        for (i, j) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
+            let share = |at: f64, corner: i64| if corner == 1 { at - at.floor() } else { 1.0 - at + at.floor() };
+            let [other, found, ..] = small.texel(place[0].floor() as i64 + i, place[1].floor() as i64 + j);
+            let off = (found - inverse).abs() / (SOFT * inverse);
+            let weight = (share(place[0], i) * share(place[1], j) + 1e-3) / (1e-3 + off * off);
+            sum += weight * other;
+            total += weight;
+        }
+        [sum / total, inverse, 0.0, 1.0]
+    })
+}
+
+/// Light times the visibility, with light that bounces between surfaces of the albedo.
+pub(crate) fn lit(light: [f64; 4], visible: f64, albedo: Option<[f64; 4]>) -> [f64; 4] {
+    let bounced = |c: usize| {
+        let Some(albedo) = albedo else { return visible };
+        let share = albedo[c].clamp(0.0, 1.0);
+        let [a, b, k] = [2.0404 * share - 0.3324, -4.7951 * share + 0.6417, 2.7552 * share + 0.6903];
+        visible.max(((visible * a + b) * visible + k) * visible).min(1.0)
+    };
+    [light[0] * bounced(0), light[1] * bounced(1), light[2] * bounced(2), light[3]]
+}
+
+#[cfg(test)]
+mod tests {
+    use afterimage_graph::node::Camera;
+    use glam::Mat4;
+    use glam::camera::rh::proj::directx;
+
+    use super::*;
+
+    const SEARCH: Gtao =
+        Gtao { radius: 1.0, falloff: 0.5, most: 1e9, slices: 16, steps: 32, is_half: false, denoise: 1 };
+
+    /// Between a floor and a wall that ends at a height, a point at a distance from the wall sees all but the wall's form
+    /// factor, which is that of a rectangle without ends: (1 - distance / sqrt(distance^2 + height^2)) / 2.
+    #[test]
+    fn before_a_step_the_visibility_is_one_minus_its_form_factor() {
+        let projection = directx::orthographic(-4.0, 4.0, -4.0, 4.0, 0.1, 50.0).to_cols_array_2d();
+        let depth = Image::new(160, 160, |x, _| [if x < 80 { 10.0 } else { 9.2 }, 0.0, 0.0, 1.0]);
+        let view = View::new(&Camera::still(Mat4::IDENTITY.to_cols_array_2d(), projection), &depth);
+        let surfaces = Surfaces { view, depth: &depth };
+        // So far that nothing fades out; the step is 0.8 m high, and pixels are 0.05 m wide.
+        let search = Gtao { radius: 60.0, falloff: 0.05, most: 79.0, steps: 600, ..SEARCH };
+        for x in [79, 76, 70, 60] {
+            let sum: f64 = (0..16).map(|i| search.visible(surfaces, [x, 80], [i % 4, i / 4], DVec3::Z)).sum();
+            let distance = 0.05 * (80 - x) as f64;
+            let wanted = 1.0 - 0.5 * (1.0 - distance / distance.hypot(0.8));
+            assert!((sum / 16.0 - wanted).abs() < 0.02, "{x}: {} and not {wanted}", sum / 16.0);
+        }
+    }
+
+    #[test]
+    fn a_plane_in_perspective_occludes_nothing() {
+        let projection = directx::perspective_infinite_reverse(1.0, 1.5, 0.1).to_cols_array_2d();
+        let depth = Image::new(48, 32, |x, y| [1.0 / (0.02 + 0.002 * x as f64 + 0.006 * y as f64), 0.0, 0.0, 1.0]);
+        let view = View::new(&Camera::still(Mat4::IDENTITY.to_cols_array_2d(), projection), &depth);
+        let surfaces = Surfaces { view, depth: &depth };
+        let found = Gtao { steps: 8, ..SEARCH }.visibility(surfaces, |pixel| surfaces.normal(pixel));
+        // Slices are even in the image, and not around the ray: at 87 degrees to the normal, in a corner, they sum to less.
+        let least = found.pixels.iter().map(|pixel| pixel[0]).fold(1.0, f64::min);
+        let mean = found.pixels.iter().map(|pixel| pixel[0]).sum::<f64>() / found.pixels.len() as f64;
+        assert!(least > 0.94 && mean > 0.99, "{least}, {mean}");
+    }
+}

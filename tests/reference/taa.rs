@@ -1,0 +1,201 @@
+//! Temporal anti-aliasing with a history that is limited by mean and variance (Karis 2014, Salvi 2016).
+
+use afterimage_graph::node::Camera;
+use glam::{DMat4, DVec2, DVec3, Vec4Swizzles as _};
+
+use super::image::Image;
+use super::math::{Rgb, mix};
+use super::sanitize::extended;
+use super::view::View;
+
+/// The node's parameters.
+#[derive(Clone, Copy)]
+pub(crate) struct Taa {
+    pub(crate) blend: f64,
+    pub(crate) variance: f64,
+    pub(crate) depth_threshold: f64,
+    pub(crate) white: f64,
+}
+
+/// A frame, and what the frame before left.
+#[derive(Clone, Copy)]
+pub(crate) struct Frames<'a> {
+    pub(crate) source: &'a Image,
+    /// `None` after a reset.
+    pub(crate) history: Option<&'a Image>,
+    pub(crate) depth: &'a Image,
+    pub(crate) previous_depth: Option<&'a Image>,
+    /// In uv.
+    pub(crate) motion: Option<&'a Image>,
+    pub(crate) camera: &'a Camera,
+    /// How many times as bright the light is as in the frame before.
+    pub(crate) ratio: f64,
+}
+
+fn wide(matrix: [[f32; 4]; 4]) -> DMat4 {
+    DMat4::from_cols_array_2d(&matrix.map(|column| column.map(f64::from)))
+}
+
+/// What is seen around a pixel.
+struct Around {
+    color: Rgb,
+    mean: Rgb,
+    /// From the mean to the least and to the greatest that is allowed.
+    below: Rgb,
+    above: Rgb,
+}
+
+impl Frames<'_> {
+    fn size(&self) -> DVec2 {
+        DVec2::new(self.source.width as f64, self.source.height as f64)
+    }
+
+    fn jitter(&self) -> DVec2 {
+        DVec2::from_array(self.camera.jitter.map(f64::from))
+    }
+
+    fn distance(&self, [x, y]: [i64; 2]) -> f64 {
+        self.depth.texel(x, y)[0].clamp(1e-3, 65504.0)
+    }
+
+    fn world(&self, [x, y]: [i64; 2]) -> DVec3 {
+        let jitter = self.jitter();
+        let view = View::new(self.camera, self.source);
+        let place = view.place([x as f64 + jitter.x, y as f64 + jitter.y], self.distance([x, y]));
+        (wide(self.camera.view).inverse() * place.extend(1.0)).xyz()
+    }
+
+    fn nearest(&self, [x, y]: [i64; 2]) -> [i64; 2] {
+        let mut nearest = [x, y];
+        let mut least = self.depth.texel(x, y)[0];
+        for (i, j) in (-1..=1).flat_map(|j| (-1..=1).map(move |i| (x + i, y + j))) {
+            if self.depth.texel(i, j)[0] < least {
+                (nearest, least) = ([i, j], self.depth.texel(i, j)[0]);
+            }
+        }
+        let last = [self.depth.width as i64 - 1, self.depth.height as i64 - 1];
+        [nearest[0].clamp(0, last[0]), nearest[1].clamp(0, last[1])]
+    }
+
+    /// How far a pixel has moved since the frame before, in uv.
+    pub(crate) fn motion(&self, [x, y]: [i64; 2]) -> DVec2 {
+        if let Some(motion) = self.motion {
+            let [u, v, ..] = motion.texel(x, y);
+            return DVec2::new(u, v);
+        }
+        let uv = (DVec2::new(x as f64 + 0.5, y as f64 + 0.5) + self.jitter()) / self.size();
+        let before = wide(self.camera.previous_projection) * wide(self.camera.previous_view);
+        let clip = before * self.world([x, y]).extend(1.0);
+        let there = clip.xy() / clip.w.max(1e-7);
+        uv - DVec2::new(0.5 + 0.5 * there.x, 0.5 - 0.5 * there.y)
+    }
+
+    fn was_seen(&self, pixel: [i64; 2], there: DVec2, threshold: f64) -> bool {
+        let Some(previous) = self.previous_depth else { return true };
+        let expected = -(wide(self.camera.previous_view) * self.world(pixel).extend(1.0)).z;
+        let middle = there * self.size() - DVec2::from_array(self.camera.previous_jitter.map(f64::from));
+        let middle = middle.clamp(DVec2::splat(-4.0), self.size() + 4.0).floor();
+        let off = (-1..=1).flat_map(|j| (-1..=1).map(move |i| (i, j))).map(|(i, j)| {
+            let found = previous.texel(middle.x as i64 + i, middle.y as i64 + j)[0].clamp(1e-3, 65504.0);
+            (found - expected.max(1e-3)).abs() / expected.max(1e-3).min(found)
+        });
+        let off = off.fold(1e9, f64::min);
+        off < threshold || expected > 30000.0 && off < 2.0
+    }
+}
+
+fn packed([r, g, b]: Rgb, white: f64) -> Rgb {
+    let y = 0.25 * r + 0.5 * g + 0.25 * b;
+    [y, 0.5 * (r - b), 0.5 * g - 0.25 * (r + b)].map(|x| x / (1.0 + y.max(0.0) / white))
+}
+
+fn unpacked(color: Rgb, white: f64) -> Rgb {
+    let [y, orange, green] = color.map(|x| x / (1.0 - color[0].max(0.0) / white).max(1e-5));
+    [y + orange - green, y + green, y - orange - green]
+}
+
+/// The Catmull-Rom spline through four numbers that are 1 apart, `x` behind the second.
+fn spline(p: [f64; 4], x: f64) -> f64 {
+    let slope = [0.5 * (p[2] - p[0]), 0.5 * (p[3] - p[1])];
+    let (a, b) = (2.0 * (p[1] - p[2]) + slope[0] + slope[1], 3.0 * (p[2] - p[1]) - 2.0 * slope[0] - slope[1]);
+    ((a * x + b) * x + slope[0]) * x + p[1]
+}
+
+fn bicubic(image: &Image, uv: DVec2) -> Rgb {
+    let size = DVec2::new(image.width as f64, image.height as f64);
+    let place = (uv * size - 0.5).clamp(DVec2::splat(-2.0), size + 1.0);
+    let (base, part) = (place.floor(), place - place.floor());
+    [0, 1, 2].map(|c| {
+        let row = |j: i64| {
+            let at = |i: i64| image.texel(base.x as i64 + i, base.y as i64 + j)[c];
+            spline([-1, 0, 1, 2].map(at), part.x)
+        };
+        spline([-1, 0, 1, 2].map(row), part.y)
+    })
+}
+
+impl Taa {
+    fn around(&self, frames: &Frames<'_>, [x, y]: [i64; 2]) -> Around {
+        let jitter = frames.jitter();
+        let nine: Vec<(Rgb, f64)> = (-1..=1)
+            .flat_map(|j| (-1..=1).map(move |i| (i, j)))
+            .map(|(i, j)| {
+                let [r, g, b, _] = frames.source.texel(x + i, y + j);
+                let away = DVec2::new(i as f64, j as f64) + jitter;
+                (packed([r, g, b], self.white), (-2.29 * away.length_squared()).exp())
+            })
+            .collect();
+        let total: f64 = nine.iter().map(|(_, weight)| weight).sum();
+        let mean = [0, 1, 2].map(|c| nine.iter().map(|(color, _)| color[c]).sum::<f64>() / 9.0);
+        let square = |c: usize| nine.iter().map(|(color, _)| (color[c] - mean[c]).powi(2)).sum::<f64>() / 9.0;
+        let color = [0, 1, 2].map(|c| nine.iter().map(|(color, weight)| color[c] * weight).sum::<f64>() / total);
+        let most = |c: usize| self.variance * square(c).sqrt();
+        let farthest =
+            |c: usize, sign: f64| nine.iter().map(|(color, _)| sign * (color[c] - mean[c])).fold(0.0, f64::max);
+        let [below, above] = [-1.0, 1.0].map(|sign| [0, 1, 2].map(|c| farthest(c, sign).min(most(c))));
+        Around { color, mean, below, above }
+    }
+
+    fn limited(&self, color: Rgb, around: &Around) -> Rgb {
+        let away = [0, 1, 2].map(|c| color[c] - around.mean[c]);
+        let room = |c: usize| if away[c] > 0.0 { around.above[c] } else { around.below[c] };
+        let units = (0..3).map(|c| away[c].abs() / room(c).max(1e-6));
+        let most = units.fold(1.0, f64::max);
+        [0, 1, 2].map(|c| around.mean[c] + away[c] / most)
+    }
+
+    pub(crate) fn apply(&self, frames: &Frames<'_>) -> Image {
+        Image::new(frames.source.width, frames.source.height, |x, y| {
+            let pixel = [x as i64, y as i64];
+            let around = self.around(frames, pixel);
+            let uv = DVec2::new(x as f64 + 0.5, y as f64 + 0.5) / frames.size();
+            let there = uv - frames.motion(frames.nearest(pixel));
+            let is_inside = (0.0..=1.0).contains(&there.x) && (0.0..=1.0).contains(&there.y);
+            let is_seen = is_inside && frames.was_seen(pixel, there, self.depth_threshold);
+            let old = frames.history.filter(|_| is_seen).map(|history| {
+                let light = extended(bicubic(history, there).map(|x| x * frames.ratio));
+                self.limited(packed(light, self.white), &around)
+            });
+            let mixed = old.map_or(around.color, |old| [0, 1, 2].map(|c| mix(old[c], around.color[c], self.blend)));
+            let [r, g, b] = extended(unpacked(mixed, self.white));
+            [r, g, b, frames.source.texel(pixel[0], pixel[1])[3]]
+        })
+    }
+}
+
+#[test]
+fn packing_is_undone_and_halves_white() {
+    for light in [[0.1, 0.7, 0.3], [20.0, 3.0, 0.0], [-0.02, 0.4, 900.0]] {
+        let again = unpacked(packed(light, 2.5), 2.5);
+        assert!((0..3).all(|c| (again[c] - light[c]).abs() < 1e-9 * 900.0), "{light:?}, {again:?}");
+    }
+    assert_eq!(packed([4.0; 3], 4.0), [2.0, 0.0, 0.0]);
+}
+
+#[test]
+fn the_spline_leads_through_its_points_and_is_exact_for_parabolas() {
+    let square = |x: f64| 3.0 * x * x - x + 2.0;
+    for x in [0.0, 0.25, 0.7, 1.0] {
+        assert!((spline([-1.0, 0.0, 1.0, 2.0].map(square), x) - square(x)).abs() < 1e-12);
+    }
+}
