@@ -197,7 +197,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         Bench::new(&gpu, Box::new(Shader { number: 0.5 }), small).map_err(|problem| problem.to_string())?;
     row("a shader of one node, to submit", (0..60).map(|_| shader.after(Model::reload)).collect());
     let mut bench = opened("lynx", Size::new(64, 36))?;
-    println!("{changes} reloads and moves of a slider at 64x36: resident memory and open files");
+    println!("{changes} reloads and moves of a slider at 64x36: memory and open files");
     for index in 0..changes {
         let value = Some(Value::Float(0.05 + (index % 100) as f64 * 0.01));
         bench.after(|model| model.set(&Target::Parameter("lit.strength".into()), value));
@@ -205,14 +205,14 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         bench.after(Model::reload);
         bench.frame();
         if index % (changes / 8).max(1) == 0 || index + 1 == changes {
-            println!("  {:>6}  {:8.1} MiB  {:>4}", index, resident(), open_files());
+            println!("  {:>6}  {:8.1} MiB  {:>4}", index, held(), open_files());
         }
     }
     Ok(())
 }
 
 /// MiB of memory that the process holds.
-fn resident() -> f64 {
+fn held() -> f64 {
     let text = std::fs::read_to_string("/proc/self/statm").unwrap_or_default();
     let pages = text.split(' ').nth(1).and_then(|pages| pages.parse::<f64>().ok()).unwrap_or(f64::NAN);
     pages * 4096.0 / f64::from(1 << 20)
