@@ -253,7 +253,8 @@ fn every_parameter_is_saved_in_a_file_that_nests_it() {
         let wires: Vec<String> = names.map(|name| format!("{name}: \"{name}\"")).collect();
         let node = format!("Pipeline(file: \"{}\", {})", pipeline.name, wires.join(", "));
         let text = format!(
-            "Pipeline(\n    inputs: {{ {inputs} }},\n    nodes: {{ \"outer\": {node} }},\n    outputs: {{ \"display\": \"outer\" }},\n    \
+            "Pipeline(\n    inputs: {{ {inputs} }},\n    nodes: {{ \"outer\": {node} }},\n    \
+             outputs: {{ \"display\": \"outer\" }},\n    \
              tiers: {{ \"low\": {{}} }},\n)\n"
         );
         let own = Pipeline { name: "own.ron", text: &text, prefix: "outer/", tiers: few_tiers(), ..pipeline.clone() };
