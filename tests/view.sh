@@ -38,10 +38,17 @@ key space
 settle 4
 shot opened
 echo "a slider is dragged"
-xdotool mousemove 90 40 click 1 type "lit.strength"
-settle
-key Escape
-xdotool mousemove 150 88 mousedown 1 mousemove --sync 200 88 mousemove --sync 235 88 mouseup 1
+xdotool mousemove --window "$window" 90 40 click 1
+settle 1
+xdotool type --delay 150 "lit.strength"
+shot searched
+# The only row: below the field and the name of the node.
+xdotool mousemove --window "$window" 170 98; settle 1
+xdotool mousedown 1; settle 1
+xdotool mousemove --window "$window" 200 98; settle 1
+xdotool mousemove --window "$window" 235 98; settle 1
+xdotool mouseup 1
+settle 6
 shot dragged
 far opened dragged
 echo "saved"
@@ -60,6 +67,8 @@ sed -i 's/AcesNarkowich/AcesNarkowicz/' "$work/look.ron"
 shot mended
 near saved mended
 echo "compared with the reference, by a wipe, side by side, by the difference"
+# The field that was typed into gives the keys up.
+key Escape; settle 1
 key r; shot wipe; near mended wipe
 key b; shot beside; far wipe beside
 key d; shot difference; far wipe difference
