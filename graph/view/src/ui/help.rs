@@ -18,7 +18,6 @@ const KEYS: &[(&str, &str)] = &[
     ("Esc", "from an intermediate image back to the result"),
     ("Ctrl+Z, Ctrl+Shift+Z", "undo, redo"),
     ("Ctrl+S", "save"),
-    ("Ctrl+E", "write what is shown as an EXR and a PNG file"),
     ("F1", "this sheet"),
 ];
 
