@@ -5,6 +5,7 @@ use std::time::Instant;
 use afterimage_gpu::wgpu;
 use egui_wgpu::{RendererOptions, ScreenDescriptor};
 
+use crate::render::device::onto;
 use crate::{Model, Viewer};
 
 /// The viewer with what draws it.
@@ -63,16 +64,7 @@ impl Stage {
             deltas.iter().for_each(|delta| self.renderer.update_texture(&gpu.device, &gpu.queue, id, delta));
         }
         self.renderer.update_buffers(&gpu.device, &gpu.queue, &mut encoder, &jobs, &screen);
-        let pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-            label: Some("viewer"),
-            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-                view: target.view,
-                depth_slice: None,
-                resolve_target: None,
-                ops: wgpu::Operations { load: wgpu::LoadOp::Clear(wgpu::Color::BLACK), store: wgpu::StoreOp::Store },
-            })],
-            ..Default::default()
-        });
+        let pass = onto(&mut encoder, "viewer", target.view);
         self.renderer.render(&mut pass.forget_lifetime(), &jobs, &screen);
         gpu.queue.submit([encoder.finish()]);
         let free = std::mem::take(&mut output.textures_delta.free);

@@ -282,7 +282,7 @@ fn an_image_that_is_looked_at_is_what_the_pipeline_gives_for_that_wire() {
 
 /// What a session gives for a wire, as an output of the same pipeline.
 fn given(model: &mut Model, wire: &str) -> Vec<[f32; 4]> {
-    let mut graph = model.graph().unwrap().clone();
+    let mut graph = (**model.graph().unwrap()).clone();
     let (node, port) = wire.rsplit_once('.').unwrap();
     let (index, found) = graph.node(node).unwrap();
     let output = found.kind().outputs().iter().position(|output| output.name == port).unwrap();

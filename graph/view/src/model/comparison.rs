@@ -37,7 +37,7 @@ impl Model {
         let no_pipeline = || Problem::said("there is no pipeline to compare with");
         let purpose = if *beside == Beside::Reference { Purpose::Reference } else { Purpose::Show };
         let graph = match beside {
-            Beside::Written => self.graph.clone(),
+            Beside::Written => self.graph.as_deref().cloned(),
             Beside::Reference => self.present_graph(),
             Beside::Tier(tier) => Some(self.project.check(tier.as_deref()).map_err(Problem::Pipeline)?.graph),
             Beside::Pipeline(name) => {

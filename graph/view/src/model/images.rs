@@ -12,6 +12,7 @@ use afterimage_media::Picture;
 use afterimage_nodes::DemoScene;
 
 use crate::Problem;
+use crate::render::device::image;
 
 /// What the inputs of a pipeline get in a frame, by their names.
 #[derive(Clone, Default)]
@@ -221,16 +222,7 @@ fn target(device: &wgpu::Device, label: &str, size: Size, format: Format) -> Tex
         | wgpu::TextureUsages::STORAGE_BINDING
         | wgpu::TextureUsages::RENDER_ATTACHMENT
         | wgpu::TextureUsages::COPY_SRC;
-    let texture = device.create_texture(&wgpu::TextureDescriptor {
-        label: Some(label),
-        size: wgpu::Extent3d { width: size.width, height: size.height, depth_or_array_layers: 1 },
-        mip_level_count: 1,
-        sample_count: 1,
-        dimension: wgpu::TextureDimension::D2,
-        format: texture_format(format),
-        usage: usages,
-        view_formats: &[],
-    });
+    let texture = image(device, label, [size.width, size.height], (texture_format(format), usages));
     texture.create_view(&Default::default())
 }
 

@@ -11,6 +11,8 @@ mod inspect;
 mod project;
 mod tap;
 
+use std::sync::Arc;
+
 use afterimage_gpu::{Gpu, Watch};
 use afterimage_graph::check::{Change, Fact, Facts, Graph};
 use afterimage_graph::diagnostic::Diagnostics;
@@ -32,7 +34,7 @@ pub struct Model {
     gpu: Gpu,
     project: Box<dyn Project>,
     /// The graph as the file has it, for the present tier.
-    graph: Option<Graph>,
+    graph: Option<Arc<Graph>>,
     warnings: Diagnostics,
     tiers: Vec<String>,
     tier: Option<String>,
@@ -102,7 +104,7 @@ impl Model {
         match self.project.check(self.tier.as_deref()) {
             Ok(checked) => {
                 (self.warnings, self.tiers, self.problem) = (checked.warnings, checked.tiers, None);
-                self.graph = Some(checked.graph);
+                self.graph = Some(Arc::new(checked.graph));
                 self.apply_graph();
             }
             Err(errors) => self.problem = Some(Problem::Pipeline(errors)),
@@ -146,7 +148,7 @@ impl Model {
     }
 
     /// The graph as the file has it, if it ever was without errors.
-    pub fn graph(&self) -> Option<&Graph> {
+    pub fn graph(&self) -> Option<&Arc<Graph>> {
         self.graph.as_ref()
     }
 
@@ -296,7 +298,7 @@ impl Model {
 
     /// The graph with the nodes that the user has switched.
     fn present_graph(&self) -> Option<Graph> {
-        let mut graph = self.graph.clone()?;
+        let mut graph = Graph::clone(self.graph.as_ref()?);
         for (target, value) in self.changes.iter() {
             let Target::Node(name) = target else { continue };
             if let Some((index, _)) = graph.node(name) {

@@ -3,6 +3,7 @@
 use afterimage_gpu::wgpu;
 use half::f16;
 
+use super::device::{image, onto};
 use super::picture::{GRID_FORMAT, Painter, Placement, Shown};
 use super::readback::Arriving;
 
@@ -20,16 +21,8 @@ pub struct Grid {
 impl Grid {
     /// A grid on a device.
     pub fn new(device: &wgpu::Device) -> Self {
-        let target = device.create_texture(&wgpu::TextureDescriptor {
-            label: Some("grid of the scopes"),
-            size: wgpu::Extent3d { width: GRID[0], height: GRID[1], depth_or_array_layers: 1 },
-            mip_level_count: 1,
-            sample_count: 1,
-            dimension: wgpu::TextureDimension::D2,
-            format: GRID_FORMAT,
-            usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
-            view_formats: &[],
-        });
+        let usage = wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC;
+        let target = image(device, "grid of the scopes", GRID, (GRID_FORMAT, usage));
         Self { target, under_way: None }
     }
 
@@ -39,7 +32,7 @@ impl Grid {
         device: &wgpu::Device,
         painter: &Painter,
         encoder: &mut wgpu::CommandEncoder,
-        (image, slice): (&wgpu::Texture, u32),
+        (shown, slice): (&wgpu::Texture, u32),
     ) {
         if self.under_way.is_some() {
             return;
@@ -47,18 +40,9 @@ impl Grid {
         let mut placement: Placement = bytemuck::Zeroable::zeroed();
         placement.extent = GRID.map(|side| side as f32);
         placement.slice = slice;
-        let drawn = painter.sampled(&Shown { image, other: None, placement });
+        let drawn = painter.sampled(&Shown { image: shown, other: None, placement });
         let view = self.target.create_view(&Default::default());
-        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-            label: Some("grid of the scopes"),
-            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-                view: &view,
-                depth_slice: None,
-                resolve_target: None,
-                ops: wgpu::Operations { load: wgpu::LoadOp::Clear(wgpu::Color::BLACK), store: wgpu::StoreOp::Store },
-            })],
-            ..Default::default()
-        });
+        let mut pass = onto(encoder, "grid of the scopes", &view);
         drawn.draw(&mut pass);
         drop(pass);
         let arriving = Arriving::new(device, u64::from(GRID[0] * GRID[1] * TEXEL));

@@ -1,5 +1,6 @@
 //! What the viewer draws by itself: pictures, and the readings of probes and scopes.
 
+pub(crate) mod device;
 mod grid;
 mod picture;
 mod probe;

@@ -3,6 +3,8 @@
 use afterimage_gpu::wgpu;
 use bytemuck::{Pod, Zeroable};
 
+use super::device;
+
 /// How an image is placed and made visible: the uniform of `picture.wgsl`.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
@@ -101,16 +103,7 @@ impl Painter {
     }
 
     fn group(&self, pipelines: &Pipelines, shown: &Shown<'_>) -> wgpu::BindGroup {
-        let uniform = self.device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some("placement"),
-            size: size_of::<Placement>() as u64,
-            usage: wgpu::BufferUsages::UNIFORM,
-            mapped_at_creation: true,
-        });
-        if let Ok(mut bytes) = uniform.get_mapped_range_mut(..) {
-            bytes.slice(..).copy_from_slice(bytemuck::bytes_of(&shown.placement));
-        }
-        uniform.unmap();
+        let uniform = device::uniform(&self.device, "placement", &shown.placement);
         let image = shown.image.create_view(&Default::default());
         let other = shown.other.filter(|other| other.dimension() == wgpu::TextureDimension::D2);
         let other = other.map(|other| other.create_view(&Default::default()));
@@ -128,16 +121,8 @@ impl Painter {
 
     /// A picture for the place of the other one where there is none.
     fn nothing(&self) -> wgpu::TextureView {
-        let texture = self.device.create_texture(&wgpu::TextureDescriptor {
-            label: Some("no other picture"),
-            size: wgpu::Extent3d { width: 1, height: 1, depth_or_array_layers: 1 },
-            mip_level_count: 1,
-            sample_count: 1,
-            dimension: wgpu::TextureDimension::D2,
-            format: wgpu::TextureFormat::Rgba8Unorm,
-            usage: wgpu::TextureUsages::TEXTURE_BINDING,
-            view_formats: &[],
-        });
+        let form = (wgpu::TextureFormat::Rgba8Unorm, wgpu::TextureUsages::TEXTURE_BINDING);
+        let texture = device::image(&self.device, "no other picture", [1, 1], form);
         texture.create_view(&Default::default())
     }
 }
@@ -159,24 +144,24 @@ impl Drawn {
 }
 
 impl Pipelines {
-    fn new(device: &wgpu::Device, target: wgpu::TextureFormat, shape: wgpu::TextureViewDimension) -> Self {
+    fn new(gpu: &wgpu::Device, target: wgpu::TextureFormat, shape: wgpu::TextureViewDimension) -> Self {
         let is_volume = shape == wgpu::TextureViewDimension::D3;
         let source = if is_volume { include_str!("volume.wgsl") } else { include_str!("flat.wgsl") };
         let text = [include_str!("picture.wgsl"), source].concat();
-        let shader = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+        let shader = gpu.create_shader_module(wgpu::ShaderModuleDescriptor {
             label: Some("picture"),
             source: wgpu::ShaderSource::Wgsl(text.into()),
         });
-        let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+        let layout = gpu.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
             label: Some("picture"),
             entries: &[uniform_entry(), texture_entry(1, shape), texture_entry(2, wgpu::TextureViewDimension::D2)],
         });
-        let whole = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+        let whole = gpu.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
             label: Some("picture"),
             bind_group_layouts: &[Some(&layout)],
             ..Default::default()
         });
-        let pipeline = |entry, format| pipeline(device, &whole, &shader, (entry, format));
+        let pipeline = |entry, format| device::full_screen(gpu, Some(&whole), &shader, (entry, format));
         Self { draw: pipeline("draw", target), grid: pipeline("sample_grid", GRID_FORMAT), layout }
     }
 }
@@ -200,33 +185,4 @@ fn texture_entry(binding: u32, view_dimension: wgpu::TextureViewDimension) -> wg
         ty: wgpu::BindingType::Texture { sample_type, view_dimension, multisampled: false },
         count: None,
     }
-}
-
-fn pipeline(
-    device: &wgpu::Device,
-    layout: &wgpu::PipelineLayout,
-    module: &wgpu::ShaderModule,
-    (entry, format): (&str, wgpu::TextureFormat),
-) -> wgpu::RenderPipeline {
-    device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-        label: Some("picture"),
-        layout: Some(layout),
-        vertex: wgpu::VertexState {
-            module,
-            entry_point: Some("corner"),
-            compilation_options: Default::default(),
-            buffers: &[],
-        },
-        primitive: Default::default(),
-        depth_stencil: None,
-        multisample: Default::default(),
-        fragment: Some(wgpu::FragmentState {
-            module,
-            entry_point: Some(entry),
-            compilation_options: Default::default(),
-            targets: &[Some(format.into())],
-        }),
-        multiview_mask: None,
-        cache: None,
-    })
 }

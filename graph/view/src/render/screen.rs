@@ -7,6 +7,8 @@ use afterimage_gpu::wgpu::{self, SurfaceColorSpace};
 use afterimage_graph::color::{Chromaticities, hlg_gamma};
 use bytemuck::{Pod, Zeroable};
 
+use super::device::{full_screen, image, onto, uniform};
+
 /// The luminance of SDR white in cd/m2 where the system does not say it: ITU-R BT.2408.
 pub const SDR_WHITE: f64 = 203.0;
 /// The luminance that 1 stands for in scRGB on Windows, in cd/m2.
@@ -64,51 +66,25 @@ pub struct Screen {
 
 /// The format that the viewer draws in for such a screen.
 pub const DRAWN: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
+/// What is done with it.
+const DRAWN_USAGES: wgpu::TextureUsages =
+    wgpu::TextureUsages::RENDER_ATTACHMENT.union(wgpu::TextureUsages::TEXTURE_BINDING);
 
 impl Screen {
     /// For swap chains of a format and a colour space. `white` is the luminance of SDR white in cd/m2.
     pub fn new(device: &wgpu::Device, format: wgpu::TextureFormat, space: SurfaceColorSpace, white: f64) -> Self {
         let shader = device.create_shader_module(wgpu::include_wgsl!("screen.wgsl"));
-        let pipeline = device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-            label: Some("screen"),
-            layout: None,
-            vertex: wgpu::VertexState {
-                module: &shader,
-                entry_point: Some("corner"),
-                compilation_options: Default::default(),
-                buffers: &[],
-            },
-            primitive: Default::default(),
-            depth_stencil: None,
-            multisample: Default::default(),
-            fragment: Some(wgpu::FragmentState {
-                module: &shader,
-                entry_point: Some("convert"),
-                compilation_options: Default::default(),
-                targets: &[Some(format.into())],
-            }),
-            multiview_mask: None,
-            cache: None,
-        });
+        let pipeline = full_screen(device, None, &shader, ("convert", format));
         let numbers = Numbers::of(space, white, cfg!(target_os = "windows"));
-        Self { device: device.clone(), pipeline, numbers: filled(device, &numbers), drawn: None }
+        Self { device: device.clone(), pipeline, numbers: uniform(device, "screen", &numbers), drawn: None }
     }
 
     /// What the viewer draws into, for a window of that size.
-    pub fn drawn(&mut self, [width, height]: [u32; 2]) -> wgpu::TextureView {
-        let fits = |texture: &wgpu::Texture| (texture.width(), texture.height()) == (width, height);
+    pub fn drawn(&mut self, size: [u32; 2]) -> wgpu::TextureView {
+        let fits = |texture: &wgpu::Texture| [texture.width(), texture.height()] == size;
         let texture = match self.drawn.take().filter(fits) {
             Some(texture) => texture,
-            None => self.device.create_texture(&wgpu::TextureDescriptor {
-                label: Some("drawn"),
-                size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
-                mip_level_count: 1,
-                sample_count: 1,
-                dimension: wgpu::TextureDimension::D2,
-                format: DRAWN,
-                usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::TEXTURE_BINDING,
-                view_formats: &[],
-            }),
+            None => image(&self.device, "drawn", size, (DRAWN, DRAWN_USAGES)),
         };
         self.drawn.insert(texture).create_view(&Default::default())
     }
@@ -123,32 +99,9 @@ impl Screen {
                 wgpu::BindGroupEntry { binding: 1, resource: wgpu::BindingResource::TextureView(drawn) },
             ],
         });
-        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-            label: Some("screen"),
-            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-                view: to,
-                depth_slice: None,
-                resolve_target: None,
-                ops: wgpu::Operations { load: wgpu::LoadOp::Clear(wgpu::Color::BLACK), store: wgpu::StoreOp::Store },
-            })],
-            ..Default::default()
-        });
+        let mut pass = onto(encoder, "screen", to);
         pass.set_pipeline(&self.pipeline);
         pass.set_bind_group(0, &group, &[]);
         pass.draw(0..3, 0..1);
     }
-}
-
-fn filled(device: &wgpu::Device, numbers: &Numbers) -> wgpu::Buffer {
-    let buffer = device.create_buffer(&wgpu::BufferDescriptor {
-        label: Some("screen"),
-        size: size_of::<Numbers>() as u64,
-        usage: wgpu::BufferUsages::UNIFORM,
-        mapped_at_creation: true,
-    });
-    if let Ok(mut bytes) = buffer.get_mapped_range_mut(..) {
-        bytes.slice(..).copy_from_slice(bytemuck::bytes_of(numbers));
-    }
-    buffer.unmap();
-    buffer
 }

@@ -1,0 +1,88 @@
+//! What all drawings of the viewer ask of the device.
+
+use afterimage_gpu::wgpu;
+use bytemuck::Pod;
+
+/// A pipeline that draws one triangle over a whole target. The vertex entry point of the module is `corner`; without a
+/// layout, the module decides it.
+pub(super) fn full_screen(
+    device: &wgpu::Device,
+    layout: Option<&wgpu::PipelineLayout>,
+    module: &wgpu::ShaderModule,
+    (entry, format): (&str, wgpu::TextureFormat),
+) -> wgpu::RenderPipeline {
+    device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+        label: Some(entry),
+        layout,
+        vertex: wgpu::VertexState {
+            module,
+            entry_point: Some("corner"),
+            compilation_options: Default::default(),
+            buffers: &[],
+        },
+        primitive: Default::default(),
+        depth_stencil: None,
+        multisample: Default::default(),
+        fragment: Some(wgpu::FragmentState {
+            module,
+            entry_point: Some(entry),
+            compilation_options: Default::default(),
+            targets: &[Some(format.into())],
+        }),
+        multiview_mask: None,
+        cache: None,
+    })
+}
+
+/// A uniform that holds these numbers.
+pub(super) fn uniform(device: &wgpu::Device, label: &str, numbers: &impl Pod) -> wgpu::Buffer {
+    let bytes = bytemuck::bytes_of(numbers);
+    let buffer = device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some(label),
+        size: bytes.len() as u64,
+        usage: wgpu::BufferUsages::UNIFORM,
+        mapped_at_creation: true,
+    });
+    if let Ok(mut mapped) = buffer.get_mapped_range_mut(..) {
+        mapped.slice(..).copy_from_slice(bytes);
+    }
+    buffer.unmap();
+    buffer
+}
+
+/// An image with one level.
+pub(crate) fn image(
+    device: &wgpu::Device,
+    label: &str,
+    [width, height]: [u32; 2],
+    (format, usage): (wgpu::TextureFormat, wgpu::TextureUsages),
+) -> wgpu::Texture {
+    device.create_texture(&wgpu::TextureDescriptor {
+        label: Some(label),
+        size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format,
+        usage,
+        view_formats: &[],
+    })
+}
+
+/// A pass that draws onto a black target.
+pub(crate) fn onto<'e>(
+    encoder: &'e mut wgpu::CommandEncoder,
+    label: &str,
+    view: &wgpu::TextureView,
+) -> wgpu::RenderPass<'e> {
+    encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+        label: Some(label),
+        color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+            view,
+            depth_slice: None,
+            resolve_target: None,
+            ops: wgpu::Operations { load: wgpu::LoadOp::Clear(wgpu::Color::BLACK), store: wgpu::StoreOp::Store },
+        })],
+        ..Default::default()
+    })
+}
