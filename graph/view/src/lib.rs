@@ -20,4 +20,4 @@ pub use model::*;
 pub use problem::Problem;
 #[cfg(not(target_family = "wasm"))]
 pub use stage::{Stage, Target as FrameTarget};
-pub use ui::{Comparison, PictureView, Subject, Tab, Viewer};
+pub use ui::{Comparison, ExportKind, Exported, PictureView, Subject, Tab, Viewer};

@@ -188,7 +188,7 @@ fn plain(width: u32, height: u32) -> Placement {
 
 /// What the viewer draws of an image, texel by texel.
 fn drawn(image: &wgpu::Texture, placement: Placement) -> Vec<[f32; 4]> {
-    let painter = Painter::new(&gpu().device, wgpu::TextureFormat::Rgba32Float);
+    let painter = Painter::new(gpu(), wgpu::TextureFormat::Rgba32Float);
     let target = target(image.width(), image.height());
     let view = target.create_view(&Default::default());
     let mut encoder = gpu().encoder();
@@ -390,4 +390,39 @@ fn a_lost_device_is_replaced_and_the_picture_is_the_same() {
     model.clock().seek(0.0);
     frame(&other, &mut model);
     assert!(apart(&read(&other, &model), &before) <= 1);
+}
+
+#[test]
+fn every_node_that_runs_is_measured_without_it_and_the_picture_stays() {
+    let mut model = model("lynx");
+    settle(&mut model);
+    for _ in 0..100 {
+        model.clock().step();
+        render(&mut model);
+    }
+    let (before, passes) = (picture(&model), model.shown().unwrap().plan().unwrap().passes.len());
+    model.measure_savings().unwrap();
+    let wanted = model.savings().unwrap().left();
+    let running = model.graph().unwrap().nodes.len() - model.shown().unwrap().plan().unwrap().skipped.len();
+    assert!(wanted == running && wanted > 3, "{wanted} of {running}");
+    for _ in 0..20_000 {
+        if model.savings().unwrap().left() == 0 {
+            break;
+        }
+        assert_eq!(render(&mut model), Rendered::New, "{:?}", model.problem());
+        gpu().device.poll(wgpu::PollType::Poll).unwrap();
+    }
+    let found = model.savings().unwrap().found();
+    assert_eq!(found.len(), wanted);
+    for saving in found {
+        // Without its only picture the pipeline has nothing to show; all other nodes can be off.
+        let ms = saving.ms.as_ref().unwrap_or(&0.0);
+        assert!(ms.is_finite(), "{saving:?}");
+    }
+    assert!(found.iter().filter(|saving| saving.ms.is_ok()).count() >= wanted - 1, "{found:?}");
+    assert!(found.iter().any(|saving| saving.ms.as_ref().is_ok_and(|ms| *ms != 0.0)), "{found:?}");
+    assert_eq!(model.shown().unwrap().plan().unwrap().passes.len(), passes);
+    assert!(apart(&picture(&model), &before) <= 1);
+    model.set(&parameter("lit.strength"), Some(Value::Float(0.7)));
+    assert!(model.savings().is_none(), "what was measured belongs to other values");
 }

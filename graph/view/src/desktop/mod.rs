@@ -2,12 +2,13 @@
 
 mod surface;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use afterimage_gpu::{ErrorLog, Gpu};
 use afterimage_graph::check::Facts;
+use afterimage_media::write_atomic;
 use winit::application::ApplicationHandler;
 use winit::event::{StartCause, WindowEvent};
 use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop};
@@ -82,6 +83,8 @@ struct Shown {
     adapter: Option<String>,
     errors: ErrorLog,
     last: Instant,
+    /// The title of the window.
+    title: String,
     /// When something is to be drawn again although nothing happens.
     again: Option<Instant>,
 }
@@ -162,7 +165,7 @@ impl Shown {
         );
         window.request_redraw();
         let (open, adapter) = (desktop.open, desktop.adapter);
-        Ok(Self { window, surface, stage, input, open, adapter, errors, last: Instant::now(), again: None })
+        Ok(Self { window, surface, stage, input, open, adapter, errors, last: Instant::now(), title: String::new(), again: None })
     }
 
     /// Draws a frame, if the window can be seen.
@@ -183,6 +186,7 @@ impl Shown {
         self.window.pre_present_notify();
         self.stage.viewer.model.gpu().queue.present(frame);
         self.input.handle_platform_output(&self.window, output.platform_output);
+        self.store_export();
         self.plan_next(output.viewport_output.values().map(|viewport| viewport.repaint_delay).min());
         self.follow_device()
     }
@@ -209,10 +213,25 @@ impl Shown {
         Ok(())
     }
 
-    fn say_title(&self) {
+    fn say_title(&mut self) {
         let model = &self.stage.viewer.model;
         let mark = if model.changes().is_empty() { "" } else { " *" };
-        self.window.set_title(&format!("{}{mark} – Afterimage", model.project().name()));
+        let title = format!("{}{mark} – Afterimage", model.project().name());
+        if title != self.title {
+            self.window.set_title(&title);
+            self.title = title;
+        }
+    }
+
+    /// Stores what was exported in the folder that the program was started in.
+    fn store_export(&mut self) {
+        let Some(exported) = self.stage.viewer.take_export() else { return };
+        let path = free_name(&exported.name);
+        let said = match write_atomic(&path, &exported.bytes) {
+            Ok(()) => format!("Exported: {}", std::path::absolute(&path).unwrap_or(path).display()),
+            Err(error) => format!("Nothing is exported: {error}"),
+        };
+        self.stage.viewer.tell(&self.stage.ctx().clone(), said);
     }
 
     fn drop_file(&mut self, path: &Path) {
@@ -233,4 +252,12 @@ impl Shown {
         }
         self.window.request_redraw();
     }
+}
+
+/// The name, with a number where a file of that name is there.
+fn free_name(name: &str) -> PathBuf {
+    let (stem, ending) = name.rsplit_once('.').unwrap_or((name, ""));
+    let numbered = (2..).map(|number| PathBuf::from(format!("{stem}-{number}.{ending}")));
+    let mut names = std::iter::once(PathBuf::from(name)).chain(numbered);
+    names.find(|path| !path.exists()).expect("one of endless names is free")
 }

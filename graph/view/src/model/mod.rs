@@ -9,6 +9,7 @@ mod frame;
 mod images;
 mod inspect;
 mod project;
+mod savings;
 mod tap;
 
 use std::sync::Arc;
@@ -25,6 +26,7 @@ pub use clock::PlayClock;
 pub use frame::Rendered;
 pub use images::{Files, FrameImages, Images, ReadFrame, Scene};
 pub use project::{Checked, Project, TextProject, saved};
+pub use savings::{Saving, Savings};
 pub use tap::{Tap, TapImage};
 
 use crate::Problem;
@@ -50,6 +52,7 @@ pub struct Model {
     beside: Option<(Beside, Chain)>,
     inspected: Option<Chain>,
     reference: Option<Chain>,
+    savings: Option<Savings>,
     tap: Option<Tap>,
     /// The table or value that the tap reads.
     watched: Option<Watch>,
@@ -79,6 +82,7 @@ impl Model {
             beside: None,
             inspected: None,
             reference: None,
+            savings: None,
             tap: None,
             watched: None,
             probes: false,
@@ -317,6 +321,7 @@ impl Model {
         }
         let chains = [&mut self.shown, &mut self.inspected, &mut self.reference];
         chains.into_iter().flatten().for_each(|chain| chain.change(graph.clone(), facts.clone()));
+        self.savings = None;
         self.renew_beside();
         self.is_stale = true;
     }
@@ -325,7 +330,7 @@ impl Model {
     fn each_chain(&mut self, mut visit: impl FnMut(&mut Chain)) {
         let chains = [&mut self.shown, &mut self.inspected, &mut self.reference];
         chains.into_iter().flatten().for_each(&mut visit);
-        self.is_stale = true;
+        (self.is_stale, self.savings) = (true, None);
     }
 
     /// What feeds the pipeline.
@@ -344,7 +349,7 @@ impl Model {
         self.images = images;
         self.problem = None;
         self.clock.seek(0.0);
-        self.is_stale = true;
+        (self.is_stale, self.savings) = (true, None);
     }
 
     /// Time.
@@ -367,7 +372,7 @@ impl Model {
         let beside = self.beside.as_mut().map(|(_, chain)| chain);
         let chains = [&mut self.shown, &mut self.inspected, &mut self.reference].into_iter().flatten();
         chains.chain(beside).for_each(|chain| chain.rebuild(gpu));
-        (self.problem, self.fed) = (None, FrameImages::default());
+        (self.problem, self.savings, self.fed) = (None, None, FrameImages::default());
         self.clock.cut();
         Ok(())
     }

@@ -2,6 +2,7 @@
 
 mod controls;
 mod cost;
+mod export;
 mod graph;
 mod help;
 mod keys;
@@ -21,6 +22,8 @@ use egui::{CentralPanel, Panel, RichText, Ui};
 use crate::model::{Model, Rendered};
 use crate::render::{GRID, Grid, Painter};
 use cost::CostPanel;
+use export::Exporter;
+pub use export::{ExportKind, Exported};
 use graph::GraphPanel;
 use parameters::Parameters;
 pub use picture::{Comparison, PictureView, Subject};
@@ -54,6 +57,8 @@ pub struct Viewer {
     pub shows_scopes: bool,
     /// Whether the pixel under the pointer is read at every node.
     pub shows_probe: bool,
+    /// Whether the picture is shown alone, without panels.
+    pub is_bare: bool,
     shows_help: bool,
     painter: Painter,
     parameters: Parameters,
@@ -63,6 +68,7 @@ pub struct Viewer {
     scopes: ScopePanel,
     grid: Grid,
     probe: ProbePanel,
+    exporter: Exporter,
     /// A sentence for the user about what was just done.
     said: Option<(String, f64)>,
     /// The name of a tier that is being typed.
@@ -75,22 +81,24 @@ const SAYS: f64 = 6.0;
 impl Viewer {
     /// A viewer that draws into targets of that format.
     pub fn new(model: Model, target: wgpu::TextureFormat) -> Self {
-        let device = model.gpu().device.clone();
+        let gpu = model.gpu().clone();
         Self {
             model,
             picture: PictureView::default(),
             tab: Some(Tab::Graph),
             shows_scopes: true,
             shows_probe: false,
+            is_bare: false,
             shows_help: false,
-            painter: Painter::new(&device, target),
+            painter: Painter::new(&gpu, target),
             parameters: Parameters::default(),
             graph: GraphPanel::default(),
             cost: CostPanel::default(),
             text: TextPanel::default(),
             scopes: ScopePanel::default(),
-            grid: Grid::new(&device),
+            grid: Grid::new(&gpu.device),
             probe: ProbePanel::default(),
+            exporter: Exporter::default(),
             said: None,
             tier_name: String::new(),
         }
@@ -98,7 +106,7 @@ impl Viewer {
 
     /// Draws into targets of another format from now on.
     pub fn set_target(&mut self, target: wgpu::TextureFormat) {
-        self.painter = Painter::new(&self.model.gpu().device, target);
+        self.painter = Painter::new(self.model.gpu(), target);
     }
 
     /// Sets the look of a context.
@@ -117,6 +125,7 @@ impl Viewer {
             self.tab = Some(Tab::Messages);
         }
         self.read(encoder);
+        self.record_export(encoder);
         rendered
     }
 
@@ -144,11 +153,21 @@ impl Viewer {
             self.scopes.set(ctx, &pixels, GRID[0] as usize, is_light);
         }
         self.cost.take(&self.model, own_ms);
+        self.finish_export(ctx);
     }
 
     /// Shows everything.
     pub fn show(&mut self, ui: &mut Ui) {
         self.keys(ui.ctx());
+        if !self.is_bare {
+            self.panels(ui);
+        }
+        CentralPanel::no_frame().show(ui, |ui| self.picture.show(ui, &self.painter, &self.model));
+        help::show(ui.ctx(), &mut self.shows_help);
+        self.say(ui);
+    }
+
+    fn panels(&mut self, ui: &mut Ui) {
         Panel::top("top").show(ui, |ui| self.top_bar(ui));
         self.bottom(ui);
         Panel::left("parameters").default_size(308.0).size_range(240.0..=460.0).show(ui, |ui| {
@@ -165,9 +184,6 @@ impl Viewer {
         if self.model.tap().is_some() {
             Panel::top("tap").show(ui, |ui| self.tap_bar(ui));
         }
-        CentralPanel::no_frame().show(ui, |ui| self.picture.show(ui, &self.painter, &self.model));
-        help::show(ui.ctx(), &mut self.shows_help);
-        self.say(ui);
     }
 
     fn side(&mut self, ui: &mut Ui) {
@@ -190,7 +206,7 @@ impl Viewer {
                 match tab {
                     Tab::Graph => self.graph.show(ui, &mut self.model),
                     Tab::Text => self.show_text(ui),
-                    Tab::Cost => self.cost.show(ui, &self.model),
+                    Tab::Cost => self.cost.show(ui, &mut self.model),
                     Tab::Messages => {
                         if let Some(line) = text::messages(ui, &self.model) {
                             self.text.go_to(line);
