@@ -10,7 +10,7 @@ use afterimage_graph::node::{Origin, PortType};
 use afterimage_graph::value::{Type, Value};
 use afterimage_plan::Options;
 use afterimage_view::render::{Flags, Painter, Placement, Shown};
-use afterimage_view::{Beside, Model, Problem, Project, Rendered, Tap, Target, TextProject};
+use afterimage_view::{Beside, Images, Model, Problem, Project, Rendered, Scene, Tap, Target, TextProject};
 use support::{SIZE, gpu, model, of, picture, render, settle, texels};
 
 /// The largest difference between two pictures in codes. A dither depends on the number of the frame, so equal pictures
@@ -77,6 +77,16 @@ fn a_node_can_be_switched_off_and_on() {
     assert!(apart(&picture(&model), &before) > 5);
     model.set(&vignette, Some(Value::Bool(true)));
     assert!(model.changes().is_empty(), "that is what the file says");
+}
+
+#[test]
+fn a_text_that_is_wrong_from_the_start_stays_the_problem() {
+    let broken = TextProject::built_in("lynx").unwrap().text().replace("Composite(", "Compositor(");
+    let mut model = of(Box::new(TextProject::new("broken.ron", &broken)));
+    let scene = Scene::new(gpu(), SIZE).unwrap();
+    model.set_images(Images::Scene(Box::new(scene)));
+    assert_eq!(render(&mut model), Rendered::Same);
+    assert!(matches!(model.problem(), Some(Problem::Pipeline(_))), "{:?}", model.problem());
 }
 
 #[test]

@@ -4,8 +4,8 @@
 
 mod support;
 
-use afterimage_graph::value::Value;
 use afterimage_graph::color::Transfer;
+use afterimage_graph::value::Value;
 use afterimage_view::{Beside, Comparison, ExportKind, Tab, Tap, Target};
 use egui::{Event, Key, Modifiers, pos2, vec2};
 use support::{SIZE, WINDOW, Window, model, picture, settle, texels};
@@ -219,6 +219,21 @@ fn a_press_outside_of_a_field_gives_the_keys_back() {
     assert!(!window.stage.ctx().egui_wants_keyboard_input());
     window.key(Key::G, Modifiers::NONE);
     assert_eq!(window.stage.viewer.tab, None);
+}
+
+#[test]
+fn a_problem_opens_the_messages_and_its_end_what_was_open_before() {
+    for before in [Some(Tab::Cost), None] {
+        let mut window = open("lynx");
+        window.stage.viewer.tab = before;
+        let good = window.stage.viewer.model.project().text();
+        window.stage.viewer.model.edit(Some(good.replace("Composite(", "Compositor(")));
+        window.frame(Vec::new());
+        assert_eq!(window.stage.viewer.tab, Some(Tab::Messages));
+        window.stage.viewer.model.edit(Some(good));
+        window.frame(Vec::new());
+        assert_eq!(window.stage.viewer.tab, before);
+    }
 }
 
 #[test]

@@ -165,7 +165,18 @@ impl Shown {
         );
         window.request_redraw();
         let (open, adapter) = (desktop.open, desktop.adapter);
-        Ok(Self { window, surface, stage, input, open, adapter, errors, last: Instant::now(), title: String::new(), again: None })
+        Ok(Self {
+            window,
+            surface,
+            stage,
+            input,
+            open,
+            adapter,
+            errors,
+            last: Instant::now(),
+            title: String::new(),
+            again: None,
+        })
     }
 
     /// Draws a frame, if the window can be seen.

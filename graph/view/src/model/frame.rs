@@ -29,9 +29,7 @@ impl Model {
         match self.record(encoder, moment) {
             Ok(()) => {
                 self.is_stale = false;
-                if !matches!(self.problem, Some(Problem::Pipeline(_))) {
-                    self.problem = None;
-                }
+                self.forget_problem();
                 Rendered::New
             }
             Err(problem) => {

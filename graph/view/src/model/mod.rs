@@ -347,9 +347,14 @@ impl Model {
     /// Feeds the pipeline with other images.
     pub fn set_images(&mut self, images: Images) {
         self.images = images;
-        self.problem = None;
+        self.forget_problem();
         self.clock.seek(0.0);
         (self.is_stale, self.savings) = (true, None);
+    }
+
+    /// A frame went well; what is wrong with the text is wrong still.
+    fn forget_problem(&mut self) {
+        self.problem.take_if(|problem| !matches!(problem, Problem::Pipeline(_)));
     }
 
     /// Time.

@@ -10,7 +10,7 @@ mod files;
 use std::cell::RefCell;
 use std::rc::Rc;
 
-use afterimage_gpu::{Gpu, caps, wanted_features, wgpu};
+use afterimage_gpu::{ErrorLog, Gpu, caps, wanted_features, wgpu};
 use afterimage_graph::image::Size;
 use afterimage_media::{Budget, codec};
 use eframe::egui_wgpu::{WgpuConfiguration, WgpuSetup, WgpuSetupCreateNew};
@@ -79,6 +79,7 @@ struct Page {
     viewer: Viewer,
     last: f64,
     address: Address,
+    errors: ErrorLog,
     /// Files that were dropped and have been read, by name.
     arrived: Rc<RefCell<Vec<Dropped>>>,
 }
@@ -94,6 +95,8 @@ impl Page {
         let (adapter, device, queue) = (state.adapter.clone(), state.device.clone(), state.queue.clone());
         let caps = caps(&adapter, &device);
         let gpu = Gpu { adapter, device, queue, caps };
+        let errors = gpu.log_errors();
+        gpu.device.set_device_lost_callback(|_, _| say("The graphics device was lost. Reload the page to go on."));
         Viewer::style(&context.egui_ctx);
         let size = address.size.map_or(SIZE, |(width, height)| Size::new(width, height));
         let scene = Scene::new(&gpu, size).map_err(|problem| problem.to_string())?;
@@ -106,7 +109,7 @@ impl Page {
         if address.is_bare {
             (viewer.is_bare, viewer.picture.zoom) = (true, Some(1.0));
         }
-        let mut page = Self { viewer, last: 0.0, address, arrived: Rc::default() };
+        let mut page = Self { viewer, last: 0.0, address, errors, arrived: Rc::default() };
         if let Some(bytes) = image {
             page.open("image", &bytes).map_err(|problem| problem.to_string())?;
         }
@@ -186,8 +189,8 @@ impl eframe::App for Page {
         if let Some(Err(error)) = self.viewer.take_export().map(|exported| files::download(&exported)) {
             self.viewer.tell(ui.ctx(), format!("Nothing is exported: {error:?}"));
         }
-        if matches!(self.viewer.model.problem(), Some(Problem::DeviceLost)) {
-            say("The graphics device was lost. Reload the page to go on.");
+        if let Some(error) = self.errors.take_first() {
+            self.viewer.tell(ui.ctx(), error);
         }
         self.address.follow(&self.viewer.model);
     }

@@ -3,8 +3,8 @@
 //! The viewer draws sRGB signals that may leave 0 to 1: 1 is SDR white, and colours outside of Rec.709 have negative
 //! numbers. A last pass converts them.
 
-use afterimage_gpu::wgpu::{self, SurfaceColorSpace};
 use afterimage_gpu::Gpu;
+use afterimage_gpu::wgpu::{self, SurfaceColorSpace};
 use afterimage_graph::color::{Chromaticities, hlg_gamma};
 use bytemuck::{Pod, Zeroable};
 

@@ -67,7 +67,10 @@ impl CostPanel {
             let width = (ui.available_width() * 0.6).max(120.0);
             ui.vertical(|ui| {
                 ui.set_width(width);
-                ScrollArea::vertical().id_salt("passes").auto_shrink([false, false]).show(ui, |ui| self.table(ui, &plan));
+                ScrollArea::vertical()
+                    .id_salt("passes")
+                    .auto_shrink([false, false])
+                    .show(ui, |ui| self.table(ui, &plan));
             });
             ui.separator();
             ui.vertical(|ui| savings(ui, model));
@@ -143,7 +146,9 @@ fn savings(ui: &mut Ui, model: &mut Model) {
             ui.horizontal(|ui| {
                 bar(ui, (ms(saving) / most).max(0.0) as f32);
                 let (text, hint) = match &saving.ms {
-                    Ok(ms) => (format!("{ms:+.3} ms"), format!("A frame without `{}` takes that much less", saving.node)),
+                    Ok(ms) => {
+                        (format!("{ms:+.3} ms"), format!("A frame without `{}` takes that much less", saving.node))
+                    }
                     Err(why) => ("–".to_owned(), why.clone()),
                 };
                 ui.add_sized([70.0, 16.0], egui::Label::new(RichText::new(text).monospace())).on_hover_text(hint);

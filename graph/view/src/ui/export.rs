@@ -59,6 +59,11 @@ impl Viewer {
     }
 
     pub(super) fn export_menu(&mut self, ui: &mut Ui) {
+        let can = Subject::of(&self.model).is_some();
+        ui.add_enabled_ui(can, |ui| self.export_items(ui));
+    }
+
+    fn export_items(&mut self, ui: &mut Ui) {
         ui.menu_button("Export", |ui| {
             let items = [
                 ("Picture as PNG", "Ctrl+E: what is seen, at the size of the image", ExportKind::Picture),

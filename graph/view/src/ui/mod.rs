@@ -53,6 +53,10 @@ pub struct Viewer {
     pub picture: PictureView,
     /// The tab below the picture; `None` while it is closed.
     pub tab: Option<Tab>,
+    /// The tab that was open before a problem opened the messages.
+    interrupted: Option<Option<Tab>>,
+    /// Whether something was wrong in the last frame.
+    knows_problem: bool,
     /// Whether the scopes are shown.
     pub shows_scopes: bool,
     /// Whether the pixel under the pointer is read at every node.
@@ -86,6 +90,8 @@ impl Viewer {
             model,
             picture: PictureView::default(),
             tab: Some(Tab::Graph),
+            interrupted: None,
+            knows_problem: false,
             shows_scopes: true,
             shows_probe: false,
             is_bare: false,
@@ -116,17 +122,27 @@ impl Viewer {
 
     /// Records what the pipelines render, `passed` seconds after the last frame.
     pub fn render(&mut self, encoder: &mut wgpu::CommandEncoder, passed: f64) -> Rendered {
-        let had_problem = self.model.problem().is_some();
         self.model.follow_files();
         self.model.set_probes(self.shows_probe);
         let rendered = self.model.render(encoder, passed);
-        // Beside the text its errors are shown anyway.
-        if !had_problem && self.model.problem().is_some() && self.tab != Some(Tab::Text) {
-            self.tab = Some(Tab::Messages);
-        }
+        self.follow_problem();
         self.read(encoder);
         self.record_export(encoder);
         rendered
+    }
+
+    /// Opens the messages while something is wrong. Beside the text its errors are shown anyway.
+    fn follow_problem(&mut self) {
+        let has_problem = self.model.problem().is_some();
+        let had_problem = std::mem::replace(&mut self.knows_problem, has_problem);
+        if has_problem && !had_problem && self.tab != Some(Tab::Text) {
+            self.interrupted = Some(self.tab.replace(Tab::Messages));
+        }
+        if let Some(before) = self.interrupted.take_if(|_| !has_problem)
+            && self.tab == Some(Tab::Messages)
+        {
+            self.tab = before;
+        }
     }
 
     /// Records what scopes and probe read.
@@ -187,6 +203,7 @@ impl Viewer {
     }
 
     fn side(&mut self, ui: &mut Ui) {
+        ui.take_available_width();
         if self.shows_scopes {
             self.scopes.show(ui);
         }
