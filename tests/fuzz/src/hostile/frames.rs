@@ -51,9 +51,10 @@ pub(crate) fn case(sources: &Sources, number: u64) -> Case {
     let declared: Vec<String> =
         images.iter().map(|input| format!("\"{}\": {}", input.name, state(&input.states))).collect();
     let mut fields: Vec<String> = images.iter().map(|input| format!("{0}: \"{0}\"", input.name)).collect();
-    for param in kind.params().iter().filter(|param| param.replan || rng.below(3) == 0) {
-        let extreme = if rng.below(2) == 0 { param.lowest() } else { param.highest() };
-        fields.extend(extreme.filter(|_| rng.below(3) == 0).map(|value| format!("{}: {value}", param.name)));
+    for param in kind.params() {
+        let (is_set, is_low) = (rng.below(if param.replan { 3 } else { 9 }) == 0, rng.below(2) == 0);
+        let extreme = if is_low { param.lowest() } else { param.highest() };
+        fields.extend(extreme.filter(|_| is_set).map(|value| format!("{}: {value}", param.name)));
     }
     let text = format!(
         "Pipeline(inputs: {{ {} }}, nodes: {{ \"a\": {}({}) }}, outputs: {{ \"out\": \"a\" }})",
