@@ -91,7 +91,6 @@ echo "exported"
 key ctrl+e; settle
 [ "$(identify -format '%wx%h' "$work/look.png")" = 320x180 ] || fail "no picture of 320x180 was exported"
 key h; shot alone; key h
-key g
 echo "resized and minimised"
 for size in "900 560" "640 400" "1300 800" "1280 720"; do xdotool windowsize "$window" $size; sleep 0.4; done
 xdotool windowminimize "$window"; sleep 1; xdotool windowmap "$window"

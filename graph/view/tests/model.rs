@@ -370,9 +370,9 @@ fn every_parameter_of_every_pipeline_has_a_present_value() {
 #[test]
 fn a_lost_device_is_replaced_and_the_picture_is_the_same() {
     let own = afterimage_gpu::Gpu::open(&afterimage_gpu::Opening::default()).unwrap();
-    let scene = afterimage_view::Scene::new(&own, SIZE).unwrap();
+    let scene = Scene::new(&own, SIZE).unwrap();
     let project = Box::new(TextProject::built_in("lynx").unwrap());
-    let mut model = Model::new(&own, project, afterimage_view::Images::Scene(Box::new(scene)));
+    let mut model = Model::new(&own, project, Images::Scene(Box::new(scene)));
     model.clock().is_playing = false;
     model.set(&parameter("lit.strength"), Some(Value::Float(0.4)));
     let frame = |gpu: &afterimage_gpu::Gpu, model: &mut Model| {

@@ -14,6 +14,8 @@ pub enum Rendered {
     Same,
     /// The pictures are those before: see [`Model::problem`].
     Failed,
+    /// Nothing yet: the window is shown first, because the first plan may compile for seconds.
+    Later,
 }
 
 impl Model {

@@ -64,6 +64,8 @@ pub struct Viewer {
     /// Whether the picture is shown alone, without panels.
     pub is_bare: bool,
     shows_help: bool,
+    /// Whether the panels have been shown.
+    was_shown: bool,
     painter: Painter,
     parameters: Parameters,
     graph: GraphPanel,
@@ -96,6 +98,7 @@ impl Viewer {
             shows_probe: false,
             is_bare: false,
             shows_help: false,
+            was_shown: false,
             painter: Painter::new(&gpu, target),
             parameters: Parameters::default(),
             graph: GraphPanel::default(),
@@ -122,6 +125,9 @@ impl Viewer {
 
     /// Records what the pipelines render, `passed` seconds after the last frame.
     pub fn render(&mut self, encoder: &mut wgpu::CommandEncoder, passed: f64) -> Rendered {
+        if !std::mem::replace(&mut self.was_shown, true) {
+            return Rendered::Later;
+        }
         self.model.follow_files();
         self.model.set_probes(self.shows_probe);
         let rendered = self.model.render(encoder, passed);
