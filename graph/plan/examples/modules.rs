@@ -1,5 +1,5 @@
-//! Prints the WGSL of every module that the built-in kinds and pipelines become on a device without optional features, as
-//! a JSON list of texts, for validators other than naga: see `tests/page.sh`.
+//! Prints the WGSL of every module that the built-in kinds and pipelines become on a device without optional features,
+//! as a JSON list of texts, for validators other than naga: see `tests/page.sh`.
 
 #![allow(clippy::print_stdout, reason = "a program that prints what it finds")]
 

@@ -10,19 +10,8 @@ use afterimage_graph::node::{Origin, PortType};
 use afterimage_graph::value::{Type, Value};
 use afterimage_plan::Options;
 use afterimage_view::render::{Flags, Painter, Placement, Shown};
-use afterimage_view::{Beside, Images, Model, Problem, Project, Rendered, Scene, Tap, Target, TextProject};
-use support::{SIZE, gpu, model, of, picture, render, settle, texels};
-
-/// The largest difference between two pictures in codes. A dither depends on the number of the frame, so equal pictures
-/// differ by 1.
-fn apart(a: &Texels, b: &Texels) -> u8 {
-    assert_eq!(a.desc, b.desc);
-    a.bytes.iter().zip(&b.bytes).map(|(a, b)| a.abs_diff(*b)).max().unwrap()
-}
-
-fn parameter(name: &str) -> Target {
-    Target::Parameter(name.into())
-}
+use afterimage_view::{Beside, Model, Problem, Project, Rendered, Tap, Target, TextProject};
+use support::{SIZE, apart, gpu, model, of, parameter, picture, render, settle, texels};
 
 #[test]
 fn nothing_is_rendered_while_nothing_changes() {
@@ -77,16 +66,6 @@ fn a_node_can_be_switched_off_and_on() {
     assert!(apart(&picture(&model), &before) > 5);
     model.set(&vignette, Some(Value::Bool(true)));
     assert!(model.changes().is_empty(), "that is what the file says");
-}
-
-#[test]
-fn a_text_that_is_wrong_from_the_start_stays_the_problem() {
-    let broken = TextProject::built_in("lynx").unwrap().text().replace("Composite(", "Compositor(");
-    let mut model = of(Box::new(TextProject::new("broken.ron", &broken)));
-    let scene = Scene::new(gpu(), SIZE).unwrap();
-    model.set_images(Images::Scene(Box::new(scene)));
-    assert_eq!(render(&mut model), Rendered::Same);
-    assert!(matches!(model.problem(), Some(Problem::Pipeline(_))), "{:?}", model.problem());
 }
 
 #[test]
@@ -365,74 +344,4 @@ fn every_parameter_of_every_pipeline_has_a_present_value() {
             assert!(matches!(declared.ty, Type::File) || declared.accepts(&value).is_ok(), "{name}");
         }
     }
-}
-
-#[test]
-fn a_lost_device_is_replaced_and_the_picture_is_the_same() {
-    let own = afterimage_gpu::Gpu::open(&afterimage_gpu::Opening::default()).unwrap();
-    let scene = Scene::new(&own, SIZE).unwrap();
-    let project = Box::new(TextProject::built_in("lynx").unwrap());
-    let mut model = Model::new(&own, project, Images::Scene(Box::new(scene)));
-    model.clock().is_playing = false;
-    model.set(&parameter("lit.strength"), Some(Value::Float(0.4)));
-    let frame = |gpu: &afterimage_gpu::Gpu, model: &mut Model| {
-        let mut encoder = gpu.encoder();
-        model.render(&mut encoder, 0.0);
-        gpu.queue.submit([encoder.finish()]);
-    };
-    let read = |gpu: &afterimage_gpu::Gpu, model: &Model| {
-        let picture = model.shown().unwrap().picture().unwrap();
-        afterimage_gpu::download(&gpu.device, &gpu.queue, picture).unwrap()
-    };
-    frame(&own, &mut model);
-    let before = read(&own, &model);
-    own.device.destroy();
-    for _ in 0..64 {
-        model.clock().step();
-        frame(&own, &mut model);
-        if matches!(model.problem(), Some(Problem::DeviceLost)) {
-            break;
-        }
-    }
-    assert!(matches!(model.problem(), Some(Problem::DeviceLost)), "{:?}", model.problem());
-    let other = afterimage_gpu::Gpu::open(&afterimage_gpu::Opening::default()).unwrap();
-    model.rebuild(&other).unwrap();
-    model.clock().seek(0.0);
-    frame(&other, &mut model);
-    assert!(apart(&read(&other, &model), &before) <= 1);
-}
-
-#[test]
-fn every_node_that_runs_is_measured_without_it_and_the_picture_stays() {
-    let mut model = model("lynx");
-    settle(&mut model);
-    for _ in 0..100 {
-        model.clock().step();
-        render(&mut model);
-    }
-    let (before, passes) = (picture(&model), model.shown().unwrap().plan().unwrap().passes.len());
-    model.measure_savings().unwrap();
-    let wanted = model.savings().unwrap().left();
-    let running = model.graph().unwrap().nodes.len() - model.shown().unwrap().plan().unwrap().skipped.len();
-    assert!(wanted == running && wanted > 3, "{wanted} of {running}");
-    for _ in 0..20_000 {
-        if model.savings().unwrap().left() == 0 {
-            break;
-        }
-        assert_eq!(render(&mut model), Rendered::New, "{:?}", model.problem());
-        gpu().device.poll(wgpu::PollType::Poll).unwrap();
-    }
-    let found = model.savings().unwrap().found();
-    assert_eq!(found.len(), wanted);
-    for saving in found {
-        // Without its only picture the pipeline has nothing to show; all other nodes can be off.
-        let ms = saving.ms.as_ref().unwrap_or(&0.0);
-        assert!(ms.is_finite(), "{saving:?}");
-    }
-    assert!(found.iter().filter(|saving| saving.ms.is_ok()).count() >= wanted - 1, "{found:?}");
-    assert!(found.iter().any(|saving| saving.ms.as_ref().is_ok_and(|ms| *ms != 0.0)), "{found:?}");
-    assert_eq!(model.shown().unwrap().plan().unwrap().passes.len(), passes);
-    assert!(apart(&picture(&model), &before) <= 1);
-    model.set(&parameter("lit.strength"), Some(Value::Float(0.7)));
-    assert!(model.savings().is_none(), "what was measured belongs to other values");
 }

@@ -8,6 +8,7 @@ mod comparison;
 mod frame;
 mod images;
 mod inspect;
+mod measure;
 mod project;
 mod savings;
 mod tap;

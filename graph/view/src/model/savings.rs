@@ -5,8 +5,7 @@ use std::collections::VecDeque;
 use afterimage_gpu::wgpu;
 use afterimage_graph::check::Graph;
 
-use super::{Chain, FrameImages, Model, Moment};
-use crate::Problem;
+use super::{Chain, FrameImages, Moment};
 
 /// Frames that a median is taken from.
 const FRAMES: usize = 24;
@@ -18,8 +17,8 @@ const UNTIMED: usize = 4;
 pub struct Saving {
     /// The node.
     pub node: String,
-    /// Milliseconds of GPU time for a frame, or why the pipeline cannot do without the node. A small number may be below
-    /// zero: both times vary.
+    /// Milliseconds of GPU time for a frame, or why the pipeline cannot do without the node. A small number may be
+    /// below zero: both times vary.
     pub ms: Result<f64, String>,
 }
 
@@ -66,7 +65,7 @@ impl Times {
 
 impl Savings {
     /// Measures the nodes that run in a chain.
-    fn of(shown: &Chain, graph: Graph) -> Option<Self> {
+    pub(super) fn of(shown: &Chain, graph: Graph) -> Option<Self> {
         let plan = shown.plan()?;
         let runs = |name: &str| !plan.skipped.iter().any(|skipped| skipped.node == name);
         let nodes = graph.nodes.iter().filter(|node| !node.off && runs(&node.name));
@@ -85,7 +84,13 @@ impl Savings {
     }
 
     /// Records a frame of the pipeline without the present node.
-    fn frame(&mut self, shown: &Chain, encoder: &mut wgpu::CommandEncoder, images: &FrameImages, moment: Moment) {
+    pub(super) fn frame(
+        &mut self,
+        shown: &Chain,
+        encoder: &mut wgpu::CommandEncoder,
+        images: &FrameImages,
+        moment: Moment,
+    ) {
         if self.trial.is_none() {
             self.trial = self.waiting.pop_front().map(|node| Trial::new(shown, &self.graph, node));
         }
@@ -118,35 +123,5 @@ impl Trial {
         self.with.take(shown);
         self.without.take(&self.chain);
         Some(Ok(self.with.median()? - self.without.median()?))
-    }
-}
-
-impl Model {
-    /// Begins to measure what each node would save if it were off. Any change ends it.
-    ///
-    /// # Errors
-    /// The device has no timestamps inside of passes, or nothing has run yet.
-    pub fn measure_savings(&mut self) -> Result<(), Problem> {
-        let shown = self.shown.as_ref().filter(|shown| shown.pass_times().is_some());
-        let shown = shown.ok_or_else(|| Problem::said("no GPU times have arrived from this device"))?;
-        let Some(graph) = self.present_graph() else { return Ok(()) };
-        self.savings = Savings::of(shown, graph);
-        Ok(())
-    }
-
-    /// What each node would save, as far as it has been measured since the last change.
-    pub fn savings(&self) -> Option<&Savings> {
-        self.savings.as_ref()
-    }
-
-    pub(super) fn is_measuring(&self) -> bool {
-        self.savings.as_ref().is_some_and(|savings| savings.left() > 0)
-    }
-
-    /// Records the frame without a node, if that is measured.
-    pub(super) fn record_savings(&mut self, encoder: &mut wgpu::CommandEncoder, images: &FrameImages, moment: Moment) {
-        if let (Some(savings), Some(shown)) = (&mut self.savings, &self.shown) {
-            savings.frame(shown, encoder, images, moment);
-        }
     }
 }

@@ -1,8 +1,8 @@
 //! The viewer as a page in a browser, on WebGPU.
 //!
 //! The address carries what is shown: `#pipeline=lynx` is a built-in pipeline, `#text=...` a whole text,
-//! `#size=640x360` the size of the scene, `#image=...` the address of an image that is shown in its place, `#bare` shows
-//! the picture alone, and `#still` stops time at the first frame, without dither, for comparisons.
+//! `#size=640x360` the size of the scene, `#image=...` the address of an image that is shown in its place, `#bare`
+//! shows the picture alone, and `#still` stops time at the first frame, without dither, for comparisons.
 
 mod address;
 mod files;

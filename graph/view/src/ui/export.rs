@@ -1,48 +1,13 @@
 //! Export: what is seen becomes a file.
 
-use afterimage_gpu::{Texels, wgpu};
-use afterimage_graph::color::{Chromaticities, Colorimetry};
-use afterimage_graph::image::Format;
-use afterimage_media::{EncodedPixels, ExrOptions, Picture, Pixels, PngOptions, encode_exr, encode_png};
+use afterimage_gpu::wgpu;
 use egui::{Context, Ui};
 
 use super::Viewer;
+use super::exporter::{ExportKind, Exported, UnderWay};
 use super::picture::Subject;
-use crate::model::Model;
 use crate::render::device::{image, onto};
 use crate::render::{Copied, Painter};
-
-/// A file for the user.
-pub struct Exported {
-    /// Its name, with the ending.
-    pub name: String,
-    /// Its content.
-    pub bytes: Vec<u8>,
-}
-
-/// What a file holds.
-#[derive(Clone, Copy, PartialEq, Eq)]
-pub enum ExportKind {
-    /// The picture as an SDR screen shows it, at the size of the image, with comparisons and false colour: PNG.
-    Picture,
-    /// The numbers of the image that is shown, as they are: EXR.
-    Numbers,
-}
-
-/// What is exported.
-#[derive(Default)]
-pub(super) struct Exporter {
-    wanted: Option<ExportKind>,
-    under_way: Option<UnderWay>,
-    pub(super) finished: Option<Exported>,
-}
-
-struct UnderWay {
-    kind: ExportKind,
-    copied: Copied,
-    name: String,
-    colour: Option<Colorimetry>,
-}
 
 /// The format that a picture is drawn in.
 const DRAWN: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
@@ -86,9 +51,8 @@ impl Viewer {
             ExportKind::Picture => (self.draw_picture(encoder, &subject), 0),
             ExportKind::Numbers => (subject.image.clone(), subject.slice),
         };
-        let (name, colour) = (name(&self.model, kind), colorimetry(&self.model, &subject));
         let copied = Copied::record(&self.model.gpu().device, encoder, &texture, slice);
-        self.exporter.under_way = copied.map(|copied| UnderWay { kind, copied, name, colour });
+        self.exporter.under_way = copied.map(|copied| UnderWay::new(&self.model, &subject, kind, copied));
     }
 
     /// The picture as it is seen, on an image of its size.
@@ -120,44 +84,4 @@ impl Viewer {
             Err(why) => self.tell(ctx, format!("Nothing is exported: {why}")),
         }
     }
-}
-
-impl UnderWay {
-    fn encode(&self, texels: &Texels) -> Result<Vec<u8>, String> {
-        let size = (texels.desc.size.width, texels.desc.size.height);
-        let encoded = match self.kind {
-            ExportKind::Picture => {
-                let options = PngOptions { dither: None, ..PngOptions::default() };
-                encode_png(size, EncodedPixels::Byte(&texels.bytes), &options)
-            }
-            ExportKind::Numbers => {
-                let pixels = Pixels::Float(texels.to_floats().as_flattened().to_vec());
-                let halves = [Format::Rgba16Float, Format::Rg16Float, Format::R16Float];
-                let float = !halves.contains(&texels.desc.format);
-                let options = ExrOptions { float, colour: self.colour, ..ExrOptions::default() };
-                encode_exr(&Picture::new(size.0, size.1, pixels), &options)
-            }
-        };
-        encoded.map_err(|error| error.to_string())
-    }
-}
-
-/// The name of the pipeline, and of the place in the graph that is looked at.
-fn name(model: &Model, kind: ExportKind) -> String {
-    let file = model.project().name();
-    let stem = file.strip_suffix(".ron").unwrap_or(&file);
-    let place = model.tapped().map_or(String::new(), |(image, _)| format!("-{}", image.name));
-    let letter = |c: char| if c.is_alphanumeric() || "-_.".contains(c) { c } else { '-' };
-    let ending = if kind == ExportKind::Picture { "png" } else { "exr" };
-    format!("{}.{ending}", format!("{stem}{place}").chars().map(letter).collect::<String>())
-}
-
-/// What colours the numbers are; `None` for data.
-fn colorimetry(model: &Model, subject: &Subject) -> Option<Colorimetry> {
-    if model.tap().is_some() {
-        return subject.is_light().then(|| Colorimetry::linear(Chromaticities::REC709));
-    }
-    let shown = model.shown()?;
-    let output = shown.plan()?.output(Some(&shown.output()?))?;
-    (!subject.is_data()).then_some(output.colorimetry)
 }

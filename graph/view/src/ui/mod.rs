@@ -3,6 +3,7 @@
 mod controls;
 mod cost;
 mod export;
+mod exporter;
 mod graph;
 mod help;
 mod keys;
@@ -22,8 +23,8 @@ use egui::{CentralPanel, Panel, RichText, Ui};
 use crate::model::{Model, Rendered};
 use crate::render::{GRID, Grid, Painter};
 use cost::CostPanel;
-use export::Exporter;
-pub use export::{ExportKind, Exported};
+use exporter::Exporter;
+pub use exporter::{ExportKind, Exported};
 use graph::GraphPanel;
 use parameters::Parameters;
 pub use picture::{Comparison, PictureView, Subject};

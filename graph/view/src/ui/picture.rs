@@ -170,8 +170,8 @@ impl PictureView {
         Placement { gain, bias, difference, channel, slice, ..bytemuck::Zeroable::zeroed() }
     }
 
-    /// What is seen, at the size of the image and as on an SDR screen: the size of all, and each picture with the column
-    /// where it begins and its width. The line of a wipe is at the same part of the width as in the window.
+    /// What is seen, at the size of the image and as on an SDR screen: the size of all, and each picture with the
+    /// column where it begins and its width. The line of a wipe is at the same part of the width as in the window.
     pub(super) fn whole<'m>(&self, model: &'m Model, subject: &'m Subject) -> ([u32; 2], Vec<(Shown<'m>, [u32; 2])>) {
         let other = if model.tap().is_some() { None } else { model.picture_beside() };
         let is_beside = other.is_some() && self.comparison == Comparison::Beside;

@@ -4,7 +4,7 @@ use std::sync::OnceLock;
 
 use afterimage_gpu::{Gpu, Opening, Texels, download, wgpu};
 use afterimage_graph::image::Size;
-use afterimage_view::{FrameTarget, Images, Model, Project, Rendered, Scene, Stage, TextProject};
+use afterimage_view::{FrameTarget, Images, Model, Project, Rendered, Scene, Stage, Target, TextProject};
 
 /// The size of the scene: small, and no multiple of anything.
 pub(crate) const SIZE: Size = Size { width: 150, height: 86, depth: 1 };
@@ -132,4 +132,16 @@ impl Window {
     pub(crate) fn texels(&self) -> Texels {
         texels(&self.target)
     }
+}
+
+/// The largest difference between two pictures in codes. A dither depends on the number of the frame, so equal pictures
+/// differ by 1.
+pub(crate) fn apart(a: &Texels, b: &Texels) -> u8 {
+    assert_eq!(a.desc, b.desc);
+    a.bytes.iter().zip(&b.bytes).map(|(a, b)| a.abs_diff(*b)).max().unwrap()
+}
+
+/// A parameter by its name.
+pub(crate) fn parameter(name: &str) -> Target {
+    Target::Parameter(name.into())
 }

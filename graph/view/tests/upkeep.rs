@@ -1,0 +1,90 @@
+//! What the viewer does beside showing: it measures nodes, and lives through wrong texts and lost devices.
+#![allow(clippy::unwrap_used, reason = "a test may stop at the first surprise")]
+#![allow(dead_code, reason = "each test program uses a part of the support")]
+
+mod support;
+
+use afterimage_gpu::wgpu;
+use afterimage_graph::value::Value;
+use afterimage_view::{Images, Model, Problem, Project, Rendered, Scene, TextProject};
+use support::{SIZE, apart, gpu, model, of, parameter, picture, render, settle};
+
+#[test]
+fn a_text_that_is_wrong_from_the_start_stays_the_problem() {
+    let broken = TextProject::built_in("lynx").unwrap().text().replace("Composite(", "Compositor(");
+    let mut model = of(Box::new(TextProject::new("broken.ron", &broken)));
+    let scene = Scene::new(gpu(), SIZE).unwrap();
+    model.set_images(Images::Scene(Box::new(scene)));
+    assert_eq!(render(&mut model), Rendered::Same);
+    assert!(matches!(model.problem(), Some(Problem::Pipeline(_))), "{:?}", model.problem());
+}
+
+#[test]
+fn a_lost_device_is_replaced_and_the_picture_is_the_same() {
+    let own = afterimage_gpu::Gpu::open(&afterimage_gpu::Opening::default()).unwrap();
+    let scene = Scene::new(&own, SIZE).unwrap();
+    let project = Box::new(TextProject::built_in("lynx").unwrap());
+    let mut model = Model::new(&own, project, Images::Scene(Box::new(scene)));
+    model.clock().is_playing = false;
+    model.set(&parameter("lit.strength"), Some(Value::Float(0.4)));
+    let frame = |gpu: &afterimage_gpu::Gpu, model: &mut Model| {
+        let mut encoder = gpu.encoder();
+        model.render(&mut encoder, 0.0);
+        gpu.queue.submit([encoder.finish()]);
+    };
+    let read = |gpu: &afterimage_gpu::Gpu, model: &Model| {
+        let picture = model.shown().unwrap().picture().unwrap();
+        afterimage_gpu::download(&gpu.device, &gpu.queue, picture).unwrap()
+    };
+    frame(&own, &mut model);
+    let before = read(&own, &model);
+    own.device.destroy();
+    for _ in 0..64 {
+        model.clock().step();
+        frame(&own, &mut model);
+        if matches!(model.problem(), Some(Problem::DeviceLost)) {
+            break;
+        }
+    }
+    assert!(matches!(model.problem(), Some(Problem::DeviceLost)), "{:?}", model.problem());
+    let other = afterimage_gpu::Gpu::open(&afterimage_gpu::Opening::default()).unwrap();
+    model.rebuild(&other).unwrap();
+    model.clock().seek(0.0);
+    frame(&other, &mut model);
+    assert!(apart(&read(&other, &model), &before) <= 1);
+}
+
+#[test]
+fn every_node_that_runs_is_measured_without_it_and_the_picture_stays() {
+    let mut model = model("lynx");
+    settle(&mut model);
+    for _ in 0..100 {
+        model.clock().step();
+        render(&mut model);
+    }
+    let (before, passes) = (picture(&model), model.shown().unwrap().plan().unwrap().passes.len());
+    model.measure_savings().unwrap();
+    let wanted = model.savings().unwrap().left();
+    let running = model.graph().unwrap().nodes.len() - model.shown().unwrap().plan().unwrap().skipped.len();
+    assert!(wanted == running && wanted > 3, "{wanted} of {running}");
+    for _ in 0..20_000 {
+        if model.savings().unwrap().left() == 0 {
+            break;
+        }
+        assert_eq!(render(&mut model), Rendered::New, "{:?}", model.problem());
+        gpu().device.poll(wgpu::PollType::Poll).unwrap();
+    }
+    let found = model.savings().unwrap().found();
+    assert_eq!(found.len(), wanted);
+    for saving in found {
+        // Without its only picture the pipeline has nothing to show; all other nodes can be off.
+        let ms = saving.ms.as_ref().unwrap_or(&0.0);
+        assert!(ms.is_finite(), "{saving:?}");
+    }
+    assert!(found.iter().filter(|saving| saving.ms.is_ok()).count() >= wanted - 1, "{found:?}");
+    assert!(found.iter().any(|saving| saving.ms.as_ref().is_ok_and(|ms| *ms != 0.0)), "{found:?}");
+    assert_eq!(model.shown().unwrap().plan().unwrap().passes.len(), passes);
+    assert!(apart(&picture(&model), &before) <= 1);
+    model.set(&parameter("lit.strength"), Some(Value::Float(0.7)));
+    assert!(model.savings().is_none(), "what was measured belongs to other values");
+}
