@@ -107,7 +107,7 @@ impl Modules {
     fn ways(&mut self, pass: &Pass, recording: &Recording, form: &str, ways: &[(SampleMode, ShaderFeatures)]) {
         let desc_of = |image: ImageId| recording.image(image).desc;
         for (reading, features) in ways.iter().copied() {
-            let options = CodeOptions { features, immediates: features == RICH };
+            let options = CodeOptions { features, immediates: features == RICH, in_rectangle: false };
             let fault = match compose_pass(pass, &desc_of, &|_| reading, options) {
                 Ok(composed) if !self.sources.insert(composed.source.clone()) => None,
                 Ok(composed) => match composed.validate() {
