@@ -25,12 +25,11 @@ use crate::heap;
 use crate::pipelines::Pipelines;
 use crate::platform::{TaskPool, Worker, caught, scoped, watched};
 use crate::store::Store;
-use crate::timing::Timing;
 use crate::{Gpu, GpuError};
 pub use frame::Frame;
 use frame_constants::FrameConstants;
 use host_images::Formats;
-use loaded::{ImageBinding, Loaded};
+use loaded::Loaded;
 pub use prepare::Preparation;
 pub(crate) use prepare::Prepared;
 use prepare::{CompiledPlan, PlanCompiler, PreviousPlan};
@@ -292,45 +291,6 @@ impl Executor {
     pub fn count_from(&mut self, index: u32) {
         self.frame_index = index;
         self.fresh = true;
-    }
-
-    /// Marks each pass with its nodes in the commands, for tools such as RenderDoc.
-    pub fn label_passes(&mut self, on: bool) {
-        self.labelled = on;
-        if let Some(loaded) = &mut self.loaded {
-            loaded.labels = on.then(|| loaded.plan.pass_names());
-        }
-    }
-
-    /// Measures the GPU time of each of the plan's passes from now on, in this plan and those after it. `false` before
-    /// a plan is loaded, and where the device has no timestamps inside passes.
-    ///
-    /// # Errors
-    /// The device is lost or has no memory for them.
-    pub fn enable_timing(&mut self) -> Result<bool, GpuError> {
-        let Some(loaded) = &mut self.loaded else { return Ok(false) };
-        loaded.timing = Timing::watched(&self.compiler.device, &self.queue, loaded.passes.len() as u32)?;
-        Ok(loaded.timing.is_some())
-    }
-
-    /// Milliseconds of each pass of the last submitted frame; `None` if they are not measured. Waits for it.
-    ///
-    /// # Errors
-    /// The device is lost.
-    #[cfg(not(target_family = "wasm"))]
-    pub fn pass_times(&self) -> Result<Option<Vec<f64>>, GpuError> {
-        let timing = self.loaded.as_ref().and_then(|loaded| loaded.timing.as_ref());
-        timing.map(|timing| timing.read(&self.compiler.device)).transpose()
-    }
-
-    /// The texture of an output that the host gave no image for.
-    pub fn output(&self, name: &str) -> Option<&wgpu::Texture> {
-        let loaded = self.loaded.as_ref()?;
-        let output = loaded.plan.output(Some(name))?;
-        match &loaded.bindings[output.image.0 as usize] {
-            ImageBinding::Output(_, key) => Some(&self.store.get(*key).texture),
-            _ => None,
-        }
     }
 
     /// For how many passes the last recorded frame has made bind groups: those that name an image of the host in a view
