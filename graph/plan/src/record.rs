@@ -260,8 +260,8 @@ impl<'a> Round<'a> {
         }
     }
 
-    /// Whether the texels of an image can lie at other places in the host's texture: only kernel functions can be moved,
-    /// and nothing may read it.
+    /// Whether the texels of an image can lie at other places in the host's texture: only kernel functions can be
+    /// moved, and nothing may read it.
     fn can_go_elsewhere(&self, image: ImageId) -> bool {
         let passes = &self.builder.recording.passes;
         passes.iter().any(|pass| pass.function_result() == Some(image))

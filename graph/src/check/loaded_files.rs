@@ -15,8 +15,8 @@ use crate::node::Registry;
 /// use afterimage_graph::check::{CheckOptions, LoadedFiles, check};
 /// # let registry = afterimage_graph::node::Registry::new(&[afterimage_nodes::ALL]).expect("names are unique");
 /// # let load = |path: &str| match path {
-/// #     "looks/base.ron" => Ok(br#"Pipeline(inputs: { "scene": Color }, nodes: { "exposed": Exposure(source: "scene") },
-/// #         outputs: { "display": "exposed" })"#.as_slice().into()),
+/// #     "looks/base.ron" => Ok(br#"Pipeline(inputs: { "scene": Color },
+/// #         nodes: { "exposed": Exposure(source: "scene") }, outputs: { "display": "exposed" })"#.as_slice().into()),
 /// #     _ => Err("there is no such file".to_owned()),
 /// # };
 /// let text = r#"Pipeline(extends: "base.ron", set: { "exposed.stops": 1.0 })"#;

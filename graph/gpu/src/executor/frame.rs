@@ -3,7 +3,7 @@
 use afterimage_graph::node::BlockData;
 use wgpu::{TextureFormat, TextureView};
 
-use super::rectangles::Rectangle;
+use super::rectangle::Rectangle;
 
 /// One frame's inputs, outputs and time.
 #[derive(Clone, Copy, Default)]

@@ -7,7 +7,7 @@ use afterimage_plan::codegen::Composed;
 use afterimage_plan::{HeapPlacement, PlacedPlan, Plan, Stage};
 use wgpu::{BindGroup, Buffer, TextureFormat, TextureView};
 
-use super::rectangles::{HeldRectangles, Rectangle};
+use super::rectangle::{HeldRectangles, Rectangle};
 use crate::device::texture_format;
 use crate::heap::Placed;
 use crate::pipelines::Built;

@@ -10,6 +10,7 @@ mod host_images;
 mod loaded;
 mod prepare;
 mod record;
+mod rectangle;
 mod rectangles;
 mod residency;
 
@@ -34,7 +35,7 @@ pub use prepare::Preparation;
 pub(crate) use prepare::Prepared;
 use prepare::{CompiledPlan, PlanCompiler, PreviousPlan};
 use record::{clear_memory, record, take_over};
-pub use rectangles::Rectangle;
+pub use rectangle::Rectangle;
 use residency::PlanSwap;
 
 /// Runs plans on the host's device.

@@ -6,7 +6,7 @@ use wgpu::{CommandEncoder, Device};
 
 use super::frame_constants::FrameConstants;
 use super::loaded::{ExplicitTransition, HostSet, ImageBinding, Loaded, Run};
-use super::rectangles::Rectangle;
+use super::rectangle::Rectangle;
 use crate::layout::Pipeline;
 use crate::pipelines::Built;
 use crate::store::{self, Store};

@@ -8,7 +8,7 @@ use wgpu::{Buffer, BufferUsages, Device, Queue};
 
 use super::loaded::{ImageBinding, Loaded};
 use super::prepare::CompiledPlan;
-use super::rectangles::HeldRectangles;
+use super::rectangle::HeldRectangles;
 use crate::GpuError;
 use crate::buffer::buffer;
 use crate::heap::Placed;

@@ -15,8 +15,8 @@ pub type Task = Box<dyn FnOnce() + Send>;
 /// [`GpuError::TaskDropped`](crate::GpuError::TaskDropped) is reported.
 ///
 /// The tasks parse shaders by recursion. For the built-in kinds 2 MiB of stack are enough; kinds from folders may need
-/// up to [`STACK_BYTES`](afterimage_wgsl::limits::STACK_BYTES). On the web there is no other thread, and the pool is not
-/// asked.
+/// up to [`STACK_BYTES`](afterimage_wgsl::limits::STACK_BYTES). On the web there is no other thread, and the pool is
+/// not asked.
 pub type TaskPool = std::sync::Arc<dyn Fn(Task) + Send + Sync>;
 
 #[cfg(not(target_family = "wasm"))]
