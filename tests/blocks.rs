@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use afterimage_generators::Rng;
 use afterimage_gpu::{Frame, GpuError, Post, PostError, Texels, download, upload, wgpu};
 use afterimage_graph::check::{CheckOptions, Graph, NoFiles, check};
 use afterimage_graph::document::parse;
@@ -288,6 +289,62 @@ fn numbers_of_blocks_are_checked() {
     let flat = Camera { view: [[0.0; 4]; 4], ..camera(1.0, 0.0) };
     assert_eq!(flat.data(), Err("`Camera.view` has no inverse".into()));
     assert_eq!(CAMERA.bytes(), 400);
+}
+
+/// What a host may put into a block one by one: finite numbers, but any.
+const HOSTILE: [f32; 10] = [0.0, -0.0, 1.0, -1.0, 1e-45, 1e-7, 1e30, -1e30, f32::MAX, f32::MIN];
+
+/// A camera of such numbers: matrices without an inverse, of zeros, and of numbers beyond half floats.
+fn hostile_camera(rng: &mut Rng) -> BlockData {
+    let mut data = camera(1.2, 0.1).data().expect("its matrices have inverses");
+    for field in CAMERA.fields {
+        let known = data.get(field.name).expect("it is a field");
+        let number = HOSTILE[rng.below(HOSTILE.len())];
+        let numbers: Vec<f32> = match rng.below(5) {
+            0 => known.clone(),
+            1 => vec![0.0; known.len()],
+            2 => vec![number; known.len()],
+            3 => known.iter().enumerate().map(|(at, known)| if at % 4 == 2 { 0.0 } else { *known }).collect(),
+            _ => known.iter().map(|_| HOSTILE[rng.below(HOSTILE.len())]).collect(),
+        };
+        data.set(field.name, &numbers).expect("they are finite");
+        let mut wrong = numbers.clone();
+        wrong[rng.below(numbers.len())] = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY][rng.below(3)];
+        assert!(data.set(field.name, &wrong).is_err(), "`{}` takes {wrong:?}", field.name);
+        assert_eq!(data.get(field.name), Some(numbers), "what is refused changes nothing");
+    }
+    data
+}
+
+/// Whatever the host's camera and depth hold, the kinds of folders give finite pixels, and the device lives.
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn no_camera_and_no_depth_make_a_pixel_that_is_not_finite() {
+    const BAD: [f32; 8] = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, f32::MAX, f32::MIN, 0.0, -1.0, 1e-45];
+    let mut host = Host::new(BOTH);
+    let (gpu, good) = (gpu().clone(), host.images.clone());
+    let light = camera(2.0, -0.4);
+    let tame = light.data().expect("its matrices have inverses");
+    let mut rng = Rng::new(17);
+    for round in 0..60 {
+        let image = |rng: &mut Rng| {
+            let pixels = (0..SIZE.width * SIZE.height * 4).map(|_| BAD[rng.below(BAD.len())]).collect::<Vec<f32>>();
+            let texels = Texels::from_floats(SIZE.width, SIZE.height, pixels.as_chunks().0);
+            let texture = upload(&gpu.device, &gpu.queue, &texels).unwrap_or_else(|error| panic!("{error}"));
+            texture.create_view(&Default::default())
+        };
+        host.images = if round % 3 == 0 { [image(&mut rng), image(&mut rng)] } else { good.clone() };
+        let blocks = [hostile_camera(&mut rng), if round % 2 == 0 { tame.clone() } else { hostile_camera(&mut rng) }];
+        host.frame(&[("camera", &blocks[0]), ("light", &blocks[1])]).unwrap_or_else(|error| panic!("{error}"));
+        for name in ["display", "view"] {
+            let shown = host.shown(name);
+            let bad = shown.pixels.iter().position(|pixel| pixel.iter().any(|number| !number.is_finite()));
+            assert_eq!(bad, None, "`{name}` of round {round}: {:?}", bad.map(|at| shown.pixels[at]));
+        }
+    }
+    host.images = good;
+    host.frame(&[("light", &tame)]).unwrap_or_else(|error| panic!("{error}"));
+    compare(&host, None, &light);
 }
 
 #[test]

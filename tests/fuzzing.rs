@@ -28,6 +28,12 @@ fn no_document_makes_the_checker_panic() {
 }
 
 #[test]
+fn no_document_loses_what_is_saved_into_it() {
+    let saved = survives(Target::Save, 1500);
+    assert!((75..1000).contains(&saved), "{saved} documents can be saved: too few are right, or too many");
+}
+
+#[test]
 fn no_device_no_frame_and_no_setting_makes_the_planner_panic() {
     let accepted = survives(Target::Plan, 1500);
     assert!((400..1400).contains(&accepted), "{accepted} can be planned: choices go too rarely beyond, or too often");

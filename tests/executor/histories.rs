@@ -1,6 +1,7 @@
 //! What a node made in earlier frames.
 
 use afterimage_gpu::Gpu;
+use afterimage_plan::Stage;
 
 use super::{at_tier, flat, level};
 use crate::support::gpu::{Picture, Run, gpu};
@@ -43,6 +44,60 @@ fn the_past_of_a_first_frame_is_black_and_then_what_was_made() {
     assert_eq!(levels, [0.5, 0.75, 0.875, 0.5, 0.75]);
     player.executor.reset();
     assert_eq!(step(&mut player, &scene, false), 0.5);
+}
+
+/// Each frame is drawn into the next texture of the ring.
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_history_that_is_drawn_is_kept_as_one_that_is_dispatched() {
+    let scene = flat(8, 4, 1.0);
+    let graph = at_tier(TRAIL, None);
+    let mut player = Player::new();
+    let plan = player.load(&Run { prefer_fragment: true, ..Run::new(&graph) }, &[("scene", &scene)]);
+    assert!(plan.passes.iter().all(|planned| planned.stage == Stage::Fragment));
+    let levels: Vec<f32> = [false, false, false, true, false].map(|reset| step(&mut player, &scene, reset)).into();
+    assert_eq!(levels, [0.5, 0.75, 0.875, 0.5, 0.75]);
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn counting_from_a_number_begins_anew() {
+    let scene = flat(8, 4, 1.0);
+    let mut player = Player::new();
+    load(&mut player, TRAIL, &scene);
+    assert_eq!([(); 2].map(|()| step(&mut player, &scene, false)), [0.5, 0.75]);
+    player.executor.count_from(7);
+    assert_eq!([(); 2].map(|()| step(&mut player, &scene, false)), [0.5, 0.75]);
+}
+
+/// What another history of the same size has left is not the past of one that begins.
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_history_begins_black_also_in_the_place_of_another() {
+    let scene = flat(8, 4, 1.0);
+    let mut player = Player::new();
+    for name in ["trail", "other", "trail", "third", "trail"] {
+        load(&mut player, &TRAIL.replace("trail", name), &scene);
+        assert_eq!([(); 3].map(|()| step(&mut player, &scene, false)), [0.5, 0.75, 0.875], "{name}");
+    }
+}
+
+/// Where passes are timed, those of the next plan are, too.
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn another_plan_is_timed_as_the_one_before() {
+    let scene = flat(8, 4, 1.0);
+    let mut player = Player::new();
+    load(&mut player, TRAIL, &scene);
+    if !player.executor.enable_timing().expect("queries can be made") {
+        return assert!(player.executor.pass_times().expect("nothing fails").is_none(), "the device has no queries");
+    }
+    for (text, passes) in [(TRAIL, 1), (BRIGHTER, 1), (TRAIL, 1)] {
+        load(&mut player, text, &scene);
+        step(&mut player, &scene, false);
+        let times = player.executor.pass_times().expect("they can be read").expect("they are measured");
+        assert!(times.len() >= passes, "{} times", times.len());
+    }
 }
 
 #[test]

@@ -28,7 +28,10 @@ static COUNT: Shader = Shader::new(
 
 params! {
     /// Counts frames: in red those since its memory was zero, in green those since a reset, from 10 on.
-    pub struct Count {}
+    pub struct Count {
+        /// How many times 16 bytes more its memory has.
+        pub more: i32 = 0 => within(0.0..=8.0);
+    }
 }
 
 impl Node for Count {
@@ -39,7 +42,7 @@ impl Node for Count {
     fn record(&self, pass: &mut Recorder<'_>) {
         let source = pass.image("source");
         let desc = ImageDesc::new(pass.desc(source).size);
-        let counted = pass.add_buffer("counted", 16, BufferLife::Persistent);
+        let counted = pass.add_buffer("counted", 16 * (1 + self.more as u64), BufferLife::Persistent);
         let result = pass.output("result", desc);
         pass.compute(&COUNT, "count_step").buffer("counted", counted).dispatch([1, 1, 1]);
         let groups = [desc.size.width, desc.size.height, 1];
@@ -56,7 +59,7 @@ fn graph(counters: &[&str]) -> Graph {
 fn graph_of(nodes: &str, outputs: &str) -> Graph {
     let text = format!("Pipeline(inputs: {{\"scene\": Color}}, nodes: {{{nodes}}}, outputs: {{{outputs}}})");
     let document = parse("count.ron", &text).unwrap_or_else(|errors| panic!("{errors}"));
-    let kinds: &[NodeKind] = &[NodeKind::of::<Count>(), NodeKind::of::<Table>()];
+    let kinds: &[NodeKind] = &[NodeKind::of::<Count>(), NodeKind::of::<Mark>(), NodeKind::of::<Table>()];
     let registry = Registry::new(&[afterimage_nodes::ALL, kinds]).expect("no two kinds share a name");
     check(&document, &registry, &CheckOptions::default()).unwrap_or_else(|errors| panic!("{errors}")).0
 }
@@ -94,6 +97,73 @@ fn memory_that_begins_with_a_plan_begins_as_in_a_first_frame_and_the_other_goes_
     assert_eq!(step(&mut player, false, "a"), [3.0, 13.0]);
     assert_eq!(counts(&player, "b"), [1.0, 11.0], "the new memory begins with this frame");
     assert_eq!(step(&mut player, false, "b"), [2.0, 12.0], "and only with this one");
+}
+
+static MARK: Shader = Shader::new(
+    "mark",
+    "fn mark(source: vec4f, frame: Frame) -> vec4f { return vec4f(source.r, f32(frame.reset), source.g, 1.0); }",
+);
+
+params! {
+    /// Red stays, green is 1 in a pass that begins anew, and blue is what the green of the source was.
+    pub struct Mark {}
+}
+
+impl Node for Mark {
+    const INPUTS: &'static [Input] = &[Input::image("source", "An image.")];
+    const OUTPUTS: &'static [Output] =
+        &[Output::image("result", OutputState::same("source"), "The marks.").or_input("source")];
+
+    fn record(&self, pass: &mut Recorder<'_>) {
+        let source = pass.image("source");
+        let desc = ImageDesc::new(pass.desc(source).size);
+        pass.function(&MARK, "mark").write("result", desc);
+    }
+}
+
+/// The pass that writes the image of a history and the one that reads its past begin with the plan, each by itself; a
+/// pass of before goes on.
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn passes_of_a_history_that_begins_with_a_plan_are_told_of_it() {
+    let mut player = Player::new();
+    let scene = flat(4, 2, 1.0);
+    let load = |player: &mut Player, more: &str, outputs: &str| {
+        let nodes = format!("\"a\": Mark(source: \"scene\"), {more}");
+        player.load(&Run::new(&graph_of(&nodes, &format!("\"a\": \"a\", {outputs}"))), &[("scene", &scene)]);
+    };
+    let shown = |player: &Player, name: &str| {
+        let [red, green, blue, _] = player.output(name).at(3, 1);
+        [red, green, blue]
+    };
+    load(&mut player, "", "");
+    player.frame(&[("scene", &scene)], 0.1, false);
+    assert_eq!(shown(&player, "a"), [1.0, 1.0, 1.0]);
+    load(&mut player, "\"b\": Mark(source: \"scene\"), \"p\": Mark(source: \"b@previous\")", "\"p\": \"p\"");
+    player.frame(&[("scene", &scene)], 0.1, false);
+    assert_eq!(shown(&player, "a")[1], 0.0, "it was there before");
+    assert_eq!(shown(&player, "p"), [0.0, 1.0, 0.0], "a past that begins is black, and its reader begins");
+    player.frame(&[("scene", &scene)], 0.1, false);
+    assert_eq!(shown(&player, "p"), [1.0, 0.0, 1.0], "the pass that wrote it began, too, and both only once");
+    player.frame(&[("scene", &scene)], 0.1, false);
+    assert_eq!(shown(&player, "p"), [1.0, 0.0, 0.0]);
+}
+
+/// A buffer of another size is another buffer: its numbers begin again.
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn memory_of_another_size_begins_as_in_a_first_frame() {
+    let mut player = Player::new();
+    let scene = flat(4, 2, 1.0);
+    let mut before = None;
+    for more in [0, 1, 0, 0] {
+        let nodes = format!("\"a\": Count(source: \"scene\", more: {more})");
+        player.load(&Run::new(&graph_of(&nodes, "\"a\": \"a\"")), &[("scene", &scene)]);
+        let begin = if before == Some(more) { 2.0 } else { 0.0 };
+        let counted = [(); 2].map(|()| step(&mut player, false, "a")[0]);
+        assert_eq!(counted, [begin + 1.0, begin + 2.0], "{more} after {before:?}");
+        before = Some(more);
+    }
 }
 
 static TABLE: Shader = Shader::new(

@@ -5,7 +5,8 @@ use afterimage_graph::node::{NodeKind, Registry, folder_kind_of};
 use crate::document::has_words;
 
 /// The shader of every declaration: `tint.wgsl`.
-pub const SHADER: &str = "struct Tint { levels: f32, strong: u32, place: vec2f }
+pub const SHADER: &str = "#import camera
+struct Tint { levels: f32, strong: u32, place: vec2f }
 
 fn tint(source: vec4f, params: Tint) -> vec4f { return source * params.levels; }
 
@@ -20,10 +21,13 @@ fn tint_wide(levels: vec4f, coarser: texture_2d<f32>, low: texture_2d<f32>, at: 
     return levels + texel(coarser, at.pixel / 2) + texel(low, at.pixel);
 }
 fn tint_end(wide: texture_2d<f32>, at: Point) -> vec4f { return texel(wide, at.pixel / 2); }
+fn tint_far(source: vec4f, depth: texture_2d<f32>, camera: Camera, at: Point) -> vec4f {
+    return source * camera_distance(camera, at.uv, texel(depth, at.pixel).x);
+}
 ";
 
 /// Declarations with each field, and with few.
-pub(crate) const DECLARATIONS: [&str; 4] = [
+pub(crate) const DECLARATIONS: [&str; 5] = [
     r#"Kind(
     name: "Tint",
     doc: "Tints.",
@@ -58,10 +62,21 @@ pub(crate) const DECLARATIONS: [&str; 4] = [
     },
     outputs: { "result": Image(doc: "The result.", state: Same("source"), function: "tint_end") },
 )"#,
+    r#"Kind(
+    name: "Tint",
+    doc: "Tints.",
+    inputs: {
+        "source": Image(doc: "The image."),
+        "depth": Image(doc: "Depth.", accepts: [Data]),
+        "camera": Camera(doc: "The camera."),
+    },
+    outputs: { "result": Image(doc: "The result.", state: Same("source"), function: "tint_far") },
+)"#,
 ];
 
 /// Words that the declarations do not use.
 pub(crate) const WORDS: &[&str] = &[
+    "Camera",
     "Volume",
     "Value",
     "Int",

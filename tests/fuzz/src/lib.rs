@@ -19,6 +19,7 @@ mod linker;
 mod mutate;
 mod pictures;
 mod plan;
+mod save;
 mod tokens;
 
 pub use declaration::SHADER as DECLARED_SHADER;
@@ -34,6 +35,8 @@ use mutate::Mutator;
 pub enum Target {
     /// The text of a pipeline: parsed, checked, planned; its diagnostics in every form.
     Document,
+    /// The text of a pipeline, into which changes are saved.
+    Save,
     /// A shipped pipeline changed by settings, tiers and switches, planned for any device and frame, and proved.
     Plan,
     /// The text of a `.cube` file.
@@ -50,13 +53,22 @@ pub enum Target {
 
 impl Target {
     /// Every target.
-    pub const ALL: [Self; 7] =
-        [Self::Document, Self::Plan, Self::Cube, Self::ColorFile, Self::Declaration, Self::Linker, Self::Image];
+    pub const ALL: [Self; 8] = [
+        Self::Document,
+        Self::Save,
+        Self::Plan,
+        Self::Cube,
+        Self::ColorFile,
+        Self::Declaration,
+        Self::Linker,
+        Self::Image,
+    ];
 
     /// The name on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Self::Document => "document",
+            Self::Save => "save",
             Self::Plan => "plan",
             Self::Cube => "cube",
             Self::ColorFile => "color_file",
@@ -71,7 +83,7 @@ impl Target {
         match self {
             Self::Document => 4,
             Self::Cube | Self::ColorFile => 2,
-            Self::Declaration | Self::Plan | Self::Linker | Self::Image => 1,
+            Self::Save | Self::Declaration | Self::Plan | Self::Linker | Self::Image => 1,
         }
     }
 
@@ -82,6 +94,7 @@ impl Target {
     pub fn run(self, input: &[u8]) -> bool {
         match self {
             Self::Document => std::str::from_utf8(input).is_ok_and(document::survives),
+            Self::Save => std::str::from_utf8(input).is_ok_and(save::survives),
             Self::Plan => plan::survives(&mut Bytes::new(input)),
             Self::Cube => std::str::from_utf8(input).is_ok_and(cube::survives),
             Self::ColorFile => std::str::from_utf8(input).is_ok_and(color_file::survives),
@@ -104,7 +117,7 @@ impl Inputs {
     /// The inputs of a target under a seed.
     pub fn new(target: Target, seed: u64) -> Self {
         let corpus = match target {
-            Target::Document => Corpus::documents(),
+            Target::Document | Target::Save => Corpus::documents(),
             Target::Plan | Target::Image => Corpus::default(),
             Target::Cube => Corpus::cubes(),
             Target::ColorFile => Corpus::color_files(),
@@ -124,9 +137,7 @@ impl Inputs {
                 let file = &self.pictures[rng.below(self.pictures.len())];
                 damage::damaged(file, &mut rng)
             }
-            Target::Document | Target::Cube | Target::ColorFile | Target::Declaration | Target::Linker => {
-                self.mutator.text(&mut rng).into_bytes()
-            }
+            _ => self.mutator.text(&mut rng).into_bytes(),
         }
     }
 }

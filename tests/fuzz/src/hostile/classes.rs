@@ -5,7 +5,7 @@ use afterimage_generators::BOMBS;
 
 use crate::case::Case;
 use crate::outcome::Budget;
-use crate::{images, lines, places, shaders, texts};
+use crate::{cameras, frames, images, lines, places, shaders, texts};
 
 /// Cases of one sort.
 pub(crate) struct Class {
@@ -64,6 +64,20 @@ pub(crate) fn classes() -> Vec<Class> {
         class("shader-bombs", "expensive shaders of nine sizes; rendered", shaders::bombs(), RENDER, shaders::bomb),
         class("images", "EXR, Radiance and PNG files, mutated; rendered", 4000, DECODE, images::mutated),
         class("image-bombs", "small images that claim to be large; rendered", images::bombs(), DECODE, images::bomb),
+        class(
+            "frames",
+            "images of NaN, infinities, huge and zero numbers for each kind that reads images, depth or motion; rendered",
+            frames::cases(),
+            RENDER,
+            frames::case,
+        ),
+        class(
+            "cameras",
+            "files of cameras that are none, for a folder kind and a built-in one, and images as in `frames`; rendered",
+            600,
+            RENDER,
+            cameras::case,
+        ),
         class(
             "places",
             "pipes, devices, sockets, folders, links in place of each file",

@@ -2,8 +2,10 @@
 //! [--seed N] [--jobs N] [--markdown FILE]`. What each case is given follows from the seed and its number.
 #![allow(clippy::print_stdout, reason = "a program of the tests says what it found")]
 
+mod cameras;
 mod case;
 mod classes;
+mod frames;
 mod images;
 mod lines;
 mod outcome;

@@ -2,10 +2,13 @@
 
 use std::ffi::OsString;
 use std::fs::{self, File};
-use std::io::Result;
+use std::io::{Cursor, Result};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
+
+use afterimage_media::Pixels;
+use afterimage_media::codec::decode;
 
 use crate::case::Case;
 
@@ -38,7 +41,8 @@ pub(crate) enum Verdict {
     /// It was stopped after [`LONGEST`].
     Hang,
     OverBudget,
-    /// With another status, without a message, with control characters, or with a file that nobody asked for.
+    /// With another status, without a message, with control characters, with a file that nobody asked for, or with an
+    /// image that has a number which is not finite.
     Unclean,
 }
 
@@ -81,8 +85,21 @@ pub(crate) fn run(program: &Path, case: &Case, folder: &Path, budget: Budget) ->
     command.stdin(Stdio::null()).stdout(file.try_clone()?).stderr(file);
     let end = wait(command.spawn()?)?;
     let printed = String::from_utf8_lossy(&fs::read(&printed)?).into_owned();
-    let verdict = verdict(&end, &printed, names(&inner)? == before, budget);
+    let verdict = match verdict(&end, &printed, names(&inner)? == before, budget) {
+        Verdict::Good if !["out.exr", "far.exr"].iter().all(|name| is_finite(&inner.join(name))) => Verdict::Unclean,
+        verdict => verdict,
+    };
     Ok(Outcome { verdict, seconds: end.seconds, megabytes: end.megabytes, printed })
+}
+
+/// Whether an image that was written has finite numbers only; also if none was.
+fn is_finite(path: &Path) -> bool {
+    let Ok(bytes) = fs::read(path) else { return true };
+    let picture = decode(Cursor::new(bytes), None, afterimage_media::Budget(1 << 30));
+    match picture.expect("the program wrote it").pixels {
+        Pixels::Half(numbers) => numbers.iter().all(|number| number.is_finite()),
+        Pixels::Float(numbers) => numbers.iter().all(|number| number.is_finite()),
+    }
 }
 
 fn names(folder: &Path) -> Result<Vec<OsString>> {

@@ -62,10 +62,10 @@ fn last_function(shader: &str) -> (String, String) {
 const SCATTERED: [&str; 4] = ["/* fn helper ( ) { */", "// const gain = }\n", "/* /* nested */ } */", "\n"];
 
 pub(crate) fn checked(sources: &Sources, number: u64) -> Case {
-    mutated("check p.ron --plan --nodes kind", sources, number)
+    of_text("check p.ron --plan --nodes kind", sources, number)
 }
 
-fn mutated(line: &str, sources: &Sources, number: u64) -> Case {
+fn of_text(line: &str, sources: &Sources, number: u64) -> Case {
     let text = String::from_utf8(sources.shaders.get(number)).expect("mutated text is text");
     let (own, shared) = text.split_once(SECOND_FILE).unwrap_or((&text, ""));
     folder(line, own, shared)
@@ -85,7 +85,7 @@ pub(crate) fn scene() -> Vec<u8> {
 
 pub(crate) fn rendered(sources: &Sources, number: u64) -> Case {
     let case = match number % 2 {
-        0 => mutated(RENDER, sources, number),
+        0 => of_text(RENDER, sources, number),
         _ => {
             let [kernel, _] = pair(sources.seed << 32 | number).hostile;
             folder(RENDER, &kernel.text, &kernel.shared)

@@ -1,0 +1,6 @@
+//! Changes that are saved into arbitrary text.
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
+    afterimage_fuzz::Target::Save.run(bytes);
+});
