@@ -3,6 +3,8 @@
 
 /// Errors in files, and what is said of them.
 mod errors;
+/// Files that are loaded asynchronously.
+mod loaded_files;
 /// A kind from a folder.
 mod posterize;
 /// When kinds from folders are freed.

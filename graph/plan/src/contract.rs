@@ -119,7 +119,7 @@ impl Modules {
     fn ways(&mut self, pass: &Pass, recording: &Recording, form: &str, ways: &[(SampleMode, ShaderFeatures)]) {
         let desc_of = |image: ImageId| recording.image(image).desc;
         for (reading, features) in ways.iter().copied() {
-            let options = CodeOptions { features, immediates: features == RICH };
+            let options = CodeOptions { features, immediates: features == RICH, in_rectangle: false };
             let composed = compose_pass(pass, &desc_of, &|_| reading, options);
             self.plain.extend(composed.iter().filter(|_| features == PLAIN).map(|composed| composed.source.clone()));
             let fault = match composed {

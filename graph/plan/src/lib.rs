@@ -26,6 +26,7 @@ mod barriers;
 mod builder;
 pub mod codegen;
 mod contract;
+mod crop;
 mod cull;
 mod dynamic;
 mod error;
@@ -57,10 +58,10 @@ pub use options::{Alias, Ignored, Options, When};
 pub use placed::{HeapPlacement, PlacedPlan};
 pub use plan::{
     AliasingBarrier, Batch, Fused, Lifetime, Memory, Plan, PlanOutput, PlannedBlock, PlannedImage, PlannedPass,
-    ScheduledPass, SharedRead, Skipped, Slot, Stage, Transition, UniformBlock, Use,
+    RectangleInput, ScheduledPass, SharedRead, Skipped, Slot, Stage, Transition, UniformBlock, Use,
 };
 pub use plan_cache::{PlanCache, Planned};
 pub use planner::{plan, plan_dynamic};
 pub use report::{PlanDiff, PlanHash, diff};
-pub use request::{Given, GivenImage, PlanRequest, Requirement};
+pub use request::{Given, GivenImage, Part, PlanRequest, Requirement};
 pub use verify::{Fault, verify, verify_placed};

@@ -225,6 +225,7 @@ impl Viewer {
     fn bottom(&mut self, ui: &mut Ui) {
         if let Some(tab) = self.tab {
             Panel::bottom("tabs").resizable(true).default_size(206.0).size_range(90.0..=600.0).show(ui, |ui| {
+                ui.take_available_height();
                 self.tabs(ui);
                 ui.separator();
                 match tab {
@@ -267,7 +268,7 @@ impl Viewer {
                     self.tab = if self.tab == Some(tab) { None } else { Some(tab) };
                 }
             }
-            if self.model.problem().is_some() {
+            if self.model.problem().is_some() && Subject::of(&self.model).is_some() {
                 let text = "The last good picture is shown.";
                 ui.label(RichText::new(text).color(theme::ERROR).small());
             }
