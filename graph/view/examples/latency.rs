@@ -100,8 +100,11 @@ impl Bench {
             usage: wgpu::TextureUsages::RENDER_ATTACHMENT,
             view_formats: &[],
         });
-        let mut bench =
-            Self { stage: Stage::new(model, FORMAT), view: target.create_view(&Default::default()), gpu: gpu.clone() };
+        let mut bench = Self {
+            stage: Stage::new(model, FORMAT, Box::new(|_, _| Err(Problem::said("nothing is dropped")))),
+            view: target.create_view(&Default::default()),
+            gpu: gpu.clone(),
+        };
         (0..8).for_each(|_| bench.frame());
         Ok(bench)
     }

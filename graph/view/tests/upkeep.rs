@@ -6,7 +6,8 @@ mod support;
 
 use afterimage_gpu::wgpu;
 use afterimage_graph::value::Value;
-use afterimage_view::{Images, Model, Problem, Project, Rendered, Scene, TextProject};
+use afterimage_media::{Picture, Pixels};
+use afterimage_view::{Files, Images, Model, Problem, Project, Rendered, Scene, TextProject};
 use support::{SIZE, apart, gpu, model, of, parameter, picture, render, settle};
 
 #[test]
@@ -87,4 +88,41 @@ fn every_node_that_runs_is_measured_without_it_and_the_picture_stays() {
     assert!(apart(&picture(&model), &before) <= 1);
     model.set(&parameter("lit.strength"), Some(Value::Float(0.7)));
     assert!(model.savings().is_none(), "what was measured belongs to other values");
+}
+
+/// A sequence of frames of one grey each, three in a second.
+fn sequence(lights: &'static [f32]) -> Images {
+    let read = move |index: usize| {
+        let texel = [lights[index], lights[index], lights[index], 1.0];
+        let texels = (0..SIZE.width * SIZE.height).flat_map(|_| texel).collect();
+        Ok(Picture::new(SIZE.width, SIZE.height, Pixels::Float(texels)))
+    };
+    Images::Files(Files::new(gpu(), lights.len(), 3.0, Box::new(read)).unwrap())
+}
+
+#[test]
+fn a_sequence_adapts_while_it_plays_and_a_frame_that_is_gone_to_has_no_history() {
+    const LIGHTS: &[f32] = &[0.02, 2.0, 2.0];
+    let at = |seconds: f64, plays: bool| {
+        let mut model = model("exposure");
+        model.set_images(sequence(LIGHTS));
+        if plays {
+            settle(&mut model);
+            model.clock().is_playing = true;
+            while model.clock().time < seconds {
+                render(&mut model);
+            }
+            assert!(!model.clock().is_cut_shown());
+        } else {
+            model.clock().seek(seconds);
+            settle(&mut model);
+            assert!(model.clock().is_cut_shown(), "the window says that the frame has no history");
+        }
+        let texels = picture(&model).to_floats();
+        f64::from(texels[texels.len() / 2][1])
+    };
+    assert_eq!(sequence(LIGHTS).length(), Some((3, 3.0)));
+    // The eye is used to the dark when the light comes on.
+    let (played, sought) = (at(0.4, true), at(0.4, false));
+    assert!(played > sought + 0.1, "{played} {sought}");
 }

@@ -237,6 +237,17 @@ fn a_problem_opens_the_messages_and_its_end_what_was_open_before() {
 }
 
 #[test]
+fn a_dropped_pipeline_is_opened_and_a_file_that_is_none_changes_nothing() {
+    let mut window = open("lynx");
+    window.drop_file("holiday.txt");
+    assert_eq!(window.stage.viewer.model.project().name(), "lynx.ron");
+    window.drop_file("somewhere/caracal.ron");
+    assert_eq!(window.stage.viewer.model.project().name(), "caracal.ron");
+    settle(&mut window.stage.viewer.model);
+    assert!(window.stage.viewer.model.problem().is_none());
+}
+
+#[test]
 fn the_picture_alone_fills_the_window() {
     let mut window = open("lynx");
     let (left, right) = picture_columns(&window);

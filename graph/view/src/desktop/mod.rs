@@ -2,7 +2,7 @@
 
 mod surface;
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -16,7 +16,7 @@ use winit::window::{Window, WindowId};
 
 use crate::Problem;
 use crate::model::{Images, Model, Project};
-use crate::stage::{Stage, Target};
+use crate::stage::{OpenFile, Stage, Target};
 use surface::Surface;
 
 /// What the window is opened with.
@@ -39,17 +39,6 @@ pub struct Desktop {
 
 /// Makes the first images.
 pub type MakeImages = Box<dyn Fn(&Gpu) -> Result<Images, Problem>>;
-
-/// What a dropped file is.
-pub enum Opened {
-    /// A pipeline.
-    Pipeline(Box<dyn Project>),
-    /// Images.
-    Images(Images),
-}
-
-/// Opens a file.
-pub type OpenFile = Box<dyn Fn(&Gpu, &Path) -> Result<Opened, Problem>>;
 
 impl Desktop {
     /// Shows the window until it is closed.
@@ -79,7 +68,6 @@ struct Shown {
     surface: Surface,
     stage: Stage,
     input: egui_winit::State,
-    open: OpenFile,
     adapter: Option<String>,
     errors: ErrorLog,
     last: Instant,
@@ -116,7 +104,6 @@ impl ApplicationHandler for Shell {
         match event {
             WindowEvent::CloseRequested => events.exit(),
             WindowEvent::Resized(size) => shown.surface.resize(size.into()),
-            WindowEvent::DroppedFile(path) => shown.drop_file(&path),
             WindowEvent::RedrawRequested => {
                 if let Err(problem) = shown.draw() {
                     self.failure = Some(problem);
@@ -154,7 +141,7 @@ impl Shown {
         let mut model = Model::new(&gpu, desktop.project, images);
         model.set_tier(desktop.tier);
         desktop.facts.iter().for_each(|(name, fact)| model.set_fact(name, fact));
-        let stage = Stage::new(model, surface.format());
+        let stage = Stage::new(model, surface.format(), desktop.open);
         let input = egui_winit::State::new(
             stage.ctx().clone(),
             egui::ViewportId::ROOT,
@@ -164,13 +151,12 @@ impl Shown {
             Some(gpu.device.limits().max_texture_dimension_2d as usize),
         );
         window.request_redraw();
-        let (open, adapter) = (desktop.open, desktop.adapter);
+        let adapter = desktop.adapter;
         Ok(Self {
             window,
             surface,
             stage,
             input,
-            open,
             adapter,
             errors,
             last: Instant::now(),
@@ -243,25 +229,6 @@ impl Shown {
             Err(error) => format!("Nothing is exported: {error}"),
         };
         self.stage.viewer.tell(&self.stage.ctx().clone(), said);
-    }
-
-    fn drop_file(&mut self, path: &Path) {
-        let model = &mut self.stage.viewer.model;
-        let said = match (self.open)(model.gpu(), path) {
-            Ok(Opened::Pipeline(project)) => {
-                model.open(project);
-                None
-            }
-            Ok(Opened::Images(images)) => {
-                model.set_images(images);
-                None
-            }
-            Err(problem) => Some(problem.to_string()),
-        };
-        if let Some(text) = said {
-            self.stage.viewer.tell(&self.stage.ctx().clone(), text);
-        }
-        self.window.request_redraw();
     }
 }
 
