@@ -92,7 +92,10 @@ key ctrl+e; settle
 [ "$(identify -format '%wx%h' "$work/look.png")" = 320x180 ] || fail "no picture of 320x180 was exported"
 key h; shot alone; key h
 echo "resized and minimised"
-for size in "900 560" "640 400" "1300 800" "1280 720"; do xdotool windowsize "$window" $size; sleep 0.4; done
+for number in $(seq 60); do
+    xdotool windowsize "$window" $((640 + number * 137 % 700)) $((400 + number * 89 % 400)); sleep 0.05
+done
+xdotool windowsize "$window" 1280 720
 xdotool windowminimize "$window"; sleep 1; xdotool windowmap "$window"
 shot restored
 near mended restored

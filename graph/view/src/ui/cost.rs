@@ -2,6 +2,7 @@
 
 use std::collections::VecDeque;
 
+use afterimage_gpu::wgpu;
 use afterimage_plan::Plan;
 use egui::{Color32, Pos2, Rect, RichText, ScrollArea, Sense, Stroke, Ui, Vec2};
 
@@ -90,6 +91,7 @@ impl CostPanel {
         let own = format!("{:.2} ms of the processor for a frame of the viewer", self.own);
         ui.label(RichText::new(own).color(DIM));
         ui.label(RichText::new(model.gpu().name()).color(DIM));
+        ui.label(RichText::new(lacking(model)).color(DIM).small());
     }
 
     fn plot(&self, ui: &mut Ui) {
@@ -119,6 +121,19 @@ impl CostPanel {
             });
         }
     }
+}
+
+/// What plans on this device do without.
+fn lacking(model: &Model) -> String {
+    let caps = &model.gpu().caps;
+    let is_vulkan = model.gpu().adapter.get_info().backend == wgpu::Backend::Vulkan;
+    let features = [
+        (is_vulkan, "placed memory"),
+        (caps.half_arithmetic, "half precision"),
+        (caps.subgroups, "subgroups"),
+    ];
+    let lacking: Vec<&str> = features.into_iter().filter(|(has, _)| !has).map(|(_, name)| name).collect();
+    if lacking.is_empty() { String::new() } else { format!("Plans here have no {}.", lacking.join(", no ")) }
 }
 
 /// What each node would save if it were off.
