@@ -10,6 +10,7 @@ mod dynamic;
 mod faults;
 mod fusion;
 mod golden;
+mod kernels;
 mod limits;
 mod machine;
 mod model;
