@@ -1,6 +1,8 @@
 //! A pipeline as a host keeps it: parameters by handle, facts, tiers and sizes.
 
 mod images;
+mod rectangles;
+mod tools;
 
 use std::sync::Arc;
 

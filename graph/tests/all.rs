@@ -5,6 +5,8 @@
 mod blocks;
 /// Errors in files, and what is said of them.
 mod errors;
+/// Files that are loaded asynchronously.
+mod loaded_files;
 /// Where errors are.
 mod locations;
 /// A kind from a folder.

@@ -93,7 +93,7 @@ fn afterimage(
     let name = settings.graph.outputs[0].name.as_str();
     let (inputs, outputs, formats) = (&*images.0, &[(name, output)], &[(name, format)]);
     let (time, dt, reset) = (time.elapsed_secs_wrapped(), time.delta_secs(), running.is_first);
-    let frame = Frame { inputs, blocks: &blocks, outputs, formats, time, dt, reset };
+    let frame = Frame { inputs, blocks: &blocks, outputs, formats, time, dt, reset, ..Frame::default() };
     let diagnostics = context.diagnostic_recorder();
     let diagnostics = diagnostics.as_deref();
     let span = diagnostics.time_span(context.command_encoder(), "afterimage");

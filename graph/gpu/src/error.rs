@@ -112,6 +112,9 @@ pub enum GpuError {
         /// The outputs of the plan.
         known: String,
     },
+    /// The host's task pool has dropped the task that makes a plan, so that there is none.
+    #[error("the task pool of the host has dropped the task that makes the next plan")]
+    TaskDropped,
     /// No plan is loaded.
     #[error("no plan is loaded")]
     NoPlan,

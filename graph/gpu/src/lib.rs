@@ -12,6 +12,9 @@
 //! The crate builds for Vulkan, Metal, Direct3D 12 and the web. Images share placed memory only on Vulkan. On the web,
 //! where nothing may wait, a device comes from [`Gpu::open_async`], and there is no session, clock or read-back.
 
+#[macro_use]
+mod trace;
+
 mod buffer;
 mod cache;
 #[cfg(not(target_family = "wasm"))]
@@ -38,8 +41,9 @@ mod transfer;
 pub use clock::{Clock, ClockSource, FrameTime, Recording, median};
 pub use device::{ErrorLog, Gpu, Opening, caps, texture_format, wanted_features};
 pub use error::GpuError;
-pub use executor::{Executor, Frame, Preparation};
+pub use executor::{Executor, Frame, Preparation, Rectangle};
 pub use governor::{Governor, TierChange};
+pub use platform::{Task, TaskPool};
 pub use post::{Control, Parameter, ParameterInfo, PassTimes, Post, PostError, Reading, Watch};
 #[cfg(not(target_family = "wasm"))]
 pub use session::{FrameInputs, FrameStep, InputImage, Session, input_image};

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use afterimage_graph::check::Graph;
-use afterimage_graph::node::{Arrivals, NodeInstance, Pass, Recording, VirtualBuffer, VirtualImage};
+use afterimage_graph::node::{Arrivals, KernelOrigin, NodeInstance, Pass, Recording, VirtualBuffer, VirtualImage};
 
 use crate::plan::Plan;
 use crate::record::record_node;
@@ -75,7 +75,9 @@ impl DynamicRecords {
         let mut nodes = BTreeMap::new();
         for (index, setting) in self.settings {
             let (made, uniforms) = again(&frame, &graph.nodes[index].instance, &setting, &mut self.recording);
-            let places = (0..uniforms.len()).map(|kernel| plan.uniform_places(index, kernel)).collect();
+            let places = (0..uniforms.len())
+                .map(|kernel| plan.uniform_places(KernelOrigin::Node { node: index, kernel }))
+                .collect();
             nodes.insert(index, DynamicNode { setting, made, places });
         }
         DynamicNodes { frame, nodes, identities: self.identities, recording: self.recording }

@@ -26,6 +26,7 @@ mod barriers;
 mod builder;
 pub mod codegen;
 mod contract;
+mod crop;
 mod cull;
 mod dynamic;
 mod error;
@@ -50,17 +51,17 @@ mod topological;
 mod verify;
 
 pub use afterimage_base::caps::Caps;
-pub use contract::contract;
+pub use contract::{contract, modules};
 pub use dynamic::{DynamicNodes, NeedsPlan};
 pub use error::PlanError;
 pub use options::{Alias, Ignored, Options, When};
 pub use placed::{HeapPlacement, PlacedPlan};
 pub use plan::{
     AliasingBarrier, Batch, Fused, Lifetime, Memory, Plan, PlanOutput, PlannedBlock, PlannedImage, PlannedPass,
-    ScheduledPass, SharedRead, Skipped, Slot, Stage, Transition, UniformBlock, Use,
+    RectangleInput, ScheduledPass, SharedRead, Skipped, Slot, Stage, Transition, UniformBlock, Use,
 };
 pub use plan_cache::{PlanCache, Planned};
 pub use planner::{plan, plan_dynamic};
 pub use report::{PlanDiff, PlanHash, diff};
-pub use request::{Given, GivenImage, PlanRequest, Requirement};
+pub use request::{Given, GivenImage, Part, PlanRequest, Requirement};
 pub use verify::{Fault, verify, verify_placed};

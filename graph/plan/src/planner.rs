@@ -4,6 +4,7 @@ use afterimage_graph::check::Graph;
 
 use crate::barriers::barriers;
 use crate::codegen::{blocks, codegen};
+use crate::crop::rectangles;
 use crate::cull::cull;
 use crate::dynamic::{DynamicNodes, DynamicRecords};
 use crate::error::PlanError;
@@ -43,7 +44,7 @@ pub fn plan_dynamic(graph: &Graph, request: &PlanRequest<'_>) -> Result<(Plan, D
     let memory = memory(&mut images, &schedule, &builder, (request, &options));
     let (batches, exports) = barriers(&schedule, &images, &builder, options.alias);
     let passes = codegen(schedule.passes, &images, &options);
-    let plan = Plan {
+    let mut plan = Plan {
         blocks: blocks(graph, &passes),
         images,
         buffers: builder.recording.buffers,
@@ -51,6 +52,7 @@ pub fn plan_dynamic(graph: &Graph, request: &PlanRequest<'_>) -> Result<(Plan, D
         batches,
         exports,
         memory,
+        rectangles: Vec::new(),
         inputs: builder.inputs,
         outputs: builder.outputs,
         skipped: builder.skipped,
@@ -61,6 +63,7 @@ pub fn plan_dynamic(graph: &Graph, request: &PlanRequest<'_>) -> Result<(Plan, D
         size: request.given.size,
         options,
     };
+    plan.rectangles = rectangles(graph, request, &plan);
     let dynamic = records.nodes(graph, request, &plan);
     Ok((plan, dynamic))
 }

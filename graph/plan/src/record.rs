@@ -4,18 +4,19 @@ use std::collections::BTreeMap;
 
 use crate::amounts::Amounts;
 use crate::builder::{PlanBuilder, copy_pass, finite_image, float_format, scale_pass};
+use crate::crop::crop_pass;
 use crate::error::PlanError;
 use crate::limits::MOST_COMPUTED_BYTES;
 use crate::linear::{Decoding, decoded_desc};
 use crate::plan::PlanOutput;
-use crate::request::PlanRequest;
+use crate::request::{Part, PlanRequest};
 use crate::setting::{FrameSetting, NodeSetting};
 use crate::specialize::{SpecializedGraph, WireSource};
 use afterimage_base::image::{ImageDesc, Signedness};
 use afterimage_graph::check::{Graph, GraphInput, ImageColors, Source};
 use afterimage_graph::node::{
     Arg, Arrival, BlockId, ImageColor, ImageId, KernelOrigin, NodeColors, NodeInstance, Origin, Recorder,
-    RecorderContext, Recording, VirtualImage,
+    RecorderContext, Recording, Resource, VirtualImage,
 };
 
 /// How often sizes of histories are inferred again before they count as unstable.
@@ -114,10 +115,21 @@ impl<'a> Round<'a> {
                 finite: given.finite,
                 signedness: input.state.signedness(),
             });
-            self.given[index] = Some(self.scaled(input, image));
+            self.given[index] = Some(match self.request.given.parts.get(&input.name) {
+                Some(part) => self.cropped(index, input, *part, image),
+                None => self.scaled(input, image),
+            });
             self.builder.inputs.push((input.name.clone(), image));
         }
         Ok(())
+    }
+
+    /// The rectangle of an input that a frame states.
+    fn cropped(&mut self, index: usize, input: &GraphInput, part: Part, image: ImageId) -> ImageId {
+        let cropped = finite_image(format!("{}.cropped", input.name), self.builder.recording.image(image));
+        let result = self.builder.recording.add_image(cropped);
+        self.builder.recording.passes.push(crop_pass((index, &input.name, input.state), part, image, result));
+        result
     }
 
     /// The image of an input with its factor; the image itself if the factor is 1.
@@ -190,7 +202,7 @@ impl<'a> Round<'a> {
         images.for_each(|image| image.signedness = image.signedness.max(signedness));
         let kernels = self.builder.recording.passes[first_pass..].iter_mut().flat_map(|pass| &mut pass.kernels);
         for (number, kernel) in kernels.enumerate() {
-            kernel.origin = Some(KernelOrigin { node: index, kernel: number });
+            kernel.origin = Some(KernelOrigin::Node { node: index, kernel: number });
             kernel.limited = kernel.shader.is_untrusted().then_some(signedness);
         }
     }
@@ -223,8 +235,9 @@ impl<'a> Round<'a> {
             let color = color.unwrap_or(ImageColor::of(output.state));
             let is_linear = self.request.given.linear.contains(&output.name);
             let decoding = Decoding::of(color).filter(|_| is_linear);
+            let in_rectangle = self.request.given.rectangles.contains(&output.name);
             // An image that is remembered, or that is an output already, cannot be the host's: it gets a copy.
-            let taken = |image: &ImageId| kept.contains(image);
+            let taken = |image: &ImageId| kept.contains(image) || in_rectangle && !self.can_go_elsewhere(*image);
             let (image, ImageColor { state, colorimetry }) = match (arrival, decoding) {
                 (Arrival::Image(image), Some(decoding)) => {
                     (self.decode(&output.name, image, decoding), Decoding::decoded(color))
@@ -237,8 +250,22 @@ impl<'a> Round<'a> {
                 (other, _) => (self.copy(&output.name, &other), ImageColor { state: output.state, ..color }),
             };
             kept.insert(image);
-            self.builder.outputs.push(PlanOutput { name: output.name.clone(), image, state, colorimetry });
+            self.builder.outputs.push(PlanOutput {
+                name: output.name.clone(),
+                image,
+                state,
+                colorimetry,
+                in_rectangle,
+            });
         }
+    }
+
+    /// Whether the texels of an image can lie at other places in the host's texture: only kernel functions can be
+    /// moved, and nothing may read it.
+    fn can_go_elsewhere(&self, image: ImageId) -> bool {
+        let passes = &self.builder.recording.passes;
+        passes.iter().any(|pass| pass.function_result() == Some(image))
+            && !passes.iter().any(|pass| pass.reads().contains(&Resource::Image(image)))
     }
 
     /// The image of an output that holds linear light.

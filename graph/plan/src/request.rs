@@ -38,12 +38,26 @@ pub struct Given {
     /// The outputs whose images hold linear light: what is encoded as sRGB or with a gamma is decoded again. A texture
     /// of an sRGB format holds linear light, because the device encodes it.
     pub linear: BTreeSet<String>,
+    /// The inputs of which frames state a rectangle or a factor, and how large the rectangle is.
+    pub parts: BTreeMap<String, Part>,
+    /// The outputs that go into a rectangle of their image, which frames state.
+    pub rectangles: BTreeSet<String>,
+}
+
+/// What a frame states of an input whose rectangle and factor change without a new plan.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub enum Part {
+    /// A rectangle of the size in [`Given::inputs`].
+    Rectangle,
+    /// A rectangle of any size, which is filtered to that size; data takes the nearest texel.
+    Scaled,
 }
 
 impl Given {
     /// A frame of this size for which the host gives nothing.
     pub fn nothing(size: Size) -> Self {
-        Self { size, inputs: BTreeMap::new(), blocks: BTreeSet::new(), linear: BTreeSet::new() }
+        let (inputs, parts) = (BTreeMap::new(), BTreeMap::new());
+        Self { size, inputs, blocks: BTreeSet::new(), linear: BTreeSet::new(), parts, rectangles: BTreeSet::new() }
     }
 
     /// A frame of this size with the same image, or a block, for each of these inputs.

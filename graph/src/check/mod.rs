@@ -41,6 +41,7 @@ mod files;
 mod graph;
 mod inherit;
 pub mod limits;
+mod loaded_files;
 mod mixes;
 mod nodes;
 mod options;
@@ -57,6 +58,7 @@ use afterimage_base::diagnostic::Diagnostics;
 pub use colors::ImageColors;
 pub use condition::{Condition, ConditionError, Fact, FactKind, Facts};
 pub use graph::{Graph, GraphInput, GraphNode, GraphOutput, ParameterId, Source};
+pub use loaded_files::LoadedFiles;
 pub use options::{CheckOptions, Loader, NoFiles};
 pub use save::{Change, Saver};
 

@@ -33,8 +33,7 @@ pub struct KernelCall {
     pub by_cells: Option<ByCells>,
     /// The limits of a function's result, if it may make numbers that are not finite: those of untrusted shaders may.
     pub limited: Option<Signedness>,
-    /// Which kernel of which node it is; `None` for the framework's own. New values of parameters find their uniforms
-    /// by it.
+    /// Which kernel it is, if new values come into its uniform while a plan runs: they find it by this.
     pub origin: Option<KernelOrigin>,
     /// Its part in a warp, if it has one.
     pub warp: Option<WarpPart>,
@@ -53,13 +52,18 @@ pub enum WarpPart {
     Join,
 }
 
-/// Which kernel of which node a kernel is, also after fusion.
+/// Which kernel a kernel is, also after fusion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct KernelOrigin {
-    /// The index of the node in the graph.
-    pub node: usize,
-    /// How many kernels the node records before it.
-    pub kernel: usize,
+pub enum KernelOrigin {
+    /// A kernel of a node.
+    Node {
+        /// The index of the node in the graph.
+        node: usize,
+        /// How many kernels the node records before it.
+        kernel: usize,
+    },
+    /// The one that reads the host's rectangle of an input, by the index of the input in the graph.
+    Input(usize),
 }
 
 /// An argument of a kernel function or a binding of an entry point.

@@ -8,7 +8,7 @@ use afterimage_graph::image::{Format, ImageDesc, Size};
 use afterimage_graph::node::NodeKind;
 use afterimage_graph::value::{Param, Type};
 use afterimage_plan::{
-    Alias, Caps, Given, GivenImage, Options, Plan, PlanError, PlanRequest, Requirement, When, diff, plan, verify,
+    Alias, Caps, Given, GivenImage, Options, Part, Plan, PlanError, PlanRequest, Requirement, When, diff, plan, verify,
 };
 
 use crate::bytes::Bytes;
@@ -136,18 +136,24 @@ fn plan_anyhow(graph: &Graph, choices: &mut Bytes<'_>) -> Result<Plan, PlanError
         }
     }
     let (facts, caps, options) = (facts(graph, choices), caps(choices), options(choices));
+    let mut given = Given { inputs, ..Given::nothing(size) };
+    rectangles(graph, &mut given, choices);
     let requirement = &Requirement::typical;
-    plan(
-        graph,
-        &PlanRequest {
-            given: Given { inputs, ..Given::nothing(size) },
-            facts,
-            caps,
-            options,
-            dynamic: Default::default(),
-            requirement,
-        },
-    )
+    plan(graph, &PlanRequest { given, facts, caps, options, dynamic: Default::default(), requirement })
+}
+
+/// Some inputs and outputs are rectangles of the host's images.
+fn rectangles(graph: &Graph, given: &mut Given, choices: &mut Bytes<'_>) {
+    for input in &graph.inputs {
+        if choices.rarely(4) {
+            given.parts.insert(input.name.clone(), choices.one_of(&[Part::Rectangle, Part::Scaled]));
+        }
+    }
+    for output in &graph.outputs {
+        if choices.rarely(4) {
+            given.rectangles.insert(output.name.clone());
+        }
+    }
 }
 
 fn given(size: Size, choices: &mut Bytes<'_>) -> GivenImage {

@@ -190,7 +190,8 @@ fn names_new(loaded: &Loaded, pass: usize, (last, views): (&[TextureView], &[Tex
     loaded.host_views[pass].iter().any(|view| last[*view] != views[*view])
 }
 
-fn named<'a>(views: &[(&str, &'a TextureView)], name: &str) -> Option<&'a TextureView> {
+/// The view of that name.
+pub(super) fn named<'a>(views: &[(&str, &'a TextureView)], name: &str) -> Option<&'a TextureView> {
     views.iter().find(|(known, _)| *known == name).map(|(_, view)| *view)
 }
 

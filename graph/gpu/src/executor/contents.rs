@@ -1,9 +1,11 @@
-//! What the last frame has left in images and buffers.
+//! What the last frame has left in images and buffers, how long it took, and what tools see of it.
 
 use wgpu::Buffer;
 
 use super::Executor;
 use super::loaded::{ImageBinding, ring_place};
+use crate::GpuError;
+use crate::timing::Timing;
 
 impl Executor {
     /// The buffer of a table or value by its label, `node.port`. `None` if the plan has none, for example because the
@@ -27,6 +29,45 @@ impl Executor {
             ImageBinding::Input(_) | ImageBinding::Unused => return None,
         };
         Some(&self.store.get(key).texture)
+    }
+
+    /// The texture of an output that the host gave no image for.
+    pub fn output(&self, name: &str) -> Option<&wgpu::Texture> {
+        let loaded = self.loaded.as_ref()?;
+        let output = loaded.plan.output(Some(name))?;
+        match &loaded.bindings[output.image.0 as usize] {
+            ImageBinding::Output(_, key) => Some(&self.store.get(*key).texture),
+            _ => None,
+        }
+    }
+
+    /// Marks each pass with its nodes in the commands, for tools such as RenderDoc.
+    pub fn label_passes(&mut self, on: bool) {
+        self.labelled = on;
+        if let Some(loaded) = &mut self.loaded {
+            loaded.labels = on.then(|| loaded.plan.pass_names());
+        }
+    }
+
+    /// Measures the GPU time of each of the plan's passes from now on, in this plan and those after it. `false` before
+    /// a plan is loaded, and where the device has no timestamps inside passes.
+    ///
+    /// # Errors
+    /// The device is lost or has no memory for them.
+    pub fn enable_timing(&mut self) -> Result<bool, GpuError> {
+        let Some(loaded) = &mut self.loaded else { return Ok(false) };
+        loaded.timing = Timing::watched(&self.compiler.device, &self.queue, loaded.passes.len() as u32)?;
+        Ok(loaded.timing.is_some())
+    }
+
+    /// Milliseconds of each pass of the last submitted frame; `None` if they are not measured. Waits for it.
+    ///
+    /// # Errors
+    /// The device is lost.
+    #[cfg(not(target_family = "wasm"))]
+    pub fn pass_times(&self) -> Result<Option<Vec<f64>>, GpuError> {
+        let timing = self.loaded.as_ref().and_then(|loaded| loaded.timing.as_ref());
+        timing.map(|timing| timing.read(&self.compiler.device)).transpose()
     }
 
     /// The timestamps of the frame that is recorded, and the nanoseconds of a tick; `None` if passes are not timed.

@@ -3,6 +3,8 @@
 use afterimage_graph::node::BlockData;
 use wgpu::{TextureFormat, TextureView};
 
+use super::rectangle::Rectangle;
+
 /// One frame's inputs, outputs and time.
 #[derive(Clone, Copy, Default)]
 pub struct Frame<'a> {
@@ -16,6 +18,12 @@ pub struct Frame<'a> {
     /// The formats of views that have another one than their texture, by the names of inputs and outputs. Without it an
     /// output's view is tried, once for each kind of texture.
     pub formats: &'a [(&'a str, TextureFormat)],
+    /// The rectangles of images, by the names of inputs and outputs; an image without one is whole. New rectangles of
+    /// equal size need no new plan. What is around the rectangle of an output stays as it is.
+    pub rectangles: &'a [(&'a str, Rectangle)],
+    /// Factors of the colours of inputs, such as the exposure of the view, by their names: at least 0. They are applied
+    /// before colours are limited to the range of half floats, and need no plan after the first.
+    pub factors: &'a [(&'a str, f32)],
     /// Seconds since the start.
     pub time: f32,
     /// Seconds since the frame before.
@@ -25,6 +33,11 @@ pub struct Frame<'a> {
 }
 
 impl Frame<'_> {
+    /// The rectangle of an image.
+    pub(crate) fn rectangle(&self, port: &str) -> Option<Rectangle> {
+        self.rectangles.iter().find(|(name, _)| *name == port).map(|(_, rectangle)| *rectangle)
+    }
+
     /// The format of a view of the host, as far as it is stated.
     pub(crate) fn stated_format(&self, port: &str) -> Option<TextureFormat> {
         self.formats.iter().find(|(name, _)| *name == port).map(|(_, format)| *format)

@@ -90,7 +90,8 @@ pub(super) fn check_apart(plan: &Plan, views: &[TextureView]) -> Result<(), GpuE
 
 fn check_desc(plan: &Plan, port: &str, image: ImageId, texture: &Texture, suits: bool) -> Result<(), GpuError> {
     let desc = plan.image(image).desc;
-    if suits && (texture.width(), texture.height()) == (desc.size.width, desc.size.height) {
+    let is_planned = (texture.width(), texture.height()) == (desc.size.width, desc.size.height);
+    if suits && (is_planned || has_rectangle(plan, image)) {
         return Ok(());
     }
     let is_input = plan.inputs.iter().any(|(_, input)| *input == image);
@@ -100,6 +101,12 @@ fn check_desc(plan: &Plan, port: &str, image: ImageId, texture: &Texture, suits:
         given: format!("{}x{} {:?}{usage}", texture.width(), texture.height(), texture.format()),
         planned: format!("{} {}", desc.size, desc.format.name()),
     })
+}
+
+/// Whether frames state a rectangle of the image, which may then have any size.
+fn has_rectangle(plan: &Plan, image: ImageId) -> bool {
+    plan.rectangles.iter().any(|input| input.image == image)
+        || plan.outputs.iter().any(|output| output.image == image && output.in_rectangle)
 }
 
 /// Whether passes cannot store to the host's image for an output: it has another format, or is not made for it.

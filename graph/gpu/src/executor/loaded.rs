@@ -7,6 +7,7 @@ use afterimage_plan::codegen::Composed;
 use afterimage_plan::{HeapPlacement, PlacedPlan, Plan, Stage};
 use wgpu::{BindGroup, Buffer, TextureFormat, TextureView};
 
+use super::rectangle::{HeldRectangles, Rectangle};
 use crate::device::texture_format;
 use crate::heap::Placed;
 use crate::pipelines::Built;
@@ -46,6 +47,8 @@ pub(super) struct Loaded {
     pub(super) uniforms: Buffer,
     /// What the uniforms hold of each host block.
     pub(super) blocks: Vec<Vec<u8>>,
+    /// What the uniforms hold of rectangles.
+    pub(super) rectangles: HeldRectangles,
     pub(super) bindings: Vec<ImageBinding>,
     /// For each pass the places of the images that it names among the host's views: inputs, then outputs.
     pub(super) host_views: Vec<Vec<usize>>,
@@ -55,6 +58,8 @@ pub(super) struct Loaded {
     pub(super) ring_length: u32,
     pub(super) sets: Vec<HostSet>,
     pub(super) timing: Option<Timing>,
+    /// The names of the passes, if they are marked.
+    pub(super) labels: Option<Vec<String>>,
     /// The images in the heap, if the device can place them.
     pub(super) placed: Option<Placed>,
     /// Whether a pass has the frame in its bind group.
@@ -107,9 +112,30 @@ pub(super) struct ExplicitTransition {
 }
 
 impl Loaded {
-    /// The uniforms hold zeros again where host blocks were.
+    /// The uniforms hold zeros again where host blocks and rectangles were.
     pub(super) fn forget_blocks(&mut self) {
         self.blocks.iter_mut().for_each(|held| held.fill(0));
+        self.forget_rectangles();
+    }
+}
+
+impl Loaded {
+    /// The uniforms may hold zeros again where rectangles were.
+    pub(super) fn forget_rectangles(&mut self) {
+        self.rectangles.forget();
+    }
+
+    /// The name of a pass, if passes are marked.
+    pub(super) fn label(&self, pass: usize) -> Option<&str> {
+        self.labels.as_ref().map(|labels| labels[pass].as_str())
+    }
+
+    /// The rectangle that a pass draws into, if its output has one.
+    pub(super) fn drawn_rectangle(&self, pass: usize) -> Option<Rectangle> {
+        match &self.bindings[self.passes[pass].writes_image?.0 as usize] {
+            ImageBinding::Output(output, _) => self.rectangles.outputs[*output],
+            _ => None,
+        }
     }
 }
 

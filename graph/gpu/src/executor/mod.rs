@@ -10,6 +10,8 @@ mod host_images;
 mod loaded;
 mod prepare;
 mod record;
+mod rectangle;
+mod rectangles;
 mod residency;
 
 use std::sync::Arc;
@@ -22,18 +24,18 @@ use crate::buffer::buffer;
 use crate::cache;
 use crate::heap;
 use crate::pipelines::Pipelines;
-use crate::platform::{Worker, caught, scoped, watched};
+use crate::platform::{TaskPool, Worker, caught, scoped, watched};
 use crate::store::Store;
-use crate::timing::Timing;
 use crate::{Gpu, GpuError};
 pub use frame::Frame;
 use frame_constants::FrameConstants;
 use host_images::Formats;
-use loaded::{ImageBinding, Loaded};
+use loaded::Loaded;
 pub use prepare::Preparation;
 pub(crate) use prepare::Prepared;
 use prepare::{CompiledPlan, PlanCompiler, PreviousPlan};
 use record::{clear_memory, record, take_over};
+pub use rectangle::Rectangle;
 use residency::PlanSwap;
 
 /// Runs plans on the host's device.
@@ -52,6 +54,10 @@ pub struct Executor {
     /// Outputs that the last frame drew, and in which format: the next plan will, too.
     drawn: Vec<(String, TextureFormat)>,
     formats: Formats,
+    /// Where plans are prepared, if the host has a place for it.
+    pub(crate) pool: Option<TaskPool>,
+    /// Whether passes are marked with their nodes.
+    labelled: bool,
     frame_index: u32,
     fresh: bool,
     /// Passes for which the last frame has made bind groups.
@@ -114,6 +120,8 @@ impl Executor {
             loaded: None,
             drawn: Vec::new(),
             formats: Formats::default(),
+            pool: None,
+            labelled: false,
             frame_index: 0,
             fresh: true,
             runs_made: 0,
@@ -125,6 +133,8 @@ impl Executor {
     pub fn another(&self) -> Self {
         let mut other = Self::with_caps(&self.compiler.device, &self.queue, self.caps.clone());
         other.compiler.pipelines = self.compiler.pipelines.clone();
+        other.pool = self.pool.clone();
+        other.labelled = self.labelled;
         other
     }
 
@@ -139,6 +149,13 @@ impl Executor {
         self
     }
 
+    /// The same executor with the host's task pool: plans are prepared there, and not on threads of ours. See
+    /// [`TaskPool`].
+    pub fn with_task_pool(mut self, pool: TaskPool) -> Self {
+        self.pool = Some(pool);
+        self
+    }
+
     /// The driver's pipelines as bytes, for the next run of the program; `None` without a cache.
     pub fn pipeline_cache_data(&self) -> Option<Vec<u8>> {
         cache::seal(self.compiler.pipelines.cache.as_ref()?)
@@ -150,8 +167,10 @@ impl Executor {
     }
 
     /// Changes bytes of the uniforms of the plan in use, for all frames that are submitted later.
-    pub(crate) fn write_uniforms(&self, offset: u64, bytes: &[u8]) -> Result<(), GpuError> {
-        let Some(loaded) = &self.loaded else { return Ok(()) };
+    pub(crate) fn write_uniforms(&mut self, offset: u64, bytes: &[u8]) -> Result<(), GpuError> {
+        let Some(loaded) = &mut self.loaded else { return Ok(()) };
+        // The bytes may have none of the rectangles, which lie between parameters.
+        loaded.forget_rectangles();
         let what = "the parameters of the plan";
         scoped(&self.compiler.device, what, || {
             caught(what, || self.queue.write_buffer(&loaded.uniforms, offset, bytes))
@@ -192,7 +211,7 @@ impl Executor {
     /// Begins to compile a plan on threads of its own, while the plan in use renders. One core is left to the renderer.
     pub fn prepare(&self, plan: Arc<Plan>) -> Preparation {
         let compile = self.compilation();
-        Preparation { worker: Worker::new(move || compile(plan)) }
+        Preparation { worker: Worker::new(self.pool.as_ref(), move || compile(plan)) }
     }
 
     /// Compiles a plan on any thread, while the plan in use renders.
@@ -206,7 +225,7 @@ impl Executor {
     /// Textures, histories and buffers that are equal in both plans are kept. Memory that begins with the new plan
     /// begins as in a first frame, and only that. On an error the old plan stays as it is, with its histories.
     pub fn swap(&mut self, preparation: Preparation) -> Result<(), GpuError> {
-        self.put_in(preparation.worker.join()?)
+        self.put_in(preparation.worker.join()??)
     }
 
     /// What the next plan can keep of the plan in use.
@@ -221,6 +240,7 @@ impl Executor {
 
     /// Makes a plan the one that runs from the next frame on.
     pub(crate) fn put_in(&mut self, prepared: Prepared) -> Result<(), GpuError> {
+        span!("afterimage::load");
         match prepared {
             Prepared::Whole(parts) => self.settle(*parts),
             Prepared::Numbers(plan, base) => match &mut self.loaded {
@@ -249,6 +269,7 @@ impl Executor {
                     // All memory begins with the next frame, for every pass.
                     new.uninitialized.clear();
                 }
+                new.labels = self.labelled.then(|| new.plan.pass_names());
                 let left = old.replace(new).map_or(Vec::new(), |old| old.heap_textures);
                 left.into_iter().for_each(|key| self.store.remove(key));
                 self.store.sweep();
@@ -271,37 +292,6 @@ impl Executor {
     pub fn count_from(&mut self, index: u32) {
         self.frame_index = index;
         self.fresh = true;
-    }
-
-    /// Measures the GPU time of each of the plan's passes from now on, in this plan and those after it. `false` before
-    /// a plan is loaded, and where the device has no timestamps inside passes.
-    ///
-    /// # Errors
-    /// The device is lost or has no memory for them.
-    pub fn enable_timing(&mut self) -> Result<bool, GpuError> {
-        let Some(loaded) = &mut self.loaded else { return Ok(false) };
-        loaded.timing = Timing::watched(&self.compiler.device, &self.queue, loaded.passes.len() as u32)?;
-        Ok(loaded.timing.is_some())
-    }
-
-    /// Milliseconds of each pass of the last submitted frame; `None` if they are not measured. Waits for it.
-    ///
-    /// # Errors
-    /// The device is lost.
-    #[cfg(not(target_family = "wasm"))]
-    pub fn pass_times(&self) -> Result<Option<Vec<f64>>, GpuError> {
-        let timing = self.loaded.as_ref().and_then(|loaded| loaded.timing.as_ref());
-        timing.map(|timing| timing.read(&self.compiler.device)).transpose()
-    }
-
-    /// The texture of an output that the host gave no image for.
-    pub fn output(&self, name: &str) -> Option<&wgpu::Texture> {
-        let loaded = self.loaded.as_ref()?;
-        let output = loaded.plan.output(Some(name))?;
-        match &loaded.bindings[output.image.0 as usize] {
-            ImageBinding::Output(_, key) => Some(&self.store.get(*key).texture),
-            _ => None,
-        }
     }
 
     /// For how many passes the last recorded frame has made bind groups: those that name an image of the host in a view
@@ -340,6 +330,7 @@ impl Executor {
         self.frame_constants = FrameConstants::new(frame, self.frame_index, reset);
         self.write_frame_constants()?;
         self.write_blocks(frame)?;
+        self.write_rectangles(frame)?;
         let loaded = self.loaded.as_mut().ok_or(GpuError::NoPlan)?;
         if reset {
             let device = &self.compiler.device;

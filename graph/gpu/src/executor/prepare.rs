@@ -71,6 +71,7 @@ pub(super) struct PreviousPlan {
 impl PlanCompiler {
     /// Compiles the plan with this many threads. Its images keep their places in the heap where those still fit.
     pub(super) fn prepare(&self, plan: Arc<Plan>, before: &PreviousPlan, threads: usize) -> Result<Prepared, GpuError> {
+        span!("afterimage::compile");
         if let Some(error) = &self.broken {
             return Err(error.clone());
         }

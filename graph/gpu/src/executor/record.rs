@@ -6,6 +6,7 @@ use wgpu::{CommandEncoder, Device};
 
 use super::frame_constants::FrameConstants;
 use super::loaded::{ExplicitTransition, HostSet, ImageBinding, Loaded, Run};
+use super::rectangle::Rectangle;
 use crate::layout::Pipeline;
 use crate::pipelines::Built;
 use crate::store::{self, Store};
@@ -82,7 +83,10 @@ fn record_dispatches(
         if loaded.passes[index].immediate {
             pass.set_immediates(0, frame_constants.bytes(loaded.uses_uninitialized(index)));
         }
+        let label = loaded.label(index);
+        label.iter().for_each(|label| pass.push_debug_group(label));
         pass.dispatch_workgroups(x, y, z);
+        label.iter().for_each(|_| pass.pop_debug_group());
         index += 1;
         if let Some(timing) = &loaded.timing {
             pass.write_timestamp(&timing.queries, index as u32);
@@ -116,17 +120,24 @@ fn record_draw(
     if let Some(timing) = &loaded.timing {
         encoder.write_timestamp(&timing.queries, index as u32);
     }
+    let rectangle = loaded.drawn_rectangle(index);
+    let label = loaded.label(index).or(Some("afterimage"));
+    // The triangle covers every pixel. What is around a rectangle stays.
+    let load = rectangle.map_or(wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT), |_| wgpu::LoadOp::Load);
     let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-        label: Some("afterimage"),
+        label,
         color_attachments: &[Some(wgpu::RenderPassColorAttachment {
             view,
             depth_slice: None,
             resolve_target: None,
-            // The triangle covers every pixel.
-            ops: wgpu::Operations { load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT), store: wgpu::StoreOp::Store },
+            ops: wgpu::Operations { load, store: wgpu::StoreOp::Store },
         })],
         ..Default::default()
     });
+    if let Some(Rectangle { x, y, width, height }) = rectangle {
+        pass.set_viewport(x as f32, y as f32, width as f32, height as f32, 0.0, 1.0);
+        pass.set_scissor_rect(x, y, width, height);
+    }
     pass.set_pipeline(pipeline);
     pass.set_bind_group(0, &run.groups[ring_index], &[]);
     if loaded.passes[index].immediate {

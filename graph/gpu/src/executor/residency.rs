@@ -8,6 +8,7 @@ use wgpu::{Buffer, BufferUsages, Device, Queue};
 
 use super::loaded::{ImageBinding, Loaded};
 use super::prepare::CompiledPlan;
+use super::rectangle::HeldRectangles;
 use crate::GpuError;
 use crate::buffer::buffer;
 use crate::heap::Placed;
@@ -46,6 +47,8 @@ impl PlanSwap<'_> {
             ring_length: ring_length(&plan),
             host_views: host_views(&plan, &bindings),
             timing: timed.then(|| Timing::new(self.device, self.queue, passes.len() as u32)).flatten(),
+            labels: None,
+            rectangles: HeldRectangles::none(&plan),
             blocks: plan.blocks.iter().map(|planned| vec![0; planned.block.bytes()]).collect(),
             plan,
             placement,

@@ -4,9 +4,12 @@
 //! (`ErrorSinkRaw::scopes` in `backend/wgpu_core.rs`: nothing removes an entry). With new threads for each plan, the
 //! memory of a program that reloads would grow with each reload.
 
+use std::cell::Cell;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::{Arc, Condvar, LazyLock, Mutex};
 
+use crate::GpuError;
+use crate::platform::TaskPool;
 use afterimage_wgsl::limits;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
@@ -23,33 +26,48 @@ fn pool(name: &'static str) -> ThreadPool {
     pool.unwrap_or_else(|error| panic!("the system has no more threads: {error}"))
 }
 
-/// Does the same work on several threads, and waits for all of them. A panic of the work goes on here.
+thread_local! {
+    /// Whether this thread runs a task of the host's pool.
+    static OF_HOST: Cell<bool> = const { Cell::new(false) };
+}
+
+/// Does the same work on several threads, and waits for all of them. A panic of the work goes on here. A task of the
+/// host's pool does it alone.
 pub(crate) fn on_threads(threads: usize, work: impl Fn() + Sync) {
+    if OF_HOST.get() {
+        return work();
+    }
     // Work that is part of a preparation stays on the threads of preparations.
     let pool = if PREPARING.current_thread_index().is_some() { &PREPARING } else { &LOADING };
     pool.scope(|scope| (0..threads).for_each(|_| scope.spawn(|_| work())));
 }
 
-/// Work on a thread of the preparations. It goes on if this is dropped.
+/// Work on a thread of the preparations or in the host's pool. It goes on if this is dropped.
 pub(crate) struct Worker<T>(Arc<Outcome<T>>);
 
-/// The result of work, or its panic, and a signal that it is there.
+/// The result of work, or its panic, and a signal that it is there. No result at all comes from a task that the host's
+/// pool has dropped.
 struct Outcome<T> {
-    result: Mutex<Option<std::thread::Result<T>>>,
+    result: Mutex<Option<Option<std::thread::Result<T>>>>,
     done: Condvar,
 }
 
 const UNBROKEN: &str = "no thread panics with the lock";
 
 impl<T: Send + 'static> Worker<T> {
-    pub(crate) fn new(work: impl FnOnce() -> T + Send + 'static) -> Self {
+    /// Begins work, in the host's pool if there is one.
+    pub(crate) fn new(pool: Option<&TaskPool>, work: impl FnOnce() -> T + Send + 'static) -> Self {
         let outcome = Arc::new(Outcome { result: Mutex::new(None), done: Condvar::new() });
-        let filled = outcome.clone();
-        PREPARING.spawn(move || {
-            let result = catch_unwind(AssertUnwindSafe(work));
-            *filled.result.lock().expect(UNBROKEN) = Some(result);
-            filled.done.notify_one();
-        });
+        let promise = Promise(outcome.clone());
+        let task = move || promise.keep(catch_unwind(AssertUnwindSafe(work)));
+        match pool {
+            None => PREPARING.spawn(task),
+            Some(spawn) => spawn(Box::new(move || {
+                OF_HOST.set(true);
+                task();
+                OF_HOST.set(false);
+            })),
+        }
         Self(outcome)
     }
 
@@ -58,10 +76,30 @@ impl<T: Send + 'static> Worker<T> {
     }
 
     /// Waits for the result. A panic of the work goes on here.
-    pub(crate) fn join(self) -> T {
+    ///
+    /// # Errors
+    /// The host's pool has dropped the work.
+    pub(crate) fn join(self) -> Result<T, GpuError> {
         let empty = self.0.result.lock().expect(UNBROKEN);
         let mut result = self.0.done.wait_while(empty, |result| result.is_none()).expect(UNBROKEN);
-        result.take().expect("the wait ends with a result").unwrap_or_else(|panic| resume_unwind(panic))
+        let result = result.take().expect("the wait ends with a result").ok_or(GpuError::TaskDropped)?;
+        Ok(result.unwrap_or_else(|panic| resume_unwind(panic)))
+    }
+}
+
+/// What a task owes to its worker.
+struct Promise<T>(Arc<Outcome<T>>);
+
+impl<T> Promise<T> {
+    fn keep(self, result: std::thread::Result<T>) {
+        *self.0.result.lock().expect(UNBROKEN) = Some(Some(result));
+    }
+}
+
+impl<T> Drop for Promise<T> {
+    fn drop(&mut self) {
+        self.0.result.lock().expect(UNBROKEN).get_or_insert(None);
+        self.0.done.notify_one();
     }
 }
 
@@ -86,7 +124,8 @@ mod tests {
         }
         assert_eq!(runs.into_inner(), 300);
         assert!(seen.into_inner().expect(UNBROKEN).len() <= LOADING.current_num_threads());
-        let prepared: HashSet<ThreadId> = (0..100).map(|_| Worker::new(|| current().id()).join()).collect();
+        let prepared: HashSet<ThreadId> =
+            (0..100).map(|_| Worker::new(None, || current().id()).join().expect("it is ours")).collect();
         assert!(prepared.len() <= PREPARING.current_num_threads());
     }
 
@@ -96,7 +135,7 @@ mod tests {
         let hold = Arc::new(Mutex::new(()));
         let held = hold.lock().expect(UNBROKEN);
         let waits = hold.clone();
-        let worker = Worker::new(move || {
+        let worker = Worker::new(None, move || {
             let here = Mutex::new(Vec::new());
             on_threads(1, || here.lock().expect(UNBROKEN).push(PREPARING.current_thread_index().is_some()));
             begin.send(here.into_inner().expect(UNBROKEN)).expect("the test waits");
@@ -107,15 +146,39 @@ mod tests {
         on_threads(2, || assert!(LOADING.current_thread_index().is_some()));
         assert!(!worker.is_finished());
         drop(held);
-        assert_eq!(worker.join(), 7);
+        assert_eq!(worker.join().expect("it is ours"), 7);
     }
 
     #[test]
     fn a_panic_goes_on_where_the_result_is_awaited() {
-        let worker = Worker::new(|| -> u32 { panic!("of the work") });
+        let worker = Worker::new(None, || -> u32 { panic!("of the work") });
         let panic = catch_unwind(AssertUnwindSafe(|| worker.join())).expect_err("the work panics");
         assert_eq!(panic.downcast_ref::<&str>(), Some(&"of the work"));
         catch_unwind(|| on_threads(2, || panic!("of all"))).expect_err("the work panics");
-        assert_eq!(Worker::new(|| 3).join(), 3, "the threads go on");
+        assert_eq!(Worker::new(None, || 3).join().expect("it is ours"), 3, "the threads go on");
+    }
+
+    #[test]
+    fn the_hosts_pool_does_the_work_alone_and_may_drop_it() {
+        type Task = Box<dyn FnOnce() + Send>;
+        let tasks: Arc<Mutex<Vec<Task>>> = Arc::default();
+        let kept = tasks.clone();
+        let pool: TaskPool = Arc::new(move |task| kept.lock().expect(UNBROKEN).push(task));
+        let next = || tasks.lock().expect(UNBROKEN).pop().expect("a task was given");
+        let work = || {
+            let here = Mutex::new(Vec::new());
+            on_threads(3, || here.lock().expect(UNBROKEN).push(current().id()));
+            here.into_inner().expect(UNBROKEN)
+        };
+        let worker = Worker::new(Some(&pool), work);
+        assert!(!worker.is_finished());
+        next()();
+        assert!(worker.is_finished());
+        assert_eq!(worker.join().expect("it was done"), [current().id()]);
+        assert!(!OF_HOST.get(), "the thread is the host's again");
+        let dropped = Worker::new(Some(&pool), work);
+        drop(next());
+        assert!(dropped.is_finished());
+        assert!(matches!(dropped.join(), Err(GpuError::TaskDropped)));
     }
 }

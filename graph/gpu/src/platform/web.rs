@@ -1,12 +1,13 @@
 //! The web: one thread, and nothing may wait.
 
 use crate::GpuError;
+use crate::platform::TaskPool;
 
 /// Work that is done at once.
 pub(crate) struct Worker<T>(T);
 
 impl<T> Worker<T> {
-    pub(crate) fn new(work: impl FnOnce() -> T) -> Self {
+    pub(crate) fn new(_pool: Option<&TaskPool>, work: impl FnOnce() -> T) -> Self {
         Self(work())
     }
 
@@ -14,8 +15,9 @@ impl<T> Worker<T> {
         true
     }
 
-    pub(crate) fn join(self) -> T {
-        self.0
+    #[allow(clippy::unnecessary_wraps, reason = "threads may drop work")]
+    pub(crate) fn join(self) -> Result<T, GpuError> {
+        Ok(self.0)
     }
 }
 

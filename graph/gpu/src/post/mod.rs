@@ -13,10 +13,11 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use afterimage_graph::check::{Fact, Facts, Graph};
+use afterimage_graph::image::Size;
 use afterimage_plan::{Options, Plan, PlanCache};
 use wgpu::{CommandEncoder, Device, Queue};
 
-use crate::platform::watched;
+use crate::platform::{TaskPool, watched};
 use crate::{Executor, Frame, GpuError};
 pub use error::PostError;
 use handle::Handle;
@@ -56,6 +57,8 @@ pub struct Post {
     executor: Executor,
     plans: PlanCache,
     facts: Facts,
+    /// The size of the images in rectangles, whatever the rectangles have.
+    size: Option<Size>,
     options: Options,
     /// Inputs whose texels are known to be finite.
     finite: BTreeSet<String>,
@@ -84,6 +87,7 @@ impl Post {
             executor,
             plans: PlanCache::new(graph),
             facts: Facts::default(),
+            size: None,
             options: Options::default(),
             finite: BTreeSet::new(),
             linear: BTreeSet::new(),
@@ -105,6 +109,7 @@ impl Post {
             executor: self.executor.another(),
             plans: self.plans.clone(),
             facts: self.facts.clone(),
+            size: self.size,
             options: self.options,
             finite: self.finite.clone(),
             linear: self.linear.clone(),
@@ -156,6 +161,14 @@ impl Post {
         self.is_stale = true;
     }
 
+    /// States the size in which the pipeline works, whatever the sizes of the [rectangles](Frame::rectangles) of its
+    /// inputs: light is filtered to it, and data takes the nearest texel. So a scene may be rendered at another size in
+    /// every frame without another plan. With `None` the size is that of the first input's rectangle, and another size
+    /// is another plan. Inputs without a rectangle keep their sizes.
+    pub fn set_size(&mut self, size: Option<Size>) {
+        self.size = size;
+    }
+
     /// Promises that all texels of an input are finite, within ±65504, and negative only where its color state allows
     /// it, so that plans need not sanitize them.
     pub fn promise_finite(&mut self, input: impl Into<String>) {
@@ -170,6 +183,11 @@ impl Post {
         self.linear.insert(output.into());
     }
 
+    /// Makes plans in the host's task pool from now on, and not on threads of ours. See [`TaskPool`].
+    pub fn set_task_pool(&mut self, pool: TaskPool) {
+        self.executor.pool = Some(pool);
+    }
+
     /// Replaces the graph: another tier, or another pipeline. Values that the host has set hold in the new graph where
     /// it has their parameters and accepts them; handles stay valid.
     pub fn change(&mut self, graph: Graph) {
@@ -178,10 +196,17 @@ impl Post {
         self.is_stale = true;
     }
 
+    /// Marks each pass with its nodes in the commands, for tools such as RenderDoc. It costs a little time to record.
+    pub fn label_passes(&mut self, on: bool) {
+        self.executor.label_passes(on);
+    }
+
     /// Goes on on another device, after the one before was lost. Parameters, facts and options stay, histories start
     /// again; the next frame makes its plan and waits for it.
     pub fn rebuild(&mut self, adapter: &wgpu::Adapter, device: &Device, queue: &Queue) {
+        let pool = self.executor.pool.take();
         self.executor = Executor::with_caps(device, queue, crate::caps(adapter, device));
+        self.executor.pool = pool;
         (self.running, self.next) = (None, None);
         self.watched.iter_mut().for_each(|watched| watched.readings.renew());
         self.pass_times.renew();
@@ -205,6 +230,7 @@ impl Post {
     /// Without a recorded frame: the graph cannot be planned for these images, or the device reports an error. With a
     /// recorded frame of the old plan: a plan that was being made has failed. Each failure is reported once.
     pub fn encode(&mut self, encoder: &mut CommandEncoder, frame: &Frame<'_>) -> Result<(), PostError> {
+        span!("afterimage::frame");
         if self.frame.is_multiple_of(FRAMES_BETWEEN_CHECKS) {
             self.check_device()?;
         }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use afterimage_graph::check::GraphInput;
 use afterimage_graph::image::{ImageDesc, Size};
-use afterimage_plan::{Given, GivenImage, NeedsPlan, Plan, PlanError, Planned};
+use afterimage_plan::{Given, GivenImage, NeedsPlan, Part, Plan, PlanError, Planned};
 use wgpu::TextureView;
 
 use super::running::{Next, Running, Wish};
@@ -13,7 +13,7 @@ use super::uniforms::Uniforms;
 use super::{Post, PostError};
 use crate::device::image_format;
 use crate::platform::Worker;
-use crate::{Frame, GpuError};
+use crate::{Frame, GpuError, Rectangle};
 
 impl Post {
     /// Brings in the plan for these images if there is another one than the one that renders. Returns why one that was
@@ -45,13 +45,17 @@ impl Post {
                 }
                 continue;
             }
-            let given = view_of(frame, input).map(|view| desc_of(&input.name, view)).transpose()?;
-            if given != running.given.inputs.get(&input.name).map(|given| given.desc) {
+            let (given, part) = self.image_of(frame, input)?.unzip();
+            if given != running.given.inputs.get(&input.name).map(|given| given.desc)
+                || part.flatten() != running.given.parts.get(&input.name).copied()
+            {
                 return Ok(false);
             }
         }
         for output in &self.plans.graph().outputs {
-            if self.is_linear(frame, &output.name) != running.given.linear.contains(&output.name) {
+            if self.is_linear(frame, &output.name) != running.given.linear.contains(&output.name)
+                || is_in_rectangle(frame, &output.name) != running.given.rectangles.contains(&output.name)
+            {
                 return Ok(false);
             }
         }
@@ -67,23 +71,38 @@ impl Post {
 
     /// What the host gives. The size is that of the first image, or else of the first output.
     fn given(&self, frame: &Frame<'_>) -> Result<Given, PostError> {
-        let (mut inputs, mut blocks) = (BTreeMap::new(), BTreeSet::new());
+        let (mut inputs, mut parts, mut blocks) = (BTreeMap::new(), BTreeMap::new(), BTreeSet::new());
         let mut size = None;
         for input in &self.plans.graph().inputs {
             if gives_block(frame, input) {
                 blocks.insert(input.name.clone());
             }
-            let Some(view) = view_of(frame, input) else { continue };
-            let desc = desc_of(&input.name, view)?;
+            let Some((desc, part)) = self.image_of(frame, input)? else { continue };
             size = size.or(Some(desc.size));
+            parts.extend(part.map(|part| (input.name.clone(), part)));
             inputs.insert(input.name.clone(), GivenImage { desc, finite: self.finite.contains(&input.name) });
         }
         let outputs = self.plans.graph().outputs.iter().filter(|output| self.is_linear(frame, &output.name));
         let linear = outputs.map(|output| output.name.clone()).collect();
+        let outputs = self.plans.graph().outputs.iter().filter(|output| is_in_rectangle(frame, &output.name));
+        let rectangles = outputs.map(|output| output.name.clone()).collect();
         let first = self.plans.graph().inputs.iter().find(|input| input.block.is_none());
         let missing =
             || PostError::from(PlanError::MissingInput(first.map_or(String::new(), |input| input.name.clone())));
-        Ok(Given { size: size.or(output_size(frame)).ok_or_else(missing)?, inputs, blocks, linear })
+        let size = size.or(output_size(frame)).ok_or_else(missing)?;
+        Ok(Given { size, inputs, blocks, linear, parts, rectangles })
+    }
+
+    /// The description of the host's image for an input, and how large its rectangle is if it has one.
+    fn image_of(&self, frame: &Frame<'_>, input: &GraphInput) -> Result<Option<(ImageDesc, Option<Part>)>, GpuError> {
+        let Some(view) = view_of(frame, input) else { return Ok(None) };
+        let desc = desc_of(&input.name, view)?;
+        let has_factor = frame.factors.iter().any(|(name, _)| *name == input.name);
+        Ok(Some(match (frame.rectangle(&input.name), self.size) {
+            (Some(_), Some(size)) => (ImageDesc { size, ..desc }, Some(Part::Scaled)),
+            (Some(rectangle), None) => (ImageDesc { size: rectangle.size(), ..desc }, Some(Part::Rectangle)),
+            (None, _) => (desc, has_factor.then_some(Part::Rectangle)),
+        }))
     }
 
     /// Makes the plan for what the host gives and loads it, if it is not the one that renders.
@@ -102,6 +121,7 @@ impl Post {
     }
 
     fn planned(&mut self, given: Given) -> Result<Planned, PlanError> {
+        span!("afterimage::plan");
         let device = self.executor.device().clone();
         let wish = self.wish(given);
         wish.on(&device, |request| self.plans.planned(request))
@@ -137,6 +157,7 @@ impl Post {
         let (graph, compile) = (self.plans.shared_graph(), self.executor.compilation());
         let wanted = wish.clone();
         let work = move || {
+            span!("afterimage::prepare");
             let planned = match known {
                 Some(planned) => planned,
                 None => wanted.on(&device, |request| Planned::new(&graph, request))?,
@@ -144,11 +165,11 @@ impl Post {
             let prepared = compile(planned.plan.clone())?;
             Ok((planned, prepared))
         };
-        self.next = Some(Next { wish, worker: Worker::new(work) });
+        self.next = Some(Next { wish, worker: Worker::new(self.executor.pool.as_ref(), work) });
     }
 
     fn bring_in(&mut self, next: Next) -> Result<(), PostError> {
-        let (planned, prepared) = next.worker.join()?;
+        let (planned, prepared) = next.worker.join()??;
         self.executor.put_in(prepared)?;
         let device = self.executor.device().clone();
         next.wish.on(&device, |request| self.plans.keep(request, &planned));
@@ -203,11 +224,16 @@ fn gives_block(frame: &Frame<'_>, input: &GraphInput) -> bool {
 }
 
 fn output_size(frame: &Frame<'_>) -> Option<Size> {
-    let texture = frame.outputs.first()?.1.texture();
-    Some(Size::new(texture.width(), texture.height()))
+    let (name, view) = frame.outputs.first()?;
+    Some(frame.rectangle(name).unwrap_or(Rectangle::of_texture(view.texture())).size())
 }
 
-/// The description of the host's image for an input.
+/// Whether an output goes into a rectangle of the host's image.
+fn is_in_rectangle(frame: &Frame<'_>, output: &str) -> bool {
+    frame.rectangle(output).is_some() && frame.outputs.iter().any(|(name, _)| *name == output)
+}
+
+/// The description of the host's texture for an input.
 fn desc_of(input: &str, view: &TextureView) -> Result<ImageDesc, GpuError> {
     let texture = view.texture();
     let format = image_format(texture.format()).ok_or_else(|| GpuError::UnfitImage {

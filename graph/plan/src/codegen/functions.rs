@@ -26,7 +26,8 @@ pub(super) fn compose_functions(code: &PassCode<'_>) -> Result<Composed, ShaderE
     let mut writer = FunctionWriter::new(code, code.linker())?;
     let function = writer.function("run", 0..code.pass.kernels.len());
     let (result, extent) = (writer.storage(image, desc.format), writer.extent());
-    let entry_points = entry_points(&result, &extent, rows_of(code.pass, desc.size));
+    let origin = writer.origin();
+    let entry_points = entry_points((&result, origin.as_deref()), &extent, rows_of(code.pass, desc.size));
     writer.finish(&(function + &entry_points), [WIDTH, HEIGHT, 1], &["compute", "vertex", "fragment"])
 }
 
@@ -49,7 +50,10 @@ fn rows_of(pass: &Pass, size: Size) -> u32 {
     }
 }
 
-fn entry_points(result: &str, extent: &str, rows: u32) -> String {
+/// `origin` is the first texel of a result in a rectangle.
+fn entry_points((result, origin): (&str, Option<&str>), extent: &str, rows: u32) -> String {
+    let moved = |sign: &str| origin.map_or(String::new(), |origin| format!(" {sign} {origin}"));
+    let (plus, minus) = (moved("+"), moved("-"));
     let every = |line: &dyn Fn(u32) -> String| (0..rows).map(line).collect::<String>();
     // From the bottom up, because what the pass before has read last is still in the cache. Texels above the first row
     // are made like the first row, and not stored: a branch around each would let none overlap another.
@@ -59,7 +63,9 @@ fn entry_points(result: &str, extent: &str, rows: u32) -> String {
     });
     let stored = every(&|row| {
         let offset = row * HEIGHT;
-        format!("    if first.y >= {offset} {{ textureStore({result}, first - vec2i(0, {offset}), value{row}); }}\n")
+        format!(
+            "    if first.y >= {offset} {{ textureStore({result}, first - vec2i(0, {offset}){plus}, value{row}); }}\n"
+        )
     });
     format!(
         "fn point_at(pixel: vec2i) -> Point {{
@@ -75,7 +81,7 @@ fn compute(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) lo
 {FULL_SCREEN_TRIANGLE}
 @fragment
 fn fragment(@builtin(position) position: vec4f) -> @location(0) vec4f {{
-    return run(point_at(vec2i(position.xy)));
+    return run(point_at(vec2i(position.xy){minus}));
 }}",
         HEIGHT * rows
     )

@@ -44,7 +44,8 @@ impl Plan {
     /// What is wrong with a shader, at the author's line.
     pub fn compose(&self, pass: usize, immediates: bool) -> Result<Composed, ShaderError> {
         let PlannedPass { pass, features, .. } = &self.passes[pass];
-        let options = CodeOptions { features: *features, immediates };
+        let in_rectangle = self.is_in_rectangle(pass);
+        let options = CodeOptions { features: *features, immediates, in_rectangle };
         compose_pass(pass, &|image| self.image(image).desc, &|image| self.image(image).sample_mode, options)
     }
 }

@@ -22,7 +22,8 @@ pub enum SlotKind {
     Block(BlockId),
     /// The pass's own uniform.
     Params,
-    /// A uniform with the size of the result in texels: two floats. To ask the texture for it takes longer.
+    /// A uniform with the size of the result in texels, and its first texel in the host's image: four floats. To ask
+    /// the texture for the size takes longer.
     Extent,
     /// The linear, clamping sampler.
     Sampler,
@@ -41,6 +42,8 @@ pub struct CodeOptions {
     pub features: ShaderFeatures,
     /// Whether modules take the frame's time from immediates.
     pub immediates: bool,
+    /// Whether the result goes into a rectangle of its image.
+    pub in_rectangle: bool,
 }
 
 /// A module that a device can run.

@@ -58,7 +58,7 @@ pub(super) fn uniform_blocks(passes: &[ScheduledPass], images: &[PlannedImage]) 
     let block = |scheduled: &ScheduledPass| {
         let bytes = uniform_bytes(&scheduled.pass);
         let size = scheduled.pass.written_image().map(|image| images[image.0 as usize].desc.size);
-        let extent = size.map_or([1.0; 2], |size| [size.width as f32, size.height as f32]);
+        let extent = size.map_or([1.0, 1.0, 0.0, 0.0], |size| [size.width as f32, size.height as f32, 0.0, 0.0]);
         let extent_offset = offset + (bytes.len() as u64).next_multiple_of(UNIFORM_ALIGNMENT);
         let start = std::mem::replace(&mut offset, extent_offset + UNIFORM_ALIGNMENT);
         UniformBlock { offset: start, bytes, extent_offset, extent }
@@ -99,10 +99,10 @@ impl Plan {
         buffer
     }
 
-    /// Where the uniform of a kernel of a node lies in the buffer: nowhere if the kernel is culled, and in several
-    /// places if it runs in several passes.
-    pub(crate) fn uniform_places(&self, node: usize, kernel: usize) -> Vec<u64> {
-        let origin = Some(KernelOrigin { node, kernel });
+    /// Where the uniform of a kernel lies in the buffer: nowhere if the kernel is culled, and in several places if it
+    /// runs in several passes.
+    pub(crate) fn uniform_places(&self, kernel: KernelOrigin) -> Vec<u64> {
+        let origin = Some(kernel);
         let of_pass = |planned: &PlannedPass| {
             let mut offset = planned.uniform.offset + sizes_bytes(&planned.pass) as u64;
             let mut places = Vec::new();

@@ -81,9 +81,16 @@ impl<'c, 'a> FunctionWriter<'c, 'a> {
         self.variable(SlotKind::Storage(image), "var", "result", &ty)
     }
 
-    /// The variable of the uniform with the result's size.
+    /// The size of the result. Its variable has the first texel behind the size if the result lies in a rectangle.
     pub(super) fn extent(&mut self) -> String {
-        self.variable(SlotKind::Extent, "var<uniform>", "extent", "vec2f")
+        let (ty, size) = if self.code.options.in_rectangle { ("vec4f", ".xy") } else { ("vec2f", "") };
+        self.variable(SlotKind::Extent, "var<uniform>", "extent", ty) + size
+    }
+
+    /// The first texel of a result in a rectangle.
+    pub(super) fn origin(&mut self) -> Option<String> {
+        let extent = self.code.options.in_rectangle.then(|| self.extent())?;
+        Some(format!("vec2i({}.zw)", extent.trim_end_matches(".xy")))
     }
 
     /// The variable of the pass's uniform.

@@ -16,6 +16,7 @@ pub use note::{Fused, SharedRead, Skipped};
 pub use pass::{PlannedPass, ScheduledPass, Stage, UniformBlock};
 
 use crate::options::{Ignored, Options};
+use crate::request::Part;
 use names::unique;
 
 /// A pipeline made ready for one frame size, one set of facts and one device. It is never altered.
@@ -35,6 +36,8 @@ pub struct Plan {
     pub memory: Memory,
     /// The images that the host gives: input name and image.
     pub inputs: Vec<(String, ImageId)>,
+    /// The inputs of which frames state a rectangle and a factor.
+    pub rectangles: Vec<RectangleInput>,
     /// The host blocks that passes read.
     pub blocks: Vec<PlannedBlock>,
     /// What the host gets.
@@ -79,6 +82,24 @@ pub struct PlanOutput {
     pub state: ColorState,
     /// What the numbers mean as light: that of the image which really comes, also where nodes are skipped.
     pub colorimetry: Colorimetry,
+    /// Whether it goes into a rectangle of the host's image, which frames state: the uniforms of its passes have the
+    /// first texel behind the [`extent`](UniformBlock::extent).
+    pub in_rectangle: bool,
+}
+
+/// An input of which frames state a rectangle and a factor.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RectangleInput {
+    /// The name of the input.
+    pub name: String,
+    /// The image: its size is that of the rectangle in the plan, and not that of the host's texture.
+    pub image: ImageId,
+    /// How large the rectangle is.
+    pub part: Part,
+    /// The factor in the pipeline's file.
+    pub scale: f32,
+    /// Where its [uniform](Self::uniform) lies in the one uniform buffer of the plan.
+    pub places: Vec<u64>,
 }
 
 impl Plan {
@@ -101,6 +122,18 @@ impl Plan {
     /// If no pass reads it.
     pub fn block(&self, id: BlockId) -> &PlannedBlock {
         self.blocks.iter().find(|planned| planned.id == id).expect("a plan lists the blocks that its passes read")
+    }
+
+    /// Where the first texel of an output lies in the one uniform buffer, for outputs in a rectangle.
+    pub fn origin_places(&self, output: &PlanOutput) -> impl Iterator<Item = u64> {
+        let writers = self.passes.iter().filter(|planned| planned.pass.function_result() == Some(output.image));
+        writers.map(|planned| planned.uniform.extent_offset + size_of::<[f32; 2]>() as u64)
+    }
+
+    /// Whether a pass writes an output in a rectangle.
+    pub(crate) fn is_in_rectangle(&self, pass: &Pass) -> bool {
+        let mut outputs = self.outputs.iter().filter(|output| output.in_rectangle);
+        outputs.any(|output| pass.function_result() == Some(output.image))
     }
 
     /// The name of each image: its label, with `#2` and so on after it where several have the same.

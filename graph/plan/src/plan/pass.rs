@@ -41,8 +41,8 @@ pub struct UniformBlock {
     pub bytes: Vec<u8>,
     /// Where the size of the result begins in the buffer.
     pub extent_offset: u64,
-    /// The size of the first image that the pass writes, in texels.
-    pub extent: [f32; 2],
+    /// The size of the first image that the pass writes, in texels, and its first texel in the host's image.
+    pub extent: [f32; 4],
 }
 
 /// How a pass runs.

@@ -33,6 +33,10 @@ pub(super) fn content(plan: &Plan) -> Value {
         let block = |planned: &PlannedBlock| json!({ "name": planned.name, "type": planned.block.name });
         content["blocks"] = plan.blocks.iter().map(block).collect();
     }
+    if !plan.rectangles.is_empty() {
+        content["rectangles"] =
+            plan.rectangles.iter().map(|input| json!({ "input": input.name, "part": input.part })).collect();
+    }
     if !plan.dynamic.is_empty() {
         content["dynamic"] = json!(plan.dynamic);
     }
@@ -42,12 +46,16 @@ pub(super) fn content(plan: &Plan) -> Value {
 }
 
 fn output(output: &PlanOutput, names: &Names) -> Value {
-    json!({
+    let mut content = json!({
         "colorimetry": colorimetry(output.colorimetry),
         "image": names.image(output.image),
         "name": output.name,
         "state": output.state.name(),
-    })
+    });
+    if output.in_rectangle {
+        content["in_rectangle"] = json!(true);
+    }
+    content
 }
 
 fn barriers(batch: &Batch, names: &Names) -> Value {

@@ -1,0 +1,66 @@
+//! A rectangle of texels, and what the uniforms of a plan hold of such.
+
+use afterimage_graph::image::Size;
+use afterimage_plan::{Plan, RectangleInput};
+use wgpu::Texture;
+
+/// A rectangle of texels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Rectangle {
+    /// The first column.
+    pub x: u32,
+    /// The first row, from the top.
+    pub y: u32,
+    /// Columns.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+}
+
+impl Rectangle {
+    /// All of an image.
+    pub fn whole(size: Size) -> Self {
+        Self { x: 0, y: 0, width: size.width, height: size.height }
+    }
+
+    /// Columns and rows.
+    pub fn size(self) -> Size {
+        Size::new(self.width, self.height)
+    }
+
+    pub(crate) fn of_texture(texture: &Texture) -> Self {
+        Self { x: 0, y: 0, width: texture.width(), height: texture.height() }
+    }
+
+    pub(super) fn lies_in(self, texture: &Texture) -> bool {
+        let ends =
+            |first: u32, length: u32, all: u32| length > 0 && first.checked_add(length).is_some_and(|end| end <= all);
+        ends(self.x, self.width, texture.width()) && ends(self.y, self.height, texture.height())
+    }
+}
+
+impl std::fmt::Display for Rectangle {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}x{} from {},{}", self.width, self.height, self.x, self.y)
+    }
+}
+
+/// What the uniforms hold of rectangles.
+#[derive(Default)]
+pub(super) struct HeldRectangles {
+    /// The uniform of each input of which frames state a rectangle.
+    pub(super) inputs: Vec<Option<[u8; RectangleInput::BYTES]>>,
+    /// The rectangle of each output that has one.
+    pub(super) outputs: Vec<Option<Rectangle>>,
+}
+
+impl HeldRectangles {
+    pub(super) fn none(plan: &Plan) -> Self {
+        Self { inputs: vec![None; plan.rectangles.len()], outputs: vec![None; plan.outputs.len()] }
+    }
+
+    pub(super) fn forget(&mut self) {
+        self.inputs.fill(None);
+        self.outputs.fill(None);
+    }
+}

@@ -1,0 +1,57 @@
+#!/usr/bin/env bash
+# Drives the example `window`, a renderer with a window, on a display of its own: tests/window.sh [FOLDER for screenshots]
+# Needs Xvfb, openbox, xdotool and ImageMagick, and takes a minute on a processor:
+#   apt-get install -y xvfb openbox xdotool imagemagick mesa-vulkan-drivers
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+out=$(mkdir -p "${1:-out/window}" && cd "${1:-out/window}" && pwd)
+work=$(mktemp -d)
+display=:$((90 + $$ % 100))
+export XDG_RUNTIME_DIR=${XDG_RUNTIME_DIR:-/tmp}
+cargo build --quiet -p afterimage-gpu --example window
+program=${CARGO_TARGET_DIR:-target}/debug/examples/window
+Xvfb $display -screen 0 1400x900x24 >/dev/null 2>&1 & screen=$!
+trap 'kill $screen ${renderer:-} 2>/dev/null; rm -rf "$work"' EXIT
+sleep 2
+export DISPLAY=$display
+openbox >/dev/null 2>&1 &
+"$program" --still "$work/wanted.ppm" 640x360
+"$program" --still >"$work/log" 2>&1 & renderer=$!
+
+fail() { echo "failed: $*" >&2; cat "$work/log" >&2; exit 1; }
+shot() {
+    sleep 3
+    import -window "$window" "$out/$1.png"
+    kill -0 $renderer 2>/dev/null || fail "the renderer has ended after: $1"
+}
+# The mean difference of two pictures, in codes.
+apart() { compare -metric MAE "$1" "$2" null: 2>&1 | sed 's/ .*//' | awk '{ print $1 / 257 }'; }
+same() { shot "$1"; awk "BEGIN { exit !($(apart "$work/wanted.ppm" "$out/$1.png") < 0.1) }" || fail "$1 is $(apart "$work/wanted.ppm" "$out/$1.png") codes from the picture without a window"; }
+other() { shot "$1"; awk "BEGIN { exit !($(apart "$work/wanted.ppm" "$out/$1.png") > 2) }" || fail "$1 shows nothing new"; }
+key() { xdotool windowfocus "$window" key "$@"; }
+size() { xdotool windowsize "$window" "$@"; sleep 0.4; }
+
+for _ in $(seq 60); do window=$(xdotool search --name 'Afterimage in a window' | tail -1) && [ -n "$window" ] && break; sleep 1; done
+[ -n "${window:-}" ] || fail "there is no window"
+xdotool windowmove "$window" 0 0
+same opened
+for to in "900 560" "300 700" "1300 800" "1 1" "640 360"; do size $to; done
+same resized
+xdotool windowminimize "$window"; sleep 1; xdotool windowmap "$window"
+same restored
+key s
+other split
+size 800 300; size 640 360
+key s
+same joined
+key l
+same "recovered"
+grep -q "the device was lost" "$work/log" || fail "no device was lost"
+key t
+key t
+same tiers
+key Escape
+for _ in $(seq 20); do kill -0 $renderer 2>/dev/null || break; sleep 0.5; done
+kill -0 $renderer 2>/dev/null && fail "Escape does not end it"
+echo "the window shows the picture that is made without a window, after resizes, minimising, a split screen, a lost device"
