@@ -7,6 +7,7 @@ use afterimage_plan::codegen::Composed;
 use afterimage_plan::{HeapPlacement, PlacedPlan, Plan, Stage};
 use wgpu::{BindGroup, Buffer, TextureFormat, TextureView};
 
+use super::compiled::LoadedPasses;
 use super::rectangle::{HeldRectangles, Rectangle};
 use crate::device::texture_format;
 use crate::heap::Placed;
@@ -43,7 +44,7 @@ pub(super) struct Loaded {
     pub(super) plan: Arc<Plan>,
     /// Where the images of the plan lie.
     pub(super) placement: HeapPlacement,
-    pub(super) passes: Vec<LoadedPass>,
+    pub(super) passes: LoadedPasses,
     pub(super) uniforms: Buffer,
     /// What the uniforms hold of each host block.
     pub(super) blocks: Vec<Vec<u8>>,
