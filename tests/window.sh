@@ -54,8 +54,11 @@ size 800 300; size 640 360
 key s
 same joined
 key l
-same "recovered"
+for _ in $(seq 30); do grep -q "the device was lost" "$work/log" && break; sleep 1; done
 grep -q "the device was lost" "$work/log" || fail "no device was lost"
+# What is shown then is new.
+size 700 400; size 640 360
+same recovered
 key t
 key t
 same tiers
