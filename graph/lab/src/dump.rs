@@ -25,15 +25,15 @@ pub struct Dump<'a> {
 }
 
 impl Dump<'_> {
-    /// Writes the images of a frame as EXR, its cameras as JSON, the plan that renders, and the command for a shell that
-    /// renders it again into `out.png` (`out.exr` for light), in `command.txt`; returns the command. Rectangles and factors are applied to
-    /// the images. Waits for the device.
+    /// Writes the images of a frame as EXR, its cameras as JSON, the plan that renders, and the command for a shell
+    /// that renders it again into `out.png` (`out.exr` for light), in `command.txt`; returns the command. Rectangles and
+    /// factors are applied to the images. Waits for the device.
     ///
-    /// The program renders a first frame, the number 0: histories are empty, and noise is that of this number.
+    /// The program renders a first frame, with the number 0 and empty histories. A `Dither` is done by the writer.
     ///
     /// # Errors
-    /// An input whose texture has no `COPY_SRC` or none of the formats of images, a block that is no camera, a file that
-    /// cannot be written.
+    /// An input whose texture has no `COPY_SRC` or none of the formats of images, a block that is no camera, a file
+    /// that cannot be written.
     pub fn write(&self, post: &Post, device: &Device, queue: &Queue, frame: &Frame<'_>) -> Result<String, LabError> {
         std::fs::create_dir_all(self.folder)
             .map_err(|error| LabError::Machine(format!("cannot make {}: {error}", self.folder.display())))?;

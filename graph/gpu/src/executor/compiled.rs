@@ -4,13 +4,10 @@ use std::sync::{Arc, Mutex};
 
 use afterimage_plan::Plan;
 
-use super::loaded::LoadedPass;
+use super::loaded::LoadedPasses;
 
 /// Plans whose passes are kept: a few sizes at a few facts.
 const MOST: usize = 32;
-
-/// The passes of one plan, which every executor that runs it shares.
-pub(super) type LoadedPasses = Arc<[LoadedPass]>;
 
 /// Compiled plans. The one used last is at the end.
 #[derive(Default)]

@@ -7,7 +7,6 @@ use afterimage_plan::codegen::Composed;
 use afterimage_plan::{HeapPlacement, PlacedPlan, Plan, Stage};
 use wgpu::{BindGroup, Buffer, TextureFormat, TextureView};
 
-use super::compiled::LoadedPasses;
 use super::rectangle::{HeldRectangles, Rectangle};
 use crate::device::texture_format;
 use crate::heap::Placed;
@@ -73,6 +72,9 @@ pub(super) struct Loaded {
     /// Whether another plan has used the heap before.
     pub(super) shares_old_heap: bool,
 }
+
+/// The passes of one plan, which every executor that runs it shares.
+pub(super) type LoadedPasses = Arc<[LoadedPass]>;
 
 /// What one draw or dispatch needs.
 pub(super) struct LoadedPass {

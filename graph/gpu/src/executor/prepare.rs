@@ -8,9 +8,9 @@ use afterimage_plan::codegen::{Composed, SlotKind};
 use afterimage_plan::{Alias, HeapPlacement, PlacedPlan, Plan, PlannedImage, Stage};
 use wgpu::{Buffer, BufferUsages, Device, TextureFormat};
 
-use super::compiled::{CompiledPasses, LoadedPasses};
+use super::compiled::CompiledPasses;
 use super::frame_constants;
-use super::loaded::{LoadedPass, planned_attachment};
+use super::loaded::{LoadedPass, LoadedPasses, planned_attachment};
 use crate::GpuError;
 use crate::buffer::filled_buffer;
 use crate::heap::{Place, Placed};

@@ -14,8 +14,8 @@ const MOST: usize = 16;
 
 impl Post {
     /// Makes and compiles plans for other sizes of the frame in the background, one after another, also after each
-    /// change of facts, tiers and pipelines. A frame of such a size then needs memory for its images only. Images of the
-    /// size of the present frame are taken to have the new size, and others to keep theirs.
+    /// change of facts, tiers and pipelines. A frame of such a size then needs memory for its images only. Images of
+    /// the size of the present frame are taken to have the new size, and others to keep theirs.
     ///
     /// # Panics
     /// If there are more than 16 sizes.
