@@ -39,9 +39,11 @@ fn log_gaussian_store(cell: Cell, sum: f32) {
     let first = cell.slot * cell.invocations;
     let own = first + cell.invocation;
     log_gaussian_sums[own] = sum;
-    for (var half = cell.invocations / 2u; half > 0u; half /= 2u) {
+    // Every invocation of the workgroup meets every barrier, however few a cell has: WGSL asks for it.
+    for (var half = LOG_GAUSSIAN_ALL_INVOCATIONS / 2u; half > 0u; half /= 2u) {
         workgroupBarrier();
-        if cell.invocation < half { log_gaussian_sums[own] += log_gaussian_sums[own + half]; }
+        let has_pair = half < cell.invocations && cell.invocation < half;
+        if has_pair { log_gaussian_sums[own] += log_gaussian_sums[own + half]; }
     }
     if cell.invocation == 0u { log_gaussian_give(cell.place, log_gaussian_sums[own]); }
 }

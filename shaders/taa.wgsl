@@ -116,7 +116,7 @@ fn taa_was_seen(
         }
     }
     // A distance of the sky has no meaning in detail.
-    return off < params.depth_threshold || expected > 30000.0 && off < 2.0;
+    return off < params.depth_threshold || (expected > 30000.0 && off < 2.0);
 }
 
 // The weights of a Catmull-Rom spline for the texels -1, 0, 1 and 2 at a place between 0 and 1.

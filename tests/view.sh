@@ -10,19 +10,29 @@ work=$(mktemp -d)
 display=:$((90 + $$ % 100))
 export XDG_RUNTIME_DIR=${XDG_RUNTIME_DIR:-/tmp}
 cargo build --quiet -p afterimage
-program=${CARGO_TARGET_DIR:-target}/debug/afterimage
+program=$(realpath "${CARGO_TARGET_DIR:-target}/debug/afterimage")
 Xvfb $display -screen 0 1400x900x24 >/dev/null 2>&1 & screen=$!
 trap 'kill $screen ${viewer:-} 2>/dev/null; rm -rf "$work"' EXIT
 sleep 2
 export DISPLAY=$display
 openbox >/dev/null 2>&1 &
 cp pipelines/lynx.ron "$work/look.ron"
-"$program" view "$work/look.ron" --size 320x180 --window 1280x720 >"$work/log" 2>&1 & viewer=$!
+(cd "$work" && exec "$program" view look.ron --size 320x180 --window 1280x720 >"$work/log" 2>&1) & viewer=$!
 
 fail() { echo "failed: $*" >&2; cat "$work/log" >&2; exit 1; }
 alive() { kill -0 $viewer 2>/dev/null || fail "the viewer has ended after: $1"; }
 settle() { sleep "${1:-3}"; }
-shot() { settle; import -window "$window" "$out/$1.png"; alive "$1"; echo "$out/$1.png"; }
+# A screenshot, once the window shows the same for two seconds: a busy machine renders late.
+shot() {
+    settle
+    for _ in $(seq 30); do
+        import -window "$window" "$out/$1.png"; alive "$1"
+        settle 2
+        import -window "$window" "$work/again.png"; alive "$1"
+        [ "$(compare -metric AE "$out/$1.png" "$work/again.png" null: 2>&1 | sed 's/[ (].*//')" = 0 ] && break
+    done
+    echo "$out/$1.png"
+}
 key() { xdotool windowfocus "$window" key "$@"; }
 # The mean difference of the pictures of two screenshots, in codes.
 apart() {
@@ -35,7 +45,6 @@ for _ in $(seq 60); do window=$(xdotool search --name 'look.ron' | tail -1) && [
 [ -n "${window:-}" ] || fail "there is no window"
 xdotool windowmove "$window" 0 0
 key space
-settle 4
 shot opened
 echo "a slider is dragged"
 xdotool mousemove --window "$window" 90 40 click 1
@@ -48,7 +57,6 @@ xdotool mousedown 1; settle 1
 xdotool mousemove --window "$window" 200 98; settle 1
 xdotool mousemove --window "$window" 235 98; settle 1
 xdotool mouseup 1
-settle 6
 shot dragged
 far opened dragged
 echo "saved"
@@ -72,9 +80,22 @@ key Escape; settle 1
 key r; shot wipe; near mended wipe
 key b; shot beside; far wipe beside
 key d; shot difference; far wipe difference
-key r; key g
+key r
+echo "a wire is clicked, and the result comes back"
+# The output `result` of the second node, in the graph below.
+xdotool mousemove --window "$window" 416 636 click 1
+shot wire; far mended wire
+key Escape; shot result; near mended result
+echo "exported"
+(cd "$work" && ls look*.png >/dev/null 2>&1) && fail "there was a picture before"
+key ctrl+e; settle
+[ "$(identify -format '%wx%h' "$work/look.png")" = 320x180 ] || fail "no picture of 320x180 was exported"
+key h; shot alone; key h
 echo "resized and minimised"
-for size in "900 560" "640 400" "1300 800" "1280 720"; do xdotool windowsize "$window" $size; sleep 0.4; done
+for number in $(seq 60); do
+    xdotool windowsize "$window" $((640 + number * 137 % 700)) $((400 + number * 89 % 400)); sleep 0.05
+done
+xdotool windowsize "$window" 1280 720
 xdotool windowminimize "$window"; sleep 1; xdotool windowmap "$window"
 shot restored
 near mended restored

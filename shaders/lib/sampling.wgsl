@@ -65,7 +65,7 @@ fn sanitize_number(t: texture_2d<f32>, p: vec2i, bits: u32, channel: i32, end: i
         count += select(0, 1, (near & INFINITY_BITS) != INFINITY_BITS);
         is_shared |= near == INFINITY_BITS;
     }
-    if count == 0 || is_shared && bits == INFINITY_BITS { return bits; }
+    if count == 0 || (is_shared && bits == INFINITY_BITS) { return bits; }
     return bitcast<u32>(sanitize_ranked(t, p, channel, (count + 1) / 2, end));
 }
 

@@ -35,7 +35,17 @@ pub fn contract(kinds: &[NodeKind]) -> Result<Vec<String>, Vec<String>> {
     if complaints.is_empty() { Ok(skipped) } else { Err(complaints) }
 }
 
+/// The WGSL of every module that the contract composes from these kinds without optional features, for validators
+/// other than naga.
+pub fn modules(kinds: &[NodeKind]) -> BTreeSet<String> {
+    kinds.iter().flat_map(|kind| of_kind(kind).plain).collect()
+}
+
 fn of_modules(kind: &NodeKind) -> Vec<String> {
+    of_kind(kind).complaints
+}
+
+fn of_kind(kind: &NodeKind) -> Modules {
     let mut modules = Modules::default();
     for_each_recording(kind, &mut |recording| {
         for pass in &recording.passes {
@@ -44,7 +54,7 @@ fn of_modules(kind: &NodeKind) -> Vec<String> {
             }
         }
     });
-    modules.complaints
+    modules
 }
 
 /// The pass as the planner records it: it limits the results of untrusted shaders.
@@ -87,6 +97,8 @@ const WAYS: [(SampleMode, ShaderFeatures); 6] = [
 struct Modules {
     shapes: BTreeSet<String>,
     sources: BTreeSet<String>,
+    /// Those of the sources that every device understands.
+    plain: BTreeSet<String>,
     complaints: Vec<String>,
 }
 
@@ -108,7 +120,9 @@ impl Modules {
         let desc_of = |image: ImageId| recording.image(image).desc;
         for (reading, features) in ways.iter().copied() {
             let options = CodeOptions { features, immediates: features == RICH, in_rectangle: false };
-            let fault = match compose_pass(pass, &desc_of, &|_| reading, options) {
+            let composed = compose_pass(pass, &desc_of, &|_| reading, options);
+            self.plain.extend(composed.iter().filter(|_| features == PLAIN).map(|composed| composed.source.clone()));
+            let fault = match composed {
                 Ok(composed) if !self.sources.insert(composed.source.clone()) => None,
                 Ok(composed) => match composed.validate() {
                     Ok(module) => too_much_memory(&module),

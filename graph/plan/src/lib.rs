@@ -51,7 +51,7 @@ mod topological;
 mod verify;
 
 pub use afterimage_base::caps::Caps;
-pub use contract::contract;
+pub use contract::{contract, modules};
 pub use dynamic::{DynamicNodes, NeedsPlan};
 pub use error::PlanError;
 pub use options::{Alias, Ignored, Options, When};

@@ -14,7 +14,7 @@ use afterimage_graph::image::Size;
 use afterimage_graph::node::{Registry, folder_kind_sharing};
 use afterimage_graph::value::Value;
 use afterimage_view::{
-    Checked, FrameTarget, Images, Model, Problem, Project, Scene, Stage, Target, TextProject, saved,
+    Checked, FrameTarget, Images, Model, Problem, Project, Savings, Scene, Stage, Target, TextProject, saved,
 };
 
 const WINDOW: [u32; 2] = [1280, 720];
@@ -100,8 +100,11 @@ impl Bench {
             usage: wgpu::TextureUsages::RENDER_ATTACHMENT,
             view_formats: &[],
         });
-        let mut bench =
-            Self { stage: Stage::new(model, FORMAT), view: target.create_view(&Default::default()), gpu: gpu.clone() };
+        let mut bench = Self {
+            stage: Stage::new(model, FORMAT, Box::new(|_, _| Err(Problem::said("nothing is dropped")))),
+            view: target.create_view(&Default::default()),
+            gpu: gpu.clone(),
+        };
         (0..8).for_each(|_| bench.frame());
         Ok(bench)
     }
@@ -193,6 +196,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let names = ["AcesNarkowicz", "Uchimura", "Hable"];
     let choose = |index: usize| Some(Value::Choice(names[index % names.len()]));
     row("a choice that needs a plan, to submit", (0..60).map(|i| bench.after(|m| m.set(&curve, choose(i)))).collect());
+    savings(&mut opened("tsushima", size)?)?;
     let mut shader =
         Bench::new(&gpu, Box::new(Shader { number: 0.5 }), small).map_err(|problem| problem.to_string())?;
     row("a shader of one node, to submit", (0..60).map(|_| shader.after(Model::reload)).collect());
@@ -206,6 +210,26 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         bench.frame();
         if index % (changes / 8).max(1) == 0 || index + 1 == changes {
             println!("  {:>6}  {:8.1} MiB  {:>4}", index, held(), open_files());
+        }
+    }
+    Ok(())
+}
+
+/// Prints what each node would save.
+fn savings(bench: &mut Bench) -> Result<(), Box<dyn std::error::Error>> {
+    (0..100).for_each(|_| bench.frame());
+    bench.gpu.wait()?;
+    bench.frame();
+    bench.model().measure_savings().map_err(|problem| problem.to_string())?;
+    while bench.model().savings().is_some_and(|savings| savings.left() > 0) {
+        bench.frame();
+        bench.gpu.wait()?;
+    }
+    println!("what a frame without a node saves");
+    for saving in bench.model().savings().map_or(&[][..], Savings::found) {
+        match &saving.ms {
+            Ok(ms) => println!("  {:<12} {:+.4} ms", saving.node, ms),
+            Err(why) => println!("  {:<12} {why}", saving.node),
         }
     }
     Ok(())

@@ -15,9 +15,9 @@ mod stage;
 mod ui;
 
 #[cfg(not(target_family = "wasm"))]
-pub use desktop::{Desktop, MakeImages, OpenFile, Opened};
+pub use desktop::{Desktop, MakeImages};
 pub use model::*;
 pub use problem::Problem;
 #[cfg(not(target_family = "wasm"))]
-pub use stage::{Stage, Target as FrameTarget};
-pub use ui::{Comparison, PictureView, Subject, Tab, Viewer};
+pub use stage::{OpenFile, Opened, Stage, Target as FrameTarget};
+pub use ui::{Comparison, ExportKind, Exported, PictureView, Subject, Tab, Viewer};

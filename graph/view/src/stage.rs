@@ -1,12 +1,13 @@
 //! A frame of the viewer on any target: a window, a page, or a texture in a test.
 
+use std::path::Path;
 use std::time::Instant;
 
-use afterimage_gpu::wgpu;
+use afterimage_gpu::{Gpu, wgpu};
 use egui_wgpu::{RendererOptions, ScreenDescriptor};
 
 use crate::render::device::onto;
-use crate::{Model, Viewer};
+use crate::{Images, Model, Problem, Project, Viewer};
 
 /// The viewer with what draws it.
 pub struct Stage {
@@ -14,9 +15,21 @@ pub struct Stage {
     pub viewer: Viewer,
     ctx: egui::Context,
     renderer: egui_wgpu::Renderer,
+    open: OpenFile,
     /// Milliseconds that the last frame took of the processor.
     own_ms: f64,
 }
+
+/// What a dropped file is.
+pub enum Opened {
+    /// A pipeline.
+    Pipeline(Box<dyn Project>),
+    /// Images.
+    Images(Images),
+}
+
+/// Opens a file.
+pub type OpenFile = Box<dyn Fn(&Gpu, &Path) -> Result<Opened, Problem>>;
 
 /// Where a frame is drawn.
 #[derive(Clone, Copy)]
@@ -28,12 +41,13 @@ pub struct Target<'t> {
 }
 
 impl Stage {
-    /// A stage for targets of that format, which hold encoded numbers: not one of the sRGB formats.
-    pub fn new(model: Model, format: wgpu::TextureFormat) -> Self {
+    /// A stage for targets of that format, which hold encoded numbers: not one of the sRGB formats. `open` opens files
+    /// that are dropped.
+    pub fn new(model: Model, format: wgpu::TextureFormat, open: OpenFile) -> Self {
         let ctx = egui::Context::default();
         Viewer::style(&ctx);
         let renderer = renderer(&model, format);
-        Self { viewer: Viewer::new(model, format), ctx, renderer, own_ms: 0.0 }
+        Self { viewer: Viewer::new(model, format), ctx, renderer, open, own_ms: 0.0 }
     }
 
     /// The context of the user interface.
@@ -52,6 +66,7 @@ impl Stage {
     /// Renders and draws a frame, `passed` seconds after the last one, and submits it.
     pub fn frame(&mut self, input: egui::RawInput, target: Target<'_>, passed: f64) -> egui::FullOutput {
         let begin = Instant::now();
+        input.dropped_files.iter().for_each(|file| self.drop_file(file.path()));
         let gpu = self.viewer.model.gpu().clone();
         let mut encoder = gpu.encoder();
         self.viewer.render(&mut encoder, passed);
@@ -72,6 +87,15 @@ impl Stage {
         self.viewer.submitted(&self.ctx, self.own_ms);
         self.own_ms = begin.elapsed().as_secs_f64() * 1e3;
         output
+    }
+
+    fn drop_file(&mut self, path: &Path) {
+        let model = &mut self.viewer.model;
+        match (self.open)(model.gpu(), path) {
+            Ok(Opened::Pipeline(project)) => model.open(project),
+            Ok(Opened::Images(images)) => model.set_images(images),
+            Err(problem) => self.viewer.tell(&self.ctx, problem.to_string()),
+        }
     }
 }
 

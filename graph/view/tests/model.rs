@@ -11,18 +11,7 @@ use afterimage_graph::value::{Type, Value};
 use afterimage_plan::Options;
 use afterimage_view::render::{Flags, Painter, Placement, Shown};
 use afterimage_view::{Beside, Model, Problem, Project, Rendered, Tap, Target, TextProject};
-use support::{SIZE, gpu, model, of, picture, render, settle, texels};
-
-/// The largest difference between two pictures in codes. A dither depends on the number of the frame, so equal pictures
-/// differ by 1.
-fn apart(a: &Texels, b: &Texels) -> u8 {
-    assert_eq!(a.desc, b.desc);
-    a.bytes.iter().zip(&b.bytes).map(|(a, b)| a.abs_diff(*b)).max().unwrap()
-}
-
-fn parameter(name: &str) -> Target {
-    Target::Parameter(name.into())
-}
+use support::{SIZE, apart, gpu, model, of, parameter, picture, render, settle, texels};
 
 #[test]
 fn nothing_is_rendered_while_nothing_changes() {
@@ -188,7 +177,7 @@ fn plain(width: u32, height: u32) -> Placement {
 
 /// What the viewer draws of an image, texel by texel.
 fn drawn(image: &wgpu::Texture, placement: Placement) -> Vec<[f32; 4]> {
-    let painter = Painter::new(&gpu().device, wgpu::TextureFormat::Rgba32Float);
+    let painter = Painter::new(gpu(), wgpu::TextureFormat::Rgba32Float);
     let target = target(image.width(), image.height());
     let view = target.create_view(&Default::default());
     let mut encoder = gpu().encoder();
@@ -355,39 +344,4 @@ fn every_parameter_of_every_pipeline_has_a_present_value() {
             assert!(matches!(declared.ty, Type::File) || declared.accepts(&value).is_ok(), "{name}");
         }
     }
-}
-
-#[test]
-fn a_lost_device_is_replaced_and_the_picture_is_the_same() {
-    let own = afterimage_gpu::Gpu::open(&afterimage_gpu::Opening::default()).unwrap();
-    let scene = afterimage_view::Scene::new(&own, SIZE).unwrap();
-    let project = Box::new(TextProject::built_in("lynx").unwrap());
-    let mut model = Model::new(&own, project, afterimage_view::Images::Scene(Box::new(scene)));
-    model.clock().is_playing = false;
-    model.set(&parameter("lit.strength"), Some(Value::Float(0.4)));
-    let frame = |gpu: &afterimage_gpu::Gpu, model: &mut Model| {
-        let mut encoder = gpu.encoder();
-        model.render(&mut encoder, 0.0);
-        gpu.queue.submit([encoder.finish()]);
-    };
-    let read = |gpu: &afterimage_gpu::Gpu, model: &Model| {
-        let picture = model.shown().unwrap().picture().unwrap();
-        afterimage_gpu::download(&gpu.device, &gpu.queue, picture).unwrap()
-    };
-    frame(&own, &mut model);
-    let before = read(&own, &model);
-    own.device.destroy();
-    for _ in 0..64 {
-        model.clock().step();
-        frame(&own, &mut model);
-        if matches!(model.problem(), Some(Problem::DeviceLost)) {
-            break;
-        }
-    }
-    assert!(matches!(model.problem(), Some(Problem::DeviceLost)), "{:?}", model.problem());
-    let other = afterimage_gpu::Gpu::open(&afterimage_gpu::Opening::default()).unwrap();
-    model.rebuild(&other).unwrap();
-    model.clock().seek(0.0);
-    frame(&other, &mut model);
-    assert!(apart(&read(&other, &model), &before) <= 1);
 }

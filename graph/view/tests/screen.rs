@@ -37,7 +37,7 @@ fn converted(space: SurfaceColorSpace) -> Vec<[f32; 4]> {
         usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
         view_formats: &[],
     });
-    let screen = Screen::new(device, target.format(), space, SDR_WHITE);
+    let screen = Screen::new(gpu(), target.format(), space, SDR_WHITE);
     let mut encoder = gpu().encoder();
     let view = |texture: &wgpu::Texture| texture.create_view(&Default::default());
     screen.convert(&mut encoder, &view(&drawn), &view(&target));

@@ -4,10 +4,11 @@
 
 mod support;
 
+use afterimage_graph::color::Transfer;
 use afterimage_graph::value::Value;
-use afterimage_view::{Beside, Comparison, Tab, Tap, Target};
+use afterimage_view::{Beside, Comparison, ExportKind, Tab, Tap, Target};
 use egui::{Event, Key, Modifiers, pos2, vec2};
-use support::{WINDOW, Window, model};
+use support::{SIZE, WINDOW, Window, model, picture, settle, texels};
 
 /// A place in the picture.
 const PLACE: egui::Pos2 = pos2(660.0, 230.0);
@@ -136,4 +137,125 @@ fn nothing_is_drawn_outside_of_the_window_and_the_panels_are_there() {
     ] {
         assert!(spread(x, y) > 0.004, "{name}");
     }
+}
+
+/// The file that an export of the window makes.
+fn exported(window: &mut Window, kind: ExportKind) -> afterimage_view::Exported {
+    window.stage.viewer.export(kind);
+    for _ in 0..200 {
+        window.frame(Vec::new());
+        if let Some(exported) = window.stage.viewer.take_export() {
+            return exported;
+        }
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+    panic!("the export never comes");
+}
+
+fn decoded(exported: &afterimage_view::Exported) -> afterimage_media::Picture {
+    let bytes = std::io::Cursor::new(&exported.bytes[..]);
+    afterimage_media::codec::decode(bytes, None, afterimage_media::Budget(1 << 30)).unwrap()
+}
+
+#[test]
+fn the_exported_numbers_are_those_of_the_image() {
+    let mut window = open("tsushima");
+    settle(&mut window.stage.viewer.model);
+    window.stage.viewer.model.set_tap(Some(Tap::new("scene")));
+    window.frame(Vec::new());
+    let file = exported(&mut window, ExportKind::Numbers);
+    assert_eq!(file.name, "tsushima-scene.exr");
+    let (_, image) = window.stage.viewer.model.tapped().unwrap();
+    let numbers = texels(&image).to_floats();
+    let picture = decoded(&file);
+    assert_eq!((picture.width, picture.height), (SIZE.width, SIZE.height));
+    assert!(numbers.iter().any(|number| number[0] > 1.0), "the scene has highlights");
+    for (index, number) in numbers.iter().enumerate() {
+        let (x, y) = (index as u32 % SIZE.width, index as u32 / SIZE.width);
+        assert_eq!(picture.pixel(x, y), *number, "{x},{y}");
+    }
+}
+
+#[test]
+fn the_exported_picture_is_what_is_seen_also_where_two_are_compared() {
+    let mut window = open("lynx");
+    settle(&mut window.stage.viewer.model);
+    window.frame(Vec::new());
+    let shown = picture(&window.stage.viewer.model);
+    let file = exported(&mut window, ExportKind::Picture);
+    assert_eq!(file.name, "lynx.png");
+    let code = |light: f32| (Transfer::Srgb.to_signal(light.into()) * 255.0).round() as i32;
+    let codes = |picture: &afterimage_media::Picture, x: u32, y: u32| picture.pixel(x, y).map(code);
+    let alone = decoded(&file);
+    for y in 0..SIZE.height {
+        for x in 0..SIZE.width {
+            let at = (y * SIZE.width + x) as usize * 4;
+            let codes = codes(&alone, x, y);
+            assert!((0..3).all(|channel| codes[channel] == i32::from(shown.bytes[at + channel])), "{x},{y}");
+        }
+    }
+    window.stage.viewer.model.set_beside(Some(Beside::Pipeline("caracal".into())));
+    window.stage.viewer.picture.comparison = Comparison::Beside;
+    (0..4).for_each(|_| window.frame(Vec::new()));
+    let both = decoded(&exported(&mut window, ExportKind::Picture));
+    assert_eq!((both.width, both.height), (2 * SIZE.width, SIZE.height));
+    let middle = SIZE.height / 2;
+    let halves = (0..SIZE.width).map(|x| (codes(&both, x, middle), codes(&both, x + SIZE.width, middle)));
+    let differing = halves.filter(|(left, right)| (0..3).any(|c| (left[c] - right[c]).abs() > 3)).count();
+    assert!(differing > SIZE.width as usize / 4, "the other half is the other pipeline: {differing}");
+    assert!((0..SIZE.width).all(|x| codes(&both, x, middle)[1].abs_diff(codes(&alone, x, middle)[1]) <= 1));
+}
+
+#[test]
+fn a_press_outside_of_a_field_gives_the_keys_back() {
+    let mut window = open("lynx");
+    // The field of the search, at the top of the parameters.
+    window.click(pos2(90.0, 42.0));
+    window.frame(vec![Event::Text("r".into())]);
+    assert!(window.stage.ctx().egui_wants_keyboard_input());
+    window.key(Key::G, Modifiers::NONE);
+    assert_eq!(window.stage.viewer.tab, Some(Tab::Graph), "a letter is typed, and is no command");
+    window.drag(PLACE, PLACE + vec2(30.0, 0.0));
+    assert!(!window.stage.ctx().egui_wants_keyboard_input());
+    window.key(Key::G, Modifiers::NONE);
+    assert_eq!(window.stage.viewer.tab, None);
+}
+
+#[test]
+fn a_problem_opens_the_messages_and_its_end_what_was_open_before() {
+    for before in [Some(Tab::Cost), None] {
+        let mut window = open("lynx");
+        window.stage.viewer.tab = before;
+        let good = window.stage.viewer.model.project().text();
+        window.stage.viewer.model.edit(Some(good.replace("Composite(", "Compositor(")));
+        window.frame(Vec::new());
+        assert_eq!(window.stage.viewer.tab, Some(Tab::Messages));
+        window.stage.viewer.model.edit(Some(good));
+        window.frame(Vec::new());
+        assert_eq!(window.stage.viewer.tab, before);
+    }
+}
+
+#[test]
+fn a_dropped_pipeline_is_opened_and_a_file_that_is_none_changes_nothing() {
+    let mut window = open("lynx");
+    window.drop_file("holiday.txt");
+    assert_eq!(window.stage.viewer.model.project().name(), "lynx.ron");
+    window.drop_file("somewhere/caracal.ron");
+    assert_eq!(window.stage.viewer.model.project().name(), "caracal.ron");
+    settle(&mut window.stage.viewer.model);
+    assert!(window.stage.viewer.model.problem().is_none());
+}
+
+#[test]
+fn the_picture_alone_fills_the_window() {
+    let mut window = open("lynx");
+    let (left, right) = picture_columns(&window);
+    assert!(right - left < 900.0);
+    window.key(Key::H, Modifiers::NONE);
+    window.frame(Vec::new());
+    window.stage.viewer.picture.zoom = Some(1.0);
+    (0..2).for_each(|_| window.frame(Vec::new()));
+    let (left, right) = picture_columns(&window);
+    assert_eq!((left, right), (0.0, WINDOW[0] as f32 - 1.0));
 }

@@ -2,12 +2,13 @@
 
 mod surface;
 
-use std::path::Path;
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use afterimage_gpu::{ErrorLog, Gpu};
 use afterimage_graph::check::Facts;
+use afterimage_media::write_atomic;
 use winit::application::ApplicationHandler;
 use winit::event::{StartCause, WindowEvent};
 use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop};
@@ -15,7 +16,7 @@ use winit::window::{Window, WindowId};
 
 use crate::Problem;
 use crate::model::{Images, Model, Project};
-use crate::stage::{Stage, Target};
+use crate::stage::{OpenFile, Stage, Target};
 use surface::Surface;
 
 /// What the window is opened with.
@@ -38,17 +39,6 @@ pub struct Desktop {
 
 /// Makes the first images.
 pub type MakeImages = Box<dyn Fn(&Gpu) -> Result<Images, Problem>>;
-
-/// What a dropped file is.
-pub enum Opened {
-    /// A pipeline.
-    Pipeline(Box<dyn Project>),
-    /// Images.
-    Images(Images),
-}
-
-/// Opens a file.
-pub type OpenFile = Box<dyn Fn(&Gpu, &Path) -> Result<Opened, Problem>>;
 
 impl Desktop {
     /// Shows the window until it is closed.
@@ -78,10 +68,11 @@ struct Shown {
     surface: Surface,
     stage: Stage,
     input: egui_winit::State,
-    open: OpenFile,
     adapter: Option<String>,
     errors: ErrorLog,
     last: Instant,
+    /// The title of the window.
+    title: String,
     /// When something is to be drawn again although nothing happens.
     again: Option<Instant>,
 }
@@ -113,7 +104,6 @@ impl ApplicationHandler for Shell {
         match event {
             WindowEvent::CloseRequested => events.exit(),
             WindowEvent::Resized(size) => shown.surface.resize(size.into()),
-            WindowEvent::DroppedFile(path) => shown.drop_file(&path),
             WindowEvent::RedrawRequested => {
                 if let Err(problem) = shown.draw() {
                     self.failure = Some(problem);
@@ -151,7 +141,7 @@ impl Shown {
         let mut model = Model::new(&gpu, desktop.project, images);
         model.set_tier(desktop.tier);
         desktop.facts.iter().for_each(|(name, fact)| model.set_fact(name, fact));
-        let stage = Stage::new(model, surface.format());
+        let stage = Stage::new(model, surface.format(), desktop.open);
         let input = egui_winit::State::new(
             stage.ctx().clone(),
             egui::ViewportId::ROOT,
@@ -161,8 +151,18 @@ impl Shown {
             Some(gpu.device.limits().max_texture_dimension_2d as usize),
         );
         window.request_redraw();
-        let (open, adapter) = (desktop.open, desktop.adapter);
-        Ok(Self { window, surface, stage, input, open, adapter, errors, last: Instant::now(), again: None })
+        let adapter = desktop.adapter;
+        Ok(Self {
+            window,
+            surface,
+            stage,
+            input,
+            adapter,
+            errors,
+            last: Instant::now(),
+            title: String::new(),
+            again: None,
+        })
     }
 
     /// Draws a frame, if the window can be seen.
@@ -183,6 +183,7 @@ impl Shown {
         self.window.pre_present_notify();
         self.stage.viewer.model.gpu().queue.present(frame);
         self.input.handle_platform_output(&self.window, output.platform_output);
+        self.store_export();
         self.plan_next(output.viewport_output.values().map(|viewport| viewport.repaint_delay).min());
         self.follow_device()
     }
@@ -209,28 +210,32 @@ impl Shown {
         Ok(())
     }
 
-    fn say_title(&self) {
+    fn say_title(&mut self) {
         let model = &self.stage.viewer.model;
         let mark = if model.changes().is_empty() { "" } else { " *" };
-        self.window.set_title(&format!("{}{mark} – Afterimage", model.project().name()));
+        let title = format!("{}{mark} – Afterimage", model.project().name());
+        if title != self.title {
+            self.window.set_title(&title);
+            self.title = title;
+        }
     }
 
-    fn drop_file(&mut self, path: &Path) {
-        let model = &mut self.stage.viewer.model;
-        let said = match (self.open)(model.gpu(), path) {
-            Ok(Opened::Pipeline(project)) => {
-                model.open(project);
-                None
-            }
-            Ok(Opened::Images(images)) => {
-                model.set_images(images);
-                None
-            }
-            Err(problem) => Some(problem.to_string()),
+    /// Stores what was exported in the folder that the program was started in.
+    fn store_export(&mut self) {
+        let Some(exported) = self.stage.viewer.take_export() else { return };
+        let path = free_name(&exported.name);
+        let said = match write_atomic(&path, &exported.bytes) {
+            Ok(()) => format!("Exported: {}", std::path::absolute(&path).unwrap_or(path).display()),
+            Err(error) => format!("Nothing is exported: {error}"),
         };
-        if let Some(text) = said {
-            self.stage.viewer.tell(&self.stage.ctx().clone(), text);
-        }
-        self.window.request_redraw();
+        self.stage.viewer.tell(&self.stage.ctx().clone(), said);
     }
+}
+
+/// The name, with a number where a file of that name is there.
+fn free_name(name: &str) -> PathBuf {
+    let (stem, ending) = name.rsplit_once('.').unwrap_or((name, ""));
+    let numbered = (2..).map(|number| PathBuf::from(format!("{stem}-{number}.{ending}")));
+    let mut names = std::iter::once(PathBuf::from(name)).chain(numbered);
+    names.find(|path| !path.exists()).expect("one of endless names is free")
 }

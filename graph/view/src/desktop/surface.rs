@@ -68,7 +68,7 @@ impl Surface {
         let Some((space, format)) = found.filter(|_| is_hdr || headroom.is_some()) else { return };
         let white = info.luminance.and_then(|luminance| luminance.sdr_white_nits).map_or(SDR_WHITE, f64::from);
         (self.config.format, self.config.color_space) = (format, space);
-        self.screen = Some(Screen::new(&gpu.device, format, space, white));
+        self.screen = Some(Screen::new(gpu, format, space, white));
         self.headroom = Some(headroom.unwrap_or((PEAK / white) as f32));
     }
 

@@ -67,6 +67,13 @@ impl Chain {
         Self { post, controls: Vec::new(), is_timed: false }
     }
 
+    /// The same pipeline with another graph, beside this one: what is compiled is shared, histories are not.
+    pub(super) fn another(&self, graph: Graph) -> Self {
+        let mut post = self.post.another();
+        post.change(graph);
+        Self { post, controls: self.controls.clone(), is_timed: false }
+    }
+
     /// The pipeline.
     pub fn post(&mut self) -> &mut Post {
         &mut self.post

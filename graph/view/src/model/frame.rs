@@ -14,6 +14,8 @@ pub enum Rendered {
     Same,
     /// The pictures are those before: see [`Model::problem`].
     Failed,
+    /// Nothing yet: the window is shown first, because the first plan may compile for seconds.
+    Later,
 }
 
 impl Model {
@@ -21,16 +23,15 @@ impl Model {
     pub fn render(&mut self, encoder: &mut wgpu::CommandEncoder, passed: f64) -> Rendered {
         let advanced = self.clock.advance(passed);
         let is_changing = self.shown.iter().chain(&self.inspected).any(Chain::is_changing);
-        if self.graph.is_none() || advanced.is_none() && !self.is_stale && !is_changing {
+        let must_run = self.is_stale || is_changing || self.is_measuring();
+        if self.graph.is_none() || advanced.is_none() && !must_run {
             return Rendered::Same;
         }
         let moment = advanced.unwrap_or_else(|| self.clock.again());
         match self.record(encoder, moment) {
             Ok(()) => {
                 self.is_stale = false;
-                if !matches!(self.problem, Some(Problem::Pipeline(_))) {
-                    self.problem = None;
-                }
+                self.forget_problem();
                 Rendered::New
             }
             Err(problem) => {
@@ -55,6 +56,7 @@ impl Model {
             let images = self.images.again(&chain.graph().inputs)?;
             chain.frame(encoder, &images, moment)?;
         }
+        self.record_savings(encoder, &images, moment);
         self.fed = images;
         Ok(())
     }

@@ -8,7 +8,9 @@ mod comparison;
 mod frame;
 mod images;
 mod inspect;
+mod measure;
 mod project;
+mod savings;
 mod tap;
 
 use std::sync::Arc;
@@ -25,6 +27,7 @@ pub use clock::PlayClock;
 pub use frame::Rendered;
 pub use images::{Files, FrameImages, Images, ReadFrame, Scene};
 pub use project::{Checked, Project, TextProject, saved};
+pub use savings::{Saving, Savings};
 pub use tap::{Tap, TapImage};
 
 use crate::Problem;
@@ -50,6 +53,7 @@ pub struct Model {
     beside: Option<(Beside, Chain)>,
     inspected: Option<Chain>,
     reference: Option<Chain>,
+    savings: Option<Savings>,
     tap: Option<Tap>,
     /// The table or value that the tap reads.
     watched: Option<Watch>,
@@ -79,6 +83,7 @@ impl Model {
             beside: None,
             inspected: None,
             reference: None,
+            savings: None,
             tap: None,
             watched: None,
             probes: false,
@@ -317,6 +322,7 @@ impl Model {
         }
         let chains = [&mut self.shown, &mut self.inspected, &mut self.reference];
         chains.into_iter().flatten().for_each(|chain| chain.change(graph.clone(), facts.clone()));
+        self.savings = None;
         self.renew_beside();
         self.is_stale = true;
     }
@@ -325,7 +331,7 @@ impl Model {
     fn each_chain(&mut self, mut visit: impl FnMut(&mut Chain)) {
         let chains = [&mut self.shown, &mut self.inspected, &mut self.reference];
         chains.into_iter().flatten().for_each(&mut visit);
-        self.is_stale = true;
+        (self.is_stale, self.savings) = (true, None);
     }
 
     /// What feeds the pipeline.
@@ -342,9 +348,14 @@ impl Model {
     /// Feeds the pipeline with other images.
     pub fn set_images(&mut self, images: Images) {
         self.images = images;
-        self.problem = None;
+        self.forget_problem();
         self.clock.seek(0.0);
-        self.is_stale = true;
+        (self.is_stale, self.savings) = (true, None);
+    }
+
+    /// A frame went well; what is wrong with the text is wrong still.
+    fn forget_problem(&mut self) {
+        self.problem.take_if(|problem| !matches!(problem, Problem::Pipeline(_)));
     }
 
     /// Time.
@@ -367,7 +378,7 @@ impl Model {
         let beside = self.beside.as_mut().map(|(_, chain)| chain);
         let chains = [&mut self.shown, &mut self.inspected, &mut self.reference].into_iter().flatten();
         chains.chain(beside).for_each(|chain| chain.rebuild(gpu));
-        (self.problem, self.fed) = (None, FrameImages::default());
+        (self.problem, self.savings, self.fed) = (None, None, FrameImages::default());
         self.clock.cut();
         Ok(())
     }

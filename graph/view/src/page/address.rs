@@ -11,8 +11,12 @@ pub(super) struct Address {
     pub(super) text: Option<String>,
     /// The size of the scene.
     pub(super) size: Option<(u32, u32)>,
+    /// Where an image lies that is shown in the place of the scene.
+    pub(super) image: Option<String>,
     /// Whether time stands, and nothing differs from frame to frame.
     pub(super) is_still: bool,
+    /// Whether the picture is shown alone, each of its pixels on one of the screen.
+    pub(super) is_bare: bool,
     /// The text that the address has.
     known: Option<String>,
 }
@@ -27,7 +31,11 @@ impl Address {
                 Some(("pipeline", name)) => address.pipeline = Some(name.to_owned()),
                 Some(("text", text)) => address.text = decoded(text),
                 Some(("size", size)) => address.size = sides(size),
-                _ => address.is_still |= part == "still",
+                Some(("image", image)) => address.image = decoded(image),
+                _ => {
+                    address.is_still |= part == "still";
+                    address.is_bare |= part == "bare";
+                }
             }
         }
         address

@@ -1,14 +1,16 @@
 //! The viewer as a page in a browser, on WebGPU.
 //!
 //! The address carries what is shown: `#pipeline=lynx` is a built-in pipeline, `#text=...` a whole text,
-//! `#size=640x360` the size of the scene, and `#still` stops time at the first frame, without dither, for comparisons.
+//! `#size=640x360` the size of the scene, `#image=...` the address of an image that is shown in its place, `#bare`
+//! shows the picture alone, and `#still` stops time at the first frame, without dither, for comparisons.
 
 mod address;
+mod files;
 
 use std::cell::RefCell;
 use std::rc::Rc;
 
-use afterimage_gpu::{Gpu, caps, wanted_features, wgpu};
+use afterimage_gpu::{ErrorLog, Gpu, caps, wanted_features, wgpu};
 use afterimage_graph::image::Size;
 use afterimage_media::{Budget, codec};
 use eframe::egui_wgpu::{WgpuConfiguration, WgpuSetup, WgpuSetupCreateNew};
@@ -32,19 +34,29 @@ pub fn start() {
     let canvas = document.get_element_by_id("viewer").expect("the page has a canvas");
     let canvas: web_sys::HtmlCanvasElement = canvas.dyn_into().expect("it is a canvas");
     wasm_bindgen_futures::spawn_local(async move {
-        let options = eframe::WebOptions { wgpu_options: configuration(), ..Default::default() };
-        let made = eframe::WebRunner::new().start(canvas, options, Box::new(|context| Page::new(context))).await;
-        let said = match made {
+        let said = match run(canvas).await {
             Ok(()) => String::new(),
-            Err(error) => format!("{error:?}"),
+            Err(error) => error,
         };
-        say(&document, &said);
+        say(&said);
     });
 }
 
-/// Writes a sentence into the page, or takes the first one away.
-fn say(document: &web_sys::Document, text: &str) {
-    if let Some(element) = document.get_element_by_id("said") {
+async fn run(canvas: web_sys::HtmlCanvasElement) -> Result<(), String> {
+    let address = Address::read();
+    let image = match &address.image {
+        Some(image) => Some(files::fetched(image).await?),
+        None => None,
+    };
+    let options = eframe::WebOptions { wgpu_options: configuration(), ..Default::default() };
+    let make = Box::new(|context: &eframe::CreationContext<'_>| Page::make(context, address, image));
+    eframe::WebRunner::new().start(canvas, options, make).await.map_err(|error| format!("{error:?}"))
+}
+
+/// Writes a sentence into the page, or takes the one before away.
+fn say(text: &str) {
+    let document = web_sys::window().and_then(|window| window.document());
+    if let Some(element) = document.and_then(|document| document.get_element_by_id("said")) {
         element.set_text_content(Some(text));
     }
 }
@@ -67,6 +79,7 @@ struct Page {
     viewer: Viewer,
     last: f64,
     address: Address,
+    errors: ErrorLog,
     /// Files that were dropped and have been read, by name.
     arrived: Rc<RefCell<Vec<Dropped>>>,
 }
@@ -77,13 +90,14 @@ type Dropped = (String, Result<Vec<u8>, String>);
 type Made = Result<Box<dyn eframe::App>, Box<dyn std::error::Error + Send + Sync>>;
 
 impl Page {
-    fn new(context: &eframe::CreationContext<'_>) -> Made {
+    fn make(context: &eframe::CreationContext<'_>, address: Address, image: Option<Vec<u8>>) -> Made {
         let state = context.wgpu_render_state.as_ref().ok_or("this browser has no WebGPU")?;
         let (adapter, device, queue) = (state.adapter.clone(), state.device.clone(), state.queue.clone());
         let caps = caps(&adapter, &device);
         let gpu = Gpu { adapter, device, queue, caps };
+        let errors = gpu.log_errors();
+        gpu.device.set_device_lost_callback(|_, _| say("The graphics device was lost. Reload the page to go on."));
         Viewer::style(&context.egui_ctx);
-        let address = Address::read();
         let size = address.size.map_or(SIZE, |(width, height)| Size::new(width, height));
         let scene = Scene::new(&gpu, size).map_err(|problem| problem.to_string())?;
         let mut model = Model::new(&gpu, project(&address), Images::Scene(Box::new(scene)));
@@ -91,8 +105,15 @@ impl Page {
         if address.is_still {
             still(&mut model);
         }
-        let viewer = Viewer::new(model, state.target_format);
-        Ok(Box::new(Self { viewer, last: 0.0, address, arrived: Rc::default() }))
+        let mut viewer = Viewer::new(model, state.target_format);
+        if address.is_bare {
+            (viewer.is_bare, viewer.picture.zoom) = (true, Some(1.0));
+        }
+        let mut page = Self { viewer, last: 0.0, address, errors, arrived: Rc::default() };
+        if let Some(bytes) = image {
+            page.open("image", &bytes).map_err(|problem| problem.to_string())?;
+        }
+        Ok(Box::new(page))
     }
 
     /// Opens what is dropped on the page: the browser reads it in the background.
@@ -165,6 +186,12 @@ impl eframe::App for Page {
         }
         self.viewer.show(ui);
         self.viewer.submitted(ui.ctx(), 0.0);
+        if let Some(Err(error)) = self.viewer.take_export().map(|exported| files::download(&exported)) {
+            self.viewer.tell(ui.ctx(), format!("Nothing is exported: {error:?}"));
+        }
+        if let Some(error) = self.errors.take_first() {
+            self.viewer.tell(ui.ctx(), error);
+        }
         self.address.follow(&self.viewer.model);
     }
 }

@@ -1,6 +1,6 @@
 //! What all drawings of the viewer ask of the device.
 
-use afterimage_gpu::wgpu;
+use afterimage_gpu::{Gpu, wgpu};
 use bytemuck::Pod;
 
 /// A pipeline that draws one triangle over a whole target. The vertex entry point of the module is `corner`; without a
@@ -35,18 +35,16 @@ pub(super) fn full_screen(
 }
 
 /// A uniform that holds these numbers.
-pub(super) fn uniform(device: &wgpu::Device, label: &str, numbers: &impl Pod) -> wgpu::Buffer {
+pub(super) fn uniform(gpu: &Gpu, label: &str, numbers: &impl Pod) -> wgpu::Buffer {
     let bytes = bytemuck::bytes_of(numbers);
-    let buffer = device.create_buffer(&wgpu::BufferDescriptor {
+    let buffer = gpu.device.create_buffer(&wgpu::BufferDescriptor {
         label: Some(label),
         size: bytes.len() as u64,
-        usage: wgpu::BufferUsages::UNIFORM,
-        mapped_at_creation: true,
+        usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+        // A browser whose device is lost refuses buffers that are mapped when they are made.
+        mapped_at_creation: false,
     });
-    if let Ok(mut mapped) = buffer.get_mapped_range_mut(..) {
-        mapped.slice(..).copy_from_slice(bytes);
-    }
-    buffer.unmap();
+    gpu.queue.write_buffer(&buffer, 0, bytes);
     buffer
 }
 

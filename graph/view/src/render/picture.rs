@@ -1,6 +1,6 @@
 //! Draws images of a pipeline into the window.
 
-use afterimage_gpu::wgpu;
+use afterimage_gpu::{Gpu, wgpu};
 use bytemuck::{Pod, Zeroable};
 
 use super::device;
@@ -64,7 +64,7 @@ pub struct Shown<'t> {
 
 /// The pipelines that draw images.
 pub struct Painter {
-    device: wgpu::Device,
+    gpu: Gpu,
     flat: Pipelines,
     volume: Pipelines,
 }
@@ -80,10 +80,10 @@ pub(super) const GRID_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16F
 
 impl Painter {
     /// For a target of that format.
-    pub fn new(device: &wgpu::Device, target: wgpu::TextureFormat) -> Self {
-        let pipelines = |shape| Pipelines::new(device, target, shape);
+    pub fn new(gpu: &Gpu, target: wgpu::TextureFormat) -> Self {
+        let pipelines = |shape| Pipelines::new(&gpu.device, target, shape);
         let (flat, volume) = (pipelines(wgpu::TextureViewDimension::D2), pipelines(wgpu::TextureViewDimension::D3));
-        Self { device: device.clone(), flat, volume }
+        Self { gpu: gpu.clone(), flat, volume }
     }
 
     /// What a render pass draws.
@@ -103,12 +103,12 @@ impl Painter {
     }
 
     fn group(&self, pipelines: &Pipelines, shown: &Shown<'_>) -> wgpu::BindGroup {
-        let uniform = device::uniform(&self.device, "placement", &shown.placement);
+        let uniform = device::uniform(&self.gpu, "placement", &shown.placement);
         let image = shown.image.create_view(&Default::default());
         let other = shown.other.filter(|other| other.dimension() == wgpu::TextureDimension::D2);
         let other = other.map(|other| other.create_view(&Default::default()));
         let other = other.unwrap_or_else(|| self.nothing());
-        self.device.create_bind_group(&wgpu::BindGroupDescriptor {
+        self.gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("picture"),
             layout: &pipelines.layout,
             entries: &[
@@ -122,7 +122,7 @@ impl Painter {
     /// A picture for the place of the other one where there is none.
     fn nothing(&self) -> wgpu::TextureView {
         let form = (wgpu::TextureFormat::Rgba8Unorm, wgpu::TextureUsages::TEXTURE_BINDING);
-        let texture = device::image(&self.device, "no other picture", [1, 1], form);
+        let texture = device::image(&self.gpu.device, "no other picture", [1, 1], form);
         texture.create_view(&Default::default())
     }
 }

@@ -3,6 +3,7 @@
 //! The viewer draws sRGB signals that may leave 0 to 1: 1 is SDR white, and colours outside of Rec.709 have negative
 //! numbers. A last pass converts them.
 
+use afterimage_gpu::Gpu;
 use afterimage_gpu::wgpu::{self, SurfaceColorSpace};
 use afterimage_graph::color::{Chromaticities, hlg_gamma};
 use bytemuck::{Pod, Zeroable};
@@ -72,11 +73,12 @@ const DRAWN_USAGES: wgpu::TextureUsages =
 
 impl Screen {
     /// For swap chains of a format and a colour space. `white` is the luminance of SDR white in cd/m2.
-    pub fn new(device: &wgpu::Device, format: wgpu::TextureFormat, space: SurfaceColorSpace, white: f64) -> Self {
+    pub fn new(gpu: &Gpu, format: wgpu::TextureFormat, space: SurfaceColorSpace, white: f64) -> Self {
+        let device = &gpu.device;
         let shader = device.create_shader_module(wgpu::include_wgsl!("screen.wgsl"));
         let pipeline = full_screen(device, None, &shader, ("convert", format));
         let numbers = Numbers::of(space, white, cfg!(target_os = "windows"));
-        Self { device: device.clone(), pipeline, numbers: uniform(device, "screen", &numbers), drawn: None }
+        Self { device: device.clone(), pipeline, numbers: uniform(gpu, "screen", &numbers), drawn: None }
     }
 
     /// What the viewer draws into, for a window of that size.

@@ -2,11 +2,12 @@
 
 use std::collections::VecDeque;
 
+use afterimage_gpu::wgpu;
 use afterimage_plan::Plan;
 use egui::{Color32, Pos2, Rect, RichText, ScrollArea, Sense, Stroke, Ui, Vec2};
 
 use super::theme::{ACCENT, DIM, FIELD};
-use crate::model::{Chain, Model};
+use crate::model::{Chain, Model, Saving, Savings};
 
 /// Frames that the plot shows.
 const FRAMES: usize = 240;
@@ -53,18 +54,27 @@ impl CostPanel {
     }
 
     /// Shows the panel.
-    pub(super) fn show(&self, ui: &mut Ui, model: &Model) {
-        let Some(plan) = model.shown().and_then(Chain::plan) else {
+    pub(super) fn show(&self, ui: &mut Ui, model: &mut Model) {
+        let Some(plan) = model.shown().and_then(Chain::plan).cloned() else {
             ui.label(RichText::new("Nothing runs yet.").color(DIM));
             return;
         };
         ui.horizontal_top(|ui| {
             ui.vertical(|ui| {
                 ui.set_width(280.0);
-                self.summary(ui, plan, model);
+                self.summary(ui, &plan, model);
             });
             ui.separator();
-            ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| self.table(ui, plan));
+            let width = (ui.available_width() * 0.6).max(120.0);
+            ui.vertical(|ui| {
+                ui.set_width(width);
+                ScrollArea::vertical()
+                    .id_salt("passes")
+                    .auto_shrink([false, false])
+                    .show(ui, |ui| self.table(ui, &plan));
+            });
+            ui.separator();
+            ui.vertical(|ui| savings(ui, model));
         });
     }
 
@@ -81,6 +91,7 @@ impl CostPanel {
         let own = format!("{:.2} ms of the processor for a frame of the viewer", self.own);
         ui.label(RichText::new(own).color(DIM));
         ui.label(RichText::new(model.gpu().name()).color(DIM));
+        ui.label(RichText::new(lacking(model)).color(DIM).small());
     }
 
     fn plot(&self, ui: &mut Ui) {
@@ -110,6 +121,53 @@ impl CostPanel {
             });
         }
     }
+}
+
+/// What plans on this device do without.
+fn lacking(model: &Model) -> String {
+    let caps = &model.gpu().caps;
+    let is_vulkan = model.gpu().adapter.get_info().backend == wgpu::Backend::Vulkan;
+    let features =
+        [(is_vulkan, "placed memory"), (caps.half_arithmetic, "half precision"), (caps.subgroups, "subgroups")];
+    let lacking: Vec<&str> = features.into_iter().filter(|(has, _)| !has).map(|(_, name)| name).collect();
+    if lacking.is_empty() { String::new() } else { format!("Plans here have no {}.", lacking.join(", no ")) }
+}
+
+/// What each node would save if it were off.
+fn savings(ui: &mut Ui, model: &mut Model) {
+    let left = model.savings().map_or(0, Savings::left);
+    ui.horizontal(|ui| {
+        let button = egui::Button::new("Measure what each node costs");
+        let hint = "Runs the pipeline beside itself with one node off after another, and compares the GPU times";
+        let can = left == 0 && model.shown().and_then(Chain::pass_times).is_some();
+        if ui.add_enabled(can, button).on_hover_text(hint).clicked()
+            && let Err(problem) = model.measure_savings()
+        {
+            ui.label(RichText::new(problem.to_string()).color(DIM));
+        }
+        if left > 0 {
+            ui.label(RichText::new(format!("{left} nodes to go")).color(DIM));
+        }
+    });
+    let mut found: Vec<Saving> = model.savings().map_or(Vec::new(), |savings| savings.found().to_vec());
+    let ms = |saving: &Saving| *saving.ms.as_ref().unwrap_or(&f64::NEG_INFINITY);
+    found.sort_by(|a, b| ms(b).total_cmp(&ms(a)));
+    let most = found.iter().map(ms).fold(1e-6, f64::max);
+    ScrollArea::vertical().id_salt("savings").auto_shrink([false, false]).show(ui, |ui| {
+        for saving in &found {
+            ui.horizontal(|ui| {
+                bar(ui, (ms(saving) / most).max(0.0) as f32);
+                let (text, hint) = match &saving.ms {
+                    Ok(ms) => {
+                        (format!("{ms:+.3} ms"), format!("A frame without `{}` takes that much less", saving.node))
+                    }
+                    Err(why) => ("–".to_owned(), why.clone()),
+                };
+                ui.add_sized([70.0, 16.0], egui::Label::new(RichText::new(text).monospace())).on_hover_text(hint);
+                ui.add(egui::Label::new(&saving.node).truncate());
+            });
+        }
+    });
 }
 
 fn bar(ui: &mut Ui, part: f32) {

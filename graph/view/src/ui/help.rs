@@ -15,9 +15,11 @@ const KEYS: &[(&str, &str)] = &[
     ("R", "compare with the 32-bit reference"),
     ("S, P", "scopes; the pixel under the pointer at every node"),
     ("G, T, K, M", "the tabs Graph, Text, Cost and Messages"),
+    ("H", "the picture alone, without panels"),
     ("Esc", "from an intermediate image back to the result"),
     ("Ctrl+Z, Ctrl+Shift+Z", "undo, redo"),
     ("Ctrl+S", "save"),
+    ("Ctrl+E", "export the picture as PNG"),
     ("F1", "this sheet"),
 ];
 

@@ -3,7 +3,7 @@
 use egui::{Context, Key, Modifiers};
 
 use super::picture::Comparison;
-use super::{Tab, Viewer};
+use super::{ExportKind, Tab, Viewer};
 use crate::model::Beside;
 
 impl Viewer {
@@ -13,6 +13,10 @@ impl Viewer {
         if pressed(Modifiers::COMMAND, Key::S) {
             self.save(ctx, None);
         }
+        if pressed(Modifiers::COMMAND, Key::E) {
+            self.export(ExportKind::Picture);
+        }
+        release_field(ctx);
         if ctx.egui_wants_keyboard_input() {
             return;
         }
@@ -79,8 +83,24 @@ impl Viewer {
         if pressed(Key::P) {
             self.shows_probe = !self.shows_probe;
         }
+        if pressed(Key::H) {
+            self.is_bare = !self.is_bare;
+        }
         if pressed(Key::F1) {
             self.shows_help = !self.shows_help;
         }
+    }
+}
+
+/// A press outside of the field that is typed into takes the keys from it. Without this, a field keeps them while a
+/// slider is dragged, and after it.
+fn release_field(ctx: &Context) {
+    let Some(pressed) = ctx.input(|input| input.pointer.any_pressed().then(|| input.pointer.interact_pos())) else {
+        return;
+    };
+    let Some(field) = ctx.memory(|memory| memory.focused()) else { return };
+    let is_inside = |at| ctx.read_response(field).is_some_and(|response| response.rect.contains(at));
+    if !pressed.is_some_and(is_inside) {
+        ctx.memory_mut(|memory| memory.surrender_focus(field));
     }
 }

@@ -2,6 +2,8 @@
 
 mod controls;
 mod cost;
+mod export;
+mod exporter;
 mod graph;
 mod help;
 mod keys;
@@ -21,6 +23,8 @@ use egui::{CentralPanel, Panel, RichText, Ui};
 use crate::model::{Model, Rendered};
 use crate::render::{GRID, Grid, Painter};
 use cost::CostPanel;
+use exporter::Exporter;
+pub use exporter::{ExportKind, Exported};
 use graph::GraphPanel;
 use parameters::Parameters;
 pub use picture::{Comparison, PictureView, Subject};
@@ -50,11 +54,19 @@ pub struct Viewer {
     pub picture: PictureView,
     /// The tab below the picture; `None` while it is closed.
     pub tab: Option<Tab>,
+    /// The tab that was open before a problem opened the messages.
+    interrupted: Option<Option<Tab>>,
+    /// Whether something was wrong in the last frame.
+    knows_problem: bool,
     /// Whether the scopes are shown.
     pub shows_scopes: bool,
     /// Whether the pixel under the pointer is read at every node.
     pub shows_probe: bool,
+    /// Whether the picture is shown alone, without panels.
+    pub is_bare: bool,
     shows_help: bool,
+    /// Whether the panels have been shown.
+    was_shown: bool,
     painter: Painter,
     parameters: Parameters,
     graph: GraphPanel,
@@ -63,6 +75,7 @@ pub struct Viewer {
     scopes: ScopePanel,
     grid: Grid,
     probe: ProbePanel,
+    exporter: Exporter,
     /// A sentence for the user about what was just done.
     said: Option<(String, f64)>,
     /// The name of a tier that is being typed.
@@ -75,22 +88,27 @@ const SAYS: f64 = 6.0;
 impl Viewer {
     /// A viewer that draws into targets of that format.
     pub fn new(model: Model, target: wgpu::TextureFormat) -> Self {
-        let device = model.gpu().device.clone();
+        let gpu = model.gpu().clone();
         Self {
             model,
             picture: PictureView::default(),
             tab: Some(Tab::Graph),
+            interrupted: None,
+            knows_problem: false,
             shows_scopes: true,
             shows_probe: false,
+            is_bare: false,
             shows_help: false,
-            painter: Painter::new(&device, target),
+            was_shown: false,
+            painter: Painter::new(&gpu, target),
             parameters: Parameters::default(),
             graph: GraphPanel::default(),
             cost: CostPanel::default(),
             text: TextPanel::default(),
             scopes: ScopePanel::default(),
-            grid: Grid::new(&device),
+            grid: Grid::new(&gpu.device),
             probe: ProbePanel::default(),
+            exporter: Exporter::default(),
             said: None,
             tier_name: String::new(),
         }
@@ -98,7 +116,7 @@ impl Viewer {
 
     /// Draws into targets of another format from now on.
     pub fn set_target(&mut self, target: wgpu::TextureFormat) {
-        self.painter = Painter::new(&self.model.gpu().device, target);
+        self.painter = Painter::new(self.model.gpu(), target);
     }
 
     /// Sets the look of a context.
@@ -108,16 +126,30 @@ impl Viewer {
 
     /// Records what the pipelines render, `passed` seconds after the last frame.
     pub fn render(&mut self, encoder: &mut wgpu::CommandEncoder, passed: f64) -> Rendered {
-        let had_problem = self.model.problem().is_some();
+        if !std::mem::replace(&mut self.was_shown, true) {
+            return Rendered::Later;
+        }
         self.model.follow_files();
         self.model.set_probes(self.shows_probe);
         let rendered = self.model.render(encoder, passed);
-        // Beside the text its errors are shown anyway.
-        if !had_problem && self.model.problem().is_some() && self.tab != Some(Tab::Text) {
-            self.tab = Some(Tab::Messages);
-        }
+        self.follow_problem();
         self.read(encoder);
+        self.record_export(encoder);
         rendered
+    }
+
+    /// Opens the messages while something is wrong. Beside the text its errors are shown anyway.
+    fn follow_problem(&mut self) {
+        let has_problem = self.model.problem().is_some();
+        let had_problem = std::mem::replace(&mut self.knows_problem, has_problem);
+        if has_problem && !had_problem && self.tab != Some(Tab::Text) {
+            self.interrupted = Some(self.tab.replace(Tab::Messages));
+        }
+        if let Some(before) = self.interrupted.take_if(|_| !has_problem)
+            && self.tab == Some(Tab::Messages)
+        {
+            self.tab = before;
+        }
     }
 
     /// Records what scopes and probe read.
@@ -144,11 +176,21 @@ impl Viewer {
             self.scopes.set(ctx, &pixels, GRID[0] as usize, is_light);
         }
         self.cost.take(&self.model, own_ms);
+        self.finish_export(ctx);
     }
 
     /// Shows everything.
     pub fn show(&mut self, ui: &mut Ui) {
         self.keys(ui.ctx());
+        if !self.is_bare {
+            self.panels(ui);
+        }
+        CentralPanel::no_frame().show(ui, |ui| self.picture.show(ui, &self.painter, &self.model));
+        help::show(ui.ctx(), &mut self.shows_help);
+        self.say(ui);
+    }
+
+    fn panels(&mut self, ui: &mut Ui) {
         Panel::top("top").show(ui, |ui| self.top_bar(ui));
         self.bottom(ui);
         Panel::left("parameters").default_size(308.0).size_range(240.0..=460.0).show(ui, |ui| {
@@ -165,12 +207,10 @@ impl Viewer {
         if self.model.tap().is_some() {
             Panel::top("tap").show(ui, |ui| self.tap_bar(ui));
         }
-        CentralPanel::no_frame().show(ui, |ui| self.picture.show(ui, &self.painter, &self.model));
-        help::show(ui.ctx(), &mut self.shows_help);
-        self.say(ui);
     }
 
     fn side(&mut self, ui: &mut Ui) {
+        ui.take_available_width();
         if self.shows_scopes {
             self.scopes.show(ui);
         }
@@ -185,12 +225,13 @@ impl Viewer {
     fn bottom(&mut self, ui: &mut Ui) {
         if let Some(tab) = self.tab {
             Panel::bottom("tabs").resizable(true).default_size(206.0).size_range(90.0..=600.0).show(ui, |ui| {
+                ui.take_available_height();
                 self.tabs(ui);
                 ui.separator();
                 match tab {
                     Tab::Graph => self.graph.show(ui, &mut self.model),
                     Tab::Text => self.show_text(ui),
-                    Tab::Cost => self.cost.show(ui, &self.model),
+                    Tab::Cost => self.cost.show(ui, &mut self.model),
                     Tab::Messages => {
                         if let Some(line) = text::messages(ui, &self.model) {
                             self.text.go_to(line);
@@ -227,7 +268,7 @@ impl Viewer {
                     self.tab = if self.tab == Some(tab) { None } else { Some(tab) };
                 }
             }
-            if self.model.problem().is_some() {
+            if self.model.problem().is_some() && Subject::of(&self.model).is_some() {
                 let text = "The last good picture is shown.";
                 ui.label(RichText::new(text).color(theme::ERROR).small());
             }

@@ -37,7 +37,8 @@ impl Parameters {
             ui.label(RichText::new("The pipeline has errors: see Messages.").color(DIM));
             return;
         };
-        ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
+        // Rows that are wider than the panel are scrolled: they do not widen it, which would move the picture.
+        ScrollArea::both().auto_shrink([false, false]).show(ui, |ui| {
             facts(ui, model, &graph);
             let mut acts = Vec::new();
             for (index, node) in graph.nodes.iter().enumerate() {

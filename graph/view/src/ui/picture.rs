@@ -156,20 +156,38 @@ impl PictureView {
 
     fn placement(&self, ui: &Ui, area: Rect, subject: &Subject, compares: bool) -> Placement {
         let (origin, extent) = self.place(ui, area, subject);
+        let line = ui.pixels_per_point() * (area.min.x + area.width() * self.wipe);
+        let (zoom, peak) = (self.zoom_in(ui, area, subject), self.headroom.filter(|_| !self.is_sdr));
+        let placed = Placement { wipe: line.round(), peak: peak.unwrap_or(1.0), ..self.made_visible(subject) };
+        let flags = self.flags(subject, compares, zoom);
+        Placement { origin: origin.into(), extent: extent.into(), flags, ..placed }
+    }
+
+    /// How numbers are made visible, without a place.
+    fn made_visible(&self, subject: &Subject) -> Placement {
         let (gain, bias) = self.gain(subject);
-        let whole = ui.pixels_per_point() * (area.min.x + area.width() * self.wipe);
-        Placement {
-            origin: [origin.x, origin.y],
-            extent: [extent.x, extent.y],
-            gain,
-            bias,
-            wipe: whole.round(),
-            difference: DIFFERENCE,
-            channel: self.channel,
-            flags: self.flags(subject, compares, self.zoom_in(ui, area, subject)),
-            slice: subject.slice,
-            peak: self.headroom.filter(|_| !self.is_sdr).unwrap_or(1.0),
-        }
+        let (difference, channel, slice) = (DIFFERENCE, self.channel, subject.slice);
+        Placement { gain, bias, difference, channel, slice, ..bytemuck::Zeroable::zeroed() }
+    }
+
+    /// What is seen, at the size of the image and as on an SDR screen: the size of all, and each picture with the
+    /// column where it begins and its width. The line of a wipe is at the same part of the width as in the window.
+    pub(super) fn whole<'m>(&self, model: &'m Model, subject: &'m Subject) -> ([u32; 2], Vec<(Shown<'m>, [u32; 2])>) {
+        let other = if model.tap().is_some() { None } else { model.picture_beside() };
+        let is_beside = other.is_some() && self.comparison == Comparison::Beside;
+        let compared = other.filter(|_| !is_beside);
+        let [width, height] = [subject.image.width(), subject.image.height()];
+        let images = [Some(&subject.image), other.filter(|_| is_beside)];
+        let part = |(index, image): (usize, &'m wgpu::Texture)| {
+            let left = index as u32 * width;
+            let wipe = (width as f32 * self.wipe).round();
+            let (origin, extent) = ([left as f32, 0.0], [width as f32, height as f32]);
+            let flags = self.flags(subject, compared.is_some(), 1.0) & !Flags::SMOOTH;
+            let placement = Placement { origin, extent, wipe, flags, peak: 1.0, ..self.made_visible(subject) };
+            (Shown { image, other: compared, placement }, [left, width])
+        };
+        let parts: Vec<_> = images.into_iter().flatten().enumerate().map(part).collect();
+        ([width * parts.len() as u32, height], parts)
     }
 
     /// The corner and the extent of the picture in physical pixels.

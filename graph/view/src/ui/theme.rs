@@ -47,6 +47,8 @@ pub(super) fn apply(ctx: &egui::Context) {
     for look in [&mut widgets.inactive, &mut widgets.hovered, &mut widgets.active, &mut widgets.open] {
         look.corner_radius = corner;
     }
+    // A browser would choose by its own preference.
+    ctx.set_theme(egui::Theme::Dark);
     ctx.set_visuals(visuals);
     ctx.all_styles_mut(|style| {
         style.spacing.item_spacing = egui::vec2(6.0, 4.0);

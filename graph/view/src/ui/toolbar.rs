@@ -22,6 +22,7 @@ impl Viewer {
                 self.model.redo();
             }
             self.save_menu(ui);
+            self.export_menu(ui);
             ui.separator();
             self.compare_menu(ui);
             ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {

@@ -4,7 +4,9 @@ use std::sync::OnceLock;
 
 use afterimage_gpu::{Gpu, Opening, Texels, download, wgpu};
 use afterimage_graph::image::Size;
-use afterimage_view::{FrameTarget, Images, Model, Project, Rendered, Scene, Stage, TextProject};
+use afterimage_view::{
+    FrameTarget, Images, Model, Opened, Problem, Project, Rendered, Scene, Stage, Target, TextProject,
+};
 
 /// The size of the scene: small, and no multiple of anything.
 pub(crate) const SIZE: Size = Size { width: 150, height: 86, depth: 1 };
@@ -69,6 +71,27 @@ pub(crate) struct Window {
     time: f64,
 }
 
+/// Opens what is dropped: the built-in pipelines by their names.
+fn open(_: &Gpu, path: &std::path::Path) -> Result<Opened, Problem> {
+    let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    let project = TextProject::built_in(&name);
+    project.map(|project| Opened::Pipeline(Box::new(project))).ok_or_else(|| Problem::said(format!("no `{name}`")))
+}
+
+/// A file that is dropped.
+#[derive(Debug)]
+struct Dropped(std::path::PathBuf);
+
+impl egui::DroppedFile for Dropped {
+    fn path(&self) -> &std::path::Path {
+        &self.0
+    }
+
+    fn bytes(&self) -> Result<Vec<u8>, String> {
+        std::fs::read(&self.0).map_err(|error| error.to_string())
+    }
+}
+
 impl Window {
     /// A viewer of a model.
     pub(crate) fn new(model: Model) -> Self {
@@ -82,19 +105,30 @@ impl Window {
             usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
             view_formats: &[],
         });
-        Self { stage: Stage::new(model, FORMAT), target, time: 0.0 }
+        Self { stage: Stage::new(model, FORMAT, Box::new(open)), target, time: 0.0 }
     }
 
-    /// Draws frames until the first one after these events is finished.
+    /// A file is dropped on the window.
+    pub(crate) fn drop_file(&mut self, path: &str) {
+        self.input(egui::RawInput {
+            dropped_files: vec![std::sync::Arc::new(Dropped(path.into()))],
+            ..Default::default()
+        });
+    }
+
+    /// Draws a frame after these events.
     pub(crate) fn frame(&mut self, events: Vec<egui::Event>) {
+        self.input(egui::RawInput { events, ..Default::default() });
+    }
+
+    fn input(&mut self, input: egui::RawInput) {
         self.time += 1.0 / 60.0;
         let [width, height] = WINDOW.map(|side| side as f32);
         let input = egui::RawInput {
             screen_rect: Some(egui::Rect::from_min_size(egui::Pos2::ZERO, egui::vec2(width, height))),
             time: Some(self.time),
-            events,
             focused: true,
-            ..Default::default()
+            ..input
         };
         let view = self.target.create_view(&Default::default());
         self.stage.frame(input, FrameTarget { view: &view, size: WINDOW }, 1.0 / 60.0);
@@ -132,4 +166,16 @@ impl Window {
     pub(crate) fn texels(&self) -> Texels {
         texels(&self.target)
     }
+}
+
+/// The largest difference between two pictures in codes. A dither depends on the number of the frame, so equal pictures
+/// differ by 1.
+pub(crate) fn apart(a: &Texels, b: &Texels) -> u8 {
+    assert_eq!(a.desc, b.desc);
+    a.bytes.iter().zip(&b.bytes).map(|(a, b)| a.abs_diff(*b)).max().unwrap()
+}
+
+/// A parameter by its name.
+pub(crate) fn parameter(name: &str) -> Target {
+    Target::Parameter(name.into())
 }

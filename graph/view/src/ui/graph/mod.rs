@@ -6,6 +6,7 @@ use std::collections::BTreeMap;
 
 use afterimage_graph::check::{Graph, Source};
 use afterimage_plan::Plan;
+use egui::text::{LayoutJob, TextWrapping};
 use egui::{Color32, FontId, Pos2, Rect, Response, RichText, Sense, Stroke, Ui, Vec2};
 
 use super::theme::{ACCENT, DIM, FIELD, wire_color};
@@ -258,15 +259,10 @@ impl Drawing<'_> {
         };
         ui.painter().rect(rect, 4.0, fill, line, egui::StrokeKind::Inside);
         let color = if is_skipped { Color32::from_gray(0x70) } else { Color32::from_gray(0xe4) };
-        let clip = rect.shrink2(Vec2::new(6.0, 0.0));
-        let at = rect.min + Vec2::new(7.0, 2.0);
-        ui.painter().with_clip_rect(clip.intersect(ui.clip_rect())).text(
-            at,
-            egui::Align2::LEFT_TOP,
-            name,
-            FontId::proportional(11.5),
-            color,
-        );
+        let mut line = LayoutJob::simple_singleline(name.to_owned(), FontId::proportional(11.5), color);
+        line.wrap = TextWrapping::truncate_at_width(rect.width() - 14.0);
+        let line = ui.painter().layout_job(line);
+        ui.painter().galley(rect.min + Vec2::new(7.0, 2.0), line, color);
         response
     }
 }

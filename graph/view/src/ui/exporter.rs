@@ -1,0 +1,89 @@
+//! An image on its way to a file.
+
+use afterimage_gpu::Texels;
+use afterimage_graph::color::{Chromaticities, Colorimetry};
+use afterimage_graph::image::Format;
+use afterimage_media::{EncodedPixels, ExrOptions, Picture, Pixels, PngOptions, encode_exr, encode_png};
+
+use super::picture::Subject;
+use crate::model::Model;
+use crate::render::Copied;
+
+/// A file for the user.
+pub struct Exported {
+    /// Its name, with the ending.
+    pub name: String,
+    /// Its content.
+    pub bytes: Vec<u8>,
+}
+
+/// What a file holds.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum ExportKind {
+    /// The picture as an SDR screen shows it, at the size of the image, with comparisons and false colour: PNG.
+    Picture,
+    /// The numbers of the image that is shown, as they are: EXR.
+    Numbers,
+}
+
+/// What is exported.
+#[derive(Default)]
+pub(super) struct Exporter {
+    pub(super) wanted: Option<ExportKind>,
+    pub(super) under_way: Option<UnderWay>,
+    pub(super) finished: Option<Exported>,
+}
+
+/// A file whose image is being copied.
+pub(super) struct UnderWay {
+    kind: ExportKind,
+    pub(super) copied: Copied,
+    pub(super) name: String,
+    colour: Option<Colorimetry>,
+}
+
+impl UnderWay {
+    /// What a model shows, as a file of a kind.
+    pub(super) fn new(model: &Model, subject: &Subject, kind: ExportKind, copied: Copied) -> Self {
+        Self { kind, copied, name: name(model, kind), colour: colorimetry(model, subject) }
+    }
+
+    /// The bytes of the file.
+    pub(super) fn encode(&self, texels: &Texels) -> Result<Vec<u8>, String> {
+        let size = (texels.desc.size.width, texels.desc.size.height);
+        let encoded = match self.kind {
+            ExportKind::Picture => {
+                let options = PngOptions { dither: None, ..PngOptions::default() };
+                encode_png(size, EncodedPixels::Byte(&texels.bytes), &options)
+            }
+            ExportKind::Numbers => {
+                let pixels = Pixels::Float(texels.to_floats().as_flattened().to_vec());
+                let halves = [Format::Rgba16Float, Format::Rg16Float, Format::R16Float];
+                let float = !halves.contains(&texels.desc.format);
+                let options = ExrOptions { float, colour: self.colour, ..ExrOptions::default() };
+                encode_exr(&Picture::new(size.0, size.1, pixels), &options)
+            }
+        };
+        encoded.map_err(|error| error.to_string())
+    }
+}
+
+/// The name of the pipeline, and of the place in the graph that is looked at.
+fn name(model: &Model, kind: ExportKind) -> String {
+    let file = model.project().name();
+    let stem = file.strip_suffix(".ron").unwrap_or(&file);
+    let place = model.tapped().map_or(String::new(), |(image, _)| format!("-{}", image.name));
+    let letter = |c: char| if c.is_alphanumeric() || "-_.".contains(c) { c } else { '-' };
+    let ending = if kind == ExportKind::Picture { "png" } else { "exr" };
+    format!("{}.{ending}", format!("{stem}{place}").chars().map(letter).collect::<String>())
+}
+
+/// What colours the numbers are; `None` for data.
+fn colorimetry(model: &Model, subject: &Subject) -> Option<Colorimetry> {
+    if model.tap().is_some() {
+        return subject.is_light().then(|| Colorimetry::linear(Chromaticities::REC709));
+    }
+    let shown = model.shown()?;
+    let output = shown.plan()?.output(Some(&shown.output()?))?;
+    (!subject.is_data()).then_some(output.colorimetry)
+}

@@ -1,0 +1,128 @@
+//! What the viewer does beside showing: it measures nodes, and lives through wrong texts and lost devices.
+#![allow(clippy::unwrap_used, reason = "a test may stop at the first surprise")]
+#![allow(dead_code, reason = "each test program uses a part of the support")]
+
+mod support;
+
+use afterimage_gpu::wgpu;
+use afterimage_graph::value::Value;
+use afterimage_media::{Picture, Pixels};
+use afterimage_view::{Files, Images, Model, Problem, Project, Rendered, Scene, TextProject};
+use support::{SIZE, apart, gpu, model, of, parameter, picture, render, settle};
+
+#[test]
+fn a_text_that_is_wrong_from_the_start_stays_the_problem() {
+    let broken = TextProject::built_in("lynx").unwrap().text().replace("Composite(", "Compositor(");
+    let mut model = of(Box::new(TextProject::new("broken.ron", &broken)));
+    let scene = Scene::new(gpu(), SIZE).unwrap();
+    model.set_images(Images::Scene(Box::new(scene)));
+    assert_eq!(render(&mut model), Rendered::Same);
+    assert!(matches!(model.problem(), Some(Problem::Pipeline(_))), "{:?}", model.problem());
+}
+
+#[test]
+fn a_lost_device_is_replaced_and_the_picture_is_the_same() {
+    let own = afterimage_gpu::Gpu::open(&afterimage_gpu::Opening::default()).unwrap();
+    let scene = Scene::new(&own, SIZE).unwrap();
+    let project = Box::new(TextProject::built_in("lynx").unwrap());
+    let mut model = Model::new(&own, project, Images::Scene(Box::new(scene)));
+    model.clock().is_playing = false;
+    model.set(&parameter("lit.strength"), Some(Value::Float(0.4)));
+    let frame = |gpu: &afterimage_gpu::Gpu, model: &mut Model| {
+        let mut encoder = gpu.encoder();
+        model.render(&mut encoder, 0.0);
+        gpu.queue.submit([encoder.finish()]);
+    };
+    let read = |gpu: &afterimage_gpu::Gpu, model: &Model| {
+        let picture = model.shown().unwrap().picture().unwrap();
+        afterimage_gpu::download(&gpu.device, &gpu.queue, picture).unwrap()
+    };
+    frame(&own, &mut model);
+    let before = read(&own, &model);
+    own.device.destroy();
+    for _ in 0..64 {
+        model.clock().step();
+        frame(&own, &mut model);
+        if matches!(model.problem(), Some(Problem::DeviceLost)) {
+            break;
+        }
+    }
+    assert!(matches!(model.problem(), Some(Problem::DeviceLost)), "{:?}", model.problem());
+    let other = afterimage_gpu::Gpu::open(&afterimage_gpu::Opening::default()).unwrap();
+    model.rebuild(&other).unwrap();
+    model.clock().seek(0.0);
+    frame(&other, &mut model);
+    assert!(apart(&read(&other, &model), &before) <= 1);
+}
+
+#[test]
+fn every_node_that_runs_is_measured_without_it_and_the_picture_stays() {
+    let mut model = model("lynx");
+    settle(&mut model);
+    for _ in 0..100 {
+        model.clock().step();
+        render(&mut model);
+    }
+    let (before, passes) = (picture(&model), model.shown().unwrap().plan().unwrap().passes.len());
+    model.measure_savings().unwrap();
+    let wanted = model.savings().unwrap().left();
+    let running = model.graph().unwrap().nodes.len() - model.shown().unwrap().plan().unwrap().skipped.len();
+    assert!(wanted == running && wanted > 3, "{wanted} of {running}");
+    for _ in 0..20_000 {
+        if model.savings().unwrap().left() == 0 {
+            break;
+        }
+        assert_eq!(render(&mut model), Rendered::New, "{:?}", model.problem());
+        gpu().device.poll(wgpu::PollType::Poll).unwrap();
+    }
+    let found = model.savings().unwrap().found();
+    assert_eq!(found.len(), wanted);
+    for saving in found {
+        // Without its only picture the pipeline has nothing to show; all other nodes can be off.
+        let ms = saving.ms.as_ref().unwrap_or(&0.0);
+        assert!(ms.is_finite(), "{saving:?}");
+    }
+    assert!(found.iter().filter(|saving| saving.ms.is_ok()).count() >= wanted - 1, "{found:?}");
+    assert!(found.iter().any(|saving| saving.ms.as_ref().is_ok_and(|ms| *ms != 0.0)), "{found:?}");
+    assert_eq!(model.shown().unwrap().plan().unwrap().passes.len(), passes);
+    assert!(apart(&picture(&model), &before) <= 1);
+    model.set(&parameter("lit.strength"), Some(Value::Float(0.7)));
+    assert!(model.savings().is_none(), "what was measured belongs to other values");
+}
+
+/// A sequence of frames of one grey each, three in a second.
+fn sequence(lights: &'static [f32]) -> Images {
+    let read = move |index: usize| {
+        let texel = [lights[index], lights[index], lights[index], 1.0];
+        let texels = (0..SIZE.width * SIZE.height).flat_map(|_| texel).collect();
+        Ok(Picture::new(SIZE.width, SIZE.height, Pixels::Float(texels)))
+    };
+    Images::Files(Files::new(gpu(), lights.len(), 3.0, Box::new(read)).unwrap())
+}
+
+#[test]
+fn a_sequence_adapts_while_it_plays_and_a_frame_that_is_gone_to_has_no_history() {
+    const LIGHTS: &[f32] = &[0.02, 2.0, 2.0];
+    let at = |seconds: f64, plays: bool| {
+        let mut model = model("exposure");
+        model.set_images(sequence(LIGHTS));
+        if plays {
+            settle(&mut model);
+            model.clock().is_playing = true;
+            while model.clock().time < seconds {
+                render(&mut model);
+            }
+            assert!(!model.clock().is_cut_shown());
+        } else {
+            model.clock().seek(seconds);
+            settle(&mut model);
+            assert!(model.clock().is_cut_shown(), "the window says that the frame has no history");
+        }
+        let texels = picture(&model).to_floats();
+        f64::from(texels[texels.len() / 2][1])
+    };
+    assert_eq!(sequence(LIGHTS).length(), Some((3, 3.0)));
+    // The eye is used to the dark when the light comes on.
+    let (played, sought) = (at(0.4, true), at(0.4, false));
+    assert!(played > sought + 0.1, "{played} {sought}");
+}

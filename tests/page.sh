@@ -1,0 +1,70 @@
+#!/usr/bin/env bash
+# The viewer's page in Chromium: tests/page.sh [FOLDER of the page, else it is built] [FOLDER for the screenshots]
+# Needs Chromium, Node with npm, Python and ImageMagick (apt-get install -y chromium nodejs npm imagemagick
+# mesa-vulkan-drivers), and what graph/view/web/build.sh needs. Takes ten minutes.
+#
+# Chromium's WGSL compiler must accept every module that the built-in kinds and pipelines become. The page must show
+# lynx.ron and tsushima.ron as the program renders them (dither off, one frame): 99.9 % of the pixels within 1 code, none
+# over 4. A broken text must show its errors.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+page=${1:-out/page}
+[ $# -ge 1 ] || graph/view/web/build.sh "$page"
+mkdir -p "${2:-out/page-shots}"
+page=$(cd "$page" && pwd) out=$(cd "${2:-out/page-shots}" && pwd)
+work=$(mktemp -d)
+port=$((20000 + $$ % 20000))
+site=http://localhost:$port
+export XDG_RUNTIME_DIR=${XDG_RUNTIME_DIR:-/tmp}
+program=${CARGO_TARGET_DIR:-target}/debug/afterimage
+cargo build --quiet -p afterimage
+cp -r "$page" "$work/site"
+cp tests/page/page.mjs "$work/"
+(cd "$work" && npm install --silent --no-audit --no-fund playwright-core@1)
+python3 -m http.server "$port" -d "$work/site" >/dev/null 2>&1 & server=$!
+trap 'kill $server 2>/dev/null; rm -rf "$work"' EXIT
+
+browse() { (cd "$work" && node page.mjs "$@"); }
+fail() { echo "failed: $*" >&2; exit 1; }
+
+echo "modules"
+cargo run --quiet -p afterimage-plan --example modules >"$work/site/modules.json"
+browse modules "$site/modules.json" || fail "the browser refuses modules"
+
+"$program" demo --size 320x180 --out "$work/scene" >/dev/null 2>&1
+cp "$work/scene/scene.exr" "$work/site/"
+# The pipeline without its dither, which depends on the number of the frame.
+native() {
+    sed "/\"display\": Dither/d; s/outputs: { \"display\": \"display\" }/outputs: { \"display\": \"$2\" }/" \
+        "pipelines/$1.ron" >"$work/$1.ron"
+    "$program" render "$work/$1.ron" "$work/scene/scene.exr" --out "$out/$1-program.png" --no-dither >/dev/null 2>&1
+}
+for pair in lynx:encoded tsushima:grain; do
+    name=${pair%:*}
+    echo "$name"
+    native "$name" "${pair#*:}"
+    browse shot "$site/#pipeline=$name&image=scene.exr&still&bare" "$work/shot.png" 40 || fail "the page of $name has errors"
+    convert "$work/shot.png" -crop 320x180+480+270 +repage "$out/$name-page.png"
+    python3 - "$out/$name-program.png" "$out/$name-page.png" <<'EOF' || fail "$name differs"
+import subprocess, sys
+rows = [subprocess.check_output(["convert", name, "-depth", "8", "rgb:-"]) for name in sys.argv[1:]]
+assert len(rows[0]) == len(rows[1]) == 3 * 320 * 180, "sizes differ"
+assert max(rows[0]) - min(rows[0]) > 100, "the picture is empty"
+differences = [abs(a - b) for a, b in zip(*rows)]
+within = sum(difference <= 1 for difference in differences) / len(differences)
+print(f"  within 1 code: {100 * within:.3f} %, at most {max(differences)}")
+sys.exit(0 if within >= 0.999 and max(differences) <= 4 else 1)
+EOF
+done
+
+echo "a broken text"
+text=$(python3 -c 'import sys, urllib.parse; print(urllib.parse.quote(sys.stdin.read().replace("Narkowicz", "Narkowich")))' \
+    <pipelines/lynx.ron)
+browse shot "$site/#text=$text&image=scene.exr&still" "$out/broken.png" 15 || fail "the page of a broken text has errors"
+# The colour in which the viewer writes errors.
+red=$(convert "$out/broken.png" -fuzz 12% -fill black +opaque '#f06a5c' -fill white -opaque '#f06a5c' \
+    -format '%[fx:int(mean*w*h)]' info:)
+[ "$red" -gt 40 ] || fail "the errors are not shown ($red pixels)"
+browse shot "$site/#pipeline=tsushima&image=scene.exr&still" "$out/page.png" 40 || fail "the page has errors"
+echo "all is well: $out"
