@@ -26,8 +26,8 @@ pub struct Dump<'a> {
 
 impl Dump<'_> {
     /// Writes the images of a frame as EXR, its cameras as JSON, the plan that renders, and the command for a shell
-    /// that renders it again into `out.png` (`out.exr` for light), in `command.txt`; returns the command. Rectangles and
-    /// factors are applied to the images. Waits for the device.
+    /// that renders it again into `out.png` (`out.exr` for light), in `command.txt`; returns the command. Rectangles
+    /// and factors are applied to the images. Waits for the device.
     ///
     /// The program renders a first frame, with the number 0 and empty histories. A `Dither` is done by the writer.
     ///
