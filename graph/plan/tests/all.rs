@@ -20,6 +20,7 @@ mod plan_cache;
 mod planned;
 mod printing;
 mod properties;
+mod rectangles;
 mod shown;
 mod skipped;
 mod stability;
