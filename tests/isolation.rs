@@ -1,8 +1,12 @@
 //! Kinds whose shaders have clashing names: fused into one module, one after the other, and with names of their own.
+#![allow(clippy::print_stdout, reason = "the longest time of many pairs")]
 
 #[path = "../graph/wgsl/tests/hostile/mod.rs"]
 #[allow(dead_code, reason = "the bombs are for other tests")]
 mod hostile;
+
+use std::ops::Range;
+use std::time::{Duration, Instant};
 
 use afterimage_graph::check::{CheckOptions, Graph, NoFiles, check};
 use afterimage_graph::document::parse;
@@ -48,24 +52,31 @@ fn pixels(graph: &Graph, is_fused: bool, scene: &Picture) -> Vec<[u32; 4]> {
     shown.pixels.into_iter().map(|pixel| pixel.map(f32::to_bits)).collect()
 }
 
-/// Pairs that the test runs. `AFTERIMAGE_HOSTILE_PAIRS=10000 cargo test -p afterimage-tests isolation` runs more.
-fn pairs() -> u64 {
-    let more = std::env::var("AFTERIMAGE_HOSTILE_PAIRS").ok().and_then(|count| count.parse().ok());
-    more.unwrap_or(40)
+/// Pairs that the test runs. `AFTERIMAGE_HOSTILE_PAIRS=10000 cargo test -p afterimage-tests isolation` runs more, and
+/// `5000..10000` the second half of these.
+fn pairs() -> Range<u64> {
+    let Ok(asked) = std::env::var("AFTERIMAGE_HOSTILE_PAIRS") else { return 0..40 };
+    let (first, end) = asked.split_once("..").unwrap_or(("0", &asked));
+    let number = |text: &str| text.parse().unwrap_or_else(|error| panic!("AFTERIMAGE_HOSTILE_PAIRS={asked}: {error}"));
+    number(first)..number(end)
 }
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn kinds_with_clashing_names_compute_the_same_together_as_alone() {
     let scene = Picture::new(16, 16, |x, y| [x as f32 * 0.11, y as f32 * 0.3, (x * y) as f32 * 0.01, 1.0]);
-    for seed in 0..pairs() {
+    let mut longest = Duration::ZERO;
+    for seed in pairs() {
+        let begin = Instant::now();
         let pair = pair(seed);
         let (hostile, tame) = (graph(&pair.hostile), graph(&pair.tame));
         let fused = pixels(&hostile, true, &scene);
         assert_eq!(fused, pixels(&hostile, false, &scene), "pair {seed}, each in a pass of its own");
         assert_eq!(fused, pixels(&tame, true, &scene), "pair {seed}, with names of their own");
         assert!(fused.iter().any(|pixel| *pixel != fused[0]), "pair {seed} has one color");
+        longest = longest.max(begin.elapsed());
     }
+    println!("the slowest pair takes {} ms in its three ways", longest.as_millis());
 }
 
 /// A kind whose kernel makes numbers that are not finite at three pixels, or 0 there, or what they are limited to.

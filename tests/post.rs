@@ -189,6 +189,41 @@ fn a_fact_changes_the_plan_in_the_background_and_another_size_at_once() {
     assert_eq!(host.plan().size, Size::new(33, 17));
 }
 
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn expected_sizes_are_planned_in_the_background_also_after_a_fact() {
+    let sizes = [Size::new(64, 36), Size::new(80, 45)];
+    let mut host = Host::new(changed("caracal.ron", None, &[]));
+    host.post.expect_sizes(&sizes);
+    let tasks = Arc::new(std::sync::atomic::AtomicUsize::new(0));
+    let counted = tasks.clone();
+    host.post.set_task_pool(Arc::new(move |task| {
+        counted.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
+        task();
+    }));
+    let first = host.scene.clone();
+    for emissive in [true, false] {
+        host.post.set_fact("emissive", emissive);
+        host.scene = first.clone();
+        for _ in 0..8 {
+            host.frame().unwrap();
+        }
+        assert!(host.post.has_expected_sizes());
+        let made = tasks.load(std::sync::atomic::Ordering::Relaxed);
+        for size in sizes {
+            host.scene = scene(&host.gpu, size);
+            let known = host.post.expected_plan(size).expect("it was planned");
+            let shown = host.shown();
+            assert!(Arc::ptr_eq(&known, &host.plan()), "the plan of {size} is the one from the background");
+            let mut alone = Host::new(changed("caracal.ron", None, &[]));
+            alone.post.set_fact("emissive", emissive);
+            alone.scene = host.scene.clone();
+            assert_same(&shown, &alone.shown());
+        }
+        assert_eq!(tasks.load(std::sync::atomic::Ordering::Relaxed), made, "nothing is left to do");
+    }
+}
+
 /// Without an input the frame has the size of the output, also if the host gives an image that nothing needs.
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]

@@ -1,10 +1,14 @@
 //! Every test of the front end, in one binary, without a GPU.
 #![allow(unreachable_pub, missing_docs, clippy::unwrap_used, reason = "a test binary has no outside")]
 
+/// Numbers of host blocks, and facts.
+mod blocks;
 /// Errors in files, and what is said of them.
 mod errors;
 /// Files that are loaded asynchronously.
 mod loaded_files;
+/// Where errors are.
+mod locations;
 /// A kind from a folder.
 mod posterize;
 /// When kinds from folders are freed.

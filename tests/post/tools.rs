@@ -1,14 +1,19 @@
 //! What hosts bring of their own: a task pool, tools that read labels, subscribers of spans.
 
+use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex};
 
-use afterimage_gpu::Task;
+use afterimage_gpu::{Frame, Rectangle, Task, Texels, download, wgpu};
+use afterimage_graph::check::Facts;
+use afterimage_lab::dump::Dump;
+use afterimage_media::{Source, read};
+use afterimage_nodes::Curve;
 use tracing::span::{Attributes, Id, Record};
 use tracing::{Event, Metadata, Subscriber};
 
 use super::{Host, assert_same, fresh};
-use crate::support::gpu::changed;
+use crate::support::gpu::{changed, graph};
 
 /// Tasks that a host has been given and has not run.
 type Tasks = Arc<Mutex<Vec<Task>>>;
@@ -56,6 +61,45 @@ fn a_task_that_the_pool_drops_is_reported_once_and_the_old_plan_renders_on() {
     assert_same(&host.shown(), &before);
 }
 
+/// What was begun before a change comes in after it, and must not pass for what was asked last.
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_plan_that_comes_in_late_does_not_replace_a_later_change() {
+    let run = |tasks: &Tasks| tasks.lock().unwrap().drain(..).for_each(|task| task());
+    let settle = |host: &mut Host, tasks: &Tasks| {
+        for _ in 0..6 {
+            run(tasks);
+            host.frame().unwrap();
+        }
+        assert!(!host.post.is_changing());
+    };
+    let mut host = Host::new(changed("lynx.ron", None, &[]));
+    let tasks = collecting(&mut host);
+    let curve = host.post.parameter::<Curve>("mapped.curve").unwrap();
+    host.frame().unwrap();
+    for wanted in [Curve::Reinhard, Curve::Hable] {
+        host.post.set(curve, wanted).unwrap();
+        host.frame().unwrap();
+    }
+    settle(&mut host, &tasks);
+    assert_same(&host.shown(), &fresh("lynx.ron", None, &[("mapped.curve", "Hable")]));
+    // Another pipeline, while the plan of a fact is being made, and a parameter that both have.
+    let mut host = Host::new(changed("caracal.ron", None, &[]));
+    let tasks = collecting(&mut host);
+    let strength = host.post.parameter::<f32>("lit.strength").unwrap();
+    host.frame().unwrap();
+    host.post.set_fact("emissive", false);
+    host.frame().unwrap();
+    host.post.change(changed("tsushima.ron", None, &[]));
+    host.post.set_facts(Facts::default());
+    for value in [0.1, 0.5] {
+        host.post.set(strength, value).unwrap();
+        host.frame().unwrap();
+    }
+    settle(&mut host, &tasks);
+    assert_same(&host.shown(), &fresh("tsushima.ron", None, &[("lit.strength", "0.5")]));
+}
+
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn passes_with_labels_compute_the_same() {
@@ -66,9 +110,14 @@ fn passes_with_labels_compute_the_same() {
     assert_same(&host.shown(), &fresh("tsushima.ron", None, &[]));
 }
 
-/// Counts the spans of the framework by their names.
-#[derive(Clone, Default)]
-struct Counted(Arc<Mutex<BTreeMap<&'static str, usize>>>);
+thread_local! {
+    /// The spans of the framework on this thread, by their names.
+    static SPANS: RefCell<BTreeMap<&'static str, usize>> = RefCell::default();
+}
+
+/// Counts spans. It is the subscriber of all threads, because `tracing` remembers for each span of the code whether
+/// anybody listens.
+struct Counted;
 
 impl Subscriber for Counted {
     fn enabled(&self, metadata: &Metadata<'_>) -> bool {
@@ -76,7 +125,7 @@ impl Subscriber for Counted {
     }
 
     fn new_span(&self, span: &Attributes<'_>) -> Id {
-        *self.0.lock().unwrap().entry(span.metadata().name()).or_default() += 1;
+        SPANS.with_borrow_mut(|spans| *spans.entry(span.metadata().name()).or_default() += 1);
         Id::from_u64(1)
     }
 
@@ -93,13 +142,12 @@ fn frames_and_plans_are_spans() {
     let mut host = Host::new(changed("caracal.ron", None, &[]));
     // Tasks are done at once, on this thread.
     host.post.set_task_pool(Arc::new(|task| task()));
-    let counted = Counted::default();
-    tracing::subscriber::with_default(counted.clone(), || {
-        host.frame().unwrap();
-        host.post.set_fact("emissive", false);
-        host.frame().unwrap();
-        host.frame().unwrap();
-    });
+    tracing::subscriber::set_global_default(Counted).expect("no other test has one");
+    SPANS.take();
+    host.frame().unwrap();
+    host.post.set_fact("emissive", false);
+    host.frame().unwrap();
+    host.frame().unwrap();
     let wanted = [
         ("afterimage::compile", 2),
         ("afterimage::frame", 3),
@@ -107,5 +155,70 @@ fn frames_and_plans_are_spans() {
         ("afterimage::plan", 1),
         ("afterimage::prepare", 1),
     ];
-    assert_eq!(*counted.0.lock().unwrap(), BTreeMap::from(wanted));
+    assert_eq!(SPANS.take(), BTreeMap::from(wanted));
+}
+
+const LOOK: &str = r#"Pipeline(
+    inputs: { "scene": Color },
+    nodes: {
+        "exposed": Exposure(source: "scene", stops: 0.5),
+        "mapped": ToneMap(source: "exposed", curve: Reinhard),
+        "dark": Vignette(source: "mapped", amount: 0.5, when: "night"),
+    },
+    outputs: { "display": "dark" },
+)"#;
+
+/// The program renders a dumped frame again: every number is equal.
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn the_program_renders_a_dumped_frame_again() {
+    let mut host = Host::new(graph(LOOK));
+    let stops = host.post.parameter::<f32>("exposed.stops").unwrap();
+    host.post.set(stops, -0.75).unwrap();
+    host.post.set_fact("night", true);
+    host.post.set_fact("unused", 3.0);
+    let folder = std::env::temp_dir().join(format!("afterimage-dump-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let pipeline = folder.join("look of a host.ron");
+    std::fs::write(&pipeline, LOOK).unwrap();
+    let pixels: Vec<[f32; 4]> = (0..1200).map(|i| [0.01 * i as f32, 0.4, 2.0, 1.0]).collect();
+    let texture = readable(&host, &Texels::from_floats_as_half(40, 30, &pixels));
+    let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
+    let rectangles = &[("scene", Rectangle { x: 3, y: 2, width: 32, height: 24 })];
+    let frame = Frame { inputs: &[("scene", &view)], rectangles, reset: true, ..Frame::default() };
+    let mut encoder = host.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+    host.post.encode(&mut encoder, &frame).unwrap();
+    host.gpu.queue.submit([encoder.finish()]);
+    let shown = download(&host.gpu.device, &host.gpu.queue, host.post.output("display")).unwrap();
+    let dump = Dump { pipeline: &pipeline, tier: None, folder: &folder };
+    let command = dump.write(&host.post, &host.gpu.device, &host.gpu.queue, &frame).unwrap();
+    assert!(command.contains("--set exposed.stops=-0.75") && command.contains("--fact night=true"), "{command}");
+    let program = command.replacen("afterimage", env!("CARGO_BIN_EXE_afterimage-under-test"), 1);
+    let output = std::process::Command::new("sh").args(["-c", &program]).output().unwrap();
+    assert!(output.status.success(), "{command}: {}", String::from_utf8_lossy(&output.stderr));
+    let again = read(&Source::file(folder.join("out.exr"))).unwrap();
+    assert_eq!((again.width, again.height), (32, 24));
+    assert!(shown.bytes.iter().any(|byte| *byte != shown.bytes[0]));
+    assert_same(again.bytes(), &shown.bytes);
+    assert!(std::fs::read_to_string(folder.join("plan.json")).unwrap().contains("\"passes\""));
+    std::fs::remove_dir_all(folder).unwrap();
+}
+
+/// A texture of a host that can be read back.
+fn readable(host: &Host, texels: &Texels) -> wgpu::Texture {
+    let size = texels.desc.size;
+    let usage = wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_SRC | wgpu::TextureUsages::COPY_DST;
+    let texture = host.gpu.device.create_texture(&wgpu::TextureDescriptor {
+        label: None,
+        size: wgpu::Extent3d { width: size.width, height: size.height, depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: wgpu::TextureFormat::Rgba16Float,
+        usage,
+        view_formats: &[],
+    });
+    let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(8 * size.width), rows_per_image: None };
+    host.gpu.queue.write_texture(texture.as_image_copy(), &texels.bytes, layout, texture.size());
+    texture
 }

@@ -1,7 +1,7 @@
 //! Sizes, formats and parameters.
 #![allow(missing_docs, reason = "a test binary exports nothing")]
 
-use afterimage_base::diagnostic::Sources;
+use afterimage_base::diagnostic::{Sources, did_you_mean, nearest};
 use afterimage_base::image::{Format, ImageDesc, Size};
 use afterimage_base::value::{FileValue, Param, Type, Value};
 
@@ -160,4 +160,19 @@ fn files_are_equal_if_path_and_content_are() {
     for other in [file("other.cube", Some(b"1")), file("film.cube", Some(b"2")), file("film.cube", None)] {
         assert_ne!(film, other);
     }
+}
+
+/// A name of up to 64 letters gets the nearest one, if at most a third of its letters differ.
+#[test]
+fn long_and_far_names_have_no_nearest_one() {
+    let long = |letters: usize| "abcdefgh".repeat(10)[..letters].to_owned();
+    for (wrong, is_near) in [(long(63), true), (long(64), true), (long(65), false)] {
+        let known = &wrong[1..];
+        assert_eq!(nearest(&wrong, ["other", known]), is_near.then_some(known), "{}", wrong.len());
+    }
+    // One letter of three differs, and two of three.
+    assert_eq!(nearest("bla", ["glue", "blur", "ble"]), Some("ble"));
+    assert_eq!(nearest("bla", ["glue", "bxx"]), None);
+    assert_eq!(did_you_mean("bla", ["ble"]).as_deref(), Some("did you mean `ble`?"));
+    assert_eq!(did_you_mean("bla", ["nothing"]), None);
 }

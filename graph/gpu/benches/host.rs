@@ -42,7 +42,46 @@ fn main() -> Result<(), Box<dyn Error>> {
         };
         let fact = host.measure(frames, &mut set_fact, None)?;
         print(&host, "a fact, whose plans come in from the background", fact);
+        sizes(&mut host, frames)?;
+        views(&host)?;
     }
+    Ok(())
+}
+
+/// Another size in every fourth frame: known from before, and never seen.
+fn sizes(host: &mut Host<'_>, frames: usize) -> Result<(), Box<dyn Error>> {
+    let smaller = |step: usize| Size::new(SIZE.width - 16 * step as u32, SIZE.height - 9 * step as u32);
+    host.post.expect_sizes(&[smaller(0), smaller(1), smaller(2), smaller(3)]);
+    while !host.post.has_expected_sizes() {
+        host.measure(1, &mut |_, _| Ok(()), None)?;
+    }
+    let mut resize = |host: &mut Host<'_>, frame: usize| host.resize(smaller(frame / 4 % 4));
+    let (usual, longest, changes) = host.changes(frames, &mut resize)?;
+    println!(
+        "  {:<48} {changes:.1}; frames between {usual:.1}, longest {longest:.1}",
+        "another size that was expected"
+    );
+    let mut resize = |host: &mut Host<'_>, frame: usize| host.resize(Size::new(400 + frame as u32 / 4, 300));
+    let (usual, longest, changes) = host.changes(frames.min(80), &mut resize)?;
+    println!("  {:<48} {changes:.1}; frames between {usual:.1}, longest {longest:.1}", "another size that is new");
+    Ok(())
+}
+
+/// The first frame of a pipeline, and of a second view of it.
+fn views(host: &Host<'_>) -> Result<(), Box<dyn Error>> {
+    let first_frame = |post: &mut Post| {
+        let start = Instant::now();
+        let mut encoder = host.gpu.device.create_command_encoder(&Default::default());
+        let (inputs, outputs) = (&[("scene", &host.views[0])], &[("display", &host.views[1])]);
+        post.encode(&mut encoder, &Frame { inputs, outputs, ..Frame::default() })?;
+        let time = start.elapsed();
+        host.gpu.queue.submit([encoder.finish()]);
+        Ok::<f64, Box<dyn Error>>(time.as_secs_f64() * 1e6)
+    };
+    let mut post = Post::new(&host.gpu.adapter, &host.gpu.device, &host.gpu.queue, host.post.graph().clone());
+    let first = first_frame(&mut post)?;
+    let second = first_frame(&mut post.another())?;
+    println!("  {:<48} {first:.0}; of a second view {second:.0}", "the first frame, with its plan and pipelines");
     Ok(())
 }
 
@@ -70,9 +109,27 @@ impl<'g> Host<'g> {
         let (graph, _) = check(&document, &Registry::new(&[afterimage_nodes::ALL])?, &options)?;
         let pixels: Vec<_> = (0..SIZE.texels()).map(|at| [at as f32 * 1e-4, 0.5, 2.0, 1.0]).collect();
         let texels = Texels::from_floats_as_half(SIZE.width, SIZE.height, &pixels);
-        let (input, output) = (upload(&gpu.device, &gpu.queue, &texels)?, screen(gpu));
+        let (input, output) = (upload(&gpu.device, &gpu.queue, &texels)?, screen(gpu, SIZE));
         let views = [&input, &output].map(|texture| texture.create_view(&Default::default()));
         Ok(Self { gpu, post: Post::new(&gpu.adapter, &gpu.device, &gpu.queue, graph), input, output, views })
+    }
+
+    fn resize(&mut self, size: Size) -> Result<(), Box<dyn Error>> {
+        if size.width == self.input.width() {
+            return Ok(());
+        }
+        let pixels: Vec<_> = (0..size.texels()).map(|at| [at as f32 * 1e-4, 0.5, 2.0, 1.0]).collect();
+        let texels = Texels::from_floats_as_half(size.width, size.height, &pixels);
+        (self.input, self.output) = (upload(&self.gpu.device, &self.gpu.queue, &texels)?, screen(self.gpu, size));
+        self.renew_input().and(self.renew_output())
+    }
+
+    /// The usual and the longest time of a frame, and the median of every fourth, in which something changes.
+    fn changes(&mut self, frames: usize, before: Before<'_, 'g>) -> Result<(f64, f64, f64), Box<dyn Error>> {
+        let times = self.times(frames.next_multiple_of(4), before, None)?;
+        let changes: Vec<Duration> = times.iter().copied().step_by(4).collect();
+        let (usual, longest) = summary(times);
+        Ok((usual, longest, summary(changes).0))
     }
 
     fn renew_input(&mut self) -> Result<(), Box<dyn Error>> {
@@ -93,6 +150,16 @@ impl<'g> Host<'g> {
         before: Before<'_, 'g>,
         parameter: Option<Parameter<f32>>,
     ) -> Result<(f64, f64), Box<dyn Error>> {
+        Ok(summary(self.times(frames, before, parameter)?))
+    }
+
+    /// The times of the frames without a first few.
+    fn times(
+        &mut self,
+        frames: usize,
+        before: Before<'_, 'g>,
+        parameter: Option<Parameter<f32>>,
+    ) -> Result<Vec<Duration>, Box<dyn Error>> {
         let mut times = Vec::new();
         for frame in 0..WARM_UP + frames {
             let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
@@ -108,7 +175,7 @@ impl<'g> Host<'g> {
             self.gpu.queue.submit([encoder.finish()]);
             self.gpu.device.poll(wgpu::PollType::wait_indefinitely())?;
         }
-        Ok(summary(times.split_off(WARM_UP)))
+        Ok(times.split_off(WARM_UP))
     }
 }
 
@@ -118,10 +185,10 @@ fn summary(mut times: Vec<Duration>) -> (f64, f64) {
     (microseconds(times[times.len() / 2]), microseconds(times[times.len() - 1]))
 }
 
-fn screen(gpu: &Gpu) -> wgpu::Texture {
+fn screen(gpu: &Gpu, size: Size) -> wgpu::Texture {
     gpu.device.create_texture(&wgpu::TextureDescriptor {
         label: Some("screen"),
-        size: wgpu::Extent3d { width: SIZE.width, height: SIZE.height, depth_or_array_layers: 1 },
+        size: wgpu::Extent3d { width: size.width, height: size.height, depth_or_array_layers: 1 },
         mip_level_count: 1,
         sample_count: 1,
         dimension: wgpu::TextureDimension::D2,

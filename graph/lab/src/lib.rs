@@ -5,12 +5,14 @@
 //! - [`mod@bench`]: the time of a frame and of its passes, compared with the bandwidth of the device and with a
 //!   baseline.
 //! - [`stress`]: every pipeline and every node kind with extreme images, parameters and sizes.
+//! - [`dump`]: a frame of a host as files, which the program renders again.
 //! - [`metrics`], [`plot`]: image metrics and SVG charts.
 //!
 //! Options come in as plain structs, and results go out as reports. Pipelines and node kinds are given as graphs and
 //! registries: this crate parses no command line and knows no table of node kinds.
 
 pub mod bench;
+pub mod dump;
 mod error;
 mod files;
 pub mod measure;

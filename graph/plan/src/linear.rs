@@ -64,3 +64,28 @@ impl Decoding {
 pub(crate) fn decoded_desc(encoded: ImageDesc) -> ImageDesc {
     encoded.format(crate::builder::float_format(encoded.format))
 }
+
+#[cfg(test)]
+mod tests {
+    use afterimage_base::color::Chromaticities;
+
+    use super::*;
+
+    #[test]
+    fn only_what_is_encoded_for_an_sdr_display_is_decoded() {
+        let gamma = Transfer::Gamma(2.2.into());
+        for (transfer, decoding) in [
+            (Transfer::Linear, None),
+            (Transfer::Srgb, Some(Decoding::Srgb)),
+            (gamma, Some(Decoding::Gamma(2.2))),
+            (Transfer::Pq, None),
+            (Transfer::Hlg, None),
+        ] {
+            for state in ColorState::ALL {
+                let colorimetry = Colorimetry::new(Chromaticities::REC709, transfer);
+                let expected = decoding.filter(|_| state == ColorState::Encoded);
+                assert_eq!(Decoding::of(ImageColor { state, colorimetry }), expected, "{transfer:?} {state:?}");
+            }
+        }
+    }
+}

@@ -1,8 +1,10 @@
 //! Faults put into correct plans: `verify` finds each of them and names the pass or image at fault.
 
+use std::sync::Arc;
+
 use afterimage_generators::Recipe;
 use afterimage_graph::node::{BufferId, ImageId, Origin, Resource};
-use afterimage_plan::{Alias, AliasingBarrier, Options, Plan, Stage, verify};
+use afterimage_plan::{Alias, AliasingBarrier, Options, PlacedPlan, Plan, Stage, verify, verify_placed};
 
 use super::planned::plan_of;
 
@@ -64,7 +66,6 @@ fn a_missing_aliasing_barrier_is_found() {
     }
 }
 
-/// Two shared images that are alive in the same batch.
 /// A barrier in another batch separates too early or too late, and one that does not name every image before lets the
 /// memory of that one change while it is read.
 #[test]
@@ -129,6 +130,7 @@ fn first_barrier(plan: &mut Plan) -> &mut AliasingBarrier {
     plan.batches.iter_mut().find_map(|batch| batch.aliasing.first_mut()).expect("images share memory")
 }
 
+/// Two shared images that are alive in the same batch.
 fn alive_together(plan: &Plan) -> (usize, usize) {
     let shared = |image: &usize| plan.images[*image].offset.is_some();
     let lives: Vec<(usize, _)> =
@@ -298,4 +300,48 @@ fn a_place_in_the_recording_that_two_passes_have_is_found() {
     let mut plan = plans(Options::default()).next().expect("there is a plan");
     plan.passes[1].recorded = plan.passes[0].recorded;
     assert_reports(&faults(&plan, "two passes are recorded at one place"), &["do not name every pass once"]);
+}
+
+/// The batches cover the passes in order, each once, and none is empty.
+#[test]
+fn a_batch_that_is_empty_or_does_not_begin_where_the_one_before_ends_is_found() {
+    let changes: [fn(&mut Plan); 4] = [
+        |plan| plan.batches[1].passes.start += 1,
+        |plan| plan.batches[1].passes.start -= 1,
+        |plan| {
+            let mut empty = plan.batches[0].clone();
+            empty.passes = empty.passes.end..empty.passes.end;
+            plan.batches.insert(1, empty);
+        },
+        |plan| plan.batches[0].passes.start = 1,
+    ];
+    for plan in plans(Options::default()) {
+        for change in changes {
+            let mut broken = plan.clone();
+            change(&mut broken);
+            let reported = faults(&broken, "the batches do not cover the passes");
+            assert_reports(&reported, &["batch", "but the batches before it end at pass"]);
+        }
+    }
+}
+
+/// A plan with its images in other places is checked in these.
+#[test]
+fn a_placement_that_differs_from_that_of_its_plan_is_checked_too() {
+    for plan in plans(Options::default()) {
+        let (a, b) = alive_together(&plan);
+        let placed = PlacedPlan::new(Arc::new(plan));
+        assert_eq!(verify_placed(&placed), Ok(()));
+        let changes: [&dyn Fn(&mut PlacedPlan); 3] = [
+            &|placed| placed.placement.offsets[a] = placed.placement.offsets[b],
+            &|placed| placed.placement.offsets[a] = Some(placed.placement.heap),
+            &|placed| placed.placement.aliasing.iter_mut().for_each(Vec::clear),
+        ];
+        for change in changes {
+            let mut broken = placed.clone();
+            change(&mut broken);
+            assert!(verify_placed(&broken).is_err_and(|faults| !faults.is_empty()));
+            assert_eq!(verify(&broken.plan), Ok(()), "the plan itself is right");
+        }
+    }
 }

@@ -48,8 +48,8 @@ static METER: Shader = Shader::new(
     @compute @workgroup_size(1)
     fn meter() { value[0] = texel(source, vec2i(0)); }",
 );
-const SOURCE: Input = Input::image("source", "An image.");
-const RESULT: Output = Output::image("result", OutputState::same("source"), "An image.");
+pub const SOURCE: Input = Input::image("source", "An image.");
+pub const RESULT: Output = Output::image("result", OutputState::same("source"), "An image.");
 
 /// Declares a kind of this test.
 macro_rules! kind {
@@ -69,8 +69,10 @@ macro_rules! kind {
     };
 }
 
+pub(crate) use kind;
+
 /// The description of an image as large as the source.
-fn like_source(pass: &mut Recorder<'_>) -> ImageDesc {
+pub fn like_source(pass: &mut Recorder<'_>) -> ImageDesc {
     let source = pass.image("source");
     ImageDesc::new(pass.desc(source).size)
 }
@@ -135,7 +137,8 @@ pub fn planned_at(size: Size, nodes: &str, outputs: &str, options: Options) -> P
 pub fn planned_on(size: Size, nodes: &str, outputs: &str, options: Options, caps: Caps) -> Plan {
     let text = format!("Pipeline(inputs: {{\"in\": Color}}, nodes: {{{nodes}}}, outputs: {{{outputs}}})");
     let document = parse("fusion.ron", &text).unwrap_or_else(|errors| panic!("{errors}"));
-    let registry = Registry::new(&[afterimage_nodes::ALL, KINDS]).expect("no two kinds share a name");
+    let registry =
+        Registry::new(&[afterimage_nodes::ALL, KINDS, super::kernels::KINDS]).expect("no two kinds share a name");
     let graph = check(&document, &registry, &CheckOptions::default()).unwrap_or_else(|errors| panic!("{errors}")).0;
     let image = GivenImage { desc: ImageDesc::new(size), finite: true };
     let given = Given { inputs: [("in".to_owned(), image)].into(), ..Given::nothing(size) };

@@ -5,6 +5,7 @@ mod hostile;
 
 use std::time::{Duration, Instant};
 
+use afterimage_base::diagnostic::Diagnostics;
 use afterimage_wgsl::limits::{self, Limit};
 use afterimage_wgsl::{Library, Linker, SampleMode, Shader, ShaderError, ShaderFeatures, validate};
 use hostile::bombs::{bombs, in_body};
@@ -230,4 +231,25 @@ fn a_lone_semicolon_is_no_declaration() {
     let error = refused(&format!(";\n;;\n{}", in_body("return sauce;")));
     assert_eq!((error.line, error.column), (3, 42), "{error}");
     assert!(error.message.starts_with("no definition in scope"), "{error}");
+}
+
+/// An error is shown in the text of its own file; of a file that is imported, only the place is known.
+#[test]
+fn an_error_is_shown_in_the_file_that_it_is_in() {
+    let wrong = "fn help() -> f32 {\n    return sauce;\n}";
+    let own = untrusted(&format!("{wrong}\n{}", in_body("return source * help();")));
+    let library = Library::of_files([("other.wgsl".to_owned(), wrong.to_owned())]);
+    let importing = untrusted(&format!("#import other\n{}", in_body("return source * help();")));
+    for (shader, file, is_shown) in
+        [(own, "kind.wgsl", true), (importing.with_loaded_library(library), "other.wgsl", false)]
+    {
+        let error = shader.reflect().expect_err("a name is unknown");
+        assert_eq!((error.file.as_str(), error.line, error.column), (file, 2, 12), "{error}");
+        let mut diagnostics = Diagnostics::default();
+        shader.report(&error, &mut diagnostics);
+        let text = diagnostics.to_string();
+        assert!(text.contains(&format!("{file}:2:12")) && text.contains("sauce"), "{text}");
+        assert_eq!(text.contains("return sauce;"), is_shown, "{text}");
+        assert_eq!(diagnostics.iter().map(|one| one.labels.len()).sum::<usize>(), usize::from(is_shown), "{text}");
+    }
 }

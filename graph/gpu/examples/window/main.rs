@@ -128,6 +128,8 @@ impl Shown {
 
     /// Renders a frame, if there is something to see. A lost device is replaced, and the next frame goes on.
     fn frame(&mut self, time: f32) -> Result<(), Failure> {
+        // A device tells of its loss when it is polled. One that is lost cannot be.
+        let _ = self.renderer.device.poll(wgpu::PollType::Poll);
         if self.is_lost.load(Ordering::Relaxed) {
             return self.recover();
         }

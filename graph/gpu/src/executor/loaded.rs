@@ -43,7 +43,7 @@ pub(super) struct Loaded {
     pub(super) plan: Arc<Plan>,
     /// Where the images of the plan lie.
     pub(super) placement: HeapPlacement,
-    pub(super) passes: Vec<LoadedPass>,
+    pub(super) passes: LoadedPasses,
     pub(super) uniforms: Buffer,
     /// What the uniforms hold of each host block.
     pub(super) blocks: Vec<Vec<u8>>,
@@ -72,6 +72,9 @@ pub(super) struct Loaded {
     /// Whether another plan has used the heap before.
     pub(super) shares_old_heap: bool,
 }
+
+/// The passes of one plan, which every executor that runs it shares.
+pub(super) type LoadedPasses = Arc<[LoadedPass]>;
 
 /// What one draw or dispatch needs.
 pub(super) struct LoadedPass {

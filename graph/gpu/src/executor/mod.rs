@@ -2,6 +2,7 @@
 
 mod bind;
 mod blocks;
+mod compiled;
 mod contents;
 mod explicit_transitions;
 mod frame;
@@ -109,6 +110,7 @@ impl Executor {
             compiler: PlanCompiler {
                 device: device.clone(),
                 pipelines: Arc::default(),
+                compiled: Arc::default(),
                 immediates: frame_constants::has_immediates(device),
                 broken: made.err(),
             },
@@ -133,6 +135,7 @@ impl Executor {
     pub fn another(&self) -> Self {
         let mut other = Self::with_caps(&self.compiler.device, &self.queue, self.caps.clone());
         other.compiler.pipelines = self.compiler.pipelines.clone();
+        other.compiler.compiled = self.compiler.compiled.clone();
         other.pool = self.pool.clone();
         other.labelled = self.labelled;
         other
@@ -226,6 +229,12 @@ impl Executor {
     /// begins as in a first frame, and only that. On an error the old plan stays as it is, with its histories.
     pub fn swap(&mut self, preparation: Preparation) -> Result<(), GpuError> {
         self.put_in(preparation.worker.join()??)
+    }
+
+    /// Compiles the passes of a plan that may come later, on any thread.
+    pub(crate) fn compilation_ahead(&self) -> impl FnOnce(&Arc<Plan>) -> Result<(), GpuError> + Send + use<> {
+        let (compiler, before) = (self.compiler.clone(), self.before());
+        move |plan| compiler.passes(plan, &before, 1).map(drop)
     }
 
     /// What the next plan can keep of the plan in use.

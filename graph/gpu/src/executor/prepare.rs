@@ -8,8 +8,9 @@ use afterimage_plan::codegen::{Composed, SlotKind};
 use afterimage_plan::{Alias, HeapPlacement, PlacedPlan, Plan, PlannedImage, Stage};
 use wgpu::{Buffer, BufferUsages, Device, TextureFormat};
 
+use super::compiled::CompiledPasses;
 use super::frame_constants;
-use super::loaded::{LoadedPass, planned_attachment};
+use super::loaded::{LoadedPass, LoadedPasses, planned_attachment};
 use crate::GpuError;
 use crate::buffer::filled_buffer;
 use crate::heap::{Place, Placed};
@@ -41,7 +42,7 @@ pub(crate) enum Prepared {
 pub(crate) struct CompiledPlan {
     pub(super) plan: Arc<Plan>,
     pub(super) placement: HeapPlacement,
-    pub(super) passes: Vec<LoadedPass>,
+    pub(super) passes: LoadedPasses,
     pub(super) uniforms: Buffer,
     pub(super) placed: Option<Placed>,
     /// Whether the heap is that of the previous plan.
@@ -53,6 +54,7 @@ pub(crate) struct CompiledPlan {
 pub(super) struct PlanCompiler {
     pub(super) device: Device,
     pub(super) pipelines: Arc<Pipelines>,
+    pub(super) compiled: Arc<CompiledPasses>,
     /// Whether passes take the frame constants from immediates.
     pub(super) immediates: bool,
     /// The error of the device while the executor was made, if there was one.
@@ -80,14 +82,7 @@ impl PlanCompiler {
             return Ok(Prepared::Numbers(placed_plan.plan, old.plan.clone()));
         }
         let PlacedPlan { plan, placement } = placed_plan;
-        let dispatches = (0..plan.passes.len())
-            .map(|at| UncompiledDispatch::new(&plan, at, self.immediates))
-            .collect::<Result<Vec<_>, _>>()?;
-        let orders = dispatches.iter().enumerate();
-        let orders = orders.flat_map(|(at, dispatch)| self.orders(&plan, at, dispatch, &before.drawn));
-        self.pipelines.build(&self.device, orders.collect(), threads)?;
-        let finish = |(at, dispatch)| self.finish(&plan, at, dispatch);
-        let passes = dispatches.into_iter().enumerate().map(finish).collect();
+        let passes = self.passes(&plan, before, threads)?;
         watched(&self.device, "the memory of the plan", || {
             let placed = self.place(&plan, &placement, before.placed.as_ref());
             let same = |old: &Placed| placed.as_ref().is_some_and(|placed| Arc::ptr_eq(&placed.heap, &old.heap));
@@ -96,6 +91,28 @@ impl PlanCompiler {
             let compiled = CompiledPlan { plan, placement, passes, uniforms, placed, shares_old_heap };
             Ok(Prepared::Whole(Box::new(compiled)))
         })
+    }
+
+    /// The passes of a plan: those of before, or compiled.
+    pub(super) fn passes(
+        &self,
+        plan: &Arc<Plan>,
+        before: &PreviousPlan,
+        threads: usize,
+    ) -> Result<LoadedPasses, GpuError> {
+        if let Some(known) = self.compiled.get(plan) {
+            return Ok(known);
+        }
+        let dispatches = (0..plan.passes.len())
+            .map(|at| UncompiledDispatch::new(plan, at, self.immediates))
+            .collect::<Result<Vec<_>, _>>()?;
+        let orders = dispatches.iter().enumerate();
+        let orders = orders.flat_map(|(at, dispatch)| self.orders(plan, at, dispatch, &before.drawn));
+        self.pipelines.build(&self.device, orders.collect(), threads)?;
+        let finish = |(at, dispatch)| self.finish(plan, at, dispatch);
+        let passes = dispatches.into_iter().enumerate().map(finish).collect();
+        self.compiled.put(plan, &passes);
+        Ok(passes)
     }
 
     /// The pipelines that a pass may need: the planned one, and the one for the host's image.

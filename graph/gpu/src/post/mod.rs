@@ -6,6 +6,7 @@ mod parameters;
 mod pass_times;
 mod plans;
 mod running;
+mod sizes;
 mod uniforms;
 mod watch;
 
@@ -24,7 +25,7 @@ use handle::Handle;
 pub use handle::{Control, Parameter, ParameterInfo};
 pub use pass_times::PassTimes;
 use pass_times::TimedPasses;
-use running::{Next, Running};
+use running::{Age, Next, Running, Sizes};
 use watch::Watched;
 pub use watch::{Reading, Watch};
 
@@ -71,8 +72,10 @@ pub struct Post {
     frame: u64,
     running: Option<Running>,
     next: Option<Next>,
+    sizes: Sizes,
     /// Whether something has changed since the last plan was asked for.
     is_stale: bool,
+    age: Age,
 }
 
 impl Post {
@@ -97,7 +100,9 @@ impl Post {
             frame: 0,
             running: None,
             next: None,
+            sizes: Sizes::default(),
             is_stale: true,
+            age: Age::default(),
         }
     }
 
@@ -119,7 +124,9 @@ impl Post {
             frame: 0,
             running: None,
             next: None,
+            sizes: self.sizes.for_another(),
             is_stale: true,
+            age: Age::default(),
         }
     }
 
@@ -147,6 +154,11 @@ impl Post {
     pub fn set_fact(&mut self, name: impl Into<String>, fact: impl Into<Fact>) {
         self.facts.set(name, fact);
         self.is_stale = true;
+    }
+
+    /// What the host has said of the scene.
+    pub fn facts(&self) -> &Facts {
+        &self.facts
     }
 
     /// Replaces all facts.
@@ -192,6 +204,7 @@ impl Post {
     /// it has their parameters and accepts them; handles stay valid.
     pub fn change(&mut self, graph: Graph) {
         self.plans = PlanCache::new(graph);
+        self.age.graph += 1;
         self.place_handles();
         self.is_stale = true;
     }
@@ -208,6 +221,7 @@ impl Post {
         self.executor = Executor::with_caps(device, queue, crate::caps(adapter, device));
         self.executor.pool = pool;
         (self.running, self.next) = (None, None);
+        self.sizes = self.sizes.for_another();
         self.watched.iter_mut().for_each(|watched| watched.readings.renew());
         self.pass_times.renew();
         self.is_stale = true;

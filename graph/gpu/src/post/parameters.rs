@@ -16,6 +16,12 @@ impl Post {
         })
     }
 
+    /// The values that the host has set for parameters of the present graph, by their names, `node.parameter`.
+    pub fn set_values(&self) -> impl Iterator<Item = (&str, &Value)> {
+        let handles = self.handles.iter().filter(|handle| handle.value.is_some());
+        handles.filter_map(|handle| Some((handle.name.as_str(), self.graph().value(handle.place?))))
+    }
+
     /// A handle to the parameter that `node.parameter` names.
     ///
     /// The parameter is dynamic from the next plan on: its node runs also where its value changes nothing, so that new
@@ -67,7 +73,10 @@ impl Post {
             let is_new = *self.plans.graph().value(place) != value;
             if is_new && self.plans.set(place, value.clone()).map_err(refused)? {
                 self.is_stale = true;
-            } else if is_new && let Some(running) = &mut self.running {
+                self.age.values += 1;
+            } else if is_new
+                && let Some(running) = self.running.as_mut().filter(|running| running.graph == self.age.graph)
+            {
                 running.uniforms.change(place.node);
             }
         }

@@ -32,7 +32,7 @@ impl Post {
             self.is_stale = false;
             self.begin_next();
         }
-        Ok(failure)
+        Ok(failure.or_else(|| self.prepare_sizes()))
     }
 
     /// Whether the plan that renders is for the host's images.
@@ -111,6 +111,9 @@ impl Post {
     /// The graph cannot be planned for it, or the device refuses the plan.
     pub(crate) fn load_for(&mut self, given: Given) -> Result<&Arc<Plan>, PostError> {
         self.next = None;
+        if self.is_stale {
+            self.sizes.renew();
+        }
         let planned = self.planned(given.clone())?;
         if self.running.as_ref().is_none_or(|running| !Arc::ptr_eq(&running.planned.plan, &planned.plan)) {
             self.executor.load(planned.plan.clone())?;
@@ -135,7 +138,7 @@ impl Post {
         Ok(self.planned(given)?.plan)
     }
 
-    fn wish(&self, given: Given) -> Wish {
+    pub(super) fn wish(&self, given: Given) -> Wish {
         Wish {
             given,
             facts: self.facts.clone(),
@@ -147,6 +150,7 @@ impl Post {
 
     /// Begins to make the plan that the present facts and values ask for, unless it is the one that renders.
     fn begin_next(&mut self) {
+        self.sizes.renew();
         let Some(running) = &self.running else { return };
         let wish = self.wish(running.given.clone());
         let device = self.executor.device().clone();
@@ -165,14 +169,20 @@ impl Post {
             let prepared = compile(planned.plan.clone())?;
             Ok((planned, prepared))
         };
-        self.next = Some(Next { wish, worker: Worker::new(self.executor.pool.as_ref(), work) });
+        self.next = Some(Next { age: self.age, wish, worker: Worker::new(self.executor.pool.as_ref(), work) });
     }
 
     fn bring_in(&mut self, next: Next) -> Result<(), PostError> {
+        if next.age.graph != self.age.graph {
+            // The plan for the present graph is made after it.
+            return Ok(());
+        }
         let (planned, prepared) = next.worker.join()??;
         self.executor.put_in(prepared)?;
-        let device = self.executor.device().clone();
-        next.wish.on(&device, |request| self.plans.keep(request, &planned));
+        if next.age == self.age {
+            let device = self.executor.device().clone();
+            next.wish.on(&device, |request| self.plans.keep(request, &planned));
+        }
         self.run(next.wish.given, planned);
         Ok(())
     }
@@ -181,14 +191,18 @@ impl Post {
     fn run(&mut self, given: Given, planned: Planned) {
         let changed = self.dynamic().map(|parameter| parameter.node).collect();
         let uniforms = Uniforms::new(planned.plan.uniform_buffer(), changed);
-        self.running = Some(Running { given, planned, uniforms });
+        self.running = Some(Running { graph: self.age.graph, given, planned, uniforms });
     }
 
     /// Writes the uniforms that have changed, in one range.
     pub(super) fn write_uniforms(&mut self) -> Result<(), PostError> {
         let Some(running) = &mut self.running else { return Ok(()) };
-        if running.uniforms.update(&mut running.planned.dynamic, self.plans.graph()) == Err(NeedsPlan) {
+        // A plan of another graph renders on with the values that it had.
+        if running.graph == self.age.graph
+            && running.uniforms.update(&mut running.planned.dynamic, self.plans.graph()) == Err(NeedsPlan)
+        {
             self.plans.clear();
+            self.age.values += 1;
             self.is_stale = true;
         }
         if let Some(unwritten) = running.uniforms.unwritten.clone() {
