@@ -22,6 +22,9 @@ use address::Address;
 
 /// The size of the scene.
 const SIZE: Size = Size { width: 960, height: 540, depth: 1 };
+/// The scene as an image, for adapters that run on the processor: their compilers fail at the shader of the scene. Made
+/// by `afterimage demo --size 320x180`.
+const SCENE: &[u8] = include_bytes!("../../web/scene.exr");
 /// The most bytes that a dropped image may take.
 const BUDGET: u64 = 1 << 30;
 
@@ -95,7 +98,7 @@ impl Page {
         let (adapter, device, queue) = (state.adapter.clone(), state.device.clone(), state.queue.clone());
         let caps = caps(&adapter, &device);
         let gpu = Gpu { adapter, device, queue, caps };
-        let errors = gpu.log_errors();
+        let (errors, is_processor) = (gpu.log_errors(), gpu.is_processor());
         gpu.device.set_device_lost_callback(|_, _| say("The graphics device was lost. Reload the page to go on."));
         Viewer::style(&context.egui_ctx);
         let size = address.size.map_or(SIZE, |(width, height)| Size::new(width, height));
@@ -110,6 +113,10 @@ impl Page {
             (viewer.is_bare, viewer.picture.zoom) = (true, Some(1.0));
         }
         let mut page = Self { viewer, last: 0.0, address, errors, arrived: Rc::default() };
+        if image.is_none() && is_processor {
+            page.open("scene.exr", SCENE).map_err(|problem| problem.to_string())?;
+            page.viewer.tell(&context.egui_ctx, "WebGPU runs on the processor here: the scene is an image.");
+        }
         if let Some(bytes) = image {
             page.open("image", &bytes).map_err(|problem| problem.to_string())?;
         }
