@@ -134,8 +134,8 @@ impl Bench {
         passed
     }
 
-    /// Milliseconds from a change to the submission of the first frame that has it.
-    fn after(&mut self, change: impl FnOnce(&mut Model)) -> f64 {
+    /// Milliseconds from a change to the submission of the first frame that has it, and to the end of that frame.
+    fn after(&mut self, change: impl FnOnce(&mut Model)) -> [f64; 2] {
         let begin = Instant::now();
         change(self.model());
         loop {
@@ -145,9 +145,9 @@ impl Bench {
             let is_in = !self.model().shown().is_some_and(|chain| chain.is_changing());
             gpu.queue.submit([encoder.finish()]);
             if is_in {
-                let passed = milliseconds(begin);
+                let submitted = milliseconds(begin);
                 let _ = gpu.wait();
-                return passed;
+                return [submitted, milliseconds(begin)];
             }
             let waited = Instant::now();
             while waited.elapsed().as_micros() < 200 {
@@ -167,6 +167,13 @@ fn row(what: &str, mut times: Vec<f64>) {
     println!("{what:<58} median {:8.3} ms, 95 % {:8.3} ms, of {}", at(0.5), at(0.95), times.len());
 }
 
+/// The rows of a change: to the submission, and to the end of the frame.
+fn rows(what: &str, times: impl Iterator<Item = [f64; 2]>) {
+    let (submitted, finished) = times.map(|[submitted, finished]| (submitted, finished)).unzip();
+    row(&format!("{what}, to submit"), submitted);
+    row(&format!("{what}, to the end of the frame"), finished);
+}
+
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let changes: usize = std::env::args().nth(1).map_or(Ok(2000), |text| text.parse())?;
     let gpu = Gpu::open(&Opening::default())?;
@@ -182,7 +189,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let strength = Target::Parameter("lit.strength".into());
     bench.after(|model| model.set(&strength, Some(Value::Float(0.1))));
     let number = |index: usize| Some(Value::Float(0.1 + index as f64 * 1e-4));
-    row("a number, to submit", (0..200).map(|i| bench.after(|model| model.set(&strength, number(i)))).collect());
+    rows("a number", (0..200).map(|i| bench.after(|model| model.set(&strength, number(i)))));
     row("the pipeline's commands for a frame", (0..200).map(|_| bench.pipeline()).collect());
     let whole = (0..200).map(|_| {
         let begin = Instant::now();
@@ -195,11 +202,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let curve = Target::Parameter("mapped.curve".into());
     let names = ["AcesNarkowicz", "Uchimura", "Hable"];
     let choose = |index: usize| Some(Value::Choice(names[index % names.len()]));
-    row("a choice that needs a plan, to submit", (0..60).map(|i| bench.after(|m| m.set(&curve, choose(i)))).collect());
+    rows("a choice that needs a plan", (0..60).map(|i| bench.after(|model| model.set(&curve, choose(i)))));
     savings(&mut opened("tsushima", size)?)?;
     let mut shader =
         Bench::new(&gpu, Box::new(Shader { number: 0.5 }), small).map_err(|problem| problem.to_string())?;
-    row("a shader of one node, to submit", (0..60).map(|_| shader.after(Model::reload)).collect());
+    rows("a shader of one node", (0..60).map(|_| shader.after(Model::reload)));
     let mut bench = opened("lynx", Size::new(64, 36))?;
     println!("{changes} reloads and moves of a slider at 64x36: memory and open files");
     for index in 0..changes {
