@@ -111,6 +111,14 @@ impl Gpu {
         }
     }
 
+    /// Looks whether the device is still there.
+    ///
+    /// # Errors
+    /// [`GpuError::DeviceLost`].
+    pub fn check_device(&self) -> Result<(), GpuError> {
+        platform::watched(&self.device, "a check of the device", || Ok(()))
+    }
+
     /// A new command encoder. Errors of its commands go to the device's error handler.
     pub fn encoder(&self) -> wgpu::CommandEncoder {
         self.device.create_command_encoder(&Default::default())

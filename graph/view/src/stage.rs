@@ -4,6 +4,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use afterimage_gpu::{Gpu, wgpu};
+use egui::epaint::{ImageDelta, TextureAtlas};
 use egui_wgpu::{RendererOptions, ScreenDescriptor};
 
 use crate::render::device::onto;
@@ -59,13 +60,23 @@ impl Stage {
     pub fn renew(&mut self, format: wgpu::TextureFormat) {
         self.viewer.set_target(format);
         self.renderer = renderer(&self.viewer.model, format);
-        // The textures of fonts are on the device that is gone.
-        self.ctx.forget_all_images();
+        // The letters were on the device that is gone, and the context sends only what is new of them.
+        if self.ctx.cumulative_pass_nr() > 0 {
+            let letters = self.ctx.fonts(|fonts| fonts.image());
+            let whole = ImageDelta::full(letters, TextureAtlas::texture_options());
+            let gpu = self.viewer.model.gpu();
+            self.renderer.update_texture(&gpu.device, &gpu.queue, egui::TextureId::default(), &whole);
+        }
     }
 
-    /// Renders and draws a frame, `passed` seconds after the last one, and submits it.
+    /// Renders and draws a frame, `passed` seconds after the last one, and submits it. Nothing is drawn if the device is
+    /// lost, which [`Model::problem`] says then.
     pub fn frame(&mut self, input: egui::RawInput, target: Target<'_>, passed: f64) -> egui::FullOutput {
         let begin = Instant::now();
+        // What draws the interface stops the program on a lost device.
+        if !self.viewer.model.has_device() {
+            return egui::FullOutput::default();
+        }
         input.dropped_files.iter().for_each(|file| self.drop_file(file.path()));
         let gpu = self.viewer.model.gpu().clone();
         let mut encoder = gpu.encoder();

@@ -8,7 +8,7 @@ use afterimage_gpu::wgpu;
 use afterimage_graph::value::Value;
 use afterimage_media::{Picture, Pixels};
 use afterimage_view::{Files, Images, Model, Problem, Project, Rendered, Scene, TextProject};
-use support::{SIZE, apart, gpu, model, of, parameter, picture, render, settle};
+use support::{SIZE, Window, apart, gpu, model, of, parameter, picture, render, settle};
 
 #[test]
 fn a_text_that_is_wrong_from_the_start_stays_the_problem() {
@@ -53,6 +53,37 @@ fn a_lost_device_is_replaced_and_the_picture_is_the_same() {
     model.clock().seek(0.0);
     frame(&other, &mut model);
     assert!(apart(&read(&other, &model), &before) <= 1);
+}
+
+#[test]
+fn the_whole_window_goes_on_after_its_device_is_lost() {
+    let opened = || afterimage_gpu::Gpu::open(&afterimage_gpu::Opening::default()).unwrap();
+    let (own, other) = (opened(), opened());
+    let errors = own.log_errors();
+    let scene = Scene::new(&own, SIZE).unwrap();
+    let project = Box::new(TextProject::built_in("lynx").unwrap());
+    let mut model = Model::new(&own, project, Images::Scene(Box::new(scene)));
+    model.clock().is_playing = false;
+    let mut window = Window::new(model);
+    (0..8).for_each(|_| window.frame(Vec::new()));
+    let before = window.texels();
+    own.device.destroy();
+    let is_lost = |window: &Window| matches!(window.stage.viewer.model.problem(), Some(Problem::DeviceLost));
+    for _ in 0..64 {
+        window.stage.viewer.model.clock().step();
+        window.frame(Vec::new());
+        if is_lost(&window) {
+            break;
+        }
+    }
+    assert!(is_lost(&window), "{:?} {:?}", window.stage.viewer.model.problem(), errors.take_first());
+    window.replace_device(&other);
+    window.stage.viewer.model.clock().seek(0.0);
+    (0..16).for_each(|_| window.frame(Vec::new()));
+    let after = window.texels();
+    let equal = before.bytes.iter().zip(&after.bytes).filter(|(a, b)| a.abs_diff(**b) <= 2).count();
+    // The time and the tab with the messages differ.
+    assert!(equal * 100 > before.bytes.len() * 96, "{equal} of {}", before.bytes.len());
 }
 
 #[test]

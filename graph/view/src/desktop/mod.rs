@@ -168,6 +168,10 @@ impl Shown {
     /// Draws a frame, if the window can be seen.
     fn draw(&mut self) -> Result<(), Problem> {
         self.say_title();
+        // A lost device has no next image to draw into.
+        if !self.stage.viewer.model.has_device() {
+            return self.follow_device();
+        }
         let passed = std::mem::replace(&mut self.last, Instant::now()).elapsed().as_secs_f64();
         let Some(frame) = self.surface.next(self.stage.viewer.model.gpu()) else {
             self.again = Some(Instant::now() + LOOK);

@@ -15,7 +15,7 @@ mod tap;
 
 use std::sync::Arc;
 
-use afterimage_gpu::{Gpu, Watch};
+use afterimage_gpu::{Gpu, GpuError, Watch};
 use afterimage_graph::check::{Change, Fact, Facts, Graph};
 use afterimage_graph::diagnostic::Diagnostics;
 use afterimage_graph::value::{FileValue, Value};
@@ -366,6 +366,15 @@ impl Model {
     /// The pipeline that is shown, once it was without errors.
     pub fn shown(&self) -> Option<&Chain> {
         self.shown.as_ref()
+    }
+
+    /// Looks whether the device is still there. If it is lost, that is the problem.
+    pub fn has_device(&mut self) -> bool {
+        let is_lost = matches!(self.gpu.check_device(), Err(GpuError::DeviceLost { .. }));
+        if is_lost {
+            self.problem = Some(Problem::DeviceLost);
+        }
+        !is_lost
     }
 
     /// Goes on on another device, after the one before was lost. Histories start again.

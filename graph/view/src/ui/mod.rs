@@ -114,8 +114,10 @@ impl Viewer {
         }
     }
 
-    /// Draws into targets of another format from now on.
+    /// Draws into targets of another format from now on, or on another device.
     pub fn set_target(&mut self, target: wgpu::TextureFormat) {
+        self.grid = Grid::new(&self.model.gpu().device);
+        (self.probe, self.exporter) = (ProbePanel::default(), Exporter::default());
         self.painter = Painter::new(self.model.gpu(), target);
     }
 

@@ -71,6 +71,20 @@ pub(crate) struct Window {
     time: f64,
 }
 
+/// What a window draws into.
+fn window_target(gpu: &Gpu) -> wgpu::Texture {
+    gpu.device.create_texture(&wgpu::TextureDescriptor {
+        label: Some("window"),
+        size: wgpu::Extent3d { width: WINDOW[0], height: WINDOW[1], depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: FORMAT,
+        usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
+        view_formats: &[],
+    })
+}
+
 /// Opens what is dropped: the built-in pipelines by their names.
 fn open(_: &Gpu, path: &std::path::Path) -> Result<Opened, Problem> {
     let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
@@ -95,17 +109,15 @@ impl egui::DroppedFile for Dropped {
 impl Window {
     /// A viewer of a model.
     pub(crate) fn new(model: Model) -> Self {
-        let target = gpu().device.create_texture(&wgpu::TextureDescriptor {
-            label: Some("window"),
-            size: wgpu::Extent3d { width: WINDOW[0], height: WINDOW[1], depth_or_array_layers: 1 },
-            mip_level_count: 1,
-            sample_count: 1,
-            dimension: wgpu::TextureDimension::D2,
-            format: FORMAT,
-            usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
-            view_formats: &[],
-        });
+        let target = window_target(model.gpu());
         Self { stage: Stage::new(model, FORMAT, Box::new(open)), target, time: 0.0 }
+    }
+
+    /// Goes on on another device, as the window does after a loss.
+    pub(crate) fn replace_device(&mut self, gpu: &Gpu) {
+        self.stage.viewer.model.rebuild(gpu).expect("the scene can be made again");
+        self.stage.renew(FORMAT);
+        self.target = window_target(gpu);
     }
 
     /// A file is dropped on the window.
@@ -164,7 +176,8 @@ impl Window {
 
     /// What the window shows.
     pub(crate) fn texels(&self) -> Texels {
-        texels(&self.target)
+        let gpu = self.stage.viewer.model.gpu();
+        download(&gpu.device, &gpu.queue, &self.target).expect("the device is there")
     }
 }
 
