@@ -69,8 +69,8 @@ impl Stage {
         }
     }
 
-    /// Renders and draws a frame, `passed` seconds after the last one, and submits it. Nothing is drawn if the device is
-    /// lost, which [`Model::problem`] says then.
+    /// Renders and draws a frame, `passed` seconds after the last one, and submits it. Nothing is drawn if the device
+    /// is lost, which [`Model::problem`] says then.
     pub fn frame(&mut self, input: egui::RawInput, target: Target<'_>, passed: f64) -> egui::FullOutput {
         let begin = Instant::now();
         // What draws the interface stops the program on a lost device.
