@@ -9,7 +9,7 @@ use wgpu::{Features, TextureFormat, TextureUsages};
 use crate::GpuError;
 #[cfg(not(target_family = "wasm"))]
 use crate::platform;
-use crate::platform::caught;
+use crate::platform::{caught, watched};
 
 /// A device that Afterimage opens itself, for programs without a renderer. Clones are handles to the same device.
 #[derive(Clone)]
@@ -116,7 +116,7 @@ impl Gpu {
     /// # Errors
     /// [`GpuError::DeviceLost`].
     pub fn check_device(&self) -> Result<(), GpuError> {
-        platform::watched(&self.device, "a check of the device", || Ok(()))
+        watched(&self.device, "a check of the device", || Ok(()))
     }
 
     /// A new command encoder. Errors of its commands go to the device's error handler.
