@@ -69,14 +69,11 @@ impl Stage {
         }
     }
 
-    /// Renders and draws a frame, `passed` seconds after the last one, and submits it. Nothing is drawn if the device
-    /// is lost, which [`Model::problem`] says then.
+    /// Renders and draws a frame, `passed` seconds after the last one, and submits it.
+    ///
+    /// What draws the interface stops the program on a lost device: ask [`Model::has_device`] before.
     pub fn frame(&mut self, input: egui::RawInput, target: Target<'_>, passed: f64) -> egui::FullOutput {
         let begin = Instant::now();
-        // What draws the interface stops the program on a lost device.
-        if !self.viewer.model.has_device() {
-            return egui::FullOutput::default();
-        }
         input.dropped_files.iter().for_each(|file| self.drop_file(file.path()));
         let gpu = self.viewer.model.gpu().clone();
         let mut encoder = gpu.encoder();

@@ -45,8 +45,9 @@ impl Viewer {
 
     /// Records the copy of what is wanted.
     pub(super) fn record_export(&mut self, encoder: &mut wgpu::CommandEncoder) {
+        let Some(kind) = self.exporter.wanted else { return };
         let Some(subject) = Subject::of(&self.model) else { return };
-        let Some(kind) = self.exporter.wanted.take() else { return };
+        self.exporter.wanted = None;
         let (texture, slice) = match kind {
             ExportKind::Picture => (self.draw_picture(encoder, &subject), 0),
             ExportKind::Numbers => (subject.image.clone(), subject.slice),

@@ -134,6 +134,9 @@ impl Window {
     }
 
     fn input(&mut self, input: egui::RawInput) {
+        if !self.stage.viewer.model.has_device() {
+            return;
+        }
         self.time += 1.0 / 60.0;
         let [width, height] = WINDOW.map(|side| side as f32);
         let input = egui::RawInput {
