@@ -1,31 +1,12 @@
 //! Gtao: ambient occlusion from depth.
 
-use afterimage_graph::node::{CAMERA, FunctionPass};
+use afterimage_graph::node::CAMERA;
 use afterimage_graph::prelude::*;
 
-use crate::surface;
+use crate::surface::{self, NormalSpace};
+use crate::visibility::{self, OcclusionSize};
 
 static SHADER: Shader = shader!("gtao");
-
-choices! {
-    /// The size at which occlusion is computed.
-    pub enum OcclusionSize {
-        /// That of the image.
-        Full,
-        /// Half of each side; it is enlarged along the edges of surfaces.
-        Half,
-    }
-}
-
-choices! {
-    /// The space that normals are in.
-    pub enum NormalSpace {
-        /// The camera's: x right, y up, z towards the camera.
-        View,
-        /// The world's.
-        World,
-    }
-}
 
 params! {
     /// Darkens corners and gaps, which less of the light around them reaches: ambient occlusion from depth.
@@ -64,79 +45,20 @@ params! {
     }
 }
 
-/// What the shader gets besides the parameters.
-#[derive(Clone, Copy)]
-struct Numbers {
-    most: f64,
-    stride: f64,
-    is_world: f64,
-    axis: [f64; 2],
-}
-
-impl Numbers {
-    fn set<'r, 'a>(self, pass: FunctionPass<'r, 'a>) -> FunctionPass<'r, 'a> {
-        let pass = pass.set("most", self.most).set("stride", self.stride);
-        pass.set("is_world", self.is_world).set("axis", self.axis)
-    }
-}
-
 impl Gtao {
-    fn numbers(&self, size: Size) -> Numbers {
-        Numbers {
-            most: f64::from(self.largest) * f64::from(size.height),
-            stride: if self.size == OcclusionSize::Half { 2.0 } else { 1.0 },
-            is_world: if self.space == NormalSpace::World { 1.0 } else { 0.0 },
-            axis: [0.0; 2],
-        }
-    }
-
-    /// A pass of this function from an image to another one of this size: visibilities, and inverse distances.
-    fn step(
-        pass: &mut Recorder<'_>,
-        function: &'static str,
-        reads: &[(&'static str, ImageId)],
-        (size, numbers): (Size, Numbers),
-    ) -> ImageId {
-        let made = pass.transient(function, ImageDesc::new(size).format(Format::Rg16Float));
-        let call = numbers.set(pass.function(&SHADER, function));
-        reads.iter().fold(call, |call, (name, image)| call.read(*name, *image)).write_to(made);
-        made
-    }
-
     /// The visibility of each pixel.
     fn visibility(&self, pass: &mut Recorder<'_>, size: Size) -> ImageId {
         let depth = surface::at_size(pass, "depth", size);
-        let is_half = self.size == OcclusionSize::Half;
-        let numbers = self.numbers(size);
-        let searched = (if is_half { size.div_up(2) } else { size }, numbers);
-        let mut found = if pass.wired("normal") {
-            let normal = surface::at_size(pass, "normal", size);
-            Self::step(pass, "gtao_visibility_normals", &[("depth", depth), ("normal", normal)], searched)
-        } else {
-            Self::step(pass, "gtao_visibility", &[("depth", depth)], searched)
-        };
-        for _ in 0..self.denoise {
-            for axis in [[1.0, 0.0], [0.0, 1.0]] {
-                found =
-                    Self::step(pass, "gtao_denoise", &[("noisy", found)], (searched.0, Numbers { axis, ..numbers }));
-            }
+        let normal = pass.wired("normal").then(|| surface::at_size(pass, "normal", size));
+        let found = visibility::image(pass, "gtao_visibility", self.size.of(size));
+        let name = if normal.is_some() { "gtao_visibility_normals" } else { "gtao_visibility" };
+        let call = pass.function(&SHADER, name).read("depth", depth).set("is_world", self.space.is_world());
+        let call = call.set("stride", self.size.stride()).set("most", f64::from(self.largest) * f64::from(size.height));
+        match normal {
+            Some(normal) => call.read("normal", normal).write_to(found),
+            None => call.write_to(found),
         }
-        if is_half {
-            let reads = [("small", found), ("depth", depth)];
-            found = Self::step(pass, "gtao_enlarge", &reads, (size, numbers));
-        }
-        found
-    }
-
-    fn lit(&self, pass: &mut Recorder<'_>, visibility: ImageId, size: Size) {
-        let numbers = self.numbers(size);
-        let albedo = pass.wired("albedo").then(|| surface::at_size(pass, "albedo", size));
-        let name = if albedo.is_some() { "gtao_lit_albedo" } else { "gtao_lit" };
-        let call = numbers.set(pass.function(&SHADER, name)).read("visibility", visibility);
-        match albedo {
-            Some(albedo) => call.read("albedo", albedo).write("result", ImageDesc::new(size)),
-            None => call.write("result", ImageDesc::new(size)),
-        };
+        visibility::smoothed(pass, found, depth, (self.denoise, self.size))
     }
 }
 
@@ -170,12 +92,6 @@ impl Node for Gtao {
     fn record(&self, pass: &mut Recorder<'_>) {
         let size = surface::size_of(pass, "source");
         let visibility = self.visibility(pass, size);
-        if pass.wanted("result") {
-            self.lit(pass, visibility, size);
-        }
-        if pass.wanted("occlusion") {
-            let call = self.numbers(size).set(pass.function(&SHADER, "gtao_occlusion"));
-            call.read("visibility", visibility).write("occlusion", ImageDesc::new(size));
-        }
+        visibility::show(pass, visibility, size);
     }
 }

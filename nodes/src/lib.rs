@@ -66,6 +66,7 @@ mod grid_blur;
 mod grid_build;
 mod gtao;
 mod halation;
+mod heat_haze;
 mod histogram;
 mod lens_dirt;
 mod lens_distortion;
@@ -85,15 +86,19 @@ mod process;
 mod purkinje;
 mod purkinje_simple;
 mod reference_gamut_compress;
+mod resolve;
 mod saturation;
+mod shadow_mask;
 mod shaper;
 mod sharpen;
+mod ssao;
 mod streaks;
 mod surface;
 mod taa;
 mod tone_map;
 mod upsample;
 mod vignette;
+mod visibility;
 mod white_balance;
 
 use afterimage_graph::node::NodeKind;
@@ -127,8 +132,9 @@ pub use fxaa::{Fxaa, FxaaSearch};
 pub use gaussian::{Gaussian, GaussianKernel, GaussianPyramid, GaussianTaps};
 pub use grid_blur::GridBlur;
 pub use grid_build::{GridBuild, GridBuildMethod};
-pub use gtao::{Gtao, NormalSpace, OcclusionSize};
+pub use gtao::Gtao;
 pub use halation::Halation;
+pub use heat_haze::HeatHaze;
 pub use histogram::Histogram;
 pub use lens_dirt::LensDirt;
 pub use lens_distortion::{LensDirection, LensDistortion, LensModel};
@@ -150,14 +156,19 @@ pub use process::{LutSpace, LutState, Process};
 pub use purkinje::Purkinje;
 pub use purkinje_simple::PurkinjeSimple;
 pub use reference_gamut_compress::ReferenceGamutCompress;
+pub use resolve::{Resolve, ResolveFilter};
 pub use saturation::Saturation;
+pub use shadow_mask::{ShadowMask, ShadowTaps};
 pub use shaper::Shaper;
 pub use sharpen::Sharpen;
+pub use ssao::Ssao;
 pub use streaks::{Streaks, StreaksAxis};
+pub use surface::NormalSpace;
 pub use taa::{HistoryFilter, Taa};
 pub use tone_map::{AgxLook, Curve, Gamut, MiddleGrey, Sigmoid, ToneMap, WorkingSpace};
 pub use upsample::{Upsample, UpsampleBlend, UpsampleFilter};
 pub use vignette::Vignette;
+pub use visibility::OcclusionSize;
 pub use white_balance::{WhiteBalance, WhiteBalanceMode};
 
 /// Every built-in kind.
@@ -192,6 +203,7 @@ pub const ALL: &[NodeKind] = &[
     NodeKind::of::<GridBuild>(),
     NodeKind::of::<Gtao>(),
     NodeKind::of::<Halation>(),
+    NodeKind::of::<HeatHaze>(),
     NodeKind::of::<Histogram>(),
     NodeKind::of::<LensDirt>(),
     NodeKind::of::<LensDistortion>(),
@@ -206,8 +218,11 @@ pub const ALL: &[NodeKind] = &[
     NodeKind::of::<Purkinje>(),
     NodeKind::of::<PurkinjeSimple>(),
     NodeKind::of::<ReferenceGamutCompress>(),
+    NodeKind::of::<Resolve>(),
     NodeKind::of::<Saturation>(),
+    NodeKind::of::<ShadowMask>(),
     NodeKind::of::<Sharpen>(),
+    NodeKind::of::<Ssao>(),
     NodeKind::of::<Streaks>(),
     NodeKind::of::<Taa>(),
     NodeKind::of::<ToneMap>(),

@@ -2,6 +2,23 @@
 
 use afterimage_graph::prelude::*;
 
+choices! {
+    /// The space that normals are in.
+    pub enum NormalSpace {
+        /// The camera's: x right, y up, z towards the camera.
+        View,
+        /// The world's.
+        World,
+    }
+}
+
+impl NormalSpace {
+    /// The flag of shaders: 1 for the world's.
+    pub(crate) fn is_world(self) -> f64 {
+        f64::from(u8::from(self == Self::World))
+    }
+}
+
 static NEAREST: Shader = shader!("nearest");
 
 /// The image of an input at this size: itself, or its nearest texels, because a mean of two depths is at neither

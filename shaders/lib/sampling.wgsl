@@ -129,6 +129,14 @@ fn texel(t: texture_2d<f32>, p: vec2i) -> vec4f {
     return texel_inside(t, clamp(p, vec2i(0), vec2i(textureDimensions(t)) - 1));
 }
 
+// One sample of a texel of a host image, or of the nearest texel if `p` is outside. Other samples of the texel may show
+// other surfaces, so a number that is not finite is limited, and none is put in its place.
+fn texel_sample(t: texture_multisampled_2d<f32>, p: vec2i, index: i32) -> vec4f {
+    let v = textureLoad(t, clamp(p, vec2i(0), vec2i(textureDimensions(t)) - 1), index);
+    if TEXEL_SANITIZE == 0u { return v; }
+    return sanitize_value(v, TEXEL_SANITIZE);
+}
+
 // Bilinear filter, clamped to the border.
 fn tap(t: texture_2d<f32>, s: sampler, uv: vec2f) -> vec4f {
     if TAP_BY_HAND { return tap_by_hand(t, uv); }

@@ -9,6 +9,8 @@ mod local;
 mod metering;
 mod occlusion;
 mod probes;
+mod resolve;
+mod shadow;
 mod shared;
 mod surface;
 mod taa;

@@ -73,13 +73,13 @@ impl Node for Rays {
 
 const SIZE: Size = Size { width: 240, height: 135, depth: 1 };
 
-/// The visibilities of the scene: by rays, and by `Gtao` with these parameters.
-fn visibilities(parameters: &str) -> [Picture; 2] {
+/// The visibilities of the scene: by rays, and by a kind with these parameters.
+fn visibilities(kind: &str, parameters: &str) -> [Picture; 2] {
     let text = format!(
         r#"Pipeline(inputs: {{ "camera": Camera }}, nodes: {{
             "room": DemoScene(walk: 0.15),
             "rays": Rays(depth: "room.depth", normal: "room.normal", camera: "camera"),
-            "ao": Gtao(source: "room", depth: "room.depth", camera: "camera", radius: 0.6, falloff: 0.6, {parameters}),
+            "ao": {kind}(source: "room", depth: "room.depth", camera: "camera", radius: 0.6, {parameters}),
         }}, outputs: {{ "rays": "rays", "occlusion": "ao.occlusion" }})"#
     );
     let registry = Registry::new(&[afterimage_nodes::ALL, &[NodeKind::of::<Rays>()]]).expect("kinds of their own");
@@ -114,12 +114,21 @@ fn errors([rays, occlusion]: &[Picture; 2], depth: &Picture) -> [f64; 2] {
 fn occlusion_from_depth_is_near_to_that_of_rays() {
     let depth = scene("depth", "walk: 0.15", SIZE);
     // The most that is left of the error, as a share of that without occlusion.
-    let table =
-        [("slices: 4, steps: 8", 0.55), ("slices: 2", 0.6), ("normal: \"room.normal\"", 0.6), ("size: Half", 0.66)];
-    for (parameters, most) in table {
-        let [none, with] = errors(&visibilities(parameters), &depth);
-        println!("{parameters}: {with:.4} instead of {none:.4}");
-        assert!(with < most * none, "{parameters}: {with} instead of {none}");
+    let table = [
+        ("Gtao", "slices: 4, steps: 8", 0.55),
+        ("Gtao", "slices: 2", 0.6),
+        ("Gtao", "normal: \"room.normal\"", 0.6),
+        ("Gtao", "size: Half", 0.66),
+        ("Ssao", "samples: 64", 0.8),
+        ("Ssao", "samples: 16", 0.8),
+        ("Ssao", "samples: 8", 0.8),
+        ("Ssao", "normal: \"room.normal\"", 0.8),
+        ("Ssao", "size: Half", 0.8),
+    ];
+    for (kind, parameters, most) in table {
+        let [none, with] = errors(&visibilities(kind, parameters), &depth);
+        println!("{kind}, {parameters}: {with:.4} instead of {none:.4}");
+        assert!(with < most * none, "{kind}, {parameters}: {with} instead of {none}");
     }
 }
 
@@ -155,9 +164,11 @@ fn normals_of_the_world_are_those_of_the_view_turned() {
 fn the_sky_and_a_single_pixel_are_open() {
     let sky = Picture::new(24, 16, |_, _| [65504.0, 0.0, 0.0, 1.0]);
     let front = Picture::new(24, 16, |_, _| [0.0, 0.0, 1.0, 0.0]);
-    assert!(lit(NODE, &eye(), &sky, &front).pixels.iter().all(|pixel| *pixel == [0.5, 0.4, 0.3, 0.2]));
-    let one = lit(NODE, &eye(), &surfaces([1, 1]), &Picture::new(1, 1, |_, _| [0.0, 0.0, 1.0, 0.0]));
-    assert!((one.pixels[0][0] - 0.5).abs() < 1e-3, "{one:?}");
+    for node in [NODE.to_owned(), NODE.replace("Gtao", "Ssao")] {
+        assert!(lit(&node, &eye(), &sky, &front).pixels.iter().all(|pixel| *pixel == [0.5, 0.4, 0.3, 0.2]));
+        let one = lit(&node, &eye(), &surfaces([1, 1]), &Picture::new(1, 1, |_, _| [0.0, 0.0, 1.0, 0.0]));
+        assert!((one.pixels[0][0] - 0.5).abs() < 1e-3, "{one:?}");
+    }
 }
 
 /// What is far away, infinite, or not finite: the places are garbage, the numbers are not.
@@ -166,7 +177,9 @@ fn the_sky_and_a_single_pixel_are_open() {
 fn broken_depths_and_normals_give_light_within_its_bounds() {
     let odd = [f32::NAN, f32::INFINITY, -5.0, 0.0, 1e30, 65504.0, 1e-30, 2.0];
     let data = Picture::new(24, 16, |x, y| [odd[((3 * x + 5 * y) % 8) as usize]; 4]);
-    for node in [NODE.to_owned(), NODE.replace("radius", "size: Half, radius")] {
+    let half = |node: &str| node.replace("radius", "size: Half, radius");
+    let points = NODE.replace("Gtao", "Ssao");
+    for node in [NODE.to_owned(), half(NODE), points.clone(), half(&points)] {
         let found = lit(&node, &eye(), &data, &data);
         let is_bounded = |pixel: &[f32; 4]| (0.0..=0.5).contains(&pixel[0]) && pixel[3] == 0.2;
         assert!(found.pixels.iter().all(is_bounded), "{node}");

@@ -7,6 +7,8 @@ mod color;
 mod lens;
 mod local;
 mod metering;
+mod samples;
+mod shadow;
 mod surface;
 
 use std::collections::BTreeSet;
@@ -94,6 +96,8 @@ fn references() -> Vec<Reference> {
         lens::warp_kinds(),
         local::local_kinds(),
         metering::metering_kinds(),
+        samples::sample_kinds(),
+        shadow::shadow_kinds(),
     ];
     rows.into_iter().flatten().collect()
 }

@@ -3,6 +3,7 @@
 use afterimage_plan::Options;
 
 use super::lens::lights;
+use crate::reference::haze::Haze;
 use crate::reference::image::{Image, rgb};
 use crate::reference::warp::{Lens, Warp, aberration, inverse, warped};
 use crate::support::gpu::{Picture, Run, gpu};
@@ -100,6 +101,59 @@ fn warps_in_one_pass_equal_separate_ones_but_for_one_filter() {
         &Tolerance { of: Scale::Channel, ..twice },
     );
     assert!(error(&separate, &once) > 3.0 * error(&fused, &once), "one filter is better than two");
+}
+
+/// Hot air between a lens and its fringes: the mask is read at each of the three places, as the image is.
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn hot_air_is_one_pass_with_the_warps_around_it() {
+    let text = r#"
+        "bent": LensDistortion(source: "scene", k1: -0.05, zoom: 1.1),
+        "hot": HeatHaze(source: "bent", mask: "mask", strength: 0.03, scale: 0.3),
+        "result": ChromaticAberration(source: "hot", red: 0.02, blue: -0.03, growth: 0.0)"#;
+    let nodes = Nodes::new(text, &[("scene", "Color"), ("mask", "Mask")]);
+    let (graph, picture) = (nodes.graph(), smooth(192, 108));
+    // Another size than the image's.
+    let mask = Picture::new(24, 12, |x, y| [(x as f32 / 20.0).min(1.0) * (1.0 - y as f32 / 24.0), 0.0, 0.0, 1.0]);
+    let inputs = [("scene", &picture), ("mask", &mask)];
+    let mut run = Run::new(&graph).exact();
+    run.time = 2.0;
+    let plan = run.plan(&gpu(), &inputs);
+    let last = plan.passes.last().expect("it has passes");
+    assert_eq!(last.pass.nodes, ["bent", "hot", "result"], "{}", plan.to_text());
+    let fused = run.frame(&inputs).remove(0);
+    run.options = Options { fuse: false, ..run.options };
+    let separate = run.frame(&inputs).remove(0);
+    // Two more bilinear filters lower a ripple of 24 pixels by at most 1.8 % of its height of 0.5, where hot air does not
+    // make it shorter.
+    let twice = Tolerance { absolute: 0.025, relative: 0.0, of: Scale::Channel, reason: "two more bilinear filters" };
+    assert_close("separate passes", &separate, &image(&fused), &twice);
+    assert!(error(&separate, &image(&fused)) < 0.01, "{}", error(&separate, &image(&fused)));
+    let calm = text.replace("0.03, scale", "0.0, scale");
+    let calm = Nodes::new(&calm, &[("scene", "Color"), ("mask", "Mask")]);
+    let calm = image(&calm.exact(&[&picture, &mask]));
+    assert!(error(&fused, &calm) > 0.05, "the air is hot");
+}
+
+/// The air rises with the time of the frame, and a mask of nothing leaves the image as it is.
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn hot_air_rises_with_the_time() {
+    let picture = smooth(96, 54);
+    let haze = Haze { strength: 0.04, scale: 0.3, speed: 0.25, shape: 1.6, time: 0.0 };
+    let graph =
+        Nodes::new("\"result\": HeatHaze(source: \"in\", strength: 0.04, scale: 0.3)", &[("in", "Color")]).graph();
+    for time in [0.0, 2.5, 700.0] {
+        let mut run = Run::new(&graph).exact();
+        run.time = time;
+        let found = run.frame(&[("in", &picture)]).remove(0);
+        let wanted = Haze { time: f64::from(time), ..haze }.apply(&image(&picture), None);
+        assert_close(&format!("after {time} s"), &found, &wanted, &PLACES);
+    }
+    let masked = "\"result\": HeatHaze(source: \"in\", mask: \"mask\", strength: 0.1)";
+    let cold = Picture::new(5, 3, |_, _| [0.0, 1.0, 1.0, 1.0]);
+    let found = Nodes::new(masked, &[("in", "Color"), ("mask", "Mask")]).exact(&[&picture, &cold]);
+    assert_eq!(found, picture);
 }
 
 /// The mean error of the colours.

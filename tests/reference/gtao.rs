@@ -48,7 +48,7 @@ impl Surfaces<'_> {
         self.depth.texel(x, y)[0].clamp(1e-3, 65504.0)
     }
 
-    fn place(&self, [x, y]: [i64; 2]) -> DVec3 {
+    pub(super) fn place(&self, [x, y]: [i64; 2]) -> DVec3 {
         self.view.place([x as f64, y as f64], self.distance([x, y]))
     }
 
@@ -132,21 +132,32 @@ impl Gtao {
 
     /// Visibilities and inverse distances, by normals that `normal` gives for a pixel.
     pub(crate) fn visibility(&self, surfaces: Surfaces<'_>, normal: impl Fn([i64; 2]) -> DVec3) -> Image {
-        let depth = surfaces.depth;
-        let stride = if self.is_half { 2 } else { 1 };
-        let pixel_of = |x: usize, last: usize| ((2 * x + 1) * stride / 2).min(last);
-        let mut found = Image::new(depth.width.div_ceil(stride), depth.height.div_ceil(stride), |x, y| {
-            let pixel = [pixel_of(x, depth.width - 1) as i64, pixel_of(y, depth.height - 1) as i64];
-            let distance = surfaces.distance(pixel);
-            let is_sky = distance > 60000.0;
-            let visible = if is_sky { 1.0 } else { self.visible(surfaces, pixel, [x, y], normal(pixel)) };
-            [visible, 1.0 / distance, 0.0, 1.0]
-        });
-        for _ in 0..self.denoise {
-            found = denoised(&denoised(&found, [1, 0]), [0, 1]);
-        }
-        if self.is_half { enlarged(&found, depth) } else { found }
+        smoothed(surfaces, (self.is_half, self.denoise), |pixel, texel| {
+            self.visible(surfaces, pixel, texel, normal(pixel))
+        })
     }
+}
+
+/// Visibilities after the denoiser and inverse distances, at the pixels of the depth. `visible` gives the visibility of
+/// a pixel and of its texel in the smaller image.
+pub(crate) fn smoothed(
+    surfaces: Surfaces<'_>,
+    (is_half, denoise): (bool, usize),
+    visible: impl Fn([i64; 2], [usize; 2]) -> f64,
+) -> Image {
+    let depth = surfaces.depth;
+    let stride = if is_half { 2 } else { 1 };
+    let pixel_of = |x: usize, last: usize| ((2 * x + 1) * stride / 2).min(last);
+    let mut found = Image::new(depth.width.div_ceil(stride), depth.height.div_ceil(stride), |x, y| {
+        let pixel = [pixel_of(x, depth.width - 1) as i64, pixel_of(y, depth.height - 1) as i64];
+        let distance = surfaces.distance(pixel);
+        let is_sky = distance > 60000.0;
+        [if is_sky { 1.0 } else { visible(pixel, [x, y]) }, 1.0 / distance, 0.0, 1.0]
+    });
+    for _ in 0..denoise {
+        found = denoised(&denoised(&found, [1, 0]), [0, 1]);
+    }
+    if is_half { enlarged(&found, depth) } else { found }
 }
 
 fn slope(image: &Image, [x, y]: [i64; 2], [dx, dy]: [i64; 2]) -> f64 {

@@ -12,6 +12,9 @@ mod local;
 mod lut;
 mod pipelines;
 mod purkinje;
+mod resolve;
+mod shadow;
+mod ssao;
 mod transfer;
 
 use std::collections::BTreeSet;
@@ -36,21 +39,13 @@ const TOPICS: &[&[Op]] = &[
     grade::OPS,
     lut::OPS,
     pipelines::OPS,
+    resolve::OPS,
+    shadow::OPS,
+    ssao::OPS,
 ];
 
-/// Operators of shadows, multisampling, ambient occlusion and drawing, which have no CPU reference.
-const WITHOUT_REFERENCE: &[&str] = &[
-    "view_z_from_depth",
-    "depth_from_view_z",
-    "light_matrix",
-    "shadow_uvz",
-    "pcf3x3",
-    "msaa_resolve",
-    "ssao_kernel",
-    "ssao_uniform_depth",
-    "depth_bilateral_weight",
-    "fullscreen_triangle",
-];
+/// Operators of drawing, and a blur whose weights no kind has, which have no CPU reference.
+const WITHOUT_REFERENCE: &[&str] = &["depth_bilateral_weight", "fullscreen_triangle"];
 
 /// The operators of the vector file.
 static OPERATORS: LazyLock<Vec<Value>> = LazyLock::new(|| {
@@ -87,6 +82,11 @@ impl<'a> Case<'a> {
     /// The input as `N` numbers.
     fn array<const N: usize>(&self) -> [f64; N] {
         array(self.input)
+    }
+
+    /// The input as a list of triples.
+    fn triples(&self) -> Vec<Rgb> {
+        self.numbers().chunks_exact(3).map(|chunk| [chunk[0], chunk[1], chunk[2]]).collect()
     }
 
     /// The input as a word.

@@ -12,7 +12,7 @@ pub(crate) struct View {
     pub(crate) size: [usize; 2],
 }
 
-fn wide(matrix: Matrix) -> DMat4 {
+pub(super) fn wide(matrix: Matrix) -> DMat4 {
     DMat4::from_cols_array_2d(&matrix.map(|column| column.map(f64::from)))
 }
 
@@ -46,6 +46,16 @@ impl View {
         };
         let (a, b) = (at(0.75), at(0.25));
         a + (b - a) * ((-distance - a.z) / (b.z - a.z))
+    }
+
+    /// The pixel that shows a place in the camera's space, if one does.
+    pub(crate) fn pixel_of(&self, place: DVec3) -> Option<[i64; 2]> {
+        let clip = self.projection * place.extend(1.0);
+        let [width, height] = self.size.map(|side| side as f64);
+        let x = (0.5 + 0.5 * clip.x / clip.w) * width;
+        let y = (0.5 - 0.5 * clip.y / clip.w) * height;
+        let is_inside = (0.0..width).contains(&x) && (0.0..height).contains(&y);
+        is_inside.then_some([x.floor() as i64, y.floor() as i64])
     }
 
     /// How far in pixels two places lie from each other that are `apart` in the camera's x and y, y downwards.

@@ -99,6 +99,8 @@ pub struct Run<'a> {
     pub half_inputs: bool,
     /// The host's blocks, by the names of the inputs.
     pub blocks: Vec<(String, BlockData)>,
+    /// The time of all frames, in seconds.
+    pub time: f32,
 }
 
 impl<'a> Run<'a> {
@@ -112,6 +114,7 @@ impl<'a> Run<'a> {
             prefer_fragment: false,
             half_inputs: false,
             blocks: Vec::new(),
+            time: 0.0,
         }
     }
 
@@ -119,6 +122,12 @@ impl<'a> Run<'a> {
     pub fn camera(mut self, camera: Option<&Camera>) -> Self {
         let data = camera.map(|camera| camera.data().expect("its matrices have inverses"));
         self.blocks.extend(data.map(|data| ("camera".to_owned(), data)));
+        self
+    }
+
+    /// With a block of a camera for another input.
+    pub fn block(mut self, input: &str, camera: &Camera) -> Self {
+        self.blocks.push((input.to_owned(), camera.data().expect("its matrices have inverses")));
         self
     }
 
@@ -139,8 +148,10 @@ impl<'a> Run<'a> {
 
     /// The plan for these pictures.
     pub fn plan(&self, gpu: &Gpu, inputs: &[(&str, &Picture)]) -> Plan {
-        let given = |picture: &Picture| GivenImage { desc: self.texels(picture).desc, finite: false };
-        let given = inputs.iter().map(|(name, picture)| ((*name).to_owned(), given(picture))).collect();
+        let given = |name: &str, picture: &Picture| {
+            (name.to_owned(), GivenImage { desc: self.texels(name, picture).desc, finite: false })
+        };
+        let given = inputs.iter().map(|(name, picture)| given(name, picture)).collect();
         let blocks = self.blocks.iter().map(|(name, _)| name.clone()).collect();
         let given = Given { inputs: given, blocks, ..Given::nothing(self.size_for(inputs)) };
         let plan = self.session(gpu).post().plan_for(given);
@@ -149,12 +160,19 @@ impl<'a> Run<'a> {
 
     /// The size of a frame with these pictures.
     pub(super) fn size_for(&self, inputs: &[(&str, &Picture)]) -> Size {
-        inputs.first().map_or(self.size, |(_, picture)| Size::new(picture.width, picture.height))
+        inputs.first().map_or(self.size, |(name, picture)| self.texels(name, picture).desc.size)
     }
 
-    pub(super) fn texels(&self, picture: &Picture) -> Texels {
-        let make = if self.half_inputs { Texels::from_floats_as_half } else { Texels::from_floats };
-        make(picture.width, picture.height, &picture.pixels)
+    /// The texels of an input. The picture of a multisampled one is four pictures, one for each sample, one below the
+    /// other.
+    pub(super) fn texels(&self, name: &str, picture: &Picture) -> Texels {
+        let has_samples = self.graph.inputs.iter().any(|input| input.name == name && input.multisampled);
+        let make = if self.half_inputs || has_samples { Texels::from_floats_as_half } else { Texels::from_floats };
+        let mut texels = make(picture.width, picture.height, &picture.pixels);
+        if has_samples {
+            texels.desc = texels.desc.sized(Size::new(picture.width, picture.height / 4)).multisampled(4);
+        }
+        texels
     }
 
     /// The outputs of one first frame, in the order of the file.

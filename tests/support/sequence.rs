@@ -28,13 +28,13 @@ impl<'r> Sequence<'r> {
     /// One frame with these pictures.
     pub fn frame(&mut self, inputs: &[(&str, &Picture)], dt: f32, reset: bool) {
         let images: Vec<InputImage> = inputs.iter().map(|(name, picture)| self.feed(name, picture)).collect();
-        let step = FrameStep { time: 0.0, dt, reset };
+        let step = FrameStep { time: self.run.time, dt, reset };
         let rendered = self.session.render(self.run.size_for(inputs), &images, step);
         rendered.unwrap_or_else(|error| panic!("{error}"));
     }
 
     fn feed(&mut self, name: &str, picture: &Picture) -> InputImage {
-        let texels = self.run.texels(picture);
+        let texels = self.run.texels(name, picture);
         self.session.feed(name, texels.desc, &texels.bytes).unwrap_or_else(|error| panic!("{error}"))
     }
 

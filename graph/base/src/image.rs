@@ -213,7 +213,7 @@ impl ColorState {
     }
 }
 
-/// The description of an image: size, format and dimension.
+/// The description of an image: size, format, dimension and samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct ImageDesc {
     /// Size in texels.
@@ -222,12 +222,23 @@ pub struct ImageDesc {
     pub format: Format,
     /// Whether the image is a volume (3-D). A volume may have depth 1.
     pub volume: bool,
+    /// Samples of each pixel: 1, or more for a multisampled image, which only a host gives.
+    #[serde(default = "one_sample", skip_serializing_if = "is_one_sample")]
+    pub samples: u32,
+}
+
+fn one_sample() -> u32 {
+    1
+}
+
+fn is_one_sample(samples: &u32) -> bool {
+    *samples == 1
 }
 
 impl ImageDesc {
     /// An image in the default format, `Rgba16Float`.
     pub fn new(size: Size) -> Self {
-        Self { size, format: Format::Rgba16Float, volume: false }
+        Self { size, format: Format::Rgba16Float, volume: false, samples: 1 }
     }
 
     /// A volume in the default format.
@@ -250,8 +261,13 @@ impl ImageDesc {
         Self { size, ..self }
     }
 
+    /// The same description with this many samples in each pixel.
+    pub fn multisampled(self, samples: u32) -> Self {
+        Self { samples, ..self }
+    }
+
     /// The number of bytes of all texels, without padding by the driver.
     pub fn bytes(self) -> u64 {
-        self.size.texels() * self.format.bytes()
+        self.size.texels() * self.format.bytes() * u64::from(self.samples)
     }
 }

@@ -66,6 +66,14 @@ pub(crate) fn is_camera(input: &GraphInput) -> bool {
     input.block.is_some_and(|block| *block == CAMERA)
 }
 
+/// Whether an input gets the camera of the built-in scene if no file gives another: the eye's, and not a light's.
+pub(crate) fn is_eye(input: &GraphInput) -> bool {
+    is_camera(input) && input.name == EYE
+}
+
+/// The name of the input that is the camera of the picture.
+const EYE: &str = "camera";
+
 /// The built-in scene in a graph.
 pub(crate) fn scene(graph: &Graph) -> Option<DemoScene> {
     let node = graph.nodes.iter().find(|node| node.kind().name() == DemoScene::KIND)?;

@@ -58,7 +58,7 @@ fn entry(plan: &Plan, composed: &Composed, slot: Slot, stage: Stage) -> BindGrou
             // A pass that filters texels itself accepts filterable and unfilterable textures.
             sample_type: TextureSampleType::Float { filterable: !by_hand(composed) && is_filterable(plan, image) },
             view_dimension: dimension(plan, image),
-            multisampled: false,
+            multisampled: plan.image(image).desc.samples > 1,
         },
         SlotKind::Storage(image) => BindingType::StorageTexture {
             access: StorageTextureAccess::WriteOnly,
@@ -83,5 +83,6 @@ fn dimension(plan: &Plan, image: afterimage_graph::node::ImageId) -> TextureView
 }
 
 fn is_filterable(plan: &Plan, image: afterimage_graph::node::ImageId) -> bool {
-    plan.image(image).sample_mode == SampleMode::Plain
+    let planned = plan.image(image);
+    planned.sample_mode == SampleMode::Plain && planned.desc.samples == 1
 }

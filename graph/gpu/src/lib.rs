@@ -28,6 +28,7 @@ mod layout;
 mod pipelines;
 mod platform;
 mod post;
+mod samples;
 #[cfg(not(target_family = "wasm"))]
 mod session;
 mod store;

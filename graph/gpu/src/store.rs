@@ -128,6 +128,9 @@ pub(crate) fn usages(device: &wgpu::Device, desc: ImageDesc) -> TextureUsages {
             usage |= wanted;
         }
     }
+    if desc.samples > 1 {
+        return TextureUsages::TEXTURE_BINDING | TextureUsages::RENDER_ATTACHMENT;
+    }
     // Volumes are never drawn to.
     if desc.volume { usage - TextureUsages::RENDER_ATTACHMENT } else { usage }
 }
@@ -138,7 +141,7 @@ pub(crate) fn descriptor<'l>(device: &wgpu::Device, desc: ImageDesc, label: &'l 
         label: Some(label),
         size: extent(desc),
         mip_level_count: 1,
-        sample_count: 1,
+        sample_count: desc.samples,
         dimension: if desc.volume { wgpu::TextureDimension::D3 } else { wgpu::TextureDimension::D2 },
         format: texture_format(desc.format),
         usage: usages(device, desc),

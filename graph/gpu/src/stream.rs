@@ -20,11 +20,15 @@ pub struct Feed {
 }
 
 impl Feed {
-    /// A texture for images of that description.
+    /// A texture for images of that description, which are not multisampled.
     ///
     /// # Errors
     /// The device is lost or has no memory for it.
+    ///
+    /// # Panics
+    /// If the images are multisampled: [`upload_bytes`](crate::upload_bytes) makes these.
     pub fn new(device: &wgpu::Device, queue: &wgpu::Queue, desc: ImageDesc) -> Result<Self, GpuError> {
+        assert!(desc.samples == 1, "a feed has one sample in each pixel");
         let stored = watched(device, "an input image", || Ok(store::create(device, desc, "input")))?;
         Ok(Self { device: device.clone(), queue: queue.clone(), stored, staging: None, is_filled: false })
     }
@@ -144,7 +148,7 @@ impl Readback {
             self.read(part, extent, (row, pitch), &mut bytes)?;
         }
         let volume = texture.dimension() == wgpu::TextureDimension::D3;
-        Ok(Texels { desc: ImageDesc { size, format, volume }, bytes })
+        Ok(Texels { desc: ImageDesc { size, format, volume, samples: 1 }, bytes })
     }
 
     /// Appends the texels of a part of a texture.

@@ -4,7 +4,7 @@ use afterimage_graph::image::{Format, ImageDesc, Size};
 use half::f16;
 
 use crate::platform::watched;
-use crate::{GpuError, store};
+use crate::{GpuError, samples, store};
 
 /// Texels on the host, tightly packed.
 #[derive(Clone, Debug, PartialEq)]
@@ -68,7 +68,8 @@ pub fn upload(device: &wgpu::Device, queue: &wgpu::Queue, texels: &Texels) -> Re
     upload_bytes(device, queue, texels.desc, &texels.bytes)
 }
 
-/// Creates a texture from borrowed, tightly packed texels.
+/// Creates a texture from borrowed, tightly packed texels. Those of a multisampled image are as many images: all first
+/// samples, then all second ones.
 ///
 /// # Errors
 /// As [`upload`].
@@ -79,6 +80,9 @@ pub fn upload_bytes(
     bytes: &[u8],
 ) -> Result<wgpu::Texture, GpuError> {
     watched(device, "an input image", || {
+        if desc.samples > 1 {
+            return samples::upload(device, queue, desc, bytes);
+        }
         let stored = store::create(device, desc, "input");
         store::upload(queue, &stored.texture, desc, bytes)?;
         Ok(stored.texture)

@@ -9,6 +9,18 @@ pub enum PlanError {
     /// The host does not give an image that the pipeline needs.
     #[error("the pipeline needs an image for its input `{0}`")]
     MissingInput(String),
+    /// The host gives an image of one sample in each pixel where the pipeline states a multisampled one, or the other
+    /// way round.
+    #[error("{}", samples(.input, *.given))]
+    WrongSamples {
+        /// The input.
+        input: String,
+        /// Samples in each pixel of the image.
+        given: u32,
+    },
+    /// The host states a rectangle or a factor of a multisampled image.
+    #[error("input `{0}` is multisampled, of which no frame states a rectangle or a factor")]
+    PartOfSamples(String),
     /// An image is larger than the device allows.
     #[error("image `{label}` is {size}, but this device allows at most {limit} texels a side")]
     TooLarge {
@@ -41,4 +53,17 @@ pub enum PlanError {
         /// The most that is allowed.
         limit: u64,
     },
+}
+
+fn samples(input: &str, given: u32) -> String {
+    match given {
+        1 => format!(
+            "input `{input}` is multisampled, but its image has one sample in each pixel, as images of files have: a \
+             host gives the image that it draws to"
+        ),
+        _ => format!(
+            "input `{input}` is not multisampled, but its image has {given} samples in each pixel: declare the input \
+             as `multisampled: true`, and wire it to a `Resolve`"
+        ),
+    }
 }

@@ -108,6 +108,7 @@ impl<'a> Round<'a> {
                 return Err(PlanError::MissingInput(input.name.clone()));
             }
             let Some(given) = self.request.given.inputs.get(&input.name) else { continue };
+            self.check_samples(input, given.desc.samples)?;
             let image = self.builder.recording.add_image(VirtualImage {
                 label: input.name.clone(),
                 desc: given.desc,
@@ -122,6 +123,16 @@ impl<'a> Round<'a> {
             self.builder.inputs.push((input.name.clone(), image));
         }
         Ok(())
+    }
+
+    /// The samples of an image fit the type of its input.
+    fn check_samples(&self, input: &GraphInput, given: u32) -> Result<(), PlanError> {
+        let is_part = self.request.given.parts.contains_key(&input.name);
+        match (input.multisampled, given > 1) {
+            (true, true) if is_part => Err(PlanError::PartOfSamples(input.name.clone())),
+            (true, true) | (false, false) => Ok(()),
+            _ => Err(PlanError::WrongSamples { input: input.name.clone(), given }),
+        }
     }
 
     /// The rectangle of an input that a frame states.

@@ -44,6 +44,9 @@ pub struct Given {
     pub rectangles: BTreeSet<String>,
 }
 
+/// Samples of a multisampled image that every device has.
+const SAMPLES: u32 = 4;
+
 /// What a frame states of an input whose rectangle and factor change without a new plan.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub enum Part {
@@ -60,13 +63,18 @@ impl Given {
         Self { size, inputs, blocks: BTreeSet::new(), linear: BTreeSet::new(), parts, rectangles: BTreeSet::new() }
     }
 
-    /// A frame of this size with the same image, or a block, for each of these inputs.
+    /// A frame of this size with the same image, or a block, for each of these inputs. Images of multisampled inputs
+    /// have four samples, which every device has.
     pub fn everything<'i>(size: Size, inputs: impl IntoIterator<Item = &'i GraphInput>, image: GivenImage) -> Self {
         let mut given = Self::nothing(size);
         for input in inputs {
             match input.block {
                 Some(_) => drop(given.blocks.insert(input.name.clone())),
-                None => drop(given.inputs.insert(input.name.clone(), image)),
+                None => {
+                    let samples = if input.multisampled { SAMPLES } else { 1 };
+                    let image = GivenImage { desc: image.desc.multisampled(samples), ..image };
+                    given.inputs.insert(input.name.clone(), image);
+                }
             }
         }
         given

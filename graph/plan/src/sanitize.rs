@@ -25,7 +25,9 @@ pub(crate) fn sanitize(builder: &mut PlanBuilder) {
             .collect();
         let reads = |kernel: &KernelCall| needs_copy(kernel, image, &more_signed);
         let first = recording.passes.iter().position(|pass| pass.kernels.iter().any(reads));
-        let Some(first) = first.filter(|_| !recording.image(image).finite) else { continue };
+        // The contract lets kernels read samples through the library alone, and a copy would need samples of its own.
+        let is_given_clean = recording.image(image).finite || recording.image(image).desc.samples > 1;
+        let Some(first) = first.filter(|_| !is_given_clean) else { continue };
         let copy = recording.add_image(finite_image(format!("{name}.sanitized"), recording.image(image)));
         let kernels = recording.passes.iter_mut().flat_map(|pass| &mut pass.kernels);
         kernels

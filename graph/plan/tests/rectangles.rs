@@ -12,7 +12,7 @@ fn planned(name: &str, part: Option<Part>) -> Plan {
     let image = GivenImage { desc: ImageDesc::new(FRAME).format(Format::Rgba16Float), finite: false };
     let mut given = Given::everything(FRAME, &graph.inputs, image);
     if let Some(part) = part {
-        let images = graph.inputs.iter().filter(|input| input.block.is_none());
+        let images = graph.inputs.iter().filter(|input| input.block.is_none() && !input.multisampled);
         given.parts = images.map(|input| (input.name.clone(), part)).collect();
         given.rectangles = graph.outputs.iter().map(|output| output.name.clone()).collect();
     }

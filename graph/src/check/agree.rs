@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 
 use super::Source;
-use super::build::{Builder, Feed, NodeDraft, Wire};
+use super::build::{Builder, Feed, NodeDraft, Wire, input_type};
 use super::suggest::{OnWire, between, either, path};
 use crate::document::InputEntry;
 use crate::node::{HostBlock, Input, OutputState, PortType};
@@ -238,17 +238,18 @@ impl Builder<'_> {
                     _ => None,
                 })
                 .collect();
-            for (InputEntry { name: input, state, block, .. }, asked) in wired {
+            for (entry, asked) in wired {
+                let ty = input_type(&entry);
+                let InputEntry { name: input, state, block, .. } = entry;
                 let Some(wire) = self.connected(parent, &asked) else { continue };
                 let reader = format!("the input {} of {}", quote(&input.value), quote(&self.scopes[scope].name.value));
                 if let Some(block) = block.and_then(|block| self.registry.block(&block.value)) {
                     self.agree_on(&wire, &Input::block("", block, ""), &reader);
                     continue;
                 }
-                let port = Input::image("", "");
                 let on_wire = OnWire { ty: self.wire_type(&wire), state: self.state(&wire).flatten() };
-                let diagnostic = if on_wire.ty != port.ty {
-                    self.type_conflict(&wire, on_wire, port.ty, &[state], &reader)
+                let diagnostic = if on_wire.ty != ty {
+                    self.type_conflict(&wire, on_wire, ty, &[state], &reader)
                 } else if on_wire.state.is_some_and(|found| found != state) {
                     self.state_conflict(&wire, on_wire, &[state], &reader)
                 } else {

@@ -146,8 +146,8 @@ impl<'a> Builder<'a> {
     pub(super) fn port_type(&self, source: Source) -> PortType {
         match source {
             Source::Input(input) => match self.host_input(input) {
-                Some(InputEntry { block: Some(_), .. }) => PortType::Block,
-                _ => PortType::Image,
+                Some(input) => input_type(input),
+                None => PortType::Image,
             },
             Source::Node { node, output, .. } => self.drafts[node].kind.outputs()[output].ty,
         }
@@ -193,6 +193,7 @@ impl<'a> Builder<'a> {
             block: input.block.as_ref().and_then(|name| self.registry.block(&name.value)),
             state: input.state,
             optional: input.optional,
+            multisampled: input.multisampled,
             needs_alpha: input.needs_alpha,
             scale: input.scale,
         });
@@ -225,6 +226,15 @@ impl<'a> Builder<'a> {
             graph.extend_with_edges(made.into_iter().map(|maker| (indices[maker], indices[reader])));
         }
         graph
+    }
+}
+
+/// What an input gives.
+pub(super) fn input_type(input: &InputEntry) -> PortType {
+    match input.block {
+        Some(_) => PortType::Block,
+        None if input.multisampled => PortType::Multisampled,
+        None => PortType::Image,
     }
 }
 

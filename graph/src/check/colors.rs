@@ -204,7 +204,9 @@ impl<'a> Flow<'a> {
             OutputState::Same(name) => arriving.find(|(port, _)| port.name == *name)?.1,
             OutputState::Always(_) | OutputState::Chosen(_) => {
                 let state = found?;
-                let first = arriving.find(|(port, color)| port.ty == PortType::Image && color.is_picture());
+                let first = arriving.find(|(port, color)| {
+                    matches!(port.ty, PortType::Image | PortType::Multisampled) && color.is_picture()
+                });
                 first.map_or(ImageColor::of(state), |(_, color)| color.kept_as(state))
             }
         };

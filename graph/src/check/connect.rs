@@ -1,7 +1,7 @@
 //! Wires: from `"node.port@previous:2"` to the source that is meant.
 
 use super::Source;
-use super::build::{Builder, Feed, Named, Wire};
+use super::build::{Builder, Feed, Named, Wire, input_type};
 use super::limits::{DEEPEST, MOST_PREVIOUS};
 use crate::node::PortType;
 use afterimage_base::diagnostic::{Diagnostic, Spanned, did_you_mean, list, quote};
@@ -145,8 +145,8 @@ impl Builder<'_> {
             return None;
         }
         let (entry, feed) = &self.scopes[scope].inputs[input];
-        // A block has no color state.
-        let declared = entry.block.is_none().then_some(entry.state);
+        // A block has no color state, and a wire with one carries an image.
+        let declared = (input_type(entry) == PortType::Image).then_some(entry.state);
         match feed {
             Feed::Host(host) => Some(Found { source: Some(Source::Input(*host)), declared: None }),
             Feed::Absent => Some(Found { source: None, declared }),

@@ -35,6 +35,8 @@ pub struct GraphInput {
     pub state: ColorState,
     /// Whether the host may leave it out.
     pub optional: bool,
+    /// Whether it has several samples in each pixel.
+    pub multisampled: bool,
     /// Whether the pipeline needs an alpha that is not 1 everywhere, as a mask. A host should warn about an image
     /// without one.
     pub needs_alpha: bool,
@@ -45,7 +47,11 @@ pub struct GraphInput {
 impl GraphInput {
     /// What it gives.
     pub fn port_type(&self) -> PortType {
-        if self.block.is_some() { PortType::Block } else { PortType::Image }
+        match self.block {
+            Some(_) => PortType::Block,
+            None if self.multisampled => PortType::Multisampled,
+            None => PortType::Image,
+        }
     }
 }
 

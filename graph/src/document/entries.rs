@@ -46,6 +46,8 @@ pub struct InputEntry {
     pub block: Option<Spanned<String>>,
     /// Whether the host may leave it out.
     pub optional: bool,
+    /// Whether it has several samples in each pixel.
+    pub multisampled: bool,
     /// Whether the pipeline needs an alpha that is not 1 everywhere.
     pub needs_alpha: bool,
     /// A factor of its colours, before anything is limited.

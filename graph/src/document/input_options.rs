@@ -30,18 +30,30 @@ pub(crate) fn image_type_names() -> impl Iterator<Item = &'static str> {
     IMAGE_TYPES.iter().map(|(name, _)| *name)
 }
 
-const OPTIONS: [&str; 3] = ["optional", "needs_alpha", "scale"];
+const OPTIONS: [&str; 4] = ["optional", "multisampled", "needs_alpha", "scale"];
 
 /// Sets an option of an input; what is wrong with it otherwise.
 pub(super) fn set_option(input: &mut InputEntry, option: &Spanned<String>, value: &Item) -> Option<Diagnostic> {
     match option.value.as_str() {
         "optional" => set_flag(&mut input.optional, option, value),
+        "multisampled" => set_flag(&mut input.multisampled, option, value),
         "needs_alpha" => set_flag(&mut input.needs_alpha, option, value),
         "scale" => set_factor(&mut input.scale, option, value),
         other => Some(removed(option).unwrap_or_else(|| {
             unknown("unknown-option", format!("an input has no option {}", quote(other)), option, "options", &OPTIONS)
         })),
     }
+}
+
+/// What options of an input contradict each other, if they do: samples are limited where they are read, and a factor
+/// comes before that.
+pub(super) fn contradiction(input: &InputEntry) -> Option<Diagnostic> {
+    let message = format!("input {} is multisampled and has a scale", quote(&input.name.value));
+    (input.multisampled && input.scale != 1.0).then(|| {
+        Diagnostic::error("multisampled-scale", message)
+            .at(&input.name.location, "")
+            .help("leave `scale` out, and put an `Exposure` after the `Resolve`")
+    })
 }
 
 /// Sets an option that is on or off.

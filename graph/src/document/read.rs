@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::entries::{Document, InputEntry, NodeEntry, Override, Tier};
-use super::input_options::{image_type, image_type_names, set_option};
+use super::input_options::{contradiction, image_type, image_type_names, set_option};
 use super::parser::{self, Parsed};
 use super::renamed::unknown;
 use super::syntax;
@@ -303,10 +303,12 @@ impl Reader {
         let state = image_type(&ty.value);
         let block = state.is_none().then_some(ty);
         let state = state.unwrap_or(ColorState::Data);
-        let mut input = InputEntry { name, state, block, optional: false, needs_alpha: false, scale: 1.0 };
+        let mut input =
+            InputEntry { name, state, block, optional: false, multisampled: false, needs_alpha: false, scale: 1.0 };
         for (option, value) in self.unique(options, "option") {
             self.input_option(&mut input, &option, &value);
         }
+        contradiction(&input).into_iter().for_each(|problem| self.problems.push(problem));
         Some(input)
     }
 

@@ -44,7 +44,7 @@ pub struct KernelCall {
 /// place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum WarpPart {
-    /// Computes the uv of a place in x and y, from a place alone.
+    /// Computes the uv of a place in x and y, from a place and what textures show there.
     Place,
     /// Reads an image at a place.
     Tap,

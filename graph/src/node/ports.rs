@@ -10,6 +10,8 @@ use afterimage_base::value::Param;
 pub enum PortType {
     /// A 2-D image.
     Image,
+    /// A 2-D image with several samples in each pixel. Only hosts give these.
+    Multisampled,
     /// Images of halving size, finest first.
     Pyramid,
     /// A 3-D image.
@@ -27,6 +29,7 @@ impl PortType {
     pub fn name(self) -> &'static str {
         match self {
             Self::Image => "Image",
+            Self::Multisampled => "Multisampled",
             Self::Pyramid => "Pyramid",
             Self::Volume => "Volume",
             Self::Table => "Table",
@@ -80,6 +83,12 @@ impl Input {
     /// A required image port.
     pub const fn image(name: &'static str, doc: &'static str) -> Self {
         Self::new(name, PortType::Image, doc)
+    }
+
+    /// A required port for an image with several samples in each pixel. The argument of the same name is a
+    /// `texture_multisampled_2d<f32>`, which `texel_sample` of the library reads.
+    pub const fn multisampled(name: &'static str, doc: &'static str) -> Self {
+        Self::new(name, PortType::Multisampled, doc)
     }
 
     /// Limits the color states that it accepts.
@@ -210,7 +219,9 @@ impl Fallback {
     pub const fn of_type(ty: PortType) -> Self {
         match ty {
             PortType::Image | PortType::Pyramid => Self::Zero,
-            PortType::Volume | PortType::Table | PortType::Value | PortType::Block => Self::Absent,
+            PortType::Multisampled | PortType::Volume | PortType::Table | PortType::Value | PortType::Block => {
+                Self::Absent
+            }
         }
     }
 }

@@ -37,6 +37,12 @@ params! {
 }
 
 params! {
+    /// Makes one sample of several.
+    pub struct Resolve {
+    }
+}
+
+params! {
     /// Halves a picture again and again.
     pub struct Downsample {
         /// How often.
@@ -127,6 +133,7 @@ node!(
 );
 node!(Extract, [SOURCE.accepts(LIGHT)], [SAME]);
 node!(Downsample, [SOURCE], [Output::new("result", PortType::Pyramid, OutputState::same("source"), "The levels.")]);
+node!(Resolve, [Input::multisampled("source", "The samples.")], [SAME]);
 node!(Upsample, [Input::new("source", PortType::Pyramid, "The levels.")], [SAME]);
 node!(
     Composite,
@@ -163,6 +170,7 @@ pub(super) const ALL: &[NodeKind] = &[
     NodeKind::of::<Extract>(),
     NodeKind::of::<Grade>(),
     NodeKind::of::<Meter>(),
+    NodeKind::of::<Resolve>(),
     NodeKind::of::<Tint>(),
     NodeKind::of::<ToneMap>(),
     NodeKind::of::<Upsample>(),

@@ -55,6 +55,8 @@ pub enum ArgType {
     Floats(u8),
     /// A 2-D texture.
     Texture,
+    /// A 2-D texture with several samples in each texel.
+    Multisampled,
     /// A 3-D texture.
     Volume,
     /// A sampler.
@@ -265,8 +267,12 @@ impl Reader<'_> {
     fn arg_type(&self, arg: &naga::FunctionArgument) -> ArgType {
         let ty = &self.module.types[arg.ty];
         let sampled = |class: &ImageClass| matches!(class, ImageClass::Sampled { kind: NagaKind::Float, multi: false });
+        let samples = |class: &ImageClass| matches!(class, ImageClass::Sampled { kind: NagaKind::Float, multi: true });
         match &ty.inner {
             TypeInner::Image { dim: ImageDimension::D2, arrayed: false, class } if sampled(class) => ArgType::Texture,
+            TypeInner::Image { dim: ImageDimension::D2, arrayed: false, class } if samples(class) => {
+                ArgType::Multisampled
+            }
             TypeInner::Image { dim: ImageDimension::D3, arrayed: false, class } if sampled(class) => ArgType::Volume,
             TypeInner::Sampler { comparison: false } => ArgType::Sampler,
             TypeInner::Struct { .. } => match self.names.of_framework(ty.name.as_ref()) {
@@ -295,7 +301,7 @@ impl Reader<'_> {
             }
             (_, AddressSpace::Uniform) => GlobalKind::Uniform(self.names.any(ty.name.as_ref())),
             (_, AddressSpace::Storage { access }) => GlobalKind::Buffer(access.contains(naga::StorageAccess::STORE)),
-            (TypeInner::Image { dim, class: ImageClass::Sampled { .. }, .. }, _) => {
+            (TypeInner::Image { dim, class: ImageClass::Sampled { multi: false, .. }, .. }, _) => {
                 GlobalKind::Texture(*dim == ImageDimension::D3)
             }
             (TypeInner::Image { dim, class: ImageClass::Storage { .. }, .. }, _) => {

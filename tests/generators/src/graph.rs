@@ -142,6 +142,7 @@ impl Growing {
             block: None,
             state: ColorState::Scene,
             optional: false,
+            multisampled: false,
             needs_alpha: false,
             scale: 1.0,
         };

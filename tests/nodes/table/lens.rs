@@ -5,11 +5,13 @@ use crate::nodes::bloom;
 use crate::nodes::color::{self, tolerance};
 use crate::nodes::lens::{aliased, lights};
 use crate::reference::fxaa::{Fxaa, STEPS};
+use crate::reference::haze::Haze;
 use crate::reference::image::{Image, centre_uv};
 use crate::reference::lens::{Flare, dirt, halation, streaks};
 use crate::reference::sharpen::{Unsharp, cas};
 use crate::reference::warp::{Lens, aberration, inverse, warped};
-use crate::support::harness::{Scale, Tolerance};
+use crate::support::gpu::Picture;
+use crate::support::harness::{Scale, Tolerance, image};
 
 /// A tolerance relative to the brightest number within four pixels: sums of neighbours.
 const fn near(relative: f64, reason: &'static str) -> Tolerance {
@@ -101,9 +103,25 @@ const PLACES: Tolerance = Tolerance {
     reason: "places of taps in f32, and the last step of Newton's method",
 };
 
+/// Where the air is hot: from 0 to 1, and beyond.
+fn heat([width, height]: [u32; 2]) -> Picture {
+    Picture::new(width, height, |x, y| {
+        [1.2 * (x as f32 + 0.5) / width as f32 - 0.1 * y as f32 / height as f32, 0.0, 0.0, 1.0]
+    })
+}
+
 pub(super) fn warp_kinds() -> Vec<Reference> {
     let lens = Lens { k: [-0.2, 0.05, -0.01], p: [0.004, -0.006] };
+    let haze = Haze { strength: 0.05, scale: 0.2, speed: 0.25, shape: 1.5, time: 0.0 };
     vec![
+        Reference::new(
+            ("HeatHaze", "Exposed"),
+            "\"result\": HeatHaze(source: \"scene\", mask: \"data\", strength: 0.05, scale: 0.2, shape: 1.5)",
+            lights,
+            PLACES,
+            move |source| haze.apply(source, Some(&image(&heat([source.width as u32, source.height as u32])))),
+        )
+        .with_data(heat),
         Reference::new(
             ("ChromaticAberration", "Exposed"),
             "\"result\": ChromaticAberration(source: \"scene\", red: 0.02, blue: -0.03, growth: 0.75)",

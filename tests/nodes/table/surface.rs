@@ -109,9 +109,9 @@ const BLURRED: Tolerance = Tolerance {
 };
 
 /// The arc cosine of f32 is off by 3e-4 near 1.
-const ANGLES: Tolerance = tolerance(0.0, 4e-3, "arc cosines of f32, in products with light");
+pub(super) const ANGLES: Tolerance = tolerance(0.0, 4e-3, "arc cosines of f32, in products with light");
 
-fn size(image: &Image) -> [u32; 2] {
+pub(super) fn size(image: &Image) -> [u32; 2] {
     [image.width as u32, image.height as u32]
 }
 
@@ -121,7 +121,7 @@ fn search(depth: &Image) -> Gtao {
 }
 
 /// The light of an image by the visibility of each pixel.
-fn shown(source: &Image, found: &Image, lit: impl Fn([f64; 4], f64, [i64; 2]) -> [f64; 4]) -> Image {
+pub(super) fn shown(source: &Image, found: &Image, lit: impl Fn([f64; 4], f64, [i64; 2]) -> [f64; 4]) -> Image {
     Image::new(source.width, source.height, |x, y| {
         let at = [x as i64, y as i64];
         lit(source.texel(at[0], at[1]), found.texel(at[0], at[1])[0], at)

@@ -16,7 +16,7 @@ use afterimage_pipelines::PIPELINES;
 use afterimage_plan::Options;
 
 use crate::args::{DemoArgs, KindOptions};
-use crate::cameras::{is_camera, scene, scene_camera};
+use crate::cameras::{is_eye, scene, scene_camera};
 use crate::device::{CachedSession, open};
 use crate::failure::Failure;
 use crate::files::registry;
@@ -74,7 +74,7 @@ fn render(
 ) -> Result<(), Failure> {
     let takes = |image: &&InputImage| graph.inputs.iter().any(|input| input.name == image.input);
     let images: Vec<InputImage> = images.iter().filter(takes).cloned().collect();
-    for (input, camera) in graph.inputs.iter().filter(|input| is_camera(input)).zip(camera.into_iter().cycle()) {
+    for (input, camera) in graph.inputs.iter().filter(|input| is_eye(input)).zip(camera.into_iter().cycle()) {
         session.set_block(&input.name, camera.clone());
     }
     Ok(session.render(images[0].desc.size, &images, FrameStep::FIRST)?)

@@ -10,7 +10,7 @@ use afterimage_nodes::DemoScene;
 
 use super::target::Target;
 use crate::args::RenderArgs;
-use crate::cameras::{is_camera, scene, scene_camera};
+use crate::cameras::{is_camera, is_eye, scene, scene_camera};
 use crate::failure::Failure;
 use crate::quantise::unquantised;
 use crate::terminal::note;
@@ -54,10 +54,10 @@ impl<'a> Request<'a> {
         Ok(Self { args, targets, jobs, cuts, inputs: graph.inputs.clone(), scene: scene(graph) })
     }
 
-    /// The camera of the built-in scene for the cameras that no file gives, for an image of this size.
+    /// The camera of the built-in scene for the input `camera`, if no file gives another, for an image of this size.
     pub(super) fn scene_cameras(&self, size: Size) -> impl Iterator<Item = (String, BlockData)> {
         let has_file = |name: &String| self.jobs.iter().any(|job| job.sources.iter().any(|(given, _)| given == name));
-        let free = self.inputs.iter().filter(move |input| is_camera(input) && !has_file(&input.name));
+        let free = self.inputs.iter().filter(move |input| is_eye(input) && !has_file(&input.name));
         let cameras = self.scene.as_ref().map(|scene| free.map(move |input| (scene, input)));
         cameras.into_iter().flatten().map(move |(scene, input)| (input.name.clone(), scene_camera(scene, size)))
     }
@@ -203,7 +203,7 @@ fn input_files(
         files.insert(0, (free.name.clone(), file.clone()));
     }
     let has_scene = scene(graph).is_some();
-    let is_given = |input: &GraphInput| given(&input.name, &files) || is_camera(input) && has_scene;
+    let is_given = |input: &GraphInput| given(&input.name, &files) || is_eye(input) && has_scene;
     match graph.inputs.iter().find(|input| !input.optional && !is_given(input)) {
         None => Ok(files),
         Some(input) if is_camera(input) => Err(missing_camera(&input.name)),

@@ -31,10 +31,7 @@ pub(super) fn check_input(plan: &Plan, port: &str, image: ImageId, view: &Textur
     let texture = view.texture();
     let planned = plan.image(image);
     check_desc(plan, port, image, texture, image_format(texture.format()) == Some(planned.desc.format))?;
-    if texture.sample_count() > 1 {
-        let why = "it is multisampled: give the image that it is resolved into";
-        return Err(GpuError::UnfitImage { port: port.to_owned(), why: why.into() });
-    }
+    check_samples(port, texture.sample_count(), planned.desc.samples)?;
     // A device filters no depth. Only an image that is finite is read by its filter.
     if texture.format().is_depth_stencil_format() && planned.sample_mode == SampleMode::Plain {
         let why = "it is a depth, which no device filters: do not promise that it is finite";
@@ -45,6 +42,20 @@ pub(super) fn check_input(plan: &Plan, port: &str, image: ImageId, view: &Textur
     }
     Err(GpuError::UnfitImage { port: port.to_owned(), why: "its texture lacks the usage `TEXTURE_BINDING`".into() })
 }
+
+/// What a shader reads as a multisampled texture must be one.
+fn check_samples(port: &str, given: u32, planned: u32) -> Result<(), GpuError> {
+    let why = match (given, planned) {
+        _ if given == planned => return Ok(()),
+        (_, 1) => MULTISAMPLED.into(),
+        _ => format!("it has {given} samples in each pixel, and the plan is made for {planned}"),
+    };
+    Err(GpuError::UnfitImage { port: port.to_owned(), why })
+}
+
+/// Why a multisampled image does not fit an input that is not declared so.
+pub(crate) const MULTISAMPLED: &str = "it is multisampled: give the image that it is resolved into, or declare the \
+                                       input as `multisampled: true` and wire it to a `Resolve`";
 
 pub(super) fn check_output(plan: &Plan, port: &str, image: ImageId, view: &TextureView) -> Result<(), GpuError> {
     let texture = view.texture();

@@ -31,6 +31,7 @@ use crate::{Gpu, GpuError};
 pub use frame::Frame;
 use frame_constants::FrameConstants;
 use host_images::Formats;
+pub(crate) use host_images::MULTISAMPLED;
 use loaded::Loaded;
 pub use prepare::Preparation;
 pub(crate) use prepare::Prepared;

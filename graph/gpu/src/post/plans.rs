@@ -12,6 +12,7 @@ use super::running::{Next, Running, Wish};
 use super::uniforms::Uniforms;
 use super::{Post, PostError};
 use crate::device::image_format;
+use crate::executor::MULTISAMPLED;
 use crate::platform::Worker;
 use crate::{Frame, GpuError, Rectangle};
 
@@ -96,7 +97,7 @@ impl Post {
     /// The description of the host's image for an input, and how large its rectangle is if it has one.
     fn image_of(&self, frame: &Frame<'_>, input: &GraphInput) -> Result<Option<(ImageDesc, Option<Part>)>, GpuError> {
         let Some(view) = view_of(frame, input) else { return Ok(None) };
-        let desc = desc_of(&input.name, view)?;
+        let desc = desc_of(input, view)?;
         let has_factor = frame.factors.iter().any(|(name, _)| *name == input.name);
         Ok(Some(match (frame.rectangle(&input.name), self.size) {
             (Some(_), Some(size)) => (ImageDesc { size, ..desc }, Some(Part::Scaled)),
@@ -248,11 +249,16 @@ fn is_in_rectangle(frame: &Frame<'_>, output: &str) -> bool {
 }
 
 /// The description of the host's texture for an input.
-fn desc_of(input: &str, view: &TextureView) -> Result<ImageDesc, GpuError> {
+fn desc_of(input: &GraphInput, view: &TextureView) -> Result<ImageDesc, GpuError> {
     let texture = view.texture();
-    let format = image_format(texture.format()).ok_or_else(|| GpuError::UnfitImage {
-        port: input.to_owned(),
-        why: format!("its format, {:?}, is none that plans have", texture.format()),
-    })?;
-    Ok(ImageDesc::new(Size::new(texture.width(), texture.height())).format(format))
+    let unfit = |why: String| GpuError::UnfitImage { port: input.name.clone(), why };
+    let unknown = || unfit(format!("its format, {:?}, is none that plans have", texture.format()));
+    let format = image_format(texture.format()).ok_or_else(unknown)?;
+    let samples = texture.sample_count();
+    match (input.multisampled, samples > 1) {
+        (true, false) => return Err(unfit("it has one sample in each pixel, and the pipeline wants more".into())),
+        (false, true) => return Err(unfit(MULTISAMPLED.into())),
+        _ => {}
+    }
+    Ok(ImageDesc::new(Size::new(texture.width(), texture.height())).format(format).multisampled(samples))
 }

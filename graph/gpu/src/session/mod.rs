@@ -91,6 +91,10 @@ impl Session {
     /// # Errors
     /// The device is lost.
     pub fn feed(&mut self, input: &str, desc: ImageDesc, bytes: &[u8]) -> Result<InputImage, PostError> {
+        if desc.samples > 1 {
+            // A draw fills it, and no command of a transfer does.
+            return Ok(input_image(&self.gpu, input, desc, bytes)?);
+        }
         let mut feed = match self.feeds.remove(input) {
             Some(feed) if feed.desc() == desc => feed,
             _ => Feed::new(&self.gpu.device, &self.gpu.queue, desc)?,

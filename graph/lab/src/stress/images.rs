@@ -171,6 +171,11 @@ pub(crate) fn sanitized(pixels: &[[f32; 4]], size: Size, signedness: Signedness)
     pixels.iter().enumerate().map(clean).collect()
 }
 
+/// Samples after sanitizing: each by itself, because its neighbours may show other surfaces.
+pub(crate) fn sanitized_samples(samples: &[[f32; 4]], _: Size, signedness: Signedness) -> Vec<[f32; 4]> {
+    samples.iter().map(|sample| limited(*sample, signedness)).collect()
+}
+
 /// A pixel within the limits of its signedness.
 fn limited(pixel: [f32; 4], signedness: Signedness) -> [f32; 4] {
     let bounded = |lowest: f32| pixel.map(|x| if x.is_nan() { 0.0 } else { x.clamp(lowest, LARGEST_HALF) });

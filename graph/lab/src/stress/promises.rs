@@ -7,8 +7,19 @@ use afterimage_graph::check::{Graph, GraphNode};
 use afterimage_graph::value::Value;
 
 /// Kinds whose effect depends on the position in the image.
-const PLACED: &[&str] =
-    &["DemoScene", "Dither", "FilmGrain", "Fog", "Gtao", "LensDirt", "LensFlare", "Streaks", "Vignette"];
+const PLACED: &[&str] = &[
+    "DemoScene",
+    "Dither",
+    "FilmGrain",
+    "Fog",
+    "Gtao",
+    "LensDirt",
+    "LensFlare",
+    "ShadowMask",
+    "Ssao",
+    "Streaks",
+    "Vignette",
+];
 /// Kinds whose effect is not the same on the left and on the right.
 const ASYMMETRIC: &[&str] = &[
     "BilateralBlur",
@@ -18,9 +29,13 @@ const ASYMMETRIC: &[&str] = &[
     "FilmGrain",
     "Fog",
     "Gtao",
+    "HeatHaze",
     "LensDirt",
     "LensDistortion",
     "MotionBlur",
+    "Resolve",
+    "ShadowMask",
+    "Ssao",
     "Taa",
 ];
 /// Kinds that keep a constant image as it is.
@@ -33,7 +48,9 @@ const KEEPING: &[&str] = &[
     "Gaussian",
     "GaussianPyramid",
     "Halation",
+    "HeatHaze",
     "LensDistortion",
+    "Resolve",
     "Sharpen",
     "Upsample",
 ];

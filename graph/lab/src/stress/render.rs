@@ -12,7 +12,7 @@ use afterimage_graph::value::Value;
 use afterimage_media::catch_panic;
 use afterimage_plan::{Caps, Given, GivenImage, Options, Plan};
 
-use super::images::{Extreme, sanitized};
+use super::images::{Extreme, sanitized, sanitized_samples};
 use super::subject::Subject;
 use crate::measure::player::has_histories;
 
@@ -61,6 +61,7 @@ struct ImageKey {
     image: (&'static str, [u32; 4]),
     size: Size,
     signedness: Option<Signedness>,
+    samples: u32,
     half: bool,
 }
 
@@ -131,7 +132,8 @@ impl Renderer {
         let line = |error: PostError| one_line(&error.to_string());
         let frame = |shot: &Shot| -> Result<FrameInputs, PostError> {
             let image = |(name, image): &(String, _)| {
-                let image = self.image(*shot, size, plan.image(*image).signedness, half)?;
+                let planned = plan.image(*image);
+                let image = self.image(*shot, size, (planned.signedness, planned.desc.samples), half)?;
                 Ok(InputImage { finite, ..image.named(name) })
             };
             let images = plan.inputs.iter().map(image).collect::<Result<_, PostError>>()?;
@@ -145,19 +147,29 @@ impl Renderer {
         Ok(Rendered { frames, skipped: plan.skipped.iter().map(|skipped| skipped.node.clone()).collect() })
     }
 
-    fn image(&mut self, shot: Shot, size: Size, signedness: Signedness, half: bool) -> Result<InputImage, GpuError> {
+    /// The image of a shot. Each sample of a multisampled one shows another part of a higher image.
+    fn image(
+        &mut self,
+        shot: Shot,
+        size: Size,
+        (signedness, samples): (Signedness, u32),
+        half: bool,
+    ) -> Result<InputImage, GpuError> {
         let signedness = shot.sanitized.then_some(signedness);
-        let key = ImageKey { image: shot.image.key(), size, signedness, half };
+        let key = ImageKey { image: shot.image.key(), size, signedness, samples, half };
         if let Some(made) = self.images.get(&key) {
             return Ok(made.clone());
         }
-        let mut pixels = shot.image.pixels(size);
+        let rows = Size::new(size.width, size.height * samples);
+        let mut pixels = shot.image.pixels(rows);
         if let Some(signedness) = signedness {
-            pixels = sanitized(&stored(&pixels, half), size, signedness);
+            let clean = if samples > 1 { sanitized_samples } else { sanitized };
+            pixels = clean(&stored(&pixels, half), rows, signedness);
         }
         let make = if half { Texels::from_floats_as_half } else { Texels::from_floats };
-        let texels = make(size.width, size.height, &pixels);
-        let made = input_image(&self.gpu, "", texels.desc, &texels.bytes)?;
+        let texels = make(rows.width, rows.height, &pixels);
+        let desc = ImageDesc { size, ..texels.desc }.multisampled(samples);
+        let made = input_image(&self.gpu, "", desc, &texels.bytes)?;
         Ok(self.images.entry(key).or_insert(made).clone())
     }
 }

@@ -66,6 +66,11 @@ impl Wiring<'_> {
             let _ = writeln!(self.inputs, "        \"{name}\": {},", input_type(state));
             return Some(name.to_owned());
         }
+        if port.ty == PortType::Multisampled {
+            let state = port.states.first().copied().unwrap_or(ColorState::Scene);
+            let _ = writeln!(self.inputs, "        \"{name}\": {}(multisampled: true),", input_type(state));
+            return Some(name.to_owned());
+        }
         if let Some(block) = port.block {
             let _ = writeln!(self.inputs, "        \"{name}\": {},", block.name);
             return Some(name.to_owned());
@@ -100,7 +105,7 @@ impl Wiring<'_> {
                 self.probe(&format!("{name}-coarsest"), &format!("ProbeLevel(pyramid: \"{wire}\", end: Coarsest)"));
             }
             PortType::Table if depth < LONGEST => return self.read_table(port, wire, name, depth),
-            PortType::Table | PortType::Block => return None,
+            PortType::Table | PortType::Block | PortType::Multisampled => return None,
         }
         Some(())
     }

@@ -144,8 +144,8 @@ impl<'c, 'a> FunctionWriter<'c, 'a> {
         let kernel = &self.code.pass.kernels[index];
         let types = types_of(kernel);
         let mut arg = |(position, arg): (usize, &Argument)| {
-            let is_volume = types.get(position).is_some_and(|(_, ty)| *ty == ArgType::Volume);
-            self.arg(index, kernel, arg, is_volume)
+            let texture = types.get(position).map_or(TEXTURE, |(_, ty)| texture_type(ty));
+            self.arg(index, kernel, arg, texture)
         };
         let args: Vec<String> = kernel.args.iter().enumerate().map(&mut arg).collect();
         if let Some(before) = self.linker.before_call().filter(|_| kernel.shader.is_untrusted()) {
@@ -163,7 +163,7 @@ impl<'c, 'a> FunctionWriter<'c, 'a> {
         }
     }
 
-    fn arg(&mut self, index: usize, kernel: &KernelCall, arg: &Argument, is_volume: bool) -> String {
+    fn arg(&mut self, index: usize, kernel: &KernelCall, arg: &Argument, texture: &str) -> String {
         let name = &arg.name;
         match arg.value {
             Arg::Kernel(earlier) => format!("kernel{earlier}"),
@@ -176,9 +176,9 @@ impl<'c, 'a> FunctionWriter<'c, 'a> {
             Arg::Frame => self.frame(),
             Arg::Block(block) => self.block(index, name, block),
             Arg::Sampler => self.variable(SlotKind::Sampler, "var", "linear", "sampler"),
-            Arg::Texture(image) => self.texture(image, is_volume),
+            Arg::Texture(image) => self.texture(image, texture),
             Arg::Pixel(image) => {
-                let texture = self.texture(image, false);
+                let texture = self.texture(image, TEXTURE);
                 (self.code.sample_mode_of)(image).pixel_read(&texture)
             }
             Arg::Value(buffer, components) => {
@@ -194,9 +194,20 @@ impl<'c, 'a> FunctionWriter<'c, 'a> {
         }
     }
 
-    fn texture(&mut self, image: ImageId, is_volume: bool) -> String {
-        let ty = if is_volume { "texture_3d<f32>" } else { "texture_2d<f32>" };
+    fn texture(&mut self, image: ImageId, ty: &str) -> String {
         self.variable(SlotKind::Texture(image), "var", "image", ty)
+    }
+}
+
+/// The type of a texture of one plane.
+const TEXTURE: &str = "texture_2d<f32>";
+
+/// The type in WGSL of a texture that an argument takes.
+fn texture_type(ty: &ArgType) -> &'static str {
+    match ty {
+        ArgType::Volume => "texture_3d<f32>",
+        ArgType::Multisampled => "texture_multisampled_2d<f32>",
+        _ => TEXTURE,
     }
 }
 

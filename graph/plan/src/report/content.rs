@@ -119,8 +119,8 @@ fn images(plan: &Plan, names: &Names) -> Value {
 }
 
 fn image(image: &PlannedImage, name: &str, names: &Names) -> Value {
-    let ImageDesc { size, format, volume } = image.desc;
-    json!({
+    let ImageDesc { size, format, volume, samples } = image.desc;
+    let mut value = json!({
         "bytes": image.desc.bytes(),
         "format": format.name(),
         // The first and the last batch; the number of batches for what leaves the frame.
@@ -133,7 +133,11 @@ fn image(image: &PlannedImage, name: &str, names: &Names) -> Value {
         "size": size.to_string(),
         "slot": image.slot,
         "volume": volume,
-    })
+    });
+    if samples > 1 {
+        value["samples"] = samples.into();
+    }
+    value
 }
 
 fn origin(origin: &Origin, names: &Names) -> String {

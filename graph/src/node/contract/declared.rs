@@ -41,7 +41,7 @@ fn distinct<'a>(names: impl Iterator<Item = &'a str>, complaints: &mut Complaint
 }
 
 fn is_image(ty: PortType) -> bool {
-    matches!(ty, PortType::Image | PortType::Pyramid)
+    matches!(ty, PortType::Image | PortType::Multisampled | PortType::Pyramid)
 }
 
 fn is_number(ty: PortType) -> bool {
@@ -83,8 +83,9 @@ fn output(kind: &NodeKind, port: &Output, complaints: &mut Complaints) {
     let name = &*port.name;
     port_name(name, complaints);
     complaints.require(!port.doc.trim().is_empty(), || format!("the output `{name}` has no doc"));
-    complaints
-        .require(port.ty != PortType::Block, || format!("the output `{name}` is a block: hosts alone give these"));
+    complaints.require(!matches!(port.ty, PortType::Block | PortType::Multisampled), || {
+        format!("the output `{name}` is a {}: hosts alone give these", port.ty.name())
+    });
     content(name, port.ty, port.content.as_deref(), complaints);
     complaints.require(port.ty != PortType::Table || port.content.is_some(), || {
         format!("the output `{name}` is a table, which its readers must know: name its layout by `content`")

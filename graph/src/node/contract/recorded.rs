@@ -136,6 +136,7 @@ fn one(way: &Use<'_>, computed: &mut Tables, complaints: &mut Complaints, seen: 
         writes_its_own(pass, &first, complaints);
         pass.shaders().for_each(|shader| file_name(shader, complaints));
         pass.kernels.iter().for_each(|kernel| blocks(kernel, way.node.kind(), complaints));
+        pass.kernels.iter().for_each(|kernel| samples(kernel, &first.recording, complaints));
     }
     seen(&first.recording);
 }
@@ -230,6 +231,7 @@ fn arrival(ty: PortType, name: &str, size: Size, recording: &mut Recording) -> A
     };
     match ty {
         PortType::Image => Arrival::Image(image(ImageDesc::new(size))),
+        PortType::Multisampled => Arrival::Image(image(ImageDesc::new(size).multisampled(4))),
         PortType::Volume => Arrival::Image(image(ImageDesc::volume(Size::volume(16, 9, 8)))),
         PortType::Pyramid => {
             let levels = size.levels().clamp(1, 4);
@@ -256,6 +258,15 @@ fn blocks(kernel: &KernelCall, kind: &NodeKind, complaints: &mut Complaints) {
             format!("the struct of `{}` in `{}` has not the members of its host block", arg.name, kernel.function)
         });
     }
+}
+
+/// Samples are sanitized where the library reads them, and nowhere else.
+fn samples(kernel: &KernelCall, recording: &Recording, complaints: &mut Complaints) {
+    let has_samples = kernel.textures().any(|image| recording.image(image).desc.samples > 1);
+    let is_direct = kernel.shader.reads_textures_itself(&kernel.function);
+    complaints.require(!(has_samples && is_direct), || {
+        format!("`{}` reads samples directly: `texel_sample` of the library sanitizes them", kernel.function)
+    });
 }
 
 /// A pass must not write to what it was given, nor to what is constant.

@@ -80,6 +80,7 @@ impl Pair<'_> {
             PortType::Pyramid => {
                 (false, "of a level: name it in `reads`, as `\"low\": Level(\"levels\", 3)`, or use `each` or `up`")
             }
+            PortType::Multisampled => (false, "of a kind in Rust: folders read no samples"),
             PortType::Block => (matches!(ty, ArgType::Struct(_)), "of the struct that `#import camera` declares"),
             PortType::Image => (matches!(ty, ArgType::Floats(4) | ArgType::Texture), "`vec4f` or `texture_2d<f32>`"),
         };

@@ -94,7 +94,10 @@ impl ComputePass<'_, '_> {
             }
             match &global.kind {
                 GlobalKind::Uniform(ty) => uniform = reflection.pack(ty, &self.uniform),
-                kind => args.extend(self.resource(&global.name).map(|held| argument(&global.name, kind, held))),
+                kind => args.extend(self.resource(&global.name).map(|held| {
+                    self.require_one_sample(&global.name, held);
+                    argument(&global.name, kind, held)
+                })),
             }
         }
         let uniform = uniform.unwrap_or_else(|why| panic!("{:?}: {why}", self.shader));
@@ -124,6 +127,11 @@ impl ComputePass<'_, '_> {
             Arrival::Block(block) => Some(Arg::Block(block)),
             _ => None,
         }
+    }
+
+    fn require_one_sample(&self, name: &str, held: Resource) {
+        let samples = held.image().map_or(1, |image| self.recorder.desc(image).samples);
+        assert!(samples == 1, "`{name}` of `{}` has {samples} samples: functions alone read these", self.entry);
     }
 
     fn resource(&self, name: &str) -> Option<Resource> {

@@ -136,7 +136,8 @@ impl FunctionPass<'_, '_> {
             ArgType::Point => Arg::Point,
             ArgType::Frame => Arg::Frame,
             ArgType::Sampler => Arg::Sampler,
-            ArgType::Texture | ArgType::Volume => Arg::Texture(self.image(name)),
+            ArgType::Texture | ArgType::Volume => Arg::Texture(self.image(name, false)),
+            ArgType::Multisampled => Arg::Texture(self.image(name, true)),
             ArgType::Floats(n) => self.numbers(name, *n),
             other => panic!(
                 "argument `{name}` of `{}` has a type that the framework does not know: {other:?}",
@@ -149,11 +150,24 @@ impl FunctionPass<'_, '_> {
         self.reads.iter().find(|(arg, _)| *arg == name).map(|(_, image)| *image)
     }
 
-    fn image(&self, name: &str) -> ImageId {
-        self.chosen(name).unwrap_or_else(|| match self.recorder.arrival(name) {
+    fn image(&self, name: &str, has_samples: bool) -> ImageId {
+        let image = self.chosen(name).unwrap_or_else(|| match self.recorder.arrival(name) {
             Arrival::Image(image) => *image,
             other => panic!("input `{name}` of `{}` is {other:?}: `read` an image for it", self.recorder.node),
-        })
+        });
+        self.require_samples(name, image, has_samples);
+        image
+    }
+
+    /// A shader's type says whether a texture has samples, and so does the type of a port.
+    fn require_samples(&self, name: &str, image: ImageId, has_samples: bool) {
+        let samples = self.recorder.desc(image).samples;
+        assert!(
+            (samples > 1) == has_samples,
+            "the image of `{name}` in `{}` has {samples} samples: `texture_multisampled_2d<f32>` is for ports that are \
+             `Input::multisampled`, and only for these",
+            self.function
+        );
     }
 
     fn block(&self, name: &str) -> BlockId {
@@ -164,11 +178,15 @@ impl FunctionPass<'_, '_> {
     }
 
     fn numbers(&self, name: &str, components: u8) -> Arg {
+        let pixel = |image: ImageId| {
+            self.require_samples(name, image, false);
+            Arg::Pixel(image)
+        };
         if let Some(image) = self.chosen(name) {
-            return Arg::Pixel(image);
+            return pixel(image);
         }
         match self.recorder.arrival(name) {
-            Arrival::Image(image) => Arg::Pixel(*image),
+            Arrival::Image(image) => pixel(*image),
             Arrival::Buffer(buffer) => Arg::Value(*buffer, components),
             Arrival::Zero | Arrival::Absent => Arg::Zero(components),
             other @ (Arrival::Pyramid(_) | Arrival::Block(_)) => {

@@ -37,8 +37,8 @@ pub struct WarpPass<'r, 'a> {
 
 impl<'a> Recorder<'a> {
     /// A pass that reads an image at the places that a function computes: from the place of a pixel, its parameters and
-    /// values to the uv of a place in x and y. The function is also called between pixels, and must not use
-    /// `at.pixel`. Places beyond the border are moved to it.
+    /// values to the uv of a place in x and y. The function is also called between pixels: it must not use
+    /// `at.pixel`, and reads images, such as masks, as textures at `at.uv`. Places beyond the border are moved to it.
     ///
     /// Neighbouring warps become one pass, in which the image between them is neither stored nor filtered.
     pub fn warp(
@@ -105,8 +105,8 @@ impl WarpPass<'_, '_> {
         let mut pass = self.recorder.function(self.shader.clone(), function);
         pass.uniform.extend(self.set.iter().cloned());
         let call = pass.call();
-        let is_free = call.args.iter().all(|arg| !matches!(arg.value, Arg::Pixel(_) | Arg::Texture(_)));
-        assert!(is_free, "`{function}` reads an image: a warp computes places from places");
+        let is_free = call.args.iter().all(|arg| !matches!(arg.value, Arg::Pixel(_)));
+        assert!(is_free, "`{function}` reads a pixel: a warp is also called between pixels, so it takes a texture");
         KernelCall { warp: Some(WarpPart::Place), ..call }
     }
 }

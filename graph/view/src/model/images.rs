@@ -226,8 +226,9 @@ fn target(device: &wgpu::Device, label: &str, size: Size, format: Format) -> Tex
     texture.create_view(&Default::default())
 }
 
+/// Whether an input gets the scene's camera: that of the eye, and not that of a light.
 fn is_camera(input: &GraphInput) -> bool {
-    input.block.is_some_and(|block| *block == CAMERA)
+    input.block.is_some_and(|block| *block == CAMERA) && input.name == "camera"
 }
 
 /// The output of the scene for an input: data by name, light for inputs of light.

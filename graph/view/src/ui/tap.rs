@@ -21,6 +21,10 @@ impl Viewer {
                     ui.label(RichText::new("A host gives this block: it has no image.").color(DIM));
                     return;
                 }
+                Some(PortType::Multisampled) => {
+                    ui.label(RichText::new("A host gives this image: look at its `Resolve`.").color(DIM));
+                    return;
+                }
                 _ => {}
             }
             let images = self.model.tap_images(&tap.wire);

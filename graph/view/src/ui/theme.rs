@@ -21,6 +21,7 @@ pub(super) const FIELD: Color32 = Color32::from_gray(0x15);
 pub(super) fn wire_color(ty: PortType) -> Color32 {
     match ty {
         PortType::Image => Color32::from_rgb(0x6c, 0xa8, 0xe0),
+        PortType::Multisampled => Color32::from_rgb(0x8c, 0x8c, 0xe6),
         PortType::Pyramid => Color32::from_rgb(0x5a, 0xc8, 0xc0),
         PortType::Volume => Color32::from_rgb(0x8a, 0xc9, 0x66),
         PortType::Table => Color32::from_rgb(0xe0, 0x9a, 0x5c),

@@ -1,0 +1,98 @@
+//! Multisampled textures from texels: a device copies nothing into one, so a draw fills it, sample by sample.
+
+use afterimage_graph::image::{ImageDesc, Size};
+
+use crate::device::texture_format;
+use crate::platform::submit;
+use crate::{GpuError, store};
+
+/// One texel of the image below for each sample.
+const FILL: &str = "
+@group(0) @binding(0) var texels: texture_2d<f32>;
+@vertex fn corner(@builtin(vertex_index) index: u32) -> @builtin(position) vec4f {
+    return vec4f(vec2f(vec2u(index & 1u, index >> 1u)) * 4.0 - 1.0, 0.0, 1.0);
+}
+@fragment fn fill(@builtin(position) at: vec4f, @builtin(sample_index) index: u32) -> @location(0) vec4f {
+    let rows = textureDimensions(texels).y / SAMPLES;
+    return textureLoad(texels, vec2u(vec2u(at.xy) + vec2u(0u, index * rows)), 0);
+}
+";
+
+/// A texture whose samples are these: `bytes` has all first samples, then all second ones.
+pub(crate) fn upload(
+    device: &wgpu::Device,
+    queue: &wgpu::Queue,
+    desc: ImageDesc,
+    bytes: &[u8],
+) -> Result<wgpu::Texture, GpuError> {
+    let below = ImageDesc { size: Size::new(desc.size.width, desc.size.height * desc.samples), samples: 1, ..desc };
+    let texels = store::create(device, below, "samples");
+    store::upload(queue, &texels.texture, below, bytes)?;
+    let result = store::create(device, desc, "multisampled input");
+    let pipeline = pipeline(device, desc);
+    let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
+        label: None,
+        layout: &pipeline.get_bind_group_layout(0),
+        entries: &[wgpu::BindGroupEntry { binding: 0, resource: wgpu::BindingResource::TextureView(&texels.view) }],
+    });
+    submit(device, queue, "the samples of an image", |encoder| {
+        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: None,
+            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+                view: &result.view,
+                depth_slice: None,
+                resolve_target: None,
+                ops: wgpu::Operations { load: wgpu::LoadOp::Clear(wgpu::Color::BLACK), store: wgpu::StoreOp::Store },
+            })],
+            ..Default::default()
+        });
+        pass.set_pipeline(&pipeline);
+        pass.set_bind_group(0, &group, &[]);
+        pass.draw(0..3, 0..1);
+        Ok::<(), GpuError>(())
+    })?;
+    Ok(result.texture)
+}
+
+fn pipeline(device: &wgpu::Device, desc: ImageDesc) -> wgpu::RenderPipeline {
+    let text = FILL.replace("SAMPLES", &format!("{}u", desc.samples));
+    let source = wgpu::ShaderSource::Wgsl(text.into());
+    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor { label: None, source });
+    let texels = wgpu::BindGroupLayoutEntry {
+        binding: 0,
+        visibility: wgpu::ShaderStages::FRAGMENT,
+        ty: wgpu::BindingType::Texture {
+            sample_type: wgpu::TextureSampleType::Float { filterable: false },
+            view_dimension: wgpu::TextureViewDimension::D2,
+            multisampled: false,
+        },
+        count: None,
+    };
+    let group = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: None, entries: &[texels] });
+    let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+        label: None,
+        bind_group_layouts: &[Some(&group)],
+        immediate_size: 0,
+    });
+    device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+        label: None,
+        layout: Some(&layout),
+        vertex: wgpu::VertexState {
+            module: &module,
+            entry_point: Some("corner"),
+            compilation_options: Default::default(),
+            buffers: &[],
+        },
+        fragment: Some(wgpu::FragmentState {
+            module: &module,
+            entry_point: Some("fill"),
+            compilation_options: Default::default(),
+            targets: &[Some(texture_format(desc.format).into())],
+        }),
+        primitive: Default::default(),
+        depth_stencil: None,
+        multisample: wgpu::MultisampleState { count: desc.samples, ..Default::default() },
+        multiview_mask: None,
+        cache: None,
+    })
+}

@@ -1,0 +1,91 @@
+//! Ssao: ambient occlusion from depth by points in a hemisphere.
+
+use afterimage_graph::node::CAMERA;
+use afterimage_graph::prelude::*;
+
+use crate::surface::{self, NormalSpace};
+use crate::visibility::{self, OcclusionSize};
+
+static SHADER: Shader = shader!("ssao");
+
+params! {
+    /// Darkens corners and gaps by points in the hemisphere over each pixel: the classic ambient occlusion.
+    ///
+    /// A point counts as occluded where the depth image shows something nearer, unless that is farther from the pixel
+    /// than the radius. Mittring, "Finding Next Gen", 2007. The points are turned differently in each of four by four
+    /// pixels, and a mean on the same surface makes them one. graph/docs/depth.md compares it with rays and with
+    /// `Gtao`, whose horizons have a closed form.
+    ///
+    /// `result` is the light times the visibility, so place it before exposure, fog and bloom. A renderer that has its
+    /// ambient light apart multiplies that one with 1 - `occlusion`. The projection may be any, perspective or
+    /// orthographic. What lies outside of the image is not counted. Alpha passes unchanged.
+    pub struct Ssao {
+        /// Share of the occlusion. 0 changes nothing.
+        pub amount: f32 = 1.0 => within(0.0..=1.0), neutral(0.0);
+        /// The radius of the hemisphere.
+        pub radius: f32 = 0.6 => within(0.001..=1000.0), usually(0.1..=4.0), unit("m");
+        /// How far behind the surface a point must lie: more than the depth is rounded by.
+        pub bias: f32 = 0.02 => within(0.0..=100.0), usually(0.0..=0.1), unit("m"), neutral(0.0);
+        /// Exponent of the visibility: more than 1 is darker than it is.
+        pub power: f32 = 1.0 => within(0.25..=4.0), usually(0.5..=2.0), neutral(1.0);
+        /// Points for each pixel.
+        pub samples: u32 = 16 => within(1.0..=64.0), usually(8.0..=64.0), quality(64u32, [32, 16, 8]), live();
+        /// The size at which it is computed.
+        pub size: OcclusionSize = OcclusionSize::Full => quality(OcclusionSize::Full, [OcclusionSize::Half]);
+        /// Means over four by four pixels of a surface, one after the other. 0 shows the noise.
+        pub denoise: u32 = 1 => within(0.0..=3.0);
+        /// The space that `normal` is in.
+        pub space: NormalSpace = NormalSpace::View;
+    }
+}
+
+impl Ssao {
+    /// The visibility of each pixel.
+    fn visibility(&self, pass: &mut Recorder<'_>, size: Size) -> ImageId {
+        let depth = surface::at_size(pass, "depth", size);
+        let normal = pass.wired("normal").then(|| surface::at_size(pass, "normal", size));
+        let found = visibility::image(pass, "ssao", self.size.of(size));
+        let name = if normal.is_some() { "ssao_normals" } else { "ssao" };
+        let call = pass.function(&SHADER, name).read("depth", depth);
+        let call = call.set("stride", self.size.stride()).set("is_world", self.space.is_world());
+        match normal {
+            Some(normal) => call.read("normal", normal).write_to(found),
+            None => call.write_to(found),
+        }
+        visibility::smoothed(pass, found, depth, (self.denoise, self.size))
+    }
+}
+
+impl Node for Ssao {
+    const INPUTS: &'static [Input] = &[
+        Input::image("source", "The light of the scene.").accepts(&[ColorState::Scene, ColorState::Exposed]),
+        Input::image("depth", "Distance along the view axis, in x.").accepts(&[ColorState::Data]),
+        Input::block("camera", &CAMERA, "The camera."),
+        Input::image("normal", "Normals of any length, in x, y and z; without them, they are made from the depth.")
+            .accepts(&[ColorState::Data])
+            .optional(),
+        Input::image("albedo", "The share of light that surfaces reflect.").accepts(&[ColorState::Data]).optional(),
+    ];
+    const OUTPUTS: &'static [Output] = &[
+        Output::image("result", OutputState::same("source"), "The light that reaches the camera.").or_input("source"),
+        Output::image(
+            "occlusion",
+            OutputState::Always(ColorState::Data),
+            "1 minus the visibility, in x; 0 in the others.",
+        ),
+    ];
+
+    fn identity(&self, _: &Arrivals) -> bool {
+        self.amount == 0.0
+    }
+
+    fn identity_of(&self, output: &str, arrivals: &Arrivals) -> bool {
+        self.identity(arrivals) || output == "result" && arrivals.is_zero("source")
+    }
+
+    fn record(&self, pass: &mut Recorder<'_>) {
+        let size = surface::size_of(pass, "source");
+        let visibility = self.visibility(pass, size);
+        visibility::show(pass, visibility, size);
+    }
+}
