@@ -6,7 +6,7 @@
 use afterimage_graph::check::{Graph, GraphNode};
 use afterimage_graph::value::Value;
 
-/// Kinds whose effect depends on the position in the image.
+/// Kinds whose effect depends on the position in the image, or on the sample: those of a constant image differ.
 const PLACED: &[&str] = &[
     "DemoScene",
     "Dither",
@@ -15,6 +15,7 @@ const PLACED: &[&str] = &[
     "Gtao",
     "LensDirt",
     "LensFlare",
+    "Resolve",
     "ShadowMask",
     "Ssao",
     "Streaks",
@@ -50,7 +51,6 @@ const KEEPING: &[&str] = &[
     "Halation",
     "HeatHaze",
     "LensDistortion",
-    "Resolve",
     "Sharpen",
     "Upsample",
 ];
