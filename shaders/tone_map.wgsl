@@ -45,6 +45,8 @@ struct ToneMap {
 
 // Whether the working space is that of the image. The rows are then the identity.
 const TONE_MAP_SAME_SPACE: bool = false;
+// Whether colours outside of the gamut are clipped. The search for its border is much for a driver to compile.
+const TONE_MAP_CLIPS: bool = false;
 
 fn tone_map_rows(row0: vec4f, row1: vec4f, row2: vec4f, v: vec3f) -> vec3f {
     return vec3f(dot(row0.xyz, v), dot(row1.xyz, v), dot(row2.xyz, v));
@@ -88,11 +90,12 @@ fn tone_map_compressed(lightness: f32, chroma: vec2f, params: ToneMap) -> vec3f 
 
 fn tone_map_result(mapped: vec3f, source: vec4f, params: ToneMap) -> vec4f {
     var rgb = tone_map_leave(mapped, params);
-    if params.keep_hue + params.compress > 0.0 {
+    let compresses = !TONE_MAP_CLIPS && params.compress > 0.0;
+    if params.keep_hue > 0.0 || compresses {
         let lab = oklab(tone_map_rows(params.to_lms0, params.to_lms1, params.to_lms2, rgb));
         let light = oklab(tone_map_rows(params.light_lms0, params.light_lms1, params.light_lms2, source.rgb));
         let chroma = oklab_turn(lab.yz, light.yz, params.keep_hue);
-        if params.compress > 0.0 {
+        if compresses {
             rgb = tone_map_compressed(lab.x, chroma, params);
         } else {
             let roots = lab.x + oklab_deviation(chroma);

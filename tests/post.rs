@@ -172,6 +172,35 @@ fn a_tier_keeps_what_the_host_has_set() {
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_graph_with_other_values_of_parameters_with_handles_needs_no_plan() {
+    let with = |strength, knee| changed("lynx.ron", None, &[("lit.strength", strength), ("bright.knee", knee)]);
+    let mut host = Host::new(with("0.15", "0.1"));
+    let strength = host.post.parameter::<f32>("lit.strength").unwrap();
+    host.shown();
+    let plan = host.plan();
+    host.post.change(with("0.6", "0.1"));
+    assert!(!host.post.is_changing());
+    assert_same(&host.shown(), &fresh("lynx.ron", None, &[("lit.strength", "0.6")]));
+    assert!(Arc::ptr_eq(&plan, &host.plan()));
+    host.post.set(strength, 0.3).unwrap();
+    host.post.change(with("0.7", "0.1"));
+    assert_eq!(host.post.value(strength.control()), Some(&Value::Float(0.3)), "what the host has set holds");
+    host.post.unset(strength.control()).unwrap();
+    assert_eq!(host.post.value(strength.control()), Some(&Value::Float(0.7)));
+    // A parameter without a handle needs a plan.
+    host.post.change(with("0.7", "0.4"));
+    assert!(host.post.is_changing());
+    host.post.finish_changes().unwrap();
+    assert_same(&host.shown(), &fresh("lynx.ron", None, &[("lit.strength", "0.7"), ("bright.knee", "0.4")]));
+    // So does another structure.
+    host.post.change(changed("lynx.ron", None, &[("mapped.curve", "Hable")]));
+    assert!(host.post.is_changing());
+    host.post.finish_changes().unwrap();
+    assert_same(&host.shown(), &fresh("lynx.ron", None, &[("mapped.curve", "Hable")]));
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_fact_changes_the_plan_in_the_background_and_another_size_at_once() {
     let mut host = Host::new(changed("caracal.ron", None, &[]));
     host.frame().unwrap();

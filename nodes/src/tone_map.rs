@@ -257,6 +257,7 @@ impl Node for ToneMap {
             .set("aces2", [aces2.factor, aces2.offset])
             .set("agx_hdr", [agx_hdr.toe, agx_hdr.slope, agx_hdr.rise, agx_hdr.white])
             .promise("TONE_MAP_SAME_SPACE", conversions == [DMat3::IDENTITY; 2])
+            .promise("TONE_MAP_CLIPS", self.gamut == Gamut::Clip)
             .write("result", desc);
     }
 }

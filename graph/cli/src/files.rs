@@ -152,7 +152,7 @@ fn kinds_in(folder: &Path, files: &Files) -> Result<Vec<NodeKind>, Failure> {
 }
 
 /// The name of the folder with the files that kinds beside it share.
-const LIBRARY: &str = "lib";
+pub(crate) const LIBRARY: &str = "lib";
 
 /// A `.wgsl` file: its path and its text.
 type ShaderText = (String, String);

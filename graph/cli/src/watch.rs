@@ -4,11 +4,10 @@ use std::cell::RefCell;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::time::{Duration, SystemTime};
 
 use afterimage_graph::check::Loader;
 use afterimage_graph::node::NodeKind;
-use afterimage_media::sequence;
+use afterimage_media::{FileWatch, sequence};
 
 use crate::args::{PipelineOptions, RenderArgs};
 use crate::failure::Failure;
@@ -16,11 +15,6 @@ use crate::files::{Files, read_document, registry};
 use crate::pipeline::PipelineFile;
 use crate::render;
 use crate::terminal::note;
-
-/// The interval of polling: not noticeable as a delay or as load.
-const INTERVAL: Duration = Duration::from_millis(100);
-/// The depth of folders of kinds: `kinds/posterize/posterize.wgsl`.
-const DEPTH: u32 = 2;
 
 /// `afterimage render`: once, or with `--watch` again after each change.
 pub(crate) fn run(args: &RenderArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
@@ -30,21 +24,19 @@ pub(crate) fn run(args: &RenderArgs, tables: &[&[NodeKind]]) -> Result<(), Failu
 
 /// Renders, and renders again after each change. Prints errors and waits for the next change. Never returns.
 fn watch(args: &RenderArgs, tables: &[&[NodeKind]], render: impl Fn() -> Result<(), Failure>) -> ! {
-    let mut places = BTreeSet::new();
+    let mut files = FileWatch::new(|| {});
     loop {
+        // A change during rendering counts: it may not be in the result.
+        files.look();
         // While a file has errors, the files that it named before may be the ones to be corrected.
-        places.extend(self::places(args, tables));
-        let before = stamps(&places);
+        files.extend(places(args, tables));
         match render() {
             Ok(()) => note(&format!("wrote {}; waiting for changes, Ctrl-C ends it", written(args))),
             Err(failure) => {
                 failure.report();
             }
         }
-        // A change during rendering counts: it may not be in the result.
-        while stamps(&places) == before {
-            std::thread::sleep(INTERVAL);
-        }
+        files.wait();
     }
 }
 
@@ -112,30 +104,6 @@ fn files_of(path: &Path, tables: &[&[NodeKind]], options: &PipelineOptions) -> B
     files
 }
 
-/// A file, the time of its last change, and its length.
-pub(crate) type Stamp = (PathBuf, Option<SystemTime>, u64);
-
-pub(crate) fn stamps(places: &BTreeSet<PathBuf>) -> Vec<Stamp> {
-    let mut found = Vec::new();
-    places.iter().for_each(|place| look(place, DEPTH, &mut found));
-    found.sort();
-    found
-}
-
-/// A file itself; of a folder only the files of kinds, because the output may be in it.
-fn look(place: &Path, depth: u32, found: &mut Vec<Stamp>) {
-    let Ok(meta) = std::fs::metadata(place) else { return };
-    if meta.is_file() {
-        let is_of_a_kind = ["ron", "wgsl"].into_iter().any(|ending| place.extension() == Some(ending.as_ref()));
-        if is_of_a_kind || depth == DEPTH {
-            found.push((place.to_owned(), meta.modified().ok(), meta.len()));
-        }
-    } else if depth > 0 {
-        let entries = std::fs::read_dir(place).into_iter().flatten().flatten();
-        entries.for_each(|entry| look(&entry.path(), depth - 1, found));
-    }
-}
-
 #[cfg(test)]
 #[allow(clippy::unwrap_used, reason = "a test may stop at the first surprise")]
 mod tests {
@@ -171,15 +139,17 @@ mod tests {
         // A folder without kinds is a mistake, and is waited for all the same.
         assert!(places.contains(&folder.join("kinds")) && places.contains(&folder.join("night/a.ron")), "{places:?}");
         let places: BTreeSet<PathBuf> = places.into_iter().chain(places_of(&words)).collect();
-        let mut before = stamps(&places);
+        let mut files = FileWatch::new(|| {});
+        files.extend(places);
         for name in ["base.ron", "dusk.png", "night/a.ron", "shot.0001.exr", "kinds/grey/grey.wgsl"] {
             std::fs::write(file(name), "something of another length").unwrap();
-            let now = stamps(&places);
-            assert_ne!(now, before, "{name}");
-            before = now;
+            let changed = files.wait();
+            assert!(changed.iter().any(|path| path.ends_with(name)), "{name}: {changed:?}");
         }
         std::fs::write(&out, "the picture").unwrap();
-        assert_eq!(stamps(&places), before);
+        std::fs::write(file("base.ron"), "a change that ends the wait").unwrap();
+        let changed = files.wait();
+        assert!(changed.iter().all(|path| path.ends_with("base.ron")), "{changed:?}");
         std::fs::remove_dir_all(folder).unwrap();
     }
 }

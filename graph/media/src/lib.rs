@@ -2,7 +2,8 @@
 //!
 //! - [`codec`]: bytes to a [`Picture`] and back, without a file system.
 //! - [`files`]: named files, layers, numbered sequences, atomic writes. Everything that the program reads goes
-//!   through [`read_bytes`], [`read_text`] and [`files::read`]: regular files of a bounded size.
+//!   through [`read_bytes`], [`read_text`] and [`files::read`]: regular files of a bounded size. `FileWatch` says
+//!   when they change.
 //!
 //! No file can stop the program: headers are checked against [`limits`] and a [`Budget`] before anything is allocated,
 //! panics of decoders become errors, and each error says what the user can do.
@@ -19,6 +20,8 @@ pub use codec::{
 };
 #[cfg(feature = "avif")]
 pub use codec::{AvifOptions, encode_avif};
+#[cfg(not(target_family = "wasm"))]
+pub use files::FileWatch;
 #[cfg(feature = "avif")]
 pub use files::write_avif;
 pub use files::{

@@ -108,6 +108,19 @@ impl GraphNode {
     pub fn kind(&self) -> &NodeKind {
         self.instance.kind()
     }
+
+    /// Whether all but the values of parameters is the same.
+    fn has_structure_of(&self, other: &Self) -> bool {
+        let Self { name, instance, wires, when, off, format, label, states } = other;
+        self.name == *name
+            && self.kind().is(instance.kind())
+            && self.wires == *wires
+            && self.when == *when
+            && self.off == *off
+            && self.format == *format
+            && self.label == *label
+            && self.states == *states
+    }
 }
 
 /// A parameter of a node of a graph.
@@ -138,6 +151,14 @@ impl Graph {
             return Err(with_hint(message, did_you_mean(parameter, names)));
         };
         Ok(ParameterId { node, index })
+    }
+
+    /// Whether another graph has the same inputs, nodes, wires and outputs: then at most values differ.
+    pub fn has_structure_of(&self, other: &Self) -> bool {
+        self.inputs == other.inputs
+            && self.outputs == other.outputs
+            && self.nodes.len() == other.nodes.len()
+            && self.nodes.iter().zip(&other.nodes).all(|(own, other)| own.has_structure_of(other))
     }
 
     /// All parameters of all nodes.

@@ -108,6 +108,12 @@ impl NodeKind {
         }
     }
 
+    /// Whether both are the same implementation. A kind that was loaded again is another one.
+    pub fn is(&self, other: &Self) -> bool {
+        // Kinds without fields may all have one address, so the name is compared, too.
+        std::ptr::addr_eq(&raw const *self.0, &raw const *other.0) && self.name() == other.name()
+    }
+
     /// What the kind declares.
     pub fn signature(&self) -> Signature<'_> {
         Signature { name: self.name(), params: self.params(), inputs: self.inputs(), outputs: self.outputs() }

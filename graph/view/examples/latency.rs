@@ -4,15 +4,25 @@
 
 #![allow(clippy::print_stdout, reason = "it prints a table")]
 
+use std::cell::Cell;
+use std::collections::BTreeSet;
+use std::fs::File;
+use std::io::{self, Write as _};
+use std::path::{Path, PathBuf};
+use std::rc::Rc;
 use std::sync::Arc;
-use std::time::Instant;
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::time::{Duration, Instant};
 
 use afterimage_gpu::{Gpu, Opening, wgpu};
-use afterimage_graph::check::{Change, NoFiles};
+use afterimage_graph::check::{Change, Loader as _};
 use afterimage_graph::diagnostic::Diagnostics;
 use afterimage_graph::image::Size;
 use afterimage_graph::node::{Registry, folder_kind_sharing};
 use afterimage_graph::value::Value;
+use afterimage_media::FileWatch;
+use afterimage_pipelines::BuiltIn;
 use afterimage_view::{
     Checked, FrameTarget, Images, Model, Problem, Project, Savings, Scene, Stage, Target, TextProject, saved,
 };
@@ -20,10 +30,14 @@ use afterimage_view::{
 const WINDOW: [u32; 2] = [1280, 720];
 const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
 
-/// A pipeline with a node whose shader changes.
-struct Shader {
-    /// A number in the shader.
-    number: f64,
+/// A pipeline in files of a folder that is removed in the end: its text, and a node kind.
+struct Written {
+    folder: PathBuf,
+    watch: FileWatch,
+    registry: Option<Registry>,
+    text: String,
+    /// Milliseconds that the last check has taken.
+    checked: Rc<Cell<f64>>,
 }
 
 const TEXT: &str = r#"Pipeline(
@@ -44,35 +58,76 @@ const KIND: &str = r#"Kind(
     parameters: {},
 )"#;
 
-impl Shader {
+/// The shader of the kind, with a number.
+fn shader(number: f64) -> String {
+    format!("fn tinted(source: vec4f) -> vec4f {{ return source * vec4f(1.0, {number:?}, 1.0, 1.0); }}")
+}
+
+impl Written {
+    /// Writes the files. `wake` hears of their changes.
+    fn new(text: &str, wake: Sender<()>) -> io::Result<Self> {
+        let folder = std::env::temp_dir().join(format!("afterimage-latency-{}", std::process::id()));
+        std::fs::create_dir_all(&folder)?;
+        std::fs::write(folder.join("look.ron"), text)?;
+        std::fs::write(folder.join("tinted.wgsl"), shader(0.5))?;
+        let mut watch = FileWatch::new(move || wake.send(()).unwrap_or_default());
+        watch.extend([folder.join("look.ron"), folder.join("tinted.wgsl")]);
+        Ok(Self { folder, watch, registry: None, text: String::new(), checked: Rc::default() })
+    }
+
     fn registry(&self) -> Result<Registry, Diagnostics> {
-        let wgsl =
-            format!("fn tinted(source: vec4f) -> vec4f {{ return source * vec4f(1.0, {:?}, 1.0, 1.0); }}", self.number);
+        let wgsl = std::fs::read_to_string(self.folder.join("tinted.wgsl")).expect("it was written");
         let kind = folder_kind_sharing(("node.ron", KIND), &[("tinted.wgsl", &wgsl)], &[])?;
         Ok(Registry::new(&[afterimage_nodes::ALL, &[kind]]).expect("the names differ"))
     }
+
+    fn forget(&mut self, changed: &BTreeSet<PathBuf>) {
+        if changed.iter().any(|path| path.ends_with("tinted.wgsl")) {
+            self.registry = None;
+        }
+    }
+
+    fn checked(&mut self, tier: Option<&str>) -> Result<Checked, Diagnostics> {
+        let changed = self.watch.look();
+        self.forget(&changed);
+        self.text = std::fs::read_to_string(self.folder.join("look.ron")).expect("it was written");
+        let registry = self.registry.take().map_or_else(|| self.registry(), Ok)?;
+        let checked = Checked::of(("look.ron", &self.text), tier, &registry, &BuiltIn);
+        self.registry = Some(registry);
+        checked
+    }
 }
 
-impl Project for Shader {
+impl Drop for Written {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.folder);
+    }
+}
+
+impl Project for Written {
     fn name(&self) -> String {
-        "tinted.ron".into()
+        "look.ron".into()
     }
     fn text(&self) -> String {
-        TEXT.into()
+        self.text.clone()
     }
     fn check(&mut self, tier: Option<&str>) -> Result<Checked, Diagnostics> {
-        self.number += 1e-3;
-        Checked::of(("tinted.ron", TEXT), tier, &self.registry()?, &NoFiles)
+        let begin = Instant::now();
+        let checked = self.checked(tier);
+        self.checked.set(milliseconds(begin));
+        checked
     }
     fn has_changed(&mut self) -> bool {
-        false
+        let changed = self.watch.changed();
+        self.forget(&changed);
+        !changed.is_empty()
     }
     fn edit(&mut self, _: Option<String>) {}
     fn saved(&self, tier: Option<&str>, new: Option<&str>, changes: &[Change]) -> Result<String, Diagnostics> {
-        saved(("tinted.ron", TEXT), (tier, new), changes, &self.registry()?, &NoFiles)
+        saved(("look.ron", &self.text), (tier, new), changes, &self.registry()?, &BuiltIn)
     }
-    fn file(&self, _: &str) -> Result<Arc<[u8]>, String> {
-        Err("there are no files".into())
+    fn file(&self, path: &str) -> Result<Arc<[u8]>, String> {
+        BuiltIn.load(path)
     }
     fn write(&mut self, _: &str) -> Result<(), String> {
         Ok(())
@@ -138,6 +193,25 @@ impl Bench {
     fn after(&mut self, change: impl FnOnce(&mut Model)) -> [f64; 2] {
         let begin = Instant::now();
         change(self.model());
+        self.until_in(begin)
+    }
+
+    /// The same from the event of a file, and what the check took of that.
+    fn after_file(&mut self, (path, text): (&Path, &str), files: &Heard) -> io::Result<[f64; 3]> {
+        files.reports.try_iter().for_each(drop);
+        let mut file = File::create(path)?;
+        file.write_all(text.as_bytes())?;
+        let begin = Instant::now();
+        // The event: the system reports the change now.
+        drop(file);
+        while !self.model().follow_files() {
+            let _ = files.reports.recv_timeout(Duration::from_millis(100));
+        }
+        let [submitted, finished] = self.until_in(begin);
+        Ok([submitted, finished, files.checked.get()])
+    }
+
+    fn until_in(&mut self, begin: Instant) -> [f64; 2] {
         loop {
             let gpu = self.gpu.clone();
             let mut encoder = gpu.encoder();
@@ -149,12 +223,73 @@ impl Bench {
                 let _ = gpu.wait();
                 return [submitted, milliseconds(begin)];
             }
-            let waited = Instant::now();
-            while waited.elapsed().as_micros() < 200 {
-                std::thread::yield_now();
-            }
+            // Longer than the host needs for a frame, and shorter than a screen does.
+            std::thread::sleep(Duration::from_millis(1));
         }
     }
+}
+
+/// What is heard of a written pipeline.
+struct Heard {
+    folder: PathBuf,
+    reports: Receiver<()>,
+    checked: Rc<Cell<f64>>,
+}
+
+/// A viewer on a pipeline in files.
+fn written(gpu: &Gpu, text: &str, size: Size) -> Result<(Bench, Heard), Box<dyn std::error::Error>> {
+    let (wake, reports) = channel();
+    let project = Written::new(text, wake)?;
+    let heard = Heard { folder: project.folder.clone(), reports, checked: project.checked.clone() };
+    let bench = Bench::new(gpu, Box::new(project), size).map_err(|problem| problem.to_string())?;
+    Ok((bench, heard))
+}
+
+/// Changes of a number in a file, and of a shader.
+fn files(gpu: &Gpu, [large, small]: [Size; 2]) -> Result<(), Box<dyn std::error::Error>> {
+    let (_, tsushima) =
+        afterimage_pipelines::PIPELINES.iter().find(|(name, _)| *name == "tsushima").expect("it is there");
+    let (before, after) = tsushima.split_once("strength: 0.015").ok_or("the pipeline has another strength")?;
+    let (mut bench, heard) = written(gpu, tsushima, large)?;
+    let path = heard.folder.join("look.ron");
+    let mut number =
+        |index: usize| bench.after_file((&path, &format!("{before}strength: 0.01{index:03}{after}")), &heard);
+    // The first change of a number makes a plan in which it may change.
+    number(999)?;
+    file_rows("a number in the file", (0..200).map(number).collect::<io::Result<_>>()?);
+    drop(bench);
+    let (mut bench, heard) = written(gpu, TEXT, small)?;
+    let path = heard.folder.join("tinted.wgsl");
+    let change = |index: usize| bench.after_file((&path, &shader(0.501 + index as f64 * 1e-3)), &heard);
+    file_rows("a shader of one node in its file", (0..60).map(change).collect::<io::Result<_>>()?);
+    Ok(())
+}
+
+/// What the driver takes to compile a new pass of one line, of which the rest of a shader's way cannot be shorter.
+fn driver(gpu: &Gpu) -> f64 {
+    static NUMBER: AtomicU32 = AtomicU32::new(1);
+    let number = NUMBER.fetch_add(1, Ordering::Relaxed);
+    let code = format!(
+        "@group(0) @binding(0) var<storage, read_write> out: array<f32>;\n\
+         @compute @workgroup_size(64) fn main(@builtin(global_invocation_id) id: vec3u) {{ out[id.x] *= {number}.5; }}"
+    );
+    let begin = Instant::now();
+    let source = wgpu::ShaderSource::Wgsl(code.into());
+    let module = gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor { label: None, source });
+    let _pipeline = gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+        label: None,
+        layout: None,
+        module: &module,
+        entry_point: None,
+        compilation_options: Default::default(),
+        cache: None,
+    });
+    milliseconds(begin)
+}
+
+fn file_rows(what: &str, times: Vec<[f64; 3]>) {
+    row(&format!("{what}: reading and checking"), times.iter().map(|[_, _, checked]| *checked).collect());
+    rows(what, times.into_iter().map(|[submitted, finished, _]| [submitted, finished]));
 }
 
 fn milliseconds(begin: Instant) -> f64 {
@@ -204,9 +339,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let choose = |index: usize| Some(Value::Choice(names[index % names.len()]));
     rows("a choice that needs a plan", (0..60).map(|i| bench.after(|model| model.set(&curve, choose(i)))));
     savings(&mut opened("tsushima", size)?)?;
-    let mut shader =
-        Bench::new(&gpu, Box::new(Shader { number: 0.5 }), small).map_err(|problem| problem.to_string())?;
-    rows("a shader of one node", (0..60).map(|_| shader.after(Model::reload)));
+    files(&gpu, [size, small])?;
+    row("a new pass of one line, by the driver alone", (0..30).map(|_| driver(&gpu)).collect());
     let mut bench = opened("lynx", Size::new(64, 36))?;
     println!("{changes} reloads and moves of a slider at 64x36: memory and open files");
     for index in 0..changes {

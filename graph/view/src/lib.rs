@@ -15,7 +15,7 @@ mod stage;
 mod ui;
 
 #[cfg(not(target_family = "wasm"))]
-pub use desktop::{Desktop, MakeImages};
+pub use desktop::{Desktop, MakeImages, Wake};
 pub use model::*;
 pub use problem::Problem;
 #[cfg(not(target_family = "wasm"))]

@@ -7,11 +7,11 @@ mod support;
 use afterimage_gpu::{FrameStep, Session, Texels, wgpu};
 use afterimage_graph::check::{Facts, Source};
 use afterimage_graph::node::{Origin, PortType};
-use afterimage_graph::value::{Type, Value};
+use afterimage_graph::value::Value;
 use afterimage_plan::Options;
 use afterimage_view::render::{Flags, Painter, Placement, Shown};
-use afterimage_view::{Beside, Model, Problem, Project, Rendered, Tap, Target, TextProject};
-use support::{SIZE, apart, gpu, model, of, parameter, picture, render, settle, texels};
+use afterimage_view::{Beside, Model, Problem, Rendered, Tap, Target};
+use support::{SIZE, apart, gpu, model, parameter, picture, render, settle, texels};
 
 #[test]
 fn nothing_is_rendered_while_nothing_changes() {
@@ -85,29 +85,6 @@ fn a_broken_text_keeps_the_picture_and_says_where_it_is_wrong() {
     model.clock().seek(0.0);
     settle(&mut model);
     assert!(apart(&picture(&model), &before) <= 1);
-}
-
-#[test]
-fn what_is_saved_renders_what_was_shown() {
-    for (name, changed) in [("lynx", "lit.strength"), ("tsushima", "vignette.amount"), ("caracal", "lit.strength")] {
-        let mut model = model(name);
-        model.set(&parameter(changed), Some(Value::Float(0.45)));
-        model.clock().cut();
-        settle(&mut model);
-        model.clock().cut();
-        render(&mut model);
-        let shown = picture(&model);
-        let before = model.project().text();
-        model.save(None).unwrap();
-        let text = model.project().text();
-        assert!(text.contains("0.45") && text.len().abs_diff(before.len()) < 40, "{name}");
-        let mut opened = of(Box::new(TextProject::new("saved.ron", &text)));
-        settle(&mut opened);
-        opened.clock().cut();
-        render(&mut opened);
-        let apart = apart(&picture(&opened), &shown);
-        assert!(apart <= 1, "{name}: {apart}");
-    }
 }
 
 #[test]
@@ -329,19 +306,4 @@ fn faults_and_clipped_pixels_are_striped_and_light_is_encoded() {
     assert_eq!(colors(3), [[0, 0, 0], [15, 30, 100]].into());
     assert_eq!(colors(4), [[46, 46, 46]].into());
     assert_eq!(colors(5), [[100, 10, 10], [100, 100, 100]].into());
-}
-
-#[test]
-fn every_parameter_of_every_pipeline_has_a_present_value() {
-    for (name, _) in afterimage_pipelines::PIPELINES {
-        let mut project = TextProject::built_in(name).unwrap();
-        let graph = project.check(None).unwrap().graph;
-        let model = model(name);
-        for parameter in graph.parameters() {
-            let name = graph.parameter_name(parameter);
-            let declared = graph.declaration(parameter);
-            let value = model.value(&name).unwrap();
-            assert!(matches!(declared.ty, Type::File) || declared.accepts(&value).is_ok(), "{name}");
-        }
-    }
 }

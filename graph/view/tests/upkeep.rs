@@ -128,7 +128,7 @@ fn sequence(lights: &'static [f32]) -> Images {
         let texels = (0..SIZE.width * SIZE.height).flat_map(|_| texel).collect();
         Ok(Picture::new(SIZE.width, SIZE.height, Pixels::Float(texels)))
     };
-    Images::Files(Files::new(gpu(), lights.len(), 3.0, Box::new(read)).unwrap())
+    Images::Files(Box::new(Files::new(gpu(), lights.len(), 3.0, Box::new(read)).unwrap()))
 }
 
 #[test]

@@ -23,6 +23,7 @@ pub(crate) fn run(args: &ViewArgs, tables: &[&[NodeKind]]) -> Result<(), Failure
         adapter: args.adapter.clone(),
         size: [args.window.0.into(), args.window.1.into()],
         project: project(args, &opener)?,
+        wake: opener.wake.clone(),
         images: Box::new(move |gpu| match &images {
             Some(images) => images(gpu),
             None => Ok(Images::Scene(Box::new(Scene::new(gpu, size)?))),

@@ -5,8 +5,8 @@ use std::rc::Rc;
 
 use afterimage_gpu::Gpu;
 use afterimage_graph::node::NodeKind;
-use afterimage_media::{Budget, FileError, read_within, sequence};
-use afterimage_view::{Files, Images, Opened, Problem};
+use afterimage_media::{Budget, FileError, FileWatch, read_within, sequence};
+use afterimage_view::{Files, Images, Opened, Problem, Wake};
 
 use super::project::FileProject;
 use crate::args::KindOptions;
@@ -19,6 +19,8 @@ pub(super) struct Opener {
     kinds: Rc<Vec<NodeKind>>,
     budget: Budget,
     fps: f64,
+    /// Draws a frame when a file has changed.
+    pub(super) wake: Wake,
 }
 
 /// Makes images on a device.
@@ -27,11 +29,12 @@ type MakeImages = Box<dyn Fn(&Gpu) -> Result<Images, Problem>>;
 impl Opener {
     pub(super) fn new(args: &ViewArgs, tables: &[&[NodeKind]]) -> Self {
         let kinds = Rc::new(tables.iter().flat_map(|table| table.iter().cloned()).collect());
-        Self { options: args.kinds.clone(), kinds, budget: args.images.budget(), fps: f64::from(args.fps) }
+        let (options, budget, fps) = (args.kinds.clone(), args.images.budget(), f64::from(args.fps));
+        Self { options, kinds, budget, fps, wake: Wake::default() }
     }
 
     pub(super) fn project(&self, path: &Path) -> FileProject {
-        FileProject::new(path.to_owned(), self.options.clone(), self.kinds.to_vec())
+        FileProject::new(path.to_owned(), self.options.clone(), self.kinds.to_vec(), &self.wake)
     }
 
     /// A file that is dropped on the window.
@@ -46,12 +49,16 @@ impl Opener {
     pub(super) fn images(self, file: String) -> MakeImages {
         Box::new(move |gpu| {
             let sources = sequence::Input::find(&file, None).map_err(|error| unreadable(&error))?.sources();
-            let (budget, count) = (self.budget, sources.len());
+            let (budget, count, wake) = (self.budget, sources.len(), self.wake.clone());
+            let mut watch = FileWatch::new(move || wake.call());
+            watch.extend(sources.iter().map(|(_, source)| source.path.clone()));
             let read = move |index: usize| {
                 let source: &(_, afterimage_media::Source) = &sources[index];
                 read_within(&source.1, budget).map_err(|error| error.to_string())
             };
-            Ok(Images::Files(Files::new(gpu, count, self.fps, Box::new(read))?))
+            let mut files = Files::new(gpu, count, self.fps, Box::new(read))?;
+            files.follow_by(Box::new(move || !watch.changed().is_empty()));
+            Ok(Images::Files(Box::new(files)))
         })
     }
 }

@@ -3,40 +3,38 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::time::{Duration, Instant};
 
 use afterimage_graph::check::{Change, Loader as _};
 use afterimage_graph::diagnostic::Diagnostics;
-use afterimage_graph::node::NodeKind;
-use afterimage_media::write_atomic;
-use afterimage_view::{Checked, Project, saved};
+use afterimage_graph::node::{NodeKind, Registry};
+use afterimage_media::{FileWatch, write_atomic};
+use afterimage_view::{Checked, Project, Wake, saved};
 
 use crate::args::KindOptions;
 use crate::failure::Failure;
-use crate::files::{Files, registry, text};
-use crate::watch::{RecordingLoader, Stamp, stamps};
-
-/// Between two looks at the files: not noticeable as a delay or as load.
-const INTERVAL: Duration = Duration::from_millis(20);
+use crate::files::{Files, LIBRARY, registry, text};
+use crate::watch::RecordingLoader;
 
 /// A pipeline in a file.
 pub(super) struct FileProject {
     path: PathBuf,
     options: KindOptions,
     kinds: Vec<NodeKind>,
+    /// The kinds as they were when their files changed last. Kinds that are read again are others to a plan.
+    registry: Option<Registry>,
     edited: Option<String>,
     /// The text of the last check.
     known: String,
-    /// What was read, and how it looked.
-    places: BTreeSet<PathBuf>,
-    before: Vec<Stamp>,
-    looked: Instant,
+    files: FileWatch,
 }
 
 impl FileProject {
-    pub(super) fn new(path: PathBuf, options: KindOptions, kinds: Vec<NodeKind>) -> Self {
-        let (places, before) = (BTreeSet::new(), Vec::new());
-        Self { path, options, kinds, edited: None, known: String::new(), places, before, looked: Instant::now() }
+    pub(super) fn new(path: PathBuf, options: KindOptions, kinds: Vec<NodeKind>, wake: &Wake) -> Self {
+        let wake = wake.clone();
+        let mut files = FileWatch::new(move || wake.call());
+        let libraries = options.nodes.iter().map(|folder| folder.join("..").join(LIBRARY));
+        files.extend(options.nodes.iter().cloned().chain(libraries).chain([path.clone()]));
+        Self { path, options, kinds, registry: None, edited: None, known: String::new(), files }
     }
 
     fn read(&mut self) -> Result<(), Failure> {
@@ -47,13 +45,29 @@ impl FileProject {
         Ok(())
     }
 
+    /// Forgets what is not true any more.
+    fn forget(&mut self, changed: &BTreeSet<PathBuf>) {
+        // What is on the disk now is newer than what was typed here.
+        if changed.contains(&self.path) {
+            self.edited = None;
+        }
+        let is_of_a_kind = |path: &PathBuf| path.ends_with("node.ron") || path.extension().is_some_and(|e| e == "wgsl");
+        if changed.iter().any(is_of_a_kind) {
+            self.registry = None;
+        }
+    }
+
     fn checked(&mut self, tier: Option<&str>) -> Result<Checked, Failure> {
         self.read()?;
-        let registry = registry(&[&self.kinds], &self.options)?;
+        let registry = match self.registry.take() {
+            Some(known) => known,
+            None => registry(&[&self.kinds], &self.options)?,
+        };
         let loader = RecordingLoader::new(Files::of(&self.path, &self.options));
         let checked = Checked::of((&self.path.to_string_lossy(), &self.known), tier, &registry, &loader);
         // While the file has errors, the files that it named before may be the ones to be corrected.
-        self.places.extend(loader.named());
+        self.files.extend(loader.named());
+        self.registry = Some(registry);
         Ok(checked?)
     }
 }
@@ -68,28 +82,15 @@ impl Project for FileProject {
     }
 
     fn check(&mut self, tier: Option<&str>) -> Result<Checked, Diagnostics> {
-        self.places.insert(self.path.clone());
-        self.places.extend(self.options.nodes.iter().cloned());
-        let checked = self.checked(tier).map_err(Failure::into_diagnostics);
-        self.before = stamps(&self.places);
-        checked
+        let changed = self.files.look();
+        self.forget(&changed);
+        self.checked(tier).map_err(Failure::into_diagnostics)
     }
 
     fn has_changed(&mut self) -> bool {
-        if self.looked.elapsed() < INTERVAL {
-            return false;
-        }
-        self.looked = Instant::now();
-        let now = stamps(&self.places);
-        let has_changed = now != self.before;
-        if has_changed {
-            // What is on the disk now is newer than what was typed here.
-            let own = |stamps: &[Stamp]| stamps.iter().find(|stamp| stamp.0 == self.path).cloned();
-            if own(&now) != own(&self.before) {
-                self.edited = None;
-            }
-        }
-        has_changed
+        let changed = self.files.changed();
+        self.forget(&changed);
+        !changed.is_empty()
     }
 
     fn edit(&mut self, text: Option<String>) {

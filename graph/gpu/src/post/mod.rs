@@ -163,8 +163,8 @@ impl Post {
 
     /// Replaces all facts.
     pub fn set_facts(&mut self, facts: Facts) {
+        self.is_stale |= self.facts != facts;
         self.facts = facts;
-        self.is_stale = true;
     }
 
     /// Sets the switches of plans.
@@ -201,8 +201,12 @@ impl Post {
     }
 
     /// Replaces the graph: another tier, or another pipeline. Values that the host has set hold in the new graph where
-    /// it has their parameters and accepts them; handles stay valid.
+    /// it has their parameters and accepts them; handles stay valid. A graph that differs in values of parameters with
+    /// handles alone needs no plan where these need none.
     pub fn change(&mut self, graph: Graph) {
+        if self.take_values(&graph) {
+            return;
+        }
         self.plans = PlanCache::new(graph);
         self.age.graph += 1;
         self.place_handles();

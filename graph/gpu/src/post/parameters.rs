@@ -1,6 +1,8 @@
 //! Parameters that the host changes while a plan renders.
 
-use afterimage_graph::check::ParameterId;
+use std::collections::BTreeSet;
+
+use afterimage_graph::check::{Graph, ParameterId};
 use afterimage_graph::value::{ParamType, Value};
 
 use super::handle::{Control, Handle, Parameter, ParameterInfo};
@@ -111,6 +113,31 @@ impl Post {
     pub(super) fn dynamic(&self) -> impl Iterator<Item = ParameterId> + '_ {
         let places = self.handles.iter().filter_map(|handle| handle.place);
         places.filter(|place| !self.graph().declaration(*place).replan)
+    }
+
+    /// Takes the values of a graph that differs from the present one in values of dynamic parameters alone. Returns
+    /// whether it does; otherwise some may be taken, and the graph is to be replaced.
+    pub(super) fn take_values(&mut self, graph: &Graph) -> bool {
+        if !self.graph().has_structure_of(graph) {
+            return false;
+        }
+        let dynamic: BTreeSet<ParameterId> = self.dynamic().collect();
+        let is_same = |id: &ParameterId| self.graph().value(*id) == graph.value(*id);
+        if !graph.parameters().filter(|id| !dynamic.contains(id)).all(|id| is_same(&id)) {
+            return false;
+        }
+        for control in (0..self.handles.len()).map(Control) {
+            let handle = &mut self.handles[control.0];
+            let Some(written) = handle.place.map(|place| graph.value(place).clone()) else { continue };
+            handle.written = Some(written.clone());
+            if handle.value.is_none() {
+                if self.set_value(control, written).is_err() {
+                    return false;
+                }
+                self.handles[control.0].value = None;
+            }
+        }
+        true
     }
 
     /// Finds the parameters of all handles in a new graph, and sets what the host has set.

@@ -8,6 +8,8 @@ mod memory;
 mod regular;
 mod rights;
 pub mod sequence;
+#[cfg(not(target_family = "wasm"))]
+mod watch;
 
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
@@ -16,6 +18,8 @@ pub use atomic::write_atomic;
 pub use error::FileError;
 pub use memory::default_budget;
 pub use regular::{read_bytes, read_text, real_path};
+#[cfg(not(target_family = "wasm"))]
+pub use watch::FileWatch;
 
 use crate::codec::{
     Budget, EncodedPixels, ExrOptions, JpegOptions, Picture, PngOptions, decode, encode_exr, encode_jpeg, encode_png,

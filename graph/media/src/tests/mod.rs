@@ -16,6 +16,7 @@ mod jpeg;
 mod labels;
 mod png;
 mod sequence;
+mod watch;
 
 use std::env;
 use std::fs;

@@ -1,6 +1,7 @@
 //! The window: events of the desktop, the swap chain, and files that are dropped.
 
 mod surface;
+mod wake;
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -18,6 +19,7 @@ use crate::Problem;
 use crate::model::{Images, Model, Project};
 use crate::stage::{OpenFile, Stage, Target};
 use surface::Surface;
+pub use wake::Wake;
 
 /// What the window is opened with.
 pub struct Desktop {
@@ -35,6 +37,8 @@ pub struct Desktop {
     pub tier: Option<String>,
     /// What is known about the scene.
     pub facts: Facts,
+    /// Draws a frame at once when a file has changed.
+    pub wake: Wake,
 }
 
 /// Makes the first images.
@@ -46,10 +50,12 @@ impl Desktop {
     /// # Errors
     /// There is no display or no graphics adapter, or the images cannot be made.
     pub fn run(self) -> Result<(), Problem> {
-        let events = EventLoop::new().map_err(|error| {
+        let events = EventLoop::with_user_event().build().map_err(|error| {
             Problem::said(format!("no window can be opened: {error}"))
                 .hint("the viewer needs a desktop; `afterimage render` works without one")
         })?;
+        let waker = events.create_proxy();
+        self.wake.set(move || drop(waker.send_event(FilesChanged)));
         let mut shell = Shell { desktop: Some(self), shown: None, failure: None };
         let ran = events.run_app(&mut shell).map_err(|error| Problem::said(error.to_string()));
         shell.failure.map_or(ran, Err)
@@ -80,7 +86,10 @@ struct Shown {
 /// Between two looks at the files while nothing else happens.
 const LOOK: Duration = Duration::from_millis(50);
 
-impl ApplicationHandler for Shell {
+/// A watched file has changed.
+struct FilesChanged;
+
+impl ApplicationHandler<FilesChanged> for Shell {
     fn resumed(&mut self, events: &ActiveEventLoop) {
         if self.shown.is_some() {
             return;
@@ -111,6 +120,12 @@ impl ApplicationHandler for Shell {
                 }
             }
             _ => {}
+        }
+    }
+
+    fn user_event(&mut self, _: &ActiveEventLoop, _: FilesChanged) {
+        if let Some(shown) = &self.shown {
+            shown.window.request_redraw();
         }
     }
 

@@ -10,7 +10,7 @@ use afterimage_graph::node::BlockData;
 use afterimage_graph::value::Value;
 use afterimage_plan::{Alias, Options, Plan, When};
 
-use super::images::FrameImages;
+use super::frame_images::FrameImages;
 use crate::Problem;
 
 /// Where a frame is in time.
@@ -91,8 +91,23 @@ impl Chain {
 
     /// Replaces the graph; handles and values stay.
     pub fn change(&mut self, graph: Graph, facts: Facts) {
+        // A number that was changed in the text is likely to be changed again, so its next change needs no plan.
+        if let Some(name) = self.tuned(&graph) {
+            let _ = self.post.control(&name);
+        }
         self.post.change(graph);
         self.post.set_facts(facts);
+    }
+
+    /// The parameter whose value is all that another graph changes.
+    fn tuned(&self, graph: &Graph) -> Option<String> {
+        let present = self.post.graph();
+        if !present.has_structure_of(graph) {
+            return None;
+        }
+        let mut differing = graph.parameters().filter(|id| present.value(*id) != graph.value(*id));
+        let only = differing.next().filter(|_| differing.next().is_none())?;
+        Some(graph.parameter_name(only))
     }
 
     /// Sets a parameter. While the graph has none of that name, the value waits for one that has.

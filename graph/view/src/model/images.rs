@@ -3,32 +3,24 @@
 use std::collections::BTreeSet;
 
 use afterimage_gpu::wgpu::{self, TextureView};
-use afterimage_gpu::{Frame, Gpu, Parameter, Post, texture_format, upload_bytes};
+use afterimage_gpu::{Frame, Gpu, Parameter, Post, texture_format};
 use afterimage_graph::check::{CheckOptions, Graph, GraphInput, check};
 use afterimage_graph::document::parse;
 use afterimage_graph::image::{ColorState, Format, Size};
-use afterimage_graph::node::{BlockData, CAMERA, Registry};
-use afterimage_media::Picture;
+use afterimage_graph::node::{CAMERA, Registry};
 use afterimage_nodes::DemoScene;
 
+use super::files::Files;
+use super::frame_images::FrameImages;
 use crate::Problem;
 use crate::render::device::image;
-
-/// What the inputs of a pipeline get in a frame, by their names.
-#[derive(Clone, Default)]
-pub struct FrameImages {
-    /// The images.
-    pub images: Vec<(String, TextureView)>,
-    /// The cameras.
-    pub blocks: Vec<(String, BlockData)>,
-}
 
 /// What the inputs of a pipeline get.
 pub enum Images {
     /// The built-in scene.
     Scene(Box<Scene>),
     /// Images from files, one for each named input.
-    Files(Files),
+    Files(Box<Files>),
 }
 
 impl Images {
@@ -36,7 +28,7 @@ impl Images {
     pub fn size(&self) -> Size {
         match self {
             Self::Scene(scene) => scene.size,
-            Self::Files(files) => files.size,
+            Self::Files(files) => files.size(),
         }
     }
 
@@ -94,15 +86,26 @@ impl Images {
     pub fn moves(&self) -> bool {
         match self {
             Self::Scene(_) => true,
-            Self::Files(files) => files.frames.len() > 1,
+            Self::Files(files) => files.length().is_some(),
+        }
+    }
+
+    /// Reads files again that have changed. Returns whether one has.
+    ///
+    /// # Errors
+    /// It cannot be read. The image before stays.
+    pub fn follow(&mut self) -> Result<bool, Problem> {
+        match self {
+            Self::Scene(_) => Ok(false),
+            Self::Files(files) => files.follow(),
         }
     }
 
     /// The number of frames and how many there are in a second, for a sequence.
     pub fn length(&self) -> Option<(usize, f64)> {
         match self {
-            Self::Files(files) if files.frames.len() > 1 => Some((files.frames.len(), files.fps)),
-            _ => None,
+            Self::Scene(_) => None,
+            Self::Files(files) => files.length(),
         }
     }
 }
@@ -259,108 +262,4 @@ fn images_of(
         }
     }
     Ok(images)
-}
-
-/// Reads a frame of a sequence, by its index.
-pub type ReadFrame = Box<dyn FnMut(usize) -> Result<Picture, String>>;
-
-/// Images from files: a picture or a sequence for the first input, and one picture for each further input.
-pub struct Files {
-    gpu: Gpu,
-    frames: Vec<Option<TextureView>>,
-    read: ReadFrame,
-    /// The frame that is shown.
-    present: usize,
-    further: Vec<Further>,
-    size: Size,
-    /// Frames in a second.
-    fps: f64,
-}
-
-impl Files {
-    /// Frames for the first input. Each is read when it is shown for the first time.
-    ///
-    /// # Errors
-    /// The first frame cannot be read, or the device cannot hold it.
-    pub fn new(gpu: &Gpu, count: usize, fps: f64, mut read: ReadFrame) -> Result<Self, Problem> {
-        let first = read(0).map_err(Problem::said)?;
-        let size = Size::new(first.width, first.height);
-        let mut frames = vec![None; count.max(1)];
-        frames[0] = Some(uploaded(gpu, &first)?);
-        Ok(Self { gpu: gpu.clone(), frames, read, present: 0, further: Vec::new(), size, fps })
-    }
-
-    /// Gives one more input an image, in every frame.
-    ///
-    /// # Errors
-    /// The device cannot hold it.
-    pub fn add(&mut self, input: &str, picture: Picture) -> Result<(), Problem> {
-        let view = uploaded(&self.gpu, &picture)?;
-        self.further.retain(|further| further.input != input);
-        self.further.push(Further { input: input.to_owned(), picture, view });
-        Ok(())
-    }
-
-    fn rebuild(&mut self, gpu: &Gpu) -> Result<(), Problem> {
-        self.gpu = gpu.clone();
-        self.frames.fill(None);
-        self.further.iter_mut().try_for_each(|further| further.upload(gpu))
-    }
-
-    fn at(&mut self, time: f64, inputs: &[GraphInput]) -> Result<FrameImages, Problem> {
-        self.present = (time * self.fps).round() as usize % self.frames.len();
-        self.again(inputs)
-    }
-
-    fn again(&mut self, inputs: &[GraphInput]) -> Result<FrameImages, Problem> {
-        let mut main = Some(self.frame(self.present)?);
-        let mut images = Vec::new();
-        for input in inputs.iter().filter(|input| input.block.is_none()) {
-            let named = self.further.iter().find(|further| further.input == input.name);
-            let named = named.map(|further| further.view.clone());
-            match named.or_else(|| if input.optional { None } else { main.take() }) {
-                Some(view) => images.push((input.name.clone(), view)),
-                None if input.optional => {}
-                None => return Err(Problem::no_image(&input.name)),
-            }
-        }
-        Ok(FrameImages { images, blocks: Vec::new() })
-    }
-
-    fn frame(&mut self, index: usize) -> Result<TextureView, Problem> {
-        if let Some(view) = &self.frames[index] {
-            return Ok(view.clone());
-        }
-        let view = uploaded(&self.gpu, &(self.read)(index).map_err(Problem::said)?)?;
-        let bytes = u64::from(self.size.width) * u64::from(self.size.height) * 8;
-        if self.frames.iter().flatten().count() as u64 * bytes > MOST_BYTES {
-            self.frames.fill(None);
-        }
-        self.frames[index] = Some(view.clone());
-        Ok(view)
-    }
-}
-
-/// An image for an input beside the first.
-struct Further {
-    input: String,
-    /// Kept for a device that replaces a lost one.
-    picture: Picture,
-    view: TextureView,
-}
-
-impl Further {
-    fn upload(&mut self, gpu: &Gpu) -> Result<(), Problem> {
-        self.view = uploaded(gpu, &self.picture)?;
-        Ok(())
-    }
-}
-
-/// The most bytes of frames that are kept on the device.
-const MOST_BYTES: u64 = 2 << 30;
-
-fn uploaded(gpu: &Gpu, picture: &Picture) -> Result<TextureView, Problem> {
-    gpu.check_fits(picture.desc())?;
-    let texture = upload_bytes(&gpu.device, &gpu.queue, picture.desc(), picture.bytes())?;
-    Ok(texture.create_view(&Default::default()))
 }

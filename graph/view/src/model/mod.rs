@@ -5,18 +5,21 @@ mod chain;
 mod changes;
 mod clock;
 mod comparison;
+mod files;
 mod frame;
+mod frame_images;
 mod images;
 mod inspect;
 mod measure;
 mod project;
+mod reading;
 mod savings;
 mod tap;
 
 use std::sync::Arc;
 
 use afterimage_gpu::{Gpu, GpuError, Watch};
-use afterimage_graph::check::{Change, Fact, Facts, Graph};
+use afterimage_graph::check::{Fact, Facts, Graph};
 use afterimage_graph::diagnostic::Diagnostics;
 use afterimage_graph::value::{FileValue, Value};
 
@@ -24,8 +27,10 @@ pub use beside::Beside;
 pub use chain::{Chain, Moment, Purpose};
 pub use changes::{Changes, Target};
 pub use clock::PlayClock;
+pub use files::{Files, HaveChanged, ReadFrame};
 pub use frame::Rendered;
-pub use images::{Files, FrameImages, Images, ReadFrame, Scene};
+pub use frame_images::FrameImages;
+pub use images::{Images, Scene};
 pub use project::{Checked, Project, TextProject, saved};
 pub use savings::{Saving, Savings};
 pub use tap::{Tap, TapImage};
@@ -91,60 +96,6 @@ impl Model {
         };
         model.reload();
         model
-    }
-
-    /// Opens another pipeline; the images stay.
-    pub fn open(&mut self, project: Box<dyn Project>) {
-        self.project = project;
-        (self.tier, self.tap, self.watched, self.beside, self.graph) = (None, None, None, None, None);
-        self.changes.clear();
-        self.facts = Facts::default();
-        (self.shown, self.inspected, self.reference) = (None, None, None);
-        self.clock.cut();
-        self.reload();
-    }
-
-    /// Reads the pipeline again. If it is wrong, what was shown before is shown on.
-    pub fn reload(&mut self) {
-        match self.project.check(self.tier.as_deref()) {
-            Ok(checked) => {
-                (self.warnings, self.tiers, self.problem) = (checked.warnings, checked.tiers, None);
-                self.graph = Some(Arc::new(checked.graph));
-                self.apply_graph();
-            }
-            Err(errors) => self.problem = Some(Problem::Pipeline(errors)),
-        }
-    }
-
-    /// Reads the pipeline again if its files have changed. Returns whether they have.
-    pub fn follow_files(&mut self) -> bool {
-        let has_changed = self.project.has_changed();
-        if has_changed {
-            self.reload();
-        }
-        has_changed
-    }
-
-    /// Replaces the text, without writing it.
-    pub fn edit(&mut self, text: Option<String>) {
-        self.project.edit(text);
-        self.reload();
-    }
-
-    /// Writes all changes into the text of the pipeline, where everything else stays as it is, or into a new tier of
-    /// it, which is shown from then on. They are no changes any more.
-    ///
-    /// # Errors
-    /// Why they cannot be written; nothing is written then.
-    pub fn save(&mut self, new_tier: Option<&str>) -> Result<(), Problem> {
-        let changes: Vec<Change> = self.changes.iter().map(|(target, value)| target.change(value)).collect();
-        let text = self.project.saved(self.tier.as_deref(), new_tier, &changes).map_err(Problem::Pipeline)?;
-        self.project.write(&text).map_err(Problem::said)?;
-        self.changes.clear();
-        self.tier = new_tier.map(str::to_owned).or(self.tier.take());
-        self.reload();
-        self.each_chain(|chain| chain.forget_values());
-        Ok(())
     }
 
     /// The pipeline.

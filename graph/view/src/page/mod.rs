@@ -153,7 +153,7 @@ impl Page {
             .map_err(|error| Problem::said(error.to_string()))?;
         let gpu = model.gpu().clone();
         let read = move |_| Ok(picture.clone());
-        model.set_images(Images::Files(Files::new(&gpu, 1, 24.0, Box::new(read))?));
+        model.set_images(Images::Files(Box::new(Files::new(&gpu, 1, 24.0, Box::new(read))?)));
         Ok(())
     }
 }

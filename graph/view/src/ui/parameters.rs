@@ -108,6 +108,9 @@ fn header(ui: &mut Ui, model: &Model, node: &GraphNode, acts: &mut Vec<Act>) {
     }
 }
 
+/// In less width than this, in points, a unit would be two letters; the text over the name says it anyway.
+const NARROWEST_UNIT: f32 = 40.0;
+
 /// A row: the name, marked if it is changed, and the control.
 fn row(ui: &mut Ui, model: &Model, name: &str, param: &Param, acts: &mut Vec<Act>) {
     let target = Target::Parameter(name.to_owned());
@@ -127,8 +130,8 @@ fn row(ui: &mut Ui, model: &Model, name: &str, param: &Param, acts: &mut Vec<Act
                 acts.push(Act::Release);
             }
         }
-        if !param.unit.is_empty() {
-            ui.label(RichText::new(&*param.unit).color(DIM).small());
+        if !param.unit.is_empty() && ui.available_width() > NARROWEST_UNIT {
+            ui.add(egui::Label::new(RichText::new(&*param.unit).color(DIM).small()).truncate());
         }
     });
 }
@@ -136,8 +139,10 @@ fn row(ui: &mut Ui, model: &Model, name: &str, param: &Param, acts: &mut Vec<Act
 /// What a parameter does, its domain, and what the file says.
 fn about(param: &Param, written: Option<&Value>) -> String {
     let mut text = param.doc.clone();
-    if let Some((low, high)) = param.domain {
-        text += &format!("\n\n{low} to {high} {}", param.unit);
+    match param.domain {
+        Some((low, high)) => text += &format!("\n\n{low} to {high} {}", param.unit),
+        None if param.unit.is_empty() => {}
+        None => text += &format!("\n\nin {}", param.unit),
     }
     if let Some(neutral) = &param.neutral {
         text += &format!("\nchanges nothing at {neutral}");

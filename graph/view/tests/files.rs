@@ -1,0 +1,148 @@
+//! What the viewer reads and writes: saved values, texts and images that change.
+#![allow(clippy::unwrap_used, reason = "a test may stop at the first surprise")]
+#![allow(dead_code, reason = "each test program uses a part of the support")]
+
+mod support;
+
+use std::cell::Cell;
+use std::rc::Rc;
+use std::sync::Arc;
+
+use afterimage_gpu::Texels;
+use afterimage_graph::check::{Graph, ParameterId};
+use afterimage_graph::value::{Type, Value};
+use afterimage_media::{Picture, Pixels};
+use afterimage_view::{Files, Images, Model, Project, Target, TextProject};
+use support::{SIZE, apart, gpu, model, of, parameter, picture, render, settle};
+
+/// The first frame, as a program that is just started shows it.
+fn first_frame(model: &mut Model) -> Texels {
+    model.clock().cut();
+    settle(model);
+    model.clock().cut();
+    render(model);
+    picture(model)
+}
+
+/// Other values, near the present one.
+fn near(graph: &Graph, id: ParameterId) -> Vec<Value> {
+    match graph.value(id) {
+        Value::Float(x) => [x * 1.1 + 0.01, x * 0.9 - 0.01, x * 0.9].map(Value::Float).into(),
+        Value::Vector(v, n) => [1.05, 0.95].map(|by| Value::Vector(v.map(|x| x * by), *n)).into(),
+        _ => Vec::new(),
+    }
+}
+
+/// Changes every number of a pipeline that takes another value; returns how many there are.
+fn change_all_numbers(model: &mut Model) -> usize {
+    let graph = model.graph().unwrap().clone();
+    // Their noise is another one in every frame.
+    for node in graph.nodes.iter().filter(|node| ["Dither", "FilmGrain"].contains(&node.kind().name())) {
+        model.set(&Target::Node(node.name.clone()), Some(Value::Bool(false)));
+    }
+    let before = model.changes().len();
+    for id in graph.parameters() {
+        let name = graph.parameter_name(id);
+        for value in near(&graph, id) {
+            model.set(&parameter(&name), Some(value));
+            if model.problem().is_none() {
+                break;
+            }
+        }
+    }
+    model.release();
+    model.changes().len() - before
+}
+
+#[test]
+fn what_is_saved_renders_what_was_shown() {
+    for (name, _) in afterimage_pipelines::PIPELINES {
+        let mut model = model(name);
+        let written = first_frame(&mut model);
+        let changed = change_all_numbers(&mut model);
+        assert!(changed > 5, "{name}: {changed} numbers");
+        let shown = first_frame(&mut model);
+        assert!(apart(&shown, &written) > 2, "{name}: the changes are seen");
+        model.save(None).unwrap_or_else(|problem| panic!("{name}: {problem}"));
+        assert!(model.changes().is_empty());
+        let mut opened = of(Box::new(TextProject::new("saved.ron", &model.project().text())));
+        let apart = apart(&first_frame(&mut opened), &shown);
+        assert!(apart <= 1, "{name}: {apart}");
+    }
+}
+
+#[test]
+fn every_parameter_of_every_pipeline_has_a_present_value() {
+    for (name, _) in afterimage_pipelines::PIPELINES {
+        let mut project = TextProject::built_in(name).unwrap();
+        let graph = project.check(None).unwrap().graph;
+        let model = model(name);
+        for parameter in graph.parameters() {
+            let name = graph.parameter_name(parameter);
+            let declared = graph.declaration(parameter);
+            let value = model.value(&name).unwrap();
+            assert!(matches!(declared.ty, Type::File) || declared.accepts(&value).is_ok(), "{name}");
+        }
+    }
+}
+
+#[test]
+fn a_number_that_changes_in_the_text_again_needs_no_plan() {
+    let with = |strength: &str| {
+        let text = TextProject::built_in("lynx").unwrap().text();
+        let changed = text.replace("strength: 0.15", &format!("strength: {strength}"));
+        assert_ne!(text, changed);
+        changed
+    };
+    let mut model = model("lynx");
+    let before = first_frame(&mut model);
+    model.edit(Some(with("0.3")));
+    settle(&mut model);
+    let plan = model.shown().unwrap().plan().unwrap().clone();
+    model.edit(Some(with("0.9")));
+    assert!(!model.shown().unwrap().is_changing(), "the value alone is different");
+    let shown = first_frame(&mut model);
+    assert!(Arc::ptr_eq(&plan, model.shown().unwrap().plan().unwrap()));
+    assert!(apart(&shown, &before) > 5);
+    let mut opened = of(Box::new(TextProject::new("lynx.ron", &with("0.9"))));
+    assert!(apart(&shown, &first_frame(&mut opened)) <= 1);
+    assert_eq!(model.written("lit.strength"), Some(Value::Float(0.9)));
+    // What the user has set holds, and the text returns when it is taken back.
+    model.set(&parameter("lit.strength"), Some(Value::Float(0.0)));
+    model.edit(Some(with("0.5")));
+    assert_eq!(model.value("lit.strength"), Some(Value::Float(0.0)));
+    let without = first_frame(&mut model);
+    assert!(apart(&without, &shown) > 5);
+    model.undo();
+    let mut opened = of(Box::new(TextProject::new("lynx.ron", &with("0.5"))));
+    assert!(apart(&first_frame(&mut model), &first_frame(&mut opened)) <= 1);
+}
+
+#[test]
+fn an_image_that_changes_is_read_again_and_a_broken_one_leaves_the_picture() {
+    let (grey, is_new) = (Rc::new(Cell::new(Ok(0.2_f32))), Rc::new(Cell::new(false)));
+    let (read_grey, asked) = (grey.clone(), is_new.clone());
+    let read = move |_| {
+        let level = read_grey.get().map_err(|()| "half a file".to_owned())?;
+        let texels = (0..SIZE.width * SIZE.height).flat_map(|_| [level, level, level, 1.0]).collect();
+        Ok(Picture::new(SIZE.width, SIZE.height, Pixels::Float(texels)))
+    };
+    let mut files = Files::new(gpu(), 1, 24.0, Box::new(read)).unwrap();
+    files.follow_by(Box::new(move || asked.take()));
+    let mut model = model("lynx");
+    model.set_images(Images::Files(Box::new(files)));
+    let dark = first_frame(&mut model);
+    grey.set(Ok(0.6));
+    model.follow_files();
+    assert_eq!(apart(&first_frame(&mut model), &dark), 0, "nobody has said that it changed");
+    is_new.set(true);
+    model.follow_files();
+    let light = first_frame(&mut model);
+    assert!(apart(&light, &dark) > 50);
+    grey.set(Err(()));
+    is_new.set(true);
+    model.follow_files();
+    assert!(model.problem().unwrap().to_string().contains("half a file"));
+    render(&mut model);
+    assert_eq!(apart(&picture(&model), &light), 0);
+}
