@@ -35,6 +35,7 @@ pub(super) fn show(ctx: &egui::Context, is_open: &mut bool) {
         });
         ui.add_space(6.0);
         ui.label("A name in the parameters: a double click goes back to the value of the file.");
+        ui.label("⟳ after a name: a change needs a new plan, and the old picture stays until it is ready.");
         ui.label("An output in the graph: a click shows what it carries; a second click goes back.");
     });
 }

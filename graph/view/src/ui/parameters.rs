@@ -118,7 +118,9 @@ fn row(ui: &mut Ui, model: &Model, name: &str, param: &Param, acts: &mut Vec<Act
     let is_changed = model.changes().get(&target).is_some();
     ui.horizontal(|ui| {
         let color = if is_changed { ACCENT } else { ui.visuals().text_color() };
-        let text = egui::Label::new(RichText::new(&*param.name).color(color)).sense(egui::Sense::click()).truncate();
+        let mark = if param.replan { " ⟳" } else { "" };
+        let marked = RichText::new(format!("{}{mark}", param.name)).color(color);
+        let text = egui::Label::new(marked).sense(egui::Sense::click()).truncate();
         let label = ui.add_sized([94.0, 20.0], text).on_hover_text(about(param, model.written(name).as_ref()));
         if label.double_clicked() && is_changed {
             acts.push(Act::Set(target.clone(), None));
