@@ -51,7 +51,7 @@ impl Desktop {
     /// There is no display or no graphics adapter, or the images cannot be made.
     pub fn run(self) -> Result<(), Problem> {
         let events = EventLoop::with_user_event().build().map_err(|error| {
-            Problem::said(format!("no window can be opened: {error}"))
+            Problem::said(format!("no window can be opened: {}", without_place(&error.to_string())))
                 .hint("the viewer needs a desktop; `afterimage render` works without one")
         })?;
         let waker = events.create_proxy();
@@ -60,6 +60,12 @@ impl Desktop {
         let ran = events.run_app(&mut shell).map_err(|error| Problem::said(error.to_string()));
         shell.failure.map_or(ran, Err)
     }
+}
+
+/// The message of an error of the system without the place in the source that it begins with.
+fn without_place(message: &str) -> &str {
+    let after = message.split_once(".rs:").and_then(|(_, rest)| rest.split_once(": "));
+    after.map_or(message, |(_, what)| what)
 }
 
 struct Shell {
@@ -257,4 +263,19 @@ fn free_name(name: &str) -> PathBuf {
     let numbered = (2..).map(|number| PathBuf::from(format!("{stem}-{number}.{ending}")));
     let mut names = std::iter::once(PathBuf::from(name)).chain(numbered);
     names.find(|path| !path.exists()).expect("one of endless names is free")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::without_place;
+
+    #[test]
+    fn a_message_names_no_source_file() {
+        let message = "os error at /home/someone/winit/src/linux/mod.rs:788: Failed to open: no display";
+        assert_eq!(without_place(message), "Failed to open: no display");
+        assert_eq!(
+            without_place("Neither WAYLAND_DISPLAY nor DISPLAY is set."),
+            "Neither WAYLAND_DISPLAY nor DISPLAY is set."
+        );
+    }
 }
