@@ -58,21 +58,6 @@ fn is_lost(device: &wgpu::Device) -> bool {
     with_errors(device, probe).0
 }
 
-/// Records commands and submits them.
-pub(crate) fn submit<E: From<GpuError>>(
-    device: &wgpu::Device,
-    queue: &wgpu::Queue,
-    what: &str,
-    record: impl FnOnce(&mut wgpu::CommandEncoder) -> Result<(), E>,
-) -> Result<(), E> {
-    scoped(device, what, || {
-        let mut encoder = device.create_command_encoder(&Default::default());
-        record(&mut encoder)?;
-        caught(what, || queue.submit([encoder.finish()]))?;
-        Ok(())
-    })
-}
-
 /// Calls a function of wgpu 30 that panics for some errors of a driver: the end of a wait or of an encoder.
 pub(crate) fn caught<T>(what: &str, call: impl FnOnce() -> T) -> Result<T, GpuError> {
     std::panic::catch_unwind(AssertUnwindSafe(call)).map_err(|panic| {
