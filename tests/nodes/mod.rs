@@ -11,6 +11,7 @@ mod occlusion;
 mod probes;
 mod resolve;
 mod shadow;
+mod shadow_rays;
 mod shared;
 mod surface;
 mod taa;

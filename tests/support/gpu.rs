@@ -125,6 +125,12 @@ impl<'a> Run<'a> {
         self
     }
 
+    /// With a block of a camera for another input.
+    pub fn block(mut self, input: &str, camera: &Camera) -> Self {
+        self.blocks.push((input.to_owned(), camera.data().expect("its matrices have inverses")));
+        self
+    }
+
     /// Everything exact: 32-bit intermediates.
     pub fn exact(mut self) -> Self {
         self.options.exact = true;
