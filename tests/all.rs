@@ -48,3 +48,5 @@ mod support;
 mod tiles;
 /// The longest pipeline as a whole.
 mod tsushima;
+/// Kinds without Rust whose functions share memory of a workgroup.
+mod workgroups;

@@ -64,6 +64,12 @@ fn no_shader_makes_the_linker_panic() {
 }
 
 #[test]
+fn no_shader_with_a_workgroup_makes_the_linker_panic() {
+    let accepted = survives(Target::Workgroup, 1500);
+    assert!((30..1200).contains(&accepted), "{accepted} shaders are right: mutation changes too little, or too much");
+}
+
+#[test]
 fn no_image_makes_a_decoder_panic() {
     let accepted = survives(Target::Image, 2000);
     assert!((200..1800).contains(&accepted), "{accepted} images are right: damage is too small, or too large");

@@ -352,8 +352,8 @@ fn covered(plan: &Plan, index: usize) -> Option<[u32; 2]> {
     let PlannedPass { pass, .. } = &plan.passes[index];
     let source = plan.compose(index, false).unwrap_or_else(|error| panic!("{error}")).source;
     let (_, sizes) = source.rsplit_once("@workgroup_size(").expect("a compute entry point");
-    let sizes = sizes.split(')').next().expect("a bracket closes").split(',');
-    let sides: Vec<u32> = sizes.map(|side| side.trim().parse().expect("a number")).collect();
+    let sizes = sizes.split(')').next().expect("a bracket closes");
+    let sides: Vec<u32> = sizes.split(',').map(|side| side.trim().parse().expect("a number")).collect();
     match &pass.kind {
         PassKind::Point | PassKind::Gather => {
             let rows = source.matches("textureStore(").count() as u32;
@@ -362,7 +362,7 @@ fn covered(plan: &Plan, index: usize) -> Option<[u32; 2]> {
         PassKind::TiledChain(chain) => Some([chain.tile; 2]),
         // The first and the last invocation only make what their neighbours need.
         PassKind::RowDownsample(rows) => Some([sides[0] - 2, rows.rows]),
-        PassKind::CellReduce(_) | PassKind::Compute => None,
+        PassKind::Workgroup(_) | PassKind::CellReduce(_) | PassKind::Compute => None,
     }
 }
 

@@ -112,6 +112,7 @@ fn decisions(plan: &Plan) -> String {
                 PassKind::TiledChain(chain) => format!("tiles of {}: {}", chain.tile, chain.stages.len()),
                 PassKind::RowDownsample(rows) => format!("rows of {}", rows.rows),
                 PassKind::CellReduce(cells) => format!("{cells:?}"),
+                PassKind::Workgroup(sides) => format!("workgroups of {sides:?}"),
                 PassKind::Compute => "compute".to_owned(),
             };
             format!("{kind} of {} {:?}", planned.pass.kernels.len(), planned.workgroups)

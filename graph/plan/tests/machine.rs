@@ -232,7 +232,9 @@ impl<'p> Machine<'p> {
                     pass.kernels.iter().map(|kernel| self.entry_point(kernel)).collect();
                 return Ok(written?.concat());
             }
-            PassKind::Point | PassKind::Gather => self.functions(&pass.kernels, size_of_result())?,
+            PassKind::Point | PassKind::Gather | PassKind::Workgroup(_) => {
+                self.functions(&pass.kernels, size_of_result())?
+            }
             PassKind::TiledChain(chain) => self.chain(&pass.kernels, chain)?,
             PassKind::RowDownsample(_) => {
                 let Size { width, height, depth } = size_of_result();

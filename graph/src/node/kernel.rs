@@ -105,6 +105,8 @@ pub enum Arg {
     PointOf(usize),
     /// The frame's time.
     Frame,
+    /// The place in a workgroup, in a pass of the kind [`Workgroup`](super::PassKind::Workgroup).
+    Invocation,
     /// A struct of numbers from the host.
     Block(BlockId),
     /// The kernel's uniform.

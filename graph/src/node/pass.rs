@@ -48,6 +48,8 @@ pub enum PassKind {
     RowDownsample(RowDownsample),
     /// Compute kernels that reduce one image, each over the cells of a lattice, and read it together.
     CellReduce(CellReduce),
+    /// A function of one pixel whose invocations share the memory of workgroups with that many across and down.
+    Workgroup([u32; 2]),
     /// A compute entry point that its author has written.
     Compute,
 }

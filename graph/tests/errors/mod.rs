@@ -9,6 +9,7 @@ mod conditions;
 mod contract;
 mod folder;
 mod folder_images;
+mod folder_workgroups;
 mod fuzz;
 mod kinds;
 mod mutated;

@@ -1,6 +1,7 @@
 //! Shaders as values: files of WGSL, what they declare, and the linker that puts them together.
 
 mod arithmetic;
+mod barriers;
 mod direct_reads;
 mod error;
 mod features;

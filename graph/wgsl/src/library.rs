@@ -13,12 +13,13 @@ pub(crate) struct SourceFile {
     name: Shared<str>,
     text: Shared<str>,
     untrusted: bool,
+    has_workgroups: bool,
     module: OnceLock<Result<Module, ShaderError>>,
 }
 
 impl SourceFile {
     pub(crate) const fn new(name: Shared<str>, text: Shared<str>) -> Self {
-        Self { name, text, untrusted: false, module: OnceLock::new() }
+        Self { name, text, untrusted: false, has_workgroups: false, module: OnceLock::new() }
     }
 
     /// A file that is not trusted.
@@ -28,6 +29,16 @@ impl SourceFile {
 
     pub(crate) fn is_untrusted(&self) -> bool {
         self.untrusted
+    }
+
+    /// Whether functions of the file and of those that it imports may share memory of a workgroup, although it is not
+    /// trusted.
+    pub(crate) fn has_workgroups(&self) -> bool {
+        self.has_workgroups
+    }
+
+    pub(crate) fn permit_workgroups(&mut self) {
+        self.has_workgroups = true;
     }
 
     /// The name that errors show.

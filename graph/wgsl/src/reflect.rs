@@ -3,6 +3,7 @@
 use naga::{AddressSpace, ImageClass, ImageDimension, ScalarKind as NagaKind, TypeInner};
 
 use crate::arithmetic::heavy;
+use crate::barriers::sharing;
 use crate::direct_reads::{direct_reads, filtering};
 use crate::error::ShaderError;
 use crate::features::ShaderFeatures;
@@ -26,6 +27,8 @@ pub struct Reflection {
     pub direct_reads: Vec<String>,
     /// Functions and entry points of the file that filter textures, also through `tap`.
     pub filtering: Vec<String>,
+    /// Functions of the file that use memory of a workgroup, or wait for its other invocations.
+    pub sharing: Vec<String>,
     /// Functions of the file that take longer than a trip of their result through memory.
     pub heavy: Vec<String>,
 }
@@ -65,6 +68,8 @@ pub enum ArgType {
     Point,
     /// The frame's time: `Frame` of the framework's library.
     Frame,
+    /// The place in a workgroup: `Invocation` of the framework's library.
+    Invocation,
     /// The struct of that name.
     Struct(String),
     /// Anything else: not allowed.
@@ -181,7 +186,7 @@ pub(crate) fn reflect(source: &Source) -> Result<Reflection, ShaderError> {
 fn reflect_linked(source: &Source) -> Result<Reflection, ShaderError> {
     let mut linker = Linker::new(SampleMode::Plain, ShaderFeatures::default());
     let instance = linker.add(source, &[])?;
-    let (linked, declared) = linker.link_whole(instance)?;
+    let (linked, declared) = linker.link_whole(instance, source.file.has_workgroups())?;
     let names = Names { declared: &declared, instance };
     let module = match source.file.is_untrusted() {
         false => validate(&linked.text, &linked.map)?,
@@ -241,6 +246,7 @@ impl Reader<'_> {
             globals: module.global_variables.iter().filter_map(|(_, g)| self.global(g)).collect(),
             direct_reads: self.own(direct_reads(module, &|name| self.names.of_framework(name).is_some())),
             filtering: self.own(filtering(module)),
+            sharing: self.own(sharing(module)),
             heavy: self.own(heavy(module)),
         }
     }
@@ -278,6 +284,7 @@ impl Reader<'_> {
             TypeInner::Struct { .. } => match self.names.of_framework(ty.name.as_ref()) {
                 Some("Point") => ArgType::Point,
                 Some("Frame") => ArgType::Frame,
+                Some("Invocation") => ArgType::Invocation,
                 _ => ArgType::Struct(self.names.any(ty.name.as_ref())),
             },
             inner => floats(inner).map_or_else(|| ArgType::Other(format!("{inner:?}")), ArgType::Floats),

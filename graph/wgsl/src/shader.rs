@@ -32,6 +32,14 @@ impl Shader {
         Self::from_source(SourceFile::untrusted(file.into(), text.into()), Brought::Nothing)
     }
 
+    /// The same file, whose functions may share memory of a workgroup if it is not trusted: passes give them a
+    /// workgroup.
+    #[must_use]
+    pub fn with_workgroups(mut self) -> Self {
+        self.source.file.permit_workgroups();
+        self
+    }
+
     /// The same file with a library that is read when the program runs.
     #[must_use]
     pub fn with_loaded_library(mut self, library: Library) -> Self {

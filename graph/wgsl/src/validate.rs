@@ -3,6 +3,7 @@
 use naga::Span;
 use naga::valid::ModuleInfo;
 
+use crate::barriers::check_barriers;
 use crate::error::ShaderError;
 use crate::limits::{check_cost, check_memory};
 use crate::link::SourceMap;
@@ -31,7 +32,7 @@ pub(crate) fn validate_untrusted(
             Some((span, why)) => Err(place_error(map, first_byte(span), why)),
             None => {
                 let (module, info) = checked(module, map)?;
-                match check_cost(&module, &info, is_of_library) {
+                match check_cost(&module, &info, is_of_library).or_else(|| check_barriers(&module)) {
                     Some((span, why)) => Err(place_error(map, first_byte(span), why)),
                     None => Ok(module),
                 }

@@ -187,6 +187,18 @@ fn the_steps_of_every_loop_are_counted_whatever_its_form() {
 }
 
 #[test]
+fn a_declaration_without_an_end_is_reported_where_it_stops() {
+    // The parser goes on with what the linker puts behind it: files of the library that no other imports.
+    for import in ["color", "workgroup", "noise"] {
+        for cut in ["fn kind(source: vec4f) -> vec4f", "fn kind(source: vec4f)", "const A: f32 ="] {
+            let text = format!("#import {import}\nfn first(x: vec4f) -> vec4f {{ return x; }}\n{cut}");
+            let error = refused(&text);
+            assert_eq!(error.line, 3, "{import} {cut}: {error}");
+        }
+    }
+}
+
+#[test]
 fn the_manual_lists_all_limits_in_their_order() {
     let manual = concat!(env!("CARGO_MANIFEST_DIR"), "/../../nodes/README.md");
     let manual = std::fs::read_to_string(manual).expect("the manual of node kinds");

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use crate::declaration::{DECLARATIONS, WORDS as WORDS_OF_DECLARATIONS};
 use crate::hostile::{Pair, pair};
 use crate::linker::text;
+use crate::workgroup::SEEDS as WORKGROUP_SHADERS;
 
 /// Texts, and words that none of them need have.
 #[derive(Default)]
@@ -209,6 +210,12 @@ impl Corpus {
         });
         let words = SHADER_WORDS.iter().map(|word| (*word).to_owned());
         Self { texts: kernels.map(|kernel| text(&kernel)).collect(), words: words.collect() }
+    }
+
+    /// Shaders that share memory of a workgroup, and words of the language that they do not use.
+    pub(crate) fn workgroup_shaders() -> Self {
+        let owned = |words: &[&str]| words.iter().map(|word| (*word).to_owned()).collect();
+        Self { texts: owned(&WORKGROUP_SHADERS), words: owned(SHADER_WORDS) }
     }
 
     /// Tables of each sort.

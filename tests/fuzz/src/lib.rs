@@ -21,9 +21,11 @@ mod pictures;
 mod plan;
 mod save;
 mod tokens;
+mod workgroup;
 
 pub use declaration::SHADER as DECLARED_SHADER;
 pub use linker::SECOND_FILE;
+pub use workgroup::SEEDS as WORKGROUP_SHADERS;
 
 use afterimage_generators::Rng;
 use bytes::Bytes;
@@ -47,13 +49,15 @@ pub enum Target {
     Declaration,
     /// A shader of a folder and a file that it imports: checked, and linked with another.
     Linker,
+    /// A shader of a folder whose functions share memory of a workgroup.
+    Workgroup,
     /// The bytes of an image.
     Image,
 }
 
 impl Target {
     /// Every target.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::Document,
         Self::Save,
         Self::Plan,
@@ -61,6 +65,7 @@ impl Target {
         Self::ColorFile,
         Self::Declaration,
         Self::Linker,
+        Self::Workgroup,
         Self::Image,
     ];
 
@@ -74,6 +79,7 @@ impl Target {
             Self::ColorFile => "color_file",
             Self::Declaration => "declaration",
             Self::Linker => "linker",
+            Self::Workgroup => "workgroup",
             Self::Image => "image",
         }
     }
@@ -83,7 +89,8 @@ impl Target {
         match self {
             Self::Document => 4,
             Self::Cube | Self::ColorFile => 2,
-            Self::Save | Self::Declaration | Self::Plan | Self::Linker | Self::Image => 1,
+            Self::Save | Self::Declaration | Self::Plan => 1,
+            Self::Linker | Self::Workgroup | Self::Image => 1,
         }
     }
 
@@ -100,6 +107,7 @@ impl Target {
             Self::ColorFile => std::str::from_utf8(input).is_ok_and(color_file::survives),
             Self::Declaration => std::str::from_utf8(input).is_ok_and(declaration::survives),
             Self::Linker => std::str::from_utf8(input).is_ok_and(linker::survives),
+            Self::Workgroup => std::str::from_utf8(input).is_ok_and(workgroup::survives),
             Self::Image => image::survives(input),
         }
     }
@@ -123,6 +131,7 @@ impl Inputs {
             Target::ColorFile => Corpus::color_files(),
             Target::Declaration => Corpus::declarations(),
             Target::Linker => Corpus::shaders(),
+            Target::Workgroup => Corpus::workgroup_shaders(),
         };
         let pictures = if target == Target::Image { pictures::pictures() } else { Vec::new() };
         Self { target, seed, mutator: Mutator::new(&corpus), pictures }

@@ -72,15 +72,24 @@ fn number(near: f64, rng: &mut Rng) -> f64 {
 
 /// All values of a graph by name, and whether its nodes are off.
 fn values(graph: &Graph) -> BTreeMap<String, String> {
-    let values = graph.parameters().map(|id| (graph.parameter_name(id), graph.value(id).to_string()));
+    let values = graph.parameters().map(|id| (graph.parameter_name(id), shown(graph.value(id))));
     let switches = graph.nodes.iter().map(|node| (node.name.clone(), format!("off: {}", node.off)));
     values.chain(switches).collect()
+}
+
+/// A value as a text. Zero has no sign there: a change from 0.0 to -0.0 changes nothing that is saved.
+fn shown(value: &Value) -> String {
+    match value {
+        Value::Float(number) => Value::Float(number + 0.0).to_string(),
+        Value::Vector(numbers, count) => Value::Vector(numbers.map(|number| number + 0.0), *count).to_string(),
+        other => other.to_string(),
+    }
 }
 
 /// The values after the changes, of which the last one of a name holds.
 fn expected(graph: &Graph, changes: &[Change]) -> BTreeMap<String, String> {
     let changed = changes.iter().map(|change| match change {
-        Change::Value { parameter, value } => (parameter.clone(), value.to_string()),
+        Change::Value { parameter, value } => (parameter.clone(), shown(value)),
         Change::Enabled { node, on } => (node.clone(), format!("off: {}", !on)),
     });
     values(graph).into_iter().chain(changed).collect()

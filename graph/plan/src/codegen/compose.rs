@@ -7,6 +7,7 @@ use afterimage_wgsl::{SampleMode, ShaderError};
 use super::cell_reduce::compose_cell_reduce;
 use super::compute::compose_compute;
 use super::functions::compose_functions;
+use super::in_workgroup::compose_in_workgroup;
 use super::module::{CodeOptions, Composed, PassCode};
 use super::row_downsample::compose_row_downsample;
 use super::tiles::compose_tiled_chain;
@@ -28,6 +29,7 @@ pub fn compose_pass(
         PassKind::TiledChain(chain) => compose_tiled_chain(&code, chain),
         PassKind::RowDownsample(rows) => compose_row_downsample(&code, rows),
         PassKind::CellReduce(reduce) => compose_cell_reduce(&code, reduce),
+        PassKind::Workgroup(invocations) => compose_in_workgroup(&code, *invocations),
         PassKind::Compute => compose_compute(&code),
     }
 }

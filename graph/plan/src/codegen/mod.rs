@@ -6,6 +6,7 @@ mod compose;
 mod compute;
 mod features;
 mod functions;
+mod in_workgroup;
 mod module;
 mod row_downsample;
 mod tiles;

@@ -132,6 +132,8 @@ impl<'a> PassCode<'a> {
     /// The module that the linker has made.
     pub(super) fn composed(&self, linked: Linked, entry: Entry) -> Composed {
         let unchecked = self.pass.shaders().all(Shader::is_unchecked);
+        let has_own_memory =
+            matches!(self.pass.kind, PassKind::Workgroup(_) | PassKind::Compute | PassKind::CellReduce(_));
         let mut names = linked.entries.into_iter();
         let compute = names.next().expect("a module has a compute entry point");
         let draw = names.next().zip(names.next()).map(|(vertex, fragment)| Draw { vertex, fragment });
@@ -146,7 +148,7 @@ impl<'a> PassCode<'a> {
             unchecked,
             sample_mode: self.sample_mode(),
             // Code of the framework's own writes all memory of a tile before it reads it.
-            zero_workgroup_memory: !unchecked && matches!(self.pass.kind, PassKind::Compute | PassKind::CellReduce(_)),
+            zero_workgroup_memory: !unchecked && has_own_memory,
         }
     }
 }

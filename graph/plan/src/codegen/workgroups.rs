@@ -15,6 +15,7 @@ pub(super) fn workgroups(pass: &Pass, images: &[PlannedImage]) -> [u32; 3] {
         PassKind::TiledChain(chain) => cover(chain.size(), [chain.tile; 2]),
         PassKind::RowDownsample(rows) => cover(result(), [ROW_INVOCATIONS - 2, rows.rows]),
         PassKind::CellReduce(cells) => [cells.coarsest[0], cells.coarsest[1], 1],
+        PassKind::Workgroup(invocations) => cover(result(), *invocations),
         PassKind::Compute => pass.kernels[0].workgroups.unwrap_or([1; 3]),
     }
 }

@@ -21,6 +21,8 @@ pub(super) struct FunctionWriter<'c, 'a> {
     declarations: String,
     body: String,
     immediate: bool,
+    /// The place that functions get.
+    point: &'static str,
 }
 
 impl<'c, 'a> FunctionWriter<'c, 'a> {
@@ -41,6 +43,7 @@ impl<'c, 'a> FunctionWriter<'c, 'a> {
             declarations,
             body,
             immediate: false,
+            point: "at",
         })
     }
 
@@ -67,6 +70,21 @@ impl<'c, 'a> FunctionWriter<'c, 'a> {
         kernels.for_each(|index| self.call(index));
         let body = std::mem::take(&mut self.body);
         format!("fn {name}(at: Point) -> vec4f {{\n{body}    return kernel{last};\n}}\n")
+    }
+
+    /// A function `name` from a place to the value of the only kernel, in a workgroup. Beyond the border, pixels are
+    /// read at the nearest place inside: `nearest` is its text.
+    pub(super) fn workgroup_function(&mut self, name: &str, nearest: &str) -> String {
+        self.point = "here";
+        self.call(0);
+        let body = std::mem::take(&mut self.body);
+        format!(
+            "fn {name}(here: Point, invocation: Invocation) -> vec4f {{
+    let at = {nearest};
+{body}    return kernel0;
+}}
+"
+        )
     }
 
     /// The struct of the pass's uniform; nothing if it has none.
@@ -170,10 +188,11 @@ impl<'c, 'a> FunctionWriter<'c, 'a> {
             // The image before is the only one that there is.
             Arg::Tile => "0u".into(),
             Arg::Sampler if kernel.accepts(Arg::Tile) => "0u".into(),
-            Arg::Point => "at".into(),
+            Arg::Point => self.point.into(),
             Arg::PointOf(earlier) => format!("place{earlier}"),
             Arg::Params => format!("{}.kernel{index}", self.params()),
             Arg::Frame => self.frame(),
+            Arg::Invocation => "invocation".into(),
             Arg::Block(block) => self.block(index, name, block),
             Arg::Sampler => self.variable(SlotKind::Sampler, "var", "linear", "sampler"),
             Arg::Texture(image) => self.texture(image, texture),

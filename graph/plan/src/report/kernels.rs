@@ -53,6 +53,7 @@ fn argument(arg: Arg, names: &Names) -> String {
         Arg::Point => "point".to_owned(),
         Arg::PointOf(kernel) => format!("place of kernel {kernel}"),
         Arg::Frame => "frame".to_owned(),
+        Arg::Invocation => "invocation".to_owned(),
         Arg::Block(block) => format!("block {}", names.block(block)),
         Arg::Params => "params".to_owned(),
     }

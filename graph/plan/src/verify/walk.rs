@@ -103,7 +103,8 @@ fn accesses(pass: &Pass) -> Vec<Access> {
             Arg::Value(buffer, _) => note(Resource::Buffer(buffer), true, false),
             Arg::Buffer(buffer, writes) => note(Resource::Buffer(buffer), true, writes),
             Arg::Kernel(_) | Arg::Tile | Arg::Square | Arg::Zero(_) => {}
-            Arg::Sampler | Arg::Point | Arg::PointOf(_) | Arg::Frame | Arg::Block(_) | Arg::Params => {}
+            Arg::Sampler | Arg::Point | Arg::PointOf(_) | Arg::Frame => {}
+            Arg::Invocation | Arg::Block(_) | Arg::Params => {}
         }
     }
     pass.results.iter().for_each(|result| note(Resource::Image(result.image), false, true));

@@ -1,7 +1,7 @@
 //! Limits that every WebGPU device has: dispatches, workgroups, bindings and buffers.
 
 use super::complaints::Complaints;
-use crate::node::{Arg, KernelCall, Recording};
+use crate::node::{Arg, KernelCall, PassKind, Recording};
 use afterimage_base::caps::Caps;
 use afterimage_base::image::Size;
 
@@ -26,7 +26,10 @@ pub(super) fn look(recording: &Recording, size: Size, complaints: &mut Complaint
         for kernel in &pass.kernels {
             let place = format!("the pass `{}` at {size}", pass.label);
             dispatch(kernel, &place, complaints);
-            workgroup(kernel, &caps, &place, complaints);
+            match pass.kind {
+                PassKind::Workgroup([width, height]) => invocations([width, height, 1], &caps, &place, complaints),
+                _ => workgroup(kernel, &caps, &place, complaints),
+            }
             bindings(kernel, &caps, &place, complaints);
         }
     }
@@ -49,9 +52,13 @@ fn workgroup(kernel: &KernelCall, caps: &Caps, place: &str, complaints: &mut Com
     let Some(entry) = entry else {
         return complaints.add(format!("{place} has no entry point `{}`", kernel.function));
     };
-    let invocations = entry.workgroup.iter().map(|side| *side as usize).product();
-    exceeds(invocations, caps.workgroup_invocations as usize, "invocations in a workgroup", place, complaints);
-    for (side, most) in entry.workgroup.into_iter().zip(MOST_INVOCATIONS) {
+    invocations(entry.workgroup, caps, place, complaints);
+}
+
+fn invocations(sides: [u32; 3], caps: &Caps, place: &str, complaints: &mut Complaints) {
+    let all = sides.iter().map(|side| *side as usize).product();
+    exceeds(all, caps.workgroup_invocations as usize, "invocations in a workgroup", place, complaints);
+    for (side, most) in sides.into_iter().zip(MOST_INVOCATIONS) {
         exceeds(side as usize, most as usize, "invocations in one direction of a workgroup", place, complaints);
     }
 }

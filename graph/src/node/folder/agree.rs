@@ -16,6 +16,7 @@ pub(super) fn look(declared: &Declaration, shader: &Shader, reflection: &Reflect
     for (at, made) in declared.made.iter().enumerate() {
         pair.named_sources(at);
         if let Some(function) = pair.function(made, reflection) {
+            pair.workgroup(at, function, reflection);
             function.args.iter().for_each(|(name, ty)| pair.argument(at, function, name, ty, reflection));
             pair.arguments(at, function);
         }
@@ -83,6 +84,22 @@ impl Pair<'_> {
         found
     }
 
+    /// Only a function with a workgroup shares memory.
+    fn workgroup(&mut self, at: usize, function: &Function, reflection: &Reflection) {
+        if self.declared.made[at].shape.workgroup().is_none() && reflection.sharing.contains(&function.name) {
+            self.no_workgroup(at, function, &function.name);
+        }
+    }
+
+    fn no_workgroup(&mut self, at: usize, function: &Function, word: &str) {
+        let made = &self.declared.made[at].name;
+        let location = self.word(word, &format!("fn {}", function.name));
+        let message = format!("{} shares memory of a workgroup, which it has not", quote(&function.name));
+        let diagnostic = Diagnostic::error("no-workgroup", message).at(&location, "");
+        let help = "declare `workgroup: (16, 16)` for the image that it makes";
+        self.diagnostics.push(diagnostic.also(&made.location, "this is the image").help(help));
+    }
+
     fn argument(&mut self, at: usize, function: &Function, name: &str, ty: &ArgType, reflection: &Reflection) {
         match ty {
             ArgType::Struct(layout) if name == "params" => match reflection.layout(layout) {
@@ -95,6 +112,8 @@ impl Pair<'_> {
             }
             ArgType::Point if name == "at" => {}
             ArgType::Frame if name == "frame" => {}
+            ArgType::Invocation if name == "invocation" && self.declared.made[at].shape.workgroup().is_some() => {}
+            ArgType::Invocation if name == "invocation" => self.no_workgroup(at, function, name),
             ArgType::Sampler => self.sampler(function, name),
             _ => self.port(at, function, name, ty),
         }

@@ -31,8 +31,8 @@ pub(super) struct Made {
 
 /// How often the function is called, and for which sizes.
 pub(super) enum Shape {
-    /// Once: an image.
-    Image,
+    /// Once: an image. Its invocations may share workgroups of that many, across and down.
+    Image { workgroup: Option<[u32; 2]> },
     /// From fine to coarse: a pyramid. The first level has half the size of the named image.
     Down { of: Spanned<String>, levels: u32 },
     /// For each level of the named pyramid: a pyramid.
@@ -97,15 +97,23 @@ impl Shape {
     /// The type of what is made.
     pub(super) fn ty(&self) -> PortType {
         match self {
-            Self::Image | Self::Up { .. } => PortType::Image,
+            Self::Image { .. } | Self::Up { .. } => PortType::Image,
             Self::Down { .. } | Self::Each { .. } => PortType::Pyramid,
+        }
+    }
+
+    /// The workgroup of the function, if it has one.
+    pub(super) fn workgroup(&self) -> Option<[u32; 2]> {
+        match self {
+            Self::Image { workgroup } => *workgroup,
+            _ => None,
         }
     }
 
     /// What it goes through, level by level, and the type of that.
     pub(super) fn of(&self) -> Option<(&Spanned<String>, PortType)> {
         match self {
-            Self::Image => None,
+            Self::Image { .. } => None,
             Self::Down { of, .. } => Some((of, PortType::Image)),
             Self::Each { of } | Self::Up { of } => Some((of, PortType::Pyramid)),
         }

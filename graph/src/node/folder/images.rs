@@ -8,6 +8,7 @@ use crate::node::contract::is_snake;
 use crate::node::{Input, Output, PortType};
 use afterimage_base::diagnostic::{Diagnostic, Diagnostics, Location, Spanned, quote};
 use afterimage_base::image::Format;
+use afterimage_wgsl::limits::INVOCATIONS;
 
 const TYPES: [(&str, PortType); 2] = [("Image", PortType::Image), ("Pyramid", PortType::Pyramid)];
 
@@ -69,7 +70,10 @@ fn function(fields: &mut Fields<'_>, otherwise: &Spanned<String>) -> Option<Span
 /// For what the function is called, and the size that follows.
 fn shape(fields: &mut Fields<'_>, ty: PortType) -> Option<(Shape, SizeRule)> {
     let shape = match ty {
-        PortType::Image if !fields.has("up") => return Some((Shape::Image, fields.size()?)),
+        PortType::Image if !fields.has("up") => {
+            let workgroup = if fields.has("workgroup") { Some(workgroup(fields)?) } else { None };
+            return Some((Shape::Image { workgroup }, fields.size()?));
+        }
         PortType::Image => Shape::Up { of: fields.text("up")? },
         _ if fields.has("each") => Shape::Each { of: fields.text("each")? },
         _ => {
@@ -80,11 +84,34 @@ fn shape(fields: &mut Fields<'_>, ty: PortType) -> Option<(Shape, SizeRule)> {
     Some((shape, SizeRule::Same))
 }
 
+/// The invocations of a workgroup, across and down.
+fn workgroup(fields: &mut Fields<'_>) -> Option<[u32; 2]> {
+    let item = fields.required("workgroup")?;
+    let sides = match &item.value {
+        Tree::Tuple(None, sides) => match sides.as_slice() {
+            [Item { value: Tree::Int(width @ 1..), .. }, Item { value: Tree::Int(height @ 1..), .. }] => {
+                Some((*width, *height))
+            }
+            _ => None,
+        },
+        _ => None,
+    };
+    let Some((width, height)) = sides else {
+        fields.wrong("workgroup", &item, "the invocations across and down, `(16, 16)`");
+        return None;
+    };
+    if let Some(message) = INVOCATIONS.exceeded(usize::try_from(width.saturating_mul(height)).unwrap_or(usize::MAX)) {
+        fields.diagnostics.push(Diagnostic::error("limit", message).at(&item.location, ""));
+        return None;
+    }
+    Some([width as u32, height as u32])
+}
+
 /// The fields that such a thing has.
 fn known<'f>(of_all: &[&'f str], ty: PortType, shape: Option<&(Shape, SizeRule)>) -> Vec<&'f str> {
     let own: &[&str] = match (ty, shape) {
         (_, Some((Shape::Up { .. }, _))) => &["up"],
-        (PortType::Image, _) => &["size", "up"],
+        (PortType::Image, _) => &["size", "up", "workgroup"],
         (_, Some((Shape::Each { .. }, _))) => &["each"],
         _ => &["down", "levels", "each"],
     };

@@ -32,6 +32,8 @@
 //! * A pyramid is made from fine to coarse, `down: "source", levels: 6`, where the argument `source` is the image above
 //!   the level, or level by level, `each: "levels"`. `up: "levels"` makes an image from coarse to fine, where the
 //!   argument `levels` is the level and `coarser` what was made of the coarser ones.
+//! * `workgroup: (16, 16)` of an image lets the invocations of a workgroup of that size share memory: the function may
+//!   use `var<workgroup>`, `workgroupBarrier` and atomics, and take `invocation: Invocation` of `#import workgroup`.
 //! * `parameters` are of type `Bool`, `Int`, `Float`, `Vector2`, `Vector3` or `Vector4`. Each needs `doc` and
 //!   `default`, numbers need `within`, and `usually`, `unit` and `neutral` are optional. They go by name into the
 //!   struct of the function's argument `params`.
@@ -101,9 +103,12 @@ pub fn folder_kind_sharing(
     limits::check(declared.as_ref(), files.len() + library.len(), &mut diagnostics);
     let Some(own) = shader_of(declared.as_ref(), &files, &mut diagnostics) else { return Err(diagnostics.sorted()) };
     let (name, text) = files.remove(own);
-    let shader = Arc::new(
-        Shader::untrusted(name, text).with_loaded_library(Library::of_files(files.into_iter().chain(library))),
-    );
+    let library = Library::of_files(files.into_iter().chain(library));
+    let mut shader = Shader::untrusted(name, text).with_loaded_library(library);
+    if declared.iter().flat_map(|declared| &declared.made).any(|made| made.shape.workgroup().is_some()) {
+        shader = shader.with_workgroups();
+    }
+    let shader = Arc::new(shader);
     match (shader.reflect(), &declared) {
         // What was not understood in the declaration would look like an error in the shader.
         (Ok(reflection), Some(declared)) if !diagnostics.has_errors() => {

@@ -53,7 +53,7 @@ struct Step {
 
 /// For what the function is called.
 enum Levels {
-    Image,
+    Image { workgroup: Option<[u32; 2]> },
     Down { of: Source, levels: u32 },
     Each(Pyramid),
     Up(Pyramid),
@@ -112,7 +112,7 @@ fn step(declared: &Declaration, at: usize, made: &Made, shader: &Shader) -> Step
         other => panic!("a name means an input or an image, not {other:?}"),
     };
     let levels = match &made.shape {
-        Shape::Image => Levels::Image,
+        Shape::Image { workgroup } => Levels::Image { workgroup: *workgroup },
         Shape::Down { of: name, levels } => Levels::Down { of: of(&name.value), levels: *levels },
         Shape::Each { of } => Levels::Each(pyramid(&of.value)),
         Shape::Up { of } => Levels::Up(pyramid(&of.value)),
@@ -174,7 +174,7 @@ struct Moving {
 impl Round<'_, '_, '_> {
     fn step(&mut self, step: &Step) -> Arrival {
         match step.levels {
-            Levels::Image => {
+            Levels::Image { .. } => {
                 let image = self.target(step, &step.name, step.size.of(self.size));
                 self.call(step, Moving::default(), image);
                 Arrival::Image(image)
@@ -231,11 +231,15 @@ impl Round<'_, '_, '_> {
         let reads: Vec<_> = step.reads.iter().map(|(name, of)| (name.clone(), self.image(*of, moving))).collect();
         let size = self.pass.desc(result).size;
         let label = match step.levels {
-            Levels::Image => step.function.to_string(),
+            Levels::Image { .. } => step.function.to_string(),
             _ => format!("{} {size}", step.function),
         };
         let call = self.pass.function(self.node.shader.clone(), step.function.clone()).label(label);
-        reads.into_iter().fold(call, |call, (name, image)| call.read(name, image)).write_to(result);
+        let call = reads.into_iter().fold(call, |call, (name, image)| call.read(name, image));
+        match step.levels {
+            Levels::Image { workgroup: Some(invocations) } => call.workgroup(invocations).write_to(result),
+            _ => call.write_to(result),
+        }
     }
 
     fn image(&mut self, source: Source, moving: Moving) -> ImageId {

@@ -65,6 +65,7 @@ impl Pair<'_> {
         let Some(source) = self.declared.source(at, name) else {
             let more: &[&str] = match self.declared.made[at].shape {
                 Shape::Up { .. } => &[COARSER, "at", "frame", "params"],
+                Shape::Image { workgroup: Some(_) } => &["at", "frame", "invocation", "params"],
                 _ => &["at", "frame", "params"],
             };
             let name_is = format!("the argument {} is no input of the node", quote(name));

@@ -2,7 +2,7 @@
 
 use super::{Arrival, Recorder};
 use crate::node::kernel::{Arg, Argument, ByRows, KernelCall};
-use crate::node::pass::Pass;
+use crate::node::pass::{Pass, PassKind};
 use crate::node::resource::{BlockId, ImageId};
 use afterimage_base::Shared;
 use afterimage_base::image::ImageDesc;
@@ -20,6 +20,7 @@ pub struct FunctionPass<'r, 'a> {
     pub(super) reach: Option<f32>,
     pub(super) promises: Vec<&'static str>,
     pub(super) by_rows: Option<ByRows>,
+    pub(super) workgroup: Option<[u32; 2]>,
 }
 
 impl<'a> Recorder<'a> {
@@ -42,6 +43,7 @@ impl<'a> Recorder<'a> {
             reach: None,
             promises: Vec::new(),
             by_rows: None,
+            workgroup: None,
         }
     }
 }
@@ -79,6 +81,18 @@ impl FunctionPass<'_, '_> {
         self
     }
 
+    /// Lets the invocations of a workgroup, that many across and down and at most 256, share its memory
+    /// (`var<workgroup>`) and wait for each other. The function may take `invocation: Invocation` of the library's
+    /// `workgroup`.
+    ///
+    /// Workgroups that reach over the border call it for places beyond, too, whose results are not stored: all
+    /// invocations must arrive at each barrier. There a pixel argument is the nearest pixel of its image, and `at` the
+    /// place itself. Such a pass is dispatched on its own, never drawn and never fused.
+    pub fn workgroup(mut self, invocations: [u32; 2]) -> Self {
+        self.workgroup = Some(invocations);
+        self
+    }
+
     /// Promises a condition under which the function needs fewer operations, if it holds. `constant` is a line `const
     /// NAME: bool = false;` of the module; it becomes true where every function of the module in a pass makes the
     /// promise. The result must not depend on it.
@@ -98,7 +112,11 @@ impl FunctionPass<'_, '_> {
     pub fn write_to(self, result: ImageId) {
         let kernel = self.call();
         let nodes = vec![self.recorder.node.to_owned()];
-        self.recorder.recording.passes.push(Pass::of_functions(nodes, self.label, vec![kernel], result));
+        let mut pass = Pass::of_functions(nodes, self.label, vec![kernel], result);
+        if let Some(invocations) = self.workgroup {
+            pass.kind = PassKind::Workgroup(invocations);
+        }
+        self.recorder.recording.passes.push(pass);
     }
 
     /// The call of the function.
@@ -135,6 +153,7 @@ impl FunctionPass<'_, '_> {
             ArgType::Struct(_) => Arg::Block(self.block(name)),
             ArgType::Point => Arg::Point,
             ArgType::Frame => Arg::Frame,
+            ArgType::Invocation => Arg::Invocation,
             ArgType::Sampler => Arg::Sampler,
             ArgType::Texture | ArgType::Volume => Arg::Texture(self.image(name, false)),
             ArgType::Multisampled => Arg::Texture(self.image(name, true)),

@@ -5,7 +5,8 @@
 
 use naga::valid::{FunctionInfo, ModuleInfo};
 use naga::{
-    BinaryOperator, Expression, Function, Handle, MathFunction, Module, ScalarKind, Span, Statement, TypeInner,
+    AddressSpace, BinaryOperator, Expression, Function, Handle, MathFunction, Module, ScalarKind, Span, Statement,
+    TypeInner,
 };
 
 use super::{CALLS, LOOPS, OPERATIONS};
@@ -141,6 +142,8 @@ impl<'m> Types<'m> {
     /// The choice of an element: drivers compare the index with all, and copy a value that is not in memory for it.
     fn access(&self, base: &TypeInner) -> usize {
         let (inner, is_value) = match base {
+            // Memory of a workgroup is addressed.
+            TypeInner::Pointer { space: AddressSpace::WorkGroup, .. } => return COMPONENT,
             TypeInner::Pointer { base, .. } => (&self.module.types[*base].inner, false),
             value => (value, true),
         };

@@ -1,9 +1,9 @@
 //! Limits of the memory that values and variables take.
 
 use naga::proc::GlobalCtx;
-use naga::{Module, Span, TypeInner};
+use naga::{AddressSpace, Module, Span, TypeInner};
 
-use super::{ARRAY_BYTES, VALUE_BYTES};
+use super::{ARRAY_BYTES, VALUE_BYTES, WORKGROUP_BYTES};
 use crate::walk::calls;
 
 /// The first value or function that takes too much memory, and why it is too much.
@@ -12,7 +12,7 @@ pub(crate) fn check_memory(module: &Module) -> Option<(Span, String)> {
         let message = VALUE_BYTES.exceeded(bytes(&ty.inner, module.to_ctx()))?;
         Some((module.types.get_span(handle), message))
     });
-    large_variable(module).or(types).or_else(|| arrays(module))
+    large_variable(module).or(types).or_else(|| arrays(module)).or_else(|| workgroup(module))
 }
 
 /// A variable of a type that is too large: the type itself may have no place.
@@ -23,6 +23,18 @@ fn large_variable(module: &Module) -> Option<(Span, String)> {
             Some((function.local_variables.get_span(handle), message))
         })
     })
+}
+
+/// The variable with which the memory of a workgroup becomes too large.
+fn workgroup(module: &Module) -> Option<(Span, String)> {
+    let mut sum = 0_usize;
+    module.global_variables.iter().filter(|(_, global)| global.space == AddressSpace::WorkGroup).find_map(
+        |(handle, global)| {
+            let own = bytes(&module.types[global.ty].inner, module.to_ctx());
+            sum = sum.saturating_add(own.saturating_add(15) / 16 * 16);
+            Some((module.global_variables.get_span(handle), WORKGROUP_BYTES.exceeded(sum)?))
+        },
+    )
 }
 
 fn bytes(ty: &TypeInner, context: GlobalCtx<'_>) -> usize {

@@ -58,6 +58,13 @@ pub const OPERATIONS: Limit = Limit::new(96_000, "operations in a function and a
 pub const LOOPS: Limit = Limit::new(10, "loops in a function and all that it calls");
 /// Of a function.
 pub const CALLS: Limit = Limit::new(64, "calls inside of calls");
+/// Of a function that shares memory with the other invocations of its workgroup: all variables that it uses, as every
+/// device has them.
+pub const WORKGROUP_BYTES: Limit = Limit::new(1 << 14, "bytes of workgroup memory");
+/// Of a function, with those that it calls counted at each call.
+pub const BARRIERS: Limit = Limit::new(16, "barriers in a function and all that it calls");
+/// Of a function with a workgroup, as every device has them.
+pub const INVOCATIONS: Limit = Limit::new(256, "invocations in a workgroup");
 /// Of all loops in one call of a kernel function. What runs longer ends there; `lib/loops.wgsl` counts.
 pub const LOOP_STEPS: Limit = Limit::new(1 << 20, "steps of loops for a pixel");
 /// Of a kind without Rust.
@@ -72,7 +79,7 @@ pub const OUTPUTS: Limit = Limit::new(8, "outputs of a kind");
 pub const TEXTURES: Limit = Limit::new(12, "textures that a function reads");
 
 /// All limits, in the order of the table in `nodes/README.md`.
-pub const ALL: [Limit; 19] = [
+pub const ALL: [Limit; 22] = [
     FILE_BYTES,
     FILES,
     FILE_TOKENS,
@@ -86,6 +93,9 @@ pub const ALL: [Limit; 19] = [
     OPERATIONS,
     LOOPS,
     CALLS,
+    WORKGROUP_BYTES,
+    BARRIERS,
+    INVOCATIONS,
     LOOP_STEPS,
     PARAMETERS,
     INPUTS,

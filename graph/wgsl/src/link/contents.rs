@@ -1,4 +1,4 @@
-//! What untrusted files may hold: functions, constants and types, nothing that only a whole kernel has.
+//! What untrusted files may hold: functions, constants and types, and memory of a workgroup where functions have one.
 
 use super::instance::{Part, Target};
 use crate::error::{ShaderError, position};
@@ -9,13 +9,14 @@ const BOUND: &str = "this is bound to a resource, which the framework makes by i
                      arguments";
 const ENTRY: &str = "this belongs to an entry point or a binding, which the framework makes by itself: write a \
                      function and take what it reads as arguments";
-const WORKGROUP: &str =
-    "a function of one pixel has no memory of a workgroup: neighbours do not run together in a draw";
+const WORKGROUP: &str = "a function of one pixel has no memory of a workgroup: neighbours do not run together in a \
+                         draw, unless the kind declares a `workgroup` for what the function makes";
 const PRIVATE: &str = "a function of one pixel keeps nothing outside of itself, because the next pixel would read it: \
                        use a `const`, or a local variable and pointers to it";
 const OVERRIDE: &str = "nothing sets this `override`: give it a value, or make it a parameter of the kind";
 const DIRECTIVE: &str = "a kind without Rust uses WGSL without extensions, so that it runs on every device";
-const BARRIER: &str = "a function of one pixel cannot wait for others: a draw has no workgroups";
+const BARRIER: &str = "a function of one pixel cannot wait for others: a draw has no workgroups, unless the kind \
+                       declares a `workgroup` for what the function makes, and then it is `workgroupBarrier()`";
 const ATOMIC: &str = "a function of one pixel shares no memory with others, so that it needs no atomics";
 const SUBGROUP: &str = "a function of one pixel does not see its neighbours: devices order pixels differently. Read a \
                         texture";
@@ -24,12 +25,16 @@ const WIDTH: &str = "numbers have 32 bits: use `f32`, `i32` or `u32`; `real` of 
 const RESOURCE: &str = "a function of one pixel reads `texture_2d<f32>` and `texture_3d<f32>`, and writes only its \
                         result";
 
-/// Beginnings of names of the language that a function of one pixel cannot use. Derivatives are found by the lints.
-const FORBIDDEN: [(&str, &str); 19] = [
-    ("workgroup", BARRIER),
+const UNIFORM_LOAD: &str = "this waits in a way that only some devices check: write `workgroupBarrier()` and read \
+                            the memory";
+
+/// Beginnings of names of the language that only functions with a workgroup can use. Others cannot reach atomics.
+const SHARED: [(&str, &str); 2] = [("workgroup", BARRIER), ("atomic", ATOMIC)];
+/// Beginnings of names of the language that no function of a pixel can use. Derivatives are found by the lints.
+const FORBIDDEN: [(&str, &str); 18] = [
+    ("workgroupUniformLoad", UNIFORM_LOAD),
     ("storageBarrier", BARRIER),
     ("textureBarrier", BARRIER),
-    ("atomic", ATOMIC),
     ("subgroup", SUBGROUP),
     ("quadBroadcast", SUBGROUP),
     ("quadSwap", SUBGROUP),
@@ -52,17 +57,18 @@ const FORBIDDEN_SUFFIXES: [&str; 4] = ["lf", "li", "lu", "h"];
 const ATTRIBUTES: [&str; 4] = ["align", "size", "must_use", "diagnostic"];
 
 /// Checks what is in the module of untrusted files, and what they use of the framework's library.
-pub(super) fn check_contents(parts: &[Part<'_>]) -> Result<(), ShaderError> {
+/// Only with workgroups may they share memory.
+pub(super) fn check_contents(parts: &[Part<'_>], has_workgroups: bool) -> Result<(), ShaderError> {
     for part in parts.iter().filter(|part| part.file.is_untrusted()) {
         let at =
             |byte: usize, why: &str| Err(ShaderError::new(part.file.name(), position(part.file.text(), byte), why));
         if let Some(directive) = part.module.directives.first() {
             return at(directive.start, DIRECTIVE);
         }
-        if let Some((token, why)) = reached(part).find_map(|declaration| forbidden(part, declaration)) {
+        if let Some((token, why)) = reached(part).find_map(|declaration| forbidden(part, declaration, has_workgroups)) {
             return at(part.module.tokens[token].start as usize, why);
         }
-        for (import, instance) in part.module.imports.iter().zip(&part.imports) {
+        for (import, instance) in part.module.imports.iter().zip(&part.imports).filter(|_| !has_workgroups) {
             if let Some(why) = needs_workgroup(parts, &parts[instance.index()]) {
                 return at(import.at, why);
             }
@@ -82,16 +88,20 @@ fn needs_workgroup(parts: &[Part<'_>], part: &Part<'_>) -> Option<&'static str> 
         return None;
     }
     let own = reached(part)
-        .find_map(|declaration| variable(part, declaration).or_else(|| name(part, declaration)).map(|(_, why)| why));
+        .find_map(|declaration| variable(part, declaration).or_else(|| name(part, declaration, &SHARED)))
+        .map(|(_, why)| why);
     own.or_else(|| part.imports.iter().find_map(|import| needs_workgroup(parts, &parts[import.index()])))
 }
 
 /// The token that a declaration must not have, and why.
-fn forbidden(part: &Part<'_>, declaration: &Declaration) -> Option<(usize, &'static str)> {
-    let found = variable(part, declaration).or_else(|| unset(part, declaration));
+fn forbidden(part: &Part<'_>, declaration: &Declaration, has_workgroups: bool) -> Option<(usize, &'static str)> {
+    let is_permitted = |(_, why): &(usize, &str)| has_workgroups && *why == WORKGROUP;
+    let shared: &[_] = if has_workgroups { &[] } else { &SHARED };
+    let found = variable(part, declaration).filter(|found| !is_permitted(found)).or_else(|| unset(part, declaration));
     found
         .or_else(|| attribute(part, declaration))
-        .or_else(|| name(part, declaration))
+        .or_else(|| name(part, declaration, shared))
+        .or_else(|| name(part, declaration, &FORBIDDEN))
         .or_else(|| number(part, declaration))
 }
 
@@ -133,12 +143,16 @@ fn attribute(part: &Part<'_>, declaration: &Declaration) -> Option<(usize, &'sta
     (0..tokens.len()).find(is_other).map(|at| (declaration.tokens.start as usize + at, ENTRY))
 }
 
-/// The use of a name of the language that is forbidden.
-fn name(part: &Part<'_>, declaration: &Declaration) -> Option<(usize, &'static str)> {
+/// The use of a name of the language that is among those.
+fn name(
+    part: &Part<'_>,
+    declaration: &Declaration,
+    forbidden: &[(&str, &'static str)],
+) -> Option<(usize, &'static str)> {
     declaration.uses.iter().find_map(|used| {
         let is_language = matches!(part.targets[used.symbol.index()], None | Some(Target::Language));
         let name = part.module.name(used.symbol);
-        let found = FORBIDDEN.iter().filter(|_| is_language).find(|(beginning, _)| name.starts_with(beginning))?;
+        let found = forbidden.iter().filter(|_| is_language).find(|(beginning, _)| name.starts_with(beginning))?;
         Some((used.token as usize, found.1))
     })
 }

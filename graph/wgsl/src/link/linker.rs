@@ -277,13 +277,18 @@ impl<'a> Linker<'a> {
         linker.finish(&entries[..wanted])
     }
 
-    /// The module of everything that a file declares, with its declarations.
-    pub(crate) fn link_whole(self, instance: Instance) -> Result<(Linked, Vec<Declared>), ShaderError> {
+    /// The module of everything that a file declares, with its declarations. Untrusted files of it may share memory of
+    /// a workgroup only if that is said.
+    pub(crate) fn link_whole(
+        self,
+        instance: Instance,
+        has_workgroups: bool,
+    ) -> Result<(Linked, Vec<Declared>), ShaderError> {
         let file = generated_file(String::new());
         let (mut linker, _) = self.with_generated(&file);
         reach(&mut linker.parts, Roots { whole: instance, entries: &[] });
         check(&linker.parts)?;
-        check_contents(&linker.parts)?;
+        check_contents(&linker.parts, has_workgroups)?;
         choose_names(&mut linker.parts);
         let declared = linker.declared();
         let (text, map) = emit(&linker.parts, linker.features, "");

@@ -78,11 +78,17 @@ impl SourceMap {
         self.segments.get(after.checked_sub(1)?)
     }
 
-    /// Of the places that an error names, the first in a file of an author; the first of all if there is none.
+    /// Of the places that a parser's error names, the first in a file of an author. If there is none, a declaration of
+    /// the author has no end, and the parser went on behind it: the last place of an author before.
     pub(crate) fn of_author(&self, bytes: impl IntoIterator<Item = usize>) -> Option<usize> {
-        let is_authors =
-            |byte: usize| self.segment_of(byte).is_some_and(|segment| !self.files[segment.file as usize].is_framework);
+        let is_authors = |segment: &Segment| !self.files[segment.file as usize].is_framework;
         let bytes: Vec<usize> = bytes.into_iter().collect();
-        bytes.iter().copied().find(|byte| is_authors(*byte)).or(bytes.first().copied())
+        let named = bytes.iter().copied().find(|byte| self.segment_of(*byte).is_some_and(is_authors));
+        named.or_else(|| {
+            let first = *bytes.first()?;
+            let after = self.segments.partition_point(|segment| segment.at as usize <= first);
+            let last = self.segments[..after].iter().rposition(is_authors);
+            Some(last.map_or(first, |last| self.segments[last + 1].at as usize - 1))
+        })
     }
 }

@@ -331,7 +331,7 @@ fn the_library_is_valid_with_every_feature() {
                 let mut linker = Linker::new(mode, ShaderFeatures { half, subgroups });
                 let instance = linker.add(file.source(), &[]).expect("the library has it");
                 let library = Instance(linker.imports_of(instance)[0].0);
-                let (linked, _) = linker.link_whole(library).unwrap_or_else(|error| panic!("{import}: {error}"));
+                let (linked, _) = linker.link_whole(library, false).unwrap_or_else(|error| panic!("{import}: {error}"));
                 valid(&linked);
             }
         }

@@ -22,6 +22,7 @@ pub(crate) struct Sources {
     pub(crate) documents: Inputs,
     pub(crate) declarations: Inputs,
     pub(crate) shaders: Inputs,
+    pub(crate) workgroups: Inputs,
     pub(crate) cubes: Inputs,
     pub(crate) color_files: Inputs,
     pub(crate) images: Inputs,
@@ -35,6 +36,7 @@ impl Sources {
             documents: of(Target::Document),
             declarations: of(Target::Declaration),
             shaders: of(Target::Linker),
+            workgroups: of(Target::Workgroup),
             cubes: of(Target::Cube),
             color_files: of(Target::ColorFile),
             images: of(Target::Image),
@@ -44,6 +46,8 @@ impl Sources {
 
 /// Checking and planning. [`limits.md`](../../../../graph/docs/limits.md) has the limits that keep them short.
 const PLAN: Budget = Budget { seconds: 3.0, megabytes: 500 };
+/// What compiling a kind may take, with all that the program does beside it.
+const KERNEL: Budget = Budget { seconds: 2.0, megabytes: 300 };
 /// A device on the processor takes about 170 MB.
 const RENDER: Budget = Budget { seconds: 5.0, megabytes: 500 };
 /// The same, and images of at most 128 MB.
@@ -60,8 +64,15 @@ pub(crate) fn classes() -> Vec<Class> {
         class("tables", "colour files, mutated", 3000, PLAN, texts::table),
         class("declarations", "`node.ron`, mutated", 2000, PLAN, shaders::declaration),
         class("shaders", "shaders of folders, mutated; `check --plan`", 4000, PLAN, shaders::checked),
-        class("kernels", "shaders of folders, generated and mutated; rendered", 500, RENDER, shaders::rendered),
-        class("shader-bombs", "expensive shaders of nine sizes; rendered", shaders::bombs(), RENDER, shaders::bomb),
+        class("kernels", "shaders of folders, generated and mutated; rendered", 10_000, KERNEL, shaders::rendered),
+        class("shader-bombs", "expensive shaders of nine sizes; rendered", shaders::bombs(), KERNEL, shaders::bomb),
+        class(
+            "workgroups",
+            "shaders of folders with memory of a workgroup: mutated, or expensive; rendered",
+            1000,
+            KERNEL,
+            shaders::workgroup,
+        ),
         class("images", "EXR, Radiance and PNG files, mutated; rendered", 4000, DECODE, images::mutated),
         class("image-bombs", "small images that claim to be large; rendered", images::bombs(), DECODE, images::bomb),
         class(

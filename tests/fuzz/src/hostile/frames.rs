@@ -34,6 +34,7 @@ const NUMBERS: [f32; 14] = [
 fn kinds() -> Vec<&'static NodeKind> {
     let is_image = |kind: &&NodeKind| {
         kind.outputs()[0].ty == PortType::Image
+            && kind.inputs().iter().any(|input| input.ty == PortType::Image)
             && kind.inputs().iter().all(|input| input.ty == PortType::Image || input.optional)
     };
     afterimage_nodes::ALL.iter().filter(is_image).collect()

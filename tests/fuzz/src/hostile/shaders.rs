@@ -4,7 +4,7 @@ use std::sync::OnceLock;
 
 use afterimage_fuzz::hostile::bombs::bombs as shader_bombs;
 use afterimage_fuzz::hostile::pair;
-use afterimage_fuzz::{DECLARED_SHADER, SECOND_FILE};
+use afterimage_fuzz::{DECLARED_SHADER, SECOND_FILE, WORKGROUP_SHADERS};
 use afterimage_media::{ExrOptions, Picture, Pixels, encode_exr};
 
 use crate::case::Case;
@@ -92,6 +92,82 @@ pub(crate) fn rendered(sources: &Sources, number: u64) -> Case {
         }
     };
     case.with("in.exr", scene())
+}
+
+/// A kind whose function shares memory of a workgroup: a shader as it is, mutated, or a bomb.
+pub(crate) fn workgroup(sources: &Sources, number: u64) -> Case {
+    let text = match WORKGROUP_SHADERS.get(number as usize) {
+        Some(seed) => (*seed).to_owned(),
+        None => String::from_utf8(sources.workgroups.get(number)).expect("mutated text is text"),
+    };
+    let bombs = workgroup_bombs();
+    let text = match number as usize % 16 {
+        15 => bombs[number as usize / 16 % bombs.len()].clone(),
+        _ => text,
+    };
+    let sides = [(8, 8), (16, 16), (1, 1), (64, 4), (3, 5), (256, 1)][number as usize % 6];
+    let declaration = format!(
+        r#"Kind(
+    name: "Kind", doc: "Attacks.",
+    inputs: {{ "source": Image(doc: "The image.") }},
+    outputs: {{ "result": Image(doc: "The result.", state: Same("source"), workgroup: {sides:?}) }},
+)"#
+    );
+    Case::new(RENDER)
+        .with("p.ron", pipeline("Kind", "source"))
+        .with("kind/node.ron", declaration)
+        .with("kind/kind.wgsl", text)
+        .with("in.exr", scene())
+}
+
+/// Shaders that take a driver long or much memory, by what only a workgroup has.
+fn workgroup_bombs() -> Vec<String> {
+    let kind = |before: &str, body: &str| {
+        format!(
+            "#import workgroup\n{before}
+fn kind(source: vec4f, at: Point, invocation: Invocation) -> vec4f {{ {body} return source; }}\n"
+        )
+    };
+    let memory = |count: usize| {
+        let body = "a[invocation.index] = source; workgroupBarrier();";
+        kind(
+            &format!("var<workgroup> a: array<vec4f, {count}>;"),
+            &format!("{body} if a[0].x > 9.0 {{ return a[1]; }}"),
+        )
+    };
+    let barriers = |count: usize| {
+        let step = "a[invocation.index % 64u] += source; workgroupBarrier();";
+        kind(
+            "var<workgroup> a: array<vec4f, 64>;",
+            &format!("{} if a[0].x > 9.0 {{ return a[1]; }}", step.repeat(count)),
+        )
+    };
+    let loops = "loop { if atomicAdd(&n, 1u) == 0xffffffffu { break; } }";
+    let spin = "loop { if atomicLoad(&n) != 0u { break; } }";
+    let counter = "var<workgroup> n: atomic<u32>;";
+    let deep = (0..64).map(|i| format!("fn f{}() {{ f{i}(); f{i}(); }}\n", i + 1)).collect::<String>();
+    let trees = |depth: usize| kind(&format!("fn f0() {{ workgroupBarrier(); }}\n{deep}"), &format!("f{depth}();"));
+    let copies = kind("struct S { a: array<vec4f, 512> }\nvar<workgroup> s: S;\nvar<workgroup> t: S;", "t = s; s = t;");
+    let sums = "let s = workgroup_sum(invocation, 256u, source.xy); if s.x > 9.0 { return s.xyxy; }";
+    vec![
+        memory(1),
+        memory(1023),
+        memory(1024),
+        memory(1025),
+        memory(1 << 20),
+        memory(1 << 28),
+        barriers(16),
+        barriers(17),
+        barriers(2000),
+        kind(counter, loops),
+        kind(counter, spin),
+        kind(counter, &loops.repeat(10)),
+        trees(4),
+        trees(5),
+        trees(64),
+        copies,
+        kind("", sums),
+    ]
 }
 
 pub(crate) fn bombs() -> u64 {
