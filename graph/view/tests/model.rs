@@ -80,6 +80,9 @@ fn a_broken_text_keeps_the_picture_and_says_where_it_is_wrong() {
     model.clock().step();
     assert_eq!(render(&mut model), Rendered::New);
     assert!(model.problem().is_some(), "a frame of the old pipeline does not mend the text");
+    model.set(&parameter("lit.strength"), Some(Value::Float(0.4)));
+    model.undo();
+    assert!(matches!(model.problem(), Some(Problem::Pipeline(_))), "nor does a slider or its undo");
     model.edit(Some(good));
     assert!(model.problem().is_none());
     model.clock().seek(0.0);

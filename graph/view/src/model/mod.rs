@@ -234,7 +234,7 @@ impl Model {
 
     /// Makes a change hold in what renders.
     fn apply(&mut self, target: &Target) -> Result<(), Problem> {
-        self.problem = None;
+        self.forget_problem();
         self.is_stale = true;
         match target {
             Target::Node(_) => self.apply_graph(),

@@ -58,7 +58,8 @@ fn is_wide((low, high): (f64, f64)) -> bool {
 fn whole(ui: &mut Ui, param: &Param, mut number: i64) -> Option<Turned> {
     let (low, high) = range(param);
     let slider = Slider::new(&mut number, low as i64..=high as i64).logarithmic(is_wide((low, high)));
-    let response = ui.add(slider.clamping(egui::SliderClamping::Edits));
+    let slid = ui.add(slider.clamping(egui::SliderClamping::Edits).show_value(false));
+    let response = slid | typed(ui, egui::DragValue::new(&mut number).speed(0.1));
     let number = within(param, number as f64) as i64;
     answer(&response, Value::Int(number))
 }
@@ -68,10 +69,21 @@ fn float(ui: &mut Ui, param: &Param, mut number: f64) -> Option<Turned> {
     // What is typed may leave the usual range, but not the domain.
     let slider = Slider::new(&mut number, low..=high)
         .logarithmic(is_wide((low, high)))
-        .max_decimals(4)
-        .clamping(egui::SliderClamping::Never);
-    let response = ui.add(slider);
+        .clamping(egui::SliderClamping::Never)
+        .show_value(false);
+    let slid = ui.add(slider);
+    let response = slid | typed(ui, egui::DragValue::new(&mut number).speed(speed((low, high))).max_decimals(4));
     answer(&response, Value::Float(rounded(within(param, number))))
+}
+
+/// A number beside a slider. What is typed counts when it is whole: "0." on the way to 0.45 is no change of its own.
+fn typed(ui: &mut Ui, number: egui::DragValue<'_>) -> egui::Response {
+    ui.add(number.update_while_editing(false))
+}
+
+/// The change of a number for each point of a drag.
+fn speed((low, high): (f64, f64)) -> f64 {
+    ((high - low) / 300.0).clamp(1e-4, 1.0)
 }
 
 fn within(param: &Param, number: f64) -> f64 {
@@ -94,13 +106,12 @@ fn answer(response: &egui::Response, value: Value) -> Option<Turned> {
 }
 
 fn vector(ui: &mut Ui, param: &Param, mut numbers: [f64; 4], count: usize) -> Option<Turned> {
-    let (low, high) = range(param);
-    let speed = ((high - low) / 300.0).clamp(1e-4, 1.0);
+    let speed = speed(range(param));
     let mut responses = Vec::new();
     ui.horizontal(|ui| {
         ui.spacing_mut().item_spacing.x = 2.0;
         for number in &mut numbers[..count] {
-            let drag = egui::DragValue::new(number).speed(speed).max_decimals(4);
+            let drag = egui::DragValue::new(number).speed(speed).max_decimals(4).update_while_editing(false);
             responses.push(ui.add_sized([48.0, 20.0], drag));
             *number = rounded(within(param, *number));
         }

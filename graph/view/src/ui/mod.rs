@@ -83,7 +83,7 @@ pub struct Viewer {
 }
 
 /// Seconds for which a sentence is shown.
-const SAYS: f64 = 6.0;
+const SAYS: f64 = 12.0;
 
 impl Viewer {
     /// A viewer that draws into targets of that format.
@@ -293,7 +293,11 @@ impl Viewer {
         let Some((text, _)) = &self.said else { return };
         let anchor = egui::Align2::CENTER_BOTTOM;
         egui::Area::new("said".into()).anchor(anchor, [0.0, -280.0]).show(ui.ctx(), |ui| {
-            egui::Frame::popup(ui.style()).show(ui, |ui| ui.label(text));
+            egui::Frame::popup(ui.style()).show(ui, |ui| match text.contains('\n') {
+                // Excerpts of a text are aligned by their letters.
+                true => ui.monospace(text),
+                false => ui.label(text),
+            });
         });
     }
 }

@@ -67,7 +67,9 @@ impl Parameters {
         let is_shown = move |parameter: &ParameterId| {
             let name = graph.parameter_name(*parameter);
             let is_changed = model.changes().get(&Target::Parameter(name.clone())).is_some();
-            name.to_lowercase().contains(&search) && (is_changed || !self.only_changed)
+            let doc = &graph.declaration(*parameter).doc;
+            let is_found = [&name, doc].iter().any(|text| text.to_lowercase().contains(&search));
+            is_found && (is_changed || !self.only_changed)
         };
         (0..count).map(move |index| ParameterId { node, index }).filter(is_shown)
     }
@@ -77,13 +79,11 @@ impl Parameters {
         if rows.is_empty() {
             return;
         }
-        let id = ui.make_persistent_id(("node", &node.name));
+        // What is found is open. The end of the search brings back what was open before.
         let is_searched = !self.search.is_empty() || self.only_changed;
-        let mut state =
-            egui::collapsing_header::CollapsingState::load_with_default_open(ui.ctx(), id, graph.nodes.len() < 6);
-        if is_searched {
-            state.set_open(true);
-        }
+        let id = ui.make_persistent_id((if is_searched { "found" } else { "node" }, &node.name));
+        let is_open = is_searched || graph.nodes.len() < 6;
+        let state = egui::collapsing_header::CollapsingState::load_with_default_open(ui.ctx(), id, is_open);
         let header = state.show_header(ui, |ui| header(ui, model, node, acts));
         header.body(|ui| {
             for parameter in rows {
