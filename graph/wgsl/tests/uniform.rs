@@ -100,11 +100,11 @@ fn a_kernel_function_gives_four_floats() {
     assert_eq!((kernel.name.as_str(), types), ("kernel", vec![Some(1), Some(2), None, None, None]));
 }
 
-/// Only textures of floats that can be filtered, and samplers that do not compare, are arguments.
+/// Only textures of floats, and samplers that do not compare, are arguments.
 #[test]
 fn other_textures_are_no_arguments() {
     let text = "fn kernel(a: texture_2d<f32>, b: texture_3d<f32>, c: sampler, d: texture_2d<u32>, e: texture_3d<i32>,
-            f: texture_depth_2d, g: texture_multisampled_2d<f32>, h: texture_2d_array<f32>, i: texture_cube<f32>,
+            f: texture_depth_2d, g: texture_multisampled_2d<i32>, h: texture_2d_array<f32>, i: texture_cube<f32>,
             j: sampler_comparison, k: texture_1d<f32>, l: texture_storage_2d<rgba16float, write>,
             m: texture_storage_3d<rgba16float, write>) -> vec4f { return vec4f(); }";
     let shader = Shader::new("kernel.wgsl", text);

@@ -2,6 +2,7 @@
 
 #[cfg(not(target_family = "wasm"))]
 mod native;
+mod submit;
 #[cfg(not(target_family = "wasm"))]
 mod threads;
 #[cfg(target_family = "wasm")]
@@ -21,22 +22,8 @@ pub type TaskPool = std::sync::Arc<dyn Fn(Task) + Send + Sync>;
 
 #[cfg(not(target_family = "wasm"))]
 pub(crate) use native::{caught, scoped, wait, watched};
+pub(crate) use submit::submit;
 #[cfg(not(target_family = "wasm"))]
 pub(crate) use threads::{Worker, on_threads};
 #[cfg(target_family = "wasm")]
 pub(crate) use web::{Worker, caught, on_threads, scoped, watched};
-
-/// Records commands and submits them.
-pub(crate) fn submit<E: From<crate::GpuError>>(
-    device: &wgpu::Device,
-    queue: &wgpu::Queue,
-    what: &str,
-    record: impl FnOnce(&mut wgpu::CommandEncoder) -> Result<(), E>,
-) -> Result<(), E> {
-    scoped(device, what, || {
-        let mut encoder = device.create_command_encoder(&Default::default());
-        record(&mut encoder)?;
-        caught(what, || queue.submit([encoder.finish()]))?;
-        Ok(())
-    })
-}
