@@ -83,7 +83,7 @@ pub struct Viewer {
 }
 
 /// Seconds for which a sentence is shown.
-const SAYS: f64 = 12.0;
+const SAYS: f64 = 6.0;
 
 impl Viewer {
     /// A viewer that draws into targets of that format.
