@@ -12,6 +12,8 @@ mod blocks;
 mod cli;
 /// The clock that `measure` and `bench` share.
 mod clock;
+/// Drawing passes, compared with triangles on the CPU.
+mod drawing;
 /// Memory and descriptors over many rounds of all work.
 mod endurance;
 /// The executor, used as a host uses it.

@@ -3,6 +3,8 @@
 
 /// Numbers of host blocks, and facts.
 mod blocks;
+/// Drawing passes that do not fit.
+mod drawing;
 /// Errors in files, and what is said of them.
 mod errors;
 /// Files that are loaded asynchronously.

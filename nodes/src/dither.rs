@@ -41,7 +41,7 @@ impl Node for Dither {
             // Blue has five bits of mantissa.
             Format::Rg11b10Ufloat => bits <= 6,
             Format::R16Float | Format::Rg16Float | Format::Rgba16Float => bits <= HALF_BITS,
-            Format::R32Float | Format::Rgba32Float => true,
+            Format::R32Float | Format::Rgba32Float | Format::Depth16Unorm | Format::Depth32Float => true,
         };
         if keeps { Ok(()) } else { Err(format!("`{}` does not keep codes of {bits} bits", format.name())) }
     }

@@ -224,7 +224,12 @@ fn poisoned(plan: &Plan) -> (Plan, usize) {
             let aliasing = before.aliasing.extract_if(.., |barrier| barrier.image == image).collect();
             let at = scheduled.len();
             poisoned.batches.push(Batch { passes: at..at + 1, transitions: Vec::new(), aliasing });
-            scheduled.push(ScheduledPass { pass: poison(image), stage: Stage::Compute, recorded: at });
+            scheduled.push(ScheduledPass {
+                pass: poison(image),
+                stage: Stage::Compute,
+                stores: Vec::new(),
+                recorded: at,
+            });
         }
         let at = scheduled.len();
         poisoned.batches.push(Batch { passes: at..at + batch.passes.len(), ..before });

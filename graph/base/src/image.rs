@@ -19,10 +19,14 @@ pub enum Format {
     R32Float,
     /// Four floats: the format of the reference of `measure`.
     Rgba32Float,
+    /// A depth in two bytes, 0..1 in steps of 1/65535. Only drawing passes write it.
+    Depth16Unorm,
+    /// A depth as one float. Only drawing passes write it.
+    Depth32Float,
 }
 
 impl Format {
-    /// All formats, in a fixed order.
+    /// All formats of color, in a fixed order: those that pipeline files name.
     pub const ALL: [Self; 7] = [
         Self::Rgba8Unorm,
         Self::R16Float,
@@ -36,14 +40,14 @@ impl Format {
     /// Bytes of one texel.
     pub fn bytes(self) -> u64 {
         match self {
-            Self::R16Float => 2,
-            Self::Rgba8Unorm | Self::Rg16Float | Self::Rg11b10Ufloat | Self::R32Float => 4,
+            Self::R16Float | Self::Depth16Unorm => 2,
+            Self::Rgba8Unorm | Self::Rg16Float | Self::Rg11b10Ufloat | Self::R32Float | Self::Depth32Float => 4,
             Self::Rgba16Float => 8,
             Self::Rgba32Float => 16,
         }
     }
 
-    /// The name in WGSL storage textures.
+    /// The name in WebGPU, and in WGSL storage textures, which hold no depth.
     pub fn wgsl(self) -> &'static str {
         match self {
             Self::Rgba8Unorm => "rgba8unorm",
@@ -53,6 +57,8 @@ impl Format {
             Self::Rg11b10Ufloat => "rg11b10ufloat",
             Self::R32Float => "r32float",
             Self::Rgba32Float => "rgba32float",
+            Self::Depth16Unorm => "depth16unorm",
+            Self::Depth32Float => "depth32float",
         }
     }
 
@@ -66,6 +72,8 @@ impl Format {
             Self::Rg11b10Ufloat => "Rg11b10Ufloat",
             Self::R32Float => "R32Float",
             Self::Rgba32Float => "Rgba32Float",
+            Self::Depth16Unorm => "Depth16Unorm",
+            Self::Depth32Float => "Depth32Float",
         }
     }
 
@@ -78,15 +86,16 @@ impl Format {
     pub fn exact(self) -> Self {
         match self {
             Self::R16Float | Self::R32Float => Self::R32Float,
+            Self::Depth16Unorm | Self::Depth32Float => Self::Depth32Float,
             _ => Self::Rgba32Float,
         }
     }
 
-    /// The next wider format, for a device that cannot store this one. Every chain ends in a format that all devices
-    /// store.
+    /// The next wider format, for a device or a pass that cannot store this one. Every chain ends in a format that all
+    /// devices store.
     pub fn wider(self) -> Self {
         match self {
-            Self::R16Float => Self::R32Float,
+            Self::R16Float | Self::Depth16Unorm | Self::Depth32Float => Self::R32Float,
             Self::Rg16Float | Self::Rg11b10Ufloat | Self::Rgba8Unorm => Self::Rgba16Float,
             other => other,
         }
@@ -94,7 +103,12 @@ impl Format {
 
     /// Whether each channel has 32 bits. Many devices cannot filter these formats.
     pub fn is_32_bit(self) -> bool {
-        matches!(self, Self::R32Float | Self::Rgba32Float)
+        matches!(self, Self::R32Float | Self::Rgba32Float | Self::Depth32Float)
+    }
+
+    /// Whether it holds a depth, which no device filters.
+    pub fn is_depth(self) -> bool {
+        matches!(self, Self::Depth16Unorm | Self::Depth32Float)
     }
 }
 
@@ -222,23 +236,30 @@ pub struct ImageDesc {
     pub format: Format,
     /// Whether the image is a volume (3-D). A volume may have depth 1.
     pub volume: bool,
-    /// Samples of each pixel: 1, or more for a multisampled image, which only a host gives.
-    #[serde(default = "one_sample", skip_serializing_if = "is_one_sample")]
+    /// Samples of each pixel: 1, or more for a multisampled image, which a host gives or a drawing pass makes.
+    #[serde(default = "one", skip_serializing_if = "is_one")]
     pub samples: u32,
+    /// Mip levels: 1, or more for an image that drawing passes fill level by level. Each has half the size of the one
+    /// before.
+    #[serde(default = "one", skip_serializing_if = "is_one")]
+    pub levels: u32,
+    /// Layers: 1, or more for an array of images that drawing passes fill layer by layer.
+    #[serde(default = "one", skip_serializing_if = "is_one")]
+    pub layers: u32,
 }
 
-fn one_sample() -> u32 {
+fn one() -> u32 {
     1
 }
 
-fn is_one_sample(samples: &u32) -> bool {
-    *samples == 1
+fn is_one(count: &u32) -> bool {
+    *count == 1
 }
 
 impl ImageDesc {
     /// An image in the default format, `Rgba16Float`.
     pub fn new(size: Size) -> Self {
-        Self { size, format: Format::Rgba16Float, volume: false, samples: 1 }
+        Self { size, format: Format::Rgba16Float, volume: false, samples: 1, levels: 1, layers: 1 }
     }
 
     /// A volume in the default format.
@@ -266,8 +287,34 @@ impl ImageDesc {
         Self { samples, ..self }
     }
 
+    /// The same description with this many mip levels.
+    pub fn with_levels(self, levels: u32) -> Self {
+        Self { levels, ..self }
+    }
+
+    /// The same description with this many layers.
+    pub fn with_layers(self, layers: u32) -> Self {
+        Self { layers, ..self }
+    }
+
+    /// One mip level of one layer: an image of its own size.
+    pub fn level(self, level: u32) -> Self {
+        let size = (0..level).fold(self.size, |size, _| size.half());
+        Self { size, levels: 1, layers: 1, ..self }
+    }
+
+    /// Whether it is one image: one sample in each pixel, one mip level and one layer.
+    pub fn is_plain(self) -> bool {
+        self.samples == 1 && self.levels == 1 && self.layers == 1
+    }
+
     /// The number of bytes of all texels, without padding by the driver.
     pub fn bytes(self) -> u64 {
-        self.size.texels() * self.format.bytes() * u64::from(self.samples)
+        let sizes = std::iter::successors(Some(self.size), |size| Some(size.half()));
+        let texels: u64 = match self.levels {
+            1 => self.size.texels(),
+            levels => sizes.take(levels as usize).map(Size::texels).sum(),
+        };
+        texels * self.format.bytes() * u64::from(self.samples) * u64::from(self.layers)
     }
 }

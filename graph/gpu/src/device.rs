@@ -259,5 +259,7 @@ pub fn texture_format(format: Format) -> TextureFormat {
         Format::Rg11b10Ufloat => TextureFormat::Rg11b10Ufloat,
         Format::R32Float => TextureFormat::R32Float,
         Format::Rgba32Float => TextureFormat::Rgba32Float,
+        Format::Depth16Unorm => TextureFormat::Depth16Unorm,
+        Format::Depth32Float => TextureFormat::Depth32Float,
     }
 }

@@ -1,5 +1,6 @@
 //! Bind group layouts of composed shaders.
 
+use afterimage_graph::node::{ImageId, Subresource};
 use afterimage_plan::codegen::{Composed, Slot, SlotKind};
 use afterimage_plan::{Plan, Stage};
 use afterimage_wgsl::SampleMode;
@@ -17,6 +18,10 @@ pub(crate) enum Pipeline {
     Compute(wgpu::ComputePipeline),
     /// For full-screen triangles.
     Render(wgpu::RenderPipeline),
+    /// For the geometry of a drawing pass.
+    Drawing(wgpu::RenderPipeline),
+    /// None: the pass only clears, or the host draws with its own.
+    None,
 }
 
 impl Pipeline {
@@ -25,6 +30,7 @@ impl Pipeline {
         match self {
             Self::Compute(_) => Stage::Compute,
             Self::Render(_) => Stage::Fragment,
+            Self::Drawing(_) | Self::None => Stage::Drawing,
         }
     }
 }
@@ -47,14 +53,18 @@ pub(crate) fn by_hand(composed: &Composed) -> bool {
 }
 
 fn entry(plan: &Plan, composed: &Composed, slot: Slot, stage: Stage) -> BindGroupLayoutEntry {
-    let visibility = if stage == Stage::Compute { ShaderStages::COMPUTE } else { ShaderStages::FRAGMENT };
+    let visibility = match stage {
+        Stage::Compute => ShaderStages::COMPUTE,
+        Stage::Fragment => ShaderStages::FRAGMENT,
+        Stage::Drawing => ShaderStages::VERTEX_FRAGMENT,
+    };
     let ty = match slot.kind {
         SlotKind::Frame | SlotKind::Block(_) | SlotKind::Params | SlotKind::Extent => {
             buffer(BufferBindingType::Uniform)
         }
         SlotKind::Sampler if by_hand(composed) => BindingType::Sampler(SamplerBindingType::NonFiltering),
         SlotKind::Sampler => BindingType::Sampler(SamplerBindingType::Filtering),
-        SlotKind::Texture(image) => BindingType::Texture {
+        SlotKind::Texture(image) | SlotKind::Level(Subresource { image, .. }) => BindingType::Texture {
             // A pass that filters texels itself accepts filterable and unfilterable textures.
             sample_type: TextureSampleType::Float { filterable: !by_hand(composed) && is_filterable(plan, image) },
             view_dimension: dimension(plan, image),
@@ -78,11 +88,11 @@ fn buffer(ty: BufferBindingType) -> BindingType {
     BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None }
 }
 
-fn dimension(plan: &Plan, image: afterimage_graph::node::ImageId) -> TextureViewDimension {
+fn dimension(plan: &Plan, image: ImageId) -> TextureViewDimension {
     if plan.image(image).desc.volume { TextureViewDimension::D3 } else { TextureViewDimension::D2 }
 }
 
-fn is_filterable(plan: &Plan, image: afterimage_graph::node::ImageId) -> bool {
+fn is_filterable(plan: &Plan, image: ImageId) -> bool {
     let planned = plan.image(image);
     planned.sample_mode == SampleMode::Plain && planned.desc.samples == 1
 }

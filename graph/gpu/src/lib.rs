@@ -20,6 +20,7 @@ mod cache;
 #[cfg(not(target_family = "wasm"))]
 mod clock;
 mod device;
+mod drawing;
 mod error;
 mod executor;
 mod governor;

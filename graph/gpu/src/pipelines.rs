@@ -7,6 +7,7 @@ use afterimage_plan::{Plan, Stage};
 use rustc_hash::FxHashMap;
 
 use crate::GpuError;
+use crate::drawing::{DrawState, render_pipeline};
 use crate::layout::{Pipeline, bind_group_layout};
 use crate::platform::{on_threads, watched};
 
@@ -17,6 +18,8 @@ pub(crate) struct PipelineKey {
     pub(crate) entry: String,
     /// The attachment's format of a draw.
     pub(crate) attachment: Option<wgpu::TextureFormat>,
+    /// The state of a drawing pass.
+    pub(crate) drawing: Option<DrawState>,
     /// How the bind group layout samples its textures: passes with equal text may differ in which textures are
     /// filterable.
     pub(crate) layout: String,
@@ -143,6 +146,9 @@ fn trusted(device: &wgpu::Device, descriptor: wgpu::ShaderModuleDescriptor<'_>) 
 
 fn compile(device: &wgpu::Device, cache: Option<&wgpu::PipelineCache>, order: &Order<'_>) -> Built {
     let layout = bind_group_layout(device, order.plan, order.composed, order.stage);
+    if order.key.drawing.as_ref().is_some_and(|state| !state.has_geometry()) {
+        return Built { pipeline: Pipeline::None, layout };
+    }
     let descriptor = wgpu::ShaderModuleDescriptor {
         label: Some(&order.label),
         source: wgpu::ShaderSource::Wgsl(order.composed.source.as_str().into()),
@@ -171,13 +177,17 @@ fn compile(device: &wgpu::Device, cache: Option<&wgpu::PipelineCache>, order: &O
             multisample: Default::default(),
             fragment: Some(wgpu::FragmentState {
                 module: &module,
-                entry_point: order.composed.draw.as_ref().map(|draw| draw.fragment.as_str()),
+                entry_point: order.composed.draw.as_ref().and_then(|draw| draw.fragment.as_deref()),
                 compilation_options: compilation_options(order),
                 targets: &[Some(order.key.attachment.expect("a draw has an attachment").into())],
             }),
             multiview_mask: None,
             cache,
         })),
+        Stage::Drawing => {
+            let state = order.key.drawing.as_ref().expect("a drawing pass has a state");
+            Pipeline::Drawing(render_pipeline(device, (&module, order.composed), &pipeline_layout, state, cache))
+        }
     };
     Built { pipeline, layout }
 }
@@ -201,6 +211,7 @@ mod tests {
             source: source.to_owned(),
             entry: "compute".into(),
             attachment: None,
+            drawing: None,
             layout: String::new(),
             checked: true,
         }

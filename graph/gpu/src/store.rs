@@ -128,7 +128,7 @@ pub(crate) fn usages(device: &wgpu::Device, desc: ImageDesc) -> TextureUsages {
             usage |= wanted;
         }
     }
-    if desc.samples > 1 {
+    if desc.samples > 1 || desc.format.is_depth() {
         return TextureUsages::TEXTURE_BINDING | TextureUsages::RENDER_ATTACHMENT;
     }
     // Volumes are never drawn to.
@@ -140,7 +140,7 @@ pub(crate) fn descriptor<'l>(device: &wgpu::Device, desc: ImageDesc, label: &'l 
     wgpu::TextureDescriptor {
         label: Some(label),
         size: extent(desc),
-        mip_level_count: 1,
+        mip_level_count: desc.levels,
         sample_count: desc.samples,
         dimension: if desc.volume { wgpu::TextureDimension::D3 } else { wgpu::TextureDimension::D2 },
         format: texture_format(desc.format),
@@ -156,16 +156,30 @@ pub(crate) fn create(device: &wgpu::Device, desc: ImageDesc, label: &str) -> Sto
     Stored { texture, view, desc }
 }
 
-/// A view of the whole texture.
+/// A view of the whole texture, or of all levels of the first layer of an array.
 pub(crate) fn view(texture: &wgpu::Texture, desc: ImageDesc) -> wgpu::TextureView {
     texture.create_view(&wgpu::TextureViewDescriptor {
         dimension: Some(if desc.volume { TextureViewDimension::D3 } else { TextureViewDimension::D2 }),
+        array_layer_count: Some(1),
+        ..Default::default()
+    })
+}
+
+/// A view of one mip level of one layer.
+pub(crate) fn part_view(texture: &wgpu::Texture, level: u32, layer: u32) -> wgpu::TextureView {
+    texture.create_view(&wgpu::TextureViewDescriptor {
+        dimension: Some(TextureViewDimension::D2),
+        base_mip_level: level,
+        mip_level_count: Some(1),
+        base_array_layer: layer,
+        array_layer_count: Some(1),
         ..Default::default()
     })
 }
 
 pub(crate) fn extent(desc: ImageDesc) -> wgpu::Extent3d {
-    wgpu::Extent3d { width: desc.size.width, height: desc.size.height, depth_or_array_layers: desc.size.depth }
+    let depth_or_array_layers = if desc.volume { desc.size.depth } else { desc.layers };
+    wgpu::Extent3d { width: desc.size.width, height: desc.size.height, depth_or_array_layers }
 }
 
 /// Fills a texture from tightly packed texels.

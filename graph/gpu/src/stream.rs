@@ -148,7 +148,7 @@ impl Readback {
             self.read(part, extent, (row, pitch), &mut bytes)?;
         }
         let volume = texture.dimension() == wgpu::TextureDimension::D3;
-        Ok(Texels { desc: ImageDesc { size, format, volume, samples: 1 }, bytes })
+        Ok(Texels { desc: ImageDesc { volume, ..ImageDesc::new(size).format(format) }, bytes })
     }
 
     /// Appends the texels of a part of a texture.

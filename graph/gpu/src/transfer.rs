@@ -44,7 +44,8 @@ fn decode(format: Format, bytes: &[u8]) -> [f32; 4] {
         Format::R16Float => [half(0), 0.0, 0.0, 1.0],
         Format::Rg16Float => [half(0), half(1), 0.0, 1.0],
         Format::Rgba16Float => std::array::from_fn(half),
-        Format::R32Float => [float(0), 0.0, 0.0, 1.0],
+        Format::R32Float | Format::Depth32Float => [float(0), 0.0, 0.0, 1.0],
+        Format::Depth16Unorm => [f32::from(u16::from_le_bytes([bytes[0], bytes[1]])) / 65535.0, 0.0, 0.0, 1.0],
         Format::Rgba32Float => std::array::from_fn(float),
         Format::Rg11b10Ufloat => {
             let word = u32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]);

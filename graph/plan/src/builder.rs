@@ -53,7 +53,11 @@ fn scale(source: texture_2d<f32>, at: Point, params: Scale) -> vec4f {
 
 /// A format for the numbers of an image: floats if it has them, else half floats.
 pub(crate) fn float_format(format: Format) -> Format {
-    if format.is_32_bit() { format } else { Format::Rgba16Float }
+    match format {
+        _ if format.is_depth() => Format::R32Float,
+        _ if format.is_32_bit() => format,
+        _ => Format::Rgba16Float,
+    }
 }
 
 /// An image of finite numbers in place of an image of the host.

@@ -106,6 +106,10 @@ impl Modules {
     /// The pass as a module, for every way in which its textures may be read and its numbers may be made; and in its
     /// other forms.
     fn check(&mut self, pass: &Pass, recording: &Recording) {
+        if pass.kernels.is_empty() {
+            // It clears, or the host draws with its own modules.
+            return;
+        }
         // In large images the same functions are called in a longer entry point.
         let small = functions_cover(pass, Size::new(1, 1));
         let is_small = cover(pass, recording).is_none_or(|cover| cover == small);

@@ -3,7 +3,7 @@
 //! This comes after fusion, because only passes of functions can be drawn, and before scheduling, which needs the bytes
 //! of the images.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use crate::builder::PlanBuilder;
 use crate::error::PlanError;
@@ -12,7 +12,7 @@ use crate::plan::{PlannedImage, ScheduledPass, Stage};
 use crate::request::PlanRequest;
 use afterimage_base::caps::Caps;
 use afterimage_base::image::{Format, ImageDesc};
-use afterimage_graph::node::{ImageId, Origin, Pass, Recording, Resource, VirtualImage};
+use afterimage_graph::node::{Drawing, ImageId, Origin, Pass, Resource, VirtualImage};
 use afterimage_wgsl::SampleMode;
 
 /// Passes and images with everything that depends on formats.
@@ -30,9 +30,9 @@ pub(crate) struct Formatted {
 /// Chooses how each pass writes; formats that a device can neither store nor draw become wider.
 pub(crate) fn formats(builder: &mut PlanBuilder, request: &PlanRequest<'_>) -> Result<Formatted, PlanError> {
     builder.recording.images.iter().try_for_each(|image| check_size(image, &request.caps))?;
-    let passes = staged(&mut builder.recording, &request.caps);
+    let passes = staged(builder, &request.caps);
     let (mut options, ignored) = request.options.granted(&request.caps);
-    if passes.iter().any(|pass| pass.stage == Stage::Fragment) {
+    if passes.iter().any(|pass| pass.stage != Stage::Compute) {
         // Images that are drawn to have layouts of their own, and images that overlap would need different ones.
         options.alias = options.alias.min(Alias::Pool);
     }
@@ -47,16 +47,46 @@ fn check_size(image: &VirtualImage, caps: &Caps) -> Result<(), PlanError> {
     if fits { Ok(()) } else { Err(PlanError::TooLarge { label: image.label.clone(), size, limit }) }
 }
 
-fn staged(recording: &mut Recording, caps: &Caps) -> Vec<ScheduledPass> {
+fn staged(builder: &mut PlanBuilder, caps: &Caps) -> Vec<ScheduledPass> {
+    let mut stores = stores(builder);
+    let recording = &mut builder.recording;
     let passes = std::mem::take(&mut recording.passes).into_iter().enumerate();
     let mut stage = |pass: &Pass, image: ImageId| {
-        choose(&mut recording.images[image.0 as usize].desc.format, pass.kind.is_drawable(), caps)
+        let format = &mut recording.images[image.0 as usize].desc.format;
+        if pass.drawing().is_some() {
+            make_renderable(format, caps);
+            return Stage::Drawing;
+        }
+        choose(format, pass.kind.is_drawable(), caps)
     };
     let staged = passes.map(|(recorded, pass)| {
         let stages = pass.writes().into_iter().filter_map(Resource::image).map(|image| stage(&pass, image));
-        ScheduledPass { stage: stages.last().unwrap_or(Stage::Compute), pass, recorded }
+        let stage = stages.last().unwrap_or(Stage::Compute);
+        ScheduledPass { stage, stores: std::mem::take(&mut stores[recorded]), pass, recorded }
     });
     staged.collect()
+}
+
+/// For each pass and attachment whether the image is read by a later pass, or leaves the frame. What is not stored
+/// costs no memory traffic on devices that draw in tiles.
+fn stores(builder: &PlanBuilder) -> Vec<Vec<bool>> {
+    let mut read: BTreeSet<ImageId> = builder.kept();
+    let of_pass = |pass: &Pass| {
+        let targets = pass.drawing().into_iter().flat_map(Drawing::targets);
+        let stores = targets.map(|target| read.contains(&target.image)).collect();
+        read.extend(pass.reads().into_iter().filter_map(Resource::image));
+        stores
+    };
+    let mut stores: Vec<Vec<bool>> = builder.recording.passes.iter().rev().map(of_pass).collect();
+    stores.reverse();
+    stores
+}
+
+/// Every device draws to all formats of depth.
+fn make_renderable(format: &mut Format, caps: &Caps) {
+    while !format.is_depth() && !caps.renderable.contains(format) && format.wider() != *format {
+        *format = format.wider();
+    }
 }
 
 fn choose(format: &mut Format, is_drawable: bool, caps: &Caps) -> Stage {
@@ -96,9 +126,9 @@ fn images(builder: &PlanBuilder, request: &PlanRequest<'_>) -> Vec<PlannedImage>
 /// How an image is sampled on this device. For exact results all filtering is done in the shader: a device's own filter
 /// has eight bits of fraction.
 fn sample_mode(image: &VirtualImage, caps: &Caps, exact: bool) -> SampleMode {
-    let from_host = matches!(image.origin, Origin::Input(_)) && !image.finite;
-    let by_hand = exact || image.desc.format.is_32_bit() && !caps.filter_32_bit;
-    match (from_host, by_hand) {
+    let format = image.desc.format;
+    let by_hand = exact || format.is_depth() || format.is_32_bit() && !caps.filter_32_bit;
+    match (!image.finite, by_hand) {
         (true, _) => SampleMode::sanitizing(image.signedness),
         (false, true) => SampleMode::ByHand,
         (false, false) => SampleMode::Plain,

@@ -15,7 +15,7 @@ use crate::specialize::{SpecializedGraph, WireSource};
 use afterimage_base::image::{ImageDesc, Signedness};
 use afterimage_graph::check::{Graph, GraphInput, ImageColors, Source};
 use afterimage_graph::node::{
-    Arg, Arrival, BlockId, ImageColor, ImageId, KernelOrigin, NodeColors, NodeInstance, Origin, Recorder,
+    Arg, Arrival, BlockId, ImageColor, ImageId, KernelOrigin, NodeColors, NodeInstance, Origin, Pass, Recorder,
     RecorderContext, Recording, Resource, VirtualImage,
 };
 
@@ -226,7 +226,9 @@ impl<'a> Round<'a> {
                 // The node is off: its past is what it was when it last ran, or black.
                 _ => *image,
             };
-            self.builder.recording.images[image.0 as usize].origin = Origin::Previous { of, frames: *frames };
+            let finite = self.builder.recording.image(of).finite;
+            let past = &mut self.builder.recording.images[image.0 as usize];
+            (past.origin, past.finite) = (Origin::Previous { of, frames: *frames }, finite);
         }
     }
 
@@ -247,8 +249,11 @@ impl<'a> Round<'a> {
             let is_linear = self.request.given.linear.contains(&output.name);
             let decoding = Decoding::of(color).filter(|_| is_linear);
             let in_rectangle = self.request.given.rectangles.contains(&output.name);
-            // An image that is remembered, or that is an output already, cannot be the host's: it gets a copy.
-            let taken = |image: &ImageId| kept.contains(image) || in_rectangle && !self.can_go_elsewhere(*image);
+            // An image that is remembered, or that is an output already, cannot be the host's: it gets a copy. So does
+            // an attachment, whose format pipelines depend on.
+            let taken = |image: &ImageId| {
+                kept.contains(image) || in_rectangle && !self.can_go_elsewhere(*image) || self.is_drawn_into(*image)
+            };
             let (image, ImageColor { state, colorimetry }) = match (arrival, decoding) {
                 (Arrival::Image(image), Some(decoding)) => {
                     (self.decode(&output.name, image, decoding), Decoding::decoded(color))
@@ -277,6 +282,12 @@ impl<'a> Round<'a> {
         let passes = &self.builder.recording.passes;
         passes.iter().any(|pass| pass.function_result() == Some(image))
             && !passes.iter().any(|pass| pass.reads().contains(&Resource::Image(image)))
+    }
+
+    /// Whether a drawing pass draws into an image.
+    fn is_drawn_into(&self, image: ImageId) -> bool {
+        let mut drawings = self.builder.recording.passes.iter().filter_map(Pass::drawing);
+        drawings.any(|drawing| drawing.images().contains(&image))
     }
 
     /// The image of an output that holds linear light.

@@ -1,4 +1,4 @@
-//! Sanitizing: numbers of host images become finite at their first read.
+//! Sanitizing: numbers of host images, and of images that a host draws, become finite at their first read.
 //!
 //! Pixels and texels are sanitized where they are read (see `shaders/lib/sampling.wgsl`). A kernel that filters or
 //! reads textures directly gets a sanitized copy: a filtered read has four texels, each with the code that repairs it,
@@ -8,11 +8,11 @@
 use std::collections::BTreeSet;
 
 use crate::builder::{PlanBuilder, copy_pass, finite_image};
-use afterimage_graph::node::{Arg, ImageId, KernelCall, Pass, Resource};
+use afterimage_graph::node::{Arg, ImageId, KernelCall, Origin, Pass, Recording, Resource, VirtualImage};
 
-/// Puts a sanitized copy in front of kernels that filter a host image or read it directly.
+/// Puts a sanitized copy in front of kernels that filter an image of the host or read it directly.
 pub(crate) fn sanitize(builder: &mut PlanBuilder) {
-    for (name, image) in builder.inputs.clone() {
+    for (name, image) in builder.inputs.clone().into_iter().chain(drawn_by_host(&builder.recording)) {
         let recording = &mut builder.recording;
         let signedness = |image: ImageId| recording.image(image).signedness;
         let is_more_signed = |other: ImageId| other != image && signedness(other) > signedness(image);
@@ -37,6 +37,13 @@ pub(crate) fn sanitize(builder: &mut PlanBuilder) {
         pass.label = "sanitize".into();
         recording.passes.insert(first, pass);
     }
+}
+
+/// The images whose numbers are unknown because a host draws them, and those of earlier frames.
+fn drawn_by_host(recording: &Recording) -> Vec<(String, ImageId)> {
+    let is_drawn = |image: &VirtualImage| !image.finite && !matches!(image.origin, Origin::Input(_));
+    let drawn = recording.images.iter().zip(0..).filter(|(image, _)| is_drawn(image));
+    drawn.map(|(image, id)| (image.label.clone(), ImageId(id))).collect()
 }
 
 fn needs_copy(kernel: &KernelCall, image: ImageId, more_signed: &BTreeSet<ImageId>) -> bool {

@@ -362,7 +362,7 @@ fn covered(plan: &Plan, index: usize) -> Option<[u32; 2]> {
         PassKind::TiledChain(chain) => Some([chain.tile; 2]),
         // The first and the last invocation only make what their neighbours need.
         PassKind::RowDownsample(rows) => Some([sides[0] - 2, rows.rows]),
-        PassKind::Workgroup(_) | PassKind::CellReduce(_) | PassKind::Compute => None,
+        PassKind::Workgroup(_) | PassKind::CellReduce(_) | PassKind::Compute | PassKind::Drawing(_) => None,
     }
 }
 

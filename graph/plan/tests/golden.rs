@@ -114,6 +114,7 @@ fn decisions(plan: &Plan) -> String {
                 PassKind::CellReduce(cells) => format!("{cells:?}"),
                 PassKind::Workgroup(sides) => format!("workgroups of {sides:?}"),
                 PassKind::Compute => "compute".to_owned(),
+                PassKind::Drawing(_) => "drawing".to_owned(),
             };
             format!("{kind} of {} {:?}", planned.pass.kernels.len(), planned.workgroups)
         })

@@ -232,6 +232,7 @@ impl<'p> Machine<'p> {
                     pass.kernels.iter().map(|kernel| self.entry_point(kernel)).collect();
                 return Ok(written?.concat());
             }
+            PassKind::Drawing(_) => panic!("the kinds of these tests draw nothing"),
             PassKind::Point | PassKind::Gather | PassKind::Workgroup(_) => {
                 self.functions(&pass.kernels, size_of_result())?
             }

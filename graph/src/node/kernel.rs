@@ -4,6 +4,7 @@ use afterimage_base::Shared;
 use afterimage_base::image::Signedness;
 use afterimage_wgsl::Shader;
 
+use super::drawing::Subresource;
 use super::resource::{BlockId, BufferId, ImageId, Resource};
 
 /// A kernel function or a compute entry point, and what it is called with.
@@ -13,7 +14,7 @@ pub struct KernelCall {
     pub node: String,
     /// The module.
     pub shader: Shared<Shader>,
-    /// The name of the function or of the entry point.
+    /// The name of the function or of the entry point; of a drawing pass, the vertex entry point.
     pub function: Shared<str>,
     /// The arguments of a function in order, or the bindings of an entry point.
     pub args: Vec<Argument>,
@@ -84,6 +85,8 @@ pub enum Arg {
     Pixel(ImageId),
     /// An image, read anywhere.
     Texture(ImageId),
+    /// One mip level of one layer of an image, read anywhere.
+    Level(Subresource),
     /// The image before in a [`TiledChain`](super::TiledChain), read as far as its reach.
     Tile,
     /// The four texels under one texel of the result of a [`RowDownsample`](super::RowDownsample), from the kernels
@@ -197,7 +200,7 @@ impl KernelCall {
     /// The images that it reads as textures.
     pub fn textures(&self) -> impl Iterator<Item = ImageId> + '_ {
         self.args.iter().filter_map(|arg| match arg.value {
-            Arg::Texture(image) => Some(image),
+            Arg::Texture(image) | Arg::Level(Subresource { image, .. }) => Some(image),
             _ => None,
         })
     }
@@ -231,7 +234,9 @@ impl Arg {
     /// What it reads.
     pub fn read(self) -> Option<Resource> {
         match self {
-            Self::Pixel(image) | Self::Texture(image) => Some(Resource::Image(image)),
+            Self::Pixel(image) | Self::Texture(image) | Self::Level(Subresource { image, .. }) => {
+                Some(Resource::Image(image))
+            }
             Self::Value(buffer, _) | Self::Buffer(buffer, _) => Some(Resource::Buffer(buffer)),
             _ => None,
         }

@@ -4,6 +4,7 @@ mod block;
 mod camera;
 mod color;
 mod contract;
+mod drawing;
 mod folder;
 mod kernel;
 mod kind;
@@ -18,12 +19,19 @@ pub use block::{BlockData, BlockField, FieldType, HostBlock};
 pub use camera::{CAMERA, Camera, Matrix};
 pub use color::{ColorChange, ImageColor};
 pub use contract::{contract, for_each_recording, kind_file_name};
+pub use drawing::{
+    ColorAttachment, Compare, Cull, DepthAttachment, DepthTest, DrawContents, Drawing, Geometry, Load, Raster,
+    Subresource, Topology, VertexBuffer, VertexFormat,
+};
 pub use folder::{folder_kind, folder_kind_of, folder_kind_sharing};
 pub use kernel::{Arg, Argument, ByCells, ByRows, KernelCall, KernelOrigin, WarpPart};
 pub use kind::{Arrivals, DynNode, Kind, NodeKind};
 pub use pass::{CellReduce, Pass, PassKind, PassResult, RowDownsample, TileStage, TiledChain};
 pub use ports::{Fallback, Input, Output, OutputState, PortType, Signature};
-pub use recorder::{Arrival, ComputePass, FunctionPass, NodeColors, Recorder, RecorderContext, Recording, WarpPass};
+pub use recorder::{
+    Arrival, AttachmentPass, ComputePass, DrawPass, FunctionPass, NodeColors, Recorder, RecorderContext, Recording,
+    WarpPass,
+};
 pub use registry::{DuplicateKind, Registry};
 pub use resource::{BlockId, BufferId, BufferLife, ImageId, Origin, Resource, VirtualBuffer, VirtualImage};
 pub use typed::{Node, NodeInstance, Params};

@@ -8,6 +8,7 @@ use std::ops::Range;
 use afterimage_base::image::Size;
 use afterimage_wgsl::Shader;
 
+use super::drawing::Drawing;
 use super::kernel::{Arg, KernelCall};
 use super::resource::{ImageId, Resource};
 
@@ -20,7 +21,8 @@ pub struct Pass {
     pub label: String,
     /// What runs, in order.
     pub kernels: Vec<KernelCall>,
-    /// The images that take the values of kernel functions. Compute entry points write through their arguments.
+    /// The images that take the values of kernel functions. Compute entry points write through their arguments, and
+    /// drawing passes into their attachments.
     pub results: Vec<PassResult>,
     /// How the kernels run together.
     pub kind: PassKind,
@@ -52,6 +54,8 @@ pub enum PassKind {
     Workgroup([u32; 2]),
     /// A compute entry point that its author has written.
     Compute,
+    /// A drawing pass: geometry, or what the host records, into attachments.
+    Drawing(Box<Drawing>),
 }
 
 /// A chain of images that one dispatch makes, tile by tile.
@@ -125,6 +129,14 @@ impl Pass {
         result.map(|result| result.image)
     }
 
+    /// What it draws; `None` for other kinds.
+    pub fn drawing(&self) -> Option<&Drawing> {
+        match &self.kind {
+            PassKind::Drawing(drawing) => Some(drawing),
+            _ => None,
+        }
+    }
+
     /// The arguments of all kernels.
     pub fn args(&self) -> impl Iterator<Item = Arg> + '_ {
         self.kernels.iter().flat_map(|kernel| &kernel.args).map(|arg| arg.value)
@@ -133,7 +145,8 @@ impl Pass {
     /// Everything it reads, each once, in order of first mention.
     pub fn reads(&self) -> Vec<Resource> {
         let mut found = Vec::new();
-        for resource in self.args().filter_map(Arg::read) {
+        let drawn = self.drawing().into_iter().flat_map(Drawing::reads);
+        for resource in self.args().filter_map(Arg::read).chain(drawn) {
             if !found.contains(&resource) {
                 found.push(resource);
             }
@@ -144,7 +157,8 @@ impl Pass {
     /// Everything it writes.
     pub fn writes(&self) -> Vec<Resource> {
         let results = self.results.iter().map(|result| Resource::Image(result.image));
-        results.chain(self.args().filter_map(Arg::written)).collect()
+        let drawn = self.drawing().map(Drawing::images).unwrap_or_default().into_iter().map(Resource::Image);
+        results.chain(drawn).chain(self.args().filter_map(Arg::written)).collect()
     }
 
     /// The first image that it writes.
@@ -169,7 +183,7 @@ impl Pass {
 }
 
 impl PassKind {
-    /// Whether a draw can make the result as well as a dispatch.
+    /// Whether a full-screen draw can make the result as well as a dispatch.
     pub fn is_drawable(&self) -> bool {
         matches!(self, Self::Point | Self::Gather)
     }

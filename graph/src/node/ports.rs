@@ -10,7 +10,7 @@ use afterimage_base::value::Param;
 pub enum PortType {
     /// A 2-D image.
     Image,
-    /// A 2-D image with several samples in each pixel. Only hosts give these.
+    /// A 2-D image with several samples in each pixel, of a host or a drawing pass.
     Multisampled,
     /// Images of halving size, finest first.
     Pyramid,

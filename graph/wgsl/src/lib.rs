@@ -3,6 +3,7 @@
 mod arithmetic;
 mod barriers;
 mod direct_reads;
+mod entry;
 mod error;
 mod features;
 mod library;
@@ -18,11 +19,12 @@ mod uniform;
 mod validate;
 mod walk;
 
+pub use entry::{EntryPoint, EntryStage, Located, NumberKind};
 pub use error::ShaderError;
 pub use features::ShaderFeatures;
 pub use library::{Library, Source};
 pub use link::{Instance, Linked, Linker, Place, SourceMap};
-pub use reflect::{ArgType, EntryPoint, Function, Global, GlobalKind, Member, Reflection, ScalarKind, StructLayout};
+pub use reflect::{ArgType, Function, Global, GlobalKind, Member, Reflection, ScalarKind, StructLayout};
 pub use sample_mode::SampleMode;
 pub use shader::Shader;
 pub use uniform::UniformValue;

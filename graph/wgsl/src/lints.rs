@@ -1,6 +1,6 @@
 //! What a validator lets through and a device does not survive.
 
-use naga::{Block, Expression, Function, Literal, Module, SampleLevel, Span, Statement, TypeInner};
+use naga::{Block, Expression, Function, Literal, Module, SampleLevel, ShaderStage, Span, Statement, TypeInner};
 
 use crate::walk::blocks;
 
@@ -16,12 +16,19 @@ pub(crate) fn first(module: &Module) -> Option<(Span, &'static str)> {
     let entries = module.entry_points.iter().map(|entry| &entry.function);
     let functions = module.functions.iter().map(|(_, function)| function);
     let told = |span: Option<Span>, why| span.map(|span| (span, why));
+    let draws = draws_only(module);
     functions.chain(entries).find_map(|function| {
         told(constant_part(module, function), CONSTANT_PART)
-            .or_else(|| told(neighbours(function), NEIGHBOURS))
-            .or_else(|| told(find(&function.body, &is_discard), DISCARD))
+            .or_else(|| told(neighbours(function).filter(|_| !draws), NEIGHBOURS))
+            .or_else(|| told(find(&function.body, &is_discard).filter(|_| !draws), DISCARD))
             .or_else(|| told(find(&function.body, &|statement| is_endless(function, statement)), ENDLESS))
     })
+}
+
+/// Whether all entry points are of a drawing pass, whose fragments have neighbours and can be discarded.
+fn draws_only(module: &Module) -> bool {
+    let is_of_draw = |stage: ShaderStage| matches!(stage, ShaderStage::Vertex | ShaderStage::Fragment);
+    !module.entry_points.is_empty() && module.entry_points.iter().all(|entry| is_of_draw(entry.stage))
 }
 
 /// What needs the pixels around: derivatives, and samples whose level of detail comes from them.
@@ -142,6 +149,16 @@ mod tests {
         assert_eq!(in_body("y = textureSample(t, s, vec2f(x)).x;"), Some(NEIGHBOURS));
         assert_eq!(in_body("y = textureSampleLevel(t, s, vec2f(x), 0.0).x;"), None);
         assert_eq!(in_body("if x < 0.0 { discard; }"), Some(DISCARD));
+    }
+
+    #[test]
+    fn a_drawing_pass_may_do_it() {
+        let discards = "fn cut(x: f32) { if dpdx(x) < 0.0 { discard; } }";
+        let entry = "@fragment fn main(@location(0) x: f32) -> @location(0) vec4f { cut(x); return vec4f(x); }";
+        let draws = format!("{discards} {entry}");
+        assert_eq!(told(&draws), None);
+        let with_dispatch = format!("{draws} @compute @workgroup_size(1) fn other() {{ }}");
+        assert_eq!(told(&with_dispatch).map(|(_, why)| why), Some(NEIGHBOURS));
     }
 
     #[test]

@@ -5,6 +5,7 @@ use naga::{AddressSpace, ImageClass, ImageDimension, ScalarKind as NagaKind, Typ
 use crate::arithmetic::heavy;
 use crate::barriers::sharing;
 use crate::direct_reads::{direct_reads, filtering};
+use crate::entry::{EntryPoint, entry_point};
 use crate::error::ShaderError;
 use crate::features::ShaderFeatures;
 use crate::library::Source;
@@ -31,15 +32,6 @@ pub struct Reflection {
     pub sharing: Vec<String>,
     /// Functions of the file that take longer than a trip of their result through memory.
     pub heavy: Vec<String>,
-}
-
-/// The entry point of a whole kernel.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct EntryPoint {
-    /// Its name.
-    pub name: String,
-    /// Invocations of a workgroup, in each direction.
-    pub workgroup: [u32; 3],
 }
 
 /// A kernel function.
@@ -257,7 +249,7 @@ impl Reader<'_> {
     }
 
     fn entry_point(&self, entry: &naga::EntryPoint) -> Option<EntryPoint> {
-        Some(EntryPoint { name: self.names.own(Some(&entry.name))?, workgroup: entry.workgroup_size })
+        Some(entry_point(self.module, entry, self.names.own(Some(&entry.name))?))
     }
 
     fn function(&self, function: &naga::Function) -> Option<Function> {

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use afterimage_graph::node::ImageId;
+use afterimage_graph::node::{ImageId, Subresource};
 use afterimage_plan::codegen::SlotKind;
 use afterimage_plan::{PlanOutput, Stage};
 use wgpu::{BindGroup, BindGroupEntry, BindingResource, TextureView};
@@ -17,7 +17,7 @@ use crate::GpuError;
 use crate::layout::bound_slots;
 use crate::pipelines::Built;
 use crate::platform::{scoped, watched};
-use crate::store::Store;
+use crate::store::{Store, part_view};
 
 /// How many choices of host images are remembered: the images of a few swap chains.
 const MOST_SETS: usize = 16;
@@ -108,11 +108,18 @@ impl Executor {
             .clone()
             .map(|ring_index| self.bind_group(loaded, index, stage, &built.layout, views, ring_index))
             .collect();
-        let target = |ring_index| match (stage, pass.writes_image) {
-            (Stage::Fragment, Some(image)) => Some(loaded.view(&self.store, image, views, ring_index).clone()),
-            _ => None,
+        let view = |image, ring_index| loaded.view(&self.store, image, views, ring_index);
+        let drawing = loaded.plan.passes[index].pass.drawing();
+        let targets = |ring_index| match (stage, pass.writes_image, drawing) {
+            (Stage::Fragment, Some(image), _) => vec![view(image, ring_index).clone()],
+            (Stage::Drawing, _, Some(drawing)) => {
+                let part =
+                    |part: Subresource| part_view(view(part.image, ring_index).texture(), part.level, part.layer);
+                drawing.targets().map(part).collect()
+            }
+            _ => Vec::new(),
         };
-        Run { built, groups, attachments: ring_indices.map(target).collect() }
+        Run { built, groups, attachments: ring_indices.map(targets).collect() }
     }
 
     /// The pipeline that draws a pass's result into the host's image.
@@ -142,7 +149,18 @@ impl Executor {
         };
         let uniform = &loaded.plan.passes[index].uniform;
         let frame = &self.frame_uniforms[usize::from(loaded.uses_uninitialized(index))];
-        let resource = |kind| match kind {
+        let levels: Vec<TextureView> = bound_slots(&pass.composed, stage)
+            .filter_map(|slot| match slot.kind {
+                SlotKind::Level(part) => {
+                    let whole = loaded.view(&self.store, part.image, views, ring_index);
+                    Some(part_view(whole.texture(), part.level, part.layer))
+                }
+                _ => None,
+            })
+            .collect();
+        let mut next_level = levels.iter();
+        let mut resource = |kind| match kind {
+            SlotKind::Level(_) => BindingResource::TextureView(next_level.next().expect("each has its view")),
             SlotKind::Frame => frame.as_entire_binding(),
             SlotKind::Block(block) => {
                 let planned = loaded.plan.block(block);

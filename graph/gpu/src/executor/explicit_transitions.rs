@@ -22,7 +22,7 @@ pub(super) fn explicit_transitions(
     runs: &[Run],
     views: &[TextureView],
 ) -> ExplicitTransitions {
-    let is_drawn: Vec<bool> = runs.iter().map(|run| run.built.pipeline.stage() == Stage::Fragment).collect();
+    let is_drawn: Vec<bool> = runs.iter().map(|run| run.built.pipeline.stage() != Stage::Compute).collect();
     let wanted = wanted(&loaded.plan, &loaded.placement.aliasing, &is_drawn, loaded.placed.is_some());
     let of_passes = wanted.iter().map(|wanted| for_each_ring_index(loaded, store, views, wanted)).collect();
     let has_host_views = wanted.iter().flatten().any(|(image, _)| loaded.host_view(*image).is_some());

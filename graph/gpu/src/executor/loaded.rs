@@ -154,8 +154,8 @@ pub(super) struct Run {
     pub(super) built: Built,
     /// For each ring index.
     pub(super) groups: Vec<BindGroup>,
-    /// The attachments of a draw, for each ring index.
-    pub(super) attachments: Vec<Option<TextureView>>,
+    /// The attachments of a draw, for each ring index: colors, then depth.
+    pub(super) attachments: Vec<Vec<TextureView>>,
 }
 
 impl Loaded {

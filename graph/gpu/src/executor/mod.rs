@@ -4,6 +4,7 @@ mod bind;
 mod blocks;
 mod compiled;
 mod contents;
+mod drawing;
 mod explicit_transitions;
 mod frame;
 mod frame_constants;
@@ -93,6 +94,10 @@ impl Executor {
                 label: Some("afterimage"),
                 mag_filter: filter,
                 min_filter: filter,
+                mipmap_filter: match filter {
+                    wgpu::FilterMode::Linear => wgpu::MipmapFilterMode::Linear,
+                    wgpu::FilterMode::Nearest => wgpu::MipmapFilterMode::Nearest,
+                },
                 ..Default::default()
             })
         };

@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use afterimage_graph::node::ImageId;
+use afterimage_graph::node::{ImageId, Subresource};
 use afterimage_plan::codegen::{Composed, SlotKind};
 use afterimage_plan::{Alias, HeapPlacement, PlacedPlan, Plan, PlannedImage, Stage};
 use wgpu::{Buffer, BufferUsages, Device, TextureFormat};
@@ -13,6 +13,7 @@ use super::frame_constants;
 use super::loaded::{LoadedPass, LoadedPasses, planned_attachment};
 use crate::GpuError;
 use crate::buffer::filled_buffer;
+use crate::drawing::DrawState;
 use crate::heap::{Place, Placed};
 use crate::layout::by_hand;
 use crate::pipelines::{Order, PipelineKey, Pipelines};
@@ -198,10 +199,17 @@ pub(super) fn order<'a>(
     (composed, immediate): (&'a Composed, bool),
     attachment: Option<TextureFormat>,
 ) -> Order<'a> {
-    let stage = if attachment.is_some() { Stage::Fragment } else { Stage::Compute };
     let pass = &plan.passes[index].pass;
+    let stage = match attachment {
+        _ if pass.drawing().is_some() => Stage::Drawing,
+        Some(_) => Stage::Fragment,
+        None => Stage::Compute,
+    };
+    let drawing = pass.drawing().map(|drawing| DrawState::new(plan, drawing));
     let sample_modes = composed.slots.iter().map(|slot| match slot.kind {
-        SlotKind::Texture(image) => format!("{:?}", plan.image(image).sample_mode),
+        SlotKind::Texture(image) | SlotKind::Level(Subresource { image, .. }) => {
+            format!("{:?}", plan.image(image).sample_mode)
+        }
         _ => String::new(),
     });
     let layout: Vec<String> = sample_modes.collect();
@@ -210,6 +218,7 @@ pub(super) fn order<'a>(
             source: composed.source.clone(),
             entry: composed.compute.clone(),
             attachment,
+            drawing,
             layout: layout.join(","),
             checked: plan.options.bounds_checks || !composed.unchecked,
         },

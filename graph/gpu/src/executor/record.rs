@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use wgpu::{CommandEncoder, Device};
 
+use super::drawing::record_drawing;
 use super::frame_constants::FrameConstants;
 use super::loaded::{ExplicitTransition, HostSet, ImageBinding, Loaded, Run};
 use super::rectangle::Rectangle;
@@ -36,7 +37,7 @@ pub(super) fn take_over(store: &Store, loaded: &Loaded, encoder: &mut CommandEnc
 }
 
 /// Where in the rings and when a frame is.
-type Now<'m> = (usize, &'m FrameConstants);
+pub(super) type Now<'m> = (usize, &'m FrameConstants);
 
 pub(super) fn record(loaded: &Loaded, set: &HostSet, now: Now<'_>, passes: Range<usize>, encoder: &mut CommandEncoder) {
     let mut index = passes.start;
@@ -46,6 +47,11 @@ pub(super) fn record(loaded: &Loaded, set: &HostSet, now: Now<'_>, passes: Range
             Pipeline::Render(pipeline) => {
                 transition_for_draw(set.transitions_before(index, now.0), encoder);
                 record_draw(loaded, &set.runs[index], pipeline, now, index, encoder);
+                index += 1;
+            }
+            Pipeline::Drawing(_) | Pipeline::None => {
+                transition_for_draw(set.transitions_before(index, now.0), encoder);
+                record_drawing(loaded, &set.runs[index], now, index, encoder);
                 index += 1;
             }
         }
@@ -116,7 +122,7 @@ fn record_draw(
     index: usize,
     encoder: &mut CommandEncoder,
 ) {
-    let view = run.attachments[ring_index].as_ref().expect("a draw has an attachment");
+    let [view] = run.attachments[ring_index].as_slice() else { panic!("a full-screen draw has one attachment") };
     if let Some(timing) = &loaded.timing {
         encoder.write_timestamp(&timing.queries, index as u32);
     }

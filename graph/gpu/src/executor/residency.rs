@@ -226,7 +226,8 @@ fn ring_length(plan: &Plan) -> u32 {
 }
 
 fn make_buffer(device: &Device, queue: &Queue, wanted: &VirtualBuffer) -> Result<Buffer, GpuError> {
-    let usage = BufferUsages::STORAGE | BufferUsages::COPY_DST | BufferUsages::COPY_SRC;
+    let copies = BufferUsages::COPY_DST | BufferUsages::COPY_SRC;
+    let usage = BufferUsages::STORAGE | BufferUsages::VERTEX | BufferUsages::INDEX | copies;
     let made = buffer(device, &wanted.label, wanted.bytes.next_multiple_of(16), usage);
     if let BufferLife::Constant(bytes) = &wanted.life {
         caught("a table", || queue.write_buffer(&made, 0, bytes))?;

@@ -7,12 +7,12 @@
 
 use std::sync::Arc;
 
-use afterimage_graph::image::ImageDesc;
+use afterimage_graph::image::{Format, ImageDesc};
 use ash::vk;
 use wgpu::hal::api::Vulkan;
 
 use super::asked::Asked;
-use crate::store::{self, Stored, extent, usages, view};
+use crate::store::{self, Stored, usages, view};
 
 /// Memory for the transient images of a plan, and of the plan after it where they fit.
 pub(crate) struct Heap {
@@ -111,25 +111,23 @@ pub(super) fn requirements(device: &wgpu::Device, desc: &ImageDesc) -> Option<As
 }
 
 fn create_image(raw: &ash::Device, device: &wgpu::Device, desc: &ImageDesc) -> Option<vk::Image> {
-    let size = extent(*desc);
     let info = vk::ImageCreateInfo::default()
         .flags(vk::ImageCreateFlags::ALIAS)
         .image_type(if desc.volume { vk::ImageType::TYPE_3D } else { vk::ImageType::TYPE_2D })
         .format(vulkan_format(desc.format))
-        .extent(vk::Extent3D { width: size.width, height: size.height, depth: size.depth_or_array_layers })
-        .mip_levels(1)
-        .array_layers(1)
-        .samples(vk::SampleCountFlags::TYPE_1)
+        .extent(vk::Extent3D { width: desc.size.width, height: desc.size.height, depth: desc.size.depth })
+        .mip_levels(desc.levels)
+        .array_layers(desc.layers)
+        .samples(vk::SampleCountFlags::from_raw(desc.samples))
         .tiling(vk::ImageTiling::OPTIMAL)
-        .usage(vulkan_usage(usages(device, *desc)))
+        .usage(vulkan_usage(usages(device, *desc), desc.format))
         .sharing_mode(vk::SharingMode::EXCLUSIVE)
         .initial_layout(vk::ImageLayout::UNDEFINED);
     // SAFETY: the description is complete and within the device's limits, which the planner checks.
     unsafe { raw.create_image(&info, None) }.ok()
 }
 
-fn vulkan_format(format: afterimage_graph::image::Format) -> vk::Format {
-    use afterimage_graph::image::Format;
+fn vulkan_format(format: Format) -> vk::Format {
     match format {
         Format::Rgba8Unorm => vk::Format::R8G8B8A8_UNORM,
         Format::R16Float => vk::Format::R16_SFLOAT,
@@ -138,6 +136,8 @@ fn vulkan_format(format: afterimage_graph::image::Format) -> vk::Format {
         Format::Rg11b10Ufloat => vk::Format::B10G11R11_UFLOAT_PACK32,
         Format::R32Float => vk::Format::R32_SFLOAT,
         Format::Rgba32Float => vk::Format::R32G32B32A32_SFLOAT,
+        Format::Depth16Unorm => vk::Format::D16_UNORM,
+        Format::Depth32Float => vk::Format::D32_SFLOAT,
     }
 }
 
@@ -167,9 +167,13 @@ fn hal_usage(usage: wgpu::TextureUsages) -> wgpu::TextureUses {
     USAGES.iter().filter(|(known, ..)| usage.contains(*known)).map(|(_, hal, _)| *hal).collect()
 }
 
-fn vulkan_usage(usage: wgpu::TextureUsages) -> vk::ImageUsageFlags {
+fn vulkan_usage(usage: wgpu::TextureUsages, format: Format) -> vk::ImageUsageFlags {
+    let of_format = |vk: vk::ImageUsageFlags| match vk {
+        vk::ImageUsageFlags::COLOR_ATTACHMENT if format.is_depth() => vk::ImageUsageFlags::DEPTH_STENCIL_ATTACHMENT,
+        vk => vk,
+    };
     USAGES
         .iter()
         .filter(|(known, ..)| usage.contains(*known))
-        .fold(vk::ImageUsageFlags::empty(), |all, (.., vk)| all | *vk)
+        .fold(vk::ImageUsageFlags::empty(), |all, (.., vk)| all | of_format(*vk))
 }

@@ -38,7 +38,10 @@ fn uses_of(scheduled: &ScheduledPass) -> BTreeMap<Resource, Use> {
     let reads = pass.reads().into_iter().map(|resource| (resource, Use::Read));
     let write = |resource: Resource| match (resource, stage) {
         (Resource::Buffer(_), _) => Use::StorageReadWrite,
-        (Resource::Image(_), Stage::Fragment) => Use::ColorAttachment,
+        (Resource::Image(image), Stage::Drawing) if pass.drawing().is_some_and(|drawing| drawing.is_depth(image)) => {
+            Use::DepthAttachment
+        }
+        (Resource::Image(_), Stage::Fragment | Stage::Drawing) => Use::ColorAttachment,
         (Resource::Image(_), Stage::Compute) => Use::StorageWrite,
     };
     reads.chain(pass.writes().into_iter().map(|resource| (resource, write(resource)))).collect()

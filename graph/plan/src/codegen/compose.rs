@@ -6,6 +6,7 @@ use afterimage_wgsl::{SampleMode, ShaderError};
 
 use super::cell_reduce::compose_cell_reduce;
 use super::compute::compose_compute;
+use super::drawing::compose_drawing;
 use super::functions::compose_functions;
 use super::in_workgroup::compose_in_workgroup;
 use super::module::{CodeOptions, Composed, PassCode};
@@ -31,5 +32,6 @@ pub fn compose_pass(
         PassKind::CellReduce(reduce) => compose_cell_reduce(&code, reduce),
         PassKind::Workgroup(invocations) => compose_in_workgroup(&code, *invocations),
         PassKind::Compute => compose_compute(&code),
+        PassKind::Drawing(drawing) => compose_drawing(&code, drawing),
     }
 }

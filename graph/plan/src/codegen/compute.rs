@@ -43,6 +43,7 @@ pub(super) fn bind(
             (GlobalKind::Uniform(_), None) => SlotKind::Params,
             (GlobalKind::Sampler, None) => SlotKind::Sampler,
             (GlobalKind::Texture(_), Some(Arg::Texture(image))) => SlotKind::Texture(image),
+            (GlobalKind::Texture(_), Some(Arg::Level(part))) => SlotKind::Level(part),
             (GlobalKind::StorageTexture(_), Some(Arg::Storage(image))) => {
                 linker.set_storage_format(instance, &global.name, code.format_of(image).wgsl());
                 SlotKind::Storage(image)

@@ -4,6 +4,7 @@
 mod cell_reduce;
 mod compose;
 mod compute;
+mod drawing;
 mod features;
 mod functions;
 mod in_workgroup;
@@ -29,10 +30,10 @@ pub(crate) use uniforms::blocks;
 pub fn codegen(passes: Vec<ScheduledPass>, images: &[PlannedImage], options: &Options) -> Vec<PlannedPass> {
     let blocks = uniforms::uniform_blocks(&passes, images);
     let planned = |(scheduled, uniform): (ScheduledPass, _)| {
-        let ScheduledPass { pass, stage, recorded } = scheduled;
+        let ScheduledPass { pass, stage, stores, recorded } = scheduled;
         let features = features::features(&pass, images, options);
         let workgroups = workgroups::workgroups(&pass, images);
-        PlannedPass { pass, stage, recorded, features, workgroups, uniform }
+        PlannedPass { pass, stage, stores, recorded, features, workgroups, uniform }
     };
     passes.into_iter().zip(blocks).map(planned).collect()
 }

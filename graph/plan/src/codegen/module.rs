@@ -1,7 +1,7 @@
 //! A module that a device can run, and what its bindings hold.
 
 use afterimage_base::image::{Format, ImageDesc};
-use afterimage_graph::node::{BlockId, BufferId, ImageId, Pass, PassKind};
+use afterimage_graph::node::{BlockId, BufferId, ImageId, Pass, PassKind, Subresource};
 use afterimage_wgsl::{Instance, Linked, Linker, SampleMode, Shader, ShaderError, ShaderFeatures, SourceMap, validate};
 
 /// What a binding slot of a composed module holds.
@@ -29,6 +29,8 @@ pub enum SlotKind {
     Sampler,
     /// A sampled image.
     Texture(ImageId),
+    /// A mip level of a layer of a sampled image.
+    Level(Subresource),
     /// A storage image that is written.
     Storage(ImageId),
     /// A storage buffer, and whether it is written.
@@ -53,7 +55,7 @@ pub struct Composed {
     pub source: String,
     /// Where its bytes come from.
     pub map: SourceMap,
-    /// The compute entry point's name.
+    /// The compute entry point's name; empty for a drawing pass.
     pub compute: String,
     /// The entry points of a draw, if it has them.
     pub draw: Option<Draw>,
@@ -74,10 +76,10 @@ pub struct Composed {
 /// The names of the entry points of a draw.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Draw {
-    /// The vertex entry point: a triangle that covers the target.
+    /// The vertex entry point: a triangle that covers the target, or that of a drawing pass.
     pub vertex: String,
-    /// The fragment entry point.
-    pub fragment: String,
+    /// The fragment entry point; a drawing pass may have none.
+    pub fragment: Option<String>,
 }
 
 impl Composed {
@@ -136,7 +138,7 @@ impl<'a> PassCode<'a> {
             matches!(self.pass.kind, PassKind::Workgroup(_) | PassKind::Compute | PassKind::CellReduce(_));
         let mut names = linked.entries.into_iter();
         let compute = names.next().expect("a module has a compute entry point");
-        let draw = names.next().zip(names.next()).map(|(vertex, fragment)| Draw { vertex, fragment });
+        let draw = names.next().zip(names.next()).map(|(vertex, fragment)| Draw { vertex, fragment: Some(fragment) });
         Composed {
             source: linked.text,
             map: linked.map,

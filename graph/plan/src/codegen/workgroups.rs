@@ -17,5 +17,6 @@ pub(super) fn workgroups(pass: &Pass, images: &[PlannedImage]) -> [u32; 3] {
         PassKind::CellReduce(cells) => [cells.coarsest[0], cells.coarsest[1], 1],
         PassKind::Workgroup(invocations) => cover(result(), *invocations),
         PassKind::Compute => pass.kernels[0].workgroups.unwrap_or([1; 3]),
+        PassKind::Drawing(_) => [1; 3],
     }
 }

@@ -196,6 +196,7 @@ impl<'c, 'a> FunctionWriter<'c, 'a> {
             Arg::Block(block) => self.block(index, name, block),
             Arg::Sampler => self.variable(SlotKind::Sampler, "var", "linear", "sampler"),
             Arg::Texture(image) => self.texture(image, texture),
+            Arg::Level(part) => self.variable(SlotKind::Level(part), "var", "image", TEXTURE),
             Arg::Pixel(image) => {
                 let texture = self.texture(image, TEXTURE);
                 (self.code.sample_mode_of)(image).pixel_read(&texture)

@@ -34,6 +34,9 @@ fn reducer<'a>(
     number: usize,
 ) -> Option<(ByCells, &'a KernelCall, ImageId)> {
     let [kernel] = graph.get(number)?.kernels.as_slice() else { return None };
+    if graph.is_bound(number) {
+        return None;
+    }
     let by = kernel.by_cells?;
     let Some(Arg::Texture(source)) = kernel.arg(by.source) else { return None };
     let writes_images = kernel.args.iter().all(|arg| !matches!(arg.value, Arg::Buffer(_, true)));

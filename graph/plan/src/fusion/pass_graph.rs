@@ -11,6 +11,8 @@ pub(crate) struct PassGraph {
     passes: Vec<Option<Pass>>,
     readers: BTreeMap<Resource, BTreeSet<usize>>,
     writers: BTreeMap<Resource, BTreeSet<usize>>,
+    /// Images that several passes write: drawing passes, one over the other or level by level.
+    redrawn: BTreeSet<ImageId>,
     kept: BTreeSet<ImageId>,
     outputs: BTreeSet<ImageId>,
 }
@@ -21,7 +23,9 @@ impl PassGraph {
         let kept = builder.kept();
         let outputs = builder.outputs.iter().map(|output| output.image).collect();
         let passes = std::mem::take(&mut builder.recording.passes);
-        let mut graph = Self { passes: Vec::new(), readers: BTreeMap::new(), writers: BTreeMap::new(), kept, outputs };
+        let redrawn = redrawn(&passes);
+        let (readers, writers) = (BTreeMap::new(), BTreeMap::new());
+        let mut graph = Self { passes: Vec::new(), readers, writers, redrawn, kept, outputs };
         for (number, pass) in passes.into_iter().enumerate() {
             graph.passes.push(None);
             graph.put(number, pass);
@@ -39,10 +43,17 @@ impl PassGraph {
         self.passes[number].as_ref()
     }
 
-    /// The pass of that number and its result, if it is one of kernel functions.
+    /// The pass of that number and its result, if it is one of kernel functions that may run later.
     pub(crate) fn functions(&self, number: usize) -> Option<(&Pass, ImageId)> {
         let pass = self.get(number)?;
-        Some((pass, pass.function_result()?))
+        Some((pass, pass.function_result()?)).filter(|_| !self.is_bound(number))
+    }
+
+    /// Whether a pass reads an image that a later pass draws into again, so that it must not run later.
+    pub(crate) fn is_bound(&self, number: usize) -> bool {
+        let reads = self.get(number).filter(|_| !self.redrawn.is_empty()).map(Pass::reads).unwrap_or_default();
+        let is_redrawn = |resource: &Resource| resource.image().is_some_and(|image| self.redrawn.contains(&image));
+        reads.into_iter().filter(is_redrawn).any(|resource| self.writers(resource).any(|writer| writer > number))
     }
 
     /// Takes a pass out.
@@ -99,14 +110,26 @@ impl PassGraph {
         builder.recording.passes = order.into_iter().filter_map(|number| self.passes[number].take()).collect();
     }
 
-    /// The passes that must come before a pass: those that write what it reads, and, for buffers, which are written in
-    /// place, every earlier one that uses what it writes.
+    /// The passes that must come before a pass: those that write what it reads, and, for buffers and images that are
+    /// written in place, every earlier one that uses what it writes.
     pub(crate) fn before(&self, number: usize) -> BTreeSet<usize> {
         let Some(pass) = self.get(number) else { return BTreeSet::new() };
-        let is_before = |resource: Resource, other: usize| resource.image().is_some() || other < number;
+        let in_place = |resource: Resource| resource.image().is_none_or(|image| self.redrawn.contains(&image));
+        let is_before = |resource: Resource, other: usize| !in_place(resource) || other < number;
         let writers = pass.resources().flat_map(|r| self.writers(r).filter(move |other| is_before(r, *other)));
-        let buffers = pass.writes().into_iter().filter(|resource| resource.image().is_none());
-        let readers = buffers.flat_map(|buffer| self.readers(buffer).filter(|other| *other < number));
+        let changed = pass.writes().into_iter().filter(|resource| in_place(*resource));
+        let readers = changed.flat_map(|resource| self.readers(resource).filter(|other| *other < number));
         writers.chain(readers).filter(|other| *other != number).collect()
     }
+}
+
+/// The images that several of these passes write.
+fn redrawn(passes: &[Pass]) -> BTreeSet<ImageId> {
+    let (mut once, mut again) = (BTreeSet::new(), BTreeSet::new());
+    for image in passes.iter().flat_map(Pass::writes).filter_map(Resource::image) {
+        if !once.insert(image) {
+            again.insert(image);
+        }
+    }
+    again
 }

@@ -46,7 +46,8 @@ fn pixel_readers(graph: &PassGraph, recording: &Recording, number: usize) -> Vec
     let readers: Vec<usize> = graph.readers(Resource::Image(result)).take(MOST_COPIES + 1).collect();
     let takes = |reader: &usize| {
         let Some((reader, reader_result)) = graph.functions(*reader) else { return false };
-        let only_pixels = reader.args().all(|arg| arg != Arg::Texture(result));
+        let only_pixels =
+            reader.args().all(|arg| arg == Arg::Pixel(result) || arg.read() != Some(Resource::Image(result)));
         let same_size = recording.image(reader_result).desc.size == image.desc.size;
         only_pixels && same_size && fit_together(pass, reader)
     };

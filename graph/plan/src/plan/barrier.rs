@@ -33,12 +33,14 @@ pub enum Use {
     StorageReadWrite,
     /// Drawn to.
     ColorAttachment,
+    /// The depth of a drawing pass.
+    DepthAttachment,
 }
 
 impl Use {
     /// Whether the contents change.
     pub fn writes(self) -> bool {
-        matches!(self, Self::StorageWrite | Self::StorageReadWrite | Self::ColorAttachment)
+        matches!(self, Self::StorageWrite | Self::StorageReadWrite | Self::ColorAttachment | Self::DepthAttachment)
     }
 }
 

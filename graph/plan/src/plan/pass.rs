@@ -10,6 +10,8 @@ pub struct ScheduledPass {
     pub pass: Pass,
     /// Whether it is dispatched or drawn.
     pub stage: Stage,
+    /// For each attachment of a drawing pass, colors before depth, whether something reads it later.
+    pub stores: Vec<bool>,
     /// Its place in the order of recording, which says what each read must see.
     pub recorded: usize,
 }
@@ -22,6 +24,8 @@ pub struct PlannedPass {
     pub pass: Pass,
     /// Whether it is dispatched or drawn.
     pub stage: Stage,
+    /// For each attachment of a drawing pass, colors before depth, whether something reads it later.
+    pub stores: Vec<bool>,
     /// Its place in the order of recording, which says what each read must see.
     pub recorded: usize,
     /// What its shader may use beyond what every device has.
@@ -52,11 +56,14 @@ pub enum Stage {
     Compute,
     /// A full-screen triangle.
     Fragment,
+    /// A drawing pass: its own geometry, or what the host records.
+    Drawing,
 }
 
 impl PlannedPass {
     /// The pass without what code generation has added.
     pub fn scheduled(&self) -> ScheduledPass {
-        ScheduledPass { pass: self.pass.clone(), stage: self.stage, recorded: self.recorded }
+        let Self { pass, stage, stores, recorded, .. } = self.clone();
+        ScheduledPass { pass, stage, stores, recorded }
     }
 }

@@ -119,7 +119,7 @@ fn images(plan: &Plan, names: &Names) -> Value {
 }
 
 fn image(image: &PlannedImage, name: &str, names: &Names) -> Value {
-    let ImageDesc { size, format, volume, samples } = image.desc;
+    let ImageDesc { size, format, volume, samples, levels, layers } = image.desc;
     let mut value = json!({
         "bytes": image.desc.bytes(),
         "format": format.name(),
@@ -134,8 +134,10 @@ fn image(image: &PlannedImage, name: &str, names: &Names) -> Value {
         "slot": image.slot,
         "volume": volume,
     });
-    if samples > 1 {
-        value["samples"] = samples.into();
+    for (name, count) in [("samples", samples), ("levels", levels), ("layers", layers)] {
+        if count > 1 {
+            value[name] = count.into();
+        }
     }
     value
 }

@@ -25,7 +25,7 @@ impl Plan {
 
     fn dot_pass(&self, at: usize) -> String {
         let PlannedPass { pass, stage, .. } = &self.passes[at];
-        let style = if *stage == Stage::Fragment { ", style=rounded" } else { "" };
+        let style = if *stage != Stage::Compute { ", style=rounded" } else { "" };
         format!("    pass{at} [label=\"{}\\n{}\"{style}];\n", escaped(&pass.nodes.join(" + ")), escaped(&pass.label))
     }
 

@@ -45,6 +45,7 @@ fn argument(arg: Arg, names: &Names) -> String {
         Arg::Square => "texels of the source".into(),
         Arg::Pixel(image) => format!("pixel of {}", names.image(image)),
         Arg::Texture(image) => format!("texture {}", names.image(image)),
+        Arg::Level(part) => format!("level {} of layer {} of {}", part.level, part.layer, names.image(part.image)),
         Arg::Storage(image) => format!("storage {}", names.image(image)),
         Arg::Buffer(held, _) => format!("buffer {}", buffer(held)),
         Arg::Value(held, components) => format!("{components} of {}", buffer(held)),

@@ -3,6 +3,7 @@
 //!
 //! It reads nothing but the plan's data: lifetimes, states and figures are computed again.
 
+mod drawings;
 mod figures;
 mod memory;
 mod order;
@@ -37,7 +38,7 @@ fn faults_of(plan: &Plan, places: &HeapPlacement) -> Result<(), Vec<Fault>> {
     shape::check(plan, places, &mut faults);
     if faults.0.is_empty() {
         let walk = Walk::new(plan, places);
-        let checks = [order::check, memory::check, states::check, figures::check];
+        let checks = [order::check, memory::check, states::check, figures::check, drawings::check];
         checks.into_iter().for_each(|check| check(&walk, &mut faults));
     }
     if faults.0.is_empty() { Ok(()) } else { Err(faults.0) }

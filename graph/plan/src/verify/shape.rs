@@ -73,8 +73,13 @@ fn unused<'a>(plan: &'a Plan, places: &'a HeapPlacement) -> impl Iterator<Item =
 /// Only passes of functions are drawn, and where one is, no images overlap in a heap: what is drawn to has a layout of
 /// its own.
 fn check_stages(plan: &Plan, faults: &mut Faults) {
-    for planned in plan.passes.iter().filter(|planned| planned.stage == Stage::Fragment) {
-        if !planned.pass.kind.is_drawable() {
+    for planned in &plan.passes {
+        if planned.pass.drawing().is_some() != (planned.stage == Stage::Drawing) {
+            faults.add(format!("pass `{}` is planned as {:?}, which it is not", planned.pass.label, planned.stage));
+        }
+    }
+    for planned in plan.passes.iter().filter(|planned| planned.stage != Stage::Compute) {
+        if planned.stage == Stage::Fragment && !planned.pass.kind.is_drawable() {
             faults.add(format!("pass `{}` is drawn, but it can only be dispatched", planned.pass.label));
         }
         if plan.options.alias == Alias::Placed {

@@ -59,10 +59,12 @@ fn check_batch(
 }
 
 fn wanted(walk: &Walk<'_>, pass: usize, access: Access) -> Use {
-    let draws = walk.plan.passes[pass].stage == Stage::Fragment;
+    let (draws, of_pass) = (walk.plan.passes[pass].stage != Stage::Compute, &walk.plan.passes[pass].pass);
+    let is_depth = |image| of_pass.drawing().and_then(|drawing| drawing.depth).is_some_and(|d| d.target.image == image);
     match (access.writes, access.resource) {
         (false, _) => Use::Read,
         (true, Resource::Buffer(_)) => Use::StorageReadWrite,
+        (true, Resource::Image(image)) if is_depth(image) => Use::DepthAttachment,
         (true, Resource::Image(_)) if draws => Use::ColorAttachment,
         (true, Resource::Image(_)) => Use::StorageWrite,
     }

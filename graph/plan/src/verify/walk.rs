@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use crate::placed::HeapPlacement;
 use crate::plan::Plan;
-use afterimage_graph::node::{Arg, Pass, Resource};
+use afterimage_graph::node::{Arg, Load, Pass, PassKind, Resource, Subresource};
 
 /// Something in a plan that is wrong: a sentence with the names of the passes and images.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, thiserror::Error)]
@@ -98,7 +98,9 @@ fn accesses(pass: &Pass) -> Vec<Access> {
     };
     for arg in pass.kernels.iter().flat_map(|kernel| &kernel.args) {
         match arg.value {
-            Arg::Pixel(image) | Arg::Texture(image) => note(Resource::Image(image), true, false),
+            Arg::Pixel(image) | Arg::Texture(image) | Arg::Level(Subresource { image, .. }) => {
+                note(Resource::Image(image), true, false);
+            }
             Arg::Storage(image) => note(Resource::Image(image), false, true),
             Arg::Value(buffer, _) => note(Resource::Buffer(buffer), true, false),
             Arg::Buffer(buffer, writes) => note(Resource::Buffer(buffer), true, writes),
@@ -108,5 +110,15 @@ fn accesses(pass: &Pass) -> Vec<Access> {
         }
     }
     pass.results.iter().for_each(|result| note(Resource::Image(result.image), false, true));
+    if let PassKind::Drawing(drawing) = &pass.kind {
+        for color in &drawing.colors {
+            note(Resource::Image(color.target.image), color.load == Load::Keep, true);
+        }
+        if let Some(depth) = &drawing.depth {
+            note(Resource::Image(depth.target.image), depth.test.load == Load::Keep, true);
+        }
+        let buffers = drawing.geometry().into_iter().flat_map(|geometry| geometry.buffers());
+        buffers.for_each(|buffer| note(Resource::Buffer(buffer), true, false));
+    }
     found.into_values().collect()
 }

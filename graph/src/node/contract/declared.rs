@@ -83,9 +83,8 @@ fn output(kind: &NodeKind, port: &Output, complaints: &mut Complaints) {
     let name = &*port.name;
     port_name(name, complaints);
     complaints.require(!port.doc.trim().is_empty(), || format!("the output `{name}` has no doc"));
-    complaints.require(!matches!(port.ty, PortType::Block | PortType::Multisampled), || {
-        format!("the output `{name}` is a {}: hosts alone give these", port.ty.name())
-    });
+    complaints
+        .require(port.ty != PortType::Block, || format!("the output `{name}` is a Block: hosts alone give these"));
     content(name, port.ty, port.content.as_deref(), complaints);
     complaints.require(port.ty != PortType::Table || port.content.is_some(), || {
         format!("the output `{name}` is a table, which its readers must know: name its layout by `content`")
@@ -120,7 +119,7 @@ fn fallback(kind: &NodeKind, port: &Output, complaints: &mut Complaints) {
     let (name, ty) = (&port.name, port.ty.name());
     match &port.fallback {
         Fallback::Absent => {}
-        Fallback::Zero => complaints.require(is_image(port.ty), || {
+        Fallback::Zero => complaints.require(is_image(port.ty) && port.ty != PortType::Multisampled, || {
             format!("the fallback of `{name}` is zero, but a {ty} has no zero: it may be absent")
         }),
         Fallback::Input(source) => match kind.input(source) {

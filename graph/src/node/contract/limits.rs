@@ -65,7 +65,7 @@ fn invocations(sides: [u32; 3], caps: &Caps, place: &str, complaints: &mut Compl
 
 fn bindings(kernel: &KernelCall, caps: &Caps, place: &str, complaints: &mut Complaints) {
     let count = |fits: fn(&Arg) -> bool| kernel.args.iter().filter(|arg| fits(&arg.value)).count();
-    let textures = count(|arg| matches!(arg, Arg::Texture(_) | Arg::Pixel(_)));
+    let textures = count(|arg| matches!(arg, Arg::Texture(_) | Arg::Level(_) | Arg::Pixel(_)));
     exceeds(textures, MOST_TEXTURES, "textures", place, complaints);
     let buffers = count(|arg| matches!(arg, Arg::Buffer(..) | Arg::Value(..)));
     exceeds(buffers, MOST_BUFFERS, "buffers", place, complaints);

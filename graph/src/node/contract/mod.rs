@@ -13,6 +13,7 @@ mod complaints;
 mod declared;
 mod limits;
 mod names;
+mod parts;
 mod recorded;
 
 use std::collections::BTreeSet;
@@ -34,6 +35,7 @@ pub(super) use names::{is_pascal, is_snake, snake, stem};
 /// * Every kind records at its defaults and at each parameter's extremes, with and without its optional inputs, for an
 ///   image, a single pixel, and images of 7680x4320 and 8192x8192. It records the same each time, gives every output
 ///   that is wanted, and writes only to its own images.
+/// * A mip level or a layer of an image is drawn before a pass reads it.
 /// * Dispatches, workgroups, buffers and bindings are within what every WebGPU device allows, also for the largest
 ///   images.
 /// * A parameter whose change needs no new plan changes nothing but uniforms.

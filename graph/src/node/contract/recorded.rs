@@ -7,6 +7,7 @@ use std::sync::Arc;
 use super::complaints::Complaints;
 use super::limits;
 use super::names::{pascal, snake, stem};
+use super::parts;
 use crate::node::{
     Arg, Arrival, Arrivals, BlockId, BufferLife, KernelCall, NodeColors, NodeInstance, NodeKind, Origin, Pass,
     PortType, Recorder, RecorderContext, Recording, Resource, VirtualBuffer, VirtualImage,
@@ -125,6 +126,7 @@ fn one(way: &Use<'_>, computed: &mut Tables, complaints: &mut Complaints, seen: 
         let fits = matches!(
             (port.ty, given),
             (PortType::Image | PortType::Volume, Arrival::Image(_) | Arrival::Zero)
+                | (PortType::Multisampled, Arrival::Image(_))
                 | (PortType::Pyramid, Arrival::Pyramid(_) | Arrival::Zero)
                 | (PortType::Table | PortType::Value, Arrival::Buffer(_))
         );
@@ -132,6 +134,7 @@ fn one(way: &Use<'_>, computed: &mut Tables, complaints: &mut Complaints, seen: 
             .require(fits, || format!("the output `{}` is wanted and not given as a {}", port.name, port.ty.name()));
     }
     limits::look(&first.recording, way.size, complaints);
+    parts::look(&first.recording, complaints);
     for pass in &first.recording.passes {
         writes_its_own(pass, &first, complaints);
         pass.shaders().for_each(|shader| file_name(shader, complaints));

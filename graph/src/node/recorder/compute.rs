@@ -1,23 +1,23 @@
 //! A pass around a compute entry point.
 
-use super::{Arrival, Recorder};
-use crate::node::kernel::{Arg, Argument, ByCells, KernelCall};
+use super::Recorder;
+use super::bindings::{Bindings, Bound};
+use crate::node::drawing::Subresource;
+use crate::node::kernel::{ByCells, KernelCall};
 use crate::node::pass::{Pass, PassKind};
 use crate::node::resource::{BufferId, ImageId, Resource};
 use afterimage_base::Shared;
-use afterimage_wgsl::{GlobalKind, Shader, UniformValue};
+use afterimage_wgsl::{Shader, UniformValue};
 
 /// A pass around a compute entry point that is being described.
 pub struct ComputePass<'r, 'a> {
-    pub(super) recorder: &'r mut Recorder<'a>,
-    pub(super) shader: Shared<Shader>,
-    pub(super) entry: Shared<str>,
-    pub(super) label: String,
-    pub(super) bound: Vec<(&'static str, Resource)>,
-    /// The parameters, and after them what the node computes.
-    pub(super) uniform: Vec<(&'a str, UniformValue)>,
-    pub(super) constants: Vec<(&'static str, f64)>,
-    pub(super) by_cells: Option<ByCells>,
+    recorder: &'r mut Recorder<'a>,
+    shader: Shared<Shader>,
+    entry: Shared<str>,
+    label: String,
+    bindings: Bindings<'a>,
+    constants: Vec<(&'static str, f64)>,
+    by_cells: Option<ByCells>,
 }
 
 impl<'a> Recorder<'a> {
@@ -25,17 +25,8 @@ impl<'a> Recorder<'a> {
     /// something else.
     pub fn compute(&mut self, shader: impl Into<Shared<Shader>>, entry: impl Into<Shared<str>>) -> ComputePass<'_, 'a> {
         let (shader, entry) = (shader.into(), entry.into());
-        let (label, uniform) = (entry.to_string(), self.parameters.clone());
-        ComputePass {
-            recorder: self,
-            shader,
-            entry,
-            label,
-            bound: Vec::new(),
-            uniform,
-            constants: Vec::new(),
-            by_cells: None,
-        }
+        let (label, bindings) = (entry.to_string(), Bindings::new(self));
+        ComputePass { recorder: self, shader, entry, label, bindings, constants: Vec::new(), by_cells: None }
     }
 }
 
@@ -48,13 +39,19 @@ impl ComputePass<'_, '_> {
 
     /// What a variable of the module holds when it is not an input of the same name.
     pub fn bind(mut self, variable: &'static str, resource: Resource) -> Self {
-        self.bound.push((variable, resource));
+        self.bindings.bind(variable, Bound::Resource(resource));
         self
     }
 
     /// An image for a variable.
     pub fn image(self, variable: &'static str, image: ImageId) -> Self {
         self.bind(variable, Resource::Image(image))
+    }
+
+    /// A mip level of a layer of an image for a variable.
+    pub fn level(mut self, variable: &'static str, part: Subresource) -> Self {
+        self.bindings.bind(variable, Bound::Level(part));
+        self
     }
 
     /// A buffer for a variable.
@@ -64,7 +61,7 @@ impl ComputePass<'_, '_> {
 
     /// A number that the node computes for its uniform; replaces a parameter of the same name.
     pub fn set(mut self, name: &'static str, value: impl Into<UniformValue>) -> Self {
-        self.uniform.push((name, value.into()));
+        self.bindings.set(name, value.into());
         self
     }
 
@@ -84,24 +81,8 @@ impl ComputePass<'_, '_> {
 
     /// Records the pass with this number of workgroups.
     pub fn dispatch(self, groups: [u32; 3]) {
-        let reflection = self.recorder.reflection(&self.shader);
-        let mut args = Vec::new();
-        let mut uniform = Ok(Vec::new());
-        for global in &reflection.globals {
-            if let Some(value) = self.block(&global.name) {
-                args.push(Argument { name: global.name.clone(), value });
-                continue;
-            }
-            match &global.kind {
-                GlobalKind::Uniform(ty) => uniform = reflection.pack(ty, &self.uniform),
-                kind => args.extend(self.resource(&global.name).map(|held| {
-                    self.require_one_sample(&global.name, held);
-                    argument(&global.name, kind, held)
-                })),
-            }
-        }
-        let uniform = uniform.unwrap_or_else(|why| panic!("{:?}: {why}", self.shader));
-        let Self { recorder, shader, entry, label, constants, by_cells, .. } = self;
+        let Self { recorder, shader, entry, label, bindings, constants, by_cells } = self;
+        let (args, uniform) = bindings.arguments(recorder, &shader, &entry);
         let kernel = KernelCall {
             args,
             uniform,
@@ -119,39 +100,4 @@ impl ComputePass<'_, '_> {
             kind: PassKind::Compute,
         });
     }
-
-    /// The host block at the input of that name.
-    fn block(&self, name: &str) -> Option<Arg> {
-        let index = self.recorder.kind.inputs.iter().position(|input| input.name == name)?;
-        match self.recorder.arrivals[index] {
-            Arrival::Block(block) => Some(Arg::Block(block)),
-            _ => None,
-        }
-    }
-
-    fn require_one_sample(&self, name: &str, held: Resource) {
-        let samples = held.image().map_or(1, |image| self.recorder.desc(image).samples);
-        assert!(samples == 1, "`{name}` of `{}` has {samples} samples: functions alone read these", self.entry);
-    }
-
-    fn resource(&self, name: &str) -> Option<Resource> {
-        let bound = self.bound.iter().find(|(variable, _)| *variable == name).map(|(_, resource)| *resource);
-        bound.or_else(|| {
-            let index = self.recorder.kind.inputs.iter().position(|input| input.name == name)?;
-            match &self.recorder.arrivals[index] {
-                Arrival::Image(image) => Some(Resource::Image(*image)),
-                Arrival::Buffer(buffer) => Some(Resource::Buffer(*buffer)),
-                _ => None,
-            }
-        })
-    }
-}
-
-fn argument(name: &str, kind: &GlobalKind, held: Resource) -> Argument {
-    let value = match (held, kind) {
-        (Resource::Image(image), GlobalKind::StorageTexture(_)) => Arg::Storage(image),
-        (Resource::Image(image), _) => Arg::Texture(image),
-        (Resource::Buffer(buffer), kind) => Arg::Buffer(buffer, matches!(kind, GlobalKind::Buffer(true))),
-    };
-    Argument { name: name.to_owned(), value }
 }

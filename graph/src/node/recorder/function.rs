@@ -1,6 +1,7 @@
 //! A pass around one kernel function.
 
-use super::{Arrival, Recorder};
+use super::{Arrival, Recorder, shape};
+use crate::node::drawing::Subresource;
 use crate::node::kernel::{Arg, Argument, ByRows, KernelCall};
 use crate::node::pass::{Pass, PassKind};
 use crate::node::resource::{BlockId, ImageId};
@@ -15,6 +16,7 @@ pub struct FunctionPass<'r, 'a> {
     pub(super) function: Shared<str>,
     pub(super) label: String,
     pub(super) reads: Vec<(Shared<str>, ImageId)>,
+    pub(super) levels: Vec<(&'static str, Subresource)>,
     /// The parameters, and after them what the node computes.
     pub(super) uniform: Vec<(&'a str, UniformValue)>,
     pub(super) reach: Option<f32>,
@@ -39,6 +41,7 @@ impl<'a> Recorder<'a> {
             function,
             label,
             reads: Vec::new(),
+            levels: Vec::new(),
             uniform,
             reach: None,
             promises: Vec::new(),
@@ -58,6 +61,14 @@ impl FunctionPass<'_, '_> {
     /// The image of an argument that is not an input's.
     pub fn read(mut self, arg: impl Into<Shared<str>>, image: ImageId) -> Self {
         self.reads.push((arg.into(), image));
+        self
+    }
+
+    /// One mip level of one layer of an image, for a texture argument. Its functions `tap` and `texel` read it like any
+    /// image.
+    pub fn read_level(mut self, arg: &'static str, part: Subresource) -> Self {
+        self.recorder.require_part(part, &self.function);
+        self.levels.push((arg, part));
         self
     }
 
@@ -111,6 +122,8 @@ impl FunctionPass<'_, '_> {
     /// Records the pass; the result goes to an image made before.
     pub fn write_to(self, result: ImageId) {
         let kernel = self.call();
+        let desc = self.recorder.desc(result);
+        assert!(desc.is_plain(), "`{}` writes an image of one sample, level and layer: {}", self.function, shape(desc));
         let nodes = vec![self.recorder.node.to_owned()];
         let mut pass = Pass::of_functions(nodes, self.label, vec![kernel], result);
         if let Some(invocations) = self.workgroup {
@@ -155,7 +168,10 @@ impl FunctionPass<'_, '_> {
             ArgType::Frame => Arg::Frame,
             ArgType::Invocation => Arg::Invocation,
             ArgType::Sampler => Arg::Sampler,
-            ArgType::Texture | ArgType::Volume => Arg::Texture(self.image(name, false)),
+            ArgType::Texture | ArgType::Volume => {
+                let level = self.levels.iter().find(|(arg, _)| arg == name).map(|(_, part)| Arg::Level(*part));
+                level.unwrap_or_else(|| Arg::Texture(self.image(name, false)))
+            }
             ArgType::Multisampled => Arg::Texture(self.image(name, true)),
             ArgType::Floats(n) => self.numbers(name, *n),
             other => panic!(
@@ -175,6 +191,8 @@ impl FunctionPass<'_, '_> {
             other => panic!("input `{name}` of `{}` is {other:?}: `read` an image for it", self.recorder.node),
         });
         self.require_samples(name, image, has_samples);
+        let layers = self.recorder.desc(image).layers;
+        assert!(layers == 1, "the image of `{name}` in `{}` has {layers} layers: use `read_level`", self.function);
         image
     }
 

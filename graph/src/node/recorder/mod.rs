@@ -1,6 +1,9 @@
 //! The recorder: what a node uses to describe its passes as data. It cannot reach a device.
 
+mod bindings;
 mod compute;
+mod draw;
+mod draw_rules;
 mod function;
 mod warp;
 
@@ -8,12 +11,14 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 pub use compute::ComputePass;
+pub use draw::{AttachmentPass, DrawPass};
 pub use function::FunctionPass;
 pub use warp::WarpPass;
 
 use super::color::ImageColor;
+use super::drawing::Subresource;
 use super::pass::Pass;
-use super::ports::{OutputState, Signature};
+use super::ports::{OutputState, PortType, Signature};
 use super::resource::{BlockId, BufferId, BufferLife, ImageId, Origin, VirtualBuffer, VirtualImage};
 use afterimage_base::caps::Caps;
 use afterimage_base::image::{ColorState, Format, ImageDesc, Signedness, Size};
@@ -269,7 +274,9 @@ impl<'a> Recorder<'a> {
 
     fn stored(&self, desc: ImageDesc, is_output: bool) -> ImageDesc {
         let asked = if is_output { self.format.unwrap_or(desc.format) } else { desc.format };
-        desc.format(if self.exact { asked.exact() } else { asked })
+        // No device draws samples of four floats.
+        let is_exact = self.exact && (desc.samples == 1 || asked.exact() != Format::Rgba32Float);
+        desc.format(if is_exact { asked.exact() } else { asked })
     }
 
     fn label(&self, what: &str) -> String {
@@ -309,7 +316,30 @@ impl<'a> Recorder<'a> {
     /// Gives something to an output port.
     pub fn give(&mut self, port: &str, what: Arrival) {
         let index = self.kind.outputs.iter().position(|output| output.name == port);
-        self.outputs[index.unwrap_or_else(|| panic!("`{}` has no output `{port}`", self.kind.name))] = what;
+        let index = index.unwrap_or_else(|| panic!("`{}` has no output `{port}`", self.kind.name));
+        if let Arrival::Image(image) = what {
+            let (desc, ty) = (self.desc(image), self.kind.outputs[index].ty);
+            let fits = match ty {
+                PortType::Multisampled => desc.samples > 1,
+                _ => desc.is_plain(),
+            };
+            assert!(fits, "the output `{port}` of `{}` is a {}: {}", self.kind.name, ty.name(), shape(desc));
+        }
+        self.outputs[index] = what;
+    }
+
+    /// A pass reads or draws a level and a layer that there is.
+    fn require_part(&self, part: Subresource, place: &str) {
+        let image = self.recording.image(part.image);
+        let ImageDesc { levels, layers, .. } = image.desc;
+        assert!(
+            part.level < levels && part.layer < layers,
+            "`{place}` names level {} of layer {} of `{}`: {}",
+            part.level,
+            part.layer,
+            image.label,
+            shape(image.desc)
+        );
     }
 
     /// An image whose texels are known now, in the format of `desc`.
@@ -359,4 +389,12 @@ impl<'a> Recorder<'a> {
     fn reflection<'s>(&self, shader: &'s Shader) -> &'s Reflection {
         shader.reflect().unwrap_or_else(|error| panic!("the contract test parses every shader: {error}"))
     }
+}
+
+/// Samples, levels and layers of an image, for messages.
+fn shape(desc: ImageDesc) -> String {
+    let count = |count: u32, what: &str| format!("{count} {what}{}", if count == 1 { "" } else { "s" });
+    let [samples, levels, layers] = [(desc.samples, "sample"), (desc.levels, "level"), (desc.layers, "layer")]
+        .map(|(number, what)| count(number, what));
+    format!("its image has {samples}, {levels} and {layers}")
 }

@@ -42,7 +42,7 @@ pub(crate) fn passes(picture: &Picture<'_>, canvas: &mut Canvas, y: f64) {
     for (at, PlannedPass { pass, stage, .. }) in picture.plan.passes.iter().enumerate() {
         let x = picture.x(at);
         let color = picture.color(pass.nodes.last().map_or("", String::as_str));
-        let edge = (*stage == Stage::Fragment).then_some(INK);
+        let edge = (*stage != Stage::Compute).then_some(INK);
         let hint = format!("{}: {}, {:?}", pass.nodes.join(" + "), pass.label, stage);
         canvas.bar([x + 1.5, y, picture.column - 3.0, 15.0], color, edge, &hint);
         canvas.slanted(x + picture.column / 2.0 - 1.0, y - 7.0, 10.0, INK, &name_of(picture, at));

@@ -1,0 +1,91 @@
+//! Commands of drawing passes.
+
+use afterimage_graph::node::{ColorAttachment, DrawContents, Drawing, Geometry, Load};
+use wgpu::{CommandEncoder, RenderPass};
+
+use super::loaded::{Loaded, Run};
+use super::record::Now;
+use crate::layout::Pipeline;
+
+/// Records a drawing pass: its geometry, or what the host draws.
+pub(super) fn record_drawing(
+    loaded: &Loaded,
+    run: &Run,
+    (ring_index, frame_constants): Now<'_>,
+    index: usize,
+    encoder: &mut CommandEncoder,
+) {
+    let planned = &loaded.plan.passes[index];
+    let drawing = planned.pass.drawing().expect("the plan draws in this pass");
+    let views = &run.attachments[ring_index];
+    if let Some(timing) = &loaded.timing {
+        encoder.write_timestamp(&timing.queries, index as u32);
+    }
+    let mut pass = begin(drawing, views, &planned.stores, loaded.label(index), encoder);
+    if let (DrawContents::Geometry(geometry), Pipeline::Drawing(pipeline)) = (&drawing.contents, &run.built.pipeline) {
+        pass.set_pipeline(pipeline);
+        pass.set_bind_group(0, &run.groups[ring_index], &[]);
+        if loaded.passes[index].immediate {
+            pass.set_immediates(0, frame_constants.bytes(loaded.uses_uninitialized(index)));
+        }
+        draw(loaded, geometry, &mut pass);
+    }
+    drop(pass);
+    if let Some(timing) = &loaded.timing {
+        encoder.write_timestamp(&timing.queries, index as u32 + 1);
+    }
+}
+
+fn begin<'e>(
+    drawing: &Drawing,
+    views: &[wgpu::TextureView],
+    stores: &[bool],
+    label: Option<&str>,
+    encoder: &'e mut CommandEncoder,
+) -> RenderPass<'e> {
+    let store = |at: usize| if stores[at] { wgpu::StoreOp::Store } else { wgpu::StoreOp::Discard };
+    let color = |(at, color): (usize, &ColorAttachment)| {
+        let load = match color.load {
+            Load::Clear([r, g, b, a]) => wgpu::LoadOp::Clear(wgpu::Color { r, g, b, a }),
+            Load::Keep => wgpu::LoadOp::Load,
+        };
+        Some(wgpu::RenderPassColorAttachment {
+            view: &views[at],
+            depth_slice: None,
+            resolve_target: None,
+            ops: wgpu::Operations { load, store: store(at) },
+        })
+    };
+    let colors: Vec<_> = drawing.colors.iter().enumerate().map(color).collect();
+    let depth = drawing.depth.map(|depth| {
+        let at = colors.len();
+        let load = match depth.test.load {
+            Load::Clear(value) => wgpu::LoadOp::Clear(value),
+            Load::Keep => wgpu::LoadOp::Load,
+        };
+        wgpu::RenderPassDepthStencilAttachment {
+            view: &views[at],
+            depth_ops: Some(wgpu::Operations { load, store: store(at) }),
+            stencil_ops: None,
+        }
+    });
+    encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+        label: label.or(Some("afterimage")),
+        color_attachments: &colors,
+        depth_stencil_attachment: depth,
+        ..Default::default()
+    })
+}
+
+fn draw(loaded: &Loaded, geometry: &Geometry, pass: &mut RenderPass<'_>) {
+    for (slot, vertices) in geometry.vertices.iter().enumerate() {
+        pass.set_vertex_buffer(slot as u32, loaded.buffers[vertices.buffer.0 as usize].slice(..));
+    }
+    match geometry.indices {
+        Some(indices) => {
+            pass.set_index_buffer(loaded.buffers[indices.0 as usize].slice(..), wgpu::IndexFormat::Uint32);
+            pass.draw_indexed(0..geometry.count, 0, 0..geometry.instances);
+        }
+        None => pass.draw(0..geometry.count, 0..geometry.instances),
+    }
+}

@@ -1,0 +1,208 @@
+//! Drawing passes: geometry, or what the host records.
+
+use super::Recorder;
+use super::bindings::{Bindings, Bound};
+use super::draw_rules::check;
+use crate::node::drawing::{
+    ColorAttachment, DepthAttachment, DepthTest, DrawContents, Drawing, Geometry, Load, Raster, Subresource,
+    VertexBuffer, VertexFormat,
+};
+use crate::node::kernel::KernelCall;
+use crate::node::pass::{Pass, PassKind};
+use crate::node::resource::{BufferId, ImageId, Resource};
+use afterimage_base::Shared;
+use afterimage_wgsl::{Shader, UniformValue};
+
+/// A pass that draws geometry, while it is being described.
+pub struct DrawPass<'r, 'a> {
+    recorder: &'r mut Recorder<'a>,
+    shader: Shared<Shader>,
+    vertex: Shared<str>,
+    label: String,
+    bindings: Bindings<'a>,
+    targets: Targets,
+    fragment: Option<Shared<str>>,
+    vertices: Vec<VertexBuffer>,
+    indices: Option<BufferId>,
+    raster: Raster,
+}
+
+/// A pass that only clears its attachments, or that the host fills with draws, while it is being described.
+pub struct AttachmentPass<'r, 'a> {
+    recorder: &'r mut Recorder<'a>,
+    label: String,
+    targets: Targets,
+    contents: DrawContents,
+}
+
+/// The attachments of a pass.
+#[derive(Default)]
+struct Targets {
+    colors: Vec<ColorAttachment>,
+    depth: Option<DepthAttachment>,
+}
+
+impl<'a> Recorder<'a> {
+    /// A pass that draws geometry: a vertex entry point of a module, and usually a fragment entry point of the same
+    /// module. Its bindings are the inputs of the same names, unless `bind` gives something else.
+    pub fn draw(&mut self, shader: impl Into<Shared<Shader>>, vertex: impl Into<Shared<str>>) -> DrawPass<'_, 'a> {
+        let (shader, vertex) = (shader.into(), vertex.into());
+        let (label, bindings) = (vertex.to_string(), Bindings::new(self));
+        DrawPass {
+            recorder: self,
+            shader,
+            vertex,
+            label,
+            bindings,
+            targets: Targets::default(),
+            fragment: None,
+            vertices: Vec::new(),
+            indices: None,
+            raster: Raster::default(),
+        }
+    }
+
+    /// A pass that clears its attachments and draws nothing.
+    pub fn clear(&mut self, label: impl Into<String>) -> AttachmentPass<'_, 'a> {
+        self.attachments(label.into(), DrawContents::Nothing)
+    }
+
+    /// A pass whose draws the host records, by the name of the node: what it draws with is opaque. A node has one such
+    /// pass at most.
+    pub fn host_draw(&mut self, label: impl Into<String>) -> AttachmentPass<'_, 'a> {
+        self.attachments(label.into(), DrawContents::Host)
+    }
+
+    fn attachments(&mut self, label: String, contents: DrawContents) -> AttachmentPass<'_, 'a> {
+        AttachmentPass { recorder: self, label, targets: Targets::default(), contents }
+    }
+
+    fn record_drawing(&mut self, label: String, kernel: Option<KernelCall>, drawing: Drawing) {
+        let nodes = vec![self.node.to_owned()];
+        let kernels = kernel.into_iter().collect();
+        let pass = Pass { nodes, label, kernels, results: Vec::new(), kind: PassKind::Drawing(Box::new(drawing)) };
+        check(&pass, self.recording);
+        self.recording.passes.push(pass);
+    }
+}
+
+impl DrawPass<'_, '_> {
+    /// What the pass draws, for people; the vertex entry point's name by default.
+    pub fn label(mut self, label: impl Into<String>) -> Self {
+        self.label = label.into();
+        self
+    }
+
+    /// The fragment entry point. Without one, only depth is drawn.
+    pub fn fragment(mut self, entry: impl Into<Shared<str>>) -> Self {
+        self.fragment = Some(entry.into());
+        self
+    }
+
+    /// The next attachment for color: an image, or one of its levels and layers. The fragment entry point's
+    /// `@location`s count the attachments.
+    pub fn color(mut self, target: impl Into<Subresource>, load: Load<[f64; 4]>) -> Self {
+        self.targets.colors.push(ColorAttachment { target: target.into(), load });
+        self
+    }
+
+    /// The attachment for depth.
+    pub fn depth(mut self, target: impl Into<Subresource>, test: DepthTest) -> Self {
+        self.targets.depth = Some(DepthAttachment { target: target.into(), test });
+        self
+    }
+
+    /// A buffer with the next arguments of the vertex entry point, of each vertex: 32 bits a number (but
+    /// [`VertexFormat::Unorm8x4`]), without gaps, at successive `@location`s.
+    pub fn vertices(self, buffer: BufferId, formats: &[VertexFormat]) -> Self {
+        self.attributes(buffer, formats, false)
+    }
+
+    /// The same for arguments of each instance.
+    pub fn instances(self, buffer: BufferId, formats: &[VertexFormat]) -> Self {
+        self.attributes(buffer, formats, true)
+    }
+
+    fn attributes(mut self, buffer: BufferId, formats: &[VertexFormat], per_instance: bool) -> Self {
+        self.vertices.push(VertexBuffer { buffer, per_instance, formats: formats.to_vec() });
+        self
+    }
+
+    /// A buffer with the numbers of the vertices, 32 bits each.
+    pub fn indices(mut self, buffer: BufferId) -> Self {
+        self.indices = Some(buffer);
+        self
+    }
+
+    /// How geometry becomes fragments.
+    pub fn raster(mut self, raster: Raster) -> Self {
+        self.raster = raster;
+        self
+    }
+
+    /// An image for a variable.
+    pub fn image(mut self, variable: &'static str, image: ImageId) -> Self {
+        self.bindings.bind(variable, Bound::Resource(Resource::Image(image)));
+        self
+    }
+
+    /// A mip level of a layer of an image for a variable.
+    pub fn level(mut self, variable: &'static str, part: Subresource) -> Self {
+        self.bindings.bind(variable, Bound::Level(part));
+        self
+    }
+
+    /// A buffer for a variable, which only reads it.
+    pub fn buffer(mut self, variable: &'static str, buffer: BufferId) -> Self {
+        self.bindings.bind(variable, Bound::Resource(Resource::Buffer(buffer)));
+        self
+    }
+
+    /// A number that the node computes for its uniform; replaces a parameter of the same name.
+    pub fn set(mut self, name: &'static str, value: impl Into<UniformValue>) -> Self {
+        self.bindings.set(name, value.into());
+        self
+    }
+
+    /// Records the pass: so many vertices, or indices, and instances.
+    ///
+    /// # Panics
+    /// Where attachments, entry points and buffers do not fit together; the message says which.
+    pub fn record(self, count: u32, instances: u32) {
+        let Self { recorder, shader, vertex, label, bindings, targets, fragment, vertices, indices, raster } = self;
+        let (args, uniform) = bindings.arguments(recorder, &shader, &vertex);
+        let kernel = KernelCall { args, uniform, ..KernelCall::function(recorder.node, shader, vertex, &[]) };
+        let geometry = Geometry { fragment, vertices, indices, count, instances, raster };
+        let contents = DrawContents::Geometry(Box::new(geometry));
+        let Targets { colors, depth } = targets;
+        recorder.record_drawing(label, Some(kernel), Drawing { colors, depth, contents });
+    }
+}
+
+impl AttachmentPass<'_, '_> {
+    /// The next attachment for color.
+    pub fn color(mut self, target: impl Into<Subresource>, load: Load<[f64; 4]>) -> Self {
+        self.targets.colors.push(ColorAttachment { target: target.into(), load });
+        self
+    }
+
+    /// The attachment for depth.
+    pub fn depth(mut self, target: impl Into<Subresource>, test: DepthTest) -> Self {
+        self.targets.depth = Some(DepthAttachment { target: target.into(), test });
+        self
+    }
+
+    /// Records the pass. Nobody knows what numbers a host draws, so its images are sanitized where they are read.
+    ///
+    /// # Panics
+    /// Where the attachments do not fit together; the message says which.
+    pub fn record(self) {
+        let Self { recorder, label, targets: Targets { colors, depth }, contents } = self;
+        if contents == DrawContents::Host {
+            for color in &colors {
+                recorder.recording.images[color.target.image.0 as usize].finite = false;
+            }
+        }
+        recorder.record_drawing(label, None, Drawing { colors, depth, contents });
+    }
+}
