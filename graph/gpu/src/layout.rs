@@ -35,6 +35,21 @@ impl Pipeline {
     }
 }
 
+/// A sampler that clamps, and filters within and between mip levels or takes the nearest texel.
+pub(crate) fn sampler(device: &Device, is_linear: bool) -> wgpu::Sampler {
+    let (filter, between) = match is_linear {
+        true => (wgpu::FilterMode::Linear, wgpu::MipmapFilterMode::Linear),
+        false => (wgpu::FilterMode::Nearest, wgpu::MipmapFilterMode::Nearest),
+    };
+    device.create_sampler(&wgpu::SamplerDescriptor {
+        label: Some("afterimage"),
+        mag_filter: filter,
+        min_filter: filter,
+        mipmap_filter: between,
+        ..Default::default()
+    })
+}
+
 /// The layout of the bind group of a pass.
 pub(crate) fn bind_group_layout(device: &Device, plan: &Plan, composed: &Composed, stage: Stage) -> BindGroupLayout {
     let entries: Vec<BindGroupLayoutEntry> =

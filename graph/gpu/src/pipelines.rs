@@ -168,28 +168,37 @@ fn compile(device: &wgpu::Device, cache: Option<&wgpu::PipelineCache>, order: &O
             compilation_options: compilation_options(order),
             cache,
         })),
-        Stage::Fragment => Pipeline::Render(device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-            label: Some(&order.label),
-            layout: Some(&pipeline_layout),
-            vertex: full_screen_triangle(&module, order.composed),
-            primitive: Default::default(),
-            depth_stencil: None,
-            multisample: Default::default(),
-            fragment: Some(wgpu::FragmentState {
-                module: &module,
-                entry_point: order.composed.draw.as_ref().and_then(|draw| draw.fragment.as_deref()),
-                compilation_options: compilation_options(order),
-                targets: &[Some(order.key.attachment.expect("a draw has an attachment").into())],
-            }),
-            multiview_mask: None,
-            cache,
-        })),
+        Stage::Fragment => Pipeline::Render(full_screen_pipeline(device, order, (&module, &pipeline_layout), cache)),
         Stage::Drawing => {
             let state = order.key.drawing.as_ref().expect("a drawing pass has a state");
             Pipeline::Drawing(render_pipeline(device, (&module, order.composed), &pipeline_layout, state, cache))
         }
     };
     Built { pipeline, layout }
+}
+
+fn full_screen_pipeline(
+    device: &wgpu::Device,
+    order: &Order<'_>,
+    (module, layout): (&wgpu::ShaderModule, &wgpu::PipelineLayout),
+    cache: Option<&wgpu::PipelineCache>,
+) -> wgpu::RenderPipeline {
+    device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+        label: Some(&order.label),
+        layout: Some(layout),
+        vertex: full_screen_triangle(module, order.composed),
+        primitive: Default::default(),
+        depth_stencil: None,
+        multisample: Default::default(),
+        fragment: Some(wgpu::FragmentState {
+            module,
+            entry_point: order.composed.draw.as_ref().and_then(|draw| draw.fragment.as_deref()),
+            compilation_options: compilation_options(order),
+            targets: &[Some(order.key.attachment.expect("a draw has an attachment").into())],
+        }),
+        multiview_mask: None,
+        cache,
+    })
 }
 
 fn compilation_options(order: &Order<'_>) -> wgpu::PipelineCompilationOptions<'static> {

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use afterimage_graph::node::{ImageId, Subresource};
-use afterimage_plan::codegen::SlotKind;
+use afterimage_plan::codegen::{Slot, SlotKind};
 use afterimage_plan::{PlanOutput, Stage};
 use wgpu::{BindGroup, BindGroupEntry, BindingResource, TextureView};
 
@@ -149,15 +149,8 @@ impl Executor {
         };
         let uniform = &loaded.plan.passes[index].uniform;
         let frame = &self.frame_uniforms[usize::from(loaded.uses_uninitialized(index))];
-        let levels: Vec<TextureView> = bound_slots(&pass.composed, stage)
-            .filter_map(|slot| match slot.kind {
-                SlotKind::Level(part) => {
-                    let whole = loaded.view(&self.store, part.image, views, ring_index);
-                    Some(part_view(whole.texture(), part.level, part.layer))
-                }
-                _ => None,
-            })
-            .collect();
+        let whole = |image| loaded.view(&self.store, image, views, ring_index);
+        let levels = level_views(bound_slots(&pass.composed, stage), &whole);
         let mut next_level = levels.iter();
         let mut resource = |kind| match kind {
             SlotKind::Level(_) => BindingResource::TextureView(next_level.next().expect("each has its view")),
@@ -169,9 +162,7 @@ impl Executor {
             SlotKind::Params => region(uniform.offset, uniform.bytes.len() as u64),
             SlotKind::Extent => region(uniform.extent_offset, size_of_val(&uniform.extent) as u64),
             SlotKind::Sampler => BindingResource::Sampler(if pass.by_hand { &self.nearest } else { &self.linear }),
-            SlotKind::Texture(image) | SlotKind::Storage(image) => {
-                BindingResource::TextureView(loaded.view(&self.store, image, views, ring_index))
-            }
+            SlotKind::Texture(image) | SlotKind::Storage(image) => BindingResource::TextureView(whole(image)),
             SlotKind::Buffer(buffer, _) => loaded.buffers[buffer.0 as usize].as_entire_binding(),
         };
         let entries: Vec<BindGroupEntry<'_>> = bound_slots(&pass.composed, stage)
@@ -180,6 +171,18 @@ impl Executor {
         let device = &self.compiler.device;
         device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries: &entries })
     }
+}
+
+/// The views of single mip levels, in the order of their slots.
+fn level_views<'s, 'v>(
+    slots: impl Iterator<Item = &'s Slot>,
+    whole: &dyn Fn(ImageId) -> &'v TextureView,
+) -> Vec<TextureView> {
+    let level = |slot: &Slot| match slot.kind {
+        SlotKind::Level(part) => Some(part_view(whole(part.image).texture(), part.level, part.layer)),
+        _ => None,
+    };
+    slots.filter_map(level).collect()
 }
 
 /// For each output the format in which the host's image for it is drawn; `None` for one that is stored to.

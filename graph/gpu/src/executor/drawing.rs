@@ -3,8 +3,8 @@
 use afterimage_graph::node::{ColorAttachment, DrawContents, Drawing, Geometry, Load};
 use wgpu::{CommandEncoder, RenderPass};
 
+use super::frame_constants::Now;
 use super::loaded::{Loaded, Run};
-use super::record::Now;
 use crate::layout::Pipeline;
 
 /// Records a drawing pass: its geometry, or what the host draws.

@@ -23,6 +23,9 @@ impl FrameConstants {
     }
 }
 
+/// Where in the rings and when a frame is.
+pub(super) type Now<'m> = (usize, &'m FrameConstants);
+
 /// Whether passes can take the constants from immediates.
 pub(super) fn has_immediates(device: &Device) -> bool {
     device.features().contains(Features::IMMEDIATES) && device.limits().max_immediate_size >= BYTES

@@ -25,6 +25,7 @@ use wgpu::{Buffer, BufferUsages, CommandEncoder, Device, Queue, TextureFormat};
 use crate::buffer::buffer;
 use crate::cache;
 use crate::heap;
+use crate::layout::sampler;
 use crate::pipelines::Pipelines;
 use crate::platform::{TaskPool, Worker, caught, scoped, watched};
 use crate::store::Store;
@@ -89,23 +90,11 @@ impl Executor {
     /// An executor that relies on `caps`, from [`caps`](crate::caps). If the device has no memory for it or is lost,
     /// loading a plan returns that error.
     pub fn with_caps(device: &Device, queue: &Queue, caps: Caps) -> Self {
-        let sampler = |filter| {
-            device.create_sampler(&wgpu::SamplerDescriptor {
-                label: Some("afterimage"),
-                mag_filter: filter,
-                min_filter: filter,
-                mipmap_filter: match filter {
-                    wgpu::FilterMode::Linear => wgpu::MipmapFilterMode::Linear,
-                    wgpu::FilterMode::Nearest => wgpu::MipmapFilterMode::Nearest,
-                },
-                ..Default::default()
-            })
-        };
         let usage = BufferUsages::UNIFORM | BufferUsages::COPY_DST;
         let frame_uniform = || buffer(device, "frame", u64::from(frame_constants::BYTES), usage);
         let mut objects = None;
         let made = watched(device, "the executor", || {
-            let samplers = [wgpu::FilterMode::Linear, wgpu::FilterMode::Nearest].map(sampler);
+            let samplers = [true, false].map(|is_linear| sampler(device, is_linear));
             objects = Some((samplers, [frame_uniform(), frame_uniform()]));
             Ok(())
         });

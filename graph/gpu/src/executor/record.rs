@@ -5,7 +5,7 @@ use std::ops::Range;
 use wgpu::{CommandEncoder, Device};
 
 use super::drawing::record_drawing;
-use super::frame_constants::FrameConstants;
+use super::frame_constants::Now;
 use super::loaded::{ExplicitTransition, HostSet, ImageBinding, Loaded, Run};
 use super::rectangle::Rectangle;
 use crate::layout::Pipeline;
@@ -35,9 +35,6 @@ pub(super) fn take_over(store: &Store, loaded: &Loaded, encoder: &mut CommandEnc
     });
     encoder.transition_resources(std::iter::empty(), textures);
 }
-
-/// Where in the rings and when a frame is.
-pub(super) type Now<'m> = (usize, &'m FrameConstants);
 
 pub(super) fn record(loaded: &Loaded, set: &HostSet, now: Now<'_>, passes: Range<usize>, encoder: &mut CommandEncoder) {
     let mut index = passes.start;
