@@ -91,6 +91,7 @@ mod saturation;
 mod shadow_mask;
 mod shaper;
 mod sharpen;
+mod smaa;
 mod ssao;
 mod streaks;
 mod surface;
@@ -161,6 +162,7 @@ pub use saturation::Saturation;
 pub use shadow_mask::{ShadowMask, ShadowTaps};
 pub use shaper::Shaper;
 pub use sharpen::Sharpen;
+pub use smaa::{Smaa, SmaaSearch};
 pub use ssao::Ssao;
 pub use streaks::{Streaks, StreaksAxis};
 pub use surface::NormalSpace;
@@ -222,6 +224,7 @@ pub const ALL: &[NodeKind] = &[
     NodeKind::of::<Saturation>(),
     NodeKind::of::<ShadowMask>(),
     NodeKind::of::<Sharpen>(),
+    NodeKind::of::<Smaa>(),
     NodeKind::of::<Ssao>(),
     NodeKind::of::<Streaks>(),
     NodeKind::of::<Taa>(),

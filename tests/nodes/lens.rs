@@ -2,6 +2,7 @@
 
 use crate::reference::fxaa::{Fxaa, STEPS};
 use crate::reference::image::Image;
+use crate::reference::smaa::Smaa;
 use crate::support::gpu::Picture;
 use crate::support::harness::{Nodes, Scale, Tolerance, assert_close, differences, image};
 use crate::support::numbers::Numbers;
@@ -17,39 +18,56 @@ pub(super) fn lights([width, height]: [u32; 2]) -> Picture {
     })
 }
 
-/// Colours of the half-planes of `aliased`, and how each divides the image: the slope and the place of its edge.
-const EDGES: [([f64; 3], [f64; 3]); 4] = [
+/// A colour, and the half-plane a·u + b·v + c > 0 that has it.
+type HalfPlane = ([f64; 3], [f64; 3]);
+
+/// Edges in four directions.
+const EDGES: [HalfPlane; 4] = [
     ([0.83, 0.61, 0.27], [0.131, -1.0, 0.31]),
     ([0.12, 0.34, 0.71], [-1.0, 0.237, 0.62]),
     ([0.47, 0.88, 0.35], [0.713, 1.0, -1.32]),
     ([0.05, 0.03, 0.09], [-1.0, -0.387, 0.41]),
 ];
 
-/// The colour at a place: the last half-plane that contains it, a little brighter from pixel to pixel, so that no two
-/// brightnesses are equal.
-fn plane([u, v]: [f64; 2]) -> [f64; 3] {
-    let inside = |(_, [a, b, c]): &&([f64; 3], [f64; 3])| a * u + b * v + c > 0.0;
-    EDGES.iter().rev().find(inside).map_or([0.93, 0.95, 0.86], |(color, _)| *color)
+/// Nearly level, nearly upright and nearly diagonal edges of an image of 161x97 pixels: one step in 45 and 37 pixels,
+/// and staircases that are longer than 8 steps.
+const STAIRCASES: [HalfPlane; 4] = [
+    ([0.83, 0.61, 0.27], [161.0, -45.0 * 97.0, 800.0]),
+    ([0.12, 0.34, 0.71], [-37.0 * 161.0, 97.0, 5000.0]),
+    ([0.47, 0.88, 0.35], [1.06 * 161.0, 97.0, -201.0]),
+    ([0.05, 0.03, 0.09], [-0.93 * 161.0, 97.0, -22.0]),
+];
+
+/// The colour at a place: the last half-plane that contains it.
+fn plane(planes: &[HalfPlane], [u, v]: [f64; 2]) -> [f64; 3] {
+    let inside = |(_, [a, b, c]): &&HalfPlane| a * u + b * v + c > 0.0;
+    planes.iter().rev().find(inside).map_or([0.93, 0.95, 0.86], |(color, _)| *color)
 }
 
 /// Edges in four directions, one sample a pixel.
-pub(super) fn aliased([width, height]: [u32; 2]) -> Picture {
+pub(super) fn aliased(size: [u32; 2]) -> Picture {
+    aliased_planes(&EDGES, size)
+}
+
+/// One sample of the half-planes in each pixel, a little brighter or darker from pixel to pixel, so that no two
+/// brightnesses are equal.
+fn aliased_planes(planes: &[HalfPlane], [width, height]: [u32; 2]) -> Picture {
     let mut numbers = Numbers(0x2545_f491_4f6c_dd1d);
     Picture::new(width, height, |x, y| {
         let uv = [(f64::from(x) + 0.5) / f64::from(width), (f64::from(y) + 0.5) / f64::from(height)];
-        let [r, g, b] = plane(uv).map(|light| (light + 0.03 * (numbers.next() - 0.5)) as f32);
+        let [r, g, b] = plane(planes, uv).map(|light| (light + 0.03 * (numbers.next() - 0.5)) as f32);
         [r, g, b, (x % 5) as f32 * 0.25]
     })
 }
 
-/// The same with 256 samples a pixel.
-fn supersampled(width: usize, height: usize) -> Image {
+/// The half-planes with 256 samples a pixel.
+fn supersampled(planes: &[HalfPlane], [width, height]: [usize; 2]) -> Image {
     Image::new(width, height, |x, y| {
         let place = |i: usize, j: usize| {
             [(x as f64 + (i as f64 + 0.5) / 16.0) / width as f64, (y as f64 + (j as f64 + 0.5) / 16.0) / height as f64]
         };
         let mut sum = [0.0; 3];
-        for color in (0..256).map(|k| plane(place(k % 16, k / 16))) {
+        for color in (0..256).map(|k| plane(planes, place(k % 16, k / 16))) {
             sum = [0, 1, 2].map(|c| sum[c] + color[c] / 256.0);
         }
         [sum[0], sum[1], sum[2], 1.0]
@@ -66,7 +84,7 @@ fn mean_square(found: &Picture, wanted: &Image) -> f64 {
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn every_search_of_fxaa_equals_the_published_one_and_comes_nearer_to_the_supersampled_image() {
     let picture = aliased([161, 97]);
-    let wanted = supersampled(161, 97);
+    let wanted = supersampled(&EDGES, [161, 97]);
     let before = mean_square(&picture, &wanted);
     let mut errors = Vec::new();
     for (state, is_light) in [("Encoded", false), ("DisplayLinear", true)] {
@@ -85,6 +103,39 @@ fn every_search_of_fxaa_equals_the_published_one_and_comes_nearer_to_the_supersa
         }
     }
     assert!(errors.iter().all(|share| *share < 0.6), "{errors:?}");
+}
+
+/// The error of each search of Smaa as a share of the error of the aliased image, and last that of Fxaa.
+fn errors_of_smaa(planes: &[HalfPlane], state: &str) -> [f64; 4] {
+    let picture = aliased_planes(planes, [161, 97]);
+    let wanted = supersampled(planes, [161, 97]);
+    let rendered = |node: &str| Nodes::new(&format!("\"result\": {node}"), &[("in", state)]).exact(&[&picture]);
+    let error = |found: &Picture| mean_square(found, &wanted) / mean_square(&picture, &wanted);
+    let mut errors = [0.0; 4];
+    for (index, (search, reach, diagonals)) in [("Far", 64, 16), ("Middle", 32, 8), ("Near", 16, 0)].iter().enumerate()
+    {
+        let is_light = state == "DisplayLinear";
+        let smaa = Smaa { threshold: 0.08, corners: 0.5, reach: *reach, diagonals: *diagonals, is_light };
+        let found = rendered(&format!("Smaa(source: \"in\", search: {search}, threshold: 0.08, corners: 0.5)"));
+        let reason = "shares are quotients in f32";
+        let tolerance = Tolerance { absolute: 1e-6, relative: 2e-5, of: Scale::Neighbourhood, reason };
+        assert_close(search, &found, &smaa.apply(&image(&picture)), &tolerance);
+        errors[index] = error(&found);
+    }
+    errors[3] = error(&rendered("Fxaa(source: \"in\")"));
+    errors
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn every_search_of_smaa_equals_its_reference_and_comes_nearer_to_the_supersampled_image_than_fxaa() {
+    for state in ["Encoded", "DisplayLinear"] {
+        let [far, middle, near, fxaa] = errors_of_smaa(&EDGES, state);
+        assert!(far.max(middle).max(near) < 0.8 * fxaa, "{state}: {far} {middle} {near}, Fxaa {fxaa}");
+        let [far, middle, near, fxaa] = errors_of_smaa(&STAIRCASES, state);
+        assert!(far < middle && middle < 0.9 * near, "{state}: {far} {middle} {near}");
+        assert!(middle < 0.9 * fxaa, "{state}: {middle}, Fxaa {fxaa}");
+    }
 }
 
 #[test]

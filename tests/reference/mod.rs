@@ -38,6 +38,7 @@ pub(crate) mod lens_blur;
 pub(crate) mod outline;
 pub(crate) mod shadow;
 pub(crate) mod sharpen;
+pub(crate) mod smaa;
 pub(crate) mod ssao;
 pub(crate) mod taa;
 pub(crate) mod view;

@@ -139,6 +139,43 @@ fn nothing_is_drawn_outside_of_the_window_and_the_panels_are_there() {
     }
 }
 
+#[test]
+fn the_probe_stays_where_the_pointer_left_and_where_it_is_pinned() {
+    let mut window = open("lynx");
+    window.key(Key::P, Modifiers::NONE);
+    let go = |window: &mut Window, at| {
+        window.frame(vec![Event::PointerMoved(at)]);
+        window.frame(Vec::new());
+        window.stage.viewer.picture.probed
+    };
+    let first = go(&mut window, PLACE).unwrap();
+    assert_eq!(go(&mut window, pos2(100.0, 300.0)), Some(first), "the pointer is at the parameters");
+    let second = go(&mut window, PLACE + vec2(60.0, 0.0)).unwrap();
+    assert!(second[0] > first[0]);
+    window.click(PLACE);
+    assert_eq!(go(&mut window, PLACE + vec2(60.0, 0.0)), Some(first), "a click pins it");
+    // Not at the same place: a double click fits the picture.
+    window.click(PLACE + vec2(0.0, 40.0));
+    assert_eq!(go(&mut window, PLACE + vec2(60.0, 0.0)), Some(second), "another lets it go");
+}
+
+#[test]
+fn closing_asks_while_changes_are_not_saved() {
+    let mut window = open("lynx");
+    let strength = Target::Parameter("lit.strength".into());
+    window.stage.viewer.model.set(&strength, Some(Value::Float(0.31)));
+    window.stage.viewer.leave();
+    window.frame(Vec::new());
+    assert!(!window.stage.viewer.is_leaving());
+    window.key(Key::Escape, Modifiers::NONE);
+    window.frame(Vec::new());
+    assert!(!window.stage.viewer.is_leaving());
+    assert_eq!(window.stage.viewer.model.value("lit.strength"), Some(Value::Float(0.31)), "the window stays as it was");
+    window.key(Key::S, Modifiers::COMMAND);
+    window.stage.viewer.leave();
+    assert!(window.stage.viewer.is_leaving());
+}
+
 /// The file that an export of the window makes.
 fn exported(window: &mut Window, kind: ExportKind) -> afterimage_view::Exported {
     window.stage.viewer.export(kind);

@@ -9,6 +9,7 @@ use crate::reference::haze::Haze;
 use crate::reference::image::{Image, centre_uv};
 use crate::reference::lens::{Flare, dirt, halation, streaks};
 use crate::reference::sharpen::{Unsharp, cas};
+use crate::reference::smaa::Smaa;
 use crate::reference::warp::{Lens, aberration, inverse, warped};
 use crate::support::gpu::Picture;
 use crate::support::harness::{Scale, Tolerance, image};
@@ -43,6 +44,13 @@ pub(super) fn sharpness_kinds() -> Vec<Reference> {
                 let steps = STEPS[0];
                 Fxaa { subpixel: 0.75, threshold: 0.125, floor: 0.0312, steps, is_light: false }.apply(image)
             },
+        ),
+        Reference::new(
+            ("Smaa", "DisplayLinear"),
+            "\"result\": Smaa(source: \"scene\")",
+            aliased,
+            near(2e-5, "shares are quotients in f32"),
+            |image| Smaa { threshold: 0.1, corners: 0.25, reach: 32, diagonals: 8, is_light: true }.apply(image),
         ),
     ]
 }

@@ -117,7 +117,7 @@ impl ApplicationHandler<FilesChanged> for Shell {
             shown.window.request_redraw();
         }
         match event {
-            WindowEvent::CloseRequested => events.exit(),
+            WindowEvent::CloseRequested => shown.ask_to_close(),
             WindowEvent::Resized(size) => shown.surface.resize(size.into()),
             WindowEvent::RedrawRequested => {
                 if let Err(problem) = shown.draw() {
@@ -126,6 +126,9 @@ impl ApplicationHandler<FilesChanged> for Shell {
                 }
             }
             _ => {}
+        }
+        if shown.stage.viewer.is_leaving() {
+            events.exit();
         }
     }
 
@@ -199,6 +202,9 @@ impl Shown {
             return Ok(());
         };
         let input = self.input.take_egui_input(&self.window);
+        if input.events.iter().any(is_close) {
+            self.stage.viewer.leave();
+        }
         let size = [frame.texture.width(), frame.texture.height()];
         let gpu = self.stage.viewer.model.gpu().clone();
         self.stage.viewer.picture.headroom = self.surface.headroom();
@@ -211,6 +217,13 @@ impl Shown {
         self.store_export();
         self.plan_next(output.viewport_output.values().map(|viewport| viewport.repaint_delay).min());
         self.follow_device()
+    }
+
+    /// Closes the window unless changes would be lost; then the question must be seen.
+    fn ask_to_close(&mut self) {
+        self.stage.viewer.leave();
+        self.window.set_minimized(false);
+        self.window.request_redraw();
     }
 
     /// Says when the next frame is drawn.
@@ -255,6 +268,12 @@ impl Shown {
         };
         self.stage.viewer.tell(&self.stage.ctx().clone(), said);
     }
+}
+
+/// Whether the keys are pressed that close windows.
+fn is_close(event: &egui::Event) -> bool {
+    let egui::Event::Key { key: egui::Key::Q, pressed: true, modifiers, .. } = event else { return false };
+    modifiers.command
 }
 
 /// The name, with a number where a file of that name is there.

@@ -13,13 +13,14 @@ const KEYS: &[(&str, &str)] = &[
     ("wheel, drag", "enlarge, and move the picture"),
     ("W, B, D", "compare by a wipe, side by side, by the difference"),
     ("R", "compare with the 32-bit reference"),
-    ("S, P", "scopes; the pixel under the pointer at every node"),
+    ("S, P", "scopes; the pixel under the pointer at every node (a click pins it)"),
     ("G, T, K, M", "the tabs Graph, Text, Cost and Messages"),
     ("H", "the picture alone, without panels"),
     ("Esc", "from an intermediate image back to the result"),
     ("Ctrl+Z, Ctrl+Shift+Z", "undo, redo"),
     ("Ctrl+S", "save"),
     ("Ctrl+E", "export the picture as PNG"),
+    ("Ctrl+Q", "close the window"),
     ("F1", "this sheet"),
 ];
 
@@ -35,7 +36,7 @@ pub(super) fn show(ctx: &egui::Context, is_open: &mut bool) {
         });
         ui.add_space(6.0);
         ui.label("A name in the parameters: a double click goes back to the value of the file.");
-        ui.label("⟳ after a name: a change needs a new plan, and the old picture stays until it is ready.");
+        ui.label("“new plan” after a control: the old picture stays until the plan is ready.");
         ui.label("An output in the graph: a click shows what it carries; a second click goes back.");
     });
 }

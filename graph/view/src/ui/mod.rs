@@ -7,6 +7,8 @@ mod exporter;
 mod graph;
 mod help;
 mod keys;
+mod leave;
+mod leaving;
 mod parameters;
 mod picture;
 mod probe;
@@ -18,7 +20,7 @@ mod theme;
 mod toolbar;
 
 use afterimage_gpu::wgpu;
-use egui::{CentralPanel, Panel, RichText, Ui};
+use egui::{CentralPanel, Panel, RichText, ScrollArea, Ui};
 
 use crate::model::{Model, Rendered};
 use crate::render::{GRID, Grid, Painter};
@@ -26,6 +28,7 @@ use cost::CostPanel;
 use exporter::Exporter;
 pub use exporter::{ExportKind, Exported};
 use graph::GraphPanel;
+use leaving::Leaving;
 use parameters::Parameters;
 pub use picture::{Comparison, PictureView, Subject};
 use probe::ProbePanel;
@@ -65,6 +68,7 @@ pub struct Viewer {
     /// Whether the picture is shown alone, without panels.
     pub is_bare: bool,
     shows_help: bool,
+    leaving: Leaving,
     /// Whether the panels have been shown.
     was_shown: bool,
     painter: Painter,
@@ -78,6 +82,8 @@ pub struct Viewer {
     exporter: Exporter,
     /// A sentence for the user about what was just done.
     said: Option<(String, f64)>,
+    /// Why the last attempt to save wrote nothing.
+    unsaved: Option<String>,
     /// The name of a tier that is being typed.
     tier_name: String,
 }
@@ -99,6 +105,7 @@ impl Viewer {
             shows_probe: false,
             is_bare: false,
             shows_help: false,
+            leaving: Leaving::default(),
             was_shown: false,
             painter: Painter::new(&gpu, target),
             parameters: Parameters::default(),
@@ -110,6 +117,7 @@ impl Viewer {
             probe: ProbePanel::default(),
             exporter: Exporter::default(),
             said: None,
+            unsaved: None,
             tier_name: String::new(),
         }
     }
@@ -161,7 +169,7 @@ impl Viewer {
             let device = &self.model.gpu().device;
             self.grid.record(device, &self.painter, encoder, (&subject.image, subject.slice));
         }
-        if let Some(place) = self.picture.pointer.filter(|_| self.shows_probe) {
+        if let Some(place) = self.picture.probed.filter(|_| self.shows_probe) {
             self.probe.record(&self.model, encoder, place);
         }
     }
@@ -187,8 +195,11 @@ impl Viewer {
         if !self.is_bare {
             self.panels(ui);
         }
-        CentralPanel::no_frame().show(ui, |ui| self.picture.show(ui, &self.painter, &self.model));
+        CentralPanel::no_frame().show(ui, |ui| {
+            self.picture.show(ui, &self.painter, &self.model, self.shows_probe);
+        });
         help::show(ui.ctx(), &mut self.shows_help);
+        self.ask_before_leaving(ui.ctx());
         self.say(ui);
     }
 
@@ -213,15 +224,21 @@ impl Viewer {
 
     fn side(&mut self, ui: &mut Ui) {
         ui.take_available_width();
-        if self.shows_scopes {
-            self.scopes.show(ui);
+        match (self.shows_scopes, self.shows_probe) {
+            (true, true) => {
+                let half = ui.available_height() / 2.0;
+                Panel::bottom("probe").resizable(true).default_size(half).show(ui, |ui| self.show_probe(ui));
+                ScrollArea::vertical().show(ui, |ui| self.scopes.show(ui));
+            }
+            (false, true) => self.show_probe(ui),
+            _ => self.scopes.show(ui),
         }
-        if self.shows_probe {
-            ui.separator();
-            let size =
-                Subject::of(&self.model).map_or([1, 1], |subject| [subject.image.width(), subject.image.height()]);
-            self.probe.show(ui, self.picture.pointer, size);
-        }
+    }
+
+    fn show_probe(&self, ui: &mut Ui) {
+        ui.take_available_height();
+        let size = Subject::of(&self.model).map_or([1, 1], |subject| [subject.image.width(), subject.image.height()]);
+        self.probe.show(ui, (self.picture.probed, self.picture.is_pinned), size);
     }
 
     fn bottom(&mut self, ui: &mut Ui) {
@@ -235,7 +252,7 @@ impl Viewer {
                     Tab::Text => self.show_text(ui),
                     Tab::Cost => self.cost.show(ui, &mut self.model),
                     Tab::Messages => {
-                        if let Some(line) = text::messages(ui, &self.model) {
+                        if let Some(line) = text::messages(ui, &self.model, self.unsaved.as_deref()) {
                             self.text.go_to(line);
                             self.tab = Some(Tab::Text);
                         }
@@ -249,9 +266,9 @@ impl Viewer {
 
     /// The text, with what is wrong beside it.
     fn show_text(&mut self, ui: &mut Ui) {
-        if self.model.problem().is_some() || !self.model.warnings().is_empty() {
+        if self.model.problem().is_some() || !self.model.warnings().is_empty() || self.unsaved.is_some() {
             Panel::right("errors of the text").default_size(440.0).size_range(200.0..=900.0).show(ui, |ui| {
-                if let Some(line) = text::messages(ui, &self.model) {
+                if let Some(line) = text::messages(ui, &self.model, self.unsaved.as_deref()) {
                     self.text.go_to(line);
                 }
             });
@@ -263,7 +280,7 @@ impl Viewer {
         ui.horizontal(|ui| {
             let tabs = [("Graph", Tab::Graph), ("Text", Tab::Text), ("Cost", Tab::Cost), ("Messages", Tab::Messages)];
             for (name, tab) in tabs {
-                let is_wrong = tab == Tab::Messages && self.model.problem().is_some();
+                let is_wrong = tab == Tab::Messages && (self.model.problem().is_some() || self.unsaved.is_some());
                 let text = RichText::new(name);
                 let text = if is_wrong { text.color(theme::ERROR) } else { text };
                 if ui.selectable_label(self.tab == Some(tab), text).clicked() {

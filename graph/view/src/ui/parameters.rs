@@ -45,7 +45,7 @@ impl Parameters {
                 self.node(ui, model, (&graph, index, node), &mut acts);
             }
             if self.is_empty(model, &graph) {
-                ui.label(RichText::new("No parameter has this name.").color(DIM));
+                ui.label(RichText::new("No parameter, description or kind contains this.").color(DIM));
             }
             for act in acts {
                 match act {
@@ -68,7 +68,8 @@ impl Parameters {
             let name = graph.parameter_name(*parameter);
             let is_changed = model.changes().get(&Target::Parameter(name.clone())).is_some();
             let doc = &graph.declaration(*parameter).doc;
-            let is_found = [&name, doc].iter().any(|text| text.to_lowercase().contains(&search));
+            let texts = [&*name, doc, graph.nodes[node].kind().name()];
+            let is_found = texts.iter().any(|text| text.to_lowercase().contains(&search));
             is_found && (is_changed || !self.only_changed)
         };
         (0..count).map(move |index| ParameterId { node, index }).filter(is_shown)
@@ -118,8 +119,7 @@ fn row(ui: &mut Ui, model: &Model, name: &str, param: &Param, acts: &mut Vec<Act
     let is_changed = model.changes().get(&target).is_some();
     ui.horizontal(|ui| {
         let color = if is_changed { ACCENT } else { ui.visuals().text_color() };
-        let mark = if param.replan { " ⟳" } else { "" };
-        let marked = RichText::new(format!("{}{mark}", param.name)).color(color);
+        let marked = RichText::new(&*param.name).color(color);
         let text = egui::Label::new(marked).sense(egui::Sense::click()).truncate();
         let label = ui.add_sized([94.0, 20.0], text).on_hover_text(about(param, model.written(name).as_ref()));
         if label.double_clicked() && is_changed {
@@ -132,8 +132,11 @@ fn row(ui: &mut Ui, model: &Model, name: &str, param: &Param, acts: &mut Vec<Act
                 acts.push(Act::Release);
             }
         }
-        if !param.unit.is_empty() && ui.available_width() > NARROWEST_UNIT {
-            ui.add(egui::Label::new(RichText::new(&*param.unit).color(DIM).small()).truncate());
+        let mark = if param.replan { "new plan" } else { "" };
+        for note in [&*param.unit, mark] {
+            if !note.is_empty() && ui.available_width() > NARROWEST_UNIT {
+                ui.add(egui::Label::new(RichText::new(note).color(DIM).small()).truncate());
+            }
         }
     });
 }

@@ -55,6 +55,10 @@ pub struct PictureView {
     pub is_sdr: bool,
     /// Where the pointer is, in parts of the picture.
     pub pointer: Option<[f32; 2]>,
+    /// The place that the probe reads, in parts of the picture: where the pointer was last, or where it was pinned.
+    pub probed: Option<[f32; 2]>,
+    /// Whether the probe stays where it is.
+    pub is_pinned: bool,
     /// The range of the numbers that are no light, which are shown from black to white.
     pub range: (f32, f32),
     is_wiping: bool,
@@ -76,6 +80,8 @@ impl Default for PictureView {
             headroom: None,
             is_sdr: false,
             pointer: None,
+            probed: None,
+            is_pinned: false,
             range: (0.0, 1.0),
             is_wiping: false,
         }
@@ -116,8 +122,8 @@ impl Subject {
 }
 
 impl PictureView {
-    /// Shows the picture in the rest of the window.
-    pub fn show(&mut self, ui: &mut Ui, painter: &Painter, model: &Model) {
+    /// Shows the picture in the rest of the window, with the place of the probe if that is shown.
+    pub fn show(&mut self, ui: &mut Ui, painter: &Painter, model: &Model, shows_probe: bool) {
         let (area, response) = ui.allocate_exact_size(ui.available_size(), Sense::click_and_drag());
         ui.painter().rect_filled(area, 0.0, SURROUND);
         let Some(subject) = Subject::of(model) else {
@@ -136,6 +142,33 @@ impl PictureView {
         }
         self.say_names(ui, model, area, other.is_some());
         self.pointer = response.hover_pos().and_then(|at| self.place_of(ui, at, &halves, &subject));
+        if shows_probe {
+            self.follow_probe(response.clicked());
+            halves.iter().for_each(|half| self.mark_probe(ui, *half, &subject));
+        }
+    }
+
+    /// A click pins the probe, and another lets it go. Without a pin it stays where the pointer left the picture, so
+    /// that a control can be turned while its values are read.
+    fn follow_probe(&mut self, is_clicked: bool) {
+        let Some(place) = self.pointer else { return };
+        if !self.is_pinned {
+            self.probed = Some(place);
+        }
+        self.is_pinned ^= is_clicked;
+    }
+
+    /// A cross where the probe reads, unless the pointer is there.
+    fn mark_probe(&self, ui: &Ui, area: Rect, subject: &Subject) {
+        let Some(place) = self.probed.filter(|_| self.is_pinned || self.pointer.is_none()) else { return };
+        let (origin, extent) = self.place(ui, area, subject);
+        let at = ((origin + Vec2::from(place) * extent) / ui.pixels_per_point()).to_pos2();
+        let painter = ui.painter_at(area);
+        for (width, color) in [(3.0, Color32::from_black_alpha(0xa0)), (1.0, Color32::WHITE)] {
+            for side in [Vec2::X, Vec2::Y, -Vec2::X, -Vec2::Y] {
+                painter.line_segment([at + side * 3.0, at + side * 10.0], Stroke::new(width, color));
+            }
+        }
     }
 
     /// Where pictures are shown: two halves side by side, or everything.
@@ -294,12 +327,12 @@ impl PictureView {
         }
         let Some(beside) = model.beside().filter(|_| compares) else { return };
         if self.comparison == Comparison::Difference {
-            let text = format!("8 times the difference from {}", beside.name());
+            let text = format!("The difference from {}, {DIFFERENCE} times as strong", beside.name());
             return say(area.left_top() + Vec2::new(14.0, 10.0), egui::Align2::LEFT_TOP, &text);
         }
         let line =
             if self.comparison == Comparison::Wipe { area.min.x + area.width() * self.wipe } else { area.center().x };
-        say(Pos2::new(line - 14.0, area.max.y - 10.0), egui::Align2::RIGHT_BOTTOM, "shown");
+        say(Pos2::new(line - 14.0, area.max.y - 10.0), egui::Align2::RIGHT_BOTTOM, "as edited");
         say(Pos2::new(line + 14.0, area.max.y - 10.0), egui::Align2::LEFT_BOTTOM, &beside.name());
         if self.comparison == Comparison::Wipe {
             let at = Pos2::new(line, area.center().y);

@@ -43,16 +43,15 @@ impl ProbePanel {
     }
 
     /// Shows the numbers.
-    pub(super) fn show(&self, ui: &mut Ui, place: Option<[f32; 2]>, size: [u32; 2]) {
-        match place {
-            Some([x, y]) => {
-                let (x, y) = ((x * size[0] as f32) as u32, (y * size[1] as f32) as u32);
-                ui.label(RichText::new(format!("Pixel {x}, {y}: stored, and in 32 bits where that differs")).small());
-            }
-            None => {
-                ui.label(RichText::new("Point at the picture to read its values.").color(DIM));
-            }
-        }
+    pub(super) fn show(&self, ui: &mut Ui, (place, is_pinned): (Option<[f32; 2]>, bool), size: [u32; 2]) {
+        let Some([x, y]) = place else {
+            ui.label(RichText::new("Point at the picture to read its values; a click pins the place.").color(DIM));
+            return;
+        };
+        let (x, y) = ((x * size[0] as f32) as u32, (y * size[1] as f32) as u32);
+        let pinned = if is_pinned { ", pinned" } else { "" };
+        let text = format!("Pixel {x}, {y}{pinned}: stored, and in 32 bits where that differs");
+        ui.label(RichText::new(text).small());
         ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
             for reading in &self.readings {
                 let reference = self.references.iter().find(|reference| reference.name == reading.name);

@@ -9,11 +9,10 @@ impl Viewer {
     /// Writes the changes into the pipeline, or into a new tier of it.
     pub(super) fn save(&mut self, ctx: &Context, new_tier: Option<&str>) {
         let (name, count) = (self.model.project().name(), self.model.changes().len());
-        let said = match self.model.save(new_tier) {
-            Ok(()) => format!("{count} {} in {name}.", if count == 1 { "change is" } else { "changes are" }),
-            Err(problem) => format!("Nothing is saved: {problem}"),
-        };
-        self.tell(ctx, said);
+        let saved = self.model.save(new_tier);
+        self.unsaved = saved.err().map(|problem| format!("Nothing is saved: {problem}"));
+        let done = || format!("{count} {} in {name}.", if count == 1 { "change is" } else { "changes are" });
+        self.tell(ctx, self.unsaved.clone().unwrap_or_else(done));
     }
 
     /// The button and its menu.

@@ -1,6 +1,8 @@
 //! The text of the pipeline, and what is wrong with it.
 
-use afterimage_graph::diagnostic::Severity;
+use afterimage_graph::diagnostic::{Diagnostic, Diagnostics, Severity};
+use egui::text::{CCursor, CCursorRange};
+use egui::text_edit::TextEditOutput;
 use egui::{Color32, RichText, ScrollArea, Ui};
 
 use super::theme::{ACCENT, DIM, ERROR};
@@ -42,8 +44,9 @@ impl TextPanel {
                 self.typed = Some(now);
             }
             if let Some(line) = self.goal.take() {
-                self.scroll_to(ui, &output, line);
+                self.put_cursor(ui, &output, line);
             }
+            wrong_lines(model).into_iter().for_each(|line| mark(ui, &output, line));
         });
         match self.typed {
             Some(typed) if now - typed >= PAUSE => {
@@ -55,24 +58,61 @@ impl TextPanel {
         }
     }
 
-    fn scroll_to(&self, ui: &mut Ui, output: &egui::text_edit::TextEditOutput, line: usize) {
-        let row = output.galley.rows.get(line.saturating_sub(1));
-        if let Some(row) = row {
-            let rect = row.rect().translate(output.galley_pos.to_vec2());
-            ui.scroll_to_rect(rect, Some(egui::Align::Center));
-            ui.painter().rect_filled(rect.expand(2.0), 2.0, Color32::from_rgba_unmultiplied(0xf0, 0x6a, 0x5c, 60));
+    /// Puts the cursor at the beginning of a line and the line into the middle, so that keys, Ctrl+Z among them, belong
+    /// to the text.
+    fn put_cursor(&self, ui: &mut Ui, output: &TextEditOutput, line: usize) {
+        let before: usize = self.text.split_inclusive('\n').take(line - 1).map(|line| line.chars().count()).sum();
+        let mut state = output.state.clone();
+        state.cursor.set_char_range(Some(CCursorRange::one(CCursor::new(before))));
+        state.store(ui.ctx(), output.response.id);
+        output.response.request_focus();
+        if let Some(rect) = line_rect(output, line) {
+            ui.scroll_to_rect(rect.with_max_x(rect.min.x), Some(egui::Align::Center));
         }
     }
 }
 
+/// Where a line of the text is; a long one may be several rows.
+fn line_rect(output: &TextEditOutput, line: usize) -> Option<egui::Rect> {
+    let rows = &output.galley.rows;
+    let ends = rows.iter().enumerate().filter(|(_, row)| row.ends_with_newline).map(|(index, _)| index + 1);
+    let first = std::iter::once(0).chain(ends).nth(line - 1)?;
+    Some(rows.get(first)?.rect().translate(output.galley_pos.to_vec2()))
+}
+
+fn mark(ui: &Ui, output: &TextEditOutput, line: usize) {
+    if let Some(rect) = line_rect(output, line) {
+        let rect = rect.expand2(egui::vec2(3.0, 0.0));
+        ui.painter().rect_filled(rect, 2.0, Color32::from_rgba_unmultiplied(0xf0, 0x6a, 0x5c, 0x30));
+    }
+}
+
+/// The lines of the text at which errors are.
+fn wrong_lines(model: &Model) -> Vec<usize> {
+    let Some(Problem::Pipeline(errors)) = model.problem() else { return Vec::new() };
+    errors.into_iter().filter_map(|error| own_line(model, errors, error)).collect()
+}
+
+/// The line of the shown text that a message is about; `None` if it is about another file.
+fn own_line(model: &Model, found: &Diagnostics, diagnostic: &Diagnostic) -> Option<usize> {
+    let location = &diagnostic.labels.first()?.location;
+    let name = model.project().name();
+    let is_own = *location.file == *name || location.file.ends_with(&name);
+    Some(found.sources.position(&location.file, location.start).filter(|_| is_own)?.line)
+}
+
 /// Shows what is wrong; a click on a location gives its line.
-pub(super) fn messages(ui: &mut Ui, model: &Model) -> Option<usize> {
+/// `unsaved` is why nothing could be saved.
+pub(super) fn messages(ui: &mut Ui, model: &Model, unsaved: Option<&str>) -> Option<usize> {
     let mut line = None;
     ScrollArea::both().auto_shrink([false, false]).show(ui, |ui| {
+        if let Some(text) = unsaved {
+            ui.label(RichText::new(text).monospace().color(ERROR));
+        }
         match model.problem() {
             Some(Problem::Pipeline(errors)) => line = list(ui, model, errors),
             Some(other) => drop(ui.label(RichText::new(other.to_string()).monospace().color(ERROR))),
-            None if model.warnings().is_empty() => {
+            None if model.warnings().is_empty() && unsaved.is_none() => {
                 ui.label(RichText::new("Nothing is wrong.").color(DIM));
             }
             None => {}
@@ -82,7 +122,7 @@ pub(super) fn messages(ui: &mut Ui, model: &Model) -> Option<usize> {
     line
 }
 
-fn list(ui: &mut Ui, model: &Model, found: &afterimage_graph::diagnostic::Diagnostics) -> Option<usize> {
+fn list(ui: &mut Ui, model: &Model, found: &Diagnostics) -> Option<usize> {
     let mut chosen = None;
     for diagnostic in found {
         let color = if diagnostic.severity == Severity::Error { ERROR } else { ACCENT };
@@ -90,13 +130,11 @@ fn list(ui: &mut Ui, model: &Model, found: &afterimage_graph::diagnostic::Diagno
             if let Some(label) = diagnostic.labels.first() {
                 let place = found.sources.position(&label.location.file, label.location.start);
                 if let Some(place) = place {
-                    let is_own = *label.location.file == *model.project().name()
-                        || label.location.file.ends_with(&model.project().name());
                     let link = ui.link(
                         RichText::new(format!("{}:{}:{}", label.location.file, place.line, place.column)).monospace(),
                     );
-                    if link.clicked() && is_own {
-                        chosen = Some(place.line);
+                    if link.clicked() {
+                        chosen = own_line(model, found, diagnostic).or(chosen);
                     }
                 }
             }

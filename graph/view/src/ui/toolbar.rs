@@ -1,6 +1,6 @@
 //! The bars above and below the picture: what is open, how it is compared and shown, and time.
 
-use egui::{ComboBox, RichText, Ui};
+use egui::{Button, ComboBox, RichText, Ui};
 
 use super::Viewer;
 use super::picture::Comparison;
@@ -15,10 +15,10 @@ impl Viewer {
             self.tier_menu(ui);
             ui.separator();
             let (undo, redo) = self.model.changes().can();
-            if ui.add_enabled(undo, egui::Button::new("Undo")).on_hover_text("Ctrl+Z").clicked() {
+            if ui.add_enabled(undo, Button::new("Undo")).on_hover_text("Ctrl+Z").clicked() {
                 self.model.undo();
             }
-            if ui.add_enabled(redo, egui::Button::new("Redo")).on_hover_text("Ctrl+Shift+Z").clicked() {
+            if ui.add_enabled(redo, Button::new("Redo")).on_hover_text("Ctrl+Shift+Z").clicked() {
                 self.model.redo();
             }
             self.save_menu(ui);
@@ -76,7 +76,7 @@ impl Viewer {
         let present = self.model.beside().cloned();
         let mut chosen = present.clone();
         let shown = present.as_ref().map_or("compare with…".into(), Beside::name);
-        ComboBox::from_id_salt("beside").selected_text(shown).width(130.0).show_ui(ui, |ui| {
+        ComboBox::from_id_salt("beside").selected_text(shown).width(130.0).height(420.0).show_ui(ui, |ui| {
             ui.selectable_value(&mut chosen, None, "nothing");
             for beside in self.comparable() {
                 let name = beside.name();
@@ -89,8 +89,14 @@ impl Viewer {
         if self.model.beside().is_some() {
             let modes =
                 [("Wipe", Comparison::Wipe), ("Beside", Comparison::Beside), ("Difference", Comparison::Difference)];
+            // An intermediate image is shown alone.
+            let is_compared = self.model.tap().is_none();
             for (name, mode) in modes {
-                ui.selectable_value(&mut self.picture.comparison, mode, name);
+                let label = Button::selectable(is_compared && self.picture.comparison == mode, name);
+                let button = ui.add_enabled(is_compared, label);
+                if button.on_disabled_hover_text("Esc goes back to the result, which is compared").clicked() {
+                    self.picture.comparison = mode;
+                }
             }
         }
     }
@@ -141,7 +147,7 @@ impl Viewer {
         ui.horizontal(|ui| {
             let clock = self.model.clock();
             let text = if clock.is_playing { "Pause" } else { "Play" };
-            if ui.add_sized([48.0, 20.0], egui::Button::new(text)).on_hover_text("Space").clicked() {
+            if ui.add_sized([48.0, 20.0], Button::new(text)).on_hover_text("Space").clicked() {
                 clock.is_playing = !clock.is_playing;
             }
             if ui.button("Step").on_hover_text(". : one sixtieth of a second").clicked() {

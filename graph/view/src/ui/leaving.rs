@@ -1,0 +1,13 @@
+//! Whether the window is to be closed.
+
+/// Whether the window is to be closed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) enum Leaving {
+    /// It stays.
+    #[default]
+    Stays,
+    /// The user is asked whether to save the changes.
+    Asks,
+    /// It is closed.
+    Leaves,
+}
