@@ -34,14 +34,14 @@ shot() {
     echo "$out/$1.png"
 }
 key() { xdotool windowfocus "$window" key "$@"; }
-# The mean difference of the pictures of two screenshots, in codes.
+# The mean difference of the pictures of two screenshots, in codes, above the names that stand where two are compared.
 apart() {
-    compare -metric MAE -extract 560x330+420+110 "$out/$1.png" "$out/$2.png" null: 2>&1 | sed 's/ .*//' | awk '{ print $1 / 257 }'
+    compare -metric MAE -extract 560x310+420+110 "$out/$1.png" "$out/$2.png" null: 2>&1 | sed 's/ .*//' | awk '{ print $1 / 257 }'
 }
 near() { awk "BEGIN { exit !($(apart "$1" "$2") < 0.7) }" || fail "$1 and $2 are $(apart "$1" "$2") codes apart"; }
 far() { awk "BEGIN { exit !($(apart "$1" "$2") > 1.5) }" || fail "$1 and $2 are only $(apart "$1" "$2") codes apart"; }
 
-for _ in $(seq 60); do window=$(xdotool search --name 'look.ron' | tail -1) && [ -n "$window" ] && break; sleep 1; done
+for _ in $(seq 60); do window=$(xdotool search --onlyvisible --name 'look.ron' | tail -1) && [ -n "$window" ] && break; sleep 1; done
 [ -n "${window:-}" ] || fail "there is no window"
 xdotool windowmove "$window" 0 0
 key space

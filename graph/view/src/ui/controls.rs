@@ -140,14 +140,14 @@ fn picker(ui: &mut Ui, numbers: &mut [f64; 4]) -> egui::Response {
 
 fn choice(ui: &mut Ui, param: &Param, choices: &'static [ChoiceName], chosen: &'static str) -> Option<Turned> {
     let mut new = chosen;
-    egui::ComboBox::from_id_salt(("choice", ui.id(), &*param.name)).selected_text(chosen).width(150.0).show_ui(
-        ui,
-        |ui| {
+    egui::ComboBox::from_id_salt(("choice", ui.id(), &*param.name))
+        .selected_text(chosen)
+        .width(if param.replan { 104.0 } else { 150.0 })
+        .show_ui(ui, |ui| {
             for choice in choices {
                 ui.selectable_value(&mut new, choice.name, choice.name).on_hover_text(choice.doc);
             }
-        },
-    );
+        });
     (new != chosen).then(|| turned(Value::Choice(new), true))
 }
 

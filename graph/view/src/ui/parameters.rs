@@ -110,7 +110,7 @@ fn header(ui: &mut Ui, model: &Model, node: &GraphNode, acts: &mut Vec<Act>) {
 }
 
 /// In less width than this, in points, a unit would be two letters; the text over the name says it anyway.
-const NARROWEST_UNIT: f32 = 40.0;
+const NARROWEST_UNIT: f32 = 36.0;
 
 /// A row: the name, marked if it is changed, and the control.
 fn row(ui: &mut Ui, model: &Model, name: &str, param: &Param, acts: &mut Vec<Act>) {
