@@ -93,6 +93,24 @@ fn a_picture_of_another_size_gets_a_window_of_its_own() {
     assert_eq!(back.meta.image.display_window, IntegerBounds::new((0, 0), (3, 2)));
 }
 
+/// A file may state a type that is empty, which is read as one of a zero.
+#[test]
+fn attributes_without_an_end_are_left_out() {
+    let mut odd = picture(2, 2);
+    let text = |text: &str| Text::new_or_none(text).expect("each letter is a byte");
+    let custom = |kind: &str| AttributeValue::Custom { kind: text(kind), bytes: [1, 2].into_iter().collect() };
+    let attributes =
+        [("empty", ""), ("zero", "\0"), ("inside", "a\0b"), ("", "kind"), ("a\0b", "kind"), ("kept", "kind")];
+    odd.meta.layer.other.extend(attributes.map(|(name, kind)| (text(name), custom(kind))));
+    odd.meta.image.other.extend([(text("sc"), custom("\0")), (text("shared"), custom("kind"))]);
+    let back = Folder::new("endless-attributes").read(&encoded(&odd, &ExrOptions::default())).unwrap();
+    let names =
+        |name: &str| back.meta.layer.other.contains_key(&text(name)) || back.meta.image.other.contains_key(&text(name));
+    assert_eq!(["empty", "zero", "inside", "a", "sc"].map(names), [false; 5]);
+    assert_eq!(["kept", "shared"].map(names), [true; 2]);
+    assert_eq!(back.pixel(1, 1)[0], f16::from_f32(odd.pixel(1, 1)[0]).to_f32());
+}
+
 #[test]
 fn attributes_that_would_contradict_the_file_are_left_out() {
     let mut odd = picture(2, 2);

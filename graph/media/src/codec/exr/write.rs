@@ -137,7 +137,7 @@ fn image_attributes(picture: &Picture, options: &ExrOptions) -> ImageAttributes 
     if let Some(colour) = &options.colour {
         image.chromaticities = Some(attribute(&colour.primaries));
     }
-    image.other.retain(|name, _| !is_reserved(name));
+    image.other.retain(|name, value| !is_reserved(name) && is_writable(name, value));
     image
 }
 
@@ -153,7 +153,9 @@ fn layer_attributes(picture: &Picture, image: &ImageAttributes) -> LayerAttribut
     layer.screen_window_width = layer.screen_window_width.max(0.0);
     let is_shared =
         |value: &AttributeValue| matches!(value, AttributeValue::Chromaticities(_) | AttributeValue::TimeCode(_));
-    layer.other.retain(|name, value| !is_reserved(name) && !is_shared(value) && !image.other.contains_key(name));
+    layer.other.retain(|name, value| {
+        !is_reserved(name) && is_writable(name, value) && !is_shared(value) && !image.other.contains_key(name)
+    });
     layer
 }
 
@@ -170,6 +172,13 @@ fn stated_luminance(layer: LayerAttributes, options: &ExrOptions) -> LayerAttrib
 
 fn is_reserved(name: &Text) -> bool {
     standard_names::ALL.iter().any(|reserved| *reserved == name.as_slice())
+}
+
+/// Whether the name and the type of an attribute have an end: a zero ends them, so neither may be empty or have one.
+/// The reader takes a zero at the beginning of a type for a letter.
+fn is_writable(name: &Text, value: &AttributeValue) -> bool {
+    let is_text = |text: &Text| !text.as_slice().is_empty() && !text.as_slice().contains(&0);
+    is_text(name) && !matches!(value, AttributeValue::Custom { kind, .. } if !is_text(kind))
 }
 
 /// The rows of one block, each row channel after channel.
