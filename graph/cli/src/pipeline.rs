@@ -8,7 +8,9 @@ use afterimage_graph::diagnostic::{Diagnostics, Style};
 use afterimage_graph::document::Document;
 use afterimage_graph::image::{Format, ImageDesc, Size};
 use afterimage_graph::node::Registry;
-use afterimage_plan::{Alias, Caps, Given, GivenImage, Options, Plan, PlanRequest, Requirement, When, plan};
+use afterimage_plan::{
+    Alias, Caps, Given, GivenImage, Options, Plan, PlanRequest, Requirement, When, plan_without_tables,
+};
 
 use crate::args::{NoAlias, PipelineOptions, PlanOptions, TileChoice};
 use crate::failure::Failure;
@@ -132,9 +134,9 @@ pub(crate) fn typical_caps() -> Caps {
     Caps { storage: Format::ALL.into(), max_side: 16384, half_arithmetic: true, subgroups: true, ..Caps::default() }
 }
 
-/// A plan for a typical device with half-float inputs of this size.
+/// A plan for a typical device with half-float inputs of this size, to look at and not to run.
 pub(crate) fn plan_without_device(graph: &Graph, size: Size, facts: Facts, options: Options) -> Result<Plan, Failure> {
-    Ok(plan(graph, &request(graph, size, facts, options, typical_caps(), &Requirement::typical))?)
+    Ok(plan_without_tables(graph, &request(graph, size, facts, options, typical_caps(), &Requirement::typical))?)
 }
 
 /// A request with half-float images of one size, and blocks, for all required inputs.

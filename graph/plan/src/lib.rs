@@ -61,7 +61,7 @@ pub use plan::{
     RectangleInput, ScheduledPass, SharedRead, Skipped, Slot, Stage, Transition, UniformBlock, Use,
 };
 pub use plan_cache::{PlanCache, Planned};
-pub use planner::{plan, plan_dynamic};
+pub use planner::{plan, plan_dynamic, plan_without_tables};
 pub use report::{PlanDiff, PlanHash, diff};
 pub use request::{Given, GivenImage, Part, PlanRequest, Requirement};
 pub use verify::{Fault, verify, verify_placed};

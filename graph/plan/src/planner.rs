@@ -10,6 +10,7 @@ use crate::dynamic::{DynamicNodes, DynamicRecords};
 use crate::error::PlanError;
 use crate::formats::{Formatted, formats};
 use crate::fusion::fusion;
+use crate::limits::MOST_COMPUTED_BYTES;
 use crate::memory::memory;
 use crate::plan::Plan;
 use crate::record::record;
@@ -27,13 +28,31 @@ pub fn plan(graph: &Graph, request: &PlanRequest<'_>) -> Result<Plan, PlanError>
     Ok(plan_dynamic(graph, request)?.0)
 }
 
+/// Makes a plan to look at and not to run: tables that nodes compute have their sizes, and zeros in the place of their
+/// texels. A table takes a tenth of a second and more, and all else of most plans less than a hundredth.
+///
+/// # Errors
+/// As [`plan`].
+pub fn plan_without_tables(graph: &Graph, request: &PlanRequest<'_>) -> Result<Plan, PlanError> {
+    Ok(plan_computing(graph, request, 0)?.0)
+}
+
 /// Makes the plan of a graph, and what it takes to change its [dynamic](PlanRequest::dynamic) parameters while it runs.
 ///
 /// # Errors
 /// As [`plan`].
 pub fn plan_dynamic(graph: &Graph, request: &PlanRequest<'_>) -> Result<(Plan, DynamicNodes), PlanError> {
+    plan_computing(graph, request, MOST_COMPUTED_BYTES)
+}
+
+/// The same, where nodes compute tables of at most `most_computed` bytes. Larger ones are zeros.
+fn plan_computing(
+    graph: &Graph,
+    request: &PlanRequest<'_>,
+    most_computed: u64,
+) -> Result<(Plan, DynamicNodes), PlanError> {
     let specialized = specialize(graph, request)?;
-    let mut builder = record(graph, request, &specialized)?;
+    let mut builder = record(graph, request, &specialized, most_computed)?;
     let settings = std::mem::take(&mut builder.dynamic);
     let records = DynamicRecords::new(settings, specialized.identities, &builder.recording);
     cull(&mut builder);

@@ -6,7 +6,6 @@ use crate::amounts::Amounts;
 use crate::builder::{PlanBuilder, copy_pass, finite_image, float_format, scale_pass};
 use crate::crop::crop_pass;
 use crate::error::PlanError;
-use crate::limits::MOST_COMPUTED_BYTES;
 use crate::linear::{Decoding, decoded_desc};
 use crate::plan::PlanOutput;
 use crate::request::{Part, PlanRequest};
@@ -22,11 +21,13 @@ use afterimage_graph::node::{
 /// How often sizes of histories are inferred again before they count as unstable.
 const ROUNDS: usize = 8;
 
-/// Lets every live node record its passes, and sizes the images that depend on earlier frames.
+/// Lets every live node record its passes, and sizes the images that depend on earlier frames. Tables of more than
+/// `most_computed` bytes are zeros.
 pub(crate) fn record(
     graph: &Graph,
     request: &PlanRequest<'_>,
     specialized: &SpecializedGraph,
+    most_computed: u64,
 ) -> Result<PlanBuilder, PlanError> {
     let default = ImageDesc::new(request.given.size);
     let mut guesses: Vec<Vec<ImageDesc>> =
@@ -37,6 +38,8 @@ pub(crate) fn record(
     for _ in 0..ROUNDS {
         let mut round = Round::new(graph, request, specialized, &guesses, &colors);
         round.builder.recording.computed = computed;
+        // What exceeds the limits of a plan is refused by `Amounts`.
+        round.builder.recording.most_computed = Some(most_computed);
         round.run()?;
         let wrong = round.wrong_guesses();
         let Some((node, ..)) = wrong.first() else { return Ok(round.builder) };
@@ -75,9 +78,7 @@ impl<'a> Round<'a> {
         guesses: &'a [Vec<ImageDesc>],
         colors: &'a ImageColors,
     ) -> Self {
-        let mut builder = PlanBuilder { skipped: specialized.skipped.clone(), ..PlanBuilder::default() };
-        // `Amounts` refuses what exceeds it.
-        builder.recording.most_computed = Some(MOST_COMPUTED_BYTES);
+        let builder = PlanBuilder { skipped: specialized.skipped.clone(), ..PlanBuilder::default() };
         let made = vec![Vec::new(); graph.nodes.len()];
         let given = vec![None; graph.inputs.len()];
         let (histories, known) = (Vec::new(), BTreeMap::new());

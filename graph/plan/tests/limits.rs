@@ -5,10 +5,12 @@ use afterimage_graph::check::limits::{MOST_FACTS, MOST_INPUTS, MOST_NODES, MOST_
 use afterimage_graph::check::{CheckOptions, Facts, Graph, check};
 use afterimage_graph::diagnostic::Diagnostics;
 use afterimage_graph::document::parse;
-use afterimage_graph::node::{NodeKind, Registry};
+use afterimage_graph::node::{NodeKind, Origin, Registry};
 use afterimage_graph::prelude::*;
 use afterimage_plan::limits::{MOST_COMPUTED, MOST_COMPUTED_BYTES, MOST_PASSES, MOST_TABLE_BYTES};
-use afterimage_plan::{Caps, Given, GivenImage, Options, Plan, PlanError, PlanRequest, Requirement, plan, verify};
+use afterimage_plan::{
+    Caps, Given, GivenImage, Options, Plan, PlanError, PlanRequest, Requirement, plan, plan_without_tables, verify,
+};
 
 use super::planned::all_formats;
 
@@ -66,22 +68,23 @@ fn accepted(name: &str, size: usize) -> Graph {
 }
 
 fn planned(graph: &Graph) -> Result<Plan, PlanError> {
+    plan(graph, &request(graph))
+}
+
+fn request(graph: &Graph) -> PlanRequest<'static> {
     let size = Size::new(3840, 2160);
     let given = GivenImage { desc: ImageDesc::new(size), finite: false };
-    plan(
-        graph,
-        &PlanRequest {
-            given: Given {
-                inputs: graph.inputs.iter().map(|input| (input.name.clone(), given)).collect(),
-                ..Given::nothing(size)
-            },
-            facts: Facts::default(),
-            caps: Caps { tiles: true, ..all_formats() },
-            options: Options::default(),
-            dynamic: Default::default(),
-            requirement: &Requirement::typical,
+    PlanRequest {
+        given: Given {
+            inputs: graph.inputs.iter().map(|input| (input.name.clone(), given)).collect(),
+            ..Given::nothing(size)
         },
-    )
+        facts: Facts::default(),
+        caps: Caps { tiles: true, ..all_formats() },
+        options: Options::default(),
+        dynamic: Default::default(),
+        requirement: &Requirement::typical,
+    }
 }
 
 #[test]
@@ -137,6 +140,32 @@ fn a_plan_of_too_many_passes_or_too_large_tables_is_refused_with_the_node() {
     let error = planned(&accepted("transforms", MOST_COMPUTED + 1)).expect_err("many tables");
     assert_eq!(error, PlanError::TooManyTables(format!("n{MOST_COMPUTED}")));
     assert!(planned(&accepted("transforms", MOST_COMPUTED)).is_ok());
+}
+
+/// What is only looked at needs no table, and is refused for the same reasons.
+#[test]
+fn a_plan_without_tables_is_the_same_but_for_the_texels_that_nodes_compute() {
+    let blank = |plan: Plan| -> (Vec<u64>, Plan) {
+        let (mut sums, mut plan) = (Vec::new(), plan);
+        for image in &mut plan.images {
+            if let Origin::Constant(bytes) = &mut image.origin {
+                sums.push(bytes.iter().map(|byte| u64::from(*byte)).sum());
+                *bytes = vec![0; bytes.len()].into();
+            }
+        }
+        (sums, plan)
+    };
+    let graph = accepted("bakes", 1);
+    let (with, without) = (planned(&graph), plan_without_tables(&graph, &request(&graph)));
+    let (with, without) = (blank(with.expect("one table")), blank(without.expect("one table")));
+    assert!(with.0.len() == 1 && with.0[0] > 0, "{:?}", with.0);
+    assert_eq!(without.0, [0]);
+    assert_eq!(with.1, without.1);
+    for (name, size) in [("bakes", 2), ("transforms", MOST_COMPUTED + 1)] {
+        let graph = accepted(name, size);
+        let refused = plan_without_tables(&graph, &request(&graph)).expect_err(name);
+        assert_eq!(refused, planned(&graph).expect_err(name));
+    }
 }
 
 /// Tables of images and of buffers count together, over all nodes, to the last byte.

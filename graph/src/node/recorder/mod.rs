@@ -53,7 +53,7 @@ pub struct Recording {
     /// The bytes of [computed](Recorder::computed) images, by their labels.
     pub computed: BTreeMap<String, Arc<[u8]>>,
     /// The bytes that computed images may have together, if that is limited. What exceeds them is not computed: it is
-    /// all zeros, and whoever sets the limit refuses the recording.
+    /// all zeros, and whoever sets the limit does not run the recording.
     pub most_computed: Option<u64>,
 }
 
