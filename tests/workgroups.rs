@@ -5,6 +5,7 @@ use std::path::Path;
 use afterimage_graph::check::{CheckOptions, Graph, NoFiles, check};
 use afterimage_graph::document::parse;
 use afterimage_graph::node::{NodeKind, PassKind, Registry, folder_kind};
+use afterimage_wgsl::limits;
 
 use crate::support::gpu::{Picture, Run, gpu};
 
@@ -165,6 +166,33 @@ fn shares(source: vec4f, invocation: Invocation) -> vec4f {
         let found = Run::new(&graph).exact().frame(&[("in", &scene)]).remove(0);
         for (pixel, source) in found.pixels.iter().zip(&scene.pixels) {
             assert_eq!(*pixel, [0.0, 0.0, source[2], 65504.0]);
+        }
+    }
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_loop_without_end_ends_at_the_limit_which_is_lower_in_a_workgroup() {
+    let shader = "fn shares(source: vec4f) -> vec4f {
+    var count = 0u;
+    loop { count += 1u; if count == 0xffffffffu { break; } }
+    var second = 0u;
+    loop { second += 1u; if second == 0xffffffffu { break; } }
+    return vec4f(f32(count), f32(second), source.z, 0.25);
+}";
+    let scene = scene(9, 5);
+    let pixel = r#"Kind(
+        name: "Shares", doc: "Shares nothing.",
+        inputs: { "source": Image(doc: "A picture.") },
+        outputs: { "result": Image(doc: "Another.", state: Same("source"), function: "shares") },
+    )"#;
+    let kinds = [shares(shader), kind(pixel, ("shares.wgsl", shader))];
+    for (kind, limit) in kinds.into_iter().zip([limits::WORKGROUP_LOOP_STEPS, limits::LOOP_STEPS]) {
+        let graph = graph(kind, r#""it": Shares(source: "in")"#);
+        let found = Run::new(&graph).exact().frame(&[("in", &scene)]).remove(0);
+        for (x, y) in (0..5).flat_map(|y| (0..9).map(move |x| (x, y))) {
+            // The second loop has no steps left, and the function goes on.
+            assert_eq!(found.at(x, y), [limit.most as f32, 0.0, scene.at(x, y)[2], 0.25], "{x}, {y}");
         }
     }
 }

@@ -1,13 +1,13 @@
 // The steps of all loops in one call of a kernel function that is not built in: what never ends would stop the device.
-// The limit is `LOOP_STEPS` of `graph/wgsl/src/limits/mod.rs`.
-var<private> loop_steps: u32;
+var<private> steps_left: i32;
 
-fn begin_steps() {
-    loop_steps = 0u;
+// `most` is a limit of `graph/wgsl/src/limits/mod.rs`.
+fn begin_steps(most: i32) {
+    steps_left = most;
 }
 
-// Counts a step; whether it is one more than there may be.
+// Counts a step; whether it is one more than there may be. Then it is so for all further steps.
 fn is_last_step() -> bool {
-    loop_steps += 1u;
-    return loop_steps > 1048576u;
+    steps_left -= 1;
+    return steps_left < 0;
 }

@@ -122,3 +122,63 @@ fn calls_cost_what_the_function_does() {
         ("one = many(wide, wide, wide, wide);", 202.0),
     ]);
 }
+
+/// A kernel whose value `t` comes from these statements and is used `uses` times.
+fn of_value(functions: &str, statements: &str, uses: usize) -> Result<(), String> {
+    let lines = "sum += t; ".repeat(uses);
+    let text = format!(
+        "{functions}\nfn kind(source: vec4f) -> vec4f {{ var sum = source; {statements} {lines} return sum; }}"
+    );
+    Shader::untrusted("kind.wgsl".into(), text).reflect().map(drop).map_err(|error| error.to_string())
+}
+
+const EARLY: &str = "fn early(c: vec4f) -> vec4f { if c.x > 0.5 { return c.yzwx; } return c; }";
+const SETS: &str = "fn sets(c: ptr<function, vec4f>) { if (*c).x > 0.5 { *c = (*c).yzwx; } }";
+const USES: &str = "fn uses(c: vec4f) -> vec4f { return c + c + c + c + c + c + c + c + c + c; }";
+
+/// llvmpipe compiles them in a time in proportion to the square of the uses.
+#[test]
+fn many_uses_of_what_branches_have_made_are_refused() {
+    let merged = [
+        ("", "var t = source; if source.x > 0.5 { t = source.yzwx; }"),
+        ("", "var t = source; if source.x > 0.5 { t.y = 1.0; }"),
+        ("", "var t = source; if source.x > 0.5 { } else { if source.y > 0.5 { t = vec4f(); } }"),
+        ("", "var t = source; switch u32(source.x) { case 1u: { t = vec4f(); } default: { } }"),
+        ("", "var o = source; if source.x > 0.5 { o = vec4f(); } let t = o;"),
+        ("", "var o = source; if source.x > 0.5 { o = vec4f(); } var t = -(o + 0.0);"),
+        ("", "var o = source; if source.x > 0.5 { o = vec4f(); } let t = vec4f(o.x, o.yz, 1.0);"),
+        ("", "var o = source; if source.x > 0.5 { o = vec4f(); } let t = max(o, o);"),
+        (EARLY, "let t = early(source);"),
+        (SETS, "var t = source; sets(&t);"),
+    ];
+    for (functions, statements) in merged {
+        assert_eq!(of_value(functions, statements, 100), Ok(()), "{statements}");
+        let error = of_value(functions, statements, 400).expect_err(statements);
+        assert!(error.contains(limits::OPERATIONS.counts), "{statements}: {error}");
+    }
+    let functions = format!("{EARLY}\n{USES}");
+    let calls = |count: usize| format!("let t = source; let o = early(source); {}", "sum += uses(o); ".repeat(count));
+    assert_eq!(of_value(&functions, &calls(10), 1), Ok(()));
+    assert!(of_value(&functions, &calls(40), 1).is_err(), "an argument is used in the function");
+}
+
+#[test]
+fn uses_of_other_values_cost_no_more_than_their_operations() {
+    let others = [
+        ("", "let t = source;"),
+        ("", "var t = source; t = t * source;"),
+        ("", "var t = source; if source.x > 0.5 { t = source.yzwx; } t = t * source;"),
+        ("", "var t = source; var o = source; if source.x > 0.5 { o = source.yzwx; }"),
+        ("", "var o = source; if source.x > 0.5 { o = source.yzwx; } var t = o + o;"),
+        ("", "var t = source; for (var i = 0; i < 3; i++) { t *= source; }"),
+        (EARLY, "let t = early(source) * source.yzwx;"),
+        (USES, "let t = uses(source);"),
+    ];
+    for (functions, statements) in others {
+        assert_eq!(of_value(functions, statements, 2000), Ok(()), "{statements}");
+    }
+    // Many values with few uses each.
+    let few = "var t = source; if source.x > 0.5 { t = sum; } sum += t * t; sum = sum * source; ";
+    let blocks = format!("{{ {few} }} ").repeat(300);
+    assert_eq!(of_value("", &format!("{blocks} let t = source;"), 1), Ok(()));
+}

@@ -3,7 +3,7 @@
 
 mod hostile;
 
-use afterimage_wgsl::{Instance, Library, Linker, SampleMode, Shader, ShaderFeatures, validate};
+use afterimage_wgsl::{Instance, Library, Linker, SampleMode, Shader, ShaderFeatures, limits, validate};
 use hostile::{Kernel, pair};
 
 /// Pairs that the test links. `AFTERIMAGE_HOSTILE_PAIRS=20000 cargo test -p afterimage-wgsl --test isolation` links
@@ -28,7 +28,7 @@ fn files_with_unkind_names_become_one_valid_module() {
             shader.reflect().unwrap_or_else(|error| panic!("pair {seed} is not WGSL: {error}\n{}", shader.text()));
             let instance = linker.add(shader.source(), &[]).expect("it imports what there is");
             let function = linker.name(instance, &pair.hostile[index].function);
-            let before = linker.before_call().expect("the kernels have loops");
+            let before = linker.before_call(limits::LOOP_STEPS).expect("the kernels have loops");
             calls += &format!("    {before}\n    let kernel{} = {function}(kernel{index});\n", index + 1);
         }
         let code = format!(

@@ -6,7 +6,7 @@
 use std::fmt::Write as _;
 
 use afterimage_generators::{FNV_START, fnv1a, mutated};
-use afterimage_wgsl::{Library, Linked, Linker, SampleMode, Shader, ShaderError, ShaderFeatures};
+use afterimage_wgsl::{Library, Linked, Linker, SampleMode, Shader, ShaderError, ShaderFeatures, limits};
 
 /// What texts get that they do not have.
 const OTHERS: [&str; 20] =
@@ -123,7 +123,7 @@ fn linked(
     linker.set_storage_format(instance, "result", "r32float");
     linker.make_immediate(instance, "frame");
     linker.replace(instance, "params", "pass_params", ".kernel0");
-    let before = linker.before_call().unwrap_or_default();
+    let before = linker.before_call(limits::LOOP_STEPS).unwrap_or_default();
     let mut code = format!("fn tile_texel() {{}}\nfn tile_tap() {{}}\nfn all() {{\n    {before}\n");
     for function in &reflection.functions {
         for of in [instance, copy] {

@@ -3,7 +3,7 @@
 use std::sync::OnceLock;
 
 use afterimage_wgsl::{
-    ArgType, Instance, Library, Linker, Reflection, SampleMode, Shader, ShaderError, ShaderFeatures, validate,
+    ArgType, Instance, Library, Linker, Reflection, SampleMode, Shader, ShaderError, ShaderFeatures, limits, validate,
 };
 
 use crate::hostile::{Kernel, pair};
@@ -73,7 +73,7 @@ fn links(shader: &Shader, reflection: &Reflection) {
     for (file, name) in names {
         let instance = linker.add(file.source(), &[]).unwrap_or_else(|error| panic!("accepted, but: {error}"));
         let function = linker.name(instance, name);
-        let before = linker.before_call().unwrap_or_default();
+        let before = linker.before_call(limits::LOOP_STEPS).unwrap_or_default();
         calls += &format!("    {before}\n    kernel = {function}(kernel);\n");
     }
     let code = format!(

@@ -1,7 +1,7 @@
 //! Shaders of folders whose functions share memory of a workgroup: refused at the author's line, or they become a valid
 //! module in which every invocation arrives at each barrier.
 
-use afterimage_wgsl::{ArgType, Function, Instance, Linker, SampleMode, Shader, ShaderFeatures, validate};
+use afterimage_wgsl::{ArgType, Function, Instance, Linker, SampleMode, Shader, ShaderFeatures, limits, validate};
 
 /// What mutation begins with: the last function of each takes a pixel and its place in a workgroup.
 pub const SEEDS: [&str; 6] = [
@@ -124,7 +124,8 @@ fn composes(shader: &Shader, function: &Function) {
     let Some(args) = function.args.iter().map(arg).collect::<Option<Vec<_>>>() else { return };
     let mut linker = Linker::new(SampleMode::Plain, ShaderFeatures::default());
     let instance = linker.add(shader.source(), &[]).unwrap_or_else(|error| panic!("accepted, but: {error}"));
-    let (before, name) = (linker.before_call().unwrap_or_default(), linker.name(instance, &function.name));
+    let (before, name) =
+        (linker.before_call(limits::WORKGROUP_LOOP_STEPS).unwrap_or_default(), linker.name(instance, &function.name));
     let code = format!(
         "#import workgroup
 @group(0) @binding(0) var result: texture_storage_2d<rgba16float, write>;

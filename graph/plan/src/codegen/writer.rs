@@ -3,8 +3,8 @@
 use std::fmt::Write as _;
 
 use afterimage_base::image::Format;
-use afterimage_graph::node::{Arg, Argument, BlockId, ImageId, KernelCall, WarpPart};
-use afterimage_wgsl::{ArgType, Instance, Linker, SampleMode, ShaderError};
+use afterimage_graph::node::{Arg, Argument, BlockId, ImageId, KernelCall, PassKind, WarpPart};
+use afterimage_wgsl::{ArgType, Instance, Linker, SampleMode, ShaderError, limits};
 
 use super::module::{Composed, Entry, PassCode, Slot, SlotKind};
 use super::uniforms::uniform_struct;
@@ -163,10 +163,18 @@ impl<'c, 'a> FunctionWriter<'c, 'a> {
         let types = types_of(kernel);
         let mut arg = |(position, arg): (usize, &Argument)| {
             let texture = types.get(position).map_or(TEXTURE, |(_, ty)| texture_type(ty));
-            self.arg(index, kernel, arg, texture)
+            let text = self.arg(index, kernel, arg, texture);
+            match arg.value {
+                Arg::Pixel(_) | Arg::Kernel(_) if kernel.shader.is_untrusted() => computed(&text),
+                _ => text,
+            }
         };
         let args: Vec<String> = kernel.args.iter().enumerate().map(&mut arg).collect();
-        if let Some(before) = self.linker.before_call().filter(|_| kernel.shader.is_untrusted()) {
+        let steps = match self.code.pass.kind {
+            PassKind::Workgroup(_) => limits::WORKGROUP_LOOP_STEPS,
+            _ => limits::LOOP_STEPS,
+        };
+        if let Some(before) = self.linker.before_call(steps).filter(|_| kernel.shader.is_untrusted()) {
             let _ = writeln!(self.body, "    {before}");
         }
         let function = self.name(index, &kernel.function);
@@ -229,6 +237,15 @@ fn texture_type(ty: &ArgType) -> &'static str {
         ArgType::Multisampled => "texture_multisampled_2d<f32>",
         _ => TEXTURE,
     }
+}
+
+/// A finite pixel, as the result of an operation that changes no number and that no compiler removes.
+///
+/// What sanitizes a pixel has branches. llvmpipe keeps a value that branches have made in memory, and its time to
+/// compile grows with the square of the places that read it: minutes for a thousand lines of `sum += source`, and less
+/// than a second for the same lines with the result of an operation.
+fn computed(pixel: &str) -> String {
+    format!("min({pixel}, vec4f(3.4028234e38))")
 }
 
 /// The place that a kernel has computed. Beyond the border it is moved to the middle of the last texel, where a tap

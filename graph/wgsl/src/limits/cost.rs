@@ -9,6 +9,7 @@ use naga::{
     TypeInner,
 };
 
+use super::merged::Merged;
 use super::{CALLS, LOOPS, OPERATIONS};
 use crate::direct_reads::{has, is_read};
 use crate::walk::statements;
@@ -25,7 +26,10 @@ const BRANCH: usize = 64;
 const READ: usize = 128;
 /// A function of the library that reads textures. Its code to repair and filter host images does not run for untrusted
 /// kernels, which read sanitized copies.
-const LIBRARY_READ: Cost = Cost { operations: 1800, loops: 0, calls: 0, is_reader: true };
+const LIBRARY_READ: Cost = Cost { operations: 1800, merged: 0, loops: 0, calls: 0, is_reader: true };
+/// The square of the uses of values that branches have made is divided by it: llvmpipe takes two seconds for a
+/// thousand.
+const MERGED: usize = 10;
 
 /// The first function that takes too long to compile, and why.
 pub(crate) fn check_cost(
@@ -34,20 +38,23 @@ pub(crate) fn check_cost(
     is_of_library: &dyn Fn(Option<&String>) -> bool,
 ) -> Option<(Span, String)> {
     let mut costs: Vec<Cost> = Vec::with_capacity(module.functions.len());
+    let mut all_merged: Vec<Merged> = Vec::with_capacity(module.functions.len());
     // A module declares functions before those that call them.
     for (handle, function) in module.functions.iter() {
         let types = Types { module, info: &info[handle], function };
         let is_reader = has(function, is_read);
-        let mut cost = Cost { operations: types.expressions(), is_reader, ..Cost::default() };
+        let merged = Merged::of(function, &|value| types.numbers(value), &all_merged);
+        let mut cost = Cost { operations: types.expressions(), merged: merged.uses, is_reader, ..Cost::default() };
         statements(&function.body, &mut |statement| cost.statement(statement, &costs));
         if cost.is_reader && is_of_library(function.name.as_ref()) {
             cost = LIBRARY_READ;
         }
-        let exceeded = OPERATIONS.exceeded(cost.operations).or_else(|| LOOPS.exceeded(cost.loops));
+        let exceeded = OPERATIONS.exceeded(cost.all_operations()).or_else(|| LOOPS.exceeded(cost.loops));
         if let Some(message) = exceeded.or_else(|| CALLS.exceeded(cost.calls)) {
             return Some((module.functions.get_span(handle), message));
         }
         costs.push(cost);
+        all_merged.push(merged);
     }
     None
 }
@@ -56,6 +63,8 @@ pub(crate) fn check_cost(
 #[derive(Clone, Copy, Default)]
 struct Cost {
     operations: usize,
+    /// Uses of values that branches have made.
+    merged: usize,
     loops: usize,
     /// Calls inside of calls.
     calls: usize,
@@ -64,6 +73,11 @@ struct Cost {
 }
 
 impl Cost {
+    /// Its operations, with what it takes to use values that branches have made.
+    fn all_operations(&self) -> usize {
+        self.operations.saturating_add(self.merged.saturating_mul(self.merged) / MERGED)
+    }
+
     fn add(&mut self, operations: usize, loops: usize) {
         self.operations = self.operations.saturating_add(operations);
         self.loops = self.loops.saturating_add(loops);
@@ -75,6 +89,7 @@ impl Cost {
             Statement::Call { function, .. } => {
                 let called = known[function.index()];
                 self.add(called.operations, called.loops);
+                self.merged = self.merged.saturating_add(called.merged);
                 self.calls = self.calls.max(called.calls + 1);
                 self.is_reader |= called.is_reader;
             }

@@ -5,6 +5,7 @@
 
 mod cost;
 mod memory;
+mod merged;
 mod text;
 
 pub(crate) use cost::check_cost;
@@ -42,7 +43,7 @@ pub const IMPORTS: Limit = Limit::new(64, "imports in a file");
 /// Brackets, and operators in front of what they apply to.
 pub const NESTING: Limit = Limit::new(64, "nested brackets and prefix operators");
 /// Of an expression with the expressions around it, and of a chain of `else if`.
-pub const OPERATORS: Limit = Limit::new(512, "operators in an expression");
+pub const OPERATORS: Limit = Limit::new(256, "operators in an expression");
 /// Of a kind's files and what they use of the library.
 pub const DECLARATIONS: Limit = Limit::new(1024, "declarations in the files of a kind");
 /// Of a constant or a type, with those that it uses counted at each use.
@@ -52,7 +53,7 @@ pub const VALUE_BYTES: Limit = Limit::new(1 << 16, "bytes in a value");
 /// Of a function, with those that it calls counted at each call. Arrays in constants do not count.
 pub const ARRAY_BYTES: Limit = Limit::new(1 << 10, "bytes in array variables of a function and all that it calls");
 /// Of a function, with those that it calls counted at each call, since drivers inline all calls. An operation counts
-/// for each component, and what drivers write out counts more: see `cost.rs`.
+/// for each component, and what drivers write out counts more: see `cost.rs`. So do values that branches have made.
 pub const OPERATIONS: Limit = Limit::new(96_000, "operations in a function and all that it calls");
 /// Of a function, with those that it calls counted at each call: llvmpipe takes twice as long for each further one.
 pub const LOOPS: Limit = Limit::new(10, "loops in a function and all that it calls");
@@ -67,6 +68,8 @@ pub const BARRIERS: Limit = Limit::new(16, "barriers in a function and all that 
 pub const INVOCATIONS: Limit = Limit::new(256, "invocations in a workgroup");
 /// Of all loops in one call of a kernel function. What runs longer ends there; `lib/loops.wgsl` counts.
 pub const LOOP_STEPS: Limit = Limit::new(1 << 20, "steps of loops for a pixel");
+/// The same of a function with a workgroup: its invocations wait for each other, one by one where they add to a number.
+pub const WORKGROUP_LOOP_STEPS: Limit = Limit::new(1 << 16, "steps of loops for a pixel with a workgroup");
 /// Of a kind without Rust.
 pub const PARAMETERS: Limit = Limit::new(64, "parameters of a kind");
 /// Of a kind without Rust. A device binds at least 16 textures in a pass.
@@ -79,7 +82,7 @@ pub const OUTPUTS: Limit = Limit::new(8, "outputs of a kind");
 pub const TEXTURES: Limit = Limit::new(12, "textures that a function reads");
 
 /// All limits, in the order of the table in `nodes/README.md`.
-pub const ALL: [Limit; 22] = [
+pub const ALL: [Limit; 23] = [
     FILE_BYTES,
     FILES,
     FILE_TOKENS,
@@ -97,6 +100,7 @@ pub const ALL: [Limit; 22] = [
     BARRIERS,
     INVOCATIONS,
     LOOP_STEPS,
+    WORKGROUP_LOOP_STEPS,
     PARAMETERS,
     INPUTS,
     IMAGES,

@@ -130,15 +130,15 @@ mod tests {
 
     #[test]
     fn operators_add_up_over_the_expressions_around() {
-        assert_eq!(exceeded(&"x + ".repeat(512)), None);
-        assert_eq!(exceeded(&"x + ".repeat(513)), Some(OPERATORS.counts));
-        assert_eq!(exceeded(&format!("({}(x))", "x && ".repeat(260))), Some(OPERATORS.counts));
-        assert_eq!(exceeded(&format!("{}f({}x)", "x + ".repeat(300), "x + ".repeat(300))), Some(OPERATORS.counts));
-        assert_eq!(exceeded(&format!("x{}", ".x".repeat(513))), Some(OPERATORS.counts));
+        assert_eq!(exceeded(&"x + ".repeat(256)), None);
+        assert_eq!(exceeded(&"x + ".repeat(257)), Some(OPERATORS.counts));
+        assert_eq!(exceeded(&format!("({}(x))", "x && ".repeat(130))), Some(OPERATORS.counts));
+        assert_eq!(exceeded(&format!("{}f({}x)", "x + ".repeat(150), "x + ".repeat(150))), Some(OPERATORS.counts));
+        assert_eq!(exceeded(&format!("x{}", ".x".repeat(257))), Some(OPERATORS.counts));
         assert_eq!(exceeded(&format!("f({}x)", "x + x, ".repeat(1000))), None);
         assert_eq!(exceeded(&format!("x;{}", "x += x * x;".repeat(1000))), None);
-        assert_eq!(exceeded(&"f(x) ".repeat(512)), None);
-        assert_eq!(exceeded(&"f(x) ".repeat(513)), Some(OPERATORS.counts), "a call is an operator");
+        assert_eq!(exceeded(&"f(x) ".repeat(256)), None);
+        assert_eq!(exceeded(&"f(x) ".repeat(257)), Some(OPERATORS.counts), "a call is an operator");
         assert_eq!(exceeded(&"x: @a ".repeat(600)), None, "a type and an attribute are none");
     }
 
@@ -151,8 +151,8 @@ mod tests {
         };
         assert_eq!(at(&"(".repeat(65)), Some((64, NESTING.counts)));
         assert_eq!(at(&"-".repeat(65)), Some((64, NESTING.counts)));
-        assert_eq!(at(&("x".to_owned() + &"+x".repeat(513))), Some((1025, OPERATORS.counts)));
-        assert_eq!(at(&format!("{0}({0}x)", "x+".repeat(300))), Some((1026, OPERATORS.counts)));
+        assert_eq!(at(&("x".to_owned() + &"+x".repeat(257))), Some((513, OPERATORS.counts)));
+        assert_eq!(at(&format!("{0}({0}x)", "x+".repeat(150))), Some((514, OPERATORS.counts)));
         let limits = [(FILE_TOKENS.most + 1, "x "), (IMPORTS.most + 1, "#import a\n")];
         for (count, text) in limits {
             let (most, more) = (text.repeat(count - 1), text.repeat(count));
@@ -167,7 +167,7 @@ mod tests {
 
     #[test]
     fn branches_nest_and_statements_do_not() {
-        assert_eq!(exceeded(&format!("x; if x {{ }} {}", "else if x { } ".repeat(513))), Some(OPERATORS.counts));
+        assert_eq!(exceeded(&format!("x; if x {{ }} {}", "else if x { } ".repeat(257))), Some(OPERATORS.counts));
         assert_eq!(exceeded(&format!("x; {}", "if x { } else { } ".repeat(1000))), None);
     }
 }

@@ -11,6 +11,7 @@ use super::source_map::{GENERATED, SourceMap};
 use crate::error::{ShaderError, position};
 use crate::features::ShaderFeatures;
 use crate::library::{FRAMEWORK, Library, Source, SourceFile};
+use crate::limits::Limit;
 use crate::module::Module;
 use crate::sample_mode::SampleMode;
 
@@ -214,13 +215,13 @@ impl<'a> Linker<'a> {
         format!("__{}_{name}", instance.0)
     }
 
-    /// The statement that generated code has in front of each call of a kernel function; `None` if no file has loops
-    /// whose steps are counted.
-    pub fn before_call(&mut self) -> Option<String> {
+    /// The statement that generated code has in front of each call of a kernel function whose loops may take so many
+    /// steps; `None` if no file has loops whose steps are counted.
+    pub fn before_call(&mut self, steps: Limit) -> Option<String> {
         if self.counter.is_none() && loops::any(&self.parts) {
             self.counter = Some(self.framework(loops::FILE));
         }
-        self.counter.map(|counter| format!("{}();", self.name(counter, loops::BEGIN)))
+        self.counter.map(|counter| format!("{}({});", self.name(counter, loops::BEGIN), steps.most))
     }
 
     /// Gives a variable another binding.

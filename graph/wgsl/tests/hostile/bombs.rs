@@ -41,6 +41,13 @@ fn repeated(part: usize) -> Vec<(&'static str, String)> {
     };
     let conjunction = format!("let a = {}true; return source;", "true && ".repeat(6000 / part));
     let branches = "else if source.x > 1.0 { }".repeat(3000 / part);
+    let early = "fn early(c: vec4f) -> vec4f {
+    if c.x > 0.7 { return sin(c) * cos(c * 3.1) + tan(c); }
+    if c.y > 0.5 { return exp(c) * tan(c.yzwx); }
+    return c;
+}
+";
+    let uses = in_body(&format!("let t = early(source); var s = t; {} return s;", "s += t; ".repeat(1500 / part)));
     let functions = numbered(3000 / part, |i| format!("fn g{i}(x: vec4f) -> vec4f {{ return x; }}\n"));
     vec![
         ("a long comment", format!("/*{}*/{line}", "x".repeat(3_000_000 / part))),
@@ -54,6 +61,10 @@ fn repeated(part: usize) -> Vec<(&'static str, String)> {
         ("long code", returning("s = sin(s) * cos(s) + s.yzwx;", 3000)),
         ("loops", returning("for (var i = 0; i < 9; i++) { s += s.yzwx; }", 100)),
         ("powers", returning("s = pow(s, s.yzwx);", 200)),
+        ("a chain of sums", returning("s += source;", 6000)),
+        ("a chain of maxima", returning("s = max(s, source.yzwx + s);", 1800)),
+        ("a chain of choices", returning("s = select(s, source + s, source.x > s.y);", 2500)),
+        ("a chain behind returns", format!("{early}{uses}")),
     ]
 }
 

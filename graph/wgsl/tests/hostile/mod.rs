@@ -71,7 +71,7 @@ const NAMES: [&str; 44] = [
     "shared_help",
     "is_last_step",
     "begin_steps",
-    "loop_steps",
+    "steps_left",
     "loops_is_last_step",
 ];
 
