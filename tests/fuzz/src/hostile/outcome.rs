@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-use afterimage_media::Pixels;
 use afterimage_media::codec::decode;
+use afterimage_media::{Picture, Pixels};
 
 use crate::case::Case;
 
@@ -84,22 +84,30 @@ pub(crate) fn run(program: &Path, case: &Case, folder: &Path, budget: Budget) ->
     let file = File::create(&printed)?;
     command.stdin(Stdio::null()).stdout(file.try_clone()?).stderr(file);
     let end = wait(command.spawn()?)?;
-    let printed = String::from_utf8_lossy(&fs::read(&printed)?).into_owned();
-    let verdict = match verdict(&end, &printed, names(&inner)? == before, budget) {
-        Verdict::Good if !["out.exr", "far.exr"].iter().all(|name| is_finite(&inner.join(name))) => Verdict::Unclean,
-        verdict => verdict,
-    };
+    let mut printed = String::from_utf8_lossy(&fs::read(&printed)?).into_owned();
+    let mut verdict = verdict(&end, &printed, names(&inner)? == before, budget);
+    if verdict == Verdict::Good {
+        for name in ["out.exr", "far.exr"] {
+            if let Some(why) = wrong(&inner.join(name)) {
+                verdict = Verdict::Unclean;
+                printed += &format!("{name}: {why}\n");
+            }
+        }
+    }
     Ok(Outcome { verdict, seconds: end.seconds, megabytes: end.megabytes, printed })
 }
 
-/// Whether an image that was written has finite numbers only; also if none was.
-fn is_finite(path: &Path) -> bool {
-    let Ok(bytes) = fs::read(path) else { return true };
-    let picture = decode(Cursor::new(bytes), None, afterimage_media::Budget(1 << 30));
-    match picture.expect("the program wrote it").pixels {
-        Pixels::Half(numbers) => numbers.iter().all(|number| number.is_finite()),
-        Pixels::Float(numbers) => numbers.iter().all(|number| number.is_finite()),
-    }
+/// What is wrong with an image that was written: it cannot be read, or has a number that is not finite. Nothing if none
+/// was written.
+fn wrong(path: &Path) -> Option<String> {
+    let bytes = fs::read(path).ok()?;
+    let length = bytes.len();
+    let is_finite = match decode(Cursor::new(bytes), None, afterimage_media::Budget(1 << 30)) {
+        Ok(Picture { pixels: Pixels::Half(numbers), .. }) => numbers.iter().all(|number| number.is_finite()),
+        Ok(Picture { pixels: Pixels::Float(numbers), .. }) => numbers.iter().all(|number| number.is_finite()),
+        Err(error) => return Some(format!("{length} bytes cannot be read: {error}")),
+    };
+    (!is_finite).then(|| "a number is not finite".to_owned())
 }
 
 fn names(folder: &Path) -> Result<Vec<OsString>> {
@@ -137,9 +145,9 @@ fn wait(mut child: Child) -> Result<End> {
     loop {
         if let Some((status, usage)) = ended(child.id()) {
             let seconds = |time: libc::timeval| time.tv_sec as f64 + time.tv_usec as f64 * 1e-6;
-            // A child starts with the most memory of its parent in its account.
+            // A child starts with about the most memory of its parent in its account.
             let counted = usage.ru_maxrss as u64 * 1024 / 1_000_000;
-            let megabytes = if counted > peak(Path::new("/proc/self/status")) { counted } else { seen };
+            let megabytes = if counted > 2 * peak(Path::new("/proc/self/status")) { counted } else { seen };
             return Ok(End {
                 status,
                 seconds: seconds(usage.ru_utime) + seconds(usage.ru_stime),
