@@ -186,13 +186,16 @@ fn a_loop_without_end_ends_at_the_limit_which_is_lower_in_a_workgroup() {
         inputs: { "source": Image(doc: "A picture.") },
         outputs: { "result": Image(doc: "Another.", state: Same("source"), function: "shares") },
     )"#;
-    let kinds = [shares(shader), kind(pixel, ("shares.wgsl", shader))];
-    for (kind, limit) in kinds.into_iter().zip([limits::WORKGROUP_LOOP_STEPS, limits::LOOP_STEPS]) {
+    let most = [limits::WORKGROUP_LOOP_STEPS.most as f32, limits::LOOP_STEPS.most as f32];
+    for (kind, is_alone) in [(shares(shader), false), (kind(pixel, ("shares.wgsl", shader)), true)] {
         let graph = graph(kind, r#""it": Shares(source: "in")"#);
         let found = Run::new(&graph).exact().frame(&[("in", &scene)]).remove(0);
         for (x, y) in (0..5).flat_map(|y| (0..9).map(move |x| (x, y))) {
+            let [count, second, blue, alpha] = found.at(x, y);
             // The second loop has no steps left, and the function goes on.
-            assert_eq!(found.at(x, y), [limit.most as f32, 0.0, scene.at(x, y)[2], 0.25], "{x}, {y}");
+            assert_eq!([second, blue, alpha], [0.0, scene.at(x, y)[2], 0.25], "{x}, {y}");
+            // A device may end loops of pixels earlier: llvmpipe does.
+            assert!(if is_alone { (most[0] + 1.0..=most[1]).contains(&count) } else { count == most[0] }, "{count}");
         }
     }
 }

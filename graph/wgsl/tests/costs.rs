@@ -107,6 +107,7 @@ fn operators_cost_what_a_driver_writes_out_for_them() {
         ("one = sum[i];", 113.0),
         ("one = list[i];", 977.0),
         ("if one > 0.0 { one = 1.0; }", 74.0),
+        ("sum = select(sum, sum, one > 0.0);", 80.0),
         ("switch i { case 1u: { one = 1.0; } default: { one = 2.0; } }", 139.0),
     ]);
 }

@@ -18,6 +18,8 @@ use crate::walk::statements;
 const OPERATION: usize = 3;
 /// A division of whole numbers, which drivers write out.
 const DIVISION: usize = 400;
+/// A choice, for each component.
+const SELECT: usize = 12;
 /// A component of a vector at a computed index.
 const COMPONENT: usize = 96;
 /// A branch, and a case of a `switch`.
@@ -140,6 +142,7 @@ impl<'m> Types<'m> {
                 DIVISION * self.numbers(handle)
             }
             Expression::Math { fun, arg, .. } => self.numbers(*arg).max(self.numbers(handle)) * weight(*fun),
+            Expression::Select { .. } => SELECT * self.numbers(handle),
             _ if self.is_integer(handle) => 2 * OPERATION * self.numbers(handle),
             _ => OPERATION * self.numbers(handle),
         }

@@ -69,7 +69,7 @@ pub const INVOCATIONS: Limit = Limit::new(256, "invocations in a workgroup");
 /// Of all loops in one call of a kernel function. What runs longer ends there; `lib/loops.wgsl` counts.
 pub const LOOP_STEPS: Limit = Limit::new(1 << 20, "steps of loops for a pixel");
 /// The same of a function with a workgroup: its invocations wait for each other, one by one where they add to a number.
-pub const WORKGROUP_LOOP_STEPS: Limit = Limit::new(1 << 16, "steps of loops for a pixel with a workgroup");
+pub const WORKGROUP_LOOP_STEPS: Limit = Limit::new(1 << 14, "steps of loops for a pixel with a workgroup");
 /// Of a kind without Rust.
 pub const PARAMETERS: Limit = Limit::new(64, "parameters of a kind");
 /// Of a kind without Rust. A device binds at least 16 textures in a pass.

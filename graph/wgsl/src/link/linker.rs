@@ -335,6 +335,13 @@ impl<'a> Linker<'a> {
     {
         let mut linker: Linker<'b> = self;
         let module = parsed(file);
+        // The last part refers to others by their numbers, so nothing may come behind it.
+        for import in &module.imports {
+            if let Some((imported, library)) = linker.find(None, &import.name) {
+                let part = linker.part(imported, library, Variant::default());
+                part.unwrap_or_else(|error| panic!("the framework's library is in order: {error}"));
+            }
+        }
         linker.parts.push(Part::new(file, module, None, Variant::default()));
         let code = Instance(linker.parts.len() as u32 - 1);
         let imported = linker.import(code);

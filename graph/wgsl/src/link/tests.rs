@@ -124,6 +124,17 @@ fn a_file_brings_a_library_which_comes_before_the_framework() {
 }
 
 #[test]
+fn generated_code_may_import_what_no_file_does() {
+    let own = shader("own.wgsl", "fn f(c: f32) -> f32 { return c; }");
+    let mut linker = linker();
+    let instance = linker.add(own.source(), &[]).unwrap_or_else(|error| panic!("{error}"));
+    let call = linker.name(instance, "f");
+    let code = format!("#import workgroup\nfn run(i: Invocation) -> f32 {{ return {call}(f32(workgroup_rank(i))); }}");
+    let linked = linker.link(code, &[(Instance::GENERATED, "run")]).unwrap_or_else(|error| panic!("{error}"));
+    valid(&linked);
+}
+
+#[test]
 fn errors_of_imports_have_a_place() {
     let own = shader("own.wgsl", "\n  #import nothing\nfn f(c: vec4f) -> vec4f { return c; }");
     let error = own.reflect().expect_err("there is no such file");
