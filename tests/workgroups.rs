@@ -192,10 +192,14 @@ fn a_loop_without_end_ends_at_the_limit_which_is_lower_in_a_workgroup() {
         let found = Run::new(&graph).exact().frame(&[("in", &scene)]).remove(0);
         for (x, y) in (0..5).flat_map(|y| (0..9).map(move |x| (x, y))) {
             let [count, second, blue, alpha] = found.at(x, y);
-            // The second loop has no steps left, and the function goes on.
-            assert_eq!([second, blue, alpha], [0.0, scene.at(x, y)[2], 0.25], "{x}, {y}");
-            // A device may end loops of pixels earlier: llvmpipe does.
-            assert!(if is_alone { (most[0] + 1.0..=most[1]).contains(&count) } else { count == most[0] }, "{count}");
+            // A device may end loops of pixels earlier: llvmpipe does, after the first step of the second loop.
+            let is_right = match is_alone {
+                true => (most[0] + 1.0..=most[1]).contains(&count) && second <= 1.0,
+                false => [count, second] == [most[0], 0.0],
+            };
+            assert!(is_right, "{count} and {second} steps at {x}, {y}");
+            // The function goes on.
+            assert_eq!([blue, alpha], [scene.at(x, y)[2], 0.25], "{x}, {y}");
         }
     }
 }
