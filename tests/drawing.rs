@@ -1,5 +1,6 @@
 //! Drawing passes: what they draw, compared with triangles that are computed in f64.
 
+mod host;
 mod kinds;
 
 use afterimage_graph::check::{CheckOptions, Graph, check};

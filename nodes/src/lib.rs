@@ -68,6 +68,7 @@ mod gtao;
 mod halation;
 mod heat_haze;
 mod histogram;
+mod host_draw;
 mod lens_dirt;
 mod lens_distortion;
 mod lens_flare;
@@ -137,6 +138,7 @@ pub use gtao::Gtao;
 pub use halation::Halation;
 pub use heat_haze::HeatHaze;
 pub use histogram::Histogram;
+pub use host_draw::{DepthFormat, Draw, DrawDepth, DrawSamples};
 pub use lens_dirt::LensDirt;
 pub use lens_distortion::{LensDirection, LensDistortion, LensModel};
 pub use lens_flare::LensFlare;
@@ -172,6 +174,18 @@ pub use upsample::{Upsample, UpsampleBlend, UpsampleFilter};
 pub use vignette::Vignette;
 pub use visibility::OcclusionSize;
 pub use white_balance::{WhiteBalance, WhiteBalanceMode};
+
+/// Kinds whose passes a host fills with its own draws: `Post::encode_drawing` of `afterimage-gpu` takes these. Programs
+/// without a renderer, such as `afterimage`, do not have them.
+///
+/// ```
+/// use afterimage_graph::node::Registry;
+///
+/// let kinds = Registry::new(&[afterimage_nodes::ALL, afterimage_nodes::HOST])?;
+/// assert!(kinds.get("DrawSamples").is_some());
+/// # Ok::<(), afterimage_graph::node::DuplicateKind>(())
+/// ```
+pub const HOST: &[NodeKind] = &[NodeKind::of::<Draw>(), NodeKind::of::<DrawDepth>(), NodeKind::of::<DrawSamples>()];
 
 /// Every built-in kind.
 pub const ALL: &[NodeKind] = &[

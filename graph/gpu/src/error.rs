@@ -86,6 +86,9 @@ pub enum GpuError {
         /// The type of the input.
         wanted: &'static str,
     },
+    /// The host gave no draws for a node whose pass it fills.
+    #[error("no draws were given for node `{0}`, which the host fills: give them to `encode_drawing`")]
+    MissingDraw(String),
     /// The host's image for a port differs in size or format from the plan.
     #[error("the image given for `{port}` is {given}, but the plan was made for {planned}")]
     WrongImage {

@@ -43,7 +43,7 @@ mod transfer;
 pub use clock::{Clock, ClockSource, FrameTime, Recording, median};
 pub use device::{ErrorLog, Gpu, Opening, caps, texture_format, wanted_features};
 pub use error::GpuError;
-pub use executor::{Executor, Frame, Preparation, Rectangle};
+pub use executor::{DrawTargets, Executor, Frame, HostDraw, Preparation, Rectangle};
 pub use governor::{Governor, TierChange};
 pub use platform::{Task, TaskPool};
 pub use post::{Control, Parameter, ParameterInfo, PassTimes, Post, PostError, Reading, Watch};

@@ -4,6 +4,7 @@ use afterimage_graph::node::{ColorAttachment, DrawContents, Drawing, Geometry, L
 use wgpu::{CommandEncoder, RenderPass};
 
 use super::frame_constants::Now;
+use super::host_draw::{HostDraw, host_node};
 use super::loaded::{Loaded, Run};
 use crate::layout::Pipeline;
 
@@ -13,7 +14,7 @@ pub(super) fn record_drawing(
     run: &Run,
     (ring_index, frame_constants): Now<'_>,
     index: usize,
-    encoder: &mut CommandEncoder,
+    (encoder, draws): (&mut CommandEncoder, &mut [HostDraw<'_>]),
 ) {
     let planned = &loaded.plan.passes[index];
     let drawing = planned.pass.drawing().expect("the plan draws in this pass");
@@ -29,6 +30,10 @@ pub(super) fn record_drawing(
             pass.set_immediates(0, frame_constants.bytes(loaded.uses_uninitialized(index)));
         }
         draw(loaded, geometry, &mut pass);
+    }
+    if let Some(node) = host_node(&planned.pass) {
+        let host = draws.iter_mut().find(|draw| draw.node == node).expect("each pass of the host has its draws");
+        (host.fill)(&mut pass);
     }
     drop(pass);
     if let Some(timing) = &loaded.timing {

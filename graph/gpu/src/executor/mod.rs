@@ -8,8 +8,10 @@ mod drawing;
 mod explicit_transitions;
 mod frame;
 mod frame_constants;
+mod host_draw;
 mod host_images;
 mod loaded;
+mod passes;
 mod prepare;
 mod record;
 mod rectangle;
@@ -32,6 +34,8 @@ use crate::store::Store;
 use crate::{Gpu, GpuError};
 pub use frame::Frame;
 use frame_constants::FrameConstants;
+use host_draw::check_filled;
+pub use host_draw::{DrawTargets, HostDraw};
 use host_images::Formats;
 pub(crate) use host_images::MULTISAMPLED;
 use loaded::Loaded;
@@ -304,21 +308,6 @@ impl Executor {
         self.runs_made
     }
 
-    /// Records one pass of a frame and no other, for measurements on devices whose timestamps are not reliable. It
-    /// reads what the frames before have left, and the frame number stays.
-    pub fn encode_pass(
-        &mut self,
-        encoder: &mut CommandEncoder,
-        frame: &Frame<'_>,
-        pass: usize,
-    ) -> Result<(), GpuError> {
-        let set = self.host_set(frame)?;
-        let loaded = self.loaded.as_ref().ok_or(GpuError::NoPlan)?;
-        let ring_index = (self.frame_index % loaded.ring_length) as usize;
-        record(loaded, &loaded.sets[set], (ring_index, &self.frame_constants), pass..pass + 1, encoder);
-        Ok(())
-    }
-
     /// Records one frame. Submit it before the next is recorded: both would otherwise run at the time of the second.
     ///
     /// A lost device is noticed here only in the first frame of a plan. Otherwise wgpu drops the commands, and reading
@@ -329,6 +318,21 @@ impl Executor {
     /// [`GpuError::NoPlan`] before a plan is loaded; host images that are missing, differ from the plan, or that the
     /// device refuses; [`GpuError::OutOfMemory`].
     pub fn encode(&mut self, encoder: &mut CommandEncoder, frame: &Frame<'_>) -> Result<(), GpuError> {
+        self.encode_drawing(encoder, frame, &mut [])
+    }
+
+    /// The same with the draws of passes that the host fills; those that the plan does not need are ignored.
+    ///
+    /// # Errors
+    /// As [`encode`](Self::encode), and [`GpuError::MissingDraw`].
+    pub fn encode_drawing(
+        &mut self,
+        encoder: &mut CommandEncoder,
+        frame: &Frame<'_>,
+        draws: &mut [HostDraw<'_>],
+    ) -> Result<(), GpuError> {
+        let plan = self.plan().ok_or(GpuError::NoPlan)?;
+        check_filled(plan, 0..plan.passes.len(), draws)?;
         let set = self.host_set(frame)?;
         let reset = self.fresh || frame.reset;
         self.frame_constants = FrameConstants::new(frame, self.frame_index, reset);
@@ -350,7 +354,13 @@ impl Executor {
             encoder.clear_buffer(&loaded.buffers[buffer], 0, None);
         }
         let ring_index = (self.frame_index % loaded.ring_length) as usize;
-        record(loaded, &loaded.sets[set], (ring_index, &self.frame_constants), 0..loaded.passes.len(), encoder);
+        record(
+            loaded,
+            &loaded.sets[set],
+            (ring_index, &self.frame_constants),
+            0..loaded.passes.len(),
+            (encoder, draws),
+        );
         if let Some(timing) = &loaded.timing {
             timing.resolve(encoder);
         }

@@ -6,6 +6,7 @@ use wgpu::{CommandEncoder, Device};
 
 use super::drawing::record_drawing;
 use super::frame_constants::Now;
+use super::host_draw::HostDraw;
 use super::loaded::{ExplicitTransition, HostSet, ImageBinding, Loaded, Run};
 use super::rectangle::Rectangle;
 use crate::layout::Pipeline;
@@ -36,7 +37,13 @@ pub(super) fn take_over(store: &Store, loaded: &Loaded, encoder: &mut CommandEnc
     encoder.transition_resources(std::iter::empty(), textures);
 }
 
-pub(super) fn record(loaded: &Loaded, set: &HostSet, now: Now<'_>, passes: Range<usize>, encoder: &mut CommandEncoder) {
+pub(super) fn record(
+    loaded: &Loaded,
+    set: &HostSet,
+    now: Now<'_>,
+    passes: Range<usize>,
+    (encoder, draws): (&mut CommandEncoder, &mut [HostDraw<'_>]),
+) {
     let mut index = passes.start;
     while index < passes.end {
         match &set.runs[index].built.pipeline {
@@ -48,7 +55,7 @@ pub(super) fn record(loaded: &Loaded, set: &HostSet, now: Now<'_>, passes: Range
             }
             Pipeline::Drawing(_) | Pipeline::None => {
                 transition_for_draw(set.transitions_before(index, now.0), encoder);
-                record_drawing(loaded, &set.runs[index], now, index, encoder);
+                record_drawing(loaded, &set.runs[index], now, index, (encoder, draws));
                 index += 1;
             }
         }

@@ -19,7 +19,7 @@ use afterimage_plan::{Options, Plan, PlanCache};
 use wgpu::{CommandEncoder, Device, Queue};
 
 use crate::platform::{TaskPool, watched};
-use crate::{Executor, Frame, GpuError};
+use crate::{DrawTargets, Executor, Frame, GpuError, HostDraw};
 pub use error::PostError;
 use handle::Handle;
 pub use handle::{Control, Parameter, ParameterInfo};
@@ -145,6 +145,12 @@ impl Post {
         self.running.as_ref().map(Running::plan)
     }
 
+    /// The attachments of a pass that the host fills, by the name of its node: what its pipelines are made for. `None`
+    /// before a plan is loaded, and if the plan has no such pass.
+    pub fn draw_targets(&self, node: &str) -> Option<DrawTargets> {
+        self.executor.draw_targets(node)
+    }
+
     /// Whether a plan is being made, or will be at the next frame.
     pub fn is_changing(&self) -> bool {
         self.is_stale || self.next.is_some()
@@ -248,12 +254,31 @@ impl Post {
     /// Without a recorded frame: the graph cannot be planned for these images, or the device reports an error. With a
     /// recorded frame of the old plan: a plan that was being made has failed. Each failure is reported once.
     pub fn encode(&mut self, encoder: &mut CommandEncoder, frame: &Frame<'_>) -> Result<(), PostError> {
+        self.encode_drawing(encoder, frame, &mut [])
+    }
+
+    /// The same with the draws of passes that the host fills, by the names of their nodes: those of the kinds of
+    /// `afterimage_nodes::HOST`, and of kinds that use `Recorder::host_draw`. What the plan does not need is ignored.
+    ///
+    /// A pass has its attachments, which the plan makes; the host sets pipelines and bindings. [`draw_targets`] says
+    /// what pipelines are made for. Images that the host draws are sanitized where they are read.
+    ///
+    /// [`draw_targets`]: Self::draw_targets
+    ///
+    /// # Errors
+    /// As [`encode`](Self::encode), and [`GpuError::MissingDraw`].
+    pub fn encode_drawing(
+        &mut self,
+        encoder: &mut CommandEncoder,
+        frame: &Frame<'_>,
+        draws: &mut [HostDraw<'_>],
+    ) -> Result<(), PostError> {
         span!("afterimage::frame");
         if self.frame.is_multiple_of(FRAMES_BETWEEN_CHECKS) {
             self.check_device()?;
         }
         let failure = self.follow(frame)?;
-        self.record(encoder, frame)?;
+        self.record(encoder, frame, draws)?;
         failure.map_or(Ok(()), Err)
     }
 
@@ -261,9 +286,14 @@ impl Post {
     ///
     /// # Errors
     /// The device reports an error.
-    pub(crate) fn record(&mut self, encoder: &mut CommandEncoder, frame: &Frame<'_>) -> Result<(), PostError> {
+    pub(crate) fn record(
+        &mut self,
+        encoder: &mut CommandEncoder,
+        frame: &Frame<'_>,
+        draws: &mut [HostDraw<'_>],
+    ) -> Result<(), PostError> {
         self.write_uniforms()?;
-        self.executor.encode(encoder, frame)?;
+        self.executor.encode_drawing(encoder, frame, draws)?;
         self.frame += 1;
         for watched in &mut self.watched {
             watched.readings.collect()?;

@@ -60,7 +60,8 @@ impl Post {
                 return Ok(false);
             }
         }
-        Ok(!running.given.inputs.is_empty() || output_size(frame).is_none_or(|size| size == running.given.size))
+        Ok(!running.given.inputs.is_empty()
+            || output_size(frame).or(self.size).is_none_or(|size| size == running.given.size))
     }
 
     /// Whether the image of an output holds linear light: the host says so, or the device encodes it.
@@ -70,7 +71,7 @@ impl Post {
         self.linear.contains(output) || format.is_some_and(|format| format.is_srgb())
     }
 
-    /// What the host gives. The size is that of the first image, or else of the first output.
+    /// What the host gives. The size is that of the first image, or else of the first output, or the stated one.
     fn given(&self, frame: &Frame<'_>) -> Result<Given, PostError> {
         let (mut inputs, mut parts, mut blocks) = (BTreeMap::new(), BTreeMap::new(), BTreeSet::new());
         let mut size = None;
@@ -90,7 +91,7 @@ impl Post {
         let first = self.plans.graph().inputs.iter().find(|input| input.block.is_none());
         let missing =
             || PostError::from(PlanError::MissingInput(first.map_or(String::new(), |input| input.name.clone())));
-        let size = size.or(output_size(frame)).ok_or_else(missing)?;
+        let size = size.or(output_size(frame)).or(self.size).ok_or_else(missing)?;
         Ok(Given { size, inputs, blocks, linear, parts, rectangles })
     }
 

@@ -149,7 +149,7 @@ impl Session {
         step: FrameStep,
     ) -> Result<(), PostError> {
         let blocks: Vec<(&str, &BlockData)> = self.blocks.iter().map(|(name, data)| (name.as_str(), data)).collect();
-        with_frame(images, step, |frame| self.post.record(encoder, &Frame { blocks: &blocks, ..*frame }))
+        with_frame(images, step, |frame| self.post.record(encoder, &Frame { blocks: &blocks, ..*frame }, &mut []))
     }
 
     /// Renders a frame; the outputs stay on the GPU.
