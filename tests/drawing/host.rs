@@ -188,6 +188,33 @@ fn samples_and_a_depth_map_of_the_host_go_to_their_readers() {
     assert_eq!(layer::messages(), Vec::<String>::new());
 }
 
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_depth_of_the_frame_before_is_kept() {
+    let _alone = layer::alone();
+    let gpu = gpu();
+    let mut post = post(&gpu, "\"drawn\": Draw()", "\"out\": \"drawn\", \"past\": \"drawn.depth@previous\"");
+    layer::messages();
+    let targets = targets(&gpu, &mut post, &["drawn"]).remove(0);
+    let past = |post: &Post| shown(&gpu, post, "past");
+    assert!(past(&post).pixels.iter().all(|pixel| pixel[0] == 0.0), "before the first frame there is none");
+    let pipeline = pipeline(&gpu, &targets, &LARGE, "vec4f(1.0)");
+    let mut fill = |pass: &mut wgpu::RenderPass<'_>| {
+        pass.set_pipeline(&pipeline);
+        pass.draw(0..3, 0..1);
+    };
+    for frames in 1..4 {
+        let draws = &mut [HostDraw { node: "drawn", fill: &mut fill }];
+        frame(&gpu, &mut post, draws).unwrap_or_else(|error| panic!("{error}"));
+        let past = past(&post);
+        for (x, y) in pixels() {
+            let is_drawn = frames > 1 && at(&LARGE, SIZE, (x, y), [0.5; 2]).is_some();
+            assert_eq!(past.at(x, y)[0], if is_drawn { 0.25 } else { 1.0 }, "{x}, {y} after {frames} frames");
+        }
+    }
+    assert_eq!(layer::messages(), Vec::<String>::new());
+}
+
 /// Light that is not finite does not come out of a pass whose contents nobody knows.
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
@@ -206,6 +233,33 @@ fn what_a_host_draws_is_sanitized_where_it_is_read() {
         let shown = shown(&gpu, &post, "out");
         assert!(shown.pixels.as_flattened().iter().all(|number| number.is_finite()), "{reader}");
         assert!(shown.pixels.iter().any(|pixel| pixel[1] > 60_000.0), "{reader}: infinite light is light");
+    }
+}
+
+#[test]
+fn files_that_ask_for_what_cannot_be_drawn_are_refused() {
+    let said = |nodes: &str, output: &str| {
+        let text = format!("Pipeline(inputs: {{}}, nodes: {{ {nodes} }}, outputs: {{ \"out\": \"{output}\" }})");
+        let document = parse("host.ron", &text).unwrap_or_else(|errors| panic!("{errors}"));
+        let registry = Registry::new(&[afterimage_nodes::ALL, afterimage_nodes::HOST]).expect("no two share a name");
+        match check(&document, &registry, &CheckOptions::default()) {
+            Ok(_) => String::new(),
+            Err(errors) => errors.to_string(),
+        }
+    };
+    let resolved = |node: &str| format!("\"drawn\": {node}, \"one\": Resolve(source: \"drawn\")");
+    assert_eq!(said(&resolved("DrawSamples(format: Rg16Float)"), "one"), "");
+    let cases = [
+        (resolved("DrawSamples(format: Rgba32Float)"), "one", "no device has to draw samples of the format"),
+        (resolved("DrawSamples(format: Depth32Float)"), "one", "no format is called `Depth32Float`"),
+        (resolved("DrawSamples(width: 9000)"), "one", "width"),
+        (resolved("Draw()"), "one", "Multisampled"),
+        ("\"drawn\": DrawSamples()".into(), "drawn", "Multisampled"),
+        ("\"drawn\": DrawSamples(), \"bright\": Exposure(source: \"drawn\")".into(), "bright", "Multisampled"),
+    ];
+    for (nodes, output, wanted) in cases {
+        let said = said(&nodes, output);
+        assert!(said.contains(wanted), "{nodes}: {said:?} does not say {wanted:?}");
     }
 }
 

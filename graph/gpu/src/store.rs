@@ -204,8 +204,11 @@ pub(crate) fn upload(
     caught("the texels of a texture", write)
 }
 
-/// Clears a texture to zero: by a copy where the device has no clear command.
+/// Clears a texture to zero: a depth by a pass, others by a copy where the device has no clear command.
 pub(crate) fn blacken(device: &wgpu::Device, stored: &Stored, encoder: &mut wgpu::CommandEncoder) {
+    if stored.desc.format.is_depth() {
+        return blacken_depth(stored, encoder);
+    }
     if device.features().contains(wgpu::Features::CLEAR_TEXTURE) {
         encoder.clear_texture(&stored.texture, &wgpu::ImageSubresourceRange::default());
         return;
@@ -219,4 +222,18 @@ pub(crate) fn blacken(device: &wgpu::Device, stored: &Stored, encoder: &mut wgpu
         wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(pitch), rows_per_image: Some(size.height) };
     let zeros = wgpu::TexelCopyBufferInfo { buffer: &zeros, layout };
     encoder.copy_buffer_to_texture(zeros, stored.texture.as_image_copy(), extent(stored.desc));
+}
+
+/// Nothing is copied to a depth.
+fn blacken_depth(stored: &Stored, encoder: &mut wgpu::CommandEncoder) {
+    let ops = wgpu::Operations { load: wgpu::LoadOp::Clear(0.0), store: wgpu::StoreOp::Store };
+    drop(encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+        label: Some("afterimage"),
+        depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
+            view: &stored.view,
+            depth_ops: Some(ops),
+            stencil_ops: None,
+        }),
+        ..Default::default()
+    }));
 }
