@@ -41,6 +41,28 @@ fn arithmetic_is_as_it_is_asked_for() {
 }
 
 #[test]
+fn a_pipeline_whose_passes_a_host_fills_can_be_looked_at_and_not_rendered() {
+    let folder = Folder::new("host-draws");
+    let text = r#"Pipeline(
+        inputs: {},
+        nodes: {
+            "samples": DrawSamples(reversed: true),
+            "scene": Resolve(source: "samples"),
+            "exposed": Exposure(source: "scene", stops: 1.0),
+            "mapped": ToneMap(source: "exposed", curve: Reinhard),
+            "encoded": Encode(source: "mapped", transfer: Srgb),
+        },
+        outputs: { "display": "encoded" },
+    )"#;
+    folder.with("host.ron", text.as_bytes());
+    assert!(folder.run("check --plan host.ron").good().contains("its plans are verified"));
+    let plan = folder.run("plan host.ron --size 64x32").good();
+    assert!(plan.contains("draws of the host") && plan.contains("samples.result, samples.depth"), "{plan}");
+    folder.run("render host.ron -o out.png --size 64x32").fails_saying(2, &["no draws were given for node `samples`"]);
+    assert!(folder.names() == ["host.ron"], "{:?}", folder.names());
+}
+
+#[test]
 fn a_fact_leaves_a_branch_out_and_the_plan_says_why() {
     let dark = plan("{caracal} --fact emissive=false");
     assert!(dark.contains("skipped\n") && dark.contains("`when: emissive` does not hold"), "{dark}");

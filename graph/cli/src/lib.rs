@@ -49,14 +49,16 @@ pub fn run(tables: &[&[NodeKind]], arguments: impl IntoIterator<Item = std::ffi:
             return ExitCode::from(u8::from(!is_help));
         }
     };
+    // Pipelines with passes that a host fills can be looked at, and an error says that nobody fills them here.
+    let known = [tables, &[afterimage_nodes::HOST]].concat();
     let result = match &arguments.command {
         Command::Demo(args) => demo::run(args, tables),
         #[cfg(feature = "view")]
         Command::View(args) => view::run(args, tables),
-        Command::Render(args) => watch::run(args, tables),
-        Command::Check(args) => check::run(args, tables),
-        Command::Plan(args) => plan::run(args, tables),
-        Command::Nodes(args) => nodes::run(args, tables),
+        Command::Render(args) => watch::run(args, &known),
+        Command::Check(args) => check::run(args, &known),
+        Command::Plan(args) => plan::run(args, &known),
+        Command::Nodes(args) => nodes::run(args, &known),
         Command::Measure(args) => measure::run(args, tables),
         Command::Tune(args) => tune::run(args, tables),
         Command::Bench(args) => bench::run(args, tables),
