@@ -93,15 +93,18 @@ fn smaa_turned(edges: texture_2d<f32>, p: vec2i, line: SmaaLine) -> vec2f {
 
 // Follows a line from a pixel to one side (-1 or 1) until it stops or an edge crosses it.
 fn smaa_end(edges: texture_2d<f32>, p: vec2i, line: SmaaLine, side: i32, reach: i32) -> SmaaEnd {
-    var end = SmaaEnd(0.0, p, 0.0, 0.0);
+    var end = SmaaEnd(0.0, p + max(side, 0) * line.along, 0.0, 0.0);
+    var here = smaa_turned(edges, end.place, line);
     for (var n = 0; n <= reach; n++) {
-        let pixel = p + side * n * line.along;
+        let next = smaa_turned(edges, end.place + side * line.along, line);
         end.distance = f32(n);
-        end.place = pixel + max(side, 0) * line.along;
         end.before = smaa_turned(edges, end.place - line.across, line).x;
-        end.behind = smaa_turned(edges, end.place, line).x;
-        let goes_on = smaa_turned(edges, pixel + side * line.along, line).y;
-        if end.before + end.behind > 0.0 || goes_on == 0.0 { break; }
+        end.behind = here.x;
+        // The pixel after the last is behind its border to the one side, and before it to the other.
+        let goes_on = select(next.y, here.y, side > 0);
+        if end.before + end.behind > 0.0 || goes_on == 0.0 || n == reach { break; }
+        end.place += side * line.along;
+        here = next;
     }
     return end;
 }

@@ -39,6 +39,12 @@ pub fn main(tables: &[&[NodeKind]]) -> ExitCode {
     run(tables, std::env::args_os())
 }
 
+/// The kinds whose passes a host fills, without those whose names the tables have.
+fn host_kinds(tables: &[&[NodeKind]]) -> Vec<NodeKind> {
+    let is_new = |kind: &&NodeKind| tables.iter().copied().flatten().all(|known| known.name() != kind.name());
+    afterimage_nodes::HOST.iter().filter(is_new).cloned().collect()
+}
+
 /// Runs the program with the kinds of these tables and these arguments, the first of which is the program's name.
 pub fn run(tables: &[&[NodeKind]], arguments: impl IntoIterator<Item = std::ffi::OsString>) -> ExitCode {
     let arguments = match Arguments::try_parse_from(arguments) {
@@ -50,7 +56,8 @@ pub fn run(tables: &[&[NodeKind]], arguments: impl IntoIterator<Item = std::ffi:
         }
     };
     // Pipelines with passes that a host fills can be looked at, and an error says that nobody fills them here.
-    let known = [tables, &[afterimage_nodes::HOST]].concat();
+    let host = host_kinds(tables);
+    let known = [tables, &[&host]].concat();
     let result = match &arguments.command {
         Command::Demo(args) => demo::run(args, tables),
         #[cfg(feature = "view")]

@@ -1,43 +1,80 @@
-//! Commands of drawing passes.
+//! Commands of draws: full-screen ones of kernel functions, and those of drawing passes.
 
 use afterimage_graph::node::{ColorAttachment, DrawContents, Drawing, Geometry, Load};
-use wgpu::{CommandEncoder, RenderPass};
+use wgpu::{CommandEncoder, RenderPass, RenderPipeline};
 
 use super::frame_constants::Now;
 use super::host_draw::{HostDraw, host_node};
 use super::loaded::{Loaded, Run};
+use super::rectangle::Rectangle;
 use crate::layout::Pipeline;
+
+/// Records a full-screen draw, whose result is one image.
+pub(super) fn record_draw(
+    loaded: &Loaded,
+    run: &Run,
+    pipeline: &RenderPipeline,
+    now: Now<'_>,
+    index: usize,
+    encoder: &mut CommandEncoder,
+) {
+    let [view] = run.attachments[now.0].as_slice() else { panic!("a full-screen draw has one attachment") };
+    let rectangle = loaded.drawn_rectangle(index);
+    let label = loaded.label(index).or(Some("afterimage"));
+    // The triangle covers every pixel. What is around a rectangle stays.
+    let load = rectangle.map_or(wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT), |_| wgpu::LoadOp::Load);
+    let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+        label,
+        color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+            view,
+            depth_slice: None,
+            resolve_target: None,
+            ops: wgpu::Operations { load, store: wgpu::StoreOp::Store },
+        })],
+        ..Default::default()
+    });
+    if let Some(Rectangle { x, y, width, height }) = rectangle {
+        pass.set_viewport(x as f32, y as f32, width as f32, height as f32, 0.0, 1.0);
+        pass.set_scissor_rect(x, y, width, height);
+    }
+    set_up(loaded, run, pipeline, now, index, &mut pass);
+    pass.draw(0..3, 0..1);
+}
 
 /// Records a drawing pass: its geometry, or what the host draws.
 pub(super) fn record_drawing(
     loaded: &Loaded,
     run: &Run,
-    (ring_index, frame_constants): Now<'_>,
+    now: Now<'_>,
     index: usize,
     (encoder, draws): (&mut CommandEncoder, &mut [HostDraw<'_>]),
 ) {
     let planned = &loaded.plan.passes[index];
     let drawing = planned.pass.drawing().expect("the plan draws in this pass");
-    let views = &run.attachments[ring_index];
-    if let Some(timing) = &loaded.timing {
-        encoder.write_timestamp(&timing.queries, index as u32);
-    }
-    let mut pass = begin(drawing, views, &planned.stores, loaded.label(index), encoder);
+    let mut pass = begin(drawing, &run.attachments[now.0], &planned.stores, loaded.label(index), encoder);
     if let (DrawContents::Geometry(geometry), Pipeline::Drawing(pipeline)) = (&drawing.contents, &run.built.pipeline) {
-        pass.set_pipeline(pipeline);
-        pass.set_bind_group(0, &run.groups[ring_index], &[]);
-        if loaded.passes[index].immediate {
-            pass.set_immediates(0, frame_constants.bytes(loaded.uses_uninitialized(index)));
-        }
+        set_up(loaded, run, pipeline, now, index, &mut pass);
         draw(loaded, geometry, &mut pass);
     }
     if let Some(node) = host_node(&planned.pass) {
         let host = draws.iter_mut().find(|draw| draw.node == node).expect("each pass of the host has its draws");
         (host.fill)(&mut pass);
     }
-    drop(pass);
-    if let Some(timing) = &loaded.timing {
-        encoder.write_timestamp(&timing.queries, index as u32 + 1);
+}
+
+/// Sets the pipeline, the bindings and the numbers of the frame of a draw.
+fn set_up(
+    loaded: &Loaded,
+    run: &Run,
+    pipeline: &RenderPipeline,
+    (ring_index, frame_constants): Now<'_>,
+    index: usize,
+    pass: &mut RenderPass<'_>,
+) {
+    pass.set_pipeline(pipeline);
+    pass.set_bind_group(0, &run.groups[ring_index], &[]);
+    if loaded.passes[index].immediate {
+        pass.set_immediates(0, frame_constants.bytes(loaded.uses_uninitialized(index)));
     }
 }
 

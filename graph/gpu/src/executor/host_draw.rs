@@ -50,8 +50,7 @@ impl DrawTargets {
 
 /// The node whose host fills a pass; `None` for other passes.
 pub(super) fn host_node(pass: &Pass) -> Option<&str> {
-    let drawing = pass.drawing().filter(|drawing| drawing.contents == DrawContents::Host)?;
-    debug_assert!(drawing.geometry().is_none());
+    pass.drawing().filter(|drawing| drawing.contents == DrawContents::Host)?;
     pass.nodes.first().map(String::as_str)
 }
 

@@ -4,11 +4,10 @@ use std::ops::Range;
 
 use wgpu::{CommandEncoder, Device};
 
-use super::drawing::record_drawing;
+use super::drawing::{record_draw, record_drawing};
 use super::frame_constants::Now;
 use super::host_draw::HostDraw;
 use super::loaded::{ExplicitTransition, HostSet, ImageBinding, Loaded, Run};
-use super::rectangle::Rectangle;
 use crate::layout::Pipeline;
 use crate::pipelines::Built;
 use crate::store::{self, Store};
@@ -48,17 +47,25 @@ pub(super) fn record(
     while index < passes.end {
         match &set.runs[index].built.pipeline {
             Pipeline::Compute(_) => index = record_dispatches(loaded, set, now, index..passes.end, encoder),
-            Pipeline::Render(pipeline) => {
+            pipeline => {
+                let run = &set.runs[index];
                 transition_for_draw(set.transitions_before(index, now.0), encoder);
-                record_draw(loaded, &set.runs[index], pipeline, now, index, encoder);
+                stamp(loaded, index, encoder);
+                match pipeline {
+                    Pipeline::Render(pipeline) => record_draw(loaded, run, pipeline, now, index, encoder),
+                    _ => record_drawing(loaded, run, now, index, (encoder, draws)),
+                }
                 index += 1;
-            }
-            Pipeline::Drawing(_) | Pipeline::None => {
-                transition_for_draw(set.transitions_before(index, now.0), encoder);
-                record_drawing(loaded, &set.runs[index], now, index, (encoder, draws));
-                index += 1;
+                stamp(loaded, index, encoder);
             }
         }
+    }
+}
+
+/// Writes the time before the pass of this number, if passes are timed.
+fn stamp(loaded: &Loaded, number: usize, encoder: &mut CommandEncoder) {
+    if let Some(timing) = &loaded.timing {
+        encoder.write_timestamp(&timing.queries, number as u32);
     }
 }
 
@@ -116,46 +123,4 @@ fn transition_for_draw(explicit_transitions: Option<&[ExplicitTransition]>, enco
         state: wgpu::TextureUses::RESOURCE,
     });
     encoder.transition_resources(std::iter::empty(), textures);
-}
-
-fn record_draw(
-    loaded: &Loaded,
-    run: &Run,
-    pipeline: &wgpu::RenderPipeline,
-    (ring_index, frame_constants): Now<'_>,
-    index: usize,
-    encoder: &mut CommandEncoder,
-) {
-    let [view] = run.attachments[ring_index].as_slice() else { panic!("a full-screen draw has one attachment") };
-    if let Some(timing) = &loaded.timing {
-        encoder.write_timestamp(&timing.queries, index as u32);
-    }
-    let rectangle = loaded.drawn_rectangle(index);
-    let label = loaded.label(index).or(Some("afterimage"));
-    // The triangle covers every pixel. What is around a rectangle stays.
-    let load = rectangle.map_or(wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT), |_| wgpu::LoadOp::Load);
-    let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-        label,
-        color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-            view,
-            depth_slice: None,
-            resolve_target: None,
-            ops: wgpu::Operations { load, store: wgpu::StoreOp::Store },
-        })],
-        ..Default::default()
-    });
-    if let Some(Rectangle { x, y, width, height }) = rectangle {
-        pass.set_viewport(x as f32, y as f32, width as f32, height as f32, 0.0, 1.0);
-        pass.set_scissor_rect(x, y, width, height);
-    }
-    pass.set_pipeline(pipeline);
-    pass.set_bind_group(0, &run.groups[ring_index], &[]);
-    if loaded.passes[index].immediate {
-        pass.set_immediates(0, frame_constants.bytes(loaded.uses_uninitialized(index)));
-    }
-    pass.draw(0..3, 0..1);
-    drop(pass);
-    if let Some(timing) = &loaded.timing {
-        encoder.write_timestamp(&timing.queries, index as u32 + 1);
-    }
 }

@@ -164,7 +164,7 @@ impl DrawPass<'_, '_> {
         self
     }
 
-    /// Records the pass: so many vertices, or indices, and instances.
+    /// Records the pass with these numbers of vertices (of indices, if it has some) and of instances.
     ///
     /// # Panics
     /// Where attachments, entry points and buffers do not fit together; the message says which.

@@ -83,7 +83,7 @@ fn line_rect(output: &TextEditOutput, line: usize) -> Option<egui::Rect> {
 fn mark(ui: &Ui, output: &TextEditOutput, line: usize) {
     if let Some(rect) = line_rect(output, line) {
         let rect = rect.expand2(egui::vec2(3.0, 0.0));
-        ui.painter().rect_filled(rect, 2.0, Color32::from_rgba_unmultiplied(0xf0, 0x6a, 0x5c, 0x30));
+        ui.painter().rect_filled(rect, 2.0, ERROR.gamma_multiply_u8(0x30));
     }
 }
 

@@ -215,8 +215,8 @@ impl<'a> Linker<'a> {
         format!("__{}_{name}", instance.0)
     }
 
-    /// The statement that generated code has in front of each call of a kernel function whose loops may take so many
-    /// steps; `None` if no file has loops whose steps are counted.
+    /// The statement in front of each call of a kernel function in generated code: it sets the limit of the steps of
+    /// its loops. `None` if no file has loops whose steps are counted.
     pub fn before_call(&mut self, steps: Limit) -> Option<String> {
         if self.counter.is_none() && loops::any(&self.parts) {
             self.counter = Some(self.framework(loops::FILE));
