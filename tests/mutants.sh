@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Which faults do the tests notice? tests/mutants.sh sample FIRST COUNT, or tests/mutants.sh faults planner|gpu
-# `weave FIRST COUNT` and `run FIRST` are the two halves of `sample`.
+# `weave FIRST COUNT` and `run FIRST` are the two halves of `sample`, `seed planner|gpu` and `run planner|gpu` those of
+# `faults`: another machine, with the same files at the same places, may run what one has compiled.
 #
 # `sample` takes mutants of the pure crates (base, wgsl, graph, plan) as cargo-mutants lists them, in an order with a
 # fixed seed: `sample 0 300` and `sample 300 400` have none in common. `faults` takes those of tests/mutants/planner.txt
@@ -10,11 +11,11 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
-cargo mutants --version >/dev/null 2>&1 || { echo "first: cargo install cargo-mutants --locked" >&2; exit 2; }
 case "${1:-}" in
-weave) exec cargo run --quiet -p afterimage-mutants -- weave "${2:-0}" "${3:-400}" ;;
-run) exec cargo run --quiet -p afterimage-mutants -- run "${2:-0}" ;;
-sample) exec cargo run --quiet -p afterimage-mutants -- sample "${2:-0}" "${3:-400}" ;;
-faults) exec cargo run --quiet -p afterimage-mutants -- faults "${2:-planner}" ;;
-*) sed -n '2,10s/^# \{0,1\}//p' "$0"; exit 2 ;;
+sample | weave)
+    cargo mutants --version >/dev/null 2>&1 || { echo "first: cargo install cargo-mutants --locked" >&2; exit 2; }
+    exec cargo run --quiet -p afterimage-mutants -- "$1" "${2:-0}" "${3:-400}"
+    ;;
+run | seed | faults) exec cargo run --quiet -p afterimage-mutants -- "$1" "${2:-planner}" ;;
+*) sed -n '2,11s/^# \{0,1\}//p' "$0"; exit 2 ;;
 esac

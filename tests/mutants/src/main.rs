@@ -36,25 +36,40 @@ fn main() {
         std::fs::create_dir_all(&folder).expect("the folder can be made");
         folder
     };
+    let of_list = |list: &str| folder(if list == "gpu" { "gpu" } else { "pure" });
     match words.iter().map(String::as_str).collect::<Vec<_>>()[..] {
         ["sample", from, count] => {
             weave(&folder("pure"), number(from), number(count));
-            run_woven(&folder("pure"), number(from));
+            run_woven(&folder("pure"), from, &[""]);
         }
         ["weave", from, count] => weave(&folder("pure"), number(from), number(count)),
-        ["run", from] => run_woven(&folder("pure"), number(from)),
-        ["faults", "planner"] => seeded(&folder("pure"), "planner", &PURE, &[""]),
-        ["faults", "gpu"] => seeded(&folder("gpu"), "gpu", &WITH_GPU, GROUPS),
-        _ => panic!("`sample|weave FIRST COUNT`, `run FIRST`, `faults planner` or `faults gpu`"),
+        ["run", list @ ("planner" | "gpu")] => run_woven(&of_list(list), list, groups(list)),
+        ["run", from] => run_woven(&folder("pure"), from, &[""]),
+        ["seed", list @ ("planner" | "gpu")] => seed(&of_list(list), list),
+        ["faults", list @ ("planner" | "gpu")] => {
+            seed(&of_list(list), list);
+            run_woven(&of_list(list), list, groups(list));
+        }
+        _ => panic!("`sample|weave FIRST COUNT`, `faults|seed planner|gpu`, or `run FIRST|planner|gpu`"),
     }
+}
+
+/// The crates that a list of faults is seeded into, and whose tests run.
+fn crates(list: &str) -> &'static Crates {
+    if list == "gpu" { &WITH_GPU } else { &PURE }
+}
+
+/// How the names of the tests begin that run for a list of faults.
+fn groups(list: &str) -> &'static [&'static str] {
+    if list == "gpu" { GROUPS } else { &[""] }
 }
 
 fn number(word: &str) -> usize {
     word.parse().unwrap_or_else(|error| panic!("`{word}`: {error}"))
 }
 
-/// A sample that is compiled. With the programs and the copy of the source at the same places, another machine can run
-/// it.
+/// A sample, or a list of faults, that is compiled. With the programs and the copy of the source at the same places,
+/// another machine can run it.
 #[derive(Serialize, Deserialize)]
 struct Woven {
     sample: Vec<Mutant>,
@@ -70,36 +85,38 @@ fn weave(folder: &Path, from: usize, count: usize) {
     println!("{} of {} mutants, from {from} on", sample.len(), all.len());
     let tree = Tree::copy(folder, &PURE);
     let refused = tree.weave(&sample);
-    let woven = Woven { refused, programs: tree.programs(), sample };
-    let text = serde_json::to_string(&woven).expect("it is made of texts and numbers");
-    std::fs::write(woven_file(folder, from), text).expect("the folder can be written to");
+    Woven { refused, programs: tree.programs(), sample }.write(folder, &from.to_string());
 }
 
-fn woven_file(folder: &Path, from: usize) -> PathBuf {
-    folder.join(format!("woven-{from}.json"))
-}
-
-/// Runs the tests with each mutant of a sample that is compiled.
-fn run_woven(folder: &Path, from: usize) {
-    let text = std::fs::read_to_string(woven_file(folder, from)).expect("the sample is compiled");
-    let Woven { sample, refused, programs } = serde_json::from_str(&text).expect("it is a sample");
-    let tests = traced(&programs, folder, &[""]);
-    let results = folder.join(format!("results-{from}.tsv"));
-    run(&sample, &refused, &tests, &results);
-    print!("{}", Report::read(&results, &sample));
-}
-
-/// Runs the faults of a list.
-fn seeded(folder: &Path, list: &str, crates: &'static Crates, groups: &[&str]) {
+/// Compiles the faults of a list.
+fn seed(folder: &Path, list: &str) {
     let faults = faults::read(&format!("tests/mutants/{list}.txt"));
     println!("{} faults", faults.len());
-    let tree = Tree::copy(folder, crates);
+    let tree = Tree::copy(folder, crates(list));
     tree.seed(&faults);
-    let tests = traced(&tree.programs(), folder, groups);
-    let mutants: Vec<Mutant> = faults.iter().map(faults::Fault::mutant).collect();
-    let results = folder.join("results-faults.tsv");
-    run(&mutants, &BTreeSet::new(), &tests, &results);
-    print!("{}", Report::read(&results, &mutants));
+    let sample = faults.iter().map(faults::Fault::mutant).collect();
+    Woven { refused: BTreeSet::new(), programs: tree.programs(), sample }.write(folder, list);
+}
+
+impl Woven {
+    fn write(&self, folder: &Path, name: &str) {
+        let text = serde_json::to_string(self).expect("it is made of texts and numbers");
+        std::fs::write(woven_file(folder, name), text).expect("the folder can be written to");
+    }
+}
+
+fn woven_file(folder: &Path, name: &str) -> PathBuf {
+    folder.join(format!("woven-{name}.json"))
+}
+
+/// Runs the tests of these groups with each mutant of a sample, or each fault of a list, that is compiled.
+fn run_woven(folder: &Path, name: &str, groups: &[&str]) {
+    let text = std::fs::read_to_string(woven_file(folder, name)).expect("it is compiled");
+    let Woven { sample, refused, programs } = serde_json::from_str(&text).expect("it is a sample or a list");
+    let tests = traced(&programs, folder, groups);
+    let results = folder.join(format!("results-{name}.tsv"));
+    run(&sample, &refused, &tests, &results);
+    print!("{}", Report::read(&results, &sample));
 }
 
 /// Runs the mutants that the table of results does not have yet, several at a time.
