@@ -4,6 +4,7 @@ mod any_plan;
 mod changes;
 mod feeds;
 mod hazards;
+mod held;
 mod histories;
 mod host;
 mod lost;

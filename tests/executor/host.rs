@@ -76,7 +76,6 @@ fn an_output_goes_to_the_host_s_own_texture() {
     }
 }
 
-/// The texels of an 8-bit texture of 64 texels a row, as bytes.
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_surface_s_format_is_drawn_to() {

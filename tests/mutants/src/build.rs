@@ -31,6 +31,7 @@ pub(crate) const WITH_GPU: [(&str, &str); 3] =
 pub(crate) const GROUPS: &[&str] = &[
     "cache::",
     "clock::",
+    "drawing::",
     "endurance::",
     "executor::",
     "faults::limits",
@@ -39,6 +40,7 @@ pub(crate) const GROUPS: &[&str] = &[
     "pipelines::tests",
     "plan_cache::",
     "platform::",
+    "post::",
     "properties::",
     "skipped::",
     "stages::",

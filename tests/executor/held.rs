@@ -1,0 +1,92 @@
+//! What an executor holds, as wgpu counts it: the textures of a plan that failed are freed, and the pipelines that draw
+//! into an image of the host are compiled with the plan.
+
+use std::sync::Arc;
+
+use afterimage_gpu::{Frame, Gpu, GpuError};
+use afterimage_plan::{Alias, When};
+use wgpu::{TextureFormat, TextureUsages};
+
+use super::{at_tier, lively};
+use crate::support::gpu::{Run, built_in};
+use crate::support::player::Player;
+
+/// A player on a device of an instance that no other test uses, which may have lower limits than its adapter.
+fn alone(lower: impl FnOnce(&mut wgpu::Limits)) -> (wgpu::Instance, Player) {
+    let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
+    let wanted = std::env::var("AFTERIMAGE_ADAPTER").ok();
+    let opened = pollster::block_on(Gpu::open_on(&instance, wanted.as_deref()));
+    let mut gpu = opened.unwrap_or_else(|error| panic!("{error}"));
+    let mut limits = gpu.device.limits();
+    lower(&mut limits);
+    let descriptor = wgpu::DeviceDescriptor {
+        required_features: gpu.device.features(),
+        required_limits: limits,
+        ..Default::default()
+    };
+    let opened = pollster::block_on(gpu.adapter.request_device(&descriptor));
+    (gpu.device, gpu.queue) = opened.unwrap_or_else(|error| panic!("{error}"));
+    (instance, Player::on(gpu))
+}
+
+/// How many textures and render pipelines there are.
+fn held(instance: &wgpu::Instance) -> (usize, usize) {
+    let report = instance.generate_report().expect("the instance is wgpu's own");
+    let hub = report.hub_report();
+    (hub.textures.num_allocated, hub.render_pipelines.num_allocated)
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn the_textures_of_a_plan_that_failed_are_freed() {
+    let (instance, mut player) = alone(|limits| limits.max_texture_dimension_2d = 64);
+    let text = r#"Pipeline(
+        inputs: { "scene": Color },
+        nodes: { "wide": Gaussian(source: "scene", sigma: 5.0) },
+        outputs: { "wide": "wide" },
+    )"#;
+    let graph = at_tier(text, None);
+    let mut run = Run::new(&graph);
+    (run.options.alias, run.options.tile) = (Alias::Pool, When::Never);
+    let (small, large) = (lively(32, 18), lively(96, 54));
+    player.load(&run, &[("scene", &small)]);
+    player.frame(&[("scene", &small)], 0.0, true);
+    let textures = held(&instance).0;
+    assert!(textures > 0, "wgpu counts textures");
+    let plan = Arc::new(run.plan(&player.gpu, &[("scene", &large)]));
+    for _ in 0..3 {
+        let error = player.executor.load(plan.clone()).expect_err("an image has 96 pixels in a row");
+        assert!(matches!(error, GpuError::Refused { .. }), "{error}");
+        assert_eq!(held(&instance).0, textures);
+    }
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn pipelines_that_draw_for_the_host_are_compiled_with_the_next_plan() {
+    let (instance, mut player) = alone(|_| ());
+    let scene = lively(64, 36);
+    let input = player.upload(&scene);
+    let image = player.gpu.device.create_texture(&wgpu::TextureDescriptor {
+        label: Some("host"),
+        size: wgpu::Extent3d { width: 64, height: 36, depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: TextureFormat::Bgra8Unorm,
+        usage: TextureUsages::RENDER_ATTACHMENT,
+        view_formats: &[],
+    });
+    let view = image.create_view(&Default::default());
+    let frame = Frame { inputs: &[("scene", &input)], outputs: &[("display", &view)], ..Frame::default() };
+    let mut drawn = Vec::new();
+    for name in ["lynx.ron", "tsushima.ron"] {
+        player.load(&Run::new(&built_in(name, None)), &[("scene", &scene)]);
+        let loaded = held(&instance).1;
+        player.run(&frame).unwrap_or_else(|error| panic!("{name}: {error}"));
+        drawn.push((loaded, held(&instance).1));
+    }
+    let [(first_loaded, first_run), (second_loaded, second_run)] = drawn[..] else { panic!("two plans") };
+    assert_eq!((first_loaded, first_run), (0, 1), "nothing is known of the host's image before the first frame");
+    assert_eq!((second_loaded, second_run), (2, 2), "the other plan is compiled for the image of the frame before");
+}
