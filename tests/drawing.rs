@@ -2,6 +2,7 @@
 
 mod host;
 mod kinds;
+mod raster;
 
 use afterimage_graph::check::{CheckOptions, Graph, check};
 use afterimage_graph::document::parse;

@@ -7,15 +7,16 @@ use afterimage_graph::image::Size;
 use afterimage_graph::node::Registry;
 use afterimage_plan::verify;
 
-use super::kinds::{LARGE, OTHER, Vertex};
-use super::{SAMPLES, SIZE, at};
+use super::kinds::{self, CLEARS, LARGE, OTHER, Vertex};
+use super::{SAMPLES, SIZE, assert_texels, at, color_or};
 use crate::support::gpu::{Picture, gpu};
 use crate::support::layer;
 
 fn graph(nodes: &str, outputs: &str) -> Graph {
     let text = format!("Pipeline(inputs: {{}}, nodes: {{ {nodes} }}, outputs: {{ {outputs} }})");
     let document = parse("host.ron", &text).unwrap_or_else(|errors| panic!("{errors}"));
-    let registry = Registry::new(&[afterimage_nodes::ALL, afterimage_nodes::HOST]).expect("no two share a name");
+    let tables = [afterimage_nodes::ALL, afterimage_nodes::HOST, kinds::ALL];
+    let registry = Registry::new(&tables).expect("no two share a name");
     check(&document, &registry, &CheckOptions::default()).unwrap_or_else(|errors| panic!("{errors}")).0
 }
 
@@ -137,6 +138,26 @@ fn a_host_fills_a_pass_with_its_own_draws() {
         assert!((f64::from(depth.at(x, y)[0]) - nearest.unwrap_or(1.0)).abs() < 1e-6, "{x}, {y}: {:?}", depth.at(x, y));
     }
     assert_eq!(layer::messages(), Vec::<String>::new());
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_host_is_told_the_size_of_the_level_that_it_fills() {
+    let _alone = layer::alone();
+    let gpu = gpu();
+    let mut post = post(&gpu, "\"part\": Part()", "\"out\": \"part\"");
+    let targets = targets(&gpu, &mut post, &["part"]).remove(0);
+    let half = Size::new(SIZE.width / 2, SIZE.height / 2);
+    assert_eq!(targets.size, half);
+    let light = [1.0, 2.0, 4.0, 1.0];
+    let pipeline = pipeline(&gpu, &targets, &LARGE, "vec4f(1.0, 2.0, 4.0, 1.0)");
+    let mut fill = |pass: &mut wgpu::RenderPass<'_>| {
+        pass.set_pipeline(&pipeline);
+        pass.draw(0..3, 0..1);
+    };
+    frame(&gpu, &mut post, &mut [HostDraw { node: "part", fill: &mut fill }]).unwrap_or_else(|error| panic!("{error}"));
+    let lit = LARGE.map(|(place, _)| (place, light));
+    assert_texels(&shown(&gpu, &post, "out"), half, |pixel| color_or(&lit, half, pixel, CLEARS[1]));
 }
 
 #[test]

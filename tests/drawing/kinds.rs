@@ -5,6 +5,8 @@ use afterimage_graph::node::{
 };
 use afterimage_graph::prelude::*;
 
+use super::raster::{Biased, Shapes, Sides, Two};
+
 pub const ALL: &[NodeKind] = &[
     NodeKind::of::<Mips>(),
     NodeKind::of::<Layers>(),
@@ -13,10 +15,15 @@ pub const ALL: &[NodeKind] = &[
     NodeKind::of::<Twice>(),
     NodeKind::of::<Chain>(),
     NodeKind::of::<Indexed>(),
+    NodeKind::of::<Part>(),
+    NodeKind::of::<Sides>(),
+    NodeKind::of::<Biased>(),
+    NodeKind::of::<Two>(),
+    NodeKind::of::<Shapes>(),
 ];
 
 /// Vertices with a place in clip space and a colour, and what readers of levels need.
-static SHADER: Shader = Shader::new(
+pub static SHADER: Shader = Shader::new(
     "draw_test.wgsl",
     "struct Corner { @builtin(position) place: vec4f, @location(0) color: vec4f }
 @vertex fn corner(@location(0) place: vec3f, @location(1) color: vec4f) -> Corner {
@@ -27,7 +34,7 @@ static SHADER: Shader = Shader::new(
 }
 @fragment fn colored(corner: Corner) -> @location(0) vec4f { return corner.color; }",
 );
-static PICK: Shader = Shader::new(
+pub static PICK: Shader = Shader::new(
     "draw_pick.wgsl",
     "fn pick(source: texture_2d<f32>, at: Point) -> vec4f { return texel(source, at.pixel); }",
 );
@@ -62,7 +69,7 @@ pub const OTHER: [Vertex; 3] = [
 pub const CLEARS: [[f64; 4]; 4] =
     [[0.5, 0.25, 0.125, 1.0], [0.0, 1.0, 0.0, 1.0], [0.0, 0.0, 0.75, 1.0], [7.0, 0.0, 0.0, 0.0]];
 
-const RESULT: &[Output] =
+pub const RESULT: &[Output] =
     &[Output::image("result", OutputState::Always(ColorState::Data), "What is drawn.").or(Fallback::Absent)];
 
 fn bytes(vertices: &[Vertex]) -> Vec<u8> {
@@ -70,11 +77,11 @@ fn bytes(vertices: &[Vertex]) -> Vec<u8> {
     numbers.flat_map(|number| number.to_le_bytes()).collect()
 }
 
-fn buffer(pass: &mut Recorder<'_>, vertices: &[Vertex]) -> BufferId {
+pub fn buffer(pass: &mut Recorder<'_>, vertices: &[Vertex]) -> BufferId {
     pass.constant_buffer("vertices", bytes(vertices))
 }
 
-const FORMATS: [VertexFormat; 2] = [VertexFormat::Float32x3, VertexFormat::Float32x4];
+pub const FORMATS: [VertexFormat; 2] = [VertexFormat::Float32x3, VertexFormat::Float32x4];
 
 fn draw(pass: &mut Recorder<'_>, vertices: &[Vertex], target: impl Into<Subresource>, load: Load<[f64; 4]>) {
     let buffer = buffer(pass, vertices);
@@ -82,7 +89,7 @@ fn draw(pass: &mut Recorder<'_>, vertices: &[Vertex], target: impl Into<Subresou
     draw.vertices(buffer, &FORMATS).record(vertices.len() as u32, 1);
 }
 
-fn desc(pass: &Recorder<'_>) -> ImageDesc {
+pub fn desc(pass: &Recorder<'_>) -> ImageDesc {
     ImageDesc::new(pass.frame_size())
 }
 
@@ -304,5 +311,26 @@ impl Node for Indexed {
         let draw = pass.draw(&SHADER, "shifted").fragment("colored").color(color, Load::Clear(CLEARS[0]));
         let draw = draw.vertices(vertices, &FORMATS).instances(shifts, &[VertexFormat::Float32x4]);
         draw.indices(indices).record(3, 2);
+    }
+}
+
+params! {
+    /// An image of two levels. The host draws into the second.
+    pub struct Part {}
+}
+
+impl Node for Part {
+    const INPUTS: &'static [Input] = &[];
+    const OUTPUTS: &'static [Output] = RESULT;
+
+    fn record(&self, pass: &mut Recorder<'_>) {
+        let last = pass.frame_size().levels().min(1);
+        let image = pass.transient("levels", desc(pass).with_levels(last + 1));
+        if last > 0 {
+            pass.clear("first").color(image.level(0), Load::Clear(CLEARS[0])).record();
+        }
+        pass.host_draw("second").color(image.level(last), Load::Clear(CLEARS[1])).record();
+        let desc = desc(pass).level(last);
+        pass.function(&PICK, "pick").read_level("source", image.level(last)).write("result", desc);
     }
 }

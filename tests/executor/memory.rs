@@ -1,5 +1,6 @@
 //! Buffers that outlive frames: where they begin, and that they go on through a change of plan.
 
+use afterimage_gpu::Frame;
 use afterimage_graph::check::{CheckOptions, Graph, check};
 use afterimage_graph::document::parse;
 use afterimage_graph::node::{NodeKind, Registry};
@@ -213,4 +214,30 @@ fn a_buffer_that_is_computed_with_the_plan_holds_its_numbers_in_every_frame() {
             assert_eq!(player.output("a").at(3, 1), [first, 0.5, 2.0, 1.0]);
         }
     }
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_draw_into_the_host_s_image_has_the_numbers_of_its_frame() {
+    let mut player = Player::new();
+    let scene = flat(4, 2, 1.0);
+    player.load(&Run::new(&graph_of("\"a\": Mark(source: \"scene\")", "\"a\": \"a\"")), &[("scene", &scene)]);
+    let input = player.upload(&scene);
+    let image = player.gpu.device.create_texture(&wgpu::TextureDescriptor {
+        label: Some("host"),
+        size: wgpu::Extent3d { width: 4, height: 2, depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: wgpu::TextureFormat::Rgba16Float,
+        usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
+        view_formats: &[],
+    });
+    let view = image.create_view(&Default::default());
+    let (inputs, outputs) = (&[("scene", &input)], &[("a", &view)]);
+    let shown = [false, false, true, false].map(|reset| {
+        player.run(&Frame { inputs, outputs, reset, ..Frame::default() }).unwrap_or_else(|error| panic!("{error}"));
+        player.read(&image).at(3, 1)[1]
+    });
+    assert_eq!(shown, [1.0, 0.0, 1.0, 0.0], "green is 1 in a frame that begins anew");
 }

@@ -27,29 +27,6 @@ pub(crate) const PURE: [(&str, &str); 4] = [
 pub(crate) const WITH_GPU: [(&str, &str); 3] =
     [("afterimage-plan", "graph/plan"), ("afterimage-gpu", "graph/gpu"), ("afterimage-tests", "tests")];
 
-/// Tests for seeded faults: those of the crates, and the groups of the integration tests next to the executor.
-pub(crate) const GROUPS: &[&str] = &[
-    "cache::",
-    "clock::",
-    "drawing::",
-    "endurance::",
-    "executor::",
-    "faults::limits",
-    "fusion::",
-    "limits::",
-    "pipelines::tests",
-    "plan_cache::",
-    "platform::",
-    "post::",
-    "properties::",
-    "skipped::",
-    "stages::",
-    "stream::",
-    "switches::",
-    "tiles::",
-    "transfer::",
-];
-
 /// A test program, the crate that it belongs to, and the folder in which it runs.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub(crate) struct Program {

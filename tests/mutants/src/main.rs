@@ -20,7 +20,7 @@ use std::sync::Mutex;
 
 use serde::{Deserialize, Serialize};
 
-use build::{Crates, GROUPS, PURE, Program, Tree, WITH_GPU};
+use build::{Crates, PURE, Program, Tree, WITH_GPU};
 use list::Mutant;
 use report::Report;
 use run::{Test, on_all_cores, outcome, summary, traced};
@@ -40,15 +40,15 @@ fn main() {
     match words.iter().map(String::as_str).collect::<Vec<_>>()[..] {
         ["sample", from, count] => {
             weave(&folder("pure"), number(from), number(count));
-            run_woven(&folder("pure"), from, &[""]);
+            run_woven(&folder("pure"), from);
         }
         ["weave", from, count] => weave(&folder("pure"), number(from), number(count)),
-        ["run", list @ ("planner" | "gpu")] => run_woven(&of_list(list), list, groups(list)),
-        ["run", from] => run_woven(&folder("pure"), from, &[""]),
+        ["run", list @ ("planner" | "gpu")] => run_woven(&of_list(list), list),
+        ["run", from] => run_woven(&folder("pure"), from),
         ["seed", list @ ("planner" | "gpu")] => seed(&of_list(list), list),
         ["faults", list @ ("planner" | "gpu")] => {
             seed(&of_list(list), list);
-            run_woven(&of_list(list), list, groups(list));
+            run_woven(&of_list(list), list);
         }
         _ => panic!("`sample|weave FIRST COUNT`, `faults|seed planner|gpu`, or `run FIRST|planner|gpu`"),
     }
@@ -57,11 +57,6 @@ fn main() {
 /// The crates that a list of faults is seeded into, and whose tests run.
 fn crates(list: &str) -> &'static Crates {
     if list == "gpu" { &WITH_GPU } else { &PURE }
-}
-
-/// How the names of the tests begin that run for a list of faults.
-fn groups(list: &str) -> &'static [&'static str] {
-    if list == "gpu" { GROUPS } else { &[""] }
 }
 
 fn number(word: &str) -> usize {
@@ -109,11 +104,11 @@ fn woven_file(folder: &Path, name: &str) -> PathBuf {
     folder.join(format!("woven-{name}.json"))
 }
 
-/// Runs the tests of these groups with each mutant of a sample, or each fault of a list, that is compiled.
-fn run_woven(folder: &Path, name: &str, groups: &[&str]) {
+/// Runs the tests with each mutant of a sample, or each fault of a list, that is compiled.
+fn run_woven(folder: &Path, name: &str) {
     let text = std::fs::read_to_string(woven_file(folder, name)).expect("it is compiled");
     let Woven { sample, refused, programs } = serde_json::from_str(&text).expect("it is a sample or a list");
-    let tests = traced(&programs, folder, groups);
+    let tests = traced(&programs, folder);
     let results = folder.join(format!("results-{name}.tsv"));
     run(&sample, &refused, &tests, &results);
     print!("{}", Report::read(&results, &sample));

@@ -96,13 +96,11 @@ pub(crate) fn on_all_cores(count: usize, job: impl Fn(usize) + Sync) {
     });
 }
 
-/// The tests of the programs whose names begin with one of the groups, each run once without a mutant. Tests that fail
-/// then or take long are left out and printed.
-pub(crate) fn traced(programs: &[Program], folder: &Path, groups: &[&str]) -> Vec<Test> {
-    let is_asked = |name: &String| groups.iter().any(|group| name.starts_with(group));
-    let named = |program: &Program| names(program).into_iter().filter(is_asked).collect::<Vec<String>>();
+/// The tests of the programs, each run once without a mutant. Tests that fail then or take long are left out and
+/// printed.
+pub(crate) fn traced(programs: &[Program], folder: &Path) -> Vec<Test> {
     let all: Vec<(&Program, String)> =
-        programs.iter().flat_map(|program| named(program).into_iter().map(move |name| (program, name))).collect();
+        programs.iter().flat_map(|program| names(program).into_iter().map(move |name| (program, name))).collect();
     let tests = Mutex::new(Vec::new());
     on_all_cores(all.len(), |at| {
         let (program, name) = &all[at];

@@ -34,7 +34,6 @@ pub(super) fn record_draw(
         ..Default::default()
     });
     if let Some(Rectangle { x, y, width, height }) = rectangle {
-        pass.set_viewport(x as f32, y as f32, width as f32, height as f32, 0.0, 1.0);
         pass.set_scissor_rect(x, y, width, height);
     }
     set_up(loaded, run, pipeline, now, index, &mut pass);
