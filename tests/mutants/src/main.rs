@@ -43,8 +43,7 @@ fn main() {
             run_woven(&folder("pure"), from);
         }
         ["weave", from, count] => weave(&folder("pure"), number(from), number(count)),
-        ["run", list @ ("planner" | "gpu")] => run_woven(&of_list(list), list),
-        ["run", from] => run_woven(&folder("pure"), from),
+        ["run", name] => run_woven(&of_list(name), name),
         ["seed", list @ ("planner" | "gpu")] => seed(&of_list(list), list),
         ["faults", list @ ("planner" | "gpu")] => {
             seed(&of_list(list), list);
