@@ -7,6 +7,7 @@ export XDG_RUNTIME_DIR="${XDG_RUNTIME_DIR:-$(mktemp -d)}" CARGO_RESOLVER_INCOMPA
 cargo fmt --check
 cargo clippy --ignore-rust-version --all-targets -- -D warnings
 cargo test --ignore-rust-version
-shot="$(mktemp -d)/spheres.png"
-AFTERIMAGE_SHOT="$shot" cargo run --ignore-rust-version --example spheres -- lynx.ron
-[ -s "$shot" ] && echo "$shot"
+pictures="$(mktemp -d)"
+AFTERIMAGE_SHOT="$pictures/spheres.png" cargo run --ignore-rust-version --example spheres -- lynx.ron
+AFTERIMAGE_SHOT="$pictures/walk.png" cargo run --ignore-rust-version --example walk -- tsushima.ron
+[ -s "$pictures/spheres.png" ] && [ -s "$pictures/walk.png" ] && echo "$pictures"

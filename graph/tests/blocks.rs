@@ -87,6 +87,23 @@ fn a_camera_is_a_block_with_the_inverses_of_its_matrices() {
 }
 
 #[test]
+fn a_camera_is_written_into_the_block_of_an_earlier_frame() {
+    let scaled = |by: f32| [[by, 0.0, 0.0, 0.0], [0.0, by, 0.0, 0.0], [0.0, 0.0, by, 0.0], [0.0, 0.0, 0.0, 1.0]];
+    let earlier = Camera { jitter: [0.25, -0.5], ..Camera::still(scaled(2.0), scaled(3.0)) };
+    let later = Camera {
+        previous_view: earlier.view,
+        previous_jitter: earlier.jitter,
+        ..Camera::still(scaled(4.0), scaled(5.0))
+    };
+    let mut data = earlier.data().expect("its matrices have inverses");
+    later.write(&mut data).expect("its matrices have inverses");
+    assert_eq!(data, later.data().expect("as above"));
+    assert_ne!(data, earlier.data().expect("as above"));
+    assert!(later.write(&mut BlockData::new(&MIXED)).is_err_and(|error| error.contains("`Mixed`")));
+    assert!(Camera::still(scaled(0.0), scaled(1.0)).write(&mut data).is_err_and(|error| error.contains("Camera.view")));
+}
+
+#[test]
 fn facts_are_shown_as_files_write_them() {
     let shown = [Fact::from(true), Fact::from(false), Fact::from(0.5), Fact::from(2.0), Fact::from(-1e-7)];
     assert_eq!(shown.map(|fact| fact.to_string()), ["true", "false", "0.5", "2.0", "-1e-7"]);

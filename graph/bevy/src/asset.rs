@@ -1,27 +1,25 @@
 //! Pipeline files as assets, with all files that they name.
 
-use std::cell::RefCell;
-use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use afterimage_base::diagnostic::Diagnostics;
-use afterimage_graph::check::{CheckOptions, Graph, Loader, check};
+use afterimage_graph::check::{Checker, Graph, LoadedFiles};
 use afterimage_graph::document::{Document, parse};
-use afterimage_graph::node::{DuplicateKind, NodeKind, Registry, folder_kind_of};
+use afterimage_graph::node::{DuplicateKind, NodeKind, Registry, folder_kind};
 use bevy::asset::io::Reader;
 use bevy::asset::{AssetLoader, LoadContext};
 use bevy::prelude::*;
 
+use crate::folder;
+
 /// A pipeline file, its files, and the kinds that it may use.
 #[derive(Asset, TypePath)]
+#[type_path = "bevy_afterimage"]
 pub struct Pipeline {
     document: Document,
     kinds: Registry,
-    files: BTreeMap<String, Bytes>,
+    files: LoadedFiles,
 }
-
-/// The bytes of a file, or why there are none.
-type Bytes = Result<Arc<[u8]>, String>;
 
 /// Why a pipeline is not loaded.
 #[derive(Debug, thiserror::Error)]
@@ -29,9 +27,9 @@ pub enum PipelineError {
     /// The file cannot be read.
     #[error("{0}")]
     Unreadable(String),
-    /// A file is wrong: the messages, with excerpts.
+    /// A file is wrong. Written, each message has its excerpt.
     #[error("\n{0}")]
-    Wrong(String),
+    Wrong(Diagnostics),
     /// Two kinds have one name.
     #[error(transparent)]
     Kinds(#[from] DuplicateKind),
@@ -39,7 +37,7 @@ pub enum PipelineError {
 
 impl From<Diagnostics> for PipelineError {
     fn from(diagnostics: Diagnostics) -> Self {
-        Self::Wrong(diagnostics.to_string())
+        Self::Wrong(diagnostics)
     }
 }
 
@@ -66,12 +64,26 @@ impl AssetLoader for PipelineLoader {
         let mut bytes = Vec::new();
         reader.read_to_end(&mut bytes).await.map_err(|error| PipelineError::Unreadable(error.to_string()))?;
         let name = context.path().to_string();
+        // The folders come first: a pipeline that is wrong is read again when one of them changes.
+        let kinds = self.registry(context).await?;
         let document = parse(&name, &text(&name, bytes)?)?;
-        let mut pipeline = Pipeline { document, kinds: self.registry(context).await?, files: BTreeMap::new() };
-        let tiers: Vec<String> = pipeline.document.tiers.iter().map(|(name, _)| name.value.clone()).collect();
-        for tier in std::iter::once(None).chain(tiers.into_iter().map(Some)) {
-            pipeline.read_files(tier.as_deref(), context).await;
-            pipeline.graph(tier.as_deref())?;
+        let mut pipeline = Pipeline { document, kinds, files: LoadedFiles::default() };
+        loop {
+            let missing = pipeline.files.missing(&pipeline.document, &pipeline.kinds);
+            if missing.is_empty() {
+                break;
+            }
+            for path in missing {
+                let bytes = context.read_asset_bytes(path.clone()).await;
+                pipeline.files.insert(path, bytes.map(Arc::from).map_err(|error| error.to_string()));
+            }
+        }
+        let (_, warnings) = pipeline.check(None)?;
+        if !warnings.is_empty() {
+            warn!("\n{warnings}");
+        }
+        for tier in pipeline.tiers() {
+            pipeline.graph(Some(&tier))?;
         }
         Ok(pipeline)
     }
@@ -83,16 +95,12 @@ impl AssetLoader for PipelineLoader {
 
 impl PipelineLoader {
     async fn registry(&self, context: &mut LoadContext<'_>) -> Result<Registry, PipelineError> {
-        let mut folder_kinds = Vec::new();
+        let mut folder_kinds = vec![folder_kind(
+            ("prepass_normals/node.ron", include_str!("prepass_normals/node.ron")),
+            ("prepass_normals/prepass_normals.wgsl", include_str!("prepass_normals/prepass_normals.wgsl")),
+        )?];
         for folder in &self.node_folders {
-            let name = folder.rsplit('/').next().unwrap_or(folder);
-            let [node, shader] = [format!("{folder}/node.ron"), format!("{folder}/{name}.wgsl")];
-            let mut texts = Vec::new();
-            for file in [&node, &shader] {
-                let bytes = context.read_asset_bytes(file.clone()).await;
-                texts.push(text(file, bytes.map_err(|error| PipelineError::Unreadable(error.to_string()))?)?);
-            }
-            folder_kinds.push(folder_kind_of((&node, &texts[0]), &[(&shader, &texts[1])])?);
+            folder_kinds.push(folder::kind(folder, context).await?);
         }
         let tables: Vec<&[NodeKind]> =
             [afterimage_nodes::ALL, &folder_kinds].into_iter().chain(self.kinds.iter().copied()).collect();
@@ -100,60 +108,26 @@ impl PipelineLoader {
     }
 }
 
-fn text(file: &str, bytes: Vec<u8>) -> Result<String, PipelineError> {
+/// The text of a file.
+pub(crate) fn text(file: &str, bytes: Vec<u8>) -> Result<String, PipelineError> {
     String::from_utf8(bytes).map_err(|_| PipelineError::Unreadable(format!("{file} is no text")))
 }
 
-/// The files that are there, and the names of those that were asked for and are not.
-struct Files<'a> {
-    known: &'a BTreeMap<String, Bytes>,
-    missing: RefCell<Vec<String>>,
-}
-
-impl Loader for Files<'_> {
-    fn load(&self, path: &str) -> Bytes {
-        self.known.get(path).cloned().unwrap_or_else(|| {
-            self.missing.borrow_mut().push(path.to_owned());
-            Err("it is not loaded".into())
-        })
-    }
-}
-
 impl Pipeline {
-    /// Reads what a tier needs: the check asks for files, and those may name others.
-    async fn read_files(&mut self, tier: Option<&str>, context: &mut LoadContext<'_>) {
-        loop {
-            let missing = {
-                let files = Files { known: &self.files, missing: RefCell::default() };
-                // Its errors are reported once all files are there.
-                let _ = self.check(tier, &files);
-                files.missing.into_inner()
-            };
-            if missing.is_empty() {
-                return;
-            }
-            for path in missing {
-                let bytes = context.read_asset_bytes(path.clone()).await;
-                self.files.insert(path, bytes.map(Arc::from).map_err(|error| error.to_string()));
-            }
-        }
+    fn check(&self, tier: Option<&str>) -> Result<(Graph, Diagnostics), Diagnostics> {
+        Checker::new(&self.document, &self.kinds, &self.files).check(tier, &[])
     }
 
-    fn check(&self, tier: Option<&str>, loader: &dyn Loader) -> Result<Graph, Diagnostics> {
-        let options = CheckOptions { tier: tier.map(str::to_owned), sets: Vec::new(), loader };
-        Ok(check(&self.document, &self.kinds, &options)?.0)
-    }
-
-    /// The graph at a tier.
+    /// The graph at a tier: its parameters with their domains, its facts, its nodes.
     ///
     /// # Errors
     /// What is wrong with the file or with those that it names.
     pub fn graph(&self, tier: Option<&str>) -> Result<Graph, Diagnostics> {
-        self.check(tier, &Files { known: &self.files, missing: RefCell::default() })
+        Ok(self.check(tier)?.0)
     }
 
-    /// The names of its tiers.
-    pub fn tiers(&self) -> impl Iterator<Item = &str> {
-        self.document.tiers.iter().map(|(name, _)| name.value.as_str())
+    /// The names of its tiers, inherited ones first.
+    pub fn tiers(&self) -> Vec<String> {
+        Checker::new(&self.document, &self.kinds, &self.files).tiers()
     }
 }

@@ -23,7 +23,12 @@
 
 mod asset;
 mod camera;
+mod folder;
+mod follow;
+mod images;
 mod render;
+mod running;
+mod status;
 
 use afterimage_graph::node::NodeKind;
 use bevy::prelude::*;
@@ -32,6 +37,8 @@ use bevy::render::extract_component::ExtractComponentPlugin;
 
 pub use asset::{Pipeline, PipelineError, PipelineLoader};
 pub use camera::{Afterimage, Setting, Target};
+use follow::{check_graphs, follow_assets, replace_others, restore_others, warn_of_others};
+pub use status::AfterimageStatus;
 
 /// Loads pipelines and runs them on cameras with [`Afterimage`]. Add it after Bevy's own plugins.
 #[derive(Default)]
@@ -48,8 +55,13 @@ impl Plugin for AfterimagePlugin {
         app.init_asset::<Pipeline>()
             .register_asset_loader(loader)
             .register_type::<Afterimage>()
-            .add_plugins(ExtractComponentPlugin::<camera::Wanted>::default())
-            .add_systems(PostUpdate, (camera::replace_others, camera::follow_assets, camera::check_graphs).chain());
+            .register_type::<AfterimageStatus>()
+            .add_plugins(ExtractComponentPlugin::<follow::Wanted>::default())
+            .add_systems(PreUpdate, status::take_reports)
+            .add_systems(
+                PostUpdate,
+                (restore_others, replace_others, warn_of_others, follow_assets, check_graphs).chain(),
+            );
         if let Some(render) = app.get_sub_app_mut(RenderApp) {
             render::build(render);
         }

@@ -1,45 +1,40 @@
 //! The render world: a pipeline for each camera, recorded into Bevy's own commands.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use afterimage_gpu::{Executor, Frame, Post, caps, wgpu};
-use afterimage_graph::check::Graph;
-use afterimage_graph::node::{BlockData, Camera, Matrix};
-use bevy::core_pipeline::prepass::{PreviousViewData, ViewPrepassTextures};
-use bevy::core_pipeline::schedule::{Core3d, Core3dSystems};
+use afterimage_gpu::{Executor, Frame, Post, Rectangle, caps, wgpu};
+use bevy::camera::{CameraOutputMode, ClearColor, ClearColorConfig};
+use bevy::core_pipeline::prepass::ViewPrepassTextures;
+use bevy::core_pipeline::schedule::{Core2d, Core2dSystems, Core3d, Core3dSystems};
 use bevy::core_pipeline::tonemapping::tonemapping;
 use bevy::core_pipeline::upscaling::ViewUpscalingPipeline;
+use bevy::post_process::bloom::bloom;
 use bevy::prelude::*;
 use bevy::render::camera::{ExtractedCamera, TemporalJitter};
 use bevy::render::diagnostic::RecordDiagnostics;
 use bevy::render::renderer::{RenderAdapter, RenderContext, RenderDevice, RenderQueue, ViewQuery};
 use bevy::render::sync_world::MainEntity;
-use bevy::render::view::{ExtractedView, ViewTarget};
-use bevy::render::{Render, RenderSystems};
+use bevy::render::view::{ExtractedView, ResolvedCompositingSpace, ViewTarget};
+use bevy::render::{GpuResourceAppExt, Render, RenderSystems};
 
-use crate::camera::{Settings, Target, Wanted};
+use crate::camera::Target;
+use crate::follow::{Settings, Wanted};
+use crate::images::{Images, part_of};
+use crate::running::CameraPost;
 
 pub(crate) fn build(render: &mut SubApp) {
     render
-        .init_resource::<Running>()
+        // After a loss, Bevy makes these again on the new device.
+        .init_gpu_resource::<Running>()
         .add_systems(Render, (output_without_copy, forget_cameras).in_set(RenderSystems::PrepareResources))
-        .add_systems(Core3d, afterimage.before(tonemapping).in_set(Core3dSystems::PostProcess));
+        .add_systems(Core3d, afterimage.after(bloom).before(tonemapping).in_set(Core3dSystems::PostProcess))
+        .add_systems(Core2d, afterimage.after(bloom).before(tonemapping).in_set(Core2dSystems::PostProcess));
 }
 
 /// The pipelines of all cameras.
 #[derive(Resource, Default)]
 struct Running(Mutex<HashMap<Entity, CameraPost>>);
-
-/// The pipeline of a camera.
-struct CameraPost {
-    post: Post,
-    /// What it follows.
-    settings: Arc<Settings>,
-    is_first: bool,
-    /// The last error, which is logged once.
-    error: Option<String>,
-}
 
 /// Images and histories of cameras that are gone are freed.
 fn forget_cameras(running: Res<Running>, views: Query<&MainEntity, With<Wanted>>) {
@@ -50,7 +45,7 @@ fn forget_cameras(running: Res<Running>, views: Query<&MainEntity, With<Wanted>>
 /// Bevy copies the main texture to the output, unless the pipeline writes there itself.
 fn output_without_copy(mut commands: Commands, views: Query<(Entity, &Wanted), With<ViewUpscalingPipeline>>) {
     for (view, wanted) in &views {
-        if wanted.0.as_ref().is_some_and(|settings| settings.target == Target::Output) {
+        if wanted.settings.as_ref().is_some_and(|settings| settings.target == Target::Output) {
             commands.entity(view).remove::<ViewUpscalingPipeline>();
         }
     }
@@ -63,174 +58,126 @@ type View = (
     &'static ViewTarget,
     &'static Wanted,
     Option<&'static ViewPrepassTextures>,
-    Option<&'static PreviousViewData>,
     Option<&'static TemporalJitter>,
+    Option<&'static ResolvedCompositingSpace>,
 );
 
 fn afterimage(
     view: ViewQuery<View>,
     running: Res<Running>,
     (device, queue, adapter): (Res<RenderDevice>, Res<RenderQueue>, Res<RenderAdapter>),
-    time: Res<Time>,
+    (time, background): (Res<Time>, Res<ClearColor>),
     mut context: RenderContext,
 ) {
-    let (camera, extracted, view, target, wanted, prepass, previous, jitter) = view.into_inner();
-    let Some(settings) = &wanted.0 else { return };
+    let (camera, extracted, view, target, wanted, prepass, jitter, space) = view.into_inner();
+    let Some(settings) = &wanted.settings else { return };
     let mut running = running.0.lock().unwrap_or_else(PoisonError::into_inner);
-    let running = running.entry(camera.id()).or_insert_with(|| {
-        let caps = caps(&adapter, device.wgpu_device());
-        let executor = Executor::with_caps(device.wgpu_device(), &queue, caps);
-        CameraPost::new(Post::with_executor(executor, (*settings.graph).clone()), settings.clone())
-    });
-    if extracted.viewport.is_some() {
-        return running.report(Some("a viewport is not supported: the pipeline would run on the whole image".into()));
+    if running.get(&camera.id()).is_none_or(|known| !known.suits(settings)) {
+        running.remove(&camera.id());
+        let alike =
+            running.values().find(|other| Arc::ptr_eq(&other.settings.graph, &settings.graph) && other.suits(settings));
+        let new = alike.map(|other| other.another(settings)).unwrap_or_else(|| {
+            // What one camera has compiled serves all.
+            let executor = running.values_mut().next().map(|other| other.post.executor().another());
+            let executor = executor.unwrap_or_else(|| {
+                let caps = caps(&adapter, device.wgpu_device());
+                Executor::with_caps(device.wgpu_device(), &queue, caps)
+            });
+            CameraPost::new(Post::with_executor(executor, (*settings.graph).clone()), settings.clone())
+        });
+        running.insert(camera.id(), new);
     }
+    let Some(running) = running.get_mut(&camera.id()) else { return };
     running.follow(settings);
-    let images = Images::new(&settings.graph, target, prepass);
-    let block = camera_block(view, previous, jitter);
-    let blocks: Vec<(&str, &BlockData)> = block.iter().map(|data| ("camera", data)).collect();
-    let Some((output, format)) = destination(settings, target) else { return };
+    let part = part_of(view, target);
+    let (output, format) = match destination((settings, part), target, extracted, space) {
+        Ok(destination) => destination,
+        Err(why) => return running.say(Some(why.to_owned()), false, &wanted.report),
+    };
+    let images = Images::new(&settings.graph, target, prepass, part);
+    running.look(view, jitter);
     let name = settings.graph.outputs[0].name.as_str();
-    let (inputs, outputs, formats) = (&*images.0, &[(name, output)], &[(name, format)]);
-    let (time, dt, reset) = (time.elapsed_secs_wrapped(), time.delta_secs(), running.is_first);
-    let frame = Frame { inputs, blocks: &blocks, outputs, formats, time, dt, reset, ..Frame::default() };
+    let frame = Frame {
+        inputs: images.inputs(),
+        rectangles: images.rectangles(),
+        outputs: &[(name, output)],
+        formats: &[(name, format)],
+        time: time.elapsed_secs_wrapped(),
+        dt: time.delta_secs(),
+        ..Frame::default()
+    };
     let diagnostics = context.diagnostic_recorder();
     let diagnostics = diagnostics.as_deref();
     let span = diagnostics.time_span(context.command_encoder(), "afterimage");
-    let is_recorded = running.encode(context.command_encoder(), &frame);
-    span.end(context.command_encoder());
+    if settings.target == Target::Output && part.is_some() {
+        clear_around(context.command_encoder(), target, extracted, background.0);
+    }
+    let is_recorded = running.encode(context.command_encoder(), &frame, &wanted.report);
     if is_recorded {
-        match settings.target {
+        match (settings.target, part) {
             // The other texture is the main one from now on.
-            Target::MainTexture => drop(target.post_process_write()),
+            (Target::MainTexture, None) => drop(target.post_process_write()),
+            // What is around the viewport stays as it is.
+            (Target::MainTexture, Some(part)) => copy_back(context.command_encoder(), target, part),
             // Otherwise Bevy would clear the output, or not present it.
-            Target::Output => drop(target.out_texture_color_attachment(None)),
+            (Target::Output, _) => drop(target.out_texture_color_attachment(None)),
         }
     }
+    span.end(context.command_encoder());
 }
 
-/// The image that the pipeline writes, and its format.
+/// The image that the pipeline writes, and its format; a sentence where the camera has none.
 fn destination<'a>(
-    settings: &Settings,
+    (settings, part): (&Settings, Option<Rectangle>),
     target: &'a ViewTarget,
-) -> Option<(&'a wgpu::TextureView, wgpu::TextureFormat)> {
+    camera: &ExtractedCamera,
+    space: Option<&ResolvedCompositingSpace>,
+) -> Result<(&'a wgpu::TextureView, wgpu::TextureFormat), &'static str> {
+    if ResolvedCompositingSpace::space(space).is_some() {
+        return Err("the camera's `CompositingSpace` is not linear, and pipelines need linear light");
+    }
+    let copies = wgpu::TextureUsages::COPY_SRC | wgpu::TextureUsages::COPY_DST;
     match settings.target {
-        Target::MainTexture => Some((target.main_texture_other_view(), target.main_texture_format())),
-        Target::Output => Some((target.out_texture()?, target.out_texture_view_format()?)),
+        Target::MainTexture if part.is_some() && !target.main_texture().usage().contains(copies) => {
+            Err("a viewport needs `COPY_SRC` and `COPY_DST` in the camera's `CameraMainTextureUsages`")
+        }
+        Target::MainTexture => Ok((target.main_texture_other_view(), target.main_texture_format())),
+        Target::Output if matches!(camera.output_mode, CameraOutputMode::Skip) => {
+            Err("the camera's output mode is `Skip`, and the pipeline's target is its output")
+        }
+        Target::Output => {
+            let output = target.out_texture().zip(target.out_texture_view_format());
+            output.map(|(view, format)| (&**view, format)).ok_or("the camera has no output to write to")
+        }
     }
 }
 
-/// The images for the inputs of a pipeline.
-struct Images<'a>(Vec<(&'a str, &'a wgpu::TextureView)>);
-
-impl<'a> Images<'a> {
-    /// Those of the prepasses by their names, and the camera's image for the first other input.
-    fn new(graph: &'a Graph, target: &'a ViewTarget, prepass: Option<&'a ViewPrepassTextures>) -> Self {
-        let of_prepass = |name: &str| match name {
-            "depth" => Some(prepass.and_then(|prepass| prepass.depth_only_view())),
-            "normals" => Some(prepass.and_then(|prepass| prepass.normal_view())),
-            "motion" => Some(prepass.and_then(|prepass| prepass.motion_vectors_view())),
-            _ => None,
-        };
-        let mut scene = Some(&**target.main_texture_view());
-        let images = graph.inputs.iter().filter(|input| input.block.is_none()).filter_map(|input| {
-            let view = match of_prepass(&input.name) {
-                Some(view) => view.map(|view| &**view),
-                None => scene.take(),
-            };
-            Some((input.name.as_str(), view?))
-        });
-        Self(images.collect())
-    }
-}
-
-/// The camera; `None` if its matrices have no inverse.
-fn camera_block(
-    view: &ExtractedView,
-    previous: Option<&PreviousViewData>,
-    jitter: Option<&TemporalJitter>,
-) -> Option<BlockData> {
-    let columns = |matrix: Mat4| -> Matrix { matrix.to_cols_array_2d() };
-    let still = Camera::still(columns(view.world_from_view.to_matrix().inverse()), columns(view.clip_from_view));
-    let jitter = jitter.map_or([0.0; 2], |jitter| jitter.offset.to_array());
-    let camera = match previous {
-        None => Camera { jitter, ..still },
-        Some(previous) => Camera {
-            previous_view: columns(previous.view_from_world),
-            previous_projection: columns(previous.clip_from_view),
-            jitter,
-            ..still
-        },
+/// The first camera of an output clears it, as Bevy's copy would.
+fn clear_around(encoder: &mut wgpu::CommandEncoder, target: &ViewTarget, camera: &ExtractedCamera, background: Color) {
+    let color = match camera.output_mode {
+        CameraOutputMode::Write { clear_color: ClearColorConfig::Custom(color), .. } => Some(color),
+        CameraOutputMode::Write { clear_color: ClearColorConfig::None, .. } | CameraOutputMode::Skip => None,
+        CameraOutputMode::Write { clear_color: ClearColorConfig::Default, .. } => Some(background),
     };
-    camera.data().ok()
-}
-
-impl CameraPost {
-    fn new(mut post: Post, settings: Arc<Settings>) -> Self {
-        hold_linear(&mut post, &settings);
-        post.set_facts(settings.facts.clone());
-        let mut new = Self { post, settings, is_first: true, error: None };
-        new.set(&BTreeMap::new());
-        new
-    }
-
-    /// Takes over what has changed for the camera.
-    fn follow(&mut self, settings: &Arc<Settings>) {
-        if Arc::ptr_eq(&self.settings, settings) {
-            return;
-        }
-        let before = std::mem::replace(&mut self.settings, settings.clone());
-        if !Arc::ptr_eq(&before.graph, &settings.graph) {
-            self.post.change((*settings.graph).clone());
-            hold_linear(&mut self.post, settings);
-        }
-        if before.facts != settings.facts {
-            self.post.set_facts(settings.facts.clone());
-        }
-        self.set(&before.parameters);
-    }
-
-    /// Sets the parameters, and those that the camera no longer sets to the values of the file.
-    fn set(&mut self, before: &BTreeMap<String, crate::Setting>) {
-        let settings = self.settings.clone();
-        let names = before.keys().filter(|name| !settings.parameters.contains_key(*name));
-        for name in settings.parameters.keys().chain(names) {
-            let result = self.post.control(name).map_err(|error| error.to_string()).and_then(|control| {
-                let Some(setting) = settings.parameters.get(name) else {
-                    return self.post.unset(control).map_err(|error| error.to_string());
-                };
-                let place = settings.graph.parameter(name)?;
-                let value = setting.value(settings.graph.declaration(place).ty);
-                let value = value.ok_or_else(|| format!("`{name}` has no such choice"))?;
-                self.post.set_value(control, value).map_err(|error| error.to_string())
-            });
-            if let Err(why) = result {
-                error!("{why}");
-            }
-        }
-    }
-
-    /// Records a frame. An error is logged once; whether the frame is recorded anyway.
-    fn encode(&mut self, encoder: &mut wgpu::CommandEncoder, frame: &Frame<'_>) -> bool {
-        let before = self.post.frame();
-        let error = self.post.encode(encoder, frame).err().map(|error| error.to_string());
-        self.report(error);
-        let is_recorded = self.post.frame() > before;
-        self.is_first &= !is_recorded;
-        is_recorded
-    }
-
-    fn report(&mut self, error: Option<String>) {
-        if error.is_some() && error != self.error {
-            error!("{}", error.as_deref().unwrap_or_default());
-        }
-        self.error = error;
+    let attachment = target.out_texture_color_attachment(color.map(Into::into));
+    if let Some(attachment) = attachment.filter(|attachment| matches!(attachment.ops.load, wgpu::LoadOp::Clear(_))) {
+        drop(encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("afterimage: around the viewport"),
+            color_attachments: &[Some(attachment)],
+            ..Default::default()
+        }));
     }
 }
 
-/// Bevy encodes the main texture later.
-fn hold_linear(post: &mut Post, settings: &Settings) {
-    if settings.target == Target::MainTexture {
-        settings.graph.outputs.iter().for_each(|output| post.hold_linear(output.name.clone()));
-    }
+/// Copies the result in a viewport to the main texture, which other cameras may share.
+fn copy_back(encoder: &mut wgpu::CommandEncoder, target: &ViewTarget, part: Rectangle) {
+    let Rectangle { x, y, width, height } = part;
+    let origin = wgpu::Origin3d { x, y, z: 0 };
+    let [from, to] = [target.main_texture_other(), target.main_texture()].map(|texture| wgpu::TexelCopyTextureInfo {
+        texture,
+        mip_level: 0,
+        origin,
+        aspect: wgpu::TextureAspect::All,
+    });
+    encoder.copy_texture_to_texture(from, to, wgpu::Extent3d { width, height, depth_or_array_layers: 1 });
 }

@@ -72,6 +72,15 @@ impl Camera {
     /// A number that is not finite, or a matrix without an inverse: a sentence.
     pub fn data(&self) -> Result<BlockData, String> {
         let mut data = BlockData::new(&CAMERA);
+        self.write(&mut data)?;
+        Ok(data)
+    }
+
+    /// Writes the camera into a block of an earlier frame, which allocates nothing.
+    ///
+    /// # Errors
+    /// As [`data`](Self::data), also if it is no block of a camera. Members before the wrong one are written.
+    pub fn write(&self, data: &mut BlockData) -> Result<(), String> {
         let matrices = [
             ("view", self.view),
             ("projection", self.projection),
@@ -85,8 +94,7 @@ impl Camera {
             set.map_err(|_| format!("`Camera.{}` has no inverse", name.trim_start_matches("inverse_")))?;
         }
         data.set("jitter", &self.jitter)?;
-        data.set("previous_jitter", &self.previous_jitter)?;
-        Ok(data)
+        data.set("previous_jitter", &self.previous_jitter)
     }
 }
 

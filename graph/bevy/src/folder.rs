@@ -1,0 +1,57 @@
+//! Kinds of nodes in folders of assets.
+
+use std::collections::BTreeSet;
+
+use afterimage_graph::node::{NodeKind, folder_kind_sharing};
+use bevy::asset::LoadContext;
+
+use crate::asset::{PipelineError, text};
+
+/// The path of a file and its text.
+type File = (String, String);
+
+/// The kind in a folder: its `node.ron`, the shader that is named like the folder, and what these import. Assets cannot
+/// be listed everywhere, so only files that are imported are read.
+pub(crate) async fn kind(folder: &str, context: &mut LoadContext<'_>) -> Result<NodeKind, PipelineError> {
+    let (parent, name) = folder.rsplit_once('/').map_or((None, folder), |(parent, name)| (Some(parent), name));
+    let library = parent.map_or("lib".to_owned(), |parent| format!("{parent}/lib"));
+    let declaration = read(format!("{folder}/node.ron"), context).await?;
+    let shader = read(format!("{folder}/{name}.wgsl"), context).await?;
+    let mut unread = imports(&shader.1);
+    let (mut own, mut shared) = (vec![shader], Vec::new());
+    let mut asked = BTreeSet::new();
+    while let Some(name) = unread.pop() {
+        if !asked.insert(name.clone()) {
+            continue;
+        }
+        // What is in neither folder is of the framework's library, or an error with its location.
+        for (place, files) in [(folder, &mut own), (&*library, &mut shared)] {
+            if let Ok(file) = read(format!("{place}/{name}.wgsl"), context).await {
+                unread.extend(imports(&file.1));
+                files.push(file);
+                break;
+            }
+        }
+    }
+    let [own, shared] = [&own, &shared].map(|files| files.iter().map(borrowed).collect::<Vec<_>>());
+    Ok(folder_kind_sharing(borrowed(&declaration), &own, &shared)?)
+}
+
+fn borrowed((path, text): &File) -> (&str, &str) {
+    (path, text)
+}
+
+async fn read(path: String, context: &mut LoadContext<'_>) -> Result<File, PipelineError> {
+    let bytes = context.read_asset_bytes(path.clone()).await;
+    let bytes = bytes.map_err(|error| PipelineError::Unreadable(error.to_string()))?;
+    let text = text(&path, bytes)?;
+    Ok((path, text))
+}
+
+/// The names in a shader's directives `#import name`.
+fn imports(shader: &str) -> Vec<String> {
+    let is_part = |letter: char| letter.is_alphanumeric() || matches!(letter, '_' | '-');
+    let after = shader.split("#import").skip(1).map(|rest| rest.trim_start_matches([' ', '\t']));
+    let names = after.map(|rest| rest.split(|letter| !is_part(letter)).next().unwrap_or_default().to_owned());
+    names.filter(|name| !name.is_empty()).collect()
+}

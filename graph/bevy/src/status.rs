@@ -1,0 +1,64 @@
+//! What becomes of a camera's wishes, for the game.
+
+use std::sync::{Arc, Mutex, PoisonError};
+
+use bevy::prelude::*;
+
+use crate::follow::Wanted;
+
+/// What has become of a camera's [`Afterimage`](crate::Afterimage), beside which it stands. It changes only when one of
+/// its fields does. Errors and warnings are logged, too, once each.
+#[derive(Component, Clone, Debug, Default, PartialEq, Reflect)]
+#[reflect(Component, Clone, Debug, Default, PartialEq)]
+#[type_path = "bevy_afterimage"]
+pub struct AfterimageStatus {
+    /// What is wrong with the files of the pipeline, with excerpts. What was loaded before renders on.
+    pub files: Option<String>,
+    /// Facts and parameters that are refused, and why. The values before stay.
+    pub settings: Vec<String>,
+    /// What is wrong with the last frame. Without a plan it is not rendered.
+    pub frame: Option<String>,
+    /// Effects of Bevy that do the pipeline's work a second time on this camera.
+    pub others: Vec<String>,
+    /// Whether the last frame was rendered.
+    pub is_running: bool,
+    /// Whether a plan for changed facts, another tier or another pipeline is being made.
+    pub is_changing: bool,
+    /// The passes of the plan that renders, each by its nodes and its work.
+    pub passes: Vec<String>,
+}
+
+/// What the render world says of a camera.
+#[derive(Clone, Default)]
+pub(crate) struct Rendered {
+    pub(crate) settings: Vec<String>,
+    pub(crate) frame: Option<String>,
+    pub(crate) is_running: bool,
+    pub(crate) is_changing: bool,
+    pub(crate) passes: Vec<String>,
+}
+
+/// The way from the render world to the main world: what is new.
+#[derive(Clone, Default)]
+pub(crate) struct Report(Arc<Mutex<Option<Rendered>>>);
+
+impl Report {
+    pub(crate) fn send(&self, rendered: Rendered) {
+        *self.0.lock().unwrap_or_else(PoisonError::into_inner) = Some(rendered);
+    }
+
+    fn take(&self) -> Option<Rendered> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).take()
+    }
+}
+
+/// Takes over what the render world says.
+pub(crate) fn take_reports(mut cameras: Query<(&Wanted, &mut AfterimageStatus)>) {
+    for (wanted, mut status) in &mut cameras {
+        if let Some(Rendered { settings, frame, is_running, is_changing, passes }) = wanted.report.take() {
+            let (files, others) = (status.files.clone(), status.others.clone());
+            let new = AfterimageStatus { files, settings, frame, others, is_running, is_changing, passes };
+            status.set_if_neq(new);
+        }
+    }
+}

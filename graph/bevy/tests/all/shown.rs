@@ -1,0 +1,194 @@
+//! Apps without a window, and what their cameras show.
+
+use std::collections::BTreeSet;
+use std::path::Path;
+use std::time::Duration;
+
+use bevy::camera::RenderTarget;
+use bevy::log::LogPlugin;
+use bevy::prelude::*;
+use bevy::render::pipelined_rendering::PipelinedRenderingPlugin;
+use bevy::render::render_resource::{TextureFormat, TextureUsages};
+use bevy::render::view::screenshot::{Screenshot, ScreenshotCaptured};
+use bevy::time::TimeUpdateStrategy;
+use bevy::window::ExitCondition;
+use bevy::winit::WinitPlugin;
+use bevy_afterimage::{Afterimage, AfterimagePlugin, AfterimageStatus};
+
+pub(crate) const SIZE: UVec2 = UVec2::new(160, 90);
+
+/// What is behind everything.
+pub(crate) const BACKGROUND: LinearRgba = LinearRgba::rgb(0.02, 0.05, 0.1);
+
+/// An app whose cameras render to an image.
+pub(crate) struct Shown {
+    pub(crate) app: App,
+    pub(crate) target: RenderTarget,
+    image: Handle<Image>,
+}
+
+#[derive(Resource, Default)]
+struct Captured(Option<Vec<u8>>);
+
+impl Shown {
+    /// An app without cameras, on a row of bright spheres that do not move.
+    pub(crate) fn new(folder: &Path, format: TextureFormat) -> Self {
+        Self::with_plugin(folder, format, AfterimagePlugin::default())
+    }
+
+    pub(crate) fn with_plugin(folder: &Path, format: TextureFormat, plugin: AfterimagePlugin) -> Self {
+        let file_path = folder.to_string_lossy().into_owned();
+        let assets = AssetPlugin { file_path, watch_for_changes_override: Some(true), ..default() };
+        let window = WindowPlugin { primary_window: None, exit_condition: ExitCondition::DontExit, ..default() };
+        let plugins = DefaultPlugins.set(assets).set(window).disable::<WinitPlugin>().disable::<LogPlugin>();
+        let mut app = App::new();
+        app.add_plugins((plugins.disable::<PipelinedRenderingPlugin>(), plugin))
+            .insert_resource(ClearColor(BACKGROUND.into()))
+            .insert_resource(TimeUpdateStrategy::ManualDuration(Duration::from_millis(16)))
+            .init_resource::<Captured>();
+        app.finish();
+        app.cleanup();
+        let mut image = Image::new_target_texture(SIZE.x, SIZE.y, format, None);
+        image.texture_descriptor.usage |= TextureUsages::COPY_SRC;
+        let world = app.world_mut();
+        let image = world.resource_mut::<Assets<Image>>().add(image);
+        let sphere = world.resource_mut::<Assets<Mesh>>().add(Sphere::new(0.8).mesh().uv(32, 16));
+        for index in 0..5 {
+            let light = LinearRgba::rgb(0.3 + index as f32, 0.9, 2.0 - 0.4 * index as f32) * 3.0_f32.powi(index - 1);
+            let material = StandardMaterial { emissive: light, unlit: false, ..default() };
+            let material = world.resource_mut::<Assets<StandardMaterial>>().add(material);
+            let place = Transform::from_xyz(1.9 * index as f32 - 3.8, 0.0, 0.0);
+            world.spawn((Mesh3d(sphere.clone()), MeshMaterial3d(material), place));
+        }
+        Self { app, target: RenderTarget::Image(image.clone().into()), image }
+    }
+
+    /// The same with a camera in front of the spheres.
+    pub(crate) fn with_camera(
+        folder: &Path,
+        pipeline: &str,
+        format: TextureFormat,
+        change: impl FnOnce(Afterimage) -> Afterimage,
+    ) -> Self {
+        let mut shown = Self::new(folder, format);
+        let look = change(shown.look(pipeline));
+        shown.spawn(Vec3::new(0.0, 1.0, 7.0), look);
+        shown
+    }
+
+    pub(crate) fn look(&self, pipeline: &str) -> Afterimage {
+        Afterimage::new(self.app.world().resource::<AssetServer>().load(pipeline.to_owned()))
+    }
+
+    /// A camera that looks at the middle of the spheres.
+    pub(crate) fn spawn(&mut self, place: Vec3, parts: impl Bundle) -> Entity {
+        let place = Transform::from_translation(place).looking_at(Vec3::new(place.x, 0.0, 0.0), Vec3::Y);
+        let target = self.target.clone();
+        let camera = self.app.world_mut().spawn((Camera3d::default(), Msaa::Off, place, target)).id();
+        self.app.world_mut().entity_mut(camera).insert(parts);
+        camera
+    }
+
+    /// The pipeline of the only camera that has one.
+    pub(crate) fn change(&mut self, change: impl FnOnce(&mut Afterimage)) {
+        let world = self.app.world_mut();
+        change(&mut world.query::<&mut Afterimage>().single_mut(world).expect("there is one camera"));
+    }
+
+    pub(crate) fn status(&mut self) -> AfterimageStatus {
+        let world = self.app.world_mut();
+        world.query::<&AfterimageStatus>().single(world).expect("there is one camera").clone()
+    }
+
+    pub(crate) fn run(&mut self, frames: usize) {
+        for _ in 0..frames {
+            self.app.update();
+            std::thread::sleep(Duration::from_millis(5));
+        }
+    }
+
+    /// The bytes of the cameras' image.
+    pub(crate) fn shown(&mut self) -> Vec<u8> {
+        self.app.world_mut().resource_mut::<Captured>().0 = None;
+        let capture = |shot: On<ScreenshotCaptured>, mut captured: ResMut<Captured>| {
+            captured.0 = shot.image.data.clone();
+        };
+        let shot = match &self.target {
+            RenderTarget::TextureView(view) => Screenshot::texture_view(*view),
+            _ => Screenshot::image(self.image.clone()),
+        };
+        self.app.world_mut().spawn(shot).observe(capture);
+        for _ in 0..200 {
+            self.run(1);
+            if let Some(bytes) = self.app.world_mut().resource_mut::<Captured>().0.take() {
+                return bytes;
+            }
+        }
+        panic!("no screenshot arrives");
+    }
+
+    /// The image once it is as wanted: files and shaders of the scene arrive after some frames.
+    pub(crate) fn once(&mut self, what: &str, is_wanted: impl Fn(&[u8]) -> bool) -> Vec<u8> {
+        for _ in 0..100 {
+            self.run(5);
+            let shown = self.shown();
+            if is_wanted(&shown) {
+                return shown;
+            }
+        }
+        panic!("{what}: not after 100 pictures");
+    }
+
+    /// Runs until the status is as wanted.
+    pub(crate) fn until(&mut self, what: &str, is_wanted: impl Fn(&AfterimageStatus) -> bool) -> AfterimageStatus {
+        for _ in 0..500 {
+            self.run(1);
+            let status = self.status();
+            if is_wanted(&status) {
+                return status;
+            }
+        }
+        panic!("{what}: not after 500 frames, but {:?}", self.status());
+    }
+
+    /// The image once it stays as it is and has many codes.
+    pub(crate) fn settled(&mut self) -> Vec<u8> {
+        let codes = |bytes: &[u8]| bytes.iter().collect::<BTreeSet<_>>().len();
+        let mut before = self.once("a picture", |bytes| codes(bytes) > 15);
+        let mut same = 0;
+        while same < 5 {
+            let now = self.once("a picture", |bytes| codes(bytes) > 15);
+            same = if now == before { same + 1 } else { 0 };
+            before = now;
+        }
+        before
+    }
+}
+
+pub(crate) fn pipelines() -> std::path::PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../pipelines")
+}
+
+/// A folder for the files of a test, which is removed at its end.
+pub(crate) struct Folder(pub(crate) std::path::PathBuf);
+
+impl Folder {
+    pub(crate) fn new(name: &str) -> Self {
+        let folder = std::env::temp_dir().join(format!("bevy-afterimage-{name}-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).expect("a folder can be made");
+        Self(folder)
+    }
+
+    pub(crate) fn write(&self, file: &str, text: &str) {
+        let path = self.0.join(file);
+        std::fs::create_dir_all(path.parent().expect("it is in the folder")).expect("a folder can be made");
+        std::fs::write(path, text).expect("it can be written");
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        // What cannot be removed is in the folder of temporary files.
+        drop(std::fs::remove_dir_all(&self.0));
+    }
+}

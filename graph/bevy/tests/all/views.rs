@@ -1,0 +1,114 @@
+//! Cameras with viewports, and 2-D cameras.
+
+use bevy::camera::Viewport;
+use bevy::camera::visibility::RenderLayers;
+use bevy::math::URect;
+use bevy::prelude::*;
+use bevy::render::render_resource::TextureFormat;
+use bevy_afterimage::Target;
+
+use crate::program::{PASS, cut, differing, pass, rendered, texels};
+use crate::shown::{BACKGROUND, SIZE, Shown, pipelines};
+
+/// The parts of a split screen; one is not at the border, and neither has the other's size.
+const PARTS: [URect; 2] =
+    [URect { min: UVec2::ZERO, max: UVec2::new(78, 90) }, URect { min: UVec2::new(82, 6), max: UVec2::new(157, 86) }];
+
+const PLACES: [Vec3; 2] = [Vec3::new(-2.5, 1.0, 6.0), Vec3::new(3.0, 1.5, 5.0)];
+
+/// Two cameras side by side, each with a pipeline.
+fn split(folder: &std::path::Path, files: [&str; 2], format: TextureFormat, target: Target) -> Shown {
+    let mut shown = Shown::new(folder, format);
+    for (order, (part, place)) in PARTS.into_iter().zip(PLACES).enumerate() {
+        let viewport = Viewport { physical_position: part.min, physical_size: part.size(), ..default() };
+        let camera = Camera { viewport: Some(viewport), order: order as isize, ..default() };
+        let look = shown.look(files[order]).target(target);
+        shown.spawn(place, (camera, look));
+    }
+    shown
+}
+
+#[test]
+fn each_half_of_a_split_screen_is_what_the_program_makes_of_it() {
+    let own = pass("split");
+    let light = split(&own.0, ["pass.ron"; 2], TextureFormat::Rgba16Float, Target::MainTexture).settled();
+    // The second pair has a meter: with a common one, no half would be right. What has been adapted for a while may
+    // be another code than in a first frame.
+    for (files, most) in [(["lynx.ron", "caracal.ron"], 0), (["lynx.ron"; 2], 0), (["exposure.ron"; 2], 1)] {
+        for target in [Target::MainTexture, Target::Output] {
+            let shown = split(&pipelines(), files, TextureFormat::Rgba8UnormSrgb, target).settled();
+            for (part, file) in PARTS.into_iter().zip(files) {
+                let wanted = rendered(file, &texels(&light, part));
+                let off = differing(&cut(&shown, 4, part), &wanted);
+                assert!(off.1 <= most, "{file}, {part:?}, {target:?}: {off:?}");
+            }
+            assert_around(&shown, target);
+        }
+    }
+}
+
+/// What lies in no viewport has the colour of the background.
+fn assert_around(shown: &[u8], target: Target) {
+    let background = Srgba::from(BACKGROUND).to_u8_array();
+    for (at, texel) in shown.as_chunks::<4>().0.iter().enumerate() {
+        let place = UVec2::new(at as u32 % SIZE.x, at as u32 / SIZE.x);
+        let is_inside = |part: &URect| place.cmpge(part.min).all() && place.cmplt(part.max).all();
+        if !PARTS.iter().any(is_inside) {
+            assert_eq!(*texel, background, "{place}, {target:?}");
+        }
+    }
+}
+
+/// Cameras without a clear draw onto what those before have left in the main texture.
+#[test]
+fn a_viewport_keeps_what_other_cameras_have_drawn_around_it() {
+    let own = pass("around");
+    own.write("bright.ron", &PASS.replace("stops: 0.0", "stops: 1.0"));
+    let bright = Shown::with_camera(&own.0, "bright.ron", TextureFormat::Rgba16Float, |look| look).settled();
+    let mut shown = Shown::with_camera(&own.0, "bright.ron", TextureFormat::Rgba16Float, |look| look);
+    let camera = |order, viewport| Camera { order, viewport, clear_color: ClearColorConfig::None, ..default() };
+    let part = PARTS[1];
+    let viewport = Viewport { physical_position: part.min, physical_size: part.size(), ..default() };
+    let looks = ["bright.ron", "pass.ron"].map(|file| shown.look(file));
+    for (look, camera) in looks.into_iter().zip([camera(1, Some(viewport)), camera(2, None)]) {
+        // They draw nothing of their own.
+        shown.spawn(PLACES[0], (camera, RenderLayers::none(), look));
+    }
+    let twice = shown.settled();
+    let outside = |bytes: &[u8], texel: usize| {
+        let mut bytes = bytes.to_vec();
+        for row in part.min.y..part.max.y {
+            let first = (row * SIZE.x + part.min.x) as usize * texel;
+            bytes[first..first + part.width() as usize * texel].fill(0);
+        }
+        bytes
+    };
+    assert_eq!(differing(&outside(&twice, 8), &outside(&bright, 8)), (0, 0));
+    // Within it, light is brighter by a stop: the next exponent of half floats, in the high byte.
+    let brighter =
+        cut(&bright, 8, part).iter().zip(cut(&twice, 8, part)).filter(|(once, twice)| **once + 4 == *twice).count();
+    assert!(brighter > (part.width() * part.height()) as usize * 2, "{brighter}");
+}
+
+#[test]
+fn a_camera_of_sprites_shows_what_the_program_makes_of_its_image() {
+    let flat = |folder: &std::path::Path, file: &str, format| {
+        let mut shown = Shown::new(folder, format);
+        let (look, target) = (shown.look(file), shown.target.clone());
+        let world = shown.app.world_mut();
+        for index in 0..6 {
+            let color = Color::from(LinearRgba::rgb(0.2, 0.7, 1.5) * 2.0_f32.powi(index - 1));
+            let sprite = Sprite::from_color(color, Vec2::new(12.0, 30.0 + 4.0 * index as f32));
+            world.spawn((sprite, Transform::from_xyz(22.0 * index as f32 - 55.0, 3.0 * index as f32 - 8.0, 0.0)));
+        }
+        world.spawn((Camera2d, Msaa::Off, target, look));
+        shown.settled()
+    };
+    let own = pass("flat");
+    let light = flat(&own.0, "pass.ron", TextureFormat::Rgba16Float);
+    let scene = texels(&light, URect { min: UVec2::ZERO, max: SIZE });
+    for file in ["lynx.ron", "caracal.ron"] {
+        let shown = flat(&pipelines(), file, TextureFormat::Rgba8UnormSrgb);
+        assert_eq!(differing(&shown, &rendered(file, &scene)), (0, 0), "{file}");
+    }
+}
