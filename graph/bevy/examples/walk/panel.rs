@@ -103,7 +103,9 @@ fn slider(graph: &Graph, name: &str) -> Option<Slider> {
     let declared = graph.declaration(place);
     let (low, high) = declared.usual.or(declared.domain).filter(|_| declared.ty == Type::Float)?;
     let Value::Float(written) = graph.value(place) else { return None };
+    // A longer one needs more room than there is.
     let unit = declared.unit.to_string();
+    let unit = if unit.len() > 6 { String::new() } else { unit };
     let range = (low as f32, high.min(low + 16.0) as f32);
     Some(Slider { name: name.to_owned(), unit, range, written: *written as f32, set: None, tier: 0 })
 }
@@ -155,7 +157,7 @@ fn spawn(commands: &mut Commands, menu: &Menu, file: &str) {
     });
     let hint = Node { position_type: PositionType::Absolute, left: px(22), bottom: px(18), ..default() };
     let keys = "W A S D  walk     left, right  turn     Tab  choose     - =  change     0-9  tier";
-    commands.spawn((hint, text(keys, 12.5, DIM)));
+    commands.spawn((hint, text(keys, 12.5, BRIGHT), TextShadow::default()));
 }
 
 fn text(words: &str, size: f32, color: Color) -> impl Bundle {
