@@ -101,6 +101,7 @@ mod tone_map;
 mod upsample;
 mod vignette;
 mod visibility;
+mod volumetric_composite;
 mod white_balance;
 
 use afterimage_graph::node::NodeKind;
@@ -173,6 +174,7 @@ pub use tone_map::{AgxLook, Curve, Gamut, MiddleGrey, Sigmoid, ToneMap, WorkingS
 pub use upsample::{Upsample, UpsampleBlend, UpsampleFilter};
 pub use vignette::Vignette;
 pub use visibility::OcclusionSize;
+pub use volumetric_composite::{VolumetricComposite, VolumetricSlices, VolumetricTexels};
 pub use white_balance::{WhiteBalance, WhiteBalanceMode};
 
 /// Kinds whose passes a host fills with its own draws: `Post::encode_drawing` of `afterimage-gpu` takes these. Programs
@@ -245,5 +247,6 @@ pub const ALL: &[NodeKind] = &[
     NodeKind::of::<ToneMap>(),
     NodeKind::of::<Upsample>(),
     NodeKind::of::<Vignette>(),
+    NodeKind::of::<VolumetricComposite>(),
     NodeKind::of::<WhiteBalance>(),
 ];

@@ -155,13 +155,68 @@ fn tap_by_hand(t: texture_2d<f32>, uv: vec2f) -> vec4f {
     return between(top, bottom, f.y);
 }
 
+// One texel of a volume, or the nearest one if `p` is outside.
 fn texel3(t: texture_3d<f32>, p: vec3i) -> vec4f {
-    let last = vec3i(textureDimensions(t)) - 1;
-    return textureLoad(t, clamp(p, vec3i(0), last), 0);
+    let inside = clamp(p, vec3i(0), vec3i(textureDimensions(t)) - 1);
+    if TEXEL_SANITIZE == 0u { return textureLoad(t, inside, 0); }
+    return sanitize_texel3(t, inside, TEXEL_SANITIZE);
 }
 
-// Trilinear filter, clamped to the border. Volumes are computed inside of the graph or decoded from files, so they are
-// finite.
+// A texel of a volume of the host. What is not finite is repaired by its neighbours in its slice: a march from the
+// camera carries a NaN into all slices behind it.
+fn sanitize_texel3(t: texture_3d<f32>, p: vec3i, mode: u32) -> vec4f {
+    let v = textureLoad(t, p, 0);
+    let bits = bitcast<vec4u>(v);
+    if sanitize_is_clean(bits, mode) { return v; }
+    if all(is_finite(bits)) { return sanitize_limited(v, mode); }
+    var near: array<vec4u, 9>;
+    for (var index = 0; index < 9; index++) {
+        let at = p + vec3i(index % 3 - 1, index / 3 - 1, 0);
+        let inside = clamp(at, vec3i(0), vec3i(textureDimensions(t)) - 1);
+        let is_other = all(at == inside) && index != 4;
+        near[index] = select(vec4u(0x7fc00000u), bitcast<vec4u>(textureLoad(t, inside, 0)), is_other);
+    }
+    var clean = bits;
+    for (var channel = 0; channel < 4; channel++) {
+        let number = sanitize_channel(bits, channel);
+        if (number & INFINITY_BITS) == INFINITY_BITS {
+            let repaired = sanitize_median(&near, number, channel);
+            clean = select(clean, vec4u(repaired), vec4i(0, 1, 2, 3) == vec4i(channel));
+        }
+    }
+    return sanitize_limited(bitcast<vec4f>(clean), mode);
+}
+
+// What `sanitize_number` puts in the place of a number, from the texels around it.
+fn sanitize_median(near: ptr<function, array<vec4u, 9>>, bits: u32, channel: i32) -> u32 {
+    var numbers: array<f32, 9>;
+    var count = 0;
+    var is_shared = false;
+    for (var index = 0; index < 9; index++) {
+        let one = sanitize_channel((*near)[index], channel);
+        is_shared |= one == INFINITY_BITS;
+        if (one & INFINITY_BITS) != INFINITY_BITS {
+            numbers[count] = clamp(bitcast<f32>(one), -HALF_MAX, HALF_MAX);
+            count++;
+        }
+    }
+    if count == 0 || (is_shared && bits == INFINITY_BITS) { return bits; }
+    // The number that has this rank, from 1: fewer are less than it, and it and its equals reach the rank.
+    let rank = (count + 1) / 2;
+    var median = numbers[0];
+    for (var i = 0; i < count; i++) {
+        var less = 0;
+        var equal = 0;
+        for (var j = 0; j < count; j++) {
+            less += select(0, 1, numbers[j] < numbers[i]);
+            equal += select(0, 1, numbers[j] == numbers[i]);
+        }
+        median = select(median, numbers[i], less < rank && rank <= less + equal);
+    }
+    return bitcast<u32>(median);
+}
+
+// Trilinear filter, clamped to the border.
 fn tap3(t: texture_3d<f32>, s: sampler, uvw: vec3f) -> vec4f {
     if TAP_BY_HAND { return tap3_by_hand(t, uvw); }
     return textureSampleLevel(t, s, uvw, 0.0);

@@ -16,5 +16,6 @@ mod shared;
 mod surface;
 mod taa;
 mod table;
+mod volume;
 mod warp;
 mod wide;

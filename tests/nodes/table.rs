@@ -10,6 +10,7 @@ mod metering;
 mod samples;
 mod shadow;
 mod surface;
+mod volume;
 
 use std::collections::BTreeSet;
 
@@ -31,6 +32,8 @@ struct Reference {
     scene: fn([u32; 2]) -> Picture,
     /// An input `data` of numbers that are not light.
     data: Option<fn([u32; 2]) -> Picture>,
+    /// An input `volume`, whose slices lie one below the other.
+    volume: Option<fn([u32; 2]) -> Picture>,
     /// An input `camera`.
     camera: Option<Camera>,
     expected: Box<dyn Fn(&Image) -> Image>,
@@ -51,6 +54,7 @@ impl Reference {
             nodes: nodes.to_owned(),
             scene,
             data: None,
+            volume: None,
             camera: None,
             expected: Box::new(expected),
             tolerance,
@@ -60,6 +64,11 @@ impl Reference {
     /// With an input `data` of numbers that are not light.
     fn with_data(self, data: fn([u32; 2]) -> Picture) -> Self {
         Self { data: Some(data), ..self }
+    }
+
+    /// With an input `volume`.
+    fn with_volume(self, volume: fn([u32; 2]) -> Picture) -> Self {
+        Self { volume: Some(volume), ..self }
     }
 
     /// With an input `camera`.
@@ -98,6 +107,7 @@ fn references() -> Vec<Reference> {
         metering::metering_kinds(),
         samples::sample_kinds(),
         shadow::shadow_kinds(),
+        volume::volume_kinds(),
     ];
     rows.into_iter().flatten().collect()
 }
@@ -166,9 +176,11 @@ fn every_kind_with_a_cpu_reference_equals_it() {
     for row in references() {
         let mut inputs = vec![("scene", row.state)];
         inputs.extend(row.data.map(|_| ("data", "Data")));
+        inputs.extend(row.volume.map(|_| ("volume", "Color(volume: true)")));
         let nodes = Nodes::new(&row.nodes, &inputs).files(&cube).camera(row.camera.as_ref());
         for size in SIZES {
-            let pictures: Vec<Picture> = [Some(row.scene), row.data].into_iter().flatten().map(|f| f(size)).collect();
+            let made = [Some(row.scene), row.data, row.volume].into_iter().flatten();
+            let pictures: Vec<Picture> = made.map(|picture| picture(size)).collect();
             let given: Vec<&Picture> = pictures.iter().collect();
             // The pyramid of a picture of a few pixels has one level, and no pass joins it.
             if size[0] > 3 {

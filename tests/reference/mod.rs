@@ -48,5 +48,6 @@ pub(crate) mod film_grain;
 pub(crate) mod grade;
 pub(crate) mod lut;
 pub(crate) mod vignette;
+pub(crate) mod volume;
 
 mod vectors;

@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex, MutexGuard, OnceLock};
 use afterimage_gpu::{Gpu, Opening, Session, Texels, wgpu};
 use afterimage_graph::check::{CheckOptions, Facts, Graph, Loader, NoFiles, check};
 use afterimage_graph::document::parse;
-use afterimage_graph::image::Size;
+use afterimage_graph::image::{ImageDesc, Size};
 use afterimage_graph::node::{BlockData, Camera, Registry};
 use afterimage_plan::{Given, GivenImage, Options, Plan};
 
@@ -88,6 +88,9 @@ pub fn graph(text: &str) -> Graph {
     check(&document, &registry(), &options).unwrap_or_else(|errors| panic!("{errors:?}")).0
 }
 
+/// The slices of a volume whose picture has more rows than that; a picture of fewer rows has no other.
+pub const SLICES: u32 = 4;
+
 /// How a test pipeline is run.
 pub struct Run<'a> {
     pub graph: &'a Graph,
@@ -164,13 +167,17 @@ impl<'a> Run<'a> {
     }
 
     /// The texels of an input. The picture of a multisampled one is four pictures, one for each sample, one below the
-    /// other.
+    /// other; that of a volume is [`SLICES`] pictures.
     pub(super) fn texels(&self, name: &str, picture: &Picture) -> Texels {
         let has_samples = self.graph.inputs.iter().any(|input| input.name == name && input.multisampled);
         let make = if self.half_inputs || has_samples { Texels::from_floats_as_half } else { Texels::from_floats };
         let mut texels = make(picture.width, picture.height, &picture.pixels);
         if has_samples {
             texels.desc = texels.desc.sized(Size::new(picture.width, picture.height / 4)).multisampled(4);
+        }
+        if self.graph.inputs.iter().any(|input| input.name == name && input.volume) {
+            let size = Size::volume(picture.width, picture.height / SLICES, SLICES);
+            texels.desc = ImageDesc::volume(size).format(texels.desc.format);
         }
         texels
     }

@@ -86,6 +86,10 @@ pub(crate) struct RenderArgs {
     /// camera=camera.####.json`
     #[arg(long = "input", value_name = "NAME=FILE")]
     pub(crate) inputs: Vec<String>,
+    /// Slices of the images of volumes, which lie one below the other, the nearest first: `--input fog=fog.exr
+    /// --slices 64`
+    #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u32).range(1..=2048))]
+    pub(crate) slices: Option<u32>,
     /// The output to write to the file of `-o`; by default the first that fits the file's extension. With a file, an
     /// output that is written to that file: `--output sdr=sdr.png --output hdr=hdr.png`
     #[arg(long = "output", value_name = "NAME[=FILE]")]

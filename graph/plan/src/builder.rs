@@ -2,8 +2,8 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use afterimage_base::image::Format;
-use afterimage_graph::node::{Arg, ImageId, KernelCall, Origin, Pass, Recording, VirtualImage};
+use afterimage_base::image::{Format, Size};
+use afterimage_graph::node::{Arg, ImageId, KernelCall, Origin, Pass, PassKind, Recording, VirtualImage};
 use afterimage_wgsl::{Shader, UniformValue};
 
 use crate::plan::{Fused, PlanOutput, SharedRead, Skipped};
@@ -51,6 +51,18 @@ fn scale(source: texture_2d<f32>, at: Point, params: Scale) -> vec4f {
 }",
 );
 
+/// Copies a volume, which no device draws to.
+static COPY_VOLUME: Shader = Shader::new(
+    "copy_volume.wgsl",
+    "@group(0) @binding(0) var source: texture_3d<f32>;
+@group(0) @binding(1) var result: texture_storage_3d<rgba16float, write>;
+@compute @workgroup_size(8, 8)
+fn copy_volume(@builtin(global_invocation_id) id: vec3u) {
+    if any(id >= textureDimensions(source)) { return; }
+    textureStore(result, id, texel3(source, vec3i(id)));
+}",
+);
+
 /// A format for the numbers of an image: floats if it has them, else half floats.
 pub(crate) fn float_format(format: Format) -> Format {
     match format {
@@ -86,6 +98,21 @@ pub(crate) fn copy_kernel(node: &str, source: ImageId) -> KernelCall {
 /// A pass that copies the pixels of an image, or zero, to `result`.
 pub(crate) fn copy_pass(node: &str, what: Arg, result: ImageId) -> Pass {
     Pass::of_functions(vec![node.to_owned()], "copy".into(), vec![copy_of(node, what)], result)
+}
+
+/// A pass that copies the texels of a volume.
+pub(crate) fn copy_volume_pass(node: &str, source: ImageId, result: ImageId, size: Size) -> Pass {
+    let args = [("source", Arg::Texture(source)), ("result", Arg::Storage(result))];
+    let groups = [size.width.div_ceil(8), size.height.div_ceil(8), size.depth];
+    let kernel =
+        KernelCall { workgroups: Some(groups), ..KernelCall::function(node, &COPY_VOLUME, "copy_volume", &args) };
+    Pass {
+        nodes: vec![node.to_owned()],
+        label: "copy".into(),
+        kernels: vec![kernel],
+        results: Vec::new(),
+        kind: PassKind::Compute,
+    }
 }
 
 fn copy_of(node: &str, what: Arg) -> KernelCall {

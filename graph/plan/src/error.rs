@@ -21,6 +21,17 @@ pub enum PlanError {
     /// The host states a rectangle or a factor of a multisampled image.
     #[error("input `{0}` is multisampled, of which no frame states a rectangle or a factor")]
     PartOfSamples(String),
+    /// The host gives an image where the pipeline states a volume, or the other way round.
+    #[error("{}", dimension(.input, *.given))]
+    WrongDimension {
+        /// The input.
+        input: String,
+        /// Whether a volume is given.
+        given: bool,
+    },
+    /// The host states a rectangle or a factor of a volume.
+    #[error("input `{0}` is a volume, of which no frame states a rectangle or a factor")]
+    PartOfVolume(String),
     /// An image is larger than the device allows.
     #[error("image `{label}` is {size}, but this device allows at most {limit} texels a side")]
     TooLarge {
@@ -53,6 +64,16 @@ pub enum PlanError {
         /// The most that is allowed.
         limit: u64,
     },
+}
+
+fn dimension(input: &str, given: bool) -> String {
+    match given {
+        false => format!("input `{input}` is a volume, but its image is none: a host gives a 3-D texture"),
+        true => format!(
+            "input `{input}` is an image, but a volume is given: declare the input as `volume: true`, and wire it to a \
+             `VolumetricComposite`"
+        ),
+    }
 }
 
 fn samples(input: &str, given: u32) -> String {

@@ -110,6 +110,7 @@ impl<'a> Round<'a> {
             }
             let Some(given) = self.request.given.inputs.get(&input.name) else { continue };
             self.check_samples(input, given.desc.samples)?;
+            self.check_volume(input, given.desc.volume)?;
             let image = self.builder.recording.add_image(VirtualImage {
                 label: input.name.clone(),
                 desc: given.desc,
@@ -133,6 +134,16 @@ impl<'a> Round<'a> {
             (true, true) if is_part => Err(PlanError::PartOfSamples(input.name.clone())),
             (true, true) | (false, false) => Ok(()),
             _ => Err(PlanError::WrongSamples { input: input.name.clone(), given }),
+        }
+    }
+
+    /// A volume is given where the pipeline states one, and nowhere else.
+    fn check_volume(&self, input: &GraphInput, given: bool) -> Result<(), PlanError> {
+        let is_part = self.request.given.parts.contains_key(&input.name);
+        match (input.volume, given) {
+            (true, true) if is_part => Err(PlanError::PartOfVolume(input.name.clone())),
+            (true, true) | (false, false) => Ok(()),
+            _ => Err(PlanError::WrongDimension { input: input.name.clone(), given }),
         }
     }
 

@@ -47,6 +47,9 @@ pub struct Given {
 /// Samples of a multisampled image that every device has.
 const SAMPLES: u32 = 4;
 
+/// The size of the volumes of [`Given::everything`].
+const VOLUME: [u32; 3] = [8, 4, 4];
+
 /// What a frame states of an input whose rectangle and factor change without a new plan.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub enum Part {
@@ -64,7 +67,7 @@ impl Given {
     }
 
     /// A frame of this size with the same image, or a block, for each of these inputs. Images of multisampled inputs
-    /// have four samples, which every device has.
+    /// have four samples, which every device has; volumes have 8 x 4 x 4 texels.
     pub fn everything<'i>(size: Size, inputs: impl IntoIterator<Item = &'i GraphInput>, image: GivenImage) -> Self {
         let mut given = Self::nothing(size);
         for input in inputs {
@@ -72,8 +75,11 @@ impl Given {
                 Some(_) => drop(given.blocks.insert(input.name.clone())),
                 None => {
                     let samples = if input.multisampled { SAMPLES } else { 1 };
-                    let image = GivenImage { desc: image.desc.multisampled(samples), ..image };
-                    given.inputs.insert(input.name.clone(), image);
+                    let desc = image.desc.multisampled(samples);
+                    let [width, height, depth] = VOLUME;
+                    let volume = ImageDesc::volume(Size::volume(width, height, depth)).format(desc.format);
+                    let desc = if input.volume { volume } else { desc };
+                    given.inputs.insert(input.name.clone(), GivenImage { desc, ..image });
                 }
             }
         }

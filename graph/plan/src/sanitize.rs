@@ -7,7 +7,7 @@
 
 use std::collections::BTreeSet;
 
-use crate::builder::{PlanBuilder, copy_pass, finite_image};
+use crate::builder::{PlanBuilder, copy_pass, copy_volume_pass, finite_image};
 use afterimage_graph::node::{Arg, ImageId, KernelCall, Origin, Pass, Recording, Resource, VirtualImage};
 
 /// Puts a sanitized copy in front of kernels that filter an image of the host or read it directly.
@@ -33,7 +33,11 @@ pub(crate) fn sanitize(builder: &mut PlanBuilder) {
         kernels
             .filter(|kernel| needs_copy(kernel, image, &more_signed))
             .for_each(|kernel| redirect(kernel, image, copy));
-        let mut pass = copy_pass(&name, Arg::Pixel(image), copy);
+        let volume = Some(recording.image(image).desc).filter(|desc| desc.volume);
+        let mut pass = match volume {
+            Some(desc) => copy_volume_pass(&name, image, copy, desc.size),
+            None => copy_pass(&name, Arg::Pixel(image), copy),
+        };
         pass.label = "sanitize".into();
         recording.passes.insert(first, pass);
     }

@@ -124,7 +124,9 @@ impl Builder<'_> {
         if let Some(block) = port.block {
             return self.agree_on_block(wire, block, reader);
         }
-        let Some(Source::Node { node, output, .. }) = wire.source else { return };
+        let Some(Source::Node { node, output, .. }) = wire.source else {
+            return self.agree_on_host_volume(wire, port, reader);
+        };
         let found = self.drafts[node].kind.outputs()[output].content.clone();
         let (Some(found), Some(wanted)) = (found, &port.content) else { return };
         if found == *wanted {
@@ -142,6 +144,15 @@ impl Builder<'_> {
         let (accepts, gives) = (format!("accepts {}", quote(wanted)), format!("gives {}", quote(&found)));
         let diagnostic = self.ends(Diagnostic::error("content-conflict", message), wire, &accepts, &gives).help(help);
         self.report(diagnostic);
+    }
+
+    /// Nobody knows what the numbers of a host's volume are, so none fits a port that states what it wants.
+    fn agree_on_host_volume(&mut self, wire: &Wire, port: &Input, reader: &str) {
+        let (PortType::Volume, Some(wanted)) = (port.ty, &port.content) else { return };
+        let message = format!("{reader} accepts {}, but {} is a volume of the host", quote(wanted), self.maker(wire));
+        let accepts = format!("accepts {}", quote(wanted));
+        let diagnostic = self.ends(Diagnostic::error("content-conflict", message), wire, &accepts, "gives a volume");
+        self.report(diagnostic.help(format!("wire it to a node that gives {}", quote(wanted))));
     }
 
     fn type_conflict(

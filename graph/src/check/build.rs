@@ -194,6 +194,7 @@ impl<'a> Builder<'a> {
             state: input.state,
             optional: input.optional,
             multisampled: input.multisampled,
+            volume: input.volume,
             needs_alpha: input.needs_alpha,
             scale: input.scale,
         });
@@ -234,6 +235,7 @@ pub(super) fn input_type(input: &InputEntry) -> PortType {
     match input.block {
         Some(_) => PortType::Block,
         None if input.multisampled => PortType::Multisampled,
+        None if input.volume => PortType::Volume,
         None => PortType::Image,
     }
 }

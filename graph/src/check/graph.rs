@@ -37,6 +37,8 @@ pub struct GraphInput {
     pub optional: bool,
     /// Whether it has several samples in each pixel.
     pub multisampled: bool,
+    /// Whether it is a volume.
+    pub volume: bool,
     /// Whether the pipeline needs an alpha that is not 1 everywhere, as a mask. A host should warn about an image
     /// without one.
     pub needs_alpha: bool,
@@ -50,6 +52,7 @@ impl GraphInput {
         match self.block {
             Some(_) => PortType::Block,
             None if self.multisampled => PortType::Multisampled,
+            None if self.volume => PortType::Volume,
             None => PortType::Image,
         }
     }

@@ -48,6 +48,8 @@ pub struct InputEntry {
     pub optional: bool,
     /// Whether it has several samples in each pixel.
     pub multisampled: bool,
+    /// Whether it is a volume.
+    pub volume: bool,
     /// Whether the pipeline needs an alpha that is not 1 everywhere.
     pub needs_alpha: bool,
     /// A factor of its colours, before anything is limited.

@@ -30,13 +30,14 @@ pub(crate) fn image_type_names() -> impl Iterator<Item = &'static str> {
     IMAGE_TYPES.iter().map(|(name, _)| *name)
 }
 
-const OPTIONS: [&str; 4] = ["optional", "multisampled", "needs_alpha", "scale"];
+const OPTIONS: [&str; 5] = ["optional", "multisampled", "volume", "needs_alpha", "scale"];
 
 /// Sets an option of an input; what is wrong with it otherwise.
 pub(super) fn set_option(input: &mut InputEntry, option: &Spanned<String>, value: &Item) -> Option<Diagnostic> {
     match option.value.as_str() {
         "optional" => set_flag(&mut input.optional, option, value),
         "multisampled" => set_flag(&mut input.multisampled, option, value),
+        "volume" => set_flag(&mut input.volume, option, value),
         "needs_alpha" => set_flag(&mut input.needs_alpha, option, value),
         "scale" => set_factor(&mut input.scale, option, value),
         other => Some(removed(option).unwrap_or_else(|| {
@@ -45,15 +46,24 @@ pub(super) fn set_option(input: &mut InputEntry, option: &Spanned<String>, value
     }
 }
 
-/// What options of an input contradict each other, if they do: samples are limited where they are read, and a factor
-/// comes before that.
+/// What options of an input contradict each other, if they do: samples and volumes are limited where they are read, and
+/// a factor comes before that.
 pub(super) fn contradiction(input: &InputEntry) -> Option<Diagnostic> {
-    let message = format!("input {} is multisampled and has a scale", quote(&input.name.value));
-    (input.multisampled && input.scale != 1.0).then(|| {
-        Diagnostic::error("multisampled-scale", message)
-            .at(&input.name.location, "")
-            .help("leave `scale` out, and put an `Exposure` after the `Resolve`")
-    })
+    let InputEntry { multisampled, volume, scale, .. } = *input;
+    let (code, wrong, help) = match (multisampled, volume, scale != 1.0) {
+        (true, true, _) => ("multisampled-volume", "multisampled and a volume", "devices have no such textures"),
+        (true, _, true) => {
+            let help = "leave `scale` out, and put an `Exposure` after the `Resolve`";
+            ("multisampled-scale", "multisampled and has a scale", help)
+        }
+        (_, true, true) => {
+            let help = "leave `scale` out, and use a factor of the kind that reads it, such as `light`";
+            ("volume-scale", "a volume and has a scale", help)
+        }
+        _ => return None,
+    };
+    let message = format!("input {} is {wrong}", quote(&input.name.value));
+    Some(Diagnostic::error(code, message).at(&input.name.location, "").help(help))
 }
 
 /// Sets an option that is on or off.

@@ -303,8 +303,16 @@ impl Reader {
         let state = image_type(&ty.value);
         let block = state.is_none().then_some(ty);
         let state = state.unwrap_or(ColorState::Data);
-        let mut input =
-            InputEntry { name, state, block, optional: false, multisampled: false, needs_alpha: false, scale: 1.0 };
+        let mut input = InputEntry {
+            name,
+            state,
+            block,
+            optional: false,
+            multisampled: false,
+            volume: false,
+            needs_alpha: false,
+            scale: 1.0,
+        };
         for (option, value) in self.unique(options, "option") {
             self.input_option(&mut input, &option, &value);
         }

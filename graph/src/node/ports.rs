@@ -91,6 +91,12 @@ impl Input {
         Self::new(name, PortType::Multisampled, doc)
     }
 
+    /// A required port for a volume of colors, of a host or of a node. The argument of the same name is a
+    /// `texture_3d<f32>`, which `texel3` and `tap3` of the library read.
+    pub const fn volume(name: &'static str, doc: &'static str) -> Self {
+        Self::new(name, PortType::Volume, doc)
+    }
+
     /// Limits the color states that it accepts.
     pub const fn accepts(mut self, states: &'static [ColorState]) -> Self {
         // A constant function cannot drop what it replaces, which is a part of the program and needs no drop.

@@ -143,6 +143,7 @@ impl Growing {
             state: ColorState::Scene,
             optional: false,
             multisampled: false,
+            volume: false,
             needs_alpha: false,
             scale: 1.0,
         };

@@ -129,17 +129,18 @@ fn step(request: &Request<'_>, index: usize) -> FrameStep {
 
 /// Uploads the images of a frame.
 fn feed(session: &mut Session, pictures: &[InputPicture]) -> Result<Vec<InputImage>, Failure> {
-    let upload = |InputPicture { name, picture, .. }: &InputPicture| {
-        session.gpu().check_fits(picture.desc())?;
-        Ok(session.feed(name, picture.desc(), picture.bytes())?)
+    let upload = |InputPicture { name, picture, desc, .. }: &InputPicture| {
+        session.gpu().check_fits(*desc)?;
+        Ok(session.feed(name, *desc, picture.bytes())?)
     };
     pictures.iter().map(upload).collect()
 }
 
-/// The size of the first image; that of the command line without images.
+/// The size of the first image that is no volume; that of the command line without images.
 fn size(request: &Request<'_>, images: &[InputImage]) -> Size {
     let (width, height) = request.args.size.unwrap_or((1920, 1080));
-    images.first().map_or(Size::new(width, height), |image| image.desc.size)
+    let first = images.iter().find(|image| !image.desc.volume);
+    first.map_or(Size::new(width, height), |image| image.desc.size)
 }
 
 /// The output for the file, and its texels.

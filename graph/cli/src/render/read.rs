@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::mpsc::SyncSender;
 use std::time::{Duration, Instant};
 
-use afterimage_graph::image::Signedness;
+use afterimage_graph::image::{ImageDesc, Signedness, Size};
 use afterimage_graph::node::BlockData;
 use afterimage_media::{Picture, Source, read_within};
 
@@ -17,6 +17,8 @@ use crate::failure::Failure;
 pub(super) struct InputPicture {
     pub(super) name: String,
     pub(super) picture: Picture,
+    /// What its texels are uploaded as: an image, or a volume.
+    pub(super) desc: ImageDesc,
     /// The pixels that the graph repairs.
     pub(super) repairs: Repairs,
     /// Whether the input needs an alpha that the image does not have.
@@ -82,5 +84,25 @@ fn read_input(request: &Request<'_>, name: &str, source: &Source) -> Result<Inpu
     let signedness = input.map_or(Signedness::Unsigned, |input| input.state.signedness());
     let lacks_alpha = input.is_some_and(|input| input.needs_alpha) && is_opaque(&picture);
     let repairs = Repairs::of(&picture, signedness);
-    Ok(InputPicture { name: name.to_owned(), picture, repairs, lacks_alpha })
+    let desc = match input.is_some_and(|input| input.volume) {
+        true => volume(name, picture.desc(), request.args.slices)?,
+        false => picture.desc(),
+    };
+    Ok(InputPicture { name: name.to_owned(), picture, desc, repairs, lacks_alpha })
+}
+
+/// The volume whose slices an image has one below the other.
+fn volume(name: &str, desc: ImageDesc, slices: Option<u32>) -> Result<ImageDesc, Failure> {
+    let Some(slices) = slices else {
+        return Err(Failure::user(format!("input `{name}` is a volume, and the image does not say how deep"))
+            .hint("state the number of slices, which lie one below the other: `--slices 64`"));
+    };
+    let Size { width, height, .. } = desc.size;
+    if !height.is_multiple_of(slices) {
+        return Err(Failure::user(format!(
+            "input `{name}`: the image has {height} rows, which {slices} slices do not divide"
+        ))
+        .hint("all slices have the same number of rows"));
+    }
+    Ok(ImageDesc::volume(Size::volume(width, height / slices, slices)).format(desc.format))
 }

@@ -49,6 +49,11 @@ impl<'a> Request<'a> {
         named: Vec<(String, String)>,
     ) -> Result<Self, Failure> {
         let files = input_files(args, graph, named)?;
+        let is_volume =
+            |(name, _): &(String, String)| graph.inputs.iter().any(|input| input.name == *name && input.volume);
+        if args.slices.is_some() && !files.iter().any(is_volume) {
+            return Err(Failure::user("`--slices` is for images of volumes, and none is given").hint("leave it out"));
+        }
         let jobs = if files.is_empty() { without_inputs(args, &targets) } else { with_inputs(args, files, &targets) }?;
         let cuts = cuts(args, &jobs)?;
         Ok(Self { args, targets, jobs, cuts, inputs: graph.inputs.clone(), scene: scene(graph) })
@@ -198,7 +203,8 @@ fn input_files(
     }
     let given = |name: &str, files: &[(String, String)]| files.iter().any(|(known, _)| known == name);
     if let Some(file) = &args.input {
-        let is_free = |input: &&GraphInput| input.block.is_none() && !given(&input.name, &files);
+        let is_image = |input: &GraphInput| input.block.is_none() && !input.volume;
+        let is_free = |input: &&GraphInput| is_image(input) && !given(&input.name, &files);
         let free = graph.inputs.iter().find(is_free).ok_or_else(no_further_input)?;
         files.insert(0, (free.name.clone(), file.clone()));
     }

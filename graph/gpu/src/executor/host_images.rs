@@ -1,11 +1,11 @@
 //! The host's images: whether they suit the plan, and in which format an output is drawn into one.
 
 use afterimage_base::color::Transfer;
-use afterimage_graph::image::ColorState;
+use afterimage_graph::image::{ColorState, ImageDesc};
 use afterimage_graph::node::{ImageId, Pass, Resource};
 use afterimage_plan::{Plan, PlanOutput};
 use afterimage_wgsl::SampleMode;
-use wgpu::{Device, Texture, TextureFormat, TextureUsages, TextureView};
+use wgpu::{Device, Texture, TextureDimension, TextureFormat, TextureUsages, TextureView};
 
 use super::frame::Frame;
 use crate::GpuError;
@@ -32,6 +32,7 @@ pub(super) fn check_input(plan: &Plan, port: &str, image: ImageId, view: &Textur
     let planned = plan.image(image);
     check_desc(plan, port, image, texture, image_format(texture.format()) == Some(planned.desc.format))?;
     check_samples(port, texture.sample_count(), planned.desc.samples)?;
+    check_dimension(port, texture, planned.desc)?;
     // A device filters no depth. Only an image that is finite is read by its filter.
     if texture.format().is_depth_stencil_format() && planned.sample_mode == SampleMode::Plain {
         let why = "it is a depth, which no device filters: do not promise that it is finite";
@@ -56,6 +57,22 @@ fn check_samples(port: &str, given: u32, planned: u32) -> Result<(), GpuError> {
 /// Why a multisampled image does not fit an input that is not declared so.
 pub(crate) const MULTISAMPLED: &str = "it is multisampled: give the image that it is resolved into, or declare the \
                                        input as `multisampled: true` and wire it to a `Resolve`";
+
+/// What a shader reads as a volume must be one, as deep as planned.
+fn check_dimension(port: &str, texture: &Texture, planned: ImageDesc) -> Result<(), GpuError> {
+    let depth = texture.depth_or_array_layers();
+    let why = match (texture.dimension() == TextureDimension::D3, planned.volume) {
+        (true, true) if depth == planned.size.depth => return Ok(()),
+        (true, true) => format!("it has {depth} slices, and the plan is made for {}", planned.size.depth),
+        (false, false) => return Ok(()),
+        (true, false) => VOLUME.into(),
+        (false, true) => "it is no 3-D texture, and the plan is made for a volume".into(),
+    };
+    Err(GpuError::UnfitImage { port: port.to_owned(), why })
+}
+
+/// Why a volume does not fit an input that is not declared so.
+pub(crate) const VOLUME: &str = "it is a 3-D texture: declare the input as `volume: true`";
 
 pub(super) fn check_output(plan: &Plan, port: &str, image: ImageId, view: &TextureView) -> Result<(), GpuError> {
     let texture = view.texture();

@@ -37,7 +37,7 @@ use frame_constants::FrameConstants;
 use host_draw::check_filled;
 pub use host_draw::{DrawTargets, HostDraw};
 use host_images::Formats;
-pub(crate) use host_images::MULTISAMPLED;
+pub(crate) use host_images::{MULTISAMPLED, VOLUME};
 use loaded::Loaded;
 pub use prepare::Preparation;
 pub(crate) use prepare::Prepared;

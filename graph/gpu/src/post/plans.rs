@@ -12,7 +12,7 @@ use super::running::{Next, Running, Wish};
 use super::uniforms::Uniforms;
 use super::{Post, PostError};
 use crate::device::image_format;
-use crate::executor::MULTISAMPLED;
+use crate::executor::{MULTISAMPLED, VOLUME};
 use crate::platform::Worker;
 use crate::{Frame, GpuError, Rectangle};
 
@@ -80,7 +80,8 @@ impl Post {
                 blocks.insert(input.name.clone());
             }
             let Some((desc, part)) = self.image_of(frame, input)? else { continue };
-            size = size.or(Some(desc.size));
+            // A volume says nothing of the frame.
+            size = size.or(Some(desc.size).filter(|_| !desc.volume));
             parts.extend(part.map(|part| (input.name.clone(), part)));
             inputs.insert(input.name.clone(), GivenImage { desc, finite: self.finite.contains(&input.name) });
         }
@@ -261,5 +262,14 @@ fn desc_of(input: &GraphInput, view: &TextureView) -> Result<ImageDesc, GpuError
         (false, true) => return Err(unfit(MULTISAMPLED.into())),
         _ => {}
     }
-    Ok(ImageDesc::new(Size::new(texture.width(), texture.height())).format(format).multisampled(samples))
+    let is_volume = texture.dimension() == wgpu::TextureDimension::D3;
+    match (input.volume, is_volume) {
+        (true, false) => return Err(unfit("it is no 3-D texture, and the pipeline wants a volume".into())),
+        (false, true) => return Err(unfit(VOLUME.into())),
+        _ => {}
+    }
+    let depth = if is_volume { texture.depth_or_array_layers() } else { 1 };
+    let size = Size::volume(texture.width(), texture.height(), depth);
+    let desc = if is_volume { ImageDesc::volume(size) } else { ImageDesc::new(size) };
+    Ok(desc.format(format).multisampled(samples))
 }

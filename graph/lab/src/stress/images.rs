@@ -172,7 +172,7 @@ pub(crate) fn sanitized(pixels: &[[f32; 4]], size: Size, signedness: Signedness)
 }
 
 /// Samples after sanitizing: each by itself, because its neighbours may show other surfaces.
-pub(crate) fn sanitized_samples(samples: &[[f32; 4]], _: Size, signedness: Signedness) -> Vec<[f32; 4]> {
+pub(crate) fn sanitized_samples(samples: &[[f32; 4]], signedness: Signedness) -> Vec<[f32; 4]> {
     samples.iter().map(|sample| limited(*sample, signedness)).collect()
 }
 

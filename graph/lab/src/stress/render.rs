@@ -59,10 +59,8 @@ pub(crate) struct Renderer {
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 struct ImageKey {
     image: (&'static str, [u32; 4]),
-    size: Size,
+    desc: ImageDesc,
     signedness: Option<Signedness>,
-    samples: u32,
-    half: bool,
 }
 
 /// A configuration that plans are made for.
@@ -133,7 +131,10 @@ impl Renderer {
         let frame = |shot: &Shot| -> Result<FrameInputs, PostError> {
             let image = |(name, image): &(String, _)| {
                 let planned = plan.image(*image);
-                let image = self.image(*shot, size, (planned.signedness, planned.desc.samples), half)?;
+                // The planned format may be another one than that of the image.
+                let desc = planned.desc.format(if half { Format::Rgba16Float } else { Format::Rgba32Float });
+                let desc = if desc.volume { desc } else { desc.sized(size) };
+                let image = self.image(*shot, desc, planned.signedness)?;
                 Ok(InputImage { finite, ..image.named(name) })
             };
             let images = plan.inputs.iter().map(image).collect::<Result<_, PostError>>()?;
@@ -147,28 +148,28 @@ impl Renderer {
         Ok(Rendered { frames, skipped: plan.skipped.iter().map(|skipped| skipped.node.clone()).collect() })
     }
 
-    /// The image of a shot. Each sample of a multisampled one shows another part of a higher image.
-    fn image(
-        &mut self,
-        shot: Shot,
-        size: Size,
-        (signedness, samples): (Signedness, u32),
-        half: bool,
-    ) -> Result<InputImage, GpuError> {
+    /// The image of a shot. Each sample of a multisampled one, and each slice of a volume, shows another part of a
+    /// higher image.
+    fn image(&mut self, shot: Shot, desc: ImageDesc, signedness: Signedness) -> Result<InputImage, GpuError> {
         let signedness = shot.sanitized.then_some(signedness);
-        let key = ImageKey { image: shot.image.key(), size, signedness, samples, half };
+        let key = ImageKey { image: shot.image.key(), desc, signedness };
         if let Some(made) = self.images.get(&key) {
             return Ok(made.clone());
         }
-        let rows = Size::new(size.width, size.height * samples);
+        let ImageDesc { size, samples, format, .. } = desc;
+        let half = format == Format::Rgba16Float;
+        let rows = Size::new(size.width, size.height * samples * size.depth);
         let mut pixels = shot.image.pixels(rows);
         if let Some(signedness) = signedness {
-            let clean = if samples > 1 { sanitized_samples } else { sanitized };
-            pixels = clean(&stored(&pixels, half), rows, signedness);
+            let slice = Size::new(size.width, size.height);
+            let clean = |part: &[[f32; 4]]| match samples {
+                1 => sanitized(part, slice, signedness),
+                _ => sanitized_samples(part, signedness),
+            };
+            pixels = stored(&pixels, half).chunks(slice.texels() as usize).flat_map(clean).collect();
         }
         let make = if half { Texels::from_floats_as_half } else { Texels::from_floats };
         let texels = make(rows.width, rows.height, &pixels);
-        let desc = ImageDesc { size, ..texels.desc }.multisampled(samples);
         let made = input_image(&self.gpu, "", desc, &texels.bytes)?;
         Ok(self.images.entry(key).or_insert(made).clone())
     }

@@ -71,6 +71,11 @@ impl Wiring<'_> {
             let _ = writeln!(self.inputs, "        \"{name}\": {}(multisampled: true),", input_type(state));
             return Some(name.to_owned());
         }
+        if port.ty == PortType::Volume && port.content.is_none() {
+            let state = port.states.first().copied().unwrap_or(ColorState::Scene);
+            let _ = writeln!(self.inputs, "        \"{name}\": {}(volume: true),", input_type(state));
+            return Some(name.to_owned());
+        }
         if let Some(block) = port.block {
             let _ = writeln!(self.inputs, "        \"{name}\": {},", block.name);
             return Some(name.to_owned());

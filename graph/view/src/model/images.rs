@@ -236,7 +236,7 @@ fn is_camera(input: &GraphInput) -> bool {
 
 /// The output of the scene for an input: data by name, light for inputs of light.
 fn output_for(input: &GraphInput, has_camera: bool) -> Option<&'static str> {
-    if input.block.is_some() {
+    if input.block.is_some() || input.volume {
         return None;
     }
     let data = DATA.into_iter().find(|output| input.name.contains(output));
