@@ -38,6 +38,7 @@ const ASYMMETRIC: &[&str] = &[
     "ShadowMask",
     "Ssao",
     "Taa",
+    "VolumetricComposite",
 ];
 /// Kinds that keep a constant image as it is.
 const KEEPING: &[&str] = &[
