@@ -12,18 +12,28 @@ mod memory;
 mod reload;
 mod stale_memory;
 
+use afterimage_gpu::Gpu;
 use afterimage_graph::check::{CheckOptions, Graph, NoFiles, check};
 use afterimage_graph::document::parse;
 use afterimage_graph::node::{Arg, KernelCall};
 use afterimage_wgsl::Shader;
 
-use crate::support::gpu::{Picture, registry};
+use crate::support::gpu::{Picture, gpu, registry};
 
 /// The graph of a text at a tier.
 fn at_tier(text: &str, tier: Option<&str>) -> Graph {
     let document = parse("test.ron", text).unwrap_or_else(|errors| panic!("{errors:?}"));
     let options = CheckOptions { tier: tier.map(str::to_owned), sets: Vec::new(), loader: &NoFiles };
     check(&document, &registry(), &options).unwrap_or_else(|errors| panic!("{errors:?}")).0
+}
+
+/// A device without any optional feature.
+fn without_features() -> Gpu {
+    let gpu = gpu();
+    let descriptor = wgpu::DeviceDescriptor { required_limits: gpu.adapter.limits(), ..Default::default() };
+    let (device, queue) = pollster::block_on(gpu.adapter.request_device(&descriptor)).expect("a plain device");
+    let caps = afterimage_gpu::caps(&gpu.adapter, &device);
+    Gpu { adapter: gpu.adapter.clone(), device, queue, caps }
 }
 
 /// A picture of one grey.

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use afterimage_gpu::{Frame, GpuError};
 use afterimage_graph::image::Size;
 use afterimage_graph::node::Origin;
-use afterimage_plan::{Alias, Options};
+use afterimage_plan::{Alias, Options, When};
 
 use super::{at_tier, bits, lively};
 use crate::support::gpu::{Picture, Run, built_in};
@@ -140,4 +140,34 @@ fn a_plan_that_the_device_refuses_leaves_the_old_one_running() {
     assert!(matches!(error, GpuError::Refused { .. } | GpuError::OutOfMemory { .. }), "{error}");
     player.frame(&[("scene", &scene)], 0.0, false);
     assert_eq!(bits(&player.output("out")), bits(&before));
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_single_pass_runs_without_those_before_it() {
+    let text = r#"Pipeline(
+        inputs: { "scene": Color },
+        nodes: { "soft": Gaussian(source: "scene", kernel: Sigma, sigma: 2.0) },
+        outputs: { "out": "soft" },
+    )"#;
+    let graph = at_tier(text, None);
+    let mut player = Player::new();
+    let mut run = Run::new(&graph);
+    (run.options.tile, run.options.row_downsample) = (When::Never, When::Never);
+    let (scene, other) = (lively(64, 36), super::flat(64, 36, 9.0));
+    let plan = player.load(&run, &[("scene", &scene)]);
+    assert_eq!(plan.passes.len(), 2, "{}", plan.to_text());
+    player.frame(&[("scene", &scene)], 0.0, true);
+    let before = bits(&player.output("out"));
+    let input = player.upload(&other);
+    let frame = Frame { inputs: &[("scene", &input)], ..Frame::default() };
+    let mut run_pass = |pass: usize| {
+        let mut encoder = player.gpu.device.create_command_encoder(&Default::default());
+        player.executor.encode_pass(&mut encoder, &frame, pass).expect("one pass");
+        player.gpu.queue.submit([encoder.finish()]);
+        bits(&player.output("out"))
+    };
+    assert_eq!(run_pass(1), before, "the image of the first pass is as it was");
+    assert_eq!(run_pass(0), before, "and the second did not run");
+    assert_ne!(run_pass(1), before);
 }

@@ -1,13 +1,17 @@
-//! What an executor holds, as wgpu counts it: the textures of a plan that failed are freed, and the pipelines that draw
-//! into an image of the host are compiled with the plan.
+//! What an executor holds, as wgpu counts it: the textures of old plans and of those that failed are freed, and the
+//! pipelines that draw into an image of the host are compiled with the plan.
 
 use std::sync::Arc;
 
 use afterimage_gpu::{Frame, Gpu, GpuError};
+use afterimage_graph::check::{CheckOptions, Graph, check};
+use afterimage_graph::document::parse;
+use afterimage_graph::node::{NodeKind, Registry};
+use afterimage_graph::prelude::*;
 use afterimage_plan::{Alias, When};
 use wgpu::{TextureFormat, TextureUsages};
 
-use super::{at_tier, lively};
+use super::lively;
 use crate::support::gpu::{Run, built_in};
 use crate::support::player::Player;
 
@@ -36,16 +40,88 @@ fn held(instance: &wgpu::Instance) -> (usize, usize) {
     (hub.textures.num_allocated, hub.render_pipelines.num_allocated)
 }
 
+static TINT: Shader = Shader::new(
+    "tint.wgsl",
+    "fn tint(source: vec4f, texels: texture_2d<f32>) -> vec4f { return source * texel(texels, vec2i(0)); }",
+);
+
+params! {
+    /// Multiplies with the texel of an image that is known with the plan.
+    pub struct Tint {}
+}
+
+impl Node for Tint {
+    const INPUTS: &'static [Input] = &[Input::image("source", "An image.")];
+    const OUTPUTS: &'static [Output] =
+        &[Output::image("result", OutputState::same("source"), "Its product.").or_input("source")];
+
+    fn record(&self, pass: &mut Recorder<'_>) {
+        let source = pass.image("source");
+        let desc = ImageDesc::new(pass.desc(source).size);
+        let bytes = [2.0_f32, 3.0, 4.0, 1.0].iter().flat_map(|number| number.to_le_bytes()).collect();
+        let texels = pass.constant("texels", ImageDesc::new(Size::new(1, 1)).format(Format::Rgba32Float), bytes);
+        pass.function(&TINT, "tint").read("texels", texels).write("result", desc);
+    }
+}
+
+/// A blur, whose image between its two passes is of the plan, and a constant image.
+fn tinted_blur() -> Graph {
+    let text = r#"Pipeline(
+        inputs: { "scene": Color },
+        nodes: { "wide": Gaussian(source: "scene", sigma: 5.0), "tinted": Tint(source: "wide") },
+        outputs: { "tinted": "tinted" },
+    )"#;
+    let document = parse("held.ron", text).unwrap_or_else(|errors| panic!("{errors}"));
+    let kinds: &[NodeKind] = &[NodeKind::of::<Tint>()];
+    let registry = Registry::new(&[afterimage_nodes::ALL, kinds]).expect("no two kinds share a name");
+    check(&document, &registry, &CheckOptions::default()).unwrap_or_else(|errors| panic!("{errors}")).0
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn constant_images_of_a_plan_that_failed_are_made_again() {
+    let (_instance, mut player) = alone(|limits| limits.max_texture_dimension_2d = 64);
+    let graph = tinted_blur();
+    let mut run = Run::new(&graph);
+    (run.options.alias, run.options.tile) = (Alias::Pool, When::Never);
+    let plan = Arc::new(run.plan(&player.gpu, &[("scene", &lively(96, 54))]));
+    let error = player.executor.load(plan).expect_err("an image has 96 pixels in a row");
+    assert!(matches!(error, GpuError::Refused { .. }), "{error}");
+    let scene = super::flat(32, 18, 0.5);
+    player.load(&run, &[("scene", &scene)]);
+    player.frame(&[("scene", &scene)], 0.0, true);
+    let found = player.output("tinted").at(7, 3);
+    for (found, wanted) in found.into_iter().zip([1.0, 1.5, 2.0, 1.0]) {
+        assert!((found - wanted).abs() < 2e-3, "{found} is not {wanted}");
+    }
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn the_textures_of_old_plans_are_freed() {
+    let (instance, mut player) = alone(|_| ());
+    let scene = lively(160, 90);
+    let graphs = [None, Some("low")].map(|tier| built_in("tsushima.ron", tier));
+    for alias in [Alias::Placed, Alias::Pool] {
+        let mut round = || {
+            for graph in &graphs {
+                let mut run = Run::new(graph);
+                run.options.alias = alias;
+                player.load(&run, &[("scene", &scene)]);
+                player.frame(&[("scene", &scene)], 0.0, false);
+            }
+            held(&instance).0
+        };
+        let counts = [(); 4].map(|()| round());
+        assert_eq!([counts[2], counts[3]], [counts[1]; 2], "{alias:?}: {counts:?}");
+    }
+}
+
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn the_textures_of_a_plan_that_failed_are_freed() {
     let (instance, mut player) = alone(|limits| limits.max_texture_dimension_2d = 64);
-    let text = r#"Pipeline(
-        inputs: { "scene": Color },
-        nodes: { "wide": Gaussian(source: "scene", sigma: 5.0) },
-        outputs: { "wide": "wide" },
-    )"#;
-    let graph = at_tier(text, None);
+    let graph = tinted_blur();
     let mut run = Run::new(&graph);
     (run.options.alias, run.options.tile) = (Alias::Pool, When::Never);
     let (small, large) = (lively(32, 18), lively(96, 54));

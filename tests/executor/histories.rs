@@ -1,10 +1,9 @@
 //! What a node made in earlier frames.
 
-use afterimage_gpu::Gpu;
 use afterimage_plan::Stage;
 
-use super::{at_tier, flat, level};
-use crate::support::gpu::{Picture, Run, gpu};
+use super::{at_tier, flat, level, without_features};
+use crate::support::gpu::{Picture, Run};
 use crate::support::player::Player;
 
 /// Half of what comes and half of what was.
@@ -186,14 +185,7 @@ fn the_past_of_a_node_that_is_off_is_black() {
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn histories_need_no_feature_of_the_device() {
-    let plain = {
-        let gpu = gpu();
-        let descriptor = wgpu::DeviceDescriptor { required_limits: gpu.adapter.limits(), ..Default::default() };
-        let (device, queue) = pollster::block_on(gpu.adapter.request_device(&descriptor)).expect("a plain device");
-        let caps = afterimage_gpu::caps(&gpu.adapter, &device);
-        Gpu { adapter: gpu.adapter.clone(), device, queue, caps }
-    };
-    let mut player = Player::on(plain);
+    let mut player = Player::on(without_features());
     let scene = flat(8, 4, 1.0);
     load(&mut player, TRAIL, &scene);
     let levels = [false, false, true].map(|reset| step(&mut player, &scene, reset));

@@ -6,7 +6,7 @@ use afterimage_graph::document::parse;
 use afterimage_graph::node::{NodeKind, Registry};
 use afterimage_graph::prelude::*;
 
-use super::flat;
+use super::{flat, without_features};
 use crate::support::gpu::Run;
 use crate::support::player::Player;
 
@@ -127,7 +127,12 @@ impl Node for Mark {
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn passes_of_a_history_that_begins_with_a_plan_are_told_of_it() {
-    let mut player = Player::new();
+    told_once(Player::new());
+    // There the numbers of the frame are in a buffer.
+    told_once(Player::on(without_features()));
+}
+
+fn told_once(mut player: Player) {
     let scene = flat(4, 2, 1.0);
     let load = |player: &mut Player, more: &str, outputs: &str| {
         let nodes = format!("\"a\": Mark(source: \"scene\"), {more}");

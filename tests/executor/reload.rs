@@ -136,6 +136,36 @@ fn a_history_goes_on_through_frames_that_pass_before_the_swap() {
     assert_eq!(trail(&mut player, &scene, "out"), 2.0 * 0.9375);
 }
 
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn numbers_that_were_prepared_for_another_plan_come_with_their_plan() {
+    let scene = lively(64, 36);
+    let mut player = Player::new();
+    let of = |player: &Player, node: &str| {
+        let nodes = format!("\"lit\": {node}");
+        let text =
+            format!("Pipeline(inputs: {{\"scene\": Color}}, nodes: {{{nodes}}}, outputs: {{\"display\": \"lit\"}})");
+        planned(player, &at_tier(&text, None), &scene)
+    };
+    let [first, second, other] = [
+        "Exposure(source: \"scene\", stops: 1.0)",
+        "Exposure(source: \"scene\", stops: 2.0)",
+        "Gaussian(source: \"scene\", sigma: 2.0)",
+    ]
+    .map(|node| of(&player, node));
+    let wanted = alone(&mut player, &second, &scene, 1).remove(0);
+    assert_ne!(wanted, alone(&mut player, &other, &scene, 1).remove(0));
+    player.renew();
+    player.executor.load(first).expect("the first plan");
+    let preparation = player.executor.prepare(second);
+    while !preparation.is_ready() {
+        std::thread::yield_now();
+    }
+    player.executor.load(other).expect("a plan in between");
+    player.executor.swap(preparation).expect("the second plan");
+    assert_eq!(step(&mut player, &scene), wanted);
+}
+
 /// One plan remembers an image for one frame, the next another image for three frames as well: the first history is
 /// still the same.
 #[test]

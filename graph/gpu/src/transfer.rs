@@ -89,3 +89,20 @@ pub fn upload_bytes(
         Ok(stored.texture)
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use afterimage_graph::image::{Format, ImageDesc, Size};
+
+    use super::Texels;
+
+    #[test]
+    fn floats_of_11_and_10_bits_are_read() {
+        // Exponents are offset by 15; red and green have mantissas of 6 bits, blue has one of 5.
+        let [red, green, blue] = [15 << 6 | 0b10_0000, 13 << 6, 17 << 5 | 0b1_0000_u32];
+        let word = red | green << 11 | blue << 22;
+        let desc = ImageDesc::new(Size::new(1, 1)).format(Format::Rg11b10Ufloat);
+        let texels = Texels { desc, bytes: word.to_le_bytes().to_vec() };
+        assert_eq!(texels.to_floats(), [[1.5, 0.25, 6.0, 1.0]]);
+    }
+}
