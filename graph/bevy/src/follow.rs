@@ -67,11 +67,13 @@ pub(crate) fn replace_others(mut commands: Commands, cameras: Query<Replaceable,
     }
 }
 
+type Given = (&'static Replaced, Option<&'static Tonemapping>, Option<&'static DebandDither>);
+
 /// Gives back what a pipeline has replaced when it is removed, unless the game has set it meanwhile.
 pub(crate) fn restore_others(
     mut commands: Commands,
     mut removed: RemovedComponents<Afterimage>,
-    cameras: Query<(&Replaced, Option<&Tonemapping>, Option<&DebandDither>), Without<Afterimage>>,
+    cameras: Query<Given, Without<Afterimage>>,
 ) {
     for camera in removed.read() {
         let Ok((replaced, tonemapping, dither)) = cameras.get(camera) else { continue };

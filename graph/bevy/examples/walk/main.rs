@@ -7,6 +7,7 @@
 
 use bevy::core_pipeline::prepass::{DepthPrepass, MotionVectorPrepass};
 use bevy::prelude::*;
+use bevy::render::diagnostic::RenderDiagnosticsPlugin;
 use bevy_afterimage::Afterimage;
 use shot::Shot;
 
@@ -17,6 +18,7 @@ mod shot;
 
 fn main() {
     shot::app("Walk", UVec2::new(1280, 720))
+        .add_plugins(RenderDiagnosticsPlugin)
         .insert_resource(ClearColor(Color::srgb(0.01, 0.012, 0.02)))
         .insert_resource(GlobalAmbientLight { color: Color::srgb(0.6, 0.7, 1.0), brightness: 22.0, ..default() })
         .add_systems(Startup, (hall::build, camera))

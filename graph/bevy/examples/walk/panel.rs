@@ -268,19 +268,21 @@ pub(crate) fn apply(menu: Option<Res<Menu>>, mut look: Single<&mut Afterimage>) 
     }
 }
 
-/// Shows what is chosen, and what has become of it.
+type Look = (
+    &'static Part,
+    Option<&'static mut Text>,
+    Option<&'static mut TextColor>,
+    Option<&'static mut Node>,
+    Option<&'static mut BackgroundColor>,
+);
+
+/// Shows what is chosen, and the state of the pipeline.
 pub(crate) fn show(
     menu: Option<ResMut<Menu>>,
     pipelines: Res<Assets<Pipeline>>,
     times: Res<DiagnosticsStore>,
     camera: Single<(&Afterimage, &AfterimageStatus)>,
-    mut parts: Query<(
-        &Part,
-        Option<&mut Text>,
-        Option<&mut TextColor>,
-        Option<&mut Node>,
-        Option<&mut BackgroundColor>,
-    )>,
+    mut parts: Query<Look>,
 ) {
     let Some(mut menu) = menu else { return };
     let (look, status) = *camera;

@@ -209,7 +209,6 @@ fn the_component_and_its_fields_are_reflected() {
     fields.field_mut("tier").expect("there is a tier").apply(&Some("low".to_owned()));
     let parameters = fields.field_mut("parameters").expect("there are parameters");
     parameters.apply(&std::collections::BTreeMap::from([("lit.strength".to_owned(), Setting::Number(0.9))]));
-    drop(look);
     let look = world.get::<Afterimage>(camera).expect("it is there");
     assert_eq!((look.tier.as_deref(), &look.parameters["lit.strength"]), (Some("low"), &Setting::Number(0.9)));
     shown.once("more bloom", |now| differing(&first, now).1 > 20);
