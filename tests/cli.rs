@@ -18,6 +18,7 @@ mod sequences;
 #[cfg(target_os = "linux")]
 mod strangers;
 mod untrusted;
+mod volumes;
 
 use std::fs;
 use std::path::{Path, PathBuf};

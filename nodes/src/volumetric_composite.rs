@@ -36,8 +36,8 @@ params! {
     /// light that passes in alpha (Wronski, "Volumetric Fog", 2014). The result is source * (1 - amount * (1 - passed))
     /// + amount * light * scattered. Between texels the volume is filtered trilinearly, in w along the depth: the
     /// error falls with the square of the number of slices.
-    /// Between `near` and the first texel, the fog begins with none; before `near` is none, and beyond `far` is that of
-    /// the last texel. The depth is the distance along the view axis in metres; the sky has a large one. Place it
+    /// Between `near` and the first texel, the fog begins with none; before `near` is none, and behind the last texel
+    /// is that of the last texel. The depth is the distance along the view axis in metres; the sky has a large one. Place it
     /// before exposure. Alpha passes unchanged.
     pub struct VolumetricComposite {
         /// How the slices lie between `near` and `far`.

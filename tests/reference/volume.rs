@@ -142,6 +142,33 @@ mod tests {
         }
     }
 
+    /// The largest error of the share that passes, of uniform fog from `near` to the last texel.
+    fn worst(composite: &Composite, depth: usize) -> f64 {
+        let image = uniform(composite, depth);
+        let volume = Volume { all: &image, depth };
+        let first = if composite.is_end { 1.0 } else { 0.5 };
+        let longest = composite.distance(1.0 - (1.0 - first) / depth as f64) - composite.near;
+        let errors = (0..=6350).map(|step| {
+            let way = longest * f64::from(step) / 6350.0;
+            let found = composite.fog(&volume, [0.5, 0.5], composite.near + way)[3];
+            (found - (-DENSITY * way).exp()).abs()
+        });
+        errors.fold(0.0, f64::max)
+    }
+
+    #[test]
+    fn twice_the_slices_have_a_quarter_of_the_error() {
+        for (name, curve) in [("exponential", 128.0_f64.ln()), ("linear", 0.0), ("curved 3", 3.0)] {
+            for is_end in [true, false] {
+                let found = [16, 32, 64, 128].map(|depth| worst(&curved(curve, is_end), depth));
+                println!("{name}, {}: {found:.5?}", if is_end { "end" } else { "middle" });
+                for pair in found.windows(2).skip(1) {
+                    assert!((3.5..4.3).contains(&(pair[0] / pair[1])), "{name}: {found:?}");
+                }
+            }
+        }
+    }
+
     #[test]
     fn one_texel_is_a_ramp_to_its_distance() {
         let image = Image::new(1, 1, |_, _| [2.0, 1.0, 0.0, 0.25]);

@@ -40,12 +40,13 @@ impl<'a> Images<'a> {
                 ("depth", prepass) => prepass.and_then(|prepass| prepass.depth_only_view()).map(|view| &**view),
                 ("normals", prepass) => prepass.and_then(|prepass| prepass.normal_view()).map(|view| &**view),
                 ("motion", prepass) => prepass.and_then(|prepass| prepass.motion_vectors_view()).map(|view| &**view),
-                _ if input.multisampled => None,
+                _ if input.multisampled || input.volume => None,
                 _ => unused.take(),
             };
             // With MSAA, what prepasses draw is multisampled, too.
             let fits = |view: &&wgpu::TextureView| (view.texture().sample_count() > 1) == input.multisampled;
-            if let Some(view) = view.filter(fits).filter(|_| images.count < MOST) {
+            let view = view.filter(|_| !input.volume).filter(fits);
+            if let Some(view) = view.filter(|_| images.count < MOST) {
                 images.inputs[images.count] = (&input.name, view);
                 images.rectangles[images.count + 1].0 = &input.name;
                 images.count += 1;

@@ -104,8 +104,9 @@ impl Gpu {
     /// # Errors
     /// [`GpuError::TooLarge`].
     pub fn check_fits(&self, desc: ImageDesc) -> Result<(), GpuError> {
-        let (width, height, limit) = (desc.size.width, desc.size.height, self.caps.max_side);
-        match width.max(height) <= limit {
+        let (width, height) = (desc.size.width, desc.size.height);
+        let limit = if desc.volume { self.caps.max_volume_side } else { self.caps.max_side };
+        match width.max(height).max(desc.size.depth) <= limit {
             true => Ok(()),
             false => Err(GpuError::TooLarge { width, height, adapter: self.name(), limit }),
         }

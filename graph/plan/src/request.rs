@@ -47,8 +47,8 @@ pub struct Given {
 /// Samples of a multisampled image that every device has.
 const SAMPLES: u32 = 4;
 
-/// The size of the volumes of [`Given::everything`].
-const VOLUME: [u32; 3] = [8, 4, 4];
+/// The size of the volumes of [`Given::everything`]. Odd sides have a middle, so that a checkerboard is symmetric.
+const VOLUME: [u32; 3] = [9, 5, 3];
 
 /// What a frame states of an input whose rectangle and factor change without a new plan.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -67,7 +67,7 @@ impl Given {
     }
 
     /// A frame of this size with the same image, or a block, for each of these inputs. Images of multisampled inputs
-    /// have four samples, which every device has; volumes have 8 x 4 x 4 texels.
+    /// have four samples, which every device has; volumes have 9 x 5 x 3 texels.
     pub fn everything<'i>(size: Size, inputs: impl IntoIterator<Item = &'i GraphInput>, image: GivenImage) -> Self {
         let mut given = Self::nothing(size);
         for input in inputs {

@@ -1,6 +1,6 @@
 //! Inputs and outputs in rectangles of the host's images.
 
-use afterimage_graph::check::Facts;
+use afterimage_graph::check::{Facts, GraphInput};
 use afterimage_graph::image::{Format, ImageDesc};
 use afterimage_graph::node::Resource;
 use afterimage_plan::{Given, GivenImage, Options, Part, Plan, PlanRequest, Requirement, plan, verify};
@@ -12,7 +12,8 @@ fn planned(name: &str, part: Option<Part>) -> Plan {
     let image = GivenImage { desc: ImageDesc::new(FRAME).format(Format::Rgba16Float), finite: false };
     let mut given = Given::everything(FRAME, &graph.inputs, image);
     if let Some(part) = part {
-        let images = graph.inputs.iter().filter(|input| input.block.is_none() && !input.multisampled);
+        let has_parts = |input: &&GraphInput| input.block.is_none() && !input.multisampled && !input.volume;
+        let images = graph.inputs.iter().filter(has_parts);
         given.parts = images.map(|input| (input.name.clone(), part)).collect();
         given.rectangles = graph.outputs.iter().map(|output| output.name.clone()).collect();
     }

@@ -18,6 +18,8 @@ use crate::document::{Few, all_shipped, registry};
 pub(crate) const MOST_CHOICES: usize = 96;
 
 const SIDES: [u32; 12] = [1, 2, 3, 7, 16, 17, 63, 640, 1080, 1921, 8192, 65535];
+/// The slices of every volume of a host.
+const SLICES: u32 = 5;
 const NUMBERS: [&str; 8] = ["0", "0.0", "-1.0", "1e-30", "1e30", "NaN", "inf", "65536"];
 
 /// A shipped pipeline, and the names and kinds of its nodes.
@@ -132,7 +134,7 @@ fn plan_anyhow(graph: &Graph, choices: &mut Bytes<'_>) -> Result<Plan, PlanError
     let mut inputs = BTreeMap::new();
     for input in &graph.inputs {
         if !choices.rarely(6) {
-            inputs.insert(input.name.clone(), given(size, choices));
+            inputs.insert(input.name.clone(), given(input.volume, size, choices));
         }
     }
     let (facts, caps, options) = (facts(graph, choices), caps(choices), options(choices));
@@ -156,10 +158,12 @@ fn rectangles(graph: &Graph, given: &mut Given, choices: &mut Bytes<'_>) {
     }
 }
 
-fn given(size: Size, choices: &mut Bytes<'_>) -> GivenImage {
+fn given(volume: bool, size: Size, choices: &mut Bytes<'_>) -> GivenImage {
     let size = if choices.rarely(4) { Size::new(choices.one_of(&SIDES), choices.one_of(&SIDES)) } else { size };
+    let slices = || ImageDesc::volume(Size::volume(size.width, size.height, SLICES));
+    let desc = if volume { slices() } else { ImageDesc::new(size) };
     let formats: Vec<Format> = Format::ALL.to_vec();
-    GivenImage { desc: ImageDesc::new(size).format(choices.one_of(&formats)), finite: choices.flag() }
+    GivenImage { desc: desc.format(choices.one_of(&formats)), finite: choices.flag() }
 }
 
 fn facts(graph: &Graph, choices: &mut Bytes<'_>) -> Facts {

@@ -38,7 +38,6 @@ const ASYMMETRIC: &[&str] = &[
     "ShadowMask",
     "Ssao",
     "Taa",
-    "VolumetricComposite",
 ];
 /// Kinds that keep a constant image as it is.
 const KEEPING: &[&str] = &[

@@ -1,0 +1,76 @@
+//! Volumes from images whose slices lie one below the other.
+
+use afterimage_media::{Picture, Pixels, Source, read};
+
+use super::{Folder, save_exact};
+
+/// Fog whose froxels each end a metre farther than the one before.
+const FOGGY: &str = "Pipeline(inputs: { \"fog\": Color(volume: true), \"in\": Color, \"depth\": Depth }, nodes: { \
+                     \"foggy\": VolumetricComposite(source: \"in\", depth: \"depth\", volume: \"fog\", \
+                     slices: Linear, near: 0.0, far: 4.0) }, outputs: { \"foggy\": \"foggy\" })";
+/// Metres, one for each column.
+const FAR: [f32; 6] = [0.0, 0.5, 1.0, 2.75, 4.0, 1000.0];
+
+fn picture(width: u32, height: u32, pixel: impl Fn(u32, u32) -> [f32; 4]) -> Picture {
+    let places = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
+    Picture::new(width, height, Pixels::Float(places.flat_map(|(x, y)| pixel(x, y)).collect()))
+}
+
+/// A scene, its depth, and a volume of 3 x 2 x 4 froxels: a metre of fog gives one of red light and takes an eighth.
+fn folder(test: &str) -> Folder {
+    let folder = Folder::new(test);
+    folder.with("foggy.ron", FOGGY.as_bytes());
+    save_exact(&folder.file("scene.exr"), &picture(6, 2, |_, _| [16.0, 4.0, 2.0, 1.0]));
+    save_exact(&folder.file("depth.exr"), &picture(6, 2, |x, _| [FAR[x as usize], 0.0, 0.0, 1.0]));
+    let fog = picture(3, 8, |_, y| {
+        let metres = (y / 2 + 1) as f32;
+        [metres, 0.0, 0.0, 1.0 - 0.125 * metres]
+    });
+    save_exact(&folder.file("fog.exr"), &fog);
+    folder
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_volume_comes_from_an_image_of_its_slices() {
+    let folder = folder("volume");
+    let given = "--input depth=depth.exr --input fog=fog.exr --slices 4";
+    folder.run(&format!("render foggy.ron scene.exr {given} -o out.exr --depth 32")).good();
+    let found = read(&Source::file(folder.file("out.exr"))).expect("a picture");
+    // The volume comes first in the pipeline, and has another size.
+    assert_eq!((found.width, found.height), (6, 2));
+    let pixels = found.pixels.to_f32();
+    for (index, pixel) in pixels.chunks_exact(4).enumerate() {
+        let metres = FAR[index % 6].min(4.0);
+        let passed = 1.0 - 0.125 * metres;
+        let wanted = [16.0 * passed + metres, 4.0 * passed, 2.0 * passed];
+        let is_near = (0..3).all(|channel| (pixel[channel] - wanted[channel]).abs() < 2e-3 * wanted[channel]);
+        assert!(is_near, "{metres} m: {pixel:?} instead of {wanted:?}");
+    }
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn slices_that_are_missing_do_not_divide_or_have_no_volume_are_errors() {
+    let folder = folder("no-volume");
+    let given = "render foggy.ron scene.exr --input depth=depth.exr --input fog=fog.exr -o out.exr";
+    folder.run(given).fails_saying(
+        1,
+        &[
+            "error: input `fog` is a volume, and the image does not say how deep",
+            "hint: state the number of slices, which lie one below the other: `--slices 64`",
+        ],
+    );
+    folder.run(&format!("{given} --slices 3")).fails_saying(
+        1,
+        &[
+            "error: input `fog`: the image has 8 rows, which 3 slices do not divide",
+            "hint: all slices have the same number of rows",
+        ],
+    );
+    folder.run(&format!("{given} --slices 0")).fails_saying(1, &["0 is not in 1..=2048"]);
+    folder
+        .run("render {lynx} scene.exr --slices 4 -o out.png")
+        .fails_saying(1, &["error: `--slices` is for images of volumes, and none is given"]);
+    assert_eq!(folder.names(), ["depth.exr", "fog.exr", "foggy.ron", "scene.exr"]);
+}
