@@ -221,6 +221,26 @@ fn a_buffer_that_is_computed_with_the_plan_holds_its_numbers_in_every_frame() {
     }
 }
 
+/// Textures of the old plan that hold light are left over, and have the size and format of the history.
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_history_begins_black_where_an_old_plan_has_left_textures() {
+    let mut player = Player::new();
+    let scene = flat(4, 2, 1.0);
+    let names = ["s", "t", "u", "v", "w"];
+    let nodes: String = names.iter().map(|name| format!("\"{name}\": Mark(source: \"scene\"), ")).collect();
+    let outputs: String = names.iter().map(|name| format!("\"{name}\": \"{name}\", ")).collect();
+    player.load(&Run::new(&graph_of(&nodes, &outputs)), &[("scene", &scene)]);
+    player.frame(&[("scene", &scene)], 0.1, false);
+    assert_eq!(names.map(|name| player.output(name).at(3, 1)[0]), [1.0; 5]);
+    let nodes = "\"b\": Mark(source: \"scene\"), \"p\": Mark(source: \"b@previous\")";
+    player.load(&Run::new(&graph_of(nodes, "\"p\": \"p\"")), &[("scene", &scene)]);
+    player.frame(&[("scene", &scene)], 0.1, false);
+    assert_eq!(player.output("p").at(3, 1)[0], 0.0);
+    player.frame(&[("scene", &scene)], 0.1, false);
+    assert_eq!(player.output("p").at(3, 1)[0], 1.0);
+}
+
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_draw_into_the_host_s_image_has_the_numbers_of_its_frame() {
