@@ -37,8 +37,8 @@ params! {
     /// + amount * light * scattered. Between texels the volume is filtered trilinearly, in w along the depth: the
     /// error falls with the square of the number of slices.
     /// Between `near` and the first texel, the fog begins with none; before `near` is none, and behind the last texel
-    /// is that of the last texel. The depth is the distance along the view axis in metres; the sky has a large one. Place it
-    /// before exposure. Alpha passes unchanged.
+    /// is that of the last texel. The depth is the distance along the view axis in metres; the sky has a large one.
+    /// Place it before exposure. Alpha passes unchanged.
     pub struct VolumetricComposite {
         /// How the slices lie between `near` and `far`.
         pub slices: VolumetricSlices = VolumetricSlices::Exponential;
