@@ -35,18 +35,17 @@ impl<'a> Images<'a> {
             has_rectangles: part.is_some(),
         };
         let mut unused = Some(scene);
-        for input in graph.inputs.iter().filter(|input| input.block.is_none()) {
+        for input in graph.inputs.iter().filter(|input| input.block.is_none() && !input.volume) {
             let view = match (input.name.as_str(), prepass) {
                 ("depth", prepass) => prepass.and_then(|prepass| prepass.depth_only_view()).map(|view| &**view),
                 ("normals", prepass) => prepass.and_then(|prepass| prepass.normal_view()).map(|view| &**view),
                 ("motion", prepass) => prepass.and_then(|prepass| prepass.motion_vectors_view()).map(|view| &**view),
-                _ if input.multisampled || input.volume => None,
+                _ if input.multisampled => None,
                 _ => unused.take(),
             };
             // With MSAA, what prepasses draw is multisampled, too.
             let fits = |view: &&wgpu::TextureView| (view.texture().sample_count() > 1) == input.multisampled;
-            let view = view.filter(|_| !input.volume).filter(fits);
-            if let Some(view) = view.filter(|_| images.count < MOST) {
+            if let Some(view) = view.filter(fits).filter(|_| images.count < MOST) {
                 images.inputs[images.count] = (&input.name, view);
                 images.rectangles[images.count + 1].0 = &input.name;
                 images.count += 1;

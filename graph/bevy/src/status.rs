@@ -1,4 +1,4 @@
-//! What becomes of a camera's wishes, for the game.
+//! The state of each camera's pipeline, for the game.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -6,8 +6,8 @@ use bevy::prelude::*;
 
 use crate::follow::Wanted;
 
-/// What has become of a camera's [`Afterimage`](crate::Afterimage), beside which it stands. It changes only when one of
-/// its fields does. Errors and warnings are logged, too, once each.
+/// The state of a camera's pipeline, beside its [`Afterimage`](crate::Afterimage). It changes only when one of its
+/// fields does. Errors and warnings are logged, too, once each.
 #[derive(Component, Clone, Debug, Default, PartialEq, Reflect)]
 #[reflect(Component, Clone, Debug, Default, PartialEq)]
 #[type_path = "bevy_afterimage"]

@@ -103,7 +103,7 @@ fn slider(graph: &Graph, name: &str) -> Option<Slider> {
     let declared = graph.declaration(place);
     let (low, high) = declared.usual.or(declared.domain).filter(|_| declared.ty == Type::Float)?;
     let Value::Float(written) = graph.value(place) else { return None };
-    // A longer one needs more room than there is.
+    // A longer one does not fit into the panel.
     let unit = declared.unit.to_string();
     let unit = if unit.len() > 6 { String::new() } else { unit };
     let range = (low as f32, high.min(low + 16.0) as f32);
