@@ -18,7 +18,7 @@ use afterimage_graph::document::parse;
 use afterimage_graph::node::{Arg, KernelCall};
 use afterimage_wgsl::Shader;
 
-use crate::support::gpu::{Picture, gpu, registry};
+use crate::support::gpu::{Picture, another_device, gpu, registry};
 
 /// The graph of a text at a tier.
 fn at_tier(text: &str, tier: Option<&str>) -> Graph {
@@ -30,10 +30,9 @@ fn at_tier(text: &str, tier: Option<&str>) -> Graph {
 /// A device without any optional feature.
 fn without_features() -> Gpu {
     let gpu = gpu();
-    let descriptor = wgpu::DeviceDescriptor { required_limits: gpu.adapter.limits(), ..Default::default() };
-    let (device, queue) = pollster::block_on(gpu.adapter.request_device(&descriptor)).expect("a plain device");
-    let caps = afterimage_gpu::caps(&gpu.adapter, &device);
-    Gpu { adapter: gpu.adapter.clone(), device, queue, caps }
+    let plain = another_device(&gpu, wgpu::Features::empty(), gpu.adapter.limits());
+    let caps = afterimage_gpu::caps(&plain.adapter, &plain.device);
+    Gpu { caps, ..plain }
 }
 
 /// A picture of one grey.

@@ -9,7 +9,8 @@ use afterimage_graph::check::{Condition, Graph, Source};
 use afterimage_graph::node::{ImageId, Pass, Resource};
 use afterimage_plan::codegen::codegen;
 use afterimage_plan::{
-    Alias, Batch, Lifetime, Options, PlacedPlan, Plan, PlannedPass, ScheduledPass, Stage, When, verify, verify_placed,
+    Alias, Batch, Lifetime, Options, PlacedPlan, Plan, PlannedPass, Requirement, ScheduledPass, Stage, When, verify,
+    verify_placed,
 };
 use petgraph::graph::{DiGraph, NodeIndex};
 
@@ -125,6 +126,21 @@ fn every_placement_gives_the_same_bits() {
             assert_eq!(film(&mut player, &Arc::new(moved), "picture"), wanted, "seed {seed}: {what}");
         }
     }
+}
+
+/// A plan for a device whose images need less memory than those of this one.
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn images_that_do_not_fit_their_places_have_memory_of_their_own() {
+    let mut player = Player::new();
+    let fits = planned(&player, &graph(SEEDS.start), "picture", |_| {});
+    let wanted = film(&mut player, &fits, "picture");
+    let mut tight = (*fits).clone();
+    for image in tight.images.iter_mut().filter(|image| image.offset.is_some()) {
+        (image.offset, image.requirement) = (Some(0), Some(Requirement { bytes: 1, alignment: 1 }));
+    }
+    player.renew();
+    assert_eq!(film(&mut player, &Arc::new(tight), "picture"), wanted);
 }
 
 /// What lay at the bottom of the heap lies at its top.

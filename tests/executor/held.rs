@@ -12,7 +12,7 @@ use afterimage_plan::{Alias, When};
 use wgpu::{TextureFormat, TextureUsages};
 
 use super::lively;
-use crate::support::gpu::{Run, built_in};
+use crate::support::gpu::{Run, another_device, built_in};
 use crate::support::player::Player;
 
 /// A player on a device of an instance that no other test uses, which may have lower limits than its adapter.
@@ -20,17 +20,10 @@ fn alone(lower: impl FnOnce(&mut wgpu::Limits)) -> (wgpu::Instance, Player) {
     let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
     let wanted = std::env::var("AFTERIMAGE_ADAPTER").ok();
     let opened = pollster::block_on(Gpu::open_on(&instance, wanted.as_deref()));
-    let mut gpu = opened.unwrap_or_else(|error| panic!("{error}"));
+    let gpu = opened.unwrap_or_else(|error| panic!("{error}"));
     let mut limits = gpu.device.limits();
     lower(&mut limits);
-    let descriptor = wgpu::DeviceDescriptor {
-        required_features: gpu.device.features(),
-        required_limits: limits,
-        ..Default::default()
-    };
-    let opened = pollster::block_on(gpu.adapter.request_device(&descriptor));
-    (gpu.device, gpu.queue) = opened.unwrap_or_else(|error| panic!("{error}"));
-    (instance, Player::on(gpu))
+    (instance, Player::on(another_device(&gpu, gpu.device.features(), limits)))
 }
 
 /// How many textures and render pipelines there are.

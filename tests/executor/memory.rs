@@ -1,13 +1,13 @@
 //! Buffers that outlive frames: where they begin, and that they go on through a change of plan.
 
-use afterimage_gpu::Frame;
+use afterimage_gpu::{Frame, FrameStep, GpuError, InputImage, PostError};
 use afterimage_graph::check::{CheckOptions, Graph, check};
 use afterimage_graph::document::parse;
 use afterimage_graph::node::{NodeKind, Registry};
 use afterimage_graph::prelude::*;
 
 use super::{flat, without_features};
-use crate::support::gpu::Run;
+use crate::support::gpu::{Picture, Run};
 use crate::support::player::Player;
 
 static COUNT: Shader = Shader::new(
@@ -98,6 +98,33 @@ fn memory_that_begins_with_a_plan_begins_as_in_a_first_frame_and_the_other_goes_
     assert_eq!(step(&mut player, false, "a"), [3.0, 13.0]);
     assert_eq!(counts(&player, "b"), [1.0, 11.0], "the new memory begins with this frame");
     assert_eq!(step(&mut player, false, "b"), [2.0, 12.0], "and only with this one");
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn memory_begins_again_after_a_frame_that_the_queue_refuses() {
+    let player = Player::new();
+    let nodes = "\"a\": Count(source: \"scene\"), \"soft\": Gaussian(source: \"scene\", sigma: 1.0)";
+    let graph = graph_of(nodes, "\"a\": \"a\", \"soft\": \"soft\"");
+    let mut session = Run::new(&graph).session(&player.gpu);
+    let desc = ImageDesc::new(Size::new(4, 2)).format(Format::Rgba32Float);
+    let [lasting, destroyed] = [(); 2].map(|()| player.upload(&flat(4, 2, 1.0)));
+    let mut frame = |view: &wgpu::TextureView| {
+        let images = [InputImage { input: "scene".into(), view: view.clone(), desc, finite: false }];
+        session.render(desc.size, &images, FrameStep { time: 0.0, dt: 0.1, reset: false })?;
+        let [red, green, ..] = Picture::of(&session.output("a")?).at(3, 1);
+        Ok::<_, PostError>([red, green])
+    };
+    assert_eq!(frame(&lasting).unwrap(), [1.0, 11.0]);
+    assert_eq!(frame(&destroyed).unwrap(), [2.0, 12.0]);
+    destroyed.texture().destroy();
+    let error = frame(&destroyed).expect_err("a blur reads the texture");
+    assert!(
+        matches!(&error, PostError::Gpu(GpuError::Refused { what, .. }) if what == "the commands of a frame"),
+        "{error}"
+    );
+    assert_eq!(frame(&lasting).unwrap(), [1.0, 11.0]);
+    assert_eq!(frame(&lasting).unwrap(), [2.0, 12.0]);
 }
 
 static MARK: Shader = Shader::new(

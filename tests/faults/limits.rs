@@ -6,7 +6,7 @@ use afterimage_graph::check::Facts;
 use afterimage_graph::image::Size;
 use afterimage_plan::Options;
 
-use crate::support::gpu::{Picture, built_in};
+use crate::support::gpu::{Picture, another_device, built_in};
 
 /// What is lowered, and how.
 type Lowered = (&'static str, fn(&mut wgpu::Limits));
@@ -30,14 +30,7 @@ const LOWERED: &[Lowered] = &[
 fn open(whole: &Gpu, lower: fn(&mut wgpu::Limits)) -> Gpu {
     let mut limits = whole.device.limits();
     lower(&mut limits);
-    let descriptor = wgpu::DeviceDescriptor {
-        required_features: whole.device.features(),
-        required_limits: limits,
-        ..Default::default()
-    };
-    let opened = pollster::block_on(whole.adapter.request_device(&descriptor));
-    let (device, queue) = opened.unwrap_or_else(|error| panic!("{error}"));
-    Gpu { adapter: whole.adapter.clone(), device, queue, caps: whole.caps.clone() }
+    another_device(whole, whole.device.features(), limits)
 }
 
 fn frame(session: &mut Session, picture: &Picture) -> Result<Texels, PostError> {
@@ -76,4 +69,19 @@ fn what_a_device_refuses_is_an_error_and_the_old_plan_runs_on() {
         }
     }
     assert_eq!(unharmed, Vec::<&str>::new(), "these limits change nothing");
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn an_executor_that_could_not_be_made_says_so_for_every_plan() {
+    let opening = Opening { adapter: std::env::var("AFTERIMAGE_ADAPTER").ok(), validation: false };
+    let whole = Gpu::open(&opening).unwrap_or_else(|error| panic!("{error}"));
+    let gpu = open(&whole, |limits| limits.max_buffer_size = 4);
+    let picture = Picture::new(4, 2, |x, y| [x as f32, y as f32, 0.5, 1.0]);
+    let mut session = Session::new(&gpu, built_in("exposure.ron", None), Facts::default(), Options::default());
+    for _ in 0..2 {
+        let error = frame(&mut session, &picture).expect_err("the executor has no buffers");
+        let PostError::Gpu(GpuError::Refused { what, .. }) = error else { panic!("{error}") };
+        assert_eq!(what, "the executor");
+    }
 }

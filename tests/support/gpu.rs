@@ -35,6 +35,14 @@ impl Picture {
     }
 }
 
+/// Another device of the adapter, with these features and limits. Plans for it have the capabilities of the first.
+pub fn another_device(gpu: &Gpu, required_features: wgpu::Features, required_limits: wgpu::Limits) -> Gpu {
+    let descriptor = wgpu::DeviceDescriptor { required_features, required_limits, ..Default::default() };
+    let opened = pollster::block_on(gpu.adapter.request_device(&descriptor));
+    let (device, queue) = opened.unwrap_or_else(|error| panic!("{error}"));
+    Gpu { adapter: gpu.adapter.clone(), device, queue, caps: gpu.caps.clone() }
+}
+
 /// The shared device; one test at a time has it.
 pub fn gpu() -> MutexGuard<'static, Gpu> {
     static GPU: OnceLock<Mutex<Gpu>> = OnceLock::new();

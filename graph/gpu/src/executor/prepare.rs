@@ -78,11 +78,10 @@ impl PlanCompiler {
         if let Some(error) = &self.broken {
             return Err(error.clone());
         }
-        let placed_plan = keep_places(plan, before);
-        if let Some(old) = before.plan.as_ref().filter(|old| differ_in_uniforms_only(old, &placed_plan)) {
-            return Ok(Prepared::Numbers(placed_plan.plan, old.plan.clone()));
+        if let Some(old) = before.plan.as_ref().filter(|old| old.plan.differs_in_uniforms_only(&plan)) {
+            return Ok(Prepared::Numbers(plan, old.plan.clone()));
         }
-        let PlacedPlan { plan, placement } = placed_plan;
+        let PlacedPlan { plan, placement } = keep_places(plan, before);
         let passes = self.passes(&plan, before, threads)?;
         watched(&self.device, "the memory of the plan", || {
             let placed = self.place(&plan, &placement, before.placed.as_ref());
@@ -169,10 +168,6 @@ fn keep_places(plan: Arc<Plan>, before: &PreviousPlan) -> PlacedPlan {
         Some(old) => PlacedPlan::keeping(plan, old),
         None => PlacedPlan::new(plan),
     }
-}
-
-fn differ_in_uniforms_only(old: &PlacedPlan, new: &PlacedPlan) -> bool {
-    old.placement == new.placement && old.plan.differs_in_uniforms_only(&new.plan)
 }
 
 /// A pass whose pipeline is not compiled yet.
