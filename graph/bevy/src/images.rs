@@ -37,7 +37,9 @@ impl<'a> Images<'a> {
         let mut unused = Some(scene);
         for input in graph.inputs.iter().filter(|input| input.block.is_none() && !input.volume) {
             let view = match (input.name.as_str(), prepass) {
-                ("depth", prepass) => prepass.and_then(|prepass| prepass.depth_only_view()).map(|view| &**view),
+                // The texture has no stencil, and Bevy makes its view of the depth alone anew in each frame: bind groups
+                // would be, too.
+                ("depth", prepass) => prepass.and_then(|prepass| Some(&*prepass.depth.as_ref()?.texture.default_view)),
                 ("normals", prepass) => prepass.and_then(|prepass| prepass.normal_view()).map(|view| &**view),
                 ("motion", prepass) => prepass.and_then(|prepass| prepass.motion_vectors_view()).map(|view| &**view),
                 _ if input.multisampled => None,

@@ -40,6 +40,16 @@ pub use camera::{Afterimage, Setting, Target};
 use follow::{check_graphs, follow_assets, replace_others, restore_others, warn_of_others};
 pub use status::AfterimageStatus;
 
+/// What runs in a frame, for systems that must run before or after it.
+#[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum AfterimageSystems {
+    /// In `PostUpdate`: settings and assets of the cameras are looked at, and changes begin.
+    Follow,
+    /// In `Core3d` and `Core2d` of the render world: the pipeline of a camera is recorded. The camera's main texture has
+    /// the scene before, and after it the result, unless that goes to the output.
+    Record,
+}
+
 /// Loads pipelines and runs them on cameras with [`Afterimage`]. Add it after Bevy's own plugins.
 #[derive(Default)]
 pub struct AfterimagePlugin {
@@ -60,7 +70,9 @@ impl Plugin for AfterimagePlugin {
             .add_systems(PreUpdate, status::take_reports)
             .add_systems(
                 PostUpdate,
-                (restore_others, replace_others, warn_of_others, follow_assets, check_graphs).chain(),
+                (restore_others, replace_others, warn_of_others, follow_assets, check_graphs)
+                    .chain()
+                    .in_set(AfterimageSystems::Follow),
             );
         if let Some(render) = app.get_sub_app_mut(RenderApp) {
             render::build(render);

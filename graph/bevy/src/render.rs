@@ -18,6 +18,7 @@ use bevy::render::sync_world::MainEntity;
 use bevy::render::view::{ExtractedView, ResolvedCompositingSpace, ViewTarget};
 use bevy::render::{GpuResourceAppExt, Render, RenderSystems};
 
+use crate::AfterimageSystems;
 use crate::camera::Target;
 use crate::follow::{Settings, Wanted};
 use crate::images::{Images, part_of};
@@ -28,8 +29,16 @@ pub(crate) fn build(render: &mut SubApp) {
         // After a loss, Bevy makes these again on the new device.
         .init_gpu_resource::<Running>()
         .add_systems(Render, (output_without_copy, forget_cameras).in_set(RenderSystems::PrepareResources))
-        .add_systems(Core3d, afterimage.after(bloom).before(tonemapping).in_set(Core3dSystems::PostProcess))
-        .add_systems(Core2d, afterimage.after(bloom).before(tonemapping).in_set(Core2dSystems::PostProcess));
+        .configure_sets(
+            Core3d,
+            AfterimageSystems::Record.after(bloom).before(tonemapping).in_set(Core3dSystems::PostProcess),
+        )
+        .configure_sets(
+            Core2d,
+            AfterimageSystems::Record.after(bloom).before(tonemapping).in_set(Core2dSystems::PostProcess),
+        )
+        .add_systems(Core3d, afterimage.in_set(AfterimageSystems::Record))
+        .add_systems(Core2d, afterimage.in_set(AfterimageSystems::Record));
 }
 
 /// The pipelines of all cameras.
