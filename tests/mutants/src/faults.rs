@@ -56,3 +56,22 @@ impl Fault {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// [`Fault::put_into`] looks for each text in the code as it is now.
+    #[test]
+    fn the_lists_name_what_the_code_has() {
+        let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+        for (list, count) in [("planner", 10), ("gpu", 100)] {
+            let faults = read(&root.join(format!("tests/mutants/{list}.txt")).to_string_lossy());
+            assert!(faults.len() >= count, "{list}: {} faults", faults.len());
+            for fault in faults {
+                let text = std::fs::read_to_string(root.join(&fault.file)).unwrap_or_else(|why| panic!("{why}"));
+                assert!(fault.put_into(&text, 7).contains("crate::__mutant(7)"), "`{}` has no condition", fault.name);
+            }
+        }
+    }
+}
