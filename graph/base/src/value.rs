@@ -1,5 +1,6 @@
 //! Parameters and their values. Each parameter is declared once, and everything else is derived from the declaration.
 
+use std::fmt::Write;
 use std::ops::RangeInclusive;
 use std::sync::Arc;
 
@@ -298,7 +299,25 @@ macro_rules! param_type {
 
 // Floats are converted through their shortest decimal form, so that a default of 0.1f32 prints as 0.1.
 fn widen(x: f32) -> f64 {
-    x.to_string().parse().expect("a float's own text is a number")
+    let mut digits = Digits { bytes: [0; 24], length: 0 };
+    write!(digits, "{x:e}").expect("a float has at most nine digits, a point, an exponent and two signs");
+    let text = std::str::from_utf8(&digits.bytes[..digits.length]).expect("it is ASCII");
+    text.parse().expect("a float's own text is a number")
+}
+
+/// The text of a number, without an allocation: hosts set parameters in every frame.
+struct Digits {
+    bytes: [u8; 24],
+    length: usize,
+}
+
+impl Write for Digits {
+    fn write_str(&mut self, text: &str) -> std::fmt::Result {
+        let end = self.length + text.len();
+        self.bytes.get_mut(self.length..end).ok_or(std::fmt::Error)?.copy_from_slice(text.as_bytes());
+        self.length = end;
+        Ok(())
+    }
 }
 
 fn widen_all<const N: usize>(v: [f32; N]) -> Value {

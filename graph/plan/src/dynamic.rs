@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 
 use afterimage_graph::check::Graph;
-use afterimage_graph::node::{Arrivals, KernelOrigin, NodeInstance, Pass, Recording, VirtualBuffer, VirtualImage};
+use afterimage_graph::node::{Arrivals, KernelOrigin, NodeInstance, Recording, Replay};
 
 use crate::plan::Plan;
-use crate::record::record_node;
+use crate::record::{record_node, replay_node};
 use crate::request::PlanRequest;
 use crate::setting::{FrameSetting, NodeSetting};
 
@@ -27,19 +27,9 @@ pub struct DynamicNodes {
 #[derive(Clone, Debug)]
 struct DynamicNode {
     setting: NodeSetting,
-    made: Made,
+    replay: Replay,
     /// For each kernel the places of its uniform in the buffer: none if it is culled.
     places: Vec<Vec<u64>>,
-}
-
-/// What a node has recorded, without its uniforms.
-#[derive(Clone, Debug, PartialEq)]
-struct Made {
-    images: Vec<VirtualImage>,
-    buffers: Vec<VirtualBuffer>,
-    passes: Vec<Pass>,
-    /// The lengths of the uniforms of all kernels.
-    lengths: Vec<usize>,
 }
 
 /// A node records other passes at its new values, so they need a new plan.
@@ -74,11 +64,14 @@ impl DynamicRecords {
         let frame = FrameSetting::new(request);
         let mut nodes = BTreeMap::new();
         for (index, setting) in self.settings {
-            let (made, uniforms) = again(&frame, &graph.nodes[index].instance, &setting, &mut self.recording);
-            let places = (0..uniforms.len())
+            let before = [self.recording.images.len(), self.recording.buffers.len()];
+            record_node(&frame, &graph.nodes[index].instance, &setting, &mut self.recording);
+            let replay = Replay::new(&mut self.recording, before);
+            self.recording.computed.clear();
+            let places = (0..replay.kernels())
                 .map(|kernel| plan.uniform_places(KernelOrigin::Node { node: index, kernel }))
                 .collect();
-            nodes.insert(index, DynamicNode { setting, made, places });
+            nodes.insert(index, DynamicNode { setting, replay, places });
         }
         DynamicNodes { frame, nodes, identities: self.identities, recording: self.recording }
     }
@@ -102,37 +95,14 @@ impl DynamicNodes {
                 return Err(NeedsPlan);
             }
         }
-        let Some(node) = self.nodes.get(&index) else { return Ok(()) };
-        let (made, uniforms) = again(&self.frame, instance, &node.setting, &mut self.recording);
-        if made != node.made {
-            return Err(NeedsPlan);
-        }
+        let Some(node) = self.nodes.get_mut(&index) else { return Ok(()) };
+        replay_node(&self.frame, instance, &node.setting, (&mut self.recording, &mut node.replay));
+        // Other values may compute other texels.
+        self.recording.computed.clear();
+        let uniforms = node.replay.finish(&mut self.recording).ok_or(NeedsPlan)?;
         for (bytes, places) in uniforms.iter().zip(&node.places) {
             places.iter().for_each(|place| write(*place, bytes));
         }
         Ok(())
     }
-}
-
-/// Records a node behind what `recording` holds, and takes it away: what it is, and its uniforms.
-fn again(
-    frame: &FrameSetting,
-    instance: &NodeInstance,
-    setting: &NodeSetting,
-    recording: &mut Recording,
-) -> (Made, Vec<Vec<u8>>) {
-    let (images, buffers) = (recording.images.len(), recording.buffers.len());
-    record_node(frame, instance, setting, recording);
-    // Other values may compute other texels.
-    recording.computed.clear();
-    let mut passes = std::mem::take(&mut recording.passes);
-    let kernels = passes.iter_mut().flat_map(|pass| &mut pass.kernels);
-    let uniforms: Vec<Vec<u8>> = kernels.map(|kernel| std::mem::take(&mut kernel.uniform)).collect();
-    let made = Made {
-        images: recording.images.split_off(images),
-        buffers: recording.buffers.split_off(buffers),
-        passes,
-        lengths: uniforms.iter().map(Vec::len).collect(),
-    };
-    (made, uniforms)
 }

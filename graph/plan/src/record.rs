@@ -14,9 +14,10 @@ use crate::specialize::{SpecializedGraph, WireSource};
 use afterimage_base::image::{ImageDesc, Signedness};
 use afterimage_graph::check::{Graph, GraphInput, ImageColors, Source};
 use afterimage_graph::node::{
-    Arg, Arrival, BlockId, ImageColor, ImageId, KernelOrigin, NodeColors, NodeInstance, Origin, Pass, Recorder,
-    RecorderContext, Recording, Resource, VirtualImage,
+    Arg, Arrival, BlockId, ImageColor, ImageId, KernelOrigin, NodeColors, NodeInstance, NodeKind, Origin, Pass,
+    Recorder, RecorderContext, Recording, Replay, Resource, VirtualImage,
 };
+use afterimage_wgsl::UniformValue;
 
 /// How often sizes of histories are inferred again before they count as unstable.
 const ROUNDS: usize = 8;
@@ -342,10 +343,32 @@ pub(crate) fn record_node(
     setting: &NodeSetting,
     recording: &mut Recording,
 ) -> Vec<Arrival> {
-    let context = RecorderContext {
+    let values = (instance.kind(), instance.uniform_values());
+    let mut recorder = Recorder::new(context(frame, setting, values), recording);
+    instance.record(&mut recorder);
+    recorder.finish()
+}
+
+/// Lets a node record its passes again at other values.
+pub(crate) fn replay_node(
+    frame: &FrameSetting,
+    instance: &NodeInstance,
+    setting: &NodeSetting,
+    (recording, replay): (&mut Recording, &mut Replay),
+) {
+    let values = (instance.kind(), instance.uniform_values());
+    instance.record(&mut Recorder::again(context(frame, setting, values), recording, replay));
+}
+
+fn context<'a>(
+    frame: &'a FrameSetting,
+    setting: &'a NodeSetting,
+    (kind, parameters): (&'a NodeKind, Vec<(&'a str, UniformValue)>),
+) -> RecorderContext<'a> {
+    RecorderContext {
         node: &setting.name,
-        kind: instance.kind().signature(),
-        parameters: instance.uniform_values(),
+        kind: kind.signature(),
+        parameters,
         dynamic: &setting.dynamic,
         arrivals: &setting.arrivals,
         format: setting.format,
@@ -354,8 +377,5 @@ pub(crate) fn record_node(
         exact: frame.exact,
         wanted: &setting.wanted,
         colors: NodeColors { inputs: &setting.inputs, outputs: &setting.outputs },
-    };
-    let mut recorder = Recorder::new(context, recording);
-    instance.record(&mut recorder);
-    recorder.finish()
+    }
 }

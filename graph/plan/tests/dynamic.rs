@@ -115,6 +115,33 @@ fn values_that_need_another_plan_are_found() {
     assert_eq!(moving.dynamic.uniforms(bright.node, other, &mut write), Ok(()), "it is not dynamic, so it stays");
 }
 
+/// A recording that differs leaves nothing behind, neither passes nor uniforms.
+#[test]
+fn values_that_fit_again_have_their_uniforms() {
+    let graph = checked(LOOK);
+    let [strength, blend] = ["lit.strength", "lit.blend"].map(|name| graph.parameter(name).unwrap());
+    let mut moving = planned(&graph, &BTreeSet::from([strength]), &[("emissive", true)]);
+    let mut changed = graph.clone();
+    for value in [0.25, 0.5, 0.75] {
+        let instance = &mut changed.nodes[blend.node].instance;
+        instance.set(blend.index, Value::Choice("Screen"));
+        assert_eq!(moving.dynamic.uniforms(blend.node, instance, &mut |_, _| ()), Err(NeedsPlan));
+        instance.set(blend.index, Value::Choice("Add"));
+        instance.set(strength.index, Value::Float(value));
+        let mut bytes = moving.plan.uniform_buffer();
+        let mut writes = 0;
+        let mut write = |at: u64, new: &[u8]| {
+            writes += 1;
+            bytes[at as usize..at as usize + new.len()].copy_from_slice(new);
+        };
+        assert_eq!(moving.dynamic.uniforms(strength.node, instance, &mut write), Ok(()));
+        assert_eq!(writes, 1);
+        assert_ne!(bytes, moving.plan.uniform_buffer(), "{value} is another value");
+        let fresh = planned(&changed, &BTreeSet::from([strength]), &[("emissive", true)]);
+        assert_eq!(bytes, fresh.plan.uniform_buffer(), "{value}");
+    }
+}
+
 #[test]
 fn a_parameter_is_found_by_its_name_and_near_names_are_suggested() {
     let graph = checked(LOOK);

@@ -30,7 +30,7 @@ pub use pass::{CellReduce, Pass, PassKind, PassResult, RowDownsample, TileStage,
 pub use ports::{Fallback, Input, Output, OutputState, PortType, Signature};
 pub use recorder::{
     Arrival, AttachmentPass, ComputePass, DrawPass, FunctionPass, NodeColors, Recorder, RecorderContext, Recording,
-    WarpPass,
+    Replay, WarpPass,
 };
 pub use registry::{DuplicateKind, Registry};
 pub use resource::{BlockId, BufferId, BufferLife, ImageId, Origin, Resource, VirtualBuffer, VirtualImage};

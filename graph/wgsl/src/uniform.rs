@@ -6,8 +6,12 @@ use afterimage_base::value::Value;
 /// A value on its way into a uniform.
 #[derive(Clone, Debug, PartialEq)]
 pub enum UniformValue {
-    /// One or more numbers; an array's elements one after the other.
+    /// The first of these are one to four numbers.
+    Few([f32; 4], usize),
+    /// Any number of numbers; an array's elements one after the other.
     Floats(Vec<f32>),
+    /// One whole number.
+    Int(i64),
     /// One or more whole numbers.
     Ints(Vec<i64>),
 }
@@ -22,21 +26,24 @@ macro_rules! uniform_from {
     };
 }
 
-uniform_from!(f32, me => Self::Floats(vec![me]));
-uniform_from!(f64, me => Self::Floats(vec![me as f32]));
-uniform_from!(u32, me => Self::Ints(vec![i64::from(me)]));
-uniform_from!(i32, me => Self::Ints(vec![i64::from(me)]));
-uniform_from!(bool, me => Self::Ints(vec![i64::from(me)]));
+uniform_from!(f32, me => Self::Few([me, 0.0, 0.0, 0.0], 1));
+uniform_from!(f64, me => Self::from(me as f32));
+uniform_from!(u32, me => Self::Int(i64::from(me)));
+uniform_from!(i32, me => Self::Int(i64::from(me)));
+uniform_from!(bool, me => Self::Int(i64::from(me)));
 
 impl<const N: usize> From<[f32; N]> for UniformValue {
     fn from(me: [f32; N]) -> Self {
-        Self::Floats(me.to_vec())
+        if N > 4 {
+            return Self::Floats(me.to_vec());
+        }
+        Self::Few(std::array::from_fn(|at| me.get(at).copied().unwrap_or(0.0)), N)
     }
 }
 
 impl<const N: usize> From<[f64; N]> for UniformValue {
     fn from(me: [f64; N]) -> Self {
-        Self::Floats(me.iter().map(|x| *x as f32).collect())
+        Self::from(me.map(|x| x as f32))
     }
 }
 
@@ -55,10 +62,10 @@ impl<const N: usize> From<&[[f32; N]]> for UniformValue {
 impl From<&Value> for UniformValue {
     fn from(me: &Value) -> Self {
         match me {
-            Value::Bool(v) => Self::Ints(vec![i64::from(*v)]),
-            Value::Int(v) => Self::Ints(vec![*v]),
-            Value::Float(v) => Self::Floats(vec![*v as f32]),
-            Value::Vector(v, n) => Self::Floats(v[..*n].iter().map(|x| *x as f32).collect()),
+            Value::Bool(v) => Self::Int(i64::from(*v)),
+            Value::Int(v) => Self::Int(*v),
+            Value::Float(v) => Self::from(*v),
+            Value::Vector(v, n) => Self::Few(v.map(|x| x as f32), *n),
             // Choices pick functions, texts pick parts of files, and files become images: none is a number.
             Value::Choice(_) | Value::Text(_) | Value::File(_) => Self::Floats(Vec::new()),
         }
@@ -68,20 +75,36 @@ impl From<&Value> for UniformValue {
 impl UniformValue {
     fn len(&self) -> usize {
         match self {
+            Self::Few(_, length) => *length,
             Self::Floats(v) => v.len(),
+            Self::Int(_) => 1,
             Self::Ints(v) => v.len(),
         }
     }
 
     fn word(&self, index: usize, scalar: ScalarKind) -> [u8; 4] {
-        match (self, scalar) {
-            (Self::Floats(v), ScalarKind::Float) => v[index].to_le_bytes(),
-            (Self::Floats(v), ScalarKind::Int) => (v[index] as i32).to_le_bytes(),
-            (Self::Floats(v), ScalarKind::Uint) => (v[index] as u32).to_le_bytes(),
-            (Self::Ints(v), ScalarKind::Float) => (v[index] as f32).to_le_bytes(),
-            (Self::Ints(v), ScalarKind::Int) => (v[index] as i32).to_le_bytes(),
-            (Self::Ints(v), ScalarKind::Uint) => (v[index] as u32).to_le_bytes(),
+        match self {
+            Self::Few(v, _) => of_float(v[index], scalar),
+            Self::Floats(v) => of_float(v[index], scalar),
+            Self::Int(v) => of_int(*v, scalar),
+            Self::Ints(v) => of_int(v[index], scalar),
         }
+    }
+}
+
+fn of_float(value: f32, scalar: ScalarKind) -> [u8; 4] {
+    match scalar {
+        ScalarKind::Float => value.to_le_bytes(),
+        ScalarKind::Int => (value as i32).to_le_bytes(),
+        ScalarKind::Uint => (value as u32).to_le_bytes(),
+    }
+}
+
+fn of_int(value: i64, scalar: ScalarKind) -> [u8; 4] {
+    match scalar {
+        ScalarKind::Float => (value as f32).to_le_bytes(),
+        ScalarKind::Int => (value as i32).to_le_bytes(),
+        ScalarKind::Uint => (value as u32).to_le_bytes(),
     }
 }
 
@@ -92,15 +115,38 @@ impl Reflection {
     /// # Errors
     /// A struct that does not exist, and a member without a value or with too many numbers.
     pub fn pack(&self, ty: &str, values: &[(&str, UniformValue)]) -> Result<Vec<u8>, String> {
+        self.pack_lists(ty, [values, &[]])
+    }
+
+    /// The same for two lists, of which the second counts where both have a value.
+    ///
+    /// # Errors
+    /// As [`pack`](Self::pack).
+    pub fn pack_lists(&self, ty: &str, values: [&[(&str, UniformValue)]; 2]) -> Result<Vec<u8>, String> {
+        let mut bytes = vec![0; self.size(ty).unwrap_or(0)];
+        self.pack_into(ty, values, &mut bytes)?;
+        Ok(bytes)
+    }
+
+    /// The bytes of the uniform struct `ty`, if there is one.
+    pub fn size(&self, ty: &str) -> Option<usize> {
+        self.layout(ty).map(|layout| layout.size as usize)
+    }
+
+    /// The same over bytes of that [`size`](Self::size).
+    ///
+    /// # Errors
+    /// As [`pack`](Self::pack).
+    pub fn pack_into(&self, ty: &str, values: [&[(&str, UniformValue)]; 2], bytes: &mut [u8]) -> Result<(), String> {
         let layout = self.layout(ty).ok_or_else(|| format!("there is no struct `{ty}`"))?;
-        let mut bytes = vec![0; layout.size as usize];
+        bytes.fill(0);
         for member in &layout.members {
             let error = |why: String| format!("`{ty}.{}` {why}", member.name);
-            let value = values.iter().rev().find(|(name, _)| *name == member.name);
+            let value = values.iter().flat_map(|list| list.iter()).rev().find(|(name, _)| *name == member.name);
             let (_, value) = value.ok_or_else(|| error("has no value".into()))?;
-            write_member(&mut bytes, member, value).map_err(error)?;
+            write_member(bytes, member, value).map_err(error)?;
         }
-        Ok(bytes)
+        Ok(())
     }
 }
 

@@ -29,7 +29,7 @@ use crate::cache;
 use crate::heap;
 use crate::layout::sampler;
 use crate::pipelines::Pipelines;
-use crate::platform::{TaskPool, Worker, caught, scoped, watched};
+use crate::platform::{TaskPool, Worker, caught, scoped, watched, write};
 use crate::store::Store;
 use crate::{Gpu, GpuError};
 pub use frame::Frame;
@@ -173,10 +173,8 @@ impl Executor {
         let Some(loaded) = &mut self.loaded else { return Ok(()) };
         // The bytes may have none of the rectangles, which lie between parameters.
         loaded.forget_rectangles();
-        let what = "the parameters of the plan";
-        scoped(&self.compiler.device, what, || {
-            caught(what, || self.queue.write_buffer(&loaded.uniforms, offset, bytes))
-        })
+        let queue = (&self.compiler.device, &self.queue);
+        write(queue, "the parameters of the plan", (&loaded.uniforms, offset), bytes)
     }
 
     /// What plans for this executor may rely on.

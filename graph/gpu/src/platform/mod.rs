@@ -21,9 +21,9 @@ pub type Task = Box<dyn FnOnce() + Send>;
 pub type TaskPool = std::sync::Arc<dyn Fn(Task) + Send + Sync>;
 
 #[cfg(not(target_family = "wasm"))]
-pub(crate) use native::{caught, scoped, wait, watched};
+pub(crate) use native::{caught, scoped, wait, watched, write};
 pub(crate) use submit::submit;
 #[cfg(not(target_family = "wasm"))]
 pub(crate) use threads::{Worker, on_threads};
 #[cfg(target_family = "wasm")]
-pub(crate) use web::{Worker, caught, on_threads, scoped, watched};
+pub(crate) use web::{Worker, caught, on_threads, scoped, watched, write};

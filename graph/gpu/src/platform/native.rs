@@ -34,6 +34,22 @@ pub(crate) fn scoped<T, E: From<GpuError>>(
     }
 }
 
+/// Writes to a valid buffer of ours. Only memory for the copy can be missing, so that one scope is enough: hosts set
+/// parameters in every frame. wgpu drops what is written to a lost device without an error.
+pub(crate) fn write(
+    (device, queue): (&wgpu::Device, &wgpu::Queue),
+    what: &str,
+    (buffer, offset): (&wgpu::Buffer, u64),
+    bytes: &[u8],
+) -> Result<(), GpuError> {
+    let memory = device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
+    let written = caught(what, || queue.write_buffer(buffer, offset, bytes));
+    match pollster::block_on(memory.pop()) {
+        Some(error) => Err(GpuError::OutOfMemory { what: format!("{what} ({error})") }),
+        None => written,
+    }
+}
+
 /// The result of `make`, and what the device reports: that memory is missing, and any other error.
 fn with_errors<T>(device: &wgpu::Device, make: impl FnOnce() -> T) -> (T, Option<wgpu::Error>, Option<wgpu::Error>) {
     let memory = device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);

@@ -92,12 +92,6 @@ impl ComputePass<'_, '_> {
             ..KernelCall::function(recorder.node, shader, entry, &[])
         };
         let nodes = vec![recorder.node.to_owned()];
-        recorder.recording.passes.push(Pass {
-            nodes,
-            label,
-            kernels: vec![kernel],
-            results: Vec::new(),
-            kind: PassKind::Compute,
-        });
+        recorder.add_pass(Pass { nodes, label, kernels: vec![kernel], results: Vec::new(), kind: PassKind::Compute });
     }
 }

@@ -3,7 +3,7 @@
 use super::{Arrival, Recorder, shape};
 use crate::node::drawing::Subresource;
 use crate::node::kernel::{Arg, Argument, ByRows, KernelCall};
-use crate::node::pass::{Pass, PassKind};
+use crate::node::pass::{Pass, PassKind, PassResult};
 use crate::node::resource::{BlockId, ImageId};
 use afterimage_base::Shared;
 use afterimage_base::image::ImageDesc;
@@ -14,11 +14,12 @@ pub struct FunctionPass<'r, 'a> {
     pub(super) recorder: &'r mut Recorder<'a>,
     pub(super) shader: Shared<Shader>,
     pub(super) function: Shared<str>,
-    pub(super) label: String,
+    /// The name of the function unless the node says more.
+    pub(super) label: Option<String>,
     pub(super) reads: Vec<(Shared<str>, ImageId)>,
     pub(super) levels: Vec<(&'static str, Subresource)>,
-    /// The parameters, and after them what the node computes.
-    pub(super) uniform: Vec<(&'a str, UniformValue)>,
+    /// What the node computes for the uniform, beside its parameters.
+    pub(super) computed: Vec<(&'static str, UniformValue)>,
     pub(super) reach: Option<f32>,
     pub(super) promises: Vec<&'static str>,
     pub(super) by_rows: Option<ByRows>,
@@ -34,15 +35,14 @@ impl<'a> Recorder<'a> {
         function: impl Into<Shared<str>>,
     ) -> FunctionPass<'_, 'a> {
         let (shader, function) = (shader.into(), function.into());
-        let (label, uniform) = (function.to_string(), self.parameters.clone());
         FunctionPass {
             recorder: self,
             shader,
             function,
-            label,
+            label: None,
             reads: Vec::new(),
             levels: Vec::new(),
-            uniform,
+            computed: Vec::new(),
             reach: None,
             promises: Vec::new(),
             by_rows: None,
@@ -54,7 +54,7 @@ impl<'a> Recorder<'a> {
 impl FunctionPass<'_, '_> {
     /// What the pass does, for people; the function's name by default.
     pub fn label(mut self, label: impl Into<String>) -> Self {
-        self.label = label.into();
+        self.label = Some(label.into());
         self
     }
 
@@ -74,7 +74,7 @@ impl FunctionPass<'_, '_> {
 
     /// A number that the node computes for its uniform; replaces a parameter of the same name.
     pub fn set(mut self, name: &'static str, value: impl Into<UniformValue>) -> Self {
-        self.uniform.push((name, value.into()));
+        self.computed.push((name, value.into()));
         self
     }
 
@@ -120,33 +120,83 @@ impl FunctionPass<'_, '_> {
     }
 
     /// Records the pass; the result goes to an image made before.
-    pub fn write_to(self, result: ImageId) {
-        let kernel = self.call();
+    pub fn write_to(mut self, result: ImageId) {
         let desc = self.recorder.desc(result);
         assert!(desc.is_plain(), "`{}` writes an image of one sample, level and layer: {}", self.function, shape(desc));
+        if let Some(replay) = self.recorder.replay.take() {
+            let is_equal = replay.expected().is_some_and(|expected| self.is_as(expected, result));
+            replay.step(is_equal.then_some(|uniform: &mut [u8]| self.pack_into(uniform)));
+            self.recorder.replay = Some(replay);
+            return;
+        }
+        let kernel = self.call();
         let nodes = vec![self.recorder.node.to_owned()];
-        let mut pass = Pass::of_functions(nodes, self.label, vec![kernel], result);
+        let label = self.label.take().unwrap_or_else(|| self.function.to_string());
+        let mut pass = Pass::of_functions(nodes, label, vec![kernel], result);
         if let Some(invocations) = self.workgroup {
             pass.kind = PassKind::Workgroup(invocations);
         }
-        self.recorder.recording.passes.push(pass);
+        self.recorder.add_pass(pass);
+    }
+
+    /// Whether the pass is this one, but for its uniform.
+    fn is_as(&self, expected: &Pass, result: ImageId) -> bool {
+        let ([kernel], [PassResult { kernel: 0, image }]) = (expected.kernels.as_slice(), expected.results.as_slice())
+        else {
+            return false;
+        };
+        let declaration = self.declaration();
+        let is_kind = match (self.workgroup, &expected.kind) {
+            (Some(invocations), PassKind::Workgroup(expected)) => invocations == *expected,
+            (None, PassKind::Point | PassKind::Gather) => true,
+            _ => false,
+        };
+        is_kind
+            && *image == result
+            && kernel.function == self.function
+            && kernel.shader == self.shader
+            && expected.label == *self.label.as_deref().unwrap_or(&self.function)
+            && (kernel.reach, kernel.by_rows, kernel.warp) == (self.reach, self.by_rows, None)
+            && kernel.promises == self.promises
+            && kernel.args.iter().enumerate().all(|(at, arg)| arg.value == self.arg(declaration, at))
+    }
+
+    /// Writes the uniform over one of the same length; whether it has that length.
+    fn pack_into(&self, uniform: &mut [u8]) -> bool {
+        let reflection = self.recorder.reflection(&self.shader);
+        let Some(ty) = self.params() else { return uniform.is_empty() };
+        let values = [&self.recorder.parameters[..], &self.computed];
+        if reflection.size(ty) != Some(uniform.len()) {
+            return false;
+        }
+        reflection.pack_into(ty, values, uniform).unwrap_or_else(|why| panic!("{:?}: {why}", self.shader));
+        true
+    }
+
+    fn declaration(&self) -> &Function {
+        let function = self.recorder.reflection(&self.shader).function(&self.function);
+        function.unwrap_or_else(|| panic!("{:?} has no kernel function `{}`", self.shader, self.function))
+    }
+
+    /// The struct of the function's `params`, if it has some.
+    fn params(&self) -> Option<&str> {
+        self.declaration().args.iter().find_map(|(name, ty)| match ty {
+            ArgType::Struct(ty) if name == "params" => Some(ty.as_str()),
+            _ => None,
+        })
     }
 
     /// The call of the function.
     pub(super) fn call(&self) -> KernelCall {
         let reflection = self.recorder.reflection(&self.shader);
-        let function = reflection.function(&self.function);
-        let function =
-            function.unwrap_or_else(|| panic!("{:?} has no kernel function `{}`", self.shader, self.function));
+        let function = self.declaration();
         let arg = |(index, (name, _)): (usize, &(String, _))| Argument {
             name: name.clone(),
             value: self.arg(function, index),
         };
         let args = function.args.iter().enumerate().map(arg).collect();
-        let uniform = function.args.iter().find_map(|(name, ty)| match ty {
-            ArgType::Struct(ty) if name == "params" => Some(reflection.pack(ty, &self.uniform)),
-            _ => None,
-        });
+        let values = [&self.recorder.parameters[..], &self.computed];
+        let uniform = self.params().map(|ty| reflection.pack_lists(ty, values));
         let uniform = uniform.transpose().unwrap_or_else(|why| panic!("{:?}: {why}", self.shader));
         let call = KernelCall::function(self.recorder.node, self.shader.clone(), self.function.clone(), &[]);
         KernelCall {

@@ -5,14 +5,17 @@ mod compute;
 mod draw;
 mod draw_rules;
 mod function;
+mod recording;
+mod replay;
 mod warp;
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 
 pub use compute::ComputePass;
 pub use draw::{AttachmentPass, DrawPass};
 pub use function::FunctionPass;
+pub use recording::Recording;
+pub use replay::Replay;
 pub use warp::WarpPass;
 
 use super::color::ImageColor;
@@ -41,46 +44,6 @@ pub enum Arrival {
     Absent,
 }
 
-/// The images, buffers and passes that nodes have recorded.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Recording {
-    /// The images, by [`ImageId`].
-    pub images: Vec<VirtualImage>,
-    /// The buffers, by [`BufferId`].
-    pub buffers: Vec<VirtualBuffer>,
-    /// The passes, in the order in which they were recorded.
-    pub passes: Vec<Pass>,
-    /// The bytes of [computed](Recorder::computed) images, by their labels.
-    pub computed: BTreeMap<String, Arc<[u8]>>,
-    /// The bytes that computed images may have together, if that is limited. What exceeds them is not computed: it is
-    /// all zeros, and whoever sets the limit does not run the recording.
-    pub most_computed: Option<u64>,
-}
-
-impl Recording {
-    /// The image with that id.
-    pub fn image(&self, id: ImageId) -> &VirtualImage {
-        &self.images[id.0 as usize]
-    }
-
-    /// The buffer with that id.
-    pub fn buffer(&self, id: BufferId) -> &VirtualBuffer {
-        &self.buffers[id.0 as usize]
-    }
-
-    /// Adds an image.
-    pub fn add_image(&mut self, image: VirtualImage) -> ImageId {
-        self.images.push(image);
-        ImageId(self.images.len() as u32 - 1)
-    }
-
-    /// Adds a buffer.
-    pub fn add_buffer(&mut self, buffer: VirtualBuffer) -> BufferId {
-        self.buffers.push(buffer);
-        BufferId(self.buffers.len() as u32 - 1)
-    }
-}
-
 /// What a node gets: its parameters and inputs, and the recording to which it adds passes.
 pub struct Recorder<'a> {
     node: &'a str,
@@ -95,6 +58,8 @@ pub struct Recorder<'a> {
     wanted: &'a [bool],
     colors: NodeColors<'a>,
     recording: &'a mut Recording,
+    /// What the node has recorded before, if it is recorded again for its uniforms.
+    replay: Option<&'a mut Replay>,
     outputs: Vec<Arrival>,
 }
 
@@ -153,7 +118,22 @@ impl<'a> Recorder<'a> {
             wanted,
             colors,
             recording,
+            replay: None,
             outputs,
+        }
+    }
+
+    /// A recorder for a node that is recorded again at other values: passes are compared with those of before, and only
+    /// their uniforms are made.
+    pub fn again(context: RecorderContext<'a>, recording: &'a mut Recording, replay: &'a mut Replay) -> Self {
+        replay.begin(recording);
+        Self { replay: Some(replay), ..Self::new(context, recording) }
+    }
+
+    fn add_pass(&mut self, pass: Pass) {
+        match &mut self.replay {
+            Some(replay) => replay.compare(pass),
+            None => self.recording.passes.push(pass),
         }
     }
 

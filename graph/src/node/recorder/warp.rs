@@ -97,13 +97,13 @@ impl WarpPass<'_, '_> {
             kernels.push(part(WarpPart::Join, "warp_channels", &channels));
         }
         let pass = Pass::of_functions(vec![node.to_owned()], self.label.to_owned(), kernels, image);
-        self.recorder.recording.passes.push(pass);
+        self.recorder.add_pass(pass);
         image
     }
 
     fn place(&mut self, function: &'static str) -> KernelCall {
         let mut pass = self.recorder.function(self.shader.clone(), function);
-        pass.uniform.extend(self.set.iter().cloned());
+        pass.computed.extend(self.set.iter().cloned());
         let call = pass.call();
         let is_free = call.args.iter().all(|arg| !matches!(arg.value, Arg::Pixel(_)));
         assert!(is_free, "`{function}` reads a pixel: a warp is also called between pixels, so it takes a texture");
