@@ -163,8 +163,8 @@ fn options_that_would_change_nothing_are_refused() {
     let table = [
         (
             "render {glare} room.exr -o out.png --size 3x3",
-            "error: `--size` is for pipelines without inputs; here the output has the size of the input\n  hint: leave it out, or scale \
-             the input",
+            "error: `--size` is for pipelines without an input image; here the output has the size of the input\n  hint: leave it out, \
+             or scale the input",
         ),
         (
             "render {glare} room.exr -o out.png --frames 1-3",

@@ -74,3 +74,27 @@ fn slices_that_are_missing_do_not_divide_or_have_no_volume_are_errors() {
         .fails_saying(1, &["error: `--slices` is for images of volumes, and none is given"]);
     assert_eq!(folder.names(), ["depth.exr", "fog.exr", "foggy.ron", "scene.exr"]);
 }
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_pipeline_whose_only_image_is_a_volume_renders_at_any_size() {
+    let folder = folder("only-volume");
+    let text = "Pipeline(inputs: { \"fog\": Color(volume: true) }, nodes: { \"scene\": DemoScene(samples: 1), \"foggy\": \
+                VolumetricComposite(source: \"scene\", depth: \"scene.depth\", volume: \"fog\", slices: Linear, near: 0.0, \
+                far: 0.4) }, outputs: { \"clear\": \"scene\", \"foggy\": \"foggy\" })";
+    folder.with("made-up.ron", text.as_bytes());
+    // Fog that is the same at all distances, even at the camera.
+    save_exact(&folder.file("fog.exr"), &picture(3, 8, |_, _| [0.5, 0.25, 0.125, 0.5]));
+    let fog = "made-up.ron --input fog=fog.exr --slices 4 --depth 32";
+    folder.run(&format!("render {fog} --size 31x17 --output clear=clear.exr --output foggy=foggy.exr")).good();
+    let [clear, foggy] =
+        ["clear.exr", "foggy.exr"].map(|name| read(&Source::file(folder.file(name))).expect("a picture"));
+    assert_eq!((foggy.width, foggy.height), (31, 17));
+    let (clear, foggy) = (clear.pixels.to_f32(), foggy.pixels.to_f32());
+    for (before, after) in clear.chunks_exact(4).zip(foggy.chunks_exact(4)) {
+        for (channel, fog) in [0.5, 0.25, 0.125].into_iter().enumerate() {
+            let wanted = 0.5 * before[channel] + fog;
+            assert!((after[channel] - wanted).abs() < 2e-3 * wanted, "{before:?}: {after:?}");
+        }
+    }
+}

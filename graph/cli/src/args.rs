@@ -106,7 +106,7 @@ pub(crate) struct RenderArgs {
     /// Frames per second, for adaptation over time
     #[arg(long, default_value_t = 24.0, value_parser = parse_fps)]
     pub(crate) fps: f32,
-    /// Pixels to render, for a pipeline without inputs
+    /// Pixels to render, for a pipeline without an input image
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     pub(crate) size: Option<(u32, u32)>,
     /// Bits of a channel: 8 or 16 in PNG, 16 or 32 in EXR, 8 in JPEG, 10 in AVIF; the first of them by default. It

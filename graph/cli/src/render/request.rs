@@ -54,6 +54,10 @@ impl<'a> Request<'a> {
         if args.slices.is_some() && !files.iter().any(is_volume) {
             return Err(Failure::user("`--slices` is for images of volumes, and none is given").hint("leave it out"));
         }
+        let gives_size = |(name, _): &(String, String)| graph.inputs.iter().any(|i| i.name == *name && is_picture(i));
+        if args.size.is_some() && files.iter().any(gives_size) {
+            return Err(idle_size());
+        }
         let jobs = if files.is_empty() { without_inputs(args, &targets) } else { with_inputs(args, files, &targets) }?;
         let cuts = cuts(args, &jobs)?;
         Ok(Self { args, targets, jobs, cuts, inputs: graph.inputs.clone(), scene: scene(graph) })
@@ -99,9 +103,6 @@ fn with_inputs(args: &RenderArgs, files: Vec<(String, String)>, targets: &[Targe
         Ok((name, sequence::Input::find(&file, frames)?))
     };
     let inputs = files.into_iter().map(find).collect::<Result<Vec<_>, Failure>>()?;
-    if args.size.is_some() {
-        return Err(idle_size());
-    }
     let is_numbered = |(_, input): &(String, sequence::Input)| matches!(input, sequence::Input::Sequence(_));
     if args.frames.is_some() && !inputs.iter().any(is_numbered) {
         return Err(idle_frames());
@@ -114,7 +115,7 @@ fn with_inputs(args: &RenderArgs, files: Vec<(String, String)>, targets: &[Targe
 }
 
 fn idle_size() -> Failure {
-    Failure::user("`--size` is for pipelines without inputs; here the output has the size of the input")
+    Failure::user("`--size` is for pipelines without an input image; here the output has the size of the input")
         .hint("leave it out, or scale the input")
 }
 
@@ -191,6 +192,11 @@ fn source_at(input: &sequence::Input, index: usize, frame: Option<u32>, name: &s
     }
 }
 
+/// Whether an input is an image of the size of the output, and neither a volume nor a block.
+fn is_picture(input: &GraphInput) -> bool {
+    input.block.is_none() && !input.volume
+}
+
 /// The files that the command line gives to the pipeline's inputs; `files` are those with a name.
 fn input_files(
     args: &RenderArgs,
@@ -203,8 +209,7 @@ fn input_files(
     }
     let given = |name: &str, files: &[(String, String)]| files.iter().any(|(known, _)| known == name);
     if let Some(file) = &args.input {
-        let is_image = |input: &GraphInput| input.block.is_none() && !input.volume;
-        let is_free = |input: &&GraphInput| is_image(input) && !given(&input.name, &files);
+        let is_free = |input: &&GraphInput| is_picture(input) && !given(&input.name, &files);
         let free = graph.inputs.iter().find(is_free).ok_or_else(no_further_input)?;
         files.insert(0, (free.name.clone(), file.clone()));
     }
