@@ -1,5 +1,7 @@
-// Motion blur: each pixel gathers the light that moves over it while the shutter is open. McGuire, Hennessy, Bukowski
-// and Osman, "A Reconstruction Filter for Plausible Motion Blur", I3D 2012.
+// Motion blur: each pixel gathers the light that moves over it while the shutter is open. Tiles of longest paths, and
+// classes by depth: McGuire, Hennessy, Bukowski and Osman, "A Reconstruction Filter for Plausible Motion Blur", I3D 2012;
+// samples along both paths: Guertin, McGuire and Nowrouzezahrai, "A Fast and Stable Feature-Aware Motion Blur Filter",
+// HPG 2014. Weights are shares of the time that the shutter is open, so that what moves covers as much as it does.
 #import camera
 #import grade
 #import math
@@ -21,13 +23,14 @@ fn motion_blur_limited(motion: vec2f, params: MotionBlur) -> vec2f {
     return path * min(1.0, params.most / max(length(path), 1e-6));
 }
 
-// The same and the depth, 1 without one.
+// The same and the depth. Without one, what moves faster counts as nearer.
 fn motion_blur_path(motion: vec4f, params: MotionBlur) -> vec4f {
-    return vec4f(motion_blur_limited(motion.xy, params), 1.0, 1.0);
+    let path = motion_blur_limited(motion.xy, params);
+    return vec4f(path, 1.0 / (1.0 + length(path)), 1.0);
 }
 
 fn motion_blur_path_depth(motion: vec4f, depth: vec4f, params: MotionBlur) -> vec4f {
-    return vec4f(motion_blur_limited(motion.xy, params), max(depth.x, 1e-3), 1.0);
+    return vec4f(motion_blur_limited(motion.xy, params), clamp(depth.x, 1e-3, HALF_MAX), 1.0);
 }
 
 // The path of what stands still while the camera moves.
@@ -78,30 +81,21 @@ fn motion_blur_around(tiles: texture_2d<f32>, at: Point) -> vec4f {
     return vec4f(longest, 0.0, 1.0);
 }
 
-// 1 at the place itself, 0 at the end of a path.
-fn motion_blur_cone(distance: f32, length: f32) -> f32 {
-    return clamp(1.0 - distance / max(length, 1e-3), 0.0, 1.0);
-}
-
-// 1 along a path, 0 beyond its end.
-fn motion_blur_cylinder(distance: f32, length: f32) -> f32 {
-    return 1.0 - smooth_step(0.95 * length, 1.05 * length, distance);
-}
-
-// 1 if the first depth is not behind the second, 0 if it is well behind.
+// 1 if the first depth is well before the second, 0 if it is not before it.
 fn motion_blur_before(first: f32, second: f32) -> f32 {
-    return clamp(1.0 - (first - second) / (MOTION_BLUR_SOFT * min(first, second)), 0.0, 1.0);
+    return clamp((second - first) / (MOTION_BLUR_SOFT * min(first, second)), 0.0, 1.0);
 }
 
-// The share of the light at another place that is seen at this one: of what moves over it from there, of what is seen
-// there while this place's own surface has moved away, and of both together.
-fn motion_blur_share(own: vec3f, other: vec3f, distance: f32) -> f32 {
-    let own_length = length(own.xy);
-    let other_length = length(other.xy);
-    let over = motion_blur_before(other.z, own.z) * motion_blur_cone(distance, other_length);
-    let through = motion_blur_before(own.z, other.z) * motion_blur_cone(distance, own_length);
-    let both = motion_blur_cylinder(distance, other_length) * motion_blur_cylinder(distance, own_length);
-    return over + through + 2.0 * both;
+// The share of the time in which what moves half a path of this length is seen at a pixel this far away.
+fn motion_blur_cover(path: f32, distance: f32) -> f32 {
+    let half = max(path, 0.5);
+    return clamp(half + 0.5 - distance, 0.0, 1.0) / (2.0 * half);
+}
+
+// Where a sample lies along a path, evenly over it and half a pixel beyond, and its distance.
+fn motion_blur_sample(direction: vec2f, reach: f32, part: f32) -> vec3f {
+    let offset = round(direction * (reach * (2.0 * part - 1.0)));
+    return vec3f(offset, abs(dot(offset, direction)));
 }
 
 fn motion_blur(
@@ -113,17 +107,45 @@ fn motion_blur(
 ) -> vec4f {
     let center = texel(source, at.pixel);
     let longest = texel(around, at.pixel / params.tile).xy;
-    if dot(longest, longest) < 0.25 { return center; }
+    let most = length(longest);
+    if most < 0.5 { return center; }
     let own = texel(path, at.pixel).xyz;
-    let own_weight = 1.0 / max(length(own.xy), 0.5);
-    var sum = own_weight * vec4f(center.rgb, 1.0);
-    let count = min(params.samples, 64);
-    let shift = hash_cell(at.pixel) - 0.5;
+    let own_length = length(own.xy);
+    let count = (clamp(params.samples, 1, 64) + 1) / 2;
+    let shift = hash_cell(at.pixel);
+
+    // What is before the pixel's own surface and moves over it, along the longest path around.
+    var front = vec4f();
+    let across = longest / most;
     for (var i = 0; i < count; i++) {
-        let offset = longest * (2.0 * (f32(i) + 0.5 + shift) / f32(count) - 1.0);
-        let place = at.pixel + vec2i(round(offset));
-        let share = motion_blur_share(own, texel(path, place).xyz, length(offset));
-        sum += share * vec4f(texel(source, place).rgb, 1.0);
+        let place = motion_blur_sample(across, most + 0.5, (f32(i) + shift) / f32(count));
+        let other = texel(path, at.pixel + vec2i(place.xy)).xyz;
+        let cover = motion_blur_before(other.z, own.z) * motion_blur_cover(abs(dot(other.xy, across)), place.z);
+        front += cover * vec4f(texel(source, at.pixel + vec2i(place.xy)).rgb, 1.0);
     }
-    return vec4f(bounded_scene(sum.rgb / sum.w), center.a);
+    front *= 2.0 * (most + 0.5) / f32(count);
+
+    // The own surface along its own path, and what is seen beside it while it has moved away.
+    var light = center.rgb;
+    if own_length >= 0.5 {
+        let along = own.xy / own_length;
+        var same = vec4f(center.rgb, 1.0) * 1e-3;
+        var behind = vec4f();
+        for (var i = 0; i < count; i++) {
+            let place = motion_blur_sample(along, own_length + 0.5, (f32(i) + shift) / f32(count));
+            let other = texel(path, at.pixel + vec2i(place.xy)).xyz;
+            let color = vec4f(texel(source, at.pixel + vec2i(place.xy)).rgb, 1.0);
+            let is_before = motion_blur_before(other.z, own.z);
+            let is_behind = motion_blur_before(own.z, other.z);
+            let cover = motion_blur_cover(abs(dot(other.xy, along)), place.z);
+            same += (1.0 - is_before - is_behind) * cover * color;
+            behind += is_behind * motion_blur_cover(own_length, place.z) * color;
+        }
+        let cover = min(same.w * 2.0 * (own_length + 0.5) / f32(count), 1.0);
+        light = same.rgb / same.w;
+        if behind.w > 1e-6 { light = between3(behind.rgb / behind.w, light, cover); }
+    }
+    let covered = min(front.w, 1.0);
+    light = between3(light, front.rgb / max(front.w, 1e-6), covered);
+    return vec4f(bounded_scene(light), center.a);
 }

@@ -14,6 +14,7 @@ struct Taa {
     has_motion: f32,       // 1 or 0, as the next two
     has_depth: f32,        // of the frame before
     has_exposure: f32,
+    moving: f32,
 }
 
 // How fast a sample counts less that lies this far from the middle of the pixel: the square of the distance in pixels.
@@ -152,9 +153,18 @@ fn taa_limited(color: vec4f, around: TaaAround) -> vec4f {
     return around.mean + away / max(max(max(units.x, units.y), units.z), 1.0);
 }
 
-fn taa_mixed(old: vec3f, around: TaaAround, is_seen: bool, alpha: f32, params: Taa) -> vec4f {
+// The share of the new frame: more where the history is read between its texels, which softens it once more. What a
+// reading takes grows with the variance of its filter: x (1 - x) of two texels at a place x between them. Yang and others,
+// "Amortized Supersampling", SIGGRAPH Asia 2009.
+fn taa_share(there: vec2f, size: vec2f, params: Taa) -> f32 {
+    let place = clamp(there, vec2f(0.0), vec2f(1.0)) * size - 0.5;
+    let part = place - floor(place);
+    return max(params.blend, params.moving * 2.0 * dot(part, 1.0 - part));
+}
+
+fn taa_mixed(old: vec3f, around: TaaAround, is_seen: bool, there: vec2f, at: Point, alpha: f32, params: Taa) -> vec4f {
     let packed = taa_limited(taa_packed(old, params.white), around);
-    let share = select(1.0, params.blend, is_seen);
+    let share = select(1.0, taa_share(there, at.size, params), is_seen);
     let light = taa_unpacked(between(packed, around.color, share));
     return vec4f(bounded_scene(light), alpha);
 }
@@ -193,7 +203,7 @@ fn taa(
     let was_seen = taa_was_seen(depth, previous_depth, camera, at.pixel, there, params);
     let is_seen = taa_inside(there, frame) && (was_seen || params.has_depth < 0.5);
     let old = bounded_scene(taa_bicubic(history, there) * taa_ratio(meter, previous_exposure, params));
-    return taa_mixed(old, around, is_seen, texel(source, at.pixel).a, params);
+    return taa_mixed(old, around, is_seen, there, at, texel(source, at.pixel).a, params);
 }
 
 // The same with a filter of four texels.
@@ -216,5 +226,5 @@ fn taa_bilinear(
     let was_seen = taa_was_seen(depth, previous_depth, camera, at.pixel, there, params);
     let is_seen = taa_inside(there, frame) && (was_seen || params.has_depth < 0.5);
     let old = bounded_scene(tap(history, history_sampler, there).rgb * taa_ratio(meter, previous_exposure, params));
-    return taa_mixed(old, around, is_seen, texel(source, at.pixel).a, params);
+    return taa_mixed(old, around, is_seen, there, at, texel(source, at.pixel).a, params);
 }

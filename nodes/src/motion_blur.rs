@@ -20,13 +20,15 @@ choices! {
 params! {
     /// Draws out what moves along the path that it covers while the shutter is open.
     ///
-    /// Each pixel gathers light along the longest path nearby, from what moves over it: McGuire and others, "A
-    /// Reconstruction Filter for Plausible Motion Blur", I3D 2012. The motion is where a pixel's surface is now minus
-    /// where it was in the previous frame, in x and y of the image, v downwards. The path is straight, and the frame is
-    /// in its middle. With a depth, a moving object does not draw out what is before it. Without a motion, a depth and
-    /// the camera say how what stands still has moved in the image; without these, nothing is blurred. Samples are
-    /// moved by a random number for each pixel, equal on every device. Place it before the tone curve. Alpha passes
-    /// unchanged.
+    /// Each pixel gathers light along the longest path nearby, from what moves over it, and along its own path, from its
+    /// own surface and from what that uncovers; each counts by the time for which it is seen. The motion is where a
+    /// pixel's surface is now minus where it was in the previous frame, in x and y of the image, v downwards. The path
+    /// is straight, and the frame is in its middle. With a depth, a moving object does not draw out what is before it;
+    /// without one, what moves faster counts as nearer. Without a motion, a depth and the camera say how what stands
+    /// still has moved in the image; without these, nothing is blurred. Samples are moved by a random number for each
+    /// pixel, equal on every device. Place it before the tone curve. Alpha passes unchanged. After McGuire and others,
+    /// "A Reconstruction Filter for Plausible Motion Blur", I3D 2012, and Guertin and others, "A Fast and Stable
+    /// Feature-Aware Motion Blur Filter", HPG 2014; graph/docs/depth.md compares it with rays.
     pub struct MotionBlur {
         /// How long the shutter is open: 360 degrees is the whole frame. 0 changes nothing.
         pub shutter: f32 = 180.0 => within(0.0..=360.0), unit("degrees"), neutral(0.0);
@@ -34,7 +36,7 @@ params! {
         pub unit: MotionUnit = MotionUnit::Uv;
         /// Half of the longest path. Faster surfaces are drawn out this far.
         pub largest: f32 = 0.03 => within(0.0..=0.1), usually(0.01..=0.06), unit("heights"), replans();
-        /// Samples along the path.
+        /// Samples along both paths, half of them along each.
         pub samples: u32 = 16 => within(3.0..=64.0), quality(32u32, [16, 8]);
     }
 }
@@ -79,7 +81,7 @@ impl MotionBlur {
         made
     }
 
-    /// Half of the path of each pixel, and its depth: 1 everywhere if no depth is wired.
+    /// Half of the path of each pixel, and its depth.
     fn path(pass: &mut Recorder<'_>, desc: ImageDesc, numbers: Numbers) -> ImageId {
         let path = pass.transient_signed("path", desc);
         if !pass.wired("motion") {

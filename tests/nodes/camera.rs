@@ -96,6 +96,32 @@ fn what_moves_is_drawn_out_as_far_as_the_shutter_is_open() {
     assert!((light - 1.0).abs() < 0.1, "{light}");
 }
 
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_bar_that_moves_covers_each_pixel_for_the_time_that_it_is_there() {
+    let is_bar = |x: u32| (40..52).contains(&x);
+    let scene = Picture::new(96, 48, |x, _| if is_bar(x) { [1.0; 4] } else { [0.2, 0.2, 0.2, 1.0] });
+    // 16 pixels in a frame, so four to each side in half of one.
+    let motion = Picture::new(96, 48, |x, _| [if is_bar(x) { 16.0 / 96.0 } else { 0.0 }, 0.0, 0.0, 1.0]);
+    let depth = Picture::new(96, 48, |x, _| [if is_bar(x) { 2.0 } else { 8.0 }, 0.0, 0.0, 1.0]);
+    let inputs = [("in", "Color"), ("data", "Motion"), ("depth", "Depth")];
+    let row = |wires: &str, count: usize| {
+        let node =
+            format!("\"result\": MotionBlur(source: \"in\", motion: \"data\", {wires} largest: 0.1, samples: 64)");
+        let found = Nodes::new(&node, &inputs[..count]).exact(&[&scene, &motion, &depth][..count]);
+        (30..62).map(|x| (x, found.at(x, 24)[0])).collect::<Vec<_>>()
+    };
+    // Without a depth, what moves faster counts as nearer.
+    for row in [row("depth: \"depth\",", 3), row("", 2)] {
+        for (x, found) in row {
+            // The share of the shutter in which the bar is at the pixel, of starts from -4 to 4.
+            let (first, last) = ((f64::from(x) - 51.5).max(-4.0), (f64::from(x) - 39.5).min(4.0));
+            let wanted = mix(0.2, 1.0, ((last - first) / 8.0).clamp(0.0, 1.0));
+            assert!((f64::from(found) - wanted).abs() < 0.06, "{x}: {found} instead of {wanted}");
+        }
+    }
+}
+
 /// An output of the built-in scene.
 fn scene(output: &str, walk: f32, step: f32) -> Picture {
     let text = format!("\"room\": DemoScene(walk: {walk:?}, step: {step:?}) -> room.{output}");

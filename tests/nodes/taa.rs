@@ -25,7 +25,7 @@ pub(super) fn moved() -> Camera {
     }
 }
 
-const TAA: Taa = Taa { blend: 0.125, variance: 1.25, depth_threshold: 0.05, white: 1.0 };
+const TAA: Taa = Taa { blend: 0.125, moving: 0.5, variance: 1.25, depth_threshold: 0.05, white: 1.0 };
 
 /// Places of the history are exact to a thousandth of a texel.
 const PLACES: Tolerance =

@@ -1,9 +1,10 @@
-//! Depth of field and motion blur by gathering, as Jimenez (2014) and McGuire and others (2012) describe it.
+//! Depth of field and motion blur by gathering: after Jimenez (2014), and after McGuire and others (2012) with shares of
+//! the time as weights.
 
 use std::f64::consts::PI;
 
 use super::image::Image;
-use super::math::{mix, smooth_step};
+use super::math::mix;
 
 /// Surfaces whose depths differ by less than this share belong together.
 const SOFT: f64 = 0.05;
@@ -130,12 +131,13 @@ pub(crate) struct MotionBlur {
 }
 
 impl MotionBlur {
-    /// `paths` holds half of each pixel's path in pixels, and its depth; `shift` is the random number of a pixel, from
+    /// `paths` holds half of each pixel's path in pixels, and its depth, NaN where it is unknown; `shift` is the random number of a pixel, from
     /// -0.5 to 0.5.
     pub(crate) fn apply(&self, image: &Image, paths: &Image, shift: impl Fn(usize, usize) -> f64) -> Image {
         let paths = paths.map(|[x, y, z, _]| {
             let limit = (self.most / x.hypot(y).max(1e-6)).min(1.0);
-            [x * limit, y * limit, z.max(1e-3), 1.0]
+            let nearness = 1.0 / (1.0 + limit * x.hypot(y));
+            [x * limit, y * limit, if z.is_nan() { nearness } else { z.max(1e-3) }, 1.0]
         });
         let tile = (self.most.ceil() as usize + 1).max(8);
         Image::new(image.width, image.height, |x, y| {
@@ -156,30 +158,74 @@ impl MotionBlur {
     fn gather(&self, (image, paths): (&Image, &Image), [x, y]: [usize; 2], longest: [f64; 2], shift: f64) -> [f64; 4] {
         let (x, y) = (x as i64, y as i64);
         let (center, own) = (image.texel(x, y), paths.texel(x, y));
-        let mut total = 1.0 / own[0].hypot(own[1]).max(0.5);
-        let mut sum = [0, 1, 2].map(|c| total * center[c]);
-        for i in 0..self.samples {
-            let t = 2.0 * (i as f64 + 0.5 + shift) / self.samples as f64 - 1.0;
-            let offset = longest.map(|part| part * t);
-            let place = [x + offset[0].round_ties_even() as i64, y + offset[1].round_ties_even() as i64];
-            let share = share(own, paths.texel(place[0], place[1]), offset[0].hypot(offset[1]));
-            let color = image.texel(place[0], place[1]);
-            sum = [0, 1, 2].map(|c| sum[c] + share * color[c]);
-            total += share;
+        let count = self.samples.div_ceil(2);
+        // Colour, path and depth, distance, and how many pixels it stands for.
+        let samples = |path: [f64; 2]| {
+            let length = path[0].hypot(path[1]);
+            (0..count).map(move |i| {
+                let t = (length + 0.5) * (2.0 * (i as f64 + 0.5 + shift) / count as f64 - 1.0);
+                let offset = path.map(|part| (part / length * t).round_ties_even());
+                let place = [x + offset[0] as i64, y + offset[1] as i64];
+                let along = |v: [f64; 2]| ((v[0] * path[0] + v[1] * path[1]) / length).abs();
+                let other = paths.texel(place[0], place[1]);
+                let seen = cover(along([other[0], other[1]]), along(offset));
+                let step = 2.0 * (length + 0.5) / count as f64;
+                (image.texel(place[0], place[1]), other[2], step * seen, step * cover(length, along(offset)))
+            })
+        };
+        let mut light = [center[0], center[1], center[2]];
+        if own[0].hypot(own[1]) >= 0.5 {
+            let (mut same, mut behind) = (Layer::default(), Layer::default());
+            same.add(center, 1e-3 * 2.0 * (own[0].hypot(own[1]) + 0.5) / count as f64);
+            for (color, depth, seen, own_seen) in samples([own[0], own[1]]) {
+                let (before, after) = (before(depth, own[2]), before(own[2], depth));
+                same.add(color, (1.0 - before - after) * seen);
+                behind.add(color, after * own_seen);
+            }
+            let seen = same.mean().expect("the pixel itself is there");
+            light = same.over(behind.mean().unwrap_or(seen));
         }
-        [sum[0] / total, sum[1] / total, sum[2] / total, center[3]]
+        let mut front = Layer::default();
+        for (color, depth, seen, _) in samples(longest) {
+            front.add(color, before(depth, own[2]) * seen);
+        }
+        let [r, g, b] = front.over(light);
+        [r, g, b, center[3]]
     }
 }
 
-/// The published weight: cone and depth of either surface, and both cylinders.
-fn share(own: [f64; 4], other: [f64; 4], distance: f64) -> f64 {
-    let [own_length, other_length] = [own, other].map(|path| path[0].hypot(path[1]));
-    let before = |a: f64, b: f64| (1.0 - (a - b) / (SOFT * a.min(b))).clamp(0.0, 1.0);
-    let cone = |length: f64| (1.0 - distance / length.max(1e-3)).clamp(0.0, 1.0);
-    let cylinder = |length: f64| 1.0 - smooth_step(0.95 * length, 1.05 * length, distance);
-    before(other[2], own[2]) * cone(other_length)
-        + before(own[2], other[2]) * cone(own_length)
-        + 2.0 * cylinder(own_length) * cylinder(other_length)
+/// Light, and for how much of the time it is seen.
+#[derive(Default)]
+struct Layer {
+    sum: [f64; 3],
+    cover: f64,
+}
+
+impl Layer {
+    fn add(&mut self, color: [f64; 4], cover: f64) {
+        self.sum = [0, 1, 2].map(|c| self.sum[c] + cover * color[c]);
+        self.cover += cover;
+    }
+
+    fn mean(&self) -> Option<[f64; 3]> {
+        (self.cover > 1e-6).then(|| self.sum.map(|sum| sum / self.cover))
+    }
+
+    fn over(&self, under: [f64; 3]) -> [f64; 3] {
+        let Some(mean) = self.mean() else { return under };
+        [0, 1, 2].map(|c| mix(under[c], mean[c], self.cover.min(1.0)))
+    }
+}
+
+/// 1 if the first depth is well before the second, 0 if it is not before it.
+fn before(first: f64, second: f64) -> f64 {
+    ((second - first) / (SOFT * first.min(second))).clamp(0.0, 1.0)
+}
+
+/// The share of the time in which what moves half a path of this length is seen at a pixel this far away.
+fn cover(path: f64, distance: f64) -> f64 {
+    let half = path.max(0.5);
+    (half + 0.5 - distance).clamp(0.0, 1.0) / (2.0 * half)
 }
 
 #[test]

@@ -12,6 +12,8 @@ use super::view::View;
 #[derive(Clone, Copy)]
 pub(crate) struct Taa {
     pub(crate) blend: f64,
+    /// The share of the new frame in the middle of four texels of the history.
+    pub(crate) moving: f64,
     pub(crate) variance: f64,
     pub(crate) depth_threshold: f64,
     pub(crate) white: f64,
@@ -176,7 +178,11 @@ impl Taa {
                 let light = extended(bicubic(history, there).map(|x| x * frames.ratio));
                 self.limited(packed(light, self.white), &around)
             });
-            let mixed = old.map_or(around.color, |old| [0, 1, 2].map(|c| mix(old[c], around.color[c], self.blend)));
+            let place = there * frames.size() - 0.5;
+            let part = place - place.floor();
+            let softened = part.x * (1.0 - part.x) + part.y * (1.0 - part.y);
+            let share = self.blend.max(2.0 * self.moving * softened);
+            let mixed = old.map_or(around.color, |old| [0, 1, 2].map(|c| mix(old[c], around.color[c], share)));
             let [r, g, b] = extended(unpacked(mixed, self.white));
             [r, g, b, frames.source.texel(pixel[0], pixel[1])[3]]
         })

@@ -87,7 +87,7 @@ pub(super) fn camera_kinds() -> Vec<Reference> {
             EDGES,
             move |source| {
                 let blur = MotionBlur { samples: 9, most: f64::from(0.1_f32) * source.height as f64 };
-                let paths = image(&motions(size(source))).map(|[x, y, ..]| [0.5 * x, 0.5 * y, 1.0, 1.0]);
+                let paths = image(&motions(size(source))).map(|[x, y, ..]| [0.5 * x, 0.5 * y, f64::NAN, 1.0]);
                 blur.apply(source, &paths, shift)
             },
         )
