@@ -1,7 +1,7 @@
 // Motion blur: each pixel gathers the light that moves over it while the shutter is open. Tiles of longest paths, and
-// classes by depth: McGuire, Hennessy, Bukowski and Osman, "A Reconstruction Filter for Plausible Motion Blur", I3D 2012;
-// samples along both paths: Guertin, McGuire and Nowrouzezahrai, "A Fast and Stable Feature-Aware Motion Blur Filter",
-// HPG 2014. Weights are shares of the time that the shutter is open, so that what moves covers as much as it does.
+// classes by depth: McGuire, Hennessy, Bukowski and Osman, "A Reconstruction Filter for Plausible Motion Blur", I3D
+// 2012; samples along both paths: Guertin, McGuire and Nowrouzezahrai, "A Fast and Stable Feature-Aware Motion Blur
+// Filter", HPG 2014. Weights are shares of the time for which the shutter is open.
 #import camera
 #import grade
 #import math

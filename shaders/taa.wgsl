@@ -154,8 +154,8 @@ fn taa_limited(color: vec4f, around: TaaAround) -> vec4f {
 }
 
 // The share of the new frame: more where the history is read between its texels, which softens it once more. What a
-// reading takes grows with the variance of its filter: x (1 - x) of two texels at a place x between them. Yang and others,
-// "Amortized Supersampling", SIGGRAPH Asia 2009.
+// reading takes grows with the variance of its filter: x (1 - x) of two texels at a place x between them. Yang and
+// others, "Amortized Supersampling", SIGGRAPH Asia 2009.
 fn taa_share(there: vec2f, size: vec2f, params: Taa) -> f32 {
     let place = clamp(there, vec2f(0.0), vec2f(1.0)) * size - 0.5;
     let part = place - floor(place);

@@ -20,8 +20,8 @@ choices! {
 params! {
     /// Draws out what moves along the path that it covers while the shutter is open.
     ///
-    /// Each pixel gathers light along the longest path nearby, from what moves over it, and along its own path, from its
-    /// own surface and from what that uncovers; each counts by the time for which it is seen. The motion is where a
+    /// Each pixel gathers light along the longest path nearby, from what moves over it, and along its own path, from
+    /// its own surface and from what that uncovers; each counts by the time for which it is seen. The motion is where a
     /// pixel's surface is now minus where it was in the previous frame, in x and y of the image, v downwards. The path
     /// is straight, and the frame is in its middle. With a depth, a moving object does not draw out what is before it;
     /// without one, what moves faster counts as nearer. Without a motion, a depth and the camera say how what stands

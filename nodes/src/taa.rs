@@ -36,9 +36,9 @@ params! {
     pub struct Taa {
         /// The share of the new frame. 1 uses no history.
         pub blend: f32 = 0.08 => within(0.01..=1.0), usually(0.04..=0.2);
-        /// The least share of the new frame where the history is read in the middle of four texels, and less of it nearer
-        /// to one: each reading between texels softens what moves. 0 has the least shimmer, 1 the sharpest edges in
-        /// motion. What stands still has `blend`.
+        /// The least share of the new frame where the history is read in the middle of four texels, and less of it
+        /// nearer to one: each reading between texels softens what moves. 0 has the least shimmer, 1 the sharpest edges
+        /// in motion. What stands still has `blend`.
         pub moving: f32 = 0.5 => within(0.0..=1.0), neutral(0.0);
         /// How many standard deviations of the pixels around the history may lie from their mean: less has no ghosts
         /// and shimmers more.

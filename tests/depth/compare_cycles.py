@@ -1,90 +1,136 @@
 #!/usr/bin/env python3
-"""Compares `Gtao` with the ambient occlusion of a path tracer.
+"""Compares the nodes that read depth or motion, and those that smooth edges, with frames of a path tracer.
 
     python3 -m venv venv && venv/bin/pip install OpenEXR==3.5.3 flip-evaluator==1.7
-    venv/bin/python compare_cycles.py PROGRAM FOLDER...
+    venv/bin/python compare_cycles.py PROGRAM [--chart FILE.svg] [--only Taa,Smaa] [--keep FOLDER] FOLDER...
 
-Each folder holds frames of one scene that Blender's Cycles has rendered: `beauty.####.exr`, multi-part, with the parts
-`ViewLayer.Depth` (metres along the view axis), `ViewLayer.Normal` (world) and `ViewLayer.Ambient Occlusion` (rays of at
-most 1 m), and `camera.####.json` with the rows of `view` and `projection`. Prints a table in Markdown: PSNR and the mean
-of FLIP against the rays, without occlusion and with the node in several settings.
+Each folder holds frames of one scene that Blender's Cycles has rendered, multi-part, and `camera.####.json`:
+
+beauty    colour; depth in metres along the view axis; normals of the world; `Vector`, in pixels upwards, x and y to the
+          frame before; ambient occlusion by rays of at most 1 m
+aliased   one sample in the middle of each pixel, moved by `jitter` of the JSON: pixels to the right and upwards
+dof, blur, both   the same frames with depth of field, with a shutter of half a frame, with both
+light     depth in metres from the sun's orthographic camera, 0.1 m to 60 m
+sun, open everything white and lit by the sun alone, with and without its shadow
+
+Prints a table in Markdown for each case of `cases.py`: PSNR and the mean of FLIP over the frames of each folder,
+without the node and with it in several settings. Colours are compared as a display shows them: exposed by 0 stops, through
+`ToneMap` with its defaults, encoded as sRGB. The chart has each frame, with the first setting.
 """
-import glob, os, subprocess, sys, tempfile
+import argparse, os, subprocess, tempfile
+from dataclasses import replace
 
 import flip_evaluator as flip
 import numpy as np
-import OpenEXR
 
-PIPELINE = """Pipeline(
-    inputs: { "depth": Depth, "normal": Normals, "camera": Camera },
-    nodes: {
-        "grey": DemoScene(),
-        "ao": Gtao(source: "grey", depth: "depth", camera: "camera", %s radius: 1.0, falloff: 0.3),
-    },
-    outputs: { "occlusion": "ao.occlusion" },
-)"""
-NORMALS = 'normal: "normal", space: World,'
-SETTINGS = {
-    "defaults": NORMALS,
-    "normals from the depth": "",
-    "4 slices, 8 steps": NORMALS + " slices: 4, steps: 8,",
-    "half of the size": NORMALS + " size: Half,",
-}
+import chart
+import frames
+from cases import CASES, pipeline
+
+WITHOUT = "without"
 
 
-def channel(path, part, name):
-    for found in OpenEXR.File(path, separate_channels=True).parts:
-        if found.name() == part:
-            return np.array(found.channels[f"{part}.{name}"].pixels)
-    raise SystemExit(f"{path} has no part {part}")
+def render(program, texts, numbers, folder, prepared, out):
+    """Renders frames of a pipeline into `out`."""
+    text, files = texts
+    path = os.path.join(out, "pipeline.ron")
+    with open(path, "w") as file:
+        file.write(text)
+    line = [program, "render", path, "-o", os.path.join(out, "out.####.exr"), "--depth", "32"]
+    line += ["--frames", ",".join(map(str, numbers))]
+    for name, file in files.items():
+        line += ["--input", f"{name}=" + file.format(folder=folder, out=prepared)]
+    done = subprocess.run(line, capture_output=True, text=True)
+    if done.returncode != 0:
+        raise SystemExit(f"{' '.join(line)}\n{text}\n{done.stderr}")
 
 
-def visibility(path):
-    channels = OpenEXR.File(path, separate_channels=True).parts[0].channels
-    return 1.0 - np.array(channels["R"].pixels).astype(np.float32)
+def encoded(light):
+    """sRGB of display-linear light."""
+    light = np.clip(light, 0, 1)
+    return np.where(light <= 0.0031308, 12.92 * light, 1.055 * np.maximum(light, 1e-9) ** (1 / 2.4) - 0.055)
 
 
 def errors(reference, found):
-    """PSNR and the mean of FLIP of two greys."""
+    """PSNR and the mean of FLIP of two images from 0 to 1."""
     square = float(np.mean((reference - found) ** 2))
-    stacked = [np.repeat(np.clip(image, 0, 1)[..., None], 3, 2).astype(np.float32) for image in (reference, found)]
-    return 10 * np.log10(1 / square), float(flip.evaluate(*stacked, "LDR")[1])
+    pair = [np.ascontiguousarray(image, np.float32) for image in (reference, found)]
+    return 10 * np.log10(1 / max(square, 1e-12)), float(flip.evaluate(*pair, "LDR")[1])
 
 
-def render(program, folder, setting, out):
-    pipeline = os.path.join(out, "ao.ron")
-    with open(pipeline, "w") as file:
-        file.write(PIPELINE % setting)
-    beauty = os.path.join(folder, "beauty.####.exr")
-    line = [program, "render", pipeline, f"{beauty}#ViewLayer.Depth", "--input", f"normal={beauty}#ViewLayer.Normal"]
-    line += ["--input", "camera=" + os.path.join(folder, "camera.####.json"), "-o", os.path.join(out, "ao.####.exr")]
-    subprocess.run(line, check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+def shown(program, case, nodes, folder, prepared):
+    """The frames that a pipeline makes, as they are compared, by their numbers."""
+    numbers = frames.numbers(folder, case.reference)
+    with tempfile.TemporaryDirectory() as out:
+        render(program, pipeline(case, nodes), numbers, folder, prepared, out)
+        found = {frame: frames.channels(frames.at(out, "out", frame), None, "RGB") for frame in numbers}
+    if case.source:
+        return {frame: encoded(light) for frame, light in found.items()}
+    return {frame: visibility(folder, frame, 1 - made[..., :1]) for frame, made in found.items()}
+
+
+def visibility(folder, frame, share):
+    """The share of open sky in three channels; 1 where nothing is seen."""
+    is_seen = frames.channels(frames.at(folder, "beauty", frame), "Depth", "Z") < 1e9
+    return np.repeat(np.clip(np.where(is_seen, share, 1), 0, 1), 3, 2)
+
+
+def references(program, case, folder, prepared):
+    """The images of the path tracer and those without the node."""
+    if case.source:
+        both = case.reference, case.source
+        return [shown(program, replace(case, source=name), "", folder, prepared) for name in both]
+    numbers = frames.numbers(folder, case.reference)
+    rays = {frame: frames.channels(frames.at(folder, "beauty", frame), "Occlusion", "R") for frame in numbers}
+    grey = {frame: visibility(folder, frame, share) for frame, share in rays.items()}
+    return [grey, {frame: np.ones_like(image) for frame, image in grey.items()}]
+
+
+def compare(program, case, folder, prepared, keep):
+    """For each setting, and without the node, the errors of each frame: two columns."""
+    reference, without = references(program, case, folder, prepared)
+    found = {WITHOUT: without}
+    found |= {name: shown(program, case, nodes, folder, prepared) for name, nodes in case.settings.items()}
+    if keep:
+        save(keep, case, os.path.basename(folder), {"reference": reference} | found)
+    return {name: [[f, *errors(reference[f], made[f])] for f in sorted(reference)] for name, made in found.items()}
+
+
+def save(keep, case, scene, found):
+    """Writes what is compared as arrays, to look at."""
+    for name, made in found.items():
+        np.savez_compressed(os.path.join(keep, f"{case.title}-{scene}-{name}.npz"), **{str(f): made[f] for f in made})
+
+
+def print_table(case, scenes, found):
+    print(f"\n| {case.title} | " + " | ".join(scenes) + " |\n|---|" + "---|" * len(scenes))
+    for name in found[0]:
+        means = [np.mean(rows[name], 0) for rows in found]
+        print(f"| {name} | " + " | ".join(f"{psnr:.1f} dB, {mean:.3f}" for _, psnr, mean in means) + " |", flush=True)
 
 
 def main():
-    program, folders = sys.argv[1], sys.argv[2:]
-    table = {name: [] for name in ["none", *SETTINGS]}
+    parser = argparse.ArgumentParser()
+    parser.add_argument("program")
+    parser.add_argument("folders", nargs="+")
+    parser.add_argument("--chart")
+    parser.add_argument("--only", help="titles of cases, with commas")
+    parser.add_argument("--keep", help="a folder for the compared images")
+    args = parser.parse_args()
+    folders = [os.path.normpath(folder) for folder in args.folders]
+    scenes = [os.path.basename(folder) for folder in folders]
+    cases = [case for case in CASES if not args.only or case.title in args.only.split(",")]
+    found = {case.title: [] for case in cases}
     for folder in folders:
-        beauties = sorted(glob.glob(os.path.join(folder, "beauty.*.exr")))
-        rows = {name: [] for name in table}
-        references = []
-        for path in beauties:
-            is_seen = channel(path, "ViewLayer.Depth", "Z") < 1e9
-            reference = np.where(is_seen, channel(path, "ViewLayer.Ambient Occlusion", "R"), 1.0)
-            references.append((is_seen, reference))
-            rows["none"].append(errors(reference, np.ones_like(reference)))
-        for name, setting in SETTINGS.items():
-            with tempfile.TemporaryDirectory() as out:
-                render(program, folder, setting, out)
-                for path, (is_seen, reference) in zip(beauties, references):
-                    found = visibility(os.path.join(out, os.path.basename(path).replace("beauty", "ao")))
-                    rows[name].append(errors(reference, np.where(is_seen, found, 1.0)))
-        for name, values in rows.items():
-            table[name].append(np.mean(values, 0))
-    names = [os.path.basename(os.path.normpath(folder)) for folder in folders]
-    print("| | " + " | ".join(names) + " |\n|---|" + "---|" * len(names))
-    for name, values in table.items():
-        print(f"| {name} | " + " | ".join(f"{psnr:.1f} dB, {mean:.3f}" for psnr, mean in values) + " |")
+        with tempfile.TemporaryDirectory() as prepared:
+            frames.prepare(folder, prepared)
+            for case in cases:
+                found[case.title].append(compare(args.program, case, folder, prepared, args.keep))
+    for case in cases:
+        print_table(case, scenes, found[case.title])
+    if args.chart:
+        with open(args.chart, "w") as file:
+            file.write(chart.draw(found, scenes))
 
 
 if __name__ == "__main__":
