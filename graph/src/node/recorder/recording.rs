@@ -15,7 +15,7 @@ pub struct Recording {
     pub buffers: Vec<VirtualBuffer>,
     /// The passes, in the order in which they were recorded.
     pub passes: Vec<Pass>,
-    /// The bytes of [computed](Recorder::computed) images, by their labels.
+    /// The bytes of [computed](crate::node::Recorder::computed) images, by their labels.
     pub computed: BTreeMap<String, Arc<[u8]>>,
     /// The bytes that computed images may have together, if that is limited. What exceeds them is not computed: it is
     /// all zeros, and whoever sets the limit does not run the recording.
