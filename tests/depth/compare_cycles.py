@@ -14,8 +14,8 @@ light     depth in metres from the sun's orthographic camera, 0.1 m to 60 m
 sun, open everything white and lit by the sun alone, with and without its shadow
 
 Prints a table in Markdown for each case of `cases.py`: PSNR and the mean of FLIP over the frames of each folder,
-without the node and with it in several settings. Colours are compared as a display shows them: exposed by 0 stops, through
-`ToneMap` with its defaults, encoded as sRGB. The chart has each frame, with the first setting.
+without the node and with it in several settings. Colours are compared as a display shows them: exposed by 0 stops,
+through `ToneMap` with its defaults, encoded as sRGB. The chart has each frame, with the first setting.
 """
 import argparse, os, subprocess, tempfile
 from dataclasses import replace
