@@ -4,15 +4,14 @@
 use std::sync::Arc;
 
 use afterimage_gpu::{Frame, Gpu, GpuError};
-use afterimage_graph::check::{CheckOptions, Graph, check};
-use afterimage_graph::document::parse;
-use afterimage_graph::node::{NodeKind, Registry};
+use afterimage_graph::check::Graph;
+use afterimage_graph::node::NodeKind;
 use afterimage_graph::prelude::*;
 use afterimage_plan::{Alias, When};
 use wgpu::{TextureFormat, TextureUsages};
 
 use super::lively;
-use crate::support::gpu::{Run, another_device, built_in};
+use crate::support::gpu::{Run, another_device, built_in, graph_with};
 use crate::support::player::Player;
 
 /// A player on a device of an instance that no other test uses, which may have lower limits than its adapter.
@@ -71,22 +70,34 @@ fn tinted_blur() -> Graph {
         },
         outputs: { "tinted": "tinted" },
     )"#;
-    let document = parse("held.ron", text).unwrap_or_else(|errors| panic!("{errors}"));
-    let kinds: &[NodeKind] = &[NodeKind::of::<Tint>()];
-    let registry = Registry::new(&[afterimage_nodes::ALL, kinds]).expect("no two kinds share a name");
-    check(&document, &registry, &CheckOptions::default()).unwrap_or_else(|errors| panic!("{errors}")).0
+    graph_with(text, &[NodeKind::of::<Tint>()])
+}
+
+/// A device that takes 64 pixels in a row.
+fn narrow() -> (wgpu::Instance, Player) {
+    alone(|limits| limits.max_texture_dimension_2d = 64)
+}
+
+fn pooled(graph: &Graph) -> Run<'_> {
+    let mut run = Run::new(graph);
+    (run.options.alias, run.options.tile) = (Alias::Pool, When::Never);
+    run
+}
+
+/// Loads a plan that a narrow device refuses.
+fn fail(player: &mut Player, run: &Run<'_>) {
+    let plan = Arc::new(run.plan(&player.gpu, &[("scene", &lively(96, 54))]));
+    let error = player.executor.load(plan).expect_err("an image has 96 pixels in a row");
+    assert!(matches!(error, GpuError::Refused { .. }), "{error}");
 }
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn constant_images_of_a_plan_that_failed_are_made_again() {
-    let (_instance, mut player) = alone(|limits| limits.max_texture_dimension_2d = 64);
+    let (_instance, mut player) = narrow();
     let graph = tinted_blur();
-    let mut run = Run::new(&graph);
-    (run.options.alias, run.options.tile) = (Alias::Pool, When::Never);
-    let plan = Arc::new(run.plan(&player.gpu, &[("scene", &lively(96, 54))]));
-    let error = player.executor.load(plan).expect_err("an image has 96 pixels in a row");
-    assert!(matches!(error, GpuError::Refused { .. }), "{error}");
+    let run = pooled(&graph);
+    fail(&mut player, &run);
     let scene = super::flat(32, 18, 0.5);
     player.load(&run, &[("scene", &scene)]);
     player.frame(&[("scene", &scene)], 0.0, true);
@@ -120,19 +131,16 @@ fn the_textures_of_old_plans_are_freed() {
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn the_textures_of_a_plan_that_failed_are_freed() {
-    let (instance, mut player) = alone(|limits| limits.max_texture_dimension_2d = 64);
+    let (instance, mut player) = narrow();
     let graph = tinted_blur();
-    let mut run = Run::new(&graph);
-    (run.options.alias, run.options.tile) = (Alias::Pool, When::Never);
-    let (small, large) = (lively(32, 18), lively(96, 54));
+    let run = pooled(&graph);
+    let small = lively(32, 18);
     player.load(&run, &[("scene", &small)]);
     player.frame(&[("scene", &small)], 0.0, true);
     let textures = held(&instance).0;
     assert!(textures > 0, "wgpu counts textures");
-    let plan = Arc::new(run.plan(&player.gpu, &[("scene", &large)]));
     for _ in 0..3 {
-        let error = player.executor.load(plan.clone()).expect_err("an image has 96 pixels in a row");
-        assert!(matches!(error, GpuError::Refused { .. }), "{error}");
+        fail(&mut player, &run);
         assert_eq!(held(&instance).0, textures);
     }
 }

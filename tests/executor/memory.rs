@@ -1,13 +1,12 @@
 //! Buffers that outlive frames: where they begin, and that they go on through a change of plan.
 
 use afterimage_gpu::{Frame, FrameStep, GpuError, InputImage, PostError};
-use afterimage_graph::check::{CheckOptions, Graph, check};
-use afterimage_graph::document::parse;
-use afterimage_graph::node::{NodeKind, Registry};
+use afterimage_graph::check::Graph;
+use afterimage_graph::node::NodeKind;
 use afterimage_graph::prelude::*;
 
 use super::{flat, without_features};
-use crate::support::gpu::{Picture, Run};
+use crate::support::gpu::{Picture, Run, graph_with};
 use crate::support::player::Player;
 
 static COUNT: Shader = Shader::new(
@@ -59,10 +58,7 @@ fn graph(counters: &[&str]) -> Graph {
 
 fn graph_of(nodes: &str, outputs: &str) -> Graph {
     let text = format!("Pipeline(inputs: {{\"scene\": Color}}, nodes: {{{nodes}}}, outputs: {{{outputs}}})");
-    let document = parse("count.ron", &text).unwrap_or_else(|errors| panic!("{errors}"));
-    let kinds: &[NodeKind] = &[NodeKind::of::<Count>(), NodeKind::of::<Mark>(), NodeKind::of::<Table>()];
-    let registry = Registry::new(&[afterimage_nodes::ALL, kinds]).expect("no two kinds share a name");
-    check(&document, &registry, &CheckOptions::default()).unwrap_or_else(|errors| panic!("{errors}")).0
+    graph_with(&text, &[NodeKind::of::<Count>(), NodeKind::of::<Mark>(), NodeKind::of::<Table>()])
 }
 
 /// What a counter shows after one more frame.

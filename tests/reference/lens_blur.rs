@@ -131,8 +131,8 @@ pub(crate) struct MotionBlur {
 }
 
 impl MotionBlur {
-    /// `paths` holds half of each pixel's path in pixels, and its depth, NaN where it is unknown; `shift` is the random number of a pixel, from
-    /// -0.5 to 0.5.
+    /// `paths` holds half of each pixel's path in pixels, and its depth, NaN where it is unknown; `shift` is the random
+    /// number of a pixel, from -0.5 to 0.5.
     pub(crate) fn apply(&self, image: &Image, paths: &Image, shift: impl Fn(usize, usize) -> f64) -> Image {
         let paths = paths.map(|[x, y, z, _]| {
             let limit = (self.most / x.hypot(y).max(1e-6)).min(1.0);

@@ -6,7 +6,7 @@ use afterimage_gpu::{Gpu, Opening, Session, Texels, wgpu};
 use afterimage_graph::check::{CheckOptions, Facts, Graph, Loader, NoFiles, check};
 use afterimage_graph::document::parse;
 use afterimage_graph::image::{ImageDesc, Size};
-use afterimage_graph::node::{BlockData, Camera, Registry};
+use afterimage_graph::node::{BlockData, Camera, NodeKind, Registry};
 use afterimage_plan::{Given, GivenImage, Options, Plan};
 
 use super::sequence::Sequence;
@@ -91,9 +91,18 @@ pub fn changed(name: &str, tier: Option<&str>, sets: &[(&str, &str)]) -> Graph {
 
 /// The graph of a text, or its diagnostics as a panic.
 pub fn graph(text: &str) -> Graph {
+    graph_of(text, &registry())
+}
+
+/// The same with the built-in kinds and these.
+pub fn graph_with(text: &str, kinds: &[NodeKind]) -> Graph {
+    graph_of(text, &Registry::new(&[afterimage_nodes::ALL, kinds]).expect("no two kinds share a name"))
+}
+
+fn graph_of(text: &str, registry: &Registry) -> Graph {
     let document = parse("test.ron", text).unwrap_or_else(|errors| panic!("{errors:?}"));
     let options = CheckOptions { tier: None, sets: Vec::new(), loader: &NoFiles };
-    check(&document, &registry(), &options).unwrap_or_else(|errors| panic!("{errors:?}")).0
+    check(&document, registry, &options).unwrap_or_else(|errors| panic!("{errors:?}")).0
 }
 
 /// The slices of a volume whose picture has more rows than that; a picture of fewer rows has no other.
