@@ -145,6 +145,23 @@ impl FunctionPass<'_, '_> {
         else {
             return false;
         };
+        // All fields are named: a new one is to be compared here, too, if function passes set it.
+        let KernelCall {
+            shader,
+            function,
+            args,
+            reach,
+            promises,
+            by_rows,
+            warp,
+            node: _,
+            uniform: _,
+            workgroups: _,
+            constants: _,
+            by_cells: _,
+            limited: _,
+            origin: _,
+        } = kernel;
         let declaration = self.declaration();
         let is_kind = match (self.workgroup, &expected.kind) {
             (Some(invocations), PassKind::Workgroup(expected)) => invocations == *expected,
@@ -153,12 +170,12 @@ impl FunctionPass<'_, '_> {
         };
         is_kind
             && *image == result
-            && kernel.function == self.function
-            && kernel.shader == self.shader
+            && *function == self.function
+            && *shader == self.shader
             && expected.label == *self.label.as_deref().unwrap_or(&self.function)
-            && (kernel.reach, kernel.by_rows, kernel.warp) == (self.reach, self.by_rows, None)
-            && kernel.promises == self.promises
-            && kernel.args.iter().enumerate().all(|(at, arg)| arg.value == self.arg(declaration, at))
+            && (*reach, *by_rows, *warp) == (self.reach, self.by_rows, None)
+            && *promises == self.promises
+            && args.iter().enumerate().all(|(at, arg)| arg.value == self.arg(declaration, at))
     }
 
     /// Writes the uniform over one of the same length; whether it has that length.
