@@ -4,7 +4,15 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
+use afterimage_graph::image::Size;
+use afterimage_graph::node::NodeKind;
+use afterimage_lab::bench::{KindsOptions, KindsReport, kinds};
+use afterimage_lab::stress;
+use afterimage_nodes::DemoScene;
+use afterimage_plan::Options;
 use serde_json::Value;
+
+use crate::support::gpu::gpu;
 
 /// A folder of one test with a cache of its own, removed at its end.
 struct Folder(PathBuf);
@@ -128,4 +136,64 @@ fn a_pipeline_must_be_named() {
     let output = folder.bench(&[]);
     assert_eq!(output.status.code(), Some(1));
     assert!(String::from_utf8_lossy(&output.stderr).contains("<PIPELINE>"));
+}
+
+/// The figures of these kinds on their own.
+fn kinds_alone(names: &[&str], size: Size) -> KindsReport {
+    let gpu = gpu();
+    let registry = stress::registry(&[afterimage_nodes::ALL]).expect("no two kinds share a name");
+    let tables: Vec<&[NodeKind]> =
+        names.iter().map(|name| std::slice::from_ref(registry.get(name).expect("a built-in kind"))).collect();
+    let scene = |graph: &afterimage_graph::check::Graph, size| {
+        let node = graph.nodes.iter().find(|node| node.kind().name() == DemoScene::KIND)?;
+        Some(DemoScene::from_values(node.instance.values())?.camera(size))
+    };
+    let options = KindsOptions { sizes: vec![size], samples: 1, options: Options::default(), camera: &scene };
+    kinds(&gpu, &registry, &tables, &options, &()).unwrap_or_else(|error| panic!("{error}"))
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn the_baselines_of_kinds_have_the_pictures_of_the_kinds() {
+    let report = kinds_alone(&["Gtao", "DepthOfField", "Taa"], Size::new(480, 270));
+    assert_eq!(report.kinds.len(), 3, "{report}");
+    for row in &report.kinds {
+        let baseline = row.sizes[0].baseline.as_ref().unwrap_or_else(|| panic!("`{}` has no baseline", row.kind));
+        // Both results are half floats, which differ by one unit where roundings differ: by 2^-11 of the light, which
+        // the compression takes to at most 2^-13. Intermediate images round once more.
+        let rounding = 2.0_f64.powi(-12);
+        assert!(baseline.mean_difference < rounding, "{report}");
+        // The kind does far more than that, so a baseline that does nothing, or half of it, fails.
+        assert!(baseline.effect > 8.0 * rounding, "{report}");
+    }
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn kinds_read_and_write_at_least_their_images() {
+    let report = kinds_alone(&["Saturation", "Upsample", "Gaussian", "Resolve", "Fog"], Size::new(64, 32));
+    assert!(report.skipped.is_empty() && report.kinds.len() == 5, "{report}");
+    let halves = 64 * 32 * 8;
+    let figures = |kind: &str| {
+        let row = report.kinds.iter().find(|row| row.kind == kind).unwrap_or_else(|| panic!("{report}"));
+        (row, &row.sizes[0])
+    };
+    for (kind, bytes) in [
+        ("Saturation", 2 * halves),
+        ("Gaussian", 2 * halves),
+        // Four samples.
+        ("Resolve", 5 * halves),
+        // The depth has one float.
+        ("Fog", 2 * halves + halves / 2),
+    ] {
+        let (row, figures) = figures(kind);
+        assert_eq!((figures.least_bytes, row.with_others), (bytes, false), "{kind}: {report}");
+        assert!(figures.moved_bytes >= bytes && figures.ms > 0.0, "{kind}: {report}");
+    }
+    // Between its two passes.
+    assert_eq!(figures("Gaussian").1.moved_bytes, 4 * halves);
+    // Its pyramid has a maker, and begins with half of the image.
+    let (row, figures) = figures("Upsample");
+    assert!(row.with_others && figures.least_bytes < halves, "{report}");
+    assert_eq!(report.kinds[0].set, ["amount=1.5"]);
 }

@@ -103,7 +103,8 @@ impl Chain {
     }
 }
 
-fn number(node: &GraphNode, name: &str) -> Option<f32> {
+/// A number among the parameters of a node.
+pub(super) fn number(node: &GraphNode, name: &str) -> Option<f32> {
     match node.instance.value(name)? {
         Value::Float(number) => Some(*number as f32),
         Value::Int(number) => Some(*number as f32),

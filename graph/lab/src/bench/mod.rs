@@ -1,9 +1,11 @@
 //! What a pipeline costs on this device: the frame, its passes, the host's work, next to what the device could do.
 
 mod baseline;
+mod baselines;
 mod calibrate;
 mod copy;
 mod growth;
+mod kinds;
 mod raw;
 mod report;
 
@@ -19,6 +21,7 @@ use afterimage_plan::{Options, Plan, Stage};
 pub use baseline::{BaselineReport, BaselineTimes};
 pub use calibrate::{Calibration, Gain, StageTimes, calibrate, describe};
 pub use growth::growth;
+pub use kinds::{BaselineFigures, KindFigures, KindsOptions, KindsReport, SizeFigures, SkippedKind, kinds};
 pub use report::{BenchReport, FirstFrame, FrameFigures, HostTimes, PassReport};
 
 use baseline::Chain;

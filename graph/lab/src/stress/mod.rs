@@ -30,6 +30,7 @@ pub use subject::{Overrides, Subject};
 
 use crate::Progress;
 use render::Renderer;
+pub(crate) use wiring::NODE;
 
 /// The kinds of these tables, and those that make values, pyramids and volumes visible.
 ///

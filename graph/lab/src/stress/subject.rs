@@ -45,11 +45,29 @@ pub struct Subject {
 const CUBE: &str = "stress.cube";
 const CUBE_TEXT: &str = "LUT_3D_SIZE 2\n0 0.1 0\n0.9 0 0.1\n0 0 0.8\n1 0.2 1\n0.1 1 0\n0.8 1 0.3\n0 0.9 1\n1 1 1\n";
 
+/// A file of a size that films use.
+const TYPICAL_CUBE: &str = "typical.cube";
+const TYPICAL_NODES: u32 = 33;
+
+/// The text of a table of that many nodes a side, which bends each channel.
+fn typical_cube(nodes: u32) -> String {
+    let bent = |index: u32| (f64::from(index) / f64::from(nodes - 1)).powf(0.9);
+    let lines = (0..nodes.pow(3)).map(|at| {
+        let [r, g, b] = [at % nodes, at / nodes % nodes, at / nodes / nodes].map(bent);
+        format!("{r:.6} {g:.6} {b:.6}\n")
+    });
+    format!("LUT_3D_SIZE {nodes}\n{}", lines.collect::<String>())
+}
+
 struct CubeFile;
 
 impl Loader for CubeFile {
     fn load(&self, path: &str) -> Result<Arc<[u8]>, String> {
-        if path == CUBE { Ok(CUBE_TEXT.as_bytes().into()) } else { NoFiles.load(path) }
+        match path {
+            CUBE => Ok(CUBE_TEXT.as_bytes().into()),
+            TYPICAL_CUBE => Ok(typical_cube(TYPICAL_NODES).into_bytes().into()),
+            _ => NoFiles.load(path),
+        }
     }
 }
 
@@ -85,21 +103,35 @@ impl Subject {
     /// # Errors
     /// No kind makes one of its inputs or reads one of its outputs: which, and what makes it reachable.
     pub fn kind(registry: &Registry, kind: &NodeKind, bare: bool, signed: bool) -> Result<Self, String> {
-        let subject = Self::kind_with_file(registry, kind, bare, signed, CUBE)?;
+        Self::with_or_without_file(registry, kind, Wires { bare, file: CUBE, ..Wires::default() }, signed)
+    }
+
+    /// A kind as it is used most: with its optional images, without optional values, and only its main output is read.
+    /// A file is a table of 33 nodes a side.
+    ///
+    /// # Errors
+    /// As [`kind`](Self::kind).
+    pub(crate) fn typical(registry: &Registry, kind: &NodeKind) -> Result<Self, String> {
+        let wires = Wires { typical: true, file: TYPICAL_CUBE, ..Wires::default() };
+        Self::with_or_without_file(registry, kind, wires, false)
+    }
+
+    fn with_or_without_file(
+        registry: &Registry,
+        kind: &NodeKind,
+        wires: Wires<'static>,
+        signed: bool,
+    ) -> Result<Self, String> {
+        let subject = Self::wired(registry, kind, wires, signed)?;
         // A kind whose files are not tables runs without a file.
         match subject.graph(registry, &Overrides::new()) {
             Ok(_) => Ok(subject),
-            Err(_) => Self::kind_with_file(registry, kind, bare, signed, ""),
+            Err(_) => Self::wired(registry, kind, Wires { file: "", ..wires }, signed),
         }
     }
 
-    fn kind_with_file(
-        registry: &Registry,
-        kind: &NodeKind,
-        bare: bool,
-        signed: bool,
-        file: &'static str,
-    ) -> Result<Self, String> {
+    fn wired(registry: &Registry, kind: &NodeKind, wires: Wires<'static>, signed: bool) -> Result<Self, String> {
+        let bare = wires.bare;
         let name = kind.name();
         let (title, flag) = match (bare, signed) {
             (false, false) => ("", ""),
@@ -108,7 +140,7 @@ impl Subject {
             (true, true) => (" (bare, signed)", " --bare --signed"),
         };
         let document = |forced: bool| {
-            let text = alone(registry, kind, Wires { bare, forced, file })?;
+            let text = alone(registry, kind, Wires { forced, ..wires })?;
             Ok::<_, String>(Arc::new(parse(&format!("{name}.ron"), &text).expect("the wiring writes pipelines")))
         };
         Ok(Self {

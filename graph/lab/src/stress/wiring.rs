@@ -23,6 +23,8 @@ struct Wiring<'r> {
 pub(crate) struct Wires<'f> {
     /// Whether optional inputs stay without a wire.
     pub(crate) bare: bool,
+    /// Whether it is wired as it is used most: without optional values, and only its main output is read.
+    pub(crate) typical: bool,
     /// Whether the node's images are also read from the previous frame, so that it is not skipped as an identity.
     pub(crate) forced: bool,
     /// The value of parameters that name a file.
@@ -34,10 +36,11 @@ pub(crate) struct Wires<'f> {
 /// # Errors
 /// No kind makes one of its inputs or reads one of its outputs: which, and what makes it reachable.
 pub(crate) fn alone(registry: &Registry, kind: &NodeKind, wires: Wires<'_>) -> Result<String, String> {
-    let Wires { bare, forced, file } = wires;
+    let Wires { bare, typical, forced, file } = wires;
     let mut wiring = Wiring { registry, inputs: String::new(), nodes: String::new(), outputs: String::new() };
     let mut fields = String::new();
-    for port in kind.inputs().iter().filter(|port| !(bare && port.optional)) {
+    let is_left = |port: &Input| port.optional && (bare || typical && port.ty == PortType::Value);
+    for port in kind.inputs().iter().filter(|port| !is_left(port)) {
         let wire = wiring.feed(port, &port.name, 0).ok_or_else(|| unmade(port))?;
         let _ = write!(fields, "{}: \"{wire}\", ", port.name);
     }
@@ -45,7 +48,7 @@ pub(crate) fn alone(registry: &Registry, kind: &NodeKind, wires: Wires<'_>) -> R
         let _ = write!(fields, "{}: \"{file}\", ", param.name);
     }
     let _ = writeln!(wiring.nodes, "        \"{NODE}\": {}({}),", kind.name(), fields.trim_end_matches(", "));
-    for port in kind.outputs() {
+    for port in kind.outputs().iter().filter(|port| !typical || is_main(kind, port)) {
         wiring.show(port).ok_or_else(|| unread(port))?;
         if forced && port.ty == PortType::Image {
             let _ = writeln!(wiring.outputs, "        \"{}-before\": \"{NODE}.{}@previous\",", port.name, port.name);

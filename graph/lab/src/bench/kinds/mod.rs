@@ -1,0 +1,167 @@
+//! The time of each kind on its own, compared with the bandwidth of the device, and with a baseline where there is one.
+
+mod figures;
+mod images;
+mod subjects;
+
+use afterimage_gpu::{Clock, FrameStep, Gpu, InputImage, Session, download};
+use afterimage_graph::check::{Facts, Graph};
+use afterimage_graph::image::Size;
+use afterimage_graph::node::{CAMERA, Camera, NodeKind, Registry};
+use afterimage_media::catch_panic;
+use afterimage_plan::{Options, Plan};
+
+use super::baselines::{self, Chain};
+use super::{copy, next_step, share};
+use crate::stress::NODE;
+use crate::{LabError, Progress};
+use figures::difference;
+pub use figures::{BaselineFigures, KindFigures, KindsReport, SizeFigures, SkippedKind};
+use images::SceneImages;
+use subjects::{KindAlone, alone, is_own, least_bytes, moved_bytes};
+
+/// How kinds are measured.
+pub struct KindsOptions<'a> {
+    /// Sizes of frames.
+    pub sizes: Vec<Size>,
+    /// Samples of each median.
+    pub samples: u32,
+    /// The planner's options.
+    pub options: Options,
+    /// The camera of the built-in scene, from a graph that holds it, for a size.
+    pub camera: &'a dyn Fn(&Graph, Size) -> Option<Camera>,
+}
+
+/// Measures each kind of these tables on its own, at each of the sizes: with its optional images, without optional
+/// values, at its default parameters, and only its main output is read. Images come from the built-in scene and are
+/// promised to be finite, as those are that a node before it has made.
+///
+/// # Errors
+/// The device cannot be measured, or the built-in scene not be rendered. A kind that does not run is in the report.
+pub fn kinds(
+    gpu: &Gpu,
+    registry: &Registry,
+    tables: &[&[NodeKind]],
+    options: &KindsOptions<'_>,
+    progress: &dyn Progress,
+) -> Result<KindsReport, LabError> {
+    let clock = Clock::new(gpu)?;
+    let (subjects, mut skipped) = alone(registry, tables);
+    progress.expect((options.sizes.len() * subjects.len()) as u64);
+    let copy_gbps = copy::bandwidth(gpu, &clock)?;
+    let mut rows: Vec<KindFigures> = subjects.iter().map(|subject| KindFigures::new(&subject.kind)).collect();
+    for size in &options.sizes {
+        let images = SceneImages::new(gpu, registry, *size, options)?;
+        let bench = KindBench { gpu, registry, clock: &clock, images: &images, copy_gbps, options, size: *size };
+        for (subject, row) in subjects.iter().zip(&mut rows) {
+            progress.begin(&format!("{} at {size}", subject.kind));
+            let measured = catch_panic(|| bench.measure(subject, row)).map_err(|panic| format!("it panics: {panic}"));
+            if let Err(why) = measured.and_then(|measured| measured.map_err(|error| error.to_string())) {
+                skipped.push(SkippedKind { kind: subject.kind.clone(), why: format!("at {size}: {why}") });
+            }
+            progress.end();
+        }
+    }
+    rows.retain(|row| !row.sizes.is_empty());
+    let info = gpu.adapter.get_info();
+    Ok(KindsReport {
+        adapter: info.name,
+        driver: format!("{} {}", info.driver, info.driver_info),
+        clock: clock.source().name(),
+        frames: options.samples,
+        copy_gbps,
+        kinds: rows,
+        skipped,
+    })
+}
+
+/// The conditions of all measurements at one size.
+struct KindBench<'a> {
+    gpu: &'a Gpu,
+    registry: &'a Registry,
+    clock: &'a Clock,
+    images: &'a SceneImages<'a>,
+    copy_gbps: f64,
+    options: &'a KindsOptions<'a>,
+    size: Size,
+}
+
+impl KindBench<'_> {
+    fn measure(&self, subject: &KindAlone, row: &mut KindFigures) -> Result<(), LabError> {
+        let mut graph = subject.graph(self.registry, &[])?;
+        let images = self.images.of(&subject.kind, &graph.inputs)?;
+        let mut session = self.session(&graph, &images)?;
+        if skips(session.plan()) {
+            // Its defaults change nothing.
+            graph = subject.graph(self.registry, &subject.changed)?;
+            session = self.session(&graph, &images)?;
+            row.set = subject.changed.iter().map(|(name, value)| format!("{name}={value}")).collect();
+        }
+        if let Some(skipped) = session.plan().skipped.iter().find(|skipped| skipped.node == NODE) {
+            return Err(LabError::request(format!("the plan skips it: {}", skipped.why)));
+        }
+        let node = graph.nodes.iter().find(|node| node.name == NODE).expect("the graph was made for this node");
+        let chain = baselines::chain(self.gpu, node, &images, &self.images.camera);
+        let mut frames = 0;
+        let mut step = || next_step(&mut frames);
+        let work = (images.as_slice(), &mut step as &mut dyn FnMut() -> FrameStep);
+        let recordings = chain.iter().map(Chain::recording).collect();
+        let (frame, baseline_time) = session.frame_time(self.clock, self.options.samples, work, recordings)?;
+        let picture = chain.map(|chain| self.compare(&mut session, &chain, &images)).transpose()?;
+        let baseline = picture.map(|picture| BaselineFigures { ms: baseline_time[0].ms(), ..picture });
+        let plan = session.plan().clone();
+        row.passes = plan.passes.iter().filter(|planned| is_own(planned)).count();
+        row.with_others = row.passes < plan.passes.len();
+        let ms = if row.with_others { self.own_passes(&mut session, &images)? } else { frame.ms() };
+        let (least_bytes, moved_bytes) = (least_bytes(&plan), moved_bytes(&plan));
+        row.sizes.push(SizeFigures {
+            size: [self.size.width, self.size.height],
+            ms,
+            least_bytes,
+            share: share(least_bytes, ms, self.copy_gbps),
+            moved_bytes,
+            moved_share: share(moved_bytes, ms, self.copy_gbps),
+            baseline,
+        });
+        Ok(())
+    }
+
+    /// The differences of the last frame from the baseline's and from its source, without a time.
+    fn compare(
+        &self,
+        session: &mut Session,
+        chain: &Chain,
+        images: &[InputImage],
+    ) -> Result<BaselineFigures, LabError> {
+        let output = session.plan().outputs[0].name.clone();
+        let picture = session.output(&output)?.to_floats();
+        let source = images.iter().find(|image| image.input == "source").expect("kinds with baselines change a source");
+        let source = download(&self.gpu.device, &self.gpu.queue, source.view.texture())?.to_floats();
+        let (mean_difference, max_difference) = difference(&picture, &chain.picture(self.gpu)?);
+        let (effect, _) = difference(&picture, &source);
+        Ok(BaselineFigures { ms: 0.0, mean_difference, max_difference, effect })
+    }
+
+    /// A session with a plan for these images.
+    fn session(&self, graph: &Graph, images: &[InputImage]) -> Result<Session, LabError> {
+        let mut session = Session::new(self.gpu, graph.clone(), Facts::default(), self.options.options);
+        for input in &graph.inputs {
+            let Some(block) = input.block else { continue };
+            session.set_block(&input.name, self.images.block(&input.name, block, *block == CAMERA)?);
+        }
+        session.load(self.size, images)?;
+        Ok(session)
+    }
+
+    /// The time of the kind's own passes, where others make its inputs or show its result.
+    fn own_passes(&self, session: &mut Session, images: &[InputImage]) -> Result<f64, LabError> {
+        let mut frames = 0;
+        let times = session.pass_times(self.clock, self.options.samples, images, &mut || next_step(&mut frames))?;
+        let passes = session.plan().passes.iter();
+        Ok(passes.zip(times).filter(|(planned, _)| is_own(planned)).map(|(_, ms)| ms).sum())
+    }
+}
+
+fn skips(plan: &Plan) -> bool {
+    plan.skipped.iter().any(|skipped| skipped.node == NODE)
+}
