@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 use afterimage_graph::image::Size;
-use afterimage_graph::node::NodeKind;
+use afterimage_graph::node::{NodeKind, Params as _};
 use afterimage_lab::bench::{KindsOptions, KindsReport, kinds};
 use afterimage_lab::stress;
 use afterimage_nodes::DemoScene;

@@ -7,7 +7,7 @@ use afterimage_graph::node::{BlockData, Camera, HostBlock, Registry};
 use afterimage_graph::value::Value;
 use afterimage_plan::Options;
 
-use super::KindsOptions;
+use super::options::KindsOptions;
 use crate::LabError;
 use crate::scene::graph;
 

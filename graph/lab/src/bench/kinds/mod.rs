@@ -2,14 +2,15 @@
 
 mod figures;
 mod images;
+mod options;
 mod subjects;
 
 use afterimage_gpu::{Clock, FrameStep, Gpu, InputImage, Session, download};
 use afterimage_graph::check::{Facts, Graph};
 use afterimage_graph::image::Size;
-use afterimage_graph::node::{CAMERA, Camera, NodeKind, Registry};
+use afterimage_graph::node::{CAMERA, NodeKind, Registry};
 use afterimage_media::catch_panic;
-use afterimage_plan::{Options, Plan};
+use afterimage_plan::Plan;
 
 use super::baselines::{self, Chain};
 use super::{copy, next_step, share};
@@ -18,19 +19,8 @@ use crate::{LabError, Progress};
 use figures::difference;
 pub use figures::{BaselineFigures, KindFigures, KindsReport, SizeFigures, SkippedKind};
 use images::SceneImages;
+pub use options::KindsOptions;
 use subjects::{KindAlone, alone, is_own, least_bytes, moved_bytes};
-
-/// How kinds are measured.
-pub struct KindsOptions<'a> {
-    /// Sizes of frames.
-    pub sizes: Vec<Size>,
-    /// Samples of each median.
-    pub samples: u32,
-    /// The planner's options.
-    pub options: Options,
-    /// The camera of the built-in scene, from a graph that holds it, for a size.
-    pub camera: &'a dyn Fn(&Graph, Size) -> Option<Camera>,
-}
 
 /// Measures each kind of these tables on its own, at each of the sizes: with its optional images, without optional
 /// values, at its default parameters, and only its main output is read. Images come from the built-in scene and are
