@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use afterimage_generators::Rng;
-use afterimage_gpu::{Frame, GpuError, Post, PostError, Texels, download, upload, wgpu};
+use afterimage_gpu::{Frame, Gpu, GpuError, Post, PostError, Texels, download, upload, wgpu};
 use afterimage_graph::check::{CheckOptions, Graph, NoFiles, check};
 use afterimage_graph::document::parse;
 use afterimage_graph::image::{Format, Size};
@@ -14,7 +14,7 @@ use glam::camera::rh::proj::directx;
 use glam::camera::rh::view::look_to_mat4;
 use glam::{DMat4, DVec2, DVec4, Mat4, vec3};
 
-use crate::support::gpu::{Picture, gpu};
+use crate::support::gpu::{Picture, Shared, shared};
 
 const FOG: [&str; 2] =
     [include_str!("folders/ground_fog/node.ron"), include_str!("folders/ground_fog/ground_fog.wgsl")];
@@ -107,7 +107,7 @@ const BOTH: &str = r#"Pipeline(
 const SIZE: Size = Size { width: 24, height: 16, depth: 1 };
 
 struct Host {
-    device: (wgpu::Device, wgpu::Queue),
+    gpu: Shared,
     post: Post,
     images: [wgpu::TextureView; 2],
 }
@@ -130,7 +130,7 @@ fn camera(height: f32, turn: f32) -> Camera {
 
 impl Host {
     fn new(text: &str) -> Self {
-        let gpu = gpu().clone();
+        let gpu = shared();
         let post = Post::new(&gpu.adapter, &gpu.device, &gpu.queue, graph(text));
         let image = |pixel: fn(u32, u32) -> [f32; 4]| {
             let picture = Picture::new(SIZE.width, SIZE.height, pixel);
@@ -139,11 +139,11 @@ impl Host {
             texture.create_view(&Default::default())
         };
         let images = [image(scene), image(depth)];
-        Self { device: (gpu.device.clone(), gpu.queue.clone()), post, images }
+        Self { gpu, post, images }
     }
 
     fn frame(&mut self, blocks: &[(&str, &BlockData)]) -> Result<(), PostError> {
-        let (device, queue) = &self.device;
+        let Gpu { device, queue, .. } = &*self.gpu;
         let mut encoder = device.create_command_encoder(&Default::default());
         let inputs = &[("scene", &self.images[0]), ("depth", &self.images[1])];
         let recorded = self.post.encode(&mut encoder, &Frame { inputs, blocks, ..Frame::default() });
@@ -152,7 +152,7 @@ impl Host {
     }
 
     fn shown(&self, name: &str) -> Picture {
-        let texels = download(&self.device.0, &self.device.1, self.post.output(name));
+        let texels = download(&self.gpu.device, &self.gpu.queue, self.post.output(name));
         Picture::of(&texels.unwrap_or_else(|error| panic!("{error}")))
     }
 }
@@ -322,7 +322,7 @@ fn hostile_camera(rng: &mut Rng) -> BlockData {
 fn no_camera_and_no_depth_make_a_pixel_that_is_not_finite() {
     const BAD: [f32; 8] = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, f32::MAX, f32::MIN, 0.0, -1.0, 1e-45];
     let mut host = Host::new(BOTH);
-    let (gpu, good) = (gpu().clone(), host.images.clone());
+    let (gpu, good) = (shared(), host.images.clone());
     let light = camera(2.0, -0.4);
     let tame = light.data().expect("its matrices have inverses");
     let mut rng = Rng::new(17);
@@ -353,7 +353,7 @@ fn a_block_that_is_missing_is_an_error_of_its_frame() {
     let mut host = Host::new(BOTH);
     let data = camera(2.0, -0.4).data().expect("its matrices have inverses");
     host.frame(&[("camera", &data), ("light", &data)]).unwrap_or_else(|error| panic!("{error}"));
-    let (device, queue) = host.device.clone();
+    let Gpu { device, queue, .. } = (*host.gpu).clone();
     let mut encoder = device.create_command_encoder(&Default::default());
     let inputs = &[("scene", &host.images[0]), ("depth", &host.images[1])];
     let blocks = &[("light", &data)];

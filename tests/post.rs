@@ -14,11 +14,11 @@ use afterimage_graph::value::Value;
 use afterimage_nodes::{CompositeBlend, Curve};
 use afterimage_plan::{Options, Plan};
 
-use crate::support::gpu::{Picture, changed, gpu, registry};
+use crate::support::gpu::{Picture, Shared, changed, gpu, registry, shared};
 
 /// A host with one scene.
 struct Host {
-    gpu: Gpu,
+    gpu: Shared,
     scene: wgpu::TextureView,
     post: Post,
     time: f32,
@@ -26,7 +26,7 @@ struct Host {
 
 impl Host {
     fn new(graph: Graph) -> Self {
-        let gpu = gpu().clone();
+        let gpu = shared();
         let post = Post::new(&gpu.adapter, &gpu.device, &gpu.queue, graph);
         let scene = scene(&gpu, Size::new(96, 54));
         Self { gpu, scene, post, time: 0.0 }
@@ -310,7 +310,7 @@ fn parameters_can_be_listed_for_a_panel() {
 /// The value after each frame, read back at once from a plan of its own.
 fn exposures(lights: &[f32]) -> Vec<[f32; 4]> {
     let graph = changed("exposure.ron", None, &[]);
-    let gpu = gpu().clone();
+    let gpu = shared();
     let mut session = Session::new(&gpu, graph, Facts::default(), Options::default());
     let mut values = Vec::new();
     for (number, light) in lights.iter().enumerate() {

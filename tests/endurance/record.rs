@@ -9,7 +9,9 @@ use afterimage_lab::plot::canvas::{Anchor, Canvas};
 #[derive(Clone, Copy)]
 pub struct Sample {
     at: Instant,
-    /// MiB of memory in use.
+    /// MiB that are allocated. Where the allocator does not tell, those of the process.
+    allocated: f64,
+    /// MiB of memory of the process (RSS): also what the allocator keeps between allocations.
     memory: f64,
     /// Open file descriptors.
     descriptors: usize,
@@ -21,8 +23,23 @@ impl Sample {
         let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:")).expect("it states the memory");
         let kibibytes: f64 = line.trim().trim_end_matches(" kB").parse().expect("a number");
         let descriptors = std::fs::read_dir("/proc/self/fd").expect("Linux has this folder").count();
-        Self { at: Instant::now(), memory: kibibytes / 1024.0, descriptors }
+        let memory = kibibytes / 1024.0;
+        Self { at: Instant::now(), allocated: allocated().unwrap_or(memory), memory, descriptors }
     }
+}
+
+/// MiB that this process, with its libraries, has allocated and not freed.
+#[cfg(all(target_os = "linux", target_env = "gnu"))]
+#[allow(unsafe_code, reason = "glibc tells what it has given out by a function in C alone")]
+fn allocated() -> Option<f64> {
+    // SAFETY: the function takes nothing, and may be called on any thread at any time.
+    let info = unsafe { libc::mallinfo2() };
+    Some((info.uordblks + info.hblkhd) as f64 / f64::from(1 << 20))
+}
+
+#[cfg(not(all(target_os = "linux", target_env = "gnu")))]
+fn allocated() -> Option<f64> {
+    None
 }
 
 /// The samples of all rounds.
@@ -38,7 +55,10 @@ impl Record {
     }
 
     pub fn last(&self) -> String {
-        self.0.last().map_or(String::new(), |s| format!("{:.1} MiB, {} descriptors", s.memory, s.descriptors))
+        let text = |s: &Sample| {
+            format!("{:.2} MiB allocated, {:.1} MiB in use, {} descriptors", s.allocated, s.memory, s.descriptors)
+        };
+        self.0.last().map_or(String::new(), text)
     }
 
     fn second_half(&self) -> &[Sample] {
@@ -53,38 +73,43 @@ impl Record {
     }
 
     /// MiB a round over the second half, by least squares, and the mean of it.
-    fn slope(&self) -> (f64, f64) {
+    fn slope(&self, of: fn(&Sample) -> f64) -> (f64, f64) {
         let half = self.second_half();
         let count = half.len().max(1) as f64;
-        let mean = half.iter().map(|sample| sample.memory).sum::<f64>() / count;
+        let mean = half.iter().map(of).sum::<f64>() / count;
         let middle = (count - 1.0) / 2.0;
         let from_middle = |index: usize| index as f64 - middle;
         let terms = half.iter().enumerate();
-        let with_memory: f64 = terms.map(|(index, sample)| from_middle(index) * (sample.memory - mean)).sum();
+        let with_memory: f64 = terms.map(|(index, sample)| from_middle(index) * (of(sample) - mean)).sum();
         let squares: f64 = (0..half.len()).map(|index| from_middle(index).powi(2)).sum();
         (if squares > 0.0 { with_memory / squares } else { 0.0 }, mean)
     }
 
-    /// MiB by which memory grows over the second half.
-    fn growth(&self) -> f64 {
-        self.slope().0 * self.second_half().len() as f64
-    }
-
+    /// What is allocated decides. The memory of the process is in the table and in the plot: it also depends on how
+    /// the allocator places blocks, which differs from run to run with the work that others do on the machine.
     pub fn is_flat(&self) -> bool {
-        self.growth() < FLAT * self.slope().1
+        let (slope, mean) = self.slope(|sample| sample.allocated);
+        slope * (self.second_half().len() as f64) < FLAT * mean
     }
 
     pub fn verdict(&self) -> String {
-        let (slope, mean) = self.slope();
         let word = if self.is_flat() { "flat" } else { "growing" };
         let seconds = self.0.last().map_or(0.0, |last| (last.at - self.0[0].at).as_secs_f64());
+        let growth = |of: fn(&Sample) -> f64| {
+            let (slope, mean) = self.slope(of);
+            let all = slope * self.second_half().len() as f64;
+            format!(
+                "{mean:.1} MiB in the second half, {:.1} KiB more a round, {all:.2} MiB in all of it",
+                slope * 1024.0
+            )
+        };
         format!(
-            "{} rounds, {:.0} min: memory is {word}: {mean:.1} MiB in the second half, {:.1} KiB more a round, {:.2} MiB \
-             in all of it; descriptors: {} at the end, {} more in the second half",
+            "{} rounds, {:.0} min: memory is {word}: allocated {}; of the process {}; descriptors: {} at the end, {} more \
+             in the second half",
             self.0.len(),
             seconds / 60.0,
-            slope * 1024.0,
-            self.growth(),
+            growth(|sample| sample.allocated),
+            growth(|sample| sample.memory),
             self.0.last().map_or(0, |last| last.descriptors),
             self.more_descriptors()
         )
@@ -92,10 +117,11 @@ impl Record {
 
     /// Writes `endurance.csv` and `endurance.svg` into a folder, and prints the verdict.
     pub fn write(&self, folder: &str) {
-        let mut table = "round,seconds,MiB,descriptors\n".to_owned();
+        let mut table = "round,seconds,MiB allocated,MiB in use,descriptors\n".to_owned();
         for (index, sample) in self.0.iter().enumerate() {
             let seconds = (sample.at - self.0[0].at).as_secs_f64();
-            writeln!(table, "{},{seconds:.1},{:.2},{}", index + 1, sample.memory, sample.descriptors)
+            let Sample { allocated, memory, descriptors, .. } = sample;
+            writeln!(table, "{},{seconds:.1},{allocated:.3},{memory:.2},{descriptors}", index + 1)
                 .expect("a text has room");
         }
         let write = |name: &str, text: &str| {
@@ -108,23 +134,23 @@ impl Record {
         println!("{}", self.verdict());
     }
 
-    /// Memory above, descriptors below, both from zero.
+    /// Memory, allocated and of the process, and descriptors below, all from zero.
     fn plot(&self) -> String {
         let mut canvas = Canvas::new(WIDTH, HEIGHT);
         let rounds = self.0.len();
         let title = format!("{rounds} rounds of 50 reloads, 25 resizes, 100 frames and an opening, at 64x48");
         canvas.text((LEFT, 24.0), 14.0, Anchor::Start, INK, &title);
-        let memory: Vec<f64> = self.0.iter().map(|sample| sample.memory).collect();
-        let descriptors: Vec<f64> = self.0.iter().map(|sample| sample.descriptors as f64).collect();
-        panel(&mut canvas, "memory in use (RSS), MiB", 50.0, &memory);
-        panel(&mut canvas, "file descriptors", 250.0, &descriptors);
+        let values = |of: fn(&Sample) -> f64| self.0.iter().map(of).collect::<Vec<f64>>();
+        panel(&mut canvas, "memory of the process (RSS), MiB", 50.0, &values(|sample| sample.memory));
+        panel(&mut canvas, "memory that is allocated, MiB", 250.0, &values(|sample| sample.allocated));
+        panel(&mut canvas, "file descriptors", 450.0, &values(|sample| sample.descriptors as f64));
         canvas.text((WIDTH - 20.0, HEIGHT - 12.0), 12.0, Anchor::End, INK, "round");
         canvas.finish()
     }
 }
 
 const WIDTH: f64 = 720.0;
-const HEIGHT: f64 = 460.0;
+const HEIGHT: f64 = 660.0;
 const LEFT: f64 = 60.0;
 const TALL: f64 = 150.0;
 const INK: &str = "#333";

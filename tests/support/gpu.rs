@@ -43,16 +43,57 @@ pub fn another_device(gpu: &Gpu, required_features: wgpu::Features, required_lim
     Gpu { adapter: gpu.adapter.clone(), device, queue, caps: gpu.caps.clone() }
 }
 
+/// The shared device, which finishes its work when this is dropped. Nobody drops the device itself, which would wait: a
+/// process that ends while llvmpipe still compiles a shader crashes, because the compiler is taken down under it.
+#[derive(Clone)]
+pub struct Shared(Gpu);
+
+impl std::ops::Deref for Shared {
+    type Target = Gpu;
+
+    fn deref(&self) -> &Gpu {
+        &self.0
+    }
+}
+
+impl Drop for Shared {
+    fn drop(&mut self) {
+        // A device that was lost has no work.
+        drop(self.0.wait());
+    }
+}
+
+/// The shared device while one test has it.
+pub struct Held {
+    gpu: Shared,
+    _alone: MutexGuard<'static, ()>,
+}
+
+impl std::ops::Deref for Held {
+    type Target = Gpu;
+
+    fn deref(&self) -> &Gpu {
+        &self.gpu
+    }
+}
+
 /// The shared device; one test at a time has it.
-pub fn gpu() -> MutexGuard<'static, Gpu> {
-    static GPU: OnceLock<Mutex<Gpu>> = OnceLock::new();
+pub fn gpu() -> Held {
+    static ALONE: Mutex<()> = Mutex::new(());
+    // A test that failed has not harmed the device.
+    let alone = ALONE.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+    Held { gpu: shared(), _alone: alone }
+}
+
+/// The shared device, for tests that do not need it alone.
+pub fn shared() -> Shared {
+    static GPU: OnceLock<Gpu> = OnceLock::new();
     super::layer::listen();
     let open = || match Gpu::open(&Opening { adapter: std::env::var("AFTERIMAGE_ADAPTER").ok(), validation: true }) {
-        Ok(gpu) => Mutex::new(gpu),
+        Ok(gpu) => gpu,
         Err(error) => panic!("GPU tests need an adapter: {error}; AFTERIMAGE_NO_GPU=1 reports them as ignored"),
     };
-    // A test that failed has not harmed the device.
-    GPU.get_or_init(open).lock().unwrap_or_else(|poisoned| poisoned.into_inner())
+    Shared(GPU.get_or_init(open).clone())
 }
 
 /// The built-in kinds and the plug-in's.

@@ -1,17 +1,15 @@
 //! A session on the shared device, frame by frame.
 
-use std::sync::MutexGuard;
-
-use afterimage_gpu::{FrameStep, Gpu, InputImage, Session};
+use afterimage_gpu::{FrameStep, InputImage, Session};
 use afterimage_graph::node::Camera;
 
-use super::gpu::{Picture, Run, gpu};
+use super::gpu::{Held, Picture, Run, gpu};
 
 /// Frames of a pipeline. A test has one sequence at a time, because the device is shared.
 pub struct Sequence<'r> {
     run: &'r Run<'r>,
     session: Session,
-    _gpu: MutexGuard<'static, Gpu>,
+    _gpu: Held,
 }
 
 impl<'r> Sequence<'r> {

@@ -1,14 +1,12 @@
 //! A camera walks from the dim room to the bright window: the exposure follows, and how often frames come makes no
 //! difference.
 
-use std::sync::MutexGuard;
-
-use afterimage_gpu::{FrameStep, Gpu, InputImage, Session};
+use afterimage_gpu::{FrameStep, InputImage, Session};
 use afterimage_graph::image::Size;
 use afterimage_plan::Options;
 
 use super::{bits, camera, scene, up_to};
-use crate::support::gpu::{Picture, Run, built_in, gpu, graph};
+use crate::support::gpu::{Held, Picture, Run, built_in, gpu, graph};
 use crate::support::sequence::Sequence;
 
 const SIZE: Size = Size { width: 48, height: 27, depth: 1 };
@@ -22,7 +20,7 @@ struct Walk {
     starts: Session,
     seen: Picture,
     image: InputImage,
-    _gpu: MutexGuard<'static, Gpu>,
+    _gpu: Held,
 }
 
 impl Walk {
