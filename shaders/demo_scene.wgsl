@@ -18,7 +18,10 @@ struct DemoScene {
     dt: f32,     // seconds since the previous frame
     objects: i32,
     samples: i32,
+    first: i32,
     jitter: vec2f,  // of the samples, in pixels, y downwards
+    aperture: f32,  // metres
+    focus: f32,     // metres
 }
 
 struct DemoSceneCamera {
@@ -48,6 +51,14 @@ fn demo_scene_ray(camera: DemoSceneCamera, at: Point, offset: vec2f) -> Ray {
     let from_centre = vec2f(at.pixel) + 0.5 + offset - 0.5 * at.size;
     let xy = from_centre * vec2f(2.0, -2.0) * (DEMO_SCENE_TAN_FOV / at.size.y);
     return Ray(camera.eye, ray_direction(camera.right * xy.x + camera.up * xy.y - camera.back));
+}
+
+// The ray from a point of the lens to where the ray through its middle is in focus: that of a thin lens. `point` is on
+// a disc of radius 1.
+fn demo_scene_through_lens(camera: DemoSceneCamera, ray: Ray, point: vec2f, params: DemoScene) -> Ray {
+    let sharp = ray.direction * (params.focus / dot(ray.direction, -camera.back));
+    let aside = (camera.right * point.x + camera.up * point.y) * (0.5 * params.aperture);
+    return Ray(ray.origin + aside, ray_direction(sharp - aside));
 }
 
 // The width of a pixel at a distance of one metre.
@@ -99,6 +110,12 @@ fn demo_scene_offset(i: i32, count: i32) -> vec2f {
     return select(spread, offset, count == 4);
 }
 
+// Where sample `i` lies on a disc of radius 1: in two parts of the R3 sequence (Roberts), apart from those in a pixel.
+fn demo_scene_lens(i: i32) -> vec2f {
+    let share = fract(0.5 + f32(i) * vec2f(0.8191725, 0.6710436));
+    return sqrt(share.x) * vec2f(cos(6.2831853 * share.y), sin(6.2831853 * share.y));
+}
+
 // The image, with the emissive strength in alpha: the mean of its samples. A mean of linear light is what a lens
 // collects, and no sample is brighter than the sun's disc.
 fn demo_scene(at: Point, frame: Frame, params: DemoScene) -> vec4f {
@@ -107,9 +124,10 @@ fn demo_scene(at: Point, frame: Frame, params: DemoScene) -> vec4f {
     let pose = loft_pose(params.time, params.objects);
     let count = min(params.samples, 64);
     var sum = vec4f(0.0);
-    for (var i = 0; i < count; i++) {
+    for (var i = params.first; i < params.first + count; i++) {
         let offset = demo_scene_offset(i, count) + params.jitter;
-        let ray = demo_scene_ray(camera, at, offset);
+        var ray = demo_scene_ray(camera, at, offset);
+        if params.aperture > 0.0 { ray = demo_scene_through_lens(camera, ray, demo_scene_lens(i), params); }
         sum += demo_scene_radiance(ray, demo_scene_pixel(at), loft_sun_point(offset), lamps, pose);
     }
     let mean = sum / f32(count);

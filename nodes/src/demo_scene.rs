@@ -12,7 +12,8 @@ params! {
     /// The built-in scene: a loft at golden hour, with a dim room, a bright window, a low sun, neon and fine detail.
     ///
     /// The shader traces rays through analytic shapes, so the scene needs no files and has any size. Equal parameters
-    /// give equal images. Light is in units of the room: its greys are 0.02 to 0.3, the sky is near 6, the neon near
+    /// give equal images. With a lens of some diameter, `result` is what a thin lens shows; the other outputs are those
+    /// of its middle. Light is in units of the room: its greys are 0.02 to 0.3, the sky is near 6, the neon near
     /// 11, the disc of the sun 18900. Alpha is the emissive strength: 0 for surfaces that emit no light.
     pub struct DemoScene {
         /// Time of the animation: the neon flickers, dust drifts.
@@ -29,8 +30,14 @@ params! {
         pub objects: u32 = 0 => within(0.0..=2.0), live();
         /// Samples of a pixel: 1 is aliased, 64 are a reference.
         pub samples: u32 = 4 => within(1.0..=64.0), live();
+        /// The first sample of the sequence: the mean of nodes with 0, 64, 128 and 192 has 256 samples.
+        pub first: u32 = 0 => within(0.0..=4096.0), live();
         /// How far all samples lie from their places in the pixel, v downwards: for temporal anti-aliasing.
         pub jitter: [f32; 2] = [0.0, 0.0] => within(-1.0..=1.0), usually(-0.5..=0.5), unit("pixels");
+        /// The diameter of the lens: what is not in focus is blurred, which needs many samples. 0 is a pinhole.
+        pub aperture: f32 = 0.0 => within(0.0..=1.0), usually(0.0..=0.2), unit("m"), neutral(0.0);
+        /// The distance of the focus along the view axis.
+        pub focus: f32 = 4.0 => within(0.1..=1000.0), usually(0.5..=20.0), unit("m");
     }
 }
 
