@@ -1,7 +1,7 @@
 // Shadows from the depth map of a light: the share of texels around a place that lie before it, seen from the light.
 // Williams, "Casting Curved Shadows on Curved Surfaces", 1978; Reeves, Salesin and Cook, "Rendering Antialiased Shadows
 // with Depth Maps", 1987. Distances along the light's axis are compared, so any projection and any direction of depth
-// will do, and biases are lengths.
+// will do, and biases are lengths. Penumbrae of lights of some size: Fernando, "Percentage-Closer Soft Shadows", 2005.
 #import camera
 #import grade
 #import surface
@@ -14,6 +14,10 @@ struct ShadowMask {
     kernel: i32,
     taps: i32,
     is_disc: f32,      // 1 for taps on a disc, 0 for a square
+    light_diameter: f32,
+    tangent: f32,      // of half of the angular diameter of a light with parallel rays
+    largest: f32,
+    blocker_taps: i32,
 }
 
 // Surfaces that the light grazes at a smaller cosine have the bias of this one.
@@ -23,6 +27,15 @@ const SHADOW_GRAZING: f32 = 0.05;
 struct ShadowPlace {
     texel: vec2f,      // in the depth map, where centres have whole numbers
     distance: f32,     // along the light's axis, less the bias
+    width: f32,        // what a texel covers at this distance, in metres
+}
+
+// A disc around a place. Taps are compared with distances that fall from that of the place, in the middle, by `rise`
+// metres at the rim.
+struct ShadowDisc {
+    radius: f32,       // in texels
+    rise: f32,
+    turn: f32,         // in turns
 }
 
 // The distance along the light's axis of what the depth map shows at a texel.
@@ -31,10 +44,13 @@ fn shadow_distance(map: texture_2d<f32>, light: Camera, p: vec2i) -> f32 {
     return camera_distance(light, uv, texel(map, p).x);
 }
 
+fn shadow_is_inside(map: texture_2d<f32>, p: vec2i) -> bool {
+    return all(p >= vec2i(0)) && all(p < vec2i(textureDimensions(map)));
+}
+
 // 1 if a texel lies before the place. Beyond the map nothing does.
 fn shadow_before(map: texture_2d<f32>, light: Camera, p: vec2i, distance: f32) -> f32 {
-    let is_inside = all(p >= vec2i(0)) && all(p < vec2i(textureDimensions(map)));
-    return select(0.0, 1.0, is_inside && shadow_distance(map, light, p) < distance);
+    return select(0.0, 1.0, shadow_is_inside(map, p) && shadow_distance(map, light, p) < distance);
 }
 
 // The share of the texels around a place, filtered linearly: a square of `kernel` taps to each side.
@@ -54,18 +70,73 @@ fn shadow_square(map: texture_2d<f32>, light: Camera, place: ShadowPlace, kernel
     return sum / f32(taps * taps);
 }
 
-// The same for taps on a disc, in a spiral of equal areas, which is turned differently in each pixel of four by four:
-// Vogel, "A Better Way to Construct the Sunflower Head", 1979.
-fn shadow_disc(map: texture_2d<f32>, light: Camera, place: ShadowPlace, turn: f32, params: ShadowMask) -> f32 {
+// The direction of a tap of a spiral: Vogel, "A Better Way to Construct the Sunflower Head", 1979.
+fn shadow_direction(turn: f32, i: i32) -> vec2f {
+    let angle = 6.2831853 * turn + 2.3999632 * f32(i);
+    return vec2f(cos(angle), sin(angle));
+}
+
+// The same for taps on a disc, in a spiral of equal areas, which is turned differently in each pixel of four by four.
+fn shadow_disc(map: texture_2d<f32>, light: Camera, place: ShadowPlace, disc: ShadowDisc, params: ShadowMask) -> f32 {
     let count = clamp(params.taps, 1, 64);
     var sum = 0.0;
     for (var i = 0; i < count; i++) {
-        let angle = 6.2831853 * turn + 2.3999632 * f32(i);
-        let way = 0.5 * f32(params.kernel) * sqrt((f32(i) + 0.5) / f32(count));
-        let at = place.texel + way * vec2f(cos(angle), sin(angle));
-        sum += shadow_square(map, light, ShadowPlace(at, place.distance), 1);
+        let share = sqrt((f32(i) + 0.5) / f32(count));
+        let at = place.texel + disc.radius * share * shadow_direction(disc.turn, i);
+        sum += shadow_square(map, light, ShadowPlace(at, place.distance - disc.rise * share, place.width), 1);
     }
     return sum / f32(count);
+}
+
+// Whether the light has a size.
+fn shadow_is_soft(light: Camera, params: ShadowMask) -> bool {
+    return select(params.tangent, params.light_diameter, light.projection[2].w != 0.0) > 0.0;
+}
+
+// Half of the penumbra's width in texels, of an edge that is `gap` metres nearer to the light than the place. It is the
+// distance in the map, too, up to which what is that much nearer lies before a part of the light.
+fn shadow_penumbra(light: Camera, place: ShadowPlace, gap: f32, params: ShadowMask) -> f32 {
+    let lamp = 0.5 * params.light_diameter * gap / max(place.distance - gap, 1e-3);
+    return select(params.tangent * gap, lamp, light.projection[2].w != 0.0) / place.width;
+}
+
+// The distance along the light's axis of the near plane, which may be at either end of the depths.
+fn shadow_nearest(light: Camera) -> f32 {
+    return min(camera_distance(light, vec2f(0.5), 0.0), camera_distance(light, vec2f(0.5), 1.0));
+}
+
+// How much nearer to the light than the place its blockers are, in the mean: 0 without one. Only what lies before part
+// of the light counts, so a plane never blocks itself, or what the least disc of the filter reaches. Taps are nearer to
+// each other in the middle, where all blockers are that are near to the place.
+fn shadow_gap(map: texture_2d<f32>, light: Camera, place: ShadowPlace, disc: ShadowDisc, params: ShadowMask) -> f32 {
+    let count = clamp(params.blocker_taps, 1, 64);
+    let least = 0.5 * f32(params.kernel) + 0.5;
+    var sum = 0.0;
+    var found = 0.0;
+    for (var i = 0; i < count; i++) {
+        let way = disc.radius * f32(i) / f32(count);
+        let p = vec2i(floor(place.texel + way * shadow_direction(disc.turn, i) + 0.5));
+        let gap = min(place.distance - shadow_distance(map, light, p), HALF_MAX);
+        let reach = max(shadow_penumbra(light, place, gap, params), least);
+        if gap > 0.0 && shadow_is_inside(map, p) && length(vec2f(p) - place.texel) <= reach {
+            sum += gap;
+            found += 1.0;
+        }
+    }
+    return sum / max(found, 1.0);
+}
+
+// The share for a light of some size: a disc as wide as the penumbra of the mean blocker, at least that of `kernel`.
+// Its taps are compared with a cone towards the light, half as steep as that of the light's rays, which no surface
+// reaches by its slope alone.
+fn shadow_soft(map: texture_2d<f32>, light: Camera, place: ShadowPlace, turn: f32, params: ShadowMask) -> f32 {
+    let least = 0.5 * f32(params.kernel);
+    let widest = max(0.5 * params.largest * f32(textureDimensions(map).x), least);
+    let reach = shadow_penumbra(light, place, max(place.distance - shadow_nearest(light), 0.0), params);
+    let gap = shadow_gap(map, light, place, ShadowDisc(clamp(reach, least, widest), 0.0, turn), params);
+    if gap <= 0.0 { return 0.0; }
+    let radius = clamp(shadow_penumbra(light, place, gap, params), least, widest);
+    return shadow_disc(map, light, place, ShadowDisc(radius, 0.5 * gap, turn), params);
 }
 
 // The place in the world of what a pixel shows, and its distance. Apart from what reads the light: a module with the
@@ -113,11 +184,15 @@ fn shadow_share(
     let uv = camera_uv(light, moved);
     if any(uv.xy < vec2f(0.0)) || any(uv.xy > vec2f(1.0)) { return 0.0; }
     // How much nearer the plane of the surface is at the farthest texel that is compared.
-    let reach = (0.5 * f32(params.kernel) + select(0.5, 1.0, params.is_disc > 0.5)) * width;
+    let is_soft = shadow_is_soft(light, params);
+    let reach = (0.5 * f32(params.kernel) + select(0.5, 1.0, is_soft || params.is_disc > 0.5)) * width;
     let slope = (abs(n.x) + abs(n.y)) * max(towards.z, 0.0) / max(facing, SHADOW_GRAZING);
     let bias = params.bias + params.slope_bias * reach * slope;
-    let found = ShadowPlace(uv.xy * size - 0.5, -moved.z - bias);
-    if params.is_disc > 0.5 { return shadow_disc(map, light, found, surface_turn(at.pixel), params); }
+    let found = ShadowPlace(uv.xy * size - 0.5, -moved.z - bias, width);
+    let turn = surface_turn(at.pixel);
+    if is_soft { return shadow_soft(map, light, found, turn, params); }
+    let disc = ShadowDisc(0.5 * f32(params.kernel), 0.0, turn);
+    if params.is_disc > 0.5 { return shadow_disc(map, light, found, disc, params); }
     return shadow_square(map, light, found, params.kernel);
 }
 

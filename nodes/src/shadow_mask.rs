@@ -13,7 +13,7 @@ choices! {
         /// A square, which gives the same shadow in each pixel of a surface.
         Square,
         /// A disc, turned differently in each pixel of four by four: rounder, with noise that a `BilateralBlur` of
-        /// radius 4 takes away.
+        /// radius 4 takes away. A light of some size has it always.
         Disc,
     }
 }
@@ -28,13 +28,16 @@ params! {
     /// graph/docs/depth.md compares it with rays.
     ///
     /// `result` is the source times the share of light that arrives, so the source is best the light of this lamp
-    /// alone. A renderer that adds lamps up multiplies each one with 1 - `shadow`. Penumbrae have one width: choose
-    /// `kernel` by the size of the light and of the map's texels. Alpha passes unchanged.
+    /// alone. A renderer that adds lamps up multiplies each one with 1 - `shadow`. Alpha passes unchanged.
+    ///
+    /// Penumbrae are as wide as `kernel`, unless the light has a size: `angular_diameter` where its rays are parallel,
+    /// `light_diameter` where its camera has a perspective. Then what blocks the light is searched, and penumbrae
+    /// grow with its distance from the place: Fernando, "Percentage-Closer Soft Shadows", SIGGRAPH sketches, 2005.
     pub struct ShadowMask {
         /// Share of the shadow. 0 changes nothing.
         pub amount: f32 = 1.0 => within(0.0..=1.0), neutral(0.0);
-        /// Taps of the square across and down, or the diameter of the disc. Each tap is filtered linearly over two by
-        /// two texels.
+        /// Taps of the square across and down, or the diameter of the disc: the least width of a penumbra. Each
+        /// tap is filtered linearly over two by two texels.
         pub kernel: u32 = 3 => within(1.0..=7.0), unit("texels"), quality(3u32, [1]), live();
         /// Where the map is read.
         pub pattern: ShadowTaps = ShadowTaps::Square;
@@ -49,12 +52,23 @@ params! {
         pub normal_bias: f32 = 0.0 => within(0.0..=8.0), usually(0.0..=3.0), unit("texels"), neutral(0.0);
         /// The space that `normal` is in.
         pub space: NormalSpace = NormalSpace::View;
+        /// The diameter of a light whose camera has a perspective: a disc across its axis. 0 searches no blockers.
+        pub light_diameter: f32 = 0.0 => within(0.0..=100.0), usually(0.0..=1.0), unit("m"), neutral(0.0);
+        /// The angle that a light with parallel rays, whose camera is orthographic, has in the sky: the sun 0.53. 0
+        /// searches no blockers.
+        pub angular_diameter: f32 = 0.0 => within(0.0..=90.0), usually(0.0..=5.0), unit("degrees"), neutral(0.0);
+        /// The widest penumbra, and the part of the map in which blockers are searched around a place.
+        pub largest: f32 = 0.05 => within(0.0..=1.0), usually(0.01..=0.2), unit("map widths");
+        /// Taps of the search.
+        pub blocker_taps: u32 = 32 => within(1.0..=64.0), usually(8.0..=32.0), quality(32u32, [16, 8]), live();
     }
 }
 
 impl ShadowMask {
     fn set<'r, 'a>(&self, pass: FunctionPass<'r, 'a>) -> FunctionPass<'r, 'a> {
+        let half = 0.5 * f64::from(self.angular_diameter);
         pass.set("is_disc", f64::from(u8::from(self.pattern == ShadowTaps::Disc)))
+            .set("tangent", half.to_radians().tan())
     }
 
     /// The places in the world of all pixels.

@@ -9,6 +9,7 @@ mod local;
 mod metering;
 mod occlusion;
 mod probes;
+mod references;
 mod resolve;
 mod shadow;
 mod shadow_rays;

@@ -1,4 +1,4 @@
-//! Shadows from the depth map of a light, by percentage-closer filtering.
+//! Shadows from the depth map of a light, by percentage-closer filtering, with penumbrae for lights of some size.
 
 use std::f64::consts::TAU;
 
@@ -21,6 +21,29 @@ pub(crate) struct Shadow {
     pub(crate) bias: f64,
     pub(crate) slope_bias: f64,
     pub(crate) normal_bias: f64,
+    /// For lights of some size.
+    pub(crate) soft: Option<Soft>,
+}
+
+/// A light of some size, and how what blocks it is searched.
+#[derive(Clone, Copy)]
+pub(crate) struct Soft {
+    /// The diameter in metres of a light with a perspective, or the angular diameter in degrees.
+    pub(crate) diameter: f64,
+    /// The widest penumbra, in widths of the map.
+    pub(crate) largest: f64,
+    pub(crate) blocker_taps: usize,
+    /// Taps of the filter.
+    pub(crate) taps: usize,
+}
+
+/// A place as the light sees it: in texels of the map, whose centres have whole numbers; the distance along the axis,
+/// less the bias; and what a texel covers there.
+#[derive(Clone, Copy)]
+struct Place {
+    texel: DVec2,
+    distance: f64,
+    width: f64,
 }
 
 /// A depth map, and the camera that it was drawn with.
@@ -36,11 +59,26 @@ impl<'a> Lamp<'a> {
         Self { view: View::new(camera, map), to_light: wide(camera.view), map }
     }
 
-    /// Whether a texel lies before a distance.
-    fn is_before(&self, [x, y]: [i64; 2], distance: f64) -> bool {
+    /// The distance of what a texel shows, if it is one of the map.
+    fn distance(&self, [x, y]: [i64; 2]) -> Option<f64> {
         let (width, height) = (self.map.width as i64, self.map.height as i64);
         let is_inside = (0..width).contains(&x) && (0..height).contains(&y);
-        is_inside && self.view.distance([x as f64, y as f64], self.map.texel(x, y)[0]) < distance
+        is_inside.then(|| self.view.distance([x as f64, y as f64], self.map.texel(x, y)[0]))
+    }
+
+    /// Whether a texel lies before a distance.
+    fn is_before(&self, texel: [i64; 2], distance: f64) -> bool {
+        self.distance(texel).is_some_and(|found| found < distance)
+    }
+
+    fn is_perspective(&self) -> bool {
+        self.view.projection.z_axis.w != 0.0
+    }
+
+    /// The distance of the near plane, at either end of the depths.
+    fn nearest(&self) -> f64 {
+        let middle = [0.5 * self.map.width as f64 - 0.5, 0.5 * self.map.height as f64 - 0.5];
+        self.view.distance(middle, 0.0).min(self.view.distance(middle, 1.0))
     }
 
     /// The mean of taps on a square, each filtered linearly.
@@ -59,16 +97,61 @@ impl<'a> Lamp<'a> {
     }
 }
 
-impl Shadow {
-    fn filtered(&self, lamp: &Lamp<'_>, at: DVec2, distance: f64, [x, y]: [i64; 2]) -> f64 {
-        let Some(taps) = self.disc else { return lamp.square(at, distance, self.kernel) };
-        let turn = (((x + y) & 3) * 4 + (x & 3)) as f64 / 16.0;
-        let one = |i: usize| {
-            let angle = TAU * turn + 2.3999632 * i as f64;
-            let way = 0.5 * self.kernel as f64 * ((i as f64 + 0.5) / taps as f64).sqrt();
-            lamp.square(at + way * DVec2::new(angle.cos(), angle.sin()), distance, 1)
+/// The direction of a tap of a spiral, which turns within four by four pixels.
+fn direction([x, y]: [i64; 2], tap: usize) -> DVec2 {
+    let turn = (((x + y) & 3) * 4 + (x & 3)) as f64 / 16.0;
+    let angle = TAU * turn + 2.3999632 * tap as f64;
+    DVec2::new(angle.cos(), angle.sin())
+}
+
+impl Soft {
+    /// Half of the width in texels of the penumbra of an edge that is so much nearer to the light.
+    fn penumbra(&self, lamp: &Lamp<'_>, place: Place, gap: f64) -> f64 {
+        let half = 0.5 * self.diameter;
+        let metres = if lamp.is_perspective() {
+            // By similar triangles: the light's disc, the edge, the place.
+            half * gap / (place.distance - gap).max(1e-3)
+        } else {
+            half.to_radians().tan() * gap
         };
-        (0..taps).map(one).sum::<f64>() / taps as f64
+        metres / place.width
+    }
+
+    /// How much nearer to the light its blockers are in the mean, if there are any.
+    fn gap(&self, lamp: &Lamp<'_>, place: Place, radius: f64, (pixel, kernel): ([i64; 2], usize)) -> Option<f64> {
+        let blockers = (0..self.blocker_taps).filter_map(|tap| {
+            let way = radius * tap as f64 / self.blocker_taps as f64;
+            let at = (place.texel + way * direction(pixel, tap) + 0.5).floor();
+            let gap = place.distance - lamp.distance([at.x as i64, at.y as i64])?;
+            let reach = self.penumbra(lamp, place, gap).max(0.5 * kernel as f64 + 0.5);
+            (gap > 0.0 && at.distance(place.texel) <= reach).then_some(gap)
+        });
+        let (sum, count) = blockers.fold((0.0, 0), |(sum, count), gap| (sum + gap, count + 1));
+        (count > 0).then(|| sum / f64::from(count))
+    }
+}
+
+/// The mean of taps on a disc of this radius in texels, compared with distances that fall by `rise` to the rim.
+fn disc(lamp: &Lamp<'_>, place: Place, (radius, rise): (f64, f64), (pixel, taps): ([i64; 2], usize)) -> f64 {
+    let one = |tap: usize| {
+        let share = ((tap as f64 + 0.5) / taps as f64).sqrt();
+        lamp.square(place.texel + radius * share * direction(pixel, tap), place.distance - rise * share, 1)
+    };
+    (0..taps).map(one).sum::<f64>() / taps as f64
+}
+
+impl Shadow {
+    fn filtered(&self, lamp: &Lamp<'_>, place: Place, pixel: [i64; 2]) -> f64 {
+        let least = 0.5 * self.kernel as f64;
+        let Some(soft) = self.soft else {
+            let Some(taps) = self.disc else { return lamp.square(place.texel, place.distance, self.kernel) };
+            return disc(lamp, place, (least, 0.0), (pixel, taps));
+        };
+        let widest = (0.5 * soft.largest * lamp.map.width as f64).max(least);
+        let reach = soft.penumbra(lamp, place, (place.distance - lamp.nearest()).max(0.0)).clamp(least, widest);
+        let Some(gap) = soft.gap(lamp, place, reach, (pixel, self.kernel)) else { return 0.0 };
+        let radius = soft.penumbra(lamp, place, gap).clamp(least, widest);
+        disc(lamp, place, (radius, 0.5 * gap), (pixel, soft.taps))
     }
 
     /// The share of the light that is blocked in a pixel of the eye's image, for a normal in the eye's space.
@@ -82,8 +165,7 @@ impl Shadow {
         let from_eye = lamp.to_light * wide(eye.view).inverse();
         let place = (from_eye * surfaces.place(pixel).extend(1.0)).xyz();
         let n = (from_eye * normal.extend(0.0)).xyz();
-        let is_perspective = lamp.view.projection.z_axis.w != 0.0;
-        let towards = if is_perspective { (-place).normalize() } else { DVec3::Z };
+        let towards = if lamp.is_perspective() { (-place).normalize() } else { DVec3::Z };
         let facing = n.dot(towards);
         if facing <= 0.0 {
             return 1.0;
@@ -96,11 +178,12 @@ impl Shadow {
             return 0.0;
         }
         let size = DVec2::new(lamp.map.width as f64, lamp.map.height as f64);
-        let at = DVec2::new(0.5 + 0.5 * clip.x, 0.5 - 0.5 * clip.y) * size - 0.5;
-        let filtered = if self.disc.is_some() { 1.0 } else { 0.5 };
+        let texel = DVec2::new(0.5 + 0.5 * clip.x, 0.5 - 0.5 * clip.y) * size - 0.5;
+        let filtered = if self.disc.is_some() || self.soft.is_some() { 1.0 } else { 0.5 };
         let reach = (0.5 * self.kernel as f64 + filtered) * width;
         let slope = (n.x.abs() + n.y.abs()) * towards.z.max(0.0) / facing.max(GRAZING);
-        self.filtered(lamp, at, -moved.z - self.bias - self.slope_bias * reach * slope, pixel)
+        let distance = -moved.z - self.bias - self.slope_bias * reach * slope;
+        self.filtered(lamp, Place { texel, distance, width }, pixel)
     }
 }
 

@@ -1,5 +1,6 @@
 //! What tests share.
 
+pub mod docs;
 pub mod gpu;
 pub mod harness;
 pub mod layer;

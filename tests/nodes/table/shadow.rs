@@ -11,7 +11,7 @@ use crate::nodes::surface::eye;
 use crate::reference::gtao::{Surfaces, lit};
 use crate::reference::image::Image;
 use crate::reference::math::mix;
-use crate::reference::shadow::{Lamp, Shadow};
+use crate::reference::shadow::{Lamp, Shadow, Soft};
 use crate::reference::ssao::Ssao;
 use crate::reference::view::View;
 use crate::support::gpu::Picture;
@@ -59,8 +59,7 @@ pub(super) fn shadow_kinds() -> Vec<Reference> {
             color::light,
             SHARES,
             |source| {
-                let shadow =
-                    Shadow { kernel: 4, disc: None, bias: f64::from(0.02_f32), slope_bias: 0.5, normal_bias: 0.0 };
+                let shadow = Shadow { kernel: 4, bias: f64::from(0.02_f32), slope_bias: 0.5, ..HARD };
                 shadowed(source, &shadow, 0.75)
             },
         )
@@ -74,7 +73,23 @@ pub(super) fn shadow_kinds() -> Vec<Reference> {
             color::light,
             SHARES,
             |source| {
-                let shadow = Shadow { kernel: 5, disc: Some(12), bias: 0.0, slope_bias: 1.0, normal_bias: 0.5 };
+                let shadow = Shadow { kernel: 5, disc: Some(12), normal_bias: 0.5, ..HARD };
+                shadowed(source, &shadow, 1.0)
+            },
+        )
+        .with_data(near)
+        .with_camera(eye()),
+        Reference::new(
+            ("ShadowMask", "Color"),
+            &format!(
+                "\"result\": ShadowMask({SHADOWED}, kernel: 2, taps: 24, bias: 0.02, light_diameter: 0.5, \
+                 largest: 0.4, blocker_taps: 20)"
+            ),
+            color::light,
+            SHARES,
+            |source| {
+                let soft = Soft { diameter: 0.5, largest: f64::from(0.4_f32), blocker_taps: 20, taps: 24 };
+                let shadow = Shadow { kernel: 2, bias: f64::from(0.02_f32), soft: Some(soft), ..HARD };
                 shadowed(source, &shadow, 1.0)
             },
         )
@@ -89,6 +104,9 @@ fn points(is_half: bool, denoise: usize) -> Ssao {
 
 /// The eye is the light, too, and distances are what its projection writes: many places lie behind what it shows there.
 const SHADOWED: &str = "source: \"scene\", depth: \"data\", camera: \"camera\", map: \"data\", light: \"camera\"";
+
+/// A square, without a bias but that of the slope.
+const HARD: Shadow = Shadow { kernel: 3, disc: None, bias: 0.0, slope_bias: 1.0, normal_bias: 0.0, soft: None };
 
 const SHARES: Tolerance = tolerance(1e-5, 1e-3, "places by products of matrices in f32, which linear filters weigh");
 
