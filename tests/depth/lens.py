@@ -3,9 +3,9 @@
 
     venv/bin/python lens.py PROGRAM FOLDER
 
-The lens is 32 mm wide and focused on 4 m; the images are 320x180. FOLDER receives them. Prints PSNR and the mean of FLIP
-of a pinhole, of the node and of the node with less of its `amount`, exposed by 1 stop, through `ToneMap` and encoded;
-the packages are those of `compare_cycles.py`.
+The lens is 32 mm wide and focused on 4 m; the images are 320x180. FOLDER receives them. Prints PSNR and mean of FLIP of
+a pinhole, of the node, of the node with less of its `amount`, and of the node with depths whose circles are narrower
+by a share of a pixel, exposed by 1 stop, through `ToneMap` and encoded; the packages are those of `compare_cycles.py`.
 """
 import argparse, os
 
@@ -23,22 +23,44 @@ SHOW = VIEW.replace("stops: 0.0", "stops: 1.0")
 AMOUNTS = {"`DepthOfField`": 1.0, "with 0.85 of its `amount`": 0.85, "with 0.73 of it": 0.73}
 
 
-def lens(amount):
+# What is taken from the square of each circle's radius, in pixels.
+NARROWER = {"r^2 less 1/6": 1 / 6, "r^2 less 1/3": 1 / 3}
+
+
+def lens(amount, depth="scene.depth"):
     focal_length = SENSOR_DISTANCE / (1.0 + SENSOR_DISTANCE / (1000.0 * FOCUS))
     f_stop = FACTOR * focal_length / (1000.0 * APERTURE)
     numbers = f"amount: {FACTOR * amount}, focus: {FOCUS}, f_stop: {f_stop}, focal_length: {focal_length}"
-    return f'"made": DepthOfField(source: "scene", depth: "scene.depth", {numbers}, largest: 0.06),'
+    return f'"made": DepthOfField(source: "scene", depth: "{depth}", {numbers}, largest: 0.06),'
 
 
-def shown(program, folder, nodes, light):
+def shown(program, folder, nodes, light, inputs="", more=()):
     """The encoded image of light that nodes make."""
     out = os.path.join(folder, "out.exr")
-    text = f'Pipeline(inputs: {{}}, nodes: {{ {nodes} {SHOW % light} }}, outputs: {{ "out": "view" }})'
-    run(program, folder, text, ["--size", SIZE, "-o", out])
+    text = f'Pipeline(inputs: {{ {inputs} }}, nodes: {{ {nodes} {SHOW % light} }}, outputs: {{ "out": "view" }})'
+    run(program, folder, text, [*(more or ["--size", SIZE]), "-o", out])
     return encoded(frames.channels(out, None, "RGB"))
 
 
-def reference(program, folder, walk):
+def narrowed(program, folder, walk, less):
+    """The encoded image of the node with depths whose circles have less of the square of their radius."""
+    files = {name: os.path.join(folder, f"{name}.exr") for name in ("scene", "depth")}
+    outputs = '"scene": "scene", "depth": "scene.depth"'
+    nodes = f'"scene": DemoScene(walk: {walk}, samples: 64)'
+    text = f"Pipeline(inputs: {{}}, nodes: {{ {nodes} }}, outputs: {{ {outputs} }})"
+    more = [part for name, file in files.items() for part in ("--output", f"{name}={file}")]
+    run(program, folder, text, ["--size", SIZE, *more])
+    depth = frames.channels(files["depth"], None, "R")[..., 0].astype(np.float64)
+    farthest = APERTURE / FOCUS / (4 * 0.4245) * float(SIZE.split("x")[1])
+    radius = np.sqrt(np.maximum((farthest * (depth - FOCUS) / depth) ** 2 - less, 0)) / farthest
+    far, near = FOCUS / (1 - np.minimum(radius, 0.9999)), FOCUS / (1 + radius)
+    frames.write(files["depth"], [np.where(depth > FOCUS, np.minimum(far, 60000), near)])
+    inputs = '"scene": Color, "depth": Depth'
+    more = [files["scene"], "--input", "depth=" + files["depth"]]
+    return shown(program, folder, lens(1.0, "depth"), "made", inputs, more)
+
+
+def many_samples(program, folder, walk):
     """The mean of four times 64 samples, shown."""
     files, nodes, outputs, more = [], "", "", ["--size", SIZE]
     for first in range(0, 256, 64):
@@ -49,11 +71,9 @@ def reference(program, folder, walk):
         more += ["--output", f"lens{first}={files[-1]}"]
     run(program, folder, f"Pipeline(inputs: {{}}, nodes: {{ {nodes} }}, outputs: {{ {outputs} }})", more)
     mean = np.mean([frames.channels(file, None, "RGB") for file in files], 0)
-    light, out = os.path.join(folder, "mean.exr"), os.path.join(folder, "out.exr")
+    light = os.path.join(folder, "mean.exr")
     frames.write(light, [mean[..., channel] for channel in range(3)])
-    text = f'Pipeline(inputs: {{ "scene": Color }}, nodes: {{ {SHOW % "scene"} }}, outputs: {{ "out": "view" }})'
-    run(program, folder, text, [light, "-o", out])
-    return encoded(frames.channels(out, None, "RGB"))
+    return shown(program, folder, "", "scene", '"scene": Color', [light])
 
 
 def main():
@@ -62,15 +82,20 @@ def main():
     parser.add_argument("folder")
     args = parser.parse_args()
     os.makedirs(args.folder, exist_ok=True)
-    wanted = [reference(args.program, args.folder, walk) for walk in WALKS]
-    rows = {"a pinhole": ("", "scene")} | {name: (lens(amount), "made") for name, amount in AMOUNTS.items()}
-    for name, (nodes, light) in rows.items():
-        cells = []
-        for walk, reference_image in zip(WALKS, wanted):
-            scene = f'"scene": DemoScene(walk: {walk}, samples: 64), '
-            psnr, flip = errors(reference_image, shown(args.program, args.folder, scene + nodes, light))
-            cells.append(f"{psnr:.1f} dB, {flip:.3f}")
-        print(f"| {name} | {' | '.join(cells)} |", flush=True)
+    wanted = [many_samples(args.program, args.folder, walk) for walk in WALKS]
+    def row(name, image):
+        cells = [errors(reference, image(walk)) for walk, reference in zip(WALKS, wanted)]
+        print(f"| {name} | {' | '.join(f'{psnr:.1f} dB, {flip:.3f}' for psnr, flip in cells)} |", flush=True)
+
+    def rendered(nodes, light):
+        scene = '"scene": DemoScene(walk: %s, samples: 64), '
+        return lambda walk: shown(args.program, args.folder, scene % walk + nodes, light)
+
+    row("a pinhole", rendered("", "scene"))
+    for name, amount in AMOUNTS.items():
+        row(name, rendered(lens(amount), "made"))
+    for name, less in NARROWER.items():
+        row(name, lambda walk: narrowed(args.program, args.folder, walk, less))
 
 
 if __name__ == "__main__":
