@@ -35,6 +35,16 @@ fn unpack(packed: vec4f) -> vec3f {
     return vec3f(c.x + c.y - c.z, c.x + c.z, c.x - c.y - c.z);
 }
 
+// Light that a half float holds. Components of colors outside of Rec.709, and of what the spline overshoots, are
+// negative as long as the luminance is not.
+fn limited_light(rgb: vec3f) -> vec3f {
+    let weights = vec3f(0.2126, 0.7152, 0.0722);
+    let bounded = clamp(rgb, vec3f(-65504.0), vec3f(65504.0));
+    let light = max(bounded, vec3f(0.0));
+    let share = dot(light, weights) / max(dot(light - bounded, weights), 1e-30);
+    return light + min(share, 1.0) * min(bounded, vec3f(0.0));
+}
+
 fn catmull_rom(uv: vec2f) -> vec3f {
     let size = vec2f(textureDimensions(history));
     let place = uv * size;
@@ -90,7 +100,7 @@ fn resolve(@builtin(global_invocation_id) id: vec3u) {
     var least = middle.xyz;
     var greatest = middle.xyz;
     var nearest = p;
-    var distance = 1e30;
+    var distance = textureLoad(depths, p, 0).x;
     for (var i = 0; i < 9; i++) {
         let step = vec2i(i % 3 - 1, i / 3 - 1);
         let q = clamp(p + step, vec2i(0), last);
@@ -115,7 +125,7 @@ fn resolve(@builtin(global_invocation_id) id: vec3u) {
     var share = 1.0;
     var old = middle;
     if all(there >= vec2f(0.0)) && all(there <= vec2f(1.0)) && was_seen(p, there) {
-        old = pack(clamp(catmull_rom(there), vec3f(0.0), vec3f(65504.0)));
+        old = pack(limited_light(catmull_rom(there)));
         let part = fract(there * vec2f(size) - 0.5);
         share = max(settings.blend, settings.moving * 2.0 * dot(part, 1.0 - part));
     }
@@ -124,5 +134,5 @@ fn resolve(@builtin(global_invocation_id) id: vec3u) {
     let units = abs(away.xyz) / max(room, vec3f(1e-6));
     let limited = mean + away / max(max(max(units.x, units.y), units.z), 1.0);
     let light = unpack(mix(limited, color, share));
-    textureStore(smooth_image, p, vec4f(clamp(light, vec3f(0.0), vec3f(65504.0)), center.a));
+    textureStore(smooth_image, p, vec4f(limited_light(light), center.a));
 }
