@@ -1,6 +1,7 @@
 //! A pipeline as a host keeps it: parameters by handle, facts, tiers and sizes.
 
 mod images;
+mod incoming;
 mod rectangles;
 mod tools;
 

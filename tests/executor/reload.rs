@@ -166,23 +166,56 @@ fn numbers_that_were_prepared_for_another_plan_come_with_their_plan() {
     assert_eq!(step(&mut player, &scene), wanted);
 }
 
+/// A trail that remembers one frame, beside an image that is remembered for three.
+const DEEPER: &str = r#"Pipeline(
+    inputs: { "scene": Color },
+    nodes: {
+        "trail": Composite(base: "scene", bloom: "trail@previous", blend: Mix, strength: 0.5, filter: Bilinear),
+        "twice": Exposure(source: "scene", stops: 1.0),
+    },
+    outputs: { "out": "trail", "now": "twice", "past": "twice@previous:3" },
+)"#;
+
+/// Frames go on while a plan is prepared whose histories have another depth, and two plans may be prepared at once.
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_history_goes_on_in_a_plan_with_a_deeper_one_and_in_another_that_was_prepared_beside_it() {
+    let scene = flat(8, 4, 1.0);
+    for frames in 0..4 {
+        let mut player = Player::new();
+        let plans = [TRAIL, DEEPER, BRIGHTER].map(|text| planned(&player, &at_tier(text, None), &scene));
+        let [shallow, deep, brighter] = plans;
+        let mut wanted = 0.0;
+        let mut half_way = || {
+            wanted = 0.5 + 0.5 * wanted;
+            wanted
+        };
+        player.executor.load(shallow).expect("the first plan");
+        assert_eq!(trail(&mut player, &scene, "out"), half_way());
+        let preparations = [deep, brighter].map(|plan| player.executor.prepare(plan));
+        for _ in 0..frames {
+            assert_eq!(trail(&mut player, &scene, "out"), half_way());
+        }
+        let [deep, brighter] = preparations;
+        player.executor.swap(deep).expect("the deeper plan");
+        for past in [0.0, 0.0, 0.0, 2.0] {
+            assert_eq!(trail(&mut player, &scene, "out"), half_way(), "after {frames} frames");
+            assert_eq!(level(&player.output("past")), past);
+        }
+        player.executor.swap(brighter).expect("the third plan");
+        assert_eq!(trail(&mut player, &scene, "out"), 2.0 * half_way(), "after {frames} frames");
+    }
+}
+
 /// One plan remembers an image for one frame, the next another image for three frames as well: the first history is
 /// still the same.
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_history_stays_where_another_begins() {
-    let deeper = r#"Pipeline(
-        inputs: { "scene": Color },
-        nodes: {
-            "trail": Composite(base: "scene", bloom: "trail@previous", blend: Mix, strength: 0.5, filter: Bilinear),
-            "twice": Exposure(source: "scene", stops: 1.0),
-        },
-        outputs: { "out": "trail", "now": "twice", "past": "twice@previous:3" },
-    )"#;
     let scene = flat(8, 4, 1.0);
     for frames in 1..5 {
         let mut player = Player::new();
-        let [shallow, deep] = [TRAIL, deeper].map(|text| planned(&player, &at_tier(text, None), &scene));
+        let [shallow, deep] = [TRAIL, DEEPER].map(|text| planned(&player, &at_tier(text, None), &scene));
         let mut wanted = 0.0;
         let mut half_way = || {
             wanted = 0.5 + 0.5 * wanted;

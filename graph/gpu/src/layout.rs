@@ -74,9 +74,11 @@ fn entry(plan: &Plan, composed: &Composed, slot: Slot, stage: Stage) -> BindGrou
         Stage::Drawing => ShaderStages::VERTEX_FRAGMENT,
     };
     let ty = match slot.kind {
-        SlotKind::Frame | SlotKind::Block(_) | SlotKind::Params | SlotKind::Extent => {
-            buffer(BufferBindingType::Uniform)
+        // The frame constants are those of most passes or those of passes whose memory begins.
+        SlotKind::Frame => {
+            BindingType::Buffer { ty: BufferBindingType::Uniform, has_dynamic_offset: true, min_binding_size: None }
         }
+        SlotKind::Block(_) | SlotKind::Params | SlotKind::Extent => buffer(BufferBindingType::Uniform),
         SlotKind::Sampler if by_hand(composed) => BindingType::Sampler(SamplerBindingType::NonFiltering),
         SlotKind::Sampler => BindingType::Sampler(SamplerBindingType::Filtering),
         SlotKind::Texture(image) | SlotKind::Level(Subresource { image, .. }) => BindingType::Texture {

@@ -1,8 +1,6 @@
-//! The textures of an executor, and which of them the next plan reuses.
+//! Textures of images.
 
 use afterimage_graph::image::ImageDesc;
-use rustc_hash::FxHashMap;
-use slotmap::SlotMap;
 use wgpu::{TextureUsages, TextureViewDimension};
 
 use crate::GpuError;
@@ -10,110 +8,12 @@ use crate::buffer::buffer;
 use crate::device::texture_format;
 use crate::platform::caught;
 
-slotmap::new_key_type! {
-    /// A texture in the store. The key of a removed texture finds nothing, so no stale texture is ever bound.
-    pub(crate) struct TextureKey;
-}
-
 /// A texture and the view that all bind groups use.
 #[derive(Clone)]
 pub(crate) struct Stored {
     pub(crate) texture: wgpu::Texture,
     pub(crate) view: wgpu::TextureView,
     pub(crate) desc: ImageDesc,
-}
-
-/// All textures of an executor.
-#[derive(Default)]
-pub(crate) struct Store {
-    textures: SlotMap<TextureKey, Stored>,
-    /// Textures of the previous plan that the plan being loaded may take.
-    spare: Vec<TextureKey>,
-    /// Textures created for the plan being loaded.
-    new: Vec<TextureKey>,
-    constants: FxHashMap<(ImageDesc, Vec<u8>), TextureKey>,
-    /// The constants of the plan being loaded.
-    wanted: Vec<TextureKey>,
-}
-
-impl Store {
-    pub(crate) fn get(&self, key: TextureKey) -> &Stored {
-        &self.textures[key]
-    }
-
-    pub(crate) fn insert(&mut self, stored: Stored) -> TextureKey {
-        let key = self.textures.insert(stored);
-        self.new.push(key);
-        key
-    }
-
-    /// A texture that holds zeros.
-    pub(crate) fn black(&mut self, device: &wgpu::Device, desc: ImageDesc, label: &str) -> TextureKey {
-        self.insert(create(device, desc, label))
-    }
-
-    pub(crate) fn remove(&mut self, key: TextureKey) {
-        self.textures.remove(key);
-    }
-
-    /// Offers textures of the old plan to the next plan, each once: several images of a plan may share a texture.
-    pub(crate) fn retire(&mut self, keys: impl IntoIterator<Item = TextureKey>) {
-        for key in keys {
-            if !self.spare.contains(&key) {
-                self.spare.push(key);
-            }
-        }
-    }
-
-    /// A texture of that description, from the old plan or new. Its contents are undefined.
-    pub(crate) fn take(&mut self, device: &wgpu::Device, desc: ImageDesc, label: &str) -> TextureKey {
-        let fits = |key: &TextureKey| self.textures.get(*key).is_some_and(|stored| stored.desc == desc);
-        match self.spare.iter().position(fits) {
-            Some(at) => self.spare.swap_remove(at),
-            None => self.insert(create(device, desc, label)),
-        }
-    }
-
-    /// The texture with these constant texels; created and filled on first use.
-    pub(crate) fn constant(
-        &mut self,
-        device: &wgpu::Device,
-        queue: &wgpu::Queue,
-        desc: ImageDesc,
-        bytes: &[u8],
-    ) -> Result<TextureKey, GpuError> {
-        let content = (desc, bytes.to_vec());
-        if let Some(key) = self.constants.get(&content) {
-            self.wanted.push(*key);
-            return Ok(*key);
-        }
-        let stored = create(device, desc, "constant");
-        upload(queue, &stored.texture, desc, bytes)?;
-        let key = self.insert(stored);
-        self.constants.insert(content, key);
-        self.wanted.push(key);
-        Ok(key)
-    }
-
-    /// Frees what the loaded plan did not take.
-    pub(crate) fn sweep(&mut self) {
-        self.new.clear();
-        let wanted = std::mem::take(&mut self.wanted);
-        let unwanted = self.constants.extract_if(|_, key| !wanted.contains(key)).map(|(_, key)| key);
-        for key in std::mem::take(&mut self.spare).into_iter().chain(unwanted) {
-            self.textures.remove(key);
-        }
-    }
-
-    /// Frees what was created for a plan that failed to load. The old plan keeps its textures.
-    pub(crate) fn abandon(&mut self) {
-        self.spare.clear();
-        self.wanted.clear();
-        for key in std::mem::take(&mut self.new) {
-            self.textures.remove(key);
-        }
-        self.constants.retain(|_, key| self.textures.contains_key(*key));
-    }
 }
 
 /// The usages that any image of that description may need.

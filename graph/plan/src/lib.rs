@@ -60,7 +60,7 @@ pub use plan::{
     AliasingBarrier, Batch, Fused, Lifetime, Memory, Plan, PlanOutput, PlannedBlock, PlannedImage, PlannedPass,
     RectangleInput, ScheduledPass, SharedRead, Skipped, Slot, Stage, Transition, UniformBlock, Use,
 };
-pub use plan_cache::{PlanCache, Planned};
+pub use plan_cache::{PlanCache, PlanKey, Planned};
 pub use planner::{plan, plan_dynamic, plan_without_tables};
 pub use report::{PlanDiff, PlanHash, diff};
 pub use request::{Given, GivenImage, Part, PlanRequest, Requirement};

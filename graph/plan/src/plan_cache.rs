@@ -45,18 +45,44 @@ impl Planned {
 pub struct PlanCache {
     graph: Arc<Graph>,
     /// The one used last is at the end.
-    plans: Vec<(Key, Planned)>,
+    plans: Vec<(Arc<PlanKey>, Arc<Planned>)>,
 }
 
 /// The parts of a request that a plan depends on.
-#[derive(Clone, PartialEq)]
-struct Key {
+pub struct PlanKey {
     given: Given,
     /// What each node's condition says.
     answers: Vec<bool>,
     caps: Caps,
     options: Options,
     dynamic: BTreeSet<ParameterId>,
+}
+
+impl PlanKey {
+    /// Those of a request for a graph.
+    pub fn new(graph: &Graph, request: &PlanRequest<'_>) -> Self {
+        Self {
+            given: request.given.clone(),
+            answers: answers(graph, &request.facts).collect(),
+            caps: request.caps.clone(),
+            options: request.options,
+            dynamic: request.dynamic.clone(),
+        }
+    }
+
+    /// Whether the request depends on the same.
+    fn is_of(&self, graph: &Graph, request: &PlanRequest<'_>) -> bool {
+        self.answers.iter().copied().eq(answers(graph, &request.facts))
+            && self.options == request.options
+            && self.given == request.given
+            && self.dynamic == request.dynamic
+            && self.caps == request.caps
+    }
+}
+
+fn answers(graph: &Graph, facts: &Facts) -> impl Iterator<Item = bool> {
+    let conditions = graph.nodes.iter().filter_map(|node| node.when.as_ref());
+    conditions.map(|condition| condition.holds(facts))
 }
 
 impl PlanCache {
@@ -108,52 +134,33 @@ impl PlanCache {
     /// # Errors
     /// As [`plan`](crate::plan()).
     pub fn plan(&mut self, request: &PlanRequest<'_>) -> Result<Arc<Plan>, PlanError> {
-        Ok(self.planned(request)?.plan)
+        Ok(self.planned(request)?.plan.clone())
     }
 
     /// The same, with what it takes to change its dynamic parameters.
     ///
     /// # Errors
     /// As [`plan`](crate::plan()).
-    pub fn planned(&mut self, request: &PlanRequest<'_>) -> Result<Planned, PlanError> {
+    pub fn planned(&mut self, request: &PlanRequest<'_>) -> Result<Arc<Planned>, PlanError> {
         if let Some(known) = self.known(request) {
             return Ok(known);
         }
-        let planned = Planned::new(&self.graph, request)?;
-        self.keep(request, &planned);
+        let planned = Arc::new(Planned::new(&self.graph, request)?);
+        self.keep(PlanKey::new(&self.graph, request), planned.clone());
         Ok(planned)
     }
 
     /// The plan for this request, if there is one.
-    pub fn known(&mut self, request: &PlanRequest<'_>) -> Option<Planned> {
-        let key = self.key(request);
-        let at = self.plans.iter().position(|(known, _)| *known == key)?;
-        let known = self.plans.remove(at);
-        let planned = known.1.clone();
-        self.plans.push(known);
-        Some(planned)
+    pub fn known(&mut self, request: &PlanRequest<'_>) -> Option<Arc<Planned>> {
+        let at = self.plans.iter().position(|(known, _)| known.is_of(&self.graph, request))?;
+        self.plans[at..].rotate_left(1);
+        self.plans.last().map(|(_, planned)| planned.clone())
     }
 
-    /// Keeps a plan that was made elsewhere, for the graph of this cache.
-    pub fn keep(&mut self, request: &PlanRequest<'_>, planned: &Planned) {
-        self.plans.push((self.key(request), planned.clone()));
-        if self.plans.len() > MOST {
-            self.plans.remove(0);
-        }
-    }
-
-    fn key(&self, request: &PlanRequest<'_>) -> Key {
-        Key {
-            given: request.given.clone(),
-            answers: self.answers(&request.facts),
-            caps: request.caps.clone(),
-            options: request.options,
-            dynamic: request.dynamic.clone(),
-        }
-    }
-
-    fn answers(&self, facts: &Facts) -> Vec<bool> {
-        let conditions = self.graph.nodes.iter().filter_map(|node| node.when.as_ref());
-        conditions.map(|condition| condition.holds(facts)).collect()
+    /// Keeps a plan that was made elsewhere, for the graph of this cache, which has no plan for the request yet.
+    /// Returns the plan that is dropped for it, because that may take long.
+    pub fn keep(&mut self, key: PlanKey, planned: Arc<Planned>) -> Option<Arc<Planned>> {
+        self.plans.push((Arc::new(key), planned));
+        (self.plans.len() > MOST).then(|| self.plans.remove(0).1)
     }
 }

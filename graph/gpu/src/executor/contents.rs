@@ -3,7 +3,7 @@
 use wgpu::Buffer;
 
 use super::Executor;
-use super::loaded::{ImageBinding, ring_place};
+use super::residency::{ImageBinding, ring_place};
 use crate::GpuError;
 use crate::timing::Timing;
 
@@ -13,7 +13,7 @@ impl Executor {
     pub fn buffer(&self, label: &str) -> Option<&Buffer> {
         let loaded = self.loaded.as_ref()?;
         let index = loaded.plan.buffers.iter().position(|buffer| buffer.label == label)?;
-        loaded.buffers.get(index)
+        loaded.residency.buffers.get(index)
     }
 
     /// The texture of an image by its label or its name in the plan, as far as it is not the host's. See
@@ -23,20 +23,19 @@ impl Executor {
         let by_label = loaded.plan.images.iter().position(|image| image.label == name);
         let index = by_label.or_else(|| loaded.plan.image_names().iter().position(|known| known == name))?;
         let last_frame = self.frame_index.wrapping_sub(1);
-        let key = match &loaded.bindings[index] {
-            ImageBinding::Output(_, key) | ImageBinding::Fixed(key) => *key,
-            ImageBinding::Ring(keys, behind) => keys[ring_place(keys.len(), last_frame, *behind)],
+        Some(match &loaded.residency.bindings[index] {
+            ImageBinding::Output(_, stored) | ImageBinding::Fixed(stored) => &stored.texture,
+            ImageBinding::Ring(ring, behind) => &ring[ring_place(ring.len(), last_frame, *behind)].texture,
             ImageBinding::Input(_) | ImageBinding::Unused => return None,
-        };
-        Some(&self.store.get(key).texture)
+        })
     }
 
     /// The texture of an output that the host gave no image for.
     pub fn output(&self, name: &str) -> Option<&wgpu::Texture> {
         let loaded = self.loaded.as_ref()?;
         let output = loaded.plan.output(Some(name))?;
-        match &loaded.bindings[output.image.0 as usize] {
-            ImageBinding::Output(_, key) => Some(&self.store.get(*key).texture),
+        match &loaded.residency.bindings[output.image.0 as usize] {
+            ImageBinding::Output(_, stored) => Some(&stored.texture),
             _ => None,
         }
     }

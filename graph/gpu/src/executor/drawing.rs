@@ -18,7 +18,7 @@ pub(super) fn record_draw(
     index: usize,
     encoder: &mut CommandEncoder,
 ) {
-    let [view] = run.attachments[now.0].as_slice() else { panic!("a full-screen draw has one attachment") };
+    let [view] = run.attachments(now.0) else { panic!("a full-screen draw has one attachment") };
     let rectangle = loaded.drawn_rectangle(index);
     let label = loaded.label(index).or(Some("afterimage"));
     // The triangle covers every pixel. What is around a rectangle stays.
@@ -50,7 +50,7 @@ pub(super) fn record_drawing(
 ) {
     let planned = &loaded.plan.passes[index];
     let drawing = planned.pass.drawing().expect("the plan draws in this pass");
-    let mut pass = begin(drawing, &run.attachments[now.0], &planned.stores, loaded.label(index), encoder);
+    let mut pass = begin(drawing, run.attachments(now.0), &planned.stores, loaded.label(index), encoder);
     if let (DrawContents::Geometry(geometry), Pipeline::Drawing(pipeline)) = (&drawing.contents, &run.built.pipeline) {
         set_up(loaded, run, pipeline, now, index, &mut pass);
         draw(loaded, geometry, &mut pass);
@@ -71,7 +71,7 @@ fn set_up(
     pass: &mut RenderPass<'_>,
 ) {
     pass.set_pipeline(pipeline);
-    pass.set_bind_group(0, &run.groups[ring_index], &[]);
+    pass.set_bind_group(0, run.group(ring_index), loaded.frame_offset(index));
     if loaded.passes[index].immediate {
         pass.set_immediates(0, frame_constants.bytes(loaded.uses_uninitialized(index)));
     }
@@ -120,11 +120,11 @@ fn begin<'e>(
 
 fn draw(loaded: &Loaded, geometry: &Geometry, pass: &mut RenderPass<'_>) {
     for (slot, vertices) in geometry.vertices.iter().enumerate() {
-        pass.set_vertex_buffer(slot as u32, loaded.buffers[vertices.buffer.0 as usize].slice(..));
+        pass.set_vertex_buffer(slot as u32, loaded.residency.buffers[vertices.buffer.0 as usize].slice(..));
     }
     match geometry.indices {
         Some(indices) => {
-            pass.set_index_buffer(loaded.buffers[indices.0 as usize].slice(..), wgpu::IndexFormat::Uint32);
+            pass.set_index_buffer(loaded.residency.buffers[indices.0 as usize].slice(..), wgpu::IndexFormat::Uint32);
             pass.draw_indexed(0..geometry.count, 0, 0..geometry.instances);
         }
         None => pass.draw(0..geometry.count, 0..geometry.instances),

@@ -9,24 +9,39 @@
 //! transition costs the host as much as half a dispatch, and a barrier of its own.
 
 use afterimage_graph::node::{ImageId, Resource};
-use afterimage_plan::{AliasingBarrier, Batch, Plan, Stage, Use};
+use afterimage_plan::{AliasingBarrier, Batch, Plan, Use};
 use wgpu::{TextureUsages, TextureUses, TextureView};
 
-use super::loaded::{ExplicitTransition, ExplicitTransitions, Loaded, Run};
-use crate::store::Store;
+use super::residency::Residency;
 
-/// For each pass the transitions before it, for each ring index; none for most.
-pub(super) fn explicit_transitions(
-    loaded: &Loaded,
-    store: &Store,
-    runs: &[Run],
-    views: &[TextureView],
-) -> ExplicitTransitions {
-    let is_drawn: Vec<bool> = runs.iter().map(|run| run.built.pipeline.stage() != Stage::Compute).collect();
-    let wanted = wanted(&loaded.plan, &loaded.placement.aliasing, &is_drawn, loaded.placed.is_some());
-    let of_passes = wanted.iter().map(|wanted| for_each_ring_index(loaded, store, views, wanted)).collect();
-    let has_host_views = wanted.iter().flatten().any(|(image, _)| loaded.host_view(*image).is_some());
-    ExplicitTransitions { of_passes, has_host_views }
+/// What must be brought into its state before batches.
+pub(super) struct ExplicitTransitions {
+    /// Which passes draw.
+    pub(super) is_drawn: Vec<bool>,
+    /// For each pass the images that change before it, and their new states; none for most.
+    of_passes: Vec<Vec<(ImageId, TextureUses)>>,
+}
+
+impl ExplicitTransitions {
+    pub(super) fn new(plan: &Plan, residency: &Residency, is_drawn: Vec<bool>) -> Self {
+        let of_passes = wanted(plan, &residency.placement.aliasing, &is_drawn, residency.placed.is_some());
+        Self { is_drawn, of_passes }
+    }
+
+    /// The transitions before a pass: views of the images in that ring index, and their new states. `views` are those
+    /// of the host.
+    pub(super) fn before<'a>(
+        &'a self,
+        pass: usize,
+        residency: &'a Residency,
+        (views, ring_index): (&'a [TextureView], usize),
+    ) -> impl ExactSizeIterator<Item = (&'a TextureView, TextureUses)> {
+        self.of_passes[pass].iter().map(move |(image, state)| {
+            let view = residency.view(*image, views, ring_index as u32);
+            let storable = view.texture().usage().contains(TextureUsages::STORAGE_BINDING);
+            (view, if storable { *state } else { TextureUses::RESOURCE })
+        })
+    }
 }
 
 /// For each pass the images that change before it, and their new states. `aliasing` are the aliasing barriers of each
@@ -77,26 +92,6 @@ fn all_read_by(plan: &Plan, pass: usize, images: &[ImageId]) -> bool {
 /// without a barrier for their writes.
 fn were_read(barrier: &AliasingBarrier, finished: &[bool]) -> bool {
     barrier.owners.iter().all(|owner| finished[owner.0 as usize])
-}
-
-fn for_each_ring_index(
-    loaded: &Loaded,
-    store: &Store,
-    views: &[TextureView],
-    wanted: &[(ImageId, TextureUses)],
-) -> Vec<Vec<ExplicitTransition>> {
-    if wanted.is_empty() {
-        return Vec::new();
-    }
-    let transition = |(image, state): &(ImageId, TextureUses), ring_index| {
-        let view = loaded.view(store, *image, views, ring_index).clone();
-        let storable = view.texture().usage().contains(TextureUsages::STORAGE_BINDING);
-        let state = if storable { *state } else { TextureUses::RESOURCE };
-        ExplicitTransition { view, state }
-    };
-    (0..loaded.ring_length)
-        .map(|ring_index| wanted.iter().map(|wanted| transition(wanted, ring_index)).collect())
-        .collect()
 }
 
 #[cfg(test)]

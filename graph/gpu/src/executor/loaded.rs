@@ -4,68 +4,44 @@ use std::sync::Arc;
 
 use afterimage_graph::node::{ImageId, Resource};
 use afterimage_plan::codegen::Composed;
-use afterimage_plan::{HeapPlacement, PlacedPlan, Plan, Stage};
-use wgpu::{BindGroup, Buffer, TextureFormat, TextureView};
+use afterimage_plan::{PlacedPlan, Plan, Stage};
+use wgpu::{BindGroup, Buffer, TextureFormat, TextureUses, TextureView};
 
+use super::explicit_transitions::ExplicitTransitions;
 use super::rectangle::{HeldRectangles, Rectangle};
+use super::residency::{ImageBinding, Residency};
 use crate::device::texture_format;
-use crate::heap::Placed;
 use crate::pipelines::Built;
-use crate::store::{Store, TextureKey};
 use crate::timing::Timing;
 
-/// Where an image of the plan lies.
-pub(super) enum ImageBinding {
-    /// No pass mentions it.
-    Unused,
-    /// The host's image for this input.
-    Input(usize),
-    /// The host's image for this output, or else ours.
-    Output(usize, TextureKey),
-    /// Always the same texture.
-    Fixed(TextureKey),
-    /// A texture of a ring, so many frames behind the newest.
-    Ring(Vec<TextureKey>, u32),
-}
-
-impl ImageBinding {
-    /// The place among the host's views, if it is one of the host's.
-    pub(super) fn host_view(&self, plan: &Plan) -> Option<usize> {
-        match self {
-            Self::Input(index) => Some(*index),
-            Self::Output(index, _) => Some(plan.inputs.len() + index),
-            Self::Unused | Self::Fixed(_) | Self::Ring(..) => None,
-        }
-    }
-}
-
-pub(super) struct Loaded {
+pub(crate) struct Loaded {
     pub(super) plan: Arc<Plan>,
-    /// Where the images of the plan lie.
-    pub(super) placement: HeapPlacement,
+    pub(super) residency: Arc<Residency>,
     pub(super) passes: LoadedPasses,
     pub(super) uniforms: Buffer,
     /// What the uniforms hold of each host block.
     pub(super) blocks: Vec<Vec<u8>>,
     /// What the uniforms hold of rectangles.
     pub(super) rectangles: HeldRectangles,
-    pub(super) bindings: Vec<ImageBinding>,
     /// For each pass the places of the images that it names among the host's views: inputs, then outputs.
     pub(super) host_views: Vec<Vec<usize>>,
-    pub(super) buffers: Vec<Buffer>,
     pub(super) zeroed: Vec<usize>,
     pub(super) persistent: Vec<usize>,
-    pub(super) ring_length: u32,
+    /// The bind groups of passes that name no image of the host.
+    pub(super) runs: Vec<Option<Arc<Run>>>,
+    /// Passes that draw into the host's images, with the formats that those had when the plan was prepared, and the
+    /// pipelines for them.
+    pub(super) drawn: Vec<(usize, TextureFormat, Built)>,
+    /// Whether the device was looked at when the plan was prepared in the background.
+    pub(super) is_watched: bool,
+    /// The explicit transitions for these formats.
+    pub(super) explicit_transitions: Arc<ExplicitTransitions>,
     pub(super) sets: Vec<HostSet>,
     pub(super) timing: Option<Timing>,
     /// The names of the passes, if they are marked.
     pub(super) labels: Option<Vec<String>>,
-    /// The images in the heap, if the device can place them.
-    pub(super) placed: Option<Placed>,
-    /// Whether a pass has the frame in its bind group.
-    pub(super) binds_frame: bool,
-    /// The textures of the heap.
-    pub(super) heap_textures: Vec<TextureKey>,
+    /// Where the constants of the frame begin in their buffer, for most passes and for those whose memory begins.
+    pub(super) frame_offsets: [u32; 2],
     /// Memory that no frame has written yet, while other memory is kept: the passes that use it reset in the first
     /// frame.
     pub(super) uninitialized: Vec<Resource>,
@@ -85,6 +61,8 @@ pub(super) struct LoadedPass {
     pub(super) by_hand: bool,
     /// Whether it takes the frame constants from immediates.
     pub(super) immediate: bool,
+    /// Whether it has the frame constants in its bind group, at a dynamic offset.
+    pub(super) binds_frame: bool,
     /// Its pipeline, unless the host wants the result drawn in a format of its own.
     pub(super) built: Built,
 }
@@ -96,22 +74,8 @@ pub(super) struct HostSet {
     pub(super) drawn: Vec<Option<TextureFormat>>,
     /// How many runs are its own, and not those of the set before.
     pub(super) made: usize,
-    pub(super) runs: Vec<Run>,
+    pub(super) runs: Vec<Arc<Run>>,
     pub(super) explicit_transitions: Arc<ExplicitTransitions>,
-}
-
-/// What must be brought into its state before batches.
-pub(super) struct ExplicitTransitions {
-    /// For each pass that opens a batch, for each ring index.
-    pub(super) of_passes: Vec<Vec<Vec<ExplicitTransition>>>,
-    /// Whether images of the host are among them.
-    pub(super) has_host_views: bool,
-}
-
-/// A texture and the state that a batch wants it in.
-pub(super) struct ExplicitTransition {
-    pub(super) view: TextureView,
-    pub(super) state: wgpu::TextureUses,
 }
 
 impl Loaded {
@@ -135,7 +99,7 @@ impl Loaded {
 
     /// The rectangle that a pass draws into, if its output has one.
     pub(super) fn drawn_rectangle(&self, pass: usize) -> Option<Rectangle> {
-        match &self.bindings[self.passes[pass].writes_image?.0 as usize] {
+        match &self.residency.bindings[self.passes[pass].writes_image?.0 as usize] {
             ImageBinding::Output(output, _) => self.rectangles.outputs[*output],
             _ => None,
         }
@@ -143,48 +107,47 @@ impl Loaded {
 }
 
 impl HostSet {
-    /// The explicit transitions before a pass, if it has some.
-    pub(super) fn transitions_before(&self, pass: usize, ring_index: usize) -> Option<&[ExplicitTransition]> {
-        self.explicit_transitions.of_passes[pass].get(ring_index).map(Vec::as_slice)
+    /// The explicit transitions before a pass: views of images, and their new states.
+    pub(super) fn transitions_before<'a>(
+        &'a self,
+        loaded: &'a Loaded,
+        pass: usize,
+        ring_index: usize,
+    ) -> impl ExactSizeIterator<Item = (&'a TextureView, TextureUses)> {
+        self.explicit_transitions.before(pass, &loaded.residency, (&self.views, ring_index))
     }
 }
 
-#[derive(Clone)]
+/// The bind groups of a pass: one, or one for each ring index if it names images in rings.
 pub(super) struct Run {
     pub(super) built: Built,
-    /// For each ring index.
     pub(super) groups: Vec<BindGroup>,
-    /// The attachments of a draw, for each ring index: colors, then depth.
+    /// The attachments of a draw, likewise: colors, then depth.
     pub(super) attachments: Vec<Vec<TextureView>>,
 }
 
+impl Run {
+    pub(super) fn group(&self, ring_index: usize) -> &BindGroup {
+        &self.groups[ring_index % self.groups.len()]
+    }
+
+    pub(super) fn attachments(&self, ring_index: usize) -> &[TextureView] {
+        &self.attachments[ring_index % self.attachments.len()]
+    }
+}
+
 impl Loaded {
-    /// The view of an image in that ring index; `views` are those of the host.
-    pub(super) fn view<'a>(
-        &'a self,
-        store: &'a Store,
-        image: ImageId,
-        views: &'a [TextureView],
-        ring_index: u32,
-    ) -> &'a TextureView {
-        match &self.bindings[image.0 as usize] {
-            ImageBinding::Input(_) | ImageBinding::Output(..) => {
-                &views[self.host_view(image).expect("it is the host's")]
-            }
-            ImageBinding::Fixed(key) => &store.get(*key).view,
-            ImageBinding::Ring(keys, behind) => &store.get(keys[ring_place(keys.len(), ring_index, *behind)]).view,
-            ImageBinding::Unused => panic!("image {image:?} is bound but no pass mentions it"),
-        }
-    }
-
-    /// The place of an image among the host's views, if it is one of the host's: inputs, then outputs.
-    pub(super) fn host_view(&self, image: ImageId) -> Option<usize> {
-        self.bindings[image.0 as usize].host_view(&self.plan)
-    }
-
     /// The plan, and where its images lie.
     pub(super) fn placed_plan(&self) -> PlacedPlan {
-        PlacedPlan { plan: self.plan.clone(), placement: self.placement.clone() }
+        PlacedPlan { plan: self.plan.clone(), placement: self.residency.placement.clone() }
+    }
+
+    /// The dynamic offset in the bind group of a pass, if it has one.
+    pub(super) fn frame_offset(&self, pass: usize) -> &[u32] {
+        match self.passes[pass].binds_frame {
+            true => std::slice::from_ref(&self.frame_offsets[usize::from(self.uses_uninitialized(pass))]),
+            false => &[],
+        }
     }
 
     /// Whether the pass uses memory that begins with this plan.
@@ -193,12 +156,6 @@ impl Loaded {
         let pass = &self.plan.passes[pass].pass;
         !self.uninitialized.is_empty() && (pass.reads().iter().any(begins) || pass.writes().iter().any(begins))
     }
-}
-
-/// The place in a ring of that many textures of the one that is so many frames behind the frame.
-pub(super) fn ring_place(length: usize, frame: u32, behind: u32) -> usize {
-    let length = length as u32;
-    ((frame % length + length - behind % length) % length) as usize
 }
 
 /// The format that the plan draws a pass's image in; `None` for a dispatch.

@@ -1,6 +1,7 @@
 //! The executor: records a loaded plan as commands in the host's encoder.
 
 mod bind;
+mod binder;
 mod blocks;
 mod compiled;
 mod contents;
@@ -17,21 +18,21 @@ mod record;
 mod rectangle;
 mod rectangles;
 mod residency;
+mod settle;
 
 use std::sync::Arc;
 
 use afterimage_graph::image::ImageDesc;
 use afterimage_plan::{Caps, PlacedPlan, Plan, Requirement};
-use wgpu::{Buffer, BufferUsages, CommandEncoder, Device, Queue, TextureFormat};
+use wgpu::{CommandEncoder, Device, Queue, TextureFormat};
 
-use crate::buffer::buffer;
 use crate::cache;
 use crate::heap;
-use crate::layout::sampler;
 use crate::pipelines::Pipelines;
 use crate::platform::{TaskPool, Worker, caught, scoped, watched, write};
-use crate::store::Store;
+use crate::timing::Timing;
 use crate::{Gpu, GpuError};
+use binder::Binder;
 pub use frame::Frame;
 use frame_constants::FrameConstants;
 use host_draw::check_filled;
@@ -40,24 +41,18 @@ use host_images::Formats;
 pub(crate) use host_images::{MULTISAMPLED, VOLUME};
 use loaded::Loaded;
 pub use prepare::Preparation;
-pub(crate) use prepare::Prepared;
-use prepare::{CompiledPlan, PlanCompiler, PreviousPlan};
+pub(crate) use prepare::{Prepared, Wanted};
+use prepare::{PlanCompiler, PreviousPlan};
 use record::{clear_memory, record, take_over};
 pub use rectangle::Rectangle;
-use residency::PlanSwap;
 
 /// Runs plans on the host's device.
 pub struct Executor {
     compiler: PlanCompiler,
     queue: Queue,
     caps: Caps,
-    store: Store,
-    linear: wgpu::Sampler,
-    nearest: wgpu::Sampler,
-    /// The constants of the last frame, and buffers with them for shaders that do not take them from immediates. The
-    /// second buffer is for passes whose memory begins in this frame.
+    /// The constants of the last frame.
     frame_constants: FrameConstants,
-    frame_uniforms: [Buffer; 2],
     loaded: Option<Loaded>,
     /// Outputs that the last frame drew, and in which format: the next plan will, too.
     drawn: Vec<(String, TextureFormat)>,
@@ -94,20 +89,16 @@ impl Executor {
     /// An executor that relies on `caps`, from [`caps`](crate::caps). If the device has no memory for it or is lost,
     /// loading a plan returns that error.
     pub fn with_caps(device: &Device, queue: &Queue, caps: Caps) -> Self {
-        let usage = BufferUsages::UNIFORM | BufferUsages::COPY_DST;
-        let frame_uniform = || buffer(device, "frame", u64::from(frame_constants::BYTES), usage);
-        let mut objects = None;
+        let mut binder = None;
         let made = watched(device, "the executor", || {
-            let samplers = [true, false].map(|is_linear| sampler(device, is_linear));
-            objects = Some((samplers, [frame_uniform(), frame_uniform()]));
+            binder = Some(Binder::new(device));
             Ok(())
         });
-        let ([linear, nearest], frame_uniforms) = objects.expect("they are made above");
         Self {
-            linear,
-            nearest,
             compiler: PlanCompiler {
                 device: device.clone(),
+                queue: queue.clone(),
+                binder: binder.expect("it is made above"),
                 pipelines: Arc::default(),
                 compiled: Arc::default(),
                 immediates: frame_constants::has_immediates(device),
@@ -115,9 +106,7 @@ impl Executor {
             },
             queue: queue.clone(),
             caps,
-            store: Store::default(),
             frame_constants: FrameConstants::default(),
-            frame_uniforms,
             loaded: None,
             drawn: Vec::new(),
             formats: Formats::default(),
@@ -204,20 +193,25 @@ impl Executor {
     /// On the web, where nothing may wait, errors of the device go to its own error handler, and `prepare` compiles at
     /// once.
     pub fn load(&mut self, plan: Arc<Plan>) -> Result<(), GpuError> {
-        let prepared = self.compiler.prepare(plan, &self.before(), cores())?;
-        self.put_in(prepared)
+        self.load_at(plan.into())
+    }
+
+    /// Loads a plan with uniforms at other values.
+    pub(crate) fn load_at(&mut self, wanted: Wanted) -> Result<(), GpuError> {
+        let prepared = self.compiler.prepare(wanted, &self.before(), (cores(), Some(self.frame_index)))?;
+        self.put_in(prepared).map(drop)
     }
 
     /// Begins to compile a plan on threads of its own, while the plan in use renders. One core is left to the renderer.
     pub fn prepare(&self, plan: Arc<Plan>) -> Preparation {
         let compile = self.compilation();
-        Preparation { worker: Worker::new(self.pool.as_ref(), move || compile(plan)) }
+        Preparation { worker: Worker::new(self.pool.as_ref(), move || compile(plan.into())) }
     }
 
     /// Compiles a plan on any thread, while the plan in use renders.
-    pub(crate) fn compilation(&self) -> impl FnOnce(Arc<Plan>) -> Result<Prepared, GpuError> + Send + use<> {
+    pub(crate) fn compilation(&self) -> impl FnOnce(Wanted) -> Result<Prepared, GpuError> + Send + use<> {
         let (compiler, before) = (self.compiler.clone(), self.before());
-        move |plan| compiler.prepare(plan, &before, cores().saturating_sub(1).max(1))
+        move |wanted| compiler.prepare(wanted, &before, (cores().saturating_sub(1).max(1), None))
     }
 
     /// Makes a prepared plan the one that runs from the next frame on; waits for it if it is not ready.
@@ -225,7 +219,14 @@ impl Executor {
     /// Textures, histories and buffers that are equal in both plans are kept. Memory that begins with the new plan
     /// begins as in a first frame, and only that. On an error the old plan stays as it is, with its histories.
     pub fn swap(&mut self, preparation: Preparation) -> Result<(), GpuError> {
-        self.put_in(preparation.worker.join()??)
+        let old = self.put_in(preparation.worker.join()??)?;
+        self.drop_later(old);
+        Ok(())
+    }
+
+    /// Drops what a plan has left behind on another thread: to free memory takes as long as to make it.
+    pub(crate) fn drop_later<T: Send + 'static>(&self, left: T) {
+        drop(Worker::new(self.pool.as_ref(), move || drop(left)));
     }
 
     /// Compiles the passes of a plan that may come later, on any thread.
@@ -236,54 +237,39 @@ impl Executor {
 
     /// What the next plan can keep of the plan in use.
     fn before(&self) -> PreviousPlan {
-        let loaded = self.loaded.as_ref();
-        PreviousPlan {
-            plan: loaded.map(Loaded::placed_plan),
-            placed: loaded.and_then(|loaded| loaded.placed.clone()),
-            drawn: self.drawn.clone(),
-        }
+        let plan = self.loaded.as_ref().map(|loaded| (loaded.plan.clone(), loaded.residency.clone()));
+        PreviousPlan { plan, drawn: self.drawn.clone() }
     }
 
-    /// Makes a plan the one that runs from the next frame on.
-    pub(crate) fn put_in(&mut self, prepared: Prepared) -> Result<(), GpuError> {
+    /// Makes a plan the one that runs from the next frame on, and returns what the old one leaves behind.
+    pub(crate) fn put_in(&mut self, prepared: Prepared) -> Result<Option<Loaded>, GpuError> {
         span!("afterimage::load");
-        match prepared {
-            Prepared::Whole(parts) => self.settle(*parts),
-            Prepared::Numbers(plan, base) => match &mut self.loaded {
-                Some(loaded) if Arc::ptr_eq(&loaded.plan, &base) => {
-                    let what = "the parameters of the plan";
-                    let write = || self.queue.write_buffer(&loaded.uniforms, 0, &plan.uniform_buffer());
-                    watched(&self.compiler.device, what, || caught(what, write))?;
-                    loaded.plan = plan;
-                    loaded.forget_blocks();
-                    Ok(())
-                }
-                // Another plan has come in between.
-                _ => self.load(plan),
-            },
-        }
-    }
-
-    fn settle(&mut self, parts: CompiledPlan) -> Result<(), GpuError> {
-        let Self { compiler, queue, store, loaded: old, frame_index, .. } = self;
-        let device = &compiler.device;
-        let changing =
-            PlanSwap { device, queue, store, old: old.as_ref(), frame: *frame_index, uninitialized: Vec::new() };
-        match watched(device, "the images of the plan", || changing.settle(parts)) {
-            Ok(mut new) => {
+        match (prepared, &mut self.loaded) {
+            (Prepared::Numbers(wanted, base), Some(loaded)) if Arc::ptr_eq(&loaded.plan, &base) => {
+                let what = "the parameters of the plan";
+                let write = || self.queue.write_buffer(&loaded.uniforms, 0, &wanted.uniforms);
+                watched(&self.compiler.device, what, || caught(what, write))?;
+                loaded.plan = wanted.plan;
+                loaded.forget_blocks();
+                Ok(None)
+            }
+            (Prepared::Whole(mut new, base, _), old)
+                if base.as_ref().map(Arc::as_ptr) == old.as_ref().map(|old| Arc::as_ptr(&old.residency)) =>
+            {
                 if self.fresh {
                     // All memory begins with the next frame, for every pass.
                     new.uninitialized.clear();
                 }
                 new.labels = self.labelled.then(|| new.plan.pass_names());
-                let left = old.replace(new).map_or(Vec::new(), |old| old.heap_textures);
-                left.into_iter().for_each(|key| self.store.remove(key));
-                self.store.sweep();
-                Ok(())
+                if old.as_ref().is_some_and(|old| old.timing.is_some()) {
+                    new.timing = Timing::watched(&self.compiler.device, &self.queue, new.passes.len() as u32)?;
+                }
+                Ok(old.replace(*new))
             }
-            Err(error) => {
-                self.store.abandon();
-                Err(error)
+            // Another plan has come in between, or places in rings differ.
+            (Prepared::Numbers(wanted, _) | Prepared::Compiled(wanted), _) => self.load_at(wanted).map(|()| None),
+            (Prepared::Whole(new, _, uniforms), _) => {
+                self.load_at(Wanted { plan: new.plan, uniforms }).map(|()| None)
             }
         }
     }
@@ -341,17 +327,17 @@ impl Executor {
         if reset {
             let device = &self.compiler.device;
             scoped(device, "the cleared histories", || {
-                clear_memory(device, &self.store, loaded, encoder);
+                clear_memory(device, loaded, encoder);
                 Ok::<(), GpuError>(())
             })?;
         }
         if std::mem::take(&mut loaded.shares_old_heap) {
-            take_over(&self.store, loaded, encoder);
+            take_over(loaded, encoder);
         }
         for &buffer in &loaded.zeroed {
-            encoder.clear_buffer(&loaded.buffers[buffer], 0, None);
+            encoder.clear_buffer(&loaded.residency.buffers[buffer], 0, None);
         }
-        let ring_index = (self.frame_index % loaded.ring_length) as usize;
+        let ring_index = (self.frame_index % loaded.residency.ring_length) as usize;
         record(
             loaded,
             &loaded.sets[set],
@@ -362,10 +348,8 @@ impl Executor {
         if let Some(timing) = &loaded.timing {
             timing.resolve(encoder);
         }
-        if !std::mem::take(&mut loaded.uninitialized).is_empty() {
-            // This was their first frame.
-            loaded.sets.clear();
-        }
+        // This was their first frame.
+        loaded.uninitialized.clear();
         self.frame_index = self.frame_index.wrapping_add(1);
         self.fresh = false;
         Ok(())
@@ -373,13 +357,10 @@ impl Executor {
 
     /// Writes the constants for passes that take them from a buffer.
     fn write_frame_constants(&self) -> Result<(), GpuError> {
-        let Some(loaded) = self.loaded.as_ref().filter(|loaded| loaded.binds_frame) else { return Ok(()) };
-        let write = || {
-            self.queue.write_buffer(&self.frame_uniforms[0], 0, self.frame_constants.bytes(false));
-            if !loaded.uninitialized.is_empty() {
-                self.queue.write_buffer(&self.frame_uniforms[1], 0, self.frame_constants.bytes(true));
-            }
-        };
+        let binds_frame = |loaded: &&Loaded| loaded.passes.iter().any(|pass| pass.binds_frame);
+        let Some(loaded) = self.loaded.as_ref().filter(binds_frame) else { return Ok(()) };
+        let has_uninitialized = !loaded.uninitialized.is_empty();
+        let write = || self.compiler.binder.write_frame(&self.queue, &self.frame_constants, has_uninitialized);
         let what = "the time of the frame";
         scoped(&self.compiler.device, what, || caught(what, write))
     }

@@ -25,7 +25,7 @@ impl Executor {
         let set = self.host_set(frame)?;
         let loaded = self.loaded.as_ref().ok_or(GpuError::NoPlan)?;
         check_filled(&loaded.plan, pass..pass + 1, &[])?;
-        let ring_index = (self.frame_index % loaded.ring_length) as usize;
+        let ring_index = (self.frame_index % loaded.residency.ring_length) as usize;
         record(loaded, &loaded.sets[set], (ring_index, &self.frame_constants), pass..pass + 1, (encoder, &mut []));
         Ok(())
     }

@@ -1,22 +1,27 @@
-//! The slow part of loading a plan, on any thread while another plan runs: shaders, pipelines, and the images of its
-//! heap.
+//! The slow part of loading a plan, on any thread while another plan runs: shaders, pipelines, memory, and the bind
+//! groups that name no image of the host.
 
 use std::sync::Arc;
 
-use afterimage_graph::node::{ImageId, Subresource};
+use afterimage_graph::node::{BufferLife, ImageId, Pass, Resource, Subresource};
 use afterimage_plan::codegen::{Composed, SlotKind};
 use afterimage_plan::{Alias, HeapPlacement, PlacedPlan, Plan, PlannedImage, Stage};
-use wgpu::{Buffer, BufferUsages, Device, TextureFormat};
+use wgpu::{BufferUsages, Device, Queue, TextureFormat};
 
+use super::binder::Binder;
 use super::compiled::CompiledPasses;
+use super::explicit_transitions::ExplicitTransitions;
 use super::frame_constants;
-use super::loaded::{LoadedPass, LoadedPasses, planned_attachment};
+use super::loaded::{Loaded, LoadedPass, LoadedPasses, planned_attachment};
+use super::rectangle::HeldRectangles;
+use super::residency::Residency;
+use super::settle::{Settled, Settling, ring_length};
 use crate::GpuError;
 use crate::buffer::filled_buffer;
 use crate::drawing::DrawState;
 use crate::heap::{Place, Placed};
 use crate::layout::by_hand;
-use crate::pipelines::{Order, PipelineKey, Pipelines};
+use crate::pipelines::{Built, Order, PipelineKey, Pipelines};
 use crate::platform::{Worker, watched};
 
 /// A plan that is being compiled on a thread of its own, from [`Executor::prepare`](crate::Executor::prepare). If it is
@@ -35,25 +40,31 @@ impl Preparation {
 /// A plan that can be swapped in.
 pub(crate) enum Prepared {
     /// The plan differs from the running one (the second) only in uniform values.
-    Numbers(Arc<Plan>, Arc<Plan>),
-    Whole(Box<CompiledPlan>),
+    Numbers(Wanted, Arc<Plan>),
+    /// The plan in its memory, if the plan in use is still in this one; and its uniforms.
+    Whole(Box<Loaded>, Option<Arc<Residency>>, Vec<u8>),
+    /// The passes are compiled; which texture of a history is the newest is known once the plan comes in.
+    Compiled(Wanted),
 }
 
-/// What a plan needs that no other plan has.
-pub(crate) struct CompiledPlan {
-    pub(super) plan: Arc<Plan>,
-    pub(super) placement: HeapPlacement,
-    pub(super) passes: LoadedPasses,
-    pub(super) uniforms: Buffer,
-    pub(super) placed: Option<Placed>,
-    /// Whether the heap is that of the previous plan.
-    pub(super) shares_old_heap: bool,
+/// A plan that is wanted, and its uniforms at the present values of dynamic parameters.
+pub(crate) struct Wanted {
+    pub(crate) plan: Arc<Plan>,
+    pub(crate) uniforms: Vec<u8>,
+}
+
+impl From<Arc<Plan>> for Wanted {
+    fn from(plan: Arc<Plan>) -> Self {
+        Self { uniforms: plan.uniform_buffer(), plan }
+    }
 }
 
 /// What plans are made ready with.
 #[derive(Clone)]
 pub(super) struct PlanCompiler {
     pub(super) device: Device,
+    pub(super) queue: Queue,
+    pub(super) binder: Binder,
     pub(super) pipelines: Arc<Pipelines>,
     pub(super) compiled: Arc<CompiledPasses>,
     /// Whether passes take the frame constants from immediates.
@@ -65,32 +76,93 @@ pub(super) struct PlanCompiler {
 /// What the next plan can keep of the plan that runs.
 #[derive(Clone, Default)]
 pub(super) struct PreviousPlan {
-    pub(super) plan: Option<PlacedPlan>,
-    pub(super) placed: Option<Placed>,
+    pub(super) plan: Option<(Arc<Plan>, Arc<Residency>)>,
     /// Outputs that the host's images make the last passes draw, and in which format.
     pub(super) drawn: Vec<(String, TextureFormat)>,
 }
 
 impl PlanCompiler {
-    /// Compiles the plan with this many threads. Its images keep their places in the heap where those still fit.
-    pub(super) fn prepare(&self, plan: Arc<Plan>, before: &PreviousPlan, threads: usize) -> Result<Prepared, GpuError> {
+    /// Compiles the plan with this many threads, and gives it its memory and the bind groups that name no image of the
+    /// host. Its images keep their places in the heap where those still fit. `frame` is the number of the frame that
+    /// comes next, if nothing renders meanwhile.
+    pub(super) fn prepare(
+        &self,
+        wanted: Wanted,
+        before: &PreviousPlan,
+        (threads, frame): (usize, Option<u32>),
+    ) -> Result<Prepared, GpuError> {
         span!("afterimage::compile");
         if let Some(error) = &self.broken {
             return Err(error.clone());
         }
-        if let Some(old) = before.plan.as_ref().filter(|old| old.plan.differs_in_uniforms_only(&plan)) {
-            return Ok(Prepared::Numbers(plan, old.plan.clone()));
+        if let Some((old, _)) = before.plan.as_ref().filter(|(old, _)| old.differs_in_uniforms_only(&wanted.plan)) {
+            return Ok(Prepared::Numbers(wanted, old.clone()));
         }
-        let PlacedPlan { plan, placement } = keep_places(plan, before);
-        let passes = self.passes(&plan, before, threads)?;
-        watched(&self.device, "the memory of the plan", || {
-            let placed = self.place(&plan, &placement, before.placed.as_ref());
-            let same = |old: &Placed| placed.as_ref().is_some_and(|placed| Arc::ptr_eq(&placed.heap, &old.heap));
-            let shares_old_heap = before.placed.as_ref().is_some_and(same);
-            let uniforms = self.uniforms(&plan)?;
-            let compiled = CompiledPlan { plan, placement, passes, uniforms, placed, shares_old_heap };
-            Ok(Prepared::Whole(Box::new(compiled)))
-        })
+        let passes = self.passes(&wanted.plan, before, threads)?;
+        let old = before.plan.as_ref().map(|(_, residency)| residency);
+        if frame.is_none() && old.is_some_and(|old| !old.keeps_places(ring_length(&wanted.plan))) {
+            return Ok(Prepared::Compiled(wanted));
+        }
+        let loaded = watched(&self.device, "the memory of the plan", || {
+            self.settle(&wanted, passes, before, frame)
+        })?;
+        Ok(Prepared::Whole(Box::new(loaded), old.cloned(), wanted.uniforms))
+    }
+
+    /// The plan in memory of its own and of the plan before.
+    fn settle(
+        &self,
+        wanted: &Wanted,
+        passes: LoadedPasses,
+        before: &PreviousPlan,
+        frame: Option<u32>,
+    ) -> Result<Loaded, GpuError> {
+        let old = before.plan.as_ref().map(|(plan, residency)| (&**plan, &**residency));
+        let PlacedPlan { plan, placement } = keep_places(wanted.plan.clone(), before);
+        let old_heap = old.and_then(|(_, residency)| residency.placed.as_ref());
+        let placed = self.place(&plan, &placement, old_heap);
+        let same = |old: &Placed| placed.as_ref().is_some_and(|placed| Arc::ptr_eq(&placed.heap, &old.heap));
+        let shares_old_heap = old_heap.is_some_and(same);
+        let usage = BufferUsages::UNIFORM | BufferUsages::COPY_DST;
+        let uniforms = filled_buffer(&self.device, "uniforms", &wanted.uniforms, usage)?;
+        let frame_number = frame.unwrap_or_default();
+        let settling = Settling { device: &self.device, queue: &self.queue, old, frame: frame_number };
+        let Settled { residency, uninitialized } = settling.settle(&plan, placement, placed)?;
+        let lives = |wanted: BufferLife| {
+            let buffers = plan.buffers.iter().enumerate();
+            buffers.filter(|(_, buffer)| buffer.life == wanted).map(|(index, _)| index).collect()
+        };
+        let is_drawn = passes.iter().map(|pass| {
+            pass.built.pipeline.stage() != Stage::Compute || before.format_of(&plan, pass.writes_image).is_some()
+        });
+        let explicit_transitions = Arc::new(ExplicitTransitions::new(&plan, &residency, is_drawn.collect()));
+        let drawn = self.drawn(&plan, &passes, before)?;
+        let mut loaded = Loaded {
+            zeroed: lives(BufferLife::Zeroed),
+            persistent: lives(BufferLife::Persistent),
+            host_views: host_views(&plan, &residency),
+            rectangles: HeldRectangles::none(&plan),
+            blocks: plan.blocks.iter().map(|planned| vec![0; planned.block.bytes()]).collect(),
+            plan,
+            residency,
+            passes,
+            uniforms,
+            runs: Vec::new(),
+            drawn,
+            is_watched: frame.is_none(),
+            explicit_transitions,
+            sets: Vec::new(),
+            timing: None,
+            labels: None,
+            frame_offsets: self.binder.frame_offsets,
+            uninitialized,
+            shares_old_heap,
+        };
+        let run = |index: usize| self.binder.run(&loaded, index, loaded.passes[index].built.clone(), &[]);
+        let names_none = |index: usize| loaded.host_views[index].is_empty();
+        loaded.runs =
+            (0..loaded.passes.len()).map(|index| names_none(index).then(|| Arc::new(run(index)))).collect();
+        Ok(loaded)
     }
 
     /// The passes of a plan: those of before, or compiled.
@@ -107,7 +179,7 @@ impl PlanCompiler {
             .map(|at| UncompiledDispatch::new(plan, at, self.immediates))
             .collect::<Result<Vec<_>, _>>()?;
         let orders = dispatches.iter().enumerate();
-        let orders = orders.flat_map(|(at, dispatch)| self.orders(plan, at, dispatch, &before.drawn));
+        let orders = orders.flat_map(|(at, dispatch)| self.orders(plan, at, dispatch, before));
         self.pipelines.build(&self.device, orders.collect(), threads)?;
         let finish = |(at, dispatch)| self.finish(plan, at, dispatch);
         let passes = dispatches.into_iter().enumerate().map(finish).collect();
@@ -121,12 +193,9 @@ impl PlanCompiler {
         plan: &'a Plan,
         index: usize,
         dispatch: &'a UncompiledDispatch,
-        drawn: &[(String, TextureFormat)],
+        before: &PreviousPlan,
     ) -> impl Iterator<Item = Order<'a>> + use<'a> {
-        let output = plan.outputs.iter().find(|output| Some(output.image) == dispatch.writes_image);
-        let asked = drawn.iter().find(|(name, _)| output.is_some_and(|output| output.name == *name));
-        let is_drawable = plan.passes[index].pass.kind.is_drawable();
-        let extra = asked.filter(|_| is_drawable).map(|(_, format)| Some(*format));
+        let extra = before.format_of(plan, dispatch.writes_image).filter(|_| is_drawable(plan, index)).map(Some);
         let planned = planned_attachment(plan, index, dispatch.writes_image);
         let attachments: Vec<_> = std::iter::once(planned).chain(extra).collect();
         attachments
@@ -140,13 +209,23 @@ impl PlanCompiler {
         let key = order(plan, index, (&composed, immediate), attachment).key;
         let built = self.pipelines.get(&key).expect("every planned pipeline was built");
         let by_hand = by_hand(&composed);
-        LoadedPass { composed, workgroups, writes_image, by_hand, immediate, built }
+        let binds_frame = composed.slots.iter().any(|slot| slot.kind == SlotKind::Frame);
+        LoadedPass { composed, workgroups, writes_image, by_hand, immediate, binds_frame, built }
     }
 
-    fn uniforms(&self, plan: &Plan) -> Result<Buffer, GpuError> {
-        let bytes = plan.uniform_buffer();
-        let usage = BufferUsages::UNIFORM | BufferUsages::COPY_DST;
-        filled_buffer(&self.device, "uniforms", &bytes, usage)
+    /// The pipelines that draw into the host's images, if those have the formats of the frame before.
+    fn drawn(
+        &self,
+        plan: &Plan,
+        passes: &LoadedPasses,
+        before: &PreviousPlan,
+    ) -> Result<Vec<(usize, TextureFormat, Built)>, GpuError> {
+        let pipeline = |(index, pass): (usize, &LoadedPass)| {
+            let format = before.format_of(plan, pass.writes_image).filter(|_| is_drawable(plan, index))?;
+            let built = || self.pipelines.drawing(&self.device, (plan, index, pass), format);
+            Some(built().map(|built| (index, format, built)))
+        };
+        passes.iter().enumerate().filter_map(pipeline).collect()
     }
 
     /// The plan's transient images in one heap, where the plan and the backend allow it.
@@ -163,10 +242,48 @@ impl PlanCompiler {
     }
 }
 
+impl PreviousPlan {
+    /// The format in which the host's image makes the pass that writes this image draw.
+    fn format_of(&self, plan: &Plan, image: Option<ImageId>) -> Option<TextureFormat> {
+        let output = plan.outputs.iter().find(|output| Some(output.image) == image)?;
+        self.drawn.iter().find(|(name, _)| *name == output.name).map(|(_, format)| *format)
+    }
+}
+
 fn keep_places(plan: Arc<Plan>, before: &PreviousPlan) -> PlacedPlan {
-    match before.plan.as_ref().filter(|_| before.placed.is_some()) {
-        Some(old) => PlacedPlan::keeping(plan, old),
+    match before.plan.as_ref().filter(|(_, old)| old.placed.is_some()) {
+        Some((old, residency)) => {
+            PlacedPlan::keeping(plan, &PlacedPlan { plan: old.clone(), placement: residency.placement.clone() })
+        }
         None => PlacedPlan::new(plan),
+    }
+}
+
+/// For each pass the places of the images that it names among the host's views.
+fn host_views(plan: &Plan, residency: &Residency) -> Vec<Vec<usize>> {
+    let of_pass = |pass: &Pass| {
+        pass.resources().filter_map(Resource::image).filter_map(|image| residency.host_view(image)).collect()
+    };
+    plan.work().map(of_pass).collect()
+}
+
+/// Whether a pass can draw its result.
+fn is_drawable(plan: &Plan, pass: usize) -> bool {
+    plan.passes[pass].pass.kind.is_drawable()
+}
+
+impl Pipelines {
+    /// The pipeline that draws a pass's result into an image of this format.
+    pub(super) fn drawing(
+        &self,
+        device: &Device,
+        (plan, index, pass): (&Plan, usize, &LoadedPass),
+        format: TextureFormat,
+    ) -> Result<Built, GpuError> {
+        let order = order(plan, index, (&pass.composed, pass.immediate), Some(format));
+        let key = order.key.clone();
+        self.build(device, vec![order], 1)?;
+        Ok(self.get(&key).expect("it was built above"))
     }
 }
 
@@ -188,7 +305,7 @@ impl UncompiledDispatch {
 }
 
 /// The pipeline of a pass, which takes the frame constants from immediates or not; drawn if there is an attachment.
-pub(super) fn order<'a>(
+fn order<'a>(
     plan: &'a Plan,
     index: usize,
     (composed, immediate): (&'a Composed, bool),

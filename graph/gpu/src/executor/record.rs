@@ -2,36 +2,35 @@
 
 use std::ops::Range;
 
-use wgpu::{CommandEncoder, Device};
+use wgpu::{CommandEncoder, Device, TextureUses, TextureView};
 
 use super::drawing::{record_draw, record_drawing};
 use super::frame_constants::Now;
 use super::host_draw::HostDraw;
-use super::loaded::{ExplicitTransition, HostSet, ImageBinding, Loaded, Run};
+use super::loaded::{HostSet, Loaded, Run};
+use super::residency::ImageBinding;
 use crate::layout::Pipeline;
 use crate::pipelines::Built;
-use crate::store::{self, Store};
+use crate::store;
 
 /// Histories and adaptation as they are before a first frame: zero.
-pub(super) fn clear_memory(device: &Device, store: &Store, loaded: &Loaded, encoder: &mut CommandEncoder) {
+pub(super) fn clear_memory(device: &Device, loaded: &Loaded, encoder: &mut CommandEncoder) {
     for &buffer in &loaded.persistent {
-        encoder.clear_buffer(&loaded.buffers[buffer], 0, None);
+        encoder.clear_buffer(&loaded.residency.buffers[buffer], 0, None);
     }
-    for binding in &loaded.bindings {
-        let ImageBinding::Ring(keys, 0) = binding else { continue };
-        for key in keys {
-            store::blacken(device, store.get(*key), encoder);
-        }
+    for binding in &loaded.residency.bindings {
+        let ImageBinding::Ring(ring, 0) = binding else { continue };
+        ring.iter().for_each(|stored| store::blacken(device, stored, encoder));
     }
 }
 
 /// Separates the first frame on a heap from the plan that used it before: after this, the first write of each image
 /// waits for all earlier passes.
-pub(super) fn take_over(store: &Store, loaded: &Loaded, encoder: &mut CommandEncoder) {
-    let textures = loaded.heap_textures.iter().map(|key| wgpu::TextureTransition {
-        texture: &store.get(*key).texture,
+pub(super) fn take_over(loaded: &Loaded, encoder: &mut CommandEncoder) {
+    let textures = loaded.residency.heap_textures().map(|texture| wgpu::TextureTransition {
+        texture,
         selector: None,
-        state: wgpu::TextureUses::STORAGE_WRITE_ONLY,
+        state: TextureUses::STORAGE_WRITE_ONLY,
     });
     encoder.transition_resources(std::iter::empty(), textures);
 }
@@ -49,7 +48,7 @@ pub(super) fn record(
             Pipeline::Compute(_) => index = record_dispatches(loaded, set, now, index..passes.end, encoder),
             pipeline => {
                 let run = &set.runs[index];
-                transition_for_draw(set.transitions_before(index, now.0), encoder);
+                transition_for_draw(set.transitions_before(loaded, index, now.0), encoder);
                 stamp(loaded, index, encoder);
                 match pipeline {
                     Pipeline::Render(pipeline) => record_draw(loaded, run, pipeline, now, index, encoder),
@@ -83,20 +82,18 @@ fn record_dispatches(
     if let Some(timing) = &loaded.timing {
         pass.write_timestamp(&timing.queries, index as u32);
     }
-    while let Some(Run { built: Built { pipeline: Pipeline::Compute(pipeline), .. }, groups, .. }) =
-        set.runs[..passes.end].get(index)
+    while let Some(run) = set.runs[..passes.end].get(index)
+        && let Run { built: Built { pipeline: Pipeline::Compute(pipeline), .. }, .. } = &**run
     {
         let [x, y, z] = loaded.passes[index].workgroups;
-        if let Some(explicit_transitions) = set.transitions_before(index, ring_index) {
-            let textures = explicit_transitions.iter().map(|transition| wgpu::TextureTransition {
-                texture: &transition.view,
-                selector: None,
-                state: transition.state,
-            });
+        let transitions = set.transitions_before(loaded, index, ring_index);
+        if transitions.len() > 0 {
+            let textures =
+                transitions.map(|(texture, state)| wgpu::TextureTransition { texture, selector: None, state });
             pass.transition_resources(std::iter::empty(), textures);
         }
         pass.set_pipeline(pipeline);
-        pass.set_bind_group(0, &groups[ring_index], &[]);
+        pass.set_bind_group(0, run.group(ring_index), loaded.frame_offset(index));
         if loaded.passes[index].immediate {
             pass.set_immediates(0, frame_constants.bytes(loaded.uses_uninitialized(index)));
         }
@@ -114,13 +111,18 @@ fn record_dispatches(
 
 /// Before a draw there is no compute pass in which to record transitions. From the state `RESOURCE` a barrier waits for
 /// all shaders before.
-fn transition_for_draw(explicit_transitions: Option<&[ExplicitTransition]>, encoder: &mut CommandEncoder) {
-    let Some(explicit_transitions) = explicit_transitions else { return };
-    let new = explicit_transitions.iter().filter(|transition| transition.state != wgpu::TextureUses::RESOURCE);
-    let textures = new.map(|transition| wgpu::TextureTransition {
-        texture: transition.view.texture(),
+fn transition_for_draw<'a>(
+    transitions: impl ExactSizeIterator<Item = (&'a TextureView, TextureUses)>,
+    encoder: &mut CommandEncoder,
+) {
+    if transitions.len() == 0 {
+        return;
+    }
+    let new = transitions.filter(|(_, state)| *state != TextureUses::RESOURCE);
+    let textures = new.map(|(view, _)| wgpu::TextureTransition {
+        texture: view.texture(),
         selector: None,
-        state: wgpu::TextureUses::RESOURCE,
+        state: TextureUses::RESOURCE,
     });
     encoder.transition_resources(std::iter::empty(), textures);
 }

@@ -142,7 +142,7 @@ impl Post {
 
     /// The plan that renders.
     pub fn plan(&self) -> Option<&Arc<Plan>> {
-        self.running.as_ref().map(Running::plan)
+        self.running.as_ref().map(|running| &running.plan)
     }
 
     /// The attachments of a pass that the host fills, by the name of its node: what its pipelines are made for. `None`
@@ -302,7 +302,7 @@ impl Post {
             }
         }
         if let Some(running) = &self.running {
-            self.pass_times.record(&self.executor, running.plan(), self.frame, encoder)?;
+            self.pass_times.record(&self.executor, &running.plan, self.frame, encoder)?;
         }
         Ok(())
     }

@@ -76,10 +76,13 @@ impl Post {
             if is_new && self.plans.set(place, value.clone()).map_err(refused)? {
                 self.is_stale = true;
                 self.age.values += 1;
-            } else if is_new
-                && let Some(running) = self.running.as_mut().filter(|running| running.graph == self.age.graph)
-            {
-                running.uniforms.change(place.node);
+            } else if is_new {
+                if let Some(running) = self.running.as_mut().filter(|running| running.graph == self.age.graph) {
+                    running.uniforms.change(place.node);
+                }
+                if let Some(next) = self.next.as_mut().filter(|next| !next.changed.contains(&place.node)) {
+                    next.changed.push(place.node);
+                }
             }
         }
         handle.value = Some(value);

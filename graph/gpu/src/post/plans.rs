@@ -3,16 +3,16 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use afterimage_graph::check::GraphInput;
+use afterimage_graph::check::{Graph, GraphInput};
 use afterimage_graph::image::{ImageDesc, Size};
 use afterimage_plan::{Given, GivenImage, NeedsPlan, Part, Plan, PlanError, Planned};
 use wgpu::TextureView;
 
-use super::running::{Next, Running, Wish};
+use super::running::{Next, Ready, Running, Wish};
 use super::uniforms::Uniforms;
 use super::{Post, PostError};
 use crate::device::image_format;
-use crate::executor::{MULTISAMPLED, VOLUME};
+use crate::executor::{MULTISAMPLED, VOLUME, Wanted};
 use crate::platform::Worker;
 use crate::{Frame, GpuError, Rectangle};
 
@@ -118,19 +118,21 @@ impl Post {
             self.sizes.renew();
         }
         let planned = self.planned(given.clone())?;
-        if self.running.as_ref().is_none_or(|running| !Arc::ptr_eq(&running.planned.plan, &planned.plan)) {
-            self.executor.load(planned.plan.clone())?;
-            self.run(given, planned);
+        if self.running.as_ref().is_none_or(|running| !Arc::ptr_eq(&running.plan, &planned.plan)) {
+            let changed = self.dynamic().map(|parameter| parameter.node).collect();
+            let running = Running::new(self.age.graph, given, &planned, (self.plans.graph(), changed));
+            self.executor.load_at(running.wanted())?;
+            self.running = Some(running);
         }
         self.is_stale = false;
         Ok(self.plan().expect("it runs"))
     }
 
-    fn planned(&mut self, given: Given) -> Result<Planned, PlanError> {
+    fn planned(&mut self, given: Given) -> Result<Arc<Planned>, PlanError> {
         span!("afterimage::plan");
         let device = self.executor.device().clone();
         let wish = self.wish(given);
-        wish.on(&device, |request| self.plans.planned(request))
+        wish.on(&device, |request| self.plans.planned(request)).0
     }
 
     /// The plan for what the host would give, without loading it.
@@ -138,7 +140,7 @@ impl Post {
     /// # Errors
     /// The graph cannot be planned for it.
     pub fn plan_for(&mut self, given: Given) -> Result<Arc<Plan>, PlanError> {
-        Ok(self.planned(given)?.plan)
+        Ok(self.planned(given)?.plan.clone())
     }
 
     pub(super) fn wish(&self, given: Given) -> Wish {
@@ -157,44 +159,43 @@ impl Post {
         let Some(running) = &self.running else { return };
         let wish = self.wish(running.given.clone());
         let device = self.executor.device().clone();
-        let known = wish.on(&device, |request| self.plans.known(request));
-        if known.as_ref().is_some_and(|known| Arc::ptr_eq(&known.plan, &running.planned.plan)) {
+        let (known, wish) = wish.on(&device, |request| self.plans.known(request));
+        if known.as_ref().is_some_and(|known| Arc::ptr_eq(&known.plan, &running.plan)) {
             return;
         }
         let (graph, compile) = (self.plans.shared_graph(), self.executor.compilation());
-        let wanted = wish.clone();
+        let number = self.age.graph;
         let work = move || {
             span!("afterimage::prepare");
-            let planned = match known {
-                Some(planned) => planned,
-                None => wanted.on(&device, |request| Planned::new(&graph, request))?,
+            let (planned, new, wish) = match known {
+                Some(planned) => (planned, None, wish),
+                None => {
+                    let (new, wish) = wish.planned(&device, &graph)?;
+                    (new.planned.clone(), Some(new), wish)
+                }
             };
-            let prepared = compile(planned.plan.clone())?;
-            Ok((planned, prepared))
+            let changed = wish.dynamic.iter().map(|parameter| parameter.node).collect();
+            let running = Running::new(number, wish.given, &planned, (&graph, changed));
+            let prepared = compile(running.wanted())?;
+            Ok(Ready { running, prepared, new })
         };
-        self.next = Some(Next { age: self.age, wish, worker: Worker::new(self.executor.pool.as_ref(), work) });
+        let worker = Worker::new(self.executor.pool.as_ref(), work);
+        self.next = Some(Next { age: self.age, changed: Vec::new(), worker });
     }
 
     fn bring_in(&mut self, next: Next) -> Result<(), PostError> {
         if next.age.graph != self.age.graph {
             // The plan for the present graph is made after it.
+            self.executor.drop_later(next.worker);
             return Ok(());
         }
-        let (planned, prepared) = next.worker.join()??;
-        self.executor.put_in(prepared)?;
-        if next.age == self.age {
-            let device = self.executor.device().clone();
-            next.wish.on(&device, |request| self.plans.keep(request, &planned));
-        }
-        self.run(next.wish.given, planned);
+        let Ready { mut running, prepared, new } = next.worker.join()??;
+        let old = self.executor.put_in(prepared)?;
+        let unkept = new.filter(|_| next.age == self.age).and_then(|new| self.plans.keep(new.key, new.planned));
+        next.changed.into_iter().for_each(|node| running.uniforms.change(node));
+        let before = self.running.replace(running);
+        self.executor.drop_later((old, before, unkept));
         Ok(())
-    }
-
-    /// From now on this plan renders, with the present values of its dynamic parameters.
-    fn run(&mut self, given: Given, planned: Planned) {
-        let changed = self.dynamic().map(|parameter| parameter.node).collect();
-        let uniforms = Uniforms::new(planned.plan.uniform_buffer(), changed);
-        self.running = Some(Running { graph: self.age.graph, given, planned, uniforms });
     }
 
     /// Writes the uniforms that have changed, in one range.
@@ -202,7 +203,7 @@ impl Post {
         let Some(running) = &mut self.running else { return Ok(()) };
         // A plan of another graph renders on with the values that it had.
         if running.graph == self.age.graph
-            && running.uniforms.update(&mut running.planned.dynamic, self.plans.graph()) == Err(NeedsPlan)
+            && running.uniforms.update(&mut running.dynamic, self.plans.graph()) == Err(NeedsPlan)
         {
             self.plans.clear();
             self.age.values += 1;
@@ -229,6 +230,19 @@ impl Post {
             }
         }
         Ok(())
+    }
+}
+
+impl Running {
+    /// A plan at the values of a graph, which has that number. `changed` are nodes that may have others in the plan.
+    fn new(number: u64, given: Given, planned: &Planned, (graph, changed): (&Graph, Vec<usize>)) -> Self {
+        let (plan, mut dynamic) = (planned.plan.clone(), planned.dynamic.clone());
+        let uniforms = Uniforms::at(&plan, &mut dynamic, graph, changed);
+        Self { graph: number, given, plan, dynamic, uniforms }
+    }
+
+    fn wanted(&self) -> Wanted {
+        Wanted { plan: self.plan.clone(), uniforms: self.uniforms.bytes.clone() }
     }
 }
 

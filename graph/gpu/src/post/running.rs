@@ -3,9 +3,9 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use afterimage_graph::check::{Facts, ParameterId};
+use afterimage_graph::check::{Facts, Graph, ParameterId};
 use afterimage_graph::image::{ImageDesc, Size};
-use afterimage_plan::{Caps, Given, Options, Plan, PlanRequest, Planned};
+use afterimage_plan::{Caps, DynamicNodes, Given, Options, Plan, PlanError, PlanKey, PlanRequest, Planned};
 use wgpu::Device;
 
 use super::error::PostError;
@@ -15,7 +15,6 @@ use crate::heap;
 use crate::platform::Worker;
 
 /// What a plan is wanted for: a [`PlanRequest`] that can go to another thread.
-#[derive(Clone)]
 pub(super) struct Wish {
     pub(super) given: Given,
     pub(super) facts: Facts,
@@ -25,12 +24,29 @@ pub(super) struct Wish {
 }
 
 impl Wish {
-    /// Calls `use_request` with the request for a device.
-    pub(super) fn on<T>(&self, device: &Device, use_request: impl FnOnce(&PlanRequest<'_>) -> T) -> T {
-        let Self { given, facts, caps, options, dynamic } = self.clone();
+    /// Calls `use_request` with the request for a device, and returns the wish again.
+    pub(super) fn on<T>(self, device: &Device, use_request: impl FnOnce(&PlanRequest<'_>) -> T) -> (T, Self) {
+        let Self { given, facts, caps, options, dynamic } = self;
         let requirement = &|desc: &ImageDesc| heap::requirement(device, desc);
-        use_request(&PlanRequest { given, facts, caps, options, dynamic, requirement })
+        let request = PlanRequest { given, facts, caps, options, dynamic, requirement };
+        let result = use_request(&request);
+        let PlanRequest { given, facts, caps, options, dynamic, requirement: _ } = request;
+        (result, Self { given, facts, caps, options, dynamic })
     }
+
+    /// Makes the plan.
+    pub(super) fn planned(self, device: &Device, graph: &Graph) -> Result<(New, Self), PlanError> {
+        let (planned, wish) = self.on(device, |request| {
+            Ok(New { key: PlanKey::new(graph, request), planned: Arc::new(Planned::new(graph, request)?) })
+        });
+        Ok((planned?, wish))
+    }
+}
+
+/// A plan that the cache does not have yet.
+pub(super) struct New {
+    pub(super) key: PlanKey,
+    pub(super) planned: Arc<Planned>,
 }
 
 /// What plans are made of, by numbers that grow. A plan that was begun before may come in after a change.
@@ -47,21 +63,25 @@ pub(super) struct Running {
     /// The number of its graph.
     pub(super) graph: u64,
     pub(super) given: Given,
-    pub(super) planned: Planned,
+    pub(super) plan: Arc<Plan>,
+    pub(super) dynamic: DynamicNodes,
     pub(super) uniforms: Uniforms,
-}
-
-impl Running {
-    pub(super) fn plan(&self) -> &Arc<Plan> {
-        &self.planned.plan
-    }
 }
 
 /// A plan that is being made and compiled.
 pub(super) struct Next {
     pub(super) age: Age,
-    pub(super) wish: Wish,
-    pub(super) worker: Worker<Result<(Planned, Prepared), PostError>>,
+    /// Nodes whose values have changed since it was begun.
+    pub(super) changed: Vec<usize>,
+    pub(super) worker: Worker<Result<Ready, PostError>>,
+}
+
+/// A plan that can come in.
+pub(super) struct Ready {
+    pub(super) running: Running,
+    pub(super) prepared: Prepared,
+    /// The plan for the cache, unless it was known.
+    pub(super) new: Option<New>,
 }
 
 /// The sizes of frames that a host expects.
@@ -76,8 +96,7 @@ pub(super) struct Sizes {
 /// A plan for an expected size that is being made and compiled.
 pub(super) struct NextSize {
     pub(super) age: Age,
-    pub(super) wish: Wish,
-    pub(super) worker: Worker<Result<Planned, PostError>>,
+    pub(super) worker: Worker<Result<New, PostError>>,
 }
 
 impl Sizes {

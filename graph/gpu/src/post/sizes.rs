@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use afterimage_graph::image::Size;
-use afterimage_plan::{Given, Plan, Planned};
+use afterimage_plan::{Given, Plan};
 
 use super::running::NextSize;
 use super::{Post, PostError};
@@ -34,16 +34,17 @@ impl Post {
     pub fn expected_plan(&mut self, size: Size) -> Option<Arc<Plan>> {
         let wish = self.wish(of_size(&self.running.as_ref()?.given, size));
         let device = self.executor.device().clone();
-        Some(wish.on(&device, |request| self.plans.known(request))?.plan)
+        let (known, _) = wish.on(&device, |request| self.plans.known(request));
+        known.map(|known| known.plan.clone())
     }
 
     /// Takes the plan of a size that is finished, and begins the next. Returns why one has failed.
     pub(super) fn prepare_sizes(&mut self) -> Option<PostError> {
         if let Some(next) = self.sizes.next.take_if(|next| next.worker.is_finished()) {
-            let device = self.executor.device().clone();
-            match next.worker.join().map_err(PostError::from).and_then(|planned| planned) {
-                Ok(planned) if next.age == self.age => {
-                    next.wish.on(&device, |request| self.plans.keep(request, &planned));
+            match next.worker.join().map_err(PostError::from).and_then(|new| new) {
+                Ok(new) if next.age == self.age => {
+                    let unkept = self.plans.keep(new.key, new.planned);
+                    unkept.into_iter().for_each(|unkept| self.executor.drop_later(unkept));
                 }
                 Ok(_) => {}
                 Err(error) => return Some(error),
@@ -54,17 +55,17 @@ impl Post {
             self.sizes.missing.pop();
             let wish = self.wish(given);
             let device = self.executor.device().clone();
-            if wish.on(&device, |request| self.plans.known(request)).is_none() {
+            let (known, wish) = wish.on(&device, |request| self.plans.known(request));
+            if known.is_none() {
                 let (graph, compile) = (self.plans.shared_graph(), self.executor.compilation_ahead());
-                let wanted = wish.clone();
                 let work = move || {
                     span!("afterimage::prepare");
-                    let planned = wanted.on(&device, |request| Planned::new(&graph, request))?;
-                    compile(&planned.plan)?;
-                    Ok(planned)
+                    let (new, _) = wish.planned(&device, &graph)?;
+                    compile(&new.planned.plan)?;
+                    Ok(new)
                 };
                 let worker = Worker::new(self.executor.pool.as_ref(), work);
-                self.sizes.next = Some(NextSize { age: self.age, wish, worker });
+                self.sizes.next = Some(NextSize { age: self.age, worker });
             }
         }
         None

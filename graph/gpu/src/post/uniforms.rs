@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use afterimage_graph::check::Graph;
-use afterimage_plan::{DynamicNodes, NeedsPlan};
+use afterimage_plan::{DynamicNodes, NeedsPlan, Plan};
 
 /// A copy of the plan's uniform buffer, and what the device does not have yet.
 pub(super) struct Uniforms {
@@ -15,9 +15,16 @@ pub(super) struct Uniforms {
 }
 
 impl Uniforms {
-    /// Those of a plan that is loaded, with all nodes whose values may have changed since it was made.
-    pub(super) fn new(bytes: Vec<u8>, changed: Vec<usize>) -> Self {
-        Self { bytes, changed, unwritten: None }
+    /// Those of a plan at the values of a graph, for the nodes that may have others than when it was made. Where they
+    /// need another plan, the first frame finds it again.
+    pub(super) fn at(plan: &Plan, dynamic: &mut DynamicNodes, graph: &Graph, changed: Vec<usize>) -> Self {
+        let mut uniforms = Self { bytes: plan.uniform_buffer(), changed, unwritten: None };
+        let all = uniforms.changed.clone();
+        if uniforms.update(dynamic, graph) == Err(NeedsPlan) {
+            uniforms.changed = all;
+        }
+        uniforms.unwritten = None;
+        uniforms
     }
 
     pub(super) fn change(&mut self, node: usize) {

@@ -1,0 +1,122 @@
+//! Bind groups of single passes, on any thread.
+
+use afterimage_graph::node::{ImageId, Pass, Resource, Subresource};
+use afterimage_plan::Stage;
+use afterimage_plan::codegen::{Slot, SlotKind};
+use wgpu::{BindGroup, BindGroupEntry, BindingResource, Buffer, BufferUsages, Device, Queue, TextureView};
+
+use super::frame_constants::{self, FrameConstants};
+use super::loaded::{Loaded, Run};
+use crate::buffer::buffer;
+use crate::layout::{bound_slots, sampler};
+use crate::pipelines::Built;
+use crate::store::part_view;
+
+/// What bind groups of all plans of an executor name.
+#[derive(Clone)]
+pub(super) struct Binder {
+    device: Device,
+    linear: wgpu::Sampler,
+    nearest: wgpu::Sampler,
+    /// The constants of the last frame, for shaders that do not take them from immediates: first those of most passes,
+    /// then those of passes whose memory begins in that frame.
+    frame: Buffer,
+    /// Where both begin.
+    pub(super) frame_offsets: [u32; 2],
+}
+
+impl Binder {
+    pub(super) fn new(device: &Device) -> Self {
+        let stride = device.limits().min_uniform_buffer_offset_alignment.max(frame_constants::BYTES);
+        let bytes = u64::from(stride + frame_constants::BYTES);
+        let [linear, nearest] = [true, false].map(|is_linear| sampler(device, is_linear));
+        let frame = buffer(device, "frame", bytes, BufferUsages::UNIFORM | BufferUsages::COPY_DST);
+        Self { device: device.clone(), linear, nearest, frame, frame_offsets: [0, stride] }
+    }
+
+    /// Writes the constants for passes that take them from a buffer; the second ones only where a pass needs them.
+    pub(super) fn write_frame(&self, queue: &Queue, constants: &FrameConstants, has_uninitialized: bool) {
+        let [first, second] = self.frame_offsets.map(u64::from);
+        queue.write_buffer(&self.frame, first, constants.bytes(false));
+        if has_uninitialized {
+            queue.write_buffer(&self.frame, second, constants.bytes(true));
+        }
+    }
+
+    /// The bind groups and attachments of a pass; `views` are those of the host.
+    pub(super) fn run(&self, loaded: &Loaded, index: usize, built: Built, views: &[TextureView]) -> Run {
+        let (pass, residency) = (&loaded.passes[index], &loaded.residency);
+        let stage = built.pipeline.stage();
+        let planned = &loaded.plan.passes[index].pass;
+        let ring_indices = 0..if names(planned, |image| residency.is_in_ring(image)) { residency.ring_length } else { 1 };
+        let groups = ring_indices
+            .clone()
+            .map(|ring_index| self.bind_group(loaded, index, (stage, &built.layout), views, ring_index))
+            .collect();
+        let view = |image, ring_index| residency.view(image, views, ring_index);
+        let targets = |ring_index| match (stage, pass.writes_image, planned.drawing()) {
+            (Stage::Fragment, Some(image), _) => vec![view(image, ring_index).clone()],
+            (Stage::Drawing, _, Some(drawing)) => {
+                let part =
+                    |part: Subresource| part_view(view(part.image, ring_index).texture(), part.level, part.layer);
+                drawing.targets().map(part).collect()
+            }
+            _ => Vec::new(),
+        };
+        Run { built, groups, attachments: ring_indices.map(targets).collect() }
+    }
+
+    fn bind_group(
+        &self,
+        loaded: &Loaded,
+        index: usize,
+        (stage, layout): (Stage, &wgpu::BindGroupLayout),
+        views: &[TextureView],
+        ring_index: u32,
+    ) -> BindGroup {
+        let pass = &loaded.passes[index];
+        let part = |buffer, offset, bytes| {
+            let size = std::num::NonZeroU64::new(bytes);
+            BindingResource::Buffer(wgpu::BufferBinding { buffer, offset, size })
+        };
+        let region = |offset, bytes| part(&loaded.uniforms, offset, bytes);
+        let uniform = &loaded.plan.passes[index].uniform;
+        let whole = |image| loaded.residency.view(image, views, ring_index);
+        let levels = level_views(bound_slots(&pass.composed, stage), &whole);
+        let mut next_level = levels.iter();
+        let mut resource = |kind| match kind {
+            SlotKind::Level(_) => BindingResource::TextureView(next_level.next().expect("each has its view")),
+            SlotKind::Frame => part(&self.frame, 0, u64::from(frame_constants::BYTES)),
+            SlotKind::Block(block) => {
+                let planned = loaded.plan.block(block);
+                region(planned.offset, planned.block.bytes() as u64)
+            }
+            SlotKind::Params => region(uniform.offset, uniform.bytes.len() as u64),
+            SlotKind::Extent => region(uniform.extent_offset, size_of_val(&uniform.extent) as u64),
+            SlotKind::Sampler => BindingResource::Sampler(if pass.by_hand { &self.nearest } else { &self.linear }),
+            SlotKind::Texture(image) | SlotKind::Storage(image) => BindingResource::TextureView(whole(image)),
+            SlotKind::Buffer(buffer, _) => loaded.residency.buffers[buffer.0 as usize].as_entire_binding(),
+        };
+        let entries: Vec<BindGroupEntry<'_>> = bound_slots(&pass.composed, stage)
+            .map(|slot| BindGroupEntry { binding: slot.binding, resource: resource(slot.kind) })
+            .collect();
+        self.device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries: &entries })
+    }
+}
+
+/// Whether a pass names such an image.
+fn names(pass: &Pass, is_wanted: impl Fn(ImageId) -> bool) -> bool {
+    pass.resources().filter_map(Resource::image).any(is_wanted)
+}
+
+/// The views of single mip levels, in the order of their slots.
+fn level_views<'s, 'v>(
+    slots: impl Iterator<Item = &'s Slot>,
+    whole: &dyn Fn(ImageId) -> &'v TextureView,
+) -> Vec<TextureView> {
+    let level = |slot: &Slot| match slot.kind {
+        SlotKind::Level(part) => Some(part_view(whole(part.image).texture(), part.level, part.layer)),
+        _ => None,
+    };
+    slots.filter_map(level).collect()
+}

@@ -1,0 +1,247 @@
+//! A plan settles in memory: it takes the textures and buffers of the plan before where they are the same, and makes the
+//! others.
+
+use std::sync::Arc;
+
+use afterimage_graph::image::ImageDesc;
+use afterimage_graph::node::{BufferId, BufferLife, ImageId, Origin, Resource, VirtualBuffer};
+use afterimage_plan::{HeapPlacement, Plan, PlannedImage};
+use rustc_hash::FxHashMap;
+use wgpu::{Buffer, BufferUsages, Device, Queue};
+
+use super::residency::{ImageBinding, Residency, ring_place};
+use crate::GpuError;
+use crate::buffer::buffer;
+use crate::heap::Placed;
+use crate::platform::caught;
+use crate::store::{self, Stored};
+
+/// A plan that settles.
+pub(super) struct Settling<'a> {
+    pub(super) device: &'a Device,
+    pub(super) queue: &'a Queue,
+    /// The plan before, which may render meanwhile.
+    pub(super) old: Option<(&'a Plan, &'a Residency)>,
+    /// The number of the frame that comes next, where it matters: see [`Residency::keeps_places`].
+    pub(super) frame: u32,
+}
+
+/// Where a plan has settled.
+pub(super) struct Settled {
+    pub(super) residency: Arc<Residency>,
+    /// Memory that no frame has written yet.
+    pub(super) uninitialized: Vec<Resource>,
+}
+
+/// What a plan takes and makes.
+struct Memory<'a> {
+    device: &'a Device,
+    queue: &'a Queue,
+    frame: u32,
+    /// Textures of the old plan that the new one may take.
+    spare: Vec<Stored>,
+    /// Constant images of both plans.
+    constants: Vec<(&'a [u8], Stored)>,
+    uninitialized: Vec<Resource>,
+}
+
+impl<'a> Settling<'a> {
+    /// The plan on textures and buffers of its own and of the old plan.
+    pub(super) fn settle(
+        self,
+        plan: &'a Plan,
+        placement: HeapPlacement,
+        placed: Option<Placed>,
+    ) -> Result<Settled, GpuError> {
+        let Self { device, queue, old, frame } = self;
+        let mut memory =
+            Memory { device, queue, frame, spare: Vec::new(), constants: Vec::new(), uninitialized: Vec::new() };
+        let rings = old.map_or_else(FxHashMap::default, |(plan, old)| memory.retire(plan, old));
+        let buffers = memory.buffers(plan, old)?;
+        let bindings = memory.bind_images(plan, (&placement, placed.as_ref()), rings)?;
+        let inputs = plan.inputs.len();
+        let residency = Residency { placement, placed, bindings, buffers, ring_length: ring_length(plan), inputs };
+        Ok(Settled { residency: Arc::new(residency), uninitialized: memory.uninitialized })
+    }
+}
+
+impl<'a> Memory<'a> {
+    /// Offers the old plan's textures, and returns those of its histories by the names of their images.
+    fn retire(&mut self, plan: &'a Plan, old: &'a Residency) -> FxHashMap<&'a str, &'a [Stored]> {
+        let mut rings = FxHashMap::default();
+        let is_placed = |stored: &Stored| old.heap_textures().any(|texture| *texture == stored.texture);
+        for (image, binding) in plan.images.iter().zip(&old.bindings) {
+            match (binding, &image.origin) {
+                (ImageBinding::Ring(ring, 0), _) => {
+                    rings.insert(image.label.as_str(), ring.as_slice());
+                }
+                (ImageBinding::Output(_, stored), _) => self.offer(stored),
+                (ImageBinding::Fixed(stored), Origin::Constant(bytes)) => {
+                    self.constants.push((bytes, stored.clone()));
+                }
+                (ImageBinding::Fixed(stored), _) if !is_placed(stored) => self.offer(stored),
+                _ => {}
+            }
+        }
+        rings
+    }
+
+    /// Offers a texture of the old plan, once: several images of a plan may share a texture.
+    fn offer(&mut self, stored: &Stored) {
+        if !self.spare.iter().any(|spare| spare.texture == stored.texture) {
+            self.spare.push(stored.clone());
+        }
+    }
+
+    /// A texture of that description, from the old plan or new. Its contents are undefined.
+    fn take(&mut self, desc: ImageDesc, label: &str) -> Stored {
+        match self.spare.iter().position(|spare| spare.desc == desc) {
+            Some(at) => self.spare.swap_remove(at),
+            None => store::create(self.device, desc, label),
+        }
+    }
+
+    /// Buffers of the plan; those that outlive frames keep their contents where the old plan had the same.
+    fn buffers(&mut self, plan: &Plan, old: Option<(&Plan, &Residency)>) -> Result<Vec<Buffer>, GpuError> {
+        let mut kept: FxHashMap<(&str, u64), &Buffer> = FxHashMap::default();
+        if let Some((plan, old)) = old {
+            let lasting = plan.buffers.iter().zip(&old.buffers);
+            let lasting = lasting.filter(|(described, _)| described.life == BufferLife::Persistent);
+            kept.extend(lasting.map(|(described, buffer)| ((described.label.as_str(), described.bytes), buffer)));
+        }
+        let mut buffers = Vec::with_capacity(plan.buffers.len());
+        for (index, described) in plan.buffers.iter().enumerate() {
+            let lasts = described.life == BufferLife::Persistent;
+            let known = lasts.then(|| kept.remove(&(described.label.as_str(), described.bytes))).flatten();
+            if lasts && known.is_none() {
+                self.uninitialized.push(Resource::Buffer(BufferId(index as u32)));
+            }
+            buffers.push(match known {
+                Some(known) => known.clone(),
+                None => make_buffer(self.device, self.queue, described)?,
+            });
+        }
+        Ok(buffers)
+    }
+
+    fn bind_images(
+        &mut self,
+        plan: &'a Plan,
+        (placement, placed): (&HeapPlacement, Option<&Placed>),
+        mut rings: FxHashMap<&str, &[Stored]>,
+    ) -> Result<Vec<ImageBinding>, GpuError> {
+        let mut in_heap = placed.map_or(&[][..], |placed| &placed.images).iter();
+        let mut slots: Vec<Option<Stored>> = vec![None; plan.memory.slots.len()];
+        let mut bindings: Vec<ImageBinding> = Vec::with_capacity(plan.images.len());
+        let remembered: Vec<ImageId> = plan.images.iter().filter_map(|image| image.origin.previous_of()).collect();
+        for (index, image) in plan.images.iter().enumerate() {
+            let id = ImageId(index as u32);
+            let output = plan.outputs.iter().position(|output| output.image == id);
+            bindings.push(match (self.bind_given(plan, image)?, output) {
+                (Some(binding), _) => binding,
+                (None, _) if remembered.contains(&id) => {
+                    let known = rings.remove(image.label.as_str());
+                    ImageBinding::Ring(self.ring(plan, id, known.unwrap_or_default()), 0)
+                }
+                (None, Some(output)) => ImageBinding::Output(output, self.take(image.desc, &image.label)),
+                (None, None) => {
+                    let in_heap = placement.offsets[index].and_then(|_| in_heap.next());
+                    let in_heap = in_heap.map(|(_, stored)| stored.clone());
+                    ImageBinding::Fixed(in_heap.unwrap_or_else(|| self.pooled(plan, image, &mut slots)))
+                }
+            });
+        }
+        self.bind_histories(plan, &mut bindings);
+        Ok(bindings)
+    }
+
+    /// The binding of an image that no pass writes; `None` for one that a pass writes. Images of earlier frames are
+    /// bound once the image of this frame has its ring.
+    fn bind_given(&mut self, plan: &'a Plan, image: &'a PlannedImage) -> Result<Option<ImageBinding>, GpuError> {
+        Ok(match &image.origin {
+            _ if image.lifetime.is_none() => Some(ImageBinding::Unused),
+            Origin::Previous { .. } => Some(ImageBinding::Unused),
+            Origin::Input(name) => {
+                let input = plan.inputs.iter().position(|(input, _)| input == name);
+                Some(ImageBinding::Input(input.expect("every input image is listed")))
+            }
+            Origin::Constant(bytes) => Some(ImageBinding::Fixed(self.constant(image.desc, bytes)?)),
+            Origin::Transient => None,
+        })
+    }
+
+    /// The texture with these constant texels, of either plan; or a new one.
+    fn constant(&mut self, desc: ImageDesc, bytes: &'a [u8]) -> Result<Stored, GpuError> {
+        let same = |(known, stored): &&(&[u8], Stored)| stored.desc == desc && *known == bytes;
+        if let Some((_, stored)) = self.constants.iter().find(same) {
+            return Ok(stored.clone());
+        }
+        let stored = store::create(self.device, desc, "constant");
+        store::upload(self.queue, &stored.texture, desc, bytes)?;
+        self.constants.push((bytes, stored.clone()));
+        Ok(stored)
+    }
+
+    /// The pooled texture of an image that lives within the frame.
+    fn pooled(&mut self, plan: &Plan, image: &PlannedImage, slots: &mut [Option<Stored>]) -> Stored {
+        let slot = image.slot.expect("a transient that is used has a slot") as usize;
+        let desc = plan.memory.slots[slot].desc;
+        slots[slot].get_or_insert_with(|| self.take(desc, "transients")).clone()
+    }
+
+    /// The ring of textures of a history. What earlier frames have left in those of the old plan keeps its age.
+    fn ring(&mut self, plan: &Plan, id: ImageId, known: &[Stored]) -> Vec<Stored> {
+        let image = plan.image(id);
+        let known = if known.first().is_some_and(|first| first.desc == image.desc) { known } else { &[] };
+        if known.is_empty() {
+            self.uninitialized.push(Resource::Image(id));
+            let pasts = plan.images.iter().enumerate().filter(|(_, image)| image.origin.previous_of() == Some(id));
+            self.uninitialized.extend(pasts.map(|(index, _)| Resource::Image(ImageId(index as u32))));
+        }
+        let length = ring_length(plan) as usize;
+        let mut ring: Vec<Option<Stored>> = vec![None; length];
+        for age in 0..length.min(known.len()) {
+            let [to, from] = [length, known.len()].map(|length| ring_place(length, self.frame, age as u32));
+            ring[to] = Some(known[from].clone());
+        }
+        ring.into_iter().map(|known| known.unwrap_or_else(|| self.black(image))).collect()
+    }
+
+    /// A new texture, which holds zeros.
+    fn black(&self, image: &PlannedImage) -> Stored {
+        store::create(self.device, image.desc, &image.label)
+    }
+
+    fn bind_histories(&mut self, plan: &Plan, bindings: &mut [ImageBinding]) {
+        for (index, image) in plan.images.iter().enumerate() {
+            let Origin::Previous { of, frames } = image.origin else { continue };
+            if image.lifetime.is_none() {
+                continue;
+            }
+            bindings[index] = match &bindings[of.0 as usize] {
+                ImageBinding::Ring(ring, _) => ImageBinding::Ring(ring.clone(), frames),
+                // The image is never written in this plan: its past is black.
+                _ => ImageBinding::Fixed(self.black(image)),
+            };
+        }
+    }
+}
+
+/// Ring length: one texture for this frame and one for each that is remembered.
+pub(super) fn ring_length(plan: &Plan) -> u32 {
+    let depth = plan.images.iter().map(|image| match image.origin {
+        Origin::Previous { frames, .. } => frames,
+        _ => 0,
+    });
+    1 + depth.max().unwrap_or(0)
+}
+
+fn make_buffer(device: &Device, queue: &Queue, wanted: &VirtualBuffer) -> Result<Buffer, GpuError> {
+    let copies = BufferUsages::COPY_DST | BufferUsages::COPY_SRC;
+    let usage = BufferUsages::STORAGE | BufferUsages::VERTEX | BufferUsages::INDEX | copies;
+    let made = buffer(device, &wanted.label, wanted.bytes.next_multiple_of(16), usage);
+    if let BufferLife::Constant(bytes) = &wanted.life {
+        caught("a table", || queue.write_buffer(&made, 0, bytes))?;
+    }
+    Ok(made)
+}
