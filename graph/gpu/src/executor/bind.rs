@@ -144,17 +144,12 @@ pub(super) fn named<'a>(views: &[(&str, &'a TextureView)], name: &str) -> Option
 fn same_views(loaded: &Loaded, set: &HostSet, frame: &Frame<'_>) -> bool {
     let (inputs, outputs) = set.views.split_at(loaded.plan.inputs.len());
     let same_input = |((name, _), view): (&(String, ImageId), &TextureView)| named(frame.inputs, name) == Some(view);
-    let same_output =
-        |(output, view): (&PlanOutput, &TextureView)| output_view(loaded, output, frame) == Some(view);
+    let same_output = |(output, view): (&PlanOutput, &TextureView)| output_view(loaded, output, frame) == Some(view);
     loaded.plan.inputs.iter().zip(inputs).all(same_input) && loaded.plan.outputs.iter().zip(outputs).all(same_output)
 }
 
 /// Where an output goes: to the host's image, or to ours.
-fn output_view<'a>(
-    loaded: &'a Loaded,
-    output: &PlanOutput,
-    frame: &Frame<'a>,
-) -> Option<&'a TextureView> {
+fn output_view<'a>(loaded: &'a Loaded, output: &PlanOutput, frame: &Frame<'a>) -> Option<&'a TextureView> {
     named(frame.outputs, &output.name).or_else(|| match &loaded.residency.bindings[output.image.0 as usize] {
         ImageBinding::Output(_, stored) => Some(&stored.view),
         _ => None,
@@ -171,8 +166,7 @@ fn chosen_views(loaded: &Loaded, frame: &Frame<'_>) -> Result<Vec<TextureView>, 
         views.push(view.clone());
     }
     for output in &plan.outputs {
-        let view =
-            output_view(loaded, output, frame).expect("the planner gives each output an image of its own");
+        let view = output_view(loaded, output, frame).expect("the planner gives each output an image of its own");
         check_output(plan, &output.name, output.image, view)?;
         views.push(view.clone());
     }

@@ -48,7 +48,8 @@ impl Binder {
         let (pass, residency) = (&loaded.passes[index], &loaded.residency);
         let stage = built.pipeline.stage();
         let planned = &loaded.plan.passes[index].pass;
-        let ring_indices = 0..if names(planned, |image| residency.is_in_ring(image)) { residency.ring_length } else { 1 };
+        let ring_indices =
+            0..if names(planned, |image| residency.is_in_ring(image)) { residency.ring_length } else { 1 };
         let groups = ring_indices
             .clone()
             .map(|ring_index| self.bind_group(loaded, index, (stage, &built.layout), views, ring_index))

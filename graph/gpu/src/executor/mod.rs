@@ -41,8 +41,8 @@ use host_images::Formats;
 pub(crate) use host_images::{MULTISAMPLED, VOLUME};
 use loaded::Loaded;
 pub use prepare::Preparation;
-pub(crate) use prepare::{Prepared, Wanted};
 use prepare::{PlanCompiler, PreviousPlan};
+pub(crate) use prepare::{Prepared, Wanted};
 use record::{clear_memory, record, take_over};
 pub use rectangle::Rectangle;
 
@@ -268,9 +268,7 @@ impl Executor {
             }
             // Another plan has come in between, or places in rings differ.
             (Prepared::Numbers(wanted, _) | Prepared::Compiled(wanted), _) => self.load_at(wanted).map(|()| None),
-            (Prepared::Whole(new, _, uniforms), _) => {
-                self.load_at(Wanted { plan: new.plan, uniforms }).map(|()| None)
-            }
+            (Prepared::Whole(new, _, uniforms), _) => self.load_at(Wanted { plan: new.plan, uniforms }).map(|()| None),
         }
     }
 

@@ -103,9 +103,7 @@ impl PlanCompiler {
         if frame.is_none() && old.is_some_and(|old| !old.keeps_places(ring_length(&wanted.plan))) {
             return Ok(Prepared::Compiled(wanted));
         }
-        let loaded = watched(&self.device, "the memory of the plan", || {
-            self.settle(&wanted, passes, before, frame)
-        })?;
+        let loaded = watched(&self.device, "the memory of the plan", || self.settle(&wanted, passes, before, frame))?;
         Ok(Prepared::Whole(Box::new(loaded), old.cloned(), wanted.uniforms))
     }
 
@@ -160,8 +158,7 @@ impl PlanCompiler {
         };
         let run = |index: usize| self.binder.run(&loaded, index, loaded.passes[index].built.clone(), &[]);
         let names_none = |index: usize| loaded.host_views[index].is_empty();
-        loaded.runs =
-            (0..loaded.passes.len()).map(|index| names_none(index).then(|| Arc::new(run(index)))).collect();
+        loaded.runs = (0..loaded.passes.len()).map(|index| names_none(index).then(|| Arc::new(run(index)))).collect();
         Ok(loaded)
     }
 
