@@ -1,5 +1,5 @@
-//! A plan settles in memory: it takes the textures and buffers of the plan before where they are the same, and makes the
-//! others.
+//! A plan settles in memory: it takes the textures and buffers of the plan before where they are the same, and makes
+//! the others.
 
 use std::sync::Arc;
 
