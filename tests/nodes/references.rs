@@ -185,3 +185,33 @@ fn effects_are_nearer_to_many_samples_than_the_scene_without_them() {
     let rows = PLACES.map(|(walk, focus)| [depth_of_field(walk, focus), fog(walk), occlusion(walk)].concat());
     docs::write_panels("effects.jpg", 3, &rows[1]);
 }
+
+/// The mean over an image of the largest difference of a channel, relative to the brighter of both.
+fn difference(a: &Picture, b: &Picture) -> f64 {
+    let of = |(a, b): (&[f32; 4], &[f32; 4])| {
+        let off = |c: usize| f64::from((a[c] - b[c]).abs() / a[c].abs().max(b[c].abs()).max(1e-6));
+        (0..3).map(off).fold(0.0, f64::max)
+    };
+    a.pixels.iter().zip(&b.pixels).map(of).sum::<f64>() / a.pixels.len() as f64
+}
+
+/// Samples go on where others end, a lens without a width is a pinhole, and another one is not.
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn the_samples_of_the_scene_are_one_sequence_through_one_lens() {
+    let node = |name: &str, more: &str| format!("\"{name}\": DemoScene(walk: 0.6, {more}),");
+    let wide = "aperture: 0.15, focus: 2.5";
+    let nodes = [
+        node("all", &format!("samples: 16, {wide}")),
+        node("one", &format!("samples: 8, {wide}")),
+        node("two", &format!("samples: 8, first: 8, {wide}")),
+        node("none", "samples: 16, aperture: 0.0, focus: 0.1"),
+        node("pinhole", "samples: 16"),
+    ];
+    let found = outputs(0.6, (&nodes.concat(), &[]), &["all", "one", "two", "none", "pinhole"]);
+    let [all, one, two, none, pinhole] = <[Picture; 5]>::try_from(found).expect("five outputs");
+    assert!(difference(&all, &mean_of(&[one.clone(), two])) < 1e-5, "two halves are the whole");
+    assert!(difference(&all, &one) > 1e-2, "a half is not");
+    assert_eq!(none, pinhole);
+    assert!(difference(&all, &pinhole) > 1e-2, "a lens is no pinhole");
+}
