@@ -1,5 +1,6 @@
 //! The executor as a host uses it: histories, host textures, changes of plan, lost devices, and memory between frames.
 
+mod alike;
 mod any_plan;
 mod changes;
 mod feeds;
