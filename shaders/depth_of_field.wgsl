@@ -21,11 +21,12 @@ const DEPTH_OF_FIELD_PI: f32 = 3.14159265;
 // Surfaces whose depths differ by less than this share belong together.
 const DEPTH_OF_FIELD_SOFT: f32 = 0.05;
 
-// The radius of the circle of confusion in pixels, and the depth.
+// The radius of the circle of confusion in pixels, and the depth. The gather reads whole pixels and softens the edge of
+// the circle by one: that adds at least the variance of a pixel to the circle's, which is taken off here.
 fn depth_of_field_circle(depth: vec4f, params: DepthOfField) -> vec4f {
     let z = max(depth.x, 1e-3);
     let radius = min(params.strength * abs(z - params.focus) / z, params.most);
-    return vec4f(radius, z, 0.0, 1.0);
+    return vec4f(sqrt(max(radius * radius - 1.0 / 6.0, 0.0)), z, 0.0, 1.0);
 }
 
 // The largest radius in a row of texels, and in a column of such rows.

@@ -57,7 +57,8 @@ fn a_shader_of_a_folder_does_not_read_beyond_an_array() {
     let kind = folder_kind_of(("node.ron", declaration), &[("pick.wgsl", shader)]);
     let kind = kind.unwrap_or_else(|errors| panic!("{errors}"));
     let picture = Picture::new(4, 4, |x, y| [1.0 + x as f32, 0.5 + y as f32, 0.0, 1.0]);
-    for (index, wanted) in [(0, [1.0, 4.0]), (1, [2.0, 2.0]), (4, [2.0, 14.0]), (77, [2.0, 14.0]), (4099, [2.0, 14.0])] {
+    for (index, wanted) in [(0, [1.0, 4.0]), (1, [2.0, 2.0]), (4, [2.0, 14.0]), (77, [2.0, 14.0]), (4099, [2.0, 14.0])]
+    {
         let text = format!(
             r#"Pipeline(inputs: {{ "in": Color }}, nodes: {{ "one": Pick(source: "in", index: {index}) }},
             outputs: {{ "one": "one" }})"#

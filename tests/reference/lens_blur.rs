@@ -36,6 +36,12 @@ impl DepthOfField {
         (0.5 * on_sensor / self.sensor * height).min(self.most)
     }
 
+    /// The radius that is gathered with: reading whole pixels and softening the edge of the circle add the variance of
+    /// a pixel.
+    fn gathered(&self, depth: f64, height: f64) -> f64 {
+        (self.radius(depth, height).powi(2) - 1.0 / 6.0).max(0.0).sqrt()
+    }
+
     fn edge(&self, angle: f64) -> f64 {
         if self.blades < 3 {
             return 1.0;
@@ -66,7 +72,7 @@ impl DepthOfField {
     }
 
     pub(crate) fn apply(&self, image: &Image, depth: &Image) -> Image {
-        let circles = depth.map(|[z, ..]| [self.radius(z, image.height as f64), z.max(1e-3), 0.0, 1.0]);
+        let circles = depth.map(|[z, ..]| [self.gathered(z, image.height as f64), z.max(1e-3), 0.0, 1.0]);
         let tile = (self.most.ceil() as usize + 1).max(8);
         Image::new(image.width, image.height, |x, y| {
             let reach = tile_most(&circles, [x, y], tile);
