@@ -15,14 +15,14 @@ ghosts        on the walk, the error of pixels that an object or the camera has 
 The chart has the error after the camera stands still, and the changes and the errors of the uncovered pixels of each
 frame of the walk.
 """
-import argparse, json, os
+import argparse, os
 
 import numpy as np
 
 import frames
 from chart import WITH, WITHOUT, label, line
 from compare_cycles import errors
-from walk import NEAR, SIZE, TAA, TAN_FOV, jitter, run, shown, view
+from walk import SIZE, TAA, jitter, run, shown, write_cameras
 
 WALK, COUNT, SINCE, AGE = 0.4, 32, 8, 4
 
@@ -36,11 +36,7 @@ def render_still(program, folder):
         for name, wire in [("one", ""), ("depth", ".depth"), ("motion", ".motion")]:
             outputs += f'"{name}{frame}": "one{frame}{wire}", '
             more += ["--output", f"{name}{frame}=" + frames.at(folder, name, frame)]
-        height = 1 / TAN_FOV
-        projection = [[height * SIZE[1] / SIZE[0], 0, 0, 0], [0, height, 0, 0], [0, 0, 0, NEAR], [0, 0, -1, 0]]
-        for name, moved in [("steady", [0, 0]), ("jittered", jitter(frame))]:
-            with open(frames.at(folder, name, frame, "json"), "w") as file:
-                json.dump({"view": view(WALK), "projection": projection, "jitter": moved}, file)
+        write_cameras(folder, frame, WALK)
     for part in range(4):
         nodes += f'"many{part}": {scene} samples: 64, first: {64 * part}),\n'
         outputs += f'"many{part}": "many{part}", '

@@ -50,6 +50,15 @@ def view(place):
     return np.vstack([np.column_stack([turn, -turn @ eye]), [0, 0, 0, 1]]).tolist()
 
 
+def write_cameras(folder, frame, place):
+    """The camera of a frame, without and with its jitter."""
+    height = 1 / TAN_FOV
+    projection = [[height * SIZE[1] / SIZE[0], 0, 0, 0], [0, height, 0, 0], [0, 0, 0, NEAR], [0, 0, -1, 0]]
+    for name, moved in [("steady", [0, 0]), ("jittered", jitter(frame))]:
+        with open(frames.at(folder, name, frame, "json"), "w") as file:
+            json.dump({"view": view(place), "projection": projection, "jitter": moved}, file)
+
+
 def run(program, folder, text, more):
     path = os.path.join(folder, "pipeline.ron")
     with open(path, "w") as file:
@@ -95,11 +104,7 @@ def render_scene(program, folder, numbers, count):
         mean = np.mean([frames.channels(file, None, "RGB") for file in files], 0)
         frames.write(frames.at(folder, "mean", frame), [mean[..., channel] for channel in range(3)])
         [os.remove(file) for file in files]
-        height = 1 / TAN_FOV
-        projection = [[height * SIZE[1] / SIZE[0], 0, 0, 0], [0, height, 0, 0], [0, 0, 0, NEAR], [0, 0, -1, 0]]
-        for name, moved in [("steady", [0, 0]), ("jittered", jitter(frame))]:
-            with open(frames.at(folder, name, frame, "json"), "w") as file:
-                json.dump({"view": view(walk(frame, count)), "projection": projection, "jitter": moved}, file)
+        write_cameras(folder, frame, walk(frame, count))
 
 
 PORTS = 'depth: "linear", camera: "camera", motion: "motion"'

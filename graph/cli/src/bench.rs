@@ -49,10 +49,13 @@ pub(crate) fn run(args: &BenchArgs, tables: &[&[NodeKind]]) -> Result<(), Failur
     let report = bench::bench(&gpu, &registry, &path.display().to_string(), &load, &options)?;
     keep_pipeline_data(&gpu, &report.pipelines, &pipelines(&gpu));
     say(&report.to_string());
-    if let Some(file) = &args.json {
-        write_atomic(file, &serde_json::to_vec_pretty(&report).expect("names and finite numbers are JSON"))?;
-    }
-    Ok(())
+    write_json(args, &report)
+}
+
+/// The file of `--json`, if there is one.
+fn write_json(args: &BenchArgs, report: &impl serde::Serialize) -> Result<(), Failure> {
+    let Some(file) = &args.json else { return Ok(()) };
+    Ok(write_atomic(file, &serde_json::to_vec_pretty(report).expect("names and finite numbers are JSON"))?)
 }
 
 /// Every kind on its own.
@@ -69,12 +72,10 @@ fn kinds(args: &BenchArgs, sizes: &[(u32, u32)], gpu: &Gpu, tables: &[&[NodeKind
         camera: &|graph, size| scene(graph).map(|scene| scene.camera(size)),
     };
     let report = bench::kinds(gpu, &registry, &tables, &options, &Bar::new(0))?;
-    say(&report.to_string());
+    let tables = report.to_string();
+    say(&tables);
     if let Some(file) = &args.markdown {
-        write_atomic(file, report.to_string().as_bytes())?;
+        write_atomic(file, tables.as_bytes())?;
     }
-    if let Some(file) = &args.json {
-        write_atomic(file, &serde_json::to_vec_pretty(&report).expect("names and finite numbers are JSON"))?;
-    }
-    Ok(())
+    write_json(args, &report)
 }

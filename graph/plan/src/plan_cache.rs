@@ -72,11 +72,13 @@ impl PlanKey {
 
     /// Whether the request depends on the same.
     fn is_of(&self, graph: &Graph, request: &PlanRequest<'_>) -> bool {
-        self.answers.iter().copied().eq(answers(graph, &request.facts))
-            && self.options == request.options
-            && self.given == request.given
-            && self.dynamic == request.dynamic
-            && self.caps == request.caps
+        // All fields by name, so that a new one cannot be forgotten.
+        let Self { given, answers: known, caps, options, dynamic } = self;
+        known.iter().copied().eq(answers(graph, &request.facts))
+            && *options == request.options
+            && *given == request.given
+            && *dynamic == request.dynamic
+            && *caps == request.caps
     }
 }
 

@@ -17,7 +17,7 @@ pub(super) enum ImageBinding {
     Output(usize, Stored),
     /// Always the same texture.
     Fixed(Stored),
-    /// A texture of a ring, so many frames behind the newest.
+    /// A ring of textures, and how many frames before the newest one the image is.
     Ring(Vec<Stored>, u32),
 }
 
@@ -75,7 +75,7 @@ impl Residency {
     }
 }
 
-/// The place in a ring of that many textures of the one that is so many frames behind the frame.
+/// The index in a ring of `length` textures of the image that was made `behind` frames before `frame`.
 pub(super) fn ring_place(length: usize, frame: u32, behind: u32) -> usize {
     let length = length as u32;
     ((frame % length + length - behind % length) % length) as usize

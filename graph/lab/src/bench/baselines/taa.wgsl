@@ -130,8 +130,8 @@ fn resolve(@builtin(global_invocation_id) id: vec3u) {
         share = max(settings.blend, settings.moving * 2.0 * dot(part, 1.0 - part));
     }
     let away = old - mean;
-    let room = select(min(mean.xyz - least, spread), min(greatest - mean.xyz, spread), away.xyz > vec3f(0.0));
-    let units = abs(away.xyz) / max(room, vec3f(1e-6));
+    let limits = select(min(mean.xyz - least, spread), min(greatest - mean.xyz, spread), away.xyz > vec3f(0.0));
+    let units = abs(away.xyz) / max(limits, vec3f(1e-6));
     let limited = mean + away / max(max(max(units.x, units.y), units.z), 1.0);
     let light = unpack(mix(limited, color, share));
     textureStore(smooth_image, p, vec4f(limited_light(light), center.a));
