@@ -15,14 +15,24 @@ struct Taa {
     has_depth: f32,        // of the frame before
     has_exposure: f32,
     moving: f32,
+    keep_above: f32,
 }
 
 // How fast a sample counts less that lies this far from the middle of the pixel: the square of the distance in pixels.
 const TAA_SHARPNESS: f32 = 2.29;
 
+fn taa_brightness(light: vec3f) -> f32 {
+    return 0.25 * light.r + 0.5 * light.g + 0.25 * light.b;
+}
+
+// Light without the part above `keep_above`, which is that of lamps.
+fn taa_without_lamps(light: vec3f, params: Taa) -> vec3f {
+    return light * min(params.keep_above / max(taa_brightness(light), 1e-7), 1.0);
+}
+
 // Light in YCoCg times its weight, and the weight: bright light counts less in means, that at `white` half.
 fn taa_packed(light: vec3f, white: f32) -> vec4f {
-    let y = 0.25 * light.r + 0.5 * light.g + 0.25 * light.b;
+    let y = taa_brightness(light);
     let color = vec3f(y, 0.5 * (light.r - light.b), 0.5 * light.g - 0.25 * (light.r + light.b));
     return vec4f(color, 1.0) / (1.0 + max(y, 0.0) / white);
 }
@@ -38,20 +48,24 @@ struct TaaAround {
     mean: vec4f,
     below: vec3f,   // from the mean to the least and to the greatest
     above: vec3f,
+    brightest: f32,
 }
 
 fn taa_around(source: texture_2d<f32>, p: vec2i, jitter: vec2f, params: Taa) -> TaaAround {
     // The variance is of differences from the pixel itself: that of colors loses its digits where they are alike.
-    let middle = taa_packed(texel(source, p).rgb, params.white);
+    let middle = taa_packed(taa_without_lamps(texel(source, p).rgb, params), params.white);
     var sum = vec4f();
     var total = 0.0;
     var mean = vec4f();
     var square = vec3f();
     var least = vec3f(1e9);
     var greatest = vec3f(-1e9);
+    var brightest = 0.0;
     for (var y = -1; y <= 1; y++) {
         for (var x = -1; x <= 1; x++) {
-            let color = taa_packed(texel(source, p + vec2i(x, y)).rgb, params.white);
+            let light = texel(source, p + vec2i(x, y)).rgb;
+            brightest = max(brightest, taa_brightness(light));
+            let color = taa_packed(taa_without_lamps(light, params), params.white);
             let away = vec2f(f32(x), f32(y)) + jitter;
             let weight = exp(-TAA_SHARPNESS * dot(away, away));
             sum += weight * color;
@@ -65,7 +79,8 @@ fn taa_around(source: texture_2d<f32>, p: vec2i, jitter: vec2f, params: Taa) -> 
     }
     let most = params.variance * sqrt(max(square - mean.xyz * mean.xyz, vec3f(0.0)));
     mean += middle;
-    return TaaAround(sum / total, mean, min(mean.xyz - least, most), min(greatest - mean.xyz, most));
+    let below = min(mean.xyz - least, most);
+    return TaaAround(sum / total, mean, below, min(greatest - mean.xyz, most), brightest);
 }
 
 // The nearest of the nine texels around: edges move with the surface in front.
@@ -162,11 +177,75 @@ fn taa_share(there: vec2f, size: vec2f, params: Taa) -> f32 {
     return max(params.blend, params.moving * 2.0 * dot(part, 1.0 - part));
 }
 
-fn taa_mixed(old: vec3f, around: TaaAround, is_seen: bool, there: vec2f, at: Point, alpha: f32, params: Taa) -> vec4f {
-    let packed = taa_limited(taa_packed(old, params.white), around);
+// The light of the history without lamps, and that of lamps alone. Four texels, because the spline's negative weights
+// would take a sun from what is around it.
+struct TaaSplit {
+    light: vec3f,
+    lamps: vec3f,
+}
+
+fn taa_split(history: texture_2d<f32>, uv: vec2f, ratio: f32, params: Taa) -> TaaSplit {
+    let size = vec2f(textureDimensions(history));
+    let place = clamp(uv * size - 0.5, vec2f(-2.0), size + 1.0);
+    let base = floor(place);
+    let part = place - base;
+    var sum = TaaSplit();
+    for (var i = 0; i < 4; i++) {
+        let corner = vec2i(i & 1, i >> 1u);
+        let weights = select(1.0 - part, part, corner == vec2i(1));
+        let light = bounded_scene(texel(history, vec2i(base) + corner).rgb * ratio);
+        let limited = taa_without_lamps(light, params);
+        sum.light += weights.x * weights.y * limited;
+        sum.lamps += weights.x * weights.y * (light - limited);
+    }
+    return sum;
+}
+
+// The light of lamps: means count it in full, so that none of it is lost. That of the history is limited to what is
+// seen around.
+fn taa_lamps(source: texture_2d<f32>, p: vec2i, jitter: vec2f, old: vec3f, share: f32, params: Taa) -> vec3f {
+    var sum = vec3f();
+    var total = 0.0;
+    var least = vec3f(1e9);
+    var greatest = vec3f(-1e9);
+    for (var i = 0; i < 9; i++) {
+        let step = vec2i(i % 3 - 1, i / 3 - 1);
+        let light = texel(source, p + step).rgb;
+        let lamps = light - taa_without_lamps(light, params);
+        let away = vec2f(step) + jitter;
+        let weight = exp(-TAA_SHARPNESS * dot(away, away));
+        sum += weight * lamps;
+        total += weight;
+        least = min(least, lamps);
+        greatest = max(greatest, lamps);
+    }
+    return between3(clamp(old, least, greatest), sum / total, share);
+}
+
+// What a pixel gets: the new frame, and the old light if the history has a meaning there.
+fn taa_mixed(
+    source: texture_2d<f32>,
+    history: texture_2d<f32>,
+    old: vec3f,
+    around: TaaAround,
+    is_seen: bool,
+    there: vec2f,
+    ratio: f32,
+    jitter: vec2f,
+    at: Point,
+    params: Taa,
+) -> vec4f {
     let share = select(1.0, taa_share(there, at.size, params), is_seen);
-    let light = taa_unpacked(between(packed, around.color, share));
-    return vec4f(bounded_scene(light), alpha);
+    var light = old;
+    var lamps = vec3f();
+    if around.brightest > params.keep_above {
+        let split = taa_split(history, there, ratio, params);
+        light = split.light;
+        lamps = taa_lamps(source, at.pixel, jitter, split.lamps, share, params);
+    }
+    let packed = taa_limited(taa_packed(light, params.white), around);
+    let mixed = taa_unpacked(between(packed, around.color, share));
+    return vec4f(bounded_scene(mixed + lamps), texel(source, at.pixel).a);
 }
 
 // Whether the frame before has a meaning at a place.
@@ -202,8 +281,9 @@ fn taa(
     let there = at.uv - taa_motion(depth, motion, camera, taa_nearest(depth, at.pixel), params);
     let was_seen = taa_was_seen(depth, previous_depth, camera, at.pixel, there, params);
     let is_seen = taa_inside(there, frame) && (was_seen || params.has_depth < 0.5);
-    let old = bounded_scene(taa_bicubic(history, there) * taa_ratio(meter, previous_exposure, params));
-    return taa_mixed(old, around, is_seen, there, at, texel(source, at.pixel).a, params);
+    let ratio = taa_ratio(meter, previous_exposure, params);
+    let old = bounded_scene(taa_bicubic(history, there) * ratio);
+    return taa_mixed(source, history, old, around, is_seen, there, ratio, camera.jitter, at, params);
 }
 
 // The same with a filter of four texels.
@@ -225,6 +305,7 @@ fn taa_bilinear(
     let there = at.uv - taa_motion(depth, motion, camera, taa_nearest(depth, at.pixel), params);
     let was_seen = taa_was_seen(depth, previous_depth, camera, at.pixel, there, params);
     let is_seen = taa_inside(there, frame) && (was_seen || params.has_depth < 0.5);
-    let old = bounded_scene(tap(history, history_sampler, there).rgb * taa_ratio(meter, previous_exposure, params));
-    return taa_mixed(old, around, is_seen, there, at, texel(source, at.pixel).a, params);
+    let ratio = taa_ratio(meter, previous_exposure, params);
+    let old = bounded_scene(tap(history, history_sampler, there).rgb * ratio);
+    return taa_mixed(source, history, old, around, is_seen, there, ratio, camera.jitter, at, params);
 }

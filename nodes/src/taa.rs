@@ -47,6 +47,11 @@ params! {
         pub depth_threshold: f32 = 0.05 => within(0.001..=1.0), usually(0.01..=0.2);
         /// The light that counts half as much as dark light in means, so that bright samples do not flicker: white.
         pub white: f32 = 1.0 => within(0.01..=1000.0), usually(0.1..=10.0);
+        /// The light above which there are only lamps and the sun. The part above it counts in full in means, so that a
+        /// sun of a few pixels keeps its energy for flares, bloom and bright discs out of focus. The edges of such
+        /// light have steps, and single samples that are as bright sparkle. At 65504 there are no lamps. A bright sky
+        /// and what reflects it should lie below.
+        pub keep_above: f32 = 65504.0 => within(0.01..=65504.0), usually(8.0..=65504.0), neutral(65504.0);
         /// The filter that reads the frame before.
         pub filtering: HistoryFilter = HistoryFilter::Bicubic
             => quality(HistoryFilter::Bicubic, [HistoryFilter::Bilinear]);

@@ -25,7 +25,8 @@ pub(super) fn moved() -> Camera {
     }
 }
 
-const TAA: Taa = Taa { blend: 0.125, moving: 0.5, variance: 1.25, depth_threshold: 0.05, white: 1.0 };
+const TAA: Taa =
+    Taa { blend: 0.125, moving: 0.5, variance: 1.25, depth_threshold: 0.05, white: 1.0, keep_above: 65504.0 };
 
 /// Places of the history are exact to a thousandth of a texel.
 const PLACES: Tolerance =
@@ -76,6 +77,10 @@ fn a_second_frame_is_that_of_the_cpu_reference() {
     second_frame("previous_depth: \"previous\", variance: 0.5, white: 4.0, depth_threshold: 0.2", |all| {
         let taa = Taa { variance: 0.5, white: 4.0, depth_threshold: f64::from(0.2_f32), ..TAA };
         taa.apply(&Frames { motion: None, ..*all })
+    });
+    second_frame("motion: \"motion\", keep_above: 3.0", |all| {
+        let taa = Taa { keep_above: 3.0, ..TAA };
+        taa.apply(&Frames { previous_depth: None, ..*all })
     });
 }
 
@@ -222,6 +227,46 @@ fn what_is_not_there_any_more_leaves_no_trace() {
     let alone = after([0.1, 0.1, 0.1, 1.0], [2.0, 3.0], &noisy);
     assert_eq!(gone.pixels, alone.pixels);
     assert!(kept.pixels != gone.pixels);
+}
+
+/// A disc of two pixels before the sky, in frames of one sample in each pixel, and then a frame without it: the light
+/// above the sky's in each frame, as a share of the disc's.
+fn light_of_a_sun(parameters: &str) -> Vec<f64> {
+    const SKY: f32 = 6.0;
+    let sun = |jitter: [f32; 2], radius: f32| {
+        Picture::new(32, 24, move |x, y| {
+            let away = [x as f32 + 0.5 + jitter[0] - 16.3, y as f32 + 0.5 + jitter[1] - 11.8];
+            let light = if away[0].hypot(away[1]) < radius { 15000.0 } else { SKY };
+            [light, light, light, 1.0]
+        })
+    };
+    let text = format!(
+        "\"result\": Taa(source: \"in\", history: \"result@previous\", depth: \"depth\", camera: \"camera\", \
+         white: 8.0, {parameters})"
+    );
+    let camera = eye();
+    let graph = Nodes::new(&text, &[("in", "Color"), ("depth", "Depth")]).camera(Some(&camera)).graph();
+    let run = Run::new(&graph).camera(Some(&camera));
+    let mut sequence = Sequence::new(&run);
+    let depth = Picture::new(32, 24, |_, _| [3.0, 0.0, 0.0, 1.0]);
+    let frame = |index: u32| {
+        let jitter = [halton(index % 8 + 1, 2), halton(index % 8 + 1, 3)];
+        sequence.camera(&Camera { jitter, ..eye() });
+        let light = sun(jitter, if index == 32 { 0.0 } else { 1.0 });
+        sequence.frame(&[("in", &light), ("depth", &depth)], 0.04, index == 0);
+        let above = |pixel: &[f32; 4]| f64::from(pixel[1] - 1.01 * SKY).max(0.0);
+        sequence.output("out").pixels.iter().map(above).sum::<f64>() / (15000.0 * std::f64::consts::PI)
+    };
+    (0..=32).map(frame).collect()
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_small_sun_keeps_its_light_and_leaves_at_once() {
+    let [lost, kept] = ["", "keep_above: 64.0"].map(light_of_a_sun);
+    assert!(lost[..32].iter().all(|share| *share < 0.5), "{lost:.2?}");
+    assert!(kept[16..32].iter().all(|share| (0.85..1.15).contains(share)), "{kept:.2?}");
+    assert!(kept[32] == 0.0, "{}", kept[32]);
 }
 
 /// The pixels that show an object.

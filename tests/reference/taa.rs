@@ -17,6 +17,8 @@ pub(crate) struct Taa {
     pub(crate) variance: f64,
     pub(crate) depth_threshold: f64,
     pub(crate) white: f64,
+    /// The light above which means count it in full.
+    pub(crate) keep_above: f64,
 }
 
 /// A frame, and what the frame before left.
@@ -45,6 +47,14 @@ struct Around {
     /// From the mean to the least and to the greatest that is allowed.
     below: Rgb,
     above: Rgb,
+    lamps: Lamps,
+}
+
+/// The light of lamps around a pixel: the filtered new one, and the limits of the old one.
+struct Lamps {
+    color: Rgb,
+    least: Rgb,
+    greatest: Rgb,
 }
 
 impl Frames<'_> {
@@ -106,6 +116,13 @@ impl Frames<'_> {
     }
 }
 
+/// Light below a limit and the rest.
+fn split(light: Rgb, limit: f64) -> [Rgb; 2] {
+    let [r, g, b] = light;
+    let share = (limit / (0.25 * r + 0.5 * g + 0.25 * b).max(1e-7)).min(1.0);
+    [light.map(|x| share * x), light.map(|x| x - share * x)]
+}
+
 fn packed([r, g, b]: Rgb, white: f64) -> Rgb {
     let y = 0.25 * r + 0.5 * g + 0.25 * b;
     [y, 0.5 * (r - b), 0.5 * g - 0.25 * (r + b)].map(|x| x / (1.0 + y.max(0.0) / white))
@@ -136,17 +153,31 @@ fn bicubic(image: &Image, uv: DVec2) -> Rgb {
     })
 }
 
+/// The four texels around a place, each split, filtered linearly.
+fn bilinear_split(image: &Image, uv: DVec2, ratio: f64, limit: f64) -> [Rgb; 2] {
+    let place = (uv * DVec2::new(image.width as f64, image.height as f64) - 0.5).floor();
+    let part = uv * DVec2::new(image.width as f64, image.height as f64) - 0.5 - place;
+    let mut sums = [[0.0; 3]; 2];
+    for (i, j) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
+        let [r, g, b, _] = image.texel(place.x as i64 + i, place.y as i64 + j);
+        let weight = if i == 1 { part.x } else { 1.0 - part.x } * if j == 1 { part.y } else { 1.0 - part.y };
+        let parts = split(extended([r, g, b].map(|x| x * ratio)), limit);
+        (0..2).for_each(|k| (0..3).for_each(|c| sums[k][c] += weight * parts[k][c]));
+    }
+    sums
+}
+
 impl Taa {
     fn around(&self, frames: &Frames<'_>, [x, y]: [i64; 2]) -> Around {
         let jitter = frames.jitter();
-        let nine: Vec<(Rgb, f64)> = (-1..=1)
-            .flat_map(|j| (-1..=1).map(move |i| (i, j)))
-            .map(|(i, j)| {
-                let [r, g, b, _] = frames.source.texel(x + i, y + j);
-                let away = DVec2::new(i as f64, j as f64) + jitter;
-                (packed([r, g, b], self.white), (-2.29 * away.length_squared()).exp())
-            })
-            .collect();
+        let (mut nine, mut lamps) = (Vec::new(), Vec::new());
+        for (i, j) in (-1..=1).flat_map(|j| (-1..=1).map(move |i| (i, j))) {
+            let [r, g, b, _] = frames.source.texel(x + i, y + j);
+            let weight = (-2.29 * (DVec2::new(i as f64, j as f64) + jitter).length_squared()).exp();
+            let [light, lamp] = split([r, g, b], self.keep_above);
+            nine.push((packed(light, self.white), weight));
+            lamps.push((lamp, weight));
+        }
         let total: f64 = nine.iter().map(|(_, weight)| weight).sum();
         let mean = [0, 1, 2].map(|c| nine.iter().map(|(color, _)| color[c]).sum::<f64>() / 9.0);
         let square = |c: usize| nine.iter().map(|(color, _)| (color[c] - mean[c]).powi(2)).sum::<f64>() / 9.0;
@@ -155,7 +186,12 @@ impl Taa {
         let farthest =
             |c: usize, sign: f64| nine.iter().map(|(color, _)| sign * (color[c] - mean[c])).fold(0.0, f64::max);
         let [below, above] = [-1.0, 1.0].map(|sign| [0, 1, 2].map(|c| farthest(c, sign).min(most(c))));
-        Around { color, mean, below, above }
+        let lamps = Lamps {
+            color: [0, 1, 2].map(|c| lamps.iter().map(|(lamp, weight)| lamp[c] * weight).sum::<f64>() / total),
+            least: [0, 1, 2].map(|c| lamps.iter().map(|(lamp, _)| lamp[c]).fold(f64::INFINITY, f64::min)),
+            greatest: [0, 1, 2].map(|c| lamps.iter().map(|(lamp, _)| lamp[c]).fold(f64::NEG_INFINITY, f64::max)),
+        };
+        Around { color, mean, below, above, lamps }
     }
 
     fn limited(&self, color: Rgb, around: &Around) -> Rgb {
@@ -174,16 +210,26 @@ impl Taa {
             let there = uv - frames.motion(frames.nearest(pixel));
             let is_inside = (0.0..=1.0).contains(&there.x) && (0.0..=1.0).contains(&there.y);
             let is_seen = is_inside && frames.was_seen(pixel, there, self.depth_threshold);
+            let has_lamps = around.lamps.greatest.iter().any(|x| *x > 0.0);
             let old = frames.history.filter(|_| is_seen).map(|history| {
-                let light = extended(bicubic(history, there).map(|x| x * frames.ratio));
-                self.limited(packed(light, self.white), &around)
+                let [light, lamps] = if has_lamps {
+                    bilinear_split(history, there, frames.ratio, self.keep_above)
+                } else {
+                    [extended(bicubic(history, there).map(|x| x * frames.ratio)), [0.0; 3]]
+                };
+                let Lamps { least, greatest, .. } = around.lamps;
+                let lamps = [0, 1, 2].map(|c| lamps[c].clamp(least[c], greatest[c]));
+                [self.limited(packed(light, self.white), &around), lamps]
             });
             let place = there * frames.size() - 0.5;
             let part = place - place.floor();
             let softened = part.x * (1.0 - part.x) + part.y * (1.0 - part.y);
             let share = self.blend.max(2.0 * self.moving * softened);
-            let mixed = old.map_or(around.color, |old| [0, 1, 2].map(|c| mix(old[c], around.color[c], share)));
-            let [r, g, b] = extended(unpacked(mixed, self.white));
+            let new = [around.color, around.lamps.color];
+            let [mixed, lamps] =
+                old.map_or(new, |old| [0, 1].map(|k| [0, 1, 2].map(|c| mix(old[k][c], new[k][c], share))));
+            let light = unpacked(mixed, self.white);
+            let [r, g, b] = extended([0, 1, 2].map(|c| light[c] + lamps[c]));
             [r, g, b, frames.source.texel(pixel[0], pixel[1])[3]]
         })
     }

@@ -89,8 +89,14 @@ pub(super) fn surface_kinds() -> Vec<Reference> {
             BLURRED,
             |source| {
                 let (camera, depth) = (moved(), image(&surfaces(size(source))));
-                let taa =
-                    Taa { blend: f64::from(0.08_f32), moving: 0.5, variance: 1.25, depth_threshold: 0.05, white: 1.0 };
+                let taa = Taa {
+                    blend: f64::from(0.08_f32),
+                    moving: 0.5,
+                    variance: 1.25,
+                    depth_threshold: 0.05,
+                    white: 1.0,
+                    keep_above: 65504.0,
+                };
                 let (depth, camera) = (&depth, &camera);
                 let none =
                     Frames { source, history: None, depth, previous_depth: None, motion: None, camera, ratio: 1.0 };
