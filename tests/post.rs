@@ -1,5 +1,6 @@
 //! A pipeline as a host keeps it: parameters by handle, facts, tiers and sizes.
 
+mod fade;
 mod images;
 mod incoming;
 mod rectangles;

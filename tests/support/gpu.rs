@@ -48,6 +48,13 @@ pub fn another_device(gpu: &Gpu, required_features: wgpu::Features, required_lim
 #[derive(Clone)]
 pub struct Shared(Gpu);
 
+impl Shared {
+    /// A device of one test, which likewise finishes its work.
+    pub fn of(gpu: Gpu) -> Self {
+        Self(gpu)
+    }
+}
+
 impl std::ops::Deref for Shared {
     type Target = Gpu;
 

@@ -124,6 +124,21 @@ pub(crate) fn blacken(device: &wgpu::Device, stored: &Stored, encoder: &mut wgpu
     encoder.copy_buffer_to_texture(zeros, stored.texture.as_image_copy(), extent(stored.desc));
 }
 
+/// Copies all levels and layers of a texture to another one of the same description, which is no depth and has one
+/// sample in each pixel.
+pub(crate) fn copy(from: &Stored, to: &Stored, encoder: &mut wgpu::CommandEncoder) {
+    let part = |texture, mip_level| wgpu::TexelCopyTextureInfo {
+        texture,
+        mip_level,
+        origin: wgpu::Origin3d::ZERO,
+        aspect: wgpu::TextureAspect::All,
+    };
+    for level in 0..from.desc.levels {
+        let size = extent(from.desc).mip_level_size(level, from.texture.dimension());
+        encoder.copy_texture_to_texture(part(&from.texture, level), part(&to.texture, level), size);
+    }
+}
+
 /// Nothing is copied to a depth.
 fn blacken_depth(stored: &Stored, encoder: &mut wgpu::CommandEncoder) {
     let ops = wgpu::Operations { load: wgpu::LoadOp::Clear(0.0), store: wgpu::StoreOp::Store };

@@ -59,7 +59,9 @@ impl Executor {
         };
         let names = loaded.plan.outputs.iter().map(|output| &output.name).zip(drawn);
         let now: Vec<_> = names.filter_map(|(name, format)| Some((name, format?))).collect();
-        if !now.iter().copied().eq(self.drawn.iter().map(|(name, format)| (name, *format))) {
+        // Frames without images of the host, as those of a fade, say nothing of its formats.
+        let says = !frame.outputs.is_empty();
+        if says && !now.iter().copied().eq(self.drawn.iter().map(|(name, format)| (name, *format))) {
             self.drawn = now.into_iter().map(|(name, format)| (name.clone(), format)).collect();
         }
         Ok(set)
@@ -121,9 +123,9 @@ fn drawn(
     let outputs = loaded.plan.outputs.iter().zip(&views[loaded.plan.inputs.len()..]);
     let format = |(output, view): (&PlanOutput, &TextureView)| -> Result<_, GpuError> {
         let is_drawn = must_be_drawn(&loaded.plan, output.image, view.texture());
-        let format = is_drawn
-            .then(|| formats.of(device, (&output.name, view), frame.stated_format(&output.name)))
-            .transpose()?;
+        // What is stated is the format of the host's view, not of ours.
+        let stated = frame.stated_format(&output.name).filter(|_| named(frame.outputs, &output.name).is_some());
+        let format = is_drawn.then(|| formats.of(device, (&output.name, view), stated)).transpose()?;
         check_encoding(output, format)?;
         Ok(format)
     };

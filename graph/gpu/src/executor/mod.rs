@@ -5,6 +5,7 @@ mod binder;
 mod blocks;
 mod compiled;
 mod contents;
+mod double;
 mod drawing;
 mod explicit_transitions;
 mod frame;
@@ -45,6 +46,7 @@ use prepare::{PlanCompiler, PreviousPlan};
 pub(crate) use prepare::{Prepared, Wanted};
 use record::{clear_memory, record, take_over};
 pub use rectangle::Rectangle;
+pub(crate) use residency::Residency;
 
 /// Runs plans on the host's device.
 pub struct Executor {
@@ -121,12 +123,7 @@ impl Executor {
     /// Another executor on the same device, with images and histories of its own. Both share the pipelines that are
     /// compiled, so that a plan which one has loaded needs only memory in the other.
     pub fn another(&self) -> Self {
-        let mut other = Self::with_caps(&self.compiler.device, &self.queue, self.caps.clone());
-        other.compiler.pipelines = self.compiler.pipelines.clone();
-        other.compiler.compiled = self.compiler.compiled.clone();
-        other.pool = self.pool.clone();
-        other.labelled = self.labelled;
-        other
+        self.other()()
     }
 
     /// The same executor with a cache of the driver's pipelines, which begins with the result of an earlier

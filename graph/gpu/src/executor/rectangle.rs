@@ -32,7 +32,7 @@ impl Rectangle {
         Self { x: 0, y: 0, width: texture.width(), height: texture.height() }
     }
 
-    pub(super) fn lies_in(self, texture: &Texture) -> bool {
+    pub(crate) fn lies_in(self, texture: &Texture) -> bool {
         let ends =
             |first: u32, length: u32, all: u32| length > 0 && first.checked_add(length).is_some_and(|end| end <= all);
         ends(self.x, self.width, texture.width()) && ends(self.y, self.height, texture.height())

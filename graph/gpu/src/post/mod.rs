@@ -1,7 +1,11 @@
 //! A pipeline on a device that may belong to somebody else: plans follow the images, the facts and the parameters.
 
 mod error;
+mod fade;
+mod fading;
 mod handle;
+mod mix;
+mod no_fade;
 mod parameters;
 mod pass_times;
 mod plans;
@@ -21,8 +25,10 @@ use wgpu::{CommandEncoder, Device, Queue};
 use crate::platform::{TaskPool, watched};
 use crate::{DrawTargets, Executor, Frame, GpuError, HostDraw};
 pub use error::PostError;
+use fading::Fade;
 use handle::Handle;
 pub use handle::{Control, Parameter, ParameterInfo};
+pub use no_fade::NoFade;
 pub use pass_times::PassTimes;
 use pass_times::TimedPasses;
 use running::{Age, Next, Running, Sizes};
@@ -54,6 +60,7 @@ const FRAMES_BETWEEN_CHECKS: u64 = 32;
 /// A plan is made at once for the first frame, and when the host's images change their sizes or formats, because no
 /// frame can use another one. For everything else the next plan is made and compiled on a thread of its own, while the
 /// present one renders, and a later frame swaps it in. What is equal in both plans is kept, also histories.
+/// [`set_fade`](Self::set_fade) fades from one to the other.
 pub struct Post {
     executor: Executor,
     plans: PlanCache,
@@ -72,6 +79,7 @@ pub struct Post {
     frame: u64,
     running: Option<Running>,
     next: Option<Next>,
+    fade: Fade,
     sizes: Sizes,
     /// Whether something has changed since the last plan was asked for.
     is_stale: bool,
@@ -100,6 +108,7 @@ impl Post {
             frame: 0,
             running: None,
             next: None,
+            fade: Fade::default(),
             sizes: Sizes::default(),
             is_stale: true,
             age: Age::default(),
@@ -124,6 +133,7 @@ impl Post {
             frame: 0,
             running: None,
             next: None,
+            fade: self.fade.for_another(),
             sizes: self.sizes.for_another(),
             is_stale: true,
             age: Age::default(),
@@ -231,6 +241,7 @@ impl Post {
         self.executor = Executor::with_caps(device, queue, crate::caps(adapter, device));
         self.executor.pool = pool;
         (self.running, self.next) = (None, None);
+        self.end_fade(NoFade::NewBeginning);
         self.sizes = self.sizes.for_another();
         self.watched.iter_mut().for_each(|watched| watched.readings.renew());
         self.pass_times.renew();
@@ -293,7 +304,7 @@ impl Post {
         draws: &mut [HostDraw<'_>],
     ) -> Result<(), PostError> {
         self.write_uniforms()?;
-        self.executor.encode_drawing(encoder, frame, draws)?;
+        self.record_plans(encoder, frame, draws)?;
         self.frame += 1;
         for watched in &mut self.watched {
             watched.readings.collect()?;

@@ -80,6 +80,7 @@ impl Post {
                 if let Some(running) = self.running.as_mut().filter(|running| running.graph == self.age.graph) {
                     running.uniforms.change(place.node);
                 }
+                self.fade.change(place.node, self.age.graph);
                 if let Some(next) = self.next.as_mut().filter(|next| !next.changed.contains(&place.node)) {
                     next.changed.push(place.node);
                 }

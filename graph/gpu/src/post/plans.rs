@@ -8,13 +8,14 @@ use afterimage_graph::image::{ImageDesc, Size};
 use afterimage_plan::{Given, GivenImage, NeedsPlan, Part, Plan, PlanError, Planned};
 use wgpu::TextureView;
 
+use super::no_fade::NoFade;
 use super::running::{Next, Ready, Running, Wish};
 use super::uniforms::Uniforms;
 use super::{Post, PostError};
 use crate::device::image_format;
 use crate::executor::{MULTISAMPLED, VOLUME, Wanted};
 use crate::platform::Worker;
-use crate::{Frame, GpuError, Rectangle};
+use crate::{Executor, Frame, GpuError, Rectangle};
 
 impl Post {
     /// Brings in the plan for these images if there is another one than the one that renders. Returns why one that was
@@ -22,11 +23,16 @@ impl Post {
     pub(super) fn follow(&mut self, frame: &Frame<'_>) -> Result<Option<PostError>, PostError> {
         if !self.fits(frame)? {
             let given = self.given(frame)?;
+            self.end_fade(NoFade::NewImages);
             self.load_for(given)?;
             return Ok(None);
         }
-        let failure = match self.next.take_if(|next| next.worker.is_finished()) {
-            Some(next) => self.bring_in(next).err(),
+        if frame.reset || self.executor.is_fresh() {
+            self.end_fade(NoFade::NewBeginning);
+        }
+        let next = self.next.take_if(|next| !self.fade.goes_on() && next.worker.is_finished());
+        let failure = match next {
+            Some(next) => self.bring_in(next, Some(frame)).err(),
             None => None,
         };
         if self.is_stale && self.next.is_none() {
@@ -122,7 +128,9 @@ impl Post {
             let changed = self.dynamic().map(|parameter| parameter.node).collect();
             let running = Running::new(self.age.graph, given, &planned, (self.plans.graph(), changed));
             self.executor.load_at(running.wanted())?;
-            self.running = Some(running);
+            if self.running.replace(running).is_some() {
+                self.fade.miss(NoFade::NewImages);
+            }
         }
         self.is_stale = false;
         Ok(self.plan().expect("it runs"))
@@ -164,7 +172,7 @@ impl Post {
             return;
         }
         let (graph, compile) = (self.plans.shared_graph(), self.executor.compilation());
-        let number = self.age.graph;
+        let (number, fade_parts) = (self.age.graph, self.fade_parts());
         let work = move || {
             span!("afterimage::prepare");
             let (planned, new, wish) = match known {
@@ -177,23 +185,27 @@ impl Post {
             let changed = wish.dynamic.iter().map(|parameter| parameter.node).collect();
             let running = Running::new(number, wish.given, &planned, (&graph, changed));
             let prepared = compile(running.wanted())?;
-            Ok(Ready { running, prepared, new })
+            Ok(Ready { running, prepared, new, parts: fade_parts.map(|make| make()) })
         };
         let worker = Worker::new(self.executor.pool.as_ref(), work);
         self.next = Some(Next { age: self.age, changed: Vec::new(), worker });
     }
 
-    fn bring_in(&mut self, next: Next) -> Result<(), PostError> {
+    /// Brings in a plan that was made in the background, with the frame that is its first; without one if the host waits
+    /// for it.
+    fn bring_in(&mut self, next: Next, frame: Option<&Frame<'_>>) -> Result<(), PostError> {
         if next.age.graph != self.age.graph {
             // The plan for the present graph is made after it.
             self.executor.drop_later(next.worker);
             return Ok(());
         }
-        let Ready { mut running, prepared, new } = next.worker.join()??;
+        let Ready { mut running, prepared, new, parts } = next.worker.join()??;
+        let beginning = self.beginning(&running.plan, frame, parts);
         let old = self.executor.put_in(prepared)?;
         let unkept = new.filter(|_| next.age == self.age).and_then(|new| self.plans.keep(new.key, new.planned));
         next.changed.into_iter().for_each(|node| running.uniforms.change(node));
         let before = self.running.replace(running);
+        let before = before.and_then(|before| self.begin_fade(beginning, before));
         self.executor.drop_later((old, before, unkept));
         Ok(())
     }
@@ -209,21 +221,19 @@ impl Post {
             self.age.values += 1;
             self.is_stale = true;
         }
-        if let Some(unwritten) = running.uniforms.unwritten.clone() {
-            self.executor.write_uniforms(unwritten.start as u64, &running.uniforms.bytes[unwritten])?;
-            running.uniforms.unwritten = None;
-        }
+        running.write(&mut self.executor)?;
         Ok(())
     }
 
-    /// Waits for the plan that the present facts and values ask for, and brings it in.
+    /// Waits for the plan that the present facts and values ask for, and brings it in. A [fade](Self::set_fade) ends.
     ///
     /// # Errors
     /// It cannot be made, or the device refuses it: the old plan renders on.
     pub fn finish_changes(&mut self) -> Result<(), PostError> {
+        self.end_fade(NoFade::Awaited);
         while self.is_changing() && self.running.is_some() {
             if let Some(next) = self.next.take() {
-                self.bring_in(next)?;
+                self.bring_in(next, None)?;
             }
             if std::mem::take(&mut self.is_stale) {
                 self.begin_next();
@@ -241,8 +251,16 @@ impl Running {
         Self { graph: number, given, plan, dynamic, uniforms }
     }
 
-    fn wanted(&self) -> Wanted {
+    pub(super) fn wanted(&self) -> Wanted {
         Wanted { plan: self.plan.clone(), uniforms: self.uniforms.bytes.clone() }
+    }
+
+    /// Writes the uniforms that the executor of this plan lacks.
+    pub(super) fn write(&mut self, executor: &mut Executor) -> Result<(), GpuError> {
+        let Some(unwritten) = self.uniforms.unwritten.clone() else { return Ok(()) };
+        executor.write_uniforms(unwritten.start as u64, &self.uniforms.bytes[unwritten])?;
+        self.uniforms.unwritten = None;
+        Ok(())
     }
 }
 

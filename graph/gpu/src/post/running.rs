@@ -9,6 +9,8 @@ use afterimage_plan::{Caps, DynamicNodes, Given, Options, Plan, PlanError, PlanK
 use wgpu::Device;
 
 use super::error::PostError;
+use super::mix::FadeParts;
+use super::no_fade::NoFade;
 use super::uniforms::Uniforms;
 use crate::executor::Prepared;
 use crate::heap;
@@ -82,6 +84,8 @@ pub(super) struct Ready {
     pub(super) prepared: Prepared,
     /// The plan for the cache, unless it was known.
     pub(super) new: Option<New>,
+    /// What a fade to it needs, if changes were to be faded when it was begun.
+    pub(super) parts: Option<Result<FadeParts, NoFade>>,
 }
 
 /// The sizes of frames that a host expects.

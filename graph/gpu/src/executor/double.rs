@@ -1,0 +1,119 @@
+//! A second executor that goes on with the plan in use, while the first one runs the next plan: what a fade needs.
+
+use afterimage_plan::{Plan, PlanOutput};
+use wgpu::{CommandEncoder, TextureFormat, TextureUsages, TextureView};
+
+use super::Executor;
+use super::frame::Frame;
+use super::host_draw::host_node;
+use super::host_images::check_encoding;
+use super::loaded::Loaded;
+use super::prepare::Wanted;
+use super::residency::{ImageBinding, Residency};
+use crate::GpuError;
+use crate::device::texture_format;
+use crate::store::{self, Stored};
+
+impl Executor {
+    /// Makes an executor that shares what is compiled, on any thread.
+    pub(super) fn other(&self) -> impl FnOnce() -> Self + Send + use<> {
+        let (compiler, queue, caps) = (self.compiler.clone(), self.queue.clone(), self.caps.clone());
+        let (pool, labelled) = (self.pool.clone(), self.labelled);
+        move || {
+            let mut other = Self::with_caps(&compiler.device, &queue, caps);
+            other.compiler.pipelines = compiler.pipelines;
+            other.compiler.compiled = compiler.compiled;
+            (other.pool, other.labelled) = (pool, labelled);
+            other
+        }
+    }
+
+    /// Makes, on any thread, an executor with memory of its own for a plan that this one has compiled.
+    pub(crate) fn double(&self) -> impl FnOnce(Wanted) -> Result<Self, GpuError> + Send + use<> {
+        let other = self.other();
+        move |wanted| {
+            let mut double = other();
+            double.load_at(wanted)?;
+            Ok(double)
+        }
+    }
+
+    /// Takes the place of an executor with the same plan: the number of its next frame, its uniforms, and what earlier
+    /// frames have left, which [`copy_memory`](Self::copy_memory) copies.
+    pub(crate) fn take_place_of(&mut self, other: &Self, uniforms: &[u8]) -> Result<(), GpuError> {
+        (self.frame_index, self.fresh) = (other.frame_index, false);
+        self.write_uniforms(0, uniforms)
+    }
+
+    /// The memory of the plan in use.
+    pub(crate) fn residency(&self) -> Option<&std::sync::Arc<Residency>> {
+        self.loaded.as_ref().map(|loaded| &loaded.residency)
+    }
+
+    /// Copies histories, and buffers that outlive frames, from where the same plan has left them.
+    pub(crate) fn copy_memory(&self, from: &Residency, encoder: &mut CommandEncoder) {
+        let Some(loaded) = &self.loaded else { return };
+        for &index in &loaded.persistent {
+            encoder.copy_buffer_to_buffer(&from.buffers[index], 0, &loaded.residency.buffers[index], 0, None);
+        }
+        let pairs = from.histories().zip(loaded.residency.histories());
+        pairs.flat_map(|(from, to)| from.iter().zip(to)).for_each(|(from, to)| store::copy(from, to, encoder));
+    }
+
+    /// Drops the bind groups for frames that leave an output in a texture of ours.
+    pub(crate) fn forget_own_pictures(&mut self) {
+        let Some(Loaded { plan, residency, sets, .. }) = &mut self.loaded else { return };
+        let is_ours = |view: &TextureView| {
+            let mut outputs = plan.outputs.iter().map(|output| &residency.bindings[output.image.0 as usize]);
+            outputs.any(|binding| matches!(binding, ImageBinding::Output(_, stored) if stored.view == *view))
+        };
+        sets.retain(|set| !set.views[plan.inputs.len()..].iter().any(is_ours));
+    }
+
+    /// Whether the next frame begins anew.
+    pub(crate) fn is_fresh(&self) -> bool {
+        self.fresh
+    }
+
+    /// The format of the host's view for an output, as it is drawn to.
+    ///
+    /// # Errors
+    /// It cannot be drawn to, or the device would encode it a second time.
+    pub(crate) fn format_of(
+        &mut self,
+        (output, view): (&PlanOutput, &TextureView),
+        frame: &Frame<'_>,
+    ) -> Result<TextureFormat, GpuError> {
+        let (device, stated) = (&self.compiler.device, frame.stated_format(&output.name));
+        let format = self.formats.of(device, (&output.name, view), stated)?;
+        check_encoding(output, Some(format))?;
+        Ok(format)
+    }
+
+    /// The format of the host's view for an output in the last frame that drew it; the planned one if a pass stores to
+    /// the view.
+    pub(crate) fn last_format(&self, plan: &Plan, output: &PlanOutput) -> TextureFormat {
+        let drawn = self.drawn.iter().find(|(name, _)| *name == output.name).map(|(_, format)| *format);
+        drawn.unwrap_or_else(|| texture_format(plan.image(output.image).desc.format))
+    }
+
+    /// Whether the host fills passes of a plan.
+    pub(crate) fn has_host_draws(plan: &Plan) -> bool {
+        plan.work().any(|pass| host_node(pass).is_some())
+    }
+}
+
+impl Residency {
+    /// The rings of all histories, in the order of the plan's images.
+    fn histories(&self) -> impl Iterator<Item = &[Stored]> {
+        self.bindings.iter().filter_map(|binding| match binding {
+            ImageBinding::Ring(ring, 0) => Some(ring.as_slice()),
+            _ => None,
+        })
+    }
+
+    /// Whether all histories can be copied: nothing is copied to a depth or to several samples.
+    pub(crate) fn can_be_copied(&self) -> bool {
+        self.histories().flatten().all(|stored| stored.texture.usage().contains(TextureUsages::COPY_DST))
+    }
+}

@@ -1,0 +1,168 @@
+//! Changes that cannot be faded come in at once, and the host is told why.
+
+use afterimage_gpu::{Frame, HostDraw, NoFade, Post, wgpu};
+use afterimage_graph::image::Size;
+
+use super::{BGRA, FRAMES, Host, LOOK, target};
+use crate::support::gpu::{graph_with, shared};
+
+/// A host that fades, after a first frame.
+fn host(text: &str) -> Host {
+    let mut host = Host::new(text);
+    host.post.set_fade(FRAMES);
+    host.shown();
+    assert_eq!(host.post.not_faded(), None);
+    host
+}
+
+/// Two frames, of which the second one has the other plan.
+fn change(host: &mut Host) {
+    host.night(true);
+    let before = host.post.plan().unwrap().hash();
+    host.shown();
+    host.shown();
+    assert_ne!(before, host.post.plan().unwrap().hash(), "another plan comes in");
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn plans_with_several_outputs() {
+    let mut host = host(&LOOK.replace(r#""display": "display" }"#, r#""display": "display", "more": "trail" }"#));
+    change(&mut host);
+    assert!(host.missed(&NoFade::Outputs));
+    let text = host.post.not_faded().unwrap().to_string();
+    assert_eq!(text, "the plans do not have one output each, of the same name and size");
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn an_output_that_a_pass_reads() {
+    let text = r#"Pipeline(
+        inputs: { "scene": Color },
+        nodes: {
+            "bins": Histogram(source: "trail@previous"),
+            "meter": AutoExposure(histogram: "bins"),
+            "exposed": Exposure(source: "scene", meter: "meter"),
+            "shown": Gaussian(source: "exposed", sigma: 3.0),
+            "grey": Saturation(source: "shown", amount: 0.0, when: "night"),
+            "trail": Composite(base: "shown", bloom: "trail@previous", blend: Mix, strength: 0.5, filter: Bilinear),
+        },
+        outputs: { "display": "grey" },
+    )"#;
+    let mut host = Host::new(text);
+    host.show_in(super::SIZE, wgpu::TextureFormat::Rgba16Float);
+    host.post.set_fade(FRAMES);
+    let view = host.view.clone();
+    for frame in 0..3 {
+        if frame == 1 {
+            host.night(true);
+        }
+        host.encode(&[("display", &view)], false).unwrap();
+    }
+    assert!(host.missed(&NoFade::OutputIsRead), "{:?}", host.post.not_faded());
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_host_that_gives_no_view_or_one_that_cannot_be_drawn_to() {
+    let mut host = Host::new(LOOK);
+    host.post.set_fade(FRAMES);
+    let texture = host.gpu.device.create_texture(&wgpu::TextureDescriptor {
+        label: None,
+        size: host.target.size(),
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: wgpu::TextureFormat::Rgba8Unorm,
+        usage: wgpu::TextureUsages::STORAGE_BINDING,
+        view_formats: &[],
+    });
+    let view = texture.create_view(&Default::default());
+    for (number, outputs) in [&[][..], &[("display", &view)]].into_iter().enumerate() {
+        host.night(number == 1);
+        for _ in 0..3 {
+            host.encode(outputs, false).unwrap();
+        }
+        host.night(number == 0);
+        for _ in 0..2 {
+            host.encode(outputs, false).unwrap();
+        }
+        assert!(host.missed(&NoFade::NotDrawable), "{:?}", host.post.not_faded());
+    }
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_frame_that_begins_anew_or_has_other_images() {
+    let mut host = host(LOOK);
+    host.night(true);
+    host.shown();
+    host.codes(true);
+    assert!(host.missed(&NoFade::NewBeginning));
+    let size = Size::new(64, 40);
+    host.scenes = host.scenes_of(size);
+    host.show_in(size, BGRA);
+    host.shown();
+    assert!(host.missed(&NoFade::NewImages));
+    host.night(false);
+    host.post.finish_changes().unwrap();
+    assert!(host.missed(&NoFade::Awaited));
+    change(&mut host);
+    assert!(host.post.is_fading() && host.post.not_faded().is_none());
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_fade_that_is_set_late_or_taken_back() {
+    let mut host = host(LOOK);
+    host.post.set_fade(0);
+    host.night(true);
+    host.shown();
+    host.post.set_fade(FRAMES);
+    host.shown();
+    assert!(host.missed(&NoFade::Late));
+    host.night(false);
+    host.shown();
+    host.post.set_fade(0);
+    host.shown();
+    assert!(!host.post.is_fading() && host.post.not_faded().is_none());
+}
+
+/// A second view has the same fade, and none of the first one's changes.
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn another_view_fades_by_itself() {
+    let mut host = host(LOOK);
+    change(&mut host);
+    let mut other = Host { post: host.post.another(), ..Host::new(LOOK) };
+    assert!(host.post.is_fading() && !other.post.is_fading());
+    other.shown();
+    other.night(false);
+    other.shown();
+    other.shown();
+    assert!(other.post.is_fading());
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn plans_that_the_host_draws_into() {
+    let text = r#"Pipeline(
+        inputs: {},
+        nodes: { "frame": Draw(), "lit": Exposure(source: "frame", stops: 1.0, when: "night") },
+        outputs: { "display": "lit" },
+    )"#;
+    let gpu = shared();
+    let mut post = Post::new(&gpu.adapter, &gpu.device, &gpu.queue, graph_with(text, afterimage_nodes::HOST));
+    post.set_task_pool(std::sync::Arc::new(|task| task()));
+    post.set_fade(FRAMES);
+    let view = target(&gpu, super::SIZE, wgpu::TextureFormat::Rgba16Float).create_view(&Default::default());
+    for frame in 0..3 {
+        post.set_fact("night", frame > 0);
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
+        let draws = &mut [HostDraw { node: "frame", fill: &mut |_| {} }];
+        post.encode_drawing(&mut encoder, &Frame { outputs: &[("display", &view)], ..Frame::default() }, draws)
+            .unwrap_or_else(|error| panic!("{error}"));
+        gpu.queue.submit([encoder.finish()]);
+    }
+    assert_eq!((post.not_faded(), post.is_fading()), (Some(&NoFade::HostDraws), false));
+}
