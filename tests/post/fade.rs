@@ -290,8 +290,9 @@ fn a_fade_leads_from_one_pipeline_to_another() {
             "mapped": ToneMap(source: "trail", curve: Reinhard),
             "rose": Saturation(source: "mapped", amount: 2.0),
             "encoded": Encode(source: "rose", transfer: Srgb),
+            "display": Dither(source: "encoded", bits: 8, format: Rgba8Unorm),
         },
-        outputs: { "display": "encoded" },
+        outputs: { "display": "display" },
     )"#;
     let mut hosts = hosts(FRAMES);
     let stops = hosts.each_mut().map(|host| host.post.parameter::<f32>("exposed.stops").unwrap());

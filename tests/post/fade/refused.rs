@@ -1,4 +1,4 @@
-//! Changes that cannot be faded come in at once, and the host is told why.
+//! Changes that cannot be faded come in at once, and the reason can be read.
 
 use afterimage_gpu::{Frame, HostDraw, NoFade, Post, wgpu};
 use afterimage_graph::image::Size;

@@ -191,8 +191,8 @@ impl Post {
         self.next = Some(Next { age: self.age, changed: Vec::new(), worker });
     }
 
-    /// Brings in a plan that was made in the background, with the frame that is its first; without one if the host waits
-    /// for it.
+    /// Brings in a plan that was made in the background, with the frame that is its first; without a frame if the host
+    /// waits for the plan.
     fn bring_in(&mut self, next: Next, frame: Option<&Frame<'_>>) -> Result<(), PostError> {
         if next.age.graph != self.age.graph {
             // The plan for the present graph is made after it.
