@@ -32,6 +32,9 @@ pub struct Afterimage {
     /// Cuts so far. Another number than in the frame before says that the view has changed at once, as after a cut or a
     /// teleport: histories and adaptation begin anew.
     pub cuts: u32,
+    /// Frames over which changes of facts, tiers and pipelines fade in, with both pictures mixed; 0 changes at once. See
+    /// [`Post::set_fade`](afterimage_gpu::Post::set_fade).
+    pub fade: u16,
 }
 
 /// A value of a fact or of a parameter.
@@ -82,6 +85,12 @@ impl Afterimage {
     /// The same with the value of a parameter, `node.parameter`.
     pub fn set(mut self, name: impl Into<String>, value: impl Into<Setting>) -> Self {
         self.parameters.insert(name.into(), value.into());
+        self
+    }
+
+    /// The same with changes that fade in over this many frames.
+    pub fn fade(mut self, frames: u16) -> Self {
+        self.fade = frames;
         self
     }
 

@@ -36,6 +36,7 @@ pub(crate) struct Settings {
     pub(crate) parameters: BTreeMap<String, Setting>,
     pub(crate) target: Target,
     pub(crate) cuts: u32,
+    pub(crate) fade: u16,
 }
 
 /// What a camera had before a pipeline replaced it.
@@ -174,7 +175,7 @@ pub(crate) fn check_graphs(
         let facts = wish.facts.iter().filter_map(|(name, fact)| Some((name.clone(), fact.fact()?))).collect();
         let refused = wish.facts.iter().filter(|(_, fact)| fact.fact().is_none());
         let refused = refused.map(|(name, _)| format!("`{name}` is no fact: facts are flags and numbers")).collect();
-        let (parameters, target, cuts) = (wish.parameters.clone(), wish.target, wish.cuts);
-        wanted.settings = Some(Arc::new(Settings { graph, facts, refused, parameters, target, cuts }));
+        let (parameters, target, cuts, fade) = (wish.parameters.clone(), wish.target, wish.cuts, wish.fade);
+        wanted.settings = Some(Arc::new(Settings { graph, facts, refused, parameters, target, cuts, fade }));
     }
 }

@@ -36,6 +36,7 @@ impl CameraPost {
         let mut new = Self::with_post(post, settings);
         new.hold_linear();
         new.post.set_facts(new.settings.facts.clone());
+        new.post.set_fade(new.settings.fade);
         new.set(&BTreeMap::new());
         new
     }
@@ -76,6 +77,7 @@ impl CameraPost {
             self.hold_linear();
         }
         self.post.set_facts(settings.facts.clone());
+        self.post.set_fade(settings.fade);
         self.has_cut |= before.cuts != settings.cuts;
         self.set(&before.parameters);
     }
@@ -146,13 +148,15 @@ impl CameraPost {
             && std::mem::replace(&mut self.is_said, true)
             && self.said.frame == error
             && (self.said.is_running, self.said.is_changing) == (is_running, is_changing)
+            && self.said.not_faded.as_ref() == self.post.not_faded()
         {
             return;
         }
         self.plan = self.post.plan().cloned();
         let passes = self.plan.as_ref().map_or(Vec::new(), |plan| plan.pass_names());
         let settings = std::mem::take(&mut self.said.settings);
-        self.said = Rendered { settings, frame: error, is_running, is_changing, passes };
+        let not_faded = self.post.not_faded().cloned();
+        self.said = Rendered { settings, frame: error, is_running, is_changing, not_faded, passes };
         report.send(self.said.clone());
     }
 }

@@ -2,6 +2,7 @@
 
 use std::sync::{Arc, Mutex, PoisonError};
 
+use afterimage_gpu::NoFade;
 use bevy::prelude::*;
 
 use crate::follow::Wanted;
@@ -24,6 +25,8 @@ pub struct AfterimageStatus {
     pub is_running: bool,
     /// Whether a plan for changed facts, another tier or another pipeline is being made.
     pub is_changing: bool,
+    /// Why the last change came in at once although [`fade`](crate::Afterimage::fade) is set.
+    pub not_faded: Option<String>,
     /// The passes of the plan that renders, each by its nodes and its work.
     pub passes: Vec<String>,
 }
@@ -35,6 +38,7 @@ pub(crate) struct Rendered {
     pub(crate) frame: Option<String>,
     pub(crate) is_running: bool,
     pub(crate) is_changing: bool,
+    pub(crate) not_faded: Option<NoFade>,
     pub(crate) passes: Vec<String>,
 }
 
@@ -55,9 +59,11 @@ impl Report {
 /// Takes over what the render world says.
 pub(crate) fn take_reports(mut cameras: Query<(&Wanted, &mut AfterimageStatus)>) {
     for (wanted, mut status) in &mut cameras {
-        if let Some(Rendered { settings, frame, is_running, is_changing, passes }) = wanted.report.take() {
+        if let Some(rendered) = wanted.report.take() {
+            let Rendered { settings, frame, is_running, is_changing, not_faded, passes } = rendered;
             let (files, others) = (status.files.clone(), status.others.clone());
-            let new = AfterimageStatus { files, settings, frame, others, is_running, is_changing, passes };
+            let not_faded = not_faded.map(|why| why.to_string());
+            let new = AfterimageStatus { files, settings, frame, others, is_running, is_changing, not_faded, passes };
             status.set_if_neq(new);
         }
     }

@@ -95,6 +95,23 @@ fn settings_change_and_are_checked() {
     shown.once("all is as at first", |now| *now == first);
 }
 
+/// Both pictures are mixed: it gets brighter in many steps.
+#[test]
+fn a_change_fades_in() {
+    let own = Folder::new("fade");
+    own.write("look.ron", CONDITIONAL);
+    let dark = |look: Afterimage| look.fact("bright", false).fade(60);
+    let mut shown = Shown::with_camera(&own.0, "look.ron", TextureFormat::Rgba8UnormSrgb, dark);
+    let mut sums = vec![sum(&shown.settled())];
+    shown.change(|look| _ = look.facts.insert("bright".into(), true.into()));
+    sums.extend((0..100).map(|_| sum(&shown.shown())));
+    assert!(sums.is_sorted(), "{sums:?}");
+    assert!(sums[100] > sums[0] * 3 / 2, "{sums:?}");
+    sums.dedup();
+    assert!(sums.len() > 8, "{sums:?}");
+    assert_eq!(shown.status().not_faded, None);
+}
+
 fn sum(bytes: &[u8]) -> u64 {
     bytes.as_chunks::<4>().0.iter().flat_map(|texel| &texel[..3]).map(|byte| u64::from(*byte)).sum()
 }
