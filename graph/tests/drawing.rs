@@ -5,7 +5,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use afterimage_graph::caps::Caps;
 use afterimage_graph::node::{
     BufferLife, Compare, Cull, DepthTest, DrawPass, ImageId, Load, NodeColors, Raster, RecorderContext, Recording,
-    Topology, VertexFormat, contract,
+    Topology, UniformValues, VertexFormat, contract,
 };
 use afterimage_graph::params;
 use afterimage_graph::prelude::*;
@@ -53,7 +53,7 @@ fn said(describe: impl FnOnce(&mut Recorder<'_>)) -> String {
     let context = RecorderContext {
         node: "canvas",
         kind: kind.signature(),
-        parameters: Vec::new(),
+        parameters: UniformValues::default(),
         dynamic: &[],
         arrivals: &[],
         format: None,

@@ -55,11 +55,10 @@ impl DepthOfField {
         &self,
         pass: &mut Recorder<'_>,
         (argument, image): (&'static str, ImageId),
-        (result, desc): (&'static str, ImageDesc),
+        ([result, function], desc): ([&'static str; 2], ImageDesc),
         numbers: Numbers,
     ) -> ImageId {
         let made = pass.transient(result, desc);
-        let function = format!("depth_of_field_{result}");
         numbers.set(pass.function(&SHADER, function).read(argument, image)).write_to(made);
         made
     }
@@ -102,12 +101,13 @@ impl Node for DepthOfField {
         let rotation = f64::from(self.rotation).to_radians();
         let numbers = Numbers { strength: self.strength(height), most, tile, rotation };
         let depth = surface::at_size(pass, "depth", desc.size);
-        let circle = self.step(pass, ("depth", depth), ("circle", desc), numbers);
+        let circle = self.step(pass, ("depth", depth), (["circle", "depth_of_field_circle"], desc), numbers);
         let tiles = surface::tiles(desc.size, tile);
         let rows = ImageDesc::new(Size::new(tiles.width, desc.size.height));
-        let rows = self.step(pass, ("circle", circle), ("rows", rows), numbers);
-        let each = self.step(pass, ("rows", rows), ("tiles", ImageDesc::new(tiles)), numbers);
-        let around = self.step(pass, ("tiles", each), ("around", ImageDesc::new(tiles)), numbers);
+        let rows = self.step(pass, ("circle", circle), (["rows", "depth_of_field_rows"], rows), numbers);
+        let each = self.step(pass, ("rows", rows), (["tiles", "depth_of_field_tiles"], ImageDesc::new(tiles)), numbers);
+        let around =
+            self.step(pass, ("tiles", each), (["around", "depth_of_field_around"], ImageDesc::new(tiles)), numbers);
         let last = pass.function(&SHADER, "depth_of_field").read("source", source);
         numbers.set(last.read("circle", circle).read("around", around)).write("result", desc);
     }

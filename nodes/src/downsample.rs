@@ -121,21 +121,19 @@ impl Node for Downsample {
         let mut above = pass.image("source");
         let mut desc = ImageDesc::new(pass.desc(above).size);
         let count = self.levels.min(desc.size.levels()).max(1);
-        let mut levels = Vec::new();
         for index in 0..count {
             desc = desc.half();
-            let level = pass.level(&format!("result.{index}"), desc);
+            let level = pass.level(format_args!("result.{index}"), desc);
             let function = self.function(index == 0);
             pass.function(&SHADER, function)
-                .label(format!("{function} {}", desc.size))
+                .label(format_args!("{function} {}", desc.size))
                 .read("source", above)
                 .reach(self.reach(index == 0))
                 .by_rows(self.by_rows(index == 0))
                 .write_to(level);
-            levels.push(level);
+            pass.give_level("result", level);
             above = level;
         }
-        pass.give("result", Arrival::Pyramid(levels));
         pass.give("coarsest", Arrival::Image(above));
     }
 }

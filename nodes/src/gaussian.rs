@@ -116,7 +116,7 @@ impl Blur {
         let direction = if axis[0] == 1 { "across" } else { "down" };
         let size = pass.desc(result).size;
         pass.function(&SHADER, self.function)
-            .label(format!("{} {direction} {size}", self.function))
+            .label(format_args!("{} {direction} {size}", self.function))
             .read("source", source)
             .set("axis", axis)
             .set("radius", self.radius)
@@ -159,13 +159,11 @@ impl Node for GaussianPyramid {
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {
-        let mut levels = Vec::new();
-        for (index, source) in pass.pyramid("source").into_iter().enumerate() {
-            let desc = ImageDesc::new(pass.desc(source).size);
-            let level = pass.level(&format!("result.{index}"), desc);
-            self.blur().record(pass, source, level);
-            levels.push(level);
+        for (index, source) in pass.pyramid("source").iter().enumerate() {
+            let desc = ImageDesc::new(pass.desc(*source).size);
+            let level = pass.level(format_args!("result.{index}"), desc);
+            self.blur().record(pass, *source, level);
+            pass.give_level("result", level);
         }
-        pass.give("result", Arrival::Pyramid(levels));
     }
 }

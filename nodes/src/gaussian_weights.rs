@@ -29,8 +29,8 @@ impl GaussianWeights {
     }
 
     /// The axes to blur with their kernels, for these standard deviations: all of them if the sigmas may change.
-    pub(crate) fn of_axes(sigmas: &[f32], reach: f32, may_change: bool) -> Vec<(usize, Self)> {
-        let kernel = |sigma: f32| Self::new(sigma, reach).or(may_change.then_some(Self::COPY));
-        sigmas.iter().enumerate().filter_map(|(axis, sigma)| Some((axis, kernel(*sigma)?))).collect()
+    pub(crate) fn of_axes(sigmas: &[f32], reach: f32, may_change: bool) -> impl Iterator<Item = (usize, Self)> {
+        let kernel = move |sigma: f32| Self::new(sigma, reach).or(may_change.then_some(Self::COPY));
+        sigmas.iter().enumerate().filter_map(move |(axis, sigma)| Some((axis, kernel(*sigma)?)))
     }
 }

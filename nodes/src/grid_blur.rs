@@ -32,22 +32,22 @@ impl Node for GridBlur {
             .or_input("source")];
 
     fn identity(&self, _: &Arrivals) -> bool {
-        GaussianWeights::of_axes(&self.sigma, REACH, false).is_empty()
+        GaussianWeights::of_axes(&self.sigma, REACH, false).next().is_none()
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {
         let mut cells = pass.image("source");
         let desc = pass.desc(cells);
         let size = desc.size;
-        let axes = GaussianWeights::of_axes(&self.sigma, REACH, pass.is_dynamic("sigma"));
-        for (index, (axis, weights)) in axes.iter().enumerate() {
-            let last = index + 1 == axes.len();
-            let name = ["x", "y", "z"][*axis];
+        let mut axes = GaussianWeights::of_axes(&self.sigma, REACH, pass.is_dynamic("sigma")).peekable();
+        while let Some((axis, weights)) = axes.next() {
+            let last = axes.peek().is_none();
+            let name = ["x", "y", "z"][axis];
             let result = if last { pass.output("result", desc) } else { pass.transient(name, desc) };
             let mut along = [0_u32; 3];
-            along[*axis] = 1;
+            along[axis] = 1;
             pass.compute(&SHADER, "grid_blur")
-                .label(format!("grid_blur {name}"))
+                .label(format_args!("grid_blur {name}"))
                 .image("cells", cells)
                 .image("result", result)
                 .set("axis", along)

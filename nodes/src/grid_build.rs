@@ -100,7 +100,7 @@ impl Node for GridBuild {
         let source = pass.image("source");
         let capacity = self.capacity(pass.desc(source).size);
         let exposure =
-            if pass.wired("meter") { pass.buffer("meter") } else { pass.constant_buffer("unmetered", vec![0; 16]) };
+            if pass.wired("meter") { pass.buffer("meter") } else { pass.constant_buffer("unmetered", [0; 16]) };
         let size = Size::volume(self.width, self.height, self.depth);
         let result = pass.output("result", ImageDesc::volume(size));
         let entry = match self.method {

@@ -45,7 +45,7 @@ impl LogGaussian {
 
     fn average(&self, pass: &mut Recorder<'_>, picture: ImageId, result: ImageId) {
         let exposure =
-            if pass.wired("meter") { pass.buffer("meter") } else { pass.constant_buffer("unmetered", vec![0; 16]) };
+            if pass.wired("meter") { pass.buffer("meter") } else { pass.constant_buffer("unmetered", [0; 16]) };
         let cells = [self.width, self.height];
         let by_cells = ByCells { form: "log_gaussian", source: "picture", cells, together: 64, stride: self.step };
         pass.compute(&SHADER, "log_gaussian_average")
@@ -65,7 +65,7 @@ impl LogGaussian {
         let mut along = [0_u32; 2];
         along[axis] = 1;
         pass.compute(&SHADER, "log_gaussian_blur")
-            .label(format!("log_gaussian_blur {}", ["x", "y"][axis]))
+            .label(format_args!("log_gaussian_blur {}", ["x", "y"][axis]))
             .image("picture", picture)
             .image("result", result)
             .set("axis", along)
@@ -98,14 +98,16 @@ impl Node for LogGaussian {
     fn record(&self, pass: &mut Recorder<'_>) {
         let picture = pass.image("source");
         let sigmas = self.sigmas(pass.desc(picture).size);
-        let kernels = GaussianWeights::of_axes(&sigmas, REACH, pass.is_dynamic("sigma"));
+        let may_change = pass.is_dynamic("sigma");
+        let kernels = || GaussianWeights::of_axes(&sigmas, REACH, may_change);
         let desc = ImageDesc::new(Size::new(self.width, self.height));
-        let images: Vec<ImageId> = (0..=kernels.len())
-            .map(|i| if i == kernels.len() { pass.output("result", desc) } else { pass.transient("small", desc) })
-            .collect();
-        self.average(pass, picture, images[0]);
-        for (i, (axis, weights)) in kernels.iter().enumerate() {
-            Self::blur(pass, *axis, weights, images[i], images[i + 1]);
+        let mut blurred = [None; 2];
+        blurred.iter_mut().zip(kernels()).for_each(|(image, _)| *image = Some(pass.transient("small", desc)));
+        let result = pass.output("result", desc);
+        let images = blurred.into_iter().flatten().chain([result]);
+        self.average(pass, picture, images.clone().next().expect("the last is the result"));
+        for ((axis, weights), (from, to)) in kernels().zip(images.clone().zip(images.skip(1))) {
+            Self::blur(pass, axis, &weights, from, to);
         }
     }
 }

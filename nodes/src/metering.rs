@@ -26,7 +26,7 @@ pub(crate) fn image_or_nothing(pass: &mut Recorder<'_>, port: &str) -> ImageId {
     if pass.wired(port) {
         return pass.image(port);
     }
-    pass.constant("nothing", ImageDesc::new(Size::new(1, 1)), vec![0; 8])
+    pass.constant("nothing", ImageDesc::new(Size::new(1, 1)), [0; 8])
 }
 
 choices! {

@@ -72,11 +72,10 @@ impl MotionBlur {
     fn step(
         pass: &mut Recorder<'_>,
         (argument, image): (&'static str, ImageId),
-        (result, desc): (&'static str, ImageDesc),
+        ([result, function], desc): ([&'static str; 2], ImageDesc),
         numbers: Numbers,
     ) -> ImageId {
         let made = pass.transient_signed(result, desc);
-        let function = format!("motion_blur_{result}");
         numbers.set(pass.function(&SHADER, function).read(argument, image)).write_to(made);
         made
     }
@@ -132,9 +131,10 @@ impl Node for MotionBlur {
         let path = Self::path(pass, desc, numbers);
         let tiles = surface::tiles(desc.size, tile);
         let rows = ImageDesc::new(Size::new(tiles.width, desc.size.height));
-        let rows = Self::step(pass, ("path", path), ("rows", rows), numbers);
-        let each = Self::step(pass, ("rows", rows), ("tiles", ImageDesc::new(tiles)), numbers);
-        let around = Self::step(pass, ("tiles", each), ("around", ImageDesc::new(tiles)), numbers);
+        let rows = Self::step(pass, ("path", path), (["rows", "motion_blur_rows"], rows), numbers);
+        let each = Self::step(pass, ("rows", rows), (["tiles", "motion_blur_tiles"], ImageDesc::new(tiles)), numbers);
+        let around =
+            Self::step(pass, ("tiles", each), (["around", "motion_blur_around"], ImageDesc::new(tiles)), numbers);
         let last = pass.function(&SHADER, "motion_blur").read("source", source);
         numbers.set(last.read("path", path).read("around", around)).write("result", desc);
     }

@@ -61,10 +61,10 @@ impl Streaks {
         let name = if side < 0 { "before" } else { "after" };
         let mut image = source;
         for step in Self::steps(length) {
-            let result = pass.transient(&format!("{name} {step}"), desc);
+            let result = pass.transient(format_args!("{name} {step}"), desc);
             let decay = (-f64::from(step) / f64::from(length)).exp();
             pass.function(&SHADER, "streaks_tail")
-                .label(format!("streaks_tail {name} by {step}"))
+                .label(format_args!("streaks_tail {name} by {step}"))
                 .read("source", image)
                 .set("axis", axis)
                 .set("step", side * step)

@@ -30,7 +30,7 @@ pub(crate) fn at_size(pass: &mut Recorder<'_>, port: &'static str, size: Size) -
         return image;
     }
     let result = pass.transient_signed(port, ImageDesc { size, ..desc });
-    pass.function(&NEAREST, "nearest").label(format!("nearest {port}")).read("source", image).write_to(result);
+    pass.function(&NEAREST, "nearest").label(format_args!("nearest {port}")).read("source", image).write_to(result);
     result
 }
 

@@ -113,11 +113,11 @@ impl Node for Upsample {
         let mut joined = *coarsest;
         for (index, level) in finer.iter().enumerate().rev() {
             let desc = ImageDesc::new(pass.desc(*level).size);
-            let result = pass.level(&format!("result.{index}"), desc);
+            let result = pass.level(format_args!("result.{index}"), desc);
             let Shares { own, rest } = self.shares(finer.len() - index);
             let function = self.filter.function();
             pass.function(&SHADER, function)
-                .label(format!("{function} {}", desc.size))
+                .label(format_args!("{function} {}", desc.size))
                 .read("level", *level)
                 .read("coarser", joined)
                 .reach(reach)

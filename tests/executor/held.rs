@@ -53,7 +53,7 @@ impl Node for Tint {
     fn record(&self, pass: &mut Recorder<'_>) {
         let source = pass.image("source");
         let desc = ImageDesc::new(pass.desc(source).size);
-        let bytes = [self.red, 3.0, 4.0, 1.0].iter().flat_map(|number| number.to_le_bytes()).collect();
+        let bytes: Vec<_> = [self.red, 3.0, 4.0, 1.0].iter().flat_map(|number| number.to_le_bytes()).collect();
         let texels = pass.constant("texels", ImageDesc::new(Size::new(1, 1)).format(Format::Rgba32Float), bytes);
         pass.function(&TINT, "tint").read("texels", texels).write("result", desc);
     }

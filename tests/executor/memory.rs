@@ -222,7 +222,8 @@ impl Node for Table {
         let source = pass.image("source");
         let desc = ImageDesc::new(pass.desc(source).size);
         let numbers = [self.first, 0.5, 2.0, 1.0];
-        let table = pass.constant_buffer("numbers", numbers.iter().flat_map(|number| number.to_le_bytes()).collect());
+        let table =
+            pass.constant_buffer("numbers", numbers.iter().flat_map(|number| number.to_le_bytes()).collect::<Vec<_>>());
         let result = pass.output("result", desc);
         let groups = [desc.size.width, desc.size.height, 1];
         pass.compute(&TABLE, "table_show").image("result", result).buffer("table", table).dispatch(groups);

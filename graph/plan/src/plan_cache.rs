@@ -114,8 +114,7 @@ impl PlanCache {
         declaration.accepts(&value)?;
         let needs_plan = declaration.replan;
         let instance = &mut Arc::make_mut(&mut self.graph).nodes[parameter.node].instance;
-        let old = instance.values()[parameter.index].clone();
-        instance.set(parameter.index, value);
+        let old = instance.set(parameter.index, value);
         if let Err(why) = instance.verify() {
             instance.set(parameter.index, old);
             return Err(why);

@@ -14,10 +14,9 @@ use crate::specialize::{SpecializedGraph, WireSource};
 use afterimage_base::image::{ImageDesc, Signedness};
 use afterimage_graph::check::{Graph, GraphInput, ImageColors, Source};
 use afterimage_graph::node::{
-    Arg, Arrival, BlockId, ImageColor, ImageId, KernelOrigin, NodeColors, NodeInstance, NodeKind, Origin, Pass,
-    Recorder, RecorderContext, Recording, Replay, Resource, VirtualImage,
+    Arg, Arrival, BlockId, ImageColor, ImageId, KernelOrigin, NodeColors, NodeInstance, Origin, Pass, Recorder,
+    RecorderContext, Recording, Replay, Resource, VirtualImage,
 };
-use afterimage_wgsl::UniformValue;
 
 /// How often sizes of histories are inferred again before they count as unstable.
 const ROUNDS: usize = 8;
@@ -343,8 +342,7 @@ pub(crate) fn record_node(
     setting: &NodeSetting,
     recording: &mut Recording,
 ) -> Vec<Arrival> {
-    let values = (instance.kind(), instance.uniform_values());
-    let mut recorder = Recorder::new(context(frame, setting, values), recording);
+    let mut recorder = Recorder::new(context(frame, setting, instance), recording);
     instance.record(&mut recorder);
     recorder.finish()
 }
@@ -356,19 +354,14 @@ pub(crate) fn replay_node(
     setting: &NodeSetting,
     (recording, replay): (&mut Recording, &mut Replay),
 ) {
-    let values = (instance.kind(), instance.uniform_values());
-    instance.record(&mut Recorder::again(context(frame, setting, values), recording, replay));
+    instance.record(&mut Recorder::again(context(frame, setting, instance), recording, replay));
 }
 
-fn context<'a>(
-    frame: &'a FrameSetting,
-    setting: &'a NodeSetting,
-    (kind, parameters): (&'a NodeKind, Vec<(&'a str, UniformValue)>),
-) -> RecorderContext<'a> {
+fn context<'a>(frame: &'a FrameSetting, setting: &'a NodeSetting, instance: &'a NodeInstance) -> RecorderContext<'a> {
     RecorderContext {
         node: &setting.name,
-        kind: kind.signature(),
-        parameters,
+        kind: instance.kind().signature(),
+        parameters: instance.uniform_values(),
         dynamic: &setting.dynamic,
         arrivals: &setting.arrivals,
         format: setting.format,

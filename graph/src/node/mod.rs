@@ -14,6 +14,7 @@ mod recorder;
 mod registry;
 mod resource;
 mod typed;
+mod values;
 
 pub use block::{BlockData, BlockField, FieldType, HostBlock};
 pub use camera::{CAMERA, Camera, Matrix};
@@ -35,3 +36,4 @@ pub use recorder::{
 pub use registry::{DuplicateKind, Registry};
 pub use resource::{BlockId, BufferId, BufferLife, ImageId, Origin, Resource, VirtualBuffer, VirtualImage};
 pub use typed::{Node, NodeInstance, Params};
+pub use values::UniformValues;

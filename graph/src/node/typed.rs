@@ -6,11 +6,11 @@ use super::color::ColorChange;
 use super::kind::{Arrivals, DynNode, Kind, NodeKind};
 use super::ports::{Input, Output};
 use super::recorder::Recorder;
+use super::values::UniformValues;
 use afterimage_base::Shared;
 use afterimage_base::color::Colorimetry;
 use afterimage_base::image::Format;
 use afterimage_base::value::{Param, Value};
-use afterimage_wgsl::UniformValue;
 
 /// The parameters of a node kind, as `params!` declares them.
 pub trait Params: Sized + Clone + Send + Sync + 'static {
@@ -74,6 +74,10 @@ pub trait Node: Params {
 }
 
 impl<N: Node> DynNode for N {
+    fn take(&mut self, values: &[Value]) -> bool {
+        *self = of_values(values);
+        true
+    }
     fn identity(&self, arrivals: &Arrivals) -> bool {
         Node::identity(self, arrivals)
     }
@@ -117,8 +121,12 @@ impl<N: Node> Kind for Typed<N> {
         N::OUTPUTS
     }
     fn instantiate(&self, values: &[Value]) -> Arc<dyn DynNode> {
-        Arc::new(N::from_values(values).expect("the values have the types of their table"))
+        Arc::new(of_values::<N>(values))
     }
+}
+
+fn of_values<N: Params>(values: &[Value]) -> N {
+    N::from_values(values).expect("the values have the types of their table")
 }
 
 impl NodeKind {
@@ -162,19 +170,24 @@ impl NodeInstance {
         self.kind.param(name).map(|(index, _)| &self.values[index])
     }
 
-    /// Sets the value at this place of the kind's table.
+    /// Sets the value at this place of the kind's table, and returns the one before. Nothing is allocated where no copy
+    /// of this instance is left.
     ///
     /// # Panics
     ///
     /// Panics where the table has no such place, or its parameter has another type.
-    pub fn set(&mut self, index: usize, value: Value) {
-        self.values[index] = value;
-        self.node = self.kind.instantiate(&self.values);
+    pub fn set(&mut self, index: usize, value: Value) -> Value {
+        let before = std::mem::replace(&mut self.values[index], value);
+        let taken = Arc::get_mut(&mut self.node).is_some_and(|node| node.take(&self.values));
+        if !taken {
+            self.node = self.kind.instantiate(&self.values);
+        }
+        before
     }
 
-    /// The names and values of the parameters, as uniforms take them.
-    pub fn uniform_values(&self) -> Vec<(&str, UniformValue)> {
-        self.kind.params().iter().zip(&self.values).map(|(param, value)| (&*param.name, value.into())).collect()
+    /// The values of the parameters by their names, as uniforms take them.
+    pub fn uniform_values(&self) -> UniformValues<'_> {
+        UniformValues::new(self.kind.params(), &self.values)
     }
 }
 

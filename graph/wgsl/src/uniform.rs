@@ -1,5 +1,7 @@
 //! Uniform bytes, packed by name: no padding by hand, no struct to keep equal on both sides.
 
+use std::borrow::Cow;
+
 use crate::reflect::{Member, Reflection, ScalarKind};
 use afterimage_base::value::Value;
 
@@ -10,9 +12,9 @@ pub enum UniformValue {
     Few([f32; 4], usize),
     /// Any number of numbers; an array's elements one after the other.
     Floats(Vec<f32>),
-    /// One whole number.
-    Int(i64),
-    /// One or more whole numbers.
+    /// The first of these are one to four whole numbers.
+    FewInts([i64; 4], usize),
+    /// Any number of whole numbers.
     Ints(Vec<i64>),
 }
 
@@ -28,9 +30,9 @@ macro_rules! uniform_from {
 
 uniform_from!(f32, me => Self::Few([me, 0.0, 0.0, 0.0], 1));
 uniform_from!(f64, me => Self::from(me as f32));
-uniform_from!(u32, me => Self::Int(i64::from(me)));
-uniform_from!(i32, me => Self::Int(i64::from(me)));
-uniform_from!(bool, me => Self::Int(i64::from(me)));
+uniform_from!(u32, me => Self::FewInts([i64::from(me), 0, 0, 0], 1));
+uniform_from!(i32, me => Self::FewInts([i64::from(me), 0, 0, 0], 1));
+uniform_from!(bool, me => Self::FewInts([i64::from(me), 0, 0, 0], 1));
 
 impl<const N: usize> From<[f32; N]> for UniformValue {
     fn from(me: [f32; N]) -> Self {
@@ -49,7 +51,10 @@ impl<const N: usize> From<[f64; N]> for UniformValue {
 
 impl<const N: usize> From<[u32; N]> for UniformValue {
     fn from(me: [u32; N]) -> Self {
-        Self::Ints(me.iter().map(|x| i64::from(*x)).collect())
+        if N > 4 {
+            return Self::Ints(me.iter().map(|x| i64::from(*x)).collect());
+        }
+        Self::FewInts(std::array::from_fn(|at| me.get(at).map_or(0, |x| i64::from(*x))), N)
     }
 }
 
@@ -62,8 +67,8 @@ impl<const N: usize> From<&[[f32; N]]> for UniformValue {
 impl From<&Value> for UniformValue {
     fn from(me: &Value) -> Self {
         match me {
-            Value::Bool(v) => Self::Int(i64::from(*v)),
-            Value::Int(v) => Self::Int(*v),
+            Value::Bool(v) => Self::from(*v),
+            Value::Int(v) => Self::FewInts([*v, 0, 0, 0], 1),
             Value::Float(v) => Self::from(*v),
             Value::Vector(v, n) => Self::Few(v.map(|x| x as f32), *n),
             // Choices pick functions, texts pick parts of files, and files become images: none is a number.
@@ -75,9 +80,8 @@ impl From<&Value> for UniformValue {
 impl UniformValue {
     fn len(&self) -> usize {
         match self {
-            Self::Few(_, length) => *length,
+            Self::Few(_, length) | Self::FewInts(_, length) => *length,
             Self::Floats(v) => v.len(),
-            Self::Int(_) => 1,
             Self::Ints(v) => v.len(),
         }
     }
@@ -86,7 +90,7 @@ impl UniformValue {
         match self {
             Self::Few(v, _) => of_float(v[index], scalar),
             Self::Floats(v) => of_float(v[index], scalar),
-            Self::Int(v) => of_int(*v, scalar),
+            Self::FewInts(v, _) => of_int(v[index], scalar),
             Self::Ints(v) => of_int(v[index], scalar),
         }
     }
@@ -115,16 +119,23 @@ impl Reflection {
     /// # Errors
     /// A struct that does not exist, and a member without a value or with too many numbers.
     pub fn pack(&self, ty: &str, values: &[(&str, UniformValue)]) -> Result<Vec<u8>, String> {
-        self.pack_lists(ty, [values, &[]])
+        self.pack_with(ty, |name| {
+            let value = values.iter().rev().find(|(known, _)| *known == name);
+            value.map(|(_, value)| Cow::Borrowed(value))
+        })
     }
 
-    /// The same for two lists, of which the second counts where both have a value.
+    /// The same for values that are found by their names.
     ///
     /// # Errors
     /// As [`pack`](Self::pack).
-    pub fn pack_lists(&self, ty: &str, values: [&[(&str, UniformValue)]; 2]) -> Result<Vec<u8>, String> {
+    pub fn pack_with<'v>(
+        &self,
+        ty: &str,
+        value_of: impl Fn(&str) -> Option<Cow<'v, UniformValue>>,
+    ) -> Result<Vec<u8>, String> {
         let mut bytes = vec![0; self.size(ty).unwrap_or(0)];
-        self.pack_into(ty, values, &mut bytes)?;
+        self.pack_into(ty, value_of, &mut bytes)?;
         Ok(bytes)
     }
 
@@ -137,14 +148,18 @@ impl Reflection {
     ///
     /// # Errors
     /// As [`pack`](Self::pack).
-    pub fn pack_into(&self, ty: &str, values: [&[(&str, UniformValue)]; 2], bytes: &mut [u8]) -> Result<(), String> {
+    pub fn pack_into<'v>(
+        &self,
+        ty: &str,
+        value_of: impl Fn(&str) -> Option<Cow<'v, UniformValue>>,
+        bytes: &mut [u8],
+    ) -> Result<(), String> {
         let layout = self.layout(ty).ok_or_else(|| format!("there is no struct `{ty}`"))?;
         bytes.fill(0);
         for member in &layout.members {
             let error = |why: String| format!("`{ty}.{}` {why}", member.name);
-            let value = values.iter().flat_map(|list| list.iter()).rev().find(|(name, _)| *name == member.name);
-            let (_, value) = value.ok_or_else(|| error("has no value".into()))?;
-            write_member(bytes, member, value).map_err(error)?;
+            let value = value_of(&member.name).ok_or_else(|| error("has no value".into()))?;
+            write_member(bytes, member, &value).map_err(error)?;
         }
         Ok(())
     }

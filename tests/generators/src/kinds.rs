@@ -127,7 +127,7 @@ kind!(Levels, "A pyramid.", [SOURCE], [Output::new("result", PortType::Pyramid, 
     let mut levels = Vec::new();
     for index in 0..desc.size.levels().clamp(1, 6) {
         desc = desc.half();
-        let level = pass.level(&format!("result.{index}"), desc);
+        let level = pass.level(format_args!("result.{index}"), desc);
         look(pass, above, level);
         levels.push(level);
         above = level;
@@ -144,7 +144,7 @@ kind!(
         let (coarsest, finer) = levels.split_last().expect("a pyramid has a level");
         let mut joined = *coarsest;
         for (index, level) in finer.iter().enumerate().rev() {
-            let result = pass.level(&format!("result.{index}"), ImageDesc::new(pass.desc(*level).size));
+            let result = pass.level(format_args!("result.{index}"), ImageDesc::new(pass.desc(*level).size));
             pass.function(&LAY, "lay").read("base", *level).read("over", joined).write_to(result);
             joined = result;
         }

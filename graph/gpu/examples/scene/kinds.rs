@@ -118,10 +118,11 @@ impl Node for MipSolids {
         }
         let places: Vec<f32> = icosahedron().into_iter().flatten().flatten().collect();
         let count = places.len() as u32 / 3;
-        let vertices = pass.constant_buffer("vertices", places.into_iter().flat_map(f32::to_le_bytes).collect());
+        let vertices =
+            pass.constant_buffer("vertices", places.into_iter().flat_map(f32::to_le_bytes).collect::<Vec<_>>());
         let centers: Vec<[f32; 4]> = (0..8_u8).map(|at| center(f32::from(at))).collect();
         let instances =
-            pass.constant_buffer("centers", centers.iter().flatten().flat_map(|n| n.to_le_bytes()).collect());
+            pass.constant_buffer("centers", centers.iter().flatten().flat_map(|n| n.to_le_bytes()).collect::<Vec<_>>());
         let desc = ImageDesc::new(pass.frame_size()).multisampled(4);
         let color = pass.output("samples", desc);
         let depth = pass.transient("depth", desc.format(Format::Depth32Float));

@@ -121,7 +121,7 @@ impl Switch {
     pub(crate) fn apply(&self, graph: &mut Graph, choice: usize) {
         let node = &mut graph.nodes[self.node];
         match (self.target, &self.choices[choice]) {
-            (SwitchTarget::Parameter(at), SwitchValue::Value(value)) => node.instance.set(at, value.clone()),
+            (SwitchTarget::Parameter(at), SwitchValue::Value(value)) => drop(node.instance.set(at, value.clone())),
             (SwitchTarget::Format, SwitchValue::Format(format)) => node.format = *format,
             _ => unreachable!("the choices of a switch are of its target"),
         }

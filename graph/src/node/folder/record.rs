@@ -1,6 +1,7 @@
 //! The passes of a kind without Rust.
 
 use std::collections::BTreeMap;
+use std::fmt::Display;
 use std::sync::Arc;
 
 use super::declaration::{Declaration, Made, Pyramid, Shape, SizeRule, Source};
@@ -202,7 +203,7 @@ impl Round<'_, '_, '_> {
         let mut made = Vec::new();
         for index in 0..levels.min(size.levels()).max(1) {
             size = size.half();
-            let image = self.target(step, &format!("{}.{index}", step.name), size);
+            let image = self.target(step, format_args!("{}.{index}", step.name), size);
             self.call(step, Moving { at_hand: Some(above), coarser: None }, image);
             made.push(image);
             above = image;
@@ -213,13 +214,13 @@ impl Round<'_, '_, '_> {
     /// Calls the function for a level of a pyramid; the result has its size.
     fn level(&mut self, step: &Step, index: usize, level: ImageId, moving: Moving) -> ImageId {
         let size = self.pass.desc(level).size;
-        let image = self.target(step, &format!("{}.{index}", step.name), size);
+        let image = self.target(step, format_args!("{}.{index}", step.name), size);
         self.call(step, Moving { at_hand: Some(level), ..moving }, image);
         image
     }
 
     /// An image for a result. The format that a pipeline sets is for outputs.
-    fn target(&mut self, step: &Step, name: &str, size: Size) -> ImageId {
+    fn target(&mut self, step: &Step, name: impl Display, size: Size) -> ImageId {
         let desc = ImageDesc::new(size).format(step.format);
         match self.pass.wanted(&step.name) {
             true => self.pass.level(name, desc),
@@ -278,7 +279,7 @@ impl Round<'_, '_, '_> {
         let texels = self.pass.buffer_bytes(buffer).div_ceil(8);
         let rows = texels.div_ceil(TABLE_WIDTH).clamp(1, MOST_ROWS);
         let desc = ImageDesc::new(Size::new(TABLE_WIDTH as u32, rows as u32)).format(Format::Rgba32Float);
-        let image = self.pass.transient(&format!("{name}.words"), desc);
+        let image = self.pass.transient(format_args!("{name}.words"), desc);
         let groups = desc.size.div_up(16);
         let call = self.pass.compute(&WORDS, "table_words").buffer("table", buffer).image("words", image);
         call.dispatch([groups.width, groups.height, 1]);
@@ -295,7 +296,7 @@ impl Round<'_, '_, '_> {
             Pyramid::Input(input) => {
                 let port = &self.node.inputs[input];
                 match self.pass.wired(&port.name) {
-                    true => self.pass.pyramid(&port.name),
+                    true => self.pass.pyramid(&port.name).into_owned(),
                     false => vec![self.black(false)],
                 }
             }

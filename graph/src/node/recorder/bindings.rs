@@ -1,59 +1,41 @@
 //! What the bindings of an entry point hold.
 
+use super::details::{Bindings, Bound};
 use super::{Arrival, Recorder};
-use crate::node::drawing::Subresource;
-use crate::node::kernel::{Arg, Argument};
+use crate::node::kernel::{Arg, Argument, KernelCall};
 use crate::node::resource::Resource;
-use afterimage_wgsl::{GlobalKind, Shader, UniformValue};
+use afterimage_base::Shared;
+use afterimage_wgsl::{Global, GlobalKind, Shader};
 
-/// What the variables of a module hold, where that is no input of the same name, and the numbers of its uniform.
-pub(super) struct Bindings<'a> {
-    bound: Vec<(&'static str, Bound)>,
-    /// The parameters, and after them what the node computes.
-    uniform: Vec<(&'a str, UniformValue)>,
-}
-
-/// What a variable holds.
-#[derive(Clone, Copy)]
-pub(super) enum Bound {
-    /// A whole image or buffer.
-    Resource(Resource),
-    /// A mip level of a layer.
-    Level(Subresource),
-}
-
-impl<'a> Bindings<'a> {
-    pub(super) fn new(recorder: &Recorder<'a>) -> Self {
-        Self { bound: Vec::new(), uniform: recorder.parameters.clone() }
-    }
-
-    pub(super) fn bind(&mut self, variable: &'static str, bound: Bound) {
-        self.bound.push((variable, bound));
-    }
-
-    pub(super) fn set(&mut self, name: &'a str, value: UniformValue) {
-        self.uniform.push((name, value));
-    }
-
-    /// The arguments of a module's entry point, and the bytes of its uniform.
-    pub(super) fn arguments(&self, recorder: &Recorder<'a>, shader: &Shader, entry: &str) -> (Vec<Argument>, Vec<u8>) {
-        let reflection = recorder.reflection(shader);
-        let mut args = Vec::new();
-        let mut uniform = Ok(Vec::new());
-        for global in &reflection.globals {
-            if let Some(value) = block(recorder, &global.name) {
-                args.push(Argument { name: global.name.clone(), value });
-                continue;
-            }
-            match &global.kind {
-                GlobalKind::Uniform(ty) => uniform = reflection.pack(ty, &self.uniform),
-                kind => args.extend(self.held(recorder, &global.name).map(|held| {
+impl Bindings {
+    /// The arguments of a module's entry point, by their names.
+    pub(super) fn arguments<'s>(
+        &'s self,
+        recorder: &'s Recorder<'_>,
+        shader: &'s Shader,
+        entry: &'s str,
+    ) -> impl Iterator<Item = (&'s str, Arg)> {
+        let argument = move |global: &'s Global| {
+            let value = match (block(recorder, &global.name), &global.kind) {
+                (Some(block), _) => block,
+                (None, GlobalKind::Uniform(_)) => return None,
+                (None, kind) => {
+                    let held = self.held(recorder, &global.name)?;
                     require_texture(recorder, (entry, &global.name), held);
-                    Argument { name: global.name.clone(), value: argument(kind, held) }
-                })),
-            }
-        }
-        (args, uniform.unwrap_or_else(|why| panic!("{shader:?}: {why}")))
+                    argument(kind, held)
+                }
+            };
+            Some((global.name.as_str(), value))
+        };
+        recorder.reflection(shader).globals.iter().filter_map(argument)
+    }
+
+    /// The call of a module's entry point.
+    pub(super) fn call(&self, recorder: &Recorder<'_>, shader: Shared<Shader>, entry: Shared<str>) -> KernelCall {
+        let owned = |(name, value): (&str, _)| Argument { name: name.to_owned(), value };
+        let args = self.arguments(recorder, &shader, &entry).map(owned).collect();
+        let uniform = recorder.uniform(&shader, params(recorder, &shader), &self.computed);
+        KernelCall { args, uniform, ..KernelCall::function(recorder.node, shader, entry, &[]) }
     }
 
     fn held(&self, recorder: &Recorder<'_>, name: &str) -> Option<Bound> {
@@ -67,6 +49,18 @@ impl<'a> Bindings<'a> {
             }
         })
     }
+}
+
+/// The struct of the uniform of a module's entry points, if it has one.
+pub(super) fn params<'s>(recorder: &Recorder<'_>, shader: &'s Shader) -> Option<&'s str> {
+    let globals = recorder.reflection(shader).globals.iter();
+    let of_node = globals.filter(|global| block(recorder, &global.name).is_none());
+    of_node
+        .filter_map(|global| match &global.kind {
+            GlobalKind::Uniform(ty) => Some(ty.as_str()),
+            _ => None,
+        })
+        .next_back()
 }
 
 /// The host block at the input of that name.

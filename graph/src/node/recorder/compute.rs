@@ -1,7 +1,10 @@
 //! A pass around a compute entry point.
 
+use std::fmt::Display;
+
 use super::Recorder;
-use super::bindings::{Bindings, Bound};
+use super::bindings::params;
+use super::details::{Bindings, Bound, Label};
 use crate::node::drawing::Subresource;
 use crate::node::kernel::{ByCells, KernelCall};
 use crate::node::pass::{Pass, PassKind};
@@ -14,9 +17,8 @@ pub struct ComputePass<'r, 'a> {
     recorder: &'r mut Recorder<'a>,
     shader: Shared<Shader>,
     entry: Shared<str>,
-    label: String,
-    bindings: Bindings<'a>,
-    constants: Vec<(&'static str, f64)>,
+    label: Label,
+    bindings: Bindings,
     by_cells: Option<ByCells>,
 }
 
@@ -25,21 +27,21 @@ impl<'a> Recorder<'a> {
     /// something else.
     pub fn compute(&mut self, shader: impl Into<Shared<Shader>>, entry: impl Into<Shared<str>>) -> ComputePass<'_, 'a> {
         let (shader, entry) = (shader.into(), entry.into());
-        let (label, bindings) = (entry.to_string(), Bindings::new(self));
-        ComputePass { recorder: self, shader, entry, label, bindings, constants: Vec::new(), by_cells: None }
+        let bindings = self.replay.as_mut().map(|replay| std::mem::take(&mut replay.bindings)).unwrap_or_default();
+        ComputePass { recorder: self, shader, entry, label: Label::OfKernel, bindings, by_cells: None }
     }
 }
 
 impl ComputePass<'_, '_> {
     /// What the pass does, for people; the entry point's name by default.
-    pub fn label(mut self, label: impl Into<String>) -> Self {
-        self.label = label.into();
+    pub fn label(mut self, label: impl Display) -> Self {
+        self.label = self.recorder.pass_label(label);
         self
     }
 
     /// What a variable of the module holds when it is not an input of the same name.
     pub fn bind(mut self, variable: &'static str, resource: Resource) -> Self {
-        self.bindings.bind(variable, Bound::Resource(resource));
+        self.bindings.bound.push((variable, Bound::Resource(resource)));
         self
     }
 
@@ -50,7 +52,7 @@ impl ComputePass<'_, '_> {
 
     /// A mip level of a layer of an image for a variable.
     pub fn level(mut self, variable: &'static str, part: Subresource) -> Self {
-        self.bindings.bind(variable, Bound::Level(part));
+        self.bindings.bound.push((variable, Bound::Level(part)));
         self
     }
 
@@ -61,13 +63,13 @@ impl ComputePass<'_, '_> {
 
     /// A number that the node computes for its uniform; replaces a parameter of the same name.
     pub fn set(mut self, name: &'static str, value: impl Into<UniformValue>) -> Self {
-        self.bindings.set(name, value.into());
+        self.bindings.computed.push((name, value.into()));
         self
     }
 
     /// An override constant of the module.
     pub fn constant(mut self, name: &'static str, value: f64) -> Self {
-        self.constants.push((name, value));
+        self.bindings.constants.push((name, value));
         self
     }
 
@@ -81,17 +83,52 @@ impl ComputePass<'_, '_> {
 
     /// Records the pass with this number of workgroups.
     pub fn dispatch(self, groups: [u32; 3]) {
-        let Self { recorder, shader, entry, label, bindings, constants, by_cells } = self;
-        let (args, uniform) = bindings.arguments(recorder, &shader, &entry);
-        let kernel = KernelCall {
+        if let Some(replay) = self.recorder.replay.take() {
+            let is_equal = replay.expected().is_some_and(|expected| self.is_as(expected, groups));
+            let (params, computed) = (params(self.recorder, &self.shader), &self.bindings.computed);
+            let write = |uniform: &mut [u8]| self.recorder.write_uniform((&self.shader, params), computed, uniform);
+            replay.step(is_equal.then_some(write));
+            replay.bindings = self.bindings;
+            replay.bindings.clear();
+            self.recorder.replay = Some(replay);
+            return;
+        }
+        let Self { recorder, shader, entry, label, bindings, by_cells } = self;
+        let (nodes, label) = (vec![recorder.node.to_owned()], label.text(&entry));
+        let call = bindings.call(recorder, shader, entry);
+        let kernel = KernelCall { workgroups: Some(groups), constants: bindings.constants, by_cells, ..call };
+        recorder.add_pass(Pass { nodes, label, kernels: vec![kernel], results: Vec::new(), kind: PassKind::Compute });
+    }
+
+    /// Whether the pass is this one, but for its uniform.
+    fn is_as(&self, expected: &Pass, groups: [u32; 3]) -> bool {
+        let ([kernel], [], PassKind::Compute) = (&*expected.kernels, &*expected.results, &expected.kind) else {
+            return false;
+        };
+        // All fields are named: a new one is to be compared here, too, if compute passes set it.
+        let KernelCall {
+            shader,
+            function,
             args,
-            uniform,
-            workgroups: Some(groups),
+            workgroups,
             constants,
             by_cells,
-            ..KernelCall::function(recorder.node, shader, entry, &[])
-        };
-        let nodes = vec![recorder.node.to_owned()];
-        recorder.add_pass(Pass { nodes, label, kernels: vec![kernel], results: Vec::new(), kind: PassKind::Compute });
+            node: _,
+            uniform: _,
+            reach: _,
+            promises: _,
+            by_rows: _,
+            limited: _,
+            origin: _,
+            warp: _,
+        } = kernel;
+        let expected_args = args.iter().map(|arg| (arg.name.as_str(), arg.value));
+        *shader == self.shader
+            && *function == self.entry
+            && self.label.is(&expected.label, &self.entry)
+            && *workgroups == Some(groups)
+            && *constants == self.bindings.constants
+            && *by_cells == self.by_cells
+            && self.bindings.arguments(self.recorder, &self.shader, &self.entry).eq(expected_args)
     }
 }

@@ -1,7 +1,7 @@
 //! Drawing passes: geometry, or what the host records.
 
 use super::Recorder;
-use super::bindings::{Bindings, Bound};
+use super::details::{Bindings, Bound};
 use super::draw_rules::check;
 use crate::node::drawing::{
     ColorAttachment, DepthAttachment, DepthTest, DrawContents, Drawing, Geometry, Load, Raster, Subresource,
@@ -19,7 +19,7 @@ pub struct DrawPass<'r, 'a> {
     shader: Shared<Shader>,
     vertex: Shared<str>,
     label: String,
-    bindings: Bindings<'a>,
+    bindings: Bindings,
     targets: Targets,
     fragment: Option<Shared<str>>,
     vertices: Vec<VertexBuffer>,
@@ -47,7 +47,7 @@ impl<'a> Recorder<'a> {
     /// module. Its bindings are the inputs of the same names, unless `bind` gives something else.
     pub fn draw(&mut self, shader: impl Into<Shared<Shader>>, vertex: impl Into<Shared<str>>) -> DrawPass<'_, 'a> {
         let (shader, vertex) = (shader.into(), vertex.into());
-        let (label, bindings) = (vertex.to_string(), Bindings::new(self));
+        let (label, bindings) = (vertex.to_string(), Bindings::default());
         DrawPass {
             recorder: self,
             shader,
@@ -145,25 +145,25 @@ impl DrawPass<'_, '_> {
 
     /// An image for a variable.
     pub fn image(mut self, variable: &'static str, image: ImageId) -> Self {
-        self.bindings.bind(variable, Bound::Resource(Resource::Image(image)));
+        self.bindings.bound.push((variable, Bound::Resource(Resource::Image(image))));
         self
     }
 
     /// A mip level of a layer of an image for a variable.
     pub fn level(mut self, variable: &'static str, part: Subresource) -> Self {
-        self.bindings.bind(variable, Bound::Level(part));
+        self.bindings.bound.push((variable, Bound::Level(part)));
         self
     }
 
     /// A buffer for a variable, which only reads it.
     pub fn buffer(mut self, variable: &'static str, buffer: BufferId) -> Self {
-        self.bindings.bind(variable, Bound::Resource(Resource::Buffer(buffer)));
+        self.bindings.bound.push((variable, Bound::Resource(Resource::Buffer(buffer))));
         self
     }
 
     /// A number that the node computes for its uniform; replaces a parameter of the same name.
     pub fn set(mut self, name: &'static str, value: impl Into<UniformValue>) -> Self {
-        self.bindings.set(name, value.into());
+        self.bindings.computed.push((name, value.into()));
         self
     }
 
@@ -173,8 +173,7 @@ impl DrawPass<'_, '_> {
     /// Where attachments, entry points and buffers do not fit together; the message says which.
     pub fn record(self, count: u32, instances: u32) {
         let Self { recorder, shader, vertex, label, bindings, targets, fragment, vertices, indices, raster } = self;
-        let (args, uniform) = bindings.arguments(recorder, &shader, &vertex);
-        let kernel = KernelCall { args, uniform, ..KernelCall::function(recorder.node, shader, vertex, &[]) };
+        let kernel = bindings.call(recorder, shader, vertex);
         let geometry = Geometry { fragment, vertices, indices, count, instances, raster };
         let contents = DrawContents::Geometry(Box::new(geometry));
         let Targets { colors, depth } = targets;

@@ -1,5 +1,9 @@
 //! A pass around one kernel function.
 
+use std::borrow::Cow;
+use std::fmt::Display;
+
+use super::details::{FunctionDetails, Label};
 use super::{Arrival, Recorder, shape};
 use crate::node::drawing::Subresource;
 use crate::node::kernel::{Arg, Argument, ByRows, KernelCall};
@@ -12,18 +16,13 @@ use afterimage_wgsl::{ArgType, Function, Shader, UniformValue};
 /// A pass around one kernel function that is being described.
 pub struct FunctionPass<'r, 'a> {
     pub(super) recorder: &'r mut Recorder<'a>,
-    pub(super) shader: Shared<Shader>,
-    pub(super) function: Shared<str>,
-    /// The name of the function unless the node says more.
-    pub(super) label: Option<String>,
-    pub(super) reads: Vec<(Shared<str>, ImageId)>,
-    pub(super) levels: Vec<(&'static str, Subresource)>,
-    /// What the node computes for the uniform, beside its parameters.
-    pub(super) computed: Vec<(&'static str, UniformValue)>,
-    pub(super) reach: Option<f32>,
-    pub(super) promises: Vec<&'static str>,
-    pub(super) by_rows: Option<ByRows>,
-    pub(super) workgroup: Option<[u32; 2]>,
+    shader: Shared<Shader>,
+    function: Shared<str>,
+    label: Label,
+    pub(super) details: FunctionDetails,
+    reach: Option<f32>,
+    by_rows: Option<ByRows>,
+    workgroup: Option<[u32; 2]>,
 }
 
 impl<'a> Recorder<'a> {
@@ -34,33 +33,22 @@ impl<'a> Recorder<'a> {
         shader: impl Into<Shared<Shader>>,
         function: impl Into<Shared<str>>,
     ) -> FunctionPass<'_, 'a> {
-        let (shader, function) = (shader.into(), function.into());
-        FunctionPass {
-            recorder: self,
-            shader,
-            function,
-            label: None,
-            reads: Vec::new(),
-            levels: Vec::new(),
-            computed: Vec::new(),
-            reach: None,
-            promises: Vec::new(),
-            by_rows: None,
-            workgroup: None,
-        }
+        let (shader, function, label) = (shader.into(), function.into(), Label::OfKernel);
+        let details = self.replay.as_mut().map(|replay| std::mem::take(&mut replay.function)).unwrap_or_default();
+        FunctionPass { recorder: self, shader, function, label, details, reach: None, by_rows: None, workgroup: None }
     }
 }
 
 impl FunctionPass<'_, '_> {
     /// What the pass does, for people; the function's name by default.
-    pub fn label(mut self, label: impl Into<String>) -> Self {
-        self.label = Some(label.into());
+    pub fn label(mut self, label: impl Display) -> Self {
+        self.label = self.recorder.pass_label(label);
         self
     }
 
     /// The image of an argument that is not an input's.
     pub fn read(mut self, arg: impl Into<Shared<str>>, image: ImageId) -> Self {
-        self.reads.push((arg.into(), image));
+        self.details.reads.push((arg.into(), image));
         self
     }
 
@@ -68,13 +56,13 @@ impl FunctionPass<'_, '_> {
     /// image.
     pub fn read_level(mut self, arg: &'static str, part: Subresource) -> Self {
         self.recorder.require_part(part, &self.function);
-        self.levels.push((arg, part));
+        self.details.levels.push((arg, part));
         self
     }
 
     /// A number that the node computes for its uniform; replaces a parameter of the same name.
     pub fn set(mut self, name: &'static str, value: impl Into<UniformValue>) -> Self {
-        self.computed.push((name, value.into()));
+        self.details.computed.push((name, value.into()));
         self
     }
 
@@ -108,7 +96,7 @@ impl FunctionPass<'_, '_> {
     /// NAME: bool = false;` of the module; it becomes true where every function of the module in a pass makes the
     /// promise. The result must not depend on it.
     pub fn promise(mut self, constant: &'static str, holds: bool) -> Self {
-        self.promises.extend(holds.then_some(constant));
+        self.details.promises.extend(holds.then_some(constant));
         self
     }
 
@@ -120,19 +108,23 @@ impl FunctionPass<'_, '_> {
     }
 
     /// Records the pass; the result goes to an image made before.
-    pub fn write_to(mut self, result: ImageId) {
+    pub fn write_to(self, result: ImageId) {
         let desc = self.recorder.desc(result);
         assert!(desc.is_plain(), "`{}` writes an image of one sample, level and layer: {}", self.function, shape(desc));
         if let Some(replay) = self.recorder.replay.take() {
-            let is_equal = replay.expected().is_some_and(|expected| self.is_as(expected, result));
-            replay.step(is_equal.then_some(|uniform: &mut [u8]| self.pack_into(uniform)));
+            let function = self.declaration();
+            let is_equal = replay.expected().is_some_and(|expected| self.is_as(function, expected, result));
+            let (params, computed) = (params(function), &self.details.computed);
+            let write = |uniform: &mut [u8]| self.recorder.write_uniform((&self.shader, params), computed, uniform);
+            replay.step(is_equal.then_some(write));
+            replay.function = self.details;
+            replay.function.clear();
             self.recorder.replay = Some(replay);
             return;
         }
         let kernel = self.call();
         let nodes = vec![self.recorder.node.to_owned()];
-        let label = self.label.take().unwrap_or_else(|| self.function.to_string());
-        let mut pass = Pass::of_functions(nodes, label, vec![kernel], result);
+        let mut pass = Pass::of_functions(nodes, self.label.text(&self.function), vec![kernel], result);
         if let Some(invocations) = self.workgroup {
             pass.kind = PassKind::Workgroup(invocations);
         }
@@ -140,7 +132,7 @@ impl FunctionPass<'_, '_> {
     }
 
     /// Whether the pass is this one, but for its uniform.
-    fn is_as(&self, expected: &Pass, result: ImageId) -> bool {
+    fn is_as(&self, declaration: &Function, expected: &Pass, result: ImageId) -> bool {
         let ([kernel], [PassResult { kernel: 0, image }]) = (expected.kernels.as_slice(), expected.results.as_slice())
         else {
             return false;
@@ -162,7 +154,6 @@ impl FunctionPass<'_, '_> {
             limited: _,
             origin: _,
         } = kernel;
-        let declaration = self.declaration();
         let is_kind = match (self.workgroup, &expected.kind) {
             (Some(invocations), PassKind::Workgroup(expected)) => invocations == *expected,
             (None, PassKind::Point | PassKind::Gather) => true,
@@ -172,22 +163,10 @@ impl FunctionPass<'_, '_> {
             && *image == result
             && *function == self.function
             && *shader == self.shader
-            && expected.label == *self.label.as_deref().unwrap_or(&self.function)
+            && self.label.is(&expected.label, &self.function)
             && (*reach, *by_rows, *warp) == (self.reach, self.by_rows, None)
-            && *promises == self.promises
+            && *promises == self.details.promises
             && args.iter().enumerate().all(|(at, arg)| arg.value == self.arg(declaration, at))
-    }
-
-    /// Writes the uniform over one of the same length; whether it has that length.
-    fn pack_into(&self, uniform: &mut [u8]) -> bool {
-        let reflection = self.recorder.reflection(&self.shader);
-        let Some(ty) = self.params() else { return uniform.is_empty() };
-        let values = [&self.recorder.parameters[..], &self.computed];
-        if reflection.size(ty) != Some(uniform.len()) {
-            return false;
-        }
-        reflection.pack_into(ty, values, uniform).unwrap_or_else(|why| panic!("{:?}: {why}", self.shader));
-        true
     }
 
     fn declaration(&self) -> &Function {
@@ -195,32 +174,20 @@ impl FunctionPass<'_, '_> {
         function.unwrap_or_else(|| panic!("{:?} has no kernel function `{}`", self.shader, self.function))
     }
 
-    /// The struct of the function's `params`, if it has some.
-    fn params(&self) -> Option<&str> {
-        self.declaration().args.iter().find_map(|(name, ty)| match ty {
-            ArgType::Struct(ty) if name == "params" => Some(ty.as_str()),
-            _ => None,
-        })
-    }
-
     /// The call of the function.
     pub(super) fn call(&self) -> KernelCall {
-        let reflection = self.recorder.reflection(&self.shader);
         let function = self.declaration();
         let arg = |(index, (name, _)): (usize, &(String, _))| Argument {
             name: name.clone(),
             value: self.arg(function, index),
         };
         let args = function.args.iter().enumerate().map(arg).collect();
-        let values = [&self.recorder.parameters[..], &self.computed];
-        let uniform = self.params().map(|ty| reflection.pack_lists(ty, values));
-        let uniform = uniform.transpose().unwrap_or_else(|why| panic!("{:?}: {why}", self.shader));
         let call = KernelCall::function(self.recorder.node, self.shader.clone(), self.function.clone(), &[]);
         KernelCall {
             args,
-            uniform: uniform.unwrap_or_default(),
+            uniform: self.recorder.uniform(&self.shader, params(function), &self.details.computed),
             reach: self.reach,
-            promises: self.promises.clone(),
+            promises: self.details.promises.clone(),
             by_rows: self.by_rows,
             ..call
         }
@@ -236,7 +203,7 @@ impl FunctionPass<'_, '_> {
             ArgType::Invocation => Arg::Invocation,
             ArgType::Sampler => Arg::Sampler,
             ArgType::Texture | ArgType::Volume => {
-                let level = self.levels.iter().find(|(arg, _)| arg == name).map(|(_, part)| Arg::Level(*part));
+                let level = self.details.levels.iter().find(|(arg, _)| arg == name).map(|(_, part)| Arg::Level(*part));
                 level.unwrap_or_else(|| Arg::Texture(self.image(name, false)))
             }
             ArgType::Multisampled => Arg::Texture(self.image(name, true)),
@@ -249,7 +216,7 @@ impl FunctionPass<'_, '_> {
     }
 
     fn chosen(&self, name: &str) -> Option<ImageId> {
-        self.reads.iter().find(|(arg, _)| *arg == name).map(|(_, image)| *image)
+        self.details.reads.iter().find(|(arg, _)| *arg == name).map(|(_, image)| *image)
     }
 
     fn image(&self, name: &str, has_samples: bool) -> ImageId {
@@ -298,4 +265,44 @@ impl FunctionPass<'_, '_> {
             }
         }
     }
+}
+
+// The bytes of uniforms, also of entry points.
+impl Recorder<'_> {
+    /// A number for a uniform: what the node computes, or else its parameter of that name.
+    fn number<'v>(&self, computed: &'v [(&str, UniformValue)], name: &str) -> Option<Cow<'v, UniformValue>> {
+        let own = computed.iter().rev().find(|(known, _)| *known == name);
+        own.map(|(_, value)| Cow::Borrowed(value)).or_else(|| self.parameters.get(name).map(Cow::Owned))
+    }
+
+    /// The bytes of a uniform struct of a module; none without a struct.
+    pub(super) fn uniform(&self, shader: &Shader, ty: Option<&str>, computed: &[(&str, UniformValue)]) -> Vec<u8> {
+        let pack = |ty| self.reflection(shader).pack_with(ty, |name| self.number(computed, name));
+        ty.map(pack).transpose().unwrap_or_else(|why| panic!("{shader:?}: {why}")).unwrap_or_default()
+    }
+
+    /// Writes a uniform over one of the same length; whether it has that length.
+    pub(super) fn write_uniform(
+        &self,
+        (shader, ty): (&Shader, Option<&str>),
+        computed: &[(&str, UniformValue)],
+        uniform: &mut [u8],
+    ) -> bool {
+        let Some(ty) = ty else { return uniform.is_empty() };
+        let reflection = self.reflection(shader);
+        if reflection.size(ty) != Some(uniform.len()) {
+            return false;
+        }
+        let packed = reflection.pack_into(ty, |name| self.number(computed, name), uniform);
+        packed.unwrap_or_else(|why| panic!("{shader:?}: {why}"));
+        true
+    }
+}
+
+/// The struct of a function's `params`, if it has some.
+fn params(function: &Function) -> Option<&str> {
+    function.args.iter().find_map(|(name, ty)| match ty {
+        ArgType::Struct(ty) if name == "params" => Some(ty.as_str()),
+        _ => None,
+    })
 }

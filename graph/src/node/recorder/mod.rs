@@ -2,14 +2,17 @@
 
 mod bindings;
 mod compute;
+mod details;
 mod draw;
 mod draw_rules;
 mod function;
 mod recording;
 mod replay;
+mod resources;
 mod warp;
 
-use std::sync::Arc;
+use std::borrow::Cow;
+use std::fmt::Display;
 
 pub use compute::ComputePass;
 pub use draw::{AttachmentPass, DrawPass};
@@ -22,10 +25,12 @@ use super::color::ImageColor;
 use super::drawing::Subresource;
 use super::pass::Pass;
 use super::ports::{OutputState, PortType, Signature};
-use super::resource::{BlockId, BufferId, BufferLife, ImageId, Origin, VirtualBuffer, VirtualImage};
+use super::resource::{BlockId, BufferId, ImageId};
+use super::values::UniformValues;
 use afterimage_base::caps::Caps;
-use afterimage_base::image::{ColorState, Format, ImageDesc, Signedness, Size};
-use afterimage_wgsl::{Reflection, Shader, UniformValue};
+use afterimage_base::image::{ColorState, Format, ImageDesc, Size};
+use afterimage_wgsl::{Reflection, Shader};
+use details::Label;
 
 /// What is wired to an input port of a node that runs.
 #[derive(Clone, Debug, PartialEq)]
@@ -48,7 +53,7 @@ pub enum Arrival {
 pub struct Recorder<'a> {
     node: &'a str,
     kind: Signature<'a>,
-    parameters: Vec<(&'a str, UniformValue)>,
+    parameters: UniformValues<'a>,
     dynamic: &'a [usize],
     arrivals: &'a [Arrival],
     format: Option<Format>,
@@ -60,6 +65,7 @@ pub struct Recorder<'a> {
     recording: &'a mut Recording,
     /// What the node has recorded before, if it is recorded again for its uniforms.
     replay: Option<&'a mut Replay>,
+    /// None if it is recorded again: nobody reads them then.
     outputs: Vec<Arrival>,
 }
 
@@ -69,8 +75,8 @@ pub struct RecorderContext<'a> {
     pub node: &'a str,
     /// What its kind declares.
     pub kind: Signature<'a>,
-    /// The names and values of its parameters, for uniforms.
-    pub parameters: Vec<(&'a str, UniformValue)>,
+    /// The values of its parameters, for uniforms.
+    pub parameters: UniformValues<'a>,
     /// The parameters that the host changes while the plan runs, by their indices in the kind's table.
     pub dynamic: &'a [usize],
     /// What arrives at its inputs, in the order of the kind's ports.
@@ -102,9 +108,25 @@ pub struct NodeColors<'a> {
 impl<'a> Recorder<'a> {
     /// A recorder that adds to `recording`.
     pub fn new(context: RecorderContext<'a>, recording: &'a mut Recording) -> Self {
+        let outputs = vec![Arrival::Absent; context.kind.outputs.len()];
+        Self::with(context, recording, None, outputs)
+    }
+
+    /// A recorder for a node that is recorded again at other values: passes are compared with those of before, and only
+    /// their uniforms are made.
+    pub fn again(context: RecorderContext<'a>, recording: &'a mut Recording, replay: &'a mut Replay) -> Self {
+        replay.begin(recording);
+        Self::with(context, recording, Some(replay), Vec::new())
+    }
+
+    fn with(
+        context: RecorderContext<'a>,
+        recording: &'a mut Recording,
+        replay: Option<&'a mut Replay>,
+        outputs: Vec<Arrival>,
+    ) -> Self {
         let RecorderContext { node, kind, parameters, dynamic, arrivals, .. } = context;
         let RecorderContext { format, frame_size, caps, exact, wanted, colors, .. } = context;
-        let outputs = vec![Arrival::Absent; kind.outputs.len()];
         Self {
             node,
             kind,
@@ -118,16 +140,9 @@ impl<'a> Recorder<'a> {
             wanted,
             colors,
             recording,
-            replay: None,
+            replay,
             outputs,
         }
-    }
-
-    /// A recorder for a node that is recorded again at other values: passes are compared with those of before, and only
-    /// their uniforms are made.
-    pub fn again(context: RecorderContext<'a>, recording: &'a mut Recording, replay: &'a mut Replay) -> Self {
-        replay.begin(recording);
-        Self { replay: Some(replay), ..Self::new(context, recording) }
     }
 
     fn add_pass(&mut self, pass: Pass) {
@@ -142,7 +157,7 @@ impl<'a> Recorder<'a> {
         self.outputs
     }
 
-    fn arrival(&self, port: &str) -> &Arrival {
+    fn arrival(&self, port: &str) -> &'a Arrival {
         let index = self.kind.inputs.iter().position(|input| input.name == port);
         &self.arrivals[index.unwrap_or_else(|| panic!("`{}` has no input `{port}`", self.kind.name))]
     }
@@ -180,10 +195,10 @@ impl<'a> Recorder<'a> {
     }
 
     /// The levels of the pyramid at an input, finest first; one black texel where the input is zero.
-    pub fn pyramid(&mut self, port: &str) -> Vec<ImageId> {
-        match self.arrival(port).clone() {
-            Arrival::Pyramid(levels) => levels,
-            Arrival::Zero => vec![self.black()],
+    pub fn pyramid(&mut self, port: &str) -> Cow<'a, [ImageId]> {
+        match self.arrival(port) {
+            Arrival::Pyramid(levels) => levels.as_slice().into(),
+            Arrival::Zero => vec![self.black()].into(),
             other => panic!("input `{port}` of `{}` is {other:?}, not a pyramid", self.node),
         }
     }
@@ -199,10 +214,6 @@ impl<'a> Recorder<'a> {
     /// The size of a buffer.
     pub fn buffer_bytes(&self, buffer: BufferId) -> u64 {
         self.recording.buffer(buffer).bytes
-    }
-
-    fn black(&mut self) -> ImageId {
-        self.constant("black", ImageDesc::new(Size::new(1, 1)), vec![0; 8])
     }
 
     /// The description of an image.
@@ -252,47 +263,6 @@ impl<'a> Recorder<'a> {
         self.colors.outputs.get(index).copied().flatten().unwrap_or_else(otherwise)
     }
 
-    fn stored(&self, desc: ImageDesc, is_output: bool) -> ImageDesc {
-        let asked = if is_output { self.format.unwrap_or(desc.format) } else { desc.format };
-        // No device draws samples of four floats.
-        let is_exact = self.exact && (desc.samples == 1 || asked.exact() != Format::Rgba32Float);
-        desc.format(if is_exact { asked.exact() } else { asked })
-    }
-
-    fn label(&self, what: &str) -> String {
-        format!("{}.{what}", self.node)
-    }
-
-    fn add_image(&mut self, label: String, desc: ImageDesc, origin: Origin) -> ImageId {
-        self.recording.add_image(VirtualImage { label, desc, origin, finite: true, signedness: Signedness::Unsigned })
-    }
-
-    /// An image between two passes of this node.
-    pub fn transient(&mut self, name: &str, desc: ImageDesc) -> ImageId {
-        let (label, desc) = (self.label(name), self.stored(desc, false));
-        self.add_image(label, desc, Origin::Transient)
-    }
-
-    /// The same for numbers that may be negative, whatever the color states of the node's outputs are: such as motion.
-    pub fn transient_signed(&mut self, name: &str, desc: ImageDesc) -> ImageId {
-        let image = self.transient(name, desc);
-        self.recording.images[image.0 as usize].signedness = Signedness::Signed;
-        image
-    }
-
-    /// An image that becomes a level of an output pyramid, or that is given to an output later.
-    pub fn level(&mut self, name: &str, desc: ImageDesc) -> ImageId {
-        let (label, desc) = (self.label(name), self.stored(desc, true));
-        self.add_image(label, desc, Origin::Transient)
-    }
-
-    /// An image of an output port, to be written by a pass of this node.
-    pub fn output(&mut self, port: &str, desc: ImageDesc) -> ImageId {
-        let image = self.level(port, desc);
-        self.give(port, Arrival::Image(image));
-        image
-    }
-
     /// Gives something to an output port.
     pub fn give(&mut self, port: &str, what: Arrival) {
         let index = self.kind.outputs.iter().position(|output| output.name == port);
@@ -305,7 +275,20 @@ impl<'a> Recorder<'a> {
             };
             assert!(fits, "the output `{port}` of `{}` is a {}: {}", self.kind.name, ty.name(), shape(desc));
         }
-        self.outputs[index] = what;
+        if let Some(output) = self.outputs.get_mut(index) {
+            *output = what;
+        }
+    }
+
+    /// Gives the next level of the pyramid of an output port, finest first.
+    pub fn give_level(&mut self, port: &str, level: ImageId) {
+        let index = self.kind.outputs.iter().position(|output| output.name == port);
+        let index = index.unwrap_or_else(|| panic!("`{}` has no output `{port}`", self.kind.name));
+        match self.outputs.get_mut(index) {
+            Some(Arrival::Pyramid(levels)) => levels.push(level),
+            Some(output) => *output = Arrival::Pyramid(vec![level]),
+            None => {}
+        }
     }
 
     /// A pass reads or draws a level and a layer that there is.
@@ -322,52 +305,16 @@ impl<'a> Recorder<'a> {
         );
     }
 
-    /// An image whose texels are known now, in the format of `desc`.
-    pub fn constant(&mut self, name: &str, desc: ImageDesc, bytes: Vec<u8>) -> ImageId {
-        assert_eq!(bytes.len() as u64, desc.bytes(), "`{}.{name}` has the bytes of its description", self.node);
-        let label = self.label(name);
-        self.add_image(label, desc, Origin::Constant(bytes.into()))
-    }
-
-    /// The same for texels that take long to compute. A plan may have a few such images, and it computes each once,
-    /// also where a node is recorded several times until the sizes of histories settle: the bytes must not depend on
-    /// sizes.
-    pub fn computed(&mut self, name: &str, desc: ImageDesc, compute: impl FnOnce() -> Vec<u8>) -> ImageId {
-        let label = self.label(name);
-        let held: u64 = self.recording.computed.values().map(|bytes| bytes.len() as u64).sum();
-        let has_room = self.recording.most_computed.is_none_or(|most| held.saturating_add(desc.bytes()) <= most);
-        let make = || if has_room { compute() } else { vec![0; desc.bytes() as usize] };
-        let bytes = self.recording.computed.entry(label.clone()).or_insert_with(|| make().into()).clone();
-        assert_eq!(bytes.len() as u64, desc.bytes(), "`{label}` has the bytes of its description");
-        self.add_image(label, desc, Origin::Constant(bytes))
-    }
-
-    /// A buffer of this node.
-    pub fn add_buffer(&mut self, name: &str, bytes: u64, life: BufferLife) -> BufferId {
-        let label = self.label(name);
-        self.recording.add_buffer(VirtualBuffer { label, bytes, life })
-    }
-
-    /// A buffer whose contents are known now.
-    pub fn constant_buffer(&mut self, name: &str, bytes: Vec<u8>) -> BufferId {
-        let bytes: Arc<[u8]> = bytes.into();
-        self.add_buffer(name, bytes.len() as u64, BufferLife::Constant(bytes))
-    }
-
-    /// The table of an output port.
-    pub fn output_table(&mut self, port: &str, bytes: u64, life: BufferLife) -> BufferId {
-        let buffer = self.add_buffer(port, bytes, life);
-        self.give(port, Arrival::Buffer(buffer));
-        buffer
-    }
-
-    /// The value of an output port: one `vec4f`.
-    pub fn output_value(&mut self, port: &str, life: BufferLife) -> BufferId {
-        self.output_table(port, 16, life)
-    }
-
     fn reflection<'s>(&self, shader: &'s Shader) -> &'s Reflection {
         shader.reflect().unwrap_or_else(|error| panic!("the contract test parses every shader: {error}"))
+    }
+
+    /// What a pass does, for people.
+    fn pass_label(&self, label: impl Display) -> Label {
+        match &self.replay {
+            Some(replay) => replay.compared(label),
+            None => Label::Own(label.to_string()),
+        }
     }
 }
 

@@ -1,39 +1,59 @@
 //! What a node has recorded, to record it again at other values.
 
+use std::fmt::{self, Display, Write};
+use std::ops::Range;
+
+use super::details::{Bindings, FunctionDetails, Label};
 use super::recording::Recording;
 use crate::node::pass::Pass;
-use crate::node::resource::{VirtualBuffer, VirtualImage};
+use crate::node::resource::{BufferId, ImageId, VirtualBuffer, VirtualImage};
 
 /// What a node has recorded. At other values of dynamic parameters it records the same but for its uniforms, so that a
-/// second recording compares what it would build, and allocates little.
+/// second recording compares what it would build: where nothing differs, passes of functions and of compute kernels
+/// allocate nothing.
 #[derive(Clone, Debug)]
 pub struct Replay {
-    images: Vec<VirtualImage>,
-    buffers: Vec<VirtualBuffer>,
+    /// Its images and buffers, which the recording keeps.
+    images: Range<usize>,
+    buffers: Range<usize>,
     /// The passes without their uniforms.
     passes: Vec<Pass>,
     /// The uniforms of all kernels, in order: of the last recording.
     uniforms: Vec<Vec<u8>>,
-    /// How many images and buffers others had recorded before.
-    before: [usize; 2],
-    /// The next pass, and the next kernel.
-    next: [usize; 2],
+    /// How many images and buffers the recording has, with those of others.
+    recorded: [usize; 2],
+    next: Next,
     is_equal: bool,
+    /// Vectors for what the next passes are described with.
+    pub(super) function: FunctionDetails,
+    pub(super) bindings: Bindings,
+}
+
+/// What comes next, counted from the node's first.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Next {
+    image: usize,
+    buffer: usize,
+    pass: usize,
+    kernel: usize,
 }
 
 impl Replay {
-    /// Takes a node out of a recording that has its passes alone, and these numbers of images and buffers of others.
+    /// Takes the passes of a node out of a recording that has its passes alone. Its images and buffers, which come
+    /// after these numbers of others, stay.
     pub fn new(recording: &mut Recording, [images, buffers]: [usize; 2]) -> Self {
         let mut passes = std::mem::take(&mut recording.passes);
         let uniforms = take_uniforms(&mut passes).collect();
         Self {
-            images: recording.images.split_off(images),
-            buffers: recording.buffers.split_off(buffers),
+            images: images..recording.images.len(),
+            buffers: buffers..recording.buffers.len(),
             passes,
             uniforms,
-            before: [images, buffers],
-            next: [0, 0],
+            recorded: [0, 0],
+            next: Next::default(),
             is_equal: true,
+            function: FunctionDetails::default(),
+            bindings: Bindings::default(),
         }
     }
 
@@ -45,53 +65,102 @@ impl Replay {
     /// The uniforms of the second recording, which is taken out of the recording again; `None` if it differs in
     /// anything else.
     pub fn finish(&mut self, recording: &mut Recording) -> Option<&[Vec<u8>]> {
-        let [images, buffers] = self.before;
-        let is_equal = self.is_equal
-            && self.next == [self.passes.len(), self.uniforms.len()]
-            && recording.images[images..] == self.images
-            && recording.buffers[buffers..] == self.buffers;
+        let [images, buffers] = self.recorded;
         recording.images.truncate(images);
         recording.buffers.truncate(buffers);
-        is_equal.then_some(self.uniforms.as_slice())
+        let all = Next {
+            image: self.images.len(),
+            buffer: self.buffers.len(),
+            pass: self.passes.len(),
+            kernel: self.uniforms.len(),
+        };
+        (self.is_equal && self.next == all).then_some(self.uniforms.as_slice())
     }
 
     pub(super) fn begin(&mut self, recording: &Recording) {
-        self.before = [recording.images.len(), recording.buffers.len()];
-        self.next = [0, 0];
+        self.recorded = [recording.images.len(), recording.buffers.len()];
+        self.next = Next::default();
         self.is_equal = true;
+    }
+
+    /// The image that comes next, if it is the same.
+    pub(super) fn image(
+        &mut self,
+        recording: &Recording,
+        is_same: impl FnOnce(&VirtualImage) -> bool,
+    ) -> Option<ImageId> {
+        let at = self.images.start + self.next.image;
+        self.next.image += 1;
+        let is_known = self.images.contains(&at) && is_same(&recording.images[at]);
+        self.is_equal &= is_known;
+        is_known.then_some(ImageId(at as u32))
+    }
+
+    /// The buffer that comes next, if it is the same.
+    pub(super) fn buffer(
+        &mut self,
+        recording: &Recording,
+        is_same: impl FnOnce(&VirtualBuffer) -> bool,
+    ) -> Option<BufferId> {
+        let at = self.buffers.start + self.next.buffer;
+        self.next.buffer += 1;
+        let is_known = self.buffers.contains(&at) && is_same(&recording.buffers[at]);
+        self.is_equal &= is_known;
+        is_known.then_some(BufferId(at as u32))
     }
 
     /// The pass that comes next, if it is as before.
     pub(super) fn expected(&self) -> Option<&Pass> {
-        self.passes.get(self.next[0])
+        self.passes.get(self.next.pass)
+    }
+
+    /// The label of the pass that comes next, compared with this one.
+    pub(super) fn compared(&self, label: impl Display) -> Label {
+        Label::Compared(self.expected().is_some_and(|pass| is_text(&pass.label, label)))
     }
 
     /// Goes on behind a pass of one kernel: `pack` writes the uniform over the one of before, and says whether it has
     /// the same length. `None` stands for a pass that is another one.
     pub(super) fn step(&mut self, pack: Option<impl FnOnce(&mut [u8]) -> bool>) {
-        let [pass, kernel] = self.next;
-        self.is_equal &= match (pack, self.uniforms.get_mut(kernel)) {
+        self.is_equal &= match (pack, self.uniforms.get_mut(self.next.kernel)) {
             (Some(pack), Some(uniform)) => pack(uniform),
             _ => false,
         };
-        self.next = [pass + 1, kernel + 1];
+        self.next.pass += 1;
+        self.next.kernel += 1;
     }
 
     /// Goes on behind a pass that was built.
     pub(super) fn compare(&mut self, pass: Pass) {
         let mut passes = [pass];
         let uniforms: Vec<Vec<u8>> = take_uniforms(&mut passes).collect();
-        let [at, kernel] = self.next;
         self.is_equal &= self.expected() == passes.first();
-        for (uniform, before) in uniforms.into_iter().zip(self.uniforms.iter_mut().skip(kernel)) {
+        for (uniform, before) in uniforms.into_iter().zip(self.uniforms.iter_mut().skip(self.next.kernel)) {
             self.is_equal &= uniform.len() == before.len();
             *before = uniform;
         }
-        self.next = [at + 1, kernel + passes[0].kernels.len()];
+        self.next.pass += 1;
+        self.next.kernel += passes[0].kernels.len();
     }
 }
 
 fn take_uniforms(passes: &mut [Pass]) -> impl Iterator<Item = Vec<u8>> {
     let kernels = passes.iter_mut().flat_map(|pass| &mut pass.kernels);
     kernels.map(|kernel| std::mem::take(&mut kernel.uniform))
+}
+
+/// Whether something prints as this text, without a copy of it.
+pub(super) fn is_text(text: &str, printed: impl Display) -> bool {
+    let mut rest = Rest(text);
+    write!(rest, "{printed}").is_ok() && rest.0.is_empty()
+}
+
+/// What is left of a text to be printed.
+struct Rest<'a>(&'a str);
+
+impl Write for Rest<'_> {
+    fn write_str(&mut self, part: &str) -> fmt::Result {
+        self.0 = self.0.strip_prefix(part).ok_or(fmt::Error)?;
+        Ok(())
+    }
 }

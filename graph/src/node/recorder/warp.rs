@@ -103,7 +103,7 @@ impl WarpPass<'_, '_> {
 
     fn place(&mut self, function: &'static str) -> KernelCall {
         let mut pass = self.recorder.function(self.shader.clone(), function);
-        pass.computed.extend(self.set.iter().cloned());
+        pass.details.computed.extend(self.set.iter().cloned());
         let call = pass.call();
         let is_free = call.args.iter().all(|arg| !matches!(arg.value, Arg::Pixel(_)));
         assert!(is_free, "`{function}` reads a pixel: a warp is also called between pixels, so it takes a texture");

@@ -1,0 +1,84 @@
+//! What a node says of a pass, in vectors that its next pass takes over.
+
+use afterimage_base::Shared;
+use afterimage_wgsl::UniformValue;
+
+use crate::node::drawing::Subresource;
+use crate::node::resource::{ImageId, Resource};
+
+/// What a node says of a pass around a function.
+#[derive(Clone, Debug, Default)]
+pub(super) struct FunctionDetails {
+    pub(super) reads: Vec<(Shared<str>, ImageId)>,
+    pub(super) levels: Vec<(&'static str, Subresource)>,
+    /// What the node computes for the uniform, beside its parameters.
+    pub(super) computed: Vec<(&'static str, UniformValue)>,
+    pub(super) promises: Vec<&'static str>,
+}
+
+/// What the variables and constants of a module with entry points hold, where that is no input of the same name.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Bindings {
+    pub(super) bound: Vec<(&'static str, Bound)>,
+    /// What the node computes for the uniform, beside its parameters.
+    pub(super) computed: Vec<(&'static str, UniformValue)>,
+    pub(super) constants: Vec<(&'static str, f64)>,
+}
+
+/// What a variable holds.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Bound {
+    /// A whole image or buffer.
+    Resource(Resource),
+    /// A mip level of a layer.
+    Level(Subresource),
+}
+
+/// What a pass does, for people.
+#[derive(Debug)]
+pub(super) enum Label {
+    /// The name of its function or entry point.
+    OfKernel,
+    /// A text.
+    Own(String),
+    /// Whether it is that of the recording before.
+    Compared(bool),
+}
+
+impl FunctionDetails {
+    pub(super) fn clear(&mut self) {
+        let Self { reads, levels, computed, promises } = self;
+        reads.clear();
+        levels.clear();
+        computed.clear();
+        promises.clear();
+    }
+}
+
+impl Bindings {
+    pub(super) fn clear(&mut self) {
+        let Self { bound, computed, constants } = self;
+        bound.clear();
+        computed.clear();
+        constants.clear();
+    }
+}
+
+impl Label {
+    /// Whether it is this text, for a kernel of that name.
+    pub(super) fn is(&self, text: &str, kernel: &str) -> bool {
+        match self {
+            Self::OfKernel => text == kernel,
+            Self::Own(own) => text == own,
+            Self::Compared(is_equal) => *is_equal,
+        }
+    }
+
+    /// The text, for a kernel of that name.
+    pub(super) fn text(self, kernel: &str) -> String {
+        match self {
+            Self::Own(own) => own,
+            Self::OfKernel | Self::Compared(_) => kernel.to_owned(),
+        }
+    }
+}
